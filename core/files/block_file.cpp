@@ -1,0 +1,163 @@
+#include "core/files/block_file.h"
+
+#include <glob.h>
+
+#include <algorithm>
+#include <filesystem>
+#include <map>
+#include <system_error>
+
+#include "core/error.h"
+#include "core/files/orientation_table.h"
+#include "core/files/toml_fields.h"
+#include "core/geometry/rotation.h"
+
+namespace orient {
+namespace {
+namespace fs = std::filesystem;
+
+bool IsVirtual(const std::string& path) { return path.starts_with("/vsi"); }
+
+std::string Resolve(const std::string& base, const std::string& path) {
+  if (IsVirtual(path)) return path;
+  return (fs::path(base) / path).lexically_normal().string();
+}
+
+// A folder that may not be entered is, to us, a file that is not there; so is a name too long.
+bool Exists(const std::string& path) {
+  std::error_code ignored;
+  return fs::exists(path, ignored);
+}
+
+// A folder's name is not a pattern, whatever characters it has.
+std::string Escaped(const std::string& text) {
+  std::string escaped;
+  for (const char c : text) {
+    if (std::string_view("*?[\\").find(c) != std::string_view::npos) escaped += '\\';
+    escaped += c;
+  }
+  return escaped;
+}
+
+std::vector<std::string> Matches(const std::string& pattern, const std::string& base) {
+  if (const std::string plain = Resolve(base, pattern); IsVirtual(plain) || Exists(plain)) {
+    std::error_code ignored;
+    if (!IsVirtual(plain) && fs::is_directory(plain, ignored))
+      throw InputError(plain + " is a folder; name the photos in it, as in " + plain + "/*.tif");
+    return {plain};
+  }
+  const bool absolute = fs::path(pattern).is_absolute() || base.empty();
+  glob_t found{};
+  const int status = glob(absolute ? pattern.c_str() : (Escaped(base) + "/" + pattern).c_str(), 0,
+                          nullptr, &found);
+  std::vector<std::string> paths;
+  for (size_t i = 0; status == 0 && i < found.gl_pathc; ++i)
+    if (!fs::is_directory(found.gl_pathv[i]))
+      paths.push_back(fs::path(found.gl_pathv[i]).lexically_normal().string());
+  globfree(&found);
+  if (paths.empty())
+    throw InputError("no photo matches " + Resolve(base, pattern) +
+                     "; check the folder and the spelling");
+  return paths;
+}
+
+std::string ExistingFile(const TomlTable& table, std::string_view key, const std::string& base) {
+  const std::string path = Resolve(base, table.Text(key));
+  if (!IsVirtual(path) && !Exists(path))
+    table.Fail(key, "names " + path + ", which does not exist");
+  return path;
+}
+
+void ReadAccuracy(const TomlTable& root, BlockFile* block) {
+  const auto table = root.FindTable("approximate_accuracy", {"position_m", "attitude_deg"});
+  if (!table) return;
+  if (table->Has("position_m")) block->position_sigma_m = table->PositiveNumber("position_m");
+  if (table->Has("attitude_deg"))
+    block->attitude_sigma_rad = RadFromDeg(table->PositiveNumber("attitude_deg"));
+}
+
+void ReadScan(const TomlTable& root, BlockFile* block) {
+  const auto table = root.FindTable("scan", {"pixel_size_um", "polarity", "orientation"});
+  if (!table) return;
+  if (table->Has("pixel_size_um")) {
+    block->pixel_size_um = table->PositiveNumber("pixel_size_um");
+    if (*block->pixel_size_um < 1 || *block->pixel_size_um > 1000)
+      table->Fail("pixel_size_um", "must lie between 1 and 1000 micrometres");
+  }
+  const std::string polarity = table->FindText("polarity").value_or("auto");
+  if (polarity == "positive") {
+    block->polarity = Polarity::kPositive;
+  } else if (polarity == "negative") {
+    block->polarity = Polarity::kNegative;
+  } else if (polarity != "auto") {
+    table->Fail("polarity", "is \"" + polarity + "\"; it must be auto, positive or negative");
+  }
+  const std::string orientation = table->FindText("orientation").value_or("auto");
+  block->orientation = ScanOrientationFromName(orientation);
+  if (!block->orientation && orientation != "auto")
+    table->Fail("orientation", "is \"" + orientation +
+                                   "\"; it must be auto, r0, r90, r180, r270, m0, m90, m180 or "
+                                   "m270");
+}
+
+std::vector<std::string> ReadPhotos(const TomlTable& root, const std::string& base) {
+  const auto patterns = root.FindTexts("photos");
+  if (!patterns || patterns->empty())
+    root.Fail("photos", "must list the photos, as in [\"scans/*.tif\"]");
+  try {
+    return ExpandPhotos(*patterns, base);
+  } catch (const InputError& error) {
+    root.Fail("photos", std::string("cannot be used: ") + error.what());
+  }
+}
+
+std::string OutputDirectory(const TomlTable& root, const std::string& base) {
+  const auto table = root.FindTable("output", {"directory"});
+  return Resolve(base, table ? table->Text("directory") : "out");
+}
+
+}  // namespace
+
+std::vector<std::string> ExpandPhotos(const std::vector<std::string>& patterns,
+                                      const std::string& base) {
+  std::vector<std::string> photos;
+  for (const std::string& pattern : patterns) {
+    const std::vector<std::string> found = Matches(pattern, base);
+    photos.insert(photos.end(), found.begin(), found.end());
+  }
+  std::sort(photos.begin(), photos.end());
+  photos.erase(std::unique(photos.begin(), photos.end()), photos.end());
+  std::map<std::string, std::string> path_of_name;
+  for (const std::string& photo : photos) {
+    const auto [other, is_new] = path_of_name.emplace(PhotoName(photo), photo);
+    if (!is_new)
+      throw InputError(other->second + " and " + photo + " would both be the photo \"" +
+                       other->first + "\"; rename one or name fewer photos");
+  }
+  return photos;
+}
+
+BlockFile ReadBlockFile(const std::string& path) {
+  const toml::table document = ParseTomlFile(path);
+  const TomlTable root(document, path, "",
+                       {"crs", "dem", "patchdb", "camera", "photos", "approximations",
+                        "approximate_accuracy", "scan", "output"});
+  const std::string base = fs::path(path).parent_path().string();
+  BlockFile block{.crs = Crs::Parse(root.Text("crs"), path + ", crs"),
+                  .dem = ExistingFile(root, "dem", base),
+                  .patchdb = ExistingFile(root, "patchdb", base),
+                  .camera = ExistingFile(root, "camera", base),
+                  .photos = ReadPhotos(root, base),
+                  .approximations = ExistingFile(root, "approximations", base),
+                  .position_sigma_m = std::nullopt,
+                  .attitude_sigma_rad = std::nullopt,
+                  .pixel_size_um = std::nullopt,
+                  .polarity = std::nullopt,
+                  .orientation = std::nullopt,
+                  .output_directory = OutputDirectory(root, base)};
+  ReadAccuracy(root, &block);
+  ReadScan(root, &block);
+  return block;
+}
+
+}  // namespace orient

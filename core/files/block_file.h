@@ -1,0 +1,38 @@
+// Block files (TOML): what belongs to one block and how well it is known beforehand.
+#pragma once
+
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "core/files/results.h"
+#include "core/geometry/crs.h"
+#include "core/geometry/transform2d.h"
+
+namespace orient {
+
+struct BlockFile {
+  Crs crs;
+  std::string dem;  // paths are resolved against the block file's folder
+  std::string patchdb;
+  std::string camera;
+  std::vector<std::string> photos;  // globs expanded, sorted, without duplicates
+  std::string approximations;
+  // One sigma of approximations without sigma columns; empty where nobody states it.
+  std::optional<double> position_sigma_m;
+  std::optional<double> attitude_sigma_rad;
+  std::optional<double> pixel_size_um;
+  std::optional<Polarity> polarity;            // empty: auto
+  std::optional<ScanOrientation> orientation;  // empty: auto
+  std::string output_directory;
+};
+
+// Throws InputError: wrong keys, a glob that matches nothing, two photos with one name.
+BlockFile ReadBlockFile(const std::string& path);
+
+// Globs ("scans/*.tif") and plain paths, relative to `base`; a pattern without a match throws
+// InputError. /vsi paths pass through.
+std::vector<std::string> ExpandPhotos(const std::vector<std::string>& patterns,
+                                      const std::string& base);
+
+}  // namespace orient

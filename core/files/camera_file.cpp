@@ -1,0 +1,296 @@
+#include "core/files/camera_file.h"
+
+#include <Eigen/Eigenvalues>
+#include <algorithm>
+#include <cmath>
+#include <filesystem>
+#include <set>
+
+#include "core/error.h"
+#include "core/files/toml_fields.h"
+#include "core/geometry/rotation.h"
+
+namespace orient {
+namespace {
+namespace fs = std::filesystem;
+
+// A pixel's two sides may differ by this much before the frame's size is taken for a mistake.
+constexpr double kMaxPixelAspect = 0.01;
+// An identification symbol stands beside its mark (docs/conventions.md).
+constexpr double kMaxSymbolDistance_mm = 6;
+constexpr int kMaxSymbolCount = 20;
+constexpr int kMinFiducials = 3;  // what an affine transform needs
+// Values beyond these are in another unit (metres, micrometres, pixels) than the file's.
+constexpr double kMinDistanceOverDiagonal = 0.1, kMaxDistanceOverDiagonal = 50;
+constexpr double kMaxMarkSize_mm = 20;  // from one end of a mark to the other
+// Fiducials whose spread across a line is less than this part of that along it lie on one line.
+constexpr double kMinFiducialSpread = 0.05;
+// Two marks cannot be told apart when they are nearer than this.
+constexpr double kMinMarkDistance_mm = 1;
+
+template <typename Enum>
+Enum Choice(const TomlTable& table, std::string_view key,
+            std::initializer_list<std::pair<std::string_view, Enum>> choices) {
+  const std::string text = table.Text(key);
+  std::string known;
+  for (const auto& [name, value] : choices) {
+    if (name == text) return value;
+    known += (known.empty() ? "" : " or ") + std::string(name);
+  }
+  table.Fail(key, "is \"" + text + "\"; it must be " + known);
+}
+
+BrownDistortion ReadBrown(const TomlTable& table) {
+  BrownDistortion brown;
+  const auto copy = [&table](std::string_view key, auto* target) {
+    const auto values = table.FindNumbers(key);
+    if (values && values->size() > target->size())
+      table.Fail(key, "has " + std::to_string(values->size()) + " values; the model has " +
+                          std::to_string(target->size()));
+    if (values) std::copy(values->begin(), values->end(), target->begin());
+  };
+  copy("k", &brown.k);
+  copy("p", &brown.p);
+  return brown;
+}
+
+RadialTable ReadRadialTable(const TomlTable& table) {
+  const auto radii = table.FindNumbers("radius_mm"), values = table.FindNumbers("dr_um");
+  if (!radii || !values) table.Fail("", "needs both radius_mm and dr_um");
+  if (radii->size() != values->size())
+    table.Fail("dr_um", "has " + std::to_string(values->size()) + " values and radius_mm " +
+                            std::to_string(radii->size()));
+  if (radii->size() < 2 || radii->front() != 0)
+    table.Fail("radius_mm", "must start at 0 and have at least two radii");
+  if (std::adjacent_find(radii->begin(), radii->end(), std::greater_equal<>()) != radii->end())
+    table.Fail("radius_mm", "must increase from one radius to the next");
+  return {*radii, *values};
+}
+
+// Coefficients in another unit (r in metres, r divided by the principal distance) move the corner
+// of the frame by more than its own distance from the principal point: no lens does.
+void CheckDistortion(const TomlTable& table, const Camera& camera) {
+  const Eigen::Vector2d corner =
+      camera.frame_centre_mm + 0.5 * camera.frame_mm - camera.principal_point_mm;
+  const double moved_mm = DistortionAt(camera.lens, corner).norm();
+  if (moved_mm > corner.norm())
+    table.Fail("", "moves the frame's corner by " + std::to_string(moved_mm) +
+                       " mm; k is per mm^2, mm^4, mm^6, p per mm and dr_um in micrometres");
+}
+
+// Which keys are known depends on the model, so the table is opened twice.
+void ReadDistortion(const TomlTable& root, Camera* camera) {
+  const auto any = root.FindTable("distortion", {"model", "k", "p", "radius_mm", "dr_um"});
+  if (!any) return;
+  enum class Model { kBrown, kRadialTable };
+  const auto model = Choice<Model>(
+      *any, "model", {{"brown", Model::kBrown}, {"radial_table", Model::kRadialTable}});
+  if (model == Model::kBrown)
+    camera->lens = ReadBrown(*root.FindTable("distortion", {"model", "k", "p"}));
+  else
+    camera->lens = ReadRadialTable(*root.FindTable("distortion", {"model", "radius_mm", "dr_um"}));
+  CheckDistortion(*any, *camera);
+}
+
+void ReadImageSize(const TomlTable& root, Camera* camera) {
+  const auto size = root.FindCounts2("image_px");
+  if (camera->kind == CameraKind::kFilm) {
+    if (size) root.Fail("image_px", "is for digital cameras; a scan's size is its own");
+    return;
+  }
+  if (!size) root.Fail("", "is a digital camera's and lacks the key image_px");
+  if (size->minCoeff() <= 0) root.Fail("image_px", "must be positive");
+  const Eigen::Vector2d pixel_mm = camera->frame_mm.cwiseQuotient(size->cast<double>());
+  if (std::abs(pixel_mm.x() / pixel_mm.y() - 1) > kMaxPixelAspect)
+    root.Fail("image_px", "and frame_mm disagree: a pixel would be " +
+                              std::to_string(pixel_mm.x()) + " x " + std::to_string(pixel_mm.y()) +
+                              " mm; check the order width, height in both");
+  camera->image_px = size;
+}
+
+void CheckPrincipalDistance(const TomlTable& root, const Camera& camera) {
+  const double ratio = camera.principal_distance_mm / camera.frame_mm.norm();
+  if (ratio < kMinDistanceOverDiagonal || ratio > kMaxDistanceOverDiagonal)
+    root.Fail("principal_distance_mm", "is " + std::to_string(camera.principal_distance_mm) +
+                                           " mm, for a frame whose diagonal is " +
+                                           std::to_string(camera.frame_mm.norm()) +
+                                           " mm; both are in millimetres");
+}
+
+Camera ReadCamera(const TomlTable& root) {
+  Camera camera;
+  camera.name = root.Text("name");
+  camera.kind = Choice<CameraKind>(
+      root, "kind", {{"film", CameraKind::kFilm}, {"digital", CameraKind::kDigital}});
+  camera.principal_distance_mm = root.PositiveNumber("principal_distance_mm");
+  camera.principal_point_mm = root.Vector2("principal_point_mm");
+  camera.frame_mm = root.Vector2("frame_mm");
+  if (camera.frame_mm.minCoeff() <= 0) root.Fail("frame_mm", "is empty; both sides are positive");
+  CheckPrincipalDistance(root, camera);
+  camera.frame_centre_mm =
+      root.FindVector2("frame_centre_mm").value_or(Eigen::Vector2d(Eigen::Vector2d::Zero()));
+  if (!camera.InFrame(camera.principal_point_mm))
+    root.Fail("principal_point_mm", "lies outside the frame");
+  ReadImageSize(root, &camera);
+  ReadDistortion(root, &camera);
+  return camera;
+}
+
+std::optional<MarkSymbol> ReadSymbol(const TomlTable& fiducial) {
+  const auto table = fiducial.FindTable("symbol", {"kind", "count", "at_mm", "step_mm"});
+  if (!table) return std::nullopt;
+  MarkSymbol symbol;
+  symbol.kind = Choice<SymbolKind>(*table, "kind",
+                                   {{"lines", SymbolKind::kLines}, {"dots", SymbolKind::kDots}});
+  symbol.count = table->FindCount("count").value_or(0);
+  if (symbol.count < 1 || symbol.count > kMaxSymbolCount)
+    table->Fail("count", "must be a whole number from 1 to " + std::to_string(kMaxSymbolCount));
+  symbol.at_mm = table->FindVector2("at_mm");
+  if (symbol.at_mm && symbol.at_mm->norm() > kMaxSymbolDistance_mm)
+    table->Fail("at_mm", "is relative to the mark and at most 6 mm away from it");
+  symbol.step_mm = table->FindVector2("step_mm");
+  if (symbol.step_mm && symbol.step_mm->norm() == 0) table->Fail("step_mm", "must not be zero");
+  return symbol;
+}
+
+std::vector<Fiducial> ReadFiducials(const TomlTable& root, const Camera& camera,
+                                    const std::map<std::string, MarkDrawing>& marks) {
+  std::vector<Fiducial> fiducials;
+  for (const TomlTable& table : root.Tables("fiducials", {"id", "position_mm", "mark", "symbol"})) {
+    if (camera.kind == CameraKind::kDigital)
+      root.Fail("fiducials", "belong to film; a digital camera has none");
+    Fiducial fiducial;
+    fiducial.id = table.Text("id");
+    fiducial.position_mm = table.Vector2("position_mm");
+    const Eigen::Vector2d from_centre = fiducial.position_mm - camera.frame_centre_mm;
+    if ((from_centre.cwiseAbs() - camera.frame_mm).maxCoeff() > 0)
+      table.Fail("position_mm", "lies far outside the frame of " +
+                                    std::to_string(camera.frame_mm.x()) + " x " +
+                                    std::to_string(camera.frame_mm.y()) + " mm");
+    fiducial.mark = table.Text("mark");
+    if (!marks.contains(fiducial.mark))
+      table.Fail("mark", "is \"" + fiducial.mark + "\", which is not drawn; add [marks." +
+                             fiducial.mark + "]");
+    fiducial.symbol = ReadSymbol(table);
+    for (const Fiducial& other : fiducials) {
+      if (other.id == fiducial.id)
+        table.Fail("id", "\"" + fiducial.id + "\" belongs to an earlier fiducial");
+      if ((other.position_mm - fiducial.position_mm).norm() < kMinMarkDistance_mm)
+        table.Fail("position_mm", "is the place of fiducial \"" + other.id + "\"");
+    }
+    fiducials.push_back(std::move(fiducial));
+  }
+  return fiducials;
+}
+
+// Three marks on one line fix no transform: what lies beside the line is anybody's guess.
+void CheckConstellation(const TomlTable& root, const std::vector<Fiducial>& fiducials) {
+  if (fiducials.empty()) return;
+  if (std::ssize(fiducials) < kMinFiducials)
+    root.Fail("fiducials", "are fewer than three, which no interior orientation can use");
+  Eigen::Vector2d centre = Eigen::Vector2d::Zero();
+  for (const Fiducial& f : fiducials) centre += f.position_mm;
+  centre /= static_cast<double>(fiducials.size());
+  Eigen::Matrix2d scatter = Eigen::Matrix2d::Zero();
+  for (const Fiducial& f : fiducials)
+    scatter += (f.position_mm - centre) * (f.position_mm - centre).transpose();
+  const Eigen::SelfAdjointEigenSolver<Eigen::Matrix2d> solver(scatter);
+  const double across = solver.eigenvalues()[0], along = solver.eigenvalues()[1];
+  if (across < kMinFiducialSpread * kMinFiducialSpread * along)
+    root.Fail("fiducials", "lie on one line, which no interior orientation can use");
+}
+
+double SizeOf(const MarkElement& element) {
+  if (const auto* cross = std::get_if<CrossElement>(&element))
+    return std::max(cross->length_mm, cross->width_mm);
+  if (const auto* dot = std::get_if<DotElement>(&element)) return dot->diameter_mm;
+  const auto& circle = std::get<CircleElement>(element);
+  return circle.diameter_mm + circle.width_mm;
+}
+
+CrossElement ReadCross(const TomlTable& table) {
+  CrossElement cross;
+  cross.length_mm = table.PositiveNumber("length_mm");
+  cross.width_mm = table.PositiveNumber("width_mm");
+  cross.gap_mm = table.FindNumber("gap_mm").value_or(0);
+  if (cross.gap_mm < 0 || cross.gap_mm >= cross.length_mm)
+    table.Fail("gap_mm", "must be at least 0 and smaller than length_mm");
+  cross.angle_rad = RadFromDeg(table.FindNumber("angle_deg").value_or(0));
+  return cross;
+}
+
+CircleElement ReadCircle(const TomlTable& table) {
+  const CircleElement circle{table.PositiveNumber("diameter_mm"), table.PositiveNumber("width_mm")};
+  if (circle.width_mm >= circle.diameter_mm)
+    table.Fail("width_mm", "must be smaller than diameter_mm; a filled disc is a dot");
+  return circle;
+}
+
+MarkElement ReadElement(const toml::table& raw, const std::string& file, const std::string& name) {
+  const TomlTable any(raw, file, name,
+                      {"shape", "length_mm", "width_mm", "gap_mm", "angle_deg", "diameter_mm"});
+  enum class Shape { kCross, kDot, kCircle };
+  switch (Choice<Shape>(
+      any, "shape", {{"cross", Shape::kCross}, {"dot", Shape::kDot}, {"circle", Shape::kCircle}})) {
+    case Shape::kCross:
+      return ReadCross(
+          {raw, file, name, {"shape", "length_mm", "width_mm", "gap_mm", "angle_deg"}});
+    case Shape::kDot:
+      return DotElement{
+          TomlTable(raw, file, name, {"shape", "diameter_mm"}).PositiveNumber("diameter_mm")};
+    case Shape::kCircle:
+      break;
+  }
+  return ReadCircle({raw, file, name, {"shape", "diameter_mm", "width_mm"}});
+}
+
+MarkImage ReadMarkImage(const TomlTable& table) {
+  MarkImage image;
+  image.path = (fs::path(table.File()).parent_path() / table.Text("image")).string();
+  std::error_code error;
+  if (!fs::exists(image.path, error))
+    table.Fail("image", "names " + image.path + ", which does not exist");
+  image.pixel_size_mm = table.PositiveNumber("pixel_size_mm");
+  image.centre_px = table.Vector2("centre_px");
+  return image;
+}
+
+MarkDrawing ReadMark(const TomlTable& table) {
+  MarkDrawing mark;
+  for (const auto& [element, name] : table.RawTables("elements"))
+    mark.elements.push_back(ReadElement(*element, table.File(), name));
+  for (const MarkElement& element : mark.elements)
+    if (SizeOf(element) > kMaxMarkSize_mm)
+      table.Fail("elements", "draw a mark of " + std::to_string(SizeOf(element)) +
+                                 " mm; sizes are in millimetres, at most 20");
+  if (table.Has("background"))
+    mark.background = Choice<MarkBackground>(
+        table, "background", {{"dark", MarkBackground::kDark}, {"image", MarkBackground::kImage}});
+  if (table.Has("image")) {
+    mark.image = ReadMarkImage(table);
+  } else if (table.Has("pixel_size_mm") || table.Has("centre_px")) {
+    table.Fail("", "has pixel_size_mm or centre_px without an image");
+  }
+  if (mark.elements.empty() == !mark.image.has_value())
+    table.Fail("", "must have either elements or an image");
+  return mark;
+}
+
+}  // namespace
+
+CameraFile ReadCameraFile(const std::string& path) {
+  const toml::table document = ParseTomlFile(path);
+  const TomlTable root(document, path, "",
+                       {"name", "kind", "principal_distance_mm", "principal_point_mm", "frame_mm",
+                        "frame_centre_mm", "image_px", "distortion", "fiducials", "marks"});
+  CameraFile file;
+  file.camera = ReadCamera(root);
+  for (const auto& [name, table] :
+       root.NamedTables("marks", {"elements", "background", "image", "pixel_size_mm", "centre_px"}))
+    file.marks.emplace(name, ReadMark(table));
+  file.fiducials = ReadFiducials(root, file.camera, file.marks);
+  CheckConstellation(root, file.fiducials);
+  return file;
+}
+
+}  // namespace orient

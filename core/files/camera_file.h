@@ -1,0 +1,74 @@
+// Camera files (TOML): geometry, fiducial marks and the drawings of the marks.
+#pragma once
+
+#include <Eigen/Core>
+#include <map>
+#include <optional>
+#include <string>
+#include <variant>
+#include <vector>
+
+#include "core/geometry/camera.h"
+
+namespace orient {
+
+// Elements of a mark drawing, in mm around the mark's centre; lengths as in the file.
+struct CrossElement {
+  double length_mm = 0;  // tip to tip
+  double width_mm = 0;
+  double gap_mm = 0;     // whole opening at the centre
+  double angle_rad = 0;  // counter-clockwise from +x; 0: arms along x and y
+};
+struct DotElement {
+  double diameter_mm = 0;
+};
+struct CircleElement {
+  double diameter_mm = 0;  // of the stroke's centre line
+  double width_mm = 0;
+};
+using MarkElement = std::variant<CrossElement, DotElement, CircleElement>;
+
+enum class MarkBackground { kDark, kImage };
+
+// A template image for marks that no drawing describes.
+struct MarkImage {
+  std::string path;  // absolute, or relative to the working directory
+  double pixel_size_mm = 0;
+  Eigen::Vector2d centre_px = Eigen::Vector2d::Zero();
+};
+
+struct MarkDrawing {
+  std::vector<MarkElement> elements;  // bright on a positive
+  MarkBackground background = MarkBackground::kDark;
+  std::optional<MarkImage> image;
+};
+
+enum class SymbolKind { kLines, kDots };
+
+// An identification symbol: a row of `count` bars or dots beside the mark, within 6 mm of it.
+struct MarkSymbol {
+  SymbolKind kind = SymbolKind::kLines;
+  int count = 0;
+  std::optional<Eigen::Vector2d> at_mm;    // first element relative to the mark
+  std::optional<Eigen::Vector2d> step_mm;  // to the next one
+};
+
+struct Fiducial {
+  std::string id;
+  Eigen::Vector2d position_mm = Eigen::Vector2d::Zero();
+  std::string mark;  // key into CameraFile::marks
+  std::optional<MarkSymbol> symbol;
+};
+
+struct CameraFile {
+  Camera camera;
+  std::vector<Fiducial> fiducials;
+  std::map<std::string, MarkDrawing> marks;
+};
+
+// Throws InputError naming file, key and remedy: unknown keys (with the nearest known one), wrong
+// types, impossible values, a fiducial whose mark is not drawn.
+CameraFile ReadCameraFile(const std::string& path);
+void WriteCameraFile(const std::string& path, const CameraFile& camera);
+
+}  // namespace orient

@@ -1,0 +1,126 @@
+#include <array>
+#include <charconv>
+#include <cmath>
+#include <filesystem>
+#include <stdexcept>
+
+#include "core/files/atomic_write.h"
+#include "core/files/camera_file.h"
+#include "core/geometry/rotation.h"
+
+namespace orient {
+namespace {
+namespace fs = std::filesystem;
+
+// The shortest text that reads back as the same number; always with a point or an exponent.
+std::string Text(double number) {
+  if (!std::isfinite(number)) throw std::invalid_argument("WriteCameraFile: a value is not finite");
+  std::array<char, 40> buffer;
+  const auto end = std::to_chars(buffer.data(), buffer.data() + buffer.size(), number).ptr;
+  std::string text(buffer.data(), end);
+  return text.find_first_of(".e") == std::string::npos ? text + ".0" : text;
+}
+
+std::string Text(const std::string& words) {
+  std::string quoted = "\"";
+  for (const char c : words) {
+    constexpr std::string_view kHex = "0123456789ABCDEF";
+    const auto code = static_cast<unsigned char>(c);
+    if (c == '"' || c == '\\') quoted += '\\';
+    if (code < 0x20 || code == 0x7f)
+      quoted += std::string("\\u00") + kHex[code >> 4] + kHex[code & 15];
+    else
+      quoted += c;
+  }
+  return quoted + "\"";
+}
+
+template <typename Numbers>
+std::string List(const Numbers& numbers) {
+  std::string text;
+  for (const double number : numbers) text += (text.empty() ? "" : ", ") + Text(number);
+  return "[" + text + "]";
+}
+
+std::string Text(const Eigen::Vector2d& vector) { return List(std::array{vector.x(), vector.y()}); }
+
+struct DistortionText {
+  std::string operator()(std::monostate) const { return ""; }
+  std::string operator()(const BrownDistortion& brown) const {
+    return "\n[distortion]\nmodel = \"brown\"\nk = " + List(brown.k) + "\np = " + List(brown.p) +
+           "\n";
+  }
+  std::string operator()(const RadialTable& table) const {
+    return "\n[distortion]\nmodel = \"radial_table\"\nradius_mm = " + List(table.radius_mm) +
+           "\ndr_um = " + List(table.dr_um) + "\n";
+  }
+};
+
+struct ElementText {
+  std::string operator()(const CrossElement& cross) const {
+    return "{ shape = \"cross\", length_mm = " + Text(cross.length_mm) +
+           ", width_mm = " + Text(cross.width_mm) + ", gap_mm = " + Text(cross.gap_mm) +
+           ", angle_deg = " + Text(DegFromRad(cross.angle_rad)) + " }";
+  }
+  std::string operator()(const DotElement& dot) const {
+    return "{ shape = \"dot\", diameter_mm = " + Text(dot.diameter_mm) + " }";
+  }
+  std::string operator()(const CircleElement& circle) const {
+    return "{ shape = \"circle\", diameter_mm = " + Text(circle.diameter_mm) +
+           ", width_mm = " + Text(circle.width_mm) + " }";
+  }
+};
+
+std::string CameraText(const Camera& camera) {
+  std::string text = "name = " + Text(camera.name) + "\nkind = ";
+  text += camera.kind == CameraKind::kFilm ? "\"film\"" : "\"digital\"";
+  text += "\nprincipal_distance_mm = " + Text(camera.principal_distance_mm);
+  text += "\nprincipal_point_mm = " + Text(camera.principal_point_mm);
+  text += "\nframe_mm = " + Text(camera.frame_mm);
+  text += "\nframe_centre_mm = " + Text(camera.frame_centre_mm);
+  if (camera.image_px)
+    text += "\nimage_px = [" + std::to_string(camera.image_px->x()) + ", " +
+            std::to_string(camera.image_px->y()) + "]";
+  return text + "\n" + std::visit(DistortionText(), camera.lens);
+}
+
+std::string FiducialText(const Fiducial& fiducial) {
+  std::string text = "\n[[fiducials]]\nid = " + Text(fiducial.id) +
+                     "\nposition_mm = " + Text(fiducial.position_mm) +
+                     "\nmark = " + Text(fiducial.mark) + "\n";
+  if (!fiducial.symbol) return text;
+  const MarkSymbol& symbol = *fiducial.symbol;
+  text += symbol.kind == SymbolKind::kLines ? "symbol = { kind = \"lines\""
+                                            : "symbol = { kind = \"dots\"";
+  text += ", count = " + std::to_string(symbol.count);
+  if (symbol.at_mm) text += ", at_mm = " + Text(*symbol.at_mm);
+  if (symbol.step_mm) text += ", step_mm = " + Text(*symbol.step_mm);
+  return text + " }\n";
+}
+
+std::string MarkText(const std::string& name, const MarkDrawing& mark, const fs::path& folder) {
+  std::string text = "\n[marks." + Text(name) + "]\n";
+  if (!mark.elements.empty()) text += "elements = [\n";
+  for (const MarkElement& element : mark.elements)
+    text += "  " + std::visit(ElementText(), element) + ",\n";
+  if (!mark.elements.empty()) text += "]\n";
+  text += mark.background == MarkBackground::kDark ? "background = \"dark\"\n"
+                                                   : "background = \"image\"\n";
+  if (mark.image)
+    text += "image = " + Text(fs::proximate(mark.image->path, folder).string()) +
+            "\npixel_size_mm = " + Text(mark.image->pixel_size_mm) +
+            "\ncentre_px = " + Text(mark.image->centre_px) + "\n";
+  return text;
+}
+
+}  // namespace
+
+void WriteCameraFile(const std::string& path, const CameraFile& camera) {
+  std::string text = CameraText(camera.camera);
+  for (const Fiducial& fiducial : camera.fiducials) text += FiducialText(fiducial);
+  const fs::path folder = fs::absolute(path).parent_path();
+  for (const auto& [name, mark] : camera.marks) text += MarkText(name, mark, folder);
+  WriteFileAtomically(path, text);
+}
+
+}  // namespace orient

@@ -1,0 +1,129 @@
+#include "core/files/json_fields.h"
+
+#include <cmath>
+#include <limits>
+
+#include "core/error.h"
+#include "core/files/atomic_write.h"
+
+namespace orient {
+
+void JsonField::Fail(const std::string& complaint) const {
+  throw InputError(file_ + ": " + (name_.empty() ? "the document" : "field " + name_) + " " +
+                   complaint);
+}
+
+JsonField JsonField::At(const std::string& key) const {
+  if (!value_.is_object()) Fail("must be an object");
+  const auto found = value_.find(key);
+  if (found == value_.end()) Fail("lacks \"" + key + "\"");
+  return JsonField(*found, file_, name_.empty() ? key : name_ + "." + key);
+}
+
+std::optional<JsonField> JsonField::Find(const std::string& key) const {
+  if (!value_.is_object()) Fail("must be an object");
+  const auto found = value_.find(key);
+  if (found == value_.end() || found->is_null()) return std::nullopt;
+  return At(key);
+}
+
+std::vector<JsonField> JsonField::Elements() const {
+  if (!value_.is_array()) Fail("must be a list");
+  std::vector<JsonField> elements;
+  for (size_t i = 0; i < value_.size(); ++i)
+    elements.emplace_back(value_[i], file_, name_ + "[" + std::to_string(i) + "]");
+  return elements;
+}
+
+std::string JsonField::AsString() const {
+  if (!value_.is_string()) Fail("must be text, not " + value_.dump());
+  return value_.get<std::string>();
+}
+
+double JsonField::AsNumber() const {
+  if (!value_.is_number()) Fail("must be a number, not " + value_.dump());
+  return value_.get<double>();
+}
+
+std::int64_t JsonField::AsInteger() const {
+  if (!value_.is_number_integer()) Fail("must be a whole number, not " + value_.dump());
+  return value_.get<std::int64_t>();
+}
+
+int JsonField::AsInt() const {
+  const std::int64_t number = AsInteger();
+  if (number < std::numeric_limits<int>::min() || number > std::numeric_limits<int>::max())
+    Fail("is out of range: " + value_.dump());
+  return static_cast<int>(number);
+}
+
+Eigen::Vector2d JsonField::AsVector2() const {
+  const std::vector<JsonField> elements = Elements();
+  if (elements.size() != 2) Fail("must be a pair of numbers, not " + value_.dump());
+  return {elements[0].AsNumber(), elements[1].AsNumber()};
+}
+
+Eigen::Vector3d JsonField::AsVector3() const {
+  const std::vector<JsonField> elements = Elements();
+  if (elements.size() != 3) Fail("must be three numbers, not " + value_.dump());
+  return {elements[0].AsNumber(), elements[1].AsNumber(), elements[2].AsNumber()};
+}
+
+Eigen::MatrixXd JsonField::AsMatrix(int rows, int cols) const {
+  const std::string shape = std::to_string(rows) + " x " + std::to_string(cols);
+  const std::vector<JsonField> lines = Elements();
+  if (std::ssize(lines) != rows) Fail("must be a " + shape + " matrix");
+  Eigen::MatrixXd matrix(rows, cols);
+  for (int row = 0; row < rows; ++row) {
+    const std::vector<JsonField> cells = lines[static_cast<size_t>(row)].Elements();
+    if (std::ssize(cells) != cols) Fail("must be a " + shape + " matrix");
+    for (int col = 0; col < cols; ++col)
+      matrix(row, col) = cells[static_cast<size_t>(col)].AsNumber();
+  }
+  return matrix;
+}
+
+std::vector<std::string> JsonField::AsStrings() const {
+  std::vector<std::string> strings;
+  for (const JsonField& element : Elements()) strings.push_back(element.AsString());
+  return strings;
+}
+
+std::optional<double> JsonField::FindNumber(const std::string& key) const {
+  const auto field = Find(key);
+  return field ? std::optional(field->AsNumber()) : std::nullopt;
+}
+
+std::optional<Eigen::Vector2d> JsonField::FindVector2(const std::string& key) const {
+  const auto field = Find(key);
+  return field ? std::optional(field->AsVector2()) : std::nullopt;
+}
+
+Json ParseJsonFile(const std::string& path) {
+  const std::string text = ReadFile(path);
+  try {
+    return Json::parse(text);
+  } catch (const Json::exception& error) {
+    throw InputError(path + " is not valid JSON: " + error.what());
+  }
+}
+
+Json MatrixJson(const Eigen::Ref<const Eigen::MatrixXd>& matrix) {
+  Json rows = Json::array();
+  for (Eigen::Index row = 0; row < matrix.rows(); ++row) {
+    Json cells = Json::array();
+    for (Eigen::Index col = 0; col < matrix.cols(); ++col) cells.push_back(matrix(row, col));
+    rows.push_back(std::move(cells));
+  }
+  return rows;
+}
+
+Json ToJson(const std::optional<double>& number) {
+  return number && std::isfinite(*number) ? Json(*number) : Json(nullptr);
+}
+
+Json ToJson(const std::optional<Eigen::Vector2d>& vector) {
+  return vector && vector->allFinite() ? Json::array({vector->x(), vector->y()}) : Json(nullptr);
+}
+
+}  // namespace orient

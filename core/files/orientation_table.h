@@ -1,0 +1,37 @@
+// The OPK CSV that orthorectifiers read: filename,x,y,z,omega,phi,kappa in metres and degrees, the
+// CRS beside it as WKT in a .prj of the same name.
+#pragma once
+
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "core/geometry/crs.h"
+#include "core/geometry/pose.h"
+
+namespace orient {
+
+struct OrientationRow {
+  std::string photo;  // file name without its extension
+  Pose pose;
+  std::optional<Vector6d> sigma;  // x y z [m] omega phi kappa [rad]
+};
+
+struct OrientationTable {
+  std::vector<OrientationRow> rows;
+  std::optional<Crs> crs;  // from the .prj, where there is one
+
+  const OrientationRow* Find(const std::string& photo) const;  // null where absent
+};
+
+// Throws InputError naming file, line, column and value; a photo named twice is an error.
+OrientationTable ReadOrientationTable(const std::string& path);
+
+// With sigma columns where any row has sigmas (empty cells for the others). Writes `path` and its
+// .prj beside and renames.
+void WriteOrientationTable(const std::string& path, const OrientationTable& table);
+
+// "dir/4711.tif" -> "4711": the photo's name in every table and result.
+std::string PhotoName(const std::string& path);
+
+}  // namespace orient

@@ -1,0 +1,308 @@
+#include "core/files/results.h"
+
+#include <array>
+#include <cmath>
+#include <filesystem>
+#include <limits>
+#include <stdexcept>
+
+#include "core/files/atomic_write.h"
+#include "core/files/json_fields.h"
+
+namespace orient {
+namespace {
+
+template <typename Enum, size_t n>
+Enum FromName(const JsonField& field, const std::array<Enum, n>& values) {
+  const std::string text = field.AsString();
+  std::string known;
+  for (const Enum value : values) {
+    if (Name(value) == text) return value;
+    known += (known.empty() ? "" : ", ") + std::string(Name(value));
+  }
+  field.Fail("is \"" + text + "\"; it must be one of " + known);
+}
+
+constexpr std::array kStatuses = {Status::kOk, Status::kWeak, Status::kFailed};
+constexpr std::array kPolarities = {Polarity::kPositive, Polarity::kNegative};
+constexpr std::array kMarkStates = {MarkState::kUsed, MarkState::kRejected, MarkState::kMissing};
+constexpr std::array kPatchStates = {PatchState::kMatched, PatchState::kNotFound,
+                                     PatchState::kRejected, PatchState::kNotVisible};
+
+// A result with a NaN in a place that must hold a number is a programming error upstream: it would
+// be read back as something else.
+void RequireFinite(bool finite, const std::string& photo, const std::string& field) {
+  if (!finite) throw std::invalid_argument("result of " + photo + ": " + field + " is not finite");
+}
+
+template <typename Enum>
+Json NameOrNull(const std::optional<Enum>& value) {
+  return value ? Json(Name(*value)) : Json(nullptr);
+}
+
+// ---- interior ----
+
+Json MarkJson(const MarkResult& mark) {
+  return {{"id", mark.id},
+          {"state", Name(mark.state)},
+          {"pixel", ToJson(mark.pixel)},
+          {"sigma_px", ToJson(mark.sigma_px)},
+          {"residual_um", ToJson(mark.residual_um)},
+          {"score", ToJson(mark.score)}};
+}
+
+Json TransformJson(const std::optional<Affine2d>& photo_from_pixel) {
+  if (!photo_from_pixel) return nullptr;
+  return MatrixJson((Eigen::MatrixXd(2, 3) << photo_from_pixel->A, photo_from_pixel->t).finished());
+}
+
+Json InteriorJson(const InteriorResult& result) {
+  if (result.photo_from_pixel)
+    RequireFinite(result.photo_from_pixel->A.allFinite() && result.photo_from_pixel->t.allFinite(),
+                  result.photo, "photo_from_pixel");
+  Json marks = Json::array();
+  for (const MarkResult& mark : result.marks) marks.push_back(MarkJson(mark));
+  Json possible = Json::array();
+  for (const ScanOrientation o : result.possible_orientations) possible.push_back(Name(o));
+  return {{"photo", result.photo},
+          {"status", Name(result.status)},
+          {"scan",
+           {{"width", result.width},
+            {"height", result.height},
+            {"pixel_size_um", ToJson(result.pixel_size_um)},
+            {"polarity", NameOrNull(result.polarity)},
+            {"orientation", NameOrNull(result.orientation)},
+            {"possible_orientations", std::move(possible)}}},
+          {"photo_from_pixel", TransformJson(result.photo_from_pixel)},
+          {"sigma0_um", ToJson(result.sigma0_um)},
+          {"margin", ToJson(result.margin)},
+          {"marks", std::move(marks)},
+          {"messages", result.messages}};
+}
+
+MarkResult ReadMark(const JsonField& field) {
+  MarkResult mark;
+  mark.id = field.At("id").AsString();
+  mark.state = FromName(field.At("state"), kMarkStates);
+  mark.pixel = field.FindVector2("pixel");
+  mark.sigma_px = field.FindVector2("sigma_px");
+  mark.residual_um = field.FindVector2("residual_um");
+  mark.score = field.FindNumber("score");
+  return mark;
+}
+
+void ReadScan(const JsonField& scan, InteriorResult* result) {
+  result->width = scan.At("width").AsInt();
+  result->height = scan.At("height").AsInt();
+  result->pixel_size_um = scan.FindNumber("pixel_size_um");
+  if (const auto field = scan.Find("polarity")) result->polarity = FromName(*field, kPolarities);
+  if (const auto field = scan.Find("orientation"))
+    result->orientation = FromName(*field, kAllScanOrientations);
+  if (const auto field = scan.Find("possible_orientations"))
+    for (const JsonField& name : field->Elements())
+      result->possible_orientations.push_back(FromName(name, kAllScanOrientations));
+}
+
+// ---- exterior ----
+
+Json PoseJson(const std::optional<Pose>& pose) {
+  if (!pose) return nullptr;
+  const auto degrees = [&](int i) { return DegFromRad(NormalizeAngle(pose->opk_rad[i])); };
+  return {{"x", pose->position_m.x()}, {"y", pose->position_m.y()}, {"z", pose->position_m.z()},
+          {"omega", degrees(0)},       {"phi", degrees(1)},         {"kappa", degrees(2)}};
+}
+
+Json VectorJson(const Eigen::Vector3d& v) { return Json::array({v.x(), v.y(), v.z()}); }
+
+Json RoundJson(const LoopRound& round) {
+  return {{"searched", round.searched},
+          {"matched", round.matched},
+          {"window_px", ToJson(std::optional(round.window_px))},
+          {"rms_px", ToJson(std::optional(round.rms_px))}};
+}
+
+Json PatchJson(const PatchResult& patch) {
+  return {{"id", patch.id},
+          {"state", Name(patch.state)},
+          {"ground", patch.ground_m ? VectorJson(*patch.ground_m) : Json(nullptr)},
+          {"predicted", ToJson(patch.predicted)},
+          {"pixel", ToJson(patch.pixel)},
+          {"sigma_px", ToJson(patch.sigma_px)},
+          {"residual_px", ToJson(patch.residual_px)},
+          {"ncc", ToJson(patch.ncc)},
+          {"reason", patch.reason}};
+}
+
+Json ExteriorJson(const ExteriorResult& result) {
+  if (result.pose) RequireFinite(result.pose->AsVector().allFinite(), result.photo, "pose");
+  if (result.covariance) RequireFinite(result.covariance->allFinite(), result.photo, "covariance");
+  Json iterations = Json::array(), patches = Json::array();
+  Json footprint = Json::array();
+  for (const Eigen::Vector3d& corner : result.footprint_m) footprint.push_back(VectorJson(corner));
+  for (const LoopRound& round : result.iterations) iterations.push_back(RoundJson(round));
+  for (const PatchResult& patch : result.patches) patches.push_back(PatchJson(patch));
+  return {{"photo", result.photo},
+          {"status", Name(result.status)},
+          {"scan",
+           {{"width", result.width},
+            {"height", result.height},
+            {"orientation", NameOrNull(result.orientation)}}},
+          {"pose", PoseJson(result.pose)},
+          {"covariance", result.covariance ? MatrixJson(*result.covariance) : Json(nullptr)},
+          {"sigma0_px", ToJson(result.sigma0_px)},
+          {"footprint", std::move(footprint)},
+          {"iterations", std::move(iterations)},
+          {"patches", std::move(patches)},
+          {"messages", result.messages}};
+}
+
+Pose ReadPose(const JsonField& field) {
+  const auto number = [&](const char* key) { return field.At(key).AsNumber(); };
+  Pose pose;
+  pose.position_m = {number("x"), number("y"), number("z")};
+  pose.opk_rad = {RadFromDeg(number("omega")), RadFromDeg(number("phi")),
+                  RadFromDeg(number("kappa"))};
+  return pose;
+}
+
+LoopRound ReadRound(const JsonField& field) {
+  constexpr double kUnknown = std::numeric_limits<double>::quiet_NaN();
+  LoopRound round;
+  round.searched = field.At("searched").AsInt();
+  round.matched = field.At("matched").AsInt();
+  round.window_px = field.FindNumber("window_px").value_or(kUnknown);
+  round.rms_px = field.FindNumber("rms_px").value_or(kUnknown);
+  return round;
+}
+
+PatchResult ReadPatch(const JsonField& field) {
+  PatchResult patch;
+  patch.id = field.At("id").AsInteger();
+  patch.state = FromName(field.At("state"), kPatchStates);
+  if (const auto ground = field.Find("ground")) patch.ground_m = ground->AsVector3();
+  patch.predicted = field.FindVector2("predicted");
+  patch.pixel = field.FindVector2("pixel");
+  patch.sigma_px = field.FindVector2("sigma_px");
+  patch.residual_px = field.FindVector2("residual_px");
+  patch.ncc = field.FindNumber("ncc");
+  if (const auto reason = field.Find("reason")) patch.reason = reason->AsString();
+  return patch;
+}
+
+std::string ResultPath(const std::string& directory, const std::string& photo, const char* suffix) {
+  return (std::filesystem::path(directory) / (photo + suffix)).string();
+}
+
+std::string Text(const Json& json) { return json.dump(2) + "\n"; }
+
+}  // namespace
+
+std::string_view Name(Status status) {
+  switch (status) {
+    case Status::kOk:
+      return "ok";
+    case Status::kWeak:
+      return "weak";
+    case Status::kFailed:
+      return "failed";
+  }
+  throw std::invalid_argument("Name: not a Status");
+}
+
+std::string_view Name(Polarity polarity) {
+  switch (polarity) {
+    case Polarity::kPositive:
+      return "positive";
+    case Polarity::kNegative:
+      return "negative";
+  }
+  throw std::invalid_argument("Name: not a Polarity");
+}
+
+std::string_view Name(MarkState state) {
+  switch (state) {
+    case MarkState::kUsed:
+      return "used";
+    case MarkState::kRejected:
+      return "rejected";
+    case MarkState::kMissing:
+      return "missing";
+  }
+  throw std::invalid_argument("Name: not a MarkState");
+}
+
+std::string_view Name(PatchState state) {
+  switch (state) {
+    case PatchState::kMatched:
+      return "matched";
+    case PatchState::kNotFound:
+      return "not_found";
+    case PatchState::kRejected:
+      return "rejected";
+    case PatchState::kNotVisible:
+      return "not_visible";
+  }
+  throw std::invalid_argument("Name: not a PatchState");
+}
+
+std::string InteriorResultPath(const std::string& directory, const std::string& photo) {
+  return ResultPath(directory, photo, ".interior.json");
+}
+
+std::string ExteriorResultPath(const std::string& directory, const std::string& photo) {
+  return ResultPath(directory, photo, ".exterior.json");
+}
+
+void WriteInteriorResult(const std::string& directory, const InteriorResult& result) {
+  WriteFileAtomically(InteriorResultPath(directory, result.photo), Text(InteriorJson(result)));
+}
+
+void WriteExteriorResult(const std::string& directory, const ExteriorResult& result) {
+  WriteFileAtomically(ExteriorResultPath(directory, result.photo), Text(ExteriorJson(result)));
+}
+
+InteriorResult ReadInteriorResult(const std::string& path) {
+  const Json json = ParseJsonFile(path);
+  const JsonField root(json, path);
+  InteriorResult result;
+  result.photo = root.At("photo").AsString();
+  result.status = FromName(root.At("status"), kStatuses);
+  ReadScan(root.At("scan"), &result);
+  if (const auto field = root.Find("photo_from_pixel")) {
+    const Eigen::MatrixXd matrix = field->AsMatrix(2, 3);
+    result.photo_from_pixel = Affine2d{matrix.leftCols<2>(), matrix.col(2)};
+  }
+  result.sigma0_um = root.FindNumber("sigma0_um");
+  result.margin = root.FindNumber("margin");
+  for (const JsonField& mark : root.At("marks").Elements()) result.marks.push_back(ReadMark(mark));
+  result.messages = root.At("messages").AsStrings();
+  return result;
+}
+
+ExteriorResult ReadExteriorResult(const std::string& path) {
+  const Json json = ParseJsonFile(path);
+  const JsonField root(json, path);
+  ExteriorResult result;
+  result.photo = root.At("photo").AsString();
+  result.status = FromName(root.At("status"), kStatuses);
+  if (const auto scan = root.Find("scan")) {
+    result.width = scan->At("width").AsInt();
+    result.height = scan->At("height").AsInt();
+    if (const auto field = scan->Find("orientation"))
+      result.orientation = FromName(*field, kAllScanOrientations);
+  }
+  if (const auto field = root.Find("pose")) result.pose = ReadPose(*field);
+  if (const auto field = root.Find("covariance")) result.covariance = field->AsMatrix(6, 6);
+  result.sigma0_px = root.FindNumber("sigma0_px");
+  if (const auto footprint = root.Find("footprint"))
+    for (const JsonField& corner : footprint->Elements())
+      result.footprint_m.push_back(corner.AsVector3());
+  for (const JsonField& field : root.At("iterations").Elements())
+    result.iterations.push_back(ReadRound(field));
+  for (const JsonField& field : root.At("patches").Elements())
+    result.patches.push_back(ReadPatch(field));
+  result.messages = root.At("messages").AsStrings();
+  return result;
+}
+
+}  // namespace orient

@@ -1,0 +1,94 @@
+// What the stages say about one photo, and the JSON files that hold it.
+#pragma once
+
+#include <Eigen/Core>
+#include <cstdint>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "core/geometry/pose.h"
+#include "core/geometry/transform2d.h"
+
+namespace orient {
+
+enum class Status { kOk, kWeak, kFailed };
+enum class Polarity { kPositive, kNegative };
+enum class MarkState { kUsed, kRejected, kMissing };
+enum class PatchState { kMatched, kNotFound, kRejected, kNotVisible };
+
+std::string_view Name(Status status);      // "ok", "weak", "failed"
+std::string_view Name(Polarity polarity);  // "positive", "negative"
+std::string_view Name(MarkState state);    // "used", "rejected", "missing"
+std::string_view Name(PatchState state);   // "matched", "not_found", "rejected", "not_visible"
+
+struct MarkResult {
+  std::string id;
+  MarkState state = MarkState::kMissing;
+  std::optional<Eigen::Vector2d> pixel;  // absent for a missing mark
+  std::optional<Eigen::Vector2d> sigma_px;
+  std::optional<Eigen::Vector2d> residual_um;  // photo system, measured - computed
+  std::optional<double> score;                 // NCC
+};
+
+struct InteriorResult {
+  std::string photo;
+  Status status = Status::kFailed;
+  int width = 0, height = 0;
+  std::optional<double> pixel_size_um;
+  std::optional<Polarity> polarity;
+  std::optional<ScanOrientation> orientation;  // null while still open
+  // What the marks leave open, the likeliest first; photo_from_pixel and the marks' ids are those
+  // of the first. One element where the orientation is known, none when failed.
+  std::vector<ScanOrientation> possible_orientations;
+  std::optional<Affine2d> photo_from_pixel;  // absent when failed
+  std::optional<double> sigma0_um;
+  std::optional<double> margin;  // nats to the second-best assignment
+  std::vector<MarkResult> marks;
+  std::vector<std::string> messages;
+};
+
+struct LoopRound {
+  int searched = 0;
+  int matched = 0;
+  double window_px = 0;
+  double rms_px = 0;
+};
+
+struct PatchResult {
+  std::int64_t id = 0;
+  PatchState state = PatchState::kNotVisible;
+  std::optional<Eigen::Vector3d> ground_m;  // of the patch
+  std::optional<Eigen::Vector2d> predicted;
+  std::optional<Eigen::Vector2d> pixel;
+  std::optional<Eigen::Vector2d> sigma_px;
+  std::optional<Eigen::Vector2d> residual_px;
+  std::optional<double> ncc;
+  std::string reason;
+};
+
+struct ExteriorResult {
+  std::string photo;
+  Status status = Status::kFailed;
+  int width = 0, height = 0;  // of the scan
+  std::optional<Pose> pose;
+  std::optional<Matrix6d> covariance;
+  std::optional<double> sigma0_px;
+  std::optional<ScanOrientation> orientation;  // the scan orientation used
+  std::vector<Eigen::Vector3d> footprint_m;    // the frame's outline on the ground, closed ring
+  std::vector<LoopRound> iterations;
+  std::vector<PatchResult> patches;
+  std::vector<std::string> messages;
+};
+
+// <directory>/<photo>.interior.json and .exterior.json, written beside and renamed. Reading throws
+// InputError naming the file and the field.
+void WriteInteriorResult(const std::string& directory, const InteriorResult& result);
+void WriteExteriorResult(const std::string& directory, const ExteriorResult& result);
+InteriorResult ReadInteriorResult(const std::string& path);
+ExteriorResult ReadExteriorResult(const std::string& path);
+std::string InteriorResultPath(const std::string& directory, const std::string& photo);
+std::string ExteriorResultPath(const std::string& directory, const std::string& photo);
+
+}  // namespace orient

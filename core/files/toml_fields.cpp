@@ -1,0 +1,242 @@
+#include "core/files/toml_fields.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <numeric>
+#include <sstream>
+
+#include "core/error.h"
+#include "core/files/atomic_write.h"
+
+namespace orient {
+namespace {
+
+// Levenshtein's distance: insertions, deletions and substitutions that turn one word into another.
+size_t EditDistance(std::string_view a, std::string_view b) {
+  std::vector<size_t> previous(b.size() + 1), current(b.size() + 1);
+  std::iota(previous.begin(), previous.end(), size_t{0});
+  for (size_t i = 0; i < a.size(); ++i) {
+    current[0] = i + 1;
+    for (size_t j = 0; j < b.size(); ++j)
+      current[j + 1] = std::min(
+          {previous[j + 1] + 1, current[j] + 1, previous[j] + (a[i] == b[j] ? size_t{0} : 1)});
+    std::swap(previous, current);
+  }
+  return previous[b.size()];
+}
+
+std::string Joined(std::initializer_list<std::string_view> words) {
+  std::string joined;
+  for (const std::string_view word : words)
+    joined += (joined.empty() ? "" : ", ") + std::string(word);
+  return joined;
+}
+
+std::string Shown(const toml::node& node) {
+  std::ostringstream text;
+  if (const auto* value = node.as_string()) {
+    text << '"' << value->get() << '"';
+  } else if (const auto* number = node.as_integer()) {
+    text << number->get();
+  } else if (const auto* real = node.as_floating_point()) {
+    text << real->get();
+  } else {
+    text << "a " << node.type();
+  }
+  return text.str();
+}
+
+}  // namespace
+
+std::string NearestWord(std::string_view word, std::initializer_list<std::string_view> known) {
+  const auto distance = [&](std::string_view other) { return EditDistance(word, other); };
+  const auto nearest = std::min_element(
+      known.begin(), known.end(),
+      [&](std::string_view a, std::string_view b) { return distance(a) < distance(b); });
+  // More than half of the word changed is another word.
+  if (nearest == known.end() || 2 * distance(*nearest) > std::max(word.size(), nearest->size()))
+    return "";
+  return std::string(*nearest);
+}
+
+toml::table ParseTomlFile(const std::string& path) {
+  const std::string text = ReadFile(path);
+  try {
+    return toml::parse(text, path);
+  } catch (const toml::parse_error& error) {
+    const auto& begin = error.source().begin;
+    throw InputError(path + ", line " + std::to_string(begin.line) + ", column " +
+                     std::to_string(begin.column) +
+                     ": not valid TOML: " + std::string(error.description()));
+  }
+}
+
+TomlTable::TomlTable(const toml::table& table, std::string file, std::string name,
+                     std::initializer_list<std::string_view> known)
+    : table_(table), file_(std::move(file)), name_(std::move(name)) {
+  for (const auto& [key, node] : table_) {
+    if (std::find(known.begin(), known.end(), key.str()) != known.end()) continue;
+    const std::string nearest = NearestWord(key.str(), known);
+    FailAt(node, NameOf(key.str()),
+           "is not a known key; " + (nearest.empty() ? "known here: " + Joined(known)
+                                                     : "did you mean " + nearest + "?"));
+  }
+}
+
+std::string TomlTable::NameOf(std::string_view key) const {
+  if (key.empty()) return name_.empty() ? "the file" : name_;
+  return name_.empty() ? std::string(key) : name_ + "." + std::string(key);
+}
+
+void TomlTable::FailAt(const toml::node& node, const std::string& name,
+                       const std::string& complaint) const {
+  const auto line = node.source().begin.line;
+  throw InputError(file_ + (line > 0 ? ", line " + std::to_string(line) : "") + ": " + name + " " +
+                   complaint);
+}
+
+void TomlTable::Fail(std::string_view key, const std::string& complaint) const {
+  const toml::node* node = key.empty() ? nullptr : table_.get(key);
+  FailAt(node != nullptr ? *node : table_, NameOf(key), complaint);
+}
+
+std::optional<std::string> TomlTable::FindText(std::string_view key) const {
+  const toml::node* node = table_.get(key);
+  if (node == nullptr) return std::nullopt;
+  if (!node->is_string()) Fail(key, "must be text in quotes, not " + Shown(*node));
+  return node->as_string()->get();
+}
+
+std::optional<double> TomlTable::FindNumber(std::string_view key) const {
+  const toml::node* node = table_.get(key);
+  if (node == nullptr) return std::nullopt;
+  const auto number = node->is_number() ? node->value<double>() : std::nullopt;
+  if (!number || !std::isfinite(*number)) Fail(key, "must be a number, not " + Shown(*node));
+  return number;
+}
+
+std::optional<int> TomlTable::FindCount(std::string_view key) const {
+  const toml::node* node = table_.get(key);
+  if (node == nullptr) return std::nullopt;
+  const auto number = node->is_integer() ? node->value<int>() : std::nullopt;
+  if (!number) Fail(key, "must be a whole number, not " + Shown(*node));
+  return number;
+}
+
+const toml::array* TomlTable::FindArray(std::string_view key, const std::string& expected) const {
+  const toml::node* node = table_.get(key);
+  if (node != nullptr && !node->is_array()) Fail(key, "must be " + expected);
+  return node == nullptr ? nullptr : node->as_array();
+}
+
+std::optional<std::vector<double>> TomlTable::FindNumbers(std::string_view key) const {
+  const toml::array* array = FindArray(key, "a list of numbers");
+  if (array == nullptr) return std::nullopt;
+  std::vector<double> numbers;
+  for (const toml::node& node : *array) {
+    const auto number = node.is_number() ? node.value<double>() : std::nullopt;
+    if (!number || !std::isfinite(*number))
+      FailAt(node, NameOf(key), "must hold numbers, not " + Shown(node));
+    numbers.push_back(*number);
+  }
+  return numbers;
+}
+
+std::optional<std::vector<std::string>> TomlTable::FindTexts(std::string_view key) const {
+  const toml::array* array = FindArray(key, "a list of texts in quotes");
+  if (array == nullptr) return std::nullopt;
+  std::vector<std::string> texts;
+  for (const toml::node& node : *array) {
+    if (!node.is_string())
+      FailAt(node, NameOf(key), "must hold texts in quotes, not " + Shown(node));
+    texts.push_back(node.as_string()->get());
+  }
+  return texts;
+}
+
+std::optional<Eigen::Vector2d> TomlTable::FindVector2(std::string_view key) const {
+  const auto numbers = FindNumbers(key);
+  if (!numbers) return std::nullopt;
+  if (numbers->size() != 2) Fail(key, "must be two numbers in brackets");
+  return Eigen::Vector2d((*numbers)[0], (*numbers)[1]);
+}
+
+std::optional<Eigen::Vector2i> TomlTable::FindCounts2(std::string_view key) const {
+  const auto numbers = FindVector2(key);
+  if (!numbers) return std::nullopt;
+  const double limit = std::numeric_limits<int>::max();
+  if (*numbers != numbers->array().round().matrix() || numbers->cwiseAbs().maxCoeff() > limit)
+    Fail(key, "must be two whole numbers");
+  return numbers->cast<int>();
+}
+
+std::string TomlTable::Text(std::string_view key) const {
+  const auto text = FindText(key);
+  if (!text) Fail("", "lacks the key " + std::string(key));
+  if (text->empty()) Fail(key, "must not be empty");
+  return *text;
+}
+
+double TomlTable::Number(std::string_view key) const {
+  const auto number = FindNumber(key);
+  if (!number) Fail("", "lacks the key " + std::string(key));
+  return *number;
+}
+
+double TomlTable::PositiveNumber(std::string_view key) const {
+  const double number = Number(key);
+  if (number <= 0) Fail(key, "is " + Shown(*table_.get(key)) + "; it must be positive");
+  return number;
+}
+
+Eigen::Vector2d TomlTable::Vector2(std::string_view key) const {
+  const auto vector = FindVector2(key);
+  if (!vector) Fail("", "lacks the key " + std::string(key));
+  return *vector;
+}
+
+std::optional<TomlTable> TomlTable::FindTable(std::string_view key,
+                                              std::initializer_list<std::string_view> known) const {
+  const toml::node* node = table_.get(key);
+  if (node == nullptr) return std::nullopt;
+  if (!node->is_table()) Fail(key, "must be a table");
+  return TomlTable(*node->as_table(), file_, NameOf(key), known);
+}
+
+std::vector<std::pair<const toml::table*, std::string>> TomlTable::RawTables(
+    std::string_view key) const {
+  std::vector<std::pair<const toml::table*, std::string>> tables;
+  const toml::array* array = FindArray(key, "a list of tables");
+  if (array == nullptr) return tables;
+  for (size_t i = 0; i < array->size(); ++i) {
+    const toml::node& node = (*array)[i];
+    const std::string name = NameOf(key) + "[" + std::to_string(i) + "]";
+    if (!node.is_table()) FailAt(node, name, "must be a table, not " + Shown(node));
+    tables.emplace_back(node.as_table(), name);
+  }
+  return tables;
+}
+
+std::vector<TomlTable> TomlTable::Tables(std::string_view key,
+                                         std::initializer_list<std::string_view> known) const {
+  std::vector<TomlTable> tables;
+  for (const auto& [table, name] : RawTables(key)) tables.emplace_back(*table, file_, name, known);
+  return tables;
+}
+
+std::vector<std::pair<std::string, TomlTable>> TomlTable::NamedTables(
+    std::string_view key, std::initializer_list<std::string_view> known) const {
+  std::vector<std::pair<std::string, TomlTable>> tables;
+  const toml::node* node = table_.get(key);
+  if (node == nullptr) return tables;
+  if (!node->is_table()) Fail(key, "must be a table");
+  for (const auto& [name, value] : *node->as_table()) {
+    const std::string place = NameOf(key) + "." + std::string(name.str());
+    if (!value.is_table()) FailAt(value, place, "must be a table, not " + Shown(value));
+    tables.emplace_back(std::string(name.str()), TomlTable(*value.as_table(), file_, place, known));
+  }
+  return tables;
+}
+
+}  // namespace orient

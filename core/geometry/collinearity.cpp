@@ -1,0 +1,53 @@
+#include "core/geometry/collinearity.h"
+
+#include <Eigen/Geometry>
+
+namespace orient {
+
+std::optional<Eigen::Vector2d> PhotoFromGround(const Camera& camera, const Pose& pose,
+                                               const Eigen::Vector3d& ground_m) {
+  const Eigen::Vector3d d = pose.GroundFromPhoto().transpose() * (ground_m - pose.position_m);
+  if (!(d.z() < 0)) return std::nullopt;
+  const Eigen::Vector2d ideal = d.head<2>() * (-camera.principal_distance_mm / d.z());
+  if (!InsideFold(camera.lens, ideal)) return std::nullopt;
+  return camera.principal_point_mm + DistortPoint(camera.lens, ideal);
+}
+
+std::optional<ProjectionDerivatives> PhotoFromGroundWithDerivatives(
+    const Camera& camera, const Pose& pose, const Eigen::Vector3d& ground_m) {
+  const Eigen::Matrix3d photo_from_ground = pose.GroundFromPhoto().transpose();
+  const Eigen::Vector3d offset = ground_m - pose.position_m;
+  const Eigen::Vector3d d = photo_from_ground * offset;
+  if (!(d.z() < 0)) return std::nullopt;
+  const double c = camera.principal_distance_mm;
+  const Eigen::Vector2d slope = -d.head<2>() / d.z();
+  const Eigen::Vector2d ideal = c * slope;
+  if (!InsideFold(camera.lens, ideal)) return std::nullopt;
+
+  const Eigen::Matrix2d measured_by_ideal =
+      Eigen::Matrix2d::Identity() + DistortionJacobian(camera.lens, ideal);
+  Eigen::Matrix<double, 2, 3> ideal_by_d;
+  ideal_by_d << -c / d.z(), 0, -ideal.x() / d.z(),  //
+      0, -c / d.z(), -ideal.y() / d.z();
+  const Eigen::Matrix<double, 2, 3> by_d = measured_by_ideal * ideal_by_d;
+
+  ProjectionDerivatives result;
+  result.photo_mm = camera.principal_point_mm + DistortPoint(camera.lens, ideal);
+  result.by_ground = by_d * photo_from_ground;
+  result.by_pose.leftCols<3>() = -result.by_ground;
+  const auto by_angle = GroundFromPhotoRotationDerivatives(pose.opk_rad);
+  for (int i = 0; i < 3; ++i)
+    result.by_pose.col(3 + i) = by_d * (by_angle[static_cast<std::size_t>(i)].transpose() * offset);
+  result.by_principal_distance = measured_by_ideal * slope;
+  return result;
+}
+
+std::optional<Ray> GroundRayFromPhoto(const Camera& camera, const Pose& pose,
+                                      const Eigen::Vector2d& photo_mm) {
+  const auto ideal = UndistortPoint(camera.lens, photo_mm - camera.principal_point_mm);
+  if (!ideal) return std::nullopt;
+  const Eigen::Vector3d direction(ideal->x(), ideal->y(), -camera.principal_distance_mm);
+  return Ray{pose.position_m, pose.GroundFromPhoto() * direction.normalized()};
+}
+
+}  // namespace orient

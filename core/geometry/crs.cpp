@@ -1,0 +1,170 @@
+#include "core/geometry/crs.h"
+
+#include <ogr_spatialref.h>
+
+#include <cmath>
+#include <cstdlib>
+#include <fstream>
+#include <iterator>
+#include <stdexcept>
+
+#include "core/error.h"
+#include "core/geometry/quiet_gdal.h"
+
+namespace orient {
+namespace {
+
+std::string Trimmed(const std::string& text) {
+  const char* blank = " \t\r\n";
+  const auto first = text.find_first_not_of(blank);
+  if (first == std::string::npos) return "";
+  return text.substr(first, text.find_last_not_of(blank) - first + 1);
+}
+
+std::string Quoted(const std::string& text) {
+  constexpr std::size_t kLongest = 80;
+  std::string quoted = "'";
+  quoted.append(text, 0, kLongest);
+  if (text.size() > kLongest) quoted.append("...");
+  return quoted.append("'");
+}
+
+// The horizontal part with x east, y north. Never reads a file or the network.
+std::optional<OGRSpatialReference> Understand(const std::string& definition) {
+  OGRSpatialReference crs;
+  if (crs.SetFromUserInput(definition.c_str(),
+                           OGRSpatialReference::SET_FROM_USER_INPUT_LIMITATIONS_get()) !=
+      OGRERR_NONE)
+    return std::nullopt;
+  crs.StripVertical();
+  crs.SetAxisMappingStrategy(OAMS_TRADITIONAL_GIS_ORDER);
+  return crs;
+}
+
+OGRSpatialReference Known(const std::string& wkt) {
+  const QuietGdal quiet;
+  auto crs = Understand(wkt);
+  if (!crs) throw InputError("the CRS " + Quoted(wkt) + " is not understood" + quiet.Message());
+  return *crs;
+}
+
+// East and north in either order; near a pole, where both axes point north (or south), by name.
+bool IsEastNorth(const OGRSpatialReference& crs) {
+  OGRAxisOrientation first = OAO_Other, second = OAO_Other;
+  const char* first_name = crs.GetAxis(nullptr, 0, &first);
+  const char* second_name = crs.GetAxis(nullptr, 1, &second);
+  if (first_name == nullptr || second_name == nullptr) return false;
+  if ((first == OAO_East && second == OAO_North) || (first == OAO_North && second == OAO_East))
+    return true;
+  const bool polar = first == second && (first == OAO_North || first == OAO_South);
+  return polar && std::string(first_name).find("asting") != std::string::npos &&
+         std::string(second_name).find("orthing") != std::string::npos;
+}
+
+std::string Exported(const OGRSpatialReference& crs, const char* format) {
+  const QuietGdal quiet;
+  const std::string option = std::string("FORMAT=") + format;
+  const char* const options[] = {option.c_str(), nullptr};
+  char* text = nullptr;
+  const bool ok = crs.exportToWkt(&text, options) == OGRERR_NONE && text != nullptr;
+  const std::string wkt = ok ? text : "";
+  CPLFree(text);
+  if (!ok)
+    throw InputError("the CRS cannot be written as " + std::string(format) + quiet.Message());
+  return wkt;
+}
+
+}  // namespace
+
+Crs Crs::Parse(const std::string& definition, const std::string& origin) {
+  const QuietGdal quiet;
+  const std::string text = Trimmed(definition);
+  const auto crs = text.empty() ? std::nullopt : Understand(text);
+  const std::string what = origin + ": the CRS " + Quoted(text);
+  const std::string remedy = "; give a projected CRS in metres, for example EPSG:32635";
+  if (!crs) throw InputError(what + " is not understood" + quiet.Message() + remedy);
+  if (crs->IsGeographic()) throw InputError(what + " is geographic (degrees)" + remedy);
+  if (!crs->IsProjected()) throw InputError(what + " is not projected" + remedy);
+  const char* unit = nullptr;
+  const double metres = crs->GetLinearUnits(&unit);
+  if (std::abs(metres - 1) > 1e-12)
+    throw InputError(what + " counts in '" + (unit == nullptr ? "unknown unit" : unit) +
+                     "', not in metres" + remedy);
+  if (!IsEastNorth(*crs)) throw InputError(what + " has axes other than east and north" + remedy);
+  return Crs(Exported(*crs, "WKT2_2019"));
+}
+
+Crs Crs::FromFile(const std::string& path) {
+  std::ifstream file(path, std::ios::binary);
+  if (!file)
+    throw InputError(path +
+                     ": the file with the CRS cannot be read; write its WKT or EPSG code there");
+  const std::string text((std::istreambuf_iterator<char>(file)), std::istreambuf_iterator<char>());
+  return Parse(text, path);
+}
+
+std::string Crs::Wkt1() const { return Exported(Known(wkt_), "WKT1_GDAL"); }
+
+std::string Crs::Name() const {
+  const char* name = Known(wkt_).GetName();
+  return name == nullptr ? "" : name;
+}
+
+std::optional<int> Crs::Epsg() const {
+  OGRSpatialReference crs = Known(wkt_);
+  const QuietGdal quiet;
+  if (crs.GetAuthorityCode(nullptr) == nullptr) crs.AutoIdentifyEPSG();
+  const char* authority = crs.GetAuthorityName(nullptr);
+  const char* code = crs.GetAuthorityCode(nullptr);
+  if (authority == nullptr || code == nullptr || std::string(authority) != "EPSG")
+    return std::nullopt;
+  return std::atoi(code);
+}
+
+bool Crs::SameAs(const Crs& other) const { return SameHorizontalCrs(wkt_, other.wkt_); }
+
+bool SameHorizontalCrs(const std::string& a, const std::string& b) {
+  if (a == b) return true;
+  const OGRSpatialReference crs_a = Known(a), crs_b = Known(b);
+  const QuietGdal quiet;
+  const char* const options[] = {"CRITERION=EQUIVALENT_EXCEPT_AXIS_ORDER_GEOGCRS",
+                                 "IGNORE_DATA_AXIS_TO_SRS_AXIS_MAPPING=YES", nullptr};
+  return crs_a.IsSame(&crs_b, options) != 0;
+}
+
+struct CoordinateTransform::Impl {
+  std::unique_ptr<OGRCoordinateTransformation> transform;
+};
+
+CoordinateTransform::CoordinateTransform(std::unique_ptr<Impl> impl) : impl_(std::move(impl)) {}
+
+CoordinateTransform::CoordinateTransform(const Crs& target, const Crs& source)
+    : CoordinateTransform(Between(target.Wkt(), source.Wkt())) {}
+
+CoordinateTransform CoordinateTransform::Between(const std::string& target_definition,
+                                                 const std::string& source_definition) {
+  const OGRSpatialReference target = Known(target_definition), source = Known(source_definition);
+  const QuietGdal quiet;
+  auto impl = std::make_unique<Impl>();
+  impl->transform.reset(OGRCreateCoordinateTransformation(&source, &target));
+  if (!impl->transform)
+    throw InputError("there is no transform from the CRS " + Quoted(source.GetName()) + " to " +
+                     Quoted(target.GetName()) + quiet.Message());
+  return CoordinateTransform(std::move(impl));
+}
+
+CoordinateTransform::~CoordinateTransform() = default;
+CoordinateTransform::CoordinateTransform(CoordinateTransform&&) noexcept = default;
+CoordinateTransform& CoordinateTransform::operator=(CoordinateTransform&&) noexcept = default;
+
+std::optional<Eigen::Vector2d> CoordinateTransform::operator()(const Eigen::Vector2d& xy) const {
+  if (!xy.allFinite()) return std::nullopt;
+  const QuietGdal quiet;
+  double x = xy.x(), y = xy.y();
+  int success = 0;
+  impl_->transform->Transform(1, &x, &y, nullptr, &success);
+  if (success == 0 || !std::isfinite(x) || !std::isfinite(y)) return std::nullopt;
+  return Eigen::Vector2d(x, y);
+}
+
+}  // namespace orient

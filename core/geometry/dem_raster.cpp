@@ -1,0 +1,93 @@
+#include "core/geometry/dem_raster.h"
+
+#include <gdal_priv.h>
+#include <ogr_spatialref.h>
+
+#include <cmath>
+#include <limits>
+#include <mutex>
+
+#include "core/error.h"
+#include "core/geometry/quiet_gdal.h"
+
+namespace orient {
+namespace {
+
+bool InFeet(const std::string& unit) {
+  for (const char* feet : {"ft", "foot", "feet", "us-ft", "ftUS", "sfoot", "US survey foot"})
+    if (unit == feet) return true;
+  return false;
+}
+
+}  // namespace
+
+struct DemRaster::Impl {
+  GDALDatasetUniquePtr dataset;
+  GDALRasterBand* band = nullptr;
+};
+
+DemRaster::DemRaster(const std::string& path) : path_(path), impl_(std::make_unique<Impl>()) {
+  static std::once_flag registered;
+  std::call_once(registered, [] { GDALAllRegister(); });
+  const QuietGdal quiet;
+  impl_->dataset.reset(GDALDataset::Open(path.c_str(), GDAL_OF_RASTER | GDAL_OF_READONLY));
+  if (!impl_->dataset)
+    throw InputError(path + ": the DEM cannot be opened" + quiet.Message() +
+                     "; name a raster of ground heights that GDAL reads");
+  double g[6];
+  if (impl_->dataset->GetGeoTransform(g) != CE_None || g[1] * g[5] - g[2] * g[4] == 0)
+    throw InputError(path +
+                     ": the DEM has no georeference; write one, for example with "
+                     "gdal_translate -a_ullr");
+  const OGRSpatialReference* crs = impl_->dataset->GetSpatialRef();
+  if (crs == nullptr)
+    throw InputError(path + ": the DEM has no CRS; write it, for example with gdal_edit.py -a_srs");
+  const char* const options[] = {"FORMAT=WKT2_2019", nullptr};
+  char* wkt = nullptr;
+  if (crs->exportToWkt(&wkt, options) == OGRERR_NONE) wkt_ = wkt;
+  CPLFree(wkt);
+  Affine2d dem_from_corner;
+  dem_from_corner.A << g[1], g[2], g[4], g[5];
+  dem_from_corner.t << g[0], g[3];
+  node_from_dem_ = dem_from_corner.Inverse();
+  node_from_dem_.t -= Eigen::Vector2d(0.5, 0.5);
+
+  if (impl_->dataset->GetRasterCount() < 1)
+    throw InputError(path + ": the DEM has no band of heights");
+  impl_->band = impl_->dataset->GetRasterBand(1);
+  const std::string unit = impl_->band->GetUnitType();
+  if (InFeet(unit))
+    throw InputError(path + ": the heights of the DEM are in '" + unit +
+                     "', not in metres; convert them, for example with gdal_calc.py");
+}
+
+DemRaster::~DemRaster() = default;
+
+int DemRaster::Columns() const { return impl_->dataset->GetRasterXSize(); }
+int DemRaster::Rows() const { return impl_->dataset->GetRasterYSize(); }
+
+std::vector<float> DemRaster::Read(int column, int row, int columns, int rows) const {
+  const QuietGdal quiet;
+  constexpr std::size_t kMostNodes = std::size_t{1} << 30;
+  const std::size_t size = static_cast<std::size_t>(columns) * static_cast<std::size_t>(rows);
+  if (size > kMostNodes)
+    throw InputError(path_ + ": " + std::to_string(columns) + " x " + std::to_string(rows) +
+                     " heights do not fit into memory; cut the DEM to the block or coarsen it");
+  std::vector<float> heights(size);
+  if (impl_->band->RasterIO(GF_Read, column, row, columns, rows, heights.data(), columns, rows,
+                            GDT_Float32, 0, 0) != CE_None)
+    throw InputError(path_ + ": the heights cannot be read" + quiet.Message() +
+                     "; the file may be damaged");
+  int has_nodata = 0;
+  const float nodata = static_cast<float>(impl_->band->GetNoDataValue(&has_nodata));
+  const double scale = impl_->band->GetScale(), offset = impl_->band->GetOffset();
+  for (float& height : heights) {
+    if ((has_nodata != 0 && height == nodata) || !std::isfinite(height))
+      height = std::numeric_limits<float>::quiet_NaN();
+    else if (scale != 1 || offset != 0)
+      height = static_cast<float>(scale * height + offset);
+  }
+  return heights;
+}
+
+}  // namespace orient

@@ -1,0 +1,38 @@
+// Reading the heights of a DEM raster through GDAL. Used by GroundSurface.
+#pragma once
+
+#include <functional>
+#include <memory>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "core/geometry/dem_grid.h"
+#include "core/geometry/transform2d.h"
+
+namespace orient {
+
+// An open DEM. Every failure is an InputError that names the file. Not thread-safe.
+class DemRaster {
+ public:
+  explicit DemRaster(const std::string& path);
+  ~DemRaster();
+
+  int Columns() const;
+  int Rows() const;
+  const std::string& Wkt() const { return wkt_; }  // of its CRS, with a vertical part if it has one
+  // Node coordinates (the centre of the upper-left cell is 0, 0) from the DEM's own CRS.
+  const Affine2d& NodeFromDem() const { return node_from_dem_; }
+
+  // The nodes of a window; nodata and NaN come as NaN.
+  std::vector<float> Read(int column, int row, int columns, int rows) const;
+
+ private:
+  struct Impl;
+  std::string path_;
+  std::unique_ptr<Impl> impl_;
+  std::string wkt_;
+  Affine2d node_from_dem_;
+};
+
+}  // namespace orient

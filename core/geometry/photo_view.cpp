@@ -1,0 +1,57 @@
+#include "core/geometry/photo_view.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include "core/geometry/ground_surface.h"
+
+namespace orient {
+
+std::optional<Eigen::Vector2d> PhotoView::PixelFromGround(const Eigen::Vector3d& ground_m) const {
+  const auto photo_mm = PhotoFromGround(camera, pose, ground_m);
+  if (!photo_mm) return std::nullopt;
+  return photo_from_pixel.Inverse() * *photo_mm;
+}
+
+std::optional<Eigen::Vector3d> PhotoView::GroundFromPixel(const Eigen::Vector2d& pixel,
+                                                          const GroundSurface& surface) const {
+  const auto ray = GroundRayFromPhoto(camera, pose, photo_from_pixel * pixel);
+  if (!ray) return std::nullopt;
+  return surface.Intersect(*ray);
+}
+
+double PhotoView::PixelSize() const {
+  return std::sqrt(std::abs(photo_from_pixel.A.determinant()));
+}
+
+std::optional<Bounds> FootprintBounds(const Camera& camera, const Pose& pose, double min_height_m,
+                                      double max_height_m) {
+  constexpr int kPointsAlongSide = 8;
+  const double highest = std::min(max_height_m, pose.position_m.z());
+  if (min_height_m > highest) return std::nullopt;
+  const double infinity = std::numeric_limits<double>::infinity();
+  Bounds bounds{infinity, infinity, -infinity, -infinity};
+  for (int i = 0; i < 4 * kPointsAlongSide; ++i) {
+    // Once around the frame: along one of the sides at a time.
+    const double along = -0.5 + (i % kPointsAlongSide) / static_cast<double>(kPointsAlongSide);
+    const int side = i / kPointsAlongSide;
+    const double sign = side % 2 == 0 ? 1 : -1;
+    const Eigen::Vector2d part = side < 2 ? Eigen::Vector2d(sign * along, sign * 0.5)
+                                          : Eigen::Vector2d(sign * -0.5, sign * along);
+    const auto ray = GroundRayFromPhoto(
+        camera, pose, camera.frame_centre_mm + part.cwiseProduct(camera.frame_mm));
+    if (!ray || !(ray->direction.z() < 0)) return std::nullopt;
+    for (const double height : {min_height_m, highest}) {
+      const double distance = (height - ray->origin_m.z()) / ray->direction.z();
+      const Eigen::Vector3d point = ray->origin_m + distance * ray->direction;
+      bounds.min_x = std::min(bounds.min_x, point.x());
+      bounds.min_y = std::min(bounds.min_y, point.y());
+      bounds.max_x = std::max(bounds.max_x, point.x());
+      bounds.max_y = std::max(bounds.max_y, point.y());
+    }
+  }
+  return bounds;
+}
+
+}  // namespace orient

@@ -1,0 +1,37 @@
+// One oriented photo as a map between ground and scan: camera, film transform and pose together.
+#pragma once
+
+#include <Eigen/Core>
+#include <optional>
+
+#include "core/geometry/bounds.h"
+#include "core/geometry/camera.h"
+#include "core/geometry/collinearity.h"
+#include "core/geometry/pose.h"
+#include "core/geometry/transform2d.h"
+
+namespace orient {
+
+class GroundSurface;
+
+struct PhotoView {
+  Camera camera;
+  Affine2d photo_from_pixel;
+  Pose pose;
+
+  // Scan pixel (col, row); empty behind the camera. May lie outside the scan or the frame.
+  std::optional<Eigen::Vector2d> PixelFromGround(const Eigen::Vector3d& ground_m) const;
+  // Where the pixel's ray meets the surface; empty where it does not.
+  std::optional<Eigen::Vector3d> GroundFromPixel(const Eigen::Vector2d& pixel,
+                                                 const GroundSurface& surface) const;
+  // Mean pixel size in the photo system, mm.
+  double PixelSize() const;
+};
+
+// What of the ground the camera's frame can show when all heights lie in [min_height_m,
+// max_height_m]: the rays of points along the frame's border, down to both heights. Empty where one
+// of them points above the horizon or the whole camera lies below the ground.
+std::optional<Bounds> FootprintBounds(const Camera& camera, const Pose& pose, double min_height_m,
+                                      double max_height_m);
+
+}  // namespace orient

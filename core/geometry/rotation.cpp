@@ -1,0 +1,63 @@
+#include "core/geometry/rotation.h"
+
+#include <cmath>
+#include <numbers>
+
+namespace orient {
+namespace {
+
+constexpr double kPi = std::numbers::pi;
+// Below this cosine of phi omega and kappa turn about one axis, to the accuracy of a double.
+constexpr double kGimbalLockCosine = 1e-13;
+
+}  // namespace
+
+double RadFromDeg(double angle_deg) { return angle_deg * (kPi / 180.0); }
+
+double DegFromRad(double angle_rad) { return angle_rad * (180.0 / kPi); }
+
+double NormalizeAngle(double angle_rad) {
+  const double angle = std::remainder(angle_rad, 2 * kPi);
+  return angle <= -kPi ? kPi : angle;
+}
+
+Eigen::Matrix3d GroundFromPhotoRotation(const Eigen::Vector3d& opk_rad) {
+  const double so = std::sin(opk_rad[0]), co = std::cos(opk_rad[0]);
+  const double sp = std::sin(opk_rad[1]), cp = std::cos(opk_rad[1]);
+  const double sk = std::sin(opk_rad[2]), ck = std::cos(opk_rad[2]);
+  Eigen::Matrix3d r;
+  r << cp * ck, -cp * sk, sp,                                    //
+      co * sk + so * sp * ck, co * ck - so * sp * sk, -so * cp,  //
+      so * sk - co * sp * ck, so * ck + co * sp * sk, co * cp;
+  return r;
+}
+
+std::array<Eigen::Matrix3d, 3> GroundFromPhotoRotationDerivatives(const Eigen::Vector3d& opk_rad) {
+  const double so = std::sin(opk_rad[0]), co = std::cos(opk_rad[0]);
+  const double sp = std::sin(opk_rad[1]), cp = std::cos(opk_rad[1]);
+  const double sk = std::sin(opk_rad[2]), ck = std::cos(opk_rad[2]);
+  Eigen::Matrix3d by_omega, by_phi, by_kappa;
+  by_omega << 0, 0, 0,                                             //
+      -so * sk + co * sp * ck, -so * ck - co * sp * sk, -co * cp,  //
+      co * sk + so * sp * ck, co * ck - so * sp * sk, -so * cp;
+  by_phi << -sp * ck, sp * sk, cp,           //
+      so * cp * ck, -so * cp * sk, so * sp,  //
+      -co * cp * ck, co * cp * sk, -co * sp;
+  by_kappa << -cp * sk, -cp * ck, 0,                       //
+      co * ck - so * sp * sk, -co * sk - so * sp * ck, 0,  //
+      so * ck + co * sp * sk, -so * sk + co * sp * ck, 0;
+  return {by_omega, by_phi, by_kappa};
+}
+
+Eigen::Vector3d OpkFromRotation(const Eigen::Matrix3d& r) {
+  const double cos_phi = std::hypot(r(1, 2), r(2, 2));
+  const double phi = std::atan2(r(0, 2), cos_phi);
+  const double omega = cos_phi < kGimbalLockCosine ? 0 : std::atan2(-r(1, 2), r(2, 2));
+  // kappa from what is left after turning omega back: the three angles then give the same rotation
+  // even where omega itself is uncertain, close to the gimbal lock.
+  const double so = std::sin(omega), co = std::cos(omega);
+  const double kappa = std::atan2(co * r(1, 0) + so * r(2, 0), co * r(1, 1) + so * r(2, 1));
+  return {NormalizeAngle(omega), phi, NormalizeAngle(kappa)};
+}
+
+}  // namespace orient

@@ -1,0 +1,122 @@
+#include "core/imaging/area_average.h"
+
+#include <algorithm>
+#include <cmath>
+#include <utility>
+
+namespace orient {
+namespace {
+
+// Rounding of origin + k * size must not cut a sliver off a pixel.
+constexpr double kSliver = 1e-9;
+
+double Snap(double value) {
+  const double nearest = std::round(value);
+  return std::abs(value - nearest) < kSliver * std::max(1.0, std::abs(value)) ? nearest : value;
+}
+
+// The part [begin, end) of pixel `i` as weights of the pixel and the neighbour on the part's side.
+void AddPart(int i, double begin, double end, double size, int first,
+             std::vector<double>* weights) {
+  const double length = end - begin;
+  if (length <= 0) return;
+  const double offset = (begin + end) / 2 - (i + 0.5);
+  const int neighbour = offset < 0 ? i - 1 : i + 1;
+  double to_neighbour = std::abs(offset) * length / size;
+  const int index = neighbour - first;
+  // Beyond the cell there is nothing to take: a neighbour lies inside by construction unless the
+  // cell is one pixel's interior.
+  if (index < 0 || index >= static_cast<int>(weights->size())) to_neighbour = 0;
+  (*weights)[static_cast<size_t>(i - first)] += length / size - to_neighbour;
+  if (to_neighbour > 0) (*weights)[static_cast<size_t>(index)] += to_neighbour;
+}
+
+CellWeights OneCell(double begin, double end, int source_count) {
+  const int first = static_cast<int>(std::floor(begin));
+  const int last = std::max(first, static_cast<int>(std::ceil(end)) - 1);
+  std::vector<double> all(static_cast<size_t>(last - first + 1), 0.0);
+  for (int i = first; i <= last; ++i)
+    AddPart(i, std::max(begin, double(i)), std::min(end, double(i) + 1), end - begin, first, &all);
+  CellWeights cell;
+  cell.first = std::clamp(first, 0, source_count);
+  const int stop = std::clamp(last + 1, cell.first, source_count);
+  cell.weights.assign(all.begin() + (cell.first - first), all.begin() + (stop - first));
+  return cell;
+}
+
+}  // namespace
+
+std::vector<CellWeights> AreaWeights(double origin, double size, int cell_count, int source_count) {
+  std::vector<CellWeights> cells;
+  cells.reserve(static_cast<size_t>(cell_count));
+  for (int k = 0; k < cell_count; ++k) {
+    const double begin = Snap(origin + k * size), end = Snap(origin + (k + 1) * size);
+    if (end <= 0 || begin >= source_count)
+      cells.push_back({std::clamp(static_cast<int>(std::clamp(begin, 0.0, double(source_count))), 0,
+                                  source_count),
+                       {}});
+    else
+      cells.push_back(OneCell(begin, end, source_count));
+  }
+  return cells;
+}
+
+AreaAverager::AreaAverager(std::vector<CellWeights> cols, std::vector<CellWeights> rows,
+                           int first_col)
+    : cols_(std::move(cols)),
+      rows_(std::move(rows)),
+      first_col_(first_col),
+      sum_(cols_.size() * rows_.size(), 0.0),
+      share_(sum_.size(), 0.0),
+      row_sum_(cols_.size()),
+      row_share_(cols_.size()) {}
+
+void AreaAverager::AddRow(int row, const float* values) {
+  for (size_t c = 0; c < cols_.size(); ++c) {
+    double sum = 0, share = 0;
+    const float* value = values + (cols_[c].first - first_col_);
+    for (const double weight : cols_[c].weights) {
+      const float v = *value++;
+      if (std::isnan(v)) continue;
+      sum += weight * double(v);
+      share += weight;
+    }
+    row_sum_[c] = sum;
+    row_share_[c] = share;
+  }
+  const auto end_of = [this](size_t r) {
+    return rows_[r].first + static_cast<int>(rows_[r].weights.size());
+  };
+  while (next_row_ < rows_.size() && end_of(next_row_) <= row) ++next_row_;
+  for (size_t r = next_row_; r < rows_.size() && rows_[r].first <= row; ++r) {
+    if (row >= end_of(r)) continue;
+    const double weight = rows_[r].weights[static_cast<size_t>(row - rows_[r].first)];
+    double* sum = sum_.data() + r * cols_.size();
+    double* share = share_.data() + r * cols_.size();
+    for (size_t c = 0; c < cols_.size(); ++c) {
+      sum[c] += weight * row_sum_[c];
+      share[c] += weight * row_share_[c];
+    }
+  }
+}
+
+Image AreaAverager::Result(double min_share, bool inside_only) const {
+  const auto inside = [](const CellWeights& cell) {
+    double sum = 0;
+    for (const double weight : cell.weights) sum += weight;
+    return sum;
+  };
+  Image result(static_cast<int>(cols_.size()), static_cast<int>(rows_.size()), kNoData);
+  for (size_t r = 0; r < rows_.size(); ++r) {
+    const double row_inside = inside_only ? inside(rows_[r]) : 1;
+    for (size_t c = 0; c < cols_.size(); ++c) {
+      const size_t k = r * cols_.size() + c;
+      const double full = inside_only ? row_inside * inside(cols_[c]) : 1;
+      if (share_[k] > 0 && share_[k] >= min_share * full - kSliver)
+        result.values[k] = static_cast<float>(sum_[k] / share_[k]);
+    }
+  }
+  return result;
+}
+
+}  // namespace orient

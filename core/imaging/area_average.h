@@ -1,0 +1,44 @@
+// Area averaging along one axis, for reductions by any factor. Internal to core/imaging.
+#pragma once
+
+#include <vector>
+
+#include "core/imaging/image.h"
+
+namespace orient {
+
+// What one cell of the reduced axis takes from the pixels of the source axis. The weights of a cell
+// inside the source sum up to 1, of one that reaches beyond it to less.
+struct CellWeights {
+  int first = 0;
+  std::vector<double> weights;
+};
+
+// Cell k covers [origin + k * size, origin + (k + 1) * size) of a source axis with pixels [i, i+1),
+// i in [0, source_count); size >= 1. A pixel that is cut by the cell's border counts with its
+// part's area, its value interpolated to that part's centre: the weights' first moment is the
+// cell's centre, so that a linear ramp stays exactly that ramp for fractional sizes too.
+std::vector<CellWeights> AreaWeights(double origin, double size, int cell_count, int source_count);
+
+// Averages rows as they come, top to bottom. NaN takes no part.
+class AreaAverager {
+ public:
+  // Column weights for rows that begin at source column `first_col`; row weights likewise count
+  // from the source axis' zero.
+  AreaAverager(std::vector<CellWeights> cols, std::vector<CellWeights> rows, int first_col);
+
+  // Adds source row `row`: pointer to the value of column `first_col`.
+  void AddRow(int row, const float* values);
+  // Means where at least `min_share` of the cell's area (or of its part inside the source, with
+  // `inside_only`) was valid, NaN elsewhere.
+  Image Result(double min_share, bool inside_only) const;
+
+ private:
+  std::vector<CellWeights> cols_, rows_;
+  int first_col_;
+  std::vector<double> sum_, share_;          // of the result's cells
+  std::vector<double> row_sum_, row_share_;  // of the row just added
+  size_t next_row_ = 0;                      // cells above are complete
+};
+
+}  // namespace orient

@@ -1,0 +1,62 @@
+#include "core/imaging/gdal_quiet.h"
+
+#include <cpl_conv.h>
+#include <cpl_error.h>
+#include <gdal.h>
+
+#include <algorithm>
+#include <mutex>
+
+namespace orient {
+namespace {
+
+constexpr const char* kJpegSetting = "GDAL_ERROR_ON_LIBJPEG_WARNING";
+
+// JPEG inside of TIFF only warns.
+bool TellsOfLostPixels(const std::string& text) {
+  return text.find("Premature end of JPEG") != std::string::npos ||
+         text.find("Corrupt JPEG data") != std::string::npos;
+}
+
+void CPL_STDCALL Collect(CPLErr level, CPLErrorNum, const char* text) {
+  if (level < CE_Warning) return;
+  static_cast<GdalQuiet*>(CPLGetErrorHandlerUserData())->Add(level >= CE_Failure, text);
+}
+
+}  // namespace
+
+GdalQuiet::GdalQuiet() {
+  CPLPushErrorHandlerEx(Collect, this);
+  const char* old = CPLGetThreadLocalConfigOption(kJpegSetting, nullptr);
+  had_jpeg_setting_ = old != nullptr;
+  if (had_jpeg_setting_) old_jpeg_setting_ = old;
+  CPLSetThreadLocalConfigOption(kJpegSetting, "TRUE");
+}
+
+GdalQuiet::~GdalQuiet() {
+  CPLSetThreadLocalConfigOption(kJpegSetting,
+                                had_jpeg_setting_ ? old_jpeg_setting_.c_str() : nullptr);
+  CPLPopErrorHandler();
+  CPLErrorReset();
+}
+
+void GdalQuiet::Add(bool is_error, const char* text) {
+  is_error = is_error || TellsOfLostPixels(text);
+  failed_ = failed_ || is_error;
+  std::string& kept = is_error ? error_ : warning_;
+  if (!kept.empty()) return;
+  kept = text;
+  std::replace(kept.begin(), kept.end(), '\n', ' ');
+}
+
+std::string GdalQuiet::Message() const {
+  if (!error_.empty()) return error_;
+  return warning_.empty() ? "GDAL gives no reason" : warning_;
+}
+
+void RegisterGdalDrivers() {
+  static std::once_flag once;
+  std::call_once(once, GDALAllRegister);
+}
+
+}  // namespace orient

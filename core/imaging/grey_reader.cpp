@@ -1,0 +1,256 @@
+#include "core/imaging/grey_reader.h"
+
+#include <gdal_priv.h>
+
+#include <cmath>
+#include <cstdlib>
+#include <utility>
+
+#include "core/error.h"
+#include "core/imaging/area_average.h"
+#include "core/imaging/gdal_quiet.h"
+
+namespace orient {
+namespace {
+
+constexpr float kRed = 0.299f, kGreen = 0.587f, kBlue = 0.114f;
+// Source pixels held in memory at a time while reducing.
+constexpr int kStripPixels = 1 << 22;
+// A result pixel needs this share of its area inside the raster and valid.
+constexpr double kMinShare = 0.5;
+
+int CellCount(int length, double reduction) {
+  return static_cast<int>(std::ceil(length / reduction - 1e-9));
+}
+
+std::vector<GDALRasterBand*> ColourBands(GDALDataset* dataset) {
+  GDALRasterBand* red = nullptr;
+  GDALRasterBand* green = nullptr;
+  GDALRasterBand* blue = nullptr;
+  std::vector<GDALRasterBand*> plain;  // all but alpha
+  for (int i = 1; i <= dataset->GetRasterCount(); ++i) {
+    GDALRasterBand* band = dataset->GetRasterBand(i);
+    const GDALColorInterp meaning = band->GetColorInterpretation();
+    if (meaning == GCI_RedBand && red == nullptr) red = band;
+    if (meaning == GCI_GreenBand && green == nullptr) green = band;
+    if (meaning == GCI_BlueBand && blue == nullptr) blue = band;
+    if (meaning != GCI_AlphaBand) plain.push_back(band);
+  }
+  if (red != nullptr && green != nullptr && blue != nullptr) return {red, green, blue};
+  if (plain.size() >= 3) return {plain[0], plain[1], plain[2]};
+  return {plain.empty() ? dataset->GetRasterBand(1) : plain[0]};
+}
+
+GDALRasterBand* MaskBand(GDALDataset* dataset) {
+  for (int i = 1; i <= dataset->GetRasterCount(); ++i)
+    if (dataset->GetRasterBand(i)->GetColorInterpretation() == GCI_AlphaBand)
+      return dataset->GetRasterCount() > 1 ? dataset->GetRasterBand(i) : nullptr;
+  GDALRasterBand* first = dataset->GetRasterBand(1);
+  return (first->GetMaskFlags() & GMF_PER_DATASET) != 0 ? first->GetMaskBand() : nullptr;
+}
+
+GDALRasterBand* OverviewOfSize(GDALRasterBand* band, int width, int height) {
+  for (int i = 0; i < band->GetOverviewCount(); ++i) {
+    GDALRasterBand* overview = band->GetOverview(i);
+    if (overview != nullptr && overview->GetXSize() == width && overview->GetYSize() == height)
+      return overview;
+  }
+  return nullptr;
+}
+
+int BitsPerSample(GDALRasterBand* band) {
+  const char* bits = band->GetMetadataItem("NBITS", "IMAGE_STRUCTURE");
+  if (bits != nullptr && std::atoi(bits) > 0) return std::atoi(bits);
+  return GDALGetDataTypeSizeBits(band->GetRasterDataType());
+}
+
+// How a format's overviews lie on the raster.
+enum class OverviewKind {
+  kStretched,   // to the raster's extent, as GDAL builds them
+  kPowerOfTwo,  // cells of 2^n pixels, the last one hangs over the edge: decoders that shrink
+  kWavelet,     // the same, but a cell is centred on the first of its pixels
+};
+
+OverviewKind KindOf(GDALDataset* dataset) {
+  const std::string driver = dataset->GetDriverName();
+  if (driver == "JPEG") return OverviewKind::kPowerOfTwo;
+  return driver.starts_with("JP2") ? OverviewKind::kWavelet : OverviewKind::kStretched;
+}
+
+double OverviewScale(OverviewKind kind, int full, int reduced) {
+  const double ratio = double(full) / reduced;
+  return kind == OverviewKind::kStretched ? ratio : std::exp2(std::round(std::log2(ratio)));
+}
+
+double OverviewOrigin(OverviewKind kind, double scale) {
+  return kind == OverviewKind::kWavelet ? (1 - scale) / 2 : 0;
+}
+
+}  // namespace
+
+GreyReader::GreyReader(GDALDataset* dataset, std::string path)
+    : dataset_(dataset), path_(std::move(path)) {
+  ChooseBands();
+  ReadPalette();
+  AddOverviews();
+}
+
+void GreyReader::ChooseBands() {
+  Level base;
+  base.colours = ColourBands(dataset_);
+  base.mask = MaskBand(dataset_);
+  base.width = dataset_->GetRasterXSize();
+  base.height = dataset_->GetRasterYSize();
+  for (GDALRasterBand* band : base.colours) {
+    if (GDALDataTypeIsComplex(band->GetRasterDataType()))
+      throw InputError(path_ +
+                       ": complex pixel values are not an image; convert it to grey or RGB");
+    int has_nodata = 0;
+    const double nodata = band->GetNoDataValue(&has_nodata);
+    nodata_.push_back(has_nodata ? std::vector<float>{static_cast<float>(nodata)}
+                                 : std::vector<float>{});
+  }
+  const char* inverted = dataset_->GetMetadataItem("MINISWHITE", "IMAGE_STRUCTURE");
+  if (inverted == nullptr)
+    inverted = base.colours[0]->GetMetadataItem("MINISWHITE", "IMAGE_STRUCTURE");
+  const GDALDataType type = base.colours[0]->GetRasterDataType();
+  if (inverted != nullptr && base.colours.size() == 1 && (type == GDT_Byte || type == GDT_UInt16))
+    white_is_ = static_cast<float>((1 << BitsPerSample(base.colours[0])) - 1);
+  levels_.push_back(base);
+}
+
+void GreyReader::ReadPalette() {
+  if (levels_[0].colours.size() != 1) return;
+  const GDALColorTable* table = levels_[0].colours[0]->GetColorTable();
+  if (table == nullptr) return;
+  for (int i = 0; i < table->GetColorEntryCount(); ++i) {
+    GDALColorEntry entry;
+    table->GetColorEntryAsRGB(i, &entry);
+    const float grey = kRed * entry.c1 + kGreen * entry.c2 + kBlue * entry.c3;
+    palette_.push_back(entry.c4 == 0 ? kNoData : grey);
+  }
+}
+
+void GreyReader::AddOverviews() {
+  // An overview of palette indices may hold averaged indices, which mean nothing.
+  if (!palette_.empty()) return;
+  const Level base = levels_[0];
+  const OverviewKind kind = KindOf(dataset_);
+  for (int i = 0; i < base.colours[0]->GetOverviewCount(); ++i) {
+    GDALRasterBand* first = base.colours[0]->GetOverview(i);
+    if (first == nullptr) continue;
+    Level level;
+    level.width = first->GetXSize();
+    level.height = first->GetYSize();
+    for (GDALRasterBand* band : base.colours)
+      level.colours.push_back(OverviewOfSize(band, level.width, level.height));
+    const bool complete = std::count(level.colours.begin(), level.colours.end(), nullptr) == 0;
+    if (base.mask != nullptr) level.mask = OverviewOfSize(base.mask, level.width, level.height);
+    if (!complete || (base.mask != nullptr && level.mask == nullptr)) continue;
+    level.col_scale = OverviewScale(kind, base.width, level.width);
+    level.row_scale = OverviewScale(kind, base.height, level.height);
+    level.col_origin = OverviewOrigin(kind, level.col_scale);
+    level.row_origin = OverviewOrigin(kind, level.row_scale);
+    if (level.col_scale > 1 && level.row_scale > 1) levels_.push_back(level);
+  }
+}
+
+const GreyReader::Level& GreyReader::LevelFor(double reduction) const {
+  const Level* best = &levels_[0];
+  for (const Level& level : levels_) {
+    const bool fine_enough = std::max(level.col_scale, level.row_scale) <= reduction * (1 + 1e-9);
+    if (fine_enough && level.col_scale > best->col_scale) best = &level;
+  }
+  return *best;
+}
+
+void GreyReader::ReadBand(GDALRasterBand* band, const Block& block, const PixelWindow& asked,
+                          float* values) const {
+  const GdalQuiet quiet;
+  const CPLErr result =
+      band->RasterIO(GF_Read, block.col, block.row, block.width, block.height, values, block.width,
+                     block.height, GDT_Float32, 0, 0, nullptr);
+  if (result == CE_None && !quiet.Failed()) return;
+  // What was made up must not come back from the cache next time. An overview is its own dataset.
+  dataset_->FlushCache(false);
+  if (band->GetDataset() != nullptr) band->GetDataset()->FlushCache(false);
+  throw InputError(path_ + ": cannot read the window col " + std::to_string(asked.col) + " row " +
+                   std::to_string(asked.row) + " size " + std::to_string(asked.width) + " x " +
+                   std::to_string(asked.height) + " (" + quiet.Message() +
+                   "); the file is damaged or truncated: copy or scan it again");
+}
+
+void GreyReader::ToGrey(const std::vector<Image>& colours, Image* grey) const {
+  for (size_t i = 0; i < grey->values.size(); ++i) {
+    bool any_data = false;
+    for (size_t b = 0; b < colours.size(); ++b) {
+      const float value = colours[b].values[i];
+      any_data = any_data || nodata_[b].empty() || value != nodata_[b][0];
+    }
+    const float first = colours[0].values[i];
+    float value = first;
+    if (colours.size() == 3)
+      value = kRed * first + kGreen * colours[1].values[i] + kBlue * colours[2].values[i];
+    if (!palette_.empty()) {  // its colours know about black and white themselves
+      const bool known = first >= 0 && first < static_cast<float>(palette_.size());
+      value = known ? palette_[static_cast<size_t>(first)] : kNoData;
+    } else if (white_is_ > 0)
+      value = white_is_ - value;
+    grey->values[i] = any_data && std::isfinite(value) ? value : kNoData;
+  }
+}
+
+Image GreyReader::ReadLevel(const Level& level, const Block& block,
+                            const PixelWindow& asked) const {
+  std::vector<Image> colours;
+  for (GDALRasterBand* band : level.colours) {
+    colours.emplace_back(block.width, block.height);
+    ReadBand(band, block, asked, colours.back().values.data());
+  }
+  Image grey(block.width, block.height);
+  ToGrey(colours, &grey);
+  if (level.mask == nullptr) return grey;
+  Image& mask = colours[0];
+  ReadBand(level.mask, block, asked, mask.values.data());
+  for (size_t i = 0; i < grey.values.size(); ++i)
+    if (mask.values[i] == 0) grey.values[i] = kNoData;
+  return grey;
+}
+
+GreyReader::Span GreyReader::SpanOf(const std::vector<CellWeights>& cells) {
+  Span span{0, 0};
+  for (const CellWeights& cell : cells) {
+    if (cell.weights.empty()) continue;
+    if (span.stop == span.first) span.first = cell.first;
+    span.stop = cell.first + static_cast<int>(cell.weights.size());
+  }
+  return span;
+}
+
+ImageWindow GreyReader::Read(const PixelWindow& window, double reduction) const {
+  const Level& level = LevelFor(reduction);
+  const auto cols =
+      AreaWeights((window.col - level.col_origin) / level.col_scale, reduction / level.col_scale,
+                  CellCount(window.width, reduction), level.width);
+  const auto rows =
+      AreaWeights((window.row - level.row_origin) / level.row_scale, reduction / level.row_scale,
+                  CellCount(window.height, reduction), level.height);
+  const Span col_span = SpanOf(cols), row_span = SpanOf(rows);
+  AreaAverager averager(cols, rows, col_span.first);
+  const int width = col_span.stop - col_span.first;
+  if (width > 0) {
+    const int strip = std::max(1, kStripPixels / width);
+    for (int row = row_span.first; row < row_span.stop; row += strip) {
+      const Block block{col_span.first, row, width, std::min(strip, row_span.stop - row)};
+      const Image grey = ReadLevel(level, block, window);
+      for (int r = 0; r < block.height; ++r) averager.AddRow(row + r, grey.Row(r));
+    }
+  }
+  ImageWindow result;
+  result.image = averager.Result(kMinShare, false);
+  result.origin = Eigen::Vector2d(window.col, window.row);
+  result.scale = reduction;
+  return result;
+}
+
+}  // namespace orient

@@ -1,0 +1,52 @@
+// Least-squares matching: where, to a small fraction of a pixel, a template lies in an image.
+//
+// Gruen (1985), Foerstner (1982): image(T(p)) = r0 + r1 * template(p) + noise, with T a shift, a
+// similarity or an affinity around the template's reference point, linearised and iterated. Grey
+// values between pixels come from an interpolating bicubic spline, gradients of the observation
+// equations from the template: neither whole nor half pixels attract a match.
+#pragma once
+
+#include <Eigen/Core>
+#include <optional>
+#include <string>
+
+#include "core/geometry/transform2d.h"
+#include "core/imaging/image.h"
+
+namespace orient {
+
+enum class LsmGeometry { kShift, kSimilarity, kAffine };
+
+struct LsmOptions {
+  LsmGeometry geometry = LsmGeometry::kAffine;
+  bool radiometric = true;  // estimate offset and gain
+  int max_iterations = 30;
+  double convergence_px = 1e-3;  // of the reference point and of the template's corners
+  double max_shift_px = 5;       // of the reference point from its start; beyond: no match
+  double max_deformation = 0.3;  // Frobenius norm of A - start.A; beyond: no match
+  double min_valid = 0.6;        // share of template pixels that must meet valid image pixels
+};
+
+struct LsmResult {
+  // image_from_template, both in pixels of their own image (corner convention).
+  Affine2d image_from_template;
+  Eigen::Vector2d position;  // of the reference point, image pixels
+  // Of that position, px^2: sigma0^2 times the inverse normal matrix, enlarged for what the noise
+  // adds to the gradients. True for white noise of independent images.
+  Eigen::Matrix2d covariance;
+  double offset = 0, gain = 1;  // image = offset + gain * template
+  double correlation = 0;       // at the solution
+  double sigma0 = 0;            // of a grey value, units of the image
+  int iterations = 0;
+};
+
+// `reference` is the point of interest in the template (usually its centre); `start` is the first
+// image_from_template. NaN pixels of either side take no part. Empty when it diverges, leaves the
+// image, is flat or singular (an edge fixes one direction only), does not converge, or correlates
+// no better than chance. Judge by `correlation` whether it is the same object. Throws
+// std::invalid_argument where the start is singular or not finite.
+std::optional<LsmResult> MatchLeastSquares(const Image& templ, const Image& image,
+                                           const Eigen::Vector2d& reference, const Affine2d& start,
+                                           const LsmOptions& options = {});
+
+}  // namespace orient

@@ -1,0 +1,101 @@
+#include "core/imaging/raster.h"
+
+#include <cpl_vsi.h>
+#include <gdal_priv.h>
+
+#include <cstdlib>
+#include <mutex>
+#include <stdexcept>
+#include <utility>
+
+#include "core/error.h"
+#include "core/imaging/gdal_quiet.h"
+#include "core/imaging/grey_reader.h"
+#include "core/imaging/resolution_tag.h"
+
+namespace orient {
+
+struct Raster::Impl {
+  Impl(std::string name, GDALDatasetUniquePtr opened)
+      : path(std::move(name)), dataset(std::move(opened)), grey(dataset.get(), path) {}
+  // Closing may speak too.
+  ~Impl() {
+    const GdalQuiet quiet;
+    dataset.reset();
+  }
+
+  std::string path;
+  mutable std::mutex mutex;  // GDAL datasets are not for two threads at a time
+  GDALDatasetUniquePtr dataset;
+  GreyReader grey;
+};
+
+Raster::Raster(std::unique_ptr<Impl> impl) : impl_(std::move(impl)) {}
+Raster::Raster(Raster&&) noexcept = default;
+Raster& Raster::operator=(Raster&&) noexcept = default;
+Raster::~Raster() = default;
+
+Raster Raster::Open(const std::string& path) {
+  RegisterGdalDrivers();
+  const GdalQuiet quiet;
+  GDALDatasetUniquePtr dataset(
+      GDALDataset::Open(path.c_str(), GDAL_OF_RASTER | GDAL_OF_READONLY | GDAL_OF_VERBOSE_ERROR));
+  if (dataset == nullptr) {
+    VSIStatBufL info;
+    if (VSIStatExL(path.c_str(), &info, VSI_STAT_EXISTS_FLAG) != 0)
+      throw InputError(path + ": no such image; check the path");
+    throw InputError(path + ": not an image that GDAL can read (" + quiet.Message() +
+                     "); convert it to TIFF or copy it again");
+  }
+  if (dataset->GetRasterCount() == 0)
+    throw InputError(path + ": holds no image bands; name one of its subdatasets instead");
+  return Raster(std::make_unique<Impl>(path, std::move(dataset)));
+}
+
+int Raster::Width() const { return impl_->dataset->GetRasterXSize(); }
+int Raster::Height() const { return impl_->dataset->GetRasterYSize(); }
+int Raster::Bands() const { return impl_->dataset->GetRasterCount(); }
+const std::string& Raster::Path() const { return impl_->path; }
+
+int Raster::BitsPerSample() const {
+  const std::lock_guard lock(impl_->mutex);
+  GDALRasterBand* band = impl_->dataset->GetRasterBand(1);
+  const char* bits = band->GetMetadataItem("NBITS", "IMAGE_STRUCTURE");
+  if (bits != nullptr && std::atoi(bits) > 0) return std::atoi(bits);
+  return GDALGetDataTypeSizeBits(band->GetRasterDataType());
+}
+
+std::optional<std::array<double, 6>> Raster::GeoTransform() const {
+  const std::lock_guard lock(impl_->mutex);
+  const GdalQuiet quiet;
+  std::array<double, 6> g{};
+  if (impl_->dataset->GetGeoTransform(g.data()) != CE_None) return std::nullopt;
+  return g;
+}
+
+std::string Raster::CrsWkt() const {
+  const std::lock_guard lock(impl_->mutex);
+  const GdalQuiet quiet;
+  const char* wkt = impl_->dataset->GetProjectionRef();
+  return wkt == nullptr ? std::string() : std::string(wkt);
+}
+
+std::optional<double> Raster::DpiTag() const {
+  const std::lock_guard lock(impl_->mutex);
+  const GdalQuiet quiet;
+  return ReadDpiTag(impl_->dataset.get(), impl_->path);
+}
+
+ImageWindow Raster::ReadGrey(const PixelWindow& window, double reduction) const {
+  if (window.width <= 0 || window.height <= 0)
+    throw std::invalid_argument("ReadGrey: the window of " + Path() + " is empty");
+  if (!(reduction >= 1))
+    throw std::invalid_argument("ReadGrey: a reduction of " + std::to_string(reduction) +
+                                " is below 1");
+  const std::lock_guard lock(impl_->mutex);
+  return impl_->grey.Read(window, reduction);
+}
+
+ImageWindow Raster::ReadGrey() const { return ReadGrey({0, 0, Width(), Height()}); }
+
+}  // namespace orient

@@ -1,0 +1,149 @@
+#include "exterior/align.h"
+
+#include <Eigen/Dense>
+#include <algorithm>
+#include <cmath>
+#include <vector>
+
+#include "core/imaging/resample.h"
+
+namespace orient {
+namespace {
+
+// Chip positions are computed exactly on a lattice and linearly between its nodes. Heights come at
+// several pixels' spacing, so nothing is lost, and the lens inverse is not called for every sample.
+constexpr double kLatticeStep = 2.0;
+constexpr int kMaxRayIterations = 12;
+constexpr int kMaxSupersampling = 32;
+
+// East and north offset from the patch's point at which a scan pixel's ray meets the patch's
+// heights. Fixed-point iteration on the height; converges where the ray is steeper than the slope.
+std::optional<Eigen::Vector2d> OffsetAt(const PhotoView& view, const Patch& patch,
+                                        const Eigen::Vector2d& pixel) {
+  const auto ray = GroundRayFromPhoto(view.camera, view.pose, view.photo_from_pixel * pixel);
+  if (!ray || ray->direction.z() >= -1e-3) return std::nullopt;
+  double height = patch.ground_m.z();
+  Eigen::Vector2d offset;
+  for (int i = 0; i < kMaxRayIterations; ++i) {
+    const Eigen::Vector3d point =
+        ray->origin_m + ray->direction * ((height - ray->origin_m.z()) / ray->direction.z());
+    offset = point.head<2>() - patch.ground_m.head<2>();
+    const double next = patch.heights.At(offset.x(), offset.y());
+    if (std::isnan(next)) return std::nullopt;
+    if (std::abs(next - height) < 1e-3 * patch.gsd_m) return offset;
+    height = next;
+  }
+  return offset;
+}
+
+Eigen::Vector2d ChipFromOffset(const Patch& patch, const Eigen::Vector2d& offset) {
+  return {patch.chip.width / 2.0 + offset.x() / patch.gsd_m,
+          patch.chip.height / 2.0 - offset.y() / patch.gsd_m};
+}
+
+// d chip / d scan pixel at the patch's point.
+std::optional<Eigen::Matrix2d> ChipFromPixelScale(const PhotoView& view, const Patch& patch,
+                                                  const Eigen::Vector2d& pixel) {
+  Eigen::Matrix2d scale;
+  for (int axis = 0; axis < 2; ++axis) {
+    const Eigen::Vector2d step = Eigen::Vector2d::Unit(axis);
+    const auto ahead = OffsetAt(view, patch, pixel + step);
+    const auto behind = OffsetAt(view, patch, pixel - step);
+    if (!ahead || !behind) return std::nullopt;
+    scale.col(axis) = (ChipFromOffset(patch, *ahead) - ChipFromOffset(patch, *behind)) / 2;
+  }
+  return scale;
+}
+
+// Side of the largest square, in image pixels, that the chip covers. A chip pixel of its rim is
+// left to interpolation.
+double SideOf(const Patch& patch, const Eigen::Matrix2d& chip_per_pixel) {
+  const double chip_side = std::min(patch.chip.width, patch.chip.height) - 2.0;
+  return chip_side / chip_per_pixel.cwiseAbs().rowwise().sum().maxCoeff();
+}
+
+// Chip coordinates of lattice nodes over a square image, and linear interpolation between them.
+class ChipLattice {
+ public:
+  ChipLattice(const PhotoView& view, const Patch& patch, const Eigen::Vector2d& origin_px,
+              double reduction, int side)
+      : nodes_(static_cast<int>(std::ceil(side / kLatticeStep)) + 1) {
+    const Eigen::Vector2d lost = Eigen::Vector2d::Constant(std::nan(""));
+    positions_.reserve(static_cast<std::size_t>(nodes_ * nodes_));
+    for (int row = 0; row < nodes_; ++row)
+      for (int col = 0; col < nodes_; ++col) {
+        const Eigen::Vector2d pixel =
+            origin_px + reduction * kLatticeStep * Eigen::Vector2d(col, row);
+        const auto offset = OffsetAt(view, patch, pixel);
+        positions_.push_back(offset ? ChipFromOffset(patch, *offset) : lost);
+      }
+  }
+
+  Eigen::Vector2d At(double col, double row) const {
+    const double u = col / kLatticeStep, v = row / kLatticeStep;
+    const int i = std::min(static_cast<int>(u), nodes_ - 2);
+    const int j = std::min(static_cast<int>(v), nodes_ - 2);
+    const double fu = u - i, fv = v - j;
+    return (1 - fv) * ((1 - fu) * Node(i, j) + fu * Node(i + 1, j)) +
+           fv * ((1 - fu) * Node(i, j + 1) + fu * Node(i + 1, j + 1));
+  }
+
+ private:
+  const Eigen::Vector2d& Node(int col, int row) const {
+    return positions_[static_cast<std::size_t>(row * nodes_ + col)];
+  }
+  int nodes_;
+  std::vector<Eigen::Vector2d> positions_;
+};
+
+// Mean over one pixel's area of the chip's grey values; NaN where any part is missing.
+float PixelMean(const Image& chip, const ChipLattice& lattice, int col, int row, int samples) {
+  if (samples == 1) return SampleBicubic(chip, lattice.At(col + 0.5, row + 0.5));
+  double sum = 0;
+  for (int j = 0; j < samples; ++j)
+    for (int i = 0; i < samples; ++i)
+      sum += SampleBilinear(chip, lattice.At(col + (i + 0.5) / samples, row + (j + 0.5) / samples));
+  return static_cast<float>(sum / (samples * samples));
+}
+
+}  // namespace
+
+std::optional<double> PatchSide(const PhotoView& view, const Patch& patch) {
+  const auto pixel = view.PixelFromGround(patch.ground_m);
+  const auto scale = pixel ? ChipFromPixelScale(view, patch, *pixel) : std::nullopt;
+  if (!scale) return std::nullopt;
+  return SideOf(patch, *scale);
+}
+
+std::optional<AlignedPatch> AlignPatch(const PhotoView& view, const Patch& patch, double reduction,
+                                       int min_side, int max_side) {
+  const auto pixel = view.PixelFromGround(patch.ground_m);
+  if (!pixel) return std::nullopt;
+  const auto scale = ChipFromPixelScale(view, patch, *pixel);
+  if (!scale) return std::nullopt;
+  const Eigen::Matrix2d chip_per_pixel = *scale * reduction;
+
+  const double largest = SideOf(patch, chip_per_pixel);
+  if (!(largest >= min_side)) return std::nullopt;
+  int side = static_cast<int>(std::min<double>(max_side, std::floor(largest)));
+  if (side % 2 == 0) --side;
+  if (side < min_side) return std::nullopt;
+
+  const double chip_per_side = chip_per_pixel.colwise().norm().mean();
+  const int samples =
+      std::clamp(static_cast<int>(std::ceil(chip_per_side - 0.2)), 1, kMaxSupersampling);
+
+  AlignedPatch aligned;
+  aligned.reduction = reduction;
+  aligned.predicted_px = *pixel;
+  aligned.coarser_than_photo = chip_per_side < 0.8;
+  aligned.image = Image(side, side, kNoData);
+  const Eigen::Vector2d origin = *pixel - Eigen::Vector2d::Constant(reduction * side / 2.0);
+  const ChipLattice lattice(view, patch, origin, reduction, side);
+  for (int row = 0; row < side; ++row)
+    for (int col = 0; col < side; ++col)
+      aligned.image.At(col, row) = PixelMean(patch.chip, lattice, col, row, samples);
+  return aligned;
+}
+
+}  // namespace orient

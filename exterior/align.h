@@ -1,0 +1,34 @@
+// Step 2, align: a patch drawn as the new photo should see it under the current pose.
+//
+// Every pixel of the drawing is followed along its ray to the heights that the patch carries and
+// takes its grey value from the chip there: scale, rotation, tilt and relief at once.
+#pragma once
+
+#include <optional>
+
+#include "core/geometry/photo_view.h"
+#include "core/imaging/image.h"
+#include "patchdb/patch.h"
+
+namespace orient {
+
+struct AlignedPatch {
+  Image image;                      // square, odd side; its centre shows the patch's ground point
+  double reduction = 1;             // scan pixels per image pixel
+  Eigen::Vector2d predicted_px;     // scan pixel of the ground point under the pose
+  bool coarser_than_photo = false;  // the chip's pixels are larger than the image's
+
+  Eigen::Vector2d Centre() const { return {image.width / 2.0, image.height / 2.0}; }
+};
+
+// Side of the largest square that the chip covers, in scan pixels. Empty where the point is not
+// seen.
+std::optional<double> PatchSide(const PhotoView& view, const Patch& patch);
+
+// The largest square that the chip covers, at `reduction` scan pixels per pixel, but at most
+// `max_side` pixels. Chips finer than the photo are area-averaged. Empty where the point is not
+// seen or the square would be smaller than `min_side`.
+std::optional<AlignedPatch> AlignPatch(const PhotoView& view, const Patch& patch, double reduction,
+                                       int min_side, int max_side);
+
+}  // namespace orient

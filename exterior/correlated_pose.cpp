@@ -1,0 +1,166 @@
+#include "exterior/correlated_pose.h"
+
+#include <Eigen/Dense>
+#include <algorithm>
+#include <cmath>
+
+#include "core/geometry/collinearity.h"
+
+namespace orient {
+namespace {
+
+constexpr std::size_t kMaxObservations = 250;
+constexpr std::size_t kMinObservations = 4;
+constexpr int kIterations = 4;
+// Residuals of next to nothing (synthetic data, hardly any redundancy) are no reason to believe
+// that nothing is uncertain, nor may they make the weights infinite.
+constexpr double kLeastNoiseFactor = 1e-4;
+// Half of a height error is common to the whole region (a datum, a systematic survey error), half
+// of it fades with distance.
+constexpr double kCommonShare = 0.5;
+
+std::vector<PatchObservation> Thinned(const std::vector<PatchObservation>& all) {
+  if (all.size() <= kMaxObservations) return all;
+  std::vector<PatchObservation> some;
+  for (std::size_t i = 0; i < kMaxObservations; ++i)
+    some.push_back(all[i * all.size() / kMaxObservations]);
+  return some;
+}
+
+// The linearised problem about one pose; two rows (col, row) an observation.
+struct Linearised {
+  Eigen::Matrix<double, Eigen::Dynamic, 6> by_pose;
+  Eigen::Matrix<double, Eigen::Dynamic, 6> by_interior;
+  Eigen::VectorXd by_height;  // px per standard deviation of the height error
+  Eigen::VectorXd residuals;  // measured - computed, px
+};
+
+std::optional<Linearised> Linearise(const PhotoView& view, const Pose& pose,
+                                    const std::vector<PatchObservation>& observations) {
+  const Affine2d pixel_from_photo = view.photo_from_pixel.Inverse();
+  const Eigen::Index rows = 2 * static_cast<Eigen::Index>(observations.size());
+  Linearised system{Eigen::MatrixXd(rows, 6), Eigen::MatrixXd(rows, 6), Eigen::VectorXd(rows),
+                    Eigen::VectorXd(rows)};
+  for (Eigen::Index i = 0; i < rows / 2; ++i) {
+    const PatchObservation& o = observations[static_cast<std::size_t>(i)];
+    const auto d = PhotoFromGroundWithDerivatives(view.camera, pose, o.ground_m);
+    if (!d) return std::nullopt;
+    const Eigen::Matrix2d& B = pixel_from_photo.A;
+    system.by_pose.middleRows<2>(2 * i) = B * d->by_pose;
+    // photo = A pixel + t: an error of A and t shows in the pixel as -A^-1 (dA pixel + dt).
+    Eigen::Matrix<double, 2, 6> affine;
+    affine << o.pixel.x(), o.pixel.y(), 0, 0, 1, 0, 0, 0, o.pixel.x(), o.pixel.y(), 0, 1;
+    system.by_interior.middleRows<2>(2 * i) = -B * affine;
+    system.by_height.segment<2>(2 * i) = B * d->by_ground * o.height_effect * o.height_sigma_m;
+    system.residuals.segment<2>(2 * i) = o.pixel - pixel_from_photo * d->photo_mm;
+  }
+  return system;
+}
+
+Eigen::VectorXd NoiseVariances(const std::vector<PatchObservation>& observations) {
+  Eigen::VectorXd variances(2 * static_cast<Eigen::Index>(observations.size()));
+  for (std::size_t i = 0; i < observations.size(); ++i)
+    variances.segment<2>(2 * static_cast<Eigen::Index>(i))
+        .setConstant(observations[i].covariance_px2.trace() / 2);
+  return variances;
+}
+
+// Correlation of the height errors under any two observations, each twice for col and row.
+Eigen::MatrixXd HeightCorrelation(const std::vector<PatchObservation>& observations,
+                                  double length_m) {
+  const Eigen::Index n = static_cast<Eigen::Index>(observations.size());
+  Eigen::MatrixXd correlation(2 * n, 2 * n);
+  for (Eigen::Index i = 0; i < n; ++i)
+    for (Eigen::Index j = 0; j <= i; ++j) {
+      const double distance = (observations[static_cast<std::size_t>(i)].ground_m -
+                               observations[static_cast<std::size_t>(j)].ground_m)
+                                  .head<2>()
+                                  .norm();
+      const double value = kCommonShare + (1 - kCommonShare) * std::exp(-distance / length_m);
+      correlation.block<2, 2>(2 * i, 2 * j).setConstant(value);
+      correlation.block<2, 2>(2 * j, 2 * i).setConstant(value);
+    }
+  return correlation;
+}
+
+// Covariance of the film's deformation at any two observations, the same in col and row.
+Eigen::MatrixXd FilmCovariance(const std::vector<PatchObservation>& observations,
+                               const CommonErrors& common) {
+  const Eigen::Index n = static_cast<Eigen::Index>(observations.size());
+  Eigen::MatrixXd covariance = Eigen::MatrixXd::Zero(2 * n, 2 * n);
+  if (common.film_sigma_px <= 0) return covariance;
+  for (Eigen::Index i = 0; i < n; ++i)
+    for (Eigen::Index j = 0; j < n; ++j) {
+      const double distance = (observations[static_cast<std::size_t>(i)].pixel -
+                               observations[static_cast<std::size_t>(j)].pixel)
+                                  .norm() /
+                              common.film_correlation_px;
+      covariance.block<2, 2>(2 * i, 2 * j) = Eigen::Matrix2d::Identity() *
+                                             std::pow(common.film_sigma_px, 2) *
+                                             std::exp(-distance * distance);
+    }
+  return covariance;
+}
+
+// What the prior would have the pose move by; angles are the same a full turn further.
+Vector6d FromPrior(const Pose& prior, const Pose& pose) {
+  Vector6d difference = prior.AsVector() - pose.AsVector();
+  for (int i = 3; i < 6; ++i) difference[i] = NormalizeAngle(difference[i]);
+  return difference;
+}
+
+// One component's estimate: v' W C W v / tr(W C), with W the inverse of the whole covariance.
+double Component(const Eigen::VectorXd& weighted, const Eigen::MatrixXd& inverse,
+                 const Eigen::MatrixXd& component) {
+  const double expected = inverse.cwiseProduct(component).sum();
+  return expected > 0 ? weighted.dot(component * weighted) / expected : 1.0;
+}
+
+}  // namespace
+
+std::optional<CorrelatedPose> EstimateCorrelatedPose(const PhotoView& view, const PosePrior& prior,
+                                                     const std::vector<PatchObservation>& all,
+                                                     const CommonErrors& common) {
+  const std::vector<PatchObservation> observations = Thinned(all);
+  if (observations.size() < kMinObservations) return std::nullopt;
+  const Eigen::MatrixXd noise = NoiseVariances(observations).asDiagonal();
+  const Eigen::MatrixXd correlation = HeightCorrelation(observations, common.height_correlation_m);
+  const Eigen::MatrixXd film = FilmCovariance(observations, common);
+  const Matrix6d prior_information = prior.covariance.inverse();
+
+  CorrelatedPose estimate;
+  estimate.pose = view.pose;
+  for (int i = 0; i < kIterations; ++i) {
+    const auto system = Linearise(view, estimate.pose, observations);
+    if (!system) return std::nullopt;
+    const Eigen::MatrixXd heights =
+        system->by_height.asDiagonal() * correlation * system->by_height.asDiagonal();
+    const Eigen::LLT<Eigen::MatrixXd> covariance(
+        estimate.noise_factor * noise + estimate.height_factor * heights + film +
+        system->by_interior * common.interior * system->by_interior.transpose());
+    if (covariance.info() != Eigen::Success) return std::nullopt;
+    const Eigen::MatrixXd weighted_design = covariance.solve(system->by_pose);
+    const Eigen::LLT<Matrix6d> normals(system->by_pose.transpose() * weighted_design +
+                                       prior_information);
+    if (normals.info() != Eigen::Success) return std::nullopt;
+    const Vector6d step = normals.solve(weighted_design.transpose() * system->residuals +
+                                        prior_information * FromPrior(prior.pose, estimate.pose));
+    estimate.pose = Pose::FromVector(estimate.pose.AsVector() + step);
+    estimate.covariance = normals.solve(Matrix6d::Identity());
+
+    const Eigen::VectorXd v = system->residuals - system->by_pose * step;
+    const Eigen::VectorXd weighted = covariance.solve(v);
+    const Eigen::MatrixXd inverse =
+        covariance.solve(Eigen::MatrixXd::Identity(noise.rows(), noise.cols()));
+    estimate.noise_factor = std::max(
+        estimate.noise_factor * Component(weighted, inverse, estimate.noise_factor * noise),
+        kLeastNoiseFactor);
+    if (heights.trace() > 0)
+      estimate.height_factor = std::clamp(
+          estimate.height_factor * Component(weighted, inverse, estimate.height_factor * heights),
+          0.01, 10.0);
+  }
+  return estimate;
+}
+
+}  // namespace orient

@@ -1,0 +1,59 @@
+// The pose from observations that share errors.
+//
+// Some errors are common to many patches, and no residual of one patch shows them: heights that are
+// wrong over a whole region move every patch cut with them along its source's line of sight, an
+// error of the interior orientation moves the whole photo, and film bends between its marks. A
+// covariance without them promises more than it can hold, and an adjustment without them spreads
+// them over the frame where the patches end. Here they are part of the observations' covariance
+// (generalised least squares; the height errors as a random field, as in least-squares collocation,
+// Moritz 1980).
+#pragma once
+
+#include <Eigen/Core>
+#include <optional>
+#include <vector>
+
+#include "core/geometry/photo_view.h"
+#include "core/geometry/resection.h"
+
+namespace orient {
+
+struct PatchObservation {
+  Eigen::Vector3d ground_m;
+  Eigen::Vector2d pixel;           // scan, measured
+  Eigen::Matrix2d covariance_px2;  // of this observation alone
+  // How the ground point moves for each metre by which the heights under its source are wrong, and
+  // how wrong they may be (one sigma); zero where nothing is known.
+  Eigen::Vector3d height_effect = Eigen::Vector3d::Zero();
+  double height_sigma_m = 0;
+};
+
+struct CommonErrors {
+  // Covariance of photo_from_pixel (a11 a12 a21 a22 t1 t2; mm), zero for digital cameras.
+  Matrix6d interior = Matrix6d::Zero();
+  // Smooth deformation of the film between its marks: one sigma, and the distance in the photo over
+  // which it fades, both in scan pixels; zero for digital cameras.
+  double film_sigma_px = 0;
+  double film_correlation_px = 1;
+  // Distance at which height errors are hardly related any more.
+  double height_correlation_m = 1000;
+};
+
+struct CorrelatedPose {
+  Pose pose;
+  Matrix6d covariance;
+  // Variance components: what the residuals make of the observations' and of the heights'
+  // variances.
+  double noise_factor = 1;
+  double height_factor = 1;
+};
+
+// Gauss-Newton from view.pose, variance components by MINQUE (Rao 1971), the heights' between a
+// hundredth and ten times their stated variance, the observations' at least a ten-thousandth. Of
+// more than 250 observations every k-th is used: they share their errors, more of them add nothing.
+// Empty: fewer than four, or singular.
+std::optional<CorrelatedPose> EstimateCorrelatedPose(
+    const PhotoView& view, const PosePrior& prior,
+    const std::vector<PatchObservation>& observations, const CommonErrors& common);
+
+}  // namespace orient

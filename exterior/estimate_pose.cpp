@@ -1,0 +1,216 @@
+#include "exterior/estimate_pose.h"
+
+#include <Eigen/Dense>
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include "core/geometry/collinearity.h"
+
+namespace orient {
+namespace {
+
+constexpr double kChi2Limit = 11.8;  // two degrees of freedom, 99.7 %
+constexpr std::size_t kMinObservations = 4;
+constexpr double kCauchyScale = 2.0;
+constexpr double kNearlyAsBad = 0.7;  // of the worst
+constexpr int kMaxPasses = 4;
+// Of the heights' stated variance: beyond, houses and trees would pass for terrain.
+constexpr double kMaxDoubt = 9;
+constexpr double kWorseHeights = 1.2;  // variance component beyond which heights are doubted
+
+// Of one observation, its height error included: for gross errors that is what counts.
+Eigen::Matrix2d Covariance(const PhotoView& view, const PatchObservation& o) {
+  Eigen::Matrix2d covariance = o.covariance_px2;
+  const auto d = PhotoFromGroundWithDerivatives(view.camera, view.pose, o.ground_m);
+  if (!d) return covariance;
+  const Eigen::Vector2d by_height =
+      view.photo_from_pixel.A.inverse() * d->by_ground * o.height_effect * o.height_sigma_m;
+  return covariance + by_height * by_height.transpose();
+}
+
+std::vector<ControlObservation> Control(const PhotoView& view,
+                                        const std::vector<PatchObservation>& observations,
+                                        const std::vector<std::size_t>& used,
+                                        double variance_factor) {
+  const Eigen::Matrix2d& A = view.photo_from_pixel.A;
+  std::vector<ControlObservation> control;
+  for (const std::size_t i : used)
+    control.push_back({observations[i].ground_m, view.photo_from_pixel * observations[i].pixel,
+                       variance_factor * A * Covariance(view, observations[i]) * A.transpose()});
+  return control;
+}
+
+// v' P v of one observation with the a-priori weights of `control`.
+double Chi2(const ControlObservation& control, const Eigen::Vector2d& residual_mm) {
+  return residual_mm.dot(control.covariance_mm2.inverse() * residual_mm);
+}
+
+// Robust: half of the residuals may be gross errors. The median of chi-square with two degrees of
+// freedom is 2 ln 2.
+double MedianVarianceFactor(const std::vector<ControlObservation>& control,
+                            const std::vector<Eigen::Vector2d>& residuals) {
+  std::vector<double> chi2;
+  for (std::size_t i = 0; i < control.size(); ++i) chi2.push_back(Chi2(control[i], residuals[i]));
+  std::nth_element(chi2.begin(), chi2.begin() + static_cast<long>(chi2.size() / 2), chi2.end());
+  return chi2[chi2.size() / 2] / (2 * std::log(2.0));
+}
+
+// Squared residuals of two dimensions, normalised with their covariance and redundancy.
+std::vector<double> NormalisedChi2(const std::vector<ControlObservation>& control,
+                                   const ResectionResult& fit) {
+  std::vector<double> chi2;
+  for (std::size_t i = 0; i < control.size(); ++i)
+    chi2.push_back(Chi2(control[i], fit.residuals_mm[i]) / std::max(fit.redundancy[i] / 2, 0.05));
+  return chi2;
+}
+
+// Takes the worst out of `used`, and those that are nearly as bad: one at a time would be the
+// textbook's way, at the cost of as many adjustments as there are gross errors. False: none is bad.
+bool RemoveWorst(const std::vector<double>& chi2, std::vector<std::size_t>* used) {
+  const double worst = *std::max_element(chi2.begin(), chi2.end());
+  if (worst <= kChi2Limit) return false;
+  const double limit = std::max(kChi2Limit, kNearlyAsBad * worst);
+  std::vector<std::size_t> kept;
+  for (std::size_t i = 0; i < chi2.size(); ++i)
+    if (chi2[i] < limit && chi2[i] < worst) kept.push_back((*used)[i]);
+  *used = std::move(kept);
+  return true;
+}
+
+double MeanSigmaPx(const std::vector<PatchObservation>& observations,
+                   const std::vector<std::size_t>& used) {
+  double sum = 0;
+  for (const std::size_t i : used) sum += observations[i].covariance_px2.trace() / 2;
+  return std::sqrt(sum / static_cast<double>(used.size()));
+}
+
+void FillResiduals(const PhotoView& view, const std::vector<PatchObservation>& observations,
+                   PoseEstimate* estimate) {
+  PhotoView solved = view;
+  solved.pose = estimate->pose;
+  for (const PatchObservation& o : observations) {
+    const auto pixel = solved.PixelFromGround(o.ground_m);
+    estimate->residuals_px.push_back(pixel ? Eigen::Vector2d(o.pixel - *pixel)
+                                           : Eigen::Vector2d::Constant(std::nan("")));
+  }
+}
+
+struct Snooped {
+  ResectionResult fit;
+  std::vector<std::size_t> used;
+  double variance_factor = 1;
+};
+
+// Removes gross errors, the worst first.
+std::optional<Snooped> Snoop(const PhotoView& view, const PosePrior& prior,
+                             const std::vector<PatchObservation>& observations) {
+  Snooped state;
+  for (std::size_t i = 0; i < observations.size(); ++i) state.used.push_back(i);
+  ResectionOptions robust;
+  robust.prior = prior;
+  robust.robust_scale = kCauchyScale;
+  auto fit = Resect(view.camera, Control(view, observations, state.used, 1), view.pose, robust);
+  if (!fit) return std::nullopt;
+  const auto start_control = Control(view, observations, state.used, 1);
+  state.variance_factor = std::max(MedianVarianceFactor(start_control, fit->residuals_mm), 1e-4);
+
+  ResectionOptions plain;
+  plain.prior = prior;
+  while (state.used.size() >= kMinObservations) {
+    const auto control = Control(view, observations, state.used, state.variance_factor);
+    // The robust fit judges while many gross errors may remain, the plain one at the end.
+    fit = Resect(view.camera, control, fit->pose, robust);
+    if (!fit) return std::nullopt;
+    if (RemoveWorst(NormalisedChi2(control, *fit), &state.used)) continue;
+    const auto final_fit = Resect(view.camera, control, fit->pose, plain);
+    if (!final_fit) return std::nullopt;
+    if (RemoveWorst(NormalisedChi2(control, *final_fit), &state.used)) continue;
+    state.fit = *final_fit;
+    return state;
+  }
+  return std::nullopt;
+}
+
+// Gross errors removed, then what the observations share taken into account.
+struct Fit {
+  Snooped snooped;
+  CorrelatedPose correlated;
+};
+
+std::optional<Fit> SnoopAndFit(const PhotoView& view, const PosePrior& prior,
+                               const std::vector<PatchObservation>& observations,
+                               const CommonErrors& common) {
+  auto snooped = Snoop(view, prior, observations);
+  if (!snooped) return std::nullopt;
+  std::vector<PatchObservation> kept;
+  for (const std::size_t i : snooped->used) kept.push_back(observations[i]);
+  PhotoView near_view = view;
+  near_view.pose = snooped->fit.pose;
+  const auto correlated = EstimateCorrelatedPose(near_view, prior, kept, common);
+  if (!correlated) return std::nullopt;
+  return Fit{std::move(*snooped), *correlated};
+}
+
+}  // namespace
+
+std::optional<PoseEstimate> EstimatePose(const PhotoView& view, const PosePrior& prior,
+                                         const std::vector<PatchObservation>& observations,
+                                         const CommonErrors& common) {
+  if (observations.size() < kMinObservations) return std::nullopt;
+  auto fit = SnoopAndFit(view, prior, observations, common);
+  if (!fit) return std::nullopt;
+  // Heights worse than stated made good observations look like gross errors: again with what the
+  // residuals say of them.
+  std::vector<PatchObservation> doubted = observations;
+  double doubt = 1;
+  for (int i = 1; i < kMaxPasses && fit->correlated.height_factor > kWorseHeights; ++i) {
+    const double more = std::min(fit->correlated.height_factor, kMaxDoubt / doubt);
+    if (more < kWorseHeights) break;
+    doubt *= more;
+    for (PatchObservation& o : doubted) o.height_sigma_m *= std::sqrt(more);
+    auto again = SnoopAndFit(view, prior, doubted, common);
+    if (!again) break;
+    fit = std::move(again);
+  }
+  const Snooped& snooped = fit->snooped;
+  const CorrelatedPose& correlated = fit->correlated;
+
+  PoseEstimate estimate;
+  estimate.pose = correlated.pose;
+  estimate.covariance = correlated.covariance;
+  estimate.sigma0_px = std::sqrt(correlated.noise_factor) * MeanSigmaPx(observations, snooped.used);
+  Vector6d shift = correlated.pose.AsVector() - prior.pose.AsVector();
+  for (int i = 3; i < 6; ++i) shift[i] = NormalizeAngle(shift[i]);
+  estimate.prior_chi2 = shift.dot(prior.covariance.ldlt().solve(shift));
+  estimate.rejected.assign(observations.size(), true);
+  for (const std::size_t i : snooped.used) estimate.rejected[i] = false;
+  estimate.used = static_cast<int>(snooped.used.size());
+  FillResiduals(view, observations, &estimate);
+  return estimate;
+}
+
+double WorstProjectionSigma(const PhotoView& view, const Matrix6d& covariance, double height_m) {
+  constexpr double kUnknown = std::numeric_limits<double>::infinity();
+  const Affine2d pixel_from_photo = view.photo_from_pixel.Inverse();
+  double worst = -1;  // no point of the frame shows the ground yet
+  for (int i = -1; i <= 1; ++i)
+    for (int j = -1; j <= 1; ++j) {
+      const Eigen::Vector2d photo = view.camera.frame_centre_mm +
+                                    view.camera.frame_mm.cwiseProduct(Eigen::Vector2d(i, j)) / 2;
+      const auto ray = GroundRayFromPhoto(view.camera, view.pose, photo);
+      if (!ray || ray->direction.z() > -1e-3) continue;
+      const Eigen::Vector3d ground =
+          ray->origin_m + ray->direction * ((height_m - ray->origin_m.z()) / ray->direction.z());
+      const auto d = PhotoFromGroundWithDerivatives(view.camera, view.pose, ground);
+      if (!d) continue;
+      const Eigen::Matrix<double, 2, 6> jacobian = pixel_from_photo.A * d->by_pose;
+      const Eigen::Matrix2d pixel_covariance = jacobian * covariance * jacobian.transpose();
+      const double variance = pixel_covariance.diagonal().maxCoeff();
+      if (!(variance >= 0)) return kUnknown;
+      worst = std::max(worst, std::sqrt(variance));
+    }
+  return worst < 0 ? kUnknown : worst;
+}
+
+}  // namespace orient

@@ -1,0 +1,37 @@
+// Step 4, resect, second half: the pose from precise matches, with gross errors found by data
+// snooping and a covariance that the residuals support.
+#pragma once
+
+#include <Eigen/Core>
+#include <optional>
+#include <vector>
+
+#include "core/geometry/photo_view.h"
+#include "core/geometry/resection.h"
+#include "exterior/correlated_pose.h"
+
+namespace orient {
+
+struct PoseEstimate {
+  Pose pose;
+  Matrix6d covariance;    // scaled with the observations' variance component
+  double sigma0_px = 0;   // of one image coordinate of average weight
+  double prior_chi2 = 0;  // Mahalanobis distance^2 of the pose from the prior, 6 degrees of freedom
+  std::vector<Eigen::Vector2d> residuals_px;  // measured - computed, of every observation
+  std::vector<bool> rejected;                 // by data snooping
+  int used = 0;
+};
+
+// Robust start (Cauchy), then Baarda's data snooping: while the largest squared normalised residual
+// of two dimensions exceeds 11.8 (99.7 %), that observation goes. Empty when fewer than four
+// remain or the adjustment is singular.
+std::optional<PoseEstimate> EstimatePose(const PhotoView& view, const PosePrior& prior,
+                                         const std::vector<PatchObservation>& observations,
+                                         const CommonErrors& common = {});
+
+// The largest one-sigma uncertainty, in scan pixels and one coordinate, with which a pose of this
+// covariance projects points on the ground at `height_m` into the frame. Infinite where no part of
+// the frame shows that ground, or the covariance is none.
+double WorstProjectionSigma(const PhotoView& view, const Matrix6d& covariance, double height_m);
+
+}  // namespace orient

@@ -1,0 +1,22 @@
+// The first rounds of the loop: from the approximation to a pose that chance does not explain, at
+// coarse resolution. Private to exterior.
+#pragma once
+
+#include <optional>
+#include <string>
+
+#include "exterior/photo_task.h"
+
+namespace orient {
+
+// From the prior to a first pose; the caller asks whether chance explains it. Empty: see
+// WhyNoFirstPose.
+std::optional<PoseTrack> FirstPose(const PhotoTask& task);
+
+// What is wrong with the approximation or the patches, where there is no first pose.
+std::string WhyNoFirstPose(const PhotoTask& task);
+
+// Halves the reduction until full resolution is the next.
+void Descend(const PhotoTask& task, PoseTrack* track);
+
+}  // namespace orient

@@ -1,0 +1,62 @@
+// Step 3, match: where the aligned patch lies in the photo; several answers while the pose is
+// uncertain, one precise answer at the end.
+#pragma once
+
+#include <Eigen/Core>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "exterior/align.h"
+#include "exterior/photo_image.h"
+#include "exterior/predict.h"
+
+namespace orient {
+
+// One place in the photo where a patch may lie.
+struct Candidate {
+  Eigen::Vector2d pixel;  // scan, of the patch's ground point
+  double score = 0;       // NCC
+};
+
+struct CandidateOptions {
+  int max_candidates = 5;
+  double min_score = 0.35;
+};
+
+// Where the patch's ground point is sought: within `radius_px` (col, row; scan pixels) of the
+// prediction, but inside the photo, however little is known of the pose. Scan pixels.
+struct SearchArea {
+  Eigen::Vector2d first, last;
+  Eigen::Vector2d Size() const { return (last - first).cwiseMax(0); }
+};
+SearchArea AreaToSearch(const Eigen::Vector2d& predicted_px, const Eigen::Vector2d& radius_px,
+                        const PhotoImage& photo);
+
+// The best places in that area. The aligned patch's reduction must be an integer.
+std::vector<Candidate> FindCandidates(const AlignedPatch& patch, const PhotoImage& photo,
+                                      const Eigen::Vector2d& radius_px,
+                                      const CandidateOptions& options);
+
+// The outcome of precise matching at the photo's full resolution.
+struct PreciseMatch {
+  Eigen::Vector2d pixel;           // scan; meaningful where `found`
+  Eigen::Matrix2d covariance_px2;  // of least-squares matching
+  double ncc = 0;                  // at the least-squares position
+  bool found = false;
+  std::string reason;  // why not
+};
+
+struct PreciseOptions {
+  double min_score = 0.6;
+  // The second-best place must be this much worse, or the patch is ambiguous.
+  double min_score_gap = 0.05;
+  double max_disagreement_px = 1.0;  // between correlation and least squares
+  double max_sigma_px = 0.3;
+};
+
+// NCC in the window, then least-squares matching from its peak; the two must agree.
+PreciseMatch MatchPrecisely(const AlignedPatch& patch, const PhotoImage& photo,
+                            const Eigen::Vector2d& radius_px, const PreciseOptions& options);
+
+}  // namespace orient

@@ -1,0 +1,286 @@
+#include "exterior/orient_photo.h"
+
+#include <Eigen/Dense>
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+
+#include "exterior/align.h"
+#include "exterior/consensus.h"
+#include "exterior/estimate_pose.h"
+#include "exterior/first_pose.h"
+#include "exterior/match.h"
+#include "exterior/photo_task.h"
+#include "exterior/predict.h"
+
+namespace orient {
+namespace {
+
+// Six degrees of freedom, 99.99 %.
+constexpr double kPriorChi2Limit = 27.9;
+
+// One round at full resolution.
+struct PreciseRound {
+  std::vector<PatchPrediction> predictions;
+  std::vector<std::size_t> not_visible;
+  std::vector<PreciseMatch> matches;     // one a prediction
+  std::vector<std::size_t> observed;     // the predictions that were found
+  std::optional<PoseEstimate> estimate;  // over the observed
+  bool contradicts_prior = false;        // the estimate then does without it
+  double window_px = 0;
+  double mean_window_px2 = 0;
+};
+
+PreciseRound MatchAll(const PhotoTask& task, const PhotoView& view, const Matrix6d& covariance,
+                      double margin_px) {
+  PreciseRound round;
+  const auto visible =
+      Predict(view, covariance, task.patches, task.Prediction(), &round.not_visible);
+  round.predictions =
+      SelectSpread(visible, task.patches, task.options.precise_patches, task.Prediction());
+  round.matches.resize(round.predictions.size());
+  std::vector<double> areas(round.predictions.size(), 0);
+  ForEach(round.predictions.size(), [&](std::size_t i) {
+    const PatchPrediction& prediction = round.predictions[i];
+    const Eigen::Vector2d radius =
+        prediction.Radius(kWindowSigmas) + Eigen::Vector2d::Constant(margin_px);
+    areas[i] = AreaToSearch(prediction.pixel, radius, task.image).Size().prod();
+    const auto aligned = AlignPatch(view, task.patches[prediction.patch], 1,
+                                    task.options.min_side_px, task.options.max_side_px);
+    if (aligned)
+      round.matches[i] = MatchPrecisely(*aligned, task.image, radius, {});
+    else
+      round.matches[i].reason = "the patch is too small at the photo's resolution";
+  });
+  round.window_px = LargestRadius(round.predictions, kWindowSigmas) + margin_px;
+  for (const double area : areas)
+    round.mean_window_px2 += area / static_cast<double>(std::max<std::size_t>(areas.size(), 1));
+  return round;
+}
+
+// Matching's covariance knows the grey values' noise only. Relief between the heights' nodes and
+// change of the scene add what no single match can see.
+constexpr double kModelSigmaPx = 0.1;
+
+// Where it is known how a patch moves with its heights, that is an error it shares with others;
+// otherwise its own covariance must do.
+PatchObservation Observe(const Patch& patch, const PatchPrediction& prediction,
+                         const PreciseMatch& match) {
+  PatchObservation observation{patch.ground_m, match.pixel, match.covariance_px2};
+  observation.covariance_px2 += kModelSigmaPx * kModelSigmaPx * Eigen::Matrix2d::Identity();
+  if (patch.height_effect && patch.height_sigma_m) {
+    observation.height_effect = *patch.height_effect;
+    observation.height_sigma_m = *patch.height_sigma_m;
+  } else {
+    observation.covariance_px2 += prediction.ground_covariance_px2;
+  }
+  return observation;
+}
+
+// Terrain and its errors resemble themselves over about this share of the flying height.
+constexpr double kHeightCorrelationPerHeight = 0.3;
+// Film bends slowly: over this share of the frame.
+constexpr double kFilmCorrelationPerFrame = 0.4;
+
+void Resect(const PhotoTask& task, const PoseTrack& track, const PhotoView& view,
+            PreciseRound* round) {
+  std::vector<PatchObservation> observations;
+  for (std::size_t i = 0; i < round->matches.size(); ++i) {
+    if (!round->matches[i].found) continue;
+    const PatchPrediction& prediction = round->predictions[i];
+    round->observed.push_back(i);
+    observations.push_back(Observe(task.patches[prediction.patch], prediction, round->matches[i]));
+  }
+  if (observations.empty()) return;
+  CommonErrors common;
+  common.interior = track.position.covariance;
+  common.film_sigma_px = track.position.film_sigma_mm / view.PixelSize();
+  common.film_correlation_px =
+      kFilmCorrelationPerFrame * view.camera.frame_mm.minCoeff() / view.PixelSize();
+  common.height_correlation_m = kHeightCorrelationPerHeight *
+                                std::abs(view.pose.position_m.z() - observations[0].ground_m.z());
+  round->estimate = EstimatePose(view, task.photo.prior, observations, common);
+  round->contradicts_prior = round->estimate && round->estimate->prior_chi2 > kPriorChi2Limit;
+  if (!round->contradicts_prior) return;
+  const double chi2 = round->estimate->prior_chi2;
+  round->estimate = EstimatePose(view, Weakened(task.photo.prior), observations, common);
+  if (round->estimate) round->estimate->prior_chi2 = chi2;
+}
+
+double RmsPx(const PoseEstimate& estimate) {
+  double sum = 0;
+  for (std::size_t i = 0; i < estimate.residuals_px.size(); ++i)
+    if (!estimate.rejected[i]) sum += estimate.residuals_px[i].squaredNorm();
+  return std::sqrt(sum / std::max(estimate.used, 1));
+}
+
+// How far a round's pose moves the patches from where the pose before it saw them.
+double LargestMove(const PhotoTask& task, const PhotoView& before, const PreciseRound& round) {
+  PhotoView after = before;
+  after.pose = round.estimate->pose;
+  double largest = 0;
+  for (const PatchPrediction& prediction : round.predictions)
+    if (const auto pixel = after.PixelFromGround(task.patches[prediction.patch].ground_m))
+      largest = std::max(largest, (*pixel - prediction.pixel).norm());
+  return largest;
+}
+
+constexpr double kSettledPx = 0.5;
+
+// Rounds at full resolution until nothing more is won.
+std::optional<PreciseRound> Refine(const PhotoTask& task, PoseTrack* track) {
+  std::optional<PreciseRound> best;
+  double margin = 2.0 * track->reduction + 4;
+  for (int i = 0; i < task.options.max_precise_rounds; ++i) {
+    const PhotoView view = task.View(track->position, track->pose);
+    PreciseRound round = MatchAll(task, view, track->covariance, margin);
+    Resect(task, *track, view, &round);
+    if (!round.estimate) return best;
+    const double moved_px = LargestMove(task, view, round);
+    track->rounds.push_back({static_cast<int>(round.predictions.size()), round.estimate->used,
+                             round.window_px, RmsPx(*round.estimate)});
+    track->pose = round.estimate->pose;
+    track->covariance = round.estimate->covariance;
+    best = std::move(round);
+    // Drawn from so near a pose, every patch would match where it did.
+    if (moved_px < kSettledPx) break;
+    margin = 4;
+  }
+  return best;
+}
+
+void FillPatches(const PhotoTask& task, const PreciseRound& round, ExteriorResult* result) {
+  std::vector<PatchResult> patches(round.predictions.size());
+  for (std::size_t i = 0; i < round.predictions.size(); ++i) {
+    const PreciseMatch& match = round.matches[i];
+    patches[i].id = task.patches[round.predictions[i].patch].id;
+    patches[i].ground_m = task.patches[round.predictions[i].patch].ground_m;
+    patches[i].predicted = round.predictions[i].pixel;
+    patches[i].state = PatchState::kNotFound;
+    patches[i].reason = match.reason;
+  }
+  for (std::size_t k = 0; k < round.observed.size(); ++k) {
+    PatchResult& patch = patches[round.observed[k]];
+    const PreciseMatch& match = round.matches[round.observed[k]];
+    patch.state = round.estimate->rejected[k] ? PatchState::kRejected : PatchState::kMatched;
+    patch.reason = round.estimate->rejected[k] ? "does not agree with the other patches" : "";
+    patch.pixel = match.pixel;
+    patch.sigma_px = match.covariance_px2.diagonal().cwiseSqrt();
+    patch.residual_px = round.estimate->residuals_px[k];
+    patch.ncc = match.ncc;
+  }
+  for (const std::size_t i : round.not_visible) {
+    PatchResult patch;
+    patch.id = task.patches[i].id;
+    patch.ground_m = task.patches[i].ground_m;
+    patch.state = PatchState::kNotVisible;
+    patch.reason = "outside the photo under the final pose";
+    patches.push_back(patch);
+  }
+  std::sort(patches.begin(), patches.end(),
+            [](const PatchResult& a, const PatchResult& b) { return a.id < b.id; });
+  result->patches = std::move(patches);
+}
+
+std::string Number(double value, int decimals) {
+  char text[64];
+  std::snprintf(text, sizeof text, "%.*f", decimals, value);
+  return text;
+}
+
+// Whether chance could have led from random matches to this round's supporters.
+double PreciseFalseAlarms(const PreciseRound& round) {
+  const double reach = 3 * std::max(round.estimate->sigma0_px, 0.2);
+  const double p = std::min(1.0, std::numbers::pi * reach * reach / round.mean_window_px2);
+  return Log10FalseAlarms(static_cast<int>(round.predictions.size()), round.estimate->used, 1, p);
+}
+
+// Everything that must hold before a pose is given at all. Empty: it holds.
+std::string WhyNotAccepted(const PhotoTask& task, const PreciseRound& round) {
+  const PoseEstimate& estimate = *round.estimate;
+  if (estimate.used < task.options.min_matched)
+    return "only " + std::to_string(estimate.used) + " patches agree, at least " +
+           std::to_string(task.options.min_matched) + " are needed";
+  if (PreciseFalseAlarms(round) > task.options.max_log10_false_alarms)
+    return "at full resolution only " + std::to_string(estimate.used) + " of " +
+           std::to_string(round.predictions.size()) + " patches agree: chance could produce that";
+  if (2 * estimate.used < static_cast<int>(round.observed.size()))
+    return "more than half of the matched patches contradict the pose";
+  return "";
+}
+
+void Judge(const PhotoTask& task, const PreciseRound& round, const PoseTrack& track,
+           ExteriorResult* result) {
+  const PoseEstimate& estimate = *round.estimate;
+  double height = 0;
+  for (const PatchPrediction& p : round.predictions)
+    height += task.patches[p.patch].ground_m.z() / static_cast<double>(round.predictions.size());
+  const double sigma =
+      WorstProjectionSigma(task.View(track.position, estimate.pose), estimate.covariance, height);
+  result->status = Status::kOk;
+  if (round.contradicts_prior) {
+    result->messages.push_back(
+        "the pose lies " + Number(std::sqrt(estimate.prior_chi2), 0) +
+        " sigma from its approximation: either that is worse than its accuracy says, or the "
+        "patches' coordinates are wrong");
+    if (task.photo.accuracy_is_stated) result->status = Status::kWeak;
+  }
+  if (sigma > task.options.weak_projection_sigma_px) {
+    result->status = Status::kWeak;
+    result->messages.push_back(
+        "the pose is poorly determined: in the worst corner of the frame "
+        "its projection is uncertain by " +
+        Number(sigma, 2) + " px");
+  }
+}
+
+ExteriorResult Failed(const PhotoToOrient& photo, const std::string& reason,
+                      const PoseTrack* track) {
+  ExteriorResult result;
+  result.photo = photo.name;
+  result.status = Status::kFailed;
+  if (track != nullptr) result.iterations = track->rounds;
+  result.messages.push_back(reason);
+  return result;
+}
+
+std::string NoConsensus(const PoseTrack& track) {
+  const LoopRound& round = track.rounds.front();
+  return "only " + std::to_string(round.matched) + " of " + std::to_string(round.searched) +
+         " patches agree on a pose within " + Number(round.window_px, 0) +
+         " px of the prediction: chance could produce that. Either the approximation is worse than "
+         "its stated accuracy, or the patches do not show this place, or the scene has changed";
+}
+
+}  // namespace
+
+ExteriorResult OrientPhoto(const PhotoToOrient& photo, const PhotoImage& image,
+                           const std::vector<Patch>& patches, const OrientPhotoOptions& options) {
+  const PhotoTask task{photo, image, patches, options};
+  if (patches.empty())
+    return Failed(photo, "no control patch in the database under the photo's footprint", nullptr);
+
+  std::optional<PoseTrack> track = FirstPose(task);
+  if (!track) return Failed(photo, WhyNoFirstPose(task), nullptr);
+  if (track->log10_false_alarms > options.max_log10_false_alarms)
+    return Failed(photo, NoConsensus(*track), &*track);
+
+  Descend(task, &*track);
+  const auto round = Refine(task, &*track);
+  if (!round) return Failed(photo, "too few patches could be matched precisely", &*track);
+  const std::string objection = WhyNotAccepted(task, *round);
+  if (!objection.empty()) return Failed(photo, objection, &*track);
+
+  ExteriorResult result;
+  result.photo = photo.name;
+  result.pose = round->estimate->pose;
+  result.covariance = round->estimate->covariance;
+  result.sigma0_px = round->estimate->sigma0_px;
+  result.orientation = track->position.orientation;
+  result.iterations = track->rounds;
+  FillPatches(task, *round, &result);
+  Judge(task, *round, *track, &result);
+  return result;
+}
+
+}  // namespace orient

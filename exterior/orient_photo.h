@@ -1,0 +1,52 @@
+// Exterior orientation of one photo: predict, align, match, resect, again.
+#pragma once
+
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "core/files/results.h"
+#include "core/geometry/camera.h"
+#include "core/geometry/resection.h"
+#include "exterior/photo_image.h"
+#include "patchdb/patch.h"
+
+namespace orient {
+
+// One way in which the film may lie on the scan.
+struct FilmPosition {
+  Affine2d photo_from_pixel;
+  std::optional<ScanOrientation> orientation;  // none for digital photos
+  // Of photo_from_pixel (a11 a12 a21 a22 t1 t2; mm); zero for digital photos.
+  Matrix6d covariance = Matrix6d::Zero();
+  double film_sigma_mm = 0;  // of its smooth deformation between the marks; zero for digital photos
+};
+
+struct PhotoToOrient {
+  std::string name;
+  Camera camera;
+  std::vector<FilmPosition> positions;  // one, or those that interior orientation left open
+  PosePrior prior;                      // the approximation and its accuracy
+  // Whether somebody vouches for that accuracy. A pose that contradicts it is then only weak: the
+  // patches' coordinates may be the wrong ones.
+  bool accuracy_is_stated = true;
+};
+
+struct OrientPhotoOptions {
+  int voting_patches = 160;   // in the coarse rounds
+  int precise_patches = 900;  // at full resolution
+  int max_precise_rounds = 5;
+  int min_side_px = 15;  // of an aligned patch at a coarse level
+  int max_side_px = 61;  // and at full resolution
+  double max_log10_false_alarms = -6;
+  int min_matched = 6;                    // fewer are never accepted
+  double weak_projection_sigma_px = 1.0;  // a worse-determined pose is weak
+};
+
+// `patches` are those under the uncertain footprint. The result is `ok`, `weak` or `failed` with
+// the reason; a pose is given unless it failed.
+ExteriorResult OrientPhoto(const PhotoToOrient& photo, const PhotoImage& image,
+                           const std::vector<Patch>& patches,
+                           const OrientPhotoOptions& options = {});
+
+}  // namespace orient

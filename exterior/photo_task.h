@@ -1,0 +1,58 @@
+// What the steps of one photo's orientation share, and what they hand on. Private to exterior.
+#pragma once
+
+#include <tbb/parallel_for.h>
+#include <tbb/task_arena.h>
+
+#include <vector>
+
+#include "exterior/orient_photo.h"
+#include "exterior/predict.h"
+
+namespace orient {
+
+// What the steps of one photo share.
+struct PhotoTask {
+  const PhotoToOrient& photo;
+  const PhotoImage& image;
+  const std::vector<Patch>& patches;
+  const OrientPhotoOptions& options;
+
+  PhotoView View(const FilmPosition& position, const Pose& pose) const {
+    return {photo.camera, position.photo_from_pixel, pose};
+  }
+  PredictionOptions Prediction() const { return {image.Width(), image.Height(), 8}; }
+};
+
+// A pose on its way: where the film lies, what is known, how it was found.
+struct PoseTrack {
+  FilmPosition position;
+  Pose pose;
+  Matrix6d covariance;
+  double log10_false_alarms = 0;
+  int reduction = 1;  // of the round that led here
+  std::vector<LoopRound> rounds;
+};
+
+// Side by side. Isolated: a thread that waits for the last patch must not begin another photo
+// meanwhile, or more photos than the caller asked for would be in memory at a time.
+template <typename Work>
+void ForEach(std::size_t count, const Work& work) {
+  tbb::this_task_arena::isolate([&] { tbb::parallel_for(std::size_t{0}, count, work); });
+}
+
+// Search windows reach this many sigmas of the prediction.
+inline constexpr double kWindowSigmas = 3;
+
+// In scan pixels, col or row, whichever is larger.
+inline double LargestRadius(const std::vector<PatchPrediction>& predictions, double sigmas) {
+  double largest = 0;
+  for (const PatchPrediction& p : predictions)
+    largest = std::max(largest, p.Radius(sigmas).maxCoeff());
+  return largest;
+}
+
+// A prior that only keeps what the patches leave wholly open.
+inline PosePrior Weakened(const PosePrior& prior) { return {prior.pose, 1e4 * prior.covariance}; }
+
+}  // namespace orient

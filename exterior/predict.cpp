@@ -1,0 +1,112 @@
+#include "exterior/predict.h"
+
+#include <Eigen/Dense>
+#include <algorithm>
+#include <cmath>
+#include <map>
+
+namespace orient {
+namespace {
+
+bool Inside(const Eigen::Vector2d& pixel, const PredictionOptions& options) {
+  return pixel.x() >= options.border_px && pixel.y() >= options.border_px &&
+         pixel.x() <= options.width_px - options.border_px &&
+         pixel.y() <= options.height_px - options.border_px;
+}
+
+// Unknown distinctness ranks in the middle: neither preferred nor shunned.
+double Rank(const Patch& patch) { return patch.distinctness.value_or(0.5); }
+
+void Grow(Bounds* bounds, const Eigen::Vector3d& point) {
+  bounds->min_x = std::min(bounds->min_x, point.x());
+  bounds->max_x = std::max(bounds->max_x, point.x());
+  bounds->min_y = std::min(bounds->min_y, point.y());
+  bounds->max_y = std::max(bounds->max_y, point.y());
+}
+
+}  // namespace
+
+std::vector<PatchPrediction> Predict(const PhotoView& view, const Matrix6d& pose_covariance,
+                                     const std::vector<Patch>& patches,
+                                     const PredictionOptions& options,
+                                     std::vector<std::size_t>* not_visible) {
+  const Affine2d pixel_from_photo = view.photo_from_pixel.Inverse();
+  const double border_mm = options.border_px * view.PixelSize();
+  std::vector<PatchPrediction> predictions;
+  for (std::size_t i = 0; i < patches.size(); ++i) {
+    const auto projection =
+        PhotoFromGroundWithDerivatives(view.camera, view.pose, patches[i].ground_m);
+    const bool seen = projection && view.camera.InFrame(projection->photo_mm, -border_mm) &&
+                      Inside(pixel_from_photo * projection->photo_mm, options);
+    if (!seen) {
+      if (not_visible != nullptr) not_visible->push_back(i);
+      continue;
+    }
+    const Eigen::Matrix<double, 2, 6> by_pose = pixel_from_photo.A * projection->by_pose;
+    const Eigen::Matrix<double, 2, 3> by_ground = pixel_from_photo.A * projection->by_ground;
+    PatchPrediction prediction;
+    prediction.patch = i;
+    prediction.pixel = pixel_from_photo * projection->photo_mm;
+    prediction.ground_covariance_px2 = by_ground * patches[i].covariance_m2 * by_ground.transpose();
+    prediction.covariance_px2 =
+        by_pose * pose_covariance * by_pose.transpose() + prediction.ground_covariance_px2;
+    predictions.push_back(prediction);
+  }
+  return predictions;
+}
+
+std::vector<PatchPrediction> SelectSpread(const std::vector<PatchPrediction>& predictions,
+                                          const std::vector<Patch>& patches, int count,
+                                          const PredictionOptions& options) {
+  if (static_cast<int>(predictions.size()) <= count) return predictions;
+  const double cell_px =
+      std::sqrt(static_cast<double>(options.width_px) * options.height_px / std::max(count, 1));
+  std::map<std::pair<int, int>, std::vector<PatchPrediction>> cells;
+  for (const PatchPrediction& p : predictions)
+    cells[{static_cast<int>(p.pixel.x() / cell_px), static_cast<int>(p.pixel.y() / cell_px)}]
+        .push_back(p);
+  for (auto& [cell, members] : cells)
+    std::stable_sort(members.begin(), members.end(), [&](const auto& a, const auto& b) {
+      return Rank(patches[a.patch]) > Rank(patches[b.patch]);
+    });
+  // The best of every cell, then the second best, until there are enough.
+  std::vector<PatchPrediction> selected;
+  for (std::size_t turn = 0; static_cast<int>(selected.size()) < count; ++turn)
+    for (const auto& [cell, members] : cells)
+      if (turn < members.size() && static_cast<int>(selected.size()) < count)
+        selected.push_back(members[turn]);
+  return selected;
+}
+
+Bounds UncertainFootprint(const Camera& camera, const PosePrior& prior, double min_height_m,
+                          double max_height_m, double k) {
+  // The frame is grown by what the attitude's uncertainty moves its edge; the position's is added
+  // on the ground. Rays near or above the horizon contribute nothing.
+  const double attitude = k * std::sqrt(prior.covariance.diagonal().tail<3>().maxCoeff());
+  const double grow =
+      std::tan(std::min(attitude, 0.7)) * (camera.principal_distance_mm + camera.FrameRadius());
+  Camera ideal = camera;
+  ideal.lens = {};  // its inverse need not exist so far outside the frame
+  const Eigen::Vector2d half = camera.frame_mm / 2 + Eigen::Vector2d::Constant(grow);
+  Bounds bounds{1e300, 1e300, -1e300, -1e300};
+  for (int i = -4; i <= 4; ++i)
+    for (int j = -4; j <= 4; ++j) {
+      const Eigen::Vector2d photo =
+          camera.frame_centre_mm + half.cwiseProduct(Eigen::Vector2d(i, j) / 4);
+      const auto ray = GroundRayFromPhoto(ideal, prior.pose, photo);
+      if (!ray || ray->direction.z() > -0.05) continue;
+      for (const double z : {min_height_m, max_height_m})
+        Grow(&bounds,
+             ray->origin_m + ray->direction * ((z - ray->origin_m.z()) / ray->direction.z()));
+    }
+  if (bounds.Empty()) return {};
+  const Eigen::Vector3d sigma = prior.covariance.diagonal().head<3>().cwiseSqrt();
+  // An error in height scales the footprint.
+  const double height = std::max(1.0, prior.pose.position_m.z() - min_height_m);
+  const double scale = k * sigma.z() / height;
+  const double dx = k * sigma.x() + scale * (bounds.max_x - bounds.min_x) / 2;
+  const double dy = k * sigma.y() + scale * (bounds.max_y - bounds.min_y) / 2;
+  return {bounds.min_x - dx, bounds.min_y - dy, bounds.max_x + dx, bounds.max_y + dy};
+}
+
+}  // namespace orient

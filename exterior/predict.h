@@ -1,0 +1,48 @@
+// Step 1, predict: where in the photo each patch should be, and how uncertain that is.
+#pragma once
+
+#include <Eigen/Core>
+#include <string>
+#include <vector>
+
+#include "core/geometry/ground_surface.h"
+#include "core/geometry/photo_view.h"
+#include "core/geometry/resection.h"
+#include "patchdb/patch.h"
+
+namespace orient {
+
+struct PatchPrediction {
+  std::size_t patch = 0;                  // index into the patches
+  Eigen::Vector2d pixel;                  // scan
+  Eigen::Matrix2d covariance_px2;         // of the pose and of the ground point together
+  Eigen::Matrix2d ground_covariance_px2;  // the ground point's part alone
+
+  // Half sizes of the search window: `k` sigma along col and row.
+  Eigen::Vector2d Radius(double k) const { return k * covariance_px2.diagonal().cwiseSqrt(); }
+};
+
+struct PredictionOptions {
+  int width_px = 0, height_px = 0;  // of the scan
+  double border_px = 8;             // a patch's centre stays this far inside scan and frame
+};
+
+// Predictions of the patches that the photo should see; the others' indices go to `not_visible`.
+// `view.pose` is the mean, `pose_covariance` in the order of Vector6d.
+std::vector<PatchPrediction> Predict(const PhotoView& view, const Matrix6d& pose_covariance,
+                                     const std::vector<Patch>& patches,
+                                     const PredictionOptions& options,
+                                     std::vector<std::size_t>* not_visible = nullptr);
+
+// At most `count` of the predictions, spread evenly over the photo, the most distinct of each cell
+// first. Deterministic.
+std::vector<PatchPrediction> SelectSpread(const std::vector<PatchPrediction>& predictions,
+                                          const std::vector<Patch>& patches, int count,
+                                          const PredictionOptions& options);
+
+// Where the frame may lie on the ground when the pose is only known to k sigma: the bounds to ask
+// the patch database for. Empty bounds where no ray meets the height range.
+Bounds UncertainFootprint(const Camera& camera, const PosePrior& prior, double min_height_m,
+                          double max_height_m, double k = 3);
+
+}  // namespace orient

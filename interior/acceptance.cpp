@@ -1,0 +1,204 @@
+#include "interior/acceptance.h"
+
+#include <Eigen/LU>
+#include <cstdio>
+
+namespace orient {
+namespace {
+
+using Eigen::Matrix2d;
+using Eigen::Vector2d;
+
+constexpr double kMinGainNats = 3.0;
+constexpr double kMinMarginNats = 3.0;
+// That the camera's marks are there at all must be far likelier than a set of clutter that happens
+// to fit: photos without marks reach 6 nats (tests, random texture).
+constexpr double kMinSetNats = 9.0;
+constexpr double kLeaveOneOutChiSquare = 11.8;  // 99.73 % of true marks lie below
+constexpr double kMinCorrelation = 0.45;
+constexpr double kMinOfMedianCorrelation = 0.6;
+constexpr double kMaxScaleDifference = 0.03;
+constexpr double kMaxShear = 0.015;
+constexpr double kMaxSigma0Photogrammetric = 60;  // um
+constexpr double kMaxSigma0Desktop = 350;         // um
+constexpr double kNotableSigma0 = 30;             // um: said, though accepted
+
+std::string Text(const char* format, double value) {
+  char buffer[160];
+  std::snprintf(buffer, sizeof(buffer), format, value);
+  return buffer;
+}
+
+std::string Text(const char* format, int a, int b) {
+  char buffer[160];
+  std::snprintf(buffer, sizeof(buffer), format, a, b);
+  return buffer;
+}
+
+int Count(const FilmMarks& marks, MarkState state) {
+  return static_cast<int>(std::count_if(marks.begin(), marks.end(),
+                                        [&](const FilmMark& m) { return m.state == state; }));
+}
+
+// Linear part of scan pixel from photo mm, as the assigned candidates show it.
+Matrix2d PixelFromMm(const CameraFile& camera, const FilmReading& reading) {
+  const ScanOrientation orientation = reading.orientations.front();
+  std::vector<PointPair2d> pairs;
+  for (size_t i = 0; i < reading.candidates.size(); ++i)
+    if (reading.best.choice[i] >= 0)
+      pairs.push_back(
+          {camera.fiducials[i].position_mm, reading.candidates[i][reading.best.choice[i]].pixel});
+  const Matrix2d nominal =
+      PhotoFromPixelAxes(orientation).transpose() / reading.pixel_size.pixel_mm;
+  if (pairs.size() < 3) return nominal;
+  const auto fit =
+      pairs.size() >= 4 ? FitAffine(pairs) : FitSimilarity(pairs, !IsMirrored(orientation));
+  return fit ? fit->transform.A : nominal;
+}
+
+void RejectUnlike(FilmMarks* marks) {
+  std::vector<double> correlations;
+  for (const FilmMark& mark : *marks)
+    if (mark.state == MarkState::kUsed) correlations.push_back(mark.position->correlation);
+  if (correlations.empty()) return;
+  std::nth_element(correlations.begin(), correlations.begin() + correlations.size() / 2,
+                   correlations.end());
+  const double median = correlations[correlations.size() / 2];
+  for (FilmMark& mark : *marks)
+    if (mark.state == MarkState::kUsed &&
+        mark.position->correlation < std::max(kMinCorrelation, kMinOfMedianCorrelation * median))
+      mark.state = MarkState::kRejected;
+}
+
+// The measured positions in place of the candidates: one candidate a mark, the clutter's density
+// as it was.
+struct Measured {
+  std::vector<AssignmentMark> marks;
+  std::vector<int> choice;
+};
+
+Measured AsAssignment(const Vector2d& scan_middle, const FilmReading& reading,
+                      const FilmMarks& marks) {
+  Measured result{reading.marks, std::vector<int>(marks.size(), -1)};
+  for (size_t i = 0; i < marks.size(); ++i) {
+    if (marks[i].state != MarkState::kUsed) continue;
+    result.choice[i] = reading.best.choice[i];
+    result.marks[i].candidates[result.choice[i]].position_mm =
+        (marks[i].position->pixel - scan_middle) * reading.pixel_size.pixel_mm;
+  }
+  return result;
+}
+
+// One at a time, the worst first, as a bad mark makes good ones look bad.
+void RejectContradicted(const Vector2d& scan_middle, const FilmReading& reading, FilmMarks* marks) {
+  Measured measured = AsAssignment(scan_middle, reading, *marks);
+  while (Count(*marks, MarkState::kUsed) > 2) {
+    int worst = -1;
+    double most = 0;
+    for (size_t i = 0; i < marks->size(); ++i) {
+      if (measured.choice[i] < 0) continue;
+      const int mark = static_cast<int>(i);
+      const double excess =
+          std::max(LeaveOneOutChiSquare(measured.marks, reading.prior, measured.choice, mark) /
+                       kLeaveOneOutChiSquare,
+                   1 + 0.1 * (kMinGainNats -
+                              GainOfMark(measured.marks, reading.prior, measured.choice, mark)));
+      if (excess > std::max(most, 1.0)) {
+        most = excess;
+        worst = mark;
+      }
+    }
+    if (worst < 0) return;
+    (*marks)[worst].state = MarkState::kRejected;
+    measured.choice[worst] = -1;
+  }
+}
+
+void JudgeFilm(const FilmReading& reading, const FilmTransform& film, Verdict* verdict) {
+  const auto weak = [&](std::string why) {
+    if (verdict->status == Status::kOk) verdict->status = Status::kWeak;
+    verdict->messages.push_back(std::move(why));
+  };
+  if (std::abs(film.scale_difference) > kMaxScaleDifference)
+    weak(Text("The scales of the two axes differ by %.1f %%: not a plausible film or scanner.",
+              100 * film.scale_difference));
+  if (std::abs(film.shear) > kMaxShear)
+    weak(Text("The axes are sheared by %.1f mrad: not a plausible film or scanner.",
+              1e3 * film.shear));
+  const double limit = reading.photogrammetric ? kMaxSigma0Photogrammetric : kMaxSigma0Desktop;
+  if (film.sigma0_um > limit)
+    weak(Text("sigma0 of %.0f um is more than film deformation explains.", film.sigma0_um));
+  else if (film.affine && film.sigma0_um > kNotableSigma0)
+    verdict->messages.push_back(
+        Text("The scanner or print distorts the film: an affine leaves sigma0 = %.0f um.",
+             film.sigma0_um));
+}
+
+// Empty where nothing speaks against the set of marks.
+std::string WhyNotThere(const FilmReading& reading, int used) {
+  if (reading.best.Matched() < 3 || used < 3)
+    return "The camera's marks were not found: wrong camera file, marks outside the scan, or a "
+           "wrong pixel size (--pixel-size-um).";
+  if (reading.best.nats < kMinSetNats)
+    return Text(
+        "What was found may be chance (%.1f nats for the marks, 9 are needed): wrong "
+        "camera file or marks too faint.",
+        reading.best.nats);
+  if (reading.margin <= kMinMarginNats)
+    return Text(
+        "Another reading of the marks is nearly as probable (margin %.1f nats, 3 are "
+        "needed).",
+        reading.margin);
+  return "";
+}
+
+}  // namespace
+
+FilmMarks MeasureMarks(const Raster& scan, const CameraFile& camera, const MarkShapes& shapes,
+                       const FilmReading& reading) {
+  const Matrix2d pixel_from_mm = PixelFromMm(camera, reading);
+  const double max_shift_px = 0.25 * std::sqrt(std::abs(pixel_from_mm.determinant())) + 1;
+  FilmMarks marks(camera.fiducials.size());
+  for (size_t i = 0; i < marks.size(); ++i) {
+    const int choice = reading.best.choice[i];
+    if (choice < 0) continue;
+    marks[i].position =
+        MeasureMark(scan, shapes.at(camera.fiducials[i].mark), pixel_from_mm,
+                    reading.candidates[i][choice].pixel, reading.polarity, max_shift_px);
+    if (marks[i].position) marks[i].state = MarkState::kUsed;
+  }
+  RejectUnlike(&marks);
+  RejectContradicted(0.5 * Vector2d(scan.Width(), scan.Height()), reading, &marks);
+  return marks;
+}
+
+std::vector<MeasuredMark> UsedMarks(const CameraFile& camera, const FilmMarks& marks) {
+  std::vector<MeasuredMark> used;
+  for (size_t i = 0; i < marks.size(); ++i)
+    if (marks[i].state == MarkState::kUsed)
+      used.push_back({marks[i].position->pixel, camera.fiducials[i].position_mm});
+  return used;
+}
+
+Verdict Judge(const FilmReading& reading, const FilmMarks& marks,
+              const std::optional<FilmTransform>& film) {
+  const int all = static_cast<int>(marks.size());
+  const int used = Count(marks, MarkState::kUsed);
+  Verdict verdict;
+  const std::string why = WhyNotThere(reading, used);
+  if (!why.empty() || !film) {
+    verdict.messages.push_back(!why.empty() ? why : "The marks found lie on one line.");
+    return verdict;
+  }
+  verdict.status = Status::kOk;
+  const int needed = std::max(4, static_cast<int>(std::ceil(0.6 * all)));
+  if (used < needed) {
+    verdict.status = Status::kWeak;
+    verdict.messages.push_back(
+        Text("Only %d marks were found, %d are needed to be sure.", used, needed));
+  }
+  JudgeFilm(reading, *film, &verdict);
+  return verdict;
+}
+
+}  // namespace orient

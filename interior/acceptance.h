@@ -1,0 +1,39 @@
+// From the most probable reading to measured marks, and the verdict on them: ok, weak or failed.
+#pragma once
+
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "core/files/results.h"
+#include "interior/film_search.h"
+#include "interior/film_transform.h"
+#include "interior/subpixel.h"
+
+namespace orient {
+
+struct FilmMark {
+  MarkState state = MarkState::kMissing;
+  std::optional<MarkPosition> position;  // absent for a missing mark
+};
+using FilmMarks = std::vector<FilmMark>;  // in the order of the camera's fiducials
+
+// Measures the assigned marks by least-squares matching with the drawing at the size and turn that
+// the reading found; rejects what does not look like the mark, what the others contradict
+// (leave-one-out chi-square above 11.8) and what is not surely a mark (gain below 3 nats).
+FilmMarks MeasureMarks(const Raster& scan, const CameraFile& camera, const MarkShapes& shapes,
+                       const FilmReading& reading);
+
+std::vector<MeasuredMark> UsedMarks(const CameraFile& camera, const FilmMarks& marks);
+
+struct Verdict {
+  Status status = Status::kFailed;
+  std::vector<std::string> messages;
+};
+
+// Accepted are max(4, 60 %) marks with a margin above 3 nats, clear of chance as a set, on a film
+// of plausible scale and shear. Three of at least four marks are at best weak.
+Verdict Judge(const FilmReading& reading, const FilmMarks& marks,
+              const std::optional<FilmTransform>& film);
+
+}  // namespace orient

@@ -1,0 +1,61 @@
+// Which candidate is which mark: the most probable one-to-one assignment with nulls.
+//
+// The marks are one rigid constellation seen through a turn, a scale and a little affinity. All
+// priors are Gaussian and the model is linear in them, so the evidence of a set of candidates is
+// the product of the innovations of a Kalman filter; branch and bound over the marks finds the best
+// set exactly. Everything is measured against "each of these candidates is clutter", in nats.
+#pragma once
+
+#include <Eigen/Core>
+#include <vector>
+
+namespace orient {
+
+struct AssignmentCandidate {
+  Eigen::Vector2d position_mm = Eigen::Vector2d::Zero();  // scan axes, origin at the scan's centre
+  double score_nats = 0;  // log-likelihood ratio of its score; clipped to +-1.5
+};
+
+struct AssignmentMark {
+  Eigen::Vector2d place_mm = Eigen::Vector2d::Zero();  // nominal, scan axes
+  std::vector<AssignmentCandidate> candidates;
+  double window_mm2 = 1;  // area searched: with the number of candidates, the clutter's density
+};
+
+// One sigma each.
+struct ConstellationPrior {
+  Eigen::Vector2d shift_mm = Eigen::Vector2d(10, 10);
+  double turn_rad = 0.04;
+  double scale = 0.01;
+  double affinity = 0.008;  // difference of the two scales, and shear
+  double point_mm = 0.12;   // what an affine leaves in a true mark, measuring noise included
+  double found = 0.85;      // probability that a mark's true place is among its candidates
+};
+
+struct Assignment {
+  std::vector<int> choice;  // per mark: index of its candidate, -1 for none
+  double nats = 0;          // log odds against all candidates being clutter (all -1: 0)
+  int Matched() const;
+};
+
+struct AssignmentAnswer {
+  Assignment best;
+  // The best assignment that gives some mark another candidate than `best` does, within 30 nats of
+  // it; all -1 where there is none.
+  Assignment second;
+};
+
+AssignmentAnswer AssignMarks(const std::vector<AssignmentMark>& marks,
+                             const ConstellationPrior& prior);
+
+// How many nats the assignment of one mark adds to the rest of `choice`.
+double GainOfMark(const std::vector<AssignmentMark>& marks, const ConstellationPrior& prior,
+                  const std::vector<int>& choice, int mark);
+
+// Squared distance of the mark's candidate from where the others put it, in their sigmas
+// (chi-square with two degrees of freedom).
+double LeaveOneOutChiSquare(const std::vector<AssignmentMark>& marks,
+                            const ConstellationPrior& prior, const std::vector<int>& choice,
+                            int mark);
+
+}  // namespace orient

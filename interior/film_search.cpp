@@ -1,0 +1,199 @@
+#include "interior/film_search.h"
+
+#include <Eigen/Geometry>
+#include <Eigen/LU>
+#include <cmath>
+#include <map>
+#include <tuple>
+
+namespace orient {
+namespace {
+
+using Eigen::Matrix2d;
+using Eigen::Vector2d;
+
+constexpr double kUserSigma = 0.004;
+constexpr double kTagSigma = 0.008;  // tags of desktop scans are right within about 1 %
+constexpr double kLadderStep = 0.06;
+constexpr double kLadderSigma = 0.025;
+constexpr double kMaxMargin = 30.0;
+
+// A photogrammetric scanner leaves 1.5e-4 of affinity and film a few hundredths of a millimetre; a
+// desktop scanner or a print has scales that differ by up to 2.5 % and bends by a tenth.
+ConstellationPrior Prior(bool photogrammetric, const PixelSizeGuess& pixel_size,
+                         const Vector2d& free_mm, double coarse_pixel_mm) {
+  ConstellationPrior prior;
+  prior.shift_mm = 0.6 * free_mm + Vector2d::Constant(2.0);
+  prior.turn_rad = 0.03;
+  prior.scale = std::hypot(pixel_size.sigma, photogrammetric ? 0.001 : 0.006);
+  prior.affinity = photogrammetric ? 5e-4 : 0.01;
+  prior.point_mm = std::hypot(photogrammetric ? 0.02 : 0.12, 0.35 * coarse_pixel_mm);
+  return prior;
+}
+
+struct Setting {
+  PixelSizeGuess pixel_size;
+  OrientationClass orientations;
+};
+
+std::vector<OrientationClass> ClassesToTry(const CameraFile& camera, const MarkShapes& shapes,
+                                           const InteriorOptions& options) {
+  if (options.orientation) return {{*options.orientation}};
+  return OrientationClasses(camera.fiducials, shapes);
+}
+
+class Reader {
+ public:
+  Reader(const Raster& scan, const CameraFile& camera, const MarkShapes& shapes)
+      : scan_(scan),
+        camera_(camera),
+        shapes_(shapes),
+        rectangle_(RectangleOfMarks(camera.fiducials)),
+        scan_px_(scan.Width(), scan.Height()) {}
+
+  // Readings of one setting: both polarities, both kinds of scanner.
+  std::vector<FilmReading> Read(const Setting& setting, const InteriorOptions& options) {
+    const auto found = Candidates(setting);
+    std::vector<FilmReading> readings;
+    for (const Polarity polarity : {Polarity::kPositive, Polarity::kNegative}) {
+      if (options.polarity && *options.polarity != polarity) continue;
+      for (const bool photogrammetric : {true, false})
+        readings.push_back(Assign(setting, found, polarity, photogrammetric));
+    }
+    return readings;
+  }
+
+ private:
+  Vector2d RectangleOnScan(ScanOrientation orientation) const {
+    return (PhotoFromPixelAxes(orientation).transpose() * rectangle_.size_mm).cwiseAbs();
+  }
+
+  // A layout told apart by one mark has the other windows in common in every way of lying.
+  const MarkCandidates& Find(const std::string& mark, const PixelWindow& w, double pixel_mm,
+                             ScanOrientation orientation) {
+    const Matrix2d axes = PhotoFromPixelAxes(orientation).transpose();
+    const Matrix2d turn = PhotoFromPixelAxes(ScanOrientation::kR0) * axes;
+    const int look = LooksSame(shapes_.at(mark), turn) ? -1 : static_cast<int>(orientation);
+    const SearchKey key{mark, w.col, w.row, w.width, w.height, pixel_mm, look};
+    const auto known = searched_.find(key);
+    if (known != searched_.end()) return known->second;
+    return searched_.emplace(key, FindMarkCandidates(scan_, w, shapes_.at(mark), axes / pixel_mm))
+        .first->second;
+  }
+
+  std::vector<MarkCandidates> Candidates(const Setting& setting) {
+    const ScanOrientation orientation = setting.orientations.front();
+    const double p = setting.pixel_size.pixel_mm;
+    const Vector2d size = RectangleOnScan(orientation);
+    const double slack = 3.0 + 1.5 * setting.pixel_size.sigma * size.maxCoeff();
+    std::vector<MarkCandidates> found;
+    for (const Fiducial& mark : camera_.fiducials) {
+      const Vector2d place = PlaceOnScan(mark.position_mm, rectangle_, orientation);
+      const PixelWindow window = SearchWindow(place, size, scan_px_, p, slack);
+      found.push_back(Find(mark.mark, window, p, orientation));
+    }
+    return found;
+  }
+
+  FilmReading Assign(const Setting& setting, const std::vector<MarkCandidates>& found,
+                     Polarity polarity, bool photogrammetric) const {
+    FilmReading reading;
+    reading.pixel_size = setting.pixel_size;
+    reading.orientations = setting.orientations;
+    reading.polarity = polarity;
+    reading.photogrammetric = photogrammetric;
+    const ScanOrientation orientation = setting.orientations.front();
+    const double p = setting.pixel_size.pixel_mm;
+    const Vector2d middle = 0.5 * scan_px_.cast<double>();
+    double coarse = 0;
+    for (size_t i = 0; i < found.size(); ++i) {
+      const auto& candidates = polarity == Polarity::kPositive ? found[i].bright : found[i].dark;
+      AssignmentMark mark;
+      mark.place_mm = PlaceOnScan(camera_.fiducials[i].position_mm, rectangle_, orientation);
+      mark.window_mm2 = std::max(found[i].searched_mm2, 1.0);
+      const std::vector<double> nats = ScoreNats(candidates);
+      for (size_t j = 0; j < candidates.size(); ++j)
+        mark.candidates.push_back({(candidates[j].pixel - middle) * p, nats[j]});
+      coarse = std::max(coarse, found[i].coarse_pixel_mm);
+      reading.marks.push_back(std::move(mark));
+      reading.candidates.push_back(candidates);
+    }
+    const Vector2d free =
+        0.5 * (scan_px_.cast<double>() * p - RectangleOnScan(orientation)).cwiseAbs();
+    reading.prior = Prior(photogrammetric, setting.pixel_size, free, coarse);
+    const AssignmentAnswer answer = AssignMarks(reading.marks, reading.prior);
+    reading.best = answer.best;
+    reading.margin = answer.best.nats - std::max(answer.second.nats, 0.0);
+    return reading;
+  }
+
+  // Mark, window, pixel size, and the orientation where the drawing looks different in it.
+  using SearchKey = std::tuple<std::string, int, int, int, int, double, int>;
+
+  const Raster& scan_;
+  const CameraFile& camera_;
+  const MarkShapes& shapes_;
+  MarkRectangle rectangle_;
+  Eigen::Vector2i scan_px_;
+  std::map<SearchKey, MarkCandidates> searched_;
+};
+
+// Two readings say the same when every mark that both found lies in one place.
+bool SaysTheSame(const FilmReading& a, const FilmReading& b) {
+  if (a.orientations != b.orientations || a.polarity != b.polarity) return false;
+  const double tolerance_px = 1.0 / a.pixel_size.pixel_mm;  // one millimetre
+  for (size_t i = 0; i < a.marks.size(); ++i) {
+    const int ca = a.best.choice[i], cb = b.best.choice[i];
+    if (ca < 0 || cb < 0) continue;
+    if ((a.candidates[i][ca].pixel - b.candidates[i][cb].pixel).norm() > tolerance_px) return false;
+  }
+  return true;
+}
+
+}  // namespace
+
+std::vector<PixelSizeGuess> GuessPixelSize(const Eigen::Vector2i& scan_px,
+                                           std::optional<double> dpi_tag,
+                                           const MarkRectangle& rectangle,
+                                           std::optional<double> pixel_size_um) {
+  if (pixel_size_um) return {{*pixel_size_um * 1e-3, kUserSigma}};
+  // Whichever way the film lies, its longer side fits on the scan's longer side.
+  const Vector2d scan(scan_px.minCoeff(), scan_px.maxCoeff());
+  const Vector2d marks(rectangle.size_mm.minCoeff(), rectangle.size_mm.maxCoeff());
+  const double fitting =
+      (marks.array() / scan.array()).maxCoeff();  // mm per px, marks fill the scan
+  if (dpi_tag && *dpi_tag > 0) {
+    const double tag = 25.4 / *dpi_tag;
+    // A side may be cut off a little; film much smaller than its scan is a tag to be distrusted.
+    constexpr double kCutOff = 0.8, kMostBed = 2.0;
+    if (tag > kCutOff * fitting && tag < kMostBed * fitting) return {{tag, kTagSigma}};
+  }
+  std::vector<PixelSizeGuess> ladder;
+  constexpr double kFullest = 0.99, kEmptiest = 0.70;
+  for (double filled = kFullest; filled > kEmptiest; filled *= 1 - kLadderStep)
+    ladder.push_back({fitting / filled, kLadderSigma});
+  return ladder;
+}
+
+FilmReading ReadFilm(const Raster& scan, const CameraFile& camera, const MarkShapes& shapes,
+                     const InteriorOptions& options) {
+  Reader reader(scan, camera, shapes);
+  std::vector<FilmReading> readings;
+  for (const PixelSizeGuess& pixel_size :
+       GuessPixelSize({scan.Width(), scan.Height()}, scan.DpiTag(),
+                      RectangleOfMarks(camera.fiducials), options.pixel_size_um))
+    for (const OrientationClass& orientations : ClassesToTry(camera, shapes, options))
+      for (FilmReading& reading : reader.Read({pixel_size, orientations}, options))
+        readings.push_back(std::move(reading));
+  const auto best =
+      std::max_element(readings.begin(), readings.end(),
+                       [](const auto& a, const auto& b) { return a.best.nats < b.best.nats; });
+  FilmReading result = *best;
+  for (const FilmReading& other : readings)
+    if (!SaysTheSame(result, other))
+      result.margin = std::min(result.margin, result.best.nats - other.best.nats);
+  result.margin = std::min(result.margin, kMaxMargin);
+  return result;
+}
+
+}  // namespace orient

@@ -1,0 +1,60 @@
+#include "interior/film_transform.h"
+
+#include <Eigen/Eigenvalues>
+#include <Eigen/LU>
+
+namespace orient {
+namespace {
+
+using Eigen::Matrix2d;
+using Eigen::Vector2d;
+
+double Rms(const std::vector<Vector2d>& residuals) {
+  double sum = 0;
+  for (const Vector2d& v : residuals) sum += v.squaredNorm();
+  return std::sqrt(sum / static_cast<double>(residuals.size()));
+}
+
+// Measured marks are never exactly collinear: their calibrated positions tell.
+bool OnOneLine(const std::vector<MeasuredMark>& marks) {
+  constexpr double kThinnest = 0.05;  // spread across / spread along
+  Vector2d centre = Vector2d::Zero();
+  for (const MeasuredMark& mark : marks) centre += mark.photo_mm;
+  centre /= static_cast<double>(marks.size());
+  Matrix2d scatter = Matrix2d::Zero();
+  for (const MeasuredMark& mark : marks)
+    scatter += (mark.photo_mm - centre) * (mark.photo_mm - centre).transpose();
+  const Eigen::SelfAdjointEigenSolver<Matrix2d> solver(scatter);
+  return !(solver.eigenvalues()[0] > kThinnest * kThinnest * solver.eigenvalues()[1]);
+}
+
+// Lengths of the columns' images and the angle between them: the film's two scales and its shear.
+void Describe(FilmTransform* film) {
+  const Matrix2d& A = film->photo_from_pixel.A;
+  const double x = A.col(0).norm(), y = A.col(1).norm();
+  film->pixel_um = 1e3 * std::sqrt(std::abs(A.determinant()));
+  film->scale_difference = 2 * (x - y) / (x + y);
+  film->shear = std::asin(std::clamp(A.col(0).dot(A.col(1)) / (x * y), -1.0, 1.0));
+}
+
+}  // namespace
+
+std::optional<FilmTransform> FitFilm(const std::vector<MeasuredMark>& marks, bool mirrored) {
+  if (marks.size() < 3 || OnOneLine(marks)) return std::nullopt;
+  std::vector<PointPair2d> pairs;
+  for (const MeasuredMark& mark : marks) pairs.push_back({mark.pixel, mark.photo_mm});
+  // photo y points up and rows down, so an unmirrored scan has the negative determinant.
+  const auto similarity = FitSimilarity(pairs, !mirrored);
+  const auto affine = marks.size() >= 4 ? FitAffine(pairs) : similarity;
+  if (!similarity || !affine) return std::nullopt;
+  FilmTransform film;
+  film.affine = marks.size() >= 4;
+  film.photo_from_pixel = affine->transform;
+  for (const Vector2d& v : affine->residuals) film.residual_um.push_back(1e3 * v);
+  film.sigma0_um = film.affine ? 1e3 * affine->sigma0 : 0;
+  film.similarity_rms_um = 1e3 * Rms(similarity->residuals);
+  Describe(&film);
+  return film;
+}
+
+}  // namespace orient

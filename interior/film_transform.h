@@ -1,0 +1,34 @@
+// The film's transform from measured marks: similarity, then affine; marks that the others
+// contradict are thrown out; what remains must be a plausible film.
+#pragma once
+
+#include <Eigen/Core>
+#include <optional>
+#include <vector>
+
+#include "core/geometry/transform2d.h"
+
+namespace orient {
+
+struct MeasuredMark {
+  Eigen::Vector2d pixel = Eigen::Vector2d::Zero();
+  Eigen::Vector2d photo_mm = Eigen::Vector2d::Zero();  // calibrated
+};
+
+struct FilmTransform {
+  Affine2d photo_from_pixel;
+  bool affine = false;                       // false: only a similarity (three marks)
+  std::vector<Eigen::Vector2d> residual_um;  // of every mark: calibrated - photo_from_pixel * pixel
+  double sigma0_um = 0;                      // sqrt(v'v / (2n - 6)); 0 with three marks
+  double similarity_rms_um = 0;              // what a similarity leaves
+  double pixel_um = 0;                       // sqrt(|det A|)
+  double scale_difference = 0;               // of the two axes, relative
+  double shear = 0;                          // radians from a right angle
+};
+
+// Affine for four marks or more, similarity (mirrored as told) for three. Empty below three, and
+// where the marks lie on one line: their spread (root mean square, photo system) across it is less
+// than a twentieth of that along it, and measuring noise would decide the transform.
+std::optional<FilmTransform> FitFilm(const std::vector<MeasuredMark>& marks, bool mirrored);
+
+}  // namespace orient

@@ -1,0 +1,173 @@
+#include "interior/interior.h"
+
+#include <Eigen/LU>
+#include <cstdio>
+#include <stdexcept>
+
+#include "core/error.h"
+#include "interior/acceptance.h"
+#include "interior/film_search.h"
+#include "interior/film_transform.h"
+#include "interior/layout.h"
+
+namespace orient {
+namespace {
+
+using Eigen::Matrix2d;
+using Eigen::Vector2d;
+
+InteriorResult OrientDigital(const Raster& scan, const Camera& camera) {
+  InteriorResult result;
+  result.width = scan.Width();
+  result.height = scan.Height();
+  const Eigen::Vector2i expected = camera.image_px.value();
+  if (expected != Eigen::Vector2i(result.width, result.height)) {
+    result.messages.push_back("The image has " + std::to_string(result.width) + " x " +
+                              std::to_string(result.height) + " pixels, the camera's image_px is " +
+                              std::to_string(expected.x()) + " x " + std::to_string(expected.y()) +
+                              ": take the camera file that belongs to it, or the uncut image.");
+    return result;
+  }
+  result.status = Status::kOk;
+  result.photo_from_pixel = DigitalPhotoFromPixel(camera);
+  result.pixel_size_um = 1e3 * std::sqrt(std::abs(result.photo_from_pixel->A.determinant()));
+  result.polarity = Polarity::kPositive;
+  result.orientation = ScanOrientation::kR0;
+  result.possible_orientations = {ScanOrientation::kR0};
+  return result;
+}
+
+void CheckFilmCamera(const CameraFile& camera, const MarkShapes& shapes) {
+  if (camera.fiducials.empty())
+    throw InputError("Camera \"" + camera.camera.name +
+                     "\" is a film camera without fiducials: add [[fiducials]] to its file.");
+  for (const Fiducial& f : camera.fiducials)
+    if (!shapes.contains(f.mark))
+      throw std::invalid_argument("OrientInterior: no drawing for mark " + f.mark);
+}
+
+void FillTransform(const FilmTransform& film, const FilmMarks& marks, InteriorResult* result) {
+  result->photo_from_pixel = film.photo_from_pixel;
+  result->pixel_size_um = film.pixel_um;
+  if (film.affine) result->sigma0_um = film.sigma0_um;
+  size_t used = 0;
+  for (size_t i = 0; i < marks.size(); ++i)
+    if (marks[i].state == MarkState::kUsed) result->marks[i].residual_um = film.residual_um[used++];
+}
+
+std::vector<MarkResult> MarkResults(const CameraFile& camera, const FilmMarks& marks) {
+  std::vector<MarkResult> results;
+  for (size_t i = 0; i < marks.size(); ++i) {
+    MarkResult mark;
+    mark.id = camera.fiducials[i].id;
+    mark.state = marks[i].state;
+    if (marks[i].position) {
+      mark.pixel = marks[i].position->pixel;
+      mark.sigma_px = Vector2d(marks[i].position->covariance.diagonal().cwiseSqrt());
+      mark.score = marks[i].position->correlation;
+    }
+    results.push_back(mark);
+  }
+  return results;
+}
+
+std::string OpenOrientationMessage(const std::vector<ScanOrientation>& possible) {
+  std::string names;
+  for (const ScanOrientation o : possible)
+    names += (names.empty() ? "" : ", ") + std::string(Name(o));
+  return "The marks leave open how the film lies (" + names +
+         "); the transform given is the one for " + std::string(Name(possible.front())) + ".";
+}
+
+InteriorResult OrientFilm(const Raster& scan, const CameraFile& camera, const MarkShapes& shapes,
+                          const InteriorOptions& options) {
+  InteriorResult result;
+  result.width = scan.Width();
+  result.height = scan.Height();
+  const FilmReading reading = ReadFilm(scan, camera, shapes, options);
+  const FilmMarks marks = MeasureMarks(scan, camera, shapes, reading);
+  const auto film = FitFilm(UsedMarks(camera, marks), IsMirrored(reading.orientations.front()));
+  const Verdict verdict = Judge(reading, marks, film);
+  result.status = verdict.status;
+  result.messages = verdict.messages;
+  result.margin = std::max(reading.margin, 0.0);
+  result.marks = MarkResults(camera, marks);
+  if (verdict.status == Status::kFailed || !film) {
+    result.status = Status::kFailed;
+    return result;
+  }
+  FillTransform(*film, marks, &result);
+  result.polarity = reading.polarity;
+  result.possible_orientations = reading.orientations;
+  if (reading.orientations.size() == 1)
+    result.orientation = reading.orientations.front();
+  else
+    result.messages.push_back(OpenOrientationMessage(reading.orientations));
+  return result;
+}
+
+// Measured marks under their new names: the fiducial each one is in the other orientation.
+std::vector<MarkResult> Renamed(const std::vector<MarkResult>& marks, const CameraFile& camera,
+                                const std::vector<int>& relabel) {
+  std::vector<MarkResult> renamed(marks.size());
+  for (size_t i = 0; i < marks.size(); ++i) {
+    renamed[relabel[i]] = marks[i];
+    renamed[relabel[i]].id = camera.fiducials[relabel[i]].id;
+  }
+  return renamed;
+}
+
+}  // namespace
+
+MarkShapes ShapesOf(const CameraFile& camera, const std::map<std::string, Image>& pictures) {
+  MarkShapes shapes;
+  for (const auto& [name, drawing] : camera.marks) {
+    MarkShape shape{drawing, std::nullopt};
+    if (drawing.image) {
+      const auto picture = pictures.find(name);
+      if (picture == pictures.end())
+        throw std::invalid_argument("ShapesOf: the picture of mark " + name + " is missing");
+      shape.picture = picture->second;
+    }
+    shapes.emplace(name, std::move(shape));
+  }
+  return shapes;
+}
+
+InteriorResult OrientInterior(const Raster& scan, const CameraFile& camera,
+                              const MarkShapes& shapes, const InteriorOptions& options) {
+  if (camera.camera.kind == CameraKind::kDigital) return OrientDigital(scan, camera.camera);
+  CheckFilmCamera(camera, shapes);
+  return OrientFilm(scan, camera, shapes, options);
+}
+
+std::optional<InteriorResult> InOrientation(const InteriorResult& result, const CameraFile& camera,
+                                            const MarkShapes& shapes, ScanOrientation orientation) {
+  const auto& possible = result.possible_orientations;
+  if (!result.photo_from_pixel || possible.empty()) return std::nullopt;
+  if (std::find(possible.begin(), possible.end(), orientation) == possible.end())
+    return std::nullopt;
+  InteriorResult turned = result;
+  turned.possible_orientations = {orientation};
+  turned.orientation = orientation;
+  if (camera.camera.kind == CameraKind::kDigital || orientation == possible.front()) return turned;
+
+  const auto relabel = Relabel(camera.fiducials, shapes, possible.front(), orientation);
+  if (!relabel || result.marks.size() != camera.fiducials.size()) return std::nullopt;
+  turned.marks = Renamed(result.marks, camera, *relabel);
+  std::vector<MeasuredMark> used;
+  for (size_t i = 0; i < turned.marks.size(); ++i)
+    if (turned.marks[i].state == MarkState::kUsed)
+      used.push_back({turned.marks[i].pixel.value(), camera.fiducials[i].position_mm});
+  const auto film = FitFilm(used, IsMirrored(orientation));
+  if (!film) return std::nullopt;
+  turned.photo_from_pixel = film->photo_from_pixel;
+  turned.pixel_size_um = film->pixel_um;
+  if (film->affine) turned.sigma0_um = film->sigma0_um;
+  size_t next = 0;
+  for (MarkResult& mark : turned.marks)
+    if (mark.state == MarkState::kUsed) mark.residual_um = film->residual_um[next++];
+  return turned;
+}
+
+}  // namespace orient

@@ -1,0 +1,116 @@
+#include "interior/layout.h"
+
+#include <Eigen/Geometry>
+#include <Eigen/LU>
+#include <limits>
+#include <stdexcept>
+
+namespace orient {
+namespace {
+
+using Eigen::Matrix2d;
+using Eigen::Vector2d;
+
+constexpr double kLargestAffinity = 0.025;  // difference of a desktop scanner's two scales
+constexpr double kSameLayoutMm = 0.35;      // what an affine may leave between equal layouts
+constexpr double kSmallestWindowMm = 15.0;
+
+// photo -> photo: how a photo point's coordinates change when `other` replaces `base`.
+Matrix2d PhotoTurn(ScanOrientation base, ScanOrientation other) {
+  return PhotoFromPixelAxes(other) * PhotoFromPixelAxes(base).transpose();
+}
+
+// Could a scanner's affinity make the layout look like its own permutation?
+bool IsSameLayout(const std::vector<PointPair2d>& pairs) {
+  const auto small = [](double value) { return std::abs(value) <= kLargestAffinity; };
+  const auto fit = FitAffine(pairs);
+  if (!fit) {  // collinear or fewer than three: compare as they are
+    for (const PointPair2d& p : pairs)
+      if ((p.target - p.source).norm() > kSameLayoutMm) return false;
+    return true;
+  }
+  for (const Vector2d& v : fit->residuals)
+    if (v.norm() > kSameLayoutMm) return false;
+  const Matrix2d& A = fit->transform.A;
+  return small(A(0, 0) - A(1, 1)) && small(A(0, 1) + A(1, 0)) && small(A(0, 0) - 1) &&
+         small(A(1, 1) - 1) && small(A(0, 1) - A(1, 0));
+}
+
+int NearestMark(const std::vector<Fiducial>& fiducials, const Vector2d& photo_mm) {
+  int nearest = -1;
+  double best = std::numeric_limits<double>::infinity();
+  for (size_t i = 0; i < fiducials.size(); ++i) {
+    const double distance = (fiducials[i].position_mm - photo_mm).norm();
+    if (distance < best) {
+      best = distance;
+      nearest = static_cast<int>(i);
+    }
+  }
+  return nearest;
+}
+
+}  // namespace
+
+MarkRectangle RectangleOfMarks(const std::vector<Fiducial>& fiducials) {
+  if (fiducials.empty()) throw std::invalid_argument("RectangleOfMarks: no marks");
+  Eigen::AlignedBox2d box;
+  for (const Fiducial& f : fiducials) box.extend(f.position_mm);
+  return {box.center(), box.sizes()};
+}
+
+Vector2d PlaceOnScan(const Vector2d& photo_mm, const MarkRectangle& rectangle,
+                     ScanOrientation orientation) {
+  return PhotoFromPixelAxes(orientation).transpose() * (photo_mm - rectangle.centre_mm);
+}
+
+std::optional<std::vector<int>> Relabel(const std::vector<Fiducial>& fiducials,
+                                        const MarkShapes& shapes, ScanOrientation base,
+                                        ScanOrientation other) {
+  const Vector2d centre = RectangleOfMarks(fiducials).centre_mm;
+  const Matrix2d turn = PhotoTurn(base, other);
+  std::vector<int> relabel;
+  std::vector<bool> taken(fiducials.size(), false);
+  std::vector<PointPair2d> pairs;
+  for (const Fiducial& mark : fiducials) {
+    const Vector2d turned = turn * (mark.position_mm - centre) + centre;
+    const int i = NearestMark(fiducials, turned);
+    if (taken[i] || fiducials[i].mark != mark.mark) return std::nullopt;
+    if (!LooksSame(shapes.at(mark.mark), turn)) return std::nullopt;
+    taken[i] = true;
+    relabel.push_back(i);
+    pairs.push_back({turned, fiducials[i].position_mm});
+  }
+  if (!IsSameLayout(pairs)) return std::nullopt;
+  return relabel;
+}
+
+std::vector<OrientationClass> OrientationClasses(const std::vector<Fiducial>& fiducials,
+                                                 const MarkShapes& shapes) {
+  std::vector<OrientationClass> classes;
+  for (const ScanOrientation orientation : kAllScanOrientations) {
+    const auto known = std::find_if(classes.begin(), classes.end(), [&](const auto& members) {
+      return Relabel(fiducials, shapes, members.front(), orientation).has_value();
+    });
+    if (known != classes.end())
+      known->push_back(orientation);
+    else
+      classes.push_back({orientation});
+  }
+  return classes;
+}
+
+PixelWindow SearchWindow(const Vector2d& place_mm, const Vector2d& rectangle_mm,
+                         const Eigen::Vector2i& scan_px, double pixel_size_mm, double slack_mm) {
+  const Vector2d scan = scan_px.cast<double>();
+  const Vector2d middle = place_mm / pixel_size_mm + 0.5 * scan;
+  const Vector2d free = 0.5 * (scan - rectangle_mm / pixel_size_mm).cwiseAbs();
+  const Vector2d half =
+      (free.array() + slack_mm / pixel_size_mm).max(0.5 * kSmallestWindowMm / pixel_size_mm);
+  const Vector2d low = (middle - half).cwiseMax(0.0).array().floor();
+  const Vector2d high = (middle + half).cwiseMin(scan).array().ceil();
+  const Vector2d size = (high - low).cwiseMax(0.0);
+  return {static_cast<int>(low.x()), static_cast<int>(low.y()), static_cast<int>(size.x()),
+          static_cast<int>(size.y())};
+}
+
+}  // namespace orient

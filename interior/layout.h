@@ -1,0 +1,48 @@
+// The marks of a camera as one constellation: where each may lie on the scan, and which of the
+// eight ways of lying the constellation alone can tell apart.
+#pragma once
+
+#include <Eigen/Core>
+#include <optional>
+#include <vector>
+
+#include "core/files/camera_file.h"
+#include "core/geometry/transform2d.h"
+#include "core/imaging/raster.h"
+#include "interior/mark_drawing.h"
+
+namespace orient {
+
+// Centre and size of the rectangle around all marks, mm, photo system.
+struct MarkRectangle {
+  Eigen::Vector2d centre_mm = Eigen::Vector2d::Zero();
+  Eigen::Vector2d size_mm = Eigen::Vector2d::Zero();
+};
+MarkRectangle RectangleOfMarks(const std::vector<Fiducial>& fiducials);
+
+// Where a mark would lie were the film lying in `orientation`, relative to the rectangle's centre,
+// in mm along the scan's columns and rows.
+Eigen::Vector2d PlaceOnScan(const Eigen::Vector2d& photo_mm, const MarkRectangle& rectangle,
+                            ScanOrientation orientation);
+
+// relabel[i] is the index of the mark that lies where mark i would lie, were the film lying in
+// `other` and not in `base`. Empty when the layout or a mark's drawing shows the difference, even
+// through a scanner whose two scales differ by 2.5 %.
+std::optional<std::vector<int>> Relabel(const std::vector<Fiducial>& fiducials,
+                                        const MarkShapes& shapes, ScanOrientation base,
+                                        ScanOrientation other);
+
+// Scan orientations that the marks cannot tell apart, the unmirrored first; the first one stands
+// for its class.
+using OrientationClass = std::vector<ScanOrientation>;
+std::vector<OrientationClass> OrientationClasses(const std::vector<Fiducial>& fiducials,
+                                                 const MarkShapes& shapes);
+
+// Jiang's search range: the rectangle of all marks, moved along the scan's border, bounds where
+// each mark can be. With pixel size p, the scan's extent A and the rectangle's extent a:
+// place / p + A/2 +- (|A - a/p|/2 + slack), at least 15 mm wide. `slack_mm` takes up what the pixel
+// size, turns of the film and its deformation may add.
+PixelWindow SearchWindow(const Eigen::Vector2d& place_mm, const Eigen::Vector2d& rectangle_mm,
+                         const Eigen::Vector2i& scan_px, double pixel_size_mm, double slack_mm);
+
+}  // namespace orient

@@ -1,0 +1,168 @@
+#include "interior/mark_drawing.h"
+
+#include <Eigen/Geometry>
+#include <Eigen/LU>
+#include <limits>
+#include <numbers>
+#include <stdexcept>
+
+#include "core/imaging/correlation.h"
+#include "core/imaging/resample.h"
+
+namespace orient {
+namespace {
+
+using Eigen::Matrix2d;
+using Eigen::Vector2d;
+
+double RectangleDistance(const Vector2d& point, const Vector2d& half_size) {
+  const Vector2d d = point.cwiseAbs() - half_size;
+  return d.cwiseMax(0.0).norm() + std::min(d.maxCoeff(), 0.0);
+}
+
+double Distance(const CrossElement& cross, const Vector2d& point) {
+  const Matrix2d turn = Eigen::Rotation2Dd(-cross.angle_rad).toRotationMatrix();
+  const double arm = 0.5 * (cross.length_mm - cross.gap_mm);
+  const double middle = 0.25 * (cross.length_mm + cross.gap_mm);
+  const Vector2d p = (turn * point).cwiseAbs();  // the four arms are alike
+  const Vector2d half(0.5 * arm, 0.5 * cross.width_mm);
+  return std::min(RectangleDistance(p - Vector2d(middle, 0), half),
+                  RectangleDistance(p - Vector2d(0, middle), {half.y(), half.x()}));
+}
+
+double Distance(const DotElement& dot, const Vector2d& point) {
+  return point.norm() - 0.5 * dot.diameter_mm;
+}
+
+double Distance(const CircleElement& circle, const Vector2d& point) {
+  return std::abs(point.norm() - 0.5 * circle.diameter_mm) - 0.5 * circle.width_mm;
+}
+
+struct ElementRadius {
+  double operator()(const CrossElement& e) const {
+    return 0.5 * std::hypot(e.length_mm, e.width_mm);
+  }
+  double operator()(const DotElement& e) const { return 0.5 * e.diameter_mm; }
+  double operator()(const CircleElement& e) const { return 0.5 * (e.diameter_mm + e.width_mm); }
+};
+
+struct ElementStroke {
+  double operator()(const CrossElement& e) const { return e.width_mm; }
+  double operator()(const DotElement& e) const { return e.diameter_mm; }
+  double operator()(const CircleElement& e) const { return e.width_mm; }
+};
+
+// Brightness of the mark at a point, mark system; NaN outside a picture.
+float BrightnessAt(const MarkShape& shape, const Vector2d& point_mm) {
+  if (!shape.picture) return StrokeDistance(shape.drawing, point_mm) <= 0 ? 1.0f : 0.0f;
+  const MarkImage& source = *shape.drawing.image;
+  const Vector2d offset(point_mm.x() / source.pixel_size_mm, -point_mm.y() / source.pixel_size_mm);
+  return SampleBilinear(*shape.picture, source.centre_px + offset);
+}
+
+float MeanOverPixel(const MarkShape& shape, const Matrix2d& mm_from_pixel, const Vector2d& corner,
+                    int supersampling) {
+  if (!shape.picture) {  // most pixels lie wholly inside or outside of the strokes
+    const double half_diagonal = 0.5 * (mm_from_pixel.col(0).norm() + mm_from_pixel.col(1).norm());
+    const Vector2d centre = mm_from_pixel * (corner + Vector2d(0.5, 0.5));
+    const double distance = StrokeDistance(shape.drawing, centre);
+    if (std::abs(distance) > half_diagonal) return distance < 0 ? 1.0f : 0.0f;
+  }
+  double sum = 0;
+  for (int j = 0; j < supersampling; ++j) {
+    for (int i = 0; i < supersampling; ++i) {
+      const Vector2d sub((i + 0.5) / supersampling, (j + 0.5) / supersampling);
+      sum += static_cast<double>(BrightnessAt(shape, mm_from_pixel * (corner + sub)));
+    }
+  }
+  return static_cast<float>(sum / (supersampling * supersampling));
+}
+
+void CheckShape(const MarkShape& shape, const Matrix2d& pixel_from_mm) {
+  if (std::abs(pixel_from_mm.determinant()) < 1e-12)
+    throw std::invalid_argument("RenderMark: pixel_from_mm is singular");
+  if (shape.drawing.image && !shape.picture)
+    throw std::invalid_argument("RenderMark: the mark's picture was not handed in");
+  if (!shape.picture && shape.drawing.elements.empty())
+    throw std::invalid_argument("RenderMark: the drawing has no elements");
+}
+
+}  // namespace
+
+double MarkRadius(const MarkShape& shape) {
+  double radius = 0;
+  for (const MarkElement& e : shape.drawing.elements)
+    radius = std::max(radius, std::visit(ElementRadius{}, e));
+  if (shape.picture)
+    radius = 0.5 * shape.drawing.image->pixel_size_mm *
+             std::min(shape.picture->width, shape.picture->height);
+  return radius;
+}
+
+double ThinnestStroke(const MarkShape& shape) {
+  if (shape.picture || shape.drawing.elements.empty()) return 0.1;
+  double stroke = std::numeric_limits<double>::infinity();
+  for (const MarkElement& e : shape.drawing.elements)
+    stroke = std::min(stroke, std::visit(ElementStroke{}, e));
+  return stroke;
+}
+
+double StrokeDistance(const MarkDrawing& drawing, const Vector2d& point_mm) {
+  double distance = std::numeric_limits<double>::infinity();
+  for (const MarkElement& element : drawing.elements)
+    distance = std::min(distance,
+                        std::visit([&](const auto& e) { return Distance(e, point_mm); }, element));
+  return distance;
+}
+
+MarkTemplate RenderMark(const MarkShape& shape, const Matrix2d& pixel_from_mm,
+                        const RenderOptions& options) {
+  CheckShape(shape, pixel_from_mm);
+  const Matrix2d mm_from_pixel = pixel_from_mm.inverse();
+  const double pixels_per_mm = std::sqrt(std::abs(pixel_from_mm.determinant()));
+  const double reach_mm = MarkRadius(shape) + (shape.picture ? 0.0 : options.margin_mm);
+  const int half = static_cast<int>(std::ceil(reach_mm * pixels_per_mm * 1.03 + 0.5));
+  const int pad =
+      static_cast<int>(std::ceil(3 * std::max(options.blur_sigma_px, options.background_sigma_px)));
+  const int size = 2 * (half + pad) + 1;
+  const Vector2d centre = Vector2d::Constant(half + pad + 0.5);
+  Image full(size, size);
+  for (int row = 0; row < size; ++row)
+    for (int col = 0; col < size; ++col)
+      full.At(col, row) =
+          MeanOverPixel(shape, mm_from_pixel, Vector2d(col, row) - centre, options.supersampling);
+  if (options.blur_sigma_px > 0) full = GaussianBlur(full, options.blur_sigma_px);
+  if (options.background_sigma_px > 0) full = RemoveBackground(full, options.background_sigma_px);
+
+  MarkTemplate result;
+  result.values = Image(2 * half + 1, 2 * half + 1, kNoData);
+  result.centre = Vector2d::Constant(half + 0.5);
+  for (int row = 0; row < result.values.height; ++row) {
+    for (int col = 0; col < result.values.width; ++col) {
+      const Vector2d mm = mm_from_pixel * (Vector2d(col + 0.5, row + 0.5) - result.centre);
+      if (shape.picture || StrokeDistance(shape.drawing, mm) <= options.margin_mm)
+        result.values.At(col, row) = full.At(col + pad, row + pad);
+    }
+  }
+  return result;
+}
+
+Image RemoveBackground(const Image& image, double sigma_px) {
+  Image result = GaussianBlur(image, sigma_px);
+  for (size_t i = 0; i < result.values.size(); ++i)
+    result.values[i] = image.values[i] - result.values[i];
+  return result;
+}
+
+bool LooksSame(const MarkShape& shape, const Matrix2d& turn) {
+  // 24 px over the mark show every element; a margin beyond the radius keeps the same pixels valid.
+  const double radius = MarkRadius(shape);
+  const Matrix2d upright = Eigen::DiagonalMatrix<double, 2>(1, -1) * (12.0 / radius);
+  const RenderOptions options{0.7, 2 * radius, 4};
+  const MarkTemplate a = RenderMark(shape, upright, options);
+  const MarkTemplate b = RenderMark(shape, upright * turn, options);
+  constexpr double kSame = 0.9;
+  return CorrelationCoefficient(a.values, b.values, 0.5) > kSame;
+}
+
+}  // namespace orient

@@ -1,0 +1,60 @@
+// A fiducial mark as the scanner sees it: its drawing rendered at any pixel size, turned and
+// mirrored as the film lies, through the scanner's blur.
+#pragma once
+
+#include <Eigen/Core>
+#include <map>
+#include <optional>
+#include <string>
+
+#include "core/files/camera_file.h"
+#include "core/imaging/image.h"
+
+namespace orient {
+
+// A drawing together with the picture it may refer to (the library opens no files).
+struct MarkShape {
+  MarkDrawing drawing;
+  std::optional<Image> picture;  // must be there where drawing.image is
+};
+using MarkShapes = std::map<std::string, MarkShape>;
+
+// Half the largest extent, mm: no part of the mark lies farther from its centre.
+double MarkRadius(const MarkShape& shape);
+
+// The thinnest stroke, mm (0.1 for a picture, whose strokes are unknown).
+double ThinnestStroke(const MarkShape& shape);
+
+// Signed distance in mm from a point (mm, mark system) to the nearest stroke; negative inside.
+// Drawings without elements have none: infinity.
+double StrokeDistance(const MarkDrawing& drawing, const Eigen::Vector2d& point_mm);
+
+struct RenderOptions {
+  double blur_sigma_px = 0.7;  // of the scanner beyond the area average of a pixel
+  double margin_mm = 0.35;     // around the strokes; farther pixels are not part of the template
+  int supersampling = 6;       // per axis
+  double background_sigma_px = 0;  // RemoveBackground before cutting out; 0: not
+};
+
+struct MarkTemplate {
+  Image values;                                      // 0 background, 1 stroke; NaN not part of it
+  Eigen::Vector2d centre = Eigen::Vector2d::Zero();  // the mark's centre, pixels of `values`
+};
+
+// `pixel_from_mm` is the linear part of pixel from photo mm: size, turn and mirroring at once.
+// Throws std::invalid_argument where it is singular, or the drawing has neither elements nor a
+// picture.
+MarkTemplate RenderMark(const MarkShape& shape, const Eigen::Matrix2d& pixel_from_mm,
+                        const RenderOptions& options = {});
+
+// Wide enough to leave every stroke alone, narrow enough to follow a dark corner's edge.
+inline constexpr double kBackgroundSigmaMm = 0.6;
+
+// Takes slow changes of brightness away (fogged edges, the corner's gradient): value minus the
+// Gaussian mean around it. NaN stays NaN.
+Image RemoveBackground(const Image& image, double sigma_px);
+
+// True when the mark looks the same after `turn` (an orthogonal matrix, mark system).
+bool LooksSame(const MarkShape& shape, const Eigen::Matrix2d& turn);
+
+}  // namespace orient

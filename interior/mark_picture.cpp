@@ -1,0 +1,95 @@
+#include "interior/mark_picture.h"
+
+#include <Eigen/LU>
+#include <algorithm>
+#include <cmath>
+
+#include "core/imaging/resample.h"
+
+namespace orient {
+namespace {
+
+using Eigen::Vector2d;
+
+constexpr int kTile = 240;
+constexpr int kGap = 4;
+struct Colour {
+  unsigned char r, g, b;
+};
+constexpr Colour kUsed{60, 255, 60};
+constexpr Colour kRejected{255, 140, 0};
+
+void SetPixel(Picture* picture, int col, int row, Colour colour) {
+  unsigned char* p = &picture->rgb[3 * (static_cast<size_t>(row) * picture->width + col)];
+  p[0] = colour.r;
+  p[1] = colour.g;
+  p[2] = colour.b;
+}
+
+// Darkest and brightest hundredth, so that a speck of dust does not flatten a faint mark.
+std::pair<float, float> Range(const Image& image) {
+  std::vector<float> values;
+  for (const float v : image.values)
+    if (!std::isnan(v)) values.push_back(v);
+  if (values.empty()) return {0.0f, 1.0f};
+  std::sort(values.begin(), values.end());
+  const size_t edge = values.size() / 100;
+  return {values[edge], std::max(values[values.size() - 1 - edge], values[edge] + 1.0f)};
+}
+
+void DrawTile(const Image& image, double enlarged, int left, Picture* picture) {
+  const auto [low, high] = Range(image);
+  for (int row = 0; row < kTile; ++row) {
+    for (int col = 0; col < kTile; ++col) {
+      const float value = SampleBilinear(image, Vector2d(col + 0.5, row + 0.5) / enlarged);
+      if (std::isnan(value)) continue;
+      const float grey = std::clamp(255 * (value - low) / (high - low), 0.0f, 255.0f);
+      const auto level = static_cast<unsigned char>(grey);
+      SetPixel(picture, left + col, row, {level, level, level});
+    }
+  }
+}
+
+// Open at the centre, so that it hides nothing of what it points at.
+void DrawCross(const Vector2d& at, int left, Colour colour, Picture* picture) {
+  const int col = static_cast<int>(std::floor(at.x())), row = static_cast<int>(std::floor(at.y()));
+  const auto set = [&](int c, int r) {
+    if (c >= 0 && c < kTile && r >= 0 && r < kTile) SetPixel(picture, left + c, r, colour);
+  };
+  set(col, row);
+  for (int d = 6; d < 30; ++d) {
+    set(col + d, row);
+    set(col - d, row);
+    set(col, row + d);
+    set(col, row - d);
+  }
+}
+
+}  // namespace
+
+Picture DrawMarks(const Raster& scan, const InteriorResult& result,
+                  const std::vector<Vector2d>& photo_mm, double pixel_mm, double reach_mm) {
+  Picture picture;
+  picture.width = std::max(1, static_cast<int>(result.marks.size()) * (kTile + kGap) - kGap);
+  picture.height = kTile;
+  picture.rgb.assign(3 * static_cast<size_t>(picture.width) * kTile, 90);
+  const int half = std::max(4, static_cast<int>(std::ceil(reach_mm / pixel_mm)));
+  for (size_t i = 0; i < result.marks.size(); ++i) {
+    const MarkResult& mark = result.marks[i];
+    std::optional<Vector2d> at = mark.pixel;
+    if (!at && result.photo_from_pixel) at = result.photo_from_pixel->Inverse() * photo_mm[i];
+    if (!at) continue;
+    const int left = static_cast<int>(i) * (kTile + kGap);
+    const ImageWindow seen =
+        scan.ReadGrey({static_cast<int>(std::floor(at->x())) - half,
+                       static_cast<int>(std::floor(at->y())) - half, 2 * half + 1, 2 * half + 1});
+    const double enlarged = static_cast<double>(kTile) / seen.image.width;
+    DrawTile(seen.image, enlarged, left, &picture);
+    if (mark.state == MarkState::kMissing) continue;
+    DrawCross(enlarged * seen.ImageFromRaster(*at), left,
+              mark.state == MarkState::kUsed ? kUsed : kRejected, &picture);
+  }
+  return picture;
+}
+
+}  // namespace orient

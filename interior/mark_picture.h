@@ -1,0 +1,25 @@
+// The marks as a person wants to see them: every mark enlarged with the found centre drawn in.
+#pragma once
+
+#include <vector>
+
+#include "core/files/results.h"
+#include "core/imaging/raster.h"
+
+namespace orient {
+
+// RGB, row-major, three bytes a pixel; as WritePng takes it.
+struct Picture {
+  int width = 0;
+  int height = 0;
+  std::vector<unsigned char> rgb;
+};
+
+// One tile a mark, in the order of the result, side by side: `reach_mm` around the mark (radius of
+// the drawing and a little more), stretched in contrast, an open cross at the found centre: green
+// where the mark is used, orange where it is rejected. A missing mark's tile shows the place where
+// the transform expects it, without a cross; it is grey where there is no transform.
+Picture DrawMarks(const Raster& scan, const InteriorResult& result,
+                  const std::vector<Eigen::Vector2d>& photo_mm, double pixel_mm, double reach_mm);
+
+}  // namespace orient

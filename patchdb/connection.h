@@ -1,0 +1,66 @@
+// One SQLite connection as the patch database wants it: busy timeout, WAL while writing, foreign
+// keys, the spatial functions, and prepared statements. Private to patchdb.
+#pragma once
+
+#include <SQLiteCpp/SQLiteCpp.h>
+#include <sqlite3.h>
+
+#include <cstdint>
+#include <map>
+#include <memory>
+#include <string>
+#include <utility>
+
+#include "core/error.h"
+
+namespace orient {
+
+// A prepared statement in use. Reset when it dies: an unfinished SELECT would hold its snapshot.
+class Query {
+ public:
+  explicit Query(SQLite::Statement& statement) : statement_(&statement) {}
+  ~Query() { statement_->tryReset(); }
+  Query(const Query&) = delete;
+  Query& operator=(const Query&) = delete;
+  SQLite::Statement* operator->() const { return statement_; }
+  SQLite::Statement& operator*() const { return *statement_; }
+
+ private:
+  SQLite::Statement* statement_;
+};
+
+class Connection {
+ public:
+  enum class Mode { kCreate, kRead, kWrite };
+  Connection(const std::string& path, Mode mode);
+  // Leaves the file in rollback mode, so that it can be read from a read-only place.
+  ~Connection();
+  Connection(const Connection&) = delete;
+  Connection& operator=(const Connection&) = delete;
+
+  SQLite::Database& Database() { return *database_; }
+  // Prepared once a text; without bindings.
+  Query Prepare(const char* sql);
+  std::int64_t Number(const char* sql);  // of the first row and column; NULL is 0
+
+ private:
+  std::string path_;
+  Mode mode_;
+  std::unique_ptr<SQLite::Database> database_;
+  std::map<std::string, SQLite::Statement> statements_;
+};
+
+// Runs `work`; what SQLite throws becomes an InputError naming the file and what was being done.
+template <typename Work>
+auto WithFile(const std::string& path, const char* doing, Work&& work) {
+  try {
+    return work();
+  } catch (const SQLite::Exception& error) {
+    if (error.getErrorCode() == SQLITE_NOTADB)
+      throw InputError(path +
+                       " is not a patch database; name one made with 'orient patchdb create'");
+    throw InputError(path + ": " + doing + " fails: " + error.what());
+  }
+}
+
+}  // namespace orient

@@ -1,0 +1,38 @@
+// The binary columns of a patch: chip, mask, heights and covariance as bytes of fixed layout. The
+// layout is written beside the columns in patchdb/schema/ and in docs/patchdb.md.
+#pragma once
+
+#include <Eigen/Core>
+#include <cstddef>
+#include <optional>
+#include <vector>
+
+#include "patchdb/patch.h"
+
+namespace orient {
+
+using Bytes = std::vector<unsigned char>;
+
+// PNG of the grey values rounded to whole numbers and clamped to 0 .. 2^bits - 1; NaN becomes 0.
+Bytes EncodeChip(const Image& chip, int bits);
+// 255 where the chip has a value, 0 where it is NaN; empty where every pixel is valid.
+std::optional<Bytes> EncodeChipMask(const Image& chip);
+// Throws InputError for a damaged PNG, or a mask of another size.
+Image DecodeChip(const Bytes& chip, const std::optional<Bytes>& mask);
+
+// size * size little-endian float32.
+Bytes EncodeHeights(const HeightGrid& heights);
+// Throws InputError where the bytes are not a grid of this size.
+HeightGrid DecodeHeights(const Bytes& bytes, int size, double step_m);
+
+// 6 little-endian float64: xx xy xz yy yz zz.
+Bytes EncodeCovariance(const Eigen::Matrix3d& covariance_m2);
+// Throws InputError where the bytes are not six finite numbers.
+Eigen::Matrix3d DecodeCovariance(const Bytes& bytes);
+
+// 3 little-endian float64: x y z.
+Bytes EncodeVector(const Eigen::Vector3d& vector);
+// Throws InputError where the bytes are not three finite numbers.
+Eigen::Vector3d DecodeVector(const Bytes& bytes);
+
+}  // namespace orient

@@ -1,0 +1,37 @@
+// One candidate made into a patch: heights from the surface, grey values from the source, the
+// ground point's covariance.
+#pragma once
+
+#include <Eigen/Core>
+#include <optional>
+
+#include "core/geometry/ground_surface.h"
+#include "core/imaging/raster.h"
+#include "patchdb/patch.h"
+#include "patchdb/source_view.h"
+
+namespace orient {
+
+// Heights around a point, over at least half_width_m in every direction; nodes at half the
+// surface's cells, but no denser than min_step_m. NaN where the surface has no height.
+HeightGrid CutHeights(const GroundSurface& surface, const Eigen::Vector2d& centre_m,
+                      double half_width_m, double min_step_m);
+
+// Highest minus lowest node; NaN where one is unknown.
+double HeightSpread(const HeightGrid& heights);
+
+// The chip, north up, its middle at ground_m: every pixel's own height goes through the source's
+// geometry, the grey value is interpolated (bicubic). NaN: no data in the source. Empty where part
+// of the ground is not seen at all, or the piece of the source would be absurdly large.
+std::optional<Image> RectifyChip(const Raster& raster, const SourceView& source,
+                                 const HeightGrid& heights, const Eigen::Vector3d& ground_m,
+                                 int chip_px, double gsd_m);
+
+// Covariance of the ground point at a pixel: the pixel's uncertainty (orientation and pointing) and
+// that of the height, carried through where the ray meets the sloping surface. Empty where the ray
+// touches the surface.
+std::optional<Eigen::Matrix3d> GroundCovariance(const SourceView& source, const HeightGrid& heights,
+                                                const Eigen::Vector3d& ground_m,
+                                                double pointing_sigma_px, double height_sigma_m);
+
+}  // namespace orient

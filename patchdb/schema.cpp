@@ -1,0 +1,12 @@
+#include "patchdb/schema.h"
+
+namespace orient {
+
+const std::vector<SchemaStep>& SchemaSteps() {
+  static const std::vector<SchemaStep> kSteps = {kSchemaStep1};
+  return kSteps;
+}
+
+int CurrentSchemaVersion() { return SchemaSteps().back().version; }
+
+}  // namespace orient

@@ -1,0 +1,26 @@
+// The tables of a patch database, as a list of steps that lead from an empty file to today's.
+#pragma once
+
+#include <vector>
+
+namespace orient {
+
+// One step of the schema, in a file of its own under patchdb/schema/. Steps are never edited once
+// released; a change is a new step.
+struct SchemaStep {
+  int version;  // 1, 2, ... : the schema version after this step
+  const char* description;
+  const char* sql;
+};
+
+extern const SchemaStep kSchemaStep1;
+
+const std::vector<SchemaStep>& SchemaSteps();
+int CurrentSchemaVersion();  // of this program
+
+// GeoPackage says so: "GPKG" in application_id and 10300 (version 1.3.0) in user_version. The
+// latter is why Orient's own schema version is not in user_version but in table orient_schema.
+inline constexpr int kGeoPackageApplicationId = 0x47504B47;
+inline constexpr int kGeoPackageVersion = 10300;
+
+}  // namespace orient

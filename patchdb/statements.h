@@ -1,0 +1,73 @@
+// Every SQL statement that the patch database asks, named after its question. The tables' own text
+// is in patchdb/schema/.
+#pragma once
+
+namespace orient::sql {
+
+inline constexpr const char* kHasSchemaTable =
+    "SELECT count(*) FROM sqlite_master WHERE type = 'table' AND name = 'orient_schema'";
+inline constexpr const char* kSchemaVersion = "SELECT max(version) FROM orient_schema";
+inline constexpr const char* kAddSchemaStep =
+    "INSERT INTO orient_schema (version, description) VALUES (?1, ?2)";
+
+inline constexpr const char* kAddCrs =
+    "INSERT OR IGNORE INTO gpkg_spatial_ref_sys VALUES (?1, ?2, ?3, ?4, ?5, ?6)";
+inline constexpr const char* kRegisterPatches =
+    "INSERT INTO gpkg_contents (table_name, data_type, identifier, description, srs_id) "
+    "VALUES ('patches', 'features', 'patches', 'Control patches of known ground position', ?1)";
+inline constexpr const char* kRegisterPatchGeometry =
+    "INSERT INTO gpkg_geometry_columns VALUES ('patches', 'geom', 'POINT', ?1, 1, 0)";
+inline constexpr const char* kRegisterAttributes =
+    "INSERT INTO gpkg_contents (table_name, data_type, identifier, description) VALUES "
+    "('sources', 'attributes', 'sources', 'What the patches were cut from'), "
+    "('attempts', 'attributes', 'attempts', 'Patches sought in photos, and what came of it'), "
+    "('orient_schema', 'attributes', 'orient_schema', 'Schema versions of the patch database')";
+
+inline constexpr const char* kGroundCrs =
+    "SELECT s.srs_id, s.definition FROM gpkg_geometry_columns AS g JOIN gpkg_spatial_ref_sys AS s "
+    "ON s.srs_id = g.srs_id WHERE g.table_name = 'patches'";
+inline constexpr const char* kCounts =
+    "SELECT (SELECT count(*) FROM patches), (SELECT count(*) FROM sources), "
+    "(SELECT count(*) FROM attempts)";
+inline constexpr const char* kExtent =
+    "SELECT min_x, min_y, max_x, max_y FROM gpkg_contents WHERE table_name = 'patches'";
+// min() and max() with several arguments are NULL as soon as one of them is.
+inline constexpr const char* kGrowExtent =
+    "UPDATE gpkg_contents SET min_x = min(coalesce(min_x, ?1), ?1), "
+    "min_y = min(coalesce(min_y, ?2), ?2), max_x = max(coalesce(max_x, ?3), ?3), "
+    "max_y = max(coalesce(max_y, ?4), ?4), "
+    "last_change = strftime('%Y-%m-%dT%H:%M:%fZ','now') WHERE table_name = 'patches'";
+
+inline constexpr const char* kSourceId = "SELECT id FROM sources WHERE kind = ?1 AND name = ?2";
+inline constexpr const char* kAddSource =
+    "INSERT INTO sources (kind, name, date, gsd_m) VALUES (?1, ?2, ?3, ?4)";
+inline constexpr const char* kSources =
+    "SELECT id, kind, name, date, gsd_m FROM sources ORDER BY id";
+
+inline constexpr const char* kAddPatch =
+    "INSERT INTO patches (geom, source_id, gsd_m, bits, chip, chip_mask, heights, heights_size, "
+    "heights_step_m, covariance, roundness, distinctness, persistence, relief_px, height_effect, "
+    "height_sigma_m) "
+    "VALUES (?1, ?2, ?3, ?4, ?5, ?6, ?7, ?8, ?9, ?10, ?11, ?12, ?13, ?14, ?15, ?16)";
+#define ORIENT_PATCH_COLUMNS                                                      \
+  "p.id, p.geom, p.source_id, p.gsd_m, p.bits, p.chip, p.chip_mask, p.heights, "  \
+  "p.heights_size, p.heights_step_m, p.covariance, p.roundness, p.distinctness, " \
+  "p.persistence, p.relief_px, p.height_effect, p.height_sigma_m FROM patches AS p "
+inline constexpr const char* kCountPatchesIn =
+    "SELECT count(*) FROM rtree_patches_geom WHERE maxx >= ?1 AND minx <= ?2 AND maxy >= ?3 AND "
+    "miny <= ?4";
+// Multiples of the golden section of 65536 fall evenly between 0 and 65535 for ids in sequence:
+// below ?5 lies that share of the patches, taken from everywhere and in step with no grid.
+inline constexpr const char* kPatchesIn =
+    "SELECT " ORIENT_PATCH_COLUMNS
+    "JOIN rtree_patches_geom AS r ON r.id = p.id WHERE r.maxx >= ?1 AND r.minx <= ?2 "
+    "AND r.maxy >= ?3 AND r.miny <= ?4 AND (p.id * 40503) % 65536 < ?5 ORDER BY p.id";
+inline constexpr const char* kPatchesAfter =
+    "SELECT " ORIENT_PATCH_COLUMNS "WHERE p.id > ?1 ORDER BY p.id LIMIT ?2";
+#undef ORIENT_PATCH_COLUMNS
+
+inline constexpr const char* kRecordAttempt =
+    "INSERT OR REPLACE INTO attempts (patch_id, photo, state, ncc, residual_col_px, "
+    "residual_row_px, reason) VALUES (?1, ?2, ?3, ?4, ?5, ?6, ?7)";
+
+}  // namespace orient::sql

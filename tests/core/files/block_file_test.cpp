@@ -1,0 +1,138 @@
+#include "core/files/block_file.h"
+
+#include <gtest/gtest.h>
+
+#include <filesystem>
+
+#include "core/error.h"
+#include "core/files/atomic_write.h"
+#include "core/geometry/rotation.h"
+#include "tests/support/expect_error.h"
+#include "tests/support/shared_data.h"
+
+namespace orient {
+namespace {
+namespace fs = std::filesystem;
+
+const std::string kBlock = R"(crs = "EPSG:32635"
+dem = "dem.tif"
+patchdb = "patches.gpkg"
+camera = "camera.toml"
+photos = ["scans/*.tif"]
+approximations = "approx.csv"
+)";
+
+class BlockFileTest : public testing::Test {
+ protected:
+  BlockFileTest() {
+    fs::create_directory(folder_ / "scans");
+    for (const std::string name : {"dem.tif", "patches.gpkg", "camera.toml", "approx.csv",
+                                   "scans/b.tif", "scans/a.tif", "scans/note.txt"})
+      WriteFileAtomically(folder_ / name, "");
+  }
+
+  BlockFile ReadText(const std::string& text) const {
+    WriteFileAtomically(folder_ / "block.toml", text);
+    return ReadBlockFile(folder_ / "block.toml");
+  }
+
+  void ExpectRefused(const std::string& text, std::initializer_list<std::string> parts) const {
+    ExpectError<InputError>([&] { ReadText(text); }, parts);
+  }
+
+  const TemporaryFolder folder_;
+};
+
+std::string Replaced(std::string text, const std::string& from, const std::string& to) {
+  return text.replace(text.find(from), from.size(), to);
+}
+
+TEST_F(BlockFileTest, PathsAreRelativeToTheBlockFile) {
+  const BlockFile block = ReadText(kBlock);
+  EXPECT_EQ(block.crs.Epsg(), 32635);
+  EXPECT_EQ(block.dem, folder_ / "dem.tif");
+  EXPECT_EQ(block.patchdb, folder_ / "patches.gpkg");
+  EXPECT_EQ(block.camera, folder_ / "camera.toml");
+  EXPECT_EQ(block.approximations, folder_ / "approx.csv");
+  EXPECT_EQ(block.photos,
+            (std::vector<std::string>{folder_ / "scans/a.tif", folder_ / "scans/b.tif"}));
+  EXPECT_EQ(block.output_directory, folder_ / "out");
+}
+
+TEST_F(BlockFileTest, WhatNobodyStatesIsEmpty) {
+  const BlockFile block = ReadText(kBlock);
+  EXPECT_FALSE(block.position_sigma_m || block.attitude_sigma_rad);
+  EXPECT_FALSE(block.pixel_size_um || block.polarity || block.orientation);
+}
+
+TEST_F(BlockFileTest, WhatIsGivenHolds) {
+  const BlockFile block = ReadText(kBlock +
+                                   "[approximate_accuracy]\nposition_m = 150\nattitude_deg = 2.0\n"
+                                   "[scan]\npixel_size_um = 25.0\npolarity = \"negative\"\n"
+                                   "orientation = \"m90\"\n[output]\ndirectory = \"results\"\n");
+  EXPECT_EQ(block.position_sigma_m, 150);
+  EXPECT_DOUBLE_EQ(block.attitude_sigma_rad.value(), RadFromDeg(2));
+  EXPECT_EQ(block.pixel_size_um, 25.0);
+  EXPECT_EQ(block.polarity, Polarity::kNegative);
+  EXPECT_EQ(block.orientation, ScanOrientation::kM90);
+  EXPECT_EQ(block.output_directory, folder_ / "results");
+}
+
+TEST_F(BlockFileTest, AutoIsTheSameAsAbsent) {
+  const BlockFile block =
+      ReadText(kBlock + "[scan]\npolarity = \"auto\"\norientation = \"auto\"\n");
+  EXPECT_FALSE(block.polarity || block.orientation);
+}
+
+TEST_F(BlockFileTest, WrongKeysAndValuesAreNamed) {
+  ExpectRefused(Replaced(kBlock, "patchdb", "patch_db"), {"line 3: patch_db", "patchdb?"});
+  ExpectRefused(kBlock + "[scan]\npolarity = \"dark\"\n", {"line 8: scan.polarity", "dark"});
+  ExpectRefused(kBlock + "[scan]\norientation = \"r45\"\n", {"scan.orientation", "r45", "m270"});
+  ExpectRefused(kBlock + "[scan]\npixel_size_um = 0.025\n", {"pixel_size_um", "micrometres"});
+  ExpectRefused(kBlock + "[approximate_accuracy]\nposition_m = 0\n", {"position_m", "positive"});
+  ExpectRefused(Replaced(kBlock, "camera = \"camera.toml\"\n", ""), {"lacks the key camera"});
+}
+
+TEST_F(BlockFileTest, FilesThatDoNotExistAreNamedWithTheirKey) {
+  ExpectRefused(Replaced(kBlock, "dem.tif", "hills.tif"), {"line 2: dem", "hills.tif"});
+  ExpectRefused(Replaced(kBlock, "approx.csv", "no.csv"), {"approximations", "no.csv"});
+  EXPECT_EQ(ReadText(Replaced(kBlock, "dem.tif", "/vsicurl/https://x/dem.tif")).dem,
+            "/vsicurl/https://x/dem.tif");
+}
+
+TEST_F(BlockFileTest, ACrsThatIsNotProjectedOrUnknownIsRefusedNamingTheFile) {
+  ExpectRefused(Replaced(kBlock, "EPSG:32635", "EPSG:4326"), {folder_ / "block.toml"});
+  ExpectRefused(Replaced(kBlock, "EPSG:32635", "EPSG:nonsense"), {folder_ / "block.toml"});
+}
+
+TEST_F(BlockFileTest, APatternWithoutAMatchIsNamed) {
+  ExpectRefused(Replaced(kBlock, "*.tif", "*.jpg"), {"photos", "scans/*.jpg"});
+  ExpectRefused(Replaced(kBlock, "[\"scans/*.tif\"]", "[]"), {"photos"});
+}
+
+TEST_F(BlockFileTest, TwoPhotosWithOneNameAreRefused) {
+  WriteFileAtomically(folder_ / "scans/a.jpg", "");
+  ExpectRefused(Replaced(kBlock, "*.tif", "a.*"), {"scans/a.jpg", "scans/a.tif", "\"a\""});
+}
+
+TEST_F(BlockFileTest, ExpandedPhotosAreSortedWithoutDuplicates) {
+  EXPECT_EQ(ExpandPhotos({"scans/b.tif", "scans/*.tif"}, folder_.Path()),
+            (std::vector<std::string>{folder_ / "scans/a.tif", folder_ / "scans/b.tif"}));
+  EXPECT_EQ(ExpandPhotos({folder_ / "scans/?.tif"}, "").size(), 2u);
+  EXPECT_EQ(ExpandPhotos({"/vsis3/bucket/a.tif"}, folder_.Path()),
+            std::vector<std::string>{"/vsis3/bucket/a.tif"});
+}
+
+TEST_F(BlockFileTest, AFolderIsNoPhoto) {
+  ExpectError<InputError>([&] { ExpandPhotos({"scans"}, folder_.Path()); }, {"scans", "folder"});
+}
+
+TEST_F(BlockFileTest, NamesWithPatternCharactersAreTakenAsTheyAre) {
+  fs::create_directory(folder_ / "old [1961]");
+  WriteFileAtomically(folder_ / "old [1961]/a[1].tif", "");
+  EXPECT_EQ(ExpandPhotos({"a[1].tif"}, folder_ / "old [1961]").size(), 1u);
+  EXPECT_EQ(ExpandPhotos({"*.tif"}, folder_ / "old [1961]").size(), 1u);
+}
+
+}  // namespace
+}  // namespace orient

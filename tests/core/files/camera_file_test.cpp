@@ -1,0 +1,308 @@
+#include "core/files/camera_file.h"
+
+#include <gtest/gtest.h>
+
+#include <filesystem>
+
+#include "core/error.h"
+#include "core/files/atomic_write.h"
+#include "core/geometry/rotation.h"
+#include "tests/support/expect_error.h"
+#include "tests/support/shared_data.h"
+
+namespace orient {
+namespace {
+
+constexpr double kExact = 1e-12;
+
+// A camera file with everything that one may have.
+const std::string kFilm = R"(name = "Wild RC10, 15 UAG 1234"
+kind = "film"
+principal_distance_mm = 153.29
+principal_point_mm = [0.012, -0.004]
+frame_mm = [212.0, 212.0]
+frame_centre_mm = [0.1, 0.0]
+
+[distortion]
+model = "brown"
+k = [1.2e-8, 0.0, 0.0]
+p = [1e-7, 0.0]
+
+[[fiducials]]
+id = "1"
+position_mm = [-106.007, 106.004]
+mark = "corner"
+symbol = { kind = "lines", count = 1 }
+[[fiducials]]
+id = "2"
+position_mm = [106.0, 106.0]
+mark = "corner"
+symbol = { kind = "dots", count = 2, at_mm = [1.0, 2.0], step_mm = [0.5, 0.0] }
+[[fiducials]]
+id = "3"
+position_mm = [106, -106]
+mark = "corner"
+[[fiducials]]
+id = "4"
+position_mm = [-106.0, -106.0]
+mark = "corner"
+
+[marks.corner]
+elements = [
+  { shape = "cross",  length_mm = 2.0, width_mm = 0.06, gap_mm = 0.3, angle_deg = 45 },
+  { shape = "dot",    diameter_mm = 0.12 },
+  { shape = "circle", diameter_mm = 1.6, width_mm = 0.08 },
+]
+background = "dark"
+)";
+
+const std::string kDigital = R"(name = "DMC"
+kind = "digital"
+principal_distance_mm = 120.0
+principal_point_mm = [0.0, 0.0]
+frame_mm = [92.16, 165.888]
+image_px = [640, 1152]
+)";
+
+CameraFile ReadText(const std::string& text) {
+  const TemporaryFolder folder;
+  WriteFileAtomically(folder / "camera.toml", text);
+  return ReadCameraFile(folder / "camera.toml");
+}
+
+std::string Replaced(std::string text, const std::string& from, const std::string& to) {
+  const size_t at = text.find(from);
+  if (at == std::string::npos) throw std::logic_error("the example lacks " + from);
+  return text.replace(at, from.size(), to);
+}
+
+void ExpectRefused(const std::string& text, std::initializer_list<std::string> parts) {
+  ExpectError<InputError>([&] { ReadText(text); }, parts);
+}
+
+void ExpectRefusedFilm(const std::string& from, const std::string& to,
+                       std::initializer_list<std::string> parts) {
+  ExpectRefused(Replaced(kFilm, from, to), parts);
+}
+
+TEST(CameraFile, TheExampleOfTheConventionsReads) {
+  const CameraFile file = ReadText(kFilm);
+  EXPECT_EQ(file.camera.name, "Wild RC10, 15 UAG 1234");
+  EXPECT_EQ(file.camera.kind, CameraKind::kFilm);
+  EXPECT_EQ(file.camera.principal_distance_mm, 153.29);
+  EXPECT_EQ(file.camera.principal_point_mm, Eigen::Vector2d(0.012, -0.004));
+  EXPECT_EQ(file.camera.frame_centre_mm, Eigen::Vector2d(0.1, 0));
+  EXPECT_FALSE(file.camera.image_px);
+  const auto& brown = std::get<BrownDistortion>(file.camera.lens);
+  EXPECT_EQ(brown.k[0], 1.2e-8);
+  EXPECT_EQ(brown.p[0], 1e-7);
+  ASSERT_EQ(file.fiducials.size(), 4u);
+  EXPECT_EQ(file.fiducials[0].position_mm, Eigen::Vector2d(-106.007, 106.004));
+  ASSERT_TRUE(file.fiducials[0].symbol);
+  EXPECT_EQ(file.fiducials[0].symbol->kind, SymbolKind::kLines);
+  EXPECT_FALSE(file.fiducials[0].symbol->at_mm);
+  EXPECT_EQ(file.fiducials[1].symbol->at_mm, Eigen::Vector2d(1, 2));
+  EXPECT_FALSE(file.fiducials[2].symbol);
+}
+
+TEST(CameraFile, DrawingsKeepTheLengthsOfTheFile) {
+  const MarkDrawing mark = ReadText(kFilm).marks.at("corner");
+  ASSERT_EQ(mark.elements.size(), 3u);
+  const auto& cross = std::get<CrossElement>(mark.elements[0]);
+  EXPECT_EQ(cross.length_mm, 2.0);
+  EXPECT_EQ(cross.width_mm, 0.06);
+  EXPECT_EQ(cross.gap_mm, 0.3);
+  EXPECT_NEAR(cross.angle_rad, RadFromDeg(45), kExact);
+  EXPECT_EQ(std::get<DotElement>(mark.elements[1]).diameter_mm, 0.12);
+  EXPECT_EQ(std::get<CircleElement>(mark.elements[2]).width_mm, 0.08);
+  EXPECT_EQ(mark.background, MarkBackground::kDark);
+  EXPECT_FALSE(mark.image);
+}
+
+TEST(CameraFile, ADigitalCameraHasItsImageSize) {
+  const CameraFile file = ReadText(kDigital);
+  EXPECT_EQ(file.camera.kind, CameraKind::kDigital);
+  EXPECT_EQ(file.camera.image_px, Eigen::Vector2i(640, 1152));
+  EXPECT_TRUE(std::holds_alternative<std::monostate>(file.camera.lens));
+}
+
+TEST(CameraFile, ARadialTableReads) {
+  const CameraFile file =
+      ReadText(kDigital +
+               "[distortion]\nmodel = \"radial_table\"\nradius_mm = [0, 20, 40]\n"
+               "dr_um = [0.0, 1.2, -0.8]\n");
+  const auto& table = std::get<RadialTable>(file.camera.lens);
+  EXPECT_EQ(table.radius_mm, (std::vector<double>{0, 20, 40}));
+  EXPECT_EQ(table.dr_um, (std::vector<double>{0, 1.2, -0.8}));
+}
+
+TEST(CameraFile, AMarkImageLiesRelativeToTheCameraFile) {
+  const TemporaryFolder folder;
+  const size_t drawing = kFilm.find("elements = [");
+  const std::string text = kFilm.substr(0, drawing) +
+                           "image = \"marks/notch.png\"\npixel_size_mm = 0.025\n"
+                           "centre_px = [150.5, 151.5]\nbackground = \"image\"\n";
+  WriteFileAtomically(folder / "camera.toml", text);
+  ExpectError<InputError>([&] { ReadCameraFile(folder / "camera.toml"); },
+                          {"marks.corner.image", "marks/notch.png", "does not exist"});
+  std::filesystem::create_directory(folder / "marks");
+  WriteFileAtomically(folder / "marks/notch.png", "");
+  const MarkDrawing mark = ReadCameraFile(folder / "camera.toml").marks.at("corner");
+  ASSERT_TRUE(mark.image);
+  EXPECT_EQ(mark.image->path, folder / "marks/notch.png");
+  EXPECT_EQ(mark.image->centre_px, Eigen::Vector2d(150.5, 151.5));
+  EXPECT_EQ(mark.background, MarkBackground::kImage);
+}
+
+TEST(CameraFile, AnUnknownKeyIsNamedWithItsLineAndTheNearestKnownOne) {
+  ExpectRefusedFilm(
+      "principal_distance_mm", "principle_distance_mm",
+      {"camera.toml, line 3: principle_distance_mm", "did you mean principal_distance_mm?"});
+  ExpectRefusedFilm("position_mm = [-106.007", "positon_mm = [-106.007",
+                    {"line 15: fiducials[0].positon_mm", "did you mean position_mm?"});
+  ExpectRefusedFilm("gap_mm", "gab_mm",
+                    {"marks.corner.elements[0].gab_mm", "did you mean gap_mm?"});
+  ExpectRefusedFilm("diameter_mm = 0.12", "diameter_mm = 0.12, width_mm = 1",
+                    {"marks.corner.elements[1].width_mm"});
+  ExpectRefusedFilm("p = [1e-7, 0.0]", "radius_mm = [0]", {"distortion.radius_mm"});
+  ExpectRefusedFilm("frame_centre_mm", "weather", {"line 6: weather", "known here: name, kind"});
+}
+
+TEST(CameraFile, WrongTypesAreNamedWithTheirValue) {
+  ExpectRefusedFilm("153.29", "\"153.29\"", {"principal_distance_mm", "a number", "\"153.29\""});
+  ExpectRefusedFilm("[212.0, 212.0]", "212.0", {"frame_mm", "list of numbers"});
+  ExpectRefusedFilm("[212.0, 212.0]", "[212.0]", {"frame_mm", "two numbers"});
+  ExpectRefusedFilm("[212.0, 212.0]", "[212.0, true]", {"frame_mm", "numbers"});
+  ExpectRefusedFilm("id = \"1\"", "id = 1", {"fiducials[0].id", "text in quotes"});
+  ExpectRefusedFilm("count = 1", "count = 1.5", {"fiducials[0].symbol.count", "whole number"});
+  ExpectRefusedFilm("153.29", "nan", {"principal_distance_mm", "a number"});
+  ExpectRefused("fiducials = 7\n" + kDigital, {"fiducials", "list of tables"});
+  ExpectRefused("marks = 7\n" + kDigital, {"marks", "table"});
+}
+
+TEST(CameraFile, MissingKeysAreNamed) {
+  for (const std::string key :
+       {"name", "kind", "principal_distance_mm", "principal_point_mm", "frame_mm"}) {
+    const size_t at = kDigital.find(key + " =");
+    std::string text = kDigital;
+    text.erase(at, text.find('\n', at) + 1 - at);
+    ExpectRefused(text, {"lacks the key " + key});
+  }
+}
+
+TEST(CameraFile, TextThatIsNotTomlIsNamedWithItsPlace) {
+  ExpectRefused("name = \"x\"\nkind = film\n", {"camera.toml, line 2", "not valid TOML"});
+  ExpectError<InputError>([] { ReadCameraFile("no/camera.toml"); }, {"no/camera.toml"});
+}
+
+TEST(CameraFile, ImpossibleGeometryIsRefused) {
+  ExpectRefusedFilm("153.29", "-153.29", {"principal_distance_mm", "-153.29", "positive"});
+  ExpectRefusedFilm("[212.0, 212.0]", "[212.0, 0.0]", {"frame_mm", "empty"});
+  ExpectRefusedFilm("[0.012, -0.004]", "[150.0, 0.0]", {"principal_point_mm", "outside"});
+  ExpectRefusedFilm("\"film\"", "\"negative\"", {"kind", "film or digital"});
+}
+
+TEST(CameraFile, APrincipalDistanceInAnotherUnitIsRefused) {
+  ExpectRefusedFilm("153.29", "0.15329", {"principal_distance_mm", "0.153290 mm", "millimetres"});
+  ExpectRefusedFilm("153.29", "153290", {"principal_distance_mm", "153290", "millimetres"});
+  ExpectRefusedFilm("153.29", "1e-300", {"principal_distance_mm", "millimetres"});
+}
+
+TEST(CameraFile, ImageSizeAndFrameMustAgree) {
+  ExpectRefused(Replaced(kDigital, "image_px = [640, 1152]\n", ""), {"image_px"});
+  ExpectRefused(Replaced(kDigital, "[640, 1152]", "[1152, 640]"), {"image_px", "frame_mm"});
+  ExpectRefused(Replaced(kDigital, "[640, 1152]", "[640, 1140]"), {"image_px", "frame_mm"});
+  EXPECT_NO_THROW(ReadText(Replaced(kDigital, "[640, 1152]", "[640, 1148]"))) << "0.3 % is allowed";
+  ExpectRefused(Replaced(kDigital, "[640, 1152]", "[640.5, 1152]"), {"image_px", "whole"});
+  ExpectRefused("image_px = [640, 1152]\n" + kFilm, {"image_px", "digital"});
+}
+
+TEST(CameraFile, ImpossibleFiducialsAreRefused) {
+  ExpectRefusedFilm("mark = \"corner\"", "mark = \"cornre\"", {"fiducials[0].mark", "not drawn"});
+  ExpectRefusedFilm("id = \"2\"", "id = \"1\"", {"fiducials[1].id", "\"1\""});
+  ExpectRefusedFilm("[106.0, 106.0]", "[-106.0, 106.0]", {"fiducials[1].position_mm", "\"1\""});
+  ExpectRefusedFilm("[106.0, 106.0]", "[106000, 106000]",
+                    {"fiducials[1].position_mm", "outside the frame"});
+  ExpectRefusedFilm("at_mm = [1.0, 2.0]", "at_mm = [100.0, 2.0]", {"fiducials[1].symbol.at_mm"});
+  ExpectRefusedFilm("count = 1", "count = 0", {"fiducials[0].symbol.count"});
+  ExpectRefused(kDigital + kFilm.substr(kFilm.find("[[fiducials]]")), {"fiducials", "digital"});
+  std::string two = kFilm;
+  two.erase(two.find("[[fiducials]]\nid = \"3\""),
+            two.find("[marks.corner]") - two.find("[[fiducials]]\nid = \"3\""));
+  ExpectRefused(two, {"fiducials", "fewer than three"});
+}
+
+TEST(CameraFile, FiducialsOnOneLineAreRefused) {
+  std::string text = Replaced(kFilm, "[-106.007, 106.004]", "[-106.0, -106.01]");
+  text = Replaced(text, "[106, -106]", "[0.0, 0.3]");
+  ExpectRefused(Replaced(text, "[-106.0, -106.0]", "[50.0, 50.0]"), {"fiducials", "one line"});
+}
+
+TEST(CameraFile, ImpossibleDrawingsAreRefused) {
+  ExpectRefusedFilm("diameter_mm = 1.6", "diameter_mm = 1600", {"marks.corner", "1600", "at most"});
+  ExpectRefusedFilm("gap_mm = 0.3", "gap_mm = 2.3", {"elements[0].gap_mm"});
+  ExpectRefusedFilm("width_mm = 0.06", "width_mm = -1", {"elements[0].width_mm", "positive"});
+  ExpectRefusedFilm("width_mm = 0.08", "width_mm = 1.8", {"elements[2].width_mm"});
+  ExpectRefusedFilm("shape = \"dot\"", "shape = \"star\"", {"elements[1].shape", "star"});
+  ExpectRefusedFilm("background = \"dark\"", "background = \"black\"", {"background", "black"});
+  ExpectRefused(kDigital + "[marks.empty]\n", {"marks.empty", "elements or an image"});
+  ExpectRefused(kDigital + "[marks.m]\ncentre_px = [1, 1]\n", {"marks.m", "without an image"});
+}
+
+TEST(CameraFile, ImpossibleDistortionIsRefused) {
+  const auto table = [](const std::string& radius, const std::string& dr) {
+    return kDigital + "[distortion]\nmodel = \"radial_table\"\nradius_mm = " + radius +
+           "\ndr_um = " + dr + "\n";
+  };
+  ExpectRefused(table("[0, 40, 20]", "[0, 1, 2]"), {"distortion.radius_mm", "increase"});
+  ExpectRefused(table("[0, 20, 20]", "[0, 1, 2]"), {"distortion.radius_mm", "increase"});
+  ExpectRefused(table("[10, 20]", "[0, 1]"), {"distortion.radius_mm", "start at 0"});
+  ExpectRefused(table("[0, 20]", "[0, 1, 2]"), {"distortion.dr_um", "3 values"});
+  ExpectRefusedFilm("k = [1.2e-8, 0.0, 0.0]", "k = [1, 2, 3, 4]", {"distortion.k", "4 values"});
+  ExpectRefusedFilm("\"brown\"", "\"fisheye\"", {"distortion.model", "fisheye"});
+  ExpectRefusedFilm("k = [1.2e-8, 0.0, 0.0]", "k = [0.012, 0.0, 0.0]", {"distortion", "per mm^2"});
+}
+
+TEST(CameraFile, Roundtrip) {
+  const TemporaryFolder folder;
+  CameraFile file = ReadText(kFilm);
+  file.camera.name = "a \"quoted\" \\ name\twith \xC3\xBC";
+  WriteFileAtomically(folder / "notch.png", "");
+  file.marks["n.1"] = {{}, MarkBackground::kImage, MarkImage{folder / "notch.png", 0.025, {7, 8}}};
+  file.fiducials[3].mark = "n.1";
+  WriteCameraFile(folder / "camera.toml", file);
+  const CameraFile read = ReadCameraFile(folder / "camera.toml");
+  EXPECT_EQ(read.camera.name, file.camera.name);
+  EXPECT_EQ(read.camera.principal_point_mm, file.camera.principal_point_mm);
+  EXPECT_EQ(read.camera.frame_centre_mm, file.camera.frame_centre_mm);
+  EXPECT_EQ(std::get<BrownDistortion>(read.camera.lens).k,
+            std::get<BrownDistortion>(file.camera.lens).k);
+  ASSERT_EQ(read.fiducials.size(), 4u);
+  EXPECT_EQ(read.fiducials[1].symbol->step_mm, file.fiducials[1].symbol->step_mm);
+  EXPECT_EQ(read.fiducials[3].mark, "n.1");
+  const auto& cross = std::get<CrossElement>(read.marks.at("corner").elements.at(0));
+  EXPECT_NEAR(cross.angle_rad, RadFromDeg(45), kExact);
+  EXPECT_EQ(read.marks.at("n.1").image->path, folder / "notch.png");
+  EXPECT_EQ(read.marks.at("n.1").image->centre_px, Eigen::Vector2d(7, 8));
+}
+
+TEST(CameraFile, DigitalAndRadialTableRoundtrip) {
+  const TemporaryFolder folder;
+  CameraFile file = ReadText(kDigital);
+  file.camera.lens = RadialTable{{0, 20, 40.5}, {0, 1.2, -0.8}};
+  WriteCameraFile(folder / "camera.toml", file);
+  const CameraFile read = ReadCameraFile(folder / "camera.toml");
+  EXPECT_EQ(read.camera.image_px, file.camera.image_px);
+  EXPECT_EQ(std::get<RadialTable>(read.camera.lens).radius_mm, (std::vector<double>{0, 20, 40.5}));
+}
+
+TEST(CameraFile, TheNgiCameraReads) {
+  ORIENT_REQUIRE_SHARED_DATA(path, "ngi/camera.toml");
+  const CameraFile file = ReadCameraFile(path);
+  EXPECT_EQ(file.camera.kind, CameraKind::kDigital);
+  EXPECT_EQ(file.camera.principal_distance_mm, 120.0);
+  EXPECT_EQ(file.camera.image_px, Eigen::Vector2i(640, 1152));
+}
+
+}  // namespace
+}  // namespace orient

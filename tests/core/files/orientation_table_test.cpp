@@ -1,0 +1,189 @@
+#include "core/files/orientation_table.h"
+
+#include <gtest/gtest.h>
+#include <rapidcheck/gtest.h>
+
+#include <filesystem>
+#include <limits>
+#include <numbers>
+#include <stdexcept>
+
+#include "core/error.h"
+#include "core/files/atomic_write.h"
+#include "tests/support/expect_error.h"
+#include "tests/support/shared_data.h"
+
+namespace orient {
+namespace {
+
+// Half of the last written decimal: 0.1 mm and 1e-9 degrees.
+constexpr double kWrittenMetres = 0.5e-4 + 1e-9;
+constexpr double kWrittenRadians = 0.5e-9 * std::numbers::pi / 180 + 1e-15;
+
+OrientationTable ReadText(const std::string& text) {
+  const TemporaryFolder folder;
+  WriteFileAtomically(folder / "opk.csv", text);
+  return ReadOrientationTable(folder / "opk.csv");
+}
+
+void ExpectRefused(const std::string& text, std::initializer_list<std::string> parts) {
+  ExpectError<InputError>([&] { ReadText(text); }, parts);
+}
+
+const std::string kHeader = "filename,x,y,z,omega,phi,kappa\n";
+
+TEST(OrientationTable, Nominal) {
+  const OrientationTable table =
+      ReadText(kHeader + "4711,500123.4,5000321,1823.9,0.12,-0.3,91.2\n");
+  ASSERT_EQ(table.rows.size(), 1u);
+  EXPECT_EQ(table.rows[0].photo, "4711");
+  EXPECT_EQ(table.rows[0].pose.position_m, Eigen::Vector3d(500123.4, 5000321, 1823.9));
+  EXPECT_DOUBLE_EQ(table.rows[0].pose.opk_rad.x(), RadFromDeg(0.12));
+  EXPECT_DOUBLE_EQ(table.rows[0].pose.opk_rad.y(), RadFromDeg(-0.3));
+  EXPECT_DOUBLE_EQ(table.rows[0].pose.opk_rad.z(), RadFromDeg(91.2));
+  EXPECT_FALSE(table.rows[0].sigma);
+  EXPECT_FALSE(table.crs) << "there is no .prj beside it";
+}
+
+TEST(OrientationTable, TextAsPeopleAndSpreadsheetsWriteIt) {
+  const OrientationTable table = ReadText(
+      "\xEF\xBB\xBF# flown in 1961\r\n"
+      "filename , x,y,z,omega,phi,kappa\r\n"
+      "\r\n"
+      " \"a, \"\"b\"\"\" , 1, +2 ,3,0,0, 180\r\n"
+      "c,1e3,2,3,0,0,-180");
+  ASSERT_EQ(table.rows.size(), 2u);
+  EXPECT_EQ(table.rows[0].photo, "a, \"b\"");
+  EXPECT_EQ(table.rows[0].pose.position_m, Eigen::Vector3d(1, 2, 3));
+  EXPECT_EQ(table.rows[1].photo, "c");
+  EXPECT_EQ(table.rows[1].pose.position_m.x(), 1000);
+  EXPECT_DOUBLE_EQ(table.rows[1].pose.opk_rad.z(), std::numbers::pi) << "angles are in (-180, 180]";
+}
+
+TEST(OrientationTable, ColumnsAreFoundByNameInAnyOrderBesideOthers) {
+  const OrientationTable table =
+      ReadText("kappa,phi,omega,time,z,y,x,filename\n3,2,1,noon,30,20,10,p\n");
+  EXPECT_EQ(table.rows.at(0).photo, "p");
+  EXPECT_EQ(table.rows[0].pose.position_m, Eigen::Vector3d(10, 20, 30));
+  EXPECT_DOUBLE_EQ(table.rows[0].pose.opk_rad.x(), RadFromDeg(1));
+  EXPECT_DOUBLE_EQ(table.rows[0].pose.opk_rad.z(), RadFromDeg(3));
+}
+
+TEST(OrientationTable, SigmasAreReadWhereTheyAre) {
+  const OrientationTable table = ReadText(
+      "filename,x,y,z,omega,phi,kappa,sigma_x,sigma_y,sigma_z,sigma_omega,sigma_phi,sigma_kappa\n"
+      "a,1,2,3,0,0,0,0.1,0.2,0.3,1,2,3\nb,1,2,3,0,0,0,,,,,,\n");
+  ASSERT_TRUE(table.rows.at(0).sigma);
+  EXPECT_EQ((*table.rows[0].sigma)[1], 0.2);
+  EXPECT_DOUBLE_EQ((*table.rows[0].sigma)[5], RadFromDeg(3));
+  EXPECT_FALSE(table.rows.at(1).sigma);
+}
+
+TEST(OrientationTable, FindGivesTheRowOrNull) {
+  const OrientationTable table = ReadText(kHeader + "a,1,2,3,0,0,0\nb,4,5,6,0,0,0\n");
+  ASSERT_NE(table.Find("b"), nullptr);
+  EXPECT_EQ(table.Find("b")->pose.position_m.x(), 4);
+  EXPECT_EQ(table.Find("c"), nullptr);
+}
+
+TEST(OrientationTable, ABrokenLineIsNamedWithLineColumnAndValue) {
+  ExpectRefused(kHeader + "a,1,2,3,0,0,0\nb,1,2,x3,0,0,0\n", {"line 3, column 7", "z is \"x3\""});
+  ExpectRefused(kHeader + "# note\r\n\r\na,1,2,3,0,0,0\r\nb,1,2,3,0, ,0\r\n",
+                {"line 5, column 11", "phi is \"\""});
+  ExpectRefused(kHeader + "a,1,2,3,0,0\n", {"line 2", "6 cells", "7"});
+  ExpectRefused(kHeader + "a,1,2,3,0,0,0,9\n", {"line 2", "8 cells"});
+  ExpectRefused(kHeader + "a,1;5,2,3,0,0,0\n", {"line 2, column 3", "1;5"});
+  ExpectRefused(kHeader + "a,nan,2,3,0,0,0\n", {"line 2", "nan"});
+  ExpectRefused(kHeader + "a,1,2,3,0,0,1e999\n", {"line 2", "1e999"});
+  ExpectRefused(kHeader + "a,1,2,3,0,0,400\n", {"line 2", "kappa", "degrees"});
+  ExpectRefused(kHeader + ",1,2,3,0,0,0\n", {"line 2", "no name"});
+  ExpectRefused(kHeader + "\"a,1,2,3,0,0,0\n", {"line 2, column 1", "never closed"});
+  ExpectRefused(kHeader + "\"a\"b,1,2,3,0,0,0\n", {"line 2, column 1", "quote"});
+}
+
+TEST(OrientationTable, APhotoNamedTwiceIsAnError) {
+  ExpectRefused(kHeader + "a,1,2,3,0,0,0\na,1,2,3,0,0,1\n", {"line 3", "\"a\"", "second time"});
+}
+
+TEST(OrientationTable, AHeaderThatLacksOrRepeatsAColumnIsAnError) {
+  ExpectRefused("", {"empty"});
+  ExpectRefused("filename,x,y,z,omega,phi\na,1,2,3,0,0\n", {"kappa"});
+  ExpectRefused("filename,x,y,z,omega,phi,kappa,x\n", {"\"x\"", "twice"});
+  ExpectRefused("filename,x,y,z,omega,phi,kappa,sigma_x\n", {"sigma"});
+  ExpectRefused("a,1,2,3,0,0,0\n", {"line 1", "filename"});
+}
+
+TEST(OrientationTable, SigmasMustBePositive) {
+  ExpectRefused(
+      "filename,x,y,z,omega,phi,kappa,sigma_x,sigma_y,sigma_z,sigma_omega,sigma_phi,sigma_kappa\n"
+      "a,1,2,3,0,0,0,0.1,0,0.3,1,2,3\n",
+      {"line 2", "sigma_y", "positive"});
+}
+
+RC_GTEST_PROP(OrientationTable, RoundtripKeepsTheWrittenDigits, ()) {
+  const auto metre = [](int range) { return *rc::gen::inRange(-range, range) / 7.0; };
+  OrientationTable table;
+  OrientationRow row;
+  row.photo = "p\"1\", #x";
+  row.pose.position_m = {metre(10000000), metre(70000000), metre(100000)};
+  for (int i = 0; i < 3; ++i) row.pose.opk_rad[i] = *rc::gen::inRange(-3141592, 3141592) * 1e-6;
+  if (*rc::gen::arbitrary<bool>()) row.sigma = Vector6d::Constant(0.001234);
+  table.rows = {row, {"plain", Pose{}, std::nullopt}};
+
+  const TemporaryFolder folder;
+  WriteOrientationTable(folder / "t.csv", table);
+  const OrientationTable read = ReadOrientationTable(folder / "t.csv");
+  RC_ASSERT(read.rows.size() == 2u);
+  RC_ASSERT(read.rows[0].photo == row.photo);
+  RC_ASSERT((read.rows[0].pose.position_m - row.pose.position_m).cwiseAbs().maxCoeff() <
+            kWrittenMetres);
+  RC_ASSERT((read.rows[0].pose.opk_rad - row.pose.opk_rad).cwiseAbs().maxCoeff() < kWrittenRadians);
+  RC_ASSERT(read.rows[0].sigma.has_value() == row.sigma.has_value());
+  RC_ASSERT(!read.rows[1].sigma.has_value());
+}
+
+TEST(OrientationTable, TheHeaderIsWhatOrthorectifiersRead) {
+  const TemporaryFolder folder;
+  WriteOrientationTable(folder / "t.csv", {{{"a", Pose{}, std::nullopt}}, std::nullopt});
+  EXPECT_EQ(ReadFile(folder / "t.csv"),
+            "filename,x,y,z,omega,phi,kappa\n"
+            "a,0.0000,0.0000,0.0000,0.000000000,0.000000000,0.000000000\n");
+  EXPECT_FALSE(std::filesystem::exists(folder / "t.prj"));
+}
+
+TEST(OrientationTable, TheCrsTravelsInThePrjBesideTheTable) {
+  const TemporaryFolder folder;
+  const Crs crs = Crs::Parse("EPSG:32635", "test");
+  WriteOrientationTable(folder / "t.csv", {{{"a", Pose{}, std::nullopt}}, crs});
+  const OrientationTable read = ReadOrientationTable(folder / "t.csv");
+  ASSERT_TRUE(read.crs);
+  EXPECT_TRUE(read.crs->SameAs(crs));
+}
+
+TEST(OrientationTable, APoseThatIsNotFiniteIsNeverWritten) {
+  const TemporaryFolder folder;
+  OrientationRow row{"a", Pose{}, std::nullopt};
+  row.pose.position_m.z() = std::numeric_limits<double>::infinity();
+  EXPECT_THROW(WriteOrientationTable(folder / "t.csv", {{row}, std::nullopt}),
+               std::invalid_argument);
+}
+
+TEST(OrientationTable, PhotoNamesAreFileNamesWithoutFolderAndExtension) {
+  EXPECT_EQ(PhotoName("dir/4711.tif"), "4711");
+  EXPECT_EQ(PhotoName("/vsizip/a.zip/3324c_05.0182_RGB.tif"), "3324c_05.0182_RGB");
+  EXPECT_EQ(PhotoName("4711"), "4711");
+}
+
+TEST(OrientationTable, ThePublishedNgiOrientationReads) {
+  ORIENT_REQUIRE_SHARED_DATA(path, "ngi/published_orientation.csv");
+  const OrientationTable table = ReadOrientationTable(path);
+  ASSERT_EQ(table.rows.size(), 4u);
+  const OrientationRow* row = table.Find("3324c_2015_1004_06_0253_RGB");
+  ASSERT_NE(row, nullptr);
+  EXPECT_EQ(row->pose.position_m, Eigen::Vector3d(-55081.773, -3731564.362, 5243.466));
+  EXPECT_DOUBLE_EQ(row->pose.opk_rad.y(), RadFromDeg(-0.415));
+  ASSERT_TRUE(table.crs) << "the .prj beside it holds a PROJ string";
+}
+
+}  // namespace
+}  // namespace orient

@@ -1,0 +1,346 @@
+// Bad input gets one clear line that names file, value and remedy, and its exit code; in a run of
+// several photos the others go on.
+#include <gtest/gtest.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <filesystem>
+#include <fstream>
+#include <iterator>
+#include <stdexcept>
+
+#include "core/files/atomic_write.h"
+#include "core/files/orientation_table.h"
+#include "tests/end_to_end/simulated_block.h"
+#include "tests/support/shared_data.h"
+
+namespace orient {
+namespace {
+namespace fs = std::filesystem;
+
+std::string Contents(const std::string& path) {
+  std::ifstream file(path, std::ios::binary);
+  return {std::istreambuf_iterator<char>(file), {}};
+}
+
+// `text` with its only `from` replaced.
+std::string Replaced(std::string text, const std::string& from, const std::string& to) {
+  const std::size_t at = text.find(from);
+  if (at == std::string::npos) throw std::invalid_argument(from + " is not in " + text);
+  return text.replace(at, from.size(), to);
+}
+
+// A digital block of two photos. Every test is a process of its own, so what it needs is small.
+class BadInput : public testing::Test {
+ protected:
+  // So small that no photo could be oriented: for what is refused before any photo is looked at.
+  explicit BadInput(double pixel_size_um = 400) {
+    SimulationOptions options;
+    options.camera = CameraPreset::kDigital;
+    options.photos = 2;
+    options.gsd_m = 0.75;
+    options.pixel_size_um = pixel_size_um;
+    options.objects = false;
+    options.position_error_m = 3;
+    options.attitude_error_deg = 0.5;
+    Simulate(options, block_);
+    const ProgramRun run =
+        RunOrient({"patchdb", "create", Path("patches.gpkg"), "--crs", "EPSG:32635"});
+    if (run.exit_code != 0) throw std::runtime_error(run.err);
+  }
+
+  std::string Path(const std::string& name) const { return block_ + "/" + name; }
+  std::string Write(const std::string& name, const std::string& text) const {
+    WriteFileAtomically(Path(name), text);
+    return Path(name);
+  }
+  // The block's own file with one thing replaced, under its own name.
+  void Edit(const std::string& name, const std::string& from, const std::string& to) const {
+    Write(name, Replaced(Contents(Path(name)), from, to));
+  }
+  ProgramRun Block(const std::vector<std::string>& further = {}) const {
+    std::vector<std::string> arguments = {"block", Path("block.toml"), "--no-feedback"};
+    arguments.insert(arguments.end(), further.begin(), further.end());
+    return RunOrient(arguments);
+  }
+  ProgramRun Exterior(const std::vector<std::string>& further) const {
+    std::vector<std::string> arguments = {
+        "exterior",           "--camera", Path("camera.toml"), "--approximations",
+        Path("approx.csv"),   "--dem",    Path("dem.tif"),     "--patchdb",
+        Path("patches.gpkg"), "--out",    Path("out")};
+    arguments.insert(arguments.end(), further.begin(), further.end());
+    return RunOrient(arguments);
+  }
+
+  // Refused before any photo: one line with all parts, and nothing on standard output.
+  static void ExpectRefused(const ProgramRun& run, int exit_code,
+                            const std::vector<std::string>& parts) {
+    EXPECT_EQ(run.exit_code, exit_code) << run.out << run.err;
+    EXPECT_EQ(run.out, "");
+    EXPECT_EQ(run.err.rfind("orient: ", 0), 0u) << run.err;
+    EXPECT_EQ(std::count(run.err.begin(), run.err.end(), '\n'), 1) << run.err;
+    EXPECT_EQ(run.err.find("internal error"), std::string::npos) << run.err;
+    for (const std::string& part : parts)
+      EXPECT_NE(run.err.find(part), std::string::npos) << run.err << "lacks " << part;
+  }
+
+  TemporaryFolder folder_;
+  std::string block_ = folder_ / "block";
+};
+
+// The same with photos that are oriented when nothing is wrong.
+class BadPhoto : public BadInput {
+ protected:
+  BadPhoto() : BadInput(60) {  // 890 x 667 px
+    fs::remove(Path("patches.gpkg"));
+    HarvestOldPhotos(block_, Path("patches.gpkg"), 150);
+  }
+
+  // The photo new_1_2 failed with one line of all parts, new_1_1 is as it always is.
+  void ExpectOnlyTheSecondFails(const ProgramRun& run, const std::vector<std::string>& parts) {
+    EXPECT_EQ(run.exit_code, 3) << run.out << run.err;
+    EXPECT_EQ(run.err, "");
+    const ExteriorResult good = ReadExteriorResult(ExteriorResultPath(Path("out"), "new_1_1"));
+    EXPECT_EQ(good.status, Status::kOk);
+    const ExteriorResult bad = ReadExteriorResult(ExteriorResultPath(Path("out"), "new_1_2"));
+    EXPECT_EQ(bad.status, Status::kFailed);
+    EXPECT_FALSE(bad.pose.has_value());
+    ASSERT_EQ(bad.messages.size(), 1u);
+    EXPECT_EQ(bad.messages[0].find('\n'), std::string::npos);
+    for (const std::string& part : parts)
+      EXPECT_NE(bad.messages[0].find(part), std::string::npos)
+          << bad.messages[0] << "\nlacks " << part;
+    EXPECT_NE(run.out.find(parts.front()), std::string::npos) << run.out;
+    const OrientationTable table = ReadOrientationTable(Path("out/orientation.csv"));
+    ASSERT_EQ(table.rows.size(), 1u);
+    EXPECT_EQ(table.rows[0].photo, "new_1_1");
+  }
+};
+
+// What concerns one photo.
+
+TEST_F(BadPhoto, TextNamedAsAScanFailsAlone) {
+  Write("scans/new_1_2.tif", "this is no image\n");
+  ExpectOnlyTheSecondFails(Block(), {Path("scans/new_1_2.tif"), "not an image", "convert it"});
+}
+
+TEST_F(BadPhoto, TruncatedScanFailsAlone) {
+  fs::resize_file(Path("scans/new_1_2.tif"), 20000);
+  ExpectOnlyTheSecondFails(Block(), {Path("scans/new_1_2.tif"), "truncated", "copy or scan it"});
+}
+
+TEST_F(BadPhoto, EmptyScanFailsAlone) {
+  Write("scans/new_1_2.tif", "");
+  ExpectOnlyTheSecondFails(Block(), {Path("scans/new_1_2.tif"), "not an image"});
+}
+
+TEST_F(BadPhoto, DigitalPhotoOfAnotherSizeFailsAlone) {
+  fs::copy(Path("old/photos/old_1_1.tif"), Path("scans/new_1_2.tif"),
+           fs::copy_options::overwrite_existing);
+  ExpectOnlyTheSecondFails(
+      Block(), {Path("scans/new_1_2.tif"), "the camera file says 890 x 667", "give the camera"});
+}
+
+TEST_F(BadPhoto, PhotoWithoutApproximationFailsAlone) {
+  Edit("approx.csv", "\nnew_1_2,", "\nanother,");
+  ExpectOnlyTheSecondFails(Block(), {Path("approx.csv"), "no row 'new_1_2'", "add one"});
+}
+
+TEST_F(BadPhoto, PhotoOffTheDemFailsAlone) {
+  OrientationTable table = ReadOrientationTable(Path("approx.csv"));
+  table.rows.at(1).pose.position_m.x() += 30000;
+  WriteOrientationTable(Path("approx.csv"), table);
+  ExpectOnlyTheSecondFails(Block(), {Path("dem.tif"), "does not cover", "x 54", "give a DEM"});
+}
+
+TEST_F(BadInput, PhotoBelowTheGroundFails) {
+  OrientationTable table = ReadOrientationTable(Path("approx.csv"));
+  for (OrientationRow& row : table.rows) row.pose.position_m.z() = -1000;
+  WriteOrientationTable(Path("approx.csv"), table);
+  const ProgramRun run = Exterior({Path("scans/new_1_1.tif")});
+  EXPECT_EQ(run.exit_code, 3) << run.err;
+  EXPECT_NE(run.out.find("below the ground: z -1000"), std::string::npos) << run.out;
+}
+
+TEST_F(BadPhoto, PhotoMuchTooHighFailsAlone) {
+  OrientationTable table = ReadOrientationTable(Path("approx.csv"));
+  for (OrientationRow& row : table.rows)
+    if (row.photo == "new_1_2") row.pose.position_m.z() = 1e9;
+  WriteOrientationTable(Path("approx.csv"), table);
+  ExpectOnlyTheSecondFails(Block(), {"its height is wrong"});
+}
+
+TEST_F(BadInput, PhotoOverNoPatchFails) {
+  const ProgramRun run = Block();
+  EXPECT_EQ(run.exit_code, 3) << run.err;
+  const ExteriorResult result = ReadExteriorResult(ExteriorResultPath(Path("out"), "new_1_1"));
+  EXPECT_EQ(result.status, Status::kFailed);
+  ASSERT_EQ(result.messages.size(), 1u);
+  EXPECT_NE(result.messages[0].find(Path("patches.gpkg")), std::string::npos);
+  EXPECT_NE(result.messages[0].find("harvest"), std::string::npos);
+  EXPECT_TRUE(fs::exists(Path("out/report.html")));
+}
+
+// What concerns all photos: exit code 2, nothing is written.
+
+TEST_F(BadInput, MissingScanIsNamed) {
+  ExpectRefused(Exterior({Path("scans/new_9_9.tif")}), 2,
+                {"no photo matches", Path("scans/new_9_9.tif"), "check"});
+}
+
+TEST_F(BadInput, GlobThatMatchesNothingIsNamed) {
+  Edit("block.toml", "scans/*.tif", "skans/*.tif");
+  ExpectRefused(Block(), 2, {Path("block.toml"), "line", "skans/*.tif", "check"});
+}
+
+TEST_F(BadInput, TwoPhotosOfOneNameAreNamed) {
+  fs::create_directory(Path("again"));
+  fs::copy(Path("scans/new_1_1.tif"), Path("again/new_1_1.tif"));
+  Edit("block.toml", "\"scans/*.tif\"", "\"scans/*.tif\", \"again/*.tif\"");
+  ExpectRefused(Block(), 2,
+                {Path("scans/new_1_1.tif"), Path("again/new_1_1.tif"), "\"new_1_1\"", "rename"});
+}
+
+TEST_F(BadInput, WrongKeyInTheCameraFileIsNamedWithItsLine) {
+  Edit("camera.toml", "principal_distance_mm", "pricipal_distance_mm");
+  ExpectRefused(
+      Block(), 2,
+      {Path("camera.toml"), "line", "pricipal_distance_mm", "did you mean principal_distance_mm?"});
+}
+
+TEST_F(BadInput, BrokenLineInTheOrientationTableIsNamed) {
+  const std::string text = Contents(Path("approx.csv"));
+  const std::size_t last = text.rfind(',');
+  Write("approx.csv", text.substr(0, last) + ",north\n");
+  ExpectRefused(Block(), 2, {Path("approx.csv"), "line 3", "kappa", "\"north\"", "number"});
+}
+
+TEST_F(BadInput, TableOfOtherPhotosIsNamed) {
+  Edit("approx.csv", "\nnew_1_1,", "\nanother,");
+  Edit("approx.csv", "\nnew_1_2,", "\nyet_another,");
+  ExpectRefused(Block(), 2, {Path("approx.csv"), "none of the given photos", "filename"});
+}
+
+TEST_F(BadInput, DemOfAnotherPlaceIsNamed) {
+  OrientationTable table = ReadOrientationTable(Path("approx.csv"));
+  for (OrientationRow& row : table.rows) row.pose.position_m.x() += 30000;
+  WriteOrientationTable(Path("approx.csv"), table);
+  ExpectRefused(Block(), 2, {Path("dem.tif"), "covers x 51", "give a DEM"});
+}
+
+TEST_F(BadInput, GeographicCrsIsRefused) {
+  Edit("block.toml", "EPSG:32635", "EPSG:4326");
+  ExpectRefused(Block(), 2, {Path("block.toml"), "EPSG:4326", "degrees", "EPSG:32635"});
+  ExpectRefused(RunOrient({"patchdb", "create", Path("new.gpkg"), "--crs", "EPSG:4326"}), 2,
+                {"--crs", "EPSG:4326", "degrees", "EPSG:32635"});
+  EXPECT_FALSE(fs::exists(Path("new.gpkg")));
+}
+
+TEST_F(BadInput, CrsInFeetIsRefused) {
+  Edit("block.toml", "EPSG:32635", "EPSG:2264");
+  ExpectRefused(Block(), 2, {Path("block.toml"), "EPSG:2264", "foot", "metres"});
+}
+
+TEST_F(BadInput, GeographicOrientationTableIsRefused) {
+  Write("approx.prj", "EPSG:4326\n");
+  ExpectRefused(Block(), 2, {Path("approx.prj"), "EPSG:4326", "degrees"});
+}
+
+TEST_F(BadInput, PatchesInAnotherCrsAreRefused) {
+  Edit("block.toml", "EPSG:32635", "EPSG:32634");
+  ExpectRefused(Block(), 2, {Path("patches.gpkg"), "zone 35N", "zone 34N", "use a patch database"});
+}
+
+TEST_F(BadInput, MissingPatchDatabaseIsNamed) {
+  fs::remove(Path("patches.gpkg"));
+  ExpectRefused(Block(), 2, {Path("block.toml"), Path("patches.gpkg"), "does not exist"});
+  ExpectRefused(Exterior({Path("scans/new_1_1.tif")}), 2,
+                {Path("patches.gpkg"), "does not exist", "orient patchdb create"});
+}
+
+TEST_F(BadInput, FileThatIsNoPatchDatabaseIsNamed) {
+  Write("patches.gpkg", Contents(Path("truth.json")));
+  ExpectRefused(Block(), 2,
+                {Path("patches.gpkg"), "is not a patch database", "orient patchdb create"});
+}
+
+TEST_F(BadInput, OutputFolderThatCannotBeMadeIsNamed) {
+  Edit("block.toml", "directory = \"out\"", "directory = \"camera.toml/out\"");
+  ExpectRefused(Block(), 2, {"cannot make the folder", Path("camera.toml/out")});
+}
+
+TEST_F(BadInput, ReadOnlyOutputFolderIsNamed) {
+  if (geteuid() == 0) GTEST_SKIP() << "root may write everywhere";
+  fs::create_directory(Path("out"));
+  fs::permissions(Path("out"), fs::perms::owner_read | fs::perms::owner_exec);
+  ExpectRefused(Block(), 2, {Path("out")});
+  fs::permissions(Path("out"), fs::perms::owner_all);
+}
+
+TEST_F(BadInput, PatchDatabaseThatMayNotLearnIsNamed) {
+  if (geteuid() == 0) GTEST_SKIP() << "root may write everywhere";
+  fs::permissions(Path("patches.gpkg"), fs::perms::owner_read);
+  ExpectRefused(Exterior({Path("scans/new_1_1.tif")}), 2,
+                {Path("patches.gpkg"), "cannot be written", "--no-feedback"});
+  EXPECT_EQ(Exterior({Path("scans/new_1_1.tif"), "--no-feedback"}).exit_code, 3);
+}
+
+// The command line: exit code 1.
+
+TEST_F(BadInput, ExistingResultsAreNotReplacedUnasked) {
+  fs::create_directory(Path("out"));
+  Write("out/new_1_2.exterior.json", "precious");
+  ExpectRefused(Block(), 1,
+                {Path("out/new_1_2.exterior.json"), "exists already", "--overwrite", "--resume"});
+  EXPECT_EQ(Contents(Path("out/new_1_2.exterior.json")), "precious");
+}
+
+TEST_F(BadInput, DamagedResultIsNamedOnResume) {
+  fs::create_directory(Path("out"));
+  Write("out/new_1_2.exterior.json", "{\"photo\": ");
+  ExpectRefused(Block({"--resume"}), 2, {Path("out/new_1_2.exterior.json")});
+}
+
+TEST_F(BadInput, FilmCameraWithoutInteriorIsRefused) {
+  SimulationOptions film;
+  film.photos = 1;
+  film.pixel_size_um = 200;
+  film.gsd_m = 2;
+  film.objects = false;
+  Simulate(film, folder_ / "film");
+  fs::copy(folder_ / "film/camera.toml", Path("camera.toml"), fs::copy_options::overwrite_existing);
+  ExpectRefused(Exterior({Path("scans/new_1_1.tif")}), 1,
+                {Path("camera.toml"), "film camera", "orient interior", "--interior"});
+}
+
+TEST_F(BadInput, WrongOptionsAreUsageErrors) {
+  const std::vector<std::vector<std::string>> wrong = {{"--jobs", "-1"},
+                                                       {"--jobs", "many"},
+                                                       {"--frobnicate"},
+                                                       {"--position-sigma-m", "-3"},
+                                                       {"--attitude-sigma-deg", "400"}};
+  for (const std::vector<std::string>& options : wrong) {
+    std::vector<std::string> arguments = options;
+    arguments.push_back(Path("scans/new_1_1.tif"));
+    const ProgramRun run = Exterior(arguments);
+    EXPECT_EQ(run.exit_code, 1) << run.err;
+    EXPECT_NE(run.err.find(options[0].substr(2)), std::string::npos) << run.err;
+    EXPECT_FALSE(fs::exists(Path("out")));
+  }
+  EXPECT_EQ(RunOrient({"blokc"}).exit_code, 1);
+  EXPECT_EQ(RunOrient({}).exit_code, 1);
+}
+
+// A definition longer than a file's name may be is no file.
+TEST_F(BadInput, CrsMayBeGivenAsWkt) {
+  const std::string wkt = Contents(Path("approx.prj"));
+  ASSERT_GT(wkt.size(), 300u);
+  const ProgramRun run = RunOrient({"patchdb", "create", Path("new.gpkg"), "--crs", wkt});
+  EXPECT_EQ(run.exit_code, 0) << run.err;
+  ExpectRefused(RunOrient({"patchdb", "create", Path("other.gpkg"), "--crs",
+                           "PROJCS[" + std::string(5000, 'x')}),
+                2, {"--crs", "not understood", "EPSG:32635"});
+}
+
+}  // namespace
+}  // namespace orient

@@ -1,0 +1,103 @@
+// A block that was killed goes on where it stopped, and ends as if nothing had happened.
+#include <gtest/gtest.h>
+#include <signal.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <chrono>
+#include <filesystem>
+#include <fstream>
+#include <iterator>
+#include <thread>
+
+#include "patchdb/patch_database.h"
+#include "tests/end_to_end/simulated_block.h"
+#include "tests/support/shared_data.h"
+
+namespace orient {
+namespace {
+namespace fs = std::filesystem;
+
+std::string Contents(const std::string& path) {
+  std::ifstream file(path, std::ios::binary);
+  return {std::istreambuf_iterator<char>(file), {}};
+}
+
+int CountResults(const std::string& folder, const std::string& suffix) {
+  int count = 0;
+  std::error_code none;
+  for (const auto& entry : fs::directory_iterator(folder, none))
+    count += entry.path().string().ends_with(suffix) ? 1 : 0;
+  return count;
+}
+
+// The real program in a process of its own, killed once `results` files of this kind are there.
+// Returns how many there are then.
+int RunAndKill(const std::string& block_file, const std::string& out, const std::string& suffix,
+               int results) {
+  const pid_t child = fork();
+  if (child == 0) {
+    execl(ORIENT_PROGRAM, "orient", "block", block_file.c_str(), "--resume", "--jobs", "1",
+          static_cast<char*>(nullptr));
+    _exit(127);
+  }
+  int status = 0;
+  while (CountResults(out, suffix) < results && waitpid(child, &status, WNOHANG) == 0)
+    std::this_thread::sleep_for(std::chrono::milliseconds(2));
+  kill(child, SIGKILL);
+  waitpid(child, &status, 0);
+  return CountResults(out, suffix);
+}
+
+SimulationOptions FourFilmPhotos() {
+  SimulationOptions options;
+  options.photos = 4;
+  options.gsd_m = 0.75;
+  options.pixel_size_um = 75;
+  options.objects = false;
+  options.position_error_m = 3;
+  options.attitude_error_deg = 0.5;
+  return options;
+}
+
+TEST(SlowResume, KilledBlockEndsAsAnUndisturbedOne) {
+  const TemporaryFolder folder;
+  Simulate(FourFilmPhotos(), folder / "block");
+  HarvestOldPhotos(folder / "block", folder / "block/patches.gpkg", 200);
+  fs::copy(folder / "block", folder / "killed", fs::copy_options::recursive);
+
+  const ProgramRun undisturbed = RunOrient({"block", folder / "block/block.toml"});
+  ASSERT_EQ(undisturbed.exit_code, 0) << undisturbed.out << undisturbed.err;
+
+  const std::string out = folder / "killed/out";
+  const std::string block = folder / "killed/block.toml";
+  EXPECT_LT(RunAndKill(block, out, ".interior.json", 1), 4);
+  EXPECT_EQ(CountResults(out, ".exterior.json"), 0);
+  for (int results = 1; results <= 3; ++results)
+    EXPECT_LT(RunAndKill(block, out, ".exterior.json", results), 4);
+  EXPECT_FALSE(fs::exists(out + "/orientation.csv"));
+
+  const ProgramRun resumed = RunOrient({"block", block, "--resume"});
+  EXPECT_EQ(resumed.exit_code, 0) << resumed.out << resumed.err;
+  const std::string expected = Contents(folder / "block/out/orientation.csv");
+  EXPECT_EQ(std::count(expected.begin(), expected.end(), '\n'), 5);
+  EXPECT_EQ(Contents(out + "/orientation.csv"), expected);
+  for (const char* name : {"orientation.prj", "report.html", "block.gpkg"})
+    EXPECT_TRUE(fs::exists(out + "/" + name)) << name;
+  for (const char* photo : {"new_1_1", "new_1_2", "new_1_3", "new_1_4"})
+    EXPECT_EQ(Contents(ExteriorResultPath(out, photo)),
+              Contents(ExteriorResultPath(folder / "block/out", photo)))
+        << photo;
+  // What the patches learnt is the same, too: no attempt is lost or counted twice.
+  const auto attempts = [&](const std::string& name) {
+    return PatchDatabase::Open(folder / (name + "/patches.gpkg"), PatchDatabase::Mode::kRead)
+        .Info()
+        .attempts;
+  };
+  EXPECT_GT(attempts("block"), 0);
+  EXPECT_EQ(attempts("killed"), attempts("block"));
+}
+
+}  // namespace
+}  // namespace orient

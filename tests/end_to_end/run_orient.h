@@ -1,0 +1,23 @@
+// The program `orient`, run inside the test's process as a user would type it.
+#pragma once
+
+#include <sstream>
+#include <string>
+#include <vector>
+
+#include "tools/commands.h"
+
+namespace orient {
+
+struct ProgramRun {
+  int exit_code = 0;
+  std::string out, err;
+};
+
+inline ProgramRun RunOrient(const std::vector<std::string>& arguments) {
+  std::ostringstream out, err;
+  const int code = RunProgram(MakeCommands(), arguments, out, err);
+  return {code, out.str(), err.str()};
+}
+
+}  // namespace orient

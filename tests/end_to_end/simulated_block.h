@@ -1,0 +1,107 @@
+// Simulated blocks for end-to-end tests: made, harvested, and their truth read back.
+#pragma once
+
+#include <array>
+#include <cmath>
+#include <fstream>
+#include <nlohmann/json.hpp>
+#include <stdexcept>
+#include <string>
+#include <vector>
+
+#include "core/files/camera_file.h"
+#include "core/files/results.h"
+#include "core/geometry/photo_view.h"
+#include "core/geometry/rotation.h"
+#include "interior/interior.h"
+#include "tests/end_to_end/run_orient.h"
+#include "tools/interior_run.h"
+#include "tools/simulate/simulate.h"
+
+namespace orient {
+
+// Where a ground point truly lies in a scan.
+struct SeenPoint {
+  Eigen::Vector3d ground_m;
+  Eigen::Vector2d pixel;
+};
+
+struct TruePhoto {
+  std::string name;
+  Pose pose;
+  int width = 0, height = 0;
+  double pixel_size_mm = 0;
+  std::vector<SeenPoint> seen;
+};
+
+inline Eigen::Vector3d Vector3FromJson(const nlohmann::json& j, const char* x, const char* y,
+                                       const char* z) {
+  return {j.at(x).get<double>(), j.at(y).get<double>(), j.at(z).get<double>()};
+}
+
+inline TruePhoto TruePhotoFromJson(const nlohmann::json& photo, const nlohmann::json& points) {
+  const nlohmann::json& pose = photo.at("pose");
+  const nlohmann::json& scan = photo.at("scan");
+  TruePhoto truth;
+  truth.name = photo.at("photo").get<std::string>();
+  truth.pose.position_m = Vector3FromJson(pose, "x", "y", "z");
+  truth.pose.opk_rad = Vector3FromJson(pose, "omega", "phi", "kappa") * RadFromDeg(1);
+  truth.width = scan.at("width");
+  truth.height = scan.at("height");
+  truth.pixel_size_mm = 1e-3 * scan.at("pixel_size_um").get<double>();
+  for (const nlohmann::json& check : photo.at("check")) {
+    const auto ground =
+        points.at(check.at("point").get<std::size_t>()).get<std::array<double, 3>>();
+    const auto pixel = check.at("pixel").get<std::array<double, 2>>();
+    truth.seen.push_back({Eigen::Vector3d(ground.data()), Eigen::Vector2d(pixel.data())});
+  }
+  return truth;
+}
+
+inline std::vector<TruePhoto> ReadTruth(const std::string& block_folder) {
+  std::ifstream file(block_folder + "/truth.json");
+  const nlohmann::json json = nlohmann::json::parse(file);
+  std::vector<TruePhoto> photos;
+  for (const nlohmann::json& photo : json.at("photos"))
+    photos.push_back(TruePhotoFromJson(photo, json.at("check_points")));
+  return photos;
+}
+
+// Fills `database` with patches of the block's old photos.
+inline void HarvestOldPhotos(const std::string& block, const std::string& database,
+                             int max_per_photo = 400) {
+  const auto run = [](const std::vector<std::string>& arguments) {
+    const ProgramRun done = RunOrient(arguments);
+    if (done.exit_code != 0) throw std::runtime_error(done.err);
+  };
+  run({"patchdb", "create", database, "--crs", "EPSG:32635"});
+  run({"patchdb", "harvest", database, "--camera", block + "/old/camera.toml", "--orientation",
+       block + "/old/orientation.csv", "--dem", block + "/dem.tif", "--max-per-photo",
+       std::to_string(max_per_photo), block + "/old/photos/*.tif"});
+}
+
+inline SimulationSummary MakeBlock(const SimulationOptions& options, const std::string& folder) {
+  const SimulationSummary summary = Simulate(options, folder);
+  HarvestOldPhotos(folder, folder + "/patches.gpkg");
+  return summary;
+}
+
+// RMS distance in the scan between where ground points truly lie and where interior and exterior
+// orientation together put them; NaN where one of them is missing.
+inline double ProjectionRms(const CameraFile& camera, const InteriorResult& interior,
+                            const ExteriorResult& exterior, const std::vector<SeenPoint>& seen) {
+  if (!exterior.pose || !exterior.orientation || seen.empty()) return std::nan("");
+  const auto turned =
+      InOrientation(interior, camera, LoadMarkShapes(camera), *exterior.orientation);
+  if (!turned) return std::nan("");
+  const PhotoView view{camera.camera, *turned->photo_from_pixel, *exterior.pose};
+  double sum = 0;
+  for (const SeenPoint& point : seen) {
+    const auto pixel = view.PixelFromGround(point.ground_m);
+    if (!pixel) return std::nan("");
+    sum += (*pixel - point.pixel).squaredNorm();
+  }
+  return std::sqrt(sum / static_cast<double>(seen.size()));
+}
+
+}  // namespace orient

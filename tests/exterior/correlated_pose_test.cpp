@@ -1,0 +1,170 @@
+#include "exterior/correlated_pose.h"
+
+#include <gtest/gtest.h>
+
+#include <Eigen/Dense>
+#include <random>
+
+#include "tests/support/shared_data.h"
+
+namespace orient {
+namespace {
+
+constexpr double kNoisePx = 0.15;
+constexpr double kHeightSigma = 3;      // m
+constexpr double kSourceHeight = 4500;  // m above ground, nadir at (1500, 3500)
+
+PhotoView View() {
+  PhotoView view;
+  view.camera.kind = CameraKind::kDigital;
+  view.camera.principal_distance_mm = 120;
+  view.camera.frame_mm = {92, 166};
+  view.camera.image_px = Eigen::Vector2i(640, 1152);
+  view.photo_from_pixel = DigitalPhotoFromPixel(view.camera);
+  view.pose = {{1000, 2000, 5000}, {0.01, -0.02, 0.4}};
+  return view;
+}
+
+PosePrior WidePrior(const Pose& truth, std::mt19937& random) {
+  std::normal_distribution<double> normal;
+  Vector6d sigma, off;
+  sigma << 100, 100, 100, 0.03, 0.03, 0.03;
+  for (int i = 0; i < 6; ++i) off[i] = sigma[i] * normal(random);
+  return {Pose::FromVector(truth.AsVector() + off), sigma.cwiseAbs2().asDiagonal()};
+}
+
+// Patches cut from one photo with heights that are wrong by one value everywhere.
+std::vector<PatchObservation> Observe(const PhotoView& view, double height_error, int count,
+                                      std::mt19937& random) {
+  std::uniform_real_distribution<double> unit(-1, 1);
+  std::normal_distribution<double> normal(0, kNoisePx);
+  std::vector<PatchObservation> observations;
+  while (static_cast<int>(observations.size()) < count) {
+    PatchObservation o;
+    const Eigen::Vector3d truth(1000 + 2500 * unit(random), 2000 + 2500 * unit(random),
+                                400 + 200 * unit(random));
+    const auto pixel = view.PixelFromGround(truth);
+    if (!pixel || !view.camera.InFrame(view.photo_from_pixel * *pixel)) continue;
+    o.height_effect = {(1500 - truth.x()) / kSourceHeight, (3500 - truth.y()) / kSourceHeight, 1};
+    o.ground_m = truth + height_error * o.height_effect;
+    o.pixel = *pixel + Eigen::Vector2d(normal(random), normal(random));
+    o.covariance_px2 = Eigen::Matrix2d::Identity() * (0.1 * 0.1);
+    o.height_sigma_m = kHeightSigma;
+    observations.push_back(o);
+  }
+  return observations;
+}
+
+struct Scatter {
+  Vector6d rms = Vector6d::Zero();  // normalised
+};
+
+Scatter Simulate(bool tell_of_heights, int runs, std::mt19937& random) {
+  std::normal_distribution<double> normal;
+  Scatter scatter;
+  for (int run = 0; run < runs; ++run) {
+    PhotoView view = View();
+    const Pose truth = view.pose;
+    auto observations = Observe(view, kHeightSigma * normal(random), 60, random);
+    if (!tell_of_heights)
+      for (PatchObservation& o : observations) o.height_sigma_m = 0;
+    const PosePrior prior = WidePrior(truth, random);
+    view.pose = prior.pose;
+    const auto estimate = EstimateCorrelatedPose(view, prior, observations, {});
+    EXPECT_TRUE(estimate);
+    if (!estimate) break;
+    scatter.rms += (estimate->pose.AsVector() - truth.AsVector())
+                       .cwiseAbs2()
+                       .cwiseQuotient(estimate->covariance.diagonal());
+  }
+  scatter.rms = (scatter.rms / runs).cwiseSqrt();
+  return scatter;
+}
+
+TEST(CorrelatedPose, PrecisionHoldsWhereHeightsAreWrongEverywhere) {
+  std::mt19937 random(TestSeed());
+  const Scatter scatter = Simulate(true, 120, random);
+  EXPECT_GT(scatter.rms.minCoeff(), 0.6);
+  EXPECT_LT(scatter.rms.maxCoeff(), 1.25);
+}
+
+TEST(CorrelatedPose, WithoutKnowingOfHeightsThePrecisionIsALie) {
+  std::mt19937 random(TestSeed());
+  EXPECT_GT(Simulate(false, 60, random).rms.maxCoeff(), 1.25);
+}
+
+TEST(CorrelatedPose, NoiseFactorIsWhatTheResidualsSay) {
+  std::mt19937 random(TestSeed());
+  PhotoView view = View();
+  auto observations = Observe(view, 0, 300, random);
+  for (PatchObservation& o : observations) o.height_sigma_m = 0;
+  const auto estimate =
+      EstimateCorrelatedPose(view, WidePrior(view.pose, random), observations, {});
+  ASSERT_TRUE(estimate);
+  EXPECT_NEAR(std::sqrt(estimate->noise_factor) * 0.1, kNoisePx, 0.1 * kNoisePx);
+}
+
+TEST(CorrelatedPose, AnUncertainInteriorOrientationMakesThePoseUncertain) {
+  std::mt19937 random(TestSeed());
+  const PhotoView view = View();
+  const PosePrior prior = WidePrior(view.pose, random);
+  const auto observations = Observe(view, 0, 60, random);
+  CommonErrors common;
+  common.interior.diagonal() << 1e-12, 1e-12, 1e-12, 1e-12, 1e-2, 1e-2;  // 0.1 mm of shift
+  const auto certain = EstimateCorrelatedPose(view, prior, observations, {});
+  const auto uncertain = EstimateCorrelatedPose(view, prior, observations, common);
+  ASSERT_TRUE(certain && uncertain);
+  EXPECT_GT(uncertain->covariance(3, 3), 1.05 * certain->covariance(3, 3));
+}
+
+TEST(CorrelatedPose, BendingFilmMakesThePoseUncertain) {
+  std::mt19937 random(TestSeed());
+  const PhotoView view = View();
+  const PosePrior prior = WidePrior(view.pose, random);
+  const auto observations = Observe(view, 0, 60, random);
+  CommonErrors common;
+  common.film_sigma_px = 0.2;
+  common.film_correlation_px = 300;
+  const auto certain = EstimateCorrelatedPose(view, prior, observations, {});
+  const auto uncertain = EstimateCorrelatedPose(view, prior, observations, common);
+  ASSERT_TRUE(certain && uncertain);
+  for (int i = 0; i < 6; ++i) EXPECT_GT(uncertain->covariance(i, i), certain->covariance(i, i));
+}
+
+// The same prior, written as an angle of either side of 180 degrees, is the same prior.
+TEST(CorrelatedPose, APriorAFullTurnAwayIsTheSamePrior) {
+  std::mt19937 random(TestSeed());
+  PhotoView view = View();
+  view.pose.opk_rad.z() = RadFromDeg(179.9);
+  const auto observations = Observe(view, 0, 6, random);
+  PosePrior prior{view.pose, Vector6d::Constant(1e-4).asDiagonal()};
+  const auto same = EstimateCorrelatedPose(view, prior, observations, {});
+  prior.pose.opk_rad.z() -= RadFromDeg(360);
+  const auto turned = EstimateCorrelatedPose(view, prior, observations, {});
+  ASSERT_TRUE(same && turned);
+  EXPECT_LT((same->pose.AsVector() - turned->pose.AsVector()).norm(), 1e-6);
+}
+
+TEST(CorrelatedPose, ObservationsWithoutNoiseAreNotSingular) {
+  std::mt19937 random(TestSeed());
+  const PhotoView view = View();
+  auto observations = Observe(view, 0, 12, random);
+  for (PatchObservation& o : observations) {
+    o.pixel = *view.PixelFromGround(o.ground_m);
+    o.height_sigma_m = 0;
+  }
+  const PosePrior prior{view.pose, Vector6d::Constant(1e4).asDiagonal()};
+  const auto estimate = EstimateCorrelatedPose(view, prior, observations, {});
+  ASSERT_TRUE(estimate);
+  EXPECT_GT(estimate->covariance.diagonal().minCoeff(), 0);
+}
+
+TEST(CorrelatedPose, ThreeObservationsAreTooFew) {
+  std::mt19937 random(TestSeed());
+  const PhotoView view = View();
+  EXPECT_FALSE(
+      EstimateCorrelatedPose(view, WidePrior(view.pose, random), Observe(view, 0, 3, random), {}));
+}
+
+}  // namespace
+}  // namespace orient

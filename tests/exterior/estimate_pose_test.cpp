@@ -1,0 +1,141 @@
+#include "exterior/estimate_pose.h"
+
+#include <gtest/gtest.h>
+
+#include <random>
+
+#include "tests/support/shared_data.h"
+
+namespace orient {
+namespace {
+
+constexpr double kNoisePx = 0.2;
+
+PhotoView View() {
+  PhotoView view;
+  view.camera.kind = CameraKind::kDigital;
+  view.camera.principal_distance_mm = 120;
+  view.camera.frame_mm = {92, 166};
+  view.camera.image_px = Eigen::Vector2i(640, 1152);
+  view.photo_from_pixel = DigitalPhotoFromPixel(view.camera);
+  view.pose = {{1000, 2000, 5000}, {0.01, -0.02, 0.4}};
+  return view;
+}
+
+PosePrior WidePrior(const Pose& truth, std::mt19937& random) {
+  std::normal_distribution<double> normal;
+  Vector6d sigma;
+  sigma << 50, 50, 50, 0.02, 0.02, 0.02;
+  Vector6d off;
+  for (int i = 0; i < 6; ++i) off[i] = sigma[i] * normal(random);
+  return {Pose::FromVector(truth.AsVector() + off), sigma.cwiseAbs2().asDiagonal()};
+}
+
+std::vector<PatchObservation> Observe(const PhotoView& view, int count, std::mt19937& random) {
+  std::uniform_real_distribution<double> unit(-1, 1);
+  std::normal_distribution<double> normal(0, kNoisePx);
+  std::vector<PatchObservation> observations;
+  while (static_cast<int>(observations.size()) < count) {
+    PatchObservation o;
+    o.ground_m = {1000 + 2500 * unit(random), 2000 + 2500 * unit(random), 400 + 200 * unit(random)};
+    const auto pixel = view.PixelFromGround(o.ground_m);
+    if (!pixel || !view.camera.InFrame(view.photo_from_pixel * *pixel)) continue;
+    o.pixel = *pixel + Eigen::Vector2d(normal(random), normal(random));
+    // The weights are wrong on purpose by a common factor: the residuals must correct it.
+    o.covariance_px2 = Eigen::Matrix2d::Identity() * (0.1 * 0.1);
+    observations.push_back(o);
+  }
+  return observations;
+}
+
+TEST(EstimatePose, NormalisedErrorsAreStandardNormal) {
+  std::mt19937 random(TestSeed());
+  Vector6d squares = Vector6d::Zero();
+  constexpr int kRuns = 150;
+  for (int run = 0; run < kRuns; ++run) {
+    PhotoView view = View();
+    const Pose truth = view.pose;
+    const auto observations = Observe(view, 40, random);
+    const PosePrior prior = WidePrior(truth, random);
+    view.pose = prior.pose;
+    const auto estimate = EstimatePose(view, prior, observations);
+    ASSERT_TRUE(estimate);
+    squares += (estimate->pose.AsVector() - truth.AsVector())
+                   .cwiseAbs2()
+                   .cwiseQuotient(estimate->covariance.diagonal());
+  }
+  const Vector6d rms = (squares / kRuns).cwiseSqrt();
+  EXPECT_GT(rms.minCoeff(), 0.8);
+  EXPECT_LT(rms.maxCoeff(), 1.25);
+}
+
+TEST(EstimatePose, Sigma0IsTheNoiseOfTheImagePoints) {
+  std::mt19937 random(TestSeed());
+  PhotoView view = View();
+  const auto observations = Observe(view, 400, random);
+  const auto estimate = EstimatePose(view, WidePrior(view.pose, random), observations);
+  ASSERT_TRUE(estimate);
+  EXPECT_NEAR(estimate->sigma0_px, kNoisePx, 0.1 * kNoisePx);
+}
+
+TEST(EstimatePose, NamesGrossErrorsAndKeepsTheRest) {
+  std::mt19937 random(TestSeed());
+  PhotoView view = View();
+  auto observations = Observe(view, 60, random);
+  for (std::size_t i = 0; i < 18; ++i)
+    observations[i].pixel += Eigen::Vector2d(3, -2) * (1.0 + static_cast<double>(i % 5));
+  const auto estimate = EstimatePose(view, WidePrior(view.pose, random), observations);
+  ASSERT_TRUE(estimate);
+  int wrongly_rejected = 0;
+  for (std::size_t i = 0; i < observations.size(); ++i) {
+    if (i < 18)
+      EXPECT_TRUE(estimate->rejected[i]) << i;
+    else
+      wrongly_rejected += estimate->rejected[i] ? 1 : 0;
+  }
+  EXPECT_LE(wrongly_rejected, 3);
+}
+
+TEST(EstimatePose, ThreeObservationsAreTooFew) {
+  std::mt19937 random(TestSeed());
+  const PhotoView view = View();
+  EXPECT_FALSE(EstimatePose(view, WidePrior(view.pose, random), Observe(view, 3, random)));
+}
+
+TEST(EstimatePose, AWrongPriorShowsInItsChiSquare) {
+  std::mt19937 random(TestSeed());
+  const PhotoView view = View();
+  PosePrior prior = WidePrior(view.pose, random);
+  prior.pose.position_m.x() += 2000;
+  const auto estimate = EstimatePose(view, prior, Observe(view, 60, random));
+  ASSERT_TRUE(estimate);
+  EXPECT_GT(estimate->prior_chi2, 100);
+}
+
+TEST(WorstProjectionSigma, GrowsTowardsTheFrameWherePointsLieOnOneSide) {
+  std::mt19937 random(TestSeed());
+  const PhotoView view = View();
+  auto all = Observe(view, 80, random);
+  std::vector<PatchObservation> one_side;
+  for (const PatchObservation& o : all)
+    if (o.pixel.y() < 400) one_side.push_back(o);
+  const PosePrior prior = WidePrior(view.pose, random);
+  const auto good = EstimatePose(view, prior, all);
+  const auto poor = EstimatePose(view, prior, one_side);
+  ASSERT_TRUE(good && poor);
+  EXPECT_GT(WorstProjectionSigma(view, poor->covariance, 400),
+            3 * WorstProjectionSigma(view, good->covariance, 400));
+}
+
+// A pose that shows no ground, or whose covariance is none, must never pass for a good one.
+TEST(WorstProjectionSigma, IsInfiniteWhereNothingIsKnown) {
+  PhotoView view = View();
+  const Matrix6d covariance = Matrix6d::Identity() * 1e-6;
+  EXPECT_TRUE(std::isfinite(WorstProjectionSigma(view, covariance, 400)));
+  EXPECT_TRUE(std::isinf(WorstProjectionSigma(view, covariance * std::nan(""), 400)));
+  view.pose.opk_rad.x() = RadFromDeg(170);
+  EXPECT_TRUE(std::isinf(WorstProjectionSigma(view, covariance, 400)));
+}
+
+}  // namespace
+}  // namespace orient

@@ -1,0 +1,79 @@
+#include "exterior/match.h"
+
+#include <gtest/gtest.h>
+
+#include <filesystem>
+#include <random>
+
+#include "core/imaging/raster.h"
+#include "tests/support/shared_data.h"
+
+namespace orient {
+namespace {
+
+constexpr int kWidth = 240, kHeight = 180;
+constexpr int kSide = 21;
+constexpr double kTolerancePx = 0.02;
+
+// A scan of random grey values, and a patch cut out of it.
+class Match : public testing::Test {
+ protected:
+  Match() {
+    std::mt19937 random(TestSeed());
+    std::vector<unsigned char> grey(kWidth * kHeight);
+    for (unsigned char& value : grey) value = static_cast<unsigned char>(random() % 256);
+    WritePng(path_, kWidth, kHeight, 1, grey);
+    raster_.emplace(Raster::Open(path_));
+    photo_.emplace(*raster_, false);
+  }
+  ~Match() override { std::filesystem::remove(path_); }
+
+  // Drawn from its true place, predicted at another.
+  AlignedPatch PatchAt(const Eigen::Vector2d& true_px, const Eigen::Vector2d& predicted_px) const {
+    AlignedPatch patch;
+    patch.image = photo_->Around(true_px, Eigen::Vector2d::Constant(kSide / 2.0), 1).image;
+    patch.predicted_px = predicted_px;
+    return patch;
+  }
+
+  const std::string path_ =
+      testing::TempDir() + "/orient_match_" + std::to_string(TestSeed()) + ".png";
+  std::optional<Raster> raster_;
+  std::optional<PhotoImage> photo_;
+};
+
+TEST_F(Match, FindsThePatchWhereverThePredictionIs) {
+  const Eigen::Vector2d truth(60.5, 130.5);
+  const auto candidates =
+      FindCandidates(PatchAt(truth, {75.5, 120.5}), *photo_, {20, 20}, CandidateOptions{});
+  ASSERT_FALSE(candidates.empty());
+  EXPECT_LT((candidates[0].pixel - truth).norm(), kTolerancePx);
+}
+
+// Nothing but the photo can be searched: neither memory nor the odds of chance may grow beyond it.
+TEST_F(Match, AnAbsurdUncertaintySearchesThePhotoOnce) {
+  const Eigen::Vector2d truth(60.5, 130.5), predicted(200.5, 20.5);
+  for (const double radius : {1e4, 1e9, 1e300}) {
+    const Eigen::Vector2d reach = Eigen::Vector2d::Constant(radius);
+    EXPECT_EQ(AreaToSearch(predicted, reach, *photo_).Size(), Eigen::Vector2d(kWidth, kHeight));
+    const auto candidates = FindCandidates(PatchAt(truth, predicted), *photo_, reach, {});
+    ASSERT_FALSE(candidates.empty());
+    EXPECT_LT((candidates[0].pixel - truth).norm(), kTolerancePx);
+  }
+}
+
+TEST_F(Match, ASearchAreaEndsAtThePhotosBorder) {
+  const SearchArea area = AreaToSearch({230, 90}, {30, 40}, *photo_);
+  EXPECT_EQ(area.first, Eigen::Vector2d(200, 50));
+  EXPECT_EQ(area.last, Eigen::Vector2d(kWidth, 130));
+}
+
+TEST_F(Match, APatchOnTheBorderIsFoundThere) {
+  const Eigen::Vector2d truth(kWidth - 10.5, 90.5);
+  const auto match = MatchPrecisely(PatchAt(truth, {225.5, 84.5}), *photo_, {12, 12}, {});
+  ASSERT_TRUE(match.found) << match.reason;
+  EXPECT_LT((match.pixel - truth).norm(), kTolerancePx);
+}
+
+}  // namespace
+}  // namespace orient

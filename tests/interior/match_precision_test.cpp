@@ -1,0 +1,70 @@
+#include "interior/match_precision.h"
+
+#include <cmath>
+#include <random>
+
+#include "core/imaging/resample.h"
+#include "tests/support/shared_data.h"
+
+namespace orient {
+namespace {
+
+using Eigen::Vector2d;
+
+constexpr double kNoise = 5;
+
+Image Spot(double brightness) {
+  Image image(41, 41);
+  for (int r = 0; r < 41; ++r)
+    for (int c = 0; c < 41; ++c)
+      image.At(c, r) = static_cast<float>(
+          brightness * std::exp(-0.5 * (std::pow(c - 20, 2) + std::pow(r - 20, 2)) / 9));
+  return image;
+}
+
+// The mean of the predicted variance of x over a number of noisy spots.
+double PredictedVariance(double blur_px, double* noise_sigma) {
+  std::mt19937 random(TestSeed());
+  std::normal_distribution<float> normal(0, 1);
+  const Image spot = Spot(1);
+  double sum = 0, squares = 0;
+  constexpr int kTrials = 50;
+  for (int trial = 0; trial < kTrials; ++trial) {
+    Image noise(41, 41);
+    for (float& v : noise.values) v = static_cast<float>(kNoise) * normal(random);
+    if (blur_px > 0) noise = GaussianBlur(noise, blur_px);
+    Image seen = Spot(200);
+    for (size_t i = 0; i < seen.values.size(); ++i) seen.values[i] += noise.values[i];
+    for (const float v : noise.values) squares += static_cast<double>(v * v);
+    sum += (*ShiftCovariance(seen, spot, Vector2d::Zero()))(0, 0);
+  }
+  *noise_sigma = std::sqrt(squares / (kTrials * 41.0 * 41.0));
+  return sum / kTrials;
+}
+
+// Sum of the squared gradient of a Gaussian spot in one direction: pi A^2 / 2.
+const double kInformation = std::acos(-1.0) / 2 * 200 * 200;
+
+TEST(ShiftCovariance, IsTheTextbooksForIndependentNoise) {
+  double sigma = 0;
+  const double variance = PredictedVariance(0, &sigma);
+  EXPECT_NEAR(variance / (sigma * sigma / kInformation), 1.0, 0.15);  // few spots, finite lags
+}
+
+TEST(ShiftCovariance, GrowsWhereNeighboursErrTogether) {
+  double sigma = 0;
+  const double variance = PredictedVariance(0.8, &sigma);
+  // Against a wide spot, correlated noise counts with its sum over all lags: 4 pi blur^2.
+  const double factor = 4 * std::acos(-1.0) * 0.64;
+  const double ratio = variance / (sigma * sigma / kInformation);
+  EXPECT_GT(ratio, 0.6 * factor);
+  EXPECT_LT(ratio, 1.1 * factor);
+}
+
+TEST(ShiftCovariance, AFlatModelHasNone) {
+  EXPECT_FALSE(ShiftCovariance(Spot(1), Image(41, 41, 3.0f), Vector2d::Zero()));
+  EXPECT_FALSE(ShiftCovariance(Image(41, 41, kNoData), Spot(1), Vector2d::Zero()));
+}
+
+}  // namespace
+}  // namespace orient

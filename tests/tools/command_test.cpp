@@ -1,0 +1,150 @@
+#include "tools/command.h"
+
+#include <gtest/gtest.h>
+
+#include <CLI/CLI.hpp>
+#include <functional>
+#include <sstream>
+
+#include "core/error.h"
+
+namespace orient {
+namespace {
+
+// `orient measure FILE [--scale S] [--limit L] [--fast]` and `orient store create DB`.
+class MeasureCommand : public Command {
+ public:
+  explicit MeasureCommand(std::function<ExitCode()> run) : run_(std::move(run)) {}
+  std::string Name() const override { return "measure"; }
+  std::string Summary() const override { return "Measure a file"; }
+  void Setup(CLI::App& app) override {
+    app.add_option("FILE", file_, "What to measure")->required();
+    app.add_option("--scale", scale_, "Scale of the measurement");
+    app.add_option("--limit", limit_, "Where to stop");
+    app.add_flag("--fast", fast_, "Hurry");
+  }
+  ExitCode Run(std::ostream& out) override {
+    out << "measured " << file_ << "\n";
+    return run_();
+  }
+
+ private:
+  std::function<ExitCode()> run_;
+  std::string file_;
+  double scale_ = 2.5;
+  std::optional<double> limit_;
+  bool fast_ = false;
+};
+
+class StoreCommand : public Command {
+ public:
+  std::string Name() const override { return "store"; }
+  std::string Summary() const override { return "Keep things"; }
+  void Setup(CLI::App& app) override {
+    app.require_subcommand(1);
+    CLI::App* create = app.add_subcommand("create", "Make a store");
+    create->add_option("DB", database_, "The store")->required();
+  }
+  ExitCode Run(std::ostream& out) override {
+    out << "created " << database_ << "\n";
+    return ExitCode::kAllDone;
+  }
+
+ private:
+  std::string database_;
+};
+
+struct Outcome {
+  int code = -1;
+  std::string out, err;
+};
+
+Outcome RunWith(
+    const std::vector<std::string>& arguments,
+    std::function<ExitCode()> run = [] { return ExitCode::kAllDone; }) {
+  CommandList commands;
+  commands.push_back(std::make_unique<MeasureCommand>(std::move(run)));
+  commands.push_back(std::make_unique<StoreCommand>());
+  std::ostringstream out, err;
+  const int code = RunProgram(commands, arguments, out, err);
+  return {code, out.str(), err.str()};
+}
+
+bool Contains(const std::string& text, const std::string& part) {
+  return text.find(part) != std::string::npos;
+}
+
+TEST(Command, ARunThatGoesWellPrintsNothingOnTheErrorStream) {
+  const Outcome outcome = RunWith({"measure", "a.txt"});
+  EXPECT_EQ(outcome.code, 0);
+  EXPECT_EQ(outcome.out, "measured a.txt\n");
+  EXPECT_EQ(outcome.err, "");
+}
+
+TEST(Command, HelpAndVersionGoToStandardOutputWithCodeZero) {
+  for (const std::vector<std::string>& arguments : std::vector<std::vector<std::string>>{
+           {"--help"}, {"-h"}, {"--version"}, {"measure", "--help"}, {"store", "create", "-h"}}) {
+    const Outcome outcome = RunWith(arguments);
+    EXPECT_EQ(outcome.code, 0) << arguments.front();
+    EXPECT_FALSE(outcome.out.empty()) << arguments.front();
+    EXPECT_EQ(outcome.err, "") << arguments.front();
+  }
+  EXPECT_TRUE(Contains(RunWith({"--help"}).out, "measure"));
+  EXPECT_TRUE(Contains(RunWith({"measure", "-h"}).out, "2.5")) << "defaults show by themselves";
+}
+
+TEST(Command, BadUsageIsCodeOneAndNamesWhatIsWrongAndWhereHelpIs) {
+  EXPECT_EQ(RunWith({}).code, 1);
+  const Outcome unknown = RunWith({"measure", "a.txt", "--scael", "3"});
+  EXPECT_EQ(unknown.code, 1);
+  EXPECT_TRUE(Contains(unknown.err, "--scael")) << unknown.err;
+  EXPECT_TRUE(Contains(unknown.err, "orient measure --help")) << unknown.err;
+  const Outcome wrong = RunWith({"measure", "a.txt", "--scale", "big"});
+  EXPECT_EQ(wrong.code, 1);
+  EXPECT_TRUE(Contains(wrong.err, "big")) << wrong.err;
+  EXPECT_EQ(RunWith({"measure"}).code, 1) << "a required argument is missing";
+  EXPECT_EQ(RunWith({"juggle"}).code, 1) << "no such command";
+  EXPECT_EQ(unknown.out, "") << "nothing ran";
+}
+
+TEST(Command, EveryExceptionHasItsExitCodeAndOneLine) {
+  const Outcome usage =
+      RunWith({"measure", "a"}, []() -> ExitCode { throw UsageError("no such locator"); });
+  EXPECT_EQ(usage.code, 1);
+  EXPECT_EQ(usage.err, "orient: no such locator\n");
+  const Outcome input =
+      RunWith({"measure", "a"}, []() -> ExitCode { throw InputError("a is torn"); });
+  EXPECT_EQ(input.code, 2);
+  EXPECT_EQ(input.err, "orient: a is torn\n");
+  const Outcome defect =
+      RunWith({"measure", "a"}, []() -> ExitCode { throw std::invalid_argument("n < 0"); });
+  EXPECT_EQ(defect.code, 2);
+  EXPECT_TRUE(Contains(defect.err, "internal error")) << defect.err;
+}
+
+TEST(Command, SomePhotosNotOrientedIsCodeThree) {
+  EXPECT_EQ(RunWith({"measure", "a"}, [] { return ExitCode::kSomeNotOriented; }).code, 3);
+}
+
+TEST(Command, VerbosePrintsEveryOptionsEffectiveValueFirst) {
+  const Outcome outcome = RunWith({"measure", "a.txt", "--verbose", "--fast"});
+  EXPECT_EQ(outcome.code, 0);
+  EXPECT_TRUE(Contains(outcome.err, "FILE       a.txt\n")) << outcome.err;
+  EXPECT_TRUE(Contains(outcome.err, "--scale    2.5  (default)\n")) << outcome.err;
+  EXPECT_TRUE(Contains(outcome.err, "--limit    (not given)\n")) << outcome.err;
+  EXPECT_TRUE(Contains(outcome.err, "--fast     yes\n")) << outcome.err;
+  const Outcome given = RunWith({"measure", "a.txt", "--verbose", "--scale=7", "--limit", "9"});
+  EXPECT_TRUE(Contains(given.err, "--scale    7\n")) << given.err;
+  EXPECT_TRUE(Contains(given.err, "--limit    9\n")) << given.err;
+  EXPECT_TRUE(Contains(given.err, "--fast     no\n")) << given.err;
+}
+
+TEST(Command, VerboseReachesNestedCommands) {
+  const Outcome outcome = RunWith({"store", "create", "a.gpkg", "--verbose"});
+  EXPECT_EQ(outcome.code, 0);
+  EXPECT_TRUE(Contains(outcome.err, "orient store create\n  DB  a.gpkg\n")) << outcome.err;
+  EXPECT_EQ(outcome.out, "created a.gpkg\n");
+}
+
+}  // namespace
+}  // namespace orient

@@ -1,0 +1,111 @@
+#include <gtest/gtest.h>
+
+#include <CLI/CLI.hpp>
+#include <filesystem>
+#include <fstream>
+#include <sstream>
+
+#include "core/files/results.h"
+#include "tests/support/film_frame.h"
+#include "tests/support/shared_data.h"
+#include "tools/commands.h"
+
+namespace orient {
+namespace {
+namespace fs = std::filesystem;
+
+struct Outcome {
+  int code = -1;
+  std::string out, err;
+};
+
+Outcome Orient(const std::vector<std::string>& arguments) {
+  CommandList commands;
+  commands.push_back(MakeInteriorCommand());
+  std::ostringstream out, err;
+  Outcome outcome;
+  outcome.code = RunProgram(commands, arguments, out, err);
+  outcome.out = out.str();
+  outcome.err = err.str();
+  return outcome;
+}
+
+class InteriorCommandTest : public testing::Test {
+ protected:
+  void SetUp() override {
+    const CameraFile camera = RingCamera(30, 70);
+    WriteCameraFile(camera_, camera);
+    FilmFrameSpec spec;
+    spec.camera = camera;
+    WriteScan(scan_, RenderFilmFrame(spec).scan);
+  }
+  std::vector<std::string> Arguments(const std::string& photo) const {
+    return {"interior", photo, "--camera", camera_, "--out", out_, "--pixel-size-um", "100"};
+  }
+  TemporaryFolder folder_;
+  std::string camera_ = folder_ / "camera.toml", scan_ = folder_ / "4711.png",
+              out_ = folder_ / "out";
+};
+
+TEST_F(InteriorCommandTest, WritesResultPictureAndSummary) {
+  const Outcome outcome = Orient(Arguments(scan_));
+  EXPECT_EQ(outcome.code, 0) << outcome.err;
+  EXPECT_NE(outcome.out.find("4711"), std::string::npos);
+  EXPECT_EQ(ReadInteriorResult(InteriorResultPath(out_, "4711")).status, Status::kOk);
+  EXPECT_TRUE(fs::exists(out_ + "/4711.marks.png"));
+}
+
+TEST_F(InteriorCommandTest, ASecondRunNeedsOverwriteOrResume) {
+  ASSERT_EQ(Orient(Arguments(scan_)).code, 0);
+  const Outcome refused = Orient(Arguments(scan_));
+  EXPECT_EQ(refused.code, 1);
+  EXPECT_NE(refused.err.find("--resume"), std::string::npos);
+  for (const char* way : {"--resume", "--overwrite"}) {
+    std::vector<std::string> arguments = Arguments(scan_);
+    arguments.push_back(way);
+    EXPECT_EQ(Orient(arguments).code, 0) << way;
+  }
+}
+
+TEST_F(InteriorCommandTest, ADamagedScanFailsAlone) {
+  const std::string broken = folder_ / "broken.png";
+  std::ofstream(broken) << "not an image";
+  std::vector<std::string> arguments = Arguments(scan_);
+  arguments.insert(arguments.begin() + 1, broken);
+  EXPECT_EQ(Orient(arguments).code, 3);
+  const InteriorResult failed = ReadInteriorResult(InteriorResultPath(out_, "broken"));
+  EXPECT_EQ(failed.status, Status::kFailed);
+  EXPECT_NE(failed.messages.at(0).find("broken.png"), std::string::npos);
+  EXPECT_EQ(ReadInteriorResult(InteriorResultPath(out_, "4711")).status, Status::kOk);
+}
+
+TEST_F(InteriorCommandTest, AMissingScanOrCameraIsBadInput) {
+  EXPECT_EQ(Orient(Arguments(folder_ / "nowhere*.tif")).code, 2);
+  fs::remove(camera_);
+  EXPECT_EQ(Orient(Arguments(scan_)).code, 2);
+}
+
+TEST_F(InteriorCommandTest, APictureThatIsNoCutOutMarkIsBadInput) {
+  CameraFile camera = RingCamera(30, 70);
+  MarkDrawing& mark = camera.marks.at("corner");
+  mark.elements.clear();
+  mark.image = MarkImage{scan_, 0.1, {20, 20}};  // the whole scan
+  WriteCameraFile(camera_, camera);
+  const Outcome whole = Orient(Arguments(scan_));
+  EXPECT_EQ(whole.code, 2);
+  EXPECT_NE(whole.err.find("cut the mark out"), std::string::npos) << whole.err;
+  mark.image = MarkImage{scan_, 0.01, {1e5, 20}};
+  WriteCameraFile(camera_, camera);
+  const Outcome outside = Orient(Arguments(scan_));
+  EXPECT_EQ(outside.code, 2);
+  EXPECT_NE(outside.err.find("centre_px"), std::string::npos) << outside.err;
+}
+
+TEST_F(InteriorCommandTest, AnUnknownOrientationIsBadUsage) {
+  std::vector<std::string> arguments = Arguments(scan_);
+  arguments.insert(arguments.end(), {"--orientation", "r45"});
+  EXPECT_EQ(Orient(arguments).code, 1);
+}
+
+}  // namespace
+}  // namespace orient

@@ -1,0 +1,33 @@
+#include "tools/progress.h"
+
+#include <gtest/gtest.h>
+
+namespace orient {
+namespace {
+
+TEST(Progress, TextSaysHowFarAndHowLong) {
+  EXPECT_EQ(ProgressText("matching", 12, 40, 54), "matching  12 of 40, 30 %, 2 min 6 s left");
+  EXPECT_EQ(ProgressText("matching", 1, 101, 90), "matching  1 of 101, 0 %, 2 h 30 min left");
+  EXPECT_EQ(ProgressText("matching", 3, 4, 30), "matching  3 of 4, 75 %, 10 s left");
+}
+
+TEST(Progress, WithoutAStepDoneNoTimeIsKnown) {
+  EXPECT_EQ(ProgressText("matching", 0, 40, 5), "matching  0 of 40, 0 %");
+}
+
+TEST(Progress, AtTheEndAndForNothingToDoNoTimeIsLeft) {
+  EXPECT_EQ(ProgressText("matching", 40, 40, 5), "matching  40 of 40, 100 %");
+  EXPECT_EQ(ProgressText("matching", 0, 0, 5), "matching  0 of 0");
+}
+
+TEST(Progress, ShortRunsAreSilent) {
+  testing::internal::CaptureStderr();
+  {
+    Progress progress("matching", 3);
+    for (int i = 0; i < 3; ++i) progress.Advance();
+  }
+  EXPECT_EQ(testing::internal::GetCapturedStderr(), "");
+}
+
+}  // namespace
+}  // namespace orient

@@ -1,0 +1,227 @@
+#include "tools/report/report.h"
+
+#include <gdal_priv.h>
+#include <gtest/gtest.h>
+
+#include <filesystem>
+#include <fstream>
+#include <sstream>
+
+#include "core/error.h"
+#include "core/files/atomic_write.h"
+#include "tests/support/shared_data.h"
+#include "tests/tools/report/example_block.h"
+#include "tools/commands.h"
+
+namespace orient {
+namespace {
+
+// What makes the text no well-formed XML as far as elements go; empty where it is.
+std::string Malformed(const std::string& html) {
+  std::vector<std::string> open;
+  for (size_t i = html.find('<'); i != std::string::npos; i = html.find('<', i + 1)) {
+    if (html.compare(i, 2, "<!") == 0) continue;  // the document type
+    const size_t end = html.find_first_of("<>", i + 1);
+    if (end == std::string::npos || html[end] == '<')
+      return "a < that opens nothing: " + html.substr(i, 60);
+    const bool closing = html[i + 1] == '/';
+    const size_t first = i + (closing ? 2 : 1);
+    const std::string name = html.substr(first, html.find_first_of(" />\n", first) - first);
+    if (name.empty() || std::isalpha(static_cast<unsigned char>(name[0])) == 0)
+      return "no element: " + html.substr(i, 60);
+    if (closing) {
+      if (open.empty() || open.back() != name) return "unexpected </" + name + ">";
+      open.pop_back();
+    } else if (html[end - 1] != '/') {
+      open.push_back(name);
+    }
+  }
+  return open.empty() ? "" : "<" + open.back() + "> is never closed";
+}
+
+bool Contains(const std::string& text, const std::string& part) {
+  return text.find(part) != std::string::npos;
+}
+
+void WritePng(const std::string& path, int width, int height, bool noise) {
+  GDALAllRegister();
+  const GDALDatasetUniquePtr memory(GetGDALDriverManager()->GetDriverByName("MEM")->Create(
+      "", width, height, 3, GDT_Byte, nullptr));
+  std::vector<unsigned char> row(static_cast<size_t>(width));
+  unsigned state = TestSeed();
+  for (int y = 0; y < height; ++y)
+    for (int band = 1; band <= 3; ++band) {
+      for (unsigned char& value : row)
+        value = noise ? static_cast<unsigned char>((state = state * 1664525u + 1013904223u) >> 24)
+                      : static_cast<unsigned char>(y);
+      ASSERT_EQ(memory->GetRasterBand(band)->RasterIO(GF_Write, 0, y, width, 1, row.data(), width,
+                                                      1, GDT_Byte, 0, 0),
+                CE_None);
+    }
+  const GDALDatasetUniquePtr png(GetGDALDriverManager()->GetDriverByName("PNG")->CreateCopy(
+      path.c_str(), memory.get(), FALSE, nullptr, nullptr, nullptr));
+  ASSERT_TRUE(png);
+}
+
+TEST(Report, SaysWhatAPersonAsks) {
+  const TemporaryFolder folder;
+  WriteExampleBlock(folder.Path());
+  const std::string html = ReadFile(WriteReport(folder.Path()));
+  EXPECT_EQ(Malformed(html), "");
+  for (const char* part :
+       {"Look at this first", "only 3 patches agree on a pose", "the matches leave the tilt open",
+        "EPSG:32635", "UTM zone 35N", "residual too large", "312.41",
+        "1\xE2\x80\xAF"
+        "823.75",
+        "Rounds of the loop", "at 200 times the frame’s scale", ">200\xE2\x80\xAFm<",
+        "scan orientation r0"})
+    EXPECT_TRUE(Contains(html, part)) << part;
+}
+
+TEST(Report, IsWellFormedOnlyIfTheCheckerCanFail) {
+  EXPECT_EQ(Malformed("<p>a<br/></p>"), "");
+  EXPECT_NE(Malformed("<p>a<b></p>"), "");
+  EXPECT_NE(Malformed("<p>a < b</p>"), "");
+  EXPECT_NE(Malformed("<p>"), "");
+}
+
+TEST(Report, NeedsNoNetworkAndNoScript) {
+  const TemporaryFolder folder;
+  WriteExampleBlock(folder.Path());
+  const std::string html = ReadFile(WriteReport(folder.Path()));
+  for (const char* part : {"http:", "https:", "<script", "<link", "@import", "url("})
+    EXPECT_FALSE(Contains(html, part)) << part;
+}
+
+TEST(Report, IsTheSameEveryTime) {
+  const TemporaryFolder folder;
+  WriteExampleBlock(folder.Path());
+  const std::string first = ReadFile(WriteReport(folder.Path()));
+  EXPECT_EQ(ReadFile(WriteReport(folder.Path())), first);
+}
+
+TEST(Report, HostileTextStaysText) {
+  const TemporaryFolder folder;
+  const std::string name = "a\"><script>alert('1')<&";
+  ExteriorResult exterior = ExampleExterior("4711", Status::kWeak);
+  exterior.photo = "x<img src=q onerror=1>";
+  exterior.messages = {"<b>message</b>"};
+  exterior.patches[3].reason = "<i>reason</i>";
+  WriteExteriorResult(folder.Path(), exterior);
+  InteriorResult interior = ExampleInterior(name.substr(0, name.find('/')));
+  interior.marks[0].id = "<u>1</u>";
+  interior.photo = "a\"><script>alert('1')<&";
+  WriteInteriorResult(folder.Path(), interior);
+  std::ofstream(folder / "x<img src=q onerror=1>.marks.png") << "no picture";
+  const std::string html = ReadFile(WriteReport(folder.Path()));
+  EXPECT_EQ(Malformed(html), "");
+  for (const char* part : {"<script", "<b>message", "<i>reason", "<u>1", "<img"})
+    EXPECT_FALSE(Contains(html, part)) << part;
+  EXPECT_TRUE(Contains(html, "a&quot;&gt;&lt;script&gt;alert(&#39;1&#39;)&lt;&amp;"));
+}
+
+TEST(Report, PicturesAreInsideThePage) {
+  const TemporaryFolder folder;
+  WriteExampleBlock(folder.Path());
+  WritePng(folder / "4711.marks.png", 60, 20, false);
+  WritePng(folder / "4711.patches.png", 700, 500, true);  // noise: more than a megabyte
+  const std::string html = ReadFile(WriteReport(folder.Path()));
+  EXPECT_EQ(Malformed(html), "");
+  EXPECT_TRUE(Contains(html, "width=\"60\" height=\"20\" src=\"data:image/png;base64,iVBOR"));
+  EXPECT_TRUE(Contains(html, "width=\"700\" height=\"500\" src=\"data:image/jpeg;base64,/9j/"));
+  for (const auto& entry : std::filesystem::directory_iterator(folder.Path()))
+    EXPECT_NE(entry.path().extension(), ".xml") << "GDAL left something beside the pictures";
+}
+
+TEST(Report, FileThatIsNoPictureIsSaidToBeNone) {
+  const TemporaryFolder folder;
+  WriteExampleBlock(folder.Path());
+  std::ofstream(folder / "4712.marks.png") << "no picture";
+  EXPECT_TRUE(Contains(ReadFile(WriteReport(folder.Path())), "is no readable picture"));
+}
+
+TEST(Report, InteriorAloneIsEnough) {
+  const TemporaryFolder folder;
+  WriteInteriorResult(folder.Path(), ExampleInterior("4711"));
+  const std::string html = ReadFile(WriteReport(folder.Path()));
+  EXPECT_EQ(Malformed(html), "");
+  EXPECT_TRUE(Contains(html, "No photo has a place on the ground yet."));
+}
+
+TEST(Report, DamagedResultDoesNotHideTheOthers) {
+  const TemporaryFolder folder;
+  WriteExampleBlock(folder.Path());
+  std::ofstream(folder / "4714.exterior.json") << "{ \"photo\": ";
+  std::ofstream(folder / "orientation.csv") << "nonsense\n";
+  const std::string html = ReadFile(WriteReport(folder.Path()));
+  EXPECT_EQ(Malformed(html), "");
+  EXPECT_TRUE(Contains(html, "4714.exterior.json is not valid JSON"));
+  EXPECT_TRUE(Contains(html, "the header has no column"));
+  EXPECT_TRUE(Contains(html, "4711"));
+}
+
+TEST(Report, AbsurdGroundCoordinatesDoNotBreakTheMap) {
+  const TemporaryFolder folder;
+  ExteriorResult exterior = ExampleExterior("4711", Status::kOk);
+  exterior.footprint_m[1].x() = 1e300;
+  exterior.pose->position_m.y() = -1e300;
+  WriteExteriorResult(folder.Path(), exterior);
+  EXPECT_EQ(Malformed(ReadFile(WriteReport(folder.Path()))), "");
+}
+
+TEST(Report, HundredsOfPatchesStaySmall) {
+  constexpr size_t kLargest = 200 * 1024;
+  const TemporaryFolder folder;
+  ExteriorResult exterior = ExampleExterior("4711", Status::kOk);
+  for (int i = 0; i < 1000; ++i)
+    exterior.patches.push_back(ExamplePatch(100 + i, PatchState::kMatched,
+                                            {10.0 + 1.9 * i, 37.0 * (i % 50) + 5}, {0.2, -0.1}));
+  WriteExteriorResult(folder.Path(), exterior);
+  EXPECT_LT(ReadFile(WriteReport(folder.Path())).size(), kLargest);
+}
+
+TEST(Report, EmptyFolderIsAnInputError) {
+  const TemporaryFolder folder;
+  EXPECT_THROW(WriteReport(folder.Path()), InputError);
+  EXPECT_THROW(WriteReport(folder / "absent"), InputError);
+}
+
+int RunReport(const std::string& directory, std::string* out, std::string* err) {
+  std::ostringstream out_stream, err_stream;
+  const int code = RunProgram(MakeCommands(), {"report", directory}, out_stream, err_stream);
+  *out = out_stream.str();
+  *err = err_stream.str();
+  return code;
+}
+
+TEST(ReportCommand, WritesPageAndGeopackageAndNamesThem) {
+  const TemporaryFolder folder;
+  WriteExampleBlock(folder.Path());
+  std::string out, err;
+  EXPECT_EQ(RunReport(folder.Path(), &out, &err), 0) << err;
+  EXPECT_EQ(out, (folder / "report.html") + "\n" + (folder / "block.gpkg") + "\n");
+  EXPECT_TRUE(std::filesystem::exists(folder / "block.gpkg"));
+}
+
+TEST(ReportCommand, WithoutCrsThereIsNoGeopackage) {
+  const TemporaryFolder folder;
+  WriteExampleBlock(folder.Path());
+  std::filesystem::remove(folder / "orientation.prj");
+  std::string out, err;
+  EXPECT_EQ(RunReport(folder.Path(), &out, &err), 0) << err;
+  EXPECT_EQ(out, (folder / "report.html") + "\n");
+  EXPECT_FALSE(std::filesystem::exists(folder / "block.gpkg"));
+}
+
+TEST(ReportCommand, DamagedFileIsBadInputButTheReportIsThere) {
+  const TemporaryFolder folder;
+  WriteExampleBlock(folder.Path());
+  std::ofstream(folder / "4714.exterior.json") << "{";
+  std::string out, err;
+  EXPECT_EQ(RunReport(folder.Path(), &out, &err), 2);
+  EXPECT_TRUE(Contains(err, "4714.exterior.json"));
+  EXPECT_TRUE(std::filesystem::exists(folder / "report.html"));
+}
+
+}  // namespace
+}  // namespace orient

@@ -1,0 +1,125 @@
+#include "tools/command.h"
+
+#include <CLI/CLI.hpp>
+#include <algorithm>
+#include <new>
+#include <ostream>
+
+#include "core/error.h"
+
+namespace orient {
+namespace {
+
+constexpr const char* kVerbose = "--verbose";
+
+// What `orient` is, for whoever types its name alone.
+constexpr const char* kDescription =
+    "Orients scans of aerial film photos without a click: interior orientation by fiducial marks,\n"
+    "exterior orientation by patches of known ground position, then the whole block.";
+
+void PrepareSubcommands(CLI::App& app) {
+  for (CLI::App* nested : app.get_subcommands(nullptr)) {
+    nested->fallthrough();  // so that `patchdb create DB --verbose` works
+    PrepareSubcommands(*nested);
+  }
+}
+
+std::string ValueText(const CLI::Option& option) {
+  const bool is_flag = option.get_items_expected_max() == 0;
+  if (option.count() == 0)
+    return is_flag                            ? "no"
+           : option.get_default_str().empty() ? "(not given)"
+                                              : option.get_default_str() + "  (default)";
+  if (is_flag) return "yes";
+  std::string text;
+  for (const std::string& value : option.results()) text += (text.empty() ? "" : " ") + value;
+  return text;
+}
+
+// Every option's effective value, so that a log says what was really run.
+void PrintOptions(const CLI::App& app, const std::string& title, std::ostream& err) {
+  err << title << "\n";
+  const std::vector<const CLI::Option*> options =
+      app.get_options([&app](const CLI::Option* option) { return option != app.get_help_ptr(); });
+  size_t width = 0;
+  for (const CLI::Option* option : options) width = std::max(width, option->get_name().size());
+  for (const CLI::Option* option : options)
+    err << "  " << option->get_name() << std::string(width - option->get_name().size() + 2, ' ')
+        << ValueText(*option) << "\n";
+  for (const CLI::App* nested : app.get_subcommands())
+    PrintOptions(*nested, title + " " + nested->get_name(), err);
+}
+
+// `orient patchdb create` where that was asked for: whose help to look at.
+std::string AskedCommand(const CLI::App& app) {
+  std::string name = app.get_name();
+  for (const CLI::App* nested : app.get_subcommands()) name += " " + AskedCommand(*nested);
+  return name;
+}
+
+int ReportParseError(const CLI::App& parser, const CLI::ParseError& error, std::ostream& out,
+                     std::ostream& err) {
+  if (error.get_exit_code() == static_cast<int>(CLI::ExitCodes::Success))
+    return parser.exit(error, out, err);  // --help and --version are no errors
+  err << "orient: " << error.what() << "\nTry '" << AskedCommand(parser) << " --help'.\n";
+  return static_cast<int>(ExitCode::kBadUsage);
+}
+
+ExitCode RunCommand(const CLI::App& parser, const CommandList& commands, std::ostream& out,
+                    std::ostream& err) {
+  const CLI::App* asked = parser.get_subcommands().front();
+  if (asked->count(kVerbose) > 0) PrintOptions(*asked, "orient " + asked->get_name(), err);
+  const auto command = std::find_if(commands.begin(), commands.end(), [&](const auto& candidate) {
+    return candidate->Name() == asked->get_name();
+  });
+  const ExitCode code = (*command)->Run(out);
+  out.flush();
+  if (!out) throw InputError("cannot write to standard output; is the disk full?");
+  return code;
+}
+
+}  // namespace
+
+std::unique_ptr<CLI::App> MakeParser(const CommandList& commands) {
+  auto parser = std::make_unique<CLI::App>(kDescription, "orient");
+  parser->option_defaults()->always_capture_default();
+  parser->set_version_flag("--version", "orient " ORIENT_VERSION);
+  parser->require_subcommand(1);
+  parser->footer(
+      "Exit codes: 0 all done, 1 bad usage, 2 bad input, 3 done but some photos not\n"
+      "oriented. 'orient COMMAND --help' explains a command.");
+  for (const auto& command : commands) {
+    CLI::App* app = parser->add_subcommand(command->Name(), command->Summary());
+    command->Setup(*app);
+    app->add_flag(kVerbose)->description("Print every option's effective value first");
+    PrepareSubcommands(*app);
+  }
+  return parser;
+}
+
+int RunProgram(const CommandList& commands, const std::vector<std::string>& arguments,
+               std::ostream& out, std::ostream& err) {
+  const std::unique_ptr<CLI::App> parser = MakeParser(commands);
+  const auto fail = [&err](const std::string& message, ExitCode code) {
+    err << "orient: " << message << "\n";
+    return static_cast<int>(code);
+  };
+  try {
+    std::vector<std::string> reversed(arguments.rbegin(), arguments.rend());  // as CLI11 wants it
+    parser->parse(std::move(reversed));
+    return static_cast<int>(RunCommand(*parser, commands, out, err));
+  } catch (const CLI::ParseError& error) {
+    return ReportParseError(*parser, error, out, err);
+  } catch (const UsageError& error) {
+    return fail(error.what(), ExitCode::kBadUsage);
+  } catch (const InputError& error) {
+    return fail(error.what(), ExitCode::kBadInput);
+  } catch (const std::bad_alloc&) {
+    return fail("out of memory; use fewer --jobs", ExitCode::kBadInput);
+  } catch (const std::exception& error) {
+    return fail(std::string("internal error, please report it: ") + error.what(),
+                ExitCode::kBadInput);
+  }
+}
+
+}  // namespace orient

@@ -1,0 +1,44 @@
+// The frame around every subcommand of `orient`: one main, one set of exit codes, one place that
+// turns exceptions into them.
+//
+// A subcommand lives in one file, tools/orient_<stage>.cpp: a class derived from Command and a
+// function Make<Stage>Command() that tools/commands.cpp lists. Setup() binds options and may not
+// open files; Run() works and may not parse. Results go to files or standard output, messages to
+// the error stream.
+#pragma once
+
+#include <CLI/App.hpp>
+#include <iosfwd>
+#include <memory>
+#include <string>
+#include <vector>
+
+namespace orient {
+
+enum class ExitCode { kAllDone = 0, kBadUsage = 1, kBadInput = 2, kSomeNotOriented = 3 };
+
+class Command {
+ public:
+  virtual ~Command() = default;
+
+  virtual std::string Name() const = 0;     // "interior"
+  virtual std::string Summary() const = 0;  // one line of `orient --help`
+
+  // Declares options: name, help and variable in one statement. Defaults are shown by themselves.
+  // Nested subcommands (`patchdb create`) are added here as well.
+  virtual void Setup(CLI::App& app) = 0;
+
+  // Throws UsageError, InputError. `out` is standard output.
+  virtual ExitCode Run(std::ostream& out) = 0;
+};
+
+using CommandList = std::vector<std::unique_ptr<Command>>;
+
+// Parses, runs, and says on `err` what went wrong. Returns the process's exit code.
+int RunProgram(const CommandList& commands, const std::vector<std::string>& arguments,
+               std::ostream& out, std::ostream& err);
+
+// The whole command line's parser, as RunProgram builds it: for tests of help and options.
+std::unique_ptr<CLI::App> MakeParser(const CommandList& commands);
+
+}  // namespace orient

@@ -1,0 +1,17 @@
+#include "tools/commands.h"
+
+namespace orient {
+
+// In the order of the path; `orient --help` shows them so.
+CommandList MakeCommands() {
+  CommandList commands;
+  commands.push_back(MakeInteriorCommand());
+  commands.push_back(MakePatchdbCommand());
+  commands.push_back(MakeExteriorCommand());
+  commands.push_back(MakeBlockCommand());
+  commands.push_back(MakeSimulateCommand());
+  commands.push_back(MakeReportCommand());
+  return commands;
+}
+
+}  // namespace orient

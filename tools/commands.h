@@ -1,0 +1,19 @@
+// The subcommands of `orient`. To add one: write tools/orient_<stage>.cpp, declare its Make
+// function here, list it in commands.cpp, and write its page docs/<stage>.md.
+#pragma once
+
+#include "tools/command.h"
+
+namespace orient {
+
+std::unique_ptr<Command> MakeBlockCommand();
+std::unique_ptr<Command> MakeExteriorCommand();
+
+CommandList MakeCommands();
+
+std::unique_ptr<Command> MakeInteriorCommand();
+std::unique_ptr<Command> MakePatchdbCommand();
+std::unique_ptr<Command> MakeSimulateCommand();
+std::unique_ptr<Command> MakeReportCommand();
+
+}  // namespace orient

@@ -1,0 +1,377 @@
+#include "tools/exterior_run.h"
+
+#include <tbb/parallel_for_each.h>
+#include <tbb/task_arena.h>
+
+#include <Eigen/Dense>
+#include <algorithm>
+#include <cmath>
+#include <cstdio>
+#include <filesystem>
+#include <mutex>
+
+#include "core/error.h"
+#include "core/files/camera_file.h"
+#include "core/files/orientation_table.h"
+#include "core/geometry/ground_surface.h"
+#include "core/imaging/raster.h"
+#include "exterior/orient_photo.h"
+#include "exterior/predict.h"
+#include "patchdb/patch_database.h"
+#include "tools/interior_run.h"
+#include "tools/patch_sheet.h"
+#include "tools/shared_options.h"
+
+namespace orient {
+namespace {
+namespace fs = std::filesystem;
+
+// What all photos of a run share; read before the first photo starts.
+struct Setting {
+  const ExteriorRunOptions& options;
+  CameraFile camera;
+  OrientationTable approximations;
+  Crs crs;
+  GroundSurface surface;
+};
+
+// Where the photos' footprints may lie, so that only that part of the DEM is read. Nothing on
+// Earth's land lies lower than this.
+constexpr double kLowestGround_m = -500;
+
+// What an approximation is taken to be worth where nobody says.
+constexpr double kPositionSigma_m = 10;
+const double kAttitudeSigma_rad = RadFromDeg(3);
+
+Bounds Region(const OrientationTable& table, const Camera& camera,
+              const ExteriorRunOptions& options) {
+  Bounds region{1e300, 1e300, -1e300, -1e300};
+  for (const std::string& path : options.photos) {
+    const OrientationRow* row = table.Find(PhotoName(path));
+    if (row == nullptr) continue;
+    const double height = std::max(100.0, row->pose.position_m.z() - kLowestGround_m);
+    const double reach = 1.5 * height * camera.FrameRadius() / camera.principal_distance_mm +
+                         3 * options.position_sigma_m.value_or(kPositionSigma_m);
+    region.min_x = std::min(region.min_x, row->pose.position_m.x() - reach);
+    region.min_y = std::min(region.min_y, row->pose.position_m.y() - reach);
+    region.max_x = std::max(region.max_x, row->pose.position_m.x() + reach);
+    region.max_y = std::max(region.max_y, row->pose.position_m.y() + reach);
+  }
+  if (region.Empty())
+    throw InputError(options.approximations +
+                     ": none of the given photos is in this table; its "
+                     "'filename' column holds file names without folder and extension");
+  return region;
+}
+
+Crs BlockCrs(const ExteriorRunOptions& options, const OrientationTable& table) {
+  const Crs stored = PatchDatabase::Open(options.patchdb, PatchDatabase::Mode::kRead).GroundCrs();
+  const Crs crs = options.crs.value_or(table.crs.value_or(stored));
+  if (!crs.SameAs(stored))
+    throw InputError(options.patchdb + ": its CRS is " + stored.Name() + ", the block's is " +
+                     crs.Name() + "; use a patch database in the block's CRS");
+  if (table.crs && !table.crs->SameAs(crs))
+    throw InputError(options.approximations + ": its .prj says " + table.crs->Name() +
+                     ", the block's CRS is " + crs.Name() + "; convert the table to the block's");
+  return crs;
+}
+
+Setting Prepare(const ExteriorRunOptions& options) {
+  CameraFile camera = ReadCameraFile(options.camera);
+  if (camera.camera.kind == CameraKind::kFilm && !options.interior)
+    throw UsageError(options.camera +
+                     " is a film camera: name the folder with the results of 'orient interior' "
+                     "with --interior");
+  OrientationTable table = ReadOrientationTable(options.approximations);
+  const Crs crs = BlockCrs(options, table);
+  GroundSurface surface =
+      GroundSurface::FromFile(options.dem, crs, Region(table, camera.camera, options));
+  return {options, std::move(camera), std::move(table), crs, std::move(surface)};
+}
+
+ExteriorResult Failed(const std::string& photo, const std::string& why) {
+  ExteriorResult result;
+  result.photo = photo;
+  result.status = Status::kFailed;
+  result.messages.push_back(why);
+  return result;
+}
+
+Matrix6d PriorCovariance(const OrientationRow& row, const ExteriorRunOptions& options) {
+  Vector6d sigma;
+  sigma << Eigen::Vector3d::Constant(options.position_sigma_m.value_or(kPositionSigma_m)),
+      Eigen::Vector3d::Constant(options.attitude_sigma_rad.value_or(kAttitudeSigma_rad));
+  return row.sigma.value_or(sigma).cwiseAbs2().asDiagonal();
+}
+
+// How the film lies on the scan, and whether its polarity is negative.
+struct Interior {
+  std::vector<FilmPosition> positions;
+  bool negative = false;
+  std::vector<std::string> messages;
+  bool weak = false;
+  std::string failure;  // not empty: no orientation
+};
+
+Interior DigitalInterior(const Setting& setting, const Raster& raster) {
+  const Camera& camera = setting.camera.camera;
+  Interior interior;
+  if (raster.Width() != camera.image_px->x() || raster.Height() != camera.image_px->y())
+    interior.failure = raster.Path() + " has " + std::to_string(raster.Width()) + " x " +
+                       std::to_string(raster.Height()) + " px, the camera file says " +
+                       std::to_string(camera.image_px->x()) + " x " +
+                       std::to_string(camera.image_px->y()) +
+                       "; give the camera or the image that belongs to it";
+  else
+    interior.positions.push_back(
+        {DigitalPhotoFromPixel(camera), std::nullopt, Matrix6d::Zero(), 0});
+  return interior;
+}
+
+// What fiducial marks tell of the film between them: with four marks their residuals have but two
+// degrees of freedom, so they are taken together with what aerial film is known to do.
+constexpr double kFilmSigma_mm = 0.003;
+constexpr double kFilmDegreesOfFreedom = 2;
+
+Matrix6d InteriorCovariance(const InteriorResult& result, const CameraFile& camera) {
+  std::vector<PointPair2d> pairs;
+  for (const MarkResult& mark : result.marks)
+    for (const Fiducial& fiducial : camera.fiducials)
+      if (mark.state == MarkState::kUsed && mark.pixel && fiducial.id == mark.id)
+        pairs.push_back({*mark.pixel, fiducial.position_mm});
+  const auto fit = FitAffine(pairs);
+  if (!fit) return Matrix6d::Zero();
+  // FitAffine scales with its own sigma0 where it has one.
+  const double own = fit->redundancy > 0 ? fit->sigma0 * fit->sigma0 : 1.0;
+  const double variance = (fit->redundancy * fit->sigma0 * fit->sigma0 +
+                           kFilmDegreesOfFreedom * kFilmSigma_mm * kFilmSigma_mm) /
+                          (fit->redundancy + kFilmDegreesOfFreedom);
+  return fit->covariance * (variance / std::max(own, 1e-20));
+}
+
+Interior FilmInterior(const Setting& setting, const Raster& scan, const std::string& photo) {
+  Interior interior;
+  const std::string path = InteriorResultPath(*setting.options.interior, photo);
+  const InteriorResult result = ReadInteriorResult(path);
+  if (result.status == Status::kFailed || !result.photo_from_pixel) {
+    interior.failure = "its interior orientation failed";
+    for (const std::string& message : result.messages) interior.failure += ": " + message;
+    return interior;
+  }
+  if (result.width != scan.Width() || result.height != scan.Height()) {
+    interior.failure = path + " is of a scan of " + std::to_string(result.width) + " x " +
+                       std::to_string(result.height) + " px, " + scan.Path() + " has " +
+                       std::to_string(scan.Width()) + " x " + std::to_string(scan.Height()) +
+                       "; run 'orient interior' again";
+    return interior;
+  }
+  interior.weak = result.status == Status::kWeak;
+  if (interior.weak) interior.messages.push_back("interior orientation is weak");
+  interior.negative = result.polarity == Polarity::kNegative;
+  const MarkShapes shapes = LoadMarkShapes(setting.camera);
+  for (const ScanOrientation orientation : result.possible_orientations)
+    if (const auto turned = InOrientation(result, setting.camera, shapes, orientation))
+      interior.positions.push_back({*turned->photo_from_pixel, orientation,
+                                    InteriorCovariance(*turned, setting.camera), kFilmSigma_mm});
+  if (interior.positions.empty())
+    interior.positions.push_back({*result.photo_from_pixel, result.orientation,
+                                  InteriorCovariance(result, setting.camera), kFilmSigma_mm});
+  return interior;
+}
+
+std::string Metres(double value) {
+  char text[64];
+  std::snprintf(text, sizeof text, "%.9g", std::round(value));
+  return text;
+}
+
+// Empty where the photo's ground has heights, otherwise the reason why not.
+std::string WithoutHeights(const Setting& setting, const Pose& pose) {
+  const Ray nadir{pose.position_m, -Eigen::Vector3d::UnitZ()};
+  const auto axis =
+      GroundRayFromPhoto(setting.camera.camera, pose, setting.camera.camera.principal_point_mm);
+  if (axis && setting.surface.Intersect(*axis)) return "";
+  if (setting.surface.Intersect(nadir)) return "";
+  const auto ground = setting.surface.HeightAt(pose.position_m.x(), pose.position_m.y());
+  if (ground && *ground >= pose.position_m.z())
+    return "its approximate position lies below the ground: z " + Metres(pose.position_m.z()) +
+           ", the ground there " + Metres(*ground) + "; correct it in " +
+           setting.options.approximations;
+  return "the DEM " + setting.options.dem +
+         " does not cover the photo: it has no height at its "
+         "centre, x " +
+         Metres(pose.position_m.x()) + ", y " + Metres(pose.position_m.y()) +
+         "; give a DEM that reaches there, or correct the approximation";
+}
+
+// The frame's outline on the ground, as a closed ring; where the DEM ends its mean height serves.
+std::vector<Eigen::Vector3d> Footprint(const PhotoView& view, const GroundSurface& surface) {
+  constexpr int kPointsPerSide = 6;
+  const Eigen::Vector2d half = view.camera.frame_mm / 2;
+  const std::array<Eigen::Vector2d, 4> corners = {Eigen::Vector2d(-1, -1), Eigen::Vector2d(1, -1),
+                                                  Eigen::Vector2d(1, 1), Eigen::Vector2d(-1, 1)};
+  std::vector<Eigen::Vector3d> ring;
+  for (std::size_t side = 0; side < 4; ++side)
+    for (int i = 0; i < kPointsPerSide; ++i) {
+      const Eigen::Vector2d unit =
+          corners[side] + (corners[(side + 1) % 4] - corners[side]) * i / kPointsPerSide;
+      const auto ray = GroundRayFromPhoto(view.camera, view.pose,
+                                          view.camera.frame_centre_mm + half.cwiseProduct(unit));
+      if (!ray || ray->direction.z() > -1e-3) return {};
+      const double to_mean = (surface.MeanHeight() - ray->origin_m.z()) / ray->direction.z();
+      ring.push_back(surface.Intersect(*ray).value_or(ray->origin_m + ray->direction * to_mean));
+    }
+  ring.push_back(ring.front());
+  return ring;
+}
+
+// What is told about a photo beyond its orientation: for maps, reports and people.
+void Illustrate(const Setting& setting, const Interior& interior, const PhotoImage& image,
+                const std::vector<Patch>& patches, ExteriorResult* result) {
+  result->width = image.Width();
+  result->height = image.Height();
+  if (!result->pose) return;
+  const auto position =
+      std::find_if(interior.positions.begin(), interior.positions.end(),
+                   [&](const FilmPosition& p) { return p.orientation == result->orientation; });
+  const PhotoView view{setting.camera.camera, position->photo_from_pixel, *result->pose};
+  result->footprint_m = Footprint(view, setting.surface);
+  WritePatchSheet((fs::path(setting.options.out) / (result->photo + ".patches.png")).string(), view,
+                  image, patches, *result);
+}
+
+ExteriorResult OrientOne(const Setting& setting, const std::string& path) {
+  const std::string name = PhotoName(path);
+  const OrientationRow* row = setting.approximations.Find(name);
+  if (row == nullptr)
+    return Failed(name, "no approximation: " + setting.options.approximations + " has no row '" +
+                            name + "'; add one or leave the photo out");
+  const Raster raster = Raster::Open(path);
+  const bool digital = setting.camera.camera.kind == CameraKind::kDigital;
+  const Interior interior =
+      digital ? DigitalInterior(setting, raster) : FilmInterior(setting, raster, name);
+  if (!interior.failure.empty()) return Failed(name, interior.failure);
+  const PosePrior prior{row->pose, PriorCovariance(*row, setting.options)};
+  const std::string without_heights = WithoutHeights(setting, row->pose);
+  if (!without_heights.empty()) return Failed(name, without_heights);
+
+  const Bounds footprint = UncertainFootprint(
+      setting.camera.camera, prior, setting.surface.MinHeight(), setting.surface.MaxHeight());
+  const PatchDatabase database =
+      PatchDatabase::Open(setting.options.patchdb, PatchDatabase::Mode::kRead);
+  const PhotoImage image(raster, interior.negative);
+  const std::vector<Patch> patches = database.FindPatchesIn(footprint);
+  if (patches.empty())
+    return Failed(name, setting.options.patchdb +
+                            " has no control patch under the photo's footprint; harvest patches "
+                            "there, or correct the approximation");
+  const bool stated = row->sigma || setting.options.position_sigma_m;
+  ExteriorResult result =
+      OrientPhoto({name, setting.camera.camera, interior.positions, prior, stated}, image, patches);
+  if (interior.weak && result.status == Status::kOk) result.status = Status::kWeak;
+  result.messages.insert(result.messages.end(), interior.messages.begin(), interior.messages.end());
+  Illustrate(setting, interior, image, patches, &result);
+  return result;
+}
+
+// Before hours of work, not after the first photo. One connection for the whole run: the file
+// changes its journal once, before any photo reads from
+// it, and back when all are done.
+std::optional<PatchDatabase> OpenForFeedback(const ExteriorRunOptions& options) {
+  if (!options.feedback) return std::nullopt;
+  try {
+    return PatchDatabase::Open(options.patchdb, PatchDatabase::Mode::kWrite);
+  } catch (const InputError& error) {
+    throw InputError(std::string(error.what()) +
+                     "; the patch database cannot be written: give --no-feedback, or a copy that "
+                     "can");
+  }
+}
+
+// What cannot be told to the database does not take the photo's orientation away.
+void Feedback(PatchDatabase& database, ExteriorResult* told) {
+  const ExteriorResult& result = *told;
+  std::vector<MatchAttempt> attempts;
+  for (const PatchResult& patch : result.patches)
+    if (patch.state != PatchState::kNotVisible)
+      attempts.push_back({patch.id, result.photo, std::string(Name(patch.state)), patch.ncc,
+                          patch.residual_px, patch.reason});
+  if (attempts.empty()) return;
+  try {
+    database.RecordAttempts(attempts);
+  } catch (const InputError& error) {
+    told->messages.push_back(std::string("the patch database did not learn from it: ") +
+                             error.what());
+  }
+}
+
+OrientationTable TableOf(const std::vector<ExteriorResult>& results, const Crs& crs) {
+  OrientationTable table;
+  table.crs = crs;
+  for (const ExteriorResult& result : results)
+    if (result.pose)
+      table.rows.push_back(
+          {result.photo, *result.pose, Vector6d(result.covariance->diagonal().cwiseSqrt())});
+  return table;
+}
+
+ExteriorResult OrientOrFail(const Setting& setting, const std::string& path) {
+  try {
+    return OrientOne(setting, path);
+  } catch (const InputError& error) {
+    return Failed(PhotoName(path), error.what());
+  } catch (const std::bad_alloc&) {
+    return Failed(PhotoName(path), "out of memory; use fewer --jobs");
+  } catch (const std::exception& error) {
+    return Failed(PhotoName(path),
+                  std::string("internal error, please report it: ") + error.what());
+  }
+}
+
+// No approximation is known worse than this, in metres.
+constexpr double kLargestSigma_m = 1e6;
+
+}  // namespace
+
+std::optional<std::string> ExteriorRunOptions::Check() const {
+  if (photos.empty()) return "no photo given";
+  if (position_sigma_m && !(*position_sigma_m > 0 && *position_sigma_m <= kLargestSigma_m))
+    return "position-sigma-m must be positive and at most 1000000";
+  if (attitude_sigma_rad && !(*attitude_sigma_rad > 0 && *attitude_sigma_rad < 3.2))
+    return "attitude-sigma-deg must lie between 0 and 180";
+  if (jobs < 0) return "jobs must not be negative";
+  return std::nullopt;
+}
+
+std::vector<ExteriorResult> RunExterior(const ExteriorRunOptions& options,
+                                        const std::function<void(const ExteriorResult&)>& done) {
+  if (const auto wrong = options.Check()) throw UsageError(*wrong);
+  const Setting setting = Prepare(options);
+  MakeOutputDirectory(options.out);
+  std::optional<PatchDatabase> learning = OpenForFeedback(options);
+  std::vector<ExteriorResult> results(options.photos.size());
+  std::mutex mutex;
+  const auto orient_one = [&](std::size_t i) {
+    const std::string known = ExteriorResultPath(options.out, PhotoName(options.photos[i]));
+    const bool keep = options.resume && fs::exists(known);
+    results[i] = keep ? ReadExteriorResult(known) : OrientOrFail(setting, options.photos[i]);
+    const std::lock_guard<std::mutex> lock(mutex);
+    if (!keep) {
+      // In this order: a result that is there has been told, whenever the run was killed.
+      if (learning) Feedback(*learning, &results[i]);
+      WriteExteriorResult(options.out, results[i]);
+    }
+    if (done) done(results[i]);
+  };
+  tbb::task_arena arena(options.jobs > 0 ? options.jobs : tbb::task_arena::automatic);
+  arena.execute([&] {
+    std::vector<std::size_t> order(options.photos.size());
+    for (std::size_t i = 0; i < order.size(); ++i) order[i] = i;
+    tbb::parallel_for_each(order, orient_one);
+  });
+  WriteOrientationTable((fs::path(options.out) / "orientation.csv").string(),
+                        TableOf(results, setting.crs));
+  return results;
+}
+
+}  // namespace orient

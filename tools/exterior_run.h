@@ -1,0 +1,41 @@
+// Exterior orientation of many photos from files: what `orient exterior` and `orient block` share.
+#pragma once
+
+#include <functional>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "core/files/results.h"
+#include "core/geometry/crs.h"
+
+namespace orient {
+
+struct ExteriorRunOptions {
+  std::vector<std::string> photos;  // paths
+  std::string camera;
+  std::string approximations;
+  std::string dem;
+  std::string patchdb;
+  std::string out;
+  std::optional<std::string> interior;  // folder of <photo>.interior.json; film cameras need it
+  std::optional<Crs> crs;               // of the block; otherwise the patch database's
+  // One sigma, for photos whose approximation has no sigma columns; 10 m and 3 degrees where
+  // nobody says.
+  std::optional<double> position_sigma_m;
+  std::optional<double> attitude_sigma_rad;
+  bool feedback = true;  // tell the patch database what matched
+  bool resume = false;   // keep results that are there
+  int jobs = 0;          // photos at a time; 0: one per core
+
+  std::optional<std::string> Check() const;  // what is wrong with the options, if anything
+};
+
+// Orients the photos side by side, writes each photo's <photo>.exterior.json as soon as it is done
+// and at the end orientation.csv with its .prj (photos that are ok or weak). `done` is called once
+// per photo, from one thread at a time. A photo that cannot be read fails, the others go on.
+// Throws InputError for what concerns all photos: camera, tables, DEM, database, CRS.
+std::vector<ExteriorResult> RunExterior(
+    const ExteriorRunOptions& options, const std::function<void(const ExteriorResult&)>& done = {});
+
+}  // namespace orient

@@ -1,0 +1,32 @@
+// Interior orientation of many scans from files: what `orient interior` and `orient block` share.
+#pragma once
+
+#include <functional>
+#include <string>
+#include <vector>
+
+#include "core/files/camera_file.h"
+#include "core/files/results.h"
+#include "interior/interior.h"
+
+namespace orient {
+
+struct InteriorRunOptions {
+  std::vector<std::string> photos;  // paths
+  std::string camera;
+  std::string out;
+  InteriorOptions scan;
+  bool resume = false;  // keep results that are there
+  int jobs = 0;         // photos at a time; 0: one per core
+};
+
+// The drawings of a camera's marks, with the template images they refer to.
+MarkShapes LoadMarkShapes(const CameraFile& camera);
+
+// Orients the scans side by side; writes each photo's <photo>.interior.json and <photo>.marks.png
+// as soon as it is done. `done` may be called from several threads. A damaged scan fails its photo
+// only. Throws UsageError where two photos share a name, InputError for what concerns all photos.
+std::vector<InteriorResult> RunInterior(const InteriorRunOptions& options,
+                                        const std::function<void()>& done = {});
+
+}  // namespace orient

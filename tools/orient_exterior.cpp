@@ -1,0 +1,75 @@
+// orient exterior: poses of photos from control patches.
+#include <algorithm>
+#include <ostream>
+
+#include "core/files/block_file.h"
+#include "core/files/orientation_table.h"
+#include "tools/commands.h"
+#include "tools/exterior_run.h"
+#include "tools/exterior_summary.h"
+#include "tools/progress.h"
+#include "tools/shared_options.h"
+
+namespace orient {
+namespace {
+
+class ExteriorCommand : public Command {
+ public:
+  std::string Name() const override { return "exterior"; }
+  std::string Summary() const override {
+    return "Exterior orientation: poses of photos from control patches";
+  }
+
+  void Setup(CLI::App& app) override {
+    AddPhotosOption(app, &patterns_);
+    app.add_option("--camera", options_.camera, "Camera file (TOML)")->required();
+    app.add_option("--approximations", options_.approximations,
+                   "Approximate orientation (OPK CSV, its .prj beside it)")
+        ->required();
+    app.add_option("--dem", options_.dem, "Ground heights, any raster GDAL reads")->required();
+    app.add_option("--patchdb", options_.patchdb, "Patch database")->required();
+    app.add_option("--interior", options_.interior,
+                   "Folder with the results of 'orient interior'; film photos need it");
+    app.add_option("--position-sigma-m", options_.position_sigma_m,
+                   "One sigma of approximate positions without sigma columns, metres "
+                   "(10 where nobody says)");
+    app.add_option("--attitude-sigma-deg", attitude_sigma_deg_,
+                   "One sigma of approximate angles without sigma columns, degrees "
+                   "(3 where nobody says)");
+    app.add_flag("--no-feedback", no_feedback_,
+                 "Do not tell the patch database which patches were found");
+    AddJobsOption(app, &options_.jobs);
+    AddOutputOptions(app, &output_);
+    app.add_flag("--resume", options_.resume, "Keep the results that are there, do the others");
+  }
+
+  ExitCode Run(std::ostream& out) override {
+    options_.photos = ExpandPhotos(patterns_, "");
+    options_.out = output_.directory;
+    if (attitude_sigma_deg_) options_.attitude_sigma_rad = RadFromDeg(*attitude_sigma_deg_);
+    options_.feedback = !no_feedback_;
+    std::vector<std::string> results;
+    for (const std::string& photo : options_.photos)
+      results.push_back(ExteriorResultPath(options_.out, PhotoName(photo)));
+    RefuseToOverwrite(results, output_.overwrite || options_.resume, "--resume");
+
+    Progress progress("exterior orientation", static_cast<int>(options_.photos.size()));
+    const auto done = RunExterior(options_, [&](const ExteriorResult&) { progress.Advance(); });
+    progress.Finish();
+    PrintExteriorSummary(done, out);
+    return AllOriented(done) ? ExitCode::kAllDone : ExitCode::kSomeNotOriented;
+  }
+
+ private:
+  std::vector<std::string> patterns_;
+  ExteriorRunOptions options_;
+  OutputOptions output_;
+  std::optional<double> attitude_sigma_deg_;
+  bool no_feedback_ = false;
+};
+
+}  // namespace
+
+std::unique_ptr<Command> MakeExteriorCommand() { return std::make_unique<ExteriorCommand>(); }
+
+}  // namespace orient

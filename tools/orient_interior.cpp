@@ -1,0 +1,89 @@
+// orient interior: fiducial marks, and with them the transform from pixel to film.
+#include <CLI/CLI.hpp>
+#include <algorithm>
+#include <ostream>
+
+#include "core/files/block_file.h"
+#include "core/files/orientation_table.h"
+#include "tools/commands.h"
+#include "tools/interior_run.h"
+#include "tools/progress.h"
+#include "tools/shared_options.h"
+#include "tools/summary_table.h"
+
+namespace orient {
+namespace {
+
+std::string First(const std::vector<std::string>& messages) {
+  return messages.empty() ? "" : messages.front();
+}
+
+class InteriorCommand : public Command {
+ public:
+  std::string Name() const override { return "interior"; }
+  std::string Summary() const override {
+    return "Interior orientation: find the fiducial marks, pixel to film";
+  }
+
+  void Setup(CLI::App& app) override {
+    AddPhotosOption(app, &patterns_);
+    app.add_option("--camera", camera_path_, "Camera file (TOML)")->required();
+    AddOutputOptions(app, &output_);
+    app.add_flag("--resume", resume_, "Keep the results that exist, do the other photos");
+    AddScanOptions(app, &scan_);
+    app.add_option("--locator", locator_, "How marks are searched")
+        ->check(CLI::IsMember({"auto", "ncc"}))
+        ->capture_default_str();
+    AddJobsOption(app, &jobs_);
+  }
+
+  ExitCode Run(std::ostream& out) override {
+    InteriorRunOptions options;
+    options.photos = ExpandPhotos(patterns_, "");
+    options.camera = camera_path_;
+    options.out = output_.directory;
+    options.scan = {scan_.pixel_size_um, scan_.polarity, scan_.orientation};
+    options.resume = resume_;
+    options.jobs = jobs_;
+    std::vector<std::string> paths;
+    for (const std::string& photo : options.photos)
+      paths.push_back(InteriorResultPath(options.out, PhotoName(photo)));
+    RefuseToOverwrite(paths, output_.overwrite || resume_, "--resume");
+    Progress progress("interior orientation", static_cast<int>(options.photos.size()));
+    const auto results = RunInterior(options, [&] { progress.Advance(); });
+    progress.Finish();
+    return Summarise(results, out);
+  }
+
+ private:
+  static ExitCode Summarise(const std::vector<InteriorResult>& results, std::ostream& out) {
+    SummaryTable table({"photo", "status", "marks", "sigma0 um", "margin", "pixel um", "message"});
+    bool all = true;
+    for (const InteriorResult& r : results) {
+      const auto used = std::count_if(r.marks.begin(), r.marks.end(), [](const MarkResult& m) {
+        return m.state == MarkState::kUsed;
+      });
+      table.AddRow({r.photo, std::string(orient::Name(r.status)),
+                    std::to_string(used) + "/" + std::to_string(r.marks.size()),
+                    Fixed(r.sigma0_um, 1), Fixed(r.margin, 1), Fixed(r.pixel_size_um, 2),
+                    First(r.messages)});
+      all = all && r.status != Status::kFailed;
+    }
+    table.Print(out);
+    return all ? ExitCode::kAllDone : ExitCode::kSomeNotOriented;
+  }
+
+  std::vector<std::string> patterns_;
+  std::string camera_path_;
+  OutputOptions output_;
+  bool resume_ = false;
+  ScanOptions scan_;
+  std::string locator_ = "auto";
+  int jobs_ = 0;
+};
+
+}  // namespace
+
+std::unique_ptr<Command> MakeInteriorCommand() { return std::make_unique<InteriorCommand>(); }
+
+}  // namespace orient

@@ -1,0 +1,54 @@
+#include <CLI/CLI.hpp>
+#include <filesystem>
+#include <ostream>
+
+#include "core/error.h"
+#include "tools/block_geopackage.h"
+#include "tools/commands.h"
+#include "tools/report/report.h"
+
+namespace orient {
+namespace {
+
+class ReportCommand : public Command {
+ public:
+  std::string Name() const override { return "report"; }
+  std::string Summary() const override {
+    return "Write report.html and block.gpkg of a finished block";
+  }
+
+  void Setup(CLI::App& app) override {
+    app.add_option("DIR", directory_, "Output folder of orient interior, exterior or block")
+        ->required();
+  }
+
+  ExitCode Run(std::ostream& out) override {
+    const BlockRecord block = ReadBlockRecord(directory_);
+    out << WriteReport(block) << "\n";
+    if (block.crs)
+      out << WriteBlockGeopackage(directory_, *block.crs, ExteriorResults(block)) << "\n";
+    RefuseDamaged(block);
+    return ExitCode::kAllDone;
+  }
+
+ private:
+  // The report shows what it can; that some files could not be read must not pass unnoticed.
+  static void RefuseDamaged(const BlockRecord& block) {
+    std::vector<std::string> problems = block.unreadable;
+    for (const PhotoRecord& photo : block.photos)
+      problems.insert(problems.end(), photo.unreadable.begin(), photo.unreadable.end());
+    if (problems.empty()) return;
+    std::string message = problems.front();
+    if (problems.size() > 1)
+      message += " (and " + std::to_string(problems.size() - 1) + " more; the report lists them)";
+    throw InputError(message);
+  }
+
+  std::string directory_;
+};
+
+}  // namespace
+
+std::unique_ptr<Command> MakeReportCommand() { return std::make_unique<ReportCommand>(); }
+
+}  // namespace orient

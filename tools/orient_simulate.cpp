@@ -1,0 +1,139 @@
+// orient simulate: a small block with exact truth, to try the program with and to test it.
+#include <CLI/CLI.hpp>
+#include <map>
+#include <optional>
+#include <ostream>
+
+#include "tools/commands.h"
+#include "tools/progress.h"
+#include "tools/shared_options.h"
+#include "tools/simulate/simulate.h"
+#include "tools/summary_table.h"
+
+namespace orient {
+namespace {
+
+class SimulateCommand : public Command {
+ public:
+  std::string Name() const override { return "simulate"; }
+  std::string Summary() const override { return "Make a small photo block whose truth is known"; }
+  void Setup(CLI::App& app) override;
+  ExitCode Run(std::ostream& out) override;
+
+ private:
+  void SetupBlock(CLI::App& app);
+  void SetupScans(CLI::App& app);
+  void SetupOldPhotos(CLI::App& app);
+
+  SimulationOptions options_;
+  OutputOptions output_;
+  std::string scan_orientation_ = "r0";
+  bool bare_ = false;
+};
+
+void SimulateCommand::Setup(CLI::App& app) {
+  AddOutputOptions(app, &output_);
+  app.add_option("--seed", options_.seed, "Everything random derives from it")
+      ->capture_default_str();
+  SetupBlock(app);
+  SetupScans(app);
+  SetupOldPhotos(app);
+}
+
+void SimulateCommand::SetupBlock(CLI::App& app) {
+  const auto add = [&](const char* name, auto& value, const char* help) {
+    app.add_option(name, value, help)->capture_default_str()->group("Block");
+  };
+  add("--photos", options_.photos, "Photos to orient");
+  add("--strips", options_.strips, "Strips that they lie in");
+  add("--gsd-m", options_.gsd_m, "Pixel of these photos on the ground, m");
+  add("--forward-overlap", options_.forward_overlap, "Within a strip, share of a photo");
+  add("--side-overlap", options_.side_overlap, "Between strips, share of a photo");
+  add("--kappa", options_.kappa_deg, "Of the first strip, degrees; every other one flies back");
+  add("--tilt-deg", options_.tilt_deg, "Sigma of omega and phi, degrees");
+  add("--relief-m", options_.relief_m, "Highest minus lowest ground, m");
+  add("--dem-cell-m", options_.dem_cell_m, "Cell of the DEM, m");
+  add("--crs", options_.crs, "Projected, metric CRS of the block");
+  add("--change", options_.change, "Share of the parcels that changed between the dates");
+  add("--position-error-m", options_.position_error_m, "Sigma of the approximate positions, m");
+  add("--attitude-error-deg", options_.attitude_error_deg,
+      "Sigma of the approximate angles, degrees");
+  app.add_flag("--bare", bare_, "No buildings and no trees")->group("Block");
+}
+
+void SimulateCommand::SetupScans(CLI::App& app) {
+  const auto add = [&](const char* name, auto& value, const char* help) {
+    return app.add_option(name, value, help)->capture_default_str()->group("Camera and scans");
+  };
+  const std::map<std::string, CameraPreset> presets = {{"demo", CameraPreset::kDemo},
+                                                       {"rc10", CameraPreset::kRc10},
+                                                       {"rc30", CameraPreset::kRc30},
+                                                       {"digital", CameraPreset::kDigital}};
+  app.add_option("--camera-preset", options_.camera,
+                 "demo (6 cm film), rc10, rc30 (23 cm film) or digital; default demo")
+      ->transform(CLI::CheckedTransformer(presets))
+      ->group("Camera and scans");
+  app.add_option("--pixel-size-um", options_.pixel_size_um, "Of the scans; default the preset's")
+      ->group("Camera and scans");
+  add("--scan-orientation", scan_orientation_, "How the film lies on the scanner")
+      ->check(CLI::IsMember({"r0", "r90", "r180", "r270", "m0", "m90", "m180", "m270", "random"}));
+  const std::map<std::string, Polarity> polarities = {{"positive", Polarity::kPositive},
+                                                      {"negative", Polarity::kNegative}};
+  app.add_option("--polarity", options_.polarity, "positive or negative; default positive")
+      ->transform(CLI::CheckedTransformer(polarities))
+      ->group("Camera and scans");
+  add("--bits", options_.bits, "Of a grey value, 8 or 16");
+  add("--scan-rotation-deg", options_.scan_rotation_deg, "Sigma of the film's turn, degrees");
+  add("--film-shrink-ppm", options_.film_shrink_ppm, "Sigma of the film's affine deformation");
+  add("--film-bend-um", options_.film_bend_um, "Its smooth rest, root mean square");
+  add("--grain", options_.grain, "Sigma in grey values of 8 bit");
+  add("--blur-px", options_.blur_px, "Sigma of the scanner's point spread");
+  add("--missing-marks", options_.missing_marks, "Fiducial marks that are not there");
+  add("--dirty-marks", options_.dirty_marks, "Fiducial marks under a hair and a blot");
+  app.add_flag("--mark-symbols", options_.mark_symbols, "Number the marks by lines beside them")
+      ->group("Camera and scans");
+}
+
+void SimulateCommand::SetupOldPhotos(CLI::App& app) {
+  const auto add = [&](const char* name, auto& value, const char* help) {
+    app.add_option(name, value, help)->capture_default_str()->group("Old photos");
+  };
+  add("--old-gsd-ratio", options_.old_gsd_ratio, "Their pixel on the ground / the new one");
+  add("--old-height-ratio", options_.old_height_ratio, "Their height above ground / the new one");
+  add("--old-kappa", options_.old_kappa_deg, "Their kappa relative to the new photos, degrees");
+  app.add_flag("--old-film", options_.old_film, "Scanned film, not digital")->group("Old photos");
+  app.add_flag("--ortho", options_.ortho, "Also an orthophoto of the old date")
+      ->group("Old photos");
+}
+
+ExitCode SimulateCommand::Run(std::ostream& out) {
+  options_.overwrite = output_.overwrite;
+  options_.objects = !bare_;
+  options_.orientation = ScanOrientationFromName(scan_orientation_);  // random: none for all
+  std::optional<Progress> progress;
+  const SimulationSummary summary = Simulate(options_, output_.directory, [&](int, int steps) {
+    if (progress)
+      progress->Advance();
+    else
+      progress.emplace("simulate", steps);
+  });
+  progress.reset();
+
+  SummaryTable table({"made", "count", "what"});
+  table.AddRow({"new photos", std::to_string(summary.photos.size()),
+                std::to_string(summary.width) + " x " + std::to_string(summary.height) +
+                    " px, flown " + Fixed(summary.flying_height_m, 0) + " m above ground"});
+  table.AddRow({"old photos", std::to_string(summary.old_photos.size()), "with their orientation"});
+  table.AddRow({"parcels", std::to_string(summary.parcels), "of land"});
+  table.AddRow({"buildings", std::to_string(summary.buildings), "not in the DEM"});
+  table.AddRow({"trees", std::to_string(summary.trees), "not in the DEM"});
+  table.Print(out);
+  out << "block " << summary.block_file << "\ntruth " << summary.truth_file << "\n";
+  return ExitCode::kAllDone;
+}
+
+}  // namespace
+
+std::unique_ptr<Command> MakeSimulateCommand() { return std::make_unique<SimulateCommand>(); }
+
+}  // namespace orient

@@ -1,0 +1,47 @@
+#include "tools/photo_interior.h"
+
+#include "core/error.h"
+#include "core/files/orientation_table.h"
+#include "core/files/results.h"
+
+namespace orient {
+namespace {
+
+std::string SizeText(int width, int height) {
+  return std::to_string(width) + " x " + std::to_string(height) + " px";
+}
+
+void RequireSize(const Raster& photo, int width, int height, const std::string& whose) {
+  if (photo.Width() != width || photo.Height() != height)
+    throw InputError(photo.Path() + " is " + SizeText(photo.Width(), photo.Height()) + ", " +
+                     whose + " is for " + SizeText(width, height) +
+                     "; give the camera or the image that belongs to it");
+}
+
+}  // namespace
+
+Affine2d PhotoFromPixelOf(const Raster& photo, const Camera& camera,
+                          const std::string& interior_directory) {
+  if (camera.kind == CameraKind::kDigital) {
+    if (camera.image_px)
+      RequireSize(photo, camera.image_px->x(), camera.image_px->y(),
+                  "camera '" + camera.name + "'");
+    return DigitalPhotoFromPixel(camera);
+  }
+  if (interior_directory.empty())
+    throw InputError(photo.Path() + " is a film photo: give the folder of its interior " +
+                     "orientation with --interior (made by 'orient interior')");
+  const std::string path = InteriorResultPath(interior_directory, PhotoName(photo.Path()));
+  const InteriorResult interior = ReadInteriorResult(path);
+  if (!interior.photo_from_pixel)
+    throw InputError(path + " holds no interior orientation (status " +
+                     std::string(Name(interior.status)) + "); leave this photo out");
+  if (interior.possible_orientations.size() > 1)
+    throw InputError(path +
+                     " leaves open how the film lies on the scan; repeat 'orient interior' " +
+                     "with --orientation");
+  RequireSize(photo, interior.width, interior.height, path);
+  return *interior.photo_from_pixel;
+}
+
+}  // namespace orient

@@ -1,0 +1,40 @@
+// One line on the error stream that says how far a long run is and how long it still takes.
+#pragma once
+
+#include <chrono>
+#include <mutex>
+#include <string>
+
+namespace orient {
+
+// Silent for the first two seconds. On a terminal one line is rewritten; elsewhere (a log) a line
+// appears every half minute. Safe to advance from several threads. The line is taken away by
+// Finish() or at the end of life.
+class Progress {
+ public:
+  Progress(std::string what, int total);  // "interior orientation", photos
+  ~Progress();
+  Progress(const Progress&) = delete;
+  Progress& operator=(const Progress&) = delete;
+
+  void Advance(int steps = 1);
+  void Finish();
+
+ private:
+  using Clock = std::chrono::steady_clock;
+  void Show(Clock::time_point now);
+
+  std::string what_;
+  int total_;
+  int done_ = 0;
+  bool is_terminal_;
+  bool shown_ = false;
+  Clock::time_point start_ = Clock::now();
+  Clock::time_point last_shown_ = start_;
+  std::mutex mutex_;
+};
+
+// "interior orientation  12 of 40, 30 %, 2 min 5 s left". Without a step done no time is known.
+std::string ProgressText(const std::string& what, int done, int total, double elapsed_s);
+
+}  // namespace orient

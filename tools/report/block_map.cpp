@@ -1,0 +1,341 @@
+#include "tools/report/block_map.h"
+
+#include <Eigen/Geometry>
+#include <cmath>
+#include <map>
+
+#include "tools/report/html_text.h"
+#include "tools/report/svg_shapes.h"
+
+namespace orient {
+namespace {
+
+using Eigen::Vector2d;
+using Box = Eigen::AlignedBox2d;
+
+// Sizes in the SVG's units; the page shows about 1 unit as 1 CSS pixel.
+constexpr double kWidth = 1000, kLongestHeight = 720;
+constexpr double kLeft = 34, kRight = 12, kTop = 12, kBottom = 34;
+constexpr double kPadding = 0.05;  // of the extent, around what is drawn
+constexpr double kTickReach = 34;  // half a coordinate's width: it must not leave the drawing
+constexpr double kLabelSize = 12;  // of the CSS class; a character is about this part as wide:
+constexpr double kLabelAdvance = 0.58 * kLabelSize;
+
+// Ground to SVG, north up.
+struct Sheet {
+  Box ground;
+  double scale = 1;  // units per metre
+  double width = 0, height = 0;
+
+  Vector2d At(const Vector2d& xy) const {
+    return {(xy.x() - ground.min().x()) * scale, (ground.max().y() - xy.y()) * scale};
+  }
+};
+
+// No projected CRS has larger coordinates; a damaged result must not blow up the map.
+constexpr double kLargestCoordinate_m = 1e8;
+
+void Extend(const Eigen::Vector3d& point_m, Box* box) {
+  if (point_m.head<2>().cwiseAbs().maxCoeff() < kLargestCoordinate_m)
+    box->extend(point_m.head<2>().eval());
+}
+
+void ExtendByPhoto(const PhotoRecord& photo, const PhotoVerdict& verdict, Box* box) {
+  if (photo.exterior)
+    for (const Eigen::Vector3d& corner : photo.exterior->footprint_m) Extend(corner, box);
+  if (verdict.pose) Extend(verdict.pose->position_m, box);
+}
+
+// Of the photos that did not fail, or of those that did where there are no others.
+Box GroundExtent(const BlockRecord& block, const BlockVerdict& verdict) {
+  Box box;
+  for (size_t i = 0; i < block.photos.size(); ++i)
+    if (verdict.photos[i].status != Status::kFailed)
+      ExtendByPhoto(block.photos[i], verdict.photos[i], &box);
+  for (size_t i = 0; i < block.photos.size() && box.isEmpty(); ++i)
+    ExtendByPhoto(block.photos[i], verdict.photos[i], &box);
+  return box;
+}
+
+Sheet MakeSheet(Box ground) {
+  constexpr double kSmallest_m = 10;  // a single projection centre has no extent
+  const Vector2d pad = (kPadding * ground.sizes()).cwiseMax(kSmallest_m);
+  ground = Box(Vector2d(ground.min() - pad), Vector2d(ground.max() + pad));
+  Sheet sheet;
+  sheet.width = kWidth - kLeft - kRight;
+  sheet.scale = std::min(sheet.width / ground.sizes().x(), kLongestHeight / ground.sizes().y());
+  sheet.height = std::max(ground.sizes().y() * sheet.scale, 120.0);
+  // What is left over beside a narrow block is ground as well.
+  const Vector2d half(0.5 * sheet.width / sheet.scale, 0.5 * sheet.height / sheet.scale);
+  const Vector2d centre = ground.center();
+  sheet.ground = Box(Vector2d(centre - half), Vector2d(centre + half));
+  return sheet;
+}
+
+std::string TextElement(const std::string& css_class, const Vector2d& at, const std::string& text,
+                        const std::string& more = "") {
+  return "<text class=\"" + css_class + "\" x=\"" + SvgNumber(at.x()) + "\" y=\"" +
+         SvgNumber(at.y()) + "\"" + more + ">" + text + "</text>\n";
+}
+
+std::string Grid(const Sheet& sheet) {
+  SvgPath lines;
+  std::string labels;
+  const double step = RoundNumberBelow(sheet.ground.sizes().maxCoeff() / 4);
+  const double x0 = std::ceil(sheet.ground.min().x() / step) * step;
+  for (double x = x0; x < sheet.ground.max().x(); x += step) {
+    const double at = sheet.At({x, 0}).x();
+    lines.AddLine({at, 0}, {at, sheet.height});
+    if (at + kTickReach < sheet.width + kRight && at > kTickReach - kLeft)
+      labels +=
+          TextElement("tick", {at, sheet.height + 16}, Grouped(x, 0), " text-anchor=\"middle\"");
+  }
+  const double y0 = std::ceil(sheet.ground.min().y() / step) * step;
+  for (double y = y0; y < sheet.ground.max().y(); y += step) {
+    const double at = sheet.At({0, y}).y();
+    lines.AddLine({0, at}, {sheet.width, at});
+    const std::string place = SvgNumber(-8) + " " + SvgNumber(at);
+    labels += TextElement("tick", {-8, at}, Grouped(y, 0),
+                          " text-anchor=\"middle\" transform=\"rotate(-90 " + place + ")\"");
+  }
+  return lines.Element("grid") + labels;
+}
+
+std::string Footprint(const std::vector<Eigen::Vector3d>& ring, const Sheet& sheet, Status status,
+                      const std::string& name) {
+  if (ring.size() < 3) return "";
+  std::string points;
+  for (const Eigen::Vector3d& corner : ring) {
+    const Vector2d at = sheet.At(corner.head<2>());
+    points += (points.empty() ? "" : " ") + SvgNumber(at.x()) + "," + SvgNumber(at.y());
+  }
+  return "<polygon class=\"fp fp-" + std::string(Name(status)) + "\" points=\"" + points +
+         "\"><title>" + Escape(name) + ": " + std::string(Name(status)) + "</title></polygon>\n";
+}
+
+// What one patch was worth to the block: its best outcome in any photo.
+std::map<std::int64_t, const PatchResult*> BestOutcomes(const BlockRecord& block) {
+  const auto rank = [](PatchState state) {
+    return state == PatchState::kMatched    ? 0
+           : state == PatchState::kRejected ? 1
+           : state == PatchState::kNotFound ? 2
+                                            : 3;
+  };
+  std::map<std::int64_t, const PatchResult*> best;
+  for (const PhotoRecord& photo : block.photos) {
+    if (!photo.exterior) continue;
+    for (const PatchResult& patch : photo.exterior->patches) {
+      if (!patch.ground_m) continue;
+      const PatchResult*& known = best[patch.id];
+      if (known == nullptr || rank(patch.state) < rank(known->state)) known = &patch;
+    }
+  }
+  return best;
+}
+
+// Smaller where there are many, so that the map under them can still be seen.
+double DotSize(size_t count, const Sheet& sheet) {
+  constexpr double kSmallest = 1.2, kLargest = 5, kPartOfSpacing = 0.3;
+  const double spacing = std::sqrt(sheet.width * sheet.height / static_cast<double>(count + 1));
+  return std::clamp(kPartOfSpacing * spacing, kSmallest, kLargest);
+}
+
+std::string Patches(const BlockRecord& block, const Sheet& sheet) {
+  const auto outcomes = BestOutcomes(block);
+  const double dot = DotSize(outcomes.size(), sheet);
+  SvgPath matched, rejected, not_found, not_visible;
+  for (const auto& [id, patch] : outcomes) {
+    const Vector2d xy = patch->ground_m->head<2>();
+    if (!sheet.ground.contains(xy)) continue;
+    const Vector2d at = sheet.At(xy);
+    if (patch->state == PatchState::kMatched) matched.AddDot(at);
+    if (patch->state == PatchState::kRejected) rejected.AddCross(at, 0.52 * dot);
+    if (patch->state == PatchState::kNotFound) not_found.AddDot(at);
+    if (patch->state == PatchState::kNotVisible) not_visible.AddDot(at);
+  }
+  return "<g style=\"--dot:" + SvgNumber(dot) + "px\">" + not_visible.Element("p-not_visible") +
+         not_found.Element("p-not_found") + rejected.Element("p-rejected") +
+         matched.Element("p-matched") + "</g>\n";
+}
+
+// "photos share '3324c_2015_'" : the part of all names up to a separator, left out in the map.
+size_t SharedPrefix(const BlockRecord& block) {
+  if (block.photos.size() < 2) return 0;
+  const std::string& first = block.photos.front().name;
+  size_t shared = first.size();
+  for (const PhotoRecord& photo : block.photos) {
+    const auto end = std::mismatch(first.begin(), first.begin() + static_cast<long>(shared),
+                                   photo.name.begin(), photo.name.end());
+    shared = static_cast<size_t>(end.first - first.begin());
+  }
+  const size_t separator = first.substr(0, shared).find_last_of("_- .");
+  constexpr size_t kWorthwhile = 4;
+  return separator == std::string::npos || separator + 1 < kWorthwhile ? 0 : separator + 1;
+}
+
+std::optional<Vector2d> LabelPlace(const PhotoRecord& photo, const PhotoVerdict& verdict) {
+  if (photo.exterior && photo.exterior->footprint_m.size() >= 3) {
+    Box box;
+    for (const Eigen::Vector3d& corner : photo.exterior->footprint_m)
+      box.extend(corner.head<2>().eval());
+    return box.center();
+  }
+  if (verdict.pose) return verdict.pose->position_m.head<2>();
+  return std::nullopt;
+}
+
+struct Labels {
+  std::string svg;
+  int left_out = 0;
+  std::vector<std::string> nowhere, outside;  // photos
+};
+
+// Names where they do not cover one another; some shifted, some left out.
+class LabelLayout {
+ public:
+  explicit LabelLayout(const Sheet& sheet) : sheet_(sheet) {}
+
+  std::optional<Vector2d> Place(const Vector2d& wanted, double width) {
+    for (const double shift : {0.0, -1.3, 1.3}) {
+      const Vector2d at = wanted + Vector2d(0, shift * kLabelSize);
+      const Vector2d half(0.5 * width + 2, 0.55 * kLabelSize);
+      const Box box(Vector2d(at - half), Vector2d(at + half));
+      const Box page(Vector2d(0, 0), Vector2d(sheet_.width, sheet_.height));
+      const auto overlaps = [&](const Box& other) { return box.intersects(other); };
+      if (!page.contains(box) || std::any_of(taken_.begin(), taken_.end(), overlaps)) continue;
+      taken_.push_back(box);
+      return at;
+    }
+    return std::nullopt;
+  }
+
+ private:
+  const Sheet& sheet_;
+  std::vector<Box> taken_;
+};
+
+size_t Characters(const std::string& text) {
+  return static_cast<size_t>(
+      std::count_if(text.begin(), text.end(), [](char c) { return (c & 0xC0) != 0x80; }));
+}
+
+Labels PhotoLabels(const BlockRecord& block, const BlockVerdict& verdict, const Sheet& sheet) {
+  const size_t prefix = SharedPrefix(block);
+  LabelLayout layout(sheet);
+  Labels labels;
+  for (size_t i = 0; i < block.photos.size(); ++i) {
+    const PhotoRecord& photo = block.photos[i];
+    const auto place = LabelPlace(photo, verdict.photos[i]);
+    if (!place) {
+      labels.nowhere.push_back(photo.name);
+      continue;
+    }
+    if (!sheet.ground.contains(*place)) {
+      labels.outside.push_back(photo.name);
+      continue;
+    }
+    const std::string text = (prefix > 0 ? "…" : "") + ValidText(photo.name.substr(prefix));
+    const double width = kLabelAdvance * static_cast<double>(Characters(text));
+    const auto at = layout.Place(sheet.At(*place), width);
+    if (!at) {
+      ++labels.left_out;
+      continue;
+    }
+    labels.svg += "<a href=\"#photo-" + std::to_string(i + 1) + "\">" +
+                  TextElement("label", *at + Vector2d(0, 0.35 * kLabelSize), Escape(text),
+                              " text-anchor=\"middle\"") +
+                  "</a>";
+  }
+  return labels;
+}
+
+std::string ScaleBar(const Sheet& sheet) {
+  const double length_m = RoundNumberBelow(0.2 * sheet.width / sheet.scale);
+  const double length = length_m * sheet.scale, x = sheet.width - 16, y = sheet.height - 16;
+  const bool kilometres = length_m >= 1000;
+  const std::string text = SvgNumber(kilometres ? length_m / 1000 : length_m, 3) +
+                           (kilometres ? "\xE2\x80\xAFkm" : "\xE2\x80\xAFm");
+  SvgPath bar;
+  bar.AddLine({x - length, y}, {x, y});
+  bar.AddLine({x - length, y - 4}, {x - length, y + 4});
+  bar.AddLine({x, y - 4}, {x, y + 4});
+  return bar.Element("halo") + bar.Element("bar") +
+         TextElement("label", {x - length / 2, y - 7}, text, " text-anchor=\"middle\"");
+}
+
+std::string NorthArrow(const Sheet& sheet) {
+  const double x = sheet.width - 24;
+  SvgPath arrow;
+  arrow.AddArrow({x, 52}, {x, 26});
+  return arrow.Element("halo") + arrow.Element("bar") +
+         TextElement("label", {x, 20}, "N", " text-anchor=\"middle\"");
+}
+
+// What deserves a look lies on top.
+std::string PhotoShapes(const BlockRecord& block, const BlockVerdict& verdict, const Sheet& sheet) {
+  std::string svg;
+  SvgPath centres;
+  for (const Status status : {Status::kOk, Status::kWeak, Status::kFailed})
+    for (size_t i = 0; i < block.photos.size(); ++i) {
+      if (verdict.photos[i].status != status) continue;
+      const PhotoRecord& photo = block.photos[i];
+      if (photo.exterior) svg += Footprint(photo.exterior->footprint_m, sheet, status, photo.name);
+      if (!verdict.photos[i].pose) continue;
+      const Vector2d at = sheet.At(verdict.photos[i].pose->position_m.head<2>());
+      centres.AddLine(at - Vector2d(5, 0), at + Vector2d(5, 0));
+      centres.AddLine(at - Vector2d(0, 5), at + Vector2d(0, 5));
+    }
+  return svg + centres.Element("centre");
+}
+
+std::string NamesNote(const std::string& before, const std::vector<std::string>& names) {
+  constexpr size_t kMost = 12;
+  if (names.empty()) return "";
+  std::string text = before;
+  for (size_t i = 0; i < std::min(names.size(), kMost); ++i)
+    text += (i > 0 ? ", " : "") + Escape(names[i]);
+  if (names.size() > kMost) text += " and " + std::to_string(names.size() - kMost) + " more";
+  return text + ". ";
+}
+
+std::string Caption(const BlockRecord& block, const Labels& labels) {
+  std::string text =
+      "<figcaption><span class=\"key\"><i class=\"sw ok\"></i>ok</span><span class=\"key\">"
+      "<i class=\"sw weak\"></i>weak</span><span class=\"key\"><i class=\"sw failed\"></i>failed"
+      "</span><span class=\"key\"><i class=\"dot matched\"></i>patch matched</span>"
+      "<span class=\"key\"><i class=\"cross\">×</i>rejected</span><span class=\"key\">"
+      "<i class=\"dot not_found\"></i>not found</span><span class=\"key\">"
+      "<i class=\"cross plus\">+</i>projection centre</span><br/>East to the right, north up, "
+      "metres";
+  text += block.crs ? " in " + Escape(block.crs->Name()) + ". " : ". ";
+  text += "A patch shows its best outcome in any photo. ";
+  if (const size_t prefix = SharedPrefix(block); prefix > 0)
+    text += "Names are without their common beginning “" +
+            Escape(block.photos.front().name.substr(0, prefix)) + "”. ";
+  if (labels.left_out > 0)
+    text += std::to_string(labels.left_out) + " names are left out where they would overlap. ";
+  text += NamesNote("Not in the map, without a pose: ", labels.nowhere);
+  text += NamesNote("Outside the map: ", labels.outside);
+  return text + "</figcaption>";
+}
+
+}  // namespace
+
+std::string BlockMap(const BlockRecord& block, const BlockVerdict& verdict) {
+  const Box extent = GroundExtent(block, verdict);
+  if (extent.isEmpty()) return "<p class=\"note\">No photo has a place on the ground yet.</p>\n";
+  const Sheet sheet = MakeSheet(extent);
+  const Labels labels = PhotoLabels(block, verdict, sheet);
+  const std::string w = SvgNumber(sheet.width), h = SvgNumber(sheet.height);
+  const std::string frame = "width=\"" + w + "\" height=\"" + h + "\"";
+  return "<figure class=\"map\"><svg viewBox=\"0 0 " + SvgNumber(kWidth) + " " +
+         SvgNumber(sheet.height + kTop + kBottom) +
+         "\" role=\"img\" aria-label=\"Map of the block\">\n<g transform=\"translate(" +
+         SvgNumber(kLeft) + " " + SvgNumber(kTop) + ")\">\n<rect class=\"sheet\" " + frame +
+         "/>\n" + Grid(sheet) + "<svg " + frame + ">\n" + PhotoShapes(block, verdict, sheet) +
+         Patches(block, sheet) + labels.svg + ScaleBar(sheet) + NorthArrow(sheet) +
+         "</svg>\n<rect class=\"neat\" " + frame + "/>\n</g></svg>\n" + Caption(block, labels) +
+         "</figure>\n";
+}
+
+}  // namespace orient

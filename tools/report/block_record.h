@@ -1,0 +1,41 @@
+// Everything an output folder says about a block: what the report and block.gpkg are made from.
+#pragma once
+
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "core/files/orientation_table.h"
+#include "core/files/results.h"
+#include "core/geometry/crs.h"
+
+namespace orient {
+
+struct PhotoRecord {
+  std::string name;
+  std::optional<InteriorResult> interior;
+  std::optional<ExteriorResult> exterior;
+  std::optional<OrientationRow> table_row;  // of orientation.csv
+  std::string marks_picture;                // file names in the folder, empty where absent
+  std::string patches_picture;
+  std::vector<std::string> unreadable;  // what is wrong with a damaged result file
+};
+
+struct BlockRecord {
+  std::string directory;
+  std::string title;                    // from the folder's name
+  std::optional<Crs> crs;               // of orientation.prj
+  std::vector<PhotoRecord> photos;      // by name
+  std::vector<std::string> unreadable;  // about orientation.csv and orientation.prj
+
+  bool HasExterior() const;  // whether any photo went through exterior orientation
+};
+
+// A damaged file is told in `unreadable` and the rest goes on. Throws InputError where `directory`
+// is no folder or holds no result of any photo.
+BlockRecord ReadBlockRecord(const std::string& directory);
+
+// The exterior results alone, for block.gpkg.
+std::vector<ExteriorResult> ExteriorResults(const BlockRecord& block);
+
+}  // namespace orient

@@ -1,0 +1,195 @@
+#include "tools/report/verdict.h"
+
+#include <algorithm>
+
+#include "tools/report/html_text.h"
+
+namespace orient {
+namespace {
+
+// A median of fewer says nothing about what is usual.
+constexpr size_t kFewestForMedian = 3;
+
+std::optional<double> Median(std::vector<double> values) {
+  if (values.empty()) return std::nullopt;
+  std::sort(values.begin(), values.end());
+  const size_t middle = values.size() / 2;
+  return values.size() % 2 == 1 ? values[middle] : 0.5 * (values[middle - 1] + values[middle]);
+}
+
+std::optional<double> MedianSigma0(const std::vector<PhotoVerdict>& photos,
+                                   std::optional<double> PhotoVerdict::*sigma0) {
+  std::vector<double> values;
+  for (const PhotoVerdict& photo : photos)
+    if (photo.status != Status::kFailed && photo.*sigma0) values.push_back(*(photo.*sigma0));
+  return Median(std::move(values));
+}
+
+double LargestPositionSigma(const PhotoVerdict& photo) {
+  return photo.sigma ? photo.sigma->head<3>().maxCoeff() : 0.0;
+}
+
+void CountMarks(const InteriorResult& interior, PhotoVerdict* verdict) {
+  verdict->marks = static_cast<int>(interior.marks.size());
+  verdict->marks_used = static_cast<int>(
+      std::count_if(interior.marks.begin(), interior.marks.end(),
+                    [](const MarkResult& mark) { return mark.state == MarkState::kUsed; }));
+  verdict->sigma0_um = interior.sigma0_um;
+}
+
+void CountPatches(const ExteriorResult& exterior, PhotoVerdict* verdict) {
+  for (const PatchResult& patch : exterior.patches) {
+    verdict->matched += patch.state == PatchState::kMatched;
+    verdict->not_found += patch.state == PatchState::kNotFound;
+    verdict->rejected += patch.state == PatchState::kRejected;
+    verdict->not_visible += patch.state == PatchState::kNotVisible;
+  }
+  verdict->sigma0_px = exterior.sigma0_px;
+  verdict->pose = exterior.pose;
+  if (exterior.covariance)
+    verdict->sigma = exterior.covariance->diagonal().cwiseMax(0.0).cwiseSqrt();
+}
+
+void AddReasons(const std::string& stage, const std::vector<std::string>& messages,
+                std::vector<std::string>* reasons) {
+  for (const std::string& message : messages) reasons->push_back(stage + message);
+}
+
+// Status of the last stage; whatever is missing or damaged makes the photo a failed one.
+void SetStatus(const PhotoRecord& photo, bool block_has_exterior, PhotoVerdict* verdict) {
+  verdict->reasons = photo.unreadable;
+  if (photo.interior)
+    AddReasons(photo.exterior || block_has_exterior ? "Interior: " : "", photo.interior->messages,
+               &verdict->reasons);
+  if (photo.exterior) AddReasons("", photo.exterior->messages, &verdict->reasons);
+  if (photo.exterior)
+    verdict->status = photo.exterior->status;
+  else if (photo.interior && !block_has_exterior)
+    verdict->status = photo.interior->status;
+  else if (photo.interior && photo.interior->status != Status::kFailed)
+    verdict->reasons.push_back("it has no exterior orientation; continue with --resume");
+  if (!photo.interior && !photo.exterior && photo.table_row) {
+    verdict->status = Status::kWeak;
+    verdict->reasons.push_back(
+        "only orientation.csv knows this photo: nothing here says how good its orientation is");
+  }
+  const bool interior_failed = photo.interior && photo.interior->status == Status::kFailed;
+  if (interior_failed && verdict->status != Status::kFailed) {
+    verdict->reasons.push_back("its interior orientation failed, so the exterior one is of no use");
+    verdict->status = Status::kFailed;
+  }
+  if (!photo.unreadable.empty()) verdict->status = Status::kFailed;
+}
+
+PhotoVerdict JudgePhoto(const PhotoRecord& photo, bool block_has_exterior) {
+  PhotoVerdict verdict;
+  if (photo.interior) CountMarks(*photo.interior, &verdict);
+  if (photo.exterior) CountPatches(*photo.exterior, &verdict);
+  if (!photo.exterior && photo.table_row) {
+    verdict.pose = photo.table_row->pose;
+    verdict.sigma = photo.table_row->sigma;
+    verdict.from_table = true;
+  }
+  SetStatus(photo, block_has_exterior, &verdict);
+  return verdict;
+}
+
+std::string Joined(const std::vector<std::string>& sentences) {
+  std::string text;
+  for (const std::string& sentence : sentences) text += (text.empty() ? "" : "; ") + sentence;
+  return text;
+}
+
+std::string Times(double value, double usual) {
+  return Decimal(value / usual, 1) + " times the block's median";
+}
+
+// How many matched patches lie further off than the photo's own sigma0 explains.
+int OutlyingPatches(const ExteriorResult& exterior) {
+  if (!exterior.sigma0_px || !(*exterior.sigma0_px > 0)) return 0;
+  const double limit = kConspicuousResidual * *exterior.sigma0_px;
+  return static_cast<int>(std::count_if(
+      exterior.patches.begin(), exterior.patches.end(), [&](const PatchResult& patch) {
+        return patch.state == PatchState::kMatched && patch.residual_px &&
+               patch.residual_px->norm() > limit;
+      }));
+}
+
+// What is conspicuous about a photo that says of itself that it is ok.
+std::vector<std::string> Peculiarities(const PhotoRecord& photo, const PhotoVerdict& verdict,
+                                       const BlockVerdict& block, std::optional<double> usual_m) {
+  std::vector<std::string> texts;
+  const auto outstanding = [](std::optional<double> value, std::optional<double> usual, double k) {
+    return value && usual && *usual > 0 && *value > k * *usual;
+  };
+  if (outstanding(verdict.sigma0_px, block.median_sigma0_px, kConspicuousSigma0))
+    texts.push_back("sigma0 is " + Decimal(*verdict.sigma0_px, 2) + " px, " +
+                    Times(*verdict.sigma0_px, *block.median_sigma0_px));
+  if (outstanding(verdict.sigma0_um, block.median_sigma0_um, kConspicuousSigma0))
+    texts.push_back("sigma0 of the marks is " + Decimal(*verdict.sigma0_um, 1) + " µm, " +
+                    Times(*verdict.sigma0_um, *block.median_sigma0_um));
+  const double sigma_m = LargestPositionSigma(verdict);
+  if (outstanding(sigma_m, usual_m, kConspicuousSigma))
+    texts.push_back("position sigma is " + Decimal(sigma_m, 2) + " m, " + Times(sigma_m, *usual_m));
+  const int outlying = photo.exterior ? OutlyingPatches(*photo.exterior) : 0;
+  if (outlying > 0)
+    texts.push_back(
+        std::to_string(outlying) +
+        (outlying == 1 ? " matched patch has a residual" : " matched patches have residuals") +
+        " above " + Decimal(kConspicuousResidual, 0) + " sigma0");
+  if (photo.interior && photo.exterior && photo.interior->status == Status::kWeak &&
+      verdict.status == Status::kOk)
+    texts.push_back("the interior orientation is weak: " + Joined(photo.interior->messages));
+  return texts;
+}
+
+void ListConcerns(const BlockRecord& block, BlockVerdict* verdict) {
+  for (const Status status : {Status::kFailed, Status::kWeak})
+    for (size_t i = 0; i < block.photos.size(); ++i) {
+      if (verdict->photos[i].status != status) continue;
+      const std::string reasons = Joined(verdict->photos[i].reasons);
+      verdict->concerns.push_back({i, reasons.empty() ? "no reason is given" : reasons});
+    }
+  std::vector<double> sigmas_m;
+  for (const PhotoVerdict& photo : verdict->photos)
+    if (photo.status != Status::kFailed && photo.sigma)
+      sigmas_m.push_back(LargestPositionSigma(photo));
+  BlockVerdict usual = *verdict;  // too few photos have no usual value
+  if (sigmas_m.size() < kFewestForMedian) usual.median_sigma0_px.reset();
+  if (block.photos.size() < kFewestForMedian) usual.median_sigma0_um.reset();
+  const auto usual_m = sigmas_m.size() < kFewestForMedian ? std::nullopt : Median(sigmas_m);
+  for (size_t i = 0; i < block.photos.size(); ++i) {
+    if (verdict->photos[i].status != Status::kOk) continue;
+    const auto texts = Peculiarities(block.photos[i], verdict->photos[i], usual, usual_m);
+    if (!texts.empty()) verdict->concerns.push_back({i, Joined(texts)});
+  }
+}
+
+}  // namespace
+
+BlockVerdict Judge(const BlockRecord& block) {
+  BlockVerdict verdict;
+  const bool has_exterior = block.HasExterior();
+  for (const PhotoRecord& photo : block.photos) {
+    verdict.photos.push_back(JudgePhoto(photo, has_exterior));
+    const PhotoVerdict& judged = verdict.photos.back();
+    verdict.ok += judged.status == Status::kOk;
+    verdict.weak += judged.status == Status::kWeak;
+    verdict.failed += judged.status == Status::kFailed;
+    verdict.matched += judged.matched;
+    verdict.searched += judged.Searched();
+  }
+  verdict.median_sigma0_px = MedianSigma0(verdict.photos, &PhotoVerdict::sigma0_px);
+  verdict.median_sigma0_um = MedianSigma0(verdict.photos, &PhotoVerdict::sigma0_um);
+  for (size_t i = 0; i < verdict.photos.size(); ++i) {
+    const PhotoVerdict& photo = verdict.photos[i];
+    if (!photo.sigma || photo.status == Status::kFailed) continue;
+    if (!verdict.least_precise ||
+        LargestPositionSigma(photo) > LargestPositionSigma(verdict.photos[*verdict.least_precise]))
+      verdict.least_precise = i;
+  }
+  ListConcerns(block, &verdict);
+  return verdict;
+}
+
+}  // namespace orient

@@ -1,0 +1,76 @@
+#include "tools/shared_options.h"
+
+#include <CLI/CLI.hpp>
+#include <algorithm>
+#include <filesystem>
+#include <system_error>
+
+#include "core/error.h"
+
+namespace orient {
+namespace fs = std::filesystem;
+
+CLI::Option* AddPhotosOption(CLI::App& app, std::vector<std::string>* patterns) {
+  return app.add_option("PHOTO", *patterns, "Scans or images; globs are expanded")->required();
+}
+
+CLI::Option* AddJobsOption(CLI::App& app, int* jobs) {
+  return app.add_option("--jobs", *jobs, "Photos worked on at the same time; 0: one a processor")
+      ->check(CLI::Range(0, 1024));
+}
+
+void AddOverwriteOption(CLI::App& app, bool* overwrite) {
+  app.add_flag("--overwrite", *overwrite, "Replace results that are there already");
+}
+
+void AddOutputOptions(CLI::App& app, OutputOptions* output) {
+  app.add_option("--out", output->directory, "Folder for the results; it is made")->required();
+  AddOverwriteOption(app, &output->overwrite);
+}
+
+void AddScanOptions(CLI::App& app, ScanOptions* scan) {
+  app.add_option("--pixel-size-um", scan->pixel_size_um,
+                 "Size of a scan pixel in micrometres, 1 to 1000; found out where absent")
+      ->check(CLI::Range(1.0, 1000.0));
+  app.add_option_function<std::string>(
+         "--polarity",
+         [scan](const std::string& text) {
+           scan->polarity.reset();
+           if (text == "positive") scan->polarity = Polarity::kPositive;
+           if (text == "negative") scan->polarity = Polarity::kNegative;
+         },
+         "Whether the scan shows bright ground bright")
+      ->check(CLI::IsMember({"auto", "positive", "negative"}))
+      ->default_str("auto");
+  std::vector<std::string> names = {"auto"};
+  for (const ScanOrientation orientation : kAllScanOrientations)
+    names.emplace_back(Name(orientation));
+  app.add_option_function<std::string>(
+         "--orientation",
+         [scan](const std::string& text) { scan->orientation = ScanOrientationFromName(text); },
+         "How the film lay on the scanner: turned counter-clockwise, m: mirrored first")
+      ->check(CLI::IsMember(names))
+      ->default_str("auto");
+}
+
+void MakeOutputDirectory(const std::string& directory) {
+  std::error_code error;
+  fs::create_directories(directory, error);
+  if (error || !fs::is_directory(directory))
+    throw InputError("cannot make the folder " + directory + ": " +
+                     (error ? error.message() : "a file of this name is in the way"));
+}
+
+void RefuseToOverwrite(const std::vector<std::string>& results, bool overwrite,
+                       const std::string& alternative) {
+  if (overwrite) return;
+  std::error_code error;
+  const auto existing = std::find_if(results.begin(), results.end(), [&](const std::string& path) {
+    return fs::exists(path, error);
+  });
+  if (existing == results.end()) return;
+  throw UsageError(*existing + " exists already; choose another folder or give --overwrite" +
+                   (alternative.empty() ? "" : " or " + alternative));
+}
+
+}  // namespace orient

@@ -1,0 +1,44 @@
+// Options that several subcommands have, declared once so that they read and behave the same.
+#pragma once
+
+#include <CLI/App.hpp>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "core/files/results.h"
+#include "core/geometry/transform2d.h"
+
+namespace orient {
+
+// PHOTO...: scans or globs; expand them in Run() with ExpandPhotos(patterns, "").
+CLI::Option* AddPhotosOption(CLI::App& app, std::vector<std::string>* patterns);
+
+// --jobs N: photos worked on at the same time; 0 (the default) is one a processor.
+CLI::Option* AddJobsOption(CLI::App& app, int* jobs);
+
+// --out DIR, required, and --overwrite.
+struct OutputOptions {
+  std::string directory;
+  bool overwrite = false;
+};
+void AddOutputOptions(CLI::App& app, OutputOptions* output);
+void AddOverwriteOption(CLI::App& app, bool* overwrite);
+
+// --pixel-size-um, --polarity and --orientation of a scan; empty means auto.
+struct ScanOptions {
+  std::optional<double> pixel_size_um;
+  std::optional<Polarity> polarity;
+  std::optional<ScanOrientation> orientation;
+};
+void AddScanOptions(CLI::App& app, ScanOptions* scan);
+
+// Makes the folder and those above it. Throws InputError naming it.
+void MakeOutputDirectory(const std::string& directory);
+
+// Throws UsageError naming the first of `results` that exists, unless `overwrite`. `alternative`
+// is a further remedy where a command has one ("--resume").
+void RefuseToOverwrite(const std::vector<std::string>& results, bool overwrite,
+                       const std::string& alternative = "");
+
+}  // namespace orient

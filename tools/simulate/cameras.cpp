@@ -1,0 +1,133 @@
+#include "tools/simulate/cameras.h"
+
+#include <cmath>
+#include <numbers>
+
+namespace orient::simulation {
+namespace {
+
+using Eigen::Vector2d;
+
+constexpr double kPastFilm_mm = 0.55;  // of the scanner's bed around the film
+
+// Scan of a film: the film and a little of what holds it.
+void SetFilm(double film_half_mm, double pixel_size_mm, SimulatedCamera* camera) {
+  camera->pixel_size_mm = pixel_size_mm;
+  camera->film_half_mm = film_half_mm;
+  camera->width_px = static_cast<int>(std::ceil(2 * (film_half_mm + kPastFilm_mm) / pixel_size_mm));
+  camera->height_px = camera->width_px;
+}
+
+void AddMark(const char* id, const Vector2d& position_mm, bool symbols, CameraFile* file) {
+  Fiducial fiducial{id, position_mm, "mark", std::nullopt};
+  if (symbols) {
+    const double inwards = position_mm.x() > 0 ? -1 : 1;
+    fiducial.symbol = MarkSymbol{SymbolKind::kLines, static_cast<int>(file->fiducials.size()) + 1,
+                                 Vector2d(1.9 * inwards, 0), Vector2d(0.4 * inwards, 0)};
+  }
+  file->fiducials.push_back(fiducial);
+}
+
+SimulatedCamera Demo(const SimulationOptions& options) {
+  SimulatedCamera camera;
+  Camera& geometry = camera.file.camera;
+  geometry.name = "Simulated 6 cm frame camera";
+  geometry.principal_distance_mm = 60.124;
+  geometry.principal_point_mm = {0.021, -0.013};
+  geometry.frame_mm = {56, 56};
+  geometry.lens = BrownDistortion{{-1.1e-7, 2.4e-11, 0}, {1.5e-7, -0.8e-7}};
+  camera.file.marks["mark"].elements = {CrossElement{2.0, 0.10, 0.5, 0}, DotElement{0.2},
+                                        CircleElement{1.3, 0.08}};
+  AddMark("1", {-26.204, 26.197}, options.mark_symbols, &camera.file);
+  AddMark("2", {26.201, 26.203}, options.mark_symbols, &camera.file);
+  AddMark("3", {26.196, -26.202}, options.mark_symbols, &camera.file);
+  AddMark("4", {-26.199, -26.198}, options.mark_symbols, &camera.file);
+  SetFilm(30.2, options.pixel_size_um.value_or(25) * 1e-3, &camera);
+  return camera;
+}
+
+// 23 cm film: 212 mm frame; the RC30 has marks in the middle of the sides as well.
+SimulatedCamera Wild(const SimulationOptions& options, bool rc30) {
+  SimulatedCamera camera;
+  Camera& geometry = camera.file.camera;
+  geometry.name = rc30 ? "Simulated Wild RC30" : "Simulated Wild RC10";
+  geometry.principal_distance_mm = rc30 ? 153.412 : 152.673;
+  geometry.principal_point_mm = rc30 ? Vector2d(0.006, -0.003) : Vector2d(0.012, 0.008);
+  geometry.frame_mm = {212, 212};
+  geometry.lens = RadialTable{{0, 30, 60, 90, 120, 150}, {0, 1.8, 2.6, 0.4, -2.9, -1.2}};
+  camera.file.marks["mark"].elements = {
+      CrossElement{2.4, 0.10, 0.6, rc30 ? 0 : std::numbers::pi / 4}, DotElement{0.15},
+      CircleElement{1.6, 0.08}};
+  AddMark("1", {-106.004, -106.001}, options.mark_symbols, &camera.file);
+  AddMark("2", {105.998, 105.999}, options.mark_symbols, &camera.file);
+  AddMark("3", {-106.002, 106.005}, options.mark_symbols, &camera.file);
+  AddMark("4", {106.003, -106.002}, options.mark_symbols, &camera.file);
+  if (rc30) {
+    AddMark("5", {-110.003, 0.002}, options.mark_symbols, &camera.file);
+    AddMark("6", {110.001, -0.001}, options.mark_symbols, &camera.file);
+    AddMark("7", {0.002, 110.004}, options.mark_symbols, &camera.file);
+    AddMark("8", {-0.001, -110.002}, options.mark_symbols, &camera.file);
+  }
+  SetFilm(115, options.pixel_size_um.value_or(50) * 1e-3, &camera);
+  return camera;
+}
+
+// A digital frame of the given sensor; the pixel size is fitted to a whole number of pixels.
+SimulatedCamera Digital(const std::string& name, const Vector2d& sensor_mm, double principal_mm,
+                        double pixel_size_mm) {
+  SimulatedCamera camera;
+  Camera& geometry = camera.file.camera;
+  geometry.name = name;
+  geometry.kind = CameraKind::kDigital;
+  geometry.principal_distance_mm = principal_mm;
+  geometry.principal_point_mm = {-0.014, 0.009};
+  camera.width_px = static_cast<int>(std::lround(sensor_mm.x() / pixel_size_mm));
+  camera.height_px = static_cast<int>(std::lround(sensor_mm.y() / pixel_size_mm));
+  camera.pixel_size_mm = pixel_size_mm;
+  geometry.image_px = Eigen::Vector2i(camera.width_px, camera.height_px);
+  geometry.frame_mm = pixel_size_mm * Vector2d(camera.width_px, camera.height_px);
+  geometry.lens = BrownDistortion{{3.0e-8, -4.0e-12, 0}, {-0.5e-7, 0.4e-7}};
+  if (geometry.frame_mm.norm() > 150) geometry.lens = std::monostate{};
+  return camera;
+}
+
+}  // namespace
+
+SimulatedCamera NewCamera(const SimulationOptions& options) {
+  switch (options.camera) {
+    case CameraPreset::kRc10:
+      return Wild(options, false);
+    case CameraPreset::kRc30:
+      return Wild(options, true);
+    case CameraPreset::kDigital:
+      return Digital("Simulated digital frame camera", {53.4, 40.0}, 70.3,
+                     options.pixel_size_um.value_or(20) * 1e-3);
+    case CameraPreset::kDemo:
+      break;
+  }
+  return Demo(options);
+}
+
+SimulatedCamera OldCamera(const SimulationOptions& options) {
+  const SimulatedCamera fresh = NewCamera(options);
+  const Camera& geometry = fresh.file.camera;
+  const double longer = 1.12;
+  const double principal_mm = longer * geometry.principal_distance_mm;
+  // pixel = gsd * c / h, with everything relative to the new photo's pixel.
+  const double pixel_mm =
+      fresh.pixel_size_mm * options.old_gsd_ratio * longer / options.old_height_ratio;
+  if (!options.old_film)
+    return Digital("Simulated older digital camera", geometry.frame_mm, principal_mm, pixel_mm);
+  SimulationOptions film = options;
+  film.pixel_size_um = pixel_mm * 1e3;
+  SimulatedCamera camera = options.camera == CameraPreset::kDigital ? Demo(film) : NewCamera(film);
+  camera.file.camera.name = "Simulated older film camera";
+  camera.file.camera.principal_distance_mm = principal_mm;
+  return camera;
+}
+
+double FlyingHeight(const SimulatedCamera& camera, double gsd_m) {
+  return gsd_m / camera.pixel_size_mm * camera.file.camera.principal_distance_mm;
+}
+
+}  // namespace orient::simulation

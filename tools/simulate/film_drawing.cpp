@@ -1,0 +1,194 @@
+#include "tools/simulate/film_drawing.h"
+
+#include <tbb/parallel_for.h>
+
+#include "tools/simulate/noise.h"
+
+namespace orient::simulation {
+namespace {
+
+using Eigen::Vector2d;
+
+constexpr float kRebate = 0.06f;   // unexposed film beside the frame, on the positive
+constexpr float kHolder = 0.015f;  // what the scanner sees beyond the film
+constexpr float kMark = 0.92f;
+constexpr float kText = 0.75f;
+constexpr double kSymbolReach_mm = 7;    // no symbol reaches farther from its mark
+constexpr double kMarkPadding_mm = 0.6;  // dark around a mark whose background is dark
+
+// The film's characteristic curve: a toe, a straight part and a shoulder.
+float Exposed(float tone) {
+  const float t = std::clamp(1.2f * tone, 0.0f, 1.0f);
+  return 0.08f + 0.84f * (0.55f * t + 0.45f * t * t * (3 - 2 * t));
+}
+
+// Share of a pixel that lies inside an edge `distance` away (positive inside).
+float Inside(double distance_mm, double pixel_mm) {
+  return static_cast<float>(std::clamp(distance_mm / pixel_mm + 0.5, 0.0, 1.0));
+}
+
+// A five by seven dot pattern that looks like a character.
+bool InGlyph(std::uint32_t glyph, double u, double v) {
+  const int col = static_cast<int>(std::floor(u * 6)), row = static_cast<int>(std::floor(v * 7));
+  if (col < 0 || row < 0 || col >= 5 || row >= 7) return false;
+  // Mirror half of the glyphs: strokes that look drawn and not scattered.
+  const int stroke_col = (glyph & 1u) != 0 ? std::min(col, 4 - col) : col;
+  const bool stem = stroke_col == 0 && (glyph & 2u) != 0;
+  const bool bar = (row == 0 && (glyph & 4u) != 0) || (row == 3 && (glyph & 8u) != 0) ||
+                   (row == 6 && (glyph & 16u) != 0);
+  const bool foot = stroke_col == 2 && (glyph & 32u) != 0 && row > 2;
+  return stem || bar || foot;
+}
+
+// The data strip runs along the photo's left side, read from the bottom up.
+bool InDataStrip(const FilmFrame& film, const Vector2d& photo) {
+  const Camera& camera = film.camera.camera;
+  const double room = film.film_half_mm - 0.5 * camera.frame_mm.x();
+  const double size = 0.55 * room;  // of a character
+  const double across = camera.frame_centre_mm.x() - 0.5 * camera.frame_mm.x() - photo.x();
+  const double along = photo.y() - camera.frame_centre_mm.y() + 0.38 * camera.frame_mm.y();
+  const double pitch = 0.8 * size;
+  const auto letter = static_cast<std::int32_t>(std::floor(along / pitch));
+  if (along < 0 || along > 0.76 * camera.frame_mm.y()) return false;
+  const std::uint32_t glyph = Hash(film.seed, letter);
+  if (Unit(Mix(glyph)) < 0.22f) return false;  // a space between words
+  const double v = (0.75 * room - across) / size;
+  return InGlyph(glyph | 2u, along / pitch - letter, 1 - v);
+}
+
+bool InCross(const CrossElement& cross, const Vector2d& at) {
+  const double c = std::cos(cross.angle_rad), s = std::sin(cross.angle_rad);
+  const double u = std::abs(c * at.x() + s * at.y()), v = std::abs(c * at.y() - s * at.x());
+  const auto in_arm = [&](double along, double across) {
+    return across <= 0.5 * cross.width_mm && along <= 0.5 * cross.length_mm &&
+           along >= 0.5 * cross.gap_mm;
+  };
+  return in_arm(u, v) || in_arm(v, u);
+}
+
+bool InElement(const MarkElement& element, const Vector2d& at) {
+  if (const auto* cross = std::get_if<CrossElement>(&element)) return InCross(*cross, at);
+  if (const auto* dot = std::get_if<DotElement>(&element))
+    return at.norm() <= 0.5 * dot->diameter_mm;
+  const auto& circle = std::get<CircleElement>(element);
+  return std::abs(at.norm() - 0.5 * circle.diameter_mm) <= 0.5 * circle.width_mm;
+}
+
+// The rebate, the film's edge and the text, pixel by pixel.
+void DrawRebate(const FilmFrame& film, const ScanGeometry& scan, Image* image) {
+  const Camera& camera = film.camera.camera;
+  const double pixel = scan.Setup().pixel_size_mm;
+  tbb::parallel_for(0, image->height, [&](int row) {
+    for (int col = 0; col < image->width; ++col) {
+      const Vector2d photo = scan.PhotoFromPixel(Vector2d(col + 0.5, row + 0.5));
+      const Vector2d from_centre = (photo - camera.frame_centre_mm).cwiseAbs();
+      const double in_frame = (0.5 * camera.frame_mm - from_centre).minCoeff();
+      float& value = image->At(col, row);
+      const float picture = Exposed(value);
+      if (in_frame > pixel) {
+        value = picture;
+        continue;
+      }
+      float rebate = kRebate;
+      if (film.data_strip && InDataStrip(film, photo)) rebate = kText;
+      const float on_film = Inside(film.film_half_mm - from_centre.maxCoeff(), pixel);
+      rebate = kHolder + (rebate - kHolder) * on_film;
+      value = rebate + (picture - rebate) * Inside(in_frame, pixel);
+    }
+  });
+}
+
+float PaddingTone(const FilmFrame& film, size_t index, const Vector2d& at) {
+  if (film.conditions[index] != MarkCondition::kDirty) return kRebate;
+  // A hair across the mark and a bright blot over one part of it.
+  const std::uint32_t seed = Hash(film.seed + 5, static_cast<std::int32_t>(index));
+  const double angle = 3.1 * static_cast<double>(Unit(seed));
+  const double across = at.x() * std::sin(angle) - at.y() * std::cos(angle) + 0.2;
+  const Vector2d blot(0.5 * std::cos(angle), 0.5 * std::sin(angle));
+  if (std::abs(across + 0.15 * std::sin(3 * at.x())) < 0.035) return 0.6f;
+  return (at - blot).norm() < 0.22 ? 0.7f : kRebate;
+}
+
+// Where a pixel is sampled: a Fibonacci lattice. In each direction all samples differ, so that an
+// edge along the pixels is placed to 1/55 px and not, as by a square lattice, to 1/7.
+constexpr int kSamples = 55;
+Vector2d Sample(int i) { return {(i + 0.5) / kSamples, (34 * i % kSamples + 0.5) / kSamples}; }
+
+// One mark, its dark surroundings and its symbol.
+void DrawMark(const FilmFrame& film, size_t index, const ScanGeometry& scan, Image* image) {
+  const Fiducial& fiducial = film.camera.fiducials[index];
+  const MarkDrawing& drawing = film.camera.marks.at(fiducial.mark);
+  const bool dark = drawing.background == MarkBackground::kDark;
+  const bool visible = film.conditions[index] != MarkCondition::kMissing;
+  const double padding = MarkRadius(drawing) + kMarkPadding_mm;
+  const double pixel = scan.Setup().pixel_size_mm;
+  const double reach = (fiducial.symbol ? kSymbolReach_mm : 1.45 * padding) + pixel;
+  const Vector2d centre = scan.PixelFromPhoto(fiducial.position_mm);
+  const int reach_px = static_cast<int>(std::ceil(reach / pixel)) + 1;
+  const int col0 = std::max(0, static_cast<int>(centre.x()) - reach_px);
+  const int row0 = std::max(0, static_cast<int>(centre.y()) - reach_px);
+  const int col1 = std::min(image->width - 1, static_cast<int>(centre.x()) + reach_px);
+  const int row1 = std::min(image->height - 1, static_cast<int>(centre.y()) + reach_px);
+  tbb::parallel_for(row0, row1 + 1, [&](int row) {
+    for (int col = col0; col <= col1; ++col) {
+      const float below = image->At(col, row);
+      float sum = 0;
+      for (int i = 0; i < kSamples; ++i) {
+        const Vector2d offset = Sample(i);
+        const Vector2d at = scan.PhotoFromPixel(Vector2d(col, row) + offset) - fiducial.position_mm;
+        const bool bright =
+            InMark(drawing, at) || (fiducial.symbol && InSymbol(*fiducial.symbol, at));
+        if (visible && bright)
+          sum += kMark;
+        else
+          sum += dark && at.cwiseAbs().maxCoeff() < padding ? PaddingTone(film, index, at) : below;
+      }
+      image->At(col, row) = sum / kSamples;
+    }
+  });
+}
+
+}  // namespace
+
+double MarkRadius(const MarkDrawing& drawing) {
+  double radius = 0;
+  for (const MarkElement& element : drawing.elements) {
+    if (const auto* cross = std::get_if<CrossElement>(&element))
+      radius = std::max(radius, 0.5 * cross->length_mm);
+    else if (const auto* dot = std::get_if<DotElement>(&element))
+      radius = std::max(radius, 0.5 * dot->diameter_mm);
+    else if (const auto* circle = std::get_if<CircleElement>(&element))
+      radius = std::max(radius, 0.5 * (circle->diameter_mm + circle->width_mm));
+  }
+  return radius;
+}
+
+bool InMark(const MarkDrawing& drawing, const Vector2d& at_mm) {
+  return std::any_of(drawing.elements.begin(), drawing.elements.end(),
+                     [&](const MarkElement& element) { return InElement(element, at_mm); });
+}
+
+bool InSymbol(const MarkSymbol& symbol, const Vector2d& at_mm) {
+  constexpr double kBarLength_mm = 1.0, kBarWidth_mm = 0.15, kDotDiameter_mm = 0.35;
+  const Vector2d first = symbol.at_mm.value_or(Vector2d(2.4, 0));
+  const Vector2d step = symbol.step_mm.value_or(Vector2d(0.5, 0));
+  const Vector2d along = step.normalized();
+  for (int i = 0; i < symbol.count; ++i) {
+    const Vector2d d = at_mm - first - i * step;
+    if (symbol.kind == SymbolKind::kDots) {
+      if (d.norm() <= 0.5 * kDotDiameter_mm) return true;
+      continue;
+    }
+    const double across = std::abs(along.x() * d.y() - along.y() * d.x());
+    if (std::abs(along.dot(d)) <= 0.5 * kBarWidth_mm && across <= 0.5 * kBarLength_mm) return true;
+  }
+  return false;
+}
+
+void DrawFilm(const FilmFrame& film, const ScanGeometry& scan, Image* image) {
+  DrawRebate(film, scan, image);
+  for (size_t index = 0; index < film.camera.fiducials.size(); ++index)
+    DrawMark(film, index, scan, image);
+}
+
+}  // namespace orient::simulation

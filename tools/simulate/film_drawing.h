@@ -1,0 +1,33 @@
+// What a film carries beside the picture: the dark rebate with fiducial marks and the data strip.
+#pragma once
+
+#include <cstdint>
+#include <vector>
+
+#include "core/files/camera_file.h"
+#include "core/imaging/image.h"
+#include "tools/simulate/scan_geometry.h"
+
+namespace orient::simulation {
+
+enum class MarkCondition { kClean, kDirty, kMissing };
+
+struct FilmFrame {
+  CameraFile camera;
+  double film_half_mm = 0;                // the film's edge, from the frame's centre
+  std::vector<MarkCondition> conditions;  // one a fiducial
+  bool data_strip = true;                 // text beside the frame, on the photo's left side
+  std::uint32_t seed = 1;
+};
+
+// Distance of a mark drawing's outermost part from its centre, mm.
+double MarkRadius(const MarkDrawing& drawing);
+
+// Whether a place of the mark's drawing is bright; `at_mm` relative to the mark, photo axes.
+bool InMark(const MarkDrawing& drawing, const Eigen::Vector2d& at_mm);
+bool InSymbol(const MarkSymbol& symbol, const Eigen::Vector2d& at_mm);
+
+// Turns the scene's tones into the positive (0 black, 1 white) and draws the film around them.
+void DrawFilm(const FilmFrame& film, const ScanGeometry& scan, Image* image);
+
+}  // namespace orient::simulation

@@ -1,0 +1,77 @@
+#include "tools/simulate/geotiff.h"
+
+#include <gdal_priv.h>
+
+#include <cstdio>
+#include <filesystem>
+
+#include "core/error.h"
+
+namespace orient::simulation {
+namespace {
+
+struct CloseDataset {
+  void operator()(GDALDataset* dataset) const { GDALClose(dataset); }
+};
+
+[[noreturn]] void Fail(const std::string& path) {
+  throw InputError(path + ": cannot write the raster (" + CPLGetLastErrorMsg() +
+                   "); check the folder and the free space");
+}
+
+void SetResolution(double pixel_size_mm, GDALDataset* dataset) {
+  char per_cm[32];
+  std::snprintf(per_cm, sizeof per_cm, "%.9g", 10 / pixel_size_mm);
+  dataset->SetMetadataItem("TIFFTAG_XRESOLUTION", per_cm);
+  dataset->SetMetadataItem("TIFFTAG_YRESOLUTION", per_cm);
+  dataset->SetMetadataItem("TIFFTAG_RESOLUTIONUNIT", "3");  // pixels per centimetre
+}
+
+void SetReference(const GeoReference& reference, const std::string& path, GDALDataset* dataset) {
+  double transform[6] = {reference.west_m, reference.cell_m, 0, reference.north_m, 0,
+                         -reference.cell_m};
+  if (dataset->SetGeoTransform(transform) != CE_None ||
+      dataset->SetProjection(reference.crs.Wkt().c_str()) != CE_None)
+    Fail(path);
+}
+
+// Writes values of type `memory` into a file of type `stored`.
+void WriteTiff(const std::string& path, int width, int height, const void* values,
+               GDALDataType memory, GDALDataType stored, const std::optional<double>& pixel_size_mm,
+               const std::optional<GeoReference>& reference) {
+  GDALAllRegister();
+  GDALDriver* driver = GetGDALDriverManager()->GetDriverByName("GTiff");
+  if (driver == nullptr) throw InputError(path + ": this GDAL cannot write GeoTIFF");
+  const char* tiling[] = {"TILED=YES", "BLOCKXSIZE=256", "BLOCKYSIZE=256", nullptr};
+  const std::string partial = path + ".partial";
+  std::unique_ptr<GDALDataset, CloseDataset> dataset(
+      driver->Create(partial.c_str(), width, height, 1, stored, const_cast<char**>(tiling)));
+  if (dataset == nullptr) Fail(path);
+  if (pixel_size_mm) SetResolution(*pixel_size_mm, dataset.get());
+  if (reference) SetReference(*reference, path, dataset.get());
+  CPLErrorReset();
+  // GDAL only reads from the buffer here, though its interface cannot say so.
+  if (dataset->GetRasterBand(1)->RasterIO(GF_Write, 0, 0, width, height, const_cast<void*>(values),
+                                          width, height, memory, 0, 0) != CE_None)
+    Fail(path);
+  dataset.reset();
+  if (CPLGetLastErrorType() == CE_Failure) Fail(path);  // what did not fit shows when it is flushed
+  std::filesystem::rename(partial, path);
+}
+
+}  // namespace
+
+void WriteGreyTiff(const std::string& path, int width, int height,
+                   const std::vector<std::uint16_t>& values, int bits,
+                   const std::optional<double>& pixel_size_mm,
+                   const std::optional<GeoReference>& reference) {
+  WriteTiff(path, width, height, values.data(), GDT_UInt16, bits == 16 ? GDT_UInt16 : GDT_Byte,
+            pixel_size_mm, reference);
+}
+
+void WriteFloatTiff(const std::string& path, int width, int height,
+                    const std::vector<float>& values, const GeoReference& reference) {
+  WriteTiff(path, width, height, values.data(), GDT_Float32, GDT_Float32, std::nullopt, reference);
+}
+
+}  // namespace orient::simulation

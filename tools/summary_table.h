@@ -1,0 +1,27 @@
+// The table at the end of a run.
+#pragma once
+
+#include <iosfwd>
+#include <optional>
+#include <string>
+#include <vector>
+
+namespace orient {
+
+// Columns as wide as their widest cell, two spaces between them; a column whose cells are all
+// numbers (or "-") stands to the right.
+class SummaryTable {
+ public:
+  explicit SummaryTable(std::vector<std::string> header);
+  // Throws std::invalid_argument where the row is not as long as the header.
+  void AddRow(std::vector<std::string> cells);
+  void Print(std::ostream& out) const;
+
+ private:
+  std::vector<std::vector<std::string>> rows_;  // the header first
+};
+
+// A number with fixed decimals; "-" where there is none.
+std::string Fixed(const std::optional<double>& number, int decimals);
+
+}  // namespace orient
