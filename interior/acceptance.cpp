@@ -125,7 +125,8 @@ void JudgeFilm(const FilmReading& reading, const FilmTransform& film, Verdict* v
   if (std::abs(film.shear) > kMaxShear)
     weak(Text("The axes are sheared by %.1f mrad: not a plausible film or scanner.",
               1e3 * film.shear));
-  const double limit = reading.photogrammetric ? kMaxSigma0Photogrammetric : kMaxSigma0Desktop;
+  const double limit =
+      reading.scanner == Scanner::kPhotogrammetric ? kMaxSigma0Photogrammetric : kMaxSigma0Desktop;
   if (film.sigma0_um > limit)
     weak(Text("sigma0 of %.0f um is more than film deformation explains.", film.sigma0_um));
   else if (film.affine && film.sigma0_um > kNotableSigma0)

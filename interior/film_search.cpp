@@ -20,8 +20,9 @@ constexpr double kMaxMargin = 30.0;
 
 // A photogrammetric scanner leaves 1.5e-4 of affinity and film a few hundredths of a millimetre; a
 // desktop scanner or a print has scales that differ by up to 2.5 % and bends by a tenth.
-ConstellationPrior Prior(bool photogrammetric, const PixelSizeGuess& pixel_size,
-                         const Vector2d& free_mm, double coarse_pixel_mm) {
+ConstellationPrior Prior(Scanner scanner, const PixelSizeGuess& pixel_size, const Vector2d& free_mm,
+                         double coarse_pixel_mm) {
+  const bool photogrammetric = scanner == Scanner::kPhotogrammetric;
   ConstellationPrior prior;
   prior.shift_mm = 0.6 * free_mm + Vector2d::Constant(2.0);
   prior.turn_rad = 0.03;
@@ -51,14 +52,15 @@ class Reader {
         rectangle_(RectangleOfMarks(camera.fiducials)),
         scan_px_(scan.Width(), scan.Height()) {}
 
-  // Readings of one setting: both polarities, both kinds of scanner.
+  // Readings of one setting: both polarities, both kinds of scanner, unless the user named one.
   std::vector<FilmReading> Read(const Setting& setting, const InteriorOptions& options) {
     const auto found = Candidates(setting);
     std::vector<FilmReading> readings;
     for (const Polarity polarity : {Polarity::kPositive, Polarity::kNegative}) {
       if (options.polarity && *options.polarity != polarity) continue;
-      for (const bool photogrammetric : {true, false})
-        readings.push_back(Assign(setting, found, polarity, photogrammetric));
+      for (const Scanner scanner : {Scanner::kPhotogrammetric, Scanner::kDesktop})
+        if (options.scanner.value_or(scanner) == scanner)
+          readings.push_back(Assign(setting, found, polarity, scanner));
     }
     return readings;
   }
@@ -96,12 +98,12 @@ class Reader {
   }
 
   FilmReading Assign(const Setting& setting, const std::vector<MarkCandidates>& found,
-                     Polarity polarity, bool photogrammetric) const {
+                     Polarity polarity, Scanner scanner) const {
     FilmReading reading;
     reading.pixel_size = setting.pixel_size;
     reading.orientations = setting.orientations;
     reading.polarity = polarity;
-    reading.photogrammetric = photogrammetric;
+    reading.scanner = scanner;
     const ScanOrientation orientation = setting.orientations.front();
     const double p = setting.pixel_size.pixel_mm;
     const Vector2d middle = 0.5 * scan_px_.cast<double>();
@@ -120,7 +122,7 @@ class Reader {
     }
     const Vector2d free =
         0.5 * (scan_px_.cast<double>() * p - RectangleOnScan(orientation)).cwiseAbs();
-    reading.prior = Prior(photogrammetric, setting.pixel_size, free, coarse);
+    reading.prior = Prior(scanner, setting.pixel_size, free, coarse);
     const AssignmentAnswer answer = AssignMarks(reading.marks, reading.prior);
     reading.best = answer.best;
     reading.margin = answer.best.nats - std::max(answer.second.nats, 0.0);

@@ -31,7 +31,7 @@ struct FilmReading {
   OrientationClass orientations;
   Polarity polarity = Polarity::kPositive;
   ConstellationPrior prior;
-  bool photogrammetric = false;  // the scanner's own distortion is negligible
+  Scanner scanner = Scanner::kDesktop;  // the one whose prior explains the marks best
   std::vector<AssignmentMark> marks;
   std::vector<std::vector<MarkCandidate>> candidates;
   Assignment best;

@@ -14,10 +14,15 @@
 
 namespace orient {
 
+// What the scanner does to the film: next to nothing, or scales that differ by up to 2.5 % and
+// bends of a tenth of a millimetre (desktop scanners, contact prints).
+enum class Scanner { kPhotogrammetric, kDesktop };
+
 struct InteriorOptions {
-  std::optional<double> pixel_size_um;         // empty: the resolution tag, else from the marks
-  std::optional<Polarity> polarity;            // empty: found out
-  std::optional<ScanOrientation> orientation;  // empty: found out or left open
+  std::optional<double> pixel_size_um;            // empty: the resolution tag, else from the marks
+  std::optional<Polarity> polarity;               // empty: found out
+  std::optional<ScanOrientation> orientation;     // empty: found out or left open
+  std::optional<Scanner> scanner = std::nullopt;  // empty: found out
 };
 
 // `shapes` holds the drawing of every mark the camera's fiducials name (see ShapesOf). The photo's

@@ -31,6 +31,7 @@ class InteriorCommand : public Command {
     AddOutputOptions(app, &output_);
     app.add_flag("--resume", resume_, "Keep the results that exist, do the other photos");
     AddScanOptions(app, &scan_);
+    AddScannerOption(app);
     app.add_option("--locator", locator_, "How marks are searched")
         ->check(CLI::IsMember({"auto", "ncc"}))
         ->capture_default_str();
@@ -42,7 +43,7 @@ class InteriorCommand : public Command {
     options.photos = ExpandPhotos(patterns_, "");
     options.camera = camera_path_;
     options.out = output_.directory;
-    options.scan = {scan_.pixel_size_um, scan_.polarity, scan_.orientation};
+    options.scan = {scan_.pixel_size_um, scan_.polarity, scan_.orientation, scanner_};
     options.resume = resume_;
     options.jobs = jobs_;
     std::vector<std::string> paths;
@@ -56,6 +57,19 @@ class InteriorCommand : public Command {
   }
 
  private:
+  void AddScannerOption(CLI::App& app) {
+    app.add_option_function<std::string>(
+           "--scanner",
+           [this](const std::string& text) {
+             scanner_.reset();
+             if (text == "photogrammetric") scanner_ = Scanner::kPhotogrammetric;
+             if (text == "desktop") scanner_ = Scanner::kDesktop;
+           },
+           "How much the scanner or print deforms the film; found out by default")
+        ->check(CLI::IsMember({"auto", "photogrammetric", "desktop"}))
+        ->default_str("auto");
+  }
+
   static ExitCode Summarise(const std::vector<InteriorResult>& results, std::ostream& out) {
     SummaryTable table({"photo", "status", "marks", "sigma0 um", "margin", "pixel um", "message"});
     bool all = true;
@@ -78,6 +92,7 @@ class InteriorCommand : public Command {
   OutputOptions output_;
   bool resume_ = false;
   ScanOptions scan_;
+  std::optional<Scanner> scanner_;
   std::string locator_ = "auto";
   int jobs_ = 0;
 };

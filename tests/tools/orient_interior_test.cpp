@@ -67,6 +67,17 @@ TEST_F(InteriorCommandTest, ASecondRunNeedsOverwriteOrResume) {
   }
 }
 
+TEST_F(InteriorCommandTest, TheScannerMayBeNamed) {
+  for (const char* scanner : {"photogrammetric", "desktop", "auto"}) {
+    std::vector<std::string> arguments = Arguments(scan_);
+    for (const char* word : {"--overwrite", "--scanner", scanner}) arguments.emplace_back(word);
+    EXPECT_EQ(Orient(arguments).code, 0) << scanner;
+  }
+  std::vector<std::string> arguments = Arguments(scan_);
+  for (const char* word : {"--overwrite", "--scanner", "drum"}) arguments.emplace_back(word);
+  EXPECT_EQ(Orient(arguments).code, 1);
+}
+
 TEST_F(InteriorCommandTest, ADamagedScanFailsAlone) {
   const std::string broken = folder_ / "broken.png";
   std::ofstream(broken) << "not an image";
