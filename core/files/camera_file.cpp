@@ -19,6 +19,7 @@ constexpr double kMaxPixelAspect = 0.01;
 // An identification symbol stands beside its mark (docs/conventions.md).
 constexpr double kMaxSymbolDistance_mm = 6;
 constexpr int kMaxSymbolCount = 20;
+constexpr double kMinBorderFeature_mm = 1;
 constexpr int kMinFiducials = 3;  // what an affine transform needs
 // Values beyond these are in another unit (metres, micrometres, pixels) than the file's.
 constexpr double kMinDistanceOverDiagonal = 0.1, kMaxDistanceOverDiagonal = 50;
@@ -183,6 +184,37 @@ std::vector<Fiducial> ReadFiducials(const TomlTable& root, const Camera& camera,
   return fiducials;
 }
 
+std::optional<FrameSide> ReadDataStrip(const TomlTable& root) {
+  if (!root.Has("data_strip")) return std::nullopt;
+  return Choice<FrameSide>(root, "data_strip",
+                           {{"left", FrameSide::kLeft},
+                            {"right", FrameSide::kRight},
+                            {"bottom", FrameSide::kBottom},
+                            {"top", FrameSide::kTop}});
+}
+
+std::vector<BorderFeature> ReadBorder(const TomlTable& root, const Camera& camera) {
+  std::vector<BorderFeature> border;
+  for (const TomlTable& table : root.Tables("border", {"shows", "from_mm", "to_mm"})) {
+    BorderFeature feature;
+    feature.shows = Choice<BorderSign>(table, "shows",
+                                       {{"text", BorderSign::kText},
+                                        {"dark", BorderSign::kDark},
+                                        {"bright", BorderSign::kBright}});
+    const Eigen::Vector2d a = table.Vector2("from_mm"), b = table.Vector2("to_mm");
+    feature.from_mm = a.cwiseMin(b);
+    feature.to_mm = a.cwiseMax(b);
+    if ((feature.to_mm - feature.from_mm).minCoeff() < kMinBorderFeature_mm)
+      table.Fail("to_mm", "and from_mm are opposite corners of a rectangle at least 1 mm wide");
+    const Eigen::Vector2d farthest =
+        (a - camera.frame_centre_mm).cwiseAbs().cwiseMax((b - camera.frame_centre_mm).cwiseAbs());
+    if ((farthest - camera.frame_mm).maxCoeff() > 0)
+      table.Fail("from_mm", "and to_mm reach far outside the frame");
+    border.push_back(feature);
+  }
+  return border;
+}
+
 // Three marks on one line fix no transform: what lies beside the line is anybody's guess.
 void CheckConstellation(const TomlTable& root, const std::vector<Fiducial>& fiducials) {
   if (fiducials.empty()) return;
@@ -280,9 +312,10 @@ MarkDrawing ReadMark(const TomlTable& table) {
 
 CameraFile ReadCameraFile(const std::string& path) {
   const toml::table document = ParseTomlFile(path);
-  const TomlTable root(document, path, "",
-                       {"name", "kind", "principal_distance_mm", "principal_point_mm", "frame_mm",
-                        "frame_centre_mm", "image_px", "distortion", "fiducials", "marks"});
+  const TomlTable root(
+      document, path, "",
+      {"name", "kind", "principal_distance_mm", "principal_point_mm", "frame_mm", "frame_centre_mm",
+       "image_px", "distortion", "fiducials", "marks", "data_strip", "border"});
   CameraFile file;
   file.camera = ReadCamera(root);
   for (const auto& [name, table] :
@@ -290,6 +323,8 @@ CameraFile ReadCameraFile(const std::string& path) {
     file.marks.emplace(name, ReadMark(table));
   file.fiducials = ReadFiducials(root, file.camera, file.marks);
   CheckConstellation(root, file.fiducials);
+  file.data_strip = ReadDataStrip(root);
+  file.border = ReadBorder(root, file.camera);
   return file;
 }
 

@@ -60,10 +60,26 @@ struct Fiducial {
   std::optional<MarkSymbol> symbol;
 };
 
+enum class FrameSide { kLeft, kRight, kBottom, kTop };  // as the positive is seen
+
+// What a part of the film shows on a positive: writing on dark film (clock, level, counter, name
+// plate), unexposed film where the picture would be, or exposed film where the rebate would be.
+enum class BorderSign { kText, kDark, kBright };
+
+// A rectangle of the photo system in which the frame's border is unlike its mirror images, so that
+// it tells how the film lies.
+struct BorderFeature {
+  BorderSign shows = BorderSign::kText;
+  Eigen::Vector2d from_mm = Eigen::Vector2d::Zero();  // least x and y
+  Eigen::Vector2d to_mm = Eigen::Vector2d::Zero();    // largest x and y
+};
+
 struct CameraFile {
   Camera camera;
   std::vector<Fiducial> fiducials;
   std::map<std::string, MarkDrawing> marks;
+  std::optional<FrameSide> data_strip;  // the only side of the frame with writing beside it
+  std::vector<BorderFeature> border;
 };
 
 // Throws InputError naming file, key and remedy: unknown keys (with the nearest known one), wrong

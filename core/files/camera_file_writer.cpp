@@ -81,7 +81,18 @@ std::string CameraText(const Camera& camera) {
   if (camera.image_px)
     text += "\nimage_px = [" + std::to_string(camera.image_px->x()) + ", " +
             std::to_string(camera.image_px->y()) + "]";
-  return text + "\n" + std::visit(DistortionText(), camera.lens);
+  return text + "\n";
+}
+
+std::string DataStripText(FrameSide side) {
+  constexpr std::array kNames = {"left", "right", "bottom", "top"};
+  return "data_strip = \"" + std::string(kNames.at(static_cast<size_t>(side))) + "\"\n";
+}
+
+std::string BorderText(const BorderFeature& feature) {
+  constexpr std::array kNames = {"text", "dark", "bright"};
+  return "\n[[border]]\nshows = \"" + std::string(kNames.at(static_cast<size_t>(feature.shows))) +
+         "\"\nfrom_mm = " + Text(feature.from_mm) + "\nto_mm = " + Text(feature.to_mm) + "\n";
 }
 
 std::string FiducialText(const Fiducial& fiducial) {
@@ -117,7 +128,10 @@ std::string MarkText(const std::string& name, const MarkDrawing& mark, const fs:
 
 void WriteCameraFile(const std::string& path, const CameraFile& camera) {
   std::string text = CameraText(camera.camera);
+  if (camera.data_strip) text += DataStripText(*camera.data_strip);
+  text += std::visit(DistortionText(), camera.camera.lens);
   for (const Fiducial& fiducial : camera.fiducials) text += FiducialText(fiducial);
+  for (const BorderFeature& feature : camera.border) text += BorderText(feature);
   const fs::path folder = fs::absolute(path).parent_path();
   for (const auto& [name, mark] : camera.marks) text += MarkText(name, mark, folder);
   WriteFileAtomically(path, text);

@@ -296,6 +296,45 @@ TEST(CameraFile, DigitalAndRadialTableRoundtrip) {
   EXPECT_EQ(std::get<RadialTable>(read.camera.lens).radius_mm, (std::vector<double>{0, 20, 40.5}));
 }
 
+TEST(CameraFile, WhatMakesTheBorderAsymmetricRoundtrips) {
+  const TemporaryFolder folder;
+  CameraFile file = ReadText(kFilm);
+  EXPECT_FALSE(file.data_strip);
+  EXPECT_TRUE(file.border.empty());
+  file.data_strip = FrameSide::kBottom;
+  file.border = {{BorderSign::kText, {-114, -80}, {-107, 20}},
+                 {BorderSign::kDark, {90, 100}, {106, 106}},
+                 {BorderSign::kBright, {-3, -110}, {3, -106}}};
+  WriteCameraFile(folder / "camera.toml", file);
+  const CameraFile read = ReadCameraFile(folder / "camera.toml");
+  EXPECT_EQ(read.data_strip, FrameSide::kBottom);
+  ASSERT_EQ(read.border.size(), 3u);
+  for (size_t i = 0; i < 3; ++i) {
+    EXPECT_EQ(read.border[i].shows, file.border[i].shows);
+    EXPECT_EQ(read.border[i].from_mm, file.border[i].from_mm);
+    EXPECT_EQ(read.border[i].to_mm, file.border[i].to_mm);
+  }
+}
+
+TEST(CameraFile, CornersOfABorderFeatureMayComeInAnyOrder) {
+  const CameraFile file =
+      ReadText(kFilm + "[[border]]\nshows = \"text\"\nfrom_mm = [-107, -80]\nto_mm = [-114, 20]\n");
+  EXPECT_EQ(file.border.at(0).from_mm, Eigen::Vector2d(-114, -80));
+  EXPECT_EQ(file.border.at(0).to_mm, Eigen::Vector2d(-107, 20));
+}
+
+TEST(CameraFile, ImpossibleBordersAreRefused) {
+  const auto border = [](const std::string& shows, const std::string& from, const std::string& to) {
+    return kFilm + "[[border]]\nshows = \"" + shows + "\"\nfrom_mm = " + from + "\nto_mm = " + to +
+           "\n";
+  };
+  ExpectRefused(border("words", "[0, 0]", "[5, 5]"), {"border", "shows", "words"});
+  ExpectRefused(border("text", "[0, 0]", "[5, 0.5]"), {"border", "to_mm", "1 mm"});
+  ExpectRefused(border("text", "[0, 0]", "[5, 5000]"), {"border", "far outside"});
+  ExpectRefusedFilm("kind = \"film\"", "kind = \"film\"\ndata_strip = \"north\"",
+                    {"data_strip", "north", "left"});
+}
+
 TEST(CameraFile, TheNgiCameraReads) {
   ORIENT_REQUIRE_SHARED_DATA(path, "ngi/camera.toml");
   const CameraFile file = ReadCameraFile(path);
