@@ -134,11 +134,13 @@ TEST_F(PatchDatabaseTest, UnknownIsNull) {
 // A grid of 20 columns, and a limit that keeps every 20th: not one column of it.
 TEST_F(PatchDatabaseTest, OfTooManyPatchesItFindsSomeFromEverywhere) {
   constexpr int kColumns = 20, kRows = 60, kLimit = kColumns * kRows / 20;
+  constexpr double kMiddleEast_m = 500000 + kColumns / 2.0, kMiddleNorth_m = 5000000 + kRows / 2.0;
   PatchDatabase database = PatchDatabase::Create(path_, Utm());
   PatchSource source = Photo("4711.tif");
   std::vector<Patch> patches;
-  for (int i = 0; i < kColumns * kRows; ++i)
-    patches.push_back(SomePatch(500000 + i % kColumns, 5000000 + i / kColumns));
+  for (int row = 0; row < kRows; ++row)
+    for (int column = 0; column < kColumns; ++column)
+      patches.push_back(SomePatch(500000 + column, 5000000 + row));
   database.AddSource(source, patches);
   const Bounds all{499999, 4999999, 501000, 5001000};
   EXPECT_EQ(database.FindPatchesIn(all).size(), patches.size());
@@ -146,9 +148,9 @@ TEST_F(PatchDatabaseTest, OfTooManyPatchesItFindsSomeFromEverywhere) {
   EXPECT_NEAR(static_cast<double>(some.size()), kLimit, 0.1 * kLimit);
   std::array<int, 4> quarters{};
   for (const Patch& patch : some) {
-    const int east = patch.ground_m.x() >= 500000 + kColumns / 2 ? 1 : 0;
-    ++quarters[static_cast<std::size_t>(east +
-                                        (patch.ground_m.y() >= 5000000 + kRows / 2 ? 2 : 0))];
+    const int east = patch.ground_m.x() >= kMiddleEast_m ? 1 : 0;
+    const int north = patch.ground_m.y() >= kMiddleNorth_m ? 1 : 0;
+    ++quarters[static_cast<std::size_t>(east + 2 * north)];
   }
   for (const int quarter : quarters) EXPECT_GT(quarter, kLimit / 8);
 }
@@ -323,16 +325,16 @@ TEST_F(PatchDatabaseTest, DamagedValuesAreAnInputErrorNamingThePatch) {
   for (const std::string& damage : damages) {
     fs::remove(path_);
     Filled(2);
-    std::string sql = "UPDATE patches SET " + damage + " WHERE id = 2";
-    // A shell without the spatial functions cannot run the index's triggers.
+    std::string sql;  // a shell without the spatial functions cannot run the index's triggers
     if (damage.starts_with("geom"))
-      sql =
+      sql +=
           "DROP TRIGGER rtree_patches_geom_update1; DROP TRIGGER rtree_patches_geom_update2; "
-          "DROP TRIGGER rtree_patches_geom_update3; DROP TRIGGER rtree_patches_geom_update4; " +
-          sql;
+          "DROP TRIGGER rtree_patches_geom_update3; DROP TRIGGER rtree_patches_geom_update4; ";
     else
-      sql = "DROP TRIGGER rtree_patches_geom_update3; DROP TRIGGER rtree_patches_geom_update4; " +
-            sql;
+      sql += "DROP TRIGGER rtree_patches_geom_update3; DROP TRIGGER rtree_patches_geom_update4; ";
+    sql += "UPDATE patches SET ";
+    sql += damage;
+    sql += " WHERE id = 2";
     Execute(sql);
     const std::string message =
         WhatIsWrong([&] { PatchDatabase::Open(path_, Mode::kRead).ListPatches(0, 10); });
