@@ -9,12 +9,10 @@ namespace {
 using Eigen::Matrix2d;
 using Eigen::Vector2d;
 
-constexpr double kMinGainNats = 3.0;
 constexpr double kMinMarginNats = 3.0;
 // That the camera's marks are there at all must be far likelier than a set of clutter that happens
 // to fit: photos without marks reach 6 nats (tests, random texture).
 constexpr double kMinSetNats = 9.0;
-constexpr double kLeaveOneOutChiSquare = 11.8;  // 99.73 % of true marks lie below
 constexpr double kMinCorrelation = 0.45;
 constexpr double kMinOfMedianCorrelation = 0.6;
 constexpr double kMaxScaleDifference = 0.03;
@@ -89,29 +87,11 @@ Measured AsAssignment(const Vector2d& scan_middle, const FilmReading& reading,
   return result;
 }
 
-// One at a time, the worst first, as a bad mark makes good ones look bad.
 void RejectContradicted(const Vector2d& scan_middle, const FilmReading& reading, FilmMarks* marks) {
-  Measured measured = AsAssignment(scan_middle, reading, *marks);
-  while (Count(*marks, MarkState::kUsed) > 2) {
-    int worst = -1;
-    double most = 0;
-    for (size_t i = 0; i < marks->size(); ++i) {
-      if (measured.choice[i] < 0) continue;
-      const int mark = static_cast<int>(i);
-      const double excess =
-          std::max(LeaveOneOutChiSquare(measured.marks, reading.prior, measured.choice, mark) /
-                       kLeaveOneOutChiSquare,
-                   1 + 0.1 * (kMinGainNats -
-                              GainOfMark(measured.marks, reading.prior, measured.choice, mark)));
-      if (excess > std::max(most, 1.0)) {
-        most = excess;
-        worst = mark;
-      }
-    }
-    if (worst < 0) return;
-    (*marks)[worst].state = MarkState::kRejected;
-    measured.choice[worst] = -1;
-  }
+  const Measured measured = AsAssignment(scan_middle, reading, *marks);
+  const std::vector<int> kept = WithoutContradicted(measured.marks, reading.prior, measured.choice);
+  for (size_t i = 0; i < marks->size(); ++i)
+    if (measured.choice[i] >= 0 && kept[i] < 0) (*marks)[i].state = MarkState::kRejected;
 }
 
 void JudgeFilm(const FilmReading& reading, const FilmTransform& film, Verdict* verdict) {
@@ -145,6 +125,9 @@ std::string WhyNotThere(const FilmReading& reading, int used) {
         "What was found may be chance (%.1f nats for the marks, 9 are needed): wrong "
         "camera file or marks too faint.",
         reading.best.nats);
+  if (!reading.proven)
+    return "Too many marks and places for them to be sure that no other reading is as good: give "
+           "--orientation, --polarity or --pixel-size-um, whichever is known.";
   if (reading.margin <= kMinMarginNats)
     return Text(
         "Another reading of the marks is nearly as probable (margin %.1f nats, 3 are "
@@ -181,6 +164,13 @@ std::vector<MeasuredMark> UsedMarks(const CameraFile& camera, const FilmMarks& m
   return used;
 }
 
+int NeededMarks(int all) { return std::max(4, static_cast<int>(std::ceil(0.6 * all))); }
+
+Status JudgeSet(int all, int used, double set_nats, double margin) {
+  if (used < 3 || set_nats < kMinSetNats || margin <= kMinMarginNats) return Status::kFailed;
+  return used < NeededMarks(all) ? Status::kWeak : Status::kOk;
+}
+
 Verdict Judge(const FilmReading& reading, const FilmMarks& marks,
               const std::optional<FilmTransform>& film) {
   const int all = static_cast<int>(marks.size());
@@ -191,13 +181,10 @@ Verdict Judge(const FilmReading& reading, const FilmMarks& marks,
     verdict.messages.push_back(!why.empty() ? why : "The marks found lie on one line.");
     return verdict;
   }
-  verdict.status = Status::kOk;
-  const int needed = std::max(4, static_cast<int>(std::ceil(0.6 * all)));
-  if (used < needed) {
-    verdict.status = Status::kWeak;
+  verdict.status = JudgeSet(all, used, reading.best.nats, reading.margin);
+  if (verdict.status == Status::kWeak)
     verdict.messages.push_back(
-        Text("Only %d marks were found, %d are needed to be sure.", used, needed));
-  }
+        Text("Only %d marks were found, %d are needed to be sure.", used, NeededMarks(all)));
   JudgeFilm(reading, *film, &verdict);
   return verdict;
 }

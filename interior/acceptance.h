@@ -26,6 +26,14 @@ FilmMarks MeasureMarks(const Raster& scan, const CameraFile& camera, const MarkS
 
 std::vector<MeasuredMark> UsedMarks(const CameraFile& camera, const FilmMarks& marks);
 
+// Marks that a verdict of ok needs: max(4, 60 %).
+int NeededMarks(int all);
+
+// What geometry alone allows: failed below three marks, 9 nats for the set (photos without marks
+// reach 6) or 3 nats of margin; weak below NeededMarks(all). Three of four marks leave nothing to
+// test them by: however large the margin, chance has a part in them.
+Status JudgeSet(int all, int used, double set_nats, double margin);
+
 struct Verdict {
   Status status = Status::kFailed;
   std::vector<std::string> messages;

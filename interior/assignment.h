@@ -9,6 +9,8 @@
 #include <Eigen/Core>
 #include <vector>
 
+#include "core/geometry/transform2d.h"
+
 namespace orient {
 
 struct AssignmentCandidate {
@@ -43,10 +45,20 @@ struct AssignmentAnswer {
   // The best assignment that gives some mark another candidate than `best` does, within 30 nats of
   // it; all -1 where there is none.
   Assignment second;
+  // False where the search was stopped before it was through: `best` is then the best set seen.
+  bool proven = true;
 };
 
 AssignmentAnswer AssignMarks(const std::vector<AssignmentMark>& marks,
                              const ConstellationPrior& prior);
+
+// What the search maximises, for any set: log odds against all its candidates being clutter.
+double NatsOfSet(const std::vector<AssignmentMark>& marks, const ConstellationPrior& prior,
+                 const std::vector<int>& choice);
+
+// position = transform * place: the most probable one given the prior and the chosen candidates.
+Affine2d TransformOf(const std::vector<AssignmentMark>& marks, const ConstellationPrior& prior,
+                     const std::vector<int>& choice);
 
 // How many nats the assignment of one mark adds to the rest of `choice`.
 double GainOfMark(const std::vector<AssignmentMark>& marks, const ConstellationPrior& prior,
@@ -57,5 +69,14 @@ double GainOfMark(const std::vector<AssignmentMark>& marks, const ConstellationP
 double LeaveOneOutChiSquare(const std::vector<AssignmentMark>& marks,
                             const ConstellationPrior& prior, const std::vector<int>& choice,
                             int mark);
+
+inline constexpr double kLeaveOneOutChiSquare = 11.8;  // 99.73 % of true marks lie below
+inline constexpr double kMinGainNats = 3.0;
+
+// `choice` without the marks that the others contradict (leave-one-out chi-square above 11.8) or
+// that are not surely marks (gain below 3 nats): one at a time, the worst first, as a bad mark
+// makes good ones look bad. Stops at two.
+std::vector<int> WithoutContradicted(const std::vector<AssignmentMark>& marks,
+                                     const ConstellationPrior& prior, std::vector<int> choice);
 
 }  // namespace orient

@@ -125,7 +125,8 @@ class Reader {
     reading.prior = Prior(scanner, setting.pixel_size, free, coarse);
     const AssignmentAnswer answer = AssignMarks(reading.marks, reading.prior);
     reading.best = answer.best;
-    reading.margin = answer.best.nats - std::max(answer.second.nats, 0.0);
+    reading.proven = answer.proven;
+    reading.margin = answer.proven ? answer.best.nats - std::max(answer.second.nats, 0.0) : 0;
     return reading;
   }
 

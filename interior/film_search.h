@@ -35,7 +35,8 @@ struct FilmReading {
   std::vector<AssignmentMark> marks;
   std::vector<std::vector<MarkCandidate>> candidates;
   Assignment best;
-  double margin = 0;  // nats to the second-best reading of any kind, "no marks at all" included
+  bool proven = true;  // the search was through; otherwise the margin is 0
+  double margin = 0;   // nats to the second-best reading of any kind, "no marks at all" included
 };
 
 // The best reading; with nothing found its assignment is all -1.

@@ -1,7 +1,11 @@
 #include "interior/assignment.h"
 
+#include <cstdio>
+#include <numbers>
 #include <random>
 
+#include "interior/acceptance.h"
+#include "tests/interior/p31_scenes.h"
 #include "tests/support/shared_data.h"
 
 namespace orient {
@@ -24,24 +28,38 @@ class Constellations {
   // more candidates a mark, the true one missing with probability 1 - found.
   Scene Make(int mark_count, int clutter, double found, double noise_mm,
              bool marks_are_there = true) {
+    constexpr double m = 106;
+    const std::vector<Vector2d> places = {{-m, -m}, {m, m}, {-m, m}, {m, -m},
+                                          {-m, 0},  {m, 0}, {0, m},  {0, -m}};
+    return Around({places.begin(), places.begin() + mark_count}, clutter,
+                  marks_are_there ? found : 0, noise_mm);
+  }
+
+  Scene Reseau(int side, int clutter, double found, double noise_mm) {
+    std::vector<Vector2d> places;
+    for (int row = 0; row < side; ++row)
+      for (int col = 0; col < side; ++col)
+        places.emplace_back(50.0 * col - 25.0 * (side - 1), 50.0 * row - 25.0 * (side - 1));
+    return Around(places, clutter, found, noise_mm);
+  }
+
+ private:
+  Scene Around(const std::vector<Vector2d>& places, int clutter, double found, double noise_mm) {
     Eigen::Matrix2d deformed = Eigen::Rotation2Dd(0.01 * Normal()).toRotationMatrix();
     deformed *= 1 + 0.003 * Normal();
     deformed.col(0) *= 1 + 0.005 * Normal();
     const Vector2d shift(4 * Normal(), 4 * Normal());
     Scene scene;
-    for (int i = 0; i < mark_count; ++i) {
-      const double m = 106;
-      const std::vector<Vector2d> places = {{-m, -m}, {m, m}, {-m, m}, {m, -m},
-                                            {-m, 0},  {m, 0}, {0, m},  {0, -m}};
+    for (const Vector2d& place : places) {
       AssignmentMark mark;
-      mark.place_mm = places[i];
+      mark.place_mm = place;
       mark.window_mm2 = kWindowMm * kWindowMm;
       for (int k = 0; k < clutter; ++k)
-        mark.candidates.push_back({places[i] + Vector2d(Uniform(), Uniform()), -1.0});
+        mark.candidates.push_back({place + Vector2d(Uniform(), Uniform()), -1.0});
       int truth = -1;
-      if (marks_are_there && std::uniform_real_distribution<double>(0, 1)(random_) < found) {
+      if (std::uniform_real_distribution<double>(0, 1)(random_) < found) {
         truth = std::uniform_int_distribution<int>(0, clutter)(random_);
-        const Vector2d at = deformed * places[i] + shift + noise_mm * Vector2d(Normal(), Normal());
+        const Vector2d at = deformed * place + shift + noise_mm * Vector2d(Normal(), Normal());
         mark.candidates.insert(mark.candidates.begin() + truth, {at, 0.5});
       }
       scene.truth.push_back(truth);
@@ -50,7 +68,6 @@ class Constellations {
     return scene;
   }
 
- private:
   double Normal() { return normal_(random_); }
   double Uniform() {
     return std::uniform_real_distribution<double>(-0.5 * kWindowMm, 0.5 * kWindowMm)(random_);
@@ -127,6 +144,170 @@ TEST(LeaveOneOut, OfAMarkWithoutCandidateIsABrokenPromise) {
   EXPECT_THROW(GainOfMark(marks, {}, {-1, -1, -1, -1}, 0), std::invalid_argument);
   EXPECT_THROW(LeaveOneOutChiSquare(marks, {}, {-1, -1, -1, -1}, 0), std::invalid_argument);
 }
+
+// Log density of all chosen candidates together: one Gaussian, no chain of innovations.
+double JointNats(const std::vector<AssignmentMark>& marks, const ConstellationPrior& prior,
+                 const std::vector<int>& choice) {
+  std::vector<size_t> chosen;
+  for (size_t i = 0; i < marks.size(); ++i)
+    if (choice[i] >= 0) chosen.push_back(i);
+  const auto n = static_cast<Eigen::Index>(chosen.size());
+  Eigen::MatrixXd design(2 * n, 6);
+  Eigen::VectorXd difference(2 * n);
+  double nats = 0;
+  for (Eigen::Index k = 0; k < n; ++k) {
+    const AssignmentMark& mark = marks[chosen[k]];
+    const AssignmentCandidate& c = mark.candidates[choice[chosen[k]]];
+    const double x = mark.place_mm.x(), y = mark.place_mm.y();
+    design.row(2 * k) << 1, 0, -y, x, x / 2, y / 2;
+    design.row(2 * k + 1) << 0, 1, x, y, -y / 2, x / 2;
+    difference.segment<2>(2 * k) = c.position_mm - mark.place_mm;
+    nats += std::log(prior.found / (1 - prior.found)) + std::clamp(c.score_nats, -1.5, 1.5) +
+            std::log(mark.window_mm2 / static_cast<double>(mark.candidates.size()));
+  }
+  Eigen::VectorXd sigma(6);
+  sigma << prior.shift_mm, prior.turn_rad, prior.scale, prior.affinity, prior.affinity;
+  Eigen::MatrixXd covariance =
+      design * sigma.cwiseAbs2().asDiagonal() * design.transpose() +
+      prior.point_mm * prior.point_mm * Eigen::MatrixXd::Identity(2 * n, 2 * n);
+  const Eigen::LLT<Eigen::MatrixXd> llt(covariance);
+  for (Eigen::Index k = 0; k < 2 * n; ++k) nats -= std::log(llt.matrixL()(k, k));
+  return nats - 0.5 * difference.dot(llt.solve(difference)) -
+         static_cast<double>(n) * std::log(2 * std::numbers::pi);
+}
+
+// Every set there is, best first.
+std::vector<Assignment> AllSets(const Scene& scene) {
+  std::vector<Assignment> sets = {{std::vector<int>(scene.marks.size(), -1), 0}};
+  for (size_t i = 0; i < scene.marks.size(); ++i) {
+    const size_t before = sets.size();
+    for (size_t k = 0; k < before; ++k)
+      for (size_t j = 0; j < scene.marks[i].candidates.size(); ++j) {
+        sets.push_back(sets[k]);
+        sets.back().choice[i] = static_cast<int>(j);
+      }
+  }
+  for (Assignment& set : sets) set.nats = JointNats(scene.marks, {}, set.choice);
+  std::sort(sets.begin(), sets.end(),
+            [](const Assignment& a, const Assignment& b) { return a.nats > b.nats; });
+  return sets;
+}
+
+TEST(AssignMarks, EqualsTheBestAndTheSecondOfAllSets) {
+  Constellations make(TestSeed());
+  for (int trial = 0; trial < 40; ++trial) {
+    const Scene scene = make.Make(4, 4, 0.7, 0.05, trial % 3 > 0);
+    const std::vector<Assignment> sets = AllSets(scene);
+    const AssignmentAnswer answer = AssignMarks(scene.marks, {});
+    ASSERT_TRUE(answer.proven);
+    EXPECT_EQ(answer.best.choice, sets.front().choice) << trial;
+    EXPECT_NEAR(answer.best.nats, sets.front().nats, 1e-8) << trial;
+    EXPECT_NEAR(NatsOfSet(scene.marks, {}, sets[7].choice), sets[7].nats, 1e-8) << trial;
+    const auto conflicts = [&](const Assignment& set) {
+      for (size_t i = 0; i < set.choice.size(); ++i)
+        if (set.choice[i] >= 0 && sets.front().choice[i] >= 0 &&
+            set.choice[i] != sets.front().choice[i])
+          return true;
+      return false;
+    };
+    const auto second = std::find_if(sets.begin(), sets.end(), conflicts);
+    if (second == sets.end() || second->nats < answer.best.nats - 30) continue;
+    EXPECT_NEAR(answer.second.nats, second->nats, 1e-8) << trial;
+  }
+}
+
+TEST(AssignMarks, AReseauAmongClutterIsFoundAndProven) {
+  Constellations make(TestSeed());
+  for (int trial = 0; trial < 3; ++trial) {
+    const Scene scene = make.Reseau(5, 10, 0.9, 0.05);
+    const AssignmentAnswer answer = AssignMarks(scene.marks, {});
+    EXPECT_TRUE(answer.proven);
+    EXPECT_GT(answer.best.nats, 60);
+    int wrong = 0;
+    for (size_t i = 0; i < scene.truth.size(); ++i)
+      wrong += answer.best.choice[i] != scene.truth[i];
+    EXPECT_LE(wrong, 1);
+  }
+}
+
+TEST(AssignMarks, SaysWhereItGaveUpProving) {
+  Constellations make(TestSeed());
+  const Scene scene = make.Reseau(5, 20, 0.0, 0.05);  // clutter only: no bound helps
+  EXPECT_FALSE(AssignMarks(scene.marks, {}).proven);
+}
+
+TEST(TransformOf, FollowsTheChosenCandidates) {
+  Constellations make(TestSeed());
+  const Scene scene = make.Make(8, 2, 1.0, 1e-6);
+  ConstellationPrior exact;
+  exact.point_mm = 1e-6;
+  const Affine2d transform = TransformOf(scene.marks, exact, scene.truth);
+  for (size_t i = 0; i < 8; ++i) {
+    const Vector2d& seen = scene.marks[i].candidates[scene.truth[i]].position_mm;
+    EXPECT_LT((transform * scene.marks[i].place_mm - seen).norm(), 1e-5);
+  }
+}
+
+// What became of many scenes of five P31 marks; shares of all scenes.
+struct Tally {
+  double right = 0;         // the assignment is (see P31Scene)
+  double accepted = 0;      // ends ok
+  double false_accept = 0;  // ends ok, the most probable transform is wrong by more than 2 px
+};
+
+Tally MonteCarlo(const P31Spec& spec, int trials, unsigned seed) {
+  P31Scenes scenes(seed);
+  const ConstellationPrior prior = P31Prior();
+  int right = 0, same = 0, accepted = 0, wrong = 0;
+  for (int i = 0; i < trials; ++i) {
+    const P31Scene scene = scenes.Make(spec);
+    const AssignmentAnswer answer = AssignMarks(scene.marks, prior);
+    right += scene.IsRight(answer.best.choice);
+    same += answer.best.choice == scene.truth;
+    const auto kept = WithoutContradicted(scene.marks, prior, answer.best.choice);
+    const auto used = std::count_if(kept.begin(), kept.end(), [](int c) { return c >= 0; });
+    const double margin = answer.best.nats - std::max(answer.second.nats, 0.0);
+    if (JudgeSet(5, static_cast<int>(used), answer.best.nats, margin) != Status::kOk) continue;
+    ++accepted;
+    wrong += scene.ErrorOf(TransformOf(scene.marks, prior, kept)) > 2;
+  }
+  std::printf(
+      "clutter %2d, found %.1f: right %.4f (the very candidates %.4f), accepted %.4f, "
+      "of all wrong by more than 2 px and accepted %.4f\n",
+      spec.clutter, spec.found, 1.0 * right / trials, 1.0 * same / trials, 1.0 * accepted / trials,
+      1.0 * wrong / trials);
+  return {1.0 * right / trials, 1.0 * accepted / trials, 1.0 * wrong / trials};
+}
+
+TEST(P31MonteCarlo, AllMarksAmongClutterAreFound) {
+  const Tally tally = MonteCarlo({20, 1.0}, 300, TestSeed());
+  EXPECT_GE(tally.right, 0.99);
+  EXPECT_LE(tally.false_accept, 0.01);
+}
+
+TEST(P31MonteCarlo, MissingMarksAreLeftOut) {
+  const Tally tally = MonteCarlo({10, 0.8}, 300, TestSeed());
+  EXPECT_GE(tally.right, 0.88);
+  EXPECT_GE(tally.accepted, 0.6);
+  EXPECT_LE(tally.false_accept, 0.015);
+}
+
+struct P31Case {
+  P31Spec spec;
+  double right;
+};
+class SlowP31MonteCarlo : public testing::TestWithParam<P31Case> {};
+
+TEST_P(SlowP31MonteCarlo, IsRightAndHardlyEverWronglyAccepted) {
+  const Tally tally = MonteCarlo(GetParam().spec, 2000, TestSeed());
+  EXPECT_GE(tally.right, GetParam().right);
+  EXPECT_LE(tally.false_accept, 0.005);
+}
+INSTANTIATE_TEST_SUITE_P(Issue, SlowP31MonteCarlo,
+                         testing::Values(P31Case{{2, 1.0}, 0.997}, P31Case{{6, 1.0}, 0.997},
+                                         P31Case{{10, 1.0}, 0.997}, P31Case{{20, 1.0}, 0.997},
+                                         P31Case{{6, 0.9}, 0.98}, P31Case{{10, 0.8}, 0.88},
+                                         P31Case{{20, 0.8}, 0.79}));
 
 }  // namespace
 }  // namespace orient
