@@ -15,46 +15,18 @@ namespace {
 using Eigen::Matrix2d;
 using Eigen::Vector2d;
 
-double RectangleDistance(const Vector2d& point, const Vector2d& half_size) {
-  const Vector2d d = point.cwiseAbs() - half_size;
-  return d.cwiseMax(0.0).norm() + std::min(d.maxCoeff(), 0.0);
+// Unsigned distance to the nearest outline of any element, painted over or not.
+double OutlineDistance(const MarkDrawing& drawing, const Vector2d& point_mm) {
+  double distance = std::numeric_limits<double>::infinity();
+  for (const MarkElement& e : drawing.elements)
+    distance = std::min(distance, std::abs(SignedDistance(e, point_mm)));
+  return distance;
 }
-
-double Distance(const CrossElement& cross, const Vector2d& point) {
-  const Matrix2d turn = Eigen::Rotation2Dd(-cross.angle_rad).toRotationMatrix();
-  const double arm = 0.5 * (cross.length_mm - cross.gap_mm);
-  const double middle = 0.25 * (cross.length_mm + cross.gap_mm);
-  const Vector2d p = (turn * point).cwiseAbs();  // the four arms are alike
-  const Vector2d half(0.5 * arm, 0.5 * cross.width_mm);
-  return std::min(RectangleDistance(p - Vector2d(middle, 0), half),
-                  RectangleDistance(p - Vector2d(0, middle), {half.y(), half.x()}));
-}
-
-double Distance(const DotElement& dot, const Vector2d& point) {
-  return point.norm() - 0.5 * dot.diameter_mm;
-}
-
-double Distance(const CircleElement& circle, const Vector2d& point) {
-  return std::abs(point.norm() - 0.5 * circle.diameter_mm) - 0.5 * circle.width_mm;
-}
-
-struct ElementRadius {
-  double operator()(const CrossElement& e) const {
-    return 0.5 * std::hypot(e.length_mm, e.width_mm);
-  }
-  double operator()(const DotElement& e) const { return 0.5 * e.diameter_mm; }
-  double operator()(const CircleElement& e) const { return 0.5 * (e.diameter_mm + e.width_mm); }
-};
-
-struct ElementStroke {
-  double operator()(const CrossElement& e) const { return e.width_mm; }
-  double operator()(const DotElement& e) const { return e.diameter_mm; }
-  double operator()(const CircleElement& e) const { return e.width_mm; }
-};
 
 // Brightness of the mark at a point, mark system; NaN outside a picture.
 float BrightnessAt(const MarkShape& shape, const Vector2d& point_mm) {
-  if (!shape.picture) return StrokeDistance(shape.drawing, point_mm) <= 0 ? 1.0f : 0.0f;
+  if (!shape.picture)
+    return static_cast<float>(PaintedBrightness(shape.drawing.elements, point_mm));
   const MarkImage& source = *shape.drawing.image;
   const Vector2d offset(point_mm.x() / source.pixel_size_mm, -point_mm.y() / source.pixel_size_mm);
   return SampleBilinear(*shape.picture, source.centre_px + offset);
@@ -62,11 +34,10 @@ float BrightnessAt(const MarkShape& shape, const Vector2d& point_mm) {
 
 float MeanOverPixel(const MarkShape& shape, const Matrix2d& mm_from_pixel, const Vector2d& corner,
                     int supersampling) {
-  if (!shape.picture) {  // most pixels lie wholly inside or outside of the strokes
+  if (!shape.picture) {  // no outline passes through most pixels
     const double half_diagonal = 0.5 * (mm_from_pixel.col(0).norm() + mm_from_pixel.col(1).norm());
     const Vector2d centre = mm_from_pixel * (corner + Vector2d(0.5, 0.5));
-    const double distance = StrokeDistance(shape.drawing, centre);
-    if (std::abs(distance) > half_diagonal) return distance < 0 ? 1.0f : 0.0f;
+    if (OutlineDistance(shape.drawing, centre) > half_diagonal) return BrightnessAt(shape, centre);
   }
   double sum = 0;
   for (int j = 0; j < supersampling; ++j) {
@@ -91,8 +62,7 @@ void CheckShape(const MarkShape& shape, const Matrix2d& pixel_from_mm) {
 
 double MarkRadius(const MarkShape& shape) {
   double radius = 0;
-  for (const MarkElement& e : shape.drawing.elements)
-    radius = std::max(radius, std::visit(ElementRadius{}, e));
+  for (const MarkElement& e : shape.drawing.elements) radius = std::max(radius, Reach(e));
   if (shape.picture)
     radius = 0.5 * shape.drawing.image->pixel_size_mm *
              std::min(shape.picture->width, shape.picture->height);
@@ -102,16 +72,14 @@ double MarkRadius(const MarkShape& shape) {
 double ThinnestStroke(const MarkShape& shape) {
   if (shape.picture || shape.drawing.elements.empty()) return 0.1;
   double stroke = std::numeric_limits<double>::infinity();
-  for (const MarkElement& e : shape.drawing.elements)
-    stroke = std::min(stroke, std::visit(ElementStroke{}, e));
+  for (const MarkElement& e : shape.drawing.elements) stroke = std::min(stroke, Thickness(e));
   return stroke;
 }
 
 double StrokeDistance(const MarkDrawing& drawing, const Vector2d& point_mm) {
   double distance = std::numeric_limits<double>::infinity();
   for (const MarkElement& element : drawing.elements)
-    distance = std::min(distance,
-                        std::visit([&](const auto& e) { return Distance(e, point_mm); }, element));
+    distance = std::min(distance, SignedDistance(element, point_mm));
   return distance;
 }
 

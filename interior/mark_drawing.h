@@ -25,8 +25,8 @@ double MarkRadius(const MarkShape& shape);
 // The thinnest stroke, mm (0.1 for a picture, whose strokes are unknown).
 double ThinnestStroke(const MarkShape& shape);
 
-// Signed distance in mm from a point (mm, mark system) to the nearest stroke; negative inside.
-// Drawings without elements have none: infinity.
+// Signed distance in mm from a point (mm, mark system) to the nearest element, whatever its
+// brightness; negative inside. Drawings without elements have none: infinity.
 double StrokeDistance(const MarkDrawing& drawing, const Eigen::Vector2d& point_mm);
 
 struct RenderOptions {
@@ -37,7 +37,7 @@ struct RenderOptions {
 };
 
 struct MarkTemplate {
-  Image values;                                      // 0 background, 1 stroke; NaN not part of it
+  Image values;                                      // brightness as drawn; NaN not part of it
   Eigen::Vector2d centre = Eigen::Vector2d::Zero();  // the mark's centre, pixels of `values`
 };
 

@@ -7,6 +7,7 @@
 #include <set>
 
 #include "core/error.h"
+#include "core/files/mark_elements_toml.h"
 #include "core/files/toml_fields.h"
 #include "core/geometry/rotation.h"
 
@@ -232,50 +233,6 @@ void CheckConstellation(const TomlTable& root, const std::vector<Fiducial>& fidu
     root.Fail("fiducials", "lie on one line, which no interior orientation can use");
 }
 
-double SizeOf(const MarkElement& element) {
-  if (const auto* cross = std::get_if<CrossElement>(&element))
-    return std::max(cross->length_mm, cross->width_mm);
-  if (const auto* dot = std::get_if<DotElement>(&element)) return dot->diameter_mm;
-  const auto& circle = std::get<CircleElement>(element);
-  return circle.diameter_mm + circle.width_mm;
-}
-
-CrossElement ReadCross(const TomlTable& table) {
-  CrossElement cross;
-  cross.length_mm = table.PositiveNumber("length_mm");
-  cross.width_mm = table.PositiveNumber("width_mm");
-  cross.gap_mm = table.FindNumber("gap_mm").value_or(0);
-  if (cross.gap_mm < 0 || cross.gap_mm >= cross.length_mm)
-    table.Fail("gap_mm", "must be at least 0 and smaller than length_mm");
-  cross.angle_rad = RadFromDeg(table.FindNumber("angle_deg").value_or(0));
-  return cross;
-}
-
-CircleElement ReadCircle(const TomlTable& table) {
-  const CircleElement circle{table.PositiveNumber("diameter_mm"), table.PositiveNumber("width_mm")};
-  if (circle.width_mm >= circle.diameter_mm)
-    table.Fail("width_mm", "must be smaller than diameter_mm; a filled disc is a dot");
-  return circle;
-}
-
-MarkElement ReadElement(const toml::table& raw, const std::string& file, const std::string& name) {
-  const TomlTable any(raw, file, name,
-                      {"shape", "length_mm", "width_mm", "gap_mm", "angle_deg", "diameter_mm"});
-  enum class Shape { kCross, kDot, kCircle };
-  switch (Choice<Shape>(
-      any, "shape", {{"cross", Shape::kCross}, {"dot", Shape::kDot}, {"circle", Shape::kCircle}})) {
-    case Shape::kCross:
-      return ReadCross(
-          {raw, file, name, {"shape", "length_mm", "width_mm", "gap_mm", "angle_deg"}});
-    case Shape::kDot:
-      return DotElement{
-          TomlTable(raw, file, name, {"shape", "diameter_mm"}).PositiveNumber("diameter_mm")};
-    case Shape::kCircle:
-      break;
-  }
-  return ReadCircle({raw, file, name, {"shape", "diameter_mm", "width_mm"}});
-}
-
 MarkImage ReadMarkImage(const TomlTable& table) {
   MarkImage image;
   image.path = (fs::path(table.File()).parent_path() / table.Text("image")).string();
@@ -287,14 +244,23 @@ MarkImage ReadMarkImage(const TomlTable& table) {
   return image;
 }
 
+void CheckElements(const TomlTable& table, const std::vector<MarkElement>& elements) {
+  double brightest = 0;
+  for (const MarkElement& element : elements) {
+    if (2 * Reach(element) > kMaxMarkSize_mm)
+      table.Fail("elements", "draw a mark of " + std::to_string(2 * Reach(element)) +
+                                 " mm; sizes are in millimetres, at most 20");
+    brightest = std::max(brightest, std::abs(BrightnessOf(element)));
+  }
+  if (!elements.empty() && brightest == 0)
+    table.Fail("elements", "are all as bright as what surrounds them (brightness 0)");
+}
+
 MarkDrawing ReadMark(const TomlTable& table) {
   MarkDrawing mark;
   for (const auto& [element, name] : table.RawTables("elements"))
-    mark.elements.push_back(ReadElement(*element, table.File(), name));
-  for (const MarkElement& element : mark.elements)
-    if (SizeOf(element) > kMaxMarkSize_mm)
-      table.Fail("elements", "draw a mark of " + std::to_string(SizeOf(element)) +
-                                 " mm; sizes are in millimetres, at most 20");
+    mark.elements.push_back(ReadMarkElement(*element, table.File(), name));
+  CheckElements(table, mark.elements);
   if (table.Has("background"))
     mark.background = Choice<MarkBackground>(
         table, "background", {{"dark", MarkBackground::kDark}, {"image", MarkBackground::kImage}});

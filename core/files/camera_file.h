@@ -5,28 +5,12 @@
 #include <map>
 #include <optional>
 #include <string>
-#include <variant>
 #include <vector>
 
+#include "core/files/mark_elements.h"
 #include "core/geometry/camera.h"
 
 namespace orient {
-
-// Elements of a mark drawing, in mm around the mark's centre; lengths as in the file.
-struct CrossElement {
-  double length_mm = 0;  // tip to tip
-  double width_mm = 0;
-  double gap_mm = 0;     // whole opening at the centre
-  double angle_rad = 0;  // counter-clockwise from +x; 0: arms along x and y
-};
-struct DotElement {
-  double diameter_mm = 0;
-};
-struct CircleElement {
-  double diameter_mm = 0;  // of the stroke's centre line
-  double width_mm = 0;
-};
-using MarkElement = std::variant<CrossElement, DotElement, CircleElement>;
 
 enum class MarkBackground { kDark, kImage };
 
@@ -38,7 +22,7 @@ struct MarkImage {
 };
 
 struct MarkDrawing {
-  std::vector<MarkElement> elements;  // bright on a positive
+  std::vector<MarkElement> elements;  // painted in this order
   MarkBackground background = MarkBackground::kDark;
   std::optional<MarkImage> image;
 };

@@ -56,20 +56,52 @@ struct DistortionText {
   }
 };
 
-struct ElementText {
+std::string PlaceText(const Eigen::Vector2d& at_mm) {
+  return at_mm.isZero(0) ? "" : ", at_mm = " + Text(at_mm);
+}
+
+std::string AngleText(double angle_rad) { return ", angle_deg = " + Text(DegFromRad(angle_rad)); }
+
+struct ShapeText {
   std::string operator()(const CrossElement& cross) const {
-    return "{ shape = \"cross\", length_mm = " + Text(cross.length_mm) +
+    return "\"cross\", length_mm = " + Text(cross.length_mm) +
            ", width_mm = " + Text(cross.width_mm) + ", gap_mm = " + Text(cross.gap_mm) +
-           ", angle_deg = " + Text(DegFromRad(cross.angle_rad)) + " }";
+           AngleText(cross.angle_rad) + PlaceText(cross.at_mm);
   }
   std::string operator()(const DotElement& dot) const {
-    return "{ shape = \"dot\", diameter_mm = " + Text(dot.diameter_mm) + " }";
+    return "\"dot\", diameter_mm = " + Text(dot.diameter_mm) + PlaceText(dot.at_mm);
   }
   std::string operator()(const CircleElement& circle) const {
-    return "{ shape = \"circle\", diameter_mm = " + Text(circle.diameter_mm) +
-           ", width_mm = " + Text(circle.width_mm) + " }";
+    return "\"circle\", diameter_mm = " + Text(circle.diameter_mm) +
+           ", width_mm = " + Text(circle.width_mm) + PlaceText(circle.at_mm);
+  }
+  std::string operator()(const LineElement& line) const {
+    return "\"line\", from_mm = " + Text(line.from_mm) + ", to_mm = " + Text(line.to_mm) +
+           ", width_mm = " + Text(line.width_mm);
+  }
+  std::string operator()(const WedgeElement& wedge) const {
+    return "\"wedge\", base_mm = " + Text(wedge.base_mm) + ", depth_mm = " + Text(wedge.depth_mm) +
+           AngleText(wedge.angle_rad) + PlaceText(wedge.at_mm);
+  }
+  std::string operator()(const CheckerElement& checker) const {
+    return "\"checker\", size_mm = " + Text(checker.size_mm) + AngleText(checker.angle_rad) +
+           PlaceText(checker.at_mm);
+  }
+  std::string operator()(const PolygonElement& polygon) const {
+    std::string points;
+    for (const Eigen::Vector2d& point : polygon.points_mm) {
+      points += points.empty() ? "" : ", ";
+      points += Text(point);
+    }
+    return "\"polygon\", points_mm = [" + points + "]";
   }
 };
+
+std::string ElementText(const MarkElement& element) {
+  const double brightness = BrightnessOf(element);
+  return "{ shape = " + std::visit(ShapeText(), element) +
+         (brightness == 1 ? "" : ", brightness = " + Text(brightness)) + " }";
+}
 
 std::string CameraText(const Camera& camera) {
   std::string text = "name = " + Text(camera.name) + "\nkind = ";
@@ -112,8 +144,7 @@ std::string FiducialText(const Fiducial& fiducial) {
 std::string MarkText(const std::string& name, const MarkDrawing& mark, const fs::path& folder) {
   std::string text = "\n[marks." + Text(name) + "]\n";
   if (!mark.elements.empty()) text += "elements = [\n";
-  for (const MarkElement& element : mark.elements)
-    text += "  " + std::visit(ElementText(), element) + ",\n";
+  for (const MarkElement& element : mark.elements) text += "  " + ElementText(element) + ",\n";
   if (!mark.elements.empty()) text += "]\n";
   text += mark.background == MarkBackground::kDark ? "background = \"dark\"\n"
                                                    : "background = \"image\"\n";

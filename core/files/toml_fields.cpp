@@ -196,6 +196,25 @@ Eigen::Vector2d TomlTable::Vector2(std::string_view key) const {
   return *vector;
 }
 
+std::vector<Eigen::Vector2d> TomlTable::Points2(std::string_view key) const {
+  const std::string expected = "a list of points: [[x, y], [x, y], ...]";
+  const toml::array* array = FindArray(key, expected);
+  if (array == nullptr) Fail("", "lacks the key " + std::string(key));
+  std::vector<Eigen::Vector2d> points;
+  for (const toml::node& node : *array) {
+    const toml::array* pair = node.as_array();
+    const auto number = [&](size_t i) {
+      const auto* item = pair != nullptr && pair->size() == 2 ? pair->get(i) : nullptr;
+      const auto value =
+          item != nullptr && item->is_number() ? item->value<double>() : std::nullopt;
+      if (!value || !std::isfinite(*value)) FailAt(node, NameOf(key), "must be " + expected);
+      return *value;
+    };
+    points.emplace_back(number(0), number(1));
+  }
+  return points;
+}
+
 std::optional<TomlTable> TomlTable::FindTable(std::string_view key,
                                               std::initializer_list<std::string_view> known) const {
   const toml::node* node = table_.get(key);

@@ -40,6 +40,7 @@ class TomlTable {
   double Number(std::string_view key) const;
   double PositiveNumber(std::string_view key) const;
   Eigen::Vector2d Vector2(std::string_view key) const;
+  std::vector<Eigen::Vector2d> Points2(std::string_view key) const;  // [[x, y], ...]
 
   std::optional<TomlTable> FindTable(std::string_view key,
                                      std::initializer_list<std::string_view> known) const;

@@ -1,5 +1,7 @@
 #include "interior/mark_drawing.h"
 
+#include <rapidcheck.h>
+
 #include <Eigen/Geometry>
 #include <cmath>
 #include <numbers>
@@ -101,6 +103,148 @@ TEST(RenderMark, RefusesASingularTransformAndAnEmptyDrawing) {
   MarkShape without_picture;
   without_picture.drawing.image = MarkImage{"mark.png", 0.1, {20, 20}};
   EXPECT_THROW(RenderMark(without_picture, Upright(10)), std::invalid_argument);
+}
+
+double Number(double low, double high) {
+  return low + (high - low) * *rc::gen::inRange(0, 1001) / 1000.0;
+}
+Vector2d Place(double reach) { return {Number(-reach, reach), Number(-reach, reach)}; }
+
+MarkElement AnyElement() {
+  const double brightness = Number(-1, 1);
+  switch (*rc::gen::inRange(0, 7)) {
+    case 0:
+      return CrossElement{Number(2, 4), Number(0.1, 0.3), Number(0, 1.5),
+                          Number(0, 1), Place(1),         brightness};
+    case 1:
+      return DotElement{Number(0.2, 2), Place(1), brightness};
+    case 2:
+      return CircleElement{Number(1, 3), Number(0.1, 0.3), Place(1), brightness};
+    case 3:
+      return LineElement{Place(2), Place(2) + Vector2d(5, 0), Number(0.1, 0.3), brightness};
+    case 4:
+      return WedgeElement{Number(0.5, 2), Number(0.5, 2), Number(0, 6), Place(1), brightness};
+    case 5:
+      return CheckerElement{Number(1, 3), Number(0, 1), Place(1), brightness};
+    default:
+      return PolygonElement{{Place(1), Vector2d(3, 0) + Place(1), Vector2d(1, 4)}, brightness};
+  }
+}
+
+std::vector<MarkElement> AnyElements() {
+  std::vector<MarkElement> elements(*rc::gen::inRange(1, 4));
+  for (MarkElement& e : elements) e = AnyElement();
+  return elements;
+}
+
+// What a shape is without looking at distances: its area, mm^2.
+double AreaOf(const MarkElement& element) {
+  const double pi = std::numbers::pi;
+  if (const auto* dot = std::get_if<DotElement>(&element))
+    return 0.25 * pi * dot->diameter_mm * dot->diameter_mm;
+  if (const auto* circle = std::get_if<CircleElement>(&element))
+    return pi * circle->diameter_mm * circle->width_mm;
+  if (const auto* line = std::get_if<LineElement>(&element))
+    return line->width_mm * (line->to_mm - line->from_mm).norm();
+  if (const auto* wedge = std::get_if<WedgeElement>(&element))
+    return 0.5 * wedge->base_mm * wedge->depth_mm;
+  if (const auto* checker = std::get_if<CheckerElement>(&element))
+    return 0.5 * checker->size_mm * checker->size_mm;
+  if (const auto* polygon = std::get_if<PolygonElement>(&element)) {
+    const auto& p = polygon->points_mm;  // AnyElement's triangles
+    const Vector2d a = p[1] - p[0], b = p[2] - p[0];
+    return 0.5 * std::abs(a.x() * b.y() - a.y() * b.x());
+  }
+  const auto& cross = std::get<CrossElement>(element);
+  const double overlap = std::max(0.0, cross.width_mm - cross.gap_mm);  // of the arms' ends
+  return 2 * cross.width_mm * (cross.length_mm - cross.gap_mm) - overlap * overlap;
+}
+
+TEST(RenderMark, HoldsEveryShapesAreaTimesItsBrightness) {
+  EXPECT_TRUE(rc::check([] {
+    const MarkElement element = AnyElement();
+    const double ppm = 20;
+    const Matrix2d turn = Eigen::Rotation2Dd(Number(0, 6)).toRotationMatrix() * ppm;
+    const double area = Sum(RenderMark(Shape({element}), turn, {0.8, 0.5}).values) / (ppm * ppm);
+    RC_ASSERT(std::abs(area - BrightnessOf(element) * AreaOf(element)) < kAreaTolerance);
+  }));
+}
+
+// The template of a film that lies turned or mirrored is the turned or mirrored template.
+TEST(RenderMark, CommutesWithTurningAndMirroringTheFilm) {
+  EXPECT_TRUE(rc::check([] {
+    const MarkShape shape = Shape(AnyElements());
+    const Image upright = RenderMark(shape, Upright(8)).values;
+    const Image turned =  // x to the right and y up become y to the right and x up
+        RenderMark(shape, (Matrix2d() << 0, 8, -8, 0).finished()).values;
+    const Image mirrored = RenderMark(shape, (Matrix2d() << -8, 0, 0, -8).finished()).values;
+    const int last = upright.width - 1;
+    RC_ASSERT(turned.width == upright.width && mirrored.width == upright.width);
+    for (int row = 0; row <= last; ++row)
+      for (int col = 0; col <= last; ++col) {
+        const float a = upright.At(col, row);
+        const float b = turned.At(last - row, last - col);
+        const float c = mirrored.At(last - col, row);
+        RC_ASSERT(std::isnan(a) == std::isnan(c) && std::isnan(a) == std::isnan(b));
+        RC_ASSERT(std::isnan(a) || (std::abs(a - b) < 2e-3f && std::abs(a - c) < 2e-3f));
+      }
+  }));
+}
+
+TEST(RenderMark, PaintsLaterElementsOverEarlierOnes) {
+  const MarkShape eye = Shape({DotElement{3.0}, DotElement{1.0, {0, 0}, -0.5}});
+  const MarkTemplate t = RenderMark(eye, Upright(10), {0.0, 0.5});
+  const int centre = static_cast<int>(t.centre.x());
+  EXPECT_EQ(t.values.At(centre, centre), -0.5f);
+  EXPECT_EQ(t.values.At(centre + 10, centre), 1.0f);
+  EXPECT_EQ(t.values.At(centre, centre - 17), 0.0f);
+  const MarkShape covered = Shape({DotElement{1.0, {0, 0}, -0.5}, DotElement{3.0}});
+  EXPECT_EQ(RenderMark(covered, Upright(10), {0.0, 0.5}).values.At(centre, centre), 1.0f);
+}
+
+TEST(RenderMark, PutsAWedgesTipWhereItIsSaid) {
+  const double right_angle = std::numbers::pi / 2;
+  const MarkElement up = WedgeElement{2.0, 1.5, right_angle, {0.5, 1.0}};
+  EXPECT_NEAR(SignedDistance(up, {0.5, 1.0}), 0, 1e-12);  // the tip
+  EXPECT_LT(SignedDistance(up, {0.5, 0.9}), 0);
+  EXPECT_GT(SignedDistance(up, {0.5, 1.1}), 0);
+  EXPECT_LT(SignedDistance(up, {1.4, -0.45}), 0);  // in the base's corner
+  EXPECT_NEAR(SignedDistance(up, {0.5, -1.5}), 1.0, 1e-12);
+}
+
+TEST(RenderMark, CheckersAreBrightAtTheUpperRightAndLowerLeft) {
+  const MarkElement checker = CheckerElement{2.0};
+  EXPECT_NEAR(SignedDistance(checker, {0.5, 0.5}), -0.5, 1e-12);
+  EXPECT_NEAR(SignedDistance(checker, {-0.3, -0.5}), -0.3, 1e-12);
+  EXPECT_NEAR(SignedDistance(checker, {0.5, -0.2}), 0.2, 1e-12);
+  EXPECT_NEAR(SignedDistance(checker, {0, 0}), 0, 1e-12);
+}
+
+TEST(SignedDistance, OfAPolygonWithAHollowIsRight) {
+  const MarkElement l = PolygonElement{{{0, 0}, {3, 0}, {3, 1}, {1, 1}, {1, 3}, {0, 3}}};
+  EXPECT_NEAR(SignedDistance(l, {2, 2}), 1, 1e-12);  // in the L's hollow
+  EXPECT_NEAR(SignedDistance(l, {0.5, 2}), -0.5, 1e-12);
+  EXPECT_NEAR(SignedDistance(l, {-3, -4}), 5, 1e-12);
+}
+
+TEST(LooksSame, KnowsTheOtherShapes) {
+  const Matrix2d quarter = Eigen::Rotation2Dd(std::numbers::pi / 2).toRotationMatrix();
+  const Matrix2d half = -Matrix2d::Identity();
+  const Matrix2d mirror = Eigen::DiagonalMatrix<double, 2>(-1, 1);
+  const MarkShape checker = Shape({CheckerElement{3.0}});
+  EXPECT_TRUE(LooksSame(checker, half));
+  EXPECT_FALSE(LooksSame(checker, quarter));
+  EXPECT_FALSE(LooksSame(checker, mirror));
+  EXPECT_TRUE(LooksSame(checker, quarter * mirror));
+  const MarkShape tooth = Shape({WedgeElement{1.4, 1.4, std::numbers::pi / 2}});
+  EXPECT_TRUE(LooksSame(tooth, mirror));
+  EXPECT_FALSE(LooksSame(tooth, quarter));
+  EXPECT_FALSE(LooksSame(tooth, half));
+  const MarkShape three_arms =
+      Shape({LineElement{{0.5, 0}, {2, 0}, 0.15}, LineElement{{-0.5, 0}, {-2, 0}, 0.15},
+             LineElement{{0, 0.5}, {0, 2}, 0.15}});
+  EXPECT_TRUE(LooksSame(three_arms, mirror));
+  EXPECT_FALSE(LooksSame(three_arms, half));
 }
 
 TEST(LooksSame, KnowsADrawingsSymmetry) {

@@ -46,35 +46,24 @@ double TextureAt(double x, double y, unsigned seed) {
   return 20 + 130 * value / weight + 60 * field + road;
 }
 
-bool InElement(const CrossElement& e, const Vector2d& p) {
-  const Vector2d q = Eigen::Rotation2Dd(-e.angle_rad) * p;
-  const auto on_arm = [&](double along, double across) {
-    return std::abs(across) <= 0.5 * e.width_mm && std::abs(along) <= 0.5 * e.length_mm &&
-           std::abs(along) >= 0.5 * e.gap_mm;
-  };
-  return on_arm(q.x(), q.y()) || on_arm(q.y(), q.x());
-}
-bool InElement(const DotElement& e, const Vector2d& p) { return p.norm() <= 0.5 * e.diameter_mm; }
-bool InElement(const CircleElement& e, const Vector2d& p) {
-  return std::abs(p.norm() - 0.5 * e.diameter_mm) <= 0.5 * e.width_mm;
-}
+// Share of the surroundings that shines through, and what the mark adds, over a pixel.
+struct Paint {
+  double surroundings = 0, mark = 0;
+};
 
-double Coverage(const MarkDrawing& drawing, const Vector2d& corner_px, const Vector2d& mark_px,
+Paint PaintOver(const MarkDrawing& drawing, const Vector2d& corner_px, const Vector2d& mark_px,
                 const Matrix2d& mm_from_px) {
   constexpr int kSamples = 8;
-  int inside = 0;
+  Paint paint;
   for (int j = 0; j < kSamples; ++j) {
     for (int i = 0; i < kSamples; ++i) {
       const Vector2d at = corner_px + Vector2d(i + 0.5, j + 0.5) / kSamples;
-      const Vector2d p = mm_from_px * (at - mark_px);
-      for (const MarkElement& element : drawing.elements)
-        if (std::visit([&](const auto& e) { return InElement(e, p); }, element)) {
-          ++inside;
-          break;
-        }
+      const double brightness = PaintedBrightness(drawing.elements, mm_from_px * (at - mark_px));
+      paint.surroundings += (1 - std::abs(brightness)) / (kSamples * kSamples);
+      paint.mark += std::max(brightness, 0.0) / (kSamples * kSamples);
     }
   }
-  return static_cast<double>(inside) / (kSamples * kSamples);
+  return paint;
 }
 
 void DrawMark(const MarkDrawing& drawing, const Vector2d& mark_px, const Matrix2d& mm_from_px,
@@ -84,9 +73,10 @@ void DrawMark(const MarkDrawing& drawing, const Vector2d& mark_px, const Matrix2
   for (int row = row0 - reach; row <= row0 + reach; ++row) {
     for (int col = col0 - reach; col <= col0 + reach; ++col) {
       if (col < 0 || row < 0 || col >= scan->width || row >= scan->height) continue;
-      const double share = Coverage(drawing, Vector2d(col, row), mark_px, mm_from_px);
+      const Paint paint = PaintOver(drawing, Vector2d(col, row), mark_px, mm_from_px);
       float& value = scan->At(col, row);
-      value = static_cast<float>((1 - share) * static_cast<double>(value) + share * brightness);
+      value = static_cast<float>(paint.surroundings * static_cast<double>(value) +
+                                 paint.mark * brightness);
     }
   }
 }

@@ -56,8 +56,9 @@ bool InDataStrip(const FilmFrame& film, const Vector2d& photo) {
   return InGlyph(glyph | 2u, along / pitch - letter, 1 - v);
 }
 
-bool InCross(const CrossElement& cross, const Vector2d& at) {
+bool InCross(const CrossElement& cross, const Vector2d& point) {
   const double c = std::cos(cross.angle_rad), s = std::sin(cross.angle_rad);
+  const Vector2d at = point - cross.at_mm;
   const double u = std::abs(c * at.x() + s * at.y()), v = std::abs(c * at.y() - s * at.x());
   const auto in_arm = [&](double along, double across) {
     return across <= 0.5 * cross.width_mm && along <= 0.5 * cross.length_mm &&
@@ -69,9 +70,8 @@ bool InCross(const CrossElement& cross, const Vector2d& at) {
 bool InElement(const MarkElement& element, const Vector2d& at) {
   if (const auto* cross = std::get_if<CrossElement>(&element)) return InCross(*cross, at);
   if (const auto* dot = std::get_if<DotElement>(&element))
-    return at.norm() <= 0.5 * dot->diameter_mm;
-  const auto& circle = std::get<CircleElement>(element);
-  return std::abs(at.norm() - 0.5 * circle.diameter_mm) <= 0.5 * circle.width_mm;
+    return (at - dot->at_mm).norm() <= 0.5 * dot->diameter_mm;
+  return SignedDistance(element, at) <= 0;
 }
 
 // The rebate, the film's edge and the text, pixel by pixel.
@@ -114,6 +114,14 @@ float PaddingTone(const FilmFrame& film, size_t index, const Vector2d& at) {
 constexpr int kSamples = 55;
 Vector2d Sample(int i) { return {(i + 0.5) / kSamples, (34 * i % kSamples + 0.5) / kSamples}; }
 
+// Brightness 1 is the mark's tone, 0 what surrounds it and -1 black.
+float MarkTone(const Fiducial& fiducial, const MarkDrawing& drawing, const Vector2d& at,
+               float around) {
+  if (fiducial.symbol && InSymbol(*fiducial.symbol, at)) return kMark;
+  const auto brightness = static_cast<float>(MarkBrightness(drawing, at));
+  return std::max(brightness, 0.0f) * kMark + (1 - std::abs(brightness)) * around;
+}
+
 // One mark, its dark surroundings and its symbol.
 void DrawMark(const FilmFrame& film, size_t index, const ScanGeometry& scan, Image* image) {
   const Fiducial& fiducial = film.camera.fiducials[index];
@@ -136,12 +144,9 @@ void DrawMark(const FilmFrame& film, size_t index, const ScanGeometry& scan, Ima
       for (int i = 0; i < kSamples; ++i) {
         const Vector2d offset = Sample(i);
         const Vector2d at = scan.PhotoFromPixel(Vector2d(col, row) + offset) - fiducial.position_mm;
-        const bool bright =
-            InMark(drawing, at) || (fiducial.symbol && InSymbol(*fiducial.symbol, at));
-        if (visible && bright)
-          sum += kMark;
-        else
-          sum += dark && at.cwiseAbs().maxCoeff() < padding ? PaddingTone(film, index, at) : below;
+        const bool padded = dark && at.cwiseAbs().maxCoeff() < padding;
+        const float around = padded ? PaddingTone(film, index, at) : below;
+        sum += visible ? MarkTone(fiducial, drawing, at, around) : around;
       }
       image->At(col, row) = sum / kSamples;
     }
@@ -152,20 +157,16 @@ void DrawMark(const FilmFrame& film, size_t index, const ScanGeometry& scan, Ima
 
 double MarkRadius(const MarkDrawing& drawing) {
   double radius = 0;
-  for (const MarkElement& element : drawing.elements) {
-    if (const auto* cross = std::get_if<CrossElement>(&element))
-      radius = std::max(radius, 0.5 * cross->length_mm);
-    else if (const auto* dot = std::get_if<DotElement>(&element))
-      radius = std::max(radius, 0.5 * dot->diameter_mm);
-    else if (const auto* circle = std::get_if<CircleElement>(&element))
-      radius = std::max(radius, 0.5 * (circle->diameter_mm + circle->width_mm));
-  }
+  for (const MarkElement& element : drawing.elements) radius = std::max(radius, Reach(element));
   return radius;
 }
 
-bool InMark(const MarkDrawing& drawing, const Vector2d& at_mm) {
-  return std::any_of(drawing.elements.begin(), drawing.elements.end(),
-                     [&](const MarkElement& element) { return InElement(element, at_mm); });
+double MarkBrightness(const MarkDrawing& drawing, const Vector2d& at_mm) {
+  const auto& elements = drawing.elements;
+  const auto top =
+      std::find_if(elements.rbegin(), elements.rend(),
+                   [&](const MarkElement& element) { return InElement(element, at_mm); });
+  return top == elements.rend() ? 0 : BrightnessOf(*top);
 }
 
 bool InSymbol(const MarkSymbol& symbol, const Vector2d& at_mm) {

@@ -23,8 +23,10 @@ struct FilmFrame {
 // Distance of a mark drawing's outermost part from its centre, mm.
 double MarkRadius(const MarkDrawing& drawing);
 
-// Whether a place of the mark's drawing is bright; `at_mm` relative to the mark, photo axes.
-bool InMark(const MarkDrawing& drawing, const Eigen::Vector2d& at_mm);
+// Brightness of a place of the mark's drawing (-1 to 1, 0: what surrounds the mark); `at_mm`
+// relative to the mark, photo axes.
+double MarkBrightness(const MarkDrawing& drawing, const Eigen::Vector2d& at_mm);
+// Whether a place is part of the identification symbol.
 bool InSymbol(const MarkSymbol& symbol, const Eigen::Vector2d& at_mm);
 
 // Turns the scene's tones into the positive (0 black, 1 white) and draws the film around them.

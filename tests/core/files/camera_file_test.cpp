@@ -119,6 +119,84 @@ TEST(CameraFile, DrawingsKeepTheLengthsOfTheFile) {
   EXPECT_FALSE(mark.image);
 }
 
+// The same camera with other elements in its drawing.
+std::string FilmDrawnWith(const std::string& elements) {
+  const size_t from = kFilm.find("elements = [");
+  return kFilm.substr(0, from) + "elements = [\n" + elements + "\n]\n";
+}
+
+const std::string kEveryShape = R"(
+  { shape = "cross", length_mm = 4.0, width_mm = 0.1, at_mm = [0.5, -0.25], brightness = 0.65 },
+  { shape = "dot", diameter_mm = 0.5, at_mm = [1, 2], brightness = -1 },
+  { shape = "circle", diameter_mm = 2.0, width_mm = 0.1, at_mm = [-1, 2], brightness = 0.0 },
+  { shape = "line", from_mm = [0.5, 0], to_mm = [2, 0.25], width_mm = 0.125 },
+  { shape = "wedge", base_mm = 1.5, depth_mm = 2.0, angle_deg = 90, at_mm = [0, 3] },
+  { shape = "checker", size_mm = 3.0, angle_deg = 45.0, brightness = 0.5 },
+  { shape = "polygon", points_mm = [[0, 0], [2.5, 0], [2.5, 1.25]], brightness = -0.5 },)";
+
+TEST(CameraFile, EveryShapeKeepsItsNumbersThroughARoundtrip) {
+  const TemporaryFolder folder;
+  WriteCameraFile(folder / "again.toml", ReadText(FilmDrawnWith(kEveryShape)));
+  const auto elements = ReadCameraFile(folder / "again.toml").marks.at("corner").elements;
+  ASSERT_EQ(elements.size(), 7u);
+  const auto& cross = std::get<CrossElement>(elements[0]);
+  EXPECT_EQ(cross.at_mm, Eigen::Vector2d(0.5, -0.25));
+  EXPECT_EQ(cross.brightness, 0.65);
+  const auto& dot = std::get<DotElement>(elements[1]);
+  EXPECT_EQ(dot.at_mm, Eigen::Vector2d(1, 2));
+  EXPECT_EQ(dot.brightness, -1);
+  const auto& circle = std::get<CircleElement>(elements[2]);
+  EXPECT_EQ(circle.at_mm, Eigen::Vector2d(-1, 2));
+  EXPECT_EQ(circle.brightness, 0);
+  const auto& line = std::get<LineElement>(elements[3]);
+  EXPECT_EQ(line.from_mm, Eigen::Vector2d(0.5, 0));
+  EXPECT_EQ(line.to_mm, Eigen::Vector2d(2, 0.25));
+  EXPECT_EQ(line.width_mm, 0.125);
+  EXPECT_EQ(line.brightness, 1);
+  const auto& wedge = std::get<WedgeElement>(elements[4]);
+  EXPECT_EQ(wedge.base_mm, 1.5);
+  EXPECT_EQ(wedge.depth_mm, 2.0);
+  EXPECT_NEAR(wedge.angle_rad, RadFromDeg(90), kExact);
+  EXPECT_EQ(wedge.at_mm, Eigen::Vector2d(0, 3));
+  const auto& checker = std::get<CheckerElement>(elements[5]);
+  EXPECT_EQ(checker.size_mm, 3.0);
+  EXPECT_NEAR(checker.angle_rad, RadFromDeg(45), kExact);
+  EXPECT_EQ(checker.brightness, 0.5);
+  const auto& polygon = std::get<PolygonElement>(elements[6]);
+  ASSERT_EQ(polygon.points_mm.size(), 3u);
+  EXPECT_EQ(polygon.points_mm[2], Eigen::Vector2d(2.5, 1.25));
+  EXPECT_EQ(polygon.brightness, -0.5);
+}
+
+TEST(CameraFile, ImpossibleElementsAreRefusedByTheirKey) {
+  const auto refuse = [](const std::string& element, std::initializer_list<std::string> parts) {
+    ExpectRefused(FilmDrawnWith(element), parts);
+  };
+  refuse("{ shape = \"dot\", diameter_mm = 1, brightness = 2 }",
+         {"elements[0].brightness", "between -1"});
+  refuse("{ shape = \"dot\", diameter_mm = 1, brightness = 0.0 }",
+         {"marks.corner.elements", "brightness 0"});
+  refuse("{ shape = \"dot\", diameter_mm = 1, at_mm = [12, 0] }",
+         {"corner.elements", "at most 20"});
+  refuse("{ shape = \"line\", from_mm = [1, 1], to_mm = [1, 1], width_mm = 0.1 }",
+         {"elements[0].to_mm", "length"});
+  refuse("{ shape = \"line\", from_mm = [1, 1], width_mm = 0.1 }", {"elements[0]", "to_mm"});
+  refuse("{ shape = \"wedge\", base_mm = 1, depth_mm = 0 }", {"elements[0].depth_mm", "positive"});
+  refuse("{ shape = \"wedge\", base_mm = 1, dept_mm = 1 }",
+         {"elements[0].dept_mm", "did you mean depth_mm?"});
+  refuse("{ shape = \"checker\", diameter_mm = 3 }", {"elements[0].diameter_mm"});
+  refuse("{ shape = \"polygon\", points_mm = [[0, 0], [1, 0]] }",
+         {"elements[0].points_mm", "three points"});
+  refuse("{ shape = \"polygon\", points_mm = [[0, 0], [1, 0], 7] }",
+         {"elements[0].points_mm", "[[x, y]"});
+  refuse("{ shape = \"polygon\", points_mm = [[0, 0], [1, 1], [1, 0], [0, 1]] }",
+         {"elements[0].points_mm", "crosses itself"});
+  refuse("{ shape = \"polygon\", points_mm = [[0, 0], [1, 1], [2, 2]] }",
+         {"elements[0].points_mm", "no area"});
+  refuse("{ shape = \"polygon\", points_mm = [[0, 0], [0, 0], [2, 2]] }",
+         {"elements[0].points_mm", "twice"});
+}
+
 TEST(CameraFile, ADigitalCameraHasItsImageSize) {
   const CameraFile file = ReadText(kDigital);
   EXPECT_EQ(file.camera.kind, CameraKind::kDigital);

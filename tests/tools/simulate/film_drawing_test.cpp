@@ -109,11 +109,11 @@ TEST(FilmDrawing, SymbolsCountTheMarks) {
 TEST(FilmDrawing, CrossWithAGapIsOpenInTheMiddle) {
   MarkDrawing drawing;
   drawing.elements = {CrossElement{2.0, 0.1, 0.5, 0}};
-  EXPECT_FALSE(InMark(drawing, {0, 0}));
-  EXPECT_TRUE(InMark(drawing, {0.3, 0.04}));
-  EXPECT_TRUE(InMark(drawing, {-0.04, -0.99}));
-  EXPECT_FALSE(InMark(drawing, {1.01, 0}));
-  EXPECT_FALSE(InMark(drawing, {0.5, 0.06}));
+  EXPECT_EQ(MarkBrightness(drawing, {0, 0}), 0);
+  EXPECT_EQ(MarkBrightness(drawing, {0.3, 0.04}), 1);
+  EXPECT_EQ(MarkBrightness(drawing, {-0.04, -0.99}), 1);
+  EXPECT_EQ(MarkBrightness(drawing, {1.01, 0}), 0);
+  EXPECT_EQ(MarkBrightness(drawing, {0.5, 0.06}), 0);
 }
 
 }  // namespace
