@@ -6,6 +6,7 @@
 
 #include "core/error.h"
 #include "interior/acceptance.h"
+#include "interior/film_orientation.h"
 #include "interior/film_search.h"
 #include "interior/film_transform.h"
 #include "interior/layout.h"
@@ -71,12 +72,67 @@ std::vector<MarkResult> MarkResults(const CameraFile& camera, const FilmMarks& m
   return results;
 }
 
-std::string OpenOrientationMessage(const std::vector<ScanOrientation>& possible) {
+std::string Names(const std::vector<ScanOrientation>& orientations) {
   std::string names;
-  for (const ScanOrientation o : possible)
-    names += (names.empty() ? "" : ", ") + std::string(Name(o));
-  return "The marks leave open how the film lies (" + names +
+  for (const ScanOrientation o : orientations) {
+    if (!names.empty()) names += ", ";
+    names += Name(o);
+  }
+  return names;
+}
+
+std::string OpenOrientationMessage(const std::vector<ScanOrientation>& possible) {
+  return "The marks leave open how the film lies (" + Names(possible) +
          "); the transform given is the one for " + std::string(Name(possible.front())) + ".";
+}
+
+// The ways of lying that look like `orientation` to the marks, that one first.
+OrientationClass ClassOf(const CameraFile& camera, const MarkShapes& shapes,
+                         ScanOrientation orientation) {
+  OrientationClass members = {orientation};
+  for (const ScanOrientation other : kAllScanOrientations)
+    if (other != orientation && Relabel(camera.fiducials, shapes, orientation, other))
+      members.push_back(other);
+  return members;
+}
+
+// The user's word stands; what the film says against it is told.
+void CheckUsersOrientation(const Raster& scan, const CameraFile& camera, const MarkShapes& shapes,
+                           ScanOrientation orientation, InteriorResult* result) {
+  result->possible_orientations = {orientation};
+  result->orientation = orientation;
+  const OrientationClass alike = ClassOf(camera, shapes, orientation);
+  const auto decision = Decide(alike, VotesOfFilm(scan, camera, shapes, *result, alike));
+  const auto& possible = decision.possible;
+  if (std::find(possible.begin(), possible.end(), orientation) != possible.end()) return;
+  if (result->status == Status::kOk) result->status = Status::kWeak;
+  result->messages.push_back("The film's symbols or border say that it lies " + Names(possible) +
+                             ", not " + std::string(Name(orientation)) +
+                             " as given: check --orientation.");
+}
+
+// Of the ways that the marks leave open, those that symbols and border leave.
+InteriorResult WithOrientationFound(const Raster& scan, const CameraFile& camera,
+                                    const MarkShapes& shapes, const OrientationClass& open,
+                                    InteriorResult result) {
+  result.possible_orientations = open;
+  const auto decision = Decide(open, VotesOfFilm(scan, camera, shapes, result, open));
+  const auto likeliest = InOrientation(result, camera, shapes, decision.possible.front());
+  if (likeliest) {
+    result = *likeliest;
+    result.possible_orientations = decision.possible;
+    result.orientation = std::nullopt;
+  }
+  const auto& possible = result.possible_orientations;
+  if (decision.contradictory)
+    result.messages.emplace_back(
+        "The identification symbols or the border contradict each other: check the camera file's "
+        "symbols, data_strip and border.");
+  if (possible.size() == 1)
+    result.orientation = possible.front();
+  else
+    result.messages.push_back(OpenOrientationMessage(possible));
+  return result;
 }
 
 InteriorResult OrientFilm(const Raster& scan, const CameraFile& camera, const MarkShapes& shapes,
@@ -98,11 +154,9 @@ InteriorResult OrientFilm(const Raster& scan, const CameraFile& camera, const Ma
   }
   FillTransform(*film, marks, &result);
   result.polarity = reading.polarity;
-  result.possible_orientations = reading.orientations;
-  if (reading.orientations.size() == 1)
-    result.orientation = reading.orientations.front();
-  else
-    result.messages.push_back(OpenOrientationMessage(reading.orientations));
+  if (!options.orientation)
+    return WithOrientationFound(scan, camera, shapes, reading.orientations, std::move(result));
+  CheckUsersOrientation(scan, camera, shapes, *options.orientation, &result);
   return result;
 }
 

@@ -15,11 +15,6 @@ constexpr double kLargestAffinity = 0.025;  // difference of a desktop scanner's
 constexpr double kSameLayoutMm = 0.35;      // what an affine may leave between equal layouts
 constexpr double kSmallestWindowMm = 15.0;
 
-// photo -> photo: how a photo point's coordinates change when `other` replaces `base`.
-Matrix2d PhotoTurn(ScanOrientation base, ScanOrientation other) {
-  return PhotoFromPixelAxes(other) * PhotoFromPixelAxes(base).transpose();
-}
-
 // Could a scanner's affinity make the layout look like its own permutation?
 bool IsSameLayout(const std::vector<PointPair2d>& pairs) {
   const auto small = [](double value) { return std::abs(value) <= kLargestAffinity; };
@@ -61,6 +56,10 @@ MarkRectangle RectangleOfMarks(const std::vector<Fiducial>& fiducials) {
 Vector2d PlaceOnScan(const Vector2d& photo_mm, const MarkRectangle& rectangle,
                      ScanOrientation orientation) {
   return PhotoFromPixelAxes(orientation).transpose() * (photo_mm - rectangle.centre_mm);
+}
+
+Matrix2d PhotoTurn(ScanOrientation base, ScanOrientation other) {
+  return PhotoFromPixelAxes(other) * PhotoFromPixelAxes(base).transpose();
 }
 
 std::optional<std::vector<int>> Relabel(const std::vector<Fiducial>& fiducials,

@@ -25,6 +25,10 @@ MarkRectangle RectangleOfMarks(const std::vector<Fiducial>& fiducials);
 Eigen::Vector2d PlaceOnScan(const Eigen::Vector2d& photo_mm, const MarkRectangle& rectangle,
                             ScanOrientation orientation);
 
+// How the photo coordinates of a place on the scan change when the film is taken to lie in `other`
+// and not in `base`: about the rectangle's centre, other = PhotoTurn * base.
+Eigen::Matrix2d PhotoTurn(ScanOrientation base, ScanOrientation other);
+
 // relabel[i] is the index of the mark that lies where mark i would lie, were the film lying in
 // `other` and not in `base`. Empty when the layout or a mark's drawing shows the difference, even
 // through a scanner whose two scales differ by 2.5 %.

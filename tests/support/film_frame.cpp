@@ -8,12 +8,15 @@
 
 #include "core/imaging/raster.h"
 #include "core/imaging/resample.h"
+#include "tests/support/film_signs.h"
 
 namespace orient {
 namespace {
 
 using Eigen::Matrix2d;
 using Eigen::Vector2d;
+
+constexpr double kBlack = 18;  // unexposed film
 
 double Lattice(int x, int y, unsigned seed) {
   unsigned h = seed * 374761393u + static_cast<unsigned>(x) * 668265263u +
@@ -83,7 +86,7 @@ void DrawMark(const MarkDrawing& drawing, const Vector2d& mark_px, const Matrix2
 
 // Film without marks: black rebate, round dark corners under the marks, texture elsewhere.
 void DrawFilm(const FilmFrameSpec& spec, const Affine2d& photo_from_pixel, Image* scan) {
-  constexpr double kBlack = 18, kCornerMm = 6;
+  constexpr double kCornerMm = 6;
   for (int row = 0; row < scan->height; ++row) {
     for (int col = 0; col < scan->width; ++col) {
       const Vector2d mm = photo_from_pixel * Vector2d(col + 0.5, row + 0.5);
@@ -127,6 +130,10 @@ FilmFrame RenderFilmFrame(const FilmFrameSpec& spec) {
       DrawMark(spec.camera.marks.at(f.mark), frame.mark_pixels.back(), mm_from_px,
                spec.mark_brightness, &frame.scan);
   }
+  const SignBrightness brightness{kBlack, spec.mark_brightness};
+  DrawBorder(spec.camera, frame.pixel_from_photo, brightness, &frame.scan);
+  if (spec.marks)
+    DrawSymbols(spec.camera, frame.pixel_from_photo, brightness, spec.missing, &frame.scan);
   frame.scan = GaussianBlur(frame.scan, spec.blur_sigma_px);
   AddGrain(spec.noise, spec.polarity, spec.seed, &frame.scan);
   return frame;

@@ -1,5 +1,6 @@
 // Scans of film frames with exact truth: texture, dark rebate and corners, fiducial marks, grain.
-// The marks are drawn by sampling their definition directly, independent of interior/mark_drawing.
+// The marks are drawn by sampling their definition directly, independent of interior/mark_drawing;
+// symbols, data strip and border as the camera file has them (film_signs.h).
 #pragma once
 
 #include <Eigen/Core>

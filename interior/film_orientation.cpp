@@ -1,0 +1,233 @@
+#include "interior/film_orientation.h"
+
+#include <Eigen/Geometry>
+#include <Eigen/LU>
+#include <numeric>
+
+#include "interior/film_border.h"
+#include "interior/symbols.h"
+
+namespace orient {
+namespace {
+
+using Eigen::Matrix2d;
+using Eigen::Vector2d;
+
+constexpr double kDissentNats = 3.0;
+constexpr double kReadNats = 1.5;  // what a symbol must reach in some way of lying to be read
+constexpr double kRowNats = 2.0;   // a row of unknown place that has, or has not, the right count
+constexpr double kSamePlaceMm = 1.0;
+
+double Best(const OrientationVote& vote) { return *std::max_element(vote.begin(), vote.end()); }
+
+bool IsSilent(const OrientationVote& vote) {
+  return std::all_of(vote.begin(), vote.end(), [](double nats) { return nats == 0; });
+}
+
+// The symbols that a mark would have beside it, were the film lying in each of the open ways.
+struct Hypothesis {
+  const MarkSymbol* symbol = nullptr;  // none: the mark it would be has no symbol
+  Matrix2d turn =
+      Matrix2d::Identity();  // of photo axes: as assumed when measuring, from this way's
+};
+
+bool HasPlace(const MarkSymbol& symbol) { return symbol.at_mm && symbol.step_mm; }
+
+OrientationVote VoteOfPlaces(const MarkSurroundings& around,
+                             const std::vector<Hypothesis>& hypotheses) {
+  OrientationVote vote;
+  double read = 0;
+  for (const Hypothesis& h : hypotheses) {
+    vote.push_back(h.symbol != nullptr ? NatsOfSymbol(around, *h.symbol, h.turn) : 0);
+    read = std::max(read, vote.back());
+  }
+  if (read < kReadNats) return OrientationVote(hypotheses.size(), 0);
+  for (size_t o = 0; o < hypotheses.size(); ++o)
+    if (hypotheses[o].symbol == nullptr) vote[o] = -read;  // what was read would not be explained
+  return vote;
+}
+
+bool Fits(const SymbolRow& row, const Hypothesis& hypothesis) {
+  constexpr double kNearMm = 0.6;
+  if (hypothesis.symbol == nullptr) return false;
+  const MarkSymbol& symbol = *hypothesis.symbol;
+  if (row.kind != symbol.kind || row.count != symbol.count) return false;
+  if (!symbol.at_mm) return true;
+  const Vector2d at = hypothesis.turn * *symbol.at_mm;
+  return std::min((row.first_mm - at).norm(), (row.last_mm - at).norm()) < kNearMm;
+}
+
+OrientationVote VoteOfRow(const MarkSurroundings& around,
+                          const std::vector<Hypothesis>& hypotheses) {
+  OrientationVote vote(hypotheses.size(), 0);
+  const auto row = FindSymbolRow(around);
+  if (!row) return vote;
+  const auto fits = [&](const Hypothesis& h) { return Fits(*row, h); };
+  // A row that is no mark's symbol is something else.
+  if (std::none_of(hypotheses.begin(), hypotheses.end(), fits)) return vote;
+  for (size_t o = 0; o < hypotheses.size(); ++o)
+    vote[o] = fits(hypotheses[o]) ? kRowNats : -kRowNats;
+  return vote;
+}
+
+OrientationVote VoteOfSymbol(const MarkSurroundings& around,
+                             const std::vector<Hypothesis>& hypotheses) {
+  const bool places_known =
+      std::all_of(hypotheses.begin(), hypotheses.end(),
+                  [](const Hypothesis& h) { return h.symbol == nullptr || HasPlace(*h.symbol); });
+  return places_known ? VoteOfPlaces(around, hypotheses) : VoteOfRow(around, hypotheses);
+}
+
+// What is known of the film once its marks are measured.
+class FilmVotes {
+ public:
+  FilmVotes(const Raster& scan, const CameraFile& camera, const MarkShapes& shapes,
+            const InteriorResult& measured, const OrientationClass& open)
+      : scan_(scan),
+        camera_(camera),
+        shapes_(shapes),
+        measured_(measured),
+        open_(open),
+        pixel_from_photo_(measured.photo_from_pixel.value().Inverse()) {
+    for (const ScanOrientation o : open) {
+      relabels_.push_back(Relabel(camera.fiducials, shapes, open.front(), o).value());
+      turns_.push_back(PhotoTurn(o, open.front()));
+    }
+    for (size_t i = 0; i < measured.marks.size(); ++i)
+      if (measured.marks[i].state == MarkState::kUsed)
+        tones_.push_back(ToneAtMark(scan, shapes.at(camera.fiducials[i].mark), pixel_from_photo_.A,
+                                    measured.marks[i].pixel.value(), measured.polarity.value()));
+      else
+        tones_.emplace_back();
+  }
+
+  std::vector<OrientationVote> OfSymbols() const {
+    std::vector<OrientationVote> votes;
+    for (size_t i = 0; i < tones_.size(); ++i) {
+      const auto hypotheses = HypothesesOf(i);
+      const bool any = std::any_of(hypotheses.begin(), hypotheses.end(),
+                                   [](const Hypothesis& h) { return h.symbol != nullptr; });
+      if (!any || !tones_[i]) continue;
+      votes.push_back(VoteOfSymbol(
+          SurroundingsOf(scan_, shapes_.at(camera_.fiducials[i].mark), pixel_from_photo_.A,
+                         measured_.marks[i].pixel.value(), *tones_[i]),
+          hypotheses));
+    }
+    return votes;
+  }
+
+  std::vector<OrientationVote> OfBorder() const {
+    std::vector<OrientationVote> votes;
+    const auto tone = MiddleTone();
+    if (!tone) return votes;
+    for (const BorderFeature& feature : BorderFeatures(camera_))
+      votes.push_back(OfFeature(feature, *tone));
+    return votes;
+  }
+
+ private:
+  std::vector<Hypothesis> HypothesesOf(size_t mark) const {
+    std::vector<Hypothesis> hypotheses;
+    for (size_t o = 0; o < open_.size(); ++o) {
+      const auto& symbol = camera_.fiducials[relabels_[o][mark]].symbol;
+      hypotheses.push_back({symbol ? &*symbol : nullptr, turns_[o]});
+    }
+    return hypotheses;
+  }
+
+  OrientationVote OfFeature(const BorderFeature& feature, const FilmTone& tone) const {
+    std::vector<BorderPlace> places;
+    std::vector<size_t> place_of;
+    for (const Matrix2d& turn : turns_) {
+      const BorderPlace place = Turned(feature, turn);
+      const auto same = std::find_if(places.begin(), places.end(), [&](const BorderPlace& p) {
+        return (p.low_mm - place.low_mm).norm() < kSamePlaceMm &&
+               (p.high_mm - place.high_mm).norm() < kSamePlaceMm;
+      });
+      place_of.push_back(static_cast<size_t>(same - places.begin()));
+      if (same == places.end()) places.push_back(place);
+    }
+    std::vector<Vector2d> marks;
+    for (const Fiducial& f : camera_.fiducials) marks.push_back(f.position_mm);
+    std::vector<SignSeen> seen;
+    for (const BorderPlace& place : places)
+      seen.push_back(LookFor(feature.shows, place, scan_, pixel_from_photo_, tone, marks));
+    return NatsOfFeature(feature.shows, seen, place_of);
+  }
+
+  // Where the feature lies in the photo axes assumed when measuring; the marks' rectangle keeps its
+  // place whichever way the film lies.
+  BorderPlace Turned(const BorderFeature& feature, const Matrix2d& turn) const {
+    const Vector2d centre = RectangleOfMarks(camera_.fiducials).centre_mm;
+    const Vector2d a = turn * (feature.from_mm - centre) + centre;
+    const Vector2d b = turn * (feature.to_mm - centre) + centre;
+    return {a.cwiseMin(b), a.cwiseMax(b)};
+  }
+
+  // The mark of middling contrast stands for the film.
+  std::optional<FilmTone> MiddleTone() const {
+    std::vector<FilmTone> read;
+    for (const auto& tone : tones_)
+      if (tone) read.push_back(*tone);
+    if (read.empty()) return std::nullopt;
+    std::sort(read.begin(), read.end(), [](const FilmTone& a, const FilmTone& b) {
+      return std::abs(a.stroke - a.surrounding) < std::abs(b.stroke - b.surrounding);
+    });
+    return read[read.size() / 2];
+  }
+
+  const Raster& scan_;
+  const CameraFile& camera_;
+  const MarkShapes& shapes_;
+  const InteriorResult& measured_;
+  const OrientationClass& open_;
+  Affine2d pixel_from_photo_;
+  std::vector<std::vector<int>> relabels_;      // per way of lying
+  std::vector<Matrix2d> turns_;                 // per way of lying
+  std::vector<std::optional<FilmTone>> tones_;  // per mark
+};
+
+}  // namespace
+
+OrientationDecision Decide(const OrientationClass& open,
+                           const std::vector<OrientationVote>& votes) {
+  std::vector<double> total(open.size(), 0);
+  for (const OrientationVote& vote : votes)
+    for (size_t o = 0; o < open.size(); ++o) total[o] += vote[o];
+  std::vector<size_t> order(open.size());
+  std::iota(order.begin(), order.end(), 0);
+  std::stable_sort(order.begin(), order.end(),
+                   [&](size_t a, size_t b) { return total[a] > total[b]; });
+  const size_t best = order.front();
+  int read = 0, against = 0;
+  for (const OrientationVote& vote : votes) {
+    if (IsSilent(vote)) continue;
+    ++read;
+    if (vote[best] < Best(vote) - kDissentNats) ++against;
+  }
+  OrientationDecision decision;
+  decision.contradictory = against > 0 && 4 * against >= read;
+  if (decision.contradictory) {
+    decision.possible = open;
+    return decision;
+  }
+  for (const size_t o : order)
+    if (total[o] > total[best] - kSureNats) decision.possible.push_back(open[o]);
+  return decision;
+}
+
+std::vector<OrientationVote> VotesOfFilm(const Raster& scan, const CameraFile& camera,
+                                         const MarkShapes& shapes, const InteriorResult& measured,
+                                         const OrientationClass& open) {
+  const bool has_symbols = std::any_of(camera.fiducials.begin(), camera.fiducials.end(),
+                                       [](const Fiducial& f) { return f.symbol.has_value(); });
+  const bool has_border = camera.data_strip || !camera.border.empty();
+  if (open.size() < 2 || !(has_symbols || has_border)) return {};
+  const FilmVotes film(scan, camera, shapes, measured, open);
+  std::vector<OrientationVote> votes = film.OfSymbols();
+  const std::vector<OrientationVote> border = film.OfBorder();
+  votes.insert(votes.end(), border.begin(), border.end());
+  return votes;
+}
+
+}  // namespace orient

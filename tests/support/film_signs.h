@@ -1,0 +1,27 @@
+// What a film shows beside its marks that tells how it lies: identification symbols, the data
+// strip, and what else the camera file says of the border. Drawn by sampling the definitions.
+#pragma once
+
+#include "core/files/camera_file.h"
+#include "core/geometry/transform2d.h"
+#include "core/imaging/image.h"
+
+namespace orient {
+
+struct SignBrightness {
+  double dark = 18, bright = 210;  // grey values
+};
+
+// Where symbols without a place of their own are drawn: first element, and the step to the next.
+inline const Eigen::Vector2d kSymbolAt_mm(2.6, 0.4);
+inline const Eigen::Vector2d kSymbolStep_mm(0.5, 0);
+
+// Symbols of all fiducials but those in `missing`.
+void DrawSymbols(const CameraFile& camera, const Affine2d& pixel_from_photo,
+                 const SignBrightness& brightness, const std::vector<int>& missing, Image* scan);
+
+// Writing over the middle two thirds of the data strip's side, and the features of the border.
+void DrawBorder(const CameraFile& camera, const Affine2d& pixel_from_photo,
+                const SignBrightness& brightness, Image* scan);
+
+}  // namespace orient
