@@ -17,13 +17,6 @@ bool Inside(const Eigen::Vector2d& pixel, const PredictionOptions& options) {
 // Unknown distinctness ranks in the middle: neither preferred nor shunned.
 double Rank(const Patch& patch) { return patch.distinctness.value_or(0.5); }
 
-void Grow(Bounds* bounds, const Eigen::Vector3d& point) {
-  bounds->min_x = std::min(bounds->min_x, point.x());
-  bounds->max_x = std::max(bounds->max_x, point.x());
-  bounds->min_y = std::min(bounds->min_y, point.y());
-  bounds->max_y = std::max(bounds->max_y, point.y());
-}
-
 }  // namespace
 
 std::vector<PatchPrediction> Predict(const PhotoView& view, const Matrix6d& pose_covariance,
@@ -88,16 +81,18 @@ Bounds UncertainFootprint(const Camera& camera, const PosePrior& prior, double m
   Camera ideal = camera;
   ideal.lens = {};  // its inverse need not exist so far outside the frame
   const Eigen::Vector2d half = camera.frame_mm / 2 + Eigen::Vector2d::Constant(grow);
-  Bounds bounds{1e300, 1e300, -1e300, -1e300};
+  Bounds bounds = Bounds::OfNothing();
   for (int i = -4; i <= 4; ++i)
     for (int j = -4; j <= 4; ++j) {
       const Eigen::Vector2d photo =
           camera.frame_centre_mm + half.cwiseProduct(Eigen::Vector2d(i, j) / 4);
       const auto ray = GroundRayFromPhoto(ideal, prior.pose, photo);
       if (!ray || ray->direction.z() > -0.05) continue;
-      for (const double z : {min_height_m, max_height_m})
-        Grow(&bounds,
-             ray->origin_m + ray->direction * ((z - ray->origin_m.z()) / ray->direction.z()));
+      for (const double z : {min_height_m, max_height_m}) {
+        const double distance = (z - ray->origin_m.z()) / ray->direction.z();
+        const Eigen::Vector3d point = ray->origin_m + distance * ray->direction;
+        bounds.Include(point.x(), point.y());
+      }
     }
   if (bounds.Empty()) return {};
   const Eigen::Vector3d sigma = prior.covariance.diagonal().head<3>().cwiseSqrt();

@@ -132,13 +132,6 @@ class OrthoSource : public SourceView {
   std::optional<CoordinateTransform> map_from_ground_, ground_from_map_;
 };
 
-void Grow(Bounds& bounds, const Eigen::Vector2d& point) {
-  bounds.min_x = std::min(bounds.min_x, point.x());
-  bounds.min_y = std::min(bounds.min_y, point.y());
-  bounds.max_x = std::max(bounds.max_x, point.x());
-  bounds.max_y = std::max(bounds.max_y, point.y());
-}
-
 }  // namespace
 
 std::unique_ptr<SourceView> MakePhotoSource(const PhotoView& view,
@@ -159,14 +152,13 @@ Bounds OrthoFootprint(const Raster& ortho, const Crs& ground_crs) {
   constexpr int kSteps = 8;  // the border of a transformed rectangle is bent
   const OrthoGeoreference georeference = GeoreferenceOf(ortho);
   const CoordinateTransform ground_from_map(ground_crs, georeference.crs);
-  const double infinity = std::numeric_limits<double>::infinity();
-  Bounds bounds{infinity, infinity, -infinity, -infinity};
+  Bounds bounds = Bounds::OfNothing();
   for (int i = 0; i <= kSteps; ++i)
     for (int j = 0; j <= kSteps; ++j) {
       const Eigen::Vector2d pixel(ortho.Width() * j / double(kSteps),
                                   ortho.Height() * i / double(kSteps));
       if (const auto ground = ground_from_map(georeference.map_from_pixel * pixel))
-        Grow(bounds, *ground);
+        bounds.Include(ground->x(), ground->y());
     }
   return bounds;
 }

@@ -45,17 +45,15 @@ const double kAttitudeSigma_rad = RadFromDeg(3);
 
 Bounds Region(const OrientationTable& table, const Camera& camera,
               const ExteriorRunOptions& options) {
-  Bounds region{1e300, 1e300, -1e300, -1e300};
+  Bounds region = Bounds::OfNothing();
   for (const std::string& path : options.photos) {
     const OrientationRow* row = table.Find(PhotoName(path));
     if (row == nullptr) continue;
     const double height = std::max(100.0, row->pose.position_m.z() - kLowestGround_m);
     const double reach = 1.5 * height * camera.FrameRadius() / camera.principal_distance_mm +
                          3 * options.position_sigma_m.value_or(kPositionSigma_m);
-    region.min_x = std::min(region.min_x, row->pose.position_m.x() - reach);
-    region.min_y = std::min(region.min_y, row->pose.position_m.y() - reach);
-    region.max_x = std::max(region.max_x, row->pose.position_m.x() + reach);
-    region.max_y = std::max(region.max_y, row->pose.position_m.y() + reach);
+    region.Include(row->pose.position_m.x() - reach, row->pose.position_m.y() - reach);
+    region.Include(row->pose.position_m.x() + reach, row->pose.position_m.y() + reach);
   }
   if (region.Empty())
     throw InputError(options.approximations +

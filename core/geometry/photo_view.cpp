@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
 
 #include "core/geometry/ground_surface.h"
 
@@ -30,8 +29,7 @@ std::optional<Bounds> FootprintBounds(const Camera& camera, const Pose& pose, do
   constexpr int kPointsAlongSide = 8;
   const double highest = std::min(max_height_m, pose.position_m.z());
   if (min_height_m > highest) return std::nullopt;
-  const double infinity = std::numeric_limits<double>::infinity();
-  Bounds bounds{infinity, infinity, -infinity, -infinity};
+  Bounds bounds = Bounds::OfNothing();
   for (int i = 0; i < 4 * kPointsAlongSide; ++i) {
     // Once around the frame: along one of the sides at a time.
     const double along = -0.5 + (i % kPointsAlongSide) / static_cast<double>(kPointsAlongSide);
@@ -45,10 +43,7 @@ std::optional<Bounds> FootprintBounds(const Camera& camera, const Pose& pose, do
     for (const double height : {min_height_m, highest}) {
       const double distance = (height - ray->origin_m.z()) / ray->direction.z();
       const Eigen::Vector3d point = ray->origin_m + distance * ray->direction;
-      bounds.min_x = std::min(bounds.min_x, point.x());
-      bounds.min_y = std::min(bounds.min_y, point.y());
-      bounds.max_x = std::max(bounds.max_x, point.x());
-      bounds.max_y = std::max(bounds.max_y, point.y());
+      bounds.Include(point.x(), point.y());
     }
   }
   return bounds;
