@@ -102,13 +102,6 @@ Eigen::MatrixXd FilmCovariance(const std::vector<PatchObservation>& observations
   return covariance;
 }
 
-// What the prior would have the pose move by; angles are the same a full turn further.
-Vector6d FromPrior(const Pose& prior, const Pose& pose) {
-  Vector6d difference = prior.AsVector() - pose.AsVector();
-  for (int i = 3; i < 6; ++i) difference[i] = NormalizeAngle(difference[i]);
-  return difference;
-}
-
 // One component's estimate: v' W C W v / tr(W C), with W the inverse of the whole covariance.
 double Component(const Eigen::VectorXd& weighted, const Eigen::MatrixXd& inverse,
                  const Eigen::MatrixXd& component) {
@@ -143,8 +136,9 @@ std::optional<CorrelatedPose> EstimateCorrelatedPose(const PhotoView& view, cons
     const Eigen::LLT<Matrix6d> normals(system->by_pose.transpose() * weighted_design +
                                        prior_information);
     if (normals.info() != Eigen::Success) return std::nullopt;
-    const Vector6d step = normals.solve(weighted_design.transpose() * system->residuals +
-                                        prior_information * FromPrior(prior.pose, estimate.pose));
+    const Vector6d step =
+        normals.solve(weighted_design.transpose() * system->residuals +
+                      prior_information * PoseDifference(prior.pose, estimate.pose));
     estimate.pose = Pose::FromVector(estimate.pose.AsVector() + step);
     estimate.covariance = normals.solve(Matrix6d::Identity());
 

@@ -180,8 +180,7 @@ std::optional<PoseEstimate> EstimatePose(const PhotoView& view, const PosePrior&
   estimate.pose = correlated.pose;
   estimate.covariance = correlated.covariance;
   estimate.sigma0_px = std::sqrt(correlated.noise_factor) * MeanSigmaPx(observations, snooped.used);
-  Vector6d shift = correlated.pose.AsVector() - prior.pose.AsVector();
-  for (int i = 3; i < 6; ++i) shift[i] = NormalizeAngle(shift[i]);
+  const Vector6d shift = PoseDifference(correlated.pose, prior.pose);
   estimate.prior_chi2 = shift.dot(prior.covariance.ldlt().solve(shift));
   estimate.rejected.assign(observations.size(), true);
   for (const std::size_t i : snooped.used) estimate.rejected[i] = false;

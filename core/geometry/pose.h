@@ -21,4 +21,12 @@ struct Pose {
   static Pose FromVector(const Vector6d& v) { return {v.head<3>(), v.tail<3>()}; }
 };
 
+// What must be added to `from` to come to `to`, the short way round: angles are the same a full
+// turn further, so their differences lie in (-pi, pi].
+inline Vector6d PoseDifference(const Pose& to, const Pose& from) {
+  Vector6d difference = to.AsVector() - from.AsVector();
+  for (int i = 3; i < 6; ++i) difference[i] = NormalizeAngle(difference[i]);
+  return difference;
+}
+
 }  // namespace orient
