@@ -110,9 +110,9 @@ std::optional<Snooped> Snoop(const PhotoView& view, const PosePrior& prior,
   ResectionOptions robust;
   robust.prior = prior;
   robust.robust_scale = kCauchyScale;
-  auto fit = Resect(view.camera, Control(view, observations, state.used, 1), view.pose, robust);
-  if (!fit) return std::nullopt;
   const auto start_control = Control(view, observations, state.used, 1);
+  auto fit = Resect(view.camera, start_control, view.pose, robust);
+  if (!fit) return std::nullopt;
   state.variance_factor = std::max(MedianVarianceFactor(start_control, fit->residuals_mm), 1e-4);
 
   ResectionOptions plain;
