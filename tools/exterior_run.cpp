@@ -30,6 +30,7 @@ namespace fs = std::filesystem;
 struct Setting {
   const ExteriorRunOptions& options;
   CameraFile camera;
+  MarkShapes marks;  // a film camera's; empty for a digital one
   OrientationTable approximations;
   Crs crs;
   GroundSurface surface;
@@ -84,7 +85,9 @@ Setting Prepare(const ExteriorRunOptions& options) {
   const Crs crs = BlockCrs(options, table);
   GroundSurface surface =
       GroundSurface::FromFile(options.dem, crs, Region(table, camera.camera, options));
-  return {options, std::move(camera), std::move(table), crs, std::move(surface)};
+  MarkShapes marks;
+  if (camera.camera.kind == CameraKind::kFilm) marks = LoadMarkShapes(camera);
+  return {options, std::move(camera), std::move(marks), std::move(table), crs, std::move(surface)};
 }
 
 ExteriorResult Failed(const std::string& photo, const std::string& why) {
@@ -166,9 +169,8 @@ Interior FilmInterior(const Setting& setting, const Raster& scan, const std::str
   interior.weak = result.status == Status::kWeak;
   if (interior.weak) interior.messages.push_back("interior orientation is weak");
   interior.negative = result.polarity == Polarity::kNegative;
-  const MarkShapes shapes = LoadMarkShapes(setting.camera);
   for (const ScanOrientation orientation : result.possible_orientations)
-    if (const auto turned = InOrientation(result, setting.camera, shapes, orientation))
+    if (const auto turned = InOrientation(result, setting.camera, setting.marks, orientation))
       interior.positions.push_back({*turned->photo_from_pixel, orientation,
                                     InteriorCovariance(*turned, setting.camera), kFilmSigma_mm});
   if (interior.positions.empty())
