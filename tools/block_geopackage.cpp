@@ -14,24 +14,12 @@
 #include <utility>
 
 #include "core/error.h"
+#include "core/geometry/quiet_gdal.h"
 #include "tools/report/html_text.h"
 
 namespace orient {
 namespace {
 namespace fs = std::filesystem;
-
-// Gathers what GDAL says instead of letting it print.
-class GdalMessages {
- public:
-  GdalMessages() {
-    CPLErrorReset();
-    CPLPushErrorHandler(CPLQuietErrorHandler);
-  }
-  ~GdalMessages() { CPLPopErrorHandler(); }
-  GdalMessages(const GdalMessages&) = delete;
-  GdalMessages& operator=(const GdalMessages&) = delete;
-  static std::string Last() { return CPLGetLastErrorMsg(); }
-};
 
 struct Field {
   const char* name;
@@ -66,7 +54,7 @@ class Layer {
   Row NewRow() { return Row(layer_); }
   void Write(Row row) {
     if (layer_->CreateFeature(row.Feature()) != OGRERR_NONE)
-      throw InputError("cannot write " + path_ + ": " + GdalMessages::Last());
+      throw InputError("cannot write " + path_ + ": " + CPLGetLastErrorMsg());
   }
 
  private:
@@ -85,14 +73,15 @@ class NewGeopackage {
     static std::once_flag registered;
     std::call_once(registered, [] { GDALAllRegister(); });
     if (crs_.importFromWkt(crs.Wkt().c_str()) != OGRERR_NONE)
-      throw InputError(path + ": the block's CRS cannot be written: " + GdalMessages::Last());
+      throw InputError(path + ": the block's CRS cannot be written: " + CPLGetLastErrorMsg());
     crs_.SetAxisMappingStrategy(OAMS_TRADITIONAL_GIS_ORDER);
     GDALDriver* driver = GetGDALDriverManager()->GetDriverByName("GPKG");
     if (driver == nullptr) Fail("this GDAL has no GeoPackage driver; install GDAL with SQLite");
     fs::remove(partial_);
     dataset_.reset(driver->Create(partial_.c_str(), 0, 0, 0, GDT_Unknown, nullptr));
-    if (!dataset_) Fail(GdalMessages::Last() + "; choose a folder that you may write to");
-    if (dataset_->StartTransaction() != OGRERR_NONE) Fail(GdalMessages::Last());
+    if (!dataset_)
+      Fail(std::string(CPLGetLastErrorMsg()) + "; choose a folder that you may write to");
+    if (dataset_->StartTransaction() != OGRERR_NONE) Fail(CPLGetLastErrorMsg());
   }
   NewGeopackage(const NewGeopackage&) = delete;
   NewGeopackage& operator=(const NewGeopackage&) = delete;
@@ -108,19 +97,19 @@ class NewGeopackage {
     char** options = CSLSetNameValue(nullptr, "DESCRIPTION", description);
     OGRLayer* layer = dataset_->CreateLayer(name, &crs_, type, options);
     CSLDestroy(options);
-    if (layer == nullptr) Fail(GdalMessages::Last());
+    if (layer == nullptr) Fail(CPLGetLastErrorMsg());
     for (const Field& field : fields) {
       OGRFieldDefn definition(field.name, field.type);
-      if (layer->CreateField(&definition) != OGRERR_NONE) Fail(GdalMessages::Last());
+      if (layer->CreateField(&definition) != OGRERR_NONE) Fail(CPLGetLastErrorMsg());
     }
     return Layer(layer, path_);
   }
 
   void Finish() {
-    if (dataset_->CommitTransaction() != OGRERR_NONE) Fail(GdalMessages::Last());
+    if (dataset_->CommitTransaction() != OGRERR_NONE) Fail(CPLGetLastErrorMsg());
     CPLErrorReset();
     dataset_.reset();  // writes the spatial indexes
-    if (CPLGetLastErrorType() >= CE_Failure) Fail(GdalMessages::Last());
+    if (CPLGetLastErrorType() >= CE_Failure) Fail(CPLGetLastErrorMsg());
     std::error_code error;
     fs::rename(partial_, path_, error);
     if (error) Fail(error.message());
@@ -294,7 +283,7 @@ void WriteResiduals(const std::vector<ExteriorResult>& results, NewGeopackage* f
 std::string WriteBlockGeopackage(const std::string& directory, const Crs& crs,
                                  const std::vector<ExteriorResult>& results) {
   const std::string path = (fs::path(directory) / "block.gpkg").string();
-  const GdalMessages messages;
+  const QuietGdal quiet;
   NewGeopackage file(path, crs);
   WritePhotos(results, &file);
   WriteFootprints(results, &file);

@@ -1,6 +1,5 @@
 #include "tools/report/picture.h"
 
-#include <cpl_error.h>
 #include <cpl_vsi.h>
 #include <gdal_priv.h>
 #include <gdal_utils.h>
@@ -12,6 +11,7 @@
 
 #include "core/error.h"
 #include "core/files/atomic_write.h"
+#include "core/geometry/quiet_gdal.h"
 #include "tools/report/html_text.h"
 
 namespace orient {
@@ -20,14 +20,6 @@ namespace {
 constexpr size_t kLargestPng = 256 * 1024;  // bytes
 constexpr int kLargestSide = 1800;          // px, of a picture that is made smaller
 constexpr int kLargestHeight = 6000;        // px; contact sheets are tall
-
-class QuietGdal {
- public:
-  QuietGdal() { CPLPushErrorHandler(CPLQuietErrorHandler); }
-  ~QuietGdal() { CPLPopErrorHandler(); }
-  QuietGdal(const QuietGdal&) = delete;
-  QuietGdal& operator=(const QuietGdal&) = delete;
-};
 
 // A file in memory that goes away with this object.
 class MemoryFile {
