@@ -6,7 +6,7 @@
 #include <cmath>
 
 #include "core/geometry/photo_view.h"
-#include "tests/end_to_end/run_orient.h"
+#include "tests/support/run_orient.h"
 #include "tests/support/shared_data.h"
 
 namespace orient {

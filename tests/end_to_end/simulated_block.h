@@ -14,7 +14,7 @@
 #include "core/geometry/photo_view.h"
 #include "core/geometry/rotation.h"
 #include "interior/interior.h"
-#include "tests/end_to_end/run_orient.h"
+#include "tests/support/run_orient.h"
 #include "tools/interior_run.h"
 #include "tools/simulate/simulate.h"
 

@@ -1,34 +1,16 @@
 #include <gtest/gtest.h>
 
-#include <CLI/CLI.hpp>
 #include <filesystem>
 #include <fstream>
-#include <sstream>
 
 #include "core/files/results.h"
 #include "tests/support/film_frame.h"
+#include "tests/support/run_orient.h"
 #include "tests/support/shared_data.h"
-#include "tools/commands.h"
 
 namespace orient {
 namespace {
 namespace fs = std::filesystem;
-
-struct Outcome {
-  int code = -1;
-  std::string out, err;
-};
-
-Outcome Orient(const std::vector<std::string>& arguments) {
-  CommandList commands;
-  commands.push_back(MakeInteriorCommand());
-  std::ostringstream out, err;
-  Outcome outcome;
-  outcome.code = RunProgram(commands, arguments, out, err);
-  outcome.out = out.str();
-  outcome.err = err.str();
-  return outcome;
-}
 
 class InteriorCommandTest : public testing::Test {
  protected:
@@ -48,22 +30,22 @@ class InteriorCommandTest : public testing::Test {
 };
 
 TEST_F(InteriorCommandTest, WritesResultPictureAndSummary) {
-  const Outcome outcome = Orient(Arguments(scan_));
-  EXPECT_EQ(outcome.code, 0) << outcome.err;
+  const ProgramRun outcome = RunOrient(Arguments(scan_));
+  EXPECT_EQ(outcome.exit_code, 0) << outcome.err;
   EXPECT_NE(outcome.out.find("4711"), std::string::npos);
   EXPECT_EQ(ReadInteriorResult(InteriorResultPath(out_, "4711")).status, Status::kOk);
   EXPECT_TRUE(fs::exists(out_ + "/4711.marks.png"));
 }
 
 TEST_F(InteriorCommandTest, ASecondRunNeedsOverwriteOrResume) {
-  ASSERT_EQ(Orient(Arguments(scan_)).code, 0);
-  const Outcome refused = Orient(Arguments(scan_));
-  EXPECT_EQ(refused.code, 1);
+  ASSERT_EQ(RunOrient(Arguments(scan_)).exit_code, 0);
+  const ProgramRun refused = RunOrient(Arguments(scan_));
+  EXPECT_EQ(refused.exit_code, 1);
   EXPECT_NE(refused.err.find("--resume"), std::string::npos);
   for (const char* way : {"--resume", "--overwrite"}) {
     std::vector<std::string> arguments = Arguments(scan_);
     arguments.push_back(way);
-    EXPECT_EQ(Orient(arguments).code, 0) << way;
+    EXPECT_EQ(RunOrient(arguments).exit_code, 0) << way;
   }
 }
 
@@ -71,11 +53,11 @@ TEST_F(InteriorCommandTest, TheScannerMayBeNamed) {
   for (const char* scanner : {"photogrammetric", "desktop", "auto"}) {
     std::vector<std::string> arguments = Arguments(scan_);
     for (const char* word : {"--overwrite", "--scanner", scanner}) arguments.emplace_back(word);
-    EXPECT_EQ(Orient(arguments).code, 0) << scanner;
+    EXPECT_EQ(RunOrient(arguments).exit_code, 0) << scanner;
   }
   std::vector<std::string> arguments = Arguments(scan_);
   for (const char* word : {"--overwrite", "--scanner", "drum"}) arguments.emplace_back(word);
-  EXPECT_EQ(Orient(arguments).code, 1);
+  EXPECT_EQ(RunOrient(arguments).exit_code, 1);
 }
 
 TEST_F(InteriorCommandTest, ADamagedScanFailsAlone) {
@@ -83,7 +65,7 @@ TEST_F(InteriorCommandTest, ADamagedScanFailsAlone) {
   std::ofstream(broken) << "not an image";
   std::vector<std::string> arguments = Arguments(scan_);
   arguments.insert(arguments.begin() + 1, broken);
-  EXPECT_EQ(Orient(arguments).code, 3);
+  EXPECT_EQ(RunOrient(arguments).exit_code, 3);
   const InteriorResult failed = ReadInteriorResult(InteriorResultPath(out_, "broken"));
   EXPECT_EQ(failed.status, Status::kFailed);
   EXPECT_NE(failed.messages.at(0).find("broken.png"), std::string::npos);
@@ -91,9 +73,9 @@ TEST_F(InteriorCommandTest, ADamagedScanFailsAlone) {
 }
 
 TEST_F(InteriorCommandTest, AMissingScanOrCameraIsBadInput) {
-  EXPECT_EQ(Orient(Arguments(folder_ / "nowhere*.tif")).code, 2);
+  EXPECT_EQ(RunOrient(Arguments(folder_ / "nowhere*.tif")).exit_code, 2);
   fs::remove(camera_);
-  EXPECT_EQ(Orient(Arguments(scan_)).code, 2);
+  EXPECT_EQ(RunOrient(Arguments(scan_)).exit_code, 2);
 }
 
 TEST_F(InteriorCommandTest, APictureThatIsNoCutOutMarkIsBadInput) {
@@ -102,20 +84,20 @@ TEST_F(InteriorCommandTest, APictureThatIsNoCutOutMarkIsBadInput) {
   mark.elements.clear();
   mark.image = MarkImage{scan_, 0.1, {20, 20}};  // the whole scan
   WriteCameraFile(camera_, camera);
-  const Outcome whole = Orient(Arguments(scan_));
-  EXPECT_EQ(whole.code, 2);
+  const ProgramRun whole = RunOrient(Arguments(scan_));
+  EXPECT_EQ(whole.exit_code, 2);
   EXPECT_NE(whole.err.find("cut the mark out"), std::string::npos) << whole.err;
   mark.image = MarkImage{scan_, 0.01, {1e5, 20}};
   WriteCameraFile(camera_, camera);
-  const Outcome outside = Orient(Arguments(scan_));
-  EXPECT_EQ(outside.code, 2);
+  const ProgramRun outside = RunOrient(Arguments(scan_));
+  EXPECT_EQ(outside.exit_code, 2);
   EXPECT_NE(outside.err.find("centre_px"), std::string::npos) << outside.err;
 }
 
 TEST_F(InteriorCommandTest, AnUnknownOrientationIsBadUsage) {
   std::vector<std::string> arguments = Arguments(scan_);
   arguments.insert(arguments.end(), {"--orientation", "r45"});
-  EXPECT_EQ(Orient(arguments).code, 1);
+  EXPECT_EQ(RunOrient(arguments).exit_code, 1);
 }
 
 }  // namespace

@@ -1,31 +1,13 @@
 #include <gtest/gtest.h>
 
-#include <CLI/CLI.hpp>
 #include <filesystem>
 #include <fstream>
-#include <sstream>
 
+#include "tests/support/run_orient.h"
 #include "tests/support/shared_data.h"
-#include "tools/commands.h"
 
 namespace orient {
 namespace {
-
-struct Outcome {
-  int code = -1;
-  std::string out, err;
-};
-
-Outcome Orient(const std::vector<std::string>& arguments) {
-  CommandList commands;
-  commands.push_back(MakePatchdbCommand());
-  std::ostringstream out, err;
-  Outcome outcome;
-  outcome.code = RunProgram(commands, arguments, out, err);
-  outcome.out = out.str();
-  outcome.err = err.str();
-  return outcome;
-}
 
 bool Contains(const std::string& text, const std::string& part) {
   return text.find(part) != std::string::npos;
@@ -38,38 +20,38 @@ class PatchdbCommandTest : public testing::Test {
 };
 
 TEST_F(PatchdbCommandTest, CreatesAndDescribesAnEmptyDatabase) {
-  EXPECT_EQ(Orient({"patchdb", "create", database_, "--crs", "EPSG:32635"}).code, 0);
-  const Outcome info = Orient({"patchdb", "info", database_});
-  EXPECT_EQ(info.code, 0);
+  EXPECT_EQ(RunOrient({"patchdb", "create", database_, "--crs", "EPSG:32635"}).exit_code, 0);
+  const ProgramRun info = RunOrient({"patchdb", "info", database_});
+  EXPECT_EQ(info.exit_code, 0);
   EXPECT_TRUE(Contains(info.out, "WGS 84 / UTM zone 35N")) << info.out;
   EXPECT_TRUE(Contains(info.out, "patches   0")) << info.out;
 }
 
 TEST_F(PatchdbCommandTest, GeographicCrsIsBadInput) {
-  const Outcome outcome = Orient({"patchdb", "create", database_, "--crs", "EPSG:4326"});
-  EXPECT_EQ(outcome.code, 2);
+  const ProgramRun outcome = RunOrient({"patchdb", "create", database_, "--crs", "EPSG:4326"});
+  EXPECT_EQ(outcome.exit_code, 2);
   EXPECT_TRUE(Contains(outcome.err, "--crs")) << outcome.err;
   EXPECT_FALSE(std::filesystem::exists(database_));
 }
 
 TEST_F(PatchdbCommandTest, MissingDatabaseIsBadInputAndIsNotMade) {
   for (const char* verb : {"info", "list"}) {
-    const Outcome outcome = Orient({"patchdb", verb, database_});
-    EXPECT_EQ(outcome.code, 2);
+    const ProgramRun outcome = RunOrient({"patchdb", verb, database_});
+    EXPECT_EQ(outcome.exit_code, 2);
     EXPECT_TRUE(Contains(outcome.err, database_)) << outcome.err;
   }
   EXPECT_FALSE(std::filesystem::exists(database_));
 }
 
 TEST_F(PatchdbCommandTest, WithoutAVerbIsBadUsage) {
-  EXPECT_EQ(Orient({"patchdb"}).code, 1);
-  EXPECT_EQ(Orient({"patchdb", "create", database_}).code, 1);
+  EXPECT_EQ(RunOrient({"patchdb"}).exit_code, 1);
+  EXPECT_EQ(RunOrient({"patchdb", "create", database_}).exit_code, 1);
 }
 
 TEST_F(PatchdbCommandTest, EvenChipIsBadUsage) {
-  const Outcome outcome = Orient({"patchdb", "harvest-ortho", database_, "--ortho", "a.tif",
-                                  "--dem", "d.tif", "--chip-px", "60"});
-  EXPECT_EQ(outcome.code, 1);
+  const ProgramRun outcome = RunOrient({"patchdb", "harvest-ortho", database_, "--ortho", "a.tif",
+                                        "--dem", "d.tif", "--chip-px", "60"});
+  EXPECT_EQ(outcome.exit_code, 1);
   EXPECT_TRUE(Contains(outcome.err, "odd")) << outcome.err;
 }
 
@@ -79,12 +61,12 @@ class PatchdbCommandOnRealPhotos : public PatchdbCommandTest {
     const auto ngi = SharedData("ngi");
     if (!ngi) GTEST_SKIP() << "real data absent (ORIENT_SHARED_DATA): ngi";
     ngi_ = *ngi;
-    Orient({"patchdb", "create", database_, "--crs", ngi_ + "/published_orientation.prj"});
+    RunOrient({"patchdb", "create", database_, "--crs", ngi_ + "/published_orientation.prj"});
   }
-  Outcome Harvest(const std::string& orientation, const std::string& dem) {
-    return Orient({"patchdb", "harvest", database_, "--camera", ngi_ + "/camera.toml",
-                   "--orientation", orientation, "--dem", dem, "--spacing-px", "80",
-                   ngi_ + "/photos/3324c_2015_1004_05_0182_RGB.tif"});
+  ProgramRun Harvest(const std::string& orientation, const std::string& dem) {
+    return RunOrient({"patchdb", "harvest", database_, "--camera", ngi_ + "/camera.toml",
+                      "--orientation", orientation, "--dem", dem, "--spacing-px", "80",
+                      ngi_ + "/photos/3324c_2015_1004_05_0182_RGB.tif"});
   }
   std::string ngi_;
 };
@@ -93,32 +75,32 @@ TEST_F(PatchdbCommandOnRealPhotos, HarvestsOnceAndSaysSoTheSecondTime) {
   const auto harvest = [&] {
     return Harvest(ngi_ + "/published_orientation.csv", ngi_ + "/dem.tif");
   };
-  const Outcome first = harvest();
-  EXPECT_EQ(first.code, 0) << first.err;
-  const Outcome list = Orient({"patchdb", "list", database_});
+  const ProgramRun first = harvest();
+  EXPECT_EQ(first.exit_code, 0) << first.err;
+  const ProgramRun list = RunOrient({"patchdb", "list", database_});
   const auto lines = std::count(list.out.begin(), list.out.end(), '\n');
   EXPECT_GT(lines, 50);
-  const Outcome second = harvest();
-  EXPECT_EQ(second.code, 0) << second.err;
+  const ProgramRun second = harvest();
+  EXPECT_EQ(second.exit_code, 0) << second.err;
   EXPECT_TRUE(Contains(second.out, "in the database already")) << second.out;
-  const Outcome again = Orient({"patchdb", "list", database_});
+  const ProgramRun again = RunOrient({"patchdb", "list", database_});
   EXPECT_EQ(again.out, list.out);
 }
 
 TEST_F(PatchdbCommandOnRealPhotos, HarvestsOrthophotos) {
-  const Outcome outcome =
-      Orient({"patchdb", "harvest-ortho", database_, "--ortho", ngi_ + "/orthos/ngi_rgb_byte_1.tif",
-              "--dem", ngi_ + "/dem.tif", "--spacing-px", "80", "--date", "2015"});
-  EXPECT_EQ(outcome.code, 0) << outcome.err;
-  const Outcome info = Orient({"patchdb", "info", database_});
+  const ProgramRun outcome = RunOrient({"patchdb", "harvest-ortho", database_, "--ortho",
+                                        ngi_ + "/orthos/ngi_rgb_byte_1.tif", "--dem",
+                                        ngi_ + "/dem.tif", "--spacing-px", "80", "--date", "2015"});
+  EXPECT_EQ(outcome.exit_code, 0) << outcome.err;
+  const ProgramRun info = RunOrient({"patchdb", "info", database_});
   EXPECT_TRUE(Contains(info.out, "orthophoto  2015")) << info.out;
 }
 
 TEST_F(PatchdbCommandOnRealPhotos, TableWithoutThePhotoNamesBoth) {
   const std::string table = folder_ / "other.csv";
   std::ofstream(table) << "filename,x,y,z,omega,phi,kappa\nother,1,2,3,0,0,0\n";
-  const Outcome outcome = Harvest(table, ngi_ + "/dem.tif");
-  EXPECT_EQ(outcome.code, 2);
+  const ProgramRun outcome = Harvest(table, ngi_ + "/dem.tif");
+  EXPECT_EQ(outcome.exit_code, 2);
   EXPECT_TRUE(Contains(outcome.err, table)) << outcome.err;
   EXPECT_TRUE(Contains(outcome.err, "3324c_2015_1004_05_0182_RGB")) << outcome.err;
 }
@@ -127,8 +109,8 @@ TEST_F(PatchdbCommandOnRealPhotos, PhotoFarFromTheDemIsBadInput) {
   const std::string table = folder_ / "far.csv";
   std::ofstream(table) << "filename,x,y,z,omega,phi,kappa\n"
                        << "3324c_2015_1004_05_0182_RGB,100000,-3000000,5258,0,0,0\n";
-  const Outcome outcome = Harvest(table, ngi_ + "/dem.tif");
-  EXPECT_EQ(outcome.code, 2);
+  const ProgramRun outcome = Harvest(table, ngi_ + "/dem.tif");
+  EXPECT_EQ(outcome.exit_code, 2);
   EXPECT_TRUE(Contains(outcome.err, "dem.tif")) << outcome.err;
 }
 
@@ -136,8 +118,8 @@ TEST_F(PatchdbCommandOnRealPhotos, TableInAnotherCrsIsBadInput) {
   const std::string table = folder_ / "utm.csv";
   std::filesystem::copy_file(ngi_ + "/published_orientation.csv", table);
   std::ofstream(folder_ / "utm.prj") << "EPSG:32735";
-  const Outcome outcome = Harvest(table, ngi_ + "/dem.tif");
-  EXPECT_EQ(outcome.code, 2);
+  const ProgramRun outcome = Harvest(table, ngi_ + "/dem.tif");
+  EXPECT_EQ(outcome.exit_code, 2);
   EXPECT_TRUE(Contains(outcome.err, "utm.csv")) << outcome.err;
   EXPECT_EQ(std::count(outcome.err.begin(), outcome.err.end(), '\n'), 1) << outcome.err;
 }
@@ -145,10 +127,10 @@ TEST_F(PatchdbCommandOnRealPhotos, TableInAnotherCrsIsBadInput) {
 TEST_F(PatchdbCommandOnRealPhotos, ImageOfAnotherSizeIsBadInput) {
   const std::string table = folder_ / "dem.csv";
   std::ofstream(table) << "filename,x,y,z,omega,phi,kappa\ndem,-55094,-3727407,5258,0,0,0\n";
-  const Outcome outcome =
-      Orient({"patchdb", "harvest", database_, "--camera", ngi_ + "/camera.toml", "--orientation",
-              table, "--dem", ngi_ + "/dem.tif", ngi_ + "/dem.tif"});
-  EXPECT_EQ(outcome.code, 2);
+  const ProgramRun outcome =
+      RunOrient({"patchdb", "harvest", database_, "--camera", ngi_ + "/camera.toml",
+                 "--orientation", table, "--dem", ngi_ + "/dem.tif", ngi_ + "/dem.tif"});
+  EXPECT_EQ(outcome.exit_code, 2);
   EXPECT_TRUE(Contains(outcome.err, "327 x 508 px")) << outcome.err;
   EXPECT_TRUE(Contains(outcome.err, "640 x 1152 px")) << outcome.err;
 }
