@@ -5,8 +5,6 @@
 
 #include <algorithm>
 #include <filesystem>
-#include <fstream>
-#include <iterator>
 #include <stdexcept>
 
 #include "core/files/atomic_write.h"
@@ -17,11 +15,6 @@
 namespace orient {
 namespace {
 namespace fs = std::filesystem;
-
-std::string Contents(const std::string& path) {
-  std::ifstream file(path, std::ios::binary);
-  return {std::istreambuf_iterator<char>(file), {}};
-}
 
 // `text` with its only `from` replaced.
 std::string Replaced(std::string text, const std::string& from, const std::string& to) {
@@ -56,7 +49,7 @@ class BadInput : public testing::Test {
   }
   // The block's own file with one thing replaced, under its own name.
   void Edit(const std::string& name, const std::string& from, const std::string& to) const {
-    Write(name, Replaced(Contents(Path(name)), from, to));
+    Write(name, Replaced(ReadFile(Path(name)), from, to));
   }
   ProgramRun Block(const std::vector<std::string>& further = {}) const {
     std::vector<std::string> arguments = {"block", Path("block.toml"), "--no-feedback"};
@@ -209,7 +202,7 @@ TEST_F(BadInput, WrongKeyInTheCameraFileIsNamedWithItsLine) {
 }
 
 TEST_F(BadInput, BrokenLineInTheOrientationTableIsNamed) {
-  const std::string text = Contents(Path("approx.csv"));
+  const std::string text = ReadFile(Path("approx.csv"));
   const std::size_t last = text.rfind(',');
   Write("approx.csv", text.substr(0, last) + ",north\n");
   ExpectRefused(Block(), 2, {Path("approx.csv"), "line 3", "kappa", "\"north\"", "number"});
@@ -259,7 +252,7 @@ TEST_F(BadInput, MissingPatchDatabaseIsNamed) {
 }
 
 TEST_F(BadInput, FileThatIsNoPatchDatabaseIsNamed) {
-  Write("patches.gpkg", Contents(Path("truth.json")));
+  Write("patches.gpkg", ReadFile(Path("truth.json")));
   ExpectRefused(Block(), 2,
                 {Path("patches.gpkg"), "is not a patch database", "orient patchdb create"});
 }
@@ -292,7 +285,7 @@ TEST_F(BadInput, ExistingResultsAreNotReplacedUnasked) {
   Write("out/new_1_2.exterior.json", "precious");
   ExpectRefused(Block(), 1,
                 {Path("out/new_1_2.exterior.json"), "exists already", "--overwrite", "--resume"});
-  EXPECT_EQ(Contents(Path("out/new_1_2.exterior.json")), "precious");
+  EXPECT_EQ(ReadFile(Path("out/new_1_2.exterior.json")), "precious");
 }
 
 TEST_F(BadInput, DamagedResultIsNamedOnResume) {
@@ -333,7 +326,7 @@ TEST_F(BadInput, WrongOptionsAreUsageErrors) {
 
 // A definition longer than a file's name may be is no file.
 TEST_F(BadInput, CrsMayBeGivenAsWkt) {
-  const std::string wkt = Contents(Path("approx.prj"));
+  const std::string wkt = ReadFile(Path("approx.prj"));
   ASSERT_GT(wkt.size(), 300u);
   const ProgramRun run = RunOrient({"patchdb", "create", Path("new.gpkg"), "--crs", wkt});
   EXPECT_EQ(run.exit_code, 0) << run.err;

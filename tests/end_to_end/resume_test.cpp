@@ -7,10 +7,9 @@
 #include <algorithm>
 #include <chrono>
 #include <filesystem>
-#include <fstream>
-#include <iterator>
 #include <thread>
 
+#include "core/files/atomic_write.h"
 #include "patchdb/patch_database.h"
 #include "tests/end_to_end/simulated_block.h"
 #include "tests/support/shared_data.h"
@@ -18,11 +17,6 @@
 namespace orient {
 namespace {
 namespace fs = std::filesystem;
-
-std::string Contents(const std::string& path) {
-  std::ifstream file(path, std::ios::binary);
-  return {std::istreambuf_iterator<char>(file), {}};
-}
 
 int CountResults(const std::string& folder, const std::string& suffix) {
   int count = 0;
@@ -80,14 +74,14 @@ TEST(SlowResume, KilledBlockEndsAsAnUndisturbedOne) {
 
   const ProgramRun resumed = RunOrient({"block", block, "--resume"});
   EXPECT_EQ(resumed.exit_code, 0) << resumed.out << resumed.err;
-  const std::string expected = Contents(folder / "block/out/orientation.csv");
+  const std::string expected = ReadFile(folder / "block/out/orientation.csv");
   EXPECT_EQ(std::count(expected.begin(), expected.end(), '\n'), 5);
-  EXPECT_EQ(Contents(out + "/orientation.csv"), expected);
+  EXPECT_EQ(ReadFile(out + "/orientation.csv"), expected);
   for (const char* name : {"orientation.prj", "report.html", "block.gpkg"})
     EXPECT_TRUE(fs::exists(out + "/" + name)) << name;
   for (const char* photo : {"new_1_1", "new_1_2", "new_1_3", "new_1_4"})
-    EXPECT_EQ(Contents(ExteriorResultPath(out, photo)),
-              Contents(ExteriorResultPath(folder / "block/out", photo)))
+    EXPECT_EQ(ReadFile(ExteriorResultPath(out, photo)),
+              ReadFile(ExteriorResultPath(folder / "block/out", photo)))
         << photo;
   // What the patches learnt is the same, too: no attempt is lost or counted twice.
   const auto attempts = [&](const std::string& name) {
