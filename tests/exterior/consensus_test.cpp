@@ -5,6 +5,7 @@
 #include <random>
 
 #include "core/geometry/collinearity.h"
+#include "tests/exterior/digital_view.h"
 #include "tests/support/shared_data.h"
 
 namespace orient {
@@ -24,12 +25,7 @@ Scene MakeScene(int patch_count, double share_true, int clutter, unsigned seed, 
   std::uniform_real_distribution<double> unit(-1, 1);
   std::normal_distribution<double> normal;
   Scene scene;
-  scene.truth.camera.kind = CameraKind::kDigital;
-  scene.truth.camera.principal_distance_mm = 120;
-  scene.truth.camera.frame_mm = {92, 166};
-  scene.truth.camera.image_px = Eigen::Vector2i(640, 1152);
-  scene.truth.photo_from_pixel = DigitalPhotoFromPixel(scene.truth.camera);
-  scene.truth.pose = {{1000, 2000, 5000}, {0.01, -0.02, 0.4}};
+  scene.truth = DigitalView();
   Vector6d sigma;
   sigma << 150, 150, 150, 0.035, 0.035, 0.035;
   Vector6d off = sigma;

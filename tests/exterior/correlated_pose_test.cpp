@@ -5,33 +5,16 @@
 #include <Eigen/Dense>
 #include <random>
 
+#include "tests/exterior/digital_view.h"
 #include "tests/support/shared_data.h"
 
 namespace orient {
 namespace {
 
+constexpr PriorSigma kPriorSigma{100, 0.03};
 constexpr double kNoisePx = 0.15;
 constexpr double kHeightSigma = 3;      // m
 constexpr double kSourceHeight = 4500;  // m above ground, nadir at (1500, 3500)
-
-PhotoView View() {
-  PhotoView view;
-  view.camera.kind = CameraKind::kDigital;
-  view.camera.principal_distance_mm = 120;
-  view.camera.frame_mm = {92, 166};
-  view.camera.image_px = Eigen::Vector2i(640, 1152);
-  view.photo_from_pixel = DigitalPhotoFromPixel(view.camera);
-  view.pose = {{1000, 2000, 5000}, {0.01, -0.02, 0.4}};
-  return view;
-}
-
-PosePrior WidePrior(const Pose& truth, std::mt19937& random) {
-  std::normal_distribution<double> normal;
-  Vector6d sigma, off;
-  sigma << 100, 100, 100, 0.03, 0.03, 0.03;
-  for (int i = 0; i < 6; ++i) off[i] = sigma[i] * normal(random);
-  return {Pose::FromVector(truth.AsVector() + off), sigma.cwiseAbs2().asDiagonal()};
-}
 
 // Patches cut from one photo with heights that are wrong by one value everywhere.
 std::vector<PatchObservation> Observe(const PhotoView& view, double height_error, int count,
@@ -63,12 +46,12 @@ Scatter Simulate(bool tell_of_heights, int runs, std::mt19937& random) {
   std::normal_distribution<double> normal;
   Scatter scatter;
   for (int run = 0; run < runs; ++run) {
-    PhotoView view = View();
+    PhotoView view = DigitalView();
     const Pose truth = view.pose;
     auto observations = Observe(view, kHeightSigma * normal(random), 60, random);
     if (!tell_of_heights)
       for (PatchObservation& o : observations) o.height_sigma_m = 0;
-    const PosePrior prior = WidePrior(truth, random);
+    const PosePrior prior = PriorOf(truth, kPriorSigma, random);
     view.pose = prior.pose;
     const auto estimate = EstimateCorrelatedPose(view, prior, observations, {});
     EXPECT_TRUE(estimate);
@@ -95,19 +78,19 @@ TEST(CorrelatedPose, WithoutKnowingOfHeightsThePrecisionIsALie) {
 
 TEST(CorrelatedPose, NoiseFactorIsWhatTheResidualsSay) {
   std::mt19937 random(TestSeed());
-  PhotoView view = View();
+  PhotoView view = DigitalView();
   auto observations = Observe(view, 0, 300, random);
   for (PatchObservation& o : observations) o.height_sigma_m = 0;
   const auto estimate =
-      EstimateCorrelatedPose(view, WidePrior(view.pose, random), observations, {});
+      EstimateCorrelatedPose(view, PriorOf(view.pose, kPriorSigma, random), observations, {});
   ASSERT_TRUE(estimate);
   EXPECT_NEAR(std::sqrt(estimate->noise_factor) * 0.1, kNoisePx, 0.1 * kNoisePx);
 }
 
 TEST(CorrelatedPose, AnUncertainInteriorOrientationMakesThePoseUncertain) {
   std::mt19937 random(TestSeed());
-  const PhotoView view = View();
-  const PosePrior prior = WidePrior(view.pose, random);
+  const PhotoView view = DigitalView();
+  const PosePrior prior = PriorOf(view.pose, kPriorSigma, random);
   const auto observations = Observe(view, 0, 60, random);
   CommonErrors common;
   common.interior.diagonal() << 1e-12, 1e-12, 1e-12, 1e-12, 1e-2, 1e-2;  // 0.1 mm of shift
@@ -119,8 +102,8 @@ TEST(CorrelatedPose, AnUncertainInteriorOrientationMakesThePoseUncertain) {
 
 TEST(CorrelatedPose, BendingFilmMakesThePoseUncertain) {
   std::mt19937 random(TestSeed());
-  const PhotoView view = View();
-  const PosePrior prior = WidePrior(view.pose, random);
+  const PhotoView view = DigitalView();
+  const PosePrior prior = PriorOf(view.pose, kPriorSigma, random);
   const auto observations = Observe(view, 0, 60, random);
   CommonErrors common;
   common.film_sigma_px = 0.2;
@@ -134,7 +117,7 @@ TEST(CorrelatedPose, BendingFilmMakesThePoseUncertain) {
 // The same prior, written as an angle of either side of 180 degrees, is the same prior.
 TEST(CorrelatedPose, APriorAFullTurnAwayIsTheSamePrior) {
   std::mt19937 random(TestSeed());
-  PhotoView view = View();
+  PhotoView view = DigitalView();
   view.pose.opk_rad.z() = RadFromDeg(179.9);
   const auto observations = Observe(view, 0, 6, random);
   PosePrior prior{view.pose, Vector6d::Constant(1e-4).asDiagonal()};
@@ -147,7 +130,7 @@ TEST(CorrelatedPose, APriorAFullTurnAwayIsTheSamePrior) {
 
 TEST(CorrelatedPose, ObservationsWithoutNoiseAreNotSingular) {
   std::mt19937 random(TestSeed());
-  const PhotoView view = View();
+  const PhotoView view = DigitalView();
   auto observations = Observe(view, 0, 12, random);
   for (PatchObservation& o : observations) {
     o.pixel = *view.PixelFromGround(o.ground_m);
@@ -161,9 +144,9 @@ TEST(CorrelatedPose, ObservationsWithoutNoiseAreNotSingular) {
 
 TEST(CorrelatedPose, ThreeObservationsAreTooFew) {
   std::mt19937 random(TestSeed());
-  const PhotoView view = View();
-  EXPECT_FALSE(
-      EstimateCorrelatedPose(view, WidePrior(view.pose, random), Observe(view, 0, 3, random), {}));
+  const PhotoView view = DigitalView();
+  EXPECT_FALSE(EstimateCorrelatedPose(view, PriorOf(view.pose, kPriorSigma, random),
+                                      Observe(view, 0, 3, random), {}));
 }
 
 }  // namespace

@@ -4,32 +4,14 @@
 
 #include <random>
 
+#include "tests/exterior/digital_view.h"
 #include "tests/support/shared_data.h"
 
 namespace orient {
 namespace {
 
+constexpr PriorSigma kPriorSigma{50, 0.02};
 constexpr double kNoisePx = 0.2;
-
-PhotoView View() {
-  PhotoView view;
-  view.camera.kind = CameraKind::kDigital;
-  view.camera.principal_distance_mm = 120;
-  view.camera.frame_mm = {92, 166};
-  view.camera.image_px = Eigen::Vector2i(640, 1152);
-  view.photo_from_pixel = DigitalPhotoFromPixel(view.camera);
-  view.pose = {{1000, 2000, 5000}, {0.01, -0.02, 0.4}};
-  return view;
-}
-
-PosePrior WidePrior(const Pose& truth, std::mt19937& random) {
-  std::normal_distribution<double> normal;
-  Vector6d sigma;
-  sigma << 50, 50, 50, 0.02, 0.02, 0.02;
-  Vector6d off;
-  for (int i = 0; i < 6; ++i) off[i] = sigma[i] * normal(random);
-  return {Pose::FromVector(truth.AsVector() + off), sigma.cwiseAbs2().asDiagonal()};
-}
 
 std::vector<PatchObservation> Observe(const PhotoView& view, int count, std::mt19937& random) {
   std::uniform_real_distribution<double> unit(-1, 1);
@@ -53,10 +35,10 @@ TEST(EstimatePose, NormalisedErrorsAreStandardNormal) {
   Vector6d squares = Vector6d::Zero();
   constexpr int kRuns = 150;
   for (int run = 0; run < kRuns; ++run) {
-    PhotoView view = View();
+    PhotoView view = DigitalView();
     const Pose truth = view.pose;
     const auto observations = Observe(view, 40, random);
-    const PosePrior prior = WidePrior(truth, random);
+    const PosePrior prior = PriorOf(truth, kPriorSigma, random);
     view.pose = prior.pose;
     const auto estimate = EstimatePose(view, prior, observations);
     ASSERT_TRUE(estimate);
@@ -71,20 +53,20 @@ TEST(EstimatePose, NormalisedErrorsAreStandardNormal) {
 
 TEST(EstimatePose, Sigma0IsTheNoiseOfTheImagePoints) {
   std::mt19937 random(TestSeed());
-  PhotoView view = View();
+  PhotoView view = DigitalView();
   const auto observations = Observe(view, 400, random);
-  const auto estimate = EstimatePose(view, WidePrior(view.pose, random), observations);
+  const auto estimate = EstimatePose(view, PriorOf(view.pose, kPriorSigma, random), observations);
   ASSERT_TRUE(estimate);
   EXPECT_NEAR(estimate->sigma0_px, kNoisePx, 0.1 * kNoisePx);
 }
 
 TEST(EstimatePose, NamesGrossErrorsAndKeepsTheRest) {
   std::mt19937 random(TestSeed());
-  PhotoView view = View();
+  PhotoView view = DigitalView();
   auto observations = Observe(view, 60, random);
   for (std::size_t i = 0; i < 18; ++i)
     observations[i].pixel += Eigen::Vector2d(3, -2) * (1.0 + static_cast<double>(i % 5));
-  const auto estimate = EstimatePose(view, WidePrior(view.pose, random), observations);
+  const auto estimate = EstimatePose(view, PriorOf(view.pose, kPriorSigma, random), observations);
   ASSERT_TRUE(estimate);
   int wrongly_rejected = 0;
   for (std::size_t i = 0; i < observations.size(); ++i) {
@@ -98,14 +80,15 @@ TEST(EstimatePose, NamesGrossErrorsAndKeepsTheRest) {
 
 TEST(EstimatePose, ThreeObservationsAreTooFew) {
   std::mt19937 random(TestSeed());
-  const PhotoView view = View();
-  EXPECT_FALSE(EstimatePose(view, WidePrior(view.pose, random), Observe(view, 3, random)));
+  const PhotoView view = DigitalView();
+  EXPECT_FALSE(
+      EstimatePose(view, PriorOf(view.pose, kPriorSigma, random), Observe(view, 3, random)));
 }
 
 TEST(EstimatePose, AWrongPriorShowsInItsChiSquare) {
   std::mt19937 random(TestSeed());
-  const PhotoView view = View();
-  PosePrior prior = WidePrior(view.pose, random);
+  const PhotoView view = DigitalView();
+  PosePrior prior = PriorOf(view.pose, kPriorSigma, random);
   prior.pose.position_m.x() += 2000;
   const auto estimate = EstimatePose(view, prior, Observe(view, 60, random));
   ASSERT_TRUE(estimate);
@@ -114,12 +97,12 @@ TEST(EstimatePose, AWrongPriorShowsInItsChiSquare) {
 
 TEST(WorstProjectionSigma, GrowsTowardsTheFrameWherePointsLieOnOneSide) {
   std::mt19937 random(TestSeed());
-  const PhotoView view = View();
+  const PhotoView view = DigitalView();
   auto all = Observe(view, 80, random);
   std::vector<PatchObservation> one_side;
   for (const PatchObservation& o : all)
     if (o.pixel.y() < 400) one_side.push_back(o);
-  const PosePrior prior = WidePrior(view.pose, random);
+  const PosePrior prior = PriorOf(view.pose, kPriorSigma, random);
   const auto good = EstimatePose(view, prior, all);
   const auto poor = EstimatePose(view, prior, one_side);
   ASSERT_TRUE(good && poor);
@@ -129,7 +112,7 @@ TEST(WorstProjectionSigma, GrowsTowardsTheFrameWherePointsLieOnOneSide) {
 
 // A pose that shows no ground, or whose covariance is none, must never pass for a good one.
 TEST(WorstProjectionSigma, IsInfiniteWhereNothingIsKnown) {
-  PhotoView view = View();
+  PhotoView view = DigitalView();
   const Matrix6d covariance = Matrix6d::Identity() * 1e-6;
   EXPECT_TRUE(std::isfinite(WorstProjectionSigma(view, covariance, 400)));
   EXPECT_TRUE(std::isinf(WorstProjectionSigma(view, covariance * std::nan(""), 400)));
