@@ -20,6 +20,7 @@
 #include "patchdb/patch_database.h"
 #include "tools/interior_run.h"
 #include "tools/patch_sheet.h"
+#include "tools/photo_interior.h"
 #include "tools/shared_options.h"
 
 namespace orient {
@@ -115,17 +116,9 @@ struct Interior {
 };
 
 Interior DigitalInterior(const Setting& setting, const Raster& raster) {
-  const Camera& camera = setting.camera.camera;
   Interior interior;
-  if (raster.Width() != camera.image_px->x() || raster.Height() != camera.image_px->y())
-    interior.failure = raster.Path() + " has " + std::to_string(raster.Width()) + " x " +
-                       std::to_string(raster.Height()) + " px, the camera file says " +
-                       std::to_string(camera.image_px->x()) + " x " +
-                       std::to_string(camera.image_px->y()) +
-                       "; give the camera or the image that belongs to it";
-  else
-    interior.positions.push_back(
-        {DigitalPhotoFromPixel(camera), std::nullopt, Matrix6d::Zero(), 0});
+  interior.positions.push_back(
+      {PhotoFromPixelOf(raster, setting.camera.camera, ""), std::nullopt, Matrix6d::Zero(), 0});
   return interior;
 }
 

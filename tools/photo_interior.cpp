@@ -13,8 +13,8 @@ std::string SizeText(int width, int height) {
 
 void RequireSize(const Raster& photo, int width, int height, const std::string& whose) {
   if (photo.Width() != width || photo.Height() != height)
-    throw InputError(photo.Path() + " is " + SizeText(photo.Width(), photo.Height()) + ", " +
-                     whose + " is for " + SizeText(width, height) +
+    throw InputError(photo.Path() + " has " + SizeText(photo.Width(), photo.Height()) + ", " +
+                     whose + " says " + SizeText(width, height) +
                      "; give the camera or the image that belongs to it");
 }
 
@@ -24,8 +24,7 @@ Affine2d PhotoFromPixelOf(const Raster& photo, const Camera& camera,
                           const std::string& interior_directory) {
   if (camera.kind == CameraKind::kDigital) {
     if (camera.image_px)
-      RequireSize(photo, camera.image_px->x(), camera.image_px->y(),
-                  "camera '" + camera.name + "'");
+      RequireSize(photo, camera.image_px->x(), camera.image_px->y(), "the camera file");
     return DigitalPhotoFromPixel(camera);
   }
   if (interior_directory.empty())
