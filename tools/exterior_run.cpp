@@ -37,14 +37,11 @@ struct Setting {
   GroundSurface surface;
 };
 
-// Where the photos' footprints may lie, so that only that part of the DEM is read. Nothing on
-// Earth's land lies lower than this.
-constexpr double kLowestGround_m = -500;
-
 // What an approximation is taken to be worth where nobody says.
 constexpr double kPositionSigma_m = 10;
 const double kAttitudeSigma_rad = RadFromDeg(3);
 
+// Where the photos' footprints may lie, so that only that part of the DEM is read.
 Bounds Region(const OrientationTable& table, const Camera& camera,
               const ExteriorRunOptions& options) {
   Bounds region = Bounds::OfNothing();
@@ -268,8 +265,7 @@ ExteriorResult OrientOne(const Setting& setting, const std::string& path) {
 }
 
 // Before hours of work, not after the first photo. One connection for the whole run: the file
-// changes its journal once, before any photo reads from
-// it, and back when all are done.
+// changes its journal once, before any photo reads from it, and back when all are done.
 std::optional<PatchDatabase> OpenForFeedback(const ExteriorRunOptions& options) {
   if (!options.feedback) return std::nullopt;
   try {

@@ -20,9 +20,6 @@
 namespace orient {
 namespace {
 
-// Ground heights a photo may be expected to show: the Dead Sea to the Himalaya.
-constexpr double kLowestGround = -500, kHighestGround = 9000;
-
 std::string FileName(const std::string& path) {
   return std::filesystem::path(path).filename().string();
 }
@@ -176,7 +173,7 @@ class HarvestVerb : public Verb {
     const OrientationRow& row = RowOf(table, photo);
     const Raster raster = Raster::Open(photo);
     const PhotoView view{camera, PhotoFromPixelOf(raster, camera, interior_), row.pose};
-    const auto footprint = FootprintBounds(camera, row.pose, kLowestGround, kHighestGround);
+    const auto footprint = FootprintBounds(camera, row.pose, kLowestGround_m, kHighestGround_m);
     if (!footprint)
       throw InputError(orientation_ + ": photo '" + row.photo + "' does not look at the ground; " +
                        "check its height and angles");

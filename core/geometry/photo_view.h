@@ -12,6 +12,9 @@
 
 namespace orient {
 
+// Ground heights that a photo may be expected to show: the Dead Sea to the Himalaya.
+constexpr double kLowestGround_m = -500, kHighestGround_m = 9000;
+
 class GroundSurface;
 
 struct PhotoView {
