@@ -13,6 +13,14 @@
 namespace orient {
 namespace {
 
+// One of the names; --help lists them, and not the numbers that they stand for.
+template <typename Enum>
+CLI::Validator OneOf(const std::map<std::string, Enum>& values) {
+  std::string names;
+  for (const auto& [name, value] : values) names.append(names.empty() ? "{" : ",").append(name);
+  return CLI::CheckedTransformer(values).description(names.append("}"));
+}
+
 class SimulateCommand : public Command {
  public:
   std::string Name() const override { return "simulate"; }
@@ -71,7 +79,7 @@ void SimulateCommand::SetupScans(CLI::App& app) {
                                                        {"digital", CameraPreset::kDigital}};
   app.add_option("--camera-preset", options_.camera,
                  "demo (6 cm film), rc10, rc30 (23 cm film) or digital; default demo")
-      ->transform(CLI::CheckedTransformer(presets))
+      ->transform(OneOf(presets))
       ->group("Camera and scans");
   app.add_option("--pixel-size-um", options_.pixel_size_um, "Of the scans; default the preset's")
       ->group("Camera and scans");
@@ -80,7 +88,7 @@ void SimulateCommand::SetupScans(CLI::App& app) {
   const std::map<std::string, Polarity> polarities = {{"positive", Polarity::kPositive},
                                                       {"negative", Polarity::kNegative}};
   app.add_option("--polarity", options_.polarity, "positive or negative; default positive")
-      ->transform(CLI::CheckedTransformer(polarities))
+      ->transform(OneOf(polarities))
       ->group("Camera and scans");
   add("--bits", options_.bits, "Of a grey value, 8 or 16");
   add("--scan-rotation-deg", options_.scan_rotation_deg, "Sigma of the film's turn, degrees");
