@@ -152,7 +152,8 @@ double NormalisedErrorRms(const Affine2d& truth, Fit fit, Parameters parameters)
   for (int run = 0; run < 2000; ++run) {
     std::vector<PointPair2d> pairs;
     for (int i = 0; i < 25; ++i) {
-      const Eigen::Vector2d source(9000.0 * (i % 5) / 4, 9000.0 * (i / 5) / 4);
+      const int row = i / 5, column = i % 5;
+      const Eigen::Vector2d source(9000.0 * column / 4, 9000.0 * row / 4);
       const double sigma = i % 2 == 0 ? 1.0 : 3.0;
       const Eigen::Vector2d error(sigma * noise(random), sigma * noise(random));
       pairs.push_back({source, truth * source + error, sigma});
