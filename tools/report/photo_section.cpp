@@ -101,9 +101,9 @@ std::string MarksTable(const InteriorResult& interior) {
   HtmlTable table({"Mark", "State", "#Col px", "#Row px", "#σ col px", "#σ row px",
                    "#v<sub>x</sub> µm", "#v<sub>y</sub> µm", "#Score"});
   for (const MarkResult& mark : interior.marks) {
-    const std::string state(Name(mark.state));
-    table.AddRow({Escape(mark.id), "<span class=\"mark-" + state + "\">" + state + "</span>",
-                  Component(mark.pixel, 0, 2), Component(mark.pixel, 1, 2),
+    std::string state = "<span class=\"mark-";
+    state.append(Name(mark.state)).append("\">").append(Name(mark.state)).append("</span>");
+    table.AddRow({Escape(mark.id), state, Component(mark.pixel, 0, 2), Component(mark.pixel, 1, 2),
                   Component(mark.sigma_px, 0, 3), Component(mark.sigma_px, 1, 3),
                   Component(mark.residual_um, 0, 1), Component(mark.residual_um, 1, 1),
                   Decimal(mark.score, 2)});

@@ -70,9 +70,7 @@ TEST(Report, SaysWhatAPersonAsks) {
   EXPECT_EQ(Malformed(html), "");
   for (const char* part :
        {"Look at this first", "only 3 patches agree on a pose", "the matches leave the tilt open",
-        "EPSG:32635", "UTM zone 35N", "residual too large", "312.41",
-        "1\xE2\x80\xAF"
-        "823.75",
+        "EPSG:32635", "UTM zone 35N", "residual too large", "312.41", "1\u202F823.75",
         "Rounds of the loop", "at 200 times the frame’s scale", ">200\xE2\x80\xAFm<",
         "scan orientation r0"})
     EXPECT_TRUE(Contains(html, part)) << part;
