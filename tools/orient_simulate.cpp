@@ -13,12 +13,12 @@
 namespace orient {
 namespace {
 
-// One of the names; --help lists them, and not the numbers that they stand for.
+// A value that goes by a name; --help lists the names, and not the numbers that stand for them.
 template <typename Enum>
-CLI::Validator OneOf(const std::map<std::string, Enum>& values) {
-  std::string names;
-  for (const auto& [name, value] : values) names.append(names.empty() ? "{" : ",").append(name);
-  return CLI::CheckedTransformer(values).description(names.append("}"));
+CLI::Option* AddNamed(CLI::App& app, const char* option, Enum* value,
+                      const std::map<std::string, Enum>& values, const char* help) {
+  const auto set = [value, values](const std::string& name) { *value = values.at(name); };
+  return app.add_option_function<std::string>(option, set, help)->check(CLI::IsMember(values));
 }
 
 class SimulateCommand : public Command {
@@ -77,9 +77,9 @@ void SimulateCommand::SetupScans(CLI::App& app) {
                                                        {"rc10", CameraPreset::kRc10},
                                                        {"rc30", CameraPreset::kRc30},
                                                        {"digital", CameraPreset::kDigital}};
-  app.add_option("--camera-preset", options_.camera,
-                 "demo (6 cm film), rc10, rc30 (23 cm film) or digital; default demo")
-      ->transform(OneOf(presets))
+  AddNamed(app, "--camera-preset", &options_.camera, presets,
+           "demo (6 cm film), rc10, rc30 (23 cm film) or digital")
+      ->default_str("demo")
       ->group("Camera and scans");
   app.add_option("--pixel-size-um", options_.pixel_size_um, "Of the scans; default the preset's")
       ->group("Camera and scans");
@@ -87,8 +87,8 @@ void SimulateCommand::SetupScans(CLI::App& app) {
       ->check(CLI::IsMember({"r0", "r90", "r180", "r270", "m0", "m90", "m180", "m270", "random"}));
   const std::map<std::string, Polarity> polarities = {{"positive", Polarity::kPositive},
                                                       {"negative", Polarity::kNegative}};
-  app.add_option("--polarity", options_.polarity, "positive or negative; default positive")
-      ->transform(OneOf(polarities))
+  AddNamed(app, "--polarity", &options_.polarity, polarities, "positive or negative")
+      ->default_str("positive")
       ->group("Camera and scans");
   add("--bits", options_.bits, "Of a grey value, 8 or 16");
   add("--scan-rotation-deg", options_.scan_rotation_deg, "Sigma of the film's turn, degrees");
