@@ -50,7 +50,8 @@ void Paint(const Affine2d& pixel_from_photo, const Vector2d& low, const Vector2d
     for (int col = std::max(0, static_cast<int>(box.min().x())); col < col1; ++col) {
       double sum = 0;
       for (int k = 0; k < kSamples * kSamples; ++k) {
-        const Vector2d sub((k % kSamples + 0.5) / kSamples, (k / kSamples + 0.5) / kSamples);
+        const int i = k % kSamples, j = k / kSamples;
+        const Vector2d sub((i + 0.5) / kSamples, (j + 0.5) / kSamples);
         const Vector2d at = photo_from_pixel * (Vector2d(col, row) + sub);
         const bool inside = (at - low).minCoeff() >= 0 && (high - at).minCoeff() >= 0;
         const double tone = inside ? tone_at(at) : std::nan("");
