@@ -32,10 +32,10 @@ function(orient_compile_options target)
 endfunction()
 
 # orient_library(name folder PUBLIC ... PRIVATE ...): every .cpp of the folder and its subfolders,
-# but for main.cpp, linked with what follows.
+# but for main.cpp and benchmarks, linked with what follows.
 function(orient_library name folder)
   file(GLOB_RECURSE sources CONFIGURE_DEPENDS ${CMAKE_SOURCE_DIR}/${folder}/*.cpp)
-  list(FILTER sources EXCLUDE REGEX "/main\\.cpp$")
+  list(FILTER sources EXCLUDE REGEX "/main\\.cpp$|/bench/")
   add_library(${name} STATIC ${sources})
   target_include_directories(${name} PUBLIC ${CMAKE_SOURCE_DIR})
   target_link_libraries(${name} ${ARGN})

@@ -1,0 +1,212 @@
+// How long the interior orientation of one scan takes, and how much memory, as a ratio to reading
+// its windows with GDAL alone.
+//
+//   interior_speed FOLDER [SCAN CAMERA.toml]
+//
+// Simulates a 23 cm film with 8 marks at 25 um in FOLDER (about two minutes, once), or takes the
+// scan named; writes it as tiled JPEG, tiled LZW and striped uncompressed TIFF; then, in processes
+// of their own and in turn, reads the windows of 15 mm around the marks with GDAL and orients the
+// scan. Printed are the medians, their ratio and the peak of resident memory.
+#include <gdal_priv.h>
+#include <sys/resource.h>
+#include <sys/wait.h>
+#include <tbb/global_control.h>
+#include <unistd.h>
+
+#include <chrono>
+#include <cstdio>
+#include <cstdlib>
+#include <filesystem>
+#include <iostream>
+#include <stdexcept>
+
+#include "core/error.h"
+#include "core/files/camera_file.h"
+#include "interior/interior.h"
+#include "interior/layout.h"
+#include "tools/interior_run.h"
+#include "tools/simulate/simulate.h"
+
+namespace orient {
+namespace {
+namespace fs = std::filesystem;
+using Clock = std::chrono::steady_clock;
+
+constexpr int kRepeats = 7;
+constexpr double kWindowMm = 15;
+
+struct Measured {
+  double milliseconds = 0;
+  double peak_mb = 0;
+};
+
+double Milliseconds(Clock::time_point since) {
+  return std::chrono::duration<double, std::milli>(Clock::now() - since).count();
+}
+
+// The windows as the file's own pixel type, each read once: what a program that knew where to look
+// would have to do at least.
+double TimeReading(const std::string& path, const CameraFile& camera) {
+  GDALAllRegister();
+  const auto start = Clock::now();
+  const GDALDatasetUniquePtr scan(GDALDataset::Open(path.c_str(), GDAL_OF_RASTER));
+  if (!scan) throw InputError(path + ": cannot be read");
+  const Eigen::Vector2i size(scan->GetRasterXSize(), scan->GetRasterYSize());
+  const char* resolution = scan->GetMetadataItem("TIFFTAG_XRESOLUTION");  // pixels per cm
+  const double pixel_mm = 10 / std::atof(resolution);
+  const MarkRectangle rectangle = RectangleOfMarks(camera.fiducials);
+  const int side = static_cast<int>(std::ceil(kWindowMm / pixel_mm));
+  std::vector<unsigned char> grey(static_cast<size_t>(side) * side);
+  for (const Fiducial& mark : camera.fiducials) {
+    const Eigen::Vector2d place =
+        PlaceOnScan(mark.position_mm, rectangle, ScanOrientation::kR0) / pixel_mm +
+        0.5 * size.cast<double>();
+    const int col = std::clamp(static_cast<int>(place.x()) - side / 2, 0, size.x() - side);
+    const int row = std::clamp(static_cast<int>(place.y()) - side / 2, 0, size.y() - side);
+    if (scan->GetRasterBand(1)->RasterIO(GF_Read, col, row, side, side, grey.data(), side, side,
+                                         GDT_Byte, 0, 0, nullptr) != CE_None)
+      throw InputError(path + ": cannot be read");
+  }
+  return Milliseconds(start);
+}
+
+double TimeOrienting(const std::string& path, const CameraFile& camera) {
+  GDALAllRegister();
+  const MarkShapes shapes = LoadMarkShapes(camera);
+  const auto start = Clock::now();
+  const InteriorResult result = OrientInterior(Raster::Open(path), camera, shapes);
+  const double time = Milliseconds(start);
+  if (result.status != Status::kOk) {
+    std::string messages;
+    for (const std::string& message : result.messages) messages += "\n  " + message;
+    throw InputError(path + " is not oriented:" + messages);
+  }
+  return time;
+}
+
+// Runs this program anew with a verb of its own, so that neither memory nor caches are inherited.
+Measured InOwnProcess(const char* program, const std::vector<std::string>& arguments) {
+  int ends[2];
+  if (pipe(ends) != 0) throw std::runtime_error("pipe");
+  const pid_t child = fork();
+  if (child == 0) {
+    dup2(ends[1], STDOUT_FILENO);
+    std::vector<char*> words = {const_cast<char*>(program)};
+    for (const std::string& word : arguments) words.push_back(const_cast<char*>(word.c_str()));
+    words.push_back(nullptr);
+    execv("/proc/self/exe", words.data());
+    _exit(127);
+  }
+  close(ends[1]);
+  std::string text;
+  char buffer[256];
+  for (ssize_t n = 0; (n = read(ends[0], buffer, sizeof buffer)) > 0;)
+    text.append(buffer, static_cast<size_t>(n));
+  close(ends[0]);
+  int status = 0;
+  rusage usage{};
+  wait4(child, &status, 0, &usage);
+  if (!WIFEXITED(status) || WEXITSTATUS(status) != 0) throw std::runtime_error("a run failed");
+  return {std::atof(text.c_str()), static_cast<double>(usage.ru_maxrss) / 1024};
+}
+
+Measured Median(std::vector<Measured> runs) {
+  std::sort(runs.begin(), runs.end(),
+            [](const auto& a, const auto& b) { return a.milliseconds < b.milliseconds; });
+  Measured median = runs[runs.size() / 2];
+  for (const Measured& run : runs) median.peak_mb = std::max(median.peak_mb, run.peak_mb);
+  return median;
+}
+
+void Copy(const std::string& from, const std::string& to, const char* const* settings) {
+  GDALAllRegister();
+  const GDALDatasetUniquePtr scan(GDALDataset::Open(from.c_str(), GDAL_OF_RASTER));
+  GDALDriver* tiff = GetGDALDriverManager()->GetDriverByName("GTiff");
+  if (!scan || tiff == nullptr) throw InputError(from + ": cannot be read");
+  const GDALDatasetUniquePtr copy(
+      tiff->CreateCopy(to.c_str(), scan.get(), 0, const_cast<char**>(settings), nullptr, nullptr));
+  if (!copy) throw InputError(to + ": cannot be written");
+}
+
+std::vector<std::string> WriteScans(const std::string& scan, const fs::path& folder) {
+  const char* const jpeg[] = {"TILED=YES", "COMPRESS=JPEG", "JPEG_QUALITY=90", nullptr};
+  const char* const lzw[] = {"TILED=YES", "COMPRESS=LZW", nullptr};
+  const char* const plain[] = {nullptr};
+  const std::pair<const char*, const char* const*> forms[] = {
+      {"tiled_jpeg.tif", jpeg}, {"tiled_lzw.tif", lzw}, {"striped_uncompressed.tif", plain}};
+  std::vector<std::string> paths;
+  for (const auto& [name, settings] : forms) {
+    paths.push_back((folder / name).string());
+    if (!fs::exists(paths.back())) Copy(scan, paths.back(), settings);
+  }
+  return paths;
+}
+
+std::string SimulateFilm(const fs::path& folder) {
+  SimulationOptions film;
+  film.photos = 1;
+  film.camera = CameraPreset::kRc30;
+  film.pixel_size_um = 25;
+  film.gsd_m = 0.3;
+  film.relief_m = 10;
+  film.dem_cell_m = 50;
+  film.objects = false;
+  film.old_gsd_ratio = 5;
+  const SimulationSummary made = Simulate(film, folder.string());
+  return made.photos.front();
+}
+
+void Compare(const char* program, const fs::path& folder, std::string scan, std::string camera) {
+  fs::create_directories(folder);
+  if (scan.empty()) {
+    const fs::path block = folder / "simulated";
+    camera = (block / "camera.toml").string();
+    scan = (block / "scans" / "new_1_1.tif").string();
+    if (!fs::exists(block / "truth.json")) scan = SimulateFilm(block);
+  }
+  std::printf("%-26s %10s %10s %7s %10s %7s %8s\n", "scan", "reading ms", "one core", "ratio",
+              "all cores", "ratio", "peak MB");
+  for (const std::string& path : WriteScans(scan, folder)) {
+    std::vector<Measured> reading, one, all;
+    for (int i = 0; i < kRepeats; ++i) {
+      reading.push_back(InOwnProcess(program, {"--read", path, camera}));
+      one.push_back(InOwnProcess(program, {"--orient-on-one-core", path, camera}));
+      all.push_back(InOwnProcess(program, {"--orient", path, camera}));
+    }
+    const Measured read = Median(reading), single = Median(one), every = Median(all);
+    std::printf("%-26s %10.1f %10.1f %7.2f %10.1f %7.2f %8.0f\n",
+                fs::path(path).filename().c_str(), read.milliseconds, single.milliseconds,
+                single.milliseconds / read.milliseconds, every.milliseconds,
+                every.milliseconds / read.milliseconds, std::max(single.peak_mb, every.peak_mb));
+  }
+}
+
+int Run(const char* program, const std::vector<std::string>& words) {
+  if (words.size() == 3 && words[0].starts_with("--")) {
+    const CameraFile camera = ReadCameraFile(words[2]);
+    std::optional<tbb::global_control> limit;
+    if (words[0] == "--orient-on-one-core")
+      limit.emplace(tbb::global_control::max_allowed_parallelism, 1);
+    std::printf("%.4f\n", words[0] == "--read" ? TimeReading(words[1], camera)
+                                               : TimeOrienting(words[1], camera));
+    return 0;
+  }
+  if (words.size() != 1 && words.size() != 3) {
+    std::cerr << "usage: interior_speed FOLDER [SCAN CAMERA.toml]\n";
+    return 1;
+  }
+  Compare(program, words[0], words.size() == 3 ? words[1] : "", words.size() == 3 ? words[2] : "");
+  return 0;
+}
+
+}  // namespace
+}  // namespace orient
+
+int main(int argc, char** argv) {
+  try {
+    return orient::Run(argv[0], {argv + 1, argv + argc});
+  } catch (const std::exception& error) {
+    std::cerr << "interior_speed: " << error.what() << "\n";
+    return 2;
+  }
+}
