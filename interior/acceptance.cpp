@@ -143,12 +143,15 @@ FilmMarks MeasureMarks(const Raster& scan, const CameraFile& camera, const MarkS
   const Matrix2d pixel_from_mm = PixelFromMm(camera, reading);
   const double max_shift_px = 0.25 * std::sqrt(std::abs(pixel_from_mm.determinant())) + 1;
   FilmMarks marks(camera.fiducials.size());
+  std::map<std::string, MarkMeasurer> measurers;  // a drawing is rendered once for all its marks
   for (size_t i = 0; i < marks.size(); ++i) {
     const int choice = reading.best.choice[i];
     if (choice < 0) continue;
+    const std::string& mark = camera.fiducials[i].mark;
+    const MarkMeasurer& measurer =
+        measurers.try_emplace(mark, shapes.at(mark), pixel_from_mm).first->second;
     marks[i].position =
-        MeasureMark(scan, shapes.at(camera.fiducials[i].mark), pixel_from_mm,
-                    reading.candidates[i][choice].pixel, reading.polarity, max_shift_px);
+        measurer.Measure(scan, reading.candidates[i][choice].pixel, reading.polarity, max_shift_px);
     if (marks[i].position) marks[i].state = MarkState::kUsed;
   }
   RejectUnlike(&marks);

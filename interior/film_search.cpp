@@ -1,5 +1,7 @@
 #include "interior/film_search.h"
 
+#include <tbb/parallel_for.h>
+
 #include <Eigen/Geometry>
 #include <Eigen/LU>
 #include <cmath>
@@ -45,8 +47,10 @@ std::vector<OrientationClass> ClassesToTry(const CameraFile& camera, const MarkS
 
 class Reader {
  public:
-  Reader(const Raster& scan, const CameraFile& camera, const MarkShapes& shapes)
-      : scan_(scan),
+  Reader(const Raster& scan, const CameraFile& camera, const MarkShapes& shapes,
+         std::optional<LocatorKind> locator)
+      : windows_(scan),
+        locator_(locator),
         camera_(camera),
         shapes_(shapes),
         rectangle_(RectangleOfMarks(camera.fiducials)),
@@ -66,34 +70,54 @@ class Reader {
   }
 
  private:
+  // Mark, window, pixel size, and the orientation where the drawing looks different in it.
+  using SearchKey = std::tuple<std::string, int, int, int, int, double, int>;
+
   Vector2d RectangleOnScan(ScanOrientation orientation) const {
     return (PhotoFromPixelAxes(orientation).transpose() * rectangle_.size_mm).cwiseAbs();
   }
 
-  // A layout told apart by one mark has the other windows in common in every way of lying.
-  const MarkCandidates& Find(const std::string& mark, const PixelWindow& w, double pixel_mm,
-                             ScanOrientation orientation) {
-    const Matrix2d axes = PhotoFromPixelAxes(orientation).transpose();
-    const Matrix2d turn = PhotoFromPixelAxes(ScanOrientation::kR0) * axes;
-    const int look = LooksSame(shapes_.at(mark), turn) ? -1 : static_cast<int>(orientation);
-    const SearchKey key{mark, w.col, w.row, w.width, w.height, pixel_mm, look};
-    const auto known = searched_.find(key);
-    if (known != searched_.end()) return known->second;
-    return searched_.emplace(key, FindMarkCandidates(scan_, w, shapes_.at(mark), axes / pixel_mm))
-        .first->second;
-  }
+  // Where each mark is searched, and what makes the search another one.
+  struct Place {
+    SearchKey key;
+    const MarkShape* shape;
+    MarkSearch search;
+  };
 
-  std::vector<MarkCandidates> Candidates(const Setting& setting) {
+  std::vector<Place> Places(const Setting& setting) const {
     const ScanOrientation orientation = setting.orientations.front();
     const double p = setting.pixel_size.pixel_mm;
     const Vector2d size = RectangleOnScan(orientation);
     const double slack = 3.0 + 1.5 * setting.pixel_size.sigma * size.maxCoeff();
-    std::vector<MarkCandidates> found;
+    const Matrix2d axes = PhotoFromPixelAxes(orientation).transpose();
+    const Matrix2d turn = PhotoFromPixelAxes(ScanOrientation::kR0) * axes;
+    std::vector<Place> places;
     for (const Fiducial& mark : camera_.fiducials) {
-      const Vector2d place = PlaceOnScan(mark.position_mm, rectangle_, orientation);
-      const PixelWindow window = SearchWindow(place, size, scan_px_, p, slack);
-      found.push_back(Find(mark.mark, window, p, orientation));
+      const Vector2d at = PlaceOnScan(mark.position_mm, rectangle_, orientation);
+      const MarkShape& shape = shapes_.at(mark.mark);
+      const PixelWindow w = SearchWindow(at, size, scan_px_, p, slack);
+      const int look = LooksSame(shape, turn) ? -1 : static_cast<int>(orientation);
+      places.push_back(
+          {{mark.mark, w.col, w.row, w.width, w.height, p, look}, &shape, {w, axes / p}});
     }
+    return places;
+  }
+
+  // A layout told apart by one mark has the other windows in common in every way of lying: what was
+  // searched once is known.
+  std::vector<MarkCandidates> Candidates(const Setting& setting) {
+    const std::vector<Place> places = Places(setting);
+    std::vector<const Place*> fresh;
+    for (const Place& place : places)
+      if (searched_.try_emplace(place.key).second) fresh.push_back(&place);
+    tbb::parallel_for(size_t{0}, fresh.size(), [&](size_t i) {
+      const Place& place = *fresh[i];
+      const auto locator = MakeLocator(LocatorFor(*place.shape, locator_));
+      searched_.at(place.key) = locator->Find(windows_, *place.shape, place.search);
+    });
+    std::vector<MarkCandidates> found;
+    found.reserve(places.size());
+    for (const Place& place : places) found.push_back(searched_.at(place.key));
     return found;
   }
 
@@ -130,10 +154,8 @@ class Reader {
     return reading;
   }
 
-  // Mark, window, pixel size, and the orientation where the drawing looks different in it.
-  using SearchKey = std::tuple<std::string, int, int, int, int, double, int>;
-
-  const Raster& scan_;
+  ScanWindows windows_;
+  std::optional<LocatorKind> locator_;
   const CameraFile& camera_;
   const MarkShapes& shapes_;
   MarkRectangle rectangle_;
@@ -180,7 +202,7 @@ std::vector<PixelSizeGuess> GuessPixelSize(const Eigen::Vector2i& scan_px,
 
 FilmReading ReadFilm(const Raster& scan, const CameraFile& camera, const MarkShapes& shapes,
                      const InteriorOptions& options) {
-  Reader reader(scan, camera, shapes);
+  Reader reader(scan, camera, shapes, options.locator);
   std::vector<FilmReading> readings;
   for (const PixelSizeGuess& pixel_size :
        GuessPixelSize({scan.Width(), scan.Height()}, scan.DpiTag(),

@@ -7,9 +7,9 @@
 #include <vector>
 
 #include "interior/assignment.h"
-#include "interior/candidates.h"
 #include "interior/interior.h"
 #include "interior/layout.h"
+#include "interior/locator.h"
 
 namespace orient {
 

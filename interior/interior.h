@@ -10,6 +10,7 @@
 #include "core/files/camera_file.h"
 #include "core/files/results.h"
 #include "core/imaging/raster.h"
+#include "interior/locator.h"
 #include "interior/mark_drawing.h"
 
 namespace orient {
@@ -23,6 +24,8 @@ struct InteriorOptions {
   std::optional<Polarity> polarity;               // empty: found out
   std::optional<ScanOrientation> orientation;     // empty: found out or left open
   std::optional<Scanner> scanner = std::nullopt;  // empty: found out
+  // Empty: by the drawing's kind (UsualLocator).
+  std::optional<LocatorKind> locator = std::nullopt;
 };
 
 // `shapes` holds the drawing of every mark the camera's fiducials name (see ShapesOf). The photo's

@@ -115,13 +115,6 @@ MarkTemplate RenderMark(const MarkShape& shape, const Matrix2d& pixel_from_mm,
   return result;
 }
 
-Image RemoveBackground(const Image& image, double sigma_px) {
-  Image result = GaussianBlur(image, sigma_px);
-  for (size_t i = 0; i < result.values.size(); ++i)
-    result.values[i] = image.values[i] - result.values[i];
-  return result;
-}
-
 bool LooksSame(const MarkShape& shape, const Matrix2d& turn) {
   // 24 px over the mark show every element; a margin beyond the radius keeps the same pixels valid.
   const double radius = MarkRadius(shape);

@@ -9,6 +9,7 @@
 
 #include "core/files/camera_file.h"
 #include "core/imaging/image.h"
+#include "interior/background.h"
 
 namespace orient {
 
@@ -46,13 +47,6 @@ struct MarkTemplate {
 // picture.
 MarkTemplate RenderMark(const MarkShape& shape, const Eigen::Matrix2d& pixel_from_mm,
                         const RenderOptions& options = {});
-
-// Wide enough to leave every stroke alone, narrow enough to follow a dark corner's edge.
-inline constexpr double kBackgroundSigmaMm = 0.6;
-
-// Takes slow changes of brightness away (fogged edges, the corner's gradient): value minus the
-// Gaussian mean around it. NaN stays NaN.
-Image RemoveBackground(const Image& image, double sigma_px);
 
 // True when the mark looks the same after `turn` (an orthogonal matrix, mark system).
 bool LooksSame(const MarkShape& shape, const Eigen::Matrix2d& turn);

@@ -2,12 +2,14 @@
 
 #include <Eigen/LU>
 
-#include "core/imaging/least_squares_matching.h"
+#include "core/imaging/resample.h"
 #include "interior/match_precision.h"
+#include "interior/moving_drawing.h"
 
 namespace orient {
 namespace {
 
+using Eigen::Index;
 using Eigen::Matrix2d;
 using Eigen::Vector2d;
 
@@ -15,88 +17,170 @@ using Eigen::Vector2d;
 // ended.
 constexpr std::array<double, 6> kBlurs = {2.6, 1.8, 1.3, 0.95, 0.7, 0.5};
 
-// The matching takes no gradient from the template's outermost pixels.
-constexpr double kGradientPx = 3;
+// Pixels beyond the drawing's margin that take part, and those that blur and spline need besides.
+constexpr double kMarginPx = 3;
+constexpr int kSupportPx = 12;
 
-ImageWindow ReadAround(const Raster& scan, const Vector2d& centre, double reach_px) {
-  const int half = static_cast<int>(std::ceil(reach_px));
+double PixelsPerMm(const Matrix2d& pixel_from_mm) {
+  return std::sqrt(std::abs(pixel_from_mm.determinant()));
+}
+
+// With zeros around it, as beyond its strokes a drawing is; a picture just ends.
+Image Padded(const Image& image, int by, float fill) {
+  Image padded(image.width + 2 * by, image.height + 2 * by, fill);
+  for (int row = 0; row < image.height; ++row)
+    for (int col = 0; col < image.width; ++col)
+      padded.At(col + by, row + by) = std::isfinite(image.At(col, row)) ? image.At(col, row) : fill;
+  return padded;
+}
+
+// Of a drawing without NaN that is flat at its border.
+FloatPlane Blurred(const FloatPlane& plane, double sigma) {
+  const auto reach = static_cast<Index>(std::ceil(4 * sigma));
+  Eigen::ArrayXf weights(2 * reach + 1);
+  for (Index i = -reach; i <= reach; ++i)
+    weights[i + reach] =
+        static_cast<float>(std::exp(-0.5 * static_cast<double>(i * i) / (sigma * sigma)));
+  weights /= weights.sum();
+  FloatPlane across = FloatPlane::Zero(plane.rows(), plane.cols()), result = across;
+  for (Index r = 0; r < plane.rows(); ++r)
+    for (Index i = -reach; i <= reach; ++i) {
+      const Index n = plane.cols() - std::abs(i);
+      across.row(r).segment(std::max<Index>(0, -i), n) +=
+          weights[i + reach] * plane.row(r).segment(std::max<Index>(0, i), n);
+    }
+  for (Index r = 0; r < plane.rows(); ++r)
+    for (Index i = std::max(-reach, -r); i <= std::min(reach, plane.rows() - 1 - r); ++i)
+      result.row(r) += weights[i + reach] * across.row(r + i);
+  return result;
+}
+
+Image AsImage(const FloatPlane& plane) {
+  Image image(static_cast<int>(plane.cols()), static_cast<int>(plane.rows()));
+  std::copy_n(plane.data(), plane.size(), image.values.data());
+  return image;
+}
+
+ImageWindow ReadAround(const Raster& scan, const Vector2d& centre, int half) {
   const int col = static_cast<int>(std::floor(centre.x()));
   const int row = static_cast<int>(std::floor(centre.y()));
   return scan.ReadGrey({col - half, row - half, 2 * half + 1, 2 * half + 1});
 }
 
-// Bright strokes are what the template shows.
+// Bright strokes are what the drawing shows.
 void MakePositive(Image* image, Polarity polarity) {
   if (polarity == Polarity::kPositive) return;
   for (float& value : image->values) value = -value;
 }
 
-// The scan around the mark; farther pixels are not part of the match.
-Image CutOut(const Image& seen, const MarkShape& shape, const Matrix2d& mm_from_pixel,
-             const Vector2d& centre, double margin_mm) {
-  Image cut(seen.width, seen.height, kNoData);
-  const double radius = MarkRadius(shape);
-  for (int row = 0; row < seen.height; ++row) {
-    for (int col = 0; col < seen.width; ++col) {
-      const Vector2d mm = mm_from_pixel * (Vector2d(col + 0.5, row + 0.5) - centre);
-      const double distance =
-          shape.picture ? mm.norm() - radius : StrokeDistance(shape.drawing, mm) - margin_mm;
-      if (distance <= 0) cut.At(col, row) = seen.At(col, row);
+}  // namespace
+
+struct MarkMeasurer::Drawn {
+  struct Level {
+    double blur_px;
+    Image values;
+    MovingDrawing moving;
+  };
+
+  Drawn(const MarkShape& shape, const Matrix2d& pixel_from_mm);
+
+  // The scan where the drawing's pixels take part, its centre at `centre`.
+  Image CutOut(const Image& seen, const Vector2d& centre) const;
+
+  double background_px = 0;
+  FloatPlane part;  // pixels that take part
+  std::vector<Level> levels;
+};
+
+MarkMeasurer::Drawn::Drawn(const MarkShape& shape, const Matrix2d& pixel_from_mm) {
+  const double pixels_per_mm = PixelsPerMm(pixel_from_mm);
+  background_px = kBackgroundSigmaMm * pixels_per_mm;
+  RenderOptions render;
+  render.blur_sigma_px = 0;
+  const double margin_mm = render.margin_mm + kMarginPx / pixels_per_mm;
+  render.margin_mm = margin_mm + kSupportPx / pixels_per_mm;
+  const MarkTemplate sharp = RenderMark(shape, pixel_from_mm, render);
+  const Matrix2d mm_from_pixel = pixel_from_mm.inverse();
+  part = FloatPlane::Zero(sharp.values.height, sharp.values.width);
+  double sum = 0, count = 0;
+  for (int row = 0; row < sharp.values.height; ++row) {
+    for (int col = 0; col < sharp.values.width; ++col) {
+      const Vector2d mm = mm_from_pixel * (Vector2d(col + 0.5, row + 0.5) - sharp.centre);
+      const bool near = shape.picture ? mm.norm() <= MarkRadius(shape)
+                                      : StrokeDistance(shape.drawing, mm) <= margin_mm;
+      if (!near || !std::isfinite(sharp.values.At(col, row))) continue;
+      part(row, col) = 1;
+      sum += static_cast<double>(sharp.values.At(col, row));
+      ++count;
     }
   }
+  const int pad = static_cast<int>(std::ceil(2 * background_px));
+  const auto fill = static_cast<float>(shape.picture ? sum / std::max(count, 1.0) : 0.0);
+  const Image flat = RemoveBackground(Padded(sharp.values, pad, fill), background_px);
+  FloatPlane plane(sharp.values.height, sharp.values.width);
+  for (int row = 0; row < sharp.values.height; ++row)
+    for (int col = 0; col < sharp.values.width; ++col)
+      plane(row, col) = flat.At(col + pad, row + pad);
+  for (const double blur : kBlurs) {
+    const FloatPlane blurred = Blurred(plane, blur);
+    levels.push_back({blur, AsImage(blurred), MovingDrawing(blurred, part)});
+  }
+}
+
+Image MarkMeasurer::Drawn::CutOut(const Image& seen, const Vector2d& centre) const {
+  Image cut(seen.width, seen.height, kNoData);
+  const double middle = 0.5 * static_cast<double>(part.rows());
+  const Vector2d corner = (centre.array() - middle).round();
+  const int left = static_cast<int>(corner.x()), top = static_cast<int>(corner.y());
+  for (int row = 0; row < part.rows(); ++row)
+    for (int col = 0; col < part.cols(); ++col) {
+      const int c = col + left, r = row + top;
+      const bool inside = c >= 0 && r >= 0 && c < seen.width && r < seen.height;
+      if (inside && part(row, col) > 0) cut.At(c, r) = seen.At(c, r);
+    }
   return cut;
 }
 
-// The scan is held fast and the drawing moves under it. The other way round the scan would be
-// interpolated, which smooths its grain most at half pixels and so pulls the match there.
-std::optional<MarkPosition> MatchDrawing(const Image& seen, const MarkShape& shape,
-                                         const Matrix2d& pixel_from_mm, const Vector2d& from,
-                                         double blur_px, double max_shift_px) {
-  const double pixels_per_mm = std::sqrt(std::abs(pixel_from_mm.determinant()));
-  RenderOptions render;
-  const double margin_mm = render.margin_mm + kGradientPx / pixels_per_mm;
-  render.blur_sigma_px = blur_px;
-  render.background_sigma_px = kBackgroundSigmaMm * pixels_per_mm;
-  render.margin_mm = margin_mm + (max_shift_px + kGradientPx + 2) / pixels_per_mm;
-  const MarkTemplate drawn = RenderMark(shape, pixel_from_mm, render);
-  const Image cut = CutOut(seen, shape, pixel_from_mm.inverse(), from, margin_mm);
-  LsmOptions lsm;
-  lsm.geometry = LsmGeometry::kShift;  // size and turn come from all marks together
-  lsm.max_shift_px = max_shift_px;
-  const Affine2d start{Matrix2d::Identity(), drawn.centre - from};
-  const auto match = MatchLeastSquares(cut, drawn.values, from, start, lsm);
-  if (!match || match->gain <= 0 || match->correlation <= 0) return std::nullopt;
-  MarkPosition result;
-  result.pixel = from - (match->position - drawn.centre);
-  const auto covariance = ShiftCovariance(cut, drawn.values, match->position - from);
-  if (!covariance) return std::nullopt;
-  result.covariance = *covariance;
-  result.correlation = match->correlation;
-  result.blur_sigma_px = blur_px;
-  return result;
-}
+MarkMeasurer::MarkMeasurer(const MarkShape& shape, const Matrix2d& pixel_from_mm)
+    : drawn_(std::make_unique<Drawn>(shape, pixel_from_mm)) {}
+MarkMeasurer::~MarkMeasurer() = default;
+MarkMeasurer::MarkMeasurer(MarkMeasurer&&) noexcept = default;
+MarkMeasurer& MarkMeasurer::operator=(MarkMeasurer&&) noexcept = default;
 
-}  // namespace
+std::optional<MarkPosition> MarkMeasurer::Measure(const Raster& scan, const Vector2d& start,
+                                                  Polarity polarity, double max_shift_px) const {
+  const double half = 0.5 * static_cast<double>(drawn_->part.rows());
+  const double reach = half + std::max(max_shift_px + 1, drawn_->background_px);
+  ImageWindow seen = ReadAround(scan, start, static_cast<int>(std::ceil(reach)));
+  MakePositive(&seen.image, polarity);
+  seen.image = RemoveBackground(seen.image, drawn_->background_px);
+  const SeenPlane plane(seen.image);
+  const Vector2d first = seen.ImageFromRaster(start);
+  Vector2d from = first;
+  std::optional<DrawingMatch> best;
+  const Drawn::Level* sharpness = nullptr;
+  for (const Drawn::Level& level : drawn_->levels) {
+    const auto match = level.moving.Match(plane, from, max_shift_px);
+    if (!match || match->correlation <= 0 || (match->centre - first).norm() > max_shift_px)
+      continue;
+    from = match->centre;
+    if (best && best->correlation >= match->correlation) continue;
+    best = match;
+    sharpness = &level;
+  }
+  if (!best) return std::nullopt;
+  const Vector2d drawing_centre = Vector2d::Constant(half);
+  const auto covariance = ShiftCovariance(drawn_->CutOut(seen.image, best->centre),
+                                          sharpness->values, drawing_centre - best->centre);
+  if (!covariance) return std::nullopt;
+  return MarkPosition{seen.RasterFromImage(best->centre), *covariance, best->correlation,
+                      sharpness->blur_px};
+}
 
 std::optional<MarkPosition> MeasureMark(const Raster& scan, const MarkShape& shape,
                                         const Matrix2d& pixel_from_mm, const Vector2d& start,
                                         Polarity polarity, double max_shift_px) {
-  const double pixels_per_mm = std::sqrt(std::abs(pixel_from_mm.determinant()));
-  const double background_px = kBackgroundSigmaMm * pixels_per_mm;
-  const double reach = (MarkRadius(shape) + 2 * kBackgroundSigmaMm) * pixels_per_mm + max_shift_px;
-  ImageWindow seen = ReadAround(scan, start, reach + kGradientPx);
-  MakePositive(&seen.image, polarity);
-  seen.image = RemoveBackground(seen.image, background_px);
-  std::optional<MarkPosition> best;
-  Vector2d from = seen.ImageFromRaster(start);
-  for (const double blur : kBlurs) {
-    const auto match = MatchDrawing(seen.image, shape, pixel_from_mm, from, blur, max_shift_px);
-    if (!match || (seen.RasterFromImage(match->pixel) - start).norm() > max_shift_px) continue;
-    from = match->pixel;
-    if (!best || match->correlation > best->correlation) best = match;
-  }
-  if (best) best->pixel = seen.RasterFromImage(best->pixel);
-  return best;
+  return MarkMeasurer(shape, pixel_from_mm).Measure(scan, start, polarity, max_shift_px);
 }
 
 }  // namespace orient

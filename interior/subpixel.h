@@ -2,6 +2,7 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <memory>
 #include <optional>
 
 #include "core/files/results.h"
@@ -17,8 +18,32 @@ struct MarkPosition {
   double blur_sigma_px = 0;  // of the scan, as it fits best
 };
 
-// `pixel_from_mm`: linear part of scan pixel from photo mm, turn and scale as found. The scanner's
-// blur is found by trying several. Empty where nothing converges within `max_shift_px` of `start`.
+// Matches one mark's drawing at one size and turn with the scan at full resolution. The drawing is
+// rendered once for all places where the mark is measured.
+//
+// scan(p) = offset + gain * drawing(p - shift) + noise (Gruen 1985, Foerstner 1982). The scan is
+// held fast and the drawing moves under it: the other way round the scan would be interpolated,
+// which smooths its grain most at half pixels and so pulls the match there. A shift is one and the
+// same for all pixels, so that the spline through the drawing is a separable filter of four taps.
+class MarkMeasurer {
+ public:
+  // `pixel_from_mm`: linear part of scan pixel from photo mm, turn and scale as found.
+  MarkMeasurer(const MarkShape& shape, const Eigen::Matrix2d& pixel_from_mm);
+  ~MarkMeasurer();
+  MarkMeasurer(MarkMeasurer&&) noexcept;
+  MarkMeasurer& operator=(MarkMeasurer&&) noexcept;
+
+  // The scanner's blur is found by trying several. Empty where nothing converges within
+  // `max_shift_px` of `start`. May be called from several threads.
+  std::optional<MarkPosition> Measure(const Raster& scan, const Eigen::Vector2d& start,
+                                      Polarity polarity, double max_shift_px) const;
+
+ private:
+  struct Drawn;
+  std::unique_ptr<Drawn> drawn_;
+};
+
+// The same for a single mark.
 std::optional<MarkPosition> MeasureMark(const Raster& scan, const MarkShape& shape,
                                         const Eigen::Matrix2d& pixel_from_mm,
                                         const Eigen::Vector2d& start, Polarity polarity,

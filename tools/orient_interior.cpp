@@ -33,7 +33,7 @@ class InteriorCommand : public Command {
     AddScanOptions(app, &scan_);
     AddScannerOption(app);
     app.add_option("--locator", locator_, "How marks are searched")
-        ->check(CLI::IsMember({"auto", "ncc"}))
+        ->check(CLI::IsMember({"auto", "hough", "ncc", "lines"}))
         ->capture_default_str();
     AddJobsOption(app, &jobs_);
   }
@@ -43,7 +43,7 @@ class InteriorCommand : public Command {
     options.photos = ExpandPhotos(patterns_, "");
     options.camera = camera_path_;
     options.out = output_.directory;
-    options.scan = {scan_.pixel_size_um, scan_.polarity, scan_.orientation, scanner_};
+    options.scan = {scan_.pixel_size_um, scan_.polarity, scan_.orientation, scanner_, Locator()};
     options.resume = resume_;
     options.jobs = jobs_;
     std::vector<std::string> paths;
@@ -68,6 +68,13 @@ class InteriorCommand : public Command {
            "How much the scanner or print deforms the film; found out by default")
         ->check(CLI::IsMember({"auto", "photogrammetric", "desktop"}))
         ->default_str("auto");
+  }
+
+  std::optional<LocatorKind> Locator() const {
+    if (locator_ == "hough") return LocatorKind::kHough;
+    if (locator_ == "ncc") return LocatorKind::kNcc;
+    if (locator_ == "lines") return LocatorKind::kLines;
+    return std::nullopt;
   }
 
   static ExitCode Summarise(const std::vector<InteriorResult>& results, std::ostream& out) {

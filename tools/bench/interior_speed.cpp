@@ -174,10 +174,10 @@ void Compare(const char* program, const fs::path& folder, std::string scan, std:
       all.push_back(InOwnProcess(program, {"--orient", path, camera}));
     }
     const Measured read = Median(reading), single = Median(one), every = Median(all);
-    std::printf("%-26s %10.1f %10.1f %7.2f %10.1f %7.2f %8.0f\n",
-                fs::path(path).filename().c_str(), read.milliseconds, single.milliseconds,
-                single.milliseconds / read.milliseconds, every.milliseconds,
-                every.milliseconds / read.milliseconds, std::max(single.peak_mb, every.peak_mb));
+    std::printf("%-26s %10.1f %10.1f %7.2f %10.1f %7.2f %8.0f\n", fs::path(path).filename().c_str(),
+                read.milliseconds, single.milliseconds, single.milliseconds / read.milliseconds,
+                every.milliseconds, every.milliseconds / read.milliseconds,
+                std::max(single.peak_mb, every.peak_mb));
   }
 }
 

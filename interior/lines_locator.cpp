@@ -1,0 +1,187 @@
+#include "interior/lines_locator.h"
+
+#include <Eigen/Geometry>
+#include <Eigen/LU>
+#include <cmath>
+#include <numbers>
+
+#include "core/imaging/resample.h"
+#include "interior/line_segments.h"
+#include "interior/template_search.h"
+
+namespace orient {
+namespace {
+
+using Eigen::Matrix2d;
+using Eigen::Vector2d;
+
+constexpr double kPixelsOverStroke = 2.5;
+constexpr double kPerpendicular = 0.05;   // what the arms' angle may differ from 90 degrees
+constexpr double kStraightEnough = 0.05;  // rad from the scan's axes: no turning needed
+
+// The window with the cross's arms along its rows and columns.
+struct Turned {
+  Image image;
+  Matrix2d window_from_turned = Matrix2d::Identity();
+  Vector2d window_centre = Vector2d::Zero(), centre = Vector2d::Zero();
+
+  Vector2d ToWindow(const Vector2d& at) const {
+    return window_centre + window_from_turned * (at - centre);
+  }
+};
+
+// Angle of the arms to the rows as they lie in the scan, within +-45 degrees.
+double ArmAngle(const CrossElement& cross, const Matrix2d& pixel_from_mm) {
+  const Vector2d arm =
+      pixel_from_mm * Vector2d(std::cos(cross.angle_rad), std::sin(cross.angle_rad));
+  const double quarter = std::numbers::pi / 2;
+  return std::remainder(std::atan2(arm.y(), arm.x()), quarter);
+}
+
+Turned TurnWindow(const Image& window, double angle) {
+  Turned turned;
+  turned.window_centre = 0.5 * Vector2d(window.width, window.height);
+  turned.centre = turned.window_centre;
+  if (std::abs(angle) < kStraightEnough) {
+    turned.image = window;
+    return turned;
+  }
+  turned.window_from_turned = Eigen::Rotation2Dd(angle).toRotationMatrix();
+  const int side = static_cast<int>(std::ceil(std::hypot(window.width, window.height)));
+  turned.image = Image(side, side, kNoData);
+  turned.centre = Vector2d::Constant(0.5 * side);
+  for (int row = 0; row < side; ++row)
+    for (int col = 0; col < side; ++col)
+      turned.image.At(col, row) =
+          SampleBilinear(window, turned.ToWindow(Vector2d(col + 0.5, row + 0.5)));
+  return turned;
+}
+
+Image Transposed(const Image& image) {
+  Image result(image.height, image.width);
+  for (int row = 0; row < image.height; ++row)
+    for (int col = 0; col < image.width; ++col) result.At(row, col) = image.At(col, row);
+  return result;
+}
+
+struct Crossing {
+  Vector2d at = Vector2d::Zero();  // turned window
+  int points = 0;
+};
+
+// Of a nearly horizontal and a nearly vertical line (the latter in transposed coordinates).
+std::optional<Crossing> Cross(const LineSegment& across, const LineSegment& down) {
+  if (std::abs(across.slope + down.slope) > kPerpendicular) return std::nullopt;
+  double x = down.offset, y = across.offset;
+  for (int i = 0; i < 4; ++i) {  // slopes are small: converges at once
+    y = across.At(x);
+    x = down.At(y);
+  }
+  if (std::abs(x - across.middle) > across.reach || std::abs(y - down.middle) > down.reach)
+    return std::nullopt;
+  return Crossing{{x, y}, across.points + down.points};
+}
+
+// Crossings of one polarity, those with the most points first, none twice.
+std::vector<Crossing> Crossings(const std::vector<LineSegment>& across,
+                                const std::vector<LineSegment>& down, bool bright,
+                                double min_distance, size_t max_count) {
+  std::vector<Crossing> all;
+  for (const LineSegment& a : across)
+    for (const LineSegment& b : down) {
+      if (a.bright != bright || b.bright != bright) continue;
+      if (const auto crossing = Cross(a, b)) all.push_back(*crossing);
+    }
+  std::stable_sort(all.begin(), all.end(),
+                   [](const Crossing& a, const Crossing& b) { return a.points > b.points; });
+  std::vector<Crossing> kept;
+  for (const Crossing& crossing : all) {
+    if (kept.size() >= max_count) break;
+    const bool known = std::any_of(kept.begin(), kept.end(), [&](const Crossing& other) {
+      return (other.at - crossing.at).norm() < min_distance;
+    });
+    if (!known) kept.push_back(crossing);
+  }
+  return kept;
+}
+
+// How much the crossing looks like the drawing: the best coefficient within a pixel.
+double Score(const Image& image, const std::vector<MarkTemplate>& turns, const Vector2d& at,
+             double sign) {
+  double best = 0;
+  for (const MarkTemplate& t : turns) {
+    const Vector2d corner = (at - t.centre).array().round();
+    for (int dr = -1; dr <= 1; ++dr)
+      for (int dc = -1; dc <= 1; ++dc) {
+        const double ncc = sign * CorrelateAt(t.values, image, static_cast<int>(corner.x()) + dc,
+                                              static_cast<int>(corner.y()) + dr, 0.7);
+        if (ncc > best) best = ncc;
+      }
+  }
+  return best;
+}
+
+}  // namespace
+
+const CrossElement* CrossOf(const MarkShape& shape) {
+  const CrossElement* longest = nullptr;
+  for (const MarkElement& element : shape.drawing.elements) {
+    const auto* cross = std::get_if<CrossElement>(&element);
+    if (cross != nullptr && (longest == nullptr || cross->length_mm > longest->length_mm))
+      longest = cross;
+  }
+  return longest;
+}
+
+MarkCandidates LinesLocator::Find(ScanWindows& scan, const MarkShape& shape,
+                                  const MarkSearch& search) const {
+  const CrossElement* cross = CrossOf(shape);
+  const double pixel_mm = 1 / std::sqrt(std::abs(search.pixel_from_mm.determinant()));
+  MarkCandidates result;
+  result.searched_mm2 = search.window.width * pixel_mm * search.window.height * pixel_mm;
+  result.coarse_pixel_mm = pixel_mm;
+  if (cross == nullptr || search.window.width <= 0 || search.window.height <= 0) return result;
+  const double reduction = std::max(1.0, cross->width_mm / kPixelsOverStroke / pixel_mm);
+  const Matrix2d window_from_mm = search.pixel_from_mm / reduction;
+  result.coarse_pixel_mm = reduction * pixel_mm;
+  const double px_per_mm = 1 / result.coarse_pixel_mm;
+
+  const int reach = static_cast<int>(std::ceil((MarkRadius(shape) + 0.5) / pixel_mm)) + 1;
+  const ImageWindow& seen = scan.Read(Grow(search.window, reach), reduction);
+  const Image flat = RemoveBackground(seen.image, kBackgroundSigmaMm * px_per_mm);
+  const Turned turned = TurnWindow(flat, ArmAngle(*cross, window_from_mm));
+  LineSearch lines;
+  lines.length_px = cross->length_mm * px_per_mm;
+  lines.gap_px = cross->gap_mm * px_per_mm;
+  lines.width_px = cross->width_mm * px_per_mm;
+  const auto across = FindLineSegments(turned.image, lines);
+  const auto down = FindLineSegments(Transposed(turned.image), lines);
+
+  std::vector<MarkTemplate> turns;
+  RenderOptions render;
+  render.background_sigma_px = kBackgroundSigmaMm * px_per_mm;
+  for (const double turn : search.turns_rad)
+    turns.push_back(
+        RenderMark(shape, Eigen::Rotation2Dd(turn).toRotationMatrix() * window_from_mm, render));
+  const auto found = [&](bool bright) {
+    // More than asked for: their order is the one of the score.
+    const size_t looked_at = 3 * static_cast<size_t>(search.max_count);
+    std::vector<MarkCandidate> candidates;
+    for (const Crossing& crossing :
+         Crossings(across, down, bright, 2 * lines.width_px + 2, looked_at)) {
+      const Vector2d at = turned.ToWindow(crossing.at);
+      const double score = Score(flat, turns, at, bright ? 1.0 : -1.0);
+      if (score >= search.min_ncc) candidates.push_back({seen.RasterFromImage(at), score});
+    }
+    std::stable_sort(candidates.begin(), candidates.end(),
+                     [](const auto& a, const auto& b) { return a.ncc > b.ncc; });
+    if (candidates.size() > static_cast<size_t>(search.max_count))
+      candidates.resize(static_cast<size_t>(search.max_count));
+    return candidates;
+  };
+  result.bright = found(true);
+  result.dark = found(false);
+  return result;
+}
+
+}  // namespace orient

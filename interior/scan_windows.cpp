@@ -1,0 +1,18 @@
+#include "interior/scan_windows.h"
+
+namespace orient {
+
+const ImageWindow& ScanWindows::Read(const PixelWindow& w, double reduction) {
+  const Key key{w.col, w.row, w.width, w.height, reduction};
+  {
+    const std::lock_guard lock(mutex_);
+    const auto known = read_.find(key);
+    if (known != read_.end()) return known->second;
+  }
+  // The raster has its own lock: others may work on what they have meanwhile.
+  ImageWindow window = scan_.ReadGrey(w, reduction);
+  const std::lock_guard lock(mutex_);
+  return read_.try_emplace(key, std::move(window)).first->second;
+}
+
+}  // namespace orient

@@ -1,0 +1,26 @@
+// Masked correlation over a search window, coarse to fine: what hough and ncc share.
+#pragma once
+
+#include <functional>
+
+#include "interior/locator.h"
+
+namespace orient {
+
+// The mark as a template at one size and turn.
+using TemplateMaker = std::function<MarkTemplate(const Eigen::Matrix2d& pixel_from_mm)>;
+
+// The window is read once, area-averaged to about 32 pixels over the mark; slow brightness is taken
+// away, so that a dark corner's edge does not outshine a faint mark. Half that resolution is
+// correlated everywhere, the best places of either polarity are looked at again with all turns.
+MarkCandidates SearchTemplate(ScanWindows& scan, const MarkShape& shape, const MarkSearch& search,
+                              const TemplateMaker& make);
+
+// One coefficient of a masked template with its upper-left corner at an image's pixel; NaN where it
+// leaves the image, less than `min_valid` of it meet data, or a side is flat.
+double CorrelateAt(const Image& templ, const Image& image, int col, int row, double min_valid);
+
+// The part of the window and what the mark's arms need around it.
+PixelWindow Grow(const PixelWindow& window, int by);
+
+}  // namespace orient
