@@ -54,7 +54,10 @@ class Reader {
         camera_(camera),
         shapes_(shapes),
         rectangle_(RectangleOfMarks(camera.fiducials)),
-        scan_px_(scan.Width(), scan.Height()) {}
+        scan_px_(scan.Width(), scan.Height()) {
+    for (const LocatorKind kind : {LocatorKind::kHough, LocatorKind::kNcc, LocatorKind::kLines})
+      locators_[kind] = MakeLocator(kind);
+  }
 
   // Readings of one setting: both polarities, both kinds of scanner, unless the user named one.
   std::vector<FilmReading> Read(const Setting& setting, const InteriorOptions& options) {
@@ -112,8 +115,8 @@ class Reader {
       if (searched_.try_emplace(place.key).second) fresh.push_back(&place);
     tbb::parallel_for(size_t{0}, fresh.size(), [&](size_t i) {
       const Place& place = *fresh[i];
-      const auto locator = MakeLocator(LocatorFor(*place.shape, locator_));
-      searched_.at(place.key) = locator->Find(windows_, *place.shape, place.search);
+      const Locator& locator = *locators_.at(LocatorFor(*place.shape, locator_));
+      searched_.at(place.key) = locator.Find(windows_, *place.shape, place.search);
     });
     std::vector<MarkCandidates> found;
     found.reserve(places.size());
@@ -156,6 +159,7 @@ class Reader {
 
   ScanWindows windows_;
   std::optional<LocatorKind> locator_;
+  std::map<LocatorKind, std::unique_ptr<Locator>> locators_;
   const CameraFile& camera_;
   const MarkShapes& shapes_;
   MarkRectangle rectangle_;

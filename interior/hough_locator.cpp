@@ -54,7 +54,7 @@ MarkTemplate SkeletonTemplate(const MarkShape& shape, const Matrix2d& pixel_from
 MarkCandidates HoughLocator::Find(ScanWindows& scan, const MarkShape& shape,
                                   const MarkSearch& search) const {
   if (shape.picture) return {};
-  return SearchTemplate(scan, shape, search, [&](const Matrix2d& pixel_from_mm) {
+  return search_.Find(scan, shape, search, [&](const Matrix2d& pixel_from_mm) {
     return SkeletonTemplate(shape, pixel_from_mm);
   });
 }

@@ -8,7 +8,7 @@
 // bright clutter.
 #pragma once
 
-#include "interior/locator.h"
+#include "interior/template_search.h"
 
 namespace orient {
 
@@ -17,6 +17,9 @@ class HoughLocator : public Locator {
   // A mark with a picture has no strokes: nothing is found.
   MarkCandidates Find(ScanWindows& scan, const MarkShape& shape,
                       const MarkSearch& search) const override;
+
+ private:
+  TemplateSearch search_;
 };
 
 // 1 on the strokes' middle lines, 0 on the neighbourhood, NaN elsewhere; middle lines and

@@ -38,7 +38,8 @@ struct MarkSearch {
 class Locator {
  public:
   virtual ~Locator() = default;
-  // Candidates, best first. May be called from several threads.
+  // Candidates, best first. May be called from several threads. `shape` must outlive the locator,
+  // which keeps what it rendered of it.
   virtual MarkCandidates Find(ScanWindows& scan, const MarkShape& shape,
                               const MarkSearch& search) const = 0;
 };

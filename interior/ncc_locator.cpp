@@ -9,7 +9,7 @@ namespace orient {
 
 MarkCandidates NccLocator::Find(ScanWindows& scan, const MarkShape& shape,
                                 const MarkSearch& search) const {
-  return SearchTemplate(scan, shape, search, [&](const Eigen::Matrix2d& pixel_from_mm) {
+  return search_.Find(scan, shape, search, [&](const Eigen::Matrix2d& pixel_from_mm) {
     RenderOptions render;
     render.background_sigma_px =
         kBackgroundSigmaMm * std::sqrt(std::abs(pixel_from_mm.determinant()));

@@ -2,7 +2,7 @@
 // Karabork, Yildiz & Yakar 2004), in several small turns of the film.
 #pragma once
 
-#include "interior/locator.h"
+#include "interior/template_search.h"
 
 namespace orient {
 
@@ -10,6 +10,9 @@ class NccLocator : public Locator {
  public:
   MarkCandidates Find(ScanWindows& scan, const MarkShape& shape,
                       const MarkSearch& search) const override;
+
+ private:
+  TemplateSearch search_;
 };
 
 }  // namespace orient

@@ -201,25 +201,42 @@ double CorrelateAt(const Image& templ, const Image& image, int col, int row, dou
   return (ti - t * i / n) / std::sqrt(var_t * var_i);
 }
 
-MarkCandidates SearchTemplate(ScanWindows& scan, const MarkShape& shape, const MarkSearch& search,
-                              const TemplateMaker& make) {
+const TemplateSearch::Templates& TemplateSearch::TemplatesFor(const MarkShape& shape,
+                                                              const MarkSearch& search,
+                                                              const TemplateMaker& make) const {
+  const Matrix2d& m = search.pixel_from_mm;
+  Key key{&shape, {m(0, 0), m(0, 1), m(1, 0), m(1, 1)}};
+  key.second.insert(key.second.end(), search.turns_rad.begin(), search.turns_rad.end());
+  const std::lock_guard lock(mutex_);
+  const auto [entry, fresh] = made_.try_emplace(key);
+  Templates& templates = entry->second;
+  if (!fresh) return templates;
+  templates.reduction = FineReduction(shape, MmOfPixel(m));
+  templates.turns = MakeTurns(make, m / templates.reduction, search.turns_rad);
+  const double half_over_mark = MarkRadius(shape) / (templates.reduction * MmOfPixel(m));
+  if (half_over_mark >= kFewestPixelsOverMark)
+    templates.half = {make(m / (2 * templates.reduction))};
+  return templates;
+}
+
+MarkCandidates TemplateSearch::Find(ScanWindows& scan, const MarkShape& shape,
+                                    const MarkSearch& search, const TemplateMaker& make) const {
   const double pixel_mm = MmOfPixel(search.pixel_from_mm);
-  const double reduction = FineReduction(shape, pixel_mm);
   MarkCandidates result;
-  result.coarse_pixel_mm = reduction * pixel_mm;
   result.searched_mm2 = search.window.width * pixel_mm * search.window.height * pixel_mm;
+  result.coarse_pixel_mm = pixel_mm;
   if (search.turns_rad.empty() || search.window.width <= 0 || search.window.height <= 0)
     return result;
-  const auto turns = MakeTurns(make, search.pixel_from_mm / reduction, search.turns_rad);
-  const int reach = static_cast<int>(std::ceil(turns[0].centre.x() * reduction)) + 1;
-  const ImageWindow& seen = scan.Read(Grow(search.window, reach), reduction);
+  const Templates& templates = TemplatesFor(shape, search, make);
+  const std::vector<MarkTemplate>& turns = templates.turns;
+  result.coarse_pixel_mm = templates.reduction * pixel_mm;
+  const int reach = static_cast<int>(std::ceil(turns[0].centre.x() * templates.reduction)) + 1;
+  const ImageWindow& seen = scan.Read(Grow(search.window, reach), templates.reduction);
   const Image flat = RemoveBackground(seen.image, kBackgroundSigmaMm / result.coarse_pixel_mm);
 
   // A clear mark answers again where ring and arms overlap themselves: no place of its own.
   const double distance = 1.2 * MarkRadius(shape) / result.coarse_pixel_mm;
-  const auto max_count = static_cast<size_t>(search.max_count);
-  const double halved_over_mark = MarkRadius(shape) / result.coarse_pixel_mm;
-  if (halved_over_mark < kFewestPixelsOverMark) {
+  if (templates.half.empty()) {
     const Scores scores = CorrelateTurns(flat, turns);
     const auto peaks = [&](const Image& image) {
       return AsCandidates(
@@ -229,18 +246,17 @@ MarkCandidates SearchTemplate(ScanWindows& scan, const MarkShape& shape, const M
     result.dark = peaks(scores.dark);
     return result;
   }
-
-  const std::vector<MarkTemplate> half = {make(search.pixel_from_mm / (2 * reduction))};
-  const Scores scores = CorrelateTurns(ReduceBy(flat, 2), half);
+  const Scores scores = CorrelateTurns(ReduceBy(flat, 2), templates.half);
   const auto refined = [&](const Image& coarse, float sign) {
     // More places than asked for, as their order may change.
     const int looked_at = search.max_count + search.max_count / 2;
-    std::vector<Peak> peaks =
-        CentrePeaks(coarse, half[0].centre, looked_at, 0.4 * distance, 0.5 * search.min_ncc);
+    std::vector<Peak> peaks = CentrePeaks(coarse, templates.half[0].centre, looked_at,
+                                          0.4 * distance, 0.5 * search.min_ncc);
     const Refiner refiner(flat, turns, sign);
     for (Peak& peak : peaks) peak = refiner.Refine(2 * peak.position);
     std::erase_if(peaks, [&](const Peak& peak) { return peak.score < search.min_ncc; });
-    return AsCandidates(WithoutDoubles(std::move(peaks), distance, max_count), seen);
+    return AsCandidates(
+        WithoutDoubles(std::move(peaks), distance, static_cast<size_t>(search.max_count)), seen);
   };
   result.bright = refined(scores.bright, 1.0f);
   result.dark = refined(scores.dark, -1.0f);

@@ -2,6 +2,10 @@
 #pragma once
 
 #include <functional>
+#include <map>
+#include <mutex>
+#include <utility>
+#include <vector>
 
 #include "interior/locator.h"
 
@@ -13,8 +17,27 @@ using TemplateMaker = std::function<MarkTemplate(const Eigen::Matrix2d& pixel_fr
 // The window is read once, area-averaged to about 32 pixels over the mark; slow brightness is taken
 // away, so that a dark corner's edge does not outshine a faint mark. Half that resolution is
 // correlated everywhere, the best places of either polarity are looked at again with all turns.
-MarkCandidates SearchTemplate(ScanWindows& scan, const MarkShape& shape, const MarkSearch& search,
-                              const TemplateMaker& make);
+class TemplateSearch {
+ public:
+  MarkCandidates Find(ScanWindows& scan, const MarkShape& shape, const MarkSearch& search,
+                      const TemplateMaker& make) const;
+
+ private:
+  struct Templates {
+    double reduction = 1;             // scan pixels per pixel of `turns`
+    std::vector<MarkTemplate> turns;  // as the search names them
+    std::vector<MarkTemplate> half;   // upright, at half the resolution; empty for small marks
+  };
+  // Drawing, size and turns.
+  using Key = std::pair<const MarkShape*, std::vector<double>>;
+
+  const Templates& TemplatesFor(const MarkShape& shape, const MarkSearch& search,
+                                const TemplateMaker& make) const;
+
+  // A camera's marks mostly share one drawing: it is rendered once.
+  mutable std::mutex mutex_;
+  mutable std::map<Key, Templates> made_;
+};
 
 // One coefficient of a masked template with its upper-left corner at an image's pixel; NaN where it
 // leaves the image, less than `min_valid` of it meet data, or a side is flat.
