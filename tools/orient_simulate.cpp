@@ -73,12 +73,15 @@ void SimulateCommand::SetupScans(CLI::App& app) {
   const auto add = [&](const char* name, auto& value, const char* help) {
     return app.add_option(name, value, help)->capture_default_str()->group("Camera and scans");
   };
-  const std::map<std::string, CameraPreset> presets = {{"demo", CameraPreset::kDemo},
-                                                       {"rc10", CameraPreset::kRc10},
-                                                       {"rc30", CameraPreset::kRc30},
-                                                       {"digital", CameraPreset::kDigital}};
-  AddNamed(app, "--camera-preset", &options_.camera, presets,
-           "demo (6 cm film), rc10, rc30 (23 cm film) or digital")
+  const std::map<std::string, CameraPreset> presets = {
+      {"demo", CameraPreset::kDemo},     {"rc10", CameraPreset::kRc10},
+      {"rc30", CameraPreset::kRc30},     {"lmk", CameraPreset::kLmk},
+      {"umk", CameraPreset::kUmk},       {"p31", CameraPreset::kP31},
+      {"reseau", CameraPreset::kReseau}, {"digital", CameraPreset::kDigital}};
+  AddNamed(
+      app, "--camera-preset", &options_.camera, presets,
+      "demo (6 cm film), rc10, rc30, lmk (23 cm), umk (13 x 18 cm), p31, reseau (crosses in the "
+      "picture) or digital")
       ->default_str("demo")
       ->group("Camera and scans");
   app.add_option("--pixel-size-um", options_.pixel_size_um, "Of the scans; default the preset's")

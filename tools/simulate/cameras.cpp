@@ -10,22 +10,37 @@ using Eigen::Vector2d;
 
 constexpr double kPastFilm_mm = 0.55;  // of the scanner's bed around the film
 
-// Scan of a film: the film and a little of what holds it.
+// Scan of a film: the film and a little of what holds it. The rebate is equally wide on all sides.
 void SetFilm(double film_half_mm, double pixel_size_mm, SimulatedCamera* camera) {
   camera->pixel_size_mm = pixel_size_mm;
   camera->film_half_mm = film_half_mm;
-  camera->width_px = static_cast<int>(std::ceil(2 * (film_half_mm + kPastFilm_mm) / pixel_size_mm));
-  camera->height_px = camera->width_px;
+  const Vector2d half = 0.5 * camera->file.camera.frame_mm;
+  const Vector2d film = half.array() + (film_half_mm - half.maxCoeff() + kPastFilm_mm);
+  camera->width_px = static_cast<int>(std::ceil(2 * film.x() / pixel_size_mm));
+  camera->height_px = static_cast<int>(std::ceil(2 * film.y() / pixel_size_mm));
 }
 
-void AddMark(const char* id, const Vector2d& position_mm, bool symbols, CameraFile* file) {
-  Fiducial fiducial{id, position_mm, "mark", std::nullopt};
-  if (symbols) {
-    const double inwards = position_mm.x() > 0 ? -1 : 1;
-    fiducial.symbol = MarkSymbol{SymbolKind::kLines, static_cast<int>(file->fiducials.size()) + 1,
-                                 Vector2d(1.9 * inwards, 0), Vector2d(0.4 * inwards, 0)};
+void AddMark(const char* id, const Vector2d& position_mm, CameraFile* file) {
+  file->fiducials.push_back({id, position_mm, "mark", std::nullopt});
+}
+
+// Symbols in the rebate: lines outwards of marks 1 to 4, dots along the side beside marks 5 to 8.
+void NumberMarks(double first_mm, double step_mm, CameraFile* file) {
+  for (size_t i = 0; i < file->fiducials.size(); ++i) {
+    Fiducial& fiducial = file->fiducials[i];
+    const int count = static_cast<int>(i % 4) + 1;
+    if (i < 4) {
+      const Vector2d outwards(fiducial.position_mm.x() > 0 ? 1 : -1, 0);
+      fiducial.symbol =
+          MarkSymbol{SymbolKind::kLines, count, first_mm * outwards, step_mm * outwards};
+    } else {
+      const bool on_left_or_right =
+          std::abs(fiducial.position_mm.x()) > std::abs(fiducial.position_mm.y());
+      const Vector2d along = on_left_or_right ? Vector2d(0, 1) : Vector2d(1, 0);
+      fiducial.symbol =
+          MarkSymbol{SymbolKind::kDots, count, first_mm * along, 1.5 * step_mm * along};
+    }
   }
-  file->fiducials.push_back(fiducial);
 }
 
 SimulatedCamera Demo(const SimulationOptions& options) {
@@ -38,10 +53,11 @@ SimulatedCamera Demo(const SimulationOptions& options) {
   geometry.lens = BrownDistortion{{-1.1e-7, 2.4e-11, 0}, {1.5e-7, -0.8e-7}};
   camera.file.marks["mark"].elements = {CrossElement{2.0, 0.10, 0.5, 0}, DotElement{0.2},
                                         CircleElement{1.3, 0.08}};
-  AddMark("1", {-26.204, 26.197}, options.mark_symbols, &camera.file);
-  AddMark("2", {26.201, 26.203}, options.mark_symbols, &camera.file);
-  AddMark("3", {26.196, -26.202}, options.mark_symbols, &camera.file);
-  AddMark("4", {-26.199, -26.198}, options.mark_symbols, &camera.file);
+  AddMark("1", {-26.204, 26.197}, &camera.file);
+  AddMark("2", {26.201, 26.203}, &camera.file);
+  AddMark("3", {26.196, -26.202}, &camera.file);
+  AddMark("4", {-26.199, -26.198}, &camera.file);
+  if (options.mark_symbols) NumberMarks(2.3, 0.35, &camera.file);
   SetFilm(30.2, options.pixel_size_um.value_or(25) * 1e-3, &camera);
   return camera;
 }
@@ -58,17 +74,82 @@ SimulatedCamera Wild(const SimulationOptions& options, bool rc30) {
   camera.file.marks["mark"].elements = {
       CrossElement{2.4, 0.10, 0.6, rc30 ? 0 : std::numbers::pi / 4}, DotElement{0.15},
       CircleElement{1.6, 0.08}};
-  AddMark("1", {-106.004, -106.001}, options.mark_symbols, &camera.file);
-  AddMark("2", {105.998, 105.999}, options.mark_symbols, &camera.file);
-  AddMark("3", {-106.002, 106.005}, options.mark_symbols, &camera.file);
-  AddMark("4", {106.003, -106.002}, options.mark_symbols, &camera.file);
+  AddMark("1", {-106.004, -106.001}, &camera.file);
+  AddMark("2", {105.998, 105.999}, &camera.file);
+  AddMark("3", {-106.002, 106.005}, &camera.file);
+  AddMark("4", {106.003, -106.002}, &camera.file);
   if (rc30) {
-    AddMark("5", {-110.003, 0.002}, options.mark_symbols, &camera.file);
-    AddMark("6", {110.001, -0.001}, options.mark_symbols, &camera.file);
-    AddMark("7", {0.002, 110.004}, options.mark_symbols, &camera.file);
-    AddMark("8", {-0.001, -110.002}, options.mark_symbols, &camera.file);
+    AddMark("5", {-110.003, 0.002}, &camera.file);
+    AddMark("6", {110.001, -0.001}, &camera.file);
+    AddMark("7", {0.002, 110.004}, &camera.file);
+    AddMark("8", {-0.001, -110.002}, &camera.file);
   }
+  if (options.mark_symbols) NumberMarks(1.9, 0.4, &camera.file);
   SetFilm(115, options.pixel_size_um.value_or(50) * 1e-3, &camera);
+  return camera;
+}
+
+// 23 cm film with marks in the middle of the sides; the data strip and an exposed tongue in the
+// rebate tell how the film lies.
+SimulatedCamera Lmk(const SimulationOptions& options) {
+  SimulatedCamera camera;
+  Camera& geometry = camera.file.camera;
+  geometry.name = "Simulated Zeiss LMK";
+  geometry.principal_distance_mm = 152.011;
+  geometry.principal_point_mm = {-0.007, 0.004};
+  geometry.frame_mm = {222, 222};
+  camera.file.marks["mark"].elements = {CrossElement{2.2, 0.08, 0.4, 0}, DotElement{0.1}};
+  AddMark("1", {-113.502, 0.001}, &camera.file);
+  AddMark("2", {-0.003, 113.498}, &camera.file);
+  AddMark("3", {113.499, -0.002}, &camera.file);
+  AddMark("4", {0.002, -113.503}, &camera.file);
+  camera.file.data_strip = FrameSide::kLeft;
+  camera.file.border = {{BorderSign::kBright, {40, 111}, {47, 114}}};
+  SetFilm(119, options.pixel_size_um.value_or(50) * 1e-3, &camera);
+  return camera;
+}
+
+// A 13 x 18 cm terrestrial camera, marks in the middle of the sides.
+SimulatedCamera Umk(const SimulationOptions& options) {
+  SimulatedCamera camera;
+  Camera& geometry = camera.file.camera;
+  geometry.name = "Simulated Zeiss UMK";
+  geometry.principal_distance_mm = 99.147;
+  geometry.principal_point_mm = {0.004, 0.011};
+  geometry.frame_mm = {166, 120};
+  camera.file.marks["mark"].elements = {CrossElement{1.6, 0.06, 0.3, 0}, CircleElement{1.0, 0.05}};
+  AddMark("1", {-81.001, 0.002}, &camera.file);
+  AddMark("2", {0.001, 58.003}, &camera.file);
+  AddMark("3", {80.998, -0.001}, &camera.file);
+  AddMark("4", {-0.002, -57.999}, &camera.file);
+  SetFilm(88, options.pixel_size_um.value_or(50) * 1e-3, &camera);
+  return camera;
+}
+
+// Thin bright crosses in the picture itself: the P31's five (Jiang, Zhang & Li), or a grid.
+SimulatedCamera InPicture(const SimulationOptions& options, bool reseau) {
+  SimulatedCamera camera;
+  Camera& geometry = camera.file.camera;
+  geometry.name = reseau ? "Simulated reseau camera" : "Simulated Wild P31";
+  geometry.principal_distance_mm = reseau ? 50.417 : 99.123;
+  geometry.frame_mm = reseau ? Vector2d(60, 60) : Vector2d(119, 91);
+  MarkDrawing& drawing = camera.file.marks["mark"];
+  drawing.elements = {CrossElement{reseau ? 1.2 : 2.4, reseau ? 0.04 : 0.06, 0, 0}};
+  drawing.background = MarkBackground::kImage;
+  if (reseau) {
+    for (int row = -5; row <= 5; ++row)
+      for (int col = -5; col <= 5; ++col)
+        AddMark((std::to_string(col + 6) + "/" + std::to_string(row + 6)).c_str(),
+                {5.0 * col, 5.0 * row}, &camera.file);
+  } else {
+    AddMark("1", {0, 42.504}, &camera.file);
+    AddMark("2", {-57.494, 15}, &camera.file);
+    AddMark("3", {0.002, -42.498}, &camera.file);
+    AddMark("4", {57.496, 15}, &camera.file);
+    AddMark("5", {0, 15}, &camera.file);
+  }
+  SetFilm(0.5 * geometry.frame_mm.maxCoeff() + 2, options.pixel_size_um.value_or(25) * 1e-3,
+          &camera);
   return camera;
 }
 
@@ -99,6 +180,14 @@ SimulatedCamera NewCamera(const SimulationOptions& options) {
       return Wild(options, false);
     case CameraPreset::kRc30:
       return Wild(options, true);
+    case CameraPreset::kLmk:
+      return Lmk(options);
+    case CameraPreset::kUmk:
+      return Umk(options);
+    case CameraPreset::kP31:
+      return InPicture(options, false);
+    case CameraPreset::kReseau:
+      return InPicture(options, true);
     case CameraPreset::kDigital:
       return Digital("Simulated digital frame camera", {53.4, 40.0}, 70.3,
                      options.pixel_size_um.value_or(20) * 1e-3);

@@ -9,11 +9,11 @@ namespace {
 
 using Eigen::Vector2d;
 
-constexpr float kRebate = 0.06f;   // unexposed film beside the frame, on the positive
-constexpr float kHolder = 0.015f;  // what the scanner sees beyond the film
-constexpr float kMark = 0.92f;
-constexpr float kText = 0.75f;
-constexpr double kSymbolReach_mm = 7;    // no symbol reaches farther from its mark
+constexpr float kRebate = 0.06f;       // unexposed film beside the frame, on the positive
+constexpr float kHolder = 0.015f;      // what the scanner sees beyond the film
+constexpr float kTextOfMark = 0.8f;    // the text's contrast, as a share of the marks'
+constexpr double kSymbolReach_mm = 7;  // no symbol reaches farther from its mark
+const Vector2d kSymbolAt_mm(2.4, 0), kSymbolStep_mm(0.5, 0);  // where the camera file does not say
 constexpr double kMarkPadding_mm = 0.6;  // dark around a mark whose background is dark
 
 // The film's characteristic curve: a toe, a straight part and a shoulder.
@@ -43,7 +43,7 @@ bool InGlyph(std::uint32_t glyph, double u, double v) {
 // The data strip runs along the photo's left side, read from the bottom up.
 bool InDataStrip(const FilmFrame& film, const Vector2d& photo) {
   const Camera& camera = film.camera.camera;
-  const double room = film.film_half_mm - 0.5 * camera.frame_mm.x();
+  const double room = film.film_half_mm - 0.5 * camera.frame_mm.maxCoeff();
   const double size = 0.55 * room;  // of a character
   const double across = camera.frame_centre_mm.x() - 0.5 * camera.frame_mm.x() - photo.x();
   const double along = photo.y() - camera.frame_centre_mm.y() + 0.38 * camera.frame_mm.y();
@@ -52,6 +52,9 @@ bool InDataStrip(const FilmFrame& film, const Vector2d& photo) {
   if (along < 0 || along > 0.76 * camera.frame_mm.y()) return false;
   const std::uint32_t glyph = Hash(film.seed, letter);
   if (Unit(Mix(glyph)) < 0.22f) return false;  // a space between words
+  constexpr double kClearOfMarks_mm = 8;
+  for (const Fiducial& fiducial : film.camera.fiducials)
+    if ((fiducial.position_mm - photo).norm() < kClearOfMarks_mm) return false;
   const double v = (0.75 * room - across) / size;
   return InGlyph(glyph | 2u, along / pitch - letter, 1 - v);
 }
@@ -74,24 +77,44 @@ bool InElement(const MarkElement& element, const Vector2d& at) {
   return SignedDistance(element, at) <= 0;
 }
 
+// The rebate is equally wide on all sides of the frame.
+Vector2d FilmHalf(const FilmFrame& film) {
+  const Vector2d half = 0.5 * film.camera.camera.frame_mm;
+  return half.array() + (film.film_half_mm - half.maxCoeff());
+}
+
+// The tone of what the camera file says of the border, else `tone`.
+float BorderTone(const FilmFrame& film, const Vector2d& photo, float tone) {
+  for (const BorderFeature& feature : film.camera.border) {
+    const bool inside =
+        (photo - feature.from_mm).minCoeff() >= 0 && (feature.to_mm - photo).minCoeff() >= 0;
+    if (inside && feature.shows == BorderSign::kDark) return kRebate;
+    if (inside && feature.shows == BorderSign::kBright) return film.mark_tone;
+  }
+  return tone;
+}
+
 // The rebate, the film's edge and the text, pixel by pixel.
-void DrawRebate(const FilmFrame& film, const ScanGeometry& scan, Image* image) {
+void DrawRebate(const FilmFrame& film, const ScanGeometry& scan, const Eigen::Vector2i& origin,
+                Image* image) {
+  const float text = kRebate + kTextOfMark * (film.mark_tone - kRebate);
   const Camera& camera = film.camera.camera;
   const double pixel = scan.Setup().pixel_size_mm;
   tbb::parallel_for(0, image->height, [&](int row) {
     for (int col = 0; col < image->width; ++col) {
-      const Vector2d photo = scan.PhotoFromPixel(Vector2d(col + 0.5, row + 0.5));
+      const Vector2d photo =
+          scan.PhotoFromPixel(origin.cast<double>() + Vector2d(col + 0.5, row + 0.5));
       const Vector2d from_centre = (photo - camera.frame_centre_mm).cwiseAbs();
       const double in_frame = (0.5 * camera.frame_mm - from_centre).minCoeff();
       float& value = image->At(col, row);
-      const float picture = Exposed(value);
+      const float picture = BorderTone(film, photo, Exposed(value));
       if (in_frame > pixel) {
         value = picture;
         continue;
       }
-      float rebate = kRebate;
-      if (film.data_strip && InDataStrip(film, photo)) rebate = kText;
-      const float on_film = Inside(film.film_half_mm - from_centre.maxCoeff(), pixel);
+      float rebate = BorderTone(film, photo, kRebate);
+      if (film.data_strip && InDataStrip(film, photo)) rebate = text;
+      const float on_film = Inside((FilmHalf(film) - from_centre).minCoeff(), pixel);
       rebate = kHolder + (rebate - kHolder) * on_film;
       value = rebate + (picture - rebate) * Inside(in_frame, pixel);
     }
@@ -116,14 +139,26 @@ Vector2d Sample(int i) { return {(i + 0.5) / kSamples, (34 * i % kSamples + 0.5)
 
 // Brightness 1 is the mark's tone, 0 what surrounds it and -1 black.
 float MarkTone(const Fiducial& fiducial, const MarkDrawing& drawing, const Vector2d& at,
-               float around) {
-  if (fiducial.symbol && InSymbol(*fiducial.symbol, at)) return kMark;
+               float bright, float around) {
+  if (fiducial.symbol && InSymbol(*fiducial.symbol, at)) return bright;
   const auto brightness = static_cast<float>(MarkBrightness(drawing, at));
-  return std::max(brightness, 0.0f) * kMark + (1 - std::abs(brightness)) * around;
+  return std::max(brightness, 0.0f) * bright + (1 - std::abs(brightness)) * around;
+}
+
+// Whether a pixel may show part of the mark, its dark surroundings or its symbol.
+bool MayShow(const Fiducial& fiducial, double padding, double pixel, const Vector2d& at) {
+  if (at.cwiseAbs().maxCoeff() < padding + 2 * pixel) return true;
+  if (!fiducial.symbol) return false;
+  const Vector2d from_first = at - fiducial.symbol->at_mm.value_or(kSymbolAt_mm);
+  const Vector2d step = fiducial.symbol->step_mm.value_or(kSymbolStep_mm);
+  const double along = std::clamp(from_first.dot(step) / step.squaredNorm(), 0.0,
+                                  static_cast<double>(fiducial.symbol->count));
+  return (from_first - along * step).norm() < 0.7 + 2 * pixel;
 }
 
 // One mark, its dark surroundings and its symbol.
-void DrawMark(const FilmFrame& film, size_t index, const ScanGeometry& scan, Image* image) {
+void DrawMark(const FilmFrame& film, size_t index, const ScanGeometry& scan,
+              const Eigen::Vector2i& origin, Image* image) {
   const Fiducial& fiducial = film.camera.fiducials[index];
   const MarkDrawing& drawing = film.camera.marks.at(fiducial.mark);
   const bool dark = drawing.background == MarkBackground::kDark;
@@ -131,7 +166,8 @@ void DrawMark(const FilmFrame& film, size_t index, const ScanGeometry& scan, Ima
   const double padding = MarkRadius(drawing) + kMarkPadding_mm;
   const double pixel = scan.Setup().pixel_size_mm;
   const double reach = (fiducial.symbol ? kSymbolReach_mm : 1.45 * padding) + pixel;
-  const Vector2d centre = scan.PixelFromPhoto(fiducial.position_mm);
+  const Vector2d corner = origin.cast<double>();
+  const Vector2d centre = scan.PixelFromPhoto(fiducial.position_mm) - corner;
   const int reach_px = static_cast<int>(std::ceil(reach / pixel)) + 1;
   const int col0 = std::max(0, static_cast<int>(centre.x()) - reach_px);
   const int row0 = std::max(0, static_cast<int>(centre.y()) - reach_px);
@@ -139,14 +175,18 @@ void DrawMark(const FilmFrame& film, size_t index, const ScanGeometry& scan, Ima
   const int row1 = std::min(image->height - 1, static_cast<int>(centre.y()) + reach_px);
   tbb::parallel_for(row0, row1 + 1, [&](int row) {
     for (int col = col0; col <= col1; ++col) {
+      const Vector2d middle =
+          scan.PhotoFromPixel(corner + Vector2d(col + 0.5, row + 0.5)) - fiducial.position_mm;
+      if (!MayShow(fiducial, padding, pixel, middle)) continue;
       const float below = image->At(col, row);
       float sum = 0;
       for (int i = 0; i < kSamples; ++i) {
         const Vector2d offset = Sample(i);
-        const Vector2d at = scan.PhotoFromPixel(Vector2d(col, row) + offset) - fiducial.position_mm;
+        const Vector2d at =
+            scan.PhotoFromPixel(corner + Vector2d(col, row) + offset) - fiducial.position_mm;
         const bool padded = dark && at.cwiseAbs().maxCoeff() < padding;
         const float around = padded ? PaddingTone(film, index, at) : below;
-        sum += visible ? MarkTone(fiducial, drawing, at, around) : around;
+        sum += visible ? MarkTone(fiducial, drawing, at, film.mark_tone, around) : around;
       }
       image->At(col, row) = sum / kSamples;
     }
@@ -171,8 +211,8 @@ double MarkBrightness(const MarkDrawing& drawing, const Vector2d& at_mm) {
 
 bool InSymbol(const MarkSymbol& symbol, const Vector2d& at_mm) {
   constexpr double kBarLength_mm = 1.0, kBarWidth_mm = 0.15, kDotDiameter_mm = 0.35;
-  const Vector2d first = symbol.at_mm.value_or(Vector2d(2.4, 0));
-  const Vector2d step = symbol.step_mm.value_or(Vector2d(0.5, 0));
+  const Vector2d first = symbol.at_mm.value_or(kSymbolAt_mm);
+  const Vector2d step = symbol.step_mm.value_or(kSymbolStep_mm);
   const Vector2d along = step.normalized();
   for (int i = 0; i < symbol.count; ++i) {
     const Vector2d d = at_mm - first - i * step;
@@ -186,10 +226,11 @@ bool InSymbol(const MarkSymbol& symbol, const Vector2d& at_mm) {
   return false;
 }
 
-void DrawFilm(const FilmFrame& film, const ScanGeometry& scan, Image* image) {
-  DrawRebate(film, scan, image);
+void DrawFilm(const FilmFrame& film, const ScanGeometry& scan, Image* image,
+              const Eigen::Vector2i& origin) {
+  DrawRebate(film, scan, origin, image);
   for (size_t index = 0; index < film.camera.fiducials.size(); ++index)
-    DrawMark(film, index, scan, image);
+    DrawMark(film, index, scan, origin, image);
 }
 
 }  // namespace orient::simulation

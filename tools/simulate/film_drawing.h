@@ -17,6 +17,7 @@ struct FilmFrame {
   double film_half_mm = 0;                // the film's edge, from the frame's centre
   std::vector<MarkCondition> conditions;  // one a fiducial
   bool data_strip = true;                 // text beside the frame, on the photo's left side
+  float mark_tone = 0.92f;                // of marks, symbols and text's brightest; 0.06 is rebate
   std::uint32_t seed = 1;
 };
 
@@ -30,6 +31,8 @@ double MarkBrightness(const MarkDrawing& drawing, const Eigen::Vector2d& at_mm);
 bool InSymbol(const MarkSymbol& symbol, const Eigen::Vector2d& at_mm);
 
 // Turns the scene's tones into the positive (0 black, 1 white) and draws the film around them.
-void DrawFilm(const FilmFrame& film, const ScanGeometry& scan, Image* image);
+// `image` shows the scan from its pixel `origin` on; by default all of it.
+void DrawFilm(const FilmFrame& film, const ScanGeometry& scan, Image* image,
+              const Eigen::Vector2i& origin = Eigen::Vector2i::Zero());
 
 }  // namespace orient::simulation

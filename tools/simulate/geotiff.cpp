@@ -74,4 +74,50 @@ void WriteFloatTiff(const std::string& path, int width, int height,
   WriteTiff(path, width, height, values.data(), GDT_Float32, GDT_Float32, std::nullopt, reference);
 }
 
+struct SparseTiff::Impl {
+  std::string path;
+  Shape shape;
+  std::unique_ptr<GDALDataset, CloseDataset> dataset;
+};
+
+SparseTiff::SparseTiff(const std::string& path, const Shape& shape, double pixel_size_mm)
+    : impl_(std::make_unique<Impl>()) {
+  GDALAllRegister();
+  GDALDriver* driver = GetGDALDriverManager()->GetDriverByName("GTiff");
+  if (driver == nullptr) throw InputError(path + ": this GDAL cannot write GeoTIFF");
+  const char* tiling[] = {"TILED=YES",
+                          "BLOCKXSIZE=256",
+                          "BLOCKYSIZE=256",
+                          "SPARSE_OK=TRUE",
+                          shape.bands == 3 ? "PHOTOMETRIC=RGB" : "PHOTOMETRIC=MINISBLACK",
+                          nullptr};
+  impl_->path = path;
+  impl_->shape = shape;
+  impl_->dataset.reset(driver->Create((path + ".partial").c_str(), shape.width, shape.height,
+                                      shape.bands, shape.bits == 16 ? GDT_UInt16 : GDT_Byte,
+                                      const_cast<char**>(tiling)));
+  if (impl_->dataset == nullptr) Fail(path);
+  SetResolution(pixel_size_mm, impl_->dataset.get());
+  CPLErrorReset();
+}
+
+SparseTiff::~SparseTiff() = default;
+
+void SparseTiff::Write(const Eigen::Vector2i& origin, const Eigen::Vector2i& size,
+                       const std::vector<std::uint16_t>& values) {
+  const int bands = impl_->shape.bands;
+  // GDAL only reads from the buffer here, though its interface cannot say so.
+  if (impl_->dataset->RasterIO(GF_Write, origin.x(), origin.y(), size.x(), size.y(),
+                               const_cast<std::uint16_t*>(values.data()), size.x(), size.y(),
+                               GDT_UInt16, bands, nullptr, static_cast<GSpacing>(2 * bands),
+                               static_cast<GSpacing>(2 * bands) * size.x(), 2, nullptr) != CE_None)
+    Fail(impl_->path);
+}
+
+void SparseTiff::Finish() {
+  impl_->dataset.reset();
+  if (CPLGetLastErrorType() == CE_Failure) Fail(impl_->path);
+  std::filesystem::rename(impl_->path + ".partial", impl_->path);
+}
+
 }  // namespace orient::simulation

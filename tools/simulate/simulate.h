@@ -13,8 +13,9 @@
 
 namespace orient {
 
-// kDemo: 6 cm film, kRc10 and kRc30: 23 cm film with 4 and 8 marks, kDigital: a digital frame.
-enum class CameraPreset { kDemo, kRc10, kRc30, kDigital };
+// kDemo: 6 cm film; kRc10, kRc30, kLmk: 23 cm film with 4, 8 and 4 marks; kUmk: 13 x 18 cm; kP31
+// and kReseau: thin crosses in the picture; kDigital: a digital frame.
+enum class CameraPreset { kDemo, kRc10, kRc30, kLmk, kUmk, kP31, kReseau, kDigital };
 
 struct SimulationOptions {
   std::uint32_t seed = 1;

@@ -1,0 +1,234 @@
+// Scans of single film frames, and what interior orientation makes of them.
+#include "tools/simulate/film_scan.h"
+
+#include <iostream>
+
+#include "core/imaging/raster.h"
+#include "interior/interior.h"
+#include "tests/support/shared_data.h"
+#include "tools/simulate/cameras.h"
+
+namespace orient::simulation {
+namespace {
+
+using Eigen::Vector2d;
+
+struct Setting {
+  SimulationOptions options;
+  FilmScanOptions film;
+};
+
+Setting Preset(CameraPreset preset, double pixel_um) {
+  Setting setting;
+  setting.options.camera = preset;
+  setting.options.pixel_size_um = pixel_um;
+  setting.options.mark_symbols = preset == CameraPreset::kRc30 || preset == CameraPreset::kDemo;
+  return setting;
+}
+
+// Marks 45 grey values brighter than the rebate, under grain of 9.
+Setting LowContrast(Setting setting) {
+  setting.film.mark_tone = 0.06f + 45.0f / 255.0f;
+  setting.options.grain = 9;
+  return setting;
+}
+
+struct Scanned {
+  SimulatedCamera camera;
+  InteriorResult truth, found;
+};
+
+Scanned ScanAndOrient(const Setting& setting, int number) {
+  const TemporaryFolder folder;
+  const std::string path = folder / "scan.tif";
+  Scanned scanned{NewCamera(setting.options), {}, {}};
+  const PhotoPlan plan = PlanPhoto(setting.options, scanned.camera, {}, false, number);
+  WriteFilmScan(path, setting.options, setting.film, scanned.camera, plan);
+  scanned.truth = TrueInterior(scanned.camera, plan);
+  scanned.found =
+      OrientInterior(Raster::Open(path), scanned.camera.file, ShapesOf(scanned.camera.file));
+  return scanned;
+}
+
+// What many scans come to.
+struct Tally {
+  int scans = 0, ok = 0, failed = 0;
+  int polarity_wrong = 0, orientation_wrong = 0, orientation_open = 0;
+  int marks = 0, used = 0, wrong = 0;
+  double square_px = 0, square_normalised = 0;  // sums over both coordinates
+
+  double RmsPx() const { return std::sqrt(square_px / (2 * std::max(used, 1))); }
+  double RmsNormalised() const { return std::sqrt(square_normalised / (2 * std::max(used, 1))); }
+};
+
+void AddMarks(const Scanned& scan, const InteriorResult& found, Tally* tally) {
+  constexpr double kWrong_px = 1;
+  for (size_t i = 0; i < found.marks.size(); ++i) {
+    const MarkResult& mark = found.marks[i];
+    if (mark.state != MarkState::kUsed) continue;
+    const auto& truth = scan.truth.marks[i].pixel;
+    if (!truth || (*mark.pixel - *truth).norm() > kWrong_px) {
+      ++tally->wrong;
+      continue;
+    }
+    ++tally->used;
+    const Vector2d error = *mark.pixel - *truth;
+    tally->square_px += error.squaredNorm();
+    tally->square_normalised += error.cwiseQuotient(*mark.sigma_px).squaredNorm();
+  }
+}
+
+void Add(const Scanned& scan, Tally* tally) {
+  ++tally->scans;
+  tally->marks += static_cast<int>(scan.camera.file.fiducials.size());
+  if (scan.found.status == Status::kFailed) {
+    ++tally->failed;
+    return;
+  }
+  if (scan.found.status == Status::kOk) ++tally->ok;
+  if (scan.found.polarity != scan.truth.polarity) ++tally->polarity_wrong;
+  const auto& possible = scan.found.possible_orientations;
+  const ScanOrientation truth = scan.truth.orientation.value();
+  if (possible.size() > 1) ++tally->orientation_open;
+  if (std::find(possible.begin(), possible.end(), truth) == possible.end()) {
+    ++tally->orientation_wrong;
+    return;
+  }
+  const auto named = InOrientation(scan.found, scan.camera.file, ShapesOf(scan.camera.file), truth);
+  AddMarks(scan, named.value(), tally);
+}
+
+std::ostream& operator<<(std::ostream& out, const Tally& t) {
+  return out << t.ok << " ok and " << t.failed << " failed of " << t.scans << " scans; " << t.used
+             << " of " << t.marks << " marks used, " << t.wrong << " wrong; rms " << t.RmsPx()
+             << " px, normalised " << t.RmsNormalised() << "; orientation open "
+             << t.orientation_open << ", wrong " << t.orientation_wrong << "; polarity wrong "
+             << t.polarity_wrong;
+}
+
+// A scan in every way of lying and both polarities, `rounds` times.
+Tally AllWays(const Setting& setting, int rounds = 1) {
+  Tally tally;
+  Setting turned = setting;
+  int number = 0;
+  for (int round = 0; round < rounds; ++round)
+    for (const ScanOrientation orientation : kAllScanOrientations)
+      for (const Polarity polarity : {Polarity::kPositive, Polarity::kNegative}) {
+        turned.options.orientation = orientation;
+        turned.options.polarity = polarity;
+        Add(ScanAndOrient(turned, ++number), &tally);
+      }
+  return tally;
+}
+
+constexpr double kNormalContrast_px = 0.05, kLowContrast_px = 0.1;
+
+void ExpectNothingWrong(const Tally& tally, double most_px) {
+  std::cout << tally << "\n";
+  EXPECT_EQ(tally.polarity_wrong, 0);
+  EXPECT_EQ(tally.orientation_wrong, 0);
+  EXPECT_EQ(tally.wrong, 0);
+  EXPECT_LE(tally.RmsPx(), most_px);
+  EXPECT_GE(tally.RmsNormalised(), 0.8);
+  EXPECT_LE(tally.RmsNormalised(), 1.25);
+}
+
+TEST(FilmScan, OnlyWhatInteriorOrientationLooksAtIsDrawn) {
+  const TemporaryFolder folder;
+  const Setting setting = Preset(CameraPreset::kRc10, 100);
+  const SimulatedCamera camera = NewCamera(setting.options);
+  const PhotoPlan plan = PlanPhoto(setting.options, camera, {}, false, 1);
+  WriteFilmScan(folder / "scan.tif", setting.options, setting.film, camera, plan);
+  const Raster scan = Raster::Open(folder / "scan.tif");
+  EXPECT_EQ(scan.Width(), camera.width_px);
+  EXPECT_NEAR(scan.DpiTag().value(), 254, 0.1);
+  const int middle = camera.width_px / 2;
+  EXPECT_EQ(scan.ReadGrey({middle, middle, 1, 1}).image.At(0, 0), 0);
+  const Vector2d mark = plan.scan.PixelFromPhoto(camera.file.fiducials[0].position_mm);
+  const Image around =
+      scan.ReadGrey({static_cast<int>(mark.x()) - 8, static_cast<int>(mark.y()) - 8, 16, 16}).image;
+  EXPECT_GT(*std::max_element(around.values.begin(), around.values.end()), 120);
+  const PhotoPlan other = PlanPhoto(setting.options, camera, {}, false, 2);
+  EXPECT_NE(TrueInterior(camera, plan).marks[0].pixel, TrueInterior(camera, other).marks[0].pixel);
+}
+
+TEST(FilmScan, ColourKeepsTheGreyValuesOrder) {
+  const TemporaryFolder folder;
+  Setting setting = Preset(CameraPreset::kUmk, 100);
+  setting.film.rgb = true;
+  const SimulatedCamera camera = NewCamera(setting.options);
+  const PhotoPlan plan = PlanPhoto(setting.options, camera, {}, false, 1);
+  WriteFilmScan(folder / "scan.tif", setting.options, setting.film, camera, plan);
+  EXPECT_EQ(Raster::Open(folder / "scan.tif").Bands(), 3);
+}
+
+TEST(FilmScan, InteriorOfANumberedFilmIsTheTruth) {
+  Setting setting = Preset(CameraPreset::kDemo, 50);
+  setting.options.orientation = ScanOrientation::kM90;
+  setting.options.polarity = Polarity::kNegative;
+  const Scanned scan = ScanAndOrient(setting, 1);
+  ASSERT_EQ(scan.found.status, Status::kOk);
+  EXPECT_EQ(scan.found.orientation, ScanOrientation::kM90);
+  EXPECT_EQ(scan.found.polarity, Polarity::kNegative);
+  Tally tally;
+  Add(scan, &tally);
+  EXPECT_EQ(tally.used, 4);
+  EXPECT_LE(tally.RmsPx(), kNormalContrast_px);
+}
+
+TEST(FilmScan, AMissingMarkIsReportedMissing) {
+  Setting setting = Preset(CameraPreset::kDemo, 50);
+  setting.options.missing_marks = 1;
+  const Scanned scan = ScanAndOrient(setting, 2);
+  Tally tally;
+  Add(scan, &tally);
+  EXPECT_EQ(tally.wrong, 0);
+  EXPECT_NE(scan.found.status, Status::kOk);  // three of four are never enough
+}
+
+TEST(SlowSimulatedScans, Rc10) {
+  const Tally tally = AllWays(Preset(CameraPreset::kRc10, 21));
+  ExpectNothingWrong(tally, kNormalContrast_px);
+  EXPECT_EQ(tally.used, tally.marks);
+}
+
+TEST(SlowSimulatedScans, Rc10LowContrast) {
+  const Tally tally = AllWays(LowContrast(Preset(CameraPreset::kRc10, 21)));
+  ExpectNothingWrong(tally, kLowContrast_px);
+}
+
+TEST(SlowSimulatedScans, Rc30WithSymbols) {
+  const Tally tally = AllWays(Preset(CameraPreset::kRc30, 25));
+  ExpectNothingWrong(tally, kNormalContrast_px);
+  EXPECT_EQ(tally.ok, tally.scans);
+  EXPECT_EQ(tally.orientation_open, 0);
+}
+
+TEST(SlowSimulatedScans, Rc30LowContrast) {
+  const Tally tally = AllWays(LowContrast(Preset(CameraPreset::kRc30, 25)));
+  ExpectNothingWrong(tally, kLowContrast_px);
+  EXPECT_EQ(tally.orientation_open, 0);
+}
+
+TEST(SlowSimulatedScans, Lmk) {
+  const Tally tally = AllWays(Preset(CameraPreset::kLmk, 25));
+  ExpectNothingWrong(tally, kNormalContrast_px);
+  EXPECT_EQ(tally.used, tally.marks);
+  EXPECT_EQ(tally.orientation_open, 0);
+}
+
+TEST(SlowSimulatedScans, UmkInColour) {
+  Setting setting = Preset(CameraPreset::kUmk, 12.5);
+  setting.film.rgb = true;
+  const Tally tally = AllWays(setting);
+  ExpectNothingWrong(tally, kNormalContrast_px);
+  EXPECT_EQ(tally.used, tally.marks);
+}
+
+TEST(SlowSimulatedScans, P31InClutter) {
+  const Tally tally = AllWays(Preset(CameraPreset::kP31, 25));
+  ExpectNothingWrong(tally, kNormalContrast_px);
+}
+
+}  // namespace
+}  // namespace orient::simulation
