@@ -73,8 +73,8 @@ std::optional<std::vector<int>> Relabel(const std::vector<Fiducial>& fiducials,
   for (const Fiducial& mark : fiducials) {
     const Vector2d turned = turn * (mark.position_mm - centre) + centre;
     const int i = NearestMark(fiducials, turned);
-    if (taken[i] || fiducials[i].mark != mark.mark) return std::nullopt;
-    if (!LooksSame(shapes.at(mark.mark), turn)) return std::nullopt;
+    if (taken[i] || !LooksSame(shapes.at(mark.mark), shapes.at(fiducials[i].mark), turn))
+      return std::nullopt;
     taken[i] = true;
     relabel.push_back(i);
     pairs.push_back({turned, fiducials[i].position_mm});

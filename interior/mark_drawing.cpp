@@ -116,12 +116,19 @@ MarkTemplate RenderMark(const MarkShape& shape, const Matrix2d& pixel_from_mm,
 }
 
 bool LooksSame(const MarkShape& shape, const Matrix2d& turn) {
+  return LooksSame(shape, shape, turn);
+}
+
+bool LooksSame(const MarkShape& shape, const MarkShape& turned, const Matrix2d& turn) {
   // 24 px over the mark show every element; a margin beyond the radius keeps the same pixels valid.
-  const double radius = MarkRadius(shape);
+  const double radius = std::max(MarkRadius(shape), MarkRadius(turned));
   const Matrix2d upright = Eigen::DiagonalMatrix<double, 2>(1, -1) * (12.0 / radius);
-  const RenderOptions options{0.7, 2 * radius, 4};
-  const MarkTemplate a = RenderMark(shape, upright, options);
-  const MarkTemplate b = RenderMark(shape, upright * turn, options);
+  const auto render = [&](const MarkShape& s, const Matrix2d& pixel_from_mm) {
+    return RenderMark(s, pixel_from_mm, {0.7, 3 * radius - MarkRadius(s), 4});
+  };
+  const MarkTemplate a = render(shape, upright);
+  const MarkTemplate b = render(turned, upright * turn.transpose());
+  if (a.values.width != b.values.width) return false;  // pictures of different sizes
   constexpr double kSame = 0.9;
   return CorrelationCoefficient(a.values, b.values, 0.5) > kSame;
 }

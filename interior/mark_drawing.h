@@ -51,4 +51,8 @@ MarkTemplate RenderMark(const MarkShape& shape, const Eigen::Matrix2d& pixel_fro
 // True when the mark looks the same after `turn` (an orthogonal matrix, mark system).
 bool LooksSame(const MarkShape& shape, const Eigen::Matrix2d& turn);
 
+// True when `turned` is what `shape` looks like after `turn` (notches that point outwards differ
+// from side to side, and become one another when the film is turned).
+bool LooksSame(const MarkShape& shape, const MarkShape& turned, const Eigen::Matrix2d& turn);
+
 }  // namespace orient

@@ -1,6 +1,7 @@
 #include "interior/layout.h"
 
 #include <Eigen/Geometry>
+#include <numbers>
 #include <stdexcept>
 
 #include "interior/interior.h"
@@ -59,6 +60,23 @@ TEST(Relabel, FollowsTheCornersRound) {
   // The scan shows the positive turned counter-clockwise by 90 degrees: what lies at the scan's
   // lower left is the positive's upper left.
   EXPECT_EQ(*relabel, (std::vector<int>{2, 3, 1, 0}));
+}
+
+// Notches that point outwards are drawn one by one, and a turn of the film makes each the next.
+TEST(Relabel, KnowsANotchOnTheNextSideAsTheSameNotchTurned) {
+  CameraFile camera = RingCamera();
+  const double quarter = 0.5 * std::numbers::pi;
+  for (int i = 0; i < 4; ++i) {
+    const std::string name = "notch" + std::to_string(i);
+    camera.marks[name].elements = {WedgeElement{1.4, 1.4, i * quarter}};
+    camera.fiducials[i].mark = name;
+    camera.fiducials[i].position_mm = Eigen::Rotation2Dd(i * quarter) * Vector2d(106, 0);
+  }
+  const auto classes = OrientationClasses(camera.fiducials, ShapesOf(camera));
+  ASSERT_EQ(classes.size(), 1u);
+  EXPECT_EQ(classes[0].size(), 8u);
+  camera.marks["notch2"].elements = {WedgeElement{1.4, 1.4, 0}};  // points inwards
+  EXPECT_EQ(OrientationClasses(camera.fiducials, ShapesOf(camera)).size(), 4u);
 }
 
 TEST(PlaceOnScan, RowsCountDownwards) {

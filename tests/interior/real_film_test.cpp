@@ -1,6 +1,8 @@
 // Real scanned film frames, marks measured by eye beside them.
 #include <gtest/gtest.h>
 
+#include <algorithm>
+#include <filesystem>
 #include <fstream>
 #include <sstream>
 
@@ -12,12 +14,12 @@ namespace {
 
 using Eigen::Vector2d;
 
-constexpr double kOkFramePx = 0.7;    // the corner marks of the ring-and-cross frames
-constexpr double kAnyUsedMarkPx = 1;  // a used mark of whatever frame ends ok
+constexpr double kCommonPx = 0.3;
 
 struct HandMark {
   std::string name;
   Vector2d pixel;
+  double sigma_px = 0;
 };
 
 std::vector<HandMark> HandMarks(const std::string& folder, const std::string& frame) {
@@ -25,13 +27,14 @@ std::vector<HandMark> HandMarks(const std::string& folder, const std::string& fr
   std::vector<HandMark> marks;
   for (std::string line; std::getline(file, line);) {
     std::stringstream cells(line);
-    std::string of_frame, name, col, row;
+    std::string of_frame, name, col, row, sigma;
     std::getline(cells, of_frame, ',');
     std::getline(cells, name, ',');
     std::getline(cells, col, ',');
     std::getline(cells, row, ',');
+    std::getline(cells, sigma, ',');
     if (of_frame == frame && !col.empty())
-      marks.push_back({name, {std::stod(col), std::stod(row)}});
+      marks.push_back({name, {std::stod(col), std::stod(row)}, std::stod(sigma)});
   }
   return marks;
 }
@@ -42,29 +45,18 @@ InteriorResult Orient(const std::string& folder, const std::string& frame,
   return OrientInterior(Raster::Open(folder + "/" + frame + ".jpg"), camera, ShapesOf(camera));
 }
 
-// Distance to the nearest hand mark.
-double Error(const std::vector<HandMark>& hand, const Vector2d& pixel) {
-  double nearest = 1e9;
-  for (const HandMark& mark : hand) nearest = std::min(nearest, (mark.pixel - pixel).norm());
-  return nearest;
+HandMark Nearest(const std::vector<HandMark>& hand, const Vector2d& pixel) {
+  return *std::min_element(hand.begin(), hand.end(), [&](const HandMark& a, const HandMark& b) {
+    return (a.pixel - pixel).norm() < (b.pixel - pixel).norm();
+  });
 }
 
-class RingAndCrossFrame : public testing::TestWithParam<std::string> {};
-
-TEST_P(RingAndCrossFrame, IsOkWithEveryCornerNearTheHandMark) {
-  ORIENT_REQUIRE_SHARED_DATA(folder, "film");
-  const InteriorResult result = Orient(folder, GetParam(), "wild_rc10.toml");
-  ASSERT_EQ(result.status, Status::kOk);
-  EXPECT_EQ(result.polarity, Polarity::kPositive);
-  EXPECT_FALSE(result.orientation);
-  const auto hand = HandMarks(folder, GetParam());
-  for (const MarkResult& mark : result.marks) {
-    ASSERT_EQ(mark.state, MarkState::kUsed) << mark.id;
-    EXPECT_LT(Error(hand, *mark.pixel), kOkFramePx) << mark.id;
-  }
+// Three sigma of the measurement by eye, and what its two passes may have in common.
+void ExpectAtAHandMark(const std::vector<HandMark>& hand, const MarkResult& mark) {
+  const HandMark nearest = Nearest(hand, *mark.pixel);
+  EXPECT_LT((nearest.pixel - *mark.pixel).norm(), 3 * nearest.sigma_px + kCommonPx)
+      << mark.id << " at " << nearest.name;
 }
-INSTANTIATE_TEST_SUITE_P(Wild, RingAndCrossFrame,
-                         testing::Values("0bbe1004", "0c8e8831", "5bdd5cf4"));
 
 struct FrameAndCamera {
   std::string frame, camera;
@@ -72,23 +64,35 @@ struct FrameAndCamera {
     return out << value.frame << " with " << value.camera;
   }
 };
-class AnyFrame : public testing::TestWithParam<FrameAndCamera> {};
+class ClearFrame : public testing::TestWithParam<FrameAndCamera> {};
 
-TEST_P(AnyFrame, IsNeverSilentlyWrong) {
+TEST_P(ClearFrame, IsOkWithEveryMarkAtItsHandMark) {
   ORIENT_REQUIRE_SHARED_DATA(folder, "film");
   const InteriorResult result = Orient(folder, GetParam().frame, GetParam().camera);
-  EXPECT_FALSE(result.messages.empty());
-  if (result.status != Status::kOk) return;
+  ASSERT_EQ(result.status, Status::kOk);
+  EXPECT_EQ(result.polarity, Polarity::kPositive);
+  EXPECT_FALSE(result.orientation);
   const auto hand = HandMarks(folder, GetParam().frame);
-  for (const MarkResult& mark : result.marks)
-    if (mark.state == MarkState::kUsed) {
-      EXPECT_LT(Error(hand, *mark.pixel), kAnyUsedMarkPx) << mark.id;
-    }
+  for (const MarkResult& mark : result.marks) {
+    ASSERT_EQ(mark.state, MarkState::kUsed) << mark.id;
+    ExpectAtAHandMark(hand, mark);
+  }
 }
-INSTANTIATE_TEST_SUITE_P(OfItsCamera, AnyFrame,
-                         testing::Values(FrameAndCamera{"0cec8b13", "wild_rc8_23.toml"},
+INSTANTIATE_TEST_SUITE_P(Frames, ClearFrame,
+                         testing::Values(FrameAndCamera{"0bbe1004", "wild_rc10.toml"},
+                                         FrameAndCamera{"0c8e8831", "wild_rc10.toml"},
+                                         FrameAndCamera{"5bdd5cf4", "wild_rc10.toml"},
                                          FrameAndCamera{"66685fc2", "wild_18cm.toml"},
+                                         // dots of one pixel, found by the notches beside them
                                          FrameAndCamera{"0b4cb981", "zeiss_rmk_mid.toml"}));
+
+// Three usable corner marks on a curled print: no more than weak.
+TEST(CurledPrint, IsNotOk) {
+  ORIENT_REQUIRE_SHARED_DATA(folder, "film");
+  const InteriorResult result = Orient(folder, "0cec8b13", "wild_rc8_23.toml");
+  EXPECT_NE(result.status, Status::kOk);
+  EXPECT_FALSE(result.messages.empty());
+}
 
 // A frame read with a camera file that is not its own has no right answer but "not ok".
 class WrongCamera : public testing::TestWithParam<FrameAndCamera> {};
@@ -104,6 +108,26 @@ INSTANTIATE_TEST_SUITE_P(Frames, WrongCamera,
                                          FrameAndCamera{"66685fc2", "wild_rc10.toml"},
                                          FrameAndCamera{"0b4cb981", "wild_rc10.toml"},
                                          FrameAndCamera{"0b4cb981", "wild_rc8_23.toml"}));
+
+// Every frame with every film camera there is, its own and its twins left out: cameras with marks
+// of the same look in the same places find what is there.
+TEST(SlowWrongCamera, IsNeverOkInAWrongPlace) {
+  ORIENT_REQUIRE_SHARED_DATA(folder, "film");
+  for (const std::string frame :
+       {"0b4cb981", "0bbe1004", "0c8e8831", "0cec8b13", "5bdd5cf4", "66685fc2"}) {
+    const auto hand = HandMarks(folder, frame);
+    for (const auto& entry : std::filesystem::directory_iterator(ProjectFile("data/cameras"))) {
+      if (entry.path().extension() != ".toml") continue;
+      const std::string camera = entry.path().filename().string();
+      if (ReadCameraFile(entry.path().string()).fiducials.empty()) continue;
+      const InteriorResult result = Orient(folder, frame, camera);
+      if (result.status != Status::kOk) continue;
+      SCOPED_TRACE(frame + " with " + camera);
+      for (const MarkResult& mark : result.marks)
+        if (mark.state == MarkState::kUsed) ExpectAtAHandMark(hand, mark);
+    }
+  }
+}
 
 }  // namespace
 }  // namespace orient
