@@ -13,6 +13,10 @@ constexpr double kMinMarginNats = 3.0;
 // That the camera's marks are there at all must be far likelier than a set of clutter that happens
 // to fit: photos without marks reach 6 nats (tests, random texture).
 constexpr double kMinSetNats = 9.0;
+// A set's nats are odds against clutter that the assignment's model holds for unlikely, as each
+// mark is found with a probability of 0.85: -log 0.15 for every mark. A camera without its marks on
+// the scan is no such coincidence, and more marks give chance more sets to choose from.
+constexpr double kNatsPerFurtherMark = 1.9;
 constexpr double kMinCorrelation = 0.45;
 constexpr double kMinOfMedianCorrelation = 0.6;
 constexpr double kMaxScaleDifference = 0.03;
@@ -22,13 +26,19 @@ constexpr double kMaxSigma0Desktop = 350;         // um
 constexpr double kNotableSigma0 = 30;             // um: said, though accepted
 
 std::string Text(const char* format, double value) {
-  char buffer[160];
+  char buffer[240];
   std::snprintf(buffer, sizeof(buffer), format, value);
   return buffer;
 }
 
+std::string Text(const char* format, double a, double b) {
+  char buffer[240];
+  std::snprintf(buffer, sizeof(buffer), format, a, b);
+  return buffer;
+}
+
 std::string Text(const char* format, int a, int b) {
-  char buffer[160];
+  char buffer[240];
   std::snprintf(buffer, sizeof(buffer), format, a, b);
   return buffer;
 }
@@ -105,6 +115,11 @@ void JudgeFilm(const FilmReading& reading, const FilmTransform& film, Verdict* v
   if (std::abs(film.shear) > kMaxShear)
     weak(Text("The axes are sheared by %.1f mrad: not a plausible film or scanner.",
               1e3 * film.shear));
+  if (reading.scanner_margin <= kMinMarginNats)
+    weak(
+        Text("A desktop scan of all these marks, and a photogrammetric one with a mark misplaced, "
+             "are nearly as probable (%.1f nats apart): say which it is with --scanner.",
+             reading.scanner_margin));
   const double limit =
       reading.scanner == Scanner::kPhotogrammetric ? kMaxSigma0Photogrammetric : kMaxSigma0Desktop;
   if (film.sigma0_um > limit)
@@ -120,11 +135,12 @@ std::string WhyNotThere(const FilmReading& reading, int used) {
   if (reading.best.Matched() < 3 || used < 3)
     return "The camera's marks were not found: wrong camera file, marks outside the scan, or a "
            "wrong pixel size (--pixel-size-um).";
-  if (reading.best.nats < kMinSetNats)
+  const int all = static_cast<int>(reading.marks.size());
+  if (reading.best.nats < MinSetNats(all))
     return Text(
-        "What was found may be chance (%.1f nats for the marks, 9 are needed): wrong "
+        "What was found may be chance (%.1f nats for the marks, %.1f are needed): wrong "
         "camera file or marks too faint.",
-        reading.best.nats);
+        reading.best.nats, MinSetNats(all));
   if (!reading.proven)
     return "Too many marks and places for them to be sure that no other reading is as good: give "
            "--orientation, --polarity or --pixel-size-um, whichever is known.";
@@ -167,10 +183,12 @@ std::vector<MeasuredMark> UsedMarks(const CameraFile& camera, const FilmMarks& m
   return used;
 }
 
+double MinSetNats(int all) { return kMinSetNats + kNatsPerFurtherMark * std::max(all - 4, 0); }
+
 int NeededMarks(int all) { return std::max(4, static_cast<int>(std::ceil(0.6 * all))); }
 
 Status JudgeSet(int all, int used, double set_nats, double margin) {
-  if (used < 3 || set_nats < kMinSetNats || margin <= kMinMarginNats) return Status::kFailed;
+  if (used < 3 || set_nats < MinSetNats(all) || margin <= kMinMarginNats) return Status::kFailed;
   return used < NeededMarks(all) ? Status::kWeak : Status::kOk;
 }
 

@@ -29,9 +29,13 @@ std::vector<MeasuredMark> UsedMarks(const CameraFile& camera, const FilmMarks& m
 // Marks that a verdict of ok needs: max(4, 60 %).
 int NeededMarks(int all);
 
-// What geometry alone allows: failed below three marks, 9 nats for the set (photos without marks
-// reach 6) or 3 nats of margin; weak below NeededMarks(all). Three of four marks leave nothing to
-// test them by: however large the margin, chance has a part in them.
+// What a set of marks needs at least to be more than chance, nats: 9 for four marks (photos without
+// marks reach 6), and 1.9 for every further mark of the camera, found or not.
+double MinSetNats(int all);
+
+// What geometry alone allows: failed below three marks, MinSetNats(all) or 3 nats of margin; weak
+// below NeededMarks(all). Three of four marks leave nothing to test them by: however large the
+// margin, chance has a part in them.
 Status JudgeSet(int all, int used, double set_nats, double margin);
 
 struct Verdict {

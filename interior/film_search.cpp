@@ -20,20 +20,6 @@ constexpr double kLadderStep = 0.06;
 constexpr double kLadderSigma = 0.025;
 constexpr double kMaxMargin = 30.0;
 
-// A photogrammetric scanner leaves 1.5e-4 of affinity and film a few hundredths of a millimetre; a
-// desktop scanner or a print has scales that differ by up to 2.5 % and bends by a tenth.
-ConstellationPrior Prior(Scanner scanner, const PixelSizeGuess& pixel_size, const Vector2d& free_mm,
-                         double coarse_pixel_mm) {
-  const bool photogrammetric = scanner == Scanner::kPhotogrammetric;
-  ConstellationPrior prior;
-  prior.shift_mm = 0.6 * free_mm + Vector2d::Constant(2.0);
-  prior.turn_rad = 0.03;
-  prior.scale = std::hypot(pixel_size.sigma, photogrammetric ? 0.001 : 0.006);
-  prior.affinity = photogrammetric ? 5e-4 : 0.01;
-  prior.point_mm = std::hypot(photogrammetric ? 0.02 : 0.12, 0.35 * coarse_pixel_mm);
-  return prior;
-}
-
 struct Setting {
   PixelSizeGuess pixel_size;
   OrientationClass orientations;
@@ -67,7 +53,7 @@ class Reader {
       if (options.polarity && *options.polarity != polarity) continue;
       for (const Scanner scanner : {Scanner::kPhotogrammetric, Scanner::kDesktop})
         if (options.scanner.value_or(scanner) == scanner)
-          readings.push_back(Assign(setting, found, polarity, scanner));
+          readings.push_back(ReadAs(setting, found, polarity, scanner));
     }
     return readings;
   }
@@ -124,7 +110,7 @@ class Reader {
     return found;
   }
 
-  FilmReading Assign(const Setting& setting, const std::vector<MarkCandidates>& found,
+  FilmReading ReadAs(const Setting& setting, const std::vector<MarkCandidates>& found,
                      Polarity polarity, Scanner scanner) const {
     FilmReading reading;
     reading.pixel_size = setting.pixel_size;
@@ -149,11 +135,8 @@ class Reader {
     }
     const Vector2d free =
         0.5 * (scan_px_.cast<double>() * p - RectangleOnScan(orientation)).cwiseAbs();
-    reading.prior = Prior(scanner, setting.pixel_size, free, coarse);
-    const AssignmentAnswer answer = AssignMarks(reading.marks, reading.prior);
-    reading.best = answer.best;
-    reading.proven = answer.proven;
-    reading.margin = answer.proven ? answer.best.nats - std::max(answer.second.nats, 0.0) : 0;
+    reading.prior = PriorOf(scanner, setting.pixel_size, free, coarse);
+    Assign(&reading);
     return reading;
   }
 
@@ -179,7 +162,25 @@ bool SaysTheSame(const FilmReading& a, const FilmReading& b) {
   return true;
 }
 
+bool UsesTheSameMarks(const FilmReading& a, const FilmReading& b) {
+  for (size_t i = 0; i < a.marks.size(); ++i)
+    if ((a.best.choice[i] >= 0) != (b.best.choice[i] >= 0)) return false;
+  return true;
+}
+
 }  // namespace
+
+ConstellationPrior PriorOf(Scanner scanner, const PixelSizeGuess& pixel_size,
+                           const Vector2d& free_mm, double coarse_pixel_mm) {
+  const bool photogrammetric = scanner == Scanner::kPhotogrammetric;
+  ConstellationPrior prior;
+  prior.shift_mm = 0.6 * free_mm + Vector2d::Constant(2.0);
+  prior.turn_rad = 0.03;
+  prior.scale = std::hypot(pixel_size.sigma, photogrammetric ? 0.001 : 0.006);
+  prior.affinity = photogrammetric ? 1.5e-4 : 0.0125;
+  prior.point_mm = std::hypot(photogrammetric ? 0.02 : 0.12, 0.35 * coarse_pixel_mm);
+  return prior;
+}
 
 std::vector<PixelSizeGuess> GuessPixelSize(const Eigen::Vector2i& scan_px,
                                            std::optional<double> dpi_tag,
@@ -204,6 +205,29 @@ std::vector<PixelSizeGuess> GuessPixelSize(const Eigen::Vector2i& scan_px,
   return ladder;
 }
 
+void Assign(FilmReading* reading) {
+  const AssignmentAnswer answer = AssignMarks(reading->marks, reading->prior);
+  reading->best = answer.best;
+  reading->proven = answer.proven;
+  reading->margin = answer.proven ? answer.best.nats - std::max(answer.second.nats, 0.0) : 0;
+}
+
+FilmReading BestOf(const std::vector<FilmReading>& readings) {
+  const auto best =
+      std::max_element(readings.begin(), readings.end(),
+                       [](const auto& a, const auto& b) { return a.best.nats < b.best.nats; });
+  FilmReading result = *best;
+  for (const FilmReading& other : readings)
+    if (!SaysTheSame(result, other))
+      result.margin = std::min(result.margin, result.best.nats - other.best.nats);
+  for (const FilmReading& other : readings)
+    if (other.scanner != result.scanner && SaysTheSame(result, other) &&
+        !UsesTheSameMarks(result, other))
+      result.scanner_margin = std::min(result.scanner_margin, result.best.nats - other.best.nats);
+  result.margin = std::min(result.margin, kMaxMargin);
+  return result;
+}
+
 FilmReading ReadFilm(const Raster& scan, const CameraFile& camera, const MarkShapes& shapes,
                      const InteriorOptions& options) {
   Reader reader(scan, camera, shapes, options.locator);
@@ -214,15 +238,7 @@ FilmReading ReadFilm(const Raster& scan, const CameraFile& camera, const MarkSha
     for (const OrientationClass& orientations : ClassesToTry(camera, shapes, options))
       for (FilmReading& reading : reader.Read({pixel_size, orientations}, options))
         readings.push_back(std::move(reading));
-  const auto best =
-      std::max_element(readings.begin(), readings.end(),
-                       [](const auto& a, const auto& b) { return a.best.nats < b.best.nats; });
-  FilmReading result = *best;
-  for (const FilmReading& other : readings)
-    if (!SaysTheSame(result, other))
-      result.margin = std::min(result.margin, result.best.nats - other.best.nats);
-  result.margin = std::min(result.margin, kMaxMargin);
-  return result;
+  return BestOf(readings);
 }
 
 }  // namespace orient

@@ -2,6 +2,7 @@
 // with what polarity: the most probable of all readings, and by how much.
 #pragma once
 
+#include <limits>
 #include <optional>
 #include <string>
 #include <vector>
@@ -25,6 +26,13 @@ std::vector<PixelSizeGuess> GuessPixelSize(const Eigen::Vector2i& scan_px,
                                            const MarkRectangle& rectangle,
                                            std::optional<double> pixel_size_um);
 
+// What a scanner may do to the constellation. A photogrammetric one leaves 1.5e-4 of affinity and
+// film a few hundredths of a millimetre; a desktop scanner or a print has scales that differ by up
+// to 2.5 % and bends by a tenth. `free_mm`: how far the marks' rectangle can be from the scan's
+// middle; `coarse_pixel_mm`: pixel size at which the candidates were found.
+ConstellationPrior PriorOf(Scanner scanner, const PixelSizeGuess& pixel_size,
+                           const Eigen::Vector2d& free_mm, double coarse_pixel_mm);
+
 // One reading of the scan. `marks` are in the order of the camera's fiducials.
 struct FilmReading {
   PixelSizeGuess pixel_size;
@@ -37,7 +45,16 @@ struct FilmReading {
   Assignment best;
   bool proven = true;  // the search was through; otherwise the margin is 0
   double margin = 0;   // nats to the second-best reading of any kind, "no marks at all" included
+  // Nats to the same reading under the other scanner's prior where that one uses other marks: four
+  // marks of a desktop scan, or a photogrammetric scan with one of them misplaced.
+  double scanner_margin = std::numeric_limits<double>::infinity();
 };
+
+// Sets best, proven and margin from the marks, their candidates and the prior.
+void Assign(FilmReading* reading);
+
+// The most probable reading; its margins are those to all the others. `readings` is not empty.
+FilmReading BestOf(const std::vector<FilmReading>& readings);
 
 // The best reading; with nothing found its assignment is all -1.
 FilmReading ReadFilm(const Raster& scan, const CameraFile& camera, const MarkShapes& shapes,
