@@ -20,7 +20,7 @@ constexpr int kMaxSupersampling = 32;
 // heights. Fixed-point iteration on the height; converges where the ray is steeper than the slope.
 std::optional<Eigen::Vector2d> OffsetAt(const PhotoView& view, const Patch& patch,
                                         const Eigen::Vector2d& pixel) {
-  const auto ray = GroundRayFromPhoto(view.camera, view.pose, view.photo_from_pixel * pixel);
+  const auto ray = GroundRayFromPhoto(view.camera, view.pose, view.PhotoFromPixel(pixel));
   if (!ray || ray->direction.z() >= -1e-3) return std::nullopt;
   double height = patch.ground_m.z();
   Eigen::Vector2d offset;

@@ -48,7 +48,7 @@ class Voter {
   std::optional<Eigen::Vector2d> Project(const Pose& pose, const Eigen::Vector3d& ground) const {
     const auto photo = PhotoFromGround(view_.camera, pose, ground);
     if (!photo) return std::nullopt;
-    return pixel_from_photo_ * *photo;
+    return view_.PixelFromPhoto(*photo);
   }
 
   const PhotoView& view_;
@@ -63,7 +63,7 @@ bool Voter::Accumulate(const Observation& observation, const Pose& pose, Normals
   const auto d = PhotoFromGroundWithDerivatives(view_.camera, pose, observation.ground_m);
   if (!d) return false;
   const Eigen::Matrix<double, 2, 6> jacobian = pixel_from_photo_.A * d->by_pose;
-  const Eigen::Vector2d residual = observation.pixel - pixel_from_photo_ * d->photo_mm;
+  const Eigen::Vector2d residual = observation.pixel - view_.PixelFromPhoto(d->photo_mm);
   const double weight = 1 / (options_.sigma_px * options_.sigma_px);
   normals->matrix += weight * jacobian.transpose() * jacobian;
   normals->right += weight * jacobian.transpose() * residual;

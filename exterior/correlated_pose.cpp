@@ -52,7 +52,7 @@ std::optional<Linearised> Linearise(const PhotoView& view, const Pose& pose,
     affine << o.pixel.x(), o.pixel.y(), 0, 0, 1, 0, 0, 0, o.pixel.x(), o.pixel.y(), 0, 1;
     system.by_interior.middleRows<2>(2 * i) = -B * affine;
     system.by_height.segment<2>(2 * i) = B * d->by_ground * o.height_effect * o.height_sigma_m;
-    system.residuals.segment<2>(2 * i) = o.pixel - pixel_from_photo * d->photo_mm;
+    system.residuals.segment<2>(2 * i) = o.pixel - view.PixelFromPhoto(d->photo_mm);
   }
   return system;
 }

@@ -36,7 +36,7 @@ std::vector<ControlObservation> Control(const PhotoView& view,
   const Eigen::Matrix2d& A = view.photo_from_pixel.A;
   std::vector<ControlObservation> control;
   for (const std::size_t i : used)
-    control.push_back({observations[i].ground_m, view.photo_from_pixel * observations[i].pixel,
+    control.push_back({observations[i].ground_m, view.PhotoFromPixel(observations[i].pixel),
                        variance_factor * A * Covariance(view, observations[i]) * A.transpose()});
   return control;
 }

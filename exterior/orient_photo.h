@@ -1,12 +1,14 @@
 // Exterior orientation of one photo: predict, align, match, resect, again.
 #pragma once
 
+#include <memory>
 #include <optional>
 #include <string>
 #include <vector>
 
 #include "core/files/results.h"
 #include "core/geometry/camera.h"
+#include "core/geometry/film_correction.h"
 #include "core/geometry/resection.h"
 #include "exterior/photo_image.h"
 #include "patchdb/patch.h"
@@ -20,6 +22,7 @@ struct FilmPosition {
   // Of photo_from_pixel (a11 a12 a21 a22 t1 t2; mm); zero for digital photos.
   Matrix6d covariance = Matrix6d::Zero();
   double film_sigma_mm = 0;  // of its smooth deformation between the marks; zero for digital photos
+  std::shared_ptr<const FilmCorrection> film_correction = nullptr;  // where a reseau shows it
 };
 
 struct PhotoToOrient {

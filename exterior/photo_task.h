@@ -19,7 +19,7 @@ struct PhotoTask {
   const OrientPhotoOptions& options;
 
   PhotoView View(const FilmPosition& position, const Pose& pose) const {
-    return {photo.camera, position.photo_from_pixel, pose};
+    return {photo.camera, position.photo_from_pixel, pose, position.film_correction};
   }
   PredictionOptions Prediction() const { return {image.Width(), image.Height(), 8}; }
 };

@@ -30,7 +30,7 @@ std::vector<PatchPrediction> Predict(const PhotoView& view, const Matrix6d& pose
     const auto projection =
         PhotoFromGroundWithDerivatives(view.camera, view.pose, patches[i].ground_m);
     const bool seen = projection && view.camera.InFrame(projection->photo_mm, -border_mm) &&
-                      Inside(pixel_from_photo * projection->photo_mm, options);
+                      Inside(view.PixelFromPhoto(projection->photo_mm), options);
     if (!seen) {
       if (not_visible != nullptr) not_visible->push_back(i);
       continue;
@@ -39,7 +39,7 @@ std::vector<PatchPrediction> Predict(const PhotoView& view, const Matrix6d& pose
     const Eigen::Matrix<double, 2, 3> by_ground = pixel_from_photo.A * projection->by_ground;
     PatchPrediction prediction;
     prediction.patch = i;
-    prediction.pixel = pixel_from_photo * projection->photo_mm;
+    prediction.pixel = view.PixelFromPhoto(projection->photo_mm);
     prediction.ground_covariance_px2 = by_ground * patches[i].covariance_m2 * by_ground.transpose();
     prediction.covariance_px2 =
         by_pose * pose_covariance * by_pose.transpose() + prediction.ground_covariance_px2;

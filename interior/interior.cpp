@@ -9,7 +9,9 @@
 #include "interior/film_orientation.h"
 #include "interior/film_search.h"
 #include "interior/film_transform.h"
+#include "interior/guided_search.h"
 #include "interior/layout.h"
+#include "interior/reseau.h"
 
 namespace orient {
 namespace {
@@ -70,6 +72,25 @@ std::vector<MarkResult> MarkResults(const CameraFile& camera, const FilmMarks& m
     results.push_back(mark);
   }
   return results;
+}
+
+// The correction leaves out crosses that contradict their neighbours. The affine keeps them: its
+// own test did not reject them, and the correction is what is added to it.
+void CorrectFilm(const std::vector<MeasuredMark>& used, InteriorResult* result) {
+  result->reseau.reset();
+  if (!result->photo_from_pixel) return;
+  const auto fit = FitReseau(used, *result->photo_from_pixel);
+  if (!fit) return;
+  const auto crosses = static_cast<int>(std::count(fit->used.begin(), fit->used.end(), true));
+  result->reseau = ReseauResult{fit->correction, crosses, fit->noise_um, fit->left_out_rms_um};
+}
+
+std::string ReseauMessage(const ReseauResult& reseau) {
+  char text[160];
+  std::snprintf(text, sizeof(text),
+                "Corrected by a reseau of %d crosses: noise %.1f um, left-out crosses %.1f um.",
+                reseau.crosses, reseau.noise_um, reseau.left_out_rms_um);
+  return text;
 }
 
 std::string Names(const std::vector<ScanOrientation>& orientations) {
@@ -140,7 +161,9 @@ InteriorResult OrientFilm(const Raster& scan, const CameraFile& camera, const Ma
   InteriorResult result;
   result.width = scan.Width();
   result.height = scan.Height();
-  const FilmReading reading = ReadFilm(scan, camera, shapes, options);
+  const bool reseau = std::ssize(camera.fiducials) >= kLeastReseauMarks;
+  const FilmReading reading = reseau ? ReadFilmByAnchors(scan, camera, shapes, options)
+                                     : ReadFilm(scan, camera, shapes, options);
   const FilmMarks marks = MeasureMarks(scan, camera, shapes, reading);
   const auto film = FitFilm(UsedMarks(camera, marks), IsMirrored(reading.orientations.front()));
   const Verdict verdict = Judge(reading, marks, film);
@@ -153,6 +176,8 @@ InteriorResult OrientFilm(const Raster& scan, const CameraFile& camera, const Ma
     return result;
   }
   FillTransform(*film, marks, &result);
+  CorrectFilm(UsedMarks(camera, marks), &result);
+  if (result.reseau) result.messages.push_back(ReseauMessage(*result.reseau));
   result.polarity = reading.polarity;
   if (!options.orientation)
     return WithOrientationFound(scan, camera, shapes, reading.orientations, std::move(result));
@@ -218,6 +243,7 @@ std::optional<InteriorResult> InOrientation(const InteriorResult& result, const 
   turned.photo_from_pixel = film->photo_from_pixel;
   turned.pixel_size_um = film->pixel_um;
   if (film->affine) turned.sigma0_um = film->sigma0_um;
+  CorrectFilm(used, &turned);
   size_t next = 0;
   for (MarkResult& mark : turned.marks)
     if (mark.state == MarkState::kUsed) mark.residual_um = film->residual_um[next++];

@@ -12,7 +12,7 @@ namespace {
 using Eigen::Vector2d;
 
 constexpr int kTile = 240;
-constexpr int kGap = 4;
+constexpr int kGap = kMarkTileGap;
 struct Colour {
   unsigned char r, g, b;
 };

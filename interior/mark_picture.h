@@ -15,6 +15,9 @@ struct Picture {
   std::vector<unsigned char> rgb;
 };
 
+// Empty columns between two tiles. Tiles are squares as high as the picture.
+inline constexpr int kMarkTileGap = 4;
+
 // One tile a mark, in the order of the result, side by side: `reach_mm` around the mark (radius of
 // the drawing and a little more), stretched in contrast, an open cross at the found centre: green
 // where the mark is used, orange where it is rejected. A missing mark's tile shows the place where

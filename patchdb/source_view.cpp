@@ -20,11 +20,11 @@ class PhotoSource : public SourceView {
   std::optional<Eigen::Vector2d> PixelFromGround(const Eigen::Vector3d& ground_m) const override {
     const auto photo_mm = PhotoFromGround(view_.camera, view_.pose, ground_m);
     if (!photo_mm || !view_.camera.InFrame(*photo_mm)) return std::nullopt;
-    return pixel_from_photo_ * *photo_mm;
+    return view_.PixelFromPhoto(*photo_mm);
   }
 
   std::optional<Eigen::Vector3d> GroundFromPixel(const Eigen::Vector2d& pixel) const override {
-    if (!view_.camera.InFrame(view_.photo_from_pixel * pixel)) return std::nullopt;
+    if (!view_.camera.InFrame(view_.PhotoFromPixel(pixel))) return std::nullopt;
     return view_.GroundFromPixel(pixel, surface_);
   }
 

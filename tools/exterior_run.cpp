@@ -114,8 +114,8 @@ struct Interior {
 
 Interior DigitalInterior(const Setting& setting, const Raster& raster) {
   Interior interior;
-  interior.positions.push_back(
-      {PhotoFromPixelOf(raster, setting.camera.camera, ""), std::nullopt, Matrix6d::Zero(), 0});
+  interior.positions.push_back({PhotoInteriorOf(raster, setting.camera.camera, "").photo_from_pixel,
+                                std::nullopt, Matrix6d::Zero(), 0});
   return interior;
 }
 
@@ -162,10 +162,12 @@ Interior FilmInterior(const Setting& setting, const Raster& scan, const std::str
   for (const ScanOrientation orientation : result.possible_orientations)
     if (const auto turned = InOrientation(result, setting.camera, setting.marks, orientation))
       interior.positions.push_back({*turned->photo_from_pixel, orientation,
-                                    InteriorCovariance(*turned, setting.camera), kFilmSigma_mm});
+                                    InteriorCovariance(*turned, setting.camera), kFilmSigma_mm,
+                                    CorrectionOf(*turned)});
   if (interior.positions.empty())
     interior.positions.push_back({*result.photo_from_pixel, result.orientation,
-                                  InteriorCovariance(result, setting.camera), kFilmSigma_mm});
+                                  InteriorCovariance(result, setting.camera), kFilmSigma_mm,
+                                  CorrectionOf(result)});
   return interior;
 }
 
@@ -224,7 +226,8 @@ void Illustrate(const Setting& setting, const Interior& interior, const PhotoIma
   const auto position =
       std::find_if(interior.positions.begin(), interior.positions.end(),
                    [&](const FilmPosition& p) { return p.orientation == result->orientation; });
-  const PhotoView view{setting.camera.camera, position->photo_from_pixel, *result->pose};
+  const PhotoView view{setting.camera.camera, position->photo_from_pixel, *result->pose,
+                       position->film_correction};
   result->footprint_m = Footprint(view, setting.surface);
   WritePatchSheet((fs::path(setting.options.out) / (result->photo + ".patches.png")).string(), view,
                   image, patches, *result);

@@ -10,6 +10,7 @@
 #include "core/error.h"
 #include "core/files/orientation_table.h"
 #include "interior/mark_picture.h"
+#include "tools/interior_outputs.h"
 #include "tools/shared_options.h"
 #include "tools/summary_table.h"
 
@@ -102,6 +103,8 @@ std::vector<InteriorResult> RunInterior(const InteriorRunOptions& options,
       if (done) done();
     });
   });
+  WriteInteriorOutputs(options.out, camera, &results);
+  if (options.micmac) WriteMicmacOutputs(options.out, camera, options.photos, results);
   return results;
 }
 

@@ -18,14 +18,16 @@ struct InteriorRunOptions {
   InteriorOptions scan;
   bool resume = false;  // keep results that are there
   int jobs = 0;         // photos at a time; 0: one per core
+  bool micmac = false;  // also write MicMac's Ori-InterneScan
 };
 
 // The drawings of a camera's marks, with the template images they refer to.
 MarkShapes LoadMarkShapes(const CameraFile& camera);
 
 // Orients the scans side by side; writes each photo's <photo>.interior.json and <photo>.marks.png
-// as soon as it is done. `done` may be called from several threads. A damaged scan fails its photo
-// only. Throws UsageError where two photos share a name, InputError for what concerns all photos.
+// as soon as it is done, then what the run leaves as a whole (interior_outputs.h). `done` may be
+// called from several threads. A damaged scan fails its photo only. Throws UsageError where two
+// photos share a name, InputError for what concerns all photos.
 std::vector<InteriorResult> RunInterior(const InteriorRunOptions& options,
                                         const std::function<void()>& done = {});
 

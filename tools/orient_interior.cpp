@@ -5,7 +5,9 @@
 
 #include "core/files/block_file.h"
 #include "core/files/orientation_table.h"
+#include "interior/roll.h"
 #include "tools/commands.h"
+#include "tools/estimate_camera.h"
 #include "tools/interior_run.h"
 #include "tools/progress.h"
 #include "tools/shared_options.h"
@@ -36,9 +38,12 @@ class InteriorCommand : public Command {
         ->check(CLI::IsMember({"auto", "hough", "ncc", "lines"}))
         ->capture_default_str();
     AddJobsOption(app, &jobs_);
+    estimate_camera_.Setup(app);
+    app.add_flag("--micmac", micmac_, "Write the marks for MicMac too (DIR/Ori-InterneScan)");
   }
 
   ExitCode Run(std::ostream& out) override {
+    if (estimate_camera_.Asked()) return estimate_camera_.Run(out);
     InteriorRunOptions options;
     options.photos = ExpandPhotos(patterns_, "");
     options.camera = camera_path_;
@@ -46,6 +51,7 @@ class InteriorCommand : public Command {
     options.scan = {scan_.pixel_size_um, scan_.polarity, scan_.orientation, scanner_, Locator()};
     options.resume = resume_;
     options.jobs = jobs_;
+    options.micmac = micmac_;
     std::vector<std::string> paths;
     for (const std::string& photo : options.photos)
       paths.push_back(InteriorResultPath(options.out, PhotoName(photo)));
@@ -91,6 +97,8 @@ class InteriorCommand : public Command {
       all = all && r.status != Status::kFailed;
     }
     table.Print(out);
+    if (const auto roll = StatisticsOfRoll(results))
+      for (const std::string& finding : Findings(*roll)) out << finding << "\n";
     return all ? ExitCode::kAllDone : ExitCode::kSomeNotOriented;
   }
 
@@ -102,6 +110,8 @@ class InteriorCommand : public Command {
   std::optional<Scanner> scanner_;
   std::string locator_ = "auto";
   int jobs_ = 0;
+  bool micmac_ = false;
+  EstimateCameraCommand estimate_camera_;
 };
 
 }  // namespace

@@ -172,7 +172,8 @@ class HarvestVerb : public Verb {
     if (database.HasSource(SourceKind::kPhoto, name)) return summary.AddKnown(name);
     const OrientationRow& row = RowOf(table, photo);
     const Raster raster = Raster::Open(photo);
-    const PhotoView view{camera, PhotoFromPixelOf(raster, camera, interior_), row.pose};
+    const PhotoInterior interior = PhotoInteriorOf(raster, camera, interior_);
+    const PhotoView view{camera, interior.photo_from_pixel, row.pose, interior.film_correction};
     const auto footprint = FootprintBounds(camera, row.pose, kLowestGround_m, kHighestGround_m);
     if (!footprint)
       throw InputError(orientation_ + ": photo '" + row.photo + "' does not look at the ground; " +

@@ -20,12 +20,12 @@ void RequireSize(const Raster& photo, int width, int height, const std::string& 
 
 }  // namespace
 
-Affine2d PhotoFromPixelOf(const Raster& photo, const Camera& camera,
-                          const std::string& interior_directory) {
+PhotoInterior PhotoInteriorOf(const Raster& photo, const Camera& camera,
+                              const std::string& interior_directory) {
   if (camera.kind == CameraKind::kDigital) {
     if (camera.image_px)
       RequireSize(photo, camera.image_px->x(), camera.image_px->y(), "the camera file");
-    return DigitalPhotoFromPixel(camera);
+    return {DigitalPhotoFromPixel(camera)};
   }
   if (interior_directory.empty())
     throw InputError(photo.Path() + " is a film photo: give the folder of its interior " +
@@ -40,7 +40,12 @@ Affine2d PhotoFromPixelOf(const Raster& photo, const Camera& camera,
                      " leaves open how the film lies on the scan; repeat 'orient interior' " +
                      "with --orientation");
   RequireSize(photo, interior.width, interior.height, path);
-  return *interior.photo_from_pixel;
+  return {*interior.photo_from_pixel, CorrectionOf(interior)};
+}
+
+std::shared_ptr<const FilmCorrection> CorrectionOf(const InteriorResult& interior) {
+  if (!interior.reseau) return nullptr;
+  return std::make_shared<const FilmCorrection>(interior.reseau->correction);
 }
 
 }  // namespace orient

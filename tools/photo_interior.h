@@ -1,18 +1,29 @@
 // Where a photo's pixels lie on the film or sensor: what every stage after the interior one needs.
 #pragma once
 
+#include <memory>
 #include <string>
 
+#include "core/files/results.h"
 #include "core/geometry/camera.h"
+#include "core/geometry/film_correction.h"
 #include "core/geometry/transform2d.h"
 #include "core/imaging/raster.h"
 
 namespace orient {
 
+struct PhotoInterior {
+  Affine2d photo_from_pixel;
+  std::shared_ptr<const FilmCorrection> film_correction = nullptr;  // where a reseau shows it
+};
+
 // A digital camera's fixed transform, or the interior orientation that `orient interior` left in
 // `interior_directory`. Throws InputError naming the photo and what to do: an image of another size
 // than the camera's or the oriented scan's, no interior orientation, a failed one.
-Affine2d PhotoFromPixelOf(const Raster& photo, const Camera& camera,
-                          const std::string& interior_directory);
+PhotoInterior PhotoInteriorOf(const Raster& photo, const Camera& camera,
+                              const std::string& interior_directory);
+
+// The result's film correction; null where it has none.
+std::shared_ptr<const FilmCorrection> CorrectionOf(const InteriorResult& interior);
 
 }  // namespace orient

@@ -158,7 +158,8 @@ std::optional<MarkSymbol> ReadSymbol(const TomlTable& fiducial) {
 std::vector<Fiducial> ReadFiducials(const TomlTable& root, const Camera& camera,
                                     const std::map<std::string, MarkDrawing>& marks) {
   std::vector<Fiducial> fiducials;
-  for (const TomlTable& table : root.Tables("fiducials", {"id", "position_mm", "mark", "symbol"})) {
+  for (const TomlTable& table :
+       root.Tables("fiducials", {"id", "position_mm", "sigma_mm", "mark", "symbol"})) {
     if (camera.kind == CameraKind::kDigital)
       root.Fail("fiducials", "belong to film; a digital camera has none");
     Fiducial fiducial;
@@ -169,6 +170,9 @@ std::vector<Fiducial> ReadFiducials(const TomlTable& root, const Camera& camera,
       table.Fail("position_mm", "lies far outside the frame of " +
                                     std::to_string(camera.frame_mm.x()) + " x " +
                                     std::to_string(camera.frame_mm.y()) + " mm");
+    fiducial.sigma_mm = table.FindVector2("sigma_mm");
+    if (fiducial.sigma_mm && fiducial.sigma_mm->minCoeff() < 0)
+      table.Fail("sigma_mm", "must not be negative");
     fiducial.mark = table.Text("mark");
     if (!marks.contains(fiducial.mark))
       table.Fail("mark", "is \"" + fiducial.mark + "\", which is not drawn; add [marks." +

@@ -42,6 +42,8 @@ struct Fiducial {
   Eigen::Vector2d position_mm = Eigen::Vector2d::Zero();
   std::string mark;  // key into CameraFile::marks
   std::optional<MarkSymbol> symbol;
+  // Of the position, where it was estimated.
+  std::optional<Eigen::Vector2d> sigma_mm = std::nullopt;
 };
 
 enum class FrameSide { kLeft, kRight, kBottom, kTop };  // as the positive is seen

@@ -131,6 +131,7 @@ std::string FiducialText(const Fiducial& fiducial) {
   std::string text = "\n[[fiducials]]\nid = " + Text(fiducial.id) +
                      "\nposition_mm = " + Text(fiducial.position_mm) +
                      "\nmark = " + Text(fiducial.mark) + "\n";
+  if (fiducial.sigma_mm) text += "sigma_mm = " + Text(*fiducial.sigma_mm) + "\n";
   if (!fiducial.symbol) return text;
   const MarkSymbol& symbol = *fiducial.symbol;
   text += symbol.kind == SymbolKind::kLines ? "symbol = { kind = \"lines\""

@@ -56,6 +56,27 @@ Json TransformJson(const std::optional<Affine2d>& photo_from_pixel) {
   return MatrixJson((Eigen::MatrixXd(2, 3) << photo_from_pixel->A, photo_from_pixel->t).finished());
 }
 
+Json Vector2Json(const Eigen::Vector2d& v) { return Json::array({v.x(), v.y()}); }
+
+Json ReseauJson(const std::optional<ReseauResult>& reseau) {
+  if (!reseau) return nullptr;
+  const FilmCorrection& grid = reseau->correction;
+  Json corrections = Json::array();
+  for (const Eigen::Vector2d& mm : grid.correction_mm) {
+    // A hundredth of a micrometre is more than any film holds.
+    const Eigen::Vector2d um = (1e5 * mm).array().round() / 100;
+    corrections.push_back(Vector2Json(um));
+  }
+  return {{"origin_px", Vector2Json(grid.origin_px)},
+          {"step_px", Vector2Json(grid.step_px)},
+          {"columns", grid.columns},
+          {"rows", grid.rows},
+          {"correction_um", std::move(corrections)},
+          {"crosses", reseau->crosses},
+          {"noise_um", ToJson(std::optional(reseau->noise_um))},
+          {"left_out_rms_um", ToJson(std::optional(reseau->left_out_rms_um))}};
+}
+
 Json InteriorJson(const InteriorResult& result) {
   if (result.photo_from_pixel)
     RequireFinite(result.photo_from_pixel->A.allFinite() && result.photo_from_pixel->t.allFinite(),
@@ -66,6 +87,7 @@ Json InteriorJson(const InteriorResult& result) {
   for (const ScanOrientation o : result.possible_orientations) possible.push_back(Name(o));
   return {{"photo", result.photo},
           {"status", Name(result.status)},
+          {"status_alone", NameOrNull(result.status_alone)},
           {"scan",
            {{"width", result.width},
             {"height", result.height},
@@ -74,6 +96,7 @@ Json InteriorJson(const InteriorResult& result) {
             {"orientation", NameOrNull(result.orientation)},
             {"possible_orientations", std::move(possible)}}},
           {"photo_from_pixel", TransformJson(result.photo_from_pixel)},
+          {"reseau", ReseauJson(result.reseau)},
           {"sigma0_um", ToJson(result.sigma0_um)},
           {"margin", ToJson(result.margin)},
           {"marks", std::move(marks)},
@@ -89,6 +112,25 @@ MarkResult ReadMark(const JsonField& field) {
   mark.residual_um = field.FindVector2("residual_um");
   mark.score = field.FindNumber("score");
   return mark;
+}
+
+ReseauResult ReadReseau(const JsonField& field) {
+  ReseauResult reseau;
+  FilmCorrection& grid = reseau.correction;
+  grid.origin_px = field.At("origin_px").AsVector2();
+  grid.step_px = field.At("step_px").AsVector2();
+  grid.columns = field.At("columns").AsInt();
+  grid.rows = field.At("rows").AsInt();
+  for (const JsonField& um : field.At("correction_um").Elements())
+    grid.correction_mm.push_back(1e-3 * um.AsVector2());
+  if (!(grid.step_px.minCoeff() > 0)) field.At("step_px").Fail("must be positive");
+  if (grid.columns < 2 || grid.rows < 2 ||
+      std::ssize(grid.correction_mm) != std::int64_t{grid.columns} * grid.rows)
+    field.At("correction_um").Fail("does not hold columns x rows values, two each way at least");
+  reseau.crosses = field.At("crosses").AsInt();
+  reseau.noise_um = field.FindNumber("noise_um").value_or(0);
+  reseau.left_out_rms_um = field.FindNumber("left_out_rms_um").value_or(0);
+  return reseau;
 }
 
 void ReadScan(const JsonField& scan, InteriorResult* result) {
@@ -267,11 +309,14 @@ InteriorResult ReadInteriorResult(const std::string& path) {
   InteriorResult result;
   result.photo = root.At("photo").AsString();
   result.status = FromName(root.At("status"), kStatuses);
+  if (const auto field = root.Find("status_alone"))
+    result.status_alone = FromName(*field, kStatuses);
   ReadScan(root.At("scan"), &result);
   if (const auto field = root.Find("photo_from_pixel")) {
     const Eigen::MatrixXd matrix = field->AsMatrix(2, 3);
     result.photo_from_pixel = Affine2d{matrix.leftCols<2>(), matrix.col(2)};
   }
+  if (const auto field = root.Find("reseau")) result.reseau = ReadReseau(*field);
   result.sigma0_um = root.FindNumber("sigma0_um");
   result.margin = root.FindNumber("margin");
   for (const JsonField& mark : root.At("marks").Elements()) result.marks.push_back(ReadMark(mark));

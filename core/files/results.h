@@ -8,6 +8,7 @@
 #include <string_view>
 #include <vector>
 
+#include "core/geometry/film_correction.h"
 #include "core/geometry/pose.h"
 #include "core/geometry/transform2d.h"
 
@@ -32,9 +33,20 @@ struct MarkResult {
   std::optional<double> score;                 // NCC
 };
 
+// A reseau's crosses as a local correction: photo = photo_from_pixel * pixel + correction.
+struct ReseauResult {
+  FilmCorrection correction;
+  int crosses = 0;             // that it rests on
+  double noise_um = 0;         // of a cross's coordinate
+  double left_out_rms_um = 0;  // of crosses predicted by the others, vectors
+};
+
 struct InteriorResult {
   std::string photo;
   Status status = Status::kFailed;
+  // What the status was before the comparison with the other photos of the roll made it weak;
+  // absent where that changed nothing.
+  std::optional<Status> status_alone;
   int width = 0, height = 0;
   std::optional<double> pixel_size_um;
   std::optional<Polarity> polarity;
@@ -43,6 +55,7 @@ struct InteriorResult {
   // of the first. One element where the orientation is known, none when failed.
   std::vector<ScanOrientation> possible_orientations;
   std::optional<Affine2d> photo_from_pixel;  // absent when failed
+  std::optional<ReseauResult> reseau;        // absent without a reseau
   std::optional<double> sigma0_um;
   std::optional<double> margin;  // nats to the second-best assignment
   std::vector<MarkResult> marks;

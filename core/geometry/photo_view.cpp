@@ -10,12 +10,12 @@ namespace orient {
 std::optional<Eigen::Vector2d> PhotoView::PixelFromGround(const Eigen::Vector3d& ground_m) const {
   const auto photo_mm = PhotoFromGround(camera, pose, ground_m);
   if (!photo_mm) return std::nullopt;
-  return photo_from_pixel.Inverse() * *photo_mm;
+  return PixelFromPhoto(*photo_mm);
 }
 
 std::optional<Eigen::Vector3d> PhotoView::GroundFromPixel(const Eigen::Vector2d& pixel,
                                                           const GroundSurface& surface) const {
-  const auto ray = GroundRayFromPhoto(camera, pose, photo_from_pixel * pixel);
+  const auto ray = GroundRayFromPhoto(camera, pose, PhotoFromPixel(pixel));
   if (!ray) return std::nullopt;
   return surface.Intersect(*ray);
 }

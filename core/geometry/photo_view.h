@@ -2,11 +2,13 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <memory>
 #include <optional>
 
 #include "core/geometry/bounds.h"
 #include "core/geometry/camera.h"
 #include "core/geometry/collinearity.h"
+#include "core/geometry/film_correction.h"
 #include "core/geometry/pose.h"
 #include "core/geometry/transform2d.h"
 
@@ -21,7 +23,16 @@ struct PhotoView {
   Camera camera;
   Affine2d photo_from_pixel;
   Pose pose;
+  // What the affine transform leaves of the film's deformation, where a reseau showed it.
+  std::shared_ptr<const FilmCorrection> film_correction = nullptr;
 
+  // Between scan and photo system, the film's correction included.
+  Eigen::Vector2d PhotoFromPixel(const Eigen::Vector2d& pixel) const {
+    return orient::PhotoFromPixel(photo_from_pixel, film_correction.get(), pixel);
+  }
+  Eigen::Vector2d PixelFromPhoto(const Eigen::Vector2d& photo_mm) const {
+    return orient::PixelFromPhoto(photo_from_pixel, film_correction.get(), photo_mm);
+  }
   // Scan pixel (col, row); empty behind the camera. May lie outside the scan or the frame.
   std::optional<Eigen::Vector2d> PixelFromGround(const Eigen::Vector3d& ground_m) const;
   // Where the pixel's ray meets the surface; empty where it does not.

@@ -131,6 +131,32 @@ TEST(InteriorResult, Roundtrip) {
   EXPECT_EQ(read.messages, result.messages);
 }
 
+TEST(InteriorResult, AReseauReadsBackToAHundredthOfAMicrometre) {
+  InteriorResult result = ExampleInterior();
+  FilmCorrection grid;
+  grid.origin_px = {100.5, 200};
+  grid.step_px = {300, 250.25};
+  grid.columns = 3;
+  grid.rows = 2;
+  for (int i = 0; i < 6; ++i) grid.correction_mm.emplace_back(0.001 * i, -0.0123456);
+  result.reseau = ReseauResult{grid, 23, 2.5, 3.5};
+  TemporaryFolder folder;
+  WriteInteriorResult(folder.Path(), result);
+  const std::string path = InteriorResultPath(folder.Path(), result.photo);
+  const auto reseau = ReadInteriorResult(path).reseau;
+  ASSERT_TRUE(reseau);
+  EXPECT_EQ(reseau->crosses, 23);
+  EXPECT_NEAR(reseau->noise_um, 2.5, kExact);
+  EXPECT_NEAR(reseau->left_out_rms_um, 3.5, kExact);
+  for (const Eigen::Vector2d& pixel : {Eigen::Vector2d(150, 220), Eigen::Vector2d(690, 444)})
+    EXPECT_LT((reseau->correction.At(pixel) - grid.At(pixel)).norm(), 1e-5) << "mm";
+
+  std::string text = ReadFile(path);
+  text.replace(text.find("\"columns\": 3"), 12, "\"columns\": 4");
+  WriteFileAtomically(path, text);
+  EXPECT_THROW(ReadInteriorResult(path), InputError) << "six values are not four columns";
+}
+
 TEST(InteriorResult, AFailedPhotoHasNullsAndReadsBackEmpty) {
   const TemporaryFolder folder;
   InteriorResult result;

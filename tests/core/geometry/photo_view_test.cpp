@@ -35,6 +35,25 @@ TEST(PhotoView, PixelGroundPixel) {
   }));
 }
 
+TEST(PhotoView, AFilmCorrectionCountsBothWays) {
+  const GroundSurface surface =
+      GroundSurface::FromGrid(Eigen::MatrixXf::Constant(80, 80, 120), 3000, 5000, 50);
+  PhotoView view = View();
+  const Eigen::Vector2d pixel(4100, 4300);
+  const Eigen::Vector3d flat = view.GroundFromPixel(pixel, surface).value();
+  FilmCorrection grid;
+  grid.origin_px = {0, 0};
+  grid.step_px = {9000, 9000};
+  grid.columns = grid.rows = 2;
+  grid.correction_mm = {{0.05, 0}, {0.03, 0.01}, {0.04, -0.02}, {0.05, 0.02}};
+  view.film_correction = std::make_shared<const FilmCorrection>(grid);
+  const Eigen::Vector3d bent = view.GroundFromPixel(pixel, surface).value();
+  // 0.04 mm of film at a scale of 1 : 11200 are half a metre.
+  EXPECT_NEAR((bent - flat).norm(), 0.45, 0.1);
+  EXPECT_LT((view.PixelFromGround(bent).value() - pixel).norm(), 1e-6);
+  EXPECT_GT((view.PixelFromGround(flat).value() - pixel).norm(), 1.0);
+}
+
 TEST(PhotoView, NothingBehindTheCameraAndNothingBesideTheDem) {
   const PhotoView view = View();
   EXPECT_FALSE(view.PixelFromGround({5000, 3000, 2000}));

@@ -1,0 +1,120 @@
+#include "core/files/interior_table.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstdio>
+
+namespace orient {
+namespace {
+
+using Cells = std::vector<std::string>;
+
+std::string Row(const Cells& cells) {
+  std::string row;
+  for (const std::string& cell : cells) {
+    if (&cell != &cells.front()) row += ",";
+    row += CsvCell(cell);
+  }
+  return row + "\n";
+}
+
+std::string Number(const std::optional<double>& value, int digits) {
+  if (!value || !std::isfinite(*value)) return "";
+  std::array<char, 64> text;
+  std::snprintf(text.data(), text.size(), "%.*g", digits, *value);
+  return text.data();
+}
+
+std::string Fraction(const std::optional<double>& value, int decimals) {
+  if (!value || !std::isfinite(*value)) return "";
+  std::array<char, 400> text;
+  std::snprintf(text.data(), text.size(), "%.*f", decimals, *value);
+  return text.data();
+}
+
+template <typename Enum>
+std::string NameOrNone(const std::optional<Enum>& value) {
+  return value ? std::string(Name(*value)) : "";
+}
+
+void AddVector(const std::optional<Eigen::Vector2d>& vector, int decimals, Cells* cells) {
+  for (const int i : {0, 1})
+    cells->push_back(vector ? Fraction((*vector)[i], decimals) : std::string());
+}
+
+std::string Joined(const std::vector<std::string>& messages) {
+  std::string text;
+  for (const std::string& message : messages) {
+    if (!text.empty()) text += " ";
+    text += message;
+  }
+  return text;
+}
+
+Cells PhotoCells(const InteriorResult& r) {
+  Cells cells = {r.photo,
+                 std::string(Name(r.status)),
+                 std::to_string(r.width),
+                 std::to_string(r.height),
+                 Number(r.pixel_size_um, 9),
+                 NameOrNone(r.polarity),
+                 NameOrNone(r.orientation)};
+  for (const int row : {0, 1})
+    for (const int col : {0, 1})
+      cells.push_back(r.photo_from_pixel ? Number(r.photo_from_pixel->A(row, col), 12) : "");
+  for (const int row : {0, 1})
+    cells.push_back(r.photo_from_pixel ? Number(r.photo_from_pixel->t[row], 12) : "");
+  const auto used = std::count_if(r.marks.begin(), r.marks.end(), [](const MarkResult& mark) {
+    return mark.state == MarkState::kUsed;
+  });
+  cells.push_back(Fraction(r.sigma0_um, 2));
+  cells.push_back(Fraction(r.margin, 2));
+  cells.push_back(std::to_string(used));
+  cells.push_back(std::to_string(r.marks.size()));
+  cells.push_back(Joined(r.messages));
+  return cells;
+}
+
+}  // namespace
+
+std::string CsvCell(const std::string& text) {
+  if (text.find_first_of(",\"\r\n") == std::string::npos) return text;
+  std::string cell = "\"";
+  for (const char c : text) {
+    if (c == '"') cell += '"';
+    cell += c;
+  }
+  return cell + "\"";
+}
+
+std::string InteriorTable(const std::vector<InteriorResult>& results) {
+  std::string text =
+      "photo,status,scan_width,scan_height,pixel_size_um,polarity,orientation,a11,a12,a21,a22,t1,"
+      "t2,sigma0_um,margin,marks_used,marks,messages\n";
+  for (const InteriorResult& result : results) text += Row(PhotoCells(result));
+  return text;
+}
+
+std::string MarkTable(const std::vector<InteriorResult>& results,
+                      const std::vector<Fiducial>& fiducials) {
+  std::string text =
+      "photo,mark,state,col,row,sigma_col_px,sigma_row_px,x_mm,y_mm,residual_x_um,residual_y_um,"
+      "score\n";
+  for (const InteriorResult& result : results)
+    for (const MarkResult& mark : result.marks) {
+      const auto fiducial = std::find_if(fiducials.begin(), fiducials.end(),
+                                         [&](const Fiducial& f) { return f.id == mark.id; });
+      Cells cells = {result.photo, mark.id, std::string(Name(mark.state))};
+      AddVector(mark.pixel, 4, &cells);
+      AddVector(mark.sigma_px, 4, &cells);
+      AddVector(fiducial == fiducials.end() ? std::nullopt : std::optional(fiducial->position_mm),
+                5, &cells);
+      AddVector(mark.residual_um, 2, &cells);
+      cells.push_back(Fraction(mark.score, 4));
+      text += Row(cells);
+    }
+  return text;
+}
+
+}  // namespace orient

@@ -1,0 +1,241 @@
+#include "interior/roll.h"
+
+#include <Eigen/LU>
+#include <array>
+#include <cmath>
+#include <cstdio>
+
+namespace orient {
+namespace {
+
+using Eigen::Matrix2d;
+using Eigen::Vector2d;
+
+constexpr int kLeastMarks = 4;
+constexpr double kLeastAffinity = 2e-4;  // a film's own shrinkage varies by about half of it
+constexpr double kLeastSigma0_um = 5;
+constexpr double kPhotogrammetricAffinity = 5e-4;
+constexpr double kPhotogrammetricSigma0_um = 30;
+constexpr double kLeastSystematic_um = 1;
+constexpr double kChanceOfOneRoll = 1e-3;  // that any of a roll's marks looks systematic by chance
+// How the roll's messages begin: by it they are found again when the comparison is repeated.
+constexpr const char* kRollMessage = "Compared with its roll: ";
+
+template <typename... Values>
+std::string Text(const char* format, Values... values) {
+  std::array<char, 400> text;
+  std::snprintf(text.data(), text.size(), format, values...);
+  return text.data();
+}
+
+double Median(std::vector<double> values) {
+  const auto middle = values.begin() + static_cast<long>(values.size() / 2);
+  std::nth_element(values.begin(), middle, values.end());
+  if (values.size() % 2 == 1) return *middle;
+  return 0.5 * (*middle + *std::max_element(values.begin(), middle));
+}
+
+RobustValue Robust(const std::vector<double>& values) {
+  RobustValue robust;
+  robust.median = Median(values);
+  std::vector<double> deviations;
+  for (const double value : values) deviations.push_back(std::abs(value - robust.median));
+  robust.sigma = 1.4826 * Median(deviations);
+  return robust;
+}
+
+// What one photo's affine says of scanner and film. Turning, mirroring and shifting the film
+// changes none of it.
+struct FilmShape {
+  double column_um = 0, row_um = 0, scale_difference = 0, shear_rad = 0;
+};
+
+FilmShape ShapeOf(const Affine2d& photo_from_pixel) {
+  const Vector2d column = photo_from_pixel.A.col(0), row = photo_from_pixel.A.col(1);
+  FilmShape shape;
+  shape.column_um = 1e3 * column.norm();
+  shape.row_um = 1e3 * row.norm();
+  shape.scale_difference = 2 * (shape.column_um - shape.row_um) / (shape.column_um + shape.row_um);
+  shape.shear_rad = std::asin(column.normalized().dot(row.normalized()));
+  return shape;
+}
+
+int Used(const InteriorResult& result) {
+  return static_cast<int>(
+      std::count_if(result.marks.begin(), result.marks.end(),
+                    [](const MarkResult& m) { return m.state == MarkState::kUsed; }));
+}
+
+bool Counts(const InteriorResult& result) {
+  return result.status != Status::kFailed && result.photo_from_pixel && result.sigma0_um &&
+         std::isfinite(*result.sigma0_um) && Used(result) >= kLeastMarks;
+}
+
+// Probability that Hotelling's T^2 of n vectors of two components exceeds this value by chance:
+// (n - 2) / (2 (n - 1)) T^2 is F distributed with 2 and n - 2 degrees of freedom, whose upper tail
+// is (1 + 2 F / (n - 2))^-((n - 2) / 2).
+double ChanceOf(double t_squared, int n) {
+  return std::pow(1 + t_squared / (n - 1), -0.5 * (n - 2));
+}
+
+RollMark StatisticsOfMark(const std::string& id, const std::vector<Vector2d>& residuals,
+                          double significant) {
+  RollMark mark;
+  mark.id = id;
+  mark.photos = static_cast<int>(residuals.size());
+  if (mark.photos < kLeastPhotosOfRoll) return mark;
+  for (const Vector2d& r : residuals) mark.mean_um += r / mark.photos;
+  Matrix2d covariance = Matrix2d::Zero();
+  for (const Vector2d& r : residuals)
+    covariance += (r - mark.mean_um) * (r - mark.mean_um).transpose() / (mark.photos - 1.0);
+  covariance /= mark.photos;
+  mark.sigma_um = covariance.diagonal().cwiseSqrt();
+  covariance += 1e-8 * Matrix2d::Identity();  // residuals without any noise
+  const double t_squared = mark.mean_um.dot(covariance.inverse() * mark.mean_um);
+  mark.probability = ChanceOf(t_squared, mark.photos);
+  mark.systematic = mark.probability < significant && mark.mean_um.norm() > kLeastSystematic_um;
+  return mark;
+}
+
+std::vector<RollMark> StatisticsOfMarks(const std::vector<const InteriorResult*>& photos) {
+  std::vector<RollMark> marks;
+  const size_t count = photos.front()->marks.size();
+  for (size_t i = 0; i < count; ++i) {
+    std::vector<Vector2d> residuals;
+    for (const InteriorResult* photo : photos)
+      if (i < photo->marks.size() && photo->marks[i].state == MarkState::kUsed &&
+          photo->marks[i].residual_um)
+        residuals.push_back(*photo->marks[i].residual_um);
+    marks.push_back(StatisticsOfMark(photos.front()->marks[i].id, residuals,
+                                     kChanceOfOneRoll / static_cast<double>(count)));
+  }
+  return marks;
+}
+
+// Takes back what an earlier comparison said.
+void Forget(InteriorResult* result) {
+  if (result->status_alone) result->status = *result->status_alone;
+  result->status_alone.reset();
+  std::erase_if(result->messages,
+                [](const std::string& message) { return message.starts_with(kRollMessage); });
+}
+
+}  // namespace
+
+std::optional<RollStatistics> StatisticsOfRoll(const std::vector<InteriorResult>& results) {
+  std::vector<const InteriorResult*> photos;
+  std::vector<double> column, row, difference, shear, sigma0;
+  for (const InteriorResult& result : results) {
+    if (!Counts(result)) continue;
+    photos.push_back(&result);
+    const FilmShape shape = ShapeOf(*result.photo_from_pixel);
+    column.push_back(shape.column_um);
+    row.push_back(shape.row_um);
+    difference.push_back(shape.scale_difference);
+    shear.push_back(shape.shear_rad);
+    sigma0.push_back(*result.sigma0_um);
+  }
+  if (photos.size() < static_cast<size_t>(kLeastPhotosOfRoll)) return std::nullopt;
+  RollStatistics roll;
+  roll.photos = static_cast<int>(photos.size());
+  roll.column_um = Robust(column);
+  roll.row_um = Robust(row);
+  roll.scale_difference = Robust(difference);
+  roll.shear_rad = Robust(shear);
+  roll.sigma0_um = Robust(sigma0);
+  roll.photogrammetric = std::abs(roll.scale_difference.median) < kPhotogrammetricAffinity &&
+                         std::abs(roll.shear_rad.median) < kPhotogrammetricAffinity &&
+                         roll.sigma0_um.median < kPhotogrammetricSigma0_um;
+  roll.marks = StatisticsOfMarks(photos);
+  return roll;
+}
+
+std::vector<std::string> WhyItStandsOut(const RollStatistics& roll, const InteriorResult& photo) {
+  std::vector<std::string> reasons;
+  if (!Counts(photo)) return reasons;
+  const double sigmas = 5 + 80.0 / roll.photos;
+  const auto out = [&](double departure, const RobustValue& value, double least) {
+    return departure > least && departure > sigmas * value.sigma;
+  };
+  const FilmShape shape = ShapeOf(*photo.photo_from_pixel);
+  const auto compare = [&](double size, const RobustValue& value, const char* axis) {
+    const double least = kLeastAffinity * value.median;
+    if (out(std::abs(size - value.median), value, least))
+      reasons.push_back(
+          Text("its pixels along %s are %.3f um on the film, the other photos' %.3f um (%+.2f %%).",
+               axis, size, value.median, 100 * (size / value.median - 1)));
+  };
+  compare(shape.column_um, roll.column_um, "columns");
+  compare(shape.row_um, roll.row_um, "rows");
+  if (out(std::abs(shape.scale_difference - roll.scale_difference.median), roll.scale_difference,
+          kLeastAffinity))
+    reasons.push_back(
+        Text("the scales of its two axes differ by %.2f %%, the other photos' by "
+             "%.2f %%.",
+             100 * shape.scale_difference, 100 * roll.scale_difference.median));
+  if (out(std::abs(shape.shear_rad - roll.shear_rad.median), roll.shear_rad, kLeastAffinity))
+    reasons.push_back(Text("its axes are sheared by %.2f mrad, the other photos' by %.2f mrad.",
+                           1e3 * shape.shear_rad, 1e3 * roll.shear_rad.median));
+  if (out(*photo.sigma0_um - roll.sigma0_um.median, roll.sigma0_um, kLeastSigma0_um))
+    reasons.push_back(Text("its sigma0 is %.1f um, the other photos' %.1f um.", *photo.sigma0_um,
+                           roll.sigma0_um.median));
+  return reasons;
+}
+
+std::vector<size_t> CompareWithRoll(const std::optional<RollStatistics>& roll,
+                                    std::vector<InteriorResult>* results) {
+  std::vector<size_t> changed;
+  for (size_t i = 0; i < results->size(); ++i) {
+    InteriorResult& result = (*results)[i];
+    const InteriorResult before = result;
+    Forget(&result);
+    const std::vector<std::string> reasons =
+        roll ? WhyItStandsOut(*roll, result) : std::vector<std::string>();
+    if (!reasons.empty() && result.status == Status::kOk) {
+      result.status_alone = Status::kOk;
+      result.status = Status::kWeak;
+    }
+    for (const std::string& reason : reasons) {
+      result.messages.emplace_back(kRollMessage);
+      result.messages.back() += reason;
+    }
+    if (result.status != before.status || result.messages != before.messages) changed.push_back(i);
+  }
+  return changed;
+}
+
+std::vector<std::string> Findings(const RollStatistics& roll) {
+  std::vector<std::string> findings;
+  const double um = 0.5 * (roll.column_um.median + roll.row_um.median);
+  findings.push_back(
+      Text("%d photos of one roll: pixel %.4f um (+- %.3f %%), scales differ by %.3f %%, shear "
+           "%.2f mrad, sigma0 %.1f um: %s.",
+           roll.photos, um, 100 * std::max(roll.column_um.sigma, roll.row_um.sigma) / um,
+           100 * roll.scale_difference.median, 1e3 * roll.shear_rad.median, roll.sigma0_um.median,
+           roll.photogrammetric ? "a photogrammetric scanner"
+                                : "a desktop scanner, prints, or a camera file that does not fit"));
+  const auto used = std::count_if(roll.marks.begin(), roll.marks.end(), [](const RollMark& mark) {
+    return mark.photos >= kLeastPhotosOfRoll;
+  });
+  bool any = false;
+  for (const RollMark& mark : roll.marks) {
+    if (!mark.systematic) continue;
+    any = true;
+    findings.push_back(
+        Text("Mark %s lies off its calibrated position by (%.1f, %.1f) um (sigma "
+             "%.1f, %.1f) in the mean of %d photos.",
+             mark.id.c_str(), -mark.mean_um.x(), -mark.mean_um.y(), mark.sigma_um.x(),
+             mark.sigma_um.y(), mark.photos));
+  }
+  if (any && used <= kLeastMarks)
+    findings.emplace_back(
+        "With four marks an affine shares one mark's error among all four: which position in the "
+        "camera file is wrong cannot be told.");
+  if (any)
+    findings.emplace_back(
+        "The camera file's positions or the scanner's own distortion do that; 'orient interior "
+        "estimate-camera' gives the positions these photos show.");
+  return findings;
+}
+
+}  // namespace orient

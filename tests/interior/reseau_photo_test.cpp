@@ -1,0 +1,62 @@
+// A whole scan of a camera with a réseau.
+#include <gtest/gtest.h>
+
+#include "core/imaging/raster.h"
+#include "interior/guided_search.h"
+#include "interior/interior.h"
+#include "tests/support/film_frame.h"
+#include "tests/support/shared_data.h"
+
+namespace orient {
+namespace {
+
+using Eigen::Vector2d;
+
+// 5 x 5 crosses 13 mm apart on a film of 70 mm, like a small Hasselblad's.
+CameraFile CrossCamera() {
+  CameraFile file = RingCamera(26, 70);
+  file.fiducials.clear();
+  file.marks.clear();
+  MarkDrawing cross;
+  cross.elements = {CrossElement{3, 0.15, 0, 0}};
+  cross.background = MarkBackground::kImage;
+  file.marks["cross"] = cross;
+  for (int row = -2; row <= 2; ++row)
+    for (int col = -2; col <= 2; ++col)
+      file.fiducials.push_back({std::to_string(file.fiducials.size() + 1),
+                                Vector2d(13.0 * col, 13.0 * row), "cross", std::nullopt});
+  return file;
+}
+
+TEST(ReseauPhoto, AnchorsAreTheCornersAndTheMiddlesOfTheSides) {
+  EXPECT_EQ(AnchorMarks(CrossCamera().fiducials),
+            (std::vector<size_t>{0, 2, 4, 10, 14, 20, 22, 24}));
+}
+
+TEST(ReseauPhoto, CrossesAreFoundAndGiveACorrection) {
+  TemporaryFolder folder;
+  FilmFrameSpec spec;
+  spec.camera = CrossCamera();
+  spec.missing = {7, 13};
+  const FilmFrame frame = RenderFilmFrame(spec);
+  WriteScan(folder / "a.png", frame.scan);
+  InteriorOptions options;
+  options.pixel_size_um = 100;
+  const InteriorResult result =
+      OrientInterior(Raster::Open(folder / "a.png"), spec.camera, ShapesOf(spec.camera), options);
+  ASSERT_TRUE(result.photo_from_pixel) << result.messages.at(0);
+  EXPECT_EQ(result.status, Status::kOk) << result.messages.at(0);
+  ASSERT_TRUE(result.reseau);
+  EXPECT_GE(result.reseau->crosses, 20);
+  EXPECT_LT(result.reseau->noise_um, 5);
+  const Affine2d truth = frame.pixel_from_photo.Inverse();
+  for (const Vector2d& pixel : {Vector2d(200, 300), Vector2d(410, 410), Vector2d(600, 180)}) {
+    const Vector2d photo =
+        PhotoFromPixel(*result.photo_from_pixel, &result.reseau->correction, pixel);
+    // The scan of a layout that looks the same when turned may be read in any of those ways.
+    EXPECT_NEAR(photo.norm(), (truth * pixel).norm(), 0.005) << "mm";
+  }
+}
+
+}  // namespace
+}  // namespace orient

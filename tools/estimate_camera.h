@@ -1,0 +1,29 @@
+// orient interior estimate-camera: the marks' positions from the photos themselves.
+#pragma once
+
+#include <CLI/App.hpp>
+#include <iosfwd>
+#include <string>
+#include <vector>
+
+#include "tools/command.h"
+
+namespace orient {
+
+// Nested in `orient interior`, whose own required options it switches off when it is asked for.
+class EstimateCameraCommand {
+ public:
+  void Setup(CLI::App& interior);
+  bool Asked() const { return app_ != nullptr && app_->parsed(); }
+  // Throws UsageError, InputError.
+  ExitCode Run(std::ostream& out) const;
+
+ private:
+  CLI::App* app_ = nullptr;
+  std::vector<std::string> directories_;
+  std::string start_, out_;
+  std::string scanner_ = "auto";
+  bool overwrite_ = false;
+};
+
+}  // namespace orient

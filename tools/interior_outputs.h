@@ -1,0 +1,24 @@
+// What a run of interior orientations leaves beside the photos' own results.
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "core/files/camera_file.h"
+#include "core/files/results.h"
+
+namespace orient {
+
+// Compares the photos with one another (interior/roll.h), writes the results of those that change
+// anew, and then DIR/interior.csv, DIR/marks.csv and the contact sheet. Everything is derived from
+// the photos' results: after a crash a resumed run writes it as if nothing had happened.
+void WriteInteriorOutputs(const std::string& directory, const CameraFile& camera,
+                          std::vector<InteriorResult>* results);
+
+// DIR/Ori-InterneScan: MeasuresCamera.xml and MeasuresIm-<image>.xml for every photo with a
+// transform. `photos` are the scans' paths, in the order of the results.
+void WriteMicmacOutputs(const std::string& directory, const CameraFile& camera,
+                        const std::vector<std::string>& photos,
+                        const std::vector<InteriorResult>& results);
+
+}  // namespace orient
