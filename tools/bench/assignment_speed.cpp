@@ -81,7 +81,8 @@ double AffineMs(const Bench& bench) {
   double sum = 0;
   for (int i = 0; i < kFits; ++i) {
     pairs[0].target.x() += 1e-6;
-    sum += FitAffine(pairs)->sigma0;
+    const auto fit = FitAffine(pairs);
+    if (fit) sum += fit->sigma0;
   }
   const double ms = (ProcessorMs() - start) / kFits;
   return sum >= 0 ? ms : 0;
