@@ -157,13 +157,14 @@ InteriorResult WithOrientationFound(const Raster& scan, const CameraFile& camera
 }
 
 InteriorResult OrientFilm(const Raster& scan, const CameraFile& camera, const MarkShapes& shapes,
-                          const InteriorOptions& options) {
+                          const InteriorOptions& options, double* nats) {
   InteriorResult result;
   result.width = scan.Width();
   result.height = scan.Height();
   const bool reseau = std::ssize(camera.fiducials) >= kLeastReseauMarks;
   const FilmReading reading = reseau ? ReadFilmByAnchors(scan, camera, shapes, options)
                                      : ReadFilm(scan, camera, shapes, options);
+  if (nats) *nats = reading.best.nats;
   const FilmMarks marks = MeasureMarks(scan, camera, shapes, reading);
   const auto film = FitFilm(UsedMarks(camera, marks), IsMirrored(reading.orientations.front()));
   const Verdict verdict = Judge(reading, marks, film);
@@ -214,10 +215,12 @@ MarkShapes ShapesOf(const CameraFile& camera, const std::map<std::string, Image>
 }
 
 InteriorResult OrientInterior(const Raster& scan, const CameraFile& camera,
-                              const MarkShapes& shapes, const InteriorOptions& options) {
+                              const MarkShapes& shapes, const InteriorOptions& options,
+                              double* nats) {
+  if (nats) *nats = 0;
   if (camera.camera.kind == CameraKind::kDigital) return OrientDigital(scan, camera.camera);
   CheckFilmCamera(camera, shapes);
-  return OrientFilm(scan, camera, shapes, options);
+  return OrientFilm(scan, camera, shapes, options, nats);
 }
 
 std::optional<InteriorResult> InOrientation(const InteriorResult& result, const CameraFile& camera,

@@ -30,9 +30,11 @@ struct InteriorOptions {
 
 // `shapes` holds the drawing of every mark the camera's fiducials name (see ShapesOf). The photo's
 // name is left to the caller. Throws InputError where the scan is damaged, and for a camera of kind
-// film without fiducials.
+// film without fiducials. `nats`, where it is given, becomes the log odds of the marks found
+// against clutter (0 for a digital camera): what several cameras are compared by.
 InteriorResult OrientInterior(const Raster& scan, const CameraFile& camera,
-                              const MarkShapes& shapes, const InteriorOptions& options = {});
+                              const MarkShapes& shapes, const InteriorOptions& options = {},
+                              double* nats = nullptr);
 
 // The camera's drawings; pictures they refer to are handed in by name of the mark.
 MarkShapes ShapesOf(const CameraFile& camera, const std::map<std::string, Image>& pictures = {});

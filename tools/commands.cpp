@@ -11,6 +11,7 @@ CommandList MakeCommands() {
   commands.push_back(MakeBlockCommand());
   commands.push_back(MakeSimulateCommand());
   commands.push_back(MakeReportCommand());
+  commands.push_back(MakeCamerasCommand());
   return commands;
 }
 

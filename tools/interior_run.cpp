@@ -9,7 +9,9 @@
 
 #include "core/error.h"
 #include "core/files/orientation_table.h"
+#include "interior/camera_choice.h"
 #include "interior/mark_picture.h"
+#include "tools/camera_library.h"
 #include "tools/interior_outputs.h"
 #include "tools/shared_options.h"
 #include "tools/summary_table.h"
@@ -42,9 +44,56 @@ Picture Draw(const CameraFile& camera, const MarkShapes& shapes, const Raster& s
   return DrawMarks(scan, result, positions, pixel_mm, PictureReach(shapes));
 }
 
+// The cameras that a run may find: the one that was named, or those of the library.
+struct RunCameras {
+  std::vector<LibraryCamera> all;
+  bool named = false;
+};
+
+RunCameras LoadCameras(const InteriorRunOptions& options) {
+  RunCameras cameras;
+  if (options.camera == kAutoCamera) {
+    cameras.all = ReadCameraLibrary(CameraLibraryFolder(options.camera_library));
+    std::erase_if(cameras.all, [](const LibraryCamera& camera) { return camera.format_only; });
+    return cameras;
+  }
+  LibraryCamera camera;
+  camera.file = ReadCameraFile(options.camera);
+  camera.shapes = LoadMarkShapes(camera.file);
+  cameras.all.push_back(std::move(camera));
+  cameras.named = true;
+  return cameras;
+}
+
+CameraChoice Orient(const Raster& scan, const RunCameras& cameras, const InteriorOptions& options) {
+  if (cameras.named) {
+    const LibraryCamera& camera = cameras.all.front();
+    return {OrientInterior(scan, camera.file, camera.shapes, options), 0};
+  }
+  std::vector<KnownCamera> known;
+  for (const LibraryCamera& camera : cameras.all)
+    known.push_back({camera.name, &camera.file, &camera.shapes});
+  return OrientWithUnknownCamera(scan, known, options);
+}
+
+// The camera of all photos; null where they were found to be from several, or from none.
+const CameraFile* CameraOfRoll(const RunCameras& cameras,
+                               const std::vector<InteriorResult>& results) {
+  if (cameras.named) return &cameras.all.front().file;
+  std::string name;
+  for (const InteriorResult& result : results) {
+    if (result.cameras.empty()) continue;
+    if (!name.empty() && name != result.cameras.front()) return nullptr;
+    name = result.cameras.front();
+  }
+  const auto found = std::find_if(cameras.all.begin(), cameras.all.end(),
+                                  [&](const LibraryCamera& c) { return c.name == name; });
+  return found == cameras.all.end() ? nullptr : &found->file;
+}
+
 // A damaged scan fails this photo only; a result that cannot be written ends the run.
-InteriorResult OrientOne(const InteriorRunOptions& options, const CameraFile& camera,
-                         const MarkShapes& shapes, const std::string& photo) {
+InteriorResult OrientOne(const InteriorRunOptions& options, const RunCameras& cameras,
+                         const std::string& photo) {
   const std::string name = PhotoName(photo);
   const std::string path = InteriorResultPath(options.out, name);
   if (options.resume && fs::exists(path)) return ReadInteriorResult(path);
@@ -52,8 +101,12 @@ InteriorResult OrientOne(const InteriorRunOptions& options, const CameraFile& ca
   std::optional<Picture> picture;
   try {
     const Raster scan = Raster::Open(photo);
-    result = OrientInterior(scan, camera, shapes, options.scan);
-    if (!result.marks.empty()) picture = Draw(camera, shapes, scan, result);
+    const CameraChoice choice = Orient(scan, cameras, options.scan);
+    result = choice.result;
+    if (choice.camera && !result.marks.empty()) {
+      const LibraryCamera& camera = cameras.all[*choice.camera];
+      picture = Draw(camera.file, camera.shapes, scan, result);
+    }
   } catch (const InputError& error) {
     result = {};
     result.messages = {error.what()};
@@ -92,19 +145,20 @@ MarkShapes LoadMarkShapes(const CameraFile& camera) {
 std::vector<InteriorResult> RunInterior(const InteriorRunOptions& options,
                                         const std::function<void()>& done) {
   CheckNames(options.photos);
-  const CameraFile camera = ReadCameraFile(options.camera);
-  const MarkShapes shapes = LoadMarkShapes(camera);
+  const RunCameras cameras = LoadCameras(options);
   MakeOutputDirectory(options.out);
   std::vector<InteriorResult> results(options.photos.size());
   tbb::task_arena arena(options.jobs > 0 ? options.jobs : tbb::task_arena::automatic);
   arena.execute([&] {
     tbb::parallel_for(size_t{0}, options.photos.size(), [&](size_t i) {
-      results[i] = OrientOne(options, camera, shapes, options.photos[i]);
+      results[i] = OrientOne(options, cameras, options.photos[i]);
       if (done) done();
     });
   });
-  WriteInteriorOutputs(options.out, camera, &results);
-  if (options.micmac) WriteMicmacOutputs(options.out, camera, options.photos, results);
+  if (const CameraFile* camera = CameraOfRoll(cameras, results)) {
+    WriteInteriorOutputs(options.out, *camera, &results);
+    if (options.micmac) WriteMicmacOutputs(options.out, *camera, options.photos, results);
+  }
   return results;
 }
 

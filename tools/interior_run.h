@@ -11,9 +11,13 @@
 
 namespace orient {
 
+// In place of a camera file: find out which camera of the library each scan is from.
+inline constexpr const char* kAutoCamera = "auto";
+
 struct InteriorRunOptions {
   std::vector<std::string> photos;  // paths
-  std::string camera;
+  std::string camera;               // path of its file, or kAutoCamera
+  std::string camera_library;       // folder; for kAutoCamera alone, where empty the program's own
   std::string out;
   InteriorOptions scan;
   bool resume = false;  // keep results that are there

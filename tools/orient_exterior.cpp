@@ -4,6 +4,7 @@
 
 #include "core/files/block_file.h"
 #include "core/files/orientation_table.h"
+#include "tools/camera_library.h"
 #include "tools/commands.h"
 #include "tools/exterior_run.h"
 #include "tools/exterior_summary.h"
@@ -22,7 +23,10 @@ class ExteriorCommand : public Command {
 
   void Setup(CLI::App& app) override {
     AddPhotosOption(app, &patterns_);
-    app.add_option("--camera", options_.camera, "Camera file (TOML)")->required();
+    app.add_option("--camera", options_.camera,
+                   "Camera file (TOML), or a name of the camera library")
+        ->required();
+    AddCameraLibraryOption(app, &library_);
     app.add_option("--approximations", options_.approximations,
                    "Approximate orientation (OPK CSV, its .prj beside it)")
         ->required();
@@ -45,6 +49,7 @@ class ExteriorCommand : public Command {
 
   ExitCode Run(std::ostream& out) override {
     options_.photos = ExpandPhotos(patterns_, "");
+    options_.camera = FindCameraFile(options_.camera, library_);
     options_.out = output_.directory;
     if (attitude_sigma_deg_) options_.attitude_sigma_rad = RadFromDeg(*attitude_sigma_deg_);
     options_.feedback = !no_feedback_;
@@ -63,6 +68,7 @@ class ExteriorCommand : public Command {
  private:
   std::vector<std::string> patterns_;
   ExteriorRunOptions options_;
+  std::string library_;
   OutputOptions output_;
   std::optional<double> attitude_sigma_deg_;
   bool no_feedback_ = false;

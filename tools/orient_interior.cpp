@@ -6,6 +6,7 @@
 #include "core/files/block_file.h"
 #include "core/files/orientation_table.h"
 #include "interior/roll.h"
+#include "tools/camera_library.h"
 #include "tools/commands.h"
 #include "tools/estimate_camera.h"
 #include "tools/interior_run.h"
@@ -29,7 +30,10 @@ class InteriorCommand : public Command {
 
   void Setup(CLI::App& app) override {
     AddPhotosOption(app, &patterns_);
-    app.add_option("--camera", camera_path_, "Camera file (TOML)")->required();
+    app.add_option("--camera", camera_,
+                   "Camera file (TOML), a name of the camera library, or auto: find out")
+        ->required();
+    AddCameraLibraryOption(app, &library_);
     AddOutputOptions(app, &output_);
     app.add_flag("--resume", resume_, "Keep the results that exist, do the other photos");
     AddScanOptions(app, &scan_);
@@ -46,7 +50,8 @@ class InteriorCommand : public Command {
     if (estimate_camera_.Asked()) return estimate_camera_.Run(out);
     InteriorRunOptions options;
     options.photos = ExpandPhotos(patterns_, "");
-    options.camera = camera_path_;
+    options.camera = camera_ == kAutoCamera ? camera_ : FindCameraFile(camera_, library_);
+    options.camera_library = library_;
     options.out = output_.directory;
     options.scan = {scan_.pixel_size_um, scan_.polarity, scan_.orientation, scanner_, Locator()};
     options.resume = resume_;
@@ -103,7 +108,8 @@ class InteriorCommand : public Command {
   }
 
   std::vector<std::string> patterns_;
-  std::string camera_path_;
+  std::string camera_;
+  std::string library_;
   OutputOptions output_;
   bool resume_ = false;
   ScanOptions scan_;

@@ -85,22 +85,24 @@ Json InteriorJson(const InteriorResult& result) {
   for (const MarkResult& mark : result.marks) marks.push_back(MarkJson(mark));
   Json possible = Json::array();
   for (const ScanOrientation o : result.possible_orientations) possible.push_back(Name(o));
-  return {{"photo", result.photo},
-          {"status", Name(result.status)},
-          {"status_alone", NameOrNull(result.status_alone)},
-          {"scan",
-           {{"width", result.width},
-            {"height", result.height},
-            {"pixel_size_um", ToJson(result.pixel_size_um)},
-            {"polarity", NameOrNull(result.polarity)},
-            {"orientation", NameOrNull(result.orientation)},
-            {"possible_orientations", std::move(possible)}}},
-          {"photo_from_pixel", TransformJson(result.photo_from_pixel)},
-          {"reseau", ReseauJson(result.reseau)},
-          {"sigma0_um", ToJson(result.sigma0_um)},
-          {"margin", ToJson(result.margin)},
-          {"marks", std::move(marks)},
-          {"messages", result.messages}};
+  Json json = {{"photo", result.photo},
+               {"status", Name(result.status)},
+               {"status_alone", NameOrNull(result.status_alone)},
+               {"scan",
+                {{"width", result.width},
+                 {"height", result.height},
+                 {"pixel_size_um", ToJson(result.pixel_size_um)},
+                 {"polarity", NameOrNull(result.polarity)},
+                 {"orientation", NameOrNull(result.orientation)},
+                 {"possible_orientations", std::move(possible)}}},
+               {"photo_from_pixel", TransformJson(result.photo_from_pixel)},
+               {"reseau", ReseauJson(result.reseau)},
+               {"sigma0_um", ToJson(result.sigma0_um)},
+               {"margin", ToJson(result.margin)},
+               {"marks", std::move(marks)},
+               {"messages", result.messages}};
+  if (!result.cameras.empty()) json["camera"] = result.cameras;
+  return json;
 }
 
 MarkResult ReadMark(const JsonField& field) {
@@ -320,6 +322,7 @@ InteriorResult ReadInteriorResult(const std::string& path) {
   result.sigma0_um = root.FindNumber("sigma0_um");
   result.margin = root.FindNumber("margin");
   for (const JsonField& mark : root.At("marks").Elements()) result.marks.push_back(ReadMark(mark));
+  if (const auto field = root.Find("camera")) result.cameras = field->AsStrings();
   result.messages = root.At("messages").AsStrings();
   return result;
 }

@@ -59,6 +59,7 @@ struct InteriorResult {
   std::optional<double> sigma0_um;
   std::optional<double> margin;  // nats to the second-best assignment
   std::vector<MarkResult> marks;
+  std::vector<std::string> cameras;  // the library's cameras that fit; empty where one was named
   std::vector<std::string> messages;
 };
 

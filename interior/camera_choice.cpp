@@ -1,0 +1,267 @@
+#include "interior/camera_choice.h"
+
+#include <cmath>
+#include <cstdio>
+
+#include "interior/layout.h"
+
+namespace orient {
+namespace {
+
+using Eigen::Matrix2d;
+using Eigen::Vector2d;
+
+constexpr double kMinAheadNats = 3.0;
+// One resolution tag in fifty is nonsense.
+constexpr double kWrongTagNats = 4.0;
+// Pixel sizes farther than this from the stated one do not follow from it.
+constexpr double kTagTolerance = 0.05;
+// Tags and desktop scanners are right within a per cent (real frames: 0.8 %); what is farther off
+// may be the marks of an unknown camera in a similar place.
+constexpr double kSurePixelSize = 0.012;
+// Marks that fix a layout's shape and not only its size.
+constexpr int kMarksOfShape = 6;
+constexpr double kSameShape = 0.01;  // relative to the layout's radius
+constexpr double kSameTransformMm = 0.25;
+constexpr double kMostDistortionMm = 0.6;
+constexpr int kCandidatesSaid = 4;
+
+std::string Text(const char* format, double value) {
+  char buffer[40];
+  std::snprintf(buffer, sizeof(buffer), format, value);
+  return buffer;
+}
+
+int UsedMarks(const InteriorResult& result) {
+  return static_cast<int>(std::count_if(result.marks.begin(), result.marks.end(),
+                                        [](const auto& m) { return m.state == MarkState::kUsed; }));
+}
+
+std::vector<InteriorResult> InEveryOrientation(const InteriorResult& result,
+                                               const KnownCamera& camera) {
+  std::vector<InteriorResult> all;
+  for (const ScanOrientation orientation : result.possible_orientations)
+    if (auto turned = InOrientation(result, *camera.file, *camera.shapes, orientation))
+      all.push_back(std::move(*turned));
+  return all;
+}
+
+// Largest distance, mm, between what two transforms say of the scan's corners.
+double Difference(const Affine2d& a, const Affine2d& b, int width, int height) {
+  double most = 0;
+  for (const double x : {0.0, 1.0})
+    for (const double y : {0.0, 1.0}) {
+      const Vector2d pixel(x * width, y * height);
+      most = std::max(most, (a * pixel - b * pixel).norm());
+    }
+  return most;
+}
+
+double DistortionMm(const InteriorResult& result) { return 1e-3 * result.sigma0_um.value_or(0.0); }
+
+// Whether two cameras give one transform, in some way of lying that both leave open. A bent print
+// moves the transform with the marks that it rests on.
+bool Agree(const CameraReading& a, const CameraReading& b,
+           const std::vector<KnownCamera>& cameras) {
+  if (!a.result.photo_from_pixel || !b.result.photo_from_pixel) return false;
+  if (a.result.polarity != b.result.polarity) return false;
+  const double tolerance =
+      kSameTransformMm +
+      2 * std::min(std::max(DistortionMm(a.result), DistortionMm(b.result)), kMostDistortionMm);
+  const auto others = InEveryOrientation(b.result, cameras[b.camera]);
+  for (const InteriorResult& one : InEveryOrientation(a.result, cameras[a.camera]))
+    for (const InteriorResult& other : others)
+      if (Difference(*one.photo_from_pixel, *other.photo_from_pixel, one.width, one.height) <
+          tolerance)
+        return true;
+  return false;
+}
+
+// Mark positions with their middle at 0 and a mean radius of 1, and that radius.
+std::vector<Vector2d> Shape(const CameraFile& camera, double* radius_mm) {
+  const Vector2d middle = RectangleOfMarks(camera.fiducials).centre_mm;
+  std::vector<Vector2d> shape;
+  *radius_mm = 0;
+  for (const Fiducial& f : camera.fiducials) {
+    shape.emplace_back(f.position_mm - middle);
+    *radius_mm += shape.back().norm() / static_cast<double>(camera.fiducials.size());
+  }
+  for (Vector2d& p : shape) p /= *radius_mm;
+  return shape;
+}
+
+// One layout is the other, larger or smaller.
+bool SameShapeOfAnotherSize(const CameraFile& a, const CameraFile& b) {
+  double radius_a = 0, radius_b = 0;
+  const auto shape_a = Shape(a, &radius_a), shape_b = Shape(b, &radius_b);
+  if (shape_a.size() != shape_b.size()) return false;
+  if (std::abs(radius_a / radius_b - 1) < 1e-3) return false;
+  return std::all_of(shape_a.begin(), shape_a.end(), [&](const Vector2d& p) {
+    return std::any_of(shape_b.begin(), shape_b.end(),
+                       [&](const Vector2d& q) { return (p - q).norm() < kSameShape; });
+  });
+}
+
+// Without a pixel size only the shape of the layout tells its size.
+bool ShapeTellsSize(const std::vector<KnownCamera>& cameras, const CameraReading& best) {
+  if (UsedMarks(best.result) < kMarksOfShape) return false;
+  return std::none_of(cameras.begin(), cameras.end(), [&](const KnownCamera& other) {
+    return SameShapeOfAnotherSize(*cameras[best.camera].file, *other.file);
+  });
+}
+
+void MakeWeak(const std::string& why, InteriorResult* result) {
+  result->status = Status::kWeak;
+  result->messages.push_back(why);
+}
+
+void JudgePixelSize(const std::vector<KnownCamera>& cameras, const CameraReading& best,
+                    std::optional<double> stated_um, InteriorResult* result) {
+  const double found_um = result->pixel_size_um.value_or(0.0);
+  const double off = stated_um ? found_um / *stated_um - 1 : 1;
+  if (std::abs(off) < kSurePixelSize) return;
+  if (stated_um && std::abs(off) < kTagTolerance) {
+    MakeWeak("With this camera a pixel is " + Text("%.1f", 100 * std::abs(off)) + " % " +
+                 (off > 0 ? "larger" : "smaller") +
+                 " than stated: perhaps another camera, whose marks lie differently.",
+             result);
+  } else if (!ShapeTellsSize(cameras, best)) {
+    MakeWeak("The pixel size (" + Text("%.2f", found_um) +
+                 " um) follows from the camera alone: a smaller or larger camera with like marks "
+                 "would fit as well; give --pixel-size-um.",
+             result);
+  }
+}
+
+// Readings by evidence, the strongest first; one that contradicts the stated pixel size pays.
+std::vector<CameraReading> ByEvidence(std::vector<CameraReading> readings,
+                                      std::optional<double> stated_um) {
+  for (CameraReading& r : readings)
+    if (stated_um && r.result.pixel_size_um &&
+        std::abs(*r.result.pixel_size_um / *stated_um - 1) > kTagTolerance)
+      r.nats -= kWrongTagNats;
+  std::stable_sort(readings.begin(), readings.end(),
+                   [](const auto& a, const auto& b) { return a.nats > b.nats; });
+  return readings;
+}
+
+std::string CandidateList(const std::vector<KnownCamera>& cameras,
+                          const std::vector<CameraReading>& sorted) {
+  std::string list;
+  for (size_t i = 0; i < sorted.size() && i < kCandidatesSaid; ++i) {
+    if (i > 0) list += ", ";
+    list += cameras[sorted[i].camera].name;
+    list += " (";
+    list += Name(sorted[i].result.status);
+    list += i == 0 ? Text(", %.1f nats)", sorted[i].nats)
+                   : Text(", %.1f behind)", sorted.front().nats - sorted[i].nats);
+  }
+  return list;
+}
+
+CameraChoice Unknown(const std::vector<KnownCamera>& cameras,
+                     const std::vector<CameraReading>& sorted, const std::string& why) {
+  CameraChoice choice;
+  choice.result.messages.push_back("The camera is unknown: " + why +
+                                   " Name the camera with --camera, or draw its marks (cameras).");
+  if (sorted.empty()) return choice;
+  choice.result.width = sorted.front().result.width;
+  choice.result.height = sorted.front().result.height;
+  choice.result.messages.push_back("Nearest: " + CandidateList(cameras, sorted) + ".");
+  return choice;
+}
+
+void SayCameras(const std::vector<KnownCamera>& cameras, const std::vector<size_t>& fitting,
+                InteriorResult* result) {
+  double least = 1e9, most = 0;
+  std::string names;
+  for (const size_t i : fitting) {
+    const double distance = cameras[i].file->camera.principal_distance_mm;
+    least = std::min(least, distance);
+    most = std::max(most, distance);
+    names += (names.empty() ? "" : ", ") + cameras[i].name;
+    result->cameras.push_back(cameras[i].name);
+  }
+  std::string said = fitting.size() == 1
+                         ? "Camera " + names + " of the library."
+                         : "Cameras that fit alike, with one transform: " + names + ".";
+  said += most - least > 1
+              ? " The marks do not tell the principal distance (" + Text("%.0f", least) + " to " +
+                    Text("%.0f", most) + " mm): the exterior orientation needs the right one."
+              : " Its principal distance is nominal: the exterior orientation needs "
+                "the calibrated one.";
+  result->messages.push_back(said);
+}
+
+// Cameras with the same marks at the same places read a scan alike.
+bool ReadAlike(const KnownCamera& a, const KnownCamera& b) {
+  if (a.file->fiducials.size() != b.file->fiducials.size()) return false;
+  constexpr double kPixelPerMm = 20;
+  const Matrix2d pixel_from_mm = Vector2d(kPixelPerMm, -kPixelPerMm).asDiagonal();
+  for (size_t i = 0; i < a.file->fiducials.size(); ++i) {
+    const Fiducial &one = a.file->fiducials[i], &other = b.file->fiducials[i];
+    if (one.position_mm != other.position_mm || one.symbol.has_value() != other.symbol.has_value())
+      return false;
+    const MarkTemplate drawn = RenderMark(a.shapes->at(one.mark), pixel_from_mm);
+    const MarkTemplate other_drawn = RenderMark(b.shapes->at(other.mark), pixel_from_mm);
+    const auto same = [](float p, float q) { return p == q || (std::isnan(p) && std::isnan(q)); };
+    if (!std::equal(drawn.values.values.begin(), drawn.values.values.end(),
+                    other_drawn.values.values.begin(), other_drawn.values.values.end(), same))
+      return false;
+  }
+  return true;
+}
+
+}  // namespace
+
+CameraChoice ChooseCamera(const std::vector<KnownCamera>& cameras,
+                          const std::vector<CameraReading>& readings,
+                          std::optional<double> pixel_size_um) {
+  const auto sorted = ByEvidence(readings, pixel_size_um);
+  const auto best = std::find_if(sorted.begin(), sorted.end(),
+                                 [](const auto& r) { return r.result.status == Status::kOk; });
+  if (best == sorted.end())
+    return Unknown(
+        cameras, sorted,
+        "none of the library's " + std::to_string(cameras.size()) + " fits for certain.");
+  std::vector<size_t> fitting;
+  for (const CameraReading& other : sorted) {
+    const bool agrees = &other == &*best || Agree(*best, other, cameras);
+    if (other.nats <= best->nats - kMinAheadNats) continue;
+    if (!agrees)
+      return Unknown(cameras, sorted,
+                     cameras[best->camera].name + " fits, and " + cameras[other.camera].name +
+                         ", whose marks lie differently, nearly as well or better.");
+    if (other.result.status == Status::kOk) fitting.push_back(other.camera);
+  }
+  CameraChoice choice{best->result, best->camera};
+  JudgePixelSize(cameras, *best, pixel_size_um, &choice.result);
+  SayCameras(cameras, fitting, &choice.result);
+  return choice;
+}
+
+CameraChoice OrientWithUnknownCamera(const Raster& scan, const std::vector<KnownCamera>& cameras,
+                                     const InteriorOptions& options) {
+  std::vector<CameraReading> readings;
+  for (size_t i = 0; i < cameras.size(); ++i) {
+    if (cameras[i].file->camera.kind == CameraKind::kDigital ||
+        cameras[i].file->fiducials.size() > kMostMarksOfUnknownCamera)
+      continue;
+    const auto alike = std::find_if(readings.begin(), readings.end(), [&](const auto& known) {
+      return ReadAlike(cameras[known.camera], cameras[i]);
+    });
+    if (alike != readings.end()) {
+      readings.push_back({i, alike->result, alike->nats});
+      continue;
+    }
+    double nats = 0;
+    InteriorResult result =
+        OrientInterior(scan, *cameras[i].file, *cameras[i].shapes, options, &nats);
+    readings.push_back({i, std::move(result), nats});
+  }
+  std::optional<double> stated_um = options.pixel_size_um;
+  if (!stated_um && scan.DpiTag() && *scan.DpiTag() > 0) stated_um = 25400 / *scan.DpiTag();
+  return ChooseCamera(cameras, readings, stated_um);
+}
+
+}  // namespace orient

@@ -1,0 +1,51 @@
+// Which of the known cameras a scan is from: each reads the scan, and the choice is made only where
+// the best reading is sure by itself and no camera with another geometry comes near it.
+//
+// Cameras whose marks agree (an RC10 with 15 and with 21 cm lens) give one transform: that is a tie
+// and no doubt. A camera that is not among the known ones is not found out by being the best of the
+// wrong ones: the pixel size is tested as well, where the scan or the user states it.
+#pragma once
+
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "interior/interior.h"
+
+namespace orient {
+
+// A reseau's crosses are no camera's mark: a scan that has them is named (and would cost as much as
+// all other cameras together).
+inline constexpr size_t kMostMarksOfUnknownCamera = 12;
+
+struct KnownCamera {
+  std::string name;
+  const CameraFile* file = nullptr;
+  const MarkShapes* shapes = nullptr;
+};
+
+// What one camera makes of the scan.
+struct CameraReading {
+  size_t camera = 0;  // index of the known camera
+  InteriorResult result;
+  double nats = 0;  // log odds of the marks found against clutter
+};
+
+struct CameraChoice {
+  // The chosen camera's result, with the names of all cameras that fit as well in `cameras`;
+  // failed, with the best candidates in its messages, where no camera can be chosen.
+  InteriorResult result;
+  std::optional<size_t> camera;  // index of the known camera; empty: unknown
+};
+
+// The decision alone. `pixel_size_um`: what the user or the resolution tag says; empty: unknown.
+CameraChoice ChooseCamera(const std::vector<KnownCamera>& cameras,
+                          const std::vector<CameraReading>& readings,
+                          std::optional<double> pixel_size_um);
+
+// Reads the scan with every known film camera of at most twelve marks (cameras of like marks only
+// once) and chooses. Throws InputError as OrientInterior.
+CameraChoice OrientWithUnknownCamera(const Raster& scan, const std::vector<KnownCamera>& cameras,
+                                     const InteriorOptions& options = {});
+
+}  // namespace orient

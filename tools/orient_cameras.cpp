@@ -1,0 +1,46 @@
+// orient cameras: what is in the camera library.
+#include <CLI/CLI.hpp>
+#include <ostream>
+
+#include "interior/camera_choice.h"
+#include "tools/camera_library.h"
+#include "tools/commands.h"
+#include "tools/summary_table.h"
+
+namespace orient {
+namespace {
+
+bool IsTried(const LibraryCamera& camera) {
+  return !camera.format_only && camera.file.fiducials.size() <= kMostMarksOfUnknownCamera;
+}
+
+class CamerasCommand : public Command {
+ public:
+  std::string Name() const override { return "cameras"; }
+  std::string Summary() const override {
+    return "List the camera library: names for --camera, what --camera auto knows";
+  }
+
+  void Setup(CLI::App& app) override { AddCameraLibraryOption(app, &library_); }
+
+  ExitCode Run(std::ostream& out) override {
+    const std::string folder = CameraLibraryFolder(library_);
+    SummaryTable table({"name", "marks", "c mm", "auto", "camera"});
+    for (const LibraryCamera& camera : ReadCameraLibrary(folder))
+      table.AddRow({camera.name, std::to_string(camera.file.fiducials.size()),
+                    Fixed(camera.file.camera.principal_distance_mm, 1),
+                    IsTried(camera) ? "yes" : "no", camera.file.camera.name});
+    table.Print(out);
+    out << "\nlibrary  " << folder << "\n";
+    return ExitCode::kAllDone;
+  }
+
+ private:
+  std::string library_;
+};
+
+}  // namespace
+
+std::unique_ptr<Command> MakeCamerasCommand() { return std::make_unique<CamerasCommand>(); }
+
+}  // namespace orient
