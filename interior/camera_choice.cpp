@@ -59,21 +59,40 @@ double Difference(const Affine2d& a, const Affine2d& b, int width, int height) {
 
 double DistortionMm(const InteriorResult& result) { return 1e-3 * result.sigma0_um.value_or(0.0); }
 
-// Whether two cameras give one transform, in some way of lying that both leave open. A bent print
-// moves the transform with the marks that it rests on.
+// The marks that a reading without a transform used (four of eight, say), where `transform` puts
+// the other camera's film: at least three, all in their places.
+bool MarksFit(const Affine2d& transform, const CameraReading& reading,
+              const std::vector<KnownCamera>& cameras, double tolerance_mm) {
+  constexpr int kFewest = 3;
+  const auto& fiducials = cameras[reading.camera].file->fiducials;
+  int fitting = 0;
+  for (size_t i = 0; i < reading.result.marks.size(); ++i) {
+    const MarkResult& mark = reading.result.marks[i];
+    if (mark.state != MarkState::kUsed || !mark.pixel) continue;
+    if ((transform * *mark.pixel - fiducials[i].position_mm).norm() > tolerance_mm) return false;
+    ++fitting;
+  }
+  return fitting >= kFewest;
+}
+
+// Whether two cameras give one transform (`a` has one), in some way of lying that both leave open.
+// A bent print moves the transform with the marks that it rests on.
 bool Agree(const CameraReading& a, const CameraReading& b,
            const std::vector<KnownCamera>& cameras) {
-  if (!a.result.photo_from_pixel || !b.result.photo_from_pixel) return false;
-  if (a.result.polarity != b.result.polarity) return false;
+  if (!a.result.photo_from_pixel) return false;
+  if (b.result.photo_from_pixel && a.result.polarity != b.result.polarity) return false;
   const double tolerance =
       kSameTransformMm +
       2 * std::min(std::max(DistortionMm(a.result), DistortionMm(b.result)), kMostDistortionMm);
   const auto others = InEveryOrientation(b.result, cameras[b.camera]);
-  for (const InteriorResult& one : InEveryOrientation(a.result, cameras[a.camera]))
+  for (const InteriorResult& one : InEveryOrientation(a.result, cameras[a.camera])) {
+    if (!b.result.photo_from_pixel && MarksFit(*one.photo_from_pixel, b, cameras, tolerance))
+      return true;
     for (const InteriorResult& other : others)
       if (Difference(*one.photo_from_pixel, *other.photo_from_pixel, one.width, one.height) <
           tolerance)
         return true;
+  }
   return false;
 }
 

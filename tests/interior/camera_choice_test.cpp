@@ -134,6 +134,19 @@ TEST_F(CameraChoiceTest, MoreMarksInTheSamePlacesAreNoRival) {
   EXPECT_EQ(choice.result.cameras, std::vector<std::string>{"eight"});
 }
 
+TEST_F(CameraChoiceTest, TooFewMarksInTheSamePlacesAreNoRivalAndInOthersAre) {
+  const auto half_found = [&](size_t camera, double pixel_um) {
+    CameraReading reading = Reading(cameras_, camera, 11.8, Status::kFailed, pixel_um);
+    reading.result.photo_from_pixel.reset();
+    reading.result.possible_orientations.clear();
+    for (size_t i = 4; i < reading.result.marks.size(); ++i)
+      reading.result.marks[i].state = MarkState::kMissing;
+    return reading;
+  };
+  EXPECT_TRUE(Choose({Reading(cameras_, wide_, 12), half_found(eight_, kPixelUm)}).camera);
+  EXPECT_FALSE(Choose({Reading(cameras_, wide_, 12), half_found(inner_, 98.1)}).camera);
+}
+
 TEST_F(CameraChoiceTest, ACameraThatIsOnlyWeakIsNotChosen) {
   EXPECT_FALSE(Choose({Reading(cameras_, wide_, 12, Status::kWeak)}).camera);
   EXPECT_FALSE(Choose({}).camera);
