@@ -171,7 +171,7 @@ FilmMarks MeasureMarks(const Raster& scan, const CameraFile& camera, const MarkS
     if (marks[i].position) marks[i].state = MarkState::kUsed;
   }
   RejectUnlike(&marks);
-  RejectContradicted(0.5 * Vector2d(scan.Width(), scan.Height()), reading, &marks);
+  RejectContradicted(reading.middle_px, reading, &marks);
   return marks;
 }
 

@@ -21,6 +21,7 @@ constexpr double kLadderSigma = 0.025;
 constexpr double kMaxMargin = 30.0;
 
 struct Setting {
+  ScanRegion region;
   PixelSizeGuess pixel_size;
   OrientationClass orientations;
 };
@@ -84,7 +85,7 @@ class Reader {
     for (const Fiducial& mark : camera_.fiducials) {
       const Vector2d at = PlaceOnScan(mark.position_mm, rectangle_, orientation);
       const MarkShape& shape = shapes_.at(mark.mark);
-      const PixelWindow w = SearchWindow(at, size, scan_px_, p, slack);
+      const PixelWindow w = SearchWindow(at, size, scan_px_, setting.region, p, slack);
       const int look = LooksSame(shape, turn) ? -1 : static_cast<int>(orientation);
       places.push_back(
           {{mark.mark, w.col, w.row, w.width, w.height, p, look}, &shape, {w, axes / p}});
@@ -119,7 +120,8 @@ class Reader {
     reading.scanner = scanner;
     const ScanOrientation orientation = setting.orientations.front();
     const double p = setting.pixel_size.pixel_mm;
-    const Vector2d middle = 0.5 * scan_px_.cast<double>();
+    const Vector2d middle = setting.region.centre_px;
+    reading.middle_px = middle;
     double coarse = 0;
     for (size_t i = 0; i < found.size(); ++i) {
       const auto& candidates = polarity == Polarity::kPositive ? found[i].bright : found[i].dark;
@@ -134,7 +136,7 @@ class Reader {
       reading.candidates.push_back(candidates);
     }
     const Vector2d free =
-        0.5 * (scan_px_.cast<double>() * p - RectangleOnScan(orientation)).cwiseAbs();
+        0.5 * (setting.region.size_px * p - RectangleOnScan(orientation)).cwiseAbs();
     reading.prior = PriorOf(scanner, setting.pixel_size, free, coarse);
     Assign(&reading);
     return reading;
@@ -228,17 +230,91 @@ FilmReading BestOf(const std::vector<FilmReading>& readings) {
   return result;
 }
 
+namespace {
+
+// A film this much larger than its marks' rectangle lies on a bed.
+constexpr double kRebateMm = 60;
+// What is found on the bed may be the film or the exposed frame.
+constexpr double kLeastOfRectangle = 0.85;
+constexpr size_t kMostRegions = 4;
+// Below these a reading is not accepted (see acceptance).
+constexpr double kSureNats = 9, kSureMargin = 3;
+
+Vector2d Sorted(const Vector2d& size) { return {size.minCoeff(), size.maxCoeff()}; }
+
+// Readings of one scan, region by region.
+class FilmReadings {
+ public:
+  FilmReadings(const Raster& scan, const CameraFile& camera, const MarkShapes& shapes,
+               const InteriorOptions& options)
+      : scan_(scan),
+        options_(options),
+        rectangle_(RectangleOfMarks(camera.fiducials)),
+        classes_(ClassesToTry(camera, shapes, options)),
+        reader_(scan, camera, shapes, options.locator) {}
+
+  FilmReading Best() {
+    const bool on_bed = LiesOnBed();
+    if (on_bed) AddFilmOnBed();
+    if (readings_.empty()) Add(WholeScan({scan_.Width(), scan_.Height()}));
+    FilmReading best = Choose();
+    const bool sure = best.best.nats >= kSureNats && best.margin > kSureMargin;
+    if (on_bed || sure) return best;
+    AddFilmOnBed();
+    return Choose();
+  }
+
+ private:
+  // Does the stated pixel size make the scan much larger than the film?
+  bool LiesOnBed() const {
+    double pixel_mm = 0;
+    if (options_.pixel_size_um) pixel_mm = 1e-3 * *options_.pixel_size_um;
+    const auto dpi = scan_.DpiTag();
+    if (pixel_mm == 0 && dpi && *dpi > 0) pixel_mm = 25.4 / *dpi;
+    const Vector2d size = pixel_mm * Vector2d(scan_.Width(), scan_.Height());
+    return ((Sorted(size) - Sorted(rectangle_.size_mm)).array() > kRebateMm).any();
+  }
+
+  void AddFilmOnBed() {
+    size_t added = 0;
+    for (const ScanRegion& region : FindFilmOnBed(scan_)) {
+      if (added == kMostRegions) break;
+      if (Add(region)) ++added;
+    }
+  }
+
+  // False where the marks cannot lie in the region at any possible pixel size.
+  bool Add(const ScanRegion& region) {
+    const size_t before = readings_.size();
+    const Vector2d marks = Sorted(rectangle_.size_mm);
+    for (const PixelSizeGuess& pixel_size :
+         GuessPixelSize(region.size_px.array().round().cast<int>(), scan_.DpiTag(), rectangle_,
+                        options_.pixel_size_um)) {
+      const Vector2d size = Sorted(region.size_px) * pixel_size.pixel_mm;
+      const bool whole = region.size_px == Vector2d(scan_.Width(), scan_.Height());
+      if (!whole && (size.array() < kLeastOfRectangle * marks.array()).any()) continue;
+      for (const OrientationClass& orientations : classes_)
+        for (FilmReading& reading : reader_.Read({region, pixel_size, orientations}, options_))
+          readings_.push_back(std::move(reading));
+    }
+    return readings_.size() > before;
+  }
+
+  FilmReading Choose() const { return BestOf(readings_); }
+
+  const Raster& scan_;
+  const InteriorOptions& options_;
+  MarkRectangle rectangle_;
+  std::vector<OrientationClass> classes_;
+  Reader reader_;
+  std::vector<FilmReading> readings_;
+};
+
+}  // namespace
+
 FilmReading ReadFilm(const Raster& scan, const CameraFile& camera, const MarkShapes& shapes,
                      const InteriorOptions& options) {
-  Reader reader(scan, camera, shapes, options.locator);
-  std::vector<FilmReading> readings;
-  for (const PixelSizeGuess& pixel_size :
-       GuessPixelSize({scan.Width(), scan.Height()}, scan.DpiTag(),
-                      RectangleOfMarks(camera.fiducials), options.pixel_size_um))
-    for (const OrientationClass& orientations : ClassesToTry(camera, shapes, options))
-      for (FilmReading& reading : reader.Read({pixel_size, orientations}, options))
-        readings.push_back(std::move(reading));
-  return BestOf(readings);
+  return FilmReadings(scan, camera, shapes, options).Best();
 }
 
 }  // namespace orient

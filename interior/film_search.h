@@ -36,6 +36,8 @@ ConstellationPrior PriorOf(Scanner scanner, const PixelSizeGuess& pixel_size,
 // One reading of the scan. `marks` are in the order of the camera's fiducials.
 struct FilmReading {
   PixelSizeGuess pixel_size;
+  // Centre of the film on the scan: origin of the assignment's positions.
+  Eigen::Vector2d middle_px = Eigen::Vector2d::Zero();
   OrientationClass orientations;
   Polarity polarity = Polarity::kPositive;
   ConstellationPrior prior;
@@ -56,7 +58,8 @@ void Assign(FilmReading* reading);
 // The most probable reading; its margins are those to all the others. `readings` is not empty.
 FilmReading BestOf(const std::vector<FilmReading>& readings);
 
-// The best reading; with nothing found its assignment is all -1.
+// The best reading; with nothing found its assignment is all -1. Where the film lies on a bed much
+// larger than it, or the whole scan shows no marks, the film is looked for first (FindFilmOnBed).
 FilmReading ReadFilm(const Raster& scan, const CameraFile& camera, const MarkShapes& shapes,
                      const InteriorOptions& options);
 

@@ -88,13 +88,12 @@ class GuidedSearch {
     const MarkCandidates found = locator.Find(windows_, shape, search);
     const std::vector<MarkCandidate>& candidates =
         full->polarity == Polarity::kPositive ? found.bright : found.dark;
-    const Vector2d middle = 0.5 * Vector2d(scan_.Width(), scan_.Height());
     const std::vector<double> nats = ScoreNats(candidates);
     AssignmentMark& mark = full->marks[i];
     mark.window_mm2 = std::max(found.searched_mm2, 1.0);
     double best = -std::numeric_limits<double>::infinity();
     for (size_t j = 0; j < candidates.size(); ++j) {
-      mark.candidates.push_back({(candidates[j].pixel - middle) * p, nats[j]});
+      mark.candidates.push_back({(candidates[j].pixel - full->middle_px) * p, nats[j]});
       const double off_mm = (candidates[j].pixel - predicted).norm() * p;
       const double score = candidates[j].ncc - kNccPerSquareMm * off_mm * off_mm;
       if (off_mm > kWindowHalf_mm || score <= best) continue;

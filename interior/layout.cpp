@@ -99,10 +99,11 @@ std::vector<OrientationClass> OrientationClasses(const std::vector<Fiducial>& fi
 }
 
 PixelWindow SearchWindow(const Vector2d& place_mm, const Vector2d& rectangle_mm,
-                         const Eigen::Vector2i& scan_px, double pixel_size_mm, double slack_mm) {
+                         const Eigen::Vector2i& scan_px, const ScanRegion& region,
+                         double pixel_size_mm, double slack_mm) {
   const Vector2d scan = scan_px.cast<double>();
-  const Vector2d middle = place_mm / pixel_size_mm + 0.5 * scan;
-  const Vector2d free = 0.5 * (scan - rectangle_mm / pixel_size_mm).cwiseAbs();
+  const Vector2d middle = place_mm / pixel_size_mm + region.centre_px;
+  const Vector2d free = 0.5 * (region.size_px - rectangle_mm / pixel_size_mm).cwiseAbs();
   const Vector2d half =
       (free.array() + slack_mm / pixel_size_mm).max(0.5 * kSmallestWindowMm / pixel_size_mm);
   const Vector2d low = (middle - half).cwiseMax(0.0).array().floor();
@@ -110,6 +111,11 @@ PixelWindow SearchWindow(const Vector2d& place_mm, const Vector2d& rectangle_mm,
   const Vector2d size = (high - low).cwiseMax(0.0);
   return {static_cast<int>(low.x()), static_cast<int>(low.y()), static_cast<int>(size.x()),
           static_cast<int>(size.y())};
+}
+
+PixelWindow SearchWindow(const Vector2d& place_mm, const Vector2d& rectangle_mm,
+                         const Eigen::Vector2i& scan_px, double pixel_size_mm, double slack_mm) {
+  return SearchWindow(place_mm, rectangle_mm, scan_px, WholeScan(scan_px), pixel_size_mm, slack_mm);
 }
 
 }  // namespace orient

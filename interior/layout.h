@@ -9,6 +9,7 @@
 #include "core/files/camera_file.h"
 #include "core/geometry/transform2d.h"
 #include "core/imaging/raster.h"
+#include "interior/film_frame.h"
 #include "interior/mark_drawing.h"
 
 namespace orient {
@@ -46,6 +47,10 @@ std::vector<OrientationClass> OrientationClasses(const std::vector<Fiducial>& fi
 // each mark can be. With pixel size p, the scan's extent A and the rectangle's extent a:
 // place / p + A/2 +- (|A - a/p|/2 + slack), at least 15 mm wide. `slack_mm` takes up what the pixel
 // size, turns of the film and its deformation may add.
+// `region` is where the film lies: the scan, or a part of a larger bed.
+PixelWindow SearchWindow(const Eigen::Vector2d& place_mm, const Eigen::Vector2d& rectangle_mm,
+                         const Eigen::Vector2i& scan_px, const ScanRegion& region,
+                         double pixel_size_mm, double slack_mm);
 PixelWindow SearchWindow(const Eigen::Vector2d& place_mm, const Eigen::Vector2d& rectangle_mm,
                          const Eigen::Vector2i& scan_px, double pixel_size_mm, double slack_mm);
 
