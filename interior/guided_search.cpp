@@ -25,8 +25,7 @@ class GuidedSearch {
  public:
   GuidedSearch(const Raster& scan, const CameraFile& camera, const MarkShapes& shapes,
                std::vector<size_t> anchors, FilmReading reading, std::optional<LocatorKind> locator)
-      : scan_(scan),
-        windows_(scan),
+      : windows_(scan),
         camera_(camera),
         shapes_(shapes),
         locator_(locator),
@@ -103,7 +102,6 @@ class GuidedSearch {
     full->candidates[i] = candidates;
   }
 
-  const Raster& scan_;
   ScanWindows windows_;
   const CameraFile& camera_;
   const MarkShapes& shapes_;
