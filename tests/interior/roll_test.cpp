@@ -205,7 +205,9 @@ TEST(Roll, MarksWithoutErrorLookSystematicInFewerThanOneRollOf200) {
     spec.photos = 12;
     spec.noise_um = 20;
     spec.seed = seed;
-    for (const RollMark& mark : StatisticsOfRoll(Roll(spec))->marks) systematic += mark.systematic;
+    const auto roll = StatisticsOfRoll(Roll(spec));
+    ASSERT_TRUE(roll);
+    for (const RollMark& mark : roll->marks) systematic += mark.systematic;
   }
   EXPECT_LE(systematic, 2);
 }
