@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <ostream>
 
+#include "core/error.h"
 #include "core/files/block_file.h"
 #include "core/files/orientation_table.h"
 #include "interior/roll.h"
@@ -29,7 +30,8 @@ class InteriorCommand : public Command {
   }
 
   void Setup(CLI::App& app) override {
-    AddPhotosOption(app, &patterns_);
+    // A required positional would take the subcommand's name for a photo; Run asks for it.
+    AddPhotosOption(app, &patterns_)->required(false);
     app.add_option("--camera", camera_,
                    "Camera file (TOML), a name of the camera library, or auto: find out")
         ->required();
@@ -48,6 +50,7 @@ class InteriorCommand : public Command {
 
   ExitCode Run(std::ostream& out) override {
     if (estimate_camera_.Asked()) return estimate_camera_.Run(out);
+    if (patterns_.empty()) throw UsageError("PHOTO is required: name at least one scan or a glob");
     InteriorRunOptions options;
     options.photos = ExpandPhotos(patterns_, "");
     options.camera = camera_ == kAutoCamera ? camera_ : FindCameraFile(camera_, library_);
