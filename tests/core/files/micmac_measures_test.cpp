@@ -3,7 +3,7 @@
 #include <gtest/gtest.h>
 
 #include <random>
-#include <regex>
+#include <sstream>
 
 #include "core/files/atomic_write.h"
 #include "core/geometry/transform2d.h"
@@ -14,15 +14,30 @@ namespace {
 
 using Eigen::Vector2d;
 
+// The text of the next element of that name; empty where there is none. Moves `at` behind it.
+std::string NextElement(const std::string& xml, const std::string& name, size_t* at) {
+  const std::string open = "<" + name + ">", close = "</" + name + ">";
+  const size_t from = xml.find(open, *at);
+  const size_t to = xml.find(close, from);
+  if (from == std::string::npos || to == std::string::npos) return "";
+  *at = to + close.size();
+  return xml.substr(from + open.size(), to - from - open.size());
+}
+
 // A reader of its own: name and coordinates of every point in the order of the file.
 std::vector<MicmacPoint> PointsIn(const std::string& xml) {
-  const std::regex point(
-      "<OneMesureAF1I>\\s*<NamePt>([^<]*)</NamePt>\\s*<PtIm>(\\S+) (\\S+)</PtIm>\\s*"
-      "</OneMesureAF1I>");
   std::vector<MicmacPoint> points;
-  for (std::sregex_iterator i(xml.begin(), xml.end(), point), end; i != end; ++i)
-    points.push_back({(*i)[1], {std::stod((*i)[2]), std::stod((*i)[3])}});
-  return points;
+  size_t at = 0;
+  while (true) {
+    const std::string point = NextElement(xml, "OneMesureAF1I", &at);
+    if (point.empty()) return points;
+    size_t in_point = 0;
+    const std::string name = NextElement(point, "NamePt", &in_point);
+    std::istringstream place(NextElement(point, "PtIm", &in_point));
+    double x = 0, y = 0;
+    EXPECT_TRUE(place >> x >> y) << point;
+    points.push_back({name, {x, y}});
+  }
 }
 
 struct Example {
