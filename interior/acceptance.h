@@ -19,10 +19,11 @@ struct FilmMark {
 using FilmMarks = std::vector<FilmMark>;  // in the order of the camera's fiducials
 
 // Measures the assigned marks by least-squares matching with the drawing at the size and turn that
-// the reading found; rejects what does not look like the mark, what the others contradict
+// the reading found; bare crosses in the picture by their lines instead, unless another locator is
+// `wanted` (cross_position.h); rejects what does not look like the mark, what the others contradict
 // (leave-one-out chi-square above 11.8) and what is not surely a mark (gain below 3 nats).
 FilmMarks MeasureMarks(const Raster& scan, const CameraFile& camera, const MarkShapes& shapes,
-                       const FilmReading& reading);
+                       const FilmReading& reading, std::optional<LocatorKind> wanted);
 
 std::vector<MeasuredMark> UsedMarks(const CameraFile& camera, const FilmMarks& marks);
 

@@ -165,7 +165,7 @@ InteriorResult OrientFilm(const Raster& scan, const CameraFile& camera, const Ma
   const FilmReading reading = reseau ? ReadFilmByAnchors(scan, camera, shapes, options)
                                      : ReadFilm(scan, camera, shapes, options);
   if (nats) *nats = reading.best.nats;
-  const FilmMarks marks = MeasureMarks(scan, camera, shapes, reading);
+  const FilmMarks marks = MeasureMarks(scan, camera, shapes, reading, options.locator);
   const auto film = FitFilm(UsedMarks(camera, marks), IsMirrored(reading.orientations.front()));
   const Verdict verdict = Judge(reading, marks, film);
   result.status = verdict.status;

@@ -16,6 +16,7 @@ using Eigen::Vector2d;
 struct Setting {
   SimulationOptions options;
   FilmScanOptions film;
+  std::optional<LocatorKind> locator = std::nullopt;
 };
 
 Setting Preset(CameraPreset preset, double pixel_um) {
@@ -45,8 +46,10 @@ Scanned ScanAndOrient(const Setting& setting, int number) {
   const PhotoPlan plan = PlanPhoto(setting.options, scanned.camera, {}, false, number);
   WriteFilmScan(path, setting.options, setting.film, scanned.camera, plan);
   scanned.truth = TrueInterior(scanned.camera, plan);
+  InteriorOptions how;
+  how.locator = setting.locator;
   scanned.found =
-      OrientInterior(Raster::Open(path), scanned.camera.file, ShapesOf(scanned.camera.file));
+      OrientInterior(Raster::Open(path), scanned.camera.file, ShapesOf(scanned.camera.file), how);
   return scanned;
 }
 
@@ -228,6 +231,21 @@ TEST(SlowSimulatedScans, UmkInColour) {
 TEST(SlowSimulatedScans, P31InClutter) {
   const Tally tally = AllWays(Preset(CameraPreset::kP31, 25));
   ExpectNothingWrong(tally, kNormalContrast_px);
+}
+
+TEST(SlowSimulatedScans, P31ByItsLinesIsMorePreciseThanByMatching) {
+  Setting setting = Preset(CameraPreset::kP31, 25);
+  setting.options.orientation = ScanOrientation::kR0;  // the scan is as wide as the film
+  Tally lines, matched;
+  for (int number = 1; number <= 4; ++number) {
+    setting.locator = std::nullopt;
+    Add(ScanAndOrient(setting, number), &lines);
+    setting.locator = LocatorKind::kNcc;
+    Add(ScanAndOrient(setting, number), &matched);
+  }
+  std::cout << "lines: " << lines << "\nmatched: " << matched << "\n";
+  EXPECT_LT(lines.RmsPx(), matched.RmsPx());
+  EXPECT_GE(lines.used, matched.used);
 }
 
 }  // namespace

@@ -1,0 +1,32 @@
+// A cross's centre from its arms alone (Jiang, Zhang & Li): a parabola across the profile, straight
+// lines by least squares through the points on both strokes, and their intersection.
+#pragma once
+
+#include <optional>
+
+#include "core/files/camera_file.h"
+#include "interior/subpixel.h"
+
+namespace orient {
+
+// `start`: within two pixels or so of the centre. `pixel_from_mm`: linear part of scan pixel from
+// photo mm, turn and scale as found.
+//
+// The profile is taken down the columns (along the rows for the steeper stroke), one for every
+// pixel along the stroke, so that no grey value is interpolated. With g1 and g2 its first and half
+// its second derivative, smoothed by a Gaussian as wide as the stroke, at the line as it is known,
+// t = -g1 / (2 g2) leads to the top. Lines go through these points with weights g2^2 (equal noise
+// of the grey values), without points more than three sigmas off, and the profiles are taken anew
+// at them until they stay.
+//
+// The covariance comes from what the points leave at the lines; neighbours on a line err together
+// (grain through the blur, the picture's own edges), so their autocovariance enters.
+//
+// `correlation` and `blur_sigma_px` of the result are 0: nothing was correlated. Empty where less
+// than half of a stroke is seen, or nothing converges within `max_shift_px` of `start`.
+std::optional<MarkPosition> MeasureCross(const Raster& scan, const CrossElement& cross,
+                                         const Eigen::Matrix2d& pixel_from_mm,
+                                         const Eigen::Vector2d& start, Polarity polarity,
+                                         double max_shift_px);
+
+}  // namespace orient

@@ -1,0 +1,154 @@
+// A cross measured by its lines, on windows whose truth is known.
+#include "interior/cross_position.h"
+
+#include <gtest/gtest.h>
+
+#include <Eigen/Geometry>
+#include <numbers>
+#include <random>
+
+#include "core/imaging/resample.h"
+#include "tests/support/film_frame.h"
+#include "tests/support/shared_data.h"
+
+namespace orient {
+namespace {
+
+using Eigen::Matrix2d;
+using Eigen::Vector2d;
+
+constexpr int kSide = 220;
+constexpr double kPixelMm = 0.025;
+constexpr double kMaxShiftPx = 8;
+
+// A P31's cross.
+MarkShape ThinCross(double angle_rad = 0) {
+  MarkShape shape;
+  shape.drawing.elements = {CrossElement{2.4, 0.06, 0, angle_rad}};
+  shape.drawing.background = MarkBackground::kImage;
+  return shape;
+}
+
+struct Trial {
+  MarkShape shape = ThinCross();
+  double turn_rad = 0;
+  double brightness = 235;
+  double noise = 3;
+  bool dark = false;
+  unsigned seed = 1;
+
+  Matrix2d PixelFromMm() const {
+    return Eigen::Rotation2Dd(turn_rad).toRotationMatrix() *
+           Eigen::DiagonalMatrix<double, 2>(1, -1) / kPixelMm;
+  }
+};
+
+class CrossPosition : public testing::Test {
+ protected:
+  // Paints the cross over the picture, blurs, adds grain, and measures from a pixel beside it.
+  std::optional<MarkPosition> Measure(const Trial& trial, Image picture, const Vector2d& truth,
+                                      bool by_lines = true) {
+    std::mt19937 random(trial.seed);
+    std::normal_distribution<float> grain(0, static_cast<float>(trial.noise));
+    const Matrix2d mm_from_pixel = trial.PixelFromMm().inverse();
+    const double reach = MarkRadius(trial.shape) / kPixelMm + 2;
+    for (int row = 0; row < kSide; ++row)
+      for (int col = 0; col < kSide; ++col) {
+        const Vector2d corner = Vector2d(col, row) - truth;
+        if (corner.norm() > reach ||
+            StrokeDistance(trial.shape.drawing, mm_from_pixel * corner) > 2 * kPixelMm)
+          continue;
+        // A Fibonacci lattice: all samples differ along rows and along columns.
+        constexpr int kSamples = 55;
+        int inside = 0;
+        for (int k = 0; k < kSamples; ++k) {
+          const Vector2d sub((k + 0.5) / kSamples, (34 * k % kSamples + 0.5) / kSamples);
+          if (StrokeDistance(trial.shape.drawing, mm_from_pixel * (corner + sub)) <= 0) ++inside;
+        }
+        float& value = picture.At(col, row);
+        value +=
+            static_cast<float>(inside) / kSamples * (static_cast<float>(trial.brightness) - value);
+      }
+    picture = GaussianBlur(picture, 0.6);
+    for (float& value : picture.values) {
+      value = std::clamp(value + grain(random), 0.0f, 255.0f);
+      if (trial.dark) value = 255 - value;
+    }
+    WriteScan(folder_ / "a.png", picture);
+    const Raster raster = Raster::Open(folder_ / "a.png");
+    const Polarity polarity = trial.dark ? Polarity::kNegative : Polarity::kPositive;
+    const Vector2d start = truth + Vector2d(0.6, -0.8);
+    if (!by_lines)
+      return MeasureMark(raster, trial.shape, trial.PixelFromMm(), start, polarity, kMaxShiftPx);
+    return MeasureCross(raster, std::get<CrossElement>(trial.shape.drawing.elements[0]),
+                        trial.PixelFromMm(), start, polarity, kMaxShiftPx);
+  }
+
+  TemporaryFolder folder_;
+};
+
+Image HalfAndHalf(double edge_col) {
+  Image picture(kSide, kSide, 60);
+  for (int row = 0; row < kSide; ++row)
+    for (int col = static_cast<int>(edge_col); col < kSide; ++col) picture.At(col, row) = 150;
+  return picture;
+}
+
+TEST_F(CrossPosition, IsRightToItsSigmaAtEveryTurnAndInEitherPolarity) {
+  double squares = 0, normalised = 0;
+  int count = 0;
+  for (unsigned i = 0; i < 40; ++i) {
+    Trial trial;
+    trial.seed = 100 + i;
+    trial.noise = 8;
+    trial.dark = i % 2 == 1;
+    trial.turn_rad = 0.002 * i - 0.04;
+    trial.shape = ThinCross(i % 4 < 2 ? 0 : std::numbers::pi / 4);
+    const Vector2d truth(110 + 0.13 * i, 108 - 0.29 * i);
+    const auto found = Measure(trial, Image(kSide, kSide, 90), truth);
+    ASSERT_TRUE(found) << i;
+    const Vector2d error = found->pixel - truth;
+    squares += error.squaredNorm();
+    normalised += error.dot(found->covariance.inverse() * error);
+    count += 2;
+  }
+  RecordProperty("rms_px", std::to_string(std::sqrt(squares / count)));
+  RecordProperty("rms_normalised", std::to_string(std::sqrt(normalised / count)));
+  EXPECT_LT(std::sqrt(squares / count), 0.02);
+  EXPECT_GT(std::sqrt(normalised / count), 0.8);
+  EXPECT_LT(std::sqrt(normalised / count), 1.25);
+}
+
+TEST_F(CrossPosition, IsNotPulledToTheBrighterSideOfAStroke) {
+  const Vector2d truth(110.3, 107.6);
+  const Image picture = HalfAndHalf(truth.x());
+  const auto lines = Measure({}, picture, truth), matched = Measure({}, picture, truth, false);
+  ASSERT_TRUE(lines && matched);
+  RecordProperty("matched_px", std::to_string(matched->pixel.x() - truth.x()));
+  const double error = std::abs(lines->pixel.x() - truth.x());
+  EXPECT_LT(error, 0.2);
+  EXPECT_LT(error, 0.5 * std::abs(matched->pixel.x() - truth.x()));
+  EXPECT_LT(error, 3 * std::sqrt(lines->covariance(0, 0)));
+}
+
+TEST_F(CrossPosition, BlotsOnTheStrokesAreOutliers) {
+  const Vector2d truth(110.3, 107.6);
+  Image picture(kSide, kSide, 90);
+  for (int row = 0; row < kSide; ++row)
+    for (int col = 0; col < kSide; ++col)
+      for (const Vector2d& blot : {Vector2d(130, 111), Vector2d(88, 110), Vector2d(113, 80)})
+        if ((Vector2d(col, row) - blot).norm() < 3.5) picture.At(col, row) = 250;
+  const auto found = Measure({}, picture, truth);
+  ASSERT_TRUE(found);
+  EXPECT_LT((found->pixel - truth).norm(), 0.05);
+}
+
+TEST_F(CrossPosition, WithoutLinesThereIsNone) {
+  Trial trial;
+  trial.brightness = 90;  // of the picture: nothing is seen
+  trial.noise = 0;
+  EXPECT_FALSE(Measure(trial, Image(kSide, kSide, 90), {110, 108}));
+}
+
+}  // namespace
+}  // namespace orient
