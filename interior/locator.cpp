@@ -1,5 +1,7 @@
 #include "interior/locator.h"
 
+#include <algorithm>
+
 #include "interior/hough_locator.h"
 #include "interior/lines_locator.h"
 #include "interior/ncc_locator.h"
@@ -27,7 +29,10 @@ LocatorKind UsualLocator(const MarkShape& shape) {
 
 LocatorKind LocatorFor(const MarkShape& shape, std::optional<LocatorKind> wanted) {
   const LocatorKind kind = wanted.value_or(UsualLocator(shape));
-  if (kind == LocatorKind::kHough && shape.picture) return LocatorKind::kNcc;
+  const auto& elements = shape.drawing.elements;
+  const bool all_bright = std::all_of(elements.begin(), elements.end(),
+                                      [](const auto& e) { return BrightnessOf(e) > 0; });
+  if (kind == LocatorKind::kHough && (shape.picture || !all_bright)) return LocatorKind::kNcc;
   if (kind == LocatorKind::kLines && CrossOf(shape) == nullptr) return LocatorKind::kNcc;
   return kind;
 }
