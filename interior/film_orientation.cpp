@@ -14,14 +14,26 @@ using Eigen::Matrix2d;
 using Eigen::Vector2d;
 
 constexpr double kDissentNats = 3.0;
+constexpr double kClearNats = 2.0;
 constexpr double kReadNats = 1.5;  // what a symbol must reach in some way of lying to be read
 constexpr double kRowNats = 2.0;   // a row of unknown place that has, or has not, the right count
 constexpr double kSamePlaceMm = 1.0;
 
-double Best(const OrientationVote& vote) { return *std::max_element(vote.begin(), vote.end()); }
+double Best(const OrientationVote& vote) {
+  return *std::max_element(vote.nats.begin(), vote.nats.end());
+}
 
 bool IsSilent(const OrientationVote& vote) {
-  return std::all_of(vote.begin(), vote.end(), [](double nats) { return nats == 0; });
+  return !vote.fits_none &&
+         std::all_of(vote.nats.begin(), vote.nats.end(), [](double nats) { return nats == 0; });
+}
+
+bool Dissents(const OrientationVote& vote, size_t from) {
+  return vote.fits_none || vote.nats[from] < Best(vote) - kDissentNats;
+}
+
+bool ClearlyDissents(const OrientationVote& vote, size_t from) {
+  return vote.fits_none || (Best(vote) >= kClearNats && vote.nats[from] <= -kClearNats);
 }
 
 // The symbols that a mark would have beside it, were the film lying in each of the open ways.
@@ -33,40 +45,47 @@ struct Hypothesis {
 
 bool HasPlace(const MarkSymbol& symbol) { return symbol.at_mm && symbol.step_mm; }
 
-OrientationVote VoteOfPlaces(const MarkSurroundings& around,
-                             const std::vector<Hypothesis>& hypotheses) {
-  OrientationVote vote;
+std::vector<double> NatsOfPlaces(const MarkSurroundings& around,
+                                 const std::vector<Hypothesis>& hypotheses) {
+  std::vector<double> vote;
   double read = 0;
   for (const Hypothesis& h : hypotheses) {
     vote.push_back(h.symbol != nullptr ? NatsOfSymbol(around, *h.symbol, h.turn) : 0);
     read = std::max(read, vote.back());
   }
-  if (read < kReadNats) return OrientationVote(hypotheses.size(), 0);
+  if (read < kReadNats) return std::vector<double>(hypotheses.size(), 0);
   for (size_t o = 0; o < hypotheses.size(); ++o)
     if (hypotheses[o].symbol == nullptr) vote[o] = -read;  // what was read would not be explained
   return vote;
 }
 
-bool Fits(const SymbolRow& row, const Hypothesis& hypothesis) {
+// A row of the hypothesis' kind, where its place is told.
+bool MayBe(const SymbolRow& row, const Hypothesis& hypothesis) {
   constexpr double kNearMm = 0.6;
-  if (hypothesis.symbol == nullptr) return false;
-  const MarkSymbol& symbol = *hypothesis.symbol;
-  if (row.kind != symbol.kind || row.count != symbol.count) return false;
-  if (!symbol.at_mm) return true;
-  const Vector2d at = hypothesis.turn * *symbol.at_mm;
+  if (hypothesis.symbol == nullptr || row.kind != hypothesis.symbol->kind) return false;
+  if (!hypothesis.symbol->at_mm) return true;
+  const Vector2d at = hypothesis.turn * *hypothesis.symbol->at_mm;
   return std::min((row.first_mm - at).norm(), (row.last_mm - at).norm()) < kNearMm;
 }
 
 OrientationVote VoteOfRow(const MarkSurroundings& around,
                           const std::vector<Hypothesis>& hypotheses) {
-  OrientationVote vote(hypotheses.size(), 0);
+  OrientationVote vote{std::vector<double>(hypotheses.size(), 0)};
   const auto row = FindSymbolRow(around);
   if (!row) return vote;
-  const auto fits = [&](const Hypothesis& h) { return Fits(*row, h); };
-  // A row that is no mark's symbol is something else.
-  if (std::none_of(hypotheses.begin(), hypotheses.end(), fits)) return vote;
+  const auto fits = [&](const Hypothesis& h) {
+    return MayBe(*row, h) && row->count == h.symbol->count;
+  };
+  if (std::none_of(hypotheses.begin(), hypotheses.end(), fits)) {
+    // A row of another kind, or a single patch, is something else; one of the symbol's kind with a
+    // count that no way of lying has is the symbol of another mark or another camera.
+    vote.fits_none =
+        row->count > 1 && std::any_of(hypotheses.begin(), hypotheses.end(),
+                                      [&](const Hypothesis& h) { return MayBe(*row, h); });
+    return vote;
+  }
   for (size_t o = 0; o < hypotheses.size(); ++o)
-    vote[o] = fits(hypotheses[o]) ? kRowNats : -kRowNats;
+    vote.nats[o] = fits(hypotheses[o]) ? kRowNats : -kRowNats;
   return vote;
 }
 
@@ -75,7 +94,8 @@ OrientationVote VoteOfSymbol(const MarkSurroundings& around,
   const bool places_known =
       std::all_of(hypotheses.begin(), hypotheses.end(),
                   [](const Hypothesis& h) { return h.symbol == nullptr || HasPlace(*h.symbol); });
-  return places_known ? VoteOfPlaces(around, hypotheses) : VoteOfRow(around, hypotheses);
+  return places_known ? OrientationVote{NatsOfPlaces(around, hypotheses)}
+                      : VoteOfRow(around, hypotheses);
 }
 
 // What is known of the film once its marks are measured.
@@ -112,6 +132,7 @@ class FilmVotes {
           SurroundingsOf(scan_, shapes_.at(camera_.fiducials[i].mark), pixel_from_photo_.A,
                          measured_.marks[i].pixel.value(), *tones_[i]),
           hypotheses));
+      votes.back().mark = i;
     }
     return votes;
   }
@@ -152,7 +173,7 @@ class FilmVotes {
     std::vector<SignSeen> seen;
     for (const BorderPlace& place : places)
       seen.push_back(LookFor(feature.shows, place, scan_, pixel_from_photo_, tone, marks));
-    return NatsOfFeature(feature.shows, seen, place_of);
+    return {NatsOfFeature(feature.shows, seen, place_of)};
   }
 
   // Where the feature lies in the photo axes assumed when measuring; the marks' rectangle keeps its
@@ -193,20 +214,22 @@ OrientationDecision Decide(const OrientationClass& open,
                            const std::vector<OrientationVote>& votes) {
   std::vector<double> total(open.size(), 0);
   for (const OrientationVote& vote : votes)
-    for (size_t o = 0; o < open.size(); ++o) total[o] += vote[o];
+    for (size_t o = 0; o < open.size(); ++o) total[o] += vote.nats[o];
   std::vector<size_t> order(open.size());
   std::iota(order.begin(), order.end(), 0);
   std::stable_sort(order.begin(), order.end(),
                    [&](size_t a, size_t b) { return total[a] > total[b]; });
   const size_t best = order.front();
-  int read = 0, against = 0;
-  for (const OrientationVote& vote : votes) {
-    if (IsSilent(vote)) continue;
-    ++read;
-    if (vote[best] < Best(vote) - kDissentNats) ++against;
-  }
+  const auto read = static_cast<size_t>(
+      std::count_if(votes.begin(), votes.end(), [](const auto& vote) { return !IsSilent(vote); }));
   OrientationDecision decision;
-  decision.contradictory = against > 0 && 4 * against >= read;
+  for (size_t i = 0; i < votes.size(); ++i) {
+    if (IsSilent(votes[i]) || !Dissents(votes[i], best)) continue;
+    decision.dissenting.push_back(i);
+    if (ClearlyDissents(votes[i], best)) decision.contradictory = true;
+  }
+  if (!decision.dissenting.empty() && 4 * decision.dissenting.size() >= read)
+    decision.contradictory = true;
   if (decision.contradictory) {
     decision.possible = open;
     return decision;

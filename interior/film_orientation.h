@@ -2,6 +2,7 @@
 // border's asymmetry decide, or leave it open; they never decide where they contradict each other.
 #pragma once
 
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -12,17 +13,25 @@
 
 namespace orient {
 
-// What one symbol or one feature of the border says: nats for each way of lying, in the order in
-// which the ways were given; all zero where it could not be read.
-using OrientationVote = std::vector<double>;
+// What one symbol or one feature of the border says.
+struct OrientationVote {
+  // Nats for each way of lying, in the order in which the ways were given; all zero where it could
+  // not be read.
+  std::vector<double> nats;
+  std::optional<size_t> mark = std::nullopt;  // whose symbol it is; empty: the border
+  bool fits_none = false;  // clearly read, and something that no way of lying has there
+};
 
 struct OrientationDecision {
   std::vector<ScanOrientation> possible;  // the likeliest first
-  bool contradictory = false;             // a quarter of the votes or more stood against the rest
+  // A quarter of the votes or more, or one that was clearly read, stood against the rest.
+  bool contradictory = false;
+  std::vector<size_t> dissenting;  // votes against the likeliest way, whether outvoted or not
 };
 
 // Ways of lying that are `kSureNats` less likely than the best are excluded; none where the votes
-// contradict each other.
+// contradict each other. A dissenting vote was clearly read where it says yes to another way and no
+// to the likeliest one with 2 nats each: four to five times its noise.
 inline constexpr double kSureNats = 5.0;
 OrientationDecision Decide(const OrientationClass& open, const std::vector<OrientationVote>& votes);
 

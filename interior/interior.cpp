@@ -117,13 +117,37 @@ OrientationClass ClassOf(const CameraFile& camera, const MarkShapes& shapes,
   return members;
 }
 
+// "the symbols of marks 2, 5 and the border": whose votes stand against the way of lying that the
+// decision holds for the likeliest. `open`: as given to Decide; its first way named the marks.
+std::string DissentingNames(const CameraFile& camera, const MarkShapes& shapes,
+                            const OrientationClass& open, ScanOrientation named,
+                            const std::vector<OrientationVote>& votes,
+                            const std::vector<size_t>& dissenting) {
+  const auto relabel = Relabel(camera.fiducials, shapes, open.front(), named);
+  std::string marks;
+  bool border = false;
+  int count = 0;
+  for (const size_t i : dissenting) {
+    border = border || !votes[i].mark;
+    if (!votes[i].mark) continue;
+    const size_t mark = relabel ? static_cast<size_t>((*relabel)[*votes[i].mark]) : *votes[i].mark;
+    if (count++ > 0) marks += ", ";
+    marks += camera.fiducials[mark].id;
+  }
+  std::string names;
+  if (count > 0) names = (count > 1 ? "the symbols of marks " : "the symbol of mark ") + marks;
+  if (border) names += count > 0 ? " and the border" : "the border";
+  return names;
+}
+
 // The user's word stands; what the film says against it is told.
 void CheckUsersOrientation(const Raster& scan, const CameraFile& camera, const MarkShapes& shapes,
                            ScanOrientation orientation, InteriorResult* result) {
   result->possible_orientations = {orientation};
   result->orientation = orientation;
   const OrientationClass alike = ClassOf(camera, shapes, orientation);
-  const auto decision = Decide(alike, VotesOfFilm(scan, camera, shapes, *result, alike));
+  const auto votes = VotesOfFilm(scan, camera, shapes, *result, alike);
+  const auto decision = Decide(alike, votes);
   const auto& possible = decision.possible;
   if (std::find(possible.begin(), possible.end(), orientation) != possible.end()) return;
   if (result->status == Status::kOk) result->status = Status::kWeak;
@@ -137,7 +161,8 @@ InteriorResult WithOrientationFound(const Raster& scan, const CameraFile& camera
                                     const MarkShapes& shapes, const OrientationClass& open,
                                     InteriorResult result) {
   result.possible_orientations = open;
-  const auto decision = Decide(open, VotesOfFilm(scan, camera, shapes, result, open));
+  const auto votes = VotesOfFilm(scan, camera, shapes, result, open);
+  const auto decision = Decide(open, votes);
   const auto likeliest = InOrientation(result, camera, shapes, decision.possible.front());
   if (likeliest) {
     result = *likeliest;
@@ -145,10 +170,16 @@ InteriorResult WithOrientationFound(const Raster& scan, const CameraFile& camera
     result.orientation = std::nullopt;
   }
   const auto& possible = result.possible_orientations;
+  const std::string dissenting =
+      DissentingNames(camera, shapes, open, possible.front(), votes, decision.dissenting);
   if (decision.contradictory)
-    result.messages.emplace_back(
-        "The identification symbols or the border contradict each other: check the camera file's "
-        "symbols, data_strip and border.");
+    result.messages.push_back("The identification symbols or the border contradict each other (" +
+                              dissenting +
+                              " against the others): check the camera file's symbols, data_strip "
+                              "and border.");
+  else if (!dissenting.empty())
+    result.messages.push_back("Not clearly read, " + dissenting +
+                              " would have the film lie otherwise than all the others say.");
   if (possible.size() == 1)
     result.orientation = possible.front();
   else

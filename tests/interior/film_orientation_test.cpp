@@ -211,6 +211,22 @@ TEST(FilmOrientation, ContradictingSymbolsLeaveItOpenAndSaySo) {
   EXPECT_NE(result.messages.front().find("contradict"), std::string::npos);
 }
 
+// Marks with symbols whose places are not told; on the film, mark 3 has six lines.
+TEST(FilmOrientation, ASymbolClearlyReadThatNoWayOfLyingHasLeavesItOpenAndIsNamed) {
+  const CameraFile camera = NumberedCamera(false);
+  CameraFile drawn = camera;
+  drawn.fiducials[2].symbol->count = 6;
+  const InteriorResult result = Orient(RenderFilmFrame(Spec(drawn, ScanOrientation::kR0)), camera);
+  ASSERT_EQ(result.status, Status::kOk);
+  EXPECT_FALSE(result.orientation);
+  EXPECT_EQ(result.possible_orientations.size(), 8u);
+  const auto said = std::find_if(
+      result.messages.begin(), result.messages.end(),
+      [](const std::string& message) { return message.find("contradict") != std::string::npos; });
+  ASSERT_NE(said, result.messages.end());
+  EXPECT_NE(said->find("the symbol of mark "), std::string::npos) << *said;
+}
+
 TEST(FilmOrientation, TheUsersWordIsDoubtedWhereTheSymbolsSayOtherwise) {
   const CameraFile camera = NumberedCamera(true);
   const FilmFrame frame = RenderFilmFrame(Spec(camera, ScanOrientation::kR90));
@@ -225,26 +241,40 @@ TEST(FilmOrientation, TheUsersWordIsDoubtedWhereTheSymbolsSayOtherwise) {
 TEST(Decide, WithoutVotesAllStayOpenInTheirOrder) {
   const OrientationClass open(kAllScanOrientations.begin(), kAllScanOrientations.end());
   EXPECT_EQ(Decide(open, {}).possible, open);
-  EXPECT_EQ(Decide(open, {OrientationVote(8, 0.0)}).possible, open);
+  EXPECT_EQ(Decide(open, {{std::vector<double>(8, 0.0)}}).possible, open);
 }
 
 TEST(Decide, OneVoteShortOfSureExcludesNothing) {
   const OrientationClass open = {ScanOrientation::kR0, ScanOrientation::kR180};
-  const OrientationDecision unsure = Decide(open, {{0, kSureNats - 0.1}});
+  const OrientationDecision unsure = Decide(open, {{{0, kSureNats - 0.1}}});
   EXPECT_EQ(unsure.possible, (OrientationClass{ScanOrientation::kR180, ScanOrientation::kR0}));
-  EXPECT_EQ(Decide(open, {{0, kSureNats + 0.1}}).possible,
+  EXPECT_EQ(Decide(open, {{{0, kSureNats + 0.1}}}).possible,
             OrientationClass{ScanOrientation::kR180});
 }
 
-TEST(Decide, OneOfFourVotesAgainstIsAContradictionOneOfFiveIsNot) {
+TEST(Decide, OneOfFourVotesAgainstIsAContradictionOneUnclearOfFiveIsNamedOnly) {
   const OrientationClass open = {ScanOrientation::kR0, ScanOrientation::kR180};
-  std::vector<OrientationVote> votes(3, {3, -3});
-  votes.push_back({-3, 3});
+  std::vector<OrientationVote> votes(3, {{3, -3}});
+  votes.push_back({{-1.8, 1.8}});
   EXPECT_TRUE(Decide(open, votes).contradictory);
   EXPECT_EQ(Decide(open, votes).possible, open);
-  votes.push_back({3, -3});
+  votes.push_back({{3, -3}});
   EXPECT_FALSE(Decide(open, votes).contradictory);
   EXPECT_EQ(Decide(open, votes).possible, OrientationClass{ScanOrientation::kR0});
+  EXPECT_EQ(Decide(open, votes).dissenting, std::vector<size_t>{3});
+}
+
+TEST(Decide, OneClearVoteAgainstAnyNumberLeavesItOpen) {
+  const OrientationClass open = {ScanOrientation::kR0, ScanOrientation::kR180};
+  for (const OrientationVote& clear : {OrientationVote{{-3, 3}}, OrientationVote{{-2, 2}},
+                                       OrientationVote{{0, 0}, std::nullopt, true}}) {
+    std::vector<OrientationVote> votes(9, {{3, -3}});
+    votes.insert(votes.begin() + 4, clear);
+    const OrientationDecision decision = Decide(open, votes);
+    EXPECT_TRUE(decision.contradictory);
+    EXPECT_EQ(decision.possible, open);
+    EXPECT_EQ(decision.dissenting, std::vector<size_t>{4});
+  }
 }
 
 TEST(Decide, NeverExcludesTheWayThatEveryVoteLikesBest) {
@@ -254,8 +284,8 @@ TEST(Decide, NeverExcludesTheWayThatEveryVoteLikesBest) {
     std::vector<OrientationVote> votes;
     for (const auto& bytes : raw) {
       OrientationVote vote;
-      for (const std::uint8_t b : bytes) vote.push_back(b % 7 - 3.0);
-      vote[2] = 3;
+      for (const std::uint8_t b : bytes) vote.nats.push_back(b % 7 - 3.0);
+      vote.nats[2] = 3;
       votes.push_back(vote);
     }
     RC_ASSERT(Holds(Decide(open, votes).possible, ScanOrientation::kR180));
