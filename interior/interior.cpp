@@ -74,23 +74,64 @@ std::vector<MarkResult> MarkResults(const CameraFile& camera, const FilmMarks& m
   return results;
 }
 
-// The correction leaves out crosses that contradict their neighbours. The affine keeps them: its
-// own test did not reject them, and the correction is what is added to it.
-void CorrectFilm(const std::vector<MeasuredMark>& used, InteriorResult* result) {
-  result->reseau.reset();
-  if (!result->photo_from_pixel) return;
-  const auto fit = FitReseau(used, *result->photo_from_pixel);
-  if (!fit) return;
-  const auto crosses = static_cast<int>(std::count(fit->used.begin(), fit->used.end(), true));
-  result->reseau = ReseauResult{fit->correction, crosses, fit->noise_um, fit->left_out_rms_um};
+// The film's transform from the result's used marks, as if it lay mirrored or not; residuals of
+// these, and of the marks that had one before. False where they give no transform.
+bool FitUsedMarks(const CameraFile& camera, bool mirrored, InteriorResult* result) {
+  std::vector<MeasuredMark> used;
+  for (size_t i = 0; i < result->marks.size(); ++i)
+    if (result->marks[i].state == MarkState::kUsed)
+      used.push_back({result->marks[i].pixel.value(), camera.fiducials[i].position_mm});
+  const auto film = FitFilm(used, mirrored);
+  if (!film) return false;
+  result->photo_from_pixel = film->photo_from_pixel;
+  result->pixel_size_um = film->pixel_um;
+  if (film->affine) result->sigma0_um = film->sigma0_um;
+  for (size_t i = 0; i < result->marks.size(); ++i) {
+    MarkResult& mark = result->marks[i];
+    if (mark.state == MarkState::kUsed || (mark.residual_um && mark.pixel))
+      mark.residual_um =
+          1e3 * (camera.fiducials[i].position_mm - film->photo_from_pixel * *mark.pixel);
+  }
+  return true;
 }
 
-std::string ReseauMessage(const ReseauResult& reseau) {
+// A reseau's correction. Crosses that contradict their neighbours become rejected: the affine is
+// estimated without them, and their residuals are kept.
+void CorrectFilm(const CameraFile& camera, bool mirrored, InteriorResult* result) {
+  result->reseau.reset();
+  if (!result->photo_from_pixel) return;
+  constexpr int kMostRounds = 3;  // the second one mostly finds nothing more
+  for (int round = 0; round < kMostRounds; ++round) {
+    std::vector<MeasuredMark> used;
+    std::vector<size_t> index;
+    for (size_t i = 0; i < result->marks.size(); ++i) {
+      if (result->marks[i].state != MarkState::kUsed) continue;
+      used.push_back({result->marks[i].pixel.value(), camera.fiducials[i].position_mm});
+      index.push_back(i);
+    }
+    const auto fit = FitReseau(used, *result->photo_from_pixel);
+    if (!fit) return;
+    const auto crosses = static_cast<int>(std::count(fit->used.begin(), fit->used.end(), true));
+    result->reseau = ReseauResult{fit->correction, crosses, fit->noise_um, fit->left_out_rms_um};
+    if (crosses == std::ssize(used)) return;
+    for (size_t k = 0; k < index.size(); ++k)
+      if (!fit->used[k]) result->marks[index[k]].state = MarkState::kRejected;
+    FitUsedMarks(camera, mirrored, result);
+  }
+}
+
+void SayReseau(InteriorResult* result) {
   char text[160];
   std::snprintf(text, sizeof(text),
                 "Corrected by a reseau of %d crosses: noise %.1f um, left-out crosses %.1f um.",
-                reseau.crosses, reseau.noise_um, reseau.left_out_rms_um);
-  return text;
+                result->reseau->crosses, result->reseau->noise_um, result->reseau->left_out_rms_um);
+  result->messages.emplace_back(text);
+  const int needed = NeededMarks(static_cast<int>(result->marks.size()));
+  if (result->reseau->crosses >= needed) return;
+  if (result->status == Status::kOk) result->status = Status::kWeak;
+  result->messages.push_back("Only " + std::to_string(result->reseau->crosses) +
+                             " crosses agree with their neighbours, " + std::to_string(needed) +
+                             " are needed to be sure.");
 }
 
 std::string Names(const std::vector<ScanOrientation>& orientations) {
@@ -208,8 +249,8 @@ InteriorResult OrientFilm(const Raster& scan, const CameraFile& camera, const Ma
     return result;
   }
   FillTransform(*film, marks, &result);
-  CorrectFilm(UsedMarks(camera, marks), &result);
-  if (result.reseau) result.messages.push_back(ReseauMessage(*result.reseau));
+  CorrectFilm(camera, IsMirrored(reading.orientations.front()), &result);
+  if (result.reseau) SayReseau(&result);
   result.polarity = reading.polarity;
   if (!options.orientation)
     return WithOrientationFound(scan, camera, shapes, reading.orientations, std::move(result));
@@ -268,19 +309,9 @@ std::optional<InteriorResult> InOrientation(const InteriorResult& result, const 
   const auto relabel = Relabel(camera.fiducials, shapes, possible.front(), orientation);
   if (!relabel || result.marks.size() != camera.fiducials.size()) return std::nullopt;
   turned.marks = Renamed(result.marks, camera, *relabel);
-  std::vector<MeasuredMark> used;
-  for (size_t i = 0; i < turned.marks.size(); ++i)
-    if (turned.marks[i].state == MarkState::kUsed)
-      used.push_back({turned.marks[i].pixel.value(), camera.fiducials[i].position_mm});
-  const auto film = FitFilm(used, IsMirrored(orientation));
-  if (!film) return std::nullopt;
-  turned.photo_from_pixel = film->photo_from_pixel;
-  turned.pixel_size_um = film->pixel_um;
-  if (film->affine) turned.sigma0_um = film->sigma0_um;
-  CorrectFilm(used, &turned);
-  size_t next = 0;
-  for (MarkResult& mark : turned.marks)
-    if (mark.state == MarkState::kUsed) mark.residual_um = film->residual_um[next++];
+  const bool mirrored = IsMirrored(orientation);
+  if (!FitUsedMarks(camera, mirrored, &turned)) return std::nullopt;
+  CorrectFilm(camera, mirrored, &turned);
   return turned;
 }
 

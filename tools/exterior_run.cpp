@@ -124,6 +124,16 @@ Interior DigitalInterior(const Setting& setting, const Raster& raster) {
 constexpr double kFilmSigma_mm = 0.003;
 constexpr double kFilmDegreesOfFreedom = 2;
 
+// Of the film's smooth deformation between the marks. What a reseau leaves of it: by how much its
+// crosses, each left out, miss their prediction beyond their own noise, and no less than half that
+// noise, with which the prediction is made.
+double FilmSigma(const InteriorResult& result) {
+  if (!result.reseau) return kFilmSigma_mm;
+  const double noise = result.reseau->noise_um, left_out = result.reseau->left_out_rms_um;
+  return 1e-3 *
+         std::sqrt(std::max(0.5 * left_out * left_out - noise * noise, 0.25 * noise * noise));
+}
+
 Matrix6d InteriorCovariance(const InteriorResult& result, const CameraFile& camera) {
   std::vector<PointPair2d> pairs;
   for (const MarkResult& mark : result.marks)
@@ -162,11 +172,11 @@ Interior FilmInterior(const Setting& setting, const Raster& scan, const std::str
   for (const ScanOrientation orientation : result.possible_orientations)
     if (const auto turned = InOrientation(result, setting.camera, setting.marks, orientation))
       interior.positions.push_back({*turned->photo_from_pixel, orientation,
-                                    InteriorCovariance(*turned, setting.camera), kFilmSigma_mm,
+                                    InteriorCovariance(*turned, setting.camera), FilmSigma(*turned),
                                     CorrectionOf(*turned)});
   if (interior.positions.empty())
     interior.positions.push_back({*result.photo_from_pixel, result.orientation,
-                                  InteriorCovariance(result, setting.camera), kFilmSigma_mm,
+                                  InteriorCovariance(result, setting.camera), FilmSigma(result),
                                   CorrectionOf(result)});
   return interior;
 }

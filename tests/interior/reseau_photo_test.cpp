@@ -58,5 +58,36 @@ TEST(ReseauPhoto, CrossesAreFoundAndGiveACorrection) {
   }
 }
 
+TEST(ReseauPhoto, ACrossThatItsNeighboursContradictIsRejectedWithItsResidual) {
+  const TemporaryFolder folder;
+  FilmFrameSpec spec;
+  spec.camera = CrossCamera();
+  WriteScan(folder / "a.png", RenderFilmFrame(spec).scan);
+  CameraFile mistyped = spec.camera;
+  mistyped.fiducials[6].position_mm.x() += 0.06;
+  InteriorOptions options;
+  options.pixel_size_um = 100;
+  options.orientation = ScanOrientation::kR0;
+  const InteriorResult result =
+      OrientInterior(Raster::Open(folder / "a.png"), mistyped, ShapesOf(mistyped), options);
+  ASSERT_TRUE(result.reseau) << result.messages.at(0);
+  EXPECT_EQ(result.marks[6].state, MarkState::kRejected);
+  ASSERT_TRUE(result.marks[6].residual_um);
+  EXPECT_NEAR(result.marks[6].residual_um->x(), 60, 10);
+  // The affine and sigma0 are those of the used ones alone.
+  double squares = 0;
+  int used = 0;
+  for (const MarkResult& mark : result.marks) {
+    if (mark.state != MarkState::kUsed) continue;
+    ++used;
+    squares += mark.residual_um->squaredNorm();
+  }
+  EXPECT_EQ(used, result.reseau->crosses);
+  EXPECT_NEAR(*result.sigma0_um, std::sqrt(squares / (2 * used - 6)), 1e-6);
+  const auto again = InOrientation(result, mistyped, ShapesOf(mistyped), ScanOrientation::kR0);
+  ASSERT_TRUE(again);
+  EXPECT_EQ(again->marks[6].state, MarkState::kRejected);
+}
+
 }  // namespace
 }  // namespace orient
