@@ -8,6 +8,7 @@
 #include "core/files/camera_file.h"
 #include "core/files/orientation_table.h"
 #include "tools/block_geopackage.h"
+#include "tools/camera_library.h"
 #include "tools/commands.h"
 #include "tools/exterior_run.h"
 #include "tools/exterior_summary.h"
@@ -34,11 +35,13 @@ class BlockCommand : public Command {
     app.add_flag("--plan", plan_, "Print what would be done and stop");
     app.add_flag("--no-feedback", no_feedback_,
                  "Do not tell the patch database which patches were found");
+    AddCameraLibraryOption(app, &library_);
     AddJobsOption(app, &jobs_);
   }
 
   ExitCode Run(std::ostream& out) override {
-    const BlockFile block = ReadBlockFile(block_path_);
+    BlockFile block = ReadBlockFile(block_path_);
+    block.camera = FindCameraFile(block.camera, library_);
     const bool film = ReadCameraFile(block.camera).camera.kind == CameraKind::kFilm;
     if (plan_) {
       PrintPlan(block, film, out);
@@ -110,7 +113,7 @@ class BlockCommand : public Command {
         << "/orientation.csv, block.gpkg, report.html\n";
   }
 
-  std::string block_path_;
+  std::string block_path_, library_;
   bool resume_ = false;
   bool overwrite_ = false;
   bool plan_ = false;

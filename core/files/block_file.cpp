@@ -68,6 +68,15 @@ std::string ExistingFile(const TomlTable& table, std::string_view key, const std
   return path;
 }
 
+// A file, or a name like wild_rc10 as it stands, where no file beside the block file is called so.
+std::string CameraFileOrName(const TomlTable& table, const std::string& base) {
+  const std::string named = table.Text("camera");
+  const fs::path asked(named);
+  if (asked.has_parent_path() || asked.has_extension() || Exists(Resolve(base, named)))
+    return ExistingFile(table, "camera", base);
+  return named;
+}
+
 void ReadAccuracy(const TomlTable& root, BlockFile* block) {
   const auto table = root.FindTable("approximate_accuracy", {"position_m", "attitude_deg"});
   if (!table) return;
@@ -146,7 +155,7 @@ BlockFile ReadBlockFile(const std::string& path) {
   BlockFile block{.crs = Crs::Parse(root.Text("crs"), path + ", crs"),
                   .dem = ExistingFile(root, "dem", base),
                   .patchdb = ExistingFile(root, "patchdb", base),
-                  .camera = ExistingFile(root, "camera", base),
+                  .camera = CameraFileOrName(root, base),
                   .photos = ReadPhotos(root, base),
                   .approximations = ExistingFile(root, "approximations", base),
                   .position_sigma_m = std::nullopt,

@@ -152,5 +152,30 @@ TEST(CamerasCommand, ListsNamesAndWhatAutoKnows) {
   EXPECT_NE(out.str().find("zeiss_jena_lmk"), std::string::npos);
 }
 
+TEST(BlockCommand, TakesACameraByItsNameInTheLibrary) {
+  const TemporaryFolder folder;
+  for (const std::string name : {"dem.tif", "patches.gpkg", "approx.csv", "a.tif"})
+    std::ofstream(folder / name) << " ";
+  const auto plan = [&](const std::string& camera) {
+    std::ofstream(folder / "block.toml")
+        << "crs = \"EPSG:32635\"\ndem = \"dem.tif\"\npatchdb = \"patches.gpkg\"\ncamera = \""
+        << camera << "\"\nphotos = [\"a.tif\"]\napproximations = \"approx.csv\"\n";
+    CommandList commands;
+    commands.push_back(MakeBlockCommand());
+    std::ostringstream out, err;
+    const int code = RunProgram(
+        commands,
+        {"block", folder / "block.toml", "--plan", "--camera-library", ProjectFile("data/cameras")},
+        out, err);
+    return std::pair(code, out.str() + err.str());
+  };
+  const auto [code, said] = plan("wild_rc10");
+  EXPECT_EQ(code, 0) << said;
+  EXPECT_NE(said.find("interior  a"), std::string::npos) << said;  // a film camera
+  const auto [wrong, why] = plan("wild_rc11");
+  EXPECT_EQ(wrong, 2);
+  EXPECT_NE(why.find("wild_rc10"), std::string::npos) << why;
+}
+
 }  // namespace
 }  // namespace orient

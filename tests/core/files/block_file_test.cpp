@@ -93,6 +93,12 @@ TEST_F(BlockFileTest, WrongKeysAndValuesAreNamed) {
   ExpectRefused(Replaced(kBlock, "camera = \"camera.toml\"\n", ""), {"lacks the key camera"});
 }
 
+TEST_F(BlockFileTest, ACameraThatIsNoFileIsANameOfTheLibrary) {
+  EXPECT_EQ(ReadText(Replaced(kBlock, "camera.toml", "wild_rc10")).camera, "wild_rc10");
+  ExpectRefused(Replaced(kBlock, "camera.toml", "other.toml"), {"camera", "other.toml"});
+  ExpectRefused(Replaced(kBlock, "camera.toml", "cameras/wild_rc10"), {"camera", "wild_rc10"});
+}
+
 TEST_F(BlockFileTest, FilesThatDoNotExistAreNamedWithTheirKey) {
   ExpectRefused(Replaced(kBlock, "dem.tif", "hills.tif"), {"line 2: dem", "hills.tif"});
   ExpectRefused(Replaced(kBlock, "approx.csv", "no.csv"), {"approximations", "no.csv"});
