@@ -5,6 +5,7 @@
 #include <cmath>
 #include <numbers>
 
+#include "core/format_text.h"
 #include "exterior/align.h"
 #include "exterior/consensus.h"
 #include "exterior/estimate_pose.h"
@@ -182,11 +183,7 @@ void FillPatches(const PhotoTask& task, const PreciseRound& round, ExteriorResul
   result->patches = std::move(patches);
 }
 
-std::string Number(double value, int decimals) {
-  char text[64];
-  std::snprintf(text, sizeof text, "%.*f", decimals, value);
-  return text;
-}
+std::string Number(double value, int decimals) { return FormatText("%.*f", decimals, value); }
 
 // Whether chance could have led from random matches to this round's supporters.
 double PreciseFalseAlarms(const PreciseRound& round) {

@@ -1,8 +1,8 @@
 #include "interior/acceptance.h"
 
 #include <Eigen/LU>
-#include <cstdio>
 
+#include "core/format_text.h"
 #include "interior/cross_position.h"
 #include "interior/lines_locator.h"
 
@@ -27,24 +27,6 @@ constexpr double kMaxShear = 0.015;
 constexpr double kMaxSigma0Photogrammetric = 60;  // um
 constexpr double kMaxSigma0Desktop = 350;         // um
 constexpr double kNotableSigma0 = 30;             // um: said, though accepted
-
-std::string Text(const char* format, double value) {
-  char buffer[240];
-  std::snprintf(buffer, sizeof(buffer), format, value);
-  return buffer;
-}
-
-std::string Text(const char* format, double a, double b) {
-  char buffer[240];
-  std::snprintf(buffer, sizeof(buffer), format, a, b);
-  return buffer;
-}
-
-std::string Text(const char* format, int a, int b) {
-  char buffer[240];
-  std::snprintf(buffer, sizeof(buffer), format, a, b);
-  return buffer;
-}
 
 int Count(const FilmMarks& marks, MarkState state) {
   return static_cast<int>(std::count_if(marks.begin(), marks.end(),
@@ -138,24 +120,25 @@ void JudgeFilm(const FilmReading& reading, const FilmTransform& film, Verdict* v
     verdict->messages.push_back(std::move(why));
   };
   if (std::abs(film.scale_difference) > kMaxScaleDifference)
-    weak(Text("The scales of the two axes differ by %.1f %%: not a plausible film or scanner.",
-              100 * film.scale_difference));
-  if (std::abs(film.shear) > kMaxShear)
-    weak(Text("The axes are sheared by %.1f mrad: not a plausible film or scanner.",
-              1e3 * film.shear));
-  if (reading.scanner_margin <= kMinMarginNats)
     weak(
-        Text("A desktop scan of all these marks, and a photogrammetric one with a mark misplaced, "
-             "are nearly as probable (%.1f nats apart): say which it is with --scanner.",
-             reading.scanner_margin));
+        FormatText("The scales of the two axes differ by %.1f %%: not a plausible film or scanner.",
+                   100 * film.scale_difference));
+  if (std::abs(film.shear) > kMaxShear)
+    weak(FormatText("The axes are sheared by %.1f mrad: not a plausible film or scanner.",
+                    1e3 * film.shear));
+  if (reading.scanner_margin <= kMinMarginNats)
+    weak(FormatText(
+        "A desktop scan of all these marks, and a photogrammetric one with a mark misplaced, "
+        "are nearly as probable (%.1f nats apart): say which it is with --scanner.",
+        reading.scanner_margin));
   const double limit =
       reading.scanner == Scanner::kPhotogrammetric ? kMaxSigma0Photogrammetric : kMaxSigma0Desktop;
   if (film.sigma0_um > limit)
-    weak(Text("sigma0 of %.0f um is more than film deformation explains.", film.sigma0_um));
+    weak(FormatText("sigma0 of %.0f um is more than film deformation explains.", film.sigma0_um));
   else if (film.affine && film.sigma0_um > kNotableSigma0)
     verdict->messages.push_back(
-        Text("The scanner or print distorts the film: an affine leaves sigma0 = %.0f um.",
-             film.sigma0_um));
+        FormatText("The scanner or print distorts the film: an affine leaves sigma0 = %.0f um.",
+                   film.sigma0_um));
 }
 
 // Empty where nothing speaks against the set of marks.
@@ -165,7 +148,7 @@ std::string WhyNotThere(const FilmReading& reading, int used) {
            "wrong pixel size (--pixel-size-um).";
   const int all = static_cast<int>(reading.marks.size());
   if (reading.best.nats < MinSetNats(all))
-    return Text(
+    return FormatText(
         "What was found may be chance (%.1f nats for the marks, %.1f are needed): wrong "
         "camera file or marks too faint.",
         reading.best.nats, MinSetNats(all));
@@ -173,7 +156,7 @@ std::string WhyNotThere(const FilmReading& reading, int used) {
     return "Too many marks and places for them to be sure that no other reading is as good: give "
            "--orientation, --polarity or --pixel-size-um, whichever is known.";
   if (reading.margin <= kMinMarginNats)
-    return Text(
+    return FormatText(
         "Another reading of the marks is nearly as probable (margin %.1f nats, 3 are "
         "needed).",
         reading.margin);
@@ -237,7 +220,7 @@ Verdict Judge(const FilmReading& reading, const FilmMarks& marks,
   verdict.status = JudgeSet(all, used, reading.best.nats, reading.margin);
   if (verdict.status == Status::kWeak)
     verdict.messages.push_back(
-        Text("Only %d marks were found, %d are needed to be sure.", used, NeededMarks(all)));
+        FormatText("Only %d marks were found, %d are needed to be sure.", used, NeededMarks(all)));
   JudgeFilm(reading, *film, &verdict);
   return verdict;
 }

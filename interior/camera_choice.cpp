@@ -1,8 +1,9 @@
 #include "interior/camera_choice.h"
 
 #include <cmath>
-#include <cstdio>
 
+#include "core/files/used_marks.h"
+#include "core/format_text.h"
 #include "interior/layout.h"
 
 namespace orient {
@@ -25,17 +26,6 @@ constexpr double kSameShape = 0.01;  // relative to the layout's radius
 constexpr double kSameTransformMm = 0.25;
 constexpr double kMostDistortionMm = 0.6;
 constexpr int kCandidatesSaid = 4;
-
-std::string Text(const char* format, double value) {
-  char buffer[40];
-  std::snprintf(buffer, sizeof(buffer), format, value);
-  return buffer;
-}
-
-int UsedMarks(const InteriorResult& result) {
-  return static_cast<int>(std::count_if(result.marks.begin(), result.marks.end(),
-                                        [](const auto& m) { return m.state == MarkState::kUsed; }));
-}
 
 std::vector<InteriorResult> InEveryOrientation(const InteriorResult& result,
                                                const KnownCamera& camera) {
@@ -123,7 +113,7 @@ bool SameShapeOfAnotherSize(const CameraFile& a, const CameraFile& b) {
 
 // Without a pixel size only the shape of the layout tells its size.
 bool ShapeTellsSize(const std::vector<KnownCamera>& cameras, const CameraReading& best) {
-  if (UsedMarks(best.result) < kMarksOfShape) return false;
+  if (CountUsedMarks(best.result) < kMarksOfShape) return false;
   return std::none_of(cameras.begin(), cameras.end(), [&](const KnownCamera& other) {
     return SameShapeOfAnotherSize(*cameras[best.camera].file, *other.file);
   });
@@ -140,12 +130,12 @@ void JudgePixelSize(const std::vector<KnownCamera>& cameras, const CameraReading
   const double off = stated_um ? found_um / *stated_um - 1 : 1;
   if (std::abs(off) < kSurePixelSize) return;
   if (stated_um && std::abs(off) < kTagTolerance) {
-    MakeWeak("With this camera a pixel is " + Text("%.1f", 100 * std::abs(off)) + " % " +
+    MakeWeak("With this camera a pixel is " + FormatText("%.1f", 100 * std::abs(off)) + " % " +
                  (off > 0 ? "larger" : "smaller") +
                  " than stated: perhaps another camera, whose marks lie differently.",
              result);
   } else if (!ShapeTellsSize(cameras, best)) {
-    MakeWeak("The pixel size (" + Text("%.2f", found_um) +
+    MakeWeak("The pixel size (" + FormatText("%.2f", found_um) +
                  " um) follows from the camera alone: a smaller or larger camera with like marks "
                  "would fit as well; give --pixel-size-um.",
              result);
@@ -172,8 +162,8 @@ std::string CandidateList(const std::vector<KnownCamera>& cameras,
     list += cameras[sorted[i].camera].name;
     list += " (";
     list += Name(sorted[i].result.status);
-    list += i == 0 ? Text(", %.1f nats)", sorted[i].nats)
-                   : Text(", %.1f behind)", sorted.front().nats - sorted[i].nats);
+    list += i == 0 ? FormatText(", %.1f nats)", sorted[i].nats)
+                   : FormatText(", %.1f behind)", sorted.front().nats - sorted[i].nats);
   }
   return list;
 }
@@ -204,11 +194,11 @@ void SayCameras(const std::vector<KnownCamera>& cameras, const std::vector<size_
   std::string said = fitting.size() == 1
                          ? "Camera " + names + " of the library."
                          : "Cameras that fit alike, with one transform: " + names + ".";
-  said += most - least > 1
-              ? " The marks do not tell the principal distance (" + Text("%.0f", least) + " to " +
-                    Text("%.0f", most) + " mm): the exterior orientation needs the right one."
-              : " Its principal distance is nominal: the exterior orientation needs "
-                "the calibrated one.";
+  said += most - least > 1 ? " The marks do not tell the principal distance (" +
+                                 FormatText("%.0f", least) + " to " + FormatText("%.0f", most) +
+                                 " mm): the exterior orientation needs the right one."
+                           : " Its principal distance is nominal: the exterior orientation needs "
+                             "the calibrated one.";
   result->messages.push_back(said);
 }
 

@@ -1,10 +1,10 @@
 #include "interior/interior.h"
 
 #include <Eigen/LU>
-#include <cstdio>
 #include <stdexcept>
 
 #include "core/error.h"
+#include "core/format_text.h"
 #include "interior/acceptance.h"
 #include "interior/film_orientation.h"
 #include "interior/film_search.h"
@@ -121,11 +121,9 @@ void CorrectFilm(const CameraFile& camera, bool mirrored, InteriorResult* result
 }
 
 void SayReseau(InteriorResult* result) {
-  char text[160];
-  std::snprintf(text, sizeof(text),
-                "Corrected by a reseau of %d crosses: noise %.1f um, left-out crosses %.1f um.",
-                result->reseau->crosses, result->reseau->noise_um, result->reseau->left_out_rms_um);
-  result->messages.emplace_back(text);
+  result->messages.push_back(FormatText(
+      "Corrected by a reseau of %d crosses: noise %.1f um, left-out crosses %.1f um.",
+      result->reseau->crosses, result->reseau->noise_um, result->reseau->left_out_rms_um));
   const int needed = NeededMarks(static_cast<int>(result->marks.size()));
   if (result->reseau->crosses >= needed) return;
   if (result->status == Status::kOk) result->status = Status::kWeak;

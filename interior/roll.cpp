@@ -1,9 +1,10 @@
 #include "interior/roll.h"
 
 #include <Eigen/LU>
-#include <array>
 #include <cmath>
-#include <cstdio>
+
+#include "core/files/used_marks.h"
+#include "core/format_text.h"
 
 namespace orient {
 namespace {
@@ -20,13 +21,6 @@ constexpr double kLeastSystematic_um = 1;
 constexpr double kChanceOfOneRoll = 1e-3;  // that any of a roll's marks looks systematic by chance
 // How the roll's messages begin: by it they are found again when the comparison is repeated.
 constexpr const char* kRollMessage = "Compared with its roll: ";
-
-template <typename... Values>
-std::string Text(const char* format, Values... values) {
-  std::array<char, 400> text;
-  std::snprintf(text.data(), text.size(), format, values...);
-  return text.data();
-}
 
 double Median(std::vector<double> values) {
   const auto middle = values.begin() + static_cast<long>(values.size() / 2);
@@ -60,15 +54,9 @@ FilmShape ShapeOf(const Affine2d& photo_from_pixel) {
   return shape;
 }
 
-int Used(const InteriorResult& result) {
-  return static_cast<int>(
-      std::count_if(result.marks.begin(), result.marks.end(),
-                    [](const MarkResult& m) { return m.state == MarkState::kUsed; }));
-}
-
 bool Counts(const InteriorResult& result) {
   return result.status != Status::kFailed && result.photo_from_pixel && result.sigma0_um &&
-         std::isfinite(*result.sigma0_um) && Used(result) >= kLeastMarks;
+         std::isfinite(*result.sigma0_um) && CountUsedMarks(result) >= kLeastMarks;
 }
 
 // Probability that Hotelling's T^2 of n vectors of two components exceeds this value by chance:
@@ -161,24 +149,25 @@ std::vector<std::string> WhyItStandsOut(const RollStatistics& roll, const Interi
   const auto compare = [&](double size, const RobustValue& value, const char* axis) {
     const double least = kLeastAffinity * value.median;
     if (out(std::abs(size - value.median), value, least))
-      reasons.push_back(
-          Text("its pixels along %s are %.3f um on the film, the other photos' %.3f um (%+.2f %%).",
-               axis, size, value.median, 100 * (size / value.median - 1)));
+      reasons.push_back(FormatText(
+          "its pixels along %s are %.3f um on the film, the other photos' %.3f um (%+.2f %%).",
+          axis, size, value.median, 100 * (size / value.median - 1)));
   };
   compare(shape.column_um, roll.column_um, "columns");
   compare(shape.row_um, roll.row_um, "rows");
   if (out(std::abs(shape.scale_difference - roll.scale_difference.median), roll.scale_difference,
           kLeastAffinity))
     reasons.push_back(
-        Text("the scales of its two axes differ by %.2f %%, the other photos' by "
-             "%.2f %%.",
-             100 * shape.scale_difference, 100 * roll.scale_difference.median));
+        FormatText("the scales of its two axes differ by %.2f %%, the other photos' by "
+                   "%.2f %%.",
+                   100 * shape.scale_difference, 100 * roll.scale_difference.median));
   if (out(std::abs(shape.shear_rad - roll.shear_rad.median), roll.shear_rad, kLeastAffinity))
-    reasons.push_back(Text("its axes are sheared by %.2f mrad, the other photos' by %.2f mrad.",
-                           1e3 * shape.shear_rad, 1e3 * roll.shear_rad.median));
+    reasons.push_back(
+        FormatText("its axes are sheared by %.2f mrad, the other photos' by %.2f mrad.",
+                   1e3 * shape.shear_rad, 1e3 * roll.shear_rad.median));
   if (out(*photo.sigma0_um - roll.sigma0_um.median, roll.sigma0_um, kLeastSigma0_um))
-    reasons.push_back(Text("its sigma0 is %.1f um, the other photos' %.1f um.", *photo.sigma0_um,
-                           roll.sigma0_um.median));
+    reasons.push_back(FormatText("its sigma0 is %.1f um, the other photos' %.1f um.",
+                                 *photo.sigma0_um, roll.sigma0_um.median));
   return reasons;
 }
 
@@ -207,13 +196,13 @@ std::vector<size_t> CompareWithRoll(const std::optional<RollStatistics>& roll,
 std::vector<std::string> Findings(const RollStatistics& roll) {
   std::vector<std::string> findings;
   const double um = 0.5 * (roll.column_um.median + roll.row_um.median);
-  findings.push_back(
-      Text("%d photos of one roll: pixel %.4f um (+- %.3f %%), scales differ by %.3f %%, shear "
-           "%.2f mrad, sigma0 %.1f um: %s.",
-           roll.photos, um, 100 * std::max(roll.column_um.sigma, roll.row_um.sigma) / um,
-           100 * roll.scale_difference.median, 1e3 * roll.shear_rad.median, roll.sigma0_um.median,
-           roll.photogrammetric ? "a photogrammetric scanner"
-                                : "a desktop scanner, prints, or a camera file that does not fit"));
+  findings.push_back(FormatText(
+      "%d photos of one roll: pixel %.4f um (+- %.3f %%), scales differ by %.3f %%, shear "
+      "%.2f mrad, sigma0 %.1f um: %s.",
+      roll.photos, um, 100 * std::max(roll.column_um.sigma, roll.row_um.sigma) / um,
+      100 * roll.scale_difference.median, 1e3 * roll.shear_rad.median, roll.sigma0_um.median,
+      roll.photogrammetric ? "a photogrammetric scanner"
+                           : "a desktop scanner, prints, or a camera file that does not fit"));
   const auto used = std::count_if(roll.marks.begin(), roll.marks.end(), [](const RollMark& mark) {
     return mark.photos >= kLeastPhotosOfRoll;
   });
@@ -222,10 +211,10 @@ std::vector<std::string> Findings(const RollStatistics& roll) {
     if (!mark.systematic) continue;
     any = true;
     findings.push_back(
-        Text("Mark %s lies off its calibrated position by (%.1f, %.1f) um (sigma "
-             "%.1f, %.1f) in the mean of %d photos.",
-             mark.id.c_str(), -mark.mean_um.x(), -mark.mean_um.y(), mark.sigma_um.x(),
-             mark.sigma_um.y(), mark.photos));
+        FormatText("Mark %s lies off its calibrated position by (%.1f, %.1f) um (sigma "
+                   "%.1f, %.1f) in the mean of %d photos.",
+                   mark.id.c_str(), -mark.mean_um.x(), -mark.mean_um.y(), mark.sigma_um.x(),
+                   mark.sigma_um.y(), mark.photos));
   }
   if (any && used <= kLeastMarks)
     findings.emplace_back(

@@ -6,6 +6,7 @@
 #include "core/error.h"
 #include "core/files/block_file.h"
 #include "core/files/orientation_table.h"
+#include "core/files/used_marks.h"
 #include "interior/roll.h"
 #include "tools/camera_library.h"
 #include "tools/commands.h"
@@ -95,11 +96,8 @@ class InteriorCommand : public Command {
     SummaryTable table({"photo", "status", "marks", "sigma0 um", "margin", "pixel um", "message"});
     bool all = true;
     for (const InteriorResult& r : results) {
-      const auto used = std::count_if(r.marks.begin(), r.marks.end(), [](const MarkResult& m) {
-        return m.state == MarkState::kUsed;
-      });
       table.AddRow({r.photo, std::string(orient::Name(r.status)),
-                    std::to_string(used) + "/" + std::to_string(r.marks.size()),
+                    std::to_string(CountUsedMarks(r)) + "/" + std::to_string(r.marks.size()),
                     Fixed(r.sigma0_um, 1), Fixed(r.margin, 1), Fixed(r.pixel_size_um, 2),
                     First(r.messages)});
       all = all && r.status != Status::kFailed;

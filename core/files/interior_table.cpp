@@ -1,9 +1,10 @@
 #include "core/files/interior_table.h"
 
 #include <algorithm>
-#include <array>
 #include <cmath>
-#include <cstdio>
+
+#include "core/files/used_marks.h"
+#include "core/format_text.h"
 
 namespace orient {
 namespace {
@@ -21,16 +22,12 @@ std::string Row(const Cells& cells) {
 
 std::string Number(const std::optional<double>& value, int digits) {
   if (!value || !std::isfinite(*value)) return "";
-  std::array<char, 64> text;
-  std::snprintf(text.data(), text.size(), "%.*g", digits, *value);
-  return text.data();
+  return FormatText("%.*g", digits, *value);
 }
 
 std::string Fraction(const std::optional<double>& value, int decimals) {
   if (!value || !std::isfinite(*value)) return "";
-  std::array<char, 400> text;
-  std::snprintf(text.data(), text.size(), "%.*f", decimals, *value);
-  return text.data();
+  return FormatText("%.*f", decimals, *value);
 }
 
 template <typename Enum>
@@ -65,12 +62,9 @@ Cells PhotoCells(const InteriorResult& r) {
       cells.push_back(r.photo_from_pixel ? Number(r.photo_from_pixel->A(row, col), 12) : "");
   for (const int row : {0, 1})
     cells.push_back(r.photo_from_pixel ? Number(r.photo_from_pixel->t[row], 12) : "");
-  const auto used = std::count_if(r.marks.begin(), r.marks.end(), [](const MarkResult& mark) {
-    return mark.state == MarkState::kUsed;
-  });
   cells.push_back(Fraction(r.sigma0_um, 2));
   cells.push_back(Fraction(r.margin, 2));
-  cells.push_back(std::to_string(used));
+  cells.push_back(std::to_string(CountUsedMarks(r)));
   cells.push_back(std::to_string(r.marks.size()));
   cells.push_back(Joined(r.messages));
   return cells;

@@ -20,8 +20,24 @@ void SetFilm(double film_half_mm, double pixel_size_mm, SimulatedCamera* camera)
   camera->height_px = static_cast<int>(std::ceil(2 * film.y() / pixel_size_mm));
 }
 
-void AddMark(const char* id, const Vector2d& position_mm, CameraFile* file) {
-  file->fiducials.push_back({id, position_mm, "mark", std::nullopt});
+// Marks numbered from 1 on, or from as many as there are.
+void AddMarks(const std::vector<Vector2d>& positions_mm, CameraFile* file) {
+  for (const Vector2d& position : positions_mm)
+    file->fiducials.push_back(
+        {std::to_string(file->fiducials.size() + 1), position, "mark", std::nullopt});
+}
+
+SimulatedCamera FilmCamera(const std::string& name, double principal_distance_mm,
+                           const Vector2d& principal_point_mm, const Vector2d& frame_mm,
+                           std::vector<MarkElement> mark) {
+  SimulatedCamera camera;
+  Camera& geometry = camera.file.camera;
+  geometry.name = name;
+  geometry.principal_distance_mm = principal_distance_mm;
+  geometry.principal_point_mm = principal_point_mm;
+  geometry.frame_mm = frame_mm;
+  camera.file.marks["mark"].elements = std::move(mark);
+  return camera;
 }
 
 // Symbols in the rebate: lines outwards of marks 1 to 4, dots along the side beside marks 5 to 8.
@@ -44,19 +60,12 @@ void NumberMarks(double first_mm, double step_mm, CameraFile* file) {
 }
 
 SimulatedCamera Demo(const SimulationOptions& options) {
-  SimulatedCamera camera;
-  Camera& geometry = camera.file.camera;
-  geometry.name = "Simulated 6 cm frame camera";
-  geometry.principal_distance_mm = 60.124;
-  geometry.principal_point_mm = {0.021, -0.013};
-  geometry.frame_mm = {56, 56};
-  geometry.lens = BrownDistortion{{-1.1e-7, 2.4e-11, 0}, {1.5e-7, -0.8e-7}};
-  camera.file.marks["mark"].elements = {CrossElement{2.0, 0.10, 0.5, 0}, DotElement{0.2},
-                                        CircleElement{1.3, 0.08}};
-  AddMark("1", {-26.204, 26.197}, &camera.file);
-  AddMark("2", {26.201, 26.203}, &camera.file);
-  AddMark("3", {26.196, -26.202}, &camera.file);
-  AddMark("4", {-26.199, -26.198}, &camera.file);
+  SimulatedCamera camera =
+      FilmCamera("Simulated 6 cm frame camera", 60.124, {0.021, -0.013}, {56, 56},
+                 {CrossElement{2.0, 0.10, 0.5, 0}, DotElement{0.2}, CircleElement{1.3, 0.08}});
+  camera.file.camera.lens = BrownDistortion{{-1.1e-7, 2.4e-11, 0}, {1.5e-7, -0.8e-7}};
+  AddMarks({{-26.204, 26.197}, {26.201, 26.203}, {26.196, -26.202}, {-26.199, -26.198}},
+           &camera.file);
   if (options.mark_symbols) NumberMarks(2.3, 0.35, &camera.file);
   SetFilm(30.2, options.pixel_size_um.value_or(25) * 1e-3, &camera);
   return camera;
@@ -64,26 +73,17 @@ SimulatedCamera Demo(const SimulationOptions& options) {
 
 // 23 cm film: 212 mm frame; the RC30 has marks in the middle of the sides as well.
 SimulatedCamera Wild(const SimulationOptions& options, bool rc30) {
-  SimulatedCamera camera;
-  Camera& geometry = camera.file.camera;
-  geometry.name = rc30 ? "Simulated Wild RC30" : "Simulated Wild RC10";
-  geometry.principal_distance_mm = rc30 ? 153.412 : 152.673;
-  geometry.principal_point_mm = rc30 ? Vector2d(0.006, -0.003) : Vector2d(0.012, 0.008);
-  geometry.frame_mm = {212, 212};
-  geometry.lens = RadialTable{{0, 30, 60, 90, 120, 150}, {0, 1.8, 2.6, 0.4, -2.9, -1.2}};
-  camera.file.marks["mark"].elements = {
-      CrossElement{2.4, 0.10, 0.6, rc30 ? 0 : std::numbers::pi / 4}, DotElement{0.15},
-      CircleElement{1.6, 0.08}};
-  AddMark("1", {-106.004, -106.001}, &camera.file);
-  AddMark("2", {105.998, 105.999}, &camera.file);
-  AddMark("3", {-106.002, 106.005}, &camera.file);
-  AddMark("4", {106.003, -106.002}, &camera.file);
-  if (rc30) {
-    AddMark("5", {-110.003, 0.002}, &camera.file);
-    AddMark("6", {110.001, -0.001}, &camera.file);
-    AddMark("7", {0.002, 110.004}, &camera.file);
-    AddMark("8", {-0.001, -110.002}, &camera.file);
-  }
+  SimulatedCamera camera =
+      FilmCamera(rc30 ? "Simulated Wild RC30" : "Simulated Wild RC10", rc30 ? 153.412 : 152.673,
+                 rc30 ? Vector2d(0.006, -0.003) : Vector2d(0.012, 0.008), {212, 212},
+                 {CrossElement{2.4, 0.10, 0.6, rc30 ? 0 : std::numbers::pi / 4}, DotElement{0.15},
+                  CircleElement{1.6, 0.08}});
+  camera.file.camera.lens = RadialTable{{0, 30, 60, 90, 120, 150}, {0, 1.8, 2.6, 0.4, -2.9, -1.2}};
+  AddMarks({{-106.004, -106.001}, {105.998, 105.999}, {-106.002, 106.005}, {106.003, -106.002}},
+           &camera.file);
+  if (rc30)
+    AddMarks({{-110.003, 0.002}, {110.001, -0.001}, {0.002, 110.004}, {-0.001, -110.002}},
+             &camera.file);
   if (options.mark_symbols) NumberMarks(1.9, 0.4, &camera.file);
   SetFilm(115, options.pixel_size_um.value_or(50) * 1e-3, &camera);
   return camera;
@@ -92,17 +92,10 @@ SimulatedCamera Wild(const SimulationOptions& options, bool rc30) {
 // 23 cm film with marks in the middle of the sides; the data strip and an exposed tongue in the
 // rebate tell how the film lies.
 SimulatedCamera Lmk(const SimulationOptions& options) {
-  SimulatedCamera camera;
-  Camera& geometry = camera.file.camera;
-  geometry.name = "Simulated Zeiss LMK";
-  geometry.principal_distance_mm = 152.011;
-  geometry.principal_point_mm = {-0.007, 0.004};
-  geometry.frame_mm = {222, 222};
-  camera.file.marks["mark"].elements = {CrossElement{2.2, 0.08, 0.4, 0}, DotElement{0.1}};
-  AddMark("1", {-113.502, 0.001}, &camera.file);
-  AddMark("2", {-0.003, 113.498}, &camera.file);
-  AddMark("3", {113.499, -0.002}, &camera.file);
-  AddMark("4", {0.002, -113.503}, &camera.file);
+  SimulatedCamera camera = FilmCamera("Simulated Zeiss LMK", 152.011, {-0.007, 0.004}, {222, 222},
+                                      {CrossElement{2.2, 0.08, 0.4, 0}, DotElement{0.1}});
+  AddMarks({{-113.502, 0.001}, {-0.003, 113.498}, {113.499, -0.002}, {0.002, -113.503}},
+           &camera.file);
   camera.file.data_strip = FrameSide::kLeft;
   camera.file.border = {{BorderSign::kBright, {40, 111}, {47, 114}}};
   SetFilm(119, options.pixel_size_um.value_or(50) * 1e-3, &camera);
@@ -111,45 +104,32 @@ SimulatedCamera Lmk(const SimulationOptions& options) {
 
 // A 13 x 18 cm terrestrial camera, marks in the middle of the sides.
 SimulatedCamera Umk(const SimulationOptions& options) {
-  SimulatedCamera camera;
-  Camera& geometry = camera.file.camera;
-  geometry.name = "Simulated Zeiss UMK";
-  geometry.principal_distance_mm = 99.147;
-  geometry.principal_point_mm = {0.004, 0.011};
-  geometry.frame_mm = {166, 120};
-  camera.file.marks["mark"].elements = {CrossElement{1.6, 0.06, 0.3, 0}, CircleElement{1.0, 0.05}};
-  AddMark("1", {-81.001, 0.002}, &camera.file);
-  AddMark("2", {0.001, 58.003}, &camera.file);
-  AddMark("3", {80.998, -0.001}, &camera.file);
-  AddMark("4", {-0.002, -57.999}, &camera.file);
+  SimulatedCamera camera = FilmCamera("Simulated Zeiss UMK", 99.147, {0.004, 0.011}, {166, 120},
+                                      {CrossElement{1.6, 0.06, 0.3, 0}, CircleElement{1.0, 0.05}});
+  AddMarks({{-81.001, 0.002}, {0.001, 58.003}, {80.998, -0.001}, {-0.002, -57.999}}, &camera.file);
   SetFilm(88, options.pixel_size_um.value_or(50) * 1e-3, &camera);
   return camera;
 }
 
 // Thin bright crosses in the picture itself: the P31's five (Jiang, Zhang & Li), or a grid.
 SimulatedCamera InPicture(const SimulationOptions& options, bool reseau) {
-  SimulatedCamera camera;
-  Camera& geometry = camera.file.camera;
-  geometry.name = reseau ? "Simulated reseau camera" : "Simulated Wild P31";
-  geometry.principal_distance_mm = reseau ? 50.417 : 99.123;
-  geometry.frame_mm = reseau ? Vector2d(60, 60) : Vector2d(119, 91);
-  MarkDrawing& drawing = camera.file.marks["mark"];
-  drawing.elements = {CrossElement{reseau ? 1.2 : 2.4, reseau ? 0.04 : 0.06, 0, 0}};
-  drawing.background = MarkBackground::kImage;
+  SimulatedCamera camera = reseau ? FilmCamera("Simulated reseau camera", 50.417, {0, 0}, {60, 60},
+                                               {CrossElement{1.2, 0.04, 0, 0}})
+                                  : FilmCamera("Simulated Wild P31", 99.123, {0, 0}, {119, 91},
+                                               {CrossElement{2.4, 0.06, 0, 0}});
+  camera.file.marks["mark"].background = MarkBackground::kImage;
   if (reseau) {
     for (int row = -5; row <= 5; ++row)
       for (int col = -5; col <= 5; ++col)
-        AddMark((std::to_string(col + 6) + "/" + std::to_string(row + 6)).c_str(),
-                {5.0 * col, 5.0 * row}, &camera.file);
+        camera.file.fiducials.push_back({std::to_string(col + 6) + "/" + std::to_string(row + 6),
+                                         {5.0 * col, 5.0 * row},
+                                         "mark",
+                                         std::nullopt});
   } else {
-    AddMark("1", {0, 42.504}, &camera.file);
-    AddMark("2", {-57.494, 15}, &camera.file);
-    AddMark("3", {0.002, -42.498}, &camera.file);
-    AddMark("4", {57.496, 15}, &camera.file);
-    AddMark("5", {0, 15}, &camera.file);
+    AddMarks({{0, 42.504}, {-57.494, 15}, {0.002, -42.498}, {57.496, 15}, {0, 15}}, &camera.file);
   }
-  SetFilm(0.5 * geometry.frame_mm.maxCoeff() + 2, options.pixel_size_um.value_or(25) * 1e-3,
-          &camera);
+  SetFilm(0.5 * camera.file.camera.frame_mm.maxCoeff() + 2,
+          options.pixel_size_um.value_or(25) * 1e-3, &camera);
   return camera;
 }
 

@@ -106,21 +106,12 @@ float PictureTone(std::uint32_t seed, const Vector2d& photo_mm) {
 void WriteFilmScan(const std::string& path, const SimulationOptions& options,
                    const FilmScanOptions& look, const SimulatedCamera& camera,
                    const PhotoPlan& plan) {
-  FilmFrame film;
-  film.camera = camera.file;
-  film.film_half_mm = camera.film_half_mm;
-  film.conditions = plan.marks;
+  FilmFrame film = FilmOf(camera, plan);
   film.mark_tone = look.mark_tone;
-  film.seed = plan.seed;
   const std::vector<Part> parts = PartsToDraw(camera, plan.scan);
   SparseTiff tiff(path, {camera.width_px, camera.height_px, look.rgb ? 3 : 1, options.bits},
                   camera.pixel_size_mm);
-  ScannerOptions scanner;
-  scanner.blur_px = options.blur_px;
-  scanner.grain = options.grain;
-  scanner.negative = plan.polarity == Polarity::kNegative;
-  scanner.bits = options.bits;
-  scanner.seed = plan.seed + 9;
+  ScannerOptions scanner = ScannerOf(options, plan);
   for (const Part& part : parts) {
     if (part.size.minCoeff() <= 0) continue;
     Image image(part.size.x(), part.size.y());

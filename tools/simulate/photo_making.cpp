@@ -2,7 +2,6 @@
 
 #include "tools/simulate/noise.h"
 #include "tools/simulate/photo_rendering.h"
-#include "tools/simulate/scanner.h"
 
 namespace orient::simulation {
 namespace {
@@ -63,25 +62,33 @@ PhotoPlan PlanPhoto(const SimulationOptions& options, const SimulatedCamera& cam
   return {photo, ScanGeometry(setup), polarity, marks, seed};
 }
 
-std::vector<std::uint16_t> MakePhoto(const SimulationOptions& options,
-                                     const SimulatedCamera& camera, const PhotoPlan& plan,
-                                     const GroundRaster& ground, const Terrain& terrain) {
-  constexpr double kPastFrame_mm = 0.3;
-  Image image =
-      RenderPhoto(camera.file.camera, plan.photo.pose, plan.scan, ground, terrain, kPastFrame_mm);
+FilmFrame FilmOf(const SimulatedCamera& camera, const PhotoPlan& plan) {
   FilmFrame film;
   film.camera = camera.file;
   film.film_half_mm = camera.film_half_mm;
   film.conditions = plan.marks;
   film.seed = plan.seed;
-  DrawFilm(film, plan.scan, &image);
+  return film;
+}
+
+ScannerOptions ScannerOf(const SimulationOptions& options, const PhotoPlan& plan) {
   ScannerOptions scanner;
   scanner.blur_px = options.blur_px;
   scanner.grain = options.grain;
   scanner.negative = plan.polarity == Polarity::kNegative;
   scanner.bits = options.bits;
   scanner.seed = plan.seed + 9;
-  return Scan(std::move(image), scanner);
+  return scanner;
+}
+
+std::vector<std::uint16_t> MakePhoto(const SimulationOptions& options,
+                                     const SimulatedCamera& camera, const PhotoPlan& plan,
+                                     const GroundRaster& ground, const Terrain& terrain) {
+  constexpr double kPastFrame_mm = 0.3;
+  Image image =
+      RenderPhoto(camera.file.camera, plan.photo.pose, plan.scan, ground, terrain, kPastFrame_mm);
+  DrawFilm(FilmOf(camera, plan), plan.scan, &image);
+  return Scan(std::move(image), ScannerOf(options, plan));
 }
 
 InteriorResult TrueInterior(const SimulatedCamera& camera, const PhotoPlan& plan) {

@@ -11,6 +11,7 @@
 #include "tools/simulate/film_drawing.h"
 #include "tools/simulate/ground_raster.h"
 #include "tools/simulate/scan_geometry.h"
+#include "tools/simulate/scanner.h"
 #include "tools/simulate/terrain.h"
 
 namespace orient::simulation {
@@ -28,6 +29,10 @@ struct PhotoPlan {
 // ones lie as a digital frame does, old film straight and positive.
 PhotoPlan PlanPhoto(const SimulationOptions& options, const SimulatedCamera& camera,
                     const PlannedPhoto& photo, bool old, int number);
+
+// What of a plan is drawn on its film, and what the scanner does to it.
+FilmFrame FilmOf(const SimulatedCamera& camera, const PhotoPlan& plan);
+ScannerOptions ScannerOf(const SimulationOptions& options, const PhotoPlan& plan);
 
 // The scan's grey values, 0 to 255 or 0 to 65535.
 std::vector<std::uint16_t> MakePhoto(const SimulationOptions& options,
