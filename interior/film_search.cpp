@@ -40,6 +40,7 @@ class Reader {
         locator_(locator),
         camera_(camera),
         shapes_(shapes),
+        likeness_(shapes),
         rectangle_(RectangleOfMarks(camera.fiducials)),
         scan_px_(scan.Width(), scan.Height()) {
     for (const LocatorKind kind : {LocatorKind::kHough, LocatorKind::kNcc, LocatorKind::kLines})
@@ -74,7 +75,7 @@ class Reader {
     MarkSearch search;
   };
 
-  std::vector<Place> Places(const Setting& setting) const {
+  std::vector<Place> Places(const Setting& setting) {
     const ScanOrientation orientation = setting.orientations.front();
     const double p = setting.pixel_size.pixel_mm;
     const Vector2d size = RectangleOnScan(orientation);
@@ -86,7 +87,8 @@ class Reader {
       const Vector2d at = PlaceOnScan(mark.position_mm, rectangle_, orientation);
       const MarkShape& shape = shapes_.at(mark.mark);
       const PixelWindow w = SearchWindow(at, size, scan_px_, setting.region, p, slack);
-      const int look = LooksSame(shape, turn) ? -1 : static_cast<int>(orientation);
+      const bool alike = likeness_.Same(mark.mark, mark.mark, turn);
+      const int look = alike ? -1 : static_cast<int>(orientation);
       places.push_back(
           {{mark.mark, w.col, w.row, w.width, w.height, p, look}, &shape, {w, axes / p}});
     }
@@ -147,6 +149,7 @@ class Reader {
   std::map<LocatorKind, std::unique_ptr<Locator>> locators_;
   const CameraFile& camera_;
   const MarkShapes& shapes_;
+  MarkLikeness likeness_;
   MarkRectangle rectangle_;
   Eigen::Vector2i scan_px_;
   std::map<SearchKey, MarkCandidates> searched_;

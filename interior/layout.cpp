@@ -44,6 +44,26 @@ int NearestMark(const std::vector<Fiducial>& fiducials, const Vector2d& photo_mm
   return nearest;
 }
 
+std::optional<std::vector<int>> Relabel(const std::vector<Fiducial>& fiducials,
+                                        ScanOrientation base, ScanOrientation other,
+                                        MarkLikeness* likeness) {
+  const Vector2d centre = RectangleOfMarks(fiducials).centre_mm;
+  const Matrix2d turn = PhotoTurn(base, other);
+  std::vector<int> relabel;
+  std::vector<bool> taken(fiducials.size(), false);
+  std::vector<PointPair2d> pairs;
+  for (const Fiducial& mark : fiducials) {
+    const Vector2d turned = turn * (mark.position_mm - centre) + centre;
+    const int i = NearestMark(fiducials, turned);
+    if (taken[i] || !likeness->Same(mark.mark, fiducials[i].mark, turn)) return std::nullopt;
+    taken[i] = true;
+    relabel.push_back(i);
+    pairs.push_back({turned, fiducials[i].position_mm});
+  }
+  if (!IsSameLayout(pairs)) return std::nullopt;
+  return relabel;
+}
+
 }  // namespace
 
 MarkRectangle RectangleOfMarks(const std::vector<Fiducial>& fiducials) {
@@ -65,30 +85,17 @@ Matrix2d PhotoTurn(ScanOrientation base, ScanOrientation other) {
 std::optional<std::vector<int>> Relabel(const std::vector<Fiducial>& fiducials,
                                         const MarkShapes& shapes, ScanOrientation base,
                                         ScanOrientation other) {
-  const Vector2d centre = RectangleOfMarks(fiducials).centre_mm;
-  const Matrix2d turn = PhotoTurn(base, other);
-  std::vector<int> relabel;
-  std::vector<bool> taken(fiducials.size(), false);
-  std::vector<PointPair2d> pairs;
-  for (const Fiducial& mark : fiducials) {
-    const Vector2d turned = turn * (mark.position_mm - centre) + centre;
-    const int i = NearestMark(fiducials, turned);
-    if (taken[i] || !LooksSame(shapes.at(mark.mark), shapes.at(fiducials[i].mark), turn))
-      return std::nullopt;
-    taken[i] = true;
-    relabel.push_back(i);
-    pairs.push_back({turned, fiducials[i].position_mm});
-  }
-  if (!IsSameLayout(pairs)) return std::nullopt;
-  return relabel;
+  MarkLikeness likeness(shapes);
+  return Relabel(fiducials, base, other, &likeness);
 }
 
 std::vector<OrientationClass> OrientationClasses(const std::vector<Fiducial>& fiducials,
                                                  const MarkShapes& shapes) {
+  MarkLikeness likeness(shapes);
   std::vector<OrientationClass> classes;
   for (const ScanOrientation orientation : kAllScanOrientations) {
     const auto known = std::find_if(classes.begin(), classes.end(), [&](const auto& members) {
-      return Relabel(fiducials, shapes, members.front(), orientation).has_value();
+      return Relabel(fiducials, members.front(), orientation, &likeness).has_value();
     });
     if (known != classes.end())
       known->push_back(orientation);

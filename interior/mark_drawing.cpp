@@ -32,13 +32,13 @@ float BrightnessAt(const MarkShape& shape, const Vector2d& point_mm) {
   return SampleBilinear(*shape.picture, source.centre_px + offset);
 }
 
+// An outline stays at least this far from everything within the pixel's corners.
+double HalfDiagonal(const Matrix2d& mm_from_pixel) {
+  return 0.5 * (mm_from_pixel.col(0).norm() + mm_from_pixel.col(1).norm());
+}
+
 float MeanOverPixel(const MarkShape& shape, const Matrix2d& mm_from_pixel, const Vector2d& corner,
                     int supersampling) {
-  if (!shape.picture) {  // no outline passes through most pixels
-    const double half_diagonal = 0.5 * (mm_from_pixel.col(0).norm() + mm_from_pixel.col(1).norm());
-    const Vector2d centre = mm_from_pixel * (corner + Vector2d(0.5, 0.5));
-    if (OutlineDistance(shape.drawing, centre) > half_diagonal) return BrightnessAt(shape, centre);
-  }
   double sum = 0;
   for (int j = 0; j < supersampling; ++j) {
     for (int i = 0; i < supersampling; ++i) {
@@ -47,6 +47,30 @@ float MeanOverPixel(const MarkShape& shape, const Matrix2d& mm_from_pixel, const
     }
   }
   return static_cast<float>(sum / (supersampling * supersampling));
+}
+
+// Means over the pixels of an image with the mark's centre at `centre`. No outline passes through
+// most pixels, and where the nearest one is far off, none through the next ones of the row either.
+Image MeansOverPixels(const MarkShape& shape, const Matrix2d& mm_from_pixel, int size,
+                      const Vector2d& centre, int supersampling) {
+  const double half_diagonal = HalfDiagonal(mm_from_pixel);
+  const double step_mm = mm_from_pixel.col(0).norm();
+  Image image(size, size);
+  for (int row = 0; row < size; ++row) {
+    for (int col = 0; col < size;) {
+      const Vector2d corner = Vector2d(col, row) - centre;
+      const Vector2d middle = mm_from_pixel * (corner + Vector2d(0.5, 0.5));
+      const double free = shape.picture ? 0 : OutlineDistance(shape.drawing, middle) - half_diagonal;
+      if (free <= 0) {
+        image.At(col++, row) = MeanOverPixel(shape, mm_from_pixel, corner, supersampling);
+        continue;
+      }
+      const int stop = static_cast<int>(std::min<double>(size, col + 1 + std::floor(free / step_mm)));
+      std::fill(image.Row(row) + col, image.Row(row) + stop, BrightnessAt(shape, middle));
+      col = stop;
+    }
+  }
+  return image;
 }
 
 void CheckShape(const MarkShape& shape, const Matrix2d& pixel_from_mm) {
@@ -94,29 +118,52 @@ MarkTemplate RenderMark(const MarkShape& shape, const Matrix2d& pixel_from_mm,
       static_cast<int>(std::ceil(3 * std::max(options.blur_sigma_px, options.background_sigma_px)));
   const int size = 2 * (half + pad) + 1;
   const Vector2d centre = Vector2d::Constant(half + pad + 0.5);
-  Image full(size, size);
-  for (int row = 0; row < size; ++row)
-    for (int col = 0; col < size; ++col)
-      full.At(col, row) =
-          MeanOverPixel(shape, mm_from_pixel, Vector2d(col, row) - centre, options.supersampling);
+  Image full = MeansOverPixels(shape, mm_from_pixel, size, centre, options.supersampling);
   if (options.blur_sigma_px > 0) full = GaussianBlur(full, options.blur_sigma_px);
   if (options.background_sigma_px > 0) full = RemoveBackground(full, options.background_sigma_px);
 
   MarkTemplate result;
   result.values = Image(2 * half + 1, 2 * half + 1, kNoData);
   result.centre = Vector2d::Constant(half + 0.5);
-  for (int row = 0; row < result.values.height; ++row) {
-    for (int col = 0; col < result.values.width; ++col) {
-      const Vector2d mm = mm_from_pixel * (Vector2d(col + 0.5, row + 0.5) - result.centre);
-      if (shape.picture || StrokeDistance(shape.drawing, mm) <= options.margin_mm)
+  const std::vector<bool> part =
+      shape.picture ? std::vector<bool>(result.values.values.size(), true)
+                    : NearStrokes(shape.drawing, mm_from_pixel, half, options.margin_mm);
+  for (int row = 0; row < result.values.height; ++row)
+    for (int col = 0; col < result.values.width; ++col)
+      if (part[static_cast<size_t>(row * result.values.width + col)])
         result.values.At(col, row) = full.At(col + pad, row + pad);
+  return result;
+}
+
+std::vector<bool> NearStrokes(const MarkDrawing& drawing, const Matrix2d& mm_from_pixel, int half,
+                              double margin_mm) {
+  const int side = 2 * half + 1;
+  const double step_mm = mm_from_pixel.col(0).norm();
+  std::vector<bool> near(static_cast<size_t>(side * side));
+  for (int row = 0; row < side; ++row) {
+    for (int col = 0; col < side;) {
+      const double beyond_mm =
+          StrokeDistance(drawing, mm_from_pixel * Vector2d(col - half, row - half)) - margin_mm;
+      // The distance changes by no more than a step from pixel to pixel.
+      const double alike = 1 + std::floor(std::abs(beyond_mm) / step_mm * (1 - 1e-9));
+      const int stop = static_cast<int>(std::min<double>(side, col + alike));
+      for (; col < stop; ++col) near[static_cast<size_t>(row * side + col)] = beyond_mm <= 0;
     }
   }
-  return result;
+  return near;
 }
 
 bool LooksSame(const MarkShape& shape, const Matrix2d& turn) {
   return LooksSame(shape, shape, turn);
+}
+
+bool MarkLikeness::Same(const std::string& mark, const std::string& turned, const Matrix2d& turn) {
+  const Key key{mark, turned, {turn(0, 0), turn(0, 1), turn(1, 0), turn(1, 1)}};
+  const auto known = known_.find(key);
+  if (known != known_.end()) return known->second;
+  const bool same = LooksSame(shapes_.at(mark), shapes_.at(turned), turn);
+  known_.emplace(key, same);
+  return same;
 }
 
 bool LooksSame(const MarkShape& shape, const MarkShape& turned, const Matrix2d& turn) {

@@ -3,9 +3,12 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <array>
 #include <map>
 #include <optional>
 #include <string>
+#include <tuple>
+#include <vector>
 
 #include "core/files/camera_file.h"
 #include "core/imaging/image.h"
@@ -48,11 +51,30 @@ struct MarkTemplate {
 MarkTemplate RenderMark(const MarkShape& shape, const Eigen::Matrix2d& pixel_from_mm,
                         const RenderOptions& options = {});
 
+// Which pixels of a square of 2 half + 1 pixels around the mark's centre lie at most `margin_mm`
+// from a stroke, row by row.
+std::vector<bool> NearStrokes(const MarkDrawing& drawing, const Eigen::Matrix2d& mm_from_pixel,
+                              int half, double margin_mm);
+
 // True when the mark looks the same after `turn` (an orthogonal matrix, mark system).
 bool LooksSame(const MarkShape& shape, const Eigen::Matrix2d& turn);
 
 // True when `turned` is what `shape` looks like after `turn` (notches that point outwards differ
 // from side to side, and become one another when the film is turned).
 bool LooksSame(const MarkShape& shape, const MarkShape& turned, const Eigen::Matrix2d& turn);
+
+// The same for the marks of one camera by name; every answer is found once.
+class MarkLikeness {
+ public:
+  explicit MarkLikeness(const MarkShapes& shapes) : shapes_(shapes) {}
+
+  bool Same(const std::string& mark, const std::string& turned, const Eigen::Matrix2d& turn);
+
+ private:
+  using Key = std::tuple<std::string, std::string, std::array<double, 4>>;
+
+  const MarkShapes& shapes_;
+  std::map<Key, bool> known_;
+};
 
 }  // namespace orient

@@ -101,14 +101,17 @@ MarkMeasurer::Drawn::Drawn(const MarkShape& shape, const Matrix2d& pixel_from_mm
   render.margin_mm = margin_mm + kSupportPx / pixels_per_mm;
   const MarkTemplate sharp = RenderMark(shape, pixel_from_mm, render);
   const Matrix2d mm_from_pixel = pixel_from_mm.inverse();
-  part = FloatPlane::Zero(sharp.values.height, sharp.values.width);
+  const int side = sharp.values.width;
+  std::vector<bool> near;
+  if (!shape.picture) near = NearStrokes(shape.drawing, mm_from_pixel, side / 2, margin_mm);
+  part = FloatPlane::Zero(side, side);
   double sum = 0, count = 0;
-  for (int row = 0; row < sharp.values.height; ++row) {
-    for (int col = 0; col < sharp.values.width; ++col) {
+  for (int row = 0; row < side; ++row) {
+    for (int col = 0; col < side; ++col) {
       const Vector2d mm = mm_from_pixel * (Vector2d(col + 0.5, row + 0.5) - sharp.centre);
-      const bool near = shape.picture ? mm.norm() <= MarkRadius(shape)
-                                      : StrokeDistance(shape.drawing, mm) <= margin_mm;
-      if (!near || !std::isfinite(sharp.values.At(col, row))) continue;
+      const bool takes_part = shape.picture ? mm.norm() <= MarkRadius(shape)
+                                            : near[static_cast<size_t>(row * side + col)];
+      if (!takes_part || !std::isfinite(sharp.values.At(col, row))) continue;
       part(row, col) = 1;
       sum += static_cast<double>(sharp.values.At(col, row));
       ++count;
