@@ -5,21 +5,21 @@
 #include <stdexcept>
 #include <vector>
 
+#include "core/imaging/float_sums.h"
+
 namespace orient {
 namespace {
-
-using Plane = Eigen::Array<float, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
 
 constexpr float kRounding = 4e-6f;
 
 // Sums over blocks of pixels, and how many of a block's pixels are data.
 struct Blocks {
-  Plane sum, count;
+  FloatPlane sum, count;
 };
 
 Blocks SumBlocks(const Image& image, int side) {
   const int cols = (image.width + side - 1) / side, rows = (image.height + side - 1) / side;
-  Blocks blocks{Plane::Zero(rows, cols), Plane::Zero(rows, cols)};
+  Blocks blocks{FloatPlane::Zero(rows, cols), FloatPlane::Zero(rows, cols)};
   for (int row = 0; row < image.height; ++row) {
     const float* values = image.Row(row);
     for (int b = 0; b < cols; ++b) {
@@ -36,34 +36,12 @@ Blocks SumBlocks(const Image& image, int side) {
   return blocks;
 }
 
-std::vector<float> GaussianWeights(double sigma) {
+Eigen::ArrayXf GaussianWeights(double sigma) {
   const int reach = std::max(1, static_cast<int>(std::ceil(4 * sigma)));
-  std::vector<float> weights;
+  Eigen::ArrayXf weights(2 * reach + 1);
   for (int i = -reach; i <= reach; ++i)
-    weights.push_back(static_cast<float>(std::exp(-0.5 * i * i / (sigma * sigma))));
+    weights[i + reach] = static_cast<float>(std::exp(-0.5 * i * i / (sigma * sigma)));
   return weights;
-}
-
-// Zeros beyond the border; the count, convolved alike, makes up for it.
-Plane Convolve(const Plane& plane, const std::vector<float>& weights) {
-  const auto reach = static_cast<Eigen::Index>(weights.size() / 2);
-  Plane across = Plane::Zero(plane.rows(), plane.cols());
-  Plane result = across;
-  for (Eigen::Index i = -reach; i <= reach; ++i) {
-    const float w = weights[static_cast<size_t>(i + reach)];
-    const Eigen::Index n = plane.cols() - std::abs(i);
-    if (n > 0)
-      across.middleCols(std::max<Eigen::Index>(0, -i), n) +=
-          w * plane.middleCols(std::max<Eigen::Index>(0, i), n);
-  }
-  for (Eigen::Index i = -reach; i <= reach; ++i) {
-    const float w = weights[static_cast<size_t>(i + reach)];
-    const Eigen::Index n = plane.rows() - std::abs(i);
-    if (n > 0)
-      result.middleRows(std::max<Eigen::Index>(0, -i), n) +=
-          w * across.middleRows(std::max<Eigen::Index>(0, i), n);
-  }
-  return result;
 }
 
 // Where a pixel's centre lies between the centres of blocks.
@@ -87,30 +65,36 @@ std::vector<Between> Places(int pixels, int side, Eigen::Index blocks) {
 Image RemoveBackground(const Image& image, double sigma_px) {
   if (!(sigma_px > 0)) throw std::invalid_argument("RemoveBackground: sigma is not positive");
   if (image.Empty()) return image;
-  const int side = std::max(1, static_cast<int>(sigma_px / 3));
+  const int side = std::max(1, static_cast<int>(std::lround(sigma_px / 3)));
   // Averaging over blocks and interpolating between them blur by themselves: 1/12 + 1/6 of side^2.
   const double own = side > 1 ? 0.25 : 0.0;
   const auto weights =
       GaussianWeights(std::sqrt(std::max(sigma_px * sigma_px / (side * side) - own, 0.1)));
   const Blocks blocks = SumBlocks(image, side);
-  const Plane sum = Convolve(blocks.sum, weights), count = Convolve(blocks.count, weights);
-  const Plane mean = (count > 0).select(sum / count.max(1e-20f), 0.0f);
+  // Zeros beyond the border; the count, convolved alike, makes up for it.
+  const FloatPlane sum = SeparableSums(blocks.sum, weights);
+  const FloatPlane count = SeparableSums(blocks.count, weights);
+  const FloatPlane mean = (count > 0).select(sum / count.max(1e-20f), 0.0f);
+  // Between the blocks of a row of blocks first, then between the rows.
   const auto cols = Places(image.width, side, mean.cols());
   const auto rows = Places(image.height, side, mean.rows());
-  Image result = image;
-  std::vector<float> line(static_cast<size_t>(mean.cols()));
-  Eigen::Map<Eigen::Array<float, 1, Eigen::Dynamic>> blended(line.data(), mean.cols());
-  for (int row = 0; row < image.height; ++row) {
-    const Between& v = rows[static_cast<size_t>(row)];
-    blended = (1 - v.part) * mean.row(v.low) + v.part * mean.row(v.high);
-    float* values = result.Row(row);
+  FloatPlane wide(mean.rows(), image.width);
+  for (Eigen::Index row = 0; row < mean.rows(); ++row)
     for (int col = 0; col < image.width; ++col) {
       const Between& h = cols[static_cast<size_t>(col)];
-      const float slow = (1 - h.part) * line[static_cast<size_t>(h.low)] +
-                         h.part * line[static_cast<size_t>(h.high)];
-      const float rest = values[col] - slow;
+      wide(row, col) = (1 - h.part) * mean(row, h.low) + h.part * mean(row, h.high);
+    }
+  Image result = image;
+  std::vector<float> slow(static_cast<size_t>(image.width));
+  Eigen::Map<Eigen::Array<float, 1, Eigen::Dynamic>> blended(slow.data(), image.width);
+  for (int row = 0; row < image.height; ++row) {
+    const Between& v = rows[static_cast<size_t>(row)];
+    blended = (1 - v.part) * wide.row(v.low) + v.part * wide.row(v.high);
+    float* values = result.Row(row);
+    for (int col = 0; col < image.width; ++col) {
+      const float low = slow[static_cast<size_t>(col)], rest = values[col] - low;
       // Rounding is no texture: flat film stays flat.
-      values[col] = std::abs(rest) < kRounding * std::abs(slow) ? 0.0f : rest;
+      values[col] = std::abs(rest) < kRounding * std::abs(low) ? 0.0f : rest;
     }
   }
   return result;

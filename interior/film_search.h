@@ -58,9 +58,20 @@ void Assign(FilmReading* reading);
 // The most probable reading; its margins are those to all the others. `readings` is not empty.
 FilmReading BestOf(const std::vector<FilmReading>& readings);
 
+// How far from where a film in the scan's middle would have it a mark is looked for.
+enum class SearchRange {
+  kNearby,  // in 15 mm, as Kersten & Haering
+  kWhole,   // wherever it can lie on the scan (Jiang)
+};
+
+// With `first` kNearby, and a stated pixel size, the reading of the nearby windows is taken where
+// it is beyond all rivals: every mark found well inside its window, with 30 nats or more. Otherwise
+// the whole range is read. Not for marks that a shift of the film carries into others (a reseau),
+// nor where readings of several cameras are compared: rivals that are there count everywhere then.
+//
 // The best reading; with nothing found its assignment is all -1. Where the film lies on a bed much
 // larger than it, or the whole scan shows no marks, the film is looked for first (FindFilmOnBed).
 FilmReading ReadFilm(const Raster& scan, const CameraFile& camera, const MarkShapes& shapes,
-                     const InteriorOptions& options);
+                     const InteriorOptions& options, SearchRange first = SearchRange::kWhole);
 
 }  // namespace orient

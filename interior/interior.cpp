@@ -233,7 +233,8 @@ InteriorResult OrientFilm(const Raster& scan, const CameraFile& camera, const Ma
   result.height = scan.Height();
   const bool reseau = std::ssize(camera.fiducials) >= kLeastReseauMarks;
   const FilmReading reading = reseau ? ReadFilmByAnchors(scan, camera, shapes, options)
-                                     : ReadFilm(scan, camera, shapes, options);
+                                     : ReadFilm(scan, camera, shapes, options,
+                                                nats ? SearchRange::kWhole : SearchRange::kNearby);
   if (nats) *nats = reading.best.nats;
   const FilmMarks marks = MeasureMarks(scan, camera, shapes, reading, options.locator);
   const auto film = FitFilm(UsedMarks(camera, marks), IsMirrored(reading.orientations.front()));

@@ -13,7 +13,6 @@ using Eigen::Vector2d;
 
 constexpr double kLargestAffinity = 0.025;  // difference of a desktop scanner's two scales
 constexpr double kSameLayoutMm = 0.35;      // what an affine may leave between equal layouts
-constexpr double kSmallestWindowMm = 15.0;
 
 // Could a scanner's affinity make the layout look like its own permutation?
 bool IsSameLayout(const std::vector<PointPair2d>& pairs) {

@@ -43,6 +43,8 @@ using OrientationClass = std::vector<ScanOrientation>;
 std::vector<OrientationClass> OrientationClasses(const std::vector<Fiducial>& fiducials,
                                                  const MarkShapes& shapes);
 
+inline constexpr double kSmallestWindowMm = 15.0;
+
 // Jiang's search range: the rectangle of all marks, moved along the scan's border, bounds where
 // each mark can be. With pixel size p, the scan's extent A and the rectangle's extent a:
 // place / p + A/2 +- (|A - a/p|/2 + slack), at least 15 mm wide. `slack_mm` takes up what the pixel

@@ -105,16 +105,22 @@ std::vector<Crossing> Crossings(const std::vector<LineSegment>& across,
   return kept;
 }
 
+struct TurnedMark {
+  SpotTemplate spot;
+  Vector2d centre = Vector2d::Zero();
+};
+
 // How much the crossing looks like the drawing: the best coefficient within a pixel.
-double Score(const Image& image, const std::vector<MarkTemplate>& turns, const Vector2d& at,
+double Score(const SpotImage& image, const std::vector<TurnedMark>& turns, const Vector2d& at,
              double sign) {
+  constexpr double kMinValid = 0.7;
   double best = 0;
-  for (const MarkTemplate& t : turns) {
+  for (const TurnedMark& t : turns) {
     const Vector2d corner = (at - t.centre).array().round();
     for (int dr = -1; dr <= 1; ++dr)
       for (int dc = -1; dc <= 1; ++dc) {
-        const double ncc = sign * CorrelateAt(t.values, image, static_cast<int>(corner.x()) + dc,
-                                              static_cast<int>(corner.y()) + dr, 0.7);
+        const double ncc = sign * image.Correlate(t.spot, static_cast<int>(corner.x()) + dc,
+                                                  static_cast<int>(corner.y()) + dr, kMinValid);
         if (ncc > best) best = ncc;
       }
   }
@@ -157,12 +163,15 @@ MarkCandidates LinesLocator::Find(ScanWindows& scan, const MarkShape& shape,
   const auto across = FindLineSegments(turned.image, lines);
   const auto down = FindLineSegments(Transposed(turned.image), lines);
 
-  std::vector<MarkTemplate> turns;
+  std::vector<TurnedMark> turns;
   RenderOptions render;
   render.background_sigma_px = kBackgroundSigmaMm * px_per_mm;
-  for (const double turn : search.turns_rad)
-    turns.push_back(
-        RenderMark(shape, Eigen::Rotation2Dd(turn).toRotationMatrix() * window_from_mm, render));
+  for (const double turn : search.turns_rad) {
+    const MarkTemplate drawn =
+        RenderMark(shape, Eigen::Rotation2Dd(turn).toRotationMatrix() * window_from_mm, render);
+    turns.push_back({SpotTemplate(drawn.values), drawn.centre});
+  }
+  const SpotImage spots(flat);
   const auto found = [&](bool bright) {
     // More than asked for: their order is the one of the score.
     const size_t looked_at = 3 * static_cast<size_t>(search.max_count);
@@ -170,7 +179,7 @@ MarkCandidates LinesLocator::Find(ScanWindows& scan, const MarkShape& shape,
     for (const Crossing& crossing :
          Crossings(across, down, bright, 2 * lines.width_px + 2, looked_at)) {
       const Vector2d at = turned.ToWindow(crossing.at);
-      const double score = Score(flat, turns, at, bright ? 1.0 : -1.0);
+      const double score = Score(spots, turns, at, bright ? 1.0 : -1.0);
       if (score >= search.min_ncc) candidates.push_back({seen.RasterFromImage(at), score});
     }
     std::stable_sort(candidates.begin(), candidates.end(),

@@ -60,12 +60,14 @@ Image MeansOverPixels(const MarkShape& shape, const Matrix2d& mm_from_pixel, int
     for (int col = 0; col < size;) {
       const Vector2d corner = Vector2d(col, row) - centre;
       const Vector2d middle = mm_from_pixel * (corner + Vector2d(0.5, 0.5));
-      const double free = shape.picture ? 0 : OutlineDistance(shape.drawing, middle) - half_diagonal;
+      const double free =
+          shape.picture ? 0 : OutlineDistance(shape.drawing, middle) - half_diagonal;
       if (free <= 0) {
         image.At(col++, row) = MeanOverPixel(shape, mm_from_pixel, corner, supersampling);
         continue;
       }
-      const int stop = static_cast<int>(std::min<double>(size, col + 1 + std::floor(free / step_mm)));
+      const int stop =
+          static_cast<int>(std::min<double>(size, col + 1 + std::floor(free / step_mm)));
       std::fill(image.Row(row) + col, image.Row(row) + stop, BrightnessAt(shape, middle));
       col = stop;
     }
@@ -153,31 +155,46 @@ std::vector<bool> NearStrokes(const MarkDrawing& drawing, const Matrix2d& mm_fro
   return near;
 }
 
+namespace {
+
+// 24 px over the mark show every element; a margin beyond the radius keeps the same pixels valid.
+MarkTemplate SmallPicture(const MarkShape& shape, double radius_mm, const Matrix2d& turn) {
+  const Matrix2d upright = Eigen::DiagonalMatrix<double, 2>(1, -1) * (12.0 / radius_mm);
+  return RenderMark(shape, upright * turn.transpose(), {0.7, 3 * radius_mm - MarkRadius(shape), 4});
+}
+
+bool AreAlike(const MarkTemplate& a, const MarkTemplate& b) {
+  if (a.values.width != b.values.width) return false;  // pictures of different sizes
+  constexpr double kSame = 0.9;
+  return CorrelationCoefficient(a.values, b.values, 0.5) > kSame;
+}
+
+}  // namespace
+
 bool LooksSame(const MarkShape& shape, const Matrix2d& turn) {
   return LooksSame(shape, shape, turn);
+}
+
+bool LooksSame(const MarkShape& shape, const MarkShape& turned, const Matrix2d& turn) {
+  const double radius = std::max(MarkRadius(shape), MarkRadius(turned));
+  return AreAlike(SmallPicture(shape, radius, Matrix2d::Identity()),
+                  SmallPicture(turned, radius, turn));
 }
 
 bool MarkLikeness::Same(const std::string& mark, const std::string& turned, const Matrix2d& turn) {
   const Key key{mark, turned, {turn(0, 0), turn(0, 1), turn(1, 0), turn(1, 1)}};
   const auto known = known_.find(key);
   if (known != known_.end()) return known->second;
-  const bool same = LooksSame(shapes_.at(mark), shapes_.at(turned), turn);
+  const MarkShape &shape = shapes_.at(mark), &other = shapes_.at(turned);
+  const double radius = std::max(MarkRadius(shape), MarkRadius(other));
+  auto upright = upright_.find({mark, radius});
+  if (upright == upright_.end())
+    upright =
+        upright_.try_emplace({mark, radius}, SmallPicture(shape, radius, Matrix2d::Identity()))
+            .first;
+  const bool same = AreAlike(upright->second, SmallPicture(other, radius, turn));
   known_.emplace(key, same);
   return same;
-}
-
-bool LooksSame(const MarkShape& shape, const MarkShape& turned, const Matrix2d& turn) {
-  // 24 px over the mark show every element; a margin beyond the radius keeps the same pixels valid.
-  const double radius = std::max(MarkRadius(shape), MarkRadius(turned));
-  const Matrix2d upright = Eigen::DiagonalMatrix<double, 2>(1, -1) * (12.0 / radius);
-  const auto render = [&](const MarkShape& s, const Matrix2d& pixel_from_mm) {
-    return RenderMark(s, pixel_from_mm, {0.7, 3 * radius - MarkRadius(s), 4});
-  };
-  const MarkTemplate a = render(shape, upright);
-  const MarkTemplate b = render(turned, upright * turn.transpose());
-  if (a.values.width != b.values.width) return false;  // pictures of different sizes
-  constexpr double kSame = 0.9;
-  return CorrelationCoefficient(a.values, b.values, 0.5) > kSame;
 }
 
 }  // namespace orient

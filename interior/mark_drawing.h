@@ -75,6 +75,7 @@ class MarkLikeness {
 
   const MarkShapes& shapes_;
   std::map<Key, bool> known_;
+  std::map<std::pair<std::string, double>, MarkTemplate> upright_;  // by mark and radius shown
 };
 
 }  // namespace orient

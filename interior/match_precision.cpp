@@ -3,8 +3,6 @@
 #include <Eigen/Dense>
 #include <cmath>
 
-#include "core/imaging/resample.h"
-
 namespace orient {
 namespace {
 
@@ -21,21 +19,56 @@ struct Pixels {
   double count = 0;
 };
 
+// Catmull-Rom's weights for a place at `t` between the second and the third of four pixels, for the
+// value and its slope (core/imaging/resample: the same surface).
+struct CubicTaps {
+  explicit CubicTaps(double at)
+      : value{-0.5 * at * at * at + at * at - 0.5 * at, 1.5 * at * at * at - 2.5 * at * at + 1,
+              -1.5 * at * at * at + 2 * at * at + 0.5 * at, 0.5 * at * at * at - 0.5 * at * at},
+        slope{-1.5 * at * at + 2 * at - 0.5, 4.5 * at * at - 5 * at, -4.5 * at * at + 4 * at + 0.5,
+              1.5 * at * at - at} {}
+  Eigen::Array4d value, slope;
+};
+
+// Weighted sums of four neighbouring columns, or rows.
+Plane Across(const Plane& plane, const Eigen::Array4d& weights) {
+  const Eigen::Array4f w = weights.cast<float>();
+  const Index n = plane.cols() - 3;
+  return w[0] * plane.leftCols(n) + w[1] * plane.middleCols(1, n) + w[2] * plane.middleCols(2, n) +
+         w[3] * plane.middleCols(3, n);
+}
+Plane Down(const Plane& plane, const Eigen::Array4d& weights) {
+  const Eigen::Array4f w = weights.cast<float>();
+  const Index n = plane.rows() - 3;
+  return w[0] * plane.topRows(n) + w[1] * plane.middleRows(1, n) + w[2] * plane.middleRows(2, n) +
+         w[3] * plane.middleRows(3, n);
+}
+
+// The shift is one and the same for all pixels.
 Pixels Sample(const Image& image, const Image& model, const Vector2d& model_from_image) {
   const Plane zero = Plane::Zero(image.height, image.width);
   Pixels pixels{zero, zero, zero, zero, zero, zero};
-  for (int row = 0; row < image.height; ++row) {
-    for (int col = 0; col < image.width; ++col) {
-      if (!std::isfinite(image.At(col, row))) continue;
-      float value = 0;
-      Eigen::Vector2f gradient;
-      const Vector2d at = Vector2d(col + 0.5, row + 0.5) + model_from_image;
-      if (!SampleBicubicWithGradient(model, at, &value, &gradient)) continue;
+  if (model.width < 4 || model.height < 4) return pixels;
+  const Vector2d whole = model_from_image.array().floor();
+  const CubicTaps x(model_from_image.x() - whole.x()), y(model_from_image.y() - whole.y());
+  const Plane drawn = Eigen::Map<const Plane>(model.values.data(), model.height, model.width);
+  const Plane across = Across(drawn, x.value);
+  const Plane value = Down(across, y.value), gradient_x = Down(Across(drawn, x.slope), y.value),
+              gradient_y = Down(across, y.slope);
+  // Pixel (c, r) of these planes lies between the model's pixels c + 1 and c + 2.
+  const auto left = static_cast<Index>(whole.x()) - 1, top = static_cast<Index>(whole.y()) - 1;
+  for (Index row = std::max<Index>(0, -top);
+       row < std::min<Index>(image.height, value.rows() - top); ++row) {
+    for (Index col = std::max<Index>(0, -left);
+         col < std::min<Index>(image.width, value.cols() - left); ++col) {
+      const float seen = image.At(static_cast<int>(col), static_cast<int>(row));
+      const Index c = col + left, r = row + top;
+      if (!std::isfinite(seen) || !std::isfinite(value(r, c))) continue;
       pixels.mask(row, col) = 1;
-      pixels.seen(row, col) = image.At(col, row);
-      pixels.model(row, col) = value;
-      pixels.gradient_x(row, col) = gradient.x();
-      pixels.gradient_y(row, col) = gradient.y();
+      pixels.seen(row, col) = seen;
+      pixels.model(row, col) = value(r, c);
+      pixels.gradient_x(row, col) = gradient_x(r, c);
+      pixels.gradient_y(row, col) = gradient_y(r, c);
       ++pixels.count;
     }
   }

@@ -11,10 +11,11 @@ namespace {
 using Eigen::Index;
 using Eigen::Vector2d;
 
-constexpr Index kBorder = 2;  // of the spline's support
+constexpr Index kBorder = 2;   // of the spline's support
+constexpr Index kAtATime = 4;  // pixels
+using Pixels = Eigen::Array<float, kAtATime, 1>;
 constexpr int kMaxIterations = 12;
-constexpr double kConverged = 1e-3;  // px
-constexpr double kMinValid = 0.6;    // share of the drawing's pixels that must meet data
+constexpr double kMinValid = 0.6;  // share of the drawing's pixels that must meet data
 
 // In place: samples to coefficients of the interpolating cubic spline (Unser 1999), zero beyond.
 void ToCoefficients(Eigen::Ref<Eigen::ArrayXXf> lines) {  // one signal a column of `lines`
@@ -48,67 +49,21 @@ Taps TapsAt(double fraction) {
 }  // namespace
 
 SeenPlane::SeenPlane(const Image& image)
-    : values(image.height, image.width), valid(image.height, image.width) {
-  for (size_t i = 0; i < image.values.size(); ++i) {
-    const bool finite = std::isfinite(image.values[i]);
-    values.data()[i] = finite ? image.values[i] : 0.0f;
-    valid.data()[i] = finite ? 1.0f : 0.0f;
+    : width(image.width),
+      height(image.height),
+      values(FloatPlane::Zero(height, width + kAtATime)),
+      valid(values) {
+  for (int row = 0; row < image.height; ++row) {
+    for (int col = 0; col < image.width; ++col) {
+      if (!std::isfinite(image.At(col, row))) continue;
+      values(row, col) = image.At(col, row);
+      valid(row, col) = 1;
+    }
   }
 }
-
-// The drawing's inner pixels after a move, with its slopes.
-struct MovingDrawing::Moved {
-  FloatPlane value, slope_x, slope_y;
-};
-
-MovingDrawing::MovingDrawing(const FloatPlane& drawing, const FloatPlane& part)
-    : coefficients_(drawing), part_(part) {
-  if (drawing.rows() != drawing.cols() || drawing.rows() % 2 == 0 ||
-      part.rows() != drawing.rows() || part.cols() != drawing.cols() ||
-      drawing.rows() <= 2 * kBorder)
-    throw std::invalid_argument("MovingDrawing: the drawing is not an odd square");
-  Eigen::ArrayXXf lines = drawing;
-  ToCoefficients(lines);
-  Eigen::ArrayXXf columns = lines.transpose();
-  ToCoefficients(columns);
-  coefficients_ = columns.transpose();
-  const Index inner = drawing.rows() - 2 * kBorder;
-  part_ = part.block(kBorder, kBorder, inner, inner).eval();
-  part_count_ = static_cast<double>(part_.sum());
-}
-
-MovingDrawing::Moved MovingDrawing::MoveBy(const Vector2d& fraction) const {
-  const Taps x = TapsAt(fraction.x()), y = TapsAt(fraction.y());
-  const Index all = coefficients_.rows(), inner = all - 2 * kBorder;
-  FloatPlane value(all, inner), slope(all, inner);
-  for (Index r = 0; r < all; ++r) {
-    const auto tap = [&](Index k) {
-      return coefficients_.row(r).segment(kBorder + x.first + k, inner);
-    };
-    value.row(r) =
-        x.value[0] * tap(0) + x.value[1] * tap(1) + x.value[2] * tap(2) + x.value[3] * tap(3);
-    slope.row(r) =
-        x.slope[0] * tap(0) + x.slope[1] * tap(1) + x.slope[2] * tap(2) + x.slope[3] * tap(3);
-  }
-  Moved moved{FloatPlane(inner, inner), FloatPlane(inner, inner), FloatPlane(inner, inner)};
-  for (Index r = 0; r < inner; ++r) {
-    const Index from = r + kBorder + y.first;
-    const auto down = [&](const FloatPlane& plane, const std::array<float, 4>& w) {
-      return (w[0] * plane.row(from) + w[1] * plane.row(from + 1) + w[2] * plane.row(from + 2) +
-              w[3] * plane.row(from + 3))
-          .eval();
-    };
-    moved.value.row(r) = down(value, y.value);
-    moved.slope_x.row(r) = down(slope, y.value);
-    moved.slope_y.row(r) = down(value, y.slope);
-  }
-  return moved;
-}
-
-namespace {
 
 // Sums of products over the pixels that take part: ones, drawing, its negative slopes; the image.
-struct Sums {
+struct MovingDrawing::Sums {
   Eigen::Matrix4d normal = Eigen::Matrix4d::Zero();
   Eigen::Vector4d right = Eigen::Vector4d::Zero();
   double seen_squares = 0;
@@ -119,37 +74,87 @@ struct Sums {
   double Product() const { return right[1] - normal(0, 1) * right[0] / Count(); }
 };
 
-}  // namespace
+MovingDrawing::MovingDrawing(const FloatPlane& drawing, const FloatPlane& part)
+    : inner_(drawing.rows() - 2 * kBorder) {
+  if (drawing.rows() != drawing.cols() || drawing.rows() % 2 == 0 ||
+      part.rows() != drawing.rows() || part.cols() != drawing.cols() || inner_ <= 0)
+    throw std::invalid_argument("MovingDrawing: the drawing is not an odd square");
+  Eigen::ArrayXXf lines = drawing;
+  ToCoefficients(lines);
+  Eigen::ArrayXXf columns = lines.transpose();
+  ToCoefficients(columns);
+  coefficients_ = FloatPlane::Zero(drawing.rows(), drawing.cols() + kAtATime);
+  coefficients_.leftCols(drawing.cols()) = columns.transpose();
+  part_ = FloatPlane::Zero(inner_, inner_ + kAtATime);
+  part_.leftCols(inner_) = part.block(kBorder, kBorder, inner_, inner_);
+  part_count_ = static_cast<double>(part_.sum());
+  for (Index row = 0; row < inner_; ++row) {
+    Index first = 0, stop = inner_;
+    while (first < stop && part_(row, first) == 0) ++first;
+    while (stop > first && part_(row, stop - 1) == 0) --stop;
+    spans_.emplace_back(first, stop);
+  }
+}
+
+MovingDrawing::Sums MovingDrawing::SumUp(const SeenPlane& seen, Index col, Index row,
+                                         const Vector2d& fraction) const {
+  const Taps x = TapsAt(fraction.x()), y = TapsAt(fraction.y());
+  const Index cols = inner_ + kAtATime - 1;
+  FloatPlane value(coefficients_.rows(), cols), slope(coefficients_.rows(), cols);
+  for (Index r = 0; r < coefficients_.rows(); ++r) {
+    const auto tap = [&](Index k) {
+      return coefficients_.row(r).segment(kBorder + x.first + k, cols);
+    };
+    value.row(r) =
+        x.value[0] * tap(0) + x.value[1] * tap(1) + x.value[2] * tap(2) + x.value[3] * tap(3);
+    slope.row(r) =
+        x.slope[0] * tap(0) + x.slope[1] * tap(1) + x.slope[2] * tap(2) + x.slope[3] * tap(3);
+  }
+  Sums sums;
+  for (Index r = 0; r < inner_; ++r) {
+    const Index from = r + kBorder + y.first;
+    const auto [first, stop] = spans_[static_cast<size_t>(r)];
+    Pixels n = Pixels::Zero(), d = n, u = n, v = n, dd = n, du = n, dv = n, uu = n, uv = n, vv = n,
+           s = n, sd = n, su = n, sv = n, ss = n;
+    for (Index c = first; c < stop; c += kAtATime) {
+      const auto at = [c](const FloatPlane& plane, Index line) {
+        return Eigen::Map<const Pixels>(&plane(line, c));
+      };
+      const auto down = [&](const FloatPlane& plane, const std::array<float, 4>& w) {
+        return Pixels(w[0] * at(plane, from) + w[1] * at(plane, from + 1) +
+                      w[2] * at(plane, from + 2) + w[3] * at(plane, from + 3));
+      };
+      const Pixels weight = at(part_, r) * Eigen::Map<const Pixels>(&seen.valid(row + r, col + c));
+      const Pixels drawn = down(value, y.value) * weight;
+      const Pixels right = -down(slope, y.value) * weight, below = -down(value, y.slope) * weight;
+      const Pixels image = Eigen::Map<const Pixels>(&seen.values(row + r, col + c)) * weight;
+      n += weight, d += drawn, u += right, v += below, s += image;
+      dd += drawn * drawn, du += drawn * right, dv += drawn * below;
+      uu += right * right, uv += right * below, vv += below * below;
+      sd += image * drawn, su += image * right, sv += image * below, ss += image * image;
+    }
+    const auto sum = [](const Pixels& pixels) { return static_cast<double>(pixels.sum()); };
+    Eigen::Matrix4d normal;
+    normal << sum(n), sum(d), sum(u), sum(v), 0, sum(dd), sum(du), sum(dv), 0, 0, sum(uu), sum(uv),
+        0, 0, 0, sum(vv);
+    sums.normal += normal;
+    sums.right += Eigen::Vector4d(sum(s), sum(sd), sum(su), sum(sv));
+    sums.seen_squares += sum(ss);
+  }
+  sums.normal.triangularView<Eigen::StrictlyLower>() = sums.normal.transpose();
+  return sums;
+}
 
 std::optional<DrawingMatch> MovingDrawing::Match(const SeenPlane& seen, const Vector2d& start,
-                                                 double max_shift_px) const {
-  const Index inner = part_.rows();
-  const double middle = 0.5 * static_cast<double>(inner);
+                                                 double max_shift_px, double converged_px) const {
+  const double middle = 0.5 * static_cast<double>(inner_);
   Vector2d at = start;
   for (int iteration = 0; iteration < kMaxIterations; ++iteration) {
     const Vector2d corner = (at.array() - middle).round();
     const auto col = static_cast<Index>(corner.x()), row = static_cast<Index>(corner.y());
-    if (col < 0 || row < 0 || col + inner > seen.values.cols() || row + inner > seen.values.rows())
+    if (col < 0 || row < 0 || col + inner_ > seen.width || row + inner_ > seen.height)
       return std::nullopt;
-    const Moved moved = MoveBy(at - corner - Vector2d::Constant(middle));
-    Sums sums;
-    using Line = Eigen::Array<float, 1, Eigen::Dynamic>;
-    Line weight, value, x, y, image;
-    for (Index r = 0; r < inner; ++r) {
-      weight = part_.row(r) * seen.valid.row(row + r).segment(col, inner);
-      image = seen.values.row(row + r).segment(col, inner) * weight;
-      value = moved.value.row(r) * weight;
-      x = -moved.slope_x.row(r) * weight;
-      y = -moved.slope_y.row(r) * weight;
-      const std::array<const Line*, 4> basis = {&weight, &value, &x, &y};
-      for (Index i = 0; i < 4; ++i) {
-        for (Index j = i; j < 4; ++j)
-          sums.normal(i, j) += static_cast<double>((*basis[i] * *basis[j]).sum());
-        sums.right[i] += static_cast<double>((*basis[i] * image).sum());
-      }
-      sums.seen_squares += static_cast<double>(image.square().sum());
-    }
-    sums.normal.triangularView<Eigen::StrictlyLower>() = sums.normal.transpose();
+    const Sums sums = SumUp(seen, col, row, at - corner - Vector2d::Constant(middle));
     if (sums.Count() < std::max(8.0, kMinValid * part_count_) || !(sums.DrawingSpread() > 0) ||
         !(sums.SeenSpread() > 0))
       return std::nullopt;
@@ -162,7 +167,7 @@ std::optional<DrawingMatch> MovingDrawing::Match(const SeenPlane& seen, const Ve
     if (step.norm() > kLongestStep) step *= kLongestStep / step.norm();
     at += step;
     if ((at - start).norm() > max_shift_px) return std::nullopt;
-    if (step.norm() < kConverged)
+    if (step.norm() < converged_px)
       return DrawingMatch{at, gain,
                           sums.Product() / std::sqrt(sums.DrawingSpread() * sums.SeenSpread())};
   }

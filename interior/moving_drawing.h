@@ -4,17 +4,19 @@
 
 #include <Eigen/Core>
 #include <optional>
+#include <utility>
+#include <vector>
 
+#include "core/imaging/float_sums.h"
 #include "core/imaging/image.h"
 
 namespace orient {
 
-using FloatPlane = Eigen::Array<float, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
-
 // An image in which the drawing is looked for: zero where it has no data.
 struct SeenPlane {
   explicit SeenPlane(const Image& image);
-  FloatPlane values, valid;
+  Eigen::Index width = 0, height = 0;
+  FloatPlane values, valid;  // with some zeros behind every row
 };
 
 struct DrawingMatch {
@@ -29,18 +31,22 @@ class MovingDrawing {
   // interpolating cubic spline and without NaN. `part`: 1 for the pixels that take part, else 0.
   MovingDrawing(const FloatPlane& drawing, const FloatPlane& part);
 
-  // Empty where it does not converge within `max_shift_px` of `start`, leaves the image, or is flat
-  // or singular there.
+  // Until a step is shorter than `converged_px`. Empty where it does not converge within
+  // `max_shift_px` of `start`, leaves the image, or is flat or singular there.
   std::optional<DrawingMatch> Match(const SeenPlane& seen, const Eigen::Vector2d& start,
-                                    double max_shift_px) const;
+                                    double max_shift_px, double converged_px = 1e-3) const;
 
  private:
-  struct Moved;
-  Moved MoveBy(const Eigen::Vector2d& fraction) const;
+  struct Sums;
+  // With the drawing's inner upper-left pixel `fraction` beyond the image's pixel (col, row).
+  Sums SumUp(const SeenPlane& seen, Eigen::Index col, Eigen::Index row,
+             const Eigen::Vector2d& fraction) const;
 
-  FloatPlane coefficients_;  // of the spline
-  FloatPlane part_;          // its border of two pixels is never used
+  Eigen::Index inner_ = 0;   // side without its border of two pixels, which is never used
+  FloatPlane coefficients_;  // of the spline, with some zeros behind every row
+  FloatPlane part_;          // of the inner pixels, likewise
   double part_count_ = 0;
+  std::vector<std::pair<Eigen::Index, Eigen::Index>> spans_;  // first and stop of a row's part
 };
 
 }  // namespace orient

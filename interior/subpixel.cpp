@@ -17,6 +17,9 @@ using Eigen::Vector2d;
 // ended.
 constexpr std::array<double, 6> kBlurs = {2.6, 1.8, 1.3, 0.95, 0.7, 0.5};
 
+// Near enough to tell which blur fits best: the correlation hardly changes there.
+constexpr double kNearPx = 0.03;
+
 // Pixels beyond the drawing's margin that take part, and those that blur and spline need besides.
 constexpr double kMarginPx = 3;
 constexpr int kSupportPx = 12;
@@ -41,18 +44,7 @@ FloatPlane Blurred(const FloatPlane& plane, double sigma) {
   for (Index i = -reach; i <= reach; ++i)
     weights[i + reach] =
         static_cast<float>(std::exp(-0.5 * static_cast<double>(i * i) / (sigma * sigma)));
-  weights /= weights.sum();
-  FloatPlane across = FloatPlane::Zero(plane.rows(), plane.cols()), result = across;
-  for (Index r = 0; r < plane.rows(); ++r)
-    for (Index i = -reach; i <= reach; ++i) {
-      const Index n = plane.cols() - std::abs(i);
-      across.row(r).segment(std::max<Index>(0, -i), n) +=
-          weights[i + reach] * plane.row(r).segment(std::max<Index>(0, i), n);
-    }
-  for (Index r = 0; r < plane.rows(); ++r)
-    for (Index i = std::max(-reach, -r); i <= std::min(reach, plane.rows() - 1 - r); ++i)
-      result.row(r) += weights[i + reach] * across.row(r + i);
-  return result;
+  return SeparableSums(plane, weights / weights.sum());
 }
 
 Image AsImage(const FloatPlane& plane) {
@@ -84,8 +76,8 @@ struct MarkMeasurer::Drawn {
 
   Drawn(const MarkShape& shape, const Matrix2d& pixel_from_mm);
 
-  // The scan where the drawing's pixels take part, its centre at `centre`.
-  Image CutOut(const Image& seen, const Vector2d& centre) const;
+  // The scan where the drawing's pixels take part, its centre at `centre`: as large as the drawing.
+  ImageWindow CutOut(const Image& seen, const Vector2d& centre) const;
 
   double background_px = 0;
   FloatPlane part;  // pixels that take part
@@ -130,17 +122,13 @@ MarkMeasurer::Drawn::Drawn(const MarkShape& shape, const Matrix2d& pixel_from_mm
   }
 }
 
-Image MarkMeasurer::Drawn::CutOut(const Image& seen, const Vector2d& centre) const {
-  Image cut(seen.width, seen.height, kNoData);
-  const double middle = 0.5 * static_cast<double>(part.rows());
-  const Vector2d corner = (centre.array() - middle).round();
-  const int left = static_cast<int>(corner.x()), top = static_cast<int>(corner.y());
-  for (int row = 0; row < part.rows(); ++row)
-    for (int col = 0; col < part.cols(); ++col) {
-      const int c = col + left, r = row + top;
-      const bool inside = c >= 0 && r >= 0 && c < seen.width && r < seen.height;
-      if (inside && part(row, col) > 0) cut.At(c, r) = seen.At(c, r);
-    }
+ImageWindow MarkMeasurer::Drawn::CutOut(const Image& seen, const Vector2d& centre) const {
+  const auto side = static_cast<int>(part.rows());
+  ImageWindow cut{Image(side, side, kNoData), (centre.array() - 0.5 * side).round(), 1};
+  const int left = static_cast<int>(cut.origin.x()), top = static_cast<int>(cut.origin.y());
+  for (int row = std::max(0, -top); row < std::min(side, seen.height - top); ++row)
+    for (int col = std::max(0, -left); col < std::min(side, seen.width - left); ++col)
+      if (part(row, col) > 0) cut.image.At(col, row) = seen.At(col + left, row + top);
   return cut;
 }
 
@@ -163,7 +151,7 @@ std::optional<MarkPosition> MarkMeasurer::Measure(const Raster& scan, const Vect
   std::optional<DrawingMatch> best;
   const Drawn::Level* sharpness = nullptr;
   for (const Drawn::Level& level : drawn_->levels) {
-    const auto match = level.moving.Match(plane, from, max_shift_px);
+    const auto match = level.moving.Match(plane, from, max_shift_px, kNearPx);
     if (!match || match->correlation <= 0 || (match->centre - first).norm() > max_shift_px)
       continue;
     from = match->centre;
@@ -171,10 +159,13 @@ std::optional<MarkPosition> MarkMeasurer::Measure(const Raster& scan, const Vect
     best = match;
     sharpness = &level;
   }
-  if (!best) return std::nullopt;
+  if (best) best = sharpness->moving.Match(plane, best->centre, max_shift_px);
+  if (!best || best->correlation <= 0 || (best->centre - first).norm() > max_shift_px)
+    return std::nullopt;
   const Vector2d drawing_centre = Vector2d::Constant(half);
-  const auto covariance = ShiftCovariance(drawn_->CutOut(seen.image, best->centre),
-                                          sharpness->values, drawing_centre - best->centre);
+  const ImageWindow cut = drawn_->CutOut(seen.image, best->centre);
+  const auto covariance =
+      ShiftCovariance(cut.image, sharpness->values, drawing_centre - best->centre + cut.origin);
   if (!covariance) return std::nullopt;
   return MarkPosition{seen.RasterFromImage(best->centre), *covariance, best->correlation,
                       sharpness->blur_px};

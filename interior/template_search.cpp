@@ -3,6 +3,7 @@
 #include <Eigen/Geometry>
 #include <Eigen/LU>
 #include <cmath>
+#include <tuple>
 
 #include "core/imaging/correlation.h"
 #include "core/imaging/resample.h"
@@ -68,27 +69,32 @@ double ParabolaTop(double before, double middle, double after) {
   return std::clamp(0.5 * (before - after) / curvature, -0.5, 0.5);
 }
 
-// A place looked at again at the finer resolution.
+// Places looked at again at the finer resolution.
 class Refiner {
  public:
-  Refiner(const Image& image, const std::vector<MarkTemplate>& turns, float sign)
-      : image_(image), turns_(turns), sign_(sign) {}
+  // `spots` are the templates of `turns`.
+  Refiner(const Image& image, const std::vector<MarkTemplate>& turns,
+          const std::vector<SpotTemplate>& spots)
+      : image_(image), turns_(turns), spots_(spots) {}
 
-  // `centre`: of the mark, image pixels. Zero score where it leaves the image.
-  Peak Refine(const Vector2d& centre) const {
-    const MarkTemplate& upright = turns_[turns_.size() / 2];
-    const Vector2d corner = (centre - upright.centre).array().round();
-    Place place = Climb(upright, {static_cast<int>(corner.x()), static_cast<int>(corner.y()), -2});
-    const MarkTemplate* best = &upright;
-    for (const MarkTemplate& turned : turns_) {
-      if (&turned == &upright || turned.values.width != upright.values.width) continue;
-      const double score = At(turned, place.col, place.row);
+  // `centre`: of the mark, image pixels; `sign`: +1 for bright marks, -1 for dark ones. Zero score
+  // where it leaves the image.
+  Peak Refine(const Vector2d& centre, double sign) {
+    const size_t upright = turns_.size() / 2;
+    const Vector2d corner = (centre - turns_[upright].centre).array().round();
+    size_t best = upright;
+    Place place =
+        Climb(upright, {static_cast<int>(corner.x()), static_cast<int>(corner.y()), -2}, sign);
+    for (size_t turned = 0; turned < turns_.size(); ++turned) {
+      if (turned == upright || turns_[turned].values.width != turns_[upright].values.width)
+        continue;
+      const double score = At(turned, place.col, place.row, sign);
       if (!(score > place.score)) continue;
       place.score = score;
-      best = &turned;
+      best = turned;
     }
-    if (best != &upright) place = Climb(*best, place);
-    return Top(*best, place);
+    if (best != upright) place = Climb(best, place, sign);
+    return Top(best, place, sign);
   }
 
  private:
@@ -97,22 +103,22 @@ class Refiner {
     double score = 0;
   };
 
-  double At(const MarkTemplate& t, int col, int row) const {
-    const double score =
-        static_cast<double>(sign_) * CorrelateAt(t.values, image_, col, row, kMinValid);
-    return std::isfinite(score) ? score : -2;
+  // Neighbours ask for the same places.
+  double At(size_t turn, int col, int row, double sign) {
+    const auto [known, fresh] = known_.try_emplace({turn, col, row}, 0);
+    if (fresh) known->second = image_.Correlate(spots_[turn], col, row, kMinValid);
+    return std::isfinite(known->second) ? sign * known->second : -2;
   }
 
   // To the highest coefficient nearby.
-  Place Climb(const MarkTemplate& t, Place place) const {
+  Place Climb(size_t turn, Place place, double sign) {
     constexpr int kMostSteps = 4;
-    place.score = At(t, place.col, place.row);
+    place.score = At(turn, place.col, place.row, sign);
     for (int step = 0; step < kMostSteps; ++step) {
       Place best = place;
       for (int dr = -1; dr <= 1; ++dr)
         for (int dc = -1; dc <= 1; ++dc) {
-          if (dc == 0 && dr == 0) continue;
-          const double score = At(t, place.col + dc, place.row + dr);
+          const double score = At(turn, place.col + dc, place.row + dr, sign);
           if (score > best.score) best = {place.col + dc, place.row + dr, score};
         }
       if (best.col == place.col && best.row == place.row) break;
@@ -121,15 +127,17 @@ class Refiner {
     return place;
   }
 
-  Peak Top(const MarkTemplate& t, const Place& p) const {
-    const Vector2d offset(ParabolaTop(At(t, p.col - 1, p.row), p.score, At(t, p.col + 1, p.row)),
-                          ParabolaTop(At(t, p.col, p.row - 1), p.score, At(t, p.col, p.row + 1)));
-    return {Vector2d(p.col, p.row) + offset + t.centre, std::max(p.score, 0.0)};
+  Peak Top(size_t turn, const Place& p, double sign) {
+    const auto at = [&](int dc, int dr) { return At(turn, p.col + dc, p.row + dr, sign); };
+    const Vector2d offset(ParabolaTop(at(-1, 0), p.score, at(1, 0)),
+                          ParabolaTop(at(0, -1), p.score, at(0, 1)));
+    return {Vector2d(p.col, p.row) + offset + turns_[turn].centre, std::max(p.score, 0.0)};
   }
 
-  const Image& image_;
+  SpotImage image_;
   const std::vector<MarkTemplate>& turns_;
-  float sign_;
+  const std::vector<SpotTemplate>& spots_;
+  std::map<std::tuple<size_t, int, int>, double> known_;
 };
 
 // Best first, none within `min_distance` of a better one.
@@ -168,39 +176,6 @@ PixelWindow Grow(const PixelWindow& window, int by) {
   return {window.col - by, window.row - by, window.width + 2 * by, window.height + 2 * by};
 }
 
-double CorrelateAt(const Image& templ, const Image& image, int col, int row, double min_valid) {
-  if (col < 0 || row < 0 || col + templ.width > image.width || row + templ.height > image.height)
-    return std::nan("");
-  double n = 0, drawn = 0, t = 0, i = 0, tt = 0, ii = 0, ti = 0;
-  for (int r = 0; r < templ.height; ++r) {
-    const float* a = templ.Row(r);
-    const float* b = image.Row(row + r) + col;
-    float sn = 0, sd = 0, st = 0, si = 0, stt = 0, sii = 0, sti = 0;
-    for (int c = 0; c < templ.width; ++c) {
-      const bool part = a[c] == a[c], both = part && b[c] == b[c];
-      const float x = both ? a[c] : 0.0f, y = both ? b[c] : 0.0f;
-      sd += part ? 1.0f : 0.0f;
-      sn += both ? 1.0f : 0.0f;
-      st += x;
-      si += y;
-      stt += x * x;
-      sii += y * y;
-      sti += x * y;
-    }
-    n += static_cast<double>(sn);
-    drawn += static_cast<double>(sd);
-    t += static_cast<double>(st);
-    i += static_cast<double>(si);
-    tt += static_cast<double>(stt);
-    ii += static_cast<double>(sii);
-    ti += static_cast<double>(sti);
-  }
-  if (n < std::max(2.0, min_valid * drawn)) return std::nan("");
-  const double var_t = tt - t * t / n, var_i = ii - i * i / n;
-  if (!(var_t > 1e-10 * tt) || !(var_i > 1e-6 * ii)) return std::nan("");
-  return (ti - t * i / n) / std::sqrt(var_t * var_i);
-}
-
 const TemplateSearch::Templates& TemplateSearch::TemplatesFor(const MarkShape& shape,
                                                               const MarkSearch& search,
                                                               const TemplateMaker& make) const {
@@ -213,6 +188,7 @@ const TemplateSearch::Templates& TemplateSearch::TemplatesFor(const MarkShape& s
   if (!fresh) return templates;
   templates.reduction = FineReduction(shape, MmOfPixel(m));
   templates.turns = MakeTurns(make, m / templates.reduction, search.turns_rad);
+  for (const MarkTemplate& turned : templates.turns) templates.spots.emplace_back(turned.values);
   const double half_over_mark = MarkRadius(shape) / (templates.reduction * MmOfPixel(m));
   if (half_over_mark >= kFewestPixelsOverMark)
     templates.half = {make(m / (2 * templates.reduction))};
@@ -247,19 +223,19 @@ MarkCandidates TemplateSearch::Find(ScanWindows& scan, const MarkShape& shape,
     return result;
   }
   const Scores scores = CorrelateTurns(ReduceBy(flat, 2), templates.half);
-  const auto refined = [&](const Image& coarse, float sign) {
+  Refiner refiner(flat, turns, templates.spots);
+  const auto refined = [&](const Image& coarse, double sign) {
     // More places than asked for, as their order may change.
     const int looked_at = search.max_count + search.max_count / 2;
     std::vector<Peak> peaks = CentrePeaks(coarse, templates.half[0].centre, looked_at,
                                           0.4 * distance, 0.5 * search.min_ncc);
-    const Refiner refiner(flat, turns, sign);
-    for (Peak& peak : peaks) peak = refiner.Refine(2 * peak.position);
+    for (Peak& peak : peaks) peak = refiner.Refine(2 * peak.position, sign);
     std::erase_if(peaks, [&](const Peak& peak) { return peak.score < search.min_ncc; });
     return AsCandidates(
         WithoutDoubles(std::move(peaks), distance, static_cast<size_t>(search.max_count)), seen);
   };
-  result.bright = refined(scores.bright, 1.0f);
-  result.dark = refined(scores.dark, -1.0f);
+  result.bright = refined(scores.bright, 1);
+  result.dark = refined(scores.dark, -1);
   return result;
 }
 

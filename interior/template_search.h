@@ -7,6 +7,7 @@
 #include <utility>
 #include <vector>
 
+#include "core/imaging/spot_correlation.h"
 #include "interior/locator.h"
 
 namespace orient {
@@ -26,6 +27,7 @@ class TemplateSearch {
   struct Templates {
     double reduction = 1;             // scan pixels per pixel of `turns`
     std::vector<MarkTemplate> turns;  // as the search names them
+    std::vector<SpotTemplate> spots;  // the same
     std::vector<MarkTemplate> half;   // upright, at half the resolution; empty for small marks
   };
   // Drawing, size and turns.
@@ -38,10 +40,6 @@ class TemplateSearch {
   mutable std::mutex mutex_;
   mutable std::map<Key, Templates> made_;
 };
-
-// One coefficient of a masked template with its upper-left corner at an image's pixel; NaN where it
-// leaves the image, less than `min_valid` of it meet data, or a side is flat.
-double CorrelateAt(const Image& templ, const Image& image, int col, int row, double min_valid);
 
 // The part of the window and what the mark's arms need around it.
 PixelWindow Grow(const PixelWindow& window, int by);

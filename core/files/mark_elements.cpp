@@ -12,7 +12,9 @@ using Eigen::Vector2d;
 
 double Cross(const Vector2d& a, const Vector2d& b) { return a.x() * b.y() - a.y() * b.x(); }
 
-Vector2d Turned(const Vector2d& v, double angle_rad) { return Eigen::Rotation2Dd(angle_rad) * v; }
+Vector2d Turned(const Vector2d& v, double angle_rad) {
+  return angle_rad == 0 ? v : Eigen::Rotation2Dd(angle_rad) * v;
+}
 
 double RectangleDistance(const Vector2d& point, const Vector2d& half_size) {
   const Vector2d d = point.cwiseAbs() - half_size;

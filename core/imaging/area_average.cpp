@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numeric>
 #include <utility>
 
 namespace orient {
@@ -44,6 +45,10 @@ CellWeights OneCell(double begin, double end, int source_count) {
   return cell;
 }
 
+double ShareInside(const CellWeights& cell) {
+  return std::accumulate(cell.weights.begin(), cell.weights.end(), 0.0);
+}
+
 }  // namespace
 
 std::vector<CellWeights> AreaWeights(double origin, double size, int cell_count, int source_count) {
@@ -66,52 +71,77 @@ AreaAverager::AreaAverager(std::vector<CellWeights> cols, std::vector<CellWeight
     : cols_(std::move(cols)),
       rows_(std::move(rows)),
       first_col_(first_col),
+      width_(0),
       sum_(cols_.size() * rows_.size(), 0.0),
-      share_(sum_.size(), 0.0),
-      row_sum_(cols_.size()),
-      row_share_(cols_.size()) {}
+      share_(sum_.size(), 0.0) {
+  for (const CellWeights& cell : cols_) {
+    col_shares_.push_back(ShareInside(cell));
+    if (!cell.weights.empty())
+      width_ = std::max(width_, cell.first + static_cast<int>(cell.weights.size()) - first_col_);
+  }
+}
 
 void AreaAverager::AddRow(int row, const float* values) {
-  for (size_t c = 0; c < cols_.size(); ++c) {
-    double sum = 0, share = 0;
-    const float* value = values + (cols_[c].first - first_col_);
-    for (const double weight : cols_[c].weights) {
-      const float v = *value++;
-      if (std::isnan(v)) continue;
-      sum += weight * double(v);
-      share += weight;
-    }
-    row_sum_[c] = sum;
-    row_share_[c] = share;
+  const Eigen::Map<const Eigen::ArrayXf> line(values, width_);
+  const bool gaps = std::isnan(line.sum());
+  for (; next_row_ < rows_.size() && rows_[next_row_].first <= row; ++next_row_)
+    if (!rows_[next_row_].weights.empty())
+      open_.push_back({next_row_, Eigen::ArrayXf::Zero(width_), {}, 0});
+  for (OpenRow& open : open_) {
+    const CellWeights& cell = rows_[open.row];
+    Add(cell.weights[static_cast<size_t>(row - cell.first)], line, gaps, &open);
   }
-  const auto end_of = [this](size_t r) {
-    return rows_[r].first + static_cast<int>(rows_[r].weights.size());
+  const auto complete = [&](const OpenRow& open) {
+    return rows_[open.row].first + static_cast<int>(rows_[open.row].weights.size()) == row + 1;
   };
-  while (next_row_ < rows_.size() && end_of(next_row_) <= row) ++next_row_;
-  for (size_t r = next_row_; r < rows_.size() && rows_[r].first <= row; ++r) {
-    if (row >= end_of(r)) continue;
-    const double weight = rows_[r].weights[static_cast<size_t>(row - rows_[r].first)];
-    double* sum = sum_.data() + r * cols_.size();
-    double* share = share_.data() + r * cols_.size();
-    for (size_t c = 0; c < cols_.size(); ++c) {
-      sum[c] += weight * row_sum_[c];
-      share[c] += weight * row_share_[c];
-    }
+  for (const OpenRow& open : open_)
+    if (complete(open)) Close(open);
+  std::erase_if(open_, complete);
+}
+
+void AreaAverager::Add(double weight, const Eigen::Map<const Eigen::ArrayXf>& values, bool gaps,
+                       OpenRow* open) {
+  if (gaps && open->share.size() == 0)
+    open->share = Eigen::ArrayXd::Constant(values.size(), open->weight);
+  open->weight += weight;
+  const auto part = static_cast<float>(weight);
+  if (!gaps) {
+    open->sum += part * values;
+    if (open->share.size() > 0) open->share += weight;
+    return;
+  }
+  for (Eigen::Index i = 0; i < values.size(); ++i) {
+    if (std::isnan(values[i])) continue;
+    open->sum[i] += part * values[i];
+    open->share[i] += weight;
+  }
+}
+
+void AreaAverager::Close(const OpenRow& open) {
+  double* sum = sum_.data() + open.row * cols_.size();
+  double* share = share_.data() + open.row * cols_.size();
+  for (size_t c = 0; c < cols_.size(); ++c) {
+    const float* value = open.sum.data() + (cols_[c].first - first_col_);
+    double total = 0;
+    for (const double weight : cols_[c].weights) total += weight * static_cast<double>(*value++);
+    sum[c] = total;
+    share[c] = open.weight * col_shares_[c];
+  }
+  if (open.share.size() == 0) return;
+  for (size_t c = 0; c < cols_.size(); ++c) {
+    const double* valid = open.share.data() + (cols_[c].first - first_col_);
+    share[c] = 0;
+    for (const double weight : cols_[c].weights) share[c] += weight * *valid++;
   }
 }
 
 Image AreaAverager::Result(double min_share, bool inside_only) const {
-  const auto inside = [](const CellWeights& cell) {
-    double sum = 0;
-    for (const double weight : cell.weights) sum += weight;
-    return sum;
-  };
   Image result(static_cast<int>(cols_.size()), static_cast<int>(rows_.size()), kNoData);
   for (size_t r = 0; r < rows_.size(); ++r) {
-    const double row_inside = inside_only ? inside(rows_[r]) : 1;
+    const double row_inside = inside_only ? ShareInside(rows_[r]) : 1;
     for (size_t c = 0; c < cols_.size(); ++c) {
       const size_t k = r * cols_.size() + c;
-      const double full = inside_only ? row_inside * inside(cols_[c]) : 1;
+      const double full = inside_only ? row_inside * col_shares_[c] : 1;
       if (share_[k] > 0 && share_[k] >= min_share * full - kSliver)
         result.values[k] = static_cast<float>(sum_[k] / share_[k]);
     }

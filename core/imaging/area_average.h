@@ -1,6 +1,7 @@
 // Area averaging along one axis, for reductions by any factor. Internal to core/imaging.
 #pragma once
 
+#include <Eigen/Core>
 #include <vector>
 
 #include "core/imaging/image.h"
@@ -20,7 +21,7 @@ struct CellWeights {
 // cell's centre, so that a linear ramp stays exactly that ramp for fractional sizes too.
 std::vector<CellWeights> AreaWeights(double origin, double size, int cell_count, int source_count);
 
-// Averages rows as they come, top to bottom. NaN takes no part.
+// Averages rows as they come, top to bottom, none left out. NaN takes no part.
 class AreaAverager {
  public:
   // Column weights for rows that begin at source column `first_col`; row weights likewise count
@@ -34,11 +35,24 @@ class AreaAverager {
   Image Result(double min_share, bool inside_only) const;
 
  private:
+  // A row of cells of which not all source rows have come: weighted sums down the source's columns.
+  struct OpenRow {
+    size_t row = 0;
+    Eigen::ArrayXf sum;
+    Eigen::ArrayXd share;  // empty while all was valid: then it is `weight` everywhere
+    double weight = 0;
+  };
+
+  static void Add(double weight, const Eigen::Map<const Eigen::ArrayXf>& values, bool gaps,
+                  OpenRow* open);
+  void Close(const OpenRow& open);
+
   std::vector<CellWeights> cols_, rows_;
-  int first_col_;
-  std::vector<double> sum_, share_;          // of the result's cells
-  std::vector<double> row_sum_, row_share_;  // of the row just added
-  size_t next_row_ = 0;                      // cells above are complete
+  int first_col_, width_;
+  std::vector<double> col_shares_;   // of each column of cells: what lies inside the source
+  std::vector<double> sum_, share_;  // of the result's cells
+  std::vector<OpenRow> open_;
+  size_t next_row_ = 0;  // the first one not opened yet
 };
 
 }  // namespace orient

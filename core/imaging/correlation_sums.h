@@ -4,6 +4,9 @@
 
 #include <Eigen/Core>
 #include <memory>
+#include <vector>
+
+#include "core/imaging/spot_correlation.h"
 
 namespace orient {
 
@@ -17,7 +20,7 @@ class ProductSums {
   virtual Plane Sum(const Plane& kernel, const Plane& image) = 0;
 };
 
-// Multiplies pixel by pixel.
+// Multiplies pixel by pixel, in single precision.
 class SpatialSums : public ProductSums {
  public:
   Plane Sum(const Plane& kernel, const Plane& image) override;
@@ -39,6 +42,13 @@ class FftSums : public ProductSums {
 
 // Kernel of ones, by running sums.
 Plane BoxSums(const Plane& image, Eigen::Index kernel_rows, Eigen::Index kernel_cols);
+
+// Of every pixel's row all that lies before it; one column more than the plane has.
+Plane SumsBefore(const Plane& plane);
+
+// Kernel of ones and zeros, given by its runs of ones, by sums along the image's rows.
+Plane RunSums(const Plane& image, Eigen::Index kernel_rows, Eigen::Index kernel_cols,
+              const std::vector<MaskRun>& runs);
 
 // Estimated run time in arbitrary equal units of one sum.
 double SpatialCost(const Eigen::Vector2i& templ_size, const Eigen::Vector2i& image_size);

@@ -14,8 +14,8 @@ namespace orient {
 namespace {
 
 constexpr float kRed = 0.299f, kGreen = 0.587f, kBlue = 0.114f;
-// Source pixels held in memory at a time while reducing.
-constexpr int kStripPixels = 1 << 22;
+// Source pixels held in memory at a time while reducing: what the processor's cache holds.
+constexpr int kStripPixels = 1 << 16;
 // A result pixel needs this share of its area inside the raster and valid.
 constexpr double kMinShare = 0.5;
 
@@ -180,41 +180,59 @@ void GreyReader::ReadBand(GDALRasterBand* band, const Block& block, const PixelW
                    "); the file is damaged or truncated: copy or scan it again");
 }
 
+bool GreyReader::IsGrey() const {
+  return levels_[0].colours.size() == 1 && palette_.empty() && nodata_[0].empty() &&
+         white_is_ < 0 && GDALDataTypeIsInteger(levels_[0].colours[0]->GetRasterDataType());
+}
+
 void GreyReader::ToGrey(const std::vector<Image>& colours, Image* grey) const {
+  using Values = Eigen::Map<const Eigen::ArrayXf>;
+  const auto size = static_cast<Eigen::Index>(grey->values.size());
+  const Values first(colours[0].values.data(), size);
+  Eigen::Map<Eigen::ArrayXf> result(grey->values.data(), size);
+  if (colours.size() == 3)
+    result = kRed * first + kGreen * Values(colours[1].values.data(), size) +
+             kBlue * Values(colours[2].values.data(), size);
+  else
+    result = first;
+  if (!palette_.empty()) {  // its colours know about black and white themselves
+    for (float& value : grey->values) {
+      const bool known = value >= 0 && value < static_cast<float>(palette_.size());
+      value = known ? palette_[static_cast<size_t>(value)] : kNoData;
+    }
+  } else if (white_is_ > 0) {
+    result = white_is_ - result;
+  }
+  for (float& value : grey->values)
+    if (!std::isfinite(value)) value = kNoData;
+  if (std::any_of(nodata_.begin(), nodata_.end(), [](const auto& n) { return n.empty(); })) return;
   for (size_t i = 0; i < grey->values.size(); ++i) {
     bool any_data = false;
-    for (size_t b = 0; b < colours.size(); ++b) {
-      const float value = colours[b].values[i];
-      any_data = any_data || nodata_[b].empty() || value != nodata_[b][0];
-    }
-    const float first = colours[0].values[i];
-    float value = first;
-    if (colours.size() == 3)
-      value = kRed * first + kGreen * colours[1].values[i] + kBlue * colours[2].values[i];
-    if (!palette_.empty()) {  // its colours know about black and white themselves
-      const bool known = first >= 0 && first < static_cast<float>(palette_.size());
-      value = known ? palette_[static_cast<size_t>(first)] : kNoData;
-    } else if (white_is_ > 0)
-      value = white_is_ - value;
-    grey->values[i] = any_data && std::isfinite(value) ? value : kNoData;
+    for (size_t b = 0; b < colours.size(); ++b)
+      any_data = any_data || colours[b].values[i] != nodata_[b][0];
+    if (!any_data) grey->values[i] = kNoData;
   }
 }
 
-Image GreyReader::ReadLevel(const Level& level, const Block& block,
-                            const PixelWindow& asked) const {
-  std::vector<Image> colours;
-  for (GDALRasterBand* band : level.colours) {
-    colours.emplace_back(block.width, block.height);
-    ReadBand(band, block, asked, colours.back().values.data());
+void GreyReader::ReadLevel(const Level& level, const Block& block, const PixelWindow& asked,
+                           Image* grey) const {
+  if (grey->width != block.width || grey->height != block.height)
+    *grey = Image(block.width, block.height);
+  if (IsGrey()) {
+    ReadBand(level.colours[0], block, asked, grey->values.data());
+  } else {
+    std::vector<Image> colours;
+    for (GDALRasterBand* band : level.colours) {
+      colours.emplace_back(block.width, block.height);
+      ReadBand(band, block, asked, colours.back().values.data());
+    }
+    ToGrey(colours, grey);
   }
-  Image grey(block.width, block.height);
-  ToGrey(colours, &grey);
-  if (level.mask == nullptr) return grey;
-  Image& mask = colours[0];
+  if (level.mask == nullptr) return;
+  Image mask(block.width, block.height);
   ReadBand(level.mask, block, asked, mask.values.data());
-  for (size_t i = 0; i < grey.values.size(); ++i)
-    if (mask.values[i] == 0) grey.values[i] = kNoData;
-  return grey;
+  for (size_t i = 0; i < grey->values.size(); ++i)
+    if (mask.values[i] == 0) grey->values[i] = kNoData;
 }
 
 GreyReader::Span GreyReader::SpanOf(const std::vector<CellWeights>& cells) {
@@ -240,9 +258,10 @@ ImageWindow GreyReader::Read(const PixelWindow& window, double reduction) const 
   const int width = col_span.stop - col_span.first;
   if (width > 0) {
     const int strip = std::max(1, kStripPixels / width);
+    Image grey;
     for (int row = row_span.first; row < row_span.stop; row += strip) {
       const Block block{col_span.first, row, width, std::min(strip, row_span.stop - row)};
-      const Image grey = ReadLevel(level, block, window);
+      ReadLevel(level, block, window, &grey);
       for (int r = 0; r < block.height; ++r) averager.AddRow(row + r, grey.Row(r));
     }
   }

@@ -41,9 +41,13 @@ class GreyReader {
   void ReadPalette();
   void AddOverviews();
   const Level& LevelFor(double reduction) const;
-  Image ReadLevel(const Level& level, const Block& block, const PixelWindow& asked) const;
+  // Into `grey`, whose memory is used again where its size is the block's.
+  void ReadLevel(const Level& level, const Block& block, const PixelWindow& asked,
+                 Image* grey) const;
   void ReadBand(GDALRasterBand* band, const Block& block, const PixelWindow& asked,
                 float* values) const;
+  // The values read are grey values as they stand.
+  bool IsGrey() const;
   void ToGrey(const std::vector<Image>& colours, Image* grey) const;
   static Span SpanOf(const std::vector<CellWeights>& cells);
 

@@ -9,7 +9,7 @@
 namespace orient {
 namespace {
 
-constexpr double kFloatRounding = 2e-5;  // grey values up to 200 as float
+constexpr double kFloatRounding = 4e-5;  // grey values up to 200 as float, summed up
 
 double Ramp(const Eigen::Vector2d& p) { return 100 + 1.25 * p.x() - 0.75 * p.y(); }
 
