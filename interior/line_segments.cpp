@@ -78,11 +78,15 @@ double SlopeOf(int index, double max_slope) {
 }
 
 // y = offset + slope (x - middle) by least squares through the points near the start; false where
-// they are too few or too close together.
+// they are too few or too close together. `points` are sorted by y and lie within the line's reach.
 bool FitLine(const std::vector<LinePoint>& points, int min_points, LineSegment* line) {
   for (int pass = 0; pass < 3; ++pass) {
     double n = 0, x = 0, y = 0, xx = 0, xy = 0;
-    for (const LinePoint& p : points) {
+    const double most = kNearLinePx + std::abs(line->slope) * line->reach;
+    const auto above = [&](const LinePoint& p) { return p.y < line->offset - most; };
+    auto next = std::partition_point(points.begin(), points.end(), above);
+    for (; next != points.end() && next->y <= line->offset + most; ++next) {
+      const LinePoint& p = *next;
       if (std::abs(p.y - line->At(p.x)) > kNearLinePx) continue;
       const double u = p.x - line->middle;
       ++n;
@@ -201,12 +205,15 @@ std::vector<LineSegment> FindLineSegments(const Image& image, const LineSearch& 
       bands[k].push_back(p);
       bands[k + 1].push_back(p);
     }
-    for (size_t k = 0; k < bands.size(); ++k)
+    for (size_t k = 0; k < bands.size(); ++k) {
+      std::sort(bands[k].begin(), bands[k].end(),
+                [](const LinePoint& a, const LinePoint& b) { return a.y < b.y; });
       for (LineSegment& line : LinesOfBand(bands[k], static_cast<double>(k) * reach, reach,
                                            image.height, search, min_points)) {
         line.bright = sign > 0;
         found.push_back(line);
       }
+    }
   }
   return found;
 }

@@ -72,6 +72,10 @@ struct Crossing {
 // Of a nearly horizontal and a nearly vertical line (the latter in transposed coordinates).
 std::optional<Crossing> Cross(const LineSegment& across, const LineSegment& down) {
   if (std::abs(across.slope + down.slope) > kPerpendicular) return std::nullopt;
+  // Most are far apart.
+  if (std::abs(down.offset - across.middle) > across.reach + std::abs(down.slope) * down.reach ||
+      std::abs(across.offset - down.middle) > down.reach + std::abs(across.slope) * across.reach)
+    return std::nullopt;
   double x = down.offset, y = across.offset;
   for (int i = 0; i < 4; ++i) {  // slopes are small: converges at once
     y = across.At(x);

@@ -17,8 +17,8 @@ using Eigen::Vector2d;
 // ended.
 constexpr std::array<double, 6> kBlurs = {2.6, 1.8, 1.3, 0.95, 0.7, 0.5};
 
-// Near enough to tell which blur fits best: the correlation hardly changes there.
-constexpr double kNearPx = 0.03;
+// Near enough to tell which blur fits best, in parts of the blur: the correlation hardly changes.
+constexpr double kNear = 0.04;
 
 // Pixels beyond the drawing's margin that take part, and those that blur and spline need besides.
 constexpr double kMarginPx = 3;
@@ -76,11 +76,13 @@ struct MarkMeasurer::Drawn {
 
   Drawn(const MarkShape& shape, const Matrix2d& pixel_from_mm);
 
-  // The scan where the drawing's pixels take part, its centre at `centre`: as large as the drawing.
+  // The scan where the drawing's pixels take part, its centre at `centre`; no larger than they
+  // need.
   ImageWindow CutOut(const Image& seen, const Vector2d& centre) const;
 
   double background_px = 0;
   FloatPlane part;  // pixels that take part
+  int border = 0;   // so many outermost rows and columns take no part
   std::vector<Level> levels;
 };
 
@@ -101,14 +103,19 @@ MarkMeasurer::Drawn::Drawn(const MarkShape& shape, const Matrix2d& pixel_from_mm
   for (int row = 0; row < side; ++row) {
     for (int col = 0; col < side; ++col) {
       const Vector2d mm = mm_from_pixel * (Vector2d(col + 0.5, row + 0.5) - sharp.centre);
-      const bool takes_part = shape.picture ? mm.norm() <= MarkRadius(shape)
-                                            : near[static_cast<size_t>(row * side + col)];
-      if (!takes_part || !std::isfinite(sharp.values.At(col, row))) continue;
+      const bool used = shape.picture ? mm.norm() <= MarkRadius(shape)
+                                      : near[static_cast<size_t>(row * side + col)];
+      if (!used || !std::isfinite(sharp.values.At(col, row))) continue;
       part(row, col) = 1;
       sum += static_cast<double>(sharp.values.At(col, row));
       ++count;
     }
   }
+  const auto takes_part = [&](int edge) {
+    return (part.row(edge) > 0).any() || (part.row(side - 1 - edge) > 0).any() ||
+           (part.col(edge) > 0).any() || (part.col(side - 1 - edge) > 0).any();
+  };
+  while (border < side / 2 && !takes_part(border)) ++border;
   const int pad = static_cast<int>(std::ceil(2 * background_px));
   const auto fill = static_cast<float>(shape.picture ? sum / std::max(count, 1.0) : 0.0);
   const Image flat = RemoveBackground(Padded(sharp.values, pad, fill), background_px);
@@ -123,12 +130,13 @@ MarkMeasurer::Drawn::Drawn(const MarkShape& shape, const Matrix2d& pixel_from_mm
 }
 
 ImageWindow MarkMeasurer::Drawn::CutOut(const Image& seen, const Vector2d& centre) const {
-  const auto side = static_cast<int>(part.rows());
-  ImageWindow cut{Image(side, side, kNoData), (centre.array() - 0.5 * side).round(), 1};
+  const auto side = static_cast<int>(part.rows()), inner = side - 2 * border;
+  ImageWindow cut{Image(inner, inner, kNoData), (centre.array() - 0.5 * side).round() + border, 1};
   const int left = static_cast<int>(cut.origin.x()), top = static_cast<int>(cut.origin.y());
-  for (int row = std::max(0, -top); row < std::min(side, seen.height - top); ++row)
-    for (int col = std::max(0, -left); col < std::min(side, seen.width - left); ++col)
-      if (part(row, col) > 0) cut.image.At(col, row) = seen.At(col + left, row + top);
+  for (int row = std::max(0, -top); row < std::min(inner, seen.height - top); ++row)
+    for (int col = std::max(0, -left); col < std::min(inner, seen.width - left); ++col)
+      if (part(row + border, col + border) > 0)
+        cut.image.At(col, row) = seen.At(col + left, row + top);
   return cut;
 }
 
@@ -151,7 +159,7 @@ std::optional<MarkPosition> MarkMeasurer::Measure(const Raster& scan, const Vect
   std::optional<DrawingMatch> best;
   const Drawn::Level* sharpness = nullptr;
   for (const Drawn::Level& level : drawn_->levels) {
-    const auto match = level.moving.Match(plane, from, max_shift_px, kNearPx);
+    const auto match = level.moving.Match(plane, from, max_shift_px, kNear * level.blur_px);
     if (!match || match->correlation <= 0 || (match->centre - first).norm() > max_shift_px)
       continue;
     from = match->centre;
