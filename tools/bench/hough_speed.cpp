@@ -19,6 +19,7 @@
 
 #include "core/imaging/correlation.h"
 #include "core/imaging/resample.h"
+#include "core/imaging/spot_correlation.h"
 #include "interior/hough_locator.h"
 
 namespace orient {
@@ -78,6 +79,8 @@ Vector2d CoarseToFine(const MarkShape& shape, const Image& image) {
   const MarkTemplate full = SkeletonTemplate(shape, PixelFromMm(kReduction * kPixelMm));
   const MarkTemplate half = SkeletonTemplate(shape, PixelFromMm(2 * kReduction * kPixelMm));
   constexpr int kPlaces = 30, kAround = 2;
+  const SpotTemplate spot(full.values);
+  const SpotImage places(fine);
   double best = -1;
   Vector2d found = Vector2d::Zero();
   for (const Peak& peak : FindPeaks(Correlate(half.values, coarse), kPlaces, 3, 0)) {
@@ -86,7 +89,7 @@ Vector2d CoarseToFine(const MarkShape& shape, const Image& image) {
       for (int dc = -kAround; dc <= kAround; ++dc) {
         const Vector2d at = corner + Vector2d(dc, dr);
         const double score =
-            CorrelateAt(full.values, fine, static_cast<int>(at.x()), static_cast<int>(at.y()), 0.7);
+            places.Correlate(spot, static_cast<int>(at.x()), static_cast<int>(at.y()), 0.7);
         if (!(score > best)) continue;
         best = score;
         found = kReduction * (at + full.centre);
