@@ -73,8 +73,7 @@ struct Crossing {
 std::optional<Crossing> Cross(const LineSegment& across, const LineSegment& down) {
   if (std::abs(across.slope + down.slope) > kPerpendicular) return std::nullopt;
   // Most are far apart.
-  if (std::abs(down.offset - across.middle) > across.reach + std::abs(down.slope) * down.reach ||
-      std::abs(across.offset - down.middle) > down.reach + std::abs(across.slope) * across.reach)
+  if (std::abs(across.offset - down.middle) > down.reach + std::abs(across.slope) * across.reach)
     return std::nullopt;
   double x = down.offset, y = across.offset;
   for (int i = 0; i < 4; ++i) {  // slopes are small: converges at once
@@ -86,16 +85,51 @@ std::optional<Crossing> Cross(const LineSegment& across, const LineSegment& down
   return Crossing{{x, y}, across.points + down.points};
 }
 
+std::vector<LineSegment> OfPolarity(const std::vector<LineSegment>& lines, bool bright) {
+  std::vector<LineSegment> chosen;
+  std::copy_if(lines.begin(), lines.end(), std::back_inserter(chosen),
+               [bright](const LineSegment& line) { return line.bright == bright; });
+  return chosen;
+}
+
+// Lines by their offset, so that not all of them need be asked whether they are near.
+class LinesByOffset {
+ public:
+  explicit LinesByOffset(const std::vector<LineSegment>& lines) {
+    for (size_t i = 0; i < lines.size(); ++i) {
+      sorted_.emplace_back(lines[i].offset, i);
+      most_ = std::max(most_, std::abs(lines[i].slope) * lines[i].reach);
+    }
+    std::sort(sorted_.begin(), sorted_.end());
+  }
+
+  // Indices, in order, of all lines that anywhere come as near as `distance` to `place`.
+  std::vector<size_t> Near(double place, double distance) const {
+    const double far = distance + most_;
+    std::vector<size_t> near;
+    for (auto next =
+             std::lower_bound(sorted_.begin(), sorted_.end(), std::pair(place - far, size_t{0}));
+         next != sorted_.end() && next->first <= place + far; ++next)
+      near.push_back(next->second);
+    std::sort(near.begin(), near.end());
+    return near;
+  }
+
+ private:
+  std::vector<std::pair<double, size_t>> sorted_;
+  double most_ = 0;  // that a line departs from its offset
+};
+
 // Crossings of one polarity, those with the most points first, none twice.
-std::vector<Crossing> Crossings(const std::vector<LineSegment>& across,
-                                const std::vector<LineSegment>& down, bool bright,
+std::vector<Crossing> Crossings(const std::vector<LineSegment>& all_across,
+                                const std::vector<LineSegment>& all_down, bool bright,
                                 double min_distance, size_t max_count) {
+  const auto across = OfPolarity(all_across, bright), down = OfPolarity(all_down, bright);
+  const LinesByOffset down_by_offset(down);
   std::vector<Crossing> all;
   for (const LineSegment& a : across)
-    for (const LineSegment& b : down) {
-      if (a.bright != bright || b.bright != bright) continue;
-      if (const auto crossing = Cross(a, b)) all.push_back(*crossing);
-    }
+    for (const size_t i : down_by_offset.Near(a.middle, a.reach))
+      if (const auto crossing = Cross(a, down[i])) all.push_back(*crossing);
   std::stable_sort(all.begin(), all.end(),
                    [](const Crossing& a, const Crossing& b) { return a.points > b.points; });
   std::vector<Crossing> kept;

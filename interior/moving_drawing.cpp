@@ -97,10 +97,12 @@ MovingDrawing::MovingDrawing(const FloatPlane& drawing, const FloatPlane& part)
 }
 
 MovingDrawing::Sums MovingDrawing::SumUp(const SeenPlane& seen, Index col, Index row,
-                                         const Vector2d& fraction) const {
+                                         const Vector2d& fraction, Across* across) const {
   const Taps x = TapsAt(fraction.x()), y = TapsAt(fraction.y());
   const Index cols = inner_ + kAtATime - 1;
-  FloatPlane value(coefficients_.rows(), cols), slope(coefficients_.rows(), cols);
+  FloatPlane &value = across->value, &slope = across->slope;
+  value.resize(coefficients_.rows(), cols);
+  slope.resize(coefficients_.rows(), cols);
   for (Index r = 0; r < coefficients_.rows(); ++r) {
     const auto tap = [&](Index k) {
       return coefficients_.row(r).segment(kBorder + x.first + k, cols);
@@ -149,12 +151,13 @@ std::optional<DrawingMatch> MovingDrawing::Match(const SeenPlane& seen, const Ve
                                                  double max_shift_px, double converged_px) const {
   const double middle = 0.5 * static_cast<double>(inner_);
   Vector2d at = start;
+  Across across;
   for (int iteration = 0; iteration < kMaxIterations; ++iteration) {
     const Vector2d corner = (at.array() - middle).round();
     const auto col = static_cast<Index>(corner.x()), row = static_cast<Index>(corner.y());
     if (col < 0 || row < 0 || col + inner_ > seen.width || row + inner_ > seen.height)
       return std::nullopt;
-    const Sums sums = SumUp(seen, col, row, at - corner - Vector2d::Constant(middle));
+    const Sums sums = SumUp(seen, col, row, at - corner - Vector2d::Constant(middle), &across);
     if (sums.Count() < std::max(8.0, kMinValid * part_count_) || !(sums.DrawingSpread() > 0) ||
         !(sums.SeenSpread() > 0))
       return std::nullopt;

@@ -39,8 +39,12 @@ class MovingDrawing {
  private:
   struct Sums;
   // With the drawing's inner upper-left pixel `fraction` beyond the image's pixel (col, row).
+  // `across` is memory to work in.
+  struct Across {
+    FloatPlane value, slope;
+  };
   Sums SumUp(const SeenPlane& seen, Eigen::Index col, Eigen::Index row,
-             const Eigen::Vector2d& fraction) const;
+             const Eigen::Vector2d& fraction, Across* across) const;
 
   Eigen::Index inner_ = 0;   // side without its border of two pixels, which is never used
   FloatPlane coefficients_;  // of the spline, with some zeros behind every row

@@ -245,7 +245,25 @@ GreyReader::Span GreyReader::SpanOf(const std::vector<CellWeights>& cells) {
   return span;
 }
 
+ImageWindow GreyReader::ReadUnreduced(const PixelWindow& window) const {
+  const Level& level = levels_[0];
+  ImageWindow result;
+  result.image = Image(window.width, window.height, kNoData);
+  result.origin = Eigen::Vector2d(window.col, window.row);
+  const int left = std::max(window.col, 0), top = std::max(window.row, 0);
+  const Block block{left, top, std::min(window.col + window.width, level.width) - left,
+                    std::min(window.row + window.height, level.height) - top};
+  if (block.width <= 0 || block.height <= 0) return result;
+  Image grey;
+  ReadLevel(level, block, window, &grey);
+  for (int row = 0; row < block.height; ++row)
+    std::copy_n(grey.Row(row), block.width,
+                result.image.Row(top - window.row + row) + (left - window.col));
+  return result;
+}
+
 ImageWindow GreyReader::Read(const PixelWindow& window, double reduction) const {
+  if (reduction == 1) return ReadUnreduced(window);
   const Level& level = LevelFor(reduction);
   const auto cols =
       AreaWeights((window.col - level.col_origin) / level.col_scale, reduction / level.col_scale,

@@ -41,6 +41,7 @@ class GreyReader {
   void ReadPalette();
   void AddOverviews();
   const Level& LevelFor(double reduction) const;
+  ImageWindow ReadUnreduced(const PixelWindow& window) const;
   // Into `grey`, whose memory is used again where its size is the block's.
   void ReadLevel(const Level& level, const Block& block, const PixelWindow& asked,
                  Image* grey) const;
