@@ -4,6 +4,7 @@
 
 #include "core/format_text.h"
 #include "interior/cross_position.h"
+#include "interior/film_orientation.h"
 #include "interior/lines_locator.h"
 
 namespace orient {
@@ -131,6 +132,11 @@ void JudgeFilm(const FilmReading& reading, const FilmTransform& film, Verdict* v
         "A desktop scan of all these marks, and a photogrammetric one with a mark misplaced, "
         "are nearly as probable (%.1f nats apart): say which it is with --scanner.",
         reading.scanner_margin));
+  if (reading.orientation_margin < kSureNats)
+    weak(FormatText(
+        "The film lying otherwise is nearly as probable (%.1f nats apart, 5 are needed): "
+        "give --orientation.",
+        reading.orientation_margin));
   const double limit =
       reading.scanner == Scanner::kPhotogrammetric ? kMaxSigma0Photogrammetric : kMaxSigma0Desktop;
   if (film.sigma0_um > limit)

@@ -322,4 +322,30 @@ std::vector<int> WithoutContradicted(const std::vector<AssignmentMark>& marks,
   return choice;
 }
 
+std::vector<int> WithoutStrays(const std::vector<AssignmentMark>& marks,
+                               const ConstellationPrior& prior, std::vector<int> choice,
+                               const std::vector<size_t>& trusted) {
+  std::vector<bool> is_trusted(marks.size(), false);
+  std::vector<size_t> order;
+  for (const size_t i : trusted) {
+    is_trusted.at(i) = true;
+    order.push_back(i);
+  }
+  for (size_t i = 0; i < marks.size(); ++i)
+    if (!is_trusted[i]) order.push_back(i);
+  State state = PriorState(prior);
+  for (const size_t i : order) {
+    if (choice.at(i) < 0) continue;
+    const AssignmentCandidate& c = marks[i].candidates.at(choice[i]);
+    const Prediction predicted = Predict(state, marks[i].place_mm, prior.point_mm);
+    const double gain = FixedGain(marks[i], c, prior) + predicted.log_density -
+                        0.5 * ChiSquare(predicted, c.position_mm);
+    if (gain > 0 || is_trusted[i])
+      state = Update(state, predicted, c.position_mm);
+    else
+      choice[i] = -1;
+  }
+  return choice;
+}
+
 }  // namespace orient

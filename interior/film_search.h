@@ -50,6 +50,8 @@ struct FilmReading {
   // Nats to the same reading under the other scanner's prior where that one uses other marks: four
   // marks of a desktop scan, or a photogrammetric scan with one of them misplaced.
   double scanner_margin = std::numeric_limits<double>::infinity();
+  // Nats to the nearest way of lying that the marks' layout excludes (reseau only).
+  double orientation_margin = std::numeric_limits<double>::infinity();
 };
 
 // Sets best, proven and margin from the marks, their candidates and the prior.

@@ -51,6 +51,7 @@ class GuidedSearch {
           PlaceOnScan(camera_.fiducials[i].position_mm, rectangle, orientations.front());
       if (pixel_from_photo) Search(i, *pixel_from_photo, &full);
     }
+    full.best.choice = WithoutStrays(full.marks, full.prior, full.best.choice, anchors_);
     full.best.nats = NatsOfSet(full.marks, full.prior, full.best.choice);
     return full;
   }
@@ -111,6 +112,19 @@ class GuidedSearch {
   FilmReading reading_;  // of the anchors alone
 };
 
+// The anchors allow several ways of lying, and the crosses between them decide. A class that
+// another one comes near is no answer: the margin is that to the nearest one.
+FilmReading MostProbable(std::vector<FilmReading> classes) {
+  std::stable_sort(classes.begin(), classes.end(), [](const FilmReading& a, const FilmReading& b) {
+    return a.best.nats > b.best.nats;
+  });
+  FilmReading best = classes.front();
+  if (classes.size() < 2) return best;
+  best.orientation_margin = best.best.nats - classes[1].best.nats;
+  best.margin = std::min(best.margin, best.orientation_margin);
+  return best;
+}
+
 // The whole camera's classes, as far as the anchors allow them; one that they allow comes first in
 // each.
 std::vector<OrientationClass> Classes(const CameraFile& camera, const MarkShapes& shapes,
@@ -162,12 +176,10 @@ FilmReading ReadFilmByAnchors(const Raster& scan, const CameraFile& camera,
   for (const size_t i : anchors) outer.fiducials.push_back(camera.fiducials[i]);
   const FilmReading reading = ReadFilm(scan, outer, shapes, options);
   GuidedSearch search(scan, camera, shapes, anchors, reading, options.locator);
-  std::optional<FilmReading> best;
-  for (const OrientationClass& orientations : Classes(camera, shapes, reading, options)) {
-    FilmReading full = search.Expand(orientations);
-    if (!best || full.best.Matched() > best->best.Matched()) best = std::move(full);
-  }
-  return best ? *best : search.Expand(reading.orientations);
+  std::vector<FilmReading> classes;
+  for (const OrientationClass& orientations : Classes(camera, shapes, reading, options))
+    classes.push_back(search.Expand(orientations));
+  return classes.empty() ? search.Expand(reading.orientations) : MostProbable(std::move(classes));
 }
 
 }  // namespace orient

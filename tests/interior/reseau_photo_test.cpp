@@ -89,5 +89,44 @@ TEST(ReseauPhoto, ACrossThatItsNeighboursContradictIsRejectedWithItsResidual) {
   EXPECT_EQ(again->marks[6].state, MarkState::kRejected);
 }
 
+// A camera file that lacks a cross tells the ways of lying apart by that cross only; a film that
+// lacks another one, and has that one, says nothing about it.
+TEST(ReseauPhoto, AWrongOrientationIsNeverOkWhereNoCrossTellsItFromTheRightOne) {
+  const TemporaryFolder folder;
+  FilmFrameSpec spec;
+  spec.camera = CrossCamera();
+  spec.orientation = ScanOrientation::kR90;
+  spec.missing = {6};
+  WriteScan(folder / "a.png", RenderFilmFrame(spec).scan);
+  CameraFile gap = spec.camera;
+  gap.fiducials.erase(gap.fiducials.begin() + 7);
+  InteriorOptions options;
+  options.pixel_size_um = 100;
+  const Raster scan = Raster::Open(folder / "a.png");
+  const InteriorResult open = OrientInterior(scan, gap, ShapesOf(gap), options);
+  EXPECT_NE(open.status, Status::kOk);
+  EXPECT_LT(open.margin, 5);
+  EXPECT_FALSE(open.messages.empty());
+  options.orientation = ScanOrientation::kR90;
+  EXPECT_EQ(OrientInterior(scan, gap, ShapesOf(gap), options).status, Status::kOk);
+}
+
+TEST(ReseauPhoto, ACrossMissingInTheFileAndOnTheFilmTellsTheOrientation) {
+  const TemporaryFolder folder;
+  FilmFrameSpec spec;
+  spec.camera = CrossCamera();
+  spec.camera.fiducials.erase(spec.camera.fiducials.begin() + 7);
+  spec.orientation = ScanOrientation::kR90;
+  WriteScan(folder / "a.png", RenderFilmFrame(spec).scan);
+  InteriorOptions options;
+  options.pixel_size_um = 100;
+  const InteriorResult result =
+      OrientInterior(Raster::Open(folder / "a.png"), spec.camera, ShapesOf(spec.camera), options);
+  ASSERT_EQ(result.status, Status::kOk) << result.messages.at(0);
+  const auto& possible = result.possible_orientations;
+  EXPECT_NE(std::find(possible.begin(), possible.end(), spec.orientation), possible.end());
+  EXPECT_EQ(possible.size(), 2u);
+}
+
 }  // namespace
 }  // namespace orient
