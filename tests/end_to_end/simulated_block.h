@@ -16,6 +16,7 @@
 #include "interior/interior.h"
 #include "tests/support/run_orient.h"
 #include "tools/interior_run.h"
+#include "tools/photo_interior.h"
 #include "tools/simulate/simulate.h"
 
 namespace orient {
@@ -94,7 +95,8 @@ inline double ProjectionRms(const CameraFile& camera, const InteriorResult& inte
   const auto turned =
       InOrientation(interior, camera, LoadMarkShapes(camera), *exterior.orientation);
   if (!turned) return std::nan("");
-  const PhotoView view{camera.camera, *turned->photo_from_pixel, *exterior.pose};
+  const PhotoView view{camera.camera, *turned->photo_from_pixel, *exterior.pose,
+                       CorrectionOf(*turned)};
   double sum = 0;
   for (const SeenPoint& point : seen) {
     const auto pixel = view.PixelFromGround(point.ground_m);
