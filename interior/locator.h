@@ -52,7 +52,8 @@ std::unique_ptr<Locator> MakeLocator(LocatorKind kind);
 LocatorKind UsualLocator(const MarkShape& shape);
 
 // `wanted` where the drawing allows it: a picture has no strokes for `hough`, one whose strokes are
-// partly dark no skeleton brighter than its neighbourhood, a drawing without a cross no lines. There `ncc` takes their place.
+// partly dark no skeleton brighter than its neighbourhood, a drawing without a cross no lines.
+// There `ncc` takes their place.
 LocatorKind LocatorFor(const MarkShape& shape, std::optional<LocatorKind> wanted);
 
 // Log-likelihood ratios of a mark against clutter for the candidates of one window, nats. What is

@@ -15,7 +15,7 @@ struct BlockFile {
   Crs crs;
   std::string dem;  // paths are resolved against the block file's folder
   std::string patchdb;
-  std::string camera;  // or a name of the camera library
+  std::string camera;               // or a name of the camera library
   std::vector<std::string> photos;  // globs expanded, sorted, without duplicates
   std::string approximations;
   // One sigma of approximations without sigma columns; empty where nobody states it.

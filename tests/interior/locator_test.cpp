@@ -237,7 +237,8 @@ TEST(LocatorFor, GoesByTheDrawing) {
   EXPECT_EQ(UsualLocator(Drawn(kThinCross, MarkBackground::kImage)), LocatorKind::kLines);
   EXPECT_EQ(LocatorFor(Drawn(kRing), LocatorKind::kHough), LocatorKind::kHough);
   EXPECT_EQ(LocatorFor(Drawn(kDot), LocatorKind::kLines), LocatorKind::kNcc);
-  const MarkShape dark_cross = Drawn({DotElement{3}, CrossElement{2.4, 0.1, 0, 0, Vector2d::Zero(), 0.0}});
+  const MarkShape dark_cross =
+      Drawn({DotElement{3}, CrossElement{2.4, 0.1, 0, 0, Vector2d::Zero(), 0.0}});
   EXPECT_EQ(LocatorFor(dark_cross, LocatorKind::kHough), LocatorKind::kNcc);
   MarkShape picture;
   picture.picture = Image(20, 20);
