@@ -147,17 +147,25 @@ void JudgeFilm(const FilmReading& reading, const FilmTransform& film, Verdict* v
                    film.sigma0_um));
 }
 
-// Empty where nothing speaks against the set of marks.
-std::string WhyNotThere(const FilmReading& reading, int used) {
+// What the used marks alone earn: marks that were rejected bear no witness.
+double NatsOfUsed(const FilmReading& reading, const FilmMarks& marks) {
+  std::vector<int> used(marks.size(), -1);
+  for (size_t i = 0; i < marks.size(); ++i)
+    if (marks[i].state == MarkState::kUsed) used[i] = reading.best.choice[i];
+  return std::min(reading.best.nats, NatsOfSet(reading.marks, reading.prior, used));
+}
+
+// Empty where nothing speaks against the set of marks. `nats`: NatsOfUsed.
+std::string WhyNotThere(const FilmReading& reading, int used, double nats) {
   if (reading.best.Matched() < 3 || used < 3)
     return "The camera's marks were not found: wrong camera file, marks outside the scan, or a "
            "wrong pixel size (--pixel-size-um).";
   const int all = static_cast<int>(reading.marks.size());
-  if (reading.best.nats < MinSetNats(all))
+  if (nats < MinSetNats(all))
     return FormatText(
         "What was found may be chance (%.1f nats for the marks, %.1f are needed): wrong "
         "camera file or marks too faint.",
-        reading.best.nats, MinSetNats(all));
+        nats, MinSetNats(all));
   if (!reading.proven)
     return "Too many marks and places for them to be sure that no other reading is as good: give "
            "--orientation, --polarity or --pixel-size-um, whichever is known.";
@@ -218,12 +226,13 @@ Verdict Judge(const FilmReading& reading, const FilmMarks& marks,
   const int all = static_cast<int>(marks.size());
   const int used = Count(marks, MarkState::kUsed);
   Verdict verdict;
-  const std::string why = WhyNotThere(reading, used);
+  const double nats = NatsOfUsed(reading, marks);
+  const std::string why = WhyNotThere(reading, used, nats);
   if (!why.empty() || !film) {
     verdict.messages.push_back(!why.empty() ? why : "The marks found lie on one line.");
     return verdict;
   }
-  verdict.status = JudgeSet(all, used, reading.best.nats, reading.margin);
+  verdict.status = JudgeSet(all, used, nats, reading.margin);
   if (verdict.status == Status::kWeak)
     verdict.messages.push_back(
         FormatText("Only %d marks were found, %d are needed to be sure.", used, NeededMarks(all)));

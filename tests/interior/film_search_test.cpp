@@ -220,6 +220,57 @@ TEST(Judge, ThreeOfFourMarksAreWeakHoweverLargeTheMargin) {
   EXPECT_EQ(JudgeSet(4, 4, 8.9, 1e3), Status::kFailed);
 }
 
+// Eight marks found, of which the measuring keeps five: what these earn alone decides.
+TEST(Judge, RejectedMarksBearNoWitness) {
+  Films films(TestSeed());
+  const Scene scene = films.Make({.marks = 8, .clutter = 8});
+  FilmReading reading = ReadWith(scene, Scanner::kPhotogrammetric);
+  ASSERT_EQ(reading.best.choice, scene.truth);
+  // Clutter so dense that a mark earns little.
+  for (AssignmentMark& mark : reading.marks) mark.window_mm2 = 1.0;
+  const auto verdict = [&](int used) {
+    FilmMarks marks(reading.marks.size());
+    std::vector<MeasuredMark> measured;
+    std::vector<int> kept(marks.size(), -1);
+    for (int i = 0; i < used; ++i) {
+      marks[i].state = MarkState::kUsed;
+      kept[i] = reading.best.choice[i];
+      const Vector2d& place = reading.marks[i].place_mm;
+      measured.push_back({reading.candidates[i][kept[i]].pixel, {place.x(), -place.y()}});
+    }
+    reading.margin = 30;
+    reading.best.nats = NatsOfSet(reading.marks, reading.prior, reading.best.choice);
+    std::printf("%d used: %.1f nats of %.1f, %.1f needed\n", used,
+                NatsOfSet(reading.marks, reading.prior, kept), reading.best.nats, MinSetNats(8));
+    return Judge(reading, marks, FitFilm(measured, false)).status;
+  };
+  EXPECT_EQ(verdict(8), Status::kOk);
+  EXPECT_EQ(verdict(5), Status::kFailed);
+}
+
+FilmReading ReadingOf(const Scene& scene, std::vector<int> choice) {
+  FilmReading reading = ReadWith(scene, Scanner::kPhotogrammetric);
+  reading.best.choice = std::move(choice);
+  reading.best.nats = NatsOfSet(reading.marks, reading.prior, reading.best.choice);
+  reading.margin = 30;
+  return reading;
+}
+
+// Two films in one scan: the marks 0 to 3 say one thing, 4 to 7 another, 5 mm off.
+TEST(BestOf, ReadingsWithoutCommonMarksAreRivalsWhereTheirTransformsDiffer) {
+  Films films(TestSeed());
+  const Scene scene = films.Make({.marks = 8, .clutter = 0});
+  Scene moved = scene;
+  for (AssignmentMark& mark : moved.marks) mark.candidates[0].position_mm += Vector2d(5, 0);
+  const FilmReading first = ReadingOf(scene, {0, 0, 0, 0, -1, -1, -1, -1});
+  const FilmReading same = ReadingOf(scene, {-1, -1, -1, -1, 0, 0, 0, 0});
+  const FilmReading other = ReadingOf(moved, {-1, -1, -1, -1, 0, 0, 0, 0});
+  const FilmReading nothing = ReadingOf(scene, std::vector<int>(8, -1));
+  EXPECT_DOUBLE_EQ(BestOf({first, same}).margin, 30);
+  EXPECT_DOUBLE_EQ(BestOf({first, nothing}).margin, 30);
+  EXPECT_NEAR(BestOf({first, other}).margin, std::abs(first.best.nats - other.best.nats), 1e-9);
+}
+
 // Why: of such sets a good share is false, whatever their margin.
 void ExpectThreeOfFourAreNeverOk(int trials) {
   int all_weak = 0;
