@@ -305,13 +305,14 @@ class StrokeFit {
   size_t used_ = 0;
 };
 
+// `dark`: the strokes are, and the window is turned into its negative.
 ImageWindow ReadFlat(const Raster& scan, const Vector2d& centre, double reach_px,
-                     double background_px, Polarity polarity) {
+                     double background_px, bool dark) {
   const int half = static_cast<int>(std::ceil(reach_px));
   const int col = static_cast<int>(std::floor(centre.x()));
   const int row = static_cast<int>(std::floor(centre.y()));
   ImageWindow seen = scan.ReadGrey({col - half, row - half, 2 * half + 1, 2 * half + 1});
-  if (polarity == Polarity::kNegative)
+  if (dark)
     for (float& value : seen.image.values) value = -value;
   seen.image = RemoveBackground(seen.image, background_px);
   return seen;
@@ -359,7 +360,9 @@ std::optional<MarkPosition> MeasureCross(const Raster& scan, const CrossElement&
   const double pixel_per_mm = std::sqrt(std::abs(pixel_from_mm.determinant()));
   const double background_px = kBackgroundSigmaMm * pixel_per_mm;
   const double reach_px = 0.55 * cross.length_mm * pixel_per_mm + max_shift_px + background_px;
-  const ImageWindow seen = ReadFlat(scan, start, reach_px, background_px, polarity);
+  const Vector2d cross_at = start + pixel_from_mm * cross.at_mm;
+  const bool dark = (polarity == Polarity::kNegative) != (cross.brightness <= 0);
+  const ImageWindow seen = ReadFlat(scan, cross_at, reach_px, background_px, dark);
   const auto measure = [&](const Vector2d& from, double blur_px) {
     return Crossing(seen.image, cross, pixel_from_mm, seen.ImageFromRaster(from), max_shift_px,
                     blur_px);

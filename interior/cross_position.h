@@ -9,7 +9,9 @@
 
 namespace orient {
 
-// `start`: within two pixels or so of the centre. `pixel_from_mm`: linear part of scan pixel from
+// `start`: within two pixels or so of the mark's centre, beside which the cross may lie (at_mm), as
+// may the result; strokes drawn with a brightness of 0 or less are dark on a positive.
+// `pixel_from_mm`: linear part of scan pixel from
 // photo mm, turn and scale as found.
 //
 // The profile is taken down the columns (along the rows for the steeper stroke), one for every

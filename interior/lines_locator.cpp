@@ -143,28 +143,6 @@ std::vector<Crossing> Crossings(const std::vector<LineSegment>& all_across,
   return kept;
 }
 
-struct TurnedMark {
-  SpotTemplate spot;
-  Vector2d centre = Vector2d::Zero();
-};
-
-// How much the crossing looks like the drawing: the best coefficient within a pixel.
-double Score(const SpotImage& image, const std::vector<TurnedMark>& turns, const Vector2d& at,
-             double sign) {
-  constexpr double kMinValid = 0.7;
-  double best = 0;
-  for (const TurnedMark& t : turns) {
-    const Vector2d corner = (at - t.centre).array().round();
-    for (int dr = -1; dr <= 1; ++dr)
-      for (int dc = -1; dc <= 1; ++dc) {
-        const double ncc = sign * image.Correlate(t.spot, static_cast<int>(corner.x()) + dc,
-                                                  static_cast<int>(corner.y()) + dr, kMinValid);
-        if (ncc > best) best = ncc;
-      }
-  }
-  return best;
-}
-
 }  // namespace
 
 const CrossElement* CrossOf(const MarkShape& shape) {
@@ -175,6 +153,60 @@ const CrossElement* CrossOf(const MarkShape& shape) {
       longest = cross;
   }
   return longest;
+}
+
+// The mark as drawn, turned with the film.
+struct LinesLocator::TurnedMark {
+  SpotTemplate spot;
+  Vector2d centre = Vector2d::Zero();  // the mark's, in the template
+  Vector2d cross = Vector2d::Zero();   // the cross's, from the mark's centre
+};
+
+namespace {
+
+// The mark whose cross lies at `cross_at`: that turn of the drawing which looks most like the image
+// within a pixel.
+template <typename Turns>
+MarkCandidate MarkAt(const SpotImage& image, const Turns& turns, const Vector2d& cross_at,
+                     double sign) {
+  constexpr double kMinValid = 0.7;
+  MarkCandidate best;
+  for (const auto& t : turns) {
+    const Vector2d at = cross_at - t.cross;
+    const Vector2d corner = (at - t.centre).array().round();
+    for (int dr = -1; dr <= 1; ++dr)
+      for (int dc = -1; dc <= 1; ++dc) {
+        const double ncc = sign * image.Correlate(t.spot, static_cast<int>(corner.x()) + dc,
+                                                  static_cast<int>(corner.y()) + dr, kMinValid);
+        if (ncc > best.ncc) best = {at, ncc};
+      }
+  }
+  return best;
+}
+
+}  // namespace
+
+LinesLocator::LinesLocator() = default;
+LinesLocator::~LinesLocator() = default;
+
+const std::vector<LinesLocator::TurnedMark>& LinesLocator::TurnsOf(
+    const MarkShape& shape, const Vector2d& cross_mm, const Matrix2d& window_from_mm,
+    const std::vector<double>& turns_rad) const {
+  const Matrix2d& m = window_from_mm;
+  Key key{&shape, {m(0, 0), m(0, 1), m(1, 0), m(1, 1)}};
+  key.second.insert(key.second.end(), turns_rad.begin(), turns_rad.end());
+  const std::lock_guard lock(mutex_);
+  const auto known = made_.find(key);
+  if (known != made_.end()) return known->second;
+  RenderOptions render;
+  render.background_sigma_px = kBackgroundSigmaMm * std::sqrt(std::abs(m.determinant()));
+  std::vector<TurnedMark> turns;
+  for (const double turn : turns_rad) {
+    const Matrix2d turned = Eigen::Rotation2Dd(turn).toRotationMatrix() * m;
+    const MarkTemplate drawn = RenderMark(shape, turned, render);
+    turns.push_back({SpotTemplate(drawn.values), drawn.centre, turned * cross_mm});
+  }
+  return made_.emplace(std::move(key), std::move(turns)).first->second;
 }
 
 MarkCandidates LinesLocator::Find(ScanWindows& scan, const MarkShape& shape,
@@ -201,24 +233,21 @@ MarkCandidates LinesLocator::Find(ScanWindows& scan, const MarkShape& shape,
   const auto across = FindLineSegments(turned.image, lines);
   const auto down = FindLineSegments(Transposed(turned.image), lines);
 
-  std::vector<TurnedMark> turns;
-  RenderOptions render;
-  render.background_sigma_px = kBackgroundSigmaMm * px_per_mm;
-  for (const double turn : search.turns_rad) {
-    const MarkTemplate drawn =
-        RenderMark(shape, Eigen::Rotation2Dd(turn).toRotationMatrix() * window_from_mm, render);
-    turns.push_back({SpotTemplate(drawn.values), drawn.centre});
-  }
+  const std::vector<TurnedMark>& turns =
+      TurnsOf(shape, cross->at_mm, window_from_mm, search.turns_rad);
   const SpotImage spots(flat);
   const auto found = [&](bool bright) {
+    // A cross drawn darker than what is around it is so on a positive.
+    const bool bright_lines = bright == (cross->brightness > 0);
     // More than asked for: their order is the one of the score.
     const size_t looked_at = 3 * static_cast<size_t>(search.max_count);
     std::vector<MarkCandidate> candidates;
     for (const Crossing& crossing :
-         Crossings(across, down, bright, 2 * lines.width_px + 2, looked_at)) {
-      const Vector2d at = turned.ToWindow(crossing.at);
-      const double score = Score(spots, turns, at, bright ? 1.0 : -1.0);
-      if (score >= search.min_ncc) candidates.push_back({seen.RasterFromImage(at), score});
+         Crossings(across, down, bright_lines, 2 * lines.width_px + 2, looked_at)) {
+      const MarkCandidate mark =
+          MarkAt(spots, turns, turned.ToWindow(crossing.at), bright ? 1.0 : -1.0);
+      if (mark.ncc >= search.min_ncc)
+        candidates.push_back({seen.RasterFromImage(mark.pixel), mark.ncc});
     }
     std::stable_sort(candidates.begin(), candidates.end(),
                      [](const auto& a, const auto& b) { return a.ncc > b.ncc; });

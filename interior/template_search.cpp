@@ -183,16 +183,16 @@ const TemplateSearch::Templates& TemplateSearch::TemplatesFor(const MarkShape& s
   Key key{&shape, {m(0, 0), m(0, 1), m(1, 0), m(1, 1)}};
   key.second.insert(key.second.end(), search.turns_rad.begin(), search.turns_rad.end());
   const std::lock_guard lock(mutex_);
-  const auto [entry, fresh] = made_.try_emplace(key);
-  Templates& templates = entry->second;
-  if (!fresh) return templates;
+  const auto known = made_.find(key);
+  if (known != made_.end()) return known->second;
+  Templates templates;  // kept only when whole: a drawing may be refused
   templates.reduction = FineReduction(shape, MmOfPixel(m));
   templates.turns = MakeTurns(make, m / templates.reduction, search.turns_rad);
   for (const MarkTemplate& turned : templates.turns) templates.spots.emplace_back(turned.values);
   const double half_over_mark = MarkRadius(shape) / (templates.reduction * MmOfPixel(m));
   if (half_over_mark >= kFewestPixelsOverMark)
     templates.half = {make(m / (2 * templates.reduction))};
-  return templates;
+  return made_.emplace(std::move(key), std::move(templates)).first->second;
 }
 
 MarkCandidates TemplateSearch::Find(ScanWindows& scan, const MarkShape& shape,

@@ -119,6 +119,22 @@ TEST_F(CrossPosition, IsRightToItsSigmaAtEveryTurnAndInEitherPolarity) {
   EXPECT_LT(std::sqrt(normalised / count), 1.25);
 }
 
+TEST_F(CrossPosition, LiesBesideTheMarksCentreAndIsDarkWhereItIsDrawnSo) {
+  for (const bool dark : {false, true}) {
+    Trial trial;
+    trial.brightness = 10;
+    trial.dark = dark;
+    trial.turn_rad = 0.03;
+    auto& cross = std::get<CrossElement>(trial.shape.drawing.elements[0]);
+    cross.at_mm = {0.3, -0.2};
+    cross.brightness = -1;
+    const Vector2d truth(110.3, 107.6);
+    const auto found = Measure(trial, Image(kSide, kSide, 120), truth);
+    ASSERT_TRUE(found) << dark;
+    EXPECT_LT((found->pixel - truth).norm(), 0.03) << dark;
+  }
+}
+
 TEST_F(CrossPosition, IsNotPulledToTheBrighterSideOfAStroke) {
   const Vector2d truth(110.3, 107.6);
   const Image picture = HalfAndHalf(truth.x());

@@ -30,7 +30,8 @@ struct Trial {
   double contrast = 150;    // of the strokes against what is below them
   double noise = 4;
   double turn_rad = 0;
-  bool dark = false;  // strokes darker than what is around them
+  bool dark = false;        // a negative
+  bool drawn_dark = false;  // strokes darker than what is around them on a positive
 };
 
 struct Window {
@@ -74,8 +75,8 @@ Window Simulate(const Trial& trial, unsigned seed) {
       double value = static_cast<double>(window.image.At(col, row));
       if (!trial.in_picture && from_mark.norm() * kPixelMm < 5) value = trial.dark ? 200 : 25;
       if (from_mark.norm() * kPixelMm < MarkRadius(trial.shape) + 0.1)
-        value +=
-            (trial.dark ? -1 : 1) * trial.contrast * Coverage(trial.shape, mm_from_px, from_mark);
+        value += (trial.dark != trial.drawn_dark ? -1 : 1) * trial.contrast *
+                 Coverage(trial.shape, mm_from_px, from_mark);
       window.image.At(col, row) = static_cast<float>(value);
     }
   window.image = GaussianBlur(window.image, 0.7);
@@ -121,6 +122,10 @@ const std::vector<MarkElement> kCross = {CrossElement{3.0, 0.12, 0.4, 0}};
 const std::vector<MarkElement> kDot = {DotElement{0.9}};
 const std::vector<MarkElement> kCircle = {CircleElement{2.2, 0.15}};
 const std::vector<MarkElement> kThinCross = {CrossElement{4.0, 0.1, 0, 0}};
+// 0.8 and -0.5 mm beside the mark's centre.
+const std::vector<MarkElement> kCrossBeside = {CrossElement{4.0, 0.1, 0, 0, Vector2d(0.8, -0.5)}};
+const std::vector<MarkElement> kDarkCross = {
+    CrossElement{4.0, 0.1, 0, 0, Vector2d(0.8, -0.5), -1.0}};
 const std::vector<MarkElement> kLeaningCross = {CrossElement{4.0, 0.1, 0, std::numbers::pi / 4}};
 
 TEST_F(LocatorAlone, HoughFindsEveryKindOfMarkOnADarkCorner) {
@@ -155,6 +160,23 @@ TEST_F(LocatorAlone, LinesFindsThinCrossesInThePicture) {
 TEST_F(LocatorAlone, LinesFindsCrossesAt45Degrees) {
   EXPECT_GE(HitRate(LocatorKind::kLines, {Drawn(kLeaningCross, MarkBackground::kImage), true}, 1),
             0.9);
+}
+
+TEST_F(LocatorAlone, LinesFindsCrossesBesideTheMarksCentreWhateverTheFilmsTurn) {
+  Trial trial{Drawn(kCrossBeside, MarkBackground::kImage), true};
+  for (const double turn : {-0.07, 0.0, 0.07}) {
+    trial.turn_rad = turn;
+    EXPECT_GE(HitRate(LocatorKind::kLines, trial, 1), 0.9) << turn;
+  }
+}
+
+TEST_F(LocatorAlone, LinesFindsCrossesThatAreDrawnDarkInEitherPolarity) {
+  Trial trial{Drawn(kDarkCross, MarkBackground::kImage), true};
+  trial.drawn_dark = true;
+  for (const bool dark : {false, true}) {
+    trial.dark = dark;
+    EXPECT_GE(HitRate(LocatorKind::kLines, trial, 1), 0.9) << dark;
+  }
 }
 
 TEST_F(LocatorAlone, LinesFindsCrossesWithAGapOnADarkCorner) {

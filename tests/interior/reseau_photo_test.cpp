@@ -28,6 +28,47 @@ CameraFile CrossCamera() {
   return file;
 }
 
+// Four bare crosses in the picture.
+InteriorResult OrientFourCrosses(const CrossElement& cross, Polarity polarity,
+                                 Vector2d* first_mark) {
+  const TemporaryFolder folder;
+  FilmFrameSpec spec;
+  spec.camera = CrossCamera();
+  spec.camera.marks["cross"].elements = {cross};
+  const auto all = spec.camera.fiducials;
+  spec.camera.fiducials = {all[0], all[4], all[20], all[24]};
+  spec.dark_corners = false;
+  spec.polarity = polarity;
+  const FilmFrame frame = RenderFilmFrame(spec);
+  WriteScan(folder / "a.png", frame.scan);
+  *first_mark = frame.mark_pixels[0];
+  InteriorOptions options;
+  options.pixel_size_um = 100;
+  options.orientation = ScanOrientation::kR0;
+  return OrientInterior(Raster::Open(folder / "a.png"), spec.camera, ShapesOf(spec.camera),
+                        options);
+}
+
+TEST(BareCrosses, DarkOnesAndThoseBesideTheirMarksCentreAreFound) {
+  struct Case {
+    double brightness;
+    Vector2d at_mm;
+    Polarity polarity;
+  };
+  for (const Case& c :
+       {Case{1, {0.7, -0.4}, Polarity::kPositive}, Case{-1, {0, 0}, Polarity::kPositive},
+        Case{-1, {0.7, -0.4}, Polarity::kNegative}}) {
+    SCOPED_TRACE(std::to_string(c.brightness) + " " + std::to_string(c.at_mm.x()));
+    Vector2d truth;
+    const InteriorResult result =
+        OrientFourCrosses({3, 0.2, 0, 0, c.at_mm, c.brightness}, c.polarity, &truth);
+    EXPECT_EQ(result.status, Status::kOk) << result.messages.at(0);
+    EXPECT_EQ(result.polarity, c.polarity);
+    ASSERT_TRUE(result.marks[0].pixel);
+    EXPECT_LT((*result.marks[0].pixel - truth).norm(), 0.2);
+  }
+}
+
 TEST(ReseauPhoto, AnchorsAreTheCornersAndTheMiddlesOfTheSides) {
   EXPECT_EQ(AnchorMarks(CrossCamera().fiducials),
             (std::vector<size_t>{0, 2, 4, 10, 14, 20, 22, 24}));

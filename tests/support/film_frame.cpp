@@ -92,7 +92,7 @@ void DrawFilm(const FilmFrameSpec& spec, const Affine2d& photo_from_pixel, Image
       const Vector2d mm = photo_from_pixel * Vector2d(col + 0.5, row + 0.5);
       bool dark = !spec.camera.camera.InFrame(mm);
       for (const Fiducial& f : spec.camera.fiducials)
-        dark = dark || (mm - f.position_mm).norm() < kCornerMm;
+        dark = dark || (spec.dark_corners && (mm - f.position_mm).norm() < kCornerMm);
       scan->At(col, row) = static_cast<float>(dark ? kBlack : TextureAt(col, row, spec.seed));
     }
   }

@@ -28,6 +28,7 @@ struct FilmFrameSpec {
   double mark_brightness = 210;
   std::vector<int> missing;  // indices of fiducials that are not on the film
   bool marks = true;
+  bool dark_corners = true;  // under the marks; without, they lie in the picture
   unsigned seed = 1;
 };
 
