@@ -3,8 +3,12 @@
 #include <algorithm>
 #include <cmath>
 
+#include "core/imaging/float_sums.h"
+
 namespace orient {
 namespace {
+
+using Plane = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
 
 constexpr float kMinCoefficient = 0.4f;
 constexpr double kMinShareOfPoints = 0.45;  // of a line's length that must be seen
@@ -161,21 +165,24 @@ Image CorrelateLine(const Image& image, int length, int width) {
   const int line_rows = 2 * half + 1, side_rows = 2 * width;
   const double n = line_rows + side_rows;
   const double spread_of_template = std::sqrt(line_rows * static_cast<double>(side_rows)) / n;
-  std::vector<double> line(static_cast<size_t>(image.width)), sides = line, squares = line;
+  const auto precise = [](const Image& of) -> Plane {
+    return Eigen::Map<const FloatPlane>(of.values.data(), of.height, of.width)
+        .matrix()
+        .cast<double>();
+  };
+  const Plane means = precise(mean), square_means = precise(square);
+  Eigen::RowVectorXd line(image.width), sides(image.width), squares(image.width);
   for (int row = reach; row < image.height - reach; ++row) {
-    std::fill(line.begin(), line.end(), 0.0);
-    std::fill(sides.begin(), sides.end(), 0.0);
-    std::fill(squares.begin(), squares.end(), 0.0);
+    line.setZero();
+    sides.setZero();
+    squares.setZero();
     for (int r = -reach; r <= reach; ++r) {
       const int away = std::abs(r);
       if (away > half && away < side) continue;
-      std::vector<double>& sum = away <= half ? line : sides;
-      for (size_t col = 0; col < line.size(); ++col) {
-        sum[col] += static_cast<double>(mean.Row(row + r)[col]);
-        squares[col] += static_cast<double>(square.Row(row + r)[col]);
-      }
+      (away <= half ? line : sides) += means.row(row + r);
+      squares += square_means.row(row + r);
     }
-    for (size_t col = 0; col < line.size(); ++col) {
+    for (int col = 0; col < image.width; ++col) {
       const double all = (line[col] + sides[col]) / n, variance = squares[col] / n - all * all;
       if (!(variance > 1e-6 * squares[col] / n)) continue;
       const double difference = line[col] / line_rows - sides[col] / side_rows;

@@ -5,6 +5,7 @@
 #include <numbers>
 
 #include "core/error.h"
+#include "interior/film_search.h"
 #include "tests/support/film_frame.h"
 #include "tests/support/shared_data.h"
 
@@ -126,6 +127,37 @@ TEST_F(InteriorOfSimulatedFrame, TheUsersOrientationIsTaken) {
   ASSERT_EQ(result.status, Status::kOk);
   EXPECT_EQ(result.orientation, ScanOrientation::kR90);
   EXPECT_LT(Error(*result.photo_from_pixel, frame, camera), kTransformTolerancePx);
+}
+
+TEST_F(InteriorOfSimulatedFrame, AFilmFarFromTheScansMiddleIsFoundInTheWholeRange) {
+  const CameraFile camera = AsymmetricCamera();
+  for (const double shift_px : {60.0, 90.0}) {  // at the edge of the nearby windows, and beyond
+    FilmFrameSpec spec = Spec(camera, 12);
+    spec.shift_px = {shift_px, -40};
+    const FilmFrame frame = RenderFilmFrame(spec);
+    const InteriorResult result = Orient(frame.scan, camera);
+    ASSERT_EQ(result.status, Status::kOk) << shift_px;
+    EXPECT_LT(Error(*result.photo_from_pixel, frame, camera), kTransformTolerancePx);
+  }
+}
+
+TEST_F(InteriorOfSimulatedFrame, TheNearbyWindowsGiveTheMarksOfTheWholeRange) {
+  const CameraFile camera = AsymmetricCamera();
+  const std::string path = folder_ / "scan.png";
+  WriteScan(path, RenderFilmFrame(Spec(camera, 13)).scan);
+  const Raster scan = Raster::Open(path);
+  const FilmReading nearby =
+      ReadFilm(scan, camera, ShapesOf(camera), SizeGiven(), SearchRange::kNearby);
+  const FilmReading whole = ReadFilm(scan, camera, ShapesOf(camera), SizeGiven());
+  EXPECT_LT(nearby.marks[0].window_mm2, whole.marks[0].window_mm2);
+  for (size_t i = 0; i < camera.fiducials.size(); ++i) {
+    ASSERT_GE(nearby.best.choice[i], 0);
+    ASSERT_GE(whole.best.choice[i], 0);
+    EXPECT_LT((nearby.candidates[i][nearby.best.choice[i]].pixel -
+               whole.candidates[i][whole.best.choice[i]].pixel)
+                  .norm(),
+              0.5);
+  }
 }
 
 TEST_F(InteriorOfSimulatedFrame, PixelSizeComesFromTheMarksWhereNothingTellsIt) {

@@ -1,0 +1,29 @@
+#include "core/imaging/float_sums.h"
+
+#include <gtest/gtest.h>
+
+namespace orient {
+namespace {
+
+TEST(FloatSums, FollowTheDefinition) {
+  const FloatPlane kernel = FloatPlane::Random(3, 5), image = FloatPlane::Random(11, 80);
+  const FloatPlane sums = FloatSums(kernel, image);
+  ASSERT_EQ(sums.rows(), 9);
+  ASSERT_EQ(sums.cols(), 76);
+  for (Eigen::Index r = 0; r < sums.rows(); ++r)
+    for (Eigen::Index c = 0; c < sums.cols(); ++c)
+      ASSERT_NEAR(sums(r, c), (kernel * image.block(r, c, 3, 5)).sum(), 1e-5);
+}
+
+TEST(SeparableSums, BlurWithZerosBeyondTheBorder) {
+  const Eigen::ArrayXf weights = (Eigen::ArrayXf(3) << 0.25f, 0.5f, 0.25f).finished();
+  const FloatPlane blurred = SeparableSums(FloatPlane::Ones(4, 40), weights);
+  ASSERT_EQ(blurred.rows(), 4);
+  ASSERT_EQ(blurred.cols(), 40);
+  EXPECT_NEAR(blurred(2, 20), 1, 1e-6);
+  EXPECT_NEAR(blurred(0, 20), 0.75, 1e-6);
+  EXPECT_NEAR(blurred(0, 39), 0.5625, 1e-6);
+}
+
+}  // namespace
+}  // namespace orient
