@@ -146,6 +146,31 @@ Profile ProfileAt(const Plane& plane, int x, double y, const Stroke& stroke) {
   return profile;
 }
 
+// A stroke narrower than two pixels or so is undersampled: its top moves with its place in the
+// pixel, as the sine of it, by the amplitude given here. That of a scanner that is blurred after
+// the pixels were averaged only, which is the most there is; optics that blur before leave less,
+// how much less is not seen.
+double AliasingOf(const Stroke& stroke) {
+  constexpr int kRows = 41, kSubcolumns = 8;
+  constexpr double kLater = 0.6;  // px, blur after the averaging
+  const double y = kRows / 2 + 0.25;
+  Image profile(1, kRows, 0);
+  for (int row = 0; row < kRows; ++row) {
+    double covered = 0;
+    for (int k = 0; k < kSubcolumns; ++k) {
+      const double middle = y + stroke.slope * ((k + 0.5) / kSubcolumns - 0.5);
+      const double from = std::max<double>(row, middle - stroke.half_width_px);
+      const double to = std::min<double>(row + 1, middle + stroke.half_width_px);
+      covered += std::max(0.0, to - from) / kSubcolumns;
+    }
+    for (int at = std::max(0, row - 3); at <= std::min(kRows - 1, row + 3); ++at)
+      profile.At(0, at) += static_cast<float>(
+          covered * std::exp(-0.5 * (at - row) * (at - row) / (kLater * kLater)));
+  }
+  const Profile top = ProfileAt(Plane(profile, false), 0, y, stroke);
+  return top.seen && top.g2 < 0 ? -top.g1 / (2 * top.g2) : 0;
+}
+
 double Median(std::vector<double> values) {
   const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
   std::nth_element(values.begin(), middle, values.end());
@@ -185,7 +210,8 @@ class StrokeFit {
     for (size_t i = 0; i < profiles_.size(); ++i)
       if (use_[i]) sides += RowOf(i) * profiles_[i].weight * kSideUnsure * profiles_[i].side_effect;
     const double wrong = at.dot(inverse * sides);
-    variance += wrong * wrong;
+    const double aliased = at.dot(inverse * Aliasing());
+    variance += wrong * wrong + aliased * aliased;
     return variance * static_cast<double>(used_) / std::max(1.0, static_cast<double>(used_) - 2);
   }
 
@@ -275,6 +301,19 @@ class StrokeFit {
     line_.offset += move_[0];
     line_.slope += move_[1];
     return std::abs(line_.offset) <= max_shift_px && std::abs(line_.slope) < 1.5;
+  }
+
+  // What undersampling does to the line: it averages out where the stroke crosses rows of pixels.
+  Vector2d Aliasing() const {
+    const double amplitude = AliasingOf(line_);
+    Vector2d sum = Vector2d::Zero();
+    for (size_t i = 0; i < profiles_.size(); ++i) {
+      if (!use_[i]) continue;
+      const double y = centre_.y() + line_.offset + line_.slope * FromCentre(i);
+      const Vector2d row = RowOf(i);
+      sum += row * row[0] * amplitude * std::sin(2 * std::numbers::pi * y);
+    }
+    return sum;
   }
 
   Matrix2d SpreadAtLag(int lag) const {
