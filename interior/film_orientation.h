@@ -13,13 +13,14 @@
 
 namespace orient {
 
-// What one symbol or one feature of the border says.
+// What one symbol, one feature of the border or the marks' layout says.
 struct OrientationVote {
   // Nats for each way of lying, in the order in which the ways were given; all zero where it could
   // not be read.
   std::vector<double> nats;
-  std::optional<size_t> mark = std::nullopt;  // whose symbol it is; empty: the border
+  std::optional<size_t> mark = std::nullopt;  // whose symbol it is; else the border or the layout
   bool fits_none = false;  // clearly read, and something that no way of lying has there
+  bool layout = false;     // what the marks' calibrated positions say
 };
 
 struct OrientationDecision {

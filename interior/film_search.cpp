@@ -145,7 +145,9 @@ class Reader {
     }
     const Vector2d free =
         0.5 * (setting.region.size_px * p - RectangleOnScan(orientation)).cwiseAbs();
-    reading.prior = PriorOf(scanner, setting.pixel_size, free, coarse);
+    reading.free_mm = free;
+    reading.coarse_pixel_mm = coarse;
+    reading.prior = PriorIn(reading, scanner, DepartureOf(camera_.fiducials, setting.orientations));
     Assign(&reading);
     return reading;
   }
@@ -202,6 +204,10 @@ bool UsesTheSameMarks(const FilmReading& a, const FilmReading& b) {
 
 }  // namespace
 
+double PriorAffinity(Scanner scanner) {
+  return scanner == Scanner::kPhotogrammetric ? 1.5e-4 : 0.0125;
+}
+
 ConstellationPrior PriorOf(Scanner scanner, const PixelSizeGuess& pixel_size,
                            const Vector2d& free_mm, double coarse_pixel_mm) {
   const bool photogrammetric = scanner == Scanner::kPhotogrammetric;
@@ -209,7 +215,7 @@ ConstellationPrior PriorOf(Scanner scanner, const PixelSizeGuess& pixel_size,
   prior.shift_mm = 0.6 * free_mm + Vector2d::Constant(2.0);
   prior.turn_rad = 0.03;
   prior.scale = std::hypot(pixel_size.sigma, photogrammetric ? 0.001 : 0.006);
-  prior.affinity = photogrammetric ? 1.5e-4 : 0.0125;
+  prior.affinity = PriorAffinity(scanner);
   prior.point_mm = std::hypot(photogrammetric ? 0.02 : 0.12, 0.35 * coarse_pixel_mm);
   return prior;
 }
@@ -235,6 +241,15 @@ std::vector<PixelSizeGuess> GuessPixelSize(const Eigen::Vector2i& scan_px,
   for (double filled = kFullest; filled > kEmptiest; filled *= 1 - kLadderStep)
     ladder.push_back({fitting / filled, kLadderSigma});
   return ladder;
+}
+
+ConstellationPrior PriorIn(const FilmReading& reading, Scanner scanner,
+                           const LayoutDeparture& departure) {
+  ConstellationPrior prior =
+      PriorOf(scanner, reading.pixel_size, reading.free_mm, reading.coarse_pixel_mm);
+  prior.point_mm = std::hypot(prior.point_mm, reading.bend_mm, departure.point_mm);
+  prior.affinity = std::hypot(prior.affinity, departure.affinity);
+  return prior;
 }
 
 void Assign(FilmReading* reading) {

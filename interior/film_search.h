@@ -33,6 +33,9 @@ std::vector<PixelSizeGuess> GuessPixelSize(const Eigen::Vector2i& scan_px,
 ConstellationPrior PriorOf(Scanner scanner, const PixelSizeGuess& pixel_size,
                            const Eigen::Vector2d& free_mm, double coarse_pixel_mm);
 
+// Difference of the two scales, and shear, one sigma.
+double PriorAffinity(Scanner scanner);
+
 // One reading of the scan. `marks` are in the order of the camera's fiducials.
 struct FilmReading {
   PixelSizeGuess pixel_size;
@@ -40,8 +43,13 @@ struct FilmReading {
   Eigen::Vector2d middle_px = Eigen::Vector2d::Zero();
   OrientationClass orientations;
   Polarity polarity = Polarity::kPositive;
+  // As the class's ways of lying are not told apart yet, with what their calibrated layouts differ
+  // by.
   ConstellationPrior prior;
-  Scanner scanner = Scanner::kDesktop;  // the one whose prior explains the marks best
+  Eigen::Vector2d free_mm = Eigen::Vector2d::Zero();  // of PriorOf
+  double coarse_pixel_mm = 0;                         // of PriorOf
+  double bend_mm = 0;                                 // added to a mark's scatter (reseau)
+  Scanner scanner = Scanner::kDesktop;                // the one whose prior explains the marks best
   std::vector<AssignmentMark> marks;
   std::vector<std::vector<MarkCandidate>> candidates;
   Assignment best;
@@ -53,6 +61,10 @@ struct FilmReading {
   // Nats to the nearest way of lying that the marks' layout excludes (reseau only).
   double orientation_margin = std::numeric_limits<double>::infinity();
 };
+
+// The prior of the reading's pixel size, range and bend, widened by the departure.
+ConstellationPrior PriorIn(const FilmReading& reading, Scanner scanner,
+                           const LayoutDeparture& departure);
 
 // Sets best, proven and margin from the marks, their candidates and the prior.
 void Assign(FilmReading* reading);

@@ -39,7 +39,8 @@ class GuidedSearch {
   FilmReading Expand(const OrientationClass& orientations) {
     FilmReading full = reading_;
     full.orientations = orientations;
-    full.prior.point_mm = std::hypot(full.prior.point_mm, kBend_mm);
+    full.bend_mm = kBend_mm;
+    full.prior = PriorIn(full, full.scanner, DepartureOf(camera_.fiducials, orientations));
     const size_t count = camera_.fiducials.size();
     const MarkRectangle rectangle = RectangleOfMarks(camera_.fiducials);
     full.marks.assign(count, {});

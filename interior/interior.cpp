@@ -11,6 +11,7 @@
 #include "interior/film_transform.h"
 #include "interior/guided_search.h"
 #include "interior/layout.h"
+#include "interior/layout_vote.h"
 #include "interior/reseau.h"
 
 namespace orient {
@@ -156,6 +157,8 @@ OrientationClass ClassOf(const CameraFile& camera, const MarkShapes& shapes,
   return members;
 }
 
+constexpr const char* kLayoutName = "the marks' calibrated positions";
+
 // "the symbols of marks 2, 5 and the border": whose votes stand against the way of lying that the
 // decision holds for the likeliest. `open`: as given to Decide; its first way named the marks.
 std::string DissentingNames(const CameraFile& camera, const MarkShapes& shapes,
@@ -164,10 +167,11 @@ std::string DissentingNames(const CameraFile& camera, const MarkShapes& shapes,
                             const std::vector<size_t>& dissenting) {
   const auto relabel = Relabel(camera.fiducials, shapes, open.front(), named);
   std::string marks;
-  bool border = false;
+  bool border = false, layout = false;
   int count = 0;
   for (const size_t i : dissenting) {
-    border = border || !votes[i].mark;
+    layout = layout || votes[i].layout;
+    border = border || (!votes[i].mark && !votes[i].layout);
     if (!votes[i].mark) continue;
     const size_t mark = relabel ? static_cast<size_t>((*relabel)[*votes[i].mark]) : *votes[i].mark;
     if (count++ > 0) marks += ", ";
@@ -175,85 +179,142 @@ std::string DissentingNames(const CameraFile& camera, const MarkShapes& shapes,
   }
   std::string names;
   if (count > 0) names = (count > 1 ? "the symbols of marks " : "the symbol of mark ") + marks;
-  if (border) names += count > 0 ? " and the border" : "the border";
+  if (border) names += names.empty() ? "the border" : " and the border";
+  if (layout) names += names.empty() ? kLayoutName : " and " + std::string(kLayoutName);
   return names;
 }
 
-// The user's word stands; what the film says against it is told.
-void CheckUsersOrientation(const Raster& scan, const CameraFile& camera, const MarkShapes& shapes,
-                           ScanOrientation orientation, InteriorResult* result) {
-  result->possible_orientations = {orientation};
-  result->orientation = orientation;
-  const OrientationClass alike = ClassOf(camera, shapes, orientation);
-  const auto votes = VotesOfFilm(scan, camera, shapes, *result, alike);
-  const auto decision = Decide(alike, votes);
-  const auto& possible = decision.possible;
-  if (std::find(possible.begin(), possible.end(), orientation) != possible.end()) return;
-  if (result->status == Status::kOk) result->status = Status::kWeak;
-  result->messages.push_back("The film's symbols or border say that it lies " + Names(possible) +
-                             ", not " + std::string(Name(orientation)) +
-                             " as given: check --orientation.");
+// One reading, its marks measured and judged.
+struct JudgedFilm {
+  FilmMarks marks;
+  InteriorResult result;  // without the way of lying
+};
+
+JudgedFilm JudgeReading(const Raster& scan, const CameraFile& camera, const MarkShapes& shapes,
+                        const InteriorOptions& options, const FilmReading& reading) {
+  JudgedFilm judged;
+  InteriorResult& result = judged.result;
+  result.width = scan.Width();
+  result.height = scan.Height();
+  judged.marks = MeasureMarks(scan, camera, shapes, reading, options.locator);
+  const bool mirrored = IsMirrored(reading.orientations.front());
+  const auto film = FitFilm(UsedMarks(camera, judged.marks), mirrored);
+  const Verdict verdict = Judge(reading, judged.marks, film);
+  result.status = verdict.status;
+  result.messages = verdict.messages;
+  result.margin = std::max(reading.margin, 0.0);
+  result.marks = MarkResults(camera, judged.marks);
+  if (verdict.status == Status::kFailed || !film) {
+    result.status = Status::kFailed;
+    return judged;
+  }
+  FillTransform(*film, judged.marks, &result);
+  CorrectFilm(camera, mirrored, &result);
+  if (result.reseau) SayReseau(&result);
+  result.polarity = reading.polarity;
+  return judged;
 }
 
-// Of the ways that the marks leave open, those that symbols and border leave.
+// What the ways that look alike would have the marks' calibrated positions say against the one
+// that the user gave.
+void CheckByLayout(const OrientationClass& alike, const OrientationVote& vote,
+                   InteriorResult* result) {
+  const auto best = std::max_element(vote.nats.begin(), vote.nats.end());
+  const double ahead = *best - vote.nats.front();
+  if (ahead < kSureNats) return;
+  if (result->status == Status::kOk) result->status = Status::kWeak;
+  result->messages.push_back(FormatText(
+      "The marks' calibrated positions fit a film that lies %s better (by %.1f nats) than %s as "
+      "given: check --orientation.",
+      std::string(Name(alike[best - vote.nats.begin()])).c_str(), ahead,
+      std::string(Name(alike.front())).c_str()));
+}
+
+// The user's word stands; what the film says against it is told.
+InteriorResult WithOrientationGiven(const Raster& scan, const CameraFile& camera,
+                                    const MarkShapes& shapes, const InteriorOptions& options,
+                                    const FilmReading& reading, const JudgedFilm& judged) {
+  const ScanOrientation orientation = options.orientation.value();
+  InteriorResult result = judged.result;
+  result.possible_orientations = {orientation};
+  result.orientation = orientation;
+  const OrientationClass alike = ClassOf(camera, shapes, orientation);
+  CheckByLayout(alike, VoteOfLayout(camera, reading, judged.marks, alike, options.scanner),
+                &result);
+  const auto votes = VotesOfFilm(scan, camera, shapes, result, alike);
+  const auto decision = Decide(alike, votes);
+  const auto& possible = decision.possible;
+  if (std::find(possible.begin(), possible.end(), orientation) != possible.end()) return result;
+  if (result.status == Status::kOk) result.status = Status::kWeak;
+  result.messages.push_back("The film's symbols or border say that it lies " + Names(possible) +
+                            ", not " + std::string(Name(orientation)) +
+                            " as given: check --orientation.");
+  return result;
+}
+
+void SayOrientation(const OrientationDecision& decision, const std::string& dissenting,
+                    InteriorResult* result) {
+  const auto& possible = result->possible_orientations;
+  if (decision.contradictory)
+    result->messages.push_back(
+        "The identification symbols, the border or the marks' positions contradict each other (" +
+        dissenting +
+        " against the others): check the camera file's symbols, data_strip, border and "
+        "fiducials.");
+  else if (!dissenting.empty())
+    result->messages.push_back("Not clearly read, " + dissenting +
+                               " would have the film lie otherwise than all the others say.");
+  if (possible.size() == 1)
+    result->orientation = possible.front();
+  else
+    result->messages.push_back(OpenOrientationMessage(possible));
+}
+
+// Layouts that depart less than this from symmetry are judged alike in all ways.
+bool IsJudgedAlike(const LayoutDeparture& departure) {
+  return departure.point_mm < 0.002 && departure.affinity < 2e-5;
+}
+
+// Of the ways that the marks' layout leaves open, those that symbols, border and the marks'
+// calibrated positions leave. Marks are measured and judged again in the likeliest one, where the
+// calibrated layout is another one there.
 InteriorResult WithOrientationFound(const Raster& scan, const CameraFile& camera,
-                                    const MarkShapes& shapes, const OrientationClass& open,
-                                    InteriorResult result) {
+                                    const MarkShapes& shapes, const InteriorOptions& options,
+                                    FilmReading* reading, const JudgedFilm& judged) {
+  const OrientationClass open = reading->orientations;
+  InteriorResult result = judged.result;
   result.possible_orientations = open;
-  const auto votes = VotesOfFilm(scan, camera, shapes, result, open);
+  auto votes = VotesOfFilm(scan, camera, shapes, result, open);
+  votes.push_back(VoteOfLayout(camera, *reading, judged.marks, open, options.scanner));
   const auto decision = Decide(open, votes);
-  const auto likeliest = InOrientation(result, camera, shapes, decision.possible.front());
-  if (likeliest) {
+  const ScanOrientation chosen = decision.possible.front();
+  if (!decision.contradictory && !IsJudgedAlike(DepartureOf(camera.fiducials, open))) {
+    *reading = ReadingIn(camera, *reading, chosen, options.scanner);
+    result = JudgeReading(scan, camera, shapes, options, *reading).result;
+    if (!result.photo_from_pixel) return result;
+  } else if (const auto likeliest = InOrientation(result, camera, shapes, chosen)) {
     result = *likeliest;
-    result.possible_orientations = decision.possible;
     result.orientation = std::nullopt;
   }
-  const auto& possible = result.possible_orientations;
-  const std::string dissenting =
-      DissentingNames(camera, shapes, open, possible.front(), votes, decision.dissenting);
-  if (decision.contradictory)
-    result.messages.push_back("The identification symbols or the border contradict each other (" +
-                              dissenting +
-                              " against the others): check the camera file's symbols, data_strip "
-                              "and border.");
-  else if (!dissenting.empty())
-    result.messages.push_back("Not clearly read, " + dissenting +
-                              " would have the film lie otherwise than all the others say.");
-  if (possible.size() == 1)
-    result.orientation = possible.front();
-  else
-    result.messages.push_back(OpenOrientationMessage(possible));
+  result.possible_orientations = decision.possible;
+  SayOrientation(
+      decision, DissentingNames(camera, shapes, open, chosen, votes, decision.dissenting), &result);
   return result;
 }
 
 InteriorResult OrientFilm(const Raster& scan, const CameraFile& camera, const MarkShapes& shapes,
                           const InteriorOptions& options, double* nats) {
-  InteriorResult result;
-  result.width = scan.Width();
-  result.height = scan.Height();
   const bool reseau = std::ssize(camera.fiducials) >= kLeastReseauMarks;
-  const FilmReading reading = reseau ? ReadFilmByAnchors(scan, camera, shapes, options)
-                                     : ReadFilm(scan, camera, shapes, options,
-                                                nats ? SearchRange::kWhole : SearchRange::kNearby);
+  FilmReading reading = reseau ? ReadFilmByAnchors(scan, camera, shapes, options)
+                               : ReadFilm(scan, camera, shapes, options,
+                                          nats ? SearchRange::kWhole : SearchRange::kNearby);
+  const JudgedFilm judged = JudgeReading(scan, camera, shapes, options, reading);
+  InteriorResult result = judged.result;
+  if (result.photo_from_pixel)
+    result = options.orientation
+                 ? WithOrientationGiven(scan, camera, shapes, options, reading, judged)
+                 : WithOrientationFound(scan, camera, shapes, options, &reading, judged);
   if (nats) *nats = reading.best.nats;
-  const FilmMarks marks = MeasureMarks(scan, camera, shapes, reading, options.locator);
-  const auto film = FitFilm(UsedMarks(camera, marks), IsMirrored(reading.orientations.front()));
-  const Verdict verdict = Judge(reading, marks, film);
-  result.status = verdict.status;
-  result.messages = verdict.messages;
-  result.margin = std::max(reading.margin, 0.0);
-  result.marks = MarkResults(camera, marks);
-  if (verdict.status == Status::kFailed || !film) {
-    result.status = Status::kFailed;
-    return result;
-  }
-  FillTransform(*film, marks, &result);
-  CorrectFilm(camera, IsMirrored(reading.orientations.front()), &result);
-  if (result.reseau) SayReseau(&result);
-  result.polarity = reading.polarity;
-  if (!options.orientation)
-    return WithOrientationFound(scan, camera, shapes, reading.orientations, std::move(result));
-  CheckUsersOrientation(scan, camera, shapes, *options.orientation, &result);
   return result;
 }
 

@@ -88,6 +88,16 @@ std::optional<std::vector<int>> Relabel(const std::vector<Fiducial>& fiducials,
   return Relabel(fiducials, base, other, &likeness);
 }
 
+std::vector<int> RelabelAlike(const std::vector<Fiducial>& fiducials, ScanOrientation base,
+                              ScanOrientation other) {
+  const Vector2d centre = RectangleOfMarks(fiducials).centre_mm;
+  const Matrix2d turn = PhotoTurn(base, other);
+  std::vector<int> relabel;
+  for (const Fiducial& mark : fiducials)
+    relabel.push_back(NearestMark(fiducials, turn * (mark.position_mm - centre) + centre));
+  return relabel;
+}
+
 std::vector<OrientationClass> OrientationClasses(const std::vector<Fiducial>& fiducials,
                                                  const MarkShapes& shapes) {
   MarkLikeness likeness(shapes);
@@ -102,6 +112,32 @@ std::vector<OrientationClass> OrientationClasses(const std::vector<Fiducial>& fi
       classes.push_back({orientation});
   }
   return classes;
+}
+
+LayoutDeparture DepartureOf(const std::vector<Fiducial>& fiducials,
+                            const OrientationClass& orientations) {
+  const Vector2d centre = RectangleOfMarks(fiducials).centre_mm;
+  LayoutDeparture departure;
+  for (const ScanOrientation other : orientations) {
+    const Matrix2d turn = PhotoTurn(orientations.front(), other);
+    const std::vector<int> relabel = RelabelAlike(fiducials, orientations.front(), other);
+    std::vector<PointPair2d> pairs;
+    for (size_t i = 0; i < fiducials.size(); ++i)
+      pairs.push_back(
+          {turn * (fiducials[i].position_mm - centre) + centre, fiducials[relabel[i]].position_mm});
+    const auto fit = FitAffine(pairs);
+    double squares = 0;
+    for (size_t i = 0; i < pairs.size(); ++i)
+      squares +=
+          (fit ? fit->residuals[i] : Vector2d(pairs[i].target - pairs[i].source)).squaredNorm();
+    departure.point_mm = std::max(departure.point_mm,
+                                  std::sqrt(squares / (2.0 * static_cast<double>(pairs.size()))));
+    if (!fit) continue;
+    const Matrix2d& A = fit->transform.A;
+    departure.affinity =
+        std::max({departure.affinity, std::abs(A(0, 0) - A(1, 1)), std::abs(A(0, 1) + A(1, 0))});
+  }
+  return departure;
 }
 
 PixelWindow SearchWindow(const Vector2d& place_mm, const Vector2d& rectangle_mm,

@@ -37,11 +37,25 @@ std::optional<std::vector<int>> Relabel(const std::vector<Fiducial>& fiducials,
                                         const MarkShapes& shapes, ScanOrientation base,
                                         ScanOrientation other);
 
+// The same for a way of lying that is known to look alike: the nearest places, drawings unseen.
+std::vector<int> RelabelAlike(const std::vector<Fiducial>& fiducials, ScanOrientation base,
+                              ScanOrientation other);
+
 // Scan orientations that the marks cannot tell apart, the unmirrored first; the first one stands
 // for its class.
 using OrientationClass = std::vector<ScanOrientation>;
 std::vector<OrientationClass> OrientationClasses(const std::vector<Fiducial>& fiducials,
                                                  const MarkShapes& shapes);
+
+// How far the layout is from looking the same in all ways of a class, at most of its members and
+// seen from the first one: the coordinates' root mean square that an affine leaves, and the
+// difference of the scales or shear that it takes.
+struct LayoutDeparture {
+  double point_mm = 0;
+  double affinity = 0;
+};
+LayoutDeparture DepartureOf(const std::vector<Fiducial>& fiducials,
+                            const OrientationClass& orientations);
 
 inline constexpr double kSmallestWindowMm = 15.0;
 
