@@ -45,7 +45,8 @@ struct Verdict {
 };
 
 // Accepted are max(4, 60 %) marks with a margin above 3 nats, clear of chance as a set, on a film
-// of plausible scale and shear. Rejected marks count neither as marks nor as evidence. Three of at least four marks are at best weak.
+// of plausible scale and shear. Rejected marks count neither as marks nor as evidence. Three of at
+// least four marks are at best weak.
 Verdict Judge(const FilmReading& reading, const FilmMarks& marks,
               const std::optional<FilmTransform>& film);
 
