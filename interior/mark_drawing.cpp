@@ -37,12 +37,20 @@ double HalfDiagonal(const Matrix2d& mm_from_pixel) {
   return 0.5 * (mm_from_pixel.col(0).norm() + mm_from_pixel.col(1).norm());
 }
 
+// Of samples i, j in a pixel; `sheared`: the others' columns and rows lie between.
+Vector2d SamplePlace(int i, int j, int per_axis, bool sheared) {
+  const double n = per_axis;
+  const double across = sheared ? (j + 0.5) / n : 0.5, down = sheared ? (i + 0.5) / n : 0.5;
+  return {(i + across) / n, (j + down) / n};
+}
+
 float MeanOverPixel(const MarkShape& shape, const Matrix2d& mm_from_pixel, const Vector2d& corner,
-                    int supersampling) {
+                    const RenderOptions& options) {
+  const int supersampling = options.supersampling;
   double sum = 0;
   for (int j = 0; j < supersampling; ++j) {
     for (int i = 0; i < supersampling; ++i) {
-      const Vector2d sub((i + 0.5) / supersampling, (j + 0.5) / supersampling);
+      const Vector2d sub = SamplePlace(i, j, supersampling, options.sheared_samples);
       sum += static_cast<double>(BrightnessAt(shape, mm_from_pixel * (corner + sub)));
     }
   }
@@ -52,7 +60,7 @@ float MeanOverPixel(const MarkShape& shape, const Matrix2d& mm_from_pixel, const
 // Means over the pixels of an image with the mark's centre at `centre`. No outline passes through
 // most pixels, and where the nearest one is far off, none through the next ones of the row either.
 Image MeansOverPixels(const MarkShape& shape, const Matrix2d& mm_from_pixel, int size,
-                      const Vector2d& centre, int supersampling) {
+                      const Vector2d& centre, const RenderOptions& options) {
   const double half_diagonal = HalfDiagonal(mm_from_pixel);
   const double step_mm = mm_from_pixel.col(0).norm();
   Image image(size, size);
@@ -63,7 +71,7 @@ Image MeansOverPixels(const MarkShape& shape, const Matrix2d& mm_from_pixel, int
       const double free =
           shape.picture ? 0 : OutlineDistance(shape.drawing, middle) - half_diagonal;
       if (free <= 0) {
-        image.At(col++, row) = MeanOverPixel(shape, mm_from_pixel, corner, supersampling);
+        image.At(col++, row) = MeanOverPixel(shape, mm_from_pixel, corner, options);
         continue;
       }
       const int stop =
@@ -119,14 +127,14 @@ MarkTemplate RenderMark(const MarkShape& shape, const Matrix2d& pixel_from_mm,
   const int pad =
       static_cast<int>(std::ceil(3 * std::max(options.blur_sigma_px, options.background_sigma_px)));
   const int size = 2 * (half + pad) + 1;
-  const Vector2d centre = Vector2d::Constant(half + pad + 0.5);
-  Image full = MeansOverPixels(shape, mm_from_pixel, size, centre, options.supersampling);
+  const Vector2d centre = Vector2d::Constant(half + pad + 0.5) + options.offset_px;
+  Image full = MeansOverPixels(shape, mm_from_pixel, size, centre, options);
   if (options.blur_sigma_px > 0) full = GaussianBlur(full, options.blur_sigma_px);
   if (options.background_sigma_px > 0) full = RemoveBackground(full, options.background_sigma_px);
 
   MarkTemplate result;
   result.values = Image(2 * half + 1, 2 * half + 1, kNoData);
-  result.centre = Vector2d::Constant(half + 0.5);
+  result.centre = Vector2d::Constant(half + 0.5) + options.offset_px;
   const std::vector<bool> part =
       shape.picture ? std::vector<bool>(result.values.values.size(), true)
                     : NearStrokes(shape.drawing, mm_from_pixel, half, options.margin_mm);

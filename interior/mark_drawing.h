@@ -38,6 +38,11 @@ struct RenderOptions {
   double margin_mm = 0.35;     // around the strokes; farther pixels are not part of the template
   int supersampling = 6;       // per axis
   double background_sigma_px = 0;  // RemoveBackground before cutting out; 0: not
+  // Of the mark's centre from a pixel's centre.
+  Eigen::Vector2d offset_px = Eigen::Vector2d::Zero();
+  // No two samples of a pixel share a column or a row, so that edges along the pixels are placed as
+  // finely as all others. A mirrored film's template is then not exactly the mirrored one.
+  bool sheared_samples = false;
 };
 
 struct MarkTemplate {

@@ -1,6 +1,7 @@
 #include "interior/subpixel.h"
 
 #include <Eigen/LU>
+#include <deque>
 
 #include "core/imaging/resample.h"
 #include "interior/match_precision.h"
@@ -16,6 +17,9 @@ using Eigen::Vector2d;
 // From the widest to the sharpest: the wide one pulls in from afar, each starts where the last one
 // ended.
 constexpr std::array<double, 6> kBlurs = {2.6, 1.8, 1.3, 0.95, 0.7, 0.5};
+constexpr double kSharpest = 0.3;
+// What is left without any grain (drawing by samples, spline; simulated scans: 0.001 to 0.0024 px).
+constexpr double kFloor_px = 0.002;
 
 // Near enough to tell which blur fits best, in parts of the blur: the correlation hardly changes.
 constexpr double kNear = 0.04;
@@ -59,6 +63,68 @@ ImageWindow ReadAround(const Raster& scan, const Vector2d& centre, int half) {
   return scan.ReadGrey({col - half, row - half, 2 * half + 1, 2 * half + 1});
 }
 
+struct Sharpness {
+  double blur_px = 0, correlation = 0;
+};
+
+// The blur between the tried ones at which a parabola through the best one and its neighbours has
+// its top; `tried` goes from the widest to the sharpest. Diffusion is linear in the blur's square,
+// so the squared misfit is nearly a parabola in it. Empty where the best one has no neighbour on
+// one side.
+std::optional<double> BetweenBlurs(const std::vector<Sharpness>& tried) {
+  const auto best = std::max_element(
+      tried.begin(), tried.end(),
+      [](const Sharpness& a, const Sharpness& b) { return a.correlation < b.correlation; });
+  if (tried.size() < 3 || best == tried.begin() || best + 1 == tried.end()) return std::nullopt;
+  const auto square = [](const Sharpness& s) { return s.blur_px * s.blur_px; };
+  const double x = square(*best), y = best->correlation;
+  const double a = square(*(best - 1)) - x, fall_a = y - (best - 1)->correlation;
+  const double b = square(*(best + 1)) - x, fall_b = y - (best + 1)->correlation;
+  // fall = c (offset - top)^2 - c top^2
+  const double down = a * fall_b - b * fall_a;
+  if (!(std::abs(down) > 0)) return std::nullopt;
+  const double top = 0.5 * (a * a * fall_b - b * b * fall_a) / down;
+  return std::sqrt(x + std::clamp(top, std::min(a, b), std::max(a, b)));
+}
+
+FloatPlane AsPlane(const Image& image) {
+  return Eigen::Map<const FloatPlane>(image.values.data(), image.height, image.width);
+}
+
+// A part in its place, no data elsewhere.
+Image Put(const ImageWindow& part, int width, int height) {
+  Image whole(width, height, kNoData);
+  const int left = static_cast<int>(part.origin.x()), top = static_cast<int>(part.origin.y());
+  for (int row = 0; row < part.image.height; ++row)
+    for (int col = 0; col < part.image.width; ++col) {
+      const int c = col + left, r = row + top;
+      if (c >= 0 && r >= 0 && c < width && r < height) whole.At(c, r) = part.image.At(col, row);
+    }
+  return whole;
+}
+
+// Values for the pixels without one, from those beside them, `steps` pixels far and zero beyond.
+FloatPlane Extended(FloatPlane plane, int steps) {
+  const Index rows = plane.rows(), cols = plane.cols();
+  for (int step = 0; step < steps; ++step) {
+    FloatPlane grown = plane;
+    for (Index r = 0; r < rows; ++r)
+      for (Index c = 0; c < cols; ++c) {
+        if (std::isfinite(plane(r, c))) continue;
+        float sum = 0, count = 0;
+        for (Index i = std::max<Index>(r - 1, 0); i <= std::min(r + 1, rows - 1); ++i)
+          for (Index j = std::max<Index>(c - 1, 0); j <= std::min(c + 1, cols - 1); ++j) {
+            if (!std::isfinite(plane(i, j))) continue;
+            sum += plane(i, j);
+            ++count;
+          }
+        if (count > 0) grown(r, c) = sum / count;
+      }
+    plane = grown;
+  }
+  return plane.isFinite().select(plane, 0.0f);
+}
+
 // Bright strokes are what the drawing shows.
 void MakePositive(Image* image, Polarity polarity) {
   if (polarity == Polarity::kPositive) return;
@@ -74,40 +140,85 @@ struct MarkMeasurer::Drawn {
     MovingDrawing moving;
   };
 
-  Drawn(const MarkShape& shape, const Matrix2d& pixel_from_mm);
+  Drawn(const MarkShape& of_shape, const Matrix2d& of_pixel_from_mm);
+
+  Level Blur(const FloatPlane& plane, double blur_px) const;
+
+  // The drawing before any blur of the scanner's with its centre `fraction` from the middle.
+  FloatPlane Moved(const Vector2d& fraction) const;
 
   // The scan where the drawing's pixels take part, its centre at `centre`; no larger than they
   // need.
   ImageWindow CutOut(const Image& seen, const Vector2d& centre) const;
 
+  const MarkShape& shape;
+  Matrix2d pixel_from_mm;
+  double margin_mm = 0;
   double background_px = 0;
-  FloatPlane part;  // pixels that take part
-  int border = 0;   // so many outermost rows and columns take no part
+  FloatPlane part;        // pixels that take part
+  FloatPlane background;  // slow brightness of these pixels alone
+  int border = 0;         // so many outermost rows and columns take no part
+  float fill = 0;         // beyond the drawing
   std::vector<Level> levels;
+
+ private:
+  MarkTemplate Render(const Vector2d& fraction) const;
 };
 
-MarkMeasurer::Drawn::Drawn(const MarkShape& shape, const Matrix2d& pixel_from_mm) {
-  const double pixels_per_mm = PixelsPerMm(pixel_from_mm);
-  background_px = kBackgroundSigmaMm * pixels_per_mm;
+MarkMeasurer::Drawn::Level MarkMeasurer::Drawn::Blur(const FloatPlane& plane,
+                                                     double blur_px) const {
+  const FloatPlane blurred = Blurred(plane, blur_px);
+  return {blur_px, AsImage(blurred), MovingDrawing(blurred, part)};
+}
+
+MarkTemplate MarkMeasurer::Drawn::Render(const Vector2d& fraction) const {
   RenderOptions render;
   render.blur_sigma_px = 0;
-  const double margin_mm = render.margin_mm + kMarginPx / pixels_per_mm;
-  render.margin_mm = margin_mm + kSupportPx / pixels_per_mm;
-  const MarkTemplate sharp = RenderMark(shape, pixel_from_mm, render);
+  render.margin_mm = margin_mm + kSupportPx / PixelsPerMm(pixel_from_mm);
+  render.offset_px = fraction;
+  render.sheared_samples = true;
+  return RenderMark(shape, pixel_from_mm, render);
+}
+
+FloatPlane MarkMeasurer::Drawn::Moved(const Vector2d& fraction) const {
+  const Image drawn = Render(fraction).values;
+  FloatPlane moved(drawn.height, drawn.width);
+  const int last_row = drawn.height - 1, last_col = drawn.width - 1;
+  const auto x = static_cast<float>(fraction.x()), y = static_cast<float>(fraction.y());
+  for (int row = 0; row <= last_row; ++row) {
+    for (int col = 0; col <= last_col; ++col) {
+      // So smooth that its slope moves it.
+      const float slope_x = 0.5f * (background(row, std::min(col + 1, last_col)) -
+                                    background(row, std::max(col - 1, 0)));
+      const float slope_y = 0.5f * (background(std::min(row + 1, last_row), col) -
+                                    background(std::max(row - 1, 0), col));
+      const float value = std::isfinite(drawn.At(col, row)) ? drawn.At(col, row) : fill;
+      moved(row, col) = value - background(row, col) + x * slope_x + y * slope_y;
+    }
+  }
+  return moved;
+}
+
+MarkMeasurer::Drawn::Drawn(const MarkShape& of_shape, const Matrix2d& of_pixel_from_mm)
+    : shape(of_shape), pixel_from_mm(of_pixel_from_mm) {
+  const double pixels_per_mm = PixelsPerMm(pixel_from_mm);
+  background_px = kBackgroundSigmaMm * pixels_per_mm;
+  margin_mm = RenderOptions().margin_mm + kMarginPx / pixels_per_mm;
+  const MarkTemplate drawn = Render(Vector2d::Zero());
+  const int side = drawn.values.width;
   const Matrix2d mm_from_pixel = pixel_from_mm.inverse();
-  const int side = sharp.values.width;
   std::vector<bool> near;
   if (!shape.picture) near = NearStrokes(shape.drawing, mm_from_pixel, side / 2, margin_mm);
   part = FloatPlane::Zero(side, side);
   double sum = 0, count = 0;
   for (int row = 0; row < side; ++row) {
     for (int col = 0; col < side; ++col) {
-      const Vector2d mm = mm_from_pixel * (Vector2d(col + 0.5, row + 0.5) - sharp.centre);
+      const Vector2d mm = mm_from_pixel * (Vector2d(col + 0.5, row + 0.5) - drawn.centre);
       const bool used = shape.picture ? mm.norm() <= MarkRadius(shape)
                                       : near[static_cast<size_t>(row * side + col)];
-      if (!used || !std::isfinite(sharp.values.At(col, row))) continue;
+      if (!used || !std::isfinite(drawn.values.At(col, row))) continue;
       part(row, col) = 1;
-      sum += static_cast<double>(sharp.values.At(col, row));
+      sum += static_cast<double>(drawn.values.At(col, row));
       ++count;
     }
   }
@@ -117,16 +228,20 @@ MarkMeasurer::Drawn::Drawn(const MarkShape& shape, const Matrix2d& pixel_from_mm
   };
   while (border < side / 2 && !takes_part(border)) ++border;
   const int pad = static_cast<int>(std::ceil(2 * background_px));
-  const auto fill = static_cast<float>(shape.picture ? sum / std::max(count, 1.0) : 0.0);
-  const Image flat = RemoveBackground(Padded(sharp.values, pad, fill), background_px);
-  FloatPlane plane(sharp.values.height, sharp.values.width);
-  for (int row = 0; row < sharp.values.height; ++row)
-    for (int col = 0; col < sharp.values.width; ++col)
+  if (shape.picture) fill = static_cast<float>(sum / std::max(count, 1.0));
+  const Image padded = Padded(drawn.values, pad, fill);
+  const Image flat = RemoveBackground(padded, background_px);
+  FloatPlane plane(side, side), whole(side, side);
+  for (int row = 0; row < side; ++row)
+    for (int col = 0; col < side; ++col) {
       plane(row, col) = flat.At(col + pad, row + pad);
-  for (const double blur : kBlurs) {
-    const FloatPlane blurred = Blurred(plane, blur);
-    levels.push_back({blur, AsImage(blurred), MovingDrawing(blurred, part)});
-  }
+      whole(row, col) = padded.At(col + pad, row + pad);
+    }
+  const Vector2d middle = Vector2d::Constant(0.5 * side);
+  ImageWindow alone = CutOut(AsImage(whole), middle);
+  alone.image = RemoveBackground(alone.image, background_px);
+  background = Extended(whole - AsPlane(Put(alone, side, side)), kSupportPx);
+  for (const double blur : kBlurs) levels.push_back(Blur(plane, blur));
 }
 
 ImageWindow MarkMeasurer::Drawn::CutOut(const Image& seen, const Vector2d& centre) const {
@@ -146,37 +261,71 @@ MarkMeasurer::~MarkMeasurer() = default;
 MarkMeasurer::MarkMeasurer(MarkMeasurer&&) noexcept = default;
 MarkMeasurer& MarkMeasurer::operator=(MarkMeasurer&&) noexcept = default;
 
+// Matches at several blurs; the best correlation wins, each starts where the last one ended.
+struct MarkMeasurer::Trials {
+  const SeenPlane& seen;
+  Vector2d first;
+  double max_shift_px;
+  Vector2d from = first;
+  std::optional<DrawingMatch> best = std::nullopt;
+  const Drawn::Level* level = nullptr;  // of the best one
+  std::vector<Sharpness> tried = {};
+
+  void Try(const Drawn::Level& next) {
+    const auto match = next.moving.Match(seen, from, max_shift_px, kNear * next.blur_px);
+    if (!match || match->correlation <= 0 || (match->centre - first).norm() > max_shift_px) return;
+    from = match->centre;
+    tried.push_back({next.blur_px, match->correlation});
+    if (best && best->correlation >= match->correlation) return;
+    best = match;
+    level = &next;
+  }
+};
+
 std::optional<MarkPosition> MarkMeasurer::Measure(const Raster& scan, const Vector2d& start,
                                                   Polarity polarity, double max_shift_px) const {
-  const double half = 0.5 * static_cast<double>(drawn_->part.rows());
-  const double reach = half + std::max(max_shift_px + 1, drawn_->background_px);
+  const Vector2d middle = Vector2d::Constant(0.5 * static_cast<double>(drawn_->part.rows()));
+  const double reach = middle.x() + std::max(max_shift_px + 1, drawn_->background_px);
   ImageWindow seen = ReadAround(scan, start, static_cast<int>(std::ceil(reach)));
   MakePositive(&seen.image, polarity);
-  seen.image = RemoveBackground(seen.image, drawn_->background_px);
-  const SeenPlane plane(seen.image);
-  const Vector2d first = seen.ImageFromRaster(start);
-  Vector2d from = first;
-  std::optional<DrawingMatch> best;
-  const Drawn::Level* sharpness = nullptr;
-  for (const Drawn::Level& level : drawn_->levels) {
-    const auto match = level.moving.Match(plane, from, max_shift_px, kNear * level.blur_px);
-    if (!match || match->correlation <= 0 || (match->centre - first).norm() > max_shift_px)
-      continue;
-    from = match->centre;
-    if (best && best->correlation >= match->correlation) continue;
-    best = match;
-    sharpness = &level;
-  }
-  if (best) best = sharpness->moving.Match(plane, best->centre, max_shift_px);
-  if (!best || best->correlation <= 0 || (best->centre - first).norm() > max_shift_px)
-    return std::nullopt;
-  const Vector2d drawing_centre = Vector2d::Constant(half);
-  const ImageWindow cut = drawn_->CutOut(seen.image, best->centre);
+  const SeenPlane plane(RemoveBackground(seen.image, drawn_->background_px));
+  Trials rough{plane, seen.ImageFromRaster(start), max_shift_px};
+  for (const Drawn::Level& level : drawn_->levels) rough.Try(level);
+  if (!rough.best) return std::nullopt;
+
+  // A sharp drawing is not band-limited, and the spline that moves it errs by up to 0.015 px: it
+  // is drawn anew where it was found to lie, which leaves next to nothing to be moved.
+  const Vector2d corner = (rough.best->centre - middle).array().round();
+  const Vector2d fraction = rough.best->centre - middle - corner;
+  const FloatPlane drawing = drawn_->Moved(fraction);
+  // Without what lies beside it: a bright picture would be seen in the background.
+  ImageWindow mark = drawn_->CutOut(seen.image, corner + middle);
+  mark.image = RemoveBackground(mark.image, drawn_->background_px);
+  const SeenPlane alone(Put(mark, seen.image.width, seen.image.height));
+  constexpr double kFarthest_px = 1;
+  Trials fine{alone, corner + middle, kFarthest_px};
+  std::deque<Drawn::Level> levels;
+  const auto try_blur = [&](double blur) {
+    fine.Try(levels.emplace_back(drawn_->Blur(drawing, blur)));
+  };
+  constexpr double kStep = 1.25;
+  double sharpest = rough.level->blur_px / kStep;
+  for (const double factor : {kStep * kStep, kStep, 1.0, 1 / kStep})
+    try_blur(factor * rough.level->blur_px);
+  // The spline blurs, too: the drawing that is not moved may need another blur than the best above.
+  while (fine.level && fine.level->blur_px < 1.01 * sharpest && sharpest > kSharpest)
+    try_blur(sharpest /= kStep);
+  // What a wrong blur leaves at the strokes' edges would count as noise.
+  if (const auto blur = BetweenBlurs(fine.tried)) try_blur(*blur);
+  if (fine.best) fine.best = fine.level->moving.Match(alone, fine.best->centre, kFarthest_px);
+  if (!fine.best || fine.best->correlation <= 0) return std::nullopt;
+  const Vector2d centre = fine.best->centre;
   const auto covariance =
-      ShiftCovariance(cut.image, sharpness->values, drawing_centre - best->centre + cut.origin);
+      ShiftCovariance(mark.image, fine.level->values, middle - centre + mark.origin);
   if (!covariance) return std::nullopt;
-  return MarkPosition{seen.RasterFromImage(best->centre), *covariance, best->correlation,
-                      sharpness->blur_px};
+  const Matrix2d with_floor = *covariance + kFloor_px * kFloor_px * Matrix2d::Identity();
+  return MarkPosition{seen.RasterFromImage(centre + fraction), with_floor, fine.best->correlation,
+                      fine.level->blur_px};
 }
 
 std::optional<MarkPosition> MeasureMark(const Raster& scan, const MarkShape& shape,

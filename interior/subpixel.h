@@ -27,7 +27,8 @@ struct MarkPosition {
 // same for all pixels, so that the spline through the drawing is a separable filter of four taps.
 class MarkMeasurer {
  public:
-  // `pixel_from_mm`: linear part of scan pixel from photo mm, turn and scale as found.
+  // `pixel_from_mm`: linear part of scan pixel from photo mm, turn and scale as found. `shape` must
+  // outlive the measurer.
   MarkMeasurer(const MarkShape& shape, const Eigen::Matrix2d& pixel_from_mm);
   ~MarkMeasurer();
   MarkMeasurer(MarkMeasurer&&) noexcept;
@@ -40,6 +41,7 @@ class MarkMeasurer {
 
  private:
   struct Drawn;
+  struct Trials;
   std::unique_ptr<Drawn> drawn_;
 };
 
