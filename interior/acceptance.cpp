@@ -25,6 +25,10 @@ constexpr double kMinCorrelation = 0.45;
 constexpr double kMinOfMedianCorrelation = 0.6;
 constexpr double kMaxScaleDifference = 0.03;
 constexpr double kMaxShear = 0.015;
+// Resolution tags and users are right within a percent, film and prints keep their size as well;
+// like marks of another camera lie 2 % farther out or in.
+constexpr double kMaxOffStatedSize = 0.015;
+constexpr double kStatedSigma = 0.01;             // a larger one: the pixel size was not stated
 constexpr double kMaxSigma0Photogrammetric = 60;  // um
 constexpr double kMaxSigma0Desktop = 350;         // um
 constexpr double kNotableSigma0 = 30;             // um: said, though accepted
@@ -127,6 +131,12 @@ void JudgeFilm(const FilmReading& reading, const FilmTransform& film, Verdict* v
   if (std::abs(film.shear) > kMaxShear)
     weak(FormatText("The axes are sheared by %.1f mrad: not a plausible film or scanner.",
                     1e3 * film.shear));
+  const double off = film.pixel_um / (1e3 * reading.pixel_size.pixel_mm) - 1;
+  if (reading.pixel_size.sigma < kStatedSigma && std::abs(off) > kMaxOffStatedSize)
+    weak(FormatText(
+        "The marks say that a pixel has %.2f um, the resolution tag or --pixel-size-um says "
+        "%.2f um: another camera's marks, or a wrong resolution.",
+        film.pixel_um, 1e3 * reading.pixel_size.pixel_mm));
   if (reading.scanner_margin <= kMinMarginNats)
     weak(FormatText(
         "A desktop scan of all these marks, and a photogrammetric one with a mark misplaced, "

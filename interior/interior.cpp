@@ -1,6 +1,8 @@
 #include "interior/interior.h"
 
 #include <Eigen/LU>
+#include <algorithm>
+#include <cmath>
 #include <stdexcept>
 
 #include "core/error.h"
@@ -94,6 +96,34 @@ bool FitUsedMarks(const CameraFile& camera, bool mirrored, InteriorResult* resul
           1e3 * (camera.fiducials[i].position_mm - film->photo_from_pixel * *mark.pixel);
   }
   return true;
+}
+
+// Whether the scan has but two grey values around all used marks.
+bool IsBlackAndWhite(const Raster& scan, const std::vector<MarkResult>& marks) {
+  constexpr int kHalf = 24;
+  for (const MarkResult& mark : marks) {
+    if (mark.state != MarkState::kUsed) continue;
+    const int col = static_cast<int>(mark.pixel->x()), row = static_cast<int>(mark.pixel->y());
+    const Image around =
+        scan.ReadGrey({col - kHalf, row - kHalf, 2 * kHalf + 1, 2 * kHalf + 1}).image;
+    std::vector<float> tones;
+    for (const float value : around.values) {
+      if (!std::isfinite(value) || std::find(tones.begin(), tones.end(), value) != tones.end())
+        continue;
+      tones.push_back(value);
+      if (tones.size() > 2) return false;
+    }
+  }
+  return true;
+}
+
+// A threshold moves strokes by up to a pixel, all of a mark together, and nothing shows it.
+void JudgeGreyValues(const Raster& scan, InteriorResult* result) {
+  if (!IsBlackAndWhite(scan, result->marks)) return;
+  if (result->status == Status::kOk) result->status = Status::kWeak;
+  result->messages.emplace_back(
+      "The scan is black and white without grey values: marks may be off by a pixel, and their "
+      "precision cannot be told. Scan the film in grey.");
 }
 
 // A reseau's correction. Crosses that contradict their neighbours become rejected: the affine is
@@ -211,6 +241,7 @@ JudgedFilm JudgeReading(const Raster& scan, const CameraFile& camera, const Mark
   FillTransform(*film, judged.marks, &result);
   CorrectFilm(camera, mirrored, &result);
   if (result.reseau) SayReseau(&result);
+  JudgeGreyValues(scan, &result);
   result.polarity = reading.polarity;
   return judged;
 }
