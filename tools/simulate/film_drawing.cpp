@@ -2,6 +2,8 @@
 
 #include <tbb/parallel_for.h>
 
+#include <numbers>
+
 #include "tools/simulate/noise.h"
 
 namespace orient::simulation {
@@ -132,6 +134,46 @@ float PaddingTone(const FilmFrame& film, size_t index, const Vector2d& at) {
   return (at - blot).norm() < 0.22 ? 0.7f : kRebate;
 }
 
+// Three scratches within 0.6 mm of the mark's centre, the emulsion gone or the base gouged.
+float Scratched(std::uint32_t seed, const Vector2d& at, float tone) {
+  for (std::int32_t i = 0; i < 3; ++i) {
+    const std::uint32_t scratch = Hash(seed, i);
+    const double angle = 3.14 * static_cast<double>(Unit(scratch));
+    const double past = 1.2 * static_cast<double>(Unit(Mix(scratch))) - 0.6;
+    const double across = at.x() * std::sin(angle) - at.y() * std::cos(angle) + past;
+    if (std::abs(across) < 0.025 + 0.01 * i) return i == 1 ? 0.02f : 0.95f;
+  }
+  return tone;
+}
+
+// Every third cell of 0.3 mm has a speck, bright or dark.
+float Dusty(std::uint32_t seed, const Vector2d& at, float tone) {
+  constexpr double kCell_mm = 0.3;
+  const Vector2d cell = (at / kCell_mm).array().floor();
+  const std::uint32_t speck =
+      Hash(seed, static_cast<std::int32_t>(cell.x()), static_cast<std::int32_t>(cell.y()));
+  if (Unit(speck) > 0.33f) return tone;
+  const std::uint32_t look = Mix(speck);
+  const double radius = 0.03 + 0.06 * static_cast<double>(Unit(look));
+  const Vector2d middle(0.3 + 0.4 * static_cast<double>(Unit(Mix(look))),
+                        0.3 + 0.4 * static_cast<double>(Unit(Mix(look + 1))));
+  if ((at - kCell_mm * (cell + middle)).norm() > radius) return tone;
+  return (look & 1u) != 0 ? 0.9f : 0.03f;
+}
+
+// Is this place in the quarter of the mark that was not exposed?
+bool Lost(std::uint32_t seed, const CrossElement* cross, const Vector2d& at) {
+  const double quarter = 0.5 * std::numbers::pi;
+  const double arm = (cross ? cross->angle_rad : 0) + quarter * (seed % 4);
+  return Vector2d(std::cos(arm), std::sin(arm)).dot(at) > std::cos(0.5 * quarter) * at.norm();
+}
+
+const CrossElement* CrossOf(const MarkDrawing& drawing) {
+  for (const MarkElement& element : drawing.elements)
+    if (const auto* cross = std::get_if<CrossElement>(&element)) return cross;
+  return nullptr;
+}
+
 // Where a pixel is sampled: a Fibonacci lattice. In each direction all samples differ, so that an
 // edge along the pixels is placed to 1/55 px and not, as by a square lattice, to 1/7.
 constexpr int kSamples = 55;
@@ -162,7 +204,9 @@ void DrawMark(const FilmFrame& film, size_t index, const ScanGeometry& scan,
   const Fiducial& fiducial = film.camera.fiducials[index];
   const MarkDrawing& drawing = film.camera.marks.at(fiducial.mark);
   const bool dark = drawing.background == MarkBackground::kDark;
-  const bool visible = film.conditions[index] != MarkCondition::kMissing;
+  const MarkCondition condition = film.conditions[index];
+  const bool visible = condition != MarkCondition::kMissing;
+  const std::uint32_t damage = Hash(film.seed + 6, static_cast<std::int32_t>(index));
   const double padding = MarkRadius(drawing) + kMarkPadding_mm;
   const double pixel = scan.Setup().pixel_size_mm;
   const double reach = (fiducial.symbol ? kSymbolReach_mm : 1.45 * padding) + pixel;
@@ -186,7 +230,12 @@ void DrawMark(const FilmFrame& film, size_t index, const ScanGeometry& scan,
             scan.PhotoFromPixel(corner + Vector2d(col, row) + offset) - fiducial.position_mm;
         const bool padded = dark && at.cwiseAbs().maxCoeff() < padding;
         const float around = padded ? PaddingTone(film, index, at) : below;
-        sum += visible ? MarkTone(fiducial, drawing, at, film.mark_tone, around) : around;
+        const bool drawn = visible && !(condition == MarkCondition::kArmLost &&
+                                        Lost(damage, CrossOf(drawing), at));
+        float tone = drawn ? MarkTone(fiducial, drawing, at, film.mark_tone, around) : around;
+        if (condition == MarkCondition::kScratched) tone = Scratched(damage, at, tone);
+        if (condition == MarkCondition::kDusty) tone = Dusty(damage, at, tone);
+        sum += tone;
       }
       image->At(col, row) = sum / kSamples;
     }

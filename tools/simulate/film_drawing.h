@@ -10,7 +10,10 @@
 
 namespace orient::simulation {
 
-enum class MarkCondition { kClean, kDirty, kMissing };
+// kDirty: a hair and a blot between the strokes; kScratched: bright and dark scratches right
+// across; kDusty: specks over strokes and surroundings; kArmLost: a quarter of the mark was not
+// exposed.
+enum class MarkCondition { kClean, kDirty, kScratched, kDusty, kArmLost, kMissing };
 
 struct FilmFrame {
   CameraFile camera;

@@ -27,8 +27,21 @@ Json ToJson(const Pose& pose) {
 }
 
 const char* Name(MarkCondition condition) {
-  if (condition == MarkCondition::kMissing) return "missing";
-  return condition == MarkCondition::kDirty ? "dirty" : "clean";
+  switch (condition) {
+    case MarkCondition::kMissing:
+      return "missing";
+    case MarkCondition::kDirty:
+      return "dirty";
+    case MarkCondition::kScratched:
+      return "scratched";
+    case MarkCondition::kDusty:
+      return "dusty";
+    case MarkCondition::kArmLost:
+      return "arm lost";
+    case MarkCondition::kClean:
+      break;
+  }
+  return "clean";
 }
 
 Json MarksJson(const SimulatedCamera& camera, const PhotoPlan& plan) {

@@ -17,6 +17,7 @@ struct Setting {
   SimulationOptions options;
   FilmScanOptions film;
   std::optional<LocatorKind> locator = std::nullopt;
+  std::vector<MarkCondition> damage = {};  // of marks in turn, from another one on in every scan
 };
 
 Setting Preset(CameraPreset preset, double pixel_um) {
@@ -36,14 +37,25 @@ Setting LowContrast(Setting setting) {
 
 struct Scanned {
   SimulatedCamera camera;
+  PhotoPlan plan;
   InteriorResult truth, found;
 };
+
+// The film's columns run along the scan's rows.
+bool LiesAcross(ScanOrientation orientation) {
+  return std::abs(PhotoFromPixelAxes(orientation)(0, 1)) > 0.5;
+}
 
 Scanned ScanAndOrient(const Setting& setting, int number) {
   const TemporaryFolder folder;
   const std::string path = folder / "scan.tif";
-  Scanned scanned{NewCamera(setting.options), {}, {}};
-  const PhotoPlan plan = PlanPhoto(setting.options, scanned.camera, {}, false, number);
+  SimulatedCamera camera = NewCamera(setting.options);
+  if (LiesAcross(setting.options.orientation.value_or(ScanOrientation::kR0)))
+    std::swap(camera.width_px, camera.height_px);
+  PhotoPlan plan = PlanPhoto(setting.options, camera, {}, false, number);
+  for (size_t i = 0; i < setting.damage.size(); ++i)
+    plan.marks[(i + static_cast<size_t>(number)) % plan.marks.size()] = setting.damage[i];
+  Scanned scanned{camera, plan, {}, {}};
   WriteFilmScan(path, setting.options, setting.film, scanned.camera, plan);
   scanned.truth = TrueInterior(scanned.camera, plan);
   InteriorOptions how;
@@ -59,8 +71,12 @@ struct Tally {
   int polarity_wrong = 0, orientation_wrong = 0, orientation_open = 0;
   int marks = 0, used = 0, wrong = 0;
   double square_px = 0, square_normalised = 0;  // sums over both coordinates
+  // Réseau: what the correction leaves at places between the crosses.
+  int between = 0;
+  double square_between_um = 0;
 
   double RmsPx() const { return std::sqrt(square_px / (2 * std::max(used, 1))); }
+  double RmsBetween_um() const { return std::sqrt(square_between_um / (2 * std::max(between, 1))); }
   double RmsNormalised() const { return std::sqrt(square_normalised / (2 * std::max(used, 1))); }
 };
 
@@ -81,6 +97,21 @@ void AddMarks(const Scanned& scan, const InteriorResult& found, Tally* tally) {
   }
 }
 
+// The middles of the meshes.
+void AddBetween(const Scanned& scan, const InteriorResult& found, Tally* tally) {
+  if (!found.reseau) return;
+  constexpr double kMesh_mm = 5;
+  for (int row = -5; row < 5; ++row)
+    for (int col = -5; col < 5; ++col) {
+      const Vector2d photo = kMesh_mm * Vector2d(col + 0.5, row + 0.5);
+      const Vector2d corrected =
+          PhotoFromPixel(found.photo_from_pixel.value(), &found.reseau->correction,
+                         scan.plan.scan.PixelFromPhoto(photo));
+      tally->square_between_um += 1e6 * (corrected - photo).squaredNorm();
+      ++tally->between;
+    }
+}
+
 void Add(const Scanned& scan, Tally* tally) {
   ++tally->scans;
   tally->marks += static_cast<int>(scan.camera.file.fiducials.size());
@@ -99,6 +130,7 @@ void Add(const Scanned& scan, Tally* tally) {
   }
   const auto named = InOrientation(scan.found, scan.camera.file, ShapesOf(scan.camera.file), truth);
   AddMarks(scan, named.value(), tally);
+  AddBetween(scan, named.value(), tally);
 }
 
 std::ostream& operator<<(std::ostream& out, const Tally& t) {
@@ -106,7 +138,7 @@ std::ostream& operator<<(std::ostream& out, const Tally& t) {
              << " of " << t.marks << " marks used, " << t.wrong << " wrong; rms " << t.RmsPx()
              << " px, normalised " << t.RmsNormalised() << "; orientation open "
              << t.orientation_open << ", wrong " << t.orientation_wrong << "; polarity wrong "
-             << t.polarity_wrong;
+             << t.polarity_wrong << "; between crosses " << t.RmsBetween_um() << " um";
 }
 
 // A scan in every way of lying and both polarities, `rounds` times.
@@ -124,13 +156,30 @@ Tally AllWays(const Setting& setting, int rounds = 1) {
   return tally;
 }
 
+// Every way of lying once, positives and negatives in turn: where ways are not the point.
+Tally EveryWayOnce(const Setting& setting) {
+  Tally tally;
+  Setting turned = setting;
+  int number = 100;
+  for (const ScanOrientation orientation : kAllScanOrientations) {
+    turned.options.orientation = orientation;
+    turned.options.polarity = ++number % 2 == 0 ? Polarity::kPositive : Polarity::kNegative;
+    Add(ScanAndOrient(turned, number), &tally);
+  }
+  return tally;
+}
+
 constexpr double kNormalContrast_px = 0.05, kLowContrast_px = 0.1;
 
-void ExpectNothingWrong(const Tally& tally, double most_px) {
+void ExpectNoneWrong(const Tally& tally) {
   std::cout << tally << "\n";
   EXPECT_EQ(tally.polarity_wrong, 0);
   EXPECT_EQ(tally.orientation_wrong, 0);
   EXPECT_EQ(tally.wrong, 0);
+}
+
+void ExpectNothingWrong(const Tally& tally, double most_px) {
+  ExpectNoneWrong(tally);
   EXPECT_LE(tally.RmsPx(), most_px);
   EXPECT_GE(tally.RmsNormalised(), 0.8);
   EXPECT_LE(tally.RmsNormalised(), 1.25);
@@ -189,6 +238,14 @@ TEST(FilmScan, AMissingMarkIsReportedMissing) {
   EXPECT_NE(scan.found.status, Status::kOk);  // three of four are never enough
 }
 
+TEST(FilmScan, DamagedMarksAreRightOrNotUsed) {
+  Setting setting = Preset(CameraPreset::kDemo, 50);
+  setting.damage = {MarkCondition::kScratched, MarkCondition::kDusty, MarkCondition::kArmLost};
+  Tally tally;
+  Add(ScanAndOrient(setting, 4), &tally);
+  EXPECT_EQ(tally.wrong, 0);
+}
+
 TEST(SlowSimulatedScans, Rc10) {
   const Tally tally = AllWays(Preset(CameraPreset::kRc10, 21));
   ExpectNothingWrong(tally, kNormalContrast_px);
@@ -196,7 +253,7 @@ TEST(SlowSimulatedScans, Rc10) {
 }
 
 TEST(SlowSimulatedScans, Rc10LowContrast) {
-  const Tally tally = AllWays(LowContrast(Preset(CameraPreset::kRc10, 21)));
+  const Tally tally = EveryWayOnce(LowContrast(Preset(CameraPreset::kRc10, 21)));
   ExpectNothingWrong(tally, kLowContrast_px);
 }
 
@@ -208,13 +265,13 @@ TEST(SlowSimulatedScans, Rc30WithSymbols) {
 }
 
 TEST(SlowSimulatedScans, Rc30LowContrast) {
-  const Tally tally = AllWays(LowContrast(Preset(CameraPreset::kRc30, 25)));
+  const Tally tally = EveryWayOnce(LowContrast(Preset(CameraPreset::kRc30, 25)));
   ExpectNothingWrong(tally, kLowContrast_px);
   EXPECT_EQ(tally.orientation_open, 0);
 }
 
 TEST(SlowSimulatedScans, Lmk) {
-  const Tally tally = AllWays(Preset(CameraPreset::kLmk, 25));
+  const Tally tally = EveryWayOnce(Preset(CameraPreset::kLmk, 25));
   ExpectNothingWrong(tally, kNormalContrast_px);
   EXPECT_EQ(tally.used, tally.marks);
   EXPECT_EQ(tally.orientation_open, 0);
@@ -223,19 +280,19 @@ TEST(SlowSimulatedScans, Lmk) {
 TEST(SlowSimulatedScans, UmkInColour) {
   Setting setting = Preset(CameraPreset::kUmk, 12.5);
   setting.film.rgb = true;
-  const Tally tally = AllWays(setting);
+  const Tally tally = EveryWayOnce(setting);
   ExpectNothingWrong(tally, kNormalContrast_px);
   EXPECT_EQ(tally.used, tally.marks);
 }
 
 TEST(SlowSimulatedScans, P31InClutter) {
-  const Tally tally = AllWays(Preset(CameraPreset::kP31, 25));
+  const Tally tally = EveryWayOnce(Preset(CameraPreset::kP31, 25));
   ExpectNothingWrong(tally, kNormalContrast_px);
 }
 
 TEST(SlowSimulatedScans, P31ByItsLinesIsMorePreciseThanByMatching) {
   Setting setting = Preset(CameraPreset::kP31, 25);
-  setting.options.orientation = ScanOrientation::kR0;  // the scan is as wide as the film
+  setting.options.orientation = ScanOrientation::kR0;
   Tally lines, matched;
   for (int number = 1; number <= 4; ++number) {
     setting.locator = std::nullopt;
@@ -246,6 +303,45 @@ TEST(SlowSimulatedScans, P31ByItsLinesIsMorePreciseThanByMatching) {
   std::cout << "lines: " << lines << "\nmatched: " << matched << "\n";
   EXPECT_LT(lines.RmsPx(), matched.RmsPx());
   EXPECT_GE(lines.used, matched.used);
+}
+
+Setting Reseau() {
+  Setting setting = Preset(CameraPreset::kReseau, 25);
+  setting.options.film_bend_um = 30;
+  return setting;
+}
+
+TEST(SlowSimulatedScans, Reseau) {
+  const Tally tally = EveryWayOnce(Reseau());
+  ExpectNothingWrong(tally, kNormalContrast_px);
+  EXPECT_EQ(tally.ok, tally.scans);
+  EXPECT_LT(tally.RmsBetween_um(), 3);
+}
+
+const std::vector<MarkCondition> kDamages = {MarkCondition::kScratched, MarkCondition::kDusty,
+                                             MarkCondition::kArmLost, MarkCondition::kMissing};
+
+TEST(SlowSimulatedScans, Rc30WithDirtyMarks) {
+  Setting setting = Preset(CameraPreset::kRc30, 25);
+  setting.damage = kDamages;
+  const Tally tally = EveryWayOnce(setting);
+  ExpectNoneWrong(tally);
+}
+
+TEST(SlowSimulatedScans, P31WithDirtyMarks) {
+  Setting setting = Preset(CameraPreset::kP31, 25);
+  setting.damage = {MarkCondition::kScratched, MarkCondition::kDusty, MarkCondition::kArmLost};
+  const Tally tally = EveryWayOnce(setting);
+  ExpectNoneWrong(tally);
+}
+
+TEST(SlowSimulatedScans, ReseauWithDirtyMarks) {
+  Setting setting = Reseau();
+  setting.damage.assign(121, MarkCondition::kClean);
+  for (size_t i = 0; i < setting.damage.size(); i += 3)
+    setting.damage[i] = kDamages[i / 3 % kDamages.size()];
+  const Tally tally = EveryWayOnce(setting);
+  ExpectNoneWrong(tally);
 }
 
 }  // namespace
