@@ -292,10 +292,10 @@ class FilmReadings {
  public:
   FilmReadings(const Raster& scan, const CameraFile& camera, const MarkShapes& shapes,
                const InteriorOptions& options)
-      : scan_(scan),
-        whole_(WholeScan({scan.Width(), scan.Height()})),
-        options_(options),
+      : whole_(WholeScan({scan.Width(), scan.Height()})),
         rectangle_(RectangleOfMarks(camera.fiducials)),
+        scan_(scan),
+        options_(options),
         classes_(ClassesToTry(camera, shapes, options)),
         reader_(scan, camera, shapes, options.locator) {}
 
@@ -377,10 +377,10 @@ class FilmReadings {
 
   FilmReading Choose() const { return BestOf(readings_); }
 
-  const Raster& scan_;
   ScanRegion whole_;
-  const InteriorOptions& options_;
   MarkRectangle rectangle_;
+  const Raster& scan_;
+  const InteriorOptions& options_;
   std::vector<OrientationClass> classes_;
   Reader reader_;
   std::vector<FilmReading> readings_;
