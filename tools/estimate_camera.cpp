@@ -10,6 +10,7 @@
 #include "core/files/camera_file.h"
 #include "core/files/results.h"
 #include "interior/camera_estimation.h"
+#include "tools/camera_library.h"
 #include "tools/shared_options.h"
 #include "tools/summary_table.h"
 
@@ -20,21 +21,6 @@ namespace fs = std::filesystem;
 // The scans' mean affinity below which a scanner counts as photogrammetric: 1.5e-4 of its own, and
 // as much again from start positions that are off by some hundredths of a millimetre.
 constexpr double kPhotogrammetricAffinity = 5e-4;
-
-std::vector<std::string> ResultPaths(const std::vector<std::string>& directories) {
-  constexpr const char* kSuffix = ".interior.json";
-  std::vector<std::string> paths;
-  for (const std::string& directory : directories) {
-    std::error_code error;
-    for (const auto& entry : fs::directory_iterator(directory, error))
-      if (entry.path().string().ends_with(kSuffix)) paths.push_back(entry.path().string());
-    if (error)
-      throw InputError(directory + ": cannot be listed (" + error.message() +
-                       "); name the folder that 'orient interior' wrote");
-  }
-  std::sort(paths.begin(), paths.end());
-  return paths;
-}
 
 size_t IndexOf(const std::string& id, const CameraFile& camera, const std::string& path) {
   for (size_t i = 0; i < camera.fiducials.size(); ++i)
@@ -67,12 +53,13 @@ struct Scans {
 
 Scans ReadScans(const std::vector<std::string>& directories, const CameraFile& camera) {
   Scans scans;
-  for (const std::string& path : ResultPaths(directories)) {
-    const InteriorResult result = ReadInteriorResult(path);
-    if (result.status == Status::kFailed || !result.photo_from_pixel) continue;
-    scans.scans.push_back(ScanOf(result, camera, path));
-    scans.open += result.possible_orientations.size() > 1 ? 1 : 0;
-  }
+  for (const std::string& directory : directories)
+    for (const std::string& path : InteriorResultPaths(directory)) {
+      const InteriorResult result = ReadInteriorResult(path);
+      if (result.status == Status::kFailed || !result.photo_from_pixel) continue;
+      scans.scans.push_back(ScanOf(result, camera, path));
+      scans.open += result.possible_orientations.size() > 1 ? 1 : 0;
+    }
   if (scans.scans.size() < 3)
     throw InputError(directories.front() + ": " + std::to_string(scans.scans.size()) +
                      " photos with an interior orientation; at least three are needed");
@@ -133,12 +120,15 @@ void EstimateCameraCommand::Setup(CLI::App& interior) {
   app_ = interior.add_subcommand("estimate-camera",
                                  "Mark positions of a camera without certificate, from its photos");
   app_->add_option("DIR", directories_, "Folders with results of 'orient interior'")->required();
-  app_->add_option("--camera", start_, "Camera file the photos were oriented with")->required();
+  app_->add_option("--camera", start_,
+                   "Camera file, or name in the library, the photos were oriented with")
+      ->required();
   app_->add_option("--out", out_, "Camera file to write")->required();
   app_->add_option("--scanner", scanner_,
                    "photogrammetric: the scans tell the camera's affine shape")
       ->check(CLI::IsMember({"auto", "photogrammetric", "desktop"}))
       ->capture_default_str();
+  AddCameraLibraryOption(*app_, &library_);
   AddOverwriteOption(*app_, &overwrite_);
   app_->preparse_callback([&interior](size_t) {
     for (CLI::Option* option : interior.get_options()) option->required(false);
@@ -147,7 +137,7 @@ void EstimateCameraCommand::Setup(CLI::App& interior) {
 
 ExitCode EstimateCameraCommand::Run(std::ostream& out) const {
   RefuseToOverwrite({out_}, overwrite_);
-  CameraFile camera = ReadCameraFile(start_);
+  CameraFile camera = ReadCameraFile(FindCameraFile(start_, library_));
   if (camera.fiducials.empty())
     throw InputError(start_ + ": has no fiducials, of which positions could be estimated");
   const Scans scans = ReadScans(directories_, camera);

@@ -21,7 +21,7 @@ class EstimateCameraCommand {
  private:
   CLI::App* app_ = nullptr;
   std::vector<std::string> directories_;
-  std::string start_, out_;
+  std::string start_, out_, library_;
   std::string scanner_ = "auto";
   bool overwrite_ = false;
 };

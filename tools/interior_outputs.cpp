@@ -1,5 +1,6 @@
 #include "tools/interior_outputs.h"
 
+#include <algorithm>
 #include <filesystem>
 #include <stdexcept>
 
@@ -11,14 +12,24 @@
 
 namespace orient {
 
-void WriteInteriorOutputs(const std::string& directory, const CameraFile& camera,
+void WriteInteriorOutputs(const std::string& directory, const CameraFile* camera,
+                          const std::vector<InteriorResult>& earlier,
                           std::vector<InteriorResult>* results) {
-  for (const size_t i : CompareWithRoll(StatisticsOfRoll(*results), results))
-    WriteInteriorResult(directory, (*results)[i]);
+  if (camera)
+    for (const size_t i : CompareWithRoll(StatisticsOfRoll(*results), results))
+      WriteInteriorResult(directory, (*results)[i]);
+  std::vector<InteriorResult> all = earlier;
+  all.insert(all.end(), results->begin(), results->end());
   const std::filesystem::path folder(directory);
-  WriteFileAtomically((folder / "interior.csv").string(), InteriorTable(*results));
-  WriteFileAtomically((folder / "marks.csv").string(), MarkTable(*results, camera.fiducials));
-  if (!camera.fiducials.empty()) WriteContactSheet(directory, *results);
+  const std::string marks = (folder / "marks.csv").string();
+  WriteFileAtomically((folder / "interior.csv").string(), InteriorTable(all));
+  if (camera)
+    WriteFileAtomically(marks, MarkTable(all, camera->fiducials));
+  else
+    std::filesystem::remove(marks);  // an earlier run's, of other photos
+  const bool any_marks =
+      std::any_of(all.begin(), all.end(), [](const InteriorResult& r) { return !r.marks.empty(); });
+  if (any_marks) WriteContactSheet(directory, all);
 }
 
 void WriteMicmacOutputs(const std::string& directory, const CameraFile& camera,

@@ -10,9 +10,12 @@
 namespace orient {
 
 // Compares the photos with one another (interior/roll.h), writes the results of those that change
-// anew, and then DIR/interior.csv, DIR/marks.csv and the contact sheet. Everything is derived from
-// the photos' results: after a crash a resumed run writes it as if nothing had happened.
-void WriteInteriorOutputs(const std::string& directory, const CameraFile& camera,
+// anew, and then DIR/interior.csv, DIR/marks.csv and the contact sheet, which show `earlier`
+// results of the same camera too. Where the photos have no camera in common (null) they are not
+// compared and there is no marks.csv. Everything is derived from the photos' results: after a crash
+// a resumed run writes it as if nothing had happened.
+void WriteInteriorOutputs(const std::string& directory, const CameraFile* camera,
+                          const std::vector<InteriorResult>& earlier,
                           std::vector<InteriorResult>* results);
 
 // DIR/Ori-InterneScan: MeasuresCamera.xml and MeasuresIm-<image>.xml for every photo with a

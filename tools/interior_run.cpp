@@ -13,6 +13,7 @@
 #include "interior/mark_picture.h"
 #include "tools/camera_library.h"
 #include "tools/interior_outputs.h"
+#include "tools/made_from.h"
 #include "tools/shared_options.h"
 #include "tools/summary_table.h"
 
@@ -76,27 +77,53 @@ CameraChoice Orient(const Raster& scan, const RunCameras& cameras, const Interio
   return OrientWithUnknownCamera(scan, known, options);
 }
 
-// The camera of all photos; null where they were found to be from several, or from none.
+// The camera of all photos: the one that was named, or one that fits them all. Null where there is
+// none.
 const CameraFile* CameraOfRoll(const RunCameras& cameras,
                                const std::vector<InteriorResult>& results) {
   if (cameras.named) return &cameras.all.front().file;
-  std::string name;
+  bool any = false;
+  std::set<std::string> fitting;
   for (const InteriorResult& result : results) {
     if (result.cameras.empty()) continue;
-    if (!name.empty() && name != result.cameras.front()) return nullptr;
-    name = result.cameras.front();
+    const std::set<std::string> names(result.cameras.begin(), result.cameras.end());
+    if (!any) fitting = names;
+    std::erase_if(fitting, [&](const std::string& name) { return !names.contains(name); });
+    any = true;
   }
   const auto found = std::find_if(cameras.all.begin(), cameras.all.end(),
-                                  [&](const LibraryCamera& c) { return c.name == name; });
+                                  [&](const auto& c) { return fitting.contains(c.name); });
   return found == cameras.all.end() ? nullptr : &found->file;
 }
 
-// A damaged scan fails this photo only; a result that cannot be written ends the run.
+MadeFrom InputsOf(const InteriorRunOptions& options, const RunCameras& cameras,
+                  const std::string& photo) {
+  std::string all;
+  for (const LibraryCamera& camera : cameras.all) all += DigestOfCamera(camera.file);
+  return {Digest(all), DigestOfOptions(options.scan), DigestOfFile(photo)};
+}
+
+// A result that is there to be kept. Empty where it is absent or unreadable: the photo is done
+// again. Throws UsageError where it was made from something else.
+std::optional<InteriorResult> KeptResult(const std::string& path, const MadeFrom& inputs) {
+  if (!fs::exists(path)) return std::nullopt;
+  InteriorResult result;
+  try {
+    result = ReadInteriorResult(path);
+  } catch (const InputError&) {
+    return std::nullopt;
+  }
+  const std::string changed = WhatChanged(result.made_from, inputs);
+  if (changed.empty()) return result;
+  throw UsageError(path + " was made from another " + changed +
+                   "; choose another folder, or --overwrite to do all photos again");
+}
+
+// Whatever a scan does to the program fails this photo only; a result that cannot be written ends
+// the run.
 InteriorResult OrientOne(const InteriorRunOptions& options, const RunCameras& cameras,
-                         const std::string& photo) {
+                         const std::string& photo, const MadeFrom& inputs) {
   const std::string name = PhotoName(photo);
-  const std::string path = InteriorResultPath(options.out, name);
-  if (options.resume && fs::exists(path)) return ReadInteriorResult(path);
   InteriorResult result;
   std::optional<Picture> picture;
   try {
@@ -110,13 +137,36 @@ InteriorResult OrientOne(const InteriorRunOptions& options, const RunCameras& ca
   } catch (const InputError& error) {
     result = {};
     result.messages = {error.what()};
+  } catch (const std::exception& error) {
+    result = {};
+    result.messages = {photo + ": could not be worked on (" + error.what() + ")"};
   }
   result.photo = name;
+  result.made_from = inputs;
   if (picture)
     WritePng((fs::path(options.out) / (name + ".marks.png")).string(), picture->width,
              picture->height, 3, picture->rgb);
   WriteInteriorResult(options.out, result);
   return result;
+}
+
+// Of earlier runs into the same folder, with the same camera: the tables keep their rows.
+std::vector<InteriorResult> EarlierResults(const std::string& directory,
+                                           const std::vector<InteriorResult>& results) {
+  if (results.empty() || !results.front().made_from) return {};
+  std::set<std::string> known;
+  for (const InteriorResult& result : results) known.insert(result.photo);
+  std::vector<InteriorResult> earlier;
+  for (const std::string& path : InteriorResultPaths(directory)) {
+    try {
+      InteriorResult result = ReadInteriorResult(path);
+      if (!known.contains(result.photo) && result.made_from &&
+          result.made_from->camera == results.front().made_from->camera)
+        earlier.push_back(std::move(result));
+    } catch (const InputError&) {  // a damaged one of another run is not this run's business
+    }
+  }
+  return earlier;
 }
 
 // A whole scan in place of a cut-out mark would be read, and searched for, in vain.
@@ -133,6 +183,25 @@ Image LoadPicture(const std::string& mark, const MarkImage& image) {
   return raster.ReadGrey().image;
 }
 
+std::vector<std::string> NotesOn(const InteriorRunOptions& options, const CameraFile* camera,
+                                 const std::vector<InteriorResult>& results) {
+  std::vector<std::string> notes;
+  if (!camera) {
+    notes.emplace_back("The photos are not from one camera: no marks.csv" +
+                       std::string(options.micmac ? ", no MicMac files" : "") +
+                       ", no comparison with one another. Orient each camera's photos alone.");
+    return notes;
+  }
+  const auto open = std::count_if(results.begin(), results.end(), [](const InteriorResult& r) {
+    return r.photo_from_pixel && r.possible_orientations.size() > 1;
+  });
+  if (options.micmac && open > 0)
+    notes.push_back("MicMac files: " + std::to_string(open) +
+                    " photos lie in an open way, and their marks carry the names of the first "
+                    "possible one; give --orientation.");
+  return notes;
+}
+
 }  // namespace
 
 MarkShapes LoadMarkShapes(const CameraFile& camera) {
@@ -143,22 +212,31 @@ MarkShapes LoadMarkShapes(const CameraFile& camera) {
 }
 
 std::vector<InteriorResult> RunInterior(const InteriorRunOptions& options,
-                                        const std::function<void()>& done) {
+                                        const std::function<void()>& done,
+                                        std::vector<std::string>* notes) {
   CheckNames(options.photos);
   const RunCameras cameras = LoadCameras(options);
   MakeOutputDirectory(options.out);
+  std::vector<MadeFrom> inputs;
+  std::vector<std::optional<InteriorResult>> kept(options.photos.size());
+  for (size_t i = 0; i < options.photos.size(); ++i) {
+    inputs.push_back(InputsOf(options, cameras, options.photos[i]));
+    if (options.resume)
+      kept[i] =
+          KeptResult(InteriorResultPath(options.out, PhotoName(options.photos[i])), inputs[i]);
+  }
   std::vector<InteriorResult> results(options.photos.size());
   tbb::task_arena arena(options.jobs > 0 ? options.jobs : tbb::task_arena::automatic);
   arena.execute([&] {
     tbb::parallel_for(size_t{0}, options.photos.size(), [&](size_t i) {
-      results[i] = OrientOne(options, cameras, options.photos[i]);
+      results[i] = kept[i] ? *kept[i] : OrientOne(options, cameras, options.photos[i], inputs[i]);
       if (done) done();
     });
   });
-  if (const CameraFile* camera = CameraOfRoll(cameras, results)) {
-    WriteInteriorOutputs(options.out, *camera, &results);
-    if (options.micmac) WriteMicmacOutputs(options.out, *camera, options.photos, results);
-  }
+  const CameraFile* camera = CameraOfRoll(cameras, results);
+  WriteInteriorOutputs(options.out, camera, EarlierResults(options.out, results), &results);
+  if (options.micmac && camera) WriteMicmacOutputs(options.out, *camera, options.photos, results);
+  if (notes) *notes = NotesOn(options, camera, results);
   return results;
 }
 

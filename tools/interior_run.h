@@ -30,9 +30,12 @@ MarkShapes LoadMarkShapes(const CameraFile& camera);
 
 // Orients the scans side by side; writes each photo's <photo>.interior.json and <photo>.marks.png
 // as soon as it is done, then what the run leaves as a whole (interior_outputs.h). `done` may be
-// called from several threads. A damaged scan fails its photo only. Throws UsageError where two
-// photos share a name, InputError for what concerns all photos.
+// called from several threads. A damaged scan fails its photo only. `notes` become what a user
+// should know about the run as a whole. Throws UsageError where two photos share a name, or a
+// result to be kept was made from another camera, scan or other options; InputError for what
+// concerns all photos.
 std::vector<InteriorResult> RunInterior(const InteriorRunOptions& options,
-                                        const std::function<void()>& done = {});
+                                        const std::function<void()>& done = {},
+                                        std::vector<std::string>* notes = nullptr);
 
 }  // namespace orient

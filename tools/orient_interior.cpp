@@ -66,9 +66,13 @@ class InteriorCommand : public Command {
       paths.push_back(InteriorResultPath(options.out, PhotoName(photo)));
     RefuseToOverwrite(paths, output_.overwrite || resume_, "--resume");
     Progress progress("interior orientation", static_cast<int>(options.photos.size()));
-    const auto results = RunInterior(options, [&] { progress.Advance(); });
+    std::vector<std::string> notes;
+    const auto results = RunInterior(
+        options, [&] { progress.Advance(); }, &notes);
     progress.Finish();
-    return Summarise(results, out);
+    const ExitCode code = Summarise(results, out);
+    for (const std::string& note : notes) out << note << "\n";
+    return code;
   }
 
  private:

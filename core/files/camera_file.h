@@ -72,5 +72,7 @@ struct CameraFile {
 // types, impossible values, a fiducial whose mark is not drawn.
 CameraFile ReadCameraFile(const std::string& path);
 void WriteCameraFile(const std::string& path, const CameraFile& camera);
+// What would be written, with pictures of marks named relative to `folder`.
+std::string CameraFileText(const CameraFile& camera, const std::string& folder);
 
 }  // namespace orient

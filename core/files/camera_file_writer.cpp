@@ -158,15 +158,18 @@ std::string MarkText(const std::string& name, const MarkDrawing& mark, const fs:
 
 }  // namespace
 
-void WriteCameraFile(const std::string& path, const CameraFile& camera) {
+std::string CameraFileText(const CameraFile& camera, const std::string& folder) {
   std::string text = CameraText(camera.camera);
   if (camera.data_strip) text += DataStripText(*camera.data_strip);
   text += std::visit(DistortionText(), camera.camera.lens);
   for (const Fiducial& fiducial : camera.fiducials) text += FiducialText(fiducial);
   for (const BorderFeature& feature : camera.border) text += BorderText(feature);
-  const fs::path folder = fs::absolute(path).parent_path();
   for (const auto& [name, mark] : camera.marks) text += MarkText(name, mark, folder);
-  WriteFileAtomically(path, text);
+  return text;
+}
+
+void WriteCameraFile(const std::string& path, const CameraFile& camera) {
+  WriteFileAtomically(path, CameraFileText(camera, fs::absolute(path).parent_path().string()));
 }
 
 }  // namespace orient

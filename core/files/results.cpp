@@ -1,16 +1,21 @@
 #include "core/files/results.h"
 
+#include <algorithm>
 #include <array>
 #include <cmath>
 #include <filesystem>
 #include <limits>
 #include <stdexcept>
 
+#include "core/error.h"
 #include "core/files/atomic_write.h"
 #include "core/files/json_fields.h"
 
 namespace orient {
 namespace {
+namespace fs = std::filesystem;
+
+constexpr const char* kInteriorSuffix = ".interior.json";
 
 template <typename Enum, size_t n>
 Enum FromName(const JsonField& field, const std::array<Enum, n>& values) {
@@ -102,6 +107,9 @@ Json InteriorJson(const InteriorResult& result) {
                {"marks", std::move(marks)},
                {"messages", result.messages}};
   if (!result.cameras.empty()) json["camera"] = result.cameras;
+  if (const auto& from = result.made_from)
+    json["made_from"] = {
+        {"camera", from->camera}, {"options", from->options}, {"scan", from->scan}};
   return json;
 }
 
@@ -289,8 +297,20 @@ std::string_view Name(PatchState state) {
   throw std::invalid_argument("Name: not a PatchState");
 }
 
+std::vector<std::string> InteriorResultPaths(const std::string& directory) {
+  std::vector<std::string> paths;
+  std::error_code error;
+  for (const auto& entry : fs::directory_iterator(directory, error))
+    if (entry.path().string().ends_with(kInteriorSuffix)) paths.push_back(entry.path().string());
+  if (error)
+    throw InputError(directory + ": cannot be listed (" + error.message() +
+                     "); name the folder that 'orient interior' wrote");
+  std::sort(paths.begin(), paths.end());
+  return paths;
+}
+
 std::string InteriorResultPath(const std::string& directory, const std::string& photo) {
-  return ResultPath(directory, photo, ".interior.json");
+  return ResultPath(directory, photo, kInteriorSuffix);
 }
 
 std::string ExteriorResultPath(const std::string& directory, const std::string& photo) {
@@ -323,6 +343,9 @@ InteriorResult ReadInteriorResult(const std::string& path) {
   result.margin = root.FindNumber("margin");
   for (const JsonField& mark : root.At("marks").Elements()) result.marks.push_back(ReadMark(mark));
   if (const auto field = root.Find("camera")) result.cameras = field->AsStrings();
+  if (const auto field = root.Find("made_from"))
+    result.made_from = MadeFrom{field->At("camera").AsString(), field->At("options").AsString(),
+                                field->At("scan").AsString()};
   result.messages = root.At("messages").AsStrings();
   return result;
 }

@@ -41,6 +41,12 @@ struct ReseauResult {
   double left_out_rms_um = 0;  // of crosses predicted by the others, vectors
 };
 
+// Digests of what a result was made from: nobody takes it over for another camera, other options or
+// another scan.
+struct MadeFrom {
+  std::string camera, options, scan;
+};
+
 struct InteriorResult {
   std::string photo;
   Status status = Status::kFailed;
@@ -60,6 +66,7 @@ struct InteriorResult {
   std::optional<double> margin;  // nats to the second-best assignment
   std::vector<MarkResult> marks;
   std::vector<std::string> cameras;  // the library's cameras that fit; empty where one was named
+  std::optional<MadeFrom> made_from;
   std::vector<std::string> messages;
 };
 
@@ -104,5 +111,7 @@ InteriorResult ReadInteriorResult(const std::string& path);
 ExteriorResult ReadExteriorResult(const std::string& path);
 std::string InteriorResultPath(const std::string& directory, const std::string& photo);
 std::string ExteriorResultPath(const std::string& directory, const std::string& photo);
+// All of a folder's interior results, sorted. Throws InputError where it cannot be listed.
+std::vector<std::string> InteriorResultPaths(const std::string& directory);
 
 }  // namespace orient

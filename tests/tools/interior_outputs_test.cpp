@@ -58,7 +58,8 @@ TEST(InteriorOutputs, APhotoThatStandsOutIsWeakInItsFileToo) {
   TemporaryFolder folder;
   std::vector<InteriorResult> results = Roll();
   for (const InteriorResult& result : results) WriteInteriorResult(folder.Path(), result);
-  WriteInteriorOutputs(folder.Path(), RingCamera(30, 70), &results);
+  const CameraFile camera = RingCamera(30, 70);
+  WriteInteriorOutputs(folder.Path(), &camera, {}, &results);
   const InteriorResult odd = ReadInteriorResult(InteriorResultPath(folder.Path(), "p21"));
   EXPECT_EQ(odd.status, Status::kWeak);
   EXPECT_EQ(odd.status_alone, Status::kOk);
@@ -72,7 +73,7 @@ TEST(InteriorOutputs, APhotoThatStandsOutIsWeakInItsFileToo) {
   std::vector<InteriorResult> again;
   for (const InteriorResult& result : Roll())
     again.push_back(ReadInteriorResult(InteriorResultPath(folder.Path(), result.photo)));
-  WriteInteriorOutputs(folder.Path(), RingCamera(30, 70), &again);
+  WriteInteriorOutputs(folder.Path(), &camera, {}, &again);
   EXPECT_EQ(ReadFile(folder / "interior.csv"), before);
 }
 

@@ -49,6 +49,67 @@ TEST_F(InteriorCommandTest, ASecondRunNeedsOverwriteOrResume) {
   }
 }
 
+class InteriorResumed : public InteriorCommandTest {
+ protected:
+  void SetUp() override {
+    InteriorCommandTest::SetUp();
+    ASSERT_EQ(RunOrient(Arguments(scan_)).exit_code, 0);
+  }
+  ProgramRun Resume(const std::vector<std::string>& more = {}) const {
+    std::vector<std::string> arguments = Arguments(scan_);
+    arguments.push_back("--resume");
+    arguments.insert(arguments.end(), more.begin(), more.end());
+    return RunOrient(arguments);
+  }
+  void ExpectRefused(const ProgramRun& run, const std::string& changed) const {
+    EXPECT_EQ(run.exit_code, 1);
+    EXPECT_NE(run.err.find("4711.interior.json was made from another " + changed),
+              std::string::npos)
+        << run.err;
+  }
+};
+
+TEST_F(InteriorResumed, TakesNothingOverFromAnotherCamera) {
+  CameraFile camera = RingCamera(30, 70);
+  camera.fiducials[0].position_mm.x() += 0.01;
+  WriteCameraFile(camera_, camera);
+  ExpectRefused(Resume(), "camera file");
+}
+
+TEST_F(InteriorResumed, TakesNothingOverFromOtherOptions) {
+  ExpectRefused(Resume({"--scanner", "photogrammetric"}), "options");
+}
+
+TEST_F(InteriorResumed, TakesNothingOverFromAnotherScan) {
+  FilmFrameSpec spec;
+  spec.camera = RingCamera(30, 70);
+  spec.seed = 99;
+  WriteScan(scan_, RenderFilmFrame(spec).scan);
+  ExpectRefused(Resume(), "scan");
+}
+
+TEST_F(InteriorResumed, KeepsAResultWhoseScanWasMovedAway) {
+  fs::remove(scan_);
+  EXPECT_NE(Resume().exit_code, 0);  // a photo that is not there is bad input
+  EXPECT_EQ(ReadInteriorResult(InteriorResultPath(out_, "4711")).status, Status::kOk);
+}
+
+TEST_F(InteriorResumed, DoesAPhotoAgainWhoseResultIsDamaged) {
+  std::ofstream(InteriorResultPath(out_, "4711"), std::ios::trunc) << "{";
+  EXPECT_EQ(Resume().exit_code, 0);
+  EXPECT_EQ(ReadInteriorResult(InteriorResultPath(out_, "4711")).status, Status::kOk);
+}
+
+TEST_F(InteriorResumed, AnotherPhotoOfTheCameraJoinsTheTables) {
+  const std::string second = folder_ / "4712.png";
+  fs::copy(scan_, second);
+  ASSERT_EQ(RunOrient(Arguments(second)).exit_code, 0);
+  std::ifstream table(out_ + "/interior.csv");
+  const std::string text{std::istreambuf_iterator<char>(table), {}};
+  EXPECT_NE(text.find("4711,ok"), std::string::npos) << text;
+  EXPECT_NE(text.find("4712,ok"), std::string::npos) << text;
+}
+
 TEST_F(InteriorCommandTest, TheScannerMayBeNamed) {
   for (const char* scanner : {"photogrammetric", "desktop", "auto"}) {
     std::vector<std::string> arguments = Arguments(scan_);

@@ -1,0 +1,72 @@
+#include "tools/made_from.h"
+
+#include <cpl_vsi.h>
+
+#include <cstdint>
+#include <memory>
+#include <sstream>
+
+#include "core/format_text.h"
+
+namespace orient {
+namespace {
+
+struct CloseFile {
+  void operator()(VSILFILE* file) const { VSIFCloseL(file); }
+};
+
+template <class T>
+std::string OrNone(const std::optional<T>& value) {
+  return value ? std::to_string(static_cast<int>(*value)) : "-";
+}
+
+}  // namespace
+
+std::string Digest(const std::string& text) {
+  std::uint64_t hash = 0xcbf29ce484222325u;
+  for (const char c : text) hash = (hash ^ static_cast<unsigned char>(c)) * 0x100000001b3u;
+  std::ostringstream digits;
+  digits.width(16);
+  digits.fill('0');
+  digits << std::hex << hash;
+  return digits.str();
+}
+
+std::string DigestOfFile(const std::string& path) {
+  const std::unique_ptr<VSILFILE, CloseFile> file(VSIFOpenL(path.c_str(), "rb"));
+  if (!file || VSIFSeekL(file.get(), 0, SEEK_END) != 0) return "";
+  const vsi_l_offset length = VSIFTellL(file.get());
+  std::string seen = std::to_string(length);
+  constexpr vsi_l_offset kPiece = 1 << 16;
+  std::string piece(kPiece, '\0');
+  const vsi_l_offset last = length > kPiece ? length - kPiece : 0;
+  for (const vsi_l_offset from : {vsi_l_offset{0}, last / 2, last}) {
+    if (VSIFSeekL(file.get(), from, SEEK_SET) != 0) return "";
+    seen.append(piece, 0, VSIFReadL(piece.data(), 1, kPiece, file.get()));
+  }
+  return Digest(seen);
+}
+
+std::string DigestOfCamera(const CameraFile& camera) {
+  std::string text = CameraFileText(camera, "/");
+  for (const auto& [name, drawing] : camera.marks)
+    if (drawing.image) text += DigestOfFile(drawing.image->path);
+  return Digest(text);
+}
+
+std::string DigestOfOptions(const InteriorOptions& options) {
+  std::string text = options.pixel_size_um ? FormatText("%.9g", *options.pixel_size_um) : "-";
+  text += OrNone(options.polarity) + OrNone(options.orientation);
+  text += OrNone(options.scanner) + OrNone(options.locator);
+  return Digest(text);
+}
+
+std::string WhatChanged(const std::optional<MadeFrom>& then, const MadeFrom& now) {
+  if (!then) return "";
+  if (then->camera != now.camera) return "camera file";
+  if (then->options != now.options) return "options";
+  if (then->scan != now.scan && !now.scan.empty()) return "scan";
+  return "";
+}
+
+}  // namespace orient

@@ -1,0 +1,30 @@
+// What a result was made from: a resumed run takes over only what it would have made itself.
+#pragma once
+
+#include <string>
+
+#include "core/files/camera_file.h"
+#include "core/files/results.h"
+#include "interior/interior.h"
+
+namespace orient {
+
+// Sixteen hexadecimal digits (FNV-1a, 64 bit): tells inputs apart, and is no protection against
+// forgery.
+std::string Digest(const std::string& text);
+
+// Of a file's length and three pieces of it, so that a large scan is not read for it; empty where
+// it cannot be read. Whatever GDAL reads, /vsi paths too.
+std::string DigestOfFile(const std::string& path);
+
+// Of all a camera file says, comments aside, and of the pictures of its marks.
+std::string DigestOfCamera(const CameraFile& camera);
+
+// Of those options that a result depends on.
+std::string DigestOfOptions(const InteriorOptions& options);
+
+// Which input of a result is not the one of now: "camera file", "scan", "options"; empty where all
+// are, or where the result does not say what it was made from. An unreadable scan is no other one.
+std::string WhatChanged(const std::optional<MadeFrom>& then, const MadeFrom& now);
+
+}  // namespace orient
