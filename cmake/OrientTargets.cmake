@@ -16,30 +16,54 @@ if(CCACHE)
   endif()
 endif()
 
-option(ORIENT_SANITIZE "AddressSanitizer and UndefinedBehaviorSanitizer" OFF)
+# What address and undefined-behaviour sanitizer look at. Null, misaligned and out-of-object accesses
+# are the former's already; asking twice makes Eigen's templates compile half as long again.
+set(ORIENT_SANITIZERS -fsanitize=address,undefined)
+set(ORIENT_SANITIZED -O1 -g1 ${ORIENT_SANITIZERS} -fno-omit-frame-pointer
+    -fno-sanitize=null,alignment,object-size,pointer-overflow -fno-sanitize-recover=undefined)
 
 function(orient_compile_options target)
   target_compile_options(${target} PRIVATE -Wall -Wextra -Wpedantic -Wshadow -Wconversion
                          -Wno-sign-conversion -Werror)
-  if(ORIENT_SANITIZE)
-    # Null, misaligned and out-of-object accesses are AddressSanitizer's already; asking twice makes
-    # Eigen's templates compile half as long again.
-    target_compile_options(${target} PRIVATE -fsanitize=address,undefined
-                           -fno-sanitize=null,alignment,object-size,pointer-overflow
-                           -fno-omit-frame-pointer -fno-sanitize-recover=undefined)
-    target_link_options(${target} PRIVATE -fsanitize=address,undefined)
-  endif()
+endfunction()
+
+# orient_sanitized_names(out ...): the same libraries, ours as their sanitized twins.
+function(orient_sanitized_names out)
+  list(TRANSFORM ARGN REPLACE "^(orient_.+)$" "\\1_sanitized")
+  set(${out} ${ARGN} PARENT_SCOPE)
+endfunction()
+
+# orient_precompiled(name OPTIONS ... LINK ... HEADERS ...): headers compiled once, for all targets that
+# REUSE_FROM it: those with the same options. It has no definitions of its own, else GCC would refuse.
+function(orient_precompiled name)
+  cmake_parse_arguments(PARSE_ARGV 1 its "" "" "OPTIONS;LINK;HEADERS")
+  file(GENERATE OUTPUT ${CMAKE_BINARY_DIR}/${name}.cpp CONTENT "")
+  add_library(${name} OBJECT EXCLUDE_FROM_ALL ${CMAKE_BINARY_DIR}/${name}.cpp)
+  target_link_libraries(${name} PRIVATE ${its_LINK})
+  orient_compile_options(${name})
+  target_compile_options(${name} PRIVATE ${its_OPTIONS})
+  target_precompile_headers(${name} PRIVATE ${its_HEADERS})
+endfunction()
+
+function(orient_one_library name)
+  cmake_parse_arguments(PARSE_ARGV 1 one "" "TWIN" "SOURCES;LINK;OPTIONS")
+  add_library(${name} STATIC ${one_SOURCES})
+  target_include_directories(${name} PUBLIC ${CMAKE_SOURCE_DIR})
+  target_link_libraries(${name} ${one_LINK})
+  orient_compile_options(${name})
+  target_compile_options(${name} PRIVATE ${one_OPTIONS})
+  target_precompile_headers(${name} REUSE_FROM orient_precompiled${one_TWIN})
 endfunction()
 
 # orient_library(name folder PUBLIC ... PRIVATE ...): every .cpp of the folder and its subfolders,
-# but for main.cpp and benchmarks, linked with what follows.
+# but for main.cpp and benchmarks, linked with what follows. Its twin <name>_sanitized is built when
+# somebody asks for it (target `sanitized`): the tests' own code need not be compiled twice for it.
 function(orient_library name folder)
   file(GLOB_RECURSE sources CONFIGURE_DEPENDS ${CMAKE_SOURCE_DIR}/${folder}/*.cpp)
   list(FILTER sources EXCLUDE REGEX "/main\\.cpp$|/bench/")
-  add_library(${name} STATIC ${sources})
-  target_include_directories(${name} PUBLIC ${CMAKE_SOURCE_DIR})
-  target_link_libraries(${name} ${ARGN})
-  target_precompile_headers(${name} PRIVATE <algorithm> <array> <cmath> <functional> <map> <memory>
-                            <optional> <string> <variant> <vector> <Eigen/Dense>)
-  orient_compile_options(${name})
+  orient_one_library(${name} SOURCES ${sources} LINK ${ARGN})
+  orient_sanitized_names(twins ${ARGN})
+  orient_one_library(${name}_sanitized TWIN _sanitized SOURCES ${sources} LINK ${twins}
+                     OPTIONS ${ORIENT_SANITIZED})
+  set_target_properties(${name}_sanitized PROPERTIES EXCLUDE_FROM_ALL ON)
 endfunction()

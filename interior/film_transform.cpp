@@ -1,7 +1,8 @@
 #include "interior/film_transform.h"
 
-#include <Eigen/Eigenvalues>
 #include <Eigen/LU>
+
+#include "core/geometry/principal_axes.h"
 
 namespace orient {
 namespace {
@@ -17,15 +18,11 @@ double Rms(const std::vector<Vector2d>& residuals) {
 
 // Measured marks are never exactly collinear: their calibrated positions tell.
 bool OnOneLine(const std::vector<MeasuredMark>& marks) {
-  constexpr double kThinnest = 0.05;  // spread across / spread along
-  Vector2d centre = Vector2d::Zero();
-  for (const MeasuredMark& mark : marks) centre += mark.photo_mm;
-  centre /= static_cast<double>(marks.size());
-  Matrix2d scatter = Matrix2d::Zero();
-  for (const MeasuredMark& mark : marks)
-    scatter += (mark.photo_mm - centre) * (mark.photo_mm - centre).transpose();
-  const Eigen::SelfAdjointEigenSolver<Matrix2d> solver(scatter);
-  return !(solver.eigenvalues()[0] > kThinnest * kThinnest * solver.eigenvalues()[1]);
+  constexpr double kThinnest = 0.05;
+  std::vector<Vector2d> places;
+  places.reserve(marks.size());
+  for (const MeasuredMark& mark : marks) places.push_back(mark.photo_mm);
+  return Thickness(places) <= kThinnest;
 }
 
 // Lengths of the columns' images and the angle between them: the film's two scales and its shear.

@@ -6,6 +6,8 @@
 #include <cmath>
 #include <limits>
 
+#include "core/geometry/principal_axes.h"
+
 namespace orient {
 namespace {
 
@@ -16,6 +18,7 @@ using Eigen::VectorXd;
 constexpr double kContradicted = 20;  // chi-square, two degrees of freedom: one good cross in 20000
 constexpr double kTakenBack = 12;     // a cross thrown out too early
 constexpr double kLeastUsed = 0.6;
+constexpr double kThinnest = 0.1;
 // More than this is no cross's noise but a collocation that explains nothing.
 constexpr double kMostNoise_um = 40;
 constexpr int kTrend = 3;  // 1, x, y
@@ -287,17 +290,13 @@ std::optional<ReseauFit> FitReseau(const std::vector<MeasuredMark>& marks,
                                    const Affine2d& photo_from_pixel) {
   if (marks.size() < static_cast<size_t>(kLeastReseauMarks)) return std::nullopt;
   std::vector<Cross> crosses;
-  Vector2d middle = Vector2d::Zero();
-  Eigen::Matrix2d moments = Eigen::Matrix2d::Zero();
+  std::vector<Vector2d> places;
   for (const MeasuredMark& mark : marks) {
     const Vector2d place = photo_from_pixel * mark.pixel;
     crosses.push_back({place, mark.photo_mm - place});
-    middle += place / static_cast<double>(marks.size());
+    places.push_back(place);
   }
-  for (const Cross& cross : crosses)
-    moments += (cross.place - middle) * (cross.place - middle).transpose();
-  const Vector2d spread = Eigen::SelfAdjointEigenSolver<Eigen::Matrix2d>(moments).eigenvalues();
-  if (!(spread[0] > 1e-2 * spread[1])) return std::nullopt;  // a row of crosses
+  if (Thickness(places) <= kThinnest) return std::nullopt;  // a row of crosses
 
   const State state = UseWhatAgrees(crosses);
   if (!state.Enough(crosses.size())) return std::nullopt;

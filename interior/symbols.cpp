@@ -1,9 +1,10 @@
 #include "interior/symbols.h"
 
-#include <Eigen/Eigenvalues>
 #include <Eigen/LU>
 #include <limits>
 #include <numeric>
+
+#include "core/geometry/principal_axes.h"
 
 namespace orient {
 namespace {
@@ -178,10 +179,10 @@ class PatchFinder {
     for (const Vector2d& place : places)
       moments += (place - patch->centre) * (place - patch->centre).transpose() /
                  static_cast<double>(places.size());
-    const Eigen::SelfAdjointEigenSolver<Matrix2d> solver(moments);
-    patch->short_mm = std::sqrt(12 * solver.eigenvalues()[0]);
-    patch->long_mm = std::sqrt(12 * solver.eigenvalues()[1]);
-    patch->axis = solver.eigenvectors().col(1);
+    const PrincipalAxes axes = AxesOf(moments);
+    patch->short_mm = std::sqrt(12 * axes.values[0]);
+    patch->long_mm = std::sqrt(12 * axes.values[1]);
+    patch->axis = axes.vectors.col(1);
     patch->kind =
         patch->long_mm > kElongated * patch->short_mm ? SymbolKind::kLines : SymbolKind::kDots;
   }

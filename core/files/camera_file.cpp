@@ -1,6 +1,5 @@
 #include "core/files/camera_file.h"
 
-#include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <cmath>
 #include <filesystem>
@@ -9,6 +8,7 @@
 #include "core/error.h"
 #include "core/files/mark_elements_toml.h"
 #include "core/files/toml_fields.h"
+#include "core/geometry/principal_axes.h"
 #include "core/geometry/rotation.h"
 
 namespace orient {
@@ -26,7 +26,7 @@ constexpr int kMinFiducials = 3;  // what an affine transform needs
 constexpr double kMinDistanceOverDiagonal = 0.1, kMaxDistanceOverDiagonal = 50;
 constexpr double kMaxMarkSize_mm = 20;  // from one end of a mark to the other
 // Fiducials whose spread across a line is less than this part of that along it lie on one line.
-constexpr double kMinFiducialSpread = 0.05;
+constexpr double kMinThickness = 0.05;
 // Two marks cannot be told apart when they are nearer than this.
 constexpr double kMinMarkDistance_mm = 1;
 
@@ -225,15 +225,9 @@ void CheckConstellation(const TomlTable& root, const std::vector<Fiducial>& fidu
   if (fiducials.empty()) return;
   if (std::ssize(fiducials) < kMinFiducials)
     root.Fail("fiducials", "are fewer than three, which no interior orientation can use");
-  Eigen::Vector2d centre = Eigen::Vector2d::Zero();
-  for (const Fiducial& f : fiducials) centre += f.position_mm;
-  centre /= static_cast<double>(fiducials.size());
-  Eigen::Matrix2d scatter = Eigen::Matrix2d::Zero();
-  for (const Fiducial& f : fiducials)
-    scatter += (f.position_mm - centre) * (f.position_mm - centre).transpose();
-  const Eigen::SelfAdjointEigenSolver<Eigen::Matrix2d> solver(scatter);
-  const double across = solver.eigenvalues()[0], along = solver.eigenvalues()[1];
-  if (across < kMinFiducialSpread * kMinFiducialSpread * along)
+  std::vector<Eigen::Vector2d> places;
+  for (const Fiducial& f : fiducials) places.push_back(f.position_mm);
+  if (Thickness(places) < kMinThickness)
     root.Fail("fiducials", "lie on one line, which no interior orientation can use");
 }
 

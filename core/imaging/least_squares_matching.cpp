@@ -6,6 +6,7 @@
 #include <stdexcept>
 #include <vector>
 
+#include "core/geometry/principal_axes.h"
 #include "core/imaging/resample.h"
 #include "core/imaging/spline_image.h"
 
@@ -79,8 +80,8 @@ bool IsEdge(const Image& templ) {
       if (gradient.allFinite()) sum += gradient * gradient.transpose();
     }
   }
-  const Eigen::SelfAdjointEigenSolver<Eigen::Matrix2d> solver(sum);
-  return !(solver.eigenvalues()[0] > kMinDirectionRatio * solver.eigenvalues()[1]);
+  const PrincipalAxes axes = AxesOf(sum);
+  return !(axes.values[0] > kMinDirectionRatio * axes.values[1]);
 }
 
 std::optional<Template> Prepare(const Image& image, const Eigen::Vector2d& reference) {
@@ -249,10 +250,10 @@ std::optional<Eigen::Matrix2d> PositionInformation(const Normals& normals) {
 std::optional<Eigen::Matrix2d> Matcher::PositionCovariance(const System& s) const {
   const auto templ = PositionInformation(s.templ), common = PositionInformation(s.common);
   if (!templ || !common) return std::nullopt;
-  const Eigen::SelfAdjointEigenSolver<Eigen::Matrix2d> of_templ(*templ), of_common(*common);
-  const double weakest = of_common.eigenvalues()[0];
-  if (!(weakest > kMinCommonInformation * of_templ.eigenvalues()[0]) ||
-      !(weakest > kMinDirectionRatio * of_common.eigenvalues()[1]))
+  const PrincipalAxes of_templ = AxesOf(*templ), of_common = AxesOf(*common);
+  const double weakest = of_common.values[0];
+  if (!(weakest > kMinCommonInformation * of_templ.values[0]) ||
+      !(weakest > kMinDirectionRatio * of_common.values[1]))
     return std::nullopt;
   const Eigen::LLT<Normals> solver(s.common);
   const Normals spread = 0.5 * (s.templ + s.common);
