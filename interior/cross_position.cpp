@@ -151,9 +151,9 @@ Profile ProfileAt(const Plane& plane, int x, double y, const Stroke& stroke) {
 // the pixels were averaged only, which is the most there is; optics that blur before leave less,
 // how much less is not seen.
 double AliasingOf(const Stroke& stroke) {
-  constexpr int kRows = 41, kSubcolumns = 8;
+  constexpr int kMiddle = 20, kRows = 2 * kMiddle + 1, kSubcolumns = 8;
   constexpr double kLater = 0.6;  // px, blur after the averaging
-  const double y = kRows / 2 + 0.25;
+  const double y = kMiddle + 0.25;
   Image profile(1, kRows, 0);
   for (int row = 0; row < kRows; ++row) {
     double covered = 0;
