@@ -283,7 +283,7 @@ constexpr double kRebateMm = 60;
 constexpr double kLeastOfRectangle = 0.85;
 constexpr size_t kMostRegions = 4;
 // Below these a reading is not accepted (see acceptance).
-constexpr double kSureNats = 9, kSureMargin = 3;
+constexpr double kAcceptedNats = 9, kSureMargin = 3;
 
 Vector2d Sorted(const Vector2d& size) { return {size.minCoeff(), size.maxCoeff()}; }
 
@@ -310,7 +310,7 @@ class FilmReadings {
     }
     if (readings_.empty()) Add(whole_);
     FilmReading best = Choose();
-    const bool sure = best.best.nats >= kSureNats && best.margin > kSureMargin;
+    const bool sure = best.best.nats >= kAcceptedNats && best.margin > kSureMargin;
     if (on_bed || sure) return best;
     AddFilmOnBed();
     return Choose();

@@ -96,11 +96,14 @@ const CameraFile* CameraOfRoll(const RunCameras& cameras,
   return found == cameras.all.end() ? nullptr : &found->file;
 }
 
-MadeFrom InputsOf(const InteriorRunOptions& options, const RunCameras& cameras,
-                  const std::string& photo) {
+// One a photo; they differ in the scan only.
+std::vector<MadeFrom> InputsOf(const InteriorRunOptions& options, const RunCameras& cameras) {
   std::string all;
   for (const LibraryCamera& camera : cameras.all) all += DigestOfCamera(camera.file);
-  return {Digest(all), DigestOfOptions(options.scan), DigestOfFile(photo)};
+  std::vector<MadeFrom> inputs(options.photos.size(),
+                               {Digest(all), DigestOfOptions(options.scan), ""});
+  for (size_t i = 0; i < inputs.size(); ++i) inputs[i].scan = DigestOfFile(options.photos[i]);
+  return inputs;
 }
 
 // A result that is there to be kept. Empty where it is absent or unreadable: the photo is done
@@ -217,14 +220,10 @@ std::vector<InteriorResult> RunInterior(const InteriorRunOptions& options,
   CheckNames(options.photos);
   const RunCameras cameras = LoadCameras(options);
   MakeOutputDirectory(options.out);
-  std::vector<MadeFrom> inputs;
+  const std::vector<MadeFrom> inputs = InputsOf(options, cameras);
   std::vector<std::optional<InteriorResult>> kept(options.photos.size());
-  for (size_t i = 0; i < options.photos.size(); ++i) {
-    inputs.push_back(InputsOf(options, cameras, options.photos[i]));
-    if (options.resume)
-      kept[i] =
-          KeptResult(InteriorResultPath(options.out, PhotoName(options.photos[i])), inputs[i]);
-  }
+  for (size_t i = 0; options.resume && i < kept.size(); ++i)
+    kept[i] = KeptResult(InteriorResultPath(options.out, PhotoName(options.photos[i])), inputs[i]);
   std::vector<InteriorResult> results(options.photos.size());
   tbb::task_arena arena(options.jobs > 0 ? options.jobs : tbb::task_arena::automatic);
   arena.execute([&] {
