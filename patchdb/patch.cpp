@@ -20,4 +20,18 @@ double HeightGrid::At(double east_m, double north_m) const {
          v * ((1 - u) * node(r1, c0) + u * node(r1, c1));
 }
 
+const char* Name(SourceKind kind) {
+  switch (kind) {
+    case SourceKind::kPhoto:
+      return "photo";
+    case SourceKind::kOrthophoto:
+      return "orthophoto";
+    case SourceKind::kGcp:
+      break;
+  }
+  return "gcp";
+}
+
+const char* Name(PatchLife life) { return life == PatchLife::kActive ? "active" : "retired"; }
+
 }  // namespace orient

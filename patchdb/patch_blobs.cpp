@@ -5,6 +5,7 @@
 #include <cstring>
 
 #include "core/error.h"
+#include "core/imaging/png_bands.h"
 #include "core/imaging/raster.h"
 
 namespace orient {
@@ -15,25 +16,27 @@ static_assert(std::endian::native == std::endian::little,
 
 constexpr int kMaxHeightsSize = 4096;  // a hostile file must not make us allocate without limit
 
-template <typename T>
-T ClampedGrey(float value, float largest) {
-  if (std::isnan(value)) return 0;
-  return static_cast<T>(std::lround(std::clamp(value, 0.0f, largest)));
+constexpr float kUnknownHeight = 65535;
+
+void CheckGrid(int size, double step_m) {
+  if (size < 1 || size > kMaxHeightsSize || size % 2 == 0 || !(step_m > 0) ||
+      !std::isfinite(step_m))
+    throw InputError("the height grid has an impossible size or step");
+}
+
+void ApplyMask(const Image& valid, Image& image) {
+  if (valid.width != image.width || valid.height != image.height)
+    throw InputError("the mask's size differs from the chip's");
+  for (std::size_t i = 0; i < image.values.size(); ++i)
+    if (valid.values[i] == 0) image.values[i] = kNoData;
 }
 
 }  // namespace
 
-Bytes EncodeChip(const Image& chip, int bits) {
-  if (bits == 8) {
-    Bytes grey(chip.values.size());
-    for (std::size_t i = 0; i < grey.size(); ++i)
-      grey[i] = ClampedGrey<unsigned char>(chip.values[i], 255);
-    return EncodePng(chip.width, chip.height, 1, grey);
-  }
-  std::vector<std::uint16_t> grey(chip.values.size());
-  for (std::size_t i = 0; i < grey.size(); ++i)
-    grey[i] = ClampedGrey<std::uint16_t>(chip.values[i], 65535);
-  return EncodePng16(chip.width, chip.height, grey);
+Bytes EncodeChip(const Image& chip, int bits) { return EncodePngBands({chip}, bits); }
+
+Bytes EncodeColourChip(const std::vector<Image>& colour, int bits) {
+  return EncodePngBands(colour, bits);
 }
 
 std::optional<Bytes> EncodeChipMask(const Image& chip) {
@@ -48,14 +51,18 @@ std::optional<Bytes> EncodeChipMask(const Image& chip) {
 }
 
 Image DecodeChip(const Bytes& chip, const std::optional<Bytes>& mask) {
-  Image image = DecodePng(chip);
-  if (!mask) return image;
-  const Image valid = DecodePng(*mask);
-  if (valid.width != image.width || valid.height != image.height)
-    throw InputError("the mask's size differs from the chip's");
-  for (std::size_t i = 0; i < image.values.size(); ++i)
-    if (valid.values[i] == 0) image.values[i] = kNoData;
+  Image image = GreyOfBands(DecodePngBands(chip));
+  if (mask) ApplyMask(GreyOfBands(DecodePngBands(*mask)), image);
   return image;
+}
+
+std::vector<Image> DecodeColour(const Bytes& chip, const std::optional<Bytes>& mask) {
+  std::vector<Image> bands = DecodePngBands(chip);
+  if (bands.size() == 1) return {};
+  if (!mask) return bands;
+  const Image valid = GreyOfBands(DecodePngBands(*mask));
+  for (Image& band : bands) ApplyMask(valid, band);
+  return bands;
 }
 
 Bytes EncodeHeights(const HeightGrid& heights) {
@@ -65,14 +72,44 @@ Bytes EncodeHeights(const HeightGrid& heights) {
 }
 
 HeightGrid DecodeHeights(const Bytes& bytes, int size, double step_m) {
-  if (size < 1 || size > kMaxHeightsSize || size % 2 == 0 || !(step_m > 0) ||
-      !std::isfinite(step_m))
-    throw InputError("the height grid has an impossible size or step");
+  CheckGrid(size, step_m);
   const auto count = static_cast<std::size_t>(size) * static_cast<std::size_t>(size);
   if (bytes.size() != count * sizeof(float))
     throw InputError("the height grid's bytes do not fit its size");
   HeightGrid heights{size, step_m, std::vector<float>(count)};
   std::memcpy(heights.heights_m.data(), bytes.data(), bytes.size());
+  return heights;
+}
+
+std::optional<PackedHeights> PackHeights(const HeightGrid& heights, double quantum_m) {
+  float lowest = std::numeric_limits<float>::infinity(), highest = -lowest;
+  for (const float height : heights.heights_m) {
+    if (std::isinf(height)) return std::nullopt;
+    lowest = std::fmin(lowest, height);
+    highest = std::fmax(highest, height);
+  }
+  if (!(lowest <= highest)) lowest = highest = 0;  // none is known
+  if (!(quantum_m > 0) || (highest - lowest) / quantum_m > kUnknownHeight - 1) return std::nullopt;
+  Image values(heights.size, heights.size, kUnknownHeight);
+  for (std::size_t i = 0; i < values.values.size(); ++i)
+    if (!std::isnan(heights.heights_m[i]))
+      values.values[i] = static_cast<float>(
+          std::lround((double{heights.heights_m[i]} - double{lowest}) / quantum_m));
+  return PackedHeights{EncodePngBands({values}, 16), lowest, quantum_m};
+}
+
+HeightGrid UnpackHeights(const PackedHeights& packed, int size, double step_m) {
+  CheckGrid(size, step_m);
+  if (!std::isfinite(packed.base_m) || !std::isfinite(packed.quantum_m))
+    throw InputError("the height grid's base or quantum is not a number");
+  const std::vector<Image> bands = DecodePngBands(packed.png);
+  if (bands.size() != 1 || bands[0].width != size || bands[0].height != size)
+    throw InputError("the height grid's PNG does not fit its size");
+  HeightGrid heights{size, step_m, std::vector<float>(bands[0].values.size(), kNoData)};
+  for (std::size_t i = 0; i < heights.heights_m.size(); ++i)
+    if (bands[0].values[i] != kUnknownHeight)
+      heights.heights_m[i] =
+          static_cast<float>(packed.base_m + packed.quantum_m * double{bands[0].values[i]});
   return heights;
 }
 

@@ -4,9 +4,11 @@
 #include <cmath>
 #include <filesystem>
 #include <stdexcept>
+#include <utility>
 
 #include "core/error.h"
 #include "patchdb/connection.h"
+#include "patchdb/migration.h"
 #include "patchdb/patch_rows.h"
 #include "patchdb/schema.h"
 #include "patchdb/statements.h"
@@ -14,79 +16,6 @@
 namespace orient {
 namespace fs = std::filesystem;
 namespace {
-
-constexpr int kFirstPrivateSrsId = 100000;  // for a CRS without an EPSG code
-
-int AddCrs(Connection& connection, const Crs& crs) {
-  const auto epsg = crs.Epsg();
-  const int id = epsg.value_or(kFirstPrivateSrsId);
-  const Query statement = connection.Prepare(sql::kAddCrs);
-  statement->bind(1, crs.Name().empty() ? "unnamed" : crs.Name());
-  statement->bind(2, id);
-  statement->bind(3, epsg ? "EPSG" : "NONE");
-  statement->bind(4, id);
-  statement->bind(5, crs.Wkt1());
-  statement->bind(6, "ground coordinates of the patches");
-  statement->exec();
-  return id;
-}
-
-// Runs the steps after `version`; the caller holds the transaction.
-void RunSchemaSteps(Connection& connection, int version) {
-  for (const SchemaStep& step : SchemaSteps()) {
-    if (step.version <= version) continue;
-    connection.Database().exec(step.sql);
-    const Query record = connection.Prepare(sql::kAddSchemaStep);
-    record->bind(1, step.version);
-    record->bind(2, step.description);
-    record->exec();
-  }
-}
-
-void WriteNewDatabase(const std::string& path, const Crs& crs) {
-  Connection connection(path, Connection::Mode::kCreate);
-  SQLite::Database& database = connection.Database();
-  database.exec("PRAGMA application_id = " + std::to_string(kGeoPackageApplicationId));
-  database.exec("PRAGMA user_version = " + std::to_string(kGeoPackageVersion));
-  SQLite::Transaction transaction(database);
-  RunSchemaSteps(connection, 0);
-  const int srs_id = AddCrs(connection, crs);
-  for (const char* sql : {sql::kRegisterPatches, sql::kRegisterPatchGeometry}) {
-    const Query statement = connection.Prepare(sql);
-    statement->bind(1, srs_id);
-    statement->exec();
-  }
-  database.exec(sql::kRegisterAttributes);
-  transaction.commit();
-}
-
-// The version of the file's schema. Throws InputError where it is no patch database, or newer.
-int CheckedSchemaVersion(Connection& connection, const std::string& path) {
-  if (connection.Number("PRAGMA application_id") != kGeoPackageApplicationId)
-    throw InputError(path + " is not a GeoPackage; give a file made by 'orient patchdb create'");
-  if (connection.Number(sql::kHasSchemaTable) != 1)
-    throw InputError(path + " is a GeoPackage but not a patch database (it has no table " +
-                     "orient_schema); give a file made by 'orient patchdb create'");
-  const auto version = connection.Number(sql::kSchemaVersion);
-  if (version < 1) throw InputError(path + " is damaged: table orient_schema is empty");
-  if (version > CurrentSchemaVersion())
-    throw InputError(path + " has schema version " + std::to_string(version) +
-                     ", this program knows " + std::to_string(CurrentSchemaVersion()) +
-                     " at most; use a newer Orient");
-  return static_cast<int>(version);
-}
-
-void BringUpToDate(Connection& connection, int version, const std::string& path,
-                   PatchDatabase::Mode mode) {
-  if (version == CurrentSchemaVersion()) return;
-  if (mode == PatchDatabase::Mode::kRead)
-    throw InputError(path + " has the older schema version " + std::to_string(version) +
-                     ", this program uses " + std::to_string(CurrentSchemaVersion()) +
-                     "; any command that writes to it brings it up to date");
-  SQLite::Transaction transaction(connection.Database());
-  RunSchemaSteps(connection, version);
-  transaction.commit();
-}
 
 struct GroundSystem {
   int srs_id;
@@ -145,7 +74,12 @@ struct PatchDatabase::Impl {
         ground(Prepare()) {}
 
   GroundSystem Prepare() {
-    BringUpToDate(connection, CheckedSchemaVersion(connection, path), path, mode);
+    const int version = CheckedSchemaVersion(connection, path);
+    if (version < CurrentSchemaVersion() && mode == Mode::kRead)
+      throw InputError(path + " has the older schema version " + std::to_string(version) +
+                       ", this program uses " + std::to_string(CurrentSchemaVersion()) +
+                       "; any command that writes to it brings it up to date");
+    BringUpToDate(connection, version, path);
     return ReadGroundSystem(connection, path);
   }
 
@@ -154,31 +88,47 @@ struct PatchDatabase::Impl {
   }
 
   void InsertSource(PatchSource& source);
-  std::vector<std::int64_t> InsertPatches(const std::vector<Patch>& patches,
-                                          std::int64_t source_id);
+  std::int64_t InsertPatch(const Patch& patch, std::int64_t source_id);
+  void ChangePatch(const Patch& patch);
+  void InsertEvidence(std::int64_t patch_id, const Patch& patch, std::int64_t source_id);
   void GrowExtent(const std::vector<Patch>& patches);
 };
 
 void PatchDatabase::Impl::InsertSource(PatchSource& source) {
   const Query insert = connection.Prepare(sql::kAddSource);
-  insert->bind(1, orient::Name(source.kind));
-  insert->bind(2, source.name);
-  if (source.date) insert->bind(3, *source.date);
-  insert->bind(4, source.gsd_m);
+  BindSource(source, *insert);
   insert->exec();
   source.id = connection.Database().getLastInsertRowid();
 }
 
-std::vector<std::int64_t> PatchDatabase::Impl::InsertPatches(const std::vector<Patch>& patches,
-                                                             std::int64_t source_id) {
-  std::vector<std::int64_t> ids;
-  for (const Patch& patch : patches) {
-    const Query insert = connection.Prepare(sql::kAddPatch);
-    BindPatch(patch, source_id, ground.srs_id, *insert);
+std::int64_t PatchDatabase::Impl::InsertPatch(const Patch& patch, std::int64_t source_id) {
+  const Query insert = connection.Prepare(sql::kAddPatch);
+  BindPatch(patch, ground.srs_id, *insert);
+  insert->bind(kPatchValues + 1, source_id);
+  insert->exec();
+  return connection.Database().getLastInsertRowid();
+}
+
+void PatchDatabase::Impl::ChangePatch(const Patch& patch) {
+  const Query update = connection.Prepare(sql::kChangePatch);
+  BindPatch(patch, ground.srs_id, *update);
+  update->bind(kPatchValues + 1, patch.id);
+  if (update->exec() != 1)
+    throw std::invalid_argument("patch " + std::to_string(patch.id) + " is not in " + path);
+}
+
+void PatchDatabase::Impl::InsertEvidence(std::int64_t patch_id, const Patch& patch,
+                                         std::int64_t source_id) {
+  if (patch.evidence.empty()) return;
+  for (const PatchEvidence& evidence : patch.evidence) {
+    const Query insert = connection.Prepare(sql::kAddEvidence);
+    BindEvidence(patch_id, evidence.source_id == 0 ? source_id : evidence.source_id, evidence,
+                 *insert);
     insert->exec();
-    ids.push_back(connection.Database().getLastInsertRowid());
   }
-  return ids;
+  const Query count = connection.Prepare(sql::kCountViews);
+  count->bind(1, patch_id);
+  count->exec();
 }
 
 void PatchDatabase::Impl::GrowExtent(const std::vector<Patch>& patches) {
@@ -224,6 +174,9 @@ PatchDatabase PatchDatabase::Open(const std::string& path, Mode mode) {
                   [&] { return PatchDatabase(std::make_unique<Impl>(path, mode)); });
 }
 
+const std::string& PatchDatabase::Path() const { return impl_->path; }
+Connection& PatchDatabase::Sql() const { return impl_->connection; }
+int PatchDatabase::SrsId() const { return impl_->ground.srs_id; }
 const Crs& PatchDatabase::GroundCrs() const { return impl_->ground.crs; }
 
 PatchDatabaseInfo PatchDatabase::Info() const {
@@ -236,6 +189,7 @@ PatchDatabaseInfo PatchDatabase::Info() const {
       info.patches = counts->getColumn(0).getInt64();
       info.sources = counts->getColumn(1).getInt64();
       info.attempts = counts->getColumn(2).getInt64();
+      info.retired = counts->getColumn(3).getInt64();
     }
     const Query extent = impl_->connection.Prepare(sql::kExtent);
     if (extent->executeStep() && !extent->getColumn(0).isNull())
@@ -245,9 +199,11 @@ PatchDatabaseInfo PatchDatabase::Info() const {
   });
 }
 
-void PatchDatabase::AddSource(PatchSource& source, std::vector<Patch>& patches) {
+void PatchDatabase::AddSource(PatchSource& source, std::vector<Patch>& patches,
+                              const std::vector<Patch>& changed) {
   impl_->RequireWriting();
-  for (const Patch& patch : patches) CheckPatch(patch);
+  for (const auto* all : {&std::as_const(patches), &changed})
+    for (const Patch& patch : *all) CheckPatch(patch);
   if (HasSource(source.kind, source.name))
     throw InputError(impl_->path + " holds patches of " + Name(source.kind) + " '" + source.name +
                      "' already; a source is harvested once");
@@ -256,8 +212,17 @@ void PatchDatabase::AddSource(PatchSource& source, std::vector<Patch>& patches) 
                                     SQLite::TransactionBehavior::IMMEDIATE);
     PatchSource stored = source;
     impl_->InsertSource(stored);
-    const auto ids = impl_->InsertPatches(patches, stored.id);
+    std::vector<std::int64_t> ids;
+    for (const Patch& patch : patches) {
+      ids.push_back(impl_->InsertPatch(patch, stored.id));
+      impl_->InsertEvidence(ids.back(), patch, stored.id);
+    }
+    for (const Patch& patch : changed) {
+      impl_->ChangePatch(patch);
+      impl_->InsertEvidence(patch.id, patch, stored.id);
+    }
     impl_->GrowExtent(patches);
+    impl_->GrowExtent(changed);
     transaction.commit();
     source.id = stored.id;
     for (std::size_t i = 0; i < ids.size(); ++i) {
@@ -291,6 +256,24 @@ std::vector<Patch> PatchDatabase::ListPatches(std::int64_t after_id, int count) 
     rows->bind(1, after_id);
     rows->bind(2, count);
     return ReadPatches(*rows, impl_->path);
+  });
+}
+
+std::optional<Patch> PatchDatabase::ReadPatch(std::int64_t id) const {
+  return WithFile(impl_->path, "reading a patch", [&]() -> std::optional<Patch> {
+    const Query row = impl_->connection.Prepare(sql::kPatch);
+    row->bind(1, id);
+    if (!row->executeStep()) return std::nullopt;
+    Patch patch;
+    try {
+      patch = ReadPatchRow(*row, true);
+    } catch (const InputError& error) {
+      throw InputError(impl_->path + ": " + error.what());
+    }
+    const Query evidence = impl_->connection.Prepare(sql::kEvidenceOf);
+    evidence->bind(1, id);
+    while (evidence->executeStep()) patch.evidence.push_back(ReadEvidenceRow(*evidence));
+    return patch;
   });
 }
 

@@ -13,6 +13,8 @@
 
 namespace orient {
 
+class Connection;
+
 // One patch sought in one photo: what a photo's orientation reports back.
 struct MatchAttempt {
   std::int64_t patch_id = 0;
@@ -21,12 +23,15 @@ struct MatchAttempt {
   std::optional<double> ncc;
   std::optional<Eigen::Vector2d> residual_px;
   std::string reason;
+  std::optional<std::string> photo_date = {};    // ISO 8601, of the exposure
+  std::optional<std::string> photo_status = {};  // ok, weak, failed: of the whole photo
+  std::optional<Eigen::Vector2d> predicted_px = {}, found_px = {};
 };
 
 struct PatchDatabaseInfo {
   std::string crs_name;
   int schema_version = 0;
-  std::int64_t patches = 0, sources = 0, attempts = 0;
+  std::int64_t patches = 0, retired = 0, sources = 0, attempts = 0;
   Bounds extent;
 };
 
@@ -48,17 +53,29 @@ class PatchDatabase {
   PatchDatabaseInfo Info() const;
 
   // One transaction: the source and its patches are stored together or not at all. Ids are set.
-  // Grey values are stored rounded to whole numbers. Throws InputError: a source of this kind and
-  // name is there already; std::invalid_argument: a patch without chip, size or position.
-  void AddSource(PatchSource& source, std::vector<Patch>& patches);
-  // Ordered by id. Of more than `max_count` about so many, spread evenly over their sources, so
-  // that an absurd region does not fill the memory; the same ones every time.
+  // Grey values are stored rounded to whole numbers, heights to a 64th of gsd_m. `changed` are
+  // patches of the database that this source tells more about: everything of theirs is replaced but
+  // id, source, history, and state; their `evidence` is added to what is there. Throws InputError:
+  // a source of this kind and name is there already; std::invalid_argument: a patch without chip,
+  // size or position, a changed one that is not in the database.
+  void AddSource(PatchSource& source, std::vector<Patch>& patches,
+                 const std::vector<Patch>& changed = {});
+  // Active ones, ordered by id. Of more than `max_count` about so many, spread evenly over their
+  // sources, so that an absurd region does not fill the memory; the same ones every time.
   std::vector<Patch> FindPatchesIn(const Bounds& bounds, int max_count = 10000) const;
+  // Active and retired.
   std::vector<Patch> ListPatches(std::int64_t after_id, int count) const;
+  // With colour and evidence; empty where there is none of this id.
+  std::optional<Patch> ReadPatch(std::int64_t id) const;
   std::vector<PatchSource> Sources() const;
   bool HasSource(SourceKind kind, const std::string& name) const;
   // One transaction. A later attempt of the same patch in the same photo replaces the earlier one.
   void RecordAttempts(const std::vector<MatchAttempt>& attempts);
+
+  // For the other files of patchdb: the file, and its SQL.
+  const std::string& Path() const;
+  Connection& Sql() const;
+  int SrsId() const;
 
  private:
   struct Impl;

@@ -9,15 +9,25 @@
 namespace orient {
 namespace {
 
+constexpr double kHeightsPerPixel = 64;  // heights are kept to that part of a chip pixel
+
 void BindBlob(SQLite::Statement& statement, int index, const Bytes& bytes) {
   statement.bind(index, static_cast<const void*>(bytes.data()), static_cast<int>(bytes.size()));
 }
 
-void BindOptional(SQLite::Statement& statement, int index, const std::optional<double>& value) {
+template <typename T>
+void BindOptional(SQLite::Statement& statement, int index, const std::optional<T>& value) {
   if (value)
     statement.bind(index, *value);
   else
     statement.bind(index);
+}
+
+void BindPixel(SQLite::Statement& statement, int index,
+               const std::optional<Eigen::Vector2d>& pixel) {
+  if (!pixel) return;
+  statement.bind(index, pixel->x());
+  statement.bind(index + 1, pixel->y());
 }
 
 Bytes BlobOf(const SQLite::Column& column) {
@@ -30,28 +40,104 @@ std::optional<double> OptionalOf(const SQLite::Column& column) {
   return column.getDouble();
 }
 
-// Columns of the SELECT in patchdb/statements.h.
+std::optional<std::string> TextOf(const SQLite::Column& column) {
+  if (column.isNull()) return std::nullopt;
+  return column.getString();
+}
+
+std::optional<Eigen::Vector2d> PixelOf(const SQLite::Statement& row, int index) {
+  if (row.getColumn(index).isNull() || row.getColumn(index + 1).isNull()) return std::nullopt;
+  return Eigen::Vector2d(row.getColumn(index).getDouble(), row.getColumn(index + 1).getDouble());
+}
+
+// Columns of the SELECT in patchdb/statements.h; those up to kChip are also the parameters of its
+// INSERT and UPDATE, counted from 1 there.
 enum PatchColumn {
-  kId,
   kGeom,
-  kSourceId,
   kGsd,
   kBits,
-  kChip,
-  kChipMask,
-  kHeights,
-  kHeightsSize,
-  kHeightsStep,
+  kBands,
   kCovariance,
+  kHeightEffect,
+  kHeightSigma,
   kRoundness,
   kDistinctness,
+  kSecondPeak,
   kPersistence,
   kRelief,
-  kHeightEffect,
-  kHeightSigma
+  kLean,
+  kEnergyXx,
+  kEnergyXy,
+  kEnergyYy,
+  kQuality,
+  kHeightsSize,
+  kHeightsStep,
+  kHeightsBase,
+  kHeightsQuantum,
+  kHeights,
+  kChipMask,
+  kChip,
+  kId,
+  kSourceId,
+  kState,
+  kRetiredReason,
+  kSupersededBy,
+  kEpoch,
+  kCreated,
+  kViews,
+  kSuccessWeight,
+  kFailureWeight
 };
+static_assert(kChip + 1 == kPatchValues);
 
-Patch DecodePatchRow(const SQLite::Statement& row) {
+void BindHeights(const Patch& patch, SQLite::Statement& statement) {
+  if (patch.heights.size == 0) return;
+  statement.bind(kHeightsSize + 1, patch.heights.size);
+  statement.bind(kHeightsStep + 1, patch.heights.step_m);
+  const auto packed = PackHeights(patch.heights, patch.gsd_m / kHeightsPerPixel);
+  if (!packed) return BindBlob(statement, kHeights + 1, EncodeHeights(patch.heights));
+  statement.bind(kHeightsBase + 1, packed->base_m);
+  statement.bind(kHeightsQuantum + 1, packed->quantum_m);
+  BindBlob(statement, kHeights + 1, packed->png);
+}
+
+HeightGrid HeightsOf(const SQLite::Statement& row) {
+  if (row.getColumn(kHeights).isNull()) return {};
+  const Bytes bytes = BlobOf(row.getColumn(kHeights));
+  const int size = row.getColumn(kHeightsSize).getInt();
+  const double step_m = row.getColumn(kHeightsStep).getDouble();
+  const auto base_m = OptionalOf(row.getColumn(kHeightsBase));
+  const auto quantum_m = OptionalOf(row.getColumn(kHeightsQuantum));
+  if (base_m && quantum_m) return UnpackHeights({bytes, *base_m, *quantum_m}, size, step_m);
+  return DecodeHeights(bytes, size, step_m);
+}
+
+void ReadQualities(const SQLite::Statement& row, Patch& patch) {
+  patch.roundness = OptionalOf(row.getColumn(kRoundness));
+  patch.distinctness = OptionalOf(row.getColumn(kDistinctness));
+  patch.second_peak_px = OptionalOf(row.getColumn(kSecondPeak));
+  patch.persistence = OptionalOf(row.getColumn(kPersistence));
+  patch.relief_px = OptionalOf(row.getColumn(kRelief));
+  patch.lean_px = OptionalOf(row.getColumn(kLean));
+  if (!row.getColumn(kEnergyXx).isNull())
+    patch.energy = {row.getColumn(kEnergyXx).getDouble(), row.getColumn(kEnergyXy).getDouble(),
+                    row.getColumn(kEnergyYy).getDouble()};
+  patch.quality = OptionalOf(row.getColumn(kQuality));
+}
+
+void ReadLife(const SQLite::Statement& row, Patch& patch) {
+  patch.life =
+      row.getColumn(kState).getString() == "retired" ? PatchLife::kRetired : PatchLife::kActive;
+  patch.retired_reason = row.getColumn(kRetiredReason).getString();
+  patch.superseded_by = row.getColumn(kSupersededBy).getInt64();
+  patch.epoch = row.getColumn(kEpoch).getInt();
+  patch.created = TextOf(row.getColumn(kCreated));
+  patch.views = row.getColumn(kViews).getInt();
+  patch.success_weight = row.getColumn(kSuccessWeight).getDouble();
+  patch.failure_weight = row.getColumn(kFailureWeight).getDouble();
+}
+
+Patch DecodePatchRow(const SQLite::Statement& row, bool with_colour) {
   Patch patch;
   patch.id = row.getColumn(kId).getInt64();
   const Bytes geometry = BlobOf(row.getColumn(kGeom));
@@ -65,30 +151,31 @@ Patch DecodePatchRow(const SQLite::Statement& row) {
   patch.bits = row.getColumn(kBits).getInt();
   std::optional<Bytes> mask;
   if (!row.getColumn(kChipMask).isNull()) mask = BlobOf(row.getColumn(kChipMask));
-  patch.chip = DecodeChip(BlobOf(row.getColumn(kChip)), mask);
-  if (!row.getColumn(kHeights).isNull())
-    patch.heights =
-        DecodeHeights(BlobOf(row.getColumn(kHeights)), row.getColumn(kHeightsSize).getInt(),
-                      row.getColumn(kHeightsStep).getDouble());
+  const Bytes chip = BlobOf(row.getColumn(kChip));
+  patch.chip = DecodeChip(chip, mask);
+  if (with_colour) patch.colour = DecodeColour(chip, mask);
+  patch.heights = HeightsOf(row);
   patch.covariance_m2 = DecodeCovariance(BlobOf(row.getColumn(kCovariance)));
-  patch.roundness = OptionalOf(row.getColumn(kRoundness));
-  patch.distinctness = OptionalOf(row.getColumn(kDistinctness));
-  patch.persistence = OptionalOf(row.getColumn(kPersistence));
-  patch.relief_px = OptionalOf(row.getColumn(kRelief));
   if (!row.getColumn(kHeightEffect).isNull())
     patch.height_effect = DecodeVector(BlobOf(row.getColumn(kHeightEffect)));
   patch.height_sigma_m = OptionalOf(row.getColumn(kHeightSigma));
+  ReadQualities(row, patch);
+  ReadLife(row, patch);
   return patch;
 }
 
 }  // namespace
 
-const char* Name(SourceKind kind) { return kind == SourceKind::kPhoto ? "photo" : "orthophoto"; }
-
 void CheckPatch(const Patch& patch) {
   if (patch.chip.width < 1 || patch.chip.height < 1 || patch.chip.width > 4096 ||
       patch.chip.height > 4096)
     throw std::invalid_argument("a patch needs a chip of 1 to 4096 pixels a side");
+  if (!patch.colour.empty() &&
+      (patch.colour.size() != 3 ||
+       std::any_of(patch.colour.begin(), patch.colour.end(), [&](const Image& band) {
+         return band.width != patch.chip.width || band.height != patch.chip.height;
+       })))
+    throw std::invalid_argument("a patch's colour is three bands of its chip's size");
   if (patch.bits != 8 && patch.bits != 16)
     throw std::invalid_argument("a patch's bits are 8 or 16");
   if (!patch.ground_m.allFinite() || !patch.covariance_m2.allFinite() || !(patch.gsd_m > 0))
@@ -102,45 +189,75 @@ void CheckPatch(const Patch& patch) {
     throw std::invalid_argument("a patch's heights need an odd size and a positive step");
 }
 
-void BindPatch(const Patch& patch, std::int64_t source_id, int srs_id, SQLite::Statement& insert) {
-  BindBlob(insert, 1, EncodePointZ(patch.ground_m, srs_id));
-  insert.bind(2, source_id);
-  insert.bind(3, patch.gsd_m);
-  insert.bind(4, patch.bits);
-  BindBlob(insert, 5, EncodeChip(patch.chip, patch.bits));
-  if (const auto mask = EncodeChipMask(patch.chip)) BindBlob(insert, 6, *mask);
-  if (patch.heights.size > 0) {
-    BindBlob(insert, 7, EncodeHeights(patch.heights));
-    insert.bind(8, patch.heights.size);
-    insert.bind(9, patch.heights.step_m);
-  }
-  BindBlob(insert, 10, EncodeCovariance(patch.covariance_m2));
-  BindOptional(insert, 11, patch.roundness);
-  BindOptional(insert, 12, patch.distinctness);
-  BindOptional(insert, 13, patch.persistence);
-  BindOptional(insert, 14, patch.relief_px);
-  if (patch.height_effect) BindBlob(insert, 15, EncodeVector(*patch.height_effect));
-  BindOptional(insert, 16, patch.height_sigma_m);
+void BindPatch(const Patch& patch, int srs_id, SQLite::Statement& statement) {
+  BindBlob(statement, kGeom + 1, EncodePointZ(patch.ground_m, srs_id));
+  statement.bind(kGsd + 1, patch.gsd_m);
+  statement.bind(kBits + 1, patch.bits);
+  statement.bind(kBands + 1, patch.colour.empty() ? 1 : 3);
+  BindBlob(statement, kCovariance + 1, EncodeCovariance(patch.covariance_m2));
+  if (patch.height_effect)
+    BindBlob(statement, kHeightEffect + 1, EncodeVector(*patch.height_effect));
+  BindOptional(statement, kHeightSigma + 1, patch.height_sigma_m);
+  BindOptional(statement, kRoundness + 1, patch.roundness);
+  BindOptional(statement, kDistinctness + 1, patch.distinctness);
+  BindOptional(statement, kSecondPeak + 1, patch.second_peak_px);
+  BindOptional(statement, kPersistence + 1, patch.persistence);
+  BindOptional(statement, kRelief + 1, patch.relief_px);
+  BindOptional(statement, kLean + 1, patch.lean_px);
+  if (patch.energy)
+    for (int i = 0; i < 3; ++i) statement.bind(kEnergyXx + 1 + i, (*patch.energy)[i]);
+  BindOptional(statement, kQuality + 1, patch.quality);
+  BindHeights(patch, statement);
+  if (const auto mask = EncodeChipMask(patch.chip)) BindBlob(statement, kChipMask + 1, *mask);
+  BindBlob(statement, kChip + 1,
+           patch.colour.empty() ? EncodeChip(patch.chip, patch.bits)
+                                : EncodeColourChip(patch.colour, patch.bits));
 }
 
-Patch ReadPatchRow(const SQLite::Statement& row) {
+Patch ReadPatchRow(const SQLite::Statement& row, bool with_colour) {
   try {
-    return DecodePatchRow(row);
+    return DecodePatchRow(row, with_colour);
   } catch (const InputError& error) {
     throw InputError("patch " + std::to_string(row.getColumn(kId).getInt64()) +
                      " is damaged: " + error.what());
   }
 }
 
+PatchEvidence ReadEvidenceRow(const SQLite::Statement& row) {
+  return {row.getColumn(0).getInt64(), PixelOf(row, 1), PixelOf(row, 3)};
+}
+
 PatchSource ReadSourceRow(const SQLite::Statement& row) {
   PatchSource source;
   source.id = row.getColumn(0).getInt64();
-  source.kind = row.getColumn(1).getString() == Name(SourceKind::kPhoto) ? SourceKind::kPhoto
-                                                                         : SourceKind::kOrthophoto;
+  const std::string kind = row.getColumn(1).getString();
+  for (const SourceKind known : {SourceKind::kPhoto, SourceKind::kOrthophoto, SourceKind::kGcp})
+    if (kind == Name(known)) source.kind = known;
   source.name = row.getColumn(2).getString();
-  if (!row.getColumn(3).isNull()) source.date = row.getColumn(3).getString();
+  source.date = TextOf(row.getColumn(3));
   source.gsd_m = row.getColumn(4).getDouble();
+  source.crs = TextOf(row.getColumn(5));
+  source.provenance = TextOf(row.getColumn(6));
+  source.licence = TextOf(row.getColumn(7));
   return source;
+}
+
+void BindSource(const PatchSource& source, SQLite::Statement& insert) {
+  insert.bind(1, Name(source.kind));
+  insert.bind(2, source.name);
+  BindOptional(insert, 3, source.date);
+  insert.bind(4, source.gsd_m);
+  BindOptional(insert, 5, source.crs);
+  BindOptional(insert, 6, source.provenance);
+  BindOptional(insert, 7, source.licence);
+}
+
+void BindEvidence(std::int64_t patch_id, std::int64_t source_id, const PatchEvidence& evidence,
+                  SQLite::Statement& insert) {
+  insert.bind(1, patch_id);
+  insert.bind(2, source_id);
+  BindPixel(insert, 3, evidence.pixel);
+  BindPixel(insert, 5, evidence.residual_px);
 }
 
 void BindAttempt(const MatchAttempt& attempt, SQLite::Statement& insert) {
@@ -148,11 +265,12 @@ void BindAttempt(const MatchAttempt& attempt, SQLite::Statement& insert) {
   insert.bind(2, attempt.photo);
   insert.bind(3, attempt.state);
   BindOptional(insert, 4, attempt.ncc);
-  if (attempt.residual_px) {
-    insert.bind(5, attempt.residual_px->x());
-    insert.bind(6, attempt.residual_px->y());
-  }
+  BindPixel(insert, 5, attempt.residual_px);
   insert.bind(7, attempt.reason);
+  BindOptional(insert, 8, attempt.photo_date);
+  BindOptional(insert, 9, attempt.photo_status);
+  BindPixel(insert, 10, attempt.predicted_px);
+  BindPixel(insert, 12, attempt.found_px);
 }
 
 }  // namespace orient

@@ -12,15 +12,18 @@ namespace orient {
 // shape.
 void CheckPatch(const Patch& patch);
 
-// For sql::kAddPatch, without its source_id taken from the patch.
-void BindPatch(const Patch& patch, std::int64_t source_id, int srs_id, SQLite::Statement& insert);
-// Of sql::kPatchesIn and kPatchesAfter. Throws InputError naming the patch where a value is
+// The values of sql::kAddPatch and kChangePatch: the first kPatchValues parameters.
+inline constexpr int kPatchValues = 24;
+void BindPatch(const Patch& patch, int srs_id, SQLite::Statement& statement);
+// Of sql::kPatchesIn, kPatchesAfter and kPatch. Throws InputError naming the patch where a value is
 // damaged.
-Patch ReadPatchRow(const SQLite::Statement& row);
+Patch ReadPatchRow(const SQLite::Statement& row, bool with_colour = false);
+PatchEvidence ReadEvidenceRow(const SQLite::Statement& row);  // of sql::kEvidenceOf
 
-PatchSource ReadSourceRow(const SQLite::Statement& row);  // of sql::kSources
+PatchSource ReadSourceRow(const SQLite::Statement& row);                // of sql::kSources
+void BindSource(const PatchSource& source, SQLite::Statement& insert);  // of sql::kAddSource
+void BindEvidence(std::int64_t patch_id, std::int64_t source_id, const PatchEvidence& evidence,
+                  SQLite::Statement& insert);  // of sql::kAddEvidence
 void BindAttempt(const MatchAttempt& attempt, SQLite::Statement& insert);
-
-const char* Name(SourceKind kind);  // "photo", "orthophoto"
 
 }  // namespace orient

@@ -14,6 +14,7 @@ struct SchemaStep {
 };
 
 extern const SchemaStep kSchemaStep1;
+extern const SchemaStep kSchemaStep2;
 
 const std::vector<SchemaStep>& SchemaSteps();
 int CurrentSchemaVersion();  // of this program

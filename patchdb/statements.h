@@ -28,7 +28,7 @@ inline constexpr const char* kGroundCrs =
     "ON s.srs_id = g.srs_id WHERE g.table_name = 'patches'";
 inline constexpr const char* kCounts =
     "SELECT (SELECT count(*) FROM patches), (SELECT count(*) FROM sources), "
-    "(SELECT count(*) FROM attempts)";
+    "(SELECT count(*) FROM attempts), (SELECT count(*) FROM patches WHERE state = 'retired')";
 inline constexpr const char* kExtent =
     "SELECT min_x, min_y, max_x, max_y FROM gpkg_contents WHERE table_name = 'patches'";
 // min() and max() with several arguments are NULL as soon as one of them is.
@@ -40,19 +40,40 @@ inline constexpr const char* kGrowExtent =
 
 inline constexpr const char* kSourceId = "SELECT id FROM sources WHERE kind = ?1 AND name = ?2";
 inline constexpr const char* kAddSource =
-    "INSERT INTO sources (kind, name, date, gsd_m) VALUES (?1, ?2, ?3, ?4)";
+    "INSERT INTO sources (kind, name, date, gsd_m, crs, provenance, licence, added) "
+    "VALUES (?1, ?2, ?3, ?4, ?5, ?6, ?7, strftime('%Y-%m-%dT%H:%M:%fZ','now'))";
 inline constexpr const char* kSources =
-    "SELECT id, kind, name, date, gsd_m FROM sources ORDER BY id";
+    "SELECT id, kind, name, date, gsd_m, crs, provenance, licence FROM sources ORDER BY id";
 
+// The columns that a patch brings along, in the order of patch_rows.cpp; not what the database
+// knows about it (state, epoch, history).
+#define ORIENT_PATCH_VALUES                                                               \
+  "geom, gsd_m, bits, bands, covariance, height_effect, height_sigma_m, roundness, "      \
+  "distinctness, second_peak_px, persistence, relief_px, lean_px, energy_xx, energy_xy, " \
+  "energy_yy, quality, heights_size, heights_step_m, heights_base_m, heights_quantum_m, " \
+  "heights, chip_mask, chip"
 inline constexpr const char* kAddPatch =
-    "INSERT INTO patches (geom, source_id, gsd_m, bits, chip, chip_mask, heights, heights_size, "
-    "heights_step_m, covariance, roundness, distinctness, persistence, relief_px, height_effect, "
-    "height_sigma_m) "
-    "VALUES (?1, ?2, ?3, ?4, ?5, ?6, ?7, ?8, ?9, ?10, ?11, ?12, ?13, ?14, ?15, ?16)";
-#define ORIENT_PATCH_COLUMNS                                                      \
-  "p.id, p.geom, p.source_id, p.gsd_m, p.bits, p.chip, p.chip_mask, p.heights, "  \
-  "p.heights_size, p.heights_step_m, p.covariance, p.roundness, p.distinctness, " \
-  "p.persistence, p.relief_px, p.height_effect, p.height_sigma_m FROM patches AS p "
+    "INSERT INTO patches (" ORIENT_PATCH_VALUES
+    ", source_id, created) VALUES (?1, ?2, ?3, ?4, ?5, ?6, ?7, ?8, ?9, ?10, ?11, ?12, ?13, ?14, "
+    "?15, ?16, ?17, ?18, ?19, ?20, ?21, ?22, ?23, ?24, ?25, "
+    "strftime('%Y-%m-%dT%H:%M:%fZ','now'))";
+inline constexpr const char* kChangePatch =
+    "UPDATE patches SET (" ORIENT_PATCH_VALUES
+    ") = (?1, ?2, ?3, ?4, ?5, ?6, ?7, ?8, ?9, ?10, ?11, ?12, ?13, ?14, ?15, ?16, ?17, ?18, ?19, "
+    "?20, ?21, ?22, ?23, ?24) WHERE id = ?25";
+inline constexpr const char* kAddEvidence =
+    "INSERT OR REPLACE INTO evidence (patch_id, source_id, col_px, row_px, residual_col_px, "
+    "residual_row_px) VALUES (?1, ?2, ?3, ?4, ?5, ?6)";
+inline constexpr const char* kCountViews =
+    "UPDATE patches SET views = 1 + (SELECT count(*) FROM evidence WHERE patch_id = ?1 AND "
+    "source_id <> patches.source_id) WHERE id = ?1";
+inline constexpr const char* kEvidenceOf =
+    "SELECT source_id, col_px, row_px, residual_col_px, residual_row_px FROM evidence "
+    "WHERE patch_id = ?1 ORDER BY source_id";
+#define ORIENT_PATCH_COLUMNS                                                         \
+  ORIENT_PATCH_VALUES                                                                \
+  ", p.id, source_id, state, retired_reason, superseded_by, epoch, created, views, " \
+  "success_weight, failure_weight FROM patches AS p "
 inline constexpr const char* kCountPatchesIn =
     "SELECT count(*) FROM rtree_patches_geom WHERE maxx >= ?1 AND minx <= ?2 AND maxy >= ?3 AND "
     "miny <= ?4";
@@ -61,13 +82,20 @@ inline constexpr const char* kCountPatchesIn =
 inline constexpr const char* kPatchesIn =
     "SELECT " ORIENT_PATCH_COLUMNS
     "JOIN rtree_patches_geom AS r ON r.id = p.id WHERE r.maxx >= ?1 AND r.minx <= ?2 "
-    "AND r.maxy >= ?3 AND r.miny <= ?4 AND (p.id * 40503) % 65536 < ?5 ORDER BY p.id";
+    "AND r.maxy >= ?3 AND r.miny <= ?4 AND (p.id * 40503) % 65536 < ?5 AND p.state = 'active' "
+    "ORDER BY p.id";
 inline constexpr const char* kPatchesAfter =
     "SELECT " ORIENT_PATCH_COLUMNS "WHERE p.id > ?1 ORDER BY p.id LIMIT ?2";
+inline constexpr const char* kPatch = "SELECT " ORIENT_PATCH_COLUMNS "WHERE p.id = ?1";
 #undef ORIENT_PATCH_COLUMNS
+#undef ORIENT_PATCH_VALUES
 
 inline constexpr const char* kRecordAttempt =
     "INSERT OR REPLACE INTO attempts (patch_id, photo, state, ncc, residual_col_px, "
-    "residual_row_px, reason) VALUES (?1, ?2, ?3, ?4, ?5, ?6, ?7)";
+    "residual_row_px, reason, photo_date, photo_status, predicted_col_px, predicted_row_px, "
+    "found_col_px, found_row_px, recorded, epoch) "
+    "VALUES (?1, ?2, ?3, ?4, ?5, ?6, ?7, ?8, ?9, ?10, ?11, ?12, ?13, "
+    "strftime('%Y-%m-%dT%H:%M:%fZ','now'), "
+    "coalesce((SELECT epoch FROM patches WHERE id = ?1), 1))";
 
 }  // namespace orient::sql

@@ -297,7 +297,8 @@ void Feedback(PatchDatabase& database, ExteriorResult* told) {
   for (const PatchResult& patch : result.patches)
     if (patch.state != PatchState::kNotVisible)
       attempts.push_back({patch.id, result.photo, std::string(Name(patch.state)), patch.ncc,
-                          patch.residual_px, patch.reason});
+                          patch.residual_px, patch.reason, std::nullopt,
+                          std::string(Name(result.status)), patch.predicted, patch.pixel});
   if (attempts.empty()) return;
   try {
     database.RecordAttempts(attempts);

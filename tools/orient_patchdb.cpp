@@ -243,16 +243,16 @@ class InfoVerb : public Verb {
     const PatchDatabase database = PatchDatabase::Open(path_, PatchDatabase::Mode::kRead);
     const PatchDatabaseInfo info = database.Info();
     out << "CRS       " << info.crs_name << "\nschema    version " << info.schema_version
-        << "\npatches   " << info.patches << "\nattempts  " << info.attempts << "\nsources   "
-        << info.sources << "\n";
+        << "\npatches   " << info.patches << "\nretired   " << info.retired << "\nattempts  "
+        << info.attempts << "\nsources   " << info.sources << "\n";
     if (info.patches > 0)
       out << "extent    " << Fixed(info.extent.min_x, 1) << " " << Fixed(info.extent.min_y, 1)
           << " to " << Fixed(info.extent.max_x, 1) << " " << Fixed(info.extent.max_y, 1) << "\n";
     if (info.sources == 0) return;
     SummaryTable table({"source", "kind", "date", "gsd [m]"});
     for (const PatchSource& source : database.Sources())
-      table.AddRow({source.name, source.kind == SourceKind::kPhoto ? "photo" : "orthophoto",
-                    source.date.value_or("-"), Fixed(source.gsd_m, 3)});
+      table.AddRow(
+          {source.name, Name(source.kind), source.date.value_or("-"), Fixed(source.gsd_m, 3)});
     out << "\n";
     table.Print(out);
   }

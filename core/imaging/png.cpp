@@ -14,6 +14,7 @@
 #include "core/error.h"
 #include "core/imaging/gdal_quiet.h"
 #include "core/imaging/grey_reader.h"
+#include "core/imaging/png_bands.h"
 #include "core/imaging/raster.h"
 
 namespace orient {
@@ -79,6 +80,38 @@ class MemoryFile {
   std::string name_;
 };
 
+// A PNG in memory, open for reading.
+class OpenPng {
+ public:
+  explicit OpenPng(const std::vector<unsigned char>& png)
+      : bytes_(png.size()), file_(Checked(png)) {
+    const char* const only_png[] = {"PNG", nullptr};
+    const char* const no_siblings[] = {nullptr};
+    dataset_.reset(GDALDataset::Open(file_.Name().c_str(), GDAL_OF_RASTER | GDAL_OF_READONLY,
+                                     only_png, nullptr, no_siblings));
+    if (dataset_ == nullptr || dataset_->GetRasterCount() == 0) throw Damaged();
+  }
+  GDALDataset* Dataset() const { return dataset_.get(); }
+  PixelWindow Whole() const {
+    return {0, 0, dataset_->GetRasterXSize(), dataset_->GetRasterYSize()};
+  }
+  InputError Damaged() const {
+    return InputError("PNG chip of " + std::to_string(bytes_) + " bytes: damaged (" +
+                      quiet_.Message() + ")");
+  }
+
+ private:
+  static const std::vector<unsigned char>& Checked(const std::vector<unsigned char>& png) {
+    CheckHeader(png);
+    RegisterGdalDrivers();
+    return png;
+  }
+  size_t bytes_;
+  GdalQuiet quiet_;
+  MemoryFile file_;
+  GDALDatasetUniquePtr dataset_;
+};
+
 }  // namespace
 
 std::vector<unsigned char> EncodePng(int width, int height, int channels,
@@ -114,19 +147,30 @@ void WritePng(const std::string& path, int width, int height, int channels,
 }
 
 Image DecodePng(const std::vector<unsigned char>& png) {
-  CheckHeader(png);
-  RegisterGdalDrivers();
-  const GdalQuiet quiet;
-  const MemoryFile file(png);
-  const char* const only_png[] = {"PNG", nullptr};
-  const char* const no_siblings[] = {nullptr};
-  const GDALDatasetUniquePtr dataset(GDALDataset::Open(
-      file.Name().c_str(), GDAL_OF_RASTER | GDAL_OF_READONLY, only_png, nullptr, no_siblings));
-  if (dataset == nullptr || dataset->GetRasterCount() == 0)
-    throw InputError("PNG chip of " + std::to_string(png.size()) + " bytes: damaged (" +
-                     quiet.Message() + ")");
-  const int width = dataset->GetRasterXSize(), height = dataset->GetRasterYSize();
-  return GreyReader(dataset.get(), "PNG chip").Read({0, 0, width, height}, 1).image;
+  const OpenPng open(png);
+  return GreyReader(open.Dataset(), "PNG chip").Read(open.Whole(), 1).image;
+}
+
+std::vector<Image> DecodePngBands(const std::vector<unsigned char>& png) {
+  const OpenPng open(png);
+  GDALDataset& dataset = *open.Dataset();
+  const PixelWindow whole = open.Whole();
+  const int count = dataset.GetRasterCount();
+  const GDALDataType type = dataset.GetRasterBand(1)->GetRasterDataType();
+  if ((count != 1 && count != 3) || (type != GDT_Byte && type != GDT_UInt16) ||
+      dataset.GetRasterBand(1)->GetColorTable() != nullptr)
+    throw InputError("PNG chip of " + std::to_string(png.size()) +
+                     " bytes: neither grey nor RGB of 8 or 16 bits");
+  std::vector<Image> bands;
+  for (int i = 1; i <= count; ++i) {
+    Image band(whole.width, whole.height);
+    if (dataset.GetRasterBand(i)->RasterIO(GF_Read, 0, 0, whole.width, whole.height,
+                                           band.values.data(), whole.width, whole.height,
+                                           GDT_Float32, 0, 0) != CE_None)
+      throw open.Damaged();
+    bands.push_back(std::move(band));
+  }
+  return bands;
 }
 
 }  // namespace orient

@@ -12,6 +12,7 @@
 #include <stdexcept>
 
 #include "core/error.h"
+#include "patchdb/schema.h"
 #include "tests/support/shared_data.h"
 
 namespace orient {
@@ -34,7 +35,7 @@ Patch SomePatch(double x, double y, int grey = 7) {
 }
 
 PatchSource Photo(const std::string& name) {
-  return {0, SourceKind::kPhoto, name, std::nullopt, 0.5};
+  return {0, SourceKind::kPhoto, name, std::nullopt, 0.5, {}, {}, {}};
 }
 
 std::string WhatIsWrong(const std::function<void()>& action) {
@@ -71,13 +72,17 @@ class PatchDatabaseTest : public testing::Test {
 
 TEST_F(PatchDatabaseTest, RoundtripOfAPatchWithEverything) {
   PatchDatabase database = PatchDatabase::Create(path_, Utm());
-  PatchSource source{0, SourceKind::kOrthophoto, "ortho.tif", "1961-07-30", 0.25};
+  PatchSource source{0, SourceKind::kOrthophoto, "ortho.tif", "1961-07-30", 0.25, {}, {}, {}};
   std::vector<Patch> patches = {SomePatch(500100.125, 5000200.25)};
   patches[0].chip.At(4, 2) = kNoData;
   patches[0].roundness = 0.75;
   patches[0].distinctness = 0.5;
   patches[0].persistence = 3;
   patches[0].relief_px = 1.5;
+  patches[0].lean_px = 0.25;
+  patches[0].second_peak_px = 12;
+  patches[0].energy = Eigen::Vector3d(4, -1, 3);
+  patches[0].quality = 0.875;
   database.AddSource(source, patches);
   EXPECT_EQ(patches[0].id, 1);
   EXPECT_EQ(patches[0].source_id, source.id);
@@ -99,10 +104,121 @@ TEST_F(PatchDatabaseTest, RoundtripOfAPatchWithEverything) {
   EXPECT_EQ(read[0].distinctness, 0.5);
   EXPECT_EQ(read[0].persistence, 3);
   EXPECT_EQ(read[0].relief_px, 1.5);
+  EXPECT_EQ(read[0].lean_px, 0.25);
+  EXPECT_EQ(read[0].second_peak_px, 12);
+  EXPECT_EQ(read[0].energy, Eigen::Vector3d(4, -1, 3));
+  EXPECT_EQ(read[0].quality, 0.875);
+  EXPECT_EQ(read[0].life, PatchLife::kActive);
+  EXPECT_EQ(read[0].epoch, 1);
+  EXPECT_EQ(read[0].views, 1);
+  EXPECT_TRUE(read[0].created);
   const auto sources = database.Sources();
   ASSERT_EQ(sources.size(), 1u);
   EXPECT_EQ(sources[0].kind, SourceKind::kOrthophoto);
   EXPECT_EQ(sources[0].date, "1961-07-30");
+}
+
+TEST_F(PatchDatabaseTest, RoundtripOfASource) {
+  PatchDatabase database = PatchDatabase::Create(path_, Utm());
+  PatchSource source{0,    SourceKind::kGcp, "points.csv",  "1961",
+                     0.25, "EPSG:3067",      "survey 1961", "CC0"};
+  std::vector<Patch> patches = {SomePatch(1, 2)};
+  database.AddSource(source, patches);
+  const auto read = database.Sources();
+  ASSERT_EQ(read.size(), 1u);
+  EXPECT_EQ(read[0].kind, SourceKind::kGcp);
+  EXPECT_EQ(read[0].crs, "EPSG:3067");
+  EXPECT_EQ(read[0].provenance, "survey 1961");
+  EXPECT_EQ(read[0].licence, "CC0");
+}
+
+TEST_F(PatchDatabaseTest, ColourOf16BitsIsLosslessAndMatchedAsGrey) {
+  PatchDatabase database = PatchDatabase::Create(path_, Utm());
+  PatchSource source = Photo("a");
+  std::vector<Patch> patches = {SomePatch(1, 2)};
+  Patch& patch = patches[0];
+  patch.bits = 16;
+  patch.colour = {Image(21, 21, 60000), Image(21, 21, 300), Image(21, 21, 20)};
+  patch.colour[1].At(3, 4) = 65535;
+  patch.chip.At(5, 6) = kNoData;
+  database.AddSource(source, patches);
+  const auto read = database.ReadPatch(patch.id);
+  ASSERT_TRUE(read);
+  ASSERT_EQ(read->colour.size(), 3u);
+  EXPECT_EQ(read->colour[0].At(0, 0), 60000);
+  EXPECT_EQ(read->colour[1].At(3, 4), 65535);
+  EXPECT_EQ(read->colour[2].At(20, 20), 20);
+  EXPECT_TRUE(std::isnan(read->colour[1].At(5, 6)));
+  EXPECT_TRUE(std::isnan(read->chip.At(5, 6)));
+  EXPECT_NEAR(read->chip.At(0, 0), 0.299 * 60000 + 0.587 * 300 + 0.114 * 20, 0.01);
+  const auto listed = database.ListPatches(0, 1);
+  EXPECT_TRUE(listed[0].colour.empty());
+  EXPECT_EQ(listed[0].chip.At(0, 0), read->chip.At(0, 0));
+  EXPECT_FALSE(database.ReadPatch(99));
+}
+
+TEST_F(PatchDatabaseTest, HeightsAreKeptToA64thOfAPixelWhereverTheyLie) {
+  PatchDatabase database = PatchDatabase::Create(path_, Utm());
+  PatchSource source = Photo("a");
+  std::vector<Patch> patches = {SomePatch(1, 2), SomePatch(3, 4)};
+  HeightGrid& gentle = patches[0].heights;
+  gentle = {3, 6, {801.123f, 802, 803, 790.55f, kNoData, 791, 792, 793.3f, 800}};
+  HeightGrid& wild = patches[1].heights;  // range too large for 16 bits
+  wild = {3, 6, {0, 1, 2, 3, 4, 5, 6, 7, 8000.125f}};
+  database.AddSource(source, patches);
+  const auto read = database.ListPatches(0, 2);
+  for (std::size_t i = 0; i < 9; ++i) {
+    const float before = gentle.heights_m[i], after = read[0].heights.heights_m[i];
+    EXPECT_EQ(std::isnan(before), std::isnan(after));
+    if (!std::isnan(before)) {
+      EXPECT_NEAR(before, after, 0.5 * 0.5 / 64 + 1e-4);
+    }
+  }
+  EXPECT_EQ(read[1].heights.heights_m, wild.heights_m);
+}
+
+TEST_F(PatchDatabaseTest, FurtherViewsAreEvidenceAndMayMoveAPatch) {
+  PatchDatabase database = Filled(3);
+  Patch better = *database.ReadPatch(2);
+  better.ground_m += Eigen::Vector3d(0.25, -0.5, 1);
+  better.covariance_m2 *= 0.5;
+  better.evidence = {{0, Eigen::Vector2d(100.5, 200.25), Eigen::Vector2d(0.125, -0.25)}};
+  PatchSource second = Photo("4712.tif");
+  std::vector<Patch> none;
+  database.AddSource(second, none, {better});
+  const auto read = database.ReadPatch(2);
+  EXPECT_EQ(read->ground_m, better.ground_m);
+  EXPECT_EQ(read->covariance_m2, better.covariance_m2);
+  EXPECT_EQ(read->source_id, 1);
+  EXPECT_EQ(read->views, 2);
+  ASSERT_EQ(read->evidence.size(), 1u);
+  EXPECT_EQ(read->evidence[0].source_id, second.id);
+  EXPECT_EQ(read->evidence[0].pixel, Eigen::Vector2d(100.5, 200.25));
+  EXPECT_EQ(read->evidence[0].residual_px, Eigen::Vector2d(0.125, -0.25));
+  EXPECT_EQ(database.ReadPatch(1)->views, 1);
+  const Eigen::Vector2d at = better.ground_m.head<2>();
+  EXPECT_EQ(
+      database.FindPatchesIn({at.x() - 1e-3, at.y() - 1e-3, at.x() + 1e-3, at.y() + 1e-3}).size(),
+      1u);
+
+  better.id = 99;
+  PatchSource third = Photo("4713.tif");
+  EXPECT_THROW(database.AddSource(third, none, {better}), std::invalid_argument);
+  EXPECT_FALSE(database.HasSource(SourceKind::kPhoto, "4713.tif"));
+}
+
+TEST_F(PatchDatabaseTest, RetiredPatchesAreListedButNotFound) {
+  Filled(5);
+  Execute(
+      "DROP TRIGGER rtree_patches_geom_update3; DROP TRIGGER rtree_patches_geom_update4; "
+      "UPDATE patches SET state = 'retired', retired_reason = 'a roof' WHERE id = 4");
+  const PatchDatabase database = PatchDatabase::Open(path_, Mode::kRead);
+  EXPECT_EQ(database.FindPatchesIn({0, 0, 1e7, 1e7}).size(), 4u);
+  EXPECT_EQ(database.Info().retired, 1);
+  const auto all = database.ListPatches(0, 10);
+  ASSERT_EQ(all.size(), 5u);
+  EXPECT_EQ(all[3].life, PatchLife::kRetired);
+  EXPECT_EQ(all[3].retired_reason, "a roof");
 }
 
 TEST_F(PatchDatabaseTest, UnknownIsNull) {
@@ -194,7 +310,7 @@ TEST_F(PatchDatabaseTest, InfoCountsAndBounds) {
   EXPECT_EQ(info.patches, 40);
   EXPECT_EQ(info.sources, 1);
   EXPECT_EQ(info.attempts, 0);
-  EXPECT_EQ(info.schema_version, 1);
+  EXPECT_EQ(info.schema_version, CurrentSchemaVersion());
   EXPECT_EQ(info.crs_name, Utm().Name());
   for (const Patch& patch : database.ListPatches(0, 100))
     EXPECT_TRUE(info.extent.Contains(patch.ground_m.x(), patch.ground_m.y()));
@@ -293,7 +409,7 @@ TEST_F(PatchDatabaseTest, NewerSchemaIsRefusedNamingBothVersions) {
   Execute("INSERT INTO orient_schema VALUES (7, 'from the future')");
   const std::string message = WhatIsWrong([&] { PatchDatabase::Open(path_, Mode::kWrite); });
   EXPECT_NE(message.find("version 7"), std::string::npos) << message;
-  EXPECT_NE(message.find("knows 1"), std::string::npos) << message;
+  EXPECT_NE(message.find("knows 2"), std::string::npos) << message;
 }
 
 TEST_F(PatchDatabaseTest, OtherFilesAreRefusedByName) {

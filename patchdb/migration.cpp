@@ -1,0 +1,88 @@
+#include "patchdb/migration.h"
+
+#include "core/error.h"
+#include "patchdb/schema.h"
+#include "patchdb/statements.h"
+
+namespace orient {
+namespace {
+
+constexpr int kFirstPrivateSrsId = 100000;  // for a CRS without an EPSG code
+
+int AddCrs(Connection& connection, const Crs& crs) {
+  const auto epsg = crs.Epsg();
+  const int id = epsg.value_or(kFirstPrivateSrsId);
+  const Query statement = connection.Prepare(sql::kAddCrs);
+  statement->bind(1, crs.Name().empty() ? "unnamed" : crs.Name());
+  statement->bind(2, id);
+  statement->bind(3, epsg ? "EPSG" : "NONE");
+  statement->bind(4, id);
+  statement->bind(5, crs.Wkt1());
+  statement->bind(6, "ground coordinates of the patches");
+  statement->exec();
+  return id;
+}
+
+// Runs the steps after `version`; the caller holds the transaction, and keeps foreign keys off:
+// a step may write a table anew.
+void RunSchemaSteps(Connection& connection, int version) {
+  for (const SchemaStep& step : SchemaSteps()) {
+    if (step.version <= version) continue;
+    connection.Database().exec(step.sql);
+    const Query record = connection.Prepare(sql::kAddSchemaStep);
+    record->bind(1, step.version);
+    record->bind(2, step.description);
+    record->exec();
+  }
+}
+
+}  // namespace
+
+void WriteNewDatabase(const std::string& path, const Crs& crs) {
+  Connection connection(path, Connection::Mode::kCreate);
+  SQLite::Database& database = connection.Database();
+  database.exec("PRAGMA application_id = " + std::to_string(kGeoPackageApplicationId));
+  database.exec("PRAGMA user_version = " + std::to_string(kGeoPackageVersion));
+  database.exec("PRAGMA foreign_keys = OFF");
+  SQLite::Transaction transaction(database);
+  RunSchemaSteps(connection, 0);
+  const int srs_id = AddCrs(connection, crs);
+  for (const char* sql : {sql::kRegisterPatches, sql::kRegisterPatchGeometry}) {
+    const Query statement = connection.Prepare(sql);
+    statement->bind(1, srs_id);
+    statement->exec();
+  }
+  database.exec(sql::kRegisterAttributes);
+  transaction.commit();
+}
+
+int CheckedSchemaVersion(Connection& connection, const std::string& path) {
+  if (connection.Number("PRAGMA application_id") != kGeoPackageApplicationId)
+    throw InputError(path + " is not a GeoPackage; give a file made by 'orient patchdb create'");
+  if (connection.Number(sql::kHasSchemaTable) != 1)
+    throw InputError(path + " is a GeoPackage but not a patch database (it has no table " +
+                     "orient_schema); give a file made by 'orient patchdb create'");
+  const auto version = connection.Number(sql::kSchemaVersion);
+  if (version < 1) throw InputError(path + " is damaged: table orient_schema is empty");
+  if (version > CurrentSchemaVersion())
+    throw InputError(path + " has schema version " + std::to_string(version) +
+                     ", this program knows " + std::to_string(CurrentSchemaVersion()) +
+                     " at most; use a newer Orient");
+  return static_cast<int>(version);
+}
+
+void BringUpToDate(Connection& connection, int version, const std::string& path) {
+  if (version == CurrentSchemaVersion()) return;
+  SQLite::Database& database = connection.Database();
+  database.exec("PRAGMA foreign_keys = OFF");  // has no effect within a transaction
+  SQLite::Transaction transaction(database, SQLite::TransactionBehavior::IMMEDIATE);
+  // Another program may have been quicker.
+  RunSchemaSteps(connection, CheckedSchemaVersion(connection, path));
+  if (connection.Number("SELECT count(*) FROM pragma_foreign_key_check") != 0)
+    throw InputError(path + " is damaged: its rows name patches or sources that are not there; " +
+                     "'orient patchdb check' says which");
+  transaction.commit();
+  database.exec("PRAGMA foreign_keys = ON");
+}
+
+}  // namespace orient
