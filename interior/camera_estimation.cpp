@@ -6,6 +6,8 @@
 #include <limits>
 #include <stdexcept>
 
+#include "core/geometry/dense_solvers.h"
+
 namespace orient {
 namespace {
 
@@ -213,7 +215,7 @@ class Adjustment {
     const double weight = AffinityWeight();
     normal(4, 4) += weight;
     normal(5, 5) += weight;
-    part.inverse = normal.ldlt().solve(MatrixXd::Identity(6, 6));
+    part.inverse = SolveNormal(normal, MatrixXd::Identity(6, 6));
     return part;
   }
 
@@ -243,7 +245,7 @@ class Adjustment {
     for (size_t k = 0; k < shown_.size(); ++k)
       start.segment<2>(2 * static_cast<long>(k)) = start_[shown_[k]];
     right.tail(gauge_columns) = scaled.transpose() * start;
-    const MatrixXd inverse = normal.fullPivLu().inverse();
+    const MatrixXd inverse = InverseOf(normal);
     const VectorXd solution = inverse * right;
     cofactor_ = inverse.topLeftCorner(unknowns, unknowns);
     for (size_t k = 0; k < shown_.size(); ++k)

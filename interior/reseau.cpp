@@ -6,6 +6,7 @@
 #include <cmath>
 #include <limits>
 
+#include "core/geometry/dense_solvers.h"
 #include "core/geometry/principal_axes.h"
 
 namespace orient {
@@ -80,15 +81,14 @@ class OfLength {
     const auto n = static_cast<Eigen::Index>(crosses.size());
     y_.resize(n, 2);
     for (Eigen::Index i = 0; i < n; ++i) y_.row(i) = crosses[i].left.transpose();
-    const MatrixXd q = Eigen::HouseholderQR<MatrixXd>(f_).householderQ();
-    null_ = q.rightCols(n - kTrend);
+    null_ = NullSpace(f_);
     r_ = Correlations(crosses, length, smoothness);
-    solver_.compute(null_.transpose() * r_ * null_);
-    z_ = solver_.eigenvectors().transpose() * null_.transpose() * y_;
+    eigen_ = EigenOfSymmetric(null_.transpose() * r_ * null_);
+    z_ = eigen_.vectors.transpose() * null_.transpose() * y_;
   }
 
   void Improve(double ratio, Collocation* best) const {
-    const VectorXd d = solver_.eigenvalues().cwiseMax(0.0).array() + ratio;
+    const VectorXd d = eigen_.values.cwiseMax(0.0).array() + ratio;
     const auto m = static_cast<double>(z_.rows());
     const double variance =
         (d.cwiseInverse().asDiagonal() * z_.cwiseAbs2()).sum() / (2 * m) + 1e-16;
@@ -103,19 +103,19 @@ class OfLength {
   }
 
   void Solve(Collocation* best) const {
-    const VectorXd d = solver_.eigenvalues().cwiseMax(0.0).array() + best->ratio;
-    const MatrixXd basis = null_ * solver_.eigenvectors();
+    const VectorXd d = eigen_.values.cwiseMax(0.0).array() + best->ratio;
+    const MatrixXd basis = null_ * eigen_.vectors;
     best->weights = basis * d.cwiseInverse().asDiagonal() * z_;
     best->precision = (basis.cwiseAbs2() * d.cwiseInverse());
     const MatrixXd signal = r_ * best->weights + best->ratio * best->weights;
-    best->trend = f_.householderQr().solve(y_ - signal);
+    best->trend = LeastSquares(f_, y_ - signal);
   }
 
  private:
   Smoothness smoothness_;
   double length_, extent_;
   MatrixXd f_, y_, null_, r_, z_;
-  Eigen::SelfAdjointEigenSolver<MatrixXd> solver_;
+  SymmetricEigen eigen_;
 };
 
 double ExtentOf(const std::vector<Cross>& crosses) {

@@ -4,6 +4,8 @@
 #include <cmath>
 #include <stdexcept>
 
+#include "core/geometry/dense_solvers.h"
+
 namespace orient {
 namespace {
 
@@ -51,9 +53,9 @@ std::optional<Eigen::Vector3d> IntersectRays(const std::vector<Ray>& rays) {
     matrix += across;
     right += across * (ray.origin_m - centre);
   }
-  const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> solver(matrix);
-  if (!(solver.eigenvalues()[0] > kParallel * solver.eigenvalues()[2])) return std::nullopt;
-  const Eigen::Vector3d point = centre + matrix.ldlt().solve(right);
+  const Eigen::VectorXd eigenvalues = EigenOfSymmetric(matrix).values;
+  if (!(eigenvalues[0] > kParallel * eigenvalues[2])) return std::nullopt;
+  const Eigen::Vector3d point = centre + SolveNormal(matrix, right);
   for (const Ray& ray : rays)
     if (!(ray.direction.dot(point - ray.origin_m) > 0)) return std::nullopt;
   return point;

@@ -8,6 +8,7 @@
 #include <stdexcept>
 
 #include "core/geometry/collinearity.h"
+#include "core/geometry/dense_solvers.h"
 
 namespace orient {
 namespace {
@@ -190,11 +191,10 @@ std::optional<Matrix6d> InverseNormal(const Matrix6d& matrix) {
   if (!(diagonal.minCoeff() > 0) || !matrix.allFinite()) return std::nullopt;
   const Vector6d scale = diagonal.cwiseSqrt().cwiseInverse();
   const Matrix6d scaled = scale.asDiagonal() * matrix * scale.asDiagonal();
-  const Eigen::SelfAdjointEigenSolver<Matrix6d> solver(scaled);
-  if (!(solver.eigenvalues()[0] > kSingular * solver.eigenvalues()[5])) return std::nullopt;
-  const Matrix6d inverse = solver.eigenvectors() *
-                           solver.eigenvalues().cwiseInverse().asDiagonal() *
-                           solver.eigenvectors().transpose();
+  const SymmetricEigen eigen = EigenOfSymmetric(scaled);
+  if (!(eigen.values[0] > kSingular * eigen.values[5])) return std::nullopt;
+  const Matrix6d half = eigen.vectors * eigen.values.cwiseSqrt().cwiseInverse().asDiagonal();
+  const Matrix6d inverse = half * half.transpose();
   return Matrix6d(scale.asDiagonal() * inverse * scale.asDiagonal());
 }
 

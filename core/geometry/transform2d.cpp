@@ -6,6 +6,8 @@
 #include <stdexcept>
 #include <string>
 
+#include "core/geometry/dense_solvers.h"
+
 namespace orient {
 namespace {
 
@@ -101,20 +103,20 @@ TransformFit Adjust(const std::vector<PointPair2d>& pairs, const Centred& centre
     normal += a.transpose() * a;
     right += a.transpose() * (pair.target / pair.sigma);
   }
-  const Eigen::LDLT<Eigen::MatrixXd> solver(normal);
+  const Eigen::MatrixXd inverse =
+      SolveNormal(normal, Eigen::MatrixXd::Identity(unknowns, unknowns));
   Eigen::MatrixXd back = Eigen::MatrixXd::Identity(unknowns, unknowns);
   back.topLeftCorner(linear, linear) /= centred.scale;
   back.bottomLeftCorner(2, linear) = -rows(centred.centre).leftCols(linear) / centred.scale;
 
   TransformFit fit;
-  fit.transform = make(Eigen::VectorXd(back * solver.solve(right)));
+  fit.transform = make(Eigen::VectorXd(back * SolveNormal(normal, right)));
   fit.redundancy = static_cast<int>(2 * pairs.size()) - static_cast<int>(unknowns);
   double square_sum = 0;
   for (const PointPair2d& pair : pairs) {
     fit.residuals.push_back(pair.target - fit.transform * pair.source);
     square_sum += (fit.residuals.back() / pair.sigma).squaredNorm();
   }
-  const Eigen::MatrixXd inverse = solver.solve(Eigen::MatrixXd::Identity(unknowns, unknowns));
   fit.covariance = back * inverse * back.transpose();
   if (fit.redundancy > 0) {
     fit.sigma0 = std::sqrt(square_sum / fit.redundancy);

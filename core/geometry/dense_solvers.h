@@ -1,0 +1,30 @@
+// Decompositions of small dense matrices of any size. Eigen's would be compiled anew, ten to twenty
+// seconds each, in every file that names them: here they are compiled once.
+#pragma once
+
+#include <Eigen/Core>
+
+namespace orient {
+
+struct SymmetricEigen {
+  Eigen::VectorXd values;   // ascending
+  Eigen::MatrixXd vectors;  // columns of length 1, one a value
+};
+
+// Of a symmetric matrix (the lower triangle is looked at).
+SymmetricEigen EigenOfSymmetric(const Eigen::MatrixXd& symmetric);
+
+// x of `normal` x = `right`, column by column; `normal` symmetric and positive semidefinite (LDLT).
+Eigen::MatrixXd SolveNormal(const Eigen::MatrixXd& normal, const Eigen::MatrixXd& right);
+
+// Of a square matrix that need not be definite (LU with full pivoting).
+Eigen::MatrixXd InverseOf(const Eigen::MatrixXd& matrix);
+
+// x that minimises |`matrix` x - `right`|, column by column; at least as many rows as columns, of
+// full rank (Householder QR).
+Eigen::MatrixXd LeastSquares(const Eigen::MatrixXd& matrix, const Eigen::MatrixXd& right);
+
+// An orthogonal basis (columns) of what is orthogonal to the columns of `matrix`, of full rank.
+Eigen::MatrixXd NullSpace(const Eigen::MatrixXd& matrix);
+
+}  // namespace orient
