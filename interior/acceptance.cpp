@@ -144,9 +144,9 @@ void JudgeFilm(const FilmReading& reading, const FilmTransform& film, Verdict* v
         reading.scanner_margin));
   if (reading.orientation_margin < kSureNats)
     weak(FormatText(
-        "The film lying otherwise is nearly as probable (%.1f nats apart, 5 are needed): "
+        "The film lying otherwise is nearly as probable (%.1f nats apart, %.0f are needed): "
         "give --orientation.",
-        reading.orientation_margin));
+        reading.orientation_margin, kSureNats));
   const double limit =
       reading.scanner == Scanner::kPhotogrammetric ? kMaxSigma0Photogrammetric : kMaxSigma0Desktop;
   if (film.sigma0_um > limit)
