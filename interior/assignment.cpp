@@ -222,6 +222,22 @@ class Search {
   int nodes_ = 0;
 };
 
+// Index of the candidate that adds most where a mark is predicted; -1 where none adds anything.
+int Likeliest(const AssignmentMark& mark, const ConstellationPrior& prior,
+              const Prediction& predicted) {
+  int best = -1;
+  double most = 0;
+  for (size_t j = 0; j < mark.candidates.size(); ++j) {
+    const AssignmentCandidate& c = mark.candidates[j];
+    const double gain = FixedGain(mark, c, prior) + predicted.log_density -
+                        0.5 * ChiSquare(predicted, c.position_mm);
+    if (gain <= most) continue;
+    most = gain;
+    best = static_cast<int>(j);
+  }
+  return best;
+}
+
 // What is known after all matched marks but one.
 State StateWithout(const std::vector<AssignmentMark>& marks, const ConstellationPrior& prior,
                    const std::vector<int>& choice, int without) {
@@ -322,28 +338,22 @@ std::vector<int> WithoutContradicted(const std::vector<AssignmentMark>& marks,
   return choice;
 }
 
-std::vector<int> WithoutStrays(const std::vector<AssignmentMark>& marks,
-                               const ConstellationPrior& prior, std::vector<int> choice,
-                               const std::vector<size_t>& trusted) {
-  std::vector<bool> is_trusted(marks.size(), false);
-  std::vector<size_t> order;
-  for (const size_t i : trusted) {
-    is_trusted.at(i) = true;
-    order.push_back(i);
-  }
-  for (size_t i = 0; i < marks.size(); ++i)
-    if (!is_trusted[i]) order.push_back(i);
-  State state = PriorState(prior);
-  for (const size_t i : order) {
-    if (choice.at(i) < 0) continue;
-    const AssignmentCandidate& c = marks[i].candidates.at(choice[i]);
+std::vector<int> ChooseAround(const std::vector<AssignmentMark>& marks,
+                              const ConstellationPrior& prior, const std::vector<int>& trusted) {
+  constexpr int kRounds = 2;
+  std::vector<int> choice = trusted;
+  State state = StateWithout(marks, prior, choice, -1);
+  for (size_t i = 0; i < marks.size(); ++i) {
+    if (choice[i] >= 0) continue;
     const Prediction predicted = Predict(state, marks[i].place_mm, prior.point_mm);
-    const double gain = FixedGain(marks[i], c, prior) + predicted.log_density -
-                        0.5 * ChiSquare(predicted, c.position_mm);
-    if (gain > 0 || is_trusted[i])
-      state = Update(state, predicted, c.position_mm);
-    else
-      choice[i] = -1;
+    choice[i] = Likeliest(marks[i], prior, predicted);
+    if (choice[i] >= 0)
+      state = Update(state, predicted, marks[i].candidates[choice[i]].position_mm);
+  }
+  for (int round = 0; round < kRounds; ++round) {
+    state = StateWithout(marks, prior, choice, -1);
+    for (size_t i = 0; i < marks.size(); ++i)
+      choice[i] = Likeliest(marks[i], prior, Predict(state, marks[i].place_mm, prior.point_mm));
   }
   return choice;
 }

@@ -79,11 +79,10 @@ inline constexpr double kMinGainNats = 3.0;
 std::vector<int> WithoutContradicted(const std::vector<AssignmentMark>& marks,
                                      const ConstellationPrior& prior, std::vector<int> choice);
 
-// `choice` without the marks outside `trusted` that are likelier to be clutter than marks (gain of
-// 0 or less), each seen from the trusted ones and those taken before it: what WithoutContradicted
-// does to a few marks, for hundreds of them.
-std::vector<int> WithoutStrays(const std::vector<AssignmentMark>& marks,
-                               const ConstellationPrior& prior, std::vector<int> choice,
-                               const std::vector<size_t>& trusted);
+// For hundreds of marks, of which a few have told the transform. Beginning with `trusted`, every
+// other mark gets the candidate that adds most to those chosen before it, if any adds something;
+// then all marks are chosen anew, each as all together predict it.
+std::vector<int> ChooseAround(const std::vector<AssignmentMark>& marks,
+                              const ConstellationPrior& prior, const std::vector<int>& trusted);
 
 }  // namespace orient

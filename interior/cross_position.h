@@ -2,12 +2,22 @@
 // lines by least squares through the points on both strokes, and their intersection.
 #pragma once
 
+#include <Eigen/Core>
 #include <optional>
 
 #include "core/files/camera_file.h"
-#include "interior/subpixel.h"
+#include "core/files/results.h"
+#include "core/imaging/raster.h"
 
 namespace orient {
+
+struct MeasuredCross {
+  Eigen::Vector2d pixel = Eigen::Vector2d::Zero();
+  Eigen::Matrix2d covariance = Eigen::Matrix2d::Zero();  // px^2
+  // Of the stroke that shows less (StrokeEvidence).
+  double share = 0;
+  double nats = 0;
+};
 
 // `start`: within two pixels or so of the mark's centre, beside which the cross may lie (at_mm), as
 // may the result; strokes drawn with a brightness of 0 or less are dark on a positive.
@@ -25,11 +35,11 @@ namespace orient {
 // (grain through the blur, the picture's own edges), so their autocovariance enters.
 // What undersampling may do to strokes of about two pixels or less enters as a systematic error.
 //
-// `correlation` and `blur_sigma_px` of the result are 0: nothing was correlated. Empty where less
-// than half of a stroke is seen, or nothing converges within `max_shift_px` of `start`.
-std::optional<MarkPosition> MeasureCross(const Raster& scan, const CrossElement& cross,
-                                         const Eigen::Matrix2d& pixel_from_mm,
-                                         const Eigen::Vector2d& start, Polarity polarity,
-                                         double max_shift_px);
+// Empty where less than half of a stroke is seen, or nothing converges within `max_shift_px` of
+// `start`.
+std::optional<MeasuredCross> MeasureCross(const Raster& scan, const CrossElement& cross,
+                                          const Eigen::Matrix2d& pixel_from_mm,
+                                          const Eigen::Vector2d& start, Polarity polarity,
+                                          double max_shift_px);
 
 }  // namespace orient

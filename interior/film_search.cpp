@@ -9,6 +9,7 @@
 #include <tuple>
 
 #include "interior/acceptance.h"
+#include "interior/rival_readings.h"
 
 namespace orient {
 namespace {
@@ -20,7 +21,6 @@ constexpr double kUserSigma = 0.004;
 constexpr double kTagSigma = 0.008;  // tags of desktop scans are right within about 1 %
 constexpr double kLadderStep = 0.06;
 constexpr double kLadderSigma = 0.025;
-constexpr double kMaxMargin = 30.0;
 
 struct Setting {
   ScanRegion region;
@@ -163,45 +163,6 @@ class Reader {
   std::map<SearchKey, MarkCandidates> searched_;
 };
 
-// Largest distance, px, between where two readings put the corners of the marks' rectangle.
-double LargestDifference(const FilmReading& a, const FilmReading& b) {
-  const Affine2d film_a = TransformOf(a.marks, a.prior, a.best.choice);
-  const Affine2d film_b = TransformOf(b.marks, b.prior, b.best.choice);
-  Eigen::AlignedBox2d rectangle;
-  for (const AssignmentMark& mark : a.marks) rectangle.extend(mark.place_mm);
-  double most = 0;
-  for (const auto corner : {Eigen::AlignedBox2d::BottomLeft, Eigen::AlignedBox2d::BottomRight,
-                            Eigen::AlignedBox2d::TopLeft, Eigen::AlignedBox2d::TopRight}) {
-    const Vector2d at = rectangle.corner(corner);
-    const Vector2d pixel_a = a.middle_px + film_a * at / a.pixel_size.pixel_mm;
-    const Vector2d pixel_b = b.middle_px + film_b * at / b.pixel_size.pixel_mm;
-    most = std::max(most, (pixel_a - pixel_b).norm());
-  }
-  return most;
-}
-
-// Two readings say the same when every mark that both found lies in one place; with fewer than two
-// such marks, when their transforms agree. One that found nothing says nothing else.
-bool SaysTheSame(const FilmReading& a, const FilmReading& b) {
-  if (a.orientations != b.orientations || a.polarity != b.polarity) return false;
-  if (a.best.Matched() == 0 || b.best.Matched() == 0) return true;
-  const double tolerance_px = 1.0 / a.pixel_size.pixel_mm;  // one millimetre
-  int shared = 0;
-  for (size_t i = 0; i < a.marks.size(); ++i) {
-    const int ca = a.best.choice[i], cb = b.best.choice[i];
-    if (ca < 0 || cb < 0) continue;
-    ++shared;
-    if ((a.candidates[i][ca].pixel - b.candidates[i][cb].pixel).norm() > tolerance_px) return false;
-  }
-  return shared >= 2 || LargestDifference(a, b) <= tolerance_px;
-}
-
-bool UsesTheSameMarks(const FilmReading& a, const FilmReading& b) {
-  for (size_t i = 0; i < a.marks.size(); ++i)
-    if ((a.best.choice[i] >= 0) != (b.best.choice[i] >= 0)) return false;
-  return true;
-}
-
 }  // namespace
 
 double PriorAffinity(Scanner scanner) {
@@ -255,24 +216,9 @@ ConstellationPrior PriorIn(const FilmReading& reading, Scanner scanner,
 void Assign(FilmReading* reading) {
   const AssignmentAnswer answer = AssignMarks(reading->marks, reading->prior);
   reading->best = answer.best;
+  reading->second = answer.second;
   reading->proven = answer.proven;
   reading->margin = answer.proven ? answer.best.nats - std::max(answer.second.nats, 0.0) : 0;
-}
-
-FilmReading BestOf(const std::vector<FilmReading>& readings) {
-  const auto best =
-      std::max_element(readings.begin(), readings.end(),
-                       [](const auto& a, const auto& b) { return a.best.nats < b.best.nats; });
-  FilmReading result = *best;
-  for (const FilmReading& other : readings)
-    if (!SaysTheSame(result, other))
-      result.margin = std::min(result.margin, result.best.nats - other.best.nats);
-  for (const FilmReading& other : readings)
-    if (other.scanner != result.scanner && SaysTheSame(result, other) &&
-        !UsesTheSameMarks(result, other))
-      result.scanner_margin = std::min(result.scanner_margin, result.best.nats - other.best.nats);
-  result.margin = std::min(result.margin, kMaxMargin);
-  return result;
 }
 
 namespace {
@@ -314,6 +260,17 @@ class FilmReadings {
     if (on_bed || sure) return best;
     AddFilmOnBed();
     return Choose();
+  }
+
+  // The best one, and all that say something else.
+  std::vector<FilmReading> AllWays() {
+    std::vector<FilmReading> ways = {Best(SearchRange::kWhole)};
+    for (const FilmReading& other : readings_)
+      if (!SaysTheSame(ways.front(), other)) ways.push_back(other);
+    FilmReading second = ways.front();
+    second.best = second.second;
+    if (second.best.Matched() > 0) ways.push_back(std::move(second));
+    return ways;
   }
 
  private:
@@ -391,6 +348,11 @@ class FilmReadings {
 FilmReading ReadFilm(const Raster& scan, const CameraFile& camera, const MarkShapes& shapes,
                      const InteriorOptions& options, SearchRange first) {
   return FilmReadings(scan, camera, shapes, options).Best(first);
+}
+
+std::vector<FilmReading> ReadFilmAllWays(const Raster& scan, const CameraFile& camera,
+                                         const MarkShapes& shapes, const InteriorOptions& options) {
+  return FilmReadings(scan, camera, shapes, options).AllWays();
 }
 
 }  // namespace orient

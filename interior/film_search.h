@@ -53,6 +53,7 @@ struct FilmReading {
   std::vector<AssignmentMark> marks;
   std::vector<std::vector<MarkCandidate>> candidates;
   Assignment best;
+  Assignment second;   // AssignmentAnswer's
   bool proven = true;  // the search was through; otherwise the margin is 0
   double margin = 0;   // nats to the second-best reading of any kind, "no marks at all" included
   // Nats to the same reading under the other scanner's prior where that one uses other marks: four
@@ -69,9 +70,6 @@ ConstellationPrior PriorIn(const FilmReading& reading, Scanner scanner,
 // Sets best, proven and margin from the marks, their candidates and the prior.
 void Assign(FilmReading* reading);
 
-// The most probable reading; its margins are those to all the others. `readings` is not empty.
-FilmReading BestOf(const std::vector<FilmReading>& readings);
-
 // How far from where a film in the scan's middle would have it a mark is looked for.
 enum class SearchRange {
   kNearby,  // in 15 mm, as Kersten & Haering
@@ -87,5 +85,10 @@ enum class SearchRange {
 // larger than it, or the whole scan shows no marks, the film is looked for first (FindFilmOnBed).
 FilmReading ReadFilm(const Raster& scan, const CameraFile& camera, const MarkShapes& shapes,
                      const InteriorOptions& options, SearchRange first = SearchRange::kWhole);
+
+// The same over the whole range, followed by what else the scan may say: readings of other settings
+// that say something else, and the best one with its second assignment.
+std::vector<FilmReading> ReadFilmAllWays(const Raster& scan, const CameraFile& camera,
+                                         const MarkShapes& shapes, const InteriorOptions& options);
 
 }  // namespace orient

@@ -7,6 +7,10 @@
 #include <map>
 #include <memory>
 #include <numbers>
+#include <string>
+#include <tuple>
+
+#include "interior/rival_readings.h"
 
 namespace orient {
 namespace {
@@ -18,90 +22,122 @@ constexpr double kWindowHalf_mm = 1.5;
 constexpr int kLeastAnchors = 4;
 // Film between the anchors bends by some hundredths of a millimetre.
 constexpr double kBend_mm = 0.05;
-// A candidate 1 mm from its prediction must look this much better than one on it.
-constexpr double kNccPerSquareMm = 0.2;
+// An anchor in its own small window is where it was in the large one.
+constexpr double kSameCross_mm = 0.3;
+// Places of the layout that are one place.
+constexpr double kSamePlace_mm = 0.5;
 
+// All marks of the camera where one reading of the anchors puts them.
 class GuidedSearch {
  public:
   GuidedSearch(const Raster& scan, const CameraFile& camera, const MarkShapes& shapes,
-               std::vector<size_t> anchors, FilmReading reading, std::optional<LocatorKind> locator)
+               const std::vector<size_t>& anchors, const FilmReading& reading,
+               std::optional<LocatorKind> locator)
       : windows_(scan),
         camera_(camera),
         shapes_(shapes),
         locator_(locator),
-        anchors_(std::move(anchors)),
-        reading_(std::move(reading)) {
+        anchors_(anchors),
+        reading_(reading) {
     for (const LocatorKind kind : {LocatorKind::kHough, LocatorKind::kNcc, LocatorKind::kLines})
       locators_[kind] = MakeLocator(kind);
   }
 
-  // All marks, were the film lying in the first of these orientations.
-  FilmReading Expand(const OrientationClass& orientations) {
+  // Were the film lying in the first of these orientations, and were the crosses that the reading
+  // took for the anchors those `shift_mm` farther on in the layout.
+  FilmReading Expand(const OrientationClass& orientations, const Vector2d& shift_mm) {
     FilmReading full = reading_;
     full.orientations = orientations;
+    full.margin = kMostMargin;
     full.bend_mm = kBend_mm;
     full.prior = PriorIn(full, full.scanner, DepartureOf(camera_.fiducials, orientations));
     const size_t count = camera_.fiducials.size();
     const MarkRectangle rectangle = RectangleOfMarks(camera_.fiducials);
     full.marks.assign(count, {});
     full.candidates.assign(count, {});
-    full.best.choice.assign(count, -1);
-    const auto pixel_from_photo = PixelFromPhoto(orientations.front());
+    std::vector<int> trusted(count, -1);
+    const std::vector<PointPair2d> anchors = AnchorsIn(orientations.front());
+    const auto pixel_from_photo = FitAffine(anchors);
     for (size_t i = 0; i < count; ++i) {
-      full.marks[i].place_mm =
-          PlaceOnScan(camera_.fiducials[i].position_mm, rectangle, orientations.front());
-      if (pixel_from_photo) Search(i, *pixel_from_photo, &full);
+      const Fiducial& mark = camera_.fiducials[i];
+      full.marks[i].place_mm = PlaceOnScan(mark.position_mm, rectangle, orientations.front());
+      if (!pixel_from_photo) continue;
+      const Vector2d place = mark.position_mm - shift_mm;
+      full.candidates[i] =
+          Find(mark.mark, place, pixel_from_photo->transform, orientations.front(), &full.marks[i]);
+      trusted[i] = AnchorAmong(full.candidates[i], place, anchors);
     }
-    full.best.choice = WithoutStrays(full.marks, full.prior, full.best.choice, anchors_);
+    full.best.choice = ChooseAround(full.marks, full.prior, trusted);
     full.best.nats = NatsOfSet(full.marks, full.prior, full.best.choice);
     return full;
   }
 
  private:
-  std::optional<Affine2d> PixelFromPhoto(ScanOrientation orientation) const {
+  static constexpr double kMostMargin = 30;
+  // Drawing, place in the layout (0.01 mm) and way of lying.
+  using Key = std::tuple<std::string, std::int64_t, std::int64_t, ScanOrientation>;
+
+  // Where the layout has the anchors that were found, and where the scan has them. None where too
+  // few were found, or the anchors show that the film does not lie so.
+  std::vector<PointPair2d> AnchorsIn(ScanOrientation orientation) const {
     std::vector<Fiducial> anchors;
     for (const size_t i : anchors_) anchors.push_back(camera_.fiducials[i]);
     const auto relabel = Relabel(anchors, shapes_, reading_.orientations.front(), orientation);
-    if (!relabel || reading_.best.Matched() < kLeastAnchors) return std::nullopt;
+    if (!relabel || reading_.best.Matched() < kLeastAnchors) return {};
     std::vector<PointPair2d> pairs;
     for (size_t a = 0; a < anchors.size(); ++a) {
       const int choice = reading_.best.choice[a];
       if (choice >= 0)
         pairs.push_back({anchors[(*relabel)[a]].position_mm, reading_.candidates[a][choice].pixel});
     }
-    const auto fit = FitAffine(pairs);
-    if (!fit) return std::nullopt;
-    return fit->transform;
+    return pairs;
   }
 
-  void Search(size_t i, const Affine2d& pixel_from_photo, FilmReading* full) {
-    const MarkShape& shape = shapes_.at(camera_.fiducials[i].mark);
-    const Vector2d predicted = pixel_from_photo * camera_.fiducials[i].position_mm;
-    const double p = full->pixel_size.pixel_mm;
-    const int half = static_cast<int>(std::ceil(kWindowHalf_mm / p));
-    MarkSearch search;
-    search.window = {static_cast<int>(std::floor(predicted.x())) - half,
-                     static_cast<int>(std::floor(predicted.y())) - half, 2 * half + 1,
-                     2 * half + 1};
-    search.pixel_from_mm = pixel_from_photo.A;
-    search.turns_rad = {0};  // the anchors have told the turn
-    const Locator& locator = *locators_.at(LocatorFor(shape, locator_));
-    const MarkCandidates found = locator.Find(windows_, shape, search);
-    const std::vector<MarkCandidate>& candidates =
-        full->polarity == Polarity::kPositive ? found.bright : found.dark;
-    const std::vector<double> nats = ScoreNats(candidates);
-    AssignmentMark& mark = full->marks[i];
-    mark.window_mm2 = std::max(found.searched_mm2, 1.0);
-    double best = -std::numeric_limits<double>::infinity();
-    for (size_t j = 0; j < candidates.size(); ++j) {
-      mark.candidates.push_back({(candidates[j].pixel - full->middle_px) * p, nats[j]});
-      const double off_mm = (candidates[j].pixel - predicted).norm() * p;
-      const double score = candidates[j].ncc - kNccPerSquareMm * off_mm * off_mm;
-      if (off_mm > kWindowHalf_mm || score <= best) continue;
-      best = score;
-      full->best.choice[i] = static_cast<int>(j);
+  // Candidates around a place of the layout; where the film would lie shifted by a mesh most places
+  // are the same ones.
+  std::vector<MarkCandidate> Find(const std::string& name, const Vector2d& place,
+                                  const Affine2d& pixel_from_photo, ScanOrientation orientation,
+                                  AssignmentMark* mark) {
+    const double p = reading_.pixel_size.pixel_mm;
+    const auto [at, fresh] = found_.try_emplace(
+        Key{name, std::llround(100 * place.x()), std::llround(100 * place.y()), orientation});
+    if (fresh) {
+      const MarkShape& shape = shapes_.at(name);
+      const Vector2d predicted = pixel_from_photo * place;
+      const int half = static_cast<int>(std::ceil(kWindowHalf_mm / p));
+      MarkSearch search;
+      search.window = {static_cast<int>(std::floor(predicted.x())) - half,
+                       static_cast<int>(std::floor(predicted.y())) - half, 2 * half + 1,
+                       2 * half + 1};
+      search.pixel_from_mm = pixel_from_photo.A;
+      search.turns_rad = {0};  // the anchors have told the turn
+      at->second = locators_.at(LocatorFor(shape, locator_))->Find(windows_, shape, search);
     }
-    full->candidates[i] = candidates;
+    const MarkCandidates& found = at->second;
+    const auto& candidates = reading_.polarity == Polarity::kPositive ? found.bright : found.dark;
+    const std::vector<double> nats = ScoreNats(candidates);
+    mark->window_mm2 = std::max(found.searched_mm2, 1.0);
+    for (size_t j = 0; j < candidates.size(); ++j)
+      mark->candidates.push_back({(candidates[j].pixel - reading_.middle_px) * p, nats[j]});
+    return candidates;
+  }
+
+  // Index of the candidate that was taken for an anchor at this place; -1 where there is none.
+  int AnchorAmong(const std::vector<MarkCandidate>& candidates, const Vector2d& place,
+                  const std::vector<PointPair2d>& anchors) const {
+    for (const PointPair2d& anchor : anchors) {
+      if ((anchor.source - place).norm() > kSamePlace_mm) continue;
+      int nearest = -1;
+      double least_px = kSameCross_mm / reading_.pixel_size.pixel_mm;
+      for (size_t j = 0; j < candidates.size(); ++j) {
+        const double off_px = (candidates[j].pixel - anchor.target).norm();
+        if (off_px >= least_px) continue;
+        least_px = off_px;
+        nearest = static_cast<int>(j);
+      }
+      return nearest;
+    }
+    return -1;
   }
 
   ScanWindows windows_;
@@ -109,20 +145,56 @@ class GuidedSearch {
   const MarkShapes& shapes_;
   std::optional<LocatorKind> locator_;
   std::map<LocatorKind, std::unique_ptr<Locator>> locators_;
-  std::vector<size_t> anchors_;
-  FilmReading reading_;  // of the anchors alone
+  const std::vector<size_t>& anchors_;
+  const FilmReading& reading_;  // of the anchors alone
+  std::map<Key, MarkCandidates> found_;
 };
 
-// The anchors allow several ways of lying, and the crosses between them decide. A class that
-// another one comes near is no answer: the margin is that to the nearest one.
-FilmReading MostProbable(std::vector<FilmReading> classes) {
-  std::stable_sort(classes.begin(), classes.end(), [](const FilmReading& a, const FilmReading& b) {
-    return a.best.nats > b.best.nats;
-  });
-  FilmReading best = classes.front();
-  if (classes.size() < 2) return best;
-  best.orientation_margin = best.best.nats - classes[1].best.nats;
-  best.margin = std::min(best.margin, best.orientation_margin);
+// How many marks the layout moved by `shift_mm` has in common with itself.
+int InCommon(const std::vector<Fiducial>& fiducials, const Vector2d& shift_mm) {
+  int common = 0;
+  for (const Fiducial& a : fiducials)
+    if (std::any_of(fiducials.begin(), fiducials.end(), [&](const Fiducial& b) {
+          return (a.position_mm + shift_mm - b.position_mm).norm() < kSamePlace_mm;
+        }))
+      ++common;
+  return common;
+}
+
+// The reading of one way of lying, and the readings next to it: the film moved by a mesh or so,
+// while one of them is more probable. Anchors on a border of crosses that hides some of them may
+// be found a mesh off; all crosses together tell, as a whole row then has none.
+void AddWithShifts(const OrientationClass& orientations, const std::vector<Vector2d>& shifts,
+                   GuidedSearch* search, std::vector<FilmReading>* readings) {
+  constexpr int kMostMoves = 4;
+  std::vector<Vector2d> tried;
+  Vector2d centre = Vector2d::Zero(), best_shift = centre;
+  double best_nats = -std::numeric_limits<double>::infinity();
+  const auto look = [&](const Vector2d& shift) {
+    if (std::any_of(tried.begin(), tried.end(),
+                    [&](const Vector2d& other) { return (shift - other).norm() < kSamePlace_mm; }))
+      return;
+    tried.push_back(shift);
+    readings->push_back(search->Expand(orientations, shift));
+    if (readings->back().best.nats <= best_nats) return;
+    best_nats = readings->back().best.nats;
+    best_shift = shift;
+  };
+  look(centre);
+  for (int move = 0; move < kMostMoves; ++move) {
+    for (const Vector2d& shift : shifts) look(centre + shift);
+    if (best_shift == centre) return;
+    centre = best_shift;
+  }
+}
+
+// The most probable one. A way of lying that the anchors allow and the crosses between them do not
+// is a rival like any other, and its distance is told besides.
+FilmReading MostProbable(const std::vector<FilmReading>& readings) {
+  FilmReading best = BestOf(readings);
+  for (const FilmReading& other : readings)
+    if (other.orientations != best.orientations)
+      best.orientation_margin = std::min(best.orientation_margin, best.best.nats - other.best.nats);
   return best;
 }
 
@@ -169,18 +241,47 @@ std::vector<size_t> AnchorMarks(const std::vector<Fiducial>& fiducials) {
   return anchors;
 }
 
+std::vector<Vector2d> MeshShifts(const std::vector<Fiducial>& fiducials) {
+  constexpr size_t kMost = 8;
+  const Vector2d centre = RectangleOfMarks(fiducials).centre_mm;
+  const auto middle =
+      std::min_element(fiducials.begin(), fiducials.end(), [&](const auto& a, const auto& b) {
+        return (a.position_mm - centre).norm() < (b.position_mm - centre).norm();
+      });
+  std::vector<Vector2d> shifts;
+  for (const Fiducial& fiducial : fiducials) {
+    const Vector2d shift = fiducial.position_mm - middle->position_mm;
+    if (shift.norm() > kSamePlace_mm && 2 * InCommon(fiducials, shift) >= std::ssize(fiducials))
+      shifts.push_back(shift);
+  }
+  std::stable_sort(shifts.begin(), shifts.end(),
+                   [](const auto& a, const auto& b) { return a.norm() < b.norm() - 0.01; });
+  if (shifts.size() > kMost) shifts.resize(kMost);
+  return shifts;
+}
+
 FilmReading ReadFilmByAnchors(const Raster& scan, const CameraFile& camera,
                               const MarkShapes& shapes, const InteriorOptions& options) {
+  // Another reading of the anchors so much less probable than the best one is none.
+  constexpr double kNearlyAsProbable = 10;
   const std::vector<size_t> anchors = AnchorMarks(camera.fiducials);
+  const std::vector<Vector2d> shifts = MeshShifts(camera.fiducials);
   CameraFile outer = camera;
   outer.fiducials.clear();
   for (const size_t i : anchors) outer.fiducials.push_back(camera.fiducials[i]);
-  const FilmReading reading = ReadFilm(scan, outer, shapes, options);
-  GuidedSearch search(scan, camera, shapes, anchors, reading, options.locator);
-  std::vector<FilmReading> classes;
-  for (const OrientationClass& orientations : Classes(camera, shapes, reading, options))
-    classes.push_back(search.Expand(orientations));
-  return classes.empty() ? search.Expand(reading.orientations) : MostProbable(std::move(classes));
+  const std::vector<FilmReading> ways = ReadFilmAllWays(scan, outer, shapes, options);
+  std::vector<FilmReading> readings;
+  for (const FilmReading& way : ways) {
+    const bool first = readings.empty();
+    if (!first && (way.best.Matched() < kLeastAnchors ||
+                   way.best.nats < ways.front().best.nats - kNearlyAsProbable))
+      continue;
+    GuidedSearch search(scan, camera, shapes, anchors, way, options.locator);
+    for (const OrientationClass& orientations : Classes(camera, shapes, way, options))
+      AddWithShifts(orientations, shifts, &search, &readings);
+    if (readings.empty()) readings.push_back(search.Expand(way.orientations, Vector2d::Zero()));
+  }
+  return MostProbable(readings);
 }
 
 }  // namespace orient

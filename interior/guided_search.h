@@ -12,11 +12,15 @@ namespace orient {
 // that does not fit itself when it is moved by one step of the grid.
 std::vector<size_t> AnchorMarks(const std::vector<Fiducial>& fiducials);
 
+// By how much the whole layout may be moved so that at least half of its marks lie where others
+// lay: to the next crosses of a reseau, at most eight, the shortest first. Photo system, mm.
+std::vector<Eigen::Vector2d> MeshShifts(const std::vector<Fiducial>& fiducials);
+
 // As ReadFilm. The windows of all other marks are 3 mm wide and lie where the anchors' transform
-// puts them, so that dense crosses are never taken for their neighbours. Orientations that the
-// anchors leave open and all marks together do not are decided by the number of marks found.
-// Margin and polarity are the anchors'. Where the anchors are not found it is ReadFilm's answer for
-// them alone, with the other marks unassigned.
+// puts them, so that dense crosses are never taken for their neighbours. What the anchors leave
+// open, all marks together decide: orientations, other readings of the anchors that are nearly as
+// probable, and the film lying a mesh farther on, where a row of crosses on the border is missing.
+// The margin is that of all marks together. Where the anchors are not found no mark is assigned.
 FilmReading ReadFilmByAnchors(const Raster& scan, const CameraFile& camera,
                               const MarkShapes& shapes, const InteriorOptions& options);
 

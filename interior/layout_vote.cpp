@@ -3,6 +3,7 @@
 #include <cmath>
 
 #include "interior/reseau.h"
+#include "interior/rival_readings.h"
 
 namespace orient {
 namespace {

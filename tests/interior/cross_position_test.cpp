@@ -8,6 +8,7 @@
 #include <random>
 
 #include "core/imaging/resample.h"
+#include "interior/subpixel.h"
 #include "tests/support/film_frame.h"
 #include "tests/support/shared_data.h"
 
@@ -46,8 +47,8 @@ struct Trial {
 class CrossPosition : public testing::Test {
  protected:
   // Paints the cross over the picture, blurs, adds grain, and measures from a pixel beside it.
-  std::optional<MarkPosition> Measure(const Trial& trial, Image picture, const Vector2d& truth,
-                                      bool by_lines = true) {
+  std::optional<MeasuredCross> Measure(const Trial& trial, Image picture, const Vector2d& truth,
+                                       bool by_lines = true) {
     std::mt19937 random(trial.seed);
     std::normal_distribution<float> grain(0, static_cast<float>(trial.noise));
     const Matrix2d mm_from_pixel = trial.PixelFromMm().inverse();
@@ -78,8 +79,12 @@ class CrossPosition : public testing::Test {
     const Raster raster = Raster::Open(folder_ / "a.png");
     const Polarity polarity = trial.dark ? Polarity::kNegative : Polarity::kPositive;
     const Vector2d start = truth + Vector2d(0.6, -0.8);
-    if (!by_lines)
-      return MeasureMark(raster, trial.shape, trial.PixelFromMm(), start, polarity, kMaxShiftPx);
+    if (!by_lines) {
+      const auto matched =
+          MeasureMark(raster, trial.shape, trial.PixelFromMm(), start, polarity, kMaxShiftPx);
+      if (!matched) return std::nullopt;
+      return MeasuredCross{matched->pixel, matched->covariance, 0, 0};
+    }
     return MeasureCross(raster, std::get<CrossElement>(trial.shape.drawing.elements[0]),
                         trial.PixelFromMm(), start, polarity, kMaxShiftPx);
   }

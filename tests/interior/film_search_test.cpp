@@ -8,6 +8,7 @@
 #include <random>
 
 #include "interior/acceptance.h"
+#include "interior/rival_readings.h"
 #include "tests/support/film_frame.h"
 #include "tests/support/shared_data.h"
 

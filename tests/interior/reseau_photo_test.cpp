@@ -74,6 +74,46 @@ TEST(ReseauPhoto, AnchorsAreTheCornersAndTheMiddlesOfTheSides) {
             (std::vector<size_t>{0, 2, 4, 10, 14, 20, 22, 24}));
 }
 
+TEST(ReseauPhoto, MeshShiftsCarryMostCrossesIntoOthers) {
+  const auto shifts = MeshShifts(CrossCamera().fiducials);
+  ASSERT_EQ(shifts.size(), 8u);  // to the next crosses, diagonals included
+  for (const Vector2d& shift : shifts) EXPECT_NEAR(shift.cwiseAbs().maxCoeff(), 13, 1e-9);
+  auto irregular = CrossCamera().fiducials;
+  for (size_t i = 0; i < irregular.size(); ++i)
+    irregular[i].position_mm.x() += 0.2 * static_cast<double>(i * i);
+  EXPECT_TRUE(MeshShifts(irregular).empty());
+}
+
+InteriorResult OrientWithout(const std::vector<int>& missing, FilmFrame* frame) {
+  const TemporaryFolder folder;
+  FilmFrameSpec spec;
+  spec.camera = CrossCamera();
+  spec.missing = missing;
+  *frame = RenderFilmFrame(spec);
+  WriteScan(folder / "a.png", frame->scan);
+  InteriorOptions options;
+  options.pixel_size_um = 100;
+  options.orientation = ScanOrientation::kR0;
+  return OrientInterior(Raster::Open(folder / "a.png"), spec.camera, ShapesOf(spec.camera),
+                        options);
+}
+
+// Without a side's three anchors and one of the opposite side, five anchors fit a film that lies a
+// mesh farther on, where the opposite side's three are missing, and four where it is.
+TEST(ReseauPhoto, AnchorsAMeshOffAreCorrectedByAllCrosses) {
+  FilmFrame frame;
+  const InteriorResult result = OrientWithout({0, 10, 14, 20}, &frame);
+  ASSERT_EQ(result.status, Status::kOk) << result.messages.at(0);
+  EXPECT_LT((*result.marks[12].pixel - frame.mark_pixels[12]).norm(), 0.2);
+}
+
+TEST(ReseauPhoto, WithoutAWholeRowTheFilmMayLieAMeshOffAndIsNotOk) {
+  FilmFrame frame;
+  const InteriorResult result = OrientWithout({0, 5, 10, 15, 20}, &frame);
+  EXPECT_NE(result.status, Status::kOk);
+  EXPECT_LT(result.margin, 3);
+}
+
 TEST(ReseauPhoto, CrossesAreFoundAndGiveACorrection) {
   TemporaryFolder folder;
   FilmFrameSpec spec;
