@@ -32,36 +32,53 @@ float BrightnessAt(const MarkShape& shape, const Vector2d& point_mm) {
   return SampleBilinear(*shape.picture, source.centre_px + offset);
 }
 
-// An outline stays at least this far from everything within the pixel's corners.
-double HalfDiagonal(const Matrix2d& mm_from_pixel) {
-  return 0.5 * (mm_from_pixel.col(0).norm() + mm_from_pixel.col(1).norm());
+// The share of an element in what is seen around a point whose signed distance from its outline,
+// over the sample's side, is `distance`: a straight outline under a triangle two sides wide.
+double SmoothShare(double distance) {
+  if (distance >= 1) return 0;
+  if (distance <= -1) return 1;
+  const double beyond = 1 - std::abs(distance);
+  return distance > 0 ? 0.5 * beyond * beyond : 1 - 0.5 * beyond * beyond;
 }
 
-// Of samples i, j in a pixel; `sheared`: the others' columns and rows lie between.
-Vector2d SamplePlace(int i, int j, int per_axis, bool sheared) {
-  const double n = per_axis;
-  const double across = sheared ? (j + 0.5) / n : 0.5, down = sheared ? (i + 0.5) / n : 0.5;
-  return {(i + across) / n, (j + down) / n};
+// As painted, each outline as smooth as samples `side_mm` apart need.
+double SmoothBrightness(const std::vector<MarkElement>& elements, const Vector2d& point_mm,
+                        double side_mm) {
+  double brightness = 0;
+  for (const MarkElement& e : elements)
+    brightness +=
+        SmoothShare(SignedDistance(e, point_mm) / side_mm) * (BrightnessOf(e) - brightness);
+  return brightness;
+}
+
+// An outline stays at least this far from everything that a pixel's samples see.
+double HalfDiagonal(const Matrix2d& mm_from_pixel, const RenderOptions& options) {
+  const double corners = 0.5 * (mm_from_pixel.col(0).norm() + mm_from_pixel.col(1).norm());
+  return options.smooth_outlines ? corners * (1 + 1.0 / options.supersampling) : corners;
 }
 
 float MeanOverPixel(const MarkShape& shape, const Matrix2d& mm_from_pixel, const Vector2d& corner,
                     const RenderOptions& options) {
-  const int supersampling = options.supersampling;
+  const int per_axis = options.supersampling;
+  const bool smooth = options.smooth_outlines && !shape.picture;
+  const double side_mm = std::sqrt(std::abs(mm_from_pixel.determinant())) / per_axis;
   double sum = 0;
-  for (int j = 0; j < supersampling; ++j) {
-    for (int i = 0; i < supersampling; ++i) {
-      const Vector2d sub = SamplePlace(i, j, supersampling, options.sheared_samples);
-      sum += static_cast<double>(BrightnessAt(shape, mm_from_pixel * (corner + sub)));
+  for (int j = 0; j < per_axis; ++j) {
+    for (int i = 0; i < per_axis; ++i) {
+      const Vector2d sub((i + 0.5) / per_axis, (j + 0.5) / per_axis);
+      const Vector2d mm = mm_from_pixel * (corner + sub);
+      sum += smooth ? SmoothBrightness(shape.drawing.elements, mm, side_mm)
+                    : static_cast<double>(BrightnessAt(shape, mm));
     }
   }
-  return static_cast<float>(sum / (supersampling * supersampling));
+  return static_cast<float>(sum / (per_axis * per_axis));
 }
 
 // Means over the pixels of an image with the mark's centre at `centre`. No outline passes through
 // most pixels, and where the nearest one is far off, none through the next ones of the row either.
 Image MeansOverPixels(const MarkShape& shape, const Matrix2d& mm_from_pixel, int size,
                       const Vector2d& centre, const RenderOptions& options) {
-  const double half_diagonal = HalfDiagonal(mm_from_pixel);
+  const double half_diagonal = HalfDiagonal(mm_from_pixel, options);
   const double step_mm = mm_from_pixel.col(0).norm();
   Image image(size, size);
   for (int row = 0; row < size; ++row) {

@@ -40,9 +40,9 @@ struct RenderOptions {
   double background_sigma_px = 0;  // RemoveBackground before cutting out; 0: not
   // Of the mark's centre from a pixel's centre.
   Eigen::Vector2d offset_px = Eigen::Vector2d::Zero();
-  // No two samples of a pixel share a column or a row, so that edges along the pixels are placed as
-  // finely as all others. A mirrored film's template is then not exactly the mirrored one.
-  bool sheared_samples = false;
+  // Outlines are not sampled but cross each sample's square smoothly: they lie where they are to
+  // 0.003 px in all directions, for strokes at least two samples wide.
+  bool smooth_outlines = false;
 };
 
 struct MarkTemplate {

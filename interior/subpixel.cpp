@@ -18,8 +18,14 @@ using Eigen::Vector2d;
 // ended.
 constexpr std::array<double, 6> kBlurs = {2.6, 1.8, 1.3, 0.95, 0.7, 0.5};
 constexpr double kSharpest = 0.3;
-// What is left without any grain (drawing by samples, spline; simulated scans: 0.001 to 0.0024 px).
-constexpr double kFloor_px = 0.002;
+// What is left without any grain (the drawing's outlines, spline; simulated scans: 0.0003 to 0.0005
+// px).
+constexpr double kFloor_px = 0.0005;
+
+// The scanner's optics blur before its pixels average, and strokes of two pixels are aliased
+// otherwise where that is done the other way round (by 0.005 px, simulated scans). So many finer
+// pixels per axis are blurred, each of so many samples.
+constexpr int kFiner = 2, kSamples = 2;
 
 // Near enough to tell which blur fits best, in parts of the blur: the correlation hardly changes.
 constexpr double kNear = 0.04;
@@ -49,6 +55,38 @@ FloatPlane Blurred(const FloatPlane& plane, double sigma) {
     weights[i + reach] =
         static_cast<float>(std::exp(-0.5 * static_cast<double>(i * i) / (sigma * sigma)));
   return SeparableSums(plane, weights / weights.sum());
+}
+
+// Every second column, from `first` on, or every second row.
+FloatPlane SecondColumns(const FloatPlane& plane, Index first) {
+  return plane(Eigen::all, Eigen::seqN(first, plane.cols() / kFiner, Eigen::fix<kFiner>));
+}
+FloatPlane SecondRows(const FloatPlane& plane, Index first) {
+  return plane(Eigen::seqN(first, plane.rows() / kFiner, Eigen::fix<kFiner>), Eigen::all);
+}
+
+// A drawing in finer pixels, zero beyond its border, blurred (`sigma` in its own pixels) and
+// averaged to half as many columns and rows.
+FloatPlane BlurredAndAveraged(const FloatPlane& fine, double sigma) {
+  static_assert(kFiner == 2);
+  const Index reach = 2 * static_cast<Index>(std::ceil(2 * sigma));  // even
+  const auto gauss = [sigma](Index i) {
+    return static_cast<float>(std::exp(-0.5 * static_cast<double>(i * i) / (sigma * sigma)));
+  };
+  // Of the fine pixels from `reach` before a pixel's first one to `reach` behind its second one.
+  Eigen::ArrayXf even(reach + 1), odd(reach + 1);
+  for (Index i = 0; i <= reach; ++i) {
+    even[i] = gauss(2 * i - reach) + gauss(2 * i - reach - 1);
+    odd[i] = gauss(2 * i + 1 - reach) + gauss(2 * i - reach);
+  }
+  const float sum = even.sum() + odd.sum();
+  even /= sum;
+  odd /= sum;
+  FloatPlane padded = FloatPlane::Zero(fine.rows() + 2 * reach, fine.cols() + 2 * reach);
+  padded.block(reach, reach, fine.rows(), fine.cols()) = fine;
+  const FloatPlane across = FloatSums(even.transpose(), SecondColumns(padded, 0)) +
+                            FloatSums(odd.transpose(), SecondColumns(padded, 1));
+  return FloatSums(even, SecondRows(across, 0)) + FloatSums(odd, SecondRows(across, 1));
 }
 
 Image AsImage(const FloatPlane& plane) {
@@ -145,7 +183,12 @@ struct MarkMeasurer::Drawn {
   Level Blur(const FloatPlane& plane, double blur_px) const;
 
   // The drawing before any blur of the scanner's with its centre `fraction` from the middle.
-  FloatPlane Moved(const Vector2d& fraction) const;
+  struct Moved {
+    FloatPlane fine;        // in finer pixels, `fill` taken off
+    FloatPlane background;  // in the scan's
+  };
+  Moved Move(const Vector2d& fraction) const;
+  Level Blur(const Moved& moved, double blur_px) const;
 
   // The scan where the drawing's pixels take part, its centre at `centre`; no larger than they
   // need.
@@ -162,7 +205,7 @@ struct MarkMeasurer::Drawn {
   std::vector<Level> levels;
 
  private:
-  MarkTemplate Render(const Vector2d& fraction) const;
+  MarkTemplate Render(int finer, const Vector2d& offset) const;
 };
 
 MarkMeasurer::Drawn::Level MarkMeasurer::Drawn::Blur(const FloatPlane& plane,
@@ -171,29 +214,43 @@ MarkMeasurer::Drawn::Level MarkMeasurer::Drawn::Blur(const FloatPlane& plane,
   return {blur_px, AsImage(blurred), MovingDrawing(blurred, part)};
 }
 
-MarkTemplate MarkMeasurer::Drawn::Render(const Vector2d& fraction) const {
+MarkMeasurer::Drawn::Level MarkMeasurer::Drawn::Blur(const Moved& moved, double blur_px) const {
+  const FloatPlane blurred =
+      BlurredAndAveraged(moved.fine, kFiner * blur_px) - moved.background + fill;
+  return {blur_px, AsImage(blurred), MovingDrawing(blurred, part)};
+}
+
+MarkTemplate MarkMeasurer::Drawn::Render(int finer, const Vector2d& offset) const {
   RenderOptions render;
   render.blur_sigma_px = 0;
   render.margin_mm = margin_mm + kSupportPx / PixelsPerMm(pixel_from_mm);
-  render.offset_px = fraction;
-  render.sheared_samples = true;
-  return RenderMark(shape, pixel_from_mm, render);
+  render.offset_px = offset;
+  render.supersampling = kFiner * kSamples / finer;
+  render.smooth_outlines = true;
+  return RenderMark(shape, finer * pixel_from_mm, render);
 }
 
-FloatPlane MarkMeasurer::Drawn::Moved(const Vector2d& fraction) const {
-  const Image drawn = Render(fraction).values;
-  FloatPlane moved(drawn.height, drawn.width);
-  const int last_row = drawn.height - 1, last_col = drawn.width - 1;
+MarkMeasurer::Drawn::Moved MarkMeasurer::Drawn::Move(const Vector2d& fraction) const {
+  // An odd side's middle is a corner of finer pixels, and a template's a pixel's centre.
+  const Image drawn = Render(kFiner, kFiner * fraction - Vector2d::Constant(0.5)).values;
+  const auto side = static_cast<int>(part.rows());
+  const int first = side - drawn.width / 2;
+  Moved moved{FloatPlane::Zero(kFiner * side, kFiner * side), FloatPlane(side, side)};
+  for (int row = std::max(0, first); row < std::min(kFiner * side, first + drawn.height); ++row)
+    for (int col = std::max(0, first); col < std::min(kFiner * side, first + drawn.width); ++col) {
+      const float value = drawn.At(col - first, row - first);
+      if (std::isfinite(value)) moved.fine(row, col) = value - fill;
+    }
+  // So smooth that its slope moves it.
   const auto x = static_cast<float>(fraction.x()), y = static_cast<float>(fraction.y());
-  for (int row = 0; row <= last_row; ++row) {
-    for (int col = 0; col <= last_col; ++col) {
-      // So smooth that its slope moves it.
-      const float slope_x = 0.5f * (background(row, std::min(col + 1, last_col)) -
-                                    background(row, std::max(col - 1, 0)));
-      const float slope_y = 0.5f * (background(std::min(row + 1, last_row), col) -
-                                    background(std::max(row - 1, 0), col));
-      const float value = std::isfinite(drawn.At(col, row)) ? drawn.At(col, row) : fill;
-      moved(row, col) = value - background(row, col) + x * slope_x + y * slope_y;
+  const int last = side - 1;
+  for (int row = 0; row < side; ++row) {
+    for (int col = 0; col < side; ++col) {
+      const float slope_x =
+          0.5f * (background(row, std::min(col + 1, last)) - background(row, std::max(col - 1, 0)));
+      const float slope_y =
+          0.5f * (background(std::min(row + 1, last), col) - background(std::max(row - 1, 0), col));
+      moved.background(row, col) = background(row, col) - x * slope_x - y * slope_y;
     }
   }
   return moved;
@@ -204,7 +261,7 @@ MarkMeasurer::Drawn::Drawn(const MarkShape& of_shape, const Matrix2d& of_pixel_f
   const double pixels_per_mm = PixelsPerMm(pixel_from_mm);
   background_px = kBackgroundSigmaMm * pixels_per_mm;
   margin_mm = RenderOptions().margin_mm + kMarginPx / pixels_per_mm;
-  const MarkTemplate drawn = Render(Vector2d::Zero());
+  const MarkTemplate drawn = Render(1, Vector2d::Zero());
   const int side = drawn.values.width;
   const Matrix2d mm_from_pixel = pixel_from_mm.inverse();
   std::vector<bool> near;
@@ -297,7 +354,7 @@ std::optional<MarkPosition> MarkMeasurer::Measure(const Raster& scan, const Vect
   // is drawn anew where it was found to lie, which leaves next to nothing to be moved.
   const Vector2d corner = (rough.best->centre - middle).array().round();
   const Vector2d fraction = rough.best->centre - middle - corner;
-  const FloatPlane drawing = drawn_->Moved(fraction);
+  const Drawn::Moved drawing = drawn_->Move(fraction);
   // Without what lies beside it: a bright picture would be seen in the background.
   ImageWindow mark = drawn_->CutOut(seen.image, corner + middle);
   mark.image = RemoveBackground(mark.image, drawn_->background_px);

@@ -30,6 +30,16 @@ double Sum(const Image& image) {
   return sum;
 }
 
+// Of the brightness, from the mark's centre.
+Vector2d Centroid(const MarkTemplate& t) {
+  Vector2d moment = Vector2d::Zero();
+  for (int r = 0; r < t.values.height; ++r)
+    for (int c = 0; c < t.values.width; ++c)
+      if (!std::isnan(t.values.At(c, r)))
+        moment += static_cast<double>(t.values.At(c, r)) * (Vector2d(c + 0.5, r + 0.5) - t.centre);
+  return moment / Sum(t.values);
+}
+
 MarkShape Shape(std::vector<MarkElement> elements) {
   MarkShape shape;
   shape.drawing.elements = std::move(elements);
@@ -63,13 +73,26 @@ TEST(RenderMark, IsCentredForAnyTurn) {
   for (const double turn : {0.0, 0.4, 1.1}) {
     const MarkTemplate t =
         RenderMark(shape, Eigen::Rotation2Dd(turn).toRotationMatrix() * Upright(9));
-    Vector2d moment = Vector2d::Zero();
-    for (int r = 0; r < t.values.height; ++r)
-      for (int c = 0; c < t.values.width; ++c)
-        if (!std::isnan(t.values.At(c, r)))
-          moment +=
-              static_cast<double>(t.values.At(c, r)) * (Vector2d(c + 0.5, r + 0.5) - t.centre);
-    EXPECT_LT(moment.norm() / Sum(t.values), 1e-4) << turn;
+    EXPECT_LT(Centroid(t).norm(), 1e-4) << turn;
+  }
+}
+
+// Samples on a lattice place an outline to a sample's distance where it runs along the lattice.
+TEST(RenderMark, PutsSmoothOutlinesWhereTheyAreInAllDirections) {
+  constexpr double kWanted_px = 0.003;
+  const MarkShape line = Shape({LineElement{{-0.5, 0}, {0.5, 0}, 0.1}});
+  RenderOptions options;
+  options.blur_sigma_px = 0;
+  options.supersampling = 4;
+  options.smooth_outlines = true;
+  options.offset_px = {0.21, -0.37};
+  for (const double turn : {0.0, 0.003, 0.25 * std::numbers::pi, 0.25 * std::numbers::pi + 0.003,
+                            std::atan(0.5), 0.4}) {
+    const Matrix2d pixel_from_mm = Eigen::Rotation2Dd(turn).toRotationMatrix() * Upright(40);
+    const MarkTemplate t = RenderMark(line, pixel_from_mm, options);
+    const Vector2d across = pixel_from_mm.col(1).normalized();
+    EXPECT_LT(std::abs(across.dot(Centroid(t))), kWanted_px) << turn;
+    EXPECT_NEAR(Sum(t.values) / 1600, 0.1, 2e-4) << turn;
   }
 }
 

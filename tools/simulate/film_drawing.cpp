@@ -5,6 +5,7 @@
 #include <numbers>
 
 #include "tools/simulate/noise.h"
+#include "tools/simulate/scanner.h"
 
 namespace orient::simulation {
 namespace {
@@ -174,10 +175,15 @@ const CrossElement* CrossOf(const MarkDrawing& drawing) {
   return nullptr;
 }
 
-// Where a pixel is sampled: a Fibonacci lattice. In each direction all samples differ, so that an
-// edge along the pixels is placed to 1/55 px and not, as by a square lattice, to 1/7.
-constexpr int kSamples = 55;
-Vector2d Sample(int i) { return {(i + 0.5) / kSamples, (34 * i % kSamples + 0.5) / kSamples}; }
+// Marks are drawn in so many finer pixels per axis and blurred there: the optics blur before the
+// scanner's pixels average. Otherwise strokes of two pixels and less would be aliased too much.
+constexpr int kFiner = 3;
+
+// Where a finer pixel is sampled: a Fibonacci lattice, coarsest (1/11 of a scan's pixel) for edges
+// at 34 and 56 degrees. Lattices of 5, 21 or 55 points are coarsest along the diagonals, along
+// which marks are drawn, a square one along the pixels.
+constexpr int kSamples = 13;
+Vector2d Sample(int i) { return {(i + 0.5) / kSamples, (8 * i % kSamples + 0.5) / kSamples}; }
 
 // Brightness 1 is the mark's tone, 0 what surrounds it and -1 black.
 float MarkTone(const Fiducial& fiducial, const MarkDrawing& drawing, const Vector2d& at,
@@ -198,6 +204,13 @@ bool MayShow(const Fiducial& fiducial, double padding, double pixel, const Vecto
   return (from_first - along * step).norm() < 0.7 + 2 * pixel;
 }
 
+// How far from its centre a mark, its dark surroundings or its symbol may be drawn.
+double ReachOfMark(const FilmFrame& film, size_t index) {
+  const Fiducial& fiducial = film.camera.fiducials[index];
+  const double padding = MarkRadius(film.camera.marks.at(fiducial.mark)) + kMarkPadding_mm;
+  return fiducial.symbol ? kSymbolReach_mm : 1.45 * padding;
+}
+
 // One mark, its dark surroundings and its symbol.
 void DrawMark(const FilmFrame& film, size_t index, const ScanGeometry& scan,
               const Eigen::Vector2i& origin, Image* image) {
@@ -209,7 +222,7 @@ void DrawMark(const FilmFrame& film, size_t index, const ScanGeometry& scan,
   const std::uint32_t damage = Hash(film.seed + 6, static_cast<std::int32_t>(index));
   const double padding = MarkRadius(drawing) + kMarkPadding_mm;
   const double pixel = scan.Setup().pixel_size_mm;
-  const double reach = (fiducial.symbol ? kSymbolReach_mm : 1.45 * padding) + pixel;
+  const double reach = ReachOfMark(film, index) + pixel;
   const Vector2d corner = origin.cast<double>();
   const Vector2d centre = scan.PixelFromPhoto(fiducial.position_mm) - corner;
   const int reach_px = static_cast<int>(std::ceil(reach / pixel)) + 1;
@@ -240,6 +253,48 @@ void DrawMark(const FilmFrame& film, size_t index, const ScanGeometry& scan,
       image->At(col, row) = sum / kSamples;
     }
   });
+}
+
+// A square of the film in kFiner times as many pixels.
+struct FinePatch {
+  Eigen::Vector2i origin;  // pixels of the scan
+  Image image;
+};
+
+// Empty where the image does not show the square. Beyond the image's border its own value.
+FinePatch Enlarged(const Image& image, const Eigen::Vector2i& from, const Eigen::Vector2i& to) {
+  FinePatch patch{from, {}};
+  if (to.x() < 0 || to.y() < 0 || from.x() >= image.width || from.y() >= image.height) return patch;
+  patch.image = Image(kFiner * (to.x() - from.x()), kFiner * (to.y() - from.y()));
+  for (int row = 0; row < patch.image.height; ++row)
+    for (int col = 0; col < patch.image.width; ++col)
+      patch.image.At(col, row) = image.At(std::clamp(from.x() + col / kFiner, 0, image.width - 1),
+                                          std::clamp(from.y() + row / kFiner, 0, image.height - 1));
+  return patch;
+}
+
+// Averages the patch, without its outermost `margin` pixels, into the scan's pixels.
+void PutBack(const FinePatch& patch, int margin, Image* image) {
+  const int last_row =
+      std::min(patch.image.height / kFiner - margin, image->height - patch.origin.y());
+  const int last_col =
+      std::min(patch.image.width / kFiner - margin, image->width - patch.origin.x());
+  for (int row = std::max(margin, -patch.origin.y()); row < last_row; ++row)
+    for (int col = std::max(margin, -patch.origin.x()); col < last_col; ++col) {
+      float sum = 0;
+      for (int i = 0; i < kFiner; ++i)
+        for (int j = 0; j < kFiner; ++j) sum += patch.image.At(kFiner * col + j, kFiner * row + i);
+      image->At(col + patch.origin.x(), row + patch.origin.y()) = sum / (kFiner * kFiner);
+    }
+}
+
+// The same film on a scanner of finer pixels.
+ScanGeometry Finer(const ScanGeometry& scan) {
+  ScanSetup setup = scan.Setup();
+  setup.width *= kFiner;
+  setup.height *= kFiner;
+  setup.pixel_size_mm /= kFiner;
+  return ScanGeometry(setup);
 }
 
 }  // namespace
@@ -275,11 +330,26 @@ bool InSymbol(const MarkSymbol& symbol, const Vector2d& at_mm) {
   return false;
 }
 
-void DrawFilm(const FilmFrame& film, const ScanGeometry& scan, Image* image,
+void DrawFilm(const FilmFrame& film, const ScanGeometry& scan, double blur_px, Image* image,
               const Eigen::Vector2i& origin) {
   DrawRebate(film, scan, origin, image);
-  for (size_t index = 0; index < film.camera.fiducials.size(); ++index)
-    DrawMark(film, index, scan, origin, image);
+  const Image sharp = *image;
+  Blur(blur_px, image);
+  const ScanGeometry finer = Finer(scan);
+  const int margin = static_cast<int>(std::ceil(4 * blur_px));
+  for (size_t index = 0; index < film.camera.fiducials.size(); ++index) {
+    const double reach = ReachOfMark(film, index) / scan.Setup().pixel_size_mm + 2 * margin + 2;
+    const Vector2d centre =
+        scan.PixelFromPhoto(film.camera.fiducials[index].position_mm) - origin.cast<double>();
+    FinePatch patch = Enlarged(sharp, (centre.array() - reach).floor().cast<int>(),
+                               (centre.array() + reach).ceil().cast<int>());
+    if (patch.image.Empty()) continue;
+    // Neighbouring marks, too.
+    for (size_t mark = 0; mark < film.camera.fiducials.size(); ++mark)
+      DrawMark(film, mark, finer, kFiner * (origin + patch.origin), &patch.image);
+    Blur(kFiner * blur_px, &patch.image);
+    PutBack(patch, margin, image);
+  }
 }
 
 }  // namespace orient::simulation

@@ -121,9 +121,9 @@ void WriteFilmScan(const std::string& path, const SimulationOptions& options,
             plan.seed,
             plan.scan.PhotoFromPixel(part.origin.cast<double>() + Vector2d(col + 0.5, row + 0.5)));
     });
-    DrawFilm(film, plan.scan, &image, part.origin);
+    DrawFilm(film, plan.scan, options.blur_px, &image, part.origin);
     ++scanner.seed;
-    const std::vector<std::uint16_t> grey = Scan(std::move(image), scanner);
+    const std::vector<std::uint16_t> grey = Scan(image, scanner);
     tiff.Write(part.origin, part.size, look.rgb ? Tinted(grey) : grey);
   }
   tiff.Finish();

@@ -73,7 +73,6 @@ FilmFrame FilmOf(const SimulatedCamera& camera, const PhotoPlan& plan) {
 
 ScannerOptions ScannerOf(const SimulationOptions& options, const PhotoPlan& plan) {
   ScannerOptions scanner;
-  scanner.blur_px = options.blur_px;
   scanner.grain = options.grain;
   scanner.negative = plan.polarity == Polarity::kNegative;
   scanner.bits = options.bits;
@@ -87,8 +86,8 @@ std::vector<std::uint16_t> MakePhoto(const SimulationOptions& options,
   constexpr double kPastFrame_mm = 0.3;
   Image image =
       RenderPhoto(camera.file.camera, plan.photo.pose, plan.scan, ground, terrain, kPastFrame_mm);
-  DrawFilm(FilmOf(camera, plan), plan.scan, &image);
-  return Scan(std::move(image), ScannerOf(options, plan));
+  DrawFilm(FilmOf(camera, plan), plan.scan, options.blur_px, &image);
+  return Scan(image, ScannerOf(options, plan));
 }
 
 InteriorResult TrueInterior(const SimulatedCamera& camera, const PhotoPlan& plan) {

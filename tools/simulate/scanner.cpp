@@ -54,8 +54,7 @@ void Blur(double sigma_px, Image* image) {
   });
 }
 
-std::vector<std::uint16_t> Scan(Image positive, const ScannerOptions& options) {
-  Blur(options.blur_px, &positive);
+std::vector<std::uint16_t> Scan(const Image& positive, const ScannerOptions& options) {
   std::vector<std::uint16_t> grey(positive.values.size());
   const float largest = options.bits == 16 ? 65535.0f : 255.0f;
   const auto grain = static_cast<float>(options.grain / 255.0);

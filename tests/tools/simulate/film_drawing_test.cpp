@@ -35,7 +35,7 @@ Film MakeFilm(SimulationOptions options, ScanOrientation orientation) {
 
 Image Draw(const Film& film, float tone) {
   Image image(film.camera.width_px, film.camera.height_px, tone);
-  DrawFilm(film.frame, film.scan, &image);
+  DrawFilm(film.frame, film.scan, 0, &image);
   return image;
 }
 
@@ -58,7 +58,7 @@ Vector2d BrightCentroid(const Image& image, const Vector2d& centre, int reach_px
 }
 
 TEST(FilmDrawing, MarksLieAtTheirTruePixels) {
-  constexpr double kWanted_px = 0.015;  // what 55 samples a pixel leave of a thin ring
+  constexpr double kWanted_px = 0.01;  // what the samples leave of a thin ring
   for (const ScanOrientation orientation : {ScanOrientation::kR0, ScanOrientation::kM270}) {
     const Film film = MakeFilm({}, orientation);
     const Image image = Draw(film, 0.4f);

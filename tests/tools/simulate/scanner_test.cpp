@@ -15,7 +15,6 @@ Image Ramp() {
 TEST(Scanner, NegativeIsTheComplement) {
   ScannerOptions options;
   options.grain = 0;
-  options.blur_px = 0;
   const auto positive = Scan(Ramp(), options);
   options.negative = true;
   const auto negative = Scan(Ramp(), options);
@@ -25,7 +24,6 @@ TEST(Scanner, NegativeIsTheComplement) {
 TEST(Scanner, SixteenBitsUseTheirRange) {
   ScannerOptions options;
   options.grain = 0;
-  options.blur_px = 0;
   options.bits = 16;
   const auto grey = Scan(Ramp(), options);
   EXPECT_EQ(grey[0], 0);
