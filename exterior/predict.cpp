@@ -5,6 +5,8 @@
 #include <cmath>
 #include <map>
 
+#include "patchdb/learning.h"
+
 namespace orient {
 namespace {
 
@@ -14,8 +16,11 @@ bool Inside(const Eigen::Vector2d& pixel, const PredictionOptions& options) {
          pixel.y() <= options.height_px - options.border_px;
 }
 
-// Unknown distinctness ranks in the middle: neither preferred nor shunned.
-double Rank(const Patch& patch) { return patch.distinctness.value_or(0.5); }
+// Likely to succeed comes first, then distinctness; where that is unknown it ranks in the middle,
+// neither preferred nor shunned.
+std::pair<double, double> Rank(const Patch& patch) {
+  return {BeliefOf(patch).Mean(), patch.distinctness.value_or(0.5)};
+}
 
 }  // namespace
 

@@ -8,6 +8,7 @@
 
 #include "core/error.h"
 #include "patchdb/connection.h"
+#include "patchdb/learn.h"
 #include "patchdb/migration.h"
 #include "patchdb/patch_rows.h"
 #include "patchdb/schema.h"
@@ -295,17 +296,21 @@ bool PatchDatabase::HasSource(SourceKind kind, const std::string& name) const {
   });
 }
 
-void PatchDatabase::RecordAttempts(const std::vector<MatchAttempt>& attempts) {
+int PatchDatabase::Write(const char* doing, const std::function<int(Connection&)>& work) {
   impl_->RequireWriting();
-  WithFile(impl_->path, "recording attempts", [&] {
+  return WithFile(impl_->path, doing, [&] {
     SQLite::Transaction transaction(impl_->connection.Database(),
                                     SQLite::TransactionBehavior::IMMEDIATE);
-    for (const MatchAttempt& attempt : attempts) {
-      const Query insert = impl_->connection.Prepare(sql::kRecordAttempt);
-      BindAttempt(attempt, *insert);
-      insert->exec();
-    }
+    const int changed = work(impl_->connection);
     transaction.commit();
+    return changed;
+  });
+}
+
+void PatchDatabase::RecordAttempts(const std::vector<MatchAttempt>& attempts) {
+  Write("recording attempts", [&](Connection& connection) {
+    Learn(connection, attempts);
+    return 0;
   });
 }
 

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <cstdint>
+#include <functional>
 #include <memory>
 #include <optional>
 #include <string>
@@ -53,7 +54,8 @@ class PatchDatabase {
   PatchDatabaseInfo Info() const;
 
   // One transaction: the source and its patches are stored together or not at all. Ids are set.
-  // Grey values are stored rounded to whole numbers, heights to a 64th of gsd_m. `changed` are
+  // Grey values are stored rounded to whole numbers, heights to a
+  // quarter of their sigma, at least gsd_m / 64 and at most gsd_m / 8. `changed` are
   // patches of the database that this source tells more about: everything of theirs is replaced but
   // id, source, history, and state; their `evidence` is added to what is there. Throws InputError:
   // a source of this kind and name is there already; std::invalid_argument: a patch without chip,
@@ -70,10 +72,14 @@ class PatchDatabase {
   std::vector<PatchSource> Sources() const;
   bool HasSource(SourceKind kind, const std::string& name) const;
   // One transaction. A later attempt of the same patch in the same photo replaces the earlier one.
+  // What the patches' histories say then is noted with them, and those that keep failing where
+  // their neighbours succeed are retired: patchdb/learning.h.
   void RecordAttempts(const std::vector<MatchAttempt>& attempts);
 
-  // For the other files of patchdb: the file, and its SQL.
+  // For the other files of patchdb: the file, its SQL, and one transaction around `work`, which
+  // answers how many rows it changed.
   const std::string& Path() const;
+  int Write(const char* doing, const std::function<int(Connection&)>& work);
   Connection& Sql() const;
   int SrsId() const;
 

@@ -9,7 +9,13 @@
 namespace orient {
 namespace {
 
-constexpr double kHeightsPerPixel = 64;  // heights are kept to that part of a chip pixel
+// Heights need not be kept finer than they are known, nor than what can be seen of them. The
+// rounding is each node's own, so that a chip's position hardly feels it.
+double HeightQuantum(const Patch& patch) {
+  const double finest_m = patch.gsd_m / 64, coarsest_m = patch.gsd_m / 8;
+  if (!patch.height_sigma_m || !std::isfinite(*patch.height_sigma_m)) return finest_m;
+  return std::clamp(*patch.height_sigma_m / 4, finest_m, coarsest_m);
+}
 
 void BindBlob(SQLite::Statement& statement, int index, const Bytes& bytes) {
   statement.bind(index, static_cast<const void*>(bytes.data()), static_cast<int>(bytes.size()));
@@ -94,7 +100,7 @@ void BindHeights(const Patch& patch, SQLite::Statement& statement) {
   if (patch.heights.size == 0) return;
   statement.bind(kHeightsSize + 1, patch.heights.size);
   statement.bind(kHeightsStep + 1, patch.heights.step_m);
-  const auto packed = PackHeights(patch.heights, patch.gsd_m / kHeightsPerPixel);
+  const auto packed = PackHeights(patch.heights, HeightQuantum(patch));
   if (!packed) return BindBlob(statement, kHeights + 1, EncodeHeights(patch.heights));
   statement.bind(kHeightsBase + 1, packed->base_m);
   statement.bind(kHeightsQuantum + 1, packed->quantum_m);

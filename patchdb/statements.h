@@ -55,8 +55,7 @@ inline constexpr const char* kSources =
 inline constexpr const char* kAddPatch =
     "INSERT INTO patches (" ORIENT_PATCH_VALUES
     ", source_id, created) VALUES (?1, ?2, ?3, ?4, ?5, ?6, ?7, ?8, ?9, ?10, ?11, ?12, ?13, ?14, "
-    "?15, ?16, ?17, ?18, ?19, ?20, ?21, ?22, ?23, ?24, ?25, "
-    "strftime('%Y-%m-%dT%H:%M:%fZ','now'))";
+    "?15, ?16, ?17, ?18, ?19, ?20, ?21, ?22, ?23, ?24, ?25, date('now'))";
 inline constexpr const char* kChangePatch =
     "UPDATE patches SET (" ORIENT_PATCH_VALUES
     ") = (?1, ?2, ?3, ?4, ?5, ?6, ?7, ?8, ?9, ?10, ?11, ?12, ?13, ?14, ?15, ?16, ?17, ?18, ?19, "
@@ -93,9 +92,21 @@ inline constexpr const char* kPatch = "SELECT " ORIENT_PATCH_COLUMNS "WHERE p.id
 inline constexpr const char* kRecordAttempt =
     "INSERT OR REPLACE INTO attempts (patch_id, photo, state, ncc, residual_col_px, "
     "residual_row_px, reason, photo_date, photo_status, predicted_col_px, predicted_row_px, "
-    "found_col_px, found_row_px, recorded, epoch) "
-    "VALUES (?1, ?2, ?3, ?4, ?5, ?6, ?7, ?8, ?9, ?10, ?11, ?12, ?13, "
+    "found_col_px, found_row_px, neighbours_sought, neighbours_matched, recorded, epoch) "
+    "VALUES (?1, ?2, ?3, ?4, ?5, ?6, ?7, ?8, ?9, ?10, ?11, ?12, ?13, ?14, ?15, "
     "strftime('%Y-%m-%dT%H:%M:%fZ','now'), "
     "coalesce((SELECT epoch FROM patches WHERE id = ?1), 1))";
+
+inline constexpr const char* kPlaceOf = "SELECT minx, miny FROM rtree_patches_geom WHERE id = ?1";
+inline constexpr const char* kEpochAndState = "SELECT epoch, state FROM patches WHERE id = ?1";
+inline constexpr const char* kAttemptsOf =
+    "SELECT state, photo_status, photo_date, epoch, neighbours_sought, neighbours_matched "
+    "FROM attempts WHERE patch_id = ?1 ORDER BY id";
+inline constexpr const char* kSetWeights =
+    "UPDATE patches SET success_weight = ?2, failure_weight = ?3 WHERE id = ?1 AND "
+    "(success_weight <> ?2 OR failure_weight <> ?3)";
+inline constexpr const char* kRetire =
+    "UPDATE patches SET state = 'retired', retired_reason = ?2, retired_on = date('now') "
+    "WHERE id = ?1 AND state = 'active'";
 
 }  // namespace orient::sql

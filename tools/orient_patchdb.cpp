@@ -1,4 +1,5 @@
-// orient patchdb: make, fill and look at the database of control patches.
+// orient patchdb: make and fill the database of control patches; what looks after it is in
+// tools/patchdb/.
 
 #include <CLI/CLI.hpp>
 #include <filesystem>
@@ -12,6 +13,7 @@
 #include "patchdb/patch_database.h"
 #include "patchdb/source_view.h"
 #include "tools/commands.h"
+#include "tools/patchdb/verb.h"
 #include "tools/photo_interior.h"
 #include "tools/progress.h"
 #include "tools/shared_options.h"
@@ -102,14 +104,7 @@ HarvestProgress ShowOn(std::unique_ptr<Progress>& progress, const std::string& n
   };
 }
 
-class Verb {
- public:
-  virtual ~Verb() = default;
-  virtual CLI::App* Declare(CLI::App& app) = 0;
-  virtual void Run(std::ostream& out) = 0;
-};
-
-class CreateVerb : public Verb {
+class CreateVerb : public PatchdbVerb {
  public:
   CLI::App* Declare(CLI::App& app) override {
     CLI::App* verb = app.add_subcommand("create", "Make an empty patch database");
@@ -130,7 +125,7 @@ class CreateVerb : public Verb {
   std::string path_, crs_;
 };
 
-class HarvestVerb : public Verb {
+class HarvestVerb : public PatchdbVerb {
  public:
   CLI::App* Declare(CLI::App& app) override {
     CLI::App* verb = app.add_subcommand("harvest", "Cut patches from oriented photos");
@@ -194,7 +189,7 @@ class HarvestVerb : public Verb {
   HarvestArguments arguments_;
 };
 
-class HarvestOrthoVerb : public Verb {
+class HarvestOrthoVerb : public PatchdbVerb {
  public:
   CLI::App* Declare(CLI::App& app) override {
     CLI::App* verb = app.add_subcommand("harvest-ortho", "Cut patches from orthophotos");
@@ -232,7 +227,7 @@ class HarvestOrthoVerb : public Verb {
   HarvestArguments arguments_;
 };
 
-class InfoVerb : public Verb {
+class InfoVerb : public PatchdbVerb {
  public:
   CLI::App* Declare(CLI::App& app) override {
     CLI::App* verb = app.add_subcommand("info", "Say what a patch database holds");
@@ -261,42 +256,6 @@ class InfoVerb : public Verb {
   std::string path_;
 };
 
-// CSV, so that it can be piped; an empty cell is unknown.
-class ListVerb : public Verb {
- public:
-  CLI::App* Declare(CLI::App& app) override {
-    CLI::App* verb = app.add_subcommand("list", "Print every patch as a line of CSV");
-    verb->add_option("DB", path_, "Patch database")->required();
-    return verb;
-  }
-  void Run(std::ostream& out) override {
-    constexpr int kPage = 500;
-    const PatchDatabase database = PatchDatabase::Open(path_, PatchDatabase::Mode::kRead);
-    out << "id,source_id,x,y,z,sigma_x,sigma_y,sigma_z,gsd_m,chip_px,bits,roundness,distinctness,"
-           "persistence,relief_px\n";
-    std::int64_t last = 0;
-    for (auto page = database.ListPatches(last, kPage); !page.empty();
-         page = database.ListPatches(last, kPage)) {
-      for (const Patch& patch : page) PrintLine(patch, out);
-      last = page.back().id;
-    }
-  }
-
- private:
-  static std::string Cell(const std::optional<double>& value) {
-    return value ? Fixed(value, 3) : "";
-  }
-  static void PrintLine(const Patch& patch, std::ostream& out) {
-    out << patch.id << "," << patch.source_id;
-    for (int i = 0; i < 3; ++i) out << "," << Fixed(patch.ground_m[i], 3);
-    for (int i = 0; i < 3; ++i) out << "," << Fixed(std::sqrt(patch.covariance_m2(i, i)), 3);
-    out << "," << Fixed(patch.gsd_m, 4) << "," << patch.chip.width << "," << patch.bits << ","
-        << Cell(patch.roundness) << "," << Cell(patch.distinctness) << ","
-        << Cell(patch.persistence) << "," << Cell(patch.relief_px) << "\n";
-  }
-  std::string path_;
-};
-
 class PatchdbCommand : public Command {
  public:
   PatchdbCommand() {
@@ -304,11 +263,11 @@ class PatchdbCommand : public Command {
     verbs_.push_back(std::make_unique<HarvestVerb>());
     verbs_.push_back(std::make_unique<HarvestOrthoVerb>());
     verbs_.push_back(std::make_unique<InfoVerb>());
-    verbs_.push_back(std::make_unique<ListVerb>());
+    for (auto& verb : MakeMaintenanceVerbs()) verbs_.push_back(std::move(verb));
   }
   std::string Name() const override { return "patchdb"; }
   std::string Summary() const override {
-    return "Make, fill and look at the database of control patches";
+    return "Make, fill and look after the database of control patches";
   }
   void Setup(CLI::App& app) override {
     app.require_subcommand(1);
@@ -322,7 +281,7 @@ class PatchdbCommand : public Command {
   }
 
  private:
-  std::vector<std::unique_ptr<Verb>> verbs_;
+  std::vector<std::unique_ptr<PatchdbVerb>> verbs_;
   std::vector<CLI::App*> parsers_;  // in the order of verbs_
 };
 

@@ -31,10 +31,11 @@ CREATE TABLE patches_2 (
   source_id INTEGER NOT NULL REFERENCES sources(id),
   state TEXT NOT NULL DEFAULT 'active' CHECK (state IN ('active', 'retired')),
   retired_reason TEXT,                   -- NULL: active
+  retired_on DATE,                       -- UTC; NULL: active
   superseded_by INTEGER REFERENCES patches(id),
   epoch INTEGER NOT NULL DEFAULT 1,      -- counts up with each restore; what happened before an
                                          -- epoch counts less
-  created DATETIME,                      -- when it came into the database, UTC
+  created DATE,                          -- when it came into the database, UTC
   gsd_m DOUBLE NOT NULL,                 -- chip pixel in metres
   bits INTEGER NOT NULL CHECK (bits IN (8, 16)),
   bands INTEGER NOT NULL DEFAULT 1 CHECK (bands IN (1, 3)),
@@ -75,6 +76,7 @@ INSERT INTO patches_2 (id, geom, source_id, gsd_m, bits, covariance, height_effe
 DROP TABLE patches;
 ALTER TABLE patches_2 RENAME TO patches;
 CREATE INDEX patches_by_source ON patches(source_id);
+CREATE INDEX patches_superseded ON patches(superseded_by) WHERE superseded_by IS NOT NULL;
 CREATE INDEX patches_retired ON patches(retired_reason) WHERE state = 'retired';
 
 CREATE TRIGGER rtree_patches_geom_insert AFTER INSERT ON patches

@@ -1,0 +1,119 @@
+#include "patchdb/learn.h"
+
+#include <set>
+
+#include "patchdb/learning.h"
+#include "patchdb/patch_rows.h"
+#include "patchdb/statements.h"
+
+namespace orient {
+namespace {
+
+constexpr std::size_t kNeighbours = 8;  // the nearest that were sought in the same photo
+
+struct SoughtPatch {
+  std::size_t attempt = 0;
+  Eigen::Vector2d place_m = Eigen::Vector2d::Zero();
+  bool matched = false;
+};
+
+struct NeighbourCount {
+  int sought = 0, matched = 0;
+};
+
+std::optional<Eigen::Vector2d> PlaceOf(Connection& connection, std::int64_t patch_id) {
+  const Query row = connection.Prepare(sql::kPlaceOf);
+  row->bind(1, patch_id);
+  if (!row->executeStep()) return std::nullopt;
+  return Eigen::Vector2d(row->getColumn(0).getDouble(), row->getColumn(1).getDouble());
+}
+
+NeighbourCount CountNeighbours(const std::vector<SoughtPatch>& sought, const SoughtPatch& centre) {
+  std::vector<std::pair<double, bool>> others;  // squared distance, matched
+  others.reserve(sought.size());
+  for (const SoughtPatch& other : sought)
+    if (other.attempt != centre.attempt)
+      others.emplace_back((other.place_m - centre.place_m).squaredNorm(), other.matched);
+  const std::size_t count = std::min(kNeighbours, others.size());
+  std::partial_sort(others.begin(), others.begin() + static_cast<std::ptrdiff_t>(count),
+                    others.end());
+  NeighbourCount neighbours{static_cast<int>(count), 0};
+  for (std::size_t i = 0; i < count; ++i) neighbours.matched += others[i].second ? 1 : 0;
+  return neighbours;
+}
+
+// Per attempt; empty where the patch was not sought or has no place.
+std::vector<std::optional<NeighbourCount>> Neighbours(Connection& connection,
+                                                      const std::vector<MatchAttempt>& attempts) {
+  std::map<std::string, std::vector<SoughtPatch>> photos;
+  for (std::size_t i = 0; i < attempts.size(); ++i) {
+    if (attempts[i].state == "not_visible") continue;
+    if (const auto place = PlaceOf(connection, attempts[i].patch_id))
+      photos[attempts[i].photo].push_back({i, *place, attempts[i].state == "matched"});
+  }
+  std::vector<std::optional<NeighbourCount>> counts(attempts.size());
+  for (const auto& [photo, sought] : photos)
+    for (const SoughtPatch& patch : sought) counts[patch.attempt] = CountNeighbours(sought, patch);
+  return counts;
+}
+
+std::vector<AttemptOutcome> OutcomesOf(Connection& connection, std::int64_t patch_id) {
+  const Query rows = connection.Prepare(sql::kAttemptsOf);
+  rows->bind(1, patch_id);
+  const auto text = [&](int i) -> std::optional<std::string> {
+    if (rows->getColumn(i).isNull()) return std::nullopt;
+    return rows->getColumn(i).getString();
+  };
+  const auto number = [&](int i) -> std::optional<int> {
+    if (rows->getColumn(i).isNull()) return std::nullopt;
+    return rows->getColumn(i).getInt();
+  };
+  std::vector<AttemptOutcome> outcomes;
+  while (rows->executeStep())
+    outcomes.push_back({rows->getColumn(0).getString(), text(1), text(2),
+                        rows->getColumn(3).getInt(), number(4), number(5)});
+  return outcomes;
+}
+
+}  // namespace
+
+void LearnAnew(Connection& connection, std::int64_t patch_id, bool may_retire) {
+  int epoch = 1;
+  {
+    const Query row = connection.Prepare(sql::kEpochAndState);
+    row->bind(1, patch_id);
+    if (!row->executeStep()) return;
+    epoch = row->getColumn(0).getInt();
+  }
+  const auto outcomes = OutcomesOf(connection, patch_id);
+  const SuccessWeights weights = WeighAttempts(outcomes, epoch);
+  const Query update = connection.Prepare(sql::kSetWeights);
+  update->bind(1, patch_id);
+  update->bind(2, weights.success);
+  update->bind(3, weights.failure);
+  update->exec();
+  const auto reason = may_retire ? WhyRetire(outcomes, epoch) : std::nullopt;
+  if (!reason) return;
+  const Query retire = connection.Prepare(sql::kRetire);
+  retire->bind(1, patch_id);
+  retire->bind(2, *reason);
+  retire->exec();
+}
+
+void Learn(Connection& connection, const std::vector<MatchAttempt>& attempts) {
+  const auto neighbours = Neighbours(connection, attempts);
+  std::set<std::int64_t> patches;
+  for (std::size_t i = 0; i < attempts.size(); ++i) {
+    const Query insert = connection.Prepare(sql::kRecordAttempt);
+    BindAttempt(attempts[i], *insert);
+    if (neighbours[i]) {
+      insert->bind(14, neighbours[i]->sought);
+      insert->bind(15, neighbours[i]->matched);
+    }
+    insert->exec();
+    patches.insert(attempts[i].patch_id);
+  }
+  for (const std::int64_t patch : patches) LearnAnew(connection, patch, true);
+}
+
+}  // namespace orient

@@ -1,0 +1,19 @@
+// Attempts taken into the database, with what follows from them. Private to patchdb.
+#pragma once
+
+#include <cstdint>
+#include <vector>
+
+#include "patchdb/connection.h"
+#include "patchdb/patch_database.h"
+
+namespace orient {
+
+// Stores the attempts with how their neighbours fared, and learns from all patches that they name.
+// The caller holds the transaction.
+void Learn(Connection& connection, const std::vector<MatchAttempt>& attempts);
+
+// Weighs a patch's attempts anew; with `may_retire` it is retired where they say so.
+void LearnAnew(Connection& connection, std::int64_t patch_id, bool may_retire);
+
+}  // namespace orient

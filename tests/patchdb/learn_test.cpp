@@ -1,0 +1,78 @@
+// What a database makes of the attempts that photos report.
+#include "patchdb/learn.h"
+
+#include <gtest/gtest.h>
+
+#include "patchdb/learning.h"
+#include "patchdb/maintenance/life.h"
+#include "tests/patchdb/made_up_patches.h"
+#include "tests/support/shared_data.h"
+
+namespace orient {
+namespace {
+
+class LearnTest : public testing::Test {
+ protected:
+  // Patch 13 in the middle of 25 fails, the others match.
+  void Seek(const std::string& photo, const std::string& status = "ok", bool neighbours = true) {
+    std::vector<MatchAttempt> attempts;
+    for (int id = 1; id <= 25; ++id)
+      attempts.push_back(MadeUpAttempt(id, photo, neighbours && id != 13, status));
+    database_.RecordAttempts(attempts);
+  }
+  Patch Middle() { return *database_.ReadPatch(13); }
+
+  TemporaryFolder folder_;
+  PatchDatabase database_ = MadeUpDatabase(folder_ / "patches.gpkg", 5, 5);
+};
+
+TEST_F(LearnTest, AttemptsMoveTheBelief) {
+  Seek("a");
+  EXPECT_EQ(Middle().failure_weight, 1);
+  EXPECT_EQ(database_.ReadPatch(1)->success_weight, 1);
+  EXPECT_LT(BeliefOf(Middle()).Mean(), 0.75);
+  EXPECT_GT(BeliefOf(*database_.ReadPatch(1)).Mean(), 0.75);
+}
+
+TEST_F(LearnTest, TheSamePhotoAgainIsOneWitness) {
+  for (int i = 0; i < 4; ++i) Seek("a");
+  EXPECT_EQ(Middle().failure_weight, 1);
+  EXPECT_EQ(Middle().life, PatchLife::kActive);
+}
+
+TEST_F(LearnTest, ThirdPhotoRetiresAndRestoreBringsBackForGood) {
+  Seek("a");
+  Seek("b");
+  EXPECT_EQ(Middle().life, PatchLife::kActive);
+  Seek("c");
+  EXPECT_EQ(Middle().life, PatchLife::kRetired);
+  EXPECT_NE(Middle().retired_reason.find("3 photos"), std::string::npos);
+  EXPECT_EQ(database_.Info().retired, 1);
+
+  EXPECT_EQ(RestorePatches(database_, {13}), 1);
+  EXPECT_EQ(Middle().life, PatchLife::kActive);
+  EXPECT_EQ(Middle().epoch, 2);
+  EXPECT_EQ(Middle().failure_weight, 0.75);
+  Seek("d");
+  Seek("e");
+  EXPECT_EQ(Middle().life, PatchLife::kActive) << "a new epoch begins to count anew";
+  Seek("f");
+  EXPECT_EQ(Middle().life, PatchLife::kRetired);
+}
+
+TEST_F(LearnTest, FailedPhotosAndFailingNeighboursRetireNobody) {
+  for (const char* photo : {"a", "b", "c", "d"}) Seek(photo, "failed", false);
+  for (const char* photo : {"e", "f", "g", "h"}) Seek(photo, "ok", false);
+  EXPECT_EQ(database_.Info().retired, 0);
+  EXPECT_EQ(Middle().failure_weight, 4);
+}
+
+TEST_F(LearnTest, PatchesWithoutAnIdAreRefusedWhole) {
+  EXPECT_ANY_THROW(
+      database_.RecordAttempts({MadeUpAttempt(1, "a", true), MadeUpAttempt(999, "a", true)}));
+  EXPECT_EQ(database_.Info().attempts, 0);
+  EXPECT_EQ(database_.ReadPatch(1)->success_weight, 0);
+}
+
+}  // namespace
+}  // namespace orient

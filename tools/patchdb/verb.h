@@ -1,0 +1,30 @@
+// One `orient patchdb <verb>`: declares its options, then works. A verb lives in one file of
+// tools/patchdb/ and is listed in verbs.cpp.
+#pragma once
+
+#include <CLI/App.hpp>
+#include <iosfwd>
+#include <memory>
+#include <vector>
+
+namespace orient {
+
+class PatchdbVerb {
+ public:
+  virtual ~PatchdbVerb() = default;
+  virtual CLI::App* Declare(CLI::App& app) = 0;
+  virtual void Run(std::ostream& out) = 0;
+};
+
+std::unique_ptr<PatchdbVerb> MakeListVerb();
+std::unique_ptr<PatchdbVerb> MakeQueryVerb();
+std::unique_ptr<PatchdbVerb> MakeShowVerb();
+std::unique_ptr<PatchdbVerb> MakeStatsVerb();
+std::unique_ptr<PatchdbVerb> MakeRetireVerb();
+std::unique_ptr<PatchdbVerb> MakeRestoreVerb();
+std::unique_ptr<PatchdbVerb> MakePruneVerb();
+
+// What looks after a database that exists; making and filling one is orient_patchdb.cpp's.
+std::vector<std::unique_ptr<PatchdbVerb>> MakeMaintenanceVerbs();
+
+}  // namespace orient

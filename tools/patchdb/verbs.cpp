@@ -1,0 +1,13 @@
+#include "tools/patchdb/verb.h"
+
+namespace orient {
+
+std::vector<std::unique_ptr<PatchdbVerb>> MakeMaintenanceVerbs() {
+  std::vector<std::unique_ptr<PatchdbVerb>> verbs;
+  for (const auto& make : {MakeListVerb, MakeQueryVerb, MakeShowVerb, MakeStatsVerb, MakeRetireVerb,
+                           MakeRestoreVerb, MakePruneVerb})
+    verbs.push_back(make());
+  return verbs;
+}
+
+}  // namespace orient
