@@ -5,7 +5,7 @@
 
 #include "patchdb/learning.h"
 #include "patchdb/maintenance/life.h"
-#include "tests/patchdb/made_up_patches.h"
+#include "tests/support/made_up_patches.h"
 #include "tests/support/shared_data.h"
 
 namespace orient {

@@ -3,7 +3,7 @@
 #include <gtest/gtest.h>
 
 #include "patchdb/maintenance/life.h"
-#include "tests/patchdb/made_up_patches.h"
+#include "tests/support/made_up_patches.h"
 #include "tests/support/shared_data.h"
 
 namespace orient {

@@ -5,7 +5,7 @@
 
 #include "core/error.h"
 #include "patchdb/maintenance/statistics.h"
-#include "tests/patchdb/made_up_patches.h"
+#include "tests/support/made_up_patches.h"
 #include "tests/support/shared_data.h"
 
 namespace orient {

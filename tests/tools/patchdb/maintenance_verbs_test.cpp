@@ -5,7 +5,7 @@
 #include <fstream>
 
 #include "core/imaging/raster.h"
-#include "tests/patchdb/made_up_patches.h"
+#include "tests/support/made_up_patches.h"
 #include "tests/support/run_orient.h"
 #include "tests/support/shared_data.h"
 
