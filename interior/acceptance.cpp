@@ -6,6 +6,7 @@
 #include "interior/cross_position.h"
 #include "interior/film_orientation.h"
 #include "interior/lines_locator.h"
+#include "interior/reseau.h"
 
 namespace orient {
 namespace {
@@ -18,8 +19,9 @@ constexpr double kMinMarginNats = 3.0;
 // to fit: photos without marks reach 6 nats (tests, random texture).
 constexpr double kMinSetNats = 9.0;
 // A set's nats are odds against clutter that the assignment's model holds for unlikely, as each
-// mark is found with a probability of 0.85: -log 0.15 for every mark. A camera without its marks on
-// the scan is no such coincidence, and more marks give chance more sets to choose from.
+// mark is found with a probability of 0.85: -log 0.15 = 1.9 for every mark, found or not. A camera
+// without its marks on the scan is no such coincidence, and against it a set's odds are less by 1.9
+// nats a mark: nine nats of four marks are 1.4 above it, and so much is asked of any number.
 constexpr double kNatsPerFurtherMark = 1.9;
 constexpr double kMinCorrelation = 0.45;
 constexpr double kMinOfMedianCorrelation = 0.6;
@@ -63,23 +65,36 @@ bool MeasuredByLines(const MarkShape& shape, std::optional<LocatorKind> wanted) 
          LocatorFor(shape, wanted) == LocatorKind::kLines;
 }
 
-// Replaces the matched position, which stays where the lines are not seen. Where the two contradict
-// each other beyond their sigmas (chi-square with two degrees of freedom), one of them is wrong and
-// nothing tells which: the difference becomes part of the sigma.
-void MeasureByLines(const Raster& scan, const CrossElement& cross, const Matrix2d& pixel_from_mm,
-                    Polarity polarity, double max_shift_px, MarkPosition* matched) {
-  const auto crossing =
-      MeasureCross(scan, cross, pixel_from_mm, matched->pixel, polarity, max_shift_px);
-  if (!crossing) return;
-  const Vector2d difference = crossing->pixel - matched->pixel;
-  const Matrix2d both = crossing->covariance + matched->covariance;
-  matched->pixel = crossing->pixel;
-  matched->covariance = crossing->covariance;
-  if (difference.dot(both.inverse() * difference) > kLeaveOneOutChiSquare)
-    matched->covariance += difference * difference.transpose();
+// The strokes of real crosses on picture texture, dust and scratches on them included, against
+// those of the texture between them: of 968 clean crosses of simulated films 99 % are clear, of 968
+// places in the middle of the meshes one. Crossings of the picture's roads are as clear as crosses.
+bool IsClear(const MeasuredCross& cross) {
+  constexpr double kLeastShare = 0.75, kLeastNats = 2;
+  return cross.share >= kLeastShare && cross.nats >= kLeastNats;
 }
 
-void RejectUnlike(FilmMarks* marks) {
+// Replaces the matched position, which stays where the lines are not seen. Where the two contradict
+// each other beyond their sigmas (chi-square with two degrees of freedom), one of them is wrong and
+// nothing tells which: the difference becomes part of the sigma. Not where the drawing matches
+// nothing and the strokes are clear.
+void MeasureByLines(const Raster& scan, const CrossElement& cross, const Matrix2d& pixel_from_mm,
+                    Polarity polarity, double max_shift_px, FilmMark* mark) {
+  MarkPosition& matched = mark->position.value();
+  const auto crossing =
+      MeasureCross(scan, cross, pixel_from_mm, matched.pixel, polarity, max_shift_px);
+  if (!crossing) return;
+  mark->clear = IsClear(*crossing);
+  const Vector2d difference = crossing->pixel - matched.pixel;
+  const Matrix2d both = crossing->covariance + matched.covariance;
+  matched.pixel = crossing->pixel;
+  matched.covariance = crossing->covariance;
+  if (mark->clear && matched.correlation < kMinCorrelation) return;
+  if (difference.dot(both.inverse() * difference) > kLeaveOneOutChiSquare)
+    matched.covariance += difference * difference.transpose();
+}
+
+// `by_strokes`: marks with clear strokes are taken whatever their correlation.
+void RejectUnlike(bool by_strokes, FilmMarks* marks) {
   std::vector<double> correlations;
   for (const FilmMark& mark : *marks)
     if (mark.state == MarkState::kUsed) correlations.push_back(mark.position->correlation);
@@ -88,7 +103,7 @@ void RejectUnlike(FilmMarks* marks) {
                    correlations.end());
   const double median = correlations[correlations.size() / 2];
   for (FilmMark& mark : *marks)
-    if (mark.state == MarkState::kUsed &&
+    if (mark.state == MarkState::kUsed && !(by_strokes && mark.clear) &&
         mark.position->correlation < std::max(kMinCorrelation, kMinOfMedianCorrelation * median))
       mark.state = MarkState::kRejected;
 }
@@ -207,10 +222,15 @@ FilmMarks MeasureMarks(const Raster& scan, const CameraFile& camera, const MarkS
     marks[i].state = MarkState::kUsed;
     if (MeasuredByLines(shapes.at(mark), wanted))
       MeasureByLines(scan, *CrossOf(shapes.at(mark)), pixel_from_mm, reading.polarity, max_shift_px,
-                     &*marks[i].position);
+                     &marks[i]);
   }
-  RejectUnlike(&marks);
-  RejectContradicted(reading.middle_px, reading, &marks);
+  for (const bool by_strokes : {true, false}) {
+    // Without neighbours enough there is no reseau, and nothing that tells so sharply.
+    if (by_strokes && Count(marks, MarkState::kUsed) < kLeastReseauMarks) continue;
+    RejectUnlike(by_strokes, &marks);
+    RejectContradicted(reading.middle_px, reading, &marks);
+    if (Count(marks, MarkState::kUsed) >= kLeastReseauMarks) break;
+  }
   return marks;
 }
 

@@ -15,13 +15,17 @@ namespace orient {
 struct FilmMark {
   MarkState state = MarkState::kMissing;
   std::optional<MarkPosition> position;  // absent for a missing mark
+  // A bare cross whose strokes are seen along their whole length (cross_position.h).
+  bool clear = false;
 };
 using FilmMarks = std::vector<FilmMark>;  // in the order of the camera's fiducials
 
 // Measures the assigned marks by least-squares matching with the drawing at the size and turn that
 // the reading found; bare crosses in the picture by their lines instead, unless another locator is
 // `wanted` (cross_position.h); rejects what does not look like the mark, what the others contradict
-// (leave-one-out chi-square above 11.8) and what is not surely a mark (gain below 3 nats).
+// (leave-one-out chi-square above 11.8) and what is not surely a mark (gain below 3 nats). A
+// reseau's cross whose strokes are clear looks like the mark, however little the picture beside
+// them correlates with the drawing: its neighbours tell its place to some micrometres (reseau.h).
 FilmMarks MeasureMarks(const Raster& scan, const CameraFile& camera, const MarkShapes& shapes,
                        const FilmReading& reading, std::optional<LocatorKind> wanted);
 

@@ -10,6 +10,7 @@
 #include <string>
 #include <tuple>
 
+#include "interior/reseau.h"
 #include "interior/rival_readings.h"
 
 namespace orient {
@@ -69,6 +70,10 @@ class GuidedSearch {
     }
     full.best.choice = ChooseAround(full.marks, full.prior, trusted);
     full.best.nats = NatsOfSet(full.marks, full.prior, full.best.choice);
+    // What one misplaced mark of four would make of the scanner, the neighbours of a reseau's cross
+    // tell of the cross.
+    if (full.best.Matched() >= kLeastReseauMarks)
+      full.scanner_margin = std::numeric_limits<double>::infinity();
     return full;
   }
 

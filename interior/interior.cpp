@@ -15,6 +15,7 @@
 #include "interior/layout.h"
 #include "interior/layout_vote.h"
 #include "interior/reseau.h"
+#include "interior/reseau_result.h"
 
 namespace orient {
 namespace {
@@ -77,27 +78,6 @@ std::vector<MarkResult> MarkResults(const CameraFile& camera, const FilmMarks& m
   return results;
 }
 
-// The film's transform from the result's used marks, as if it lay mirrored or not; residuals of
-// these, and of the marks that had one before. False where they give no transform.
-bool FitUsedMarks(const CameraFile& camera, bool mirrored, InteriorResult* result) {
-  std::vector<MeasuredMark> used;
-  for (size_t i = 0; i < result->marks.size(); ++i)
-    if (result->marks[i].state == MarkState::kUsed)
-      used.push_back({result->marks[i].pixel.value(), camera.fiducials[i].position_mm});
-  const auto film = FitFilm(used, mirrored);
-  if (!film) return false;
-  result->photo_from_pixel = film->photo_from_pixel;
-  result->pixel_size_um = film->pixel_um;
-  if (film->affine) result->sigma0_um = film->sigma0_um;
-  for (size_t i = 0; i < result->marks.size(); ++i) {
-    MarkResult& mark = result->marks[i];
-    if (mark.state == MarkState::kUsed || (mark.residual_um && mark.pixel))
-      mark.residual_um =
-          1e3 * (camera.fiducials[i].position_mm - film->photo_from_pixel * *mark.pixel);
-  }
-  return true;
-}
-
 // Whether the scan has but two grey values around all used marks.
 bool IsBlackAndWhite(const Raster& scan, const std::vector<MarkResult>& marks) {
   constexpr int kHalf = 24;
@@ -124,43 +104,6 @@ void JudgeGreyValues(const Raster& scan, InteriorResult* result) {
   result->messages.emplace_back(
       "The scan is black and white without grey values: marks may be off by a pixel, and their "
       "precision cannot be told. Scan the film in grey.");
-}
-
-// A reseau's correction. Crosses that contradict their neighbours become rejected: the affine is
-// estimated without them, and their residuals are kept.
-void CorrectFilm(const CameraFile& camera, bool mirrored, InteriorResult* result) {
-  result->reseau.reset();
-  if (!result->photo_from_pixel) return;
-  constexpr int kMostRounds = 3;  // the second one mostly finds nothing more
-  for (int round = 0; round < kMostRounds; ++round) {
-    std::vector<MeasuredMark> used;
-    std::vector<size_t> index;
-    for (size_t i = 0; i < result->marks.size(); ++i) {
-      if (result->marks[i].state != MarkState::kUsed) continue;
-      used.push_back({result->marks[i].pixel.value(), camera.fiducials[i].position_mm});
-      index.push_back(i);
-    }
-    const auto fit = FitReseau(used, *result->photo_from_pixel);
-    if (!fit) return;
-    const auto crosses = static_cast<int>(std::count(fit->used.begin(), fit->used.end(), true));
-    result->reseau = ReseauResult{fit->correction, crosses, fit->noise_um, fit->left_out_rms_um};
-    if (crosses == std::ssize(used)) return;
-    for (size_t k = 0; k < index.size(); ++k)
-      if (!fit->used[k]) result->marks[index[k]].state = MarkState::kRejected;
-    FitUsedMarks(camera, mirrored, result);
-  }
-}
-
-void SayReseau(InteriorResult* result) {
-  result->messages.push_back(FormatText(
-      "Corrected by a reseau of %d crosses: noise %.1f um, left-out crosses %.1f um.",
-      result->reseau->crosses, result->reseau->noise_um, result->reseau->left_out_rms_um));
-  const int needed = NeededMarks(static_cast<int>(result->marks.size()));
-  if (result->reseau->crosses >= needed) return;
-  if (result->status == Status::kOk) result->status = Status::kWeak;
-  result->messages.push_back("Only " + std::to_string(result->reseau->crosses) +
-                             " crosses agree with their neighbours, " + std::to_string(needed) +
-                             " are needed to be sure.");
 }
 
 std::string Names(const std::vector<ScanOrientation>& orientations) {
@@ -240,7 +183,7 @@ JudgedFilm JudgeReading(const Raster& scan, const CameraFile& camera, const Mark
   }
   FillTransform(*film, judged.marks, &result);
   CorrectFilm(camera, mirrored, &result);
-  if (result.reseau) SayReseau(&result);
+  SayReseau(&result);
   JudgeGreyValues(scan, &result);
   result.polarity = reading.polarity;
   return judged;

@@ -1,0 +1,77 @@
+#include "interior/reseau_result.h"
+
+#include <algorithm>
+#include <string>
+#include <vector>
+
+#include "core/format_text.h"
+#include "interior/acceptance.h"
+#include "interior/film_transform.h"
+#include "interior/reseau.h"
+
+namespace orient {
+
+bool FitUsedMarks(const CameraFile& camera, bool mirrored, InteriorResult* result) {
+  std::vector<MeasuredMark> used;
+  for (size_t i = 0; i < result->marks.size(); ++i)
+    if (result->marks[i].state == MarkState::kUsed)
+      used.push_back({result->marks[i].pixel.value(), camera.fiducials[i].position_mm});
+  const auto film = FitFilm(used, mirrored);
+  if (!film) return false;
+  result->photo_from_pixel = film->photo_from_pixel;
+  result->pixel_size_um = film->pixel_um;
+  if (film->affine) result->sigma0_um = film->sigma0_um;
+  for (size_t i = 0; i < result->marks.size(); ++i) {
+    MarkResult& mark = result->marks[i];
+    if (mark.state == MarkState::kUsed || (mark.residual_um && mark.pixel))
+      mark.residual_um =
+          1e3 * (camera.fiducials[i].position_mm - film->photo_from_pixel * *mark.pixel);
+  }
+  return true;
+}
+
+void CorrectFilm(const CameraFile& camera, bool mirrored, InteriorResult* result) {
+  result->reseau.reset();
+  if (!result->photo_from_pixel) return;
+  constexpr int kMostRounds = 3;  // the second one mostly finds nothing more
+  for (int round = 0; round < kMostRounds; ++round) {
+    std::vector<MeasuredMark> used;
+    std::vector<size_t> index;
+    for (size_t i = 0; i < result->marks.size(); ++i) {
+      if (result->marks[i].state != MarkState::kUsed) continue;
+      used.push_back({result->marks[i].pixel.value(), camera.fiducials[i].position_mm});
+      index.push_back(i);
+    }
+    const auto fit = FitReseau(used, *result->photo_from_pixel);
+    if (!fit) return;
+    const auto crosses = static_cast<int>(std::count(fit->used.begin(), fit->used.end(), true));
+    result->reseau = ReseauResult{fit->correction, crosses, fit->noise_um, fit->left_out_rms_um};
+    if (crosses == std::ssize(used)) return;
+    for (size_t k = 0; k < index.size(); ++k)
+      if (!fit->used[k]) result->marks[index[k]].state = MarkState::kRejected;
+    FitUsedMarks(camera, mirrored, result);
+  }
+}
+
+void SayReseau(InteriorResult* result) {
+  const auto used = std::count_if(result->marks.begin(), result->marks.end(),
+                                  [](const auto& m) { return m.state == MarkState::kUsed; });
+  if (!result->reseau) {
+    if (used < kLeastReseauMarks) return;
+    if (result->status == Status::kOk) result->status = Status::kWeak;
+    result->messages.emplace_back(
+        "The crosses contradict one another: no smooth film explains where they lie.");
+    return;
+  }
+  result->messages.push_back(FormatText(
+      "Corrected by a reseau of %d crosses: noise %.1f um, left-out crosses %.1f um.",
+      result->reseau->crosses, result->reseau->noise_um, result->reseau->left_out_rms_um));
+  const int needed = NeededMarks(static_cast<int>(result->marks.size()));
+  if (result->reseau->crosses >= needed) return;
+  if (result->status == Status::kOk) result->status = Status::kWeak;
+  result->messages.push_back("Only " + std::to_string(result->reseau->crosses) +
+                             " crosses agree with their neighbours, " + std::to_string(needed) +
+                             " are needed to be sure.");
+}
+
+}  // namespace orient
