@@ -2,6 +2,7 @@
 
 #include <Eigen/LU>
 
+#include "core/files/used_marks.h"
 #include "core/format_text.h"
 #include "interior/cross_position.h"
 #include "interior/film_orientation.h"
@@ -240,6 +241,16 @@ std::vector<MeasuredMark> UsedMarks(const CameraFile& camera, const FilmMarks& m
     if (marks[i].state == MarkState::kUsed)
       used.push_back({marks[i].position->pixel, camera.fiducials[i].position_mm});
   return used;
+}
+
+void JudgePixelSize(const FilmReading& reading, InteriorResult* result) {
+  if (!result->pixel_size_um || reading.pixel_size.sigma < kStatedSigma) return;
+  if (CountUsedMarks(*result) >= kMarksOfShape) return;
+  if (result->status == Status::kOk) result->status = Status::kWeak;
+  result->messages.push_back(FormatText(
+      "The pixel size (%.2f um) follows from the camera alone: a smaller or larger camera with "
+      "like marks would fit as well; give --pixel-size-um.",
+      *result->pixel_size_um));
 }
 
 double MinSetNats(int all) { return kMinSetNats + kNatsPerFurtherMark * std::max(all - 4, 0); }

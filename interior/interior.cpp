@@ -288,7 +288,10 @@ InteriorResult OrientFilm(const Raster& scan, const CameraFile& camera, const Ma
     result = options.orientation
                  ? WithOrientationGiven(scan, camera, shapes, options, reading, judged)
                  : WithOrientationFound(scan, camera, shapes, options, &reading, judged);
-  if (nats) *nats = reading.best.nats;
+  if (nats)
+    *nats = reading.best.nats;
+  else  // among cameras, whoever compares them judges it
+    JudgePixelSize(reading, &result);
   return result;
 }
 

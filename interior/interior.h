@@ -20,8 +20,8 @@ namespace orient {
 enum class Scanner { kPhotogrammetric, kDesktop };
 
 struct InteriorOptions {
-  std::optional<double> pixel_size_um;            // empty: the resolution tag, else from the marks
-  std::optional<Polarity> polarity;               // empty: found out
+  std::optional<double> pixel_size_um;  // empty: the tag, else from the marks (JudgePixelSize)
+  std::optional<Polarity> polarity;     // empty: found out
   std::optional<ScanOrientation> orientation;     // empty: found out or left open
   std::optional<Scanner> scanner = std::nullopt;  // empty: found out
   // Empty: by the drawing's kind (UsualLocator).

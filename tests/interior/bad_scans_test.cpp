@@ -69,6 +69,9 @@ TEST_F(BadScans, AnotherCameraAndHalfAFile) {
   const CameraFile like = RingCamera(30.6, 70);
   wrong.read_as = &like;
   Try("read as a camera of 2 % larger distances", wrong);
+  // Without a tag nothing but the marks' distances would tell.
+  wrong.dpi = Vector2d(0, 0);
+  Try("read as a camera of 2 % larger distances, no tag", wrong);
   Trial half = Plain(known);
   half.share_of_file = 0.5;
   Try("half of the file", half);

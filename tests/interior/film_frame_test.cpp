@@ -74,7 +74,9 @@ TEST_P(FrameOnABed, IsOrientedWithAndWithoutItsPixelSize) {
     options.orientation = ScanOrientation::kR0;
     const InteriorResult result =
         OrientInterior(Raster::Open(path), spec.camera, ShapesOf(spec.camera), options);
-    ASSERT_EQ(result.status, Status::kOk) << (result.messages.empty() ? "" : result.messages[0]);
+    // Four marks in a square may be those of a camera of any size.
+    ASSERT_EQ(result.status, size_um ? Status::kOk : Status::kWeak)
+        << (result.messages.empty() ? "" : result.messages[0]);
     for (size_t i = 0; i < result.marks.size(); ++i) {
       ASSERT_TRUE(result.marks[i].pixel);
       EXPECT_LT((*result.marks[i].pixel - corner - frame.mark_pixels[i]).norm(), 0.25);
