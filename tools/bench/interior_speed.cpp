@@ -27,6 +27,7 @@
 #include "interior/interior.h"
 #include "interior/layout.h"
 #include "tools/interior_run.h"
+#include "tools/memory.h"
 #include "tools/simulate/simulate.h"
 
 namespace orient {
@@ -232,6 +233,7 @@ int Run(const char* program, const std::vector<std::string>& words) {
 }  // namespace orient
 
 int main(int argc, char** argv) {
+  orient::KeepFreedMemory();
   try {
     return orient::Run(argv[0], {argv + 1, argv + argc});
   } catch (const std::exception& error) {
