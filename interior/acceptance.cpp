@@ -1,5 +1,7 @@
 #include "interior/acceptance.h"
 
+#include <tbb/parallel_for.h>
+
 #include <Eigen/LU>
 
 #include "core/files/used_marks.h"
@@ -212,19 +214,22 @@ FilmMarks MeasureMarks(const Raster& scan, const CameraFile& camera, const MarkS
   FilmMarks marks(camera.fiducials.size());
   std::map<std::string, MarkMeasurer> measurers;  // a drawing is rendered once for all its marks
   for (size_t i = 0; i < marks.size(); ++i) {
-    const int choice = reading.best.choice[i];
-    if (choice < 0) continue;
     const std::string& mark = camera.fiducials[i].mark;
-    const MarkMeasurer& measurer =
-        measurers.try_emplace(mark, shapes.at(mark), pixel_from_mm).first->second;
+    if (reading.best.choice[i] >= 0) measurers.try_emplace(mark, shapes.at(mark), pixel_from_mm);
+  }
+  tbb::parallel_for(size_t{0}, marks.size(), [&](size_t i) {
+    const int choice = reading.best.choice[i];
+    if (choice < 0) return;
+    const std::string& mark = camera.fiducials[i].mark;
+    const MarkMeasurer& measurer = measurers.at(mark);
     marks[i].position =
         measurer.Measure(scan, reading.candidates[i][choice].pixel, reading.polarity, max_shift_px);
-    if (!marks[i].position) continue;
+    if (!marks[i].position) return;
     marks[i].state = MarkState::kUsed;
     if (MeasuredByLines(shapes.at(mark), wanted))
       MeasureByLines(scan, *CrossOf(shapes.at(mark)), pixel_from_mm, reading.polarity, max_shift_px,
                      &marks[i]);
-  }
+  });
   for (const bool by_strokes : {true, false}) {
     // Without neighbours enough there is no reseau, and nothing that tells so sharply.
     if (by_strokes && Count(marks, MarkState::kUsed) < kLeastReseauMarks) continue;
