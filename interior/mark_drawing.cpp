@@ -4,8 +4,10 @@
 #include <Eigen/LU>
 #include <limits>
 #include <numbers>
+#include <span>
 #include <stdexcept>
 
+#include "core/files/mark_painting.h"
 #include "core/imaging/correlation.h"
 #include "core/imaging/resample.h"
 
@@ -14,23 +16,6 @@ namespace {
 
 using Eigen::Matrix2d;
 using Eigen::Vector2d;
-
-// Unsigned distance to the nearest outline of any element, painted over or not.
-double OutlineDistance(const MarkDrawing& drawing, const Vector2d& point_mm) {
-  double distance = std::numeric_limits<double>::infinity();
-  for (const MarkElement& e : drawing.elements)
-    distance = std::min(distance, std::abs(SignedDistance(e, point_mm)));
-  return distance;
-}
-
-// Brightness of the mark at a point, mark system; NaN outside a picture.
-float BrightnessAt(const MarkShape& shape, const Vector2d& point_mm) {
-  if (!shape.picture)
-    return static_cast<float>(PaintedBrightness(shape.drawing.elements, point_mm));
-  const MarkImage& source = *shape.drawing.image;
-  const Vector2d offset(point_mm.x() / source.pixel_size_mm, -point_mm.y() / source.pixel_size_mm);
-  return SampleBilinear(*shape.picture, source.centre_px + offset);
-}
 
 // The share of an element in what is seen around a point whose signed distance from its outline,
 // over the sample's side, is `distance`: a straight outline under a triangle two sides wide.
@@ -41,62 +26,171 @@ double SmoothShare(double distance) {
   return distance > 0 ? 0.5 * beyond * beyond : 1 - 0.5 * beyond * beyond;
 }
 
-// As painted, each outline as smooth as samples `side_mm` apart need.
-double SmoothBrightness(const std::vector<MarkElement>& elements, const Vector2d& point_mm,
-                        double side_mm) {
-  double brightness = 0;
-  for (const MarkElement& e : elements)
-    brightness +=
-        SmoothShare(SignedDistance(e, point_mm) / side_mm) * (BrightnessOf(e) - brightness);
-  return brightness;
-}
+// A square of pixels with the mark's centre at `centre`.
+struct PixelSquare {
+  Matrix2d mm_from_pixel;
+  Vector2d centre;
+  int size = 0;
 
-// An outline stays at least this far from everything that a pixel's samples see.
-double HalfDiagonal(const Matrix2d& mm_from_pixel, const RenderOptions& options) {
-  const double corners = 0.5 * (mm_from_pixel.col(0).norm() + mm_from_pixel.col(1).norm());
-  return options.smooth_outlines ? corners * (1 + 1.0 / options.supersampling) : corners;
-}
-
-float MeanOverPixel(const MarkShape& shape, const Matrix2d& mm_from_pixel, const Vector2d& corner,
-                    const RenderOptions& options) {
-  const int per_axis = options.supersampling;
-  const bool smooth = options.smooth_outlines && !shape.picture;
-  const double side_mm = std::sqrt(std::abs(mm_from_pixel.determinant())) / per_axis;
-  double sum = 0;
-  for (int j = 0; j < per_axis; ++j) {
-    for (int i = 0; i < per_axis; ++i) {
-      const Vector2d sub((i + 0.5) / per_axis, (j + 0.5) / per_axis);
-      const Vector2d mm = mm_from_pixel * (corner + sub);
-      sum += smooth ? SmoothBrightness(shape.drawing.elements, mm, side_mm)
-                    : static_cast<double>(BrightnessAt(shape, mm));
-    }
+  Vector2d AtMm(const Vector2d& pixel) const { return mm_from_pixel * (pixel - centre); }
+  // No point of a pixel is farther from its middle.
+  double HalfDiagonal() const {
+    const Vector2d along = mm_from_pixel.col(0), down = mm_from_pixel.col(1);
+    return 0.5 * std::max((along + down).norm(), (along - down).norm());
   }
-  return static_cast<float>(sum / (per_axis * per_axis));
-}
+};
 
-// Means over the pixels of an image with the mark's centre at `centre`. No outline passes through
-// most pixels, and where the nearest one is far off, none through the next ones of the row either.
-Image MeansOverPixels(const MarkShape& shape, const Matrix2d& mm_from_pixel, int size,
-                      const Vector2d& centre, const RenderOptions& options) {
-  const double half_diagonal = HalfDiagonal(mm_from_pixel, options);
-  const double step_mm = mm_from_pixel.col(0).norm();
-  Image image(size, size);
-  for (int row = 0; row < size; ++row) {
-    for (int col = 0; col < size;) {
-      const Vector2d corner = Vector2d(col, row) - centre;
-      const Vector2d middle = mm_from_pixel * (corner + Vector2d(0.5, 0.5));
-      const double free =
-          shape.picture ? 0 : OutlineDistance(shape.drawing, middle) - half_diagonal;
-      if (free <= 0) {
-        image.At(col++, row) = MeanOverPixel(shape, mm_from_pixel, corner, options);
-        continue;
+// Divides a square into blocks, and these into smaller ones, until no outline passes through them:
+// only near the outlines this comes down to single pixels, and only with the elements near there.
+class Blocks {
+ public:
+  using Elements = std::span<const MarkElement* const>;
+
+  // The outlines are looked at `grown_mm` outside the elements; one within `reach_mm` of a block
+  // passes through it.
+  Blocks(const MarkDrawing& drawing, const PixelSquare& square, double grown_mm, double reach_mm)
+      : square_(square),
+        half_diagonal_(square.HalfDiagonal()),
+        grown_mm_(grown_mm),
+        reach_mm_(reach_mm) {
+    for (const MarkElement& element : drawing.elements) near_.push_back(&element);
+  }
+
+  // fill(col, row, side, covering) for a block that the element `covering` covers as a whole, or
+  // none (null); it may reach beyond the square. pixel(col, row, covering, elements) for a pixel
+  // through which these elements' outlines may pass. Elements come in the order of painting,
+  // `covering` lies beneath them.
+  template <typename Fill, typename Pixel>
+  void Visit(const Fill& fill, const Pixel& pixel) {
+    int side = 1;
+    while (side < square_.size) side *= 2;
+    Divide({0, 0, side, 0, nullptr}, fill, pixel);
+  }
+
+ private:
+  struct Block {
+    int col, row, side;
+    size_t first;  // of the elements near it, which end the list
+    const MarkElement* covering;
+  };
+
+  template <typename Fill, typename Pixel>
+  void Divide(Block block, const Fill& fill, const Pixel& pixel) {
+    const int col = block.col, row = block.row, side = block.side;
+    const size_t before = block.first;
+    if (col >= square_.size || row >= square_.size) return;
+    const Vector2d middle = square_.AtMm(Vector2d(col + 0.5 * side, row + 0.5 * side));
+    const double radius = side * half_diagonal_ + reach_mm_;
+    block.first = near_.size();
+    for (size_t i = before; i < block.first; ++i) {
+      const MarkElement* element = near_[i];
+      const double distance = SignedDistance(*element, middle) - grown_mm_;
+      if (distance > radius) continue;
+      if (distance < -radius) {
+        block.covering = element;
+        near_.resize(block.first);
+      } else {
+        near_.push_back(element);
       }
-      const int stop =
-          static_cast<int>(std::min<double>(size, col + 1 + std::floor(free / step_mm)));
-      std::fill(image.Row(row) + col, image.Row(row) + stop, BrightnessAt(shape, middle));
-      col = stop;
+    }
+    if (near_.size() == block.first) {
+      fill(col, row, side, block.covering);
+    } else if (side == 1) {
+      pixel(col, row, block.covering, Elements(near_).subspan(block.first));
+    } else {
+      block.side = side / 2;
+      for (const int down : {0, block.side})
+        for (const int right : {0, block.side}) {
+          block.col = col + right;
+          block.row = row + down;
+          Divide(block, fill, pixel);
+        }
+    }
+    near_.resize(block.first);
+  }
+
+  PixelSquare square_;
+  double half_diagonal_, grown_mm_, reach_mm_;
+  std::vector<const MarkElement*> near_;
+};
+
+// Places of the samples in a pixel.
+std::vector<Vector2d> SamplePlaces(const RenderOptions& options) {
+  const double n = options.supersampling;
+  std::vector<Vector2d> places;
+  for (int j = 0; j < options.supersampling; ++j)
+    for (int i = 0; i < options.supersampling; ++i)
+      places.emplace_back((i + 0.5) / n, (j + 0.5) / n);
+  return places;
+}
+
+float Mean(const std::vector<float>& values) {
+  const auto count = static_cast<Eigen::Index>(values.size());
+  return Eigen::Map<const Eigen::ArrayXf>(values.data(), count).mean();
+}
+
+// NaN outside the picture.
+Image PictureMeans(const MarkShape& shape, const PixelSquare& square,
+                   const RenderOptions& options) {
+  const MarkImage& source = *shape.drawing.image;
+  const std::vector<Vector2d> places = SamplePlaces(options);
+  std::vector<float> samples(places.size());
+  Image image(square.size, square.size);
+  for (int row = 0; row < square.size; ++row) {
+    for (int col = 0; col < square.size; ++col) {
+      for (size_t i = 0; i < places.size(); ++i) {
+        const Vector2d mm = square.AtMm(Vector2d(col, row) + places[i]);
+        samples[i] = SampleBilinear(
+            *shape.picture, source.centre_px + Vector2d(mm.x(), -mm.y()) / source.pixel_size_mm);
+      }
+      image.At(col, row) = Mean(samples);
     }
   }
+  return image;
+}
+
+// Paints the element over the values at the points, its outline as smooth as samples `side_mm`
+// apart need.
+void PaintSmoothly(const MarkElement& element, const std::vector<Vector2d>& points_mm,
+                   double side_mm, std::vector<float>* values) {
+  const double brightness = BrightnessOf(element);
+  for (size_t i = 0; i < points_mm.size(); ++i) {
+    const auto beneath = static_cast<double>((*values)[i]);
+    const double share = SmoothShare(SignedDistance(element, points_mm[i]) / side_mm);
+    (*values)[i] = static_cast<float>(beneath + share * (brightness - beneath));
+  }
+}
+
+Image DrawingMeans(const MarkDrawing& drawing, const PixelSquare& square,
+                   const RenderOptions& options) {
+  std::vector<Vector2d> places_mm = SamplePlaces(options);
+  for (Vector2d& place : places_mm) place = square.mm_from_pixel * place;
+  const double side_mm =
+      std::sqrt(std::abs(square.mm_from_pixel.determinant())) / options.supersampling;
+  std::vector<Vector2d> points(places_mm.size());
+  std::vector<float> samples(places_mm.size());
+  Image image(square.size, square.size);
+  const auto brightness = [](const MarkElement* element) {
+    return element ? static_cast<float>(BrightnessOf(*element)) : 0.0f;
+  };
+  const auto fill = [&](int col, int row, int side, const MarkElement* covering) {
+    const int stop = std::min(col + side, square.size);
+    for (int r = row; r < std::min(row + side, square.size); ++r)
+      std::fill(image.Row(r) + col, image.Row(r) + stop, brightness(covering));
+  };
+  const auto pixel = [&](int col, int row, const MarkElement* covering, Blocks::Elements elements) {
+    const Vector2d corner = square.AtMm(Vector2d(col, row));
+    for (size_t i = 0; i < points.size(); ++i) points[i] = corner + places_mm[i];
+    std::fill(samples.begin(), samples.end(), brightness(covering));
+    for (const MarkElement* element : elements) {
+      if (options.smooth_outlines)
+        PaintSmoothly(*element, points, side_mm, &samples);
+      else
+        Paint(*element, points, &samples);
+    }
+    image.At(col, row) = Mean(samples);
+  };
+  Blocks(drawing, square, 0, options.smooth_outlines ? side_mm : 0).Visit(fill, pixel);
   return image;
 }
 
@@ -145,7 +239,9 @@ MarkTemplate RenderMark(const MarkShape& shape, const Matrix2d& pixel_from_mm,
       static_cast<int>(std::ceil(3 * std::max(options.blur_sigma_px, options.background_sigma_px)));
   const int size = 2 * (half + pad) + 1;
   const Vector2d centre = Vector2d::Constant(half + pad + 0.5) + options.offset_px;
-  Image full = MeansOverPixels(shape, mm_from_pixel, size, centre, options);
+  const PixelSquare square{mm_from_pixel, centre, size};
+  Image full = shape.picture ? PictureMeans(shape, square, options)
+                             : DrawingMeans(shape.drawing, square, options);
   if (options.blur_sigma_px > 0) full = GaussianBlur(full, options.blur_sigma_px);
   if (options.background_sigma_px > 0) full = RemoveBackground(full, options.background_sigma_px);
 
@@ -164,19 +260,23 @@ MarkTemplate RenderMark(const MarkShape& shape, const Matrix2d& pixel_from_mm,
 
 std::vector<bool> NearStrokes(const MarkDrawing& drawing, const Matrix2d& mm_from_pixel, int half,
                               double margin_mm) {
-  const int side = 2 * half + 1;
-  const double step_mm = mm_from_pixel.col(0).norm();
-  std::vector<bool> near(static_cast<size_t>(side * side));
-  for (int row = 0; row < side; ++row) {
-    for (int col = 0; col < side;) {
-      const double beyond_mm =
-          StrokeDistance(drawing, mm_from_pixel * Vector2d(col - half, row - half)) - margin_mm;
-      // The distance changes by no more than a step from pixel to pixel.
-      const double alike = 1 + std::floor(std::abs(beyond_mm) / step_mm * (1 - 1e-9));
-      const int stop = static_cast<int>(std::min<double>(side, col + alike));
-      for (; col < stop; ++col) near[static_cast<size_t>(row * side + col)] = beyond_mm <= 0;
+  const PixelSquare square{mm_from_pixel, Vector2d::Constant(half + 0.5), 2 * half + 1};
+  std::vector<bool> near(static_cast<size_t>(square.size * square.size));
+  const auto fill = [&](int col, int row, int side, const MarkElement* covering) {
+    const int stop = std::min(col + side, square.size);
+    for (int r = row; r < std::min(row + side, square.size); ++r) {
+      const auto line = near.begin() + r * square.size;
+      std::fill(line + col, line + stop, covering != nullptr);
     }
-  }
+  };
+  const auto pixel = [&](int col, int row, const MarkElement* covering, Blocks::Elements elements) {
+    const Vector2d middle = square.AtMm(Vector2d(col + 0.5, row + 0.5));
+    near[static_cast<size_t>(row * square.size + col)] =
+        covering != nullptr || std::any_of(elements.begin(), elements.end(), [&](const auto* e) {
+          return SignedDistance(*e, middle) <= margin_mm;
+        });
+  };
+  Blocks(drawing, square, margin_mm, 0).Visit(fill, pixel);
   return near;
 }
 
