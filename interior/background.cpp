@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <cmath>
 #include <stdexcept>
+#include <tuple>
+#include <utility>
 #include <vector>
 
 #include "core/imaging/float_sums.h"
@@ -17,20 +19,28 @@ struct Blocks {
   FloatPlane sum, count;
 };
 
+std::pair<float, float> SumOfData(const float* values, int pixels) {
+  float sum = 0, count = 0;
+  for (int i = 0; i < pixels; ++i) {
+    if (!std::isfinite(values[i])) continue;
+    sum += values[i];
+    ++count;
+  }
+  return {sum, count};
+}
+
 Blocks SumBlocks(const Image& image, int side) {
   const int cols = (image.width + side - 1) / side, rows = (image.height + side - 1) / side;
   Blocks blocks{FloatPlane::Zero(rows, cols), FloatPlane::Zero(rows, cols)};
   for (int row = 0; row < image.height; ++row) {
     const float* values = image.Row(row);
     for (int b = 0; b < cols; ++b) {
-      float sum = 0, count = 0;
-      for (int col = b * side; col < std::min((b + 1) * side, image.width); ++col) {
-        const bool valid = std::isfinite(values[col]);
-        sum += valid ? values[col] : 0.0f;
-        count += valid ? 1.0f : 0.0f;
-      }
-      blocks.sum(row / side, b) += sum;
-      blocks.count(row / side, b) += count;
+      const int pixels = std::min(side, image.width - b * side);
+      float sum = Eigen::Map<const Eigen::ArrayXf>(values + b * side, pixels).sum();
+      float count = static_cast<float>(pixels);
+      if (!std::isfinite(sum)) std::tie(sum, count) = SumOfData(values + b * side, pixels);
+      blocks.sum.coeffRef(row / side, b) += sum;
+      blocks.count.coeffRef(row / side, b) += count;
     }
   }
   return blocks;
@@ -85,17 +95,16 @@ Image RemoveBackground(const Image& image, double sigma_px) {
       wide(row, col) = (1 - h.part) * mean(row, h.low) + h.part * mean(row, h.high);
     }
   Image result = image;
-  std::vector<float> slow(static_cast<size_t>(image.width));
-  Eigen::Map<Eigen::Array<float, 1, Eigen::Dynamic>> blended(slow.data(), image.width);
+  using Line = Eigen::Array<float, 1, Eigen::Dynamic>;
+  Line blended(image.width), rounding(image.width), rest(image.width);
   for (int row = 0; row < image.height; ++row) {
     const Between& v = rows[static_cast<size_t>(row)];
     blended = (1 - v.part) * wide.row(v.low) + v.part * wide.row(v.high);
-    float* values = result.Row(row);
-    for (int col = 0; col < image.width; ++col) {
-      const float low = slow[static_cast<size_t>(col)], rest = values[col] - low;
-      // Rounding is no texture: flat film stays flat.
-      values[col] = std::abs(rest) < kRounding * std::abs(low) ? 0.0f : rest;
-    }
+    Eigen::Map<Line> values(result.Row(row), image.width);
+    // Rounding is no texture: flat film stays flat.
+    rounding = kRounding * blended.abs();
+    rest = values - blended;
+    values = rest - rest.max(-rounding).min(rounding);
   }
   return result;
 }

@@ -12,8 +12,10 @@ using Eigen::Vector2d;
 using Plane = Eigen::Array<float, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
 
 constexpr int kFarthestLag = 3;
+constexpr Index kAtATime = 4;                       // pixels
+constexpr Index kBehind = kFarthestLag + kAtATime;  // zeros behind every row
 
-// The matched pixels as planes, zero where a pixel takes no part.
+// The matched pixels as planes with some zeros behind every row, zero where a pixel takes no part.
 struct Pixels {
   Plane mask, seen, model, residual, gradient_x, gradient_y;
   double count = 0;
@@ -46,7 +48,7 @@ Plane Down(const Plane& plane, const Eigen::Array4d& weights) {
 
 // The shift is one and the same for all pixels.
 Pixels Sample(const Image& image, const Image& model, const Vector2d& model_from_image) {
-  const Plane zero = Plane::Zero(image.height, image.width);
+  const Plane zero = Plane::Zero(image.height, image.width + kBehind);
   Pixels pixels{zero, zero, zero, zero, zero, zero};
   if (model.width < 4 || model.height < 4) return pixels;
   const Vector2d whole = model_from_image.array().floor();
@@ -92,30 +94,54 @@ bool Regress(Pixels* p) {
   return true;
 }
 
-// Sum of products of a plane and another one `dc`, `dr` pixels on; dr >= 0.
-double SumAtLag(const Plane& a, const Plane& b, Index dc, Index dr) {
-  const Index rows = a.rows() - dr, cols = a.cols() - std::abs(dc);
-  if (rows <= 0 || cols <= 0) return 0;
-  const Index left = std::max<Index>(0, -dc), right = std::max<Index>(0, dc);
-  double sum = 0;
-  for (Index r = 0; r < rows; ++r)
-    sum += static_cast<double>(
-        (a.row(r).segment(left, cols) * b.row(r + dr).segment(right, cols)).sum());
-  return sum;
+// Sums of products of pixels with those `dc`, `dr` pixels on; dr >= 0.
+struct LagSums {
+  double pairs = 0, residual = 0, xx = 0, xy = 0, yy = 0;
+};
+
+LagSums SumsAtLag(const Pixels& p, Index dc, Index dr) {
+  using Few = Eigen::Array<float, kAtATime, 1>;
+  const Index here = std::max<Index>(0, -dc), there = std::max<Index>(0, dc);
+  LagSums sums;
+  for (Index r = 0; r + dr < p.mask.rows(); ++r) {
+    // The plane's values in this row, and those of the pixels `dc`, `dr` on.
+    struct Line {
+      Line(const Plane& plane, Index at, Index on)
+          : values(plane.data() + at), on_values(plane.data() + on) {}
+      Eigen::Map<const Few> At(Index c) const { return Eigen::Map<const Few>(values + c); }
+      Eigen::Map<const Few> On(Index c) const { return Eigen::Map<const Few>(on_values + c); }
+      const float *values, *on_values;
+    };
+    const Index at = r * p.mask.cols() + here, on = (r + dr) * p.mask.cols() + there;
+    const Line mask(p.mask, at, on), left(p.residual, at, on);
+    const Line x(p.gradient_x, at, on), y(p.gradient_y, at, on);
+    Few pairs = Few::Zero(), residual = pairs, xx = pairs, xy = pairs, yy = pairs;
+    for (Index c = 0; c < p.mask.cols() - kBehind; c += kAtATime) {
+      pairs += mask.At(c) * mask.On(c);
+      residual += left.At(c) * left.On(c);
+      xx += x.At(c) * x.On(c);
+      xy += x.At(c) * y.On(c) + y.At(c) * x.On(c);
+      yy += y.At(c) * y.On(c);
+    }
+    const auto add = [](const Few& row, double* sum) { *sum += static_cast<double>(row.sum()); };
+    add(pairs, &sums.pairs);
+    add(residual, &sums.residual);
+    add(xx, &sums.xx);
+    add(xy, &sums.xy);
+    add(yy, &sums.yy);
+  }
+  return sums;
 }
 
 // The part of the right-hand side's covariance that pixels at one distance from another make, and
 // at the opposite one.
 Matrix2d AtLag(const Pixels& p, Index dc, Index dr) {
-  const double pairs = SumAtLag(p.mask, p.mask, dc, dr);
-  if (pairs < 1) return Matrix2d::Zero();
-  const double mixed =
-      SumAtLag(p.gradient_x, p.gradient_y, dc, dr) + SumAtLag(p.gradient_y, p.gradient_x, dc, dr);
+  const LagSums sums = SumsAtLag(p, dc, dr);
+  if (sums.pairs < 1) return Matrix2d::Zero();
   Matrix2d gradients;
-  gradients << 2 * SumAtLag(p.gradient_x, p.gradient_x, dc, dr), mixed, mixed,
-      2 * SumAtLag(p.gradient_y, p.gradient_y, dc, dr);
+  gradients << 2 * sums.xx, sums.xy, sums.xy, 2 * sums.yy;
   const double share = dc == 0 && dr == 0 ? 0.5 : 1.0;  // its own opposite
-  return share * SumAtLag(p.residual, p.residual, dc, dr) / pairs * gradients;
+  return share * sums.residual / sums.pairs * gradients;
 }
 
 }  // namespace

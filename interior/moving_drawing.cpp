@@ -46,6 +46,37 @@ Taps TapsAt(double fraction) {
   return taps;
 }
 
+inline Eigen::Map<const Pixels> PixelsAt(const float* first) {
+  return Eigen::Map<const Pixels>(first);
+}
+
+// Four taps, each once for every pixel at a time: in registers, where a reference to the taps would
+// be read anew after every store.
+struct WideTaps {
+  explicit WideTaps(const std::array<float, 4>& w)
+      : a(Pixels::Constant(w[0])),
+        b(Pixels::Constant(w[1])),
+        c(Pixels::Constant(w[2])),
+        d(Pixels::Constant(w[3])) {}
+
+  // Of pixels that lie `stride` apart.
+  [[gnu::always_inline]] Pixels Sum(const float* first, Index stride) const {
+    return a * PixelsAt(first) + b * PixelsAt(first + stride) + c * PixelsAt(first + 2 * stride) +
+           d * PixelsAt(first + 3 * stride);
+  }
+
+  Pixels a, b, c, d;
+};
+
+// out[i] for `count` pixels, at least kAtATime of them.
+void AlongRow(const float* from, const std::array<float, 4>& taps, Index count, float* out) {
+  const WideTaps wide(taps);
+  for (Index i = 0; i < count; i += kAtATime) {
+    const Index at = std::min(i, count - kAtATime);  // the last ones, some of them once more
+    Eigen::Map<Pixels>(out + at) = wide.Sum(from + at, 1);
+  }
+}
+
 }  // namespace
 
 SeenPlane::SeenPlane(const Image& image)
@@ -74,62 +105,83 @@ struct MovingDrawing::Sums {
   double Product() const { return right[1] - normal(0, 1) * right[0] / Count(); }
 };
 
-MovingDrawing::MovingDrawing(const FloatPlane& drawing, const FloatPlane& part)
-    : inner_(drawing.rows() - 2 * kBorder) {
-  if (drawing.rows() != drawing.cols() || drawing.rows() % 2 == 0 ||
-      part.rows() != drawing.rows() || part.cols() != drawing.cols() || inner_ <= 0)
-    throw std::invalid_argument("MovingDrawing: the drawing is not an odd square");
+DrawingPart::DrawingPart(const FloatPlane& part)
+    : inner_(part.rows() - 2 * kBorder),
+      cols_(std::max<Index>(inner_, 0), 0),
+      weight_(FloatPlane::Zero(std::max<Index>(inner_, 0), std::max<Index>(inner_, 0) + kAtATime)) {
+  if (part.rows() != part.cols() || part.rows() % 2 == 0 || inner_ <= 0)
+    throw std::invalid_argument("DrawingPart: not an odd square");
+  weight_.leftCols(inner_) = part.block(kBorder, kBorder, inner_, inner_);
+  count_ = static_cast<double>(weight_.sum());
+  for (Index row = 0; row < inner_; ++row) {
+    Index first = 0, stop = inner_;
+    while (first < stop && weight_(row, first) == 0) ++first;
+    while (stop > first && weight_(row, stop - 1) == 0) --stop;
+    spans_.emplace_back(first, stop);
+    if (first == stop) continue;
+    cols_ = {std::min(cols_.first, first), std::max(cols_.second, stop + kAtATime - 1)};
+  }
+}
+
+MovingDrawing::MovingDrawing(const FloatPlane& drawing, std::shared_ptr<const DrawingPart> part)
+    : part_(std::move(part)) {
+  const Index side = part_->inner_ + 2 * kBorder;
+  if (drawing.rows() != side || drawing.cols() != side)
+    throw std::invalid_argument("MovingDrawing: the drawing is not as large as its part");
   Eigen::ArrayXXf lines = drawing;
   ToCoefficients(lines);
   Eigen::ArrayXXf columns = lines.transpose();
   ToCoefficients(columns);
-  coefficients_ = FloatPlane::Zero(drawing.rows(), drawing.cols() + kAtATime);
-  coefficients_.leftCols(drawing.cols()) = columns.transpose();
-  part_ = FloatPlane::Zero(inner_, inner_ + kAtATime);
-  part_.leftCols(inner_) = part.block(kBorder, kBorder, inner_, inner_);
-  part_count_ = static_cast<double>(part_.sum());
-  for (Index row = 0; row < inner_; ++row) {
-    Index first = 0, stop = inner_;
-    while (first < stop && part_(row, first) == 0) ++first;
-    while (stop > first && part_(row, stop - 1) == 0) --stop;
-    spans_.emplace_back(first, stop);
-  }
+  coefficients_ = FloatPlane::Zero(side, side + kAtATime);
+  coefficients_.leftCols(side) = columns.transpose();
+}
+
+MovingDrawing::MovingDrawing(FloatPlane coefficients, const MovingDrawing& like)
+    : coefficients_(std::move(coefficients)), part_(like.part_) {}
+
+MovingDrawing MovingDrawing::Blurred(double sigma_px) const {
+  const auto reach = static_cast<Index>(std::ceil(4 * sigma_px));
+  Eigen::ArrayXf weights(2 * reach + 1);
+  for (Index i = -reach; i <= reach; ++i)
+    weights[i + reach] =
+        static_cast<float>(std::exp(-0.5 * static_cast<double>(i * i) / (sigma_px * sigma_px)));
+  FloatPlane blurred = SeparableSums(coefficients_, weights / weights.sum());
+  blurred.rightCols(kAtATime) = 0;
+  return {std::move(blurred), *this};
 }
 
 MovingDrawing::Sums MovingDrawing::SumUp(const SeenPlane& seen, Index col, Index row,
                                          const Vector2d& fraction, Across* across) const {
   const Taps x = TapsAt(fraction.x()), y = TapsAt(fraction.y());
-  const Index cols = inner_ + kAtATime - 1;
-  FloatPlane &value = across->value, &slope = across->slope;
-  value.resize(coefficients_.rows(), cols);
-  slope.resize(coefficients_.rows(), cols);
-  for (Index r = 0; r < coefficients_.rows(); ++r) {
-    const auto tap = [&](Index k) {
-      return coefficients_.row(r).segment(kBorder + x.first + k, cols);
-    };
-    value.row(r) =
-        x.value[0] * tap(0) + x.value[1] * tap(1) + x.value[2] * tap(2) + x.value[3] * tap(3);
-    slope.row(r) =
-        x.slope[0] * tap(0) + x.slope[1] * tap(1) + x.slope[2] * tap(2) + x.slope[3] * tap(3);
-  }
+  const Index cols = part_->inner_ + kAtATime - 1;
+  across->value.resize(coefficients_.rows(), cols);
+  across->slope.resize(coefficients_.rows(), cols);
+  const auto [left, right_end] = part_->cols_;
+  const WideTaps down(y.value), down_slope(y.slope);
   Sums sums;
-  for (Index r = 0; r < inner_; ++r) {
+  Index ready = 0;  // rows of `across`
+  for (Index r = 0; r < part_->inner_; ++r) {
+    const auto [first, stop] = part_->spans_[static_cast<size_t>(r)];
+    if (first == stop) continue;
     const Index from = r + kBorder + y.first;
-    const auto [first, stop] = spans_[static_cast<size_t>(r)];
+    for (ready = std::max(ready, from); ready < from + 4; ++ready) {
+      const float* taken = &coefficients_(ready, left + kBorder + x.first);
+      AlongRow(taken, x.value, right_end - left, &across->value(ready, left));
+      AlongRow(taken, x.slope, right_end - left, &across->slope(ready, left));
+    }
     Pixels n = Pixels::Zero(), d = n, u = n, v = n, dd = n, du = n, dv = n, uu = n, uv = n, vv = n,
            s = n, sd = n, su = n, sv = n, ss = n;
+    const float* values = across->value.data() + from * cols;
+    const float* slopes = across->slope.data() + from * cols;
+    const float* weights = part_->weight_.data() + r * part_->weight_.cols();
+    const float* valid = seen.valid.data() + (row + r) * seen.valid.cols() + col;
+    const float* grey = seen.values.data() + (row + r) * seen.values.cols() + col;
     for (Index c = first; c < stop; c += kAtATime) {
-      const auto at = [c](const FloatPlane& plane, Index line) {
-        return Eigen::Map<const Pixels>(&plane(line, c));
-      };
-      const auto down = [&](const FloatPlane& plane, const std::array<float, 4>& w) {
-        return Pixels(w[0] * at(plane, from) + w[1] * at(plane, from + 1) +
-                      w[2] * at(plane, from + 2) + w[3] * at(plane, from + 3));
-      };
-      const Pixels weight = at(part_, r) * Eigen::Map<const Pixels>(&seen.valid(row + r, col + c));
-      const Pixels drawn = down(value, y.value) * weight;
-      const Pixels right = -down(slope, y.value) * weight, below = -down(value, y.slope) * weight;
-      const Pixels image = Eigen::Map<const Pixels>(&seen.values(row + r, col + c)) * weight;
+      const Pixels weight = PixelsAt(weights + c) * PixelsAt(valid + c);
+      const Pixels drawn = down.Sum(values + c, cols) * weight;
+      const Pixels right = -down.Sum(slopes + c, cols) * weight;
+      const Pixels below = -down_slope.Sum(values + c, cols) * weight;
+      const Pixels image = PixelsAt(grey + c) * weight;
       n += weight, d += drawn, u += right, v += below, s += image;
       dd += drawn * drawn, du += drawn * right, dv += drawn * below;
       uu += right * right, uv += right * below, vv += below * below;
@@ -149,16 +201,17 @@ MovingDrawing::Sums MovingDrawing::SumUp(const SeenPlane& seen, Index col, Index
 
 std::optional<DrawingMatch> MovingDrawing::Match(const SeenPlane& seen, const Vector2d& start,
                                                  double max_shift_px, double converged_px) const {
-  const double middle = 0.5 * static_cast<double>(inner_);
+  const Index inner = part_->inner_;
+  const double middle = 0.5 * static_cast<double>(inner);
   Vector2d at = start;
   Across across;
   for (int iteration = 0; iteration < kMaxIterations; ++iteration) {
     const Vector2d corner = (at.array() - middle).round();
     const auto col = static_cast<Index>(corner.x()), row = static_cast<Index>(corner.y());
-    if (col < 0 || row < 0 || col + inner_ > seen.width || row + inner_ > seen.height)
+    if (col < 0 || row < 0 || col + inner > seen.width || row + inner > seen.height)
       return std::nullopt;
     const Sums sums = SumUp(seen, col, row, at - corner - Vector2d::Constant(middle), &across);
-    if (sums.Count() < std::max(8.0, kMinValid * part_count_) || !(sums.DrawingSpread() > 0) ||
+    if (sums.Count() < std::max(8.0, kMinValid * part_->count_) || !(sums.DrawingSpread() > 0) ||
         !(sums.SeenSpread() > 0))
       return std::nullopt;
     const Eigen::LDLT<Eigen::Matrix4d> solver(sums.normal);

@@ -3,6 +3,7 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <memory>
 #include <optional>
 #include <utility>
 #include <vector>
@@ -25,11 +26,29 @@ struct DrawingMatch {
   double correlation = 0;
 };
 
+// Which of a drawing's pixels take part.
+class DrawingPart {
+ public:
+  // 1 for the pixels that take part, else 0; an odd number of pixels on a side.
+  explicit DrawingPart(const FloatPlane& part);
+
+ private:
+  friend class MovingDrawing;
+  Eigen::Index inner_ = 0;  // side without its border of two pixels, which is never used
+  std::pair<Eigen::Index, Eigen::Index> cols_;  // first and stop of all rows, read four at a time
+  FloatPlane weight_;  // of the inner pixels, with some zeros behind every row
+  double count_ = 0;
+  std::vector<std::pair<Eigen::Index, Eigen::Index>> spans_;  // first and stop of a row's part
+};
+
 class MovingDrawing {
  public:
-  // `drawing`: an odd number of pixels on a side, its centre in the middle, smooth enough for an
-  // interpolating cubic spline and without NaN. `part`: 1 for the pixels that take part, else 0.
-  MovingDrawing(const FloatPlane& drawing, const FloatPlane& part);
+  // `drawing`: as large as its part, its centre in the middle, without NaN; to be moved it must be
+  // smooth enough for an interpolating cubic spline.
+  MovingDrawing(const FloatPlane& drawing, std::shared_ptr<const DrawingPart> part);
+
+  // The same seen through a Gaussian blur: much less work than blurring the drawing first.
+  MovingDrawing Blurred(double sigma_px) const;
 
   // Until a step is shorter than `converged_px`. Empty where it does not converge within
   // `max_shift_px` of `start`, leaves the image, or is flat or singular there.
@@ -37,6 +56,8 @@ class MovingDrawing {
                                     double max_shift_px, double converged_px = 1e-3) const;
 
  private:
+  MovingDrawing(FloatPlane coefficients, const MovingDrawing& like);
+
   struct Sums;
   // With the drawing's inner upper-left pixel `fraction` beyond the image's pixel (col, row).
   // `across` is memory to work in.
@@ -46,11 +67,8 @@ class MovingDrawing {
   Sums SumUp(const SeenPlane& seen, Eigen::Index col, Eigen::Index row,
              const Eigen::Vector2d& fraction, Across* across) const;
 
-  Eigen::Index inner_ = 0;   // side without its border of two pixels, which is never used
   FloatPlane coefficients_;  // of the spline, with some zeros behind every row
-  FloatPlane part_;          // of the inner pixels, likewise
-  double part_count_ = 0;
-  std::vector<std::pair<Eigen::Index, Eigen::Index>> spans_;  // first and stop of a row's part
+  std::shared_ptr<const DrawingPart> part_;
 };
 
 }  // namespace orient

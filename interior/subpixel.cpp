@@ -2,6 +2,7 @@
 
 #include <Eigen/LU>
 #include <deque>
+#include <utility>
 
 #include "core/imaging/resample.h"
 #include "interior/match_precision.h"
@@ -45,16 +46,6 @@ Image Padded(const Image& image, int by, float fill) {
     for (int col = 0; col < image.width; ++col)
       padded.At(col + by, row + by) = std::isfinite(image.At(col, row)) ? image.At(col, row) : fill;
   return padded;
-}
-
-// Of a drawing without NaN that is flat at its border.
-FloatPlane Blurred(const FloatPlane& plane, double sigma) {
-  const auto reach = static_cast<Index>(std::ceil(4 * sigma));
-  Eigen::ArrayXf weights(2 * reach + 1);
-  for (Index i = -reach; i <= reach; ++i)
-    weights[i + reach] =
-        static_cast<float>(std::exp(-0.5 * static_cast<double>(i * i) / (sigma * sigma)));
-  return SeparableSums(plane, weights / weights.sum());
 }
 
 // Every second column, from `first` on, or every second row.
@@ -141,26 +132,54 @@ Image Put(const ImageWindow& part, int width, int height) {
   return whole;
 }
 
+// Mean of the pixel's neighbours that have a value; it has some.
+float MeanAround(const FloatPlane& plane, Index row, Index col) {
+  float sum = 0, count = 0;
+  for (Index r = std::max<Index>(row - 1, 0); r <= std::min(row + 1, plane.rows() - 1); ++r)
+    for (Index c = std::max<Index>(col - 1, 0); c <= std::min(col + 1, plane.cols() - 1); ++c) {
+      if (!std::isfinite(plane(r, c))) continue;
+      sum += plane(r, c);
+      ++count;
+    }
+  return sum / count;
+}
+
 // Values for the pixels without one, from those beside them, `steps` pixels far and zero beyond.
 FloatPlane Extended(FloatPlane plane, int steps) {
+  using Places = std::vector<std::pair<Index, Index>>;
   const Index rows = plane.rows(), cols = plane.cols();
+  Eigen::Array<bool, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor> known = plane.isFinite();
+  // Pixels without a value beside these; they count as known from now on.
+  const auto beside = [&](const Places& places) {
+    Places next;
+    for (const auto& [row, col] : places)
+      for (Index r = std::max<Index>(row - 1, 0); r <= std::min(row + 1, rows - 1); ++r)
+        for (Index c = std::max<Index>(col - 1, 0); c <= std::min(col + 1, cols - 1); ++c)
+          if (!std::exchange(known(r, c), true)) next.emplace_back(r, c);
+    return next;
+  };
+  Places edge;
+  for (Index r = 0; r < rows; ++r)
+    for (Index c = 0; c < cols; ++c)
+      if (known(r, c)) edge.emplace_back(r, c);
+  std::vector<float> means;
   for (int step = 0; step < steps; ++step) {
-    FloatPlane grown = plane;
-    for (Index r = 0; r < rows; ++r)
-      for (Index c = 0; c < cols; ++c) {
-        if (std::isfinite(plane(r, c))) continue;
-        float sum = 0, count = 0;
-        for (Index i = std::max<Index>(r - 1, 0); i <= std::min(r + 1, rows - 1); ++i)
-          for (Index j = std::max<Index>(c - 1, 0); j <= std::min(c + 1, cols - 1); ++j) {
-            if (!std::isfinite(plane(i, j))) continue;
-            sum += plane(i, j);
-            ++count;
-          }
-        if (count > 0) grown(r, c) = sum / count;
-      }
-    plane = grown;
+    edge = beside(edge);
+    means.clear();
+    for (const auto& [row, col] : edge) means.push_back(MeanAround(plane, row, col));
+    for (size_t i = 0; i < edge.size(); ++i) plane(edge[i].first, edge[i].second) = means[i];
   }
   return plane.isFinite().select(plane, 0.0f);
+}
+
+// Half the differences of the columns beside each column, or one at the border.
+FloatPlane SlopeAcross(const FloatPlane& plane) {
+  const Index last = plane.cols() - 1;
+  FloatPlane slope(plane.rows(), plane.cols());
+  slope.middleCols(1, last - 1) = 0.5f * (plane.rightCols(last - 1) - plane.leftCols(last - 1));
+  slope.col(0) = 0.5f * (plane.col(1) - plane.col(0));
+  slope.col(last) = 0.5f * (plane.col(last) - plane.col(last - 1));
+  return slope;
 }
 
 // Bright strokes are what the drawing shows.
@@ -174,13 +193,11 @@ void MakePositive(Image* image, Polarity polarity) {
 struct MarkMeasurer::Drawn {
   struct Level {
     double blur_px;
-    Image values;
     MovingDrawing moving;
+    FloatPlane values = {};  // of a drawing that was drawn where it lies
   };
 
   Drawn(const MarkShape& of_shape, const Matrix2d& of_pixel_from_mm);
-
-  Level Blur(const FloatPlane& plane, double blur_px) const;
 
   // The drawing before any blur of the scanner's with its centre `fraction` from the middle.
   struct Moved {
@@ -198,26 +215,22 @@ struct MarkMeasurer::Drawn {
   Matrix2d pixel_from_mm;
   double margin_mm = 0;
   double background_px = 0;
-  FloatPlane part;        // pixels that take part
-  FloatPlane background;  // slow brightness of these pixels alone
-  int border = 0;         // so many outermost rows and columns take no part
-  float fill = 0;         // beyond the drawing
+  FloatPlane part;  // pixels that take part
+  std::shared_ptr<const DrawingPart> moving_part;
+  FloatPlane background;                         // slow brightness of these pixels alone
+  FloatPlane background_right, background_down;  // its slopes
+  int border = 0;                                // so many outermost rows and columns take no part
+  float fill = 0;                                // beyond the drawing
   std::vector<Level> levels;
 
  private:
   MarkTemplate Render(int finer, const Vector2d& offset) const;
 };
 
-MarkMeasurer::Drawn::Level MarkMeasurer::Drawn::Blur(const FloatPlane& plane,
-                                                     double blur_px) const {
-  const FloatPlane blurred = Blurred(plane, blur_px);
-  return {blur_px, AsImage(blurred), MovingDrawing(blurred, part)};
-}
-
 MarkMeasurer::Drawn::Level MarkMeasurer::Drawn::Blur(const Moved& moved, double blur_px) const {
   const FloatPlane blurred =
       BlurredAndAveraged(moved.fine, kFiner * blur_px) - moved.background + fill;
-  return {blur_px, AsImage(blurred), MovingDrawing(blurred, part)};
+  return {blur_px, MovingDrawing(blurred, moving_part), blurred};
 }
 
 MarkTemplate MarkMeasurer::Drawn::Render(int finer, const Vector2d& offset) const {
@@ -235,24 +248,15 @@ MarkMeasurer::Drawn::Moved MarkMeasurer::Drawn::Move(const Vector2d& fraction) c
   const Image drawn = Render(kFiner, kFiner * fraction - Vector2d::Constant(0.5)).values;
   const auto side = static_cast<int>(part.rows());
   const int first = side - drawn.width / 2;
-  Moved moved{FloatPlane::Zero(kFiner * side, kFiner * side), FloatPlane(side, side)};
+  Moved moved{FloatPlane::Zero(kFiner * side, kFiner * side), {}};
   for (int row = std::max(0, first); row < std::min(kFiner * side, first + drawn.height); ++row)
     for (int col = std::max(0, first); col < std::min(kFiner * side, first + drawn.width); ++col) {
       const float value = drawn.At(col - first, row - first);
       if (std::isfinite(value)) moved.fine(row, col) = value - fill;
     }
   // So smooth that its slope moves it.
-  const auto x = static_cast<float>(fraction.x()), y = static_cast<float>(fraction.y());
-  const int last = side - 1;
-  for (int row = 0; row < side; ++row) {
-    for (int col = 0; col < side; ++col) {
-      const float slope_x =
-          0.5f * (background(row, std::min(col + 1, last)) - background(row, std::max(col - 1, 0)));
-      const float slope_y =
-          0.5f * (background(std::min(row + 1, last), col) - background(std::max(row - 1, 0), col));
-      moved.background(row, col) = background(row, col) - x * slope_x - y * slope_y;
-    }
-  }
+  moved.background = background - static_cast<float>(fraction.x()) * background_right -
+                     static_cast<float>(fraction.y()) * background_down;
   return moved;
 }
 
@@ -298,7 +302,11 @@ MarkMeasurer::Drawn::Drawn(const MarkShape& of_shape, const Matrix2d& of_pixel_f
   ImageWindow alone = CutOut(AsImage(whole), middle);
   alone.image = RemoveBackground(alone.image, background_px);
   background = Extended(whole - AsPlane(Put(alone, side, side)), kSupportPx);
-  for (const double blur : kBlurs) levels.push_back(Blur(plane, blur));
+  background_right = SlopeAcross(background);
+  background_down = SlopeAcross(background.transpose()).transpose();
+  moving_part = std::make_shared<DrawingPart>(part);
+  const MovingDrawing sharp(plane, moving_part);
+  for (const double blur : kBlurs) levels.push_back({blur, sharp.Blurred(blur)});
 }
 
 ImageWindow MarkMeasurer::Drawn::CutOut(const Image& seen, const Vector2d& centre) const {
@@ -378,7 +386,7 @@ std::optional<MarkPosition> MarkMeasurer::Measure(const Raster& scan, const Vect
   if (!fine.best || fine.best->correlation <= 0) return std::nullopt;
   const Vector2d centre = fine.best->centre;
   const auto covariance =
-      ShiftCovariance(mark.image, fine.level->values, middle - centre + mark.origin);
+      ShiftCovariance(mark.image, AsImage(fine.level->values), middle - centre + mark.origin);
   if (!covariance) return std::nullopt;
   const Matrix2d with_floor = *covariance + kFloor_px * kFloor_px * Matrix2d::Identity();
   return MarkPosition{seen.RasterFromImage(centre + fraction), with_floor, fine.best->correlation,
