@@ -1,10 +1,13 @@
 #include "patchdb/candidates.h"
 
+#include <tbb/parallel_for.h>
+
 #include "core/imaging/interest_points.h"
 
 namespace orient {
 namespace {
 
+constexpr int kTilesAtOnce = 8;
 constexpr int kOverlap = 24;  // px around a tile, so that its border has interest points too
 
 // Only strength decides within a cell; a weak point may be the best of a weak area.
@@ -14,48 +17,66 @@ InterestOptions PointOptions() {
   return options;
 }
 
-void Insert(const InterestCandidate& candidate, double cell_m, int per_cell, CandidateGrid& grid) {
-  const CellIndex index(static_cast<std::int64_t>(std::floor(-candidate.ground_m.y() / cell_m)),
-                        static_cast<std::int64_t>(std::floor(candidate.ground_m.x() / cell_m)));
-  std::vector<InterestCandidate>& cell = grid.cells[index];
+void Insert(const InterestCandidate& candidate, const CandidateSearch& search,
+            CandidateGrid& grid) {
+  std::vector<InterestCandidate>& cell =
+      grid.cells[CellOf(candidate.ground_m.head<2>(), search.cell_m)];
   const auto weaker = std::find_if(cell.begin(), cell.end(), [&](const InterestCandidate& other) {
     return other.weight < candidate.weight;
   });
   cell.insert(weaker, candidate);
-  if (static_cast<int>(cell.size()) > per_cell) cell.pop_back();
+  if (static_cast<int>(cell.size()) > search.per_cell) cell.pop_back();
   ++grid.count;
 }
 
 // `core` is the tile without its border: neighbours must not find one point twice.
-void SearchTile(const Raster& raster, const SourceView& source, const PixelWindow& core,
-                double cell_m, int per_cell, CandidateGrid& grid) {
-  const ImageWindow tile = raster.ReadGrey({core.col - kOverlap, core.row - kOverlap,
-                                            core.width + 2 * kOverlap, core.height + 2 * kOverlap});
+std::vector<InterestCandidate> SearchTile(const Raster& raster, const SourceView& source,
+                                          const PixelWindow& core, const CandidateSearch& search) {
+  const int overlap = kOverlap * search.reduction;
+  const ImageWindow tile = raster.ReadGrey(
+      {core.col - overlap, core.row - overlap, core.width + 2 * overlap, core.height + 2 * overlap},
+      search.reduction);
+  std::vector<InterestCandidate> found;
   for (const InterestPoint& point : FindInterestPoints(tile.image, PointOptions())) {
     const Eigen::Vector2d pixel = tile.RasterFromImage(point.pixel);
     if (pixel.x() < core.col || pixel.y() < core.row || pixel.x() >= core.col + core.width ||
         pixel.y() >= core.row + core.height)
       continue;
     const auto ground = source.GroundFromPixel(pixel);
-    if (ground) Insert({pixel, *ground, point.weight, point.roundness}, cell_m, per_cell, grid);
+    if (!ground || (search.wanted && !search.wanted(*ground))) continue;
+    found.push_back({pixel, *ground, point.weight, point.roundness});
   }
+  return found;
 }
 
 }  // namespace
 
-CandidateGrid FindInterestCandidates(const Raster& raster, const SourceView& source, double cell_m,
-                                     int per_cell, int tile_px,
+CellIndex CellOf(const Eigen::Vector2d& ground_m, double cell_m) {
+  return {static_cast<std::int64_t>(std::floor(-ground_m.y() / cell_m)),
+          static_cast<std::int64_t>(std::floor(ground_m.x() / cell_m))};
+}
+
+CandidateGrid FindInterestCandidates(const Raster& raster, const SourceView& source,
+                                     const CandidateSearch& search,
                                      const std::function<void(int, int)>& progress) {
   CandidateGrid grid;
-  const int cols = (raster.Width() + tile_px - 1) / tile_px;
-  const int tiles = cols * ((raster.Height() + tile_px - 1) / tile_px);
-  for (int tile = 0; tile < tiles; ++tile) {
-    const int row = tile / cols * tile_px, col = tile % cols * tile_px;
-    SearchTile(raster, source,
-               {col, row, std::min(tile_px, raster.Width() - col),
-                std::min(tile_px, raster.Height() - row)},
-               cell_m, per_cell, grid);
-    if (progress) progress(tile + 1, tiles);
+  const int side = search.tile_px * search.reduction;
+  const int cols = (raster.Width() + side - 1) / side;
+  const int tiles = cols * ((raster.Height() + side - 1) / side);
+  for (int first = 0; first < tiles; first += kTilesAtOnce) {
+    const int count = std::min(kTilesAtOnce, tiles - first);
+    std::vector<std::vector<InterestCandidate>> found(static_cast<std::size_t>(count));
+    tbb::parallel_for(0, count, [&](int i) {
+      const int row = (first + i) / cols * side, col = (first + i) % cols * side;
+      found[static_cast<std::size_t>(i)] = SearchTile(
+          raster, source,
+          {col, row, std::min(side, raster.Width() - col), std::min(side, raster.Height() - row)},
+          search);
+    });
+    for (const auto& of_tile : found) {
+      for (const InterestCandidate& candidate : of_tile) Insert(candidate, search, grid);
+    }
+    if (progress) progress(first + count, tiles);
   }
   return grid;
 }

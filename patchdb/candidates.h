@@ -29,10 +29,23 @@ struct CandidateGrid {
   int count = 0;                                              // of all candidates found
 };
 
-// Keeps the `per_cell` strongest candidates of each cell of cell_m metres. Never reads more than a
-// tile (and its border) of the raster at once; `progress` hears of (tiles done, tiles in all).
-CandidateGrid FindInterestCandidates(const Raster& raster, const SourceView& source, double cell_m,
-                                     int per_cell, int tile_px,
+struct CandidateSearch {
+  double cell_m = 0;
+  int per_cell = 4;   // the strongest are kept
+  int tile_px = 512;  // of the reduced raster
+  // Raster pixels per pixel of the image that points are sought in: where few are wanted, those
+  // that survive the pyramid's first levels are seen there, in a fraction of the time.
+  int reduction = 1;
+  // Points elsewhere do not count; called from several threads. Empty: all count.
+  std::function<bool(const Eigen::Vector3d& ground_m)> wanted;
+};
+
+// Never holds more than a few tiles (and their borders) of the raster at once. The same whatever
+// the number of threads. `progress` hears of (tiles done, tiles in all).
+CandidateGrid FindInterestCandidates(const Raster& raster, const SourceView& source,
+                                     const CandidateSearch& search,
                                      const std::function<void(int, int)>& progress = {});
+
+CellIndex CellOf(const Eigen::Vector2d& ground_m, double cell_m);
 
 }  // namespace orient

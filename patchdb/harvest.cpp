@@ -1,114 +1,107 @@
 #include "patchdb/harvest.h"
 
+#include <tbb/parallel_for.h>
+
+#include <map>
 #include <stdexcept>
-#include <variant>
 
 #include "core/error.h"
 #include "patchdb/candidates.h"
-#include "patchdb/patch_quality.h"
-#include "patchdb/rectify.h"
+#include "patchdb/patch_making.h"
 #include "patchdb/source_view.h"
 
 namespace orient {
 namespace {
 
-constexpr int kDistinctnessTemplate = 31;  // px a side
-constexpr int kDistinctnessSearch = 24;    // px in every direction
-constexpr double kHeightMarginPx = 2;      // heights reach that far beyond the chip
 constexpr double kDefaultDemSigma = 0.1;   // of the DEM's cell
 constexpr int kGsdSamples = 7;             // a side, over the source
+constexpr std::size_t kCellsAtOnce = 256;  // made in parallel before their order decides
 
-struct Job {
-  const Raster& raster;
-  const SourceView& source;
-  const GroundSurface& surface;
-  const HarvestOptions& options;
-  int bits = 8;
-  double gsd_m = 0;
-  double dem_sigma_m = 0;
+// Places that have a patch, by cell.
+class TakenPlaces {
+ public:
+  TakenPlaces(double cell_m, double min_distance_m)
+      : cell_m_(cell_m), min_distance_m_(min_distance_m) {}
+  void Add(const Eigen::Vector2d& place_m) { places_[CellOf(place_m, cell_m_)].push_back(place_m); }
+  // Patches of neighbouring cells may not meet at their common border.
+  bool TooClose(const Eigen::Vector2d& place_m) const {
+    const CellIndex index = CellOf(place_m, cell_m_);
+    for (std::int64_t row = index.first - 1; row <= index.first + 1; ++row)
+      for (std::int64_t col = index.second - 1; col <= index.second + 1; ++col) {
+        const auto cell = places_.find({row, col});
+        if (cell == places_.end()) continue;
+        for (const Eigen::Vector2d& other : cell->second)
+          if ((other - place_m).norm() < min_distance_m_) return true;
+      }
+    return false;
+  }
+
+ private:
+  double cell_m_, min_distance_m_;
+  std::map<CellIndex, std::vector<Eigen::Vector2d>> places_;
 };
 
-double LevelsOf8Bit(double levels, int bits) { return bits == 8 ? levels : levels * 4; }
+// A cell still without a patch.
+struct OpenCell {
+  const std::vector<InterestCandidate>* candidates;
+  std::optional<Patch> patch = {};
+};
 
-Image Surroundings(const Raster& raster, const Eigen::Vector2d& pixel) {
-  constexpr int kHalf = kDistinctnessTemplate / 2 + kDistinctnessSearch;
-  const Eigen::Vector2i middle = pixel.array().floor().cast<int>();
-  return raster.ReadGrey({middle.x() - kHalf, middle.y() - kHalf, 2 * kHalf + 1, 2 * kHalf + 1})
-      .image;
-}
+class PatchCutter {
+ public:
+  PatchCutter(const PatchMaker& maker, double cell_m, HarvestResult& result)
+      : maker_(maker), taken_(cell_m, 0.5 * cell_m), result_(result) {
+    for (const Eigen::Vector2d& place : maker.context.taken_m) taken_.Add(place);
+  }
 
-// Grey values and everything measured on them.
-std::optional<Refusal> AddChip(const Job& job, const InterestCandidate& candidate, Patch& patch) {
-  auto chip = RectifyChip(job.raster, job.source, patch.heights, patch.ground_m,
-                          job.options.chip_px, patch.gsd_m);
-  if (!chip || std::any_of(chip->values.begin(), chip->values.end(),
-                           [](float value) { return std::isnan(value); }))
-    return Refusal::kNoImage;
-  patch.chip = std::move(*chip);
-  if (Contrast(patch.chip) < LevelsOf8Bit(job.options.min_contrast, job.bits))
-    return Refusal::kFlat;
-  patch.distinctness =
-      Distinctness(Surroundings(job.raster, candidate.pixel), kDistinctnessTemplate);
-  if (!patch.distinctness) return Refusal::kFlat;
-  if (*patch.distinctness < job.options.min_distinctness) return Refusal::kRepetitive;
-  patch.persistence = Persistence(patch.chip);
-  if (*patch.persistence < job.options.min_persistence) return Refusal::kShortLived;
-  return std::nullopt;
-}
-
-std::variant<Patch, Refusal> MakePatch(const Job& job, const InterestCandidate& candidate) {
-  Patch patch;
-  patch.ground_m = candidate.ground_m;
-  patch.bits = job.bits;
-  patch.roundness = candidate.roundness;
-  const auto gsd = GsdAt(job.source, candidate.ground_m);
-  if (!gsd) return Refusal::kNoImage;
-  patch.gsd_m = *gsd;
-  patch.heights = CutHeights(job.surface, candidate.ground_m.head<2>(),
-                             (0.5 * job.options.chip_px + kHeightMarginPx) * *gsd, *gsd);
-  const double spread = HeightSpread(patch.heights);
-  if (std::isnan(spread)) return Refusal::kNoHeight;
-  patch.relief_px = spread / *gsd;
-  if (*patch.relief_px > job.options.max_relief_px) return Refusal::kRelief;
-  const auto covariance = GroundCovariance(job.source, patch.heights, patch.ground_m,
-                                           job.options.pointing_sigma_px, job.dem_sigma_m);
-  if (!covariance) return Refusal::kRelief;
-  patch.covariance_m2 = *covariance;
-  patch.height_effect = job.source.HeightEffect(patch.ground_m);
-  patch.height_sigma_m = job.dem_sigma_m;
-  if (const auto refusal = AddChip(job, candidate, patch)) return *refusal;
-  return patch;
-}
-
-// Patches of neighbouring cells may not meet at their common border.
-bool TooClose(const std::map<CellIndex, Eigen::Vector2d>& taken, const CellIndex& index,
-              const Eigen::Vector3d& ground_m, double min_distance_m) {
-  for (std::int64_t row = index.first - 1; row <= index.first; ++row)
-    for (std::int64_t col = index.second - 1; col <= index.second + 1; ++col) {
-      const auto other = taken.find({row, col});
-      if (other != taken.end() && (other->second - ground_m.head<2>()).norm() < min_distance_m)
-        return true;
+  // The cells' candidates in rounds: all that are next are made in parallel, then taken in the
+  // cells' order. So the number of threads changes nothing.
+  void Cut(std::vector<OpenCell>& cells) {
+    for (std::size_t round = 0; static_cast<int>(round) < maker_.options.tries_per_cell; ++round) {
+      std::vector<OpenCell*> open;
+      for (OpenCell& cell : cells)
+        if (!cell.patch && round < cell.candidates->size() &&
+            !taken_.TooClose((*cell.candidates)[round].ground_m.head<2>()))
+          open.push_back(&cell);
+      std::vector<std::variant<Patch, Refusal>> made(open.size());
+      tbb::parallel_for(std::size_t{0}, open.size(), [&](std::size_t i) {
+        made[i] = maker_.Make((*open[i]->candidates)[round]);
+      });
+      for (std::size_t i = 0; i < open.size(); ++i) Take(made[i], *open[i]);
     }
-  return false;
-}
+    for (OpenCell& cell : cells)
+      if (cell.patch) result_.patches.push_back(std::move(*cell.patch));
+  }
 
-void CutPatches(const Job& job, const CandidateGrid& grid, double cell_m,
+ private:
+  void Take(std::variant<Patch, Refusal>& made, OpenCell& cell) {
+    if (const auto* refusal = std::get_if<Refusal>(&made)) {
+      ++result_.refused[static_cast<std::size_t>(*refusal)];
+      return;
+    }
+    Patch& patch = std::get<Patch>(made);
+    if (taken_.TooClose(patch.ground_m.head<2>())) return;
+    taken_.Add(patch.ground_m.head<2>());
+    cell.patch = std::move(patch);
+  }
+
+  const PatchMaker& maker_;
+  TakenPlaces taken_;
+  HarvestResult& result_;
+};
+
+void CutPatches(const PatchMaker& maker, const CandidateGrid& grid, double cell_m,
                 const HarvestProgress& progress, HarvestResult& result) {
-  std::map<CellIndex, Eigen::Vector2d> taken;
+  PatchCutter cutter(maker, cell_m, result);
+  const int total = static_cast<int>(grid.cells.size());
   int done = 0;
-  for (const auto& [index, candidates] : grid.cells) {
-    for (const InterestCandidate& candidate : candidates) {
-      if (TooClose(taken, index, candidate.ground_m, 0.5 * cell_m)) continue;
-      auto made = MakePatch(job, candidate);
-      if (const auto* refusal = std::get_if<Refusal>(&made)) {
-        ++result.refused[static_cast<std::size_t>(*refusal)];
-        continue;
-      }
-      taken[index] = candidate.ground_m.head<2>();
-      result.patches.push_back(std::move(std::get<Patch>(made)));
-      break;
-    }
-    if (progress) progress("cutting patches", ++done, static_cast<int>(grid.cells.size()));
+  for (auto next = grid.cells.begin(); next != grid.cells.end();) {
+    std::vector<OpenCell> cells;
+    for (; next != grid.cells.end() && cells.size() < kCellsAtOnce; ++next)
+      cells.push_back({&next->second});
+    cutter.Cut(cells);
+    done += static_cast<int>(cells.size());
+    if (progress) progress("cutting patches", done, total);
   }
 }
 
@@ -145,21 +138,36 @@ double CellSpacing(const Raster& raster, const HarvestOptions& options) {
   return std::max(options.min_spacing_px, std::sqrt(area / options.max_count));
 }
 
+// So coarse that a cell still has dozens of pixels a side: few patches of a large photo need not
+// see all of its pixels.
+int ReductionFor(double cell_px) {
+  constexpr double kPixelsACell = 60;
+  constexpr int kCoarsest = 4;
+  return std::clamp(static_cast<int>(cell_px / kPixelsACell), 1, kCoarsest);
+}
+
 HarvestResult Harvest(const Raster& raster, const SourceView& source, const GroundSurface& surface,
-                      const HarvestOptions& options, const HarvestProgress& progress) {
-  Job job{raster, source, surface, options, StoredBits(raster), MedianGsd(raster, source), 0};
-  job.dem_sigma_m = options.dem_sigma_m.value_or(kDefaultDemSigma * surface.CellSize());
-  const double cell_m = CellSpacing(raster, options) * job.gsd_m;
-  const auto tiles = [&progress](int done, int total) {
-    if (progress) progress("searching tiles", done, total);
-  };
-  const CandidateGrid grid = FindInterestCandidates(raster, source, cell_m, options.tries_per_cell,
-                                                    options.tile_px, tiles);
+                      const HarvestOptions& options, const HarvestProgress& progress,
+                      const HarvestContext& context) {
+  PatchMaker maker{raster, source, surface, options, context, StoredBits(raster), 0};
+  maker.dem_sigma_m = options.dem_sigma_m.value_or(kDefaultDemSigma * surface.CellSize());
   HarvestResult result;
-  result.gsd_m = job.gsd_m;
+  result.gsd_m = MedianGsd(raster, source);
+  const double cell_px = CellSpacing(raster, options);
+  CandidateSearch search;
+  search.cell_m = cell_px * result.gsd_m;
+  search.per_cell = options.tries_per_cell;
+  search.tile_px = options.tile_px;
+  search.reduction = ReductionFor(cell_px);
+  if (!context.further.empty())
+    search.wanted = [&maker](const Eigen::Vector3d& ground) { return maker.ShowsBest(ground); };
+  const CandidateGrid grid =
+      FindInterestCandidates(raster, source, search, [&progress](int done, int total) {
+        if (progress) progress("searching tiles", done, total);
+      });
   result.candidates = grid.count;
   result.cells = static_cast<int>(grid.cells.size());
-  CutPatches(job, grid, cell_m, progress, result);
+  CutPatches(maker, grid, search.cell_m, progress, result);
   return result;
 }
 
@@ -182,9 +190,17 @@ std::string_view Name(Refusal refusal) {
     case Refusal::kRepetitive:
       return "repetitive";
     case Refusal::kShortLived:
+      return "lost in the pyramid";
+    case Refusal::kNotConfirmed:
+      return "not in other views";
+    case Refusal::kDisagreement:
+      return "views disagree";
+    case Refusal::kOtherHeight:
+      return "not the DEM's height";
+    case Refusal::kStanding:
       break;
   }
-  return "lost in the pyramid";
+  return "stands in the DSM";
 }
 
 std::optional<std::string> HarvestOptions::Check() const {
@@ -194,6 +210,8 @@ std::optional<std::string> HarvestOptions::Check() const {
   if (max_count < 1) return "the number of patches must be positive";
   if (!(min_spacing_px >= 1)) return "the smallest spacing must be at least 1 pixel";
   if (tries_per_cell < 1 || tile_px < 64) return "tries a cell and tile size must be positive";
+  if (max_further_views < 0) return "the number of further views must not be negative";
+  if (!(max_lean_px > 0)) return "the lean must be positive";
   if (!(orientation_sigma_px > 0) || !(pointing_sigma_px > 0) ||
       (dem_sigma_m && !(*dem_sigma_m > 0)))
     return "a sigma must be positive";
@@ -209,17 +227,18 @@ HarvestOptions OrthoHarvestOptions() {
 HarvestResult HarvestPhoto(const Raster& photo, const PhotoView& view,
                            const std::optional<Matrix6d>& pose_covariance,
                            const GroundSurface& surface, const HarvestOptions& options,
-                           const HarvestProgress& progress) {
+                           const HarvestProgress& progress, const HarvestContext& context) {
   RequireGood(options);
   const auto source = MakePhotoSource(view, pose_covariance, options.orientation_sigma_px, surface);
-  return Harvest(photo, *source, surface, options, progress);
+  return Harvest(photo, *source, surface, options, progress, context);
 }
 
 HarvestResult HarvestOrtho(const Raster& ortho, const Crs& ground_crs, const GroundSurface& surface,
-                           const HarvestOptions& options, const HarvestProgress& progress) {
+                           const HarvestOptions& options, const HarvestProgress& progress,
+                           const HarvestContext& context) {
   RequireGood(options);
   const auto source = MakeOrthoSource(ortho, ground_crs, options.orientation_sigma_px, surface);
-  return Harvest(ortho, *source, surface, options, progress);
+  return Harvest(ortho, *source, surface, options, progress, context);
 }
 
 }  // namespace orient

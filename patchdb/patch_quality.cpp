@@ -1,7 +1,11 @@
 #include "patchdb/patch_quality.h"
 
+#include <algorithm>
+#include <cmath>
 #include <random>
+#include <vector>
 
+#include "core/geometry/principal_axes.h"
 #include "core/imaging/correlation.h"
 #include "core/imaging/resample.h"
 
@@ -14,6 +18,22 @@ constexpr int kMinTemplate = 7;        // px a side; below, any two textures cor
 constexpr double kMinScore = 0.7;
 constexpr double kMaxError = 0.5;  // px
 constexpr double kNoiseShare = 0.1;
+
+// Where the measures reach a mark of 1 (or 0, of those that are better small).
+constexpr double kDistinctnessScale = 0.5;
+constexpr double kPersistenceScale = 3;
+constexpr double kDirectionScale = 0.5;  // amplitude across to along the weakest direction
+constexpr double kReliefScale = 120;     // px: 45 degrees of slope in 61 px get 0.5
+constexpr double kLeanScale = 8;         // px
+constexpr double kResidualScale = 2;     // px
+
+// Of the weakest direction's gradient to the strongest's.
+double DirectionRatio(const Eigen::Vector3d& energy) {
+  Eigen::Matrix2d matrix;
+  matrix << energy[0], energy[1], energy[1], energy[2];
+  const PrincipalAxes axes = AxesOf(matrix);
+  return axes.values[1] > 0 ? std::sqrt(std::max(axes.values[0], 0.0) / axes.values[1]) : 0;
+}
 
 Image Middle(const Image& image, int width, int height) {
   Image part(width, height);
@@ -60,7 +80,7 @@ double Contrast(const Image& image) {
   return std::sqrt(std::max(0.0, squares / count - mean * mean));
 }
 
-std::optional<double> Distinctness(const Image& surroundings, int template_px) {
+std::optional<SecondPeak> FindSecondPeak(const Image& surroundings, int template_px) {
   if (surroundings.width < template_px + 2 || surroundings.height < template_px + 2)
     return std::nullopt;
   const Image scores = Correlate(Middle(surroundings, template_px, template_px), surroundings);
@@ -68,10 +88,12 @@ std::optional<double> Distinctness(const Image& surroundings, int template_px) {
                                (surroundings.height - template_px) / 2);
   const float at_itself = scores.At(static_cast<int>(itself.x()), static_cast<int>(itself.y()));
   if (std::isnan(at_itself)) return std::nullopt;
-  double second = 0;
-  for (const Peak& peak : FindPeaks(scores, 3, kMainPeakRadius, 0))
-    if ((peak.position - itself).norm() > kMainPeakRadius) second = std::max(second, peak.score);
-  return 1 - std::min(second, 1.0);
+  SecondPeak second;
+  for (const Peak& peak : FindPeaks(scores, 3, kMainPeakRadius, 0)) {
+    const double distance = (peak.position - itself).norm();
+    if (distance > kMainPeakRadius && peak.score > second.score) second = {peak.score, distance};
+  }
+  return second;
 }
 
 int Persistence(const Image& chip) {
@@ -84,6 +106,33 @@ int Persistence(const Image& chip) {
     level = ReduceByTwo(level);
   }
   return survived;
+}
+
+Eigen::Vector3d TextureEnergy(const Image& chip) {
+  Eigen::Vector3d sum = Eigen::Vector3d::Zero();
+  int count = 0;
+  for (int row = 1; row + 1 < chip.height; ++row)
+    for (int col = 1; col + 1 < chip.width; ++col) {
+      const double east = 0.5 * double(chip.At(col + 1, row) - chip.At(col - 1, row));
+      const double north = 0.5 * double(chip.At(col, row - 1) - chip.At(col, row + 1));
+      if (std::isnan(east) || std::isnan(north)) continue;
+      sum += Eigen::Vector3d(east * east, east * north, north * north);
+      ++count;
+    }
+  return count > 0 ? Eigen::Vector3d(sum / count) : sum;
+}
+
+std::optional<double> QualityOf(const Patch& patch) {
+  std::vector<double> marks;
+  if (patch.distinctness) marks.push_back(*patch.distinctness / kDistinctnessScale);
+  if (patch.persistence) marks.push_back(*patch.persistence / kPersistenceScale);
+  if (patch.energy) marks.push_back(DirectionRatio(*patch.energy) / kDirectionScale);
+  if (patch.relief_px) marks.push_back(1 - *patch.relief_px / kReliefScale);
+  if (patch.lean_px) marks.push_back(1 - *patch.lean_px / kLeanScale);
+  for (const PatchEvidence& evidence : patch.evidence)
+    if (evidence.residual_px) marks.push_back(1 - evidence.residual_px->norm() / kResidualScale);
+  if (marks.empty()) return std::nullopt;
+  return std::clamp(*std::min_element(marks.begin(), marks.end()), 0.0, 1.0);
 }
 
 }  // namespace orient

@@ -1,24 +1,43 @@
 // What makes a patch worth seeking: texture, only one place it fits, texture that survives the
-// pyramid. Measured on grey values alone.
+// pyramid, and evidence that it lies where it says. Measured on grey values and heights; one number
+// of them all.
 #pragma once
 
+#include <Eigen/Core>
 #include <optional>
 
 #include "core/imaging/image.h"
+#include "patchdb/patch.h"
 
 namespace orient {
 
 // Standard deviation of the grey values, over the pixels that have one.
 double Contrast(const Image& image);
 
-// 1 - height of the second peak of the autocorrelation: the middle of `surroundings`, `template_px`
-// a side, is correlated over all of it; the main peak and its flanks within 4 px do not count.
-// 1 means alone, 0 that an equal place lies near. Empty where the middle is flat or incomplete.
-std::optional<double> Distinctness(const Image& surroundings, int template_px);
+// The second peak of the autocorrelation.
+struct SecondPeak {
+  double score = 0;  // 0: there is none
+  std::optional<double>
+      distance_px;  // pixels of the image at full resolution; empty: there is none
+  double Distinctness() const { return 1 - std::min(std::max(score, 0.0), 1.0); }
+};
+
+// The middle of `surroundings`, `template_px` a side, is correlated over all of it; the main peak
+// and its flanks within 4 px do not count. Empty where the middle is flat or incomplete.
+std::optional<SecondPeak> FindSecondPeak(const Image& surroundings, int template_px);
 
 // Pyramid levels, counted from full resolution, at which a copy of the chip that is shifted by half
 // a pixel and noisy is still found within half a pixel. Noise: a tenth of the chip's contrast, at
 // least one grey level; the same numbers every time. At most 3 for a chip of 61 px.
 int Persistence(const Image& chip);
+
+// Mean squared gradient by direction: xx, xy, yy per pixel, x to the east and y to the north. NaN
+// pixels and their neighbours take no part.
+Eigen::Vector3d TextureEnergy(const Image& chip);
+
+// 0 .. 1, the worst of the marks that the patch gets for what is known about it; 0.5 is the least
+// that is good. docs/patchdb.md has the table. Empty where nothing was measured.
+std::optional<double> QualityOf(const Patch& patch);
+inline constexpr double kGoodQuality = 0.5;
 
 }  // namespace orient

@@ -1,7 +1,5 @@
 #include "patchdb/rectify.h"
 
-#include <Eigen/LU>
-
 #include "core/imaging/resample.h"
 
 namespace orient {
@@ -9,6 +7,7 @@ namespace {
 
 constexpr int kMargin = 4;           // source pixels around a chip's area, for interpolation
 constexpr double kMaxStretch = 4;    // of the source's window against the chip, a side
+constexpr int kMaxLatticeStep = 4;   // chip pixels
 constexpr double kNodesPerCell = 2;  // bilinear between these is within the DEM's own bilinear
 
 Eigen::Vector3d GroundAt(const HeightGrid& heights, const Eigen::Vector3d& centre, double east,
@@ -16,23 +15,51 @@ Eigen::Vector3d GroundAt(const HeightGrid& heights, const Eigen::Vector3d& centr
   return {centre.x() + east, centre.y() + north, heights.At(east, north)};
 }
 
-// Source pixels of every chip pixel's centre; empty where one is not seen.
-std::optional<std::vector<Eigen::Vector2d>> ProjectChip(const SourceView& source,
-                                                        const HeightGrid& heights,
-                                                        const Eigen::Vector3d& ground_m,
-                                                        int chip_px, double gsd_m) {
-  std::vector<Eigen::Vector2d> pixels;
-  pixels.reserve(static_cast<std::size_t>(chip_px) * static_cast<std::size_t>(chip_px));
-  for (int row = 0; row < chip_px; ++row)
-    for (int col = 0; col < chip_px; ++col) {
-      const double east = (col + 0.5 - 0.5 * chip_px) * gsd_m;
-      const double north = -(row + 0.5 - 0.5 * chip_px) * gsd_m;
-      const auto pixel = source.PixelFromGround(GroundAt(heights, ground_m, east, north));
-      if (!pixel || !pixel->allFinite()) return std::nullopt;
-      pixels.push_back(*pixel);
-    }
-  return pixels;
-}
+// Source pixels of the places of a chip, exact on a lattice and linear between its nodes: a DEM's
+// nodes are several chip pixels apart, and so the lens need not be asked for every one of them.
+class ChipLattice {
+ public:
+  // Empty where part of the chip is not seen.
+  static std::optional<ChipLattice> Make(const SourceView& source, const HeightGrid& heights,
+                                         const Eigen::Vector3d& ground_m, int chip_px,
+                                         double gsd_m) {
+    const int step = std::clamp(static_cast<int>(heights.step_m / gsd_m), 1, kMaxLatticeStep);
+    ChipLattice lattice(step, (chip_px + step - 1) / step + 1);
+    for (int row = 0; row < lattice.nodes_; ++row)
+      for (int col = 0; col < lattice.nodes_; ++col) {
+        // The last nodes may lie beyond the chip, where heights and source may end.
+        const double across = std::min(col * step, chip_px), down = std::min(row * step, chip_px);
+        const double east = (across - 0.5 * chip_px) * gsd_m;
+        const double north = -(down - 0.5 * chip_px) * gsd_m;
+        const auto pixel = source.PixelFromGround(GroundAt(heights, ground_m, east, north));
+        if (!pixel || !pixel->allFinite()) return std::nullopt;
+        lattice.pixels_.push_back(*pixel);
+      }
+    lattice.last_ = chip_px - (lattice.nodes_ - 2) * step;
+    return lattice;
+  }
+
+  const std::vector<Eigen::Vector2d>& Nodes() const { return pixels_; }
+
+  // At the centre of a chip pixel.
+  Eigen::Vector2d At(int col, int row) const {
+    const int i = col / step_, j = row / step_;
+    const double u = (col - i * step_ + 0.5) / Width(i), v = (row - j * step_ + 0.5) / Width(j);
+    return (1 - v) * ((1 - u) * Node(i, j) + u * Node(i + 1, j)) +
+           v * ((1 - u) * Node(i, j + 1) + u * Node(i + 1, j + 1));
+  }
+
+ private:
+  ChipLattice(int step, int nodes) : step_(step), nodes_(nodes) {}
+  double Width(int cell) const { return cell == nodes_ - 2 ? last_ : step_; }
+  const Eigen::Vector2d& Node(int col, int row) const {
+    return pixels_[static_cast<std::size_t>(row * nodes_ + col)];
+  }
+
+  int step_, nodes_;
+  double last_ = 1;  // chip pixels, of the last cell
+  std::vector<Eigen::Vector2d> pixels_;
+};
 
 std::optional<PixelWindow> WindowAround(const std::vector<Eigen::Vector2d>& pixels, int chip_px,
                                         const Raster& raster) {
@@ -78,40 +105,38 @@ double HeightSpread(const HeightGrid& heights) {
 std::optional<Image> RectifyChip(const Raster& raster, const SourceView& source,
                                  const HeightGrid& heights, const Eigen::Vector3d& ground_m,
                                  int chip_px, double gsd_m) {
-  const auto pixels = ProjectChip(source, heights, ground_m, chip_px, gsd_m);
-  if (!pixels) return std::nullopt;
-  const auto window = WindowAround(*pixels, chip_px, raster);
+  const auto lattice = ChipLattice::Make(source, heights, ground_m, chip_px, gsd_m);
+  if (!lattice) return std::nullopt;
+  const auto window = WindowAround(lattice->Nodes(), chip_px, raster);
   if (!window) return std::nullopt;
   const ImageWindow part = raster.ReadGrey(*window);
   Image chip(chip_px, chip_px);
-  for (std::size_t i = 0; i < chip.values.size(); ++i)
-    chip.values[i] = SampleBicubic(part.image, part.ImageFromRaster((*pixels)[i]));
+  for (int row = 0; row < chip_px; ++row)
+    for (int col = 0; col < chip_px; ++col)
+      chip.At(col, row) = SampleBicubic(part.image, part.ImageFromRaster(lattice->At(col, row)));
   return chip;
 }
 
-std::optional<Eigen::Matrix3d> GroundCovariance(const SourceView& source, const HeightGrid& heights,
-                                                const Eigen::Vector3d& ground_m,
-                                                double pointing_sigma_px, double height_sigma_m) {
-  const double step = heights.step_m;
-  const auto by_ground = PixelDerivatives(source, ground_m, std::min(step, 1.0));
-  if (!by_ground) return std::nullopt;
-  // The pixel moves with (X, Y, Z); Z - h(X, Y) is the height's error.
-  Eigen::Matrix3d observed;
-  observed.topRows<2>() = *by_ground;
-  observed.row(2) << -(heights.At(step, 0) - heights.At(-step, 0)) / (2 * step),
-      -(heights.At(0, step) - heights.At(0, -step)) / (2 * step), 1;
-  Eigen::Matrix3d covariance = Eigen::Matrix3d::Zero();
-  covariance.topLeftCorner<2, 2>() =
-      source.OrientationCovariance(ground_m) +
-      Eigen::Matrix2d::Identity() * (pointing_sigma_px * pointing_sigma_px);
-  covariance(2, 2) = height_sigma_m * height_sigma_m;
-  Eigen::Matrix3d inverse;
-  bool invertible = false;
-  observed.computeInverseWithCheck(inverse, invertible);
-  if (!invertible) return std::nullopt;
-  const Eigen::Matrix3d ground = inverse * covariance * inverse.transpose();
-  if (!ground.allFinite()) return std::nullopt;
-  return Eigen::Matrix3d(0.5 * (ground + ground.transpose()));
+std::optional<double> LeanOf(const GroundSurface& surface, const Patch& patch) {
+  constexpr double kStep = 2, kMiddle = 8;  // chip pixels
+  constexpr double kShare = 0.75;
+  const double half = 0.5 * patch.chip.width;
+  double middle = -1;
+  int places = 0;
+  std::vector<double> departures;
+  for (double row = -half + 0.5; row < half; row += kStep)
+    for (double col = -half + 0.5; col < half; col += kStep, ++places) {
+      const double east = col * patch.gsd_m, north = -row * patch.gsd_m;
+      const auto height = surface.HeightAt(patch.ground_m.x() + east, patch.ground_m.y() + north);
+      if (!height) continue;
+      departures.push_back(std::abs(*height - patch.heights.At(east, north)) / patch.gsd_m);
+      if (std::hypot(col, row) <= kMiddle) middle = std::max(middle, departures.back());
+    }
+  if (middle < 0 || static_cast<double>(departures.size()) < kShare * places) return std::nullopt;
+  const auto rank =
+      static_cast<std::ptrdiff_t>(kShare * static_cast<double>(departures.size() - 1));
+  std::nth_element(departures.begin(), departures.begin() + rank, departures.end());
+  return std::max(middle, departures[static_cast<std::size_t>(rank)]);
 }
 
 }  // namespace orient

@@ -27,11 +27,10 @@ std::optional<Image> RectifyChip(const Raster& raster, const SourceView& source,
                                  const HeightGrid& heights, const Eigen::Vector3d& ground_m,
                                  int chip_px, double gsd_m);
 
-// Covariance of the ground point at a pixel: the pixel's uncertainty (orientation and pointing) and
-// that of the height, carried through where the ray meets the sloping surface. Empty where the ray
-// touches the surface.
-std::optional<Eigen::Matrix3d> GroundCovariance(const SourceView& source, const HeightGrid& heights,
-                                                const Eigen::Vector3d& ground_m,
-                                                double pointing_sigma_px, double height_sigma_m);
+// How far another surface (roofs, crowns: a DSM) departs from the heights that a chip carries, in
+// chip pixels of lean at 45 degrees: the largest departure near the chip's middle, or the one that
+// three quarters of the chip stay below, whichever is larger. Empty where the other surface knows
+// less than three quarters of the chip, or nothing of its middle.
+std::optional<double> LeanOf(const GroundSurface& surface, const Patch& patch);
 
 }  // namespace orient

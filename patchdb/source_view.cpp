@@ -28,6 +28,8 @@ class PhotoSource : public SourceView {
     return view_.GroundFromPixel(pixel, surface_);
   }
 
+  bool IsOrthophoto() const override { return false; }
+
   Eigen::Vector3d HeightEffect(const Eigen::Vector3d& ground_m) const override {
     const Eigen::Vector3d sight = view_.pose.position_m - ground_m;
     return sight / sight.z();
@@ -111,6 +113,8 @@ class OrthoSource : public SourceView {
     if (!height) return std::nullopt;
     return Eigen::Vector3d(plane->x(), plane->y(), *height);
   }
+
+  bool IsOrthophoto() const override { return true; }
 
   // The photo behind an orthophoto is not known. Most show one photo's frame, taken from above its
   // middle; heights other than this surface's, when it was made, moved its content outwards there.

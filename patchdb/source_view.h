@@ -21,6 +21,8 @@ class SourceView {
   virtual std::optional<Eigen::Vector2d> PixelFromGround(const Eigen::Vector3d& ground_m) const = 0;
   // The point of the ground surface at a raster pixel; empty where the surface has none there.
   virtual std::optional<Eigen::Vector3d> GroundFromPixel(const Eigen::Vector2d& pixel) const = 0;
+  // An orthophoto does not show heights: PixelFromGround does not depend on Z.
+  virtual bool IsOrthophoto() const = 0;
   // How the ground point of what a pixel shows moves for each metre by which the surface's heights
   // are wrong there: along the line of sight.
   virtual Eigen::Vector3d HeightEffect(const Eigen::Vector3d& ground_m) const = 0;

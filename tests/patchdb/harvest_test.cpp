@@ -259,41 +259,6 @@ TEST_F(HarvestTest, OptionsAreChecked) {
   EXPECT_THROW(HarvestOrtho(Ortho(NorthUp()), Utm(), surface_, options), std::invalid_argument);
 }
 
-TEST(GroundCovarianceTest, OfAVerticalViewOnLevelGroundIsTheErrorBudget) {
-  PhotoView view = SyntheticView(0);
-  view.pose.opk_rad.setZero();
-  const GroundSurface level =
-      GroundSurface::FromGrid(Eigen::MatrixXf::Constant(100, 100, 300), kWest, kNorth, 10);
-  const auto source = MakePhotoSource(view, std::nullopt, 0.5, level);
-  // 200 m to the east of the nadir: a height error of 2 m leans by 2 * 200 / 900.
-  const Eigen::Vector3d ground(500700, 5000500, 300);
-  const HeightGrid heights = CutHeights(level, ground.head<2>(), 30, 1);
-  const auto covariance = GroundCovariance(*source, heights, ground, 0.1, 2.0);
-  ASSERT_TRUE(covariance);
-  const double gsd = 0.11 / 100 * 900;
-  const double pixel = gsd * gsd * (0.25 + 0.01), lean = 2.0 * 200 / 900;
-  EXPECT_NEAR((*covariance)(0, 0), pixel + lean * lean, 1e-4);
-  EXPECT_NEAR((*covariance)(1, 1), pixel, 1e-4);
-  EXPECT_NEAR((*covariance)(2, 2), 4, 1e-4);
-  EXPECT_NEAR((*covariance)(0, 2), -lean * 2, 1e-4);
-}
-
-TEST(GroundCovarianceTest, PoseCovarianceCarriesThrough) {
-  PhotoView view = SyntheticView(0);
-  view.pose.opk_rad.setZero();
-  const GroundSurface level =
-      GroundSurface::FromGrid(Eigen::MatrixXf::Constant(100, 100, 300), kWest, kNorth, 10);
-  Matrix6d pose = Matrix6d::Zero();
-  pose(0, 0) = 9;  // 3 m in X moves every ground point by 3 m
-  const auto source = MakePhotoSource(view, pose, 0.5, level);
-  const Eigen::Vector3d ground(500500, 5000500, 300);
-  const HeightGrid heights = CutHeights(level, ground.head<2>(), 30, 1);
-  const auto covariance = GroundCovariance(*source, heights, ground, 1e-6, 1e-6);
-  ASSERT_TRUE(covariance);
-  EXPECT_NEAR((*covariance)(0, 0), 9, 1e-6);
-  EXPECT_NEAR((*covariance)(1, 1), 0, 1e-6);
-}
-
 // A chip and the same ground point's chip from another source.
 TEST(HarvestOfRealPhotos, PhotoAndOrthophotoShowTheSameGround) {
   ORIENT_REQUIRE_SHARED_DATA(ngi, "ngi");

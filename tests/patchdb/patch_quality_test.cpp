@@ -26,24 +26,27 @@ TEST(PatchQuality, ContrastIsTheStandardDeviation) {
 }
 
 TEST(PatchQuality, RandomTextureIsDistinct) {
-  const auto distinctness = Distinctness(Noise(79, 2), 31);
-  ASSERT_TRUE(distinctness);
-  EXPECT_GT(*distinctness, 0.3);
+  const auto second = FindSecondPeak(Noise(79, 2), 31);
+  ASSERT_TRUE(second);
+  EXPECT_GT(second->Distinctness(), 0.3);
 }
 
 TEST(PatchQuality, RepeatedTextureIsNot) {
   Image image = Noise(79, 2);
   for (int row = 0; row < 79; ++row)
     for (int col = 15; col < 79; ++col) image.At(col, row) = image.At(col - 15, row);
-  EXPECT_LT(*Distinctness(image, 31), 0.1);
+  const auto second = FindSecondPeak(image, 31);
+  ASSERT_TRUE(second);
+  EXPECT_LT(second->Distinctness(), 0.1);
+  EXPECT_NEAR(*second->distance_px, 15, 0.5);
 }
 
 TEST(PatchQuality, FlatOrIncompleteMiddleHasNoDistinctness) {
-  EXPECT_FALSE(Distinctness(Image(79, 79, 100), 31));
+  EXPECT_FALSE(FindSecondPeak(Image(79, 79, 100), 31));
   Image image = Noise(79, 2);
   for (int row = 20; row < 60; ++row)
     for (int col = 20; col < 60; ++col) image.At(col, row) = kNoData;
-  EXPECT_FALSE(Distinctness(image, 31));
+  EXPECT_FALSE(FindSecondPeak(image, 31));
 }
 
 TEST(PatchQuality, CoarseTextureSurvivesLongerThanFine) {
@@ -56,6 +59,41 @@ TEST(PatchQuality, CoarseTextureSurvivesLongerThanFine) {
   }
   EXPECT_LT(Persistence(lines), 3);
   EXPECT_EQ(Persistence(Image(61, 61, 100)), 0);
+}
+
+TEST(PatchQuality, EnergyKnowsDirections) {
+  Image rows(61, 61);  // bright to the north-east: east and north both gain
+  for (int row = 0; row < 61; ++row)
+    for (int col = 0; col < 61; ++col) rows.At(col, row) = static_cast<float>(2 * col - 3 * row);
+  const Eigen::Vector3d energy = TextureEnergy(rows);
+  EXPECT_NEAR(energy[0], 4, 1e-3);
+  EXPECT_NEAR(energy[1], 6, 1e-3);
+  EXPECT_NEAR(energy[2], 9, 1e-3);
+  EXPECT_EQ(TextureEnergy(Image(61, 61, kNoData)).norm(), 0);
+}
+
+TEST(PatchQuality, QualityIsTheWorstMark) {
+  Patch patch;
+  EXPECT_FALSE(QualityOf(patch));
+  patch.distinctness = 0.6;
+  patch.persistence = 3;
+  patch.energy = Eigen::Vector3d(100, 0, 90);
+  patch.relief_px = 0;
+  EXPECT_NEAR(*QualityOf(patch), 1, 1e-9);
+  const auto with = [&](auto change) {
+    Patch other = patch;
+    change(other);
+    return *QualityOf(other);
+  };
+  EXPECT_LT(with([](Patch& p) { p.distinctness = 0.21; }), kGoodQuality);
+  EXPECT_LT(with([](Patch& p) { p.persistence = 1; }), kGoodQuality);
+  EXPECT_LT(with([](Patch& p) { p.energy = Eigen::Vector3d(100, 99, 100); }), kGoodQuality);
+  EXPECT_LT(with([](Patch& p) { p.relief_px = 70; }), kGoodQuality);
+  EXPECT_LT(with([](Patch& p) { p.lean_px = 5; }), kGoodQuality);
+  EXPECT_LT(with([](Patch& p) {
+              p.evidence.push_back({1, Eigen::Vector2d(5, 5), Eigen::Vector2d(0.9, 0.9)});
+            }),
+            kGoodQuality);
 }
 
 }  // namespace

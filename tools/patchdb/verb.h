@@ -16,6 +16,8 @@ class PatchdbVerb {
   virtual void Run(std::ostream& out) = 0;
 };
 
+std::unique_ptr<PatchdbVerb> MakeHarvestVerb();
+std::unique_ptr<PatchdbVerb> MakeHarvestOrthoVerb();
 std::unique_ptr<PatchdbVerb> MakeListVerb();
 std::unique_ptr<PatchdbVerb> MakeQueryVerb();
 std::unique_ptr<PatchdbVerb> MakeShowVerb();
@@ -24,7 +26,8 @@ std::unique_ptr<PatchdbVerb> MakeRetireVerb();
 std::unique_ptr<PatchdbVerb> MakeRestoreVerb();
 std::unique_ptr<PatchdbVerb> MakePruneVerb();
 
-// What looks after a database that exists; making and filling one is orient_patchdb.cpp's.
+// What looks after a database that exists; making one is orient_patchdb.cpp's, filling
+// one harvest_verbs.cpp's.
 std::vector<std::unique_ptr<PatchdbVerb>> MakeMaintenanceVerbs();
 
 }  // namespace orient

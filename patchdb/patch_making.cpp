@@ -1,0 +1,189 @@
+#include "patchdb/patch_making.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "patchdb/patch_quality.h"
+#include "patchdb/place.h"
+#include "patchdb/rectify.h"
+
+namespace orient {
+namespace {
+
+constexpr int kDistinctnessTemplate = 31;  // px a side
+constexpr int kDistinctnessSearch = 24;    // px in every direction
+constexpr double kHeightMarginPx = 2;      // heights reach that far beyond the chip
+constexpr double kMinSearchPx = 4, kMaxSearchPx = 24;
+constexpr double kSearchSigmas = 3.5;
+constexpr double kSearchMarginPx = 2;
+
+using Outcome = std::optional<Refusal>;
+
+double LevelsOf8Bit(double levels, int bits) { return bits == 8 ? levels : levels * 4; }
+
+Image Surroundings(const Raster& raster, const Eigen::Vector2d& pixel) {
+  constexpr int kHalf = kDistinctnessTemplate / 2 + kDistinctnessSearch;
+  const Eigen::Vector2i middle = pixel.array().floor().cast<int>();
+  return raster.ReadGrey({middle.x() - kHalf, middle.y() - kHalf, 2 * kHalf + 1, 2 * kHalf + 1})
+      .image;
+}
+
+HeightGrid HeightsUnder(const PatchMaker& maker, const Patch& patch, double side_px) {
+  return CutHeights(maker.surface, patch.ground_m.head<2>(),
+                    (0.5 * side_px + kHeightMarginPx) * patch.gsd_m, patch.gsd_m);
+}
+
+Outcome AddGround(const PatchMaker& maker, const InterestCandidate& candidate, Patch& patch) {
+  patch.ground_m = candidate.ground_m;
+  const auto gsd = GsdAt(maker.source, candidate.ground_m);
+  if (!gsd) return Refusal::kNoImage;
+  patch.gsd_m = *gsd;
+  patch.heights = HeightsUnder(maker, patch, maker.options.chip_px);
+  const double spread = HeightSpread(patch.heights);
+  if (std::isnan(spread)) return Refusal::kNoHeight;
+  patch.relief_px = spread / *gsd;
+  if (*patch.relief_px > maker.options.max_relief_px) return Refusal::kRelief;
+  return std::nullopt;
+}
+
+Outcome AddChip(const PatchMaker& maker, Patch& patch) {
+  auto chip = RectifyChip(maker.raster, maker.source, patch.heights, patch.ground_m,
+                          maker.options.chip_px, patch.gsd_m);
+  if (!chip || std::any_of(chip->values.begin(), chip->values.end(),
+                           [](float value) { return std::isnan(value); }))
+    return Refusal::kNoImage;
+  patch.chip = std::move(*chip);
+  return std::nullopt;
+}
+
+// What is measured on grey values.
+Outcome AddTexture(const PatchMaker& maker, const InterestCandidate& candidate, Patch& patch) {
+  const HarvestOptions& options = maker.options;
+  if (Contrast(patch.chip) < LevelsOf8Bit(options.min_contrast, maker.bits)) return Refusal::kFlat;
+  patch.roundness = candidate.roundness;
+  patch.energy = TextureEnergy(patch.chip);
+  patch.persistence = Persistence(patch.chip);
+  if (*patch.persistence < options.min_persistence) return Refusal::kShortLived;
+  const auto second =
+      FindSecondPeak(Surroundings(maker.raster, candidate.pixel), kDistinctnessTemplate);
+  if (!second) return Refusal::kFlat;
+  patch.distinctness = second->Distinctness();
+  patch.second_peak_px = second->distance_px;
+  if (*patch.distinctness < options.min_distinctness) return Refusal::kRepetitive;
+  return std::nullopt;
+}
+
+// The further sources that show the chip whole, the best ones first.
+std::vector<const FurtherSource*> WhoElseSees(const PatchMaker& maker, const Patch& patch) {
+  std::vector<std::pair<double, const FurtherSource*>> seeing;
+  for (const FurtherSource& source : maker.context.further)
+    if (const auto penalty = ViewingPenalty(source, patch.ground_m, patch.chip.width))
+      seeing.emplace_back(*penalty, &source);
+  std::stable_sort(seeing.begin(), seeing.end(),
+                   [](const auto& a, const auto& b) { return a.first < b.first; });
+  std::vector<const FurtherSource*> sources;
+  for (const auto& [penalty, source] : seeing) {
+    if (static_cast<int>(sources.size()) == maker.options.max_further_views) break;
+    sources.push_back(source);
+  }
+  return sources;
+}
+
+// How far from where it is expected another source may show the point: orientations and height.
+double SearchRadius(const PatchMaker& maker, const FurtherSource& other, const Patch& patch) {
+  const Eigen::Vector3d& ground = patch.ground_m;
+  const double lean =
+      (maker.source.HeightEffect(ground) - other.view->HeightEffect(ground)).head<2>().norm();
+  const double height_px = maker.dem_sigma_m * lean / patch.gsd_m;
+  const double variance = 0.5 * maker.source.OrientationCovariance(ground).trace() +
+                          0.5 * other.view->OrientationCovariance(ground).trace() +
+                          height_px * height_px;
+  return std::clamp(kSearchSigmas * std::sqrt(variance) + kSearchMarginPx, kMinSearchPx,
+                    kMaxSearchPx);
+}
+
+struct Sightings {
+  std::vector<Sighting> all;                  // the first is the source's own
+  std::vector<const FurtherSource*> further;  // of all the others
+};
+
+Outcome Search(const PatchMaker& maker, const InterestCandidate& candidate, const Patch& patch,
+               Sightings& sightings) {
+  const double pointing = maker.options.pointing_sigma_px;
+  sightings.all = {
+      {&maker.source, candidate.pixel, Eigen::Matrix2d::Identity() * (pointing * pointing)}};
+  const auto seeing = WhoElseSees(maker, patch);
+  if (seeing.empty()) return std::nullopt;
+  Patch wide = patch;
+  wide.heights = HeightsUnder(maker, patch, patch.chip.width + 2 * kMaxSearchPx);
+  for (const FurtherSource* source : seeing) {
+    MatchOptions options;
+    options.radius_px = SearchRadius(maker, *source, patch);
+    const auto sighting = FindIn(*source, wide, options);
+    if (!sighting) continue;
+    sightings.all.push_back(*sighting);
+    sightings.further.push_back(source);
+  }
+  if (2 * sightings.further.size() < seeing.size()) return Refusal::kNotConfirmed;
+  return std::nullopt;
+}
+
+// The ground point that all sightings and the surface give together.
+Outcome Locate(const PatchMaker& maker, const Sightings& sightings, Patch& patch) {
+  const auto place = EstimatePlace(sightings.all, patch.heights, patch.ground_m, maker.dem_sigma_m);
+  if (!place) return Refusal::kRelief;
+  if (std::abs(place->height_test) > maker.options.max_height_test) return Refusal::kOtherHeight;
+  if (place->sighting_test > maker.options.max_sighting_test) return Refusal::kDisagreement;
+  patch.covariance_m2 = place->covariance_m2;
+  patch.height_effect = place->height_effect;
+  patch.height_sigma_m = maker.dem_sigma_m;
+  patch.views = static_cast<int>(sightings.all.size());
+  for (std::size_t i = 0; i < sightings.further.size(); ++i)
+    patch.evidence.push_back(
+        {sightings.further[i]->number, sightings.all[i + 1].pixel, place->residuals_px[i + 1]});
+  if (sightings.further.empty()) return std::nullopt;
+  // The chip moves along its ray, with the heights under it.
+  patch.ground_m = place->ground_m;
+  patch.heights = HeightsUnder(maker, patch, maker.options.chip_px);
+  const auto rise = static_cast<float>(patch.ground_m.z() - patch.heights.At(0, 0));
+  for (float& height : patch.heights.heights_m) height += rise;
+  if (std::isnan(HeightSpread(patch.heights))) return Refusal::kNoHeight;
+  return AddChip(maker, patch);
+}
+
+Outcome CompareWithSurfaceModel(const PatchMaker& maker, Patch& patch) {
+  if (maker.context.dsm == nullptr) return std::nullopt;
+  patch.lean_px = LeanOf(*maker.context.dsm, patch);
+  if (patch.lean_px && *patch.lean_px > maker.options.max_lean_px) return Refusal::kStanding;
+  return std::nullopt;
+}
+
+}  // namespace
+
+bool PatchMaker::ShowsBest(const Eigen::Vector3d& ground_m) const {
+  if (context.further.empty()) return true;
+  const FurtherSource itself{&raster, &source, nullptr, context.number};
+  const auto own = ViewingPenalty(itself, ground_m, options.chip_px);
+  if (!own) return false;
+  return std::all_of(
+      context.further.begin(), context.further.end(), [&](const FurtherSource& other) {
+        const auto penalty = ViewingPenalty(other, ground_m, options.chip_px);
+        return !penalty || *own < *penalty || (*own == *penalty && context.number < other.number);
+      });
+}
+
+std::variant<Patch, Refusal> PatchMaker::Make(const InterestCandidate& candidate) const {
+  Patch patch;
+  patch.bits = bits;
+  if (const Outcome refusal = AddGround(*this, candidate, patch)) return *refusal;
+  if (const Outcome refusal = AddChip(*this, patch)) return *refusal;
+  if (const Outcome refusal = CompareWithSurfaceModel(*this, patch)) return *refusal;
+  if (const Outcome refusal = AddTexture(*this, candidate, patch)) return *refusal;
+  Sightings sightings;
+  if (const Outcome refusal = Search(*this, candidate, patch, sightings)) return *refusal;
+  if (const Outcome refusal = Locate(*this, sightings, patch)) return *refusal;
+  patch.quality = QualityOf(patch);
+  return patch;
+}
+
+}  // namespace orient

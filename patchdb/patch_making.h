@@ -1,0 +1,28 @@
+// One interest point made into a patch, or refused.
+#pragma once
+
+#include <variant>
+
+#include "patchdb/candidates.h"
+#include "patchdb/harvest_options.h"
+
+namespace orient {
+
+// What is the same for all patches of a source; nothing is owned.
+struct PatchMaker {
+  const Raster& raster;
+  const SourceView& source;
+  const GroundSurface& surface;
+  const HarvestOptions& options;
+  const HarvestContext& context;
+  int bits = 8;
+  double dem_sigma_m = 0;
+
+  // The source shows this place better than all further ones.
+  bool ShowsBest(const Eigen::Vector3d& ground_m) const;
+
+  // Safe to call from several threads. Cheap tests come first.
+  std::variant<Patch, Refusal> Make(const InterestCandidate& candidate) const;
+};
+
+}  // namespace orient

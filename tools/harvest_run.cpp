@@ -1,0 +1,348 @@
+#include "tools/harvest_run.h"
+
+#include <gdal.h>
+
+#include <algorithm>
+#include <filesystem>
+#include <functional>
+#include <memory>
+#include <ostream>
+
+#include "core/error.h"
+#include "patchdb/patch_quality.h"
+#include "patchdb/source_view.h"
+#include "tools/photo_interior.h"
+#include "tools/progress.h"
+#include "tools/summary_table.h"
+
+namespace orient {
+namespace {
+
+// Witnesses of one source that are kept open: those whose nadirs are the nearest.
+constexpr std::size_t kMaxWitnesses = 16;
+// GDAL would take a twentieth of the machine's memory.
+constexpr GIntBig kBlockCacheBytes = 128LL << 20;
+
+std::string FileName(const std::string& path) {
+  return std::filesystem::path(path).filename().string();
+}
+
+// What a harvest prints: a row a source, and how many candidates were refused for which reason.
+class HarvestTable {
+ public:
+  void Add(const std::string& name, const HarvestResult& harvest) {
+    int refused = 0, confirmed = 0, good = 0;
+    for (const Refusal refusal : kAllRefusals) {
+      refused += harvest.Refused(refusal);
+      refused_[static_cast<std::size_t>(refusal)] += harvest.Refused(refusal);
+    }
+    for (const Patch& patch : harvest.patches) {
+      confirmed += patch.views > 1 ? 1 : 0;
+      good += patch.quality.value_or(0) >= kGoodQuality ? 1 : 0;
+    }
+    table_.AddRow({name, std::to_string(harvest.patches.size()), std::to_string(good),
+                   std::to_string(confirmed), std::to_string(refused), Fixed(harvest.gsd_m, 3)});
+    patches_ += harvest.patches.size();
+  }
+  void AddKnown(const std::string& name) {
+    table_.AddRow({name + " (in the database already)", "-", "-", "-", "-", "-"});
+  }
+  void Print(std::ostream& out) const {
+    table_.Print(out);
+    SummaryTable reasons({"refused because", "candidates"});
+    bool any = false;
+    for (const Refusal refusal : kAllRefusals) {
+      const int count = refused_[static_cast<std::size_t>(refusal)];
+      if (count > 0) reasons.AddRow({std::string(Name(refusal)), std::to_string(count)});
+      any = any || count > 0;
+    }
+    if (any) {
+      out << "\n";
+      reasons.Print(out);
+      out << "\n";
+    }
+    out << patches_ << " patches added\n";
+  }
+
+ private:
+  SummaryTable table_{{"source", "patches", "good", "seen twice", "refused", "gsd [m]"}};
+  std::array<int, kAllRefusals.size()> refused_ = {};
+  std::size_t patches_ = 0;
+};
+
+class ShownProgress {
+ public:
+  HarvestProgress For(const std::string& name) {
+    return [this, name](std::string_view stage, int done, int total) {
+      if (stage != stage_) {
+        progress_ = std::make_unique<Progress>(name + ", " + std::string(stage), total);
+        stage_ = stage;
+        shown_ = 0;
+      }
+      progress_->Advance(done - shown_);
+      shown_ = done;
+    };
+  }
+
+ private:
+  std::unique_ptr<Progress> progress_;
+  std::string stage_;
+  int shown_ = 0;
+};
+
+bool Meet(const Bounds& a, const Bounds& b) {
+  return a.min_x < b.max_x && b.min_x < a.max_x && a.min_y < b.max_y && b.min_y < a.max_y;
+}
+
+Eigen::Vector2d Middle(const Bounds& bounds) {
+  return {(bounds.min_x + bounds.max_x) / 2, (bounds.min_y + bounds.max_y) / 2};
+}
+
+// A source that is open, with what shows its ground.
+struct OpenSource {
+  std::unique_ptr<Raster> raster;
+  std::unique_ptr<SourceView> view;
+  std::unique_ptr<Coverage> coverage;
+};
+
+// The parts of a harvest that depend on what the sources are.
+class SourceKindOf {
+ public:
+  virtual ~SourceKindOf() = default;
+  virtual SourceKind Kind() const = 0;
+  // Ground that a source may show, at heights from `low_m` to `high_m`.
+  virtual Bounds Footprint(std::size_t source, double low_m, double high_m) const = 0;
+  virtual OpenSource Open(std::size_t source, const GroundSurface& surface,
+                          bool as_witness) const = 0;
+  virtual HarvestResult Harvest(std::size_t source, const Raster& raster,
+                                const GroundSurface& surface, const HarvestOptions& options,
+                                const HarvestProgress& progress,
+                                const HarvestContext& context) const = 0;
+};
+
+class Photos : public SourceKindOf {
+ public:
+  Photos(const PhotosToHarvest& photos, const HarvestOptions& options)
+      : photos_(photos), options_(options) {
+    for (const std::string& path : photos.paths)
+      Footprint(RowOf(path), kLowestGround_m, kHighestGround_m);
+  }
+  SourceKind Kind() const override { return SourceKind::kPhoto; }
+
+  Bounds Footprint(std::size_t source, double low_m, double high_m) const override {
+    return Footprint(RowOf(photos_.paths[source]), low_m, high_m);
+  }
+
+  OpenSource Open(std::size_t source, const GroundSurface& surface,
+                  bool /*as_witness*/) const override {
+    OpenSource open;
+    open.raster = std::make_unique<Raster>(Raster::Open(photos_.paths[source]));
+    open.view = MakePhotoSource(View(source, *open.raster), Covariance(source),
+                                options_.orientation_sigma_px, surface);
+    return open;
+  }
+
+  HarvestResult Harvest(std::size_t source, const Raster& raster, const GroundSurface& surface,
+                        const HarvestOptions& options, const HarvestProgress& progress,
+                        const HarvestContext& context) const override {
+    return HarvestPhoto(raster, View(source, raster), Covariance(source), surface, options,
+                        progress, context);
+  }
+
+ private:
+  const OrientationRow& RowOf(const std::string& photo) const {
+    const OrientationRow* row = photos_.orientation.Find(PhotoName(photo));
+    if (row == nullptr)
+      throw InputError(photos_.orientation_path + " has no row for photo '" + PhotoName(photo) +
+                       "'; add its orientation or leave the photo out");
+    return *row;
+  }
+
+  Bounds Footprint(const OrientationRow& row, double low_m, double high_m) const {
+    const auto bounds = FootprintBounds(photos_.camera, row.pose, low_m, high_m);
+    if (!bounds)
+      throw InputError(photos_.orientation_path + ": photo '" + row.photo +
+                       "' does not look at the ground; check its height and angles");
+    return *bounds;
+  }
+
+  PhotoView View(std::size_t source, const Raster& raster) const {
+    const PhotoInterior interior = PhotoInteriorOf(raster, photos_.camera, photos_.interior_folder);
+    return {photos_.camera, interior.photo_from_pixel, RowOf(photos_.paths[source]).pose,
+            interior.film_correction};
+  }
+
+  std::optional<Matrix6d> Covariance(std::size_t source) const {
+    const OrientationRow& row = RowOf(photos_.paths[source]);
+    if (!row.sigma) return std::nullopt;
+    return Matrix6d(row.sigma->cwiseAbs2().asDiagonal());
+  }
+
+  const PhotosToHarvest& photos_;
+  const HarvestOptions& options_;
+};
+
+class Orthophotos : public SourceKindOf {
+ public:
+  Orthophotos(const std::vector<std::string>& paths, const Crs& crs, const HarvestOptions& options)
+      : paths_(paths), crs_(crs), options_(options) {
+    for (const std::string& path : paths)
+      footprints_.push_back(OrthoFootprint(Raster::Open(path), crs));
+  }
+  SourceKind Kind() const override { return SourceKind::kOrthophoto; }
+
+  Bounds Footprint(std::size_t source, double /*low_m*/, double /*high_m*/) const override {
+    return footprints_[source];
+  }
+
+  OpenSource Open(std::size_t source, const GroundSurface& surface,
+                  bool as_witness) const override {
+    OpenSource open;
+    open.raster = std::make_unique<Raster>(Raster::Open(paths_[source]));
+    open.view = MakeOrthoSource(*open.raster, crs_, options_.orientation_sigma_px, surface);
+    if (as_witness) open.coverage = std::make_unique<Coverage>(*open.raster);
+    return open;
+  }
+
+  HarvestResult Harvest(std::size_t /*source*/, const Raster& raster, const GroundSurface& surface,
+                        const HarvestOptions& options, const HarvestProgress& progress,
+                        const HarvestContext& context) const override {
+    return HarvestOrtho(raster, crs_, surface, options, progress, context);
+  }
+
+ private:
+  const std::vector<std::string>& paths_;
+  const Crs& crs_;
+  const HarvestOptions& options_;
+  std::vector<Bounds> footprints_;
+};
+
+class Harvester {
+ public:
+  Harvester(PatchDatabase& database, const HarvestRun& run, const SourceKindOf& kind,
+            const std::vector<std::string>& paths)
+      : database_(database), run_(run), kind_(kind), paths_(paths) {}
+
+  void HarvestAll(std::ostream& out) {
+    HarvestTable table;
+    LearnWhatIsTaken();
+    for (std::size_t i = 0; i < paths_.size(); ++i) {
+      if (IsKnown(i))
+        table.AddKnown(FileName(paths_[i]));
+      else
+        table.Add(FileName(paths_[i]), HarvestOne(i));
+    }
+    table.Print(out);
+  }
+
+ private:
+  bool IsKnown(std::size_t source) const {
+    return database_.HasSource(kind_.Kind(), FileName(paths_[source]));
+  }
+
+  // Places of patches that an interrupted run stored.
+  void LearnWhatIsTaken() {
+    std::vector<std::int64_t> ids;
+    for (const PatchSource& source : database_.Sources())
+      if (source.kind == kind_.Kind() &&
+          std::any_of(paths_.begin(), paths_.end(),
+                      [&](const std::string& path) { return FileName(path) == source.name; }))
+        ids.push_back(source.id);
+    if (ids.empty()) return;
+    constexpr int kPage = 500;
+    for (auto page = database_.ListPatches(0, kPage); !page.empty();
+         page = database_.ListPatches(page.back().id, kPage))
+      for (const Patch& patch : page)
+        if (std::find(ids.begin(), ids.end(), patch.source_id) != ids.end())
+          taken_m_.emplace_back(patch.ground_m.head<2>());
+  }
+
+  // Sources that may show some of the same ground, the nearest first.
+  std::vector<std::size_t> WitnessesOf(std::size_t source, const GroundSurface& surface) const {
+    const double low = surface.MinHeight(), high = surface.MaxHeight();
+    const Bounds own = kind_.Footprint(source, low, high);
+    std::vector<std::pair<double, std::size_t>> near;
+    for (std::size_t i = 0; i < paths_.size(); ++i) {
+      if (i == source) continue;
+      const Bounds other = kind_.Footprint(i, low, high);
+      if (Meet(own, other)) near.emplace_back((Middle(own) - Middle(other)).norm(), i);
+    }
+    std::sort(near.begin(), near.end());
+    std::vector<std::size_t> witnesses;
+    for (const auto& [distance, i] : near)
+      if (witnesses.size() < kMaxWitnesses) witnesses.push_back(i);
+    return witnesses;
+  }
+
+  HarvestResult HarvestOne(std::size_t source) {
+    const Crs& crs = database_.GroundCrs();
+    const Bounds footprint = kind_.Footprint(source, kLowestGround_m, kHighestGround_m);
+    const GroundSurface surface = GroundSurface::FromFile(run_.dem, crs, footprint);
+    std::optional<GroundSurface> dsm;
+    if (!run_.dsm.empty()) dsm = GroundSurface::FromFile(run_.dsm, crs, footprint);
+    const OpenSource itself = kind_.Open(source, surface, false);
+    std::vector<OpenSource> witnesses;
+    HarvestContext context;
+    context.number = static_cast<int>(source);
+    context.taken_m = taken_m_;
+    context.dsm = dsm ? &*dsm : nullptr;
+    for (const std::size_t i : WitnessesOf(source, surface)) {
+      witnesses.push_back(kind_.Open(i, surface, true));
+      const OpenSource& open = witnesses.back();
+      context.further.push_back(
+          {open.raster.get(), open.view.get(), open.coverage.get(), static_cast<int>(i)});
+    }
+    ShownProgress progress;
+    HarvestResult harvest = kind_.Harvest(source, *itself.raster, surface, run_.options,
+                                          progress.For(FileName(paths_[source])), context);
+    for (const Patch& patch : harvest.patches) taken_m_.emplace_back(patch.ground_m.head<2>());
+    Store(source, harvest);
+    return harvest;
+  }
+
+  void Store(std::size_t source, HarvestResult& harvest) {
+    PatchSource stored = run_.about;
+    stored.kind = kind_.Kind();
+    stored.name = FileName(paths_[source]);
+    stored.gsd_m = harvest.gsd_m;
+    database_.AddSource(stored, harvest.patches);
+  }
+
+  PatchDatabase& database_;
+  const HarvestRun& run_;
+  const SourceKindOf& kind_;
+  const std::vector<std::string>& paths_;
+  std::vector<Eigen::Vector2d> taken_m_;
+};
+
+// Restores GDAL's cache at the end.
+class SmallBlockCache {
+ public:
+  SmallBlockCache() : before_(GDALGetCacheMax64()) {
+    GDALSetCacheMax64(std::min(before_, kBlockCacheBytes));
+  }
+  ~SmallBlockCache() { GDALSetCacheMax64(before_); }
+  SmallBlockCache(const SmallBlockCache&) = delete;
+  SmallBlockCache& operator=(const SmallBlockCache&) = delete;
+
+ private:
+  GIntBig before_;
+};
+
+}  // namespace
+
+void HarvestPhotos(PatchDatabase& database, const HarvestRun& run, const PhotosToHarvest& photos,
+                   std::ostream& out) {
+  const SmallBlockCache cache;
+  const Photos kind(photos, run.options);
+  Harvester(database, run, kind, photos.paths).HarvestAll(out);
+}
+
+void HarvestOrthophotos(PatchDatabase& database, const HarvestRun& run,
+                        const std::vector<std::string>& paths, std::ostream& out) {
+  const SmallBlockCache cache;
+  const Orthophotos kind(paths, database.GroundCrs(), run.options);
+  Harvester(database, run, kind, paths).HarvestAll(out);
+}
+
+}  // namespace orient

@@ -1,0 +1,119 @@
+// orient patchdb harvest, harvest-ortho.
+
+#include <CLI/CLI.hpp>
+#include <ostream>
+
+#include "core/error.h"
+#include "core/files/block_file.h"
+#include "core/files/camera_file.h"
+#include "core/files/orientation_table.h"
+#include "patchdb/patch_database.h"
+#include "tools/harvest_run.h"
+#include "tools/patchdb/verb.h"
+#include "tools/shared_options.h"
+
+namespace orient {
+namespace {
+
+// What both kinds of harvest are asked for.
+struct HarvestArguments {
+  HarvestRun run;
+  std::string date, provenance, licence;
+
+  void Declare(CLI::App& app, const std::string& max_option) {
+    HarvestOptions& options = run.options;
+    app.add_option("--dem", run.dem, "Ground heights: any raster GDAL reads, any projected CRS")
+        ->required();
+    app.add_option("--dsm", run.dsm,
+                   "Heights with buildings and trees, to refuse what stands: any raster likewise");
+    app.add_option("--date", date, "Date of the images, ISO 8601 (1961, 1961-07-30)");
+    app.add_option("--provenance", provenance, "Who made the images, from what");
+    app.add_option("--licence", licence, "Under which licence");
+    app.add_option("--chip-px", options.chip_px, "Side of a chip in pixels, odd");
+    app.add_option("--spacing-px", options.spacing_px,
+                   "Distance between patches in source pixels; otherwise from " + max_option);
+    app.add_option(max_option, options.max_count,
+                   "Grid cells, so about the most patches, a source");
+    app.add_option("--dem-sigma-m", options.dem_sigma_m,
+                   "Precision of the DEM's heights in metres; otherwise a tenth of its cell");
+    app.add_option(
+        "--orientation-sigma-px", options.orientation_sigma_px,
+        "Precision of the source's orientation in its pixels, where no sigmas are given");
+    app.add_option("--min-distinctness", options.min_distinctness,
+                   "Refuse what fits nearly as well at a second place: 0 nothing, 1 everything");
+    app.add_option("--max-lean-px", options.max_lean_px,
+                   "Refuse what the DSM has so far above or below the ground, in chip pixels");
+    app.add_option("--further-views", options.max_further_views,
+                   "Other sources a patch is sought in: the best so many, 0 for none");
+  }
+  const HarvestRun& Checked() {
+    if (const auto wrong = run.options.Check()) throw UsageError(*wrong);
+    if (!date.empty()) run.about.date = date;
+    if (!provenance.empty()) run.about.provenance = provenance;
+    if (!licence.empty()) run.about.licence = licence;
+    return run;
+  }
+};
+
+class HarvestVerb : public PatchdbVerb {
+ public:
+  CLI::App* Declare(CLI::App& app) override {
+    CLI::App* verb = app.add_subcommand("harvest", "Cut patches from oriented photos");
+    verb->add_option("DB", path_, "Patch database")->required();
+    AddPhotosOption(*verb, &patterns_);
+    verb->add_option("--camera", camera_, "Camera file")->required();
+    verb->add_option("--orientation", photos_.orientation_path, "Orientation table (OPK CSV)")
+        ->required();
+    verb->add_option("--interior", photos_.interior_folder,
+                     "Folder of interior orientations (film cameras)");
+    arguments_.Declare(*verb, "--max-per-photo");
+    return verb;
+  }
+  void Run(std::ostream& out) override {
+    const HarvestRun& run = arguments_.Checked();
+    PatchDatabase database = PatchDatabase::Open(path_, PatchDatabase::Mode::kWrite);
+    photos_.camera = ReadCameraFile(camera_).camera;
+    photos_.orientation = ReadOrientationTable(photos_.orientation_path);
+    const auto& crs = photos_.orientation.crs;
+    if (crs && !crs->SameAs(database.GroundCrs()))
+      throw InputError(photos_.orientation_path + " is in " + crs->Name() + ", " + path_ + " in " +
+                       database.GroundCrs().Name() + "; both must be in one CRS");
+    photos_.paths = ExpandPhotos(patterns_, "");
+    HarvestPhotos(database, run, photos_, out);
+  }
+
+ private:
+  std::string path_, camera_;
+  std::vector<std::string> patterns_;
+  PhotosToHarvest photos_;
+  HarvestArguments arguments_;
+};
+
+class HarvestOrthoVerb : public PatchdbVerb {
+ public:
+  CLI::App* Declare(CLI::App& app) override {
+    CLI::App* verb = app.add_subcommand("harvest-ortho", "Cut patches from orthophotos");
+    verb->add_option("DB", path_, "Patch database")->required();
+    verb->add_option("--ortho", orthos_, "Orthophotos or globs, any projected CRS")->required();
+    arguments_.run.options = OrthoHarvestOptions();
+    arguments_.Declare(*verb, "--max-per-ortho");
+    return verb;
+  }
+  void Run(std::ostream& out) override {
+    const HarvestRun& run = arguments_.Checked();
+    PatchDatabase database = PatchDatabase::Open(path_, PatchDatabase::Mode::kWrite);
+    HarvestOrthophotos(database, run, ExpandPhotos(orthos_, ""), out);
+  }
+
+ private:
+  std::string path_;
+  std::vector<std::string> orthos_;
+  HarvestArguments arguments_;
+};
+
+}  // namespace
+
+std::unique_ptr<PatchdbVerb> MakeHarvestVerb() { return std::make_unique<HarvestVerb>(); }
+std::unique_ptr<PatchdbVerb> MakeHarvestOrthoVerb() { return std::make_unique<HarvestOrthoVerb>(); }
+
+}  // namespace orient
