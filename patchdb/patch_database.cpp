@@ -233,6 +233,22 @@ void PatchDatabase::AddSource(PatchSource& source, std::vector<Patch>& patches,
   });
 }
 
+void PatchDatabase::AddEvidence(
+    const std::vector<std::pair<std::int64_t, PatchEvidence>>& evidence) {
+  impl_->RequireWriting();
+  if (evidence.empty()) return;
+  WithFile(impl_->path, "storing evidence", [&] {
+    SQLite::Transaction transaction(impl_->connection.Database(),
+                                    SQLite::TransactionBehavior::IMMEDIATE);
+    for (const auto& [patch_id, of_patch] : evidence) {
+      Patch patch;
+      patch.evidence = {of_patch};
+      impl_->InsertEvidence(patch_id, patch, of_patch.source_id);
+    }
+    transaction.commit();
+  });
+}
+
 std::vector<Patch> PatchDatabase::FindPatchesIn(const Bounds& bounds, int max_count) const {
   constexpr double kEveryPatch = 65536;
   return WithFile(impl_->path, "finding patches", [&] {

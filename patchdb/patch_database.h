@@ -62,6 +62,8 @@ class PatchDatabase {
   // size or position, a changed one that is not in the database.
   void AddSource(PatchSource& source, std::vector<Patch>& patches,
                  const std::vector<Patch>& changed = {});
+  // One transaction: further sources that show patches, all stored already (patch id, evidence).
+  void AddEvidence(const std::vector<std::pair<std::int64_t, PatchEvidence>>& evidence);
   // Active ones, ordered by id. Of more than `max_count` about so many, spread evenly over their
   // sources, so that an absurd region does not fill the memory; the same ones every time.
   std::vector<Patch> FindPatchesIn(const Bounds& bounds, int max_count = 10000) const;

@@ -4,7 +4,7 @@
 
 #include <algorithm>
 #include <filesystem>
-#include <functional>
+#include <map>
 #include <memory>
 #include <ostream>
 
@@ -243,11 +243,14 @@ class Harvester {
   // Places of patches that an interrupted run stored.
   void LearnWhatIsTaken() {
     std::vector<std::int64_t> ids;
-    for (const PatchSource& source : database_.Sources())
-      if (source.kind == kind_.Kind() &&
-          std::any_of(paths_.begin(), paths_.end(),
-                      [&](const std::string& path) { return FileName(path) == source.name; }))
-        ids.push_back(source.id);
+    for (const PatchSource& source : database_.Sources()) {
+      const auto of_run = std::find_if(paths_.begin(), paths_.end(), [&](const std::string& path) {
+        return FileName(path) == source.name;
+      });
+      if (source.kind != kind_.Kind() || of_run == paths_.end()) continue;
+      ids.push_back(source.id);
+      ids_[static_cast<std::size_t>(of_run - paths_.begin())] = source.id;
+    }
     if (ids.empty()) return;
     constexpr int kPage = 500;
     for (auto page = database_.ListPatches(0, kPage); !page.empty();
@@ -300,12 +303,36 @@ class Harvester {
     return harvest;
   }
 
+  // Evidence from sources that are stored already goes with the patches, the rest when its source
+  // is stored.
   void Store(std::size_t source, HarvestResult& harvest) {
     PatchSource stored = run_.about;
     stored.kind = kind_.Kind();
     stored.name = FileName(paths_[source]);
     stored.gsd_m = harvest.gsd_m;
+    std::vector<std::pair<std::size_t, PatchEvidence>> later;  // index of the patch
+    for (std::size_t i = 0; i < harvest.patches.size(); ++i) {
+      std::vector<PatchEvidence> now;
+      for (PatchEvidence& evidence : harvest.patches[i].evidence) {
+        const auto known = ids_.find(static_cast<std::size_t>(evidence.source_id));
+        if (known == ids_.end()) {
+          later.emplace_back(i, evidence);
+        } else {
+          evidence.source_id = known->second;
+          now.push_back(evidence);
+        }
+      }
+      harvest.patches[i].evidence = now;
+    }
     database_.AddSource(stored, harvest.patches);
+    ids_[source] = stored.id;
+    for (const auto& [i, evidence] : later)
+      pending_[static_cast<std::size_t>(evidence.source_id)].emplace_back(harvest.patches[i].id,
+                                                                          evidence);
+    auto& of_this = pending_[source];
+    for (auto& [patch_id, evidence] : of_this) evidence.source_id = stored.id;
+    database_.AddEvidence(of_this);
+    pending_.erase(source);
   }
 
   PatchDatabase& database_;
@@ -313,6 +340,9 @@ class Harvester {
   const SourceKindOf& kind_;
   const std::vector<std::string>& paths_;
   std::vector<Eigen::Vector2d> taken_m_;
+  std::map<std::size_t, std::int64_t> ids_;  // of the sources that are stored
+  // (patch id, evidence) by the source that is not stored yet.
+  std::map<std::size_t, std::vector<std::pair<std::int64_t, PatchEvidence>>> pending_;
 };
 
 // Restores GDAL's cache at the end.
