@@ -43,6 +43,17 @@ std::optional<ChipMatch> MatchChips(const Image& templ, const Image& window,
   return ChipMatch{fit->position - Eigen::Vector2d::Constant(0.5 * window.width), fit->covariance};
 }
 
+// The best place of the template's middle alone is where the whole template lies.
+bool CoreAgrees(const Image& templ, const Image& window, const ChipMatch& match,
+                const MatchOptions& options) {
+  const int side = std::min(options.core_px, templ.width);
+  const auto peaks = FindPeaks(Correlate(Middle(templ, side), window), 1, kPeakDistance, 0);
+  if (peaks.empty()) return false;
+  const Eigen::Vector2d corner_of_no_shift = Eigen::Vector2d::Constant(0.5 * (window.width - side));
+  return (peaks[0].position - corner_of_no_shift - match.shift).norm() <=
+         options.max_disagreement_px;
+}
+
 }  // namespace
 
 Coverage::Coverage(const Raster& raster)
@@ -84,7 +95,8 @@ std::optional<Sighting> FindIn(const FurtherSource& source, const Patch& patch,
                                   window_px, patch.gsd_m);
   if (!window) return std::nullopt;
   const auto match = MatchChips(Middle(patch.chip, side), *window, options);
-  if (!match) return std::nullopt;
+  if (!match || !CoreAgrees(Middle(patch.chip, side), *window, *match, options))
+    return std::nullopt;
   const double gsd = patch.gsd_m;
   const double east = match->shift.x() * gsd, north = -match->shift.y() * gsd;
   Eigen::Vector3d shown = patch.ground_m + Eigen::Vector3d(east, north, 0);

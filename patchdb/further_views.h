@@ -42,6 +42,7 @@ std::optional<double> ViewingPenalty(const FurtherSource& source, const Eigen::V
 
 struct MatchOptions {
   int template_px = 41;  // odd; the middle of the chip, whose parallax is its ground point's
+  int core_px = 21;      // odd; alone, these must match at the same place
   double radius_px = 6;  // of the search, chip pixels
   double min_score = 0.6;
   double min_score_gap = 0.05;     // to the second-best place

@@ -10,10 +10,10 @@
 namespace orient {
 namespace {
 
-constexpr int kDistinctnessTemplate = 31;  // px a side
-constexpr int kDistinctnessSearch = 24;    // px in every direction
-constexpr double kHeightMarginPx = 2;      // heights reach that far beyond the chip
-constexpr double kMinSearchPx = 4, kMaxSearchPx = 24;
+constexpr int kDistinctnessTemplate = 31;               // px a side
+constexpr int kDistinctnessSearch = 24;                 // px in every direction
+constexpr double kHeightMarginPx = 2;                   // heights reach that far beyond the chip
+constexpr double kMinSearchPx = 12, kMaxSearchPx = 24;  // a roof must be found where it is
 constexpr double kSearchSigmas = 3.5;
 constexpr double kSearchMarginPx = 2;
 
