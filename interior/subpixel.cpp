@@ -19,13 +19,11 @@ using Eigen::Vector2d;
 // ended.
 constexpr std::array<double, 6> kBlurs = {2.6, 1.8, 1.3, 0.95, 0.7, 0.5};
 constexpr double kSharpest = 0.3;
-// What is left without any grain (the drawing's outlines, spline; simulated scans: 0.0003 to 0.0005
-// px).
+// What is left without any grain (outlines, spline; simulated scans: 0.0004 to 0.0009 px).
 constexpr double kFloor_px = 0.0005;
 
-// The scanner's optics blur before its pixels average, and strokes of two pixels are aliased
-// otherwise where that is done the other way round (by 0.005 px, simulated scans). So many finer
-// pixels per axis are blurred, each of so many samples.
+// Optics blur before a scanner's pixels average; the other way round strokes of two pixels are
+// aliased (by 0.005 px). So many finer pixels per axis are blurred, each of so many samples.
 constexpr int kFiner = 2, kSamples = 2;
 
 // Near enough to tell which blur fits best, in parts of the blur: the correlation hardly changes.
@@ -48,36 +46,32 @@ Image Padded(const Image& image, int by, float fill) {
   return padded;
 }
 
-// Every second column, from `first` on, or every second row.
-FloatPlane SecondColumns(const FloatPlane& plane, Index first) {
-  return plane(Eigen::all, Eigen::seqN(first, plane.cols() / kFiner, Eigen::fix<kFiner>));
-}
-FloatPlane SecondRows(const FloatPlane& plane, Index first) {
-  return plane(Eigen::seqN(first, plane.rows() / kFiner, Eigen::fix<kFiner>), Eigen::all);
+// A drawing in pixels of half the size: those of even and odd rows, of these the even and the odd
+// columns, each plane as large as the drawing in whole pixels.
+using FinePlanes = std::array<std::array<FloatPlane, kFiner>, kFiner>;
+
+FloatPlane Padded(const FloatPlane& plane, Index by) {
+  FloatPlane padded = FloatPlane::Zero(plane.rows() + 2 * by, plane.cols() + 2 * by);
+  padded.block(by, by, plane.rows(), plane.cols()) = plane;
+  return padded;
 }
 
-// A drawing in finer pixels, zero beyond its border, blurred (`sigma` in its own pixels) and
-// averaged to half as many columns and rows.
-FloatPlane BlurredAndAveraged(const FloatPlane& fine, double sigma) {
-  static_assert(kFiner == 2);
-  const Index reach = 2 * static_cast<Index>(std::ceil(2 * sigma));  // even
+// In whole pixels, blurred (`sigma` in fine ones) before they are averaged; zero beyond the border.
+FloatPlane BlurredAndAveraged(const FinePlanes& fine, double sigma) {
+  const auto half = static_cast<Index>(std::ceil(2 * sigma)), reach = 2 * half;
   const auto gauss = [sigma](Index i) {
     return static_cast<float>(std::exp(-0.5 * static_cast<double>(i * i) / (sigma * sigma)));
   };
   // Of the fine pixels from `reach` before a pixel's first one to `reach` behind its second one.
-  Eigen::ArrayXf even(reach + 1), odd(reach + 1);
-  for (Index i = 0; i <= reach; ++i) {
-    even[i] = gauss(2 * i - reach) + gauss(2 * i - reach - 1);
-    odd[i] = gauss(2 * i + 1 - reach) + gauss(2 * i - reach);
-  }
-  const float sum = even.sum() + odd.sum();
-  even /= sum;
-  odd /= sum;
-  FloatPlane padded = FloatPlane::Zero(fine.rows() + 2 * reach, fine.cols() + 2 * reach);
-  padded.block(reach, reach, fine.rows(), fine.cols()) = fine;
-  const FloatPlane across = FloatSums(even.transpose(), SecondColumns(padded, 0)) +
-                            FloatSums(odd.transpose(), SecondColumns(padded, 1));
-  return FloatSums(even, SecondRows(across, 0)) + FloatSums(odd, SecondRows(across, 1));
+  Eigen::ArrayXf even(reach + 1);
+  for (Index i = 0; i <= reach; ++i) even[i] = gauss(2 * i - reach) + gauss(2 * i - reach - 1);
+  even /= 2 * even.sum();
+  const Eigen::ArrayXf odd = even.reverse();
+  const auto across = [&](const std::array<FloatPlane, kFiner>& rows) {
+    return FloatPlane(FloatSums(even.transpose(), Padded(rows[0], half)) +
+                      FloatSums(odd.transpose(), Padded(rows[1], half)));
+  };
+  return FloatSums(even, across(fine[0])) + FloatSums(odd, across(fine[1]));
 }
 
 Image AsImage(const FloatPlane& plane) {
@@ -201,8 +195,8 @@ struct MarkMeasurer::Drawn {
 
   // The drawing before any blur of the scanner's with its centre `fraction` from the middle.
   struct Moved {
-    FloatPlane fine;        // in finer pixels, `fill` taken off
-    FloatPlane background;  // in the scan's
+    FinePlanes fine;  // `fill` taken off
+    FloatPlane background;
   };
   Moved Move(const Vector2d& fraction) const;
   Level Blur(const Moved& moved, double blur_px) const;
@@ -248,11 +242,14 @@ MarkMeasurer::Drawn::Moved MarkMeasurer::Drawn::Move(const Vector2d& fraction) c
   const Image drawn = Render(kFiner, kFiner * fraction - Vector2d::Constant(0.5)).values;
   const auto side = static_cast<int>(part.rows());
   const int first = side - drawn.width / 2;
-  Moved moved{FloatPlane::Zero(kFiner * side, kFiner * side), {}};
+  Moved moved;
+  for (auto& rows : moved.fine) rows.fill(FloatPlane::Zero(side, side));
   for (int row = std::max(0, first); row < std::min(kFiner * side, first + drawn.height); ++row)
     for (int col = std::max(0, first); col < std::min(kFiner * side, first + drawn.width); ++col) {
       const float value = drawn.At(col - first, row - first);
-      if (std::isfinite(value)) moved.fine(row, col) = value - fill;
+      if (!std::isfinite(value)) continue;
+      moved.fine[static_cast<size_t>(row % kFiner)][static_cast<size_t>(col % kFiner)](
+          row / kFiner, col / kFiner) = value - fill;
     }
   // So smooth that its slope moves it.
   moved.background = background - static_cast<float>(fraction.x()) * background_right -
