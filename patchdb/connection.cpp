@@ -1,11 +1,10 @@
 #include "patchdb/connection.h"
 
 #include "patchdb/geopackage_geometry.h"
+#include "patchdb/lock_holder.h"
 
 namespace orient {
 namespace {
-
-constexpr int kBusyTimeoutMs = 10000;
 
 int OpenFlags(Connection::Mode mode) {
   switch (mode) {
@@ -21,9 +20,50 @@ int OpenFlags(Connection::Mode mode) {
 
 }  // namespace
 
-Connection::Connection(const std::string& path, Mode mode) : path_(path), mode_(mode) {
+InputError ErrorOfFile(const std::string& path, const char* doing, const SQLite::Exception& error) {
+  std::string text = path;
+  switch (error.getErrorCode()) {
+    case SQLITE_NOTADB:
+      return InputError(path +
+                        " is not a patch database; name one made with 'orient patchdb create'");
+    case SQLITE_BUSY: {
+      const std::string holder = LockHolder(path);
+      text += ": ";
+      text += doing;
+      text += " fails: the database is being written by ";
+      text += holder.empty() ? "another program" : holder;
+      text += "; try again when it is through";
+      return InputError(text);
+    }
+    case SQLITE_FULL:
+      text += ": ";
+      text += doing;
+      text += " fails: the disk is full; nothing of it was stored";
+      return InputError(text);
+    case SQLITE_READONLY:
+    case SQLITE_CANTOPEN:
+      text += ": ";
+      text += doing;
+      text += " fails: ";
+      text += error.what();
+      text +=
+          "; the file and its folder must be readable, and writable for commands that write or "
+          "where a program that was killed left a -wal file";
+      return InputError(text);
+    default:
+      text += ": ";
+      text += doing;
+      text += " fails: ";
+      text += error.what();
+      return InputError(text);
+  }
+}
+
+Connection::Connection(const std::string& path, Mode mode, double wait_s)
+    : path_(path), mode_(mode) {
   WithFile(path, "opening the database", [&] {
-    database_ = std::make_unique<SQLite::Database>(path, OpenFlags(mode), kBusyTimeoutMs);
+    database_ =
+        std::make_unique<SQLite::Database>(path, OpenFlags(mode), static_cast<int>(1000 * wait_s));
     RegisterSpatialFunctions(database_->getHandle());
     // A file from elsewhere may hold any view. Writing needs its triggers to reach the R-tree,
     // which SQLite does not count as innocuous.

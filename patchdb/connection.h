@@ -15,6 +15,8 @@
 
 namespace orient {
 
+inline constexpr double kDefaultWait_s = 30;
+
 // A prepared statement in use. Reset when it dies: an unfinished SELECT would hold its snapshot.
 class Query {
  public:
@@ -32,7 +34,8 @@ class Query {
 class Connection {
  public:
   enum class Mode { kCreate, kRead, kWrite };
-  Connection(const std::string& path, Mode mode);
+  // `wait_s`: how long a statement waits for another program's transaction.
+  Connection(const std::string& path, Mode mode, double wait_s = kDefaultWait_s);
   // Leaves the file in rollback mode, so that it can be read from a read-only place.
   ~Connection();
   Connection(const Connection&) = delete;
@@ -50,16 +53,16 @@ class Connection {
   std::map<std::string, SQLite::Statement> statements_;
 };
 
+// What a user can do about an error of SQLite: who holds the file, that the disk is full, ...
+InputError ErrorOfFile(const std::string& path, const char* doing, const SQLite::Exception& error);
+
 // Runs `work`; what SQLite throws becomes an InputError naming the file and what was being done.
 template <typename Work>
 auto WithFile(const std::string& path, const char* doing, Work&& work) {
   try {
     return work();
   } catch (const SQLite::Exception& error) {
-    if (error.getErrorCode() == SQLITE_NOTADB)
-      throw InputError(path +
-                       " is not a patch database; name one made with 'orient patchdb create'");
-    throw InputError(path + ": " + doing + " fails: " + error.what());
+    throw ErrorOfFile(path, doing, error);
   }
 }
 

@@ -75,16 +75,23 @@ std::vector<AttemptOutcome> OutcomesOf(Connection& connection, std::int64_t patc
   return outcomes;
 }
 
+std::optional<int> EpochOf(Connection& connection, std::int64_t patch_id) {
+  const Query row = connection.Prepare(sql::kEpochOf);
+  row->bind(1, patch_id);
+  if (!row->executeStep()) return std::nullopt;
+  return row->getColumn(0).getInt();
+}
+
 }  // namespace
 
+SuccessWeights WeightsOf(Connection& connection, std::int64_t patch_id) {
+  return WeighAttempts(OutcomesOf(connection, patch_id), EpochOf(connection, patch_id).value_or(1));
+}
+
 void LearnAnew(Connection& connection, std::int64_t patch_id, bool may_retire) {
-  int epoch = 1;
-  {
-    const Query row = connection.Prepare(sql::kEpochAndState);
-    row->bind(1, patch_id);
-    if (!row->executeStep()) return;
-    epoch = row->getColumn(0).getInt();
-  }
+  const auto found = EpochOf(connection, patch_id);
+  if (!found) return;
+  const int epoch = *found;
   const auto outcomes = OutcomesOf(connection, patch_id);
   const SuccessWeights weights = WeighAttempts(outcomes, epoch);
   const Query update = connection.Prepare(sql::kSetWeights);

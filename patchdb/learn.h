@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "patchdb/connection.h"
+#include "patchdb/learning.h"
 #include "patchdb/patch_database.h"
 
 namespace orient {
@@ -15,5 +16,8 @@ void Learn(Connection& connection, const std::vector<MatchAttempt>& attempts);
 
 // Weighs a patch's attempts anew; with `may_retire` it is retired where they say so.
 void LearnAnew(Connection& connection, std::int64_t patch_id, bool may_retire);
+
+// What a patch's attempts say.
+SuccessWeights WeightsOf(Connection& connection, std::int64_t patch_id);
 
 }  // namespace orient

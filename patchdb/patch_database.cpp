@@ -30,14 +30,8 @@ GroundSystem ReadGroundSystem(Connection& connection, const std::string& path) {
 }
 
 Bounds BoundsOf(const std::vector<Patch>& patches) {
-  const Eigen::Vector3d& first = patches.front().ground_m;
-  Bounds bounds{first.x(), first.y(), first.x(), first.y()};
-  for (const Patch& patch : patches) {
-    bounds.min_x = std::min(bounds.min_x, patch.ground_m.x());
-    bounds.min_y = std::min(bounds.min_y, patch.ground_m.y());
-    bounds.max_x = std::max(bounds.max_x, patch.ground_m.x());
-    bounds.max_y = std::max(bounds.max_y, patch.ground_m.y());
-  }
+  Bounds bounds = Bounds::OfNothing();
+  for (const Patch& patch : patches) bounds.Include(patch.ground_m.x(), patch.ground_m.y());
   return bounds;
 }
 
@@ -67,11 +61,12 @@ struct PatchDatabase::Impl {
   mutable Connection connection;
   GroundSystem ground;
 
-  Impl(const std::string& file, Mode open_mode)
+  Impl(const std::string& file, Mode open_mode, double wait_s)
       : path(file),
         mode(open_mode),
         connection(file,
-                   open_mode == Mode::kRead ? Connection::Mode::kRead : Connection::Mode::kWrite),
+                   open_mode == Mode::kRead ? Connection::Mode::kRead : Connection::Mode::kWrite,
+                   wait_s),
         ground(Prepare()) {}
 
   GroundSystem Prepare() {
@@ -92,7 +87,7 @@ struct PatchDatabase::Impl {
   std::int64_t InsertPatch(const Patch& patch, std::int64_t source_id);
   void ChangePatch(const Patch& patch);
   void InsertEvidence(std::int64_t patch_id, const Patch& patch, std::int64_t source_id);
-  void GrowExtent(const std::vector<Patch>& patches);
+  void GrowExtent(const Bounds& bounds);
 };
 
 void PatchDatabase::Impl::InsertSource(PatchSource& source) {
@@ -132,9 +127,8 @@ void PatchDatabase::Impl::InsertEvidence(std::int64_t patch_id, const Patch& pat
   count->exec();
 }
 
-void PatchDatabase::Impl::GrowExtent(const std::vector<Patch>& patches) {
-  if (patches.empty()) return;
-  const Bounds bounds = BoundsOf(patches);
+void PatchDatabase::Impl::GrowExtent(const Bounds& bounds) {
+  if (bounds.min_x > bounds.max_x) return;
   const Query update = connection.Prepare(sql::kGrowExtent);
   update->bind(1, bounds.min_x);
   update->bind(2, bounds.min_y);
@@ -166,13 +160,13 @@ PatchDatabase PatchDatabase::Create(const std::string& path, const Crs& crs) {
   return Open(path, Mode::kWrite);
 }
 
-PatchDatabase PatchDatabase::Open(const std::string& path, Mode mode) {
+PatchDatabase PatchDatabase::Open(const std::string& path, Mode mode, double wait_s) {
   std::error_code error;
   if (!fs::exists(path, error))
     throw InputError(path + " does not exist; make it with 'orient patchdb create'");
   if (!fs::is_regular_file(path, error)) throw InputError(path + " is not a file");
   return WithFile(path, "opening the database",
-                  [&] { return PatchDatabase(std::make_unique<Impl>(path, mode)); });
+                  [&] { return PatchDatabase(std::make_unique<Impl>(path, mode, wait_s)); });
 }
 
 const std::string& PatchDatabase::Path() const { return impl_->path; }
@@ -222,8 +216,8 @@ void PatchDatabase::AddSource(PatchSource& source, std::vector<Patch>& patches,
       impl_->ChangePatch(patch);
       impl_->InsertEvidence(patch.id, patch, stored.id);
     }
-    impl_->GrowExtent(patches);
-    impl_->GrowExtent(changed);
+    impl_->GrowExtent(BoundsOf(patches));
+    impl_->GrowExtent(BoundsOf(changed));
     transaction.commit();
     source.id = stored.id;
     for (std::size_t i = 0; i < ids.size(); ++i) {
@@ -310,6 +304,10 @@ bool PatchDatabase::HasSource(SourceKind kind, const std::string& name) const {
     row->bind(2, name);
     return row->executeStep();
   });
+}
+
+void PatchDatabase::GrowExtent(const Eigen::Vector2d& place_m) {
+  impl_->GrowExtent({place_m.x(), place_m.y(), place_m.x(), place_m.y()});
 }
 
 int PatchDatabase::Write(const char* doing, const std::function<int(Connection&)>& work) {

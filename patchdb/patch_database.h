@@ -45,7 +45,8 @@ class PatchDatabase {
   static PatchDatabase Create(const std::string& path, const Crs& crs);
   // Never creates a file; kRead opens it read-only. Throws InputError: missing, not a patch
   // database, a newer schema than this program's, an older one that kRead may not bring up to date.
-  static PatchDatabase Open(const std::string& path, Mode mode);
+  // A writer waits up to wait_s for another one's transaction, then the error says who holds it.
+  static PatchDatabase Open(const std::string& path, Mode mode, double wait_s = 30);
   PatchDatabase(PatchDatabase&&) noexcept;
   PatchDatabase& operator=(PatchDatabase&&) noexcept;
   ~PatchDatabase();
@@ -84,6 +85,7 @@ class PatchDatabase {
   int Write(const char* doing, const std::function<int(Connection&)>& work);
   Connection& Sql() const;
   int SrsId() const;
+  void GrowExtent(const Eigen::Vector2d& place_m);  // the caller holds the transaction
 
  private:
   struct Impl;

@@ -62,17 +62,16 @@ int BigEndian(const Bytes& bytes) {
   return value;
 }
 
+// A damaged place is unknown here, so that whatever else is known can be listed; 'check' names it.
 void ReadPlace(const SQLite::Statement& row, PatchSummary& patch) {
+  const double unknown = std::numeric_limits<double>::quiet_NaN();
   const Bytes geometry = BytesOf(row.getColumn(2));
-  const auto ground = DecodePointZ(geometry.data(), geometry.size());
-  if (!ground)
-    throw InputError("patch " + std::to_string(patch.id) +
-                     " is damaged: its geometry is not a POINT Z");
-  patch.ground_m = *ground;
+  patch.ground_m =
+      DecodePointZ(geometry.data(), geometry.size()).value_or(Eigen::Vector3d::Constant(unknown));
   try {
     patch.sigma_m = DecodeCovariance(BytesOf(row.getColumn(3))).diagonal().cwiseMax(0).cwiseSqrt();
-  } catch (const InputError& error) {
-    throw InputError("patch " + std::to_string(patch.id) + " is damaged: " + error.what());
+  } catch (const InputError&) {
+    patch.sigma_m.setConstant(unknown);
   }
 }
 
@@ -119,15 +118,10 @@ bool Holds(const PatchFilter& filter, const PatchSummary& patch) {
   return !filter.success_below || patch.Belief().Mean() < *filter.success_below;
 }
 
-void VisitRows(SQLite::Statement& rows, const PatchFilter& filter, const std::string& path,
+void VisitRows(SQLite::Statement& rows, const PatchFilter& filter,
                const std::function<void(const PatchSummary&)>& visit) {
   while (rows.executeStep()) {
-    PatchSummary patch;
-    try {
-      patch = ReadSummary(rows);
-    } catch (const InputError& error) {
-      throw InputError(path + ": " + error.what());
-    }
+    const PatchSummary patch = ReadSummary(rows);
     if (Holds(filter, patch)) visit(patch);
   }
 }
@@ -161,7 +155,7 @@ void VisitPatches(const PatchDatabase& database, const PatchFilter& filter,
         SQLite::Statement row(connection.Database(), kOne);
         BindRules(filter, row);
         row.bind(7, id);
-        VisitRows(row, filter, database.Path(), visit);
+        VisitRows(row, filter, visit);
       }
       return;
     }
@@ -176,7 +170,7 @@ void VisitPatches(const PatchDatabase& database, const PatchFilter& filter,
       rows.bind(9, bounds->min_y);
       rows.bind(10, bounds->max_y);
     }
-    VisitRows(rows, filter, database.Path(), visit);
+    VisitRows(rows, filter, visit);
   });
 }
 

@@ -51,7 +51,7 @@ struct PatchFilter {
 };
 
 // Calls `visit` for every patch chosen, ordered by id, from one state of the database; memory does
-// not grow with their number. Throws InputError naming the patch where a value is damaged.
+// not grow with their number. A damaged place or precision is NaN.
 void VisitPatches(const PatchDatabase& database, const PatchFilter& filter,
                   const std::function<void(const PatchSummary&)>& visit);
 

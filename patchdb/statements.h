@@ -98,7 +98,7 @@ inline constexpr const char* kRecordAttempt =
     "coalesce((SELECT epoch FROM patches WHERE id = ?1), 1))";
 
 inline constexpr const char* kPlaceOf = "SELECT minx, miny FROM rtree_patches_geom WHERE id = ?1";
-inline constexpr const char* kEpochAndState = "SELECT epoch, state FROM patches WHERE id = ?1";
+inline constexpr const char* kEpochOf = "SELECT epoch FROM patches WHERE id = ?1";
 inline constexpr const char* kAttemptsOf =
     "SELECT state, photo_status, photo_date, epoch, neighbours_sought, neighbours_matched "
     "FROM attempts WHERE patch_id = ?1 ORDER BY id";

@@ -25,6 +25,11 @@ std::unique_ptr<PatchdbVerb> MakeStatsVerb();
 std::unique_ptr<PatchdbVerb> MakeRetireVerb();
 std::unique_ptr<PatchdbVerb> MakeRestoreVerb();
 std::unique_ptr<PatchdbVerb> MakePruneVerb();
+std::unique_ptr<PatchdbVerb> MakeMergeVerb();
+std::unique_ptr<PatchdbVerb> MakeUpdateVerb();
+std::unique_ptr<PatchdbVerb> MakeExportVerb();
+std::unique_ptr<PatchdbVerb> MakeCheckVerb();
+std::unique_ptr<PatchdbVerb> MakeCompactVerb();
 
 // What looks after a database that exists; making one is orient_patchdb.cpp's, filling
 // one harvest_verbs.cpp's.

@@ -5,7 +5,8 @@ namespace orient {
 std::vector<std::unique_ptr<PatchdbVerb>> MakeMaintenanceVerbs() {
   std::vector<std::unique_ptr<PatchdbVerb>> verbs;
   for (const auto& make : {MakeListVerb, MakeQueryVerb, MakeShowVerb, MakeStatsVerb, MakeRetireVerb,
-                           MakeRestoreVerb, MakePruneVerb})
+                           MakeRestoreVerb, MakePruneVerb, MakeMergeVerb, MakeUpdateVerb,
+                           MakeExportVerb, MakeCheckVerb, MakeCompactVerb})
     verbs.push_back(make());
   return verbs;
 }

@@ -1,0 +1,55 @@
+// The rows that a merge reads and writes. Private to merge.cpp; the caller holds the transaction.
+#pragma once
+
+#include <cstdint>
+#include <map>
+#include <optional>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "patchdb/patch_database.h"
+
+namespace orient {
+
+struct NearPatch {
+  std::int64_t id = 0;
+  bool is_active = true;
+  std::optional<std::string> source_date;
+};
+
+class MergeRows {
+ public:
+  MergeRows(PatchDatabase& target, const PatchDatabase& other) : target_(target), other_(other) {}
+
+  // The target's id of a source of the other database, and whether it is new there. One of the same
+  // kind, name and date is the same; another of the same name gets a number.
+  std::pair<std::int64_t, bool> SourceFor(const PatchSource& source);
+  std::int64_t SourceIdFor(std::int64_t other_id);
+
+  // With state and epoch as in the other database; patch.id is its id there.
+  std::int64_t AddPatch(const Patch& patch, std::int64_t source_id);
+  void ChangePatch(const Patch& patch, std::int64_t id, std::int64_t source_id);
+  void AddEvidence(std::int64_t patch_id, const PatchEvidence& evidence);
+  void CountViews(std::int64_t patch_id);
+  // Attempts of a patch there become those of one here, the newer of two in one photo stays. Learns
+  // from them. Returns how many are new.
+  std::int64_t TakeAttempts(std::int64_t other_id, std::int64_t id);
+  int Supersede(std::int64_t old_id, std::int64_t new_id);
+
+  // Within radius_m, nearest first; active and retired, but superseded ones.
+  std::vector<std::int64_t> PatchesNear(const Eigen::Vector3d& ground_m, double radius_m) const;
+  std::vector<NearPatch> DatedPatchesNear(const Eigen::Vector3d& ground_m, double radius_m) const;
+
+  // That a patch of the other database is this one here.
+  void Remember(std::int64_t other_id, std::int64_t id) { id_here_[other_id] = id; }
+  // superseded_by of all that were remembered. Returns how many.
+  int LinkSuccessors();
+
+ private:
+  PatchDatabase& target_;
+  const PatchDatabase& other_;
+  std::map<std::int64_t, std::int64_t> id_here_, source_here_, successor_there_;
+};
+
+}  // namespace orient

@@ -1,0 +1,108 @@
+#include "patchdb/maintenance/check.h"
+
+#include <SQLiteCpp/SQLiteCpp.h>
+#include <gtest/gtest.h>
+
+#include <filesystem>
+
+#include "core/error.h"
+#include "patchdb/geopackage_geometry.h"
+#include "patchdb/maintenance/life.h"
+#include "tests/support/made_up_patches.h"
+#include "tests/support/shared_data.h"
+
+namespace orient {
+namespace {
+
+using Mode = PatchDatabase::Mode;
+
+class CheckTest : public testing::Test {
+ protected:
+  CheckTest() {
+    PatchDatabase database = MadeUpDatabase(path_, 4, 3);
+    database.RecordAttempts({MadeUpAttempt(1, "a", true), MadeUpAttempt(2, "a", false)});
+  }
+  void Damage(const std::string& sql) {
+    SQLite::Database raw(path_, SQLite::OPEN_READWRITE);
+    RegisterSpatialFunctions(raw.getHandle());
+    raw.exec("PRAGMA foreign_keys = OFF");
+    raw.exec("PRAGMA ignore_check_constraints = ON");
+    raw.exec(sql);
+  }
+  std::vector<CheckFinding> Look(bool repair) {
+    PatchDatabase database = PatchDatabase::Open(path_, repair ? Mode::kWrite : Mode::kRead);
+    CheckOptions options;
+    options.repair = repair;
+    return CheckDatabase(database, options);
+  }
+  TemporaryFolder folder_;
+  std::string path_ = folder_ / "patches.gpkg";
+};
+
+TEST_F(CheckTest, WholeDatabaseHasNoFindings) { EXPECT_TRUE(Look(false).empty()); }
+
+TEST_F(CheckTest, EveryDamageIsFoundRepairedAndNoPatchIsLost) {
+  const char* damages[] = {
+      "DELETE FROM sources",
+      "UPDATE attempts SET patch_id = 99 WHERE patch_id = 1",
+      "INSERT INTO evidence (patch_id, source_id) VALUES (99, 1)",
+      "UPDATE patches SET superseded_by = 99, state = 'retired', retired_reason = 'x' WHERE id = 3",
+      "UPDATE patches SET superseded_by = 3 WHERE id = 3",
+      "UPDATE patches SET state = 'retired', retired_reason = 'x', superseded_by = id % 3 + 1 "
+      "WHERE "
+      "id <= 3",
+      "UPDATE patches SET state = 'retired' WHERE id = 3",
+      "UPDATE patches SET views = 7 WHERE id = 3",
+      "DELETE FROM rtree_patches_geom WHERE id = 3",
+      "UPDATE rtree_patches_geom SET minx = 1, maxx = 2 WHERE id = 3",
+      "INSERT INTO rtree_patches_geom VALUES (77, 1, 1, 2, 2)",
+      "UPDATE gpkg_contents SET max_x = min_x WHERE table_name = 'patches'",
+      "UPDATE patches SET chip = x'00' WHERE id = 3",
+      "UPDATE patches SET heights = x'00' WHERE id = 3",
+      "UPDATE patches SET covariance = 'text' WHERE id = 3",
+      "UPDATE patches SET geom = x'00' WHERE id = 3",
+      "UPDATE patches SET gsd_m = -1 WHERE id = 3",
+      "UPDATE patches SET failure_weight = 5 WHERE id = 1"};
+  for (const char* damage : damages) {
+    const std::string whole = path_ + ".whole";
+    std::filesystem::copy_file(path_, whole);
+    Damage(damage);
+    EXPECT_FALSE(Look(false).empty()) << damage;
+    EXPECT_FALSE(Look(true).empty()) << damage;
+    for (const CheckFinding& finding : Look(false)) ADD_FAILURE() << damage << ": " << finding.what;
+    EXPECT_EQ(PatchDatabase::Open(path_, Mode::kRead).Info().patches, 12) << damage;
+    std::filesystem::rename(whole, path_);
+  }
+}
+
+TEST_F(CheckTest, AfterRepairTheOthersAreFound) {
+  Damage("UPDATE patches SET chip = x'00' WHERE id = 3");
+  EXPECT_THROW(PatchDatabase::Open(path_, Mode::kRead).FindPatchesIn({0, 0, 1e7, 1e7}), InputError);
+  Look(true);
+  const PatchDatabase database = PatchDatabase::Open(path_, Mode::kRead);
+  EXPECT_EQ(database.FindPatchesIn({0, 0, 1e7, 1e7}).size(), 11u);
+}
+
+TEST_F(CheckTest, LookingChangesNothing) {
+  Damage("DELETE FROM rtree_patches_geom");
+  Look(false);
+  EXPECT_FALSE(Look(false).empty());
+}
+
+TEST_F(CheckTest, CompactGivesSpaceBackAndKeepsEverything) {
+  PatchDatabase database = PatchDatabase::Open(path_, Mode::kWrite);
+  PatchSource source = MadeUpSource("many.tif");
+  std::vector<Patch> many = MadeUpPatches(20, 20, 10, 600000);
+  database.AddSource(source, many);
+  std::vector<std::int64_t> ids;
+  for (const Patch& patch : many) ids.push_back(patch.id);
+  RetirePatches(database, ids, "test");
+  DeleteRetiredPatches(database, ids);
+  const CompactResult result = CompactDatabase(database);
+  EXPECT_LT(2 * result.after, result.before);
+  EXPECT_EQ(database.Info().patches, 12);
+  EXPECT_TRUE(CheckDatabase(database, {}).empty());
+}
+
+}  // namespace
+}  // namespace orient

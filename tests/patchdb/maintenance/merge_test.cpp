@@ -1,0 +1,164 @@
+#include "patchdb/maintenance/merge.h"
+
+#include <gtest/gtest.h>
+
+#include "patchdb/maintenance/check.h"
+#include "patchdb/maintenance/life.h"
+#include "patchdb/maintenance/patch_transform.h"
+#include "tests/support/made_up_patches.h"
+#include "tests/support/shared_data.h"
+
+namespace orient {
+namespace {
+
+class MergeTest : public testing::Test {
+ protected:
+  PatchDatabase Other(const std::string& source, const std::string& date,
+                      std::vector<Patch> patches) {
+    PatchDatabase other = PatchDatabase::Create(folder_ / "other.gpkg", MadeUpCrs());
+    PatchSource made = MadeUpSource(source, date);
+    other.AddSource(made, patches);
+    return other;
+  }
+  void ExpectSound() { EXPECT_TRUE(CheckDatabase(database_, {}).empty()); }
+
+  TemporaryFolder folder_;
+  PatchDatabase database_ = MadeUpDatabase(folder_ / "patches.gpkg", 4, 3);
+};
+
+TEST_F(MergeTest, DuplicatesByPlaceAndLookAreOnePatchWithBothHistories) {
+  // Row 0 again, half a pixel off; and one place with another look.
+  std::vector<Patch> patches = MadeUpPatches(4, 1, 100, 500000.25, 5000000.25);
+  patches.push_back(MadeUpPatch(500000, 5000100, 999));
+  patches[1].quality = 0.9;
+  PatchDatabase other = Other("other.tif", "1991", patches);
+  other.RecordAttempts({MadeUpAttempt(1, "there", false), MadeUpAttempt(1, "both", true)});
+  database_.RecordAttempts({MadeUpAttempt(1, "here", true), MadeUpAttempt(1, "both", true)});
+
+  const MergeResult result = MergeDatabase(database_, other, {});
+  EXPECT_EQ(result.duplicates, 4);
+  EXPECT_EQ(result.improved, 1);
+  EXPECT_EQ(result.added, 1);
+  EXPECT_EQ(database_.Info().patches, 13);
+  EXPECT_EQ(database_.Info().attempts, 3);
+  const Patch joined = *database_.ReadPatch(1);
+  EXPECT_EQ(joined.views, 2);
+  EXPECT_EQ(joined.success_weight, 2);
+  EXPECT_EQ(joined.failure_weight, 1);
+  EXPECT_EQ(database_.ReadPatch(2)->quality, 0.9);
+  EXPECT_EQ(database_.ReadPatch(2)->ground_m.x(), 500100.25);
+  ExpectSound();
+}
+
+TEST_F(MergeTest, AgainItChangesNothing) {
+  PatchDatabase other = Other("other.tif", "1991", MadeUpPatches(3, 2, 130, 510000));
+  other.RecordAttempts({MadeUpAttempt(2, "there", false)});
+  EXPECT_EQ(MergeDatabase(database_, other, {}).added, 6);
+  const MergeResult again = MergeDatabase(database_, other, {});
+  EXPECT_EQ(again.added, 0);
+  EXPECT_EQ(again.duplicates, 6);
+  EXPECT_EQ(again.attempts, 0);
+  EXPECT_EQ(database_.Info().patches, 18);
+  EXPECT_EQ(database_.Info().sources, 2);
+  ExpectSound();
+}
+
+TEST_F(MergeTest, AnotherFileOfTheSameNameIsAnotherSource) {
+  const PatchDatabase other = Other("1990.tif", "2001", MadeUpPatches(1, 1, 1, 600000));
+  MergeDatabase(database_, other, {});
+  EXPECT_TRUE(database_.HasSource(SourceKind::kPhoto, "1990.tif (2)"));
+  EXPECT_EQ(MergeDatabase(database_, other, {}).sources, 0);
+}
+
+TEST_F(MergeTest, StateSuccessorAndReasonComeAlong) {
+  PatchDatabase other = Other("other.tif", "1991", MadeUpPatches(2, 1, 100, 510000));
+  RetirePatches(other, {2}, "a roof");
+  MergeDatabase(database_, other, {});
+  EXPECT_EQ(database_.ReadPatch(14)->life, PatchLife::kRetired);
+  EXPECT_EQ(database_.ReadPatch(14)->retired_reason, "a roof");
+  ExpectSound();
+}
+
+TEST_F(MergeTest, NewerViewsSupersedeAndLoseNothing) {
+  std::vector<Patch> patches = {MadeUpPatch(500102, 5000001, 77), MadeUpPatch(505000, 5000000, 78)};
+  const PatchDatabase other = Other("2020.tif", "2020-05-01", patches);
+  MergeOptions options;
+  options.policy = MergePolicy::kReplace;
+  const MergeResult result = MergeDatabase(database_, other, options);
+  EXPECT_EQ(result.added, 2);
+  EXPECT_EQ(result.superseded, 1);
+  const Patch old = *database_.ReadPatch(2);
+  EXPECT_EQ(old.life, PatchLife::kRetired);
+  EXPECT_EQ(old.superseded_by, 13);
+  EXPECT_EQ(database_.Info().patches, 14);
+  const MergeResult again = MergeDatabase(database_, other, options);
+  EXPECT_EQ(again.added, 0);
+  EXPECT_EQ(again.not_newer, 2);
+  ExpectSound();
+  RestorePatches(database_, {2});
+  EXPECT_EQ(database_.ReadPatch(2)->superseded_by, 0);
+  ExpectSound();
+}
+
+TEST_F(MergeTest, OlderViewsDoNotSupersede) {
+  const PatchDatabase other = Other("1961.tif", "1961", MadeUpPatches(4, 3, 100));
+  MergeOptions options;
+  options.policy = MergePolicy::kReplace;
+  const MergeResult result = MergeDatabase(database_, other, options);
+  EXPECT_EQ(result.added, 0);
+  EXPECT_EQ(result.not_newer, 12);
+}
+
+TEST_F(MergeTest, AddKeepsBothViews) {
+  const PatchDatabase other = Other("2020.tif", "2020", {MadeUpPatch(500102, 5000001, 77)});
+  MergeOptions options;
+  options.policy = MergePolicy::kAdd;
+  EXPECT_EQ(MergeDatabase(database_, other, options).added, 1);
+  EXPECT_EQ(database_.Info().retired, 0);
+}
+
+TEST_F(MergeTest, CopyOfAPartIsAWholeDatabase) {
+  PatchDatabase part = PatchDatabase::Create(folder_ / "part.gpkg", MadeUpCrs());
+  MergeOptions options;
+  options.policy = MergePolicy::kCopy;
+  options.filter.bounds = Bounds{499950, 4999950, 500150, 5000150};
+  EXPECT_EQ(MergeDatabase(part, database_, options).added, 4);
+  EXPECT_EQ(part.FindPatchesIn({0, 0, 1e7, 1e7}).size(), 4u);
+  EXPECT_EQ(part.ListPatches(0, 1)[0].chip.values, database_.ListPatches(0, 1)[0].chip.values);
+  EXPECT_TRUE(CheckDatabase(part, {}).empty());
+}
+
+// UTM 35 and 36 at their common border differ by several degrees and most of their coordinates.
+TEST_F(MergeTest, AnotherCrsTurnsPlacePrecisionAndChip) {
+  const Crs east = Crs::Parse("EPSG:32636", "test");
+  const PatchTransform there(east, MadeUpCrs()), back(MadeUpCrs(), east);
+  Patch patch = MadeUpPatch(730000, 5000000, 5);
+  patch.chip = Image(61, 61);
+  for (int row = 0; row < 61; ++row)  // smooth, so that bilinear keeps it
+    for (int col = 0; col < 61; ++col)
+      patch.chip.At(col, row) =
+          static_cast<float>(128 + 60 * std::sin(col * 0.2) + 40 * std::cos(row * 0.15));
+  patch.covariance_m2 = Eigen::Vector3d(0.01, 0.25, 1).asDiagonal();
+  const auto moved = there(patch);
+  ASSERT_TRUE(moved);
+  EXPECT_LT(moved->chip.width, 61);
+  EXPECT_NEAR(moved->covariance_m2.trace(), 1.26, 0.01);
+  EXPECT_GT(std::abs(moved->covariance_m2(0, 1)), 0.005);
+  const auto returned = back(*moved);
+  ASSERT_TRUE(returned);
+  EXPECT_LT((returned->ground_m - patch.ground_m).norm(), 0.002);
+  EXPECT_LT((returned->covariance_m2 - patch.covariance_m2).norm(), 1e-3);
+  EXPECT_NEAR(returned->gsd_m, patch.gsd_m, 1e-4);
+  const int cut = (61 - returned->chip.width) / 2;
+  for (int row = 0; row < returned->chip.height; row += 5)
+    for (int col = 0; col < returned->chip.width; col += 5)
+      EXPECT_NEAR(returned->chip.At(col, row), patch.chip.At(col + cut, row + cut), 3);
+
+  PatchDatabase target = PatchDatabase::Create(folder_ / "east.gpkg", east);
+  PatchDatabase other = Other("a.tif", "1991", {patch});
+  EXPECT_EQ(MergeDatabase(target, other, {}).added, 1);
+  EXPECT_EQ(MergeDatabase(target, other, {}).duplicates, 1);
+}
+
+}  // namespace
+}  // namespace orient

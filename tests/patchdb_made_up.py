@@ -1,0 +1,70 @@
+"""Patch databases made by writing rows into a new one: for the tests that need the program whole."""
+
+import random
+import sqlite3
+import struct
+import subprocess
+import zlib
+
+
+def run(orient, *words):
+    done = subprocess.run([orient, *map(str, words)], capture_output=True, text=True, timeout=300,
+                          check=False)
+    assert done.returncode == 0, f"{words}: exit {done.returncode}: {done.stdout}{done.stderr}"
+    return done.stdout
+
+
+def create(orient, path):
+    run(orient, "patchdb", "create", path, "--crs", "EPSG:32635")
+
+
+def png(side, random_):
+    def chunk(kind, data):
+        return (struct.pack(">I", len(data)) + kind + data +
+                struct.pack(">I", zlib.crc32(kind + data)))
+    rows = b"".join(b"\0" + bytes(random_.randrange(256) for _ in range(side)) for _ in range(side))
+    return (b"\x89PNG\r\n\x1a\n" + chunk(b"IHDR", struct.pack(">IIBBBBB", side, side, 8, 0, 0, 0, 0)) +
+            chunk(b"IDAT", zlib.compress(rows)) + chunk(b"IEND", b""))
+
+
+def point(x, y, z):
+    return b"GP\0\1" + struct.pack("<i", 32635) + struct.pack("<BIddd", 1, 1001, x, y, z)
+
+
+def open_raw(path):
+    raw = sqlite3.connect(path)
+    raw.create_function("ST_MinX", 1, lambda blob: struct.unpack_from("<d", blob, 13)[0])
+    raw.create_function("ST_MaxX", 1, lambda blob: struct.unpack_from("<d", blob, 13)[0])
+    raw.create_function("ST_MinY", 1, lambda blob: struct.unpack_from("<d", blob, 21)[0])
+    raw.create_function("ST_MaxY", 1, lambda blob: struct.unpack_from("<d", blob, 21)[0])
+    raw.create_function("ST_IsEmpty", 1, lambda blob: 0)
+    return raw
+
+
+def other(orient, folder, number, sources=12, patches=25):
+    """A database of its own: every number shares half of its places with the number before."""
+    path = folder / f"other-{number}.gpkg"
+    create(orient, path)
+    random_ = random.Random(number)
+    with open_raw(path) as raw:
+        for source in range(1, sources + 1):
+            raw.execute("INSERT INTO sources (id, kind, name, date, gsd_m) VALUES (?, 'photo', ?, ?, "
+                        "0.5)", (source, f"made-up-{number}-{source}.tif", str(1990 + number)))
+            for patch in range(patches):
+                x = 500000 + 40 * patch + 500 * number
+                added = raw.execute(
+                    "INSERT INTO patches (geom, source_id, gsd_m, bits, covariance, chip) VALUES "
+                    "(?, ?, 0.5, 8, ?, ?)",
+                    (point(x, 5000000 + 50 * source, 100), source,
+                     struct.pack("<6d", 1, 0, 0, 1, 0, 1), png(31, random_)))
+                raw.execute("INSERT INTO attempts (patch_id, photo, state, reason, photo_status) VALUES "
+                            "(?, ?, ?, '', 'ok')", (added.lastrowid, f"photo-{number}",
+                                                    random_.choice(["matched", "not_found"])))
+    raw.close()
+    run_quietly(orient, "patchdb", "check", path, "--repair")  # weights and extent
+    run(orient, "patchdb", "check", path)
+    return path
+
+
+def run_quietly(orient, *words):
+    subprocess.run([orient, *map(str, words)], capture_output=True, timeout=300, check=False)

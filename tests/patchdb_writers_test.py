@@ -1,0 +1,59 @@
+#!/usr/bin/env python3
+"""CTest `patchdb_writers` (slow): two writers and four readers at once, no error, nothing lost.
+
+    patchdb_writers_test.py ORIENT [SECONDS]   SECONDS: 60 unless told
+"""
+
+import pathlib
+import subprocess
+import sys
+import tempfile
+import threading
+import time
+
+import patchdb_made_up
+
+
+def main(orient, seconds):
+    with tempfile.TemporaryDirectory() as name:
+        folder = pathlib.Path(name)
+        database = folder / "patches.gpkg"
+        patchdb_made_up.create(orient, database)
+        others = [patchdb_made_up.other(orient, folder, number, sources=3) for number in range(4)]
+        patchdb_made_up.run(orient, "patchdb", "merge", database, others[0])
+        errors, runs = [], [0, 0]
+        end = time.monotonic() + seconds
+
+        def work(kind, commands):
+            turn = 0
+            while time.monotonic() < end and not errors:
+                words = commands[turn % len(commands)]
+                done = subprocess.run([orient, "patchdb", *map(str, words)], capture_output=True,
+                                      text=True, check=False, timeout=120)
+                if done.returncode != 0:
+                    errors.append(f"{words}: exit {done.returncode}: {done.stderr}")
+                runs[kind] += 1
+                turn += 1
+
+        writers = [[["merge", database, others[1]],
+                    ["retire", database, "--source", "made-up-0-1.tif", "--apply"]],
+                   [["restore", database, "--source", "made-up-0-1.tif", "--apply"],
+                    ["merge", database, others[2]], ["merge", database, others[3]]]]
+        readers = [[["list", database]], [["stats", database]], [["check", database, "--quick"]],
+                   [["query", database, "--box", 499000, 4999000, 502000, 5002000]]]
+        threads = [threading.Thread(target=work, args=(0, commands)) for commands in writers]
+        threads += [threading.Thread(target=work, args=(1, commands)) for commands in readers]
+        for thread in threads:
+            thread.start()
+        for thread in threads:
+            thread.join()
+        assert not errors, "\n".join(errors)
+        patchdb_made_up.run(orient, "patchdb", "check", database)
+        for other in others:  # nothing of what was merged is missing
+            out = patchdb_made_up.run(orient, "patchdb", "merge", database, other)
+            assert out.startswith("0 patches of 0 new sources added") or runs[0] < 6, out
+        print(f"{runs[0]} writing and {runs[1]} reading runs in {seconds} s, no error")
+
+
+if __name__ == "__main__":
+    main(sys.argv[1], float(sys.argv[2]) if len(sys.argv) > 2 else 60)

@@ -1,0 +1,88 @@
+// orient patchdb check, compact.
+
+#include <CLI/CLI.hpp>
+#include <ostream>
+
+#include "core/error.h"
+#include "patchdb/maintenance/check.h"
+#include "tools/patchdb/verb.h"
+#include "tools/progress.h"
+#include "tools/summary_table.h"
+
+namespace orient {
+namespace {
+
+class CheckVerb : public PatchdbVerb {
+ public:
+  CLI::App* Declare(CLI::App& app) override {
+    CLI::App* verb = app.add_subcommand("check", "Look for damage: file, index, references, chips");
+    verb->add_option("DB", path_, "Patch database")->required();
+    verb->add_flag("--repair", repair_, "Mend what can be mended; no patch is deleted");
+    verb->add_flag("--quick", quick_, "Leave the chips unread");
+    return verb;
+  }
+  void Run(std::ostream& out) override {
+    PatchDatabase database = PatchDatabase::Open(
+        path_, repair_ ? PatchDatabase::Mode::kWrite : PatchDatabase::Mode::kRead);
+    const auto before = Look(database, repair_);
+    const auto after = repair_ && !before.empty() ? Look(database, false) : before;
+    for (const CheckFinding& finding : before) Print(finding, out);
+    if (before.empty()) out << path_ << " is whole\n";
+    if (!before.empty() && after.empty()) out << path_ << " is repaired\n";
+    if (!after.empty())
+      throw InputError(path_ + " is damaged: " + after.front().what +
+                       (repair_ ? "; this cannot be repaired: take what 'orient patchdb export' "
+                                  "can still read"
+                                : "; 'orient patchdb check --repair' mends what can be mended"));
+  }
+
+ private:
+  std::vector<CheckFinding> Look(PatchDatabase& database, bool repair) const {
+    CheckOptions options;
+    options.repair = repair;
+    options.chips = !quick_;
+    std::unique_ptr<Progress> progress;
+    std::int64_t shown = 0;
+    return CheckDatabase(database, options, [&](std::int64_t done, std::int64_t total) {
+      if (!progress) progress = std::make_unique<Progress>("patches", static_cast<int>(total));
+      progress->Advance(static_cast<int>(done - shown));
+      shown = done;
+    });
+  }
+  static void Print(const CheckFinding& finding, std::ostream& out) {
+    if (finding.count > 1) out << finding.count << " ";
+    out << finding.what;
+    if (!finding.repair.empty()) out << " (repair: " << finding.repair << ")";
+    out << "\n";
+  }
+  std::string path_;
+  bool repair_ = false, quick_ = false;
+};
+
+class CompactVerb : public PatchdbVerb {
+ public:
+  CLI::App* Declare(CLI::App& app) override {
+    CLI::App* verb = app.add_subcommand("compact", "Write the file anew without gaps");
+    verb->add_option("DB", path_, "Patch database")->required();
+    return verb;
+  }
+  void Run(std::ostream& out) override {
+    PatchDatabase database = PatchDatabase::Open(path_, PatchDatabase::Mode::kWrite);
+    const CompactResult result = CompactDatabase(database);
+    const auto mega = [](std::uintmax_t bytes) {
+      return Fixed(static_cast<double>(bytes) / 1e6, 1);
+    };
+    out << path_ << ": " << mega(result.before) << " MB before, " << mega(result.after)
+        << " MB now\n";
+  }
+
+ private:
+  std::string path_;
+};
+
+}  // namespace
+
+std::unique_ptr<PatchdbVerb> MakeCheckVerb() { return std::make_unique<CheckVerb>(); }
+std::unique_ptr<PatchdbVerb> MakeCompactVerb() { return std::make_unique<CompactVerb>(); }
+
+}  // namespace orient

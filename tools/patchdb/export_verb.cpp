@@ -1,0 +1,185 @@
+// orient patchdb export: GeoJSON, CSV, chips as GeoTIFF, or a part as a database of its own.
+
+#include <CLI/CLI.hpp>
+#include <filesystem>
+#include <fstream>
+#include <nlohmann/json.hpp>
+#include <ostream>
+
+#include "core/error.h"
+#include "patchdb/maintenance/merge.h"
+#include "tools/patchdb/filter_options.h"
+#include "tools/patchdb/geotiff.h"
+#include "tools/patchdb/summary_csv.h"
+#include "tools/patchdb/verb.h"
+#include "tools/shared_options.h"
+
+namespace orient {
+namespace {
+
+namespace fs = std::filesystem;
+
+// Written beside and renamed, line by line, whatever its length.
+class TextFile {
+ public:
+  explicit TextFile(std::string path)
+      : path_(std::move(path)), beside_(path_ + ".part"), file_(beside_, std::ios::binary) {}
+  ~TextFile() {
+    std::error_code ignored;
+    if (!done_) fs::remove(beside_, ignored);
+  }
+  TextFile(const TextFile&) = delete;
+  TextFile& operator=(const TextFile&) = delete;
+  std::ostream& Stream() { return file_; }
+  void Finish() {
+    file_.close();
+    std::error_code error;
+    if (file_) fs::rename(beside_, path_, error);
+    if (!file_ || error)
+      throw InputError(path_ +
+                       " cannot be written; check that its folder exists, is writable and "
+                       "has space");
+    done_ = true;
+  }
+
+ private:
+  std::string path_, beside_;
+  std::ofstream file_;
+  bool done_ = false;
+};
+
+nlohmann::json Properties(const PatchSummary& patch) {
+  nlohmann::json json = {{"id", patch.id},
+                         {"x", patch.ground_m.x()},
+                         {"y", patch.ground_m.y()},
+                         {"z", patch.ground_m.z()},
+                         {"gsd_m", patch.gsd_m},
+                         {"source", patch.source_name},
+                         {"state", Name(patch.life)},
+                         {"views", patch.views},
+                         {"success", patch.Belief().Mean()}};
+  json["date"] = patch.source_date ? nlohmann::json(*patch.source_date) : nlohmann::json();
+  json["quality"] = patch.quality ? nlohmann::json(*patch.quality) : nlohmann::json();
+  json["distinctness"] =
+      patch.distinctness ? nlohmann::json(*patch.distinctness) : nlohmann::json();
+  json["retired_reason"] =
+      patch.retired_reason.empty() ? nlohmann::json() : nlohmann::json(patch.retired_reason);
+  return json;
+}
+
+std::string Dumped(const nlohmann::json& json) {
+  return json.dump(-1, ' ', false, nlohmann::json::error_handler_t::replace);
+}
+
+class ExportVerb : public PatchdbVerb {
+ public:
+  CLI::App* Declare(CLI::App& app) override {
+    CLI::App* verb = app.add_subcommand("export", "Give patches to other programs");
+    verb->add_option("DB", path_, "Patch database")->required();
+    verb->add_option("--geojson", geojson_, "File to write: points in longitude, latitude");
+    verb->add_option("--csv", csv_, "File to write: the columns of 'list'");
+    verb->add_option("--chips", chips_, "Folder to write: <id>.tif, a GeoTIFF a chip");
+    verb->add_option("--subset", subset_, "Patch database to make of the chosen patches");
+    choice_.DeclarePlace(*verb);
+    choice_.DeclareRules(*verb);
+    choice_.DeclareState(*verb);
+    AddOverwriteOption(*verb, &overwrite_);
+    return verb;
+  }
+  void Run(std::ostream& out) override {
+    if (geojson_.empty() && csv_.empty() && chips_.empty() && subset_.empty())
+      throw UsageError("export needs --geojson, --csv, --chips or --subset");
+    std::vector<std::string> files;
+    for (const std::string& file : {geojson_, csv_})
+      if (!file.empty()) files.push_back(file);
+    RefuseToOverwrite(files, overwrite_);
+    const PatchDatabase database = PatchDatabase::Open(path_, PatchDatabase::Mode::kRead);
+    const PatchFilter filter = choice_.Filter(database);
+    if (!csv_.empty()) WriteCsv(database, filter, out);
+    if (!geojson_.empty()) WriteGeoJson(database, filter, out);
+    if (!chips_.empty()) WriteChips(database, filter, out);
+    if (!subset_.empty()) WriteSubset(database, filter, out);
+  }
+
+ private:
+  void WriteCsv(const PatchDatabase& database, const PatchFilter& filter, std::ostream& out) const {
+    TextFile file(csv_);
+    PrintSummaryHeader(file.Stream());
+    file.Stream() << "\n";
+    int count = 0;
+    VisitPatches(database, filter, [&](const PatchSummary& patch) {
+      PrintSummary(patch, file.Stream());
+      file.Stream() << "\n";
+      ++count;
+    });
+    file.Finish();
+    out << csv_ << ": " << count << " patches\n";
+  }
+
+  void WriteGeoJson(const PatchDatabase& database, const PatchFilter& filter,
+                    std::ostream& out) const {
+    const auto degrees = CoordinateTransform::Between("EPSG:4326", database.GroundCrs().Wkt());
+    TextFile file(geojson_);
+    file.Stream() << "{\"type\":\"FeatureCollection\",\"features\":[";
+    int count = 0;
+    VisitPatches(database, filter, [&](const PatchSummary& patch) {
+      const auto place = degrees(patch.ground_m.head<2>());
+      if (!place) return;
+      const nlohmann::json feature = {
+          {"type", "Feature"},
+          {"geometry",
+           {{"type", "Point"}, {"coordinates", {place->x(), place->y(), patch.ground_m.z()}}}},
+          {"properties", Properties(patch)}};
+      file.Stream() << (count++ == 0 ? "\n" : ",\n") << Dumped(feature);
+    });
+    file.Stream() << "\n]}\n";
+    file.Finish();
+    out << geojson_ << ": " << count << " patches\n";
+  }
+
+  void WriteChips(const PatchDatabase& database, const PatchFilter& filter,
+                  std::ostream& out) const {
+    const std::vector<std::int64_t> ids = ChooseIds(database, filter);
+    std::vector<std::string> files;
+    files.reserve(ids.size());
+    for (const std::int64_t id : ids)
+      files.push_back((fs::path(chips_) / (std::to_string(id) + ".tif")).string());
+    RefuseToOverwrite(files, overwrite_);
+    MakeOutputDirectory(chips_);
+    for (std::size_t i = 0; i < ids.size(); ++i) {
+      const auto patch = database.ReadPatch(ids[i]);
+      if (!patch) continue;
+      GeoTiff chip;
+      chip.width = patch->chip.width;
+      chip.height = patch->chip.height;
+      chip.bits = patch->bits;
+      chip.bands = patch->colour.empty() ? std::vector<Image>{patch->chip} : patch->colour;
+      chip.pixel_m = patch->gsd_m;
+      chip.origin_m = patch->ground_m.head<2>() +
+                      0.5 * patch->gsd_m * Eigen::Vector2d(-chip.width, chip.height);
+      WriteGeoTiff(files[i], chip, database.GroundCrs());
+    }
+    out << chips_ << ": " << ids.size() << " chips\n";
+  }
+
+  void WriteSubset(const PatchDatabase& database, const PatchFilter& filter,
+                   std::ostream& out) const {
+    PatchDatabase subset = PatchDatabase::Create(subset_, database.GroundCrs());
+    MergeOptions options;
+    options.policy = MergePolicy::kCopy;
+    options.filter = filter;
+    const MergeResult result = MergeDatabase(subset, database, options);
+    out << subset_ << ": " << result.added << " patches of " << result.sources << " sources, "
+        << result.attempts << " attempts\n";
+  }
+
+  std::string path_, geojson_, csv_, chips_, subset_;
+  bool overwrite_ = false;
+  FilterOptions choice_{"all"};
+};
+
+}  // namespace
+
+std::unique_ptr<PatchdbVerb> MakeExportVerb() { return std::make_unique<ExportVerb>(); }
+
+}  // namespace orient
