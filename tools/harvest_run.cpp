@@ -10,8 +10,7 @@
 
 #include "core/error.h"
 #include "patchdb/patch_quality.h"
-#include "patchdb/source_view.h"
-#include "tools/photo_interior.h"
+#include "tools/harvest_sources.h"
 #include "tools/progress.h"
 #include "tools/summary_table.h"
 
@@ -98,128 +97,9 @@ Eigen::Vector2d Middle(const Bounds& bounds) {
   return {(bounds.min_x + bounds.max_x) / 2, (bounds.min_y + bounds.max_y) / 2};
 }
 
-// A source that is open, with what shows its ground.
-struct OpenSource {
-  std::unique_ptr<Raster> raster;
-  std::unique_ptr<SourceView> view;
-  std::unique_ptr<Coverage> coverage;
-};
-
-// The parts of a harvest that depend on what the sources are.
-class SourceKindOf {
- public:
-  virtual ~SourceKindOf() = default;
-  virtual SourceKind Kind() const = 0;
-  // Ground that a source may show, at heights from `low_m` to `high_m`.
-  virtual Bounds Footprint(std::size_t source, double low_m, double high_m) const = 0;
-  virtual OpenSource Open(std::size_t source, const GroundSurface& surface,
-                          bool as_witness) const = 0;
-  virtual HarvestResult Harvest(std::size_t source, const Raster& raster,
-                                const GroundSurface& surface, const HarvestOptions& options,
-                                const HarvestProgress& progress,
-                                const HarvestContext& context) const = 0;
-};
-
-class Photos : public SourceKindOf {
- public:
-  Photos(const PhotosToHarvest& photos, const HarvestOptions& options)
-      : photos_(photos), options_(options) {
-    for (const std::string& path : photos.paths)
-      Footprint(RowOf(path), kLowestGround_m, kHighestGround_m);
-  }
-  SourceKind Kind() const override { return SourceKind::kPhoto; }
-
-  Bounds Footprint(std::size_t source, double low_m, double high_m) const override {
-    return Footprint(RowOf(photos_.paths[source]), low_m, high_m);
-  }
-
-  OpenSource Open(std::size_t source, const GroundSurface& surface,
-                  bool /*as_witness*/) const override {
-    OpenSource open;
-    open.raster = std::make_unique<Raster>(Raster::Open(photos_.paths[source]));
-    open.view = MakePhotoSource(View(source, *open.raster), Covariance(source),
-                                options_.orientation_sigma_px, surface);
-    return open;
-  }
-
-  HarvestResult Harvest(std::size_t source, const Raster& raster, const GroundSurface& surface,
-                        const HarvestOptions& options, const HarvestProgress& progress,
-                        const HarvestContext& context) const override {
-    return HarvestPhoto(raster, View(source, raster), Covariance(source), surface, options,
-                        progress, context);
-  }
-
- private:
-  const OrientationRow& RowOf(const std::string& photo) const {
-    const OrientationRow* row = photos_.orientation.Find(PhotoName(photo));
-    if (row == nullptr)
-      throw InputError(photos_.orientation_path + " has no row for photo '" + PhotoName(photo) +
-                       "'; add its orientation or leave the photo out");
-    return *row;
-  }
-
-  Bounds Footprint(const OrientationRow& row, double low_m, double high_m) const {
-    const auto bounds = FootprintBounds(photos_.camera, row.pose, low_m, high_m);
-    if (!bounds)
-      throw InputError(photos_.orientation_path + ": photo '" + row.photo +
-                       "' does not look at the ground; check its height and angles");
-    return *bounds;
-  }
-
-  PhotoView View(std::size_t source, const Raster& raster) const {
-    const PhotoInterior interior = PhotoInteriorOf(raster, photos_.camera, photos_.interior_folder);
-    return {photos_.camera, interior.photo_from_pixel, RowOf(photos_.paths[source]).pose,
-            interior.film_correction};
-  }
-
-  std::optional<Matrix6d> Covariance(std::size_t source) const {
-    const OrientationRow& row = RowOf(photos_.paths[source]);
-    if (!row.sigma) return std::nullopt;
-    return Matrix6d(row.sigma->cwiseAbs2().asDiagonal());
-  }
-
-  const PhotosToHarvest& photos_;
-  const HarvestOptions& options_;
-};
-
-class Orthophotos : public SourceKindOf {
- public:
-  Orthophotos(const std::vector<std::string>& paths, const Crs& crs, const HarvestOptions& options)
-      : paths_(paths), crs_(crs), options_(options) {
-    for (const std::string& path : paths)
-      footprints_.push_back(OrthoFootprint(Raster::Open(path), crs));
-  }
-  SourceKind Kind() const override { return SourceKind::kOrthophoto; }
-
-  Bounds Footprint(std::size_t source, double /*low_m*/, double /*high_m*/) const override {
-    return footprints_[source];
-  }
-
-  OpenSource Open(std::size_t source, const GroundSurface& surface,
-                  bool as_witness) const override {
-    OpenSource open;
-    open.raster = std::make_unique<Raster>(Raster::Open(paths_[source]));
-    open.view = MakeOrthoSource(*open.raster, crs_, options_.orientation_sigma_px, surface);
-    if (as_witness) open.coverage = std::make_unique<Coverage>(*open.raster);
-    return open;
-  }
-
-  HarvestResult Harvest(std::size_t /*source*/, const Raster& raster, const GroundSurface& surface,
-                        const HarvestOptions& options, const HarvestProgress& progress,
-                        const HarvestContext& context) const override {
-    return HarvestOrtho(raster, crs_, surface, options, progress, context);
-  }
-
- private:
-  const std::vector<std::string>& paths_;
-  const Crs& crs_;
-  const HarvestOptions& options_;
-  std::vector<Bounds> footprints_;
-};
-
 class Harvester {
  public:
-  Harvester(PatchDatabase& database, const HarvestRun& run, const SourceKindOf& kind,
+  Harvester(PatchDatabase& database, const HarvestRun& run, const HarvestSources& kind,
             const std::vector<std::string>& paths)
       : database_(database), run_(run), kind_(kind), paths_(paths) {}
 
@@ -337,7 +217,7 @@ class Harvester {
 
   PatchDatabase& database_;
   const HarvestRun& run_;
-  const SourceKindOf& kind_;
+  const HarvestSources& kind_;
   const std::vector<std::string>& paths_;
   std::vector<Eigen::Vector2d> taken_m_;
   std::map<std::size_t, std::int64_t> ids_;  // of the sources that are stored
@@ -364,15 +244,16 @@ class SmallBlockCache {
 void HarvestPhotos(PatchDatabase& database, const HarvestRun& run, const PhotosToHarvest& photos,
                    std::ostream& out) {
   const SmallBlockCache cache;
-  const Photos kind(photos, run.options);
-  Harvester(database, run, kind, photos.paths).HarvestAll(out);
+  const auto kind = PhotoSources(photos, run.options.orientation_sigma_px);
+  Harvester(database, run, *kind, photos.paths).HarvestAll(out);
 }
 
 void HarvestOrthophotos(PatchDatabase& database, const HarvestRun& run,
                         const std::vector<std::string>& paths, std::ostream& out) {
   const SmallBlockCache cache;
-  const Orthophotos kind(paths, database.GroundCrs(), run.options);
-  Harvester(database, run, kind, paths).HarvestAll(out);
+  const auto kind =
+      OrthophotoSources(paths, database.GroundCrs(), run.options.orientation_sigma_px);
+  Harvester(database, run, *kind, paths).HarvestAll(out);
 }
 
 }  // namespace orient

@@ -69,6 +69,7 @@ class PatchdbCommand : public Command {
     verbs_.push_back(std::make_unique<CreateVerb>());
     verbs_.push_back(MakeHarvestVerb());
     verbs_.push_back(MakeHarvestOrthoVerb());
+    verbs_.push_back(MakeAddGcpVerb());
     verbs_.push_back(std::make_unique<InfoVerb>());
     for (auto& verb : MakeMaintenanceVerbs()) verbs_.push_back(std::move(verb));
   }

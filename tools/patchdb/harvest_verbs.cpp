@@ -1,4 +1,4 @@
-// orient patchdb harvest, harvest-ortho.
+// orient patchdb harvest, harvest-ortho, add-gcp.
 
 #include <CLI/CLI.hpp>
 #include <ostream>
@@ -9,6 +9,7 @@
 #include "core/files/orientation_table.h"
 #include "patchdb/patch_database.h"
 #include "tools/harvest_run.h"
+#include "tools/patchdb/add_control.h"
 #include "tools/patchdb/verb.h"
 #include "tools/shared_options.h"
 
@@ -55,6 +56,19 @@ struct HarvestArguments {
   }
 };
 
+// Throws InputError where the orientation is in another CRS than the database.
+void ReadPhotos(const std::string& camera, const std::vector<std::string>& patterns,
+                const std::string& database_path, const PatchDatabase& database,
+                PhotosToHarvest* photos) {
+  photos->camera = ReadCameraFile(camera).camera;
+  photos->orientation = ReadOrientationTable(photos->orientation_path);
+  const auto& crs = photos->orientation.crs;
+  if (crs && !crs->SameAs(database.GroundCrs()))
+    throw InputError(photos->orientation_path + " is in " + crs->Name() + ", " + database_path +
+                     " in " + database.GroundCrs().Name() + "; both must be in one CRS");
+  photos->paths = ExpandPhotos(patterns, "");
+}
+
 class HarvestVerb : public PatchdbVerb {
  public:
   CLI::App* Declare(CLI::App& app) override {
@@ -72,13 +86,7 @@ class HarvestVerb : public PatchdbVerb {
   void Run(std::ostream& out) override {
     const HarvestRun& run = arguments_.Checked();
     PatchDatabase database = PatchDatabase::Open(path_, PatchDatabase::Mode::kWrite);
-    photos_.camera = ReadCameraFile(camera_).camera;
-    photos_.orientation = ReadOrientationTable(photos_.orientation_path);
-    const auto& crs = photos_.orientation.crs;
-    if (crs && !crs->SameAs(database.GroundCrs()))
-      throw InputError(photos_.orientation_path + " is in " + crs->Name() + ", " + path_ + " in " +
-                       database.GroundCrs().Name() + "; both must be in one CRS");
-    photos_.paths = ExpandPhotos(patterns_, "");
+    ReadPhotos(camera_, patterns_, path_, database, &photos_);
     HarvestPhotos(database, run, photos_, out);
   }
 
@@ -111,8 +119,48 @@ class HarvestOrthoVerb : public PatchdbVerb {
   HarvestArguments arguments_;
 };
 
+class AddGcpVerb : public PatchdbVerb {
+ public:
+  CLI::App* Declare(CLI::App& app) override {
+    CLI::App* verb =
+        app.add_subcommand("add-gcp", "Make patches of ground control points measured in photos");
+    verb->add_option("DB", path_, "Patch database")->required();
+    AddPhotosOption(*verb, &patterns_);
+    verb->add_option("--points", control_.table,
+                     "CSV: point,x,y,z,sigma_x,sigma_y,sigma_z,photo,col,row")
+        ->required();
+    verb->add_option("--camera", camera_, "Camera file")->required();
+    verb->add_option("--orientation", photos_.orientation_path, "Orientation table (OPK CSV)")
+        ->required();
+    verb->add_option("--dem", control_.dem, "Ground heights around the points")->required();
+    verb->add_option("--interior", photos_.interior_folder,
+                     "Folder of interior orientations (film cameras)");
+    verb->add_option("--date", date_, "Date of the images, ISO 8601 (1961, 1961-07-30)");
+    verb->add_option("--provenance", provenance_, "Who surveyed the points");
+    verb->add_option("--chip-px", control_.chip_px, "Side of a chip in pixels, odd");
+    return verb;
+  }
+  void Run(std::ostream& out) override {
+    HarvestOptions options;
+    options.chip_px = control_.chip_px;
+    if (const auto wrong = options.Check()) throw UsageError(*wrong);
+    PatchDatabase database = PatchDatabase::Open(path_, PatchDatabase::Mode::kWrite);
+    ReadPhotos(camera_, patterns_, path_, database, &photos_);
+    if (!date_.empty()) control_.about.date = date_;
+    if (!provenance_.empty()) control_.about.provenance = provenance_;
+    AddControlPoints(database, control_, photos_, out);
+  }
+
+ private:
+  std::string path_, camera_, date_, provenance_;
+  std::vector<std::string> patterns_;
+  PhotosToHarvest photos_;
+  ControlToAdd control_;
+};
+
 }  // namespace
 
+std::unique_ptr<PatchdbVerb> MakeAddGcpVerb() { return std::make_unique<AddGcpVerb>(); }
 std::unique_ptr<PatchdbVerb> MakeHarvestVerb() { return std::make_unique<HarvestVerb>(); }
 std::unique_ptr<PatchdbVerb> MakeHarvestOrthoVerb() { return std::make_unique<HarvestOrthoVerb>(); }
 

@@ -16,6 +16,7 @@ class PatchdbVerb {
   virtual void Run(std::ostream& out) = 0;
 };
 
+std::unique_ptr<PatchdbVerb> MakeAddGcpVerb();
 std::unique_ptr<PatchdbVerb> MakeHarvestVerb();
 std::unique_ptr<PatchdbVerb> MakeHarvestOrthoVerb();
 std::unique_ptr<PatchdbVerb> MakeListVerb();

@@ -1,0 +1,148 @@
+#include "patchdb/control_points.h"
+
+#include <Eigen/LU>
+#include <algorithm>
+#include <cmath>
+
+#include "patchdb/patch_quality.h"
+#include "patchdb/rectify.h"
+
+namespace orient {
+namespace {
+
+constexpr double kPointingPx = 0.5;         // of a measurement by hand
+constexpr double kMaxContradiction = 13.8;  // chi-square of two: 1 in 1000
+constexpr double kHeightMarginPx = 2;
+constexpr int kSurroundings = 79, kTemplate = 31;  // px a side, of the autocorrelation
+
+// A source whose orientation is corrected so that it shows one point where it was measured.
+class CorrectedView : public SourceView {
+ public:
+  CorrectedView(const SourceView& view, const Eigen::Vector2d& offset_px)
+      : view_(view), offset_px_(offset_px) {}
+  std::optional<Eigen::Vector2d> PixelFromGround(const Eigen::Vector3d& ground_m) const override {
+    const auto pixel = view_.PixelFromGround(ground_m);
+    if (!pixel) return std::nullopt;
+    return Eigen::Vector2d(*pixel + offset_px_);
+  }
+  std::optional<Eigen::Vector3d> GroundFromPixel(const Eigen::Vector2d& pixel) const override {
+    return view_.GroundFromPixel(pixel - offset_px_);
+  }
+  bool IsOrthophoto() const override { return view_.IsOrthophoto(); }
+  Eigen::Vector3d HeightEffect(const Eigen::Vector3d& ground_m) const override {
+    return view_.HeightEffect(ground_m);
+  }
+  Eigen::Matrix2d OrientationCovariance(const Eigen::Vector3d& ground_m) const override {
+    return view_.OrientationCovariance(ground_m);
+  }
+
+ private:
+  const SourceView& view_;
+  Eigen::Vector2d offset_px_;
+};
+
+// A sighting with what the orientation says of it.
+struct Judged {
+  const ControlSighting* sighting;
+  Eigen::Vector2d residual_px;  // measured - computed
+  double penalty;               // ViewingPenalty
+};
+
+bool Contradicts(const ControlPoint& point, const SourceView& view,
+                 const Eigen::Vector2d& residual_px) {
+  const auto by_ground = PixelDerivatives(view, point.ground_m, 1.0);
+  if (!by_ground) return true;
+  const Eigen::Matrix3d ground = point.sigma_m.cwiseAbs2().asDiagonal();
+  const Eigen::Matrix2d covariance = view.OrientationCovariance(point.ground_m) +
+                                     *by_ground * ground * by_ground->transpose() +
+                                     Eigen::Matrix2d::Identity() * (kPointingPx * kPointingPx);
+  return residual_px.dot(covariance.inverse() * residual_px) > kMaxContradiction;
+}
+
+bool IsWhole(const Image& chip) {
+  return std::none_of(chip.values.begin(), chip.values.end(),
+                      [](float value) { return std::isnan(value); });
+}
+
+bool AddChip(const Judged& judged, const GroundSurface& surface, int chip_px, Patch* patch,
+             ControlRefusal* why) {
+  const FurtherSource& source = *judged.sighting->source;
+  const auto gsd = GsdAt(*source.view, patch->ground_m);
+  *why = ControlRefusal::kNoImage;
+  if (!gsd) return false;
+  patch->gsd_m = *gsd;
+  patch->heights = CutHeights(surface, patch->ground_m.head<2>(),
+                              (0.5 * chip_px + kHeightMarginPx) * *gsd, *gsd);
+  const double spread = HeightSpread(patch->heights);
+  *why = ControlRefusal::kNoHeight;
+  if (std::isnan(spread)) return false;
+  patch->relief_px = spread / *gsd;
+  const auto rise = static_cast<float>(patch->ground_m.z() - patch->heights.At(0, 0));
+  for (float& height : patch->heights.heights_m) height += rise;
+  *why = ControlRefusal::kNoImage;
+  auto chip = RectifyChip(*source.raster, CorrectedView(*source.view, judged.residual_px),
+                          patch->heights, patch->ground_m, chip_px, *gsd);
+  if (!chip || !IsWhole(*chip)) return false;
+  patch->chip = std::move(*chip);
+  patch->bits = source.raster->BitsPerSample() > 8 ? 16 : 8;
+  return true;
+}
+
+void AddTexture(const Judged& judged, Patch* patch) {
+  patch->energy = TextureEnergy(patch->chip);
+  patch->persistence = Persistence(patch->chip);
+  const Eigen::Vector2i middle = judged.sighting->pixel.array().floor().cast<int>();
+  const int half = kSurroundings / 2;
+  const ImageWindow around = judged.sighting->source->raster->ReadGrey(
+      {middle.x() - half, middle.y() - half, kSurroundings, kSurroundings});
+  const auto second = FindSecondPeak(around.image, kTemplate);
+  patch->distinctness = second ? second->Distinctness() : 0;
+  if (second) patch->second_peak_px = second->distance_px;
+}
+
+}  // namespace
+
+std::string_view Name(ControlRefusal refusal) {
+  switch (refusal) {
+    case ControlRefusal::kNoHeight:
+      return "no height";
+    case ControlRefusal::kNoImage:
+      return "image border or nodata";
+    case ControlRefusal::kContradicted:
+      break;
+  }
+  return "measured elsewhere than oriented";
+}
+
+std::variant<Patch, ControlRefusal> MakeControlPatch(const ControlPoint& point,
+                                                     const std::vector<ControlSighting>& sightings,
+                                                     const GroundSurface& surface, int chip_px) {
+  std::vector<Judged> judged;
+  for (const ControlSighting& sighting : sightings) {
+    const auto computed = sighting.source->view->PixelFromGround(point.ground_m);
+    if (!computed) return ControlRefusal::kContradicted;
+    const Eigen::Vector2d residual = sighting.pixel - *computed;
+    if (Contradicts(point, *sighting.source->view, residual)) return ControlRefusal::kContradicted;
+    if (const auto penalty = ViewingPenalty(*sighting.source, point.ground_m, chip_px))
+      judged.push_back({&sighting, residual, *penalty});
+  }
+  std::stable_sort(judged.begin(), judged.end(),
+                   [](const Judged& a, const Judged& b) { return a.penalty < b.penalty; });
+  ControlRefusal why = ControlRefusal::kNoImage;
+  for (std::size_t best = 0; best < judged.size(); ++best) {
+    Patch patch;
+    patch.ground_m = point.ground_m;
+    patch.covariance_m2 = point.sigma_m.cwiseAbs2().asDiagonal();
+    if (!AddChip(judged[best], surface, chip_px, &patch, &why)) continue;
+    AddTexture(judged[best], &patch);
+    for (std::size_t i = 0; i < judged.size(); ++i)
+      if (i != best)
+        patch.evidence.push_back(
+            {judged[i].sighting->source->number, judged[i].sighting->pixel, judged[i].residual_px});
+    patch.quality = QualityOf(patch);
+    return patch;
+  }
+  return why;
+}
+
+}  // namespace orient

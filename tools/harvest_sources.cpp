@@ -1,0 +1,119 @@
+#include "tools/harvest_sources.h"
+
+#include "core/error.h"
+#include "patchdb/source_view.h"
+#include "tools/photo_interior.h"
+
+namespace orient {
+namespace {
+
+class Photos : public HarvestSources {
+ public:
+  Photos(const PhotosToHarvest& photos, double orientation_sigma_px)
+      : photos_(photos), orientation_sigma_px_(orientation_sigma_px) {
+    for (const std::string& path : photos.paths)
+      Footprint(RowOf(path), kLowestGround_m, kHighestGround_m);
+  }
+  SourceKind Kind() const override { return SourceKind::kPhoto; }
+
+  Bounds Footprint(std::size_t source, double low_m, double high_m) const override {
+    return Footprint(RowOf(photos_.paths[source]), low_m, high_m);
+  }
+
+  OpenSource Open(std::size_t source, const GroundSurface& surface,
+                  bool /*as_witness*/) const override {
+    OpenSource open;
+    open.raster = std::make_unique<Raster>(Raster::Open(photos_.paths[source]));
+    open.view = MakePhotoSource(View(source, *open.raster), Covariance(source),
+                                orientation_sigma_px_, surface);
+    return open;
+  }
+
+  HarvestResult Harvest(std::size_t source, const Raster& raster, const GroundSurface& surface,
+                        const HarvestOptions& options, const HarvestProgress& progress,
+                        const HarvestContext& context) const override {
+    return HarvestPhoto(raster, View(source, raster), Covariance(source), surface, options,
+                        progress, context);
+  }
+
+ private:
+  const OrientationRow& RowOf(const std::string& photo) const {
+    const OrientationRow* row = photos_.orientation.Find(PhotoName(photo));
+    if (row == nullptr)
+      throw InputError(photos_.orientation_path + " has no row for photo '" + PhotoName(photo) +
+                       "'; add its orientation or leave the photo out");
+    return *row;
+  }
+
+  Bounds Footprint(const OrientationRow& row, double low_m, double high_m) const {
+    const auto bounds = FootprintBounds(photos_.camera, row.pose, low_m, high_m);
+    if (!bounds)
+      throw InputError(photos_.orientation_path + ": photo '" + row.photo +
+                       "' does not look at the ground; check its height and angles");
+    return *bounds;
+  }
+
+  PhotoView View(std::size_t source, const Raster& raster) const {
+    const PhotoInterior interior = PhotoInteriorOf(raster, photos_.camera, photos_.interior_folder);
+    return {photos_.camera, interior.photo_from_pixel, RowOf(photos_.paths[source]).pose,
+            interior.film_correction};
+  }
+
+  std::optional<Matrix6d> Covariance(std::size_t source) const {
+    const OrientationRow& row = RowOf(photos_.paths[source]);
+    if (!row.sigma) return std::nullopt;
+    return Matrix6d(row.sigma->cwiseAbs2().asDiagonal());
+  }
+
+  const PhotosToHarvest& photos_;
+  double orientation_sigma_px_;
+};
+
+class Orthophotos : public HarvestSources {
+ public:
+  Orthophotos(const std::vector<std::string>& paths, const Crs& crs, double orientation_sigma_px)
+      : paths_(paths), crs_(crs), orientation_sigma_px_(orientation_sigma_px) {
+    for (const std::string& path : paths)
+      footprints_.push_back(OrthoFootprint(Raster::Open(path), crs));
+  }
+  SourceKind Kind() const override { return SourceKind::kOrthophoto; }
+
+  Bounds Footprint(std::size_t source, double /*low_m*/, double /*high_m*/) const override {
+    return footprints_[source];
+  }
+
+  OpenSource Open(std::size_t source, const GroundSurface& surface,
+                  bool as_witness) const override {
+    OpenSource open;
+    open.raster = std::make_unique<Raster>(Raster::Open(paths_[source]));
+    open.view = MakeOrthoSource(*open.raster, crs_, orientation_sigma_px_, surface);
+    if (as_witness) open.coverage = std::make_unique<Coverage>(*open.raster);
+    return open;
+  }
+
+  HarvestResult Harvest(std::size_t /*source*/, const Raster& raster, const GroundSurface& surface,
+                        const HarvestOptions& options, const HarvestProgress& progress,
+                        const HarvestContext& context) const override {
+    return HarvestOrtho(raster, crs_, surface, options, progress, context);
+  }
+
+ private:
+  const std::vector<std::string>& paths_;
+  const Crs& crs_;
+  double orientation_sigma_px_;
+  std::vector<Bounds> footprints_;
+};
+
+}  // namespace
+
+std::unique_ptr<HarvestSources> PhotoSources(const PhotosToHarvest& photos,
+                                             double orientation_sigma_px) {
+  return std::make_unique<Photos>(photos, orientation_sigma_px);
+}
+
+std::unique_ptr<HarvestSources> OrthophotoSources(const std::vector<std::string>& paths,
+                                                  const Crs& crs, double orientation_sigma_px) {
+  return std::make_unique<Orthophotos>(paths, crs, orientation_sigma_px);
+}
+
+}  // namespace orient

@@ -1,0 +1,114 @@
+#include "tools/patchdb/add_control.h"
+
+#include <algorithm>
+#include <filesystem>
+#include <map>
+#include <ostream>
+
+#include "core/error.h"
+#include "patchdb/control_points.h"
+#include "tools/harvest_sources.h"
+#include "tools/patchdb/control_table.h"
+#include "tools/summary_table.h"
+
+namespace orient {
+namespace {
+
+std::string FileName(const std::string& path) {
+  return std::filesystem::path(path).filename().string();
+}
+
+// The photos that any point is measured in, open, by the place of their path.
+std::map<std::size_t, OpenSource> OpenMeasured(const std::vector<ControlTablePoint>& points,
+                                               const std::vector<std::string>& paths,
+                                               const HarvestSources& kind,
+                                               const GroundSurface& surface) {
+  std::map<std::size_t, OpenSource> open;
+  for (const ControlTablePoint& point : points)
+    for (const MeasuredPoint& measured : point.measured)
+      for (std::size_t i = 0; i < paths.size(); ++i)
+        if (PhotoName(paths[i]) == measured.photo && !open.contains(i))
+          open.emplace(i, kind.Open(i, surface, true));
+  return open;
+}
+
+std::vector<ControlSighting> SightingsOf(const ControlTablePoint& point,
+                                         const std::vector<std::string>& paths,
+                                         const std::map<std::size_t, FurtherSource>& sources,
+                                         const std::string& table) {
+  std::vector<ControlSighting> sightings;
+  for (const MeasuredPoint& measured : point.measured) {
+    const auto source = std::find_if(sources.begin(), sources.end(), [&](const auto& entry) {
+      return PhotoName(paths[entry.first]) == measured.photo;
+    });
+    if (source == sources.end())
+      throw InputError(table + ": point '" + point.point.id + "' is measured in photo '" +
+                       measured.photo + "', which was not given; name it or take the row out");
+    sightings.push_back({&source->second, measured.pixel});
+  }
+  return sightings;
+}
+
+// Evidence can only name photos that the database knows.
+void NameEvidence(const PatchDatabase& database, const std::vector<std::string>& paths,
+                  std::vector<Patch>* patches) {
+  std::map<std::string, std::int64_t> ids;
+  for (const PatchSource& source : database.Sources())
+    if (source.kind == SourceKind::kPhoto) ids[source.name] = source.id;
+  for (Patch& patch : *patches) {
+    std::vector<PatchEvidence> known;
+    for (PatchEvidence evidence : patch.evidence) {
+      const auto id = ids.find(FileName(paths[static_cast<std::size_t>(evidence.source_id)]));
+      if (id == ids.end()) continue;
+      evidence.source_id = id->second;
+      known.push_back(evidence);
+    }
+    patch.evidence = known;
+  }
+}
+
+}  // namespace
+
+void AddControlPoints(PatchDatabase& database, const ControlToAdd& control,
+                      const PhotosToHarvest& photos, std::ostream& out) {
+  const auto points = ReadControlTable(control.table);
+  if (points.empty()) throw InputError(control.table + " names no points");
+  const HarvestOptions options;
+  const auto kind = PhotoSources(photos, options.orientation_sigma_px);
+  Bounds bounds = Bounds::OfNothing();
+  constexpr double kAround = 1000;  // m; more than a chip covers
+  for (const ControlTablePoint& point : points)
+    for (const double step : {-kAround, kAround})
+      bounds.Include(point.point.ground_m.x() + step, point.point.ground_m.y() + step);
+  const GroundSurface surface = GroundSurface::FromFile(control.dem, database.GroundCrs(), bounds);
+  const auto open = OpenMeasured(points, photos.paths, *kind, surface);
+  std::map<std::size_t, FurtherSource> sources;
+  for (const auto& [i, source] : open)
+    sources[i] = {source.raster.get(), source.view.get(), nullptr, static_cast<int>(i)};
+  std::vector<Patch> patches;
+  SummaryTable refused({"point", "refused because"});
+  std::vector<double> gsds;
+  for (const ControlTablePoint& point : points) {
+    auto made =
+        MakeControlPatch(point.point, SightingsOf(point, photos.paths, sources, control.table),
+                         surface, control.chip_px);
+    if (const auto* why = std::get_if<ControlRefusal>(&made)) {
+      refused.AddRow({point.point.id, std::string(Name(*why))});
+      continue;
+    }
+    patches.push_back(std::move(std::get<Patch>(made)));
+    gsds.push_back(patches.back().gsd_m);
+  }
+  if (patches.size() < points.size()) refused.Print(out);
+  if (patches.empty()) throw InputError(control.table + ": none of its points became a patch");
+  std::sort(gsds.begin(), gsds.end());
+  NameEvidence(database, photos.paths, &patches);
+  PatchSource source = control.about;
+  source.kind = SourceKind::kGcp;
+  source.name = FileName(control.table);
+  source.gsd_m = gsds[gsds.size() / 2];
+  database.AddSource(source, patches);
+  out << patches.size() << " of " << points.size() << " points added\n";
+}
+
+}  // namespace orient

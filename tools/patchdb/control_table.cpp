@@ -1,0 +1,108 @@
+#include "tools/patchdb/control_table.h"
+
+#include <algorithm>
+#include <charconv>
+#include <cmath>
+#include <fstream>
+
+#include "core/error.h"
+
+namespace orient {
+namespace {
+
+constexpr const char* kHeader = "point,x,y,z,sigma_x,sigma_y,sigma_z,photo,col,row";
+constexpr std::size_t kColumns = 10;
+
+class Lines {
+ public:
+  explicit Lines(const std::string& path) : path_(path), file_(path) {
+    if (!file_) throw InputError(path + " cannot be read; check the path");
+  }
+
+  // Cells of the next line that holds anything; false at the end.
+  bool Next(std::vector<std::string>* cells) {
+    std::string line;
+    while (std::getline(file_, line)) {
+      ++number_;
+      if (!line.empty() && line.back() == '\r') line.pop_back();
+      if (line.find_first_not_of(" \t") == std::string::npos || line[0] == '#') continue;
+      *cells = Split(line);
+      return true;
+    }
+    return false;
+  }
+
+  [[noreturn]] void Fail(const std::string& complaint) const {
+    throw InputError(path_ + ", line " + std::to_string(number_) + ": " + complaint);
+  }
+
+  double Number(const std::string& text) const {
+    double value = 0;
+    const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
+    if (error != std::errc() || end != text.data() + text.size() || !std::isfinite(value))
+      Fail("'" + text + "' is not a number");
+    return value;
+  }
+
+ private:
+  static std::vector<std::string> Split(const std::string& line) {
+    std::vector<std::string> cells;
+    for (std::size_t i = 0; i <= line.size();) {
+      const std::size_t comma = std::min(line.find(',', i), line.size());
+      std::string cell = line.substr(i, comma - i);
+      const std::size_t first = cell.find_first_not_of(" \t");
+      cell = first == std::string::npos
+                 ? ""
+                 : cell.substr(first, cell.find_last_not_of(" \t") - first + 1);
+      cells.push_back(cell);
+      i = comma + 1;
+    }
+    return cells;
+  }
+
+  std::string path_;
+  std::ifstream file_;
+  int number_ = 0;
+};
+
+ControlPoint PointOf(const Lines& lines, const std::vector<std::string>& cells) {
+  ControlPoint point;
+  point.id = cells[0];
+  for (int i = 0; i < 3; ++i) {
+    point.ground_m[i] = lines.Number(cells[static_cast<std::size_t>(1 + i)]);
+    point.sigma_m[i] = lines.Number(cells[static_cast<std::size_t>(4 + i)]);
+  }
+  if (!(point.sigma_m.minCoeff() > 0)) lines.Fail("a sigma must be positive");
+  return point;
+}
+
+}  // namespace
+
+std::vector<ControlTablePoint> ReadControlTable(const std::string& path) {
+  Lines lines(path);
+  std::vector<std::string> cells;
+  std::string header;
+  if (lines.Next(&cells))
+    for (const std::string& cell : cells) header += (header.empty() ? "" : ",") + cell;
+  if (header != kHeader) lines.Fail(std::string("the header must be ") + kHeader);
+  std::vector<ControlTablePoint> points;
+  while (lines.Next(&cells)) {
+    if (cells.size() != kColumns || cells[0].empty() || cells[7].empty())
+      lines.Fail("a row has ten cells, point and photo not empty");
+    const ControlPoint point = PointOf(lines, cells);
+    auto known = std::find_if(points.begin(), points.end(), [&](const ControlTablePoint& other) {
+      return other.point.id == point.id;
+    });
+    if (known == points.end()) known = points.insert(points.end(), {point, {}});
+    if (known->point.ground_m != point.ground_m || known->point.sigma_m != point.sigma_m)
+      lines.Fail("point '" + point.id + "' has other coordinates or sigmas above");
+    for (const MeasuredPoint& other : known->measured)
+      if (other.photo == cells[7])
+        lines.Fail("point '" + point.id + "' is measured twice in photo '" + other.photo + "'");
+    known->measured.push_back(
+        {cells[7], Eigen::Vector2d(lines.Number(cells[8]), lines.Number(cells[9]))});
+  }
+  return points;
+}
+
+}  // namespace orient
