@@ -19,7 +19,7 @@ endif()
 # What address and undefined-behaviour sanitizer look at. Null, misaligned and out-of-object accesses
 # are the former's already; asking twice makes Eigen's templates compile half as long again.
 set(ORIENT_SANITIZERS -fsanitize=address,undefined)
-set(ORIENT_SANITIZED -O1 -g1 ${ORIENT_SANITIZERS} -fno-omit-frame-pointer
+set(ORIENT_SANITIZED -O1 -g1 -UNDEBUG ${ORIENT_SANITIZERS} -fno-omit-frame-pointer
     -fno-sanitize=null,alignment,object-size,pointer-overflow -fno-sanitize-recover=undefined
     # Under a sanitizer Eigen would align memory by itself, and the tests' own code free it wrongly.
     -DEIGEN_MALLOC_ALREADY_ALIGNED=1)
