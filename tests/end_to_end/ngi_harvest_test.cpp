@@ -161,8 +161,8 @@ TEST_F(SlowNgiHarvest, PatchesOfOrthophotosLieWhereTheOtherPhotosShowThem) {
   const DrawnBack back = DrawBack(true);
   Print("orthophotos", back);
   EXPECT_GE(back.matched, 400);
-  // The orthophotos were made with other heights than this DEM: whole regions lie up to half a pixel
-  // off, and where one orthophoto alone shows a place nothing tells. Measured: 67 %.
+  // The orthophotos were made with other heights than this DEM: whole regions lie up to half a
+  // pixel off, and where one orthophoto alone shows a place nothing tells. Measured: 67 %.
   EXPECT_GE(back.HalfPercent(), 60);
   EXPECT_EQ(back.good_beyond_three, 0);
 }
