@@ -1,7 +1,7 @@
 #!/usr/bin/env python3
 """CTest `patchdb_hostile`: damaged and hostile patch databases never crash, hang, or escape.
 
-    patchdb_hostile_test.py ORIENT [INPUTS]   INPUTS: 300 unless told
+    patchdb_hostile_test.py ORIENT [INPUTS]   INPUTS: 300 unless told; about 3 s each
 
 Truncated and overwritten files, wrong types in columns, huge sizes, NaN coordinates, SQL in names,
 circles of references. Every command on them ends by itself with exit code 0, 1 or 2, and leaves no
