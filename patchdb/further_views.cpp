@@ -47,7 +47,8 @@ std::optional<ChipMatch> MatchChips(const Image& templ, const Image& window,
 bool CoreAgrees(const Image& templ, const Image& window, const ChipMatch& match,
                 const MatchOptions& options) {
   const int side = std::min(options.core_px, templ.width);
-  const auto peaks = FindPeaks(Correlate(Middle(templ, side), window), 1, kPeakDistance, 0);
+  const auto peaks =
+      FindPeaks(Correlate(Middle(templ, side), window), 1, kPeakDistance, options.min_score);
   if (peaks.empty()) return false;
   const Eigen::Vector2d corner_of_no_shift = Eigen::Vector2d::Constant(0.5 * (window.width - side));
   return (peaks[0].position - corner_of_no_shift - match.shift).norm() <=

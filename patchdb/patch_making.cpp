@@ -13,7 +13,7 @@ namespace {
 constexpr int kDistinctnessTemplate = 31;               // px a side
 constexpr int kDistinctnessSearch = 24;                 // px in every direction
 constexpr double kHeightMarginPx = 2;                   // heights reach that far beyond the chip
-constexpr double kMinSearchPx = 12, kMaxSearchPx = 24;  // a roof must be found where it is
+constexpr double kMinSearchPx = 20, kMaxSearchPx = 24;  // a roof must be found where it is
 constexpr double kSearchSigmas = 3.5;
 constexpr double kSearchMarginPx = 2;
 
@@ -153,7 +153,7 @@ Outcome Locate(const PatchMaker& maker, const Sightings& sightings, Patch& patch
 
 Outcome CompareWithSurfaceModel(const PatchMaker& maker, Patch& patch) {
   if (maker.context.dsm == nullptr) return std::nullopt;
-  patch.lean_px = LeanOf(*maker.context.dsm, patch);
+  patch.lean_px = LeanOf(*maker.context.dsm, maker.source, patch);
   if (patch.lean_px && *patch.lean_px > maker.options.max_lean_px) return Refusal::kStanding;
   return std::nullopt;
 }

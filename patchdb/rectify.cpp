@@ -76,6 +76,27 @@ std::optional<PixelWindow> WindowAround(const std::vector<Eigen::Vector2d>& pixe
   return PixelWindow{first.x(), first.y(), last.x() - first.x(), last.y() - first.y()};
 }
 
+// How high above the chip's ground the line of sight to a chip pixel (from the middle) meets the
+// other surface, chip pixels; 0 where it comes down freely. Orthophotos have no known sight.
+double MetOnTheWay(const GroundSurface& surface, const SourceView& source, const Patch& patch,
+                   double col, double row) {
+  constexpr double kHighest = 150;  // m; above that nothing is looked for
+  if (source.IsOrthophoto()) return 0;
+  Eigen::Vector3d ground = patch.ground_m + patch.gsd_m * Eigen::Vector3d(col, -row, 0);
+  ground.z() = patch.heights.At(ground.x() - patch.ground_m.x(), ground.y() - patch.ground_m.y());
+  const Eigen::Vector3d sight = source.HeightEffect(ground);
+  const double top = std::min(kHighest, surface.MaxHeight() - ground.z());
+  // Steps of one chip pixel over the ground.
+  const double step = patch.gsd_m / std::max(sight.head<2>().norm(), 0.05);
+  double met = 0;
+  for (double above = step; above < top; above += step) {
+    const Eigen::Vector3d place = ground + above * sight;
+    const auto height = surface.HeightAt(place.x(), place.y());
+    if (height && *height > place.z()) met = above;
+  }
+  return met / patch.gsd_m;
+}
+
 }  // namespace
 
 HeightGrid CutHeights(const GroundSurface& surface, const Eigen::Vector2d& centre_m,
@@ -117,7 +138,8 @@ std::optional<Image> RectifyChip(const Raster& raster, const SourceView& source,
   return chip;
 }
 
-std::optional<double> LeanOf(const GroundSurface& surface, const Patch& patch) {
+std::optional<double> LeanOf(const GroundSurface& surface, const SourceView& source,
+                             const Patch& patch) {
   constexpr double kStep = 2, kMiddle = 8;  // chip pixels
   constexpr double kShare = 0.75;
   const double half = 0.5 * patch.chip.width;
@@ -133,6 +155,9 @@ std::optional<double> LeanOf(const GroundSurface& surface, const Patch& patch) {
       if (std::hypot(col, row) <= kMiddle) middle = std::max(middle, departures.back());
     }
   if (middle < 0 || static_cast<double>(departures.size()) < kShare * places) return std::nullopt;
+  for (const double col : {-3.0, 0.0, 3.0})
+    for (const double row : {-3.0, 0.0, 3.0})
+      middle = std::max(middle, MetOnTheWay(surface, source, patch, col, row));
   const auto rank =
       static_cast<std::ptrdiff_t>(kShare * static_cast<double>(departures.size() - 1));
   std::nth_element(departures.begin(), departures.begin() + rank, departures.end());

@@ -29,8 +29,10 @@ std::optional<Image> RectifyChip(const Raster& raster, const SourceView& source,
 
 // How far another surface (roofs, crowns: a DSM) departs from the heights that a chip carries, in
 // chip pixels of lean at 45 degrees: the largest departure near the chip's middle, or the one that
-// three quarters of the chip stay below, whichever is larger. Empty where the other surface knows
-// less than three quarters of the chip, or nothing of its middle.
-std::optional<double> LeanOf(const GroundSurface& surface, const Patch& patch);
+// three quarters of the chip stay below, whichever is larger. Around the middle a photo's lines of
+// sight are followed: what they meet on their way down departs, too. Empty where the other surface
+// knows less than three quarters of the chip, or nothing of its middle.
+std::optional<double> LeanOf(const GroundSurface& surface, const SourceView& source,
+                             const Patch& patch);
 
 }  // namespace orient
