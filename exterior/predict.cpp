@@ -16,10 +16,11 @@ bool Inside(const Eigen::Vector2d& pixel, const PredictionOptions& options) {
          pixel.y() <= options.height_px - options.border_px;
 }
 
-// Likely to succeed comes first, then distinctness; where that is unknown it ranks in the middle,
-// neither preferred nor shunned.
+// What attempts have taught comes first, then distinctness; where that is unknown it ranks in the
+// middle, neither preferred nor shunned. A new patch is ranked among those that did as expected.
 std::pair<double, double> Rank(const Patch& patch) {
-  return {BeliefOf(patch).Mean(), patch.distinctness.value_or(0.5)};
+  const double taught = BeliefOf(patch).Mean() - BeliefOf(patch.quality, {}).Mean();
+  return {taught, patch.distinctness.value_or(0.5)};
 }
 
 }  // namespace

@@ -34,9 +34,9 @@ std::vector<PatchPrediction> Predict(const PhotoView& view, const Matrix6d& pose
                                      const PredictionOptions& options,
                                      std::vector<std::size_t>* not_visible = nullptr);
 
-// At most `count` of the predictions, spread evenly over the photo, of each cell first those most
-// likely to succeed (by their quality and what became of earlier attempts: patchdb/learning.h),
-// then the most distinct. Deterministic.
+// At most `count` of the predictions, spread evenly over the photo, of each cell first those that
+// did better than expected in earlier attempts (patchdb/learning.h), then the most distinct.
+// Deterministic.
 std::vector<PatchPrediction> SelectSpread(const std::vector<PatchPrediction>& predictions,
                                           const std::vector<Patch>& patches, int count,
                                           const PredictionOptions& options);

@@ -1,15 +1,13 @@
 #include "interior/acceptance.h"
 
-#include <tbb/parallel_for.h>
-
 #include <Eigen/LU>
 
-#include "core/files/used_marks.h"
 #include "core/format_text.h"
 #include "interior/cross_position.h"
 #include "interior/film_orientation.h"
 #include "interior/lines_locator.h"
 #include "interior/reseau.h"
+#include "interior/side_by_side.h"
 
 namespace orient {
 namespace {
@@ -217,7 +215,7 @@ FilmMarks MeasureMarks(const Raster& scan, const CameraFile& camera, const MarkS
     const std::string& mark = camera.fiducials[i].mark;
     if (reading.best.choice[i] >= 0) measurers.try_emplace(mark, shapes.at(mark), pixel_from_mm);
   }
-  tbb::parallel_for(size_t{0}, marks.size(), [&](size_t i) {
+  SideBySide(marks.size(), [&](size_t i) {
     const int choice = reading.best.choice[i];
     if (choice < 0) return;
     const std::string& mark = camera.fiducials[i].mark;
@@ -250,7 +248,6 @@ std::vector<MeasuredMark> UsedMarks(const CameraFile& camera, const FilmMarks& m
 
 void JudgePixelSize(const FilmReading& reading, InteriorResult* result) {
   if (!result->pixel_size_um || reading.pixel_size.sigma < kStatedSigma) return;
-  if (CountUsedMarks(*result) >= kMarksOfShape) return;
   if (result->status == Status::kOk) result->status = Status::kWeak;
   result->messages.push_back(FormatText(
       "The pixel size (%.2f um) follows from the camera alone: a smaller or larger camera with "

@@ -38,12 +38,8 @@ int NeededMarks(int all);
 // marks reach 6), and 1.9 for every further mark of the camera, found or not.
 double MinSetNats(int all);
 
-// So many marks tell by their pattern alone which film of which size they are on; fewer lie alike
-// in cameras of any size.
-inline constexpr int kMarksOfShape = 6;
-
-// Weak, where fewer marks than these are the only word about the pixel size: they may be those of a
-// smaller or larger camera than the one named.
+// Weak, where the marks are the only word about the pixel size: they may be those of a smaller or
+// larger camera than the one named (squares of four and rings of eight come in many sizes).
 void JudgePixelSize(const FilmReading& reading, InteriorResult* result);
 
 // What geometry alone allows: failed below three marks, MinSetNats(all) or 3 nats of margin; weak

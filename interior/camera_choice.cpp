@@ -4,7 +4,6 @@
 
 #include "core/files/used_marks.h"
 #include "core/format_text.h"
-#include "interior/acceptance.h"
 #include "interior/layout.h"
 
 namespace orient {
@@ -22,6 +21,7 @@ constexpr double kTagTolerance = 0.05;
 // may be the marks of an unknown camera in a similar place.
 constexpr double kSurePixelSize = 0.012;
 // Marks that fix a layout's shape and not only its size.
+constexpr int kMarksOfShape = 6;
 constexpr double kSameShape = 0.01;  // relative to the layout's radius
 constexpr double kSameTransformMm = 0.25;
 constexpr double kMostDistortionMm = 0.6;

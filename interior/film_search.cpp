@@ -1,7 +1,5 @@
 #include "interior/film_search.h"
 
-#include <tbb/parallel_for.h>
-
 #include <Eigen/Geometry>
 #include <Eigen/LU>
 #include <cmath>
@@ -10,6 +8,7 @@
 
 #include "interior/acceptance.h"
 #include "interior/rival_readings.h"
+#include "interior/side_by_side.h"
 
 namespace orient {
 namespace {
@@ -108,7 +107,7 @@ class Reader {
     std::vector<const Place*> fresh;
     for (const Place& place : places)
       if (searched_.try_emplace(place.key).second) fresh.push_back(&place);
-    tbb::parallel_for(size_t{0}, fresh.size(), [&](size_t i) {
+    SideBySide(fresh.size(), [&](size_t i) {
       const Place& place = *fresh[i];
       const Locator& locator = *locators_.at(LocatorFor(*place.shape, locator_));
       searched_.at(place.key) = locator.Find(windows_, *place.shape, place.search);

@@ -259,8 +259,9 @@ std::vector<Vector2d> MeshShifts(const std::vector<Fiducial>& fiducials) {
     if (shift.norm() > kSamePlace_mm && 2 * InCommon(fiducials, shift) >= std::ssize(fiducials))
       shifts.push_back(shift);
   }
+  const auto hundredths = [](const Vector2d& shift) { return std::llround(100 * shift.norm()); };
   std::stable_sort(shifts.begin(), shifts.end(),
-                   [](const auto& a, const auto& b) { return a.norm() < b.norm() - 0.01; });
+                   [&](const auto& a, const auto& b) { return hundredths(a) < hundredths(b); });
   if (shifts.size() > kMost) shifts.resize(kMost);
   return shifts;
 }

@@ -349,6 +349,7 @@ std::optional<InteriorResult> InOrientation(const InteriorResult& result, const 
   const bool mirrored = IsMirrored(orientation);
   if (!FitUsedMarks(camera, mirrored, &turned)) return std::nullopt;
   CorrectFilm(camera, mirrored, &turned);
+  if (result.reseau && !turned.reseau) return std::nullopt;  // no smooth film in this orientation
   return turned;
 }
 

@@ -43,14 +43,16 @@ void CorrectFilm(const CameraFile& camera, bool mirrored, InteriorResult* result
       index.push_back(i);
     }
     const auto fit = FitReseau(used, *result->photo_from_pixel);
-    if (!fit) return;
+    if (!fit) break;
     const auto crosses = static_cast<int>(std::count(fit->used.begin(), fit->used.end(), true));
     result->reseau = ReseauResult{fit->correction, crosses, fit->noise_um, fit->left_out_rms_um};
     if (crosses == std::ssize(used)) return;
     for (size_t k = 0; k < index.size(); ++k)
       if (!fit->used[k]) result->marks[index[k]].state = MarkState::kRejected;
-    FitUsedMarks(camera, mirrored, result);
+    if (!FitUsedMarks(camera, mirrored, result)) break;
   }
+  // Contradictory to the end; the last round's correction belongs to another transform.
+  result->reseau.reset();
 }
 
 void SayReseau(InteriorResult* result) {

@@ -44,7 +44,8 @@ SuccessWeights WeighAttempts(const std::vector<AttemptOutcome>& attempts, int ep
   SuccessWeights weights;
   for (const AttemptOutcome& attempt : attempts) {
     double weight =
-        PhotoWeight(attempt) * std::pow(kEpochBefore, std::max(0, epoch - attempt.epoch));
+        PhotoWeight(attempt) *
+        std::pow(kEpochBefore, std::max(0.0, static_cast<double>(epoch) - attempt.epoch));
     if (const auto year = YearOf(attempt.photo_date); year && newest)
       weight *= std::pow(0.5, (*newest - *year) / kHalfLife_years);
     if (Succeeded(attempt)) weights.success += weight;

@@ -167,9 +167,10 @@ class Harvester {
     std::vector<OpenSource> witnesses;
     HarvestContext context;
     context.number = static_cast<int>(source);
-    context.taken_m = taken_m_;
     context.dsm = dsm ? &*dsm : nullptr;
-    for (const std::size_t i : WitnessesOf(source, surface)) {
+    const bool alone = run_.options.max_further_views == 0;
+    if (!alone) context.taken_m = taken_m_;
+    for (const std::size_t i : alone ? std::vector<std::size_t>{} : WitnessesOf(source, surface)) {
       witnesses.push_back(kind_.Open(i, surface, true));
       const OpenSource& open = witnesses.back();
       context.further.push_back(

@@ -104,7 +104,10 @@ std::optional<Patch> PatchTransform::operator()(const Patch& patch) const {
   const Turn turn{*back, std::sqrt(std::abs(forward->determinant()))};
   const double half_px = 0.5 * std::max(patch.chip.width, patch.chip.height);
   const double moved_px = (*back * turn.scale - Eigen::Matrix2d::Identity()).norm() * half_px;
-  if (moved_px > kNegligible_px) TurnPictures(turn, &there);
+  if (moved_px > kNegligible_px)
+    TurnPictures(turn, &there);
+  else
+    there.heights.step_m *= turn.scale;
   there.gsd_m = patch.gsd_m * turn.scale;
   return there;
 }

@@ -2,6 +2,7 @@
 // ground points' covariances are where orientation and DEM err by known amounts.
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <array>
 #include <filesystem>
 #include <iostream>
@@ -206,6 +207,8 @@ struct City {
         "harvest",       folder / photos_glob, "--camera", folder / "camera.toml",
         "--orientation", folder / table,       "--dem",    folder / dem};
     arguments.insert(arguments.end(), more.begin(), more.end());
+    if (std::find(more.begin(), more.end(), "--further-views") == more.end())
+      arguments.insert(arguments.end(), {"--further-views", "4"});
     return Harvest(arguments);
   }
 

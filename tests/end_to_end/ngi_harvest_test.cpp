@@ -142,7 +142,7 @@ class SlowNgiHarvest : public testing::Test {
 TEST_F(SlowNgiHarvest, PatchesOfPhotosLieWhereTheOtherPhotosShowThem) {
   Run({"patchdb", "harvest", database_, "--camera", ngi_->folder + "/camera.toml", "--orientation",
        ngi_->folder + "/published_orientation.csv", "--dem", ngi_->folder + "/dem.tif",
-       ngi_->folder + "/photos/*.tif"});
+       "--further-views", "4", ngi_->folder + "/photos/*.tif"});
   const DrawnBack back = DrawBack(false);
   Print("photos", back);
   EXPECT_GE(back.matched, 400);
@@ -156,8 +156,8 @@ TEST_F(SlowNgiHarvest, PatchesOfPhotosLieWhereTheOtherPhotosShowThem) {
 }
 
 TEST_F(SlowNgiHarvest, PatchesOfOrthophotosLieWhereTheOtherPhotosShowThem) {
-  Run({"patchdb", "harvest-ortho", database_, "--dem", ngi_->folder + "/dem.tif", "--ortho",
-       ngi_->folder + "/orthos/*.tif"});
+  Run({"patchdb", "harvest-ortho", database_, "--further-views", "4", "--dem",
+       ngi_->folder + "/dem.tif", "--ortho", ngi_->folder + "/orthos/*.tif"});
   const DrawnBack back = DrawBack(true);
   Print("orthophotos", back);
   EXPECT_GE(back.matched, 400);

@@ -164,7 +164,8 @@ TEST_F(InteriorOfSimulatedFrame, PixelSizeComesFromTheMarksWhereNothingTellsIt) 
   const CameraFile camera = SmallCamera();
   const FilmFrame frame = RenderFilmFrame(Spec(camera, 6));
   const InteriorResult result = Orient(frame.scan, camera, {});
-  ASSERT_EQ(result.status, Status::kOk);
+  EXPECT_EQ(result.status, Status::kWeak);  // four marks may be those of a film of any size
+  ASSERT_TRUE(result.pixel_size_um);
   EXPECT_NEAR(*result.pixel_size_um, 1e3 * kPixelMm, 0.15);
 }
 

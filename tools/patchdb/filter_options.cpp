@@ -5,6 +5,7 @@
 
 #include <CLI/CLI.hpp>
 #include <mutex>
+#include <regex>
 
 #include "core/error.h"
 #include "core/geometry/quiet_gdal.h"
@@ -57,6 +58,11 @@ std::string WktOf(const OGRSpatialReference& crs) {
 
 }  // namespace
 
+std::string WhyNoDate(const std::string& date) {
+  static const std::regex iso("[0-9]{4}(-(0[1-9]|1[0-2])(-(0[1-9]|[12][0-9]|3[01]))?)?");
+  return std::regex_match(date, iso) ? "" : date + " is no date like 1961, 1961-07 or 1961-07-30";
+}
+
 std::vector<Ring> ReadPolygon(const std::string& path, const Crs& crs) {
   static std::once_flag registered;
   std::call_once(registered, [] { GDALAllRegister(); });
@@ -96,11 +102,13 @@ void FilterOptions::DeclareRules(CLI::App& app) {
   app.add_option("--max-success", max_success_,
                  "Expected to succeed in less than this share of attempts (0 .. 1)");
   app.add_option("--min-failures", min_failures_, "At least so many failed attempts (weighted)");
-  app.add_option("--older-than", older_than_, "Source taken before this date (ISO 8601)");
+  app.add_option("--older-than", older_than_, "Source taken before this date (ISO 8601)")
+      ->check(WhyNoDate);
 }
 
 void FilterOptions::DeclareRetired(CLI::App& app) {
-  app.add_option("--retired-before", retired_before_, "Retired before this date (ISO 8601)");
+  app.add_option("--retired-before", retired_before_, "Retired before this date (ISO 8601)")
+      ->check(WhyNoDate);
 }
 
 PatchFilter FilterOptions::Filter(const PatchDatabase& database) const {

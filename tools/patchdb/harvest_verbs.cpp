@@ -10,6 +10,7 @@
 #include "patchdb/patch_database.h"
 #include "tools/harvest_run.h"
 #include "tools/patchdb/add_control.h"
+#include "tools/patchdb/filter_options.h"
 #include "tools/patchdb/verb.h"
 #include "tools/shared_options.h"
 
@@ -23,11 +24,13 @@ struct HarvestArguments {
 
   void Declare(CLI::App& app, const std::string& max_option) {
     HarvestOptions& options = run.options;
+    options.max_further_views = 0;  // until poses from several views are as good as from one
     app.add_option("--dem", run.dem, "Ground heights: any raster GDAL reads, any projected CRS")
         ->required();
     app.add_option("--dsm", run.dsm,
                    "Heights with buildings and trees, to refuse what stands: any raster likewise");
-    app.add_option("--date", date, "Date of the images, ISO 8601 (1961, 1961-07-30)");
+    app.add_option("--date", date, "Date of the images, ISO 8601 (1961, 1961-07-30)")
+        ->check(WhyNoDate);
     app.add_option("--provenance", provenance, "Who made the images, from what");
     app.add_option("--licence", licence, "Under which licence");
     app.add_option("--chip-px", options.chip_px, "Side of a chip in pixels, odd");
@@ -44,8 +47,9 @@ struct HarvestArguments {
                    "Refuse what fits nearly as well at a second place: 0 nothing, 1 everything");
     app.add_option("--max-lean-px", options.max_lean_px,
                    "Refuse what the DSM has so far above or below the ground, in chip pixels");
-    app.add_option("--further-views", options.max_further_views,
-                   "Other sources a patch is sought in: the best so many, 0 for none");
+    app.add_option(
+        "--further-views", options.max_further_views,
+        "Other sources a patch is sought in: the best so many; 0, each source for itself");
   }
   const HarvestRun& Checked() {
     if (const auto wrong = run.options.Check()) throw UsageError(*wrong);
@@ -135,7 +139,8 @@ class AddGcpVerb : public PatchdbVerb {
     verb->add_option("--dem", control_.dem, "Ground heights around the points")->required();
     verb->add_option("--interior", photos_.interior_folder,
                      "Folder of interior orientations (film cameras)");
-    verb->add_option("--date", date_, "Date of the images, ISO 8601 (1961, 1961-07-30)");
+    verb->add_option("--date", date_, "Date of the images, ISO 8601 (1961, 1961-07-30)")
+        ->check(WhyNoDate);
     verb->add_option("--provenance", provenance_, "Who surveyed the points");
     verb->add_option("--chip-px", control_.chip_px, "Side of a chip in pixels, odd");
     return verb;
