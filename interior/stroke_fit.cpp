@@ -16,6 +16,9 @@ using Eigen::Vector2d;
 // How far what was taken off for a stroke's unlike sides may be wrong.
 constexpr double kSideUnsure = 0.5;
 constexpr double kOutlierSigmas = 3.0;
+// A profile whose top lies farther from the line, in units of its smoothing, does not fit it,
+// however much all scatter: the outliers' limit grows with the scatter.
+constexpr double kFarthestTop = 0.5;
 constexpr double kLeastSeen = 0.5;  // of a stroke's profiles
 constexpr int kPasses = 12;
 constexpr double kConverged = 1e-3;  // px
@@ -77,7 +80,10 @@ double StrokeFit::VarianceAt(double x) const {
 
 StrokeEvidence StrokeFit::Evidence() const {
   StrokeEvidence evidence;
-  evidence.share = static_cast<double>(used_) / std::max(1.0, static_cast<double>(possible_));
+  size_t fitting = 0;
+  for (size_t i = 0; i < profiles_.size(); ++i)
+    if (use_[i] && std::abs(OffLine(i)) <= kFarthestTop * line_.smoothing_px) ++fitting;
+  evidence.share = static_cast<double>(fitting) / std::max(1.0, static_cast<double>(possible_));
   evidence.nats = std::min(ArmNats(false), ArmNats(true));
   return evidence;
 }
@@ -131,6 +137,11 @@ Vector2d StrokeFit::RowOf(size_t i) const {
 // What a profile leaves at a line that is shifted and turned by `move`, grey values per pixel.
 double StrokeFit::Left(size_t i, const Vector2d& move) const {
   return profiles_[i].weight * profiles_[i].g1 + RowOf(i).dot(move);
+}
+
+// How far a profile's top lies from the line, px.
+double StrokeFit::OffLine(size_t i) const {
+  return Left(i, move_) / (2 * profiles_[i].g2 * profiles_[i].weight);
 }
 
 bool StrokeFit::Solve(const std::vector<bool>& used, Vector2d* move) {

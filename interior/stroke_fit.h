@@ -10,7 +10,8 @@ namespace orient {
 
 // How surely there is a stroke along the line, and not the picture's own texture.
 struct StrokeEvidence {
-  double share = 0;  // of the profiles along both arms that fit the line
+  // Of the profiles along both arms: with their top on the line, to 0.5 of the smoothing.
+  double share = 0;
   // For the arm that shows less: log-likelihood ratio of one contrast along all of it against
   // contrasts that waver about zero, neighbouring profiles telling the same.
   double nats = 0;
@@ -39,6 +40,7 @@ class StrokeFit {
   void Weigh(double noise);
   Eigen::Vector2d RowOf(size_t i) const;
   double Left(size_t i, const Eigen::Vector2d& move) const;
+  double OffLine(size_t i) const;
   bool Solve(const std::vector<bool>& used, Eigen::Vector2d* move);
   bool WithoutOutliers();
   bool Improve(double max_shift_px);

@@ -36,6 +36,7 @@ struct Trial {
   double brightness = 235;
   double noise = 3;
   bool dark = false;
+  bool painted = true;
   unsigned seed = 1;
 
   Matrix2d PixelFromMm() const {
@@ -56,7 +57,7 @@ class CrossPosition : public testing::Test {
     for (int row = 0; row < kSide; ++row)
       for (int col = 0; col < kSide; ++col) {
         const Vector2d corner = Vector2d(col, row) - truth;
-        if (corner.norm() > reach ||
+        if (!trial.painted || corner.norm() > reach ||
             StrokeDistance(trial.shape.drawing, mm_from_pixel * corner) > 2 * kPixelMm)
           continue;
         // A Fibonacci lattice: all samples differ along rows and along columns.
@@ -202,6 +203,34 @@ TEST_F(CrossPosition, BlotsOnTheStrokesAreOutliers) {
   const auto found = Measure({}, picture, truth);
   ASSERT_TRUE(found);
   EXPECT_LT((found->pixel - truth).norm(), 0.05);
+}
+
+// Rows of bright spots that lie off their line by `scatter_px`, column by column.
+Image Scattered(const Vector2d& centre, double scatter_px) {
+  Image picture(kSide, kSide, 90);
+  std::mt19937 random(3);
+  std::normal_distribution<double> off(0, scatter_px);
+  for (int along = -48; along <= 48; ++along) {
+    const int col = static_cast<int>(centre.x()), row = static_cast<int>(centre.y());
+    const int across = static_cast<int>(std::lround(off(random)));
+    for (int wide = -1; wide <= 1; ++wide) {
+      picture.At(col + along, row + across + wide) = 235;
+      picture.At(col + across + wide, row + along) = 235;
+    }
+  }
+  return picture;
+}
+
+TEST_F(CrossPosition, ProfilesFarFromTheLineDoNotFitItHoweverMuchAllScatter) {
+  Trial trial;
+  trial.painted = false;
+  const Vector2d truth(110.5, 107.5);
+  const auto share = [&](double scatter_px) {
+    const auto found = Measure(trial, Scattered(truth, scatter_px), truth);
+    return found ? found->share : 0;
+  };
+  EXPECT_GT(share(0.2), 0.9);
+  for (const double scatter_px : {1.5, 2.0}) EXPECT_LT(share(scatter_px), 0.75) << scatter_px;
 }
 
 TEST_F(CrossPosition, WithoutLinesThereIsNone) {
