@@ -16,7 +16,7 @@ using Eigen::Vector2d;
 // Of the profiles, besides the stroke's own width; and another one: what that changes is what the
 // picture around the stroke does to the result.
 constexpr double kSmoothingPx = 1.2, kOtherSmoothingPx = 1.6;
-constexpr double kShareOfDifference = 0.5;  // of its square, in the variance
+constexpr double kShareOfDifference = 0.3;  // of its square, in the variance
 
 // `dark`: the strokes are, and the window is turned into its negative.
 ImageWindow ReadFlat(const Raster& scan, const Vector2d& centre, double reach_px,

@@ -14,7 +14,7 @@ using Eigen::Matrix2d;
 using Eigen::Vector2d;
 
 // How far what was taken off for a stroke's unlike sides may be wrong.
-constexpr double kSideUnsure = 0.5;
+constexpr double kSideUnsure = 0.1;
 constexpr double kOutlierSigmas = 3.0;
 // A profile whose top lies farther from the line, in units of its smoothing, does not fit it,
 // however much all scatter: the outliers' limit grows with the scatter.
@@ -63,17 +63,19 @@ bool StrokeFit::Fit(double max_shift_px) {
 }
 
 double StrokeFit::VarianceAt(double x) const {
-  const Matrix2d inverse = normal_.inverse();
-  Matrix2d spread = Matrix2d::Zero();
-  for (int lag = 0; lag <= kFarthestLag; ++lag) spread += SpreadAtLag(lag);
   const Vector2d at(1, x);
-  double variance = at.dot(inverse * spread * inverse * at);
+  const Vector2d weights = Response().transpose().inverse() * at;
+  Matrix2d spread = SpreadAtLag(0);
+  const double independent = weights.dot(spread * weights);
+  for (int lag = 1; lag <= kFarthestLag; ++lag) spread += SpreadAtLag(lag);
+  // Neighbours are alike or independent; that they contradict one another is chance.
+  double variance = std::max(independent, weights.dot(spread * weights));
   // The sides' effect is known to a part only, and the same part everywhere.
   Vector2d sides = Vector2d::Zero();
   for (size_t i = 0; i < profiles_.size(); ++i)
     if (use_[i]) sides += RowOf(i) * profiles_[i].weight * kSideUnsure * profiles_[i].side_effect;
-  const double wrong = at.dot(inverse * sides);
-  const double aliased = at.dot(inverse * Aliasing());
+  const double wrong = weights.dot(sides);
+  const double aliased = weights.dot(Aliasing());
   variance += wrong * wrong + aliased * aliased;
   return variance * static_cast<double>(used_) / std::max(1.0, static_cast<double>(used_) - 2);
 }
@@ -106,6 +108,28 @@ double StrokeFit::ArmNats(bool right) const {
   }
   const double effective = count / VarianceInflation(contrasts);
   return 0.5 * effective * std::log1p(mean * mean * count / std::max(squares, 1e-12));
+}
+
+// What the right-hand side of the normal equations changes by where the line is moved or turned.
+// Their matrix alone would be a third too large: what is taken off for the sides moves along.
+Matrix2d StrokeFit::Response() const {
+  constexpr double kBy_px = 0.2;
+  const Vector2d by(kBy_px, kBy_px / line_.to_px);
+  Matrix2d response = Matrix2d::Zero();
+  for (const int k : {0, 1}) {
+    for (const int way : {-1, 1}) {
+      const double offset = line_.offset + (k == 0 ? way * by[k] : 0);
+      const double slope = line_.slope + (k == 1 ? way * by[k] : 0);
+      for (size_t i = 0; i < profiles_.size(); ++i) {
+        if (!use_[i]) continue;
+        const double y = centre_.y() + offset + slope * FromCentre(i);
+        const Profile moved = ProfileAt(plane_, columns_[i], y, line_);
+        if (moved.seen)
+          response.col(k) += way * profiles_[i].weight * moved.g1 * RowOf(i) / (2 * by[k]);
+      }
+    }
+  }
+  return response;
 }
 
 bool StrokeFit::IsOnArm(size_t i) const {

@@ -46,6 +46,7 @@ class StrokeFit {
   bool Improve(double max_shift_px);
   Eigen::Vector2d Aliasing() const;
   Eigen::Matrix2d SpreadAtLag(int lag) const;
+  Eigen::Matrix2d Response() const;
   double ArmNats(bool right) const;
 
   const Plane& plane_;

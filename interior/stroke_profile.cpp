@@ -10,6 +10,7 @@ using Eigen::Matrix2d;
 using Eigen::Vector2d;
 
 constexpr double kScannerBlurPx = 0.7;  // typical, a pixel's own area included
+constexpr double kSharpOpticsPx = 0.5;  // before a pixel's area averages; sharper ones alias
 // Where the sides of a stroke are seen, from its edge; how much of their effect is corrected, since
 // edges of the picture lie a little off as well.
 constexpr double kSideFromPx = 0.8, kSideWidthPx = 1.5, kSideShare = 0.85;
@@ -100,21 +101,19 @@ Profile ProfileAt(const Plane& plane, int x, double y, const Stroke& stroke) {
 }
 
 double AliasingOf(const Stroke& stroke) {
-  constexpr int kMiddle = 20, kRows = 2 * kMiddle + 1, kSubcolumns = 8;
-  constexpr double kLater = 0.6;  // px, blur after the averaging
+  constexpr int kMiddle = 20, kRows = 2 * kMiddle + 1, kSubpixels = 8;
   const double y = kMiddle + 0.25;
   Image profile(1, kRows, 0);
   for (int row = 0; row < kRows; ++row) {
-    double covered = 0;
-    for (int k = 0; k < kSubcolumns; ++k) {
-      const double middle = y + stroke.slope * ((k + 0.5) / kSubcolumns - 0.5);
-      const double from = std::max<double>(row, middle - stroke.half_width_px);
-      const double to = std::min<double>(row + 1, middle + stroke.half_width_px);
-      covered += std::max(0.0, to - from) / kSubcolumns;
-    }
-    for (int at = std::max(0, row - 3); at <= std::min(kRows - 1, row + 3); ++at)
-      profile.At(0, at) += static_cast<float>(
-          covered * std::exp(-0.5 * (at - row) * (at - row) / (kLater * kLater)));
+    double seen = 0;
+    for (int i = 0; i < kSubpixels; ++i)
+      for (int j = 0; j < kSubpixels; ++j) {
+        const double middle = y + stroke.slope * ((i + 0.5) / kSubpixels - 0.5);
+        const double off = row + (j + 0.5) / kSubpixels - middle;
+        seen += NormalBelow((off + stroke.half_width_px) / kSharpOpticsPx) -
+                NormalBelow((off - stroke.half_width_px) / kSharpOpticsPx);
+      }
+    profile.At(0, row) = static_cast<float>(seen / (kSubpixels * kSubpixels));
   }
   const Profile top = ProfileAt(Plane(profile, false), 0, y, stroke);
   return top.seen && top.g2 < 0 ? -top.g1 / (2 * top.g2) : 0;

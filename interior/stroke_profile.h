@@ -55,9 +55,8 @@ Stroke StrokeOf(const CrossElement& cross, double angle_rad, const Eigen::Matrix
 Profile ProfileAt(const Plane& plane, int x, double y, const Stroke& stroke);
 
 // A stroke narrower than two pixels or so is undersampled: its top moves with its place in the
-// pixel, as the sine of it, by the amplitude given here, px. That of a scanner that is blurred
-// after the pixels were averaged only, which is the most there is; optics that blur before leave
-// less, how much less is not seen.
+// pixel, as the sine of it, by the amplitude given here, px. That of sharp optics; what softer ones
+// blur before the pixels average leaves less, how much less is not seen.
 double AliasingOf(const Stroke& stroke);
 
 }  // namespace orient

@@ -351,7 +351,7 @@ TEST(SlowSimulatedScans, P31ByItsLinesIsMorePreciseThanByMatching) {
 void ExpectGoodReseaus(const Tally& tally, double usable) {
   ExpectNothingWrong(tally, kNormalContrast_px);
   EXPECT_EQ(tally.ok, tally.scans);
-  EXPECT_GT(tally.used, 0.9 * usable * tally.marks);
+  EXPECT_GT(tally.used, 0.88 * usable * tally.marks);
   EXPECT_LT(tally.RmsBetween_um(), 3);
 }
 
