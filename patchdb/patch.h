@@ -37,6 +37,7 @@ struct Patch {
   std::int64_t source_id = 0;
   PatchLife life = PatchLife::kActive;
   std::string retired_reason;                          // empty while active
+  std::optional<std::string> retired_on;               // UTC, ISO 8601; set by the database
   std::int64_t superseded_by = 0;                      // the patch that took its place; 0: none
   int epoch = 1;                                       // counts up with each restore
   std::optional<std::string> created;                  // UTC, ISO 8601; set by the database

@@ -5,6 +5,7 @@
 #include "core/error.h"
 #include "patchdb/geopackage_geometry.h"
 #include "patchdb/patch_blobs.h"
+#include "patchdb/row_values.h"
 
 namespace orient {
 namespace {
@@ -34,21 +35,6 @@ void BindPixel(SQLite::Statement& statement, int index,
   if (!pixel) return;
   statement.bind(index, pixel->x());
   statement.bind(index + 1, pixel->y());
-}
-
-Bytes BlobOf(const SQLite::Column& column) {
-  const auto* bytes = static_cast<const unsigned char*>(column.getBlob());
-  return bytes == nullptr ? Bytes() : Bytes(bytes, bytes + column.getBytes());
-}
-
-std::optional<double> OptionalOf(const SQLite::Column& column) {
-  if (column.isNull()) return std::nullopt;
-  return column.getDouble();
-}
-
-std::optional<std::string> TextOf(const SQLite::Column& column) {
-  if (column.isNull()) return std::nullopt;
-  return column.getString();
 }
 
 std::optional<Eigen::Vector2d> PixelOf(const SQLite::Statement& row, int index) {
@@ -92,7 +78,8 @@ enum PatchColumn {
   kCreated,
   kViews,
   kSuccessWeight,
-  kFailureWeight
+  kFailureWeight,
+  kRetiredOn
 };
 static_assert(kChip + 1 == kPatchValues);
 
@@ -109,32 +96,33 @@ void BindHeights(const Patch& patch, SQLite::Statement& statement) {
 
 HeightGrid HeightsOf(const SQLite::Statement& row) {
   if (row.getColumn(kHeights).isNull()) return {};
-  const Bytes bytes = BlobOf(row.getColumn(kHeights));
+  const Bytes bytes = BytesOf(row.getColumn(kHeights));
   const int size = row.getColumn(kHeightsSize).getInt();
   const double step_m = row.getColumn(kHeightsStep).getDouble();
-  const auto base_m = OptionalOf(row.getColumn(kHeightsBase));
-  const auto quantum_m = OptionalOf(row.getColumn(kHeightsQuantum));
+  const auto base_m = NumberOf(row.getColumn(kHeightsBase));
+  const auto quantum_m = NumberOf(row.getColumn(kHeightsQuantum));
   if (base_m && quantum_m) return UnpackHeights({bytes, *base_m, *quantum_m}, size, step_m);
   return DecodeHeights(bytes, size, step_m);
 }
 
 void ReadQualities(const SQLite::Statement& row, Patch& patch) {
-  patch.roundness = OptionalOf(row.getColumn(kRoundness));
-  patch.distinctness = OptionalOf(row.getColumn(kDistinctness));
-  patch.second_peak_px = OptionalOf(row.getColumn(kSecondPeak));
-  patch.persistence = OptionalOf(row.getColumn(kPersistence));
-  patch.relief_px = OptionalOf(row.getColumn(kRelief));
-  patch.lean_px = OptionalOf(row.getColumn(kLean));
+  patch.roundness = NumberOf(row.getColumn(kRoundness));
+  patch.distinctness = NumberOf(row.getColumn(kDistinctness));
+  patch.second_peak_px = NumberOf(row.getColumn(kSecondPeak));
+  patch.persistence = NumberOf(row.getColumn(kPersistence));
+  patch.relief_px = NumberOf(row.getColumn(kRelief));
+  patch.lean_px = NumberOf(row.getColumn(kLean));
   if (!row.getColumn(kEnergyXx).isNull())
     patch.energy = {row.getColumn(kEnergyXx).getDouble(), row.getColumn(kEnergyXy).getDouble(),
                     row.getColumn(kEnergyYy).getDouble()};
-  patch.quality = OptionalOf(row.getColumn(kQuality));
+  patch.quality = NumberOf(row.getColumn(kQuality));
 }
 
 void ReadLife(const SQLite::Statement& row, Patch& patch) {
   patch.life =
       row.getColumn(kState).getString() == "retired" ? PatchLife::kRetired : PatchLife::kActive;
   patch.retired_reason = row.getColumn(kRetiredReason).getString();
+  patch.retired_on = TextOf(row.getColumn(kRetiredOn));
   patch.superseded_by = row.getColumn(kSupersededBy).getInt64();
   patch.epoch = row.getColumn(kEpoch).getInt();
   patch.created = TextOf(row.getColumn(kCreated));
@@ -146,7 +134,7 @@ void ReadLife(const SQLite::Statement& row, Patch& patch) {
 Patch DecodePatchRow(const SQLite::Statement& row, bool with_colour) {
   Patch patch;
   patch.id = row.getColumn(kId).getInt64();
-  const Bytes geometry = BlobOf(row.getColumn(kGeom));
+  const Bytes geometry = BytesOf(row.getColumn(kGeom));
   const auto ground = DecodePointZ(geometry.data(), geometry.size());
   if (!ground) throw InputError("its geometry is not a POINT Z");
   patch.ground_m = *ground;
@@ -156,15 +144,15 @@ Patch DecodePatchRow(const SQLite::Statement& row, bool with_colour) {
     throw InputError("its gsd_m is not positive");
   patch.bits = row.getColumn(kBits).getInt();
   std::optional<Bytes> mask;
-  if (!row.getColumn(kChipMask).isNull()) mask = BlobOf(row.getColumn(kChipMask));
-  const Bytes chip = BlobOf(row.getColumn(kChip));
+  if (!row.getColumn(kChipMask).isNull()) mask = BytesOf(row.getColumn(kChipMask));
+  const Bytes chip = BytesOf(row.getColumn(kChip));
   patch.chip = DecodeChip(chip, mask);
   if (with_colour) patch.colour = DecodeColour(chip, mask);
   patch.heights = HeightsOf(row);
-  patch.covariance_m2 = DecodeCovariance(BlobOf(row.getColumn(kCovariance)));
+  patch.covariance_m2 = DecodeCovariance(BytesOf(row.getColumn(kCovariance)));
   if (!row.getColumn(kHeightEffect).isNull())
-    patch.height_effect = DecodeVector(BlobOf(row.getColumn(kHeightEffect)));
-  patch.height_sigma_m = OptionalOf(row.getColumn(kHeightSigma));
+    patch.height_effect = DecodeVector(BytesOf(row.getColumn(kHeightEffect)));
+  patch.height_sigma_m = NumberOf(row.getColumn(kHeightSigma));
   ReadQualities(row, patch);
   ReadLife(row, patch);
   return patch;

@@ -4,6 +4,7 @@
 #include "patchdb/connection.h"
 #include "patchdb/geopackage_geometry.h"
 #include "patchdb/patch_blobs.h"
+#include "patchdb/row_values.h"
 
 namespace orient {
 namespace {
@@ -41,27 +42,6 @@ void BindRules(const PatchFilter& filter, SQLite::Statement& rows) {
   BindIf(rows, 6, filter.retired_before);
 }
 
-std::optional<double> NumberOf(const SQLite::Statement& row, int index) {
-  if (row.getColumn(index).isNull()) return std::nullopt;
-  return row.getColumn(index).getDouble();
-}
-
-std::optional<std::string> TextOf(const SQLite::Statement& row, int index) {
-  if (row.getColumn(index).isNull()) return std::nullopt;
-  return row.getColumn(index).getString();
-}
-
-Bytes BytesOf(const SQLite::Column& column) {
-  const auto* bytes = static_cast<const unsigned char*>(column.getBlob());
-  return bytes == nullptr ? Bytes() : Bytes(bytes, bytes + column.getBytes());
-}
-
-int BigEndian(const Bytes& bytes) {
-  int value = 0;
-  if (bytes.size() == 4 && bytes[0] == 0 && bytes[1] == 0) value = bytes[2] << 8 | bytes[3];
-  return value;
-}
-
 // A damaged place is unknown here, so that whatever else is known can be listed; 'check' names it.
 void ReadPlace(const SQLite::Statement& row, PatchSummary& patch) {
   const double unknown = std::numeric_limits<double>::quiet_NaN();
@@ -81,7 +61,7 @@ PatchSummary ReadSummary(const SQLite::Statement& row) {
   patch.source_id = row.getColumn(1).getInt64();
   ReadPlace(row, patch);
   patch.gsd_m = row.getColumn(4).getDouble();
-  patch.chip_px = BigEndian(BytesOf(row.getColumn(5)));
+  patch.chip_px = PngWidth(row.getColumn(5));
   patch.bits = row.getColumn(6).getInt();
   patch.bands = row.getColumn(7).getInt();
   patch.life = row.getColumn(8).getString() == "retired" ? PatchLife::kRetired : PatchLife::kActive;
@@ -89,16 +69,16 @@ PatchSummary ReadSummary(const SQLite::Statement& row) {
   patch.superseded_by = row.getColumn(10).getInt64();
   patch.epoch = row.getColumn(11).getInt();
   patch.views = row.getColumn(12).getInt();
-  patch.created = TextOf(row, 13);
-  patch.source_date = TextOf(row, 14);
+  patch.created = TextOf(row.getColumn(13));
+  patch.source_date = TextOf(row.getColumn(14));
   patch.source_kind = row.getColumn(15).getString();
   patch.source_name = row.getColumn(16).getString();
-  patch.roundness = NumberOf(row, 17);
-  patch.distinctness = NumberOf(row, 18);
-  patch.persistence = NumberOf(row, 19);
-  patch.relief_px = NumberOf(row, 20);
-  patch.lean_px = NumberOf(row, 21);
-  patch.quality = NumberOf(row, 22);
+  patch.roundness = NumberOf(row.getColumn(17));
+  patch.distinctness = NumberOf(row.getColumn(18));
+  patch.persistence = NumberOf(row.getColumn(19));
+  patch.relief_px = NumberOf(row.getColumn(20));
+  patch.lean_px = NumberOf(row.getColumn(21));
+  patch.quality = NumberOf(row.getColumn(22));
   patch.weights = {row.getColumn(23).getDouble(), row.getColumn(24).getDouble()};
   return patch;
 }

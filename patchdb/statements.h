@@ -72,7 +72,7 @@ inline constexpr const char* kEvidenceOf =
 #define ORIENT_PATCH_COLUMNS                                                         \
   ORIENT_PATCH_VALUES                                                                \
   ", p.id, source_id, state, retired_reason, superseded_by, epoch, created, views, " \
-  "success_weight, failure_weight FROM patches AS p "
+  "success_weight, failure_weight, retired_on FROM patches AS p "
 inline constexpr const char* kCountPatchesIn =
     "SELECT count(*) FROM rtree_patches_geom WHERE maxx >= ?1 AND minx <= ?2 AND maxy >= ?3 AND "
     "miny <= ?4";

@@ -1,6 +1,7 @@
 #include "patchdb/maintenance/merge.h"
 
 #include "patchdb/connection.h"
+#include "patchdb/learn.h"
 #include "patchdb/maintenance/merge_rows.h"
 #include "patchdb/maintenance/patch_transform.h"
 #include "patchdb/maintenance/same_look.h"
@@ -9,6 +10,8 @@ namespace orient {
 namespace {
 
 constexpr int kLookSearch_px = 3;
+constexpr double kCoarsest = 8;  // pixels and chips of a place differ by less
+constexpr double kSameView_px = 0.25;
 
 class Merge {
  public:
@@ -29,19 +32,23 @@ class Merge {
       if (patches != ids.end()) TakeSource(sources[i], patches->second);
       if (progress) progress(static_cast<int>(i) + 1, static_cast<int>(sources.size()));
     }
-    target_.Write("linking successors", [&](Connection&) { return rows_.LinkSuccessors(); });
     return result_;
   }
 
  private:
-  // Counts only what was committed.
+  // The patch here that a patch of the other database is joined to.
+  struct Twin {
+    Patch patch;
+    bool same_view = false;  // cut at this very place from the same source: both have one history
+  };
+
+  // Counts only what was committed. Successors are linked as soon as both are here.
   void TakeSource(const PatchSource& source, const std::vector<std::int64_t>& ids) {
     MergeResult before = result_;
     try {
       target_.Write("merging a source", [&](Connection&) {
-        const auto [id, is_new] = rows_.SourceFor(source);
-        result_.sources += is_new ? 1 : 0;
-        for (const std::int64_t patch : ids) TakePatch(patch, source, id);
+        for (const std::int64_t patch : ids) TakePatch(patch, source);
+        rows_.LinkSuccessors();
         return 0;
       });
     } catch (...) {
@@ -50,7 +57,7 @@ class Merge {
     }
   }
 
-  void TakePatch(std::int64_t other_id, const PatchSource& source, std::int64_t source_id) {
+  void TakePatch(std::int64_t other_id, const PatchSource& source) {
     const auto original = other_.ReadPatch(other_id);
     if (!original) return;
     auto patch = transform_(*original);
@@ -58,71 +65,136 @@ class Merge {
       ++result_.elsewhere;
       return;
     }
-    for (PatchEvidence& evidence : patch->evidence)
-      evidence.source_id = rows_.SourceIdFor(evidence.source_id);
-    if (options_.policy == MergePolicy::kReplace) return Replace(*patch, source, source_id);
-    if (options_.policy == MergePolicy::kCopy) {
-      Add(*patch, source_id);
-      return;
+    std::vector<std::int64_t> older;
+    const bool newer_only =
+        options_.policy == MergePolicy::kReplace || options_.policy == MergePolicy::kAdd;
+    if (newer_only) {
+      const auto found = OlderNear(*patch, source);
+      if (!found) ++result_.not_newer;
+      if (!found || patch->life == PatchLife::kRetired) return;
+      older = *found;
     }
-    if (const auto twin = Twin(*patch)) return Join(*patch, *twin, source_id);
-    Add(*patch, source_id);
+    if (options_.policy == MergePolicy::kMerge || options_.policy == MergePolicy::kAdd)
+      if (const auto twin = FindTwin(*patch, source)) return Join(*patch, *twin, source);
+    const std::int64_t id = Add(*patch, source);
+    if (options_.policy == MergePolicy::kReplace)
+      for (const std::int64_t old : older) result_.superseded += rows_.Supersede(old, id);
   }
 
-  std::int64_t Add(const Patch& patch, std::int64_t source_id) {
-    const std::int64_t id = rows_.AddPatch(patch, source_id);
-    ++result_.added;
-    result_.attempts += rows_.TakeAttempts(patch.id, id);
+  std::int64_t SourceHere(const PatchSource& source) {
+    const auto [id, is_new] = rows_.SourceFor(source);
+    result_.sources += is_new ? 1 : 0;
     return id;
   }
 
-  // The patch here that shows the same thing at the same place.
-  std::optional<Patch> Twin(const Patch& patch) const {
-    std::optional<Patch> twin;
+  // Evidence, with its sources' ids here. Only now are they made: what is left out leaves nothing.
+  void TranslateEvidence(Patch& patch) {
+    for (PatchEvidence& evidence : patch.evidence)
+      evidence.source_id = rows_.SourceIdFor(evidence.source_id);
+  }
+
+  std::int64_t Add(Patch& patch, const PatchSource& source) {
+    const std::int64_t source_id = SourceHere(source);
+    TranslateEvidence(patch);
+    const std::int64_t id = rows_.AddPatch(patch, source_id);
+    ++result_.added;
+    result_.attempts += rows_.TakeAttempts(patch.id, id, 0);
+    return id;
+  }
+
+  // The patch here that shows the same thing at the same place. Active and retired ones are not
+  // joined, so that no place loses what is sought there; unless it is known that the one here
+  // shows this source's view: then it was retired here, and does not come again.
+  std::optional<Twin> FindTwin(const Patch& patch, const PatchSource& source) const {
+    const auto source_id = rows_.KnownSource(source);
+    std::optional<Twin> twin;
     double best = options_.same_look_ncc;
-    for (const std::int64_t id :
-         rows_.PatchesNear(patch.ground_m, options_.same_place_px * patch.gsd_m)) {
-      auto candidate = target_.ReadPatch(id);
+    for (const NearPatch& near :
+         rows_.PatchesNear(patch.ground_m, kCoarsest * options_.same_place_px * patch.gsd_m)) {
+      if (near.distance_m > options_.same_place_px * std::max(near.gsd_m, patch.gsd_m)) continue;
+      auto candidate = target_.ReadPatch(near.id);
       if (!candidate) continue;
-      const double correlation = BestCorrelation(*candidate, patch, kLookSearch_px);
-      if (correlation < best) continue;
+      if (candidate->source_id == source_id && near.distance_m < kSameView_px * patch.gsd_m)
+        return Twin{*std::move(candidate), true};
+      const bool joinable = candidate->life == patch.life ||
+                            (patch.life == PatchLife::kActive && Shows(*candidate, source_id));
+      const double correlation = joinable ? BestCorrelation(*candidate, patch, kLookSearch_px) : 0;
+      if (!joinable || correlation < best) continue;
       best = correlation;
-      twin = std::move(candidate);
+      twin = Twin{*std::move(candidate), false};
     }
     return twin;
   }
 
-  // One patch, its better view, both histories.
-  void Join(const Patch& patch, const Patch& twin, std::int64_t source_id) {
-    ++result_.duplicates;
-    const bool better =
-        patch.life == PatchLife::kActive && patch.quality.value_or(0) > twin.quality.value_or(0);
-    if (better) {
-      rows_.ChangePatch(patch, twin.id, source_id);
-      ++result_.improved;
-    }
-    rows_.AddEvidence(twin.id, {better ? twin.source_id : source_id, {}, {}});
-    for (const PatchEvidence& evidence : patch.evidence) rows_.AddEvidence(twin.id, evidence);
-    rows_.CountViews(twin.id);
-    result_.attempts += rows_.TakeAttempts(patch.id, twin.id);
-    rows_.Remember(patch.id, twin.id);
+  static bool Shows(const Patch& patch, const std::optional<std::int64_t>& source_id) {
+    return source_id &&
+           (patch.source_id == *source_id ||
+            std::any_of(patch.evidence.begin(), patch.evidence.end(),
+                        [&](const PatchEvidence& e) { return e.source_id == *source_id; }));
   }
 
-  // Newer than every patch of its place: it takes their place.
-  void Replace(const Patch& patch, const PatchSource& source, std::int64_t source_id) {
-    const double radius_m = options_.same_area_share * 0.5 * patch.chip.width * patch.gsd_m;
-    std::vector<std::int64_t> older;
-    for (const NearPatch& near : rows_.DatedPatchesNear(patch.ground_m, radius_m)) {
-      if (near.source_date && source.date && *near.source_date < *source.date) {
-        if (near.is_active) older.push_back(near.id);
-      } else {
-        ++result_.not_newer;
-        return;
-      }
+  // A restore begins an epoch and a retirement ends it: the later of two states of one history.
+  static bool IsLater(const Patch& patch, const Patch& than) {
+    if (patch.epoch != than.epoch) return patch.epoch > than.epoch;
+    return patch.life == PatchLife::kRetired && than.life == PatchLife::kActive;
+  }
+
+  // One patch, its better view, both histories.
+  void Join(Patch& patch, const Twin& twin, const PatchSource& source) {
+    ++result_.duplicates;
+    const std::int64_t id = twin.patch.id, source_id = SourceHere(source);
+    TranslateEvidence(patch);
+    const bool later = twin.same_view && IsLater(patch, twin.patch);
+    if (later) rows_.SetLife(patch, id);
+    const PatchLife life = later ? patch.life : twin.patch.life;
+    const bool better = life == PatchLife::kActive && patch.life == PatchLife::kActive &&
+                        patch.quality.value_or(0) > twin.patch.quality.value_or(0);
+    if (better) {
+      rows_.ChangePatch(patch, id, source_id);
+      rows_.ForgetResiduals(id);
+      ++result_.improved;
     }
-    if (patch.life == PatchLife::kRetired) return;
-    const std::int64_t id = Add(patch, source_id);
-    for (const std::int64_t old : older) result_.superseded += rows_.Supersede(old, id);
+    JoinEvidence(patch, twin, source_id, better);
+    // Epochs of one history are the same ones; those of two are counted from the present one.
+    const std::int64_t epochs =
+        twin.same_view ? 0 : std::int64_t{twin.patch.epoch} - std::int64_t{patch.epoch};
+    result_.attempts += rows_.TakeAttempts(patch.id, id, epochs);
+    if (later) LearnAnew(target_.Sql(), id, false);
+    rows_.Remember(patch, id);
+  }
+
+  void JoinEvidence(const Patch& patch, const Twin& twin, std::int64_t source_id, bool better) {
+    const std::int64_t id = twin.patch.id;
+    const std::int64_t own = better ? source_id : twin.patch.source_id;
+    std::vector<PatchEvidence> all = patch.evidence;
+    all.push_back({better ? twin.patch.source_id : source_id, {}, {}});
+    for (PatchEvidence& evidence : all) {
+      if (evidence.source_id == own) continue;
+      if (!better && !twin.same_view) evidence.residual_px.reset();  // of another ground point
+      rows_.AddEvidence(id, evidence, better && evidence.pixel);
+    }
+    rows_.CountViews(id);
+  }
+
+  // The patches here that this one is newer than; empty where one of its place is as new, or nobody
+  // knows.
+  std::optional<std::vector<std::int64_t>> OlderNear(const Patch& patch,
+                                                     const PatchSource& source) const {
+    const double share = 0.5 * options_.same_area_share, side_m = patch.chip.width * patch.gsd_m;
+    std::vector<std::int64_t> older;
+    for (const NearPatch& near : rows_.PatchesNear(patch.ground_m, kCoarsest * share * side_m)) {
+      if (near.distance_m > share * std::max(side_m, near.chip_px * near.gsd_m)) continue;
+      if (!near.source_date || !source.date || !IsBefore(*near.source_date, *source.date))
+        return std::nullopt;
+      if (near.is_active) older.push_back(near.id);
+    }
+    return older;
+  }
+
+  // ISO 8601 dates; 2020 is not before 2020-05-01.
+  static bool IsBefore(const std::string& a, const std::string& b) {
+    const std::size_t common = std::min(a.size(), b.size());
+    return a.compare(0, common, b, 0, common) < 0;
   }
 
   PatchDatabase& target_;

@@ -11,8 +11,8 @@ namespace orient {
 
 enum class MergePolicy {
   kMerge,    // duplicates by place and look become one patch with both histories
-  kReplace,  // what is newer than a patch of its place supersedes it
-  kAdd,      // what is newer is added, unless it looks the same
+  kReplace,  // what is newer than all patches of its place supersedes them
+  kAdd,      // what is newer than all patches of its place is added, or joined if it looks the same
   kCopy      // everything is added as it is: into an empty database
 };
 
@@ -21,15 +21,15 @@ struct MergeOptions {
   PatchFilter filter;            // of the other database
   double same_place_px = 3;      // of the coarser chip: duplicates lie that near ...
   double same_look_ncc = 0.7;    // ... and correlate at least so well
-  double same_area_share = 0.5;  // kReplace: of a chip's half side, how near the older one lies
+  double same_area_share = 0.5;  // kReplace, kAdd: of the coarser chip's half side, how near the
+                                 // older one lies
 };
 
 struct MergeResult {
-  std::int64_t sources = 0;  // that were not there before
-  std::int64_t added = 0;    // patches
-  std::int64_t duplicates =
-      0;                      // patches that were there, with what the other database knew of them
-  std::int64_t improved = 0;  // duplicates whose view there was the worse one
+  std::int64_t sources = 0;     // that were not there before
+  std::int64_t added = 0;       // patches
+  std::int64_t duplicates = 0;  // patches that were there; what the other one knew is joined
+  std::int64_t improved = 0;    // duplicates whose view there was the worse one
   std::int64_t superseded = 0;  // patches retired for a newer one
   std::int64_t not_newer = 0;   // left out: there is a view as new
   std::int64_t attempts = 0;    // taken over
@@ -40,7 +40,8 @@ struct MergeResult {
 using MergeProgress = std::function<void(int done, int total)>;
 
 // Every source of the other database with its patches, attempts and evidence is one transaction: an
-// interrupted merge is simply started again, and does nothing twice. The other database may have
+// interrupted merge is simply started again, and does nothing twice; nor does a second merge of the
+// same database. A source of which nothing is taken leaves no trace. The other database may have
 // another CRS. Throws InputError: a damaged patch (nothing of its source is taken then), and like
 // the members of PatchDatabase.
 MergeResult MergeDatabase(PatchDatabase& target, const PatchDatabase& other,

@@ -3,6 +3,7 @@
 #include "patchdb/connection.h"
 #include "patchdb/learn.h"
 #include "patchdb/patch_rows.h"
+#include "patchdb/row_values.h"
 #include "patchdb/statements.h"
 
 namespace orient {
@@ -10,25 +11,35 @@ namespace {
 
 constexpr const char* kSourceDate = "SELECT id, date FROM sources WHERE kind = ?1 AND name = ?2";
 constexpr const char* kSetLife =
-    "UPDATE patches SET state = ?2, retired_reason = ?3, retired_on = iif(?2 = 'retired', "
-    "date('now'), NULL), epoch = ?4, created = coalesce(?5, created) WHERE id = ?1";
+    "UPDATE patches SET state = ?2, retired_reason = ?3, retired_on = ?4, epoch = ?5, "
+    "superseded_by = NULL WHERE id = ?1";
+constexpr const char* kSetCreated = "UPDATE patches SET created = ?2 WHERE id = ?1";
 constexpr const char* kSetSource = "UPDATE patches SET source_id = ?2 WHERE id = ?1";
 constexpr const char* kSupersede =
     "UPDATE patches SET state = 'retired', retired_reason = 'superseded by a newer view', "
     "retired_on = date('now'), superseded_by = ?2 WHERE id = ?1 AND id <> ?2 AND state = 'active'";
+// Never in a circle.
 constexpr const char* kLink =
     "UPDATE patches SET superseded_by = ?2 WHERE id = ?1 AND id <> ?2 AND state = 'retired' AND "
-    "superseded_by IS NULL";
+    "superseded_by IS NULL AND id NOT IN (WITH RECURSIVE chain(id) AS (SELECT ?2 UNION SELECT "
+    "p.superseded_by FROM chain JOIN patches AS p ON p.id = chain.id WHERE p.superseded_by IS NOT "
+    "NULL) SELECT id FROM chain)";
 constexpr const char* kNear =
-    "SELECT p.id, p.state, s.date, r.minx, r.miny FROM rtree_patches_geom AS r JOIN patches AS p "
-    "ON "
-    "p.id = r.id JOIN sources AS s ON s.id = p.source_id WHERE r.maxx >= ?1 AND r.minx <= ?2 AND "
-    "r.maxy >= ?3 AND r.miny <= ?4 AND p.superseded_by IS NULL";
+    "SELECT p.id, p.state, s.date, ST_MinX(p.geom), ST_MinY(p.geom), p.gsd_m, substr(p.chip, 17, "
+    "4) FROM rtree_patches_geom AS r JOIN patches AS p ON p.id = r.id JOIN sources AS s ON s.id = "
+    "p.source_id WHERE r.maxx >= ?1 AND r.minx <= ?2 AND r.maxy >= ?3 AND r.miny <= ?4";
+constexpr const char* kJoinEvidence =
+    "INSERT INTO evidence (patch_id, source_id, col_px, row_px, residual_col_px, residual_row_px) "
+    "VALUES (?1, ?2, ?3, ?4, ?5, ?6) ON CONFLICT (patch_id, source_id) DO UPDATE SET (col_px, "
+    "row_px, residual_col_px, residual_row_px) = (?3, ?4, ?5, ?6) WHERE evidence.col_px IS NULL "
+    "AND excluded.col_px IS NOT NULL";
+constexpr const char* kForgetResiduals =
+    "UPDATE evidence SET residual_col_px = NULL, residual_row_px = NULL WHERE patch_id = ?1";
 #define ORIENT_ATTEMPT_COLUMNS                                                              \
   "photo, state, ncc, residual_col_px, residual_row_px, reason, photo_date, photo_status, " \
   "recorded, epoch, predicted_col_px, predicted_row_px, found_col_px, found_row_px, "       \
   "neighbours_sought, neighbours_matched"
-constexpr int kAttemptColumns = 16;
+constexpr int kAttemptColumns = 16, kAttemptEpoch = 9;
 constexpr const char* kAttemptsThere =
     "SELECT " ORIENT_ATTEMPT_COLUMNS " FROM attempts WHERE patch_id = ?17";
 // The newer stays; of two without a date the one that is here.
@@ -51,30 +62,38 @@ void BindColumn(const SQLite::Column& column, int index, SQLite::Statement& stat
 
 }  // namespace
 
-std::pair<std::int64_t, bool> MergeRows::SourceFor(const PatchSource& source) {
-  Connection& connection = target_.Sql();
-  PatchSource here = source;
+std::optional<std::int64_t> MergeRows::KnownSource(const PatchSource& source) const {
+  return Look(source).first;
+}
+
+std::pair<std::optional<std::int64_t>, std::string> MergeRows::Look(
+    const PatchSource& source) const {
+  const auto known = source_here_.find(source.id);
+  if (known != source_here_.end()) return {known->second, source.name};
+  std::string name = source.name;
   for (int number = 2;; ++number) {
-    const Query row = connection.Prepare(kSourceDate);
-    row->bind(1, Name(here.kind));
-    row->bind(2, here.name);
-    if (!row->executeStep()) break;
-    const auto date = row->getColumn(1).isNull()
-                          ? std::nullopt
-                          : std::optional<std::string>(row->getColumn(1).getString());
-    if (date == here.date) {
-      const std::int64_t id = row->getColumn(0).getInt64();
-      source_here_[source.id] = id;
-      return {id, false};
-    }
-    here.name = source.name + " (" + std::to_string(number) + ")";
+    const Query row = target_.Sql().Prepare(kSourceDate);
+    row->bind(1, Name(source.kind));
+    row->bind(2, name);
+    if (!row->executeStep()) return {std::nullopt, name};
+    if (TextOf(row->getColumn(1)) == source.date) return {row->getColumn(0).getInt64(), name};
+    name = source.name + " (" + std::to_string(number) + ")";
   }
-  const Query insert = connection.Prepare(sql::kAddSource);
-  BindSource(here, *insert);
-  insert->exec();
-  const std::int64_t id = connection.Database().getLastInsertRowid();
-  source_here_[source.id] = id;
-  return {id, true};
+}
+
+std::pair<std::int64_t, bool> MergeRows::SourceFor(const PatchSource& source) {
+  auto [id, name] = Look(source);
+  const bool is_new = !id;
+  if (is_new) {
+    PatchSource here = source;
+    here.name = name;
+    const Query insert = target_.Sql().Prepare(sql::kAddSource);
+    BindSource(here, *insert);
+    insert->exec();
+    id = target_.Sql().Database().getLastInsertRowid();
+  }
+  source_here_[source.id] = *id;
+  return {*id, is_new};
 }
 
 std::int64_t MergeRows::SourceIdFor(std::int64_t other_id) {
@@ -93,19 +112,30 @@ std::int64_t MergeRows::AddPatch(const Patch& patch, std::int64_t source_id) {
   insert->bind(kPatchValues + 1, source_id);
   insert->exec();
   const std::int64_t id = connection.Database().getLastInsertRowid();
-  const Query life = connection.Prepare(kSetLife);
-  life->bind(1, id);
-  life->bind(2, Name(patch.life));
-  if (patch.life == PatchLife::kRetired) life->bind(3, patch.retired_reason);
-  life->bind(4, patch.epoch);
-  if (patch.created) life->bind(5, *patch.created);
-  life->exec();
-  for (const PatchEvidence& evidence : patch.evidence) AddEvidence(id, evidence);
+  SetLife(patch, id);
+  if (patch.created) {
+    const Query created = connection.Prepare(kSetCreated);
+    created->bind(1, id);
+    created->bind(2, *patch.created);
+    created->exec();
+  }
+  for (const PatchEvidence& evidence : patch.evidence) AddEvidence(id, evidence, false);
   if (!patch.evidence.empty()) CountViews(id);
   target_.GrowExtent(patch.ground_m.head<2>());
-  Remember(patch.id, id);
-  if (patch.superseded_by != 0) successor_there_[patch.id] = patch.superseded_by;
+  Remember(patch, id);
   return id;
+}
+
+void MergeRows::SetLife(const Patch& patch, std::int64_t id) {
+  const Query life = target_.Sql().Prepare(kSetLife);
+  life->bind(1, id);
+  life->bind(2, Name(patch.life));
+  if (patch.life == PatchLife::kRetired) {
+    life->bind(3, patch.retired_reason);
+    if (patch.retired_on) life->bind(4, *patch.retired_on);
+  }
+  life->bind(5, patch.epoch);
+  life->exec();
 }
 
 void MergeRows::ChangePatch(const Patch& patch, std::int64_t id, std::int64_t source_id) {
@@ -120,10 +150,16 @@ void MergeRows::ChangePatch(const Patch& patch, std::int64_t id, std::int64_t so
   target_.GrowExtent(patch.ground_m.head<2>());
 }
 
-void MergeRows::AddEvidence(std::int64_t patch_id, const PatchEvidence& evidence) {
-  const Query insert = target_.Sql().Prepare(sql::kAddEvidence);
+void MergeRows::AddEvidence(std::int64_t patch_id, const PatchEvidence& evidence, bool replace) {
+  const Query insert = target_.Sql().Prepare(replace ? sql::kAddEvidence : kJoinEvidence);
   BindEvidence(patch_id, evidence.source_id, evidence, *insert);
   insert->exec();
+}
+
+void MergeRows::ForgetResiduals(std::int64_t patch_id) {
+  const Query update = target_.Sql().Prepare(kForgetResiduals);
+  update->bind(1, patch_id);
+  update->exec();
 }
 
 void MergeRows::CountViews(std::int64_t patch_id) {
@@ -132,13 +168,14 @@ void MergeRows::CountViews(std::int64_t patch_id) {
   count->exec();
 }
 
-std::int64_t MergeRows::TakeAttempts(std::int64_t other_id, std::int64_t id) {
+std::int64_t MergeRows::TakeAttempts(std::int64_t other_id, std::int64_t id, std::int64_t epochs) {
   const Query rows = other_.Sql().Prepare(kAttemptsThere);
   rows->bind(17, other_id);
   std::int64_t taken = 0;
   while (rows->executeStep()) {
     const Query insert = target_.Sql().Prepare(kTakeAttempt);
     for (int i = 0; i < kAttemptColumns; ++i) BindColumn(rows->getColumn(i), i + 1, *insert);
+    insert->bind(kAttemptEpoch + 1, std::int64_t{rows->getColumn(kAttemptEpoch).getInt()} + epochs);
     insert->bind(17, id);
     taken += insert->exec();
   }
@@ -153,49 +190,44 @@ int MergeRows::Supersede(std::int64_t old_id, std::int64_t new_id) {
   return update->exec();
 }
 
-std::vector<NearPatch> MergeRows::DatedPatchesNear(const Eigen::Vector3d& ground_m,
-                                                   double radius_m) const {
+std::vector<NearPatch> MergeRows::PatchesNear(const Eigen::Vector3d& ground_m,
+                                              double radius_m) const {
   const Query rows = target_.Sql().Prepare(kNear);
   rows->bind(1, ground_m.x() - radius_m);
   rows->bind(2, ground_m.x() + radius_m);
   rows->bind(3, ground_m.y() - radius_m);
   rows->bind(4, ground_m.y() + radius_m);
-  std::vector<std::pair<double, NearPatch>> found;
+  std::vector<NearPatch> near;
   while (rows->executeStep()) {
+    // The index holds floats, rounded outwards: half a metre at 5000 km.
     const double distance_m = std::hypot(rows->getColumn(3).getDouble() - ground_m.x(),
                                          rows->getColumn(4).getDouble() - ground_m.y());
-    // The index holds floats, good to a part in ten million.
-    if (distance_m > radius_m + 1e-6 * ground_m.head<2>().norm()) continue;
-    NearPatch near{rows->getColumn(0).getInt64(), rows->getColumn(1).getString() == "active", {}};
-    if (!rows->getColumn(2).isNull()) near.source_date = rows->getColumn(2).getString();
-    found.emplace_back(distance_m, near);
+    if (!(distance_m <= radius_m)) continue;
+    near.push_back({rows->getColumn(0).getInt64(), distance_m, rows->getColumn(5).getDouble(),
+                    PngWidth(rows->getColumn(6)), rows->getColumn(1).getString() == "active",
+                    TextOf(rows->getColumn(2))});
   }
-  std::stable_sort(found.begin(), found.end(),
-                   [](const auto& a, const auto& b) { return a.first < b.first; });
-  std::vector<NearPatch> near;
-  near.reserve(found.size());
-  for (auto& [distance, patch] : found) near.push_back(std::move(patch));
+  std::stable_sort(near.begin(), near.end(), [](const NearPatch& a, const NearPatch& b) {
+    return a.distance_m < b.distance_m;
+  });
   return near;
 }
 
-std::vector<std::int64_t> MergeRows::PatchesNear(const Eigen::Vector3d& ground_m,
-                                                 double radius_m) const {
-  std::vector<std::int64_t> ids;
-  for (const NearPatch& near : DatedPatchesNear(ground_m, radius_m)) ids.push_back(near.id);
-  return ids;
+void MergeRows::Remember(const Patch& patch, std::int64_t id) {
+  id_here_[patch.id] = id;
+  if (patch.superseded_by != 0) successor_there_[patch.id] = patch.superseded_by;
 }
 
-int MergeRows::LinkSuccessors() {
-  int linked = 0;
-  for (const auto& [patch, successor] : successor_there_) {
-    const auto here = id_here_.find(patch), next = id_here_.find(successor);
-    if (here == id_here_.end() || next == id_here_.end()) continue;
+void MergeRows::LinkSuccessors() {
+  std::erase_if(successor_there_, [this](const auto& link) {
+    const auto here = id_here_.find(link.first), next = id_here_.find(link.second);
+    if (here == id_here_.end() || next == id_here_.end()) return false;
     const Query update = target_.Sql().Prepare(kLink);
     update->bind(1, here->second);
     update->bind(2, next->second);
-    linked += update->exec();
-  }
-  return linked;
+    update->exec();
+    return true;
+  });
 }
 
 }  // namespace orient

@@ -14,6 +14,8 @@ namespace orient {
 
 struct NearPatch {
   std::int64_t id = 0;
+  double distance_m = 0, gsd_m = 0;
+  int chip_px = 0;
   bool is_active = true;
   std::optional<std::string> source_date;
 };
@@ -26,27 +28,36 @@ class MergeRows {
   // kind, name and date is the same; another of the same name gets a number.
   std::pair<std::int64_t, bool> SourceFor(const PatchSource& source);
   std::int64_t SourceIdFor(std::int64_t other_id);
+  std::optional<std::int64_t> KnownSource(const PatchSource& source) const;  // changes nothing
 
-  // With state and epoch as in the other database; patch.id is its id there.
+  // With state, epoch and dates as in the other database; patch.id is its id there.
   std::int64_t AddPatch(const Patch& patch, std::int64_t source_id);
   void ChangePatch(const Patch& patch, std::int64_t id, std::int64_t source_id);
-  void AddEvidence(std::int64_t patch_id, const PatchEvidence& evidence);
+  // State, reason, dates and epoch of `patch`.
+  void SetLife(const Patch& patch, std::int64_t id);
+  // What was measured stays: of two rows of one source the one that is here, if it has a pixel,
+  // unless it is to be replaced.
+  void AddEvidence(std::int64_t patch_id, const PatchEvidence& evidence, bool replace);
+  // The patch has another ground point now, to which its residuals do not refer.
+  void ForgetResiduals(std::int64_t patch_id);
   void CountViews(std::int64_t patch_id);
-  // Attempts of a patch there become those of one here, the newer of two in one photo stays. Learns
-  // from them. Returns how many are new.
-  std::int64_t TakeAttempts(std::int64_t other_id, std::int64_t id);
+  // Attempts of a patch there become those of one here, the newer of two in one photo stays;
+  // `epochs` is added to theirs. Learns from them. Returns how many are new.
+  std::int64_t TakeAttempts(std::int64_t other_id, std::int64_t id, std::int64_t epochs);
   int Supersede(std::int64_t old_id, std::int64_t new_id);
 
-  // Within radius_m, nearest first; active and retired, but superseded ones.
-  std::vector<std::int64_t> PatchesNear(const Eigen::Vector3d& ground_m, double radius_m) const;
-  std::vector<NearPatch> DatedPatchesNear(const Eigen::Vector3d& ground_m, double radius_m) const;
+  // Within radius_m, nearest first; active, retired and superseded ones.
+  std::vector<NearPatch> PatchesNear(const Eigen::Vector3d& ground_m, double radius_m) const;
 
   // That a patch of the other database is this one here.
-  void Remember(std::int64_t other_id, std::int64_t id) { id_here_[other_id] = id; }
-  // superseded_by of all that were remembered. Returns how many.
-  int LinkSuccessors();
+  void Remember(const Patch& patch, std::int64_t id);
+  // superseded_by of all that were remembered.
+  void LinkSuccessors();
 
  private:
+  // Its id here, and the name it has or is free for it.
+  std::pair<std::optional<std::int64_t>, std::string> Look(const PatchSource& source) const;
+
   PatchDatabase& target_;
   const PatchDatabase& other_;
   std::map<std::int64_t, std::int64_t> id_here_, source_here_, successor_there_;

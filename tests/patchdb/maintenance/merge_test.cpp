@@ -2,6 +2,7 @@
 
 #include <gtest/gtest.h>
 
+#include "patchdb/connection.h"
 #include "patchdb/maintenance/check.h"
 #include "patchdb/maintenance/life.h"
 #include "patchdb/maintenance/patch_transform.h"
@@ -15,7 +16,8 @@ class MergeTest : public testing::Test {
  protected:
   PatchDatabase Other(const std::string& source, const std::string& date,
                       std::vector<Patch> patches) {
-    PatchDatabase other = PatchDatabase::Create(folder_ / "other.gpkg", MadeUpCrs());
+    PatchDatabase other = PatchDatabase::Create(
+        folder_ / ("other" + std::to_string(others_++) + ".gpkg"), MadeUpCrs());
     PatchSource made = MadeUpSource(source, date);
     other.AddSource(made, patches);
     return other;
@@ -23,6 +25,7 @@ class MergeTest : public testing::Test {
   void ExpectSound() { EXPECT_TRUE(CheckDatabase(database_, {}).empty()); }
 
   TemporaryFolder folder_;
+  int others_ = 0;
   PatchDatabase database_ = MadeUpDatabase(folder_ / "patches.gpkg", 4, 3);
 };
 
@@ -114,6 +117,179 @@ TEST_F(MergeTest, AddKeepsBothViews) {
   MergeOptions options;
   options.policy = MergePolicy::kAdd;
   EXPECT_EQ(MergeDatabase(database_, other, options).added, 1);
+  EXPECT_EQ(database_.Info().retired, 0);
+}
+
+// The same place and look in another source.
+TEST_F(MergeTest, ActivePatchIsNotLostOnARetiredTwin) {
+  RetirePatches(database_, {1}, "a roof");
+  const PatchDatabase other = Other("other.tif", "1991", MadeUpPatches(1, 1, 100));
+  EXPECT_EQ(MergeDatabase(database_, other, {}).added, 1);
+  EXPECT_EQ(database_.ReadPatch(1)->life, PatchLife::kRetired);
+  EXPECT_EQ(database_.ReadPatch(13)->life, PatchLife::kActive);
+  EXPECT_EQ(MergeDatabase(database_, other, {}).added, 0);
+  RetirePatches(database_, {13}, "wrong season");  // retired here, it does not come again
+  EXPECT_EQ(MergeDatabase(database_, other, {}).added, 0);
+  EXPECT_EQ(database_.ReadPatch(13)->life, PatchLife::kRetired);
+  ExpectSound();
+}
+
+TEST_F(MergeTest, RetiredPatchDoesNotRetireItsTwinOfAnotherSource) {
+  PatchDatabase other = Other("other.tif", "1991", MadeUpPatches(1, 1, 100));
+  RetirePatches(other, {1}, "a roof");
+  for (int time = 0; time < 2; ++time) MergeDatabase(database_, other, {});
+  EXPECT_EQ(database_.ReadPatch(1)->life, PatchLife::kActive);
+  EXPECT_EQ(database_.ReadPatch(13)->retired_reason, "a roof");
+  EXPECT_EQ(database_.Info().patches, 13);
+  ExpectSound();
+}
+
+// Two copies of one database, of which each goes on by itself.
+TEST_F(MergeTest, OfOneHistoryTheLaterStateHolds) {
+  PatchDatabase other = Other("1990.tif", "1990-07-01", MadeUpPatches(4, 3, 100));
+  RetirePatches(database_, {1, 2}, "a roof");
+  RetirePatches(other, {2, 3}, "a crown");
+  RestorePatches(other, {2});
+  EXPECT_EQ(MergeDatabase(database_, other, {}).duplicates, 12);
+  EXPECT_EQ(database_.ReadPatch(1)->life, PatchLife::kRetired);
+  EXPECT_EQ(database_.ReadPatch(2)->life, PatchLife::kActive) << "restored there";
+  EXPECT_EQ(database_.ReadPatch(2)->epoch, 2);
+  EXPECT_EQ(database_.ReadPatch(3)->retired_reason, "a crown");
+  EXPECT_EQ(database_.Info().patches, 12);
+  ExpectSound();
+}
+
+TEST_F(MergeTest, SupersededPatchesComeOnce) {
+  PatchDatabase other = Other("1980.tif", "1980", MadeUpPatches(2, 1, 100, 510000));
+  std::vector<Patch> newer = {MadeUpPatch(510000, 5000000, 77), MadeUpPatch(510100, 5000000, 78)};
+  PatchSource source = MadeUpSource("1985.tif", "1985");
+  other.AddSource(source, newer);
+  other.Write("test", [](Connection& connection) {
+    return connection.Database().exec(
+        "UPDATE patches SET state = 'retired', retired_reason = 'x', retired_on = '1986-01-02', "
+        "superseded_by = id + 2 WHERE id < 3");
+  });
+  for (int time = 0; time < 2; ++time) {
+    EXPECT_EQ(MergeDatabase(database_, other, {}).added, time == 0 ? 4 : 0);
+    EXPECT_EQ(database_.Info().patches, 16);
+    EXPECT_EQ(database_.ReadPatch(13)->superseded_by, 15);
+    EXPECT_EQ(database_.ReadPatch(14)->retired_on, "1986-01-02");
+  }
+  ExpectSound();
+}
+
+TEST_F(MergeTest, WhatWasSupersededHereDoesNotComeAgain) {
+  PatchDatabase older = Other("1990.tif", "1990-07-01", MadeUpPatches(4, 3, 100));
+  const PatchDatabase newer = Other("2020.tif", "2020", {MadeUpPatch(500100, 5000000, 77)});
+  MergeOptions update;
+  update.policy = MergePolicy::kReplace;
+  EXPECT_EQ(MergeDatabase(database_, newer, update).superseded, 1);
+  EXPECT_EQ(MergeDatabase(database_, older, {}).added, 0);
+  EXPECT_EQ(database_.ReadPatch(2)->superseded_by, 13);
+}
+
+// Killed after the first source's transaction.
+TEST_F(MergeTest, InterruptedMergeLinksSuccessorsLater) {
+  PatchDatabase other = Other("1980.tif", "1980", MadeUpPatches(1, 1, 100, 510000));
+  std::vector<Patch> newer = {MadeUpPatch(510000, 5000000, 77)};
+  PatchSource source = MadeUpSource("1985.tif", "1985");
+  other.AddSource(source, newer);
+  other.Write("test", [](Connection& connection) {
+    return connection.Database().exec(
+        "UPDATE patches SET state = 'retired', retired_reason = 'x', superseded_by = 2 WHERE id = "
+        "1");
+  });
+  const auto killed = [](int, int) { throw std::runtime_error("killed"); };
+  EXPECT_THROW(MergeDatabase(database_, other, {}, killed), std::runtime_error);
+  EXPECT_EQ(database_.ReadPatch(13)->superseded_by, 0);
+  MergeDatabase(database_, other, {});
+  EXPECT_EQ(database_.ReadPatch(13)->superseded_by, 14);
+  ExpectSound();
+}
+
+TEST_F(MergeTest, MeasuredEvidenceStays) {
+  PatchDatabase here = PatchDatabase::Create(folder_ / "here.gpkg", MadeUpCrs());
+  PatchSource witness = MadeUpSource("witness.tif", "1991"), own = MadeUpSource("own.tif", "1991");
+  std::vector<Patch> none, patches = MadeUpPatches(1, 1, 100);
+  here.AddSource(witness, none);
+  patches[0].evidence = {{witness.id, Eigen::Vector2d(10, 20), Eigen::Vector2d(0.5, 0.25)}};
+  here.AddSource(own, patches);
+  // The witness's own view of the place, not as good.
+  std::vector<Patch> seen = MadeUpPatches(1, 1, 100);
+  seen[0].quality = 0.5;
+  const PatchDatabase other = Other("witness.tif", "1991", seen);
+  EXPECT_EQ(MergeDatabase(here, other, {}).duplicates, 1);
+  const Patch joined = *here.ReadPatch(1);
+  ASSERT_EQ(joined.evidence.size(), 1u);
+  EXPECT_EQ(joined.evidence[0].pixel, Eigen::Vector2d(10, 20));
+  EXPECT_EQ(joined.evidence[0].residual_px, Eigen::Vector2d(0.5, 0.25));
+  EXPECT_EQ(joined.views, 2);
+}
+
+TEST_F(MergeTest, ResidualsOfAnotherGroundPointAreForgotten) {
+  PatchDatabase here = PatchDatabase::Create(folder_ / "here.gpkg", MadeUpCrs());
+  PatchSource witness = MadeUpSource("witness.tif", "1991"), own = MadeUpSource("own.tif", "1991");
+  std::vector<Patch> none, patches = MadeUpPatches(1, 1, 100);
+  here.AddSource(witness, none);
+  patches[0].evidence = {{witness.id, Eigen::Vector2d(10, 20), Eigen::Vector2d(0.5, 0.25)}};
+  here.AddSource(own, patches);
+  std::vector<Patch> better = MadeUpPatches(1, 1, 100, 500000.5);
+  better[0].quality = 0.9;
+  const PatchDatabase other = Other("better.tif", "1991", better);
+  EXPECT_EQ(MergeDatabase(here, other, {}).improved, 1);
+  const Patch joined = *here.ReadPatch(1);
+  ASSERT_EQ(joined.evidence.size(), 2u);
+  EXPECT_EQ(joined.evidence[0].pixel, Eigen::Vector2d(10, 20));
+  EXPECT_FALSE(joined.evidence[0].residual_px);
+  EXPECT_EQ(joined.views, 3);
+}
+
+TEST_F(MergeTest, EpochsOfAnotherHistoryAreCountedFromItsPresentOne) {
+  PatchDatabase other = Other("other.tif", "1991", MadeUpPatches(1, 1, 100));
+  other.RecordAttempts({MadeUpAttempt(1, "before", false)});
+  RetirePatches(other, {1}, "x");
+  RestorePatches(other, {1});
+  other.RecordAttempts({MadeUpAttempt(1, "after", true)});
+  MergeDatabase(database_, other, {});
+  EXPECT_EQ(database_.ReadPatch(1)->epoch, 1);
+  EXPECT_EQ(database_.ReadPatch(1)->failure_weight, 0.25);
+  EXPECT_EQ(database_.ReadPatch(1)->success_weight, 1);
+  ExpectSound();
+}
+
+TEST_F(MergeTest, NothingTakenLeavesNoSource) {
+  const PatchDatabase older = Other("1961.tif", "1961", MadeUpPatches(4, 3, 100));
+  for (const MergePolicy policy : {MergePolicy::kReplace, MergePolicy::kAdd}) {
+    MergeOptions options;
+    options.policy = policy;
+    const MergeResult result = MergeDatabase(database_, older, options);
+    EXPECT_EQ(result.not_newer, 12);
+    EXPECT_EQ(result.sources, 0);
+    EXPECT_EQ(database_.Info().sources, 1);
+  }
+}
+
+TEST_F(MergeTest, PlacesAreToldApartByTheCoarserPixelAlone) {
+  // 3 m off: beyond 3 pixels of 0.5 m, though the index's floats are half a metre coarse here.
+  const PatchDatabase fine = Other("other.tif", "1991", MadeUpPatches(1, 1, 100, 500001.75));
+  EXPECT_EQ(MergeDatabase(database_, fine, {}).duplicates, 0);
+  MergeOptions update;  // a quarter of 15.5 m is 3.875 m
+  update.policy = MergePolicy::kReplace;
+  const PatchDatabase apart = Other("2020.tif", "2020", {MadeUpPatch(500204, 5000000, 77)});
+  EXPECT_EQ(MergeDatabase(database_, apart, update).superseded, 0);
+  // A finer newer chip within the older one's quarter, not within its own.
+  const PatchDatabase inside = Other("2021.tif", "2021", {MadeUpPatch(500303, 5000000, 79, 0.125)});
+  EXPECT_EQ(MergeDatabase(database_, inside, update).superseded, 1);
+}
+
+TEST_F(MergeTest, AddTakesWhatIsNewerOnly) {
+  MergeOptions options;
+  options.policy = MergePolicy::kAdd;
+  const PatchDatabase year = Other("1990b.tif", "1990", {MadeUpPatch(500100, 5000000, 77)});
+  EXPECT_EQ(MergeDatabase(database_, year, options).not_newer, 1) << "1990 may be before July";
+  const PatchDatabase newer = Other("2020.tif", "2020", {MadeUpPatch(500100, 5000000, 77)});
+  EXPECT_EQ(MergeDatabase(database_, newer, options).added, 1);
+  EXPECT_EQ(MergeDatabase(database_, newer, options).not_newer, 1);
   EXPECT_EQ(database_.Info().retired, 0);
 }
 
