@@ -1,5 +1,10 @@
 #include "patchdb/connection.h"
 
+#include <cctype>
+#include <filesystem>
+#include <iomanip>
+#include <sstream>
+
 #include "patchdb/geopackage_geometry.h"
 #include "patchdb/lock_holder.h"
 
@@ -16,6 +21,40 @@ int OpenFlags(Connection::Mode mode) {
       break;
   }
   return SQLite::OPEN_READONLY;
+}
+
+// What was written is not all in the file itself.
+bool HasLog(const std::string& path) {
+  for (const char* suffix : {"-wal", "-journal"}) {
+    std::error_code error;
+    const auto size = std::filesystem::file_size(path + suffix, error);
+    if (!error && size > 0) return true;
+  }
+  return false;
+}
+
+// SQLite's URI of a file that nobody can be writing.
+std::string ImmutableUri(const std::string& path) {
+  std::ostringstream uri;
+  uri << "file:" << std::hex << std::uppercase << std::setfill('0');
+  for (const char c : path)
+    if (std::isalnum(static_cast<unsigned char>(c)) != 0 || c == '/' || c == '.' || c == '-')
+      uri << c;
+    else
+      uri << '%' << std::setw(2) << static_cast<int>(static_cast<unsigned char>(c));
+  uri << "?immutable=1";
+  return uri.str();
+}
+
+// A reader may not remove the log that it had SQLite make, or that a killed writer left.
+void RemoveLog(const std::string& path) {
+  std::error_code error;
+  if (!std::filesystem::exists(path + "-wal", error)) return;
+  try {
+    SQLite::Database(path, SQLite::OPEN_READWRITE).exec("PRAGMA schema_version");
+  } catch (const std::exception&) {
+    // Not ours to write; whoever writes next removes it.
+  }
 }
 
 }  // namespace
@@ -62,27 +101,48 @@ InputError ErrorOfFile(const std::string& path, const char* doing, const SQLite:
 Connection::Connection(const std::string& path, Mode mode, double wait_s)
     : path_(path), mode_(mode) {
   WithFile(path, "opening the database", [&] {
-    database_ =
-        std::make_unique<SQLite::Database>(path, OpenFlags(mode), static_cast<int>(1000 * wait_s));
-    RegisterSpatialFunctions(database_->getHandle());
-    // A file from elsewhere may hold any view. Writing needs its triggers to reach the R-tree,
-    // which SQLite does not count as innocuous.
-    if (mode == Mode::kRead) database_->exec("PRAGMA trusted_schema = OFF");
-    database_->exec("PRAGMA cell_size_check = ON");
-    if (mode == Mode::kWrite) database_->exec("PRAGMA journal_mode = WAL");
-    database_->exec("PRAGMA foreign_keys = ON");
+    const int wait_ms = static_cast<int>(1000 * wait_s);
+    database_ = std::make_unique<SQLite::Database>(path, OpenFlags(mode), wait_ms);
+    try {
+      Set();
+    } catch (const SQLite::Exception& error) {
+      // Even a reader needs a place for the log's index, unless nobody can be writing.
+      const bool no_place =
+          error.getErrorCode() == SQLITE_CANTOPEN || error.getErrorCode() == SQLITE_READONLY;
+      if (mode != Mode::kRead || !no_place || HasLog(path)) throw;
+      immutable_ = true;
+      database_ = std::make_unique<SQLite::Database>(
+          ImmutableUri(path), SQLite::OPEN_READONLY | SQLite::OPEN_URI, wait_ms);
+      Set();
+    }
   });
+}
+
+void Connection::Set() {
+  RegisterSpatialFunctions(database_->getHandle());
+  // A file from elsewhere may hold any view. Writing needs its triggers to reach the R-tree,
+  // which SQLite does not count as innocuous.
+  if (mode_ == Mode::kRead) database_->exec("PRAGMA trusted_schema = OFF");
+  database_->exec("PRAGMA cell_size_check = ON");
+  // For good: to change it a writer would have to wait for every reader.
+  if (mode_ != Mode::kRead) database_->exec("PRAGMA journal_mode = WAL");
+  database_->exec("PRAGMA foreign_keys = ON");
+  database_->exec("PRAGMA schema_version");  // the first look into the file
 }
 
 Connection::~Connection() {
   statements_.clear();
-  if (mode_ != Mode::kWrite || !database_) return;
+  if (!database_) return;
   try {
-    database_->setBusyTimeout(0);
-    database_->exec("PRAGMA journal_mode = DELETE");
+    if (mode_ != Mode::kRead) {
+      database_->setBusyTimeout(0);
+      database_->exec("PRAGMA wal_checkpoint(TRUNCATE)");
+    }
+    database_.reset();
   } catch (const std::exception&) {
-    // Another program has the file open: it stays in WAL mode, which is valid too.
+    // A reader holds an older state: the one that closes last does it.
   }
+  if (mode_ == Mode::kRead && !immutable_) RemoveLog(path_);
 }
 
 Query Connection::Prepare(const char* sql) {

@@ -1,4 +1,4 @@
-// One SQLite connection as the patch database wants it: busy timeout, WAL while writing, foreign
+// One SQLite connection as the patch database wants it: busy timeout, write-ahead log, foreign
 // keys, the spatial functions, and prepared statements. Private to patchdb.
 #pragma once
 
@@ -36,7 +36,7 @@ class Connection {
   enum class Mode { kCreate, kRead, kWrite };
   // `wait_s`: how long a statement waits for another program's transaction.
   Connection(const std::string& path, Mode mode, double wait_s = kDefaultWait_s);
-  // Leaves the file in rollback mode, so that it can be read from a read-only place.
+  // Moves the log into the file, so that the last one that closes leaves one file that is whole.
   ~Connection();
   Connection(const Connection&) = delete;
   Connection& operator=(const Connection&) = delete;
@@ -47,8 +47,11 @@ class Connection {
   std::int64_t Number(const char* sql);  // of the first row and column; NULL is 0
 
  private:
+  void Set();
+
   std::string path_;
   Mode mode_;
+  bool immutable_ = false;
   std::unique_ptr<SQLite::Database> database_;
   std::map<std::string, SQLite::Statement> statements_;
 };

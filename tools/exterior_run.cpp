@@ -277,8 +277,7 @@ ExteriorResult OrientOne(const Setting& setting, const std::string& path) {
   return result;
 }
 
-// Before hours of work, not after the first photo. One connection for the whole run: the file
-// changes its journal once, before any photo reads from it, and back when all are done.
+// Before hours of work, not after the first photo. One connection for the whole run.
 std::optional<PatchDatabase> OpenForFeedback(const ExteriorRunOptions& options) {
   if (!options.feedback) return std::nullopt;
   try {
