@@ -50,7 +50,12 @@ class GuidedSearch {
     FilmReading full = reading_;
     full.orientations = orientations;
     full.margin = kMostMargin;
+    full.second = {};
     full.bend_mm = kBend_mm;
+    // Where the film lies on the scan must not tell one mesh from the next: a cut scan's film does
+    // not lie in its middle.
+    full.free_mm = 0.5 * reading_.pixel_size.pixel_mm *
+                   Vector2d(windows_.Scan().Width(), windows_.Scan().Height());
     full.prior = PriorIn(full, full.scanner, DepartureOf(camera_.fiducials, orientations));
     const size_t count = camera_.fiducials.size();
     const MarkRectangle rectangle = RectangleOfMarks(camera_.fiducials);
@@ -268,7 +273,8 @@ std::vector<Vector2d> MeshShifts(const std::vector<Fiducial>& fiducials) {
 
 FilmReading ReadFilmByAnchors(const Raster& scan, const CameraFile& camera,
                               const MarkShapes& shapes, const InteriorOptions& options) {
-  // Another reading of the anchors so much less probable than the best one is none.
+  // Another reading of the anchors so much less probable than the best one is none, but for a
+  // second film on the scan.
   constexpr double kNearlyAsProbable = 10;
   const std::vector<size_t> anchors = AnchorMarks(camera.fiducials);
   const std::vector<Vector2d> shifts = MeshShifts(camera.fiducials);
@@ -280,7 +286,8 @@ FilmReading ReadFilmByAnchors(const Raster& scan, const CameraFile& camera,
   for (const FilmReading& way : ways) {
     const bool first = readings.empty();
     if (!first && (way.best.Matched() < kLeastAnchors ||
-                   way.best.nats < ways.front().best.nats - kNearlyAsProbable))
+                   (way.best.nats < ways.front().best.nats - kNearlyAsProbable &&
+                    !ShowsAnotherFilm(ways.front(), way, way.best))))
       continue;
     GuidedSearch search(scan, camera, shapes, anchors, way, options.locator);
     for (const OrientationClass& orientations : Classes(camera, shapes, way, options))

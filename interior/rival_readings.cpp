@@ -3,12 +3,17 @@
 #include <Eigen/Geometry>
 #include <algorithm>
 
+#include "core/geometry/principal_axes.h"
+#include "interior/acceptance.h"
+
 namespace orient {
 namespace {
 
 using Eigen::Vector2d;
 
 constexpr double kMaxMargin = 30.0;
+constexpr double kSamePlace_mm = 1.0;
+constexpr double kThinnest = 0.1;  // of a set of marks that spans an area
 
 // Largest distance, px, between where two readings put the corners of the marks' rectangle.
 double LargestDifference(const FilmReading& a, const FilmReading& b) {
@@ -33,20 +38,55 @@ bool UsesTheSameMarks(const FilmReading& a, const FilmReading& b) {
   return true;
 }
 
+// Where the reading has these marks, px.
+std::vector<Vector2d> Places(const FilmReading& reading, const Assignment& marks) {
+  std::vector<Vector2d> places;
+  for (size_t i = 0; i < marks.choice.size(); ++i)
+    if (marks.choice[i] >= 0) places.push_back(reading.candidates[i][marks.choice[i]].pixel);
+  return places;
+}
+
+// Of the rectangles around two sets of places, as a share of the smaller one.
+double Overlap(const std::vector<Vector2d>& a, const std::vector<Vector2d>& b) {
+  Eigen::AlignedBox2d box_a, box_b;
+  for (const Vector2d& place : a) box_a.extend(place);
+  for (const Vector2d& place : b) box_b.extend(place);
+  const Eigen::AlignedBox2d both = box_a.intersection(box_b);
+  if (both.isEmpty()) return 0;
+  return both.volume() / std::max(std::min(box_a.volume(), box_b.volume()), 1e-9);
+}
+
 }  // namespace
 
 bool SaysTheSame(const FilmReading& a, const FilmReading& b) {
   if (a.orientations != b.orientations || a.polarity != b.polarity) return false;
   if (a.best.Matched() == 0 || b.best.Matched() == 0) return true;
-  const double tolerance_px = 1.0 / a.pixel_size.pixel_mm;  // one millimetre
-  int shared = 0;
+  const double tolerance_px = kSamePlace_mm / a.pixel_size.pixel_mm;
+  std::vector<Vector2d> shared;
   for (size_t i = 0; i < a.marks.size(); ++i) {
     const int ca = a.best.choice[i], cb = b.best.choice[i];
     if (ca < 0 || cb < 0) continue;
-    ++shared;
+    shared.push_back(a.marks[i].place_mm);
     if ((a.candidates[i][ca].pixel - b.candidates[i][cb].pixel).norm() > tolerance_px) return false;
   }
-  return shared >= 2 || LargestDifference(a, b) <= tolerance_px;
+  const bool fixed = shared.size() >= 3 && Thickness(shared) > kThinnest;
+  return fixed || LargestDifference(a, b) <= tolerance_px;
+}
+
+bool ShowsAnotherFilm(const FilmReading& best, const FilmReading& other, const Assignment& marks) {
+  constexpr double kLeastOfBest = 0.5, kMostOverlap = 0.2;
+  const auto all = static_cast<int>(best.marks.size());
+  if (marks.Matched() < NeededMarks(all) || marks.nats < MinSetNats(all) ||
+      marks.nats < kLeastOfBest * best.best.nats)
+    return false;
+  const double tolerance_px = kSamePlace_mm / best.pixel_size.pixel_mm;
+  const std::vector<Vector2d> taken = Places(best, best.best), places = Places(other, marks);
+  if (Overlap(taken, places) > kMostOverlap) return false;
+  return std::none_of(places.begin(), places.end(), [&](const Vector2d& place) {
+    return std::any_of(taken.begin(), taken.end(), [&](const Vector2d& other_place) {
+      return (place - other_place).norm() <= tolerance_px;
+    });
+  });
 }
 
 FilmReading BestOf(const std::vector<FilmReading>& readings) {
@@ -61,6 +101,10 @@ FilmReading BestOf(const std::vector<FilmReading>& readings) {
     if (other.scanner != result.scanner && SaysTheSame(result, other) &&
         !UsesTheSameMarks(result, other))
       result.scanner_margin = std::min(result.scanner_margin, result.best.nats - other.best.nats);
+  for (const FilmReading& other : readings)
+    if (ShowsAnotherFilm(result, other, other.best) ||
+        ShowsAnotherFilm(result, other, other.second))
+      result.margin = 0;
   result.margin = std::min(result.margin, kMaxMargin);
   return result;
 }

@@ -7,11 +7,19 @@
 
 namespace orient {
 
-// Two readings say the same when every mark that both found lies in one place; with fewer than two
-// such marks, when their transforms agree. One that found nothing says nothing else.
+// Two readings say the same when every mark that both found lies in one place; where these marks do
+// not span an area, so that they leave open how the film lies, their transforms must agree over the
+// whole frame as well. One that found nothing says nothing else.
 bool SaysTheSame(const FilmReading& a, const FilmReading& b);
 
-// The most probable reading; its margins are those to all the others. `readings` is not empty.
+// Whether these marks of another reading are a film of their own: enough to be accepted, not much
+// less probable than the best reading's, beside these, and none of them where these have one. Two
+// films on one scan do not exclude each other, so that it means nothing which of them is a few nats
+// more probable.
+bool ShowsAnotherFilm(const FilmReading& best, const FilmReading& other, const Assignment& marks);
+
+// The most probable reading; its margins are those to all the others, and none where the scan shows
+// another film. `readings` is not empty.
 FilmReading BestOf(const std::vector<FilmReading>& readings);
 
 }  // namespace orient

@@ -12,6 +12,7 @@
 #include <sstream>
 
 #include "core/error.h"
+#include "interior/reseau.h"
 #include "tests/support/film_frame.h"
 
 namespace orient {
@@ -94,7 +95,7 @@ CameraFile LibraryCamera(const std::string& name) {
 }
 
 KnownScan SimulatedOf(const std::string& name, const CameraFile& camera, double pixel_mm,
-                      unsigned seed, bool marks) {
+                      unsigned seed, bool marks, const std::vector<int>& missing) {
   KnownScan known{name, {}, camera, pixel_mm};
   FilmFrameSpec spec;
   spec.camera = known.camera;
@@ -102,7 +103,13 @@ KnownScan SimulatedOf(const std::string& name, const CameraFile& camera, double 
   spec.turn_rad = 0.006;
   spec.shift_px = {3.3, -2.6};
   spec.marks = marks;
+  spec.missing = missing;
   spec.seed = seed;
+  const auto crosses = std::count_if(
+      camera.fiducials.begin(), camera.fiducials.end(), [&](const Fiducial& fiducial) {
+        return camera.marks.at(fiducial.mark).background == MarkBackground::kImage;
+      });
+  spec.dark_corners = crosses < kLeastReseauMarks;
   const FilmFrame frame = RenderFilmFrame(spec);
   known.scan = {frame.scan, frame.pixel_from_photo, {}, Polarity::kPositive};
   for (const Vector2d& mark : frame.mark_pixels) known.scan.marks.push_back({mark, 0});

@@ -43,9 +43,10 @@ struct Trial {
 
 CameraFile LibraryCamera(const std::string& name);
 
-// A film of any camera, turned and shifted a little, with its marks or without them.
+// A film of any camera, turned and shifted a little, with its marks or without them. A reseau's
+// crosses lie in the picture, all other marks on dark ground.
 KnownScan SimulatedOf(const std::string& name, const CameraFile& camera, double pixel_mm,
-                      unsigned seed, bool marks);
+                      unsigned seed, bool marks, const std::vector<int>& missing = {});
 
 // A real frame; its truth are the hand marks in the corners or in the middles of the sides, so many
 // mm from the axes (the other one 0).

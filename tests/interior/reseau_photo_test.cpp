@@ -114,6 +114,26 @@ TEST(ReseauPhoto, WithoutAWholeRowTheFilmMayLieAMeshOffAndIsNotOk) {
   EXPECT_LT(result.margin, 3);
 }
 
+// Nothing says that the film lies in the middle of a scan that is cut off.
+TEST(ReseauPhoto, CutOffWithARowOfCrossesTheFilmMayLieAMeshOffAndIsNotOk) {
+  const TemporaryFolder folder;
+  FilmFrameSpec spec;
+  spec.camera = CrossCamera();
+  const Image whole = RenderFilmFrame(spec).scan;
+  constexpr int kCut = 270;  // the outermost row lies 150 px from the edge, the next one 280
+  Image cut(whole.width, whole.height - kCut);
+  std::copy(whole.values.begin() + std::ptrdiff_t{kCut} * whole.width, whole.values.end(),
+            cut.values.begin());
+  WriteScan(folder / "a.png", cut);
+  InteriorOptions options;
+  options.pixel_size_um = 100;
+  options.orientation = ScanOrientation::kR0;
+  const InteriorResult result =
+      OrientInterior(Raster::Open(folder / "a.png"), spec.camera, ShapesOf(spec.camera), options);
+  EXPECT_NE(result.status, Status::kOk);
+  EXPECT_LT(result.margin, 3);
+}
+
 TEST(ReseauPhoto, CrossesAreFoundAndGiveACorrection) {
   TemporaryFolder folder;
   FilmFrameSpec spec;
