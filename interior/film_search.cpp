@@ -261,14 +261,22 @@ class FilmReadings {
     return Choose();
   }
 
-  // The best one, and all that say something else.
+  // The best one, and all that say something else; every reading's second set of marks is another
+  // reading.
   std::vector<FilmReading> AllWays() {
     std::vector<FilmReading> ways = {Best(SearchRange::kWhole)};
-    for (const FilmReading& other : readings_)
-      if (!SaysTheSame(ways.front(), other)) ways.push_back(other);
-    FilmReading second = ways.front();
-    second.best = second.second;
-    if (second.best.Matched() > 0) ways.push_back(std::move(second));
+    std::vector<FilmReading> others = readings_;
+    for (const FilmReading& reading : readings_) {
+      others.push_back(reading);
+      others.back().best = reading.second;
+    }
+    std::stable_sort(others.begin(), others.end(), [](const FilmReading& a, const FilmReading& b) {
+      return a.best.nats > b.best.nats;
+    });
+    for (FilmReading& other : others)
+      if (std::none_of(ways.begin(), ways.end(),
+                       [&](const FilmReading& way) { return SaysTheSame(way, other); }))
+        ways.push_back(std::move(other));
     return ways;
   }
 

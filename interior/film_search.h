@@ -86,8 +86,9 @@ enum class SearchRange {
 FilmReading ReadFilm(const Raster& scan, const CameraFile& camera, const MarkShapes& shapes,
                      const InteriorOptions& options, SearchRange first = SearchRange::kWhole);
 
-// The same over the whole range, followed by what else the scan may say: readings of other settings
-// that say something else, and the best one with its second assignment.
+// The same over the whole range, followed by what else the scan may say, the most probable first:
+// readings of other settings, and every reading with its second assignment, as far as they say
+// something else than those before them.
 std::vector<FilmReading> ReadFilmAllWays(const Raster& scan, const CameraFile& camera,
                                          const MarkShapes& shapes, const InteriorOptions& options);
 
