@@ -1,5 +1,6 @@
 #include "interior/guided_search.h"
 
+#include <Eigen/Geometry>
 #include <Eigen/LU>
 #include <algorithm>
 #include <cmath>
@@ -161,14 +162,34 @@ class GuidedSearch {
 };
 
 // How many marks the layout moved by `shift_mm` has in common with itself.
-int InCommon(const std::vector<Fiducial>& fiducials, const Vector2d& shift_mm) {
+int InCommon(const std::vector<Vector2d>& places, const Vector2d& shift_mm) {
   int common = 0;
-  for (const Fiducial& a : fiducials)
-    if (std::any_of(fiducials.begin(), fiducials.end(), [&](const Fiducial& b) {
-          return (a.position_mm + shift_mm - b.position_mm).norm() < kSamePlace_mm;
-        }))
+  for (const Vector2d& a : places)
+    if (std::any_of(places.begin(), places.end(),
+                    [&](const Vector2d& b) { return (a + shift_mm - b).norm() < kSamePlace_mm; }))
       ++common;
   return common;
+}
+
+// By how much these marks may be moved so that at least half of them lie where others lay.
+void AddShifts(const std::vector<Vector2d>& places, std::vector<Vector2d>* shifts) {
+  constexpr size_t kLeast = 9;  // fewer are fiducial marks
+  if (places.size() < kLeast) return;
+  Eigen::AlignedBox2d box;
+  for (const Vector2d& place : places) box.extend(place);
+  const Vector2d centre = box.center();
+  const Vector2d middle =
+      *std::min_element(places.begin(), places.end(), [&](const Vector2d& a, const Vector2d& b) {
+        return (a - centre).norm() < (b - centre).norm();
+      });
+  for (const Vector2d& place : places) {
+    const Vector2d shift = place - middle;
+    const bool known = std::any_of(shifts->begin(), shifts->end(), [&](const Vector2d& other) {
+      return (shift - other).norm() < kSamePlace_mm;
+    });
+    if (!known && shift.norm() > kSamePlace_mm && 2 * InCommon(places, shift) >= std::ssize(places))
+      shifts->push_back(shift);
+  }
 }
 
 // The reading of one way of lying, and the readings next to it: the film moved by a mesh or so,
@@ -253,17 +274,14 @@ std::vector<size_t> AnchorMarks(const std::vector<Fiducial>& fiducials) {
 
 std::vector<Vector2d> MeshShifts(const std::vector<Fiducial>& fiducials) {
   constexpr size_t kMost = 8;
-  const Vector2d centre = RectangleOfMarks(fiducials).centre_mm;
-  const auto middle =
-      std::min_element(fiducials.begin(), fiducials.end(), [&](const auto& a, const auto& b) {
-        return (a.position_mm - centre).norm() < (b.position_mm - centre).norm();
-      });
-  std::vector<Vector2d> shifts;
+  std::map<std::string, std::vector<Vector2d>> of_drawing;
+  std::vector<Vector2d> all, shifts;
   for (const Fiducial& fiducial : fiducials) {
-    const Vector2d shift = fiducial.position_mm - middle->position_mm;
-    if (shift.norm() > kSamePlace_mm && 2 * InCommon(fiducials, shift) >= std::ssize(fiducials))
-      shifts.push_back(shift);
+    of_drawing[fiducial.mark].push_back(fiducial.position_mm);
+    all.push_back(fiducial.position_mm);
   }
+  AddShifts(all, &shifts);
+  for (const auto& [drawing, places] : of_drawing) AddShifts(places, &shifts);
   const auto hundredths = [](const Vector2d& shift) { return std::llround(100 * shift.norm()); };
   std::stable_sort(shifts.begin(), shifts.end(),
                    [&](const auto& a, const auto& b) { return hundredths(a) < hundredths(b); });

@@ -12,8 +12,9 @@ namespace orient {
 // that does not fit itself when it is moved by one step of the grid.
 std::vector<size_t> AnchorMarks(const std::vector<Fiducial>& fiducials);
 
-// By how much the whole layout may be moved so that at least half of its marks lie where others
-// lay: to the next crosses of a reseau, at most eight, the shortest first. Photo system, mm.
+// By how much the layout may be moved so that at least half of its marks, or of those with one
+// drawing (crosses among fiducial marks), lie where others lay: to the next crosses of a reseau, at
+// most eight, the shortest first. Photo system, mm.
 std::vector<Eigen::Vector2d> MeshShifts(const std::vector<Fiducial>& fiducials);
 
 // As ReadFilm. The windows of all other marks are 3 mm wide and lie where the anchors' transform

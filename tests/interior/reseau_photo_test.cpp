@@ -84,6 +84,56 @@ TEST(ReseauPhoto, MeshShiftsCarryMostCrossesIntoOthers) {
   EXPECT_TRUE(MeshShifts(irregular).empty());
 }
 
+// The crosses alone, a mesh off, would be a reading of the film.
+TEST(ReseauPhoto, MeshShiftsAreThoseOfTheCrossesAmongAsManyFiducialMarks) {
+  std::vector<Fiducial> mixed;
+  for (const Fiducial& cross : CrossCamera().fiducials)
+    if (cross.position_mm.cwiseAbs().maxCoeff() < 20) mixed.push_back(cross);
+  ASSERT_EQ(mixed.size(), 9u);
+  EXPECT_EQ(MeshShifts(mixed).size(), 4u);  // diagonals carry four of nine crosses only
+  for (const Vector2d& at :
+       {Vector2d(-31, -30), Vector2d(32, 30), Vector2d(-30, 33), Vector2d(31, -33),
+        Vector2d(-30, 1), Vector2d(33, 2), Vector2d(3, 31), Vector2d(1, -30)})
+    mixed.push_back({"F" + std::to_string(mixed.size()), at, "corner", std::nullopt});
+  const auto shifts = MeshShifts(mixed);
+  ASSERT_EQ(shifts.size(), 4u);
+  for (const Vector2d& shift : shifts) EXPECT_NEAR(shift.norm(), 13, 1e-9);
+}
+
+// A positive film between two negatives on one scan: the second negative is the second set of marks
+// of a reading that is itself not the best one.
+TEST(ReseauPhoto, EveryReadingsSecondSetOfMarksIsAWayToReadTheFilm) {
+  const TemporaryFolder folder;
+  FilmFrameSpec spec;
+  spec.camera = CrossCamera();
+  spec.camera.fiducials = {spec.camera.fiducials[0], spec.camera.fiducials[4],
+                           spec.camera.fiducials[20], spec.camera.fiducials[24]};
+  spec.rebate_mm = 0;  // no bed around the films, which would be looked at one by one
+  const Image film = RenderFilmFrame(spec).scan;
+  spec.polarity = Polarity::kNegative;
+  const Image negative = RenderFilmFrame(spec).scan;
+  Image scan(3 * film.width, film.height);
+  for (int row = 0; row < film.height; ++row)
+    for (int col = 0; col < scan.width; ++col)
+      scan.At(col, row) = (col / film.width == 1 ? film : negative).At(col % film.width, row);
+  WriteScan(folder / "a.png", scan);
+  InteriorOptions options;
+  options.pixel_size_um = 100;
+  options.orientation = ScanOrientation::kR0;
+  options.scanner = Scanner::kPhotogrammetric;
+  const auto ways =
+      ReadFilmAllWays(Raster::Open(folder / "a.png"), spec.camera, ShapesOf(spec.camera), options);
+  const auto found_at = [&](Polarity polarity, double col) {
+    return std::any_of(ways.begin(), ways.end(), [&](const FilmReading& way) {
+      return way.polarity == polarity && way.best.Matched() == 4 && way.best.nats > 20 &&
+             std::abs(way.candidates[0][way.best.choice[0]].pixel.x() - col) < 3;
+    });
+  };
+  EXPECT_TRUE(found_at(Polarity::kPositive, film.width + 90));
+  EXPECT_TRUE(found_at(Polarity::kNegative, 90));
+  EXPECT_TRUE(found_at(Polarity::kNegative, 2 * film.width + 90));
+}
+
 InteriorResult OrientWithout(const std::vector<int>& missing, FilmFrame* frame) {
   const TemporaryFolder folder;
   FilmFrameSpec spec;
