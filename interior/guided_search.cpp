@@ -13,6 +13,7 @@
 
 #include "interior/reseau.h"
 #include "interior/rival_readings.h"
+#include "interior/side_by_side.h"
 
 namespace orient {
 namespace {
@@ -65,13 +66,14 @@ class GuidedSearch {
     std::vector<int> trusted(count, -1);
     const std::vector<PointPair2d> anchors = AnchorsIn(orientations.front());
     const auto pixel_from_photo = FitAffine(anchors);
+    if (pixel_from_photo) SearchAround(shift_mm, pixel_from_photo->transform, orientations.front());
     for (size_t i = 0; i < count; ++i) {
       const Fiducial& mark = camera_.fiducials[i];
       full.marks[i].place_mm = PlaceOnScan(mark.position_mm, rectangle, orientations.front());
       if (!pixel_from_photo) continue;
       const Vector2d place = mark.position_mm - shift_mm;
       full.candidates[i] =
-          Find(mark.mark, place, pixel_from_photo->transform, orientations.front(), &full.marks[i]);
+          Candidates(found_.at(KeyOf(mark.mark, place, orientations.front())), &full.marks[i]);
       trusted[i] = AnchorAmong(full.candidates[i], place, anchors);
     }
     full.best.choice = ChooseAround(full.marks, full.prior, trusted);
@@ -104,32 +106,51 @@ class GuidedSearch {
     return pairs;
   }
 
-  // Candidates around a place of the layout; where the film would lie shifted by a mesh most places
-  // are the same ones.
-  std::vector<MarkCandidate> Find(const std::string& name, const Vector2d& place,
-                                  const Affine2d& pixel_from_photo, ScanOrientation orientation,
-                                  AssignmentMark* mark) {
-    const double p = reading_.pixel_size.pixel_mm;
-    const auto [at, fresh] = found_.try_emplace(
-        Key{name, std::llround(100 * place.x()), std::llround(100 * place.y()), orientation});
-    if (fresh) {
-      const MarkShape& shape = shapes_.at(name);
-      const Vector2d predicted = pixel_from_photo * place;
-      const int half = static_cast<int>(std::ceil(kWindowHalf_mm / p));
-      MarkSearch search;
-      search.window = {static_cast<int>(std::floor(predicted.x())) - half,
-                       static_cast<int>(std::floor(predicted.y())) - half, 2 * half + 1,
-                       2 * half + 1};
-      search.pixel_from_mm = pixel_from_photo.A;
-      search.turns_rad = {0};  // the anchors have told the turn
-      at->second = locators_.at(LocatorFor(shape, locator_))->Find(windows_, shape, search);
+  static Key KeyOf(const std::string& name, const Vector2d& place, ScanOrientation orientation) {
+    return {name, std::llround(100 * place.x()), std::llround(100 * place.y()), orientation};
+  }
+
+  // Looks around the places of the layout that were not looked at; where the film would lie shifted
+  // by a mesh most places are the same ones.
+  void SearchAround(const Vector2d& shift_mm, const Affine2d& pixel_from_photo,
+                    ScanOrientation orientation) {
+    struct Place {
+      const std::string* name;
+      Vector2d place;
+      MarkCandidates* found;
+    };
+    std::vector<Place> fresh;
+    for (const Fiducial& mark : camera_.fiducials) {
+      const Vector2d place = mark.position_mm - shift_mm;
+      const auto [at, is_fresh] = found_.try_emplace(KeyOf(mark.mark, place, orientation));
+      if (is_fresh) fresh.push_back({&mark.mark, place, &at->second});
     }
-    const MarkCandidates& found = at->second;
+    SideBySide(fresh.size(), [&](size_t i) {
+      *fresh[i].found = Find(shapes_.at(*fresh[i].name), fresh[i].place, pixel_from_photo);
+    });
+  }
+
+  MarkCandidates Find(const MarkShape& shape, const Vector2d& place,
+                      const Affine2d& pixel_from_photo) {
+    const Vector2d predicted = pixel_from_photo * place;
+    const int half = static_cast<int>(std::ceil(kWindowHalf_mm / reading_.pixel_size.pixel_mm));
+    MarkSearch search;
+    search.window = {static_cast<int>(std::floor(predicted.x())) - half,
+                     static_cast<int>(std::floor(predicted.y())) - half, 2 * half + 1,
+                     2 * half + 1};
+    search.pixel_from_mm = pixel_from_photo.A;
+    search.turns_rad = {0};  // the anchors have told the turn
+    return locators_.at(LocatorFor(shape, locator_))->Find(windows_, shape, search);
+  }
+
+  // Those of the reading's polarity; the mark gets them, too.
+  std::vector<MarkCandidate> Candidates(const MarkCandidates& found, AssignmentMark* mark) const {
     const auto& candidates = reading_.polarity == Polarity::kPositive ? found.bright : found.dark;
     const std::vector<double> nats = ScoreNats(candidates);
     mark->window_mm2 = std::max(found.searched_mm2, 1.0);
     for (size_t j = 0; j < candidates.size(); ++j)
-      mark->candidates.push_back({(candidates[j].pixel - reading_.middle_px) * p, nats[j]});
+      mark->candidates.push_back(
+          {(candidates[j].pixel - reading_.middle_px) * reading_.pixel_size.pixel_mm, nats[j]});
     return candidates;
   }
 
