@@ -228,14 +228,23 @@ FilmMarks MeasureMarks(const Raster& scan, const CameraFile& camera, const MarkS
       MeasureByLines(scan, *CrossOf(shapes.at(mark)), pixel_from_mm, reading.polarity, max_shift_px,
                      &marks[i]);
   });
-  for (const bool by_strokes : {true, false}) {
-    // Without neighbours enough there is no reseau, and nothing that tells so sharply.
-    if (by_strokes && Count(marks, MarkState::kUsed) < kLeastReseauMarks) continue;
+  return WithoutWrongMarks(reading, marks);
+}
+
+FilmMarks WithoutWrongMarks(const FilmReading& reading, const FilmMarks& measured) {
+  const auto judged = [&](bool by_strokes) {
+    FilmMarks marks = measured;
     RejectUnlike(by_strokes, &marks);
     RejectContradicted(reading.middle_px, reading, &marks);
-    if (Count(marks, MarkState::kUsed) >= kLeastReseauMarks) break;
+    return marks;
+  };
+  // Without neighbours enough there is no reseau, and nothing that tells so sharply; whom clear
+  // strokes in the picture contradicted is judged anew then.
+  if (Count(measured, MarkState::kUsed) >= kLeastReseauMarks) {
+    FilmMarks marks = judged(true);
+    if (Count(marks, MarkState::kUsed) >= kLeastReseauMarks) return marks;
   }
-  return marks;
+  return judged(false);
 }
 
 std::vector<MeasuredMark> UsedMarks(const CameraFile& camera, const FilmMarks& marks) {

@@ -22,12 +22,16 @@ using FilmMarks = std::vector<FilmMark>;  // in the order of the camera's fiduci
 
 // Measures the assigned marks by least-squares matching with the drawing at the size and turn that
 // the reading found; bare crosses in the picture by their lines instead, unless another locator is
-// `wanted` (cross_position.h); rejects what does not look like the mark, what the others contradict
-// (leave-one-out chi-square above 11.8) and what is not surely a mark (gain below 3 nats). A
-// reseau's cross whose strokes are clear looks like the mark, however little the picture beside
-// them correlates with the drawing: its neighbours tell its place to some micrometres (reseau.h).
+// `wanted` (cross_position.h); rejects wrong marks.
 FilmMarks MeasureMarks(const Raster& scan, const CameraFile& camera, const MarkShapes& shapes,
                        const FilmReading& reading, std::optional<LocatorKind> wanted);
+
+// Of all measured marks those become rejected that do not look like the mark, that the others
+// contradict (leave-one-out chi-square above 11.8) and that are not surely marks (gain below 3
+// nats). A reseau's cross whose strokes are clear looks like the mark, however little the picture
+// beside them correlates with the drawing: its neighbours tell its place to some micrometres
+// (reseau.h). Where fewer than a reseau's marks are left of them, correlation counts for all.
+FilmMarks WithoutWrongMarks(const FilmReading& reading, const FilmMarks& measured);
 
 std::vector<MeasuredMark> UsedMarks(const CameraFile& camera, const FilmMarks& marks);
 

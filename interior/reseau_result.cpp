@@ -34,6 +34,7 @@ void CorrectFilm(const CameraFile& camera, bool mirrored, InteriorResult* result
   result->reseau.reset();
   if (!result->photo_from_pixel) return;
   constexpr int kMostRounds = 3;  // the second one mostly finds nothing more
+  const InteriorResult uncorrected = *result;
   for (int round = 0; round < kMostRounds; ++round) {
     std::vector<MeasuredMark> used;
     std::vector<size_t> index;
@@ -51,8 +52,8 @@ void CorrectFilm(const CameraFile& camera, bool mirrored, InteriorResult* result
       if (!fit->used[k]) result->marks[index[k]].state = MarkState::kRejected;
     if (!FitUsedMarks(camera, mirrored, result)) break;
   }
-  // Contradictory to the end; the last round's correction belongs to another transform.
-  result->reseau.reset();
+  // Contradictory to the end: then nothing says which crosses are wrong.
+  *result = uncorrected;
 }
 
 void SayReseau(InteriorResult* result) {

@@ -1,0 +1,74 @@
+// Which measured marks are wrong, and what is left of them.
+#include "interior/acceptance.h"
+
+#include <gtest/gtest.h>
+
+#include "interior/reseau.h"
+
+namespace orient {
+namespace {
+
+using Eigen::Vector2d;
+
+constexpr double kPixel_mm = 0.02;
+
+struct Cross {
+  Vector2d off_mm = Vector2d::Zero();
+  double correlation = 0.9;
+  bool clear = true;
+};
+
+// Crosses in rows of five, 10 mm apart; the assignment has chosen all of them.
+std::pair<FilmReading, FilmMarks> Reseau(const std::vector<Cross>& crosses) {
+  FilmReading reading;
+  reading.pixel_size = {kPixel_mm, 0.004};
+  reading.prior = {{10, 10}, 0.03, 0.004, 1.5e-4, 0.03, 0.85};
+  FilmMarks marks;
+  for (size_t i = 0; i < crosses.size(); ++i) {
+    const Vector2d place(10.0 * static_cast<double>(i % 5), 10.0 * static_cast<double>(i / 5));
+    const Vector2d at = place + crosses[i].off_mm;
+    reading.marks.push_back({place, {{at, 1.5}}, 9});
+    reading.candidates.push_back({{at / kPixel_mm, 0.9}});
+    reading.best.choice.push_back(0);
+    MarkPosition position;
+    position.pixel = at / kPixel_mm;
+    position.correlation = crosses[i].correlation;
+    marks.push_back({MarkState::kUsed, position, crosses[i].clear});
+  }
+  return {reading, marks};
+}
+
+int Used(const FilmMarks& marks) {
+  return static_cast<int>(std::count_if(marks.begin(), marks.end(),
+                                        [](const auto& m) { return m.state == MarkState::kUsed; }));
+}
+
+TEST(WrongMarks, AReseausClearStrokesOutweighALowCorrelation) {
+  const auto [reading, marks] = Reseau(std::vector<Cross>(20, {Vector2d::Zero(), 0.2, true}));
+  EXPECT_EQ(Used(WithoutWrongMarks(reading, marks)), 20);
+}
+
+TEST(WrongMarks, ACrossThatTheOthersContradictIsRejected) {
+  std::vector<Cross> crosses(20);
+  crosses[7].off_mm = {0.5, 0};
+  const auto [reading, marks] = Reseau(crosses);
+  const FilmMarks left = WithoutWrongMarks(reading, marks);
+  EXPECT_EQ(left[7].state, MarkState::kRejected);
+  EXPECT_EQ(Used(left), 19);
+}
+
+// Twelve crossings of the picture's lines, whose strokes are clear as well, contradict the eight
+// marks among them. Too few for a reseau, they are rejected by their correlation, and the marks
+// that they contradicted are not.
+TEST(WrongMarks, WhatClearStrokesContradictedIsJudgedAnewWhereTheyMakeNoReseau) {
+  std::vector<Cross> crosses(20, {{1, 0.5}, 0.2, true});
+  for (size_t i = 0; i < crosses.size(); ++i)
+    if (i % 5 == 0 || i % 5 == 3) crosses[i] = {};
+  const auto [reading, marks] = Reseau(crosses);
+  const FilmMarks left = WithoutWrongMarks(reading, marks);
+  EXPECT_EQ(Used(left), 8);
+  EXPECT_EQ(left[0].state, MarkState::kUsed);
+}
+
+}  // namespace
+}  // namespace orient
