@@ -309,5 +309,21 @@ INSTANTIATE_TEST_SUITE_P(Issue, SlowP31MonteCarlo,
                                          P31Case{{6, 0.9}, 0.98}, P31Case{{10, 0.8}, 0.88},
                                          P31Case{{20, 0.8}, 0.79}));
 
+// Far outside the trusted marks a mark's wrong candidate has the better score, and is chosen before
+// the two marks beside it are known. It then tells three quarters of where it is to be.
+TEST(ChooseAround, AMarkIsNotJudgedByItsOwnCandidate) {
+  ConstellationPrior prior;
+  prior.point_mm = 0.05;
+  prior.affinity = 0.0125;
+  std::vector<AssignmentMark> marks;
+  for (const Vector2d& place :
+       {Vector2d(-10, -10), Vector2d(10, -10), Vector2d(-10, 10), Vector2d(10, 10),
+        Vector2d(100, 100), Vector2d(100, 0), Vector2d(0, 100)})
+    marks.push_back({place, {{place, 1.5}}, 9});
+  marks[4].candidates = {{Vector2d(100, 100), -1.5}, {Vector2d(100.3, 100), 1.5}};
+  const std::vector<int> choice = ChooseAround(marks, prior, {0, 0, 0, 0, -1, -1, -1});
+  EXPECT_EQ(choice, (std::vector<int>(7, 0)));
+}
+
 }  // namespace
 }  // namespace orient
