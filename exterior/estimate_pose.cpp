@@ -6,6 +6,7 @@
 #include <limits>
 
 #include "core/geometry/collinearity.h"
+#include "core/median.h"
 
 namespace orient {
 namespace {
@@ -52,8 +53,7 @@ double MedianVarianceFactor(const std::vector<ControlObservation>& control,
                             const std::vector<Eigen::Vector2d>& residuals) {
   std::vector<double> chi2;
   for (std::size_t i = 0; i < control.size(); ++i) chi2.push_back(Chi2(control[i], residuals[i]));
-  std::nth_element(chi2.begin(), chi2.begin() + static_cast<long>(chi2.size() / 2), chi2.end());
-  return chi2[chi2.size() / 2] / (2 * std::log(2.0));
+  return UpperMedian(std::move(chi2)) / (2 * std::log(2.0));
 }
 
 // Squared residuals of two dimensions, normalised with their covariance and redundancy.

@@ -4,6 +4,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "core/imaging/side_by_side.h"
+#include "core/median.h"
 #include "exterior/align.h"
 #include "exterior/consensus.h"
 #include "exterior/match.h"
@@ -20,8 +22,7 @@ int CoarsestReduction(const PhotoTask& task, const PhotoView& view,
     if (const auto side = PatchSide(view, task.patches[predictions[i].patch]))
       sides.push_back(*side);
   if (sides.empty()) return 1;
-  std::nth_element(sides.begin(), sides.begin() + static_cast<long>(sides.size() / 2), sides.end());
-  const double side = sides[sides.size() / 2];
+  const double side = UpperMedian(std::move(sides));
   int reduction = 1;
   while (side / (reduction * 2) >= task.options.min_side_px && radius_px / (reduction * 2) > 8)
     reduction *= 2;
@@ -36,7 +37,7 @@ std::optional<Consensus> Vote(const PhotoTask& task, const PhotoView& view, cons
                               const std::vector<PatchPrediction>& predictions, int reduction,
                               double margin_px) {
   std::vector<VotingPatch> voting(predictions.size());
-  ForEach(predictions.size(), [&](std::size_t i) {
+  SideBySide(predictions.size(), [&](std::size_t i) {
     const PatchPrediction& prediction = predictions[i];
     const Patch& patch = task.patches[prediction.patch];
     voting[i].ground_m = patch.ground_m;

@@ -6,6 +6,7 @@
 #include <numbers>
 
 #include "core/format_text.h"
+#include "core/imaging/side_by_side.h"
 #include "exterior/align.h"
 #include "exterior/consensus.h"
 #include "exterior/estimate_pose.h"
@@ -41,7 +42,7 @@ PreciseRound MatchAll(const PhotoTask& task, const PhotoView& view, const Matrix
       SelectSpread(visible, task.patches, task.options.precise_patches, task.Prediction());
   round.matches.resize(round.predictions.size());
   std::vector<double> areas(round.predictions.size(), 0);
-  ForEach(round.predictions.size(), [&](std::size_t i) {
+  SideBySide(round.predictions.size(), [&](std::size_t i) {
     const PatchPrediction& prediction = round.predictions[i];
     const Eigen::Vector2d radius =
         prediction.Radius(kWindowSigmas) + Eigen::Vector2d::Constant(margin_px);

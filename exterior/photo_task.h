@@ -1,9 +1,6 @@
 // What the steps of one photo's orientation share, and what they hand on. Private to exterior.
 #pragma once
 
-#include <tbb/parallel_for.h>
-#include <tbb/task_arena.h>
-
 #include <vector>
 
 #include "exterior/orient_photo.h"
@@ -33,13 +30,6 @@ struct PoseTrack {
   int reduction = 1;  // of the round that led here
   std::vector<LoopRound> rounds;
 };
-
-// Side by side. Isolated: a thread that waits for the last patch must not begin another photo
-// meanwhile, or more photos than the caller asked for would be in memory at a time.
-template <typename Work>
-void ForEach(std::size_t count, const Work& work) {
-  tbb::this_task_arena::isolate([&] { tbb::parallel_for(std::size_t{0}, count, work); });
-}
 
 // Search windows reach this many sigmas of the prediction.
 inline constexpr double kWindowSigmas = 3;

@@ -3,11 +3,11 @@
 #include <Eigen/LU>
 
 #include "core/format_text.h"
-#include "interior/cross_position.h"
+#include "core/imaging/side_by_side.h"
+#include "core/median.h"
 #include "interior/film_orientation.h"
 #include "interior/lines_locator.h"
 #include "interior/reseau.h"
-#include "interior/side_by_side.h"
 
 namespace orient {
 namespace {
@@ -74,24 +74,14 @@ bool IsClear(const MeasuredCross& cross) {
   return cross.share >= kLeastShare && cross.nats >= kLeastNats;
 }
 
-// Replaces the matched position, which stays where the lines are not seen. Where the two contradict
-// each other beyond their sigmas (chi-square with two degrees of freedom), one of them is wrong and
-// nothing tells which: the difference becomes part of the sigma. Not where the drawing matches
-// nothing and the strokes are clear.
+// Replaces the matched position, which stays where the lines are not seen.
 void MeasureByLines(const Raster& scan, const CrossElement& cross, const Matrix2d& pixel_from_mm,
                     Polarity polarity, double max_shift_px, FilmMark* mark) {
-  MarkPosition& matched = mark->position.value();
   const auto crossing =
-      MeasureCross(scan, cross, pixel_from_mm, matched.pixel, polarity, max_shift_px);
+      MeasureCross(scan, cross, pixel_from_mm, mark->position->pixel, polarity, max_shift_px);
   if (!crossing) return;
   mark->clear = IsClear(*crossing);
-  const Vector2d difference = crossing->pixel - matched.pixel;
-  const Matrix2d both = crossing->covariance + matched.covariance;
-  matched.pixel = crossing->pixel;
-  matched.covariance = crossing->covariance;
-  if (mark->clear && matched.correlation < kMinCorrelation) return;
-  if (difference.dot(both.inverse() * difference) > kLeaveOneOutChiSquare)
-    matched.covariance += difference * difference.transpose();
+  mark->position = PositionByLines(mark->position.value(), *crossing);
 }
 
 // `by_strokes`: marks with clear strokes are taken whatever their correlation.
@@ -100,9 +90,7 @@ void RejectUnlike(bool by_strokes, FilmMarks* marks) {
   for (const FilmMark& mark : *marks)
     if (mark.state == MarkState::kUsed) correlations.push_back(mark.position->correlation);
   if (correlations.empty()) return;
-  std::nth_element(correlations.begin(), correlations.begin() + correlations.size() / 2,
-                   correlations.end());
-  const double median = correlations[correlations.size() / 2];
+  const double median = UpperMedian(std::move(correlations));
   for (FilmMark& mark : *marks)
     if (mark.state == MarkState::kUsed && !(by_strokes && mark.clear) &&
         mark.position->correlation < std::max(kMinCorrelation, kMinOfMedianCorrelation * median))
@@ -229,6 +217,17 @@ FilmMarks MeasureMarks(const Raster& scan, const CameraFile& camera, const MarkS
                      &marks[i]);
   });
   return WithoutWrongMarks(reading, marks);
+}
+
+MarkPosition PositionByLines(const MarkPosition& matched, const MeasuredCross& crossing) {
+  const Vector2d difference = crossing.pixel - matched.pixel;
+  const Matrix2d both = crossing.covariance + matched.covariance;
+  MarkPosition position = matched;
+  position.pixel = crossing.pixel;
+  position.covariance = crossing.covariance;
+  if (difference.dot(both.inverse() * difference) > kLeaveOneOutChiSquare)
+    position.covariance += difference * difference.transpose();
+  return position;
 }
 
 FilmMarks WithoutWrongMarks(const FilmReading& reading, const FilmMarks& measured) {

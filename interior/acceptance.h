@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "core/files/results.h"
+#include "interior/cross_position.h"
 #include "interior/film_search.h"
 #include "interior/film_transform.h"
 #include "interior/subpixel.h"
@@ -25,6 +26,11 @@ using FilmMarks = std::vector<FilmMark>;  // in the order of the camera's fiduci
 // `wanted` (cross_position.h); rejects wrong marks.
 FilmMarks MeasureMarks(const Raster& scan, const CameraFile& camera, const MarkShapes& shapes,
                        const FilmReading& reading, std::optional<LocatorKind> wanted);
+
+// A cross's place by its lines, with the matched one's correlation. Where the two contradict each
+// other beyond their sigmas (chi-square with two degrees of freedom), one of them is wrong and
+// nothing tells which, however little correlates: the difference becomes part of the sigma.
+MarkPosition PositionByLines(const MarkPosition& matched, const MeasuredCross& crossing);
 
 // Of all measured marks those become rejected that do not look like the mark, that the others
 // contradict (leave-one-out chi-square above 11.8) and that are not surely marks (gain below 3

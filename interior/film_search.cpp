@@ -6,9 +6,9 @@
 #include <map>
 #include <tuple>
 
+#include "core/imaging/side_by_side.h"
 #include "interior/acceptance.h"
 #include "interior/rival_readings.h"
-#include "interior/side_by_side.h"
 
 namespace orient {
 namespace {

@@ -11,9 +11,9 @@
 #include <string>
 #include <tuple>
 
+#include "core/imaging/side_by_side.h"
 #include "interior/reseau.h"
 #include "interior/rival_readings.h"
-#include "interior/side_by_side.h"
 
 namespace orient {
 namespace {

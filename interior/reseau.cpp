@@ -8,6 +8,7 @@
 
 #include "core/geometry/dense_solvers.h"
 #include "core/geometry/principal_axes.h"
+#include "core/median.h"
 
 namespace orient {
 namespace {
@@ -174,10 +175,8 @@ std::vector<bool> WithoutGrossErrors(const std::vector<Cross>& crosses) {
     const MatrixXd p = weighted.householderQr().solve(root.asDiagonal() * y);
     size = (y - f * p).rowwise().norm();
   }
-  std::vector<double> sorted(size.data(), size.data() + n);
-  std::nth_element(sorted.begin(), sorted.begin() + n / 2, sorted.end());
   // The median of a Rayleigh distribution is 1.18 sigma.
-  const double sigma = std::max(sorted[static_cast<size_t>(n) / 2] / 1.18, kSmallest_mm);
+  const double sigma = std::max(UpperMedian({size.data(), size.data() + n}) / 1.18, kSmallest_mm);
   std::vector<bool> used;
   for (Eigen::Index i = 0; i < n; ++i) used.push_back(size[i] < kGross * sigma);
   return used;

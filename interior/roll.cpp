@@ -5,6 +5,7 @@
 
 #include "core/files/used_marks.h"
 #include "core/format_text.h"
+#include "core/median.h"
 
 namespace orient {
 namespace {
@@ -21,13 +22,6 @@ constexpr double kLeastSystematic_um = 1;
 constexpr double kChanceOfOneRoll = 1e-3;  // that any of a roll's marks looks systematic by chance
 // How the roll's messages begin: by it they are found again when the comparison is repeated.
 constexpr const char* kRollMessage = "Compared with its roll: ";
-
-double Median(std::vector<double> values) {
-  const auto middle = values.begin() + static_cast<long>(values.size() / 2);
-  std::nth_element(values.begin(), middle, values.end());
-  if (values.size() % 2 == 1) return *middle;
-  return 0.5 * (*middle + *std::max_element(values.begin(), middle));
-}
 
 RobustValue Robust(const std::vector<double>& values) {
   RobustValue robust;

@@ -7,6 +7,8 @@
 #include <numbers>
 #include <utility>
 
+#include "core/median.h"
+
 namespace orient {
 namespace {
 
@@ -23,12 +25,6 @@ constexpr double kLeastSeen = 0.5;  // of a stroke's profiles
 constexpr int kPasses = 12;
 constexpr double kConverged = 1e-3;  // px
 constexpr int kFarthestLag = 6;
-
-double Median(std::vector<double> values) {
-  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
-  std::nth_element(values.begin(), middle, values.end());
-  return *middle;
-}
 
 // Of the sum of a series about zero to the one of independent values of the same variance.
 double VarianceInflation(const std::vector<double>& series) {
@@ -202,7 +198,7 @@ bool StrokeFit::WithoutOutliers() {
     std::vector<double> sizes;
     for (size_t i = 0; i < profiles_.size(); ++i)
       if (use_[i]) sizes.push_back(std::abs(Left(i, move_)));
-    const double noise = 1.4826 * Median(std::move(sizes));
+    const double noise = 1.4826 * UpperMedian(std::move(sizes));
     const double limit = kOutlierSigmas * noise;
     if (round == 0) Weigh(noise);
     size_t kept = 0;

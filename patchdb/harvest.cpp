@@ -6,6 +6,7 @@
 #include <stdexcept>
 
 #include "core/error.h"
+#include "core/median.h"
 #include "patchdb/candidates.h"
 #include "patchdb/patch_making.h"
 #include "patchdb/source_view.h"
@@ -119,9 +120,7 @@ double MedianGsd(const Raster& raster, const SourceView& source) {
   if (gsds.empty())
     throw InputError(raster.Path() + " shows no ground that the DEM covers; check the DEM, and " +
                      "that the orientation or georeference belongs to this image");
-  std::nth_element(gsds.begin(), gsds.begin() + static_cast<std::ptrdiff_t>(gsds.size() / 2),
-                   gsds.end());
-  return gsds[gsds.size() / 2];
+  return UpperMedian(std::move(gsds));
 }
 
 int StoredBits(const Raster& raster) {

@@ -7,6 +7,8 @@
 #include <opencv2/imgproc.hpp>
 #include <optional>
 
+#include "core/median.h"
+
 namespace orient {
 namespace {
 
@@ -85,13 +87,6 @@ Measure MeasureAt(const Tensors& t, int col, int row) {
   const double trace = xx + yy, det = std::max(0.0, xx * yy - xy * xy);
   if (!(trace > 0)) return {};
   return {det / trace, 4 * det / (trace * trace)};
-}
-
-double Median(std::vector<double> values) {
-  if (values.empty()) return 0;
-  const auto middle = values.begin() + static_cast<ptrdiff_t>(values.size() / 2);
-  std::nth_element(values.begin(), middle, values.end());
-  return *middle;
 }
 
 // Weighted sums of one model's lines: N p = right; `squares` is the residual at p.
@@ -181,7 +176,7 @@ std::vector<Maximum> Maxima(const Tensors& t, const InterestOptions& options) {
   cv::erode(t.valid, inside, cv::Mat::ones(3, 3, CV_8U), cv::Point(-1, -1), 1, cv::BORDER_CONSTANT,
             cv::Scalar(0));
   cv::dilate(weights, highest, cv::Mat::ones(3, 3, CV_8U));
-  const double least = options.min_weight_ratio * Median(std::move(all));
+  const double least = options.min_weight_ratio * (all.empty() ? 0 : UpperMedian(std::move(all)));
   std::vector<Maximum> maxima;
   for (int r = 0; r < weights.rows; ++r) {
     for (int c = 0; c < weights.cols; ++c) {

@@ -70,5 +70,24 @@ TEST(WrongMarks, WhatClearStrokesContradictedIsJudgedAnewWhereTheyMakeNoReseau) 
   EXPECT_EQ(left[0].state, MarkState::kUsed);
 }
 
+TEST(PositionByLines, HoldsWhatMatchingContradictsForUnsureWhateverItsCorrelation) {
+  MarkPosition matched;
+  matched.pixel = {100, 100};
+  matched.covariance = 4e-4 * Eigen::Matrix2d::Identity();
+  MeasuredCross crossing;
+  crossing.pixel = {100.8, 100};
+  crossing.covariance = 4e-4 * Eigen::Matrix2d::Identity();
+  for (const double correlation : {0.2, 0.9}) {
+    matched.correlation = correlation;
+    const MarkPosition position = PositionByLines(matched, crossing);
+    EXPECT_EQ(position.pixel, crossing.pixel);
+    EXPECT_EQ(position.correlation, correlation);
+    EXPECT_NEAR(std::sqrt(position.covariance(0, 0)), 0.8, 0.001);
+    EXPECT_NEAR(std::sqrt(position.covariance(1, 1)), 0.02, 1e-6);
+  }
+  crossing.pixel = {100.05, 100};
+  EXPECT_NEAR(std::sqrt(PositionByLines(matched, crossing).covariance(0, 0)), 0.02, 1e-6);
+}
+
 }  // namespace
 }  // namespace orient

@@ -24,6 +24,7 @@
 
 #include "core/error.h"
 #include "core/files/camera_file.h"
+#include "core/median.h"
 #include "interior/interior.h"
 #include "interior/layout.h"
 #include "tools/interior_run.h"
@@ -137,11 +138,8 @@ Measured Median(const std::vector<Measured>& runs) {
     processor.push_back(run.processor);
     median.peak_mb = std::max(median.peak_mb, run.peak_mb);
   }
-  const auto middle = static_cast<std::ptrdiff_t>(runs.size() / 2);
-  std::nth_element(elapsed.begin(), elapsed.begin() + middle, elapsed.end());
-  std::nth_element(processor.begin(), processor.begin() + middle, processor.end());
-  median.milliseconds = elapsed[runs.size() / 2];
-  median.processor = processor[runs.size() / 2];
+  median.milliseconds = UpperMedian(std::move(elapsed));
+  median.processor = UpperMedian(std::move(processor));
   return median;
 }
 

@@ -10,18 +10,13 @@
 #include <iostream>
 #include <random>
 
+#include "core/median.h"
 #include "patchdb/selection.h"
 
 namespace orient {
 namespace {
 
 double Milliseconds() { return 1e3 * static_cast<double>(std::clock()) / CLOCKS_PER_SEC; }
-
-double Median(std::vector<double> values) {
-  std::nth_element(values.begin(), values.begin() + static_cast<long>(values.size() / 2),
-                   values.end());
-  return values[values.size() / 2];
-}
 
 void Measure(const std::string& path, double side_m, int queries) {
   const PatchDatabase database = PatchDatabase::Open(path, PatchDatabase::Mode::kRead);
@@ -43,9 +38,9 @@ void Measure(const std::string& path, double side_m, int queries) {
     database.FindPatchesIn(*filter.bounds);
     reading.push_back(Milliseconds() - start);
   }
-  std::cout << info.patches << " patches; a footprint of " << side_m << " m has " << Median(found)
-            << "\nwithout chips  " << Median(listing) << " ms\nwith chips     " << Median(reading)
-            << " ms\n";
+  std::cout << info.patches << " patches; a footprint of " << side_m << " m has "
+            << UpperMedian(found) << "\nwithout chips  " << UpperMedian(listing)
+            << " ms\nwith chips     " << UpperMedian(reading) << " ms\n";
 }
 
 }  // namespace

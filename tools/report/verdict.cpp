@@ -2,6 +2,7 @@
 
 #include <algorithm>
 
+#include "core/median.h"
 #include "tools/report/html_text.h"
 
 namespace orient {
@@ -10,18 +11,12 @@ namespace {
 // A median of fewer says nothing about what is usual.
 constexpr size_t kFewestForMedian = 3;
 
-std::optional<double> Median(std::vector<double> values) {
-  if (values.empty()) return std::nullopt;
-  std::sort(values.begin(), values.end());
-  const size_t middle = values.size() / 2;
-  return values.size() % 2 == 1 ? values[middle] : 0.5 * (values[middle - 1] + values[middle]);
-}
-
 std::optional<double> MedianSigma0(const std::vector<PhotoVerdict>& photos,
                                    std::optional<double> PhotoVerdict::*sigma0) {
   std::vector<double> values;
   for (const PhotoVerdict& photo : photos)
     if (photo.status != Status::kFailed && photo.*sigma0) values.push_back(*(photo.*sigma0));
+  if (values.empty()) return std::nullopt;
   return Median(std::move(values));
 }
 
@@ -157,7 +152,8 @@ void ListConcerns(const BlockRecord& block, BlockVerdict* verdict) {
   BlockVerdict usual = *verdict;  // too few photos have no usual value
   if (sigmas_m.size() < kFewestForMedian) usual.median_sigma0_px.reset();
   if (block.photos.size() < kFewestForMedian) usual.median_sigma0_um.reset();
-  const auto usual_m = sigmas_m.size() < kFewestForMedian ? std::nullopt : Median(sigmas_m);
+  std::optional<double> usual_m;
+  if (sigmas_m.size() >= kFewestForMedian) usual_m = Median(std::move(sigmas_m));
   for (size_t i = 0; i < block.photos.size(); ++i) {
     if (verdict->photos[i].status != Status::kOk) continue;
     const auto texts = Peculiarities(block.photos[i], verdict->photos[i], usual, usual_m);
