@@ -58,9 +58,9 @@ Matrix2d PixelFromMm(const CameraFile& camera, const FilmReading& reading) {
 }
 
 // A cross and nothing else, in the picture itself: there the two sides of a stroke are mostly
-// unlike, and least-squares matching, which knows of no sides, is pulled to the brighter one (on
-// simulated P31 scans 0.035 px against 0.015 px). On a dark corner it sees more of the mark than
-// its lines do.
+// unlike, and least-squares matching, which knows of no sides, is pulled to the brighter one: on
+// simulated P31 scans its errors are half as large again as those of the lines (docs/interior.md
+// has the figures). On a dark corner it sees more of the mark than its lines do.
 bool MeasuredByLines(const MarkShape& shape, std::optional<LocatorKind> wanted) {
   return UsualLocator(shape) == LocatorKind::kLines &&
          LocatorFor(shape, wanted) == LocatorKind::kLines;
@@ -254,13 +254,17 @@ std::vector<MeasuredMark> UsedMarks(const CameraFile& camera, const FilmMarks& m
   return used;
 }
 
-void JudgePixelSize(const FilmReading& reading, InteriorResult* result) {
-  if (!result->pixel_size_um || reading.pixel_size.sigma < kStatedSigma) return;
+void SayPixelSizeIsUnsure(InteriorResult* result) {
   if (result->status == Status::kOk) result->status = Status::kWeak;
   result->messages.push_back(FormatText(
       "The pixel size (%.2f um) follows from the camera alone: a smaller or larger camera with "
       "like marks would fit as well; give --pixel-size-um.",
-      *result->pixel_size_um));
+      result->pixel_size_um.value_or(0)));
+}
+
+void JudgePixelSize(const FilmReading& reading, InteriorResult* result) {
+  if (result->pixel_size_um && reading.pixel_size.sigma >= kStatedSigma)
+    SayPixelSizeIsUnsure(result);
 }
 
 double MinSetNats(int all) { return kMinSetNats + kNatsPerFurtherMark * std::max(all - 4, 0); }

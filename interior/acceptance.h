@@ -48,8 +48,10 @@ int NeededMarks(int all);
 // marks reach 6), and 1.9 for every further mark of the camera, found or not.
 double MinSetNats(int all);
 
-// Weak, where the marks are the only word about the pixel size: they may be those of a smaller or
-// larger camera than the one named (squares of four and rings of eight come in many sizes).
+// Weak, and why: the marks may be those of a smaller or larger camera than the one named (squares
+// of four and rings of eight come in many sizes).
+void SayPixelSizeIsUnsure(InteriorResult* result);
+// That, where the marks are the only word about the pixel size.
 void JudgePixelSize(const FilmReading& reading, InteriorResult* result);
 
 // What geometry alone allows: failed below three marks, MinSetNats(all) or 3 nats of margin; weak

@@ -4,6 +4,7 @@
 
 #include "core/files/used_marks.h"
 #include "core/format_text.h"
+#include "interior/acceptance.h"
 #include "interior/layout.h"
 
 namespace orient {
@@ -20,9 +21,11 @@ constexpr double kTagTolerance = 0.05;
 // Tags and desktop scanners are right within a per cent (real frames: 0.8 %); what is farther off
 // may be the marks of an unknown camera in a similar place.
 constexpr double kSurePixelSize = 0.012;
-// Marks that fix a layout's shape and not only its size.
+// Fewer used marks fit the shapes of other cameras as well: fours and fives come in many sizes.
 constexpr int kMarksOfShape = 6;
-constexpr double kSameShape = 0.01;  // relative to the layout's radius
+// Every mark of one shape has one of the other nearer than this, in units of the marks' mean
+// distance from the layout's middle.
+constexpr double kSameShape = 0.01;
 constexpr double kSameTransformMm = 0.25;
 constexpr double kMostDistortionMm = 0.6;
 constexpr int kCandidatesSaid = 4;
@@ -135,10 +138,7 @@ void JudgePixelSize(const std::vector<KnownCamera>& cameras, const CameraReading
                  " than stated: perhaps another camera, whose marks lie differently.",
              result);
   } else if (!ShapeTellsSize(cameras, best)) {
-    MakeWeak("The pixel size (" + FormatText("%.2f", found_um) +
-                 " um) follows from the camera alone: a smaller or larger camera with like marks "
-                 "would fit as well; give --pixel-size-um.",
-             result);
+    SayPixelSizeIsUnsure(result);
   }
 }
 
