@@ -25,7 +25,8 @@ std::pair<FilmReading, FilmMarks> Reseau(const std::vector<Cross>& crosses) {
   reading.prior = {{10, 10}, 0.03, 0.004, 1.5e-4, 0.03, 0.85};
   FilmMarks marks;
   for (size_t i = 0; i < crosses.size(); ++i) {
-    const Vector2d place(10.0 * static_cast<double>(i % 5), 10.0 * static_cast<double>(i / 5));
+    const size_t row = i / 5, col = i % 5;
+    const Vector2d place(10.0 * static_cast<double>(col), 10.0 * static_cast<double>(row));
     const Vector2d at = place + crosses[i].off_mm;
     reading.marks.push_back({place, {{at, 1.5}}, 9});
     reading.candidates.push_back({{at / kPixel_mm, 0.9}});
