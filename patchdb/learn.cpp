@@ -111,14 +111,21 @@ void Learn(Connection& connection, const std::vector<MatchAttempt>& attempts) {
   const auto neighbours = Neighbours(connection, attempts);
   std::set<std::int64_t> patches;
   for (std::size_t i = 0; i < attempts.size(); ++i) {
+    const MatchAttempt& attempt = attempts[i];
+    // A photo takes hours: the patch may have been pruned meanwhile.
+    if (!EpochOf(connection, attempt.patch_id)) continue;
+    const Query forget = connection.Prepare(sql::kForgetUnknownPhoto);
+    forget->bind(1, attempt.patch_id);
+    forget->bind(2, attempt.photo);
+    forget->exec();
     const Query insert = connection.Prepare(sql::kRecordAttempt);
-    BindAttempt(attempts[i], *insert);
+    BindAttempt(attempt, *insert);
     if (neighbours[i]) {
-      insert->bind(14, neighbours[i]->sought);
-      insert->bind(15, neighbours[i]->matched);
+      insert->bind(15, neighbours[i]->sought);
+      insert->bind(16, neighbours[i]->matched);
     }
     insert->exec();
-    patches.insert(attempts[i].patch_id);
+    patches.insert(attempt.patch_id);
   }
   for (const std::int64_t patch : patches) LearnAnew(connection, patch, true);
 }

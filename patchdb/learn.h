@@ -11,7 +11,7 @@
 namespace orient {
 
 // Stores the attempts with how their neighbours fared, and learns from all patches that they name.
-// The caller holds the transaction.
+// Patches that are not there are left out. The caller holds the transaction.
 void Learn(Connection& connection, const std::vector<MatchAttempt>& attempts);
 
 // Weighs a patch's attempts anew; with `may_retire` it is retired where they say so.

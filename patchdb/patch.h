@@ -25,7 +25,7 @@ struct HeightGrid {
 
 // A further source that shows a patch.
 struct PatchEvidence {
-  std::int64_t source_id = 0;                  // 0: the source that is just being stored
+  std::int64_t source_id = 0;
   std::optional<Eigen::Vector2d> pixel;        // measured, of that source
   std::optional<Eigen::Vector2d> residual_px;  // measured - computed from the patch's ground_m
 };
@@ -88,6 +88,7 @@ struct PatchSource {
   std::optional<std::string> crs;         // its own, where it has one
   std::optional<std::string> provenance;  // who made it, from what
   std::optional<std::string> licence;
+  std::optional<std::string> digest = {};  // of its content
 };
 
 }  // namespace orient

@@ -11,6 +11,7 @@
 #include "patchdb/learn.h"
 #include "patchdb/migration.h"
 #include "patchdb/patch_rows.h"
+#include "patchdb/row_values.h"
 #include "patchdb/schema.h"
 #include "patchdb/statements.h"
 
@@ -83,19 +84,10 @@ struct PatchDatabase::Impl {
     if (mode == Mode::kRead) throw std::invalid_argument(path + " was opened read-only");
   }
 
-  void InsertSource(PatchSource& source);
   std::int64_t InsertPatch(const Patch& patch, std::int64_t source_id);
-  void ChangePatch(const Patch& patch);
-  void InsertEvidence(std::int64_t patch_id, const Patch& patch, std::int64_t source_id);
+  void InsertEvidence(std::int64_t patch_id, const Patch& patch);
   void GrowExtent(const Bounds& bounds);
 };
-
-void PatchDatabase::Impl::InsertSource(PatchSource& source) {
-  const Query insert = connection.Prepare(sql::kAddSource);
-  BindSource(source, *insert);
-  insert->exec();
-  source.id = connection.Database().getLastInsertRowid();
-}
 
 std::int64_t PatchDatabase::Impl::InsertPatch(const Patch& patch, std::int64_t source_id) {
   const Query insert = connection.Prepare(sql::kAddPatch);
@@ -105,21 +97,11 @@ std::int64_t PatchDatabase::Impl::InsertPatch(const Patch& patch, std::int64_t s
   return connection.Database().getLastInsertRowid();
 }
 
-void PatchDatabase::Impl::ChangePatch(const Patch& patch) {
-  const Query update = connection.Prepare(sql::kChangePatch);
-  BindPatch(patch, ground.srs_id, *update);
-  update->bind(kPatchValues + 1, patch.id);
-  if (update->exec() != 1)
-    throw std::invalid_argument("patch " + std::to_string(patch.id) + " is not in " + path);
-}
-
-void PatchDatabase::Impl::InsertEvidence(std::int64_t patch_id, const Patch& patch,
-                                         std::int64_t source_id) {
+void PatchDatabase::Impl::InsertEvidence(std::int64_t patch_id, const Patch& patch) {
   if (patch.evidence.empty()) return;
   for (const PatchEvidence& evidence : patch.evidence) {
     const Query insert = connection.Prepare(sql::kAddEvidence);
-    BindEvidence(patch_id, evidence.source_id == 0 ? source_id : evidence.source_id, evidence,
-                 *insert);
+    BindEvidence(patch_id, evidence.source_id, evidence, *insert);
     insert->exec();
   }
   const Query count = connection.Prepare(sql::kCountViews);
@@ -203,61 +185,63 @@ PatchDatabaseInfo PatchDatabase::Info() const {
   });
 }
 
-void PatchDatabase::AddSource(PatchSource& source, std::vector<Patch>& patches,
-                              const std::vector<Patch>& changed) {
-  impl_->RequireWriting();
-  for (const auto* all : {&std::as_const(patches), &changed})
-    for (const Patch& patch : *all) CheckPatch(patch);
-  if (HasSource(source.kind, source.name))
-    throw InputError(impl_->path + " holds patches of " + Name(source.kind) + " '" + source.name +
-                     "' already; a source is harvested once");
-  WithFile(impl_->path, "storing patches", [&] {
-    SQLite::Transaction transaction(impl_->connection.Database(),
-                                    SQLite::TransactionBehavior::IMMEDIATE);
-    PatchSource stored = source;
-    impl_->InsertSource(stored);
-    std::vector<std::int64_t> ids;
+void PatchDatabase::AddSource(PatchSource& source, std::vector<Patch>& patches) {
+  for (const Patch& patch : patches) CheckPatch(patch);
+  PatchSource stored = source;
+  std::vector<std::int64_t> ids;
+  Write("storing patches", [&](Connection&) {
+    if (FindSource(source).harvested)
+      throw InputError(impl_->path + " holds patches of " + Name(source.kind) + " '" + source.name +
+                       "' already; a source is harvested once");
+    stored = StoreSource(source, true);
     for (const Patch& patch : patches) {
       ids.push_back(impl_->InsertPatch(patch, stored.id));
-      impl_->InsertEvidence(ids.back(), patch, stored.id);
-    }
-    for (const Patch& patch : changed) {
-      impl_->ChangePatch(patch);
-      impl_->InsertEvidence(patch.id, patch, stored.id);
+      impl_->InsertEvidence(ids.back(), patch);
     }
     impl_->GrowExtent(BoundsOf(patches));
-    impl_->GrowExtent(BoundsOf(changed));
-    transaction.commit();
-    source.id = stored.id;
-    for (std::size_t i = 0; i < ids.size(); ++i) {
-      patches[i].id = ids[i];
-      patches[i].source_id = stored.id;
-    }
+    return 0;
   });
+  source = stored;
+  for (std::size_t i = 0; i < ids.size(); ++i) {
+    patches[i].id = ids[i];
+    patches[i].source_id = stored.id;
+  }
 }
 
-void PatchDatabase::AddEvidence(
-    const std::vector<std::pair<std::int64_t, PatchEvidence>>& evidence) {
-  impl_->RequireWriting();
-  if (evidence.empty()) return;
-  WithFile(impl_->path, "storing evidence", [&] {
-    SQLite::Transaction transaction(impl_->connection.Database(),
-                                    SQLite::TransactionBehavior::IMMEDIATE);
-    for (const auto& [patch_id, of_patch] : evidence) {
-      Patch patch;
-      patch.evidence = {of_patch};
-      impl_->InsertEvidence(patch_id, patch, of_patch.source_id);
-    }
-    transaction.commit();
+std::int64_t PatchDatabase::MentionSource(const PatchSource& source) {
+  std::int64_t id = 0;
+  Write("naming a source", [&](Connection&) {
+    id = StoreSource(source, false).id;
+    return 0;
   });
+  return id;
+}
+
+PatchSource PatchDatabase::StoreSource(const PatchSource& source, bool harvested) {
+  PatchSource stored = source;
+  const KnownSource known = FindSource(source);
+  stored.name = known.name;
+  stored.id = known.id.value_or(0);
+  if (known.id && (known.harvested || !harvested)) return stored;
+  const Query store = impl_->connection.Prepare(known.id ? sql::kChangeSource : sql::kAddSource);
+  BindSource(stored, harvested, *store);
+  if (known.id) store->bind(kSourceValues + 1, *known.id);
+  store->exec();
+  if (!known.id) stored.id = impl_->connection.Database().getLastInsertRowid();
+  return stored;
 }
 
 std::vector<Patch> PatchDatabase::FindPatchesIn(const Bounds& bounds, int max_count) const {
   constexpr double kEveryPatch = 65536;
   return WithFile(impl_->path, "finding patches", [&] {
-    const Query count = impl_->connection.Prepare(sql::kCountPatchesIn);
-    BindBounds(bounds, *count);
-    const double found = count->executeStep() ? count->getColumn(0).getDouble() : 0;
+    const auto count = [&](const char* sql) {
+      const Query row = impl_->connection.Prepare(sql);
+      BindBounds(bounds, *row);
+      return row->executeStep() ? row->getColumn(0).getDouble() : 0;
+    };
+    // Retired ones are counted only where it matters: the index alone does not know them.
+    double found = count(sql::kCountPatchesIn);
+    if (found > max_count) found = count(sql::kCountActivePatchesIn);
     const Query rows = impl_->connection.Prepare(sql::kPatchesIn);
     BindBounds(bounds, *rows);
     rows->bind(5, std::ceil(kEveryPatch * std::min(1.0, max_count / std::max(found, 1.0))));
@@ -306,12 +290,22 @@ std::vector<PatchSource> PatchDatabase::Sources() const {
   });
 }
 
-bool PatchDatabase::HasSource(SourceKind kind, const std::string& name) const {
+KnownSource PatchDatabase::FindSource(const PatchSource& source) const {
   return WithFile(impl_->path, "looking for a source", [&] {
-    const Query row = impl_->connection.Prepare(sql::kSourceId);
-    row->bind(1, Name(kind));
-    row->bind(2, name);
-    return row->executeStep();
+    KnownSource known{std::nullopt, false, source.name};
+    for (int number = 2;; ++number) {
+      const Query row = impl_->connection.Prepare(sql::kSourceNamed);
+      row->bind(1, Name(source.kind));
+      row->bind(2, known.name);
+      if (!row->executeStep()) return known;
+      const auto date = TextOf(row->getColumn(1)), digest = TextOf(row->getColumn(2));
+      if (digest && source.digest ? digest == source.digest : date == source.date) {
+        known.id = row->getColumn(0).getInt64();
+        known.harvested = row->getColumn(3).getInt() != 0;
+        return known;
+      }
+      known.name = source.name + " (" + std::to_string(number) + ")";
+    }
   });
 }
 

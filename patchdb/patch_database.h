@@ -27,6 +27,15 @@ struct MatchAttempt {
   std::optional<std::string> photo_date = {};    // ISO 8601, of the exposure
   std::optional<std::string> photo_status = {};  // ok, weak, failed: of the whole photo
   std::optional<Eigen::Vector2d> predicted_px = {}, found_px = {};
+  std::string photo_digest = {};  // of its content: two flights may have photos of one name
+};
+
+// A source in the database: of the same kind and name, and of the same content; where the content
+// of one is unknown, of the same date.
+struct KnownSource {
+  std::optional<std::int64_t> id;  // empty: not there
+  bool harvested = false;          // not only named as showing patches of others
+  std::string name;  // there, or free for it: "4711.tif (2)" where another has its name
 };
 
 struct PatchDatabaseInfo {
@@ -56,15 +65,12 @@ class PatchDatabase {
 
   // One transaction: the source and its patches are stored together or not at all. Ids are set.
   // Grey values are stored rounded to whole numbers, heights to a
-  // quarter of their sigma, at least gsd_m / 64 and at most gsd_m / 8. `changed` are
-  // patches of the database that this source tells more about: everything of theirs is replaced but
-  // id, source, history, and state; their `evidence` is added to what is there. Throws InputError:
-  // a source of this kind and name is there already; std::invalid_argument: a patch without chip,
-  // size or position, a changed one that is not in the database.
-  void AddSource(PatchSource& source, std::vector<Patch>& patches,
-                 const std::vector<Patch>& changed = {});
-  // One transaction: further sources that show patches, all stored already (patch id, evidence).
-  void AddEvidence(const std::vector<std::pair<std::int64_t, PatchEvidence>>& evidence);
+  // quarter of their sigma, at least gsd_m / 64 and at most gsd_m / 8. The source's name gets a
+  // number where another one has it. Throws InputError: the source is harvested already;
+  // std::invalid_argument: a patch without chip, size or position.
+  void AddSource(PatchSource& source, std::vector<Patch>& patches);
+  // Its id, for evidence of a source that is not harvested yet; made where it is not there.
+  std::int64_t MentionSource(const PatchSource& source);
   // Active ones, ordered by id. Of more than `max_count` about so many, spread evenly over their
   // sources, so that an absurd region does not fill the memory; the same ones every time.
   std::vector<Patch> FindPatchesIn(const Bounds& bounds, int max_count = 10000) const;
@@ -73,8 +79,9 @@ class PatchDatabase {
   // With colour and evidence; empty where there is none of this id.
   std::optional<Patch> ReadPatch(std::int64_t id) const;
   std::vector<PatchSource> Sources() const;
-  bool HasSource(SourceKind kind, const std::string& name) const;
-  // One transaction. A later attempt of the same patch in the same photo replaces the earlier one.
+  KnownSource FindSource(const PatchSource& source) const;
+  // One transaction. A later attempt of the same patch in the same photo replaces the earlier one;
+  // patches that were deleted meanwhile are left out.
   // What the patches' histories say then is noted with them, and those that keep failing where
   // their neighbours succeed are retired: patchdb/learning.h.
   void RecordAttempts(const std::vector<MatchAttempt>& attempts);
@@ -85,7 +92,11 @@ class PatchDatabase {
   int Write(const char* doing, const std::function<int(Connection&)>& work);
   Connection& Sql() const;
   int SrsId() const;
-  void GrowExtent(const Eigen::Vector2d& place_m);  // the caller holds the transaction
+  // The caller holds the transaction.
+  void GrowExtent(const Eigen::Vector2d& place_m);
+  // The source with its id and name here; made where it is not there. One that was only named
+  // becomes a harvested one, not the other way round.
+  PatchSource StoreSource(const PatchSource& source, bool harvested);
 
  private:
   struct Impl;

@@ -233,10 +233,11 @@ PatchSource ReadSourceRow(const SQLite::Statement& row) {
   source.crs = TextOf(row.getColumn(5));
   source.provenance = TextOf(row.getColumn(6));
   source.licence = TextOf(row.getColumn(7));
+  source.digest = TextOf(row.getColumn(8));
   return source;
 }
 
-void BindSource(const PatchSource& source, SQLite::Statement& insert) {
+void BindSource(const PatchSource& source, bool harvested, SQLite::Statement& insert) {
   insert.bind(1, Name(source.kind));
   insert.bind(2, source.name);
   BindOptional(insert, 3, source.date);
@@ -244,6 +245,8 @@ void BindSource(const PatchSource& source, SQLite::Statement& insert) {
   BindOptional(insert, 5, source.crs);
   BindOptional(insert, 6, source.provenance);
   BindOptional(insert, 7, source.licence);
+  BindOptional(insert, 8, source.digest);
+  insert.bind(9, harvested ? 1 : 0);
 }
 
 void BindEvidence(std::int64_t patch_id, std::int64_t source_id, const PatchEvidence& evidence,
@@ -265,6 +268,7 @@ void BindAttempt(const MatchAttempt& attempt, SQLite::Statement& insert) {
   BindOptional(insert, 9, attempt.photo_status);
   BindPixel(insert, 10, attempt.predicted_px);
   BindPixel(insert, 12, attempt.found_px);
+  insert.bind(14, attempt.photo_digest);
 }
 
 }  // namespace orient

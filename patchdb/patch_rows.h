@@ -20,10 +20,13 @@ void BindPatch(const Patch& patch, int srs_id, SQLite::Statement& statement);
 Patch ReadPatchRow(const SQLite::Statement& row, bool with_colour = false);
 PatchEvidence ReadEvidenceRow(const SQLite::Statement& row);  // of sql::kEvidenceOf
 
-PatchSource ReadSourceRow(const SQLite::Statement& row);                // of sql::kSources
-void BindSource(const PatchSource& source, SQLite::Statement& insert);  // of sql::kAddSource
+PatchSource ReadSourceRow(const SQLite::Statement& row);  // of sql::kSources
+// The values of sql::kAddSource and kChangeSource: the first kSourceValues parameters.
+inline constexpr int kSourceValues = 9;
+void BindSource(const PatchSource& source, bool harvested, SQLite::Statement& statement);
 void BindEvidence(std::int64_t patch_id, std::int64_t source_id, const PatchEvidence& evidence,
                   SQLite::Statement& insert);  // of sql::kAddEvidence
+// Of sql::kRecordAttempt, but the last two.
 void BindAttempt(const MatchAttempt& attempt, SQLite::Statement& insert);
 
 }  // namespace orient

@@ -3,7 +3,7 @@
 namespace orient {
 
 const std::vector<SchemaStep>& SchemaSteps() {
-  static const std::vector<SchemaStep> kSteps = {kSchemaStep1, kSchemaStep2};
+  static const std::vector<SchemaStep> kSteps = {kSchemaStep1, kSchemaStep2, kSchemaStep3};
   return kSteps;
 }
 

@@ -1,5 +1,6 @@
-// Every SQL statement that the patch database asks, named after its question. The tables' own text
-// is in patchdb/schema/.
+// SQL statements of the patch database itself and of those that several files ask, named after
+// their question; others stand in the file that asks them. The tables' own text is in
+// patchdb/schema/.
 #pragma once
 
 namespace orient::sql {
@@ -27,7 +28,7 @@ inline constexpr const char* kGroundCrs =
     "SELECT s.srs_id, s.definition FROM gpkg_geometry_columns AS g JOIN gpkg_spatial_ref_sys AS s "
     "ON s.srs_id = g.srs_id WHERE g.table_name = 'patches'";
 inline constexpr const char* kCounts =
-    "SELECT (SELECT count(*) FROM patches), (SELECT count(*) FROM sources), "
+    "SELECT (SELECT count(*) FROM patches), (SELECT count(*) FROM sources WHERE harvested), "
     "(SELECT count(*) FROM attempts), (SELECT count(*) FROM patches WHERE state = 'retired')";
 inline constexpr const char* kExtent =
     "SELECT min_x, min_y, max_x, max_y FROM gpkg_contents WHERE table_name = 'patches'";
@@ -38,12 +39,20 @@ inline constexpr const char* kGrowExtent =
     "max_y = max(coalesce(max_y, ?4), ?4), "
     "last_change = strftime('%Y-%m-%dT%H:%M:%fZ','now') WHERE table_name = 'patches'";
 
-inline constexpr const char* kSourceId = "SELECT id FROM sources WHERE kind = ?1 AND name = ?2";
+inline constexpr const char* kSourceNamed =
+    "SELECT id, date, digest, harvested FROM sources WHERE kind = ?1 AND name = ?2";
+#define ORIENT_SOURCE_VALUES \
+  "kind, name, date, gsd_m, crs, provenance, licence, digest, harvested, added"
+#define ORIENT_SOURCE_BINDINGS \
+  "?1, ?2, ?3, ?4, ?5, ?6, ?7, ?8, ?9, strftime('%Y-%m-%dT%H:%M:%fZ','now')"
 inline constexpr const char* kAddSource =
-    "INSERT INTO sources (kind, name, date, gsd_m, crs, provenance, licence, added) "
-    "VALUES (?1, ?2, ?3, ?4, ?5, ?6, ?7, strftime('%Y-%m-%dT%H:%M:%fZ','now'))";
+    "INSERT INTO sources (" ORIENT_SOURCE_VALUES ") VALUES (" ORIENT_SOURCE_BINDINGS ")";
+inline constexpr const char* kChangeSource =
+    "UPDATE sources SET (" ORIENT_SOURCE_VALUES ") = (" ORIENT_SOURCE_BINDINGS ") WHERE id = ?10";
+#undef ORIENT_SOURCE_VALUES
+#undef ORIENT_SOURCE_BINDINGS
 inline constexpr const char* kSources =
-    "SELECT id, kind, name, date, gsd_m, crs, provenance, licence FROM sources ORDER BY id";
+    "SELECT id, kind, name, date, gsd_m, crs, provenance, licence, digest FROM sources ORDER BY id";
 
 // The columns that a patch brings along, in the order of patch_rows.cpp; not what the database
 // knows about it (state, epoch, history).
@@ -76,6 +85,9 @@ inline constexpr const char* kEvidenceOf =
 inline constexpr const char* kCountPatchesIn =
     "SELECT count(*) FROM rtree_patches_geom WHERE maxx >= ?1 AND minx <= ?2 AND maxy >= ?3 AND "
     "miny <= ?4";
+inline constexpr const char* kCountActivePatchesIn =
+    "SELECT count(*) FROM rtree_patches_geom AS r JOIN patches AS p ON p.id = r.id WHERE r.maxx >= "
+    "?1 AND r.minx <= ?2 AND r.maxy >= ?3 AND r.miny <= ?4 AND p.state = 'active'";
 // Multiples of the golden section of 65536 fall evenly between 0 and 65535 for ids in sequence:
 // below ?5 lies that share of the patches, taken from everywhere and in step with no grid.
 inline constexpr const char* kPatchesIn =
@@ -92,10 +104,13 @@ inline constexpr const char* kPatch = "SELECT " ORIENT_PATCH_COLUMNS "WHERE p.id
 inline constexpr const char* kRecordAttempt =
     "INSERT OR REPLACE INTO attempts (patch_id, photo, state, ncc, residual_col_px, "
     "residual_row_px, reason, photo_date, photo_status, predicted_col_px, predicted_row_px, "
-    "found_col_px, found_row_px, neighbours_sought, neighbours_matched, recorded, epoch) "
-    "VALUES (?1, ?2, ?3, ?4, ?5, ?6, ?7, ?8, ?9, ?10, ?11, ?12, ?13, ?14, ?15, "
+    "found_col_px, found_row_px, photo_digest, neighbours_sought, neighbours_matched, recorded, "
+    "epoch) VALUES (?1, ?2, ?3, ?4, ?5, ?6, ?7, ?8, ?9, ?10, ?11, ?12, ?13, ?14, ?15, ?16, "
     "strftime('%Y-%m-%dT%H:%M:%fZ','now'), "
     "coalesce((SELECT epoch FROM patches WHERE id = ?1), 1))";
+// Recorded before the content of photos was.
+inline constexpr const char* kForgetUnknownPhoto =
+    "DELETE FROM attempts WHERE patch_id = ?1 AND photo = ?2 AND photo_digest = ''";
 
 inline constexpr const char* kPlaceOf = "SELECT minx, miny FROM rtree_patches_geom WHERE id = ?1";
 inline constexpr const char* kEpochOf = "SELECT epoch FROM patches WHERE id = ?1";

@@ -1,16 +1,17 @@
 #!/usr/bin/env python3
 """CTest `patchdb_kill` (slow): a patch database survives kill -9 at any moment.
 
-    patchdb_kill_test.py ORIENT [KILLS]   ORIENT: the program; KILLS: 200 unless told
+    patchdb_kill_test.py ORIENT LEARNER [KILLS]
 
-A database is grown, merged into, updated and pruned by the program itself, which is killed at random
-moments. After every kill `orient patchdb check` must pass and everything reported done before must be
-there. Learning goes through the same transaction as all of these; its rows are checked with the
-attempts that the merged databases bring along.
+ORIENT: the program; LEARNER: tests/patchdb_learner.cpp, which reports attempts as `orient exterior`
+does; KILLS: 200 unless told. A database is harvested into, merged into, updated, pruned and learns,
+by programs that are killed at random moments. After every kill `orient patchdb check` must pass and
+everything reported done before must be there.
 """
 
 import pathlib
 import random
+import sqlite3
 import subprocess
 import sys
 import tempfile
@@ -25,58 +26,115 @@ def count(orient, database):
     return {key: int(values[key]) for key in ("patches", "sources", "attempts")}
 
 
-def duration_of(orient, words, folder, database):
-    copy = folder / "timed.gpkg"
-    copy.write_bytes(database.read_bytes())
-    start = time.monotonic()
-    patchdb_made_up.run(orient, *[copy if word == "DB" else word for word in words])
-    copy.unlink()
-    return time.monotonic() - start
+def harvest_words(folder):
+    """Three orthophotos that overlap by half, each a witness of the others."""
+    dem, tiles = patchdb_made_up.terrain(folder), []
+    for number in range(3):
+        tiles.append(patchdb_made_up.orthophoto(folder, number))
+    return ["patchdb", "harvest-ortho", "DB", "--ortho", *tiles, "--dem", dem, "--further-views", 2]
 
 
-def main(orient, kills):
+def learnt_is_whole(database, printed, attempts_each):
+    """Every photo is there with all of its patches or with none, and those that were reported are."""
+    raw = sqlite3.connect(database)
+    stored = dict(raw.execute("SELECT photo, count(*) FROM attempts WHERE photo GLOB 'learnt-*' "
+                              "GROUP BY photo"))
+    raw.close()
+    for line in printed.splitlines():
+        if line.count(" ") == 1 and line.endswith(tuple("0123456789")):
+            attempts_each[line.split()[0]] = int(line.split()[1])
+    for photo, attempts in attempts_each.items():
+        assert stored.get(photo) == attempts, f"{photo}: {stored.get(photo)} of {attempts} attempts"
+
+
+class Rounds:
+    def __init__(self, orient, learner, folder):
+        self.orient, self.learner, self.folder = orient, learner, folder
+        self.database = folder / "patches.gpkg"
+        self.photos = {}  # attempts reported as stored, by photo
+        self.killed = 0
+        patchdb_made_up.create(orient, self.database)
+        others = [patchdb_made_up.other(orient, folder, number, sources=6) for number in range(4)]
+        patchdb_made_up.run(orient, "patchdb", "merge", self.database, others[0])
+        self.start = self.database.read_bytes()
+        restore = ["--source", "made-up-0-1.tif", "--apply"]
+        self.commands = [["patchdb", "merge", "DB", others[1]], harvest_words(folder), ["LEARN"],
+                         ["patchdb", "update", "DB", others[2]], ["patchdb", "merge", "DB", others[3]],
+                         ["patchdb", "retire", "DB", *restore], ["patchdb", "restore", "DB", *restore],
+                         ["patchdb", "check", "DB", "--repair"], ["patchdb", "compact", "DB"]]
+        self.times = [self.duration(words) for words in self.commands]
+
+    def program(self, words, database, first):
+        if words == ["LEARN"]:
+            return [self.learner, database, str(first), "8"]
+        return [self.orient, *[str(database if word == "DB" else word) for word in words]]
+
+    def duration(self, words):
+        copy = self.folder / "timed.gpkg"
+        copy.write_bytes(self.start)
+        begin = time.monotonic()
+        subprocess.run(self.program(words, copy, 0), check=True, capture_output=True, timeout=300)
+        copy.unlink()
+        return time.monotonic() - begin
+
+    def kill_one(self, round_, done):
+        number = round_ % len(self.commands)
+        words = self.commands[number]
+        child = subprocess.Popen(self.program(words, self.database, 8 * round_),
+                                 stdout=subprocess.PIPE, stderr=subprocess.DEVNULL, text=True)
+        time.sleep(random.uniform(0, 1.1) * self.times[number])
+        child.kill()
+        printed = child.communicate()[0]
+        self.killed += child.returncode != 0
+        patchdb_made_up.run(self.orient, "patchdb", "check", self.database)
+        if words == ["LEARN"]:
+            learnt_is_whole(self.database, printed, self.photos)
+        now = count(self.orient, self.database)
+        for key, value in done.items():
+            assert now[key] >= value, f"round {round_}, {words}: {key} fell to {now[key]}"
+        return now
+
+    def begin_anew(self):
+        for leftover in self.folder.glob("patches.gpkg-*"):
+            leftover.unlink()
+        self.database.write_bytes(self.start)
+        self.photos = {}
+        return count(self.orient, self.database)
+
+    def finish(self):
+        """What was interrupted is finished by doing it again; a merge after a merge changes nothing."""
+        for words in self.commands[:5]:
+            subprocess.run(self.program(words, self.database, 0), check=True, capture_output=True,
+                           timeout=300)
+        patchdb_made_up.run(self.orient, "patchdb", "check", self.database)
+        merge = [self.orient, "patchdb", "merge", self.database, self.commands[0][3]]
+        subprocess.run(merge, check=True, capture_output=True, timeout=300)
+        whole = count(self.orient, self.database)
+        raw = sqlite3.connect(self.database)
+        joined = raw.execute("SELECT count(*) FROM patches WHERE views > 1").fetchone()[0]
+        unharvested = raw.execute("SELECT count(*) FROM sources WHERE NOT harvested").fetchone()[0]
+        raw.close()
+        assert joined > 50, f"only {joined} patches were joined"
+        assert unharvested == 0, f"{unharvested} sources of evidence are not harvested"
+        subprocess.run(merge, check=True, capture_output=True, timeout=300)
+        assert count(self.orient, self.database) == whole, "a second merge changed something"
+        return whole
+
+
+def main(orient, learner, kills):
     random.seed(20250417)
     with tempfile.TemporaryDirectory() as name:
-        folder = pathlib.Path(name)
-        database = folder / "patches.gpkg"
-        patchdb_made_up.create(orient, database)
-        others = [patchdb_made_up.other(orient, folder, number) for number in range(4)]
-        patchdb_made_up.run(orient, "patchdb", "merge", database, others[0])
-        commands = [["patchdb", "merge", "DB", others[1]], ["patchdb", "update", "DB", others[2]],
-                    ["patchdb", "merge", "DB", others[3]],
-                    ["patchdb", "retire", "DB", "--source", "made-up-0-1.tif", "--apply"],
-                    ["patchdb", "restore", "DB", "--source", "made-up-0-1.tif", "--apply"],
-                    ["patchdb", "check", "DB", "--repair"], ["patchdb", "compact", "DB"]]
-        times = [duration_of(orient, words, folder, database) for words in commands]
-        killed = 0
-        done = count(orient, database)
-        start = database.read_bytes()
+        rounds = Rounds(orient, learner, pathlib.Path(name))
+        done = count(orient, rounds.database)
         for round_ in range(kills):
-            number = round_ % len(commands)
-            words = [database if word == "DB" else word for word in commands[number]]
-            child = subprocess.Popen([orient, *words], stdout=subprocess.DEVNULL,
-                                     stderr=subprocess.DEVNULL)
-            time.sleep(random.uniform(0, 1.1) * times[number])
-            child.kill()
-            killed += child.wait() != 0
-            patchdb_made_up.run(orient, "patchdb", "check", database)
-            now = count(orient, database)
-            for key, value in done.items():
-                assert now[key] >= value, f"round {round_}, {words[1]}: {key} fell to {now[key]}"
-            done = now
+            done = rounds.kill_one(round_, done)
             if round_ % 20 == 19:  # from the beginning, so that there is something to do
-                for leftover in folder.glob("patches.gpkg-*"):
-                    leftover.unlink()
-                database.write_bytes(start)
-                done = count(orient, database)
-        # What was interrupted is finished by doing it again.
-        for words in commands[:3]:
-            patchdb_made_up.run(orient, *[database if word == "DB" else word for word in words])
-        patchdb_made_up.run(orient, "patchdb", "check", database)
-        print(f"{kills} rounds, {killed} of them killed in the middle; "
-              f"{count(orient, database)['patches']} patches are whole")
-        assert killed >= kills // 3, "too few kills hit a running program"
+                done = rounds.begin_anew()
+        whole = rounds.finish()
+        print(f"{kills} rounds, {rounds.killed} of them killed in the middle; "
+              f"{whole['patches']} patches are whole")
+        assert rounds.killed >= kills // 3, "too few kills hit a running program"
 
 
 if __name__ == "__main__":
-    main(sys.argv[1], int(sys.argv[2]) if len(sys.argv) > 2 else 200)
+    main(sys.argv[1], sys.argv[2], int(sys.argv[3]) if len(sys.argv) > 3 else 200)

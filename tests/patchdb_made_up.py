@@ -42,7 +42,8 @@ def open_raw(path):
 
 
 def other(orient, folder, number, sources=12, patches=25):
-    """A database of its own: every number shares half of its places with the number before."""
+    """A database of its own: every number shares half of its places, and how they look, with the
+    number before."""
     path = folder / f"other-{number}.gpkg"
     create(orient, path)
     random_ = random.Random(number)
@@ -51,12 +52,13 @@ def other(orient, folder, number, sources=12, patches=25):
             raw.execute("INSERT INTO sources (id, kind, name, date, gsd_m) VALUES (?, 'photo', ?, ?, "
                         "0.5)", (source, f"made-up-{number}-{source}.tif", str(1990 + number)))
             for patch in range(patches):
-                x = 500000 + 40 * patch + 500 * number
+                x = 500000 + 40 * (patch + patches // 2 * number)
+                look = random.Random(100 * x + source)
                 added = raw.execute(
                     "INSERT INTO patches (geom, source_id, gsd_m, bits, covariance, chip) VALUES "
                     "(?, ?, 0.5, 8, ?, ?)",
                     (point(x, 5000000 + 50 * source, 100), source,
-                     struct.pack("<6d", 1, 0, 0, 1, 0, 1), png(31, random_)))
+                     struct.pack("<6d", 1, 0, 0, 1, 0, 1), png(31, look)))
                 raw.execute("INSERT INTO attempts (patch_id, photo, state, reason, photo_status) VALUES "
                             "(?, ?, ?, '', 'ok')", (added.lastrowid, f"photo-{number}",
                                                     random_.choice(["matched", "not_found"])))
@@ -68,3 +70,35 @@ def other(orient, folder, number, sources=12, patches=25):
 
 def run_quietly(orient, *words):
     subprocess.run([orient, *map(str, words)], capture_output=True, timeout=300, check=False)
+
+
+def terrain(folder):
+    """A level DEM at 100 m under all of what is made up here."""
+    path = folder / "dem.asc"
+    row = " ".join(["100"] * 40)
+    path.write_text("ncols 40\nnrows 40\nxllcorner 498000\nyllcorner 4998000\ncellsize 100\n"
+                    "NODATA_value -9999\n" + f"{row}\n" * 40)
+    path.with_suffix(".prj").write_text(
+        'PROJCS["WGS_1984_UTM_Zone_35N",GEOGCS["GCS_WGS_1984",DATUM["D_WGS_1984",SPHEROID["WGS_1984",'
+        '6378137.0,298.257223563]],PRIMEM["Greenwich",0.0],UNIT["Degree",0.0174532925199433]],'
+        'PROJECTION["Transverse_Mercator"],PARAMETER["False_Easting",500000.0],'
+        'PARAMETER["False_Northing",0.0],PARAMETER["Central_Meridian",27.0],'
+        'PARAMETER["Scale_Factor",0.9996],PARAMETER["Latitude_Of_Origin",0.0],UNIT["Meter",1.0]]')
+    return path
+
+
+def orthophoto(folder, number, side=600):
+    """Half of its ground is also its successor's. Raw bytes with ENVI's header, 0.5 m a pixel."""
+    ground = random.Random(5)
+    blocks = [[ground.randrange(40, 216) for _ in range(2 * side // 5)] for _ in range(side // 5)]
+    rows = bytearray()
+    for row in range(side):
+        line = (blocks[row // 5][(column + number * side // 2) // 5] for column in range(side))
+        rows += bytes(line)
+    path = folder / f"ortho-{number}.img"
+    path.write_bytes(rows)
+    path.with_suffix(".hdr").write_text(
+        f"ENVI\nsamples = {side}\nlines = {side}\nbands = 1\nheader offset = 0\ndata type = 1\n"
+        "interleave = bsq\nbyte order = 0\n"
+        f"map info = {{UTM, 1, 1, {499500 + number * side / 4}, 4999900, 0.5, 0.5, 35, North, WGS-84}}\n")
+    return path

@@ -4,13 +4,13 @@
 
 #include <algorithm>
 #include <filesystem>
-#include <map>
 #include <memory>
 #include <ostream>
 
 #include "core/error.h"
 #include "patchdb/patch_quality.h"
 #include "tools/harvest_sources.h"
+#include "tools/made_from.h"
 #include "tools/progress.h"
 #include "tools/summary_table.h"
 
@@ -21,10 +21,6 @@ namespace {
 constexpr std::size_t kMaxWitnesses = 16;
 // GDAL would take a twentieth of the machine's memory.
 constexpr GIntBig kBlockCacheBytes = 128LL << 20;
-
-std::string FileName(const std::string& path) {
-  return std::filesystem::path(path).filename().string();
-}
 
 // What a harvest prints: a row a source, and how many candidates were refused for which reason.
 class HarvestTable {
@@ -101,36 +97,30 @@ class Harvester {
  public:
   Harvester(PatchDatabase& database, const HarvestRun& run, const HarvestSources& kind,
             const std::vector<std::string>& paths)
-      : database_(database), run_(run), kind_(kind), paths_(paths) {}
+      : database_(database), run_(run), kind_(kind), paths_(paths) {
+    for (const std::string& path : paths)
+      sources_.push_back(SourceOfFile(kind.Kind(), path, run.about));
+  }
 
   void HarvestAll(std::ostream& out) {
     HarvestTable table;
     LearnWhatIsTaken();
     for (std::size_t i = 0; i < paths_.size(); ++i) {
-      if (IsKnown(i))
-        table.AddKnown(FileName(paths_[i]));
+      if (database_.FindSource(sources_[i]).harvested)
+        table.AddKnown(sources_[i].name);
       else
-        table.Add(FileName(paths_[i]), HarvestOne(i));
+        table.Add(sources_[i].name, HarvestOne(i));
     }
     table.Print(out);
   }
 
  private:
-  bool IsKnown(std::size_t source) const {
-    return database_.HasSource(kind_.Kind(), FileName(paths_[source]));
-  }
-
   // Places of patches that an interrupted run stored.
   void LearnWhatIsTaken() {
     std::vector<std::int64_t> ids;
-    for (const PatchSource& source : database_.Sources()) {
-      const auto of_run = std::find_if(paths_.begin(), paths_.end(), [&](const std::string& path) {
-        return FileName(path) == source.name;
-      });
-      if (source.kind != kind_.Kind() || of_run == paths_.end()) continue;
-      ids.push_back(source.id);
-      ids_[static_cast<std::size_t>(of_run - paths_.begin())] = source.id;
-    }
+    for (const PatchSource& source : sources_)
+      if (const KnownSource known = database_.FindSource(source); known.harvested)
+        ids.push_back(*known.id);
     if (ids.empty()) return;
     constexpr int kPage = 500;
     for (auto page = database_.ListPatches(0, kPage); !page.empty();
@@ -178,42 +168,22 @@ class Harvester {
     }
     ShownProgress progress;
     HarvestResult harvest = kind_.Harvest(source, *itself.raster, surface, run_.options,
-                                          progress.For(FileName(paths_[source])), context);
+                                          progress.For(sources_[source].name), context);
     for (const Patch& patch : harvest.patches) taken_m_.emplace_back(patch.ground_m.head<2>());
     Store(source, harvest);
     return harvest;
   }
 
-  // Evidence from sources that are stored already goes with the patches, the rest when its source
-  // is stored.
+  // One transaction, with the evidence of sources that are not harvested yet, too: a run that is
+  // killed has lost nothing of it.
   void Store(std::size_t source, HarvestResult& harvest) {
-    PatchSource stored = run_.about;
-    stored.kind = kind_.Kind();
-    stored.name = FileName(paths_[source]);
+    for (Patch& patch : harvest.patches)
+      for (PatchEvidence& evidence : patch.evidence)
+        evidence.source_id =
+            database_.MentionSource(sources_[static_cast<std::size_t>(evidence.source_id)]);
+    PatchSource stored = sources_[source];
     stored.gsd_m = harvest.gsd_m;
-    std::vector<std::pair<std::size_t, PatchEvidence>> later;  // index of the patch
-    for (std::size_t i = 0; i < harvest.patches.size(); ++i) {
-      std::vector<PatchEvidence> now;
-      for (PatchEvidence& evidence : harvest.patches[i].evidence) {
-        const auto known = ids_.find(static_cast<std::size_t>(evidence.source_id));
-        if (known == ids_.end()) {
-          later.emplace_back(i, evidence);
-        } else {
-          evidence.source_id = known->second;
-          now.push_back(evidence);
-        }
-      }
-      harvest.patches[i].evidence = now;
-    }
     database_.AddSource(stored, harvest.patches);
-    ids_[source] = stored.id;
-    for (const auto& [i, evidence] : later)
-      pending_[static_cast<std::size_t>(evidence.source_id)].emplace_back(harvest.patches[i].id,
-                                                                          evidence);
-    auto& of_this = pending_[source];
-    for (auto& [patch_id, evidence] : of_this) evidence.source_id = stored.id;
-    database_.AddEvidence(of_this);
-    pending_.erase(source);
   }
 
   PatchDatabase& database_;
@@ -221,9 +191,7 @@ class Harvester {
   const HarvestSources& kind_;
   const std::vector<std::string>& paths_;
   std::vector<Eigen::Vector2d> taken_m_;
-  std::map<std::size_t, std::int64_t> ids_;  // of the sources that are stored
-  // (patch id, evidence) by the source that is not stored yet.
-  std::map<std::size_t, std::vector<std::pair<std::int64_t, PatchEvidence>>> pending_;
+  std::vector<PatchSource> sources_;  // as they are told apart in the database
 };
 
 // Restores GDAL's cache at the end.
@@ -241,6 +209,15 @@ class SmallBlockCache {
 };
 
 }  // namespace
+
+PatchSource SourceOfFile(SourceKind kind, const std::string& path, const PatchSource& about) {
+  PatchSource source = about;
+  source.kind = kind;
+  source.name = std::filesystem::path(path).filename().string();
+  const std::string digest = DigestOfFile(path);
+  if (!digest.empty()) source.digest = digest;
+  return source;
+}
 
 void HarvestPhotos(PatchDatabase& database, const HarvestRun& run, const PhotosToHarvest& photos,
                    std::ostream& out) {

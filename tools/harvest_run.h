@@ -29,6 +29,9 @@ struct PhotosToHarvest {
   std::string interior_folder;  // empty: a digital camera
 };
 
+// What the database tells this file from others by: kind, name and content.
+PatchSource SourceOfFile(SourceKind kind, const std::string& path, const PatchSource& about);
+
 // Every source is one transaction; those in the database already are left alone, but give evidence.
 // Prints what came of it. Throw InputError where an input is wrong: before anything is stored where
 // that can be known.

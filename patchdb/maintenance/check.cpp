@@ -1,6 +1,7 @@
 #include "patchdb/maintenance/check.h"
 
 #include <filesystem>
+#include <unordered_map>
 
 #include "core/error.h"
 #include "patchdb/connection.h"
@@ -75,13 +76,8 @@ constexpr const char* kForgetIndex = "DELETE FROM rtree_patches_geom";
 constexpr const char* kMakeIndex =
     "INSERT INTO rtree_patches_geom SELECT id, ST_MinX(geom), ST_MaxX(geom), ST_MinY(geom), "
     "ST_MaxY(geom) FROM patches WHERE ST_MinX(geom) IS NOT NULL AND NOT ST_IsEmpty(geom)";
-// A chain of successors that comes back to where it began.
-constexpr const char* kLoops =
-    "WITH RECURSIVE chain(start, here, steps) AS (SELECT id, superseded_by, 1 FROM patches WHERE "
-    "superseded_by IS NOT NULL UNION ALL SELECT chain.start, p.superseded_by, steps + 1 FROM chain "
-    "JOIN patches AS p ON p.id = chain.here WHERE p.superseded_by IS NOT NULL AND chain.here <> "
-    "chain.start AND steps < 1000) SELECT DISTINCT start FROM chain WHERE here = start OR steps >= "
-    "1000";
+constexpr const char* kSuccessors =
+    "SELECT id, superseded_by FROM patches WHERE superseded_by IS NOT NULL";
 constexpr const char* kForgetSuccessor = "UPDATE patches SET superseded_by = NULL WHERE id = ?1";
 constexpr const char* kWeights =
     "SELECT id, success_weight, failure_weight FROM patches WHERE success_weight <> 0 OR "
@@ -94,6 +90,27 @@ constexpr const char* kRetireDamaged =
     "WHERE id = ?1";
 
 constexpr const char* kDamaged = "damaged: ";
+
+// Those in a circle, not those that lead into one. Every chain is followed once: to its end, or to
+// where an earlier walk came by; where the same walk did is a circle.
+std::vector<std::int64_t> InCircles(
+    const std::unordered_map<std::int64_t, std::int64_t>& successors) {
+  std::unordered_map<std::int64_t, std::int64_t> walk_of;  // the patch it began with
+  std::vector<std::int64_t> circles;
+  for (const auto& [start, next] : successors) {
+    std::int64_t here = start;
+    while (successors.contains(here) && walk_of.emplace(here, start).second)
+      here = successors.at(here);
+    const auto met = walk_of.find(here);
+    if (met == walk_of.end() || met->second != start) continue;
+    for (std::int64_t id = here;;) {
+      circles.push_back(id);
+      id = successors.at(id);
+      if (id == here) break;
+    }
+  }
+  return circles;
+}
 
 class Check {
  public:
@@ -149,11 +166,13 @@ class Check {
   }
 
   void Loops() {
-    std::vector<std::int64_t> loops;
+    std::unordered_map<std::int64_t, std::int64_t> successors;
     {
-      const Query rows = connection_.Prepare(kLoops);
-      while (rows->executeStep()) loops.push_back(rows->getColumn(0).getInt64());
+      const Query rows = connection_.Prepare(kSuccessors);
+      while (rows->executeStep())
+        successors[rows->getColumn(0).getInt64()] = rows->getColumn(1).getInt64();
     }
+    const std::vector<std::int64_t> loops = InCircles(successors);
     Find("patches that succeed themselves in a circle", static_cast<std::int64_t>(loops.size()),
          "the successors are forgotten");
     if (!options_.repair) return;

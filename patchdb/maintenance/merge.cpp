@@ -1,10 +1,13 @@
 #include "patchdb/maintenance/merge.h"
 
+#include <stdexcept>
+
 #include "patchdb/connection.h"
 #include "patchdb/learn.h"
 #include "patchdb/maintenance/merge_rows.h"
 #include "patchdb/maintenance/patch_transform.h"
 #include "patchdb/maintenance/same_look.h"
+#include "patchdb/patch_rows.h"
 
 namespace orient {
 namespace {
@@ -60,6 +63,7 @@ class Merge {
   void TakePatch(std::int64_t other_id, const PatchSource& source) {
     const auto original = other_.ReadPatch(other_id);
     if (!original) return;
+    Require(*original);
     auto patch = transform_(*original);
     if (!patch) {
       ++result_.elsewhere;
@@ -79,6 +83,16 @@ class Merge {
     const std::int64_t id = Add(*patch, source);
     if (options_.policy == MergePolicy::kReplace)
       for (const std::int64_t old : older) result_.superseded += rows_.Supersede(old, id);
+  }
+
+  // What this program would not store it does not take over either.
+  void Require(const Patch& patch) const {
+    try {
+      CheckPatch(patch);
+    } catch (const std::invalid_argument& error) {
+      throw InputError(other_.Path() + ": patch " + std::to_string(patch.id) +
+                       " is damaged: " + error.what());
+    }
   }
 
   std::int64_t SourceHere(const PatchSource& source) {
@@ -106,7 +120,7 @@ class Merge {
   // joined, so that no place loses what is sought there; unless it is known that the one here
   // shows this source's view: then it was retired here, and does not come again.
   std::optional<Twin> FindTwin(const Patch& patch, const PatchSource& source) const {
-    const auto source_id = rows_.KnownSource(source);
+    const auto source_id = target_.FindSource(source).id;
     std::optional<Twin> twin;
     double best = options_.same_look_ncc;
     for (const NearPatch& near :

@@ -9,7 +9,6 @@
 namespace orient {
 namespace {
 
-constexpr const char* kSourceDate = "SELECT id, date FROM sources WHERE kind = ?1 AND name = ?2";
 constexpr const char* kSetLife =
     "UPDATE patches SET state = ?2, retired_reason = ?3, retired_on = ?4, epoch = ?5, "
     "superseded_by = NULL WHERE id = ?1";
@@ -38,16 +37,16 @@ constexpr const char* kForgetResiduals =
 #define ORIENT_ATTEMPT_COLUMNS                                                              \
   "photo, state, ncc, residual_col_px, residual_row_px, reason, photo_date, photo_status, " \
   "recorded, epoch, predicted_col_px, predicted_row_px, found_col_px, found_row_px, "       \
-  "neighbours_sought, neighbours_matched"
-constexpr int kAttemptColumns = 16, kAttemptEpoch = 9;
+  "neighbours_sought, neighbours_matched, photo_digest"
+constexpr int kAttemptColumns = 17, kAttemptEpoch = 9;
 constexpr const char* kAttemptsThere =
-    "SELECT " ORIENT_ATTEMPT_COLUMNS " FROM attempts WHERE patch_id = ?17";
+    "SELECT " ORIENT_ATTEMPT_COLUMNS " FROM attempts WHERE patch_id = ?18";
 // The newer stays; of two without a date the one that is here.
 constexpr const char* kTakeAttempt =
     "INSERT INTO attempts (" ORIENT_ATTEMPT_COLUMNS
     ", patch_id) VALUES (?1, ?2, ?3, ?4, ?5, ?6, ?7, ?8, ?9, ?10, ?11, ?12, ?13, ?14, ?15, ?16, "
-    "?17) ON CONFLICT (patch_id, photo) DO UPDATE SET (" ORIENT_ATTEMPT_COLUMNS
-    ") = (?1, ?2, ?3, ?4, ?5, ?6, ?7, ?8, ?9, ?10, ?11, ?12, ?13, ?14, ?15, ?16) "
+    "?17, ?18) ON CONFLICT (patch_id, photo, photo_digest) DO UPDATE SET (" ORIENT_ATTEMPT_COLUMNS
+    ") = (?1, ?2, ?3, ?4, ?5, ?6, ?7, ?8, ?9, ?10, ?11, ?12, ?13, ?14, ?15, ?16, ?17) "
     "WHERE coalesce(excluded.recorded, '') > coalesce(attempts.recorded, '')";
 #undef ORIENT_ATTEMPT_COLUMNS
 
@@ -62,45 +61,16 @@ void BindColumn(const SQLite::Column& column, int index, SQLite::Statement& stat
 
 }  // namespace
 
-std::optional<std::int64_t> MergeRows::KnownSource(const PatchSource& source) const {
-  return Look(source).first;
-}
-
-std::pair<std::optional<std::int64_t>, std::string> MergeRows::Look(
-    const PatchSource& source) const {
-  const auto known = source_here_.find(source.id);
-  if (known != source_here_.end()) return {known->second, source.name};
-  std::string name = source.name;
-  for (int number = 2;; ++number) {
-    const Query row = target_.Sql().Prepare(kSourceDate);
-    row->bind(1, Name(source.kind));
-    row->bind(2, name);
-    if (!row->executeStep()) return {std::nullopt, name};
-    if (TextOf(row->getColumn(1)) == source.date) return {row->getColumn(0).getInt64(), name};
-    name = source.name + " (" + std::to_string(number) + ")";
-  }
-}
-
 std::pair<std::int64_t, bool> MergeRows::SourceFor(const PatchSource& source) {
-  auto [id, name] = Look(source);
-  const bool is_new = !id;
-  if (is_new) {
-    PatchSource here = source;
-    here.name = name;
-    const Query insert = target_.Sql().Prepare(sql::kAddSource);
-    BindSource(here, *insert);
-    insert->exec();
-    id = target_.Sql().Database().getLastInsertRowid();
-  }
-  source_here_[source.id] = *id;
-  return {*id, is_new};
+  const bool is_new = !target_.FindSource(source).harvested;
+  return {target_.StoreSource(source, true).id, is_new};
 }
 
 std::int64_t MergeRows::SourceIdFor(std::int64_t other_id) {
-  const auto known = source_here_.find(other_id);
-  if (known != source_here_.end()) return known->second;
-  for (const PatchSource& source : other_.Sources())
-    if (source.id == other_id) return SourceFor(source).first;
+  if (sources_there_.empty())
+    for (const PatchSource& source : other_.Sources()) sources_there_[source.id] = source;
+  const auto source = sources_there_.find(other_id);
+  if (source != sources_there_.end()) return target_.StoreSource(source->second, false).id;
   throw InputError(other_.Path() + " is damaged: source " + std::to_string(other_id) +
                    " is not there; 'orient patchdb check --repair' may help");
 }
@@ -170,13 +140,13 @@ void MergeRows::CountViews(std::int64_t patch_id) {
 
 std::int64_t MergeRows::TakeAttempts(std::int64_t other_id, std::int64_t id, std::int64_t epochs) {
   const Query rows = other_.Sql().Prepare(kAttemptsThere);
-  rows->bind(17, other_id);
+  rows->bind(18, other_id);
   std::int64_t taken = 0;
   while (rows->executeStep()) {
     const Query insert = target_.Sql().Prepare(kTakeAttempt);
     for (int i = 0; i < kAttemptColumns; ++i) BindColumn(rows->getColumn(i), i + 1, *insert);
     insert->bind(kAttemptEpoch + 1, std::int64_t{rows->getColumn(kAttemptEpoch).getInt()} + epochs);
-    insert->bind(17, id);
+    insert->bind(18, id);
     taken += insert->exec();
   }
   if (taken > 0) LearnAnew(target_.Sql(), id, true);

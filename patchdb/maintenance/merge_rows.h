@@ -24,11 +24,10 @@ class MergeRows {
  public:
   MergeRows(PatchDatabase& target, const PatchDatabase& other) : target_(target), other_(other) {}
 
-  // The target's id of a source of the other database, and whether it is new there. One of the same
-  // kind, name and date is the same; another of the same name gets a number.
+  // The target's id of a source of the other database that patches are taken from, and whether it
+  // is new there; the id of one that only shows patches.
   std::pair<std::int64_t, bool> SourceFor(const PatchSource& source);
   std::int64_t SourceIdFor(std::int64_t other_id);
-  std::optional<std::int64_t> KnownSource(const PatchSource& source) const;  // changes nothing
 
   // With state, epoch and dates as in the other database; patch.id is its id there.
   std::int64_t AddPatch(const Patch& patch, std::int64_t source_id);
@@ -55,12 +54,10 @@ class MergeRows {
   void LinkSuccessors();
 
  private:
-  // Its id here, and the name it has or is free for it.
-  std::pair<std::optional<std::int64_t>, std::string> Look(const PatchSource& source) const;
-
   PatchDatabase& target_;
   const PatchDatabase& other_;
-  std::map<std::int64_t, std::int64_t> id_here_, source_here_, successor_there_;
+  std::map<std::int64_t, std::int64_t> id_here_, successor_there_;
+  std::map<std::int64_t, PatchSource> sources_there_;
 };
 
 }  // namespace orient

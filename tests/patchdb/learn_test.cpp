@@ -67,11 +67,22 @@ TEST_F(LearnTest, FailedPhotosAndFailingNeighboursRetireNobody) {
   EXPECT_EQ(Middle().failure_weight, 4);
 }
 
-TEST_F(LearnTest, PatchesWithoutAnIdAreRefusedWhole) {
-  EXPECT_ANY_THROW(
-      database_.RecordAttempts({MadeUpAttempt(1, "a", true), MadeUpAttempt(999, "a", true)}));
-  EXPECT_EQ(database_.Info().attempts, 0);
-  EXPECT_EQ(database_.ReadPatch(1)->success_weight, 0);
+TEST_F(LearnTest, PatchesPrunedMeanwhileAreLeftOut) {
+  database_.RecordAttempts({MadeUpAttempt(999, "a", true), MadeUpAttempt(1, "a", true)});
+  EXPECT_EQ(database_.Info().attempts, 1);
+  EXPECT_EQ(database_.ReadPatch(1)->success_weight, 1);
+}
+
+TEST_F(LearnTest, PhotosOfOneNameAreToldApartByTheirContent) {
+  MatchAttempt attempt = MadeUpAttempt(1, "4711", true);
+  database_.RecordAttempts({attempt});
+  attempt.photo_digest = "0123";
+  database_.RecordAttempts({attempt});
+  EXPECT_EQ(database_.Info().attempts, 1) << "one of unknown content was this one";
+  attempt.photo_digest = "4567";
+  for (int time = 0; time < 2; ++time) database_.RecordAttempts({attempt});
+  EXPECT_EQ(database_.Info().attempts, 2);
+  EXPECT_EQ(database_.ReadPatch(1)->success_weight, 2);
 }
 
 }  // namespace

@@ -9,6 +9,7 @@
 
 #include "core/error.h"
 #include "patchdb/geopackage_geometry.h"
+#include "patchdb/maintenance/check.h"
 #include "patchdb/patch_blobs.h"
 #include "patchdb/patch_database.h"
 #include "patchdb/schema.h"
@@ -127,14 +128,19 @@ TEST_F(MigrationTest, HasTheTablesOfANewFile) {
   EXPECT_EQ(tables(path_), tables(folder_ / "new.gpkg"));
 }
 
-TEST_F(MigrationTest, RowsThatNameWhatIsNotThereStopIt) {
+TEST_F(MigrationTest, RowsThatNameWhatIsNotThereAreLeftToARepair) {
   {
     SQLite::Database raw(path_, SQLite::OPEN_READWRITE);
     raw.exec("UPDATE attempts SET patch_id = 99 WHERE id = 1");
   }
-  EXPECT_THROW(PatchDatabase::Open(path_, Mode::kWrite), InputError);
-  SQLite::Database raw(path_, SQLite::OPEN_READONLY);
-  EXPECT_EQ(raw.execAndGet("SELECT max(version) FROM orient_schema").getInt(), 1);
+  PatchDatabase database = PatchDatabase::Open(path_, Mode::kWrite);
+  EXPECT_EQ(database.Info().schema_version, CurrentSchemaVersion());
+  CheckOptions options;
+  EXPECT_FALSE(CheckDatabase(database, options).empty());
+  options.repair = true;
+  CheckDatabase(database, options);
+  EXPECT_TRUE(CheckDatabase(database, {}).empty());
+  EXPECT_EQ(database.Info().patches, 2);
 }
 
 TEST_F(MigrationTest, IsAValidGeoPackageAfterwards) {

@@ -13,62 +13,12 @@
 
 #include "core/error.h"
 #include "patchdb/schema.h"
-#include "tests/support/shared_data.h"
+#include "tests/patchdb/patch_database_fixture.h"
 
 namespace orient {
 namespace {
 
-namespace fs = std::filesystem;
 using Mode = PatchDatabase::Mode;
-
-Crs Utm() { return Crs::Parse("EPSG:32635", "test"); }
-
-Patch SomePatch(double x, double y, int grey = 7) {
-  Patch patch;
-  patch.ground_m = {x, y, 123.5};
-  patch.covariance_m2 << 1, 0.25, 0.125, 0.25, 2, 0.5, 0.125, 0.5, 3;
-  patch.gsd_m = 0.5;
-  patch.chip = Image(21, 21, static_cast<float>(grey));
-  for (int i = 0; i < 21; ++i) patch.chip.At(i, 20 - i) = 200;
-  patch.heights = {3, 6, {1, 2, 3, 4, 5, 6, 7, 8, 9}};
-  return patch;
-}
-
-PatchSource Photo(const std::string& name) {
-  return {0, SourceKind::kPhoto, name, std::nullopt, 0.5, {}, {}, {}};
-}
-
-std::string WhatIsWrong(const std::function<void()>& action) {
-  try {
-    action();
-  } catch (const InputError& error) {
-    return error.what();
-  }
-  return "";
-}
-
-class PatchDatabaseTest : public testing::Test {
- protected:
-  TemporaryFolder folder_;
-  std::string path_ = folder_ / "patches.gpkg";
-
-  PatchDatabase Filled(int count) {
-    PatchDatabase database = PatchDatabase::Create(path_, Utm());
-    PatchSource source = Photo("4711.tif");
-    std::mt19937 random(TestSeed());
-    std::uniform_real_distribution<double> at(0, 10000);
-    std::vector<Patch> patches;
-    for (int i = 0; i < count; ++i)
-      patches.push_back(SomePatch(500000 + at(random), 5000000 + at(random), i % 200));
-    database.AddSource(source, patches);
-    return database;
-  }
-
-  void Execute(const std::string& sql) {
-    SQLite::Database raw(path_, SQLite::OPEN_READWRITE);
-    raw.exec(sql);
-  }
-};
 
 TEST_F(PatchDatabaseTest, RoundtripOfAPatchWithEverything) {
   PatchDatabase database = PatchDatabase::Create(path_, Utm());
@@ -177,34 +127,64 @@ TEST_F(PatchDatabaseTest, HeightsAreKeptToA64thOfAPixelWhereverTheyLie) {
   EXPECT_EQ(read[1].heights.heights_m, wild.heights_m);
 }
 
-TEST_F(PatchDatabaseTest, FurtherViewsAreEvidenceAndMayMoveAPatch) {
-  PatchDatabase database = Filled(3);
-  Patch better = *database.ReadPatch(2);
-  better.ground_m += Eigen::Vector3d(0.25, -0.5, 1);
-  better.covariance_m2 *= 0.5;
-  better.evidence = {{0, Eigen::Vector2d(100.5, 200.25), Eigen::Vector2d(0.125, -0.25)}};
-  PatchSource second = Photo("4712.tif");
-  std::vector<Patch> none;
-  database.AddSource(second, none, {better});
+TEST_F(PatchDatabaseTest, FurtherViewsAreEvidence) {
+  PatchDatabase database = PatchDatabase::Create(path_, Utm());
+  const PatchSource witness = Photo("4712.tif");
+  const std::int64_t id = database.MentionSource(witness);
+  EXPECT_EQ(database.MentionSource(witness), id);
+  PatchSource source = Photo("4711.tif");
+  std::vector<Patch> patches = {SomePatch(1, 2), SomePatch(3, 4)};
+  patches[1].evidence = {{id, Eigen::Vector2d(100.5, 200.25), Eigen::Vector2d(0.125, -0.25)}};
+  database.AddSource(source, patches);
   const auto read = database.ReadPatch(2);
-  EXPECT_EQ(read->ground_m, better.ground_m);
-  EXPECT_EQ(read->covariance_m2, better.covariance_m2);
-  EXPECT_EQ(read->source_id, 1);
   EXPECT_EQ(read->views, 2);
   ASSERT_EQ(read->evidence.size(), 1u);
-  EXPECT_EQ(read->evidence[0].source_id, second.id);
+  EXPECT_EQ(read->evidence[0].source_id, id);
   EXPECT_EQ(read->evidence[0].pixel, Eigen::Vector2d(100.5, 200.25));
   EXPECT_EQ(read->evidence[0].residual_px, Eigen::Vector2d(0.125, -0.25));
   EXPECT_EQ(database.ReadPatch(1)->views, 1);
-  const Eigen::Vector2d at = better.ground_m.head<2>();
-  EXPECT_EQ(
-      database.FindPatchesIn({at.x() - 1e-3, at.y() - 1e-3, at.x() + 1e-3, at.y() + 1e-3}).size(),
-      1u);
+  EXPECT_EQ(database.Info().sources, 1);
+  EXPECT_FALSE(database.FindSource(witness).harvested);
+}
 
-  better.id = 99;
-  PatchSource third = Photo("4713.tif");
-  EXPECT_THROW(database.AddSource(third, none, {better}), std::invalid_argument);
-  EXPECT_FALSE(database.HasSource(SourceKind::kPhoto, "4713.tif"));
+TEST_F(PatchDatabaseTest, NamedSourceIsHarvestedLater) {
+  PatchDatabase database = Filled(3);
+  PatchSource named = Photo("4712.tif");
+  const std::int64_t id = database.MentionSource(named);
+  std::vector<Patch> patches = {SomePatch(1, 2)};
+  named.gsd_m = 0.25;
+  database.AddSource(named, patches);
+  EXPECT_EQ(named.id, id);
+  EXPECT_TRUE(database.FindSource(named).harvested);
+  EXPECT_EQ(database.Sources()[1].gsd_m, 0.25);
+  EXPECT_EQ(database.MentionSource(named), id);
+  EXPECT_TRUE(database.FindSource(named).harvested);
+}
+
+TEST_F(PatchDatabaseTest, SourcesOfOneNameAreToldApartByTheirContent) {
+  PatchDatabase database = PatchDatabase::Create(path_, Utm());
+  for (const char* digest : {"0123", "4567"}) {
+    PatchSource source = Photo("4711.tif");
+    source.digest = digest;
+    std::vector<Patch> patches = {SomePatch(1, 2)};
+    EXPECT_FALSE(database.FindSource(source).id);
+    database.AddSource(source, patches);
+    EXPECT_TRUE(database.FindSource(source).harvested);
+    source.name = "4711.tif";
+    EXPECT_TRUE(database.FindSource(source).harvested);
+    EXPECT_NE(WhatIsWrong([&] { database.AddSource(source, patches); }), "");
+  }
+  EXPECT_EQ(database.Sources()[1].name, "4711.tif (2)");
+  EXPECT_EQ(database.Sources()[1].digest, "4567");
+}
+
+TEST_F(PatchDatabaseTest, RetiredPatchesDoNotCrowdOthersOut) {
+  Filled(400);
+  Execute(
+      "DROP TRIGGER rtree_patches_geom_update3; DROP TRIGGER rtree_patches_geom_update4; "
+      "UPDATE patches SET state = 'retired', retired_reason = 'a roof' WHERE id > 40");
+  const PatchDatabase database = PatchDatabase::Open(path_, Mode::kRead);
+  EXPECT_EQ(database.FindPatchesIn({0, 0, 1e7, 1e7}, 40).size(), 40u);
 }
 
 TEST_F(PatchDatabaseTest, RetiredPatchesAreListedButNotFound) {
@@ -331,14 +311,6 @@ TEST_F(PatchDatabaseTest, AttemptOfTheSamePhotoReplacesTheEarlierOne) {
   EXPECT_EQ(database.Info().attempts, 2);
 }
 
-TEST_F(PatchDatabaseTest, AttemptsAreStoredTogetherOrNotAtAll) {
-  PatchDatabase database = Filled(3);
-  EXPECT_THROW(database.RecordAttempts(
-                   {{1, "p", "matched", 0.9, {}, ""}, {999, "p", "matched", 0.9, {}, ""}}),
-               InputError);
-  EXPECT_EQ(database.Info().attempts, 0);
-}
-
 TEST_F(PatchDatabaseTest, SourceIsHarvestedOnce) {
   PatchDatabase database = Filled(3);
   PatchSource again = Photo("4711.tif");
@@ -346,8 +318,9 @@ TEST_F(PatchDatabaseTest, SourceIsHarvestedOnce) {
   const std::string message = WhatIsWrong([&] { database.AddSource(again, patches); });
   EXPECT_NE(message.find("4711.tif"), std::string::npos) << message;
   EXPECT_EQ(database.Info().patches, 3);
-  EXPECT_TRUE(database.HasSource(SourceKind::kPhoto, "4711.tif"));
-  EXPECT_FALSE(database.HasSource(SourceKind::kOrthophoto, "4711.tif"));
+  EXPECT_TRUE(database.FindSource(again).harvested);
+  again.kind = SourceKind::kOrthophoto;
+  EXPECT_FALSE(database.FindSource(again).id);
 }
 
 TEST_F(PatchDatabaseTest, BadPatchStoresNothing) {
@@ -361,149 +334,6 @@ TEST_F(PatchDatabaseTest, BadPatchStoresNothing) {
   EXPECT_THROW(database.AddSource(source, patches), std::invalid_argument);
   EXPECT_EQ(database.Info().patches, 0);
   EXPECT_EQ(database.Info().sources, 0);
-}
-
-TEST_F(PatchDatabaseTest, ReadOnlyRefusesToWrite) {
-  Filled(1);
-  PatchDatabase database = PatchDatabase::Open(path_, Mode::kRead);
-  EXPECT_THROW(database.RecordAttempts({}), std::invalid_argument);
-}
-
-TEST_F(PatchDatabaseTest, MistypedPathNeverMakesAFile) {
-  for (const Mode mode : {Mode::kRead, Mode::kWrite})
-    EXPECT_NE(WhatIsWrong([&] { PatchDatabase::Open(path_, mode); }).find(path_),
-              std::string::npos);
-  EXPECT_FALSE(fs::exists(path_));
-  EXPECT_TRUE(fs::is_empty(folder_.Path()));
-}
-
-TEST_F(PatchDatabaseTest, CreateNeverOverwrites) {
-  Filled(2);
-  EXPECT_NE(WhatIsWrong([&] { PatchDatabase::Create(path_, Utm()); }).find("exists already"),
-            std::string::npos);
-  EXPECT_EQ(PatchDatabase::Open(path_, Mode::kRead).Info().patches, 2);
-}
-
-TEST_F(PatchDatabaseTest, CreateInAMissingFolderSaysSo) {
-  const std::string path = folder_ / "nowhere/patches.gpkg";
-  EXPECT_NE(WhatIsWrong([&] { PatchDatabase::Create(path, Utm()); }).find(path), std::string::npos);
-}
-
-TEST_F(PatchDatabaseTest, ClosedFileLeavesNothingBesideIt) {
-  Filled(2);
-  EXPECT_EQ(std::distance(fs::directory_iterator(folder_.Path()), fs::directory_iterator()), 1);
-}
-
-TEST_F(PatchDatabaseTest, ReaderSeesWholeSourcesWhileAWriterHasTheFileOpen) {
-  PatchDatabase writer = Filled(5);
-  const PatchDatabase reader = PatchDatabase::Open(path_, Mode::kRead);
-  EXPECT_EQ(reader.Info().patches, 5);
-  PatchSource more = Photo("4712.tif");
-  std::vector<Patch> patches = {SomePatch(1000, 2000)};
-  writer.AddSource(more, patches);
-  EXPECT_EQ(reader.Info().patches, 6);
-}
-
-TEST_F(PatchDatabaseTest, NewerSchemaIsRefusedNamingBothVersions) {
-  Filled(1);
-  Execute("INSERT INTO orient_schema VALUES (7, 'from the future')");
-  const std::string message = WhatIsWrong([&] { PatchDatabase::Open(path_, Mode::kWrite); });
-  EXPECT_NE(message.find("version 7"), std::string::npos) << message;
-  EXPECT_NE(message.find("knows 2"), std::string::npos) << message;
-}
-
-TEST_F(PatchDatabaseTest, OtherFilesAreRefusedByName) {
-  std::ofstream(path_) << "this is a text file, and long enough to look like something else";
-  EXPECT_NE(WhatIsWrong([&] { PatchDatabase::Open(path_, Mode::kRead); }).find(path_),
-            std::string::npos);
-  std::ofstream(path_, std::ios::trunc).close();
-  EXPECT_NE(WhatIsWrong([&] { PatchDatabase::Open(path_, Mode::kWrite); }).find("not a GeoPackage"),
-            std::string::npos);
-  EXPECT_NE(WhatIsWrong([&] { PatchDatabase::Open(folder_.Path(), Mode::kRead); }), "");
-}
-
-TEST_F(PatchDatabaseTest, TruncatedFileIsAnInputError) {
-  Filled(100);
-  const auto size = fs::file_size(path_);
-  for (const double share : {0.01, 0.1, 0.3, 0.6, 0.9}) {
-    const std::string copy = folder_ / "cut.gpkg";
-    fs::copy_file(path_, copy, fs::copy_options::overwrite_existing);
-    fs::resize_file(copy, static_cast<std::uintmax_t>(static_cast<double>(size) * share));
-    EXPECT_THROW(PatchDatabase::Open(copy, Mode::kRead).ListPatches(0, 1000), InputError) << share;
-  }
-}
-
-TEST_F(PatchDatabaseTest, DamagedValuesAreAnInputErrorNamingThePatch) {
-  const std::string damages[] = {
-      "chip = x'89504e470d0a1a0a'",   "chip_mask = x'00'", "heights = x'0000'",
-      "heights_size = 2147483647",    "covariance = x''",  "gsd_m = -1",
-      "geom = x'475000010000000001'", "chip = 'text'",     "heights_step_m = 'a'"};
-  for (const std::string& damage : damages) {
-    fs::remove(path_);
-    Filled(2);
-    std::string sql;  // a shell without the spatial functions cannot run the index's triggers
-    if (damage.starts_with("geom"))
-      sql +=
-          "DROP TRIGGER rtree_patches_geom_update1; DROP TRIGGER rtree_patches_geom_update2; "
-          "DROP TRIGGER rtree_patches_geom_update3; DROP TRIGGER rtree_patches_geom_update4; ";
-    else
-      sql += "DROP TRIGGER rtree_patches_geom_update3; DROP TRIGGER rtree_patches_geom_update4; ";
-    sql += "UPDATE patches SET ";
-    sql += damage;
-    sql += " WHERE id = 2";
-    Execute(sql);
-    const std::string message =
-        WhatIsWrong([&] { PatchDatabase::Open(path_, Mode::kRead).ListPatches(0, 10); });
-    EXPECT_NE(message.find("patch 2"), std::string::npos) << damage << ": " << message;
-    EXPECT_NE(message.find(path_), std::string::npos) << damage << ": " << message;
-  }
-}
-
-TEST_F(PatchDatabaseTest, RandomDamageNeverCrashes) {
-  Filled(30);
-  std::mt19937 random(TestSeed());
-  std::ifstream file(path_, std::ios::binary);
-  const std::string whole((std::istreambuf_iterator<char>(file)), {});
-  for (int round = 0; round < 60; ++round) {
-    std::string bytes = whole;
-    for (int i = 0; i < 40; ++i) bytes[random() % bytes.size()] = static_cast<char>(random());
-    const std::string copy = folder_ / "damaged.gpkg";
-    std::ofstream(copy, std::ios::binary | std::ios::trunc) << bytes;
-    try {
-      const PatchDatabase database = PatchDatabase::Open(copy, Mode::kRead);
-      database.Info();
-      database.FindPatchesIn({0, 0, 1e7, 1e7});
-      database.ListPatches(0, 100);
-    } catch (const InputError&) {
-    }
-  }
-}
-
-TEST_F(PatchDatabaseTest, IsAValidGeoPackage) {
-  const std::string validator =
-      "/usr/lib/python3/dist-packages/osgeo_utils/samples/validate_gpkg.py";
-  if (!fs::exists(validator) || !fs::exists("/usr/bin/python3"))
-    GTEST_SKIP() << "GDAL's validate_gpkg.py is absent (Debian's python3-gdal)";
-  Filled(20).RecordAttempts({{1, "p", "matched", 0.9, Eigen::Vector2d(0, 1), ""}});
-  const std::string log = folder_ / "log.txt";
-  const int status = std::system(("/usr/bin/python3 " + validator + " --extra --warning-as-error " +
-                                  path_ + " > " + log + " 2>&1")
-                                     .c_str());
-  std::ifstream file(log);
-  EXPECT_EQ(status, 0) << std::string((std::istreambuf_iterator<char>(file)), {});
-}
-
-TEST_F(PatchDatabaseTest, GdalReadsThePatchesAsPoints) {
-  if (!fs::exists("/usr/bin/ogrinfo")) GTEST_SKIP() << "ogrinfo is absent (Debian's gdal-bin)";
-  Filled(20);
-  const std::string log = folder_ / "log.txt";
-  EXPECT_EQ(std::system(("ogrinfo -ro -al -so " + path_ + " > " + log + " 2>&1").c_str()), 0);
-  std::ifstream file(log);
-  const std::string text((std::istreambuf_iterator<char>(file)), {});
-  EXPECT_NE(text.find("3D Point"), std::string::npos) << text;
-  EXPECT_NE(text.find("Feature Count: 20"), std::string::npos) << text;
-  EXPECT_NE(text.find("UTM zone 35N"), std::string::npos) << text;
-  EXPECT_EQ(text.find("Warning"), std::string::npos) << text;
 }
 
 }  // namespace

@@ -14,10 +14,6 @@
 namespace orient {
 namespace {
 
-std::string FileName(const std::string& path) {
-  return std::filesystem::path(path).filename().string();
-}
-
 // The photos that any point is measured in, open, by the place of their path.
 std::map<std::size_t, OpenSource> OpenMeasured(const std::vector<ControlTablePoint>& points,
                                                const std::vector<std::string>& paths,
@@ -51,16 +47,14 @@ std::vector<ControlSighting> SightingsOf(const ControlTablePoint& point,
 
 // Evidence can only name photos that the database knows.
 void NameEvidence(const PatchDatabase& database, const std::vector<std::string>& paths,
-                  std::vector<Patch>* patches) {
-  std::map<std::string, std::int64_t> ids;
-  for (const PatchSource& source : database.Sources())
-    if (source.kind == SourceKind::kPhoto) ids[source.name] = source.id;
+                  const PatchSource& about, std::vector<Patch>* patches) {
   for (Patch& patch : *patches) {
     std::vector<PatchEvidence> known;
     for (PatchEvidence evidence : patch.evidence) {
-      const auto id = ids.find(FileName(paths[static_cast<std::size_t>(evidence.source_id)]));
-      if (id == ids.end()) continue;
-      evidence.source_id = id->second;
+      const std::string& path = paths[static_cast<std::size_t>(evidence.source_id)];
+      const auto id = database.FindSource(SourceOfFile(SourceKind::kPhoto, path, about)).id;
+      if (!id) continue;
+      evidence.source_id = *id;
       known.push_back(evidence);
     }
     patch.evidence = known;
@@ -102,10 +96,10 @@ void AddControlPoints(PatchDatabase& database, const ControlToAdd& control,
   if (patches.size() < points.size()) refused.Print(out);
   if (patches.empty()) throw InputError(control.table + ": none of its points became a patch");
   std::sort(gsds.begin(), gsds.end());
-  NameEvidence(database, photos.paths, &patches);
+  NameEvidence(database, photos.paths, control.about, &patches);
   PatchSource source = control.about;
   source.kind = SourceKind::kGcp;
-  source.name = FileName(control.table);
+  source.name = std::filesystem::path(control.table).filename().string();
   source.gsd_m = gsds[gsds.size() / 2];
   database.AddSource(source, patches);
   out << patches.size() << " of " << points.size() << " points added\n";

@@ -83,6 +83,27 @@ TEST_F(CheckTest, AfterRepairTheOthersAreFound) {
   EXPECT_EQ(database.FindPatchesIn({0, 0, 1e7, 1e7}).size(), 11u);
 }
 
+// Chains of 3000, of which one leads into a circle of three.
+TEST_F(CheckTest, LongChainsOfSuccessorsAreNoCircles) {
+  {
+    PatchDatabase database = PatchDatabase::Open(path_, Mode::kWrite);
+    PatchSource source = MadeUpSource("many.tif");
+    std::vector<Patch> many(3000, MadeUpPatch(600000, 5000000, 1));
+    database.AddSource(source, many);
+  }
+  Damage(
+      "UPDATE patches SET state = 'retired', retired_reason = 'x', superseded_by = id + 1 WHERE id "
+      "> 12 AND id < 3012");
+  EXPECT_TRUE(Look(false).empty());
+  Damage(
+      "UPDATE patches SET state = 'retired', retired_reason = 'x', superseded_by = 3010 WHERE id = "
+      "3012");
+  const auto findings = Look(true);
+  ASSERT_EQ(findings.size(), 1u);
+  EXPECT_EQ(findings[0].count, 3);
+  EXPECT_TRUE(Look(false).empty());
+}
+
 TEST_F(CheckTest, LookingChangesNothing) {
   Damage("DELETE FROM rtree_patches_geom");
   Look(false);

@@ -69,7 +69,7 @@ TEST_F(MergeTest, AgainItChangesNothing) {
 TEST_F(MergeTest, AnotherFileOfTheSameNameIsAnotherSource) {
   const PatchDatabase other = Other("1990.tif", "2001", MadeUpPatches(1, 1, 1, 600000));
   MergeDatabase(database_, other, {});
-  EXPECT_TRUE(database_.HasSource(SourceKind::kPhoto, "1990.tif (2)"));
+  EXPECT_TRUE(database_.FindSource(MadeUpSource("1990.tif (2)", "2001")).harvested);
   EXPECT_EQ(MergeDatabase(database_, other, {}).sources, 0);
 }
 
@@ -255,6 +255,33 @@ TEST_F(MergeTest, EpochsOfAnotherHistoryAreCountedFromItsPresentOne) {
   EXPECT_EQ(database_.ReadPatch(1)->failure_weight, 0.25);
   EXPECT_EQ(database_.ReadPatch(1)->success_weight, 1);
   ExpectSound();
+}
+
+TEST_F(MergeTest, SourceOfEvidenceAloneIsNotHarvested) {
+  PatchDatabase other = PatchDatabase::Create(folder_ / "two.gpkg", MadeUpCrs());
+  PatchSource witness = MadeUpSource("witness.tif", "1991"), own = MadeUpSource("own.tif", "1991");
+  std::vector<Patch> seen = MadeUpPatches(1, 1, 100, 520000), patches = MadeUpPatches(1, 1, 100);
+  other.AddSource(witness, seen);
+  patches[0].evidence = {{witness.id, Eigen::Vector2d(10, 20), {}}};
+  other.AddSource(own, patches);
+  MergeOptions here;
+  here.filter.bounds = Bounds{499000, 4999000, 501000, 5001000};
+  EXPECT_EQ(MergeDatabase(database_, other, here).sources, 1);
+  EXPECT_EQ(database_.ReadPatch(1)->evidence.size(), 2u);
+  EXPECT_FALSE(database_.FindSource(witness).harvested);
+  EXPECT_EQ(MergeDatabase(database_, other, {}).sources, 1);
+  EXPECT_TRUE(database_.FindSource(witness).harvested);
+  ExpectSound();
+}
+
+TEST_F(MergeTest, DamagedPatchIsNamedAndNothingOfItsSourceTaken) {
+  PatchDatabase other = Other("other.tif", "1991", MadeUpPatches(2, 1, 100, 520000));
+  other.Write("test", [](Connection& connection) {
+    return connection.Database().exec("UPDATE patches SET bits = 16, gsd_m = 9e999 WHERE id = 2");
+  });
+  EXPECT_THROW(MergeDatabase(database_, other, {}), InputError);
+  EXPECT_EQ(database_.Info().patches, 12);
+  EXPECT_EQ(database_.Info().sources, 1);
 }
 
 TEST_F(MergeTest, NothingTakenLeavesNoSource) {

@@ -1,0 +1,167 @@
+// The file of a patch database: made, opened, refused, damaged, read by others.
+#include <SQLiteCpp/SQLiteCpp.h>
+#include <gtest/gtest.h>
+
+#include <cstdlib>
+#include <filesystem>
+#include <fstream>
+#include <random>
+#include <stdexcept>
+
+#include "core/error.h"
+#include "patchdb/patch_database.h"
+#include "tests/patchdb/patch_database_fixture.h"
+
+namespace orient {
+namespace {
+
+namespace fs = std::filesystem;
+using Mode = PatchDatabase::Mode;
+
+class PatchDatabaseFileTest : public PatchDatabaseTest {};
+
+TEST_F(PatchDatabaseFileTest, ReadOnlyRefusesToWrite) {
+  Filled(1);
+  PatchDatabase database = PatchDatabase::Open(path_, Mode::kRead);
+  EXPECT_THROW(database.RecordAttempts({}), std::invalid_argument);
+}
+
+TEST_F(PatchDatabaseFileTest, MistypedPathNeverMakesAFile) {
+  for (const Mode mode : {Mode::kRead, Mode::kWrite})
+    EXPECT_NE(WhatIsWrong([&] { PatchDatabase::Open(path_, mode); }).find(path_),
+              std::string::npos);
+  EXPECT_FALSE(fs::exists(path_));
+  EXPECT_TRUE(fs::is_empty(folder_.Path()));
+}
+
+TEST_F(PatchDatabaseFileTest, CreateNeverOverwrites) {
+  Filled(2);
+  EXPECT_NE(WhatIsWrong([&] { PatchDatabase::Create(path_, Utm()); }).find("exists already"),
+            std::string::npos);
+  EXPECT_EQ(PatchDatabase::Open(path_, Mode::kRead).Info().patches, 2);
+}
+
+TEST_F(PatchDatabaseFileTest, CreateInAMissingFolderSaysSo) {
+  const std::string path = folder_ / "nowhere/patches.gpkg";
+  EXPECT_NE(WhatIsWrong([&] { PatchDatabase::Create(path, Utm()); }).find(path), std::string::npos);
+}
+
+TEST_F(PatchDatabaseFileTest, ClosedFileLeavesNothingBesideIt) {
+  Filled(2);
+  EXPECT_EQ(std::distance(fs::directory_iterator(folder_.Path()), fs::directory_iterator()), 1);
+}
+
+TEST_F(PatchDatabaseFileTest, ReaderSeesWholeSourcesWhileAWriterHasTheFileOpen) {
+  PatchDatabase writer = Filled(5);
+  const PatchDatabase reader = PatchDatabase::Open(path_, Mode::kRead);
+  EXPECT_EQ(reader.Info().patches, 5);
+  PatchSource more = Photo("4712.tif");
+  std::vector<Patch> patches = {SomePatch(1000, 2000)};
+  writer.AddSource(more, patches);
+  EXPECT_EQ(reader.Info().patches, 6);
+}
+
+TEST_F(PatchDatabaseFileTest, NewerSchemaIsRefusedNamingBothVersions) {
+  Filled(1);
+  Execute("INSERT INTO orient_schema VALUES (7, 'from the future')");
+  const std::string message = WhatIsWrong([&] { PatchDatabase::Open(path_, Mode::kWrite); });
+  EXPECT_NE(message.find("version 7"), std::string::npos) << message;
+  EXPECT_NE(message.find("knows 3"), std::string::npos) << message;
+}
+
+TEST_F(PatchDatabaseFileTest, OtherFilesAreRefusedByName) {
+  std::ofstream(path_) << "this is a text file, and long enough to look like something else";
+  EXPECT_NE(WhatIsWrong([&] { PatchDatabase::Open(path_, Mode::kRead); }).find(path_),
+            std::string::npos);
+  std::ofstream(path_, std::ios::trunc).close();
+  EXPECT_NE(WhatIsWrong([&] { PatchDatabase::Open(path_, Mode::kWrite); }).find("not a GeoPackage"),
+            std::string::npos);
+  EXPECT_NE(WhatIsWrong([&] { PatchDatabase::Open(folder_.Path(), Mode::kRead); }), "");
+}
+
+TEST_F(PatchDatabaseFileTest, TruncatedFileIsAnInputError) {
+  Filled(100);
+  const auto size = fs::file_size(path_);
+  for (const double share : {0.01, 0.1, 0.3, 0.6, 0.9}) {
+    const std::string copy = folder_ / "cut.gpkg";
+    fs::copy_file(path_, copy, fs::copy_options::overwrite_existing);
+    fs::resize_file(copy, static_cast<std::uintmax_t>(static_cast<double>(size) * share));
+    EXPECT_THROW(PatchDatabase::Open(copy, Mode::kRead).ListPatches(0, 1000), InputError) << share;
+  }
+}
+
+TEST_F(PatchDatabaseFileTest, DamagedValuesAreAnInputErrorNamingThePatch) {
+  const std::string damages[] = {
+      "chip = x'89504e470d0a1a0a'",   "chip_mask = x'00'", "heights = x'0000'",
+      "heights_size = 2147483647",    "covariance = x''",  "gsd_m = -1",
+      "geom = x'475000010000000001'", "chip = 'text'",     "heights_step_m = 'a'"};
+  for (const std::string& damage : damages) {
+    fs::remove(path_);
+    Filled(2);
+    std::string sql;  // a shell without the spatial functions cannot run the index's triggers
+    if (damage.starts_with("geom"))
+      sql +=
+          "DROP TRIGGER rtree_patches_geom_update1; DROP TRIGGER rtree_patches_geom_update2; "
+          "DROP TRIGGER rtree_patches_geom_update3; DROP TRIGGER rtree_patches_geom_update4; ";
+    else
+      sql += "DROP TRIGGER rtree_patches_geom_update3; DROP TRIGGER rtree_patches_geom_update4; ";
+    sql += "UPDATE patches SET ";
+    sql += damage;
+    sql += " WHERE id = 2";
+    Execute(sql);
+    const std::string message =
+        WhatIsWrong([&] { PatchDatabase::Open(path_, Mode::kRead).ListPatches(0, 10); });
+    EXPECT_NE(message.find("patch 2"), std::string::npos) << damage << ": " << message;
+    EXPECT_NE(message.find(path_), std::string::npos) << damage << ": " << message;
+  }
+}
+
+TEST_F(PatchDatabaseFileTest, RandomDamageNeverCrashes) {
+  Filled(30);
+  std::mt19937 random(TestSeed());
+  std::ifstream file(path_, std::ios::binary);
+  const std::string whole((std::istreambuf_iterator<char>(file)), {});
+  for (int round = 0; round < 60; ++round) {
+    std::string bytes = whole;
+    for (int i = 0; i < 40; ++i) bytes[random() % bytes.size()] = static_cast<char>(random());
+    const std::string copy = folder_ / "damaged.gpkg";
+    std::ofstream(copy, std::ios::binary | std::ios::trunc) << bytes;
+    try {
+      const PatchDatabase database = PatchDatabase::Open(copy, Mode::kRead);
+      database.Info();
+      database.FindPatchesIn({0, 0, 1e7, 1e7});
+      database.ListPatches(0, 100);
+    } catch (const InputError&) {
+    }
+  }
+}
+
+TEST_F(PatchDatabaseFileTest, IsAValidGeoPackage) {
+  const std::string validator =
+      "/usr/lib/python3/dist-packages/osgeo_utils/samples/validate_gpkg.py";
+  if (!fs::exists(validator) || !fs::exists("/usr/bin/python3"))
+    GTEST_SKIP() << "GDAL's validate_gpkg.py is absent (Debian's python3-gdal)";
+  Filled(20).RecordAttempts({{1, "p", "matched", 0.9, Eigen::Vector2d(0, 1), ""}});
+  const std::string log = folder_ / "log.txt";
+  const int status = std::system(("/usr/bin/python3 " + validator + " --extra --warning-as-error " +
+                                  path_ + " > " + log + " 2>&1")
+                                     .c_str());
+  std::ifstream file(log);
+  EXPECT_EQ(status, 0) << std::string((std::istreambuf_iterator<char>(file)), {});
+}
+
+TEST_F(PatchDatabaseFileTest, GdalReadsThePatchesAsPoints) {
+  if (!fs::exists("/usr/bin/ogrinfo")) GTEST_SKIP() << "ogrinfo is absent (Debian's gdal-bin)";
+  Filled(20);
+  const std::string log = folder_ / "log.txt";
+  EXPECT_EQ(std::system(("ogrinfo -ro -al -so " + path_ + " > " + log + " 2>&1").c_str()), 0);
+  std::ifstream file(log);
+  const std::string text((std::istreambuf_iterator<char>(file)), {});
+  EXPECT_NE(text.find("3D Point"), std::string::npos) << text;
+  EXPECT_NE(text.find("Feature Count: 20"), std::string::npos) << text;
+  EXPECT_NE(text.find("UTM zone 35N"), std::string::npos) << text;
+  EXPECT_EQ(text.find("Warning"), std::string::npos) << text;
+}
+
+}  // namespace
+}  // namespace orient
