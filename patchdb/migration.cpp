@@ -41,8 +41,6 @@ void RunSchemaSteps(Connection& connection, int version) {
 void WriteNewDatabase(const std::string& path, const Crs& crs) {
   Connection connection(path, Connection::Mode::kCreate);
   SQLite::Database& database = connection.Database();
-  // A dozen patches of some 2.5 kB a page: of SQLite's own pages of 4 kB a third would stay empty.
-  database.exec("PRAGMA page_size = 32768");
   database.exec("PRAGMA application_id = " + std::to_string(kGeoPackageApplicationId));
   database.exec("PRAGMA user_version = " + std::to_string(kGeoPackageVersion));
   database.exec("PRAGMA foreign_keys = OFF");

@@ -40,14 +40,14 @@ Bytes EncodeColourChip(const std::vector<Image>& colour, int bits) {
 }
 
 std::optional<Bytes> EncodeChipMask(const Image& chip) {
-  Bytes mask(chip.values.size());
+  Image mask(chip.width, chip.height);
   bool complete = true;
-  for (std::size_t i = 0; i < mask.size(); ++i) {
-    mask[i] = std::isnan(chip.values[i]) ? 0 : 255;
-    complete = complete && mask[i] != 0;
+  for (std::size_t i = 0; i < mask.values.size(); ++i) {
+    mask.values[i] = std::isnan(chip.values[i]) ? 0 : 255;
+    complete = complete && mask.values[i] != 0;
   }
   if (complete) return std::nullopt;
-  return EncodePng(chip.width, chip.height, 1, mask);
+  return EncodePngBands({mask}, 8);
 }
 
 Image DecodeChip(const Bytes& chip, const std::optional<Bytes>& mask) {

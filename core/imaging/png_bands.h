@@ -1,5 +1,4 @@
-// PNGs in memory with their bands apart: colour chips, which Raster's and DecodePng's grey would
-// lose.
+// PNGs in memory with their bands apart: colour chips, which Raster's grey would lose.
 #pragma once
 
 #include <vector>

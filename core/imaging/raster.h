@@ -55,11 +55,4 @@ class Raster {
 void WritePng(const std::string& path, int width, int height, int channels,
               const std::vector<unsigned char>& values);
 
-// PNG of the same in memory (for chips in a database and pictures inside a report).
-std::vector<unsigned char> EncodePng(int width, int height, int channels,
-                                     const std::vector<unsigned char>& values);
-std::vector<unsigned char> EncodePng16(int width, int height, const std::vector<uint16_t>& values);
-// Throws InputError for anything that is not a PNG of at most 4096 x 4096 pixels.
-Image DecodePng(const std::vector<unsigned char>& png);
-
 }  // namespace orient

@@ -1,7 +1,9 @@
 #include "core/imaging/png_bands.h"
 
 #include <gtest/gtest.h>
+#include <zlib.h>
 
+#include <fstream>
 #include <random>
 #include <stdexcept>
 
@@ -38,24 +40,70 @@ TEST(PngBands, GreyIsTheRastersGrey) {
   std::mt19937 random(TestSeed());
   const std::vector<Image> bands = {Noise(9, 9, 255, random), Noise(9, 9, 255, random),
                                     Noise(9, 9, 255, random)};
-  const Image grey = GreyOfBands(bands), raster = DecodePng(EncodePngBands(bands, 8));
+  const TemporaryFolder folder;
+  const auto png = EncodePngBands(bands, 8);
+  std::ofstream(folder / "a.png", std::ios::binary)
+      .write(reinterpret_cast<const char*>(png.data()), static_cast<std::streamsize>(png.size()));
+  const Image grey = GreyOfBands(bands), raster = Raster::Open(folder / "a.png").ReadGrey().image;
   for (std::size_t i = 0; i < grey.values.size(); ++i)
     EXPECT_NEAR(grey.values[i], raster.values[i], 1e-4);
 }
 
-TEST(PngBands, EveryTruncationAndDamageIsAnInputErrorOrAPicture) {
+TEST(PngBands, EncodingIsDeterministic) {
+  std::mt19937 random(TestSeed());
+  const std::vector<Image> bands(3, Noise(64, 64, 255, random));
+  EXPECT_EQ(EncodePngBands(bands, 8), EncodePngBands(bands, 8));
+}
+
+TEST(PngBands, EveryTruncationIsRefusedWithoutNoise) {
   std::mt19937 random(TestSeed());
   const auto png = EncodePngBands({Noise(21, 21, 255, random)}, 8);
-  for (std::size_t size = 0; size + 20 < png.size(); size += 7)
+  testing::internal::CaptureStderr();
+  for (std::size_t size = 0; size < png.size(); ++size)
     EXPECT_THROW(DecodePngBands({png.begin(), png.begin() + static_cast<std::ptrdiff_t>(size)}),
                  InputError)
         << size;
-  for (int round = 0; round < 300; ++round) {
+  EXPECT_EQ(testing::internal::GetCapturedStderr(), "");
+}
+
+TEST(PngBands, DamagedBytesAreRefusedWithoutNoise) {
+  std::mt19937 random(TestSeed());
+  const auto png = EncodePngBands({Noise(40, 30, 255, random)}, 8);
+  testing::internal::CaptureStderr();
+  EXPECT_THROW(DecodePngBands({'G', 'I', 'F', '8', '9', 'a'}), InputError);
+  for (int round = 0; round < 500; ++round) {
     auto damaged = png;
     for (int i = 0; i < 3; ++i)
       damaged[random() % damaged.size()] = static_cast<unsigned char>(random());
+    if (damaged == png) continue;
+    EXPECT_THROW(DecodePngBands(damaged), InputError);
+  }
+  EXPECT_EQ(testing::internal::GetCapturedStderr(), "");
+}
+
+// A chunk with its checksum: damage that was made with care.
+std::vector<unsigned char> WithHeaderByte(std::vector<unsigned char> png, std::size_t at,
+                                          unsigned char value) {
+  constexpr std::size_t kType = 12, kLength = 13;
+  png[kType + 4 + at] = value;
+  const auto sum = crc32(0, &png[kType], kLength + 4);
+  for (std::size_t i = 0; i < 4; ++i)
+    png[kType + 4 + kLength + i] = static_cast<unsigned char>(sum >> (24 - 8 * i));
+  return png;
+}
+
+TEST(PngBands, WhatTheHeaderClaimsIsNotBelieved) {
+  std::mt19937 random(TestSeed());
+  const auto png = EncodePngBands({Noise(40, 30, 255, random)}, 8);
+  EXPECT_NO_THROW(DecodePngBands(WithHeaderByte(png, 8, 8)));
+  EXPECT_THROW(DecodePngBands(WithHeaderByte(png, 0, 0x7f)), InputError);  // width
+  EXPECT_THROW(DecodePngBands(WithHeaderByte(png, 3, 0)), InputError);
+  EXPECT_THROW(DecodePngBands(WithHeaderByte(png, 9, 3)), InputError);  // a palette
+  EXPECT_THROW(DecodePngBands(WithHeaderByte(png, 9, 6)), InputError);  // alpha
+  for (const int rows : {1, 29, 31, 255}) {
     try {
-      DecodePngBands(damaged);
+      EXPECT_EQ(DecodePngBands(WithHeaderByte(png, 7, static_cast<unsigned char>(rows)))[0].height,
+                rows);
     } catch (const InputError&) {
     }
   }
