@@ -7,6 +7,7 @@
 #include "core/median.h"
 #include "interior/film_orientation.h"
 #include "interior/lines_locator.h"
+#include "interior/measured_places.h"
 #include "interior/reseau.h"
 
 namespace orient {
@@ -82,6 +83,31 @@ void MeasureByLines(const Raster& scan, const CrossElement& cross, const Matrix2
   if (!crossing) return;
   mark->clear = IsClear(*crossing);
   mark->position = PositionByLines(mark->position.value(), *crossing);
+}
+
+// Where the reading has the marks; those without a candidate have no place.
+std::vector<MeasuringPlace> PlacesToMeasure(const CameraFile& camera, const MarkShapes& shapes,
+                                            const FilmReading& reading) {
+  const Matrix2d pixel_from_mm = PixelFromMm(camera, reading);
+  std::vector<MeasuringPlace> places(camera.fiducials.size());
+  for (size_t i = 0; i < places.size(); ++i)
+    if (const int choice = reading.best.choice[i]; choice >= 0)
+      places[i] = {&shapes.at(camera.fiducials[i].mark), pixel_from_mm,
+                   reading.candidates[i][choice].pixel, reading.polarity};
+  return places;
+}
+
+FilmMark MeasureAt(const Raster& scan, const MeasuringPlace& place, const MarkMeasurer& measurer,
+                   std::optional<LocatorKind> wanted) {
+  const double max_shift_px = 0.25 * std::sqrt(std::abs(place.pixel_from_mm.determinant())) + 1;
+  FilmMark mark;
+  mark.position = measurer.Measure(scan, place.start, place.polarity, max_shift_px);
+  if (!mark.position) return mark;
+  mark.state = MarkState::kUsed;
+  if (MeasuredByLines(*place.shape, wanted))
+    MeasureByLines(scan, *CrossOf(*place.shape), place.pixel_from_mm, place.polarity, max_shift_px,
+                   &mark);
+  return mark;
 }
 
 // `by_strokes`: marks with clear strokes are taken whatever their correlation.
@@ -194,28 +220,26 @@ std::string WhyNotThere(const FilmReading& reading, int used, double nats) {
 }  // namespace
 
 FilmMarks MeasureMarks(const Raster& scan, const CameraFile& camera, const MarkShapes& shapes,
-                       const FilmReading& reading, std::optional<LocatorKind> wanted) {
-  const Matrix2d pixel_from_mm = PixelFromMm(camera, reading);
-  const double max_shift_px = 0.25 * std::sqrt(std::abs(pixel_from_mm.determinant())) + 1;
+                       const FilmReading& reading, std::optional<LocatorKind> wanted,
+                       MeasuredPlaces* known) {
   FilmMarks marks(camera.fiducials.size());
-  std::map<std::string, MarkMeasurer> measurers;  // a drawing is rendered once for all its marks
+  const std::vector<MeasuringPlace> places = PlacesToMeasure(camera, shapes, reading);
+  std::vector<size_t> fresh;
+  std::map<const MarkShape*, MarkMeasurer> measurers;  // a drawing is rendered once for its marks
   for (size_t i = 0; i < marks.size(); ++i) {
-    const std::string& mark = camera.fiducials[i].mark;
-    if (reading.best.choice[i] >= 0) measurers.try_emplace(mark, shapes.at(mark), pixel_from_mm);
+    if (reading.best.choice[i] < 0) continue;
+    if (const FilmMark* measured = known->Find(places[i])) {
+      marks[i] = *measured;
+      continue;
+    }
+    fresh.push_back(i);
+    measurers.try_emplace(places[i].shape, *places[i].shape, places[i].pixel_from_mm);
   }
-  SideBySide(marks.size(), [&](size_t i) {
-    const int choice = reading.best.choice[i];
-    if (choice < 0) return;
-    const std::string& mark = camera.fiducials[i].mark;
-    const MarkMeasurer& measurer = measurers.at(mark);
-    marks[i].position =
-        measurer.Measure(scan, reading.candidates[i][choice].pixel, reading.polarity, max_shift_px);
-    if (!marks[i].position) return;
-    marks[i].state = MarkState::kUsed;
-    if (MeasuredByLines(shapes.at(mark), wanted))
-      MeasureByLines(scan, *CrossOf(shapes.at(mark)), pixel_from_mm, reading.polarity, max_shift_px,
-                     &marks[i]);
+  SideBySide(fresh.size(), [&](size_t k) {
+    const MeasuringPlace& place = places[fresh[k]];
+    marks[fresh[k]] = MeasureAt(scan, place, measurers.at(place.shape), wanted);
   });
+  for (const size_t i : fresh) known->Add(places[i], marks[i]);
   return WithoutWrongMarks(reading, marks);
 }
 

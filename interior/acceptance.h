@@ -21,11 +21,15 @@ struct FilmMark {
 };
 using FilmMarks = std::vector<FilmMark>;  // in the order of the camera's fiducials
 
+class MeasuredPlaces;
+
 // Measures the assigned marks by least-squares matching with the drawing at the size and turn that
 // the reading found; bare crosses in the picture by their lines instead, unless another locator is
-// `wanted` (cross_position.h); rejects wrong marks.
+// `wanted` (cross_position.h); rejects wrong marks. What is among the scan's `known` places is not
+// measured again, all others join them.
 FilmMarks MeasureMarks(const Raster& scan, const CameraFile& camera, const MarkShapes& shapes,
-                       const FilmReading& reading, std::optional<LocatorKind> wanted);
+                       const FilmReading& reading, std::optional<LocatorKind> wanted,
+                       MeasuredPlaces* known);
 
 // A cross's place by its lines, with the matched one's correlation. Where the two contradict each
 // other beyond their sigmas (chi-square with two degrees of freedom), one of them is wrong and

@@ -14,6 +14,7 @@
 #include "interior/guided_search.h"
 #include "interior/layout.h"
 #include "interior/layout_vote.h"
+#include "interior/measured_places.h"
 #include "interior/reseau.h"
 #include "interior/reseau_result.h"
 
@@ -164,12 +165,13 @@ struct JudgedFilm {
 };
 
 JudgedFilm JudgeReading(const Raster& scan, const CameraFile& camera, const MarkShapes& shapes,
-                        const InteriorOptions& options, const FilmReading& reading) {
+                        const InteriorOptions& options, const FilmReading& reading,
+                        MeasuredPlaces* known) {
   JudgedFilm judged;
   InteriorResult& result = judged.result;
   result.width = scan.Width();
   result.height = scan.Height();
-  judged.marks = MeasureMarks(scan, camera, shapes, reading, options.locator);
+  judged.marks = MeasureMarks(scan, camera, shapes, reading, options.locator, known);
   const bool mirrored = IsMirrored(reading.orientations.front());
   const auto film = FitFilm(UsedMarks(camera, judged.marks), mirrored);
   const Verdict verdict = Judge(reading, judged.marks, film);
@@ -254,7 +256,8 @@ bool IsJudgedAlike(const LayoutDeparture& departure) {
 // calibrated layout is another one there.
 InteriorResult WithOrientationFound(const Raster& scan, const CameraFile& camera,
                                     const MarkShapes& shapes, const InteriorOptions& options,
-                                    FilmReading* reading, const JudgedFilm& judged) {
+                                    FilmReading* reading, const JudgedFilm& judged,
+                                    MeasuredPlaces* known) {
   const OrientationClass open = reading->orientations;
   InteriorResult result = judged.result;
   result.possible_orientations = open;
@@ -264,7 +267,7 @@ InteriorResult WithOrientationFound(const Raster& scan, const CameraFile& camera
   const ScanOrientation chosen = decision.possible.front();
   if (!decision.contradictory && !IsJudgedAlike(DepartureOf(camera.fiducials, open))) {
     *reading = ReadingIn(camera, *reading, chosen, options.scanner);
-    result = JudgeReading(scan, camera, shapes, options, *reading).result;
+    result = JudgeReading(scan, camera, shapes, options, *reading, known).result;
     if (!result.photo_from_pixel) return result;
   } else if (const auto likeliest = InOrientation(result, camera, shapes, chosen)) {
     result = *likeliest;
@@ -282,12 +285,13 @@ InteriorResult OrientFilm(const Raster& scan, const CameraFile& camera, const Ma
   FilmReading reading = reseau ? ReadFilmByAnchors(scan, camera, shapes, options)
                                : ReadFilm(scan, camera, shapes, options,
                                           nats ? SearchRange::kWhole : SearchRange::kNearby);
-  const JudgedFilm judged = JudgeReading(scan, camera, shapes, options, reading);
+  MeasuredPlaces measured;
+  const JudgedFilm judged = JudgeReading(scan, camera, shapes, options, reading, &measured);
   InteriorResult result = judged.result;
   if (result.photo_from_pixel)
     result = options.orientation
                  ? WithOrientationGiven(scan, camera, shapes, options, reading, judged)
-                 : WithOrientationFound(scan, camera, shapes, options, &reading, judged);
+                 : WithOrientationFound(scan, camera, shapes, options, &reading, judged, &measured);
   if (nats)
     *nats = reading.best.nats;
   else  // among cameras, whoever compares them judges it

@@ -249,8 +249,9 @@ MarkTemplate RenderMark(const MarkShape& shape, const Matrix2d& pixel_from_mm,
   result.values = Image(2 * half + 1, 2 * half + 1, kNoData);
   result.centre = Vector2d::Constant(half + 0.5) + options.offset_px;
   const std::vector<bool> part =
-      shape.picture ? std::vector<bool>(result.values.values.size(), true)
-                    : NearStrokes(shape.drawing, mm_from_pixel, half, options.margin_mm);
+      shape.picture || options.whole_square
+          ? std::vector<bool>(result.values.values.size(), true)
+          : NearStrokes(shape.drawing, mm_from_pixel, half, options.margin_mm);
   for (int row = 0; row < result.values.height; ++row)
     for (int col = 0; col < result.values.width; ++col)
       if (part[static_cast<size_t>(row * result.values.width + col)])
@@ -288,6 +289,23 @@ MarkTemplate SmallPicture(const MarkShape& shape, double radius_mm, const Matrix
   return RenderMark(shape, upright * turn.transpose(), {0.7, 3 * radius_mm - MarkRadius(shape), 4});
 }
 
+// The same of a mark whose upright picture it is; by quarters and mirrored the pixels change
+// places.
+MarkTemplate TurnedPicture(const MarkShape& shape, const MarkTemplate& upright, double radius_mm,
+                           const Matrix2d& turn) {
+  const Eigen::Matrix2i quarters = turn.array().round().cast<int>();
+  if (!(turn - quarters.cast<double>()).isZero(1e-9)) return SmallPicture(shape, radius_mm, turn);
+  const int middle = upright.values.width / 2;
+  MarkTemplate turned = upright;
+  for (int row = 0; row < upright.values.height; ++row)
+    for (int col = 0; col < upright.values.width; ++col) {
+      // Rows go down and y up.
+      const Eigen::Vector2i from = quarters * Eigen::Vector2i(col - middle, middle - row);
+      turned.values.At(col, row) = upright.values.At(from.x() + middle, middle - from.y());
+    }
+  return turned;
+}
+
 bool AreAlike(const MarkTemplate& a, const MarkTemplate& b) {
   if (a.values.width != b.values.width) return false;  // pictures of different sizes
   constexpr double kSame = 0.9;
@@ -306,18 +324,35 @@ bool LooksSame(const MarkShape& shape, const MarkShape& turned, const Matrix2d& 
                   SmallPicture(turned, radius, turn));
 }
 
+bool IsSymmetric(const MarkShape& shape, const Matrix2d& turn) {
+  if (shape.picture) return false;
+  const double radius = MarkRadius(shape);
+  const MarkTemplate picture = SmallPicture(shape, radius, Matrix2d::Identity());
+  const Image &upright = picture.values,
+              turned = TurnedPicture(shape, picture, radius, turn).values;
+  constexpr float kRounding = 1e-3f;
+  for (size_t i = 0; i < upright.values.size(); ++i) {
+    const float a = upright.values[i], b = turned.values[i];
+    if (std::isfinite(a) != std::isfinite(b)) return false;
+    if (std::abs(a - b) > kRounding) return false;  // false where both are no data
+  }
+  return true;
+}
+
 bool MarkLikeness::Same(const std::string& mark, const std::string& turned, const Matrix2d& turn) {
   const Key key{mark, turned, {turn(0, 0), turn(0, 1), turn(1, 0), turn(1, 1)}};
   const auto known = known_.find(key);
   if (known != known_.end()) return known->second;
   const MarkShape &shape = shapes_.at(mark), &other = shapes_.at(turned);
   const double radius = std::max(MarkRadius(shape), MarkRadius(other));
-  auto upright = upright_.find({mark, radius});
-  if (upright == upright_.end())
-    upright =
-        upright_.try_emplace({mark, radius}, SmallPicture(shape, radius, Matrix2d::Identity()))
-            .first;
-  const bool same = AreAlike(upright->second, SmallPicture(other, radius, turn));
+  const auto upright = [&](const std::string& name) -> const MarkTemplate& {
+    const auto known_picture = upright_.find({name, radius});
+    if (known_picture != upright_.end()) return known_picture->second;
+    return upright_
+        .try_emplace({name, radius}, SmallPicture(shapes_.at(name), radius, Matrix2d::Identity()))
+        .first->second;
+  };
+  const bool same = AreAlike(upright(mark), TurnedPicture(other, upright(turned), radius, turn));
   known_.emplace(key, same);
   return same;
 }

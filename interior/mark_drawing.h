@@ -68,7 +68,11 @@ bool LooksSame(const MarkShape& shape, const Eigen::Matrix2d& turn);
 // from side to side, and become one another when the film is turned).
 bool LooksSame(const MarkShape& shape, const MarkShape& turned, const Eigen::Matrix2d& turn);
 
-// The same for the marks of one camera by name; every answer is found once.
+// True when nothing tells the mark from what it becomes under `turn`, neither its brightness nor
+// its place; false for pictures.
+bool IsSymmetric(const MarkShape& shape, const Eigen::Matrix2d& turn);
+
+// LooksSame for the marks of one camera by name; every answer is found once.
 class MarkLikeness {
  public:
   explicit MarkLikeness(const MarkShapes& shapes) : shapes_(shapes) {}

@@ -1,0 +1,36 @@
+// Marks of one scan that are measured already: where the film is found to lie otherwise, its marks
+// get other names, but most lie where they were measured before.
+#pragma once
+
+#include <Eigen/Core>
+#include <vector>
+
+#include "interior/acceptance.h"
+#include "interior/mark_drawing.h"
+
+namespace orient {
+
+// All that a measurement depends on.
+struct MeasuringPlace {
+  const MarkShape* shape = nullptr;
+  Eigen::Matrix2d pixel_from_mm;  // of the drawing
+  Eigen::Vector2d start;          // pixels
+  Polarity polarity = Polarity::kPositive;
+};
+
+class MeasuredPlaces {
+ public:
+  // What was measured from there with this drawing, or with one that is turned into itself. Null
+  // where nothing was. `shape` must still live.
+  const FilmMark* Find(const MeasuringPlace& place) const;
+  void Add(const MeasuringPlace& place, const FilmMark& measured);
+
+ private:
+  struct Measured {
+    MeasuringPlace place;
+    FilmMark mark;
+  };
+  std::vector<Measured> measured_;
+};
+
+}  // namespace orient
