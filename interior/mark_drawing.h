@@ -43,6 +43,7 @@ struct RenderOptions {
   // Outlines are not sampled but cross each sample's square smoothly: they lie where they are to
   // 0.003 px in all directions, for strokes at least two samples wide.
   bool smooth_outlines = false;
+  bool whole_square = false;  // farther pixels are kept
 };
 
 struct MarkTemplate {

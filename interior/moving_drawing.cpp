@@ -28,54 +28,51 @@ void ToCoefficients(Eigen::Ref<Eigen::ArrayXXf> lines) {  // one signal a column
   for (Index i = last - 1; i >= 0; --i) lines.col(i) = kPole * (lines.col(i + 1) - lines.col(i));
 }
 
-// Four taps from pixel `first` on (relative to the pixel looked at).
-struct Taps {
-  Index first = 0;
-  std::array<float, 4> value{}, slope{};
-};
-
-// Of the spline at -fraction from a pixel; fraction in [-0.5, 0.5].
-Taps TapsAt(double fraction) {
-  Taps taps;
-  taps.first = fraction > 0 ? -2 : -1;
-  const auto t = static_cast<float>(fraction > 0 ? 1 - fraction : -fraction);
-  const float s = 1 - t;
-  taps.value = {s * s * s / 6, 2.0f / 3 - t * t * (2 - t) / 2, 2.0f / 3 - s * s * (2 - s) / 2,
-                t * t * t / 6};
-  taps.slope = {-s * s / 2, t * (1.5f * t - 2), s * (2 - 1.5f * s), t * t / 2};
-  return taps;
-}
-
 inline Eigen::Map<const Pixels> PixelsAt(const float* first) {
   return Eigen::Map<const Pixels>(first);
 }
 
-// Four taps, each once for every pixel at a time: in registers, where a reference to the taps would
-// be read anew after every store.
+// Taps, each once for every pixel at a time: in registers, where a reference to the taps would be
+// read anew after every store.
+template <int kTaps>
 struct WideTaps {
-  explicit WideTaps(const std::array<float, 4>& w)
-      : a(Pixels::Constant(w[0])),
-        b(Pixels::Constant(w[1])),
-        c(Pixels::Constant(w[2])),
-        d(Pixels::Constant(w[3])) {}
+  explicit WideTaps(const std::array<float, 5>& taps) {
+    for (size_t i = 0; i < kTaps; ++i) tap[i] = Pixels::Constant(taps[i]);
+  }
 
   // Of pixels that lie `stride` apart.
   [[gnu::always_inline]] Pixels Sum(const float* first, Index stride) const {
-    return a * PixelsAt(first) + b * PixelsAt(first + stride) + c * PixelsAt(first + 2 * stride) +
-           d * PixelsAt(first + 3 * stride);
+    Pixels sum = tap[0] * PixelsAt(first);
+    for (int i = 1; i < kTaps; ++i)
+      sum += tap[static_cast<size_t>(i)] * PixelsAt(first + i * stride);
+    return sum;
+  }
+  // Of pixels at several places.
+  [[gnu::always_inline]] Pixels Sum(const std::array<const float*, 5>& from, Index at) const {
+    Pixels sum = tap[0] * PixelsAt(from[0] + at);
+    for (size_t i = 1; i < kTaps; ++i) sum += tap[i] * PixelsAt(from[i] + at);
+    return sum;
   }
 
-  Pixels a, b, c, d;
+  std::array<Pixels, kTaps> tap;
 };
 
-// out[i] for `count` pixels, at least kAtATime of them.
-void AlongRow(const float* from, const std::array<float, 4>& taps, Index count, float* out) {
-  const WideTaps wide(taps);
-  for (Index i = 0; i < count; i += kAtATime) {
-    const Index at = std::min(i, count - kAtATime);  // the last ones, some of them once more
-    Eigen::Map<Pixels>(out + at) = wide.Sum(from + at, 1);
+// Sums of the products of some pixels' values.
+struct Products {
+  Pixels n = Pixels::Zero(), d = n, u = n, v = n, dd = n, du = n, dv = n, uu = n, uv = n, vv = n,
+         s = n, sd = n, su = n, sv = n, ss = n;
+
+  // Of the drawing, its negative slopes and the image, all of them times their weight.
+  [[gnu::always_inline]] void Add(const Pixels& weight, const Pixels& drawn, const Pixels& right,
+                                  const Pixels& below, const Pixels& image) {
+    n += weight, d += drawn, u += right, v += below, s += image;
+    dd += drawn * drawn, du += drawn * right, dv += drawn * below;
+    uu += right * right, uv += right * below, vv += below * below;
+    sd += image * drawn, su += image * right, sv += image * below, ss += image * image;
   }
-}
+};
+
+double Total(const Pixels& pixels) { return static_cast<double>(pixels.sum()); }
 
 }  // namespace
 
@@ -98,6 +95,15 @@ struct MovingDrawing::Sums {
   Eigen::Matrix4d normal = Eigen::Matrix4d::Zero();
   Eigen::Vector4d right = Eigen::Vector4d::Zero();
   double seen_squares = 0;
+
+  void Add(const Products& p) {
+    Eigen::Matrix4d upper;
+    upper << Total(p.n), Total(p.d), Total(p.u), Total(p.v), 0, Total(p.dd), Total(p.du),
+        Total(p.dv), 0, 0, Total(p.uu), Total(p.uv), 0, 0, 0, Total(p.vv);
+    normal += upper;
+    right += Eigen::Vector4d(Total(p.s), Total(p.sd), Total(p.su), Total(p.sv));
+    seen_squares += Total(p.ss);
+  }
 
   double Count() const { return normal(0, 0); }
   double DrawingSpread() const { return normal(1, 1) - normal(0, 1) * normal(0, 1) / Count(); }
@@ -123,80 +129,152 @@ DrawingPart::DrawingPart(const FloatPlane& part)
   }
 }
 
-MovingDrawing::MovingDrawing(const FloatPlane& drawing, std::shared_ptr<const DrawingPart> part)
-    : part_(std::move(part)) {
-  const Index side = part_->inner_ + 2 * kBorder;
-  if (drawing.rows() != side || drawing.cols() != side)
-    throw std::invalid_argument("MovingDrawing: the drawing is not as large as its part");
+SharpDrawing::SharpDrawing(const FloatPlane& drawing, int finer,
+                           std::shared_ptr<const DrawingPart> part)
+    : finer_(finer), part_(std::move(part)) {
+  const Index side = finer * (part_->inner_ + 2 * kBorder);
+  if (finer < 1 || finer > 2 || drawing.rows() != side || drawing.cols() != side)
+    throw std::invalid_argument("SharpDrawing: the drawing is not as large as its part");
   Eigen::ArrayXXf lines = drawing;
   ToCoefficients(lines);
   Eigen::ArrayXXf columns = lines.transpose();
   ToCoefficients(columns);
-  coefficients_ = FloatPlane::Zero(side, side + kAtATime);
-  coefficients_.leftCols(side) = columns.transpose();
+  coefficients_ = columns.transpose();
 }
 
-MovingDrawing::MovingDrawing(FloatPlane coefficients, const MovingDrawing& like)
-    : coefficients_(std::move(coefficients)), part_(like.part_) {}
-
-MovingDrawing MovingDrawing::Blurred(double sigma_px) const {
-  const auto reach = static_cast<Index>(std::ceil(4 * sigma_px));
+MovingDrawing SharpDrawing::Blurred(double sigma_px) const {
+  const double sigma = finer_ * sigma_px;
+  const auto reach = static_cast<Index>(std::ceil(4 * sigma));
   Eigen::ArrayXf weights(2 * reach + 1);
   for (Index i = -reach; i <= reach; ++i)
     weights[i + reach] =
-        static_cast<float>(std::exp(-0.5 * static_cast<double>(i * i) / (sigma_px * sigma_px)));
-  FloatPlane blurred = SeparableSums(coefficients_, weights / weights.sum());
-  blurred.rightCols(kAtATime) = 0;
-  return {std::move(blurred), *this};
+        static_cast<float>(std::exp(-0.5 * static_cast<double>(i * i) / (sigma * sigma)));
+  return {SeparableSums(coefficients_, weights / weights.sum()), finer_, part_};
 }
 
+MovingDrawing::MovingDrawing(const FloatPlane& coefficients, int finer,
+                             std::shared_ptr<const DrawingPart> part)
+    : finer_(finer),
+      width_(coefficients.cols() / finer + kAtATime),
+      planes_(FloatPlane::Zero(coefficients.rows(), finer * width_)),
+      part_(std::move(part)) {
+  for (Index row = 0; row < coefficients.rows(); ++row)
+    for (Index plane = 0; plane < finer; ++plane) {
+      const float* from = &coefficients(row, plane);
+      float* to = &planes_(row, plane * width_);
+      for (Index col = 0; col < width_ - kAtATime; ++col) to[col] = from[finer * col];
+    }
+}
+
+// From pixel `first` of the drawing on (relative to the first one of the image's pixel): `finer` +
+// 3 taps, for the value and its slope in the image's pixels.
+struct MovingDrawing::Taps {
+  Index first = 0;
+  std::array<float, 5> value{}, slope{};
+};
+
+// Of the spline at -fraction from a pixel; fraction in [-0.5, 0.5].
+MovingDrawing::Taps MovingDrawing::TapsAt(double fraction) const {
+  const double shift = finer_ * fraction, whole = std::round(shift), rest = shift - whole;
+  const auto t = static_cast<float>(rest > 0 ? 1 - rest : -rest);
+  const float s = 1 - t;
+  const std::array<float, 4> value = {s * s * s / 6, 2.0f / 3 - t * t * (2 - t) / 2,
+                                      2.0f / 3 - s * s * (2 - s) / 2, t * t * t / 6};
+  const std::array<float, 4> slope = {-s * s / 2, t * (1.5f * t - 2), s * (2 - 1.5f * s),
+                                      t * t / 2};
+  Taps taps;
+  taps.first = (rest > 0 ? -2 : -1) - static_cast<Index>(whole);
+  const auto count = static_cast<size_t>(finer_);
+  for (size_t pixel = 0; pixel < count; ++pixel)
+    for (size_t i = 0; i < 4; ++i) {
+      taps.value[pixel + i] += value[i] / static_cast<float>(finer_);
+      taps.slope[pixel + i] += slope[i];
+    }
+  return taps;
+}
+
+MovingDrawing::Across MovingDrawing::Memory() const {
+  Across across;
+  across.value.resize(planes_.rows(), part_->inner_ + kAtATime - 1);
+  across.slope.resize(planes_.rows(), part_->inner_ + kAtATime - 1);
+  return across;
+}
+
+template <int kTaps>
+Index MovingDrawing::MoveAcross(const Taps& x, const Taps& y, Index row,
+                                std::pair<Index, Index> cols, Across* across) const {
+  const Index first = finer_ * (row + kBorder) + y.first;
+  const WideTaps<kTaps> value(x.value), slope(x.slope);
+  const auto [left, stop] = cols;
+  for (across->ready = std::max(across->ready, first); across->ready < first + kTaps;
+       ++across->ready) {
+    std::array<const float*, 5> from{};
+    for (Index i = 0; i < kTaps; ++i) {
+      const Index col = finer_ * kBorder + x.first + i;
+      from[static_cast<size_t>(i)] = &planes_(across->ready, col % finer_ * width_ + col / finer_);
+    }
+    float* values = &across->value(across->ready, 0);
+    float* slopes = &across->slope(across->ready, 0);
+    for (Index c = left; c < stop; c += kAtATime) {
+      const Index at = std::min(c, stop - kAtATime);  // the last ones, some of them once more
+      Eigen::Map<Pixels>(values + at) = value.Sum(from, at);
+      Eigen::Map<Pixels>(slopes + at) = slope.Sum(from, at);
+    }
+  }
+  return first;
+}
+
+template <int kTaps>
 MovingDrawing::Sums MovingDrawing::SumUp(const SeenPlane& seen, Index col, Index row,
                                          const Vector2d& fraction, Across* across) const {
   const Taps x = TapsAt(fraction.x()), y = TapsAt(fraction.y());
-  const Index cols = part_->inner_ + kAtATime - 1;
-  across->value.resize(coefficients_.rows(), cols);
-  across->slope.resize(coefficients_.rows(), cols);
-  const auto [left, right_end] = part_->cols_;
-  const WideTaps down(y.value), down_slope(y.slope);
+  const WideTaps<kTaps> down(y.value), down_slope(y.slope);
+  const Index cols = across->value.cols();
+  across->ready = 0;
   Sums sums;
-  Index ready = 0;  // rows of `across`
   for (Index r = 0; r < part_->inner_; ++r) {
     const auto [first, stop] = part_->spans_[static_cast<size_t>(r)];
     if (first == stop) continue;
-    const Index from = r + kBorder + y.first;
-    for (ready = std::max(ready, from); ready < from + 4; ++ready) {
-      const float* taken = &coefficients_(ready, left + kBorder + x.first);
-      AlongRow(taken, x.value, right_end - left, &across->value(ready, left));
-      AlongRow(taken, x.slope, right_end - left, &across->slope(ready, left));
-    }
-    Pixels n = Pixels::Zero(), d = n, u = n, v = n, dd = n, du = n, dv = n, uu = n, uv = n, vv = n,
-           s = n, sd = n, su = n, sv = n, ss = n;
-    const float* values = across->value.data() + from * cols;
-    const float* slopes = across->slope.data() + from * cols;
-    const float* weights = part_->weight_.data() + r * part_->weight_.cols();
-    const float* valid = seen.valid.data() + (row + r) * seen.valid.cols() + col;
-    const float* grey = seen.values.data() + (row + r) * seen.values.cols() + col;
+    const Index from = MoveAcross<kTaps>(x, y, r, part_->cols_, across);
+    const float* values = &across->value(from, 0);
+    const float* slopes = &across->slope(from, 0);
+    const float* weights = &part_->weight_(r, 0);
+    const float* valid = &seen.valid(row + r, col);
+    const float* grey = &seen.values(row + r, col);
+    Products products;
     for (Index c = first; c < stop; c += kAtATime) {
       const Pixels weight = PixelsAt(weights + c) * PixelsAt(valid + c);
-      const Pixels drawn = down.Sum(values + c, cols) * weight;
-      const Pixels right = -down.Sum(slopes + c, cols) * weight;
-      const Pixels below = -down_slope.Sum(values + c, cols) * weight;
-      const Pixels image = PixelsAt(grey + c) * weight;
-      n += weight, d += drawn, u += right, v += below, s += image;
-      dd += drawn * drawn, du += drawn * right, dv += drawn * below;
-      uu += right * right, uv += right * below, vv += below * below;
-      sd += image * drawn, su += image * right, sv += image * below, ss += image * image;
+      products.Add(weight, down.Sum(values + c, cols) * weight,
+                   -down.Sum(slopes + c, cols) * weight, -down_slope.Sum(values + c, cols) * weight,
+                   PixelsAt(grey + c) * weight);
     }
-    const auto sum = [](const Pixels& pixels) { return static_cast<double>(pixels.sum()); };
-    Eigen::Matrix4d normal;
-    normal << sum(n), sum(d), sum(u), sum(v), 0, sum(dd), sum(du), sum(dv), 0, 0, sum(uu), sum(uv),
-        0, 0, 0, sum(vv);
-    sums.normal += normal;
-    sums.right += Eigen::Vector4d(sum(s), sum(sd), sum(su), sum(sv));
-    sums.seen_squares += sum(ss);
+    sums.Add(products);
   }
   sums.normal.triangularView<Eigen::StrictlyLower>() = sums.normal.transpose();
   return sums;
+}
+
+template <int kTaps>
+Image MovingDrawing::MovedBy(const Vector2d& fraction) const {
+  const Index inner = part_->inner_;
+  const Taps x = TapsAt(fraction.x()), y = TapsAt(fraction.y());
+  const WideTaps<kTaps> down(y.value);
+  Across across = Memory();
+  const auto side = static_cast<int>(inner + 2 * kBorder);
+  Image moved(side, side, kNoData);
+  Eigen::ArrayXf line =
+      Eigen::ArrayXf::Zero(inner + kAtATime);  // the last pixels reach beyond the row
+  for (Index r = 0; r < inner; ++r) {
+    const Index from = MoveAcross<kTaps>(x, y, r, {0, across.value.cols()}, &across);
+    for (Index c = 0; c < inner; c += kAtATime)
+      line.segment<kAtATime>(c) = down.Sum(&across.value(from, c), across.value.cols());
+    std::copy_n(line.data(), inner, moved.Row(static_cast<int>(r + kBorder)) + kBorder);
+  }
+  return moved;
+}
+
+Image MovingDrawing::Moved(const Vector2d& fraction) const {
+  return finer_ == 1 ? MovedBy<4>(fraction) : MovedBy<5>(fraction);
 }
 
 std::optional<DrawingMatch> MovingDrawing::Match(const SeenPlane& seen, const Vector2d& start,
@@ -204,13 +282,15 @@ std::optional<DrawingMatch> MovingDrawing::Match(const SeenPlane& seen, const Ve
   const Index inner = part_->inner_;
   const double middle = 0.5 * static_cast<double>(inner);
   Vector2d at = start;
-  Across across;
+  Across across = Memory();
   for (int iteration = 0; iteration < kMaxIterations; ++iteration) {
     const Vector2d corner = (at.array() - middle).round();
     const auto col = static_cast<Index>(corner.x()), row = static_cast<Index>(corner.y());
     if (col < 0 || row < 0 || col + inner > seen.width || row + inner > seen.height)
       return std::nullopt;
-    const Sums sums = SumUp(seen, col, row, at - corner - Vector2d::Constant(middle), &across);
+    const Vector2d fraction = at - corner - Vector2d::Constant(middle);
+    const Sums sums = finer_ == 1 ? SumUp<4>(seen, col, row, fraction, &across)
+                                  : SumUp<5>(seen, col, row, fraction, &across);
     if (sums.Count() < std::max(8.0, kMinValid * part_->count_) || !(sums.DrawingSpread() > 0) ||
         !(sums.SeenSpread() > 0))
       return std::nullopt;

@@ -33,6 +33,7 @@ class DrawingPart {
   explicit DrawingPart(const FloatPlane& part);
 
  private:
+  friend class SharpDrawing;
   friend class MovingDrawing;
   Eigen::Index inner_ = 0;  // side without its border of two pixels, which is never used
   std::pair<Eigen::Index, Eigen::Index> cols_;  // first and stop of all rows, read four at a time
@@ -41,33 +42,67 @@ class DrawingPart {
   std::vector<std::pair<Eigen::Index, Eigen::Index>> spans_;  // first and stop of a row's part
 };
 
-class MovingDrawing {
- public:
-  // `drawing`: as large as its part, its centre in the middle, without NaN; to be moved it must be
-  // smooth enough for an interpolating cubic spline.
-  MovingDrawing(const FloatPlane& drawing, std::shared_ptr<const DrawingPart> part);
+class MovingDrawing;
 
-  // The same seen through a Gaussian blur: much less work than blurring the drawing first.
+// A drawing without a scanner's blur.
+class SharpDrawing {
+ public:
+  // `drawing`: `finer` (1 or 2) times as large as its part, its centre in the middle, without NaN.
+  SharpDrawing(const FloatPlane& drawing, int finer, std::shared_ptr<const DrawingPart> part);
+
+  // As it is seen through a Gaussian blur, of `sigma_px` pixels of the image.
   MovingDrawing Blurred(double sigma_px) const;
 
+ private:
+  FloatPlane coefficients_;  // of an interpolating cubic spline
+  int finer_;
+  std::shared_ptr<const DrawingPart> part_;
+};
+
+// A blurred drawing. The image's pixels are means over `finer` of its pixels in each direction: in
+// pixels of half the size it is nearly band-limited, and moves without the errors that a spline
+// makes of sharp edges.
+class MovingDrawing {
+ public:
   // Until a step is shorter than `converged_px`. Empty where it does not converge within
   // `max_shift_px` of `start`, leaves the image, or is flat or singular there.
   std::optional<DrawingMatch> Match(const SeenPlane& seen, const Eigen::Vector2d& start,
                                     double max_shift_px, double converged_px = 1e-3) const;
 
- private:
-  MovingDrawing(FloatPlane coefficients, const MovingDrawing& like);
+  // As the image shows it, as large as its part, moved by half a pixel at most in each direction;
+  // NaN in the border of two pixels.
+  Image Moved(const Eigen::Vector2d& fraction) const;
 
+ private:
+  friend class SharpDrawing;
+  MovingDrawing(const FloatPlane& coefficients, int finer, std::shared_ptr<const DrawingPart> part);
+
+  struct Taps;
   struct Sums;
-  // With the drawing's inner upper-left pixel `fraction` beyond the image's pixel (col, row).
-  // `across` is memory to work in.
+  // The drawing moved along its rows: a row for every one of the coefficients and a column for
+  // every inner pixel, memory to work in.
   struct Across {
     FloatPlane value, slope;
+    Eigen::Index ready = 0;  // rows below it are done
   };
+  Taps TapsAt(double fraction) const;
+  Across Memory() const;
+  // All rows that the inner pixels' row takes from; returns the first of them.
+  template <int kTaps>
+  Eigen::Index MoveAcross(const Taps& x, const Taps& y, Eigen::Index row,
+                          std::pair<Eigen::Index, Eigen::Index> cols, Across* across) const;
+  // With the drawing's inner upper-left pixel `fraction` beyond the image's pixel (col, row).
+  template <int kTaps>
   Sums SumUp(const SeenPlane& seen, Eigen::Index col, Eigen::Index row,
              const Eigen::Vector2d& fraction, Across* across) const;
+  template <int kTaps>
+  Image MovedBy(const Eigen::Vector2d& fraction) const;
 
-  FloatPlane coefficients_;  // of the spline, with some zeros behind every row
+  int finer_;
+  Eigen::Index width_;  // of a plane
+  // Of the spline: the planes of every `finer`-th column beside each other, as neighbouring pixels
+  // take from neighbours there; with some zeros behind every row of a plane.
+  FloatPlane planes_;
   std::shared_ptr<const DrawingPart> part_;
 };
 

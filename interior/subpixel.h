@@ -11,6 +11,8 @@
 
 namespace orient {
 
+class MatchingDrawing;
+
 struct MarkPosition {
   Eigen::Vector2d pixel = Eigen::Vector2d::Zero();
   Eigen::Matrix2d covariance = Eigen::Matrix2d::Zero();  // px^2
@@ -40,9 +42,7 @@ class MarkMeasurer {
                                       Polarity polarity, double max_shift_px) const;
 
  private:
-  struct Drawn;
-  struct Trials;
-  std::unique_ptr<Drawn> drawn_;
+  std::unique_ptr<const MatchingDrawing> drawn_;
 };
 
 // The same for a single mark.
