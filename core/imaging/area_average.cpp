@@ -11,6 +11,10 @@ namespace {
 // Rounding of origin + k * size must not cut a sliver off a pixel.
 constexpr double kSliver = 1e-9;
 
+// Weights of a cell.
+constexpr size_t kAtATime = 4;
+using Few = Eigen::Array<float, kAtATime, 1>;
+
 double Snap(double value) {
   const double nearest = std::round(value);
   return std::abs(value - nearest) < kSliver * std::max(1.0, std::abs(value)) ? nearest : value;
@@ -78,15 +82,24 @@ AreaAverager::AreaAverager(std::vector<CellWeights> cols, std::vector<CellWeight
     col_shares_.push_back(ShareInside(cell));
     if (!cell.weights.empty())
       width_ = std::max(width_, cell.first + static_cast<int>(cell.weights.size()) - first_col_);
+    most_weights_ = std::max(most_weights_, cell.weights.size());
   }
+  most_weights_ = (most_weights_ + kAtATime - 1) / kAtATime * kAtATime;
+  weights_.assign(cols_.size() * most_weights_, 0.0f);
+  for (size_t c = 0; c < cols_.size(); ++c)
+    std::transform(cols_[c].weights.begin(), cols_[c].weights.end(),
+                   weights_.begin() + static_cast<std::ptrdiff_t>(c * most_weights_),
+                   [](double weight) { return static_cast<float>(weight); });
 }
 
 void AreaAverager::AddRow(int row, const float* values) {
   const Eigen::Map<const Eigen::ArrayXf> line(values, width_);
   const bool gaps = std::isnan(line.sum());
+  // Zeros, as the last cells' lists of weights may reach beyond the line.
+  const auto behind = static_cast<Eigen::Index>(most_weights_);
   for (; next_row_ < rows_.size() && rows_[next_row_].first <= row; ++next_row_)
     if (!rows_[next_row_].weights.empty())
-      open_.push_back({next_row_, Eigen::ArrayXf::Zero(width_), {}, 0});
+      open_.push_back({next_row_, Eigen::ArrayXf::Zero(width_ + behind), {}, 0});
   for (OpenRow& open : open_) {
     const CellWeights& cell = rows_[open.row];
     Add(cell.weights[static_cast<size_t>(row - cell.first)], line, gaps, &open);
@@ -106,7 +119,7 @@ void AreaAverager::Add(double weight, const Eigen::Map<const Eigen::ArrayXf>& va
   open->weight += weight;
   const auto part = static_cast<float>(weight);
   if (!gaps) {
-    open->sum += part * values;
+    open->sum.head(values.size()) += part * values;
     if (open->share.size() > 0) open->share += weight;
     return;
   }
@@ -122,9 +135,11 @@ void AreaAverager::Close(const OpenRow& open) {
   double* share = share_.data() + open.row * cols_.size();
   for (size_t c = 0; c < cols_.size(); ++c) {
     const float* value = open.sum.data() + (cols_[c].first - first_col_);
-    double total = 0;
-    for (const double weight : cols_[c].weights) total += weight * static_cast<double>(*value++);
-    sum[c] = total;
+    const float* weights = weights_.data() + c * most_weights_;
+    Few total = Few::Zero();
+    for (size_t i = 0; i < most_weights_; i += kAtATime)
+      total += Eigen::Map<const Few>(weights + i) * Eigen::Map<const Few>(value + i);
+    sum[c] = static_cast<double>(total.sum());
     share[c] = open.weight * col_shares_[c];
   }
   if (open.share.size() == 0) return;

@@ -49,7 +49,10 @@ class AreaAverager {
 
   std::vector<CellWeights> cols_, rows_;
   int first_col_, width_;
-  std::vector<double> col_shares_;   // of each column of cells: what lies inside the source
+  std::vector<double> col_shares_;  // of each column of cells: what lies inside the source
+  // Of all columns of cells, zeros behind those that have fewer than the most.
+  std::vector<float> weights_;
+  size_t most_weights_ = 0;
   std::vector<double> sum_, share_;  // of the result's cells
   std::vector<OpenRow> open_;
   size_t next_row_ = 0;  // the first one not opened yet
