@@ -1,5 +1,6 @@
 #include "core/imaging/raster.h"
 
+#include <cpl_conv.h>
 #include <cpl_vsi.h>
 #include <gdal_priv.h>
 
@@ -38,6 +39,8 @@ Raster::~Raster() = default;
 Raster Raster::Open(const std::string& path) {
   RegisterGdalDrivers();
   const GdalQuiet quiet;
+  // Of uncompressed rows only the window's part is read; by default it would be all of every row.
+  const CPLConfigOptionSetter direct("GTIFF_DIRECT_IO", "YES", true);
   GDALDatasetUniquePtr dataset(
       GDALDataset::Open(path.c_str(), GDAL_OF_RASTER | GDAL_OF_READONLY | GDAL_OF_VERBOSE_ERROR));
   if (dataset == nullptr) {

@@ -60,6 +60,33 @@ TEST_F(RasterTest, StripedRampReadsExactly) {
   ExpectRamp(raster.ReadGrey({10, 20, 30, 7}), 30 * 7, kFloatRounding);
 }
 
+// Their rows are read past GDAL's blocks.
+TEST_F(RasterTest, UncompressedRowsOfAllKinds) {
+  RasterRecipe recipe = RampRecipe();
+  recipe.type = GDT_UInt16;
+  // Nothing is written of rows that are zero, where the file may be sparse.
+  recipe.value = [](int band, double x, double y) {
+    return y < 20 || y > 40 ? 0 : 300 * band + std::floor(3 * x + 2 * y);
+  };
+  int file = 0;
+  for (const int bands : {1, 3})
+    for (const char* option : {"SPARSE_OK=FALSE", "SPARSE_OK=TRUE", "ENDIANNESS=BIG",
+                               "BLOCKYSIZE=7", "INTERLEAVE=BAND", "TILED=YES"}) {
+      recipe.bands = bands;
+      recipe.options = {option};
+      const std::string name = std::to_string(file++) + ".tif";
+      const ImageWindow window = Raster::Open(Write(name, recipe)).ReadGrey({30, 10, 40, 40});
+      for (int r = 0; r < 40; ++r)
+        for (int c = 0; c < 40; ++c) {
+          const double x = c + 30.5, y = r + 10.5;
+          const auto in = [&](int band) { return recipe.value(band, x, y); };
+          const double grey = bands == 1 ? in(1) : 0.299 * in(1) + 0.587 * in(2) + 0.114 * in(3);
+          ASSERT_NEAR(window.image.At(c, r), grey, kFloatRounding)
+              << option << " " << c << " " << r;
+        }
+    }
+}
+
 TEST_F(RasterTest, ReductionsKeepTheRampInTheCornerConvention) {
   RasterRecipe tiled = RampRecipe();
   tiled.options = {"TILED=YES", "BLOCKXSIZE=16", "BLOCKYSIZE=16", "COMPRESS=LZW"};
