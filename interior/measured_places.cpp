@@ -12,15 +12,19 @@ using Eigen::Matrix2d;
 // pixel, on both sides alike.
 constexpr double kSameLinear = 5e-4;
 
-// Is the drawing seen by one transform what it is by the other?
-bool SameDrawing(const MarkShape& shape, const Matrix2d& a, const Matrix2d& b) {
+}  // namespace
+
+bool MeasuredPlaces::SameDrawing(const MarkShape& shape, const Matrix2d& a,
+                                 const Matrix2d& b) const {
   const Matrix2d between = a.inverse() * b;
   const Matrix2d turn = between.array().round();
   if (!((between - turn).norm() < kSameLinear)) return false;
-  return turn.isIdentity() || IsSymmetric(shape, turn);
+  if (turn.isIdentity()) return true;
+  const auto [at, fresh] =
+      symmetric_.try_emplace({&shape, {turn(0, 0), turn(0, 1), turn(1, 0), turn(1, 1)}});
+  if (fresh) at->second = IsSymmetric(shape, turn);
+  return at->second;
 }
-
-}  // namespace
 
 const FilmMark* MeasuredPlaces::Find(const MeasuringPlace& place) const {
   for (const auto& [known, mark] : measured_)

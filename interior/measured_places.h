@@ -3,6 +3,9 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <array>
+#include <map>
+#include <utility>
 #include <vector>
 
 #include "interior/acceptance.h"
@@ -30,7 +33,14 @@ class MeasuredPlaces {
     MeasuringPlace place;
     FilmMark mark;
   };
+  // Is the drawing by one transform what it is by the other?
+  bool SameDrawing(const MarkShape& shape, const Eigen::Matrix2d& a,
+                   const Eigen::Matrix2d& b) const;
+
   std::vector<Measured> measured_;
+  // Whether a drawing is turned into itself, found out once; by the turn's numbers.
+  using Turned = std::pair<const MarkShape*, std::array<double, 4>>;
+  mutable std::map<Turned, bool> symmetric_;
 };
 
 }  // namespace orient
