@@ -163,16 +163,15 @@ MatchingDrawing::MatchingDrawing(const MarkShape& shape, const Matrix2d& pixel_f
 
 FloatPlane MatchingDrawing::PartOf(const MarkShape& shape, const Matrix2d& pixel_from_mm,
                                    double margin_mm, const FloatPlane& drawn) const {
-  const Index side = drawn.rows();
+  const Index side = drawn.rows(), middle = side / 2;
   const Matrix2d mm_from_pixel = pixel_from_mm.inverse();
   std::vector<bool> near;
   if (!shape.picture)
-    near = NearStrokes(shape.drawing, mm_from_pixel, static_cast<int>(side / 2), margin_mm);
+    near = NearStrokes(shape.drawing, mm_from_pixel, static_cast<int>(middle), margin_mm);
   FloatPlane part = FloatPlane::Zero(side, side);
   for (Index row = 0; row < side; ++row)
     for (Index col = 0; col < side; ++col) {
-      const Vector2d offset =
-          Vector2d(static_cast<double>(col - side / 2), static_cast<double>(row - side / 2));
+      const Vector2d offset(static_cast<double>(col - middle), static_cast<double>(row - middle));
       const bool used = shape.picture ? (mm_from_pixel * offset).norm() <= MarkRadius(shape)
                                       : near[static_cast<size_t>(row * side + col)];
       if (used && std::isfinite(drawn(row, col))) part(row, col) = 1;
