@@ -113,7 +113,7 @@ TEST_F(CheckTest, LookingChangesNothing) {
 TEST_F(CheckTest, CompactGivesSpaceBackAndKeepsEverything) {
   PatchDatabase database = PatchDatabase::Open(path_, Mode::kWrite);
   PatchSource source = MadeUpSource("many.tif");
-  std::vector<Patch> many = MadeUpPatches(20, 20, 10, 600000);
+  std::vector<Patch> many = MadeUpPatches(40, 40, 10, 600000);
   database.AddSource(source, many);
   std::vector<std::int64_t> ids;
   for (const Patch& patch : many) ids.push_back(patch.id);
