@@ -99,7 +99,8 @@ Measured TimeOrienting(const std::string& path, const CameraFile& camera) {
   return time;
 }
 
-// Runs this program anew with a verb of its own, so that neither memory nor caches are inherited.
+// Runs this program anew with a verb of its own, so that caches are not inherited. A child's peak
+// of memory counts from its parent's: this process itself must stay small.
 Measured InOwnProcess(const char* program, const std::vector<std::string>& arguments) {
   int ends[2];
   if (pipe(ends) != 0) throw std::runtime_error("pipe");
@@ -153,21 +154,19 @@ void Copy(const std::string& from, const std::string& to, const char* const* set
   if (!copy) throw InputError(to + ": cannot be written");
 }
 
-std::vector<std::string> WriteScans(const std::string& scan, const fs::path& folder) {
+constexpr const char* kForms[] = {"tiled_jpeg.tif", "tiled_lzw.tif", "striped_uncompressed.tif"};
+
+void WriteScans(const std::string& scan, const fs::path& folder) {
   const char* const jpeg[] = {"TILED=YES", "COMPRESS=JPEG", "JPEG_QUALITY=90", nullptr};
   const char* const lzw[] = {"TILED=YES", "COMPRESS=LZW", nullptr};
   const char* const plain[] = {nullptr};
-  const std::pair<const char*, const char* const*> forms[] = {
-      {"tiled_jpeg.tif", jpeg}, {"tiled_lzw.tif", lzw}, {"striped_uncompressed.tif", plain}};
-  std::vector<std::string> paths;
-  for (const auto& [name, settings] : forms) {
-    paths.push_back((folder / name).string());
-    if (!fs::exists(paths.back())) Copy(scan, paths.back(), settings);
-  }
-  return paths;
+  const char* const* const settings[] = {jpeg, lzw, plain};
+  for (std::size_t i = 0; i < std::size(kForms); ++i)
+    if (const fs::path path = folder / kForms[i]; !fs::exists(path))
+      Copy(scan, path.string(), settings[i]);
 }
 
-std::string SimulateFilm(const fs::path& folder) {
+void SimulateFilm(const fs::path& folder) {
   SimulationOptions film;
   film.photos = 1;
   film.camera = CameraPreset::kRc30;
@@ -177,8 +176,7 @@ std::string SimulateFilm(const fs::path& folder) {
   film.dem_cell_m = 50;
   film.objects = false;
   film.old_gsd_ratio = 5;
-  const SimulationSummary made = Simulate(film, folder.string());
-  return made.photos.front();
+  Simulate(film, folder.string());
 }
 
 void Compare(const char* program, const fs::path& folder, std::string scan, std::string camera) {
@@ -187,13 +185,15 @@ void Compare(const char* program, const fs::path& folder, std::string scan, std:
     const fs::path block = folder / "simulated";
     camera = (block / "camera.toml").string();
     scan = (block / "scans" / "new_1_1.tif").string();
-    if (!fs::exists(block / "truth.json")) scan = SimulateFilm(block);
+    if (!fs::exists(block / "truth.json")) InOwnProcess(program, {"--simulate", block.string()});
   }
   std::printf("%-26s %29s %29s %8s\n", "", "one core, processor ms", "all cores, elapsed ms",
               "peak");
   std::printf("%-26s %10s %10s %7s %10s %10s %7s %8s\n", "scan", "reading", "orienting", "ratio",
               "reading", "orienting", "ratio", "MB");
-  for (const std::string& path : WriteScans(scan, folder)) {
+  InOwnProcess(program, {"--write-forms-of", scan, folder.string()});
+  for (const char* form : kForms) {
+    const std::string path = (folder / form).string();
     std::vector<Measured> reading, one, all;
     for (int i = 0; i < kRepeats; ++i) {
       reading.push_back(InOwnProcess(program, {"--read", path, camera}));
@@ -201,14 +201,22 @@ void Compare(const char* program, const fs::path& folder, std::string scan, std:
       all.push_back(InOwnProcess(program, {"--orient", path, camera}));
     }
     const Measured read = Median(reading), single = Median(one), every = Median(all);
-    std::printf("%-26s %10.1f %10.1f %7.2f %10.1f %10.1f %7.2f %8.0f\n",
-                fs::path(path).filename().c_str(), read.processor, single.processor,
-                single.processor / read.processor, read.milliseconds, every.milliseconds,
-                every.milliseconds / read.milliseconds, std::max(single.peak_mb, every.peak_mb));
+    std::printf("%-26s %10.1f %10.1f %7.2f %10.1f %10.1f %7.2f %8.0f\n", form, read.processor,
+                single.processor, single.processor / read.processor, read.milliseconds,
+                every.milliseconds, every.milliseconds / read.milliseconds,
+                std::max(single.peak_mb, every.peak_mb));
   }
 }
 
 int Run(const char* program, const std::vector<std::string>& words) {
+  if (words.size() == 2 && words[0] == "--simulate") {
+    SimulateFilm(words[1]);
+    return 0;
+  }
+  if (words.size() == 3 && words[0] == "--write-forms-of") {
+    WriteScans(words[1], words[2]);
+    return 0;
+  }
   if (words.size() == 3 && words[0].starts_with("--")) {
     const CameraFile camera = ReadCameraFile(words[2]);
     std::optional<tbb::global_control> limit;
