@@ -1,0 +1,390 @@
+#include "exterior/block_adjustment.h"
+
+#include <algorithm>
+#include <chrono>
+#include <cmath>
+#include <limits>
+#include <stdexcept>
+
+#include "core/geometry/intersection.h"
+#include "core/median.h"
+#include "exterior/block_calibration.h"
+#include "exterior/block_judgement.h"
+#include "exterior/block_normals.h"
+#include "exterior/block_outcome.h"
+#include "exterior/block_parts.h"
+#include "exterior/block_solver.h"
+#include "exterior/block_system.h"
+
+namespace orient {
+namespace {
+
+constexpr double kCauchyScale = 2;
+// Photos that move this much of the most moved one in a direction that nothing fixes.
+constexpr double kMovesAlong = 0.05;
+// Medians of chi-square with 1 and 2 degrees of freedom.
+constexpr std::array<double, 3> kMedianChi2 = {1, 0.4549, 1.3863};
+constexpr std::size_t kLeastForMedian = 8;
+// Variance factors that change less than this are left alone.
+constexpr double kSettled = 0.02;
+// Stated variances are believed within these factors.
+constexpr double kLeastFactor = 1e-4, kMostFactor = 1e4;
+
+class Stopwatch {
+ public:
+  explicit Stopwatch(double* seconds) : seconds_(seconds) {}
+  ~Stopwatch() {
+    *seconds_ += std::chrono::duration<double>(std::chrono::steady_clock::now() - begin_).count();
+  }
+  Stopwatch(const Stopwatch&) = delete;
+  Stopwatch& operator=(const Stopwatch&) = delete;
+
+ private:
+  double* seconds_;
+  std::chrono::steady_clock::time_point begin_ = std::chrono::steady_clock::now();
+};
+
+class Adjustment {
+ public:
+  Adjustment(const BlockToAdjust& block, const BlockOptions& options, BlockResult* result);
+  void Run();
+
+ private:
+  void FindFirstPoints();
+  void RobustStart();
+  void Rounds();
+  bool Determine(double cauchy_scale);
+  bool DismissWithoutDatum();
+  bool DismissUndetermined();
+  void Dismiss(std::size_t photo, PhotoState state);
+  void FactorsFromResiduals();
+  void FactorsFromMedians(const BlockTests& tests);
+  bool FactorsFromSums(const BlockTests& tests);
+  void Solve(BlockLoss loss, double tolerance, int iterations);
+  BlockTests Test();
+  void Finish();
+  void Say();
+
+  BlockResult* result_;
+  BlockSystem system_;
+  BlockJudgement judgement_;
+  std::unique_ptr<BlockSolver> solver_;
+  std::unique_ptr<BlockNormals> normals_;
+  BlockTests tests_;
+};
+
+Adjustment::Adjustment(const BlockToAdjust& block, const BlockOptions& options, BlockResult* result)
+    : result_(result), system_(block, options), judgement_(&system_) {
+  result->photos.resize(block.photos.size());
+  result->points.resize(block.points.size());
+  result->observations.resize(block.observations.size());
+  for (LensUnknowns& lens : system_.lens) lens.active.fill(false);
+  FindFirstPoints();
+  solver_ = std::make_unique<BlockSolver>(&system_);
+}
+
+void Adjustment::FindFirstPoints() {
+  for (std::size_t i = 0; i < system_.points.size(); ++i) {
+    const BlockPoint& point = system_.block.points[i];
+    if (point.control || point.approximate_m) continue;
+    std::vector<Ray> rays;
+    for (const std::size_t row : system_.image_rows_of_point[i]) {
+      bool valid = false;
+      const Ray ray = system_.LocalRay(row, &valid);
+      if (valid) rays.push_back(ray);
+    }
+    if (const auto place = IntersectRays(rays))
+      system_.SetStart(i, *place);
+    else
+      judgement_.GiveUp(i);
+  }
+}
+
+void Adjustment::Dismiss(std::size_t photo, PhotoState state) {
+  judgement_.Dismiss(photo);
+  result_->photos[photo].state = state;
+}
+
+bool Adjustment::DismissWithoutDatum() {
+  bool any = false;
+  std::vector<int> seen(system_.block.photos.size(), 0);
+  for (std::size_t i = 0; i < system_.block.observations.size(); ++i)
+    if (system_.IsActive(i)) ++seen[system_.block.observations[i].photo];
+  for (std::size_t i = 0; i < seen.size(); ++i)
+    if (judgement_.takes_part()[i] && seen[i] == 0) {
+      Dismiss(i, PhotoState::kUndetermined);
+      any = true;
+    }
+  for (const BlockPart& part : FindParts(system_, judgement_.takes_part())) {
+    if (part.has_datum) continue;
+    for (const std::size_t photo : part.photos)
+      if (judgement_.takes_part()[photo]) {
+        Dismiss(photo, PhotoState::kNoDatum);
+        any = true;
+      }
+  }
+  return any;
+}
+
+// Photos that move in a direction that the equations do not notice.
+bool Adjustment::DismissUndetermined() {
+  const BlockCholesky& cholesky = normals_->cholesky();
+  std::vector<bool> moves(system_.block.photos.size(), false);
+  for (std::size_t i = 0; i < cholesky.Open().size(); ++i) {
+    const Eigen::VectorXd direction = cholesky.OpenDirection(i);
+    Eigen::VectorXd moved(static_cast<Eigen::Index>(moves.size()));
+    for (std::size_t k = 0; k < moves.size(); ++k)
+      moved[static_cast<Eigen::Index>(k)] =
+          direction.segment<6>(6 * static_cast<Eigen::Index>(system_.pose_group[k])).norm();
+    for (std::size_t k = 0; k < moves.size(); ++k)
+      if (moved[static_cast<Eigen::Index>(k)] > kMovesAlong * moved.maxCoeff()) moves[k] = true;
+  }
+  bool any = false;
+  for (std::size_t k = 0; k < moves.size(); ++k)
+    if (moves[k] && judgement_.takes_part()[k]) {
+      Dismiss(k, PhotoState::kUndetermined);
+      any = true;
+    }
+  return any;
+}
+
+// Leaves regular equations in normals_; false where nothing is left to adjust.
+bool Adjustment::Determine(double cauchy_scale) {
+  for (;;) {
+    judgement_.Screen();
+    if (DismissWithoutDatum()) continue;
+    const auto& takes_part = judgement_.takes_part();
+    if (std::none_of(takes_part.begin(), takes_part.end(), [](bool takes) { return takes; }))
+      return false;
+    normals_ = std::make_unique<BlockNormals>(system_, cauchy_scale);
+    for (const std::size_t point : normals_->weak_points()) judgement_.GiveUp(point);
+    if (!normals_->weak_points().empty()) continue;
+    if (normals_->cholesky().Open().empty()) return true;
+    if (!DismissUndetermined()) throw std::logic_error("equations open without an open photo");
+  }
+}
+
+void Adjustment::Solve(BlockLoss loss, double tolerance, int iterations) {
+  const Stopwatch watch(&result_->timings.solve);
+  BlockSolve how;
+  how.loss = loss;
+  how.loss_scale = kCauchyScale;
+  how.tolerance = tolerance;
+  how.max_iterations = iterations;
+  result_->converged = solver_->Solve(how, &result_->timings);
+}
+
+BlockTests Adjustment::Test() {
+  const Stopwatch watch(&result_->timings.snooping);
+  return normals_->Test();
+}
+
+// Before anything is known of redundancies: each ray of a tie has its share of 2 n - 3.
+void Adjustment::FactorsFromResiduals() {
+  if (!system_.options.variance_components) return;
+  for (const RowKind kind : {RowKind::kTieImage, RowKind::kControlImage}) {
+    std::vector<double> chi2;
+    for (std::size_t i = 0; i < system_.block.observations.size(); ++i) {
+      const BlockRows& row = system_.rows[i];
+      if (!row.active || row.kind != kind) continue;
+      const double share = kind == RowKind::kTieImage
+                               ? 1 - 1.5 / system_.Rays(static_cast<std::size_t>(row.point))
+                               : 1;
+      chi2.push_back(system_.Linearise(row).residual.squaredNorm() / share / kMedianChi2[2]);
+    }
+    if (chi2.size() < kLeastForMedian) continue;
+    system_.SetFactor(kind, std::clamp(system_.Factor(kind) * UpperMedian(std::move(chi2)),
+                                       kLeastFactor, kMostFactor));
+  }
+}
+
+// Half of the observations may be gross errors.
+void Adjustment::FactorsFromMedians(const BlockTests& tests) {
+  if (!system_.options.variance_components) return;
+  for (const RowKind kind : {RowKind::kTieImage, RowKind::kControlImage}) {
+    std::vector<double> chi2;
+    for (std::size_t i = 0; i < system_.block.observations.size(); ++i)
+      if (system_.IsActive(i) && system_.rows[i].kind == kind && tests.of_row[i].dof > 0)
+        chi2.push_back(tests.of_row[i].t /
+                       kMedianChi2.at(static_cast<std::size_t>(tests.of_row[i].dof)));
+    if (chi2.size() < kLeastForMedian) continue;
+    system_.SetFactor(kind, std::clamp(system_.Factor(kind) * UpperMedian(std::move(chi2)),
+                                       kLeastFactor, kMostFactor));
+  }
+}
+
+// v'Pv over the redundancy, group by group. True where a factor changed.
+bool Adjustment::FactorsFromSums(const BlockTests& tests) {
+  if (!system_.options.variance_components) return false;
+  const auto sums = SumsOf(system_, tests);
+  bool changed = false;
+  for (std::size_t k = 0; k < kVarianceGroups; ++k) {
+    if (sums.at(k).redundancy < kLeastGroupRedundancy) continue;
+    const auto kind = static_cast<RowKind>(k);
+    double factor = std::clamp(system_.Factor(kind) * sums.at(k).square / sums.at(k).redundancy,
+                               kLeastFactor, kMostFactor);
+    // Approximations that happen to be good are no better known for it.
+    if (kind == RowKind::kPosePrior) factor = std::max(factor, 1.0);
+    changed = changed || std::abs(factor / system_.Factor(kind) - 1) > kSettled;
+    system_.SetFactor(kind, factor);
+  }
+  return changed;
+}
+
+void Adjustment::RobustStart() {
+  Solve(BlockLoss::kHuber, 1e-4, 30);
+  FactorsFromResiduals();
+  StartCalibration(&system_);
+  Solve(BlockLoss::kCauchy, 1e-5, 30);
+  const double before = system_.Factor(RowKind::kTieImage);
+  FactorsFromResiduals();
+  if (std::abs(system_.Factor(RowKind::kTieImage) / before - 1) > 0.2)
+    Solve(BlockLoss::kCauchy, 1e-5, 20);
+  if (!system_.options.snooping || !Determine(kCauchyScale)) return;
+  tests_ = Test();
+  FactorsFromMedians(tests_);
+  judgement_.Apply(tests_);
+}
+
+void Adjustment::Rounds() {
+  for (int round = 0; round < system_.options.max_rounds; ++round) {
+    if (!Determine(0)) return;
+    Solve(BlockLoss::kNone, 1e-9, 50);
+    if (!Determine(0)) return;
+    tests_ = Test();
+    const int changes = system_.options.snooping ? judgement_.Apply(tests_) : 0;
+    if (changes > 0) {
+      FactorsFromMedians(tests_);
+      continue;
+    }
+    if (FactorsFromSums(tests_)) continue;
+    if (system_.options.self_calibration &&
+        TestCalibration(*normals_, &system_, &result_->calibration))
+      continue;
+    return;
+  }
+  result_->messages.emplace_back("The adjustment did not come to rest.");
+}
+
+void Adjustment::Say() {
+  for (const BlockPart& part : result_->parts)
+    if (!part.message.empty()) result_->messages.push_back(part.message);
+  std::vector<std::size_t> undetermined;
+  for (std::size_t i = 0; i < result_->photos.size(); ++i)
+    if (result_->photos[i].state == PhotoState::kUndetermined) undetermined.push_back(i);
+  if (!undetermined.empty())
+    result_->messages.push_back(
+        "Too few or too badly placed observations: " + NamesOf(system_.block, undetermined) + ".");
+}
+
+void Adjustment::Finish() {
+  const Stopwatch watch(&result_->timings.covariance);
+  result_->parts = FindParts(system_, judgement_.takes_part());
+  result_->cameras = CalibratedCameras(system_);
+  if (normals_ && !tests_.of_row.empty()) {
+    FillOutcome(system_, judgement_, *normals_, tests_, result_);
+    FillChecks(system_, *normals_, result_);
+  } else {
+    for (std::size_t i = 0; i < result_->photos.size(); ++i)
+      result_->photos[i].pose = system_.block.photos[i].approximate;
+    for (std::size_t i = 0; i < result_->observations.size(); ++i)
+      result_->observations[i].state = judgement_.states()[i];
+  }
+  Say();
+}
+
+void Adjustment::Run() {
+  if (Determine(0)) {
+    if (system_.options.robust_start)
+      RobustStart();
+    else
+      StartCalibration(&system_);
+    Rounds();
+  }
+  const auto& takes_part = judgement_.takes_part();
+  if (std::none_of(takes_part.begin(), takes_part.end(), [](bool takes) { return takes; })) {
+    tests_ = {};
+    result_->converged = false;
+  }
+  Finish();
+}
+
+}  // namespace
+
+std::optional<std::string> BlockOptions::Check() const {
+  if (!(significance > 0 && significance < 0.5)) return "significance must lie between 0 and 0.5";
+  if (!(calibration_t > 0)) return "calibration_t must be positive";
+  if (!(gnss_shift_sigma_m > 0) || !(gnss_drift_sigma_m > 0))
+    return "gnss_shift_sigma_m and gnss_drift_sigma_m must be positive";
+  if (!(height_correlation_m > 0)) return "height_correlation_m must be positive";
+  if (!(min_ray_angle_deg >= 0)) return "min_ray_angle_deg must not be negative";
+  if (max_rounds < 1 || threads < 1) return "max_rounds and threads must be at least 1";
+  return std::nullopt;
+}
+
+const char* Name(ObservationState state) {
+  switch (state) {
+    case ObservationState::kUsed:
+      return "used";
+    case ObservationState::kRejected:
+      return "rejected";
+    case ObservationState::kHeldOut:
+      return "held out";
+    case ObservationState::kAlone:
+      return "alone";
+    case ObservationState::kWeakAngle:
+      return "weak angle";
+    case ObservationState::kUnusable:
+      break;
+  }
+  return "unusable";
+}
+
+const char* Name(PhotoState state) {
+  switch (state) {
+    case PhotoState::kAdjusted:
+      return "adjusted";
+    case PhotoState::kNoDatum:
+      return "no datum";
+    case PhotoState::kUndetermined:
+      break;
+  }
+  return "undetermined";
+}
+
+const char* Name(CalibrationState state) {
+  switch (state) {
+    case CalibrationState::kEstimated:
+      return "estimated";
+    case CalibrationState::kInsignificant:
+      return "insignificant";
+    case CalibrationState::kNotDetermined:
+      break;
+  }
+  return "not determined";
+}
+
+PhotoView AdjustedView(const BlockToAdjust& block, const BlockResult& result, std::size_t photo) {
+  const BlockPhoto& of = block.photos.at(photo);
+  const AdjustedPhoto& adjusted = result.photos.at(photo);
+  PhotoView view{result.cameras.at(of.camera), of.photo_from_pixel, adjusted.pose,
+                 of.film_correction};
+  const Vector6d& film = adjusted.interior_correction;
+  view.photo_from_pixel.A += (Eigen::Matrix2d() << film[0], film[1], film[2], film[3]).finished();
+  view.photo_from_pixel.t += film.tail<2>();
+  return view;
+}
+
+BlockResult AdjustBlock(const BlockToAdjust& block, const BlockOptions& options) {
+  if (const auto wrong = options.Check()) throw std::invalid_argument(*wrong);
+  BlockResult result;
+  std::unique_ptr<Adjustment> adjustment;
+  {
+    const Stopwatch watch(&result.timings.setup);
+    adjustment = std::make_unique<Adjustment>(block, options, &result);
+  }
+  adjustment->Run();
+  return result;
+}
+
+}  // namespace orient

@@ -1,0 +1,22 @@
+// Self-calibration's significance tests. Private to exterior.
+#pragma once
+
+#include <vector>
+
+#include "exterior/block_normals.h"
+
+namespace orient {
+
+// All lens parameters of all cameras are unknowns from here on.
+void StartCalibration(BlockSystem* system);
+
+// Takes out what the block does not determine and then, one by one, what is not significant: each
+// leaves the others where they would be without it (the linear adjustment's exact answer). True
+// where anything went; `parameters` has all of them with their values and tests.
+bool TestCalibration(const BlockNormals& normals, BlockSystem* system,
+                     std::vector<CalibrationParameter>* parameters);
+
+// The cameras with what was estimated.
+std::vector<Camera> CalibratedCameras(const BlockSystem& system);
+
+}  // namespace orient

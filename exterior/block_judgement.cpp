@@ -1,0 +1,253 @@
+#include "exterior/block_judgement.h"
+
+#include <Eigen/Dense>
+#include <algorithm>
+#include <cmath>
+
+#include "core/geometry/intersection.h"
+
+namespace orient {
+namespace {
+
+// A gross error leans on the residuals around it. Of a photo's suspects only those at least this
+// much of its worst one (in chi-square) go in the same round.
+constexpr double kNearlyAsBad = 0.1;
+// Rays of a tie whose tests come out this much alike: which one is wrong cannot be told.
+constexpr double kNotTold = 0.8;
+// What comes back must fit this much better than what goes, lest it go again.
+constexpr double kFitsAgain = 0.8;
+
+}  // namespace
+
+struct BlockJudgement::Suspect {
+  std::size_t point = 0;
+  double score = 0;     // test over limit
+  std::size_t row = 0;  // image row, unless it is the control
+  bool control = false;
+  bool not_told = false;  // another ray of the tie is nearly as bad
+};
+
+BlockJudgement::BlockJudgement(BlockSystem* system) : system_(system) {
+  const BlockToAdjust& block = system->block;
+  takes_part_.assign(block.photos.size(), true);
+  given_up_.assign(block.points.size(), false);
+  control_rejected_.assign(block.points.size(), false);
+  control_put_back_.assign(block.points.size(), false);
+  put_back_.assign(block.observations.size(), false);
+  states_.assign(block.observations.size(), ObservationState::kUsed);
+  for (std::size_t i = 0; i < states_.size(); ++i)
+    if (block.points[block.observations[i].point].held_out) states_[i] = ObservationState::kHeldOut;
+  for (int dof = 1; dof <= 3; ++dof)
+    limits_.at(static_cast<std::size_t>(dof)) = ChiSquareLimit(dof, system->options.significance);
+}
+
+void BlockJudgement::Dismiss(std::size_t photo) {
+  takes_part_[photo] = false;
+  for (std::size_t i = 0; i < states_.size(); ++i) {
+    if (system_->block.observations[i].photo != photo) continue;
+    if (states_[i] == ObservationState::kHeldOut) continue;
+    states_[i] = ObservationState::kUnusable;
+    system_->rows[i].active = false;
+  }
+  for (std::size_t i = states_.size(); i < system_->rows.size(); ++i) {
+    BlockRows& row = system_->rows[i];
+    if ((row.kind == RowKind::kGnss || row.kind == RowKind::kPosePrior) && row.source == photo)
+      row.active = false;
+  }
+}
+
+void BlockJudgement::GiveUp(std::size_t point) {
+  given_up_[point] = true;
+  ScreenPoint(point);
+}
+
+double BlockJudgement::LargestAngle(const std::vector<std::size_t>& rows) const {
+  double largest = 0;
+  std::vector<Eigen::Vector3d> directions;
+  for (const std::size_t row : rows) {
+    bool valid = false;
+    const Ray ray = system_->LocalRay(row, &valid);
+    if (!valid) continue;
+    for (const Eigen::Vector3d& other : directions)
+      largest = std::max(largest, other.cross(ray.direction).norm());
+    directions.push_back(ray.direction);
+  }
+  return std::asin(std::min(largest, 1.0));
+}
+
+bool BlockJudgement::Screen() {
+  bool changed = false;
+  for (std::size_t i = 0; i < system_->points.size(); ++i)
+    if (ScreenPoint(i)) changed = true;
+  return changed;
+}
+
+bool BlockJudgement::ScreenPoint(std::size_t point) {
+  std::vector<std::size_t> rows;
+  for (const std::size_t row : system_->image_rows_of_point[point])
+    if (states_[row] == ObservationState::kUsed || states_[row] == ObservationState::kAlone ||
+        states_[row] == ObservationState::kWeakAngle)
+      rows.push_back(row);
+  ObservationState state = ObservationState::kUsed;
+  const bool has_control = system_->control_row_of_point[point] >= 0 && !control_rejected_[point];
+  if (given_up_[point])
+    state = ObservationState::kWeakAngle;
+  else if (!has_control && rows.size() < 2)
+    state = ObservationState::kAlone;
+  else if (!has_control && LargestAngle(rows) < RadFromDeg(system_->options.min_ray_angle_deg))
+    state = ObservationState::kWeakAngle;
+  bool changed = false;
+  for (const std::size_t row : rows) {
+    changed = changed || states_[row] != state;
+    states_[row] = state;
+    system_->rows[row].active = state == ObservationState::kUsed;
+  }
+  // Control that no photo sees constrains nothing.
+  system_->SetControlActive(point,
+                            has_control && state == ObservationState::kUsed && !rows.empty());
+  return changed;
+}
+
+double BlockJudgement::Score(const RowTest& test) const {
+  return test.dof == 0 ? 0 : test.t / limits_.at(static_cast<std::size_t>(test.dof));
+}
+
+// The worst of every point.
+std::vector<BlockJudgement::Suspect> BlockJudgement::FindSuspects(const BlockTests& tests) const {
+  std::vector<Suspect> suspects;
+  for (std::size_t point = 0; point < system_->points.size(); ++point) {
+    Suspect worst{point};
+    double second = 0;
+    for (const std::size_t row : system_->image_rows_of_point[point]) {
+      if (!system_->rows[row].active) continue;
+      const double score = Score(tests.of_row[row]);
+      second = std::max(second, std::min(score, worst.score));
+      if (score > worst.score) worst = {point, score, row, false, false};
+    }
+    const bool has_control = system_->HasControl(point);
+    // Of a control patch seen once nobody can say whether image or ground is wrong.
+    if (has_control && (system_->Rays(point) > 1 || worst.score <= 1)) {
+      const double score = Score(tests.of_control[point]);
+      if (score > worst.score) worst = {point, score, worst.row, system_->Rays(point) > 1, false};
+    }
+    worst.not_told = !has_control && second > kNotTold * worst.score;
+    if (worst.score > 1) suspects.push_back(worst);
+  }
+  return suspects;
+}
+
+int BlockJudgement::Reject(const BlockTests& tests) {
+  const std::vector<Suspect> suspects = FindSuspects(tests);
+  std::vector<double> worst_of_photo(takes_part_.size(), 0);
+  const auto for_each_photo = [&](const Suspect& suspect, const auto& apply) {
+    for (const std::size_t row : system_->image_rows_of_point[suspect.point])
+      if (system_->rows[row].active && (suspect.control || suspect.not_told || row == suspect.row))
+        apply(system_->block.observations[row].photo);
+  };
+  for (const Suspect& suspect : suspects)
+    for_each_photo(suspect, [&](std::size_t photo) {
+      worst_of_photo[photo] = std::max(worst_of_photo[photo], suspect.score);
+    });
+  int rejected = 0;
+  for (const Suspect& suspect : suspects) {
+    bool goes = true;
+    for_each_photo(suspect, [&](std::size_t photo) {
+      goes = goes && suspect.score >= kNearlyAsBad * worst_of_photo[photo];
+    });
+    if (!goes) continue;
+    RejectAt(suspect, tests);
+    ++rejected;
+  }
+  return rejected;
+}
+
+void BlockJudgement::RejectAt(const Suspect& suspect, const BlockTests& tests) {
+  if (suspect.control) {
+    control_rejected_[suspect.point] = true;
+    return;
+  }
+  for (const std::size_t row : system_->image_rows_of_point[suspect.point]) {
+    if (!system_->rows[row].active) continue;
+    if (row != suspect.row &&
+        !(suspect.not_told && Score(tests.of_row[row]) > kNotTold * suspect.score))
+      continue;
+    states_[row] = ObservationState::kRejected;
+    system_->rows[row].active = false;
+  }
+}
+
+int BlockJudgement::PutBack(const BlockTests& tests) {
+  int count = 0;
+  for (std::size_t point = 0; point < system_->points.size(); ++point) {
+    if (system_->Rays(point) == 0) continue;
+    if (control_rejected_[point] && !control_put_back_[point] && tests.of_control[point].dof > 0 &&
+        Score(tests.of_control[point]) < kFitsAgain) {
+      control_put_back_[point] = true;
+      control_rejected_[point] = false;
+      ++count;
+    }
+    for (const std::size_t row : system_->image_rows_of_point[point]) {
+      if (states_[row] != ObservationState::kRejected || put_back_[row]) continue;
+      if (tests.of_row[row].dof == 0 || Score(tests.of_row[row]) >= kFitsAgain) continue;
+      states_[row] = ObservationState::kUsed;
+      system_->rows[row].active = true;
+      put_back_[row] = true;
+      ++count;
+    }
+  }
+  return count;
+}
+
+// Ties that went wholly, because the poses were wrong at the time.
+int BlockJudgement::PutBackDissolved() {
+  int count = 0;
+  for (std::size_t point = 0; point < system_->points.size(); ++point) {
+    if (given_up_[point] || system_->Rays(point) > 0) continue;
+    std::vector<std::size_t> rows;
+    bool any_rejected = false;
+    for (const std::size_t row : system_->image_rows_of_point[point]) {
+      const bool rejected = states_[row] == ObservationState::kRejected;
+      if (!(rejected && !put_back_[row]) && states_[row] != ObservationState::kAlone) continue;
+      any_rejected = any_rejected || rejected;
+      rows.push_back(row);
+    }
+    if (!any_rejected || rows.size() < 2 || !RaysAgree(point, rows)) continue;
+    for (const std::size_t row : rows) {
+      states_[row] = ObservationState::kUsed;
+      put_back_[row] = true;
+    }
+    ++count;
+  }
+  return count;
+}
+
+bool BlockJudgement::RaysAgree(std::size_t point, const std::vector<std::size_t>& rows) {
+  std::vector<Ray> rays;
+  for (const std::size_t row : rows) {
+    bool valid = false;
+    rays.push_back(system_->LocalRay(row, &valid));
+    if (!valid) return false;
+  }
+  const auto place = IntersectRays(rays);
+  if (!place) return false;
+  system_->SetStart(point, *place);
+  double t = 0;
+  for (const std::size_t row : rows)
+    t += system_->Linearise(system_->rows[row]).residual.squaredNorm();
+  // 2 n - 3 degrees of freedom: at most as much as that many would have, in the mean two of them
+  // at the limit.
+  return t < kFitsAgain * limits_[1] &&
+         LargestAngle(rows) > RadFromDeg(system_->options.min_ray_angle_deg);
+}
+
+int BlockJudgement::Apply(const BlockTests& tests) {
+  const int rejected = Reject(tests);
+  // While gross errors remain the poses are not to be trusted with what is already out.
+  int put_back = 0;
+  if (rejected == 0 || rejected * 200 < static_cast<int>(states_.size()))
+    put_back = PutBack(tests) + PutBackDissolved();
+  Screen();
+  return rejected + put_back;
+}
+
+}  // namespace orient

@@ -1,0 +1,61 @@
+// The normal equations of a block with the ground points eliminated, and what follows from their
+// inverse: covariances, local redundancies, and the test of every observation. Private to exterior.
+#pragma once
+
+#include <memory>
+#include <optional>
+#include <vector>
+
+#include "exterior/block_system.h"
+#include "exterior/sparse_blocks.h"
+
+namespace orient {
+
+// Baarda's test of one observation, its two coordinates (three of control) together.
+struct RowTest {
+  double t = 0;  // v' Qvv^-1 v, chi-square of `dof` where the observation is no gross error
+  int dof = 0;   // 0: nothing checks it
+  double redundancy = 0;  // trace of Qvv P
+  double square = 0;      // v' P v
+};
+
+// The value that chi-square of 1, 2 or 3 degrees of freedom exceeds with this probability.
+double ChiSquareLimit(int dof, double probability);
+
+struct BlockTests {
+  std::vector<RowTest> of_row;      // as the system's rows; control ground: of_control
+  std::vector<RowTest> of_control;  // as the points
+  std::vector<Eigen::Matrix3d> point_covariance;
+};
+
+class BlockNormals {
+ public:
+  // At the system's present unknowns. `cauchy_scale`: of the loss on image and control rows that
+  // led there, 0 for none. Rejected observations of points that are still there are tested, too, as
+  // if they were new.
+  BlockNormals(const BlockSystem& system, double cauchy_scale);
+
+  const BlockCholesky& cholesky() const { return *cholesky_; }
+  // Points that nothing fixes in some direction, though they have rows enough: left out.
+  const std::vector<std::size_t>& weak_points() const { return weak_points_; }
+
+  // Needs equations without open unknowns.
+  BlockTests Test();
+  // Of one group of unknowns.
+  Matrix6d Covariance(int group) const { return cholesky_->Inverse(group, group); }
+
+ private:
+  struct PointEquations;
+  std::optional<PointEquations> EquationsOf(std::size_t point) const;
+  void AddPoint(std::size_t point, SparseBlocks* reduced);
+  void TestPoint(std::size_t point, BlockTests* tests) const;
+  void TestOther(std::size_t row, BlockTests* tests) const;
+  double LossWeight(const BlockRows& row, const LinearRows& linear) const;
+
+  const BlockSystem& system_;
+  double cauchy_scale_;
+  std::vector<std::size_t> weak_points_;
+  std::unique_ptr<BlockCholesky> cholesky_;
+};
+
+}  // namespace orient

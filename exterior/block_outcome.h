@@ -1,0 +1,27 @@
+// What an adjusted block hands back. Private to exterior.
+#pragma once
+
+#include "exterior/block_judgement.h"
+#include "exterior/block_normals.h"
+
+namespace orient {
+
+// Poses, points, observations, sigma0 and components, GNSS; with the covariances of `normals`.
+// Parts, calibration and cameras are there already.
+void FillOutcome(const BlockSystem& system, const BlockJudgement& judgement,
+                 const BlockNormals& normals, const BlockTests& tests, BlockResult* result);
+
+// Sums over the rows of one kind that count.
+struct KindSums {
+  double square = 0, redundancy = 0;
+  int rows = 0;
+};
+std::array<KindSums, kVarianceGroups> SumsOf(const BlockSystem& system, const BlockTests& tests);
+
+// Groups with less redundancy than this keep their stated variances.
+inline constexpr double kLeastGroupRedundancy = 10;
+
+// Held-out control: intersected, projected, compared. Needs FillOutcome's result.
+void FillChecks(const BlockSystem& system, const BlockNormals& normals, BlockResult* result);
+
+}  // namespace orient

@@ -1,0 +1,186 @@
+#include "exterior/block_parts.h"
+
+#include <Eigen/Dense>
+#include <algorithm>
+#include <cmath>
+#include <numeric>
+
+#include "core/geometry/dense_solvers.h"
+
+namespace orient {
+namespace {
+
+// A block moves freely in seven ways: three shifts, three rotations, one scale.
+using Matrix7d = Eigen::Matrix<double, 7, 7>;
+
+// Photos as a forest: each tree is a part.
+class Forest {
+ public:
+  explicit Forest(std::size_t count) : parent_(count) {
+    std::iota(parent_.begin(), parent_.end(), std::size_t{0});
+  }
+  std::size_t Root(std::size_t i) {
+    while (parent_[i] != i) i = parent_[i] = parent_[parent_[i]];
+    return i;
+  }
+  void Join(std::size_t a, std::size_t b) {
+    parent_[std::max(Root(a), Root(b))] = std::min(Root(a), Root(b));
+  }
+
+ private:
+  std::vector<std::size_t> parent_;
+};
+
+// How a place moves with the seven: shift, rotation and scale about the part's middle, the latter
+// two in metres at the part's rim.
+Eigen::Matrix<double, 3, 7> ByDatum(const Eigen::Vector3d& offset_m, double radius_m) {
+  const Eigen::Vector3d x = offset_m / radius_m;
+  Eigen::Matrix<double, 3, 7> by;
+  by << Eigen::Matrix3d::Identity(),
+      (Eigen::Matrix3d() << 0, x.z(), -x.y(), -x.z(), 0, x.x(), x.y(), -x.x(), 0).finished(), x;
+  return by;
+}
+
+void AddPlace(const Eigen::Vector3d& offset_m, double radius_m, const Eigen::Matrix3d& covariance,
+              Matrix7d* normal) {
+  const auto by = ByDatum(offset_m, radius_m);
+  *normal += by.transpose() * covariance.inverse() * by;
+}
+
+// One sigma, m, of the datum's least certain part; infinite where it is open.
+double DatumSigma(const Matrix7d& normal) {
+  const double least = EigenOfSymmetric(normal).values[0];
+  return least > 0 ? 1 / std::sqrt(least) : INFINITY;
+}
+
+struct PartDatum {
+  Matrix7d control = Matrix7d::Zero(), all = Matrix7d::Zero();
+  double radius_m = 1;
+  Eigen::Vector3d centre_m = Eigen::Vector3d::Zero();
+};
+
+void FindExtent(const BlockSystem& system, const std::vector<std::size_t>& photos,
+                PartDatum* datum) {
+  for (const std::size_t i : photos) datum->centre_m += system.LocalPoseOf(i).position_m;
+  datum->centre_m /= static_cast<double>(photos.size());
+}
+
+void AddPhotoPriors(const BlockSystem& system, std::size_t photo, PartDatum* datum) {
+  const BlockPhoto& of = system.block.photos[photo];
+  const Eigen::Vector3d offset = system.LocalPoseOf(photo).position_m - datum->centre_m;
+  if (of.gnss) {
+    Eigen::Matrix3d covariance = of.gnss->covariance_m2;
+    if (system.gnss_group[photo] >= 0)
+      covariance += Eigen::Matrix3d::Identity() * std::pow(system.options.gnss_shift_sigma_m, 2);
+    AddPlace(offset, datum->radius_m, covariance, &datum->all);
+  }
+  if (!of.prior) return;
+  AddPlace(offset, datum->radius_m, of.prior->covariance.topLeftCorner<3, 3>(), &datum->all);
+  // Rotations about the ground's axes, of which the angles' uncertainty is no smaller part.
+  const Eigen::Matrix3d angles =
+      of.prior->covariance.bottomRightCorner<3, 3>() * (datum->radius_m * datum->radius_m);
+  datum->all.block<3, 3>(3, 3) += angles.inverse();
+}
+
+// What is said of a part that is not as one would wish.
+std::string Message(const BlockSystem& system, const BlockPart& part, std::size_t parts) {
+  std::string message;
+  const bool one = part.photos.size() == 1;
+  if (parts > 1) {
+    message = one ? "Photo " : "Photos ";
+    message += NamesOf(system.block, part.photos);
+    message += one ? " is" : " are";
+    message += " connected with no other photo. ";
+  }
+  const std::string they = parts > 1 ? (one ? "It has " : "They have ") : "The block has ";
+  if (!part.has_datum)
+    message += they + "too little control for position, attitude and scale.";
+  else if (part.control_points == 0)
+    message += they + "no control: its place follows from approximations or GNSS alone.";
+  else if (!part.by_control)
+    message +=
+        they + "control on one line or at one place only: approximations or GNSS decide the rest.";
+  return message;
+}
+
+void FindDatum(const BlockSystem& system, const std::vector<std::size_t>& control, double reach_m,
+               BlockPart* part) {
+  PartDatum datum;
+  datum.radius_m = std::max(reach_m, 1.0);
+  FindExtent(system, part->photos, &datum);
+  for (const std::size_t i : part->photos)
+    datum.radius_m =
+        std::max(datum.radius_m, (system.LocalPoseOf(i).position_m - datum.centre_m).norm());
+  for (const std::size_t i : control)
+    datum.radius_m = std::max(datum.radius_m, (system.LocalGroundOf(i) - datum.centre_m).norm());
+  for (const std::size_t i : control)
+    AddPlace(system.LocalGroundOf(i) - datum.centre_m, datum.radius_m,
+             system.block.points[i].control->covariance_m2, &datum.control);
+  datum.all = datum.control;
+  for (const std::size_t i : part->photos) AddPhotoPriors(system, i, &datum);
+  part->control_points = static_cast<int>(control.size());
+  // Less certain than a tenth of the part's size: not known in any sense that helps.
+  part->by_control = DatumSigma(datum.control) < 0.1 * datum.radius_m;
+  part->has_datum = DatumSigma(datum.all) < datum.radius_m;
+}
+
+}  // namespace
+
+std::string NamesOf(const BlockToAdjust& block, const std::vector<std::size_t>& photos) {
+  constexpr std::size_t kNamed = 5;
+  std::string names;
+  for (std::size_t i = 0; i < std::min(photos.size(), kNamed); ++i) {
+    if (i > 0) names += i + 1 == photos.size() ? " and " : ", ";
+    names += block.photos[photos[i]].name;
+  }
+  if (photos.size() > kNamed) {
+    names += " and ";
+    names += std::to_string(photos.size() - kNamed);
+    names += " more";
+  }
+  return names;
+}
+
+std::vector<BlockPart> FindParts(const BlockSystem& system, const std::vector<bool>& takes_part) {
+  Forest forest(system.block.photos.size());
+  std::vector<std::size_t> photo_of_point(system.points.size(), system.block.photos.size());
+  std::vector<double> reach_m(system.block.photos.size(), 0);  // to the farthest point seen
+  for (std::size_t i = 0; i < system.points.size(); ++i)
+    for (const std::size_t row : system.image_rows_of_point[i]) {
+      if (!system.rows[row].active) continue;
+      const std::size_t photo = system.block.observations[row].photo;
+      if (photo_of_point[i] < system.block.photos.size()) forest.Join(photo_of_point[i], photo);
+      photo_of_point[i] = photo;
+      const double distance_m =
+          (system.LocalGroundOf(i) - system.LocalPoseOf(photo).position_m).norm();
+      reach_m[photo] = std::max(reach_m[photo], distance_m);
+    }
+  std::vector<std::vector<std::size_t>> control(system.block.photos.size());
+  for (std::size_t i = 0; i < system.points.size(); ++i)
+    if (photo_of_point[i] < system.block.photos.size() && system.HasControl(i))
+      control[forest.Root(photo_of_point[i])].push_back(i);
+  std::vector<BlockPart> parts;
+  std::vector<std::size_t> roots;
+  std::vector<std::size_t> part_of_root(system.block.photos.size(), 0);
+  for (std::size_t i = 0; i < system.block.photos.size(); ++i) {
+    const std::size_t root = forest.Root(i);
+    if (root == i) {
+      part_of_root[i] = parts.size();
+      parts.emplace_back();
+      roots.push_back(root);
+    }
+    parts[part_of_root[root]].photos.push_back(i);
+  }
+  for (std::size_t i = 0; i < parts.size(); ++i) {
+    double reach = 0;
+    for (const std::size_t photo : parts[i].photos) reach = std::max(reach, reach_m[photo]);
+    FindDatum(system, control[roots[i]], reach, &parts[i]);
+    const bool any = std::any_of(parts[i].photos.begin(), parts[i].photos.end(),
+                                 [&](std::size_t photo) { return takes_part[photo]; });
+    parts[i].has_datum = parts[i].has_datum && any;
+    parts[i].message = Message(system, parts[i], parts.size());
+  }
+  return parts;
+}
+
+}  // namespace orient

@@ -1,0 +1,18 @@
+// Which photos of a block hang together, and whether what hangs together has a datum. Private to
+// exterior.
+#pragma once
+
+#include <vector>
+
+#include "exterior/block_system.h"
+
+namespace orient {
+
+// By the observations that are active now; `takes_part` of each photo. Every photo is in one part.
+// Fills photos, control_points, has_datum, by_control and message.
+std::vector<BlockPart> FindParts(const BlockSystem& system, const std::vector<bool>& takes_part);
+
+// "a, b, c and 12 more"
+std::string NamesOf(const BlockToAdjust& block, const std::vector<std::size_t>& photos);
+
+}  // namespace orient

@@ -1,0 +1,115 @@
+// The equations of a block: unknowns, rows, and which of them count at the moment. Private to
+// exterior.
+#pragma once
+
+#include <array>
+#include <memory>
+#include <vector>
+
+#include "exterior/block_adjustment.h"
+#include "exterior/block_costs.h"
+
+namespace orient {
+
+// Groups of variance components.
+enum class RowKind { kTieImage, kControlImage, kControlGround, kGnss, kPosePrior, kParameter };
+inline constexpr std::size_t kVarianceGroups = 5;  // all but the last
+
+struct BlockRows {
+  std::unique_ptr<ceres::CostFunction> cost;  // null: an observation that takes no part
+  RowKind kind = RowKind::kTieImage;
+  bool active = false;
+  int point = -1;  // index into points, or none
+  int group_count = 0;
+  std::array<int, 3> groups = {-1, -1, -1};  // indices into groups, in the order of the cost
+  std::size_t source = 0;  // the observation, point or photo it comes from; parameters: the group
+
+  int Residuals() const { return cost->num_residuals(); }
+};
+
+// A row's value and derivatives at the present unknowns.
+struct LinearRows {
+  int count = 0;
+  Vector6d residual = Vector6d::Zero();  // the first `count`
+  Eigen::Matrix<double, 6, 3> by_point = Eigen::Matrix<double, 6, 3>::Zero();
+  std::array<Matrix6d, 3> by_group;
+};
+
+class BlockSystem {
+ public:
+  BlockSystem(const BlockToAdjust& block, const BlockOptions& options);
+  BlockSystem(const BlockSystem&) = delete;
+  BlockSystem& operator=(const BlockSystem&) = delete;
+
+  const BlockToAdjust& block;
+  const BlockOptions& options;
+
+  // Unknowns: differences from the first values.
+  std::vector<Vector6d> groups;
+  std::vector<Eigen::Vector3d> points;
+  std::vector<int> pose_group, film_group;  // of each photo; -1: none
+  std::vector<int> lens_group;              // of each camera; -1: none
+  std::vector<int> gnss_group;              // of each photo; -1: none
+  int pose_groups = 0;                      // the first ones: one a photo
+
+  // The image rows come first, one an observation; then the others.
+  std::vector<BlockRows> rows;
+  std::vector<std::vector<std::size_t>> image_rows_of_point;
+  std::vector<int> control_row_of_point;           // the first of two; -1: none
+  std::array<double, kVarianceGroups + 1> weight;  // 1 / sqrt(variance factor)
+
+  std::vector<LensUnknowns> lens;  // of each camera
+
+  double Factor(RowKind kind) const {
+    const double w = weight.at(static_cast<std::size_t>(kind));
+    return 1 / (w * w);
+  }
+  void SetFactor(RowKind kind, double factor);
+
+  bool IsActive(std::size_t row) const { return rows[row].active; }
+  // Active image rows of a point.
+  int Rays(std::size_t point) const;
+  bool HasControl(std::size_t point) const {
+    return control_row_of_point[point] >= 0 &&
+           rows[static_cast<std::size_t>(control_row_of_point[point])].active;
+  }
+  void SetControlActive(std::size_t point, bool active);
+
+  LinearRows Linearise(const BlockRows& row) const;
+  // Pointers to a row's unknowns in the order of its cost.
+  std::array<const double*, 4> Unknowns(const BlockRows& row) const;
+
+  Pose PoseOf(std::size_t photo) const;               // in the block's coordinates
+  Pose LocalPoseOf(std::size_t photo) const;          // relative to the origin
+  Eigen::Vector3d GroundOf(std::size_t point) const;  // in the block's coordinates
+  Eigen::Vector3d LocalGroundOf(std::size_t point) const;
+  const Eigen::Vector3d& Origin() const { return origin_; }
+  // Where an observation lies in the photo system.
+  const Eigen::Vector2d& PhotoMm(std::size_t observation) const { return photo_mm_[observation]; }
+  Ray LocalRay(std::size_t observation, bool* valid) const;
+  // Of an observation as stated, the film's bending included; photo system.
+  Eigen::Matrix2d ImageCovariance(std::size_t observation) const;
+  // measured - computed, corrections of film and lens included.
+  Eigen::Vector2d ResidualMm(std::size_t observation) const;
+  // What the film's transform has to be given.
+  Vector6d InteriorCorrection(std::size_t photo) const;
+  // A new first value; the unknowns of the point become zero.
+  void SetStart(std::size_t point, const Eigen::Vector3d& local_m);
+
+ private:
+  int NewGroup();
+  void Check() const;
+  void FindOrigin();
+  void AddPhotos();
+  void AddImageRows();
+  void AddControlRows();
+  void AddPriorRows();
+  void AddGnssRows();
+
+  Eigen::Vector3d origin_ = Eigen::Vector3d::Zero();
+  std::vector<ImageOfPhoto> images_;
+  std::vector<Eigen::Vector3d> start_m_;  // of each point, local
+  std::vector<Eigen::Vector2d> photo_mm_;
+};
+
+}  // namespace orient
