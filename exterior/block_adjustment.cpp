@@ -27,6 +27,9 @@ constexpr std::array<double, 3> kMedianChi2 = {1, 0.4549, 1.3863};
 constexpr std::size_t kLeastForMedian = 8;
 // Variance factors that change less than this are left alone.
 constexpr double kSettled = 0.02;
+// A stated variance counts as much as one found from this many degrees of freedom: image and ground
+// of control that few photos see can hardly be told apart, and small groups would run away.
+constexpr double kStatedRedundancy = 20;
 // Stated variances are believed within these factors.
 constexpr double kLeastFactor = 1e-4, kMostFactor = 1e4;
 
@@ -221,8 +224,11 @@ bool Adjustment::FactorsFromSums(const BlockTests& tests) {
   for (std::size_t k = 0; k < kVarianceGroups; ++k) {
     if (sums.at(k).redundancy < kLeastGroupRedundancy) continue;
     const auto kind = static_cast<RowKind>(k);
-    double factor = std::clamp(system_.Factor(kind) * sums.at(k).square / sums.at(k).redundancy,
-                               kLeastFactor, kMostFactor);
+    // v'Pv of the residuals, and of what was stated with its own degrees of freedom.
+    const double stated = kStatedRedundancy / system_.Factor(kind);
+    double factor = system_.Factor(kind) * (sums.at(k).square + stated) /
+                    (sums.at(k).redundancy + kStatedRedundancy);
+    factor = std::clamp(factor, kLeastFactor, kMostFactor);
     // Approximations that happen to be good are no better known for it.
     if (kind == RowKind::kPosePrior) factor = std::max(factor, 1.0);
     changed = changed || std::abs(factor / system_.Factor(kind) - 1) > kSettled;

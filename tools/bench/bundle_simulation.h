@@ -1,0 +1,218 @@
+// A photo flight as observations only: what a block's photos show of ties and control, with known
+// truth and with errors of known size. For the block adjustment's tests and its benchmark.
+#pragma once
+
+#include <cmath>
+#include <random>
+#include <string>
+#include <vector>
+
+#include "exterior/block_adjustment.h"
+
+namespace orient {
+
+struct BundleSimulationOptions {
+  int strips = 3, photos_in_strip = 5;
+  double forward_overlap = 0.6, side_overlap = 0.3;
+  int ties_per_photo = 100;    // new ones; most photos show some three times as many
+  int control_per_photo = 12;  // under the photos that have control
+  std::vector<int> control_photos = {0, 4, 10, 14};
+  bool control_seen_by_all = false;  // otherwise only by the photo that it lies under
+  double noise_px = 0.3, stated_px = 0.3;
+  double control_ground_m = 0.075, control_height_m = 0.125;  // one sigma, GSD is 0.25 m
+  double height_sigma_m = 0;  // of what control patches share, see GroundControl
+  double position_sigma_m = 3, attitude_sigma_rad = 0.01;  // of the approximations
+  bool prior = true;                                       // the approximations as prior
+  double gnss_sigma_m = 0;                                 // 0: no GNSS
+  Eigen::Vector3d gnss_shift_m = Eigen::Vector3d::Zero();
+  double gross_ties = 0, gross_control = 0;  // shares of image observations
+  double interior_sigma_mm = 0;              // of the film transform's shift; its scale accordingly
+  double relief_m = 60;
+  unsigned seed = 1;
+};
+
+struct BundleSimulation {
+  BlockToAdjust block;
+  Camera true_camera;  // block.cameras has the nominal one
+  std::vector<Pose> true_poses;
+  std::vector<Eigen::Vector3d> true_ground;
+  std::vector<bool> gross;  // of each observation
+  double gsd_m = 0.25;
+};
+
+// A 23 cm film at 25 um from 1530 m above the ground, strips from west to east and back.
+class BundleSimulator {
+ public:
+  explicit BundleSimulator(const BundleSimulationOptions& options)
+      : options_(options), random_(options.seed) {
+    Camera camera;
+    camera.kind = CameraKind::kFilm;
+    camera.principal_distance_mm = 153;
+    camera.frame_mm = {230, 230};
+    simulation_.block.cameras = {camera};
+    simulation_.true_camera = camera;
+  }
+  // What the lens really does; the block's camera stays nominal.
+  BundleSimulator& TrueCamera(const Camera& camera) {
+    simulation_.true_camera = camera;
+    return *this;
+  }
+
+  BundleSimulation Make() {
+    MakePhotos();
+    const double area =
+        (options_.strips * StripStep() + Side()) * (options_.photos_in_strip * Base() + Side());
+    const double per_photo = Base() * StripStep();
+    const int ties = static_cast<int>(options_.ties_per_photo * area / per_photo);
+    for (int i = 0; i < ties; ++i) AddTie();
+    for (const int photo : options_.control_photos)
+      for (int i = 0; i < options_.control_per_photo; ++i)
+        AddControl(static_cast<std::size_t>(photo));
+    return std::move(simulation_);
+  }
+
+ private:
+  static constexpr double kHeight = 1530, kScale = 1e4;
+  double Side() const { return 0.230 * kScale; }
+  double Base() const { return Side() * (1 - options_.forward_overlap); }
+  double StripStep() const { return Side() * (1 - options_.side_overlap); }
+  double Normal(double sigma) { return sigma * normal_(random_); }
+  double Uniform(double low, double high) {
+    return std::uniform_real_distribution<double>(low, high)(random_);
+  }
+  double GroundHeight(double x, double y) const {
+    return 200 + options_.relief_m * std::sin(x / 700) * std::cos(y / 900);
+  }
+  static constexpr double kEast = 500000, kNorth = 5000000;
+
+  void MakePhotos() {
+    for (int strip = 0; strip < options_.strips; ++strip)
+      for (int k = 0; k < options_.photos_in_strip; ++k) {
+        Pose pose;
+        pose.position_m = {kEast + k * Base() + Normal(20),
+                           kNorth + strip * StripStep() + Normal(20), 200 + kHeight + Normal(15)};
+        pose.opk_rad = {Normal(0.02), Normal(0.02),
+                        (strip % 2 == 0 ? 0.0 : 3.14159) + Normal(0.02)};
+        AddPhoto(pose, strip, k);
+      }
+  }
+
+  void AddPhoto(const Pose& pose, int strip, int number) {
+    BlockPhoto photo;
+    photo.name = "s" + std::to_string(strip) + "_" + std::to_string(number);
+    photo.strip = "s" + std::to_string(strip);
+    photo.photo_from_pixel.A << 0.025, 0, 0, -0.025;
+    photo.photo_from_pixel.t << -115, 115;
+    Vector6d sigma;
+    sigma << Eigen::Vector3d::Constant(options_.position_sigma_m),
+        Eigen::Vector3d::Constant(options_.attitude_sigma_rad);
+    Vector6d off;
+    for (int i = 0; i < 6; ++i) off[i] = Normal(sigma[i]);
+    photo.approximate = Pose::FromVector(pose.AsVector() + off);
+    if (options_.prior) photo.prior = PosePrior{photo.approximate, sigma.cwiseAbs2().asDiagonal()};
+    if (options_.gnss_sigma_m > 0)
+      photo.gnss = GnssPosition{
+          pose.position_m + options_.gnss_shift_m +
+              Eigen::Vector3d(Normal(options_.gnss_sigma_m), Normal(options_.gnss_sigma_m),
+                              Normal(options_.gnss_sigma_m)),
+          Eigen::Matrix3d::Identity() * std::pow(options_.gnss_sigma_m, 2)};
+    true_film_.push_back(photo.photo_from_pixel);
+    if (options_.interior_sigma_mm > 0) {
+      Vector6d film;
+      const double slope = options_.interior_sigma_mm / 4600;
+      film << slope, slope, slope, slope, 3 * options_.interior_sigma_mm,
+          3 * options_.interior_sigma_mm;
+      photo.interior = film.cwiseAbs2().asDiagonal();
+      true_film_.back().A +=
+          (Eigen::Matrix2d() << Normal(slope), Normal(slope), Normal(slope), Normal(slope))
+              .finished();
+      true_film_.back().t += Eigen::Vector2d(Normal(film[4]), Normal(film[5]));
+    }
+    simulation_.block.photos.push_back(photo);
+    simulation_.true_poses.push_back(pose);
+  }
+
+  // Adds what `photo` shows of the point; false where it does not show it.
+  bool Observe(std::size_t photo, std::size_t point, double gross_share) {
+    const Pose& pose = simulation_.true_poses[photo];
+    const Eigen::Vector3d& ground = simulation_.true_ground[point];
+    if ((ground - pose.position_m).head<2>().lpNorm<Eigen::Infinity>() > Side()) return false;
+    const auto seen = PhotoFromGround(simulation_.true_camera, pose, ground);
+    if (!seen || !simulation_.true_camera.InFrame(*seen, -3)) return false;
+    ImageObservation o;
+    o.photo = photo;
+    o.point = point;
+    o.pixel = true_film_[photo].Inverse() * *seen +
+              Eigen::Vector2d(Normal(options_.noise_px), Normal(options_.noise_px));
+    o.covariance_px2 *= options_.stated_px * options_.stated_px;
+    const bool gross = Uniform(0, 1) < gross_share;
+    if (gross) {
+      const double angle = Uniform(0, 6.2832), length = Uniform(6, 60);
+      o.pixel += length * Eigen::Vector2d(std::cos(angle), std::sin(angle));
+    }
+    simulation_.block.observations.push_back(o);
+    simulation_.gross.push_back(gross);
+    return true;
+  }
+
+  std::size_t NewPoint(const Eigen::Vector2d& place) {
+    simulation_.true_ground.emplace_back(place.x(), place.y(),
+                                         GroundHeight(place.x() - kEast, place.y() - kNorth));
+    BlockPoint point;
+    point.id = static_cast<std::int64_t>(simulation_.true_ground.size());
+    simulation_.block.points.push_back(point);
+    return simulation_.true_ground.size() - 1;
+  }
+
+  void AddTie() {
+    const std::size_t point = NewPoint(
+        {kEast + Uniform(-Side() / 2, (options_.photos_in_strip - 1) * Base() + Side() / 2),
+         kNorth + Uniform(-Side() / 2, (options_.strips - 1) * StripStep() + Side() / 2)});
+    for (const std::size_t photo : Near(simulation_.true_ground[point]))
+      if (Uniform(0, 1) < 0.9) Observe(photo, point, options_.gross_ties);
+  }
+
+  // Photos that may show it, in order: not all of a large block are looked at.
+  std::vector<std::size_t> Near(const Eigen::Vector3d& ground) const {
+    std::vector<std::size_t> near;
+    const double k = (ground.x() - kEast) / Base(), s = (ground.y() - kNorth) / StripStep();
+    for (int strip = static_cast<int>(s) - 2; strip <= static_cast<int>(s) + 2; ++strip)
+      for (int i = static_cast<int>(k) - 3; i <= static_cast<int>(k) + 3; ++i)
+        if (strip >= 0 && strip < options_.strips && i >= 0 && i < options_.photos_in_strip)
+          near.push_back(static_cast<std::size_t>(strip * options_.photos_in_strip + i));
+    return near;
+  }
+
+  void AddControl(std::size_t photo) {
+    const Eigen::Vector2d centre = simulation_.true_poses[photo].position_m.head<2>();
+    const double reach = 0.42 * Side();
+    const std::size_t point =
+        NewPoint(centre + Eigen::Vector2d(Uniform(-reach, reach), Uniform(-reach, reach)));
+    GroundControl control;
+    control.source = "old";
+    const Eigen::Vector3d sigma(options_.control_ground_m, options_.control_ground_m,
+                                options_.control_height_m);
+    control.covariance_m2 = sigma.cwiseAbs2().asDiagonal();
+    control.ground_m = simulation_.true_ground[point] +
+                       Eigen::Vector3d(Normal(sigma.x()), Normal(sigma.y()), Normal(sigma.z()));
+    simulation_.block.points[point].control = control;
+    if (!options_.control_seen_by_all) {
+      Observe(photo, point, options_.gross_control);
+      return;
+    }
+    for (const std::size_t other : Near(simulation_.true_ground[point]))
+      Observe(other, point, options_.gross_control);
+  }
+
+  BundleSimulationOptions options_;
+  std::mt19937 random_;
+  std::normal_distribution<double> normal_;
+  std::vector<Affine2d> true_film_;
+  BundleSimulation simulation_;
+};
+
+inline BundleSimulation SimulateBundle(const BundleSimulationOptions& options = {}) {
+  return BundleSimulator(options).Make();
+}
+
+}  // namespace orient
