@@ -8,6 +8,7 @@ namespace orient {
 
 std::unique_ptr<Command> MakeBlockCommand();
 std::unique_ptr<Command> MakeCamerasCommand();
+std::unique_ptr<Command> MakeConvertCommand();
 std::unique_ptr<Command> MakeExteriorCommand();
 
 CommandList MakeCommands();

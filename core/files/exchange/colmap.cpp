@@ -1,0 +1,199 @@
+#include "core/files/exchange/colmap.h"
+
+#include <Eigen/Geometry>
+#include <filesystem>
+
+#include "core/error.h"
+#include "core/files/atomic_write.h"
+#include "core/files/exchange/text_lines.h"
+
+namespace orient {
+namespace {
+namespace fs = std::filesystem;
+
+std::string Joined(const std::vector<double>& numbers) {
+  std::string text;
+  for (const double number : numbers) {
+    text += ' ';
+    text += ExactNumber(number);
+  }
+  return text;
+}
+
+std::string CameraText(const ExchangeCamera& camera) {
+  const auto& k = camera.k;
+  const auto& p = camera.p;
+  std::vector<double> params = {camera.focal_px.x(), camera.focal_px.y(), camera.principal_px.x(),
+                                camera.principal_px.y()};
+  std::string model = "PINHOLE";
+  if (camera.HasDistortion()) {
+    model = k[2] == 0 ? "OPENCV" : "FULL_OPENCV";
+    params.insert(params.end(), {k[0], k[1], p[1], p[0]});  // OpenCV's p1 is our p2
+    if (k[2] != 0) params.insert(params.end(), {k[2], 0, 0, 0});
+  }
+  return model + " " + std::to_string(camera.width) + " " + std::to_string(camera.height) +
+         Joined(params) + "\n";
+}
+
+// Where the ground system lies, for those who want it back.
+std::string OriginComment(const ExchangeBlock& block) {
+  std::string text = "# origin, subtracted from ground coordinates:";
+  for (const double value : block.origin) text += " " + ExactNumber(value);
+  return text + "\n";
+}
+
+std::string ImageText(const ExchangeBlock& block, std::size_t i) {
+  const ExchangePhoto& photo = block.photos[i];
+  const Eigen::Matrix3d camera_from_ground = GroundFromCamera(photo).transpose();
+  const Eigen::Quaterniond q(camera_from_ground);
+  const Eigen::Vector3d t = -camera_from_ground * photo.centre;
+  std::string text = std::to_string(i + 1);
+  text += Joined({q.w(), q.x(), q.y(), q.z(), t.x(), t.y(), t.z()});
+  text += ' ' + std::to_string(photo.camera + 1) + ' ' + photo.image + '\n';
+  return text;
+}
+
+// images.txt's second lines and points3D.txt name one another: an observation's index in its image.
+struct Tracks {
+  std::vector<std::string> points2d;  // a photo's line
+  std::string points3d;
+};
+
+Tracks TracksOf(const ExchangeBlock& block) {
+  Tracks tracks;
+  tracks.points2d.resize(block.photos.size());
+  std::vector<int> count(block.photos.size(), 0);
+  for (std::size_t i = 0; i < block.points.size(); ++i) {
+    const ExchangePoint& point = block.points[i];
+    const std::string id = std::to_string(i + 1);
+    tracks.points3d += id + Joined({point.ground.x(), point.ground.y(), point.ground.z()});
+    tracks.points3d += " 128 128 128 0";
+    for (const ExchangeObservation& seen : point.observations) {
+      std::string& line = tracks.points2d[seen.photo];
+      if (!line.empty()) line += ' ';
+      line += ExactNumber(seen.pixel.x()) + " " + ExactNumber(seen.pixel.y()) + " " + id;
+      tracks.points3d += ' ' + std::to_string(seen.photo + 1);
+      tracks.points3d += ' ' + std::to_string(count[seen.photo]++);
+    }
+    tracks.points3d += '\n';
+  }
+  return tracks;
+}
+
+std::string VerificationComments(const ExchangeBlock& block) {
+  std::string text;
+  for (const VerificationPoint& check : block.verification) {
+    text += "# verification: " + block.photos[check.photo].image;
+    text += Joined({check.ground.x(), check.ground.y(), check.ground.z()}) + " ->";
+    text += Joined({check.pixel.x(), check.pixel.y()}) + "\n";
+  }
+  return text;
+}
+
+// How many parameters each model that we know has.
+const std::map<std::string, std::size_t> kModels = {{"SIMPLE_PINHOLE", 3}, {"PINHOLE", 4},
+                                                    {"SIMPLE_RADIAL", 4},  {"RADIAL", 5},
+                                                    {"OPENCV", 8},         {"FULL_OPENCV", 12}};
+
+ColmapCamera ReadCamera(const TextLine& line) {
+  ColmapCamera camera;
+  camera.model = line.Word(1, "MODEL");
+  camera.width = line.Count(2, "WIDTH");
+  camera.height = line.Count(3, "HEIGHT");
+  const auto model = kModels.find(camera.model);
+  if (model == kModels.end())
+    line.Fail("the camera model \"" + camera.model +
+              "\" cannot be held; undistort the images to PINHOLE or OPENCV first");
+  for (std::size_t i = 4; i < line.Size(); ++i) camera.params.push_back(line.Number(i, "PARAMS"));
+  if (camera.params.size() != model->second)
+    line.Fail(camera.model + " has " + std::to_string(model->second) + " parameters, not " +
+              std::to_string(camera.params.size()));
+  if (camera.model == "FULL_OPENCV" &&
+      (camera.params[9] != 0 || camera.params[10] != 0 || camera.params[11] != 0))
+    line.Fail("FULL_OPENCV with k4 k5 k6 cannot be held: they must be 0");
+  return camera;
+}
+
+ExchangeCamera ExchangeCameraFrom(int id, const ColmapCamera& colmap) {
+  const std::vector<double>& v = colmap.params;
+  const bool one_focal = colmap.model.find("PINHOLE") == 7 || colmap.model.ends_with("RADIAL");
+  ExchangeCamera camera;
+  camera.name = "camera " + std::to_string(id);
+  camera.width = colmap.width;
+  camera.height = colmap.height;
+  const std::size_t c = one_focal ? 1 : 2;  // where cx stands
+  camera.focal_px = {v[0], v[c - 1]};
+  camera.principal_px = {v[c], v[c + 1]};
+  if (colmap.model.ends_with("RADIAL")) camera.k = {v[3], v.size() > 4 ? v[4] : 0, 0};
+  if (colmap.model.ends_with("OPENCV")) {
+    camera.k = {v[4], v[5], v.size() > 8 ? v[8] : 0};
+    camera.p = {v[7], v[6]};
+  }
+  return camera;
+}
+
+}  // namespace
+
+void WriteColmap(const std::string& directory, const ExchangeBlock& block) {
+  std::string cameras = "# CAMERA_ID MODEL WIDTH HEIGHT PARAMS[]\n";
+  for (std::size_t i = 0; i < block.cameras.size(); ++i)
+    cameras += std::to_string(i + 1) + " " + CameraText(block.cameras[i]);
+  const Tracks tracks = TracksOf(block);
+  std::string images = "# IMAGE_ID QW QX QY QZ TX TY TZ CAMERA_ID NAME\n# X Y POINT3D_ID ...\n" +
+                       OriginComment(block) + VerificationComments(block);
+  for (std::size_t i = 0; i < block.photos.size(); ++i)
+    images += ImageText(block, i) + tracks.points2d[i] + "\n";
+  WriteFileAtomically((fs::path(directory) / "cameras.txt").string(), cameras);
+  WriteFileAtomically((fs::path(directory) / "images.txt").string(), images);
+  WriteFileAtomically((fs::path(directory) / "points3D.txt").string(),
+                      "# POINT3D_ID X Y Z R G B ERROR TRACK[] (IMAGE_ID POINT2D_IDX)\n" +
+                          OriginComment(block) + tracks.points3d);
+}
+
+ColmapModel ReadColmap(const std::string& directory) {
+  ColmapModel model;
+  for (const TextLine& line : ReadTextLines((fs::path(directory) / "cameras.txt").string()))
+    model.cameras[line.Count(0, "CAMERA_ID")] = ReadCamera(line);
+  // Every image has two lines, the second of which may be empty: none may be skipped but comments.
+  const auto lines = ReadAllTextLines((fs::path(directory) / "images.txt").string(), "#");
+  for (std::size_t i = 0; i < lines.size(); i += 2) {
+    const TextLine& line = lines[i];
+    if (line.Size() == 0) {
+      if (i + 1 == lines.size()) break;  // the file's last line
+      line.Fail("an image's line is expected here; each image has two lines");
+    }
+    ColmapImage image;
+    for (std::size_t j = 0; j < 4; ++j) image.qvec[static_cast<int>(j)] = line.Number(1 + j, "Q");
+    for (std::size_t j = 0; j < 3; ++j) image.tvec[static_cast<int>(j)] = line.Number(5 + j, "T");
+    image.camera = line.Count(8, "CAMERA_ID");
+    image.name = line.Word(9, "NAME");
+    if (!model.cameras.contains(image.camera))
+      line.Fail("camera " + std::to_string(image.camera) + " is not in cameras.txt");
+    if (!(image.qvec.norm() > 0.5)) line.Fail("the quaternion is not of unit length");
+    model.images.push_back(image);
+  }
+  return model;
+}
+
+ExchangeBlock ExchangeFromColmap(const ColmapModel& model) {
+  ExchangeBlock block;
+  std::map<int, std::size_t> index;
+  for (const auto& [id, camera] : model.cameras) {
+    index[id] = block.cameras.size();
+    block.cameras.push_back(ExchangeCameraFrom(id, camera));
+  }
+  for (const ColmapImage& image : model.images) {
+    const Eigen::Vector4d& q = image.qvec;
+    const Eigen::Matrix3d camera_from_ground =
+        Eigen::Quaterniond(q[0], q[1], q[2], q[3]).normalized().toRotationMatrix();
+    ExchangePhoto photo;
+    photo.image = image.name;
+    photo.camera = index.at(image.camera);
+    photo.centre = -camera_from_ground.transpose() * image.tvec;
+    SetGroundFromCamera(camera_from_ground.transpose(), &photo);
+    block.photos.push_back(photo);
+  }
+  return block;
+}
+
+}  // namespace orient

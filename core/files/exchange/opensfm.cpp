@@ -1,0 +1,194 @@
+#include "core/files/exchange/opensfm.h"
+
+#include <Eigen/Geometry>
+#include <algorithm>
+#include <filesystem>
+#include <stdexcept>
+
+#include "core/error.h"
+#include "core/files/atomic_write.h"
+#include "core/files/json_fields.h"
+#include "core/geometry/geocentric.h"
+
+namespace orient {
+namespace {
+namespace fs = std::filesystem;
+
+Json Array(const Eigen::Vector3d& v) { return Json::array({v.x(), v.y(), v.z()}); }
+
+double LargerSide(int width, int height) { return std::max(width, height); }
+
+Json CameraJson(const ExchangeCamera& camera) {
+  const double side = LargerSide(camera.width, camera.height);
+  return {{"projection_type", "brown"},
+          {"width", camera.width},
+          {"height", camera.height},
+          {"focal_x", camera.focal_px.x() / side},
+          {"focal_y", camera.focal_px.y() / side},
+          {"c_x", (camera.principal_px.x() - 0.5 * camera.width) / side},
+          {"c_y", (camera.principal_px.y() - 0.5 * camera.height) / side},
+          {"k1", camera.k[0]},
+          {"k2", camera.k[1]},
+          {"p1", camera.p[1]},  // OpenCV's order
+          {"p2", camera.p[0]},
+          {"k3", camera.k[2]}};
+}
+
+Json ShotJson(const ExchangePhoto& photo, const std::string& camera) {
+  const Eigen::Matrix3d camera_from_ground = GroundFromCamera(photo).transpose();
+  const Eigen::AngleAxisd turn{Eigen::Quaterniond(camera_from_ground)};
+  return {{"rotation", Array(turn.angle() * turn.axis())},
+          {"translation", Array(-camera_from_ground * photo.centre)},
+          {"camera", camera},
+          {"orientation", 1},
+          {"capture_time", 0.0},
+          {"gps_dop", 1.0},
+          {"gps_position", Array(photo.centre)}};
+}
+
+// OpenSfM knows cameras by name: two of one name are told apart.
+std::string CameraName(const ExchangeBlock& block, std::size_t i) {
+  return block.cameras[i].name + (block.cameras.size() > 1 ? " #" + std::to_string(i + 1) : "");
+}
+
+Json ReconstructionJson(const ExchangeBlock& block) {
+  Json cameras = Json::object(), shots = Json::object(), points = Json::object();
+  for (std::size_t i = 0; i < block.cameras.size(); ++i)
+    cameras[CameraName(block, i)] = CameraJson(block.cameras[i]);
+  for (const ExchangePhoto& photo : block.photos)
+    shots[photo.image] = ShotJson(photo, CameraName(block, photo.camera));
+  for (const ExchangePoint& point : block.points)
+    points[point.name] = {{"color", {128.0, 128.0, 128.0}}, {"coordinates", Array(point.ground)}};
+  const Eigen::Vector3d& lla = *block.reference_lla;
+  return Json::array(
+      {{{"cameras", cameras},
+        {"shots", shots},
+        {"points", points},
+        {"reference_lla", {{"latitude", lla[0]}, {"longitude", lla[1]}, {"altitude", lla[2]}}}}});
+}
+
+std::string GcpList(const ExchangeBlock& block) {
+  const Eigen::Vector3d& lla = *block.reference_lla;
+  const Topocentric frame({RadFromDeg(lla[0]), RadFromDeg(lla[1]), lla[2]});
+  std::string text = "WGS84\n";
+  for (const ExchangePoint& point : block.points) {
+    if (!point.control) continue;
+    const Geodetic at = GeodeticFromGeocentric(frame.GeocentricFromLocal(point.ground));
+    for (const ExchangeObservation& seen : point.observations) {
+      for (const double value : {DegFromRad(at.longitude_rad), DegFromRad(at.latitude_rad),
+                                 at.height_m, seen.pixel.x() - 0.5, seen.pixel.y() - 0.5}) {
+        text += ExactNumber(value);
+        text += ' ';
+      }
+      text += block.photos[seen.photo].image + '\n';
+    }
+  }
+  return text;
+}
+
+double Or0(const std::optional<double>& number) { return number.value_or(0); }
+
+OpensfmCamera ReadCamera(const JsonField& field) {
+  OpensfmCamera camera;
+  camera.projection_type = field.At("projection_type").AsString();
+  camera.width = field.At("width").AsInt();
+  camera.height = field.At("height").AsInt();
+  const std::vector<std::string> known = {"perspective", "simple_radial", "radial", "brown"};
+  if (std::find(known.begin(), known.end(), camera.projection_type) == known.end())
+    field.At("projection_type")
+        .Fail("\"" + camera.projection_type +
+              "\" cannot be held; known are perspective, simple_radial, radial and brown");
+  if (const auto focal = field.FindNumber("focal")) {
+    camera.focal_x = camera.focal_y = *focal;
+  } else {
+    camera.focal_x = field.At("focal_x").AsNumber();
+    camera.focal_y = field.At("focal_y").AsNumber();
+  }
+  camera.c_x = Or0(field.FindNumber("c_x"));
+  camera.c_y = Or0(field.FindNumber("c_y"));
+  camera.k1 = Or0(field.FindNumber("k1"));
+  camera.k2 = Or0(field.FindNumber("k2"));
+  camera.k3 = Or0(field.FindNumber("k3"));
+  camera.p1 = Or0(field.FindNumber("p1"));
+  camera.p2 = Or0(field.FindNumber("p2"));
+  return camera;
+}
+
+std::string ReconstructionPath(const std::string& directory) {
+  return (fs::path(directory) / "reconstruction.json").string();
+}
+
+}  // namespace
+
+void WriteOpensfm(const std::string& directory, const ExchangeBlock& block) {
+  if (!block.reference_lla)
+    throw std::invalid_argument("WriteOpensfm: the block has no topocentric ground system");
+  const Eigen::Vector3d& lla = *block.reference_lla;
+  const Json reference = {{"latitude", lla[0]}, {"longitude", lla[1]}, {"altitude", lla[2]}};
+  WriteFileAtomically(ReconstructionPath(directory), ReconstructionJson(block).dump(2) + "\n");
+  WriteFileAtomically((fs::path(directory) / "reference_lla.json").string(),
+                      reference.dump(2) + "\n");
+  const bool control = std::any_of(block.points.begin(), block.points.end(),
+                                   [](const ExchangePoint& point) { return point.control; });
+  if (control) WriteFileAtomically((fs::path(directory) / "gcp_list.txt").string(), GcpList(block));
+}
+
+OpensfmReconstruction ReadOpensfm(const std::string& directory) {
+  const std::string path = ReconstructionPath(directory);
+  const Json json = ParseJsonFile(path);
+  const auto all = JsonField(json, path).Elements();
+  if (all.empty()) throw InputError(path + " holds no reconstruction");
+  const JsonField& first = all.front();
+  OpensfmReconstruction reconstruction;
+  const JsonField cameras = first.At("cameras"), shots = first.At("shots");
+  for (const auto& item : json.at(0).at("cameras").items())
+    reconstruction.cameras[item.key()] = ReadCamera(cameras.At(item.key()));
+  for (const auto& item : json.at(0).at("shots").items()) {
+    const JsonField field = shots.At(item.key());
+    OpensfmShot shot{item.key(), field.At("camera").AsString(), field.At("rotation").AsVector3(),
+                     field.At("translation").AsVector3()};
+    if (!reconstruction.cameras.contains(shot.camera))
+      field.At("camera").Fail("\"" + shot.camera + "\" is not among the cameras");
+    reconstruction.shots.push_back(std::move(shot));
+  }
+  if (const auto lla = first.Find("reference_lla"))
+    reconstruction.reference_lla =
+        Eigen::Vector3d(lla->At("latitude").AsNumber(), lla->At("longitude").AsNumber(),
+                        lla->At("altitude").AsNumber());
+  return reconstruction;
+}
+
+ExchangeBlock ExchangeFromOpensfm(const OpensfmReconstruction& reconstruction) {
+  ExchangeBlock block;
+  block.reference_lla = reconstruction.reference_lla;
+  std::map<std::string, std::size_t> index;
+  for (const auto& [name, c] : reconstruction.cameras) {
+    index[name] = block.cameras.size();
+    const double side = LargerSide(c.width, c.height);
+    ExchangeCamera camera;
+    camera.name = name;
+    camera.width = c.width;
+    camera.height = c.height;
+    camera.focal_px = side * Eigen::Vector2d(c.focal_x, c.focal_y);
+    camera.principal_px =
+        side * Eigen::Vector2d(c.c_x, c.c_y) + 0.5 * Eigen::Vector2d(c.width, c.height);
+    camera.k = {c.k1, c.k2, c.k3};
+    camera.p = {c.p2, c.p1};
+    block.cameras.push_back(camera);
+  }
+  for (const OpensfmShot& shot : reconstruction.shots) {
+    const double angle = shot.rotation.norm();
+    Eigen::Matrix3d camera_from_ground = Eigen::Matrix3d::Identity();
+    if (angle > 0)
+      camera_from_ground = Eigen::AngleAxisd(angle, shot.rotation / angle).toRotationMatrix();
+    ExchangePhoto photo;
+    photo.image = shot.image;
+    photo.camera = index.at(shot.camera);
+    photo.centre = -camera_from_ground.transpose() * shot.translation;
+    SetGroundFromCamera(camera_from_ground.transpose(), &photo);
+    block.photos.push_back(photo);
+  }
+  return block;
+}
+
+}  // namespace orient

@@ -1,0 +1,127 @@
+#include "tools/convert/check_exports.h"
+
+#include <algorithm>
+#include <cmath>
+#include <filesystem>
+#include <limits>
+
+#include "core/error.h"
+#include "core/format_text.h"
+#include "tools/convert/export_record.h"
+
+namespace orient {
+namespace {
+namespace fs = std::filesystem;
+
+constexpr double kNever = std::numeric_limits<double>::infinity();
+
+ReadingFit Fit(const ProgramFiles& files, const std::vector<VerificationRow>& rows,
+               const Reading& reading) {
+  ReadingFit fit{reading, 0, 0};
+  const bool pixels = files.Choices().pixels;
+  for (const VerificationRow& row : rows) {
+    const auto seen = files.Project(row.image, row.file_m, row.principal_distance_mm, reading);
+    double distance = kNever;
+    if (seen)
+      distance =
+          pixels ? (*seen - row.pixel).norm() : (*seen - row.reduced_mm).norm() / row.pixel_mm;
+    if (!std::isfinite(distance)) return {reading, kNever, kNever};
+    fit.rms_px += distance * distance;
+    fit.largest_px = std::max(fit.largest_px, distance);
+  }
+  fit.rms_px = std::sqrt(fit.rms_px / static_cast<double>(rows.size()));
+  return fit;
+}
+
+// All combinations of what a format's files could mean.
+std::vector<Reading> Candidates(const ReadingChoices& choices) {
+  std::vector<Reading> readings;
+  for (int bits = 0; bits < 64; ++bits)
+    for (const int half : {0, -1, 1}) {
+      const auto bit = [&](int i) { return (bits >> i & 1) != 0; };
+      const Reading r{bit(0), bit(1), bit(2), bit(3), bit(4), bit(5), half};
+      const bool angles = r.phi_omega_kappa || r.other_unit;
+      const bool pixels = r.mirrored_principal || half != 0;
+      if ((angles && !choices.angles) || (pixels && !choices.pixels)) continue;
+      readings.push_back(r);
+    }
+  return readings;
+}
+
+// The reading with the fewest departures among those that fit about as well as the best.
+std::optional<ReadingFit> BestOther(const ProgramFiles& files,
+                                    const std::vector<VerificationRow>& rows) {
+  std::vector<ReadingFit> fits;
+  double best = kNever;
+  for (const Reading& reading : Candidates(files.Choices())) {
+    if (reading.Count() == 0) continue;
+    const ReadingFit fit = Fit(files, rows, reading);
+    if (std::isfinite(fit.rms_px)) fits.push_back(fit);
+    best = std::min(best, fit.rms_px);
+  }
+  std::erase_if(fits, [&](const ReadingFit& fit) { return fit.rms_px > 1.2 * best + 0.01; });
+  if (fits.empty()) return std::nullopt;
+  return *std::min_element(fits.begin(), fits.end(), [](const auto& a, const auto& b) {
+    return a.reading.Count() < b.reading.Count();
+  });
+}
+
+}  // namespace
+
+ExportCheck CheckExport(const std::string& directory, std::optional<ExchangeFormat> format,
+                        const std::string& points) {
+  const std::string record = ReadExportRecord(directory).format;
+  if (!format) format = ExchangeFormatFromName(record);
+  if (!format)
+    throw InputError(directory + " does not say its format (no export.json); name it with --from");
+  const std::string path =
+      points.empty() ? (fs::path(directory) / "verification.csv").string() : points;
+  const std::vector<VerificationRow> rows = ReadVerification(path);
+  const auto files = OpenProgramFiles(*format, directory);
+  ExportCheck check;
+  check.format = *format;
+  check.directory = directory;
+  check.points = rows.size();
+  check.declared = Fit(*files, rows, {});
+  check.ok = check.declared.largest_px <= kFits_px;
+  if (check.ok) return check;
+  const auto other = BestOther(*files, rows);
+  // A ground system's curvature may leave some tenths of a pixel, which no other reading betters.
+  const bool better = other && 3 * other->rms_px < check.declared.rms_px;
+  check.ok = !better && check.declared.largest_px <= kAlmost_px;
+  if (better && other->largest_px <= kAlmost_px) check.fits = other;
+  return check;
+}
+
+std::vector<std::string> ExportFolders(const std::string& directory) {
+  const auto holds = [](const fs::path& folder) {
+    return fs::exists(folder / "verification.csv") || fs::exists(folder / "export.json");
+  };
+  if (!fs::is_directory(directory)) throw InputError(directory + " is no folder");
+  if (holds(directory)) return {directory};
+  std::vector<std::string> folders;
+  for (const auto& entry : fs::directory_iterator(directory))
+    if (entry.is_directory() && holds(entry.path())) folders.push_back(entry.path().string());
+  std::sort(folders.begin(), folders.end());
+  if (folders.empty())
+    throw InputError(directory + " holds no export: no verification.csv there or directly below");
+  return folders;
+}
+
+std::string Verdict(const ExportCheck& check) {
+  std::string text = FormatText("%-10s %4zu points  ", Name(check.format).c_str(), check.points);
+  if (std::isfinite(check.declared.rms_px))
+    text += FormatText("rms %.2g px, largest %.2g px: ", check.declared.rms_px,
+                       check.declared.largest_px);
+  if (check.ok)
+    return text + (check.declared.largest_px <= kFits_px
+                       ? "fits"
+                       : "fits but for the ground system (scale, curvature)");
+  text += "DOES NOT FIT";
+  if (check.fits)
+    return text + FormatText("; it fits to %.2g px if ", check.fits->largest_px) +
+           Describe(check.fits->reading);
+  return text + "; no convention that is known fits: a pose, the camera or the points are others";
+}
+
+}  // namespace orient

@@ -1,0 +1,235 @@
+#include "tools/convert/convert_source.h"
+
+#include <algorithm>
+#include <cmath>
+#include <filesystem>
+#include <map>
+#include <utility>
+
+#include "core/error.h"
+#include "core/files/camera_file.h"
+#include "core/files/orientation_table.h"
+#include "core/files/results.h"
+#include "tools/convert/export_record.h"
+#include "tools/convert/film_image.h"
+#include "tools/convert/foreign_block.h"
+#include "tools/convert/ground_frame.h"
+
+namespace orient {
+namespace {
+namespace fs = std::filesystem;
+
+constexpr std::array<std::pair<ExchangeFormat, const char*>, 8> kNames = {
+    {{ExchangeFormat::kOpk, "opk"},
+     {ExchangeFormat::kPatb, "patb"},
+     {ExchangeFormat::kBingo, "bingo"},
+     {ExchangeFormat::kMicmac, "micmac"},
+     {ExchangeFormat::kMetashape, "metashape"},
+     {ExchangeFormat::kColmap, "colmap"},
+     {ExchangeFormat::kOpensfm, "opensfm"},
+     {ExchangeFormat::kAsp, "asp"}}};
+
+// The folder's table, or the table itself.
+std::string TablePath(const std::string& input) {
+  return fs::is_directory(input) ? (fs::path(input) / "orientation.csv").string() : input;
+}
+
+std::string FolderOf(const std::string& input) {
+  if (fs::is_directory(input)) return input;
+  const fs::path parent = fs::path(input).parent_path();
+  return parent.empty() ? "." : parent.string();
+}
+
+double PixelSizeOfImages(const ConvertSourceOptions& options, const std::string& interior) {
+  if (options.pixel_size_um) return 1e-3 * *options.pixel_size_um;
+  if (const auto mean = MeanPixelSize(interior)) return *mean;
+  throw InputError("the pixel size of the resampled images is not known: " + interior +
+                   " holds no interior orientation; give --pixel-size-um");
+}
+
+std::optional<double> MeanGround(const std::optional<ExteriorResult>& exterior) {
+  if (!exterior) return std::nullopt;
+  double sum = 0;
+  int count = 0;
+  for (const PatchResult& patch : exterior->patches)
+    if (patch.ground_m && patch.state == PatchState::kMatched) sum += patch.ground_m->z(), ++count;
+  if (count == 0)
+    for (const Eigen::Vector3d& corner : exterior->footprint_m) sum += corner.z(), ++count;
+  if (count == 0) return std::nullopt;
+  return sum / count;
+}
+
+// Matched patches of all photos as control points with their pixels in the images written.
+class PatchPoints {
+ public:
+  void Add(std::size_t photo, const ExteriorResult& result, const FilmImage& image) {
+    for (const PatchResult& patch : result.patches) {
+      if (patch.state != PatchState::kMatched || !patch.pixel || !patch.ground_m) continue;
+      const auto pixel = image.ImageFromScan(*patch.pixel);
+      if (!pixel) continue;
+      ExchangePoint& point = points_[patch.id];
+      point.name = std::to_string(patch.id);
+      point.control = true;
+      point.ground = *patch.ground_m;
+      point.observations.push_back({photo, *pixel});
+    }
+  }
+  std::vector<ExchangePoint> Take() {
+    std::vector<ExchangePoint> points;
+    for (auto& [id, point] : points_) points.push_back(std::move(point));
+    return points;
+  }
+
+ private:
+  std::map<std::int64_t, ExchangePoint> points_;
+};
+
+Crs RequireCrs(const ConvertSourceOptions& options, const std::optional<Crs>& known,
+               const std::string& why) {
+  if (!options.crs.empty()) return Crs::Parse(options.crs, "--crs");
+  if (known) return *known;
+  throw InputError(options.input + why + "; name the block's projected CRS with --crs");
+}
+
+GroundFrame FrameOf(const ForeignBlock& foreign, const ConvertSourceOptions& given,
+                    const ExportRecord& record) {
+  const double geoid = given.geoid_m.value_or(record.geoid_m);
+  if (foreign.geocentric)
+    return GroundFrame::Geocentric(RequireCrs(given, record.crs, " holds geocentric coordinates"),
+                                   geoid);
+  if (const auto& lla = foreign.block.reference_lla)
+    return GroundFrame::Topocentric(RequireCrs(given, record.crs, " holds topocentric coordinates"),
+                                    geoid, {RadFromDeg(lla->x()), RadFromDeg(lla->y()), lla->z()});
+  // What is added to the file's coordinates.
+  return GroundFrame::Shifted(foreign.frame_origin);
+}
+
+}  // namespace
+
+std::string Name(ExchangeFormat format) {
+  return std::find_if(kNames.begin(), kNames.end(),
+                      [&](const auto& name) { return name.first == format; })
+      ->second;
+}
+
+std::optional<ExchangeFormat> ExchangeFormatFromName(const std::string& name) {
+  for (const auto& [format, known] : kNames)
+    if (known == name) return format;
+  return std::nullopt;
+}
+
+Camera ImageCamera(const Camera& camera, double pixel_mm, bool remove_distortion) {
+  if (camera.kind == CameraKind::kDigital) return camera;
+  Camera image = camera;
+  image.kind = CameraKind::kDigital;
+  const auto pixels = [&](double length_mm) {
+    return static_cast<int>(std::ceil(length_mm / pixel_mm - 1e-9));
+  };
+  image.image_px = Eigen::Vector2i(pixels(camera.frame_mm.x()), pixels(camera.frame_mm.y()));
+  image.frame_mm = pixel_mm * image.image_px->cast<double>();
+  image.frame_centre_mm.setZero();
+  image.principal_point_mm = camera.principal_point_mm - camera.frame_centre_mm;
+  if (remove_distortion) image.lens = std::monostate();
+  return image;
+}
+
+std::optional<double> MeanPixelSize(const std::string& interior_directory) {
+  double sum = 0;
+  int count = 0;
+  if (!fs::is_directory(interior_directory)) return std::nullopt;
+  for (const std::string& path : InteriorResultPaths(interior_directory)) {
+    const InteriorResult result = ReadInteriorResult(path);
+    if (!result.photo_from_pixel) continue;
+    sum += std::sqrt(std::abs(result.photo_from_pixel->A.determinant()));
+    ++count;
+  }
+  if (count == 0) return std::nullopt;
+  return sum / count;
+}
+
+ConvertSource ReadOrientResults(const ConvertSourceOptions& options) {
+  const OrientationTable table = ReadOrientationTable(TablePath(options.input));
+  if (table.rows.empty()) throw InputError(TablePath(options.input) + " holds no photo");
+  if (options.camera.empty()) throw UsageError("name the photos' camera file with --camera");
+  const CameraFile file = ReadCameraFile(options.camera);
+  const bool film = file.camera.kind == CameraKind::kFilm;
+  const std::string folder = FolderOf(options.input);
+  const std::string interior = options.interior.value_or(folder);
+  ConvertSource source;
+  const Camera image = ImageCamera(file.camera, film ? PixelSizeOfImages(options, interior) : 0,
+                                   options.remove_distortion);
+  const FittedExchangeCamera fitted = ExchangeCameraOf(image);
+  if (fitted.largest_difference_px > 0)
+    source.messages.push_back(
+        "the lens's radial table is written as k1 k2 k3: it differs by up to " +
+        std::to_string(fitted.largest_difference_px) + " px; --remove-distortion avoids that");
+  source.cameras.push_back(image);
+  source.block.cameras.push_back(fitted.camera);
+  source.crs = table.crs;
+  if (!options.crs.empty()) source.crs = Crs::Parse(options.crs, "--crs");
+  if (source.crs) source.block.crs = source.crs->Wkt();
+  PatchPoints points;
+  for (const OrientationRow& row : table.rows) {
+    ExchangePhoto photo;
+    photo.image = row.photo + options.image_extension;
+    SetPose(row.pose, &photo);
+    const std::string path = ExteriorResultPath(folder, row.photo);
+    std::optional<ExteriorResult> exterior;
+    if (fs::exists(path)) exterior = ReadExteriorResult(path);
+    auto height = MeanGround(exterior);
+    if (!height) height = options.ground_height_m;
+    if (exterior && (!film || fs::exists(InteriorResultPath(interior, row.photo))))
+      points.Add(source.block.photos.size(), *exterior,
+                 FilmImage(file, row.photo, interior, exterior->orientation, image,
+                           options.remove_distortion));
+    source.block.photos.push_back(photo);
+    source.ground_height_m.push_back(height);
+  }
+  source.block.points = points.Take();
+  return source;
+}
+
+ConvertSource ReadForeign(ExchangeFormat format, const ConvertSourceOptions& given) {
+  if (format == ExchangeFormat::kOpk) return ReadOrientResults(given);
+  const ExportRecord record = ReadExportRecord(FolderOf(given.input));
+  ForeignBlock foreign = ReadForeignBlock(format, given.input, record);
+  ConvertSource source;
+  source.crs = record.crs;
+  if (!given.crs.empty()) source.crs = Crs::Parse(given.crs, "--crs");
+  if (given.origin) foreign.frame_origin = *given.origin;
+  ExchangeBlock& block = foreign.block;
+  if (!given.camera.empty()) {
+    const Camera camera = ReadCameraFile(given.camera).camera;
+    if (camera.kind != CameraKind::kDigital)
+      throw InputError(given.camera + " is a film camera; give the camera.toml of the images");
+    block.cameras = {ExchangeCameraOf(camera).camera};
+    source.cameras = {camera};
+    for (ExchangePhoto& photo : block.photos) photo.camera = 0;
+  }
+  for (const ExchangeCamera& camera : block.cameras) {
+    if (camera.width <= 0 || camera.height <= 0)
+      throw InputError(given.input + ": the format " + Name(format) +
+                       " does not say the images' size; give their camera with --camera");
+    if (given.camera.empty()) source.cameras.push_back(CameraOf(camera));
+  }
+  const GroundFrame frame = FrameOf(foreign, given, record);
+  const auto height = given.ground_height_m ? given.ground_height_m : record.ground_height_m;
+  if (!frame.IsShift() && !height)
+    throw UsageError("the mean height of the ground is needed to bring " + Name(format) +
+                     " into a projected CRS; give it with --ground-height-m");
+  for (ExchangePhoto& photo : block.photos) {
+    const auto reframed = ReframeAt(frame, FrameWay::kBlockFromFile, photo,
+                                    block.cameras[photo.camera], height.value_or(0));
+    if (!reframed)
+      throw InputError(given.input + ": photo " + photo.image +
+                       " does not see the ground at the height " + ExactNumber(*height) + " m");
+    photo = reframed->photo;
+    source.ground_height_m.push_back(height);
+  }
+  block.reference_lla.reset();
+  block.crs = source.crs ? source.crs->Wkt() : "";
+  source.block = std::move(block);
+  return source;
+}
+
+}  // namespace orient

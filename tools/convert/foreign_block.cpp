@@ -1,0 +1,54 @@
+#include "tools/convert/foreign_block.h"
+
+#include <stdexcept>
+
+#include "core/error.h"
+#include "core/files/exchange/asp_pinhole.h"
+#include "core/files/exchange/colmap.h"
+#include "core/files/exchange/frame_adjustments.h"
+#include "core/files/exchange/metashape.h"
+#include "core/files/exchange/micmac_orientation.h"
+#include "core/files/exchange/opensfm.h"
+
+namespace orient {
+
+ForeignBlock ReadForeignBlock(ExchangeFormat format, const std::string& input,
+                              const ExportRecord& record) {
+  ForeignBlock foreign;
+  switch (format) {
+    case ExchangeFormat::kOpk:
+      throw std::invalid_argument("ReadForeignBlock: an OPK table is Orient's own");
+    case ExchangeFormat::kPatb:
+      foreign.block = ExchangeFromPatb(ReadPatb(input), ReadPhotoNumbers(input));
+      break;
+    case ExchangeFormat::kBingo:
+      foreign.block = ExchangeFromBingo(ReadBingo(input), ReadPhotoNumbers(input));
+      break;
+    case ExchangeFormat::kMicmac:
+      foreign.block = ExchangeFromMicmac(ReadMicmacOrientation(input));
+      break;
+    case ExchangeFormat::kMetashape: {
+      const MetashapeChunk chunk = ReadMetashape(input);
+      foreign.block = ExchangeFromMetashape(chunk);
+      foreign.geocentric = IsGeocentric(chunk);
+      break;
+    }
+    case ExchangeFormat::kColmap:
+      foreign.block = ExchangeFromColmap(ReadColmap(input));
+      foreign.frame_origin = record.origin;
+      break;
+    case ExchangeFormat::kOpensfm:
+      foreign.block = ExchangeFromOpensfm(ReadOpensfm(input));
+      if (!foreign.block.reference_lla)
+        throw InputError(input + ": reconstruction.json lacks reference_lla: where the " +
+                         "reconstruction lies on the earth is not known");
+      break;
+    case ExchangeFormat::kAsp:
+      foreign.block = ExchangeFromAsp(ReadAsp(input));
+      foreign.geocentric = true;
+      break;
+  }
+  return foreign;
+}
+
+}  // namespace orient

@@ -1,0 +1,22 @@
+// Another program's files as an exchange block in their own ground system.
+#pragma once
+
+#include <string>
+
+#include "tools/convert/convert_source.h"
+#include "tools/convert/export_record.h"
+
+namespace orient {
+
+struct ForeignBlock {
+  ExchangeBlock block;
+  bool geocentric =
+      false;  // else topocentric where block.reference_lla says so, else the block's CRS
+  Eigen::Vector3d frame_origin = Eigen::Vector3d::Zero();  // to be added to the file's coordinates
+};
+
+// Throws InputError naming file, line and value.
+ForeignBlock ReadForeignBlock(ExchangeFormat format, const std::string& input,
+                              const ExportRecord& record);
+
+}  // namespace orient

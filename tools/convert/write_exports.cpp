@@ -1,0 +1,217 @@
+#include "tools/convert/write_exports.h"
+
+#include <algorithm>
+#include <cmath>
+#include <filesystem>
+
+#include "core/error.h"
+#include "core/files/camera_file.h"
+#include "core/files/exchange/asp_pinhole.h"
+#include "core/files/exchange/colmap.h"
+#include "core/files/exchange/frame_adjustments.h"
+#include "core/files/exchange/metashape.h"
+#include "core/files/exchange/micmac_orientation.h"
+#include "core/files/exchange/opensfm.h"
+#include "core/files/orientation_table.h"
+#include "core/geometry/collinearity.h"
+#include "tools/convert/export_record.h"
+#include "tools/convert/ground_frame.h"
+#include "tools/shared_options.h"
+
+namespace orient {
+namespace {
+namespace fs = std::filesystem;
+
+// A verification point in all the systems that anybody may want.
+struct Verified {
+  std::size_t photo = 0;
+  Eigen::Vector3d block_m;
+  Eigen::Vector2d pixel;
+  Eigen::Vector2d reduced_mm;
+};
+
+// Round, near the block's middle; heights stay what they are.
+Eigen::Vector3d RoundOrigin(const ExchangeBlock& block) {
+  constexpr double kRound_m = 1000;
+  Eigen::Vector3d mean = Eigen::Vector3d::Zero();
+  for (const ExchangePhoto& photo : block.photos) mean += photo.centre;
+  mean /= static_cast<double>(block.photos.size());
+  return {kRound_m * std::round(mean.x() / kRound_m), kRound_m * std::round(mean.y() / kRound_m),
+          0};
+}
+
+// The ground under a photo; for formats in the block's own system any will do: an image scale of
+// 1 : 10 000.
+double GroundHeight(const ConvertSource& source, std::size_t photo) {
+  const Camera& camera = source.cameras[source.block.photos[photo].camera];
+  return source.ground_height_m[photo].value_or(source.block.photos[photo].centre.z() -
+                                                10 * camera.principal_distance_mm);
+}
+
+// Three by three places over each image, their ground points at three heights in turn; the pixel is
+// that of Orient's own collinearity.
+std::vector<Verified> VerificationPoints(const ConvertSource& source) {
+  std::vector<Verified> points;
+  const GroundFrame frame = GroundFrame::Shifted(Eigen::Vector3d::Zero());
+  for (std::size_t i = 0; i < source.block.photos.size(); ++i) {
+    const Pose pose = PoseOf(source.block.photos[i]);
+    const Camera& camera = source.cameras[source.block.photos[i].camera];
+    const Affine2d photo_from_pixel = DigitalPhotoFromPixel(camera);
+    const Affine2d pixel_from_photo = photo_from_pixel.Inverse();
+    const double mean = GroundHeight(source, i);
+    const double relief = 0.02 * (pose.position_m.z() - mean);
+    for (int place = 0; place < 9; ++place) {
+      const Eigen::Vector2d part(0.4 * (place % 3 - 1), 0.4 * (place / 3 - 1));
+      const auto ray = GroundRayFromPhoto(camera, pose, part.cwiseProduct(camera.frame_mm));
+      if (!ray) continue;
+      const auto ground = PointAtHeight(frame, FrameWay::kFileFromBlock, ray->origin_m,
+                                        ray->direction, mean + (place * 2 % 3 - 1) * relief);
+      const auto photo_mm = ground ? PhotoFromGround(camera, pose, *ground) : std::nullopt;
+      if (!photo_mm) continue;
+      const Eigen::Vector3d d = pose.GroundFromPhoto().transpose() * (*ground - pose.position_m);
+      points.push_back({i, *ground, pixel_from_photo * *photo_mm,
+                        -camera.principal_distance_mm * d.head<2>() / d.z()});
+    }
+  }
+  return points;
+}
+
+GroundFrame FrameOf(const ConvertSource& source, const ExportOptions& options,
+                    ExchangeFormat format) {
+  const bool shifted = format == ExchangeFormat::kColmap || format == ExchangeFormat::kMetashape;
+  if (shifted) return GroundFrame::Shifted(options.origin.value_or(RoundOrigin(source.block)));
+  if (format != ExchangeFormat::kAsp && format != ExchangeFormat::kOpensfm)
+    return GroundFrame::Shifted(Eigen::Vector3d::Zero());
+  if (!source.crs)
+    throw InputError("the format " + Name(format) +
+                     " needs the block's CRS, which no .prj names; give it with --crs");
+  GroundFrame frame = GroundFrame::Geocentric(*source.crs, options.geoid_m);
+  if (format == ExchangeFormat::kAsp) return frame;
+  Eigen::Vector3d origin = options.origin.value_or(RoundOrigin(source.block));
+  const auto at = frame.GeodeticFromBlock(origin);
+  if (!at) throw InputError("PROJ finds no latitude and longitude for the block's middle");
+  return GroundFrame::Topocentric(*source.crs, options.geoid_m, *at);
+}
+
+// The block in the file's ground system, its verification points filled in.
+ExchangeBlock Framed(const ConvertSource& source, const std::vector<Verified>& verified,
+                     const GroundFrame& frame, WrittenExport* written) {
+  ExchangeBlock block = source.block;
+  block.origin = frame.Origin();
+  if (const auto& at = frame.TopocentricOrigin())
+    block.reference_lla =
+        Eigen::Vector3d(DegFromRad(at->latitude_rad), DegFromRad(at->longitude_rad), at->height_m);
+  const auto mapped = [&](const Eigen::Vector3d& point) {
+    const auto at = frame.FileFromBlock(point);
+    if (!at) throw InputError("PROJ cannot transform a ground point of the block");
+    return *at;
+  };
+  for (std::size_t i = 0; i < block.photos.size(); ++i) {
+    ExchangePhoto& photo = block.photos[i];
+    if (!frame.IsShift() && !source.ground_height_m[i])
+      throw InputError("photo " + photo.image + ": the format " + Name(written->format) +
+                       " needs the height of the ground under it; give --ground-height-m");
+    const auto reframed = ReframeAt(frame, FrameWay::kFileFromBlock, photo,
+                                    block.cameras[photo.camera], GroundHeight(source, i));
+    if (!reframed)
+      throw InputError("photo " + photo.image + " does not see the ground at the height " +
+                       ExactNumber(GroundHeight(source, i)) + " m everywhere");
+    photo = reframed->photo;
+    written->rms_px = std::max(written->rms_px, reframed->rms_px);
+    written->largest_px = std::max(written->largest_px, reframed->largest_px);
+  }
+  for (ExchangePoint& point : block.points) point.ground = mapped(point.ground);
+  for (const Verified& v : verified)
+    block.verification.push_back({v.photo, mapped(v.block_m), v.pixel});
+  return block;
+}
+
+void WriteOpk(const std::string& directory, const ConvertSource& source) {
+  OrientationTable table;
+  table.crs = source.crs;
+  for (const ExchangePhoto& photo : source.block.photos)
+    table.rows.push_back({PhotoName(photo.image), PoseOf(photo), std::nullopt});
+  WriteOrientationTable((fs::path(directory) / "orientation.csv").string(), table);
+}
+
+void WriteFormat(const std::string& directory, ExchangeFormat format, const ExchangeBlock& block,
+                 const ConvertSource& source) {
+  switch (format) {
+    case ExchangeFormat::kOpk:
+      return WriteOpk(directory, source);
+    case ExchangeFormat::kPatb:
+      return WritePatb(directory, block);
+    case ExchangeFormat::kBingo:
+      return WriteBingo(directory, block);
+    case ExchangeFormat::kMicmac:
+      return WriteMicmacOrientation(directory, "Orient", block);
+    case ExchangeFormat::kMetashape:
+      return WriteMetashape(directory, block);
+    case ExchangeFormat::kColmap:
+      return WriteColmap(directory, block);
+    case ExchangeFormat::kOpensfm:
+      return WriteOpensfm(directory, block);
+    case ExchangeFormat::kAsp:
+      return WriteAsp(directory, block);
+  }
+}
+
+// `world`: what the format itself adds to its coordinates.
+std::vector<VerificationRow> Rows(const ConvertSource& source,
+                                  const std::vector<Verified>& verified, const ExchangeBlock& block,
+                                  const Eigen::Vector3d& world) {
+  std::vector<VerificationRow> rows;
+  for (std::size_t i = 0; i < verified.size(); ++i) {
+    const Verified& v = verified[i];
+    const ExchangePhoto& photo = block.photos[v.photo];
+    rows.push_back({photo.image, v.block_m, block.verification[i].ground + world, v.pixel,
+                    v.reduced_mm, source.cameras[photo.camera].principal_distance_mm,
+                    block.cameras[photo.camera].pixel_mm});
+  }
+  return rows;
+}
+
+std::optional<double> MeanGroundHeight(const ConvertSource& source) {
+  double sum = 0;
+  int count = 0;
+  for (const auto& height : source.ground_height_m)
+    if (height) sum += *height, ++count;
+  if (count == 0) return std::nullopt;
+  return sum / count;
+}
+
+void WriteCamera(const std::string& directory, const Camera& camera, std::size_t index,
+                 std::size_t count) {
+  const std::string name =
+      count == 1 ? "camera.toml" : "camera_" + std::to_string(index + 1) + ".toml";
+  WriteCameraFile((fs::path(directory) / name).string(), {camera, {}, {}, std::nullopt, {}});
+}
+
+}  // namespace
+
+std::string ExportDirectory(const ExportOptions& options, ExchangeFormat format) {
+  return (fs::path(options.out) / Name(format)).string();
+}
+
+std::vector<WrittenExport> WriteExports(const ConvertSource& source, const ExportOptions& options) {
+  const std::vector<Verified> verified = VerificationPoints(source);
+  std::vector<WrittenExport> all;
+  for (const ExchangeFormat format : options.formats) {
+    WrittenExport written{format, ExportDirectory(options, format), 0, 0};
+    const GroundFrame frame = FrameOf(source, options, format);
+    const ExchangeBlock block = Framed(source, verified, frame, &written);
+    MakeOutputDirectory(written.directory);
+    WriteFormat(written.directory, format, block, source);
+    const bool adds_origin = format == ExchangeFormat::kMetashape;
+    const Eigen::Vector3d world = adds_origin ? frame.Origin() : Eigen::Vector3d::Zero();
+    WriteVerification(written.directory, Rows(source, verified, block, world));
+    WriteExportRecord(written.directory, {Name(format), source.crs, frame.Origin(), options.geoid_m,
+                                          MeanGroundHeight(source)});
+    for (std::size_t i = 0; i < source.cameras.size(); ++i)
+      WriteCamera(written.directory, source.cameras[i], i, source.cameras.size());
+    all.push_back(written);
+  }
+  return all;
+}
+
+}  // namespace orient

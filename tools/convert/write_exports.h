@@ -1,0 +1,35 @@
+// An oriented block as other programs' files, each format in a folder of its own, with verification
+// points.
+#pragma once
+
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "tools/convert/convert_source.h"
+
+namespace orient {
+
+struct ExportOptions {
+  std::vector<ExchangeFormat> formats;
+  std::string out;     // <out>/<format>/...
+  double geoid_m = 0;  // the geoid's height above the ellipsoid, for geocentric formats
+  std::optional<Eigen::Vector3d> origin;  // of shifted formats; a round place near the block
+};
+
+struct WrittenExport {
+  ExchangeFormat format;
+  std::string directory;
+  // What the block's CRS being no Cartesian system leaves over the images, px; 0 for formats in the
+  // block's own coordinates.
+  double rms_px = 0, largest_px = 0;
+};
+
+// Where a format's files go: what would be overwritten.
+std::string ExportDirectory(const ExportOptions& options, ExchangeFormat format);
+
+// Writes <out>/<format>/ with the format's files, verification.csv and export.json for each format.
+// Throws InputError: a format that needs a CRS or a ground height which the block has not.
+std::vector<WrittenExport> WriteExports(const ConvertSource& source, const ExportOptions& options);
+
+}  // namespace orient

@@ -1,0 +1,205 @@
+// orient convert: oriented blocks for other programs, from them, and whether both mean the same.
+#include <algorithm>
+#include <array>
+#include <filesystem>
+#include <ostream>
+
+#include "core/error.h"
+#include "core/files/block_file.h"
+#include "core/files/orientation_table.h"
+#include "core/format_text.h"
+#include "tools/camera_library.h"
+#include "tools/commands.h"
+#include "tools/convert/check_exports.h"
+#include "tools/convert/convert_source.h"
+#include "tools/convert/resample_photos.h"
+#include "tools/convert/write_exports.h"
+#include "tools/progress.h"
+#include "tools/shared_options.h"
+
+namespace orient {
+namespace {
+namespace fs = std::filesystem;
+
+std::vector<std::string> FormatNames() {
+  std::vector<std::string> names;
+  for (const ExchangeFormat format : kAllExchangeFormats) names.push_back(Name(format));
+  return names;
+}
+
+class ConvertCommand : public Command {
+ public:
+  std::string Name() const override { return "convert"; }
+  std::string Summary() const override {
+    return "Oriented blocks for other programs and from them, with a check of what they mean";
+  }
+
+  void Setup(CLI::App& app) override {
+    app.add_option("INPUT", source_.input,
+                   "Folder of 'orient block' or 'orient exterior', an OPK CSV, or another "
+                   "program's folder or file")
+        ->required();
+    app.add_option("--from", from_, "The input's format")
+        ->check(CLI::IsMember(FormatNames()))
+        ->default_str("opk");
+    app.add_option("--to", to_, "Formats to write, each into a folder of its name")
+        ->check(CLI::IsMember(FormatNames()))
+        ->delimiter(',')
+        ->allow_extra_args(false);
+    app.add_option("--camera", source_.camera,
+                   "Camera file (TOML), or a name of the camera library; for other programs' "
+                   "files the camera of their images");
+    AddCameraLibraryOption(app, &library_);
+    app.add_option("--interior", source_.interior,
+                   "Folder with the results of 'orient interior' (default: INPUT)");
+    app.add_option("--images", images_,
+                   "Scans of film photos (globs are expanded): resampled into the photo system, "
+                   "into OUT/images");
+    app.add_option("--pixel-size-um", source_.pixel_size_um,
+                   "Pixel size of film photos' images (default: the scans' mean)")
+        ->check(CLI::Range(0.5, 1000.0));
+    app.add_flag("--remove-distortion", source_.remove_distortion,
+                 "Take the lens's distortion out of film photos' images, too");
+    app.add_option("--image-extension", source_.image_extension,
+                   "Extension of the images' names in the files written")
+        ->capture_default_str();
+    app.add_option("--crs", source_.crs, "The block's CRS where no .prj names it");
+    app.add_option("--geoid-m", source_.geoid_m,
+                   "Height of the geoid above the ellipsoid, added to heights for geocentric and "
+                   "topocentric formats (default 0)");
+    app.add_option("--ground-height-m", source_.ground_height_m,
+                   "Mean height of the ground where the input does not tell");
+    app.add_option("--origin", origin_,
+                   "What is subtracted from ground coordinates (COLMAP, Metashape, OpenSfM)")
+        ->expected(3);
+    app.add_flag("--check", check_,
+                 "Project the verification points of INPUT's exports by the formulas of their "
+                 "programs, and name conventions that do not fit");
+    app.add_option("--points", points_, "Verification points (default: verification.csv beside)");
+    app.add_option("--out", out_, "Folder for results; made where it is missing");
+    AddOverwriteOption(app, &overwrite_);
+  }
+
+  ExitCode Run(std::ostream& out) override {
+    if (check_) return Check(out);
+    if (to_.empty() && images_.empty())
+      throw UsageError("say what to write with --to, --images, or check with --check");
+    if (out_.empty()) throw UsageError("name a folder for the results with --out");
+    Prepare();
+    const ConvertSource source = Read();
+    for (const std::string& message : source.messages) out << "note: " << message << "\n";
+    if (!to_.empty()) Write(source, out);
+    if (!images_.empty()) Resample(source, out);
+    return ExitCode::kAllDone;
+  }
+
+ private:
+  ExchangeFormat From() const { return *ExchangeFormatFromName(from_.empty() ? "opk" : from_); }
+
+  void Prepare() {
+    if (!source_.camera.empty()) source_.camera = FindCameraFile(source_.camera, library_);
+    if (!origin_.empty()) source_.origin = Eigen::Vector3d(origin_.data());
+    if (!source_.image_extension.empty() && source_.image_extension.front() != '.')
+      source_.image_extension.insert(0, ".");
+    std::vector<std::string> results;
+    for (const ExchangeFormat format : Formats())
+      results.push_back(ExportDirectory(Export(), format));
+    if (!images_.empty()) {
+      if (From() != ExchangeFormat::kOpk)
+        throw UsageError("--images needs Orient's own results as INPUT");
+      images_ = ExpandPhotos(images_, "");
+      for (const std::string& scan : images_) results.push_back(ImagePath(scan));
+    }
+    RefuseToOverwrite(results, overwrite_);
+  }
+
+  ConvertSource Read() const { return ReadForeign(From(), source_); }
+
+  std::vector<ExchangeFormat> Formats() const {
+    std::vector<ExchangeFormat> formats;
+    for (const std::string& name : to_) {
+      const ExchangeFormat format = *ExchangeFormatFromName(name);
+      if (std::find(formats.begin(), formats.end(), format) == formats.end())
+        formats.push_back(format);
+    }
+    return formats;
+  }
+
+  ExportOptions Export() const {
+    return {Formats(), out_, source_.geoid_m.value_or(0), source_.origin};
+  }
+
+  std::string ImagePath(const std::string& scan) const {
+    return (fs::path(out_) / "images" / (PhotoName(scan) + ".tif")).string();
+  }
+
+  void Write(const ConvertSource& source, std::ostream& out) const {
+    for (const WrittenExport& written : WriteExports(source, Export())) {
+      const ExportCheck check = CheckExport(written.directory, written.format, "");
+      out << written.directory << ": " << source.block.photos.size() << " photos, "
+          << source.block.points.size() << " control points\n  " << Verdict(check) << "\n";
+      if (written.largest_px > 0)
+        out << FormatText(
+            "  another ground system: scale and curvature leave rms %.2g px, largest %.2g px\n",
+            written.rms_px, written.largest_px);
+      if (!check.ok)
+        throw InputError(written.directory + ": what was written does not project as it should; " +
+                         "do not use it");
+    }
+  }
+
+  void Resample(const ConvertSource& source, std::ostream& out) const {
+    const CameraFile camera = ReadCameraFile(source_.camera);
+    if (camera.camera.kind != CameraKind::kFilm)
+      throw UsageError(
+          "--images resamples film photos; a digital camera's images stay as they are");
+    const std::string interior = source_.interior.value_or(
+        fs::is_directory(source_.input) ? source_.input
+                                        : fs::path(source_.input).parent_path().string());
+    const std::string folder = (fs::path(out_) / "images").string();
+    MakeOutputDirectory(folder);
+    WriteCameraFile((fs::path(folder) / "camera.toml").string(),
+                    {source.cameras.front(), {}, {}, std::nullopt, {}});
+    Progress progress("resampling", static_cast<int>(images_.size()));
+    for (const std::string& scan : images_) {
+      const std::string photo = PhotoName(scan);
+      const std::string exterior = ExteriorResultPath(interior, photo);
+      std::optional<ScanOrientation> orientation;
+      if (fs::exists(exterior)) orientation = ReadExteriorResult(exterior).orientation;
+      const FilmImage film(camera, photo, interior, orientation, source.cameras.front(),
+                           source_.remove_distortion);
+      const ResampledPhoto made =
+          ResamplePhoto(scan, film, source.cameras.front(), ImagePath(scan));
+      progress.Advance();
+      out << made.path << ": " << made.width << " x " << made.height
+          << FormatText(" px, %d bands, largest difference %.2g px\n", made.bands,
+                        made.largest_difference_px);
+    }
+    progress.Finish();
+  }
+
+  ExitCode Check(std::ostream& out) const {
+    bool all = true;
+    std::optional<ExchangeFormat> format;
+    if (!from_.empty()) format = From();
+    for (const std::string& folder :
+         points_.empty() ? ExportFolders(source_.input) : std::vector<std::string>{source_.input}) {
+      const ExportCheck check = CheckExport(folder, format, points_);
+      out << folder << ": " << Verdict(check) << "\n";
+      all = all && check.ok;
+    }
+    return all ? ExitCode::kAllDone : ExitCode::kBadInput;
+  }
+
+  ConvertSourceOptions source_;
+  std::string from_, library_, points_, out_;
+  std::vector<std::string> to_, images_;
+  std::vector<double> origin_;
+  bool check_ = false, overwrite_ = false;
+};
+
+}  // namespace
+
+std::unique_ptr<Command> MakeConvertCommand() { return std::make_unique<ConvertCommand>(); }
+
+}  // namespace orient
