@@ -1,8 +1,9 @@
 #include "patchdb/candidates.h"
 
-#include <tbb/parallel_for.h>
+#include <algorithm>
 
 #include "core/imaging/interest_points.h"
+#include "core/imaging/side_by_side.h"
 
 namespace orient {
 namespace {
@@ -66,9 +67,10 @@ CandidateGrid FindInterestCandidates(const Raster& raster, const SourceView& sou
   for (int first = 0; first < tiles; first += kTilesAtOnce) {
     const int count = std::min(kTilesAtOnce, tiles - first);
     std::vector<std::vector<InterestCandidate>> found(static_cast<std::size_t>(count));
-    tbb::parallel_for(0, count, [&](int i) {
-      const int row = (first + i) / cols * side, col = (first + i) % cols * side;
-      found[static_cast<std::size_t>(i)] = SearchTile(
+    SideBySide(found.size(), [&](std::size_t i) {
+      const int tile = first + static_cast<int>(i);
+      const int row = tile / cols * side, col = tile % cols * side;
+      found[i] = SearchTile(
           raster, source,
           {col, row, std::min(side, raster.Width() - col), std::min(side, raster.Height() - row)},
           search);

@@ -2,6 +2,7 @@
 
 #include "core/imaging/correlation.h"
 #include "core/imaging/least_squares_matching.h"
+#include "core/imaging/resample.h"
 #include "patchdb/rectify.h"
 
 namespace orient {
@@ -10,14 +11,6 @@ namespace {
 constexpr int kCoverageCells = 256;  // a side, of the longer one
 constexpr double kPeakDistance = 2.5;
 constexpr int kWindowMargin = 5;  // chip pixels around the searched area, for interpolation
-
-Image Middle(const Image& image, int side) {
-  Image part(side, side);
-  const int col0 = (image.width - side) / 2, row0 = (image.height - side) / 2;
-  for (int row = 0; row < side; ++row)
-    std::copy_n(image.Row(row0 + row) + col0, side, part.Row(row));
-  return part;
-}
 
 struct ChipMatch {
   Eigen::Vector2d shift;       // of the ground point, chip pixels
@@ -47,8 +40,8 @@ std::optional<ChipMatch> MatchChips(const Image& templ, const Image& window,
 bool CoreAgrees(const Image& templ, const Image& window, const ChipMatch& match,
                 const MatchOptions& options) {
   const int side = std::min(options.core_px, templ.width);
-  const auto peaks =
-      FindPeaks(Correlate(Middle(templ, side), window), 1, kPeakDistance, options.min_score);
+  const auto peaks = FindPeaks(Correlate(MiddleOf(templ, side, side), window), 1, kPeakDistance,
+                               options.min_score);
   if (peaks.empty()) return false;
   const Eigen::Vector2d corner_of_no_shift = Eigen::Vector2d::Constant(0.5 * (window.width - side));
   return (peaks[0].position - corner_of_no_shift - match.shift).norm() <=
@@ -95,9 +88,9 @@ std::optional<Sighting> FindIn(const FurtherSource& source, const Patch& patch,
   const auto window = RectifyChip(*source.raster, *source.view, patch.heights, patch.ground_m,
                                   window_px, patch.gsd_m);
   if (!window) return std::nullopt;
-  const auto match = MatchChips(Middle(patch.chip, side), *window, options);
-  if (!match || !CoreAgrees(Middle(patch.chip, side), *window, *match, options))
-    return std::nullopt;
+  const Image templ = MiddleOf(patch.chip, side, side);
+  const auto match = MatchChips(templ, *window, options);
+  if (!match || !CoreAgrees(templ, *window, *match, options)) return std::nullopt;
   const double gsd = patch.gsd_m;
   const double east = match->shift.x() * gsd, north = -match->shift.y() * gsd;
   Eigen::Vector3d shown = patch.ground_m + Eigen::Vector3d(east, north, 0);

@@ -1,11 +1,10 @@
 #include "patchdb/harvest.h"
 
-#include <tbb/parallel_for.h>
-
 #include <map>
 #include <stdexcept>
 
 #include "core/error.h"
+#include "core/imaging/side_by_side.h"
 #include "core/median.h"
 #include "patchdb/candidates.h"
 #include "patchdb/patch_making.h"
@@ -65,9 +64,8 @@ class PatchCutter {
             !taken_.TooClose((*cell.candidates)[round].ground_m.head<2>()))
           open.push_back(&cell);
       std::vector<std::variant<Patch, Refusal>> made(open.size());
-      tbb::parallel_for(std::size_t{0}, open.size(), [&](std::size_t i) {
-        made[i] = maker_.Make((*open[i]->candidates)[round]);
-      });
+      SideBySide(open.size(),
+                 [&](std::size_t i) { made[i] = maker_.Make((*open[i]->candidates)[round]); });
       for (std::size_t i = 0; i < open.size(); ++i) Take(made[i], *open[i]);
     }
     for (OpenCell& cell : cells)

@@ -85,7 +85,7 @@ struct PatchDatabase::Impl {
   }
 
   std::int64_t InsertPatch(const Patch& patch, std::int64_t source_id);
-  void InsertEvidence(std::int64_t patch_id, const Patch& patch);
+  void InsertEvidence(std::int64_t patch_id, const std::vector<PatchEvidence>& evidence);
   void GrowExtent(const Bounds& bounds);
 };
 
@@ -97,11 +97,12 @@ std::int64_t PatchDatabase::Impl::InsertPatch(const Patch& patch, std::int64_t s
   return connection.Database().getLastInsertRowid();
 }
 
-void PatchDatabase::Impl::InsertEvidence(std::int64_t patch_id, const Patch& patch) {
-  if (patch.evidence.empty()) return;
-  for (const PatchEvidence& evidence : patch.evidence) {
+void PatchDatabase::Impl::InsertEvidence(std::int64_t patch_id,
+                                         const std::vector<PatchEvidence>& evidence) {
+  if (evidence.empty()) return;
+  for (const PatchEvidence& view : evidence) {
     const Query insert = connection.Prepare(sql::kAddEvidence);
-    BindEvidence(patch_id, evidence.source_id, evidence, *insert);
+    BindEvidence(patch_id, view.source_id, view, *insert);
     insert->exec();
   }
   const Query count = connection.Prepare(sql::kCountViews);
@@ -186,9 +187,25 @@ PatchDatabaseInfo PatchDatabase::Info() const {
 }
 
 void PatchDatabase::AddSource(PatchSource& source, std::vector<Patch>& patches) {
+  StoreHarvest(source, patches, [](std::int64_t id) { return id; });
+}
+
+void PatchDatabase::AddSource(PatchSource& source, std::vector<Patch>& patches,
+                              const std::vector<PatchSource>& witnesses) {
+  std::vector<std::int64_t> ids(witnesses.size());  // 0: not asked for yet
+  StoreHarvest(source, patches, [&](std::int64_t place) {
+    std::int64_t& id = ids.at(static_cast<std::size_t>(place));
+    if (id == 0) id = StoreSource(witnesses[static_cast<std::size_t>(place)], false).id;
+    return id;
+  });
+}
+
+void PatchDatabase::StoreHarvest(PatchSource& source, std::vector<Patch>& patches,
+                                 const std::function<std::int64_t(std::int64_t)>& witness_id) {
   for (const Patch& patch : patches) CheckPatch(patch);
   PatchSource stored = source;
   std::vector<std::int64_t> ids;
+  std::vector<std::vector<PatchEvidence>> evidence;
   Write("storing patches", [&](Connection&) {
     if (FindSource(source).harvested)
       throw InputError(impl_->path + " holds patches of " + Name(source.kind) + " '" + source.name +
@@ -196,7 +213,9 @@ void PatchDatabase::AddSource(PatchSource& source, std::vector<Patch>& patches) 
     stored = StoreSource(source, true);
     for (const Patch& patch : patches) {
       ids.push_back(impl_->InsertPatch(patch, stored.id));
-      impl_->InsertEvidence(ids.back(), patch);
+      evidence.push_back(patch.evidence);
+      for (PatchEvidence& of : evidence.back()) of.source_id = witness_id(of.source_id);
+      impl_->InsertEvidence(ids.back(), evidence.back());
     }
     impl_->GrowExtent(BoundsOf(patches));
     return 0;
@@ -205,16 +224,8 @@ void PatchDatabase::AddSource(PatchSource& source, std::vector<Patch>& patches) 
   for (std::size_t i = 0; i < ids.size(); ++i) {
     patches[i].id = ids[i];
     patches[i].source_id = stored.id;
+    patches[i].evidence = std::move(evidence[i]);
   }
-}
-
-std::int64_t PatchDatabase::MentionSource(const PatchSource& source) {
-  std::int64_t id = 0;
-  Write("naming a source", [&](Connection&) {
-    id = StoreSource(source, false).id;
-    return 0;
-  });
-  return id;
 }
 
 PatchSource PatchDatabase::StoreSource(const PatchSource& source, bool harvested) {

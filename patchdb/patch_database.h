@@ -69,8 +69,11 @@ class PatchDatabase {
   // number where another one has it. Throws InputError: the source is harvested already;
   // std::invalid_argument: a patch without chip, size or position.
   void AddSource(PatchSource& source, std::vector<Patch>& patches);
-  // Its id, for evidence of a source that is not harvested yet; made where it is not there.
-  std::int64_t MentionSource(const PatchSource& source);
+  // The same with evidence that names its source by its place in `witnesses` (as
+  // PatchEvidence::source_id does until then). Those that are named and not there yet are made in
+  // the same transaction, as not harvested.
+  void AddSource(PatchSource& source, std::vector<Patch>& patches,
+                 const std::vector<PatchSource>& witnesses);
   // Active ones, ordered by id. Of more than `max_count` about so many, spread evenly over their
   // sources, so that an absurd region does not fill the memory; the same ones every time.
   std::vector<Patch> FindPatchesIn(const Bounds& bounds, int max_count = 10000) const;
@@ -99,6 +102,8 @@ class PatchDatabase {
   PatchSource StoreSource(const PatchSource& source, bool harvested);
 
  private:
+  void StoreHarvest(PatchSource& source, std::vector<Patch>& patches,
+                    const std::function<std::int64_t(std::int64_t)>& witness_id);
   struct Impl;
   explicit PatchDatabase(std::unique_ptr<Impl> impl);
   std::unique_ptr<Impl> impl_;

@@ -35,14 +35,6 @@ double DirectionRatio(const Eigen::Vector3d& energy) {
   return axes.values[1] > 0 ? std::sqrt(std::max(axes.values[0], 0.0) / axes.values[1]) : 0;
 }
 
-Image Middle(const Image& image, int width, int height) {
-  Image part(width, height);
-  const int col0 = (image.width - width) / 2, row0 = (image.height - height) / 2;
-  for (int row = 0; row < height; ++row)
-    std::copy_n(image.Row(row0 + row) + col0, width, part.Row(row));
-  return part;
-}
-
 // copy(p) = level(p + (0.5, 0.5)) + noise.
 Image ShiftedNoisyCopy(const Image& level, double noise) {
   std::mt19937 random(1);
@@ -58,7 +50,7 @@ bool SurvivesAt(const Image& level, double noise) {
   const int width = level.width - 2 * kPersistenceMargin;
   const int height = level.height - 2 * kPersistenceMargin;
   const Image copy = ShiftedNoisyCopy(level, noise);
-  const auto peaks = FindPeaks(Correlate(Middle(level, width, height), copy), 1, 1, kMinScore);
+  const auto peaks = FindPeaks(Correlate(MiddleOf(level, width, height), copy), 1, 1, kMinScore);
   if (peaks.empty()) return false;
   const double expected = kPersistenceMargin - 0.5;
   return (peaks[0].position - Eigen::Vector2d::Constant(expected)).norm() <= kMaxError;
@@ -83,7 +75,7 @@ double Contrast(const Image& image) {
 std::optional<SecondPeak> FindSecondPeak(const Image& surroundings, int template_px) {
   if (surroundings.width < template_px + 2 || surroundings.height < template_px + 2)
     return std::nullopt;
-  const Image scores = Correlate(Middle(surroundings, template_px, template_px), surroundings);
+  const Image scores = Correlate(MiddleOf(surroundings, template_px, template_px), surroundings);
   const Eigen::Vector2d itself((surroundings.width - template_px) / 2,
                                (surroundings.height - template_px) / 2);
   const float at_itself = scores.At(static_cast<int>(itself.x()), static_cast<int>(itself.y()));

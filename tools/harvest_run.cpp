@@ -177,13 +177,9 @@ class Harvester {
   // One transaction, with the evidence of sources that are not harvested yet, too: a run that is
   // killed has lost nothing of it.
   void Store(std::size_t source, HarvestResult& harvest) {
-    for (Patch& patch : harvest.patches)
-      for (PatchEvidence& evidence : patch.evidence)
-        evidence.source_id =
-            database_.MentionSource(sources_[static_cast<std::size_t>(evidence.source_id)]);
     PatchSource stored = sources_[source];
     stored.gsd_m = harvest.gsd_m;
-    database_.AddSource(stored, harvest.patches);
+    database_.AddSource(stored, harvest.patches, sources_);
   }
 
   PatchDatabase& database_;

@@ -1,5 +1,6 @@
 #include "core/imaging/resample.h"
 
+#include <algorithm>
 #include <array>
 #include <cmath>
 #include <opencv2/core.hpp>
@@ -141,6 +142,14 @@ float SampleBicubic(const Image& image, const Eigen::Vector2d& pixel) {
 bool SampleBicubicWithGradient(const Image& image, const Eigen::Vector2d& pixel, float* value,
                                Eigen::Vector2f* gradient) {
   return Sample(image, pixel, true, value, gradient);
+}
+
+Image MiddleOf(const Image& image, int width, int height) {
+  Image part(width, height);
+  const int col0 = (image.width - width) / 2, row0 = (image.height - height) / 2;
+  for (int row = 0; row < height; ++row)
+    std::copy_n(image.Row(row0 + row) + col0, width, part.Row(row));
+  return part;
 }
 
 Image GaussianBlur(const Image& image, double sigma_px) {

@@ -19,6 +19,10 @@ float SampleBicubic(const Image& image, const Eigen::Vector2d& pixel);
 bool SampleBicubicWithGradient(const Image& image, const Eigen::Vector2d& pixel, float* value,
                                Eigen::Vector2f* gradient);
 
+// The part of that size around the middle (half a pixel to the upper left of it where the
+// difference in size is odd). Not larger than the image.
+Image MiddleOf(const Image& image, int width, int height);
+
 // Gaussian blur, NaN-aware (normalised convolution; NaN pixels stay NaN).
 Image GaussianBlur(const Image& image, double sigma_px);
 

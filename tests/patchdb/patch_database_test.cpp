@@ -129,36 +129,60 @@ TEST_F(PatchDatabaseTest, HeightsAreKeptToA64thOfAPixelWhereverTheyLie) {
 
 TEST_F(PatchDatabaseTest, FurtherViewsAreEvidence) {
   PatchDatabase database = PatchDatabase::Create(path_, Utm());
-  const PatchSource witness = Photo("4712.tif");
-  const std::int64_t id = database.MentionSource(witness);
-  EXPECT_EQ(database.MentionSource(witness), id);
+  const std::vector<PatchSource> witnesses = {Photo("4710.tif"), Photo("4712.tif")};
   PatchSource source = Photo("4711.tif");
-  std::vector<Patch> patches = {SomePatch(1, 2), SomePatch(3, 4)};
-  patches[1].evidence = {{id, Eigen::Vector2d(100.5, 200.25), Eigen::Vector2d(0.125, -0.25)}};
-  database.AddSource(source, patches);
+  std::vector<Patch> patches = {SomePatch(1, 2), SomePatch(3, 4), SomePatch(5, 6)};
+  patches[1].evidence = {{1, Eigen::Vector2d(100.5, 200.25), Eigen::Vector2d(0.125, -0.25)}};
+  patches[2].evidence = {{1, Eigen::Vector2d(10, 20), {}}};
+  database.AddSource(source, patches, witnesses);
+  const KnownSource witness = database.FindSource(witnesses[1]);
+  ASSERT_TRUE(witness.id);
+  EXPECT_FALSE(witness.harvested);
+  EXPECT_FALSE(database.FindSource(witnesses[0]).id) << "shows none of them";
   const auto read = database.ReadPatch(2);
   EXPECT_EQ(read->views, 2);
   ASSERT_EQ(read->evidence.size(), 1u);
-  EXPECT_EQ(read->evidence[0].source_id, id);
+  EXPECT_EQ(read->evidence[0].source_id, witness.id);
   EXPECT_EQ(read->evidence[0].pixel, Eigen::Vector2d(100.5, 200.25));
   EXPECT_EQ(read->evidence[0].residual_px, Eigen::Vector2d(0.125, -0.25));
+  EXPECT_EQ(patches[2].evidence[0].source_id, witness.id);
   EXPECT_EQ(database.ReadPatch(1)->views, 1);
   EXPECT_EQ(database.Info().sources, 1);
-  EXPECT_FALSE(database.FindSource(witness).harvested);
 }
 
 TEST_F(PatchDatabaseTest, NamedSourceIsHarvestedLater) {
   PatchDatabase database = Filled(3);
-  PatchSource named = Photo("4712.tif");
-  const std::int64_t id = database.MentionSource(named);
-  std::vector<Patch> patches = {SomePatch(1, 2)};
+  PatchSource named = Photo("4712.tif"), first = Photo("4713.tif"), last = Photo("4714.tif");
+  std::vector<Patch> patches = {SomePatch(1, 2)}, seen = {SomePatch(3, 4)};
+  seen[0].evidence = {{0, {}, {}}};
+  database.AddSource(first, seen, {named});
+  const auto id = database.FindSource(named).id;
+  ASSERT_TRUE(id);
   named.gsd_m = 0.25;
   database.AddSource(named, patches);
   EXPECT_EQ(named.id, id);
   EXPECT_TRUE(database.FindSource(named).harvested);
-  EXPECT_EQ(database.Sources()[1].gsd_m, 0.25);
-  EXPECT_EQ(database.MentionSource(named), id);
+  EXPECT_EQ(database.Sources().back().gsd_m, 0.25);
+  seen = {SomePatch(5, 6)};
+  seen[0].evidence = {{0, {}, {}}};
+  database.AddSource(last, seen, {named});
+  EXPECT_EQ(seen[0].evidence[0].source_id, id);
   EXPECT_TRUE(database.FindSource(named).harvested);
+}
+
+TEST_F(PatchDatabaseTest, ReaderIsToldThatItMayNotAdd) {
+  Filled(3);
+  PatchDatabase database = PatchDatabase::Open(path_, Mode::kRead);
+  PatchSource source = Photo("4712.tif");
+  std::vector<Patch> patches = {SomePatch(1, 2)};
+  patches[0].evidence = {{0, {}, {}}};
+  try {
+    database.AddSource(source, patches, {Photo("4713.tif")});
+    ADD_FAILURE() << "a reader added a source";
+  } catch (const std::invalid_argument& error) {
+    EXPECT_EQ(error.what(), path_ + " was opened read-only");
+  }
+  EXPECT_EQ(database.Info().sources, 1);
 }
 
 TEST_F(PatchDatabaseTest, SourcesOfOneNameAreToldApartByTheirContent) {

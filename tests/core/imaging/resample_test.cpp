@@ -15,6 +15,14 @@ double Ramp(const Eigen::Vector2d& p) { return 100 + 1.25 * p.x() - 0.75 * p.y()
 
 Image RampImage(int width = 30, int height = 20) { return Draw(width, height, Ramp); }
 
+TEST(MiddleOf, KeepsTheMiddlePixel) {
+  const Image middle = MiddleOf(RampImage(31, 21), 5, 3);
+  EXPECT_EQ(middle.width, 5);
+  EXPECT_EQ(middle.height, 3);
+  EXPECT_EQ(middle.At(2, 1), RampImage(31, 21).At(15, 10));
+  EXPECT_EQ(MiddleOf(RampImage(), 30, 20).values, RampImage().values);
+}
+
 TEST(Sample, RampIsExactInTheCornerConvention) {
   const Image image = RampImage();
   for (const Eigen::Vector2d& p : {Eigen::Vector2d(0.5, 0.5), Eigen::Vector2d(29.5, 19.5),

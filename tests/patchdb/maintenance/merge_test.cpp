@@ -22,6 +22,17 @@ class MergeTest : public testing::Test {
     other.AddSource(made, patches);
     return other;
   }
+  // Patch 1 of own.tif; witness.tif shows it at (10, 20), (0.5, 0.25) from where it is computed.
+  PatchDatabase OnePatchSeenByAWitness() {
+    PatchDatabase here = PatchDatabase::Create(folder_ / "here.gpkg", MadeUpCrs());
+    PatchSource witness = MadeUpSource("witness.tif", "1991");
+    PatchSource own = MadeUpSource("own.tif", "1991");
+    std::vector<Patch> none, patches = MadeUpPatches(1, 1, 100);
+    here.AddSource(witness, none);
+    patches[0].evidence = {{witness.id, Eigen::Vector2d(10, 20), Eigen::Vector2d(0.5, 0.25)}};
+    here.AddSource(own, patches);
+    return here;
+  }
   void ExpectSound() { EXPECT_TRUE(CheckDatabase(database_, {}).empty()); }
 
   TemporaryFolder folder_;
@@ -208,12 +219,7 @@ TEST_F(MergeTest, InterruptedMergeLinksSuccessorsLater) {
 }
 
 TEST_F(MergeTest, MeasuredEvidenceStays) {
-  PatchDatabase here = PatchDatabase::Create(folder_ / "here.gpkg", MadeUpCrs());
-  PatchSource witness = MadeUpSource("witness.tif", "1991"), own = MadeUpSource("own.tif", "1991");
-  std::vector<Patch> none, patches = MadeUpPatches(1, 1, 100);
-  here.AddSource(witness, none);
-  patches[0].evidence = {{witness.id, Eigen::Vector2d(10, 20), Eigen::Vector2d(0.5, 0.25)}};
-  here.AddSource(own, patches);
+  PatchDatabase here = OnePatchSeenByAWitness();
   // The witness's own view of the place, not as good.
   std::vector<Patch> seen = MadeUpPatches(1, 1, 100);
   seen[0].quality = 0.5;
@@ -227,12 +233,7 @@ TEST_F(MergeTest, MeasuredEvidenceStays) {
 }
 
 TEST_F(MergeTest, ResidualsOfAnotherGroundPointAreForgotten) {
-  PatchDatabase here = PatchDatabase::Create(folder_ / "here.gpkg", MadeUpCrs());
-  PatchSource witness = MadeUpSource("witness.tif", "1991"), own = MadeUpSource("own.tif", "1991");
-  std::vector<Patch> none, patches = MadeUpPatches(1, 1, 100);
-  here.AddSource(witness, none);
-  patches[0].evidence = {{witness.id, Eigen::Vector2d(10, 20), Eigen::Vector2d(0.5, 0.25)}};
-  here.AddSource(own, patches);
+  PatchDatabase here = OnePatchSeenByAWitness();
   std::vector<Patch> better = MadeUpPatches(1, 1, 100, 500000.5);
   better[0].quality = 0.9;
   const PatchDatabase other = Other("better.tif", "1991", better);

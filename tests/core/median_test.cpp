@@ -1,0 +1,39 @@
+#include "core/median.h"
+
+#include <gtest/gtest.h>
+#include <rapidcheck.h>
+
+#include <algorithm>
+
+namespace orient {
+namespace {
+
+TEST(Median, OfOneValueIsThatValue) {
+  EXPECT_EQ(Median({7}), 7);
+  EXPECT_EQ(UpperMedian({7}), 7);
+}
+
+TEST(Median, OfAnOddNumberIsTheOneInTheMiddle) {
+  EXPECT_EQ(Median({9, -1, 4, 4, 100}), 4);
+  EXPECT_EQ(UpperMedian({9, -1, 4, 4, 100}), 4);
+}
+
+TEST(Median, OfAnEvenNumberIsTheMeanOfTheTwoInTheMiddle) { EXPECT_EQ(Median({8, 1, 2, 5}), 3.5); }
+
+TEST(UpperMedian, OfAnEvenNumberIsTheGreaterOfTheTwoInTheMiddle) {
+  EXPECT_EQ(UpperMedian({8, 1, 2, 5}), 5);
+}
+
+TEST(Median, IsThatOfTheSortedValues) {
+  EXPECT_TRUE(rc::check([] {
+    const auto whole = *rc::gen::nonEmpty<std::vector<int>>();
+    std::vector<double> values(whole.begin(), whole.end()), sorted = values;
+    std::sort(sorted.begin(), sorted.end());
+    const std::size_t half = sorted.size() / 2;
+    RC_ASSERT(UpperMedian(values) == sorted[half]);
+    RC_ASSERT(Median(values) == (sorted[half] + sorted[sorted.size() - 1 - half]) / 2);
+  }));
+}
+
+}  // namespace
+}  // namespace orient
