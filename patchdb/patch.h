@@ -43,7 +43,7 @@ struct Patch {
   std::optional<std::string> created;                  // UTC, ISO 8601; set by the database
   Eigen::Vector3d ground_m = Eigen::Vector3d::Zero();  // of the chip's centre (width/2, height/2)
   Eigen::Matrix3d covariance_m2 = Eigen::Matrix3d::Zero();
-  // How ground_m moves for each metre by which the heights under its source are wrong, and how
+  // How ground_m moves for each metre by which the heights under its source are too high, and how
   // wrong they may be (one sigma): along the source's line of sight. All patches cut with one DEM
   // share such errors. Empty: unknown.
   std::optional<Eigen::Vector3d> height_effect;

@@ -7,7 +7,7 @@
 namespace orient {
 namespace {
 
-using Unknowns = Eigen::Vector4d;  // X, Y, Z, error of the orthophotos' heights
+using Unknowns = Eigen::Vector4d;  // X, Y, Z; by how much the orthophotos' heights are too high
 using PixelRow = Eigen::Matrix<double, 2, 4>;
 
 constexpr int kMaxIterations = 20;
@@ -31,13 +31,13 @@ bool AddSighting(const Sighting& sighting, const Unknowns& at, Linearised* syste
   Eigen::Vector3d ground = at.head<3>();
   const Eigen::Vector3d effect =
       view.IsOrthophoto() ? view.HeightEffect(ground) : Eigen::Vector3d::Zero();
-  ground.head<2>() -= effect.head<2>() * at[3];
+  ground.head<2>() += effect.head<2>() * at[3];
   const auto pixel = view.PixelFromGround(ground);
   const auto by_ground = PixelDerivatives(view, ground, kDifferenceStep);
   if (!pixel || !by_ground) return false;
   PixelRow row;
   row.leftCols<3>() = *by_ground;
-  row.col(3) = -by_ground->leftCols<2>() * effect.head<2>();
+  row.col(3) = by_ground->leftCols<2>() * effect.head<2>();
   const Eigen::Matrix2d covariance = sighting.covariance_px2 + view.OrientationCovariance(ground);
   const Eigen::Matrix2d weight = covariance.inverse();
   if (!weight.allFinite()) return false;
@@ -99,8 +99,9 @@ Place PlaceOf(const Linearised& system, const Eigen::Matrix4d& inverse, const Un
   place.ground_m = at.head<3>();
   place.covariance_m2 = inverse.topLeftCorner<3, 3>();
   const double variance = sigma_m * sigma_m;
+  // Both errors are observed as 0: the estimate errs by minus what their covariance says.
   const Unknowns gain = orthophotos_only
-                            ? Unknowns(inverse.col(3) / variance)
+                            ? Unknowns(-inverse.col(3) / variance)
                             : Unknowns(inverse * system.by_height.transpose() / variance);
   place.height_effect = gain.head<3>();
   place.residuals_px = system.residuals;

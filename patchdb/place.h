@@ -21,8 +21,8 @@ struct Sighting {
 struct Place {
   Eigen::Vector3d ground_m;
   Eigen::Matrix3d covariance_m2;
-  // How ground_m moves for each metre by which the heights are wrong: the surface's, or where only
-  // orthophotos show the point, those that they were made with.
+  // How ground_m moves for each metre by which the heights are too high: the surface's, or where
+  // only orthophotos show the point, those that they were made with.
   Eigen::Vector3d height_effect;
   std::vector<Eigen::Vector2d> residuals_px;  // measured - computed, one a sighting
   // How far the surface's height departs from the one that the sightings alone would give, in its
@@ -33,7 +33,7 @@ struct Place {
 };
 
 // Least squares with the unknowns X, Y, Z and the common error of the heights that orthophotos were
-// made with (it moves what they show outwards, SourceView::HeightEffect). Observations: two a
+// made with (it moves what they show, SourceView::HeightEffect). Observations: two a
 // sighting, weighted with its own and its orientation's covariance; the surface's height under the
 // point; that common error, zero; both with height_sigma_m. `start_m` is where `heights` are
 // centred. Empty where a sighting's source does not show the point, or the solution leaves the

@@ -117,10 +117,11 @@ class OrthoSource : public SourceView {
   bool IsOrthophoto() const override { return true; }
 
   // The photo behind an orthophoto is not known. Most show one photo's frame, taken from above its
-  // middle; heights other than this surface's, when it was made, moved its content outwards there.
+  // middle. The ray through (X, h + 1) meets the true ground h farther out by (X - centre) /
+  // height: with heights too high, content lies nearer to the middle than it is.
   Eigen::Vector3d HeightEffect(const Eigen::Vector3d& ground_m) const override {
-    const Eigen::Vector2d outwards = (ground_m.head<2>() - centre_) / height_;
-    return {outwards.x(), outwards.y(), 0};
+    const Eigen::Vector2d inwards = (centre_ - ground_m.head<2>()) / height_;
+    return {inwards.x(), inwards.y(), 0};
   }
 
   Eigen::Matrix2d OrientationCovariance(const Eigen::Vector3d&) const override {

@@ -23,8 +23,9 @@ class SourceView {
   virtual std::optional<Eigen::Vector3d> GroundFromPixel(const Eigen::Vector2d& pixel) const = 0;
   // An orthophoto does not show heights: PixelFromGround does not depend on Z.
   virtual bool IsOrthophoto() const = 0;
-  // How the ground point of what a pixel shows moves for each metre by which the surface's heights
-  // are wrong there: along the line of sight.
+  // How the ground point that a pixel is taken for moves for each metre by which the heights are
+  // too high there: of a photo the surface's, along the line of sight towards the camera; of an
+  // orthophoto those that it was made with, in the plane.
   virtual Eigen::Vector3d HeightEffect(const Eigen::Vector3d& ground_m) const = 0;
   // Uncertainty of where the source shows a ground point, px^2: that of its orientation.
   virtual Eigen::Matrix2d OrientationCovariance(const Eigen::Vector3d& ground_m) const = 0;
