@@ -22,14 +22,14 @@ EVERYTHING = CORE | {"interior", "patchdb", "exterior", "tools", "tests"}
 TABLE = {
     "core": (set(), set()),  # core/error.h alone
     "core/geometry": (set(), {"Eigen", "Ceres", "GDAL"}),
-    "core/imaging": ({"core/geometry"}, {"Eigen", "OpenCV", "GDAL", "TBB", "zlib"}),
+    "core/imaging": ({"core/geometry"}, {"Eigen", "OpenCV", "GDAL", "TBB", "libdeflate"}),
     "core/files": ({"core/geometry"}, {"Eigen", "toml++", "nlohmann-json"}),
     "interior": (CORE, {"Eigen", "TBB"}),
     "patchdb": (CORE, {"Eigen", "SQLite", "TBB"}),
     "exterior": (CORE | {"patchdb"}, {"Eigen", "Ceres", "TBB"}),
     "tools": (EVERYTHING - {"tests"}, {"Eigen", "GDAL", "CLI11", "nlohmann-json", "TBB"}),
     "tests": (EVERYTHING, {"Eigen", "Ceres", "GDAL", "SQLite", "CLI11", "nlohmann-json", "TBB",
-                           "zlib", "GoogleTest", "RapidCheck"}),
+                           "libdeflate", "GoogleTest", "RapidCheck"}),
 }
 
 # How the headers of a library from outside begin.
@@ -41,7 +41,7 @@ LIBRARIES = {
     "TBB": r"(oneapi/)?tbb/",
     "toml++": r"toml\+\+/",
     "nlohmann-json": r"nlohmann/",
-    "zlib": r"zlib\.h$",
+    "libdeflate": r"libdeflate\.h$",
     "SQLite": r"(SQLiteCpp/|sqlite3\.h$)",
     "CLI11": r"CLI/",
     "GoogleTest": r"(gtest|gmock)/",

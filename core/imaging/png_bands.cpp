@@ -1,12 +1,15 @@
 #include "core/imaging/png_bands.h"
 
-#include <zlib.h>
+#include <libdeflate.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <cstdint>
+#include <cstdlib>
 #include <cstring>
 #include <limits>
+#include <memory>
 #include <opencv2/core.hpp>
 #include <opencv2/imgcodecs.hpp>
 #include <stdexcept>
@@ -46,50 +49,141 @@ std::uint32_t BigEndian(const unsigned char* b) {
          std::uint32_t{b[3]};
 }
 
+struct Header {
+  std::size_t width = 0, height = 0, bands = 1, bytes = 1;  // of a sample
+  std::size_t PixelBytes() const { return bands * bytes; }
+  std::size_t RowBytes() const { return 1 + width * PixelBytes(); }  // with the filter's number
+};
+
 // Of 13 bytes: width, height, bits, colour type, three methods.
-void CheckHeader(const unsigned char* header, std::size_t bytes) {
+Header ReadHeader(const unsigned char* header, std::size_t bytes) {
   const std::uint32_t width = BigEndian(header), height = BigEndian(header + 4);
   if (width == 0 || height == 0 || width > kLargestSide || height > kLargestSide)
     throw InputError("PNG chip of " + std::to_string(width) + " x " + std::to_string(height) +
                      " pixels: at most " + std::to_string(kLargestSide) + " a side are taken");
   if ((header[8] != 8 && header[8] != 16) || (header[9] != kGrey && header[9] != kColour))
     throw Damaged(bytes, "neither grey nor RGB of 8 or 16 bits");
+  if (header[10] != 0 || header[11] != 0 || header[12] != 0)
+    throw Damaged(bytes, "interlaced, or packed in an unknown way");
+  return {width, height, header[9] == kColour ? std::size_t{3} : std::size_t{1},
+          header[8] == 16 ? std::size_t{2} : std::size_t{1}};
 }
 
-// Chunk by chunk, before any decoder believes what they claim: it would print what it dislikes.
-void Check(const std::vector<unsigned char>& png) {
+struct Contents {
+  Header header;
+  std::vector<unsigned char> packed;
+};
+
+// Chunk by chunk, before anything believes what they claim.
+Contents ReadChunks(const std::vector<unsigned char>& png) {
   const auto starts_with = [&](std::size_t at, std::string_view text) {
     return png.size() >= at + text.size() && std::memcmp(&png[at], text.data(), text.size()) == 0;
   };
   if (!starts_with(0, kSignature) || !starts_with(kSignature.size() + 4, "IHDR"))
     throw Damaged(png.size(), "not a PNG; the database or file that holds it is damaged");
+  Contents contents;
   std::size_t at = kSignature.size();
   while (true) {
     if (png.size() < at + kAroundData) throw Damaged(png.size(), "damaged (it is cut off)");
     const std::size_t length = BigEndian(&png[at]), type = at + 4;
     if (png.size() - at - kAroundData < length)
       throw Damaged(png.size(), "damaged (it is cut off)");
-    const auto sum = crc32(0, &png[type], static_cast<uInt>(length + 4));
+    const auto sum = libdeflate_crc32(0, &png[type], length + 4);
     if (sum != BigEndian(&png[type + 4 + length]))
       throw Damaged(png.size(), "damaged (a checksum is wrong)");
+    const unsigned char* data = &png[type + 4];
     if (at == kSignature.size()) {
       if (length != 13) throw Damaged(png.size(), "damaged (its header is of another size)");
-      CheckHeader(&png[type + 4], png.size());
+      contents.header = ReadHeader(data, png.size());
     }
-    if (starts_with(type, "IEND")) return;
+    if (starts_with(type, "IDAT"))
+      contents.packed.insert(contents.packed.end(), data, data + length);
+    if (starts_with(type, "tRNS")) throw Damaged(png.size(), "it has transparency");
+    if (starts_with(type, "IEND")) return contents;
     at += length + kAroundData;
   }
 }
 
-template <typename T>
-Image Band(const cv::Mat& mat, int channel) {
-  Image band(mat.cols, mat.rows);
-  for (int row = 0; row < mat.rows; ++row) {
-    const T* values = mat.ptr<T>(row);
-    for (int col = 0; col < mat.cols; ++col)
-      band.At(col, row) = static_cast<float>(values[col * mat.channels() + channel]);
+// Rows, each behind its filter's number.
+std::vector<unsigned char> Unpack(const Contents& contents, std::size_t bytes) {
+  using Unpacker = std::unique_ptr<libdeflate_decompressor, void (*)(libdeflate_decompressor*)>;
+  thread_local const Unpacker unpacker(libdeflate_alloc_decompressor(),
+                                       libdeflate_free_decompressor);
+  std::vector<unsigned char> rows(contents.header.RowBytes() * contents.header.height);
+  if (!unpacker ||
+      libdeflate_zlib_decompress(unpacker.get(), contents.packed.data(), contents.packed.size(),
+                                 rows.data(), rows.size(), nullptr) != LIBDEFLATE_SUCCESS)
+    throw Damaged(bytes, "damaged (its picture cannot be decoded)");
+  return rows;
+}
+
+// Which of its neighbours to the left, above and above to the left a value is near (PNG 1.2, 6.6).
+// Both choices are made without a jump: of noise no processor guesses them.
+int Paeth(int left, int above, int corner) {
+  const int from_left = std::abs(above - corner), from_above = std::abs(left - corner);
+  const int from_corner = std::abs(left + above - 2 * corner);
+  const int beside = from_left <= from_above ? left : above;
+  return std::min(from_left, from_above) <= from_corner ? beside : corner;
+}
+
+// `row` in place; `above` the row before, zero for the first; kPixel bytes a pixel.
+template <std::size_t kPixel>
+bool Unfilter(unsigned char filter, const unsigned char* above, std::size_t length,
+              unsigned char* row) {
+  const auto add = [&](auto predict) {
+    std::array<int, kPixel> left{}, corner{};
+    for (std::size_t i = 0; i < length; i += kPixel)
+      for (std::size_t k = 0; k < kPixel; ++k) {
+        const int up = above[i + k];
+        row[i + k] = static_cast<unsigned char>(row[i + k] + predict(left[k], up, corner[k]));
+        left[k] = row[i + k];
+        corner[k] = up;
+      }
+  };
+  switch (filter) {
+    case 0:
+      return true;
+    case 1:
+      add([](int left, int, int) { return left; });
+      return true;
+    case 2:
+      add([](int, int up, int) { return up; });
+      return true;
+    case 3:
+      add([](int left, int up, int) { return (left + up) / 2; });
+      return true;
+    case 4:
+      add(Paeth);
+      return true;
+    default:
+      return false;
   }
-  return band;
+}
+
+bool UnfilterRow(unsigned char filter, const unsigned char* above, const Header& header,
+                 unsigned char* row) {
+  const std::size_t length = header.RowBytes() - 1;
+  switch (header.PixelBytes()) {
+    case 1:
+      return Unfilter<1>(filter, above, length, row);
+    case 2:
+      return Unfilter<2>(filter, above, length, row);
+    case 3:
+      return Unfilter<3>(filter, above, length, row);
+    default:
+      return Unfilter<6>(filter, above, length, row);
+  }
+}
+
+void TakeRow(const unsigned char* row, const Header& header, std::size_t number,
+             std::vector<Image>* bands) {
+  for (std::size_t band = 0; band < header.bands; ++band) {
+    float* values = (*bands)[band].Row(static_cast<int>(number));
+    const unsigned char* sample = row + band * header.bytes;
+    for (std::size_t col = 0; col < header.width; ++col, sample += header.PixelBytes())
+      values[col] =
+          static_cast<float>(header.bytes == 1 ? int{sample[0]} : sample[0] << 8 | sample[1]);
+  }
 }
 
 }  // namespace
@@ -119,20 +213,20 @@ std::vector<unsigned char> EncodePngBands(const std::vector<Image>& bands, int b
 }
 
 std::vector<Image> DecodePngBands(const std::vector<unsigned char>& png) {
-  Check(png);
-  cv::Mat mat;
-  try {
-    mat = cv::imdecode(png, cv::IMREAD_UNCHANGED);
-  } catch (const cv::Exception&) {
-    // Empty, as where the decoder gives up.
+  const Contents contents = ReadChunks(png);
+  const Header& header = contents.header;
+  std::vector<unsigned char> rows = Unpack(contents, png.size());
+  std::vector<Image> bands(header.bands,
+                           Image(static_cast<int>(header.width), static_cast<int>(header.height)));
+  const std::vector<unsigned char> nothing(header.RowBytes());
+  const unsigned char* above = nothing.data();
+  for (std::size_t row = 0; row < header.height; ++row) {
+    unsigned char* values = &rows[row * header.RowBytes()] + 1;
+    if (!UnfilterRow(values[-1], above, header, values))
+      throw Damaged(png.size(), "damaged (a row's filter is unknown)");
+    TakeRow(values, header, row, &bands);
+    above = values;
   }
-  if (mat.empty()) throw Damaged(png.size(), "damaged (its picture cannot be decoded)");
-  const int count = mat.channels();
-  if (count != 1 && count != 3) throw Damaged(png.size(), "it has an alpha channel");
-  std::vector<Image> bands;
-  for (int band = 0; band < count; ++band)
-    bands.push_back(mat.depth() == CV_8U ? Band<unsigned char>(mat, MatChannel(band, count))
-                                         : Band<unsigned short>(mat, MatChannel(band, count)));
   return bands;
 }
 
