@@ -124,9 +124,8 @@ void Connection::Set() {
   // which SQLite does not count as innocuous.
   if (mode_ == Mode::kRead) database_->exec("PRAGMA trusted_schema = OFF");
   database_->exec("PRAGMA cell_size_check = ON");
-  // A dozen patches of some 2.5 kB a page: of SQLite's own pages of 4 kB a third would stay empty.
   // Of effect in a file that is still empty only.
-  if (mode_ == Mode::kCreate) database_->exec("PRAGMA page_size = 32768");
+  if (mode_ == Mode::kCreate) database_->exec("PRAGMA page_size = " + std::to_string(kPageSize));
   // For good: to change it a writer would have to wait for every reader.
   if (mode_ != Mode::kRead) database_->exec("PRAGMA journal_mode = WAL");
   database_->exec("PRAGMA foreign_keys = ON");

@@ -16,6 +16,9 @@
 namespace orient {
 
 inline constexpr double kDefaultWait_s = 30;
+// Of a new file: a dozen patches of some 2.5 kB a page. Of SQLite's own pages of 4 kB a third would
+// stay empty.
+inline constexpr int kPageSize = 32768;
 
 // A prepared statement in use. Reset when it dies: an unfinished SELECT would hold its snapshot.
 class Query {

@@ -56,6 +56,7 @@ class Rounds:
         patchdb_made_up.create(orient, self.database)
         others = [patchdb_made_up.other(orient, folder, number, sources=6) for number in range(4)]
         patchdb_made_up.run(orient, "patchdb", "merge", self.database, others[0])
+        patchdb_made_up.give_old_pages(self.database)  # which `compact` changes
         self.start = self.database.read_bytes()
         restore = ["--source", "made-up-0-1.tif", "--apply"]
         self.commands = [["patchdb", "merge", "DB", others[1]], harvest_words(folder), ["LEARN"],

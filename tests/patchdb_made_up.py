@@ -41,6 +41,16 @@ def open_raw(path):
     return raw
 
 
+def give_old_pages(path):
+    """As in a file of a program before pages had today's size."""
+    raw = sqlite3.connect(path, isolation_level=None)
+    for change in ("journal_mode = DELETE", "page_size = 4096"):
+        raw.execute(f"PRAGMA {change}")
+    raw.execute("VACUUM")
+    raw.execute("PRAGMA journal_mode = WAL")
+    raw.close()
+
+
 def other(orient, folder, number, sources=12, patches=25):
     """A database of its own: every number shares half of its places, and how they look, with the
     number before."""

@@ -1,6 +1,5 @@
 #include "patchdb/maintenance/check.h"
 
-#include <filesystem>
 #include <unordered_map>
 
 #include "core/error.h"
@@ -264,21 +263,6 @@ std::vector<CheckFinding> CheckDatabase(
     return 0;
   });
   return findings;
-}
-
-CompactResult CompactDatabase(PatchDatabase& database) {
-  namespace fs = std::filesystem;
-  return WithFile(database.Path(), "compacting", [&] {
-    CompactResult result;
-    SQLite::Database& file = database.Sql().Database();
-    file.exec("PRAGMA wal_checkpoint(TRUNCATE)");
-    result.before = fs::file_size(database.Path());
-    file.exec("VACUUM");
-    file.exec("PRAGMA optimize");
-    file.exec("PRAGMA wal_checkpoint(TRUNCATE)");
-    result.after = fs::file_size(database.Path());
-    return result;
-  });
 }
 
 }  // namespace orient

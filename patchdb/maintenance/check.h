@@ -28,11 +28,4 @@ std::vector<CheckFinding> CheckDatabase(
     PatchDatabase& database, const CheckOptions& options,
     const std::function<void(std::int64_t, std::int64_t)>& progress = {});
 
-// Writes the file anew without gaps. Returns its size in bytes before and after. Throws InputError:
-// no space for a second copy beside it.
-struct CompactResult {
-  std::uintmax_t before = 0, after = 0;
-};
-CompactResult CompactDatabase(PatchDatabase& database);
-
 }  // namespace orient

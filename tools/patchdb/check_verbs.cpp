@@ -5,6 +5,7 @@
 
 #include "core/error.h"
 #include "patchdb/maintenance/check.h"
+#include "patchdb/maintenance/compact.h"
 #include "tools/patchdb/verb.h"
 #include "tools/progress.h"
 #include "tools/summary_table.h"
@@ -74,6 +75,9 @@ class CompactVerb : public PatchdbVerb {
     };
     out << path_ << ": " << mega(result.before) << " MB before, " << mega(result.after)
         << " MB now\n";
+    if (result.old_pages)
+      out << "Its pages keep their old size: another program has the file open. Compact it again "
+             "when none has.\n";
   }
 
  private:

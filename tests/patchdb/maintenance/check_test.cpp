@@ -110,20 +110,5 @@ TEST_F(CheckTest, LookingChangesNothing) {
   EXPECT_FALSE(Look(false).empty());
 }
 
-TEST_F(CheckTest, CompactGivesSpaceBackAndKeepsEverything) {
-  PatchDatabase database = PatchDatabase::Open(path_, Mode::kWrite);
-  PatchSource source = MadeUpSource("many.tif");
-  std::vector<Patch> many = MadeUpPatches(40, 40, 10, 600000);
-  database.AddSource(source, many);
-  std::vector<std::int64_t> ids;
-  for (const Patch& patch : many) ids.push_back(patch.id);
-  RetirePatches(database, ids, "test");
-  DeleteRetiredPatches(database, ids);
-  const CompactResult result = CompactDatabase(database);
-  EXPECT_LT(2 * result.after, result.before);
-  EXPECT_EQ(database.Info().patches, 12);
-  EXPECT_TRUE(CheckDatabase(database, {}).empty());
-}
-
 }  // namespace
 }  // namespace orient
