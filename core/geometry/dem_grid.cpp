@@ -4,6 +4,8 @@
 #include <cmath>
 #include <limits>
 #include <stdexcept>
+#include <tuple>
+#include <utility>
 
 namespace orient {
 namespace {
@@ -35,6 +37,28 @@ std::optional<double> FirstRoot(double f0, double f1, double f2, double length) 
   return std::nullopt;
 }
 
+// Of the heights that are known.
+class Extremes {
+ public:
+  void Add(const std::vector<float>& heights) {
+    for (const float height : heights) {
+      if (!std::isfinite(height)) continue;
+      low_ = std::min<double>(low_, height);
+      high_ = std::max<double>(high_, height);
+      sum_ += height;
+      ++count_;
+    }
+  }
+  // NaN where none is known.
+  std::tuple<double, double, double> LowHighMean() const {
+    const double none = std::numeric_limits<double>::quiet_NaN();
+    return {count_ > 0 ? low_ : none, count_ > 0 ? high_ : none, sum_ / count_};
+  }
+
+ private:
+  double low_ = kInfinity, high_ = -kInfinity, sum_ = 0, count_ = 0;
+};
+
 }  // namespace
 
 DemGrid::DemGrid(std::vector<float> heights, int columns, int rows)
@@ -42,29 +66,36 @@ DemGrid::DemGrid(std::vector<float> heights, int columns, int rows)
   if (columns < 2 || rows < 2 ||
       heights_.size() != static_cast<std::size_t>(columns) * static_cast<std::size_t>(rows))
     throw std::invalid_argument("a height grid needs at least 2 x 2 nodes");
-  double low = kInfinity, high = -kInfinity, sum = 0, count = 0;
-  for (const float height : heights_) {
-    if (!std::isfinite(height)) continue;
-    low = std::min<double>(low, height);
-    high = std::max<double>(high, height);
-    sum += height;
-    ++count;
-  }
-  const double none = std::numeric_limits<double>::quiet_NaN();
-  min_ = count > 0 ? low : none;
-  max_ = count > 0 ? high : none;
-  mean_ = sum / count;
+  Extremes extremes;
+  extremes.Add(heights_);
+  std::tie(min_, max_, mean_) = extremes.LowHighMean();
+}
+
+DemGrid::DemGrid(ReadHeights read, int columns, int rows)
+    : tiles_(std::make_unique<DemTiles>(std::move(read), columns, rows)),
+      columns_(columns),
+      rows_(rows) {
+  if (columns < 2 || rows < 2)
+    throw std::invalid_argument("a height grid needs at least 2 x 2 nodes");
+  Extremes extremes;
+  tiles_->VisitAll([&](const std::vector<float>& heights) { extremes.Add(heights); });
+  std::tie(min_, max_, mean_) = extremes.LowHighMean();
+}
+
+CellHeights DemGrid::Cell(int column, int row) const {
+  if (tiles_) return tiles_->Cell(column, row);
+  const float* upper = heights_.data() + static_cast<std::ptrdiff_t>(row) * columns_ + column;
+  const float* lower = upper + columns_;
+  return {upper[0], upper[1], lower[0], lower[1]};
 }
 
 std::optional<double> DemGrid::HeightAt(double u, double v) const {
   if (!(u >= 0 && v >= 0 && u <= columns_ - 1 && v <= rows_ - 1)) return std::nullopt;
   const int column = std::min(static_cast<int>(u), columns_ - 2);
   const int row = std::min(static_cast<int>(v), rows_ - 2);
-  const float* upper = Node(column, row);
-  const float* lower = upper + columns_;
+  const auto [h00, h10, h01, h11] = Cell(column, row);
   const double a = u - column, b = v - row;
-  const double height =
-      (1 - b) * ((1 - a) * upper[0] + a * upper[1]) + b * ((1 - a) * lower[0] + a * lower[1]);
+  const double height = (1 - b) * ((1 - a) * h00 + a * h10) + b * ((1 - a) * h01 + a * h11);
   if (!std::isfinite(height)) return std::nullopt;
   return height;
 }
@@ -77,9 +108,8 @@ struct DemGrid::Walk {
 
 std::optional<double> DemGrid::TraceCell(const GridRay& ray, const Walk& walk, double t_exit,
                                          Side* side) const {
-  const float* upper = Node(walk.column, walk.row);
-  const float* lower = upper + columns_;
-  const double h00 = upper[0], h10 = upper[1], h01 = lower[0], h11 = lower[1];
+  const CellHeights corners = Cell(walk.column, walk.row);
+  const double h00 = corners[0], h10 = corners[1], h01 = corners[2], h11 = corners[3];
   const double highest = std::max(std::max(h00, h10), std::max(h01, h11));
   const bool has_surface = std::isfinite(h00 + h10 + h01 + h11);
   if (!has_surface) {

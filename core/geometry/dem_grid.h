@@ -4,9 +4,11 @@
 // bilinear. A cell with a node without height has no surface.
 #pragma once
 
-#include <cstddef>
+#include <memory>
 #include <optional>
 #include <vector>
+
+#include "core/geometry/dem_tiles.h"
 
 namespace orient {
 
@@ -21,6 +23,8 @@ class DemGrid {
  public:
   // Row by row; NaN where there is no height. At least 2 x 2 nodes.
   DemGrid(std::vector<float> heights, int columns, int rows);
+  // The same grid, of which parts are read when they are needed; all of it once, for its extremes.
+  DemGrid(ReadHeights read, int columns, int rows);
 
   int Columns() const { return columns_; }
   int Rows() const { return rows_; }
@@ -43,12 +47,10 @@ class DemGrid {
   struct Walk;
   std::optional<double> TraceCell(const GridRay& ray, const Walk& walk, double t_exit,
                                   Side* side) const;
-  const float* Node(int column, int row) const {
-    return heights_.data() + static_cast<std::size_t>(row) * static_cast<std::size_t>(columns_) +
-           static_cast<std::size_t>(column);
-  }
+  CellHeights Cell(int column, int row) const;
 
-  std::vector<float> heights_;
+  std::vector<float> heights_;       // of a grid in memory
+  std::unique_ptr<DemTiles> tiles_;  // of another one
   int columns_, rows_;
   double min_, max_, mean_;
 };

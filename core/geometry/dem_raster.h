@@ -7,7 +7,6 @@
 #include <string>
 #include <vector>
 
-#include "core/geometry/dem_grid.h"
 #include "core/geometry/transform2d.h"
 
 namespace orient {

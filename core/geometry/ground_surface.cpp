@@ -3,6 +3,7 @@
 #include <Eigen/Dense>
 #include <algorithm>
 #include <cmath>
+#include <cstdint>
 #include <cstdio>
 #include <limits>
 #include <stdexcept>
@@ -73,6 +74,19 @@ std::optional<Window> WindowAround(const Bounds& nodes, const DemRaster& dem) {
   return window;
 }
 
+// In memory where it is small, otherwise tile by tile: of neighbouring points hardly any needs
+// another tile.
+DemGrid GridOf(std::shared_ptr<const DemRaster> dem, const Window& window) {
+  constexpr std::int64_t kMostInMemory = std::int64_t{1} << 24;  // nodes; 64 MB
+  if (std::int64_t{window.columns} * window.rows <= kMostInMemory)
+    return {dem->Read(window.column, window.row, window.columns, window.rows), window.columns,
+            window.rows};
+  const auto read = [dem = std::move(dem), window](int column, int row, int columns, int rows) {
+    return dem->Read(window.column + column, window.row + row, columns, rows);
+  };
+  return {read, window.columns, window.rows};
+}
+
 // A DEM's nodes against ground coordinates of the block, exactly, with PROJ where the CRSs differ.
 class DemFrame {
  public:
@@ -138,7 +152,8 @@ GroundSurface::~GroundSurface() = default;
 
 GroundSurface GroundSurface::FromFile(const std::string& path, const Crs& block_crs,
                                       const std::optional<Bounds>& bounds) {
-  const DemRaster dem(path);
+  auto raster = std::make_shared<const DemRaster>(path);
+  const DemRaster& dem = *raster;
   const DemFrame frame(path, dem, block_crs);
   const auto node_from_block = [&](const Eigen::Vector2d& xy) { return frame.NodeFromBlock(xy); };
   const auto block_from_node = [&](const Eigen::Vector2d& uv) { return frame.BlockFromNode(uv); };
@@ -150,8 +165,7 @@ GroundSurface GroundSurface::FromFile(const std::string& path, const Crs& block_
     throw InputError(path + ": the DEM covers " + Text(BoundsOfImage(all, block_from_node)) +
                      " of the block's CRS and not " + region +
                      "; give a DEM of the block's region");
-  DemGrid grid(dem.Read(window->column, window->row, window->columns, window->rows),
-               window->columns, window->rows);
+  DemGrid grid = GridOf(std::move(raster), *window);
   if (!std::isfinite(grid.Min()))
     throw InputError(path + ": the DEM has no heights, only nodata, in the region asked for (" +
                      region + "); give a DEM of the block's region");

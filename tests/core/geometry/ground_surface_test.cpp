@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <fstream>
 #include <limits>
 #include <random>
 #include <thread>
@@ -396,6 +397,41 @@ TEST(GroundSurfaceFile, ARealDemOfTheNgiFrames) {
   EXPECT_GT(surface.MinHeight(), 100);
   EXPECT_LT(surface.MaxHeight(), 900);
   EXPECT_NEAR(surface.CellSize(), 24, 1);
+}
+
+// A small grid blown up to 5000 x 5000 nodes: more than are held in memory at a time.
+TEST(GroundSurface, OfALargeFileIsThatOfItsParts) {
+  const TemporaryFolder folder;
+  std::mt19937 random(TestSeed());
+  DemFile small;
+  small.heights = RoughGround(50, 50, 0, &random);
+  WriteDem(folder / "small", small);
+  std::ofstream vrt(folder / "large.vrt");
+  vrt << "<VRTDataset rasterXSize=\"5000\" rasterYSize=\"5000\"><SRS>EPSG:32635</SRS>"
+      << "<GeoTransform>500000, 1, 0, 5005000, 0, -1</GeoTransform>"
+      << "<VRTRasterBand dataType=\"Float32\" band=\"1\"><SimpleSource><SourceFilename>"
+      << folder / "small.asc"
+      << "</SourceFilename><SourceBand>1</SourceBand>"
+      << "<DstRect xOff=\"0\" yOff=\"0\" xSize=\"5000\" ySize=\"5000\"/></SimpleSource>"
+      << "</VRTRasterBand></VRTDataset>";
+  vrt.close();
+  const Crs crs = Crs::Parse("EPSG:32635", "test");
+  const GroundSurface large = GroundSurface::FromFile(folder / "large.vrt", crs);
+  EXPECT_NEAR(large.MinHeight(), small.heights.minCoeff(), 1e-4);
+  EXPECT_NEAR(large.MaxHeight(), small.heights.maxCoeff(), 1e-4);
+  for (const double west : {500500.0, 503900.0}) {
+    const Bounds bounds{west, 5002000, west + 400, 5002400};
+    const GroundSurface part = GroundSurface::FromFile(folder / "large.vrt", crs, bounds);
+    std::uniform_real_distribution<double> inside(0, 400);
+    for (int i = 0; i < 500; ++i) {
+      const double x = west + inside(random), y = 5002000 + inside(random);
+      EXPECT_EQ(large.HeightAt(x, y), part.HeightAt(x, y));
+      const Ray ray = From({x, y, 1000}, {west + 200, 5002200, 0});
+      const auto hit = large.Intersect(ray);
+      ASSERT_TRUE(hit);
+      EXPECT_LT((*hit - *part.Intersect(ray)).norm(), 1e-6);
+    }
+  }
 }
 
 }  // namespace
