@@ -18,6 +18,7 @@
 #include "exterior/orient_photo.h"
 #include "exterior/predict.h"
 #include "patchdb/patch_database.h"
+#include "tools/exposure_date.h"
 #include "tools/interior_run.h"
 #include "tools/made_from.h"
 #include "tools/patch_sheet.h"
@@ -291,15 +292,17 @@ std::optional<PatchDatabase> OpenForFeedback(const ExteriorRunOptions& options) 
 }
 
 // What cannot be told to the database does not take the photo's orientation away.
-void Feedback(PatchDatabase& database, const std::string& path, ExteriorResult* told) {
+void Feedback(PatchDatabase& database, const std::string& path, CameraKind kind,
+              ExteriorResult* told) {
   const ExteriorResult& result = *told;
   const std::string digest = DigestOfFile(path);
+  const auto date = ExposureDate(path, kind);
   std::vector<MatchAttempt> attempts;
   for (const PatchResult& patch : result.patches)
     if (patch.state != PatchState::kNotVisible)
       attempts.push_back({patch.id, result.photo, std::string(Name(patch.state)), patch.ncc,
-                          patch.residual_px, patch.reason, std::nullopt,
-                          std::string(Name(result.status)), patch.predicted, patch.pixel, digest});
+                          patch.residual_px, patch.reason, date, std::string(Name(result.status)),
+                          patch.predicted, patch.pixel, digest});
   if (attempts.empty()) return;
   try {
     database.RecordAttempts(attempts);
@@ -362,7 +365,7 @@ std::vector<ExteriorResult> RunExterior(const ExteriorRunOptions& options,
     const std::lock_guard<std::mutex> lock(mutex);
     if (!keep) {
       // In this order: a result that is there has been told, whenever the run was killed.
-      if (learning) Feedback(*learning, options.photos[i], &results[i]);
+      if (learning) Feedback(*learning, options.photos[i], setting.camera.camera.kind, &results[i]);
       WriteExteriorResult(options.out, results[i]);
     }
     if (done) done(results[i]);

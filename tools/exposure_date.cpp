@@ -1,0 +1,41 @@
+#include "tools/exposure_date.h"
+
+#include <cpl_error.h>
+#include <gdal_priv.h>
+
+#include <cstdio>
+
+namespace orient {
+
+std::optional<std::string> DateOfTag(const std::string& tag) {
+  constexpr int kFirstAerialPhoto = 1858, kLastYear = 2200;
+  int year = 0, month = 0, day = 0;
+  if (std::sscanf(tag.c_str(), "%4d:%2d:%2d", &year, &month, &day) != 3 &&
+      std::sscanf(tag.c_str(), "%4d-%2d-%2d", &year, &month, &day) != 3)
+    return std::nullopt;
+  if (year < kFirstAerialPhoto || year > kLastYear || month < 1 || month > 12 || day < 1 ||
+      day > 31)
+    return std::nullopt;
+  char date[16];
+  std::snprintf(date, sizeof date, "%04d-%02d-%02d", year % 10000, month % 100, day % 100);
+  return std::string(date);
+}
+
+std::optional<std::string> ExposureDate(const std::string& path, CameraKind kind) {
+  if (kind == CameraKind::kFilm) return std::nullopt;
+  CPLPushErrorHandler(CPLQuietErrorHandler);
+  const GDALDatasetUniquePtr dataset(
+      GDALDataset::Open(path.c_str(), GDAL_OF_RASTER | GDAL_OF_READONLY));
+  std::optional<std::string> date;
+  // GDAL's TIFF driver keeps EXIF apart, that for JPEG does not.
+  for (const auto& [name, domain] :
+       {std::pair("EXIF_DateTimeOriginal", "EXIF"), std::pair("EXIF_DateTimeOriginal", ""),
+        std::pair("TIFFTAG_DATETIME", "")}) {
+    const char* tag = dataset && !date ? dataset->GetMetadataItem(name, domain) : nullptr;
+    if (tag != nullptr) date = DateOfTag(tag);
+  }
+  CPLPopErrorHandler();
+  return date;
+}
+
+}  // namespace orient
