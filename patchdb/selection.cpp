@@ -95,7 +95,10 @@ bool Holds(const PatchFilter& filter, const PatchSummary& patch) {
   const Eigen::Vector2d place = patch.ground_m.head<2>();
   if (filter.bounds && !filter.bounds->Contains(place.x(), place.y())) return false;
   if (!filter.polygon.empty() && !InsideRings(filter.polygon, place)) return false;
-  return !filter.success_below || patch.Belief().Mean() < *filter.success_below;
+  if (!filter.success_below) return true;
+  // The belief in a patch that was never sought is its quality's, which has a rule of its own.
+  return patch.weights.success + patch.weights.failure > 0 &&
+         patch.Belief().Mean() < *filter.success_below;
 }
 
 void VisitRows(SQLite::Statement& rows, const PatchFilter& filter,

@@ -67,6 +67,9 @@ TEST_F(SelectionTest, RulesHoldTogether) {
   EXPECT_EQ(Chosen(failing), (Ids{1, 3}));
   failing.success_below = 0.4;
   EXPECT_EQ(Chosen(failing), (Ids{1}));
+  PatchFilter unlucky;  // the belief in all others, never sought, is 0.75
+  unlucky.success_below = 0.9;
+  EXPECT_EQ(Chosen(unlucky), (Ids{1, 3, 5}));
   PatchFilter quality;
   quality.quality_below = 0.75;
   EXPECT_TRUE(Chosen(quality).empty());
