@@ -146,7 +146,9 @@ int ReductionFor(double cell_px) {
 HarvestResult Harvest(const Raster& raster, const SourceView& source, const GroundSurface& surface,
                       const HarvestOptions& options, const HarvestProgress& progress,
                       const HarvestContext& context) {
-  PatchMaker maker{raster, source, surface, options, context, StoredBits(raster), 0};
+  const auto colour = options.colour ? ColourRaster::Open(raster.Path()) : std::nullopt;
+  PatchMaker maker{raster, source, surface, options, context, StoredBits(raster)};
+  maker.colour = colour ? &*colour : nullptr;
   maker.dem_sigma_m = options.dem_sigma_m.value_or(kDefaultDemSigma * surface.CellSize());
   HarvestResult result;
   result.gsd_m = MedianGsd(raster, source);

@@ -47,6 +47,7 @@ struct HarvestOptions {
   int max_further_views = 4;          // other sources a patch is sought in, the best ones
   double max_height_test = 3.3;       // normal deviate: 1 in 1000 by chance
   double max_sighting_test = 13.8;    // chi-square of two: 1 in 1000
+  bool colour = false;                // chips in colour, where the source has some
   int tile_px = 512;                  // interest points are sought tile by tile
   std::optional<std::string> Check() const;  // what is wrong with the options, if anything
 };

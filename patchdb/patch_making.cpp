@@ -183,6 +183,9 @@ std::variant<Patch, Refusal> PatchMaker::Make(const InterestCandidate& candidate
   if (const Outcome refusal = Search(*this, candidate, patch, sightings)) return *refusal;
   if (const Outcome refusal = Locate(*this, sightings, patch)) return *refusal;
   patch.quality = QualityOf(patch);
+  if (colour != nullptr)
+    patch.colour = RectifyColour(*colour, raster, source, patch.heights, patch.ground_m,
+                                 options.chip_px, patch.gsd_m);
   return patch;
 }
 

@@ -3,6 +3,7 @@
 
 #include <variant>
 
+#include "core/imaging/colour_raster.h"
 #include "patchdb/candidates.h"
 #include "patchdb/harvest_options.h"
 
@@ -17,6 +18,7 @@ struct PatchMaker {
   const HarvestContext& context;
   int bits = 8;
   double dem_sigma_m = 0;
+  const ColourRaster* colour = nullptr;  // absent: grey chips
 
   // The source shows this place better than all further ones.
   bool ShowsBest(const Eigen::Vector3d& ground_m) const;

@@ -76,6 +76,29 @@ std::optional<PixelWindow> WindowAround(const std::vector<Eigen::Vector2d>& pixe
   return PixelWindow{first.x(), first.y(), last.x() - first.x(), last.y() - first.y()};
 }
 
+struct ChipArea {
+  ChipLattice lattice;
+  PixelWindow window;  // of the source
+};
+
+std::optional<ChipArea> AreaOf(const Raster& raster, const SourceView& source,
+                               const HeightGrid& heights, const Eigen::Vector3d& ground_m,
+                               int chip_px, double gsd_m) {
+  auto lattice = ChipLattice::Make(source, heights, ground_m, chip_px, gsd_m);
+  if (!lattice) return std::nullopt;
+  const auto window = WindowAround(lattice->Nodes(), chip_px, raster);
+  if (!window) return std::nullopt;
+  return ChipArea{std::move(*lattice), *window};
+}
+
+Image Resample(const ImageWindow& part, const ChipLattice& lattice, int chip_px) {
+  Image chip(chip_px, chip_px);
+  for (int row = 0; row < chip_px; ++row)
+    for (int col = 0; col < chip_px; ++col)
+      chip.At(col, row) = SampleBicubic(part.image, part.ImageFromRaster(lattice.At(col, row)));
+  return chip;
+}
+
 // How high above the chip's ground the line of sight to a chip pixel (from the middle) meets the
 // other surface, chip pixels; 0 where it comes down freely. Orthophotos have no known sight.
 double MetOnTheWay(const GroundSurface& surface, const SourceView& source, const Patch& patch,
@@ -126,16 +149,20 @@ double HeightSpread(const HeightGrid& heights) {
 std::optional<Image> RectifyChip(const Raster& raster, const SourceView& source,
                                  const HeightGrid& heights, const Eigen::Vector3d& ground_m,
                                  int chip_px, double gsd_m) {
-  const auto lattice = ChipLattice::Make(source, heights, ground_m, chip_px, gsd_m);
-  if (!lattice) return std::nullopt;
-  const auto window = WindowAround(lattice->Nodes(), chip_px, raster);
-  if (!window) return std::nullopt;
-  const ImageWindow part = raster.ReadGrey(*window);
-  Image chip(chip_px, chip_px);
-  for (int row = 0; row < chip_px; ++row)
-    for (int col = 0; col < chip_px; ++col)
-      chip.At(col, row) = SampleBicubic(part.image, part.ImageFromRaster(lattice->At(col, row)));
-  return chip;
+  const auto area = AreaOf(raster, source, heights, ground_m, chip_px, gsd_m);
+  if (!area) return std::nullopt;
+  return Resample(raster.ReadGrey(area->window), area->lattice, chip_px);
+}
+
+std::vector<Image> RectifyColour(const ColourRaster& colour, const Raster& raster,
+                                 const SourceView& source, const HeightGrid& heights,
+                                 const Eigen::Vector3d& ground_m, int chip_px, double gsd_m) {
+  const auto area = AreaOf(raster, source, heights, ground_m, chip_px, gsd_m);
+  if (!area) return {};
+  std::vector<Image> bands;
+  for (const ImageWindow& part : colour.Read(area->window))
+    bands.push_back(Resample(part, area->lattice, chip_px));
+  return bands;
 }
 
 std::optional<double> LeanOf(const GroundSurface& surface, const SourceView& source,

@@ -6,6 +6,7 @@
 #include <optional>
 
 #include "core/geometry/ground_surface.h"
+#include "core/imaging/colour_raster.h"
 #include "core/imaging/raster.h"
 #include "patchdb/patch.h"
 #include "patchdb/source_view.h"
@@ -26,6 +27,11 @@ double HeightSpread(const HeightGrid& heights);
 std::optional<Image> RectifyChip(const Raster& raster, const SourceView& source,
                                  const HeightGrid& heights, const Eigen::Vector3d& ground_m,
                                  int chip_px, double gsd_m);
+
+// Red, green and blue of the same chip; not empty where RectifyChip is not.
+std::vector<Image> RectifyColour(const ColourRaster& colour, const Raster& raster,
+                                 const SourceView& source, const HeightGrid& heights,
+                                 const Eigen::Vector3d& ground_m, int chip_px, double gsd_m);
 
 // How far another surface (roofs, crowns: a DSM) departs from the heights that a chip carries, in
 // chip pixels of lean at 45 degrees: the largest departure near the chip's middle, or the one that

@@ -8,6 +8,7 @@
 
 #include "core/error.h"
 #include "core/imaging/area_average.h"
+#include "core/imaging/colour_bands.h"
 #include "core/imaging/gdal_quiet.h"
 
 namespace orient {
@@ -21,24 +22,6 @@ constexpr double kMinShare = 0.5;
 
 int CellCount(int length, double reduction) {
   return static_cast<int>(std::ceil(length / reduction - 1e-9));
-}
-
-std::vector<GDALRasterBand*> ColourBands(GDALDataset* dataset) {
-  GDALRasterBand* red = nullptr;
-  GDALRasterBand* green = nullptr;
-  GDALRasterBand* blue = nullptr;
-  std::vector<GDALRasterBand*> plain;  // all but alpha
-  for (int i = 1; i <= dataset->GetRasterCount(); ++i) {
-    GDALRasterBand* band = dataset->GetRasterBand(i);
-    const GDALColorInterp meaning = band->GetColorInterpretation();
-    if (meaning == GCI_RedBand && red == nullptr) red = band;
-    if (meaning == GCI_GreenBand && green == nullptr) green = band;
-    if (meaning == GCI_BlueBand && blue == nullptr) blue = band;
-    if (meaning != GCI_AlphaBand) plain.push_back(band);
-  }
-  if (red != nullptr && green != nullptr && blue != nullptr) return {red, green, blue};
-  if (plain.size() >= 3) return {plain[0], plain[1], plain[2]};
-  return {plain.empty() ? dataset->GetRasterBand(1) : plain[0]};
 }
 
 GDALRasterBand* MaskBand(GDALDataset* dataset) {
@@ -87,6 +70,24 @@ double OverviewOrigin(OverviewKind kind, double scale) {
 }
 
 }  // namespace
+
+std::vector<GDALRasterBand*> ColourBands(GDALDataset* dataset) {
+  GDALRasterBand* red = nullptr;
+  GDALRasterBand* green = nullptr;
+  GDALRasterBand* blue = nullptr;
+  std::vector<GDALRasterBand*> plain;  // all but alpha
+  for (int i = 1; i <= dataset->GetRasterCount(); ++i) {
+    GDALRasterBand* band = dataset->GetRasterBand(i);
+    const GDALColorInterp meaning = band->GetColorInterpretation();
+    if (meaning == GCI_RedBand && red == nullptr) red = band;
+    if (meaning == GCI_GreenBand && green == nullptr) green = band;
+    if (meaning == GCI_BlueBand && blue == nullptr) blue = band;
+    if (meaning != GCI_AlphaBand) plain.push_back(band);
+  }
+  if (red != nullptr && green != nullptr && blue != nullptr) return {red, green, blue};
+  if (plain.size() >= 3) return {plain[0], plain[1], plain[2]};
+  return {plain.empty() ? dataset->GetRasterBand(1) : plain[0]};
+}
 
 GreyReader::GreyReader(GDALDataset* dataset, std::string path)
     : dataset_(dataset), path_(std::move(path)) {

@@ -10,6 +10,7 @@
 #include "core/files/orientation_table.h"
 #include "core/imaging/correlation.h"
 #include "core/imaging/least_squares_matching.h"
+#include "core/imaging/png_bands.h"
 #include "core/median.h"
 #include "patchdb/rectify.h"
 #include "patchdb/source_view.h"
@@ -62,6 +63,23 @@ class HarvestTest : public testing::Test {
     const std::string path = folder_ / "photo.png";
     WriteGreyPng(path, RenderPhoto(view, surface_, texture_));
     return Raster::Open(path);
+  }
+
+  // The same ground in colour: red, green and blue are three textures.
+  Raster ColourOrtho(const Affine2d& map_from_pixel) {
+    const SyntheticTexture green(TestSeed() + 1), blue(TestSeed() + 2);
+    const std::array<const SyntheticTexture*, 3> bands = {&texture_, &green, &blue};
+    std::vector<unsigned char> rgb;
+    for (int row = 0; row < 500; ++row)
+      for (int col = 0; col < 500; ++col) {
+        const Eigen::Vector2d map = map_from_pixel * Eigen::Vector2d(col + 0.5, row + 0.5);
+        for (const SyntheticTexture* band : bands)
+          rgb.push_back(
+              static_cast<unsigned char>(std::lround(std::max(1.0f, band->At(map.x(), map.y())))));
+      }
+    WriteOrtho(folder_ / "colour.png", Image(2, 2, 1), map_from_pixel, "EPSG:32635");
+    WritePng(folder_ / "colour.png", 500, 500, 3, rgb);
+    return Raster::Open(folder_ / "colour.png");
   }
 
   // 500 x 500 px of the given size; nodata (0) left of column `nodata_cols`.
@@ -142,6 +160,24 @@ TEST_F(HarvestTest, ChipsOfATurnedOrthophotoAreNorthUp) {
   EXPECT_NEAR(harvest.gsd_m, 1, 1e-6);
   EXPECT_GT(harvest.patches.size(), 80u);
   ExpectChipsShowTheGround(harvest, texture_);
+}
+
+TEST_F(HarvestTest, ColourIsKeptWhereItIsAskedForAndThere) {
+  HarvestOptions options;
+  options.spacing_px = 100;
+  EXPECT_TRUE(
+      HarvestOrtho(ColourOrtho(NorthUp()), Utm(), surface_, options).patches[0].colour.empty());
+  options.colour = true;
+  EXPECT_TRUE(HarvestOrtho(Ortho(NorthUp()), Utm(), surface_, options).patches[0].colour.empty());
+  const HarvestResult harvest = HarvestOrtho(ColourOrtho(NorthUp()), Utm(), surface_, options);
+  ASSERT_GT(harvest.patches.size(), 5u);
+  for (const Patch& patch : harvest.patches) {
+    ASSERT_EQ(patch.colour.size(), 3u);
+    EXPECT_LT(Shift(TrueChip(patch, texture_), patch.colour[0])->norm(), kChipTolerance);
+    const Image grey = GreyOfBands(patch.colour);  // what is matched, before and after storing
+    for (std::size_t i = 0; i < grey.values.size(); i += 7)
+      EXPECT_NEAR(grey.values[i], patch.chip.values[i], 1e-3);
+  }
 }
 
 TEST_F(HarvestTest, OrthophotoInAnotherCrsIsTransformed) {

@@ -34,6 +34,8 @@ struct HarvestArguments {
     app.add_option("--provenance", provenance, "Who made the images, from what");
     app.add_option("--licence", licence, "Under which licence");
     app.add_option("--chip-px", options.chip_px, "Side of a chip in pixels, odd");
+    app.add_flag("--colour", options.colour,
+                 "Keep the colours of chips, too: about twice as much to store and to read");
     app.add_option("--spacing-px", options.spacing_px,
                    "Distance between patches in source pixels; otherwise from " + max_option);
     app.add_option(max_option, options.max_count,
