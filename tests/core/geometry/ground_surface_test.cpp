@@ -412,6 +412,7 @@ TEST(GroundSurface, OfALargeFileIsThatOfItsParts) {
       << "<VRTRasterBand dataType=\"Float32\" band=\"1\"><SimpleSource><SourceFilename>"
       << folder / "small.asc"
       << "</SourceFilename><SourceBand>1</SourceBand>"
+      << "<SrcRect xOff=\"0\" yOff=\"0\" xSize=\"50\" ySize=\"50\"/>"
       << "<DstRect xOff=\"0\" yOff=\"0\" xSize=\"5000\" ySize=\"5000\"/></SimpleSource>"
       << "</VRTRasterBand></VRTDataset>";
   vrt.close();
