@@ -57,6 +57,12 @@ void RemoveLog(const std::string& path) {
   }
 }
 
+// What a writer that was killed left half done outside of the write-ahead log (patchdb/maintenance/
+// compact.cpp): a read-only connection may not undo it.
+void RollBack(const std::string& path, int wait_ms) {
+  SQLite::Database(path, SQLite::OPEN_READWRITE, wait_ms).exec("BEGIN IMMEDIATE; ROLLBACK");
+}
+
 }  // namespace
 
 InputError ErrorOfFile(const std::string& path, const char* doing, const SQLite::Exception& error) {
@@ -109,10 +115,13 @@ Connection::Connection(const std::string& path, Mode mode, double wait_s)
       // Even a reader needs a place for the log's index, unless nobody can be writing.
       const bool no_place =
           error.getErrorCode() == SQLITE_CANTOPEN || error.getErrorCode() == SQLITE_READONLY;
-      if (mode != Mode::kRead || !no_place || HasLog(path)) throw;
-      immutable_ = true;
+      if (mode != Mode::kRead || !no_place) throw;
+      database_.reset();
+      immutable_ = !HasLog(path);
+      if (!immutable_) RollBack(path, wait_ms);
       database_ = std::make_unique<SQLite::Database>(
-          ImmutableUri(path), SQLite::OPEN_READONLY | SQLite::OPEN_URI, wait_ms);
+          immutable_ ? ImmutableUri(path) : path,
+          SQLite::OPEN_READONLY | (immutable_ ? SQLite::OPEN_URI : 0), wait_ms);
       Set();
     }
   });

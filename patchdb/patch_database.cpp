@@ -148,17 +148,8 @@ PatchDatabase PatchDatabase::Open(const std::string& path, Mode mode, double wai
   if (!fs::exists(path, error))
     throw InputError(path + " does not exist; make it with 'orient patchdb create'");
   if (!fs::is_regular_file(path, error)) throw InputError(path + " is not a file");
-  return WithFile(path, "opening the database", [&] {
-    try {
-      return PatchDatabase(std::make_unique<Impl>(path, mode, wait_s));
-    } catch (const SQLite::Exception& failure) {
-      // A writer that was killed left a journal, which a read-only connection may not roll back.
-      if (mode != Mode::kRead || failure.getErrorCode() != SQLITE_READONLY) throw;
-      SQLite::Database(path, SQLite::OPEN_READWRITE, static_cast<int>(1000 * wait_s))
-          .exec("BEGIN IMMEDIATE; ROLLBACK");
-    }
-    return PatchDatabase(std::make_unique<Impl>(path, mode, wait_s));
-  });
+  return WithFile(path, "opening the database",
+                  [&] { return PatchDatabase(std::make_unique<Impl>(path, mode, wait_s)); });
 }
 
 const std::string& PatchDatabase::Path() const { return impl_->path; }

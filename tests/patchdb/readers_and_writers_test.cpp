@@ -1,4 +1,5 @@
 // Several programs at one patch database, and the files that they leave.
+#include <SQLiteCpp/SQLiteCpp.h>
 #include <gtest/gtest.h>
 #include <sys/stat.h>
 #include <unistd.h>
@@ -80,6 +81,27 @@ TEST_F(ReadersAndWritersTest, LogOfAKilledWriterIsTakenIn) {
   EXPECT_EQ(Count(left), 13);
   EXPECT_FALSE(fs::exists(left + "-wal"));
   EXPECT_EQ(Count(left), 13);
+}
+
+// What one leaves that was killed while it had no write-ahead log: compacting an old file.
+TEST_F(ReadersAndWritersTest, JournalOfAKilledWriterIsUndoneByAReader) {
+  MadeUpDatabase(path_, 4, 3);
+  const std::string left = folder_ / "left.gpkg";
+  {
+    SQLite::Database raw(path_, SQLite::OPEN_READWRITE);
+    raw.exec("PRAGMA journal_mode = DELETE");
+    raw.exec("PRAGMA cache_size = 1");  // so that some of it is in the file before it is through
+    raw.exec(
+        "BEGIN IMMEDIATE; DELETE FROM orient_schema; DELETE FROM sources; "
+        "CREATE TABLE more AS SELECT randomblob(3000000)");
+    fs::copy_file(path_, left);
+    fs::copy_file(path_ + "-journal", left + "-journal");
+    raw.exec("ROLLBACK");
+  }
+  ASSERT_GT(fs::file_size(left + "-journal"), 0u);
+  EXPECT_EQ(Count(left), 12);
+  EXPECT_EQ(PatchDatabase::Open(left, Mode::kRead).Info().sources, 1);
+  EXPECT_FALSE(fs::exists(left + "-journal"));
 }
 
 // Whoever may do everything does so as another user for a while.
