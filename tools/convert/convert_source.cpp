@@ -19,8 +19,9 @@ namespace orient {
 namespace {
 namespace fs = std::filesystem;
 
-constexpr std::array<std::pair<ExchangeFormat, const char*>, 8> kNames = {
+constexpr std::array<std::pair<ExchangeFormat, const char*>, 9> kNames = {
     {{ExchangeFormat::kOpk, "opk"},
+     {ExchangeFormat::kOri, "ori"},
      {ExchangeFormat::kPatb, "patb"},
      {ExchangeFormat::kBingo, "bingo"},
      {ExchangeFormat::kMicmac, "micmac"},

@@ -13,11 +13,21 @@
 
 namespace orient {
 
-enum class ExchangeFormat { kOpk, kPatb, kBingo, kMicmac, kMetashape, kColmap, kOpensfm, kAsp };
-inline constexpr std::array<ExchangeFormat, 8> kAllExchangeFormats = {
-    ExchangeFormat::kOpk,     ExchangeFormat::kPatb,      ExchangeFormat::kBingo,
-    ExchangeFormat::kMicmac,  ExchangeFormat::kMetashape, ExchangeFormat::kColmap,
-    ExchangeFormat::kOpensfm, ExchangeFormat::kAsp};
+enum class ExchangeFormat {
+  kOpk,
+  kOri,
+  kPatb,
+  kBingo,
+  kMicmac,
+  kMetashape,
+  kColmap,
+  kOpensfm,
+  kAsp
+};
+inline constexpr std::array<ExchangeFormat, 9> kAllExchangeFormats = {
+    ExchangeFormat::kOpk,    ExchangeFormat::kOri,     ExchangeFormat::kPatb,
+    ExchangeFormat::kBingo,  ExchangeFormat::kMicmac,  ExchangeFormat::kMetashape,
+    ExchangeFormat::kColmap, ExchangeFormat::kOpensfm, ExchangeFormat::kAsp};
 
 std::string Name(ExchangeFormat format);  // "opk" ... "asp"
 std::optional<ExchangeFormat> ExchangeFormatFromName(const std::string& name);

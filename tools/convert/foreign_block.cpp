@@ -18,6 +18,9 @@ ForeignBlock ReadForeignBlock(ExchangeFormat format, const std::string& input,
   switch (format) {
     case ExchangeFormat::kOpk:
       throw std::invalid_argument("ReadForeignBlock: an OPK table is Orient's own");
+    case ExchangeFormat::kOri:
+      foreign.block = ExchangeFromOri(ReadOri(input));
+      break;
     case ExchangeFormat::kPatb:
       foreign.block = ExchangeFromPatb(ReadPatb(input), ReadPhotoNumbers(input));
       break;

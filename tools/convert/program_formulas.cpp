@@ -319,6 +319,13 @@ std::unique_ptr<ProgramFiles> OpenBingo(const std::string& directory) {
   return std::make_unique<AngleFiles>(std::move(photos), 400, 360);
 }
 
+std::unique_ptr<ProgramFiles> OpenOri(const std::string& directory) {
+  std::map<std::string, AngleFiles::Photo> photos;
+  for (const OriPhoto& photo : ReadOri(directory))
+    photos[photo.name] = {photo.centre, photo.opk_deg};
+  return std::make_unique<AngleFiles>(std::move(photos), 360, 400);
+}
+
 std::unique_ptr<ProgramFiles> OpenOpk(const std::string& directory) {
   std::map<std::string, AngleFiles::Photo> photos;
   const std::string path =
@@ -348,8 +355,10 @@ std::string Describe(const Reading& reading) {
   add(reading.turned_axes, "the camera's y and z axes are turned (y up against y down)");
   add(reading.mirrored_principal, "the principal point's offset has the other sign");
   add(reading.swapped, "rows and columns are exchanged");
-  add(reading.half_pixels > 0, "pixels are counted half a pixel too low (corner for centre)");
-  add(reading.half_pixels < 0, "pixels are counted half a pixel too high (centre for corner)");
+  add(reading.half_pixels > 0,
+      "columns and rows are half a pixel too small (where the first pixel's centre lies)");
+  add(reading.half_pixels < 0,
+      "columns and rows are half a pixel too large (where the first pixel's centre lies)");
   return text.empty() ? "as declared" : text;
 }
 
@@ -358,6 +367,8 @@ std::unique_ptr<ProgramFiles> OpenProgramFiles(ExchangeFormat format,
   switch (format) {
     case ExchangeFormat::kOpk:
       return OpenOpk(directory);
+    case ExchangeFormat::kOri:
+      return OpenOri(directory);
     case ExchangeFormat::kPatb:
       return std::make_unique<PatbFiles>(directory);
     case ExchangeFormat::kBingo:

@@ -20,7 +20,7 @@ struct Reading {
   bool turned_axes = false;         // the camera's y and z axes point the other way
   bool mirrored_principal = false;  // the principal point's offset with the other sign
   bool swapped = false;             // rows for columns
-  int half_pixels = 0;  // +1: pixels counted from half a pixel further up left; -1: down right
+  int half_pixels = 0;  // +1: the file's pixels are half a pixel too small; -1: too large
 
   int Count() const;  // how many conventions are not the program's
 };

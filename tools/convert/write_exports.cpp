@@ -139,6 +139,8 @@ void WriteFormat(const std::string& directory, ExchangeFormat format, const Exch
   switch (format) {
     case ExchangeFormat::kOpk:
       return WriteOpk(directory, source);
+    case ExchangeFormat::kOri:
+      return WriteOri(directory, block);
     case ExchangeFormat::kPatb:
       return WritePatb(directory, block);
     case ExchangeFormat::kBingo:
@@ -212,6 +214,21 @@ std::vector<WrittenExport> WriteExports(const ConvertSource& source, const Expor
     all.push_back(written);
   }
   return all;
+}
+
+std::vector<WrittenExport> WriteExportsOf(const std::string& folder, const std::string& camera,
+                                          const std::vector<std::string>& formats) {
+  ExportOptions options;
+  options.out = (fs::path(folder) / "exports").string();
+  for (const std::string& name : formats) {
+    const auto format = ExchangeFormatFromName(name);
+    if (!format) throw UsageError("\"" + name + "\" is no format that blocks can be written in");
+    options.formats.push_back(*format);
+  }
+  ConvertSourceOptions source;
+  source.input = folder;
+  source.camera = camera;
+  return WriteExports(ReadOrientResults(source), options);
 }
 
 }  // namespace orient

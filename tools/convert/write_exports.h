@@ -32,4 +32,11 @@ std::string ExportDirectory(const ExportOptions& options, ExchangeFormat format)
 // Throws InputError: a format that needs a CRS or a ground height which the block has not.
 std::vector<WrittenExport> WriteExports(const ConvertSource& source, const ExportOptions& options);
 
+// The same of the folder that `orient block` or `orient exterior` wrote, into
+// <folder>/exports/<format> (replaced where they are there). `camera` is the photos' camera file,
+// `formats` are names as --to takes them. Throws UsageError for a name that is none, InputError as
+// above.
+std::vector<WrittenExport> WriteExportsOf(const std::string& folder, const std::string& camera,
+                                          const std::vector<std::string>& formats);
+
 }  // namespace orient

@@ -176,6 +176,22 @@ void WriteBingo(const std::string& directory, const ExchangeBlock& block) {
   write("photo_numbers.txt", NumbersText(block));
 }
 
+void WriteOri(const std::string& directory, const ExchangeBlock& block) {
+  std::string text =
+      "# photo X Y Z omega phi kappa; metres, degrees; R = Rx(omega) Ry(phi) Rz(kappa)\n";
+  for (const ExchangePhoto& photo : block.photos) {
+    text += NameOf(photo);
+    const Eigen::Vector3d opk = OpkFromRotation(photo.ground_from_photo);
+    for (const double x : {photo.centre.x(), photo.centre.y(), photo.centre.z(), DegFromRad(opk[0]),
+                           DegFromRad(opk[1]), DegFromRad(opk[2])}) {
+      text += ' ';
+      text += ExactNumber(x);
+    }
+    text += '\n';
+  }
+  WriteFileAtomically((fs::path(directory) / "orientation.ori").string(), text);
+}
+
 std::vector<PatbPhoto> ReadPatb(const std::string& path) {
   const std::string file = InFolder(path, "patb.ori");
   const auto lines = ReadTextLines(file);
@@ -221,6 +237,24 @@ std::vector<BingoPhoto> ReadBingo(const std::string& path) {
   return photos;
 }
 
+std::vector<OriPhoto> ReadOri(const std::string& path) {
+  const std::string file = InFolder(path, "orientation.ori");
+  std::vector<OriPhoto> photos;
+  for (const TextLine& line : ReadTextLines(file, "#", ',')) {
+    OriPhoto photo;
+    photo.name = line.Word(0, "the photo's name");
+    for (std::size_t j = 0; j < 3; ++j) {
+      photo.centre[static_cast<int>(j)] = line.Number(1 + j, "a coordinate");
+      photo.opk_deg[static_cast<int>(j)] = line.Number(4 + j, "an angle");
+      if (std::abs(line.Number(4 + j, "an angle")) > 360)
+        line.Fail("an angle is " + line.Word(4 + j, "an angle") + "; angles are in degrees");
+    }
+    photos.push_back(photo);
+  }
+  if (photos.empty()) throw InputError(file + " holds no photo");
+  return photos;
+}
+
 std::map<std::string, std::string> ReadPhotoNumbers(const std::string& path) {
   const fs::path folder = fs::is_directory(path) ? fs::path(path) : fs::path(path).parent_path();
   const fs::path file = folder / "photo_numbers.txt";
@@ -256,6 +290,18 @@ ExchangeBlock ExchangeFromBingo(const std::vector<BingoPhoto>& photos,
     ExchangePhoto photo;
     photo.image = NamedBack(p.number, names);
     SetPose({p.centre, p.opk_gon / kGonPerRadian}, &photo);
+    block.photos.push_back(photo);
+  }
+  return block;
+}
+
+ExchangeBlock ExchangeFromOri(const std::vector<OriPhoto>& photos) {
+  ExchangeBlock block;
+  block.cameras.emplace_back();
+  for (const OriPhoto& p : photos) {
+    ExchangePhoto photo;
+    photo.image = p.name;
+    SetPose({p.centre, p.opk_deg * RadFromDeg(1)}, &photo);
     block.photos.push_back(photo);
   }
   return block;

@@ -1,4 +1,5 @@
-// The files of two classical bundle adjustments of metric photos: PAT-B and BINGO.
+// The files of two classical bundle adjustments of metric photos, PAT-B and BINGO, and the plain
+// text of poses that most programs import.
 //
 // Both know photos by their camera's principal distance alone: image coordinates are relative to
 // the principal point, freed of the lens's distortion, x right and y up. So x = -c d0/d2, y = -c
@@ -7,7 +8,9 @@
 // PAT-B orientation, three records a photo (16 columns a value): number, principal distance (mm),
 // X, Y, Z; a11 a12 a13 a21 a22; a23 a31 a32 a33, the rows of R (PCI's "Using Pat-B in OrthoEngine"
 // gives the records). Image coordinates in micrometres, photo by photo ended by -99. BINGO: image
-// coordinates in mm, the same way; orientations as ORIA lines with angles in gon.
+// coordinates in mm, the same way; orientations as ORIA lines with angles in gon. Plain text: one
+// line a photo, name X Y Z omega phi kappa (degrees), separated by blanks, tabs or commas; # begins
+// a comment.
 #pragma once
 
 #include <Eigen/Core>
@@ -32,6 +35,12 @@ struct BingoPhoto {
   Eigen::Vector3d opk_gon = Eigen::Vector3d::Zero();
 };
 
+struct OriPhoto {
+  std::string name;
+  Eigen::Vector3d centre = Eigen::Vector3d::Zero();
+  Eigen::Vector3d opk_deg = Eigen::Vector3d::Zero();
+};
+
 // A measured point of a photo in its own system, see above; mm.
 struct ReducedPoint {
   std::size_t photo = 0;
@@ -52,10 +61,15 @@ void WritePatb(const std::string& directory, const ExchangeBlock& block);
 // itera.dat (ORIA), image.dat, geoin.dat (CONT), photo_numbers.txt.
 void WriteBingo(const std::string& directory, const ExchangeBlock& block);
 
+// orientation.ori, with a heading as comment.
+void WriteOri(const std::string& directory, const ExchangeBlock& block);
+
 // `path`: the file, or the folder with patb.ori or itera.dat. Photos get their names back where
 // photo_numbers.txt lies beside. Throws InputError naming file and line.
 std::vector<PatbPhoto> ReadPatb(const std::string& path);
 std::vector<BingoPhoto> ReadBingo(const std::string& path);
+// `path`: the file, or the folder with orientation.ori. Angles beyond 360 are refused.
+std::vector<OriPhoto> ReadOri(const std::string& path);
 std::map<std::string, std::string> ReadPhotoNumbers(const std::string& path);
 
 // Poses only: the block's cameras are empty (principal distance aside) and must be given otherwise.
@@ -63,5 +77,6 @@ ExchangeBlock ExchangeFromPatb(const std::vector<PatbPhoto>& photos,
                                const std::map<std::string, std::string>& names);
 ExchangeBlock ExchangeFromBingo(const std::vector<BingoPhoto>& photos,
                                 const std::map<std::string, std::string>& names);
+ExchangeBlock ExchangeFromOri(const std::vector<OriPhoto>& photos);
 
 }  // namespace orient

@@ -45,11 +45,13 @@ void TextLine::Fail(const std::string& complaint) const {
   throw InputError(file_ + ", line " + std::to_string(number_) + ": " + complaint);
 }
 
-std::vector<TextLine> ReadAllTextLines(const std::string& path, const std::string& comments) {
+std::vector<TextLine> ReadAllTextLines(const std::string& path, const std::string& comments,
+                                       char blank) {
   std::istringstream stream(ReadFile(path));
   std::vector<TextLine> lines;
   std::string line;
   for (int number = 1; std::getline(stream, line); ++number) {
+    std::replace(line.begin(), line.end(), blank, ' ');
     std::vector<std::string> words = Words(line);
     if (!words.empty() && comments.find(words.front().front()) != std::string::npos) continue;
     lines.emplace_back(path, number, std::move(words));
@@ -57,8 +59,9 @@ std::vector<TextLine> ReadAllTextLines(const std::string& path, const std::strin
   return lines;
 }
 
-std::vector<TextLine> ReadTextLines(const std::string& path, const std::string& comments) {
-  std::vector<TextLine> lines = ReadAllTextLines(path, comments);
+std::vector<TextLine> ReadTextLines(const std::string& path, const std::string& comments,
+                                    char blank) {
+  std::vector<TextLine> lines = ReadAllTextLines(path, comments, blank);
   std::erase_if(lines, [](const TextLine& line) { return line.Size() == 0; });
   return lines;
 }

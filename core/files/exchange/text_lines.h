@@ -7,7 +7,7 @@
 
 namespace orient {
 
-// One line's words, split at blanks, tabs (and commas where asked), knowing where they stand.
+// One line's words, split at blanks and tabs, knowing where they stand.
 class TextLine {
  public:
   TextLine(std::string file, int number, std::vector<std::string> words)
@@ -29,9 +29,11 @@ class TextLine {
 
 // All lines that hold anything but a comment, which begins with one of `comments`. Throws
 // InputError where the file cannot be read.
-std::vector<TextLine> ReadTextLines(const std::string& path, const std::string& comments = "#");
+std::vector<TextLine> ReadTextLines(const std::string& path, const std::string& comments = "#",
+                                    char blank = ' ');  // `blank` separates words, too
 // Also empty lines, without words (COLMAP's images.txt has lines that may be empty).
-std::vector<TextLine> ReadAllTextLines(const std::string& path, const std::string& comments);
+std::vector<TextLine> ReadAllTextLines(const std::string& path, const std::string& comments,
+                                       char blank = ' ');
 
 // A number as the line would read it. Throws InputError "<where>: <what> is "<word>" ...".
 double ParseNumber(const std::string& word, const std::string& where, const std::string& what);

@@ -8,6 +8,7 @@
 #include "core/error.h"
 #include "core/files/atomic_write.h"
 #include "core/files/camera_file.h"
+#include "core/files/exchange/asp_pinhole.h"
 #include "core/files/orientation_table.h"
 #include "tests/support/expect_error.h"
 #include "tests/support/run_orient.h"
@@ -80,6 +81,15 @@ TEST(Convert, GeocentricSystemLeavesTheCurvature) {
       WriteExports(TwoPhotos(), {{ExchangeFormat::kAsp}, folder.Path(), 0, {}}).front();
   EXPECT_GT(written.largest_px, 0.05);
   EXPECT_LT(written.largest_px, 1);
+  // On the central meridian true distances are 1 / 0.9996 of the map's: seen from the same height
+  // they would look larger, so the camera stands 0.0004 of the flying height above its transformed
+  // centre.
+  const ConvertSource source = TwoPhotos();
+  const GroundFrame frame = GroundFrame::Geocentric(*source.crs, 0);
+  const Eigen::Vector3d transformed = *frame.FileFromBlock(source.block.photos[0].centre);
+  const Eigen::Vector3d c = ReadAsp(written.directory).front().c;
+  EXPECT_NEAR((c - transformed).dot(transformed.normalized()), 0.0004 * 3523.9, 0.1);
+  EXPECT_LT((c - transformed).norm(), 1.6);
 }
 
 // Poses come back through every format: what is written from Orient's results and read again shows
@@ -204,7 +214,7 @@ TEST_F(WrongConvention, CornerForCentre) {
                             (*words)[i] = ExactNumber(std::stod((*words)[i]) - 0.5);
                         });
                       }),
-              "half a pixel too low");
+              "half a pixel too small");
 }
 
 TEST_F(WrongConvention, PrincipalPointsSign) {
@@ -269,6 +279,11 @@ TEST(Convert, CommandWritesAndChecks) {
   EXPECT_TRUE(fs::exists(folder / "out/micmac/Ori-Orient/Orientation-4711.tif.xml"));
   const ProgramRun checked = RunOrient({"convert", folder / "out", "--check"});
   EXPECT_EQ(checked.exit_code, 0) << checked.out << checked.err;
+  // What a block's run calls for its [output] formats.
+  const auto exports = WriteExportsOf(folder.Path(), folder / "camera.toml", {"metashape", "patb"});
+  EXPECT_EQ(exports.size(), 2u);
+  EXPECT_TRUE(fs::exists(folder / "exports/patb/patb.ori"));
+  EXPECT_THROW(WriteExportsOf(folder.Path(), folder / "camera.toml", {"bundler"}), UsageError);
   const ProgramRun again =
       RunOrient({"convert", folder / "orientation.csv", "--camera", folder / "camera.toml", "--to",
                  "colmap", "--out", folder / "out"});

@@ -192,6 +192,17 @@ TEST(Exchange, BingoReadsWhatItWrote) {
       kExact_px);
 }
 
+TEST(Exchange, OriReadsWhatItWrote) {
+  ExpectSameProjection(
+      [](const std::string& folder, const ExchangeBlock& block) {
+        WriteOri(folder, block);
+        ExchangeBlock read = ExchangeFromOri(ReadOri(folder));
+        read.cameras = block.cameras;
+        return read;
+      },
+      kExact_px);
+}
+
 TEST(Exchange, PatbReadsWhatItWrote) {
   ExpectSameProjection(
       [](const std::string& folder, const ExchangeBlock& block) {
@@ -332,6 +343,17 @@ TEST(Patb, ImageCoordinatesAreReducedAndInMicrometres) {
             std::string::npos)
       << ReadFile(folder / "patb.im");
   EXPECT_NE(ReadFile(folder / "photo_numbers.txt").find("1 first\n"), std::string::npos);
+}
+
+TEST(Ori, BlanksTabsAndCommasSeparate) {
+  const TemporaryFolder folder;
+  WriteFileAtomically(folder / "orientation.ori", "# a\n4711\t1 2,3 , 0.5\t-1 90\n");
+  const auto photos = ReadOri(folder.Path());
+  ASSERT_EQ(photos.size(), 1u);
+  EXPECT_EQ(photos[0].centre, Eigen::Vector3d(1, 2, 3));
+  EXPECT_EQ(photos[0].opk_deg, Eigen::Vector3d(0.5, -1, 90));
+  WriteFileAtomically(folder / "orientation.ori", "4711 1 2 3 0.5 -1 395.2\n");
+  ExpectError<InputError>([&] { ReadOri(folder.Path()); }, {"line 1", "395.2", "degrees"});
 }
 
 TEST(Exchange, BrokenFilesAreNamedByLineAndValue) {
