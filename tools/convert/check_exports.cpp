@@ -116,7 +116,8 @@ std::string Verdict(const ExportCheck& check) {
   if (check.ok)
     return text + (check.declared.largest_px <= kFits_px
                        ? "fits"
-                       : "fits but for the ground system (scale, curvature)");
+                       : "fits to some tenths of a pixel (curvature of the ground system, a lens's "
+                         "table)");
   text += "DOES NOT FIT";
   if (check.fits)
     return text + FormatText("; it fits to %.2g px if ", check.fits->largest_px) +
