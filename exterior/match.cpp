@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "core/imaging/correlation.h"
+#include "core/imaging/gradient_channels.h"
 #include "core/imaging/least_squares_matching.h"
 
 namespace orient {
@@ -12,32 +13,154 @@ namespace {
 // Peaks closer than this are one peak.
 constexpr double kPeakDistance = 2.5;
 
-struct Search {
-  ImageWindow window;       // the photo around the prediction
-  std::vector<Peak> peaks;  // positions of the template's corner in the window
-};
-
-Search SearchWindow(const AlignedPatch& patch, const PhotoImage& photo,
-                    const Eigen::Vector2d& radius_px, int max_peaks, double min_score) {
+// The photo around the prediction.
+ImageWindow WindowFor(const AlignedPatch& patch, const PhotoImage& photo,
+                      const Eigen::Vector2d& radius_px) {
   const SearchArea area = AreaToSearch(patch.predicted_px, radius_px, photo);
   const Eigen::Vector2d half =
       area.Size() / 2 + patch.reduction * (patch.Centre() + Eigen::Vector2d::Constant(1.5));
-  Search search;
-  search.window =
-      photo.Around((area.first + area.last) / 2, half, static_cast<int>(patch.reduction));
-  const Image scores = Correlate(patch.image, search.window.image);
-  if (!scores.Empty()) search.peaks = FindPeaks(scores, max_peaks, kPeakDistance, min_score);
-  return search;
+  return photo.Around((area.first + area.last) / 2, half, static_cast<int>(patch.reduction));
 }
 
-Eigen::Vector2d ScanFromPeak(const AlignedPatch& patch, const Search& search, const Peak& peak) {
-  return search.window.RasterFromImage(peak.position + patch.Centre());
+// Positions of the template's corner in the window.
+std::vector<Peak> PeaksOf(const Image& scores, int max_peaks, double min_score) {
+  if (scores.Empty()) return {};
+  return FindPeaks(scores, max_peaks, kPeakDistance, min_score);
+}
+
+Eigen::Vector2d ScanFromPeak(const AlignedPatch& patch, const ImageWindow& window,
+                             const Peak& peak) {
+  return window.RasterFromImage(peak.position + patch.Centre());
 }
 
 PreciseMatch NotFound(const std::string& reason) {
   PreciseMatch match;
   match.reason = reason;
   return match;
+}
+
+Image Crop(const Image& image, const Eigen::Vector2i& corner, int side) {
+  Image crop(side, side, kNoData);
+  for (int row = 0; row < side; ++row)
+    for (int col = 0; col < side; ++col) {
+      const int c = corner.x() + col, r = corner.y() + row;
+      if (c >= 0 && r >= 0 && c < image.width && r < image.height)
+        crop.At(col, row) = image.At(c, r);
+    }
+  return crop;
+}
+
+// Of the middle of what was found in the photo, sought in the patch.
+constexpr double kMiddleShare = 0.6;
+constexpr double kMaxReturn_px = 1.5;
+
+// Forward and backward agree: the middle of the place in the photo is found again in the middle of
+// the patch. `corner` is the patch's in the window.
+template <typename Correlation>
+bool ComesBack(const AlignedPatch& patch, const ImageWindow& window, const Eigen::Vector2d& corner,
+               const Correlation& correlate) {
+  const int side = patch.image.width;
+  const int inner = static_cast<int>(kMiddleShare * side) | 1;
+  const int margin = (side - inner) / 2;
+  const Eigen::Vector2i nearest = corner.array().round().cast<int>();
+  const Image middle = Crop(window.image, nearest + Eigen::Vector2i::Constant(margin), inner);
+  const std::vector<Peak> peaks = PeaksOf(correlate(middle, patch.image), 1, -1);
+  const Eigen::Vector2d expected =
+      Eigen::Vector2d::Constant(margin) + nearest.cast<double>() - corner;
+  return !peaks.empty() && (peaks.front().position - expected).norm() <= kMaxReturn_px;
+}
+
+PreciseMatch MatchGrey(const AlignedPatch& patch, const ImageWindow& window,
+                       const std::vector<Peak>& peaks, const PreciseOptions& options) {
+  if (peaks.empty()) return NotFound("no correlation peak in the search window");
+  const Peak& best = peaks.front();
+  if (best.score < options.min_score) return NotFound("best correlation below the threshold");
+  if (peaks.size() > 1 && best.score - peaks[1].score < options.min_score_gap)
+    return NotFound("ambiguous: a second place correlates as well");
+
+  LsmOptions lsm;
+  lsm.geometry = LsmGeometry::kShift;
+  lsm.max_shift_px = 2;
+  const auto fit = MatchLeastSquares(patch.image, window.image, patch.Centre(),
+                                     Affine2d{Eigen::Matrix2d::Identity(), best.position}, lsm);
+  if (!fit) return NotFound("least-squares matching did not converge");
+  if (fit->gain <= 0 || fit->correlation < options.min_score)
+    return NotFound("least-squares matching found another texture");
+  const Eigen::Vector2d peak = best.position + patch.Centre();
+  if ((fit->position - peak).norm() > options.max_disagreement_px)
+    return NotFound("correlation and least-squares matching disagree");
+  if (std::sqrt(fit->covariance.trace() / 2) > options.max_sigma_px)
+    return NotFound("texture too weak for a precise position");
+  const auto correlate = [](const Image& t, const Image& i) { return Correlate(t, i); };
+  if (!ComesBack(patch, window, fit->position - patch.Centre(), correlate))
+    return NotFound("what was found there is found elsewhere in the patch");
+
+  PreciseMatch match;
+  match.pixel = window.RasterFromImage(fit->position);
+  match.covariance_px2 = fit->covariance * patch.reduction * patch.reduction;
+  match.ncc = fit->correlation;
+  match.found = true;
+  return match;
+}
+
+// `grey` may be no peak at all.
+PreciseMatch MatchGradients(const AlignedPatch& patch, const ImageWindow& window,
+                            const std::vector<Peak>& grey, const PreciseOptions& options) {
+  const GradientChannels templ = ChannelsOf(patch.image), image = ChannelsOf(window.image);
+  const std::vector<Peak> peaks = PeaksOf(CorrelateChannels(templ, image), 2, 0);
+  if (peaks.empty()) return NotFound("no gradients in the search window");
+  const Peak& best = peaks.front();
+  const bool agree =
+      !grey.empty() && (grey.front().position - best.position).norm() <= kPeakDistance;
+  const double ratio = agree ? options.min_gradient_ratio_with_grey : options.min_gradient_ratio;
+  if (peaks.size() > 1 && best.score < ratio * peaks[1].score)
+    return NotFound("ambiguous: the gradients of a second place are as like");
+
+  const auto fit = MatchChannels(templ, image, best.position, 2);
+  if (!fit) return NotFound("least-squares matching of the gradients did not converge");
+  if ((fit->corner - best.position).norm() > options.max_disagreement_px)
+    return NotFound("correlation and least-squares matching of the gradients disagree");
+  if (std::sqrt(fit->covariance.trace() / 2) > options.max_gradient_sigma_px)
+    return NotFound("gradients too weak for a precise position");
+  const auto correlate = [](const Image& t, const Image& i) {
+    return CorrelateChannels(ChannelsOf(t), ChannelsOf(i));
+  };
+  if (!ComesBack(patch, window, fit->corner, correlate))
+    return NotFound("what was found there is found elsewhere in the patch");
+
+  PreciseMatch match;
+  match.pixel = window.RasterFromImage(fit->corner + patch.Centre());
+  match.covariance_px2 = fit->covariance * patch.reduction * patch.reduction;
+  match.ncc = fit->correlation;
+  match.cue = MatchCue::kGradients;
+  match.found = true;
+  return match;
+}
+
+// Whether grey values alone will do: a place that is nearly the same and far better than any other.
+bool StandsOut(const std::vector<Peak>& peaks) {
+  constexpr double kNearlyTheSame = 0.8;
+  constexpr double kFarBetter = 0.15;
+  return !peaks.empty() && peaks[0].score > kNearlyTheSame &&
+         (peaks.size() < 2 || peaks[0].score - peaks[1].score > kFarBetter);
+}
+
+// Best of the one, best of the other, second of the one ...; a place that both name counts once.
+std::vector<Peak> Interleaved(const std::vector<Peak>& one, const std::vector<Peak>& other,
+                              std::size_t count) {
+  std::vector<Peak> merged;
+  const auto add = [&](const std::vector<Peak>& peaks, std::size_t i) {
+    if (i >= peaks.size() || merged.size() >= count) return;
+    const bool known = std::any_of(merged.begin(), merged.end(), [&](const Peak& peak) {
+      return (peak.position - peaks[i].position).norm() < kPeakDistance;
+    });
+    if (!known) merged.push_back(peaks[i]);
+  };
+  for (std::size_t i = 0; i < count; ++i) {
+    add(one, i);
+    add(other, i);
+  }
+  return merged;
 }
 
 }  // namespace
@@ -53,42 +176,30 @@ SearchArea AreaToSearch(const Eigen::Vector2d& predicted_px, const Eigen::Vector
 std::vector<Candidate> FindCandidates(const AlignedPatch& patch, const PhotoImage& photo,
                                       const Eigen::Vector2d& radius_px,
                                       const CandidateOptions& options) {
-  const Search search =
-      SearchWindow(patch, photo, radius_px, options.max_candidates, options.min_score);
+  const ImageWindow window = WindowFor(patch, photo, radius_px);
+  std::vector<Peak> peaks =
+      PeaksOf(Correlate(patch.image, window.image), options.max_candidates, options.min_score);
+  if (options.gradients && !StandsOut(peaks)) {
+    const Image scores = CorrelateChannels(ChannelsOf(patch.image), ChannelsOf(window.image));
+    peaks = Interleaved(PeaksOf(scores, options.max_candidates, options.min_gradient_score), peaks,
+                        static_cast<std::size_t>(options.max_candidates));
+  }
   std::vector<Candidate> candidates;
-  for (const Peak& peak : search.peaks)
-    candidates.push_back({ScanFromPeak(patch, search, peak), peak.score});
+  for (const Peak& peak : peaks)
+    candidates.push_back({ScanFromPeak(patch, window, peak), peak.score});
   return candidates;
 }
 
 PreciseMatch MatchPrecisely(const AlignedPatch& patch, const PhotoImage& photo,
                             const Eigen::Vector2d& radius_px, const PreciseOptions& options) {
-  const Search search = SearchWindow(patch, photo, radius_px, 2, options.min_score / 2);
-  if (search.peaks.empty()) return NotFound("no correlation peak in the search window");
-  const Peak& best = search.peaks.front();
-  if (best.score < options.min_score) return NotFound("best correlation below the threshold");
-  if (search.peaks.size() > 1 && best.score - search.peaks[1].score < options.min_score_gap)
-    return NotFound("ambiguous: a second place correlates as well");
-
-  LsmOptions lsm;
-  lsm.geometry = LsmGeometry::kShift;
-  lsm.max_shift_px = 2;
-  const auto fit = MatchLeastSquares(patch.image, search.window.image, patch.Centre(),
-                                     Affine2d{Eigen::Matrix2d::Identity(), best.position}, lsm);
-  if (!fit) return NotFound("least-squares matching did not converge");
-  if (fit->gain <= 0 || fit->correlation < options.min_score)
-    return NotFound("least-squares matching found another texture");
-  const Eigen::Vector2d peak = best.position + patch.Centre();
-  if ((fit->position - peak).norm() > options.max_disagreement_px)
-    return NotFound("correlation and least-squares matching disagree");
-  if (std::sqrt(fit->covariance.trace() / 2) > options.max_sigma_px)
-    return NotFound("texture too weak for a precise position");
-
-  PreciseMatch match;
-  match.pixel = search.window.RasterFromImage(fit->position);
-  match.covariance_px2 = fit->covariance * patch.reduction * patch.reduction;
-  match.ncc = fit->correlation;
-  match.found = true;
+  const ImageWindow window = WindowFor(patch, photo, radius_px);
+  const std::vector<Peak> grey =
+      PeaksOf(Correlate(patch.image, window.image), 2, options.min_score / 2);
+  PreciseMatch match = MatchGrey(patch, window, grey, options);
+  if (match.found || !options.gradients) return match;
+  PreciseMatch by_gradients = MatchGradients(patch, window, grey, options);
+  if (by_gradients.found) return by_gradients;
+  match.reason += "; " + by_gradients.reason;
   return match;
 }
 
