@@ -54,17 +54,17 @@ Image Crop(const Image& image, const Eigen::Vector2i& corner, int side) {
 constexpr double kMiddleShare = 0.6;
 constexpr double kMaxReturn_px = 1.5;
 
-// Forward and backward agree: the middle of the place in the photo is found again in the middle of
-// the patch. `corner` is the patch's in the window.
-template <typename Correlation>
-bool ComesBack(const AlignedPatch& patch, const ImageWindow& window, const Eigen::Vector2d& corner,
-               const Correlation& correlate) {
+// Forward and backward agree in the gradients: the middle of the place in the photo is found again
+// in the middle of the patch. `corner` is the patch's in the window.
+bool ComesBack(const AlignedPatch& patch, const ImageWindow& window,
+               const Eigen::Vector2d& corner) {
   const int side = patch.image.width;
   const int inner = static_cast<int>(kMiddleShare * side) | 1;
   const int margin = (side - inner) / 2;
   const Eigen::Vector2i nearest = corner.array().round().cast<int>();
   const Image middle = Crop(window.image, nearest + Eigen::Vector2i::Constant(margin), inner);
-  const std::vector<Peak> peaks = PeaksOf(correlate(middle, patch.image), 1, -1);
+  const std::vector<Peak> peaks =
+      PeaksOf(CorrelateChannels(ChannelsOf(middle), ChannelsOf(patch.image)), 1, 0);
   const Eigen::Vector2d expected =
       Eigen::Vector2d::Constant(margin) + nearest.cast<double>() - corner;
   return !peaks.empty() && (peaks.front().position - expected).norm() <= kMaxReturn_px;
@@ -91,16 +91,19 @@ PreciseMatch MatchGrey(const AlignedPatch& patch, const ImageWindow& window,
     return NotFound("correlation and least-squares matching disagree");
   if (std::sqrt(fit->covariance.trace() / 2) > options.max_sigma_px)
     return NotFound("texture too weak for a precise position");
-  const auto correlate = [](const Image& t, const Image& i) { return Correlate(t, i); };
-  if (!ComesBack(patch, window, fit->position - patch.Centre(), correlate))
-    return NotFound("what was found there is found elsewhere in the patch");
-
   PreciseMatch match;
   match.pixel = window.RasterFromImage(fit->position);
   match.covariance_px2 = fit->covariance * patch.reduction * patch.reduction;
   match.ncc = fit->correlation;
   match.found = true;
   return match;
+}
+
+// What a patch of 61 px must have by chance's measure, for one of another side: with fewer
+// pixels the second-best place comes nearer by chance.
+double RatioFor(int side_px, double of_61_px) {
+  constexpr double kSide = 61;
+  return 1 + (of_61_px - 1) * std::sqrt(std::max(1.0, kSide / side_px));
 }
 
 // `grey` may be no peak at all.
@@ -112,7 +115,8 @@ PreciseMatch MatchGradients(const AlignedPatch& patch, const ImageWindow& window
   const Peak& best = peaks.front();
   const bool agree =
       !grey.empty() && (grey.front().position - best.position).norm() <= kPeakDistance;
-  const double ratio = agree ? options.min_gradient_ratio_with_grey : options.min_gradient_ratio;
+  const double ratio = RatioFor(
+      patch.image.width, agree ? options.min_gradient_ratio_with_grey : options.min_gradient_ratio);
   if (peaks.size() > 1 && best.score < ratio * peaks[1].score)
     return NotFound("ambiguous: the gradients of a second place are as like");
 
@@ -122,10 +126,7 @@ PreciseMatch MatchGradients(const AlignedPatch& patch, const ImageWindow& window
     return NotFound("correlation and least-squares matching of the gradients disagree");
   if (std::sqrt(fit->covariance.trace() / 2) > options.max_gradient_sigma_px)
     return NotFound("gradients too weak for a precise position");
-  const auto correlate = [](const Image& t, const Image& i) {
-    return CorrelateChannels(ChannelsOf(t), ChannelsOf(i));
-  };
-  if (!ComesBack(patch, window, fit->corner, correlate))
+  if (!ComesBack(patch, window, fit->corner))
     return NotFound("what was found there is found elsewhere in the patch");
 
   PreciseMatch match;
