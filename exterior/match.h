@@ -27,7 +27,7 @@ struct CandidateOptions {
   int max_candidates = 5;
   double min_score = 0.35;
   double min_gradient_score = 0.2;
-  bool gradients = true;
+  bool gradients = false;
 };
 
 // Where the patch's ground point is sought: within `radius_px` (col, row; scan pixels) of the
@@ -39,8 +39,8 @@ struct SearchArea {
 SearchArea AreaToSearch(const Eigen::Vector2d& predicted_px, const Eigen::Vector2d& radius_px,
                         const PhotoImage& photo);
 
-// The best places in that area: by grey values, and unless one place stands out clearly, by
-// gradients too. The aligned patch's reduction must be an integer.
+// The best places in that area: by grey values, and if asked for, unless one place stands out
+// clearly, by gradients too. The aligned patch's reduction must be an integer.
 std::vector<Candidate> FindCandidates(const AlignedPatch& patch, const PhotoImage& photo,
                                       const Eigen::Vector2d& radius_px,
                                       const CandidateOptions& options);
@@ -61,7 +61,7 @@ struct PreciseOptions {
   double min_score_gap = 0.05;
   double max_disagreement_px = 1.0;  // between correlation and least squares
   double max_sigma_px = 0.3;
-  bool gradients = true;  // where grey values fail
+  bool gradients = false;  // where grey values fail
 
   // Of gradients: how many times better than the second-best place the best one must be, and how
   // many times where grey values are best there, too. For patches of 61 px; what exceeds 1 grows
@@ -72,10 +72,10 @@ struct PreciseOptions {
   double max_gradient_sigma_px = 0.5;
 };
 
-// NCC in the window, then least-squares matching from its peak; the two must agree. Where grey
-// values fail, the same with gradients; then the middle of what was found must be found again where
-// it belongs in the patch, too. (Of grey values that check finds nothing wrong that is not found
-// without it, and costs right matches.)
+// NCC in the window, then least-squares matching from its peak; the two must agree. If asked for,
+// where grey values fail, the same with gradients; then the middle of what was found must be found
+// again where it belongs in the patch, too. (Of grey values that check finds nothing wrong that is
+// not found without it, and costs right matches.)
 PreciseMatch MatchPrecisely(const AlignedPatch& patch, const PhotoImage& photo,
                             const Eigen::Vector2d& radius_px, const PreciseOptions& options);
 

@@ -42,7 +42,8 @@ PreciseRound MatchAll(const PhotoTask& task, const PhotoView& view, const Matrix
       SelectSpread(visible, task.patches, task.options.precise_patches, task.Prediction());
   round.matches.resize(round.predictions.size());
   std::vector<double> areas(round.predictions.size(), 0);
-  SideBySide(round.predictions.size(), [&](std::size_t i) {
+  PreciseOptions options;
+  const auto match = [&](std::size_t i) {
     const PatchPrediction& prediction = round.predictions[i];
     const Eigen::Vector2d radius =
         prediction.Radius(kWindowSigmas) + Eigen::Vector2d::Constant(margin_px);
@@ -50,10 +51,20 @@ PreciseRound MatchAll(const PhotoTask& task, const PhotoView& view, const Matrix
     const auto aligned = AlignPatch(view, task.patches[prediction.patch], 1,
                                     task.options.min_side_px, task.options.max_side_px);
     if (aligned)
-      round.matches[i] = MatchPrecisely(*aligned, task.image, radius, {});
+      round.matches[i] = MatchPrecisely(*aligned, task.image, radius, options);
     else
       round.matches[i].reason = "the patch is too small at the photo's resolution";
-  });
+  };
+  SideBySide(round.predictions.size(), match);
+  // Another season, film or decade: where grey values find few, gradients are worth their cost and
+  // their lesser precision.
+  std::vector<std::size_t> missing;
+  for (std::size_t i = 0; i < round.matches.size(); ++i)
+    if (!round.matches[i].found) missing.push_back(i);
+  if (2 * missing.size() > round.matches.size()) {
+    options.gradients = true;
+    SideBySide(missing.size(), [&](std::size_t i) { match(missing[i]); });
+  }
   round.window_px = LargestRadius(round.predictions, kWindowSigmas) + margin_px;
   for (const double area : areas)
     round.mean_window_px2 += area / static_cast<double>(std::max<std::size_t>(areas.size(), 1));

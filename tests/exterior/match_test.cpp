@@ -75,5 +75,19 @@ TEST_F(Match, APatchOnTheBorderIsFoundThere) {
   EXPECT_LT((match.pixel - truth).norm(), kTolerancePx);
 }
 
+// Grey values cannot: their correlation is -1 at the right place.
+TEST_F(Match, AnInvertedPatchIsFoundByItsGradients) {
+  const Eigen::Vector2d truth(60.5, 130.5);
+  AlignedPatch patch = PatchAt(truth, {64.5, 127.5});
+  for (float& value : patch.image.values) value = 255 - value;
+  PreciseOptions options;
+  EXPECT_FALSE(MatchPrecisely(patch, *photo_, {10, 10}, options).found);
+  options.gradients = true;
+  const PreciseMatch match = MatchPrecisely(patch, *photo_, {10, 10}, options);
+  ASSERT_TRUE(match.found) << match.reason;
+  EXPECT_EQ(match.cue, MatchCue::kGradients);
+  EXPECT_LT((match.pixel - truth).norm(), 0.1);
+}
+
 }  // namespace
 }  // namespace orient
