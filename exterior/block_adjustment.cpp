@@ -20,6 +20,9 @@ namespace orient {
 namespace {
 
 constexpr double kCauchyScale = 2;
+// At the robust solution, where residuals gather in few observations, only those this much beyond
+// the limit (in chi-square) go.
+constexpr double kCaution = 2;
 // Photos that move this much of the most moved one in a direction that nothing fixes.
 constexpr double kMovesAlong = 0.05;
 // Medians of chi-square with 1 and 2 degrees of freedom.
@@ -27,11 +30,14 @@ constexpr std::array<double, 3> kMedianChi2 = {1, 0.4549, 1.3863};
 constexpr std::size_t kLeastForMedian = 8;
 // Variance factors that change less than this are left alone.
 constexpr double kSettled = 0.02;
+constexpr int kMostFactorRounds = 3;
 // A stated variance counts as much as one found from this many degrees of freedom: image and ground
 // of control that few photos see can hardly be told apart, and small groups would run away.
 constexpr double kStatedRedundancy = 20;
 // Stated variances are believed within these factors.
 constexpr double kLeastFactor = 1e-4, kMostFactor = 1e4;
+// From medians, which cannot tell image and ground of control apart.
+constexpr double kLeastControlFactor = 0.5;
 
 class Stopwatch {
  public:
@@ -57,12 +63,15 @@ class Adjustment {
   void RobustStart();
   void Rounds();
   bool Determine(double cauchy_scale);
+  bool NobodyIsLeft() const;
+  std::vector<bool> Connecting(bool dismissed_too) const;
   bool DismissWithoutDatum();
   bool DismissUndetermined();
   void Dismiss(std::size_t photo, PhotoState state);
+  void SetFactor(RowKind kind, double factor);
   void FactorsFromResiduals();
-  void FactorsFromMedians(const BlockTests& tests);
-  bool FactorsFromSums(const BlockTests& tests);
+  void FactorsFromMedians();
+  bool FactorsFromSums();
   void Solve(BlockLoss loss, double tolerance, int iterations);
   BlockTests Test();
   void Finish();
@@ -74,6 +83,7 @@ class Adjustment {
   std::unique_ptr<BlockSolver> solver_;
   std::unique_ptr<BlockNormals> normals_;
   BlockTests tests_;
+  bool dismissed_ = false;  // something, since it was last looked
 };
 
 Adjustment::Adjustment(const BlockToAdjust& block, const BlockOptions& options, BlockResult* result)
@@ -106,6 +116,16 @@ void Adjustment::FindFirstPoints() {
 void Adjustment::Dismiss(std::size_t photo, PhotoState state) {
   judgement_.Dismiss(photo);
   result_->photos[photo].state = state;
+  dismissed_ = true;
+}
+
+// Observations that count; for the record also those of photos that were dismissed together.
+std::vector<bool> Adjustment::Connecting(bool dismissed_too) const {
+  std::vector<bool> connecting(system_.block.observations.size());
+  for (std::size_t i = 0; i < connecting.size(); ++i)
+    connecting[i] = system_.IsActive(i) ||
+                    (dismissed_too && judgement_.states()[i] == ObservationState::kUnusable);
+  return connecting;
 }
 
 bool Adjustment::DismissWithoutDatum() {
@@ -118,7 +138,7 @@ bool Adjustment::DismissWithoutDatum() {
       Dismiss(i, PhotoState::kUndetermined);
       any = true;
     }
-  for (const BlockPart& part : FindParts(system_, judgement_.takes_part())) {
+  for (const BlockPart& part : FindParts(system_, Connecting(false), judgement_.takes_part())) {
     if (part.has_datum) continue;
     for (const std::size_t photo : part.photos)
       if (judgement_.takes_part()[photo]) {
@@ -151,20 +171,25 @@ bool Adjustment::DismissUndetermined() {
   return any;
 }
 
-// Leaves regular equations in normals_; false where nothing is left to adjust.
+// Leaves regular equations in normals_, dismissing what cannot be determined; false where nothing
+// is left to adjust.
 bool Adjustment::Determine(double cauchy_scale) {
+  const Stopwatch watch(&result_->timings.snooping);
   for (;;) {
     judgement_.Screen();
     if (DismissWithoutDatum()) continue;
-    const auto& takes_part = judgement_.takes_part();
-    if (std::none_of(takes_part.begin(), takes_part.end(), [](bool takes) { return takes; }))
-      return false;
+    if (NobodyIsLeft()) return false;
     normals_ = std::make_unique<BlockNormals>(system_, cauchy_scale);
     for (const std::size_t point : normals_->weak_points()) judgement_.GiveUp(point);
     if (!normals_->weak_points().empty()) continue;
     if (normals_->cholesky().Open().empty()) return true;
     if (!DismissUndetermined()) throw std::logic_error("equations open without an open photo");
   }
+}
+
+bool Adjustment::NobodyIsLeft() const {
+  const auto& takes_part = judgement_.takes_part();
+  return std::none_of(takes_part.begin(), takes_part.end(), [](bool takes) { return takes; });
 }
 
 void Adjustment::Solve(BlockLoss loss, double tolerance, int iterations) {
@@ -182,6 +207,11 @@ BlockTests Adjustment::Test() {
   return normals_->Test();
 }
 
+void Adjustment::SetFactor(RowKind kind, double factor) {
+  const double least = kind == RowKind::kControlImage ? kLeastControlFactor : kLeastFactor;
+  system_.SetFactor(kind, std::clamp(factor, least, kMostFactor));
+}
+
 // Before anything is known of redundancies: each ray of a tie has its share of 2 n - 3.
 void Adjustment::FactorsFromResiduals() {
   if (!system_.options.variance_components) return;
@@ -193,33 +223,38 @@ void Adjustment::FactorsFromResiduals() {
       const double share = kind == RowKind::kTieImage
                                ? 1 - 1.5 / system_.Rays(static_cast<std::size_t>(row.point))
                                : 1;
-      chi2.push_back(system_.Linearise(row).residual.squaredNorm() / share / kMedianChi2[2]);
+      chi2.push_back(system_.LinearisePoint(row).residual.squaredNorm() / share / kMedianChi2[2]);
     }
     if (chi2.size() < kLeastForMedian) continue;
-    system_.SetFactor(kind, std::clamp(system_.Factor(kind) * UpperMedian(std::move(chi2)),
-                                       kLeastFactor, kMostFactor));
+    SetFactor(kind, system_.Factor(kind) * UpperMedian(std::move(chi2)));
   }
 }
 
-// Half of the observations may be gross errors.
-void Adjustment::FactorsFromMedians(const BlockTests& tests) {
+// Half of the observations may be gross errors. The tests are rescaled with the factors.
+void Adjustment::FactorsFromMedians() {
   if (!system_.options.variance_components) return;
   for (const RowKind kind : {RowKind::kTieImage, RowKind::kControlImage}) {
     std::vector<double> chi2;
     for (std::size_t i = 0; i < system_.block.observations.size(); ++i)
-      if (system_.IsActive(i) && system_.rows[i].kind == kind && tests.of_row[i].dof > 0)
-        chi2.push_back(tests.of_row[i].t /
-                       kMedianChi2.at(static_cast<std::size_t>(tests.of_row[i].dof)));
+      if (system_.IsActive(i) && system_.rows[i].kind == kind && tests_.of_row[i].dof > 0)
+        chi2.push_back(tests_.of_row[i].t /
+                       kMedianChi2.at(static_cast<std::size_t>(tests_.of_row[i].dof)));
     if (chi2.size() < kLeastForMedian) continue;
-    system_.SetFactor(kind, std::clamp(system_.Factor(kind) * UpperMedian(std::move(chi2)),
-                                       kLeastFactor, kMostFactor));
+    const double before = system_.Factor(kind);
+    SetFactor(kind, before * UpperMedian(std::move(chi2)));
+    const double change = system_.Factor(kind) / before;
+    for (std::size_t i = 0; i < system_.block.observations.size(); ++i) {
+      if (system_.rows[i].kind != kind) continue;
+      tests_.of_row[i].t /= change;
+      tests_.of_row[i].square /= change;
+    }
   }
 }
 
 // v'Pv over the redundancy, group by group. True where a factor changed.
-bool Adjustment::FactorsFromSums(const BlockTests& tests) {
+bool Adjustment::FactorsFromSums() {
   if (!system_.options.variance_components) return false;
-  const auto sums = SumsOf(system_, tests);
+  const auto sums = SumsOf(system_, tests_);
   bool changed = false;
   for (std::size_t k = 0; k < kVarianceGroups; ++k) {
     if (sums.at(k).redundancy < kLeastGroupRedundancy) continue;
@@ -231,7 +266,10 @@ bool Adjustment::FactorsFromSums(const BlockTests& tests) {
     factor = std::clamp(factor, kLeastFactor, kMostFactor);
     // Approximations that happen to be good are no better known for it.
     if (kind == RowKind::kPosePrior) factor = std::max(factor, 1.0);
-    changed = changed || std::abs(factor / system_.Factor(kind) - 1) > kSettled;
+    // A quarter of its own standard deviation is not worth another adjustment.
+    const double noise = 0.25 * std::sqrt(2 / sums.at(k).redundancy);
+    if (std::abs(factor / system_.Factor(kind) - 1) < std::max(kSettled, noise)) continue;
+    changed = true;
     system_.SetFactor(kind, factor);
   }
   return changed;
@@ -248,22 +286,27 @@ void Adjustment::RobustStart() {
     Solve(BlockLoss::kCauchy, 1e-5, 20);
   if (!system_.options.snooping || !Determine(kCauchyScale)) return;
   tests_ = Test();
-  FactorsFromMedians(tests_);
-  judgement_.Apply(tests_);
+  judgement_.Apply(tests_, kCaution);
 }
 
 void Adjustment::Rounds() {
+  bool clean = false;
+  int factor_rounds = 0;
   for (int round = 0; round < system_.options.max_rounds; ++round) {
-    if (!Determine(0)) return;
+    dismissed_ = false;
     Solve(BlockLoss::kNone, 1e-9, 50);
     if (!Determine(0)) return;
+    if (dismissed_) continue;
     tests_ = Test();
-    const int changes = system_.options.snooping ? judgement_.Apply(tests_) : 0;
-    if (changes > 0) {
-      FactorsFromMedians(tests_);
-      continue;
-    }
-    if (FactorsFromSums(tests_)) continue;
+    // As long as gross errors may remain, medians; then sums.
+    if (!clean) FactorsFromMedians();
+    const int changes = system_.options.snooping ? judgement_.Apply(tests_, 1) : 0;
+    clean = clean || changes <= static_cast<int>(tests_.of_row.size() / 1000);
+    // Image and ground of control that is seen once share what there is: their factors creep, and
+    // nothing else moves with them.
+    const bool factors = clean && factor_rounds < kMostFactorRounds && FactorsFromSums();
+    factor_rounds += factors ? 1 : 0;
+    if (changes > 0 || factors) continue;
     if (system_.options.self_calibration &&
         TestCalibration(*normals_, &system_, &result_->calibration))
       continue;
@@ -285,7 +328,7 @@ void Adjustment::Say() {
 
 void Adjustment::Finish() {
   const Stopwatch watch(&result_->timings.covariance);
-  result_->parts = FindParts(system_, judgement_.takes_part());
+  result_->parts = FindParts(system_, Connecting(true), judgement_.takes_part());
   result_->cameras = CalibratedCameras(system_);
   if (normals_ && !tests_.of_row.empty()) {
     FillOutcome(system_, judgement_, *normals_, tests_, result_);
@@ -307,8 +350,7 @@ void Adjustment::Run() {
       StartCalibration(&system_);
     Rounds();
   }
-  const auto& takes_part = judgement_.takes_part();
-  if (std::none_of(takes_part.begin(), takes_part.end(), [](bool takes) { return takes; })) {
+  if (NobodyIsLeft()) {
     tests_ = {};
     result_->converged = false;
   }

@@ -113,7 +113,8 @@ double BlockJudgement::Score(const RowTest& test) const {
 }
 
 // The worst of every point.
-std::vector<BlockJudgement::Suspect> BlockJudgement::FindSuspects(const BlockTests& tests) const {
+std::vector<BlockJudgement::Suspect> BlockJudgement::FindSuspects(const BlockTests& tests,
+                                                                  double caution) const {
   std::vector<Suspect> suspects;
   for (std::size_t point = 0; point < system_->points.size(); ++point) {
     Suspect worst{point};
@@ -126,18 +127,18 @@ std::vector<BlockJudgement::Suspect> BlockJudgement::FindSuspects(const BlockTes
     }
     const bool has_control = system_->HasControl(point);
     // Of a control patch seen once nobody can say whether image or ground is wrong.
-    if (has_control && (system_->Rays(point) > 1 || worst.score <= 1)) {
+    if (has_control && (system_->Rays(point) > 1 || worst.score <= caution)) {
       const double score = Score(tests.of_control[point]);
       if (score > worst.score) worst = {point, score, worst.row, system_->Rays(point) > 1, false};
     }
     worst.not_told = !has_control && second > kNotTold * worst.score;
-    if (worst.score > 1) suspects.push_back(worst);
+    if (worst.score > caution) suspects.push_back(worst);
   }
   return suspects;
 }
 
-int BlockJudgement::Reject(const BlockTests& tests) {
-  const std::vector<Suspect> suspects = FindSuspects(tests);
+int BlockJudgement::Reject(const BlockTests& tests, double caution) {
+  const std::vector<Suspect> suspects = FindSuspects(tests, caution);
   std::vector<double> worst_of_photo(takes_part_.size(), 0);
   const auto for_each_photo = [&](const Suspect& suspect, const auto& apply) {
     for (const std::size_t row : system_->image_rows_of_point[suspect.point])
@@ -233,15 +234,15 @@ bool BlockJudgement::RaysAgree(std::size_t point, const std::vector<std::size_t>
   system_->SetStart(point, *place);
   double t = 0;
   for (const std::size_t row : rows)
-    t += system_->Linearise(system_->rows[row]).residual.squaredNorm();
+    t += system_->LinearisePoint(system_->rows[row]).residual.squaredNorm();
   // 2 n - 3 degrees of freedom: at most as much as that many would have, in the mean two of them
   // at the limit.
   return t < kFitsAgain * limits_[1] &&
          LargestAngle(rows) > RadFromDeg(system_->options.min_ray_angle_deg);
 }
 
-int BlockJudgement::Apply(const BlockTests& tests) {
-  const int rejected = Reject(tests);
+int BlockJudgement::Apply(const BlockTests& tests, double caution) {
+  const int rejected = Reject(tests, caution);
   // While gross errors remain the poses are not to be trusted with what is already out.
   int put_back = 0;
   if (rejected == 0 || rejected * 200 < static_cast<int>(states_.size()))

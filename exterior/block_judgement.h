@@ -27,13 +27,14 @@ class BlockJudgement {
 
   // Takes out what the test calls gross errors, in each neighbourhood the largest first, and puts
   // back what only looked like one. The number of changes.
-  int Apply(const BlockTests& tests);
+  // The limits hold times `caution`.
+  int Apply(const BlockTests& tests, double caution);
 
  private:
   struct Suspect;
   double Score(const RowTest& test) const;
-  std::vector<Suspect> FindSuspects(const BlockTests& tests) const;
-  int Reject(const BlockTests& tests);
+  std::vector<Suspect> FindSuspects(const BlockTests& tests, double caution) const;
+  int Reject(const BlockTests& tests, double caution);
   void RejectAt(const Suspect& suspect, const BlockTests& tests);
   int PutBack(const BlockTests& tests);
   int PutBackDissolved();

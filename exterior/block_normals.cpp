@@ -8,6 +8,7 @@
 #include <cmath>
 
 #include "core/geometry/dense_solvers.h"
+#include "core/geometry/principal_axes.h"
 
 namespace orient {
 namespace {
@@ -19,21 +20,34 @@ constexpr double kWeakPoint = 1e-10;
 
 std::size_t Index(int i) { return static_cast<std::size_t>(i); }
 
-// v' Qvv^+ v for Qvv = I - N (used) or I + N (not used), whitened.
-RowTest TestOf(const Eigen::VectorXd& v, const Eigen::MatrixXd& N, double loss_weight, bool used) {
-  const Eigen::Index n = v.size();
-  // With a robust weight w the observation counts by w only: cov(v) = I + (1 - 2 w) N.
+// v' Qvv^+ v for Qvv = I - N (used) or I + N (not used), whitened. With a robust weight w the
+// observation counts by w only: cov(v) = I + (1 - 2 w) N.
+template <int n>
+RowTest TestOf(const Eigen::Matrix<double, n, 1>& v, const Eigen::Matrix<double, n, n>& N,
+               double loss_weight, bool used) {
   const double share = used ? 1 - 2 * loss_weight : 1;
-  const SymmetricEigen eigen = EigenOfSymmetric(Eigen::MatrixXd::Identity(n, n) + share * N);
+  const Eigen::Matrix<double, n, n> covariance =
+      Eigen::Matrix<double, n, n>::Identity() + share * N;
+  Eigen::Matrix<double, n, 1> values;
+  Eigen::Matrix<double, n, n> vectors;
+  if constexpr (n == 2) {
+    const PrincipalAxes axes = AxesOf(covariance);
+    values = axes.values;
+    vectors = axes.vectors;
+  } else {
+    const SymmetricEigen eigen = EigenOfSymmetric(covariance);
+    values = eigen.values;
+    vectors = eigen.vectors;
+  }
   RowTest test;
   test.square = v.squaredNorm();
-  for (Eigen::Index i = 0; i < n; ++i) {
-    if (eigen.values[i] < kLeastRedundancy) continue;
-    const double along = eigen.vectors.col(i).dot(v);
-    test.t += along * along / eigen.values[i];
+  for (int i = 0; i < n; ++i) {
+    if (values[i] < kLeastRedundancy) continue;
+    const double along = vectors.col(i).dot(v);
+    test.t += along * along / values[i];
     ++test.dof;
   }
-  test.redundancy = used ? static_cast<double>(n) - loss_weight * N.trace() : 0;
+  test.redundancy = used ? n - loss_weight * N.trace() : 0;
   return test;
 }
 
@@ -55,17 +69,30 @@ double ChiSquareLimit(int dof, double probability) {
   return low;
 }
 
+// A row's derivatives, and where its groups stand among those of its point.
+struct PlacedRows {
+  std::array<Eigen::Index, 3> places = {};
+  int group_count = 0;
+  const PointRows* linear = nullptr;
+};
+
 struct BlockNormals::PointEquations {
   Eigen::Matrix3d inverse;                          // of V = sum B'B
   std::vector<int> groups;                          // unknowns that its rows share with it
   Eigen::Matrix<double, 3, Eigen::Dynamic> weight;  // W = sum B'A
   std::vector<std::size_t> rows;                    // active first, then those only tested
-  std::vector<LinearRows> linear;
+  std::vector<PointRows> linear;
   std::vector<double> loss_weight;
   std::size_t active = 0;
 
   Eigen::Index PlaceOf(int group) const {
     return 6 * (std::find(groups.begin(), groups.end(), group) - groups.begin());
+  }
+  PlacedRows RowsAt(std::size_t k, const BlockRows& row) const {
+    PlacedRows placed{{}, row.group_count, &linear[k]};
+    for (std::size_t g = 0; g < Index(row.group_count); ++g)
+      placed.places.at(g) = PlaceOf(row.groups.at(g));
+    return placed;
   }
 };
 
@@ -76,7 +103,7 @@ BlockNormals::BlockNormals(const BlockSystem& system, double cauchy_scale)
   for (std::size_t i = system.block.observations.size(); i < system.rows.size(); ++i) {
     const BlockRows& row = system.rows[i];
     if (!row.active || row.point >= 0) continue;
-    const LinearRows linear = system.Linearise(row);
+    const OtherRows linear = system.LineariseOther(row);
     for (int a = 0; a < row.group_count; ++a)
       for (int b = 0; b <= a; ++b)
         reduced.Add(row.groups.at(Index(a)), row.groups.at(Index(b)),
@@ -88,8 +115,8 @@ BlockNormals::BlockNormals(const BlockSystem& system, double cauchy_scale)
   cholesky_ = std::make_unique<BlockCholesky>(reduced);
 }
 
-double BlockNormals::LossWeight(const BlockRows& row, const LinearRows& linear) const {
-  if (cauchy_scale_ <= 0 || row.point < 0) return 1;
+double BlockNormals::LossWeight(const PointRows& linear) const {
+  if (cauchy_scale_ <= 0) return 1;
   return 1 / (1 + linear.residual.squaredNorm() / (cauchy_scale_ * cauchy_scale_));
 }
 
@@ -114,9 +141,9 @@ std::optional<BlockNormals::PointEquations> BlockNormals::EquationsOf(std::size_
   e.weight.setZero(3, 6 * static_cast<Eigen::Index>(e.groups.size()));
   for (std::size_t k = 0; k < e.rows.size(); ++k) {
     const BlockRows& row = system_.rows[e.rows[k]];
-    e.linear.push_back(system_.Linearise(row));
-    const LinearRows& linear = e.linear.back();
-    const double w = k < e.active ? LossWeight(row, linear) : 0;
+    e.linear.push_back(system_.LinearisePoint(row));
+    const PointRows& linear = e.linear.back();
+    const double w = k < e.active ? LossWeight(linear) : 0;
     e.loss_weight.push_back(w);
     if (k >= e.active) continue;
     V += w * linear.by_point.transpose() * linear.by_point;
@@ -140,7 +167,7 @@ void BlockNormals::AddPoint(std::size_t point, SparseBlocks* reduced) {
   Eigen::MatrixXd sum = -e->weight.transpose() * e->inverse * e->weight;
   for (std::size_t k = 0; k < e->active; ++k) {
     const BlockRows& row = system_.rows[e->rows[k]];
-    const LinearRows& linear = e->linear[k];
+    const PointRows& linear = e->linear[k];
     for (std::size_t a = 0; a < Index(row.group_count); ++a)
       for (std::size_t b = 0; b < Index(row.group_count); ++b)
         sum.block<6, 6>(e->PlaceOf(row.groups.at(a)), e->PlaceOf(row.groups.at(b))) +=
@@ -171,69 +198,92 @@ BlockTests BlockNormals::Test() {
   return tests;
 }
 
+// Covariances of a point, of the groups that its rows share, and between the two.
+struct BlockNormals::PointInverse {
+  Eigen::MatrixXd groups;
+  Eigen::Matrix<double, Eigen::Dynamic, 3> cross;
+  Eigen::Matrix3d point;
+
+  // Of what two rows compute, before the noise of their own observations.
+  Eigen::Matrix2d Between(const PlacedRows& one, const PlacedRows& other) const {
+    Eigen::Matrix2d sum = one.linear->by_point * point * other.linear->by_point.transpose();
+    for (std::size_t a = 0; a < Index(one.group_count); ++a) {
+      const Eigen::Matrix<double, 2, 6>& A = one.linear->by_group.at(a);
+      sum += A * cross.middleRows<6>(one.places.at(a)) * other.linear->by_point.transpose();
+      for (std::size_t b = 0; b < Index(other.group_count); ++b)
+        sum += A * groups.block<6, 6>(one.places.at(a), other.places.at(b)) *
+               other.linear->by_group.at(b).transpose();
+    }
+    for (std::size_t b = 0; b < Index(other.group_count); ++b)
+      sum += one.linear->by_point * cross.middleRows<6>(other.places.at(b)).transpose() *
+             other.linear->by_group.at(b).transpose();
+    return sum;
+  }
+};
+
+BlockNormals::PointInverse BlockNormals::InverseOf(const PointEquations& e) const {
+  const auto size = static_cast<Eigen::Index>(e.groups.size());
+  PointInverse inverse;
+  inverse.groups.resize(6 * size, 6 * size);
+  for (Eigen::Index a = 0; a < size; ++a)
+    for (Eigen::Index b = 0; b <= a; ++b) {
+      const Matrix6d block = cholesky_->Inverse(e.groups[static_cast<std::size_t>(a)],
+                                                e.groups[static_cast<std::size_t>(b)]);
+      inverse.groups.block<6, 6>(6 * a, 6 * b) = block;
+      if (a != b) inverse.groups.block<6, 6>(6 * b, 6 * a) = block.transpose();
+    }
+  const Eigen::Matrix<double, 3, Eigen::Dynamic> by_groups = -e.inverse * e.weight;
+  inverse.cross.noalias() = inverse.groups * by_groups.transpose();
+  inverse.point = e.inverse + by_groups * inverse.cross;
+  return inverse;
+}
+
 void BlockNormals::TestPoint(std::size_t point, BlockTests* tests) const {
   const auto e = EquationsOf(point);
   if (!e) return;
-  const auto size = static_cast<Eigen::Index>(e->groups.size());
-  Eigen::MatrixXd Q(6 * size, 6 * size);
-  for (Eigen::Index a = 0; a < size; ++a)
-    for (Eigen::Index b = 0; b <= a; ++b) {
-      const Matrix6d block = cholesky_->Inverse(e->groups[static_cast<std::size_t>(a)],
-                                                e->groups[static_cast<std::size_t>(b)]);
-      Q.block<6, 6>(6 * a, 6 * b) = block;
-      Q.block<6, 6>(6 * b, 6 * a) = block.transpose();
-    }
-  const Eigen::MatrixXd by_groups = -e->inverse * e->weight;  // d point / d groups
-  const Eigen::MatrixXd cross = Q * by_groups.transpose();
-  const Eigen::Matrix3d own = e->inverse + by_groups * cross;
-  tests->point_covariance[point] = own;
-  Eigen::MatrixXd control_design = Eigen::MatrixXd::Zero(4, 6 * size + 3);
-  Eigen::VectorXd control_residual = Eigen::VectorXd::Zero(4);
-  bool control_used = false;
-  double control_weight = 1;
-  int control_rows = 0;
-  const auto covariance_of = [&](const Eigen::MatrixXd& A, const Eigen::MatrixXd& B) {
-    const Eigen::MatrixXd mixed = A * cross * B.transpose();
-    return Eigen::MatrixXd(A * Q * A.transpose() + mixed + mixed.transpose() +
-                           B * own * B.transpose());
-  };
+  const PointInverse inverse = InverseOf(*e);
+  tests->point_covariance[point] = inverse.point;
   for (std::size_t k = 0; k < e->rows.size(); ++k) {
     const BlockRows& row = system_.rows[e->rows[k]];
-    const LinearRows& linear = e->linear[k];
-    Eigen::MatrixXd A = Eigen::MatrixXd::Zero(linear.count, 6 * size);
-    for (int g = 0; g < row.group_count; ++g)
-      A.middleCols<6>(e->PlaceOf(row.groups.at(Index(g)))) +=
-          linear.by_group.at(Index(g)).topRows(linear.count);
-    const Eigen::MatrixXd B = linear.by_point.topRows(linear.count);
-    if (row.kind == RowKind::kControlGround) {
-      control_design.block(2 * control_rows, 0, 2, 6 * size) = A;
-      control_design.block(2 * control_rows, 6 * size, 2, 3) = B;
-      control_residual.segment(2 * control_rows, 2) = linear.residual.head<2>();
-      control_used = k < e->active;
-      control_weight = std::min(control_weight, control_used ? e->loss_weight[k] : 1.0);
-      ++control_rows;
-      continue;
-    }
-    tests->of_row[e->rows[k]] = TestOf(linear.residual.head(linear.count), covariance_of(A, B),
-                                       e->loss_weight[k], k < e->active);
+    if (row.kind == RowKind::kControlGround) continue;
+    const PlacedRows rows = e->RowsAt(k, row);
+    tests->of_row[e->rows[k]] = TestOf<2>(e->linear[k].residual, inverse.Between(rows, rows),
+                                          e->loss_weight[k], k < e->active);
   }
-  if (control_rows == 2)  // its fourth row is empty
-    tests->of_control[point] = TestOf(control_residual.head(3),
-                                      covariance_of(control_design.block(0, 0, 3, 6 * size),
-                                                    control_design.block(0, 6 * size, 3, 3)),
-                                      control_weight, control_used);
+  if (system_.control_row_of_point[point] >= 0) tests->of_control[point] = TestControl(*e, inverse);
+}
+
+// Its two pairs of rows together; the fourth row is empty.
+RowTest BlockNormals::TestControl(const PointEquations& e, const PointInverse& inverse) const {
+  std::array<std::size_t, 2> at = {};
+  std::size_t found = 0;
+  for (std::size_t k = 0; k < e.rows.size(); ++k)
+    if (system_.rows[e.rows[k]].kind == RowKind::kControlGround) at.at(found++) = k;
+  Eigen::Matrix4d N;
+  Eigen::Vector4d v;
+  for (int a = 0; a < 2; ++a)
+    for (int b = 0; b < 2; ++b) {
+      const std::size_t i = at.at(Index(a)), j = at.at(Index(b));
+      N.block<2, 2>(2 * a, 2 * b) = inverse.Between(e.RowsAt(i, system_.rows[e.rows[i]]),
+                                                    e.RowsAt(j, system_.rows[e.rows[j]]));
+      v.segment<2>(2 * a) = e.linear[i].residual;
+    }
+  return TestOf<3>(v.head<3>(), N.topLeftCorner<3, 3>(),
+                   std::min(e.loss_weight[at[0]], e.loss_weight[at[1]]), at[0] < e.active);
 }
 
 void BlockNormals::TestOther(std::size_t row_index, BlockTests* tests) const {
   const BlockRows& row = system_.rows[row_index];
-  const LinearRows linear = system_.Linearise(row);
+  const OtherRows linear = system_.LineariseOther(row);
   Matrix6d N = Matrix6d::Zero();
   for (std::size_t a = 0; a < Index(row.group_count); ++a)
     for (std::size_t b = 0; b < Index(row.group_count); ++b)
       N += linear.by_group.at(a) * cholesky_->Inverse(row.groups.at(a), row.groups.at(b)) *
            linear.by_group.at(b).transpose();
-  tests->of_row[row_index] = TestOf(linear.residual.head(linear.count),
-                                    N.topLeftCorner(linear.count, linear.count), 1, true);
+  // No gross errors are sought here: the sums are for the variance components.
+  RowTest& test = tests->of_row[row_index];
+  test.square = linear.residual.squaredNorm();
+  test.redundancy = linear.count - N.trace();
 }
 
 }  // namespace orient

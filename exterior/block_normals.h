@@ -46,11 +46,14 @@ class BlockNormals {
 
  private:
   struct PointEquations;
+  struct PointInverse;
   std::optional<PointEquations> EquationsOf(std::size_t point) const;
   void AddPoint(std::size_t point, SparseBlocks* reduced);
   void TestPoint(std::size_t point, BlockTests* tests) const;
+  RowTest TestControl(const PointEquations& e, const PointInverse& inverse) const;
+  PointInverse InverseOf(const PointEquations& e) const;
   void TestOther(std::size_t row, BlockTests* tests) const;
-  double LossWeight(const BlockRows& row, const LinearRows& linear) const;
+  double LossWeight(const PointRows& linear) const;
 
   const BlockSystem& system_;
   double cauchy_scale_;

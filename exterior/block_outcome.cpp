@@ -97,7 +97,7 @@ void FillGnss(const BlockSystem& system, const BlockNormals& normals, BlockResul
     if (system.gnss_group[row.source] >= 0) strips[photo.strip] = system.gnss_group[row.source];
     const Eigen::LLT<Eigen::Matrix3d> root(photo.gnss->covariance_m2);
     result->photos[row.source].gnss_residual_m =
-        -(root.matrixL() * Eigen::Vector3d(system.Linearise(row).residual.head<3>())) /
+        -(root.matrixL() * Eigen::Vector3d(system.LineariseOther(row).residual.head<3>())) /
         system.weight.at(static_cast<std::size_t>(RowKind::kGnss));
   }
   for (const auto& [name, group] : strips) {

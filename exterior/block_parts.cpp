@@ -141,13 +141,14 @@ std::string NamesOf(const BlockToAdjust& block, const std::vector<std::size_t>& 
   return names;
 }
 
-std::vector<BlockPart> FindParts(const BlockSystem& system, const std::vector<bool>& takes_part) {
+std::vector<BlockPart> FindParts(const BlockSystem& system, const std::vector<bool>& connects,
+                                 const std::vector<bool>& takes_part) {
   Forest forest(system.block.photos.size());
   std::vector<std::size_t> photo_of_point(system.points.size(), system.block.photos.size());
   std::vector<double> reach_m(system.block.photos.size(), 0);  // to the farthest point seen
   for (std::size_t i = 0; i < system.points.size(); ++i)
     for (const std::size_t row : system.image_rows_of_point[i]) {
-      if (!system.rows[row].active) continue;
+      if (!connects[row]) continue;
       const std::size_t photo = system.block.observations[row].photo;
       if (photo_of_point[i] < system.block.photos.size()) forest.Join(photo_of_point[i], photo);
       photo_of_point[i] = photo;

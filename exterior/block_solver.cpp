@@ -75,6 +75,8 @@ bool BlockSolver::Solve(const BlockSolve& how, BlockTimings* timings) {
     options.linear_solver_ordering->AddElementToGroup(point.data(), 0);
   for (Vector6d& group : system_->groups)
     options.linear_solver_ordering->AddElementToGroup(group.data(), 1);
+  // Near the solution Gauss-Newton's steps, undamped: a block's weak bends converge as its rest.
+  if (how.loss == BlockLoss::kNone) options.initial_trust_region_radius = 1e10;
   options.max_num_iterations = how.max_iterations;
   options.function_tolerance = how.tolerance;
   options.gradient_tolerance = 1e-14;

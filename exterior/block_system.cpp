@@ -266,21 +266,26 @@ std::array<const double*, 4> BlockSystem::Unknowns(const BlockRows& row) const {
   return unknowns;
 }
 
-LinearRows BlockSystem::Linearise(const BlockRows& row) const {
-  std::array<double, 36> by_point;  // what a cost fills, row by row
-  std::array<std::array<double, 36>, 3> by_group;
-  std::array<double*, 4> jacobians = {};
-  std::size_t next = 0;
-  if (row.point >= 0) jacobians.at(next++) = by_point.data();
+PointRows BlockSystem::LinearisePoint(const BlockRows& row) const {
+  Eigen::Matrix<double, 2, 3, Eigen::RowMajor> by_point;
+  std::array<Eigen::Matrix<double, 2, 6, Eigen::RowMajor>, 3> by_group;
+  std::array<double*, 4> jacobians = {by_point.data(), by_group[0].data(), by_group[1].data(),
+                                      by_group[2].data()};
+  PointRows linear;
+  row.cost->Evaluate(Unknowns(row).data(), linear.residual.data(), jacobians.data());
+  linear.by_point = by_point;
   for (std::size_t i = 0; i < static_cast<std::size_t>(row.group_count); ++i)
-    jacobians.at(next++) = by_group.at(i).data();
-  LinearRows linear;
+    linear.by_group.at(i) = by_group.at(i);
+  return linear;
+}
+
+OtherRows BlockSystem::LineariseOther(const BlockRows& row) const {
+  std::array<std::array<double, 36>, 3> by_group;
+  std::array<double*, 3> jacobians = {by_group[0].data(), by_group[1].data(), by_group[2].data()};
+  OtherRows linear;
   linear.count = row.Residuals();
   row.cost->Evaluate(Unknowns(row).data(), linear.residual.data(), jacobians.data());
   using Rows6 = Eigen::Map<const Eigen::Matrix<double, Eigen::Dynamic, 6, Eigen::RowMajor>>;
-  using Rows3 = Eigen::Map<const Eigen::Matrix<double, Eigen::Dynamic, 3, Eigen::RowMajor>>;
-  if (row.point >= 0)
-    linear.by_point.topRows(linear.count) = Rows3(by_point.data(), linear.count, 3);
   for (std::size_t i = 0; i < static_cast<std::size_t>(row.group_count); ++i) {
     linear.by_group.at(i).setZero();
     linear.by_group.at(i).topRows(linear.count) = Rows6(by_group.at(i).data(), linear.count, 6);
@@ -320,7 +325,7 @@ Eigen::Matrix2d BlockSystem::ImageCovariance(std::size_t observation) const {
 
 Eigen::Vector2d BlockSystem::ResidualMm(std::size_t observation) const {
   const BlockRows& row = rows[observation];
-  const Eigen::Vector2d whitened = Linearise(row).residual.head<2>();
+  const Eigen::Vector2d whitened = LinearisePoint(row).residual;
   const Eigen::LLT<Eigen::Matrix2d> root(ImageCovariance(observation));
   return -(root.matrixL() * whitened) / weight.at(static_cast<std::size_t>(row.kind));
 }

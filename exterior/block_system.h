@@ -27,11 +27,16 @@ struct BlockRows {
   int Residuals() const { return cost->num_residuals(); }
 };
 
-// A row's value and derivatives at the present unknowns.
-struct LinearRows {
+// Value and derivatives at the present unknowns: of rows that look at a point, which are two, and
+// of the others, up to six (those beyond their count are zero).
+struct PointRows {
+  Eigen::Vector2d residual;
+  Eigen::Matrix<double, 2, 3> by_point;
+  std::array<Eigen::Matrix<double, 2, 6>, 3> by_group;
+};
+struct OtherRows {
   int count = 0;
-  Vector6d residual = Vector6d::Zero();  // the first `count`
-  Eigen::Matrix<double, 6, 3> by_point = Eigen::Matrix<double, 6, 3>::Zero();
+  Vector6d residual = Vector6d::Zero();
   std::array<Matrix6d, 3> by_group;
 };
 
@@ -75,7 +80,8 @@ class BlockSystem {
   }
   void SetControlActive(std::size_t point, bool active);
 
-  LinearRows Linearise(const BlockRows& row) const;
+  PointRows LinearisePoint(const BlockRows& row) const;
+  OtherRows LineariseOther(const BlockRows& row) const;
   // Pointers to a row's unknowns in the order of its cost.
   std::array<const double*, 4> Unknowns(const BlockRows& row) const;
 

@@ -195,6 +195,7 @@ class BundleSimulator {
     control.covariance_m2 = sigma.cwiseAbs2().asDiagonal();
     control.ground_m = simulation_.true_ground[point] +
                        Eigen::Vector3d(Normal(sigma.x()), Normal(sigma.y()), Normal(sigma.z()));
+    if (options_.height_sigma_m > 0) AddHeightError(&control);
     simulation_.block.points[point].control = control;
     if (!options_.control_seen_by_all) {
       Observe(photo, point, options_.gross_control);
@@ -204,7 +205,28 @@ class BundleSimulator {
       Observe(other, point, options_.gross_control);
   }
 
+  // Half of it common to the source, half to places within some 500 m: a smooth random field (a sum
+  // of waves), whatever the adjustment makes of it. Points move along their source's line of sight.
+  void AddHeightError(GroundControl* control) {
+    if (waves_.empty()) {
+      common_height_ = normal_(random_);
+      for (int i = 0; i < 30; ++i)
+        waves_.push_back({Normal(1.0 / 500), Normal(1.0 / 500), Uniform(0, 6.2832)});
+    }
+    double field = 0;
+    for (const Eigen::Vector3d& wave : waves_)
+      field +=
+          std::sqrt(2.0 / 30) * std::cos(wave.x() * (control->ground_m.x() - kEast) +
+                                         wave.y() * (control->ground_m.y() - kNorth) + wave.z());
+    control->height_effect = {0.2, -0.1, 1};
+    control->height_sigma_m = options_.height_sigma_m;
+    control->ground_m += control->height_effect * options_.height_sigma_m * std::sqrt(0.5) *
+                         (common_height_ + field);
+  }
+
   BundleSimulationOptions options_;
+  std::vector<Eigen::Vector3d> waves_;
+  double common_height_ = 0;
   std::mt19937 random_;
   std::normal_distribution<double> normal_;
   std::vector<Affine2d> true_film_;

@@ -1,0 +1,73 @@
+// How long the block adjustment takes beside what Ceres itself spends solving, and how both grow:
+//   block_speed [PHOTOS...]        default: 100 300 1000
+// Simulated blocks of film photos, 60/30 % overlap, 100 ties a photo that are its own, control
+// under every tenth photo, 1 % gross errors. Times are
+// wall clock with one thread, Ceres as it reports itself; the ratio is that of all rounds together,
+// tests of the observations included, to Ceres.
+#include <malloc.h>
+#include <sys/resource.h>
+
+#include <cmath>
+#include <cstdio>
+#include <cstdlib>
+#include <vector>
+
+#include "tools/bench/bundle_simulation.h"
+
+namespace {
+
+orient::BundleSimulationOptions BlockOf(int photos) {
+  orient::BundleSimulationOptions options;
+  options.strips = std::max(1, static_cast<int>(std::sqrt(photos / 2.5)));
+  options.photos_in_strip = photos / options.strips;
+  options.control_photos.clear();
+  for (int i = 0; i < options.strips * options.photos_in_strip; i += 10)
+    options.control_photos.push_back(i);
+  options.gross_ties = options.gross_control = 0.01;
+  return options;
+}
+
+double PeakMegabytes() {
+  rusage usage{};
+  getrusage(RUSAGE_SELF, &usage);
+  return static_cast<double>(usage.ru_maxrss) / 1024;
+}
+
+void Measure(int photos) {
+  const auto simulation = orient::SimulateBundle(BlockOf(photos));
+  malloc_trim(0);
+  const double before_mb = PeakMegabytes();
+  const orient::BlockResult result = orient::AdjustBlock(simulation.block);
+  const auto& t = result.timings;
+  const double total = t.solve + t.snooping;
+  double worst_mm = 0;
+  int ties = 0, rejected = 0, gross = 0;
+  for (std::size_t i = 0; i < result.points.size(); ++i)
+    if (result.points[i].adjusted && !simulation.block.points[i].control) ++ties;
+  for (std::size_t i = 0; i < simulation.gross.size(); ++i) {
+    gross += simulation.gross[i] ? 1 : 0;
+    rejected += result.observations[i].state == orient::ObservationState::kRejected ? 1 : 0;
+  }
+  for (std::size_t i = 0; i < result.photos.size(); ++i)
+    worst_mm = std::max(
+        worst_mm,
+        1e3 * (result.photos[i].pose.position_m - simulation.true_poses[i].position_m).norm());
+  std::printf("%6zu %8d %9zu %8.2f %8.2f %9.2f %8.2f %7.2f %6d %6d %8.0f %8.0f %6d/%d\n",
+              simulation.block.photos.size(), ties, simulation.gross.size(), t.setup, t.ceres,
+              t.snooping, t.covariance, total / t.ceres, t.solves, t.iterations,
+              PeakMegabytes() - before_mb, worst_mm, rejected, gross);
+  std::fflush(stdout);
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+  std::vector<int> sizes;
+  for (int i = 1; i < argc; ++i) sizes.push_back(std::atoi(argv[i]));
+  if (sizes.empty()) sizes = {100, 300, 1000};
+  std::printf(
+      "photos     ties      rays   setup_s  ceres_s snooping_s covar_s  ratio solves iterat. "
+      "memory_MB worst_mm rejected/gross\n");
+  for (const int photos : sizes) Measure(photos);
+  return 0;
+}
