@@ -3,12 +3,11 @@
 #include <algorithm>
 #include <chrono>
 #include <cmath>
-#include <limits>
 #include <stdexcept>
 
 #include "core/geometry/intersection.h"
-#include "core/median.h"
 #include "exterior/block_calibration.h"
+#include "exterior/block_factors.h"
 #include "exterior/block_judgement.h"
 #include "exterior/block_normals.h"
 #include "exterior/block_outcome.h"
@@ -25,19 +24,7 @@ constexpr double kCauchyScale = 2;
 constexpr double kCaution = 2;
 // Photos that move this much of the most moved one in a direction that nothing fixes.
 constexpr double kMovesAlong = 0.05;
-// Medians of chi-square with 1 and 2 degrees of freedom.
-constexpr std::array<double, 3> kMedianChi2 = {1, 0.4549, 1.3863};
-constexpr std::size_t kLeastForMedian = 8;
-// Variance factors that change less than this are left alone.
-constexpr double kSettled = 0.02;
 constexpr int kMostFactorRounds = 3;
-// A stated variance counts as much as one found from this many degrees of freedom: image and ground
-// of control that few photos see can hardly be told apart, and small groups would run away.
-constexpr double kStatedRedundancy = 20;
-// Stated variances are believed within these factors.
-constexpr double kLeastFactor = 1e-4, kMostFactor = 1e4;
-// From medians, which cannot tell image and ground of control apart.
-constexpr double kLeastControlFactor = 0.5;
 
 class Stopwatch {
  public:
@@ -68,10 +55,6 @@ class Adjustment {
   bool DismissWithoutDatum();
   bool DismissUndetermined();
   void Dismiss(std::size_t photo, PhotoState state);
-  void SetFactor(RowKind kind, double factor);
-  void FactorsFromResiduals();
-  void FactorsFromMedians();
-  bool FactorsFromSums();
   void Solve(BlockLoss loss, double tolerance, int iterations);
   BlockTests Test();
   void Finish();
@@ -207,81 +190,13 @@ BlockTests Adjustment::Test() {
   return normals_->Test();
 }
 
-void Adjustment::SetFactor(RowKind kind, double factor) {
-  const double least = kind == RowKind::kControlImage ? kLeastControlFactor : kLeastFactor;
-  system_.SetFactor(kind, std::clamp(factor, least, kMostFactor));
-}
-
-// Before anything is known of redundancies: each ray of a tie has its share of 2 n - 3.
-void Adjustment::FactorsFromResiduals() {
-  if (!system_.options.variance_components) return;
-  for (const RowKind kind : {RowKind::kTieImage, RowKind::kControlImage}) {
-    std::vector<double> chi2;
-    for (std::size_t i = 0; i < system_.block.observations.size(); ++i) {
-      const BlockRows& row = system_.rows[i];
-      if (!row.active || row.kind != kind) continue;
-      const double share = kind == RowKind::kTieImage
-                               ? 1 - 1.5 / system_.Rays(static_cast<std::size_t>(row.point))
-                               : 1;
-      chi2.push_back(system_.LinearisePoint(row).residual.squaredNorm() / share / kMedianChi2[2]);
-    }
-    if (chi2.size() < kLeastForMedian) continue;
-    SetFactor(kind, system_.Factor(kind) * UpperMedian(std::move(chi2)));
-  }
-}
-
-// Half of the observations may be gross errors. The tests are rescaled with the factors.
-void Adjustment::FactorsFromMedians() {
-  if (!system_.options.variance_components) return;
-  for (const RowKind kind : {RowKind::kTieImage, RowKind::kControlImage}) {
-    std::vector<double> chi2;
-    for (std::size_t i = 0; i < system_.block.observations.size(); ++i)
-      if (system_.IsActive(i) && system_.rows[i].kind == kind && tests_.of_row[i].dof > 0)
-        chi2.push_back(tests_.of_row[i].t /
-                       kMedianChi2.at(static_cast<std::size_t>(tests_.of_row[i].dof)));
-    if (chi2.size() < kLeastForMedian) continue;
-    const double before = system_.Factor(kind);
-    SetFactor(kind, before * UpperMedian(std::move(chi2)));
-    const double change = system_.Factor(kind) / before;
-    for (std::size_t i = 0; i < system_.block.observations.size(); ++i) {
-      if (system_.rows[i].kind != kind) continue;
-      tests_.of_row[i].t /= change;
-      tests_.of_row[i].square /= change;
-    }
-  }
-}
-
-// v'Pv over the redundancy, group by group. True where a factor changed.
-bool Adjustment::FactorsFromSums() {
-  if (!system_.options.variance_components) return false;
-  const auto sums = SumsOf(system_, tests_);
-  bool changed = false;
-  for (std::size_t k = 0; k < kVarianceGroups; ++k) {
-    if (sums.at(k).redundancy < kLeastGroupRedundancy) continue;
-    const auto kind = static_cast<RowKind>(k);
-    // v'Pv of the residuals, and of what was stated with its own degrees of freedom.
-    const double stated = kStatedRedundancy / system_.Factor(kind);
-    double factor = system_.Factor(kind) * (sums.at(k).square + stated) /
-                    (sums.at(k).redundancy + kStatedRedundancy);
-    factor = std::clamp(factor, kLeastFactor, kMostFactor);
-    // Approximations that happen to be good are no better known for it.
-    if (kind == RowKind::kPosePrior) factor = std::max(factor, 1.0);
-    // A quarter of its own standard deviation is not worth another adjustment.
-    const double noise = 0.25 * std::sqrt(2 / sums.at(k).redundancy);
-    if (std::abs(factor / system_.Factor(kind) - 1) < std::max(kSettled, noise)) continue;
-    changed = true;
-    system_.SetFactor(kind, factor);
-  }
-  return changed;
-}
-
 void Adjustment::RobustStart() {
   Solve(BlockLoss::kHuber, 1e-4, 30);
-  FactorsFromResiduals();
+  FactorsFromResiduals(&system_);
   StartCalibration(&system_);
   Solve(BlockLoss::kCauchy, 1e-5, 30);
   const double before = system_.Factor(RowKind::kTieImage);
-  FactorsFromResiduals();
+  FactorsFromResiduals(&system_);
   if (std::abs(system_.Factor(RowKind::kTieImage) / before - 1) > 0.2)
     Solve(BlockLoss::kCauchy, 1e-5, 20);
   if (!system_.options.snooping || !Determine(kCauchyScale)) return;
@@ -299,12 +214,13 @@ void Adjustment::Rounds() {
     if (dismissed_) continue;
     tests_ = Test();
     // As long as gross errors may remain, medians; then sums.
-    if (!clean) FactorsFromMedians();
+    if (!clean) FactorsFromMedians(&system_, &tests_);
     const int changes = system_.options.snooping ? judgement_.Apply(tests_, 1) : 0;
     clean = clean || changes <= static_cast<int>(tests_.of_row.size() / 1000);
     // Image and ground of control that is seen once share what there is: their factors creep, and
     // nothing else moves with them.
-    const bool factors = clean && factor_rounds < kMostFactorRounds && FactorsFromSums();
+    const bool factors =
+        clean && factor_rounds < kMostFactorRounds && FactorsFromSums(tests_, &system_);
     factor_rounds += factors ? 1 : 0;
     if (changes > 0 || factors) continue;
     if (system_.options.self_calibration &&
@@ -361,6 +277,7 @@ void Adjustment::Run() {
 
 std::optional<std::string> BlockOptions::Check() const {
   if (!(significance > 0 && significance < 0.5)) return "significance must lie between 0 and 0.5";
+  if (!(least_factor > 0 && least_factor <= 1)) return "least_factor must lie between 0 and 1";
   if (!(calibration_t > 0)) return "calibration_t must be positive";
   if (!(gnss_shift_sigma_m > 0) || !(gnss_drift_sigma_m > 0))
     return "gnss_shift_sigma_m and gnss_drift_sigma_m must be positive";

@@ -100,6 +100,17 @@ TEST(BlockAdjustment, TakesTheNoiseFromTheResidualsNotFromWhatIsStated) {
   EXPECT_GT(verdict.PointChi(), 0.8);
 }
 
+TEST(BlockAdjustment, LowersNoStatedVarianceWhereItIsToldSo) {
+  BundleSimulationOptions options = SmallBlock();
+  options.stated_px = 0.6;
+  const BundleSimulation simulation = SimulateBundle(options);
+  BlockOptions careful;
+  careful.least_factor = 1;
+  for (const VarianceComponent& component : AdjustBlock(simulation.block, careful).components)
+    EXPECT_GE(component.factor, 1) << component.group;
+  EXPECT_NEAR(AdjustBlock(simulation.block).components[0].factor, 0.25, 0.03);
+}
+
 TEST(BlockAdjustment, HasNothingToDoWithHeldOutPatches) {
   BundleSimulationOptions options = SmallBlock();
   options.control_seen_by_all = true;

@@ -1,0 +1,97 @@
+#include "exterior/block_factors.h"
+
+#include <algorithm>
+#include <cmath>
+#include <vector>
+
+#include "core/median.h"
+#include "exterior/block_outcome.h"
+
+namespace orient {
+namespace {
+
+// Medians of chi-square with 1 and 2 degrees of freedom.
+constexpr std::array<double, 3> kMedianChi2 = {1, 0.4549, 1.3863};
+constexpr std::size_t kLeastForMedian = 8;
+// Variance factors that change less than this are left alone.
+constexpr double kSettled = 0.02;
+// A stated variance counts as much as one found from this many degrees of freedom: image and ground
+// of control that few photos see can hardly be told apart, and small groups would run away.
+constexpr double kStatedRedundancy = 20;
+constexpr double kMostFactor = 1e4;
+// From medians, which cannot tell image and ground of control apart.
+constexpr double kLeastControlFactor = 0.5;
+
+void SetFactor(RowKind kind, double factor, BlockSystem* system) {
+  const double least = system->options.least_factor;
+  const bool control = kind == RowKind::kControlImage;
+  system->SetFactor(kind, std::clamp(factor, control ? std::max(least, kLeastControlFactor) : least,
+                                     kMostFactor));
+}
+
+}  // namespace
+
+// Before anything is known of redundancies: each ray of a tie has its share of 2 n - 3.
+void FactorsFromResiduals(BlockSystem* system) {
+  if (!system->options.variance_components) return;
+  for (const RowKind kind : {RowKind::kTieImage, RowKind::kControlImage}) {
+    std::vector<double> chi2;
+    for (std::size_t i = 0; i < system->block.observations.size(); ++i) {
+      const BlockRows& row = system->rows[i];
+      if (!row.active || row.kind != kind) continue;
+      const double share = kind == RowKind::kTieImage
+                               ? 1 - 1.5 / system->Rays(static_cast<std::size_t>(row.point))
+                               : 1;
+      chi2.push_back(system->LinearisePoint(row).residual.squaredNorm() / share / kMedianChi2[2]);
+    }
+    if (chi2.size() < kLeastForMedian) continue;
+    SetFactor(kind, system->Factor(kind) * UpperMedian(std::move(chi2)), system);
+  }
+}
+
+// Half of the observations may be gross errors. The tests are rescaled with the factors.
+void FactorsFromMedians(BlockSystem* system, BlockTests* tests) {
+  if (!system->options.variance_components) return;
+  for (const RowKind kind : {RowKind::kTieImage, RowKind::kControlImage}) {
+    std::vector<double> chi2;
+    for (std::size_t i = 0; i < system->block.observations.size(); ++i)
+      if (system->IsActive(i) && system->rows[i].kind == kind && tests->of_row[i].dof > 0)
+        chi2.push_back(tests->of_row[i].t /
+                       kMedianChi2.at(static_cast<std::size_t>(tests->of_row[i].dof)));
+    if (chi2.size() < kLeastForMedian) continue;
+    const double before = system->Factor(kind);
+    SetFactor(kind, before * UpperMedian(std::move(chi2)), system);
+    const double change = system->Factor(kind) / before;
+    for (std::size_t i = 0; i < system->block.observations.size(); ++i) {
+      if (system->rows[i].kind != kind) continue;
+      tests->of_row[i].t /= change;
+      tests->of_row[i].square /= change;
+    }
+  }
+}
+
+// v'Pv over the redundancy, group by group. True where a factor changed.
+bool FactorsFromSums(const BlockTests& tests, BlockSystem* system) {
+  if (!system->options.variance_components) return false;
+  const auto sums = SumsOf(*system, tests);
+  bool changed = false;
+  for (std::size_t k = 0; k < kVarianceGroups; ++k) {
+    if (sums.at(k).redundancy < kLeastGroupRedundancy) continue;
+    const auto kind = static_cast<RowKind>(k);
+    // v'Pv of the residuals, and of what was stated with its own degrees of freedom.
+    const double stated = kStatedRedundancy / system->Factor(kind);
+    double factor = system->Factor(kind) * (sums.at(k).square + stated) /
+                    (sums.at(k).redundancy + kStatedRedundancy);
+    factor = std::clamp(factor, system->options.least_factor, kMostFactor);
+    // Approximations that happen to be good are no better known for it.
+    if (kind == RowKind::kPosePrior) factor = std::max(factor, 1.0);
+    // A quarter of its own standard deviation is not worth another adjustment.
+    const double noise = 0.25 * std::sqrt(2 / sums.at(k).redundancy);
+    if (std::abs(factor / system->Factor(kind) - 1) < std::max(kSettled, noise)) continue;
+    changed = true;
+    system->SetFactor(kind, factor);
+  }
+  return changed;
+}
+
+}  // namespace orient

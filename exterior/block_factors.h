@@ -1,0 +1,19 @@
+// Variance components: what the residuals make of the groups' stated variances. Each does nothing
+// where BlockOptions wants the stated ones. Private to exterior.
+#pragma once
+
+#include "exterior/block_normals.h"
+#include "exterior/block_system.h"
+
+namespace orient {
+
+// Image groups, from the medians of squared residuals of a robust adjustment.
+void FactorsFromResiduals(BlockSystem* system);
+
+// Image groups, from the medians of the tests, which are rescaled with the factors.
+void FactorsFromMedians(BlockSystem* system, BlockTests* tests);
+
+// All groups, v'Pv over the redundancy. True where a factor changed enough to adjust again.
+bool FactorsFromSums(const BlockTests& tests, BlockSystem* system);
+
+}  // namespace orient
