@@ -163,22 +163,6 @@ void Polish(const Voter& voter, Consensus* consensus) {
   }
 }
 
-double FalseAlarms(const std::vector<VotingPatch>& patches, std::size_t supporters,
-                   const ConsensusOptions& options) {
-  const double reach = options.inlier_sigmas * options.sigma_px;
-  double candidates = 0, p = 0, voters = 0;
-  for (const VotingPatch& patch : patches) {
-    const double count = static_cast<double>(patch.candidates.size());
-    if (count == 0 || patch.window_px2 <= 0) continue;
-    candidates += count;
-    p += std::min(1.0, count * std::numbers::pi * reach * reach / patch.window_px2);
-    ++voters;
-  }
-  if (voters < kSampleSize) return 0;
-  return Log10FalseAlarms(static_cast<int>(voters), static_cast<int>(supporters),
-                          candidates / voters, p / voters);
-}
-
 }  // namespace
 
 double Log10FalseAlarms(int patches, int supporters, double candidates, double p) {
@@ -197,6 +181,23 @@ double Log10FalseAlarms(int patches, int supporters, double candidates, double p
   return (log_tail + log_samples) / std::numbers::ln10;
 }
 
+double Log10FalseAlarms(const std::vector<VotingPatch>& patches,
+                        const std::vector<Supporter>& supporters, const ConsensusOptions& options) {
+  const double reach = options.inlier_sigmas * options.sigma_px;
+  double candidates = 0, p = 0, voters = 0;
+  for (const VotingPatch& patch : patches) {
+    const double count = static_cast<double>(patch.candidates.size());
+    if (count == 0 || patch.window_px2 <= 0) continue;
+    candidates += count;
+    p += std::min(1.0, count * std::numbers::pi * reach * reach / patch.window_px2);
+    ++voters;
+  }
+  if (voters < kSampleSize) return 0;
+  return Log10FalseAlarms(static_cast<int>(voters), static_cast<int>(supporters.size()),
+                          candidates / voters, p / voters) +
+         std::log10(options.trials);
+}
+
 std::optional<Consensus> FindConsensus(const PhotoView& view, const PosePrior& prior,
                                        const std::vector<VotingPatch>& patches,
                                        const ConsensusOptions& options) {
@@ -211,7 +212,7 @@ std::optional<Consensus> FindConsensus(const PhotoView& view, const PosePrior& p
   double best_score = 0;
   for (int i = 0; i < options.samples; ++i) {
     const auto sample = Draw(patches, voters, random);
-    auto hypothesis = voter.Estimate(voter.Observations(sample), prior.pose, 3);
+    auto hypothesis = voter.Estimate(voter.Observations(sample), view.pose, options.iterations);
     if (!hypothesis) continue;
     const double score = voter.Score(hypothesis->pose, nullptr);
     if (score <= best_score) continue;
@@ -222,7 +223,7 @@ std::optional<Consensus> FindConsensus(const PhotoView& view, const PosePrior& p
   voter.Score(best->pose, &best->supporters);
   Polish(voter, &*best);
   best->rms_px = voter.RmsPx(best->pose, best->supporters);
-  best->log10_false_alarms = FalseAlarms(patches, best->supporters.size(), options);
+  best->log10_false_alarms = Log10FalseAlarms(patches, best->supporters, options);
   return best;
 }
 

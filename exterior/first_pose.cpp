@@ -2,6 +2,7 @@
 
 #include <Eigen/Dense>
 #include <algorithm>
+#include <array>
 #include <cmath>
 
 #include "core/imaging/side_by_side.h"
@@ -35,7 +36,7 @@ int LeastSide(const OrientPhotoOptions& options) { return std::min(options.min_s
 // One coarse round: several places for every patch, and the pose that most of them agree on.
 std::optional<Consensus> Vote(const PhotoTask& task, const PhotoView& view, const PosePrior& prior,
                               const std::vector<PatchPrediction>& predictions, int reduction,
-                              double margin_px) {
+                              double margin_px, double trials) {
   std::vector<VotingPatch> voting(predictions.size());
   SideBySide(predictions.size(), [&](std::size_t i) {
     const PatchPrediction& prediction = predictions[i];
@@ -51,6 +52,7 @@ std::optional<Consensus> Vote(const PhotoTask& task, const PhotoView& view, cons
   });
   ConsensusOptions options;
   options.sigma_px = 0.5 + 0.4 * reduction;
+  options.trials = trials;
   return FindConsensus(view, prior, voting, options);
 }
 
@@ -94,13 +96,13 @@ SearchPlan Plan(const PhotoTask& task, const FilmPosition& position, const PoseP
 
 // A first pose from one prior at one resolution.
 std::optional<PoseTrack> TryFirst(const PhotoTask& task, const FilmPosition& position,
-                                  const PosePrior& prior, int finer) {
+                                  const PosePrior& prior, int finer, double trials) {
   const SearchPlan plan = Plan(task, position, prior);
   if (plan.predictions.empty() || plan.coarsest < finer) return std::nullopt;
   const int reduction = plan.coarsest / finer;
   if (plan.WindowPixels(task, reduction) > kMaxWindowPixels) return std::nullopt;
   const PhotoView view = task.View(position, prior.pose);
-  const auto consensus = Vote(task, view, prior, plan.predictions, reduction, reduction);
+  const auto consensus = Vote(task, view, prior, plan.predictions, reduction, reduction, trials);
   if (!consensus) return std::nullopt;
   const LoopRound round{static_cast<int>(plan.predictions.size()),
                         static_cast<int>(consensus->supporters.size()), plan.radius_px,
@@ -117,10 +119,11 @@ std::optional<PoseTrack> FirstPose(const PhotoTask& task) {
   const PosePrior& prior = task.photo.prior;
   const PosePrior doubtful = Doubtful(prior, task.patches);
   std::optional<PoseTrack> best;
-  for (const auto& [assumed, finer] :
-       {std::pair(&prior, 1), std::pair(&prior, 2), std::pair(&doubtful, 1)}) {
+  const std::array ways = {std::pair(&prior, 1), std::pair(&prior, 2), std::pair(&doubtful, 1)};
+  const auto trials = static_cast<double>(ways.size() * task.photo.positions.size());
+  for (const auto& [assumed, finer] : ways) {
     for (const FilmPosition& position : task.photo.positions) {
-      const auto track = TryFirst(task, position, *assumed, finer);
+      const auto track = TryFirst(task, position, *assumed, finer, trials);
       if (track && (!best || track->log10_false_alarms < best->log10_false_alarms)) best = track;
     }
     if (best && best->log10_false_alarms < task.options.max_log10_false_alarms) return best;
@@ -129,16 +132,16 @@ std::optional<PoseTrack> FirstPose(const PhotoTask& task) {
 }
 
 void Descend(const PhotoTask& task, PoseTrack* track) {
-  while (track->reduction > 2) {
-    const int reduction = track->reduction / 2;
+  const PosePrior weak = Weakened({track->pose, task.photo.prior.covariance});
+  for (int reduction = track->reduction / 2; reduction > 1; reduction /= 2) {
     const double margin = 1.5 * track->reduction;
     const PhotoView view = task.View(track->position, track->pose);
     const auto predictions =
         SelectSpread(Predict(view, track->covariance, task.patches, task.Prediction()),
                      task.patches, task.options.voting_patches, task.Prediction());
-    const auto consensus =
-        Vote(task, view, Weakened(task.photo.prior), predictions, reduction, margin);
-    if (!consensus || consensus->supporters.size() < 4) return;
+    const auto consensus = Vote(task, view, weak, predictions, reduction, margin, 1);
+    // A patch may be too small for this level: a finer one shows it.
+    if (!consensus || consensus->supporters.size() < 4) continue;
     track->pose = consensus->pose;
     track->covariance = consensus->covariance;
     track->reduction = reduction;

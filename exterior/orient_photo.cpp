@@ -14,6 +14,7 @@
 #include "exterior/match.h"
 #include "exterior/photo_task.h"
 #include "exterior/predict.h"
+#include "exterior/wide_search.h"
 
 namespace orient {
 namespace {
@@ -113,11 +114,14 @@ void Resect(const PhotoTask& task, const PoseTrack& track, const PhotoView& view
   common.height_correlation_m = kHeightCorrelationPerHeight *
                                 std::abs(view.pose.position_m.z() - observations[0].ground_m.z());
   round->estimate = EstimatePose(view, task.photo.prior, observations, common);
-  round->contradicts_prior = round->estimate && round->estimate->prior_chi2 > kPriorChi2Limit;
-  if (!round->contradicts_prior) return;
-  const double chi2 = round->estimate->prior_chi2;
+  if (round->estimate && round->estimate->prior_chi2 <= kPriorChi2Limit) return;
+  // Against a prior that is far off there may be no solution at all.
   round->estimate = EstimatePose(view, Weakened(task.photo.prior), observations, common);
-  if (round->estimate) round->estimate->prior_chi2 = chi2;
+  if (!round->estimate) return;
+  const PosePrior& prior = task.photo.prior;
+  const Vector6d off = PoseDifference(round->estimate->pose, prior.pose);
+  round->estimate->prior_chi2 = off.dot(prior.covariance.ldlt().solve(off));
+  round->contradicts_prior = round->estimate->prior_chi2 > kPriorChi2Limit;
 }
 
 double RmsPx(const PoseEstimate& estimate) {
@@ -232,7 +236,7 @@ void Judge(const PhotoTask& task, const PreciseRound& round, const PoseTrack& tr
         "the pose lies " + Number(std::sqrt(estimate.prior_chi2), 0) +
         " sigma from its approximation: either that is worse than its accuracy says, or the "
         "patches' coordinates are wrong");
-    if (task.photo.accuracy_is_stated) result->status = Status::kWeak;
+    if (task.photo.accuracy_is_stated || task.options.wide) result->status = Status::kWeak;
   }
   if (sigma > task.options.weak_projection_sigma_px) {
     result->status = Status::kWeak;
@@ -253,7 +257,11 @@ ExteriorResult Failed(const PhotoToOrient& photo, const std::string& reason,
   return result;
 }
 
-std::string NoConsensus(const PoseTrack& track) {
+constexpr const char* kNothingAlike =
+    "at no kappa does the photo, searched as a whole, resemble what the patches show together";
+
+std::string NoConsensus(const PhotoTask& task, const PoseTrack& track) {
+  if (task.options.wide) return kNothingAlike;
   const LoopRound& round = track.rounds.front();
   return "only " + std::to_string(round.matched) + " of " + std::to_string(round.searched) +
          " patches agree on a pose within " + Number(round.window_px, 0) +
@@ -269,10 +277,11 @@ ExteriorResult OrientPhoto(const PhotoToOrient& photo, const PhotoImage& image,
   if (patches.empty())
     return Failed(photo, "no control patch in the database under the photo's footprint", nullptr);
 
-  std::optional<PoseTrack> track = FirstPose(task);
-  if (!track) return Failed(photo, WhyNoFirstPose(task), nullptr);
+  std::optional<PoseTrack> track = options.wide ? SearchWidely(task) : FirstPose(task);
+  if (!track)
+    return Failed(photo, options.wide ? std::string(kNothingAlike) : WhyNoFirstPose(task), nullptr);
   if (track->log10_false_alarms > options.max_log10_false_alarms)
-    return Failed(photo, NoConsensus(*track), &*track);
+    return Failed(photo, NoConsensus(task, *track), &*track);
 
   Descend(task, &*track);
   const auto round = Refine(task, &*track);

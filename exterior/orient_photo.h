@@ -44,10 +44,20 @@ struct OrientPhotoOptions {
   double max_log10_false_alarms = -6;
   int min_matched = 6;                    // fewer are never accepted
   double weak_projection_sigma_px = 1.0;  // a worse-determined pose is weak
+  // The whole photo is searched at every kappa and several scales, whatever the approximation says.
+  bool wide = false;
 };
 
-// `patches` are those under the uncertain footprint. The result is `ok`, `weak` or `failed` with
-// the reason; a pose is given unless it failed.
+// Whether the prior is too poor for search windows around the patches: kappa is open, or the
+// patches may lie anywhere in the frame. Such a photo needs OrientPhotoOptions::wide.
+bool IsVague(const Camera& camera, const PosePrior& prior, double ground_height_m);
+
+// What a wide search allows for, whatever the prior claims: any kappa, a position wrong by a third
+// of the flying height, and no more tilt than aerial photos have.
+PosePrior Widened(const PosePrior& prior, double ground_height_m);
+
+// `patches` are those under the uncertain footprint (of the widened prior for a wide search). The
+// result is `ok`, `weak` or `failed` with the reason; a pose is given unless it failed.
 ExteriorResult OrientPhoto(const PhotoToOrient& photo, const PhotoImage& image,
                            const std::vector<Patch>& patches,
                            const OrientPhotoOptions& options = {});

@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 #include <map>
+#include <numbers>
 
 #include "patchdb/learning.h"
 
@@ -81,12 +82,17 @@ Bounds UncertainFootprint(const Camera& camera, const PosePrior& prior, double m
                           double max_height_m, double k) {
   // The frame is grown by what the attitude's uncertainty moves its edge; the position's is added
   // on the ground. Rays near or above the horizon contribute nothing.
-  const double attitude = k * std::sqrt(prior.covariance.diagonal().tail<3>().maxCoeff());
+  const double attitude = k * std::sqrt(prior.covariance.diagonal().segment<2>(3).maxCoeff());
+  const double turn = k * std::sqrt(prior.covariance(5, 5));
   const double grow =
       std::tan(std::min(attitude, 0.7)) * (camera.principal_distance_mm + camera.FrameRadius());
   Camera ideal = camera;
   ideal.lens = {};  // its inverse need not exist so far outside the frame
-  const Eigen::Vector2d half = camera.frame_mm / 2 + Eigen::Vector2d::Constant(grow);
+  const double turned = std::sin(std::min(turn, std::numbers::pi / 2)) * camera.FrameRadius();
+  const Eigen::Vector2d half =
+      (camera.frame_mm / 2 + Eigen::Vector2d::Constant(turned))
+          .cwiseMin(std::max(camera.FrameRadius(), camera.frame_mm.maxCoeff() / 2)) +
+      Eigen::Vector2d::Constant(grow);
   Bounds bounds = Bounds::OfNothing();
   for (int i = -4; i <= 4; ++i)
     for (int j = -4; j <= 4; ++j) {

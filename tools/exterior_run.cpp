@@ -245,6 +245,48 @@ void Illustrate(const Setting& setting, const Interior& interior, const PhotoIma
                   image, patches, *result);
 }
 
+std::vector<Patch> PatchesUnder(const Setting& setting, const PosePrior& prior, double sigmas) {
+  const Bounds footprint =
+      UncertainFootprint(setting.camera.camera, prior, setting.surface.MinHeight(),
+                         setting.surface.MaxHeight(), sigmas);
+  return PatchDatabase::Open(setting.options.patchdb, PatchDatabase::Mode::kRead)
+      .FindPatchesIn(footprint);
+}
+
+ExteriorResult WithoutPatches(const Setting& setting, const PhotoToOrient& photo) {
+  return Failed(photo.name, setting.options.patchdb +
+                                " has no control patch under the photo's footprint; harvest "
+                                "patches there, or correct the approximation");
+}
+
+bool AccuracyIsStated(const Setting& setting, const OrientationRow& row) {
+  return row.sigma || setting.options.position_sigma_m || setting.options.attitude_sigma_rad;
+}
+
+ExteriorResult OrientAsStated(const Setting& setting, const PhotoToOrient& photo,
+                              const PhotoImage& image, std::vector<Patch>* patches) {
+  *patches = PatchesUnder(setting, photo.prior, 3);
+  if (patches->empty()) return WithoutPatches(setting, photo);
+  return OrientPhoto(photo, image, *patches);
+}
+
+// What could not be oriented within the approximation's accuracy, or has none: the whole photo at
+// every kappa, with the patches of a wider region. `before`: what was found without.
+ExteriorResult OrientWidely(const Setting& setting, const PhotoToOrient& photo,
+                            const PhotoImage& image, const ExteriorResult& before, bool vague,
+                            std::vector<Patch>* patches) {
+  constexpr double kSigmas = 2;
+  *patches = PatchesUnder(setting, Widened(photo.prior, setting.surface.MeanHeight()), kSigmas);
+  if (patches->empty()) return vague ? WithoutPatches(setting, photo) : before;
+  OrientPhotoOptions options;
+  options.wide = true;
+  ExteriorResult result = OrientPhoto(photo, image, *patches, options);
+  if (vague) return result;
+  if (!result.pose)
+    result.messages.insert(result.messages.begin(), before.messages.begin(), before.messages.end());
+  return result;
+}
+
 ExteriorResult OrientOne(const Setting& setting, const std::string& path) {
   const std::string name = PhotoName(path);
   const OrientationRow* row = setting.approximations.Find(name);
@@ -257,22 +299,17 @@ ExteriorResult OrientOne(const Setting& setting, const std::string& path) {
       digital ? DigitalInterior(setting, raster) : FilmInterior(setting, raster, name);
   if (!interior.failure.empty()) return Failed(name, interior.failure);
   const PosePrior prior{row->pose, PriorCovariance(*row, setting.options)};
+  const bool vague = IsVague(setting.camera.camera, prior, setting.surface.MeanHeight());
   const std::string without_heights = WithoutHeights(setting, row->pose);
-  if (!without_heights.empty()) return Failed(name, without_heights);
+  if (!vague && !without_heights.empty()) return Failed(name, without_heights);
 
-  const Bounds footprint = UncertainFootprint(
-      setting.camera.camera, prior, setting.surface.MinHeight(), setting.surface.MaxHeight());
-  const PatchDatabase database =
-      PatchDatabase::Open(setting.options.patchdb, PatchDatabase::Mode::kRead);
   const PhotoImage image(raster, interior.negative);
-  const std::vector<Patch> patches = database.FindPatchesIn(footprint);
-  if (patches.empty())
-    return Failed(name, setting.options.patchdb +
-                            " has no control patch under the photo's footprint; harvest patches "
-                            "there, or correct the approximation");
-  const bool stated = row->sigma || setting.options.position_sigma_m;
+  const PhotoToOrient photo{name, setting.camera.camera, interior.positions, prior,
+                            AccuracyIsStated(setting, *row)};
+  std::vector<Patch> patches;
   ExteriorResult result =
-      OrientPhoto({name, setting.camera.camera, interior.positions, prior, stated}, image, patches);
+      vague ? Failed(name, "") : OrientAsStated(setting, photo, image, &patches);
+  if (!result.pose) result = OrientWidely(setting, photo, image, result, vague, &patches);
   if (interior.weak && result.status == Status::kOk) result.status = Status::kWeak;
   result.messages.insert(result.messages.end(), interior.messages.begin(), interior.messages.end());
   Illustrate(setting, interior, image, patches, &result);

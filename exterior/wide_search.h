@@ -1,0 +1,16 @@
+// The first round where the approximation is too poor for a search window around each patch: the
+// whole photo is searched, at every kappa and several scales, for tiles of the mosaic that the
+// patches make together, and the tiles vote. Private to exterior.
+#pragma once
+
+#include <optional>
+
+#include "exterior/photo_task.h"
+
+namespace orient {
+
+// Empty where the patches make no mosaic that could be sought, or nothing in the photo is like it.
+// The caller asks whether chance explains the pose; every hypothesis tried is counted in.
+std::optional<PoseTrack> SearchWidely(const PhotoTask& task);
+
+}  // namespace orient
