@@ -261,8 +261,10 @@ constexpr const char* kNothingAlike =
     "at no kappa does the photo, searched as a whole, resemble what the patches show together";
 
 std::string NoConsensus(const PhotoTask& task, const PoseTrack& track) {
-  if (task.options.wide) return kNothingAlike;
   const LoopRound& round = track.rounds.front();
+  if (task.options.wide)
+    return FormatText("%s: at best %d of %d tiles of them agree, chance could produce that",
+                      kNothingAlike, round.matched, round.searched);
   return "only " + std::to_string(round.matched) + " of " + std::to_string(round.searched) +
          " patches agree on a pose within " + Number(round.window_px, 0) +
          " px of the prediction: chance could produce that. Either the approximation is worse than "

@@ -2,31 +2,21 @@
 
 #include <Eigen/Dense>
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <map>
 #include <numbers>
-#include <tuple>
 
-#include "core/imaging/correlation.h"
-#include "core/imaging/side_by_side.h"
-#include "core/imaging/template_search.h"
 #include "core/median.h"
 #include "exterior/consensus.h"
-#include "exterior/patch_mosaic.h"
+#include "exterior/mosaic_tiles.h"
 
 namespace orient {
 namespace {
 
-constexpr int kSide = 25;             // of a tile, level pixels
-constexpr double kShortSide = 160;    // of the photo at the coarsest level, pixels
-constexpr double kMaxPixels = 1.5e6;  // of a level that is searched whole
-constexpr double kCovered = 0.6;      // of a tile, by patches
-constexpr std::size_t kMaxTiles = 160;
-constexpr std::size_t kMinTiles = 8;
 constexpr double kKappaStep_rad = 15 * std::numbers::pi / 180;
 constexpr double kScaleStep = 1.2;
 constexpr double kAllowedScale = 1.2;  // wrong by so much, even if the height is said to be known
-constexpr double kMinScore = 0.45;     // of a tile's candidate
 // Tilt, and what the steps of kappa and scale leave, move a photo's tiles against one another by
 // up to this share of the flying height.
 constexpr double kClusterPerHeight = 0.15;
@@ -44,12 +34,15 @@ double MedianHeight(const std::vector<Patch>& patches) {
   return UpperMedian(std::move(heights));
 }
 
-// From an offset in the photo, pixels of a level, to one on level ground.
-Eigen::Matrix2d GroundFromLevel(const PhotoTask& task, const Hypothesis& hypothesis,
-                                int reduction) {
+// From an offset in the scan, pixels, to one on level ground, metres.
+Eigen::Matrix2d GroundFromScan(const PhotoTask& task, const Hypothesis& hypothesis) {
   const double scale = hypothesis.height_m / task.photo.camera.principal_distance_mm;
-  return scale * reduction * Eigen::Rotation2Dd(hypothesis.pose.opk_rad.z()).toRotationMatrix() *
+  return scale * Eigen::Rotation2Dd(hypothesis.pose.opk_rad.z()).toRotationMatrix() *
          hypothesis.position->photo_from_pixel.A;
+}
+
+double GsdOf(const PhotoTask& task, const Hypothesis& hypothesis) {
+  return std::sqrt(std::abs(GroundFromScan(task, hypothesis).determinant()));
 }
 
 // Kappas outwards from the approximate one, before that at another scale.
@@ -70,81 +63,6 @@ std::vector<Hypothesis> Hypotheses(const PhotoTask& task, const PosePrior& wide,
         hypotheses.push_back(hypothesis);
       }
   return hypotheses;
-}
-
-// The tiles at one level, and the photo ready to be searched for them.
-struct TileLevel {
-  int reduction = 1;
-  PatchMosaic mosaic;
-  std::vector<Eigen::Vector3d> tiles_m;  // their middles on the ground
-  ImageWindow window;                    // the whole photo
-};
-
-bool IsCovered(const Image& tile) {
-  const auto valid = std::count_if(tile.values.begin(), tile.values.end(),
-                                   [](float value) { return std::isfinite(value); });
-  return static_cast<double>(valid) >= kCovered * static_cast<double>(tile.values.size());
-}
-
-// Side by side on the ground, the nearest to the photo's approximate middle first.
-std::vector<Eigen::Vector3d> ChooseTiles(const PhotoTask& task, const PatchMosaic& mosaic,
-                                         double gsd_m, const Eigen::Vector2d& middle_m) {
-  std::vector<Eigen::Vector2d> centres;
-  for (const Patch& patch : task.patches) centres.emplace_back(patch.ground_m.head<2>());
-  std::stable_sort(centres.begin(), centres.end(), [&](const auto& a, const auto& b) {
-    return (a - middle_m).squaredNorm() < (b - middle_m).squaredNorm();
-  });
-  std::vector<Eigen::Vector3d> tiles;
-  for (const Eigen::Vector2d& centre : centres) {
-    if (tiles.size() >= kMaxTiles) break;
-    const bool taken = std::any_of(tiles.begin(), tiles.end(), [&](const Eigen::Vector3d& tile) {
-      return (tile.head<2>() - centre).norm() < gsd_m * kSide;
-    });
-    if (taken) continue;
-    if (!IsCovered(mosaic.Draw(centre, gsd_m * Eigen::Matrix2d::Identity(), kSide))) continue;
-    tiles.emplace_back(centre.x(), centre.y(), mosaic.HeightAround(centre, gsd_m * kSide / 2));
-  }
-  return tiles;
-}
-
-// The coarsest level at which the patches are dense enough to make tiles.
-std::optional<TileLevel> MakeLevel(const PhotoTask& task, const Hypothesis& stated) {
-  const double width = task.image.Width(), height = task.image.Height();
-  int reduction = std::max(1, static_cast<int>(std::lround(std::min(width, height) / kShortSide)));
-  for (; reduction >= 1 && width * height <= kMaxPixels * reduction * reduction; reduction /= 2) {
-    if (std::min(width, height) < 2.0 * kSide * reduction) continue;
-    const double gsd_m =
-        std::sqrt(std::abs(GroundFromLevel(task, stated, reduction).determinant()));
-    auto mosaic = PatchMosaic::Of(task.patches, gsd_m);
-    if (!mosaic) return std::nullopt;
-    auto tiles = ChooseTiles(task, *mosaic, gsd_m, stated.pose.position_m.head<2>());
-    if (tiles.size() < kMinTiles) continue;
-    const Eigen::Vector2d half(width / 2, height / 2);
-    return TileLevel{reduction, std::move(*mosaic), std::move(tiles),
-                     task.image.Around(half, half, reduction)};
-  }
-  return std::nullopt;
-}
-
-// Where in the photo the tiles may lie, if it was taken so.
-std::vector<VotingPatch> Seek(const TileLevel& level, const TemplateSearch& search,
-                              const Eigen::Matrix2d& ground_from_level) {
-  constexpr int kMaxCandidates = 4;
-  constexpr double kPeakDistance = 3;
-  std::vector<VotingPatch> voting(level.tiles_m.size());
-  SideBySide(voting.size(), [&](std::size_t i) {
-    voting[i].ground_m = level.tiles_m[i];
-    const Image tile = level.mosaic.Draw(level.tiles_m[i].head<2>(), ground_from_level, kSide);
-    if (!IsCovered(tile)) return;
-    const Image scores = search.Scores(tile);
-    voting[i].window_px2 =
-        static_cast<double>(scores.values.size()) * level.reduction * level.reduction;
-    for (const Peak& peak : FindPeaks(scores, kMaxCandidates, kPeakDistance, kMinScore)) {
-      const Eigen::Vector2d middle = peak.position + Eigen::Vector2d::Constant(kSide / 2.0);
-      voting[i].candidates.push_back({level.window.RasterFromImage(middle), peak.score});
-    }
-  });
-  return voting;
 }
 
 // Where the camera was, if a candidate is right and the attitude is the hypothesis'.
@@ -185,67 +103,119 @@ std::vector<Vote> LargestCluster(const std::vector<Vote>& votes, double radius_m
   return best;
 }
 
+// How the ground lies in the scan about a point, under a pose; nothing where it is not seen.
+std::optional<Eigen::Matrix2d> GroundFromScanAt(const PhotoView& view,
+                                                const Eigen::Vector3d& ground_m) {
+  const auto projection = PhotoFromGroundWithDerivatives(view.camera, view.pose, ground_m);
+  if (!projection || !view.camera.InFrame(projection->photo_mm, view.camera.FrameRadius() / 4))
+    return std::nullopt;
+  const Eigen::Matrix2d scan_from_ground =
+      view.photo_from_pixel.Inverse().A * projection->by_ground.leftCols<2>();
+  return Eigen::Matrix2d(scan_from_ground.inverse());
+}
+
 class WideSearch {
  public:
   WideSearch(const PhotoTask& task, PosePrior wide, double ground_m)
       : task_(task),
         wide_(std::move(wide)),
         hypotheses_(Hypotheses(task, wide_, ground_m)),
-        level_(MakeLevel(task, hypotheses_.front())) {}
+        tiles_(MosaicTiles::Of(task.patches, task.image, GsdOf(task, hypotheses_.front()),
+                               wide_.pose.position_m.head<2>())) {}
 
-  std::optional<PoseTrack> Run() {
-    if (!level_) return std::nullopt;
-    const TemplateSearch search(level_->window.image, kSide);
-    std::optional<PoseTrack> best;
-    for (const Hypothesis& hypothesis : hypotheses_) {
-      const auto track = Try(hypothesis, search);
-      if (track && (!best || track->log10_false_alarms < best->log10_false_alarms)) best = track;
-      if (best && best->log10_false_alarms < task_.options.max_log10_false_alarms) break;
-    }
-    return best;
-  }
+  std::optional<PoseTrack> Run();
 
  private:
-  std::optional<PoseTrack> Try(const Hypothesis& hypothesis, const TemplateSearch& search);
-  const std::vector<VotingPatch>& VotesOf(const Hypothesis& hypothesis,
-                                          const TemplateSearch& search);
+  struct Try {
+    std::size_t hypothesis = 0;
+    PoseTrack track;
+  };
+  const std::vector<VotingPatch>& Sought(const Hypothesis& hypothesis);
   PosePrior PriorOf(const Hypothesis& hypothesis) const;
+  std::optional<PoseTrack> TryAs(const Hypothesis& hypothesis);
+  std::optional<PoseTrack> TryAgain(const Hypothesis& hypothesis, const PoseTrack& track) const;
+  PoseTrack TrackOf(const Hypothesis& hypothesis, const Consensus& consensus) const;
+  ConsensusOptions Options() const;
+  bool Convinces(const PoseTrack& track) const {
+    return track.log10_false_alarms < task_.options.max_log10_false_alarms;
+  }
 
   const PhotoTask& task_;
   PosePrior wide_;
   std::vector<Hypothesis> hypotheses_;
-  std::optional<TileLevel> level_;
+  std::optional<MosaicTiles> tiles_;
   // Film turned by a quarter and kappa turned back look the same.
   std::map<std::array<long, 4>, std::vector<VotingPatch>> sought_;
 };
 
-const std::vector<VotingPatch>& WideSearch::VotesOf(const Hypothesis& hypothesis,
-                                                    const TemplateSearch& search) {
-  const Eigen::Matrix2d shape = GroundFromLevel(task_, hypothesis, level_->reduction);
-  const double unit = 0.01 * std::sqrt(std::abs(shape.determinant()));
+// The best hypotheses are followed: under the pose that a few tiles agree on the others look more
+// like the photo.
+constexpr std::size_t kFollowed = 6;
+constexpr int kFollowedRounds = 2;
+
+std::optional<PoseTrack> WideSearch::Run() {
+  if (!tiles_) return std::nullopt;
+  std::vector<Try> tries;
+  for (std::size_t i = 0; i < hypotheses_.size(); ++i) {
+    auto track = TryAs(hypotheses_[i]);
+    if (!track) continue;
+    if (Convinces(*track)) return track;
+    tries.push_back({i, std::move(*track)});
+  }
+  std::stable_sort(tries.begin(), tries.end(), [](const Try& a, const Try& b) {
+    return a.track.log10_false_alarms < b.track.log10_false_alarms;
+  });
+  std::optional<PoseTrack> best;
+  for (std::size_t i = 0; i < std::min(kFollowed, tries.size()); ++i) {
+    PoseTrack track = std::move(tries[i].track);
+    for (int round = 0; round < kFollowedRounds; ++round) {
+      if (const auto again = TryAgain(hypotheses_[tries[i].hypothesis], track)) track = *again;
+      if (Convinces(track)) return track;
+    }
+    if (!best || track.log10_false_alarms < best->log10_false_alarms) best = std::move(track);
+  }
+  return best;
+}
+
+ConsensusOptions WideSearch::Options() const {
+  ConsensusOptions options;
+  options.sigma_px = 0.5 + 0.6 * tiles_->Reduction();
+  options.samples = 1000;
+  options.iterations = 5;
+  options.trials = static_cast<double>(hypotheses_.size() + kFollowed * kFollowedRounds);
+  return options;
+}
+
+const std::vector<VotingPatch>& WideSearch::Sought(const Hypothesis& hypothesis) {
+  const Eigen::Matrix2d shape = GroundFromScan(task_, hypothesis);
+  const double unit = 0.01 * GsdOf(task_, hypothesis);
   const std::array<long, 4> key = {std::lround(shape(0, 0) / unit), std::lround(shape(0, 1) / unit),
                                    std::lround(shape(1, 0) / unit),
                                    std::lround(hypothesis.height_m)};
   const auto known = sought_.find(key);
   if (known != sought_.end()) return known->second;
-  return sought_.emplace(key, Seek(*level_, search, shape)).first->second;
+  auto voting = tiles_->Seek([&](const Eigen::Vector3d&) { return shape; });
+  return sought_.emplace(key, std::move(voting)).first->second;
 }
 
 // The hypothesis stands for what lies within its steps of kappa and scale.
 PosePrior WideSearch::PriorOf(const Hypothesis& hypothesis) const {
   PosePrior prior{hypothesis.pose, wide_.covariance};
-  prior.covariance.row(2).setZero();
-  prior.covariance.col(2).setZero();
-  prior.covariance.row(5).setZero();
-  prior.covariance.col(5).setZero();
   prior.covariance(2, 2) = std::pow((kScaleStep - 1) * hypothesis.height_m, 2);
   prior.covariance(5, 5) = kKappaStep_rad * kKappaStep_rad;
   return prior;
 }
 
-std::optional<PoseTrack> WideSearch::Try(const Hypothesis& hypothesis,
-                                         const TemplateSearch& search) {
-  const std::vector<VotingPatch>& voting = VotesOf(hypothesis, search);
+PoseTrack WideSearch::TrackOf(const Hypothesis& hypothesis, const Consensus& consensus) const {
+  const LoopRound round{
+      static_cast<int>(tiles_->Count()), static_cast<int>(consensus.supporters.size()),
+      std::max(task_.image.Width(), task_.image.Height()) / 2.0, consensus.rms_px};
+  return PoseTrack{*hypothesis.position,         consensus.pose,      consensus.covariance,
+                   consensus.log10_false_alarms, tiles_->Reduction(), {round}};
+}
+
+std::optional<PoseTrack> WideSearch::TryAs(const Hypothesis& hypothesis) {
+  const std::vector<VotingPatch>& voting = Sought(hypothesis);
   PhotoView view = task_.View(*hypothesis.position, hypothesis.pose);
   const std::vector<Vote> cluster =
       LargestCluster(Votes(view, voting), kClusterPerHeight * hypothesis.height_m);
@@ -256,21 +226,24 @@ std::optional<PoseTrack> WideSearch::Try(const Hypothesis& hypothesis,
     agreeing[vote.tile].candidates.push_back(voting[vote.tile].candidates[vote.candidate]);
     middle += vote.camera_m / static_cast<double>(cluster.size());
   }
-  ConsensusOptions options;
-  options.sigma_px = 0.5 + 0.6 * level_->reduction;
-  options.samples = 1000;
-  options.iterations = 5;
-  options.trials = static_cast<double>(hypotheses_.size());
   view.pose.position_m.head<2>() = middle;
-  auto consensus = FindConsensus(view, PriorOf(hypothesis), agreeing, options);
+  auto consensus = FindConsensus(view, PriorOf(hypothesis), agreeing, Options());
   if (!consensus) return std::nullopt;
   // The others might have agreed as well.
-  consensus->log10_false_alarms = Log10FalseAlarms(voting, consensus->supporters, options);
-  const LoopRound round{
-      static_cast<int>(voting.size()), static_cast<int>(consensus->supporters.size()),
-      std::max(task_.image.Width(), task_.image.Height()) / 2.0, consensus->rms_px};
-  return PoseTrack{*hypothesis.position,          consensus->pose,   consensus->covariance,
-                   consensus->log10_false_alarms, level_->reduction, {round}};
+  consensus->log10_false_alarms = Log10FalseAlarms(voting, consensus->supporters, Options());
+  return TrackOf(hypothesis, *consensus);
+}
+
+std::optional<PoseTrack> WideSearch::TryAgain(const Hypothesis& hypothesis,
+                                              const PoseTrack& track) const {
+  const PhotoView view = task_.View(track.position, track.pose);
+  const Eigen::Matrix2d elsewhere = GroundFromScan(task_, hypothesis);
+  const auto voting = tiles_->Seek([&](const Eigen::Vector3d& ground_m) {
+    return GroundFromScanAt(view, ground_m).value_or(elsewhere);
+  });
+  const auto consensus = FindConsensus(view, PriorOf(hypothesis), voting, Options());
+  if (!consensus) return std::nullopt;
+  return TrackOf(hypothesis, *consensus);
 }
 
 }  // namespace

@@ -1,0 +1,186 @@
+// How often photos of known orientation are oriented from random starts, and how often wrongly.
+//
+//   exterior_trials --photos P... --camera C --truth T --dem D --patchdb DB [--position-m 600]
+//                   [--attitude-deg 6] [--kappa-unknown] [--stated 1] [--shift-m 0]
+//                   [--shift-together] [--trials 10] [--seed 1]
+//
+// Each trial puts every photo (of a digital camera) off by `position-m` in a random horizontal
+// direction, in height by at most as much and at most a fifth of the flying height, tilts it by
+// `attitude-deg` in a random direction and turns it by at most as much, or by any angle. The
+// accuracy that the program is told is `stated` times that error. With `shift-m` the patches are
+// those of a wrong place: each is moved by that much in a direction of its own, or all in one.
+// Printed: how many end ok, weak and failed, the RMS reprojection difference to the truth over the
+// whole frame of those that are ok, and the false accepts: ok, but off by more than 3 px.
+#include <CLI/CLI.hpp>
+#include <algorithm>
+#include <cmath>
+#include <cstdio>
+#include <ctime>
+#include <filesystem>
+#include <limits>
+#include <numbers>
+#include <random>
+
+#include "core/files/camera_file.h"
+#include "core/files/orientation_table.h"
+#include "core/geometry/ground_surface.h"
+#include "patchdb/patch_database.h"
+#include "tests/support/reprojection.h"
+#include "tools/exterior_run.h"
+
+namespace orient {
+namespace {
+namespace fs = std::filesystem;
+
+constexpr double kFalse_px = 3;
+
+struct TrialOptions {
+  ExteriorRunOptions run;
+  std::string truth;
+  double position_m = 600, attitude_deg = 6, stated = 1, shift_m = 0;
+  bool kappa_unknown = false, shift_together = false;
+  int trials = 10;
+  unsigned seed = 1;
+};
+
+// Uniform in [-1, 1].
+double Unit(std::mt19937& random) { return static_cast<double>(random()) / 2147483648.0 - 1; }
+
+Eigen::Vector2d Direction(std::mt19937& random) {
+  const double angle = std::numbers::pi * Unit(random);
+  return {std::cos(angle), std::sin(angle)};
+}
+
+OrientationTable Disturbed(const OrientationTable& truth, double ground_m,
+                           const TrialOptions& options, std::mt19937& random) {
+  OrientationTable table = truth;
+  const double tilt = RadFromDeg(options.attitude_deg);
+  const double turn = options.kappa_unknown ? std::numbers::pi : tilt;
+  for (OrientationRow& row : table.rows) {
+    const double height = std::min(options.position_m, 0.2 * (row.pose.position_m.z() - ground_m));
+    row.pose.position_m.head<2>() += options.position_m * Direction(random);
+    row.pose.position_m.z() += height * Unit(random);
+    row.pose.opk_rad.head<2>() += tilt * Direction(random);
+    row.pose.opk_rad.z() = NormalizeAngle(row.pose.opk_rad.z() + turn * Unit(random));
+    Vector6d sigma;
+    sigma << options.position_m, options.position_m, height, tilt, tilt, turn;
+    row.sigma = options.stated * sigma;
+  }
+  return table;
+}
+
+void StoreShifted(const TrialOptions& options, const std::string& to, std::mt19937& random) {
+  const PatchDatabase known = PatchDatabase::Open(options.run.patchdb, PatchDatabase::Mode::kRead);
+  std::vector<Patch> patches = known.ListPatches(0, std::numeric_limits<int>::max());
+  const Eigen::Vector2d together = Direction(random);
+  for (Patch& patch : patches) {
+    patch.id = patch.source_id = 0;
+    patch.ground_m.head<2>() +=
+        options.shift_m * (options.shift_together ? together : Direction(random));
+  }
+  PatchSource source;
+  source.name = "another place";
+  source.gsd_m = patches.front().gsd_m;
+  fs::remove(to);
+  PatchDatabase::Create(to, known.GroundCrs()).AddSource(source, patches);
+}
+
+struct Counts {
+  int ok = 0, weak = 0, failed = 0, wrong = 0, weak_wrong = 0;
+  std::vector<double> rms_px;
+
+  void Add(Status status, double rms) {
+    const bool off = !(rms <= kFalse_px);
+    if (status == Status::kOk) {
+      ++ok;
+      rms_px.push_back(rms);
+      wrong += off ? 1 : 0;
+    } else if (status == Status::kWeak) {
+      ++weak;
+      weak_wrong += off ? 1 : 0;
+    } else {
+      ++failed;
+    }
+  }
+  void Print(const std::string& name) {
+    std::sort(rms_px.begin(), rms_px.end());
+    std::printf("%-30s %4d ok %4d weak %4d failed, false %d (weak and off %d)", name.c_str(), ok,
+                weak, failed, wrong, weak_wrong);
+    if (!rms_px.empty())
+      std::printf(", rms %.3f px median, %.3f worst", rms_px[rms_px.size() / 2], rms_px.back());
+    std::printf("\n");
+  }
+};
+
+void Run(TrialOptions options) {
+  const Camera camera = ReadCameraFile(options.run.camera).camera;
+  const OrientationTable truth = ReadOrientationTable(options.truth);
+  const GroundSurface surface = GroundSurface::FromFile(options.run.dem, *truth.crs);
+  const fs::path folder =
+      fs::temp_directory_path() / ("exterior_trials_" + std::to_string(std::random_device{}()));
+  fs::create_directory(folder);
+  options.run.approximations = folder / "start.csv";
+  options.run.out = folder / "out";
+  options.run.feedback = false;
+  std::mt19937 random(options.seed);
+  const std::string true_patches = options.run.patchdb;
+  std::map<std::string, Counts> counts;
+  Counts all;
+  for (int trial = 0; trial < options.trials; ++trial) {
+    if (options.shift_m > 0) {
+      options.run.patchdb = true_patches;
+      StoreShifted(options, folder / "shifted.gpkg", random);
+      options.run.patchdb = folder / "shifted.gpkg";
+    }
+    WriteOrientationTable(options.run.approximations,
+                          Disturbed(truth, surface.MeanHeight(), options, random));
+    for (const ExteriorResult& result : RunExterior(options.run)) {
+      const PhotoView view{camera, DigitalPhotoFromPixel(camera), truth.Find(result.photo)->pose};
+      const double rms = result.pose ? ReprojectionRms(view, *result.pose, camera.image_px->x(),
+                                                       camera.image_px->y(), surface)
+                                     : std::nan("");
+      counts[result.photo].Add(result.status, rms);
+      all.Add(result.status, rms);
+      if (result.status != Status::kOk || rms > kFalse_px)
+        std::printf("trial %d, %s: %s, %.1f px: %s\n", trial, result.photo.c_str(),
+                    std::string(Name(result.status)).c_str(), rms,
+                    result.messages.empty() ? "" : result.messages.back().c_str());
+    }
+  }
+  fs::remove_all(folder);
+  for (auto& [photo, of] : counts) of.Print(photo);
+  all.Print("all");
+  std::printf("%.1f s of processor time a photo\n",
+              static_cast<double>(std::clock()) / CLOCKS_PER_SEC /
+                  static_cast<double>(options.trials) /
+                  static_cast<double>(options.run.photos.size()));
+}
+
+}  // namespace
+}  // namespace orient
+
+int main(int argc, char** argv) {
+  orient::TrialOptions options;
+  CLI::App app("Orients photos of known orientation from random starts");
+  app.add_option("--photos", options.run.photos)->required();
+  app.add_option("--camera", options.run.camera)->required();
+  app.add_option("--truth", options.truth)->required();
+  app.add_option("--dem", options.run.dem)->required();
+  app.add_option("--patchdb", options.run.patchdb)->required();
+  app.add_option("--position-m", options.position_m);
+  app.add_option("--attitude-deg", options.attitude_deg);
+  app.add_flag("--kappa-unknown", options.kappa_unknown);
+  app.add_option("--stated", options.stated);
+  app.add_option("--shift-m", options.shift_m);
+  app.add_flag("--shift-together", options.shift_together);
+  app.add_option("--trials", options.trials);
+  app.add_option("--seed", options.seed);
+  CLI11_PARSE(app, argc, argv);
+  try {
+    orient::Run(options);
+  } catch (const std::exception& error) {
+    std::fprintf(stderr, "exterior_trials: %s\n", error.what());
+    return 2;
+  }
+  return 0;
+}
