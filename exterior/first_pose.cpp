@@ -107,8 +107,9 @@ std::optional<PoseTrack> TryFirst(const PhotoTask& task, const FilmPosition& pos
   const LoopRound round{static_cast<int>(plan.predictions.size()),
                         static_cast<int>(consensus->supporters.size()), plan.radius_px,
                         consensus->rms_px};
-  return PoseTrack{position,  consensus->pose, consensus->covariance, consensus->log10_false_alarms,
-                   reduction, {round}};
+  return PoseTrack{
+      position, consensus->pose, consensus->covariance, consensus->log10_false_alarms, reduction,
+      {round},  trials};
 }
 
 }  // namespace
@@ -139,11 +140,12 @@ void Descend(const PhotoTask& task, PoseTrack* track) {
     const auto predictions =
         SelectSpread(Predict(view, track->covariance, task.patches, task.Prediction()),
                      task.patches, task.options.voting_patches, task.Prediction());
-    const auto consensus = Vote(task, view, weak, predictions, reduction, margin, 1);
+    const auto consensus = Vote(task, view, weak, predictions, reduction, margin, track->trials);
     // A patch may be too small for this level: a finer one shows it.
     if (!consensus || consensus->supporters.size() < 4) continue;
     track->pose = consensus->pose;
     track->covariance = consensus->covariance;
+    track->log10_false_alarms = std::min(track->log10_false_alarms, consensus->log10_false_alarms);
     track->reduction = reduction;
     track->rounds.push_back(
         {static_cast<int>(predictions.size()), static_cast<int>(consensus->supporters.size()),

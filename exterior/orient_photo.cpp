@@ -3,6 +3,7 @@
 #include <Eigen/Dense>
 #include <algorithm>
 #include <cmath>
+#include <map>
 #include <numbers>
 
 #include "core/format_text.h"
@@ -201,11 +202,51 @@ void FillPatches(const PhotoTask& task, const PreciseRound& round, ExteriorResul
 
 std::string Number(double value, int decimals) { return FormatText("%.*f", decimals, value); }
 
+// Patches that overlap show the same ground and are one piece of evidence: counted are the squares
+// of a patch's size in which there are some.
+struct Evidence {
+  int sought = 0, agreeing = 0;
+};
+
+Evidence CountEvidence(const PhotoTask& task, const PreciseRound& round) {
+  std::map<std::pair<long, long>, bool> squares;
+  const auto square = [&](const PatchPrediction& prediction) -> bool& {
+    const Eigen::Vector2d place = prediction.pixel / task.options.max_side_px;
+    return squares[{std::lround(std::floor(place.x())), std::lround(std::floor(place.y()))}];
+  };
+  for (const PatchPrediction& prediction : round.predictions) square(prediction);
+  for (std::size_t k = 0; k < round.observed.size(); ++k)
+    if (!round.estimate->rejected[k]) square(round.predictions[round.observed[k]]) = true;
+  Evidence evidence{static_cast<int>(squares.size()), 0};
+  for (const auto& [place, agrees] : squares) evidence.agreeing += agrees ? 1 : 0;
+  return evidence;
+}
+
 // Whether chance could have led from random matches to this round's supporters.
-double PreciseFalseAlarms(const PreciseRound& round) {
+double PreciseFalseAlarms(const PreciseRound& round, const Evidence& evidence) {
   const double reach = 3 * std::max(round.estimate->sigma0_px, 0.2);
-  const double p = std::min(1.0, std::numbers::pi * reach * reach / round.mean_window_px2);
-  return Log10FalseAlarms(static_cast<int>(round.predictions.size()), round.estimate->used, 1, p);
+  const double in_a_square =
+      static_cast<double>(round.predictions.size()) / std::max(evidence.sought, 1);
+  const double p =
+      std::min(1.0, in_a_square * std::numbers::pi * reach * reach / round.mean_window_px2);
+  return Log10FalseAlarms(evidence.sought, evidence.agreeing, in_a_square, p);
+}
+
+// 1: as patches all over the photo do; 0: they lie on a line.
+double SpreadOf(const PhotoTask& task, const PreciseRound& round) {
+  Eigen::Vector2d sum = Eigen::Vector2d::Zero();
+  Eigen::Matrix2d squares = Eigen::Matrix2d::Zero();
+  double count = 0;
+  for (std::size_t k = 0; k < round.observed.size(); ++k) {
+    if (round.estimate->rejected[k]) continue;
+    const Eigen::Vector2d& pixel = round.matches[round.observed[k]].pixel;
+    sum += pixel;
+    squares += pixel * pixel.transpose();
+    ++count;
+  }
+  const Eigen::Matrix2d moments = squares / count - sum * sum.transpose() / (count * count);
+  const double area = static_cast<double>(task.image.Width()) * task.image.Height();
+  return 12 * std::sqrt(std::max(0.0, moments.determinant())) / area;
 }
 
 // Everything that must hold before a pose is given at all. Empty: it holds.
@@ -214,7 +255,12 @@ std::string WhyNotAccepted(const PhotoTask& task, const PreciseRound& round) {
   if (estimate.used < task.options.min_matched)
     return "only " + std::to_string(estimate.used) + " patches agree, at least " +
            std::to_string(task.options.min_matched) + " are needed";
-  if (PreciseFalseAlarms(round) > task.options.max_log10_false_alarms)
+  const Evidence evidence = CountEvidence(task, round);
+  if (evidence.agreeing < task.options.min_matched)
+    return "the " + std::to_string(estimate.used) +
+           " patches that agree overlap one another: only " + std::to_string(evidence.agreeing) +
+           " places, at least " + std::to_string(task.options.min_matched) + " are needed";
+  if (PreciseFalseAlarms(round, evidence) > task.options.max_log10_false_alarms)
     return "at full resolution only " + std::to_string(estimate.used) + " of " +
            std::to_string(round.predictions.size()) + " patches agree: chance could produce that";
   if (2 * estimate.used < static_cast<int>(round.observed.size()))
@@ -237,6 +283,12 @@ void Judge(const PhotoTask& task, const PreciseRound& round, const PoseTrack& tr
         " sigma from its approximation: either that is worse than its accuracy says, or the "
         "patches' coordinates are wrong");
     if (task.photo.accuracy_is_stated || task.options.wide) result->status = Status::kWeak;
+  }
+  const double spread = SpreadOf(task, round);
+  if (spread < task.options.weak_spread) {
+    result->status = Status::kWeak;
+    result->messages.push_back("the patches that agree lie on " + Number(100 * spread, 1) +
+                               " % of the photo: nothing holds the rest of it");
   }
   if (sigma > task.options.weak_projection_sigma_px) {
     result->status = Status::kWeak;
@@ -282,10 +334,11 @@ ExteriorResult OrientPhoto(const PhotoToOrient& photo, const PhotoImage& image,
   std::optional<PoseTrack> track = options.wide ? SearchWidely(task) : FirstPose(task);
   if (!track)
     return Failed(photo, options.wide ? std::string(kNothingAlike) : WhyNoFirstPose(task), nullptr);
-  if (track->log10_false_alarms > options.max_log10_false_alarms)
-    return Failed(photo, NoConsensus(task, *track), &*track);
-
+  const auto chance = [&] { return track->log10_false_alarms > options.max_log10_false_alarms; };
+  // A wide search's tiles may leave open what the patches themselves then show.
+  if (!options.wide && chance()) return Failed(photo, NoConsensus(task, *track), &*track);
   Descend(task, &*track);
+  if (chance()) return Failed(photo, NoConsensus(task, *track), &*track);
   const auto round = Refine(task, &*track);
   if (!round) return Failed(photo, "too few patches could be matched precisely", &*track);
   const std::string objection = WhyNotAccepted(task, *round);

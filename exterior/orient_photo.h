@@ -44,6 +44,8 @@ struct OrientPhotoOptions {
   double max_log10_false_alarms = -6;
   int min_matched = 6;                    // fewer are never accepted
   double weak_projection_sigma_px = 1.0;  // a worse-determined pose is weak
+  // Share of the photo over which the matched patches spread; a pose of fewer is weak.
+  double weak_spread = 0.03;
   // The whole photo is searched at every kappa and several scales, whatever the approximation says.
   bool wide = false;
 };

@@ -127,9 +127,10 @@ class WideSearch {
 
  private:
   struct Try {
-    std::size_t hypothesis = 0;
+    Hypothesis hypothesis;
     PoseTrack track;
   };
+  std::optional<PoseTrack> TryAll(const std::vector<Hypothesis>& hypotheses);
   const std::vector<VotingPatch>& Sought(const Hypothesis& hypothesis);
   PosePrior PriorOf(const Hypothesis& hypothesis) const;
   std::optional<PoseTrack> TryAs(const Hypothesis& hypothesis);
@@ -148,19 +149,34 @@ class WideSearch {
   std::map<std::array<long, 4>, std::vector<VotingPatch>> sought_;
 };
 
-// The best hypotheses are followed: under the pose that a few tiles agree on the others look more
-// like the photo.
-constexpr std::size_t kFollowed = 6;
+// Of each scale the best hypotheses are followed: under the pose that a few tiles agree on the
+// others look more like the photo, and that pose may have another scale.
+constexpr std::size_t kFollowed = 2;
 constexpr int kFollowedRounds = 2;
 
 std::optional<PoseTrack> WideSearch::Run() {
   if (!tiles_) return std::nullopt;
+  std::optional<PoseTrack> best;
+  for (auto first = hypotheses_.begin(); first != hypotheses_.end();) {
+    const auto end = std::find_if(first, hypotheses_.end(), [&](const Hypothesis& hypothesis) {
+      return hypothesis.height_m != first->height_m;
+    });
+    auto track = TryAll({first, end});
+    if (track && (!best || track->log10_false_alarms < best->log10_false_alarms))
+      best = std::move(track);
+    if (best && Convinces(*best)) break;
+    first = end;
+  }
+  return best;
+}
+
+std::optional<PoseTrack> WideSearch::TryAll(const std::vector<Hypothesis>& hypotheses) {
   std::vector<Try> tries;
-  for (std::size_t i = 0; i < hypotheses_.size(); ++i) {
-    auto track = TryAs(hypotheses_[i]);
+  for (const Hypothesis& hypothesis : hypotheses) {
+    auto track = TryAs(hypothesis);
     if (!track) continue;
     if (Convinces(*track)) return track;
-    tries.push_back({i, std::move(*track)});
+    tries.push_back({hypothesis, std::move(*track)});
   }
   std::stable_sort(tries.begin(), tries.end(), [](const Try& a, const Try& b) {
     return a.track.log10_false_alarms < b.track.log10_false_alarms;
@@ -169,7 +185,8 @@ std::optional<PoseTrack> WideSearch::Run() {
   for (std::size_t i = 0; i < std::min(kFollowed, tries.size()); ++i) {
     PoseTrack track = std::move(tries[i].track);
     for (int round = 0; round < kFollowedRounds; ++round) {
-      if (const auto again = TryAgain(hypotheses_[tries[i].hypothesis], track)) track = *again;
+      const auto again = TryAgain(tries[i].hypothesis, track);
+      if (again && again->log10_false_alarms < track.log10_false_alarms) track = *again;
       if (Convinces(track)) return track;
     }
     if (!best || track.log10_false_alarms < best->log10_false_alarms) best = std::move(track);
@@ -182,7 +199,7 @@ ConsensusOptions WideSearch::Options() const {
   options.sigma_px = 0.5 + 0.6 * tiles_->Reduction();
   options.samples = 1000;
   options.iterations = 5;
-  options.trials = static_cast<double>(hypotheses_.size() + kFollowed * kFollowedRounds);
+  options.trials = static_cast<double>((1 + kFollowed * kFollowedRounds) * hypotheses_.size());
   return options;
 }
 
@@ -210,8 +227,9 @@ PoseTrack WideSearch::TrackOf(const Hypothesis& hypothesis, const Consensus& con
   const LoopRound round{
       static_cast<int>(tiles_->Count()), static_cast<int>(consensus.supporters.size()),
       std::max(task_.image.Width(), task_.image.Height()) / 2.0, consensus.rms_px};
-  return PoseTrack{*hypothesis.position,         consensus.pose,      consensus.covariance,
-                   consensus.log10_false_alarms, tiles_->Reduction(), {round}};
+  return PoseTrack{
+      *hypothesis.position, consensus.pose, consensus.covariance, consensus.log10_false_alarms,
+      tiles_->Reduction(),  {round},        Options().trials};
 }
 
 std::optional<PoseTrack> WideSearch::TryAs(const Hypothesis& hypothesis) {
@@ -241,7 +259,10 @@ std::optional<PoseTrack> WideSearch::TryAgain(const Hypothesis& hypothesis,
   const auto voting = tiles_->Seek([&](const Eigen::Vector3d& ground_m) {
     return GroundFromScanAt(view, ground_m).value_or(elsewhere);
   });
-  const auto consensus = FindConsensus(view, PriorOf(hypothesis), voting, Options());
+  ConsensusOptions options = Options();
+  options.sigma_px = 0.5 + 0.4 * tiles_->Reduction();
+  options.samples = 3000;
+  const auto consensus = FindConsensus(view, PriorOf(hypothesis), voting, options);
   if (!consensus) return std::nullopt;
   return TrackOf(hypothesis, *consensus);
 }
