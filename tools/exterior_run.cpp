@@ -19,10 +19,11 @@
 #include "exterior/predict.h"
 #include "patchdb/patch_database.h"
 #include "tools/exposure_date.h"
+#include "tools/height_check.h"
 #include "tools/interior_run.h"
 #include "tools/made_from.h"
 #include "tools/patch_sheet.h"
-#include "tools/photo_interior.h"
+#include "tools/scan_geometry.h"
 #include "tools/shared_options.h"
 
 namespace orient {
@@ -102,85 +103,8 @@ Matrix6d PriorCovariance(const OrientationRow& row, const ExteriorRunOptions& op
   Vector6d sigma;
   sigma << Eigen::Vector3d::Constant(options.position_sigma_m.value_or(kPositionSigma_m)),
       Eigen::Vector3d::Constant(options.attitude_sigma_rad.value_or(kAttitudeSigma_rad));
+  if (options.kappa_sigma_rad) sigma[5] = *options.kappa_sigma_rad;
   return row.sigma.value_or(sigma).cwiseAbs2().asDiagonal();
-}
-
-// How the film lies on the scan, and whether its polarity is negative.
-struct Interior {
-  std::vector<FilmPosition> positions;
-  bool negative = false;
-  std::vector<std::string> messages;
-  bool weak = false;
-  std::string failure;  // not empty: no orientation
-};
-
-Interior DigitalInterior(const Setting& setting, const Raster& raster) {
-  Interior interior;
-  interior.positions.push_back({PhotoInteriorOf(raster, setting.camera.camera, "").photo_from_pixel,
-                                std::nullopt, Matrix6d::Zero(), 0});
-  return interior;
-}
-
-// What fiducial marks tell of the film between them: with four marks their residuals have but two
-// degrees of freedom, so they are taken together with what aerial film is known to do.
-constexpr double kFilmSigma_mm = 0.003;
-constexpr double kFilmDegreesOfFreedom = 2;
-
-// Of the film's smooth deformation between the marks. What a reseau leaves of it: by how much its
-// crosses, each left out, miss their prediction beyond their own noise, and no less than half that
-// noise, with which the prediction is made.
-double FilmSigma(const InteriorResult& result) {
-  if (!result.reseau) return kFilmSigma_mm;
-  const double noise = result.reseau->noise_um, left_out = result.reseau->left_out_rms_um;
-  return 1e-3 *
-         std::sqrt(std::max(0.5 * left_out * left_out - noise * noise, 0.25 * noise * noise));
-}
-
-Matrix6d InteriorCovariance(const InteriorResult& result, const CameraFile& camera) {
-  std::vector<PointPair2d> pairs;
-  for (const MarkResult& mark : result.marks)
-    for (const Fiducial& fiducial : camera.fiducials)
-      if (mark.state == MarkState::kUsed && mark.pixel && fiducial.id == mark.id)
-        pairs.push_back({*mark.pixel, fiducial.position_mm});
-  const auto fit = FitAffine(pairs);
-  if (!fit) return Matrix6d::Zero();
-  // FitAffine scales with its own sigma0 where it has one.
-  const double own = fit->redundancy > 0 ? fit->sigma0 * fit->sigma0 : 1.0;
-  const double variance = (fit->redundancy * fit->sigma0 * fit->sigma0 +
-                           kFilmDegreesOfFreedom * kFilmSigma_mm * kFilmSigma_mm) /
-                          (fit->redundancy + kFilmDegreesOfFreedom);
-  return fit->covariance * (variance / std::max(own, 1e-20));
-}
-
-Interior FilmInterior(const Setting& setting, const Raster& scan, const std::string& photo) {
-  Interior interior;
-  const std::string path = InteriorResultPath(*setting.options.interior, photo);
-  const InteriorResult result = ReadInteriorResult(path);
-  if (result.status == Status::kFailed || !result.photo_from_pixel) {
-    interior.failure = "its interior orientation failed";
-    for (const std::string& message : result.messages) interior.failure += ": " + message;
-    return interior;
-  }
-  if (result.width != scan.Width() || result.height != scan.Height()) {
-    interior.failure = path + " is of a scan of " + std::to_string(result.width) + " x " +
-                       std::to_string(result.height) + " px, " + scan.Path() + " has " +
-                       std::to_string(scan.Width()) + " x " + std::to_string(scan.Height()) +
-                       "; run 'orient interior' again";
-    return interior;
-  }
-  interior.weak = result.status == Status::kWeak;
-  if (interior.weak) interior.messages.push_back("interior orientation is weak");
-  interior.negative = result.polarity == Polarity::kNegative;
-  for (const ScanOrientation orientation : result.possible_orientations)
-    if (const auto turned = InOrientation(result, setting.camera, setting.marks, orientation))
-      interior.positions.push_back({*turned->photo_from_pixel, orientation,
-                                    InteriorCovariance(*turned, setting.camera), FilmSigma(*turned),
-                                    CorrectionOf(*turned)});
-  if (interior.positions.empty())
-    interior.positions.push_back({*result.photo_from_pixel, result.orientation,
-                                  InteriorCovariance(result, setting.camera), FilmSigma(result),
-                                  CorrectionOf(result)});
-  return interior;
 }
 
 std::string Metres(double value) {
@@ -230,7 +154,7 @@ std::vector<Eigen::Vector3d> Footprint(const PhotoView& view, const GroundSurfac
 }
 
 // What is told about a photo beyond its orientation: for maps, reports and people.
-void Illustrate(const Setting& setting, const Interior& interior, const PhotoImage& image,
+void Illustrate(const Setting& setting, const ScanGeometry& interior, const PhotoImage& image,
                 const std::vector<Patch>& patches, ExteriorResult* result) {
   result->width = image.Width();
   result->height = image.Height();
@@ -287,6 +211,14 @@ ExteriorResult OrientWidely(const Setting& setting, const PhotoToOrient& photo,
   return result;
 }
 
+// A DEM's heights that are wrong by less than this many pixels on the ground are not worth a word.
+constexpr double kHeightTolerancePx = 4;
+
+double GroundPixel(const Setting& setting, const PhotoView& view) {
+  return view.PixelSize() / view.camera.principal_distance_mm *
+         std::abs(view.pose.position_m.z() - setting.surface.MeanHeight());
+}
+
 ExteriorResult OrientOne(const Setting& setting, const std::string& path) {
   const std::string name = PhotoName(path);
   const OrientationRow* row = setting.approximations.Find(name);
@@ -295,8 +227,10 @@ ExteriorResult OrientOne(const Setting& setting, const std::string& path) {
                             name + "'; add one or leave the photo out");
   const Raster raster = Raster::Open(path);
   const bool digital = setting.camera.camera.kind == CameraKind::kDigital;
-  const Interior interior =
-      digital ? DigitalInterior(setting, raster) : FilmInterior(setting, raster, name);
+  const ScanGeometry interior =
+      digital ? DigitalGeometry(setting.camera.camera, raster)
+              : FilmGeometry(setting.camera, setting.marks, raster,
+                             InteriorResultPath(*setting.options.interior, name));
   if (!interior.failure.empty()) return Failed(name, interior.failure);
   const PosePrior prior{row->pose, PriorCovariance(*row, setting.options)};
   const bool vague = IsVague(setting.camera.camera, prior, setting.surface.MeanHeight());
@@ -310,6 +244,11 @@ ExteriorResult OrientOne(const Setting& setting, const std::string& path) {
   ExteriorResult result =
       vague ? Failed(name, "") : OrientAsStated(setting, photo, image, &patches);
   if (!result.pose) result = OrientWidely(setting, photo, image, result, vague, &patches);
+  CheckHeights(setting.surface, patches,
+               kHeightTolerancePx *
+                   GroundPixel(setting, {photo.camera, photo.positions.front().photo_from_pixel,
+                                         prior.pose}),
+               &result);
   if (interior.weak && result.status == Status::kOk) result.status = Status::kWeak;
   result.messages.insert(result.messages.end(), interior.messages.begin(), interior.messages.end());
   Illustrate(setting, interior, image, patches, &result);
@@ -383,6 +322,8 @@ std::optional<std::string> ExteriorRunOptions::Check() const {
     return "position-sigma-m must be positive and at most 1000000";
   if (attitude_sigma_rad && !(*attitude_sigma_rad > 0 && *attitude_sigma_rad < 3.2))
     return "attitude-sigma-deg must lie between 0 and 180";
+  if (kappa_sigma_rad && !(*kappa_sigma_rad > 0 && *kappa_sigma_rad < 3.2))
+    return "kappa-sigma-deg must lie between 0 and 180";
   if (jobs < 0) return "jobs must not be negative";
   return std::nullopt;
 }

@@ -24,6 +24,7 @@ struct ExteriorRunOptions {
   // nobody says.
   std::optional<double> position_sigma_m;
   std::optional<double> attitude_sigma_rad;
+  std::optional<double> kappa_sigma_rad;  // where kappa is known worse than omega and phi
   bool feedback = true;  // tell the patch database what matched
   bool resume = false;   // keep results that are there
   int jobs = 0;          // photos at a time; 0: one per core

@@ -40,6 +40,9 @@ class ExteriorCommand : public Command {
     app.add_option("--attitude-sigma-deg", attitude_sigma_deg_,
                    "One sigma of approximate angles without sigma columns, degrees "
                    "(3 where nobody says)");
+    app.add_option("--kappa-sigma-deg", kappa_sigma_deg_,
+                   "One sigma of approximate kappas without sigma columns, where it is not that of "
+                   "omega and phi; 180: unknown");
     app.add_flag("--no-feedback", no_feedback_,
                  "Do not tell the patch database which patches were found");
     AddJobsOption(app, &options_.jobs);
@@ -52,6 +55,7 @@ class ExteriorCommand : public Command {
     options_.camera = FindCameraFile(options_.camera, library_);
     options_.out = output_.directory;
     if (attitude_sigma_deg_) options_.attitude_sigma_rad = RadFromDeg(*attitude_sigma_deg_);
+    if (kappa_sigma_deg_) options_.kappa_sigma_rad = RadFromDeg(*kappa_sigma_deg_);
     options_.feedback = !no_feedback_;
     std::vector<std::string> results;
     for (const std::string& photo : options_.photos)
@@ -70,7 +74,7 @@ class ExteriorCommand : public Command {
   ExteriorRunOptions options_;
   std::string library_;
   OutputOptions output_;
-  std::optional<double> attitude_sigma_deg_;
+  std::optional<double> attitude_sigma_deg_, kappa_sigma_deg_;
   bool no_feedback_ = false;
 };
 
