@@ -205,9 +205,10 @@ ExteriorResult OrientWidely(const Setting& setting, const PhotoToOrient& photo,
   OrientPhotoOptions options;
   options.wide = true;
   ExteriorResult result = OrientPhoto(photo, image, *patches, options);
-  if (vague) return result;
-  if (!result.pose)
-    result.messages.insert(result.messages.begin(), before.messages.begin(), before.messages.end());
+  if (vague || result.pose) return result;
+  // One sentence: what was tried in vain after what.
+  result = before;
+  result.messages.back() += "; nor is the photo, searched as a whole, like them at any kappa";
   return result;
 }
 
