@@ -110,7 +110,7 @@ TEST_F(WideSearch, FindsAPhotoKilometresOffAtAnUnknownKappa) {
   ExpectFound("0253", kMaxFrameRms);
 }
 
-TEST_F(WideSearch, OfAnAccuracyThatWasOptimisticSaysSo) {
+TEST_F(SlowWideSearch, OfAnAccuracyThatWasOptimisticSaysSo) {
   Harvest({"0182", "0184"});
   WriteStart({600, 6, 137, 0.02}, 4);
   const ExteriorResult result = Orient(ngi_->Photo("0253"));
@@ -132,7 +132,7 @@ TEST_F(SlowWideSearch, FindsEveryPhotoFromTheOtherStripWhateverTheStart) {
   }
 }
 
-TEST_F(WideSearch, FindsNothingInClouds) {
+TEST_F(SlowWideSearch, FindsNothingInClouds) {
   Harvest({"0182", "0184"});
   const Camera& camera = ngi_->camera.camera;
   const int width = camera.image_px->x(), height = camera.image_px->y();
@@ -192,7 +192,7 @@ TEST_F(WideSearch, NamesADemOfAnotherHeightDatumOrWithAHole) {
   ExpectSaid(Orient(ngi_->Photo("0253")), "the DEM has no height under");
 }
 
-TEST_F(WideSearch, OfAnotherCameraDoesNotAcceptAPose) {
+TEST_F(SlowWideSearch, OfAnotherCameraDoesNotAcceptAPose) {
   Harvest({"0182", "0184"});
   WriteStart({150, 2, 2}, 3);
   std::string text = ReadFile(camera_);
