@@ -1,0 +1,197 @@
+#include "exterior/tie_matching.h"
+
+#include <Eigen/Dense>
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+
+#include "core/imaging/resample.h"
+#include "exterior/match.h"
+
+namespace orient {
+namespace {
+
+// Where `from` shows what `to` shows is computed on a lattice and linear between its nodes.
+constexpr double kLatticeStep = 5;
+constexpr double kWindowSigmas = 3;
+constexpr double kSearchMarginPx = 3;
+constexpr double kBackRadiusPx = 3;
+constexpr int kMaxSupersampling = 8;
+
+using Matrix2x3d = Eigen::Matrix<double, 2, 3>;
+using Matrix2x6d = Eigen::Matrix<double, 2, 6>;
+
+// Pixels of `from` for a square of pixels of `to`.
+class WindowLattice {
+ public:
+  WindowLattice(const TiePhoto& to, const TiePhoto& from, const GroundSurface& surface,
+                const Eigen::Vector2d& first_px, const Eigen::Vector2d& shift_px, int side)
+      : nodes_(static_cast<int>(std::ceil(side / kLatticeStep)) + 1) {
+    const Eigen::Vector2d lost = Eigen::Vector2d::Constant(std::nan(""));
+    for (int row = 0; row < nodes_; ++row)
+      for (int col = 0; col < nodes_; ++col) {
+        const Eigen::Vector2d pixel = first_px + kLatticeStep * Eigen::Vector2d(col, row);
+        const auto ground = to.view.GroundFromPixel(pixel, surface);
+        const auto seen = ground ? from.view.PixelFromGround(*ground) : std::nullopt;
+        positions_.push_back(seen ? *seen + shift_px : lost);
+      }
+  }
+
+  Eigen::Vector2d At(double col, double row) const {
+    const double u = col / kLatticeStep, v = row / kLatticeStep;
+    const int i = std::min(static_cast<int>(u), nodes_ - 2);
+    const int j = std::min(static_cast<int>(v), nodes_ - 2);
+    const double fu = u - i, fv = v - j;
+    return (1 - fv) * ((1 - fu) * Node(i, j) + fu * Node(i + 1, j)) +
+           fv * ((1 - fu) * Node(i, j + 1) + fu * Node(i + 1, j + 1));
+  }
+
+  // Pixels of `from` a pixel of `to`, along the window's sides and at its middle.
+  double Scale() const {
+    const Eigen::Vector2d across = Node(nodes_ - 1, nodes_ / 2) - Node(0, nodes_ / 2);
+    const Eigen::Vector2d down = Node(nodes_ / 2, nodes_ - 1) - Node(nodes_ / 2, 0);
+    return (across.norm() + down.norm()) / (2 * kLatticeStep * (nodes_ - 1));
+  }
+
+  // The middle and half the size of what it covers; empty where nothing is known.
+  std::optional<std::pair<Eigen::Vector2d, Eigen::Vector2d>> Area() const {
+    Eigen::Vector2d low = Eigen::Vector2d::Constant(1e9), high = -low;
+    for (const Eigen::Vector2d& position : positions_) {
+      if (!position.allFinite()) continue;
+      low = low.cwiseMin(position);
+      high = high.cwiseMax(position);
+    }
+    if (low.x() > high.x()) return std::nullopt;
+    return std::pair<Eigen::Vector2d, Eigen::Vector2d>{(low + high) / 2, (high - low) / 2};
+  }
+
+ private:
+  const Eigen::Vector2d& Node(int col, int row) const {
+    return positions_[static_cast<std::size_t>(row * nodes_ + col)];
+  }
+  int nodes_;
+  std::vector<Eigen::Vector2d> positions_;
+};
+
+float PixelMean(const ImageWindow& window, const WindowLattice& lattice, int col, int row,
+                int samples) {
+  if (samples == 1)
+    return SampleBicubic(window.image, window.ImageFromRaster(lattice.At(col + 0.5, row + 0.5)));
+  double sum = 0;
+  for (int j = 0; j < samples; ++j)
+    for (int i = 0; i < samples; ++i)
+      sum += SampleBilinear(
+          window.image,
+          window.ImageFromRaster(lattice.At(col + (i + 0.5) / samples, row + (j + 0.5) / samples)));
+  return static_cast<float>(sum / (samples * samples));
+}
+
+struct PixelDerivatives {
+  Matrix2x6d by_pose;
+  Matrix2x3d by_ground;
+};
+
+std::optional<PixelDerivatives> DerivativesOf(const PhotoView& view,
+                                              const Eigen::Vector3d& ground_m) {
+  const auto projection = PhotoFromGroundWithDerivatives(view.camera, view.pose, ground_m);
+  if (!projection) return std::nullopt;
+  const Eigen::Matrix2d pixel_from_photo = view.photo_from_pixel.Inverse().A;
+  return PixelDerivatives{pixel_from_photo * projection->by_pose,
+                          pixel_from_photo * projection->by_ground};
+}
+
+// How `to`'s pixel moves with `from`'s where both show flat ground.
+std::optional<Eigen::Matrix2d> LocalScale(const TiePhoto& to, const TiePhoto& from,
+                                          const Eigen::Vector3d& ground_m) {
+  const auto of_to = DerivativesOf(to.view, ground_m);
+  const auto of_from = DerivativesOf(from.view, ground_m);
+  if (!of_to || !of_from) return std::nullopt;
+  const Eigen::Matrix2d plane = of_from->by_ground.leftCols<2>();
+  if (std::abs(plane.determinant()) < 1e-12) return std::nullopt;
+  return of_to->by_ground.leftCols<2>() * plane.inverse();
+}
+
+bool Complete(const Image& image) {
+  return std::none_of(image.values.begin(), image.values.end(),
+                      [](float value) { return std::isnan(value); });
+}
+
+}  // namespace
+
+AlignedPatch AlignWindow(const TiePhoto& to, const TiePhoto& from, const GroundSurface& surface,
+                         const Eigen::Vector2d& centre_px, const Eigen::Vector2d& shift_px,
+                         int side) {
+  AlignedPatch aligned;
+  aligned.predicted_px = centre_px;
+  aligned.image = Image(side, side, kNoData);
+  const Eigen::Vector2d first = centre_px - Eigen::Vector2d::Constant(side / 2.0);
+  const WindowLattice lattice(to, from, surface, first, shift_px, side);
+  const auto area = lattice.Area();
+  if (!area || area->second.maxCoeff() > 4.0 * side) return aligned;
+  const ImageWindow window =
+      from.image->Around(area->first, area->second + Eigen::Vector2d::Constant(3), 1);
+  const double scale = lattice.Scale();
+  const int samples = std::isfinite(scale) ? std::clamp(static_cast<int>(std::ceil(scale - 0.2)), 1,
+                                                        kMaxSupersampling)
+                                           : 1;
+  for (int row = 0; row < side; ++row)
+    for (int col = 0; col < side; ++col)
+      aligned.image.At(col, row) = PixelMean(window, lattice, col, row, samples);
+  return aligned;
+}
+
+Eigen::Matrix2d DifferenceCovariance(const TiePhoto& owner, const TiePhoto& other,
+                                     const Eigen::Vector3d& ground_m, double height_sigma_m) {
+  const auto of_owner = DerivativesOf(owner.view, ground_m);
+  const auto of_other = DerivativesOf(other.view, ground_m);
+  const auto scale = LocalScale(other, owner, ground_m);
+  if (!of_owner || !of_other || !scale) return Eigen::Matrix2d::Identity() * 1e12;
+  const Matrix2x6d by_owner = *scale * of_owner->by_pose;
+  // Along the owner's line of sight: what moves in the other photo and not in the owner's.
+  const Eigen::Vector3d sight = owner.view.pose.position_m - ground_m;
+  const Eigen::Vector2d by_height = of_other->by_ground * (sight / sight.z());
+  return of_other->by_pose * other.pose_covariance * of_other->by_pose.transpose() +
+         by_owner * owner.pose_covariance * by_owner.transpose() +
+         height_sigma_m * height_sigma_m * by_height * by_height.transpose();
+}
+
+std::optional<TieSighting> MatchPlace(const TiePhoto& owner, const TiePhoto& other,
+                                      const TiePlace& place, const GroundSurface& surface,
+                                      const TieOptions& options) {
+  const auto predicted = other.view.PixelFromGround(place.ground_m);
+  const auto scale = LocalScale(other, owner, place.ground_m);
+  const auto of_owner = DerivativesOf(owner.view, place.ground_m);
+  if (!predicted || !scale || !of_owner) return std::nullopt;
+  const double gsd_m = 1 / of_owner->by_ground.leftCols<2>().norm() * std::numbers::sqrt2;
+  const Eigen::Matrix2d covariance =
+      DifferenceCovariance(owner, other, place.ground_m, options.height_sigma_px * gsd_m);
+  const Eigen::Vector2d radius = (kWindowSigmas * covariance.diagonal().cwiseSqrt() +
+                                  Eigen::Vector2d::Constant(kSearchMarginPx))
+                                     .cwiseMin(Eigen::Vector2d::Constant(options.max_radius_px));
+
+  const AlignedPatch there =
+      AlignWindow(other, owner, surface, *predicted, Eigen::Vector2d::Zero(), options.template_px);
+  if (!Complete(there.image)) return std::nullopt;
+  PreciseOptions precise;
+  precise.min_score = options.min_score;
+  const PreciseMatch match = MatchPrecisely(there, *other.image, radius, precise);
+  if (!match.found) return std::nullopt;
+
+  const AlignedPatch back = AlignWindow(owner, other, surface, place.pixel,
+                                        match.pixel - *predicted, options.template_px);
+  if (!Complete(back.image)) return std::nullopt;
+  const PreciseMatch returned =
+      MatchPrecisely(back, *owner.image, Eigen::Vector2d::Constant(kBackRadiusPx), precise);
+  if (!returned.found) return std::nullopt;
+  const Eigen::Vector2d way_back = returned.pixel - place.pixel;
+  if (way_back.norm() > options.max_way_back_px) return std::nullopt;
+
+  TieSighting sighting;
+  // Both ways say how far the photos are apart, each with the interpolation of the other one.
+  sighting.pixel = match.pixel - 0.5 * *scale * way_back;
+  sighting.covariance_px2 = match.covariance_px2;
+  sighting.ncc = match.ncc;
+  return sighting;
+}
+
+}  // namespace orient
