@@ -19,6 +19,7 @@
 #include "exterior/predict.h"
 #include "patchdb/patch_database.h"
 #include "tools/exposure_date.h"
+#include "tools/footprint.h"
 #include "tools/height_check.h"
 #include "tools/interior_run.h"
 #include "tools/made_from.h"
@@ -132,27 +133,6 @@ std::string WithoutHeights(const Setting& setting, const Pose& pose) {
          "; give a DEM that reaches there, or correct the approximation";
 }
 
-// The frame's outline on the ground, as a closed ring; where the DEM ends its mean height serves.
-std::vector<Eigen::Vector3d> Footprint(const PhotoView& view, const GroundSurface& surface) {
-  constexpr int kPointsPerSide = 6;
-  const Eigen::Vector2d half = view.camera.frame_mm / 2;
-  const std::array<Eigen::Vector2d, 4> corners = {Eigen::Vector2d(-1, -1), Eigen::Vector2d(1, -1),
-                                                  Eigen::Vector2d(1, 1), Eigen::Vector2d(-1, 1)};
-  std::vector<Eigen::Vector3d> ring;
-  for (std::size_t side = 0; side < 4; ++side)
-    for (int i = 0; i < kPointsPerSide; ++i) {
-      const Eigen::Vector2d unit =
-          corners[side] + (corners[(side + 1) % 4] - corners[side]) * i / kPointsPerSide;
-      const auto ray = GroundRayFromPhoto(view.camera, view.pose,
-                                          view.camera.frame_centre_mm + half.cwiseProduct(unit));
-      if (!ray || ray->direction.z() > -1e-3) return {};
-      const double to_mean = (surface.MeanHeight() - ray->origin_m.z()) / ray->direction.z();
-      ring.push_back(surface.Intersect(*ray).value_or(ray->origin_m + ray->direction * to_mean));
-    }
-  ring.push_back(ring.front());
-  return ring;
-}
-
 // What is told about a photo beyond its orientation: for maps, reports and people.
 void Illustrate(const Setting& setting, const ScanGeometry& interior, const PhotoImage& image,
                 const std::vector<Patch>& patches, ExteriorResult* result) {
@@ -165,16 +145,24 @@ void Illustrate(const Setting& setting, const ScanGeometry& interior, const Phot
   const PhotoView view{setting.camera.camera, position->photo_from_pixel, *result->pose,
                        position->film_correction};
   result->footprint_m = Footprint(view, setting.surface);
-  WritePatchSheet((fs::path(setting.options.out) / (result->photo + ".patches.png")).string(), view,
-                  image, patches, *result);
+  const fs::path pictures = setting.options.pictures.value_or(setting.options.out);
+  WritePatchSheet((pictures / (result->photo + ".patches.png")).string(), view, image, patches,
+                  *result);
 }
 
-std::vector<Patch> PatchesUnder(const Setting& setting, const PosePrior& prior, double sigmas) {
+std::vector<Patch> PatchesUnder(const Setting& setting, const PhotoToOrient& photo,
+                                const PosePrior& prior, double sigmas) {
   const Bounds footprint =
       UncertainFootprint(setting.camera.camera, prior, setting.surface.MinHeight(),
                          setting.surface.MaxHeight(), sigmas);
-  return PatchDatabase::Open(setting.options.patchdb, PatchDatabase::Mode::kRead)
-      .FindPatchesIn(footprint);
+  std::vector<Patch> patches =
+      PatchDatabase::Open(setting.options.patchdb, PatchDatabase::Mode::kRead)
+          .FindPatchesIn(footprint);
+  if (setting.options.further_patches) {
+    const std::vector<Patch> further = setting.options.further_patches(photo.name, footprint);
+    patches.insert(patches.end(), further.begin(), further.end());
+  }
+  return patches;
 }
 
 ExteriorResult WithoutPatches(const Setting& setting, const PhotoToOrient& photo) {
@@ -189,7 +177,7 @@ bool AccuracyIsStated(const Setting& setting, const OrientationRow& row) {
 
 ExteriorResult OrientAsStated(const Setting& setting, const PhotoToOrient& photo,
                               const PhotoImage& image, std::vector<Patch>* patches) {
-  *patches = PatchesUnder(setting, photo.prior, 3);
+  *patches = PatchesUnder(setting, photo, photo.prior, 3);
   if (patches->empty()) return WithoutPatches(setting, photo);
   return OrientPhoto(photo, image, *patches);
 }
@@ -200,7 +188,8 @@ ExteriorResult OrientWidely(const Setting& setting, const PhotoToOrient& photo,
                             const PhotoImage& image, const ExteriorResult& before, bool vague,
                             std::vector<Patch>* patches) {
   constexpr double kSigmas = 2;
-  *patches = PatchesUnder(setting, Widened(photo.prior, setting.surface.MeanHeight()), kSigmas);
+  *patches =
+      PatchesUnder(setting, photo, Widened(photo.prior, setting.surface.MeanHeight()), kSigmas);
   if (patches->empty()) return vague ? WithoutPatches(setting, photo) : before;
   OrientPhotoOptions options;
   options.wide = true;

@@ -7,7 +7,9 @@
 #include <vector>
 
 #include "core/files/results.h"
+#include "core/geometry/bounds.h"
 #include "core/geometry/crs.h"
+#include "patchdb/patch.h"
 
 namespace orient {
 
@@ -18,6 +20,7 @@ struct ExteriorRunOptions {
   std::string dem;
   std::string patchdb;
   std::string out;
+  std::optional<std::string> pictures;  // folder of <photo>.patches.png; otherwise `out`
   std::optional<std::string> interior;  // folder of <photo>.interior.json; film cameras need it
   std::optional<Crs> crs;               // of the block; otherwise the patch database's
   // One sigma, for photos whose approximation has no sigma columns; 10 m and 3 degrees where
@@ -25,6 +28,10 @@ struct ExteriorRunOptions {
   std::optional<double> position_sigma_m;
   std::optional<double> attitude_sigma_rad;
   std::optional<double> kappa_sigma_rad;  // where kappa is known worse than omega and phi
+  // More patches than the database's that lie in a photo's uncertain footprint; called from several
+  // threads.
+  std::function<std::vector<Patch>(const std::string& photo, const Bounds& footprint)>
+      further_patches;
   bool feedback = true;  // tell the patch database what matched
   bool resume = false;   // keep results that are there
   int jobs = 0;          // photos at a time; 0: one per core

@@ -108,7 +108,8 @@ std::vector<MadeFrom> InputsOf(const InteriorRunOptions& options, const RunCamer
 
 // A result that is there to be kept. Empty where it is absent or unreadable: the photo is done
 // again. Throws UsageError where it was made from something else.
-std::optional<InteriorResult> KeptResult(const std::string& path, const MadeFrom& inputs) {
+std::optional<InteriorResult> KeptResult(const std::string& path, const MadeFrom& inputs,
+                                         bool redo_changed) {
   if (!fs::exists(path)) return std::nullopt;
   InteriorResult result;
   try {
@@ -118,6 +119,7 @@ std::optional<InteriorResult> KeptResult(const std::string& path, const MadeFrom
   }
   const std::string changed = WhatChanged(result.made_from, inputs);
   if (changed.empty()) return result;
+  if (redo_changed) return std::nullopt;
   throw UsageError(path + " was made from another " + changed +
                    "; choose another folder, or --overwrite to do all photos again");
 }
@@ -223,7 +225,8 @@ std::vector<InteriorResult> RunInterior(const InteriorRunOptions& options,
   const std::vector<MadeFrom> inputs = InputsOf(options, cameras);
   std::vector<std::optional<InteriorResult>> kept(options.photos.size());
   for (size_t i = 0; options.resume && i < kept.size(); ++i)
-    kept[i] = KeptResult(InteriorResultPath(options.out, PhotoName(options.photos[i])), inputs[i]);
+    kept[i] = KeptResult(InteriorResultPath(options.out, PhotoName(options.photos[i])), inputs[i],
+                         options.redo_changed);
   std::vector<InteriorResult> results(options.photos.size());
   tbb::task_arena arena(options.jobs > 0 ? options.jobs : tbb::task_arena::automatic);
   arena.execute([&] {

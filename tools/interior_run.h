@@ -20,9 +20,10 @@ struct InteriorRunOptions {
   std::string camera_library;       // folder; for kAutoCamera alone, where empty the program's own
   std::string out;
   InteriorOptions scan;
-  bool resume = false;  // keep results that are there
-  int jobs = 0;         // photos at a time; 0: one per core
-  bool micmac = false;  // also write MicMac's Ori-InterneScan
+  bool resume = false;        // keep results that are there
+  bool redo_changed = false;  // those made from something else are done again, not an error
+  int jobs = 0;               // photos at a time; 0: one per core
+  bool micmac = false;        // also write MicMac's Ori-InterneScan
 };
 
 // The drawings of a camera's marks, with the template images they refer to.

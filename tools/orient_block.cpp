@@ -1,21 +1,16 @@
 // orient block: from scans to an oriented block, in one command.
 #include <CLI/CLI.hpp>
-#include <algorithm>
 #include <filesystem>
 #include <ostream>
 
 #include "core/files/block_file.h"
-#include "core/files/camera_file.h"
 #include "core/files/orientation_table.h"
-#include "tools/block_geopackage.h"
+#include "tools/block/block_run.h"
 #include "tools/camera_library.h"
 #include "tools/commands.h"
-#include "tools/exterior_run.h"
 #include "tools/exterior_summary.h"
-#include "tools/interior_run.h"
-#include "tools/progress.h"
-#include "tools/report/report.h"
 #include "tools/shared_options.h"
+#include "tools/summary_table.h"
 
 namespace orient {
 namespace {
@@ -40,77 +35,49 @@ class BlockCommand : public Command {
   }
 
   ExitCode Run(std::ostream& out) override {
-    BlockFile block = ReadBlockFile(block_path_);
-    block.camera = FindCameraFile(block.camera, library_);
-    const bool film = ReadCameraFile(block.camera).camera.kind == CameraKind::kFilm;
+    BlockRunOptions options{.block = ReadBlockFile(block_path_)};
+    options.block.camera = FindCameraFile(options.block.camera, library_);
+    options.feedback = !no_feedback_;
+    options.jobs = jobs_;
+    const std::string& directory = options.block.output_directory;
+    options.resume = !overwrite_ && (resume_ || IsUnfinished(directory));
     if (plan_) {
-      PrintPlan(block, film, out);
+      for (const std::string& line : PlanBlock(options)) out << line << "\n";
       return ExitCode::kAllDone;
     }
-    RefuseToOverwrite(Results(block, film), overwrite_ || resume_, "--resume");
-    MakeOutputDirectory(block.output_directory);
-    if (film) OrientInteriors(block);
-    const std::vector<ExteriorResult> results = OrientExteriors(block, film);
-    WriteBlockGeopackage(block.output_directory, block.crs, results);
-    const std::string report = WriteReport(block.output_directory);
-    PrintExteriorSummary(results, out);
-    out << "\nreport  " << fs::absolute(report).string() << "\n";
-    return AllOriented(results) ? ExitCode::kAllDone : ExitCode::kSomeNotOriented;
+    RefuseToOverwrite(Results(options.block), overwrite_ || options.resume, "--resume");
+    if (options.resume && !resume_)
+      out << "goes on with the interrupted run in " << directory << "\n";
+    const BlockRunResult result = RunBlock(options);
+    PrintExteriorSummary(result.results, out);
+    PrintBlockSummary(result, out);
+    out << "\nreport  " << fs::absolute(fs::path(directory) / "report.html").string() << "\n";
+    return AllOriented(result.results) ? ExitCode::kAllDone : ExitCode::kSomeNotOriented;
   }
 
  private:
-  static std::vector<std::string> Results(const BlockFile& block, bool film) {
+  static std::vector<std::string> Results(const BlockFile& block) {
     std::vector<std::string> results;
     for (const std::string& photo : block.photos) {
-      if (film) results.push_back(InteriorResultPath(block.output_directory, PhotoName(photo)));
+      results.push_back(InteriorResultPath(block.output_directory, PhotoName(photo)));
       results.push_back(ExteriorResultPath(block.output_directory, PhotoName(photo)));
     }
     return results;
   }
 
-  void OrientInteriors(const BlockFile& block) const {
-    InteriorRunOptions options;
-    options.photos = block.photos;
-    options.camera = block.camera;
-    options.out = block.output_directory;
-    options.scan = {block.pixel_size_um, block.polarity, block.orientation};
-    options.resume = resume_;
-    options.jobs = jobs_;
-    Progress progress("interior orientation", static_cast<int>(block.photos.size()));
-    RunInterior(options, [&] { progress.Advance(); });
-  }
-
-  std::vector<ExteriorResult> OrientExteriors(const BlockFile& block, bool film) const {
-    ExteriorRunOptions options;
-    options.photos = block.photos;
-    options.camera = block.camera;
-    options.approximations = block.approximations;
-    options.dem = block.dem;
-    options.patchdb = block.patchdb;
-    options.out = block.output_directory;
-    if (film) options.interior = block.output_directory;
-    options.crs = block.crs;
-    options.position_sigma_m = block.position_sigma_m;
-    options.attitude_sigma_rad = block.attitude_sigma_rad;
-    options.feedback = !no_feedback_;
-    options.resume = resume_;
-    options.jobs = jobs_;
-    Progress progress("exterior orientation", static_cast<int>(block.photos.size()));
-    return RunExterior(options, [&](const ExteriorResult&) { progress.Advance(); });
-  }
-
-  void PrintPlan(const BlockFile& block, bool film, std::ostream& out) const {
-    const auto there = [&](const std::string& path) { return resume_ && fs::exists(path); };
-    for (const std::string& photo : block.photos) {
-      const std::string name = PhotoName(photo);
-      if (film)
-        out << (there(InteriorResultPath(block.output_directory, name)) ? "keep  " : "do    ")
-            << "interior  " << name << "\n";
-      out << (there(ExteriorResultPath(block.output_directory, name)) ? "keep  " : "do    ")
-          << "exterior  " << name << "\n";
+  static void PrintBlockSummary(const BlockRunResult& result, std::ostream& out) {
+    if (const auto& block = result.adjusted) {
+      out << "\nblock   " << block->photos << " photos by " << block->ties << " tie points ("
+          << block->sightings << " sightings, " << block->rejected << " rejected, sigma0 "
+          << Fixed(block->tie_sigma0_px, 2) << " px)";
+      if (block->by_neighbours > 0)
+        out << ", " << block->by_neighbours << " of them without enough patches of their own";
+      if (block->checks > 0)
+        out << "\ncheck   " << block->checks << " patches held out, RMS "
+            << Fixed(block->check_rms_px, 2) << " px";
+      out << "\n";
     }
-    out << "do    write     " << block.output_directory
-        << "/orientation.csv, block.gpkg, report.html\n";
+    for (const std::string& message : result.messages) out << "note    " << message << "\n";
   }
 
   std::string block_path_, library_;

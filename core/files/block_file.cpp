@@ -109,6 +109,20 @@ void ReadScan(const TomlTable& root, BlockFile* block) {
                                    "m270");
 }
 
+void ReadAdjustment(const TomlTable& root, BlockFile* block) {
+  const auto table = root.FindTable("block", {"ties", "check_share", "self_calibration"});
+  if (!table) return;
+  BlockAdjustmentChoice& choice = block->adjustment;
+  choice.ties = table->FindFlag("ties").value_or(choice.ties);
+  choice.check_share = table->FindNumber("check_share").value_or(choice.check_share);
+  if (choice.check_share < 0 || choice.check_share > 0.9)
+    table->Fail("check_share", "must lie between 0 and 0.9");
+  const std::string calibration = table->FindText("self_calibration").value_or("none");
+  if (calibration != "none" && calibration != "camera")
+    table->Fail("self_calibration", "is \"" + calibration + "\"; it must be none or camera");
+  choice.self_calibration = calibration == "camera";
+}
+
 std::vector<std::string> ReadPhotos(const TomlTable& root, const std::string& base) {
   const auto patterns = root.FindTexts("photos");
   if (!patterns || patterns->empty())
@@ -150,7 +164,7 @@ BlockFile ReadBlockFile(const std::string& path) {
   const toml::table document = ParseTomlFile(path);
   const TomlTable root(document, path, "",
                        {"crs", "dem", "patchdb", "camera", "photos", "approximations",
-                        "approximate_accuracy", "scan", "output"});
+                        "approximate_accuracy", "scan", "output", "block"});
   const std::string base = fs::path(path).parent_path().string();
   BlockFile block{.crs = Crs::Parse(root.Text("crs"), path + ", crs"),
                   .dem = ExistingFile(root, "dem", base),
@@ -163,8 +177,10 @@ BlockFile ReadBlockFile(const std::string& path) {
                   .pixel_size_um = std::nullopt,
                   .polarity = std::nullopt,
                   .orientation = std::nullopt,
-                  .output_directory = OutputDirectory(root, base)};
+                  .output_directory = OutputDirectory(root, base),
+                  .adjustment = {}};
   ReadAccuracy(root, &block);
+  ReadAdjustment(root, &block);
   ReadScan(root, &block);
   return block;
 }

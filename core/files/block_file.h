@@ -11,6 +11,13 @@
 
 namespace orient {
 
+// What a block does after every photo was oriented by itself.
+struct BlockAdjustmentChoice {
+  bool ties = true;               // measure tie points and adjust all photos together
+  double check_share = 0;         // of the control patches, held out to check the result
+  bool self_calibration = false;  // of principal distance, principal point and lens
+};
+
 struct BlockFile {
   Crs crs;
   std::string dem;  // paths are resolved against the block file's folder
@@ -25,6 +32,7 @@ struct BlockFile {
   std::optional<Polarity> polarity;            // empty: auto
   std::optional<ScanOrientation> orientation;  // empty: auto
   std::string output_directory;
+  BlockAdjustmentChoice adjustment;
 };
 
 // Throws InputError: wrong keys, a glob that matches nothing, two photos with one name.

@@ -185,6 +185,14 @@ Json PatchJson(const PatchResult& patch) {
           {"reason", patch.reason}};
 }
 
+Json AloneJson(const AloneResult& alone) {
+  return {{"status", Name(alone.status)},
+          {"pose", PoseJson(alone.pose)},
+          {"covariance", alone.covariance ? MatrixJson(*alone.covariance) : Json(nullptr)},
+          {"sigma0_px", ToJson(alone.sigma0_px)},
+          {"messages", alone.messages}};
+}
+
 Json ExteriorJson(const ExteriorResult& result) {
   if (result.pose) RequireFinite(result.pose->AsVector().allFinite(), result.photo, "pose");
   if (result.covariance) RequireFinite(result.covariance->allFinite(), result.photo, "covariance");
@@ -193,19 +201,24 @@ Json ExteriorJson(const ExteriorResult& result) {
   for (const Eigen::Vector3d& corner : result.footprint_m) footprint.push_back(VectorJson(corner));
   for (const LoopRound& round : result.iterations) iterations.push_back(RoundJson(round));
   for (const PatchResult& patch : result.patches) patches.push_back(PatchJson(patch));
-  return {{"photo", result.photo},
-          {"status", Name(result.status)},
-          {"scan",
-           {{"width", result.width},
-            {"height", result.height},
-            {"orientation", NameOrNull(result.orientation)}}},
-          {"pose", PoseJson(result.pose)},
-          {"covariance", result.covariance ? MatrixJson(*result.covariance) : Json(nullptr)},
-          {"sigma0_px", ToJson(result.sigma0_px)},
-          {"footprint", std::move(footprint)},
-          {"iterations", std::move(iterations)},
-          {"patches", std::move(patches)},
-          {"messages", result.messages}};
+  Json json = {{"photo", result.photo},
+               {"status", Name(result.status)},
+               {"scan",
+                {{"width", result.width},
+                 {"height", result.height},
+                 {"orientation", NameOrNull(result.orientation)}}},
+               {"pose", PoseJson(result.pose)},
+               {"covariance", result.covariance ? MatrixJson(*result.covariance) : Json(nullptr)},
+               {"sigma0_px", ToJson(result.sigma0_px)},
+               {"footprint", std::move(footprint)},
+               {"iterations", std::move(iterations)},
+               {"patches", std::move(patches)},
+               {"messages", result.messages}};
+  if (result.alone) json["alone"] = AloneJson(*result.alone);
+  if (const auto& ties = result.ties)
+    json["ties"] = {
+        {"measured", ties->measured}, {"used", ties->used}, {"rms_px", ToJson(ties->rms_px)}};
+  return json;
 }
 
 Pose ReadPose(const JsonField& field) {
@@ -239,6 +252,17 @@ PatchResult ReadPatch(const JsonField& field) {
   patch.ncc = field.FindNumber("ncc");
   if (const auto reason = field.Find("reason")) patch.reason = reason->AsString();
   return patch;
+}
+
+AloneResult ReadAlone(const JsonField& field) {
+  AloneResult alone;
+  alone.status = FromName(field.At("status"), kStatuses);
+  if (const auto pose = field.Find("pose")) alone.pose = ReadPose(*pose);
+  if (const auto covariance = field.Find("covariance"))
+    alone.covariance = covariance->AsMatrix(6, 6);
+  alone.sigma0_px = field.FindNumber("sigma0_px");
+  alone.messages = field.At("messages").AsStrings();
+  return alone;
 }
 
 std::string ResultPath(const std::string& directory, const std::string& photo, const char* suffix) {
@@ -372,6 +396,10 @@ ExteriorResult ReadExteriorResult(const std::string& path) {
     result.iterations.push_back(ReadRound(field));
   for (const JsonField& field : root.At("patches").Elements())
     result.patches.push_back(ReadPatch(field));
+  if (const auto alone = root.Find("alone")) result.alone = ReadAlone(*alone);
+  if (const auto ties = root.Find("ties"))
+    result.ties = TieCount{ties->At("measured").AsInt(), ties->At("used").AsInt(),
+                           ties->FindNumber("rms_px")};
   result.messages = root.At("messages").AsStrings();
   return result;
 }

@@ -89,6 +89,21 @@ struct PatchResult {
   std::string reason;
 };
 
+// What a photo's own orientation was, where the block adjustment has changed it.
+struct AloneResult {
+  Status status = Status::kFailed;
+  std::optional<Pose> pose;
+  std::optional<Matrix6d> covariance;
+  std::optional<double> sigma0_px;
+  std::vector<std::string> messages;
+};
+
+// A photo's sightings of tie points in the block adjustment.
+struct TieCount {
+  int measured = 0, used = 0;
+  std::optional<double> rms_px;  // of the used ones' residuals
+};
+
 struct ExteriorResult {
   std::string photo;
   Status status = Status::kFailed;
@@ -100,6 +115,8 @@ struct ExteriorResult {
   std::vector<Eigen::Vector3d> footprint_m;    // the frame's outline on the ground, closed ring
   std::vector<LoopRound> iterations;
   std::vector<PatchResult> patches;
+  std::optional<AloneResult> alone;  // absent where the photo was oriented by itself only
+  std::optional<TieCount> ties;
   std::vector<std::string> messages;
 };
 

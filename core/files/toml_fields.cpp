@@ -124,6 +124,13 @@ std::optional<int> TomlTable::FindCount(std::string_view key) const {
   return number;
 }
 
+std::optional<bool> TomlTable::FindFlag(std::string_view key) const {
+  const toml::node* node = table_.get(key);
+  if (node == nullptr) return std::nullopt;
+  if (!node->is_boolean()) Fail(key, "must be true or false, not " + Shown(*node));
+  return node->value<bool>();
+}
+
 const toml::array* TomlTable::FindArray(std::string_view key, const std::string& expected) const {
   const toml::node* node = table_.get(key);
   if (node != nullptr && !node->is_array()) Fail(key, "must be " + expected);

@@ -67,16 +67,20 @@ TEST(SlowResume, KilledBlockEndsAsAnUndisturbedOne) {
   const std::string out = folder / "killed/out";
   const std::string block = folder / "killed/block.toml";
   EXPECT_LT(RunAndKill(block, out, ".interior.json", 1), 4);
-  EXPECT_EQ(CountResults(out, ".exterior.json"), 0);
+  EXPECT_EQ(CountResults(out + "/stages/exterior", ".exterior.json"), 0);
+  // Later kills leave their traces in the stages of single photos and of ties.
   for (int results = 1; results <= 3; ++results)
-    EXPECT_LT(RunAndKill(block, out, ".exterior.json", results), 4);
+    EXPECT_LT(RunAndKill(block, out + "/stages/exterior", ".exterior.json", results), 4);
+  EXPECT_LT(RunAndKill(block, out + "/stages/ties", ".ties.json", 1), 4);
   EXPECT_FALSE(fs::exists(out + "/orientation.csv"));
 
-  const ProgramRun resumed = RunOrient({"block", block, "--resume"});
+  // An interrupted run goes on without being asked to.
+  const ProgramRun resumed = RunOrient({"block", block});
   EXPECT_EQ(resumed.exit_code, 0) << resumed.out << resumed.err;
   const std::string expected = ReadFile(folder / "block/out/orientation.csv");
   EXPECT_EQ(std::count(expected.begin(), expected.end(), '\n'), 5);
   EXPECT_EQ(ReadFile(out + "/orientation.csv"), expected);
+  EXPECT_EQ(ReadFile(out + "/block.json"), ReadFile(folder / "block/out/block.json"));
   for (const char* name : {"orientation.prj", "report.html", "block.gpkg"})
     EXPECT_TRUE(fs::exists(out + "/" + name)) << name;
   for (const char* photo : {"new_1_1", "new_1_2", "new_1_3", "new_1_4"})

@@ -1,0 +1,213 @@
+#include "tools/block/adjustment_stage.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "core/format_text.h"
+#include "exterior/estimate_pose.h"
+#include "patchdb/patch_database.h"
+
+namespace orient {
+namespace {
+
+// As in a single photo's orientation: what no single match can see of its own error.
+constexpr double kModelSigmaPx = 0.1;
+// Terrain and its errors resemble themselves over about this share of the flying height.
+constexpr double kHeightCorrelationPerHeight = 0.3;
+// Check patches are held out by squares of the ground of this share of a footprint's side: single
+// ones between others would be too easy to predict.
+constexpr double kCheckCellPerFootprint = 0.15;
+
+// The same squares whatever else is in the block.
+bool HeldOut(const Eigen::Vector3d& ground_m, double cell_m, double share) {
+  const auto col = static_cast<std::int64_t>(std::floor(ground_m.x() / cell_m));
+  const auto row = static_cast<std::int64_t>(std::floor(ground_m.y() / cell_m));
+  std::uint64_t hash = static_cast<std::uint64_t>(col) * 0x9e3779b97f4a7c15u ^
+                       (static_cast<std::uint64_t>(row) + 0x7f4a7c15u) * 0xbf58476d1ce4e5b9u;
+  hash = (hash ^ (hash >> 31)) * 0x94d049bb133111ebu;
+  return static_cast<double>((hash ^ (hash >> 29)) % 10000) < share * 10000;
+}
+
+double MeanFootprintSide(const std::vector<BlockPhotoFile>& photos) {
+  double sum = 0;
+  int count = 0;
+  for (const BlockPhotoFile& photo : photos) {
+    if (!photo.HasPose() || photo.footprint.Empty()) continue;
+    sum += std::sqrt((photo.footprint.max_x - photo.footprint.min_x) *
+                     (photo.footprint.max_y - photo.footprint.min_y));
+    ++count;
+  }
+  return count > 0 ? sum / count : 1000;
+}
+
+void AddPhotos(const AdjustmentInputs& inputs, AdjustedBlock* adjusted,
+               std::map<std::string, std::size_t>* index) {
+  adjusted->block.cameras = {inputs.camera};
+  for (std::size_t i = 0; i < inputs.photos.size(); ++i) {
+    const BlockPhotoFile& photo = inputs.photos[i];
+    if (!photo.HasPose()) continue;
+    (*index)[photo.name] = adjusted->block.photos.size();
+    adjusted->photo_of.push_back(i);
+    BlockPhoto to;
+    to.name = photo.name;
+    to.photo_from_pixel = photo.position.photo_from_pixel;
+    to.film_correction = photo.position.film_correction;
+    to.approximate = *photo.exterior.pose;
+    to.interior = photo.position.covariance;
+    to.film_sigma_mm = photo.position.film_sigma_mm;
+    adjusted->block.photos.push_back(std::move(to));
+  }
+}
+
+void AddTies(const AdjustmentInputs& inputs, const std::map<std::string, std::size_t>& index,
+             AdjustedBlock* adjusted) {
+  BlockToAdjust& block = adjusted->block;
+  for (const TieRecord& tie : inputs.ties) {
+    const std::size_t point = block.points.size();
+    BlockPoint to;
+    to.id = static_cast<std::int64_t>(point) + 1;
+    to.approximate_m = tie.ground_m;
+    block.points.push_back(to);
+    for (const SightingRecord& seen : tie.seen)
+      if (const auto photo = index.find(seen.photo); photo != index.end())
+        block.observations.push_back({photo->second, point, seen.pixel, seen.covariance_px2});
+  }
+  adjusted->ties = block.points.size();
+}
+
+BlockPoint ControlOf(const Patch& patch, bool held_out) {
+  BlockPoint point;
+  point.id = patch.id;
+  point.approximate_m = patch.ground_m;
+  point.held_out = held_out;
+  point.control.emplace();
+  point.control->ground_m = patch.ground_m;
+  point.control->covariance_m2 = patch.covariance_m2;
+  if (patch.height_effect && patch.height_sigma_m) {
+    point.control->height_effect = *patch.height_effect;
+    point.control->height_sigma_m = *patch.height_sigma_m;
+  }
+  point.control->source = std::to_string(patch.source_id);
+  return point;
+}
+
+// Where the height error is a common one, the patch's own covariance holds it, too: that part goes.
+void LeaveOutHeights(GroundControl* control) {
+  if (control->height_sigma_m <= 0) return;
+  const Eigen::Matrix3d common = control->height_sigma_m * control->height_sigma_m *
+                                 control->height_effect * control->height_effect.transpose();
+  const Eigen::Matrix3d rest = control->covariance_m2 - common;
+  const double least = 1e-4 * control->covariance_m2.trace();
+  const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> eigen(rest);
+  control->covariance_m2 = eigen.eigenvectors() * eigen.eigenvalues().cwiseMax(least).asDiagonal() *
+                           eigen.eigenvectors().transpose();
+}
+
+// Patches that photos' own orientations matched; not those lent by neighbours (numbers below 0).
+void AddPatches(const AdjustmentInputs& inputs, AdjustedBlock* adjusted) {
+  BlockToAdjust& block = adjusted->block;
+  const PatchDatabase database = PatchDatabase::Open(inputs.patchdb, PatchDatabase::Mode::kRead);
+  const double cell_m = kCheckCellPerFootprint * MeanFootprintSide(inputs.photos);
+  for (std::size_t i = 0; i < block.photos.size(); ++i) {
+    for (const PatchResult& match : inputs.photos[adjusted->photo_of[i]].exterior.patches) {
+      if (match.id < 0 || match.state != PatchState::kMatched || !match.pixel || !match.sigma_px)
+        continue;
+      auto point = adjusted->patch.find(match.id);
+      if (point == adjusted->patch.end()) {
+        const auto patch = database.ReadPatch(match.id);
+        if (!patch) continue;  // deleted since
+        BlockPoint control =
+            ControlOf(*patch, HeldOut(patch->ground_m, cell_m, inputs.choice.check_share));
+        LeaveOutHeights(&*control.control);
+        point = adjusted->patch.emplace(match.id, block.points.size()).first;
+        block.points.push_back(std::move(control));
+      }
+      const Eigen::Vector2d variance =
+          match.sigma_px->cwiseAbs2() + Eigen::Vector2d::Constant(kModelSigmaPx * kModelSigmaPx);
+      block.observations.push_back({i, point->second, *match.pixel, variance.asDiagonal()});
+    }
+  }
+}
+
+double FlyingHeight(const AdjustmentInputs& inputs) {
+  double sum = 0;
+  int count = 0;
+  for (const BlockPhotoFile& photo : inputs.photos)
+    if (photo.HasPose()) {
+      sum += photo.exterior.pose->position_m.z() - inputs.surface.MeanHeight();
+      ++count;
+    }
+  return count > 0 ? std::max(sum / count, 1.0) : 1000;
+}
+
+// Film bends slowly: over this share of the frame.
+constexpr double kFilmCorrelationPerFrame = 0.4;
+
+// What film that bends between its marks does to a pose, however many observations there are: its
+// bend, as a random field over the frame, taken for a pose by least squares.
+Matrix6d CovarianceOfBend(const Camera& camera, const Pose& pose, double sigma_mm,
+                          double height_m) {
+  constexpr int kNodes = 6;
+  std::vector<Eigen::Vector2d> places;
+  std::vector<Eigen::Matrix<double, 2, 6>> rows;
+  for (int i = 0; i < kNodes * kNodes; ++i) {
+    const Eigen::Vector2d unit((i % kNodes + 0.5) / kNodes - 0.5,
+                               (i / kNodes + 0.5) / kNodes - 0.5);
+    const Eigen::Vector2d photo = camera.frame_centre_mm + unit.cwiseProduct(camera.frame_mm);
+    const auto ray = GroundRayFromPhoto(camera, pose, photo);
+    if (!ray || ray->direction.z() > -0.05) continue;
+    const Eigen::Vector3d ground =
+        ray->origin_m + ray->direction * ((height_m - ray->origin_m.z()) / ray->direction.z());
+    const auto projection = PhotoFromGroundWithDerivatives(camera, pose, ground);
+    if (!projection) continue;
+    places.push_back(photo);
+    rows.push_back(projection->by_pose);
+  }
+  const double fade = kFilmCorrelationPerFrame * camera.frame_mm.minCoeff();
+  Matrix6d normal = Matrix6d::Zero(), spread = Matrix6d::Zero();
+  for (std::size_t i = 0; i < rows.size(); ++i) {
+    normal += rows[i].transpose() * rows[i];
+    for (std::size_t j = 0; j < rows.size(); ++j)
+      spread += rows[i].transpose() * rows[j] *
+                std::exp(-(places[i] - places[j]).squaredNorm() / (2 * fade * fade));
+  }
+  const Eigen::LDLT<Matrix6d> solver(normal);
+  const Matrix6d half = solver.solve(spread);
+  const Matrix6d covariance = sigma_mm * sigma_mm * solver.solve(half.transpose());
+  return (covariance + covariance.transpose()) / 2;
+}
+
+void AddFilm(const AdjustmentInputs& inputs, AdjustedBlock* adjusted) {
+  for (std::size_t i = 0; i < adjusted->block.photos.size(); ++i) {
+    const double sigma_mm = adjusted->block.photos[i].film_sigma_mm;
+    AdjustedPhoto& photo = adjusted->result.photos[i];
+    if (sigma_mm <= 0 || photo.state != PhotoState::kAdjusted) continue;
+    photo.covariance +=
+        CovarianceOfBend(inputs.camera, photo.pose, sigma_mm, inputs.surface.MeanHeight());
+  }
+}
+
+}  // namespace
+
+AdjustedBlock AdjustPhotos(const AdjustmentInputs& inputs) {
+  AdjustedBlock adjusted;
+  std::map<std::string, std::size_t> index;
+  AddPhotos(inputs, &adjusted, &index);
+  AddTies(inputs, index, &adjusted);
+  AddPatches(inputs, &adjusted);
+  BlockOptions options;
+  options.self_calibration = inputs.choice.self_calibration;
+  options.height_correlation_m = kHeightCorrelationPerHeight * FlyingHeight(inputs);
+  // Errors of film and surface that neighbouring observations share hardly show in residuals, so
+  // these may raise the stated variances and not lower them.
+  options.variance_components = false;
+  adjusted.result = AdjustBlock(adjusted.block, options);
+  if (adjusted.result.sigma0 > 1) {
+    options.variance_components = true;
+    adjusted.result = AdjustBlock(adjusted.block, options);
+  }
+  AddFilm(inputs, &adjusted);
+  return adjusted;
+}
+
+}  // namespace orient

@@ -1,0 +1,79 @@
+#include "tools/block/block_photos.h"
+
+#include <algorithm>
+
+#include "core/error.h"
+#include "core/files/orientation_table.h"
+#include "tools/film_positions.h"
+
+namespace orient {
+namespace {
+
+void TakeFilmPosition(const CameraFile& camera, const MarkShapes& marks,
+                      const std::string& interior_directory, BlockPhotoFile* photo) {
+  if (camera.camera.kind == CameraKind::kDigital) {
+    photo->position.photo_from_pixel = DigitalPhotoFromPixel(camera.camera);
+    return;
+  }
+  const InteriorResult interior =
+      ReadInteriorResult(InteriorResultPath(interior_directory, photo->name));
+  photo->negative = interior.polarity == Polarity::kNegative;
+  if (interior.photo_from_pixel)
+    for (const FilmPosition& position : FilmPositions(interior, camera, marks))
+      if (position.orientation == photo->exterior.orientation) {
+        photo->position = position;
+        return;
+      }
+  photo->exterior.pose.reset();
+  photo->exterior.covariance.reset();
+  photo->exterior.status = Status::kFailed;
+  photo->exterior.messages = {"its interior orientation does not allow scan orientation " +
+                              (photo->exterior.orientation
+                                   ? std::string(Name(*photo->exterior.orientation))
+                                   : std::string("unknown"))};
+}
+
+bool Touch(const Bounds& a, const Bounds& b) {
+  return a.min_x < b.max_x && b.min_x < a.max_x && a.min_y < b.max_y && b.min_y < a.max_y;
+}
+
+}  // namespace
+
+BlockPhotoFile ReadBlockPhoto(const std::string& path, const std::string& result_path,
+                              const CameraFile& camera, const MarkShapes& marks,
+                              const std::string& interior_directory) {
+  BlockPhotoFile photo;
+  photo.name = PhotoName(path);
+  photo.path = path;
+  photo.result_path = result_path;
+  photo.exterior = ReadExteriorResult(result_path);
+  if (!photo.exterior.covariance) photo.exterior.pose.reset();
+  if (!photo.HasPose()) return photo;
+  TakeFilmPosition(camera, marks, interior_directory, &photo);
+  for (const Eigen::Vector3d& corner : photo.exterior.footprint_m)
+    photo.footprint.Include(corner.x(), corner.y());
+  return photo;
+}
+
+std::vector<std::size_t> NeighboursOf(const std::vector<BlockPhotoFile>& photos,
+                                      std::size_t photo) {
+  std::vector<std::size_t> neighbours;
+  if (!photos[photo].HasPose()) return neighbours;
+  for (std::size_t i = 0; i < photos.size(); ++i)
+    if (i != photo && photos[i].HasPose() && Touch(photos[i].footprint, photos[photo].footprint))
+      neighbours.push_back(i);
+  return neighbours;
+}
+
+OpenPhotos::OpenPhotos(const std::vector<BlockPhotoFile>& photos,
+                       const std::vector<std::size_t>& which, const Camera& camera) {
+  for (const std::size_t i : which) {
+    const BlockPhotoFile& photo = photos[i];
+    rasters_.push_back(std::make_unique<Raster>(Raster::Open(photo.path)));
+    images_.push_back(std::make_unique<PhotoImage>(*rasters_.back(), photo.negative));
+    photos_.push_back(
+        {photo.name, photo.View(camera), *photo.exterior.covariance, images_.back().get()});
+  }
+}
+
+}  // namespace orient

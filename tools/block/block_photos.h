@@ -1,0 +1,58 @@
+// The photos of a block as their result files describe them: what ties and adjustment start from.
+#pragma once
+
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "core/files/block_file.h"
+#include "core/files/camera_file.h"
+#include "core/files/results.h"
+#include "core/geometry/bounds.h"
+#include "core/imaging/raster.h"
+#include "exterior/orient_photo.h"
+#include "exterior/tie_points.h"
+#include "interior/mark_drawing.h"
+
+namespace orient {
+
+struct BlockPhotoFile {
+  std::string name, path;
+  std::string result_path;  // of the exterior result
+  ExteriorResult exterior;  // of this photo alone, or of its neighbours' patches
+  bool by_neighbours = false;
+  ExteriorResult alone;  // what it was before, where it is by neighbours
+  // Where it has a pose:
+  FilmPosition position;
+  bool negative = false;
+  Bounds footprint = Bounds::OfNothing();
+
+  bool HasPose() const { return exterior.pose.has_value(); }
+  PhotoView View(const Camera& camera) const {
+    return {camera, position.photo_from_pixel, *exterior.pose, position.film_correction};
+  }
+};
+
+// Reads an exterior result and, where it has a pose, the film position that belongs to it. A photo
+// whose interior orientation is not of this scan orientation any more has no pose.
+BlockPhotoFile ReadBlockPhoto(const std::string& path, const std::string& result_path,
+                              const CameraFile& camera, const MarkShapes& marks,
+                              const std::string& interior_directory);
+
+// Indices of the other photos with a pose whose footprints touch this one's.
+std::vector<std::size_t> NeighboursOf(const std::vector<BlockPhotoFile>& photos, std::size_t photo);
+
+// Photos with their images open; owned here, referred to by TiePhoto::image.
+class OpenPhotos {
+ public:
+  OpenPhotos(const std::vector<BlockPhotoFile>& photos, const std::vector<std::size_t>& which,
+             const Camera& camera);
+  const std::vector<TiePhoto>& Photos() const { return photos_; }
+
+ private:
+  std::vector<std::unique_ptr<Raster>> rasters_;
+  std::vector<std::unique_ptr<PhotoImage>> images_;
+  std::vector<TiePhoto> photos_;
+};
+
+}  // namespace orient

@@ -1,0 +1,218 @@
+// What the block adjustment makes of each photo: accepted, kept as it was alone, or failed.
+#include <algorithm>
+#include <cmath>
+
+#include "core/format_text.h"
+#include "exterior/estimate_pose.h"
+#include "tools/block/adjustment_stage.h"
+#include "tools/footprint.h"
+
+namespace orient {
+namespace {
+
+constexpr int kMinTies = 6;             // of a photo that hangs on its neighbours
+constexpr double kWeakSigmaPx = 1.0;    // of a projection anywhere in the frame
+constexpr double kMaxAloneChi2 = 27.9;  // six degrees of freedom, 99.99 %
+
+struct Sightings {
+  TieCount ties;
+  int control = 0;
+  double sigma0_px = 0;  // of one coordinate, from all used sightings and their redundancy
+};
+
+Sightings SightingsOf(const AdjustedBlock& adjusted, std::size_t photo) {
+  Sightings sightings;
+  double tie_sum = 0, sum = 0, redundancy = 0;
+  for (std::size_t i = 0; i < adjusted.block.observations.size(); ++i) {
+    const ImageObservation& observation = adjusted.block.observations[i];
+    if (observation.photo != photo) continue;
+    const ObservationResult& result = adjusted.result.observations[i];
+    const bool tie = observation.point < adjusted.ties;
+    const bool used = result.state == ObservationState::kUsed;
+    sightings.ties.measured += tie ? 1 : 0;
+    if (!used) continue;
+    sum += result.residual_px.squaredNorm();
+    redundancy += result.redundancy;
+    if (tie) {
+      ++sightings.ties.used;
+      tie_sum += result.residual_px.squaredNorm();
+    } else {
+      ++sightings.control;
+    }
+  }
+  if (sightings.ties.used > 0) sightings.ties.rms_px = std::sqrt(tie_sum / sightings.ties.used);
+  if (redundancy > 0) sightings.sigma0_px = std::sqrt(sum / redundancy);
+  return sightings;
+}
+
+AloneResult AloneOf(const ExteriorResult& result) {
+  return {result.status, result.pose, result.covariance, result.sigma0_px, result.messages};
+}
+
+// A photo that ends without a pose keeps what was said about its patches.
+ExteriorResult FailedFrom(const BlockPhotoFile& photo, const std::string& why) {
+  ExteriorResult result = photo.by_neighbours ? photo.alone : photo.exterior;
+  result.alone = AloneOf(result);
+  result.status = Status::kFailed;
+  result.pose.reset();
+  result.covariance.reset();
+  result.footprint_m.clear();
+  result.messages.insert(result.messages.begin(), why);
+  return result;
+}
+
+ExteriorResult Own(const BlockPhotoFile& photo, const std::string& why_by_neighbours) {
+  if (photo.by_neighbours) return FailedFrom(photo, why_by_neighbours);
+  return photo.exterior;
+}
+
+// Empty where a photo without control of its own may be accepted.
+std::string WhyNotTied(const Sightings& sightings, double sigma_px) {
+  if (sightings.ties.used < kMinTies)
+    return "it hangs on its neighbours by only " + std::to_string(sightings.ties.used) +
+           " tie points; at least " + std::to_string(kMinTies) + " are needed";
+  if (2 * sightings.ties.used < sightings.ties.measured)
+    return "more than half of its tie points contradict its pose";
+  if (!(sigma_px <= kWeakSigmaPx))
+    return FormatText(
+        "its tie points determine its pose poorly: in the worst corner of the frame its "
+        "projection is uncertain by %.2f px",
+        sigma_px);
+  return "";
+}
+
+double WorstSigma(const AdjustmentInputs& inputs, const BlockPhotoFile& photo, const Pose& pose,
+                  const Matrix6d& covariance) {
+  const PhotoView view{inputs.camera, photo.position.photo_from_pixel, pose,
+                       photo.position.film_correction};
+  return WorstProjectionSigma(view, covariance, inputs.surface.MeanHeight());
+}
+
+// Patches as the adjusted pose sees them.
+void UpdatePatches(const AdjustedBlock& adjusted, std::size_t photo, const PhotoView& view,
+                   ExteriorResult* result) {
+  std::map<std::size_t, std::size_t> observation_of;
+  for (std::size_t i = 0; i < adjusted.block.observations.size(); ++i)
+    if (adjusted.block.observations[i].photo == photo)
+      observation_of[adjusted.block.observations[i].point] = i;
+  std::erase_if(result->patches, [](const PatchResult& patch) { return patch.id < 0; });
+  for (PatchResult& patch : result->patches) {
+    if (!patch.ground_m || !patch.pixel) continue;
+    if (const auto seen = view.PixelFromGround(*patch.ground_m))
+      patch.residual_px = *patch.pixel - *seen;
+    const auto point = adjusted.patch.find(patch.id);
+    if (patch.state != PatchState::kMatched || point == adjusted.patch.end()) continue;
+    const auto observation = observation_of.find(point->second);
+    const bool rejected =
+        adjusted.result.points[point->second].control_rejected ||
+        (observation != observation_of.end() &&
+         adjusted.result.observations[observation->second].state == ObservationState::kRejected);
+    if (!rejected) continue;
+    patch.state = PatchState::kRejected;
+    patch.reason = "does not agree with the block";
+  }
+}
+
+// The photo was ok or weak alone: what speaks against its pose in the block.
+void JudgeAlone(const AdjustmentInputs& inputs, const BlockPhotoFile& photo, double sigma_px,
+                ExteriorResult* result) {
+  const ExteriorResult& alone = photo.exterior;
+  const double alone_sigma_px = WorstSigma(inputs, photo, *alone.pose, *alone.covariance);
+  const bool was_imprecise = !(alone_sigma_px <= kWeakSigmaPx);
+  result->status = Status::kOk;
+  result->messages = alone.messages;
+  if (alone.status == Status::kWeak) {
+    std::erase_if(result->messages, [](const std::string& message) {
+      return message.starts_with("the pose is poorly determined");
+    });
+    // What else made it weak is still so.
+    if (!was_imprecise || !result->messages.empty()) result->status = Status::kWeak;
+  }
+  if (!(sigma_px <= kWeakSigmaPx)) {
+    result->status = Status::kWeak;
+    result->messages.push_back(FormatText(
+        "the pose is poorly determined: in the worst corner of the frame its projection is "
+        "uncertain by %.2f px",
+        sigma_px));
+  }
+  const Vector6d moved = PoseDifference(*result->pose, *alone.pose);
+  const double chi2 = moved.dot((*alone.covariance + *result->covariance).ldlt().solve(moved));
+  if (chi2 > kMaxAloneChi2) {
+    result->status = Status::kWeak;
+    result->messages.push_back(FormatText(
+        "the block moved it by %.0f sigma from where its own patches put it: they or its ties are "
+        "wrong",
+        std::sqrt(chi2)));
+  }
+}
+
+ExteriorResult Final(const AdjustmentInputs& inputs, const AdjustedBlock& adjusted,
+                     std::size_t photo) {
+  const BlockPhotoFile& file = inputs.photos[adjusted.photo_of[photo]];
+  const AdjustedPhoto& now = adjusted.result.photos[photo];
+  const BlockPart* part = now.part >= 0 && now.part < std::ssize(adjusted.result.parts)
+                              ? &adjusted.result.parts[static_cast<std::size_t>(now.part)]
+                              : nullptr;
+  const Sightings sightings = SightingsOf(adjusted, photo);
+  const bool adjusted_well = adjusted.result.converged && now.state == PhotoState::kAdjusted &&
+                             part != nullptr && part->by_control;
+  if (!adjusted_well || sightings.ties.used == 0) {
+    std::string why = "its ties do not connect it to control patches";
+    if (part != nullptr && !part->message.empty()) why += ": " + part->message;
+    ExteriorResult result = Own(file, why);
+    result.ties = sightings.ties;
+    return result;
+  }
+  const double sigma_px = WorstSigma(inputs, file, now.pose, now.covariance);
+  if (file.by_neighbours) {
+    const std::string objection = WhyNotTied(sightings, sigma_px);
+    if (!objection.empty()) {
+      ExteriorResult result = FailedFrom(file, objection);
+      result.ties = sightings.ties;
+      return result;
+    }
+  }
+  ExteriorResult result = file.exterior;
+  result.alone = AloneOf(file.by_neighbours ? file.alone : file.exterior);
+  result.pose = now.pose;
+  result.covariance = now.covariance;
+  result.ties = sightings.ties;
+  result.sigma0_px = sightings.sigma0_px;
+  const PhotoView view{inputs.camera, file.position.photo_from_pixel, now.pose,
+                       file.position.film_correction};
+  result.footprint_m = Footprint(view, inputs.surface);
+  UpdatePatches(adjusted, photo, view, &result);
+  if (file.by_neighbours) {
+    result.status = file.exterior.status;
+    if (result.status == Status::kWeak && file.exterior.messages.size() == 1 &&
+        file.exterior.messages[0].starts_with("the pose is poorly determined")) {
+      result.status = Status::kOk;
+      result.messages.clear();
+    }
+    result.messages.insert(result.messages.begin(),
+                           "oriented by " + std::to_string(sightings.ties.used) +
+                               " tie points with its neighbours; its own patches did not do");
+  } else {
+    JudgeAlone(inputs, file, sigma_px, &result);
+  }
+  return result;
+}
+
+}  // namespace
+
+std::vector<ExteriorResult> FinalResults(const AdjustmentInputs& inputs,
+                                         const AdjustedBlock& adjusted) {
+  std::vector<ExteriorResult> results = OwnResults(inputs.photos);
+  for (std::size_t i = 0; i < adjusted.photo_of.size(); ++i)
+    results[adjusted.photo_of[i]] = Final(inputs, adjusted, i);
+  return results;
+}
+
+std::vector<ExteriorResult> OwnResults(const std::vector<BlockPhotoFile>& photos) {
+  std::vector<ExteriorResult> results;
+  for (const BlockPhotoFile& photo : photos)
+    results.push_back(Own(photo, "it has no tie points with its neighbours"));
+  return results;
+}
+
+}  // namespace orient

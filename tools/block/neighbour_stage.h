@@ -1,0 +1,30 @@
+// Photos that their own patches could not orient, oriented by patches cut from neighbours that are:
+// a first pose for ties, never control.
+#pragma once
+
+#include <functional>
+#include <string>
+#include <vector>
+
+#include "core/geometry/ground_surface.h"
+#include "tools/block/block_photos.h"
+#include "tools/exterior_run.h"
+
+namespace orient {
+
+struct NeighbourStage {
+  ExteriorRunOptions exterior;  // of the photos' own stage; photos, out and resume are set here
+  const CameraFile& camera;
+  const MarkShapes& marks;
+  const GroundSurface& surface;
+  std::string interior_directory;
+  std::string directory;  // a folder a round below it
+  std::string inputs;     // digest of what all photos share
+};
+
+// Rounds: patches of all photos that have a pose are offered to all that have none, until a round
+// orients nobody. Results of earlier runs are kept where what they were made from is the same.
+// `*photos` take over the poses; those that stay failed keep their own result.
+void RunNeighbourStage(const NeighbourStage& stage, std::vector<BlockPhotoFile>* photos);
+
+}  // namespace orient

@@ -1,0 +1,27 @@
+// <photo>.ties.json: the tie points that a photo owns, between two stages of `orient block`.
+#pragma once
+
+#include <Eigen/Core>
+#include <string>
+#include <vector>
+
+namespace orient {
+
+struct SightingRecord {
+  std::string photo;
+  Eigen::Vector2d pixel;
+  Eigen::Matrix2d covariance_px2;
+  double ncc = 0;
+};
+
+struct TieRecord {
+  Eigen::Vector3d ground_m;  // roughly
+  std::vector<SightingRecord> seen;
+};
+
+void WriteTieFile(const std::string& path, const std::string& owner,
+                  const std::vector<TieRecord>& ties);
+// Throws InputError naming the file.
+std::vector<TieRecord> ReadTieFile(const std::string& path);
+
+}  // namespace orient

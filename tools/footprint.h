@@ -1,0 +1,16 @@
+// Where an oriented photo's frame lies on the ground.
+#pragma once
+
+#include <Eigen/Core>
+#include <vector>
+
+#include "core/geometry/ground_surface.h"
+#include "core/geometry/photo_view.h"
+
+namespace orient {
+
+// The frame's outline as a closed ring; where the DEM ends its mean height serves. Empty where part
+// of the frame looks at the horizon.
+std::vector<Eigen::Vector3d> Footprint(const PhotoView& view, const GroundSurface& surface);
+
+}  // namespace orient
