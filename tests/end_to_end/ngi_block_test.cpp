@@ -1,9 +1,10 @@
 // The four NGI frames as one block, with patches of the orthophotos of strip 05 only.
 #include <gtest/gtest.h>
 
-#include <nlohmann/json.hpp>
+#include <cmath>
 
 #include "core/files/atomic_write.h"
+#include "core/geometry/photo_view.h"
 #include "tests/support/ngi.h"
 #include "tests/support/run_orient.h"
 #include "tests/support/shared_data.h"
