@@ -11,6 +11,7 @@
 #include <mutex>
 
 #include "core/error.h"
+#include "core/files/atomic_write.h"
 #include "core/files/camera_file.h"
 #include "core/files/orientation_table.h"
 #include "core/geometry/ground_surface.h"
@@ -257,26 +258,63 @@ std::optional<PatchDatabase> OpenForFeedback(const ExteriorRunOptions& options) 
   }
 }
 
-// What cannot be told to the database does not take the photo's orientation away.
-void Feedback(PatchDatabase& database, const std::string& path, CameraKind kind,
-              ExteriorResult* told) {
-  const ExteriorResult& result = *told;
-  const std::string digest = DigestOfFile(path);
-  const auto date = ExposureDate(path, kind);
+// Returns why the database could not be told; empty: it was, or there was nothing to tell.
+std::string Feedback(PatchDatabase& database, const std::string& path, CameraKind kind,
+                     const ExteriorResult& result) {
   std::vector<MatchAttempt> attempts;
   for (const PatchResult& patch : result.patches)
     if (patch.state != PatchState::kNotVisible)
       attempts.push_back({patch.id, result.photo, std::string(Name(patch.state)), patch.ncc,
-                          patch.residual_px, patch.reason, date, std::string(Name(result.status)),
-                          patch.predicted, patch.pixel, digest});
-  if (attempts.empty()) return;
+                          patch.residual_px, patch.reason, std::nullopt,
+                          std::string(Name(result.status)), patch.predicted, patch.pixel, ""});
+  if (attempts.empty()) return "";
   try {
+    const std::string digest = DigestOfFile(path);
+    const auto date = ExposureDate(path, kind);
+    for (MatchAttempt& attempt : attempts) {
+      attempt.photo_digest = digest;
+      attempt.photo_date = date;
+    }
     database.RecordAttempts(attempts);
   } catch (const InputError& error) {
-    told->messages.push_back(std::string("the patch database did not learn from it: ") +
-                             error.what());
+    return std::string("the patch database did not learn from it: ") + error.what();
   }
+  return "";
 }
+
+// The patch database learns when all photos are done: what one photo teaches must not change how
+// the next one is sought, or results would depend on their order and on interruptions. A note in
+// the folder outlives a killed run; the next one tells what that one found, too.
+class Learning {
+ public:
+  explicit Learning(const ExteriorRunOptions& options)
+      : options_(options),
+        database_(OpenForFeedback(options)),
+        note_((fs::path(options.out) / "not_yet_learnt").string()) {
+    if (!database_) return;
+    interrupted_ = options.resume && fs::exists(note_);
+    WriteFileAtomically(note_, "the patch database has not learnt from these results yet\n");
+  }
+
+  // `fresh`: results of this run. What cannot be told does not take a photo's orientation away.
+  void Tell(const std::vector<char>& fresh, CameraKind kind, std::vector<ExteriorResult>* results) {
+    if (!database_) return;
+    for (std::size_t i = 0; i < results->size(); ++i) {
+      if (!fresh[i] && !interrupted_) continue;
+      const std::string why_not = Feedback(*database_, options_.photos[i], kind, (*results)[i]);
+      if (why_not.empty()) continue;
+      (*results)[i].messages.push_back(why_not);
+      WriteExteriorResult(options_.out, (*results)[i]);
+    }
+    fs::remove(note_);
+  }
+
+ private:
+  const ExteriorRunOptions& options_;
+  std::optional<PatchDatabase> database_;
+  std::string note_;
+  bool interrupted_ = false;  // an earlier run, before it told anything
+};
 
 OrientationTable TableOf(const std::vector<ExteriorResult>& results, const Crs& crs) {
   OrientationTable table;
@@ -323,19 +361,17 @@ std::vector<ExteriorResult> RunExterior(const ExteriorRunOptions& options,
   if (const auto wrong = options.Check()) throw UsageError(*wrong);
   const Setting setting = Prepare(options);
   MakeOutputDirectory(options.out);
-  std::optional<PatchDatabase> learning = OpenForFeedback(options);
+  Learning learning(options);
   std::vector<ExteriorResult> results(options.photos.size());
+  std::vector<char> fresh(options.photos.size(), 0);  // not bool: written from several threads
   std::mutex mutex;
   const auto orient_one = [&](std::size_t i) {
     const std::string known = ExteriorResultPath(options.out, PhotoName(options.photos[i]));
     const bool keep = options.resume && fs::exists(known);
     results[i] = keep ? ReadExteriorResult(known) : OrientOrFail(setting, options.photos[i]);
     const std::lock_guard<std::mutex> lock(mutex);
-    if (!keep) {
-      // In this order: a result that is there has been told, whenever the run was killed.
-      if (learning) Feedback(*learning, options.photos[i], setting.camera.camera.kind, &results[i]);
-      WriteExteriorResult(options.out, results[i]);
-    }
+    fresh[i] = keep ? 0 : 1;
+    if (!keep) WriteExteriorResult(options.out, results[i]);
     if (done) done(results[i]);
   };
   tbb::task_arena arena(options.jobs > 0 ? options.jobs : tbb::task_arena::automatic);
@@ -344,6 +380,7 @@ std::vector<ExteriorResult> RunExterior(const ExteriorRunOptions& options,
     for (std::size_t i = 0; i < order.size(); ++i) order[i] = i;
     tbb::parallel_for_each(order, orient_one);
   });
+  learning.Tell(fresh, setting.camera.camera.kind, &results);
   WriteOrientationTable((fs::path(options.out) / "orientation.csv").string(),
                         TableOf(results, setting.crs));
   return results;

@@ -5,6 +5,7 @@
 #include "tools/photo_interior.h"
 
 namespace orient {
+
 ScanGeometry DigitalGeometry(const Camera& camera, const Raster& raster) {
   ScanGeometry interior;
   interior.positions.push_back(
