@@ -42,15 +42,16 @@ class CheckTest : public testing::Test {
 TEST_F(CheckTest, WholeDatabaseHasNoFindings) { EXPECT_TRUE(Look(false).empty()); }
 
 TEST_F(CheckTest, EveryDamageIsFoundRepairedAndNoPatchIsLost) {
+  const char* circle =
+      "UPDATE patches SET state = 'retired', retired_reason = 'x', superseded_by = id % 3 + 1 "
+      "WHERE id <= 3";
   const char* damages[] = {
       "DELETE FROM sources",
       "UPDATE attempts SET patch_id = 99 WHERE patch_id = 1",
       "INSERT INTO evidence (patch_id, source_id) VALUES (99, 1)",
       "UPDATE patches SET superseded_by = 99, state = 'retired', retired_reason = 'x' WHERE id = 3",
       "UPDATE patches SET superseded_by = 3 WHERE id = 3",
-      "UPDATE patches SET state = 'retired', retired_reason = 'x', superseded_by = id % 3 + 1 "
-      "WHERE "
-      "id <= 3",
+      circle,
       "UPDATE patches SET state = 'retired' WHERE id = 3",
       "UPDATE patches SET views = 7 WHERE id = 3",
       "DELETE FROM rtree_patches_geom WHERE id = 3",
