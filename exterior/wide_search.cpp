@@ -272,9 +272,10 @@ std::optional<PoseTrack> WideSearch::TryAgain(const Hypothesis& hypothesis,
 bool IsVague(const Camera& camera, const PosePrior& prior, double ground_height_m) {
   constexpr double kVagueKappa_rad = 12 * std::numbers::pi / 180;
   constexpr double kShareOfFrame = 0.1;
+  const double height = prior.pose.position_m.z() - ground_height_m;
+  if (height <= 0) return false;  // wrong, not vague
   const Vector6d sigma = prior.covariance.diagonal().cwiseSqrt();
   if (sigma[5] > kVagueKappa_rad) return true;
-  const double height = std::max(1.0, prior.pose.position_m.z() - ground_height_m);
   const double moved_mm =
       camera.principal_distance_mm *
       std::hypot(sigma.head<2>().maxCoeff() / height, sigma.segment<2>(3).maxCoeff());

@@ -291,7 +291,8 @@ TEST_F(BadInput, ExistingResultsAreNotReplacedUnasked) {
 TEST_F(BadInput, DamagedResultIsNamedOnResume) {
   fs::create_directory(Path("out"));
   Write("out/new_1_2.exterior.json", "{\"photo\": ");
-  ExpectRefused(Block({"--resume"}), 2, {Path("out/new_1_2.exterior.json")});
+  ExpectRefused(Exterior({Path("scans/new_1_2.tif"), "--resume"}), 2,
+                {Path("out/new_1_2.exterior.json")});
 }
 
 TEST_F(BadInput, FilmCameraWithoutInteriorIsRefused) {

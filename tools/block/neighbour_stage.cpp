@@ -128,10 +128,15 @@ bool RunRound(const NeighbourStage& stage, int round, const OrientationTable& ap
   options.further_patches = [&](const std::string&, const Bounds& area) { return lent.In(area); };
   Progress progress("orientation by neighbours, round " + std::to_string(round),
                     static_cast<int>(tried.size()));
-  RunExterior(options, [&](const ExteriorResult& result) {
-    folder.Note(result.photo, digest);
-    progress.Advance();
-  });
+  try {
+    RunExterior(options, [&](const ExteriorResult& result) {
+      folder.Note(result.photo, digest);
+      progress.Advance();
+    });
+  } catch (const InputError&) {
+    // What concerns all photos has stopped their own stage: none of those left lies on the DEM.
+    return false;
+  }
   bool any = false;
   for (const std::size_t i : tried) {
     BlockPhotoFile now = ReadBlockPhoto((*photos)[i].path, folder.ResultPath((*photos)[i].name),
