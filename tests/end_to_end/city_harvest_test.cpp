@@ -6,6 +6,7 @@
 #include <array>
 #include <filesystem>
 #include <iostream>
+#include <map>
 #include <random>
 
 #include "core/files/camera_file.h"
@@ -86,6 +87,11 @@ std::vector<PlannedPhoto> Photos(const Eigen::Vector2d& centre, double height_m,
     }
   return photos;
 }
+
+struct Harvested {
+  std::vector<Patch> patches;
+  std::map<std::int64_t, std::string> sources;  // photo or orthophoto of each source_id
+};
 
 struct City {
   TemporaryFolder folder;
@@ -185,7 +191,7 @@ struct City {
                   GeoReference{extent.min_x, extent.max_y, kGsd, crs});
   }
 
-  std::vector<Patch> Harvest(std::vector<std::string> arguments) const {
+  Harvested Harvest(std::vector<std::string> arguments) const {
     const std::string database = folder / "city.gpkg";
     std::filesystem::remove(database);
     const auto run = [](const std::vector<std::string>& words) {
@@ -197,12 +203,15 @@ struct City {
     arguments.insert(arguments.begin(), {"patchdb", arguments[0], database});
     arguments.erase(arguments.begin() + 3);
     run(arguments);
-    return PatchDatabase::Open(database, PatchDatabase::Mode::kRead).ListPatches(0, 1000000);
+    const PatchDatabase made = PatchDatabase::Open(database, PatchDatabase::Mode::kRead);
+    Harvested harvested{made.ListPatches(0, 1000000), {}};
+    for (const PatchSource& source : made.Sources())
+      harvested.sources[source.id] = PhotoName(source.name);
+    return harvested;
   }
 
-  std::vector<Patch> HarvestPhotos(const std::string& photos_glob, const std::string& table,
-                                   const std::string& dem,
-                                   const std::vector<std::string>& more = {}) const {
+  Harvested HarvestPhotos(const std::string& photos_glob, const std::string& table,
+                          const std::string& dem, const std::vector<std::string>& more = {}) const {
     std::vector<std::string> arguments = {
         "harvest",       folder / photos_glob, "--camera", folder / "camera.toml",
         "--orientation", folder / table,       "--dem",    folder / dem};
@@ -212,11 +221,19 @@ struct City {
     return Harvest(arguments);
   }
 
+  const PlannedPhoto* Photo(const std::string& name) const {
+    const auto photo = std::find_if(photos.begin(), photos.end(),
+                                    [&](const PlannedPhoto& p) { return p.name == name; });
+    return photo == photos.end() ? nullptr : &*photo;
+  }
+
   // How high above the ground that stands which a photo shows in a chip's middle: the ray comes
   // down until it meets something. Of an orthophoto: what stands there.
-  double HeightShown(const Patch& patch, bool ortho) const {
-    if (ortho) return static_cast<double>(ground.ObjectAt(patch.ground_m.x(), patch.ground_m.y()));
-    const Pose& pose = photos[static_cast<std::size_t>(patch.source_id - 1)].pose;
+  double HeightShown(const Patch& patch, const std::string& source) const {
+    const PlannedPhoto* photo = Photo(source);
+    if (photo == nullptr)
+      return static_cast<double>(ground.ObjectAt(patch.ground_m.x(), patch.ground_m.y()));
+    const Pose& pose = photo->pose;
     const Eigen::Vector3d sight =
         (pose.position_m - patch.ground_m) / (pose.position_m.z() - patch.ground_m.z());
     for (double above = 40; above > -5; above -= 0.1) {
@@ -238,13 +255,12 @@ struct Share {
   double Percent() const { return 100.0 * standing / std::max(patches, 1); }
 };
 
-Share StandingAmong(const City& city, const std::vector<Patch>& patches, int least_views,
-                    bool ortho = false) {
+Share StandingAmong(const City& city, const Harvested& harvested, int least_views) {
   Share share;
-  for (const Patch& patch : patches) {
+  for (const Patch& patch : harvested.patches) {
     if (patch.views < least_views) continue;
     ++share.patches;
-    const double height = city.HeightShown(patch, ortho);
+    const double height = city.HeightShown(patch, harvested.sources.at(patch.source_id));
     if (!(height > kStanding)) continue;
     ++share.standing;
     ++share.by_height[height < 1 ? 0 : height < 2 ? 1 : height < 4 ? 2 : height < 8 ? 3 : 4];
@@ -288,7 +304,7 @@ TEST_F(SlowCityHarvest, ASurfaceModelRefusesThemInSinglePhotosAndOrthophotos) {
       *city_,
       city_->Harvest({"harvest-ortho", "--ortho", city_->folder / "ortho.tif", "--dem",
                       city_->folder / "dem.tif", "--dsm", city_->folder / "dsm.tif"}),
-      1, true);
+      1);
   std::cout << "with a DSM: one photo " << photo.Percent() << " % of " << photo.patches
             << ", all photos " << block.Percent() << " % of " << block.patches << ", orthophoto "
             << ortho.Percent() << " % of " << ortho.patches << "\n";
@@ -301,10 +317,10 @@ TEST_F(SlowCityHarvest, ASurfaceModelRefusesThemInSinglePhotosAndOrthophotos) {
 
 // Where the ground point that a chip's middle shows truly lies.
 Eigen::Vector3d TruthOf(const City& city, const Patch& patch, const OrientationTable& table,
-                        std::size_t photo) {
+                        const std::string& source) {
   const Camera& camera = city.camera.file.camera;
-  const auto photo_mm = *PhotoFromGround(camera, table.rows[photo].pose, patch.ground_m);
-  const auto ray = *GroundRayFromPhoto(camera, city.photos[photo].pose, photo_mm);
+  const auto photo_mm = *PhotoFromGround(camera, table.Find(source)->pose, patch.ground_m);
+  const auto ray = *GroundRayFromPhoto(camera, city.Photo(source)->pose, photo_mm);
   return MeetGround(
       city.terrain, ray.origin_m,
       {-ray.direction.x() / ray.direction.z(), -ray.direction.y() / ray.direction.z()}, 250);
@@ -318,12 +334,12 @@ TEST_F(SlowCityHarvest, GroundPointsAreAsPreciseAsTheySay) {
     city_->WriteTable("wrong.csv", kPosition_m, kAngle_rad, draw);
     city_->WriteHeights("wrong.tif", kDemCell, false, kHeight_m, draw);
     const OrientationTable table = ReadOrientationTable(city_->folder / "wrong.csv");
-    const auto patches = city_->HarvestPhotos(
+    const auto [patches, sources] = city_->HarvestPhotos(
         "photo_*.tif", "wrong.csv", "wrong.tif",
         {"--max-per-photo", "150", "--dsm", city_->folder / "dsm.tif", "--max-lean-px", "8"});
     for (const Patch& patch : patches) {
-      const auto photo = static_cast<std::size_t>(patch.source_id - 1);
-      const Eigen::Vector3d error = patch.ground_m - TruthOf(*city_, patch, table, photo);
+      const Eigen::Vector3d error =
+          patch.ground_m - TruthOf(*city_, patch, table, sources.at(patch.source_id));
       const double squared = error.dot(patch.covariance_m2.inverse() * error);
       sum += squared;
       largest = std::max(largest, squared);
