@@ -33,8 +33,8 @@ struct PatchSummary {
   SuccessBelief Belief() const { return BeliefOf(quality, weights); }
 };
 
-// What is set must hold for a patch to be chosen; unknown values never hold: nothing is known of the
-// success of a patch that was never sought.
+// What is set must hold for a patch to be chosen; unknown values never hold: nothing is known of
+// the success of a patch that was never sought.
 struct PatchFilter {
   std::optional<Bounds> bounds;
   // Inside by the even-odd rule over all rings; coordinates of the database's CRS.

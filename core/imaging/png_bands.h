@@ -11,8 +11,8 @@ namespace orient {
 // numbers and clamped to 0 .. 2^bits - 1; NaN becomes 0.
 std::vector<unsigned char> EncodePngBands(const std::vector<Image>& bands, int bits);
 
-// One band or three; a palette, transparency or interlacing is not taken. Throws InputError for anything that is
-// not such a PNG of at most 4096 x 4096 pixels.
+// One band or three; a palette, transparency or interlacing is not taken. Throws InputError for
+// anything that is not such a PNG of at most 4096 x 4096 pixels.
 std::vector<Image> DecodePngBands(const std::vector<unsigned char>& png);
 
 // 0.299 R + 0.587 G + 0.114 B, as Raster makes grey of colour; the band itself where it is the only
