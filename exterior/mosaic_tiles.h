@@ -5,7 +5,7 @@
 #include <optional>
 #include <vector>
 
-#include "core/imaging/template_search.h"
+#include "core/imaging/image_correlator.h"
 #include "exterior/consensus.h"
 #include "exterior/patch_mosaic.h"
 #include "exterior/photo_image.h"
@@ -39,7 +39,7 @@ class MosaicTiles {
   PatchMosaic mosaic_;
   int reduction_;
   ImageWindow photo_;
-  TemplateSearch search_;
+  ImageCorrelator search_;
   std::vector<Eigen::Vector3d> middles_m_;
 };
 

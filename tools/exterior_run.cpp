@@ -25,7 +25,7 @@
 #include "tools/interior_run.h"
 #include "tools/made_from.h"
 #include "tools/patch_sheet.h"
-#include "tools/scan_geometry.h"
+#include "tools/scan_interior.h"
 #include "tools/shared_options.h"
 
 namespace orient {
@@ -135,7 +135,7 @@ std::string WithoutHeights(const Setting& setting, const Pose& pose) {
 }
 
 // What is told about a photo beyond its orientation: for maps, reports and people.
-void Illustrate(const Setting& setting, const ScanGeometry& interior, const PhotoImage& image,
+void Illustrate(const Setting& setting, const ScanInterior& interior, const PhotoImage& image,
                 const std::vector<Patch>& patches, ExteriorResult* result) {
   result->width = image.Width();
   result->height = image.Height();
@@ -218,7 +218,7 @@ ExteriorResult OrientOne(const Setting& setting, const std::string& path) {
                             name + "'; add one or leave the photo out");
   const Raster raster = Raster::Open(path);
   const bool digital = setting.camera.camera.kind == CameraKind::kDigital;
-  const ScanGeometry interior =
+  const ScanInterior interior =
       digital ? DigitalGeometry(setting.camera.camera, raster)
               : FilmGeometry(setting.camera, setting.marks, raster,
                              InteriorResultPath(*setting.options.interior, name));

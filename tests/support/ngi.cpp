@@ -3,7 +3,7 @@
 #include <filesystem>
 #include <stdexcept>
 
-#include "tests/support/reprojection.h"
+#include "core/geometry/reprojection.h"
 
 namespace orient {
 namespace {

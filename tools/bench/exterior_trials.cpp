@@ -24,8 +24,8 @@
 #include "core/files/camera_file.h"
 #include "core/files/orientation_table.h"
 #include "core/geometry/ground_surface.h"
+#include "core/geometry/reprojection.h"
 #include "patchdb/patch_database.h"
-#include "tests/support/reprojection.h"
 #include "tools/exterior_run.h"
 
 namespace orient {

@@ -1,6 +1,7 @@
 // What the block adjustment makes of each photo: accepted, kept as it was alone, or failed.
 #include <algorithm>
 #include <cmath>
+#include <set>
 
 #include "core/format_text.h"
 #include "exterior/estimate_pose.h"
@@ -11,12 +12,14 @@ namespace orient {
 namespace {
 
 constexpr int kMinTies = 6;             // of a photo that hangs on its neighbours
+constexpr double kMinRedundancy = 6;    // of its ties together: below, none could be told wrong
 constexpr double kWeakSigmaPx = 1.0;    // of a projection anywhere in the frame
 constexpr double kMaxAloneChi2 = 27.9;  // six degrees of freedom, 99.99 %
 
 struct Sightings {
   TieCount ties;
   int control = 0;
+  double tie_redundancy = 0;
   double sigma0_px = 0;  // of one coordinate, from all used sightings and their redundancy
 };
 
@@ -36,6 +39,7 @@ Sightings SightingsOf(const AdjustedBlock& adjusted, std::size_t photo) {
     if (tie) {
       ++sightings.ties.used;
       tie_sum += result.residual_px.squaredNorm();
+      sightings.tie_redundancy += result.redundancy;
     } else {
       ++sightings.control;
     }
@@ -66,13 +70,20 @@ ExteriorResult Own(const BlockPhotoFile& photo, const std::string& why_by_neighb
   return photo.exterior;
 }
 
+bool TiesContradict(const Sightings& sightings) {
+  return sightings.ties.measured >= kMinTies && 2 * sightings.ties.used < sightings.ties.measured;
+}
+
+constexpr const char* kTiesContradict = "more than half of its tie points contradict its pose";
+
 // Empty where a photo without control of its own may be accepted.
 std::string WhyNotTied(const Sightings& sightings, double sigma_px) {
   if (sightings.ties.used < kMinTies)
     return "it hangs on its neighbours by only " + std::to_string(sightings.ties.used) +
            " tie points; at least " + std::to_string(kMinTies) + " are needed";
-  if (2 * sightings.ties.used < sightings.ties.measured)
-    return "more than half of its tie points contradict its pose";
+  if (TiesContradict(sightings)) return kTiesContradict;
+  if (sightings.tie_redundancy < kMinRedundancy)
+    return "its tie points do not control one another: most join it to one other photo only";
   if (!(sigma_px <= kWeakSigmaPx))
     return FormatText(
         "its tie points determine its pose poorly: in the worst corner of the frame its "
@@ -114,8 +125,8 @@ void UpdatePatches(const AdjustedBlock& adjusted, std::size_t photo, const Photo
 }
 
 // The photo was ok or weak alone: what speaks against its pose in the block.
-void JudgeAlone(const AdjustmentInputs& inputs, const BlockPhotoFile& photo, double sigma_px,
-                ExteriorResult* result) {
+void JudgeAlone(const AdjustmentInputs& inputs, const BlockPhotoFile& photo,
+                const Sightings& sightings, double sigma_px, ExteriorResult* result) {
   const ExteriorResult& alone = photo.exterior;
   const double alone_sigma_px = WorstSigma(inputs, photo, *alone.pose, *alone.covariance);
   const bool was_imprecise = !(alone_sigma_px <= kWeakSigmaPx);
@@ -134,6 +145,10 @@ void JudgeAlone(const AdjustmentInputs& inputs, const BlockPhotoFile& photo, dou
         "the pose is poorly determined: in the worst corner of the frame its projection is "
         "uncertain by %.2f px",
         sigma_px));
+  }
+  if (TiesContradict(sightings)) {
+    result->status = Status::kWeak;
+    result->messages.emplace_back(kTiesContradict);
   }
   const Vector6d moved = PoseDifference(*result->pose, *alone.pose);
   const double chi2 = moved.dot((*alone.covariance + *result->covariance).ldlt().solve(moved));
@@ -161,6 +176,10 @@ ExteriorResult Final(const AdjustmentInputs& inputs, const AdjustedBlock& adjust
     if (part != nullptr && !part->message.empty()) why += ": " + part->message;
     ExteriorResult result = Own(file, why);
     result.ties = sightings.ties;
+    if (result.status == Status::kOk && TiesContradict(sightings)) {
+      result.status = Status::kWeak;
+      result.messages.emplace_back(kTiesContradict);
+    }
     return result;
   }
   const double sigma_px = WorstSigma(inputs, file, now.pose, now.covariance);
@@ -193,9 +212,29 @@ ExteriorResult Final(const AdjustmentInputs& inputs, const AdjustedBlock& adjust
                            "oriented by " + std::to_string(sightings.ties.used) +
                                " tie points with its neighbours; its own patches did not do");
   } else {
-    JudgeAlone(inputs, file, sigma_px, &result);
+    JudgeAlone(inputs, file, sightings, sigma_px, &result);
   }
   return result;
+}
+
+// A photo that hangs on others is no better than they: where none of those that hang together is
+// ok by patches of its own, it is weak.
+void JudgeHanging(const AdjustmentInputs& inputs, const AdjustedBlock& adjusted,
+                  std::vector<ExteriorResult>* results) {
+  std::set<int> held;
+  for (std::size_t i = 0; i < adjusted.photo_of.size(); ++i)
+    if (!inputs.photos[adjusted.photo_of[i]].by_neighbours &&
+        (*results)[adjusted.photo_of[i]].status == Status::kOk &&
+        SightingsOf(adjusted, i).control > 0)
+      held.insert(adjusted.result.photos[i].part);
+  for (std::size_t i = 0; i < adjusted.photo_of.size(); ++i) {
+    ExteriorResult& result = (*results)[adjusted.photo_of[i]];
+    if (!inputs.photos[adjusted.photo_of[i]].by_neighbours || result.status != Status::kOk ||
+        held.contains(adjusted.result.photos[i].part))
+      continue;
+    result.status = Status::kWeak;
+    result.messages.emplace_back("the photos that it hangs on are weak themselves");
+  }
 }
 
 }  // namespace
@@ -205,6 +244,7 @@ std::vector<ExteriorResult> FinalResults(const AdjustmentInputs& inputs,
   std::vector<ExteriorResult> results = OwnResults(inputs.photos);
   for (std::size_t i = 0; i < adjusted.photo_of.size(); ++i)
     results[adjusted.photo_of[i]] = Final(inputs, adjusted, i);
+  JudgeHanging(inputs, adjusted, &results);
   return results;
 }
 

@@ -1,4 +1,4 @@
-#include "tests/support/reprojection.h"
+#include "core/geometry/reprojection.h"
 
 #include <cmath>
 

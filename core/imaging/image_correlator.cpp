@@ -1,4 +1,4 @@
-#include "core/imaging/template_search.h"
+#include "core/imaging/image_correlator.h"
 
 #include <algorithm>
 #include <cmath>
@@ -43,15 +43,15 @@ cv::Mat WindowSums(const cv::Mat& values, int side) {
 
 }  // namespace
 
-struct TemplateSearch::Prepared {
+struct ImageCorrelator::Prepared {
   int side = 0, width = 0, height = 0;
   cv::Mat spectrum;   // of the image less its mean
   cv::Mat deviation;  // of the window at each place; zero: flat, or too little data
 };
 
-TemplateSearch::TemplateSearch(const Image& image, int side) {
+ImageCorrelator::ImageCorrelator(const Image& image, int side) {
   if (side < 2 || side > image.width || side > image.height)
-    throw std::invalid_argument("TemplateSearch: templates larger than the image");
+    throw std::invalid_argument("ImageCorrelator: templates larger than the image");
   auto prepared = std::make_shared<Prepared>();
   prepared->side = side;
   prepared->width = image.width;
@@ -80,10 +80,10 @@ TemplateSearch::TemplateSearch(const Image& image, int side) {
 
 // The circular correlation of an image and a template no larger than it wraps only where the
 // template does not lie inside.
-Image TemplateSearch::Scores(const Image& templ) const {
+Image ImageCorrelator::Scores(const Image& templ) const {
   const Prepared& p = *prepared_;
   if (templ.width != p.side || templ.height != p.side)
-    throw std::invalid_argument("TemplateSearch: a template of another size");
+    throw std::invalid_argument("ImageCorrelator: a template of another size");
   Image scores(p.width - p.side + 1, p.height - p.side + 1, kNoData);
   cv::Mat padded = cv::Mat::zeros(p.spectrum.size(), CV_32F);
   cv::Mat values = padded(cv::Rect(0, 0, p.side, p.side));

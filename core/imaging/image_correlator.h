@@ -8,10 +8,10 @@
 
 namespace orient {
 
-class TemplateSearch {
+class ImageCorrelator {
  public:
   // Templates will be square, of `side` pixels, no larger than the image. NaN: no data.
-  TemplateSearch(const Image& image, int side);
+  ImageCorrelator(const Image& image, int side);
 
   // Correlation coefficients in [-1, 1] of a template at every place where it lies inside the
   // image; result(c, r) is for the template's corner at the image's (c, r). Gaps of the template

@@ -13,7 +13,7 @@
 namespace orient {
 
 // How the film lies on the scan, and whether its polarity is negative.
-struct ScanGeometry {
+struct ScanInterior {
   std::vector<FilmPosition> positions;
   bool negative = false;
   std::vector<std::string> messages;
@@ -21,10 +21,10 @@ struct ScanGeometry {
   std::string failure;  // not empty: no orientation
 };
 
-ScanGeometry DigitalGeometry(const Camera& camera, const Raster& raster);
+ScanInterior DigitalGeometry(const Camera& camera, const Raster& raster);
 
 // From a result of interior orientation. Throws InputError where it cannot be read.
-ScanGeometry FilmGeometry(const CameraFile& camera, const MarkShapes& marks, const Raster& scan,
+ScanInterior FilmGeometry(const CameraFile& camera, const MarkShapes& marks, const Raster& scan,
                           const std::string& path);
 
 }  // namespace orient

@@ -1,4 +1,4 @@
-#include "tools/scan_geometry.h"
+#include "tools/scan_interior.h"
 
 #include "core/files/results.h"
 #include "tools/film_positions.h"
@@ -6,16 +6,16 @@
 
 namespace orient {
 
-ScanGeometry DigitalGeometry(const Camera& camera, const Raster& raster) {
-  ScanGeometry interior;
+ScanInterior DigitalGeometry(const Camera& camera, const Raster& raster) {
+  ScanInterior interior;
   interior.positions.push_back(
       {PhotoInteriorOf(raster, camera, "").photo_from_pixel, std::nullopt, Matrix6d::Zero(), 0});
   return interior;
 }
 
-ScanGeometry FilmGeometry(const CameraFile& camera, const MarkShapes& marks, const Raster& scan,
+ScanInterior FilmGeometry(const CameraFile& camera, const MarkShapes& marks, const Raster& scan,
                           const std::string& path) {
-  ScanGeometry interior;
+  ScanInterior interior;
   const InteriorResult result = ReadInteriorResult(path);
   if (result.status == Status::kFailed || !result.photo_from_pixel) {
     interior.failure = "its interior orientation failed";
