@@ -3,9 +3,8 @@
 #include <Eigen/Dense>
 #include <algorithm>
 #include <cmath>
-#include <vector>
 
-#include "core/imaging/resample.h"
+#include "exterior/pixel_lattice.h"
 
 namespace orient {
 namespace {
@@ -62,50 +61,6 @@ double SideOf(const Patch& patch, const Eigen::Matrix2d& chip_per_pixel) {
   return chip_side / chip_per_pixel.cwiseAbs().rowwise().sum().maxCoeff();
 }
 
-// Chip coordinates of lattice nodes over a square image, and linear interpolation between them.
-class ChipLattice {
- public:
-  ChipLattice(const PhotoView& view, const Patch& patch, const Eigen::Vector2d& origin_px,
-              double reduction, int side)
-      : nodes_(static_cast<int>(std::ceil(side / kLatticeStep)) + 1) {
-    const Eigen::Vector2d lost = Eigen::Vector2d::Constant(std::nan(""));
-    positions_.reserve(static_cast<std::size_t>(nodes_ * nodes_));
-    for (int row = 0; row < nodes_; ++row)
-      for (int col = 0; col < nodes_; ++col) {
-        const Eigen::Vector2d pixel =
-            origin_px + reduction * kLatticeStep * Eigen::Vector2d(col, row);
-        const auto offset = OffsetAt(view, patch, pixel);
-        positions_.push_back(offset ? ChipFromOffset(patch, *offset) : lost);
-      }
-  }
-
-  Eigen::Vector2d At(double col, double row) const {
-    const double u = col / kLatticeStep, v = row / kLatticeStep;
-    const int i = std::min(static_cast<int>(u), nodes_ - 2);
-    const int j = std::min(static_cast<int>(v), nodes_ - 2);
-    const double fu = u - i, fv = v - j;
-    return (1 - fv) * ((1 - fu) * Node(i, j) + fu * Node(i + 1, j)) +
-           fv * ((1 - fu) * Node(i, j + 1) + fu * Node(i + 1, j + 1));
-  }
-
- private:
-  const Eigen::Vector2d& Node(int col, int row) const {
-    return positions_[static_cast<std::size_t>(row * nodes_ + col)];
-  }
-  int nodes_;
-  std::vector<Eigen::Vector2d> positions_;
-};
-
-// Mean over one pixel's area of the chip's grey values; NaN where any part is missing.
-float PixelMean(const Image& chip, const ChipLattice& lattice, int col, int row, int samples) {
-  if (samples == 1) return SampleBicubic(chip, lattice.At(col + 0.5, row + 0.5));
-  double sum = 0;
-  for (int j = 0; j < samples; ++j)
-    for (int i = 0; i < samples; ++i)
-      sum += SampleBilinear(chip, lattice.At(col + (i + 0.5) / samples, row + (j + 0.5) / samples));
-  return static_cast<float>(sum / (samples * samples));
-}
-
 }  // namespace
 
 std::optional<double> PatchSide(const PhotoView& view, const Patch& patch) {
@@ -130,8 +85,7 @@ std::optional<AlignedPatch> AlignPatch(const PhotoView& view, const Patch& patch
   if (side < min_side) return std::nullopt;
 
   const double chip_per_side = chip_per_pixel.colwise().norm().mean();
-  const int samples =
-      std::clamp(static_cast<int>(std::ceil(chip_per_side - 0.2)), 1, kMaxSupersampling);
+  const int samples = SamplesOfPixel(chip_per_side, kMaxSupersampling);
 
   AlignedPatch aligned;
   aligned.reduction = reduction;
@@ -139,10 +93,16 @@ std::optional<AlignedPatch> AlignPatch(const PhotoView& view, const Patch& patch
   aligned.coarser_than_photo = chip_per_side < 0.8;
   aligned.image = Image(side, side, kNoData);
   const Eigen::Vector2d origin = *pixel - Eigen::Vector2d::Constant(reduction * side / 2.0);
-  const ChipLattice lattice(view, patch, origin, reduction, side);
+  const PixelLattice lattice(
+      side, kLatticeStep, [&](const Eigen::Vector2d& pixels) -> std::optional<Eigen::Vector2d> {
+        const auto offset = OffsetAt(view, patch, origin + reduction * pixels);
+        if (!offset) return std::nullopt;
+        return ChipFromOffset(patch, *offset);
+      });
+  const auto in_chip = [&](double col, double row) { return lattice.At(col, row); };
   for (int row = 0; row < side; ++row)
     for (int col = 0; col < side; ++col)
-      aligned.image.At(col, row) = PixelMean(patch.chip, lattice, col, row, samples);
+      aligned.image.At(col, row) = MeanOverPixel(patch.chip, col, row, samples, in_chip);
   return aligned;
 }
 

@@ -5,8 +5,8 @@
 #include <cmath>
 #include <numbers>
 
-#include "core/imaging/resample.h"
 #include "exterior/match.h"
+#include "exterior/pixel_lattice.h"
 
 namespace orient {
 namespace {
@@ -20,71 +20,6 @@ constexpr int kMaxSupersampling = 8;
 
 using Matrix2x3d = Eigen::Matrix<double, 2, 3>;
 using Matrix2x6d = Eigen::Matrix<double, 2, 6>;
-
-// Pixels of `from` for a square of pixels of `to`.
-class WindowLattice {
- public:
-  WindowLattice(const TiePhoto& to, const TiePhoto& from, const GroundSurface& surface,
-                const Eigen::Vector2d& first_px, const Eigen::Vector2d& shift_px, int side)
-      : nodes_(static_cast<int>(std::ceil(side / kLatticeStep)) + 1) {
-    const Eigen::Vector2d lost = Eigen::Vector2d::Constant(std::nan(""));
-    for (int row = 0; row < nodes_; ++row)
-      for (int col = 0; col < nodes_; ++col) {
-        const Eigen::Vector2d pixel = first_px + kLatticeStep * Eigen::Vector2d(col, row);
-        const auto ground = to.view.GroundFromPixel(pixel, surface);
-        const auto seen = ground ? from.view.PixelFromGround(*ground) : std::nullopt;
-        positions_.push_back(seen ? *seen + shift_px : lost);
-      }
-  }
-
-  Eigen::Vector2d At(double col, double row) const {
-    const double u = col / kLatticeStep, v = row / kLatticeStep;
-    const int i = std::min(static_cast<int>(u), nodes_ - 2);
-    const int j = std::min(static_cast<int>(v), nodes_ - 2);
-    const double fu = u - i, fv = v - j;
-    return (1 - fv) * ((1 - fu) * Node(i, j) + fu * Node(i + 1, j)) +
-           fv * ((1 - fu) * Node(i, j + 1) + fu * Node(i + 1, j + 1));
-  }
-
-  // Pixels of `from` a pixel of `to`, along the window's sides and at its middle.
-  double Scale() const {
-    const Eigen::Vector2d across = Node(nodes_ - 1, nodes_ / 2) - Node(0, nodes_ / 2);
-    const Eigen::Vector2d down = Node(nodes_ / 2, nodes_ - 1) - Node(nodes_ / 2, 0);
-    return (across.norm() + down.norm()) / (2 * kLatticeStep * (nodes_ - 1));
-  }
-
-  // The middle and half the size of what it covers; empty where nothing is known.
-  std::optional<std::pair<Eigen::Vector2d, Eigen::Vector2d>> Area() const {
-    Eigen::Vector2d low = Eigen::Vector2d::Constant(1e9), high = -low;
-    for (const Eigen::Vector2d& position : positions_) {
-      if (!position.allFinite()) continue;
-      low = low.cwiseMin(position);
-      high = high.cwiseMax(position);
-    }
-    if (low.x() > high.x()) return std::nullopt;
-    return std::pair<Eigen::Vector2d, Eigen::Vector2d>{(low + high) / 2, (high - low) / 2};
-  }
-
- private:
-  const Eigen::Vector2d& Node(int col, int row) const {
-    return positions_[static_cast<std::size_t>(row * nodes_ + col)];
-  }
-  int nodes_;
-  std::vector<Eigen::Vector2d> positions_;
-};
-
-float PixelMean(const ImageWindow& window, const WindowLattice& lattice, int col, int row,
-                int samples) {
-  if (samples == 1)
-    return SampleBicubic(window.image, window.ImageFromRaster(lattice.At(col + 0.5, row + 0.5)));
-  double sum = 0;
-  for (int j = 0; j < samples; ++j)
-    for (int i = 0; i < samples; ++i)
-      sum += SampleBilinear(
-          window.image,
-          window.ImageFromRaster(lattice.At(col + (i + 0.5) / samples, row + (j + 0.5) / samples)));
-  return static_cast<float>(sum / (samples * samples));
-}
 
 struct PixelDerivatives {
   Matrix2x6d by_pose;
@@ -125,18 +60,24 @@ AlignedPatch AlignWindow(const TiePhoto& to, const TiePhoto& from, const GroundS
   aligned.predicted_px = centre_px;
   aligned.image = Image(side, side, kNoData);
   const Eigen::Vector2d first = centre_px - Eigen::Vector2d::Constant(side / 2.0);
-  const WindowLattice lattice(to, from, surface, first, shift_px, side);
+  const PixelLattice lattice(
+      side, kLatticeStep, [&](const Eigen::Vector2d& pixels) -> std::optional<Eigen::Vector2d> {
+        const auto ground = to.view.GroundFromPixel(first + pixels, surface);
+        const auto seen = ground ? from.view.PixelFromGround(*ground) : std::nullopt;
+        if (!seen) return std::nullopt;
+        return Eigen::Vector2d(*seen + shift_px);
+      });
   const auto area = lattice.Area();
   if (!area || area->second.maxCoeff() > 4.0 * side) return aligned;
   const ImageWindow window =
       from.image->Around(area->first, area->second + Eigen::Vector2d::Constant(3), 1);
-  const double scale = lattice.Scale();
-  const int samples = std::isfinite(scale) ? std::clamp(static_cast<int>(std::ceil(scale - 0.2)), 1,
-                                                        kMaxSupersampling)
-                                           : 1;
+  const int samples = SamplesOfPixel(lattice.Scale(), kMaxSupersampling);
+  const auto in_window = [&](double col, double row) {
+    return window.ImageFromRaster(lattice.At(col, row));
+  };
   for (int row = 0; row < side; ++row)
     for (int col = 0; col < side; ++col)
-      aligned.image.At(col, row) = PixelMean(window, lattice, col, row, samples);
+      aligned.image.At(col, row) = MeanOverPixel(window.image, col, row, samples, in_window);
   return aligned;
 }
 
