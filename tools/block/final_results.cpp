@@ -23,14 +23,20 @@ struct Sightings {
   double sigma0_px = 0;  // of one coordinate, from all used sightings and their redundancy
 };
 
-Sightings SightingsOf(const AdjustedBlock& adjusted, std::size_t photo) {
+// The observations of each photo of the block.
+std::vector<std::vector<std::size_t>> ObservationsByPhoto(const AdjustedBlock& adjusted) {
+  std::vector<std::vector<std::size_t>> of_photo(adjusted.photo_of.size());
+  for (std::size_t i = 0; i < adjusted.block.observations.size(); ++i)
+    of_photo[adjusted.block.observations[i].photo].push_back(i);
+  return of_photo;
+}
+
+Sightings SightingsOf(const AdjustedBlock& adjusted, const std::vector<std::size_t>& observations) {
   Sightings sightings;
   double tie_sum = 0, sum = 0, redundancy = 0;
-  for (std::size_t i = 0; i < adjusted.block.observations.size(); ++i) {
-    const ImageObservation& observation = adjusted.block.observations[i];
-    if (observation.photo != photo) continue;
+  for (const std::size_t i : observations) {
     const ObservationResult& result = adjusted.result.observations[i];
-    const bool tie = observation.point < adjusted.ties;
+    const bool tie = adjusted.block.observations[i].point < adjusted.ties;
     const bool used = result.state == ObservationState::kUsed;
     sightings.ties.measured += tie ? 1 : 0;
     if (!used) continue;
@@ -100,12 +106,10 @@ double WorstSigma(const AdjustmentInputs& inputs, const BlockPhotoFile& photo, c
 }
 
 // Patches as the adjusted pose sees them.
-void UpdatePatches(const AdjustedBlock& adjusted, std::size_t photo, const PhotoView& view,
-                   ExteriorResult* result) {
+void UpdatePatches(const AdjustedBlock& adjusted, const std::vector<std::size_t>& observations,
+                   const PhotoView& view, ExteriorResult* result) {
   std::map<std::size_t, std::size_t> observation_of;
-  for (std::size_t i = 0; i < adjusted.block.observations.size(); ++i)
-    if (adjusted.block.observations[i].photo == photo)
-      observation_of[adjusted.block.observations[i].point] = i;
+  for (const std::size_t i : observations) observation_of[adjusted.block.observations[i].point] = i;
   std::erase_if(result->patches, [](const PatchResult& patch) { return patch.id < 0; });
   for (PatchResult& patch : result->patches) {
     if (!patch.ground_m || !patch.pixel) continue;
@@ -162,13 +166,13 @@ void JudgeAlone(const AdjustmentInputs& inputs, const BlockPhotoFile& photo,
 }
 
 ExteriorResult Final(const AdjustmentInputs& inputs, const AdjustedBlock& adjusted,
-                     std::size_t photo) {
+                     std::size_t photo, const std::vector<std::size_t>& observations,
+                     const Sightings& sightings) {
   const BlockPhotoFile& file = inputs.photos[adjusted.photo_of[photo]];
   const AdjustedPhoto& now = adjusted.result.photos[photo];
   const BlockPart* part = now.part >= 0 && now.part < std::ssize(adjusted.result.parts)
                               ? &adjusted.result.parts[static_cast<std::size_t>(now.part)]
                               : nullptr;
-  const Sightings sightings = SightingsOf(adjusted, photo);
   const bool adjusted_well = adjusted.result.converged && now.state == PhotoState::kAdjusted &&
                              part != nullptr && part->by_control;
   if (!adjusted_well || sightings.ties.used == 0) {
@@ -200,7 +204,7 @@ ExteriorResult Final(const AdjustmentInputs& inputs, const AdjustedBlock& adjust
   const PhotoView view{inputs.camera, file.position.photo_from_pixel, now.pose,
                        file.position.film_correction};
   result.footprint_m = Footprint(view, inputs.surface);
-  UpdatePatches(adjusted, photo, view, &result);
+  UpdatePatches(adjusted, observations, view, &result);
   if (file.by_neighbours) {
     result.status = file.exterior.status;
     if (result.status == Status::kWeak && file.exterior.messages.size() == 1 &&
@@ -220,12 +224,11 @@ ExteriorResult Final(const AdjustmentInputs& inputs, const AdjustedBlock& adjust
 // A photo that hangs on others is no better than they: where none of those that hang together is
 // ok by patches of its own, it is weak.
 void JudgeHanging(const AdjustmentInputs& inputs, const AdjustedBlock& adjusted,
-                  std::vector<ExteriorResult>* results) {
+                  const std::vector<Sightings>& sightings, std::vector<ExteriorResult>* results) {
   std::set<int> held;
   for (std::size_t i = 0; i < adjusted.photo_of.size(); ++i)
     if (!inputs.photos[adjusted.photo_of[i]].by_neighbours &&
-        (*results)[adjusted.photo_of[i]].status == Status::kOk &&
-        SightingsOf(adjusted, i).control > 0)
+        (*results)[adjusted.photo_of[i]].status == Status::kOk && sightings[i].control > 0)
       held.insert(adjusted.result.photos[i].part);
   for (std::size_t i = 0; i < adjusted.photo_of.size(); ++i) {
     ExteriorResult& result = (*results)[adjusted.photo_of[i]];
@@ -242,9 +245,13 @@ void JudgeHanging(const AdjustmentInputs& inputs, const AdjustedBlock& adjusted,
 std::vector<ExteriorResult> FinalResults(const AdjustmentInputs& inputs,
                                          const AdjustedBlock& adjusted) {
   std::vector<ExteriorResult> results = OwnResults(inputs.photos);
-  for (std::size_t i = 0; i < adjusted.photo_of.size(); ++i)
-    results[adjusted.photo_of[i]] = Final(inputs, adjusted, i);
-  JudgeHanging(inputs, adjusted, &results);
+  const auto observations = ObservationsByPhoto(adjusted);
+  std::vector<Sightings> sightings;
+  for (std::size_t i = 0; i < adjusted.photo_of.size(); ++i) {
+    sightings.push_back(SightingsOf(adjusted, observations[i]));
+    results[adjusted.photo_of[i]] = Final(inputs, adjusted, i, observations[i], sightings[i]);
+  }
+  JudgeHanging(inputs, adjusted, sightings, &results);
   return results;
 }
 
