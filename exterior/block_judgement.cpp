@@ -90,11 +90,10 @@ bool BlockJudgement::ScreenPoint(std::size_t point) {
       rows.push_back(row);
   ObservationState state = ObservationState::kUsed;
   const bool has_control = system_->control_row_of_point[point] >= 0 && !control_rejected_[point];
-  if (given_up_[point])
-    state = ObservationState::kWeakAngle;
-  else if (!has_control && rows.size() < 2)
+  if (!given_up_[point] && !has_control && rows.size() < 2)
     state = ObservationState::kAlone;
-  else if (!has_control && LargestAngle(rows) < RadFromDeg(system_->options.min_ray_angle_deg))
+  else if (given_up_[point] ||
+           (!has_control && LargestAngle(rows) < RadFromDeg(system_->options.min_ray_angle_deg)))
     state = ObservationState::kWeakAngle;
   bool changed = false;
   for (const std::size_t row : rows) {
