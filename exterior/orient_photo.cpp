@@ -10,6 +10,7 @@
 #include "core/imaging/side_by_side.h"
 #include "exterior/align.h"
 #include "exterior/consensus.h"
+#include "exterior/error_model.h"
 #include "exterior/estimate_pose.h"
 #include "exterior/first_pose.h"
 #include "exterior/match.h"
@@ -73,10 +74,6 @@ PreciseRound MatchAll(const PhotoTask& task, const PhotoView& view, const Matrix
   return round;
 }
 
-// Matching's covariance knows the grey values' noise only. Relief between the heights' nodes and
-// change of the scene add what no single match can see.
-constexpr double kModelSigmaPx = 0.1;
-
 // Where it is known how a patch moves with its heights, that is an error it shares with others;
 // otherwise its own covariance must do.
 PatchObservation Observe(const Patch& patch, const PatchPrediction& prediction,
@@ -91,11 +88,6 @@ PatchObservation Observe(const Patch& patch, const PatchPrediction& prediction,
   }
   return observation;
 }
-
-// Terrain and its errors resemble themselves over about this share of the flying height.
-constexpr double kHeightCorrelationPerHeight = 0.3;
-// Film bends slowly: over this share of the frame.
-constexpr double kFilmCorrelationPerFrame = 0.4;
 
 void Resect(const PhotoTask& task, const PoseTrack& track, const PhotoView& view,
             PreciseRound* round) {

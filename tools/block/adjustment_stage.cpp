@@ -4,16 +4,13 @@
 #include <cmath>
 
 #include "core/format_text.h"
+#include "exterior/error_model.h"
 #include "exterior/estimate_pose.h"
 #include "patchdb/patch_database.h"
 
 namespace orient {
 namespace {
 
-// As in a single photo's orientation: what no single match can see of its own error.
-constexpr double kModelSigmaPx = 0.1;
-// Terrain and its errors resemble themselves over about this share of the flying height.
-constexpr double kHeightCorrelationPerHeight = 0.3;
 // Check patches are held out by squares of the ground of this share of a footprint's side: single
 // ones between others would be too easy to predict.
 constexpr double kCheckCellPerFootprint = 0.15;
@@ -139,9 +136,6 @@ double FlyingHeight(const AdjustmentInputs& inputs) {
     }
   return count > 0 ? std::max(sum / count, 1.0) : 1000;
 }
-
-// Film bends slowly: over this share of the frame.
-constexpr double kFilmCorrelationPerFrame = 0.4;
 
 // What film that bends between its marks does to a pose, however many observations there are: its
 // bend, as a random field over the frame, taken for a pose by least squares.
