@@ -7,8 +7,10 @@
 
 namespace orient {
 
-// Of which patches there are and which are retired, but not of what attempts have taught: photos
-// that are oriented teach the database, and are not to be oriented again for that.
+// Changes with every patch that comes, goes, is retired or restored, or is changed in place by
+// whatever program, and with the CRS; takes one look, however large the database. Not with what
+// attempts have taught: photos that are oriented teach the database, and are not to be oriented
+// again for that. Two databases never have the same one, but copies that nobody has changed since.
 std::string ContentOf(const PatchDatabase& database);
 
 }  // namespace orient

@@ -16,7 +16,10 @@ static_assert(std::endian::native == std::endian::little,
 
 constexpr int kMaxHeightsSize = 4096;  // a hostile file must not make us allocate without limit
 
-constexpr float kUnknownHeight = 65535;
+// Of 8 and of 16 bits: the largest value is the unknown one.
+constexpr float UnknownHeight(int bits) { return bits == 8 ? 255 : 65535; }
+
+constexpr std::size_t kPngBits = 24;  // where the header of a PNG has them
 
 void CheckGrid(int size, double step_m) {
   if (size < 1 || size > kMaxHeightsSize || size % 2 == 0 || !(step_m > 0) ||
@@ -89,13 +92,17 @@ std::optional<PackedHeights> PackHeights(const HeightGrid& heights, double quant
     highest = std::fmax(highest, height);
   }
   if (!(lowest <= highest)) lowest = highest = 0;  // none is known
-  if (!(quantum_m > 0) || (highest - lowest) / quantum_m > kUnknownHeight - 1) return std::nullopt;
-  Image values(heights.size, heights.size, kUnknownHeight);
+  const auto fits = [&](int bits) {
+    return (highest - lowest) / quantum_m <= UnknownHeight(bits) - 1;
+  };
+  if (!(quantum_m > 0) || !fits(16)) return std::nullopt;
+  const int bits = fits(8) ? 8 : 16;
+  Image values(heights.size, heights.size, UnknownHeight(bits));
   for (std::size_t i = 0; i < values.values.size(); ++i)
     if (!std::isnan(heights.heights_m[i]))
       values.values[i] = static_cast<float>(
           std::lround((double{heights.heights_m[i]} - double{lowest}) / quantum_m));
-  return PackedHeights{EncodePngBands({values}, 16), lowest, quantum_m};
+  return PackedHeights{EncodePngBands({values}, bits), lowest, quantum_m};
 }
 
 HeightGrid UnpackHeights(const PackedHeights& packed, int size, double step_m) {
@@ -105,9 +112,10 @@ HeightGrid UnpackHeights(const PackedHeights& packed, int size, double step_m) {
   const std::vector<Image> bands = DecodePngBands(packed.png);
   if (bands.size() != 1 || bands[0].width != size || bands[0].height != size)
     throw InputError("the height grid's PNG does not fit its size");
+  const float unknown = UnknownHeight(packed.png[kPngBits]);
   HeightGrid heights{size, step_m, std::vector<float>(bands[0].values.size(), kNoData)};
   for (std::size_t i = 0; i < heights.heights_m.size(); ++i)
-    if (bands[0].values[i] != kUnknownHeight)
+    if (bands[0].values[i] != unknown)
       heights.heights_m[i] =
           static_cast<float>(packed.base_m + packed.quantum_m * double{bands[0].values[i]});
   return heights;

@@ -29,7 +29,8 @@ Bytes EncodeHeights(const HeightGrid& heights);
 // Throws InputError where the bytes are not a grid of this size.
 HeightGrid DecodeHeights(const Bytes& bytes, int size, double step_m);
 
-// A grey 16-bit PNG of the same grid: base_m + quantum_m * value, 65535 where unknown.
+// A grey PNG of the same grid, of 8 bits where the range allows: base_m + quantum_m * value; the
+// largest value (255 or 65535) where unknown.
 struct PackedHeights {
   Bytes png;
   double base_m = 0;  // the lowest height

@@ -7,6 +7,7 @@
 #include <utility>
 
 #include "core/error.h"
+#include "core/imaging/side_by_side.h"
 #include "patchdb/connection.h"
 #include "patchdb/learn.h"
 #include "patchdb/migration.h"
@@ -45,9 +46,13 @@ void BindBounds(const Bounds& bounds, SQLite::Statement& statement) {
 }
 
 std::vector<Patch> ReadPatches(SQLite::Statement& rows, const std::string& path) {
+  std::vector<PackedPatch> packed;
   std::vector<Patch> patches;
   try {
-    while (rows.executeStep()) patches.push_back(ReadPatchRow(rows));
+    while (rows.executeStep()) packed.push_back(ReadPatchRow(rows));
+    patches.resize(packed.size());
+    SideBySide(packed.size(),
+               [&](std::size_t i) { patches[i] = Unpack(std::move(packed[i]), false); });
   } catch (const InputError& error) {
     throw InputError(path + ": " + error.what());
   }
@@ -272,7 +277,7 @@ std::optional<Patch> PatchDatabase::ReadPatch(std::int64_t id) const {
     if (!row->executeStep()) return std::nullopt;
     Patch patch;
     try {
-      patch = ReadPatchRow(*row, true);
+      patch = Unpack(ReadPatchRow(*row), true);
     } catch (const InputError& error) {
       throw InputError(impl_->path + ": " + error.what());
     }

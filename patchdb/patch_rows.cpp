@@ -10,12 +10,13 @@
 namespace orient {
 namespace {
 
-// Heights need not be kept finer than they are known, nor than what can be seen of them. The
-// rounding is each node's own, so that a chip's position hardly feels it.
+// Heights need not be kept finer than they are known, nor than what can be seen of them: rounding
+// to half their sigma makes that 1 % larger. It is each node's own, so that a chip's position
+// hardly feels it.
 double HeightQuantum(const Patch& patch) {
-  const double finest_m = patch.gsd_m / 64, coarsest_m = patch.gsd_m / 8;
+  const double finest_m = patch.gsd_m / 64, coarsest_m = patch.gsd_m / 4;
   if (!patch.height_sigma_m || !std::isfinite(*patch.height_sigma_m)) return finest_m;
-  return std::clamp(*patch.height_sigma_m / 4, finest_m, coarsest_m);
+  return std::clamp(*patch.height_sigma_m / 2, finest_m, coarsest_m);
 }
 
 void BindBlob(SQLite::Statement& statement, int index, const Bytes& bytes) {
@@ -94,15 +95,19 @@ void BindHeights(const Patch& patch, SQLite::Statement& statement) {
   BindBlob(statement, kHeights + 1, packed->png);
 }
 
-HeightGrid HeightsOf(const SQLite::Statement& row) {
+StoredHeights HeightsOf(const SQLite::Statement& row) {
   if (row.getColumn(kHeights).isNull()) return {};
-  const Bytes bytes = BytesOf(row.getColumn(kHeights));
-  const int size = row.getColumn(kHeightsSize).getInt();
-  const double step_m = row.getColumn(kHeightsStep).getDouble();
-  const auto base_m = NumberOf(row.getColumn(kHeightsBase));
-  const auto quantum_m = NumberOf(row.getColumn(kHeightsQuantum));
-  if (base_m && quantum_m) return UnpackHeights({bytes, *base_m, *quantum_m}, size, step_m);
-  return DecodeHeights(bytes, size, step_m);
+  return {BytesOf(row.getColumn(kHeights)), row.getColumn(kHeightsSize).getInt(),
+          row.getColumn(kHeightsStep).getDouble(), NumberOf(row.getColumn(kHeightsBase)),
+          NumberOf(row.getColumn(kHeightsQuantum))};
+}
+
+HeightGrid Unpacked(const StoredHeights& heights) {
+  if (!heights.bytes) return {};
+  if (heights.base_m && heights.quantum_m)
+    return UnpackHeights({*heights.bytes, *heights.base_m, *heights.quantum_m}, heights.size,
+                         heights.step_m);
+  return DecodeHeights(*heights.bytes, heights.size, heights.step_m);
 }
 
 void ReadQualities(const SQLite::Statement& row, Patch& patch) {
@@ -131,8 +136,9 @@ void ReadLife(const SQLite::Statement& row, Patch& patch) {
   patch.failure_weight = row.getColumn(kFailureWeight).getDouble();
 }
 
-Patch DecodePatchRow(const SQLite::Statement& row, bool with_colour) {
-  Patch patch;
+PackedPatch PackedPatchOf(const SQLite::Statement& row) {
+  PackedPatch packed;
+  Patch& patch = packed.patch;
   patch.id = row.getColumn(kId).getInt64();
   const Bytes geometry = BytesOf(row.getColumn(kGeom));
   const auto ground = DecodePointZ(geometry.data(), geometry.size());
@@ -143,19 +149,25 @@ Patch DecodePatchRow(const SQLite::Statement& row, bool with_colour) {
   if (!(patch.gsd_m > 0) || !std::isfinite(patch.gsd_m))
     throw InputError("its gsd_m is not positive");
   patch.bits = row.getColumn(kBits).getInt();
-  std::optional<Bytes> mask;
-  if (!row.getColumn(kChipMask).isNull()) mask = BytesOf(row.getColumn(kChipMask));
-  const Bytes chip = BytesOf(row.getColumn(kChip));
-  patch.chip = DecodeChip(chip, mask);
-  if (with_colour) patch.colour = DecodeColour(chip, mask);
-  patch.heights = HeightsOf(row);
+  if (!row.getColumn(kChipMask).isNull()) packed.mask = BytesOf(row.getColumn(kChipMask));
+  packed.chip = BytesOf(row.getColumn(kChip));
+  packed.heights = HeightsOf(row);
   patch.covariance_m2 = DecodeCovariance(BytesOf(row.getColumn(kCovariance)));
   if (!row.getColumn(kHeightEffect).isNull())
     patch.height_effect = DecodeVector(BytesOf(row.getColumn(kHeightEffect)));
   patch.height_sigma_m = NumberOf(row.getColumn(kHeightSigma));
   ReadQualities(row, patch);
   ReadLife(row, patch);
-  return patch;
+  return packed;
+}
+
+template <typename Work>
+auto OfPatch(std::int64_t id, const Work& work) {
+  try {
+    return work();
+  } catch (const InputError& error) {
+    throw InputError("patch " + std::to_string(id) + " is damaged: " + error.what());
+  }
 }
 
 }  // namespace
@@ -208,13 +220,17 @@ void BindPatch(const Patch& patch, int srs_id, SQLite::Statement& statement) {
                                 : EncodeColourChip(patch.colour, patch.bits));
 }
 
-Patch ReadPatchRow(const SQLite::Statement& row, bool with_colour) {
-  try {
-    return DecodePatchRow(row, with_colour);
-  } catch (const InputError& error) {
-    throw InputError("patch " + std::to_string(row.getColumn(kId).getInt64()) +
-                     " is damaged: " + error.what());
-  }
+PackedPatch ReadPatchRow(const SQLite::Statement& row) {
+  return OfPatch(row.getColumn(kId).getInt64(), [&] { return PackedPatchOf(row); });
+}
+
+Patch Unpack(PackedPatch packed, bool with_colour) {
+  return OfPatch(packed.patch.id, [&] {
+    packed.patch.chip = DecodeChip(packed.chip, packed.mask);
+    if (with_colour) packed.patch.colour = DecodeColour(packed.chip, packed.mask);
+    packed.patch.heights = Unpacked(packed.heights);
+    return std::move(packed.patch);
+  });
 }
 
 PatchEvidence ReadEvidenceRow(const SQLite::Statement& row) {

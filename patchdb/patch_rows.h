@@ -4,6 +4,7 @@
 #include <SQLiteCpp/SQLiteCpp.h>
 
 #include "patchdb/patch.h"
+#include "patchdb/patch_blobs.h"
 #include "patchdb/patch_database.h"
 
 namespace orient {
@@ -15,9 +16,25 @@ void CheckPatch(const Patch& patch);
 // The values of sql::kAddPatch and kChangePatch: the first kPatchValues parameters.
 inline constexpr int kPatchValues = 24;
 void BindPatch(const Patch& patch, int srs_id, SQLite::Statement& statement);
-// Of sql::kPatchesIn, kPatchesAfter and kPatch. Throws InputError naming the patch where a value is
-// damaged.
-Patch ReadPatchRow(const SQLite::Statement& row, bool with_colour = false);
+
+// A patch whose pictures are still packed: rows come one by one, but many can be unpacked at once.
+struct StoredHeights {
+  std::optional<Bytes> bytes = {};  // empty: no heights
+  int size = 0;
+  double step_m = 0;
+  std::optional<double> base_m = {}, quantum_m = {};
+};
+struct PackedPatch {
+  Patch patch;  // but chip, colour and heights
+  Bytes chip;
+  std::optional<Bytes> mask;
+  StoredHeights heights;
+};
+// Of sql::kPatchesIn, kPatchesAfter and kPatch. Both throw InputError naming the patch where a
+// value is damaged.
+PackedPatch ReadPatchRow(const SQLite::Statement& row);
+Patch Unpack(PackedPatch packed, bool with_colour);
+
 PatchEvidence ReadEvidenceRow(const SQLite::Statement& row);  // of sql::kEvidenceOf
 
 PatchSource ReadSourceRow(const SQLite::Statement& row);  // of sql::kSources

@@ -5,10 +5,12 @@
 namespace orient {
 namespace {
 
-constexpr int kMargin = 4;           // source pixels around a chip's area, for interpolation
-constexpr double kMaxStretch = 4;    // of the source's window against the chip, a side
-constexpr int kMaxLatticeStep = 4;   // chip pixels
-constexpr double kNodesPerCell = 2;  // bilinear between these is within the DEM's own bilinear
+constexpr int kMargin = 4;          // source pixels around a chip's area, for interpolation
+constexpr double kMaxStretch = 4;   // of the source's window against the chip, a side
+constexpr int kMaxLatticeStep = 4;  // chip pixels
+// As many as the DEM's own: between nodes a chip's heights depart from the DEM's by as much as the
+// DEM's do from the ground, and in the middle, where its point lies, not at all.
+constexpr double kNodesPerCell = 1;
 
 Eigen::Vector3d GroundAt(const HeightGrid& heights, const Eigen::Vector3d& centre, double east,
                          double north) {

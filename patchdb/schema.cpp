@@ -3,7 +3,8 @@
 namespace orient {
 
 const std::vector<SchemaStep>& SchemaSteps() {
-  static const std::vector<SchemaStep> kSteps = {kSchemaStep1, kSchemaStep2, kSchemaStep3};
+  static const std::vector<SchemaStep> kSteps = {kSchemaStep1, kSchemaStep2, kSchemaStep3,
+                                                 kSchemaStep4};
   return kSteps;
 }
 

@@ -16,6 +16,7 @@ struct SchemaStep {
 extern const SchemaStep kSchemaStep1;
 extern const SchemaStep kSchemaStep2;
 extern const SchemaStep kSchemaStep3;
+extern const SchemaStep kSchemaStep4;
 
 const std::vector<SchemaStep>& SchemaSteps();
 int CurrentSchemaVersion();  // of this program

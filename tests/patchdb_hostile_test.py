@@ -1,10 +1,11 @@
 #!/usr/bin/env python3
 """CTest `patchdb_hostile`: damaged and hostile patch databases never crash, hang, or escape.
 
-    patchdb_hostile_test.py ORIENT [INPUTS [PROGRAM]]
+    patchdb_hostile_test.py ORIENT [INPUTS [PROGRAM [FIRST]]]
 
 INPUTS: 300 unless told; about 3 s each. PROGRAM: what is run on them, ORIENT unless told; best one with
 sanitizers (cmake --build --preset release --target orient_sanitized), whose findings fail the test.
+FIRST: number of the first input, 0 unless told; every number is an input of its own.
 
 Truncated and overwritten files, wrong types in columns, huge sizes, NaN coordinates, SQL in names,
 circles of references. Every command on them ends by itself, within a minute, with exit code 0, 1 or 2,
@@ -58,13 +59,14 @@ SCRIPTS = [
     "UPDATE gpkg_spatial_ref_sys SET definition = replace(hex(zeroblob(100000)), '00', 'PROJCS[')",
     "INSERT INTO rtree_patches_geom SELECT id + 1000000, minx, maxx, miny, maxy FROM "
     "rtree_patches_geom", "UPDATE rtree_patches_geom SET minx = -9e999, maxx = 9e999",
-    "INSERT INTO evidence (patch_id, source_id, col_px) SELECT id, source_id, 'x' FROM patches"]
+    "INSERT INTO evidence (patch_id, source_id, col_px) SELECT id, source_id, 'x' FROM patches",
+    "DROP TABLE orient_content", "DELETE FROM orient_content", "DROP TRIGGER orient_content_update"]
 
 
 def rows(raw, random_):
     """A random value in a random column of a random table."""
     tables = ["patches", "sources", "attempts", "evidence", "gpkg_contents", "gpkg_geometry_columns",
-              "gpkg_spatial_ref_sys", "orient_schema", "rtree_patches_geom"]
+              "gpkg_spatial_ref_sys", "orient_schema", "orient_content", "rtree_patches_geom"]
     for _ in range(random_.choice([1, 1, 1, 5])):
         table = random_.choice(tables)
         column = random_.choice([row[1] for row in raw.execute(f"PRAGMA table_info({table})")])
@@ -123,18 +125,17 @@ def run(program, folder, number, words, sound=False):
     return done.returncode
 
 
-def main(orient, inputs, program):
-    random_ = random.Random(20250417)
+def main(orient, inputs, program, first):
     with tempfile.TemporaryDirectory() as name:
         folder = pathlib.Path(name)
         whole = patchdb_made_up.other(orient, folder, 0, sources=3, patches=8)
         source = whole.read_bytes()
         path, target = folder / "hostile.gpkg", folder / "target.gpkg"
         codes = {}
-        for number in range(inputs):
+        for number in range(first, first + inputs):
             for leftover in [*folder.glob("hostile.gpkg*"), *folder.glob("target.gpkg*")]:
                 leftover.unlink()
-            damage(source, path, number, random_)
+            damage(source, path, number, random.Random(20250417 + number))
             target.write_bytes(source)
             before = {entry.name for entry in folder.iterdir()}
             for words in (["info", path], ["list", path],
@@ -149,10 +150,11 @@ def main(orient, inputs, program):
             after = {entry.name for entry in folder.iterdir()
                      if not entry.name.endswith(("-wal", "-shm", "-journal"))}
             assert after <= before, f"input {number}: files {after - before} appeared"
-        print(f"{inputs} inputs, {sum(codes.values())} runs, exit codes {codes}")
+        print(f"inputs {first} to {first + inputs - 1}, {sum(codes.values())} runs, exit codes {codes}")
 
 
 if __name__ == "__main__":
     ORIENT = str(pathlib.Path(sys.argv[1]).resolve())
     main(ORIENT, int(sys.argv[2]) if len(sys.argv) > 2 else 300,
-         str(pathlib.Path(sys.argv[3]).resolve()) if len(sys.argv) > 3 else ORIENT)
+         str(pathlib.Path(sys.argv[3]).resolve()) if len(sys.argv) > 3 else ORIENT,
+         int(sys.argv[4]) if len(sys.argv) > 4 else 0)

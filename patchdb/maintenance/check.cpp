@@ -53,6 +53,8 @@ constexpr Rule kRules[] = {
      "they are counted again",
      "UPDATE patches SET views = 1 + (SELECT count(*) FROM evidence AS e WHERE e.patch_id = "
      "patches.id AND e.source_id <> patches.source_id)"},
+    {"no token of what the patches are", "SELECT count(*) = 0 FROM orient_content", "it is made",
+     "INSERT INTO orient_content VALUES (1, randomblob(16))"},
     {"patches that the spatial index lacks or puts elsewhere",
      "SELECT count(*) FROM patches AS p LEFT JOIN rtree_patches_geom AS r ON r.id = p.id WHERE "
      "ST_MinX(p.geom) IS NOT NULL AND NOT ST_IsEmpty(p.geom) AND (r.id IS NULL OR NOT (r.minx <= "

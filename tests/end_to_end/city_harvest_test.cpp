@@ -286,6 +286,10 @@ TEST_F(SlowCityHarvest, OverlappingPhotosRefuseRoofsAndCrowns) {
             << all.Percent() << " % of " << all.patches << ", seen twice " << twice.Percent()
             << " % of " << twice.patches << "; by height up to 1, 2, 4, 8 m and higher";
   for (const int count : twice.by_height) std::cout << " " << count;
+  for (int views = 3; views <= 5; ++views) {
+    const Share more = StandingAmong(*city_, patches, views);
+    std::cout << "; in " << views << " and more " << more.Percent() << " % of " << more.patches;
+  }
   std::cout << "\n";
   EXPECT_GT(before.Percent(), 10);  // else the city is no test
   EXPECT_GT(twice.patches, 500);
@@ -328,6 +332,11 @@ Eigen::Vector3d TruthOf(const City& city, const Patch& patch, const OrientationT
 
 TEST_F(SlowCityHarvest, GroundPointsAreAsPreciseAsTheySay) {
   constexpr double kPosition_m = 0.15, kAngle_rad = 1e-4, kHeight_m = 0.5;
+  struct Sum {
+    double squares = 0;
+    int count = 0;
+  };
+  std::array<Sum, 4> by_views;  // three and more are one
   double sum = 0, largest = 0;
   int count = 0, blunders = 0;
   for (unsigned draw = 1; draw <= 6; ++draw) {
@@ -344,12 +353,28 @@ TEST_F(SlowCityHarvest, GroundPointsAreAsPreciseAsTheySay) {
       sum += squared;
       largest = std::max(largest, squared);
       blunders += squared > 40 ? 1 : 0;  // 1 in 10^8
+      if (squared > 30)
+        std::cout << "draw " << draw << ", patch " << patch.id << " of "
+                  << sources.at(patch.source_id) << ", " << patch.views << " views: off "
+                  << error.transpose() << " m, sigmas "
+                  << patch.covariance_m2.diagonal().cwiseSqrt().transpose() << ", chi-square "
+                  << squared << ", standing "
+                  << city_->HeightShown(patch, sources.at(patch.source_id)) << " m, lean "
+                  << patch.lean_px.value_or(-1) << " px, quality " << patch.quality.value_or(-1)
+                  << "\n";
+      Sum& of = by_views[static_cast<std::size_t>(std::min(patch.views, 3))];
+      of.squares += squared;
+      of.count += 3;
       count += 3;
     }
   }
   const double rms = std::sqrt(sum / count);
   std::cout << "normalised errors " << rms << ", largest chi-square " << largest << ", "
             << count / 3 << " patches, blunders " << blunders << "\n";
+  for (std::size_t views = 1; views < by_views.size(); ++views)
+    std::cout << by_views[views].count / 3 << " patches of " << views
+              << (views == 3 ? " and more" : "") << " views: normalised errors "
+              << std::sqrt(by_views[views].squares / std::max(by_views[views].count, 1)) << "\n";
   EXPECT_GT(count, 1500);
   EXPECT_GT(rms, 0.8);
   EXPECT_LT(rms, 1.25);

@@ -23,7 +23,11 @@ constexpr double kRadiusPx = 8;  // far enough for a blunder to be seen as one
 
 struct DrawnBack {
   int seen = 0, matched = 0, within_half = 0, good = 0, good_beyond_three = 0;
+  // Of patches that their source's own photo shows, too: as they stand, and from where it has them.
+  int own = 0, own_within_half = 0, mended_within_half = 0;
   double HalfPercent() const { return 100.0 * within_half / std::max(matched, 1); }
+  double OwnPercent() const { return 100.0 * own_within_half / std::max(own, 1); }
+  double MendedPercent() const { return 100.0 * mended_within_half / std::max(own, 1); }
 };
 
 struct SeenPhoto {
@@ -67,30 +71,61 @@ class SlowNgiHarvest : public testing::Test {
     const auto photos = Photos(orthophotos);
     const auto patches = database.ListPatches(0, 100000);
     DrawnBack result;
+    std::map<std::int64_t, Eigen::Vector3d> places;
     for (const SeenPhoto& photo : photos) {
       const PhotoImage image(photo.raster, false);
       for (const Patch& patch : patches)
-        if (names[patch.source_id] != photo.name) Draw(patch, photo, image, &result);
+        if (names[patch.source_id] == photo.name)
+          if (const auto place = PlaceInOwnPhoto(patch, photo, image)) places[patch.id] = *place;
+    }
+    for (const SeenPhoto& photo : photos) {
+      const PhotoImage image(photo.raster, false);
+      for (const Patch& patch : patches)
+        if (names[patch.source_id] != photo.name)
+          Draw(patch, photo, image, places.contains(patch.id) ? &places[patch.id] : nullptr,
+               &result);
     }
     return result;
   }
 
-  static void Draw(const Patch& patch, const SeenPhoto& photo, const PhotoImage& image,
-                   DrawnBack* result) {
+  // Where the photo that the source was made from has what the chip shows: its ray on the DEM.
+  std::optional<Eigen::Vector3d> PlaceInOwnPhoto(const Patch& patch, const SeenPhoto& photo,
+                                                 const PhotoImage& image) const {
+    const auto match = Find(patch, photo, image);
+    if (!match || !match->found) return std::nullopt;
+    return photo.view.GroundFromPixel(match->pixel, ngi_->surface);
+  }
+
+  // Empty where the photo does not show the patch.
+  static std::optional<PreciseMatch> Find(const Patch& patch, const SeenPhoto& photo,
+                                          const PhotoImage& image) {
     constexpr double kInside = 40;
     const auto pixel = photo.view.PixelFromGround(patch.ground_m);
     if (!pixel || pixel->x() < kInside || pixel->y() < kInside ||
         pixel->x() > image.Width() - kInside || pixel->y() > image.Height() - kInside)
-      return;
+      return std::nullopt;
     const auto aligned = AlignPatch(photo.view, patch, 1, 21, 61);
-    if (!aligned) return;
+    if (!aligned) return std::nullopt;
+    return MatchPrecisely(*aligned, image, Eigen::Vector2d::Constant(kRadiusPx), {});
+  }
+
+  // `own_place`: PlaceInOwnPhoto, where there is one.
+  static void Draw(const Patch& patch, const SeenPhoto& photo, const PhotoImage& image,
+                   const Eigen::Vector3d* own_place, DrawnBack* result) {
+    const auto match = Find(patch, photo, image);
+    if (!match) return;
     ++result->seen;
-    const PreciseMatch match =
-        MatchPrecisely(*aligned, image, Eigen::Vector2d::Constant(kRadiusPx), {});
-    if (!match.found) return;
+    if (!match->found) return;
     ++result->matched;
-    const double off = (match.pixel - *pixel).norm();
+    const double off = (match->pixel - *photo.view.PixelFromGround(patch.ground_m)).norm();
     result->within_half += off <= 0.5 ? 1 : 0;
+    const auto mended =
+        own_place == nullptr ? std::nullopt : photo.view.PixelFromGround(*own_place);
+    if (mended) {
+      ++result->own;
+      result->own_within_half += off <= 0.5 ? 1 : 0;
+      result->mended_within_half += (match->pixel - *mended).norm() <= 0.5 ? 1 : 0;
+    }
     const bool good = patch.quality.value_or(0) >= kGoodQuality;
     result->good += good ? 1 : 0;
     result->good_beyond_three += good && off > 3 ? 1 : 0;
@@ -131,7 +166,9 @@ class SlowNgiHarvest : public testing::Test {
   static void Print(const char* what, const DrawnBack& back) {
     std::cout << what << ": drawn " << back.seen << " times, matched " << back.matched
               << ", within 0.5 px " << back.HalfPercent() << " %, of " << back.good
-              << " good ones beyond 3 px " << back.good_beyond_three << "\n";
+              << " good ones beyond 3 px " << back.good_beyond_three << "; of " << back.own
+              << " found in the source's own photo, too, " << back.OwnPercent() << " %, and "
+              << back.MendedPercent() << " % from where that one has them\n";
   }
 
   TemporaryFolder folder_;

@@ -121,8 +121,8 @@ TEST_F(HarvestTest, HeightsUnderAChipAreTheSurfaces) {
       for (const double north : {-25.0, 10.0}) {
         const auto height =
             surface_.HeightAt(patch.ground_m.x() + east, patch.ground_m.y() + north);
-        // Half a cell between nodes: what a bilinear patch of curved ground may differ.
-        EXPECT_NEAR(patch.heights.At(east, north), *height, 0.1);
+        // A cell between nodes: what a bilinear patch of curved ground may differ.
+        EXPECT_NEAR(patch.heights.At(east, north), *height, 0.2);
       }
     const double half = 0.5 * patch.chip.width * patch.gsd_m;
     EXPECT_FALSE(std::isnan(patch.heights.At(half, half)));

@@ -69,6 +69,29 @@ TEST(PatchBlobs, HeightsAreLittleEndianFloatsRowByRow) {
   EXPECT_TRUE(std::isnan(read.heights_m.back()));
 }
 
+TEST(PatchBlobs, HeightsArePackedIntoEightBitsWhereTheirRangeAllows) {
+  for (const float range : {254.f, 255.f, 60000.f}) {
+    const HeightGrid grid{3, 2.5, {700, 701, 702, kNoData, 704, 705, 706, 707, 700 + range}};
+    const auto packed = PackHeights(grid, 1);
+    ASSERT_TRUE(packed);
+    EXPECT_EQ(packed->png[24], range < 255 ? 8 : 16);  // as the PNG's header says
+    const HeightGrid read = UnpackHeights(*packed, 3, 2.5);
+    for (std::size_t i = 0; i < 9; ++i)
+      EXPECT_TRUE(i == 3 ? std::isnan(read.heights_m[i]) : read.heights_m[i] == grid.heights_m[i]);
+  }
+  EXPECT_FALSE(PackHeights({1, 1, {std::numeric_limits<float>::infinity()}}, 1));
+  EXPECT_FALSE(PackHeights({3, 1, {0, 1, 2, 3, 4, 5, 6, 7, 65535}}, 1));
+}
+
+// What programs wrote before there were packed heights of 8 bits.
+TEST(PatchBlobs, HeightsPackedInto16BitsAreReadWhateverTheirRange) {
+  Image values(3, 3, 65535);
+  for (std::size_t i = 0; i < 8; ++i) values.values[i] = static_cast<float>(250 + i);
+  const HeightGrid read = UnpackHeights({EncodeChip(values, 16), 100, 0.5}, 3, 2);
+  EXPECT_EQ(read.heights_m[5], 227.5f);  // 255 is a height
+  EXPECT_TRUE(std::isnan(read.heights_m[8]));
+}
+
 TEST(PatchBlobs, ImpossibleHeightGridsAreRefused) {
   const Bytes nine(36);
   EXPECT_THROW(DecodeHeights(nine, 5, 1), InputError);
