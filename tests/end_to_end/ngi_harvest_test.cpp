@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include <array>
+#include <filesystem>
 #include <iostream>
 #include <map>
 #include <set>
@@ -25,6 +26,8 @@ struct DrawnBack {
   int seen = 0, matched = 0, within_half = 0, good = 0, good_beyond_three = 0;
   // Of patches that their source's own photo shows, too: as they stand, and from where it has them.
   int own = 0, own_within_half = 0, mended_within_half = 0;
+  int several = 0, several_within_half = 0;  // of patches that several sources show
+  double SeveralPercent() const { return 100.0 * several_within_half / std::max(several, 1); }
   double HalfPercent() const { return 100.0 * within_half / std::max(matched, 1); }
   double OwnPercent() const { return 100.0 * own_within_half / std::max(own, 1); }
   double MendedPercent() const { return 100.0 * mended_within_half / std::max(own, 1); }
@@ -62,6 +65,15 @@ class SlowNgiHarvest : public testing::Test {
                                   ngi_->Published(number).pose}});
     }
     return photos;
+  }
+
+  void HarvestOrthophotos(const std::vector<std::string>& more) {
+    std::vector<std::string> words = {
+        "patchdb", "harvest-ortho",          database_, "--further-views", "4",
+        "--dem",   ngi_->folder + "/dem.tif"};
+    words.insert(words.end(), more.begin(), more.end());
+    words.insert(words.end(), {"--ortho", ngi_->folder + "/orthos/*.tif"});
+    Run(words);
   }
 
   DrawnBack DrawBack(bool orthophotos) const {
@@ -119,6 +131,8 @@ class SlowNgiHarvest : public testing::Test {
     ++result->matched;
     const double off = (match->pixel - *photo.view.PixelFromGround(patch.ground_m)).norm();
     result->within_half += off <= 0.5 ? 1 : 0;
+    result->several += patch.views > 1 ? 1 : 0;
+    result->several_within_half += patch.views > 1 && off <= 0.5 ? 1 : 0;
     const auto mended =
         own_place == nullptr ? std::nullopt : photo.view.PixelFromGround(*own_place);
     if (mended) {
@@ -168,7 +182,8 @@ class SlowNgiHarvest : public testing::Test {
               << ", within 0.5 px " << back.HalfPercent() << " %, of " << back.good
               << " good ones beyond 3 px " << back.good_beyond_three << "; of " << back.own
               << " found in the source's own photo, too, " << back.OwnPercent() << " %, and "
-              << back.MendedPercent() << " % from where that one has them\n";
+              << back.MendedPercent() << " % from where that one has them; of " << back.several
+              << " of patches that several sources show " << back.SeveralPercent() << " %\n";
   }
 
   TemporaryFolder folder_;
@@ -193,8 +208,7 @@ TEST_F(SlowNgiHarvest, PatchesOfPhotosLieWhereTheOtherPhotosShowThem) {
 }
 
 TEST_F(SlowNgiHarvest, PatchesOfOrthophotosLieWhereTheOtherPhotosShowThem) {
-  Run({"patchdb", "harvest-ortho", database_, "--further-views", "4", "--dem",
-       ngi_->folder + "/dem.tif", "--ortho", ngi_->folder + "/orthos/*.tif"});
+  HarvestOrthophotos({});
   const DrawnBack back = DrawBack(true);
   Print("orthophotos", back);
   EXPECT_GE(back.matched, 400);
@@ -202,6 +216,20 @@ TEST_F(SlowNgiHarvest, PatchesOfOrthophotosLieWhereTheOtherPhotosShowThem) {
   // pixel off, and where one orthophoto alone shows a place nothing tells. Measured: 67 %.
   EXPECT_GE(back.HalfPercent(), 60);
   EXPECT_EQ(back.good_beyond_three, 0);
+}
+
+// The user may know better than a tenth of the DEM's cell how wrong the orthophotos' heights are.
+TEST_F(SlowNgiHarvest, OrthophotosWhoseHeightsAreTrustedLessAreIntersectedMore) {
+  for (const char* sigma_m : {"5", "10"}) {
+    std::filesystem::remove(database_);
+    Run({"patchdb", "create", database_, "--crs", ngi_->CrsFile()});
+    HarvestOrthophotos({"--dem-sigma-m", sigma_m});
+    const DrawnBack back = DrawBack(true);
+    Print("orthophotos", back);
+    EXPECT_GE(back.matched, 400);
+    EXPECT_GE(back.HalfPercent(), 60);
+    EXPECT_EQ(back.good_beyond_three, 0);
+  }
 }
 
 }  // namespace
