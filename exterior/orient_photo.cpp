@@ -27,7 +27,7 @@ constexpr double kPriorChi2Limit = 27.9;
 // One round at full resolution.
 struct PreciseRound {
   std::vector<PatchPrediction> predictions;
-  std::vector<std::size_t> not_visible;
+  std::vector<UnseenPatch> not_visible;
   std::vector<PreciseMatch> matches;     // one a prediction
   std::vector<std::size_t> observed;     // the predictions that were found
   std::optional<PoseEstimate> estimate;  // over the observed
@@ -179,12 +179,12 @@ void FillPatches(const PhotoTask& task, const PreciseRound& round, ExteriorResul
     patch.residual_px = round.estimate->residuals_px[k];
     patch.ncc = match.ncc;
   }
-  for (const std::size_t i : round.not_visible) {
+  for (const UnseenPatch& unseen : round.not_visible) {
     PatchResult patch;
-    patch.id = task.patches[i].id;
-    patch.ground_m = task.patches[i].ground_m;
+    patch.id = task.patches[unseen.patch].id;
+    patch.ground_m = task.patches[unseen.patch].ground_m;
     patch.state = PatchState::kNotVisible;
-    patch.reason = "outside the photo under the final pose";
+    patch.reason = Describe(unseen.why);
     patches.push_back(patch);
   }
   std::sort(patches.begin(), patches.end(),

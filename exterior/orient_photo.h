@@ -11,6 +11,7 @@
 #include "core/geometry/film_correction.h"
 #include "core/geometry/resection.h"
 #include "exterior/photo_image.h"
+#include "exterior/visibility.h"
 #include "patchdb/patch.h"
 
 namespace orient {
@@ -33,6 +34,8 @@ struct PhotoToOrient {
   // Whether somebody vouches for that accuracy. A pose that contradicts it is then only weak: the
   // patches' coordinates may be the wrong ones.
   bool accuracy_is_stated = true;
+  std::vector<CoveredArea> covered = {};   // parts of the frame that show no ground
+  const GroundSurface* surface = nullptr;  // the terrain, which may hide patches; null: none does
 };
 
 struct OrientPhotoOptions {

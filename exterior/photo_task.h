@@ -18,7 +18,9 @@ struct PhotoTask {
   PhotoView View(const FilmPosition& position, const Pose& pose) const {
     return {photo.camera, position.photo_from_pixel, pose, position.film_correction};
   }
-  PredictionOptions Prediction() const { return {image.Width(), image.Height(), 8}; }
+  PredictionOptions Prediction() const {
+    return {image.Width(), image.Height(), 8, photo.covered, photo.surface};
+  }
 };
 
 // A pose on its way: where the film lies, what is known, how it was found.

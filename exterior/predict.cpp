@@ -24,22 +24,50 @@ std::pair<double, double> Rank(const Patch& patch) {
   return {taught, patch.distinctness.value_or(0.5)};
 }
 
+bool Covered(const Eigen::Vector2d& photo_mm, double border_mm, const PredictionOptions& options) {
+  return std::any_of(options.covered.begin(), options.covered.end(), [&](const CoveredArea& area) {
+    return ((photo_mm - area.from_mm).array() > -border_mm).all() &&
+           ((area.to_mm - photo_mm).array() > -border_mm).all();
+  });
+}
+
+// Why a patch's ground point, projected under the pose, is not to be seen, if it is not.
+std::optional<Unseen> WhyNotSeen(const PhotoView& view, const Matrix6d& pose_covariance,
+                                 const Eigen::Vector3d& ground_m,
+                                 const std::optional<ProjectionDerivatives>& projection,
+                                 const PredictionOptions& options) {
+  const double border_mm = options.border_px * view.PixelSize();
+  if (!projection) {
+    // Or so far outside that the lens model has folded over.
+    const Eigen::Vector3d axis = -view.pose.GroundFromPhoto().col(2);
+    const bool behind = axis.dot(ground_m - view.pose.position_m) <= 0;
+    return behind ? Unseen::kBehindCamera : Unseen::kOutsidePhoto;
+  }
+  if (!view.camera.InFrame(projection->photo_mm, -border_mm) ||
+      !Inside(view.PixelFromPhoto(projection->photo_mm), options))
+    return Unseen::kOutsidePhoto;
+  if (Covered(projection->photo_mm, border_mm, options)) return Unseen::kCovered;
+  if (options.surface != nullptr &&
+      HiddenByTerrain(*options.surface, view.pose.position_m, pose_covariance.topLeftCorner<3, 3>(),
+                      ground_m))
+    return Unseen::kHidden;
+  return std::nullopt;
+}
+
 }  // namespace
 
 std::vector<PatchPrediction> Predict(const PhotoView& view, const Matrix6d& pose_covariance,
                                      const std::vector<Patch>& patches,
                                      const PredictionOptions& options,
-                                     std::vector<std::size_t>* not_visible) {
+                                     std::vector<UnseenPatch>* not_visible) {
   const Affine2d pixel_from_photo = view.photo_from_pixel.Inverse();
-  const double border_mm = options.border_px * view.PixelSize();
   std::vector<PatchPrediction> predictions;
   for (std::size_t i = 0; i < patches.size(); ++i) {
     const auto projection =
         PhotoFromGroundWithDerivatives(view.camera, view.pose, patches[i].ground_m);
-    const bool seen = projection && view.camera.InFrame(projection->photo_mm, -border_mm) &&
-                      Inside(view.PixelFromPhoto(projection->photo_mm), options);
-    if (!seen) {
-      if (not_visible != nullptr) not_visible->push_back(i);
+    const auto unseen = WhyNotSeen(view, pose_covariance, patches[i].ground_m, projection, options);
+    if (unseen || !projection) {
+      if (not_visible != nullptr) not_visible->push_back({i, *unseen});
       continue;
     }
     const Eigen::Matrix<double, 2, 6> by_pose = pixel_from_photo.A * projection->by_pose;

@@ -8,6 +8,7 @@
 #include "core/geometry/ground_surface.h"
 #include "core/geometry/photo_view.h"
 #include "core/geometry/resection.h"
+#include "exterior/visibility.h"
 #include "patchdb/patch.h"
 
 namespace orient {
@@ -24,15 +25,22 @@ struct PatchPrediction {
 
 struct PredictionOptions {
   int width_px = 0, height_px = 0;  // of the scan
-  double border_px = 8;             // a patch's centre stays this far inside scan and frame
+  double border_px = 8;  // a patch's centre stays this far inside scan and frame, off what covers
+  std::vector<CoveredArea> covered = {};   // of the frame
+  const GroundSurface* surface = nullptr;  // what may hide patches; null: nothing does
 };
 
-// Predictions of the patches that the photo should see; the others' indices go to `not_visible`.
+struct UnseenPatch {
+  std::size_t patch = 0;  // index into the patches
+  Unseen why = Unseen::kOutsidePhoto;
+};
+
+// Predictions of the patches that the photo should see; the others go to `not_visible`.
 // `view.pose` is the mean, `pose_covariance` in the order of Vector6d.
 std::vector<PatchPrediction> Predict(const PhotoView& view, const Matrix6d& pose_covariance,
                                      const std::vector<Patch>& patches,
                                      const PredictionOptions& options,
-                                     std::vector<std::size_t>* not_visible = nullptr);
+                                     std::vector<UnseenPatch>* not_visible = nullptr);
 
 // At most `count` of the predictions, spread evenly over the photo, of each cell first those that
 // did better than expected in earlier attempts (patchdb/learning.h), then the most distinct.

@@ -229,8 +229,13 @@ ExteriorResult OrientOne(const Setting& setting, const std::string& path) {
   if (!vague && !without_heights.empty()) return Failed(name, without_heights);
 
   const PhotoImage image(raster, interior.negative);
-  const PhotoToOrient photo{name, setting.camera.camera, interior.positions, prior,
-                            AccuracyIsStated(setting, *row)};
+  const PhotoToOrient photo{name,
+                            setting.camera.camera,
+                            interior.positions,
+                            prior,
+                            AccuracyIsStated(setting, *row),
+                            CoveredAreas(setting.camera, setting.marks),
+                            &setting.surface};
   std::vector<Patch> patches;
   ExteriorResult result =
       vague ? Failed(name, "") : OrientAsStated(setting, photo, image, &patches);

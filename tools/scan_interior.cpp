@@ -6,6 +6,34 @@
 
 namespace orient {
 
+namespace {
+
+constexpr double kSymbolRadius_mm = 1;  // of one bar or dot
+
+CoveredArea Around(const Eigen::Vector2d& centre_mm, double radius_mm) {
+  const Eigen::Vector2d half = Eigen::Vector2d::Constant(radius_mm);
+  return {centre_mm - half, centre_mm + half};
+}
+
+}  // namespace
+
+std::vector<CoveredArea> CoveredAreas(const CameraFile& camera, const MarkShapes& marks) {
+  std::vector<CoveredArea> areas;
+  for (const Fiducial& fiducial : camera.fiducials) {
+    const auto shape = marks.find(fiducial.mark);
+    if (shape != marks.end())
+      areas.push_back(Around(fiducial.position_mm, MarkRadius(shape->second)));
+    if (!fiducial.symbol || !fiducial.symbol->at_mm) continue;
+    const Eigen::Vector2d step = fiducial.symbol->step_mm.value_or(Eigen::Vector2d::Zero());
+    for (int i = 0; i < fiducial.symbol->count; ++i)
+      areas.push_back(
+          Around(fiducial.position_mm + *fiducial.symbol->at_mm + i * step, kSymbolRadius_mm));
+  }
+  for (const BorderFeature& feature : camera.border)
+    if (feature.shows != BorderSign::kBright) areas.push_back({feature.from_mm, feature.to_mm});
+  return areas;
+}
+
 ScanInterior DigitalGeometry(const Camera& camera, const Raster& raster) {
   ScanInterior interior;
   interior.positions.push_back(

@@ -21,6 +21,10 @@ struct ScanInterior {
   std::string failure;  // not empty: no orientation
 };
 
+// What of the frame shows no ground: the fiducial marks with their symbols, and the clocks,
+// counters and unexposed parts that the camera file knows (its `border`).
+std::vector<CoveredArea> CoveredAreas(const CameraFile& camera, const MarkShapes& marks);
+
 ScanInterior DigitalGeometry(const Camera& camera, const Raster& raster);
 
 // From a result of interior orientation. Throws InputError where it cannot be read.

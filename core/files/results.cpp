@@ -5,6 +5,7 @@
 #include <cmath>
 #include <filesystem>
 #include <limits>
+#include <map>
 #include <stdexcept>
 
 #include "core/error.h"
@@ -185,6 +186,14 @@ Json PatchJson(const PatchResult& patch) {
           {"reason", patch.reason}};
 }
 
+// How many patches were not sought, for each reason.
+Json NotVisibleJson(const std::vector<PatchResult>& patches) {
+  std::map<std::string, int> counts;
+  for (const PatchResult& patch : patches)
+    if (patch.state == PatchState::kNotVisible) ++counts[patch.reason];
+  return counts;
+}
+
 Json AloneJson(const AloneResult& alone) {
   return {{"status", Name(alone.status)},
           {"pose", PoseJson(alone.pose)},
@@ -213,6 +222,7 @@ Json ExteriorJson(const ExteriorResult& result) {
                {"footprint", std::move(footprint)},
                {"iterations", std::move(iterations)},
                {"patches", std::move(patches)},
+               {"not_visible", NotVisibleJson(result.patches)},
                {"messages", result.messages}};
   if (result.alone) json["alone"] = AloneJson(*result.alone);
   if (const auto& ties = result.ties)
