@@ -150,6 +150,7 @@ def main(orient, inputs, program, first):
             after = {entry.name for entry in folder.iterdir()
                      if not entry.name.endswith(("-wal", "-shm", "-journal"))}
             assert after <= before, f"input {number}: files {after - before} appeared"
+            print(f"\r{number - first + 1} inputs", end="", file=sys.stderr, flush=True)
         print(f"inputs {first} to {first + inputs - 1}, {sum(codes.values())} runs, exit codes {codes}")
 
 

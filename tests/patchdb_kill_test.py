@@ -136,6 +136,7 @@ def main(orient, learner, kills, seed):
         while rounds.killed.total() < kills:
             done = rounds.kill_one(round_, done)
             round_ += 1
+            print(f"\r{rounds.killed.total()} killed", end="", file=sys.stderr, flush=True)
             assert round_ < 4 * kills + 20, "too few kills hit a running program"
             if round_ % 20 == 0:  # from the beginning, so that there is something to do
                 done = rounds.begin_anew()
