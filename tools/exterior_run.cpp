@@ -16,6 +16,7 @@
 #include "core/files/orientation_table.h"
 #include "core/geometry/ground_surface.h"
 #include "core/imaging/raster.h"
+#include "core/median.h"
 #include "exterior/orient_photo.h"
 #include "exterior/predict.h"
 #include "patchdb/patch_database.h"
@@ -35,7 +36,8 @@ namespace fs = std::filesystem;
 // What all photos of a run share; read before the first photo starts.
 struct Setting {
   const ExteriorRunOptions& options;
-  CameraFile camera;
+  CameraFile camera;  // with curvature and refraction in its lens, if `curved`
+  bool curved = false;
   MarkShapes marks;  // a film camera's; empty for a digital one
   OrientationTable approximations;
   Crs crs;
@@ -78,6 +80,15 @@ Crs BlockCrs(const ExteriorRunOptions& options, const OrientationTable& table) {
   return crs;
 }
 
+// The middle one of the run's photos.
+double FlyingHeight(const OrientationTable& table, const ExteriorRunOptions& options) {
+  std::vector<double> heights;
+  for (const std::string& path : options.photos)
+    if (const OrientationRow* row = table.Find(PhotoName(path)))
+      heights.push_back(row->pose.position_m.z());
+  return UpperMedian(std::move(heights));
+}
+
 Setting Prepare(const ExteriorRunOptions& options) {
   CameraFile camera = ReadCameraFile(options.camera);
   if (camera.camera.kind == CameraKind::kFilm && !options.interior)
@@ -90,7 +101,11 @@ Setting Prepare(const ExteriorRunOptions& options) {
       GroundSurface::FromFile(options.dem, crs, Region(table, camera.camera, options));
   MarkShapes marks;
   if (camera.camera.kind == CameraKind::kFilm) marks = LoadMarkShapes(camera);
-  return {options, std::move(camera), std::move(marks), std::move(table), crs, std::move(surface)};
+  const EarthCamera over =
+      OverEarth(camera.camera, options.earth, FlyingHeight(table, options), surface.MeanHeight());
+  camera.camera = over.camera;
+  return {options, std::move(camera), over.curved, std::move(marks), std::move(table),
+          crs,     std::move(surface)};
 }
 
 ExteriorResult Failed(const std::string& photo, const std::string& why) {
@@ -359,6 +374,11 @@ std::optional<std::string> ExteriorRunOptions::Check() const {
     return "kappa-sigma-deg must lie between 0 and 180";
   if (jobs < 0) return "jobs must not be negative";
   return std::nullopt;
+}
+
+EarthCamera CameraOfRun(const ExteriorRunOptions& options) {
+  const Setting setting = Prepare(options);
+  return {setting.camera.camera, setting.curved};
 }
 
 std::vector<ExteriorResult> RunExterior(const ExteriorRunOptions& options,

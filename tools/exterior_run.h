@@ -9,6 +9,7 @@
 #include "core/files/results.h"
 #include "core/geometry/bounds.h"
 #include "core/geometry/crs.h"
+#include "core/geometry/earth_effects.h"
 #include "patchdb/patch.h"
 
 namespace orient {
@@ -32,12 +33,17 @@ struct ExteriorRunOptions {
   // threads.
   std::function<std::vector<Patch>(const std::string& photo, const Bounds& footprint)>
       further_patches;
-  bool feedback = true;  // tell the patch database what matched
-  bool resume = false;   // keep results that are there
-  int jobs = 0;          // photos at a time; 0: one per core
+  EarthMode earth = EarthMode::kAuto;  // curvature and refraction
+  bool feedback = true;                // tell the patch database what matched
+  bool resume = false;                 // keep results that are there
+  int jobs = 0;                        // photos at a time; 0: one per core
 
   std::optional<std::string> Check() const;  // what is wrong with the options, if anything
 };
+
+// The camera as the run uses it: with curvature and refraction in its lens where they are wanted or
+// matter. Reads camera, table and DEM; throws as RunExterior does.
+EarthCamera CameraOfRun(const ExteriorRunOptions& options);
 
 // Orients the photos side by side, writes each photo's <photo>.exterior.json as soon as it is done
 // and at the end orientation.csv with its .prj (photos that are ok or weak). `done` is called once

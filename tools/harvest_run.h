@@ -9,6 +9,7 @@
 
 #include "core/files/orientation_table.h"
 #include "core/geometry/camera.h"
+#include "core/geometry/earth_effects.h"
 #include "patchdb/harvest.h"
 #include "patchdb/patch_database.h"
 
@@ -26,7 +27,8 @@ struct PhotosToHarvest {
   Camera camera;
   OrientationTable orientation;
   std::string orientation_path;
-  std::string interior_folder;  // empty: a digital camera
+  std::string interior_folder;         // empty: a digital camera
+  EarthMode earth = EarthMode::kAuto;  // what the orientation was made with
 };
 
 // What the database tells this file from others by: kind, name and content.

@@ -24,7 +24,7 @@ class Photos : public HarvestSources {
                   bool /*as_witness*/) const override {
     OpenSource open;
     open.raster = std::make_unique<Raster>(Raster::Open(photos_.paths[source]));
-    open.view = MakePhotoSource(View(source, *open.raster), Covariance(source),
+    open.view = MakePhotoSource(View(source, *open.raster, surface), Covariance(source),
                                 orientation_sigma_px_, surface);
     return open;
   }
@@ -32,7 +32,7 @@ class Photos : public HarvestSources {
   HarvestResult Harvest(std::size_t source, const Raster& raster, const GroundSurface& surface,
                         const HarvestOptions& options, const HarvestProgress& progress,
                         const HarvestContext& context) const override {
-    return HarvestPhoto(raster, View(source, raster), Covariance(source), surface, options,
+    return HarvestPhoto(raster, View(source, raster, surface), Covariance(source), surface, options,
                         progress, context);
   }
 
@@ -53,10 +53,12 @@ class Photos : public HarvestSources {
     return *bounds;
   }
 
-  PhotoView View(std::size_t source, const Raster& raster) const {
+  PhotoView View(std::size_t source, const Raster& raster, const GroundSurface& surface) const {
     const PhotoInterior interior = PhotoInteriorOf(raster, photos_.camera, photos_.interior_folder);
-    return {photos_.camera, interior.photo_from_pixel, RowOf(photos_.paths[source]).pose,
-            interior.film_correction};
+    const Pose& pose = RowOf(photos_.paths[source]).pose;
+    const EarthCamera over =
+        OverEarth(photos_.camera, photos_.earth, pose.position_m.z(), surface.MeanHeight());
+    return {over.camera, interior.photo_from_pixel, pose, interior.film_correction};
   }
 
   std::optional<Matrix6d> Covariance(std::size_t source) const {

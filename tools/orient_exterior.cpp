@@ -6,6 +6,7 @@
 #include "core/files/orientation_table.h"
 #include "tools/camera_library.h"
 #include "tools/commands.h"
+#include "tools/earth_option.h"
 #include "tools/exterior_run.h"
 #include "tools/exterior_summary.h"
 #include "tools/progress.h"
@@ -43,6 +44,7 @@ class ExteriorCommand : public Command {
     app.add_option("--kappa-sigma-deg", kappa_sigma_deg_,
                    "One sigma of approximate kappas without sigma columns, where it is not that of "
                    "omega and phi; 180: unknown");
+    AddEarthOption(app, &options_.earth);
     app.add_flag("--no-feedback", no_feedback_,
                  "Do not tell the patch database which patches were found");
     AddJobsOption(app, &options_.jobs);

@@ -5,6 +5,7 @@
 #include <ostream>
 
 #include "tools/commands.h"
+#include "tools/earth_option.h"
 #include "tools/progress.h"
 #include "tools/shared_options.h"
 #include "tools/simulate/simulate.h"
@@ -66,6 +67,7 @@ void SimulateCommand::SetupBlock(CLI::App& app) {
   add("--position-error-m", options_.position_error_m, "Sigma of the approximate positions, m");
   add("--attitude-error-deg", options_.attitude_error_deg,
       "Sigma of the approximate angles, degrees");
+  AddEarthOption(app, &options_.earth)->group("Block");
   app.add_flag("--bare", bare_, "No buildings and no trees")->group("Block");
 }
 

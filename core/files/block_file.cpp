@@ -123,6 +123,14 @@ void ReadAdjustment(const TomlTable& root, BlockFile* block) {
   choice.self_calibration = calibration == "camera";
 }
 
+EarthMode ReadEarth(const TomlTable& root) {
+  const std::string earth = root.FindText("earth").value_or("auto");
+  if (earth == "flat") return EarthMode::kFlat;
+  if (earth == "curved") return EarthMode::kCurved;
+  if (earth != "auto") root.Fail("earth", "is \"" + earth + "\"; it must be auto, flat or curved");
+  return EarthMode::kAuto;
+}
+
 std::vector<std::string> ReadPhotos(const TomlTable& root, const std::string& base) {
   const auto patterns = root.FindTexts("photos");
   if (!patterns || patterns->empty())
@@ -164,7 +172,7 @@ BlockFile ReadBlockFile(const std::string& path) {
   const toml::table document = ParseTomlFile(path);
   const TomlTable root(document, path, "",
                        {"crs", "dem", "patchdb", "camera", "photos", "approximations",
-                        "approximate_accuracy", "scan", "output", "block"});
+                        "approximate_accuracy", "scan", "output", "block", "earth"});
   const std::string base = fs::path(path).parent_path().string();
   BlockFile block{.crs = Crs::Parse(root.Text("crs"), path + ", crs"),
                   .dem = ExistingFile(root, "dem", base),
@@ -177,6 +185,7 @@ BlockFile ReadBlockFile(const std::string& path) {
                   .pixel_size_um = std::nullopt,
                   .polarity = std::nullopt,
                   .orientation = std::nullopt,
+                  .earth = ReadEarth(root),
                   .output_directory = OutputDirectory(root, base),
                   .adjustment = {}};
   ReadAccuracy(root, &block);

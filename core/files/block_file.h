@@ -7,6 +7,7 @@
 
 #include "core/files/results.h"
 #include "core/geometry/crs.h"
+#include "core/geometry/earth_effects.h"
 #include "core/geometry/transform2d.h"
 
 namespace orient {
@@ -31,6 +32,7 @@ struct BlockFile {
   std::optional<double> pixel_size_um;
   std::optional<Polarity> polarity;            // empty: auto
   std::optional<ScanOrientation> orientation;  // empty: auto
+  EarthMode earth = EarthMode::kAuto;          // curvature and refraction
   std::string output_directory;
   BlockAdjustmentChoice adjustment;
 };

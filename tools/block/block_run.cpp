@@ -37,6 +37,7 @@ class BlockRun {
         block_(options.block),
         camera_(ReadCameraFile(options.block.camera)),
         film_(camera_.camera.kind == CameraKind::kFilm),
+        earth_(options.block.earth),
         exterior_(StagePath(block_.output_directory, "exterior"), ".exterior.json") {
     if (film_) marks_ = LoadMarkShapes(camera_);
   }
@@ -49,6 +50,10 @@ class BlockRun {
     WriteFileAtomically(UnfinishedPath(out), "an interrupted run goes on with --resume\n");
     if (film_) OrientInteriors();
     OrientExteriors();
+    // Every stage from here on uses the camera that the photos were oriented with.
+    const EarthCamera over = CameraOfRun(ExteriorOptions());
+    camera_.camera = over.camera;
+    earth_ = over.curved ? EarthMode::kCurved : EarthMode::kFlat;
     ReadPhotos();
     BlockRunResult result;
     if (block_.adjustment.ties && photos_.size() > 1) Adjust(&result);
@@ -112,6 +117,7 @@ class BlockRun {
     options.crs = block_.crs;
     options.position_sigma_m = block_.position_sigma_m;
     options.attitude_sigma_rad = block_.attitude_sigma_rad;
+    options.earth = earth_;
     options.feedback = options_.feedback;
     options.jobs = options_.jobs;
     return options;
@@ -123,9 +129,9 @@ class BlockRun {
       return value ? std::to_string(*value) : std::string("-");
     };
     approximations_ = ReadOrientationTable(block_.approximations);
-    shared_ =
-        Digest("block 1" + DigestOfCamera(camera_) + DigestOfFile(block_.dem) + block_.crs.Wkt() +
-               sigma(block_.position_sigma_m) + sigma(block_.attitude_sigma_rad));
+    shared_ = Digest("block 1" + DigestOfCamera(camera_) + DigestOfFile(block_.dem) +
+                     block_.crs.Wkt() + std::to_string(static_cast<int>(block_.earth)) +
+                     sigma(block_.position_sigma_m) + sigma(block_.attitude_sigma_rad));
     patches_ = ContentOf(PatchDatabase::Open(block_.patchdb, PatchDatabase::Mode::kRead));
   }
 
@@ -250,6 +256,7 @@ class BlockRun {
   const BlockFile& block_;
   CameraFile camera_;
   bool film_;
+  EarthMode earth_;  // as the block file says, then as decided
   MarkShapes marks_;
   StageFolder exterior_;
   OrientationTable approximations_;

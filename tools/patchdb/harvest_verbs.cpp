@@ -8,6 +8,7 @@
 #include "core/files/camera_file.h"
 #include "core/files/orientation_table.h"
 #include "patchdb/patch_database.h"
+#include "tools/earth_option.h"
 #include "tools/harvest_run.h"
 #include "tools/patchdb/add_control.h"
 #include "tools/patchdb/filter_options.h"
@@ -86,6 +87,7 @@ class HarvestVerb : public PatchdbVerb {
         ->required();
     verb->add_option("--interior", photos_.interior_folder,
                      "Folder of interior orientations (film cameras)");
+    AddEarthOption(*verb, &photos_.earth);
     arguments_.Declare(*verb, "--max-per-photo");
     return verb;
   }
@@ -141,6 +143,7 @@ class AddGcpVerb : public PatchdbVerb {
     verb->add_option("--dem", control_.dem, "Ground heights around the points")->required();
     verb->add_option("--interior", photos_.interior_folder,
                      "Folder of interior orientations (film cameras)");
+    AddEarthOption(*verb, &photos_.earth);
     verb->add_option("--date", date_, "Date of the images, ISO 8601 (1961, 1961-07-30)")
         ->check(WhyNoDate);
     verb->add_option("--provenance", provenance_, "Who surveyed the points");

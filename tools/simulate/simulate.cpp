@@ -67,9 +67,19 @@ void RefuseLargeGround(const Bounds& extent, double cell_m) {
         "resolution; give fewer photos or larger scan pixels");
 }
 
+void PutOverEarth(const SimulationOptions& options, const BlockLayout& layout,
+                  const std::vector<PlannedPhoto>& photos, SimulatedCamera* camera) {
+  const double flying_m =
+      photos.empty() ? layout.mean_height_m : photos[photos.size() / 2].pose.position_m.z();
+  camera->over_earth =
+      OverEarth(camera->file.camera, options.earth, flying_m, layout.mean_height_m).camera;
+}
+
 Block PlanEverything(const SimulationOptions& options, const std::string& directory) {
-  const SimulatedCamera fresh_camera = NewCamera(options), old_camera = OldCamera(options);
+  SimulatedCamera fresh_camera = NewCamera(options), old_camera = OldCamera(options);
   const BlockLayout layout = PlanBlock(options, fresh_camera, old_camera);
+  PutOverEarth(options, layout, layout.fresh, &fresh_camera);
+  PutOverEarth(options, layout, layout.old, &old_camera);
   const Terrain terrain = Terrain::Make(layout.ground, {layout.mean_height_m, options.relief_m,
                                                         options.dem_cell_m, Mix(options.seed + 2)});
   RefuseSteepGround(terrain, fresh_camera);

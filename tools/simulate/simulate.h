@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "core/files/results.h"
+#include "core/geometry/earth_effects.h"
 #include "core/geometry/transform2d.h"
 
 namespace orient {
@@ -31,8 +32,9 @@ struct SimulationOptions {
   double relief_m = 60;   // highest minus lowest ground
   double dem_cell_m = 5;
   std::string crs = "EPSG:32635";
-  double change = 0.2;  // share of the parcels that look different on the new photos
-  bool objects = true;  // buildings and trees, which are not in the DEM
+  EarthMode earth = EarthMode::kAuto;  // curvature and refraction in the photos
+  double change = 0.2;                 // share of the parcels that look different on the new photos
+  bool objects = true;                 // buildings and trees, which are not in the DEM
 
   // The new photos' camera and scans.
   CameraPreset camera = CameraPreset::kDemo;

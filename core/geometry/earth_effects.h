@@ -1,0 +1,39 @@
+// Earth curvature and atmospheric refraction, for photos whose ground coordinates are those of a
+// map: east and north on a plane, heights above a curved surface.
+//
+// In a nearly vertical photo of the height H above the ground (principal distance c, radius r from
+// the nadir) curvature moves an image point towards the nadir by H r^3 / (2 R c^2), refraction away
+// from it by K (r + r^3 / c^2) (Manual of Photogrammetry; Kraus, Photogrammetry). What is linear in
+// r no photo tells from its flying height; what is cubic has the form of a radial distortion k1. So
+// the camera that looks through air at a curved earth is a camera with another lens, and whoever
+// projects with it does so consistently.
+#pragma once
+
+#include "core/geometry/camera.h"
+
+namespace orient {
+
+// Mean radius; what an ellipsoid and its latitudes change of it is below 0.4 % of the effect.
+inline constexpr double kEarthRadius_m = 6371000;
+
+enum class EarthMode { kAuto, kFlat, kCurved };
+
+// Bertram's K for the standard atmosphere (ARDC 1959), rad: a ray at the zenith angle t arrives
+// bent by K tan(t). Heights above sea level, metres, up to 15 km.
+double RefractionOfStandardAtmosphere(double flying_m, double ground_m);
+
+// The k1 of both effects together, per mm^2; negative: inwards. Heights above sea level, metres.
+double EarthDistortion(double principal_distance_mm, double flying_m, double ground_m);
+
+// The largest displacement of this k1 within the frame that no flying height absorbs, mm.
+double LargestUnabsorbed(const Camera& camera, double k1);
+
+// The camera with its lens changed by the two effects; as it is where the mode says flat, or says
+// auto and they stay below a tenth of a pixel (of a digital camera; of film, of 25 um).
+struct EarthCamera {
+  Camera camera;
+  bool curved = false;
+};
+EarthCamera OverEarth(const Camera& camera, EarthMode mode, double flying_m, double ground_m);
+
+}  // namespace orient

@@ -1,0 +1,28 @@
+// --earth, which several subcommands have.
+#pragma once
+
+#include <CLI/App.hpp>
+#include <map>
+#include <string>
+
+#include "core/geometry/earth_effects.h"
+
+namespace orient {
+
+inline const std::map<std::string, EarthMode>& EarthModes() {
+  static const std::map<std::string, EarthMode> modes = {
+      {"auto", EarthMode::kAuto}, {"flat", EarthMode::kFlat}, {"curved", EarthMode::kCurved}};
+  return modes;
+}
+
+inline CLI::Option* AddEarthOption(CLI::App& app, EarthMode* mode) {
+  return app
+      .add_option_function<std::string>(
+          "--earth", [mode](const std::string& name) { *mode = EarthModes().at(name); },
+          "Earth curvature and refraction: auto (where they exceed 0.1 px), flat (without) or "
+          "curved (with them)")
+      ->check(CLI::IsMember({"auto", "flat", "curved"}))
+      ->default_str("auto");
+}
+
+}  // namespace orient
