@@ -20,11 +20,10 @@
 #include "exterior/orient_photo.h"
 #include "exterior/predict.h"
 #include "patchdb/patch_database.h"
-#include "tools/exposure_date.h"
+#include "tools/exterior_learning.h"
 #include "tools/footprint.h"
 #include "tools/height_check.h"
 #include "tools/interior_run.h"
-#include "tools/made_from.h"
 #include "tools/patch_sheet.h"
 #include "tools/scan_interior.h"
 #include "tools/shared_options.h"
@@ -265,76 +264,6 @@ ExteriorResult OrientOne(const Setting& setting, const std::string& path) {
   Illustrate(setting, interior, image, patches, &result);
   return result;
 }
-
-// Before hours of work, not after the first photo. One connection for the whole run.
-std::optional<PatchDatabase> OpenForFeedback(const ExteriorRunOptions& options) {
-  if (!options.feedback) return std::nullopt;
-  try {
-    return PatchDatabase::Open(options.patchdb, PatchDatabase::Mode::kWrite);
-  } catch (const InputError& error) {
-    throw InputError(std::string(error.what()) +
-                     "; the patch database cannot be written: give --no-feedback, or a copy that "
-                     "can");
-  }
-}
-
-// Returns why the database could not be told; empty: it was, or there was nothing to tell.
-std::string Feedback(PatchDatabase& database, const std::string& path, CameraKind kind,
-                     const ExteriorResult& result) {
-  std::vector<MatchAttempt> attempts;
-  for (const PatchResult& patch : result.patches)
-    if (patch.state != PatchState::kNotVisible)
-      attempts.push_back({patch.id, result.photo, std::string(Name(patch.state)), patch.ncc,
-                          patch.residual_px, patch.reason, std::nullopt,
-                          std::string(Name(result.status)), patch.predicted, patch.pixel, ""});
-  if (attempts.empty()) return "";
-  try {
-    const std::string digest = DigestOfFile(path);
-    const auto date = ExposureDate(path, kind);
-    for (MatchAttempt& attempt : attempts) {
-      attempt.photo_digest = digest;
-      attempt.photo_date = date;
-    }
-    database.RecordAttempts(attempts);
-  } catch (const InputError& error) {
-    return std::string("the patch database did not learn from it: ") + error.what();
-  }
-  return "";
-}
-
-// The patch database learns when all photos are done: what one photo teaches must not change how
-// the next one is sought, or results would depend on their order and on interruptions. A note in
-// the folder outlives a killed run; the next one tells what that one found, too.
-class Learning {
- public:
-  explicit Learning(const ExteriorRunOptions& options)
-      : options_(options),
-        database_(OpenForFeedback(options)),
-        note_((fs::path(options.out) / "not_yet_learnt").string()) {
-    if (!database_) return;
-    interrupted_ = options.resume && fs::exists(note_);
-    WriteFileAtomically(note_, "the patch database has not learnt from these results yet\n");
-  }
-
-  // `fresh`: results of this run. What cannot be told does not take a photo's orientation away.
-  void Tell(const std::vector<char>& fresh, CameraKind kind, std::vector<ExteriorResult>* results) {
-    if (!database_) return;
-    for (std::size_t i = 0; i < results->size(); ++i) {
-      if (!fresh[i] && !interrupted_) continue;
-      const std::string why_not = Feedback(*database_, options_.photos[i], kind, (*results)[i]);
-      if (why_not.empty()) continue;
-      (*results)[i].messages.push_back(why_not);
-      WriteExteriorResult(options_.out, (*results)[i]);
-    }
-    fs::remove(note_);
-  }
-
- private:
-  const ExteriorRunOptions& options_;
-  std::optional<PatchDatabase> database_;
-  std::string note_;
-  bool interrupted_ = false;  // an earlier run, before it told anything
-};
 
 OrientationTable TableOf(const std::vector<ExteriorResult>& results, const Crs& crs) {
   OrientationTable table;
