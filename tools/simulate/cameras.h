@@ -11,7 +11,9 @@ struct SimulatedCamera {
   double pixel_size_mm = 0.025;
   double film_half_mm = 0;  // the film's edge; 0 for a digital camera
   int width_px = 0, height_px = 0;
-  Camera over_earth;  // file.camera, with curvature and refraction where they are simulated
+  std::optional<Camera> over_earth = std::nullopt;  // with curvature and refraction; absent: flat
+
+  const Camera& Seeing() const { return over_earth ? *over_earth : file.camera; }
 };
 
 SimulatedCamera NewCamera(const SimulationOptions& options);

@@ -85,7 +85,7 @@ std::vector<std::uint16_t> MakePhoto(const SimulationOptions& options,
                                      const GroundRaster& ground, const Terrain& terrain) {
   constexpr double kPastFrame_mm = 0.3;
   Image image =
-      RenderPhoto(camera.over_earth, plan.photo.pose, plan.scan, ground, terrain, kPastFrame_mm);
+      RenderPhoto(camera.Seeing(), plan.photo.pose, plan.scan, ground, terrain, kPastFrame_mm);
   DrawFilm(FilmOf(camera, plan), plan.scan, options.blur_px, &image);
   return Scan(image, ScannerOf(options, plan));
 }

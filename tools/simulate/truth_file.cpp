@@ -61,7 +61,7 @@ Json CheckJson(const SimulatedCamera& camera, const PhotoPlan& plan,
                const std::vector<Vector3d>& points) {
   Json seen = Json::array();
   for (size_t i = 0; i < points.size(); ++i) {
-    const auto photo = PhotoFromGround(camera.over_earth, plan.photo.pose, points[i]);
+    const auto photo = PhotoFromGround(camera.Seeing(), plan.photo.pose, points[i]);
     if (!photo || !camera.file.camera.InFrame(*photo)) continue;
     const Vector2d pixel = plan.scan.PixelFromPhoto(*photo);
     seen.push_back({{"point", i}, {"pixel", {pixel.x(), pixel.y()}}});
