@@ -55,7 +55,7 @@ class Adjustment {
   bool DismissWithoutDatum();
   bool DismissUndetermined();
   void Dismiss(std::size_t photo, PhotoState state);
-  void Solve(BlockLoss loss, double tolerance, int iterations);
+  bool Solve(BlockLoss loss, double tolerance, int iterations);
   BlockTests Test();
   void Finish();
   void Say();
@@ -175,14 +175,15 @@ bool Adjustment::NobodyIsLeft() const {
   return std::none_of(takes_part.begin(), takes_part.end(), [](bool takes) { return takes; });
 }
 
-void Adjustment::Solve(BlockLoss loss, double tolerance, int iterations) {
+// Whether it came to rest.
+bool Adjustment::Solve(BlockLoss loss, double tolerance, int iterations) {
   const Stopwatch watch(&result_->timings.solve);
   BlockSolve how;
   how.loss = loss;
   how.loss_scale = kCauchyScale;
   how.tolerance = tolerance;
   how.max_iterations = iterations;
-  result_->converged = solver_->Solve(how, &result_->timings);
+  return solver_->Solve(how, &result_->timings);
 }
 
 BlockTests Adjustment::Test() {
@@ -209,7 +210,7 @@ void Adjustment::Rounds() {
   int factor_rounds = 0;
   for (int round = 0; round < system_.options.max_rounds; ++round) {
     dismissed_ = false;
-    Solve(BlockLoss::kNone, 1e-9, 50);
+    const bool at_rest = Solve(BlockLoss::kNone, 1e-9, system_.options.max_iterations);
     if (!Determine(0)) return;
     if (dismissed_) continue;
     tests_ = Test();
@@ -222,10 +223,11 @@ void Adjustment::Rounds() {
     const bool factors =
         clean && factor_rounds < kMostFactorRounds && FactorsFromSums(tests_, &system_);
     factor_rounds += factors ? 1 : 0;
-    if (changes > 0 || factors) continue;
+    if (!at_rest || changes > 0 || factors) continue;
     if (system_.options.self_calibration &&
         TestCalibration(*normals_, &system_, &result_->calibration))
       continue;
+    result_->converged = true;
     return;
   }
   result_->messages.emplace_back("The adjustment did not come to rest.");
@@ -266,10 +268,7 @@ void Adjustment::Run() {
       StartCalibration(&system_);
     Rounds();
   }
-  if (NobodyIsLeft()) {
-    tests_ = {};
-    result_->converged = false;
-  }
+  if (NobodyIsLeft()) tests_ = {};
   Finish();
 }
 
@@ -283,7 +282,8 @@ std::optional<std::string> BlockOptions::Check() const {
     return "gnss_shift_sigma_m and gnss_drift_sigma_m must be positive";
   if (!(height_correlation_m > 0)) return "height_correlation_m must be positive";
   if (!(min_ray_angle_deg >= 0)) return "min_ray_angle_deg must not be negative";
-  if (max_rounds < 1 || threads < 1) return "max_rounds and threads must be at least 1";
+  if (max_rounds < 1 || max_iterations < 1 || threads < 1)
+    return "max_rounds, max_iterations and threads must be at least 1";
   return std::nullopt;
 }
 

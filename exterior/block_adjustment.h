@@ -97,6 +97,7 @@ struct BlockOptions {
   double min_ray_angle_deg = 1.5;     // ties seen under less from everywhere say nothing
   bool full_covariance = true;        // of all poses, where there are at most 300 photos
   int max_rounds = 12;                // of test and adjustment
+  int max_iterations = 50;            // of one adjustment
   int threads = 1;
   std::optional<std::string> Check() const;  // what is wrong with the options, if anything
 };
@@ -200,6 +201,7 @@ struct BlockTimings {  // wall clock, seconds
 };
 
 struct BlockResult {
+  // Poses, tests and what is used came to rest together; otherwise nothing here may be trusted.
   bool converged = false;
   std::vector<AdjustedPhoto> photos;            // as in the block
   std::vector<AdjustedPoint> points;            // as in the block

@@ -88,7 +88,8 @@ bool BlockSolver::Solve(const BlockSolve& how, BlockTimings* timings) {
   timings->ceres += summary.total_time_in_seconds;
   timings->iterations += static_cast<int>(summary.iterations.size());
   ++timings->solves;
-  return summary.IsSolutionUsable();
+  // IsSolutionUsable() would count a run that was cut off as well.
+  return summary.termination_type == ceres::CONVERGENCE;
 }
 
 }  // namespace orient

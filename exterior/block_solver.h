@@ -24,7 +24,8 @@ class BlockSolver {
   BlockSolver(const BlockSolver&) = delete;
   BlockSolver& operator=(const BlockSolver&) = delete;
 
-  // Moves the system's unknowns. False where Ceres found no way down. Adds to the timings.
+  // Moves the system's unknowns. False where Ceres found no way down or was cut off before it came
+  // to rest. Adds to the timings.
   bool Solve(const BlockSolve& how, BlockTimings* timings);
 
  private:

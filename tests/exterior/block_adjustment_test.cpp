@@ -45,26 +45,38 @@ TEST(BlockAdjustment, SaysHowPreciseItIs) {
   EXPECT_LT(all.PointChi(), 1.25);
 }
 
+// Fifteen blocks, clean and with gross errors: as precise as they say, and hardly worse.
 TEST(SlowBlockAdjustment, SaysHowPreciseItIsOfManyBlocks) {
+  constexpr int kBlocks = 15;
+  Eigen::Vector2d clean_rms = Eigen::Vector2d::Zero();
   for (const double gross : {0.0, 0.05}) {
     BundleVerdict all;
-    for (unsigned seed = 1; seed <= 15; ++seed) {
+    Eigen::Vector2d sum = Eigen::Vector2d::Zero();
+    for (unsigned seed = 1; seed <= kBlocks; ++seed) {
       BundleSimulationOptions options;
       options.seed = seed;
       options.gross_ties = options.gross_control = gross;
       const BundleSimulation simulation = SimulateBundle(options);
       const BundleVerdict verdict = JudgeBundle(simulation, AdjustBlock(simulation.block));
       EXPECT_LT(verdict.worst_photo_horizontal, kHorizontalGsd);
+      sum += Eigen::Vector2d(verdict.horizontal_gsd, verdict.height_gsd).cwiseAbs2();
       all.Add(verdict);
     }
+    const Eigen::Vector2d rms = (sum / kBlocks).cwiseSqrt();
     std::printf(
-        "%.0f %% gross errors: normalised errors of poses %.2f, of points %.2f; of %d gross "
-        "errors %d can be found, %d are named, %d good ones besides\n",
-        100 * gross, all.PoseChi(), all.PointChi(), all.gross, all.findable, all.findable_named,
-        all.wrongly_named);
+        "%.0f %% gross errors: check points %.3f GSD horizontally, %.3f in height; normalised "
+        "errors of poses %.2f, of points %.2f; of %d gross errors %d can be found, %d are named, "
+        "of the rest %d, %d good ones besides\n",
+        100 * gross, rms.x(), rms.y(), all.PoseChi(), all.PointChi(), all.gross, all.findable,
+        all.findable_named, all.gross_named - all.findable_named, all.wrongly_named);
+    EXPECT_LT(rms.x(), kHorizontalGsd);
+    EXPECT_LT(rms.y(), kHeightGsd);
     EXPECT_NEAR(all.PoseChi(), 1.0, 0.2);
     EXPECT_NEAR(all.PointChi(), 1.0, 0.2);
     EXPECT_GE(all.findable_named, 0.95 * all.findable);
+    if (gross == 0) clean_rms = rms;
+    EXPECT_LT(rms.x(), 1.1 * clean_rms.x());
+    EXPECT_LT(rms.y(), 1.1 * clean_rms.y());
   }
 }
 
@@ -109,6 +121,25 @@ TEST(BlockAdjustment, LowersNoStatedVarianceWhereItIsToldSo) {
   for (const VarianceComponent& component : AdjustBlock(simulation.block, careful).components)
     EXPECT_GE(component.factor, 1) << component.group;
   EXPECT_NEAR(AdjustBlock(simulation.block).components[0].factor, 0.25, 0.03);
+}
+
+// Ceres calls a run that was cut off usable.
+TEST(BlockAdjustment, SaysWhereItDidNotComeToRest) {
+  BundleSimulationOptions simulated = SmallBlock();
+  simulated.gross_ties = 0.05;
+  const BundleSimulation simulation = SimulateBundle(simulated);
+  EXPECT_TRUE(AdjustBlock(simulation.block).converged);
+  BlockOptions few_rounds, few_iterations;
+  few_rounds.max_rounds = 1;
+  few_iterations.max_iterations = 1;
+  few_iterations.max_rounds = 2;
+  few_iterations.snooping = few_iterations.robust_start = false;
+  for (const BlockOptions& options : {few_rounds, few_iterations}) {
+    const BlockResult result = AdjustBlock(simulation.block, options);
+    EXPECT_FALSE(result.converged);
+    ASSERT_FALSE(result.messages.empty());
+    EXPECT_NE(result.messages[0].find("did not come to rest"), std::string::npos);
+  }
 }
 
 TEST(BlockAdjustment, HasNothingToDoWithHeldOutPatches) {
