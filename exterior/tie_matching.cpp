@@ -6,6 +6,7 @@
 #include <numbers>
 
 #include "exterior/match.h"
+#include "exterior/photo_task.h"
 #include "exterior/pixel_lattice.h"
 
 namespace orient {
@@ -13,7 +14,6 @@ namespace {
 
 // Where `from` shows what `to` shows is computed on a lattice and linear between its nodes.
 constexpr double kLatticeStep = 5;
-constexpr double kWindowSigmas = 3;
 constexpr double kSearchMarginPx = 3;
 constexpr double kBackRadiusPx = 3;
 constexpr int kMaxSupersampling = 8;

@@ -2,6 +2,7 @@
 
 #include <Eigen/Dense>
 
+#include "core/error.h"
 #include "core/imaging/side_by_side.h"
 #include "exterior/tie_matching.h"
 #include "exterior/tie_places.h"
@@ -28,7 +29,11 @@ std::optional<MeasuredTie> MeasurePlace(const std::vector<TiePhoto>& photos, std
                                         const TieOptions& options) {
   MeasuredTie tie{place.ground_m, {{owner, place.pixel, Eigen::Matrix2d::Zero(), 1}}};
   for (const std::size_t other : place.further) {
-    auto sighting = MatchPlace(photos[owner], photos[other], place, surface, options);
+    std::optional<TieSighting> sighting;
+    try {
+      sighting = MatchPlace(photos[owner], photos[other], place, surface, options);
+    } catch (const InputError&) {  // a scan damaged there shows nothing; others may
+    }
     if (!sighting) continue;
     sighting->photo = other;
     tie.seen.push_back(*sighting);

@@ -51,7 +51,8 @@ struct TieOptions {
   double model_sigma_px = 0.1;
 };
 
-// Those ties that photos[owner] owns. Reads windows of the images only. The same ones every time.
+// Those ties that photos[owner] owns. Reads windows of the images only. The same ones every time. A
+// photo that is damaged shows nothing there; throws InputError where the owner is.
 std::vector<MeasuredTie> FindTies(const std::vector<TiePhoto>& photos, std::size_t owner,
                                   const GroundSurface& surface, const TieOptions& options = {});
 

@@ -1,9 +1,12 @@
 #include "tools/block/block_photos.h"
 
 #include <algorithm>
+#include <filesystem>
 
 #include "core/error.h"
+#include "core/files/atomic_write.h"
 #include "core/files/orientation_table.h"
+#include "tools/block/stage_folder.h"
 #include "tools/film_positions.h"
 
 namespace orient {
@@ -33,6 +36,16 @@ void TakeFilmPosition(const CameraFile& camera, const MarkShapes& marks,
                                    : std::string("unknown"))};
 }
 
+// The note that StageFolder leaves beside a result.
+std::string NoteBeside(const std::string& result_path) {
+  constexpr std::string_view kSuffix = ".exterior.json";
+  if (!result_path.ends_with(kSuffix)) return "";
+  const std::string path =
+      result_path.substr(0, result_path.size() - kSuffix.size()) + StageFolder::kNoteSuffix;
+  std::error_code ignored;
+  return std::filesystem::exists(path, ignored) ? ReadFile(path) : "";
+}
+
 bool Touch(const Bounds& a, const Bounds& b) {
   return a.min_x < b.max_x && b.min_x < a.max_x && a.min_y < b.max_y && b.min_y < a.max_y;
 }
@@ -47,6 +60,7 @@ BlockPhotoFile ReadBlockPhoto(const std::string& path, const std::string& result
   photo.path = path;
   photo.result_path = result_path;
   photo.exterior = ReadExteriorResult(result_path);
+  photo.made_from = NoteBeside(result_path);
   if (!photo.exterior.covariance) photo.exterior.pose.reset();
   if (!photo.HasPose()) return photo;
   TakeFilmPosition(camera, marks, interior_directory, &photo);
@@ -66,10 +80,17 @@ std::vector<std::size_t> NeighboursOf(const std::vector<BlockPhotoFile>& photos,
 }
 
 OpenPhotos::OpenPhotos(const std::vector<BlockPhotoFile>& photos,
-                       const std::vector<std::size_t>& which, const Camera& camera) {
+                       const std::vector<std::size_t>& which, std::size_t owner,
+                       const Camera& camera) {
   for (const std::size_t i : which) {
     const BlockPhotoFile& photo = photos[i];
-    rasters_.push_back(std::make_unique<Raster>(Raster::Open(photo.path)));
+    if (i == owner) owner_ = photos_.size();
+    try {
+      rasters_.push_back(std::make_unique<Raster>(Raster::Open(photo.path)));
+    } catch (const InputError&) {
+      if (i == owner) throw;
+      continue;  // told where it is itself the owner
+    }
     images_.push_back(std::make_unique<PhotoImage>(*rasters_.back(), photo.negative));
     photos_.push_back(
         {photo.name, photo.View(camera), *photo.exterior.covariance, images_.back().get()});

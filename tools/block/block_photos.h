@@ -19,6 +19,7 @@ namespace orient {
 struct BlockPhotoFile {
   std::string name, path;
   std::string result_path;  // of the exterior result
+  std::string made_from;    // what that result was made from: its stage's note; empty: none there
   ExteriorResult exterior;  // of this photo alone, or of its neighbours' patches
   bool by_neighbours = false;
   ExteriorResult alone;  // what it was before, where it is by neighbours
@@ -45,14 +46,18 @@ std::vector<std::size_t> NeighboursOf(const std::vector<BlockPhotoFile>& photos,
 // Photos with their images open; owned here, referred to by TiePhoto::image.
 class OpenPhotos {
  public:
+  // In the order of `which`. Those that cannot be opened are left out, but for the `owner`: throws
+  // InputError then.
   OpenPhotos(const std::vector<BlockPhotoFile>& photos, const std::vector<std::size_t>& which,
-             const Camera& camera);
+             std::size_t owner, const Camera& camera);
   const std::vector<TiePhoto>& Photos() const { return photos_; }
+  std::size_t Owner() const { return owner_; }  // index into Photos()
 
  private:
   std::vector<std::unique_ptr<Raster>> rasters_;
   std::vector<std::unique_ptr<PhotoImage>> images_;
   std::vector<TiePhoto> photos_;
+  std::size_t owner_ = 0;
 };
 
 }  // namespace orient

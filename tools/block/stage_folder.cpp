@@ -13,7 +13,7 @@ std::string StageFolder::ResultPath(const std::string& photo) const {
 }
 
 std::string StageFolder::NotePath(const std::string& photo) const {
-  return (fs::path(directory_) / (photo + ".made_from")).string();
+  return (fs::path(directory_) / (photo + kNoteSuffix)).string();
 }
 
 bool StageFolder::IsCurrent(const std::string& photo, const std::string& digest) const {

@@ -9,6 +9,8 @@ namespace orient {
 // its note, or whose note says something else, is no result: the job is done again.
 class StageFolder {
  public:
+  static constexpr const char* kNoteSuffix = ".made_from";
+
   // `suffix`: ".exterior.json", ".ties.json". Nothing is made yet.
   StageFolder(std::string directory, std::string suffix)
       : directory_(std::move(directory)), suffix_(std::move(suffix)) {}

@@ -3,9 +3,11 @@
 #include <tbb/parallel_for_each.h>
 #include <tbb/task_arena.h>
 
-#include <numeric>
+#include <algorithm>
+#include <new>
 
 #include "core/error.h"
+#include "core/files/atomic_write.h"
 #include "tools/made_from.h"
 #include "tools/shared_options.h"
 
@@ -13,14 +15,15 @@ namespace orient {
 namespace {
 
 // What the ties of one photo depend on; to be raised where the method changes.
-constexpr const char* kMethod = "ties 1";
+constexpr const char* kMethod = "ties 2";
 
 std::string DigestOfJob(const TieStage& stage, std::size_t owner,
                         const std::vector<std::size_t>& neighbours) {
   std::string text = kMethod + stage.inputs;
   const auto add = [&](std::size_t i) {
-    text += stage.photos[i].name + DigestOfFile(stage.photos[i].path) +
-            DigestOfFile(stage.photos[i].result_path);
+    const BlockPhotoFile& photo = stage.photos[i];
+    text += photo.name + DigestOfFile(photo.path) + photo.made_from +
+            Digest(ReadFile(photo.result_path));
   };
   add(owner);
   for (const std::size_t i : neighbours) add(i);
@@ -45,9 +48,8 @@ void MeasureTies(const TieStage& stage, std::size_t owner,
   std::vector<std::size_t> which = neighbours;
   which.push_back(owner);
   std::sort(which.begin(), which.end());
-  const auto at = std::find(which.begin(), which.end(), owner) - which.begin();
-  const OpenPhotos open(stage.photos, which, stage.camera);
-  const auto ties = FindTies(open.Photos(), static_cast<std::size_t>(at), stage.surface);
+  const OpenPhotos open(stage.photos, which, owner, stage.camera);
+  const auto ties = FindTies(open.Photos(), open.Owner(), stage.surface);
   WriteTieFile(stage.folder.ResultPath(stage.photos[owner].name), stage.photos[owner].name,
                Records(ties, open.Photos()));
 }
@@ -66,6 +68,10 @@ std::string RunJob(const TieStage& stage, std::size_t owner) {
       MeasureTies(stage, owner, neighbours);
   } catch (const InputError& error) {
     return name + " gives no tie points: " + error.what();
+  } catch (const std::bad_alloc&) {
+    return name + " gives no tie points: out of memory; use fewer --jobs";
+  } catch (const std::exception& error) {
+    return name + " gives no tie points: internal error, please report it: " + error.what();
   }
   stage.folder.Note(name, digest);
   return "";
