@@ -1,9 +1,13 @@
 #include "tools/made_from.h"
 
+#include <cpl_string.h>
 #include <cpl_vsi.h>
+#include <gdal_priv.h>
 
 #include <cstdint>
 #include <memory>
+#include <mutex>
+#include <set>
 #include <sstream>
 
 #include "core/format_text.h"
@@ -14,6 +18,26 @@ namespace {
 struct CloseFile {
   void operator()(VSILFILE* file) const { VSIFCloseL(file); }
 };
+
+struct CloseDataset {
+  void operator()(GDALDataset* dataset) const { GDALClose(dataset); }
+};
+struct FreeList {
+  void operator()(char** list) const { CSLDestroy(list); }
+};
+
+// A raster's files and, through those that are rasters themselves, theirs.
+void CollectFiles(const std::string& path, std::set<std::string>* files) {
+  const std::unique_ptr<GDALDataset, CloseDataset> dataset(
+      GDALDataset::Open(path.c_str(), GDAL_OF_RASTER | GDAL_OF_READONLY));
+  if (!dataset) return;
+  const std::unique_ptr<char*, FreeList> list(dataset->GetFileList());
+  const bool made_of_others = dataset->GetDriverName() == std::string("VRT");
+  for (int i = 0; list && list.get()[i] != nullptr; ++i) {
+    const std::string file = list.get()[i];
+    if (files->insert(file).second && made_of_others && file != path) CollectFiles(file, files);
+  }
+}
 
 template <class T>
 std::string OrNone(const std::optional<T>& value) {
@@ -43,6 +67,24 @@ std::string DigestOfFile(const std::string& path) {
   for (const vsi_l_offset from : {vsi_l_offset{0}, last / 2, last}) {
     if (VSIFSeekL(file.get(), from, SEEK_SET) != 0) return "";
     seen.append(piece, 0, VSIFReadL(piece.data(), 1, kPiece, file.get()));
+  }
+  return Digest(seen);
+}
+
+std::string DigestOfRaster(const std::string& path) {
+  static std::once_flag registered;
+  std::call_once(registered, [] { GDALAllRegister(); });
+  std::set<std::string> files;
+  CPLPushErrorHandler(CPLQuietErrorHandler);
+  CollectFiles(path, &files);
+  CPLPopErrorHandler();
+  if (files.empty()) return "";
+  std::string seen;
+  for (const std::string& file : files) {
+    VSIStatBufL status{};
+    seen += DigestOfFile(file);
+    if (VSIStatL(file.c_str(), &status) == 0) seen += " " + std::to_string(status.st_mtime);
+    seen += '\n';
   }
   return Digest(seen);
 }

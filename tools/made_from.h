@@ -17,6 +17,11 @@ std::string Digest(const std::string& text);
 // it cannot be read. Whatever GDAL reads, /vsi paths too.
 std::string DigestOfFile(const std::string& path);
 
+// Of a raster's files, those that it is put together from too (a VRT's): length, time of change and
+// pieces of each, for heights may be corrected in place and in the middle of a file. Empty where it
+// cannot be read.
+std::string DigestOfRaster(const std::string& path);
+
 // Of all a camera file says, comments aside, and of the pictures of its marks.
 std::string DigestOfCamera(const CameraFile& camera);
 

@@ -2,10 +2,12 @@
 
 #include <algorithm>
 #include <filesystem>
+#include <list>
 #include <map>
 #include <mutex>
 
 #include "core/error.h"
+#include "core/files/atomic_write.h"
 #include "core/files/orientation_table.h"
 #include "patchdb/harvest.h"
 #include "tools/block/stage_folder.h"
@@ -19,10 +21,17 @@ namespace fs = std::filesystem;
 
 constexpr int kMaxRounds = 20;
 constexpr int kPatchesOfAPhoto = 500;
+// Lenders whose patches are kept in memory: a photo's weigh some 10 MB.
+constexpr std::size_t kLendersInMemory = 24;
 // Neighbours' patches have numbers below zero, which no database gives.
 constexpr std::int64_t kNumbersOfAPhoto = 100000;
 
-// Patches of the photos that have a pose, each photo's cut when somebody first asks.
+bool Touch(const Bounds& a, const Bounds& b) {
+  return a.min_x < b.max_x && b.min_x < a.max_x && a.min_y < b.max_y && b.min_y < a.max_y;
+}
+
+// Patches of the photos that have a pose, each photo's cut when somebody asks; those that were
+// asked for last are kept.
 class NeighbourPatches {
  public:
   NeighbourPatches(const NeighbourStage& stage, const std::vector<BlockPhotoFile>& photos)
@@ -39,22 +48,14 @@ class NeighbourPatches {
     return patches;
   }
 
-  // Who would be asked.
-  std::vector<std::size_t> Sources() const {
-    std::vector<std::size_t> sources;
-    for (std::size_t i = 0; i < photos_.size(); ++i)
-      if (photos_[i].HasPose()) sources.push_back(i);
-    return sources;
-  }
-
  private:
-  static bool Touch(const Bounds& a, const Bounds& b) {
-    return a.min_x < b.max_x && b.min_x < a.max_x && a.min_y < b.max_y && b.min_y < a.max_y;
-  }
-
   const std::vector<Patch>& Of(std::size_t i) {
-    const auto known = patches_.find(i);
-    if (known != patches_.end()) return known->second;
+    const auto known = std::find_if(kept_.begin(), kept_.end(),
+                                    [i](const auto& lender) { return lender.first == i; });
+    if (known != kept_.end()) {
+      kept_.splice(kept_.begin(), kept_, known);
+      return known->second;
+    }
     std::vector<Patch> patches;
     try {
       const Raster raster = Raster::Open(photos_[i].path);
@@ -71,21 +72,23 @@ class NeighbourPatches {
       if (photos_[i].negative)
         for (float& value : patches[k].chip.values) value = -value;
     }
-    return patches_[i] = std::move(patches);
+    kept_.emplace_front(i, std::move(patches));
+    if (kept_.size() > kLendersInMemory) kept_.pop_back();
+    return kept_.front().second;
   }
 
   const NeighbourStage& stage_;
   const std::vector<BlockPhotoFile>& photos_;
   std::mutex mutex_;
-  std::map<std::size_t, std::vector<Patch>> patches_;
+  std::list<std::pair<std::size_t, std::vector<Patch>>> kept_;  // by photo, the last asked first
 };
 
 // Of all that lend patches in a round: coarse, but rounds are few and failed photos, too.
 std::string DigestOfRound(const NeighbourStage& stage, const std::vector<BlockPhotoFile>& photos) {
-  std::string text = "neighbours 1" + stage.inputs;
+  std::string text = "neighbours 2" + stage.inputs;
   for (const BlockPhotoFile& photo : photos)
-    text += photo.name + DigestOfFile(photo.path) + DigestOfFile(photo.result_path) +
-            (photo.HasPose() ? "+" : "-");
+    text += photo.name + DigestOfFile(photo.path) + photo.made_from +
+            Digest(ReadFile(photo.result_path)) + (photo.HasPose() ? "+" : "-");
   return Digest(text);
 }
 
@@ -104,40 +107,72 @@ bool MayBeTried(const BlockPhotoFile& photo, const NeighbourStage& stage,
   }
 }
 
-// Whether the round oriented anybody.
-bool RunRound(const NeighbourStage& stage, int round, const OrientationTable& approximations,
-              std::vector<BlockPhotoFile>* photos) {
-  const StageFolder folder(
-      (fs::path(stage.directory) / ("round-" + std::to_string(round))).string(), ".exterior.json");
+// The rounds so far: who was oriented in the last one, and where each photo that failed looked for
+// patches. It is tried again only where somebody new lends some there.
+struct RoundsSoFar {
+  int count = 0;
+  std::vector<std::size_t> fresh;
+  std::map<std::string, Bounds> sought;
+};
+
+bool AnythingNew(const RoundsSoFar& rounds, const std::vector<BlockPhotoFile>& photos,
+                 const std::string& name) {
+  const auto area = rounds.sought.find(name);
+  if (area == rounds.sought.end()) return true;
+  return std::any_of(rounds.fresh.begin(), rounds.fresh.end(),
+                     [&](std::size_t i) { return Touch(photos[i].footprint, area->second); });
+}
+
+std::vector<std::size_t> ToBeTried(const NeighbourStage& stage, const RoundsSoFar& rounds,
+                                   const OrientationTable& approximations,
+                                   const std::vector<BlockPhotoFile>& photos) {
+  std::vector<std::size_t> tried;
+  for (std::size_t i = 0; i < photos.size(); ++i)
+    if (AnythingNew(rounds, photos, photos[i].name) && MayBeTried(photos[i], stage, approximations))
+      tried.push_back(i);
+  return tried;
+}
+
+// Photos that the round oriented take over their poses.
+void RunRound(const NeighbourStage& stage, const std::vector<std::size_t>& tried,
+              RoundsSoFar* rounds, std::vector<BlockPhotoFile>* photos) {
+  const std::string round = std::to_string(++rounds->count);
+  const StageFolder folder((fs::path(stage.directory) / ("round-" + round)).string(),
+                           ".exterior.json");
   const std::string digest = DigestOfRound(stage, *photos);
   ExteriorRunOptions options = stage.exterior;
   options.photos.clear();
-  std::vector<std::size_t> tried;
-  for (std::size_t i = 0; i < photos->size(); ++i) {
-    const BlockPhotoFile& photo = (*photos)[i];
-    if (!MayBeTried(photo, stage, approximations)) continue;
-    tried.push_back(i);
-    options.photos.push_back(photo.path);
-    if (!folder.IsCurrent(photo.name, digest)) folder.Drop(photo.name);
+  std::vector<std::string> fresh;  // done now, not by an earlier run
+  for (const std::size_t i : tried) {
+    const std::string& name = (*photos)[i].name;
+    options.photos.push_back((*photos)[i].path);
+    if (folder.IsCurrent(name, digest)) continue;
+    folder.Drop(name);
+    fresh.push_back(name);
   }
-  if (tried.empty()) return false;
   NeighbourPatches lent(stage, *photos);
+  std::mutex mutex;
   options.out = folder.Directory();
+  options.pictures.reset();  // beside the round's results: they show no control patches
   options.resume = true;
   options.feedback = false;
-  options.further_patches = [&](const std::string&, const Bounds& area) { return lent.In(area); };
-  Progress progress("orientation by neighbours, round " + std::to_string(round),
-                    static_cast<int>(tried.size()));
-  try {
-    RunExterior(options, [&](const ExteriorResult& result) {
-      folder.Note(result.photo, digest);
-      progress.Advance();
-    });
-  } catch (const InputError&) {
-    // What concerns all photos has stopped their own stage: none of those left lies on the DEM.
-    return false;
-  }
-  bool any = false;
+  options.further_patches = [&](const std::string& name, const Bounds& area) {
+    {
+      const std::lock_guard<std::mutex> lock(mutex);
+      auto& sought = rounds->sought.try_emplace(name, Bounds::OfNothing()).first->second;
+      sought.Include(area.min_x, area.min_y);
+      sought.Include(area.max_x, area.max_y);
+    }
+    return lent.In(area);
+  };
+  Progress progress("orientation by neighbours, round " + round, static_cast<int>(tried.size()));
+  RunExterior(options, [&](const ExteriorResult& result) {
+    folder.Note(result.photo, digest);
+    progress.Advance();
+  });
+  // Those that did not come so far as to look for patches have nothing to hope for.
+  for (const std::string& name : fresh) rounds->sought.try_emplace(name, Bounds::OfNothing());
+  rounds->fresh.clear();
   for (const std::size_t i : tried) {
     BlockPhotoFile now = ReadBlockPhoto((*photos)[i].path, folder.ResultPath((*photos)[i].name),
                                         stage.camera, stage.marks, stage.interior_directory);
@@ -145,19 +180,33 @@ bool RunRound(const NeighbourStage& stage, int round, const OrientationTable& ap
     now.by_neighbours = true;
     now.alone = (*photos)[i].exterior;
     (*photos)[i] = std::move(now);
-    any = true;
+    rounds->fresh.push_back(i);
   }
-  return any;
 }
 
 }  // namespace
 
-void RunNeighbourStage(const NeighbourStage& stage, std::vector<BlockPhotoFile>* photos) {
+void RunNeighbourStage(const NeighbourStage& stage, std::vector<BlockPhotoFile>* photos,
+                       std::vector<std::string>* messages) {
   const OrientationTable approximations = ReadOrientationTable(stage.exterior.approximations);
-  for (int round = 1; round <= kMaxRounds; ++round) {
-    const bool somebody = std::any_of(photos->begin(), photos->end(),
-                                      [](const BlockPhotoFile& photo) { return photo.HasPose(); });
-    if (!somebody || !RunRound(stage, round, approximations, photos)) return;
+  if (std::none_of(photos->begin(), photos->end(),
+                   [](const BlockPhotoFile& photo) { return photo.HasPose(); }))
+    return;
+  RoundsSoFar rounds;
+  while (rounds.count < kMaxRounds) {
+    const std::vector<std::size_t> tried = ToBeTried(stage, rounds, approximations, *photos);
+    if (tried.empty()) return;
+    try {
+      RunRound(stage, tried, &rounds, photos);
+    } catch (const InputError& error) {
+      // It concerns all photos left, none of which lies on the DEM, say; those that are oriented
+      // need not suffer for it.
+      messages->push_back(
+          std::string("The photos left could not be tried with their neighbours' patches: ") +
+          error.what());
+      return;
+    }
+    if (rounds.fresh.empty()) return;
   }
 }
 

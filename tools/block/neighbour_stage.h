@@ -22,9 +22,12 @@ struct NeighbourStage {
   std::string inputs;     // digest of what all photos share
 };
 
-// Rounds: patches of all photos that have a pose are offered to all that have none, until a round
-// orients nobody. Results of earlier runs are kept where what they were made from is the same.
-// `*photos` take over the poses; those that stay failed keep their own result.
-void RunNeighbourStage(const NeighbourStage& stage, std::vector<BlockPhotoFile>* photos);
+// Rounds: patches of all photos that have a pose are offered to all that have none and see
+// somebody new, until a round orients nobody. Results of earlier runs are kept where what they were
+// made from is the same.
+// `*photos` take over the poses; those that stay failed keep their own result. What stops a round
+// is told in `*messages`.
+void RunNeighbourStage(const NeighbourStage& stage, std::vector<BlockPhotoFile>* photos,
+                       std::vector<std::string>* messages);
 
 }  // namespace orient
