@@ -7,6 +7,7 @@
 #include "exterior/error_model.h"
 #include "exterior/estimate_pose.h"
 #include "patchdb/patch_database.h"
+#include "tools/block/view_over_ground.h"
 
 namespace orient {
 namespace {
@@ -23,6 +24,11 @@ bool HeldOut(const Eigen::Vector3d& ground_m, double cell_m, double share) {
                        (static_cast<std::uint64_t>(row) + 0x7f4a7c15u) * 0xbf58476d1ce4e5b9u;
   hash = (hash ^ (hash >> 31)) * 0x94d049bb133111ebu;
   return static_cast<double>((hash ^ (hash >> 29)) % 10000) < share * 10000;
+}
+
+// Rounded to a power of two: the same patches check where the footprints change a little.
+double CheckCell(double footprint_side_m) {
+  return std::exp2(std::round(std::log2(kCheckCellPerFootprint * footprint_side_m)));
 }
 
 double MeanFootprintSide(const std::vector<BlockPhotoFile>& photos) {
@@ -104,11 +110,16 @@ void LeaveOutHeights(GroundControl* control) {
 void AddPatches(const AdjustmentInputs& inputs, AdjustedBlock* adjusted) {
   BlockToAdjust& block = adjusted->block;
   const PatchDatabase database = PatchDatabase::Open(inputs.patchdb, PatchDatabase::Mode::kRead);
-  const double cell_m = kCheckCellPerFootprint * MeanFootprintSide(inputs.photos);
+  const double cell_m = CheckCell(MeanFootprintSide(inputs.photos));
   for (std::size_t i = 0; i < block.photos.size(); ++i) {
     for (const PatchResult& match : inputs.photos[adjusted->photo_of[i]].exterior.patches) {
-      if (match.id < 0 || match.state != PatchState::kMatched || !match.pixel || !match.sigma_px)
+      if (match.id < 0 || !match.pixel || !match.sigma_px) continue;
+      if (match.state == PatchState::kRejected) {
+        adjusted->checks_rejected_alone +=
+            match.ground_m && HeldOut(*match.ground_m, cell_m, inputs.choice.check_share) ? 1 : 0;
         continue;
+      }
+      if (match.state != PatchState::kMatched) continue;
       auto point = adjusted->patch.find(match.id);
       if (point == adjusted->patch.end()) {
         const auto patch = database.ReadPatch(match.id);
@@ -131,14 +142,15 @@ double FlyingHeight(const AdjustmentInputs& inputs) {
   int count = 0;
   for (const BlockPhotoFile& photo : inputs.photos)
     if (photo.HasPose()) {
-      sum += photo.exterior.pose->position_m.z() - inputs.surface.MeanHeight();
+      sum += photo.exterior.pose->position_m.z() -
+             GroundHeightUnder(inputs.surface, inputs.camera, *photo.exterior.pose);
       ++count;
     }
   return count > 0 ? std::max(sum / count, 1.0) : 1000;
 }
 
-// What film that bends between its marks does to a pose, however many observations there are: its
-// bend, as a random field over the frame, taken for a pose by least squares.
+// What a smooth error of the image does to a pose, however many observations there are: its bend,
+// as a random field over the frame, taken for a pose by least squares.
 Matrix6d CovarianceOfBend(const Camera& camera, const Pose& pose, double sigma_mm,
                           double height_m) {
   constexpr int kNodes = 6;
@@ -171,13 +183,19 @@ Matrix6d CovarianceOfBend(const Camera& camera, const Pose& pose, double sigma_m
   return (covariance + covariance.transpose()) / 2;
 }
 
-void AddFilm(const AdjustmentInputs& inputs, AdjustedBlock* adjusted) {
+// Neighbouring observations share film that bends between its marks, and what no match can see of
+// its own error: lens, relief between heights, light.
+void AddSharedErrors(const AdjustmentInputs& inputs, AdjustedBlock* adjusted) {
   for (std::size_t i = 0; i < adjusted->block.photos.size(); ++i) {
-    const double sigma_mm = adjusted->block.photos[i].film_sigma_mm;
+    const BlockPhoto& given = adjusted->block.photos[i];
     AdjustedPhoto& photo = adjusted->result.photos[i];
-    if (sigma_mm <= 0 || photo.state != PhotoState::kAdjusted) continue;
+    if (photo.state != PhotoState::kAdjusted) continue;
+    const double model_mm =
+        kModelSigmaPx * std::sqrt(std::abs(given.photo_from_pixel.A.determinant()));
+    const Camera& camera = adjusted->result.cameras[given.camera];
     photo.covariance +=
-        CovarianceOfBend(inputs.camera, photo.pose, sigma_mm, inputs.surface.MeanHeight());
+        CovarianceOfBend(camera, photo.pose, std::hypot(given.film_sigma_mm, model_mm),
+                         GroundHeightUnder(inputs.surface, camera, photo.pose));
   }
 }
 
@@ -194,13 +212,9 @@ AdjustedBlock AdjustPhotos(const AdjustmentInputs& inputs) {
   options.height_correlation_m = kHeightCorrelationPerHeight * FlyingHeight(inputs);
   // Errors of film and surface that neighbouring observations share hardly show in residuals, so
   // these may raise the stated variances and not lower them.
-  options.variance_components = false;
+  options.least_factor = 1;
   adjusted.result = AdjustBlock(adjusted.block, options);
-  if (adjusted.result.sigma0 > 1) {
-    options.variance_components = true;
-    adjusted.result = AdjustBlock(adjusted.block, options);
-  }
-  AddFilm(inputs, &adjusted);
+  AddSharedErrors(inputs, &adjusted);
   return adjusted;
 }
 

@@ -30,6 +30,9 @@ struct AdjustedBlock {
   std::vector<std::size_t> photo_of;
   std::size_t ties = 0;                       // the first so many points are ties
   std::map<std::int64_t, std::size_t> patch;  // point of a control patch
+  // Sightings of check patches that their photo's own orientation had told for gross errors, so
+  // that they are not among the checks.
+  int checks_rejected_alone = 0;
 };
 
 // Throws InputError where the patch database cannot be read.

@@ -103,7 +103,9 @@ Json ChecksJson(const AdjustedBlock& adjusted) {
          {"image_residuals_px", std::move(residuals)}});
   }
   const auto rms = CheckRmsPx(adjusted.result);
-  return {{"rms_px", rms ? Json(*rms) : Json(nullptr)}, {"patches", std::move(checks)}};
+  return {{"rms_px", rms ? Json(*rms) : Json(nullptr)},
+          {"rejected_alone", adjusted.checks_rejected_alone},
+          {"patches", std::move(checks)}};
 }
 
 }  // namespace

@@ -8,6 +8,7 @@
 #include "core/files/orientation_table.h"
 #include "patchdb/content_digest.h"
 #include "tools/block/block_json.h"
+#include "tools/block/calibrated_camera.h"
 #include "tools/block/neighbour_stage.h"
 #include "tools/block/stage_folder.h"
 #include "tools/block/tie_stage.h"
@@ -60,6 +61,7 @@ class BlockRun {
     if (!result.adjusted) {
       result.results = OwnResults(photos_);
       fs::remove(fs::path(out) / "block.json");
+      fs::remove(CalibratedCameraPath(out));
     }
     WriteOutputs(result);
     fs::remove(UnfinishedPath(out));
@@ -129,7 +131,7 @@ class BlockRun {
       return value ? std::to_string(*value) : std::string("-");
     };
     approximations_ = ReadOrientationTable(block_.approximations);
-    shared_ = Digest("block 1" + DigestOfCamera(camera_) + DigestOfFile(block_.dem) +
+    shared_ = Digest("block 1" + DigestOfCamera(camera_) + DigestOfRaster(block_.dem) +
                      block_.crs.Wkt() + std::to_string(static_cast<int>(block_.earth)) +
                      sigma(block_.position_sigma_m) + sigma(block_.attitude_sigma_rad));
     patches_ = ContentOf(PatchDatabase::Open(block_.patchdb, PatchDatabase::Mode::kRead));
@@ -168,6 +170,11 @@ class BlockRun {
     for (const std::string& path : block_.photos)
       photos_.push_back(ReadBlockPhoto(path, exterior_.ResultPath(PhotoName(path)), camera_, marks_,
                                        block_.output_directory));
+    // An earlier run's picture of a photo that has no patches any more.
+    std::error_code ignored;
+    for (const BlockPhotoFile& photo : photos_)
+      if (!photo.HasPose())
+        fs::remove(fs::path(block_.output_directory) / (photo.name + ".patches.png"), ignored);
   }
 
   GroundSurface SurfaceUnderPhotos() const {
@@ -205,7 +212,7 @@ class BlockRun {
       const GroundSurface surface = SurfaceUnderPhotos();
       RunNeighbourStage({ExteriorOptions(), camera_, marks_, surface, block_.output_directory,
                          StagePath(block_.output_directory, "neighbours"), shared_},
-                        &photos_);
+                        &photos_, &result->messages);
     }
     const GroundSurface surface = SurfaceUnderPhotos();
     const std::vector<TieRecord> ties = MeasureTies(surface, result);
@@ -214,6 +221,7 @@ class BlockRun {
                                   surface, block_.patchdb, block_.adjustment};
     const AdjustedBlock adjusted = AdjustPhotos(inputs);
     result->results = FinalResults(inputs, adjusted);
+    WriteCalibratedCamera(block_.output_directory, camera_, adjusted.result);
     result->messages.insert(result->messages.end(), adjusted.result.messages.begin(),
                             adjusted.result.messages.end());
     result->adjusted = Summarize(adjusted);

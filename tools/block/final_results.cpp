@@ -6,6 +6,7 @@
 #include "core/format_text.h"
 #include "exterior/estimate_pose.h"
 #include "tools/block/adjustment_stage.h"
+#include "tools/block/view_over_ground.h"
 #include "tools/footprint.h"
 
 namespace orient {
@@ -98,12 +99,14 @@ std::string WhyNotTied(const Sightings& sightings, double sigma_px) {
   return "";
 }
 
-double WorstSigma(const AdjustmentInputs& inputs, const BlockPhotoFile& photo, const Pose& pose,
+double WorstSigma(const AdjustmentInputs& inputs, const PhotoView& view,
                   const Matrix6d& covariance) {
-  const PhotoView view{inputs.camera, photo.position.photo_from_pixel, pose,
-                       photo.position.film_correction};
-  return WorstProjectionSigma(view, covariance, inputs.surface.MeanHeight());
+  return WorstProjectionSigma(view, covariance,
+                              GroundHeightUnder(inputs.surface, view.camera, view.pose));
 }
+
+constexpr const char* kNotAtRest =
+    "the block's adjustment did not come to rest: this is what its own patches gave";
 
 // Patches as the adjusted pose sees them.
 void UpdatePatches(const AdjustedBlock& adjusted, const std::vector<std::size_t>& observations,
@@ -130,9 +133,11 @@ void UpdatePatches(const AdjustedBlock& adjusted, const std::vector<std::size_t>
 
 // The photo was ok or weak alone: what speaks against its pose in the block.
 void JudgeAlone(const AdjustmentInputs& inputs, const BlockPhotoFile& photo,
-                const Sightings& sightings, double sigma_px, ExteriorResult* result) {
+                const PhotoView& adjusted, const Sightings& sightings, double sigma_px,
+                ExteriorResult* result) {
   const ExteriorResult& alone = photo.exterior;
-  const double alone_sigma_px = WorstSigma(inputs, photo, *alone.pose, *alone.covariance);
+  const PhotoView alone_view = photo.View(inputs.camera);
+  const double alone_sigma_px = WorstSigma(inputs, alone_view, *alone.covariance);
   const bool was_imprecise = !(alone_sigma_px <= kWeakSigmaPx);
   result->status = Status::kOk;
   result->messages = alone.messages;
@@ -154,7 +159,11 @@ void JudgeAlone(const AdjustmentInputs& inputs, const BlockPhotoFile& photo,
     result->status = Status::kWeak;
     result->messages.emplace_back(kTiesContradict);
   }
-  const Vector6d moved = PoseDifference(*result->pose, *alone.pose);
+  // A calibrated lens moves poses, and is no contradiction: compared is what the photo's own camera
+  // makes of the adjusted view.
+  const auto as_alone = PoseShowingTheSame(
+      adjusted, alone_view, GroundHeightUnder(inputs.surface, adjusted.camera, adjusted.pose));
+  const Vector6d moved = PoseDifference(as_alone.value_or(*result->pose), *alone.pose);
   const double chi2 = moved.dot((*alone.covariance + *result->covariance).ldlt().solve(moved));
   if (chi2 > kMaxAloneChi2) {
     result->status = Status::kWeak;
@@ -173,8 +182,16 @@ ExteriorResult Final(const AdjustmentInputs& inputs, const AdjustedBlock& adjust
   const BlockPart* part = now.part >= 0 && now.part < std::ssize(adjusted.result.parts)
                               ? &adjusted.result.parts[static_cast<std::size_t>(now.part)]
                               : nullptr;
-  const bool adjusted_well = adjusted.result.converged && now.state == PhotoState::kAdjusted &&
-                             part != nullptr && part->by_control;
+  const bool adjusted_well =
+      now.state == PhotoState::kAdjusted && part != nullptr && part->by_control;
+  if (!adjusted.result.converged) {
+    ExteriorResult result = Own(file, "the block's adjustment did not come to rest");
+    result.ties = sightings.ties;
+    if (!result.pose) return result;
+    result.status = Status::kWeak;
+    result.messages.emplace_back(kNotAtRest);
+    return result;
+  }
   if (!adjusted_well || sightings.ties.used == 0) {
     std::string why = "its ties do not connect it to control patches";
     if (part != nullptr && !part->message.empty()) why += ": " + part->message;
@@ -186,7 +203,9 @@ ExteriorResult Final(const AdjustmentInputs& inputs, const AdjustedBlock& adjust
     }
     return result;
   }
-  const double sigma_px = WorstSigma(inputs, file, now.pose, now.covariance);
+  const PhotoView view{adjusted.result.cameras[adjusted.block.photos[photo].camera],
+                       file.position.photo_from_pixel, now.pose, file.position.film_correction};
+  const double sigma_px = WorstSigma(inputs, view, now.covariance);
   if (file.by_neighbours) {
     const std::string objection = WhyNotTied(sightings, sigma_px);
     if (!objection.empty()) {
@@ -201,8 +220,6 @@ ExteriorResult Final(const AdjustmentInputs& inputs, const AdjustedBlock& adjust
   result.covariance = now.covariance;
   result.ties = sightings.ties;
   result.sigma0_px = sightings.sigma0_px;
-  const PhotoView view{inputs.camera, file.position.photo_from_pixel, now.pose,
-                       file.position.film_correction};
   result.footprint_m = Footprint(view, inputs.surface);
   UpdatePatches(adjusted, observations, view, &result);
   if (file.by_neighbours) {
@@ -216,7 +233,7 @@ ExteriorResult Final(const AdjustmentInputs& inputs, const AdjustedBlock& adjust
                            "oriented by " + std::to_string(sightings.ties.used) +
                                " tie points with its neighbours; its own patches did not do");
   } else {
-    JudgeAlone(inputs, file, sightings, sigma_px, &result);
+    JudgeAlone(inputs, file, view, sightings, sigma_px, &result);
   }
   return result;
 }

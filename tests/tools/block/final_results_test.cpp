@@ -1,0 +1,129 @@
+#include <gtest/gtest.h>
+
+#include "tests/exterior/bundle_verdict.h"
+#include "tools/block/adjustment_stage.h"
+#include "tools/block/view_over_ground.h"
+
+namespace orient {
+namespace {
+
+// A simulated bundle as the block's stages see it: every photo ok by patches of its own.
+class FinalResultsOf : public testing::Test {
+ protected:
+  FinalResultsOf() {
+    BundleSimulationOptions options;
+    options.strips = 1;
+    options.photos_in_strip = 4;
+    options.control_photos = {0, 3};
+    options.ties_per_photo = 40;
+    simulation_ = SimulateBundle(options);
+    LeaveOutSingleSightings();
+    for (std::size_t i = 0; i < simulation_.block.photos.size(); ++i) {
+      const BlockPhoto& photo = simulation_.block.photos[i];
+      BlockPhotoFile file;
+      file.name = photo.name;
+      file.position.photo_from_pixel = photo.photo_from_pixel;
+      file.exterior.photo = photo.name;
+      file.exterior.status = Status::kOk;
+      file.exterior.pose = photo.approximate;
+      file.exterior.covariance = photo.prior->covariance;
+      photos_.push_back(file);
+      adjusted_.photo_of.push_back(i);
+    }
+    adjusted_.block = simulation_.block;
+    // Control of the simulation comes after its ties.
+    for (const BlockPoint& point : adjusted_.block.points)
+      if (!point.control) ++adjusted_.ties;
+  }
+
+  std::vector<ExteriorResult> Results(const BlockOptions& options) {
+    adjusted_.result = AdjustBlock(adjusted_.block, options);
+    return FinalResults({photos_, {}, simulation_.block.cameras[0], surface_, "", {}}, adjusted_);
+  }
+
+  // No tie is measured in one photo only.
+  void LeaveOutSingleSightings() {
+    BlockToAdjust& block = simulation_.block;
+    std::vector<int> seen(block.points.size(), 0);
+    for (const ImageObservation& o : block.observations) ++seen[o.point];
+    std::erase_if(block.observations, [&](const ImageObservation& o) {
+      return seen[o.point] < 2 && !block.points[o.point].control;
+    });
+  }
+
+  BundleSimulation simulation_;
+  std::vector<BlockPhotoFile> photos_;
+  AdjustedBlock adjusted_;
+  GroundSurface surface_ =
+      GroundSurface::FromGrid(Eigen::MatrixXf::Constant(100, 100, 200), 497000, 5003000, 100);
+};
+
+TEST_F(FinalResultsOf, ABlockAtRestAreTheAdjustedPoses) {
+  for (const ExteriorResult& result : Results({})) {
+    EXPECT_EQ(result.status, Status::kOk);
+    EXPECT_TRUE(result.alone.has_value());
+  }
+}
+
+TEST_F(FinalResultsOf, ABlockThatDidNotComeToRestAreThePhotosOwnAndWeak) {
+  BlockOptions options;
+  options.max_rounds = options.max_iterations = 1;
+  const std::vector<ExteriorResult> results = Results(options);
+  ASSERT_FALSE(adjusted_.result.converged);
+  for (std::size_t i = 0; i < results.size(); ++i) {
+    EXPECT_EQ(results[i].status, Status::kWeak);
+    EXPECT_EQ(results[i].pose->position_m, photos_[i].exterior.pose->position_m);
+    ASSERT_FALSE(results[i].messages.empty());
+    EXPECT_NE(results[i].messages.back().find("did not come to rest"), std::string::npos);
+  }
+}
+
+// A longer principal distance and higher photos show much the same: no photo has moved "away from
+// where its own patches put it", and what is judged is the camera that the block found.
+TEST_F(FinalResultsOf, ACalibratedBlockContradictsNoPhoto) {
+  for (std::size_t i = 0; i < photos_.size(); ++i) {
+    photos_[i].exterior.pose = simulation_.true_poses[i];
+    photos_[i].exterior.covariance =
+        Vector6d(0.1, 0.1, 0.1, 1e-4, 1e-4, 1e-4).cwiseAbs2().asDiagonal();
+  }
+  adjusted_.result = AdjustBlock(adjusted_.block);
+  Camera& camera = adjusted_.result.cameras[0];
+  camera.principal_distance_mm += 0.2;
+  for (AdjustedPhoto& photo : adjusted_.result.photos)
+    photo.pose.position_m.z() += 0.2 / 153 * 1530;
+  for (const ExteriorResult& result :
+       FinalResults({photos_, {}, simulation_.block.cameras[0], surface_, "", {}}, adjusted_)) {
+    EXPECT_EQ(result.status, Status::kOk) << result.messages.front();
+  }
+}
+
+TEST(ViewOverGround, HeightsAreThoseUnderThePhotoNotTheBlocksMean) {
+  Eigen::MatrixXf heights = Eigen::MatrixXf::Constant(50, 100, 100);
+  heights.rightCols(50).setConstant(2100);
+  const GroundSurface surface = GroundSurface::FromGrid(heights, 0, 5000, 100);
+  Camera camera;
+  camera.principal_distance_mm = 153;
+  camera.frame_mm = {230, 230};
+  EXPECT_NEAR(GroundHeightUnder(surface, camera, {{2000, 2500, 3000}, {0, 0, 0}}), 100, 1);
+  EXPECT_NEAR(GroundHeightUnder(surface, camera, {{8000, 2500, 4000}, {0, 0, 0}}), 2100, 1);
+}
+
+TEST(ViewOverGround, AnotherCameraShowsTheSameFromAnotherPlace) {
+  PhotoView view;
+  view.camera.principal_distance_mm = 153;
+  view.camera.frame_mm = {230, 230};
+  view.photo_from_pixel.A << 0.025, 0, 0, -0.025;
+  view.photo_from_pixel.t << -115, 115;
+  view.pose = {{500000, 5000000, 1730}, {0.01, -0.02, 1.2}};
+  PhotoView with = view;
+  with.camera.principal_distance_mm = 153.3;
+  const auto pose = PoseShowingTheSame(view, with, 200);
+  ASSERT_TRUE(pose);
+  with.pose = *pose;
+  EXPECT_NEAR(pose->position_m.z() - view.pose.position_m.z(), 1530 * 0.3 / 153, 0.05);
+  const Eigen::Vector3d ground(500300, 5000400, 200);
+  EXPECT_LT((*with.PixelFromGround(ground) - *view.PixelFromGround(ground)).norm(), 0.3);
+}
+
+}  // namespace
+}  // namespace orient

@@ -1,0 +1,18 @@
+// The camera as the block's self-calibration found it: poses are true with it only.
+#pragma once
+
+#include <string>
+
+#include "core/files/camera_file.h"
+#include "exterior/block_adjustment.h"
+
+namespace orient {
+
+std::string CalibratedCameraPath(const std::string& directory);
+
+// Writes `camera` with the block's calibration where anything was estimated, otherwise removes an
+// earlier run's file. Throws InputError: cannot write.
+void WriteCalibratedCamera(const std::string& directory, const CameraFile& camera,
+                           const BlockResult& result);
+
+}  // namespace orient

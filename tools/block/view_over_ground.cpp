@@ -1,0 +1,69 @@
+#include "tools/block/view_over_ground.h"
+
+#include <Eigen/Dense>
+#include <vector>
+
+namespace orient {
+namespace {
+
+constexpr int kNodes = 6;  // of the frame, each way
+constexpr int kSteps = 10;
+constexpr double kSettledMm = 1e-7;
+
+struct SeenPlace {
+  Eigen::Vector3d ground_m;
+  Eigen::Vector2d pixel;
+};
+
+// Level ground as the view sees it, spread over its frame.
+std::vector<SeenPlace> PlacesOf(const PhotoView& view, double height_m) {
+  std::vector<SeenPlace> places;
+  for (int i = 0; i < kNodes * kNodes; ++i) {
+    const Eigen::Vector2d unit((i % kNodes + 0.5) / kNodes - 0.5,
+                               (i / kNodes + 0.5) / kNodes - 0.5);
+    const Eigen::Vector2d photo_mm =
+        view.camera.frame_centre_mm + unit.cwiseProduct(view.camera.frame_mm);
+    const auto ray = GroundRayFromPhoto(view.camera, view.pose, photo_mm);
+    if (!ray || ray->direction.z() > -0.05) continue;
+    const Eigen::Vector3d ground =
+        ray->origin_m + ray->direction * ((height_m - ray->origin_m.z()) / ray->direction.z());
+    places.push_back({ground, view.PixelFromPhoto(photo_mm)});
+  }
+  return places;
+}
+
+}  // namespace
+
+double GroundHeightUnder(const GroundSurface& surface, const Camera& camera, const Pose& pose) {
+  if (const auto axis = GroundRayFromPhoto(camera, pose, camera.principal_point_mm))
+    if (const auto ground = surface.Intersect(*axis)) return ground->z();
+  return surface.HeightAt(pose.position_m.x(), pose.position_m.y()).value_or(surface.MeanHeight());
+}
+
+std::optional<Pose> PoseShowingTheSame(const PhotoView& view, const PhotoView& with,
+                                       double height_m) {
+  const std::vector<SeenPlace> places = PlacesOf(view, height_m);
+  if (places.size() < 4) return std::nullopt;
+  Pose pose = view.pose;
+  // Metres and radians made alike, so that the normal equations are well conditioned.
+  const double distance = std::max(1.0, std::abs(pose.position_m.z() - height_m));
+  Vector6d unit = Vector6d::Ones();
+  unit.head<3>().setConstant(distance);
+  for (int step = 0; step < kSteps; ++step) {
+    Matrix6d normal = Matrix6d::Zero();
+    Vector6d right = Vector6d::Zero();
+    for (const SeenPlace& place : places) {
+      const auto now = PhotoFromGroundWithDerivatives(with.camera, pose, place.ground_m);
+      if (!now) return std::nullopt;
+      const Eigen::Matrix<double, 2, 6> rows = now->by_pose * unit.asDiagonal();
+      normal += rows.transpose() * rows;
+      right += rows.transpose() * (with.PhotoFromPixel(place.pixel) - now->photo_mm);
+    }
+    const Vector6d change = unit.cwiseProduct(normal.ldlt().solve(right));
+    pose = Pose::FromVector(pose.AsVector() + change);
+    if (change.cwiseQuotient(unit).norm() * with.camera.principal_distance_mm < kSettledMm) break;
+  }
+  return pose;
+}
+
+}  // namespace orient

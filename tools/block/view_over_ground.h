@@ -1,0 +1,21 @@
+// A photo and the ground under it: heights there, and poses that show the same ground.
+#pragma once
+
+#include <optional>
+
+#include "core/geometry/ground_surface.h"
+#include "core/geometry/photo_view.h"
+
+namespace orient {
+
+// Height of the ground where the photo's axis meets it, else below the photo; the surface's mean
+// only where it has no height there. Metres.
+double GroundHeightUnder(const GroundSurface& surface, const Camera& camera, const Pose& pose);
+
+// The pose with which another camera and film position (`with`, whose pose is where the search
+// begins) show level ground at `height_m` where `view` does, by least squares over the frame. Empty
+// where either does not see that ground.
+std::optional<Pose> PoseShowingTheSame(const PhotoView& view, const PhotoView& with,
+                                       double height_m);
+
+}  // namespace orient
