@@ -1,6 +1,6 @@
 #include <gtest/gtest.h>
 
-#include "tests/exterior/bundle_verdict.h"
+#include "tools/bench/bundle_simulation.h"
 #include "tools/block/adjustment_stage.h"
 #include "tools/block/view_over_ground.h"
 
