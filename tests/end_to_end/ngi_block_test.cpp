@@ -1,6 +1,7 @@
 // The four NGI frames as one block, with patches of the orthophotos of strip 05 only.
 #include <gtest/gtest.h>
 
+#include <Eigen/Dense>
 #include <cmath>
 
 #include "core/files/atomic_write.h"
@@ -111,16 +112,22 @@ TEST(SlowNgiBlock, PatchesOfStrip05OrientBothStrips) {
   const ProgramRun run = RunOrient({"block", folder / "block.toml", "--no-feedback"});
   ASSERT_EQ(run.exit_code, 0) << run.out << run.err;
   std::printf("%s", run.out.c_str());
+  double chi2 = 0;
   for (const ExteriorResult& result : Results(ngi, folder)) {
     ASSERT_TRUE(result.pose);
     ASSERT_TRUE(result.alone && result.alone->pose);
     ExteriorResult alone = result;
     alone.pose = result.alone->pose;
+    const Vector6d off = PoseDifference(*result.pose, ngi.published.Find(result.photo)->pose);
+    chi2 += off.dot(result.covariance->ldlt().solve(off));
     std::printf("%s: frame rms %.3f px (alone %.3f), position %.1f m, %d ties used, rms %.2f px\n",
                 result.photo.c_str(), ngi.FrameRms(result), ngi.FrameRms(alone),
                 ngi.PositionError(result), result.ties->used, result.ties->rms_px.value_or(0));
     EXPECT_LE(ngi.FrameRms(result), 0.3) << result.photo;
   }
+  const double normalised = std::sqrt(chi2 / 24);
+  std::printf("normalised errors of the poses: RMS %.2f\n", normalised);
+  EXPECT_LT(normalised, 1.5);
   Harvest(ngi, folder / "check.gpkg", {"0251", "0253"});
   const CheckRms check = CheckPatches(ngi, folder, folder / "check.gpkg");
   std::printf("check patches: RMS %.3f px, under the published orientation %.3f px\n",
