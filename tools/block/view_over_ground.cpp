@@ -19,8 +19,8 @@ struct SeenPlace {
 std::vector<SeenPlace> PlacesOf(const PhotoView& view, double height_m) {
   std::vector<SeenPlace> places;
   for (int i = 0; i < kNodes * kNodes; ++i) {
-    const Eigen::Vector2d unit((i % kNodes + 0.5) / kNodes - 0.5,
-                               (i / kNodes + 0.5) / kNodes - 0.5);
+    const int col = i % kNodes, row = i / kNodes;
+    const Eigen::Vector2d unit((col + 0.5) / kNodes - 0.5, (row + 0.5) / kNodes - 0.5);
     const Eigen::Vector2d photo_mm =
         view.camera.frame_centre_mm + unit.cwiseProduct(view.camera.frame_mm);
     const auto ray = GroundRayFromPhoto(view.camera, view.pose, photo_mm);
