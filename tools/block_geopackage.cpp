@@ -1,129 +1,20 @@
 #include "tools/block_geopackage.h"
 
-#include <cpl_conv.h>
-#include <cpl_error.h>
-#include <gdal_priv.h>
 #include <ogrsf_frmts.h>
-#include <unistd.h>
 
 #include <algorithm>
 #include <cmath>
 #include <filesystem>
-#include <memory>
-#include <mutex>
+#include <map>
 #include <utility>
 
-#include "core/error.h"
 #include "core/geometry/quiet_gdal.h"
-#include "tools/report/html_text.h"
+#include "tools/block_styles.h"
+#include "tools/new_geopackage.h"
 
 namespace orient {
 namespace {
 namespace fs = std::filesystem;
-
-struct Field {
-  const char* name;
-  OGRFieldType type;
-};
-
-// One layer and the path to name where it fails.
-class Layer {
- public:
-  Layer(OGRLayer* layer, std::string path) : layer_(layer), path_(std::move(path)) {}
-
-  // A new feature with the values that are there.
-  class Row {
-   public:
-    explicit Row(OGRLayer* layer) : feature_(OGRFeature::CreateFeature(layer->GetLayerDefn())) {}
-    void Set(const char* field, const std::string& text) {
-      feature_->SetField(field, ValidText(text).c_str());
-    }
-    void Set(const char* field, const std::optional<double>& number) {
-      if (number && std::isfinite(*number)) feature_->SetField(field, *number);
-    }
-    void SetInteger(const char* field, std::int64_t number) {
-      feature_->SetField(field, static_cast<GIntBig>(number));
-    }
-    void SetGeometry(const OGRGeometry& geometry) { feature_->SetGeometry(&geometry); }
-    OGRFeature* Feature() { return feature_.get(); }
-
-   private:
-    OGRFeatureUniquePtr feature_;
-  };
-
-  Row NewRow() { return Row(layer_); }
-  void Write(Row row) {
-    if (layer_->CreateFeature(row.Feature()) != OGRERR_NONE)
-      throw InputError("cannot write " + path_ + ": " + CPLGetLastErrorMsg());
-  }
-
- private:
-  OGRLayer* layer_;
-  std::string path_;
-};
-
-// The new file under another name, renamed at the end; removed where that is never reached.
-class NewGeopackage {
- public:
-  NewGeopackage(const std::string& path, const Crs& crs)
-      : path_(path),
-        // GDAL wants the ending .gpkg for the file to be a valid GeoPackage.
-        partial_(fs::path(path).replace_extension().string() + "." + std::to_string(getpid()) +
-                 ".part.gpkg") {
-    static std::once_flag registered;
-    std::call_once(registered, [] { GDALAllRegister(); });
-    if (crs_.importFromWkt(crs.Wkt().c_str()) != OGRERR_NONE)
-      throw InputError(path + ": the block's CRS cannot be written: " + CPLGetLastErrorMsg());
-    crs_.SetAxisMappingStrategy(OAMS_TRADITIONAL_GIS_ORDER);
-    GDALDriver* driver = GetGDALDriverManager()->GetDriverByName("GPKG");
-    if (driver == nullptr) Fail("this GDAL has no GeoPackage driver; install GDAL with SQLite");
-    fs::remove(partial_);
-    dataset_.reset(driver->Create(partial_.c_str(), 0, 0, 0, GDT_Unknown, nullptr));
-    if (!dataset_)
-      Fail(std::string(CPLGetLastErrorMsg()) + "; choose a folder that you may write to");
-    if (dataset_->StartTransaction() != OGRERR_NONE) Fail(CPLGetLastErrorMsg());
-  }
-  NewGeopackage(const NewGeopackage&) = delete;
-  NewGeopackage& operator=(const NewGeopackage&) = delete;
-  ~NewGeopackage() {
-    dataset_.reset();
-    std::error_code ignored;  // after the rename it is gone already
-    fs::remove(partial_, ignored);
-    fs::remove(partial_ + "-journal", ignored);
-  }
-
-  Layer AddLayer(const char* name, OGRwkbGeometryType type, const char* description,
-                 const std::vector<Field>& fields) {
-    char** options = CSLSetNameValue(nullptr, "DESCRIPTION", description);
-    OGRLayer* layer = dataset_->CreateLayer(name, &crs_, type, options);
-    CSLDestroy(options);
-    if (layer == nullptr) Fail(CPLGetLastErrorMsg());
-    for (const Field& field : fields) {
-      OGRFieldDefn definition(field.name, field.type);
-      if (layer->CreateField(&definition) != OGRERR_NONE) Fail(CPLGetLastErrorMsg());
-    }
-    return Layer(layer, path_);
-  }
-
-  void Finish() {
-    if (dataset_->CommitTransaction() != OGRERR_NONE) Fail(CPLGetLastErrorMsg());
-    CPLErrorReset();
-    dataset_.reset();  // writes the spatial indexes
-    if (CPLGetLastErrorType() >= CE_Failure) Fail(CPLGetLastErrorMsg());
-    std::error_code error;
-    fs::rename(partial_, path_, error);
-    if (error) Fail(error.message());
-  }
-
- private:
-  [[noreturn]] void Fail(const std::string& why) const {
-    throw InputError("cannot write " + path_ + ": " + why);
-  }
-
-  std::string path_, partial_;
-  OGRSpatialReference crs_;
-  GDALDatasetUniquePtr dataset_;
-};
 
 std::string Joined(const std::vector<std::string>& messages) {
   std::string text;
@@ -138,7 +29,7 @@ std::optional<double> Component(const std::optional<Eigen::Vector2d>& vector, in
   return (*vector)[i];
 }
 
-void WritePose(const ExteriorResult& result, Layer::Row* row) {
+void WritePose(const ExteriorResult& result, NewLayer::Row* row) {
   constexpr const char* kAngles[] = {"omega", "phi", "kappa"};
   constexpr const char* kSigmas[] = {"sigma_x",     "sigma_y",   "sigma_z",
                                      "sigma_omega", "sigma_phi", "sigma_kappa"};
@@ -154,29 +45,29 @@ void WritePose(const ExteriorResult& result, Layer::Row* row) {
 }
 
 void WritePhotos(const std::vector<ExteriorResult>& results, NewGeopackage* file) {
-  Layer layer = file->AddLayer("photos", wkbPoint25D, "Projection centres",
-                               {{"name", OFTString},
-                                {"status", OFTString},
-                                {"omega", OFTReal},
-                                {"phi", OFTReal},
-                                {"kappa", OFTReal},
-                                {"sigma_x", OFTReal},
-                                {"sigma_y", OFTReal},
-                                {"sigma_z", OFTReal},
-                                {"sigma_omega", OFTReal},
-                                {"sigma_phi", OFTReal},
-                                {"sigma_kappa", OFTReal},
-                                {"sigma0_px", OFTReal},
-                                {"matched", OFTInteger},
-                                {"searched", OFTInteger},
-                                {"message", OFTString}});
+  NewLayer layer = file->AddLayer("photos", wkbPoint25D, "Projection centres",
+                                  {{"name", OFTString},
+                                   {"status", OFTString},
+                                   {"omega", OFTReal},
+                                   {"phi", OFTReal},
+                                   {"kappa", OFTReal},
+                                   {"sigma_x", OFTReal},
+                                   {"sigma_y", OFTReal},
+                                   {"sigma_z", OFTReal},
+                                   {"sigma_omega", OFTReal},
+                                   {"sigma_phi", OFTReal},
+                                   {"sigma_kappa", OFTReal},
+                                   {"sigma0_px", OFTReal},
+                                   {"matched", OFTInteger},
+                                   {"searched", OFTInteger},
+                                   {"message", OFTString}});
   for (const ExteriorResult& result : results) {
     std::int64_t matched = 0, searched = 0;
     for (const PatchResult& patch : result.patches) {
       matched += patch.state == PatchState::kMatched;
       searched += patch.state != PatchState::kNotVisible;
     }
-    Layer::Row row = layer.NewRow();
+    NewLayer::Row row = layer.NewRow();
     WritePose(result, &row);
     row.Set("name", result.photo);
     row.Set("status", std::string(Name(result.status)));
@@ -189,8 +80,8 @@ void WritePhotos(const std::vector<ExteriorResult>& results, NewGeopackage* file
 }
 
 void WriteFootprints(const std::vector<ExteriorResult>& results, NewGeopackage* file) {
-  Layer layer = file->AddLayer("footprints", wkbPolygon, "Outlines of the frames on the ground",
-                               {{"name", OFTString}, {"status", OFTString}});
+  NewLayer layer = file->AddLayer("footprints", wkbPolygon, "Outlines of the frames on the ground",
+                                  {{"name", OFTString}, {"status", OFTString}});
   for (const ExteriorResult& result : results) {
     if (result.footprint_m.size() < 3) continue;
     OGRLinearRing ring;
@@ -198,7 +89,7 @@ void WriteFootprints(const std::vector<ExteriorResult>& results, NewGeopackage* 
     ring.closeRings();
     OGRPolygon polygon;
     polygon.addRing(&ring);
-    Layer::Row row = layer.NewRow();
+    NewLayer::Row row = layer.NewRow();
     row.SetGeometry(polygon);
     row.Set("name", result.photo);
     row.Set("status", std::string(Name(result.status)));
@@ -207,19 +98,19 @@ void WriteFootprints(const std::vector<ExteriorResult>& results, NewGeopackage* 
 }
 
 void WritePatches(const std::vector<ExteriorResult>& results, NewGeopackage* file) {
-  Layer layer = file->AddLayer("patches", wkbPoint25D, "Patches as each photo found them",
-                               {{"patch", OFTInteger64},
-                                {"photo", OFTString},
-                                {"state", OFTString},
-                                {"ncc", OFTReal},
-                                {"residual_col_px", OFTReal},
-                                {"residual_row_px", OFTReal},
-                                {"sigma_col_px", OFTReal},
-                                {"sigma_row_px", OFTReal},
-                                {"reason", OFTString}});
+  NewLayer layer = file->AddLayer("patches", wkbPoint25D, "Patches as each photo found them",
+                                  {{"patch", OFTInteger64},
+                                   {"photo", OFTString},
+                                   {"state", OFTString},
+                                   {"ncc", OFTReal},
+                                   {"residual_col_px", OFTReal},
+                                   {"residual_row_px", OFTReal},
+                                   {"sigma_col_px", OFTReal},
+                                   {"sigma_row_px", OFTReal},
+                                   {"reason", OFTString}});
   for (const ExteriorResult& result : results)
     for (const PatchResult& patch : result.patches) {
-      Layer::Row row = layer.NewRow();
+      NewLayer::Row row = layer.NewRow();
       if (patch.ground_m) row.SetGeometry(Point(*patch.ground_m));
       row.SetInteger("patch", patch.id);
       row.Set("photo", result.photo);
@@ -234,61 +125,147 @@ void WritePatches(const std::vector<ExteriorResult>& results, NewGeopackage* fil
     }
 }
 
-// The linear part of ground_from_pixel [m per px] that the matched patches agree on: enough to turn
-// and scale a residual, whatever the relief. Empty with fewer than three patches.
-std::optional<Eigen::Matrix2d> GroundFromPixelScale(const ExteriorResult& result) {
-  std::vector<PointPair2d> pairs;
-  for (const PatchResult& patch : result.patches)
-    if (patch.state == PatchState::kMatched && patch.ground_m && patch.pixel)
-      pairs.push_back({*patch.pixel, patch.ground_m->head<2>(), 1.0});
-  const auto fit = FitAffine(pairs);
-  if (!fit) return std::nullopt;
-  return fit->transform.A;
+// Measured pixels and the ground that they show, photo by photo.
+using GroundPairs = std::map<std::string, std::vector<PointPair2d>>;
+
+GroundPairs PairsOf(const std::vector<ExteriorResult>& results, const AdjustmentResult* adjusted) {
+  GroundPairs pairs;
+  for (const ExteriorResult& result : results)
+    for (const PatchResult& patch : result.patches)
+      if (patch.state == PatchState::kMatched && patch.ground_m && patch.pixel)
+        pairs[result.photo].push_back({*patch.pixel, patch.ground_m->head<2>(), 1.0});
+  if (adjusted == nullptr) return pairs;
+  for (const PointResult& tie : adjusted->ties)
+    for (const SightingResult& sighting : tie.seen)
+      if (tie.ground_m && sighting.state == "used")
+        pairs[sighting.photo].push_back({sighting.pixel, tie.ground_m->head<2>(), 1.0});
+  return pairs;
+}
+
+// The linear part of ground_from_pixel [m per px] that a photo's points agree on: enough to turn
+// and scale a residual, whatever the relief. Photos with fewer than three points have none.
+using GroundScales = std::map<std::string, Eigen::Matrix2d>;
+
+GroundScales ScalesOf(const GroundPairs& pairs) {
+  GroundScales scales;
+  for (const auto& [photo, points] : pairs)
+    if (const auto fit = FitAffine(points)) scales.emplace(photo, fit->transform.A);
+  return scales;
 }
 
 // The same for every photo of a block, so that lengths can be compared in the map.
 constexpr double kExaggeration = 100;
 
-void WriteResiduals(const std::vector<ExteriorResult>& results, NewGeopackage* file) {
-  Layer layer = file->AddLayer("residuals", wkbLineString, "Residuals on the ground, exaggerated",
-                               {{"patch", OFTInteger64},
-                                {"photo", OFTString},
-                                {"state", OFTString},
-                                {"length_px", OFTReal},
-                                {"exaggeration", OFTReal}});
-  for (const ExteriorResult& result : results) {
-    const auto scale = GroundFromPixelScale(result);
-    if (!scale) continue;
-    for (const PatchResult& patch : result.patches) {
-      if (!patch.ground_m || !patch.residual_px) continue;
-      const Eigen::Vector2d from = patch.ground_m->head<2>();
-      const Eigen::Vector2d to = from + kExaggeration * *scale * *patch.residual_px;
-      OGRLineString line;
-      line.addPoint(from.x(), from.y());
-      line.addPoint(to.x(), to.y());
-      Layer::Row row = layer.NewRow();
-      row.SetGeometry(line);
-      row.SetInteger("patch", patch.id);
-      row.Set("photo", result.photo);
-      row.Set("state", std::string(Name(patch.state)));
-      row.Set("length_px", patch.residual_px->norm());
-      row.Set("exaggeration", kExaggeration);
-      layer.Write(std::move(row));
+class ResidualLayer {
+ public:
+  ResidualLayer(NewGeopackage* file, GroundScales scales)
+      : scales_(std::move(scales)),
+        layer_(file->AddLayer("residuals", wkbLineString, "Residuals on the ground, exaggerated",
+                              {{"kind", OFTString},
+                               {"patch", OFTInteger64},
+                               {"photo", OFTString},
+                               {"state", OFTString},
+                               {"length_px", OFTReal},
+                               {"exaggeration", OFTReal}})) {}
+
+  void Write(const char* kind, std::int64_t id, const std::string& photo, const std::string& state,
+             const Eigen::Vector3d& ground_m, const Eigen::Vector2d& residual_px) {
+    const auto scale = scales_.find(photo);
+    if (scale == scales_.end() || !residual_px.allFinite()) return;
+    const Eigen::Vector2d from = ground_m.head<2>();
+    const Eigen::Vector2d to = from + kExaggeration * scale->second * residual_px;
+    OGRLineString line;
+    line.addPoint(from.x(), from.y());
+    line.addPoint(to.x(), to.y());
+    NewLayer::Row row = layer_.NewRow();
+    row.SetGeometry(line);
+    row.Set("kind", std::string(kind));
+    row.SetInteger("patch", id);
+    row.Set("photo", photo);
+    row.Set("state", state);
+    row.Set("length_px", residual_px.norm());
+    row.Set("exaggeration", kExaggeration);
+    layer_.Write(std::move(row));
+  }
+
+ private:
+  GroundScales scales_;
+  NewLayer layer_;
+};
+
+void WriteResiduals(const std::vector<ExteriorResult>& results, const AdjustmentResult* adjusted,
+                    NewGeopackage* file) {
+  ResidualLayer layer(file, ScalesOf(PairsOf(results, adjusted)));
+  for (const ExteriorResult& result : results)
+    for (const PatchResult& patch : result.patches)
+      if (patch.ground_m && patch.residual_px)
+        layer.Write("patch", patch.id, result.photo, std::string(Name(patch.state)),
+                    *patch.ground_m, *patch.residual_px);
+  if (adjusted == nullptr) return;
+  for (const PointResult& tie : adjusted->ties)
+    for (const SightingResult& sighting : tie.seen)
+      if (tie.ground_m && sighting.residual_px)
+        layer.Write("tie", tie.id, sighting.photo, sighting.state, *tie.ground_m,
+                    *sighting.residual_px);
+}
+
+// Root mean square of the used sightings' residuals.
+std::optional<double> RmsPx(const PointResult& tie) {
+  double sum = 0;
+  int count = 0;
+  for (const SightingResult& sighting : tie.seen)
+    if (sighting.state == "used" && sighting.residual_px) {
+      sum += sighting.residual_px->squaredNorm();
+      ++count;
     }
+  if (count == 0) return std::nullopt;
+  return std::sqrt(sum / count);
+}
+
+void WriteTies(const AdjustmentResult& adjusted, NewGeopackage* file) {
+  NewLayer layer = file->AddLayer("ties", wkbPoint25D, "Tie points of the block adjustment",
+                                  {{"tie", OFTInteger64},
+                                   {"photos", OFTString},
+                                   {"rays", OFTInteger},
+                                   {"rejected", OFTInteger},
+                                   {"rms_px", OFTReal},
+                                   {"sigma_x", OFTReal},
+                                   {"sigma_y", OFTReal},
+                                   {"sigma_z", OFTReal}});
+  for (const PointResult& tie : adjusted.ties) {
+    NewLayer::Row row = layer.NewRow();
+    if (tie.ground_m) row.SetGeometry(Point(*tie.ground_m));
+    row.SetInteger("tie", tie.id);
+    std::string photos;
+    std::int64_t rejected = 0;
+    for (const SightingResult& sighting : tie.seen) {
+      photos += (photos.empty() ? "" : " ") + sighting.photo;
+      rejected += sighting.state == "rejected";
+    }
+    row.Set("photos", photos);
+    row.SetInteger("rays", tie.rays);
+    row.SetInteger("rejected", rejected);
+    row.Set("rms_px", RmsPx(tie));
+    constexpr const char* kSigmas[] = {"sigma_x", "sigma_y", "sigma_z"};
+    for (int i = 0; tie.sigma_m && i < 3; ++i) row.Set(kSigmas[i], (*tie.sigma_m)[i]);
+    layer.Write(std::move(row));
   }
 }
 
 }  // namespace
 
 std::string WriteBlockGeopackage(const std::string& directory, const Crs& crs,
-                                 const std::vector<ExteriorResult>& results) {
+                                 const std::vector<ExteriorResult>& results,
+                                 const AdjustmentResult* adjusted) {
   const std::string path = (fs::path(directory) / "block.gpkg").string();
   const QuietGdal quiet;
   NewGeopackage file(path, crs);
   WritePhotos(results, &file);
   WriteFootprints(results, &file);
   WritePatches(results, &file);
-  WriteResiduals(results, &file);
+  WriteResiduals(results, adjusted, &file);
+  if (adjusted != nullptr) WriteTies(*adjusted, &file);
+  WriteStyles(adjusted != nullptr, &file);
   file.Finish();
   return path;
 }

@@ -4,6 +4,7 @@
 #include <string>
 #include <vector>
 
+#include "core/files/adjustment_result.h"
 #include "core/files/results.h"
 #include "core/geometry/crs.h"
 
@@ -14,11 +15,15 @@ namespace orient {
 //   photos      PointZ: projection centres; a photo without a pose has no geometry
 //   footprints  Polygon: the frames' outlines on the ground
 //   patches     PointZ: every patch once for each photo that looked for it
-//   residuals   LineString: matched and rejected patches' residuals on the ground, from the patch
-//               into the direction measured - computed, exaggerated by the column `exaggeration`
+//   residuals   LineString: residuals of matched and rejected patches and of ties on the ground,
+//               from the point into the direction measured - computed, exaggerated by the column
+//               `exaggeration`; `kind` says whether `patch` is the id of a patch or of a tie
+//   ties        PointZ: every tie point of the block adjustment, where there was one
+// and `layer_styles`, which QGIS reads by itself.
 // Angles are in degrees, lengths in m, residuals in px. Columns without a value are NULL. Throws
 // InputError naming the file where it cannot be written.
 std::string WriteBlockGeopackage(const std::string& directory, const Crs& crs,
-                                 const std::vector<ExteriorResult>& results);
+                                 const std::vector<ExteriorResult>& results,
+                                 const AdjustmentResult* adjusted = nullptr);
 
 }  // namespace orient

@@ -3,11 +3,13 @@
 #include <filesystem>
 #include <ostream>
 
+#include "core/error.h"
 #include "core/files/block_file.h"
 #include "core/files/orientation_table.h"
 #include "tools/block/block_run.h"
 #include "tools/camera_library.h"
 #include "tools/commands.h"
+#include "tools/convert/convert_source.h"
 #include "tools/exterior_summary.h"
 #include "tools/shared_options.h"
 #include "tools/summary_table.h"
@@ -36,6 +38,7 @@ class BlockCommand : public Command {
 
   ExitCode Run(std::ostream& out) override {
     BlockRunOptions options{.block = ReadBlockFile(block_path_)};
+    CheckFormats(options.block.formats);
     options.block.camera = FindCameraFile(options.block.camera, library_);
     options.feedback = !no_feedback_;
     options.jobs = jobs_;
@@ -56,17 +59,30 @@ class BlockCommand : public Command {
   }
 
  private:
+  // Before the work, not after it.
+  void CheckFormats(const std::vector<std::string>& formats) const {
+    for (const std::string& format : formats) {
+      if (ExchangeFormatFromName(format)) continue;
+      std::string known;
+      for (const ExchangeFormat one : kAllExchangeFormats) known += " " + orient::Name(one);
+      throw InputError(block_path_ + ": output.formats has \"" + format +
+                       "\"; what can be written is" + known);
+    }
+  }
+
   static std::vector<std::string> Results(const BlockFile& block) {
     std::vector<std::string> results;
     for (const std::string& photo : block.photos) {
       results.push_back(InteriorResultPath(block.output_directory, PhotoName(photo)));
       results.push_back(ExteriorResultPath(block.output_directory, PhotoName(photo)));
     }
+    for (const UnusablePhoto& photo : block.unusable)
+      results.push_back(ExteriorResultPath(block.output_directory, photo.name));
     return results;
   }
 
   static void PrintBlockSummary(const BlockRunResult& result, std::ostream& out) {
-    if (const auto& block = result.adjusted) {
+    if (const auto& block = result.summary) {
       out << "\nblock   " << block->photos << " photos by " << block->ties << " tie points ("
           << block->sightings << " sightings, " << block->rejected << " rejected, sigma0 "
           << Fixed(block->tie_sigma0_px, 2) << " px)";

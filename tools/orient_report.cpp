@@ -26,7 +26,9 @@ class ReportCommand : public Command {
     const BlockRecord block = ReadBlockRecord(directory_);
     out << WriteReport(block) << "\n";
     if (block.crs)
-      out << WriteBlockGeopackage(directory_, *block.crs, ExteriorResults(block)) << "\n";
+      out << WriteBlockGeopackage(directory_, *block.crs, ExteriorResults(block),
+                                  block.adjusted ? &*block.adjusted : nullptr)
+          << "\n";
     RefuseDamaged(block);
     return ExitCode::kAllDone;
   }

@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <filesystem>
 #include <map>
+#include <set>
 #include <system_error>
 
 #include "core/error.h"
@@ -131,20 +132,52 @@ EarthMode ReadEarth(const TomlTable& root) {
   return EarthMode::kAuto;
 }
 
-std::vector<std::string> ReadPhotos(const TomlTable& root, const std::string& base) {
+bool IsPattern(const std::string& text) { return text.find_first_of("*?[") != std::string::npos; }
+
+using PathsByName = std::map<std::string, std::set<std::string>>;
+
+// Throws InputError for a pattern without a match; a plain path that is not there is put down.
+PathsByName PhotosByName(const std::vector<std::string>& patterns, const std::string& base,
+                         std::vector<UnusablePhoto>* unusable) {
+  PathsByName paths;
+  for (const std::string& pattern : patterns) {
+    const std::string plain = Resolve(base, pattern);
+    if (!IsPattern(pattern) && !IsVirtual(plain) && !Exists(plain)) {
+      unusable->push_back(
+          {PhotoName(plain), plain + " does not exist; check the block file's photos"});
+      continue;
+    }
+    for (const std::string& path : Matches(pattern, base)) paths[PhotoName(path)].insert(path);
+  }
+  return paths;
+}
+
+void ReadPhotos(const TomlTable& root, const std::string& base, BlockFile* block) {
   const auto patterns = root.FindTexts("photos");
   if (!patterns || patterns->empty())
     root.Fail("photos", "must list the photos, as in [\"scans/*.tif\"]");
   try {
-    return ExpandPhotos(*patterns, base);
+    for (const auto& [name, paths] : PhotosByName(*patterns, base, &block->unusable)) {
+      if (paths.size() == 1)
+        block->photos.push_back(*paths.begin());
+      else
+        block->unusable.push_back({name, *paths.begin() + " and " + *paths.rbegin() +
+                                             " have the same name, so that their results and "
+                                             "approximations are one; rename one"});
+    }
   } catch (const InputError& error) {
     root.Fail("photos", std::string("cannot be used: ") + error.what());
   }
+  std::sort(block->photos.begin(), block->photos.end());
+  if (block->photos.empty())
+    root.Fail("photos", "names no photo that can be used: " + block->unusable.front().reason);
 }
 
-std::string OutputDirectory(const TomlTable& root, const std::string& base) {
-  const auto table = root.FindTable("output", {"directory"});
-  return Resolve(base, table ? table->Text("directory") : "out");
+void ReadOutput(const TomlTable& root, const std::string& base, BlockFile* block) {
+  const auto table = root.FindTable("output", {"directory", "formats"});
+  block->output_directory =
+      Resolve(base, table ? table->FindText("directory").value_or("out") : "out");
+  if (table) block->formats = table->FindTexts("formats").value_or(std::vector<std::string>());
 }
 
 }  // namespace
@@ -178,7 +211,8 @@ BlockFile ReadBlockFile(const std::string& path) {
                   .dem = ExistingFile(root, "dem", base),
                   .patchdb = ExistingFile(root, "patchdb", base),
                   .camera = CameraFileOrName(root, base),
-                  .photos = ReadPhotos(root, base),
+                  .photos = {},
+                  .unusable = {},
                   .approximations = ExistingFile(root, "approximations", base),
                   .position_sigma_m = std::nullopt,
                   .attitude_sigma_rad = std::nullopt,
@@ -186,8 +220,11 @@ BlockFile ReadBlockFile(const std::string& path) {
                   .polarity = std::nullopt,
                   .orientation = std::nullopt,
                   .earth = ReadEarth(root),
-                  .output_directory = OutputDirectory(root, base),
+                  .output_directory = "",
+                  .formats = {},
                   .adjustment = {}};
+  ReadPhotos(root, base, &block);
+  ReadOutput(root, base, &block);
   ReadAccuracy(root, &block);
   ReadAdjustment(root, &block);
   ReadScan(root, &block);

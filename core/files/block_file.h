@@ -19,12 +19,18 @@ struct BlockAdjustmentChoice {
   bool self_calibration = false;  // of principal distance, principal point and lens
 };
 
+// A photo that the block file names and that cannot be worked on: it fails by itself.
+struct UnusablePhoto {
+  std::string name, reason;
+};
+
 struct BlockFile {
   Crs crs;
   std::string dem;  // paths are resolved against the block file's folder
   std::string patchdb;
-  std::string camera;               // or a name of the camera library
-  std::vector<std::string> photos;  // globs expanded, sorted, without duplicates
+  std::string camera;                   // or a name of the camera library
+  std::vector<std::string> photos;      // globs expanded, sorted, without duplicates
+  std::vector<UnusablePhoto> unusable;  // not there, or several files of one name
   std::string approximations;
   // One sigma of approximations without sigma columns; empty where nobody states it.
   std::optional<double> position_sigma_m;
@@ -34,10 +40,11 @@ struct BlockFile {
   std::optional<ScanOrientation> orientation;  // empty: auto
   EarthMode earth = EarthMode::kAuto;          // curvature and refraction
   std::string output_directory;
+  std::vector<std::string> formats;  // of exports, as orient convert --to takes them
   BlockAdjustmentChoice adjustment;
 };
 
-// Throws InputError: wrong keys, a glob that matches nothing, two photos with one name.
+// Throws InputError: wrong keys, a glob that matches nothing, no photo that can be worked on.
 BlockFile ReadBlockFile(const std::string& path);
 
 // Globs ("scans/*.tif") and plain paths, relative to `base`; a pattern without a match throws

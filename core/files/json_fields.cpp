@@ -57,6 +57,11 @@ int JsonField::AsInt() const {
   return static_cast<int>(number);
 }
 
+bool JsonField::AsFlag() const {
+  if (!value_.is_boolean()) Fail("must be true or false, not " + value_.dump());
+  return value_.get<bool>();
+}
+
 Eigen::Vector2d JsonField::AsVector2() const {
   const std::vector<JsonField> elements = Elements();
   if (elements.size() != 2) Fail("must be a pair of numbers, not " + value_.dump());
@@ -99,6 +104,11 @@ std::optional<Eigen::Vector2d> JsonField::FindVector2(const std::string& key) co
   return field ? std::optional(field->AsVector2()) : std::nullopt;
 }
 
+std::optional<Eigen::Vector3d> JsonField::FindVector3(const std::string& key) const {
+  const auto field = Find(key);
+  return field ? std::optional(field->AsVector3()) : std::nullopt;
+}
+
 Json ParseJsonFile(const std::string& path) {
   const std::string text = ReadFile(path);
   try {
@@ -124,6 +134,11 @@ Json ToJson(const std::optional<double>& number) {
 
 Json ToJson(const std::optional<Eigen::Vector2d>& vector) {
   return vector && vector->allFinite() ? Json::array({vector->x(), vector->y()}) : Json(nullptr);
+}
+
+Json ToJson(const std::optional<Eigen::Vector3d>& vector) {
+  if (!vector || !vector->allFinite()) return nullptr;
+  return Json::array({vector->x(), vector->y(), vector->z()});
 }
 
 }  // namespace orient

@@ -28,6 +28,7 @@ class JsonField {
   double AsNumber() const;
   std::int64_t AsInteger() const;
   int AsInt() const;
+  bool AsFlag() const;
   Eigen::Vector2d AsVector2() const;
   Eigen::Vector3d AsVector3() const;
   // Rows of equal, given size.
@@ -36,6 +37,7 @@ class JsonField {
 
   std::optional<double> FindNumber(const std::string& key) const;
   std::optional<Eigen::Vector2d> FindVector2(const std::string& key) const;
+  std::optional<Eigen::Vector3d> FindVector3(const std::string& key) const;
 
   // Throws InputError: "<file>: field <name> <complaint>".
   [[noreturn]] void Fail(const std::string& complaint) const;
@@ -53,5 +55,6 @@ Json MatrixJson(const Eigen::Ref<const Eigen::MatrixXd>& matrix);
 // null for an empty optional and for a number that JSON cannot hold (NaN, infinity).
 Json ToJson(const std::optional<double>& number);
 Json ToJson(const std::optional<Eigen::Vector2d>& vector);
+Json ToJson(const std::optional<Eigen::Vector3d>& vector);
 
 }  // namespace orient

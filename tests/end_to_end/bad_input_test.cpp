@@ -139,6 +139,24 @@ TEST_F(BadPhoto, PhotoWithoutApproximationFailsAlone) {
   ExpectOnlyTheSecondFails(Block(), {Path("approx.csv"), "no row 'new_1_2'", "add one"});
 }
 
+TEST_F(BadPhoto, ScanThatIsNotThereFailsAloneAndTheRestIsExported) {
+  fs::remove(Path("scans/new_1_2.tif"));
+  Edit("block.toml", "\"scans/*.tif\"", "\"scans/new_1_1.tif\", \"scans/new_1_2.tif\"");
+  Write("block.toml",
+        ReadFile(Path("block.toml")) + "[output]\nformats = [\"patb\", \"colmap\"]\n");
+  ExpectOnlyTheSecondFails(Block(), {Path("scans/new_1_2.tif"), "does not exist", "check"});
+  EXPECT_TRUE(fs::exists(Path("out/exports/patb/export.json")));
+  EXPECT_TRUE(fs::exists(Path("out/exports/colmap/images.txt")));
+}
+
+TEST_F(BadPhoto, TwoScansOfOneNameFailAlone) {
+  fs::create_directory(Path("again"));
+  fs::copy(Path("scans/new_1_2.tif"), Path("again/new_1_2.tif"));
+  Edit("block.toml", "\"scans/*.tif\"", "\"scans/*.tif\", \"again/*.tif\"");
+  ExpectOnlyTheSecondFails(
+      Block(), {Path("again/new_1_2.tif"), Path("scans/new_1_2.tif"), "same name", "rename"});
+}
+
 TEST_F(BadPhoto, PhotoOffTheDemFailsAlone) {
   OrientationTable table = ReadOrientationTable(Path("approx.csv"));
   table.rows.at(1).pose.position_m.x() += 30000;
@@ -186,12 +204,10 @@ TEST_F(BadInput, GlobThatMatchesNothingIsNamed) {
   ExpectRefused(Block(), 2, {Path("block.toml"), "line", "skans/*.tif", "check"});
 }
 
-TEST_F(BadInput, TwoPhotosOfOneNameAreNamed) {
-  fs::create_directory(Path("again"));
-  fs::copy(Path("scans/new_1_1.tif"), Path("again/new_1_1.tif"));
-  Edit("block.toml", "\"scans/*.tif\"", "\"scans/*.tif\", \"again/*.tif\"");
-  ExpectRefused(Block(), 2,
-                {Path("scans/new_1_1.tif"), Path("again/new_1_1.tif"), "\"new_1_1\"", "rename"});
+TEST_F(BadInput, AnExportFormatThatIsNoneIsRefusedBeforeTheWork) {
+  Write("block.toml", ReadFile(Path("block.toml")) + "[output]\nformats = [\"patb\", \"pat-m\"]\n");
+  ExpectRefused(Block(), 2, {Path("block.toml"), "pat-m", "colmap"});
+  EXPECT_FALSE(fs::exists(Path("out")));
 }
 
 TEST_F(BadInput, WrongKeyInTheCameraFileIsNamedWithItsLine) {

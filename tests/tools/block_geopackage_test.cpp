@@ -106,11 +106,53 @@ TEST(BlockGeopackage, ResidualsPointTheirWayOnTheGround) {
   EXPECT_NEAR(line->getY(1) - line->getY(0), 0.25 * 0.5 * exaggeration, kFitted);  // row up: north
 }
 
+TEST(BlockGeopackage, TiesHaveTheirPlacePrecisionAndResiduals) {
+  const TemporaryFolder folder;
+  const AdjustmentResult adjusted = ExampleAdjustment();
+  const auto dataset = Open(WriteBlockGeopackage(folder.Path(), Crs::Parse("EPSG:32635", "test"),
+                                                 ExampleResults(), &adjusted));
+  OGRLayer* layer = dataset->GetLayerByName("ties");
+  ASSERT_NE(layer, nullptr);
+  EXPECT_EQ(layer->GetFeatureCount(), 2);
+  layer->SetAttributeFilter("tie = 2");
+  const OGRFeatureUniquePtr tie(layer->GetNextFeature());
+  EXPECT_STREQ(tie->GetFieldAsString("photos"), "4711 4712");
+  EXPECT_EQ(tie->GetFieldAsInteger("rejected"), 1);
+  EXPECT_NEAR(tie->GetFieldAsDouble("rms_px"), 0.2, kExact);  // the rejected one does not count
+  EXPECT_NEAR(tie->GetFieldAsDouble("sigma_z"), 0.11, kExact);
+  OGRLayer* residuals = dataset->GetLayerByName("residuals");
+  residuals->SetAttributeFilter("kind = 'tie'");
+  EXPECT_EQ(residuals->GetFeatureCount(), 4);
+}
+
+// QGIS reads styles by these columns and takes none where one is absent.
+TEST(BlockGeopackage, EveryLayerHasItsStyle) {
+  const TemporaryFolder folder;
+  const AdjustmentResult adjusted = ExampleAdjustment();
+  const auto dataset = Open(WriteBlockGeopackage(folder.Path(), Crs::Parse("EPSG:32635", "test"),
+                                                 ExampleResults(), &adjusted));
+  OGRLayer* styles = dataset->GetLayerByName("layer_styles");
+  ASSERT_NE(styles, nullptr);
+  for (const char* column :
+       {"f_table_catalog", "f_table_schema", "f_table_name", "f_geometry_column", "styleName",
+        "styleQML", "styleSLD", "useAsDefault", "description", "owner", "update_time"})
+    EXPECT_GE(styles->GetLayerDefn()->GetFieldIndex(column), 0) << column;
+  for (const char* name : {"photos", "footprints", "patches", "residuals", "ties"}) {
+    styles->SetAttributeFilter(("f_table_name = '" + std::string(name) + "'").c_str());
+    const OGRFeatureUniquePtr style(styles->GetNextFeature());
+    ASSERT_TRUE(style) << name;
+    EXPECT_STREQ(style->GetFieldAsString("f_geometry_column"),
+                 dataset->GetLayerByName(name)->GetGeometryColumn());
+    EXPECT_EQ(style->GetFieldAsInteger("useAsDefault"), 1);
+  }
+}
+
 TEST(BlockGeopackage, EveryLayerHasCrsAndSpatialIndex) {
   const TemporaryFolder folder;
   const auto dataset = WriteAndOpen(folder, ExampleResults());
-  ASSERT_EQ(dataset->GetLayerCount(), 4);
+  ASSERT_EQ(dataset->GetLayerCount(), 5);
   for (OGRLayer* layer : dataset->GetLayers()) {
+    if (std::string(layer->GetName()) == "layer_styles") continue;  // has no places
     EXPECT_STREQ(layer->GetSpatialRef()->GetAuthorityCode(nullptr), "32635") << layer->GetName();
     EXPECT_TRUE(layer->TestCapability(OLCFastSpatialFilter)) << layer->GetName();
   }

@@ -2,17 +2,19 @@
 
 #include <algorithm>
 #include <filesystem>
+#include <set>
 
 #include "core/error.h"
 #include "core/files/atomic_write.h"
 #include "core/files/orientation_table.h"
 #include "patchdb/content_digest.h"
-#include "tools/block/block_json.h"
+#include "tools/block/adjustment_summary.h"
 #include "tools/block/calibrated_camera.h"
 #include "tools/block/neighbour_stage.h"
 #include "tools/block/stage_folder.h"
 #include "tools/block/tie_stage.h"
 #include "tools/block_geopackage.h"
+#include "tools/convert/write_exports.h"
 #include "tools/exterior_run.h"
 #include "tools/interior_run.h"
 #include "tools/made_from.h"
@@ -60,9 +62,11 @@ class BlockRun {
     if (block_.adjustment.ties && photos_.size() > 1) Adjust(&result);
     if (!result.adjusted) {
       result.results = OwnResults(photos_);
-      fs::remove(fs::path(out) / "block.json");
+      fs::remove(AdjustmentResultPath(out));
       fs::remove(CalibratedCameraPath(out));
     }
+    AddUnusable(&result.results);
+    NameNeedlessApproximations(&result.messages);
     WriteOutputs(result);
     fs::remove(UnfinishedPath(out));
     return result;
@@ -224,24 +228,53 @@ class BlockRun {
     WriteCalibratedCamera(block_.output_directory, camera_, adjusted.result);
     result->messages.insert(result->messages.end(), adjusted.result.messages.begin(),
                             adjusted.result.messages.end());
-    result->adjusted = Summarize(adjusted);
-    WriteBlockJson(block_.output_directory, adjusted, result->messages);
+    AdjustmentResult summary = SummaryOf(adjusted, result->messages);
+    result->summary = Summarize(summary);
+    result->adjusted = std::move(summary);
   }
 
-  BlockSummary Summarize(const AdjustedBlock& adjusted) const {
-    BlockSummary summary;
-    summary.photos = static_cast<int>(adjusted.block.photos.size());
-    for (const BlockPhotoFile& photo : photos_) summary.by_neighbours += photo.by_neighbours;
-    summary.ties = static_cast<int>(adjusted.ties);
-    for (std::size_t i = 0; i < adjusted.block.observations.size(); ++i) {
-      if (adjusted.block.observations[i].point >= adjusted.ties) continue;
-      ++summary.sightings;
-      summary.rejected += adjusted.result.observations[i].state == ObservationState::kRejected;
+  void AddUnusable(std::vector<ExteriorResult>* results) const {
+    for (const UnusablePhoto& photo : block_.unusable) {
+      ExteriorResult failed;
+      failed.photo = photo.name;
+      failed.messages = {photo.reason};
+      results->push_back(std::move(failed));
     }
-    for (const VarianceComponent& component : adjusted.result.components)
+  }
+
+  void NameNeedlessApproximations(std::vector<std::string>* messages) const {
+    std::set<std::string> photos;
+    for (const std::string& path : block_.photos) photos.insert(PhotoName(path));
+    for (const UnusablePhoto& photo : block_.unusable) photos.insert(photo.name);
+    std::vector<std::string> needless;
+    for (const OrientationRow& row : approximations_.rows)
+      if (!photos.contains(row.photo)) needless.push_back(row.photo);
+    if (needless.empty()) return;
+    constexpr std::size_t kMostNames = 5;
+    std::string names;
+    for (std::size_t i = 0; i < std::min(needless.size(), kMostNames); ++i)
+      names += (i > 0 ? ", " : "") + needless[i];
+    if (needless.size() > kMostNames) names += ", ...";
+    messages->push_back(block_.approximations + " has " + std::to_string(needless.size()) +
+                        (needless.size() == 1 ? " photo that is" : " photos that are") +
+                        " not in the block: " + names);
+  }
+
+  BlockSummary Summarize(const AdjustmentResult& adjusted) const {
+    BlockSummary summary;
+    for (const PartResult& part : adjusted.parts)
+      summary.photos += static_cast<int>(part.photos.size());
+    for (const BlockPhotoFile& photo : photos_) summary.by_neighbours += photo.by_neighbours;
+    summary.ties = static_cast<int>(adjusted.ties.size());
+    for (const PointResult& tie : adjusted.ties)
+      for (const SightingResult& sighting : tie.seen) {
+        ++summary.sightings;
+        summary.rejected += sighting.state == Name(ObservationState::kRejected);
+      }
+    for (const ComponentResult& component : adjusted.components)
       if (component.group == "tie image") summary.tie_sigma0_px = component.sigma0_px;
-    summary.checks = static_cast<int>(adjusted.result.checks.size());
-    summary.check_rms_px = CheckRmsPx(adjusted.result);
+    summary.checks = static_cast<int>(adjusted.checks.size());
+    summary.check_rms_px = adjusted.CheckRmsPx();
     return summary;
   }
 
@@ -256,8 +289,24 @@ class BlockRun {
             {photo.photo, *photo.pose, Vector6d(photo.covariance->diagonal().cwiseSqrt())});
     }
     WriteOrientationTable((fs::path(out) / "orientation.csv").string(), table);
-    WriteBlockGeopackage(out, block_.crs, result.results);
+    if (result.adjusted) WriteAdjustmentResult(out, *result.adjusted);
+    WriteBlockGeopackage(out, block_.crs, result.results,
+                         result.adjusted ? &*result.adjusted : nullptr);
     WriteReport(out);
+    WriteExportsTo(out, result);
+  }
+
+  void WriteExportsTo(const std::string& out, const BlockRunResult& result) const {
+    const auto oriented = [](const ExteriorResult& photo) { return photo.pose.has_value(); };
+    if (block_.formats.empty() ||
+        std::none_of(result.results.begin(), result.results.end(), oriented))
+      return;
+    try {
+      WriteExportsOf(out, block_.camera, block_.formats);
+    } catch (const InputError& error) {
+      throw InputError("the block is done and written to " + out +
+                       ", but not exported: " + error.what());
+    }
   }
 
   const BlockRunOptions& options_;

@@ -5,8 +5,9 @@
 #include <string>
 #include <vector>
 
+#include "core/files/adjustment_result.h"
 #include "core/files/block_file.h"
-#include "tools/block/adjustment_stage.h"
+#include "core/files/results.h"
 
 namespace orient {
 
@@ -26,8 +27,10 @@ struct BlockSummary {
 };
 
 struct BlockRunResult {
-  std::vector<ExteriorResult> results;   // final, as the block's photos
-  std::optional<BlockSummary> adjusted;  // absent where there was nothing to adjust
+  std::vector<ExteriorResult> results;  // final, as the block's photos
+  // Absent where there was nothing to adjust:
+  std::optional<AdjustmentResult> adjusted;
+  std::optional<BlockSummary> summary;
   std::vector<std::string> messages;
 };
 

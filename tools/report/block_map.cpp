@@ -158,6 +158,19 @@ std::string Patches(const BlockRecord& block, const Sheet& sheet) {
          matched.Element("p-matched") + "</g>\n";
 }
 
+std::string Ties(const BlockRecord& block, const Sheet& sheet) {
+  if (!block.adjusted) return "";
+  const std::vector<PointResult>& ties = block.adjusted->ties;
+  SvgPath dots;
+  for (const PointResult& tie : ties) {
+    if (!tie.ground_m) continue;
+    const Vector2d xy = tie.ground_m->head<2>();
+    if (sheet.ground.contains(xy)) dots.AddDot(sheet.At(xy));
+  }
+  return "<g style=\"--dot:" + SvgNumber(DotSize(ties.size(), sheet)) + "px\">" +
+         dots.Element("p-tie") + "</g>\n";
+}
+
 // "photos share '3324c_2015_'" : the part of all names up to a separator, left out in the map.
 size_t SharedPrefix(const BlockRecord& block) {
   if (block.photos.size() < 2) return 0;
@@ -304,8 +317,11 @@ std::string Caption(const BlockRecord& block, const Labels& labels) {
       "<i class=\"sw weak\"></i>weak</span><span class=\"key\"><i class=\"sw failed\"></i>failed"
       "</span><span class=\"key\"><i class=\"dot matched\"></i>patch matched</span>"
       "<span class=\"key\"><i class=\"cross\">×</i>rejected</span><span class=\"key\">"
-      "<i class=\"dot not_found\"></i>not found</span><span class=\"key\">"
-      "<i class=\"cross plus\">+</i>projection centre</span><br/>East to the right, north up, "
+      "<i class=\"dot not_found\"></i>not found</span>" +
+      std::string(block.adjusted ? "<span class=\"key\"><i class=\"dot tie\"></i>tie point</span>"
+                                 : "") +
+      "<span class=\"key\"><i class=\"cross plus\">+</i>projection centre</span><br/>East to the "
+      "right, north up, "
       "metres";
   text += block.crs ? " in " + Escape(block.crs->Name()) + ". " : ". ";
   text += "A patch shows its best outcome in any photo. ";
@@ -333,9 +349,9 @@ std::string BlockMap(const BlockRecord& block, const BlockVerdict& verdict) {
          "\" role=\"img\" aria-label=\"Map of the block\">\n<g transform=\"translate(" +
          SvgNumber(kLeft) + " " + SvgNumber(kTop) + ")\">\n<rect class=\"sheet\" " + frame +
          "/>\n" + Grid(sheet) + "<svg " + frame + ">\n" + PhotoShapes(block, verdict, sheet) +
-         Patches(block, sheet) + labels.svg + ScaleBar(sheet) + NorthArrow(sheet) +
-         "</svg>\n<rect class=\"neat\" " + frame + "/>\n</g></svg>\n" + Caption(block, labels) +
-         "</figure>\n";
+         Ties(block, sheet) + Patches(block, sheet) + labels.svg + ScaleBar(sheet) +
+         NorthArrow(sheet) + "</svg>\n<rect class=\"neat\" " + frame + "/>\n</g></svg>\n" +
+         Caption(block, labels) + "</figure>\n";
 }
 
 }  // namespace orient

@@ -82,6 +82,15 @@ void AddTable(const std::string& directory, Photos* photos, BlockRecord* block) 
   }
 }
 
+void AddAdjustment(const std::string& directory, BlockRecord* block) {
+  const std::string path = AdjustmentResultPath(directory);
+  try {
+    if (fs::exists(path)) block->adjusted = ReadAdjustmentResult(path);
+  } catch (const InputError& error) {
+    block->unreadable.push_back(error.what());
+  }
+}
+
 // "survey/out" -> "survey / out": the last folder alone is often just "out".
 std::string TitleOf(const std::string& directory) {
   std::error_code ignored;  // the title then comes from the path as it was given
@@ -109,6 +118,7 @@ BlockRecord ReadBlockRecord(const std::string& directory) {
   for (const fs::directory_entry& entry : fs::directory_iterator(directory))
     if (entry.is_regular_file()) AddFile(entry.path(), &photos);
   AddTable(directory, &photos, &block);
+  AddAdjustment(directory, &block);
   if (photos.empty())
     throw InputError(directory +
                      ": the folder holds no results (<photo>.interior.json, "

@@ -5,6 +5,7 @@
 #include <string>
 #include <vector>
 
+#include "core/files/adjustment_result.h"
 #include "core/files/orientation_table.h"
 #include "core/files/results.h"
 #include "core/geometry/crs.h"
@@ -23,10 +24,11 @@ struct PhotoRecord {
 
 struct BlockRecord {
   std::string directory;
-  std::string title;                    // from the folder's name
-  std::optional<Crs> crs;               // of orientation.prj
-  std::vector<PhotoRecord> photos;      // by name
-  std::vector<std::string> unreadable;  // about orientation.csv and orientation.prj
+  std::string title;                         // from the folder's name
+  std::optional<Crs> crs;                    // of orientation.prj
+  std::vector<PhotoRecord> photos;           // by name
+  std::optional<AdjustmentResult> adjusted;  // of block.json
+  std::vector<std::string> unreadable;  // about orientation.csv, orientation.prj and block.json
 
   bool HasExterior() const;  // whether any photo went through exterior orientation
 };

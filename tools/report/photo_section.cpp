@@ -153,6 +153,11 @@ std::string ExteriorFacts(const ExteriorResult& exterior, const PhotoVerdict& ve
   if (exterior.sigma0_px) text += " · sigma0 " + Decimal(*exterior.sigma0_px, 2) + " px";
   const std::string statistics = ResidualStatistics(exterior);
   if (!statistics.empty()) text += " · " + statistics;
+  if (exterior.ties && exterior.ties->measured > 0) {
+    text += " · " + std::to_string(exterior.ties->used) + " of " +
+            std::to_string(exterior.ties->measured) + " ties used";
+    if (exterior.ties->rms_px) text += ", RMS " + Decimal(*exterior.ties->rms_px, 2) + " px";
+  }
   if (exterior.orientation)
     text += " · scan orientation " + std::string(Name(*exterior.orientation));
   return "<p class=\"facts\">" + text + "</p>\n";

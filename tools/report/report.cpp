@@ -6,6 +6,7 @@
 
 #include "core/files/atomic_write.h"
 #include "tools/report/block_map.h"
+#include "tools/report/block_section.h"
 #include "tools/report/html_text.h"
 #include "tools/report/overview.h"
 #include "tools/report/photo_section.h"
@@ -70,6 +71,7 @@ std::string WriteReport(const BlockRecord& block) {
   html += "</style>\n</head>\n<body>\n";
   html += SummarySection(block, verdict) + ConcernsSection(block, verdict);
   html += "<section>\n<h2>Map</h2>\n" + BlockMap(block, verdict) + "</section>\n";
+  html += AdjustmentSection(block) + FilmSection(block);
   html += PhotosSection(block, verdict) + PhotoSections(block, verdict);
   html += "</body>\n</html>\n";
   const std::string path = (fs::path(block.directory) / "report.html").string();

@@ -6,7 +6,7 @@ namespace orient {
 const std::string_view kReportStyle = R"(
 :root { --ink: #22282f; --soft: #66707b; --line: #dfe3e8; --page: #ffffff; --panel: #f7f8fa;
   --ok: #2c7a57; --weak: #a86a00; --failed: #b3362b; --link: #1d5a9c;
-  --matched: #1f62ad; --rejected: #c02d86; --missed: #8d97a3; }
+  --matched: #1f62ad; --rejected: #c02d86; --missed: #8d97a3; --tie: #4f9d84; }
 * { box-sizing: border-box; }
 html { background: var(--page); color: var(--ink); -webkit-text-size-adjust: 100%; }
 body { max-width: 1180px; margin: 0 auto; padding: 36px 28px 80px;
@@ -71,7 +71,7 @@ figure img { max-width: 100%; height: auto; display: block; border: 1px solid va
   background: #fbefd9; } .sw.failed { color: var(--failed); background: #fbe5e2;
   border-style: dashed; }
 .dot { display: inline-block; width: 8px; height: 8px; border-radius: 50%; margin-right: 5px; }
-.dot.matched { background: var(--matched); } .dot.not_found { background: var(--missed); }
+.dot.tie { background: var(--tie); } .dot.matched { background: var(--matched); } .dot.not_found { background: var(--missed); }
 .cross { font-style: normal; font-weight: 700; color: var(--rejected); margin-right: 5px; }
 .cross.plus { color: var(--ink); }
 svg text { font-size: 12px; fill: var(--ink); }
@@ -88,6 +88,8 @@ svg .tick { font-size: 11px; fill: var(--soft); }
 .p-matched { stroke: var(--matched); stroke-width: var(--dot, 5px); }
 .p-not_found { stroke: var(--missed); stroke-width: calc(0.8 * var(--dot, 5px)); }
 .p-not_visible { stroke: #d3d8de; stroke-width: calc(0.6 * var(--dot, 5px)); }
+.p-tie { fill: none; stroke-linecap: round; stroke: var(--tie);
+  stroke-width: calc(0.7 * var(--dot, 5px)); }
 .p-rejected { stroke: var(--rejected); stroke-width: 1.5; fill: none; }
 .r-matched { stroke: var(--matched); stroke-width: 1.3; fill: none; }
 .r-start { stroke: var(--matched); stroke-width: 3.4; stroke-linecap: round; fill: none; }

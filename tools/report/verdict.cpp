@@ -99,15 +99,17 @@ std::string Times(double value, double usual) {
   return Decimal(value / usual, 1) + " times the block's median";
 }
 
-// How many matched patches lie further off than the photo's own sigma0 explains.
+// How many matched patches lie further off than most of their photo's. Not measured by sigma0: that
+// weighs residuals by what heights and film may do, which neighbours share.
 int OutlyingPatches(const ExteriorResult& exterior) {
-  if (!exterior.sigma0_px || !(*exterior.sigma0_px > 0)) return 0;
-  const double limit = kConspicuousResidual * *exterior.sigma0_px;
-  return static_cast<int>(std::count_if(
-      exterior.patches.begin(), exterior.patches.end(), [&](const PatchResult& patch) {
-        return patch.state == PatchState::kMatched && patch.residual_px &&
-               patch.residual_px->norm() > limit;
-      }));
+  std::vector<double> lengths;
+  for (const PatchResult& patch : exterior.patches)
+    if (patch.state == PatchState::kMatched && patch.residual_px)
+      lengths.push_back(patch.residual_px->norm());
+  if (lengths.size() < kFewestForMedian) return 0;
+  const double limit = kConspicuousResidual * Median(lengths);
+  return static_cast<int>(
+      std::count_if(lengths.begin(), lengths.end(), [&](double length) { return length > limit; }));
 }
 
 // What is conspicuous about a photo that says of itself that it is ok.
@@ -131,7 +133,7 @@ std::vector<std::string> Peculiarities(const PhotoRecord& photo, const PhotoVerd
     texts.push_back(
         std::to_string(outlying) +
         (outlying == 1 ? " matched patch has a residual" : " matched patches have residuals") +
-        " above " + Decimal(kConspicuousResidual, 0) + " sigma0");
+        " above " + Decimal(kConspicuousResidual, 0) + " times the photo's median");
   if (photo.interior && photo.exterior && photo.interior->status == Status::kWeak &&
       verdict.status == Status::kOk)
     texts.push_back("the interior orientation is weak: " + Joined(photo.interior->messages));

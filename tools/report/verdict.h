@@ -40,7 +40,7 @@ struct BlockVerdict {
 };
 
 // A sigma0, a sigma or a matched patch's residual is conspicuous from this multiple of the block's
-// median on (of the photo's own sigma0 for a residual).
+// median on (of the photo's own median for a residual).
 inline constexpr double kConspicuousSigma0 = 2.0;
 inline constexpr double kConspicuousSigma = 3.0;
 inline constexpr double kConspicuousResidual = 5.0;

@@ -76,6 +76,9 @@ TEST_F(BlockFileTest, WhatIsGivenHolds) {
   EXPECT_EQ(block.polarity, Polarity::kNegative);
   EXPECT_EQ(block.orientation, ScanOrientation::kM90);
   EXPECT_EQ(block.output_directory, folder_ / "results");
+  const BlockFile exporting = ReadText(kBlock + "[output]\nformats = [\"patb\", \"colmap\"]\n");
+  EXPECT_EQ(exporting.output_directory, folder_ / "out");
+  EXPECT_EQ(exporting.formats, (std::vector<std::string>{"patb", "colmap"}));
 }
 
 TEST_F(BlockFileTest, AutoIsTheSameAsAbsent) {
@@ -116,9 +119,25 @@ TEST_F(BlockFileTest, APatternWithoutAMatchIsNamed) {
   ExpectRefused(Replaced(kBlock, "[\"scans/*.tif\"]", "[]"), {"photos"});
 }
 
-TEST_F(BlockFileTest, TwoPhotosWithOneNameAreRefused) {
+TEST_F(BlockFileTest, TwoPhotosWithOneNameAreNeitherOfThemUsed) {
   WriteFileAtomically(folder_ / "scans/a.jpg", "");
-  ExpectRefused(Replaced(kBlock, "*.tif", "a.*"), {"scans/a.jpg", "scans/a.tif", "\"a\""});
+  const BlockFile block = ReadText(Replaced(kBlock, "*.tif", "?.*"));
+  EXPECT_EQ(block.photos, std::vector<std::string>{folder_ / "scans/b.tif"});
+  ASSERT_EQ(block.unusable.size(), 1u);
+  EXPECT_EQ(block.unusable[0].name, "a");
+  EXPECT_NE(block.unusable[0].reason.find("scans/a.jpg"), std::string::npos);
+  ExpectRefused(Replaced(kBlock, "*.tif", "a.*"), {"scans/a.jpg", "scans/a.tif"});
+  ExpectError<InputError>([&] { ExpandPhotos({"scans/a.*"}, folder_.Path()); },
+                          {"scans/a.jpg", "scans/a.tif", "\"a\""});
+}
+
+TEST_F(BlockFileTest, APhotoThatIsNotThereIsPutDownAndTheOthersGoOn) {
+  const BlockFile block =
+      ReadText(Replaced(kBlock, "\"scans/*.tif\"", "\"scans/a.tif\", \"scans/z.tif\""));
+  EXPECT_EQ(block.photos, std::vector<std::string>{folder_ / "scans/a.tif"});
+  ASSERT_EQ(block.unusable.size(), 1u);
+  EXPECT_EQ(block.unusable[0].name, "z");
+  ExpectRefused(Replaced(kBlock, "*.tif", "z.tif"), {"scans/z.tif", "does not exist"});
 }
 
 TEST_F(BlockFileTest, ExpandedPhotosAreSortedWithoutDuplicates) {

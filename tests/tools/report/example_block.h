@@ -7,6 +7,7 @@
 
 #include "core/files/orientation_table.h"
 #include "core/files/results.h"
+#include "tests/support/example_adjustment.h"
 
 namespace orient {
 

@@ -76,6 +76,36 @@ TEST(Report, SaysWhatAPersonAsks) {
     EXPECT_TRUE(Contains(html, part)) << part;
 }
 
+TEST(Report, SaysWhatTheBlockAdjustmentSays) {
+  const TemporaryFolder folder;
+  WriteExampleBlock(folder.Path());
+  WriteAdjustmentResult(folder.Path(), ExampleAdjustment());
+  const std::string html = ReadFile(WriteReport(folder.Path()));
+  EXPECT_EQ(Malformed(html), "");
+  for (const char* part :
+       {"Block adjustment", "2 tie points", "1 held out", "0.50 px (RMS of 2",
+        "0.30 / 0.40 / 0.80 m", "tie image", ">1.20<", "Photo 4713 hangs on none.", "1.5e-08",
+        "ties that contradict &lt;nothing&gt;", "tie point</span>", "p-tie"})
+    EXPECT_TRUE(Contains(html, part)) << part;
+}
+
+TEST(Report, SaysHowTheFilmLies) {
+  const TemporaryFolder folder;
+  WriteExampleBlock(folder.Path());
+  const std::string html = ReadFile(WriteReport(folder.Path()));
+  EXPECT_TRUE(Contains(html, "3 of 6 marks used"));
+  EXPECT_TRUE(Contains(html, "25.000 ± 0.000"));
+}
+
+TEST(Report, DamagedBlockFileIsNamedAndTheRestIsShown) {
+  const TemporaryFolder folder;
+  WriteExampleBlock(folder.Path());
+  WriteFileAtomically(folder / "block.json", "{\"converged\": 1}");
+  const std::string html = ReadFile(WriteReport(folder.Path()));
+  EXPECT_TRUE(Contains(html, "field converged must be true or false"));
+  EXPECT_FALSE(Contains(html, "<h2>Block adjustment"));
+}
+
 TEST(Report, IsWellFormedOnlyIfTheCheckerCanFail) {
   EXPECT_EQ(Malformed("<p>a<br/></p>"), "");
   EXPECT_NE(Malformed("<p>a<b></p>"), "");

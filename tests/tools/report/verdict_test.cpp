@@ -71,6 +71,10 @@ TEST(Verdict, LargeResidualOfAMatchedPatchIsAConcern) {
   BlockRecord block = Block(1);
   block.photos[0].exterior->patches[0].residual_px = Eigen::Vector2d(0, 4);
   ASSERT_EQ(Judge(block).concerns.size(), 1u);
+  // Sigma0 weighs residuals by what neighbours share: it says nothing about which one stands out.
+  block = Block(1);
+  block.photos[0].exterior->sigma0_px = 0.01;
+  EXPECT_TRUE(Judge(block).concerns.empty());
 }
 
 TEST(Verdict, PhotoThatStoppedHalfWayHasFailed) {

@@ -1,0 +1,63 @@
+#include "core/files/adjustment_result.h"
+
+#include <gtest/gtest.h>
+
+#include <limits>
+
+#include "core/error.h"
+#include "core/files/atomic_write.h"
+#include "tests/support/example_adjustment.h"
+#include "tests/support/expect_error.h"
+#include "tests/support/shared_data.h"
+
+namespace orient {
+namespace {
+
+TEST(AdjustmentResult, ComesBackAsItWasWritten) {
+  const TemporaryFolder folder;
+  const AdjustmentResult written = ExampleAdjustment();
+  WriteAdjustmentResult(folder.Path(), written);
+  const AdjustmentResult read = ReadAdjustmentResult(AdjustmentResultPath(folder.Path()));
+  EXPECT_TRUE(read.converged);
+  EXPECT_EQ(read.sigma0, written.sigma0);
+  ASSERT_EQ(read.components.size(), 2u);
+  EXPECT_EQ(read.components[0].factor, 1.44);
+  EXPECT_EQ(read.parts[1].message, written.parts[1].message);
+  EXPECT_EQ(read.calibration[0].sigma, 4e-9);
+  EXPECT_EQ(read.messages, written.messages);
+  ASSERT_EQ(read.ties.size(), 2u);
+  EXPECT_FALSE(read.ties[0].control);
+  EXPECT_EQ(read.ties[1].seen[1].state, "rejected");
+  EXPECT_EQ(read.ties[1].seen[1].residual_px, Eigen::Vector2d(0, -0.4));
+  EXPECT_EQ(read.ties[0].sigma_m, written.ties[0].sigma_m);
+  ASSERT_TRUE(read.control[0].control);
+  EXPECT_EQ(read.control[0].control->given_m, written.control[0].control->given_m);
+  EXPECT_FALSE(read.control[0].ground_m);
+  EXPECT_FALSE(read.control[0].seen[0].redundancy);
+}
+
+TEST(AdjustmentResult, ChecksHaveTheRmsOfTheirVectors) {
+  EXPECT_NEAR(ExampleAdjustment().CheckRmsPx().value(), 0.5, 1e-12);
+  EXPECT_FALSE(AdjustmentResult().CheckRmsPx());
+}
+
+TEST(AdjustmentResult, WhatIsNoNumberIsNull) {
+  const TemporaryFolder folder;
+  AdjustmentResult result;
+  result.sigma0 = std::numeric_limits<double>::quiet_NaN();
+  WriteAdjustmentResult(folder.Path(), result);
+  EXPECT_FALSE(ReadAdjustmentResult(AdjustmentResultPath(folder.Path())).sigma0);
+}
+
+TEST(AdjustmentResult, AFieldOfTheWrongTypeIsNamed) {
+  const TemporaryFolder folder;
+  WriteAdjustmentResult(folder.Path(), ExampleAdjustment());
+  std::string text = ReadFile(folder / "block.json");
+  text.replace(text.find("\"rays\": 2"), 9, "\"rays\": []");
+  WriteFileAtomically(folder / "block.json", text);
+  ExpectError<InputError>([&] { ReadAdjustmentResult(folder / "block.json"); },
+                          {"block.json", "rays"});
+}
+
+}  // namespace
+}  // namespace orient

@@ -1,0 +1,15 @@
+// What block.json, the report and block.gpkg say of an adjusted block.
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "core/files/adjustment_result.h"
+#include "tools/block/adjustment_stage.h"
+
+namespace orient {
+
+// `messages`: of all stages, the adjustment's own among them.
+AdjustmentResult SummaryOf(const AdjustedBlock& adjusted, const std::vector<std::string>& messages);
+
+}  // namespace orient
