@@ -142,8 +142,7 @@ TEST_F(BadPhoto, PhotoWithoutApproximationFailsAlone) {
 TEST_F(BadPhoto, ScanThatIsNotThereFailsAloneAndTheRestIsExported) {
   fs::remove(Path("scans/new_1_2.tif"));
   Edit("block.toml", "\"scans/*.tif\"", "\"scans/new_1_1.tif\", \"scans/new_1_2.tif\"");
-  Write("block.toml",
-        ReadFile(Path("block.toml")) + "[output]\nformats = [\"patb\", \"colmap\"]\n");
+  Edit("block.toml", "[output]\n", "[output]\nformats = [\"patb\", \"colmap\"]\n");
   ExpectOnlyTheSecondFails(Block(), {Path("scans/new_1_2.tif"), "does not exist", "check"});
   EXPECT_TRUE(fs::exists(Path("out/exports/patb/export.json")));
   EXPECT_TRUE(fs::exists(Path("out/exports/colmap/images.txt")));
@@ -205,7 +204,7 @@ TEST_F(BadInput, GlobThatMatchesNothingIsNamed) {
 }
 
 TEST_F(BadInput, AnExportFormatThatIsNoneIsRefusedBeforeTheWork) {
-  Write("block.toml", ReadFile(Path("block.toml")) + "[output]\nformats = [\"patb\", \"pat-m\"]\n");
+  Edit("block.toml", "[output]\n", "[output]\nformats = [\"patb\", \"pat-m\"]\n");
   ExpectRefused(Block(), 2, {Path("block.toml"), "pat-m", "colmap"});
   EXPECT_FALSE(fs::exists(Path("out")));
 }
