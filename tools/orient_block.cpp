@@ -32,6 +32,8 @@ class BlockCommand : public Command {
     app.add_flag("--plan", plan_, "Print what would be done and stop");
     app.add_flag("--no-feedback", no_feedback_,
                  "Do not tell the patch database which patches were found");
+    app.add_flag("--quicklook", quicklook_,
+                 "Also draw reduced orthophotos and the seams between them");
     AddCameraLibraryOption(app, &library_);
     AddJobsOption(app, &jobs_);
   }
@@ -41,6 +43,7 @@ class BlockCommand : public Command {
     CheckFormats(options.block.formats);
     options.block.camera = FindCameraFile(options.block.camera, library_);
     options.feedback = !no_feedback_;
+    options.quicklook = quicklook_;
     options.jobs = jobs_;
     const std::string& directory = options.block.output_directory;
     options.resume = !overwrite_ && (resume_ || IsUnfinished(directory));
@@ -93,6 +96,13 @@ class BlockCommand : public Command {
             << Fixed(block->check_rms_px, 2) << " px";
       out << "\n";
     }
+    if (const auto& quicklook = result.quicklook) {
+      out << "seams   " << quicklook->Measured() << " of " << quicklook->seams.size()
+          << " places between orthophotos measured";
+      if (const auto shift = quicklook->MedianShiftPx())
+        out << ", median shift " << Fixed(*shift, 2) << " px";
+      out << "\n";
+    }
     for (const std::string& message : result.messages) out << "note    " << message << "\n";
   }
 
@@ -101,6 +111,7 @@ class BlockCommand : public Command {
   bool overwrite_ = false;
   bool plan_ = false;
   bool no_feedback_ = false;
+  bool quicklook_ = false;
   int jobs_ = 0;
 };
 

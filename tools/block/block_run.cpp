@@ -67,6 +67,7 @@ class BlockRun {
     }
     AddUnusable(&result.results);
     NameNeedlessApproximations(&result.messages);
+    if (options_.quicklook) result.quicklook = MakeQuicklook(result.results);
     WriteOutputs(result);
     fs::remove(UnfinishedPath(out));
     return result;
@@ -231,6 +232,22 @@ class BlockRun {
     AdjustmentResult summary = SummaryOf(adjusted, result->messages);
     result->summary = Summarize(summary);
     result->adjusted = std::move(summary);
+  }
+
+  // `results` begins with those of photos_, in their order.
+  std::optional<Quicklook> MakeQuicklook(const std::vector<ExteriorResult>& results) const {
+    std::vector<QuicklookPhoto> photos;
+    for (std::size_t i = 0; i < photos_.size(); ++i) {
+      if (!results[i].pose || results[i].status == Status::kFailed) continue;
+      const BlockPhotoFile& photo = photos_[i];
+      photos.push_back({photo.name,
+                        photo.path,
+                        {camera_.camera, photo.position.photo_from_pixel, *results[i].pose,
+                         photo.position.film_correction},
+                        photo.negative});
+    }
+    if (photos.empty()) return std::nullopt;
+    return WriteQuicklook(block_.output_directory, photos, SurfaceUnderPhotos());
   }
 
   void AddUnusable(std::vector<ExteriorResult>* results) const {

@@ -8,6 +8,7 @@
 #include "core/files/adjustment_result.h"
 #include "core/files/block_file.h"
 #include "core/files/results.h"
+#include "tools/block/quicklook.h"
 
 namespace orient {
 
@@ -15,6 +16,7 @@ struct BlockRunOptions {
   BlockFile block;  // its camera is the path of a file
   bool resume = false;
   bool feedback = true;
+  bool quicklook = false;
   int jobs = 0;
 };
 
@@ -31,6 +33,7 @@ struct BlockRunResult {
   // Absent where there was nothing to adjust:
   std::optional<AdjustmentResult> adjusted;
   std::optional<BlockSummary> summary;
+  std::optional<Quicklook> quicklook;
   std::vector<std::string> messages;
 };
 

@@ -82,6 +82,14 @@ void AddTable(const std::string& directory, Photos* photos, BlockRecord* block) 
   }
 }
 
+void AddQuicklook(const std::string& directory, BlockRecord* block) {
+  const auto existing = [&](const char* file) {
+    return fs::is_regular_file(fs::path(directory) / file) ? file : "";
+  };
+  block->quicklook_picture = existing("quicklook.png");
+  block->seams_picture = existing("seams.png");
+}
+
 void AddAdjustment(const std::string& directory, BlockRecord* block) {
   const std::string path = AdjustmentResultPath(directory);
   try {
@@ -119,6 +127,7 @@ BlockRecord ReadBlockRecord(const std::string& directory) {
     if (entry.is_regular_file()) AddFile(entry.path(), &photos);
   AddTable(directory, &photos, &block);
   AddAdjustment(directory, &block);
+  AddQuicklook(directory, &block);
   if (photos.empty())
     throw InputError(directory +
                      ": the folder holds no results (<photo>.interior.json, "

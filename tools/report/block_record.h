@@ -24,10 +24,11 @@ struct PhotoRecord {
 
 struct BlockRecord {
   std::string directory;
-  std::string title;                         // from the folder's name
-  std::optional<Crs> crs;                    // of orientation.prj
-  std::vector<PhotoRecord> photos;           // by name
-  std::optional<AdjustmentResult> adjusted;  // of block.json
+  std::string title;                             // from the folder's name
+  std::optional<Crs> crs;                        // of orientation.prj
+  std::vector<PhotoRecord> photos;               // by name
+  std::optional<AdjustmentResult> adjusted;      // of block.json
+  std::string quicklook_picture, seams_picture;  // file names in the folder, empty where absent
   std::vector<std::string> unreadable;  // about orientation.csv, orientation.prj and block.json
 
   bool HasExterior() const;  // whether any photo went through exterior orientation

@@ -43,15 +43,29 @@ class PictureAlbum {
   size_t used_ = 0;
 };
 
+std::string QuicklookSection(const BlockRecord& block, PictureAlbum* album) {
+  if (block.quicklook_picture.empty()) return "";
+  std::string html = "<section>\n<h2>Orthophotos</h2>\n" +
+                     album->Figure(block.quicklook_picture,
+                                   "Reduced orthophotos, each place from the photo that sees it "
+                                   "nearest to its middle; seams in yellow");
+  if (!block.seams_picture.empty())
+    html += album->Figure(block.seams_picture,
+                          "Places along the seams at full resolution, the two photos in turn like "
+                          "a chequerboard, with the shift between them. A line that breaks where "
+                          "fields meet is an error, or stands above the DEM");
+  return html + "</section>\n";
+}
+
 // Sections in the photos' order, made in the order of need while the album has room.
-std::string PhotoSections(const BlockRecord& block, const BlockVerdict& verdict) {
+std::string PhotoSections(const BlockRecord& block, const BlockVerdict& verdict,
+                          PictureAlbum* album) {
   std::vector<size_t> order;
   for (const Concern& concern : verdict.concerns) order.push_back(concern.photo);
   for (size_t i = 0; i < block.photos.size(); ++i)
     if (std::find(order.begin(), order.end(), i) == order.end()) order.push_back(i);
-  PictureAlbum album(block.directory);
   const PictureHtml picture = [&](const std::string& file_name, const std::string& alt) {
-    return album.Figure(file_name, alt);
+    return album->Figure(file_name, alt);
   };
   std::vector<std::string> sections(block.photos.size());
   for (const size_t i : order)
@@ -71,8 +85,9 @@ std::string WriteReport(const BlockRecord& block) {
   html += "</style>\n</head>\n<body>\n";
   html += SummarySection(block, verdict) + ConcernsSection(block, verdict);
   html += "<section>\n<h2>Map</h2>\n" + BlockMap(block, verdict) + "</section>\n";
-  html += AdjustmentSection(block) + FilmSection(block);
-  html += PhotosSection(block, verdict) + PhotoSections(block, verdict);
+  PictureAlbum album(block.directory);
+  html += QuicklookSection(block, &album) + AdjustmentSection(block) + FilmSection(block);
+  html += PhotosSection(block, verdict) + PhotoSections(block, verdict, &album);
   html += "</body>\n</html>\n";
   const std::string path = (fs::path(block.directory) / "report.html").string();
   WriteFileAtomically(path, html);
