@@ -67,6 +67,7 @@ struct AdjustmentResult {
   std::vector<PartResult> parts;
   std::vector<CalibrationResult> calibration;
   std::vector<CheckResult> checks;
+  int checks_rejected_alone = 0;  // of these: rejected in the photos' own orientation
   std::vector<std::string> messages;
   std::vector<PointResult> ties, control;
 

@@ -17,7 +17,7 @@ double PixelSize(const Camera& camera) {
 
 // The table's own radii and enough others for a cubic to be straight between them, as far as the
 // frame may reach.
-RadialTable WithCubic(const RadialTable& table, double k1, double reach_mm) {
+RadialTable TableWithCubic(const RadialTable& table, double k1, double reach_mm) {
   std::vector<double> radii = table.radius_mm;
   for (double r = 0; r < reach_mm + kTableStep_mm; r += kTableStep_mm) radii.push_back(r);
   std::sort(radii.begin(), radii.end());
@@ -30,9 +30,9 @@ RadialTable WithCubic(const RadialTable& table, double k1, double reach_mm) {
   return sum;
 }
 
-LensDistortion WithCubic(const Camera& camera, double k1) {
+LensDistortion LensWithCubic(const Camera& camera, double k1) {
   if (const auto* table = std::get_if<RadialTable>(&camera.lens))
-    return WithCubic(*table, k1, 1.2 * camera.FrameRadius());
+    return TableWithCubic(*table, k1, 1.2 * camera.FrameRadius());
   BrownDistortion brown;
   if (const auto* own = std::get_if<BrownDistortion>(&camera.lens)) brown = *own;
   brown.k[0] += k1;
@@ -69,10 +69,14 @@ double LargestUnabsorbed(const Camera& camera, double k1) {
 EarthCamera OverEarth(const Camera& camera, EarthMode mode, double flying_m, double ground_m) {
   const double k1 = EarthDistortion(camera.principal_distance_mm, flying_m, ground_m);
   const bool matters = LargestUnabsorbed(camera, k1) > kNegligiblePx * PixelSize(camera);
-  if (mode == EarthMode::kFlat || (mode == EarthMode::kAuto && !matters)) return {camera, false};
-  EarthCamera over{camera, true};
-  over.camera.lens = WithCubic(camera, k1);
-  return over;
+  if (mode == EarthMode::kFlat || (mode == EarthMode::kAuto && !matters)) return {camera, false, 0};
+  return {WithCubic(camera, k1), true, k1};
+}
+
+Camera WithCubic(const Camera& camera, double k1) {
+  Camera other = camera;
+  other.lens = LensWithCubic(camera, k1);
+  return other;
 }
 
 }  // namespace orient

@@ -33,7 +33,11 @@ double LargestUnabsorbed(const Camera& camera, double k1);
 struct EarthCamera {
   Camera camera;
   bool curved = false;
+  double k1 = 0;  // that was added to the lens
 };
 EarthCamera OverEarth(const Camera& camera, EarthMode mode, double flying_m, double ground_m);
+
+// The camera whose lens moves image points by k1 r^3 more (r from the principal point, mm).
+Camera WithCubic(const Camera& camera, double k1);
 
 }  // namespace orient

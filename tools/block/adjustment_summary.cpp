@@ -69,6 +69,7 @@ AdjustmentResult SummaryOf(const AdjustedBlock& adjusted,
   for (const CheckPatch& check : result.checks)
     summary.checks.push_back({adjusted.block.points[check.point].id, check.rays,
                               check.ground_residual_m, check.image_residuals_px});
+  summary.checks_rejected_alone = adjusted.checks_rejected_alone;
   summary.messages = messages;
   AddPoints(adjusted, &summary);
   return summary;

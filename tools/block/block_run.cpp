@@ -56,6 +56,7 @@ class BlockRun {
     // Every stage from here on uses the camera that the photos were oriented with.
     const EarthCamera over = CameraOfRun(ExteriorOptions());
     camera_.camera = over.camera;
+    earth_k1_ = over.k1;
     earth_ = over.curved ? EarthMode::kCurved : EarthMode::kFlat;
     ReadPhotos();
     BlockRunResult result;
@@ -226,7 +227,9 @@ class BlockRun {
                                   surface, block_.patchdb, block_.adjustment};
     const AdjustedBlock adjusted = AdjustPhotos(inputs);
     result->results = FinalResults(inputs, adjusted);
-    WriteCalibratedCamera(block_.output_directory, camera_, adjusted.result);
+    WriteCalibratedCamera(block_.output_directory, camera_, earth_k1_, adjusted.result);
+    if (adjusted.result.converged && !adjusted.result.cameras.empty())
+      camera_.camera = adjusted.result.cameras.front();
     result->messages.insert(result->messages.end(), adjusted.result.messages.begin(),
                             adjusted.result.messages.end());
     AdjustmentResult summary = SummaryOf(adjusted, result->messages);
@@ -306,6 +309,7 @@ class BlockRun {
             {photo.photo, *photo.pose, Vector6d(photo.covariance->diagonal().cwiseSqrt())});
     }
     WriteOrientationTable((fs::path(out) / "orientation.csv").string(), table);
+    WriteBlockCamera(out, camera_, earth_k1_);
     if (result.adjusted) WriteAdjustmentResult(out, *result.adjusted);
     WriteBlockGeopackage(out, block_.crs, result.results,
                          result.adjusted ? &*result.adjusted : nullptr);
@@ -319,7 +323,7 @@ class BlockRun {
         std::none_of(result.results.begin(), result.results.end(), oriented))
       return;
     try {
-      WriteExportsOf(out, block_.camera, block_.formats);
+      WriteExportsOf(out, BlockCameraPath(out), block_.formats);
     } catch (const InputError& error) {
       throw InputError("the block is done and written to " + out +
                        ", but not exported: " + error.what());
@@ -330,7 +334,8 @@ class BlockRun {
   const BlockFile& block_;
   CameraFile camera_;
   bool film_;
-  EarthMode earth_;  // as the block file says, then as decided
+  double earth_k1_ = 0;  // in camera_, once that is decided
+  EarthMode earth_;      // as the block file says, then as decided
   MarkShapes marks_;
   StageFolder exterior_;
   OrientationTable approximations_;

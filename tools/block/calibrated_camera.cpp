@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <filesystem>
 
+#include "core/geometry/earth_effects.h"
+
 namespace orient {
 namespace fs = std::filesystem;
 
@@ -10,7 +12,7 @@ std::string CalibratedCameraPath(const std::string& directory) {
   return (fs::path(directory) / "calibrated_camera.toml").string();
 }
 
-void WriteCalibratedCamera(const std::string& directory, const CameraFile& camera,
+void WriteCalibratedCamera(const std::string& directory, const CameraFile& camera, double earth_k1,
                            const BlockResult& result) {
   const std::string path = CalibratedCameraPath(directory);
   const bool calibrated =
@@ -25,7 +27,18 @@ void WriteCalibratedCamera(const std::string& directory, const CameraFile& camer
   }
   CameraFile to = camera;
   to.camera = result.cameras.front();
+  if (earth_k1 != 0) to.camera = WithCubic(to.camera, -earth_k1);
   WriteCameraFile(path, to);
+}
+
+std::string BlockCameraPath(const std::string& directory) {
+  return (fs::path(directory) / "camera.toml").string();
+}
+
+void WriteBlockCamera(const std::string& directory, const CameraFile& camera, double earth_k1) {
+  CameraFile to = camera;
+  if (earth_k1 != 0) to.camera.name += ", with earth curvature and refraction in the lens";
+  WriteCameraFile(BlockCameraPath(directory), to);
 }
 
 }  // namespace orient

@@ -36,10 +36,11 @@ std::optional<OrthoPhoto::Seen> OrthoPhoto::See(const Vector3d& ground_m) const 
   if (!pixel) return std::nullopt;
   const Camera& camera = photo_.view.camera;
   const Vector2d mm = photo_.view.PhotoFromPixel(*pixel) - camera.frame_centre_mm;
-  const double off = (2 * mm.cwiseQuotient(camera.frame_mm)).cwiseAbs().maxCoeff();
+  const Vector2d off = 2 * mm.cwiseQuotient(camera.frame_mm);
+  const double to_border = off.cwiseAbs().maxCoeff();
   constexpr double kUsed = 0.98;  // of the frame: its border is not the ground
-  if (!(off < kUsed)) return std::nullopt;
-  return Seen{*pixel, off};
+  if (!(to_border < kUsed)) return std::nullopt;
+  return Seen{*pixel, off.norm(), to_border};
 }
 
 ImageWindow OrthoPhoto::Whole(int reduction) const {

@@ -39,11 +39,11 @@ class OrthoPhoto {
   // Ground metres a pixel at the middle of the frame.
   double Gsd(double height_m) const;
 
-  // The scan pixel of a ground point inside the frame, and how far from its middle that is (0) or
-  // near its border (1).
+  // The scan pixel of a ground point inside the frame, its distance from the frame's middle (in
+  // half frames) and how near the border it is (0 in the middle, 1 on the border).
   struct Seen {
     Eigen::Vector2d pixel;
-    double off_middle = 0;
+    double off_middle = 0, to_border = 0;
   };
   std::optional<Seen> See(const Eigen::Vector3d& ground_m) const;
 

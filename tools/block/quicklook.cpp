@@ -69,14 +69,15 @@ std::optional<GroundGrid> GridOver(const std::vector<QuicklookPhoto>& photos,
 
 // What one photo gives to the mosaic: its orthophoto and how far each pixel is from its middle.
 struct Layer {
-  Image ortho, off_middle;
+  Image ortho, off_middle, to_border;
 };
 
 Layer DrawLayer(const OrthoPhoto& photo, const GroundGrid& grid, const Image& heights) {
   const double gsd = photo.Gsd(static_cast<double>(heights.At(grid.width / 2, grid.height / 2)));
   const int reduction = std::isnan(gsd) ? 1 : std::max(1, static_cast<int>(grid.gsd_m / gsd));
   const ImageWindow whole = photo.Whole(reduction);
-  Layer layer{Image(grid.width, grid.height, kNoData), Image(grid.width, grid.height, kNoData)};
+  const Image none(grid.width, grid.height, kNoData);
+  Layer layer{none, none, none};
   for (int row = 0; row < grid.height; ++row)
     for (int col = 0; col < grid.width; ++col) {
       const float height = heights.At(col, row);
@@ -85,8 +86,9 @@ Layer DrawLayer(const OrthoPhoto& photo, const GroundGrid& grid, const Image& he
       const auto seen = photo.See({xy.x(), xy.y(), static_cast<double>(height)});
       if (!seen) continue;
       layer.ortho.At(col, row) = SampleBilinear(whole.image, whole.ImageFromRaster(seen->pixel));
-      if (!std::isnan(layer.ortho.At(col, row)))
-        layer.off_middle.At(col, row) = static_cast<float>(seen->off_middle);
+      if (std::isnan(layer.ortho.At(col, row))) continue;
+      layer.off_middle.At(col, row) = static_cast<float>(seen->off_middle);
+      layer.to_border.At(col, row) = static_cast<float>(seen->to_border);
     }
   Standardise(&layer.ortho);
   return layer;
@@ -108,7 +110,7 @@ struct Mosaic {
   GroundGrid grid;
   Image grey;
   std::vector<int> owner, next;
-  Image next_off_middle;  // how far from that photo's middle
+  Image to_border;  // the nearer one of both photos' borders
 
   std::size_t Index(int col, int row) const {
     return static_cast<std::size_t>(row) * static_cast<std::size_t>(grid.width) +
@@ -125,21 +127,30 @@ struct Mosaic {
   }
 };
 
-void Merge(const Layer& layer, int photo, Image* nearest, Mosaic* mosaic) {
+// How far the best and the second-best photo's middles are, and how near their borders.
+struct Ranking {
+  Image first_off, second_off, first_border, second_border;
+};
+
+void Merge(const Layer& layer, int photo, Ranking* ranking, Mosaic* mosaic) {
   for (std::size_t i = 0; i < layer.ortho.values.size(); ++i) {
-    const float off = layer.off_middle.values[i];
+    const float off = layer.off_middle.values[i], border = layer.to_border.values[i];
     if (std::isnan(off)) continue;
-    if (std::isnan(nearest->values[i]) || off < nearest->values[i]) {
-      mosaic->next_off_middle.values[i] = nearest->values[i];
+    if (!(ranking->first_off.values[i] <= off)) {
+      ranking->second_off.values[i] = ranking->first_off.values[i];
+      ranking->second_border.values[i] = ranking->first_border.values[i];
       mosaic->next[i] = mosaic->owner[i];
-      nearest->values[i] = off;
+      ranking->first_off.values[i] = off;
+      ranking->first_border.values[i] = border;
       mosaic->owner[i] = photo;
       mosaic->grey.values[i] = layer.ortho.values[i];
-    } else if (std::isnan(mosaic->next_off_middle.values[i]) ||
-               off < mosaic->next_off_middle.values[i]) {
-      mosaic->next_off_middle.values[i] = off;
+    } else if (!(ranking->second_off.values[i] <= off)) {
+      ranking->second_off.values[i] = off;
+      ranking->second_border.values[i] = border;
       mosaic->next[i] = photo;
     }
+    mosaic->to_border.values[i] =
+        std::fmax(ranking->first_border.values[i], ranking->second_border.values[i]);
   }
 }
 
@@ -149,10 +160,11 @@ Mosaic MakeMosaic(const OrthoPhotos& photos, const GroundGrid& grid, const Groun
   const std::size_t pixels = heights.values.size();
   Mosaic mosaic{grid, Image(grid.width, grid.height, kNoData), std::vector<int>(pixels, -1),
                 std::vector<int>(pixels, -1), Image(grid.width, grid.height, kNoData)};
-  Image nearest(grid.width, grid.height, kNoData);
+  const Image none(grid.width, grid.height, kNoData);
+  Ranking ranking{none, none, none, none};
   for (std::size_t i = 0; i < photos.size(); ++i) {
     try {
-      Merge(DrawLayer(*photos[i], grid, heights), static_cast<int>(i), &nearest, &mosaic);
+      Merge(DrawLayer(*photos[i], grid, heights), static_cast<int>(i), &ranking, &mosaic);
     } catch (const InputError&) {
       continue;  // damaged: it has failed elsewhere, with its reason
     }
@@ -189,7 +201,8 @@ std::vector<Candidate> ChoosePlaces(const Mosaic& mosaic) {
   std::vector<Candidate> candidates;
   for (int row = 0; row < mosaic.grid.height; ++row)
     for (int col = 0; col < mosaic.grid.width; ++col)
-      if (mosaic.IsSeam(col, row) && mosaic.next_off_middle.At(col, row) < kWellInside)
+      if (mosaic.IsSeam(col, row) && mosaic.next[mosaic.Index(col, row)] >= 0 &&
+          mosaic.to_border.At(col, row) < kWellInside)
         candidates.push_back(
             {col, row, mosaic.owner[mosaic.Index(col, row)], mosaic.next[mosaic.Index(col, row)]});
   std::vector<Candidate> chosen;
