@@ -144,18 +144,19 @@ std::string AdjustmentResultPath(const std::string& directory) {
 }
 
 void WriteAdjustmentResult(const std::string& directory, const AdjustmentResult& result) {
-  const Json json = {
-      {"converged", result.converged},
-      {"sigma0", ToJson(result.sigma0)},
-      {"redundancy", ToJson(result.redundancy)},
-      {"variance_components", ListJson(result.components, &ComponentJson)},
-      {"parts", ListJson(result.parts, &PartJson)},
-      {"calibration", ListJson(result.calibration, &CalibrationJson)},
-      {"checks",
-       {{"rms_px", ToJson(result.CheckRmsPx())}, {"patches", ListJson(result.checks, &CheckJson)}}},
-      {"messages", result.messages},
-      {"ties", ListJson(result.ties, &PointJson)},
-      {"control", ListJson(result.control, &PointJson)}};
+  const Json json = {{"converged", result.converged},
+                     {"sigma0", ToJson(result.sigma0)},
+                     {"redundancy", ToJson(result.redundancy)},
+                     {"variance_components", ListJson(result.components, &ComponentJson)},
+                     {"parts", ListJson(result.parts, &PartJson)},
+                     {"calibration", ListJson(result.calibration, &CalibrationJson)},
+                     {"checks",
+                      {{"rms_px", ToJson(result.CheckRmsPx())},
+                       {"rejected_alone", result.checks_rejected_alone},
+                       {"patches", ListJson(result.checks, &CheckJson)}}},
+                     {"messages", result.messages},
+                     {"ties", ListJson(result.ties, &PointJson)},
+                     {"control", ListJson(result.control, &PointJson)}};
   WriteFileAtomically(AdjustmentResultPath(directory), json.dump(1) + "\n");
 }
 
