@@ -17,6 +17,7 @@
 #include "core/geometry/ground_surface.h"
 #include "core/imaging/raster.h"
 #include "core/median.h"
+#include "exterior/orient_freed.h"
 #include "exterior/orient_photo.h"
 #include "exterior/predict.h"
 #include "patchdb/patch_database.h"
@@ -157,8 +158,10 @@ void Illustrate(const Setting& setting, const ScanInterior& interior, const Phot
   const auto position =
       std::find_if(interior.positions.begin(), interior.positions.end(),
                    [&](const FilmPosition& p) { return p.orientation == result->orientation; });
-  const PhotoView view{setting.camera.camera, position->photo_from_pixel, *result->pose,
-                       position->film_correction};
+  PhotoView view{setting.camera.camera, position->photo_from_pixel, *result->pose,
+                 position->film_correction};
+  if (const auto& freed = result->principal_distance)
+    view.camera.principal_distance_mm = freed->value_mm;
   result->footprint_m = Footprint(view, setting.surface);
   const fs::path pictures = setting.options.pictures.value_or(setting.options.out);
   WritePatchSheet((pictures / (result->photo + ".patches.png")).string(), view, image, patches,
@@ -253,7 +256,12 @@ ExteriorResult OrientOne(const Setting& setting, const std::string& path) {
   std::vector<Patch> patches;
   ExteriorResult result =
       vague ? Failed(name, "") : OrientAsStated(setting, photo, image, &patches);
+  OrientPhotoOptions as_oriented;
+  as_oriented.wide = !result.pose;
   if (!result.pose) result = OrientWidely(setting, photo, image, result, vague, &patches);
+  if (setting.options.principal_distance_sigma_mm)
+    result = OrientFreed(photo, image, patches, as_oriented, result,
+                         *setting.options.principal_distance_sigma_mm);
   CheckHeights(setting.surface, patches,
                kHeightTolerancePx *
                    GroundPixel(setting, {photo.camera, photo.positions.front().photo_from_pixel,
@@ -301,6 +309,8 @@ std::optional<std::string> ExteriorRunOptions::Check() const {
     return "attitude-sigma-deg must lie between 0 and 180";
   if (kappa_sigma_rad && !(*kappa_sigma_rad > 0 && *kappa_sigma_rad < 3.2))
     return "kappa-sigma-deg must lie between 0 and 180";
+  if (principal_distance_sigma_mm && !(*principal_distance_sigma_mm > 0))
+    return "principal-distance-sigma-mm must be positive";
   if (jobs < 0) return "jobs must not be negative";
   return std::nullopt;
 }

@@ -34,9 +34,12 @@ struct ExteriorRunOptions {
   std::function<std::vector<Patch>(const std::string& photo, const Bounds& footprint)>
       further_patches;
   EarthMode earth = EarthMode::kAuto;  // curvature and refraction
-  bool feedback = true;                // tell the patch database what matched
-  bool resume = false;                 // keep results that are there
-  int jobs = 0;                        // photos at a time; 0: one per core
+  // One sigma of the camera file's principal distance, which each photo then estimates for itself;
+  // otherwise it is taken as true.
+  std::optional<double> principal_distance_sigma_mm;
+  bool feedback = true;  // tell the patch database what matched
+  bool resume = false;   // keep results that are there
+  int jobs = 0;          // photos at a time; 0: one per core
 
   std::optional<std::string> Check() const;  // what is wrong with the options, if anything
 };

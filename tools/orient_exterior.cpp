@@ -45,6 +45,9 @@ class ExteriorCommand : public Command {
                    "One sigma of approximate kappas without sigma columns, where it is not that of "
                    "omega and phi; 180: unknown");
     AddEarthOption(app, &options_.earth);
+    app.add_option("--principal-distance-sigma-mm", options_.principal_distance_sigma_mm,
+                   "Estimate the principal distance with each photo's pose; one sigma of the "
+                   "camera file's, mm");
     app.add_flag("--no-feedback", no_feedback_,
                  "Do not tell the patch database which patches were found");
     AddJobsOption(app, &options_.jobs);

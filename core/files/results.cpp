@@ -225,6 +225,11 @@ Json ExteriorJson(const ExteriorResult& result) {
                {"not_visible", NotVisibleJson(result.patches)},
                {"messages", result.messages}};
   if (result.alone) json["alone"] = AloneJson(*result.alone);
+  if (const auto& freed = result.principal_distance)
+    json["principal_distance_mm"] = {{"value", freed->value_mm},
+                                     {"sigma", freed->sigma_mm},
+                                     {"prior", freed->prior_mm},
+                                     {"prior_sigma", freed->prior_sigma_mm}};
   if (const auto& ties = result.ties)
     json["ties"] = {
         {"measured", ties->measured}, {"used", ties->used}, {"rms_px", ToJson(ties->rms_px)}};
@@ -407,6 +412,10 @@ ExteriorResult ReadExteriorResult(const std::string& path) {
   for (const JsonField& field : root.At("patches").Elements())
     result.patches.push_back(ReadPatch(field));
   if (const auto alone = root.Find("alone")) result.alone = ReadAlone(*alone);
+  if (const auto freed = root.Find("principal_distance_mm"))
+    result.principal_distance =
+        FreedPrincipalDistance{freed->At("value").AsNumber(), freed->At("sigma").AsNumber(),
+                               freed->At("prior").AsNumber(), freed->At("prior_sigma").AsNumber()};
   if (const auto ties = root.Find("ties"))
     result.ties = TieCount{ties->At("measured").AsInt(), ties->At("used").AsInt(),
                            ties->FindNumber("rms_px")};

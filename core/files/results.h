@@ -104,6 +104,13 @@ struct TieCount {
   std::optional<double> rms_px;  // of the used ones' residuals
 };
 
+// What a photo says of its camera's principal distance, where that was left free. Not to be told
+// from the film's scale.
+struct FreedPrincipalDistance {
+  double value_mm = 0, sigma_mm = 0;
+  double prior_mm = 0, prior_sigma_mm = 0;
+};
+
 struct ExteriorResult {
   std::string photo;
   Status status = Status::kFailed;
@@ -112,7 +119,8 @@ struct ExteriorResult {
   std::optional<Matrix6d> covariance;
   std::optional<double> sigma0_px;
   std::optional<ScanOrientation> orientation;  // the scan orientation used
-  std::vector<Eigen::Vector3d> footprint_m;    // the frame's outline on the ground, closed ring
+  std::optional<FreedPrincipalDistance> principal_distance;
+  std::vector<Eigen::Vector3d> footprint_m;  // the frame's outline on the ground, closed ring
   std::vector<LoopRound> iterations;
   std::vector<PatchResult> patches;
   std::optional<AloneResult> alone;  // absent where the photo was oriented by itself only

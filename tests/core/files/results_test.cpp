@@ -225,6 +225,20 @@ TEST(ExteriorResult, Roundtrip) {
   EXPECT_FALSE(read.patches[1].ncc);
 }
 
+TEST(ExteriorResult, AFreedPrincipalDistanceReadsBack) {
+  const TemporaryFolder folder;
+  ExteriorResult result = ExampleExterior();
+  EXPECT_FALSE(Written(result).contains("principal_distance_mm"));
+  result.principal_distance = FreedPrincipalDistance{152.31, 0.02, 152.0, 0.5};
+  WriteExteriorResult(folder.Path(), result);
+  const auto read = ReadExteriorResult(folder / "4711.exterior.json").principal_distance;
+  ASSERT_TRUE(read);
+  EXPECT_EQ(read->value_mm, 152.31);
+  EXPECT_EQ(read->sigma_mm, 0.02);
+  EXPECT_EQ(read->prior_mm, 152.0);
+  EXPECT_EQ(read->prior_sigma_mm, 0.5);
+}
+
 TEST(ExteriorResult, ARoundWithoutMatchesHasNoRms) {
   const TemporaryFolder folder;
   ExteriorResult result = ExampleExterior();

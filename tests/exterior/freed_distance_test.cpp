@@ -1,0 +1,91 @@
+// A pose with its principal distance: what relief tells, what level ground leaves open.
+#include "exterior/freed_distance.h"
+
+#include <gtest/gtest.h>
+
+#include <Eigen/Dense>
+#include <cmath>
+
+#include "tests/exterior/digital_view.h"
+
+namespace orient {
+namespace {
+
+constexpr double kNoisePx = 0.1;
+constexpr double kPrior_mm = 0.5;
+
+struct Made {
+  PhotoView view;  // the truth
+  std::vector<PatchObservation> observations;
+};
+
+Made Make(double relief_m, std::mt19937& random) {
+  std::normal_distribution<double> normal;
+  std::uniform_real_distribution<double> unit;
+  Made made{DigitalView(), {}};
+  while (made.observations.size() < 60) {
+    const Eigen::Vector3d ground(made.view.pose.position_m.x() + 6000 * (unit(random) - 0.5),
+                                 made.view.pose.position_m.y() + 6000 * (unit(random) - 0.5),
+                                 500 + relief_m * unit(random));
+    const auto pixel = made.view.PixelFromGround(ground);
+    if (!pixel || pixel->minCoeff() < 0 || pixel->x() > 640 || pixel->y() > 1152) continue;
+    PatchObservation o{ground, *pixel + kNoisePx * Eigen::Vector2d(normal(random), normal(random)),
+                       kNoisePx * kNoisePx * Eigen::Matrix2d::Identity()};
+    made.observations.push_back(o);
+  }
+  return made;
+}
+
+std::optional<FreedPose> Estimate(const Made& made, const PosePrior& prior, double wrong_mm) {
+  PhotoView start = made.view;
+  start.pose = prior.pose;
+  start.camera.principal_distance_mm += wrong_mm;
+  return EstimateFreedPose(start, prior, {start.camera.principal_distance_mm, kPrior_mm},
+                           made.observations, 1, 1000);
+}
+
+// Normalised errors of the six elements and of the principal distance.
+TEST(FreedDistance, IsAsNearToTheTruthAsItsCovarianceSays) {
+  for (const double relief_m : {0.0, 800.0}) {
+    std::mt19937 random(5);
+    std::normal_distribution<double> normal;
+    double pose_square = 0, distance_square = 0;
+    constexpr int kRuns = 60;
+    for (int run = 0; run < kRuns; ++run) {
+      const Made made = Make(relief_m, random);
+      const PosePrior prior = PriorOf(made.view.pose, {20, 0.01}, random);
+      const auto freed = Estimate(made, prior, kPrior_mm * normal(random));
+      ASSERT_TRUE(freed);
+      const Vector6d off = PoseDifference(freed->pose, made.view.pose);
+      pose_square += off.dot(freed->covariance.ldlt().solve(off)) / 6;
+      distance_square += std::pow(
+          (freed->principal_distance_mm - made.view.camera.principal_distance_mm) / freed->sigma_mm,
+          2);
+    }
+    EXPECT_NEAR(std::sqrt(pose_square / kRuns), 1, 0.2) << relief_m;
+    EXPECT_NEAR(std::sqrt(distance_square / kRuns), 1, 0.25) << relief_m;
+  }
+}
+
+TEST(FreedDistance, ReliefTellsItAndLevelGroundDoesNot) {
+  std::mt19937 random(6);
+  const Made level = Make(0, random), hills = Make(800, random);
+  const PosePrior prior = PriorOf(level.view.pose, {20, 0.01}, random);
+  const auto open = Estimate(level, prior, 0.4), told = Estimate(hills, prior, 0.4);
+  ASSERT_TRUE(open && told);
+  EXPECT_LT(told->sigma_mm, 0.25 * kPrior_mm);
+  EXPECT_NEAR(told->principal_distance_mm, 120, 4 * told->sigma_mm);
+  EXPECT_GT(open->sigma_mm, 3 * told->sigma_mm);
+  // The flying height is uncertain by what the principal distance leaves open.
+  EXPECT_GT(open->covariance(2, 2), 9 * told->covariance(2, 2));
+}
+
+TEST(FreedDistance, NeedsFourObservations) {
+  std::mt19937 random(7);
+  Made made = Make(300, random);
+  made.observations.resize(3);
+  EXPECT_FALSE(Estimate(made, PriorOf(made.view.pose, {20, 0.01}, random), 0));
+}
+
+}  // namespace
+}  // namespace orient
