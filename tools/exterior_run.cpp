@@ -80,13 +80,20 @@ Crs BlockCrs(const ExteriorRunOptions& options, const OrientationTable& table) {
   return crs;
 }
 
-// The middle one of the run's photos.
-double FlyingHeight(const OrientationTable& table, const ExteriorRunOptions& options) {
+// No photo is taken from higher above the ground.
+constexpr double kHighestFlight_m = 30e3;
+
+// The middle one of the run's photos. Heights that cannot be true have no say: what is done about
+// the earth is the same for all photos.
+double FlyingHeight(const OrientationTable& table, const ExteriorRunOptions& options,
+                    double ground_m) {
   std::vector<double> heights;
   for (const std::string& path : options.photos)
-    if (const OrientationRow* row = table.Find(PhotoName(path)))
-      heights.push_back(row->pose.position_m.z());
-  return UpperMedian(std::move(heights));
+    if (const OrientationRow* row = table.Find(PhotoName(path))) {
+      const double above_m = row->pose.position_m.z() - ground_m;
+      if (above_m > 0 && above_m < kHighestFlight_m) heights.push_back(row->pose.position_m.z());
+    }
+  return heights.empty() ? ground_m : UpperMedian(std::move(heights));
 }
 
 Setting Prepare(const ExteriorRunOptions& options) {
@@ -102,7 +109,8 @@ Setting Prepare(const ExteriorRunOptions& options) {
   MarkShapes marks;
   if (camera.camera.kind == CameraKind::kFilm) marks = LoadMarkShapes(camera);
   const EarthCamera over =
-      OverEarth(camera.camera, options.earth, FlyingHeight(table, options), surface.MeanHeight());
+      OverEarth(camera.camera, options.earth, FlyingHeight(table, options, surface.MeanHeight()),
+                surface.MeanHeight());
   camera.camera = over.camera;
   return {options, std::move(camera), over.curved, std::move(marks), std::move(table),
           crs,     std::move(surface)};

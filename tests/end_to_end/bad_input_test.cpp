@@ -94,7 +94,7 @@ class BadPhoto : public BadInput {
     EXPECT_EQ(run.exit_code, 3) << run.out << run.err;
     EXPECT_EQ(run.err, "");
     const ExteriorResult good = ReadExteriorResult(ExteriorResultPath(Path("out"), "new_1_1"));
-    EXPECT_EQ(good.status, Status::kOk);
+    EXPECT_EQ(good.status, Status::kOk) << testing::PrintToString(good.messages);
     const ExteriorResult bad = ReadExteriorResult(ExteriorResultPath(Path("out"), "new_1_2"));
     EXPECT_EQ(bad.status, Status::kFailed);
     EXPECT_FALSE(bad.pose.has_value());
