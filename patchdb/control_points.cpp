@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "patchdb/corrected_view.h"
 #include "patchdb/patch_quality.h"
 #include "patchdb/rectify.h"
 
@@ -14,32 +15,6 @@ constexpr double kPointingPx = 0.5;         // of a measurement by hand
 constexpr double kMaxContradiction = 13.8;  // chi-square of two: 1 in 1000
 constexpr double kHeightMarginPx = 2;
 constexpr int kSurroundings = 79, kTemplate = 31;  // px a side, of the autocorrelation
-
-// A source whose orientation is corrected so that it shows one point where it was measured.
-class CorrectedView : public SourceView {
- public:
-  CorrectedView(const SourceView& view, const Eigen::Vector2d& offset_px)
-      : view_(view), offset_px_(offset_px) {}
-  std::optional<Eigen::Vector2d> PixelFromGround(const Eigen::Vector3d& ground_m) const override {
-    const auto pixel = view_.PixelFromGround(ground_m);
-    if (!pixel) return std::nullopt;
-    return Eigen::Vector2d(*pixel + offset_px_);
-  }
-  std::optional<Eigen::Vector3d> GroundFromPixel(const Eigen::Vector2d& pixel) const override {
-    return view_.GroundFromPixel(pixel - offset_px_);
-  }
-  bool IsOrthophoto() const override { return view_.IsOrthophoto(); }
-  Eigen::Vector3d HeightEffect(const Eigen::Vector3d& ground_m) const override {
-    return view_.HeightEffect(ground_m);
-  }
-  Eigen::Matrix2d OrientationCovariance(const Eigen::Vector3d& ground_m) const override {
-    return view_.OrientationCovariance(ground_m);
-  }
-
- private:
-  const SourceView& view_;
-  Eigen::Vector2d offset_px_;
-};
 
 // A sighting with what the orientation says of it.
 struct Judged {

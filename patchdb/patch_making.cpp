@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "patchdb/corrected_view.h"
 #include "patchdb/patch_quality.h"
 #include "patchdb/place.h"
 #include "patchdb/rectify.h"
@@ -46,14 +47,25 @@ Outcome AddGround(const PatchMaker& maker, const InterestCandidate& candidate, P
   return std::nullopt;
 }
 
-Outcome AddChip(const PatchMaker& maker, Patch& patch) {
-  auto chip = RectifyChip(maker.raster, maker.source, patch.heights, patch.ground_m,
-                          maker.options.chip_px, patch.gsd_m);
+// The chip's middle shows the candidate, wherever the source's orientation would have ground_m:
+// where several sources say together where the candidate lies, their point is not on its own ray.
+Outcome AddChip(const PatchMaker& maker, const InterestCandidate& candidate, Patch& patch) {
+  const auto view = CorrectedView::ThatShows(maker.source, patch.ground_m, candidate.pixel);
+  if (!view) return Refusal::kNoImage;
+  auto chip = RectifyChip(maker.raster, *view, patch.heights, patch.ground_m, maker.options.chip_px,
+                          patch.gsd_m);
   if (!chip || std::any_of(chip->values.begin(), chip->values.end(),
                            [](float value) { return std::isnan(value); }))
     return Refusal::kNoImage;
   patch.chip = std::move(*chip);
   return std::nullopt;
+}
+
+void AddColour(const PatchMaker& maker, const InterestCandidate& candidate, Patch& patch) {
+  const auto view = CorrectedView::ThatShows(maker.source, patch.ground_m, candidate.pixel);
+  if (!view || maker.colour == nullptr) return;
+  patch.colour = RectifyColour(*maker.colour, maker.raster, *view, patch.heights, patch.ground_m,
+                               maker.options.chip_px, patch.gsd_m);
 }
 
 // What is measured on grey values.
@@ -129,7 +141,8 @@ Outcome Search(const PatchMaker& maker, const InterestCandidate& candidate, cons
 }
 
 // The ground point that all sightings and the surface give together.
-Outcome Locate(const PatchMaker& maker, const Sightings& sightings, Patch& patch) {
+Outcome Locate(const PatchMaker& maker, const InterestCandidate& candidate,
+               const Sightings& sightings, Patch& patch) {
   const auto place = EstimatePlace(sightings.all, patch.heights, patch.ground_m, maker.dem_sigma_m);
   if (!place) return Refusal::kRelief;
   if (std::abs(place->height_test) > maker.options.max_height_test) return Refusal::kOtherHeight;
@@ -142,13 +155,13 @@ Outcome Locate(const PatchMaker& maker, const Sightings& sightings, Patch& patch
     patch.evidence.push_back(
         {sightings.further[i]->number, sightings.all[i + 1].pixel, place->residuals_px[i + 1]});
   if (sightings.further.empty()) return std::nullopt;
-  // The chip moves along its ray, with the heights under it.
+  // What the chip's middle shows lies there; the heights around it move along.
   patch.ground_m = place->ground_m;
   patch.heights = HeightsUnder(maker, patch, maker.options.chip_px);
   const auto rise = static_cast<float>(patch.ground_m.z() - patch.heights.At(0, 0));
   for (float& height : patch.heights.heights_m) height += rise;
   if (std::isnan(HeightSpread(patch.heights))) return Refusal::kNoHeight;
-  return AddChip(maker, patch);
+  return AddChip(maker, candidate, patch);
 }
 
 Outcome CompareWithSurfaceModel(const PatchMaker& maker, Patch& patch) {
@@ -176,16 +189,14 @@ std::variant<Patch, Refusal> PatchMaker::Make(const InterestCandidate& candidate
   Patch patch;
   patch.bits = bits;
   if (const Outcome refusal = AddGround(*this, candidate, patch)) return *refusal;
-  if (const Outcome refusal = AddChip(*this, patch)) return *refusal;
+  if (const Outcome refusal = AddChip(*this, candidate, patch)) return *refusal;
   if (const Outcome refusal = CompareWithSurfaceModel(*this, patch)) return *refusal;
   if (const Outcome refusal = AddTexture(*this, candidate, patch)) return *refusal;
   Sightings sightings;
   if (const Outcome refusal = Search(*this, candidate, patch, sightings)) return *refusal;
-  if (const Outcome refusal = Locate(*this, sightings, patch)) return *refusal;
+  if (const Outcome refusal = Locate(*this, candidate, sightings, patch)) return *refusal;
   patch.quality = QualityOf(patch);
-  if (colour != nullptr)
-    patch.colour = RectifyColour(*colour, raster, source, patch.heights, patch.ground_m,
-                                 options.chip_px, patch.gsd_m);
+  AddColour(*this, candidate, patch);
   return patch;
 }
 
