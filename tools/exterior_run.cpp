@@ -9,6 +9,7 @@
 #include <cstdio>
 #include <filesystem>
 #include <mutex>
+#include <numbers>
 
 #include "core/error.h"
 #include "core/files/atomic_write.h"
@@ -21,6 +22,7 @@
 #include "exterior/orient_photo.h"
 #include "exterior/predict.h"
 #include "patchdb/patch_database.h"
+#include "tools/approximations.h"
 #include "tools/exterior_learning.h"
 #include "tools/footprint.h"
 #include "tools/height_check.h"
@@ -68,8 +70,12 @@ Bounds Region(const OrientationTable& table, const Camera& camera,
   return region;
 }
 
+Crs StoredCrs(const ExteriorRunOptions& options) {
+  return PatchDatabase::Open(options.patchdb, PatchDatabase::Mode::kRead).GroundCrs();
+}
+
 Crs BlockCrs(const ExteriorRunOptions& options, const OrientationTable& table) {
-  const Crs stored = PatchDatabase::Open(options.patchdb, PatchDatabase::Mode::kRead).GroundCrs();
+  const Crs stored = StoredCrs(options);
   const Crs crs = options.crs.value_or(table.crs.value_or(stored));
   if (!crs.SameAs(stored))
     throw InputError(options.patchdb + ": its CRS is " + stored.Name() + ", the block's is " +
@@ -102,7 +108,8 @@ Setting Prepare(const ExteriorRunOptions& options) {
     throw UsageError(options.camera +
                      " is a film camera: name the folder with the results of 'orient interior' "
                      "with --interior");
-  OrientationTable table = ReadOrientationTable(options.approximations);
+  OrientationTable table =
+      ReadApproximations(options.approximations, options.crs ? *options.crs : StoredCrs(options));
   const Crs crs = BlockCrs(options, table);
   GroundSurface surface =
       GroundSurface::FromFile(options.dem, crs, Region(table, camera.camera, options));
@@ -129,6 +136,7 @@ Matrix6d PriorCovariance(const OrientationRow& row, const ExteriorRunOptions& op
   sigma << Eigen::Vector3d::Constant(options.position_sigma_m.value_or(kPositionSigma_m)),
       Eigen::Vector3d::Constant(options.attitude_sigma_rad.value_or(kAttitudeSigma_rad));
   if (options.kappa_sigma_rad) sigma[5] = *options.kappa_sigma_rad;
+  if (!row.attitude_known) sigma[5] = std::numbers::pi;
   return row.sigma.value_or(sigma).cwiseAbs2().asDiagonal();
 }
 

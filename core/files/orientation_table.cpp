@@ -113,19 +113,29 @@ class TableText {
 struct Columns {
   std::map<std::string, size_t> index;
   size_t count = 0;
-  bool has_sigma = false;
+  bool has_sigma = false, has_angles = true;
 };
 
-Columns ReadHeader(TableText* text) {
+// Only all three angles together may be absent.
+void RequireColumns(const TableText& text, Attitudes attitudes, Columns* columns) {
+  const auto known = [&](const char* name) { return columns->index.contains(name); };
+  const auto angles = kColumns.begin() + 4;
+  columns->has_angles =
+      attitudes == Attitudes::kRequired || std::any_of(angles, kColumns.end(), known);
+  const auto end = columns->has_angles ? kColumns.end() : angles;
+  const auto missing = std::find_if_not(kColumns.begin(), end, known);
+  if (missing != end)
+    text.Fail(std::string("the header has no column \"") + *missing + "\"; it is " + kHeader);
+}
+
+Columns ReadHeader(TableText* text, Attitudes attitudes) {
   std::vector<Cell> cells;
   if (!text->NextLine(&cells))
     text->Fail(std::string("the table is empty; it starts with the header ") + kHeader);
   Columns columns;
   columns.count = cells.size();
   for (size_t i = 0; i < cells.size(); ++i) columns.index.emplace(cells[i].text, i);
-  for (const char* name : kColumns)
-    if (!columns.index.contains(name))
-      text->Fail(std::string("the header has no column \"") + name + "\"; it is " + kHeader);
+  RequireColumns(*text, attitudes, &columns);
   for (size_t i = 0; i < cells.size(); ++i)
     if (columns.index.at(cells[i].text) != i)
       text->Fail(cells[i], "the column \"" + cells[i].text + "\" appears twice");
@@ -177,7 +187,8 @@ OrientationRow ReadRow(const TableText& text, const Columns& columns,
   const Cell& name = cells[columns.index.at("filename")];
   row.photo = name.text;
   if (row.photo.empty()) text.Fail(name, "the photo has no name");
-  for (size_t i = 1; i < kColumns.size(); ++i) {
+  row.attitude_known = columns.has_angles;
+  for (size_t i = 1; i < (columns.has_angles ? kColumns.size() : 4); ++i) {
     const Cell& cell = cells[columns.index.at(kColumns[i])];
     const double value = ParseNumber(text, cell, kColumns[i]);
     if (i <= 3) {
@@ -241,9 +252,9 @@ const OrientationRow* OrientationTable::Find(const std::string& photo) const {
   return found == rows.end() ? nullptr : &*found;
 }
 
-OrientationTable ReadOrientationTable(const std::string& path) {
+OrientationTable ReadOrientationTable(const std::string& path, Attitudes attitudes) {
   TableText text(path, ReadFile(path));
-  const Columns columns = ReadHeader(&text);
+  const Columns columns = ReadHeader(&text, attitudes);
   OrientationTable table;
   std::set<std::string> names;
   std::vector<Cell> cells;

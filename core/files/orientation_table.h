@@ -15,6 +15,7 @@ struct OrientationRow {
   std::string photo;  // file name without its extension
   Pose pose;
   std::optional<Vector6d> sigma;  // x y z [m] omega phi kappa [rad]
+  bool attitude_known = true;     // false: the angles are zero and say nothing of kappa
 };
 
 struct OrientationTable {
@@ -24,8 +25,12 @@ struct OrientationTable {
   const OrientationRow* Find(const std::string& photo) const;  // null where absent
 };
 
+// Whether a table may lack its three columns of angles (positions alone).
+enum class Attitudes { kRequired, kMayBeAbsent };
+
 // Throws InputError naming file, line, column and value; a photo named twice is an error.
-OrientationTable ReadOrientationTable(const std::string& path);
+OrientationTable ReadOrientationTable(const std::string& path,
+                                      Attitudes attitudes = Attitudes::kRequired);
 
 // With sigma columns where any row has sigmas (empty cells for the others). Writes `path` and its
 // .prj beside and renames.

@@ -8,6 +8,7 @@
 #include "core/files/atomic_write.h"
 #include "core/files/orientation_table.h"
 #include "patchdb/content_digest.h"
+#include "tools/approximations.h"
 #include "tools/block/adjustment_summary.h"
 #include "tools/block/calibrated_camera.h"
 #include "tools/block/neighbour_stage.h"
@@ -136,7 +137,7 @@ class BlockRun {
     const auto sigma = [](const std::optional<double>& value) {
       return value ? std::to_string(*value) : std::string("-");
     };
-    approximations_ = ReadOrientationTable(block_.approximations);
+    approximations_ = ReadApproximations(block_.approximations, block_.crs);
     shared_ = Digest("block 1" + DigestOfCamera(camera_) + DigestOfRaster(block_.dem) +
                      block_.crs.Wkt() + std::to_string(static_cast<int>(block_.earth)) +
                      sigma(block_.position_sigma_m) + sigma(block_.attitude_sigma_rad));
@@ -147,6 +148,7 @@ class BlockRun {
     const std::string name = PhotoName(path);
     std::string text = shared_ + patches_ + DigestOfFile(path);
     if (const OrientationRow* row = approximations_.Find(name)) {
+      if (!row->attitude_known) text += "position alone ";
       const Vector6d sigma = row->sigma.value_or(Vector6d::Zero());
       for (int i = 0; i < 6; ++i)
         text += std::to_string(row->pose.AsVector()[i]) + " " + std::to_string(sigma[i]) + " ";

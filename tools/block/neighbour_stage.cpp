@@ -10,6 +10,7 @@
 #include "core/files/atomic_write.h"
 #include "core/files/orientation_table.h"
 #include "patchdb/harvest.h"
+#include "tools/approximations.h"
 #include "tools/block/stage_folder.h"
 #include "tools/made_from.h"
 #include "tools/progress.h"
@@ -188,7 +189,8 @@ void RunRound(const NeighbourStage& stage, const std::vector<std::size_t>& tried
 
 void RunNeighbourStage(const NeighbourStage& stage, std::vector<BlockPhotoFile>* photos,
                        std::vector<std::string>* messages) {
-  const OrientationTable approximations = ReadOrientationTable(stage.exterior.approximations);
+  const OrientationTable approximations =
+      ReadApproximations(stage.exterior.approximations, *stage.exterior.crs);
   if (std::none_of(photos->begin(), photos->end(),
                    [](const BlockPhotoFile& photo) { return photo.HasPose(); }))
     return;

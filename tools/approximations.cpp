@@ -1,0 +1,132 @@
+#include "tools/approximations.h"
+
+#include <gdal_priv.h>
+#include <ogrsf_frmts.h>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <filesystem>
+#include <memory>
+#include <mutex>
+#include <set>
+
+#include "core/error.h"
+#include "core/geometry/quiet_gdal.h"
+
+namespace orient {
+namespace {
+
+bool IsCsv(const std::string& path) {
+  std::string extension = std::filesystem::path(path).extension().string();
+  std::transform(extension.begin(), extension.end(), extension.begin(),
+                 [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
+  return extension == ".csv" || extension == ".txt";
+}
+
+// The first of these columns that the layer has (whatever its case), or -1.
+template <std::size_t kCount>
+int FieldOf(OGRLayer* layer, const std::array<const char*, kCount>& names) {
+  for (const char* name : names)
+    if (const int field = layer->GetLayerDefn()->GetFieldIndex(name); field >= 0) return field;
+  return -1;
+}
+
+constexpr std::array kNameFields = {"filename", "photo", "image", "name", "id"};
+constexpr std::array kHeightFields = {"z",   "height",        "altitude",
+                                      "alt", "flying_height", "flying_hei"};
+
+class FlightIndex {
+ public:
+  FlightIndex(const std::string& path, const Crs& crs) : path_(path), crs_(crs) {
+    static std::once_flag registered;
+    std::call_once(registered, [] { GDALAllRegister(); });
+    dataset_.reset(GDALDataset::Open(path.c_str(), GDAL_OF_VECTOR | GDAL_OF_READONLY));
+    if (!dataset_)
+      throw InputError(
+          path + ": neither an OPK CSV nor a vector file that GDAL reads: " + CPLGetLastErrorMsg());
+    if (dataset_->GetLayerCount() != 1)
+      throw InputError(path + ": has " + std::to_string(dataset_->GetLayerCount()) +
+                       " layers; approximations are the points of one");
+    layer_ = dataset_->GetLayer(0);
+    name_ = FieldOf(layer_, kNameFields);
+    height_ = FieldOf(layer_, kHeightFields);
+    if (name_ < 0) throw InputError(path + ": no column holds the photos' names; call it filename");
+  }
+
+  OrientationTable Read() {
+    OrientationTable table;
+    table.crs = crs_;
+    const auto transform = Transform();
+    std::set<std::string> seen;
+    for (const OGRFeatureUniquePtr& feature : *layer_) {
+      OrientationRow row = Row(*feature, transform);
+      if (!seen.insert(row.photo).second)
+        throw InputError(path_ + ": photo " + row.photo + " appears twice; keep one");
+      table.rows.push_back(std::move(row));
+    }
+    if (table.rows.empty()) throw InputError(path_ + ": has no points");
+    return table;
+  }
+
+ private:
+  // Empty where the points are in the block's CRS already.
+  std::optional<CoordinateTransform> Transform() const {
+    const OGRSpatialReference* own = layer_->GetSpatialRef();
+    if (own == nullptr)
+      throw InputError(path_ + ": does not say which CRS its points are in; add one");
+    char* wkt = nullptr;
+    own->exportToWkt(&wkt);
+    const std::string definition = wkt == nullptr ? "" : wkt;
+    CPLFree(wkt);
+    if (SameHorizontalCrs(definition, crs_.Wkt())) return std::nullopt;
+    return CoordinateTransform::Between(crs_.Wkt(), definition);
+  }
+
+  OrientationRow Row(const OGRFeature& feature,
+                     const std::optional<CoordinateTransform>& transform) const {
+    OrientationRow row;
+    row.attitude_known = false;
+    row.photo = PhotoName(feature.GetFieldAsString(name_));
+    const std::string where = path_ + ": feature " + std::to_string(feature.GetFID());
+    if (row.photo.empty()) throw InputError(where + " has no photo name");
+    const OGRGeometry* geometry = feature.GetGeometryRef();
+    if (geometry == nullptr || wkbFlatten(geometry->getGeometryType()) != wkbPoint)
+      throw InputError(where + " (photo " + row.photo + ") is no point");
+    const OGRPoint* point = geometry->toPoint();
+    Eigen::Vector2d xy(point->getX(), point->getY());
+    if (transform) {
+      const auto there = (*transform)(xy);
+      if (!there)
+        throw InputError(where + " (photo " + row.photo + ") has no place in " + crs_.Name());
+      xy = *there;
+    }
+    row.pose.position_m << xy, Height(feature, *point, where);
+    return row;
+  }
+
+  double Height(const OGRFeature& feature, const OGRPoint& point, const std::string& where) const {
+    const bool in_column = height_ >= 0 && feature.IsFieldSetAndNotNull(height_);
+    const double height = in_column           ? feature.GetFieldAsDouble(height_)
+                          : point.Is3D() != 0 ? point.getZ()
+                                              : std::nan("");
+    if (std::isfinite(height)) return height;
+    throw InputError(where + " has no flying height; give points a z or a column height (m)");
+  }
+
+  std::string path_;
+  const Crs& crs_;
+  GDALDatasetUniquePtr dataset_;
+  OGRLayer* layer_ = nullptr;
+  int name_ = -1, height_ = -1;
+};
+
+}  // namespace
+
+OrientationTable ReadApproximations(const std::string& path, const Crs& crs) {
+  if (IsCsv(path)) return ReadOrientationTable(path, Attitudes::kMayBeAbsent);
+  const QuietGdal quiet;
+  return FlightIndex(path, crs).Read();
+}
+
+}  // namespace orient
