@@ -80,7 +80,9 @@ struct PatchDatabase::Impl {
     if (version < CurrentSchemaVersion() && mode == Mode::kRead)
       throw InputError(path + " has the older schema version " + std::to_string(version) +
                        ", this program uses " + std::to_string(CurrentSchemaVersion()) +
-                       "; any command that writes to it brings it up to date");
+                       "; 'orient patchdb check FILE --repair' brings it up to date (on a copy "
+                       "where the file may not "
+                       "be written)");
     BringUpToDate(connection, version, path);
     return ReadGroundSystem(connection, path);
   }

@@ -23,6 +23,7 @@
 #include "exterior/predict.h"
 #include "patchdb/patch_database.h"
 #include "tools/approximations.h"
+#include "tools/block_camera.h"
 #include "tools/exterior_learning.h"
 #include "tools/footprint.h"
 #include "tools/height_check.h"
@@ -38,9 +39,9 @@ namespace fs = std::filesystem;
 // What all photos of a run share; read before the first photo starts.
 struct Setting {
   const ExteriorRunOptions& options;
-  CameraFile camera;  // with curvature and refraction in its lens, if `curved`
-  bool curved = false;
-  MarkShapes marks;  // a film camera's; empty for a digital one
+  CameraFile camera;    // with curvature and refraction in its lens
+  double earth_k1 = 0;  // what they are
+  MarkShapes marks;     // a film camera's; empty for a digital one
   OrientationTable approximations;
   Crs crs;
   GroundSurface surface;
@@ -103,6 +104,7 @@ double FlyingHeight(const OrientationTable& table, const ExteriorRunOptions& opt
 }
 
 Setting Prepare(const ExteriorRunOptions& options) {
+  if (!options.earth_k1) RefuseBlockCamera(options.camera, options.earth);
   CameraFile camera = ReadCameraFile(options.camera);
   if (camera.camera.kind == CameraKind::kFilm && !options.interior)
     throw UsageError(options.camera +
@@ -115,11 +117,20 @@ Setting Prepare(const ExteriorRunOptions& options) {
       GroundSurface::FromFile(options.dem, crs, Region(table, camera.camera, options));
   MarkShapes marks;
   if (camera.camera.kind == CameraKind::kFilm) marks = LoadMarkShapes(camera);
+<<<<<<< HEAD
   const EarthCamera over =
       OverEarth(camera.camera, options.earth, FlyingHeight(table, options, surface.MeanHeight()),
                 surface.MeanHeight());
   camera.camera = over.camera;
   return {options, std::move(camera), over.curved, std::move(marks), std::move(table),
+=======
+  const double k1 = options.earth_k1 ? *options.earth_k1
+                                     : OverEarth(camera.camera, options.earth,
+                                                 FlyingHeight(table, options), surface.MeanHeight())
+                                           .k1;
+  if (k1 != 0) camera.camera = WithCubic(camera.camera, k1);
+  return {options, std::move(camera), k1, std::move(marks), std::move(table),
+>>>>>>> 474dda1 (Poses, their camera and its exports belong together: curvature is no part of a calibrated camera, no rerun adds it twice, and what an earlier run drew or exported goes; a quicklook costs no result)
           crs,     std::move(surface)};
 }
 
@@ -333,7 +344,7 @@ std::optional<std::string> ExteriorRunOptions::Check() const {
 
 EarthCamera CameraOfRun(const ExteriorRunOptions& options) {
   const Setting setting = Prepare(options);
-  return {setting.camera.camera, setting.curved};
+  return {setting.camera.camera, setting.earth_k1 != 0, setting.earth_k1};
 }
 
 std::vector<ExteriorResult> RunExterior(const ExteriorRunOptions& options,
@@ -341,6 +352,9 @@ std::vector<ExteriorResult> RunExterior(const ExteriorRunOptions& options,
   if (const auto wrong = options.Check()) throw UsageError(*wrong);
   const Setting setting = Prepare(options);
   MakeOutputDirectory(options.out);
+  // What a block's run left here is true of other poses.
+  for (const char* file : {"block.json", "quicklook.png", "seams.png", "calibrated_camera.toml"})
+    fs::remove(fs::path(options.out) / file);
   Learning learning(options);
   std::vector<ExteriorResult> results(options.photos.size());
   std::vector<char> fresh(options.photos.size(), 0);  // not bool: written from several threads
@@ -363,6 +377,7 @@ std::vector<ExteriorResult> RunExterior(const ExteriorRunOptions& options,
   learning.Tell(fresh, setting.camera.camera.kind, &results);
   WriteOrientationTable((fs::path(options.out) / "orientation.csv").string(),
                         TableOf(results, setting.crs));
+  WriteBlockCamera(options.out, setting.camera, setting.earth_k1);
   return results;
 }
 

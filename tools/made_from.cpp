@@ -35,6 +35,8 @@ void CollectFiles(const std::string& path, std::set<std::string>* files) {
   const bool made_of_others = dataset->GetDriverName() == std::string("VRT");
   for (int i = 0; list && list.get()[i] != nullptr; ++i) {
     const std::string file = list.get()[i];
+    // Statistics and overviews that a GIS leaves beside a DEM do not change its heights.
+    if (file.ends_with(".aux.xml") || file.ends_with(".ovr")) continue;
     if (files->insert(file).second && made_of_others && file != path) CollectFiles(file, files);
   }
 }

@@ -54,6 +54,8 @@ class BlockCommand : public Command {
     RefuseToOverwrite(Results(options.block), overwrite_ || options.resume, "--resume");
     if (options.resume && !resume_)
       out << "goes on with the interrupted run in " << directory << "\n";
+    for (const UnusablePhoto& photo : options.block.unusable)
+      out << "cannot  " << photo.name << ": " << photo.reason << "\n";
     const BlockRunResult result = RunBlock(options);
     PrintExteriorSummary(result.results, out);
     PrintBlockSummary(result, out);

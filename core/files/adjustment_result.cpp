@@ -170,7 +170,8 @@ AdjustmentResult ReadAdjustmentResult(const std::string& path) {
   result.components = List(field.At("variance_components"), &Component);
   result.parts = List(field.At("parts"), &Part);
   result.calibration = List(field.At("calibration"), &Calibration);
-  result.checks_rejected_alone = field.At("checks").At("rejected_alone").AsInt();
+  result.checks_rejected_alone = static_cast<int>(
+      field.At("checks").FindNumber("rejected_alone").value_or(0));  // younger than the others
   result.checks = List(field.At("checks").At("patches"), &Check);
   result.messages = field.At("messages").AsStrings();
   result.ties = List(field.At("ties"), &Point);

@@ -13,7 +13,7 @@ namespace orient {
 struct SightingResult {
   std::string photo;
   Eigen::Vector2d pixel;
-  std::string state;                           // used, rejected, held_out, ...
+  std::string state;                           // used, rejected, held out, ...
   std::optional<Eigen::Vector2d> residual_px;  // measured - computed
   std::optional<double> w;                     // over its standard deviation
   std::optional<double> redundancy;            // 0..2: of both coordinates together
@@ -67,7 +67,8 @@ struct AdjustmentResult {
   std::vector<PartResult> parts;
   std::vector<CalibrationResult> calibration;
   std::vector<CheckResult> checks;
-  int checks_rejected_alone = 0;  // of these: rejected in the photos' own orientation
+  int checks_rejected_alone =
+      0;  // sightings that are not among them: gross errors of a photo alone
   std::vector<std::string> messages;
   std::vector<PointResult> ties, control;
 

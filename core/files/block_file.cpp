@@ -136,15 +136,13 @@ bool IsPattern(const std::string& text) { return text.find_first_of("*?[") != st
 
 using PathsByName = std::map<std::string, std::set<std::string>>;
 
-// Throws InputError for a pattern without a match; a plain path that is not there is put down.
-PathsByName PhotosByName(const std::vector<std::string>& patterns, const std::string& base,
-                         std::vector<UnusablePhoto>* unusable) {
+// Throws InputError for a pattern without a match; a plain path that is not there is one, too.
+PathsByName PhotosByName(const std::vector<std::string>& patterns, const std::string& base) {
   PathsByName paths;
   for (const std::string& pattern : patterns) {
     const std::string plain = Resolve(base, pattern);
     if (!IsPattern(pattern) && !IsVirtual(plain) && !Exists(plain)) {
-      unusable->push_back(
-          {PhotoName(plain), plain + " does not exist; check the block file's photos"});
+      paths[PhotoName(plain)].insert(plain);
       continue;
     }
     for (const std::string& path : Matches(pattern, base)) paths[PhotoName(path)].insert(path);
@@ -157,9 +155,12 @@ void ReadPhotos(const TomlTable& root, const std::string& base, BlockFile* block
   if (!patterns || patterns->empty())
     root.Fail("photos", "must list the photos, as in [\"scans/*.tif\"]");
   try {
-    for (const auto& [name, paths] : PhotosByName(*patterns, base, &block->unusable)) {
-      if (paths.size() == 1)
-        block->photos.push_back(*paths.begin());
+    for (const auto& [name, paths] : PhotosByName(*patterns, base)) {
+      const std::string& path = *paths.begin();
+      if (paths.size() == 1 && (IsVirtual(path) || Exists(path)))
+        block->photos.push_back(path);
+      else if (paths.size() == 1)
+        block->unusable.push_back({name, path + " does not exist; check the block file's photos"});
       else
         block->unusable.push_back({name, *paths.begin() + " and " + *paths.rbegin() +
                                              " have the same name, so that their results and "

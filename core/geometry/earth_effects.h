@@ -33,7 +33,7 @@ double LargestUnabsorbed(const Camera& camera, double k1);
 struct EarthCamera {
   Camera camera;
   bool curved = false;
-  double k1 = 0;  // that was added to the lens
+  double k1;  // that was added to the lens, 0: none
 };
 EarthCamera OverEarth(const Camera& camera, EarthMode mode, double flying_m, double ground_m);
 

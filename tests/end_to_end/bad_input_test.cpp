@@ -143,9 +143,20 @@ TEST_F(BadPhoto, ScanThatIsNotThereFailsAloneAndTheRestIsExported) {
   fs::remove(Path("scans/new_1_2.tif"));
   Edit("block.toml", "\"scans/*.tif\"", "\"scans/new_1_1.tif\", \"scans/new_1_2.tif\"");
   Edit("block.toml", "[output]\n", "[output]\nformats = [\"patb\", \"colmap\"]\n");
+  Write("block.toml", "earth = \"curved\"\n" + ReadFile(Path("block.toml")));
   ExpectOnlyTheSecondFails(Block(), {Path("scans/new_1_2.tif"), "does not exist", "check"});
   EXPECT_TRUE(fs::exists(Path("out/exports/patb/export.json")));
   EXPECT_TRUE(fs::exists(Path("out/exports/colmap/images.txt")));
+  // Poses, camera and exports belong together: curvature is in the lens of both files.
+  const Camera block = ReadCameraFile(Path("out/block_camera.toml")).camera;
+  const Camera exported = ReadCameraFile(Path("out/exports/colmap/camera.toml")).camera;
+  EXPECT_NE(block.name.find("curvature"), std::string::npos);
+  ASSERT_TRUE(std::holds_alternative<BrownDistortion>(block.lens));
+  EXPECT_NE(std::get<BrownDistortion>(block.lens).k[0], 0);
+  EXPECT_EQ(std::get<BrownDistortion>(exported.lens).k[0],
+            std::get<BrownDistortion>(block.lens).k[0]);
+  Edit("block.toml", "camera.toml", "out/block_camera.toml");
+  ExpectRefused(Block({"--overwrite"}), 1, {"block_camera.toml", "curvature", "again"});
 }
 
 TEST_F(BadPhoto, TwoScansOfOneNameFailAlone) {

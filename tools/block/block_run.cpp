@@ -14,6 +14,7 @@
 #include "tools/block/neighbour_stage.h"
 #include "tools/block/stage_folder.h"
 #include "tools/block/tie_stage.h"
+#include "tools/block_camera.h"
 #include "tools/block_geopackage.h"
 #include "tools/convert/write_exports.h"
 #include "tools/exterior_run.h"
@@ -41,7 +42,6 @@ class BlockRun {
         block_(options.block),
         camera_(ReadCameraFile(options.block.camera)),
         film_(camera_.camera.kind == CameraKind::kFilm),
-        earth_(options.block.earth),
         exterior_(StagePath(block_.output_directory, "exterior"), ".exterior.json") {
     if (film_) marks_ = LoadMarkShapes(camera_);
   }
@@ -54,11 +54,6 @@ class BlockRun {
     WriteFileAtomically(UnfinishedPath(out), "an interrupted run goes on with --resume\n");
     if (film_) OrientInteriors();
     OrientExteriors();
-    // Every stage from here on uses the camera that the photos were oriented with.
-    const EarthCamera over = CameraOfRun(ExteriorOptions());
-    camera_.camera = over.camera;
-    earth_k1_ = over.k1;
-    earth_ = over.curved ? EarthMode::kCurved : EarthMode::kFlat;
     ReadPhotos();
     BlockRunResult result;
     if (block_.adjustment.ties && photos_.size() > 1) Adjust(&result);
@@ -69,8 +64,7 @@ class BlockRun {
     }
     AddUnusable(&result.results);
     NameNeedlessApproximations(&result.messages);
-    if (options_.quicklook) result.quicklook = MakeQuicklook(result.results);
-    WriteOutputs(result);
+    WriteOutputs(&result);
     fs::remove(UnfinishedPath(out));
     return result;
   }
@@ -81,6 +75,8 @@ class BlockRun {
       lines.push_back((keep ? "keep  " : "do    ") + what);
     };
     if (options_.resume) PrepareDigests();
+    for (const UnusablePhoto& photo : block_.unusable)
+      lines.push_back("cannot  " + photo.name + ": " + photo.reason);
     for (const std::string& path : block_.photos) {
       const std::string name = PhotoName(path);
       const bool interior =
@@ -126,7 +122,8 @@ class BlockRun {
     options.crs = block_.crs;
     options.position_sigma_m = block_.position_sigma_m;
     options.attitude_sigma_rad = block_.attitude_sigma_rad;
-    options.earth = earth_;
+    options.earth = block_.earth;
+    options.earth_k1 = earth_k1_;
     options.feedback = options_.feedback;
     options.jobs = options_.jobs;
     return options;
@@ -138,10 +135,20 @@ class BlockRun {
       return value ? std::to_string(*value) : std::string("-");
     };
     approximations_ = ReadApproximations(block_.approximations, block_.crs);
-    shared_ = Digest("block 1" + DigestOfCamera(camera_) + DigestOfRaster(block_.dem) +
+    DecideOnTheEarth();
+    shared_ = Digest("block 2" + DigestOfCamera(camera_) + DigestOfRaster(block_.dem) +
                      block_.crs.Wkt() + std::to_string(static_cast<int>(block_.earth)) +
                      sigma(block_.position_sigma_m) + sigma(block_.attitude_sigma_rad));
     patches_ = ContentOf(PatchDatabase::Open(block_.patchdb, PatchDatabase::Mode::kRead));
+  }
+
+  // Every stage uses the same camera; that a photo's height changes by metres makes no other one.
+  void DecideOnTheEarth() {
+    if (earth_k1_) return;
+    char rounded[32];
+    std::snprintf(rounded, sizeof rounded, "%.2e", CameraOfRun(ExteriorOptions()).k1);
+    earth_k1_ = std::strtod(rounded, nullptr);
+    if (*earth_k1_ != 0) camera_.camera = WithCubic(camera_.camera, *earth_k1_);
   }
 
   std::string DigestOfExterior(const std::string& path) const {
@@ -229,7 +236,7 @@ class BlockRun {
                                   surface, block_.patchdb, block_.adjustment};
     const AdjustedBlock adjusted = AdjustPhotos(inputs);
     result->results = FinalResults(inputs, adjusted);
-    WriteCalibratedCamera(block_.output_directory, camera_, earth_k1_, adjusted.result);
+    WriteCalibratedCamera(block_.output_directory, camera_, earth_k1_.value_or(0), adjusted.result);
     if (adjusted.result.converged && !adjusted.result.cameras.empty())
       camera_.camera = adjusted.result.cameras.front();
     result->messages.insert(result->messages.end(), adjusted.result.messages.begin(),
@@ -300,8 +307,32 @@ class BlockRun {
     return summary;
   }
 
-  void WriteOutputs(const BlockRunResult& result) const {
+  // What an earlier run left and this one does not write.
+  void RemoveStale(const std::string& out) const {
+    std::error_code ignored;
+    for (const char* file : {"quicklook.png", "seams.png", "exports"})
+      fs::remove_all(fs::path(out) / file, ignored);
+    for (const UnusablePhoto& photo : block_.unusable)
+      for (const char* file : {".patches.png", ".marks.png", ".interior.json"})
+        fs::remove(fs::path(out) / (photo.name + file), ignored);
+  }
+
+  // A picture that cannot be drawn costs no result.
+  void Illustrate(BlockRunResult* result) const {
+    try {
+      result->quicklook = MakeQuicklook(result->results);
+      if (!result->quicklook) return;
+      for (const std::string& photo : result->quicklook->left_out)
+        result->messages.push_back("photo " + photo + " could not be read for the quicklook");
+    } catch (const std::exception& error) {
+      result->messages.push_back(std::string("no quicklook: ") + error.what());
+    }
+  }
+
+  void WriteOutputs(BlockRunResult* written) const {
+    BlockRunResult& result = *written;
     const std::string& out = block_.output_directory;
+    RemoveStale(out);
     OrientationTable table;
     table.crs = block_.crs;
     for (const ExteriorResult& photo : result.results) {
@@ -311,10 +342,11 @@ class BlockRun {
             {photo.photo, *photo.pose, Vector6d(photo.covariance->diagonal().cwiseSqrt())});
     }
     WriteOrientationTable((fs::path(out) / "orientation.csv").string(), table);
-    WriteBlockCamera(out, camera_, earth_k1_);
+    WriteBlockCamera(out, camera_, earth_k1_.value_or(0));
     if (result.adjusted) WriteAdjustmentResult(out, *result.adjusted);
     WriteBlockGeopackage(out, block_.crs, result.results,
                          result.adjusted ? &*result.adjusted : nullptr);
+    if (options_.quicklook) Illustrate(&result);
     WriteReport(out);
     WriteExportsTo(out, result);
   }
@@ -336,8 +368,7 @@ class BlockRun {
   const BlockFile& block_;
   CameraFile camera_;
   bool film_;
-  double earth_k1_ = 0;  // in camera_, once that is decided
-  EarthMode earth_;      // as the block file says, then as decided
+  std::optional<double> earth_k1_;  // in camera_ since it is decided
   MarkShapes marks_;
   StageFolder exterior_;
   OrientationTable approximations_;

@@ -31,14 +31,4 @@ void WriteCalibratedCamera(const std::string& directory, const CameraFile& camer
   WriteCameraFile(path, to);
 }
 
-std::string BlockCameraPath(const std::string& directory) {
-  return (fs::path(directory) / "camera.toml").string();
-}
-
-void WriteBlockCamera(const std::string& directory, const CameraFile& camera, double earth_k1) {
-  CameraFile to = camera;
-  if (earth_k1 != 0) to.camera.name += ", with earth curvature and refraction in the lens";
-  WriteCameraFile(BlockCameraPath(directory), to);
-}
-
 }  // namespace orient

@@ -1,4 +1,4 @@
-// The cameras that belong to a block's poses: poses are true with them only.
+// The camera as the block's self-calibration found it, for the next block.
 #pragma once
 
 #include <string>
@@ -15,11 +15,5 @@ std::string CalibratedCameraPath(const std::string& directory);
 // the flight and not to the camera. Throws InputError: cannot write.
 void WriteCalibratedCamera(const std::string& directory, const CameraFile& camera, double earth_k1,
                            const BlockResult& result);
-
-// <directory>/camera.toml: the camera with which the block's poses show the ground where the photos
-// do, by nothing but the collinearity equations; calibration, curvature and refraction are in its
-// lens.
-std::string BlockCameraPath(const std::string& directory);
-void WriteBlockCamera(const std::string& directory, const CameraFile& camera, double earth_k1);
 
 }  // namespace orient

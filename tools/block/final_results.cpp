@@ -174,6 +174,24 @@ void JudgeAlone(const AdjustmentInputs& inputs, const BlockPhotoFile& photo,
   }
 }
 
+// A pose that was not adjusted, for the camera that the block found: it shows the same ground.
+void UseCalibratedCamera(const AdjustmentInputs& inputs, const AdjustedBlock& adjusted,
+                         std::size_t photo, ExteriorResult* result) {
+  const auto& parameters = adjusted.result.calibration;
+  const bool calibrated =
+      std::any_of(parameters.begin(), parameters.end(), [](const CalibrationParameter& parameter) {
+        return parameter.state == CalibrationState::kEstimated;
+      });
+  if (!calibrated || !result->pose) return;
+  PhotoView own = inputs.photos[adjusted.photo_of[photo]].View(inputs.camera);
+  own.pose = *result->pose;
+  PhotoView with = own;
+  with.camera = adjusted.result.cameras[adjusted.block.photos[photo].camera];
+  if (const auto pose =
+          PoseShowingTheSame(own, with, GroundHeightUnder(inputs.surface, own.camera, own.pose)))
+    result->pose = *pose;
+}
+
 ExteriorResult Final(const AdjustmentInputs& inputs, const AdjustedBlock& adjusted,
                      std::size_t photo, const std::vector<std::size_t>& observations,
                      const Sightings& sightings) {
@@ -196,6 +214,7 @@ ExteriorResult Final(const AdjustmentInputs& inputs, const AdjustedBlock& adjust
     std::string why = "its ties do not connect it to control patches";
     if (part != nullptr && !part->message.empty()) why += ": " + part->message;
     ExteriorResult result = Own(file, why);
+    UseCalibratedCamera(inputs, adjusted, photo, &result);
     result.ties = sightings.ties;
     if (result.status == Status::kOk && TiesContradict(sightings)) {
       result.status = Status::kWeak;

@@ -5,7 +5,6 @@
 #include <cmath>
 #include <filesystem>
 #include <map>
-#include <memory>
 
 #include "core/error.h"
 #include "core/imaging/correlation.h"
@@ -30,21 +29,6 @@ constexpr int kTemplateSide = 61;  // what is matched across the seam
 constexpr std::size_t kPlaces = 12;
 constexpr int kColumns = 4;
 constexpr Colour kSeam{250, 210, 40};
-
-using OrthoPhotos = std::vector<std::unique_ptr<OrthoPhoto>>;
-
-// A photo that cannot be read any more has failed elsewhere, with its reason.
-OrthoPhotos Open(const std::vector<QuicklookPhoto>& photos) {
-  OrthoPhotos open;
-  for (const QuicklookPhoto& photo : photos) {
-    try {
-      open.push_back(std::make_unique<OrthoPhoto>(photo));
-    } catch (const InputError&) {
-      continue;
-    }
-  }
-  return open;
-}
 
 std::optional<GroundGrid> GridOver(const std::vector<QuicklookPhoto>& photos,
                                    const GroundSurface& surface) {
@@ -72,14 +56,34 @@ struct Layer {
   Image ortho, off_middle, to_border;
 };
 
-Layer DrawLayer(const OrthoPhoto& photo, const GroundGrid& grid, const Image& heights) {
-  const double gsd = photo.Gsd(static_cast<double>(heights.At(grid.width / 2, grid.height / 2)));
-  const int reduction = std::isnan(gsd) ? 1 : std::max(1, static_cast<int>(grid.gsd_m / gsd));
-  const ImageWindow whole = photo.Whole(reduction);
+// The part of the grid that the photo may show.
+struct GridPart {
+  int first_col = 0, end_col = 0, first_row = 0, end_row = 0;
+};
+
+GridPart PartOf(const GroundGrid& grid, const QuicklookPhoto& photo, const GroundSurface& surface) {
+  const auto seen =
+      FootprintBounds(photo.view.camera, photo.view.pose, surface.MinHeight(), surface.MaxHeight());
+  if (!seen) return {};
+  const auto cell = [&](double offset_m, int most) {
+    return static_cast<int>(std::clamp(offset_m / grid.gsd_m, 0.0, static_cast<double>(most)));
+  };
+  return {cell(seen->min_x - grid.west_m, grid.width),
+          std::min(cell(seen->max_x - grid.west_m, grid.width) + 1, grid.width),
+          cell(grid.north_m - seen->max_y, grid.height),
+          std::min(cell(grid.north_m - seen->min_y, grid.height) + 1, grid.height)};
+}
+
+Layer DrawLayer(const QuicklookPhoto& file, const GroundGrid& grid, const GroundSurface& surface,
+                const Image& heights) {
+  const OrthoPhoto photo(file);
+  const double gsd = photo.Gsd(surface.MeanHeight());
+  const ImageWindow whole = photo.Whole(std::max(1, static_cast<int>(grid.gsd_m / gsd)));
   const Image none(grid.width, grid.height, kNoData);
   Layer layer{none, none, none};
-  for (int row = 0; row < grid.height; ++row)
-    for (int col = 0; col < grid.width; ++col) {
+  const GridPart part = PartOf(grid, file, surface);
+  for (int row = part.first_row; row < part.end_row; ++row)
+    for (int col = part.first_col; col < part.end_col; ++col) {
       const float height = heights.At(col, row);
       if (std::isnan(height)) continue;
       const Vector2d xy = grid.At(col + 0.5, row + 0.5);
@@ -154,19 +158,19 @@ void Merge(const Layer& layer, int photo, Ranking* ranking, Mosaic* mosaic) {
   }
 }
 
-// Photo by photo: a block's layers together would not fit into memory.
-Mosaic MakeMosaic(const OrthoPhotos& photos, const GroundGrid& grid, const GroundSurface& surface) {
+// Photo by photo: a block's scans and layers together would be too many.
+Mosaic MakeMosaic(const std::vector<QuicklookPhoto>& photos, const GroundGrid& grid,
+                  const GroundSurface& surface, std::vector<std::string>* left_out) {
   const Image heights = HeightsOver(grid, surface);
   const std::size_t pixels = heights.values.size();
-  Mosaic mosaic{grid, Image(grid.width, grid.height, kNoData), std::vector<int>(pixels, -1),
-                std::vector<int>(pixels, -1), Image(grid.width, grid.height, kNoData)};
   const Image none(grid.width, grid.height, kNoData);
+  Mosaic mosaic{grid, none, std::vector<int>(pixels, -1), std::vector<int>(pixels, -1), none};
   Ranking ranking{none, none, none, none};
   for (std::size_t i = 0; i < photos.size(); ++i) {
     try {
-      Merge(DrawLayer(*photos[i], grid, heights), static_cast<int>(i), &ranking, &mosaic);
+      Merge(DrawLayer(photos[i], grid, surface, heights), static_cast<int>(i), &ranking, &mosaic);
     } catch (const InputError&) {
-      continue;  // damaged: it has failed elsewhere, with its reason
+      left_out->push_back(photos[i].name);
     }
   }
   return mosaic;
@@ -236,10 +240,10 @@ struct SeamPicture {
   Image first, second;
 };
 
-SeamPicture MakeSeam(const Candidate& candidate, const OrthoPhotos& photos, const GroundGrid& grid,
-                     const GroundSurface& surface) {
-  const OrthoPhoto& first = *photos[static_cast<std::size_t>(candidate.first)];
-  const OrthoPhoto& second = *photos[static_cast<std::size_t>(candidate.second)];
+SeamPicture MakeSeam(const Candidate& candidate, const std::vector<QuicklookPhoto>& photos,
+                     const GroundGrid& grid, const GroundSurface& surface) {
+  const OrthoPhoto first(photos[static_cast<std::size_t>(candidate.first)]);
+  const OrthoPhoto second(photos[static_cast<std::size_t>(candidate.second)]);
   const Vector2d xy = grid.At(candidate.col + 0.5, candidate.row + 0.5);
   const double height = surface.HeightAt(xy.x(), xy.y()).value_or(surface.MeanHeight());
   const double gsd = std::max(first.Gsd(height), second.Gsd(height));
@@ -292,7 +296,7 @@ class SeamSheet {
   std::vector<unsigned char> rgb_;
 };
 
-std::vector<SeamPicture> MakeSeams(const Mosaic& mosaic, const OrthoPhotos& photos,
+std::vector<SeamPicture> MakeSeams(const Mosaic& mosaic, const std::vector<QuicklookPhoto>& photos,
                                    const GroundSurface& surface) {
   const std::vector<Candidate> places = ChoosePlaces(mosaic);
   std::vector<SeamPicture> seams(places.size());
@@ -324,13 +328,12 @@ std::optional<Quicklook> WriteQuicklook(const std::string& directory,
   const std::string seams_path = (fs::path(directory) / "seams.png").string();
   fs::remove(mosaic_path);
   fs::remove(seams_path);
-  const OrthoPhotos open = Open(photos);
-  const auto grid = open.empty() ? std::nullopt : GridOver(photos, surface);
+  const auto grid = GridOver(photos, surface);
   if (!grid) return std::nullopt;
-  const Mosaic mosaic = MakeMosaic(open, *grid, surface);
+  Quicklook quicklook{grid->gsd_m, {}, {}};
+  const Mosaic mosaic = MakeMosaic(photos, *grid, surface, &quicklook.left_out);
   WriteMosaic(mosaic_path, mosaic);
-  Quicklook quicklook{grid->gsd_m, {}};
-  const std::vector<SeamPicture> seams = MakeSeams(mosaic, open, surface);
+  const std::vector<SeamPicture> seams = MakeSeams(mosaic, photos, surface);
   if (seams.empty()) return quicklook;
   SeamSheet sheet(seams.size());
   for (std::size_t i = 0; i < seams.size(); ++i) {

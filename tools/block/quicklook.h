@@ -21,6 +21,7 @@ struct SeamPlace {
 struct Quicklook {
   double mosaic_gsd_m = 0;
   std::vector<SeamPlace> seams;
+  std::vector<std::string> left_out;  // photos that cannot be read
 
   // Median length of the shifts; empty where fewer than three places could be measured.
   std::optional<double> MedianShiftPx() const;

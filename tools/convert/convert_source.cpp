@@ -10,6 +10,7 @@
 #include "core/files/camera_file.h"
 #include "core/files/orientation_table.h"
 #include "core/files/results.h"
+#include "tools/block_camera.h"
 #include "tools/convert/export_record.h"
 #include "tools/convert/film_image.h"
 #include "tools/convert/foreign_block.h"
@@ -105,6 +106,21 @@ GroundFrame FrameOf(const ForeignBlock& foreign, const ConvertSourceOptions& giv
   return GroundFrame::Shifted(foreign.frame_origin);
 }
 
+// The camera that the folder's poses are true with, where it says so.
+CameraFile CameraOfPoses(const ConvertSourceOptions& options, std::vector<std::string>* messages) {
+  const std::string own = BlockCameraPath(FolderOf(options.input));
+  if (!fs::exists(own)) {
+    if (options.camera.empty()) throw UsageError("name the photos' camera file with --camera");
+    return ReadCameraFile(options.camera);
+  }
+  CameraFile camera = ReadCameraFile(own);
+  if (!options.camera.empty() &&
+      CameraFileText(ReadCameraFile(options.camera), "/") != CameraFileText(camera, "/"))
+    messages->push_back("the poses are true with " + own + ", which is used instead of " +
+                        options.camera);
+  return camera;
+}
+
 }  // namespace
 
 std::string Name(ExchangeFormat format) {
@@ -151,12 +167,11 @@ std::optional<double> MeanPixelSize(const std::string& interior_directory) {
 ConvertSource ReadOrientResults(const ConvertSourceOptions& options) {
   const OrientationTable table = ReadOrientationTable(TablePath(options.input));
   if (table.rows.empty()) throw InputError(TablePath(options.input) + " holds no photo");
-  if (options.camera.empty()) throw UsageError("name the photos' camera file with --camera");
-  const CameraFile file = ReadCameraFile(options.camera);
+  ConvertSource source;
+  const CameraFile file = CameraOfPoses(options, &source.messages);
   const bool film = file.camera.kind == CameraKind::kFilm;
   const std::string folder = FolderOf(options.input);
   const std::string interior = options.interior.value_or(folder);
-  ConvertSource source;
   const Camera image = ImageCamera(file.camera, film ? PixelSizeOfImages(options, interior) : 0,
                                    options.remove_distortion);
   const FittedExchangeCamera fitted = ExchangeCameraOf(image);

@@ -8,6 +8,7 @@
 #include "core/files/camera_file.h"
 #include "core/files/orientation_table.h"
 #include "patchdb/patch_database.h"
+#include "tools/block_camera.h"
 #include "tools/earth_option.h"
 #include "tools/harvest_run.h"
 #include "tools/patchdb/add_control.h"
@@ -94,6 +95,7 @@ class HarvestVerb : public PatchdbVerb {
   void Run(std::ostream& out) override {
     const HarvestRun& run = arguments_.Checked();
     PatchDatabase database = PatchDatabase::Open(path_, PatchDatabase::Mode::kWrite);
+    RefuseBlockCamera(camera_, photos_.earth);
     ReadPhotos(camera_, patterns_, path_, database, &photos_);
     HarvestPhotos(database, run, photos_, out);
   }
@@ -155,6 +157,7 @@ class AddGcpVerb : public PatchdbVerb {
     options.chip_px = control_.chip_px;
     if (const auto wrong = options.Check()) throw UsageError(*wrong);
     PatchDatabase database = PatchDatabase::Open(path_, PatchDatabase::Mode::kWrite);
+    RefuseBlockCamera(camera_, photos_.earth);
     ReadPhotos(camera_, patterns_, path_, database, &photos_);
     if (!date_.empty()) control_.about.date = date_;
     if (!provenance_.empty()) control_.about.provenance = provenance_;

@@ -140,6 +140,16 @@ TEST_F(BlockFileTest, APhotoThatIsNotThereIsPutDownAndTheOthersGoOn) {
   ExpectRefused(Replaced(kBlock, "*.tif", "z.tif"), {"scans/z.tif", "does not exist"});
 }
 
+TEST_F(BlockFileTest, AMissingPhotoOfAnExistingOnesNameSpoilsTheNameOnce) {
+  const BlockFile block = ReadText(
+      Replaced(kBlock, "\"scans/*.tif\"", "\"scans/*.tif\", \"lost/b.tif\", \"z.tif\", \"z.tif\""));
+  EXPECT_EQ(block.photos, std::vector<std::string>{folder_ / "scans/a.tif"});
+  ASSERT_EQ(block.unusable.size(), 2u);
+  EXPECT_EQ(block.unusable[0].name, "b");
+  EXPECT_NE(block.unusable[0].reason.find("lost/b.tif"), std::string::npos);
+  EXPECT_EQ(block.unusable[1].name, "z");
+}
+
 TEST_F(BlockFileTest, ExpandedPhotosAreSortedWithoutDuplicates) {
   EXPECT_EQ(ExpandPhotos({"scans/b.tif", "scans/*.tif"}, folder_.Path()),
             (std::vector<std::string>{folder_ / "scans/a.tif", folder_ / "scans/b.tif"}));

@@ -94,6 +94,7 @@ TEST_F(QuicklookTest, APhotoThatCannotBeReadIsLeftOut) {
   const auto quicklook = WriteQuicklook(folder_.Path(), {Photo("a", -80), damaged}, surface_);
   ASSERT_TRUE(quicklook);
   EXPECT_TRUE(quicklook->seams.empty());
+  EXPECT_EQ(quicklook->left_out, std::vector<std::string>{"b"});
 }
 
 TEST_F(QuicklookTest, WithoutPhotosThereIsNoneAndAnOldOneGoes) {

@@ -1,0 +1,64 @@
+#include "tools/block/calibrated_camera.h"
+
+#include <gtest/gtest.h>
+
+#include <filesystem>
+
+#include "tests/support/shared_data.h"
+#include "tools/block_camera.h"
+
+namespace orient {
+namespace {
+
+CameraFile ExampleCamera() {
+  CameraFile file;
+  file.camera.name = "example";
+  file.camera.kind = CameraKind::kDigital;
+  file.camera.principal_distance_mm = 100;
+  file.camera.frame_mm = Eigen::Vector2d(40, 30);
+  file.camera.image_px = Eigen::Vector2i(4000, 3000);
+  return file;
+}
+
+BlockResult Calibrated(const Camera& camera) {
+  BlockResult result;
+  result.converged = true;
+  result.cameras = {camera};
+  CalibrationParameter k1;
+  k1.name = "k1";
+  k1.state = CalibrationState::kEstimated;
+  result.calibration = {k1};
+  return result;
+}
+
+double K1(const std::string& path) {
+  return std::get<BrownDistortion>(ReadCameraFile(path).camera.lens).k[0];
+}
+
+// Curvature belongs to the flight: the next block adds its own.
+TEST(CalibratedCamera, IsWithoutCurvatureAndTheBlocksCameraWithIt) {
+  const TemporaryFolder folder;
+  constexpr double kEarth = -7e-9, kLens = 3e-8;
+  CameraFile file = ExampleCamera();
+  file.camera = WithCubic(file.camera, kLens + kEarth);
+  WriteCalibratedCamera(folder.Path(), file, kEarth, Calibrated(file.camera));
+  WriteBlockCamera(folder.Path(), file, kEarth);
+  EXPECT_NEAR(K1(CalibratedCameraPath(folder.Path())), kLens, 1e-15);
+  EXPECT_NEAR(K1(BlockCameraPath(folder.Path())), kLens + kEarth, 1e-15);
+  EXPECT_EQ(ReadCameraFile(CalibratedCameraPath(folder.Path())).camera.name, "example");
+  EXPECT_NE(ReadCameraFile(BlockCameraPath(folder.Path())).camera.name.find("curvature"),
+            std::string::npos);
+}
+
+TEST(CalibratedCamera, OfNothingEstimatedGoes) {
+  const TemporaryFolder folder;
+  const CameraFile file = ExampleCamera();
+  WriteCalibratedCamera(folder.Path(), file, 0, Calibrated(file.camera));
+  BlockResult nothing = Calibrated(file.camera);
+  nothing.calibration[0].state = CalibrationState::kInsignificant;
+  WriteCalibratedCamera(folder.Path(), file, 0, nothing);
+  EXPECT_FALSE(std::filesystem::exists(CalibratedCameraPath(folder.Path())));
+}
+
+}  // namespace
+}  // namespace orient

@@ -1,0 +1,22 @@
+// The camera that belongs to poses: they show the ground where the photos do with it only.
+#pragma once
+
+#include <string>
+
+#include "core/files/camera_file.h"
+#include "core/geometry/earth_effects.h"
+
+namespace orient {
+
+// <directory>/block_camera.toml
+std::string BlockCameraPath(const std::string& directory);
+
+// The camera with which a folder's poses are true by nothing but the collinearity equations;
+// calibration, earth curvature and refraction (`earth_k1`, 0: none) are in its lens. Throws
+// InputError: cannot write.
+void WriteBlockCamera(const std::string& directory, const CameraFile& camera, double earth_k1);
+
+// Throws UsageError where `camera` is such a file and curvature may be added to it once more.
+void RefuseBlockCamera(const std::string& camera, EarthMode earth);
+
+}  // namespace orient
