@@ -117,20 +117,13 @@ Setting Prepare(const ExteriorRunOptions& options) {
       GroundSurface::FromFile(options.dem, crs, Region(table, camera.camera, options));
   MarkShapes marks;
   if (camera.camera.kind == CameraKind::kFilm) marks = LoadMarkShapes(camera);
-<<<<<<< HEAD
-  const EarthCamera over =
-      OverEarth(camera.camera, options.earth, FlyingHeight(table, options, surface.MeanHeight()),
-                surface.MeanHeight());
-  camera.camera = over.camera;
-  return {options, std::move(camera), over.curved, std::move(marks), std::move(table),
-=======
+  const double ground_m = surface.MeanHeight();
   const double k1 = options.earth_k1 ? *options.earth_k1
                                      : OverEarth(camera.camera, options.earth,
-                                                 FlyingHeight(table, options), surface.MeanHeight())
+                                                 FlyingHeight(table, options, ground_m), ground_m)
                                            .k1;
   if (k1 != 0) camera.camera = WithCubic(camera.camera, k1);
   return {options, std::move(camera), k1, std::move(marks), std::move(table),
->>>>>>> 474dda1 (Poses, their camera and its exports belong together: curvature is no part of a calibrated camera, no rerun adds it twice, and what an earlier run drew or exported goes; a quicklook costs no result)
           crs,     std::move(surface)};
 }
 

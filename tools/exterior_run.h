@@ -34,19 +34,13 @@ struct ExteriorRunOptions {
   std::function<std::vector<Patch>(const std::string& photo, const Bounds& footprint)>
       further_patches;
   EarthMode earth = EarthMode::kAuto;  // curvature and refraction
-<<<<<<< HEAD
+  std::optional<double> earth_k1;      // what they are, where that is decided already (0: none)
   // One sigma of the camera file's principal distance, which each photo then estimates for itself;
   // otherwise it is taken as true.
   std::optional<double> principal_distance_sigma_mm;
   bool feedback = true;  // tell the patch database what matched
   bool resume = false;   // keep results that are there
   int jobs = 0;          // photos at a time; 0: one per core
-=======
-  std::optional<double> earth_k1;      // what they are, where that is decided already (0: none)
-  bool feedback = true;                // tell the patch database what matched
-  bool resume = false;                 // keep results that are there
-  int jobs = 0;                        // photos at a time; 0: one per core
->>>>>>> 474dda1 (Poses, their camera and its exports belong together: curvature is no part of a calibrated camera, no rerun adds it twice, and what an earlier run drew or exported goes; a quicklook costs no result)
 
   std::optional<std::string> Check() const;  // what is wrong with the options, if anything
 };
