@@ -5,6 +5,7 @@
 #include <cmath>
 
 #include "core/geometry/collinearity.h"
+#include "exterior/unseen_errors.h"
 
 namespace orient {
 namespace {
@@ -153,6 +154,13 @@ std::optional<CorrelatedPose> EstimateCorrelatedPose(const PhotoView& view, cons
       estimate.height_factor = std::clamp(
           estimate.height_factor * Component(weighted, inverse, estimate.height_factor * heights),
           0.01, 10.0);
+    if (i + 1 < kIterations) continue;
+    const LinearEstimator estimator{estimate.covariance * weighted_design.transpose(),
+                                    estimate.noise_factor * noise.diagonal(), system->by_height,
+                                    estimate.height_factor};
+    estimate.honest_covariance =
+        estimate.covariance +
+        CovarianceOfUnseenErrors(estimator, observations, common.height_correlation_m);
   }
   return estimate;
 }

@@ -10,6 +10,7 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <cstdint>
 #include <optional>
 #include <vector>
 
@@ -26,6 +27,8 @@ struct PatchObservation {
   // how wrong they may be (one sigma); zero where nothing is known.
   Eigen::Vector3d height_effect = Eigen::Vector3d::Zero();
   double height_sigma_m = 0;
+  // What it was cut from: observations of one source share smooth errors.
+  std::int64_t source = 0;
 };
 
 struct CommonErrors {
@@ -41,7 +44,8 @@ struct CommonErrors {
 
 struct CorrelatedPose {
   Pose pose;
-  Matrix6d covariance;
+  Matrix6d covariance;         // of the adjustment: what it knows and the residuals show
+  Matrix6d honest_covariance;  // with what they do not show (unseen_errors.h)
   // Variance components: what the residuals make of the observations' and of the heights'
   // variances.
   double noise_factor = 1;

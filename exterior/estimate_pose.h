@@ -14,7 +14,10 @@ namespace orient {
 
 struct PoseEstimate {
   Pose pose;
-  Matrix6d covariance;    // scaled with the observations' variance component
+  Matrix6d covariance;  // scaled with the observations' variance component
+  // With what the residuals do not show (unseen_errors.h): how precise the pose is. The search goes
+  // on with the other one, which knows what the next round may find.
+  Matrix6d honest_covariance;
   double sigma0_px = 0;   // of one image coordinate of average weight
   double prior_chi2 = 0;  // Mahalanobis distance^2 of the pose from the prior, 6 degrees of freedom
   std::vector<Eigen::Vector2d> residuals_px;  // measured - computed, of every observation

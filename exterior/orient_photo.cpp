@@ -79,6 +79,7 @@ PreciseRound MatchAll(const PhotoTask& task, const PhotoView& view, const Matrix
 PatchObservation Observe(const Patch& patch, const PatchPrediction& prediction,
                          const PreciseMatch& match) {
   PatchObservation observation{patch.ground_m, match.pixel, match.covariance_px2};
+  observation.source = patch.source_id;
   observation.covariance_px2 += kModelSigmaPx * kModelSigmaPx * Eigen::Matrix2d::Identity();
   if (patch.height_effect && patch.height_sigma_m) {
     observation.height_effect = *patch.height_effect;
@@ -266,8 +267,8 @@ void Judge(const PhotoTask& task, const PreciseRound& round, const PoseTrack& tr
   double height = 0;
   for (const PatchPrediction& p : round.predictions)
     height += task.patches[p.patch].ground_m.z() / static_cast<double>(round.predictions.size());
-  const double sigma =
-      WorstProjectionSigma(task.View(track.position, estimate.pose), estimate.covariance, height);
+  const double sigma = WorstProjectionSigma(task.View(track.position, estimate.pose),
+                                            estimate.honest_covariance, height);
   result->status = Status::kOk;
   if (round.contradicts_prior) {
     result->messages.push_back(
@@ -339,7 +340,7 @@ ExteriorResult OrientPhoto(const PhotoToOrient& photo, const PhotoImage& image,
   ExteriorResult result;
   result.photo = photo.name;
   result.pose = round->estimate->pose;
-  result.covariance = round->estimate->covariance;
+  result.covariance = round->estimate->honest_covariance;
   result.sigma0_px = round->estimate->sigma0_px;
   result.orientation = track->position.orientation;
   result.iterations = track->rounds;

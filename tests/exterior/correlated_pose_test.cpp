@@ -114,6 +114,60 @@ TEST(CorrelatedPose, BendingFilmMakesThePoseUncertain) {
   for (int i = 0; i < 6; ++i) EXPECT_GT(uncertain->covariance(i, i), certain->covariance(i, i));
 }
 
+// Root of the mean of chi-square over its six degrees of freedom; honest: 1.
+struct ChiOfPose {
+  double of_adjustment = 0, honest = 0;
+};
+
+// All patches are seen off by the same shift, another one each time.
+ChiOfPose ChiWithACommonShift(double shift_px, std::mt19937& random) {
+  constexpr int kRuns = 100;
+  std::normal_distribution<double> normal;
+  ChiOfPose sum;
+  for (int run = 0; run < kRuns; ++run) {
+    PhotoView view = DigitalView();
+    const Pose truth = view.pose;
+    auto observations = Observe(view, 0, 60, random);
+    const Eigen::Vector2d shift(shift_px * normal(random), shift_px * normal(random));
+    for (PatchObservation& o : observations) o.pixel += shift;
+    const PosePrior prior = PriorOf(truth, kPriorSigma, random);
+    view.pose = prior.pose;
+    const auto estimate = EstimateCorrelatedPose(view, prior, observations, {});
+    EXPECT_TRUE(estimate);
+    if (!estimate) break;
+    const Vector6d error = PoseDifference(estimate->pose, truth);
+    sum.of_adjustment += error.dot(estimate->covariance.ldlt().solve(error)) / (6 * kRuns);
+    sum.honest += error.dot(estimate->honest_covariance.ldlt().solve(error)) / (6 * kRuns);
+  }
+  return {std::sqrt(sum.of_adjustment), std::sqrt(sum.honest)};
+}
+
+// Which no residual shows: shadows that lie to the same side of all things.
+TEST(CorrelatedPose, HonestCovarianceCoversAShiftOfAllPatches) {
+  std::mt19937 random(TestSeed());
+  const ChiOfPose chi = ChiWithACommonShift(0.4 * kNoisePx, random);
+  EXPECT_GT(chi.of_adjustment, 1.25);
+  EXPECT_LT(chi.honest, 1.25);
+  EXPECT_GT(chi.honest, 0.6);
+}
+
+TEST(CorrelatedPose, HonestCovarianceIsNowhereBelowTheAdjustments) {
+  std::mt19937 random(TestSeed());
+  const PhotoView view = DigitalView();
+  const PosePrior prior = PriorOf(view.pose, kPriorSigma, random);
+  for (const int count : {4, 20, 60}) {
+    const auto estimate = EstimateCorrelatedPose(view, prior, Observe(view, 1, count, random), {});
+    ASSERT_TRUE(estimate);
+    const Vector6d sigma = estimate->covariance.diagonal().cwiseSqrt();
+    const Matrix6d more = sigma.cwiseInverse().asDiagonal() *
+                          (estimate->honest_covariance - estimate->covariance) *
+                          sigma.cwiseInverse().asDiagonal();
+    EXPECT_GT(Eigen::SelfAdjointEigenSolver<Matrix6d>(more).eigenvalues().minCoeff(), -1e-6)
+        << count;
+    EXPECT_GT(more.trace(), 0) << count;
+  }
+}
+
 // The same prior, written as an angle of either side of 180 degrees, is the same prior.
 TEST(CorrelatedPose, APriorAFullTurnAwayIsTheSamePrior) {
   std::mt19937 random(TestSeed());

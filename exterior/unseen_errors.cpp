@@ -1,0 +1,61 @@
+#include "exterior/unseen_errors.h"
+
+#include <Eigen/Dense>
+#include <algorithm>
+#include <cmath>
+
+namespace orient {
+namespace {
+
+// Shares of an observation's own standard deviation: what all observations have in common, and what
+// those of one source share smoothly over the ground. As pose errors in a simulated block of
+// houses, trees and shadows are; verified with other blocks (tools/bench/exterior_honesty.cpp).
+constexpr double kSharedEverywhere = 0.5, kSharedSmoothly = 0.8;
+// Of a height error's variance: common to the whole region.
+constexpr double kCommonShare = 0.5;
+
+// For an error of one pixel that fades over the ground, the same correlation in col and row.
+Eigen::MatrixXd SmoothCorrelation(const std::vector<PatchObservation>& observations,
+                                  double length_m) {
+  const Eigen::Index n = std::ssize(observations);
+  Eigen::MatrixXd correlation = Eigen::MatrixXd::Zero(n, n);
+  for (Eigen::Index i = 0; i < n; ++i)
+    for (Eigen::Index j = 0; j < n; ++j) {
+      const PatchObservation& one = observations[static_cast<std::size_t>(i)];
+      const PatchObservation& other = observations[static_cast<std::size_t>(j)];
+      if (one.source != other.source) continue;
+      const double distance = (one.ground_m - other.ground_m).head<2>().norm() / length_m;
+      correlation(i, j) = std::exp(-distance * distance);
+    }
+  return correlation;
+}
+
+}  // namespace
+
+Matrix6d CovarianceOfUnseenErrors(const LinearEstimator& estimator,
+                                  const std::vector<PatchObservation>& observations,
+                                  double correlation_m) {
+  const auto& gain = estimator.by_observation;
+  const auto by_col = gain(Eigen::all, Eigen::seq(0, Eigen::last, 2)).eval();
+  const auto by_row = gain(Eigen::all, Eigen::seq(1, Eigen::last, 2)).eval();
+  const double own_px2 = estimator.noise_px2.mean();
+
+  const Vector6d shift_col = by_col.rowwise().sum(), shift_row = by_row.rowwise().sum();
+  const Matrix6d everywhere = shift_col * shift_col.transpose() + shift_row * shift_row.transpose();
+  const Eigen::MatrixXd correlation = SmoothCorrelation(observations, correlation_m);
+  const Matrix6d smooth =
+      by_col * correlation * by_col.transpose() + by_row * correlation * by_row.transpose();
+  const Vector6d common_height = gain * estimator.by_height_px;
+  const Matrix6d heights = common_height * common_height.transpose();
+  // Good residuals are no sign that what all heights have in common is small.
+  const double missing_height = std::max(1 - estimator.height_factor, 0.0);
+  // Residuals do not show what the pose has absorbed of the observations' own errors.
+  const double rows = static_cast<double>(gain.cols());
+  const double own_factor = rows / (rows - 6) - 1;
+  const Matrix6d own = gain * estimator.noise_px2.asDiagonal() * gain.transpose();
+  return own_px2 * (kSharedEverywhere * kSharedEverywhere * everywhere +
+                    kSharedSmoothly * kSharedSmoothly * smooth) +
+         kCommonShare * missing_height * heights + own_factor * own;
+}
+
+}  // namespace orient

@@ -1,0 +1,30 @@
+// What errors that the residuals hardly show, or do not show at all, add to a pose's covariance.
+//
+// Shadows and crowns lie to the same side of all things, so matches err alike, and the pose follows
+// them; heights may be wrong by one value everywhere however well the residuals fit; some patches
+// show a house that no height knows. The estimator need not weigh such errors to be honest about
+// them: its estimate is linear in the observations, so they are propagated through it as it is.
+#pragma once
+
+#include <Eigen/Core>
+#include <vector>
+
+#include "core/geometry/pose.h"
+#include "exterior/correlated_pose.h"
+
+namespace orient {
+
+// An adjusted pose as a function of its observations, two rows (col, row) for each of them.
+struct LinearEstimator {
+  Eigen::Matrix<double, 6, Eigen::Dynamic> by_observation;  // d pose / d pixel
+  Eigen::VectorXd noise_px2;     // variances of the observations' own errors, as the residuals say
+  Eigen::VectorXd by_height_px;  // per stated standard deviation of the height error
+  double height_factor = 1;      // the heights' variance in the adjustment over the stated one
+};
+
+// To be added to the adjustment's covariance; positive semidefinite.
+Matrix6d CovarianceOfUnseenErrors(const LinearEstimator& estimator,
+                                  const std::vector<PatchObservation>& observations,
+                                  double correlation_m);
+
+}  // namespace orient
