@@ -130,7 +130,9 @@ std::vector<BlockJudgement::Suspect> BlockJudgement::FindSuspects(const BlockTes
       const double score = Score(tests.of_control[point]);
       if (score > worst.score) worst = {point, score, worst.row, system_->Rays(point) > 1, false};
     }
-    worst.not_told = !has_control && second > kNotTold * worst.score;
+    // Two rays differ in one number, which says of neither that it is the wrong one.
+    worst.not_told =
+        !has_control && (second > kNotTold * worst.score || system_->Rays(point) == 2);
     if (worst.score > caution) suspects.push_back(worst);
   }
   return suspects;
@@ -166,11 +168,11 @@ void BlockJudgement::RejectAt(const Suspect& suspect, const BlockTests& tests) {
     control_rejected_[suspect.point] = true;
     return;
   }
+  const bool both = system_->Rays(suspect.point) == 2;
   for (const std::size_t row : system_->image_rows_of_point[suspect.point]) {
     if (!system_->rows[row].active) continue;
-    if (row != suspect.row &&
-        !(suspect.not_told && Score(tests.of_row[row]) > kNotTold * suspect.score))
-      continue;
+    const bool as_bad = both || Score(tests.of_row[row]) > kNotTold * suspect.score;
+    if (row != suspect.row && !(suspect.not_told && as_bad)) continue;
     states_[row] = ObservationState::kRejected;
     system_->rows[row].active = false;
   }

@@ -19,8 +19,8 @@ struct BundleVerdict {
   double pose_chi2 = 0, point_chi2 = 0;
   int poses = 0, points = 0;  // chi-square's degrees of freedom: six and three each
   int gross = 0, gross_named = 0, wrongly_named = 0;
-  // Gross errors of points with three rays or more, or control: two rays of a tie show an error
-  // across their base only.
+  // All gross errors but those of single rays, which are no ties. Two rays of a tie show an error
+  // across their base only: those count here, too, and some of them cannot be named.
   int findable = 0, findable_named = 0;
 
   double PoseChi() const { return std::sqrt(pose_chi2 / (6 * poses)); }
@@ -104,7 +104,7 @@ class BundleJudge {
       const std::size_t point = truth_.block.observations[i].point;
       const bool named = result_.observations[i].state == ObservationState::kRejected ||
                          result_.points[point].control_rejected;
-      const bool findable = rays_[point] > 2 || truth_.block.points[point].control.has_value();
+      const bool findable = rays_[point] > 1 || truth_.block.points[point].control.has_value();
       if (!truth_.gross[i]) {
         verdict_.wrongly_named += named ? 1 : 0;
         continue;
