@@ -131,8 +131,7 @@ std::vector<BlockJudgement::Suspect> BlockJudgement::FindSuspects(const BlockTes
       if (score > worst.score) worst = {point, score, worst.row, system_->Rays(point) > 1, false};
     }
     // Two rays differ in one number, which says of neither that it is the wrong one.
-    worst.not_told =
-        !has_control && (second > kNotTold * worst.score || system_->Rays(point) == 2);
+    worst.not_told = !has_control && (second > kNotTold * worst.score || system_->Rays(point) == 2);
     if (worst.score > caution) suspects.push_back(worst);
   }
   return suspects;

@@ -136,8 +136,11 @@ class ConvertCommand : public Command {
   void Write(const ConvertSource& source, std::ostream& out) const {
     for (const WrittenExport& written : WriteExports(source, Export())) {
       const ExportCheck check = CheckExport(written.directory, written.format, "");
-      out << written.directory << ": " << source.block.photos.size() << " photos, "
-          << source.block.points.size() << " control points\n  " << Verdict(check) << "\n";
+      const auto control = std::count_if(source.block.points.begin(), source.block.points.end(),
+                                         [](const ExchangePoint& point) { return point.control; });
+      out << written.directory << ": " << source.block.photos.size() << " photos, " << control
+          << " control points, " << source.block.points.size() - static_cast<std::size_t>(control)
+          << " tie points\n  " << Verdict(check) << "\n";
       if (written.largest_px > 0)
         out << FormatText(
             "  another ground system: scale and curvature leave rms %.2g px, largest %.2g px\n",

@@ -7,12 +7,13 @@
 #include <utility>
 
 #include "core/error.h"
+#include "core/files/adjustment_result.h"
 #include "core/files/camera_file.h"
 #include "core/files/orientation_table.h"
 #include "core/files/results.h"
 #include "tools/block_camera.h"
+#include "tools/convert/export_points.h"
 #include "tools/convert/export_record.h"
-#include "tools/convert/film_image.h"
 #include "tools/convert/foreign_block.h"
 #include "tools/convert/ground_frame.h"
 
@@ -60,31 +61,6 @@ std::optional<double> MeanGround(const std::optional<ExteriorResult>& exterior) 
   if (count == 0) return std::nullopt;
   return sum / count;
 }
-
-// Matched patches of all photos as control points with their pixels in the images written.
-class PatchPoints {
- public:
-  void Add(std::size_t photo, const ExteriorResult& result, const FilmImage& image) {
-    for (const PatchResult& patch : result.patches) {
-      if (patch.state != PatchState::kMatched || !patch.pixel || !patch.ground_m) continue;
-      const auto pixel = image.ImageFromScan(*patch.pixel);
-      if (!pixel) continue;
-      ExchangePoint& point = points_[patch.id];
-      point.name = std::to_string(patch.id);
-      point.control = true;
-      point.ground = *patch.ground_m;
-      point.observations.push_back({photo, *pixel});
-    }
-  }
-  std::vector<ExchangePoint> Take() {
-    std::vector<ExchangePoint> points;
-    for (auto& [id, point] : points_) points.push_back(std::move(point));
-    return points;
-  }
-
- private:
-  std::map<std::int64_t, ExchangePoint> points_;
-};
 
 Crs RequireCrs(const ConvertSourceOptions& options, const std::optional<Crs>& known,
                const std::string& why) {
@@ -184,7 +160,7 @@ ConvertSource ReadOrientResults(const ConvertSourceOptions& options) {
   source.crs = table.crs;
   if (!options.crs.empty()) source.crs = Crs::Parse(options.crs, "--crs");
   if (source.crs) source.block.crs = source.crs->Wkt();
-  PatchPoints points;
+  ExportPoints points;
   for (const OrientationRow& row : table.rows) {
     ExchangePhoto photo;
     photo.image = row.photo + options.image_extension;
@@ -195,12 +171,14 @@ ConvertSource ReadOrientResults(const ConvertSourceOptions& options) {
     auto height = MeanGround(exterior);
     if (!height) height = options.ground_height_m;
     if (exterior && (!film || fs::exists(InteriorResultPath(interior, row.photo))))
-      points.Add(source.block.photos.size(), *exterior,
-                 FilmImage(file, row.photo, interior, exterior->orientation, image,
-                           options.remove_distortion));
+      points.AddPhoto(source.block.photos.size(), *exterior,
+                      FilmImage(file, row.photo, interior, exterior->orientation, image,
+                                options.remove_distortion));
     source.block.photos.push_back(photo);
     source.ground_height_m.push_back(height);
   }
+  const std::string adjusted = AdjustmentResultPath(folder);
+  if (fs::exists(adjusted)) points.AddTies(ReadAdjustmentResult(adjusted));
   source.block.points = points.Take();
   return source;
 }

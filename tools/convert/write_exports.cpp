@@ -10,6 +10,8 @@
 #include "core/files/exchange/colmap.h"
 #include "core/files/exchange/frame_adjustments.h"
 #include "core/files/exchange/metashape.h"
+#include "core/files/exchange/metashape_markers.h"
+#include "core/files/exchange/micmac_homologues.h"
 #include "core/files/exchange/micmac_orientation.h"
 #include "core/files/exchange/opensfm.h"
 #include "core/files/orientation_table.h"
@@ -146,9 +148,11 @@ void WriteFormat(const std::string& directory, ExchangeFormat format, const Exch
     case ExchangeFormat::kBingo:
       return WriteBingo(directory, block);
     case ExchangeFormat::kMicmac:
-      return WriteMicmacOrientation(directory, "Orient", block);
+      WriteMicmacOrientation(directory, "Orient", block);
+      return WriteMicmacHomologues(directory, block);
     case ExchangeFormat::kMetashape:
-      return WriteMetashape(directory, block);
+      WriteMetashape(directory, block);
+      return WriteMetashapeMarkers(directory, block);
     case ExchangeFormat::kColmap:
       return WriteColmap(directory, block);
     case ExchangeFormat::kOpensfm:

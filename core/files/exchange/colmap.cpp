@@ -44,9 +44,9 @@ std::string OriginComment(const ExchangeBlock& block) {
 
 std::string ImageText(const ExchangeBlock& block, std::size_t i) {
   const ExchangePhoto& photo = block.photos[i];
-  const Eigen::Matrix3d camera_from_ground = GroundFromCamera(photo).transpose();
-  const Eigen::Quaterniond q(camera_from_ground);
-  const Eigen::Vector3d t = -camera_from_ground * photo.centre;
+  const CameraFromGround camera = CameraFromGroundOf(photo);
+  const Eigen::Quaterniond q(camera.rotation);
+  const Eigen::Vector3d& t = camera.translation;
   std::string text = std::to_string(i + 1);
   text += Joined({q.w(), q.x(), q.y(), q.z(), t.x(), t.y(), t.z()});
   text += ' ' + std::to_string(photo.camera + 1) + ' ' + photo.image + '\n';
@@ -184,13 +184,12 @@ ExchangeBlock ExchangeFromColmap(const ColmapModel& model) {
   }
   for (const ColmapImage& image : model.images) {
     const Eigen::Vector4d& q = image.qvec;
-    const Eigen::Matrix3d camera_from_ground =
-        Eigen::Quaterniond(q[0], q[1], q[2], q[3]).normalized().toRotationMatrix();
     ExchangePhoto photo;
     photo.image = image.name;
     photo.camera = index.at(image.camera);
-    photo.centre = -camera_from_ground.transpose() * image.tvec;
-    SetGroundFromCamera(camera_from_ground.transpose(), &photo);
+    SetCameraFromGround(
+        {Eigen::Quaterniond(q[0], q[1], q[2], q[3]).normalized().toRotationMatrix(), image.tvec},
+        &photo);
     block.photos.push_back(photo);
   }
   return block;

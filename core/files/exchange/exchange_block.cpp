@@ -97,6 +97,16 @@ void SetGroundFromCamera(const Eigen::Matrix3d& ground_from_camera, ExchangePhot
   photo->ground_from_photo = ground_from_camera * kFlip.asDiagonal();
 }
 
+CameraFromGround CameraFromGroundOf(const ExchangePhoto& photo) {
+  const Eigen::Matrix3d rotation = GroundFromCamera(photo).transpose();
+  return {rotation, -rotation * photo.centre};
+}
+
+void SetCameraFromGround(const CameraFromGround& camera, ExchangePhoto* photo) {
+  photo->centre = -camera.rotation.transpose() * camera.translation;
+  SetGroundFromCamera(camera.rotation.transpose(), photo);
+}
+
 std::optional<Eigen::Vector2d> PixelFromGround(const ExchangeBlock& block, std::size_t photo,
                                                const Eigen::Vector3d& ground) {
   const ExchangePhoto& p = block.photos.at(photo);

@@ -80,6 +80,15 @@ void SetPose(const Pose& pose, ExchangePhoto* photo);
 Eigen::Matrix3d GroundFromCamera(const ExchangePhoto& photo);
 void SetGroundFromCamera(const Eigen::Matrix3d& ground_from_camera, ExchangePhoto* photo);
 
+// What COLMAP and OpenSfM write: camera point = rotation * ground point + translation.
+struct CameraFromGround {
+  Eigen::Matrix3d rotation = Eigen::Matrix3d::Identity();
+  Eigen::Vector3d translation = Eigen::Vector3d::Zero();
+};
+CameraFromGround CameraFromGroundOf(const ExchangePhoto& photo);
+// Centre and rotation.
+void SetCameraFromGround(const CameraFromGround& camera, ExchangePhoto* photo);
+
 // By the formulas above; empty behind the camera.
 std::optional<Eigen::Vector2d> PixelFromGround(const ExchangeBlock& block, std::size_t photo,
                                                const Eigen::Vector3d& ground);

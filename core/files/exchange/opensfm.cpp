@@ -35,10 +35,10 @@ Json CameraJson(const ExchangeCamera& camera) {
 }
 
 Json ShotJson(const ExchangePhoto& photo, const std::string& camera) {
-  const Eigen::Matrix3d camera_from_ground = GroundFromCamera(photo).transpose();
-  const Eigen::AngleAxisd turn{Eigen::Quaterniond(camera_from_ground)};
+  const CameraFromGround pose = CameraFromGroundOf(photo);
+  const Eigen::AngleAxisd turn{Eigen::Quaterniond(pose.rotation)};
   return {{"rotation", Array(turn.angle() * turn.axis())},
-          {"translation", Array(-camera_from_ground * photo.centre)},
+          {"translation", Array(pose.translation)},
           {"camera", camera},
           {"orientation", 1},
           {"capture_time", 0.0},
@@ -83,6 +83,30 @@ std::string GcpList(const ExchangeBlock& block) {
       text += block.photos[seen.photo].image + '\n';
     }
   }
+  return text;
+}
+
+// Their second version: image, track, feature, x, y, size, colour, two classes that we have none
+// of. Sizes are what their bundle adjustment takes for standard deviations: a pixel each.
+std::string TracksText(const ExchangeBlock& block) {
+  std::vector<std::string> of_photo(block.photos.size());
+  std::vector<int> features(block.photos.size(), 0);
+  for (const ExchangePoint& point : block.points)
+    for (const ExchangeObservation& seen : point.observations) {
+      const ExchangePhoto& photo = block.photos[seen.photo];
+      const ExchangeCamera& camera = block.cameras[photo.camera];
+      const double side = LargerSide(camera.width, camera.height);
+      std::string& text = of_photo[seen.photo];
+      text += photo.image + '\t' + point.name + '\t' + std::to_string(features[seen.photo]++);
+      for (const double value : {(seen.pixel.x() - 0.5 * camera.width) / side,
+                                 (seen.pixel.y() - 0.5 * camera.height) / side, 1 / side}) {
+        text += '\t';
+        text += ExactNumber(value);
+      }
+      text += "\t128\t128\t128\t-1\t-1\n";
+    }
+  std::string text = "OPENSFM_TRACKS_VERSION_v2\n";
+  for (const std::string& lines : of_photo) text += lines;
   return text;
 }
 
@@ -131,6 +155,8 @@ void WriteOpensfm(const std::string& directory, const ExchangeBlock& block) {
   const bool control = std::any_of(block.points.begin(), block.points.end(),
                                    [](const ExchangePoint& point) { return point.control; });
   if (control) WriteFileAtomically((fs::path(directory) / "gcp_list.txt").string(), GcpList(block));
+  if (!block.points.empty())
+    WriteFileAtomically((fs::path(directory) / "tracks.csv").string(), TracksText(block));
 }
 
 OpensfmReconstruction ReadOpensfm(const std::string& directory) {
@@ -178,14 +204,13 @@ ExchangeBlock ExchangeFromOpensfm(const OpensfmReconstruction& reconstruction) {
   }
   for (const OpensfmShot& shot : reconstruction.shots) {
     const double angle = shot.rotation.norm();
-    Eigen::Matrix3d camera_from_ground = Eigen::Matrix3d::Identity();
+    CameraFromGround camera{Eigen::Matrix3d::Identity(), shot.translation};
     if (angle > 0)
-      camera_from_ground = Eigen::AngleAxisd(angle, shot.rotation / angle).toRotationMatrix();
+      camera.rotation = Eigen::AngleAxisd(angle, shot.rotation / angle).toRotationMatrix();
     ExchangePhoto photo;
     photo.image = shot.image;
     photo.camera = index.at(shot.camera);
-    photo.centre = -camera_from_ground.transpose() * shot.translation;
-    SetGroundFromCamera(camera_from_ground.transpose(), &photo);
+    SetCameraFromGround(camera, &photo);
     block.photos.push_back(photo);
   }
   return block;

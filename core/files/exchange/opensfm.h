@@ -1,5 +1,5 @@
-// OpenSfM's reconstruction.json and gcp_list.txt (https://opensfm.org/docs/geometry.html,
-// gcp.html).
+// OpenSfM's reconstruction.json, tracks.csv and gcp_list.txt
+// (https://opensfm.org/docs/geometry.html, gcp.html).
 //
 // A shot's rotation (angle-axis) and translation take world points to the camera system: x right, y
 // down, z forward. Normalised image coordinates have their origin in the image's middle and the
@@ -36,7 +36,8 @@ struct OpensfmReconstruction {
 
 // Writes reconstruction.json and reference_lla.json; with control points gcp_list.txt, whose first
 // line is "WGS84" and whose points are longitude, latitude, height and a pixel with whole numbers
-// at the pixels' centres. Needs block.reference_lla.
+// at the pixels' centres; with points tracks.csv (version 2), whose normalised coordinates are
+// those of the file's head. Needs block.reference_lla.
 void WriteOpensfm(const std::string& directory, const ExchangeBlock& block);
 
 // Of the first reconstruction. Throws InputError naming file and field.

@@ -10,6 +10,8 @@
 #include "core/files/camera_file.h"
 #include "core/files/exchange/asp_pinhole.h"
 #include "core/files/orientation_table.h"
+#include "core/files/results.h"
+#include "tests/support/example_adjustment.h"
 #include "tests/support/expect_error.h"
 #include "tests/support/run_orient.h"
 #include "tests/support/shared_data.h"
@@ -262,6 +264,54 @@ TEST_F(WrongConvention, AnotherPoseIsNoConvention) {
   EXPECT_FALSE(check.ok);
   EXPECT_FALSE(check.fits) << Verdict(check);
   EXPECT_NE(Verdict(check).find("no convention"), std::string::npos) << Verdict(check);
+}
+
+// A block's folder: patches are control, ties come from block.json with what the adjustment used.
+TEST(Convert, TiesOfTheAdjustmentAreExported) {
+  const TemporaryFolder folder;
+  WriteCameraFile(folder / "camera.toml", {LargeFrameCamera(), {}, {}, std::nullopt, {}});
+  OrientationTable table;
+  table.crs = Crs::Parse("EPSG:32635", "test");
+  for (const ExchangePhoto& photo : TwoPhotos().block.photos) {
+    ExteriorResult result;
+    result.photo = PhotoName(photo.image);
+    result.status = Status::kOk;
+    result.pose = PoseOf(photo);
+    result.covariance = Matrix6d::Identity();
+    for (const std::int64_t id : {1200, -3}) {
+      PatchResult patch;
+      patch.id = id;
+      patch.state = PatchState::kMatched;
+      patch.pixel = Eigen::Vector2d(7000, 4500);
+      patch.ground_m = Eigen::Vector3d(500100, 5000300, 310);
+      result.patches.push_back(patch);
+    }
+    WriteExteriorResult(folder.Path(), result);
+    table.rows.push_back({result.photo, *result.pose, std::nullopt});
+  }
+  WriteOrientationTable(folder / "orientation.csv", table);
+  WriteAdjustmentResult(folder.Path(), ExampleAdjustment());
+  ConvertSourceOptions options;
+  options.input = folder.Path();
+  options.camera = folder / "camera.toml";
+  const auto points = ReadOrientResults(options).block.points;
+  ASSERT_EQ(points.size(), 2u) << "not what a neighbour lent, nor what one photo is left of";
+  EXPECT_EQ(points[0].name, "1200");
+  EXPECT_TRUE(points[0].control);
+  EXPECT_EQ(points[1].name, "10001");
+  EXPECT_FALSE(points[1].control);
+  EXPECT_EQ(points[1].observations.size(), 2u);
+  const ProgramRun run = RunOrient({"convert", folder.Path(), "--camera", folder / "camera.toml",
+                                    "--to", "patb,bingo,micmac,metashape,colmap,opensfm", "--out",
+                                    folder / "out", "--ground-height-m", "300"});
+  EXPECT_EQ(run.exit_code, 0) << run.err;
+  EXPECT_NE(run.out.find("1 control points, 1 tie points"), std::string::npos) << run.out;
+  for (const char* file :
+       {"patb/patb.im", "bingo/image.dat", "metashape/markers.xml", "opensfm/tracks.csv"})
+    EXPECT_NE(ReadFile(folder / (std::string("out/") + file)).find("10001"), std::string::npos)
+        << file;
+  EXPECT_TRUE(fs::exists(folder / "out/micmac/Homol/Pastis4711.tif/4712.tif.txt"));
+  EXPECT_EQ(RunOrient({"convert", folder / "out", "--check"}).exit_code, 0);
 }
 
 TEST(Convert, CommandWritesAndChecks) {
