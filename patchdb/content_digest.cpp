@@ -2,22 +2,32 @@
 
 #include "core/error.h"
 #include "patchdb/connection.h"
+#include "patchdb/schema.h"
+#include "patchdb/statements.h"
 
 namespace orient {
 namespace {
 
 // Kept by triggers (patchdb/schema/step_4.cpp), whoever changes the patches.
 constexpr const char* kToken = "SELECT hex(token) FROM orient_content";
+constexpr const char* kKeepers =
+    "SELECT count(*) FROM sqlite_master WHERE name IN ('orient_content', 'orient_content_insert', "
+    "'orient_content_delete', 'orient_content_update', 'orient_content_state')";
+constexpr int kAllKeepers = 5;
 
 }  // namespace
 
 std::string ContentOf(const PatchDatabase& database) {
   return WithFile(database.Path(), "read", [&] {
-    const Query row = database.Sql().Prepare(kToken);
-    if (!row->executeStep())
-      throw InputError(database.Path() +
-                       " is damaged: table orient_content is empty; 'orient patchdb "
-                       "check --repair' fills it");
+    Connection& connection = database.Sql();
+    if (connection.Number(sql::kSchemaVersion) < kFirstSchemaWithToken)
+      return connection.Database().execAndGet("SELECT hex(randomblob(16))").getString();
+    const InputError unkept(database.Path() +
+                            " is damaged: it does not note that patches change; 'orient patchdb "
+                            "check --repair' mends that");
+    if (connection.Number(kKeepers) != kAllKeepers) throw unkept;
+    const Query row = connection.Prepare(kToken);
+    if (!row->executeStep()) throw unkept;
     return row->getColumn(0).getString() + database.GroundCrs().Wkt();
   });
 }

@@ -1,5 +1,7 @@
 #include "patchdb/migration.h"
 
+#include <algorithm>
+
 #include "core/error.h"
 #include "patchdb/schema.h"
 #include "patchdb/statements.h"
@@ -7,6 +9,9 @@
 namespace orient {
 namespace {
 
+constexpr const char* kObjects =
+    "SELECT type, name, sql FROM sqlite_master WHERE sql IS NOT NULL AND name NOT GLOB 'sqlite_*' "
+    "AND NOT (type = 'table' AND name GLOB 'rtree_patches_geom_*')";
 constexpr int kFirstPrivateSrsId = 100000;  // for a CRS without an EPSG code
 
 int AddCrs(Connection& connection, const Crs& crs) {
@@ -23,11 +28,11 @@ int AddCrs(Connection& connection, const Crs& crs) {
   return id;
 }
 
-// Runs the steps after `version`; the caller holds the transaction, and keeps foreign keys off:
-// a step may write a table anew.
-void RunSchemaSteps(Connection& connection, int version) {
+// Runs the steps after `version` up to `last`; the caller holds the transaction, and keeps foreign
+// keys off: a step may write a table anew.
+void RunSchemaSteps(Connection& connection, int version, int last = CurrentSchemaVersion()) {
   for (const SchemaStep& step : SchemaSteps()) {
-    if (step.version <= version) continue;
+    if (step.version <= version || step.version > last) continue;
     connection.Database().exec(step.sql);
     const Query record = connection.Prepare(sql::kAddSchemaStep);
     record->bind(1, step.version);
@@ -71,6 +76,13 @@ int CheckedSchemaVersion(Connection& connection, const std::string& path) {
   return static_cast<int>(version);
 }
 
+bool ReadableAsItIs(int version) {
+  const auto& steps = SchemaSteps();
+  return std::all_of(steps.begin(), steps.end(), [&](const SchemaStep& step) {
+    return step.version <= version || step.for_writers_only;
+  });
+}
+
 void BringUpToDate(Connection& connection, int version, const std::string& path) {
   if (version == CurrentSchemaVersion()) return;
   SQLite::Database& database = connection.Database();
@@ -86,6 +98,22 @@ void BringUpToDate(Connection& connection, int version, const std::string& path)
     throw InputError(path + " is damaged: it cannot be brought up to date without losing rows");
   transaction.commit();
   database.exec("PRAGMA foreign_keys = ON");
+}
+
+std::vector<SchemaObject> ObjectsOf(Connection& connection) {
+  const Query rows = connection.Prepare(kObjects);
+  std::vector<SchemaObject> objects;
+  while (rows->executeStep())
+    objects.push_back({rows->getColumn(0).getString(), rows->getColumn(1).getString(),
+                       rows->getColumn(2).getString()});
+  return objects;
+}
+
+std::vector<SchemaObject> ObjectsOfVersion(int version) {
+  Connection reference(":memory:", Connection::Mode::kCreate);
+  reference.Database().exec("PRAGMA foreign_keys = OFF");
+  RunSchemaSteps(reference, 0, version);
+  return ObjectsOf(reference);
 }
 
 }  // namespace orient

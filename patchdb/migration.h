@@ -2,6 +2,7 @@
 #pragma once
 
 #include <string>
+#include <vector>
 
 #include "core/geometry/crs.h"
 #include "patchdb/connection.h"
@@ -15,7 +16,20 @@ void WriteNewDatabase(const std::string& path, const Crs& crs);
 // this program.
 int CheckedSchemaVersion(Connection& connection, const std::string& path);
 
+// Whether today's program reads a file of this version as it is.
+bool ReadableAsItIs(int version);
+
 // Runs the steps that the file lacks, in one transaction.
 void BringUpToDate(Connection& connection, int version, const std::string& path);
+
+// A table, index or trigger of the schema.
+struct SchemaObject {
+  std::string type, name, sql;
+};
+
+// Those that a file has; of a whole one those that its version has, beside the GeoPackage's own
+// tables. What the spatial index and SQLite keep for themselves is left out.
+std::vector<SchemaObject> ObjectsOf(Connection& connection);
+std::vector<SchemaObject> ObjectsOfVersion(int version);
 
 }  // namespace orient

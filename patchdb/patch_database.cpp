@@ -7,7 +7,7 @@
 #include <utility>
 
 #include "core/error.h"
-#include "core/imaging/side_by_side.h"
+#include "core/imaging/reading_side_by_side.h"
 #include "patchdb/connection.h"
 #include "patchdb/learn.h"
 #include "patchdb/migration.h"
@@ -45,18 +45,19 @@ void BindBounds(const Bounds& bounds, SQLite::Statement& statement) {
   statement.bind(4, bounds.max_y);
 }
 
+// Chips are unpacked while SQLite reads on: the one takes about as long as the other.
 std::vector<Patch> ReadPatches(SQLite::Statement& rows, const std::string& path) {
-  std::vector<PackedPatch> packed;
-  std::vector<Patch> patches;
+  const auto next = [&rows](PackedPatch* packed) {
+    if (!rows.executeStep()) return false;
+    *packed = ReadPatchRow(rows);
+    return true;
+  };
   try {
-    while (rows.executeStep()) packed.push_back(ReadPatchRow(rows));
-    patches.resize(packed.size());
-    SideBySide(packed.size(),
-               [&](std::size_t i) { patches[i] = Unpack(std::move(packed[i]), false); });
+    return WorkWhileReading<PackedPatch>(
+        next, [](PackedPatch packed) { return Unpack(std::move(packed), false); });
   } catch (const InputError& error) {
     throw InputError(path + ": " + error.what());
   }
-  return patches;
 }
 
 }  // namespace
@@ -77,13 +78,12 @@ struct PatchDatabase::Impl {
 
   GroundSystem Prepare() {
     const int version = CheckedSchemaVersion(connection, path);
-    if (version < CurrentSchemaVersion() && mode == Mode::kRead)
+    if (mode == Mode::kRead && !ReadableAsItIs(version))
       throw InputError(path + " has the older schema version " + std::to_string(version) +
                        ", this program uses " + std::to_string(CurrentSchemaVersion()) +
                        "; 'orient patchdb check FILE --repair' brings it up to date (on a copy "
-                       "where the file may not "
-                       "be written)");
-    BringUpToDate(connection, version, path);
+                       "where the file may not be written)");
+    if (mode == Mode::kWrite) BringUpToDate(connection, version, path);
     return ReadGroundSystem(connection, path);
   }
 

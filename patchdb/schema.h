@@ -11,6 +11,8 @@ struct SchemaStep {
   int version;  // 1, 2, ... : the schema version after this step
   const char* description;
   const char* sql;
+  // Today's program reads files from before this step as they are; only who writes needs it.
+  bool for_writers_only = false;
 };
 
 extern const SchemaStep kSchemaStep1;
@@ -20,6 +22,8 @@ extern const SchemaStep kSchemaStep4;
 
 const std::vector<SchemaStep>& SchemaSteps();
 int CurrentSchemaVersion();  // of this program
+// The first version with orient_content, the token of what the patches are.
+inline constexpr int kFirstSchemaWithToken = 4;
 
 // GeoPackage says so: "GPKG" in application_id and 10300 (version 1.3.0) in user_version. The
 // latter is why Orient's own schema version is not in user_version but in table orient_schema.

@@ -4,23 +4,31 @@
 
 #include "core/error.h"
 #include "core/files/atomic_write.h"
+#include "patchdb/older_file.h"
 #include "tools/exposure_date.h"
 #include "tools/made_from.h"
+#include "tools/patchdb_to_write.h"
 
 namespace orient {
 namespace {
 namespace fs = std::filesystem;
 
-// Before hours of work, not after the first photo. One connection for the whole run.
-std::optional<PatchDatabase> OpenForFeedback(const ExteriorRunOptions& options) {
-  if (!options.feedback) return std::nullopt;
+// Before hours of work, not after the first photo.
+template <typename Work>
+auto Writing(const Work& work) {
   try {
-    return PatchDatabase::Open(options.patchdb, PatchDatabase::Mode::kWrite);
+    return work();
   } catch (const InputError& error) {
     throw InputError(std::string(error.what()) +
                      "; the patch database cannot be written: give --no-feedback, or a copy that "
                      "can");
   }
+}
+
+// One connection for the whole run.
+std::optional<PatchDatabase> OpenForFeedback(const ExteriorRunOptions& options) {
+  if (!options.feedback) return std::nullopt;
+  return Writing([&] { return PatchDatabase::Open(options.patchdb, PatchDatabase::Mode::kWrite); });
 }
 
 // Returns why the database could not be told; empty: it was, or there was nothing to tell.
@@ -48,6 +56,10 @@ std::string Feedback(PatchDatabase& database, const std::string& path, CameraKin
 }
 
 }  // namespace
+
+void BringUpToDateForFeedback(const std::string& patchdb, std::ostream& out) {
+  if (OlderVersion(patchdb)) Writing([&] { return OpenToWrite(patchdb, out); });
+}
 
 Learning::Learning(const ExteriorRunOptions& options)
     : options_(options),

@@ -1,6 +1,7 @@
 // What a run of exterior orientation tells the patch database.
 #pragma once
 
+#include <iosfwd>
 #include <optional>
 #include <string>
 #include <vector>
@@ -11,6 +12,10 @@
 #include "tools/exterior_run.h"
 
 namespace orient {
+
+// A file of an older program that will be told is brought up to date before anything is read of it;
+// `out` hears of it. Throws InputError where it cannot be written.
+void BringUpToDateForFeedback(const std::string& patchdb, std::ostream& out);
 
 // The patch database learns when all photos are done: what one photo teaches must not change how
 // the next one is sought, or results would depend on their order and on interruptions. A note in

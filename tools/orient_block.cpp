@@ -10,6 +10,7 @@
 #include "tools/camera_library.h"
 #include "tools/commands.h"
 #include "tools/convert/convert_source.h"
+#include "tools/exterior_learning.h"
 #include "tools/exterior_summary.h"
 #include "tools/shared_options.h"
 #include "tools/summary_table.h"
@@ -56,6 +57,7 @@ class BlockCommand : public Command {
       out << "goes on with the interrupted run in " << directory << "\n";
     for (const UnusablePhoto& photo : options.block.unusable)
       out << "cannot  " << photo.name << ": " << photo.reason << "\n";
+    if (options.feedback) BringUpToDateForFeedback(options.block.patchdb, out);
     const BlockRunResult result = RunBlock(options);
     PrintExteriorSummary(result.results, out);
     PrintBlockSummary(result, out);

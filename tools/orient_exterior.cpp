@@ -7,6 +7,7 @@
 #include "tools/camera_library.h"
 #include "tools/commands.h"
 #include "tools/earth_option.h"
+#include "tools/exterior_learning.h"
 #include "tools/exterior_run.h"
 #include "tools/exterior_summary.h"
 #include "tools/progress.h"
@@ -67,6 +68,7 @@ class ExteriorCommand : public Command {
       results.push_back(ExteriorResultPath(options_.out, PhotoName(photo)));
     RefuseToOverwrite(results, output_.overwrite || options_.resume, "--resume");
 
+    if (options_.feedback) BringUpToDateForFeedback(options_.patchdb, out);
     Progress progress("exterior orientation", static_cast<int>(options_.photos.size()));
     const auto done = RunExterior(options_, [&](const ExteriorResult&) { progress.Advance(); });
     progress.Finish();

@@ -17,6 +17,6 @@ std::vector<Image> DecodePngBands(const std::vector<unsigned char>& png);
 
 // 0.299 R + 0.587 G + 0.114 B, as Raster makes grey of colour; the band itself where it is the only
 // one.
-Image GreyOfBands(const std::vector<Image>& bands);
+Image GreyOfBands(std::vector<Image> bands);
 
 }  // namespace orient

@@ -6,6 +6,7 @@
 #include "patchdb/connection.h"
 #include "patchdb/learn.h"
 #include "patchdb/learning.h"
+#include "patchdb/maintenance/schema_check.h"
 #include "patchdb/statements.h"
 
 namespace orient {
@@ -53,8 +54,6 @@ constexpr Rule kRules[] = {
      "they are counted again",
      "UPDATE patches SET views = 1 + (SELECT count(*) FROM evidence AS e WHERE e.patch_id = "
      "patches.id AND e.source_id <> patches.source_id)"},
-    {"no token of what the patches are", "SELECT count(*) = 0 FROM orient_content", "it is made",
-     "INSERT INTO orient_content VALUES (1, randomblob(16))"},
     {"patches that the spatial index lacks or puts elsewhere",
      "SELECT count(*) FROM patches AS p LEFT JOIN rtree_patches_geom AS r ON r.id = p.id WHERE "
      "ST_MinX(p.geom) IS NOT NULL AND NOT ST_IsEmpty(p.geom) AND (r.id IS NULL OR NOT (r.minx <= "
@@ -119,6 +118,7 @@ class Check {
       : database_(database), connection_(database.Sql()), options_(options) {}
 
   std::vector<CheckFinding> Run(const std::function<void(std::int64_t, std::int64_t)>& progress) {
+    if (!Schema()) return findings_;
     Integrity();
     for (const Rule& rule : kRules) Apply(rule);
     Index();
@@ -131,6 +131,21 @@ class Check {
  private:
   void Find(const std::string& what, std::int64_t count, const std::string& repair) {
     if (count > 0) findings_.push_back({what, count, repair});
+  }
+
+  // False where what lacks keeps the rest from being looked at.
+  bool Schema() {
+    const int version = static_cast<int>(connection_.Number(sql::kSchemaVersion));
+    const std::vector<SchemaObject> missing = MissingObjects(connection_, version);
+    for (const SchemaObject& object : missing)
+      Find("no " + object.type + " " + object.name + " as its schema wants it", 1,
+           object.type == "table" ? "it is made, empty" : "it is made");
+    if (options_.repair) MakeObjects(connection_, missing);
+    if (!options_.repair && HasTable(missing)) return false;
+    if (!LacksToken(connection_, version)) return true;
+    Find("no token of what the patches are", 1, "it is made");
+    if (options_.repair) RenewToken(connection_);
+    return true;
   }
 
   void Integrity() {

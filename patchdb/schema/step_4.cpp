@@ -34,6 +34,6 @@ INSERT INTO gpkg_contents (table_name, data_type, identifier, description) VALUE
 
 }  // namespace
 
-const SchemaStep kSchemaStep4 = {4, "a token that changes with the patches", kSql};
+const SchemaStep kSchemaStep4 = {4, "a token that changes with the patches", kSql, true};
 
 }  // namespace orient

@@ -10,6 +10,7 @@
 #include "core/files/atomic_write.h"
 #include "core/files/orientation_table.h"
 #include "tests/end_to_end/simulated_block.h"
+#include "tests/support/older_patchdb.h"
 #include "tests/support/shared_data.h"
 
 namespace orient {
@@ -297,6 +298,21 @@ TEST_F(BadInput, ReadOnlyOutputFolderIsNamed) {
   fs::permissions(Path("out"), fs::perms::owner_read | fs::perms::owner_exec);
   ExpectRefused(Block(), 2, {Path("out")});
   fs::permissions(Path("out"), fs::perms::owner_all);
+}
+
+TEST_F(BadInput, PatchDatabaseOfAnOlderProgramIsBroughtUpToDateWhereTheRunTellsIt) {
+  const std::string words = "brought up to date, from schema version 3 to 4";
+  const std::string patches = Path("patches.gpkg"), scan = Path("scans/new_1_1.tif");
+  MakeVersion3(patches);
+  for (const ProgramRun& run : {Block(), Exterior({scan, "--overwrite", "--no-feedback"})}) {
+    EXPECT_EQ(run.exit_code, 3) << run.err;  // no patches
+    EXPECT_EQ(run.out.find(words), std::string::npos) << run.out;
+  }
+  EXPECT_NE(RunOrient({"patchdb", "info", patches}).out.find("version 3"), std::string::npos);
+  EXPECT_NE(Exterior({scan, "--overwrite"}).out.find(words), std::string::npos);
+  MakeVersion3(patches);
+  const ProgramRun block = RunOrient({"block", Path("block.toml"), "--overwrite"});
+  EXPECT_NE(block.out.find(words), std::string::npos) << block.out << block.err;
 }
 
 TEST_F(BadInput, PatchDatabaseThatMayNotLearnIsNamed) {

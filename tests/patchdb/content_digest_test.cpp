@@ -105,6 +105,18 @@ TEST_F(ContentDigestTest, DoesNotChangeWithWhatAttemptsTeach) {
   EXPECT_NE(ContentOf(database), before);  // nothing learnt: somebody's decision
 }
 
+TEST_F(ContentDigestTest, IsNotToBeHadWhereNobodyKeepsIt) {
+  Execute("DROP TRIGGER orient_content_update");
+  EXPECT_NE(WhatIsWrong([&] { Now(); }).find("--repair"), std::string::npos);
+  CheckOptions options;
+  options.repair = true;
+  PatchDatabase database = PatchDatabase::Open(path_, Mode::kWrite);
+  CheckDatabase(database, options);
+  EXPECT_FALSE(ContentOf(database).empty());
+  Execute("DROP TABLE orient_content");
+  EXPECT_NE(WhatIsWrong([&] { Now(); }).find("--repair"), std::string::npos);
+}
+
 TEST_F(ContentDigestTest, IsMadeAgainByARepair) {
   Execute("DELETE FROM orient_content");
   EXPECT_NE(WhatIsWrong([&] { Now(); }).find("--repair"), std::string::npos);

@@ -7,12 +7,15 @@
 #include <fstream>
 
 #include "core/error.h"
+#include "patchdb/content_digest.h"
 #include "patchdb/geopackage_geometry.h"
 #include "patchdb/maintenance/check.h"
+#include "patchdb/older_file.h"
 #include "patchdb/patch_blobs.h"
 #include "patchdb/patch_database.h"
 #include "patchdb/schema.h"
 #include "tests/patchdb/valid_geopackage.h"
+#include "tests/support/older_patchdb.h"
 #include "tests/support/shared_data.h"
 
 namespace orient {
@@ -77,6 +80,28 @@ TEST_F(MigrationTest, ReadingAnOldFileSaysHowItComesUpToDate) {
     EXPECT_NE(std::string(error.what()).find("check FILE --repair"), std::string::npos)
         << error.what();
   }
+}
+
+TEST_F(MigrationTest, ReadingAFileOfVersion3TakesItAsItIs) {
+  {
+    PatchDatabase database = PatchDatabase::Open(path_, Mode::kWrite);
+    CheckOptions options;
+    options.repair = true;  // version 1 had no weights of its attempts
+    CheckDatabase(database, options);
+  }
+  MakeVersion3(path_);
+  EXPECT_EQ(OlderVersion(path_), 3);
+  {
+    PatchDatabase database = PatchDatabase::Open(path_, Mode::kRead);
+    EXPECT_EQ(database.Info().schema_version, 3);
+    EXPECT_EQ(database.FindPatchesIn({500000, 5000000, 500010, 5000010}).size(), 2u);
+    EXPECT_TRUE(CheckDatabase(database, {}).empty());
+    EXPECT_NE(ContentOf(database), ContentOf(database));  // nobody notes that it changes
+  }
+  EXPECT_EQ(OlderVersion(path_), 3);
+  PatchDatabase::Open(path_, Mode::kWrite);
+  EXPECT_EQ(OlderVersion(path_), std::nullopt);
+  EXPECT_EQ(OlderVersion(folder_ / "none.gpkg"), std::nullopt);
 }
 
 TEST_F(MigrationTest, WritingBringsItUpToDateAndLosesNothing) {

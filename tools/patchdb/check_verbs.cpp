@@ -7,6 +7,7 @@
 #include "patchdb/maintenance/check.h"
 #include "patchdb/maintenance/compact.h"
 #include "tools/patchdb/verb.h"
+#include "tools/patchdb_to_write.h"
 #include "tools/progress.h"
 #include "tools/summary_table.h"
 
@@ -23,8 +24,8 @@ class CheckVerb : public PatchdbVerb {
     return verb;
   }
   void Run(std::ostream& out) override {
-    PatchDatabase database = PatchDatabase::Open(
-        path_, repair_ ? PatchDatabase::Mode::kWrite : PatchDatabase::Mode::kRead);
+    PatchDatabase database =
+        repair_ ? OpenToWrite(path_, out) : PatchDatabase::Open(path_, PatchDatabase::Mode::kRead);
     const auto before = Look(database, repair_);
     const auto after = repair_ && !before.empty() ? Look(database, false) : before;
     for (const CheckFinding& finding : before) Print(finding, out);
@@ -68,7 +69,7 @@ class CompactVerb : public PatchdbVerb {
     return verb;
   }
   void Run(std::ostream& out) override {
-    PatchDatabase database = PatchDatabase::Open(path_, PatchDatabase::Mode::kWrite);
+    PatchDatabase database = OpenToWrite(path_, out);
     const CompactResult result = CompactDatabase(database);
     const auto mega = [](std::uintmax_t bytes) {
       return Fixed(static_cast<double>(bytes) / 1e6, 1);

@@ -14,6 +14,7 @@
 #include "tools/patchdb/add_control.h"
 #include "tools/patchdb/filter_options.h"
 #include "tools/patchdb/verb.h"
+#include "tools/patchdb_to_write.h"
 #include "tools/shared_options.h"
 
 namespace orient {
@@ -94,7 +95,7 @@ class HarvestVerb : public PatchdbVerb {
   }
   void Run(std::ostream& out) override {
     const HarvestRun& run = arguments_.Checked();
-    PatchDatabase database = PatchDatabase::Open(path_, PatchDatabase::Mode::kWrite);
+    PatchDatabase database = OpenToWrite(path_, out);
     RefuseBlockCamera(camera_, photos_.earth);
     ReadPhotos(camera_, patterns_, path_, database, &photos_);
     HarvestPhotos(database, run, photos_, out);
@@ -119,7 +120,7 @@ class HarvestOrthoVerb : public PatchdbVerb {
   }
   void Run(std::ostream& out) override {
     const HarvestRun& run = arguments_.Checked();
-    PatchDatabase database = PatchDatabase::Open(path_, PatchDatabase::Mode::kWrite);
+    PatchDatabase database = OpenToWrite(path_, out);
     HarvestOrthophotos(database, run, ExpandPhotos(orthos_, ""), out);
   }
 
@@ -156,7 +157,7 @@ class AddGcpVerb : public PatchdbVerb {
     HarvestOptions options;
     options.chip_px = control_.chip_px;
     if (const auto wrong = options.Check()) throw UsageError(*wrong);
-    PatchDatabase database = PatchDatabase::Open(path_, PatchDatabase::Mode::kWrite);
+    PatchDatabase database = OpenToWrite(path_, out);
     RefuseBlockCamera(camera_, photos_.earth);
     ReadPhotos(camera_, patterns_, path_, database, &photos_);
     if (!date_.empty()) control_.about.date = date_;

@@ -8,6 +8,7 @@
 #include "patchdb/maintenance/life.h"
 #include "tools/patchdb/filter_options.h"
 #include "tools/patchdb/verb.h"
+#include "tools/patchdb_to_write.h"
 
 namespace orient {
 namespace {
@@ -28,8 +29,8 @@ class LifeVerb : public PatchdbVerb {
     return verb;
   }
   void Run(std::ostream& out) override {
-    PatchDatabase database = PatchDatabase::Open(
-        path_, apply_ ? PatchDatabase::Mode::kWrite : PatchDatabase::Mode::kRead);
+    PatchDatabase database =
+        apply_ ? OpenToWrite(path_, out) : PatchDatabase::Open(path_, PatchDatabase::Mode::kRead);
     PatchFilter filter = choice_.Filter(database);
     if (!filter.HasRule())
       throw UsageError(std::string(name_) + " needs --id or a rule that says which patches");

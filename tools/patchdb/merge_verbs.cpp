@@ -8,6 +8,7 @@
 #include "patchdb/maintenance/merge.h"
 #include "tools/patchdb/filter_options.h"
 #include "tools/patchdb/verb.h"
+#include "tools/patchdb_to_write.h"
 #include "tools/progress.h"
 
 namespace orient {
@@ -29,7 +30,7 @@ class TakeVerb : public PatchdbVerb {
     if (std::filesystem::equivalent(path_, other_, error))
       throw UsageError("DB and OTHER are one file; give two");
     const PatchDatabase other = PatchDatabase::Open(other_, PatchDatabase::Mode::kRead);
-    PatchDatabase database = PatchDatabase::Open(path_, PatchDatabase::Mode::kWrite);
+    PatchDatabase database = OpenToWrite(path_, out);
     std::unique_ptr<Progress> progress;
     const MergeResult result = MergeDatabase(database, other, Options(), [&](int, int total) {
       if (!progress) progress = std::make_unique<Progress>(name_, total);

@@ -63,7 +63,17 @@ TEST_F(CheckTest, EveryDamageIsFoundRepairedAndNoPatchIsLost) {
       "UPDATE patches SET covariance = 'text' WHERE id = 3",
       "UPDATE patches SET geom = x'00' WHERE id = 3",
       "UPDATE patches SET gsd_m = -1 WHERE id = 3",
-      "UPDATE patches SET failure_weight = 5 WHERE id = 1"};
+      "UPDATE patches SET failure_weight = 5 WHERE id = 1",
+      "DROP TABLE orient_content",
+      "DELETE FROM orient_content",
+      "DROP TRIGGER orient_content_update",
+      "DROP TRIGGER orient_content_delete; CREATE TRIGGER orient_content_delete AFTER DELETE ON "
+      "patches BEGIN SELECT 1; END",
+      "DROP TRIGGER rtree_patches_geom_insert",
+      "DROP TABLE rtree_patches_geom",
+      "DROP INDEX patches_by_source",
+      "DROP TABLE sources",
+      "DROP TABLE evidence"};
   for (const char* damage : damages) {
     const std::string whole = path_ + ".whole";
     std::filesystem::copy_file(path_, whole);
@@ -74,6 +84,31 @@ TEST_F(CheckTest, EveryDamageIsFoundRepairedAndNoPatchIsLost) {
     EXPECT_EQ(PatchDatabase::Open(path_, Mode::kRead).Info().patches, 12) << damage;
     std::filesystem::rename(whole, path_);
   }
+}
+
+// A change that nobody noted may have happened meanwhile.
+TEST_F(CheckTest, RepairOfTheTokensTriggersRenewsIt) {
+  const auto token = [&] {
+    SQLite::Database raw(path_, SQLite::OPEN_READONLY);
+    return raw.execAndGet("SELECT hex(token) FROM orient_content").getString();
+  };
+  const std::string before = token();
+  Look(true);
+  EXPECT_EQ(token(), before);
+  Damage("DROP TRIGGER orient_content_state");
+  const auto findings = Look(true);
+  ASSERT_EQ(findings.size(), 1u);
+  EXPECT_NE(findings[0].what.find("orient_content_state"), std::string::npos) << findings[0].what;
+  EXPECT_NE(token(), before);
+}
+
+// As GDAL keeps a spatial index of that version.
+TEST_F(CheckTest, TriggersOfGeoPackage14AreTakenForThoseThatTheyReplace) {
+  Damage(
+      "DROP TRIGGER rtree_patches_geom_update1; DROP TRIGGER rtree_patches_geom_update3;"
+      "CREATE TRIGGER rtree_patches_geom_update6 AFTER UPDATE OF geom ON patches BEGIN SELECT 1; "
+      "END");
+  EXPECT_TRUE(Look(false).empty());
 }
 
 TEST_F(CheckTest, AfterRepairTheOthersAreFound) {

@@ -6,6 +6,7 @@
 
 #include "core/imaging/raster.h"
 #include "tests/support/made_up_patches.h"
+#include "tests/support/older_patchdb.h"
 #include "tests/support/run_orient.h"
 #include "tests/support/shared_data.h"
 
@@ -62,6 +63,21 @@ TEST_F(MaintenanceVerbsTest, QueryUnderAPhotoGivesThePlaceInThePhoto) {
   EXPECT_EQ(Orient({"query", "--photo", "a"}).exit_code, 1);
   EXPECT_EQ(Orient({"query", "--photo", "b", "--camera", camera, "--orientation", table}).exit_code,
             2);
+}
+
+TEST_F(MaintenanceVerbsTest, OnlyWhatWritesBringsAnOlderFileUpToDateAndSaysSo) {
+  MakeVersion3(path_);
+  EXPECT_EQ(Lines({"list"}), 13);
+  EXPECT_EQ(Orient({"check"}).exit_code, 0);
+  EXPECT_TRUE(Contains(Orient({"retire", "--id", "3"}).out, "1 patches would be retired"));
+  EXPECT_TRUE(Contains(Orient({"info"}).out, "version 3"));
+  const std::string words = "patches.gpkg: brought up to date, from schema version 3 to 4\n";
+  const ProgramRun first = Orient({"retire", "--id", "3", "--apply"});
+  EXPECT_TRUE(Contains(first.out, words)) << first.out << first.err;
+  EXPECT_TRUE(Contains(first.out, "1 patches retired")) << first.out;
+  EXPECT_TRUE(Contains(Orient({"info"}).out, "version 4"));
+  EXPECT_FALSE(Contains(Orient({"restore", "--id", "3", "--apply"}).out, "up to date"));
+  EXPECT_EQ(Orient({"check"}).exit_code, 0);
 }
 
 TEST_F(MaintenanceVerbsTest, DryRunChangesNothing) {
