@@ -22,13 +22,15 @@ std::string ContentOf(const PatchDatabase& database) {
     Connection& connection = database.Sql();
     if (connection.Number(sql::kSchemaVersion) < kFirstSchemaWithToken)
       return connection.Database().execAndGet("SELECT hex(randomblob(16))").getString();
-    const InputError unkept(database.Path() +
-                            " is damaged: it does not note that patches change; 'orient patchdb "
-                            "check --repair' mends that");
-    if (connection.Number(kKeepers) != kAllKeepers) throw unkept;
-    const Query row = connection.Prepare(kToken);
-    if (!row->executeStep()) throw unkept;
-    return row->getColumn(0).getString() + database.GroundCrs().Wkt();
+    std::optional<std::string> token;
+    if (connection.Number(kKeepers) == kAllKeepers)
+      if (const Query row = connection.Prepare(kToken); row->executeStep())
+        token = row->getColumn(0).getString();
+    if (!token)
+      throw InputError(database.Path() +
+                       " is damaged: it does not note that patches change; 'orient patchdb check "
+                       "--repair' mends that");
+    return *token + database.GroundCrs().Wkt();
   });
 }
 

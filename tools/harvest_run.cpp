@@ -38,11 +38,12 @@ class HarvestTable {
     table_.AddRow({name, std::to_string(harvest.patches.size()), std::to_string(good),
                    std::to_string(confirmed), std::to_string(refused), Fixed(harvest.gsd_m, 3)});
     patches_ += harvest.patches.size();
+    confirmed_ += static_cast<std::size_t>(confirmed);
   }
   void AddKnown(const std::string& name) {
     table_.AddRow({name + " (in the database already)", "-", "-", "-", "-", "-"});
   }
-  void Print(std::ostream& out) const {
+  void Print(bool has_surface_model, std::ostream& out) const {
     table_.Print(out);
     SummaryTable reasons({"refused because", "candidates"});
     bool any = false;
@@ -57,12 +58,16 @@ class HarvestTable {
       out << "\n";
     }
     out << patches_ << " patches added\n";
+    const std::size_t seen_once = patches_ - confirmed_;
+    if (!has_surface_model && seen_once > 0)
+      out << "note    without --dsm nothing tells roofs and trees from the ground in the "
+          << seen_once << " of them that one source shows\n";
   }
 
  private:
   SummaryTable table_{{"source", "patches", "good", "seen twice", "refused", "gsd [m]"}};
   std::array<int, kAllRefusals.size()> refused_ = {};
-  std::size_t patches_ = 0;
+  std::size_t patches_ = 0, confirmed_ = 0;
 };
 
 class ShownProgress {
@@ -111,7 +116,7 @@ class Harvester {
       else
         table.Add(sources_[i].name, HarvestOne(i));
     }
-    table.Print(out);
+    table.Print(!run_.dsm.empty(), out);
   }
 
  private:

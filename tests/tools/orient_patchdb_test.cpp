@@ -77,6 +77,7 @@ TEST_F(PatchdbCommandOnRealPhotos, HarvestsOnceAndSaysSoTheSecondTime) {
   };
   const ProgramRun first = harvest();
   EXPECT_EQ(first.exit_code, 0) << first.err;
+  EXPECT_TRUE(Contains(first.out, "without --dsm nothing tells roofs")) << first.out;
   const ProgramRun list = RunOrient({"patchdb", "list", database_});
   const auto lines = std::count(list.out.begin(), list.out.end(), '\n');
   EXPECT_GT(lines, 50);
@@ -88,10 +89,12 @@ TEST_F(PatchdbCommandOnRealPhotos, HarvestsOnceAndSaysSoTheSecondTime) {
 }
 
 TEST_F(PatchdbCommandOnRealPhotos, HarvestsOrthophotos) {
-  const ProgramRun outcome = RunOrient({"patchdb", "harvest-ortho", database_, "--ortho",
-                                        ngi_ + "/orthos/ngi_rgb_byte_1.tif", "--dem",
-                                        ngi_ + "/dem.tif", "--spacing-px", "80", "--date", "2015"});
+  const ProgramRun outcome =
+      RunOrient({"patchdb", "harvest-ortho", database_, "--ortho",
+                 ngi_ + "/orthos/ngi_rgb_byte_1.tif", "--dem", ngi_ + "/dem.tif", "--dsm",
+                 ngi_ + "/dem.tif", "--spacing-px", "80", "--date", "2015"});
   EXPECT_EQ(outcome.exit_code, 0) << outcome.err;
+  EXPECT_FALSE(Contains(outcome.out, "without --dsm")) << outcome.out;
   const ProgramRun info = RunOrient({"patchdb", "info", database_});
   EXPECT_TRUE(Contains(info.out, "orthophoto  2015")) << info.out;
 }
