@@ -85,6 +85,13 @@ InputError ErrorOfFile(const std::string& path, const char* doing, const SQLite:
       text += doing;
       text += " fails: the disk is full; nothing of it was stored";
       return InputError(text);
+    case SQLITE_IOERR:
+      text += ": ";
+      text += doing;
+      text += " fails: the disk is full, or cannot be read or written (";
+      text += error.what();
+      text += ")";
+      return InputError(text);
     case SQLITE_READONLY:
     case SQLITE_CANTOPEN:
       text += ": ";
@@ -113,8 +120,9 @@ Connection::Connection(const std::string& path, Mode mode, double wait_s)
       Set();
     } catch (const SQLite::Exception& error) {
       // Even a reader needs a place for the log's index, unless nobody can be writing.
+      const int code = error.getErrorCode();  // the last: of a disk that is full
       const bool no_place =
-          error.getErrorCode() == SQLITE_CANTOPEN || error.getErrorCode() == SQLITE_READONLY;
+          code == SQLITE_CANTOPEN || code == SQLITE_READONLY || code == SQLITE_IOERR;
       if (mode != Mode::kRead || !no_place) throw;
       database_.reset();
       immutable_ = !HasLog(path);

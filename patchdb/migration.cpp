@@ -59,6 +59,8 @@ void WriteNewDatabase(const std::string& path, const Crs& crs) {
   }
   database.exec(sql::kRegisterAttributes);
   transaction.commit();
+  // All in the one file, or an error: it is given its name next.
+  database.exec("PRAGMA journal_mode = DELETE");
 }
 
 int CheckedSchemaVersion(Connection& connection, const std::string& path) {

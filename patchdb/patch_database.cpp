@@ -142,7 +142,8 @@ PatchDatabase PatchDatabase::Create(const std::string& path, const Crs& crs) {
   try {
     WithFile(path, "making the database", [&] { WriteNewDatabase(unfinished, crs); });
   } catch (const InputError&) {
-    fs::remove(unfinished, error);
+    for (const char* suffix : {"", "-wal", "-shm", "-journal"})
+      fs::remove(unfinished + suffix, error);
     throw;
   }
   fs::rename(unfinished, path, error);

@@ -1,7 +1,9 @@
 // The file of a patch database: made, opened, refused, damaged, read by others.
 #include <SQLiteCpp/SQLiteCpp.h>
 #include <gtest/gtest.h>
+#include <sys/resource.h>
 
+#include <csignal>
 #include <cstdlib>
 #include <filesystem>
 #include <fstream>
@@ -155,6 +157,22 @@ TEST_F(PatchDatabaseFileTest, GdalReadsThePatchesAsPoints) {
   EXPECT_NE(text.find("Feature Count: 20"), std::string::npos) << text;
   EXPECT_NE(text.find("UTM zone 35N"), std::string::npos) << text;
   EXPECT_EQ(text.find("Warning"), std::string::npos) << text;
+}
+
+// As on a full disk: no file may grow beyond the limit.
+TEST_F(PatchDatabaseFileTest, ANewOneThatTheDiskDoesNotHoldLeavesNothing) {
+  rlimit before{};
+  ASSERT_EQ(getrlimit(RLIMIT_FSIZE, &before), 0);
+  const auto handler = std::signal(SIGXFSZ, SIG_IGN);
+  const rlimit small{400000, before.rlim_max};
+  ASSERT_EQ(setrlimit(RLIMIT_FSIZE, &small), 0);
+  const std::string why = WhatIsWrong(
+      [&] { PatchDatabase::Create(folder_ / "new.gpkg", Crs::Parse("EPSG:32635", "test")); });
+  setrlimit(RLIMIT_FSIZE, &before);
+  std::signal(SIGXFSZ, handler);
+  EXPECT_NE(why.find("full"), std::string::npos) << why;
+  for (const auto& entry : fs::directory_iterator(folder_ / "."))
+    EXPECT_EQ(entry.path().filename().string().find("new.gpkg"), std::string::npos) << entry.path();
 }
 
 }  // namespace

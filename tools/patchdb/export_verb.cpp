@@ -10,6 +10,7 @@
 #include "patchdb/maintenance/merge.h"
 #include "tools/patchdb/filter_options.h"
 #include "tools/patchdb/geotiff.h"
+#include "tools/patchdb/spare_databases.h"
 #include "tools/patchdb/summary_csv.h"
 #include "tools/patchdb/verb.h"
 #include "tools/shared_options.h"
@@ -93,6 +94,7 @@ class ExportVerb : public PatchdbVerb {
     for (const std::string& file : {geojson_, csv_})
       if (!file.empty()) files.push_back(file);
     RefuseToOverwrite(files, overwrite_);
+    RefuseToReplaceDatabase(files);
     const PatchDatabase database = PatchDatabase::Open(path_, PatchDatabase::Mode::kRead);
     const PatchFilter filter = choice_.Filter(database);
     if (!csv_.empty()) WriteCsv(database, filter, out);

@@ -4,6 +4,8 @@
 #include <ogrsf_frmts.h>
 
 #include <CLI/CLI.hpp>
+#include <algorithm>
+#include <cmath>
 #include <mutex>
 #include <regex>
 
@@ -98,9 +100,11 @@ void FilterOptions::DeclareState(CLI::App& app) {
 void FilterOptions::DeclareRules(CLI::App& app) {
   app.add_option("--id", ids_, "These patches, by number")->delimiter(',');
   app.add_option("--source", source_, "Cut from the source of this name");
-  app.add_option("--max-quality", max_quality_, "Quality below this (0 .. 1)");
+  app.add_option("--max-quality", max_quality_, "Quality below this (0 .. 1)")
+      ->check(CLI::Range(0.0, 1.0));
   app.add_option("--max-success", max_success_,
-                 "Expected to succeed in less than this share of attempts (0 .. 1)");
+                 "Expected to succeed in less than this share of attempts (0 .. 1)")
+      ->check(CLI::Range(0.0, 1.0));
   app.add_option("--min-failures", min_failures_, "At least so many failed attempts (weighted)");
   app.add_option("--older-than", older_than_, "Source taken before this date (ISO 8601)")
       ->check(WhyNoDate);
@@ -114,6 +118,8 @@ void FilterOptions::DeclareRetired(CLI::App& app) {
 PatchFilter FilterOptions::Filter(const PatchDatabase& database) const {
   PatchFilter filter;
   if (!box_.empty()) {
+    if (!std::all_of(box_.begin(), box_.end(), [](double value) { return std::isfinite(value); }))
+      throw UsageError("--box needs four numbers: west south east north");
     filter.bounds = Bounds{box_[0], box_[1], box_[2], box_[3]};
     if (filter.bounds->Empty())
       throw UsageError("--box is empty; give west south east north in that order");

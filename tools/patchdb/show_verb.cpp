@@ -7,6 +7,7 @@
 #include "core/imaging/picture_text.h"
 #include "core/imaging/raster.h"
 #include "tools/patchdb/filter_options.h"
+#include "tools/patchdb/spare_databases.h"
 #include "tools/patchdb/verb.h"
 
 namespace orient {
@@ -78,6 +79,7 @@ class ShowVerb : public PatchdbVerb {
     return verb;
   }
   void Run(std::ostream& out) override {
+    RefuseToReplaceDatabase({picture_});
     const PatchDatabase database = PatchDatabase::Open(path_, PatchDatabase::Mode::kRead);
     const auto ids = ChooseIds(database, choice_.Filter(database));
     if (ids.empty()) throw InputError(path_ + " has no such patches; nothing to show");

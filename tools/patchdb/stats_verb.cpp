@@ -7,6 +7,7 @@
 #include "core/error.h"
 #include "patchdb/maintenance/statistics.h"
 #include "tools/patchdb/geotiff.h"
+#include "tools/patchdb/spare_databases.h"
 #include "tools/patchdb/verb.h"
 #include "tools/summary_table.h"
 
@@ -35,10 +36,11 @@ class StatsVerb : public PatchdbVerb {
     verb->add_option("DB", path_, "Patch database")->required();
     verb->add_option("--density", density_, "GeoTIFF to write: active patches a cell");
     verb->add_option("--cell-m", cell_m_, "Side of its cells in metres")
-        ->check(CLI::PositiveNumber);
+        ->check(CLI::Range(0.01, 1e7));
     return verb;
   }
   void Run(std::ostream& out) override {
+    RefuseToReplaceDatabase({density_});
     const PatchDatabase database = PatchDatabase::Open(path_, PatchDatabase::Mode::kRead);
     const PatchStatistics statistics = CountEverything(database);
     SummaryTable sources({"source", "kind", "date", "patches", "retired"});

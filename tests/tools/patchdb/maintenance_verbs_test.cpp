@@ -45,6 +45,8 @@ TEST_F(MaintenanceVerbsTest, QueryByBoxPolygonAndRule) {
   EXPECT_EQ(Lines({"query", "--polygon", polygon}), 3);
   EXPECT_EQ(Lines({"query", "--max-quality", "0.5"}), 1);
   EXPECT_EQ(Orient({"query", "--box", "2", "2", "1", "1"}).exit_code, 1);
+  EXPECT_EQ(Orient({"query", "--box", "nan", "2", "3", "4"}).exit_code, 1);
+  EXPECT_EQ(Orient({"query", "--max-quality", "5"}).exit_code, 1);
   EXPECT_EQ(Orient({"query", "--polygon", folder_ / "none.shp"}).exit_code, 2);
 }
 
@@ -78,6 +80,19 @@ TEST_F(MaintenanceVerbsTest, OnlyWhatWritesBringsAnOlderFileUpToDateAndSaysSo) {
   EXPECT_TRUE(Contains(Orient({"info"}).out, "version 4"));
   EXPECT_FALSE(Contains(Orient({"restore", "--id", "3", "--apply"}).out, "up to date"));
   EXPECT_EQ(Orient({"check"}).exit_code, 0);
+}
+
+TEST_F(MaintenanceVerbsTest, NoOutputTakesADatabasesPlace) {
+  for (const std::vector<std::string>& words :
+       {std::vector<std::string>{"export", "--overwrite", "--csv", path_},
+        {"export", "--overwrite", "--geojson", path_},
+        {"show", "--out", path_},
+        {"stats", "--density", path_}}) {
+    const ProgramRun outcome = Orient(words);
+    EXPECT_EQ(outcome.exit_code, 1) << words[0];
+    EXPECT_TRUE(Contains(outcome.err, path_ + " is a database")) << outcome.err;
+  }
+  EXPECT_EQ(Lines({"list"}), 13);
 }
 
 TEST_F(MaintenanceVerbsTest, DryRunChangesNothing) {
