@@ -1,0 +1,217 @@
+// How well tie points are measured, and whether matching all photos of a tie at once measures them
+// better than matching each with the tie's owner:
+//   tie_accuracy FOLDER
+//
+// Simulates a block of two strips of digital photos in FOLDER (kept: a second run is quicker), with
+// houses and trees, finds all ties with the true poses, and sees how well their rays meet under
+// them: root of v'v / (2 n - 3) of the intersections, in pixels of one coordinate, gross errors
+// (above 1 px) counted apart. Printed by the number of rays: as matched
+// with the owner; after rounds of joint matching (every photo's window with the mean of all others'
+// as it should see them; Gruen & Baltsavias 1988 without the geometric constraint, which the
+// adjustment has); and how far two photos matched with one another are from where both were matched
+// with the owner (closure).
+#include <Eigen/Dense>
+#include <cmath>
+#include <cstdio>
+#include <filesystem>
+#include <map>
+#include <memory>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "core/files/camera_file.h"
+#include "core/files/orientation_table.h"
+#include "core/geometry/intersection.h"
+#include "core/imaging/raster.h"
+#include "exterior/match.h"
+#include "exterior/tie_matching.h"
+#include "tools/simulate/simulate.h"
+
+namespace orient {
+namespace {
+namespace fs = std::filesystem;
+
+constexpr double kGross_px = 1;
+constexpr int kMostRays = 6;
+const TieOptions kTies;
+
+void MakeBlock(const std::string& folder) {
+  if (fs::exists(folder + "/truth.json")) return;
+  SimulationOptions options;
+  options.camera = CameraPreset::kDigital;
+  options.seed = 5;
+  options.gsd_m = 0.5;
+  options.pixel_size_um = 80;
+  options.photos = 6;
+  options.strips = 2;
+  options.overwrite = true;
+  Simulate(options, folder);
+}
+
+struct Block {
+  Camera camera;
+  GroundSurface surface;
+  std::vector<std::unique_ptr<Raster>> rasters;
+  std::vector<std::unique_ptr<PhotoImage>> images;
+  std::vector<TiePhoto> photos;
+};
+
+Block ReadBlock(const std::string& folder) {
+  Block block{ReadCameraFile(folder + "/camera.toml").camera,
+              GroundSurface::FromFile(folder + "/dem.tif", Crs::Parse("EPSG:32635", "dem")),
+              {},
+              {},
+              {}};
+  for (const OrientationRow& row : ReadOrientationTable(folder + "/truth/orientation.csv").rows) {
+    TiePhoto to;
+    to.name = row.photo;
+    to.view.camera = block.camera;
+    to.view.photo_from_pixel = DigitalPhotoFromPixel(block.camera);
+    to.view.pose = row.pose;
+    block.rasters.push_back(
+        std::make_unique<Raster>(Raster::Open(folder + "/scans/" + row.photo + ".tif")));
+    block.images.push_back(std::make_unique<PhotoImage>(*block.rasters.back(), false));
+    to.image = block.images.back().get();
+    block.photos.push_back(to);
+  }
+  return block;
+}
+
+// Where the rays of a tie meet under the true poses; v'v in px^2.
+std::optional<double> SquareOf(const Block& block, const MeasuredTie& tie) {
+  const double px_mm = std::sqrt(std::abs(block.photos[0].view.photo_from_pixel.A.determinant()));
+  std::vector<PhotoObservation> rays;
+  for (const TieSighting& seen : tie.seen) {
+    const PhotoView& view = block.photos[seen.photo].view;
+    rays.push_back({&block.camera, view.pose, view.PhotoFromPixel(seen.pixel),
+                    Eigen::Matrix2d::Identity() * px_mm * px_mm});
+  }
+  const auto met = IntersectPhotos(rays);
+  if (!met) return std::nullopt;
+  double sum = 0;
+  for (const TieSighting& seen : tie.seen) {
+    const auto pixel = block.photos[seen.photo].view.PixelFromGround(met->ground_m);
+    if (!pixel) return std::nullopt;
+    sum += (*pixel - seen.pixel).squaredNorm();
+  }
+  return sum;
+}
+
+// The mean of the others' windows as photo `to` should see them, matched there; empty where not
+// found.
+std::optional<Eigen::Vector2d> MatchWithOthers(const Block& block, const MeasuredTie& tie,
+                                               std::size_t to) {
+  const TieSighting& here = tie.seen[to];
+  const PhotoView& view = block.photos[here.photo].view;
+  const auto ground = view.GroundFromPixel(here.pixel, block.surface);
+  if (!ground) return std::nullopt;
+  AlignedPatch mean;
+  for (std::size_t i = 0; i < tie.seen.size(); ++i) {
+    if (i == to) continue;
+    const TiePhoto& from = block.photos[tie.seen[i].photo];
+    const auto expected = from.view.PixelFromGround(*ground);
+    if (!expected) return std::nullopt;
+    AlignedPatch drawn = AlignWindow(block.photos[here.photo], from, block.surface, here.pixel,
+                                     tie.seen[i].pixel - *expected, kTies.template_px);
+    if (mean.image.values.empty()) {
+      mean = drawn;
+      continue;
+    }
+    for (std::size_t k = 0; k < drawn.image.values.size(); ++k)
+      mean.image.values[k] += drawn.image.values[k];
+  }
+  for (float& value : mean.image.values) {
+    if (std::isnan(value)) return std::nullopt;
+    value /= static_cast<float>(tie.seen.size() - 1);
+  }
+  PreciseOptions precise;
+  precise.min_score = kTies.min_score;
+  const PreciseMatch match =
+      MatchPrecisely(mean, *block.photos[here.photo].image, Eigen::Vector2d::Constant(3), precise);
+  if (!match.found) return std::nullopt;
+  return match.pixel;
+}
+
+// Rounds of it; false where a photo is lost.
+bool MatchJointly(const Block& block, MeasuredTie* tie) {
+  const double n = static_cast<double>(tie->seen.size());
+  for (int round = 0; round < 2; ++round) {
+    MeasuredTie next = *tie;
+    for (std::size_t i = 0; i < tie->seen.size(); ++i) {
+      const auto pixel = MatchWithOthers(block, *tie, i);
+      if (!pixel) return false;
+      // From the mean of all: the photo itself is one of them.
+      next.seen[i].pixel += (n - 1) / n * (*pixel - tie->seen[i].pixel);
+    }
+    *tie = next;
+  }
+  return true;
+}
+
+struct Tally {
+  int ties = 0, gross = 0, lost = 0;
+  double star = 0, joint = 0, redundancy = 0, closure = 0;
+  int closures = 0;
+};
+
+// Between the two last rays, which were not matched with one another.
+void AddClosure(const Block& block, const MeasuredTie& tie, Tally* tally) {
+  if (tie.seen.size() < 3) return;
+  MeasuredTie two = tie;
+  two.seen.erase(two.seen.begin(), two.seen.end() - 2);
+  const auto pixel = MatchWithOthers(block, two, 1);
+  if (!pixel || (*pixel - two.seen[1].pixel).norm() > kGross_px) return;
+  tally->closure += (*pixel - two.seen[1].pixel).squaredNorm() / 2;
+  ++tally->closures;
+}
+
+void Add(const Block& block, const MeasuredTie& tie, Tally* tally) {
+  const auto star = SquareOf(block, tie);
+  const int redundancy = 2 * static_cast<int>(tie.seen.size()) - 3;
+  if (!star || *star > kGross_px * kGross_px * redundancy) {
+    ++tally->gross;
+    return;
+  }
+  MeasuredTie jointly = tie;
+  const auto joint = MatchJointly(block, &jointly) ? SquareOf(block, jointly) : std::nullopt;
+  if (!joint) {
+    ++tally->lost;
+    return;
+  }
+  ++tally->ties;
+  tally->redundancy += redundancy;
+  tally->star += *star;
+  tally->joint += *joint;
+  AddClosure(block, tie, tally);
+}
+
+void Measure(const Block& block) {
+  std::map<int, Tally> tallies;
+  for (std::size_t owner = 0; owner < block.photos.size(); ++owner)
+    for (const MeasuredTie& tie : FindTies(block.photos, owner, block.surface, kTies))
+      Add(block, tie, &tallies[std::min(static_cast<int>(tie.seen.size()), kMostRays)]);
+  std::printf("rays  ties gross  lost  with the owner px  jointly px  closure px\n");
+  for (const auto& [rays, t] : tallies)
+    std::printf("%4d %5d %5d %5d %18.3f %11.3f %11.3f\n", rays, t.ties, t.gross, t.lost,
+                std::sqrt(t.star / t.redundancy), std::sqrt(t.joint / t.redundancy),
+                t.closures > 0 ? std::sqrt(t.closure / t.closures) : 0.0);
+}
+
+}  // namespace
+}  // namespace orient
+
+int main(int argc, char** argv) {
+  if (argc != 2) {
+    std::fprintf(stderr, "tie_accuracy FOLDER\n");
+    return 1;
+  }
+  try {
+    orient::MakeBlock(argv[1]);
+    orient::Measure(orient::ReadBlock(argv[1]));
+  } catch (const std::exception& error) {
+    std::fprintf(stderr, "%s\n", error.what());
+    return 2;
+  }
+  return 0;
+}
