@@ -12,6 +12,7 @@
 #include "exterior/block_normals.h"
 #include "exterior/block_outcome.h"
 #include "exterior/block_parts.h"
+#include "exterior/block_shared_errors.h"
 #include "exterior/block_solver.h"
 #include "exterior/block_system.h"
 
@@ -251,6 +252,7 @@ void Adjustment::Finish() {
   if (normals_ && !tests_.of_row.empty()) {
     FillOutcome(system_, judgement_, *normals_, tests_, result_);
     FillChecks(system_, *normals_, result_);
+    AddSharedControlErrors(system_, *normals_, tests_, result_);
   } else {
     for (std::size_t i = 0; i < result_->photos.size(); ++i)
       result_->photos[i].pose = system_.block.photos[i].approximate;
@@ -281,6 +283,8 @@ std::optional<std::string> BlockOptions::Check() const {
   if (!(gnss_shift_sigma_m > 0) || !(gnss_drift_sigma_m > 0))
     return "gnss_shift_sigma_m and gnss_drift_sigma_m must be positive";
   if (!(height_correlation_m > 0)) return "height_correlation_m must be positive";
+  if (!(control_shared_everywhere >= 0) || !(control_shared_smoothly >= 0))
+    return "control_shared_everywhere and control_shared_smoothly must not be negative";
   if (!(min_ray_angle_deg >= 0)) return "min_ray_angle_deg must not be negative";
   if (max_rounds < 1 || max_iterations < 1 || threads < 1)
     return "max_rounds, max_iterations and threads must be at least 1";

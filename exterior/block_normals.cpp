@@ -180,6 +180,26 @@ void BlockNormals::AddPoint(std::size_t point, SparseBlocks* reduced) {
                    sum.block<6, 6>(6 * a, 6 * b));
 }
 
+bool BlockNormals::RightSideOfControl(std::size_t point, std::vector<int>* groups,
+                                      Eigen::MatrixX3d* by_ground) const {
+  const auto e = EquationsOf(point);
+  if (!e) return false;
+  Eigen::Matrix3d of_point = Eigen::Matrix3d::Zero();
+  Eigen::MatrixX3d of_groups = Eigen::MatrixX3d::Zero(e->weight.cols(), 3);
+  for (std::size_t k = 0; k < e->active; ++k) {
+    const BlockRows& row = system_.rows[e->rows[k]];
+    if (row.kind != RowKind::kControlGround) continue;
+    const PointRows& linear = e->linear[k];
+    of_point += e->loss_weight[k] * linear.by_point.transpose() * linear.by_point;
+    for (std::size_t g = 0; g < Index(row.group_count); ++g)
+      of_groups.middleRows<6>(e->PlaceOf(row.groups.at(g))) +=
+          e->loss_weight[k] * linear.by_group.at(g).transpose() * linear.by_point;
+  }
+  *groups = e->groups;
+  *by_ground = of_groups - e->weight.transpose() * e->inverse * of_point;
+  return true;
+}
+
 BlockTests BlockNormals::Test() {
   cholesky_->Invert();
   BlockTests tests;

@@ -41,6 +41,10 @@ class BlockNormals {
 
   // Needs equations without open unknowns.
   BlockTests Test();
+  // The right side of the reduced equations for each metre (X, Y, Z) by which a control point's
+  // ground is given elsewhere: six rows a group of `groups`. False where the point is left out.
+  bool RightSideOfControl(std::size_t point, std::vector<int>* groups,
+                          Eigen::MatrixX3d* by_ground) const;
   // Of one group of unknowns.
   Matrix6d Covariance(int group) const { return cholesky_->Inverse(group, group); }
 

@@ -4,13 +4,11 @@
 #include <algorithm>
 #include <cmath>
 
+#include "exterior/error_model.h"
+
 namespace orient {
 namespace {
 
-// Shares of an observation's own standard deviation: what all observations have in common, and what
-// those of one source share smoothly over the ground. As pose errors in a simulated block of
-// houses, trees and shadows are; verified with other blocks (tools/bench/exterior_honesty.cpp).
-constexpr double kSharedEverywhere = 0.5, kSharedSmoothly = 0.8;
 // Of a height error's variance: common to the whole region.
 constexpr double kCommonShare = 0.5;
 

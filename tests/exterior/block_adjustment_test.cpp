@@ -219,6 +219,31 @@ TEST(SlowBlockAdjustment, KnowsWhatAFilmTransformsErrorsDo) {
   EXPECT_LT(all.PointChi(), 1.25);
 }
 
+// Errors that all patches of a source share hardly show in residuals: the poses stay what they are,
+// their covariances hold what such errors do to them.
+TEST(BlockAdjustment, PropagatesWhatControlErrsTogether) {
+  BundleVerdict all, naive;
+  for (unsigned seed = 1; seed <= 5; ++seed) {
+    BundleSimulationOptions simulated = SmallBlock(seed);
+    simulated.ties_per_photo = 20;
+    simulated.control_shared_everywhere = 0.5;
+    simulated.control_shared_smoothly = 0.8;
+    const BundleSimulation simulation = SimulateBundle(simulated);
+    BlockOptions options;
+    const BlockResult plain = AdjustBlock(simulation.block, options);
+    options.control_shared_everywhere = 0.5;
+    options.control_shared_smoothly = 0.8;
+    const BlockResult wide = AdjustBlock(simulation.block, options);
+    naive.Add(JudgeBundle(simulation, plain));
+    all.Add(JudgeBundle(simulation, wide));
+    for (std::size_t i = 0; i < wide.photos.size(); ++i)
+      EXPECT_EQ(wide.photos[i].pose.AsVector(), plain.photos[i].pose.AsVector());
+  }
+  EXPECT_GT(all.PoseChi(), 0.8);
+  EXPECT_LT(all.PoseChi(), 1.25);
+  EXPECT_GT(naive.PoseChi(), 1.3 * all.PoseChi());
+}
+
 TEST(SlowBlockAdjustment, KnowsThatPatchesOfOneSourceShareHeightErrors) {
   BundleVerdict all, naive;
   for (unsigned seed = 1; seed <= 6; ++seed) {

@@ -2,6 +2,7 @@
 // truth and with errors of known size. For the block adjustment's tests and its benchmark.
 #pragma once
 
+#include <array>
 #include <cmath>
 #include <random>
 #include <string>
@@ -21,6 +22,8 @@ struct BundleSimulationOptions {
   double noise_px = 0.3, stated_px = 0.3;
   double control_ground_m = 0.075, control_height_m = 0.125;  // one sigma, GSD is 0.25 m
   double height_sigma_m = 0;  // of what control patches share, see GroundControl
+  // What control patches of one source err together, in shares of what each errs by itself.
+  double control_shared_everywhere = 0, control_shared_smoothly = 0;
   double position_sigma_m = 3, attitude_sigma_rad = 0.01;  // of the approximations
   bool prior = true;                                       // the approximations as prior
   double gnss_sigma_m = 0;                                 // 0: no GNSS
@@ -196,6 +199,7 @@ class BundleSimulator {
     control.ground_m = simulation_.true_ground[point] +
                        Eigen::Vector3d(Normal(sigma.x()), Normal(sigma.y()), Normal(sigma.z()));
     if (options_.height_sigma_m > 0) AddHeightError(&control);
+    AddSharedError(&control);
     simulation_.block.points[point].control = control;
     if (!options_.control_seen_by_all) {
       Observe(photo, point, options_.gross_control);
@@ -224,8 +228,34 @@ class BundleSimulator {
                          (common_height_ + field);
   }
 
+  // Over the ground, as waves with the correlation exp(-(d / 500 m)^2).
+  void AddSharedError(GroundControl* control) {
+    if (options_.control_shared_everywhere <= 0 && options_.control_shared_smoothly <= 0) return;
+    if (shared_waves_.empty()) {
+      for (double& everywhere : shared_everywhere_) everywhere = normal_(random_);
+      for (int i = 0; i < 60; ++i)
+        shared_waves_.push_back(
+            {Normal(std::sqrt(2.0) / 500), Normal(std::sqrt(2.0) / 500), Uniform(0, 6.2832)});
+    }
+    const double sigma =
+        std::hypot(options_.control_ground_m, options_.noise_px * simulation_.gsd_m);
+    for (std::size_t axis = 0; axis < 2; ++axis) {
+      double field = 0;
+      for (std::size_t i = axis; i < 60; i += 2) {
+        const Eigen::Vector3d& wave = shared_waves_[i];
+        field +=
+            std::sqrt(2.0 / 30) * std::cos(wave.x() * (control->ground_m.x() - kEast) +
+                                           wave.y() * (control->ground_m.y() - kNorth) + wave.z());
+      }
+      control->ground_m[static_cast<int>(axis)] +=
+          sigma * (options_.control_shared_everywhere * shared_everywhere_.at(axis) +
+                   options_.control_shared_smoothly * field);
+    }
+  }
+
   BundleSimulationOptions options_;
-  std::vector<Eigen::Vector3d> waves_;
+  std::vector<Eigen::Vector3d> waves_, shared_waves_;
+  std::array<double, 2> shared_everywhere_ = {};
   double common_height_ = 0;
   std::mt19937 random_;
   std::normal_distribution<double> normal_;

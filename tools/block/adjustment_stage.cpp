@@ -149,8 +149,8 @@ double FlyingHeight(const AdjustmentInputs& inputs) {
   return count > 0 ? std::max(sum / count, 1.0) : 1000;
 }
 
-// What a smooth error of the image does to a pose, however many observations there are: its bend,
-// as a random field over the frame, taken for a pose by least squares.
+// What film that bends does to a pose, however many observations there are: its bend, as a random
+// field over the frame, taken for a pose by least squares.
 Matrix6d CovarianceOfBend(const Camera& camera, const Pose& pose, double sigma_mm,
                           double height_m) {
   constexpr int kNodes = 6;
@@ -175,7 +175,7 @@ Matrix6d CovarianceOfBend(const Camera& camera, const Pose& pose, double sigma_m
     normal += rows[i].transpose() * rows[i];
     for (std::size_t j = 0; j < rows.size(); ++j)
       spread += rows[i].transpose() * rows[j] *
-                std::exp(-(places[i] - places[j]).squaredNorm() / (2 * fade * fade));
+                std::exp(-(places[i] - places[j]).squaredNorm() / (fade * fade));
   }
   const Eigen::LDLT<Matrix6d> solver(normal);
   const Matrix6d half = solver.solve(spread);
@@ -183,19 +183,15 @@ Matrix6d CovarianceOfBend(const Camera& camera, const Pose& pose, double sigma_m
   return (covariance + covariance.transpose()) / 2;
 }
 
-// Neighbouring observations share film that bends between its marks, and what no match can see of
-// its own error: lens, relief between heights, light.
-void AddSharedErrors(const AdjustmentInputs& inputs, AdjustedBlock* adjusted) {
+// Neighbouring observations share film that bends between its marks.
+void AddFilmBends(const AdjustmentInputs& inputs, AdjustedBlock* adjusted) {
   for (std::size_t i = 0; i < adjusted->block.photos.size(); ++i) {
     const BlockPhoto& given = adjusted->block.photos[i];
     AdjustedPhoto& photo = adjusted->result.photos[i];
-    if (photo.state != PhotoState::kAdjusted) continue;
-    const double model_mm =
-        kModelSigmaPx * std::sqrt(std::abs(given.photo_from_pixel.A.determinant()));
+    if (photo.state != PhotoState::kAdjusted || given.film_sigma_mm <= 0) continue;
     const Camera& camera = adjusted->result.cameras[given.camera];
-    photo.covariance +=
-        CovarianceOfBend(camera, photo.pose, std::hypot(given.film_sigma_mm, model_mm),
-                         GroundHeightUnder(inputs.surface, camera, photo.pose));
+    photo.covariance += CovarianceOfBend(camera, photo.pose, given.film_sigma_mm,
+                                         GroundHeightUnder(inputs.surface, camera, photo.pose));
   }
 }
 
@@ -213,8 +209,10 @@ AdjustedBlock AdjustPhotos(const AdjustmentInputs& inputs) {
   // Errors of film and surface that neighbouring observations share hardly show in residuals, so
   // these may raise the stated variances and not lower them.
   options.least_factor = 1;
+  options.control_shared_everywhere = kSharedEverywhere;
+  options.control_shared_smoothly = kSharedSmoothly;
   adjusted.result = AdjustBlock(adjusted.block, options);
-  AddSharedErrors(inputs, &adjusted);
+  AddFilmBends(inputs, &adjusted);
   return adjusted;
 }
 

@@ -1,0 +1,143 @@
+#include "exterior/block_shared_errors.h"
+
+#include <Eigen/Dense>
+#include <array>
+#include <cmath>
+#include <map>
+#include <numbers>
+#include <random>
+#include <string>
+
+#include "exterior/block_outcome.h"
+
+namespace orient {
+namespace {
+
+// A variance from so many draws is good to a tenth.
+constexpr int kDraws = 200;
+constexpr std::size_t kWaves = 16;
+
+struct ControlPoint {
+  const std::string* source = nullptr;
+  Eigen::Vector2d place_m;
+  double sigma_m = 0;          // of its ground and of what its images say of it, one coordinate
+  Eigen::MatrixX3d by_ground;  // reduced right side for each metre of its ground
+  std::vector<int> groups;     // of its rows, six each
+};
+
+// Of one coordinate on the ground, as its images tell it; 0 where they are no control's.
+double ImageVariance(const BlockSystem& system, std::size_t point) {
+  double sum = 0;
+  int rays = 0;
+  for (const std::size_t row : system.image_rows_of_point[point]) {
+    if (!system.IsActive(row)) continue;
+    const PointRows linear = system.LinearisePoint(system.rows[row]);
+    sum += linear.by_point.leftCols<2>().squaredNorm() / 2;
+    ++rays;
+  }
+  return sum > 0 ? rays / sum : 0;
+}
+
+// Of control's images and ground together: how much of the variance that they were weighted with
+// their residuals show. Where the stated variances are far too careful, so is what is shared.
+double ShownByResiduals(const BlockSystem& system, const BlockTests& tests) {
+  const auto sums = SumsOf(system, tests);
+  double square = 0, redundancy = 0;
+  for (const RowKind kind : {RowKind::kControlImage, RowKind::kControlGround}) {
+    square += sums.at(static_cast<std::size_t>(kind)).square;
+    redundancy += sums.at(static_cast<std::size_t>(kind)).redundancy;
+  }
+  return redundancy >= kLeastGroupRedundancy ? square / redundancy : 1;
+}
+
+std::vector<ControlPoint> UsedControl(const BlockSystem& system, const BlockNormals& normals,
+                                      double shown) {
+  std::vector<ControlPoint> control;
+  for (std::size_t i = 0; i < system.points.size(); ++i) {
+    if (!system.HasControl(i)) continue;
+    const GroundControl& given = *system.block.points[i].control;
+    ControlPoint point;
+    point.source = &given.source;
+    point.place_m = given.ground_m.head<2>();
+    const double ground = given.covariance_m2.topLeftCorner<2, 2>().trace() / 2;
+    point.sigma_m = std::sqrt(
+        shown * (system.Factor(RowKind::kControlGround) * ground + ImageVariance(system, i)));
+    if (!normals.RightSideOfControl(i, &point.groups, &point.by_ground)) continue;
+    control.push_back(std::move(point));
+  }
+  return control;
+}
+
+// A smooth random field of unit variance: covariance exp(-(d / length)^2).
+class Field {
+ public:
+  Field(double length_m, std::mt19937* random) {
+    std::normal_distribution<double> normal;
+    std::uniform_real_distribution<double> phase(0, 2 * std::numbers::pi);
+    for (Eigen::Vector3d& wave : waves_)
+      wave = {std::numbers::sqrt2 / length_m * normal(*random),
+              std::numbers::sqrt2 / length_m * normal(*random), phase(*random)};
+  }
+  double At(const Eigen::Vector2d& place_m) const {
+    double sum = 0;
+    for (const Eigen::Vector3d& wave : waves_)
+      sum += std::cos(wave.head<2>().dot(place_m) + wave.z());
+    return sum * std::sqrt(2.0 / kWaves);
+  }
+
+ private:
+  std::array<Eigen::Vector3d, kWaves> waves_;
+};
+
+// What all unknowns' right sides become by one draw of the errors.
+Eigen::VectorXd Draw(const BlockSystem& system, const std::vector<ControlPoint>& control,
+                     std::mt19937* random) {
+  std::normal_distribution<double> normal;
+  const Eigen::Vector2d everywhere(normal(*random), normal(*random));
+  std::map<std::string, std::array<Field, 2>> fields;
+  const double length_m = system.options.height_correlation_m;
+  Eigen::VectorXd right =
+      Eigen::VectorXd::Zero(6 * static_cast<Eigen::Index>(system.groups.size()));
+  for (const ControlPoint& point : control) {
+    auto field = fields.find(*point.source);
+    if (field == fields.end())
+      field = fields
+                  .emplace(*point.source,
+                           std::array<Field, 2>{Field(length_m, random), Field(length_m, random)})
+                  .first;
+    Eigen::Vector3d shift = Eigen::Vector3d::Zero();
+    for (int i = 0; i < 2; ++i)
+      shift[i] =
+          point.sigma_m * (system.options.control_shared_everywhere * everywhere[i] +
+                           system.options.control_shared_smoothly *
+                               field->second.at(static_cast<std::size_t>(i)).At(point.place_m));
+    const Eigen::VectorXd of_point = point.by_ground * shift;
+    for (std::size_t g = 0; g < point.groups.size(); ++g)
+      right.segment<6>(6 * static_cast<Eigen::Index>(point.groups[g])) +=
+          of_point.segment<6>(6 * static_cast<Eigen::Index>(g));
+  }
+  return right;
+}
+
+}  // namespace
+
+void AddSharedControlErrors(const BlockSystem& system, const BlockNormals& normals,
+                            const BlockTests& tests, BlockResult* result) {
+  const BlockOptions& options = system.options;
+  if (options.control_shared_everywhere <= 0 && options.control_shared_smoothly <= 0) return;
+  const std::vector<ControlPoint> control =
+      UsedControl(system, normals, ShownByResiduals(system, tests));
+  if (control.empty()) return;
+  std::mt19937 random(1);
+  for (int draw = 0; draw < kDraws; ++draw) {
+    const Eigen::VectorXd moved = normals.cholesky().Solve(Draw(system, control, &random));
+    for (std::size_t i = 0; i < result->photos.size(); ++i) {
+      AdjustedPhoto& photo = result->photos[i];
+      if (photo.state != PhotoState::kAdjusted) continue;
+      const Vector6d pose = moved.segment<6>(6 * static_cast<Eigen::Index>(system.pose_group[i]));
+      photo.covariance += pose * pose.transpose() / kDraws;
+    }
+  }
+}
+
+}  // namespace orient
