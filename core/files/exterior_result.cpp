@@ -1,0 +1,177 @@
+#include <array>
+#include <cmath>
+#include <limits>
+#include <map>
+
+#include "core/files/atomic_write.h"
+#include "core/files/result_fields.h"
+
+namespace orient {
+namespace {
+
+constexpr std::array kPatchStates = {PatchState::kMatched, PatchState::kNotFound,
+                                     PatchState::kRejected, PatchState::kNotVisible};
+
+Json PoseJson(const std::optional<Pose>& pose) {
+  if (!pose) return nullptr;
+  const auto degrees = [&](int i) { return DegFromRad(NormalizeAngle(pose->opk_rad[i])); };
+  return {{"x", pose->position_m.x()}, {"y", pose->position_m.y()}, {"z", pose->position_m.z()},
+          {"omega", degrees(0)},       {"phi", degrees(1)},         {"kappa", degrees(2)}};
+}
+
+Json VectorJson(const Eigen::Vector3d& v) { return Json::array({v.x(), v.y(), v.z()}); }
+
+Json RoundJson(const LoopRound& round) {
+  return {{"searched", round.searched},
+          {"matched", round.matched},
+          {"window_px", ToJson(std::optional(round.window_px))},
+          {"rms_px", ToJson(std::optional(round.rms_px))}};
+}
+
+Json PatchJson(const PatchResult& patch) {
+  return {{"id", patch.id},
+          {"state", Name(patch.state)},
+          {"ground", patch.ground_m ? VectorJson(*patch.ground_m) : Json(nullptr)},
+          {"predicted", ToJson(patch.predicted)},
+          {"pixel", ToJson(patch.pixel)},
+          {"sigma_px", ToJson(patch.sigma_px)},
+          {"residual_px", ToJson(patch.residual_px)},
+          {"ncc", ToJson(patch.ncc)},
+          {"reason", patch.reason}};
+}
+
+// How many patches were not sought, for each reason.
+Json NotVisibleJson(const std::vector<PatchResult>& patches) {
+  std::map<std::string, int> counts;
+  for (const PatchResult& patch : patches)
+    if (patch.state == PatchState::kNotVisible) ++counts[patch.reason];
+  return counts;
+}
+
+Json AloneJson(const AloneResult& alone) {
+  return {{"status", Name(alone.status)},
+          {"pose", PoseJson(alone.pose)},
+          {"covariance", alone.covariance ? MatrixJson(*alone.covariance) : Json(nullptr)},
+          {"sigma0_px", ToJson(alone.sigma0_px)},
+          {"messages", alone.messages}};
+}
+
+Json ExteriorJson(const ExteriorResult& result) {
+  if (result.pose) RequireFinite(result.pose->AsVector().allFinite(), result.photo, "pose");
+  if (result.covariance) RequireFinite(result.covariance->allFinite(), result.photo, "covariance");
+  Json iterations = Json::array(), patches = Json::array();
+  Json footprint = Json::array();
+  for (const Eigen::Vector3d& corner : result.footprint_m) footprint.push_back(VectorJson(corner));
+  for (const LoopRound& round : result.iterations) iterations.push_back(RoundJson(round));
+  for (const PatchResult& patch : result.patches) patches.push_back(PatchJson(patch));
+  Json json = {{"photo", result.photo},
+               {"status", Name(result.status)},
+               {"scan",
+                {{"width", result.width},
+                 {"height", result.height},
+                 {"orientation", NameOrNull(result.orientation)}}},
+               {"pose", PoseJson(result.pose)},
+               {"covariance", result.covariance ? MatrixJson(*result.covariance) : Json(nullptr)},
+               {"sigma0_px", ToJson(result.sigma0_px)},
+               {"footprint", std::move(footprint)},
+               {"iterations", std::move(iterations)},
+               {"patches", std::move(patches)},
+               {"not_visible", NotVisibleJson(result.patches)},
+               {"messages", result.messages}};
+  if (result.alone) json["alone"] = AloneJson(*result.alone);
+  if (const auto& freed = result.principal_distance)
+    json["principal_distance_mm"] = {{"value", freed->value_mm},
+                                     {"sigma", freed->sigma_mm},
+                                     {"prior", freed->prior_mm},
+                                     {"prior_sigma", freed->prior_sigma_mm}};
+  if (const auto& ties = result.ties)
+    json["ties"] = {
+        {"measured", ties->measured}, {"used", ties->used}, {"rms_px", ToJson(ties->rms_px)}};
+  return json;
+}
+
+Pose ReadPose(const JsonField& field) {
+  const auto number = [&](const char* key) { return field.At(key).AsNumber(); };
+  Pose pose;
+  pose.position_m = {number("x"), number("y"), number("z")};
+  pose.opk_rad = {RadFromDeg(number("omega")), RadFromDeg(number("phi")),
+                  RadFromDeg(number("kappa"))};
+  return pose;
+}
+
+LoopRound ReadRound(const JsonField& field) {
+  constexpr double kUnknown = std::numeric_limits<double>::quiet_NaN();
+  LoopRound round;
+  round.searched = field.At("searched").AsInt();
+  round.matched = field.At("matched").AsInt();
+  round.window_px = field.FindNumber("window_px").value_or(kUnknown);
+  round.rms_px = field.FindNumber("rms_px").value_or(kUnknown);
+  return round;
+}
+
+PatchResult ReadPatch(const JsonField& field) {
+  PatchResult patch;
+  patch.id = field.At("id").AsInteger();
+  patch.state = FromName(field.At("state"), kPatchStates);
+  if (const auto ground = field.Find("ground")) patch.ground_m = ground->AsVector3();
+  patch.predicted = field.FindVector2("predicted");
+  patch.pixel = field.FindVector2("pixel");
+  patch.sigma_px = field.FindVector2("sigma_px");
+  patch.residual_px = field.FindVector2("residual_px");
+  patch.ncc = field.FindNumber("ncc");
+  if (const auto reason = field.Find("reason")) patch.reason = reason->AsString();
+  return patch;
+}
+
+AloneResult ReadAlone(const JsonField& field) {
+  AloneResult alone;
+  alone.status = FromName(field.At("status"), kStatuses);
+  if (const auto pose = field.Find("pose")) alone.pose = ReadPose(*pose);
+  if (const auto covariance = field.Find("covariance"))
+    alone.covariance = covariance->AsMatrix(6, 6);
+  alone.sigma0_px = field.FindNumber("sigma0_px");
+  alone.messages = field.At("messages").AsStrings();
+  return alone;
+}
+
+}  // namespace
+
+void WriteExteriorResult(const std::string& directory, const ExteriorResult& result) {
+  WriteFileAtomically(ExteriorResultPath(directory, result.photo), TextOf(ExteriorJson(result)));
+}
+
+ExteriorResult ReadExteriorResult(const std::string& path) {
+  const Json json = ParseJsonFile(path);
+  const JsonField root(json, path);
+  ExteriorResult result;
+  result.photo = root.At("photo").AsString();
+  result.status = FromName(root.At("status"), kStatuses);
+  if (const auto scan = root.Find("scan")) {
+    result.width = scan->At("width").AsInt();
+    result.height = scan->At("height").AsInt();
+    if (const auto field = scan->Find("orientation"))
+      result.orientation = FromName(*field, kAllScanOrientations);
+  }
+  if (const auto field = root.Find("pose")) result.pose = ReadPose(*field);
+  if (const auto field = root.Find("covariance")) result.covariance = field->AsMatrix(6, 6);
+  result.sigma0_px = root.FindNumber("sigma0_px");
+  if (const auto footprint = root.Find("footprint"))
+    for (const JsonField& corner : footprint->Elements())
+      result.footprint_m.push_back(corner.AsVector3());
+  for (const JsonField& field : root.At("iterations").Elements())
+    result.iterations.push_back(ReadRound(field));
+  for (const JsonField& field : root.At("patches").Elements())
+    result.patches.push_back(ReadPatch(field));
+  if (const auto alone = root.Find("alone")) result.alone = ReadAlone(*alone);
+  if (const auto freed = root.Find("principal_distance_mm"))
+    result.principal_distance =
+        FreedPrincipalDistance{freed->At("value").AsNumber(), freed->At("sigma").AsNumber(),
+                               freed->At("prior").AsNumber(), freed->At("prior_sigma").AsNumber()};
+  if (const auto ties = root.Find("ties"))
+    result.ties = TieCount{ties->At("measured").AsInt(), ties->At("used").AsInt(),
+                           ties->FindNumber("rms_px")};
+  result.messages = root.At("messages").AsStrings();
+  return result;
+}
+
+}  // namespace orient

@@ -1,0 +1,151 @@
+#include <array>
+
+#include "core/files/atomic_write.h"
+#include "core/files/result_fields.h"
+
+namespace orient {
+namespace {
+
+constexpr std::array kPolarities = {Polarity::kPositive, Polarity::kNegative};
+constexpr std::array kMarkStates = {MarkState::kUsed, MarkState::kRejected, MarkState::kMissing};
+
+Json MarkJson(const MarkResult& mark) {
+  return {{"id", mark.id},
+          {"state", Name(mark.state)},
+          {"pixel", ToJson(mark.pixel)},
+          {"sigma_px", ToJson(mark.sigma_px)},
+          {"residual_um", ToJson(mark.residual_um)},
+          {"score", ToJson(mark.score)}};
+}
+
+Json TransformJson(const std::optional<Affine2d>& photo_from_pixel) {
+  if (!photo_from_pixel) return nullptr;
+  return MatrixJson((Eigen::MatrixXd(2, 3) << photo_from_pixel->A, photo_from_pixel->t).finished());
+}
+
+Json Vector2Json(const Eigen::Vector2d& v) { return Json::array({v.x(), v.y()}); }
+
+Json ReseauJson(const std::optional<ReseauResult>& reseau) {
+  if (!reseau) return nullptr;
+  const FilmCorrection& grid = reseau->correction;
+  Json corrections = Json::array();
+  for (const Eigen::Vector2d& mm : grid.correction_mm) {
+    // A hundredth of a micrometre is more than any film holds.
+    const Eigen::Vector2d um = (1e5 * mm).array().round() / 100;
+    corrections.push_back(Vector2Json(um));
+  }
+  return {{"origin_px", Vector2Json(grid.origin_px)},
+          {"step_px", Vector2Json(grid.step_px)},
+          {"columns", grid.columns},
+          {"rows", grid.rows},
+          {"correction_um", std::move(corrections)},
+          {"crosses", reseau->crosses},
+          {"noise_um", ToJson(std::optional(reseau->noise_um))},
+          {"left_out_rms_um", ToJson(std::optional(reseau->left_out_rms_um))}};
+}
+
+Json InteriorJson(const InteriorResult& result) {
+  if (result.photo_from_pixel)
+    RequireFinite(result.photo_from_pixel->A.allFinite() && result.photo_from_pixel->t.allFinite(),
+                  result.photo, "photo_from_pixel");
+  Json marks = Json::array();
+  for (const MarkResult& mark : result.marks) marks.push_back(MarkJson(mark));
+  Json possible = Json::array();
+  for (const ScanOrientation o : result.possible_orientations) possible.push_back(Name(o));
+  Json json = {{"photo", result.photo},
+               {"status", Name(result.status)},
+               {"status_alone", NameOrNull(result.status_alone)},
+               {"scan",
+                {{"width", result.width},
+                 {"height", result.height},
+                 {"pixel_size_um", ToJson(result.pixel_size_um)},
+                 {"polarity", NameOrNull(result.polarity)},
+                 {"orientation", NameOrNull(result.orientation)},
+                 {"possible_orientations", std::move(possible)}}},
+               {"photo_from_pixel", TransformJson(result.photo_from_pixel)},
+               {"reseau", ReseauJson(result.reseau)},
+               {"sigma0_um", ToJson(result.sigma0_um)},
+               {"margin", ToJson(result.margin)},
+               {"marks", std::move(marks)},
+               {"messages", result.messages}};
+  if (!result.cameras.empty()) json["camera"] = result.cameras;
+  if (const auto& from = result.made_from)
+    json["made_from"] = {
+        {"camera", from->camera}, {"options", from->options}, {"scan", from->scan}};
+  return json;
+}
+
+MarkResult ReadMark(const JsonField& field) {
+  MarkResult mark;
+  mark.id = field.At("id").AsString();
+  mark.state = FromName(field.At("state"), kMarkStates);
+  mark.pixel = field.FindVector2("pixel");
+  mark.sigma_px = field.FindVector2("sigma_px");
+  mark.residual_um = field.FindVector2("residual_um");
+  mark.score = field.FindNumber("score");
+  return mark;
+}
+
+ReseauResult ReadReseau(const JsonField& field) {
+  ReseauResult reseau;
+  FilmCorrection& grid = reseau.correction;
+  grid.origin_px = field.At("origin_px").AsVector2();
+  grid.step_px = field.At("step_px").AsVector2();
+  grid.columns = field.At("columns").AsInt();
+  grid.rows = field.At("rows").AsInt();
+  for (const JsonField& um : field.At("correction_um").Elements())
+    grid.correction_mm.push_back(1e-3 * um.AsVector2());
+  if (!(grid.step_px.minCoeff() > 0)) field.At("step_px").Fail("must be positive");
+  if (grid.columns < 2 || grid.rows < 2 ||
+      std::ssize(grid.correction_mm) != std::int64_t{grid.columns} * grid.rows)
+    field.At("correction_um").Fail("does not hold columns x rows values, two each way at least");
+  reseau.crosses = field.At("crosses").AsInt();
+  reseau.noise_um = field.FindNumber("noise_um").value_or(0);
+  reseau.left_out_rms_um = field.FindNumber("left_out_rms_um").value_or(0);
+  return reseau;
+}
+
+void ReadScan(const JsonField& scan, InteriorResult* result) {
+  result->width = scan.At("width").AsInt();
+  result->height = scan.At("height").AsInt();
+  result->pixel_size_um = scan.FindNumber("pixel_size_um");
+  if (const auto field = scan.Find("polarity")) result->polarity = FromName(*field, kPolarities);
+  if (const auto field = scan.Find("orientation"))
+    result->orientation = FromName(*field, kAllScanOrientations);
+  if (const auto field = scan.Find("possible_orientations"))
+    for (const JsonField& name : field->Elements())
+      result->possible_orientations.push_back(FromName(name, kAllScanOrientations));
+}
+
+}  // namespace
+
+void WriteInteriorResult(const std::string& directory, const InteriorResult& result) {
+  WriteFileAtomically(InteriorResultPath(directory, result.photo), TextOf(InteriorJson(result)));
+}
+
+InteriorResult ReadInteriorResult(const std::string& path) {
+  const Json json = ParseJsonFile(path);
+  const JsonField root(json, path);
+  InteriorResult result;
+  result.photo = root.At("photo").AsString();
+  result.status = FromName(root.At("status"), kStatuses);
+  if (const auto field = root.Find("status_alone"))
+    result.status_alone = FromName(*field, kStatuses);
+  ReadScan(root.At("scan"), &result);
+  if (const auto field = root.Find("photo_from_pixel")) {
+    const Eigen::MatrixXd matrix = field->AsMatrix(2, 3);
+    result.photo_from_pixel = Affine2d{matrix.leftCols<2>(), matrix.col(2)};
+  }
+  if (const auto field = root.Find("reseau")) result.reseau = ReadReseau(*field);
+  result.sigma0_um = root.FindNumber("sigma0_um");
+  result.margin = root.FindNumber("margin");
+  for (const JsonField& mark : root.At("marks").Elements()) result.marks.push_back(ReadMark(mark));
+  if (const auto field = root.Find("camera")) result.cameras = field->AsStrings();
+  if (const auto field = root.Find("made_from"))
+    result.made_from = MadeFrom{field->At("camera").AsString(), field->At("options").AsString(),
+                                field->At("scan").AsString()};
+  result.messages = root.At("messages").AsStrings();
+  return result;
+}
+
+}  // namespace orient

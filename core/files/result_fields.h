@@ -1,0 +1,40 @@
+// What reading and writing results of photos share. Private to core/files.
+#pragma once
+
+#include <array>
+#include <optional>
+#include <stdexcept>
+#include <string>
+
+#include "core/files/json_fields.h"
+#include "core/files/results.h"
+
+namespace orient {
+
+template <typename Enum, size_t n>
+Enum FromName(const JsonField& field, const std::array<Enum, n>& values) {
+  const std::string text = field.AsString();
+  std::string known;
+  for (const Enum value : values) {
+    if (Name(value) == text) return value;
+    known += (known.empty() ? "" : ", ") + std::string(Name(value));
+  }
+  field.Fail("is \"" + text + "\"; it must be one of " + known);
+}
+
+inline constexpr std::array kStatuses = {Status::kOk, Status::kWeak, Status::kFailed};
+
+// A result with a NaN in a place that must hold a number is a programming error upstream: it would
+// be read back as something else.
+inline void RequireFinite(bool finite, const std::string& photo, const std::string& field) {
+  if (!finite) throw std::invalid_argument("result of " + photo + ": " + field + " is not finite");
+}
+
+template <typename Enum>
+Json NameOrNull(const std::optional<Enum>& value) {
+  return value ? Json(Name(*value)) : Json(nullptr);
+}
+
+inline std::string TextOf(const Json& json) { return json.dump(2) + "\n"; }
+
+}  // namespace orient
