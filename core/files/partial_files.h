@@ -1,0 +1,13 @@
+// What killed programs leave of files that were to appear whole (core/files/atomic_write.h and
+// GeoPackages): <name>.<process>-<n>.part, <name>.<process>.part.gpkg and its journal.
+#pragma once
+
+#include <string>
+
+namespace orient {
+
+// Removes those in a folder and below whose process is not running on this machine any more. What
+// cannot be removed stays.
+void RemovePartialFiles(const std::string& folder);
+
+}  // namespace orient

@@ -1,0 +1,46 @@
+#include "core/files/partial_files.h"
+
+#include <gtest/gtest.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include <filesystem>
+
+#include "core/files/atomic_write.h"
+#include "tests/support/shared_data.h"
+
+namespace orient {
+namespace {
+namespace fs = std::filesystem;
+
+// A process that ran and does not any more.
+pid_t EndedProcess() {
+  const pid_t child = fork();
+  if (child == 0) _exit(0);
+  waitpid(child, nullptr, 0);
+  return child;
+}
+
+TEST(PartialFiles, OfEndedProgramsAreRemovedAndNothingElse) {
+  const TemporaryFolder folder;
+  const std::string ended = std::to_string(EndedProcess()), here = std::to_string(getpid());
+  fs::create_directories(folder / "stages/ties");
+  for (const std::string& name :
+       {"block.json." + ended + "-0.part", "block." + ended + ".part.gpkg",
+        "block." + ended + ".part.gpkg-journal", "stages/ties/a.ties.json." + ended + "-3.part"})
+    WriteFileAtomically(folder / name, "half");
+  const std::vector<std::string> kept = {"block.json", "block.json." + here + "-0.part",
+                                         "spare.part", "block." + here + ".part.gpkg",
+                                         "a." + ended + ".tif"};
+  for (const std::string& name : kept) WriteFileAtomically(folder / name, "whole");
+  RemovePartialFiles(folder / "");
+  std::size_t files = 0;
+  for (const auto& entry : fs::recursive_directory_iterator(folder / ""))
+    files += entry.is_regular_file() ? 1 : 0;
+  EXPECT_EQ(files, kept.size());
+  for (const std::string& name : kept) EXPECT_TRUE(fs::exists(folder / name)) << name;
+  RemovePartialFiles(folder / "absent");
+}
+
+}  // namespace
+}  // namespace orient
