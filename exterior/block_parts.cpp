@@ -100,6 +100,7 @@ std::string Message(const BlockSystem& system, const BlockPart& part, std::size_
   else if (!part.by_control)
     message +=
         they + "control on one line or at one place only: approximations or GNSS decide the rest.";
+  if (message.ends_with(' ')) message.pop_back();
   return message;
 }
 

@@ -19,6 +19,7 @@ constexpr double kMaxAloneChi2 = 27.9;  // six degrees of freedom, 99.99 %
 
 struct Sightings {
   TieCount ties;
+  int comparable = 0;  // of the measured ones: another photo's ray could contradict
   int control = 0;
   double tie_redundancy = 0;
   double sigma0_px = 0;  // of one coordinate, from all used sightings and their redundancy
@@ -32,7 +33,17 @@ std::vector<std::vector<std::size_t>> ObservationsByPhoto(const AdjustedBlock& a
   return of_photo;
 }
 
-Sightings SightingsOf(const AdjustedBlock& adjusted, const std::vector<std::size_t>& observations) {
+// Of each point, how many photos that were adjusted show it.
+std::vector<int> AdjustedRays(const AdjustedBlock& adjusted) {
+  std::vector<int> rays(adjusted.block.points.size(), 0);
+  for (const ImageObservation& observation : adjusted.block.observations)
+    rays[observation.point] +=
+        adjusted.result.photos[observation.photo].state == PhotoState::kAdjusted ? 1 : 0;
+  return rays;
+}
+
+Sightings SightingsOf(const AdjustedBlock& adjusted, const std::vector<int>& rays,
+                      const std::vector<std::size_t>& observations) {
   Sightings sightings;
   double tie_sum = 0, sum = 0, redundancy = 0;
   for (const std::size_t i : observations) {
@@ -40,6 +51,7 @@ Sightings SightingsOf(const AdjustedBlock& adjusted, const std::vector<std::size
     const bool tie = adjusted.block.observations[i].point < adjusted.ties;
     const bool used = result.state == ObservationState::kUsed;
     sightings.ties.measured += tie ? 1 : 0;
+    sightings.comparable += tie && rays[adjusted.block.observations[i].point] > 1 ? 1 : 0;
     if (!used) continue;
     sum += result.residual_px.squaredNorm();
     redundancy += result.redundancy;
@@ -78,7 +90,7 @@ ExteriorResult Own(const BlockPhotoFile& photo, const std::string& why_by_neighb
 }
 
 bool TiesContradict(const Sightings& sightings) {
-  return sightings.ties.measured >= kMinTies && 2 * sightings.ties.used < sightings.ties.measured;
+  return sightings.comparable >= kMinTies && 2 * sightings.ties.used < sightings.comparable;
 }
 
 constexpr const char* kTiesContradict = "more than half of its tie points contradict its pose";
@@ -192,6 +204,20 @@ void UseCalibratedCamera(const AdjustmentInputs& inputs, const AdjustedBlock& ad
     result->pose = *pose;
 }
 
+// The adjustment moves a photo's film transform within its covariance. What is written is the film
+// transform of interior orientation, so the pose that goes with it is the one that shows with it
+// what the adjusted photo shows.
+PhotoView WithOwnFilm(const AdjustmentInputs& inputs, const AdjustedBlock& adjusted,
+                      std::size_t photo) {
+  const PhotoView moved = AdjustedView(adjusted.block, adjusted.result, photo);
+  PhotoView own = moved;
+  own.photo_from_pixel = adjusted.block.photos[photo].photo_from_pixel;
+  if (adjusted.result.photos[photo].interior_correction.isZero()) return own;
+  const double height_m = GroundHeightUnder(inputs.surface, moved.camera, moved.pose);
+  own.pose = PoseShowingTheSame(moved, own, height_m).value_or(moved.pose);
+  return own;
+}
+
 ExteriorResult Final(const AdjustmentInputs& inputs, const AdjustedBlock& adjusted,
                      std::size_t photo, const std::vector<std::size_t>& observations,
                      const Sightings& sightings) {
@@ -222,8 +248,7 @@ ExteriorResult Final(const AdjustmentInputs& inputs, const AdjustedBlock& adjust
     }
     return result;
   }
-  const PhotoView view{adjusted.result.cameras[adjusted.block.photos[photo].camera],
-                       file.position.photo_from_pixel, now.pose, file.position.film_correction};
+  const PhotoView view = WithOwnFilm(inputs, adjusted, photo);
   const double sigma_px = WorstSigma(inputs, view, now.covariance);
   if (file.by_neighbours) {
     const std::string objection = WhyNotTied(sightings, sigma_px);
@@ -235,7 +260,7 @@ ExteriorResult Final(const AdjustmentInputs& inputs, const AdjustedBlock& adjust
   }
   ExteriorResult result = file.exterior;
   result.alone = AloneOf(file.by_neighbours ? file.alone : file.exterior);
-  result.pose = now.pose;
+  result.pose = view.pose;
   result.covariance = now.covariance;
   result.ties = sightings.ties;
   result.sigma0_px = sightings.sigma0_px;
@@ -282,9 +307,10 @@ std::vector<ExteriorResult> FinalResults(const AdjustmentInputs& inputs,
                                          const AdjustedBlock& adjusted) {
   std::vector<ExteriorResult> results = OwnResults(inputs.photos);
   const auto observations = ObservationsByPhoto(adjusted);
+  const std::vector<int> rays = AdjustedRays(adjusted);
   std::vector<Sightings> sightings;
   for (std::size_t i = 0; i < adjusted.photo_of.size(); ++i) {
-    sightings.push_back(SightingsOf(adjusted, observations[i]));
+    sightings.push_back(SightingsOf(adjusted, rays, observations[i]));
     results[adjusted.photo_of[i]] = Final(inputs, adjusted, i, observations[i], sightings[i]);
   }
   JudgeHanging(inputs, adjusted, sightings, &results);

@@ -1,5 +1,7 @@
 #include <gtest/gtest.h>
 
+#include <Eigen/Dense>
+
 #include "tools/bench/bundle_simulation.h"
 #include "tools/block/adjustment_stage.h"
 #include "tools/block/view_over_ground.h"
@@ -59,10 +61,64 @@ class FinalResultsOf : public testing::Test {
 };
 
 TEST_F(FinalResultsOf, ABlockAtRestAreTheAdjustedPoses) {
-  for (const ExteriorResult& result : Results({})) {
+  const std::vector<ExteriorResult> results = Results({});
+  ASSERT_TRUE(adjusted_.result.converged);
+  ASSERT_EQ(results.size(), photos_.size());
+  for (std::size_t i = 0; i < results.size(); ++i) {
+    const ExteriorResult& result = results[i];
     EXPECT_EQ(result.status, Status::kOk);
-    EXPECT_TRUE(result.alone.has_value());
+    ASSERT_TRUE(result.pose && result.covariance && result.alone && result.alone->pose);
+    EXPECT_EQ(result.pose->AsVector(), adjusted_.result.photos[i].pose.AsVector());
+    EXPECT_EQ(*result.covariance, adjusted_.result.photos[i].covariance);
+    EXPECT_EQ(result.alone->pose->AsVector(), photos_[i].exterior.pose->AsVector());
+    const Vector6d off = PoseDifference(*result.pose, simulation_.true_poses[i]);
+    const Vector6d before = PoseDifference(*result.alone->pose, simulation_.true_poses[i]);
+    EXPECT_LT(off.dot(result.covariance->ldlt().solve(off)), 27.9) << "six degrees, 99.99 %";
+    EXPECT_LT(off.head<3>().norm(), 0.5 * before.head<3>().norm());
   }
+}
+
+// What is written is interior orientation's film transform and not the one that the adjustment
+// moved within its covariance: pose and transform together show what the adjusted photo shows.
+TEST_F(FinalResultsOf, PosesGoWithTheFilmTransformOfInteriorOrientation) {
+  adjusted_.result = AdjustBlock(adjusted_.block);
+  AdjustedPhoto& photo = adjusted_.result.photos[1];
+  photo.interior_correction << 2e-6, 4e-6, 4e-6, -2e-6, 0.03, -0.02;  // scale, turn, shift
+  const ExteriorResult result =
+      FinalResults({photos_, {}, simulation_.block.cameras[0], surface_, "", {}}, adjusted_)[1];
+  const PhotoView truly = AdjustedView(adjusted_.block, adjusted_.result, 1);
+  PhotoView written = photos_[1].View(simulation_.block.cameras[0]);
+  double before = 0, after = 0;
+  for (const double x : {-80.0, 0.0, 80.0}) {
+    const auto ray = GroundRayFromPhoto(truly.camera, truly.pose, {x, x / 2});
+    const Eigen::Vector3d ground =
+        ray->origin_m + ray->direction * ((200 - ray->origin_m.z()) / ray->direction.z());
+    const Eigen::Vector2d pixel = *truly.PixelFromGround(ground);
+    written.pose = photo.pose;
+    before = std::max(before, (*written.PixelFromGround(ground) - pixel).norm());
+    written.pose = *result.pose;
+    after = std::max(after, (*written.PixelFromGround(ground) - pixel).norm());
+  }
+  EXPECT_GT(before, 1);
+  EXPECT_LT(after, 0.02);
+}
+
+// What could contradict is not there: a photo whose neighbours the adjustment could not determine
+// is not told that its ties speak against it.
+TEST_F(FinalResultsOf, TiesWithPhotosThatAreNotDeterminedContradictNobody) {
+  adjusted_.result = AdjustBlock(adjusted_.block);
+  for (std::size_t i = 1; i < photos_.size(); ++i)
+    adjusted_.result.photos[i].state = PhotoState::kUndetermined;
+  for (std::size_t i = 0; i < adjusted_.block.observations.size(); ++i)
+    if (adjusted_.block.observations[i].point < adjusted_.ties)
+      adjusted_.result.observations[i].state = ObservationState::kUnusable;
+  const ExteriorResult first =
+      FinalResults({photos_, {}, simulation_.block.cameras[0], surface_, "", {}}, adjusted_)[0];
+  EXPECT_EQ(first.status, Status::kOk) << testing::PrintToString(first.messages);
+  adjusted_.result.photos[1].state = PhotoState::kAdjusted;
+  const ExteriorResult contradicted =
+      FinalResults({photos_, {}, simulation_.block.cameras[0], surface_, "", {}}, adjusted_)[0];
+  EXPECT_EQ(contradicted.status, Status::kWeak);
 }
 
 TEST_F(FinalResultsOf, ABlockThatDidNotComeToRestAreThePhotosOwnAndWeak) {
