@@ -116,7 +116,8 @@ bool BlockRecord::HasExterior() const {
                      [](const PhotoRecord& photo) { return photo.exterior.has_value(); });
 }
 
-BlockRecord ReadBlockRecord(const std::string& directory) {
+BlockRecord ReadBlockRecord(const std::string& directory,
+                            std::optional<AdjustmentResult> adjusted) {
   if (!fs::is_directory(directory))
     throw InputError(directory + " is not a folder; give the --out folder of orient block");
   BlockRecord block;
@@ -126,7 +127,11 @@ BlockRecord ReadBlockRecord(const std::string& directory) {
   for (const fs::directory_entry& entry : fs::directory_iterator(directory))
     if (entry.is_regular_file()) AddFile(entry.path(), &photos);
   AddTable(directory, &photos, &block);
-  AddAdjustment(directory, &block);
+  if (adjusted)
+    block.adjusted = std::move(adjusted);
+  else
+    AddAdjustment(directory, &block);
+  if (block.adjusted) block.notes = block.adjusted->messages;
   AddQuicklook(directory, &block);
   if (photos.empty())
     throw InputError(directory +

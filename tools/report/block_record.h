@@ -29,14 +29,17 @@ struct BlockRecord {
   std::vector<PhotoRecord> photos;               // by name
   std::optional<AdjustmentResult> adjusted;      // of block.json
   std::string quicklook_picture, seams_picture;  // file names in the folder, empty where absent
+  std::vector<std::string> notes;                // about the block as a whole
   std::vector<std::string> unreadable;  // about orientation.csv, orientation.prj and block.json
 
   bool HasExterior() const;  // whether any photo went through exterior orientation
 };
 
-// A damaged file is told in `unreadable` and the rest goes on. Throws InputError where `directory`
+// A damaged file is told in `unreadable` and the rest goes on. `adjusted`: what block.json says,
+// where the caller has it (and it is not read then). Throws InputError where `directory`
 // is no folder or holds no result of any photo.
-BlockRecord ReadBlockRecord(const std::string& directory);
+BlockRecord ReadBlockRecord(const std::string& directory,
+                            std::optional<AdjustmentResult> adjusted = std::nullopt);
 
 // The exterior results alone, for block.gpkg.
 std::vector<ExteriorResult> ExteriorResults(const BlockRecord& block);

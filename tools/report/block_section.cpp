@@ -59,13 +59,6 @@ std::string Facts(const AdjustmentResult& adjusted) {
   return "<p class=\"facts\">" + text + "</p>\n";
 }
 
-std::string Messages(const std::vector<std::string>& messages) {
-  if (messages.empty()) return "";
-  std::string items;
-  for (const std::string& message : messages) items += "<li>" + Escape(message) + "</li>\n";
-  return "<ul class=\"messages\">\n" + items + "</ul>\n";
-}
-
 std::string Components(const AdjustmentResult& adjusted) {
   HtmlTable table({"Group", "#σ<sub>0</sub> px", "#σ / stated σ", "#Degrees<br/>of freedom", ""});
   for (const ComponentResult& component : adjusted.components) {
@@ -185,9 +178,9 @@ std::string MeanAndSpread(const std::vector<double>& values, int decimals) {
 std::string AdjustmentSection(const BlockRecord& block) {
   if (!block.adjusted) return "";
   const AdjustmentResult& adjusted = *block.adjusted;
-  return "<section>\n<h2>Block adjustment</h2>\n" + Facts(adjusted) + Messages(adjusted.messages) +
-         Checks(adjusted) + Photos(adjusted) + Components(adjusted) + Parts(adjusted) +
-         Calibration(adjusted) + "</section>\n";
+  return "<section>\n<h2>Block adjustment</h2>\n" + Facts(adjusted) + Checks(adjusted) +
+         Photos(adjusted) + Components(adjusted) + Parts(adjusted) + Calibration(adjusted) +
+         "</section>\n";
 }
 
 std::string FilmSection(const BlockRecord& block) {

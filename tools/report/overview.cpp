@@ -111,6 +111,8 @@ std::string ConcernsSection(const BlockRecord& block, const BlockVerdict& verdic
   for (const std::string& problem : block.unreadable)
     items +=
         "<li><span class=\"pill failed\">file</span><span>" + Escape(problem) + "</span></li>\n";
+  for (const std::string& note : block.notes)
+    items += "<li><span class=\"pill look\">block</span><span>" + Escape(note) + "</span></li>\n";
   for (const Concern& concern : verdict.concerns) {
     const Status status = verdict.photos[concern.photo].status;
     const std::string pill =

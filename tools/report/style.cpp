@@ -103,7 +103,8 @@ svg .tick { font-size: 11px; fill: var(--soft); }
   .up { display: none; } a { color: inherit; }
   .wide { overflow: visible; } table, .facts, figcaption { font-size: 8.5pt; }
   td, th { padding-right: 8px; }
-  h2, h3, h4 { break-after: avoid; } figure, tr, .tile, .concerns li { break-inside: avoid; }
+  h2, h3, h4 { break-after: avoid; }
+  figure, tr, table:not(.photos), .tile, .concerns li { break-inside: avoid; }
   section { margin-top: 7mm; } section.photo { break-before: page; border-top: 0; margin-top: 0; }
   figure.map svg { max-height: 120mm; }
   figure img { width: auto; max-height: 235mm; }

@@ -99,7 +99,8 @@ std::string Times(double value, double usual) {
   return Decimal(value / usual, 1) + " times the block's median";
 }
 
-// How many matched patches lie further off than most of their photo's. Not measured by sigma0: that
+// How many matched patches lie further off than most of their photo's, where there are more than
+// photos of houses and trees usually have. Not measured by sigma0: that
 // weighs residuals by what heights and film may do, which neighbours share.
 int OutlyingPatches(const ExteriorResult& exterior) {
   std::vector<double> lengths;
@@ -108,8 +109,10 @@ int OutlyingPatches(const ExteriorResult& exterior) {
       lengths.push_back(patch.residual_px->norm());
   if (lengths.size() < kFewestForMedian) return 0;
   const double limit = kConspicuousResidual * Median(lengths);
-  return static_cast<int>(
-      std::count_if(lengths.begin(), lengths.end(), [&](double length) { return length > limit; }));
+  const auto outlying =
+      std::count_if(lengths.begin(), lengths.end(), [&](double length) { return length > limit; });
+  const double share = static_cast<double>(outlying) / static_cast<double>(lengths.size());
+  return share > kConspicuousShare ? static_cast<int>(outlying) : 0;
 }
 
 // What is conspicuous about a photo that says of itself that it is ok.

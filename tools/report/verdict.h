@@ -44,6 +44,7 @@ struct BlockVerdict {
 inline constexpr double kConspicuousSigma0 = 2.0;
 inline constexpr double kConspicuousSigma = 3.0;
 inline constexpr double kConspicuousResidual = 5.0;
+inline constexpr double kConspicuousShare = 0.03;  // of the matched patches
 
 BlockVerdict Judge(const BlockRecord& block);
 

@@ -77,6 +77,22 @@ TEST(Verdict, LargeResidualOfAMatchedPatchIsAConcern) {
   EXPECT_TRUE(Judge(block).concerns.empty());
 }
 
+TEST(Verdict, AFewLargeResidualsAmongManyAreUsual) {
+  BlockRecord block = Block(1);
+  std::vector<PatchResult>& patches = block.photos[0].exterior->patches;
+  const PatchResult first = patches[0];
+  while (patches.size() < 200) patches.push_back(first);
+  for (PatchResult& patch : patches) {
+    patch.state = PatchState::kMatched;
+    patch.residual_px = Eigen::Vector2d(0.1, 0);
+  }
+  for (int i = 0; i < 6; ++i) patches[i].residual_px = Eigen::Vector2d(1, 0);
+  EXPECT_TRUE(Judge(block).concerns.empty());
+  patches[6].residual_px = Eigen::Vector2d(1, 0);
+  ASSERT_EQ(Judge(block).concerns.size(), 1u);
+  EXPECT_NE(Judge(block).concerns[0].text.find("7 matched patches"), std::string::npos);
+}
+
 TEST(Verdict, PhotoThatStoppedHalfWayHasFailed) {
   BlockRecord block = Block(2);
   block.photos[1].exterior.reset();
