@@ -9,6 +9,7 @@
 #include <filesystem>
 #include <memory>
 #include <mutex>
+#include <numbers>
 #include <set>
 
 #include "core/error.h"
@@ -38,7 +39,8 @@ constexpr std::array kHeightFields = {"z",   "height",        "altitude",
 
 class FlightIndex {
  public:
-  FlightIndex(const std::string& path, const Crs& crs) : path_(path), crs_(crs) {
+  FlightIndex(const std::string& path, const Crs& crs, Heights heights)
+      : path_(path), crs_(crs), heights_(heights) {
     static std::once_flag registered;
     std::call_once(registered, [] { GDALAllRegister(); });
     dataset_.reset(GDALDataset::Open(path.c_str(), GDAL_OF_VECTOR | GDAL_OF_READONLY));
@@ -111,11 +113,15 @@ class FlightIndex {
                           : point.Is3D() != 0 ? point.getZ()
                                               : std::nan("");
     if (std::isfinite(height)) return height;
-    throw InputError(where + " has no flying height; give points a z or a column height (m)");
+    if (heights_ == Heights::kMayBeAbsent) return std::nan("");
+    throw InputError(where +
+                     " has no flying height; give points a z or a column height (m), or the block "
+                     "file's [flight] a scale or flying_height_m");
   }
 
   std::string path_;
   const Crs& crs_;
+  Heights heights_;
   GDALDatasetUniquePtr dataset_;
   OGRLayer* layer_ = nullptr;
   int name_ = -1, height_ = -1;
@@ -123,10 +129,21 @@ class FlightIndex {
 
 }  // namespace
 
-OrientationTable ReadApproximations(const std::string& path, const Crs& crs) {
+Vector6d SigmaOfApproximation(const OrientationRow& row, std::optional<double> position_m,
+                              std::optional<double> attitude_rad, std::optional<double> kappa_rad) {
+  if (row.sigma) return *row.sigma;
+  Vector6d sigma;
+  sigma << Eigen::Vector3d::Constant(position_m.value_or(kPositionSigma_m)),
+      Eigen::Vector3d::Constant(attitude_rad.value_or(kAttitudeSigma_rad));
+  if (kappa_rad) sigma[5] = *kappa_rad;
+  if (!row.attitude_known) sigma[5] = std::numbers::pi;
+  return sigma;
+}
+
+OrientationTable ReadApproximations(const std::string& path, const Crs& crs, Heights heights) {
   if (IsCsv(path)) return ReadOrientationTable(path, Attitudes::kMayBeAbsent);
   const QuietGdal quiet;
-  return FlightIndex(path, crs).Read();
+  return FlightIndex(path, crs, heights).Read();
 }
 
 }  // namespace orient

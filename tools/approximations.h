@@ -1,11 +1,25 @@
 // What is known of photos before they are oriented.
 #pragma once
 
+#include <optional>
 #include <string>
 
 #include "core/files/orientation_table.h"
+#include "core/geometry/rotation.h"
 
 namespace orient {
+
+// What an approximation is taken to be worth where nobody says.
+inline constexpr double kPositionSigma_m = 10;
+inline const double kAttitudeSigma_rad = RadFromDeg(3);
+
+// The row's own, otherwise these, otherwise the above; kappa is unknown where the row says so.
+Vector6d SigmaOfApproximation(const OrientationRow& row, std::optional<double> position_m,
+                              std::optional<double> attitude_rad,
+                              std::optional<double> kappa_rad = std::nullopt);
+
+// Whether points of a vector file may lack heights, which are NaN then.
+enum class Heights { kRequired, kMayBeAbsent };
 
 // One of
 //   an OPK CSV (see ReadOrientationTable);
@@ -16,6 +30,7 @@ namespace orient {
 //   height, altitude, alt or flying_height (m).
 // Where attitudes are absent, photos are taken for nearly vertical and kappa for unknown
 // (OrientationRow::attitude_known). Throws InputError naming the file and what is missing.
-OrientationTable ReadApproximations(const std::string& path, const Crs& crs);
+OrientationTable ReadApproximations(const std::string& path, const Crs& crs,
+                                    Heights heights = Heights::kRequired);
 
 }  // namespace orient

@@ -9,7 +9,7 @@
 #include <cstdio>
 #include <filesystem>
 #include <mutex>
-#include <numbers>
+#include <numeric>
 
 #include "core/error.h"
 #include "core/files/atomic_write.h"
@@ -47,10 +47,6 @@ struct Setting {
   GroundSurface surface;
 };
 
-// What an approximation is taken to be worth where nobody says.
-constexpr double kPositionSigma_m = 10;
-const double kAttitudeSigma_rad = RadFromDeg(3);
-
 // Where the photos' footprints may lie, so that only that part of the DEM is read.
 Bounds Region(const OrientationTable& table, const Camera& camera,
               const ExteriorRunOptions& options) {
@@ -59,11 +55,16 @@ Bounds Region(const OrientationTable& table, const Camera& camera,
     const OrientationRow* row = table.Find(PhotoName(path));
     if (row == nullptr) continue;
     const double height = std::max(100.0, row->pose.position_m.z() - kLowestGround_m);
+    const Vector6d sigma = SigmaOfApproximation(*row, options.position_sigma_m, std::nullopt);
     const double reach = 1.5 * height * camera.FrameRadius() / camera.principal_distance_mm +
-                         3 * options.position_sigma_m.value_or(kPositionSigma_m);
+                         3 * sigma.head<2>().maxCoeff();
     region.Include(row->pose.position_m.x() - reach, row->pose.position_m.y() - reach);
     region.Include(row->pose.position_m.x() + reach, row->pose.position_m.y() + reach);
   }
+  if (region.Empty() && options.approximations.empty())
+    throw InputError(
+        "nothing says where any of the photos was taken from: their files have no position (EXIF); "
+        "give a table of approximations");
   if (region.Empty())
     throw InputError(options.approximations +
                      ": none of the given photos is in this table; its "
@@ -111,7 +112,9 @@ Setting Prepare(const ExteriorRunOptions& options) {
                      " is a film camera: name the folder with the results of 'orient interior' "
                      "with --interior");
   OrientationTable table =
-      ReadApproximations(options.approximations, options.crs ? *options.crs : StoredCrs(options));
+      options.table ? *options.table
+                    : ReadApproximations(options.approximations,
+                                         options.crs ? *options.crs : StoredCrs(options));
   const Crs crs = BlockCrs(options, table);
   GroundSurface surface =
       GroundSurface::FromFile(options.dem, crs, Region(table, camera.camera, options));
@@ -136,12 +139,10 @@ ExteriorResult Failed(const std::string& photo, const std::string& why) {
 }
 
 Matrix6d PriorCovariance(const OrientationRow& row, const ExteriorRunOptions& options) {
-  Vector6d sigma;
-  sigma << Eigen::Vector3d::Constant(options.position_sigma_m.value_or(kPositionSigma_m)),
-      Eigen::Vector3d::Constant(options.attitude_sigma_rad.value_or(kAttitudeSigma_rad));
-  if (options.kappa_sigma_rad) sigma[5] = *options.kappa_sigma_rad;
-  if (!row.attitude_known) sigma[5] = std::numbers::pi;
-  return row.sigma.value_or(sigma).cwiseAbs2().asDiagonal();
+  return SigmaOfApproximation(row, options.position_sigma_m, options.attitude_sigma_rad,
+                              options.kappa_sigma_rad)
+      .cwiseAbs2()
+      .asDiagonal();
 }
 
 std::string Metres(double value) {
@@ -160,8 +161,8 @@ std::string WithoutHeights(const Setting& setting, const Pose& pose) {
   const auto ground = setting.surface.HeightAt(pose.position_m.x(), pose.position_m.y());
   if (ground && *ground >= pose.position_m.z())
     return "its approximate position lies below the ground: z " + Metres(pose.position_m.z()) +
-           ", the ground there " + Metres(*ground) + "; correct it in " +
-           setting.options.approximations;
+           ", the ground there " + Metres(*ground) + "; correct it" +
+           (setting.options.approximations.empty() ? "" : " in " + setting.options.approximations);
   return "the DEM " + setting.options.dem +
          " does not cover the photo: it has no height at its "
          "centre, x " +
@@ -247,12 +248,19 @@ double GroundPixel(const Setting& setting, const PhotoView& view) {
          std::abs(view.pose.position_m.z() - setting.surface.MeanHeight());
 }
 
+ExteriorResult WithoutApproximation(const ExteriorRunOptions& options, const std::string& name) {
+  if (options.approximations.empty())
+    return Failed(name,
+                  "no approximation: its file says no position (EXIF), and no strip of the block "
+                  "file has it; give a table of approximations, or name it in its strip");
+  return Failed(name, "no approximation: " + options.approximations + " has no row '" + name +
+                          "'; add one or leave the photo out");
+}
+
 ExteriorResult OrientOne(const Setting& setting, const std::string& path) {
   const std::string name = PhotoName(path);
   const OrientationRow* row = setting.approximations.Find(name);
-  if (row == nullptr)
-    return Failed(name, "no approximation: " + setting.options.approximations + " has no row '" +
-                            name + "'; add one or leave the photo out");
+  if (row == nullptr) return WithoutApproximation(setting.options, name);
   const Raster raster = Raster::Open(path);
   const bool digital = setting.camera.camera.kind == CameraKind::kDigital;
   const ScanInterior interior =
@@ -343,7 +351,7 @@ EarthCamera CameraOfRun(const ExteriorRunOptions& options) {
 std::vector<ExteriorResult> RunExterior(const ExteriorRunOptions& options,
                                         const std::function<void(const ExteriorResult&)>& done) {
   if (const auto wrong = options.Check()) throw UsageError(*wrong);
-  const Setting setting = Prepare(options);
+  Setting setting = Prepare(options);
   MakeOutputDirectory(options.out);
   // What a block's run left here is true of other poses.
   for (const char* file : {"block.json", "quicklook.png", "seams.png", "calibrated_camera.toml"})
@@ -362,11 +370,15 @@ std::vector<ExteriorResult> RunExterior(const ExteriorRunOptions& options,
     if (done) done(results[i]);
   };
   tbb::task_arena arena(options.jobs > 0 ? options.jobs : tbb::task_arena::automatic);
-  arena.execute([&] {
-    std::vector<std::size_t> order(options.photos.size());
-    for (std::size_t i = 0; i < order.size(); ++i) order[i] = i;
-    tbb::parallel_for_each(order, orient_one);
-  });
+  auto next = [&, begun = false]() mutable {
+    if (options.next_photos) return options.next_photos(results, &setting.approximations);
+    std::vector<std::size_t> all(begun ? 0 : options.photos.size());
+    std::iota(all.begin(), all.end(), std::size_t{0});
+    begun = true;
+    return all;
+  };
+  for (std::vector<std::size_t> wave = next(); !wave.empty(); wave = next())
+    arena.execute([&] { tbb::parallel_for_each(wave, orient_one); });
   learning.Tell(fresh, setting.camera.camera.kind, &results);
   WriteOrientationTable((fs::path(options.out) / "orientation.csv").string(),
                         TableOf(results, setting.crs));

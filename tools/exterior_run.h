@@ -6,6 +6,7 @@
 #include <string>
 #include <vector>
 
+#include "core/files/orientation_table.h"
 #include "core/files/results.h"
 #include "core/geometry/bounds.h"
 #include "core/geometry/crs.h"
@@ -17,7 +18,8 @@ namespace orient {
 struct ExteriorRunOptions {
   std::vector<std::string> photos;  // paths
   std::string camera;
-  std::string approximations;
+  std::string approximations;             // of a file; empty: `table` is not from one
+  std::optional<OrientationTable> table;  // instead of what the file says
   std::string dem;
   std::string patchdb;
   std::string out;
@@ -33,6 +35,12 @@ struct ExteriorRunOptions {
   // threads.
   std::function<std::vector<Patch>(const std::string& photo, const Bounds& footprint)>
       further_patches;
+  // Which photos to orient next (indices) and with which approximations, asked before the first and
+  // whenever those asked for are done; none: the end. Results that are not there yet have no
+  // photo's name. All at once otherwise.
+  std::function<std::vector<std::size_t>(const std::vector<ExteriorResult>& so_far,
+                                         OrientationTable* table)>
+      next_photos;
   EarthMode earth = EarthMode::kAuto;  // curvature and refraction
   std::optional<double> earth_k1;      // what they are, where that is decided already (0: none)
   // One sigma of the camera file's principal distance, which each photo then estimates for itself;

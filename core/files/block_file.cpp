@@ -9,6 +9,7 @@
 #include <system_error>
 
 #include "core/error.h"
+#include "core/files/flight_plan_keys.h"
 #include "core/files/orientation_table.h"
 #include "core/files/toml_fields.h"
 #include "core/geometry/rotation.h"
@@ -174,6 +175,13 @@ void ReadPhotos(const TomlTable& root, const std::string& base, BlockFile* block
     root.Fail("photos", "names no photo that can be used: " + block->unusable.front().reason);
 }
 
+std::vector<std::string> NamesOf(const BlockFile& block) {
+  std::vector<std::string> names;
+  for (const std::string& path : block.photos) names.push_back(PhotoName(path));
+  for (const UnusablePhoto& photo : block.unusable) names.push_back(photo.name);
+  return names;
+}
+
 void ReadOutput(const TomlTable& root, const std::string& base, BlockFile* block) {
   const auto table = root.FindTable("output", {"directory", "formats"});
   block->output_directory =
@@ -204,9 +212,10 @@ std::vector<std::string> ExpandPhotos(const std::vector<std::string>& patterns,
 
 BlockFile ReadBlockFile(const std::string& path) {
   const toml::table document = ParseTomlFile(path);
-  const TomlTable root(document, path, "",
-                       {"crs", "dem", "patchdb", "camera", "photos", "approximations",
-                        "approximate_accuracy", "scan", "output", "block", "earth"});
+  const TomlTable root(
+      document, path, "",
+      {"crs", "dem", "patchdb", "camera", "photos", "approximations", "approximate_accuracy",
+       "scan", "output", "block", "earth", "flight", "strips"});
   const std::string base = fs::path(path).parent_path().string();
   BlockFile block{.crs = Crs::Parse(root.Text("crs"), path + ", crs"),
                   .dem = ExistingFile(root, "dem", base),
@@ -214,7 +223,10 @@ BlockFile ReadBlockFile(const std::string& path) {
                   .camera = CameraFileOrName(root, base),
                   .photos = {},
                   .unusable = {},
-                  .approximations = ExistingFile(root, "approximations", base),
+                  .approximations = root.Has("approximations")
+                                        ? ExistingFile(root, "approximations", base)
+                                        : std::string(),
+                  .flight = {},
                   .position_sigma_m = std::nullopt,
                   .attitude_sigma_rad = std::nullopt,
                   .pixel_size_um = std::nullopt,
@@ -225,6 +237,7 @@ BlockFile ReadBlockFile(const std::string& path) {
                   .formats = {},
                   .adjustment = {}};
   ReadPhotos(root, base, &block);
+  block.flight = ReadFlightPlan(root, NamesOf(block));
   ReadOutput(root, base, &block);
   ReadAccuracy(root, &block);
   ReadAdjustment(root, &block);

@@ -5,6 +5,7 @@
 #include <string>
 #include <vector>
 
+#include "core/files/flight_plan.h"
 #include "core/files/results.h"
 #include "core/geometry/crs.h"
 #include "core/geometry/earth_effects.h"
@@ -31,7 +32,8 @@ struct BlockFile {
   std::string camera;                   // or a name of the camera library
   std::vector<std::string> photos;      // globs expanded, sorted, without duplicates
   std::vector<UnusablePhoto> unusable;  // not there, or several files of one name
-  std::string approximations;
+  std::string approximations;           // empty: what the photos' files say, and the strips
+  FlightPlan flight;                    // empty: nothing is said of strips
   // One sigma of approximations without sigma columns; empty where nobody states it.
   std::optional<double> position_sigma_m;
   std::optional<double> attitude_sigma_rad;
@@ -44,7 +46,8 @@ struct BlockFile {
   BlockAdjustmentChoice adjustment;
 };
 
-// Throws InputError: wrong keys, a glob that matches nothing, no photo that can be worked on.
+// Throws InputError: wrong keys, a photo in two strips, a glob that matches nothing, no photo that
+// can be worked on.
 BlockFile ReadBlockFile(const std::string& path);
 
 // Globs ("scans/*.tif") and plain paths, relative to `base`; a pattern without a match throws

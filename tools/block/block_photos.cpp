@@ -69,6 +69,16 @@ BlockPhotoFile ReadBlockPhoto(const std::string& path, const std::string& result
   return photo;
 }
 
+GroundSurface SurfaceUnder(const BlockFile& block, const std::vector<BlockPhotoFile>& photos) {
+  Bounds all = Bounds::OfNothing();
+  for (const BlockPhotoFile& photo : photos) {
+    if (photo.footprint.Empty()) continue;
+    all.Include(photo.footprint.min_x, photo.footprint.min_y);
+    all.Include(photo.footprint.max_x, photo.footprint.max_y);
+  }
+  return GroundSurface::FromFile(block.dem, block.crs, all);
+}
+
 std::vector<std::size_t> NeighboursOf(const std::vector<BlockPhotoFile>& photos,
                                       std::size_t photo) {
   std::vector<std::size_t> neighbours;

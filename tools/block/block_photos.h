@@ -9,6 +9,7 @@
 #include "core/files/camera_file.h"
 #include "core/files/results.h"
 #include "core/geometry/bounds.h"
+#include "core/geometry/ground_surface.h"
 #include "core/imaging/raster.h"
 #include "exterior/orient_photo.h"
 #include "exterior/tie_points.h"
@@ -39,6 +40,9 @@ struct BlockPhotoFile {
 BlockPhotoFile ReadBlockPhoto(const std::string& path, const std::string& result_path,
                               const CameraFile& camera, const MarkShapes& marks,
                               const std::string& interior_directory);
+
+// Of the DEM under all photos' footprints. Throws InputError where there is none.
+GroundSurface SurfaceUnder(const BlockFile& block, const std::vector<BlockPhotoFile>& photos);
 
 // Indices of the other photos with a pose whose footprints touch this one's.
 std::vector<std::size_t> NeighboursOf(const std::vector<BlockPhotoFile>& photos, std::size_t photo);

@@ -7,21 +7,21 @@
 #include "core/error.h"
 #include "core/files/atomic_write.h"
 #include "core/files/orientation_table.h"
+#include "core/files/partial_files.h"
+#include "core/format_text.h"
 #include "patchdb/content_digest.h"
-#include "tools/approximations.h"
 #include "tools/block/adjustment_summary.h"
+#include "tools/block/block_approximations.h"
+#include "tools/block/block_outputs.h"
 #include "tools/block/calibrated_camera.h"
 #include "tools/block/neighbour_stage.h"
 #include "tools/block/stage_folder.h"
 #include "tools/block/tie_stage.h"
 #include "tools/block_camera.h"
-#include "tools/block_geopackage.h"
-#include "tools/convert/write_exports.h"
 #include "tools/exterior_run.h"
 #include "tools/interior_run.h"
 #include "tools/made_from.h"
 #include "tools/progress.h"
-#include "tools/report/report.h"
 #include "tools/shared_options.h"
 
 namespace orient {
@@ -33,6 +33,22 @@ std::string StagePath(const std::string& out, const std::string& stage) {
 }
 
 std::string UnfinishedPath(const std::string& out) { return StagePath(out, "unfinished"); }
+
+// All that is said of the flight, as one text that changes when it does.
+std::string FlightText(const FlightPlan& flight) {
+  if (flight.Empty()) return "";
+  std::string text = FormatText("%.6g %.6g %.6g %.6g %d", flight.overlap, flight.side_lap,
+                                flight.flying_height_m.value_or(0), flight.scale.value_or(0),
+                                flight.back_and_forth ? 1 : 0);
+  if (flight.next_strip)
+    text += FormatText(" %g %g", flight.next_strip->x(), flight.next_strip->y());
+  text += FormatText(" %.9g", flight.azimuth_rad.value_or(99));
+  for (const FlightStrip& strip : flight.strips) {
+    text += FormatText("; %.9g", strip.azimuth_rad.value_or(99));
+    for (const std::string& photo : strip.photos) text.append(" ").append(photo);
+  }
+  return text;
+}
 
 // One run: what its stages share.
 class BlockRun {
@@ -48,7 +64,9 @@ class BlockRun {
 
   BlockRunResult Run() {
     const std::string& out = block_.output_directory;
+    PrepareDigests();  // what is wrong with tables, strips and DEM shows before the work
     MakeOutputDirectory(out);
+    RemovePartialFiles(out);  // of killed runs
     if (!options_.resume) fs::remove_all(fs::path(out) / "stages");
     MakeOutputDirectory(StagePath(out, ""));
     WriteFileAtomically(UnfinishedPath(out), "an interrupted run goes on with --resume\n");
@@ -56,6 +74,7 @@ class BlockRun {
     OrientExteriors();
     ReadPhotos();
     BlockRunResult result;
+    if (const auto told = SetOtherPhotosAside(block_)) result.messages.push_back(*told);
     if (block_.adjustment.ties && photos_.size() > 1) Adjust(&result);
     if (!result.adjusted) {
       result.results = OwnResults(photos_);
@@ -64,7 +83,8 @@ class BlockRun {
     }
     AddUnusable(&result.results);
     NameNeedlessApproximations(&result.messages);
-    WriteOutputs(&result);
+    WriteBlockOutputs({block_, camera_, earth_k1_.value_or(0), photos_, options_.quicklook},
+                      &result);
     fs::remove(UnfinishedPath(out));
     return result;
   }
@@ -77,14 +97,11 @@ class BlockRun {
     if (options_.resume) PrepareDigests();
     for (const UnusablePhoto& photo : block_.unusable)
       lines.push_back("cannot  " + photo.name + ": " + photo.reason);
+    const std::set<std::string> kept = KeptExteriors();
     for (const std::string& path : block_.photos) {
       const std::string name = PhotoName(path);
-      const bool interior =
-          fs::exists(InteriorResultPath(block_.output_directory, name)) && options_.resume;
-      if (film_) line(interior, "interior  " + name);
-      line(options_.resume && (interior || !film_) &&
-               exterior_.IsCurrent(name, DigestOfExterior(path)),
-           "exterior  " + name);
+      if (film_) line(InteriorIsThere(name), "interior  " + name);
+      line(kept.contains(name), "exterior  " + name);
     }
     if (block_.adjustment.ties && block_.photos.size() > 1) {
       line(false, "ties      between all photos that overlap (kept where nothing changed)");
@@ -96,6 +113,31 @@ class BlockRun {
   }
 
  private:
+  bool InteriorIsThere(const std::string& name) const {
+    return options_.resume && fs::exists(InteriorResultPath(block_.output_directory, name));
+  }
+
+  // Photos whose exterior orientation would not be done again. What is done again may change the
+  // approximations of those after it.
+  std::set<std::string> KeptExteriors() {
+    std::set<std::string> kept;
+    if (!options_.resume) return kept;
+    std::vector<ExteriorResult> so_far(block_.photos.size());
+    bool all = true;
+    for (auto next = NextPhotos(so_far); all && !next.empty(); next = NextPhotos(so_far))
+      for (const std::size_t i : next) {
+        const std::string name = PhotoName(block_.photos[i]);
+        so_far[i].photo = name;
+        const bool keep = (!film_ || InteriorIsThere(name)) &&
+                          exterior_.IsCurrent(name, DigestOfExterior(block_.photos[i]));
+        all = all && keep;
+        if (!keep) continue;
+        kept.insert(name);
+        so_far[i] = ReadExteriorResult(exterior_.ResultPath(name));
+      }
+    return kept;
+  }
+
   void OrientInteriors() const {
     InteriorRunOptions options;
     options.photos = block_.photos;
@@ -114,6 +156,7 @@ class BlockRun {
     options.photos = block_.photos;
     options.camera = block_.camera;
     options.approximations = block_.approximations;
+    options.table = approximations_->Table();
     options.dem = block_.dem;
     options.patchdb = block_.patchdb;
     options.out = exterior_.Directory();
@@ -134,10 +177,11 @@ class BlockRun {
     const auto sigma = [](const std::optional<double>& value) {
       return value ? std::to_string(*value) : std::string("-");
     };
-    approximations_ = ReadApproximations(block_.approximations, block_.crs);
+    approximations_.emplace(block_, camera_.camera);
     DecideOnTheEarth();
-    shared_ = Digest("block 2" + DigestOfCamera(camera_) + DigestOfRaster(block_.dem) +
-                     block_.crs.Wkt() + std::to_string(static_cast<int>(block_.earth)) +
+    shared_ = Digest("block 2" + FlightText(block_.flight) + DigestOfCamera(camera_) +
+                     DigestOfRaster(block_.dem) + block_.crs.Wkt() +
+                     std::to_string(static_cast<int>(block_.earth)) +
                      sigma(block_.position_sigma_m) + sigma(block_.attitude_sigma_rad));
     patches_ = ContentOf(PatchDatabase::Open(block_.patchdb, PatchDatabase::Mode::kRead));
   }
@@ -154,7 +198,7 @@ class BlockRun {
   std::string DigestOfExterior(const std::string& path) const {
     const std::string name = PhotoName(path);
     std::string text = shared_ + patches_ + DigestOfFile(path);
-    if (const OrientationRow* row = approximations_.Find(name)) {
+    if (const OrientationRow* row = approximations_->Table().Find(name)) {
       if (!row->attitude_known) text += "position alone ";
       const Vector6d sigma = row->sigma.value_or(Vector6d::Zero());
       for (int i = 0; i < 6; ++i)
@@ -164,16 +208,35 @@ class BlockRun {
     return Digest(text);
   }
 
-  void OrientExteriors() {
-    PrepareDigests();
-    std::map<std::string, std::string> digests;
-    for (const std::string& path : block_.photos) {
-      const std::string name = PhotoName(path);
-      digests[name] = DigestOfExterior(path);
-      if (!exterior_.IsCurrent(name, digests[name])) exterior_.Drop(name);
+  // Of the next photos to orient; what is kept of them and not of now is dropped.
+  std::vector<std::size_t> NextPhotos(const std::vector<ExteriorResult>& so_far) {
+    approximations_->Learn(so_far);
+    std::vector<std::string> open;
+    std::vector<std::size_t> index;
+    for (std::size_t i = 0; i < so_far.size(); ++i) {
+      if (!so_far[i].photo.empty()) continue;
+      open.push_back(PhotoName(block_.photos[i]));
+      index.push_back(i);
     }
+    std::vector<std::size_t> next;
+    for (const std::size_t i : approximations_->Next(open)) next.push_back(index[i]);
+    return next;
+  }
+
+  void OrientExteriors() {
+    std::map<std::string, std::string> digests;
     ExteriorRunOptions options = ExteriorOptions();
-    options.resume = true;  // what is not of now was dropped
+    options.resume = true;  // what is not of now is dropped
+    options.next_photos = [&](const std::vector<ExteriorResult>& so_far, OrientationTable* table) {
+      const std::vector<std::size_t> next = NextPhotos(so_far);
+      *table = approximations_->Table();
+      for (const std::size_t i : next) {
+        const std::string name = PhotoName(block_.photos[i]);
+        digests[name] = DigestOfExterior(block_.photos[i]);
+        if (!exterior_.IsCurrent(name, digests[name])) exterior_.Drop(name);
+      }
+      return next;
+    };
     Progress progress("exterior orientation", static_cast<int>(block_.photos.size()));
     RunExterior(options, [&](const ExteriorResult& result) {
       exterior_.Note(result.photo, digests.at(result.photo));
@@ -190,16 +253,6 @@ class BlockRun {
     for (const BlockPhotoFile& photo : photos_)
       if (!photo.HasPose())
         fs::remove(fs::path(block_.output_directory) / (photo.name + ".patches.png"), ignored);
-  }
-
-  GroundSurface SurfaceUnderPhotos() const {
-    Bounds all = Bounds::OfNothing();
-    for (const BlockPhotoFile& photo : photos_) {
-      if (photo.footprint.Empty()) continue;
-      all.Include(photo.footprint.min_x, photo.footprint.min_y);
-      all.Include(photo.footprint.max_x, photo.footprint.max_y);
-    }
-    return GroundSurface::FromFile(block_.dem, block_.crs, all);
   }
 
   bool AnyPose() const {
@@ -224,12 +277,13 @@ class BlockRun {
   void Adjust(BlockRunResult* result) {
     if (!AnyPose()) return;
     {
-      const GroundSurface surface = SurfaceUnderPhotos();
-      RunNeighbourStage({ExteriorOptions(), camera_, marks_, surface, block_.output_directory,
-                         StagePath(block_.output_directory, "neighbours"), shared_},
-                        &photos_, &result->messages);
+      const GroundSurface surface = SurfaceUnder(block_, photos_);
+      RunNeighbourStage(
+          {ExteriorOptions(), *approximations_, camera_, marks_, surface, block_.output_directory,
+           StagePath(block_.output_directory, "neighbours"), shared_},
+          &photos_, &result->messages);
     }
-    const GroundSurface surface = SurfaceUnderPhotos();
+    const GroundSurface surface = SurfaceUnder(block_, photos_);
     const std::vector<TieRecord> ties = MeasureTies(surface, result);
     if (ties.empty()) return;
     const AdjustmentInputs inputs{photos_, ties,           camera_.camera,
@@ -246,22 +300,6 @@ class BlockRun {
     result->adjusted = std::move(summary);
   }
 
-  // `results` begins with those of photos_, in their order.
-  std::optional<Quicklook> MakeQuicklook(const std::vector<ExteriorResult>& results) const {
-    std::vector<QuicklookPhoto> photos;
-    for (std::size_t i = 0; i < photos_.size(); ++i) {
-      if (!results[i].pose || results[i].status == Status::kFailed) continue;
-      const BlockPhotoFile& photo = photos_[i];
-      photos.push_back({photo.name,
-                        photo.path,
-                        {camera_.camera, photo.position.photo_from_pixel, *results[i].pose,
-                         photo.position.film_correction},
-                        photo.negative});
-    }
-    if (photos.empty()) return std::nullopt;
-    return WriteQuicklook(block_.output_directory, photos, SurfaceUnderPhotos());
-  }
-
   void AddUnusable(std::vector<ExteriorResult>* results) const {
     for (const UnusablePhoto& photo : block_.unusable) {
       ExteriorResult failed;
@@ -272,12 +310,9 @@ class BlockRun {
   }
 
   void NameNeedlessApproximations(std::vector<std::string>* messages) const {
-    std::set<std::string> photos;
-    for (const std::string& path : block_.photos) photos.insert(PhotoName(path));
-    for (const UnusablePhoto& photo : block_.unusable) photos.insert(photo.name);
-    std::vector<std::string> needless;
-    for (const OrientationRow& row : approximations_.rows)
-      if (!photos.contains(row.photo)) needless.push_back(row.photo);
+    const std::vector<std::string>& needless = approximations_->Needless();
+    const std::vector<std::string>& more = approximations_->Messages();
+    messages->insert(messages->end(), more.begin(), more.end());
     if (needless.empty()) return;
     constexpr std::size_t kMostNames = 5;
     std::string names;
@@ -307,63 +342,6 @@ class BlockRun {
     return summary;
   }
 
-  // What an earlier run left and this one does not write.
-  void RemoveStale(const std::string& out) const {
-    std::error_code ignored;
-    for (const char* file : {"quicklook.png", "seams.png", "exports"})
-      fs::remove_all(fs::path(out) / file, ignored);
-    for (const UnusablePhoto& photo : block_.unusable)
-      for (const char* file : {".patches.png", ".marks.png", ".interior.json"})
-        fs::remove(fs::path(out) / (photo.name + file), ignored);
-  }
-
-  // A picture that cannot be drawn costs no result.
-  void Illustrate(BlockRunResult* result) const {
-    try {
-      result->quicklook = MakeQuicklook(result->results);
-      if (!result->quicklook) return;
-      for (const std::string& photo : result->quicklook->left_out)
-        result->messages.push_back("photo " + photo + " could not be read for the quicklook");
-    } catch (const std::exception& error) {
-      result->messages.push_back(std::string("no quicklook: ") + error.what());
-    }
-  }
-
-  void WriteOutputs(BlockRunResult* written) const {
-    BlockRunResult& result = *written;
-    const std::string& out = block_.output_directory;
-    RemoveStale(out);
-    OrientationTable table;
-    table.crs = block_.crs;
-    for (const ExteriorResult& photo : result.results) {
-      WriteExteriorResult(out, photo);
-      if (photo.pose)
-        table.rows.push_back(
-            {photo.photo, *photo.pose, Vector6d(photo.covariance->diagonal().cwiseSqrt())});
-    }
-    WriteOrientationTable((fs::path(out) / "orientation.csv").string(), table);
-    WriteBlockCamera(out, camera_, earth_k1_.value_or(0));
-    if (result.adjusted) WriteAdjustmentResult(out, *result.adjusted);
-    WriteBlockGeopackage(out, block_.crs, result.results,
-                         result.adjusted ? &*result.adjusted : nullptr);
-    if (options_.quicklook) Illustrate(&result);
-    WriteReport(out);
-    WriteExportsTo(out, result);
-  }
-
-  void WriteExportsTo(const std::string& out, const BlockRunResult& result) const {
-    const auto oriented = [](const ExteriorResult& photo) { return photo.pose.has_value(); };
-    if (block_.formats.empty() ||
-        std::none_of(result.results.begin(), result.results.end(), oriented))
-      return;
-    try {
-      WriteExportsOf(out, BlockCameraPath(out), block_.formats);
-    } catch (const InputError& error) {
-      throw InputError("the block is done and written to " + out +
-                       ", but not exported: " + error.what());
-    }
-  }
-
   const BlockRunOptions& options_;
   const BlockFile& block_;
   CameraFile camera_;
@@ -371,7 +349,7 @@ class BlockRun {
   std::optional<double> earth_k1_;  // in camera_ since it is decided
   MarkShapes marks_;
   StageFolder exterior_;
-  OrientationTable approximations_;
+  std::optional<BlockApproximations> approximations_;
   std::string shared_, patches_;  // digests
   std::vector<BlockPhotoFile> photos_;
 };

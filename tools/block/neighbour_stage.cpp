@@ -5,12 +5,13 @@
 #include <list>
 #include <map>
 #include <mutex>
+#include <sstream>
 
 #include "core/error.h"
 #include "core/files/atomic_write.h"
 #include "core/files/orientation_table.h"
+#include "core/format_text.h"
 #include "patchdb/harvest.h"
-#include "tools/approximations.h"
 #include "tools/block/stage_folder.h"
 #include "tools/made_from.h"
 #include "tools/progress.h"
@@ -20,7 +21,8 @@ namespace orient {
 namespace {
 namespace fs = std::filesystem;
 
-constexpr int kMaxRounds = 20;
+// Beyond as many as there are photos.
+constexpr int kFurtherRounds = 20;
 constexpr int kPatchesOfAPhoto = 500;
 // Lenders whose patches are kept in memory: a photo's weigh some 10 MB.
 constexpr std::size_t kLendersInMemory = 24;
@@ -125,13 +127,47 @@ bool AnythingNew(const RoundsSoFar& rounds, const std::vector<BlockPhotoFile>& p
 }
 
 std::vector<std::size_t> ToBeTried(const NeighbourStage& stage, const RoundsSoFar& rounds,
-                                   const OrientationTable& approximations,
                                    const std::vector<BlockPhotoFile>& photos) {
-  std::vector<std::size_t> tried;
-  for (std::size_t i = 0; i < photos.size(); ++i)
-    if (AnythingNew(rounds, photos, photos[i].name) && MayBeTried(photos[i], stage, approximations))
-      tried.push_back(i);
+  std::vector<std::size_t> open, tried;
+  std::vector<std::string> names;
+  for (std::size_t i = 0; i < photos.size(); ++i) {
+    if (!AnythingNew(rounds, photos, photos[i].name) ||
+        !MayBeTried(photos[i], stage, stage.approximations.Table()))
+      continue;
+    open.push_back(i);
+    names.push_back(photos[i].name);
+  }
+  for (const std::size_t i : stage.approximations.Next(names)) tried.push_back(open[i]);
   return tried;
+}
+
+void LearnFrom(const std::vector<BlockPhotoFile>& photos, BlockApproximations* approximations) {
+  std::vector<ExteriorResult> results;
+  for (const BlockPhotoFile& photo : photos)
+    if (photo.HasPose()) results.push_back(photo.exterior);
+  approximations->Learn(results);
+}
+
+// Where a photo of a round looked for patches, beside its result: an interrupted run goes on with
+// the same photos as if it had not been.
+std::string SoughtPath(const StageFolder& folder, const std::string& photo) {
+  return (fs::path(folder.Directory()) / (photo + ".sought")).string();
+}
+
+void WriteSought(const std::string& path, const Bounds& area) {
+  WriteFileAtomically(path, area.Empty() ? "nowhere\n"
+                                         : FormatText("%.17g %.17g %.17g %.17g\n", area.min_x,
+                                                      area.min_y, area.max_x, area.max_y));
+}
+
+Bounds ReadSought(const std::string& path) {
+  Bounds area;
+  try {
+    std::istringstream text(ReadFile(path));
+    if (text >> area.min_x >> area.min_y >> area.max_x >> area.max_y) return area;
+  } catch (const InputError&) {  // it came not so far
+  }
+  return Bounds::OfNothing();
 }
 
 // Photos that the round oriented take over their poses.
@@ -143,13 +179,13 @@ void RunRound(const NeighbourStage& stage, const std::vector<std::size_t>& tried
   const std::string digest = DigestOfRound(stage, *photos);
   ExteriorRunOptions options = stage.exterior;
   options.photos.clear();
-  std::vector<std::string> fresh;  // done now, not by an earlier run
   for (const std::size_t i : tried) {
     const std::string& name = (*photos)[i].name;
     options.photos.push_back((*photos)[i].path);
-    if (folder.IsCurrent(name, digest)) continue;
-    folder.Drop(name);
-    fresh.push_back(name);
+    if (folder.IsCurrent(name, digest))
+      rounds->sought[name] = ReadSought(SoughtPath(folder, name));
+    else
+      folder.Drop(name);
   }
   NeighbourPatches lent(stage, *photos);
   std::mutex mutex;
@@ -157,6 +193,7 @@ void RunRound(const NeighbourStage& stage, const std::vector<std::size_t>& tried
   options.pictures.reset();  // beside the round's results: they show no control patches
   options.resume = true;
   options.feedback = false;
+  options.table = stage.approximations.Table();
   options.further_patches = [&](const std::string& name, const Bounds& area) {
     {
       const std::lock_guard<std::mutex> lock(mutex);
@@ -168,11 +205,15 @@ void RunRound(const NeighbourStage& stage, const std::vector<std::size_t>& tried
   };
   Progress progress("orientation by neighbours, round " + round, static_cast<int>(tried.size()));
   RunExterior(options, [&](const ExteriorResult& result) {
+    {
+      // Those that did not come so far as to look for patches have nothing to hope for.
+      const std::lock_guard<std::mutex> lock(mutex);
+      WriteSought(SoughtPath(folder, result.photo),
+                  rounds->sought.try_emplace(result.photo, Bounds::OfNothing()).first->second);
+    }
     folder.Note(result.photo, digest);
     progress.Advance();
   });
-  // Those that did not come so far as to look for patches have nothing to hope for.
-  for (const std::string& name : fresh) rounds->sought.try_emplace(name, Bounds::OfNothing());
   rounds->fresh.clear();
   for (const std::size_t i : tried) {
     BlockPhotoFile now = ReadBlockPhoto((*photos)[i].path, folder.ResultPath((*photos)[i].name),
@@ -189,14 +230,13 @@ void RunRound(const NeighbourStage& stage, const std::vector<std::size_t>& tried
 
 void RunNeighbourStage(const NeighbourStage& stage, std::vector<BlockPhotoFile>* photos,
                        std::vector<std::string>* messages) {
-  const OrientationTable approximations =
-      ReadApproximations(stage.exterior.approximations, *stage.exterior.crs);
   if (std::none_of(photos->begin(), photos->end(),
                    [](const BlockPhotoFile& photo) { return photo.HasPose(); }))
     return;
   RoundsSoFar rounds;
-  while (rounds.count < kMaxRounds) {
-    const std::vector<std::size_t> tried = ToBeTried(stage, rounds, approximations, *photos);
+  while (rounds.count < kFurtherRounds + std::ssize(*photos)) {
+    LearnFrom(*photos, &stage.approximations);
+    const std::vector<std::size_t> tried = ToBeTried(stage, rounds, *photos);
     if (tried.empty()) return;
     try {
       RunRound(stage, tried, &rounds, photos);
@@ -208,7 +248,6 @@ void RunNeighbourStage(const NeighbourStage& stage, std::vector<BlockPhotoFile>*
           error.what());
       return;
     }
-    if (rounds.fresh.empty()) return;
   }
 }
 

@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "core/geometry/ground_surface.h"
+#include "tools/block/block_approximations.h"
 #include "tools/block/block_photos.h"
 #include "tools/exterior_run.h"
 
@@ -14,6 +15,7 @@ namespace orient {
 
 struct NeighbourStage {
   ExteriorRunOptions exterior;  // of the photos' own stage; photos, out and resume are set here
+  BlockApproximations& approximations;  // learns from each round's poses
   const CameraFile& camera;
   const MarkShapes& marks;
   const GroundSurface& surface;
@@ -23,8 +25,9 @@ struct NeighbourStage {
 };
 
 // Rounds: patches of all photos that have a pose are offered to all that have none and see
-// somebody new, until a round orients nobody. Results of earlier runs are kept where what they were
-// made from is the same.
+// somebody new, until nobody is left to try. Those whose approximations come from strips are tried
+// as these become known (BlockApproximations::Next). Results of earlier runs are kept where what
+// they were made from is the same.
 // `*photos` take over the poses; those that stay failed keep their own result. What stops a round
 // is told in `*messages`.
 void RunNeighbourStage(const NeighbourStage& stage, std::vector<BlockPhotoFile>* photos,

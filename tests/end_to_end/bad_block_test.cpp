@@ -1,0 +1,164 @@
+// Blocks that are not whole: what is wrong is named, the rest is done.
+#include <gtest/gtest.h>
+
+#include <filesystem>
+
+#include "tests/end_to_end/spoilt_block.h"
+#include "tools/simulate/geotiff.h"
+
+namespace orient {
+namespace {
+namespace fs = std::filesystem;
+
+using ChangedBlock = BadPhoto;
+
+TEST_F(ChangedBlock, APhotoThatLeavesTheBlockIsSetAsideAndMayComeBack) {
+  ASSERT_EQ(Block().exit_code, 0);
+  const std::string all = ReadFile(Path("block.toml"));
+  const std::string result = ReadFile(Path("out/new_1_2.exterior.json"));
+  Edit("block.toml", "scans/*.tif", "scans/new_1_1.tif");
+  const ProgramRun without = Block({"--resume"});
+  EXPECT_EQ(without.exit_code, 0) << without.out << without.err;
+  EXPECT_NE(without.out.find("(new_1_2) was moved to " + Path("out/not_in_block")),
+            std::string::npos)
+      << without.out;
+  EXPECT_EQ(ReadFile(Path("out/not_in_block/new_1_2.exterior.json")), result);
+  EXPECT_FALSE(fs::exists(Path("out/new_1_2.exterior.json")));
+  EXPECT_EQ(ReadOrientationTable(Path("out/orientation.csv")).rows.size(), 1u);
+  const std::string report = ReadFile(Path("out/report.html"));
+  EXPECT_NE(report.find("new_1_1"), std::string::npos);
+  EXPECT_EQ(report.find("id=\"new_1_2\""), std::string::npos);
+  EXPECT_EQ(report.find("new_1_2.patches.png"), std::string::npos);
+  Write("block.toml", all);
+  const ProgramRun again = Block({"--resume"});
+  EXPECT_EQ(again.exit_code, 0) << again.out << again.err;
+  EXPECT_EQ(ReadFile(Path("out/new_1_2.exterior.json")), result);
+}
+
+TEST_F(ChangedBlock, RowsForPhotosThatAreNotThereAreNamed) {
+  OrientationTable table = ReadOrientationTable(Path("approx.csv"));
+  for (const char* name : {"ghost", "phantom"}) {
+    table.rows.push_back(table.rows[0]);
+    table.rows.back().photo = name;
+  }
+  WriteOrientationTable(Path("approx.csv"), table);
+  const ProgramRun run = Block();
+  EXPECT_EQ(run.exit_code, 0) << run.out << run.err;
+  EXPECT_NE(
+      run.out.find(Path("approx.csv") + " has 2 photos that are not in the block: ghost, phantom"),
+      std::string::npos)
+      << run.out;
+}
+
+TEST_F(BadInput, WithoutAnythingThatLocatesAPhotoThereIsNothingToDo) {
+  Edit("block.toml", "approximations = \"approx.csv\"\n", "");
+  ExpectRefused(Block(), 2, {"EXIF", "give a table of approximations"});
+  Write("block.toml", ReadFile(Path("block.toml")) + "[[strips]]\nphotos = [\"new_*\"]\n");
+  ExpectRefused(Block(), 2, {"strip 1", "new_1_1, new_1_2", "located", "give the position"});
+}
+
+// Digital photos in a row, each 890 x 667 px.
+class SlowBadBlock : public testing::Test {
+ protected:
+  void Make(int photos, int strips) {
+    SimulationOptions options;
+    options.camera = CameraPreset::kDigital;
+    options.photos = photos;
+    options.strips = strips;
+    options.gsd_m = 0.75;
+    options.pixel_size_um = 60;
+    options.objects = false;
+    options.position_error_m = 3;
+    options.attitude_error_deg = 0.5;
+    Simulate(options, block_);
+    HarvestOldPhotos(block_, Path("patches.gpkg"), 150);
+  }
+  std::string Path(const std::string& name) const { return block_ + "/" + name; }
+  ProgramRun Block() const { return RunOrient({"block", Path("block.toml"), "--no-feedback"}); }
+  ExteriorResult Result(const std::string& photo) const {
+    return ReadExteriorResult(ExteriorResultPath(Path("out"), photo));
+  }
+  // Takes all patches east of the middle between two photos out of use.
+  void RetireEastOf(const std::string& photo, const std::string& next) const {
+    const OrientationTable truth = ReadOrientationTable(Path("truth/orientation.csv"));
+    const double x =
+        (truth.Find(photo)->pose.position_m.x() + truth.Find(next)->pose.position_m.x()) / 2;
+    const ProgramRun run = RunOrient({"patchdb", "retire", Path("patches.gpkg"), "--apply", "--box",
+                                      std::to_string(x), "0", "1000000", "10000000"});
+    ASSERT_EQ(run.exit_code, 0) << run.err;
+  }
+
+  const TemporaryFolder folder_;
+  const std::string block_ = folder_ / "block";
+};
+
+TEST_F(SlowBadBlock, OfTwoPartsTheOneWithoutControlFailsAndIsNamed) {
+  Make(6, 1);
+  for (const char* photo : {"new_1_3", "new_1_4"})
+    fs::remove(Path("scans/" + std::string(photo) + ".tif"));
+  const ProgramRun whole = Block();
+  EXPECT_EQ(whole.exit_code, 0) << whole.out << whole.err;
+  EXPECT_NE(whole.out.find("Photos new_1_1 and new_1_2 are connected with no other photo"),
+            std::string::npos)
+      << whole.out;
+  RetireEastOf("new_1_3", "new_1_4");
+  fs::remove_all(Path("out"));
+  const ProgramRun run = Block();
+  std::printf("%s", run.out.c_str());
+  EXPECT_EQ(run.exit_code, 3) << run.out << run.err;
+  for (const char* photo : {"new_1_1", "new_1_2"})
+    EXPECT_EQ(Result(photo).status, Status::kOk) << photo;
+  const ExteriorResult last = Result("new_1_6");
+  EXPECT_EQ(last.status, Status::kFailed);
+  EXPECT_FALSE(last.pose);
+  ASSERT_FALSE(last.messages.empty());
+  EXPECT_NE(run.out.find(last.messages[0]), std::string::npos) << run.out;
+}
+
+// Clouds, water: photos of one grey value.
+TEST_F(SlowBadBlock, AStripWithoutAnyPatchOrTieFailsAndTheOthersAreDone) {
+  Make(6, 2);
+  for (const char* photo : {"new_2_1", "new_2_2", "new_2_3"}) {
+    const std::string path = Path("scans/" + std::string(photo) + ".tif");
+    simulation::WriteGreyTiff(path, 890, 667, std::vector<std::uint16_t>(890 * 667, 128), 8,
+                              std::nullopt, std::nullopt);
+  }
+  const ProgramRun run = Block();
+  std::printf("%s", run.out.c_str());
+  EXPECT_EQ(run.exit_code, 3) << run.out << run.err;
+  for (const char* photo : {"new_1_1", "new_1_2", "new_1_3"})
+    EXPECT_EQ(Result(photo).status, Status::kOk) << photo;
+  for (const char* photo : {"new_2_1", "new_2_2", "new_2_3"}) {
+    const ExteriorResult failed = Result(photo);
+    EXPECT_EQ(failed.status, Status::kFailed) << photo;
+    ASSERT_FALSE(failed.messages.empty());
+    EXPECT_NE(run.out.find(failed.messages[0]), std::string::npos) << run.out;
+  }
+  EXPECT_EQ(ReadOrientationTable(Path("out/orientation.csv")).rows.size(), 3u);
+}
+
+TEST_F(SlowBadBlock, ADamagedFilmScanIsNamedAndTheOthersAreDone) {
+  SimulationOptions options;
+  options.photos = 3;
+  options.gsd_m = 0.75;
+  options.pixel_size_um = 75;
+  options.objects = false;
+  options.position_error_m = 3;
+  options.attitude_error_deg = 0.5;
+  Simulate(options, block_);
+  HarvestOldPhotos(block_, Path("patches.gpkg"), 150);
+  const std::string path = Path("scans/new_1_2.tif");
+  fs::resize_file(path, fs::file_size(path) / 2);
+  const ProgramRun run = Block();
+  std::printf("%s", run.out.c_str());
+  EXPECT_EQ(run.exit_code, 3) << run.out << run.err;
+  EXPECT_EQ(Result("new_1_1").status, Status::kOk);
+  EXPECT_EQ(Result("new_1_3").status, Status::kOk);
+  const ExteriorResult damaged = Result("new_1_2");
+  EXPECT_EQ(damaged.status, Status::kFailed);
+  ASSERT_FALSE(damaged.messages.empty());
+  EXPECT_NE(damaged.messages[0].find("new_1_2"), std::string::npos) << damaged.messages[0];
+}
+
+}  // namespace
+}  // namespace orient

@@ -1,0 +1,214 @@
+#include "tools/block/block_approximations.h"
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+#include <set>
+
+#include "core/error.h"
+#include "core/format_text.h"
+#include "core/geometry/ground_surface.h"
+#include "core/geometry/rotation.h"
+#include "core/median.h"
+#include "tools/approximations.h"
+#include "tools/exterior_run.h"
+#include "tools/photo_metadata.h"
+#include "tools/strip_geometry.h"
+
+namespace orient {
+namespace {
+
+// Of a frame's shorter side on the ground: what is known as well as that need not be sought in the
+// whole photo.
+constexpr double kWellKnown = 0.1;
+// A focal length that differs by more is another lens.
+constexpr double kFocalLengthTolerance = 0.03;
+
+double PositionSigma(const OrientationRow& row) { return row.sigma->head<2>().maxCoeff(); }
+
+GroundSurface SurfaceAround(const BlockFile& block, const std::vector<OrientationRow>& rows) {
+  constexpr double kMargin_m = 50;
+  Bounds bounds = Bounds::OfNothing();
+  for (const OrientationRow& row : rows) {
+    const auto& place = row.pose.position_m;
+    bounds.Include(place.x() - kMargin_m, place.y() - kMargin_m);
+    bounds.Include(place.x() + kMargin_m, place.y() + kMargin_m);
+  }
+  return GroundSurface::FromFile(block.dem, block.crs, bounds);
+}
+
+std::string Listed(const std::vector<std::string>& names) {
+  constexpr std::size_t kMost = 5;
+  std::string text;
+  for (std::size_t i = 0; i < std::min(names.size(), kMost); ++i) {
+    if (i > 0) text += ", ";
+    text += names[i];
+  }
+  if (names.size() > kMost) text += ", ...";
+  return text;
+}
+
+}  // namespace
+
+BlockApproximations::BlockApproximations(const BlockFile& block, const Camera& camera)
+    : block_(block), camera_(camera) {
+  if (!block.approximations.empty()) ReadTable();
+  ReadFiles();
+  std::set<std::string> photos;
+  for (const std::string& path : block.photos) photos.insert(PhotoName(path));
+  std::vector<std::string> absent;
+  for (const FlightStrip& strip : block.flight.strips)
+    for (const std::string& photo : strip.photos)
+      if (!photos.contains(photo)) absent.push_back(photo);
+  if (!absent.empty())
+    messages_.push_back("the strips have " + std::to_string(absent.size()) +
+                        (absent.size() == 1 ? " photo that is" : " photos that are") +
+                        " not there, whose places stay free: " + Listed(absent));
+  Fill();
+}
+
+void BlockApproximations::ReadTable() {
+  const bool height_stated = block_.flight.FlyingHeight(camera_.principal_distance_mm).has_value();
+  OrientationTable table =
+      ReadApproximations(block_.approximations, block_.crs,
+                         height_stated ? Heights::kMayBeAbsent : Heights::kRequired);
+  table_.crs = table.crs;
+  CompleteHeights(&table);
+  std::set<std::string> photos;
+  for (const std::string& path : block_.photos) photos.insert(PhotoName(path));
+  for (const UnusablePhoto& photo : block_.unusable) photos.insert(photo.name);
+  // One that is not scanned locates the others of its strip none the less.
+  for (const FlightStrip& strip : block_.flight.strips)
+    photos.insert(strip.photos.begin(), strip.photos.end());
+  for (OrientationRow& row : table.rows) {
+    if (!photos.contains(row.photo)) needless_.push_back(row.photo);
+    known_.push_back(std::move(row));
+  }
+}
+
+void BlockApproximations::CompleteHeights(OrientationTable* table) const {
+  const auto lacks = [](const OrientationRow& row) { return std::isnan(row.pose.position_m.z()); };
+  if (std::none_of(table->rows.begin(), table->rows.end(), lacks)) return;
+  const GroundSurface surface = SurfaceAround(block_, table->rows);
+  const double height_m = *block_.flight.FlyingHeight(camera_.principal_distance_mm);
+  for (OrientationRow& row : table->rows) {
+    if (!lacks(row)) continue;
+    Eigen::Vector3d& place = row.pose.position_m;
+    place.z() = surface.HeightAt(place.x(), place.y()).value_or(surface.MeanHeight()) + height_m;
+  }
+}
+
+void BlockApproximations::ReadFiles() {
+  std::set<std::string> have;
+  for (const OrientationRow& row : known_) have.insert(row.photo);
+  int located = 0;
+  std::vector<std::string> other_lens;
+  double focal_length_mm = 0;
+  for (const std::string& path : block_.photos) {
+    const std::string name = PhotoName(path);
+    if (have.contains(name)) continue;
+    const PhotoMetadata metadata = ReadPhotoMetadata(path);
+    if (auto row = LocatedByMetadata(name, metadata, block_.crs)) {
+      known_.push_back(std::move(*row));
+      ++located;
+    }
+    const auto& focal = metadata.focal_length_mm;
+    if (!focal || std::abs(*focal / camera_.principal_distance_mm - 1) <= kFocalLengthTolerance)
+      continue;
+    focal_length_mm = *focal;
+    other_lens.push_back(name);
+  }
+  if (located > 0)
+    messages_.push_back(std::to_string(located) + (located == 1 ? " photo is" : " photos are") +
+                        " located by the GNSS position in " +
+                        (located == 1 ? "its own file" : "their own files"));
+  if (!other_lens.empty())
+    messages_.push_back(FormatText("the focal length in photos' files (%.4g mm) is not the camera "
+                                   "file's principal distance (%.4g mm): ",
+                                   focal_length_mm, camera_.principal_distance_mm) +
+                        Listed(other_lens));
+}
+
+OrientationRow BlockApproximations::WithSigma(OrientationRow row) const {
+  if (row.sigma) return row;
+  row.sigma = SigmaOfApproximation(row, block_.position_sigma_m, block_.attitude_sigma_rad);
+  return row;
+}
+
+double BlockApproximations::GroundUnder(const std::vector<OrientationRow>& rows) const {
+  const GroundSurface surface = SurfaceAround(block_, rows);
+  std::vector<double> heights;
+  for (const OrientationRow& row : rows)
+    if (const auto height = surface.HeightAt(row.pose.position_m.x(), row.pose.position_m.y()))
+      heights.push_back(*height);
+  return heights.empty() ? surface.MeanHeight() : Median(std::move(heights));
+}
+
+void BlockApproximations::Fill() {
+  table_.rows = known_;
+  vague_strips_.clear();
+  std::map<std::string, std::size_t> strip_of;
+  for (std::size_t i = 0; i < block_.flight.strips.size(); ++i)
+    for (const std::string& photo : block_.flight.strips[i].photos) strip_of[photo] = i;
+  std::vector<OrientationRow> located;
+  std::set<std::string> have;
+  for (const OrientationRow& row : known_) {
+    have.insert(row.photo);
+    if (!strip_of.contains(row.photo)) continue;
+    const auto now = oriented_.find(row.photo);
+    located.push_back(now != oriented_.end() ? now->second : WithSigma(row));
+  }
+  for (const auto& [photo, row] : oriented_)
+    if (!have.contains(photo) && strip_of.contains(photo)) located.push_back(row);
+  if (std::all_of(strip_of.begin(), strip_of.end(),
+                  [&](const auto& photo) { return have.contains(photo.first); }))
+    return;
+  if (located.empty())
+    throw InputError(
+        "no photo of the strips is located (strip " + block_.flight.strips.front().name + ": " +
+        Listed(block_.flight.strips.front().photos) + "): neither " +
+        (block_.approximations.empty() ? "a table of approximations" : block_.approximations) +
+        " nor the photos' files (EXIF) say where one was; give the position of one");
+  const double ground_m = GroundUnder(located);
+  std::vector<OrientationRow> filled = FillStrips(block_.flight, located, camera_, ground_m);
+  for (OrientationRow& row : filled) {
+    const double side_m = camera_.frame_mm.minCoeff() / camera_.principal_distance_mm *
+                          (row.pose.position_m.z() - ground_m);
+    if (PositionSigma(row) > kWellKnown * side_m) vague_strips_[row.photo] = strip_of.at(row.photo);
+    table_.rows.push_back(std::move(row));
+  }
+  // Of an oriented photo the strips say nothing more; what it was oriented with is not needed
+  // again.
+  for (const auto& [photo, row] : oriented_)
+    if (!have.contains(photo) && strip_of.contains(photo)) table_.rows.push_back(row);
+}
+
+void BlockApproximations::Learn(const std::vector<ExteriorResult>& results) {
+  bool more = false;
+  for (const ExteriorResult& result : results) {
+    if (!result.pose || !result.covariance) continue;
+    OrientationRow row;
+    row.photo = result.photo;
+    row.pose = *result.pose;
+    row.sigma = result.covariance->diagonal().cwiseSqrt();
+    more = oriented_.emplace(row.photo, row).second || more;
+  }
+  if (more && !block_.flight.Empty()) Fill();
+}
+
+std::vector<std::size_t> BlockApproximations::Next(const std::vector<std::string>& open) const {
+  std::vector<std::size_t> next;
+  for (std::size_t i = 0; i < open.size(); ++i)
+    if (!vague_strips_.contains(open[i])) next.push_back(i);
+  if (!next.empty()) return next;
+  std::map<std::size_t, std::pair<double, std::size_t>> best;  // of each strip
+  for (std::size_t i = 0; i < open.size(); ++i) {
+    const double sigma = PositionSigma(*table_.Find(open[i]));
+    const auto [known, is_new] = best.try_emplace(vague_strips_.at(open[i]), sigma, i);
+    if (!is_new && sigma < known->second.first) known->second = {sigma, i};
+  }
+  for (const auto& [strip, photo] : best) next.push_back(photo.second);
+  return next;
+}
+
+}  // namespace orient

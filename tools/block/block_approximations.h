@@ -1,0 +1,53 @@
+// What is known of a block's photos before they are oriented: its table, its photos' own files and
+// its strips; and, as photos are oriented one after the other, what these tell of the others.
+#pragma once
+
+#include <map>
+#include <string>
+#include <vector>
+
+#include "core/files/block_file.h"
+#include "core/files/orientation_table.h"
+#include "core/files/results.h"
+#include "core/geometry/camera.h"
+
+namespace orient {
+
+class BlockApproximations {
+ public:
+  // Reads the table, and the files of photos that it does not have. Throws InputError for a table
+  // that cannot be read, and for strips of which no photo is located.
+  BlockApproximations(const BlockFile& block, const Camera& camera);
+
+  // Of all photos that anything is known of.
+  const OrientationTable& Table() const { return table_; }
+  // The block file's own, or what stands for it in messages.
+  const std::vector<std::string>& Messages() const { return messages_; }
+  // Names of the table that are no photo of the block.
+  const std::vector<std::string>& Needless() const { return needless_; }
+
+  // Photos that are oriented locate the others of their strips; what has no pose is passed over.
+  void Learn(const std::vector<ExteriorResult>& results);
+
+  // Which of these photos to orient next, as indices: all that are known well; where there are
+  // none, of each strip the one that is known best, since it tells where the others are.
+  std::vector<std::size_t> Next(const std::vector<std::string>& open) const;
+
+ private:
+  void ReadTable();
+  void ReadFiles();
+  void CompleteHeights(OrientationTable* table) const;
+  void Fill();
+  OrientationRow WithSigma(OrientationRow row) const;
+  double GroundUnder(const std::vector<OrientationRow>& rows) const;
+
+  const BlockFile& block_;
+  const Camera& camera_;
+  std::vector<OrientationRow> known_;                // of the block's photos, by table or file
+  std::map<std::string, OrientationRow> oriented_;   // since then
+  OrientationTable table_;                           // known_ and what fills the strips
+  std::map<std::string, std::size_t> vague_strips_;  // photos known badly, with their strips
+  std::vector<std::string> messages_, needless_;
+};
+
+}  // namespace orient

@@ -1,0 +1,343 @@
+#include "tools/strip_geometry.h"
+
+#include <Eigen/Dense>
+#include <Eigen/SparseCholesky>
+#include <algorithm>
+#include <cmath>
+#include <map>
+#include <numbers>
+
+#include "core/error.h"
+#include "core/geometry/rotation.h"
+#include "core/median.h"
+
+namespace orient {
+namespace {
+
+using Eigen::Matrix3d;
+using Eigen::Vector2d;
+using Eigen::Vector3d;
+
+// How well flights keep to their plan, as shares of base, of the distance of strips and of the
+// flying height.
+constexpr double kStepAlong = 0.07, kStepAcross = 0.04;    // of one base from the strip's
+constexpr double kBaseAlong = 0.12, kBaseAcross = 0.09;    // of a strip's base from what is stated
+constexpr double kBackAlong = 0.1, kBackAcross = 0.06;     // of a strip's from the one before
+constexpr double kAbreast = 0.4, kAbreastOfPhoto = 0.3;    // of a base; more a photo more in one
+constexpr double kApart = 0.15, kApartOfOne = 0.1;         // of the distance of strips
+constexpr double kClimb = 0.01, kClimbToNextStrip = 0.02;  // of the flying height
+constexpr double kAnywhere = 0.75;                         // where the direction is not known
+const double kTilt_rad = RadFromDeg(3);
+const double kCrab_rad = RadFromDeg(5), kCrabOfOtherStrip_rad = RadFromDeg(8);
+constexpr double kLeastSigma_m = 0.01;
+
+Vector2d Towards(double azimuth_rad) { return {std::sin(azimuth_rad), std::cos(azimuth_rad)}; }
+
+// Along and across `direction` where there is one, otherwise `along` everywhere.
+Matrix3d CovarianceOf(const std::optional<Vector2d>& direction, double along, double across,
+                      double up) {
+  Matrix3d covariance = Vector3d(along * along, along * along, up * up).asDiagonal();
+  if (direction) {
+    const Vector2d side(-direction->y(), direction->x());
+    covariance.topLeftCorner<2, 2>() = along * along * *direction * direction->transpose() +
+                                       across * across * side * side.transpose();
+  }
+  return covariance;
+}
+
+struct Solution {
+  Vector3d value;
+  Matrix3d covariance;
+};
+
+// Linear observations of points and vectors in space.
+class LinearSystem {
+ public:
+  explicit LinearSystem(std::size_t unknowns)
+      : normal_(Size(unknowns), Size(unknowns)), right_(Eigen::VectorXd::Zero(Size(unknowns))) {}
+
+  // The sum of coefficient times unknown is observed as `value`.
+  void Observe(const std::vector<std::pair<std::size_t, double>>& terms, const Vector3d& value,
+               const Matrix3d& covariance) {
+    const Matrix3d weight = covariance.inverse();
+    for (const auto& [i, a] : terms) {
+      right_.segment<3>(At(i)) += a * weight * value;
+      for (const auto& [j, b] : terms)
+        for (int row = 0; row < 3; ++row)
+          for (int col = 0; col < 3; ++col)
+            entries_.emplace_back(At(i) + row, At(j) + col, a * b * weight(row, col));
+    }
+  }
+
+  void Solve() {
+    normal_.setFromTriplets(entries_.begin(), entries_.end());
+    solver_.compute(normal_);
+    values_ = solver_.solve(right_);
+  }
+
+  Solution Of(std::size_t unknown) const {
+    Eigen::MatrixXd columns = Eigen::MatrixXd::Zero(normal_.rows(), 3);
+    columns.middleRows<3>(At(unknown)) = Matrix3d::Identity();
+    const Eigen::MatrixXd inverse = solver_.solve(columns);
+    return {values_.segment<3>(At(unknown)), inverse.middleRows<3>(At(unknown))};
+  }
+
+ private:
+  static Eigen::Index Size(std::size_t unknowns) { return 3 * static_cast<Eigen::Index>(unknowns); }
+  static Eigen::Index At(std::size_t unknown) { return Size(unknown); }
+
+  Eigen::SparseMatrix<double> normal_;
+  Eigen::VectorXd right_, values_;
+  std::vector<Eigen::Triplet<double>> entries_;
+  Eigen::SimplicialLDLT<Eigen::SparseMatrix<double>> solver_;
+};
+
+class StripAdjustment {
+ public:
+  StripAdjustment(const FlightPlan& plan, const std::map<std::string, OrientationRow>& located,
+                  const Camera& camera, double height_m)
+      : plan_(plan), located_(located), camera_(camera), height_m_(height_m) {
+    for (const FlightStrip& strip : plan.strips) {
+      first_.push_back(photos_);
+      photos_ += strip.photos.size();
+    }
+  }
+
+  // Twice: the first time finds a direction that nobody states.
+  void Run() {
+    direction_ = StatedDirection();
+    distances_ = DistancesOf(plan_, camera_, height_m_, XAlong());
+    Solve();
+    if (direction_) return;
+    direction_ = FoundDirection();
+    if (!direction_) return;
+    distances_ = DistancesOf(plan_, camera_, height_m_, XAlong());
+    Solve();
+  }
+
+  Solution Photo(std::size_t strip, std::size_t number) const {
+    return system_->Of(first_[strip] + number);
+  }
+
+ private:
+  std::size_t Base(std::size_t strip) const { return photos_ + strip; }
+  std::size_t Side() const { return photos_ + plan_.strips.size(); }
+
+  // Of a strip relative to the first one.
+  double Sense(std::size_t strip) const { return plan_.back_and_forth && strip % 2 == 1 ? -1 : 1; }
+
+  std::optional<Vector2d> StatedDirection(std::size_t strip) const {
+    if (plan_.strips[strip].azimuth_rad) return Towards(*plan_.strips[strip].azimuth_rad);
+    if (plan_.azimuth_rad) return Vector2d(Sense(strip) * Towards(*plan_.azimuth_rad));
+    return std::nullopt;
+  }
+
+  std::optional<Vector2d> StatedDirection() const {
+    for (std::size_t i = 0; i < plan_.strips.size(); ++i)
+      if (const auto stated = StatedDirection(i)) return Vector2d(Sense(i) * *stated);
+    return std::nullopt;
+  }
+
+  // Whether the photos' x axis lies along the flight, as a located photo's kappa says.
+  std::optional<bool> XAlong() const {
+    if (!direction_) return std::nullopt;
+    constexpr double kMostSigma_rad = 0.35;
+    for (std::size_t i = 0; i < plan_.strips.size(); ++i)
+      for (const std::string& photo : plan_.strips[i].photos) {
+        const auto known = located_.find(photo);
+        if (known == located_.end() || !known->second.attitude_known ||
+            (*known->second.sigma)[5] > kMostSigma_rad)
+          continue;
+        const double kappa = known->second.pose.opk_rad[2];
+        const Vector2d along = StatedDirection(i).value_or(*direction_);
+        return std::abs(along.dot(Vector2d(std::cos(kappa), std::sin(kappa)))) > std::sqrt(0.5);
+      }
+    return std::nullopt;
+  }
+
+  // Of the first strip, as the strip says whose base is known best.
+  std::optional<Vector2d> FoundDirection() const {
+    constexpr double kLeastSigmas = 4;
+    std::optional<Vector2d> found;
+    double best = kLeastSigmas;
+    for (std::size_t i = 0; i < plan_.strips.size(); ++i) {
+      const Solution base = system_->Of(Base(i));
+      const double sigma = std::sqrt(base.covariance.topLeftCorner<2, 2>().trace() / 2);
+      const double sigmas = base.value.head<2>().norm() / sigma;
+      if (sigmas <= best) continue;
+      best = sigmas;
+      found = Sense(i) * base.value.head<2>().normalized();
+    }
+    return found;
+  }
+
+  void Solve() {
+    system_.emplace(photos_ + plan_.strips.size() + 1);
+    for (std::size_t i = 0; i < plan_.strips.size(); ++i) {
+      ObserveStrip(i);
+      if (i > 0) ObserveBeside(i);
+    }
+    ObserveSide();
+    system_->Solve();
+  }
+
+  void ObserveStrip(std::size_t strip) {
+    const double base = distances_.base_m;
+    const std::vector<std::string>& photos = plan_.strips[strip].photos;
+    for (std::size_t i = 0; i < photos.size(); ++i) {
+      if (const auto known = located_.find(photos[i]); known != located_.end())
+        system_->Observe({{first_[strip] + i, 1}}, known->second.pose.position_m,
+                         known->second.sigma->head<3>()
+                             .cwiseMax(kLeastSigma_m)
+                             .cwiseAbs2()
+                             .asDiagonal()
+                             .toDenseMatrix());
+      if (i > 0)
+        system_->Observe(
+            {{first_[strip] + i, 1}, {first_[strip] + i - 1, -1}, {Base(strip), -1}},
+            Vector3d::Zero(),
+            CovarianceOf(direction_, kStepAlong * base, kStepAcross * base, kClimb * height_m_));
+    }
+    const auto stated = StatedDirection(strip);
+    Vector3d expected = Vector3d::Zero();
+    if (stated) expected << base * *stated, 0;
+    system_->Observe(
+        {{Base(strip), 1}}, expected,
+        CovarianceOf(stated,
+                     (stated ? std::hypot(kBaseAlong, distances_.uncertain) : kAnywhere) * base,
+                     kBaseAcross * base, kClimb * height_m_));
+  }
+
+  // This strip and the one before.
+  void ObserveBeside(std::size_t strip) {
+    const double base = distances_.base_m, apart = distances_.apart_m;
+    const double same_way = Sense(strip) * Sense(strip - 1);
+    const auto own = [&](std::size_t i) { return plan_.strips[i].azimuth_rad.has_value(); };
+    if (!own(strip) && !own(strip - 1))
+      system_->Observe(
+          {{Base(strip), 1}, {Base(strip - 1), -same_way}}, Vector3d::Zero(),
+          CovarianceOf(direction_, kBackAlong * base, kBackAcross * base, kClimb * height_m_));
+    const std::size_t here = plan_.strips[strip].photos.size();
+    const std::size_t there = plan_.strips[strip - 1].photos.size();
+    const auto more = static_cast<double>(here > there ? here - there : there - here);
+    const double abreast = std::hypot(kAbreast, kAbreastOfPhoto * more) * base;
+    std::vector<std::pair<std::size_t, double>> middles = {{first_[strip], 0.5},
+                                                           {first_[strip] + here - 1, 0.5},
+                                                           {first_[strip - 1], -0.5},
+                                                           {first_[strip - 1] + there - 1, -0.5},
+                                                           {Side(), -1}};
+    system_->Observe(middles, Vector3d::Zero(),
+                     CovarianceOf(direction_, direction_ ? abreast : std::max(abreast, apart),
+                                  kApartOfOne * apart, kClimbToNextStrip * height_m_));
+  }
+
+  void ObserveSide() {
+    const double apart = distances_.apart_m;
+    Vector3d expected = Vector3d::Zero();
+    double across = apart;
+    if (direction_ && plan_.next_strip) {
+      Vector2d side(-direction_->y(), direction_->x());
+      if (side.dot(*plan_.next_strip) < 0) side = -side;
+      expected << apart * side, 0;
+      across = std::hypot(kApart, distances_.uncertain) * apart;
+    }
+    system_->Observe({{Side(), 1}}, expected,
+                     CovarianceOf(direction_, direction_ ? kAbreast * distances_.base_m : apart,
+                                  across, kClimbToNextStrip * height_m_));
+  }
+
+  const FlightPlan& plan_;
+  const std::map<std::string, OrientationRow>& located_;
+  const Camera& camera_;
+  StripDistances distances_;
+  const double height_m_;
+  std::vector<std::size_t> first_;  // each strip's first photo
+  std::size_t photos_ = 0;
+  std::optional<Vector2d> direction_;  // of the first strip
+  std::optional<LinearSystem> system_;
+};
+
+// Kappa of a photo after the located ones, or unknown.
+void TakeKappa(const FlightPlan& plan, const std::map<std::string, OrientationRow>& located,
+               std::size_t strip, std::size_t number, OrientationRow* row) {
+  row->attitude_known = false;
+  (*row->sigma)[5] = std::numbers::pi;
+  std::size_t nearest = SIZE_MAX;
+  for (std::size_t s = 0; s < plan.strips.size(); ++s)
+    for (std::size_t n = 0; n < plan.strips[s].photos.size(); ++n) {
+      const auto known = located.find(plan.strips[s].photos[n]);
+      if (known == located.end() || !known->second.attitude_known) continue;
+      const std::size_t strips = s > strip ? s - strip : strip - s;
+      const std::size_t photos = n > number ? n - number : number - n;
+      const std::size_t far = strips * 10000 + photos;
+      if (far >= nearest) continue;
+      nearest = far;
+      const auto& here = plan.strips[strip].azimuth_rad;
+      const auto& there = plan.strips[s].azimuth_rad;
+      double turn = plan.back_and_forth && strips % 2 == 1 ? std::numbers::pi : 0;
+      if (here && there) turn = *there - *here;  // azimuths are clockwise
+      row->attitude_known = true;
+      row->pose.opk_rad[2] = NormalizeAngle(known->second.pose.opk_rad[2] + turn);
+      (*row->sigma)[5] =
+          std::hypot(strips == 0 ? kCrab_rad : kCrabOfOtherStrip_rad, (*known->second.sigma)[5]);
+    }
+}
+
+double FlyingHeightOf(const FlightPlan& plan, const Camera& camera,
+                      const std::map<std::string, OrientationRow>& located, double ground_m) {
+  if (const auto stated = plan.FlyingHeight(camera.principal_distance_mm)) return *stated;
+  std::vector<double> heights;
+  for (const auto& [photo, row] : located)
+    if (row.pose.position_m.z() > ground_m) heights.push_back(row.pose.position_m.z() - ground_m);
+  if (heights.empty())
+    throw InputError("photo " + located.begin()->first +
+                     ", from which its strip is to be filled, lies below the ground; correct its "
+                     "approximation");
+  return UpperMedian(std::move(heights));
+}
+
+}  // namespace
+
+StripDistances DistancesOf(const FlightPlan& plan, const Camera& camera, double height_m,
+                           std::optional<bool> x_along) {
+  const double scale = height_m / camera.principal_distance_mm;
+  const double x = camera.frame_mm.x() * scale, y = camera.frame_mm.y() * scale;
+  if (x_along)
+    return {(1 - plan.overlap) * (*x_along ? x : y), (1 - plan.side_lap) * (*x_along ? y : x), 0};
+  const double mean = std::sqrt(x * y);
+  return {(1 - plan.overlap) * mean, (1 - plan.side_lap) * mean, std::abs(x - y) / (x + y)};
+}
+
+std::vector<OrientationRow> FillStrips(const FlightPlan& plan,
+                                       const std::vector<OrientationRow>& located,
+                                       const Camera& camera, double ground_m) {
+  std::map<std::string, OrientationRow> known;
+  for (const OrientationRow& row : located)
+    for (const FlightStrip& strip : plan.strips)
+      if (std::find(strip.photos.begin(), strip.photos.end(), row.photo) != strip.photos.end())
+        known[row.photo] = row;
+  if (known.empty())
+    throw InputError(
+        "no photo of the strips (strip " + plan.strips.front().name + ", photo " +
+        plan.strips.front().photos.front() +
+        ", and so on) is located; give one photo's position in a table of approximations");
+  const double height_m = FlyingHeightOf(plan, camera, known, ground_m);
+  StripAdjustment strips(plan, known, camera, height_m);
+  strips.Run();
+  std::vector<OrientationRow> rows;
+  for (std::size_t s = 0; s < plan.strips.size(); ++s)
+    for (std::size_t n = 0; n < plan.strips[s].photos.size(); ++n) {
+      if (known.contains(plan.strips[s].photos[n])) continue;
+      const Solution place = strips.Photo(s, n);
+      OrientationRow row;
+      row.photo = plan.strips[s].photos[n];
+      row.pose.position_m = place.value;
+      row.sigma = Vector6d::Constant(kTilt_rad);
+      row.sigma->head<3>() = place.covariance.diagonal().cwiseSqrt();
+      TakeKappa(plan, known, s, n, &row);
+      rows.push_back(std::move(row));
+    }
+  return rows;
+}
+
+}  // namespace orient
