@@ -6,6 +6,7 @@
 #include <set>
 
 #include "core/files/atomic_write.h"
+#include "core/files/orientation_table.h"
 #include "core/geometry/intersection.h"
 #include "patchdb/patch_database.h"
 #include "tests/end_to_end/simulated_block.h"
@@ -70,6 +71,14 @@ void KeepPatchesOfCorners(const std::string& folder) {
   if (run.exit_code != 0) throw std::runtime_error(run.err);
 }
 
+// RMS of the check points' projections, px.
+double ProjectionRms(const Camera& camera, const OrientedPhoto& photo, const Pose& pose) {
+  double sum = 0;
+  for (const SeenPoint& point : photo.truth.seen)
+    sum += (*photo.View(camera, pose).PixelFromGround(point.ground_m) - point.pixel).squaredNorm();
+  return std::sqrt(sum / static_cast<double>(photo.truth.seen.size()));
+}
+
 struct StripVerdict {
   double horizontal_gsd = 0, height_gsd = 0;  // RMS of one coordinate of the check points
   double worst_photo_horizontal = 0, worst_photo_height = 0;
@@ -91,13 +100,6 @@ StripVerdict Judge(const std::string& folder) {
     const Vector6d off = PoseDifference(*photo.result.pose, photo.truth.pose);
     const double photo_chi2 = off.dot(photo.result.covariance->ldlt().solve(off));
     chi2 += photo_chi2;
-    const auto rms = [&](const Pose& pose) {
-      double sum = 0;
-      for (const SeenPoint& point : photo.truth.seen)
-        sum +=
-            (*photo.View(camera, pose).PixelFromGround(point.ground_m) - point.pixel).squaredNorm();
-      return std::sqrt(sum / static_cast<double>(photo.truth.seen.size()));
-    };
     const auto& alone = photo.result.alone;
     double alone_chi = 0;
     if (alone && alone->pose) {
@@ -106,9 +108,9 @@ StripVerdict Judge(const std::string& folder) {
     }
     std::printf("%s %s: normalised error %.2f, projection %.2f px; alone %s %.2f, %.2f px, %s\n",
                 photo.truth.name.c_str(), std::string(Name(photo.result.status)).c_str(),
-                std::sqrt(photo_chi2 / 6), rms(*photo.result.pose),
+                std::sqrt(photo_chi2 / 6), ProjectionRms(camera, photo, *photo.result.pose),
                 alone ? std::string(Name(alone->status)).c_str() : "-", alone_chi,
-                alone && alone->pose ? rms(*alone->pose) : 0.0,
+                alone && alone->pose ? ProjectionRms(camera, photo, *alone->pose) : 0.0,
                 photo.result.messages.empty() ? "" : photo.result.messages[0].c_str());
   }
   verdict.pose_chi = std::sqrt(chi2 / (6 * static_cast<double>(photos.size())));
@@ -166,6 +168,17 @@ SimulationOptions FifteenPhotos() {
   return options;
 }
 
+// Two thirds of the flying height aside and half a turn off.
+void SpoilApproximation(const std::string& folder, const std::string& photo) {
+  OrientationTable table = ReadOrientationTable(folder + "/approx.csv");
+  for (OrientationRow& row : table.rows) {
+    if (row.photo != photo) continue;
+    row.pose.position_m += Eigen::Vector3d(400, -100, 0);
+    row.pose.opk_rad.z() = NormalizeAngle(row.pose.opk_rad.z() + RadFromDeg(180));
+  }
+  WriteOrientationTable(folder + "/approx.csv", table);
+}
+
 TEST(SlowStripBlock, PatchesUnderTheCornersCarryFifteenPhotos) {
   const TemporaryFolder temporary;
   const std::string folder = temporary / "block";
@@ -185,6 +198,19 @@ TEST(SlowStripBlock, PatchesUnderTheCornersCarryFifteenPhotos) {
   EXPECT_LT(verdict.worst_photo_height, 0.9);
   EXPECT_GT(verdict.pose_chi, 0.8);
   EXPECT_LT(verdict.pose_chi, 1.25);
+  // A photo without any patch, far from where it is said to lie within 5 m: its neighbours' patches
+  // find it all the same, and it is not ok.
+  SpoilApproximation(folder, "new_2_3");
+  const ProgramRun again =
+      RunOrient({"block", folder + "/block.toml", "--no-feedback", "--resume"});
+  ASSERT_EQ(again.exit_code, 0) << again.out << again.err;
+  for (const OrientedPhoto& photo : ReadPhotos(folder)) {
+    if (photo.truth.name != "new_2_3") continue;
+    ASSERT_TRUE(photo.result.pose);
+    EXPECT_EQ(photo.result.status, Status::kWeak);
+    const Camera camera = ReadCameraFile(folder + "/camera.toml").camera;
+    EXPECT_LT(ProjectionRms(camera, photo, *photo.result.pose), 0.5);
+  }
 }
 
 }  // namespace
