@@ -136,9 +136,9 @@ void AddHedges(const Parcel& parcel, RandomStream* random, Scene* scene) {
   }
 }
 
-Change ChooseChange(double share, RandomStream* random) {
-  if (!random->Chance(share)) return Change::kNone;
-  return random->Chance(0.5) ? Change::kInverted : Change::kTone;
+Change ChooseChange(const SceneOptions& options, RandomStream* random) {
+  if (!random->Chance(options.change)) return Change::kNone;
+  return random->Chance(options.inverted) ? Change::kInverted : Change::kTone;
 }
 
 }  // namespace
@@ -151,7 +151,7 @@ Scene Scene::Make(const Bounds& extent, const SceneOptions& options) {
                                   static_cast<float>(extent.max_y - extent.min_y), options.seed);
   RandomStream random(Mix(options.seed + 77));
   for (size_t i = 0; i < scene.land.Parcels().size(); ++i)
-    scene.parcel_change.push_back(ChooseChange(options.change, &random));
+    scene.parcel_change.push_back(ChooseChange(options, &random));
   for (const Parcel& parcel : scene.land.Parcels())
     if (parcel.use == LandUse::kMeadow && parcel.area_m2 > 4000 && random.Chance(0.3))
       scene.ponds.push_back(

@@ -17,6 +17,7 @@ struct SceneOptions {
   double change = 0.2;  // share of parcels that look different; half of it for buildings
   bool objects = true;  // buildings and trees
   std::uint32_t seed = 1;
+  double inverted = 0.5;  // share of the changed parcels whose contrast is inverted
 };
 
 // Positions: metres east and north of the scene's south-west corner; heights above the ground.

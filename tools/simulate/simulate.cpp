@@ -80,8 +80,9 @@ Block PlanEverything(const SimulationOptions& options, const std::string& direct
   const BlockLayout layout = PlanBlock(options, fresh_camera, old_camera);
   PutOverEarth(options, layout, layout.fresh, &fresh_camera);
   PutOverEarth(options, layout, layout.old, &old_camera);
-  const Terrain terrain = Terrain::Make(layout.ground, {layout.mean_height_m, options.relief_m,
-                                                        options.dem_cell_m, Mix(options.seed + 2)});
+  const Terrain terrain =
+      Terrain::Make(layout.ground, {layout.mean_height_m, options.relief_m, options.dem_cell_m,
+                                    Mix(options.seed + 2), options.hills_m});
   RefuseSteepGround(terrain, fresh_camera);
   RefuseSteepGround(terrain, old_camera);
   RefuseLargeGround(RasterExtent(fresh_camera, layout.fresh, terrain), CellSize(options, false));
@@ -93,7 +94,8 @@ Block PlanEverything(const SimulationOptions& options, const std::string& direct
               old_camera,
               layout,
               terrain,
-              Scene::Make(layout.ground, {options.change, options.objects, Mix(options.seed + 3)}),
+              Scene::Make(layout.ground, {options.change, options.objects, Mix(options.seed + 3),
+                                          options.inverted}),
               {},
               {}};
   for (size_t i = 0; i < layout.fresh.size(); ++i)
@@ -253,6 +255,7 @@ SimulationSummary Simulate(const SimulationOptions& options, const std::string& 
   const BlockTruth truth{options,          block.scene, block.terrain, block.fresh_camera,
                          block.old_camera, block.fresh, block.old};
   WriteChangeMask(out_dir + "/change.tif", truth, block.crs);
+  WriteStandingMask(out_dir + "/truth/standing.tif", truth, block.crs);
   WriteBlockFile(block);
   summary.block_file = out_dir + "/block.toml";
   summary.truth_file = out_dir + "/truth.json";

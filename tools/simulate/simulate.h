@@ -30,10 +30,12 @@ struct SimulationOptions {
   double kappa_deg = 12;  // of the first strip; every other strip is flown back
   double tilt_deg = 1.2;  // sigma of omega and phi
   double relief_m = 60;   // highest minus lowest ground
+  double hills_m = 1400;  // their longest wave; mountains are longer
   double dem_cell_m = 5;
   std::string crs = "EPSG:32635";
   EarthMode earth = EarthMode::kAuto;  // curvature and refraction in the photos
   double change = 0.2;                 // share of the parcels that look different on the new photos
+  double inverted = 0.5;               // share of those whose contrast is inverted
   bool objects = true;                 // buildings and trees, which are not in the DEM
 
   // The new photos' camera and scans.
@@ -82,7 +84,7 @@ struct SimulationSummary {
 // Writes into `out_dir` (made where it is absent):
 //   block.toml camera.toml approx.csv dem.tif change.tif scans/*.tif
 //   old/camera.toml old/orientation.csv old/photos/*.tif old/interior/*.json [old/ortho.tif]
-//   truth.json truth/orientation.csv truth/interior/*.json
+//   truth.json truth/orientation.csv truth/interior/*.json truth/standing.tif
 // truth.json comes last: where it is, the block is whole. `step` is told how many
 // of how many steps are done (a step: the ground of a date, a photo), first with 0 done.
 // Throws UsageError: wrong options, or a folder that is not empty without `overwrite`; a folder

@@ -5,15 +5,14 @@
 namespace orient::simulation {
 namespace {
 
-constexpr double kLongestWave_m = 1400;
 // Amplitude falls faster than the wavelength: hills, but fields smooth enough to plough.
 constexpr double kRoughness = 1.15;
 
 double RawHeight(double x, double y, const TerrainOptions& options) {
   double sum = 0;
   std::uint32_t octave = 0;
-  for (double wave = kLongestWave_m; wave > 4 * options.cell_m; wave /= 2, ++octave) {
-    const double weight = std::pow(wave / kLongestWave_m, kRoughness);
+  for (double wave = options.longest_wave_m; wave > 4 * options.cell_m; wave /= 2, ++octave) {
+    const double weight = std::pow(wave / options.longest_wave_m, kRoughness);
     sum += weight * static_cast<double>(ValueNoise(options.seed + octave,
                                                    static_cast<float>(std::fmod(x, 1e6) / wave),
                                                    static_cast<float>(std::fmod(y, 1e6) / wave)));

@@ -13,6 +13,7 @@ struct TerrainOptions {
   double relief_m = 60;  // highest minus lowest node
   double cell_m = 5;
   std::uint32_t seed = 1;
+  double longest_wave_m = 1400;  // of the hills
 };
 
 // Heights at the centres of cells, north up: row 0 in the north; (west, north) is the outer corner

@@ -1,5 +1,7 @@
 #include "tools/simulate/truth_file.h"
 
+#include <algorithm>
+#include <cmath>
 #include <nlohmann/json.hpp>
 
 #include "core/files/atomic_write.h"
@@ -97,6 +99,52 @@ bool NearObject(const Scene& scene, const Vector3d& point) {
   return false;
 }
 
+// Where a thing of this size may be seen at either date: itself, leaning in a photo as far as a
+// wide angle shows it, and its shadow. Positions: the scene's.
+class StandingMask {
+ public:
+  StandingMask(int width, int height)
+      : width_(width),
+        height_(height),
+        mask_(static_cast<size_t>(width) * static_cast<size_t>(height), 0) {}
+
+  void Add(const Eigen::Vector2f& centre, double radius_m, double height_m) {
+    constexpr double kLean = 0.7;
+    const Vector2d foot = centre.cast<double>();
+    Mark(foot, foot, radius_m + kLean * height_m);
+    for (const Epoch epoch : {Epoch::kOld, Epoch::kNew}) {
+      const Vector3d sun = SunDirection(epoch);
+      Mark(foot, foot - sun.head<2>() * (height_m / sun.z()), radius_m);
+    }
+  }
+  int Width() const { return width_; }
+  int Height() const { return height_; }
+  const std::vector<std::uint16_t>& Cells() const { return mask_; }
+
+ private:
+  // What lies within `reach_m` of the line from `a` to `b`.
+  void Mark(const Vector2d& a, const Vector2d& b, double reach_m) {
+    const double reach = reach_m + kMaskCell_m;
+    const auto index = [](double x, int size) {
+      return std::clamp(static_cast<int>(x / kMaskCell_m), 0, size - 1);
+    };
+    for (int j = index(std::min(a.y(), b.y()) - reach, height_);
+         j <= index(std::max(a.y(), b.y()) + reach, height_); ++j)
+      for (int i = index(std::min(a.x(), b.x()) - reach, width_);
+           i <= index(std::max(a.x(), b.x()) + reach, width_); ++i) {
+        const Vector2d cell = kMaskCell_m * Vector2d(i + 0.5, j + 0.5);
+        const double length2 = std::max((b - a).squaredNorm(), 1e-6);
+        const double along = std::clamp((cell - a).dot(b - a) / length2, 0.0, 1.0);
+        if ((cell - a - along * (b - a)).norm() < reach)
+          mask_[static_cast<size_t>(height_ - 1 - j) * static_cast<size_t>(width_) +
+                static_cast<size_t>(i)] = 1;
+      }
+  }
+
+  int width_, height_;
+  std::vector<std::uint16_t> mask_;  // row 0 in the north
+};
+
 }  // namespace
 
 std::vector<Vector3d> CheckPoints(const BlockTruth& truth) {
@@ -157,6 +205,20 @@ void WriteChangeMask(const std::string& path, const BlockTruth& truth, const Crs
         mask[static_cast<size_t>(j) * static_cast<size_t>(width) + static_cast<size_t>(i)] = 2;
   }
   WriteGreyTiff(path, width, height, mask, 8, std::nullopt,
+                GeoReference{scene.extent.min_x, scene.extent.max_y, kMaskCell_m, crs});
+}
+
+void WriteStandingMask(const std::string& path, const BlockTruth& truth, const Crs& crs) {
+  const Scene& scene = truth.scene;
+  StandingMask mask(static_cast<int>((scene.extent.max_x - scene.extent.min_x) / kMaskCell_m),
+                    static_cast<int>((scene.extent.max_y - scene.extent.min_y) / kMaskCell_m));
+  for (const Building& building : scene.buildings)
+    mask.Add(building.centre,
+             static_cast<double>(std::hypot(building.half_length, building.half_width)),
+             static_cast<double>(building.ridge));
+  for (const Tree& tree : scene.trees)
+    mask.Add(tree.centre, static_cast<double>(tree.radius), static_cast<double>(tree.height));
+  WriteGreyTiff(path, mask.Width(), mask.Height(), mask.Cells(), 8, std::nullopt,
                 GeoReference{scene.extent.min_x, scene.extent.max_y, kMaskCell_m, crs});
 }
 

@@ -28,4 +28,7 @@ void WriteTruth(const std::string& path, const BlockTruth& truth);
 // A mask of the ground: 1 where a parcel changed its look, 2 where a building came or went, else 0.
 void WriteChangeMask(const std::string& path, const BlockTruth& truth, const Crs& crs);
 
+// Likewise: 1 where at either date something stands, leans in a photo or casts its shadow.
+void WriteStandingMask(const std::string& path, const BlockTruth& truth, const Crs& crs);
+
 }  // namespace orient::simulation

@@ -1,0 +1,451 @@
+// Jaw & Wu's two experiments and a harder one with simulated photos: how many patches are matched,
+// how far off the ground is that a photo and a stereo pair show.
+//
+//   exterior_jaw_wu FOLDER fine|coarse|hard [WORLDS] [rc10]
+//
+// Simulates WORLDS worlds in FOLDER (kept: a second run is quicker) at two dates: another hour and
+// season, part of the parcels and houses changed, the old photos digital and from another direction
+// and height, the new ones scanned film of 25 um at 1:10 000 (0.25 m on the ground).
+//   fine    old photos of 7.5 cm, a fifth of the parcels changed (half of them inverted)
+//   coarse  old photos of 25 cm, 0.3 of the parcels changed
+//   hard    50 um and 2 m, 1200 m of relief, half of the parcels changed (inverted in a third of
+//           all), approximations wrong by 100 m, 10 degrees and any kappa; all patches
+// The film is a frame of 6 cm, or with rc10 one of 23 cm. `fine` and `coarse`: 30 patches a photo
+// of a stereo pair, interior orientation with `orient interior`, three starts: errors and
+// accuracies of 10 m and 3 degrees, 5 m and 1 degree, 1 m and 1 minute.
+// Once with the best patches that the harvest gives, which are trees and houses, as it knows no
+// surface model; once with the best that show nothing which stands, leans or casts a shadow. A
+// patch is unchanged where the chip shows no change of the ground and no such thing (shadows have
+// moved). It is matched where the pose uses it, and falsely so where it then lies more than a pixel
+// from where its ground point truly is.
+#include <Eigen/Dense>
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstdio>
+#include <cstdlib>
+#include <filesystem>
+#include <fstream>
+#include <iostream>
+#include <limits>
+#include <map>
+#include <nlohmann/json.hpp>
+#include <numbers>
+#include <random>
+#include <set>
+#include <sstream>
+
+#include "core/error.h"
+#include "core/files/camera_file.h"
+#include "core/files/orientation_table.h"
+#include "core/geometry/ground_surface.h"
+#include "core/geometry/intersection.h"
+#include "core/geometry/photo_view.h"
+#include "core/imaging/raster.h"
+#include "exterior/predict.h"
+#include "interior/interior.h"
+#include "patchdb/patch_database.h"
+#include "tools/commands.h"
+#include "tools/exterior_run.h"
+#include "tools/interior_run.h"
+#include "tools/scan_interior.h"
+#include "tools/simulate/simulate.h"
+
+namespace orient {
+namespace {
+namespace fs = std::filesystem;
+
+constexpr int kPatchesPerPhoto = 30;
+constexpr double kFalseMatch_px = 1, kFalsePose_px = 3;
+
+struct Case {
+  SimulationOptions simulation;
+  int chip_px = 61;
+  bool hard = false;
+};
+
+Case CaseOf(const std::string& name, bool rc10) {
+  Case c;
+  SimulationOptions& s = c.simulation;
+  s.camera = rc10 ? CameraPreset::kRc10 : CameraPreset::kDemo;
+  s.pixel_size_um = 25;
+  s.photos = 2;
+  s.overwrite = true;
+  if (name == "fine") {
+    s.old_gsd_ratio = 0.3;
+    c.chip_px = 201;
+  } else if (name == "coarse") {
+    s.old_gsd_ratio = 1;
+    s.change = 0.3;
+  } else if (name == "hard") {
+    c.hard = true;
+    s.pixel_size_um = 50;
+    s.gsd_m = 2;
+    s.photos = 8;
+    s.strips = 2;
+    s.relief_m = 1200;
+    s.hills_m = 6000;
+    s.dem_cell_m = 20;
+    s.old_gsd_ratio = 1;
+    s.change = 0.5;
+    s.inverted = 2.0 / 3;
+  } else {
+    throw UsageError("the case is fine, coarse or hard");
+  }
+  return c;
+}
+
+void Orient(const std::vector<std::string>& arguments) {
+  std::ostringstream out;
+  const int code = RunProgram(MakeCommands(), arguments, out, std::cerr);
+  if (code != 0 && code != 3) throw InputError("orient " + arguments[0] + ": " + out.str());
+}
+
+// Made where it is not there yet.
+void MakeWorld(const Case& c, const std::string& folder, std::uint32_t seed) {
+  if (fs::exists(folder + "/all.gpkg")) return;
+  SimulationOptions options = c.simulation;
+  options.seed = seed;
+  Simulate(options, folder);
+  Orient({"interior", "--camera", folder + "/camera.toml", "--out", folder + "/interior",
+          "--overwrite", folder + "/scans/*.tif"});
+  Orient({"patchdb", "create", folder + "/all.part.gpkg", "--crs", options.crs});
+  Orient({"patchdb", "harvest", folder + "/all.part.gpkg", "--camera", folder + "/old/camera.toml",
+          "--orientation", folder + "/old/orientation.csv", "--dem", folder + "/dem.tif",
+          "--chip-px", std::to_string(c.chip_px), folder + "/old/photos/*.tif"});
+  fs::rename(folder + "/all.part.gpkg", folder + "/all.gpkg");
+}
+
+// A point of the bare ground and where it truly lies in a scan, by number.
+struct Check {
+  Eigen::Vector3d ground_m;
+  Eigen::Vector2d pixel;
+};
+
+struct World {
+  std::string folder;
+  Case of;
+  std::string patches_of = "any";  // or "open": nothing stands there
+  OrientationTable truth;
+  CameraFile camera;  // over the earth as the run takes it
+  MarkShapes marks;
+  GroundSurface surface;
+  std::vector<Patch> patches;
+  std::map<std::string, std::map<int, Check>> checks;
+
+  World(const Case& c, const std::string& at)
+      : folder(at),
+        of(c),
+        truth(ReadOrientationTable(at + "/truth/orientation.csv")),
+        camera(ReadCameraFile(at + "/camera.toml")),
+        marks(LoadMarkShapes(camera)),
+        surface(GroundSurface::FromFile(at + "/dem.tif", *truth.crs)),
+        patches(PatchDatabase::Open(at + "/all.gpkg", PatchDatabase::Mode::kRead)
+                    .ListPatches(0, std::numeric_limits<int>::max())) {
+    ExteriorRunOptions run = Run("none");
+    run.approximations = at + "/truth/orientation.csv";
+    run.patchdb = at + "/all.gpkg";
+    camera.camera = CameraOfRun(run).camera;
+    std::ifstream file(at + "/truth.json");
+    const nlohmann::json json = nlohmann::json::parse(file);
+    for (const nlohmann::json& photo : json.at("photos"))
+      for (const nlohmann::json& seen : photo.at("check")) {
+        const int number = seen.at("point");
+        const auto ground = json.at("check_points")
+                                .at(static_cast<std::size_t>(number))
+                                .get<std::array<double, 3>>();
+        const auto pixel = seen.at("pixel").get<std::array<double, 2>>();
+        checks[photo.at("photo").get<std::string>()][number] = {Eigen::Vector3d(ground.data()),
+                                                                Eigen::Vector2d(pixel.data())};
+      }
+  }
+
+  ExteriorRunOptions Run(const std::string& name) const {
+    ExteriorRunOptions run;
+    for (const OrientationRow& row : truth.rows)
+      run.photos.push_back(folder + "/scans/" + row.photo + ".tif");
+    run.camera = folder + "/camera.toml";
+    run.approximations = folder + "/start_" + name + ".csv";
+    run.dem = folder + "/dem.tif";
+    run.patchdb = folder + "/" + (of.hard ? "all" : patches_of) + ".gpkg";
+    run.interior = folder + "/interior";
+    run.out = folder + "/out_" + name;
+    run.feedback = false;
+    return run;
+  }
+
+  // As the simulator made it, but for the film's smooth bend.
+  PhotoView TrueView(const std::string& photo) const {
+    return {
+        camera.camera,
+        *ReadInteriorResult(InteriorResultPath(folder + "/truth/interior", photo)).photo_from_pixel,
+        truth.Find(photo)->pose};
+  }
+
+  // As interior and exterior orientation found it.
+  PhotoView FoundView(const ExteriorResult& result) const {
+    const Raster scan = Raster::Open(folder + "/scans/" + result.photo + ".tif");
+    const ScanInterior interior =
+        FilmGeometry(camera, marks, scan, InteriorResultPath(folder + "/interior", result.photo));
+    for (const FilmPosition& position : interior.positions)
+      if (position.orientation == result.orientation)
+        return {camera.camera, position.photo_from_pixel, *result.pose, position.film_correction};
+    throw InputError(result.photo + ": its scan orientation is not the interior's");
+  }
+};
+
+// What of the ground a mask marks.
+class GroundMask {
+ public:
+  explicit GroundMask(const std::string& path) {
+    const Raster raster = Raster::Open(path);
+    transform_ = *raster.GeoTransform();
+    mask_ = raster.ReadGrey().image;
+  }
+  bool Touches(const Eigen::Vector3d& at, double half_m) const {
+    const auto index = [&](double x, int k) {
+      return static_cast<int>(
+          std::floor((x - transform_[static_cast<std::size_t>(k)]) / transform_[k == 0 ? 1 : 5]));
+    };
+    for (int row = index(at.y() + half_m, 3); row <= index(at.y() - half_m, 3); ++row)
+      for (int col = index(at.x() - half_m, 0); col <= index(at.x() + half_m, 0); ++col)
+        if (row >= 0 && col >= 0 && row < mask_.height && col < mask_.width &&
+            mask_.At(col, row) > 0)
+          return true;
+    return false;
+  }
+
+ private:
+  std::array<double, 6> transform_{};
+  Image mask_;
+};
+
+// What a match window of the chip shows of the ground, to each side of its middle.
+double HalfSide(const World& world) { return 0.5 * 61 * world.of.simulation.gsd_m; }
+
+// The best 30 or so of each photo, spread over it.
+void StoreSome(World* of, const std::string& patches_of) {
+  of->patches_of = patches_of;
+  const World& world = *of;
+  const GroundMask standing(world.folder + "/truth/standing.tif");
+  std::vector<Patch> eligible;
+  for (const Patch& patch : world.patches)
+    if (patches_of == "any" || !standing.Touches(patch.ground_m, HalfSide(world)))
+      eligible.push_back(patch);
+  std::set<std::size_t> chosen;
+  for (const OrientationRow& row : world.truth.rows) {
+    const InteriorResult interior =
+        ReadInteriorResult(InteriorResultPath(world.folder + "/truth/interior", row.photo));
+    PredictionOptions options;
+    options.width_px = interior.width;
+    options.height_px = interior.height;
+    options.border_px = 60;
+    const auto seen = Predict(world.TrueView(row.photo), Matrix6d::Zero(), eligible, options);
+    for (const PatchPrediction& p : SelectSpread(seen, eligible, kPatchesPerPhoto, options))
+      chosen.insert(p.patch);
+  }
+  std::vector<Patch> some;
+  for (const std::size_t i : chosen) {
+    some.push_back(eligible[i]);
+    some.back().id = some.back().source_id = 0;
+  }
+  const std::string path = world.folder + "/" + patches_of + ".gpkg";
+  fs::remove(path);
+  PatchSource source;
+  source.name = "chosen";
+  source.gsd_m = some.front().gsd_m;
+  PatchDatabase::Create(path, *world.truth.crs).AddSource(source, some);
+}
+
+void WriteStart(const World& world, const std::string& name, double position_m, double angle_deg,
+                bool any_kappa, unsigned seed) {
+  std::mt19937 random(seed);
+  std::normal_distribution<double> normal;
+  OrientationTable table = world.truth;
+  for (OrientationRow& row : table.rows) {
+    Vector6d sigma;
+    sigma << Eigen::Vector3d::Constant(position_m),
+        Eigen::Vector3d::Constant(RadFromDeg(angle_deg));
+    Vector6d pose = row.pose.AsVector();
+    for (int i = 0; i < 6; ++i) pose[i] += sigma[i] * normal(random);
+    if (any_kappa) {
+      pose[5] += std::numbers::pi * std::uniform_real_distribution<double>(-1, 1)(random);
+      sigma[5] = std::numbers::pi;
+    }
+    row.pose = Pose::FromVector(pose);
+    row.pose.opk_rad.z() = NormalizeAngle(row.pose.opk_rad.z());
+    row.sigma = sigma;
+  }
+  WriteOrientationTable(world.folder + "/start_" + name + ".csv", table);
+}
+
+struct Tally {
+  int unchanged = 0, unchanged_matched = 0, changed = 0, changed_matched = 0, false_matches = 0;
+  int ok = 0, weak = 0, failed = 0, wrong = 0;
+  double ground2 = 0, pair_plane2 = 0, pair_height2 = 0, pixels2 = 0;
+  int ground_points = 0, pair_points = 0, pixels = 0;
+  std::map<std::string, int> why_not;
+
+  void Print(const std::string& name) const {
+    std::printf("%-24s %3d ok %2d weak %2d failed, wrong %d |", name.c_str(), ok, weak, failed,
+                wrong);
+    if (unchanged + changed > 0)
+      std::printf(" unchanged %d of %d (%.1f %%), changed %d of %d, false %d |", unchanged_matched,
+                  unchanged, 100.0 * unchanged_matched / std::max(unchanged, 1), changed_matched,
+                  changed, false_matches);
+    std::printf(" %.3f px", std::sqrt(pixels2 / std::max(pixels, 1)));
+    std::printf(" | photo %.1f cm", 100 * std::sqrt(ground2 / std::max(ground_points, 1)));
+    if (pair_points > 0)
+      std::printf(" | pair %.1f cm, height %.1f cm", 100 * std::sqrt(pair_plane2 / pair_points),
+                  100 * std::sqrt(pair_height2 / pair_points));
+    std::printf("\n");
+    for (const auto& [reason, count] : why_not)
+      std::printf("    unchanged, %d: %s\n", count, reason.c_str());
+    std::fflush(stdout);
+  }
+};
+
+void CountPatches(const World& world, const GroundMask& change, const GroundMask& standing,
+                  const ExteriorResult& result, Tally* tally) {
+  const PhotoView truth = world.TrueView(result.photo);
+  const double half_m = HalfSide(world);
+  for (const PatchResult& patch : result.patches) {
+    if (patch.state == PatchState::kNotVisible) continue;
+    const bool matched = patch.state == PatchState::kMatched;
+    const bool changed =
+        change.Touches(*patch.ground_m, half_m) || standing.Touches(*patch.ground_m, half_m);
+    (changed ? tally->changed : tally->unchanged) += 1;
+    (changed ? tally->changed_matched : tally->unchanged_matched) += matched ? 1 : 0;
+    if (!changed && !matched) tally->why_not[patch.reason] += 1;
+    if (matched && (*patch.pixel - *truth.PixelFromGround(*patch.ground_m)).norm() > kFalseMatch_px)
+      tally->false_matches += 1;
+  }
+}
+
+// What the photo says of the ground where the points are truly seen.
+void CountGround(const World& world, const ExteriorResult& result, Tally* tally) {
+  const PhotoView view = world.FoundView(result);
+  double sum = 0;
+  int count = 0;
+  for (const auto& [number, check] : world.checks.at(result.photo)) {
+    const auto ground = view.GroundFromPixel(check.pixel, world.surface);
+    const auto pixel = view.PixelFromGround(check.ground_m);
+    if (!ground || !pixel) continue;
+    tally->ground2 += (*ground - check.ground_m).head<2>().squaredNorm();
+    ++tally->ground_points;
+    sum += (*pixel - check.pixel).squaredNorm();
+    ++count;
+  }
+  tally->pixels2 += sum;
+  tally->pixels += count;
+  if (result.status == Status::kOk && !(std::sqrt(sum / count) <= kFalsePose_px)) ++tally->wrong;
+}
+
+void CountPair(const World& world, const ExteriorResult& left, const ExteriorResult& right,
+               Tally* tally) {
+  const PhotoView one = world.FoundView(left), other = world.FoundView(right);
+  const auto ray = [](const PhotoView& view, const Eigen::Vector2d& pixel) {
+    return *GroundRayFromPhoto(view.camera, view.pose, view.PhotoFromPixel(pixel));
+  };
+  const auto& seen_by_other = world.checks.at(right.photo);
+  for (const auto& [number, check] : world.checks.at(left.photo)) {
+    const auto same = seen_by_other.find(number);
+    if (same == seen_by_other.end()) continue;
+    const auto ground = IntersectRays({ray(one, check.pixel), ray(other, same->second.pixel)});
+    if (!ground) continue;
+    const Eigen::Vector3d error = *ground - check.ground_m;
+    tally->pair_plane2 += error.head<2>().squaredNorm();
+    tally->pair_height2 += error.z() * error.z();
+    ++tally->pair_points;
+  }
+}
+
+std::vector<ExteriorResult> OrientFrom(const World& world, const std::string& start, Tally* tally) {
+  const GroundMask change(world.folder + "/change.tif");
+  const GroundMask standing(world.folder + "/truth/standing.tif");
+  const std::vector<ExteriorResult> results = RunExterior(world.Run(start));
+  for (const ExteriorResult& result : results) {
+    tally->ok += result.status == Status::kOk ? 1 : 0;
+    tally->weak += result.status == Status::kWeak ? 1 : 0;
+    tally->failed += result.status == Status::kFailed ? 1 : 0;
+    if (result.status != Status::kOk)
+      std::printf("  %s, %s: %s\n", world.folder.c_str(), result.photo.c_str(),
+                  result.messages.empty() ? "" : result.messages.back().c_str());
+    if (!result.pose) continue;
+    if (!world.of.hard) CountPatches(world, change, standing, result, tally);
+    CountGround(world, result, tally);
+  }
+  if (!world.of.hard && results.size() == 2 && results[0].pose && results[1].pose)
+    CountPair(world, results[0], results[1], tally);
+  return results;
+}
+
+// The largest difference of an element of the pose in its sigmas.
+double LargestDifference(const std::vector<ExteriorResult>& some,
+                         const std::vector<ExteriorResult>& others) {
+  double largest = 0;
+  for (std::size_t i = 0; i < some.size(); ++i) {
+    if (!some[i].pose || !others[i].pose) return std::nan("");
+    const Vector6d sigma = some[i].covariance->diagonal().cwiseSqrt();
+    largest = std::max(
+        largest,
+        PoseDifference(*others[i].pose, *some[i].pose).cwiseQuotient(sigma).cwiseAbs().maxCoeff());
+  }
+  return largest;
+}
+
+struct Start {
+  const char* name;
+  double position_m, angle_deg;
+};
+constexpr std::array<Start, 3> kStarts = {
+    {{"10m_3deg", 10, 3}, {"5m_1deg", 5, 1}, {"1m_1min", 1, 1.0 / 60}}};
+
+void Main(const std::string& folder, const std::string& name, int worlds, bool rc10) {
+  const Case c = CaseOf(name, rc10);
+  std::map<std::string, Tally> tallies;
+  double largest = 0;
+  for (int w = 1; w <= worlds; ++w) {
+    std::string at = folder;
+    at += "/" + name + (rc10 ? "_rc10_" : "_") + std::to_string(w);
+    MakeWorld(c, at, static_cast<std::uint32_t>(200 + w));
+    World world(c, at);
+    const auto seed = static_cast<unsigned>(w);
+    if (c.hard) {
+      WriteStart(world, "hard", 100, 10, true, seed);
+      OrientFrom(world, "hard", &tallies["100 m, 10 deg, any kappa"]);
+      continue;
+    }
+    for (const char* patches_of : {"any", "open"}) {
+      StoreSome(&world, patches_of);
+      std::vector<ExteriorResult> first;
+      for (const Start& start : kStarts) {
+        WriteStart(world, start.name, start.position_m, start.angle_deg, false, seed);
+        const auto results =
+            OrientFrom(world, start.name, &tallies[world.patches_of + " " + start.name]);
+        if (first.empty()) first = results;
+        largest = std::max(largest, LargestDifference(first, results));
+      }
+    }
+  }
+  for (const auto& [start, tally] : tallies) tally.Print(start);
+  if (!c.hard) std::printf("poses from the three starts differ by at most %.2f sigma\n", largest);
+}
+
+}  // namespace
+}  // namespace orient
+
+int main(int argc, char** argv) {
+  if (argc < 3) {
+    std::fprintf(stderr, "usage: exterior_jaw_wu FOLDER fine|coarse|hard [WORLDS] [rc10]\n");
+    return 1;
+  }
+  try {
+    orient::Main(argv[1], argv[2], argc > 3 ? std::atoi(argv[3]) : 3,
+                 argc > 4 && std::string(argv[4]) == "rc10");
+  } catch (const std::exception& error) {
+    std::fprintf(stderr, "exterior_jaw_wu: %s\n", error.what());
+    return 2;
+  }
+  return 0;
+}
