@@ -90,7 +90,6 @@ std::optional<AlignedPatch> AlignPatch(const PhotoView& view, const Patch& patch
   AlignedPatch aligned;
   aligned.reduction = reduction;
   aligned.predicted_px = *pixel;
-  aligned.coarser_than_photo = chip_per_side < 0.8;
   aligned.image = Image(side, side, kNoData);
   const Eigen::Vector2d origin = *pixel - Eigen::Vector2d::Constant(reduction * side / 2.0);
   const PixelLattice lattice(

@@ -13,10 +13,9 @@
 namespace orient {
 
 struct AlignedPatch {
-  Image image;                      // square, odd side; its centre shows the patch's ground point
-  double reduction = 1;             // scan pixels per image pixel
-  Eigen::Vector2d predicted_px;     // scan pixel of the ground point under the pose
-  bool coarser_than_photo = false;  // the chip's pixels are larger than the image's
+  Image image;                   // square, odd side; its centre shows the patch's ground point
+  double reduction = 1;          // scan pixels per image pixel
+  Eigen::Vector2d predicted_px;  // scan pixel of the ground point under the pose
 
   Eigen::Vector2d Centre() const { return {image.width / 2.0, image.height / 2.0}; }
 };
@@ -26,8 +25,8 @@ struct AlignedPatch {
 std::optional<double> PatchSide(const PhotoView& view, const Patch& patch);
 
 // The largest square that the chip covers, at `reduction` scan pixels per pixel, but at most
-// `max_side` pixels. Chips finer than the photo are area-averaged. Empty where the point is not
-// seen or the square would be smaller than `min_side`.
+// `max_side` pixels. Chips finer than the photo are area-averaged, coarser ones interpolated. Empty
+// where the point is not seen or the square would be smaller than `min_side`.
 std::optional<AlignedPatch> AlignPatch(const PhotoView& view, const Patch& patch, double reduction,
                                        int min_side, int max_side);
 

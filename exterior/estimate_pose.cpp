@@ -20,14 +20,17 @@ constexpr int kMaxPasses = 4;
 constexpr double kMaxDoubt = 9;
 constexpr double kWorseHeights = 1.2;  // variance component beyond which heights are doubted
 
-// Of one observation, its height error included: for gross errors that is what counts.
-Eigen::Matrix2d Covariance(const PhotoView& view, const PatchObservation& o) {
-  Eigen::Matrix2d covariance = o.covariance_px2;
+// Of one observation, its height error included: for gross errors that is what counts. Residuals
+// smaller than expected say that the heights are better than stated, not that a match is: its own
+// variance grows with the factor, but does not shrink with it.
+Eigen::Matrix2d Covariance(const PhotoView& view, const PatchObservation& o,
+                           double variance_factor) {
+  const Eigen::Matrix2d covariance = std::max(variance_factor, 1.0) * o.covariance_px2;
   const auto d = PhotoFromGroundWithDerivatives(view.camera, view.pose, o.ground_m);
   if (!d) return covariance;
   const Eigen::Vector2d by_height =
       view.photo_from_pixel.A.inverse() * d->by_ground * o.height_effect * o.height_sigma_m;
-  return covariance + by_height * by_height.transpose();
+  return covariance + variance_factor * by_height * by_height.transpose();
 }
 
 std::vector<ControlObservation> Control(const PhotoView& view,
@@ -38,7 +41,7 @@ std::vector<ControlObservation> Control(const PhotoView& view,
   std::vector<ControlObservation> control;
   for (const std::size_t i : used)
     control.push_back({observations[i].ground_m, view.PhotoFromPixel(observations[i].pixel),
-                       variance_factor * A * Covariance(view, observations[i]) * A.transpose()});
+                       A * Covariance(view, observations[i], variance_factor) * A.transpose()});
   return control;
 }
 

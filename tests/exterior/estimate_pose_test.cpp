@@ -2,6 +2,7 @@
 
 #include <gtest/gtest.h>
 
+#include <cmath>
 #include <random>
 
 #include "tests/exterior/digital_view.h"
@@ -76,6 +77,22 @@ TEST(EstimatePose, NamesGrossErrorsAndKeepsTheRest) {
       wrongly_rejected += estimate->rejected[i] ? 1 : 0;
   }
   EXPECT_LE(wrongly_rejected, 3);
+}
+
+// As the others fit by chance or because they are better than stated: that does not make a match
+// wrong which is off by no more than its own precision allows.
+TEST(EstimatePose, WhatFitsItsOwnPrecisionIsNoGrossErrorHoweverWellTheOthersFit) {
+  std::mt19937 random(TestSeed());
+  PhotoView view = DigitalView();
+  auto observations = Observe(view, 40, random);
+  for (PatchObservation& o : observations)  // the noise is a tenth of what is stated
+    o.covariance_px2 = Eigen::Matrix2d::Identity() * std::pow(10 * kNoisePx, 2);
+  observations[0].pixel += Eigen::Vector2d(2, 0) * 10 * kNoisePx;  // two sigma
+  observations[1].pixel += Eigen::Vector2d(8, 0) * 10 * kNoisePx;
+  const auto estimate = EstimatePose(view, PriorOf(view.pose, kPriorSigma, random), observations);
+  ASSERT_TRUE(estimate);
+  EXPECT_FALSE(estimate->rejected[0]);
+  EXPECT_TRUE(estimate->rejected[1]);
 }
 
 TEST(EstimatePose, ThreeObservationsAreTooFew) {

@@ -97,6 +97,7 @@ void MakeData(const std::string& folder) {
   run.dem = folder + "/dem.tif";
   run.options = OrthoHarvestOptions();
   run.options.chip_px = 61;
+  run.options.max_count = 900;  // so many that 240 are spread over the photo
   PatchDatabase database =
       PatchDatabase::Create(folder + "/all.gpkg", Crs::Parse(options.crs, "simulation"));
   std::ostringstream out;

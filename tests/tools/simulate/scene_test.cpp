@@ -58,6 +58,17 @@ TEST(Scene, WithoutChangeTheHousesStay) {
   EXPECT_GT(fresh, 0);
 }
 
+TEST(Scene, OfTheChangedParcelsTheShareAskedForIsInverted) {
+  const Scene scene = Scene::Make(kExtent, {0.6, false, 3, 0.9});
+  int inverted = 0, tone = 0;
+  for (const Change change : scene.parcel_change) {
+    inverted += change == Change::kInverted ? 1 : 0;
+    tone += change == Change::kTone ? 1 : 0;
+  }
+  ASSERT_GT(inverted + tone, 60);
+  EXPECT_NEAR(static_cast<double>(inverted) / (inverted + tone), 0.9, 0.1);
+}
+
 // Correlation of the two dates' tones over the parcels with a given change.
 double Correlation(Change change) {
   const Scene scene = MakeScene(0.5, false);

@@ -13,6 +13,7 @@
 #include "core/files/orientation_table.h"
 #include "core/geometry/ground_surface.h"
 #include "core/geometry/photo_view.h"
+#include "core/imaging/raster.h"
 #include "tests/support/expect_error.h"
 #include "tests/support/shared_data.h"
 
@@ -51,6 +52,11 @@ TEST(Simulate, WhatItWritesIsReadByTheProgram) {
             summary.old_photos.size());
   EXPECT_TRUE(fs::exists(out + "/old/ortho.tif"));
   EXPECT_TRUE(fs::exists(out + "/change.tif"));
+  const Image standing = Raster::Open(out + "/truth/standing.tif").ReadGrey().image;
+  int marked = 0;
+  for (const float value : standing.values) marked += value > 0 ? 1 : 0;
+  EXPECT_GT(marked, static_cast<int>(standing.values.size() / 100));
+  EXPECT_LT(marked, static_cast<int>(standing.values.size() * 9 / 10));
 }
 
 TEST(Simulate, ACrsGivenAsWktIsReadBackFromTheBlockFile) {

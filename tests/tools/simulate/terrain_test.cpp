@@ -23,6 +23,13 @@ TEST(Terrain, HasTheReliefAskedFor) {
   EXPECT_LT(terrain.MaxSlope(), 0.9);
 }
 
+TEST(Terrain, LongerWavesAreLessSteep) {
+  const Bounds extent{0, 0, 8000, 8000};
+  const Terrain hills = Terrain::Make(extent, {300, 800, 50, 7});
+  const Terrain mountains = Terrain::Make(extent, {300, 800, 50, 7, 6000});
+  EXPECT_LT(mountains.MaxSlope(), 0.6 * hills.MaxSlope());
+}
+
 TEST(Terrain, FlatWhereNoReliefIsAskedFor) {
   const Terrain terrain = Terrain::Make({0, 0, 300, 300}, {300, 0, 5, 7});
   EXPECT_EQ(terrain.MinHeight(), 300);
