@@ -29,7 +29,7 @@ TABLE = {
     "exterior": (CORE | {"patchdb"}, {"Eigen", "Ceres", "TBB"}),
     "tools": (EVERYTHING - {"tests"}, {"Eigen", "GDAL", "CLI11", "nlohmann-json", "TBB"}),
     # What a benchmark compares with may be another library's.
-    "tools/bench": (EVERYTHING - {"tests"}, {"Eigen", "GDAL", "CLI11", "OpenCV", "TBB"}),
+    "tools/bench": (EVERYTHING - {"tests"}, {"Eigen", "GDAL", "CLI11", "nlohmann-json", "OpenCV", "TBB"}),
     "tests": (EVERYTHING | {"tools/bench"},
               {"Eigen", "Ceres", "GDAL", "SQLite", "CLI11", "nlohmann-json", "TBB", "libdeflate",
                "GoogleTest", "RapidCheck"}),
