@@ -8,7 +8,8 @@
 namespace orient {
 
 void RefuseToReplaceDatabase(const std::vector<std::string>& outputs) {
-  constexpr std::string_view kSignature("SQLite format 3", 16);  // with its zero
+  static constexpr char kText[] = "SQLite format 3";
+  constexpr std::string_view kSignature(kText, sizeof kText);  // with its zero
   for (const std::string& path : outputs) {
     std::string start(kSignature.size(), ' ');
     std::ifstream file(path, std::ios::binary);

@@ -1,0 +1,21 @@
+#include "tools/patchdb/filter_options.h"
+
+#include <gtest/gtest.h>
+
+namespace orient {
+namespace {
+
+TEST(WhyNoDate, IsEmptyForYearMonthAndDay) {
+  for (const char* date : {"1961", "1961-07", "1961-12", "1961-07-30", "2020-01-01", "0001-10-31"})
+    EXPECT_EQ(WhyNoDate(date), "") << date;
+}
+
+TEST(WhyNoDate, NamesWhatIsNone) {
+  for (const char* text : {"", "61", "19610730", "1961-7", "1961-00", "1961-13", "1961-07-00",
+                           "1961-07-32", "1961/07/30", "1961-07-", "1961-07-3", "1961-07-301",
+                           "196a", "-961", "1961-0:", "30.7.1961"})
+    EXPECT_NE(WhyNoDate(text).find("no date"), std::string::npos) << text;
+}
+
+}  // namespace
+}  // namespace orient
