@@ -5,28 +5,17 @@
 #include <cmath>
 
 #include "core/geometry/collinearity.h"
+#include "exterior/shared_errors.h"
 #include "exterior/unseen_errors.h"
 
 namespace orient {
 namespace {
 
-constexpr std::size_t kMaxObservations = 250;
 constexpr std::size_t kMinObservations = 4;
 constexpr int kIterations = 4;
 // Residuals of next to nothing (synthetic data, hardly any redundancy) are no reason to believe
 // that nothing is uncertain, nor may they make the weights infinite.
 constexpr double kLeastNoiseFactor = 1e-4;
-// Half of a height error is common to the whole region (a datum, a systematic survey error), half
-// of it fades with distance.
-constexpr double kCommonShare = 0.5;
-
-std::vector<PatchObservation> Thinned(const std::vector<PatchObservation>& all) {
-  if (all.size() <= kMaxObservations) return all;
-  std::vector<PatchObservation> some;
-  for (std::size_t i = 0; i < kMaxObservations; ++i)
-    some.push_back(all[i * all.size() / kMaxObservations]);
-  return some;
-}
 
 // The linearised problem about one pose; two rows (col, row) an observation.
 struct Linearised {
@@ -64,24 +53,6 @@ Eigen::VectorXd NoiseVariances(const std::vector<PatchObservation>& observations
     variances.segment<2>(2 * static_cast<Eigen::Index>(i))
         .setConstant(observations[i].covariance_px2.trace() / 2);
   return variances;
-}
-
-// Correlation of the height errors under any two observations, each twice for col and row.
-Eigen::MatrixXd HeightCorrelation(const std::vector<PatchObservation>& observations,
-                                  double length_m) {
-  const Eigen::Index n = static_cast<Eigen::Index>(observations.size());
-  Eigen::MatrixXd correlation(2 * n, 2 * n);
-  for (Eigen::Index i = 0; i < n; ++i)
-    for (Eigen::Index j = 0; j <= i; ++j) {
-      const double distance = (observations[static_cast<std::size_t>(i)].ground_m -
-                               observations[static_cast<std::size_t>(j)].ground_m)
-                                  .head<2>()
-                                  .norm();
-      const double value = kCommonShare + (1 - kCommonShare) * std::exp(-distance / length_m);
-      correlation.block<2, 2>(2 * i, 2 * j).setConstant(value);
-      correlation.block<2, 2>(2 * j, 2 * i).setConstant(value);
-    }
-  return correlation;
 }
 
 // Covariance of the film's deformation at any two observations, the same in col and row.

@@ -10,6 +10,10 @@ inline constexpr double kModelSigmaPx = 0.1;
 // Terrain and its errors resemble themselves over about this share of the flying height.
 inline constexpr double kHeightCorrelationPerHeight = 0.3;
 
+// Of a height error's variance: common to the whole region (a datum, a systematic survey error);
+// the rest fades with distance.
+inline constexpr double kCommonHeightShare = 0.5;
+
 // Film bends slowly: its errors at two places resemble one another by exp(-(distance / length)^2),
 // the length being this share of the frame's shorter side.
 inline constexpr double kFilmCorrelationPerFrame = 0.4;

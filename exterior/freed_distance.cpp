@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "core/geometry/collinearity.h"
+#include "exterior/shared_errors.h"
 
 namespace orient {
 namespace {
@@ -12,9 +13,7 @@ using Vector7d = Eigen::Matrix<double, 7, 1>;
 using Matrix7d = Eigen::Matrix<double, 7, 7>;
 
 constexpr std::size_t kMinObservations = 4;
-constexpr std::size_t kMaxObservations = 250;  // more share their errors and add nothing
 constexpr int kIterations = 6;
-constexpr double kCommonShare = 0.5;
 
 struct Linearised {
   Eigen::Matrix<double, Eigen::Dynamic, 7> design;
@@ -41,30 +40,18 @@ std::optional<Linearised> Linearise(const PhotoView& view,
   return system;
 }
 
+// Blocks of two rows: each observation's own, and what all heights do to them together.
 Eigen::MatrixXd Covariance(const std::vector<PatchObservation>& observations,
                            const Eigen::VectorXd& by_height, double variance_factor,
                            double correlation_m) {
-  const auto count = static_cast<Eigen::Index>(observations.size());
-  Eigen::MatrixXd covariance(2 * count, 2 * count);
-  for (Eigen::Index i = 0; i < count; ++i)
-    for (Eigen::Index j = 0; j < count; ++j) {
-      const PatchObservation& a = observations[static_cast<std::size_t>(i)];
-      const PatchObservation& b = observations[static_cast<std::size_t>(j)];
-      const double apart_m = (a.ground_m - b.ground_m).head<2>().norm();
-      const double share = kCommonShare + (1 - kCommonShare) * std::exp(-apart_m / correlation_m);
-      covariance.block<2, 2>(2 * i, 2 * j) =
-          share * by_height.segment<2>(2 * i) * by_height.segment<2>(2 * j).transpose();
-      if (i == j) covariance.block<2, 2>(2 * i, 2 * j) += variance_factor * a.covariance_px2;
-    }
+  Eigen::MatrixXd covariance = by_height.asDiagonal() *
+                               HeightCorrelation(observations, correlation_m) *
+                               by_height.asDiagonal();
+  for (std::size_t i = 0; i < observations.size(); ++i) {
+    const auto row = 2 * static_cast<Eigen::Index>(i);
+    covariance.block<2, 2>(row, row) += variance_factor * observations[i].covariance_px2;
+  }
   return covariance;
-}
-
-std::vector<PatchObservation> Thinned(const std::vector<PatchObservation>& all) {
-  if (all.size() <= kMaxObservations) return all;
-  std::vector<PatchObservation> some;
-  for (std::size_t i = 0; i < kMaxObservations; ++i)
-    some.push_back(all[i * all.size() / kMaxObservations]);
-  return some;
 }
 
 }  // namespace

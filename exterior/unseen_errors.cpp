@@ -9,9 +9,6 @@
 namespace orient {
 namespace {
 
-// Of a height error's variance: common to the whole region.
-constexpr double kCommonShare = 0.5;
-
 // For an error of one pixel that fades over the ground, the same correlation in col and row.
 Eigen::MatrixXd SmoothCorrelation(const std::vector<PatchObservation>& observations,
                                   double length_m) {
@@ -53,7 +50,7 @@ Matrix6d CovarianceOfUnseenErrors(const LinearEstimator& estimator,
   const Matrix6d own = gain * estimator.noise_px2.asDiagonal() * gain.transpose();
   return own_px2 * (kSharedEverywhere * kSharedEverywhere * everywhere +
                     kSharedSmoothly * kSharedSmoothly * smooth) +
-         kCommonShare * missing_height * heights + own_factor * own;
+         kCommonHeightShare * missing_height * heights + own_factor * own;
 }
 
 }  // namespace orient
