@@ -37,18 +37,6 @@ struct Lens {
   }
 };
 
-RadialTable WithPolynomial(const RadialTable& table, const Vector6d& k, double radius_mm) {
-  // Every millimetre, so that straight pieces stand for the curve to a hundredth of a micrometre.
-  RadialTable finer;
-  for (double r = 0; r <= radius_mm; r += 1) {
-    finer.radius_mm.push_back(r);
-    const double base = DistortionAt(table, {r, 0}).x();
-    const double r2 = r * r;
-    finer.dr_um.push_back(1e3 * (base + r * r2 * (k[3] + r2 * (k[4] + r2 * k[5]))));
-  }
-  return finer;
-}
-
 }  // namespace
 
 void StartCalibration(BlockSystem* system) {
@@ -106,14 +94,8 @@ std::vector<Camera> CalibratedCameras(const BlockSystem& system) {
     camera.principal_distance_mm += value[0];
     camera.principal_point_mm += value.segment<2>(1);
     if (value.tail<3>().isZero(0)) continue;
-    if (const auto* table = std::get_if<RadialTable>(&camera.lens)) {
-      camera.lens = WithPolynomial(*table, value, 1.1 * camera.FrameRadius());
-      continue;
-    }
-    BrownDistortion brown;
-    if (const auto* known = std::get_if<BrownDistortion>(&camera.lens)) brown = *known;
-    for (std::size_t k = 0; k < 3; ++k) brown.k.at(k) += value[3 + static_cast<int>(k)];
-    camera.lens = brown;
+    camera.lens =
+        WithRadial(camera.lens, {value[3], value[4], value[5]}, 1.2 * camera.FrameRadius());
   }
   return cameras;
 }

@@ -8,35 +8,10 @@ namespace {
 
 constexpr double kFilmPixel_mm = 0.025;
 constexpr double kNegligiblePx = 0.1;
-constexpr double kTableStep_mm = 2;
 
 double PixelSize(const Camera& camera) {
   if (camera.kind != CameraKind::kDigital || !camera.image_px) return kFilmPixel_mm;
   return camera.frame_mm.x() / camera.image_px->x();
-}
-
-// The table's own radii and enough others for a cubic to be straight between them, as far as the
-// frame may reach.
-RadialTable TableWithCubic(const RadialTable& table, double k1, double reach_mm) {
-  std::vector<double> radii = table.radius_mm;
-  for (double r = 0; r < reach_mm + kTableStep_mm; r += kTableStep_mm) radii.push_back(r);
-  std::sort(radii.begin(), radii.end());
-  radii.erase(std::unique(radii.begin(), radii.end()), radii.end());
-  RadialTable sum;
-  for (const double r : radii) {
-    sum.radius_mm.push_back(r);
-    sum.dr_um.push_back(1e3 * (DistortionAt(table, {r, 0}).x() + k1 * r * r * r));
-  }
-  return sum;
-}
-
-LensDistortion LensWithCubic(const Camera& camera, double k1) {
-  if (const auto* table = std::get_if<RadialTable>(&camera.lens))
-    return TableWithCubic(*table, k1, 1.2 * camera.FrameRadius());
-  BrownDistortion brown;
-  if (const auto* own = std::get_if<BrownDistortion>(&camera.lens)) brown = *own;
-  brown.k[0] += k1;
-  return brown;
 }
 
 }  // namespace
@@ -69,13 +44,13 @@ double LargestUnabsorbed(const Camera& camera, double k1) {
 EarthCamera OverEarth(const Camera& camera, EarthMode mode, double flying_m, double ground_m) {
   const double k1 = EarthDistortion(camera.principal_distance_mm, flying_m, ground_m);
   const bool matters = LargestUnabsorbed(camera, k1) > kNegligiblePx * PixelSize(camera);
-  if (mode == EarthMode::kFlat || (mode == EarthMode::kAuto && !matters)) return {camera, false, 0};
-  return {WithCubic(camera, k1), true, k1};
+  if (mode == EarthMode::kFlat || (mode == EarthMode::kAuto && !matters)) return {camera, 0};
+  return {WithCubic(camera, k1), k1};
 }
 
 Camera WithCubic(const Camera& camera, double k1) {
   Camera other = camera;
-  other.lens = LensWithCubic(camera, k1);
+  other.lens = WithRadial(camera.lens, {k1, 0, 0}, 1.2 * camera.FrameRadius());
   return other;
 }
 

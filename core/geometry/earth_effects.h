@@ -32,8 +32,7 @@ double LargestUnabsorbed(const Camera& camera, double k1);
 // auto and they stay below a tenth of a pixel (of a digital camera; of film, of 25 um).
 struct EarthCamera {
   Camera camera;
-  bool curved = false;
-  double k1;  // that was added to the lens, 0: none
+  double k1 = 0;  // that was added to the lens, 0: none
 };
 EarthCamera OverEarth(const Camera& camera, EarthMode mode, double flying_m, double ground_m);
 

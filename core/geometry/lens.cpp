@@ -158,6 +158,23 @@ std::optional<Eigen::Vector2d> UndistortTable(const RadialTable& lens,
   return std::nullopt;
 }
 
+// The table's own radii and two hundred others (on film, a millimetre apart).
+RadialTable TablePlus(const RadialTable& table, const std::array<double, 3>& k, double reach_mm) {
+  constexpr int kPieces = 200;
+  std::vector<double> radii = table.radius_mm;
+  for (int i = 0; i <= kPieces; ++i) radii.push_back(reach_mm * i / kPieces);
+  std::sort(radii.begin(), radii.end());
+  radii.erase(std::unique(radii.begin(), radii.end()), radii.end());
+  RadialTable sum;
+  for (const double r : radii) {
+    const double r2 = r * r;
+    sum.radius_mm.push_back(r);
+    sum.dr_um.push_back(
+        1e3 * (DistortionAt(table, {r, 0}).x() + r * r2 * (k[0] + r2 * (k[1] + r2 * k[2]))));
+  }
+  return sum;
+}
+
 }  // namespace
 
 Eigen::Vector2d DistortionAt(const LensDistortion& lens, const Eigen::Vector2d& ideal_mm) {
@@ -191,6 +208,15 @@ bool InsideFold(const LensDistortion& lens, const Eigen::Vector2d& ideal_mm) {
   if (const auto* table = std::get_if<RadialTable>(&lens))
     return TableGrowsTo(*table, ideal_mm.norm());
   return true;
+}
+
+LensDistortion WithRadial(const LensDistortion& lens, const std::array<double, 3>& k,
+                          double reach_mm) {
+  if (const auto* table = std::get_if<RadialTable>(&lens)) return TablePlus(*table, k, reach_mm);
+  BrownDistortion brown;
+  if (const auto* own = std::get_if<BrownDistortion>(&lens)) brown = *own;
+  for (std::size_t i = 0; i < k.size(); ++i) brown.k.at(i) += k.at(i);
+  return brown;
 }
 
 std::optional<Eigen::Vector2d> UndistortPoint(const LensDistortion& lens,

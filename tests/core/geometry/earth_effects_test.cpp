@@ -122,15 +122,15 @@ TEST(EarthEffects, LargestIsWhatTheFlyingHeightDoesNotAbsorb) {
 
 TEST(EarthEffects, AreOnByThemselvesWhereTheyExceedATenthOfAPixel) {
   // Film at 1:10 000: 10 um in the corners.
-  EXPECT_TRUE(OverEarth(WideAngle(), EarthMode::kAuto, 1700, 200).curved);
-  EXPECT_FALSE(OverEarth(WideAngle(), EarthMode::kFlat, 1700, 200).curved);
+  EXPECT_LT(OverEarth(WideAngle(), EarthMode::kAuto, 1700, 200).k1, 0);
+  EXPECT_EQ(OverEarth(WideAngle(), EarthMode::kFlat, 1700, 200).k1, 0);
   Camera drone = WideAngle();
   drone.kind = CameraKind::kDigital;
   drone.principal_distance_mm = 10;
   drone.frame_mm = {13, 9};
   drone.image_px = Eigen::Vector2i(5472, 3648);
-  EXPECT_FALSE(OverEarth(drone, EarthMode::kAuto, 300, 200).curved);
-  EXPECT_TRUE(OverEarth(drone, EarthMode::kCurved, 300, 200).curved);
+  EXPECT_EQ(OverEarth(drone, EarthMode::kAuto, 300, 200).k1, 0);
+  EXPECT_LT(OverEarth(drone, EarthMode::kCurved, 300, 200).k1, 0);
 }
 
 }  // namespace

@@ -56,6 +56,20 @@ TEST(Lens, UndistortingIsTheExactInverse) {
   }));
 }
 
+TEST(Lens, RadialTermsAreAddedToWhateverTheLensIs) {
+  EXPECT_TRUE(rc::check("lens + polynomial", [] {
+    const LensDistortion lens =
+        *rc::gen::element<LensDistortion>(Film(), Strong(), Report(), LensDistortion{});
+    const std::array<double, 3> k = {-1e-8 * *InRange(0, 5), 2e-13, -1e-18};
+    const LensDistortion sum = WithRadial(lens, k, 160);
+    const Eigen::Vector2d at(*InRange(-110, 110), *InRange(-110, 110));
+    const double r2 = at.squaredNorm();
+    const Eigen::Vector2d added = at * (r2 * (k[0] + r2 * (k[1] + r2 * k[2])));
+    const double straight = std::holds_alternative<RadialTable>(lens) ? 1e-5 : kExact_mm;
+    RC_ASSERT((DistortionAt(sum, at) - DistortionAt(lens, at) - added).norm() < straight);
+  }));
+}
+
 TEST(Lens, JacobianAgreesWithDifferences) {
   constexpr double kStep = 1e-3;
   constexpr double kTolerance = 1e-8;  // third derivative * step^2
