@@ -154,13 +154,13 @@ void JudgeFilm(const FilmReading& reading, const FilmTransform& film, Verdict* v
     if (verdict->status == Status::kOk) verdict->status = Status::kWeak;
     verdict->messages.push_back(std::move(why));
   };
-  if (std::abs(film.scale_difference) > kMaxScaleDifference)
+  if (std::abs(film.shape.scale_difference) > kMaxScaleDifference)
     weak(
         FormatText("The scales of the two axes differ by %.1f %%: not a plausible film or scanner.",
-                   100 * film.scale_difference));
-  if (std::abs(film.shear) > kMaxShear)
+                   100 * film.shape.scale_difference));
+  if (std::abs(film.shape.shear_rad) > kMaxShear)
     weak(FormatText("The axes are sheared by %.1f mrad: not a plausible film or scanner.",
-                    1e3 * film.shear));
+                    1e3 * film.shape.shear_rad));
   const double off = film.pixel_um / (1e3 * reading.pixel_size.pixel_mm) - 1;
   if (reading.pixel_size.sigma < kStatedSigma && std::abs(off) > kMaxOffStatedSize)
     weak(FormatText(

@@ -7,7 +7,6 @@
 namespace orient {
 namespace {
 
-using Eigen::Matrix2d;
 using Eigen::Vector2d;
 
 double Rms(const std::vector<Vector2d>& residuals) {
@@ -25,16 +24,18 @@ bool OnOneLine(const std::vector<MeasuredMark>& marks) {
   return Thickness(places) <= kThinnest;
 }
 
-// Lengths of the columns' images and the angle between them: the film's two scales and its shear.
-void Describe(FilmTransform* film) {
-  const Matrix2d& A = film->photo_from_pixel.A;
-  const double x = A.col(0).norm(), y = A.col(1).norm();
-  film->pixel_um = 1e3 * std::sqrt(std::abs(A.determinant()));
-  film->scale_difference = 2 * (x - y) / (x + y);
-  film->shear = std::asin(std::clamp(A.col(0).dot(A.col(1)) / (x * y), -1.0, 1.0));
-}
-
 }  // namespace
+
+FilmShape ShapeOf(const Affine2d& photo_from_pixel) {
+  const Vector2d column = photo_from_pixel.A.col(0), row = photo_from_pixel.A.col(1);
+  FilmShape shape;
+  shape.column_um = 1e3 * column.norm();
+  shape.row_um = 1e3 * row.norm();
+  shape.scale_difference = 2 * (shape.column_um - shape.row_um) / (shape.column_um + shape.row_um);
+  shape.shear_rad =
+      std::asin(std::clamp(column.dot(row) / (column.norm() * row.norm()), -1.0, 1.0));
+  return shape;
+}
 
 std::optional<FilmTransform> FitFilm(const std::vector<MeasuredMark>& marks, bool mirrored) {
   if (marks.size() < 3 || OnOneLine(marks)) return std::nullopt;
@@ -50,7 +51,8 @@ std::optional<FilmTransform> FitFilm(const std::vector<MeasuredMark>& marks, boo
   for (const Vector2d& v : affine->residuals) film.residual_um.push_back(1e3 * v);
   film.sigma0_um = film.affine ? 1e3 * affine->sigma0 : 0;
   film.similarity_rms_um = 1e3 * Rms(similarity->residuals);
-  Describe(&film);
+  film.pixel_um = 1e3 * std::sqrt(std::abs(film.photo_from_pixel.A.determinant()));
+  film.shape = ShapeOf(film.photo_from_pixel);
   return film;
 }
 

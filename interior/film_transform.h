@@ -15,6 +15,15 @@ struct MeasuredMark {
   Eigen::Vector2d photo_mm = Eigen::Vector2d::Zero();  // calibrated
 };
 
+// What one photo's affine says of scanner and film. Turning, mirroring and shifting the film
+// changes none of it.
+struct FilmShape {
+  double column_um = 0, row_um = 0;  // pixel size along the scan's columns axis, and along rows
+  double scale_difference = 0;       // (column - row) / mean
+  double shear_rad = 0;              // the scan's axes' angle less 90 degrees
+};
+FilmShape ShapeOf(const Affine2d& photo_from_pixel);
+
 struct FilmTransform {
   Affine2d photo_from_pixel;
   bool affine = false;                       // false: only a similarity (three marks)
@@ -22,8 +31,7 @@ struct FilmTransform {
   double sigma0_um = 0;                      // sqrt(v'v / (2n - 6)); 0 with three marks
   double similarity_rms_um = 0;              // what a similarity leaves
   double pixel_um = 0;                       // sqrt(|det A|)
-  double scale_difference = 0;               // of the two axes, relative
-  double shear = 0;                          // radians from a right angle
+  FilmShape shape;
 };
 
 // Affine for four marks or more, similarity (mirrored as told) for three. Empty below three, and

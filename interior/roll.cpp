@@ -6,6 +6,7 @@
 #include "core/files/used_marks.h"
 #include "core/format_text.h"
 #include "core/median.h"
+#include "interior/film_transform.h"
 
 namespace orient {
 namespace {
@@ -30,22 +31,6 @@ RobustValue Robust(const std::vector<double>& values) {
   for (const double value : values) deviations.push_back(std::abs(value - robust.median));
   robust.sigma = 1.4826 * Median(deviations);
   return robust;
-}
-
-// What one photo's affine says of scanner and film. Turning, mirroring and shifting the film
-// changes none of it.
-struct FilmShape {
-  double column_um = 0, row_um = 0, scale_difference = 0, shear_rad = 0;
-};
-
-FilmShape ShapeOf(const Affine2d& photo_from_pixel) {
-  const Vector2d column = photo_from_pixel.A.col(0), row = photo_from_pixel.A.col(1);
-  FilmShape shape;
-  shape.column_um = 1e3 * column.norm();
-  shape.row_um = 1e3 * row.norm();
-  shape.scale_difference = 2 * (shape.column_um - shape.row_um) / (shape.column_um + shape.row_um);
-  shape.shear_rad = std::asin(column.normalized().dot(row.normalized()));
-  return shape;
 }
 
 bool Counts(const InteriorResult& result) {

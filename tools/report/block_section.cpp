@@ -6,6 +6,7 @@
 #include <numeric>
 
 #include "core/median.h"
+#include "interior/film_transform.h"
 #include "tools/report/html_table.h"
 #include "tools/report/html_text.h"
 
@@ -150,18 +151,6 @@ std::string Calibration(const AdjustmentResult& adjusted) {
   return "<h3>Self-calibration</h3>\n" + table.Html();
 }
 
-// What the film transforms of a roll have in common and how they scatter.
-struct FilmShape {
-  double scale_x = 0, scale_y = 0;  // mm per px
-  double shear_rad = 0;             // by which the axes are off square
-};
-
-FilmShape ShapeOf(const Affine2d& photo_from_pixel) {
-  const Eigen::Vector2d col = photo_from_pixel.A.col(0), row = photo_from_pixel.A.col(1);
-  const double cosine = col.dot(row) / (col.norm() * row.norm());
-  return {col.norm(), row.norm(), std::asin(std::clamp(cosine, -1.0, 1.0))};
-}
-
 // "25.003 ± 0.004": mean and standard deviation.
 std::string MeanAndSpread(const std::vector<double>& values, int decimals) {
   if (values.empty()) return kNoValue;
@@ -184,15 +173,14 @@ std::string AdjustmentSection(const BlockRecord& block) {
 }
 
 std::string FilmSection(const BlockRecord& block) {
-  constexpr double kUmPerMm = 1000;
-  std::vector<double> scale_x, scale_y, anisotropy, shear, sigma0;
+  std::vector<double> column, row, difference, shear, sigma0;
   int used = 0, marks = 0;
   for (const PhotoRecord& photo : block.photos) {
     if (!photo.interior || !photo.interior->photo_from_pixel) continue;
     const FilmShape shape = ShapeOf(*photo.interior->photo_from_pixel);
-    scale_x.push_back(kUmPerMm * shape.scale_x);
-    scale_y.push_back(kUmPerMm * shape.scale_y);
-    anisotropy.push_back(1e6 * (shape.scale_x / shape.scale_y - 1));
+    column.push_back(shape.column_um);
+    row.push_back(shape.row_um);
+    difference.push_back(1e6 * shape.scale_difference);
     shear.push_back(1e6 * shape.shear_rad);
     if (photo.interior->sigma0_um) sigma0.push_back(*photo.interior->sigma0_um);
     for (const MarkResult& mark : photo.interior->marks) {
@@ -200,11 +188,11 @@ std::string FilmSection(const BlockRecord& block) {
       used += mark.state == MarkState::kUsed;
     }
   }
-  if (scale_x.empty()) return "";
-  HtmlTable table({"Of " + std::to_string(scale_x.size()) + " photos", "#Mean ± spread", "Unit"});
-  table.AddRow({"Pixel along columns", MeanAndSpread(scale_x, 3), "µm"});
-  table.AddRow({"Pixel along rows", MeanAndSpread(scale_y, 3), "µm"});
-  table.AddRow({"Columns over rows, less one", MeanAndSpread(anisotropy, 0), "10<sup>−6</sup>"});
+  if (column.empty()) return "";
+  HtmlTable table({"Of " + std::to_string(column.size()) + " photos", "#Mean ± spread", "Unit"});
+  table.AddRow({"Pixel along columns", MeanAndSpread(column, 3), "µm"});
+  table.AddRow({"Pixel along rows", MeanAndSpread(row, 3), "µm"});
+  table.AddRow({"Columns over rows, less one", MeanAndSpread(difference, 0), "10<sup>−6</sup>"});
   table.AddRow({"Axes off square", MeanAndSpread(shear, 0), "10<sup>−6</sup> rad"});
   table.AddRow({"σ<sub>0</sub> of the marks", MeanAndSpread(sigma0, 1), "µm"});
   return "<section>\n<h2>Film</h2>\n<p class=\"facts\">" + std::to_string(used) + " of " +

@@ -4,6 +4,7 @@
 #include <cmath>
 #include <map>
 
+#include "interior/film_transform.h"
 #include "tools/report/html_table.h"
 #include "tools/report/html_text.h"
 #include "tools/report/residual_plot.h"
@@ -112,20 +113,17 @@ std::string MarksTable(const InteriorResult& interior) {
 }
 
 // "25.01 × 25.03 µm per pixel, axes 0.002° off square".
-std::string FilmTransform(const Affine2d& photo_from_pixel) {
-  constexpr double kUmPerMm = 1000;
-  const Eigen::Vector2d col = photo_from_pixel.A.col(0), row = photo_from_pixel.A.col(1);
-  const double cosine = col.dot(row) / (col.norm() * row.norm());
-  return Decimal(kUmPerMm * col.norm(), 3) + " × " + Decimal(kUmPerMm * row.norm(), 3) +
-         " µm per pixel, axes " +
-         Decimal(DegFromRad(std::asin(std::clamp(std::abs(cosine), 0.0, 1.0))), 3) + "° off square";
+std::string FilmShapeFact(const Affine2d& photo_from_pixel) {
+  const FilmShape shape = ShapeOf(photo_from_pixel);
+  return Decimal(shape.column_um, 3) + " × " + Decimal(shape.row_um, 3) + " µm per pixel, axes " +
+         Decimal(DegFromRad(std::abs(shape.shear_rad)), 3) + "° off square";
 }
 
 std::string InteriorFacts(const InteriorResult& interior) {
   std::vector<std::string> facts;
   facts.push_back("scan " + Grouped(interior.width, 0) + " × " + Grouped(interior.height, 0) +
                   " px");
-  if (interior.photo_from_pixel) facts.push_back(FilmTransform(*interior.photo_from_pixel));
+  if (interior.photo_from_pixel) facts.push_back(FilmShapeFact(*interior.photo_from_pixel));
   facts.push_back("scan orientation " + (interior.orientation
                                              ? std::string(Name(*interior.orientation))
                                              : std::string("open")));
