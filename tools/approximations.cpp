@@ -8,7 +8,6 @@
 #include <cmath>
 #include <filesystem>
 #include <memory>
-#include <mutex>
 #include <numbers>
 #include <set>
 
@@ -41,8 +40,7 @@ class FlightIndex {
  public:
   FlightIndex(const std::string& path, const Crs& crs, Heights heights)
       : path_(path), crs_(crs), heights_(heights) {
-    static std::once_flag registered;
-    std::call_once(registered, [] { GDALAllRegister(); });
+    RegisterGdalDrivers();
     dataset_.reset(GDALDataset::Open(path.c_str(), GDAL_OF_VECTOR | GDAL_OF_READONLY));
     if (!dataset_)
       throw InputError(

@@ -1,9 +1,10 @@
 #include "tools/exposure_date.h"
 
-#include <cpl_error.h>
 #include <gdal_priv.h>
 
 #include <cstdio>
+
+#include "core/geometry/quiet_gdal.h"
 
 namespace orient {
 
@@ -23,7 +24,7 @@ std::optional<std::string> DateOfTag(const std::string& tag) {
 
 std::optional<std::string> ExposureDate(const std::string& path, CameraKind kind) {
   if (kind == CameraKind::kFilm) return std::nullopt;
-  CPLPushErrorHandler(CPLQuietErrorHandler);
+  const QuietGdal quiet;
   const GDALDatasetUniquePtr dataset(
       GDALDataset::Open(path.c_str(), GDAL_OF_RASTER | GDAL_OF_READONLY));
   std::optional<std::string> date;
@@ -34,7 +35,6 @@ std::optional<std::string> ExposureDate(const std::string& path, CameraKind kind
     const char* tag = dataset && !date ? dataset->GetMetadataItem(name, domain) : nullptr;
     if (tag != nullptr) date = DateOfTag(tag);
   }
-  CPLPopErrorHandler();
   return date;
 }
 

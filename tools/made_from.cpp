@@ -6,11 +6,11 @@
 
 #include <cstdint>
 #include <memory>
-#include <mutex>
 #include <set>
 #include <sstream>
 
 #include "core/format_text.h"
+#include "core/geometry/quiet_gdal.h"
 
 namespace orient {
 namespace {
@@ -19,22 +19,15 @@ struct CloseFile {
   void operator()(VSILFILE* file) const { VSIFCloseL(file); }
 };
 
-struct CloseDataset {
-  void operator()(GDALDataset* dataset) const { GDALClose(dataset); }
-};
-struct FreeList {
-  void operator()(char** list) const { CSLDestroy(list); }
-};
-
 // A raster's files and, through those that are rasters themselves, theirs.
 void CollectFiles(const std::string& path, std::set<std::string>* files) {
-  const std::unique_ptr<GDALDataset, CloseDataset> dataset(
+  const GDALDatasetUniquePtr dataset(
       GDALDataset::Open(path.c_str(), GDAL_OF_RASTER | GDAL_OF_READONLY));
   if (!dataset) return;
-  const std::unique_ptr<char*, FreeList> list(dataset->GetFileList());
+  const CPLStringList list(dataset->GetFileList());
   const bool made_of_others = dataset->GetDriverName() == std::string("VRT");
-  for (int i = 0; list && list.get()[i] != nullptr; ++i) {
-    const std::string file = list.get()[i];
+  for (const char* const name : list) {
+    const std::string file = name;
     // Statistics and overviews that a GIS leaves beside a DEM do not change its heights.
     if (file.ends_with(".aux.xml") || file.ends_with(".ovr")) continue;
     if (files->insert(file).second && made_of_others && file != path) CollectFiles(file, files);
@@ -74,12 +67,10 @@ std::string DigestOfFile(const std::string& path) {
 }
 
 std::string DigestOfRaster(const std::string& path) {
-  static std::once_flag registered;
-  std::call_once(registered, [] { GDALAllRegister(); });
+  RegisterGdalDrivers();
   std::set<std::string> files;
-  CPLPushErrorHandler(CPLQuietErrorHandler);
+  const QuietGdal quiet;
   CollectFiles(path, &files);
-  CPLPopErrorHandler();
   if (files.empty()) return "";
   std::string seen;
   for (const std::string& file : files) {

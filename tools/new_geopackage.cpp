@@ -6,9 +6,9 @@
 
 #include <cmath>
 #include <filesystem>
-#include <mutex>
 
 #include "core/error.h"
+#include "core/geometry/quiet_gdal.h"
 #include "tools/report/html_text.h"
 
 namespace orient {
@@ -36,8 +36,7 @@ NewGeopackage::NewGeopackage(const std::string& path, const Crs& crs)
       // GDAL wants the ending .gpkg for the file to be a valid GeoPackage.
       partial_(fs::path(path).replace_extension().string() + "." + std::to_string(getpid()) +
                ".part.gpkg") {
-  static std::once_flag registered;
-  std::call_once(registered, [] { GDALAllRegister(); });
+  RegisterGdalDrivers();
   if (crs_.importFromWkt(crs.Wkt().c_str()) != OGRERR_NONE)
     throw InputError(path + ": the block's CRS cannot be written: " + CPLGetLastErrorMsg());
   crs_.SetAxisMappingStrategy(OAMS_TRADITIONAL_GIS_ORDER);

@@ -5,7 +5,6 @@
 
 #include <cmath>
 #include <limits>
-#include <mutex>
 
 #include "core/error.h"
 #include "core/geometry/quiet_gdal.h"
@@ -27,8 +26,7 @@ struct DemRaster::Impl {
 };
 
 DemRaster::DemRaster(const std::string& path) : path_(path), impl_(std::make_unique<Impl>()) {
-  static std::once_flag registered;
-  std::call_once(registered, [] { GDALAllRegister(); });
+  RegisterGdalDrivers();
   const QuietGdal quiet;
   impl_->dataset.reset(GDALDataset::Open(path.c_str(), GDAL_OF_RASTER | GDAL_OF_READONLY));
   if (!impl_->dataset)

@@ -4,7 +4,9 @@
 #pragma once
 
 #include <cpl_error.h>
+#include <gdal.h>
 
+#include <mutex>
 #include <string>
 
 namespace orient {
@@ -26,5 +28,11 @@ class QuietGdal {
     return std::string(" (").append(message).append(")");
   }
 };
+
+// Registers GDAL's drivers, once a process.
+inline void RegisterGdalDrivers() {
+  static std::once_flag once;
+  std::call_once(once, GDALAllRegister);
+}
 
 }  // namespace orient

@@ -9,7 +9,7 @@
 
 #include "core/error.h"
 #include "core/imaging/colour_bands.h"
-#include "core/imaging/gdal_quiet.h"
+#include "core/imaging/reading_errors.h"
 
 namespace orient {
 namespace {
@@ -42,14 +42,14 @@ struct ColourRaster::Impl {
   std::vector<PaletteColour> palette;
 
   Image ReadBand(GDALRasterBand* band, const PixelWindow& inside) const {
-    const GdalQuiet quiet;
+    const ReadingErrors errors;
     Image values(inside.width, inside.height);
     const CPLErr result = band->RasterIO(GF_Read, inside.col, inside.row, inside.width,
                                          inside.height, values.values.data(), inside.width,
                                          inside.height, GDT_Float32, 0, 0, nullptr);
-    if (result == CE_None && !quiet.Failed()) return values;
+    if (result == CE_None && !errors.Failed()) return values;
     dataset->FlushCache(false);
-    throw InputError(path + ": cannot read its colours (" + quiet.Message() +
+    throw InputError(path + ": cannot read its colours (" + errors.Message() +
                      "); the file is damaged or truncated: copy or scan it again");
   }
 
@@ -77,7 +77,7 @@ ColourRaster::~ColourRaster() = default;
 
 std::optional<ColourRaster> ColourRaster::Open(const std::string& path) {
   static_cast<void>(Raster::Open(path));  // says what is wrong with it, if anything
-  const GdalQuiet quiet;
+  const ReadingErrors errors;
   auto impl = std::make_unique<Impl>();
   impl->path = path;
   impl->dataset.reset(GDALDataset::Open(path.c_str(), GDAL_OF_RASTER | GDAL_OF_READONLY));

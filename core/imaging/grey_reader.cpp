@@ -9,7 +9,7 @@
 #include "core/error.h"
 #include "core/imaging/area_average.h"
 #include "core/imaging/colour_bands.h"
-#include "core/imaging/gdal_quiet.h"
+#include "core/imaging/reading_errors.h"
 
 namespace orient {
 namespace {
@@ -167,17 +167,17 @@ const GreyReader::Level& GreyReader::LevelFor(double reduction) const {
 
 void GreyReader::ReadBand(GDALRasterBand* band, const Block& block, const PixelWindow& asked,
                           float* values) const {
-  const GdalQuiet quiet;
+  const ReadingErrors errors;
   const CPLErr result =
       band->RasterIO(GF_Read, block.col, block.row, block.width, block.height, values, block.width,
                      block.height, GDT_Float32, 0, 0, nullptr);
-  if (result == CE_None && !quiet.Failed()) return;
+  if (result == CE_None && !errors.Failed()) return;
   // What was made up must not come back from the cache next time. An overview is its own dataset.
   dataset_->FlushCache(false);
   if (band->GetDataset() != nullptr) band->GetDataset()->FlushCache(false);
   throw InputError(path_ + ": cannot read the window col " + std::to_string(asked.col) + " row " +
                    std::to_string(asked.row) + " size " + std::to_string(asked.width) + " x " +
-                   std::to_string(asked.height) + " (" + quiet.Message() +
+                   std::to_string(asked.height) + " (" + errors.Message() +
                    "); the file is damaged or truncated: copy or scan it again");
 }
 

@@ -10,8 +10,9 @@
 #include <utility>
 
 #include "core/error.h"
-#include "core/imaging/gdal_quiet.h"
+#include "core/geometry/quiet_gdal.h"
 #include "core/imaging/grey_reader.h"
+#include "core/imaging/reading_errors.h"
 #include "core/imaging/resolution_tag.h"
 
 namespace orient {
@@ -21,7 +22,7 @@ struct Raster::Impl {
       : path(std::move(name)), dataset(std::move(opened)), grey(dataset.get(), path) {}
   // Closing may speak too.
   ~Impl() {
-    const GdalQuiet quiet;
+    const ReadingErrors errors;
     dataset.reset();
   }
 
@@ -38,7 +39,7 @@ Raster::~Raster() = default;
 
 Raster Raster::Open(const std::string& path) {
   RegisterGdalDrivers();
-  const GdalQuiet quiet;
+  const ReadingErrors errors;
   // Of uncompressed rows only the window's part is read; by default it would be all of every row.
   const CPLConfigOptionSetter direct("GTIFF_DIRECT_IO", "YES", true);
   GDALDatasetUniquePtr dataset(
@@ -47,7 +48,7 @@ Raster Raster::Open(const std::string& path) {
     VSIStatBufL info;
     if (VSIStatExL(path.c_str(), &info, VSI_STAT_EXISTS_FLAG) != 0)
       throw InputError(path + ": no such image; check the path");
-    throw InputError(path + ": not an image that GDAL can read (" + quiet.Message() +
+    throw InputError(path + ": not an image that GDAL can read (" + errors.Message() +
                      "); convert it to TIFF or copy it again");
   }
   if (dataset->GetRasterCount() == 0)
@@ -70,7 +71,7 @@ int Raster::BitsPerSample() const {
 
 std::optional<std::array<double, 6>> Raster::GeoTransform() const {
   const std::lock_guard lock(impl_->mutex);
-  const GdalQuiet quiet;
+  const ReadingErrors errors;
   std::array<double, 6> g{};
   if (impl_->dataset->GetGeoTransform(g.data()) != CE_None) return std::nullopt;
   return g;
@@ -78,14 +79,14 @@ std::optional<std::array<double, 6>> Raster::GeoTransform() const {
 
 std::string Raster::CrsWkt() const {
   const std::lock_guard lock(impl_->mutex);
-  const GdalQuiet quiet;
+  const ReadingErrors errors;
   const char* wkt = impl_->dataset->GetProjectionRef();
   return wkt == nullptr ? std::string() : std::string(wkt);
 }
 
 std::optional<double> Raster::DpiTag() const {
   const std::lock_guard lock(impl_->mutex);
-  const GdalQuiet quiet;
+  const ReadingErrors errors;
   return ReadDpiTag(impl_->dataset.get(), impl_->path);
 }
 

@@ -88,7 +88,7 @@ std::vector<float> Sample(const BlockMap& block, const Image& part, double facto
 
 GDALDatasetUniquePtr OpenScan(const std::string& path, const FilmImage& film,
                               const QuietGdal& quiet) {
-  GDALAllRegister();
+  RegisterGdalDrivers();
   GDALDatasetUniquePtr scan(GDALDataset::Open(path.c_str(), GDAL_OF_RASTER | GDAL_OF_READONLY));
   if (!scan || scan->GetRasterCount() == 0) Fail(path, "not an image that GDAL can read", quiet);
   if (scan->GetRasterXSize() != film.ScanWidth() || scan->GetRasterYSize() != film.ScanHeight())

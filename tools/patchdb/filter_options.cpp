@@ -6,7 +6,6 @@
 #include <CLI/CLI.hpp>
 #include <algorithm>
 #include <cmath>
-#include <mutex>
 #include <string_view>
 
 #include "core/error.h"
@@ -76,8 +75,7 @@ std::string WhyNoDate(const std::string& date) {
 }
 
 std::vector<Ring> ReadPolygon(const std::string& path, const Crs& crs) {
-  static std::once_flag registered;
-  std::call_once(registered, [] { GDALAllRegister(); });
+  RegisterGdalDrivers();
   const QuietGdal quiet;
   const GDALDatasetUniquePtr file(GDALDataset::Open(path.c_str(), GDAL_OF_VECTOR));
   if (file == nullptr)

@@ -3,7 +3,6 @@
 #include <gdal_priv.h>
 
 #include <filesystem>
-#include <mutex>
 
 #include "core/error.h"
 #include "core/geometry/quiet_gdal.h"
@@ -48,8 +47,7 @@ bool Write(const std::string& path, const GeoTiff& raster, const Crs& crs) {
 }  // namespace
 
 void WriteGeoTiff(const std::string& path, const GeoTiff& raster, const Crs& crs) {
-  static std::once_flag registered;
-  std::call_once(registered, [] { GDALAllRegister(); });
+  RegisterGdalDrivers();
   const QuietGdal quiet;
   const std::string beside = path + ".part";
   std::error_code error;

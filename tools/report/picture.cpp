@@ -6,7 +6,6 @@
 
 #include <algorithm>
 #include <memory>
-#include <mutex>
 #include <vector>
 
 #include "core/error.h"
@@ -83,8 +82,7 @@ std::string AsJpeg(GDALDataset* picture) {
 }  // namespace
 
 std::optional<InlinePicture> LoadPicture(const std::string& path) {
-  static std::once_flag registered;
-  std::call_once(registered, [] { GDALAllRegister(); });
+  RegisterGdalDrivers();
   const QuietGdal quiet;
   const char* const drivers[] = {"PNG", nullptr};
   const GDALDatasetUniquePtr dataset(

@@ -6,6 +6,7 @@
 #include <filesystem>
 
 #include "core/error.h"
+#include "core/geometry/quiet_gdal.h"
 
 namespace orient::simulation {
 namespace {
@@ -39,7 +40,7 @@ void SetReference(const GeoReference& reference, const std::string& path, GDALDa
 void WriteTiff(const std::string& path, int width, int height, const void* values,
                GDALDataType memory, GDALDataType stored, const std::optional<double>& pixel_size_mm,
                const std::optional<GeoReference>& reference) {
-  GDALAllRegister();
+  RegisterGdalDrivers();
   GDALDriver* driver = GetGDALDriverManager()->GetDriverByName("GTiff");
   if (driver == nullptr) throw InputError(path + ": this GDAL cannot write GeoTIFF");
   const char* tiling[] = {"TILED=YES", "BLOCKXSIZE=256", "BLOCKYSIZE=256", nullptr};
@@ -82,7 +83,7 @@ struct SparseTiff::Impl {
 
 SparseTiff::SparseTiff(const std::string& path, const Shape& shape, double pixel_size_mm)
     : impl_(std::make_unique<Impl>()) {
-  GDALAllRegister();
+  RegisterGdalDrivers();
   GDALDriver* driver = GetGDALDriverManager()->GetDriverByName("GTiff");
   if (driver == nullptr) throw InputError(path + ": this GDAL cannot write GeoTIFF");
   const char* tiling[] = {"TILED=YES",

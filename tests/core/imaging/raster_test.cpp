@@ -323,7 +323,8 @@ TEST_F(RasterTest, ThreadsShareOneRaster) {
 
 TEST_F(RasterTest, Jpeg2000ReducesWithoutAShift) {
   GDALAllRegister();
-  if (GetGDALDriverManager()->GetDriverByName("JP2OpenJPEG") == nullptr) GTEST_SKIP();
+  if (GetGDALDriverManager()->GetDriverByName("JP2OpenJPEG") == nullptr)
+    GTEST_SKIP() << "this GDAL has no JPEG 2000 driver";
   RasterRecipe recipe = RampRecipe();
   recipe.driver = "JP2OpenJPEG";
   recipe.type = GDT_UInt16;

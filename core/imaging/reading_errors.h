@@ -1,4 +1,5 @@
-// GDAL's messages, caught instead of printed. Internal to core/imaging.
+// What GDAL says while pixels are read, caught instead of printed, with what counts as an error
+// there. Internal to core/imaging.
 #pragma once
 
 #include <string>
@@ -7,12 +8,12 @@ namespace orient {
 
 // While one lives, what GDAL says on this thread goes in here and not to stderr, and a JPEG that
 // ends too early is an error: GDAL's default is to go on in grey.
-class GdalQuiet {
+class ReadingErrors {
  public:
-  GdalQuiet();
-  ~GdalQuiet();
-  GdalQuiet(const GdalQuiet&) = delete;
-  GdalQuiet& operator=(const GdalQuiet&) = delete;
+  ReadingErrors();
+  ~ReadingErrors();
+  ReadingErrors(const ReadingErrors&) = delete;
+  ReadingErrors& operator=(const ReadingErrors&) = delete;
 
   // An error, or a warning that pixels were made up.
   bool Failed() const { return failed_; }
@@ -28,8 +29,5 @@ class GdalQuiet {
   std::string error_;
   std::string warning_;
 };
-
-// Registers GDAL's drivers, once a process.
-void RegisterGdalDrivers();
 
 }  // namespace orient

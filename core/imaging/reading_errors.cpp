@@ -1,11 +1,9 @@
-#include "core/imaging/gdal_quiet.h"
+#include "core/imaging/reading_errors.h"
 
 #include <cpl_conv.h>
 #include <cpl_error.h>
-#include <gdal.h>
 
 #include <algorithm>
-#include <mutex>
 
 namespace orient {
 namespace {
@@ -20,12 +18,12 @@ bool TellsOfLostPixels(const std::string& text) {
 
 void CPL_STDCALL Collect(CPLErr level, CPLErrorNum, const char* text) {
   if (level < CE_Warning) return;
-  static_cast<GdalQuiet*>(CPLGetErrorHandlerUserData())->Add(level >= CE_Failure, text);
+  static_cast<ReadingErrors*>(CPLGetErrorHandlerUserData())->Add(level >= CE_Failure, text);
 }
 
 }  // namespace
 
-GdalQuiet::GdalQuiet() {
+ReadingErrors::ReadingErrors() {
   CPLPushErrorHandlerEx(Collect, this);
   const char* old = CPLGetThreadLocalConfigOption(kJpegSetting, nullptr);
   had_jpeg_setting_ = old != nullptr;
@@ -33,14 +31,14 @@ GdalQuiet::GdalQuiet() {
   CPLSetThreadLocalConfigOption(kJpegSetting, "TRUE");
 }
 
-GdalQuiet::~GdalQuiet() {
+ReadingErrors::~ReadingErrors() {
   CPLSetThreadLocalConfigOption(kJpegSetting,
                                 had_jpeg_setting_ ? old_jpeg_setting_.c_str() : nullptr);
   CPLPopErrorHandler();
   CPLErrorReset();
 }
 
-void GdalQuiet::Add(bool is_error, const char* text) {
+void ReadingErrors::Add(bool is_error, const char* text) {
   is_error = is_error || TellsOfLostPixels(text);
   failed_ = failed_ || is_error;
   std::string& kept = is_error ? error_ : warning_;
@@ -49,14 +47,9 @@ void GdalQuiet::Add(bool is_error, const char* text) {
   std::replace(kept.begin(), kept.end(), '\n', ' ');
 }
 
-std::string GdalQuiet::Message() const {
+std::string ReadingErrors::Message() const {
   if (!error_.empty()) return error_;
   return warning_.empty() ? "GDAL gives no reason" : warning_;
-}
-
-void RegisterGdalDrivers() {
-  static std::once_flag once;
-  std::call_once(once, GDALAllRegister);
 }
 
 }  // namespace orient
