@@ -12,6 +12,7 @@
 #include <numeric>
 
 #include "core/error.h"
+#include "core/files/adjustment_result.h"
 #include "core/files/atomic_write.h"
 #include "core/files/camera_file.h"
 #include "core/files/orientation_table.h"
@@ -24,6 +25,7 @@
 #include "patchdb/patch_database.h"
 #include "tools/approximations.h"
 #include "tools/block_camera.h"
+#include "tools/block_files.h"
 #include "tools/exterior_learning.h"
 #include "tools/footprint.h"
 #include "tools/height_check.h"
@@ -343,10 +345,7 @@ std::optional<std::string> ExteriorRunOptions::Check() const {
   return std::nullopt;
 }
 
-EarthCamera CameraOfRun(const ExteriorRunOptions& options) {
-  const Setting setting = Prepare(options);
-  return {setting.camera.camera, setting.earth_k1 != 0, setting.earth_k1};
-}
+double EarthK1OfRun(const ExteriorRunOptions& options) { return Prepare(options).earth_k1; }
 
 std::vector<ExteriorResult> RunExterior(const ExteriorRunOptions& options,
                                         const std::function<void(const ExteriorResult&)>& done) {
@@ -354,7 +353,8 @@ std::vector<ExteriorResult> RunExterior(const ExteriorRunOptions& options,
   Setting setting = Prepare(options);
   MakeOutputDirectory(options.out);
   // What a block's run left here is true of other poses.
-  for (const char* file : {"block.json", "quicklook.png", "seams.png", "calibrated_camera.toml"})
+  fs::remove(AdjustmentResultPath(options.out));
+  for (const char* file : {kQuicklookFile, kSeamsFile, kCalibratedCameraFile})
     fs::remove(fs::path(options.out) / file);
   Learning learning(options);
   std::vector<ExteriorResult> results(options.photos.size());

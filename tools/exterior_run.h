@@ -53,9 +53,9 @@ struct ExteriorRunOptions {
   std::optional<std::string> Check() const;  // what is wrong with the options, if anything
 };
 
-// The camera as the run uses it: with curvature and refraction in its lens where they are wanted or
-// matter. Reads camera, table and DEM; throws as RunExterior does.
-EarthCamera CameraOfRun(const ExteriorRunOptions& options);
+// Curvature and refraction as the run puts them into its camera's lens, 0 where they are not wanted
+// or do not matter. Reads camera, table and DEM; throws as RunExterior does.
+double EarthK1OfRun(const ExteriorRunOptions& options);
 
 // Orients the photos side by side, writes each photo's <photo>.exterior.json as soon as it is done
 // and at the end orientation.csv with its .prj (photos that are ok or weak). `done` is called once

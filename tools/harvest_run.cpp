@@ -90,10 +90,6 @@ class ShownProgress {
   int shown_ = 0;
 };
 
-bool Meet(const Bounds& a, const Bounds& b) {
-  return a.min_x < b.max_x && b.min_x < a.max_x && a.min_y < b.max_y && b.min_y < a.max_y;
-}
-
 Eigen::Vector2d Middle(const Bounds& bounds) {
   return {(bounds.min_x + bounds.max_x) / 2, (bounds.min_y + bounds.max_y) / 2};
 }
@@ -143,7 +139,7 @@ class Harvester {
     for (std::size_t i = 0; i < paths_.size(); ++i) {
       if (i == source) continue;
       const Bounds other = kind_.Footprint(i, low, high);
-      if (Meet(own, other)) near.emplace_back((Middle(own) - Middle(other)).norm(), i);
+      if (own.Overlaps(other)) near.emplace_back((Middle(own) - Middle(other)).norm(), i);
     }
     std::sort(near.begin(), near.end());
     std::vector<std::size_t> witnesses;

@@ -3,7 +3,6 @@
 #include <gdal_priv.h>
 
 #include <cmath>
-#include <mutex>
 #include <numbers>
 #include <sstream>
 #include <vector>
@@ -69,8 +68,7 @@ std::optional<double> DegreesOfTag(const std::string& tag) {
 }
 
 PhotoMetadata ReadPhotoMetadata(const std::string& path) {
-  static std::once_flag registered;
-  std::call_once(registered, [] { GDALAllRegister(); });
+  RegisterGdalDrivers();
   const QuietGdal quiet;
   Tags tags(path);
   PhotoMetadata metadata;

@@ -153,20 +153,12 @@ double FlyingHeight(const AdjustmentInputs& inputs) {
 // field over the frame, taken for a pose by least squares.
 Matrix6d CovarianceOfBend(const Camera& camera, const Pose& pose, double sigma_mm,
                           double height_m) {
-  constexpr int kNodes = 6;
   std::vector<Eigen::Vector2d> places;
   std::vector<Eigen::Matrix<double, 2, 6>> rows;
-  for (int i = 0; i < kNodes * kNodes; ++i) {
-    const Eigen::Vector2d unit((i % kNodes + 0.5) / kNodes - 0.5,
-                               (i / kNodes + 0.5) / kNodes - 0.5);
-    const Eigen::Vector2d photo = camera.frame_centre_mm + unit.cwiseProduct(camera.frame_mm);
-    const auto ray = GroundRayFromPhoto(camera, pose, photo);
-    if (!ray || ray->direction.z() > -0.05) continue;
-    const Eigen::Vector3d ground =
-        ray->origin_m + ray->direction * ((height_m - ray->origin_m.z()) / ray->direction.z());
-    const auto projection = PhotoFromGroundWithDerivatives(camera, pose, ground);
+  for (const SeenPlace& place : PlacesInFrame(camera, pose, height_m)) {
+    const auto projection = PhotoFromGroundWithDerivatives(camera, pose, place.ground_m);
     if (!projection) continue;
-    places.push_back(photo);
+    places.push_back(place.photo_mm);
     rows.push_back(projection->by_pose);
   }
   const double fade = kFilmCorrelationPerFrame * camera.frame_mm.minCoeff();

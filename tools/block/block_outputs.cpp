@@ -7,6 +7,7 @@
 #include "core/error.h"
 #include "core/files/orientation_table.h"
 #include "tools/block_camera.h"
+#include "tools/block_files.h"
 #include "tools/block_geopackage.h"
 #include "tools/convert/write_exports.h"
 #include "tools/report/block_record.h"
@@ -43,7 +44,7 @@ std::optional<Quicklook> MakeQuicklook(const BlockOutputs& outputs,
 void RemoveStale(const BlockFile& block) {
   const fs::path out(block.output_directory);
   std::error_code ignored;
-  for (const char* file : {"quicklook.png", "seams.png", "exports"})
+  for (const char* file : {kQuicklookFile, kSeamsFile, kExportsFolder})
     fs::remove_all(out / file, ignored);
   for (const UnusablePhoto& photo : block.unusable)
     for (const char* file : {".patches.png", ".marks.png", ".interior.json"})

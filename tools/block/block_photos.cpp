@@ -46,10 +46,6 @@ std::string NoteBeside(const std::string& result_path) {
   return std::filesystem::exists(path, ignored) ? ReadFile(path) : "";
 }
 
-bool Touch(const Bounds& a, const Bounds& b) {
-  return a.min_x < b.max_x && b.min_x < a.max_x && a.min_y < b.max_y && b.min_y < a.max_y;
-}
-
 }  // namespace
 
 BlockPhotoFile ReadBlockPhoto(const std::string& path, const std::string& result_path,
@@ -84,7 +80,7 @@ std::vector<std::size_t> NeighboursOf(const std::vector<BlockPhotoFile>& photos,
   std::vector<std::size_t> neighbours;
   if (!photos[photo].HasPose()) return neighbours;
   for (std::size_t i = 0; i < photos.size(); ++i)
-    if (i != photo && photos[i].HasPose() && Touch(photos[i].footprint, photos[photo].footprint))
+    if (i != photo && photos[i].HasPose() && photos[i].footprint.Overlaps(photos[photo].footprint))
       neighbours.push_back(i);
   return neighbours;
 }

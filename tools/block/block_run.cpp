@@ -190,7 +190,7 @@ class BlockRun {
   void DecideOnTheEarth() {
     if (earth_k1_) return;
     char rounded[32];
-    std::snprintf(rounded, sizeof rounded, "%.2e", CameraOfRun(ExteriorOptions()).k1);
+    std::snprintf(rounded, sizeof rounded, "%.2e", EarthK1OfRun(ExteriorOptions()));
     earth_k1_ = std::strtod(rounded, nullptr);
     if (*earth_k1_ != 0) camera_.camera = WithCubic(camera_.camera, *earth_k1_);
   }

@@ -4,12 +4,13 @@
 #include <filesystem>
 
 #include "core/geometry/earth_effects.h"
+#include "tools/block_files.h"
 
 namespace orient {
 namespace fs = std::filesystem;
 
 std::string CalibratedCameraPath(const std::string& directory) {
-  return (fs::path(directory) / "calibrated_camera.toml").string();
+  return (fs::path(directory) / kCalibratedCameraFile).string();
 }
 
 void WriteCalibratedCamera(const std::string& directory, const CameraFile& camera, double earth_k1,

@@ -29,10 +29,6 @@ constexpr std::size_t kLendersInMemory = 24;
 // Neighbours' patches have numbers below zero, which no database gives.
 constexpr std::int64_t kNumbersOfAPhoto = 100000;
 
-bool Touch(const Bounds& a, const Bounds& b) {
-  return a.min_x < b.max_x && b.min_x < a.max_x && a.min_y < b.max_y && b.min_y < a.max_y;
-}
-
 // Patches of the photos that have a pose, each photo's cut when somebody asks; those that were
 // asked for last are kept.
 class NeighbourPatches {
@@ -44,7 +40,7 @@ class NeighbourPatches {
     const std::lock_guard<std::mutex> lock(mutex_);
     std::vector<Patch> patches;
     for (std::size_t i = 0; i < photos_.size(); ++i) {
-      if (!photos_[i].HasPose() || !Touch(photos_[i].footprint, area)) continue;
+      if (!photos_[i].HasPose() || !photos_[i].footprint.Overlaps(area)) continue;
       for (const Patch& patch : Of(i))
         if (area.Contains(patch.ground_m.x(), patch.ground_m.y())) patches.push_back(patch);
     }
@@ -123,7 +119,7 @@ bool AnythingNew(const RoundsSoFar& rounds, const std::vector<BlockPhotoFile>& p
   const auto area = rounds.sought.find(name);
   if (area == rounds.sought.end()) return true;
   return std::any_of(rounds.fresh.begin(), rounds.fresh.end(),
-                     [&](std::size_t i) { return Touch(photos[i].footprint, area->second); });
+                     [&](std::size_t i) { return photos[i].footprint.Overlaps(area->second); });
 }
 
 std::vector<std::size_t> ToBeTried(const NeighbourStage& stage, const RoundsSoFar& rounds,

@@ -14,6 +14,7 @@
 #include "core/imaging/side_by_side.h"
 #include "core/median.h"
 #include "tools/block/ortho_photo.h"
+#include "tools/block_files.h"
 
 namespace orient {
 namespace {
@@ -324,8 +325,8 @@ std::optional<double> Quicklook::MedianShiftPx() const {
 std::optional<Quicklook> WriteQuicklook(const std::string& directory,
                                         const std::vector<QuicklookPhoto>& photos,
                                         const GroundSurface& surface) {
-  const std::string mosaic_path = (fs::path(directory) / "quicklook.png").string();
-  const std::string seams_path = (fs::path(directory) / "seams.png").string();
+  const std::string mosaic_path = (fs::path(directory) / kQuicklookFile).string();
+  const std::string seams_path = (fs::path(directory) / kSeamsFile).string();
   fs::remove(mosaic_path);
   fs::remove(seams_path);
   const auto grid = GridOver(photos, surface);

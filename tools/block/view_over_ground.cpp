@@ -1,38 +1,30 @@
 #include "tools/block/view_over_ground.h"
 
 #include <Eigen/Dense>
-#include <vector>
 
 namespace orient {
 namespace {
 
-constexpr int kNodes = 6;  // of the frame, each way
+constexpr int kNodes = 6;            // of the frame, each way
+constexpr double kFlattest = -0.05;  // direction down of a ray, of length 1
 constexpr int kSteps = 10;
 constexpr double kSettledMm = 1e-7;
 
-struct SeenPlace {
-  Eigen::Vector3d ground_m;
-  Eigen::Vector2d pixel;
-};
+}  // namespace
 
-// Level ground as the view sees it, spread over its frame.
-std::vector<SeenPlace> PlacesOf(const PhotoView& view, double height_m) {
+std::vector<SeenPlace> PlacesInFrame(const Camera& camera, const Pose& pose, double height_m) {
   std::vector<SeenPlace> places;
   for (int i = 0; i < kNodes * kNodes; ++i) {
     const int col = i % kNodes, row = i / kNodes;
     const Eigen::Vector2d unit((col + 0.5) / kNodes - 0.5, (row + 0.5) / kNodes - 0.5);
-    const Eigen::Vector2d photo_mm =
-        view.camera.frame_centre_mm + unit.cwiseProduct(view.camera.frame_mm);
-    const auto ray = GroundRayFromPhoto(view.camera, view.pose, photo_mm);
-    if (!ray || ray->direction.z() > -0.05) continue;
-    const Eigen::Vector3d ground =
-        ray->origin_m + ray->direction * ((height_m - ray->origin_m.z()) / ray->direction.z());
-    places.push_back({ground, view.PixelFromPhoto(photo_mm)});
+    const Eigen::Vector2d photo_mm = camera.frame_centre_mm + unit.cwiseProduct(camera.frame_mm);
+    const auto ray = GroundRayFromPhoto(camera, pose, photo_mm);
+    if (!ray || ray->direction.z() > kFlattest) continue;
+    const double reach = (height_m - ray->origin_m.z()) / ray->direction.z();
+    places.push_back({photo_mm, ray->origin_m + reach * ray->direction});
   }
   return places;
 }
-
-}  // namespace
 
 double GroundHeightUnder(const GroundSurface& surface, const Camera& camera, const Pose& pose) {
   if (const auto axis = GroundRayFromPhoto(camera, pose, camera.principal_point_mm))
@@ -42,7 +34,7 @@ double GroundHeightUnder(const GroundSurface& surface, const Camera& camera, con
 
 std::optional<Pose> PoseShowingTheSame(const PhotoView& view, const PhotoView& with,
                                        double height_m) {
-  const std::vector<SeenPlace> places = PlacesOf(view, height_m);
+  const std::vector<SeenPlace> places = PlacesInFrame(view.camera, view.pose, height_m);
   if (places.size() < 4) return std::nullopt;
   Pose pose = view.pose;
   // Metres and radians made alike, so that the normal equations are well conditioned.
@@ -57,7 +49,8 @@ std::optional<Pose> PoseShowingTheSame(const PhotoView& view, const PhotoView& w
       if (!now) return std::nullopt;
       const Eigen::Matrix<double, 2, 6> rows = now->by_pose * unit.asDiagonal();
       normal += rows.transpose() * rows;
-      right += rows.transpose() * (with.PhotoFromPixel(place.pixel) - now->photo_mm);
+      right += rows.transpose() *
+               (with.PhotoFromPixel(view.PixelFromPhoto(place.photo_mm)) - now->photo_mm);
     }
     const Vector6d change = unit.cwiseProduct(normal.ldlt().solve(right));
     pose = Pose::FromVector(pose.AsVector() + change);

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <optional>
+#include <vector>
 
 #include "core/geometry/ground_surface.h"
 #include "core/geometry/photo_view.h"
@@ -11,6 +12,16 @@ namespace orient {
 // Height of the ground where the photo's axis meets it, else below the photo; the surface's mean
 // only where it has no height there. Metres.
 double GroundHeightUnder(const GroundSurface& surface, const Camera& camera, const Pose& pose);
+
+// A point of the photo and level ground that it shows.
+struct SeenPlace {
+  Eigen::Vector2d photo_mm;
+  Eigen::Vector3d ground_m;
+};
+
+// Level ground at `height_m` as the frame shows it, six by six places; without those where the ray
+// does not point down.
+std::vector<SeenPlace> PlacesInFrame(const Camera& camera, const Pose& pose, double height_m);
 
 // The pose with which another camera and film position (`with`, whose pose is where the search
 // begins) show level ground at `height_m` where `view` does, by least squares over the frame. Empty

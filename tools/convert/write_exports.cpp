@@ -16,6 +16,7 @@
 #include "core/files/exchange/opensfm.h"
 #include "core/files/orientation_table.h"
 #include "core/geometry/collinearity.h"
+#include "tools/block_files.h"
 #include "tools/convert/export_record.h"
 #include "tools/convert/ground_frame.h"
 #include "tools/shared_options.h"
@@ -223,7 +224,7 @@ std::vector<WrittenExport> WriteExports(const ConvertSource& source, const Expor
 std::vector<WrittenExport> WriteExportsOf(const std::string& folder, const std::string& camera,
                                           const std::vector<std::string>& formats) {
   ExportOptions options;
-  options.out = (fs::path(folder) / "exports").string();
+  options.out = (fs::path(folder) / kExportsFolder).string();
   for (const std::string& name : formats) {
     const auto format = ExchangeFormatFromName(name);
     if (!format) throw UsageError("\"" + name + "\" is no format that blocks can be written in");

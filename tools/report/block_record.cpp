@@ -6,6 +6,7 @@
 #include <string_view>
 
 #include "core/error.h"
+#include "tools/block_files.h"
 
 namespace orient {
 namespace {
@@ -86,8 +87,8 @@ void AddQuicklook(const std::string& directory, BlockRecord* block) {
   const auto existing = [&](const char* file) {
     return fs::is_regular_file(fs::path(directory) / file) ? file : "";
   };
-  block->quicklook_picture = existing("quicklook.png");
-  block->seams_picture = existing("seams.png");
+  block->quicklook_picture = existing(kQuicklookFile);
+  block->seams_picture = existing(kSeamsFile);
 }
 
 void AddAdjustment(const std::string& directory, BlockRecord* block) {

@@ -23,5 +23,15 @@ TEST(Bounds, ReachJustAsFarAsThePointsTheyInclude) {
   EXPECT_EQ(bounds.max_y, 5000040);
 }
 
+TEST(Bounds, OverlapWhereTheyHaveAnAreaInCommon) {
+  const Bounds bounds{0, 0, 10, 10};
+  EXPECT_TRUE(bounds.Overlaps({9, 9, 20, 20}));
+  EXPECT_TRUE(bounds.Overlaps({4, -5, 6, 15}));
+  EXPECT_TRUE(bounds.Overlaps(bounds));
+  EXPECT_FALSE(bounds.Overlaps({10, 0, 20, 10}));
+  EXPECT_FALSE(bounds.Overlaps({0, 11, 10, 20}));
+  EXPECT_FALSE(bounds.Overlaps(Bounds::OfNothing()));
+}
+
 }  // namespace
 }  // namespace orient

@@ -1,0 +1,11 @@
+// Files that a block's run leaves beside its photos' results, by their names in the output folder.
+#pragma once
+
+namespace orient {
+
+inline constexpr const char* kQuicklookFile = "quicklook.png";
+inline constexpr const char* kSeamsFile = "seams.png";
+inline constexpr const char* kCalibratedCameraFile = "calibrated_camera.toml";
+inline constexpr const char* kExportsFolder = "exports";
+
+}  // namespace orient
