@@ -17,13 +17,6 @@
 namespace orient {
 namespace {
 
-bool IsCsv(const std::string& path) {
-  std::string extension = std::filesystem::path(path).extension().string();
-  std::transform(extension.begin(), extension.end(), extension.begin(),
-                 [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
-  return extension == ".csv" || extension == ".txt";
-}
-
 // The first of these columns that the layer has (whatever its case), or -1.
 template <std::size_t kCount>
 int FieldOf(OGRLayer* layer, const std::array<const char*, kCount>& names) {
@@ -127,6 +120,13 @@ class FlightIndex {
 
 }  // namespace
 
+bool IsOrientationTable(const std::string& path) {
+  std::string extension = std::filesystem::path(path).extension().string();
+  std::transform(extension.begin(), extension.end(), extension.begin(),
+                 [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
+  return extension == ".csv" || extension == ".txt";
+}
+
 Vector6d SigmaOfApproximation(const OrientationRow& row, std::optional<double> position_m,
                               std::optional<double> attitude_rad, std::optional<double> kappa_rad) {
   if (row.sigma) return *row.sigma;
@@ -139,7 +139,7 @@ Vector6d SigmaOfApproximation(const OrientationRow& row, std::optional<double> p
 }
 
 OrientationTable ReadApproximations(const std::string& path, const Crs& crs, Heights heights) {
-  if (IsCsv(path)) return ReadOrientationTable(path, Attitudes::kMayBeAbsent);
+  if (IsOrientationTable(path)) return ReadOrientationTable(path, Attitudes::kMayBeAbsent);
   const QuietGdal quiet;
   return FlightIndex(path, crs, heights).Read();
 }

@@ -18,6 +18,9 @@ Vector6d SigmaOfApproximation(const OrientationRow& row, std::optional<double> p
                               std::optional<double> attitude_rad,
                               std::optional<double> kappa_rad = std::nullopt);
 
+// Whether ReadApproximations takes this for a table of the photos (CSV), not for a flight index.
+bool IsOrientationTable(const std::string& path);
+
 // Whether points of a vector file may lack heights, which are NaN then.
 enum class Heights { kRequired, kMayBeAbsent };
 

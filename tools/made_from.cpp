@@ -26,8 +26,8 @@ void CollectFiles(const std::string& path, std::set<std::string>* files) {
   if (!dataset) return;
   const CPLStringList list(dataset->GetFileList());
   const bool made_of_others = dataset->GetDriverName() == std::string("VRT");
-  for (const char* const name : list) {
-    const std::string file = name;
+  for (int i = 0; i < list.size(); ++i) {
+    const std::string file = list[i];
     // Statistics and overviews that a GIS leaves beside a DEM do not change its heights.
     if (file.ends_with(".aux.xml") || file.ends_with(".ovr")) continue;
     if (files->insert(file).second && made_of_others && file != path) CollectFiles(file, files);

@@ -62,7 +62,8 @@ class BlockCommand : public Command {
     PrintExteriorSummary(result.results, out);
     PrintBlockSummary(result, out);
     out << "\nreport  " << fs::absolute(fs::path(directory) / "report.html").string() << "\n";
-    return AllOriented(result.results) ? ExitCode::kAllDone : ExitCode::kSomeNotOriented;
+    return AllOriented(result.results) && result.not_there.empty() ? ExitCode::kAllDone
+                                                                   : ExitCode::kSomeNotOriented;
   }
 
  private:

@@ -43,7 +43,7 @@ TEST_F(ChangedBlock, RowsForPhotosThatAreNotThereAreNamed) {
   }
   WriteOrientationTable(Path("approx.csv"), table);
   const ProgramRun run = Block();
-  EXPECT_EQ(run.exit_code, 0) << run.out << run.err;
+  EXPECT_EQ(run.exit_code, 3) << run.out << run.err;
   EXPECT_NE(
       run.out.find(Path("approx.csv") + " has 2 photos that are not in the block: ghost, phantom"),
       std::string::npos)

@@ -10,6 +10,7 @@
 #include "core/files/partial_files.h"
 #include "core/format_text.h"
 #include "patchdb/content_digest.h"
+#include "tools/approximations.h"
 #include "tools/block/adjustment_summary.h"
 #include "tools/block/block_approximations.h"
 #include "tools/block/block_outputs.h"
@@ -82,7 +83,7 @@ class BlockRun {
       fs::remove(CalibratedCameraPath(out));
     }
     AddUnusable(&result.results);
-    NameNeedlessApproximations(&result.messages);
+    NameNeedlessApproximations(&result);
     WriteBlockOutputs({block_, camera_, earth_k1_.value_or(0), photos_, options_.quicklook},
                       &result);
     fs::remove(UnfinishedPath(out));
@@ -309,19 +310,20 @@ class BlockRun {
     }
   }
 
-  void NameNeedlessApproximations(std::vector<std::string>* messages) const {
+  void NameNeedlessApproximations(BlockRunResult* result) const {
     const std::vector<std::string>& needless = approximations_->Needless();
     const std::vector<std::string>& more = approximations_->Messages();
-    messages->insert(messages->end(), more.begin(), more.end());
+    result->messages.insert(result->messages.end(), more.begin(), more.end());
     if (needless.empty()) return;
+    if (IsOrientationTable(block_.approximations)) result->not_there = needless;
     constexpr std::size_t kMostNames = 5;
     std::string names;
     for (std::size_t i = 0; i < std::min(needless.size(), kMostNames); ++i)
       names += (i > 0 ? ", " : "") + needless[i];
     if (needless.size() > kMostNames) names += ", ...";
-    messages->push_back(block_.approximations + " has " + std::to_string(needless.size()) +
-                        (needless.size() == 1 ? " photo that is" : " photos that are") +
-                        " not in the block: " + names);
+    result->messages.push_back(block_.approximations + " has " + std::to_string(needless.size()) +
+                               (needless.size() == 1 ? " photo that is" : " photos that are") +
+                               " not in the block: " + names);
   }
 
   BlockSummary Summarize(const AdjustmentResult& adjusted) const {

@@ -34,6 +34,9 @@ struct BlockRunResult {
   std::optional<AdjustmentResult> adjusted;
   std::optional<BlockSummary> summary;
   std::optional<Quicklook> quicklook;
+  // Photos that a table of approximations names and that are not there: a scan may be missing. A
+  // flight index shows the whole flight, of which a block may be a part.
+  std::vector<std::string> not_there;
   std::vector<std::string> messages;
 };
 
