@@ -83,6 +83,12 @@ std::string BingoOrientation(const ExchangeBlock& block) {
   return text;
 }
 
+// The columns of a heading are told apart by blanks.
+std::string OneWord(std::string name) {
+  std::replace(name.begin(), name.end(), ' ', '_');
+  return name;
+}
+
 // Photo by photo: a heading, its points scaled, -99.
 std::string ImageCoordinates(const ExchangeBlock& block, double per_mm, bool patb) {
   std::vector<std::string> of_photo(block.photos.size());
@@ -96,7 +102,7 @@ std::string ImageCoordinates(const ExchangeBlock& block, double per_mm, bool pat
   for (std::size_t i = 0; i < block.photos.size(); ++i) {
     const ExchangeCamera& camera = block.cameras[block.photos[i].camera];
     text += FormatText("%12s ", PhotoNumber(block, i).c_str());
-    text += patb ? FormatText("%14.3f", 1000 * PrincipalDistance(camera)) : camera.name;
+    text += patb ? FormatText("%14.3f", 1000 * PrincipalDistance(camera)) : OneWord(camera.name);
     text += "\n" + of_photo[i] + FormatText("%12d\n", -99);
   }
   return text;

@@ -3,6 +3,7 @@
 #include <filesystem>
 #include <map>
 #include <utility>
+#include <vector>
 
 #include "core/files/atomic_write.h"
 
@@ -14,6 +15,19 @@ std::string PixelText(const Eigen::Vector2d& pixel) {
   return ExactNumber(pixel.x() - 0.5) + " " + ExactNumber(pixel.y() - 0.5) + " ";
 }
 
+std::string FolderOf(const std::string& directory, const ExchangePhoto& photo) {
+  return (fs::path(directory) / "Homol" / ("Pastis" + photo.image)).string();
+}
+
+// Ties of an earlier block would be read with this one's.
+void RemoveOld(const std::string& folder) {
+  std::vector<fs::path> old;
+  std::error_code ignored;
+  for (const auto& entry : fs::directory_iterator(folder, ignored))
+    if (entry.path().extension() == ".txt") old.push_back(entry.path());
+  for (const fs::path& file : old) fs::remove(file);
+}
+
 }  // namespace
 
 void WriteMicmacHomologues(const std::string& directory, const ExchangeBlock& block) {
@@ -23,9 +37,9 @@ void WriteMicmacHomologues(const std::string& directory, const ExchangeBlock& bl
       for (const ExchangeObservation& other : point.observations)
         if (one.photo != other.photo)
           pairs[{one.photo, other.photo}] += PixelText(one.pixel) + PixelText(other.pixel) + "1\n";
+  for (const ExchangePhoto& photo : block.photos) RemoveOld(FolderOf(directory, photo));
   for (const auto& [photos, text] : pairs) {
-    const fs::path folder =
-        fs::path(directory) / "Homol" / ("Pastis" + block.photos[photos.first].image);
+    const fs::path folder = FolderOf(directory, block.photos[photos.first]);
     fs::create_directories(folder);
     WriteFileAtomically((folder / (block.photos[photos.second].image + ".txt")).string(), text);
   }

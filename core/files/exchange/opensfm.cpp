@@ -154,6 +154,8 @@ void WriteOpensfm(const std::string& directory, const ExchangeBlock& block) {
                       reference.dump(2) + "\n");
   const bool control = std::any_of(block.points.begin(), block.points.end(),
                                    [](const ExchangePoint& point) { return point.control; });
+  // Those of an earlier block would be read with this one.
+  for (const char* file : {"gcp_list.txt", "tracks.csv"}) fs::remove(fs::path(directory) / file);
   if (control) WriteFileAtomically((fs::path(directory) / "gcp_list.txt").string(), GcpList(block));
   if (!block.points.empty())
     WriteFileAtomically((fs::path(directory) / "tracks.csv").string(), TracksText(block));

@@ -4,6 +4,7 @@
 
 #include <Eigen/Dense>
 #include <cmath>
+#include <filesystem>
 #include <map>
 #include <sstream>
 
@@ -150,6 +151,22 @@ TEST(TieExports, MicmacsHomologuesStandBothWays) {
       EXPECT_NEAR(there[i].Number(k, "x y x y") + 0.5, pixel[static_cast<int>(k % 2)], kExact_px);
       EXPECT_EQ(there[i].Number(k, "x"), back[i].Number((k + 2) % 4, "x"));
     }
+}
+
+TEST(TieExports, OfAnEarlierBlockAreNotReadWithThoseOfANewOne) {
+  const TemporaryFolder folder;
+  ExchangeBlock block = ThreePhotos();
+  WriteMicmacHomologues(folder.Path(), block);
+  WriteOpensfm(folder.Path(), block);
+  block.points.pop_back();
+  block.points.pop_back();
+  WriteMicmacHomologues(folder.Path(), block);
+  EXPECT_TRUE(std::filesystem::exists(folder / "Homol/Pastis101.tif/102.tif.txt"));
+  EXPECT_FALSE(std::filesystem::exists(folder / "Homol/Pastis102.tif/103.tif.txt"));
+  block.points.clear();
+  WriteOpensfm(folder.Path(), block);
+  EXPECT_FALSE(std::filesystem::exists(folder / "tracks.csv"));
+  EXPECT_FALSE(std::filesystem::exists(folder / "gcp_list.txt"));
 }
 
 TEST(TieExports, MetashapesMarkersHoldGroundForControlOnly) {
