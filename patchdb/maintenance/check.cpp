@@ -139,7 +139,10 @@ class Check {
     const std::vector<SchemaObject> missing = MissingObjects(connection_, version);
     for (const SchemaObject& object : missing)
       Find("no " + object.type + " " + object.name + " as its schema wants it", 1,
-           object.type == "table" ? "it is made, empty" : "it is made");
+           IsBeyondRepair(object)   ? ""
+           : object.type == "table" ? "it is made, empty"
+                                    : "it is made");
+    if (std::any_of(missing.begin(), missing.end(), IsBeyondRepair)) return false;
     if (options_.repair) MakeObjects(connection_, missing);
     if (!options_.repair && HasTable(missing)) return false;
     if (!LacksToken(connection_, version)) return true;

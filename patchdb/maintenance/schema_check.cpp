@@ -26,12 +26,6 @@ bool IsReplaced(const SchemaObject& object, const std::vector<SchemaObject>& pre
          });
 }
 
-// No repair can make up patches, nor what the file says of itself.
-bool IsBeyondRepair(const SchemaObject& object) {
-  const std::string_view name = object.name;
-  return name == "patches" || name == "orient_schema" || name.starts_with("gpkg_");
-}
-
 bool Has(const std::vector<SchemaObject>& present, const SchemaObject& object) {
   return std::any_of(present.begin(), present.end(), [&](const SchemaObject& other) {
     const bool as_written = object.type != "trigger" || !IsTokens(object);
@@ -46,9 +40,14 @@ std::vector<SchemaObject> MissingObjects(Connection& connection, int version) {
   const std::vector<SchemaObject> present = ObjectsOf(connection);
   std::vector<SchemaObject> missing = ObjectsOfVersion(version);
   std::erase_if(missing, [&](const SchemaObject& object) {
-    return IsBeyondRepair(object) || Has(present, object) || IsReplaced(object, present);
+    return Has(present, object) || IsReplaced(object, present);
   });
   return missing;
+}
+
+bool IsBeyondRepair(const SchemaObject& object) {
+  const std::string_view name = object.name;
+  return name == "patches" || name == "orient_schema" || name.starts_with("gpkg_");
 }
 
 bool HasTable(const std::vector<SchemaObject>& objects) {

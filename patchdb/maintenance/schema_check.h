@@ -14,6 +14,9 @@ namespace orient {
 // replaces some of the spatial index's are taken as well.
 std::vector<SchemaObject> MissingObjects(Connection& connection, int version);
 
+// Those of them that no repair can make up: patches, and what the file says of itself.
+bool IsBeyondRepair(const SchemaObject& object);
+
 // Without these nothing else can be looked for.
 bool HasTable(const std::vector<SchemaObject>& objects);
 

@@ -86,6 +86,16 @@ TEST_F(CheckTest, EveryDamageIsFoundRepairedAndNoPatchIsLost) {
   }
 }
 
+TEST_F(CheckTest, WhatTheFileSaysOfItselfIsMissedAndNotMadeUp) {
+  Damage("DROP TABLE gpkg_extensions");
+  for (const bool repair : {false, true}) {
+    const auto findings = Look(repair);
+    ASSERT_EQ(findings.size(), 1u);
+    EXPECT_NE(findings[0].what.find("gpkg_extensions"), std::string::npos) << findings[0].what;
+    EXPECT_EQ(findings[0].repair, "");
+  }
+}
+
 // A change that nobody noted may have happened meanwhile.
 TEST_F(CheckTest, RepairOfTheTokensTriggersRenewsIt) {
   const auto token = [&] {
