@@ -86,6 +86,9 @@ class BlockCommand : public Command {
     }
     for (const UnusablePhoto& photo : block.unusable)
       results.push_back(ExteriorResultPath(block.output_directory, photo.name));
+    // Of another block's photos, perhaps.
+    for (const char* file : {"orientation.csv", "block.json", "block.gpkg"})
+      results.push_back((fs::path(block.output_directory) / file).string());
     return results;
   }
 

@@ -6,8 +6,8 @@
 
 namespace orient {
 
-// Removes those in a folder and below whose process is not running on this machine any more. What
-// cannot be removed stays.
+// Removes those in a folder, not below it, whose process is not running on this machine any more.
+// What cannot be removed stays.
 void RemovePartialFiles(const std::string& folder);
 
 }  // namespace orient

@@ -84,10 +84,17 @@ std::string PhotoOf(const fs::path& file) {
   return "";
 }
 
+// `path`, or where that is taken, path_2, path_3 and so on.
+fs::path FreshFolder(const fs::path& path) {
+  fs::path fresh = path;
+  for (int i = 2; fs::exists(fresh); ++i) fresh = path.string() + "_" + std::to_string(i);
+  return fresh;
+}
+
 }  // namespace
 
 std::optional<std::string> SetOtherPhotosAside(const BlockFile& block) {
-  const fs::path out(block.output_directory), aside = out / "not_in_block";
+  const fs::path out(block.output_directory);
   std::set<std::string> photos, others;
   for (const std::string& path : block.photos) photos.insert(PhotoName(path));
   for (const UnusablePhoto& photo : block.unusable) photos.insert(photo.name);
@@ -96,13 +103,13 @@ std::optional<std::string> SetOtherPhotosAside(const BlockFile& block) {
     if (const std::string photo = PhotoOf(entry.path()); !photo.empty() && !photos.contains(photo))
       others.insert(photo);
   if (others.empty()) return std::nullopt;
+  const fs::path aside = FreshFolder(out / "not_in_block");
   MakeOutputDirectory(aside.string());
   std::string names;
   for (const std::string& photo : others) {
     names.append(names.empty() ? "" : ", ").append(photo);
     for (const char* file : kPhotoFiles)
-      if (fs::exists(out / (photo + file), ignored))
-        fs::rename(out / (photo + file), aside / (photo + file));
+      fs::rename(out / (photo + file), aside / (photo + file), ignored);
   }
   return (others.size() == 1 ? "what an earlier run left of a photo that is not in the block ("
                              : "what an earlier run left of " + std::to_string(others.size()) +

@@ -6,6 +6,7 @@
 
 #include "core/error.h"
 #include "core/files/atomic_write.h"
+#include "core/files/folder_lock.h"
 #include "core/files/orientation_table.h"
 #include "core/files/partial_files.h"
 #include "core/format_text.h"
@@ -34,6 +35,15 @@ std::string StagePath(const std::string& out, const std::string& stage) {
 }
 
 std::string UnfinishedPath(const std::string& out) { return StagePath(out, "unfinished"); }
+
+// In the folders that are a run's own.
+void RemovePartialFilesOfKilledRuns(const std::string& out) {
+  RemovePartialFiles(out);
+  RemovePartialFiles(StagePath(out, ""));
+  std::error_code ignored;
+  for (const auto& entry : fs::directory_iterator(StagePath(out, ""), ignored))
+    if (entry.is_directory(ignored)) RemovePartialFiles(entry.path().string());
+}
 
 // All that is said of the flight, as one text that changes when it does.
 std::string FlightText(const FlightPlan& flight) {
@@ -67,7 +77,8 @@ class BlockRun {
     const std::string& out = block_.output_directory;
     PrepareDigests();  // what is wrong with tables, strips and DEM shows before the work
     MakeOutputDirectory(out);
-    RemovePartialFiles(out);  // of killed runs
+    const FolderLock lock(out, ".orient-block.lock");
+    RemovePartialFilesOfKilledRuns(out);
     if (!options_.resume) fs::remove_all(fs::path(out) / "stages");
     MakeOutputDirectory(StagePath(out, ""));
     WriteFileAtomically(UnfinishedPath(out), "an interrupted run goes on with --resume\n");

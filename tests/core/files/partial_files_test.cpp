@@ -24,14 +24,18 @@ pid_t EndedProcess() {
 TEST(PartialFiles, OfEndedProgramsAreRemovedAndNothingElse) {
   const TemporaryFolder folder;
   const std::string ended = std::to_string(EndedProcess()), here = std::to_string(getpid());
-  fs::create_directories(folder / "stages/ties");
+  fs::create_directories(folder / "below");
   for (const std::string& name :
        {"block.json." + ended + "-0.part", "block." + ended + ".part.gpkg",
-        "block." + ended + ".part.gpkg-journal", "stages/ties/a.ties.json." + ended + "-3.part"})
+        "block." + ended + ".part.gpkg-journal", "a.b.ties.json." + ended + "-3.part"})
     WriteFileAtomically(folder / name, "half");
-  const std::vector<std::string> kept = {"block.json", "block.json." + here + "-0.part",
-                                         "spare.part", "block." + here + ".part.gpkg",
-                                         "a." + ended + ".tif"};
+  const std::vector<std::string> kept = {"block.json",
+                                         "block.json." + here + "-0.part",
+                                         "spare.part",
+                                         "block." + here + ".part.gpkg",
+                                         "a." + ended + ".tif",
+                                         "archive." + ended + "-01.part",
+                                         "below/a.json." + ended + "-0.part"};
   for (const std::string& name : kept) WriteFileAtomically(folder / name, "whole");
   RemovePartialFiles(folder / "");
   std::size_t files = 0;

@@ -1,0 +1,23 @@
+// One program at a time writes into a folder.
+#pragma once
+
+#include <string>
+
+namespace orient {
+
+// Held as long as the object lives; a program that is killed holds nothing. The lock is a file in
+// the folder, which goes with it. File systems that know no locks are written to without one.
+class FolderLock {
+ public:
+  // Throws InputError where another program holds it.
+  FolderLock(const std::string& folder, const std::string& file_name);
+  ~FolderLock();
+  FolderLock(const FolderLock&) = delete;
+  FolderLock& operator=(const FolderLock&) = delete;
+
+ private:
+  std::string path_;
+  int file_ = -1;
+};
+
+}  // namespace orient

@@ -1,0 +1,51 @@
+#include "core/files/folder_lock.h"
+
+#include <gtest/gtest.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include <filesystem>
+#include <memory>
+
+#include "core/error.h"
+#include "tests/support/shared_data.h"
+
+namespace orient {
+namespace {
+
+// Whether another process gets the lock.
+bool OthersGetIt(const std::string& folder) {
+  const pid_t child = fork();
+  if (child == 0) {
+    try {
+      const FolderLock lock(folder, "lock");
+      _exit(0);
+    } catch (const InputError&) {
+      _exit(1);
+    }
+  }
+  int status = 0;
+  waitpid(child, &status, 0);
+  return WIFEXITED(status) && WEXITSTATUS(status) == 0;
+}
+
+TEST(FolderLock, KeepsOthersOutWhileItLivesAndLeavesNothing) {
+  const TemporaryFolder folder;
+  {
+    const FolderLock lock(folder / "", "lock");
+    EXPECT_FALSE(OthersGetIt(folder / ""));
+    EXPECT_THROW(FolderLock(folder / "", "lock"), InputError);
+  }
+  EXPECT_FALSE(std::filesystem::exists(folder / "lock"));
+  EXPECT_TRUE(OthersGetIt(folder / ""));
+}
+
+TEST(FolderLock, OfAKilledProgramHoldsNobodyUp) {
+  const TemporaryFolder folder;
+  EXPECT_TRUE(OthersGetIt(folder / ""));  // ends without its destructor
+  EXPECT_TRUE(std::filesystem::exists(folder / "lock"));
+  const FolderLock lock(folder / "", "lock");
+}
+
+}  // namespace
+}  // namespace orient
