@@ -74,9 +74,14 @@ PhotoMetadata ReadPhotoMetadata(const std::string& path) {
   PhotoMetadata metadata;
   const auto latitude = DegreesOfTag(tags.Find("EXIF_GPSLatitude"));
   const auto longitude = DegreesOfTag(tags.Find("EXIF_GPSLongitude"));
-  if (latitude && longitude && *latitude <= 90) {
-    const bool south = tags.Find("EXIF_GPSLatitudeRef").starts_with("S");
-    const bool west = tags.Find("EXIF_GPSLongitudeRef").starts_with("W");
+  const std::string north_south = tags.Find("EXIF_GPSLatitudeRef");
+  const std::string east_west = tags.Find("EXIF_GPSLongitudeRef");
+  const bool south = north_south.starts_with("S"), west = east_west.starts_with("W");
+  const bool complete = (south || north_south.starts_with("N")) &&
+                        (west || east_west.starts_with("E")) &&
+                        !tags.Find("EXIF_GPSStatus").starts_with("V");  // void: no fix
+  // Receivers without a fix write zeros, too.
+  if (complete && latitude && longitude && *latitude <= 90 && (*latitude > 0 || *longitude > 0)) {
     metadata.lon_lat_deg.emplace(west ? -*longitude : *longitude, south ? -*latitude : *latitude);
   }
   metadata.altitude_m = tags.FindNumber("EXIF_GPSAltitude");

@@ -106,6 +106,11 @@ class StripAdjustment {
   // Twice: the first time finds a direction that nobody states.
   void Run() {
     direction_ = StatedDirection();
+    if (direction_ && plan_.next_strip && !TellsSide(*direction_))
+      throw InputError(
+          "[flight] next_strip names a direction along the strips, not beside them (azimuth_deg of "
+          "[flight], or of strip " +
+          plan_.strips.front().name + "); correct next_strip or azimuth_deg");
     distances_ = DistancesOf(plan_, camera_, height_m_, XAlong());
     Solve();
     if (direction_) return;
@@ -123,6 +128,12 @@ class StripAdjustment {
   std::size_t Base(std::size_t strip) const { return photos_ + strip; }
   std::size_t Side() const { return photos_ + plan_.strips.size(); }
 
+  // Whether next_strip lies clearly to one side of strips that run along `direction`.
+  bool TellsSide(const Vector2d& direction) const {
+    constexpr double kLeastAcross = 0.4;
+    return std::abs(Vector2d(-direction.y(), direction.x()).dot(*plan_.next_strip)) >= kLeastAcross;
+  }
+
   // Of a strip relative to the first one.
   double Sense(std::size_t strip) const { return plan_.back_and_forth && strip % 2 == 1 ? -1 : 1; }
 
@@ -132,15 +143,22 @@ class StripAdjustment {
     return std::nullopt;
   }
 
+  // Of the flight's, or where all strips have one and the same. One strip's alone says nothing of
+  // the others: it may be a cross strip.
   std::optional<Vector2d> StatedDirection() const {
-    for (std::size_t i = 0; i < plan_.strips.size(); ++i)
-      if (const auto stated = StatedDirection(i)) return Vector2d(Sense(i) * *stated);
-    return std::nullopt;
+    if (plan_.azimuth_rad) return Towards(*plan_.azimuth_rad);
+    const double agree = std::cos(RadFromDeg(20));
+    std::optional<Vector2d> common;
+    for (std::size_t i = 0; i < plan_.strips.size(); ++i) {
+      const auto stated = StatedDirection(i);
+      if (!stated || (common && std::abs(common->dot(*stated)) < agree)) return std::nullopt;
+      if (!common) common = Sense(i) * *stated;
+    }
+    return common;
   }
 
   // Whether the photos' x axis lies along the flight, as a located photo's kappa says.
   std::optional<bool> XAlong() const {
-    if (!direction_) return std::nullopt;
     constexpr double kMostSigma_rad = 0.35;
     for (std::size_t i = 0; i < plan_.strips.size(); ++i)
       for (const std::string& photo : plan_.strips[i].photos) {
@@ -149,8 +167,10 @@ class StripAdjustment {
             (*known->second.sigma)[5] > kMostSigma_rad)
           continue;
         const double kappa = known->second.pose.opk_rad[2];
-        const Vector2d along = StatedDirection(i).value_or(*direction_);
-        return std::abs(along.dot(Vector2d(std::cos(kappa), std::sin(kappa)))) > std::sqrt(0.5);
+        const auto stated = StatedDirection(i);
+        const auto& along = stated ? stated : direction_;
+        if (!along) continue;
+        return std::abs(along->dot(Vector2d(std::cos(kappa), std::sin(kappa)))) > std::sqrt(0.5);
       }
     return std::nullopt;
   }
@@ -161,6 +181,7 @@ class StripAdjustment {
     std::optional<Vector2d> found;
     double best = kLeastSigmas;
     for (std::size_t i = 0; i < plan_.strips.size(); ++i) {
+      if (plan_.strips[i].azimuth_rad) continue;  // its own only
       const Solution base = system_->Of(Base(i));
       const double sigma = std::sqrt(base.covariance.topLeftCorner<2, 2>().trace() / 2);
       const double sigmas = base.value.head<2>().norm() / sigma;
@@ -235,7 +256,7 @@ class StripAdjustment {
     const double apart = distances_.apart_m;
     Vector3d expected = Vector3d::Zero();
     double across = apart;
-    if (direction_ && plan_.next_strip) {
+    if (direction_ && plan_.next_strip && TellsSide(*direction_)) {
       Vector2d side(-direction_->y(), direction_->x());
       if (side.dot(*plan_.next_strip) < 0) side = -side;
       expected << apart * side, 0;
@@ -257,6 +278,23 @@ class StripAdjustment {
   std::optional<LinearSystem> system_;
 };
 
+// What a strip is flown towards, as far as the plan says; clockwise from north.
+std::optional<double> AzimuthOf(const FlightPlan& plan, std::size_t strip) {
+  const bool back = plan.back_and_forth && strip % 2 == 1;
+  if (plan.strips[strip].azimuth_rad) return plan.strips[strip].azimuth_rad;
+  if (plan.azimuth_rad) return *plan.azimuth_rad + (back ? std::numbers::pi : 0);
+  return std::nullopt;
+}
+
+// Between the kappas of two strips; unknown where only one of them has an azimuth.
+std::optional<double> TurnBetween(const FlightPlan& plan, std::size_t from, std::size_t to) {
+  if (from == to) return 0;
+  const auto there = AzimuthOf(plan, from), here = AzimuthOf(plan, to);
+  if (there && here) return *there - *here;  // azimuths are clockwise
+  if (there || here) return std::nullopt;
+  return plan.back_and_forth && (from + to) % 2 == 1 ? std::numbers::pi : 0;
+}
+
 // Kappa of a photo after the located ones, or unknown.
 void TakeKappa(const FlightPlan& plan, const std::map<std::string, OrientationRow>& located,
                std::size_t strip, std::size_t number, OrientationRow* row) {
@@ -270,14 +308,11 @@ void TakeKappa(const FlightPlan& plan, const std::map<std::string, OrientationRo
       const std::size_t strips = s > strip ? s - strip : strip - s;
       const std::size_t photos = n > number ? n - number : number - n;
       const std::size_t far = strips * 10000 + photos;
-      if (far >= nearest) continue;
+      const auto turn = TurnBetween(plan, s, strip);
+      if (far >= nearest || !turn) continue;
       nearest = far;
-      const auto& here = plan.strips[strip].azimuth_rad;
-      const auto& there = plan.strips[s].azimuth_rad;
-      double turn = plan.back_and_forth && strips % 2 == 1 ? std::numbers::pi : 0;
-      if (here && there) turn = *there - *here;  // azimuths are clockwise
       row->attitude_known = true;
-      row->pose.opk_rad[2] = NormalizeAngle(known->second.pose.opk_rad[2] + turn);
+      row->pose.opk_rad[2] = NormalizeAngle(known->second.pose.opk_rad[2] + *turn);
       (*row->sigma)[5] =
           std::hypot(strips == 0 ? kCrab_rad : kCrabOfOtherStrip_rad, (*known->second.sigma)[5]);
     }

@@ -69,6 +69,8 @@ void ReadFlight(const TomlTable& root, FlightPlan* plan) {
 // The photos that one entry of a strip stands for, in their natural order.
 std::vector<std::string> Expanded(const std::string& entry,
                                   const std::vector<std::string>& photos) {
+  // As it is where there is such a photo: names may have dots ("1961.0182").
+  if (std::find(photos.begin(), photos.end(), entry) != photos.end()) return {entry};
   if (entry.find_first_of("*?[") == std::string::npos) return {PhotoName(entry)};
   std::vector<std::string> found;
   for (const std::string& photo : photos)

@@ -4,7 +4,9 @@
 #include <gtest/gtest.h>
 
 #include "core/files/atomic_write.h"
+#include "core/files/block_file.h"
 #include "tests/support/shared_data.h"
+#include "tools/block/block_approximations.h"
 
 namespace orient {
 namespace {
@@ -107,6 +109,70 @@ TEST(PhotoMetadata, OfAPhotoIsItsExif) {
   EXPECT_NEAR(row->pose.position_m.z(), 1823.5, 1e-3);
   EXPECT_FALSE(row->attitude_known);
   EXPECT_GT((*row->sigma)[2], (*row->sigma)[0]) << "altitudes are of whatever datum";
+}
+
+std::string WithPosition(const TemporaryFolder& folder, const std::string& latitude_ref,
+                         const std::string& longitude_ref, double latitude, double longitude,
+                         const std::string& status = "A") {
+  ExifOfJpeg exif;
+  const auto text = [&](int tag, const std::string& value) {
+    if (!value.empty()) exif.Add(2, tag, 2, value + std::string(1, '\0'), 2);
+  };
+  text(1, latitude_ref);
+  exif.Add(2, 2, 5, ExifOfJpeg::Rationals({latitude, 0, 0}), 3);
+  text(3, longitude_ref);
+  exif.Add(2, 4, 5, ExifOfJpeg::Rationals({longitude, 0, 0}), 3);
+  exif.Add(2, 6, 5, ExifOfJpeg::Rationals({1500}), 1);
+  text(9, status);
+  exif.Write(folder / "1.jpg");
+  return folder / "1.jpg";
+}
+
+TEST(PhotoMetadata, PositionsThatAreNoneAreIgnored) {
+  const TemporaryFolder folder;
+  const auto has = [&](auto... position) {
+    return ReadPhotoMetadata(WithPosition(folder, position...)).lon_lat_deg.has_value();
+  };
+  EXPECT_TRUE(has("S", "E", 22, 27));
+  EXPECT_TRUE(has("N", "W", 0, 27));
+  EXPECT_FALSE(has("", "E", 22, 27));
+  EXPECT_FALSE(has("S", "", 22, 27));
+  EXPECT_FALSE(has("N", "E", 0, 0));
+  EXPECT_FALSE(has("S", "E", 22, 27, "V"));
+}
+
+TEST(BlockApproximations, FilmIsNotLocatedByTheDeviceThatReproducedIt) {
+  const TemporaryFolder folder;
+  for (const std::string name : {"patches.gpkg", "camera.toml", "dem.tif"})
+    WriteFileAtomically(folder / name, "");
+  WithPosition(folder, "S", "E", 22, 27);
+  WriteFileAtomically(folder / "block.toml",
+                      "crs = \"EPSG:32735\"\ndem = \"dem.tif\"\npatchdb = \"patches.gpkg\"\n"
+                      "camera = \"camera.toml\"\nphotos = [\"1.jpg\"]\n");
+  const BlockFile block = ReadBlockFile(folder / "block.toml");
+  Camera camera;
+  camera.principal_distance_mm = 100;
+  camera.kind = CameraKind::kDigital;
+  EXPECT_EQ(BlockApproximations(block, camera).Table().rows.size(), 1u);
+  camera.kind = CameraKind::kFilm;
+  EXPECT_TRUE(BlockApproximations(block, camera).Table().rows.empty());
+}
+
+TEST(BlockApproximations, AWeakPoseFarFromItsApproximationTeachesNothing) {
+  OrientationRow before;
+  before.sigma = Vector6d::Constant(10);
+  ExteriorResult result;
+  result.pose = before.pose;
+  result.covariance = Matrix6d::Identity() * 0.01;
+  result.status = Status::kWeak;
+  EXPECT_TRUE(TeachesStrip(result, &before));
+  EXPECT_FALSE(TeachesStrip(result, nullptr));
+  result.pose->position_m.x() += 60;
+  EXPECT_FALSE(TeachesStrip(result, &before));
+  result.status = Status::kOk;
+  EXPECT_TRUE(TeachesStrip(result, &before));
+  result.pose.reset();
+  EXPECT_FALSE(TeachesStrip(result, &before));
 }
 
 TEST(PhotoMetadata, OfAFileThatSaysNothingIsNothing) {

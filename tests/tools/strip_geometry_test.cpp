@@ -152,6 +152,45 @@ TEST(StripGeometry, AStripsOwnAzimuthCounts) {
   EXPECT_LT((rows.at("2_3").pose.position_m - (kStart + Vector3d(0, 2 * kBase_m, 0))).norm(), 15);
 }
 
+TEST(StripGeometry, AStripsOwnAzimuthTurnsKappaAgainstTheFlights) {
+  FlightPlan plan = Plan({2, 2});
+  plan.azimuth_rad = RadFromDeg(78);
+  plan.strips[1].azimuth_rad = RadFromDeg(78);
+  const auto kappa = [&] {
+    const OrientationRow row = Filled(plan, {Located("1_1", kStart, 12)}).at("2_1");
+    EXPECT_TRUE(row.attitude_known);
+    return std::abs(DegFromRad(row.pose.opk_rad[2] - RadFromDeg(12)));
+  };
+  EXPECT_NEAR(kappa(), 0, 1e-6);
+  plan.strips[1].azimuth_rad.reset();
+  EXPECT_NEAR(kappa(), 180, 1e-6);
+  plan.azimuth_rad.reset();
+  plan.strips[1].azimuth_rad = RadFromDeg(78);
+  const auto rows = Filled(plan, {Located("1_1", kStart, 12)});
+  EXPECT_FALSE(rows.at("2_1").attitude_known);
+  EXPECT_TRUE(rows.at("1_2").attitude_known);
+}
+
+TEST(StripGeometry, ACrossStripsAzimuthIsNotTheFlights) {
+  FlightPlan plan = Plan({3, 3, 3});
+  plan.strips[2].azimuth_rad = RadFromDeg(90);
+  const auto rows = Filled(plan, {Located("1_1", kStart, 0)});
+  const Vector6d& sigma = *rows.at("1_3").sigma;
+  EXPECT_NEAR(sigma[0], sigma[1], 0.05 * sigma[0]);
+}
+
+TEST(StripGeometry, ANextStripAlongTheFlightIsRefused) {
+  FlightPlan plan = Plan({3, 3});
+  plan.azimuth_rad = RadFromDeg(2);
+  plan.next_strip = Vector2d(0, 1);
+  ExpectError<InputError>([&] { Filled(plan, {Located("1_1", kStart, 0)}); },
+                          {"[flight]", "next_strip", "azimuth_deg"});
+  plan.azimuth_rad.reset();
+  const Vector3d step(0.035 * kBase_m, kBase_m, 0);
+  const auto rows = Filled(plan, {Located("1_1", kStart, 0), Located("1_3", kStart + 2 * step, 0)});
+  EXPECT_GT((*rows.at("2_2").sigma)[0], 0.8 * kApart_m) << "it may lie on both sides";
+}
+
 // A frame wider than high may be mounted either way.
 TEST(StripGeometry, KappaSaysWhichSideOfTheFrameLiesAlong) {
   Camera camera = FilmCamera();

@@ -50,6 +50,18 @@ std::string Listed(const std::vector<std::string>& names) {
 
 }  // namespace
 
+bool TeachesStrip(const ExteriorResult& result, const OrientationRow* before) {
+  constexpr double kMostSigmas = 5;
+  if (!result.pose || !result.covariance || result.status == Status::kFailed) return false;
+  if (result.status == Status::kOk) return true;
+  if (before == nullptr || !before->sigma) return false;
+  const Vector6d sigma = (before->sigma->cwiseAbs2() + result.covariance->diagonal()).cwiseSqrt();
+  const Eigen::Vector3d off = result.pose->position_m - before->pose.position_m;
+  if ((off.cwiseAbs().array() > kMostSigmas * sigma.head<3>().array()).any()) return false;
+  const double turned = NormalizeAngle(result.pose->opk_rad[2] - before->pose.opk_rad[2]);
+  return !before->attitude_known || std::abs(turned) <= kMostSigmas * sigma[5];
+}
+
 BlockApproximations::BlockApproximations(const BlockFile& block, const Camera& camera)
     : block_(block), camera_(camera) {
   if (!block.approximations.empty()) ReadTable();
@@ -99,6 +111,8 @@ void BlockApproximations::CompleteHeights(OrientationTable* table) const {
 }
 
 void BlockApproximations::ReadFiles() {
+  // What the file of a film photo says is of the scanner, or of the camera that reproduced it.
+  if (camera_.kind == CameraKind::kFilm) return;
   std::set<std::string> have;
   for (const OrientationRow& row : known_) have.insert(row.photo);
   int located = 0;
@@ -186,7 +200,9 @@ void BlockApproximations::Fill() {
 void BlockApproximations::Learn(const std::vector<ExteriorResult>& results) {
   bool more = false;
   for (const ExteriorResult& result : results) {
-    if (!result.pose || !result.covariance) continue;
+    std::optional<OrientationRow> before;
+    if (const auto* row = table_.Find(result.photo)) before = WithSigma(*row);
+    if (!TeachesStrip(result, before ? &*before : nullptr)) continue;
     OrientationRow row;
     row.photo = result.photo;
     row.pose = *result.pose;

@@ -13,6 +13,11 @@
 
 namespace orient {
 
+// Whether a result may locate the other photos of its strip: one that is ok, or a weak one within 5
+// sigma of the approximation `before` (null: there was none; with its sigma) that it was found
+// from.
+bool TeachesStrip(const ExteriorResult& result, const OrientationRow* before);
+
 class BlockApproximations {
  public:
   // Reads the table, and the files of photos that it does not have. Throws InputError for a table
@@ -26,7 +31,8 @@ class BlockApproximations {
   // Names of the table that are no photo of the block.
   const std::vector<std::string>& Needless() const { return needless_; }
 
-  // Photos that are oriented locate the others of their strips; what has no pose is passed over.
+  // Photos that are oriented locate the others of their strips; those that may not (TeachesStrip)
+  // are passed over.
   void Learn(const std::vector<ExteriorResult>& results);
 
   // Which of these photos to orient next, as indices: all that are known well; where there are

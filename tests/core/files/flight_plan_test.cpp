@@ -54,6 +54,12 @@ TEST_F(FlightPlanOf, PatternsStandForPhotosInTheirNaturalOrder) {
   EXPECT_TRUE(plan.back_and_forth);
 }
 
+TEST_F(FlightPlanOf, NamesMayHaveDots) {
+  WriteFileAtomically(folder_ / "1961.0182.tif", "");
+  const FlightPlan plan = Read("[[strips]]\nphotos = [\"1961.0182\", \"a_1.tif\"]\n");
+  EXPECT_EQ(plan.strips.at(0).photos, (std::vector<std::string>{"1961.0182", "a_1"}));
+}
+
 TEST_F(FlightPlanOf, NumbersMayRunAgainstTheFlight) {
   const FlightPlan plan = Read("[[strips]]\nphotos = [\"a_*\"]\nreversed = true\n");
   EXPECT_EQ(plan.strips.at(0).photos, (std::vector<std::string>{"a_10", "a_2", "a_1"}));
