@@ -97,7 +97,7 @@ TEST_F(SlowBadBlock, OfTwoPartsTheOneWithoutControlFailsAndIsNamed) {
   for (const char* photo : {"new_1_3", "new_1_4"})
     fs::remove(Path("scans/" + std::string(photo) + ".tif"));
   const ProgramRun whole = Block();
-  EXPECT_EQ(whole.exit_code, 0) << whole.out << whole.err;
+  EXPECT_EQ(whole.exit_code, 3) << whole.out << whole.err;  // two scans are missing
   EXPECT_NE(whole.out.find("Photos new_1_1 and new_1_2 are connected with no other photo"),
             std::string::npos)
       << whole.out;
