@@ -3,9 +3,9 @@
 #include <signal.h>
 
 #include <cerrno>
-#include <cstdlib>
+#include <charconv>
 #include <filesystem>
-#include <regex>
+#include <string_view>
 #include <system_error>
 #include <vector>
 
@@ -15,13 +15,34 @@ namespace fs = std::filesystem;
 
 bool IsRunning(pid_t process) { return kill(process, 0) == 0 || errno != ESRCH; }
 
+bool TakeEnd(std::string_view* text, std::string_view end) {
+  if (!text->ends_with(end)) return false;
+  text->remove_suffix(end.size());
+  return true;
+}
+
+// 0: it is none, or no process has it.
+pid_t ProcessOf(std::string_view digits) {
+  pid_t process = 0;
+  const auto [end, error] = std::from_chars(digits.data(), digits.data() + digits.size(), process);
+  return error == std::errc() && end == digits.data() + digits.size() && process > 0 ? process : 0;
+}
+
 // The process that a file's name tells; 0: it is no partial file.
-pid_t WriterOf(const std::string& name) {
-  static const std::regex kPartial(
-      R"(.*\.([0-9]{1,9})(-(?:0|[1-9][0-9]*)\.part|\.part\.gpkg(-journal|-wal|-shm)?))");
-  std::smatch match;
-  if (!std::regex_match(name, match, kPartial)) return 0;
-  return static_cast<pid_t>(std::strtol(match[1].str().c_str(), nullptr, 10));
+pid_t WriterOf(std::string_view name) {
+  for (const std::string_view beside : {"-journal", "-wal", "-shm"})
+    if (TakeEnd(&name, beside)) break;
+  const bool geopackage = TakeEnd(&name, ".part.gpkg");
+  if (!geopackage && !TakeEnd(&name, ".part")) return 0;
+  const std::size_t dot = name.rfind('.');
+  if (dot == std::string_view::npos) return 0;
+  std::string_view number = name.substr(dot + 1);
+  if (geopackage) return ProcessOf(number);
+  const std::size_t hyphen = number.find('-');
+  if (hyphen == std::string_view::npos) return 0;
+  const std::string_view count = number.substr(hyphen + 1);
+  const bool counts = count == "0" || (ProcessOf(count) > 0 && count[0] != '0');
+  return counts ? ProcessOf(number.substr(0, hyphen)) : 0;
 }
 
 }  // namespace
