@@ -33,10 +33,10 @@ int CoarsestReduction(const PhotoTask& task, const PhotoView& view,
 // Of an aligned patch in pixels; below, any two textures correlate.
 int LeastSide(const OrientPhotoOptions& options) { return std::min(options.min_side_px, 11); }
 
-// One coarse round: several places for every patch, and the pose that most of them agree on.
-std::optional<Consensus> Vote(const PhotoTask& task, const PhotoView& view, const PosePrior& prior,
+// Several places for every patch at a coarse level.
+std::vector<VotingPatch> Seek(const PhotoTask& task, const PhotoView& view,
                               const std::vector<PatchPrediction>& predictions, int reduction,
-                              double margin_px, double trials) {
+                              double margin_px) {
   std::vector<VotingPatch> voting(predictions.size());
   SideBySide(predictions.size(), [&](std::size_t i) {
     const PatchPrediction& prediction = predictions[i];
@@ -50,10 +50,38 @@ std::optional<Consensus> Vote(const PhotoTask& task, const PhotoView& view, cons
     voting[i].window_px2 = AreaToSearch(aligned->predicted_px, radius, task.image).Size().prod();
     voting[i].candidates = FindCandidates(*aligned, task.image, radius, {});
   });
+  return voting;
+}
+
+// The pose that most of the patches sought at a level agree on.
+std::optional<Consensus> Vote(const PhotoView& view, const PosePrior& prior,
+                              const std::vector<VotingPatch>& voting, int reduction,
+                              double trials) {
   ConsensusOptions options;
   options.sigma_px = 0.5 + 0.4 * reduction;
   options.trials = trials;
   return FindConsensus(view, prior, voting, options);
+}
+
+// All patches around where the track's pose sees them, at a level; the track as it was where too
+// few agree.
+void VoteAround(const PhotoTask& task, int reduction, double margin_px, PoseTrack* track) {
+  const PosePrior weak = Weakened({track->pose, task.photo.prior.covariance});
+  const PhotoView view = task.View(track->position, track->pose);
+  const auto predictions =
+      SelectSpread(Predict(view, track->covariance, task.patches, task.Prediction()), task.patches,
+                   task.options.voting_patches, task.Prediction());
+  const auto consensus = Vote(view, weak, Seek(task, view, predictions, reduction, margin_px),
+                              reduction, track->trials);
+  // A patch may be too small for this level: a finer one shows it.
+  if (!consensus || consensus->supporters.size() < 4) return;
+  track->pose = consensus->pose;
+  track->covariance = consensus->covariance;
+  track->log10_false_alarms = std::min(track->log10_false_alarms, consensus->log10_false_alarms);
+  track->reduction = reduction;
+  track->rounds.push_back(
+      {static_cast<int>(predictions.size()), static_cast<int>(consensus->supporters.size()),
+       LargestRadius(predictions, kWindowSigmas) + margin_px, consensus->rms_px});
 }
 
 // Approximations are often worse than they are said to be: twice, and in position a few per cent
@@ -94,23 +122,76 @@ SearchPlan Plan(const PhotoTask& task, const FilmPosition& position, const PoseP
   return plan;
 }
 
-// A first pose from one prior at one resolution.
-std::optional<PoseTrack> TryFirst(const PhotoTask& task, const FilmPosition& position,
-                                  const PosePrior& prior, int finer, double trials) {
-  const SearchPlan plan = Plan(task, position, prior);
-  if (plan.predictions.empty() || plan.coarsest < finer) return std::nullopt;
-  const int reduction = plan.coarsest / finer;
-  if (plan.WindowPixels(task, reduction) > kMaxWindowPixels) return std::nullopt;
-  const PhotoView view = task.View(position, prior.pose);
-  const auto consensus = Vote(task, view, prior, plan.predictions, reduction, reduction, trials);
-  if (!consensus) return std::nullopt;
-  const LoopRound round{static_cast<int>(plan.predictions.size()),
-                        static_cast<int>(consensus->supporters.size()), plan.radius_px,
-                        consensus->rms_px};
-  return PoseTrack{
-      position, consensus->pose, consensus->covariance, consensus->log10_false_alarms, reduction,
-      {round},  trials};
+// In a window as large as the approximation is poor a patch costs much, in one around a pose hardly
+// anything. So a few patches all over the photo are sought first, and more only until they agree on
+// a pose that chance does not explain; it then shows where the others are.
+constexpr int kFirstPatches = 12;
+
+// The predictions in batches: those of the first few together are spread over the photo.
+std::vector<std::vector<PatchPrediction>> Batches(const PhotoTask& task,
+                                                  const std::vector<PatchPrediction>& predictions) {
+  std::vector<std::vector<PatchPrediction>> batches;
+  std::vector<bool> taken(task.patches.size(), false);
+  const int all = static_cast<int>(predictions.size());
+  int wanted = 0;
+  for (int count = kFirstPatches; wanted < all; count *= 2) {
+    wanted = 3 * count > 2 * all ? all : count;  // no small batch at last
+    batches.emplace_back();
+    for (const PatchPrediction& p :
+         SelectSpread(predictions, task.patches, wanted, task.Prediction())) {
+      if (!taken[p.patch]) batches.back().push_back(p);
+      taken[p.patch] = true;
+    }
+  }
+  return batches;
 }
+
+// The search for a first pose from one prior at one resolution, with one way the film may lie.
+class FirstSearch {
+ public:
+  FirstSearch(const PhotoTask& task, const FilmPosition& position, const PosePrior& prior,
+              int finer)
+      : task_(task), position_(position), prior_(prior), view_(task.View(position, prior.pose)) {
+    const SearchPlan plan = Plan(task, position, prior);
+    reduction_ = plan.coarsest / finer;
+    if (reduction_ == 0 || plan.WindowPixels(task, reduction_) > kMaxWindowPixels) return;
+    radius_px_ = plan.radius_px;
+    batches_ = Batches(task, plan.predictions);
+  }
+
+  std::size_t BatchCount() const { return batches_.size(); }
+  bool Done() const { return done_ == batches_.size(); }
+
+  // Looks for the next batch of patches; the pose that they and those before agree on, if any.
+  std::optional<PoseTrack> Next(double trials) {
+    const std::vector<PatchPrediction>& batch = batches_[done_++];
+    for (VotingPatch& patch : Seek(task_, view_, batch, reduction_, reduction_))
+      voting_.push_back(std::move(patch));
+    const auto consensus = Vote(view_, prior_, voting_, reduction_, trials);
+    if (!consensus) return std::nullopt;
+    const LoopRound round{static_cast<int>(voting_.size()),
+                          static_cast<int>(consensus->supporters.size()), radius_px_,
+                          consensus->rms_px};
+    return PoseTrack{position_,
+                     consensus->pose,
+                     consensus->covariance,
+                     consensus->log10_false_alarms,
+                     reduction_,
+                     {round},
+                     trials};
+  }
+
+ private:
+  const PhotoTask& task_;
+  const FilmPosition& position_;
+  const PosePrior& prior_;
+  PhotoView view_;
+  int reduction_ = 0;
+  double radius_px_ = 0;
+  std::vector<std::vector<PatchPrediction>> batches_;
+  std::size_t done_ = 0;
+  std::vector<VotingPatch> voting_;
+};
 
 }  // namespace
 
@@ -119,38 +200,40 @@ std::optional<PoseTrack> TryFirst(const PhotoTask& task, const FilmPosition& pos
 std::optional<PoseTrack> FirstPose(const PhotoTask& task) {
   const PosePrior& prior = task.photo.prior;
   const PosePrior doubtful = Doubtful(prior, task.patches);
-  std::optional<PoseTrack> best;
   const std::array ways = {std::pair(&prior, 1), std::pair(&prior, 2), std::pair(&doubtful, 1)};
-  const auto trials = static_cast<double>(ways.size() * task.photo.positions.size());
+  const auto better = [](const PoseTrack& one, const std::optional<PoseTrack>& other) {
+    return !other || one.log10_false_alarms < other->log10_false_alarms;
+  };
+  std::optional<PoseTrack> best;  // of those that chance explains
   for (const auto& [assumed, finer] : ways) {
+    std::vector<FirstSearch> searches;
+    std::size_t batches = 0;
     for (const FilmPosition& position : task.photo.positions) {
-      const auto track = TryFirst(task, position, *assumed, finer, trials);
-      if (track && (!best || track->log10_false_alarms < best->log10_false_alarms)) best = track;
+      searches.emplace_back(task, position, *assumed, finer);
+      batches = std::max(batches, searches.back().BatchCount());
     }
-    if (best && best->log10_false_alarms < task.options.max_log10_false_alarms) return best;
+    const auto trials = static_cast<double>(ways.size() * searches.size() * batches);
+    for (std::size_t batch = 0; batch < batches; ++batch) {
+      std::optional<PoseTrack> found;
+      for (FirstSearch& search : searches) {
+        const auto track = search.Done() ? std::nullopt : search.Next(trials);
+        if (!track) continue;
+        if (search.Done() && better(*track, best)) best = track;
+        if (track->log10_false_alarms < task.options.max_log10_false_alarms &&
+            better(*track, found))
+          found = track;
+      }
+      if (!found) continue;
+      if (batch + 1 < batches) VoteAround(task, found->reduction, 3.0 * found->reduction, &*found);
+      return found;
+    }
   }
   return best;
 }
 
 void Descend(const PhotoTask& task, PoseTrack* track) {
-  const PosePrior weak = Weakened({track->pose, task.photo.prior.covariance});
-  for (int reduction = track->reduction / 2; reduction > 1; reduction /= 2) {
-    const double margin = 1.5 * track->reduction;
-    const PhotoView view = task.View(track->position, track->pose);
-    const auto predictions =
-        SelectSpread(Predict(view, track->covariance, task.patches, task.Prediction()),
-                     task.patches, task.options.voting_patches, task.Prediction());
-    const auto consensus = Vote(task, view, weak, predictions, reduction, margin, track->trials);
-    // A patch may be too small for this level: a finer one shows it.
-    if (!consensus || consensus->supporters.size() < 4) continue;
-    track->pose = consensus->pose;
-    track->covariance = consensus->covariance;
-    track->log10_false_alarms = std::min(track->log10_false_alarms, consensus->log10_false_alarms);
-    track->reduction = reduction;
-    track->rounds.push_back(
-        {static_cast<int>(predictions.size()), static_cast<int>(consensus->supporters.size()),
-         LargestRadius(predictions, kWindowSigmas) + margin, consensus->rms_px});
-  }
+  for (int reduction = track->reduction / 2; reduction > 1; reduction /= 2)
+    VoteAround(task, reduction, 1.5 * track->reduction, track);
 }
 
 std::string WhyNoFirstPose(const PhotoTask& task) {

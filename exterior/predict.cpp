@@ -97,12 +97,17 @@ std::vector<PatchPrediction> SelectSpread(const std::vector<PatchPrediction>& pr
     std::stable_sort(members.begin(), members.end(), [&](const auto& a, const auto& b) {
       return Rank(patches[a.patch]) > Rank(patches[b.patch]);
     });
-  // The best of every cell, then the second best, until there are enough.
+  // The best of every cell, then the second best, until there are enough; of more than are wanted
+  // at last, some all over the photo.
   std::vector<PatchPrediction> selected;
-  for (std::size_t turn = 0; static_cast<int>(selected.size()) < count; ++turn)
+  const auto wanted = static_cast<std::size_t>(count);
+  for (std::size_t turn = 0; selected.size() < wanted; ++turn) {
+    std::vector<PatchPrediction> next;
     for (const auto& [cell, members] : cells)
-      if (turn < members.size() && static_cast<int>(selected.size()) < count)
-        selected.push_back(members[turn]);
+      if (turn < members.size()) next.push_back(members[turn]);
+    const std::size_t taken = std::min(next.size(), wanted - selected.size());
+    for (std::size_t i = 0; i < taken; ++i) selected.push_back(next[i * next.size() / taken]);
+  }
   return selected;
 }
 
