@@ -3,6 +3,7 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 #include <map>
 
@@ -115,6 +116,26 @@ TEST(Predict, HidesNothingByHeightsThatAreMissing) {
   PredictionOptions options = kWhole;
   options.surface = &surface;
   EXPECT_EQ(NotSeen({PatchAt(3200, 0)}, options), Counts{});
+}
+
+// Not those at one side.
+TEST(SelectSpread, OfMoreCellsThanWantedTakesSomeAllOverThePhoto) {
+  std::vector<Patch> patches;
+  for (int i = -12; i <= 12; ++i)
+    for (int j = -12; j <= 12; ++j) patches.push_back(PatchAt(380.0 * i, 380.0 * j));
+  const auto all = Predict(VerticalView(), Covariance(10, 0), patches, kWhole, nullptr);
+  for (const int count : {12, 30, 50, 70}) {
+    const auto selected = SelectSpread(all, patches, count, kWhole);
+    ASSERT_EQ(selected.size(), static_cast<std::size_t>(count));
+    for (const double left : {0.0, 500.0})
+      for (const double top : {0.0, 500.0}) {
+        const auto in_quarter = std::count_if(selected.begin(), selected.end(), [&](const auto& p) {
+          return p.pixel.x() >= left && p.pixel.x() < left + 500 && p.pixel.y() >= top &&
+                 p.pixel.y() < top + 500;
+        });
+        EXPECT_NEAR(static_cast<double>(in_quarter), count / 4.0, 1 + count / 10.0) << count;
+      }
+  }
 }
 
 }  // namespace
