@@ -27,6 +27,7 @@
 #include "tools/block_camera.h"
 #include "tools/block_files.h"
 #include "tools/exterior_learning.h"
+#include "tools/film_pixel.h"
 #include "tools/footprint.h"
 #include "tools/height_check.h"
 #include "tools/interior_run.h"
@@ -123,10 +124,12 @@ Setting Prepare(const ExteriorRunOptions& options) {
   MarkShapes marks;
   if (camera.camera.kind == CameraKind::kFilm) marks = LoadMarkShapes(camera);
   const double ground_m = surface.MeanHeight();
-  const double k1 = options.earth_k1 ? *options.earth_k1
-                                     : OverEarth(camera.camera, options.earth,
-                                                 FlyingHeight(table, options, ground_m), ground_m)
-                                           .k1;
+  const double k1 =
+      options.earth_k1
+          ? *options.earth_k1
+          : OverEarth(camera.camera, options.earth, FlyingHeight(table, options, ground_m),
+                      ground_m, FilmPixel_mm(camera.camera, options.photos).value_or(kFilmPixel_mm))
+                .k1;
   if (k1 != 0) camera.camera = WithCubic(camera.camera, k1);
   return {options, std::move(camera), k1, std::move(marks), std::move(table),
           crs,     std::move(surface)};

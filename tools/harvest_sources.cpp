@@ -56,9 +56,11 @@ class Photos : public HarvestSources {
   PhotoView View(std::size_t source, const Raster& raster, const GroundSurface& surface) const {
     const PhotoInterior interior = PhotoInteriorOf(raster, photos_.camera, photos_.interior_folder);
     const Pose& pose = RowOf(photos_.paths[source]).pose;
-    const EarthCamera over =
-        OverEarth(photos_.camera, photos_.earth, pose.position_m.z(), surface.MeanHeight());
-    return {over.camera, interior.photo_from_pixel, pose, interior.film_correction};
+    PhotoView view{photos_.camera, interior.photo_from_pixel, pose, interior.film_correction};
+    view.camera = OverEarth(view.camera, photos_.earth, pose.position_m.z(), surface.MeanHeight(),
+                            view.PixelSize())
+                      .camera;
+    return view;
   }
 
   std::optional<Matrix6d> Covariance(std::size_t source) const {

@@ -6,11 +6,10 @@
 namespace orient {
 namespace {
 
-constexpr double kFilmPixel_mm = 0.025;
 constexpr double kNegligiblePx = 0.1;
 
-double PixelSize(const Camera& camera) {
-  if (camera.kind != CameraKind::kDigital || !camera.image_px) return kFilmPixel_mm;
+double PixelSize(const Camera& camera, double film_pixel_mm) {
+  if (camera.kind != CameraKind::kDigital || !camera.image_px) return film_pixel_mm;
   return camera.frame_mm.x() / camera.image_px->x();
 }
 
@@ -41,9 +40,11 @@ double LargestUnabsorbed(const Camera& camera, double k1) {
   return std::max(left(corner), left(inside));
 }
 
-EarthCamera OverEarth(const Camera& camera, EarthMode mode, double flying_m, double ground_m) {
+EarthCamera OverEarth(const Camera& camera, EarthMode mode, double flying_m, double ground_m,
+                      double film_pixel_mm) {
   const double k1 = EarthDistortion(camera.principal_distance_mm, flying_m, ground_m);
-  const bool matters = LargestUnabsorbed(camera, k1) > kNegligiblePx * PixelSize(camera);
+  const bool matters =
+      LargestUnabsorbed(camera, k1) > kNegligiblePx * PixelSize(camera, film_pixel_mm);
   if (mode == EarthMode::kFlat || (mode == EarthMode::kAuto && !matters)) return {camera, 0};
   return {WithCubic(camera, k1), k1};
 }

@@ -16,6 +16,8 @@ namespace orient {
 // Mean radius; what an ellipsoid and its latitudes change of it is below 0.4 % of the effect.
 inline constexpr double kEarthRadius_m = 6371000;
 
+inline constexpr double kFilmPixel_mm = 0.025;  // where nobody knows how it was scanned
+
 enum class EarthMode { kAuto, kFlat, kCurved };
 
 // Bertram's K for the standard atmosphere (ARDC 1959), rad: a ray at the zenith angle t arrives
@@ -29,12 +31,14 @@ double EarthDistortion(double principal_distance_mm, double flying_m, double gro
 double LargestUnabsorbed(const Camera& camera, double k1);
 
 // The camera with its lens changed by the two effects; as it is where the mode says flat, or says
-// auto and they stay below a tenth of a pixel (of a digital camera; of film, of 25 um).
+// auto and they stay below a tenth of a pixel (a digital camera's own; of film, of
+// `film_pixel_mm`).
 struct EarthCamera {
   Camera camera;
   double k1 = 0;  // that was added to the lens, 0: none
 };
-EarthCamera OverEarth(const Camera& camera, EarthMode mode, double flying_m, double ground_m);
+EarthCamera OverEarth(const Camera& camera, EarthMode mode, double flying_m, double ground_m,
+                      double film_pixel_mm = kFilmPixel_mm);
 
 // The camera whose lens moves image points by k1 r^3 more (r from the principal point, mm).
 Camera WithCubic(const Camera& camera, double k1);
