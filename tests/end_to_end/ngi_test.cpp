@@ -160,6 +160,16 @@ TEST(NgiPhotos, OfStrip05OrientStrip06) {
   // 0.35 px is wanted. Measured: 0.350 and 0.283; rounding the heights under the patches to a
   // sixteenth instead of an eighth of a pixel makes it 0.360 and 0.220, so much is chance.
   ExpectAsPublished(ngi, folder, {"0251", "0253"}, 0.37);
+  // A few patches in large windows show where the many are, in small ones.
+  for (const char* number : {"0251", "0253"}) {
+    const auto rounds =
+        ReadExteriorResult(ExteriorResultPath(folder / "out", PhotoName(ngi.Photo(number))))
+            .iterations;
+    ASSERT_GE(rounds.size(), 3u);
+    EXPECT_LE(rounds[0].searched, 24);
+    EXPECT_GE(rounds[1].searched, 100);
+    EXPECT_LT(rounds[1].window_px, rounds[0].window_px / 4);
+  }
 }
 
 }  // namespace
