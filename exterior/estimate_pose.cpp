@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <numbers>
 
 #include "core/geometry/collinearity.h"
 #include "core/median.h"
@@ -86,6 +87,15 @@ double MeanSigmaPx(const std::vector<PatchObservation>& observations,
   double sum = 0;
   for (const std::size_t i : used) sum += observations[i].covariance_px2.trace() / 2;
   return std::sqrt(sum / static_cast<double>(used.size()));
+}
+
+// Of the ellipse in which an observation's squared residual stays below the limit, mean of all.
+double PassingArea(const PhotoView& view, const std::vector<PatchObservation>& observations,
+                   double variance_factor) {
+  double sum = 0;
+  for (const PatchObservation& o : observations)
+    sum += std::sqrt(Covariance(view, o, variance_factor).determinant());
+  return std::numbers::pi * kChi2Limit * sum / static_cast<double>(observations.size());
 }
 
 void FillResiduals(const PhotoView& view, const std::vector<PatchObservation>& observations,
@@ -190,6 +200,7 @@ std::optional<PoseEstimate> EstimatePose(const PhotoView& view, const PosePrior&
   for (const std::size_t i : snooped.used) estimate.rejected[i] = false;
   estimate.used = static_cast<int>(snooped.used.size());
   FillResiduals(view, observations, &estimate);
+  estimate.passing_px2 = PassingArea(view, doubted, snooped.variance_factor);
   return estimate;
 }
 

@@ -23,6 +23,8 @@ struct PoseEstimate {
   std::vector<Eigen::Vector2d> residuals_px;  // measured - computed, of every observation
   std::vector<bool> rejected;                 // by data snooping
   int used = 0;
+  // Around a computed place, within which an observation passes as no gross error: mean of all.
+  double passing_px2 = 0;
 };
 
 // Robust start (Cauchy), then Baarda's data snooping: while the largest squared normalised residual

@@ -215,13 +215,14 @@ Evidence CountEvidence(const PhotoTask& task, const PreciseRound& round) {
   return evidence;
 }
 
-// Whether chance could have led from random matches to this round's supporters.
+// Whether chance could have led from random matches to this round's supporters: each has what area
+// gross errors pass in, or that of three sigma where residuals say that it ought to be larger.
 double PreciseFalseAlarms(const PreciseRound& round, const Evidence& evidence) {
   const double reach = 3 * std::max(round.estimate->sigma0_px, 0.2);
+  const double area = std::max(std::numbers::pi * reach * reach, round.estimate->passing_px2);
   const double in_a_square =
       static_cast<double>(round.predictions.size()) / std::max(evidence.sought, 1);
-  const double p =
-      std::min(1.0, in_a_square * std::numbers::pi * reach * reach / round.mean_window_px2);
+  const double p = std::min(1.0, in_a_square * area / round.mean_window_px2);
   return Log10FalseAlarms(evidence.sought, evidence.agreeing, in_a_square, p);
 }
 

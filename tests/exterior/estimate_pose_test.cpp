@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <numbers>
 #include <random>
 
 #include "tests/exterior/digital_view.h"
@@ -93,6 +94,26 @@ TEST(EstimatePose, WhatFitsItsOwnPrecisionIsNoGrossErrorHoweverWellTheOthersFit)
   ASSERT_TRUE(estimate);
   EXPECT_FALSE(estimate->rejected[0]);
   EXPECT_TRUE(estimate->rejected[1]);
+}
+
+// What chance could produce is judged by it: the area of sigma0 would be a hundredth of it here.
+TEST(EstimatePose, PassingAreaIsThatInWhichObservationsPassHoweverWellTheOthersFit) {
+  std::mt19937 random(TestSeed());
+  PhotoView view = DigitalView();
+  auto observations = Observe(view, 60, random);
+  for (PatchObservation& o : observations)  // the noise is a tenth of what is stated
+    o.covariance_px2 = Eigen::Matrix2d::Identity() * std::pow(10 * kNoisePx, 2);
+  const auto passes = [&](double off_px) {
+    auto moved = observations;
+    moved[0].pixel = *view.PixelFromGround(moved[0].ground_m) + Eigen::Vector2d(off_px, 0);
+    const auto estimate = EstimatePose(view, PriorOf(view.pose, kPriorSigma, random), moved);
+    return estimate && !estimate->rejected[0];
+  };
+  const auto estimate = EstimatePose(view, PriorOf(view.pose, kPriorSigma, random), observations);
+  ASSERT_TRUE(estimate);
+  const double radius = std::sqrt(estimate->passing_px2 / std::numbers::pi);
+  EXPECT_TRUE(passes(0.9 * radius));
+  EXPECT_FALSE(passes(1.3 * radius));
 }
 
 TEST(EstimatePose, ThreeObservationsAreTooFew) {
