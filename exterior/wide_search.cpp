@@ -8,8 +8,10 @@
 #include <numbers>
 
 #include "core/median.h"
+#include "exterior/attitude_search.h"
 #include "exterior/consensus.h"
 #include "exterior/mosaic_tiles.h"
+#include "exterior/vote_cluster.h"
 
 namespace orient {
 namespace {
@@ -20,6 +22,11 @@ constexpr double kAllowedScale = 1.2;  // wrong by so much, even if the height i
 // Tilt, and what the steps of kappa and scale leave, move a photo's tiles against one another by
 // up to this share of the flying height.
 constexpr double kClusterPerHeight = 0.15;
+
+// Of each scale the best hypotheses are followed: under the pose that a few tiles agree on the
+// others look more like the photo, and that pose may have another scale.
+constexpr std::size_t kFollowed = 2;
+constexpr int kFollowedRounds = 2;
 
 // One way the photo may have been taken.
 struct Hypothesis {
@@ -65,14 +72,9 @@ std::vector<Hypothesis> Hypotheses(const PhotoTask& task, const PosePrior& wide,
   return hypotheses;
 }
 
-// Where the camera was, if a candidate is right and the attitude is the hypothesis'.
-struct Vote {
-  std::size_t tile = 0, candidate = 0;
-  Eigen::Vector2d camera_m;
-};
-
-std::vector<Vote> Votes(const PhotoView& view, const std::vector<VotingPatch>& voting) {
-  std::vector<Vote> votes;
+// Where the camera was, if a candidate is right and the attitude is the hypothesis'; metres.
+std::vector<PlaneVote> Votes(const PhotoView& view, const std::vector<VotingPatch>& voting) {
+  std::vector<PlaneVote> votes;
   for (std::size_t i = 0; i < voting.size(); ++i)
     for (std::size_t k = 0; k < voting[i].candidates.size(); ++k) {
       const auto ray = GroundRayFromPhoto(view.camera, view.pose,
@@ -82,25 +84,6 @@ std::vector<Vote> Votes(const PhotoView& view, const std::vector<VotingPatch>& v
       votes.push_back({i, k, voting[i].ground_m.head<2>() - drop * ray->direction.head<2>()});
     }
   return votes;
-}
-
-// The votes around that one which most tiles agree with.
-std::vector<Vote> LargestCluster(const std::vector<Vote>& votes, double radius_m) {
-  std::vector<Vote> best;
-  std::size_t most = 0;
-  for (const Vote& centre : votes) {
-    std::vector<Vote> near;
-    std::size_t tiles = 0;
-    for (const Vote& vote : votes) {
-      if ((vote.camera_m - centre.camera_m).norm() > radius_m) continue;
-      if (near.empty() || near.back().tile != vote.tile) ++tiles;
-      near.push_back(vote);
-    }
-    if (tiles <= most) continue;
-    most = tiles;
-    best = std::move(near);
-  }
-  return best;
 }
 
 // How the ground lies in the scan about a point, under a pose; nothing where it is not seen.
@@ -116,14 +99,18 @@ std::optional<Eigen::Matrix2d> GroundFromScanAt(const PhotoView& view,
 
 class WideSearch {
  public:
-  WideSearch(const PhotoTask& task, PosePrior wide, double ground_m)
+  // `other_trials`: ways in which a first pose was sought before.
+  WideSearch(const PhotoTask& task, PosePrior wide, double ground_m, double other_trials)
       : task_(task),
+        other_trials_(other_trials),
         wide_(std::move(wide)),
-        hypotheses_(Hypotheses(task, wide_, ground_m)),
-        tiles_(MosaicTiles::Of(task.patches, task.image, GsdOf(task, hypotheses_.front()),
-                               wide_.pose.position_m.head<2>())) {}
+        hypotheses_(Hypotheses(task, wide_, ground_m)) {}
 
   std::optional<PoseTrack> Run();
+  double Trials() const {  // of this search and those before
+    return other_trials_ +
+           static_cast<double>((1 + kFollowed * kFollowedRounds) * hypotheses_.size());
+  }
 
  private:
   struct Try {
@@ -142,6 +129,7 @@ class WideSearch {
   }
 
   const PhotoTask& task_;
+  double other_trials_;
   PosePrior wide_;
   std::vector<Hypothesis> hypotheses_;
   std::optional<MosaicTiles> tiles_;
@@ -149,12 +137,9 @@ class WideSearch {
   std::map<std::array<long, 4>, std::vector<VotingPatch>> sought_;
 };
 
-// Of each scale the best hypotheses are followed: under the pose that a few tiles agree on the
-// others look more like the photo, and that pose may have another scale.
-constexpr std::size_t kFollowed = 2;
-constexpr int kFollowedRounds = 2;
-
 std::optional<PoseTrack> WideSearch::Run() {
+  tiles_ = MosaicTiles::Of(task_.patches, task_.image, GsdOf(task_, hypotheses_.front()),
+                           wide_.pose.position_m.head<2>());
   if (!tiles_) return std::nullopt;
   std::optional<PoseTrack> best;
   for (auto first = hypotheses_.begin(); first != hypotheses_.end();) {
@@ -199,7 +184,7 @@ ConsensusOptions WideSearch::Options() const {
   options.sigma_px = 0.5 + 0.6 * tiles_->Reduction();
   options.samples = 1000;
   options.iterations = 5;
-  options.trials = static_cast<double>((1 + kFollowed * kFollowedRounds) * hypotheses_.size());
+  options.trials = Trials();
   return options;
 }
 
@@ -235,16 +220,14 @@ PoseTrack WideSearch::TrackOf(const Hypothesis& hypothesis, const Consensus& con
 std::optional<PoseTrack> WideSearch::TryAs(const Hypothesis& hypothesis) {
   const std::vector<VotingPatch>& voting = Sought(hypothesis);
   PhotoView view = task_.View(*hypothesis.position, hypothesis.pose);
-  const std::vector<Vote> cluster =
+  const std::vector<PlaneVote> cluster =
       LargestCluster(Votes(view, voting), kClusterPerHeight * hypothesis.height_m);
+  if (cluster.empty()) return std::nullopt;
   std::vector<VotingPatch> agreeing = voting;
   for (VotingPatch& tile : agreeing) tile.candidates.clear();
-  Eigen::Vector2d middle = Eigen::Vector2d::Zero();
-  for (const Vote& vote : cluster) {
-    agreeing[vote.tile].candidates.push_back(voting[vote.tile].candidates[vote.candidate]);
-    middle += vote.camera_m / static_cast<double>(cluster.size());
-  }
-  view.pose.position_m.head<2>() = middle;
+  for (const PlaneVote& vote : cluster)
+    agreeing[vote.voter].candidates.push_back(voting[vote.voter].candidates[vote.candidate]);
+  view.pose.position_m.head<2>() = MeanOf(cluster);
   auto consensus = FindConsensus(view, PriorOf(hypothesis), agreeing, Options());
   if (!consensus) return std::nullopt;
   // The others might have agreed as well.
@@ -300,7 +283,16 @@ PosePrior Widened(const PosePrior& prior, double ground_height_m) {
 std::optional<PoseTrack> SearchWidely(const PhotoTask& task) {
   const double ground_m = MedianHeight(task.patches);
   if (!(task.photo.prior.pose.position_m.z() > ground_m)) return std::nullopt;
-  return WideSearch(task, Widened(task.photo.prior, ground_m), ground_m).Run();
+  const bool position_known = IsPositionKnown(task.photo.prior, ground_m);
+  const double before = position_known ? AttitudeTrials(task) : 0;
+  WideSearch places(task, Widened(task.photo.prior, ground_m), ground_m, before);
+  std::optional<PoseTrack> turned;
+  if (position_known) turned = SearchAttitudes(task, places.Trials());
+  const double limit = task.options.max_log10_false_alarms;
+  if (turned && turned->log10_false_alarms < limit) return turned;
+  auto found = places.Run();
+  if (!turned || (found && found->log10_false_alarms < turned->log10_false_alarms)) return found;
+  return turned;
 }
 
 }  // namespace orient

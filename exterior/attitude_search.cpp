@@ -1,0 +1,308 @@
+#include "exterior/attitude_search.h"
+
+#include <Eigen/Dense>
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <map>
+#include <numbers>
+#include <vector>
+
+#include "core/geometry/rotation.h"
+#include "core/imaging/channel_correlator.h"
+#include "core/imaging/correlation.h"
+#include "core/imaging/side_by_side.h"
+#include "core/median.h"
+#include "exterior/align.h"
+#include "exterior/consensus.h"
+#include "exterior/vote_cluster.h"
+
+namespace orient {
+namespace {
+
+constexpr double kKappaStep_rad = 15 * std::numbers::pi / 180;
+constexpr double kKnownPerHeight = 0.08;  // one sigma of the position
+// Approximations are often worse than they are said to be.
+constexpr double kDoubtPerHeight = 0.03;
+constexpr int kPatches = 60;
+constexpr int kSide = 13;             // of a drawn patch, pixels of the level
+constexpr double kMaxPixels = 1.5e6;  // of a level that is searched whole
+// Tilt, and what the step of kappa and the position leave, move what the patches say of the tilt
+// against one another by up to this, as a tangent.
+constexpr double kCluster = 0.15;
+constexpr int kMaxCandidates = 4;      // of a patch
+constexpr double kMinScore = 0.3;      // of a candidate
+constexpr double kPeakDistance = 2.5;  // pixels of the level
+// The best are drawn again under the pose that they led to.
+constexpr std::size_t kFollowed = 3;
+constexpr int kFollowedRounds = 2;
+
+int Kappas() { return static_cast<int>(std::lround(2 * std::numbers::pi / kKappaStep_rad)); }
+
+// Level and patches of one search; the patches are drawn in one size.
+class SoughtPatches {
+ public:
+  static std::optional<SoughtPatches> Of(const PhotoTask& task);
+
+  int Reduction() const { return reduction_; }
+  // One a patch, its candidates anywhere in the photo; drawn as seen under a pose.
+  std::vector<VotingPatch> Seek(const PhotoView& view) const;
+
+ private:
+  SoughtPatches(const PhotoTask& task, std::vector<std::size_t> patches, int reduction,
+                ImageWindow photo)
+      : task_(task),
+        patches_(std::move(patches)),
+        reduction_(reduction),
+        photo_(std::move(photo)),
+        search_(photo_.image, kSide) {}
+
+  const PhotoTask& task_;
+  std::vector<std::size_t> patches_;
+  int reduction_;
+  ImageWindow photo_;
+  ChannelCorrelator search_;
+};
+
+// The lens' inverse need not exist as far outside the frame as patches may be drawn.
+PhotoView WithoutLens(PhotoView view) {
+  view.camera.lens = {};
+  view.film_correction = nullptr;
+  return view;
+}
+
+// Spread over what the photo may show, whichever way it is turned.
+std::vector<std::size_t> PatchesAround(const PhotoTask& task, const PhotoView& view) {
+  std::vector<PatchPrediction> around;
+  const Camera& camera = view.camera;
+  for (std::size_t i = 0; i < task.patches.size(); ++i) {
+    const auto photo = PhotoFromGround(camera, view.pose, task.patches[i].ground_m);
+    if (!photo || (*photo - camera.frame_centre_mm).norm() > camera.FrameRadius()) continue;
+    around.push_back(
+        {i, view.PixelFromPhoto(*photo), Eigen::Matrix2d::Zero(), Eigen::Matrix2d::Zero()});
+  }
+  std::vector<std::size_t> chosen;
+  for (const PatchPrediction& p : SelectSpread(around, task.patches, kPatches, task.Prediction()))
+    chosen.push_back(p.patch);
+  return chosen;
+}
+
+std::optional<SoughtPatches> SoughtPatches::Of(const PhotoTask& task) {
+  const PhotoView view =
+      WithoutLens(task.View(task.photo.positions.front(), task.photo.prior.pose));
+  std::vector<std::size_t> patches = PatchesAround(task, view);
+  std::vector<double> sides;
+  for (const std::size_t i : patches)
+    if (const auto of = PatchSide(view, task.patches[i])) sides.push_back(*of);
+  if (sides.empty()) return std::nullopt;
+  // Most of them, for the smallest are too small.
+  const auto small = sides.begin() + static_cast<std::ptrdiff_t>(sides.size() / 4);
+  std::nth_element(sides.begin(), small, sides.end());
+  const int reduction = static_cast<int>(*small / kSide);
+  const Eigen::Vector2d size(task.image.Width(), task.image.Height());
+  if (reduction < 1 || size.prod() > kMaxPixels * reduction * reduction ||
+      size.minCoeff() < 2.0 * kSide * reduction)
+    return std::nullopt;
+  return SoughtPatches(task, std::move(patches), reduction,
+                       task.image.Around(size / 2, size / 2, reduction));
+}
+
+std::vector<VotingPatch> SoughtPatches::Seek(const PhotoView& view) const {
+  std::vector<VotingPatch> voting(patches_.size());
+  SideBySide(voting.size(), [&](std::size_t i) {
+    const Patch& patch = task_.patches[patches_[i]];
+    voting[i].ground_m = patch.ground_m;
+    const auto aligned = AlignPatch(view, patch, reduction_, kSide, kSide);
+    if (!aligned) return;
+    voting[i].window_px2 = static_cast<double>(task_.image.Width()) * task_.image.Height();
+    for (const Peak& peak :
+         FindPeaks(search_.Scores(aligned->image), kMaxCandidates, kPeakDistance, kMinScore))
+      voting[i].candidates.push_back(
+          {photo_.RasterFromImage(peak.position + aligned->Centre()), peak.score});
+  });
+  return voting;
+}
+
+// What each candidate says of the tilt, as a shift in a level photo of principal distance one.
+std::vector<PlaneVote> TiltVotes(const PhotoView& view, const std::vector<VotingPatch>& voting) {
+  constexpr double kNearHorizon = -0.2;
+  const auto level = [](const Eigen::Vector3d& direction) -> Eigen::Vector2d {
+    return direction.head<2>() / -direction.z();
+  };
+  std::vector<PlaneVote> votes;
+  for (std::size_t i = 0; i < voting.size(); ++i) {
+    const Eigen::Vector3d true_direction = voting[i].ground_m - view.pose.position_m;
+    if (!(true_direction.z() < kNearHorizon * true_direction.norm())) continue;
+    for (std::size_t k = 0; k < voting[i].candidates.size(); ++k) {
+      const auto ray = GroundRayFromPhoto(view.camera, view.pose,
+                                          view.PhotoFromPixel(voting[i].candidates[k].pixel));
+      if (!ray || ray->direction.z() > kNearHorizon) continue;
+      votes.push_back({i, k, level(true_direction) - level(ray->direction)});
+    }
+  }
+  return votes;
+}
+
+// The pose tilted by such a shift.
+Pose Tilted(const Pose& pose, const Eigen::Vector2d& shift) {
+  const Eigen::Quaterniond tilt = Eigen::Quaterniond::FromTwoVectors(
+      -Eigen::Vector3d::UnitZ(), Eigen::Vector3d(shift.x(), shift.y(), -1));
+  return {pose.position_m, OpkFromRotation(tilt.toRotationMatrix() * pose.GroundFromPhoto())};
+}
+
+class AttitudeSearch {
+ public:
+  AttitudeSearch(const PhotoTask& task, const SoughtPatches& sought, double trials)
+      : task_(task), sought_(sought), wide_(WideOf(task)) {
+    options_.sigma_px = 0.5 + 0.6 * sought.Reduction();
+    options_.samples = 1000;
+    options_.iterations = 5;
+    options_.trials = trials;
+  }
+  std::optional<PoseTrack> Run();
+
+ private:
+  struct Way {
+    const FilmPosition* position = nullptr;
+    double kappa_rad = 0;
+  };
+  struct Try {
+    Way way;
+    PoseTrack track;
+  };
+  static PosePrior WideOf(const PhotoTask& task);
+  std::vector<Way> Ways() const;
+  const std::vector<VotingPatch>& Sought(const Way& way, const PhotoView& view);
+  std::optional<PoseTrack> TryFirst(const Way& way);
+  std::optional<PoseTrack> TryAs(const Way& way, const PhotoView& drawn_under,
+                                 const std::vector<VotingPatch>& voting) const;
+  std::optional<PoseTrack> Best(std::vector<Try> tries) const;
+  bool Convinces(const PoseTrack& track) const {
+    return track.log10_false_alarms < task_.options.max_log10_false_alarms;
+  }
+
+  const PhotoTask& task_;
+  const SoughtPatches& sought_;
+  PosePrior wide_;
+  ConsensusOptions options_;
+  // Film turned by a quarter and kappa turned back look the same.
+  std::map<std::array<long, 4>, std::vector<VotingPatch>> found_;
+};
+
+double HeightOver(const PhotoTask& task) {
+  std::vector<double> heights;
+  for (const Patch& patch : task.patches) heights.push_back(patch.ground_m.z());
+  return task.photo.prior.pose.position_m.z() - UpperMedian(std::move(heights));
+}
+
+// Any tilt that aerial photos have, at the position that is known.
+PosePrior AttitudeSearch::WideOf(const PhotoTask& task) {
+  const double height = HeightOver(task);
+  PosePrior wide = Widened(task.photo.prior, task.photo.prior.pose.position_m.z() - height);
+  wide.covariance.topLeftCorner<3, 3>() =
+      Eigen::Matrix3d(task.photo.prior.covariance.diagonal().head<3>().asDiagonal()) +
+      std::pow(kDoubtPerHeight * height, 2) * Eigen::Matrix3d::Identity();
+  return wide;
+}
+
+// Outwards from the approximate kappa.
+std::vector<AttitudeSearch::Way> AttitudeSearch::Ways() const {
+  std::vector<Way> ways;
+  for (int k = 0; k < Kappas(); ++k)
+    for (const FilmPosition& position : task_.photo.positions) {
+      const int outwards = k % 2 == 0 ? -k / 2 : (k + 1) / 2;
+      ways.push_back({&position, wide_.pose.opk_rad.z() + outwards * kKappaStep_rad});
+    }
+  return ways;
+}
+
+const std::vector<VotingPatch>& AttitudeSearch::Sought(const Way& way, const PhotoView& view) {
+  const Eigen::Matrix2d shape = Eigen::Rotation2Dd(way.kappa_rad).toRotationMatrix() *
+                                way.position->photo_from_pixel.A / view.PixelSize();
+  std::array<long, 4> key{};
+  for (int i = 0; i < 4; ++i) key[static_cast<std::size_t>(i)] = std::lround(100 * shape(i));
+  const auto known = found_.find(key);
+  if (known != found_.end()) return known->second;
+  return found_.emplace(key, sought_.Seek(WithoutLens(view))).first->second;
+}
+
+std::optional<PoseTrack> AttitudeSearch::TryFirst(const Way& way) {
+  PhotoView view = task_.View(*way.position, wide_.pose);
+  view.pose.opk_rad.z() = way.kappa_rad;
+  return TryAs(way, view, Sought(way, view));
+}
+
+std::optional<PoseTrack> AttitudeSearch::TryAs(const Way& way, const PhotoView& drawn_under,
+                                               const std::vector<VotingPatch>& voting) const {
+  PhotoView view = drawn_under;
+  const std::vector<PlaneVote> cluster = LargestCluster(TiltVotes(view, voting), kCluster);
+  if (cluster.empty()) return std::nullopt;
+  std::vector<VotingPatch> agreeing = voting;
+  for (VotingPatch& patch : agreeing) patch.candidates.clear();
+  for (const PlaneVote& vote : cluster)
+    agreeing[vote.voter].candidates.push_back(voting[vote.voter].candidates[vote.candidate]);
+  view.pose = Tilted(view.pose, MeanOf(cluster));
+  PosePrior prior = wide_;
+  prior.pose.opk_rad.z() = way.kappa_rad;
+  prior.covariance(5, 5) = kKappaStep_rad * kKappaStep_rad;
+  const auto consensus = FindConsensus(view, prior, agreeing, options_);
+  if (!consensus) return std::nullopt;
+  const LoopRound round{
+      static_cast<int>(voting.size()), static_cast<int>(consensus->supporters.size()),
+      std::max(task_.image.Width(), task_.image.Height()) / 2.0, consensus->rms_px};
+  // The others might have agreed as well.
+  return PoseTrack{*way.position,         consensus->pose,
+                   consensus->covariance, Log10FalseAlarms(voting, consensus->supporters, options_),
+                   sought_.Reduction(),   {round},
+                   options_.trials};
+}
+
+std::optional<PoseTrack> AttitudeSearch::Run() {
+  std::vector<Try> tries;
+  for (const Way& way : Ways()) {
+    auto track = TryFirst(way);
+    if (!track) continue;
+    if (Convinces(*track)) return track;
+    tries.push_back({way, std::move(*track)});
+  }
+  return Best(std::move(tries));
+}
+
+std::optional<PoseTrack> AttitudeSearch::Best(std::vector<Try> tries) const {
+  std::stable_sort(tries.begin(), tries.end(), [](const Try& a, const Try& b) {
+    return a.track.log10_false_alarms < b.track.log10_false_alarms;
+  });
+  std::optional<PoseTrack> best;
+  for (std::size_t i = 0; i < std::min(kFollowed, tries.size()); ++i) {
+    PoseTrack track = std::move(tries[i].track);
+    for (int round = 0; round < kFollowedRounds && !Convinces(track); ++round) {
+      const PhotoView view = task_.View(track.position, track.pose);
+      const auto again = TryAs(tries[i].way, view, sought_.Seek(WithoutLens(view)));
+      if (again && again->log10_false_alarms < track.log10_false_alarms) track = *again;
+    }
+    if (!best || track.log10_false_alarms < best->log10_false_alarms) best = std::move(track);
+    if (Convinces(*best)) break;
+  }
+  return best;
+}
+
+}  // namespace
+
+bool IsPositionKnown(const PosePrior& prior, double ground_height_m) {
+  const double height = prior.pose.position_m.z() - ground_height_m;
+  return height > 0 &&
+         std::sqrt(prior.covariance.diagonal().head<3>().maxCoeff()) <= kKnownPerHeight * height;
+}
+
+double AttitudeTrials(const PhotoTask& task) {
+  const double ways = Kappas() * static_cast<double>(task.photo.positions.size());
+  return ways + static_cast<double>(kFollowed) * kFollowedRounds;
+}
+
+std::optional<PoseTrack> SearchAttitudes(const PhotoTask& task, double trials) {
+  const auto sought = SoughtPatches::Of(task);
+  if (!sought) return std::nullopt;
+  return AttitudeSearch(task, *sought, trials).Run();
+}
+
+}  // namespace orient

@@ -1,0 +1,24 @@
+// The first round where the camera's position is known, but not which way it looked: then it is
+// known how every patch looks from there, but for its turn in the photo. The whole photo is
+// searched, at every kappa, for single patches drawn with their own heights, by grey values and by
+// gradients, and the patches vote for tilt. Private to exterior.
+#pragma once
+
+#include <optional>
+
+#include "exterior/photo_task.h"
+
+namespace orient {
+
+// Whether the prior's position is good enough: patches look nearly as they do from there.
+bool IsPositionKnown(const PosePrior& prior, double ground_height_m);
+
+// How many ways to turn the photo are tried at most, first poses followed up included.
+double AttitudeTrials(const PhotoTask& task);
+
+// Empty where no patch can be sought at a level that can be searched whole, or nothing agrees.
+// `trials`: in how many ways a first pose is sought, this search and others together. The caller
+// asks whether chance explains the pose.
+std::optional<PoseTrack> SearchAttitudes(const PhotoTask& task, double trials);
+
+}  // namespace orient
