@@ -9,7 +9,6 @@
 
 #include "core/geometry/rotation.h"
 #include "core/imaging/raster.h"
-#include "tests/core/imaging/texture.h"
 #include "tests/support/shared_data.h"
 
 namespace orient {
@@ -18,6 +17,30 @@ namespace {
 constexpr int kSide = 260;
 constexpr double kGsd_m = 2, kParcel_m = 60;
 constexpr int kChip = 51;
+
+// Grey values of the ground by pixels of it: plane waves of 6 to 40 px.
+class Ground {
+ public:
+  explicit Ground(unsigned seed) {
+    std::mt19937 random(seed);
+    std::uniform_real_distribution<double> unit(0, 1);
+    for (int i = 0; i < 40; ++i) {
+      const double frequency = 2 * std::numbers::pi / (6 * std::pow(40.0 / 6, unit(random)));
+      const double turn = 2 * std::numbers::pi * unit(random);
+      waves_.push_back({frequency * std::cos(turn), frequency * std::sin(turn),
+                        2 * std::numbers::pi * unit(random)});
+    }
+  }
+  double At(const Eigen::Vector2d& p) const {
+    double sum = 0;
+    for (const Eigen::Vector3d& wave : waves_)
+      sum += std::cos(wave.x() * p.x() + wave.y() * p.y() + wave.z());
+    return 128 + 7 * sum;
+  }
+
+ private:
+  std::vector<Eigen::Vector3d> waves_;  // frequency x, y (rad/px), phase
+};
 
 // Mountains: a third of the flying height.
 double HeightAt(double x, double y) {
@@ -59,17 +82,19 @@ class AttitudeSearch : public testing::Test {
     return static_cast<unsigned char>(std::clamp(parcel % 2 == 0 ? then : 256 - then, 0.0, 255.0));
   }
 
-  static std::vector<Patch> PatchesOf(const Texture& texture) {
+  static std::vector<Patch> PatchesOf(const Ground& texture) {
     std::vector<Patch> patches;
     for (int i = -4; i <= 4; ++i)
       for (int j = -4; j <= 4; ++j) {
         Patch patch;
         patch.ground_m = {95.0 * i, 95.0 * j, HeightAt(95.0 * i, 95.0 * j)};
         patch.gsd_m = kGsd_m;
-        patch.chip = Draw(kChip, kChip, [&](const Eigen::Vector2d& p) {
-          const Eigen::Vector2d off = p - Eigen::Vector2d::Constant(kChip / 2.0);
-          return texture.At(patch.ground_m.head<2>() / kGsd_m + Eigen::Vector2d(off.x(), -off.y()));
-        });
+        patch.chip = Image(kChip, kChip);
+        for (int row = 0; row < kChip; ++row)
+          for (int col = 0; col < kChip; ++col)
+            patch.chip.At(col, row) = static_cast<float>(
+                texture.At(patch.ground_m.head<2>() / kGsd_m +
+                           Eigen::Vector2d(col + 0.5 - kChip / 2.0, kChip / 2.0 - row - 0.5)));
         patch.heights = {15, 10, {}};
         for (int row = 0; row < 15; ++row)
           for (int col = 0; col < 15; ++col)
@@ -102,7 +127,7 @@ class AttitudeSearch : public testing::Test {
     return worst;
   }
 
-  const Texture texture_{5, 6};
+  const Ground texture_{5};
   PhotoView view_;
   const std::string path_ =
       testing::TempDir() + "/orient_attitude_" + std::to_string(TestSeed()) + ".png";
@@ -121,7 +146,7 @@ TEST_F(AttitudeSearch, FindsAnyKappaAndTiltInMountainsOfWhichHalfIsInverted) {
 }
 
 TEST_F(AttitudeSearch, IsNotConvincedByPatchesOfAnotherPlace) {
-  const auto track = Search(PatchesOf(Texture(6, 6)), 0);
+  const auto track = Search(PatchesOf(Ground(6)), 0);
   if (track) {
     EXPECT_GT(track->log10_false_alarms, -3);
   }
