@@ -96,8 +96,8 @@ struct BlockOptions {
   double height_correlation_m = 500;  // distance at which height errors are hardly related
   // Errors that control patches share and residuals do not show (shadows and crowns to the same
   // side of all things), in shares of what each errs by itself: the same everywhere, and a field a
-  // source that fades over height_correlation_m. They widen the poses' covariances and weigh
-  // nothing.
+  // source that fades over height_correlation_m. They widen the covariances of poses, cameras,
+  // GNSS parameters and ties (not of control's own ground and of checks) and weigh nothing.
   double control_shared_everywhere = 0, control_shared_smoothly = 0;
   double min_ray_angle_deg = 1.5;  // ties seen under less from everywhere say nothing
   bool full_covariance = true;     // of all poses, where there are at most 300 photos

@@ -200,6 +200,15 @@ bool BlockNormals::RightSideOfControl(std::size_t point, std::vector<int>* group
   return true;
 }
 
+bool BlockNormals::FollowsGroups(std::size_t point, std::vector<int>* groups,
+                                 Eigen::Matrix3Xd* by_groups) const {
+  const auto e = EquationsOf(point);
+  if (!e) return false;
+  *groups = e->groups;
+  *by_groups = -e->inverse * e->weight;
+  return true;
+}
+
 BlockTests BlockNormals::Test() {
   cholesky_->Invert();
   BlockTests tests;

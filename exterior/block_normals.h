@@ -45,6 +45,10 @@ class BlockNormals {
   // ground is given elsewhere: six rows a group of `groups`. False where the point is left out.
   bool RightSideOfControl(std::size_t point, std::vector<int>* groups,
                           Eigen::MatrixX3d* by_ground) const;
+  // By how much a point moves for each unit of its groups' unknowns: six columns a group. False
+  // where the point is left out.
+  bool FollowsGroups(std::size_t point, std::vector<int>* groups,
+                     Eigen::Matrix3Xd* by_groups) const;
   // Of one group of unknowns.
   Matrix6d Covariance(int group) const { return cholesky_->Inverse(group, group); }
 

@@ -1,5 +1,8 @@
 #include "exterior/block_shared_errors.h"
 
+#include <oneapi/tbb/parallel_for.h>
+#include <oneapi/tbb/task_arena.h>
+
 #include <Eigen/Dense>
 #include <array>
 #include <cmath>
@@ -119,6 +122,76 @@ Eigen::VectorXd Draw(const BlockSystem& system, const std::vector<ControlPoint>&
   return right;
 }
 
+// What the draws make of all unknowns, a column a draw, so that its product with its transpose is a
+// covariance.
+Eigen::MatrixXd Moved(const BlockSystem& system, const BlockNormals& normals,
+                      const std::vector<ControlPoint>& control) {
+  std::mt19937 random(1);
+  Eigen::MatrixXd moved(6 * static_cast<Eigen::Index>(system.groups.size()), kDraws);
+  for (int draw = 0; draw < kDraws; ++draw)
+    moved.col(draw) = normals.cholesky().Solve(Draw(system, control, &random));
+  return moved / std::sqrt(kDraws);
+}
+
+void AddToPoses(const BlockSystem& system, const Eigen::MatrixXd& moved, BlockResult* result) {
+  const auto of_photo = [&](std::size_t i) {
+    return moved.middleRows<6>(6 * static_cast<Eigen::Index>(system.pose_group[i]));
+  };
+  for (std::size_t i = 0; i < result->photos.size(); ++i)
+    if (result->photos[i].state == PhotoState::kAdjusted)
+      result->photos[i].covariance += of_photo(i) * of_photo(i).transpose();
+  const auto& photos = result->covariance_photos;
+  for (std::size_t a = 0; a < photos.size(); ++a)
+    for (std::size_t b = 0; b < photos.size(); ++b)
+      result->pose_covariance.block<6, 6>(6 * static_cast<Eigen::Index>(a),
+                                          6 * static_cast<Eigen::Index>(b)) +=
+          of_photo(photos[a]) * of_photo(photos[b]).transpose();
+}
+
+// Of what the block estimated of its cameras and of GNSS.
+void AddToParameters(const BlockSystem& system, const Eigen::MatrixXd& moved, BlockResult* result) {
+  const auto variances = [&](int group) -> Vector6d {
+    return moved.middleRows<6>(6 * static_cast<Eigen::Index>(group)).rowwise().squaredNorm();
+  };
+  for (std::size_t i = 0; i < result->calibration.size(); ++i) {
+    CalibrationParameter& parameter = result->calibration[i];
+    if (parameter.state != CalibrationState::kEstimated) continue;
+    const auto k = static_cast<Eigen::Index>(i % 6);
+    parameter.sigma =
+        std::hypot(parameter.sigma, std::sqrt(variances(system.lens_group[parameter.camera])[k]) *
+                                        system.lens[parameter.camera].unit[k]);
+  }
+  for (StripGnss& strip : result->strips)
+    for (std::size_t i = 0; i < system.block.photos.size(); ++i) {
+      if (system.block.photos[i].strip != strip.strip || system.gnss_group[i] < 0) continue;
+      const Vector6d added = variances(system.gnss_group[i]);
+      strip.shift_sigma_m = (strip.shift_sigma_m.cwiseAbs2() + added.head<3>()).cwiseSqrt();
+      strip.drift_sigma_m = (strip.drift_sigma_m.cwiseAbs2() + added.tail<3>()).cwiseSqrt();
+      break;
+    }
+}
+
+// Ties follow the photos that show them.
+void AddToTies(const BlockSystem& system, const BlockNormals& normals, const Eigen::MatrixXd& moved,
+               BlockResult* result) {
+  const auto add = [&](std::size_t point) {
+    std::vector<int> groups;
+    Eigen::Matrix3Xd by_groups;
+    if (system.HasControl(point) || !normals.FollowsGroups(point, &groups, &by_groups)) return;
+    Eigen::Matrix3Xd follows = Eigen::Matrix3Xd::Zero(3, moved.cols());
+    for (std::size_t g = 0; g < groups.size(); ++g)
+      follows += by_groups.middleCols<6>(6 * static_cast<Eigen::Index>(g)) *
+                 moved.middleRows<6>(6 * static_cast<Eigen::Index>(groups[g]));
+    result->points[point].covariance_m2 += follows * follows.transpose();
+  };
+  tbb::task_arena(system.options.threads).execute([&] {
+    tbb::parallel_for(tbb::blocked_range<std::size_t>(0, system.points.size(), 256),
+                      [&](const tbb::blocked_range<std::size_t>& range) {
+                        for (std::size_t i = range.begin(); i < range.end(); ++i) add(i);
+                      });
+  });
+}
+
 }  // namespace
 
 void AddSharedControlErrors(const BlockSystem& system, const BlockNormals& normals,
@@ -128,16 +201,10 @@ void AddSharedControlErrors(const BlockSystem& system, const BlockNormals& norma
   const std::vector<ControlPoint> control =
       UsedControl(system, normals, ShownByResiduals(system, tests));
   if (control.empty()) return;
-  std::mt19937 random(1);
-  for (int draw = 0; draw < kDraws; ++draw) {
-    const Eigen::VectorXd moved = normals.cholesky().Solve(Draw(system, control, &random));
-    for (std::size_t i = 0; i < result->photos.size(); ++i) {
-      AdjustedPhoto& photo = result->photos[i];
-      if (photo.state != PhotoState::kAdjusted) continue;
-      const Vector6d pose = moved.segment<6>(6 * static_cast<Eigen::Index>(system.pose_group[i]));
-      photo.covariance += pose * pose.transpose() / kDraws;
-    }
-  }
+  const Eigen::MatrixXd moved = Moved(system, normals, control);
+  AddToPoses(system, moved, result);
+  AddToParameters(system, moved, result);
+  AddToTies(system, normals, moved, result);
 }
 
 }  // namespace orient

@@ -6,11 +6,11 @@
 
 namespace orient {
 
-// The adjustment's poses are linear in the control; random fields of such errors are propagated
-// through it as it is (BlockOptions::control_shared_*), and the mean square of what they do to each
-// pose is added to its covariance. The same fields every time. Needs FillOutcome's result. What
-// they do to a calibration, to tie points and to the poses' covariances among themselves is not in
-// it.
+// The adjustment's unknowns are linear in the control; random fields of such errors are propagated
+// through it as it is (BlockOptions::control_shared_*), and what they do on average to poses, to
+// poses together, to the parameters of cameras and GNSS and to tie points is added to their
+// covariances. The same fields every time. Needs FillOutcome's result. Covariances of control's own
+// adjusted ground and of check patches stay without: they say how control fits.
 void AddSharedControlErrors(const BlockSystem& system, const BlockNormals& normals,
                             const BlockTests& tests, BlockResult* result);
 

@@ -236,12 +236,21 @@ TEST(BlockAdjustment, PropagatesWhatControlErrsTogether) {
     const BlockResult wide = AdjustBlock(simulation.block, options);
     naive.Add(JudgeBundle(simulation, plain));
     all.Add(JudgeBundle(simulation, wide));
-    for (std::size_t i = 0; i < wide.photos.size(); ++i)
+    ASSERT_EQ(wide.covariance_photos.size(), wide.photos.size());
+    for (std::size_t i = 0; i < wide.photos.size(); ++i) {
       EXPECT_EQ(wide.photos[i].pose.AsVector(), plain.photos[i].pose.AsVector());
+      const Matrix6d together = wide.pose_covariance.block<6, 6>(6 * static_cast<Eigen::Index>(i),
+                                                                 6 * static_cast<Eigen::Index>(i));
+      EXPECT_TRUE(together.isApprox(wide.photos[i].covariance, 1e-6));
+    }
+    EXPECT_GT(Eigen::LDLT<Eigen::MatrixXd>(wide.pose_covariance).vectorD().minCoeff(), 0);
   }
+  EXPECT_GT(all.PointChi(), 0.8);
+  EXPECT_LT(all.PointChi(), 1.25);
   EXPECT_GT(all.PoseChi(), 0.8);
   EXPECT_LT(all.PoseChi(), 1.25);
   EXPECT_GT(naive.PoseChi(), 1.3 * all.PoseChi());
+  EXPECT_GT(naive.PointChi(), 1.2 * all.PointChi());
 }
 
 TEST(SlowBlockAdjustment, KnowsThatPatchesOfOneSourceShareHeightErrors) {

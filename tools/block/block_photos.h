@@ -23,7 +23,8 @@ struct BlockPhotoFile {
   std::string made_from;    // what that result was made from: its stage's note; empty: none there
   ExteriorResult exterior;  // of this photo alone, or of its neighbours' patches
   bool by_neighbours = false;
-  ExteriorResult alone;  // what it was before, where it is by neighbours
+  ExteriorResult alone;    // what it was before, where it is by neighbours
+  std::string located_by;  // how it was found, where its approximation did not do
   // Where it has a pose:
   FilmPosition position;
   bool negative = false;

@@ -41,7 +41,7 @@ void RemovePartialFilesOfKilledRuns(const std::string& out) {
   RemovePartialFiles(out);
   RemovePartialFiles(StagePath(out, ""));
   std::error_code ignored;
-  for (const auto& entry : fs::directory_iterator(StagePath(out, ""), ignored))
+  for (const auto& entry : fs::recursive_directory_iterator(StagePath(out, ""), ignored))
     if (entry.is_directory(ignored)) RemovePartialFiles(entry.path().string());
 }
 

@@ -11,7 +11,10 @@
 #include "core/files/atomic_write.h"
 #include "core/files/orientation_table.h"
 #include "core/format_text.h"
+#include "core/geometry/rotation.h"
 #include "patchdb/harvest.h"
+#include "tools/approximations.h"
+#include "tools/block/keypoint_stage.h"
 #include "tools/block/stage_folder.h"
 #include "tools/made_from.h"
 #include "tools/progress.h"
@@ -83,18 +86,18 @@ class NeighbourPatches {
 };
 
 // Of all that lend patches in a round: coarse, but rounds are few and failed photos, too.
-std::string DigestOfRound(const NeighbourStage& stage, const std::vector<BlockPhotoFile>& photos) {
-  std::string text = "neighbours 2" + stage.inputs;
+std::string DigestOfRound(const NeighbourStage& stage, const std::vector<BlockPhotoFile>& photos,
+                          const std::string& more) {
+  std::string text = "neighbours 2" + stage.inputs + more;
   for (const BlockPhotoFile& photo : photos)
     text += photo.name + DigestOfFile(photo.path) + photo.made_from +
             Digest(ReadFile(photo.result_path)) + (photo.HasPose() ? "+" : "-");
   return Digest(text);
 }
 
-// Whether the photo could be tried at all: an approximation, a film transform.
-bool MayBeTried(const BlockPhotoFile& photo, const NeighbourStage& stage,
-                const OrientationTable& approximations) {
-  if (photo.HasPose() || approximations.Find(photo.name) == nullptr) return false;
+// Whether the photo could be tried if anything were known of it: a scan, a film transform.
+bool MayBeTried(const BlockPhotoFile& photo, const NeighbourStage& stage) {
+  if (photo.HasPose()) return false;
   std::error_code ignored;
   if (!fs::exists(photo.path, ignored)) return false;
   if (stage.camera.camera.kind == CameraKind::kDigital) return true;
@@ -127,8 +130,8 @@ std::vector<std::size_t> ToBeTried(const NeighbourStage& stage, const RoundsSoFa
   std::vector<std::size_t> open, tried;
   std::vector<std::string> names;
   for (std::size_t i = 0; i < photos.size(); ++i) {
-    if (!AnythingNew(rounds, photos, photos[i].name) ||
-        !MayBeTried(photos[i], stage, stage.approximations.Table()))
+    if (!AnythingNew(rounds, photos, photos[i].name) || !MayBeTried(photos[i], stage) ||
+        stage.approximations.Table().Find(photos[i].name) == nullptr)
       continue;
     open.push_back(i);
     names.push_back(photos[i].name);
@@ -166,13 +169,21 @@ Bounds ReadSought(const std::string& path) {
   return Bounds::OfNothing();
 }
 
+// What a round tries, and what is known of it; `more`: text of what else its results depend on.
+struct Round {
+  std::vector<std::size_t> tried;
+  OrientationTable table;
+  std::string more;
+};
+
 // Photos that the round oriented take over their poses.
-void RunRound(const NeighbourStage& stage, const std::vector<std::size_t>& tried,
-              RoundsSoFar* rounds, std::vector<BlockPhotoFile>* photos) {
+void RunRound(const NeighbourStage& stage, const Round& what, RoundsSoFar* rounds,
+              std::vector<BlockPhotoFile>* photos) {
+  const std::vector<std::size_t>& tried = what.tried;
   const std::string round = std::to_string(++rounds->count);
   const StageFolder folder((fs::path(stage.directory) / ("round-" + round)).string(),
                            ".exterior.json");
-  const std::string digest = DigestOfRound(stage, *photos);
+  const std::string digest = DigestOfRound(stage, *photos, what.more);
   ExteriorRunOptions options = stage.exterior;
   options.photos.clear();
   for (const std::size_t i : tried) {
@@ -189,7 +200,7 @@ void RunRound(const NeighbourStage& stage, const std::vector<std::size_t>& tried
   options.pictures.reset();  // beside the round's results: they show no control patches
   options.resume = true;
   options.feedback = false;
-  options.table = stage.approximations.Table();
+  options.table = what.table;
   options.further_patches = [&](const std::string& name, const Bounds& area) {
     {
       const std::lock_guard<std::mutex> lock(mutex);
@@ -222,6 +233,93 @@ void RunRound(const NeighbourStage& stage, const std::vector<std::size_t>& tried
   }
 }
 
+// Chi-square of six degrees of freedom, 99.99 %.
+constexpr double kMaxChi2 = 27.9;
+
+// A photo that keypoints located where nobody expected it is weak: they may be right, or the
+// neighbours wrong.
+void CompareWithStated(const NeighbourStage& stage, BlockPhotoFile* photo) {
+  const OrientationRow* stated = stage.approximations.Table().Find(photo->name);
+  if (stated == nullptr) return;
+  const Vector6d variance =
+      SigmaOfApproximation(*stated, stage.exterior.position_sigma_m,
+                           stage.exterior.attitude_sigma_rad, stage.exterior.kappa_sigma_rad)
+          .cwiseAbs2() +
+      photo->exterior.covariance->diagonal();
+  const Vector6d off = PoseDifference(*photo->exterior.pose, stated->pose);
+  const double chi2 = off.cwiseAbs2().cwiseQuotient(variance).sum();
+  if (chi2 <= kMaxChi2) return;
+  photo->exterior.status = Status::kWeak;
+  photo->exterior.messages.push_back(FormatText(
+      "the pose lies %.0f sigma from its approximation: either that is worse than its accuracy "
+      "says, or its neighbours lie elsewhere",
+      std::sqrt(chi2)));
+}
+
+// Photos that still have no pose, where keypoints that they share with oriented ones say where they
+// are; the patches decide. Empty `tried`: there are none.
+Round LocatedByKeypoints(const NeighbourStage& stage, const std::vector<BlockPhotoFile>& photos,
+                         KeypointStage* keypoints, std::map<std::size_t, int>* agreeing) {
+  Round round;
+  round.table = stage.approximations.Table();
+  std::vector<std::size_t> open;
+  for (std::size_t i = 0; i < photos.size(); ++i)
+    if (MayBeTried(photos[i], stage)) open.push_back(i);
+  Progress progress("keypoints of photos not found yet", static_cast<int>(open.size()));
+  for (const std::size_t i : open) {
+    progress.Advance();
+    const auto found =
+        keypoints->Locate(i, photos, stage.approximations.Table().Find(photos[i].name));
+    if (!found) continue;
+    round.tried.push_back(i);
+    (*agreeing)[i] = found->keypoints;
+    std::erase_if(round.table.rows,
+                  [&](const OrientationRow& row) { return row.photo == photos[i].name; });
+    round.table.rows.push_back(found->row);
+    round.more += " " + photos[i].name;
+    const Vector6d pose = found->row.pose.AsVector();
+    for (int k = 0; k < 6; ++k) round.more += FormatText(" %.17g", pose[k]);
+  }
+  return round;
+}
+
+// What keypoints found, and what the patches said to it.
+void TellOfKeypoints(const NeighbourStage& stage, const std::map<std::size_t, int>& agreeing,
+                     std::vector<BlockPhotoFile>* photos) {
+  for (const auto& [i, count] : agreeing) {
+    BlockPhotoFile& photo = (*photos)[i];
+    if (!photo.HasPose()) continue;
+    photo.located_by = "located by " + std::to_string(count) +
+                       " keypoints (SIFT) that it shares with photos that are oriented";
+    CompareWithStated(stage, &photo);
+  }
+}
+
+void TellOfThoseInVain(const std::set<std::size_t>& in_vain, std::vector<BlockPhotoFile>* photos) {
+  for (const std::size_t i : in_vain) {
+    BlockPhotoFile& photo = (*photos)[i];
+    if (photo.HasPose() || photo.exterior.messages.empty()) continue;
+    photo.exterior.messages.back() +=
+        "; nor do keypoints (SIFT) that it shares with oriented photos agree on where it is";
+  }
+}
+
+// Rounds until nobody is left to try, with what is known of the photos first and, where that does
+// not do, with what keypoints say.
+void RunRounds(const NeighbourStage& stage, KeypointStage* keypoints,
+               std::vector<BlockPhotoFile>* photos) {
+  RoundsSoFar rounds;
+  while (rounds.count < kFurtherRounds + std::ssize(*photos)) {
+    LearnFrom(*photos, &stage.approximations);
+    Round round{ToBeTried(stage, rounds, *photos), stage.approximations.Table(), ""};
+    std::map<std::size_t, int> agreeing;
+    if (round.tried.empty()) round = LocatedByKeypoints(stage, *photos, keypoints, &agreeing);
+    if (round.tried.empty()) return;
+    RunRound(stage, round, &rounds, photos);
+    TellOfKeypoints(stage, agreeing, photos);
+  }
+}
+
 }  // namespace
 
 void RunNeighbourStage(const NeighbourStage& stage, std::vector<BlockPhotoFile>* photos,
@@ -229,22 +327,19 @@ void RunNeighbourStage(const NeighbourStage& stage, std::vector<BlockPhotoFile>*
   if (std::none_of(photos->begin(), photos->end(),
                    [](const BlockPhotoFile& photo) { return photo.HasPose(); }))
     return;
-  RoundsSoFar rounds;
-  while (rounds.count < kFurtherRounds + std::ssize(*photos)) {
-    LearnFrom(*photos, &stage.approximations);
-    const std::vector<std::size_t> tried = ToBeTried(stage, rounds, *photos);
-    if (tried.empty()) return;
-    try {
-      RunRound(stage, tried, &rounds, photos);
-    } catch (const InputError& error) {
-      // It concerns all photos left, none of which lies on the DEM, say; those that are oriented
-      // need not suffer for it.
-      messages->push_back(
-          std::string("The photos left could not be tried with their neighbours' patches: ") +
-          error.what());
-      return;
-    }
+  KeypointStage keypoints({stage.camera, stage.marks, stage.surface, stage.interior_directory,
+                           (fs::path(stage.directory) / "keypoints").string(), stage.inputs,
+                           stage.exterior.jobs});
+  try {
+    RunRounds(stage, &keypoints, photos);
+  } catch (const InputError& error) {
+    // It concerns all photos left, none of which lies on the DEM, say; those that are oriented
+    // need not suffer for it.
+    messages->push_back(
+        std::string("The photos left could not be tried with their neighbours' patches: ") +
+        error.what());
   }
+  TellOfThoseInVain(keypoints.InVain(), photos);
 }
 
 }  // namespace orient

@@ -1,0 +1,148 @@
+#include "core/imaging/keypoints.h"
+
+#include <algorithm>
+#include <cmath>
+#include <opencv2/features2d.hpp>
+#include <opencv2/imgproc.hpp>
+
+namespace orient {
+namespace {
+
+// Keypoints nearer to no data than this show its border.
+constexpr int kBorder_px = 8;
+// OpenCV counts from the middle of the first pixel; and it looks at the image twice as large, each
+// of whose pixels it takes to lie a quarter of a pixel farther than it does.
+constexpr double kOffset_px = 0.5 - 0.25;
+// Of descriptors of one thing under noise, squared: what differs by less is alike.
+constexpr double kAlike = 0.02;
+// Of the grey values, taken for black and for white.
+constexpr double kDark = 0.005, kBright = 0.995;
+
+using Unit = Eigen::Matrix<float, Eigen::Dynamic, kDescriptorSize, Eigen::RowMajor>;
+
+// The photo in 8 bits, no data in the middle grey; false where it has no contrast.
+bool Stretch(const Image& image, cv::Mat* grey) {
+  std::vector<float> values;
+  values.reserve(image.values.size());
+  for (const float value : image.values)
+    if (std::isfinite(value)) values.push_back(value);
+  if (values.empty()) return false;
+  const auto at = [&](double share) {
+    const auto place = values.begin() +
+                       static_cast<std::ptrdiff_t>(share * static_cast<double>(values.size() - 1));
+    std::nth_element(values.begin(), place, values.end());
+    return *place;
+  };
+  const float dark = at(kDark), bright = at(kBright);
+  if (!(bright > dark)) return false;
+  grey->create(image.height, image.width, CV_8U);
+  for (int row = 0; row < image.height; ++row)
+    for (int col = 0; col < image.width; ++col) {
+      const float value = image.At(col, row);
+      grey->at<std::uint8_t>(row, col) =
+          std::isfinite(value)
+              ? cv::saturate_cast<std::uint8_t>(255 * (value - dark) / (bright - dark))
+              : std::uint8_t{128};
+    }
+  return true;
+}
+
+// 255 where keypoints may lie.
+cv::Mat Valid(const Image& image) {
+  cv::Mat valid(image.height, image.width, CV_8U, cv::Scalar(255));
+  for (int row = 0; row < image.height; ++row)
+    for (int col = 0; col < image.width; ++col)
+      if (!std::isfinite(image.At(col, row))) valid.at<std::uint8_t>(row, col) = 0;
+  constexpr int kSide = 2 * kBorder_px + 1;
+  cv::erode(valid, valid, cv::Mat::ones(kSide, kSide, CV_8U));
+  return valid;
+}
+
+// Roots of descriptors of unit sum: their products are cosines of Hellinger's distance.
+Unit Rooted(const Keypoints& keypoints) {
+  Unit rooted = keypoints.descriptors.cast<float>();
+  for (Eigen::Index i = 0; i < rooted.rows(); ++i) {
+    const float sum = rooted.row(i).sum();
+    if (sum > 0) rooted.row(i) = (rooted.row(i) / sum).cwiseSqrt();
+  }
+  return rooted;
+}
+
+struct Nearest {
+  Eigen::Index index = -1;
+  float best = -1, second = -1;  // cosines
+  void Take(Eigen::Index candidate, float cosine) {
+    if (cosine > best) {
+      second = best;
+      best = cosine;
+      index = candidate;
+    } else if (cosine > second) {
+      second = cosine;
+    }
+  }
+  bool Stands(double ratio) const {
+    if (index < 0) return false;
+    const double d1 = 2 - 2 * static_cast<double>(best), d2 = 2 - 2 * static_cast<double>(second);
+    return d1 <= ratio * ratio * d2 && d2 - d1 >= kAlike;
+  }
+};
+
+}  // namespace
+
+Keypoints Keypoints::Of(const std::vector<std::size_t>& which) const {
+  Keypoints chosen;
+  chosen.descriptors.resize(std::ssize(which), kDescriptorSize);
+  for (const std::size_t i : which) {
+    chosen.descriptors.row(std::ssize(chosen.pixels)) =
+        descriptors.row(static_cast<Eigen::Index>(i));
+    chosen.pixels.push_back(pixels[i]);
+  }
+  return chosen;
+}
+
+Keypoints FindKeypoints(const Image& image, int most) {
+  Keypoints found;
+  found.descriptors.resize(0, kDescriptorSize);
+  cv::Mat grey;
+  if (image.width < 2 * kBorder_px || image.height < 2 * kBorder_px || !Stretch(image, &grey))
+    return found;
+  std::vector<cv::KeyPoint> points;
+  cv::Mat descriptors;
+  cv::SIFT::create(most)->detectAndCompute(grey, Valid(image), points, descriptors);
+  found.descriptors.resize(std::ssize(points), kDescriptorSize);
+  for (std::size_t i = 0; i < points.size(); ++i) {
+    found.pixels.emplace_back(points[i].pt.x + kOffset_px, points[i].pt.y + kOffset_px);
+    for (int k = 0; k < kDescriptorSize; ++k)
+      found.descriptors(static_cast<Eigen::Index>(i), k) =
+          cv::saturate_cast<std::uint8_t>(descriptors.at<float>(static_cast<int>(i), k));
+  }
+  return found;
+}
+
+std::vector<KeypointMatch> MatchKeypoints(const Keypoints& first, const Keypoints& second,
+                                          double ratio) {
+  std::vector<KeypointMatch> matches;
+  if (first.Size() == 0 || second.Size() == 0) return matches;
+  const Unit a = Rooted(first), b = Rooted(second);
+  std::vector<Nearest> of_first(first.Size()), of_second(second.Size());
+  constexpr Eigen::Index kRows = 256;  // of products at a time
+  for (Eigen::Index begin = 0; begin < a.rows(); begin += kRows) {
+    const Eigen::Index rows = std::min(kRows, a.rows() - begin);
+    const Eigen::MatrixXf cosines = b * a.middleRows(begin, rows).transpose();
+    for (Eigen::Index i = 0; i < rows; ++i)
+      for (Eigen::Index j = 0; j < b.rows(); ++j) {
+        const float cosine = cosines(j, i);
+        of_first[static_cast<std::size_t>(begin + i)].Take(j, cosine);
+        of_second[static_cast<std::size_t>(j)].Take(begin + i, cosine);
+      }
+  }
+  for (std::size_t i = 0; i < of_first.size(); ++i) {
+    if (!of_first[i].Stands(ratio)) continue;
+    const auto j = static_cast<std::size_t>(of_first[i].index);
+    if (of_second[j].index == static_cast<Eigen::Index>(i) && of_second[j].Stands(ratio))
+      matches.push_back({i, j});
+  }
+  return matches;
+}
+
+}  // namespace orient

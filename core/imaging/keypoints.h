@@ -1,0 +1,39 @@
+// Keypoints with descriptors that turn and scale with the image (SIFT, Lowe 2004): what pictures of
+// one scene have in common where nothing is known of how they lie to one another.
+#pragma once
+
+#include <Eigen/Core>
+#include <cstdint>
+#include <vector>
+
+#include "core/imaging/image.h"
+
+namespace orient {
+
+inline constexpr int kDescriptorSize = 128;
+
+struct Keypoints {
+  std::vector<Eigen::Vector2d> pixels;  // of the image
+  // A row a keypoint.
+  Eigen::Matrix<std::uint8_t, Eigen::Dynamic, kDescriptorSize, Eigen::RowMajor> descriptors;
+
+  std::size_t Size() const { return pixels.size(); }
+  // Those of these indices.
+  Keypoints Of(const std::vector<std::size_t>& which) const;
+};
+
+// The strongest ones, at most about `most`. What is no data is no feature, nor is its border. The
+// same ones every time. An image without contrast has none.
+Keypoints FindKeypoints(const Image& image, int most);
+
+struct KeypointMatch {
+  std::size_t first = 0, second = 0;  // indices
+};
+
+// Pairs that are one another's nearest descriptors (Hellinger distance, Arandjelovic & Zisserman
+// 2012), the second nearest one being farther by 1 / `ratio` at least, from either side, and by
+// more than noise.
+std::vector<KeypointMatch> MatchKeypoints(const Keypoints& first, const Keypoints& second,
+                                          double ratio = 0.8);
+
+}  // namespace orient

@@ -1,0 +1,241 @@
+#include "exterior/keypoint_pose.h"
+
+#include <Eigen/Dense>
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <numbers>
+#include <random>
+#include <set>
+#include <utility>
+
+#include "core/geometry/collinearity.h"
+#include "exterior/consensus.h"
+
+namespace orient {
+namespace {
+
+constexpr double kInlierSigmas = 4;
+// Of the frame's shorter side: a sample's points lie farther apart.
+constexpr double kLeastSide = 0.1;
+// That no sample of supporters only was drawn.
+constexpr double kMissed = 1e-4;
+constexpr int kRefinements = 3;
+// Cells of the scan, each way: supporters in one cell err together.
+constexpr int kCells = 8;
+
+// One position of the film, and what its photo shares with others.
+struct Search {
+  const Camera& camera;
+  const FilmPosition& position;
+  const KeypointPoseOptions& options;
+  std::vector<SharedKeypoint> shared;
+  std::vector<Eigen::Vector2d> photo_mm;  // of each
+  std::vector<std::size_t> keypoint;      // of each: those of one pixel are one
+  std::size_t keypoints = 0;
+  double pixel_mm = 1;
+
+  double Reach() const { return kInlierSigmas * options.sigma_px * pixel_mm; }
+};
+
+Search MakeSearch(const Camera& camera, const FilmPosition& position,
+                  std::vector<SharedKeypoint> shared, const KeypointPoseOptions& options) {
+  const PhotoView view{camera, position.photo_from_pixel, {}, position.film_correction};
+  Search search{camera, position, options, std::move(shared), {}, {}, 0, view.PixelSize()};
+  std::sort(search.shared.begin(), search.shared.end(), [](const auto& a, const auto& b) {
+    return std::pair(a.pixel.x(), a.pixel.y()) < std::pair(b.pixel.x(), b.pixel.y());
+  });
+  for (std::size_t i = 0; i < search.shared.size(); ++i) {
+    const bool other = i == 0 || search.shared[i].pixel != search.shared[i - 1].pixel;
+    search.keypoints += other ? 1 : 0;
+    search.keypoint.push_back(search.keypoints - 1);
+    search.photo_mm.push_back(view.PhotoFromPixel(search.shared[i].pixel));
+  }
+  return search;
+}
+
+// The indices of those that the pose shows where they are, of each keypoint the best.
+std::vector<std::size_t> Supporters(const Search& search, const Pose& pose) {
+  std::vector<std::size_t> supporters;
+  double best = 0;
+  for (std::size_t i = 0; i < search.shared.size(); ++i) {
+    const auto seen = PhotoFromGround(search.camera, pose, search.shared[i].ground_m);
+    if (!seen) continue;
+    const double off = (*seen - search.photo_mm[i]).norm();
+    if (!(off <= search.Reach())) continue;
+    const bool same =
+        !supporters.empty() && search.keypoint[supporters.back()] == search.keypoint[i];
+    if (same && off >= best) continue;
+    best = off;
+    if (same)
+      supporters.back() = i;
+    else
+      supporters.push_back(i);
+  }
+  return supporters;
+}
+
+bool IsAerial(const Pose& pose, double max_tilt_rad) {
+  return pose.GroundFromPhoto()(2, 2) >= std::cos(max_tilt_rad);
+}
+
+ControlObservation Observed(const Search& search, std::size_t i, double variance_mm2) {
+  return {search.shared[i].ground_m, search.photo_mm[i],
+          Eigen::Matrix2d::Identity() * variance_mm2};
+}
+
+bool FarApart(const Search& search, const std::array<std::size_t, 3>& sample) {
+  const double least = kLeastSide * search.camera.frame_mm.minCoeff();
+  for (std::size_t i = 0; i < 3; ++i)
+    if ((search.photo_mm[sample.at(i)] - search.photo_mm[sample.at((i + 1) % 3)]).norm() < least)
+      return false;
+  return true;
+}
+
+struct Found {
+  Pose pose;
+  std::vector<std::size_t> supporters;
+};
+
+Found Ransac(const Search& search) {
+  Found best;
+  if (search.keypoints < 3) return best;
+  std::mt19937 random(search.options.seed);
+  std::uniform_int_distribution<std::size_t> any(0, search.shared.size() - 1);
+  double needed = search.options.samples;
+  for (int drawn = 0; drawn < search.options.samples && drawn < needed; ++drawn) {
+    const std::array<std::size_t, 3> sample = {any(random), any(random), any(random)};
+    if (!FarApart(search, sample)) continue;
+    for (const Pose& pose : ResectThreePoints(
+             search.camera, {Observed(search, sample[0], 1), Observed(search, sample[1], 1),
+                             Observed(search, sample[2], 1)})) {
+      if (!IsAerial(pose, search.options.max_tilt_rad)) continue;
+      std::vector<std::size_t> supporters = Supporters(search, pose);
+      if (supporters.size() <= best.supporters.size()) continue;
+      best = {pose, std::move(supporters)};
+      const double share =
+          static_cast<double>(best.supporters.size()) / static_cast<double>(search.shared.size());
+      needed = std::log(kMissed) / std::log1p(-std::min(share * share * share, 0.999));
+    }
+  }
+  return best;
+}
+
+// Least squares on the supporters, and again on those of its pose.
+void Refine(const Search& search, Found* found) {
+  const double variance = std::pow(search.options.sigma_px * search.pixel_mm, 2);
+  for (int i = 0; i < kRefinements; ++i) {
+    std::vector<ControlObservation> observed;
+    for (const std::size_t k : found->supporters) observed.push_back(Observed(search, k, variance));
+    ResectionOptions options;
+    options.robust_scale = 2;
+    const auto adjusted = Resect(search.camera, observed, found->pose, options);
+    if (!adjusted) return;
+    std::vector<std::size_t> supporters = Supporters(search, adjusted->pose);
+    if (supporters.size() < found->supporters.size()) return;
+    *found = {adjusted->pose, std::move(supporters)};
+  }
+}
+
+// Across the line that fits them best, over the frame's shorter side.
+double Spread(const Search& search, const std::vector<std::size_t>& supporters) {
+  Eigen::Vector2d sum = Eigen::Vector2d::Zero();
+  Eigen::Matrix2d squares = Eigen::Matrix2d::Zero();
+  for (const std::size_t i : supporters) {
+    sum += search.photo_mm[i];
+    squares += search.photo_mm[i] * search.photo_mm[i].transpose();
+  }
+  const auto count = static_cast<double>(supporters.size());
+  const Eigen::Matrix2d moments = squares / count - sum * sum.transpose() / (count * count);
+  const double least = Eigen::SelfAdjointEigenSolver<Eigen::Matrix2d>(moments).eigenvalues()[0];
+  return std::sqrt(std::max(0.0, least)) / search.camera.frame_mm.minCoeff();
+}
+
+bool ByChance(const Search& search, const Found& found, const Eigen::Vector2i& scan_px) {
+  const double reach_px = kInlierSigmas * search.options.sigma_px;
+  const double area_px2 = scan_px.cast<double>().prod();
+  const double grounds =
+      static_cast<double>(search.shared.size()) / static_cast<double>(search.keypoints);
+  const double p = std::min(1.0, grounds * std::numbers::pi * reach_px * reach_px / area_px2);
+  return Log10FalseAlarms(static_cast<int>(search.keypoints),
+                          static_cast<int>(found.supporters.size()), grounds,
+                          p) > search.options.max_log10_false_alarms;
+}
+
+// Whether what does not support the pose supports another one nearly as well: a place that repeats
+// itself, or photos that contradict one another.
+bool HasRival(const Search& search, const Found& found) {
+  std::set<std::size_t> taken;
+  for (const std::size_t i : found.supporters) taken.insert(search.keypoint[i]);
+  std::vector<SharedKeypoint> rest;
+  for (std::size_t i = 0; i < search.shared.size(); ++i)
+    if (!taken.contains(search.keypoint[i])) rest.push_back(search.shared[i]);
+  Found rival = Ransac(MakeSearch(search.camera, search.position, rest, search.options));
+  if (static_cast<double>(rival.supporters.size()) <
+      search.options.rival_share * static_cast<double>(found.supporters.size()))
+    return false;
+  // The same pose, but for what stands on the surface?
+  double off = 0;
+  for (const std::size_t i : found.supporters) {
+    const auto seen = PhotoFromGround(search.camera, rival.pose, search.shared[i].ground_m);
+    if (!seen) return true;
+    off += (*seen - search.photo_mm[i]).norm() / static_cast<double>(found.supporters.size());
+  }
+  return off > 3 * search.Reach();
+}
+
+// Supporters in one cell of the scan see the same error of surface and neighbour: they count once.
+std::optional<Matrix6d> HonestCovariance(const Search& search, const Eigen::Vector2i& scan_px,
+                                         Found* found) {
+  std::set<std::pair<int, int>> cells;
+  double sum_mm2 = 0;
+  for (const std::size_t i : found->supporters) {
+    const Eigen::Vector2d cell =
+        kCells * search.shared[i].pixel.cwiseQuotient(scan_px.cast<double>());
+    cells.insert({static_cast<int>(std::floor(cell.x())), static_cast<int>(std::floor(cell.y()))});
+    if (const auto seen = PhotoFromGround(search.camera, found->pose, search.shared[i].ground_m))
+      sum_mm2 += (*seen - search.photo_mm[i]).squaredNorm();
+  }
+  const auto count = static_cast<double>(found->supporters.size());
+  const double least = std::pow(search.options.sigma_px * search.pixel_mm / 2, 2);
+  const double variance =
+      std::max(least, sum_mm2 / (2 * count - 6)) * count / static_cast<double>(cells.size());
+  std::vector<ControlObservation> observed;
+  for (const std::size_t i : found->supporters) observed.push_back(Observed(search, i, variance));
+  const auto adjusted = Resect(search.camera, observed, found->pose);
+  if (!adjusted || !adjusted->converged) return std::nullopt;
+  found->pose = adjusted->pose;
+  return adjusted->covariance;
+}
+
+std::optional<KeypointPose> PoseIn(const Search& search, const Eigen::Vector2i& scan_px) {
+  Found found = Ransac(search);
+  const KeypointPoseOptions& options = search.options;
+  if (std::ssize(found.supporters) < options.min_supporters) return std::nullopt;
+  Refine(search, &found);
+  if (Spread(search, found.supporters) < options.min_spread || ByChance(search, found, scan_px) ||
+      HasRival(search, found))
+    return std::nullopt;
+  const auto covariance = HonestCovariance(search, scan_px, &found);
+  if (!covariance || !IsAerial(found.pose, options.max_tilt_rad)) return std::nullopt;
+  return KeypointPose{found.pose, *covariance, static_cast<int>(found.supporters.size()), 0};
+}
+
+}  // namespace
+
+std::optional<KeypointPose> PoseFromKeypoints(const Camera& camera,
+                                              const std::vector<FilmPosition>& positions,
+                                              const Eigen::Vector2i& scan_px,
+                                              const std::vector<SharedKeypoint>& shared,
+                                              const KeypointPoseOptions& options) {
+  std::optional<KeypointPose> best;
+  for (std::size_t i = 0; i < positions.size(); ++i) {
+    auto pose = PoseIn(MakeSearch(camera, positions[i], shared, options), scan_px);
+    if (!pose || (best && best->supporters >= pose->supporters)) continue;
+    best = pose;
+    best->position = i;
+  }
+  return best;
+}
+
+}  // namespace orient

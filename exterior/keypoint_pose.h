@@ -1,0 +1,50 @@
+// A rough pose of a photo of which nothing need be known, from keypoints that it shares with
+// photos that are oriented: what they show of the ground is where those photos' rays meet the
+// surface. An approximation for the loop (orient_photo.h), never a result: keypoints are rough,
+// what repeats itself deceives them, and trees and houses do not lie on the surface.
+#pragma once
+
+#include <Eigen/Core>
+#include <cstdint>
+#include <optional>
+#include <vector>
+
+#include "exterior/orient_photo.h"
+
+namespace orient {
+
+struct SharedKeypoint {
+  Eigen::Vector2d pixel;     // of the photo's scan
+  Eigen::Vector3d ground_m;  // as one oriented photo shows it; several may show the same keypoint
+};
+
+struct KeypointPoseOptions {
+  double sigma_px = 1;  // of a keypoint, one coordinate, scan pixels
+  int min_supporters = 12;
+  double max_log10_false_alarms = -6;
+  // Of the frame's shorter side: how far supporters spread at least, one sigma across their line.
+  double min_spread = 0.04;
+  // Where another pose has this share of the best one's supporters, none is believed.
+  double rival_share = 0.5;
+  double max_tilt_rad = 0.35;
+  int samples = 4000;
+  std::uint32_t seed = 1;
+};
+
+struct KeypointPose {
+  Pose pose;
+  Matrix6d covariance;       // honest for an approximation: supporters close together count once
+  int supporters = 0;        // keypoints
+  std::size_t position = 0;  // index into the photo's film positions
+};
+
+// RANSAC over three-point resections (Fischler & Bolles 1981), then least squares. `scan_px`: width
+// and height of the scan. Empty: too few keypoints agree, they lie on a line, chance could make as
+// many agree, or two poses contend.
+std::optional<KeypointPose> PoseFromKeypoints(const Camera& camera,
+                                              const std::vector<FilmPosition>& positions,
+                                              const Eigen::Vector2i& scan_px,
+                                              const std::vector<SharedKeypoint>& shared,
+                                              const KeypointPoseOptions& options = {});
+
+}  // namespace orient

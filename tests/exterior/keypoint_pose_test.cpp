@@ -1,0 +1,128 @@
+#include "exterior/keypoint_pose.h"
+
+#include <gtest/gtest.h>
+
+#include <Eigen/Dense>
+#include <functional>
+#include <random>
+
+#include "core/geometry/rotation.h"
+#include "exterior/estimate_pose.h"
+#include "tests/exterior/digital_view.h"
+#include "tests/support/shared_data.h"
+
+namespace orient {
+namespace {
+
+// A photo over hilly ground and what it shares with two others: `right` keypoints with an error of
+// one pixel and of the surface, `wrong` ones anywhere.
+class KeypointPoses : public testing::Test {
+ protected:
+  Eigen::Vector3d GroundAt(const Eigen::Vector2d& pixel) {
+    const double height = 100 + 30 * std::sin(pixel.x() / 150) * std::cos(pixel.y() / 200);
+    const auto ray = GroundRayFromPhoto(view_.camera, view_.pose, view_.PhotoFromPixel(pixel));
+    const double t = (height - ray->origin_m.z()) / ray->direction.z();
+    return ray->origin_m + t * ray->direction;
+  }
+  Eigen::Vector2d AnyPixel() {
+    std::uniform_real_distribution<double> col(20, scan_.x() - 20), row(20, scan_.y() - 20);
+    return {col(random_), row(random_)};
+  }
+  void AddRight(int count, const std::function<Eigen::Vector2d()>& place) {
+    std::normal_distribution<double> normal;
+    for (int i = 0; i < count; ++i) {
+      const Eigen::Vector2d pixel = place();
+      Eigen::Vector3d ground = GroundAt(pixel);
+      ground += Eigen::Vector3d(normal(random_), normal(random_), 0.5 * normal(random_)) * gsd_m_;
+      shared_.push_back({pixel + Eigen::Vector2d(normal(random_), normal(random_)), ground});
+    }
+  }
+  void AddWrong(int count) {
+    for (int i = 0; i < count; ++i) shared_.push_back({AnyPixel(), GroundAt(AnyPixel())});
+  }
+  // A patch of right ones, as if the same texture were seen `shift_m` beside.
+  void AddShifted(int count, const Eigen::Vector3d& shift_m) {
+    for (int i = 0; i < count; ++i) {
+      const Eigen::Vector2d pixel = AnyPixel();
+      shared_.push_back({pixel, GroundAt(pixel) + shift_m});
+    }
+  }
+  std::optional<KeypointPose> Find() {
+    FilmPosition position;
+    position.photo_from_pixel = view_.photo_from_pixel;
+    return PoseFromKeypoints(view_.camera, {position}, scan_, shared_);
+  }
+
+  std::mt19937 random_{TestSeed()};
+  const PhotoView view_ = MakeView();
+  const Eigen::Vector2i scan_ = *view_.camera.image_px;
+  const double gsd_m_ =
+      view_.PixelSize() / view_.camera.principal_distance_mm * (view_.pose.position_m.z() - 100);
+  std::vector<SharedKeypoint> shared_;
+
+ private:
+  static PhotoView MakeView() {
+    PhotoView view = DigitalView();
+    view.pose.opk_rad = {RadFromDeg(2), RadFromDeg(-3), RadFromDeg(141)};
+    return view;
+  }
+};
+
+TEST_F(KeypointPoses, AreFoundAmongManyWrongOnesAndAsGoodAsTheySay) {
+  double chi2 = 0;
+  constexpr int kTrials = 12;
+  for (int trial = 0; trial < kTrials; ++trial) {
+    shared_.clear();
+    AddRight(40, [&] { return AnyPixel(); });
+    AddWrong(80);
+    const auto found = Find();
+    ASSERT_TRUE(found);
+    EXPECT_GE(found->supporters, 33);
+    const Vector6d off = PoseDifference(found->pose, view_.pose);
+    chi2 += off.dot(found->covariance.ldlt().solve(off)) / (6.0 * kTrials);
+  }
+  // Careful: keypoints of one cell are counted once.
+  EXPECT_LT(std::sqrt(chi2), 1.25);
+  EXPECT_GT(std::sqrt(chi2), 0.4);
+}
+
+TEST_F(KeypointPoses, AreNotMadeOfTooFewOrOfNone) {
+  EXPECT_FALSE(Find());
+  AddRight(2, [&] { return AnyPixel(); });
+  EXPECT_FALSE(Find());
+  AddRight(8, [&] { return AnyPixel(); });
+  EXPECT_FALSE(Find());
+}
+
+TEST_F(KeypointPoses, AreNotMadeOfWhatChanceMakes) {
+  AddWrong(400);
+  EXPECT_FALSE(Find());
+}
+
+TEST_F(KeypointPoses, AreNotMadeOfKeypointsOnALine) {
+  std::uniform_real_distribution<double> along(50, scan_.x() - 50);
+  AddRight(40, [&] { return Eigen::Vector2d(along(random_), scan_.y() * 0.4); });
+  EXPECT_FALSE(Find());
+}
+
+TEST_F(KeypointPoses, AreNotMadeOfOneCorner) {
+  std::uniform_real_distribution<double> beside(20, 60);
+  AddRight(40, [&] { return Eigen::Vector2d(beside(random_), beside(random_)); });
+  EXPECT_FALSE(Find());
+}
+
+TEST_F(KeypointPoses, AreNotBelievedWhereAnotherOneContends) {
+  AddRight(40, [&] { return AnyPixel(); });
+  AddShifted(35, {150, 40, 0});
+  EXPECT_FALSE(Find());
+}
+
+TEST_F(KeypointPoses, OneKeypointInManyPhotosCountsOnce) {
+  AddRight(8, [&] { return AnyPixel(); });
+  const std::vector<SharedKeypoint> once = shared_;
+  for (int i = 0; i < 5; ++i) shared_.insert(shared_.end(), once.begin(), once.end());
+  EXPECT_FALSE(Find());
+}
+
+}  // namespace
+}  // namespace orient

@@ -1,0 +1,233 @@
+#include "tools/block/keypoint_stage.h"
+
+#include <tbb/parallel_for.h>
+#include <tbb/task_arena.h>
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+#include <sstream>
+
+#include "core/error.h"
+#include "core/files/atomic_write.h"
+#include "core/format_text.h"
+#include "tools/made_from.h"
+#include "tools/shared_options.h"
+
+namespace orient {
+namespace {
+
+// To be raised where the method changes.
+constexpr const char* kMethod = "keypoints 1";
+// The photo as it is searched; a scan of 9 x 9 inches at 20 um becomes an eighth of itself.
+constexpr double kLongestSide_px = 1600;
+constexpr int kMostKeypoints = 3000;
+// Off the frame's border and what covers it, reduced pixels: keypoints look around themselves.
+constexpr double kMargin_px = 10;
+// Oriented photos that a photo is compared with, and how many of them before the first try.
+constexpr std::size_t kMostLenders = 48, kAtATime = 8;
+// Photos whose keypoints are kept in memory: half a megabyte each.
+constexpr std::size_t kInMemory = 200;
+
+bool ShowsGround(const Eigen::Vector2d& photo_mm, const Camera& camera,
+                 const std::vector<CoveredArea>& covered, double margin_mm) {
+  if (!camera.InFrame(photo_mm, margin_mm)) return false;
+  return std::none_of(covered.begin(), covered.end(), [&](const CoveredArea& area) {
+    return (photo_mm.array() >= area.from_mm.array() - margin_mm).all() &&
+           (photo_mm.array() <= area.to_mm.array() + margin_mm).all();
+  });
+}
+
+std::string TextOf(const std::optional<KeypointApproximation>& found) {
+  if (!found) return "nothing\n";
+  std::string text = std::to_string(found->keypoints);
+  const Vector6d pose = found->row.pose.AsVector();
+  for (int i = 0; i < 6; ++i) text += FormatText(" %.17g", pose[i]);
+  for (int i = 0; i < 6; ++i) text += FormatText(" %.17g", (*found->row.sigma)[i]);
+  return text + "\n";
+}
+
+std::optional<KeypointApproximation> FromText(const std::string& text, const std::string& photo) {
+  std::istringstream stream(text);
+  KeypointApproximation found;
+  Vector6d pose, sigma;
+  stream >> found.keypoints;
+  for (int i = 0; i < 6; ++i) stream >> pose[i];
+  for (int i = 0; i < 6; ++i) stream >> sigma[i];
+  if (!stream) return std::nullopt;
+  found.row.photo = photo;
+  found.row.pose.position_m = pose.head<3>();
+  found.row.pose.opk_rad = pose.tail<3>();
+  found.row.sigma = sigma;
+  return found;
+}
+
+// Those that are oriented, the nearest first.
+std::vector<std::size_t> LendersFor(std::size_t photo, const std::vector<BlockPhotoFile>& photos,
+                                    const OrientationRow* approximation, std::size_t most) {
+  std::vector<std::pair<double, std::size_t>> by_distance;
+  for (std::size_t i = 0; i < photos.size(); ++i) {
+    if (i == photo || !photos[i].HasPose()) continue;
+    const double distance =
+        approximation != nullptr
+            ? (photos[i].exterior.pose->position_m - approximation->pose.position_m)
+                  .head<2>()
+                  .norm()
+            : std::abs(static_cast<double>(i) - static_cast<double>(photo));
+    by_distance.emplace_back(distance, i);
+  }
+  std::sort(by_distance.begin(), by_distance.end());
+  std::vector<std::size_t> lenders;
+  for (const auto& [distance, i] : by_distance)
+    if (lenders.size() < most) lenders.push_back(i);
+  return lenders;
+}
+
+}  // namespace
+
+KeypointStage::OfPhoto KeypointStage::Find(const BlockPhotoFile& photo) const {
+  const Camera& camera = setting_.camera.camera;
+  const Raster raster = Raster::Open(photo.path);
+  const ScanInterior interior =
+      camera.kind == CameraKind::kDigital
+          ? DigitalGeometry(camera, raster)
+          : FilmGeometry(setting_.camera, setting_.marks, raster,
+                         InteriorResultPath(setting_.interior_directory, photo.name));
+  OfPhoto found;
+  found.positions = interior.positions;
+  found.scan_px = {raster.Width(), raster.Height()};
+  found.reduction = std::ceil(std::max(raster.Width(), raster.Height()) / kLongestSide_px);
+  if (interior.positions.empty()) return found;
+  ImageWindow window = raster.ReadGrey({0, 0, raster.Width(), raster.Height()}, found.reduction);
+  if (interior.negative)
+    for (float& value : window.image.values) value = -value;
+  const Keypoints all = FindKeypoints(window.image, kMostKeypoints);
+  const auto covered = CoveredAreas(setting_.camera, setting_.marks);
+  std::vector<std::size_t> on_ground;
+  for (std::size_t i = 0; i < all.Size(); ++i) {
+    const Eigen::Vector2d pixel = window.RasterFromImage(all.pixels[i]);
+    if (std::all_of(
+            interior.positions.begin(), interior.positions.end(),
+            [&](const FilmPosition& position) {
+              const PhotoView view{camera, position.photo_from_pixel, {}, position.film_correction};
+              return ShowsGround(view.PhotoFromPixel(pixel), camera, covered,
+                                 kMargin_px * found.reduction * view.PixelSize());
+            }))
+      on_ground.push_back(i);
+  }
+  found.keypoints = all.Of(on_ground);
+  for (Eigen::Vector2d& pixel : found.keypoints.pixels) pixel = window.RasterFromImage(pixel);
+  return found;
+}
+
+void KeypointStage::Prepare(const Lenders& which, const std::vector<BlockPhotoFile>& photos) {
+  std::vector<std::size_t> absent;
+  for (const std::size_t i : which) {
+    const auto known = std::find_if(kept_.begin(), kept_.end(),
+                                    [i](const auto& photo) { return photo.first == i; });
+    if (known != kept_.end())
+      kept_.splice(kept_.begin(), kept_, known);
+    else
+      absent.push_back(i);
+  }
+  std::vector<OfPhoto> found(absent.size());
+  tbb::task_arena arena(setting_.jobs > 0 ? setting_.jobs : tbb::task_arena::automatic);
+  arena.execute([&] {
+    tbb::parallel_for(std::size_t{0}, absent.size(), [&](std::size_t k) {
+      try {
+        found[k] = Find(photos[absent[k]]);
+      } catch (const InputError&) {  // a photo that cannot be read shows nothing
+      }
+    });
+  });
+  for (std::size_t k = 0; k < absent.size(); ++k)
+    kept_.emplace_front(absent[k], std::make_shared<const OfPhoto>(std::move(found[k])));
+  while (kept_.size() > kInMemory) kept_.pop_back();
+}
+
+std::shared_ptr<const KeypointStage::OfPhoto> KeypointStage::Of(
+    std::size_t photo, const std::vector<BlockPhotoFile>& photos) {
+  Prepare({photo}, photos);
+  return kept_.front().second;
+}
+
+std::vector<SharedKeypoint> KeypointStage::Shared(const OfPhoto& photo, const OfPhoto& lender,
+                                                  const BlockPhotoFile& lender_file) const {
+  std::vector<SharedKeypoint> shared;
+  const PhotoView view = lender_file.View(setting_.camera.camera);
+  for (const KeypointMatch& match : MatchKeypoints(photo.keypoints, lender.keypoints))
+    if (const auto ground =
+            view.GroundFromPixel(lender.keypoints.pixels[match.second], setting_.surface))
+      shared.push_back({photo.keypoints.pixels[match.first], *ground});
+  return shared;
+}
+
+std::optional<KeypointApproximation> KeypointStage::Search(
+    std::size_t photo, const std::vector<BlockPhotoFile>& photos, const Lenders& lenders) {
+  const std::shared_ptr<const OfPhoto> own = Of(photo, photos);
+  if (own->positions.empty() || own->keypoints.Size() == 0) return std::nullopt;
+  KeypointPoseOptions options;
+  options.sigma_px = own->reduction;
+  std::vector<SharedKeypoint> all;
+  auto& known = shared_[photo];
+  for (std::size_t begin = 0; begin < lenders.size(); begin += kAtATime) {
+    const Lenders some(
+        lenders.begin() + static_cast<std::ptrdiff_t>(begin),
+        lenders.begin() + static_cast<std::ptrdiff_t>(std::min(begin + kAtATime, lenders.size())));
+    Prepare(some, photos);
+    for (const std::size_t i : some) {
+      if (!known.contains(i)) known[i] = Shared(*own, *Of(i, photos), photos[i]);
+      all.insert(all.end(), known[i].begin(), known[i].end());
+    }
+    const auto pose =
+        PoseFromKeypoints(setting_.camera.camera, own->positions, own->scan_px, all, options);
+    if (!pose) continue;
+    KeypointApproximation found{{photos[photo].name, pose->pose, {}}, pose->supporters};
+    Vector6d sigma = pose->covariance.diagonal().cwiseSqrt();
+    // How the film lies is left to the photo's patches, and with it which way is up.
+    if (own->positions.size() > 1) sigma[5] = std::numbers::pi;
+    found.row.sigma = sigma;
+    return found;
+  }
+  return std::nullopt;
+}
+
+std::string KeypointStage::DigestOf(std::size_t photo, const std::vector<BlockPhotoFile>& photos,
+                                    const Lenders& lenders) const {
+  std::string text = kMethod + setting_.inputs + DigestOfFile(photos[photo].path);
+  if (setting_.camera.camera.kind == CameraKind::kFilm)
+    text += DigestOfFile(InteriorResultPath(setting_.interior_directory, photos[photo].name));
+  for (const std::size_t i : lenders)
+    text += photos[i].name + DigestOfFile(photos[i].path) + photos[i].made_from +
+            Digest(ReadFile(photos[i].result_path));
+  return Digest(text);
+}
+
+std::optional<KeypointApproximation> KeypointStage::Locate(
+    std::size_t photo, const std::vector<BlockPhotoFile>& photos,
+    const OrientationRow* approximation) {
+  const Lenders lenders = LendersFor(photo, photos, approximation, kMostLenders);
+  std::set<std::size_t>& asked = asked_[photo];
+  if (std::all_of(lenders.begin(), lenders.end(), [&](std::size_t i) { return asked.contains(i); }))
+    return std::nullopt;
+  asked.insert(lenders.begin(), lenders.end());
+  MakeOutputDirectory(folder_.Directory());
+  const std::string& name = photos[photo].name;
+  const std::string digest = DigestOf(photo, photos, lenders);
+  std::optional<KeypointApproximation> found;
+  if (folder_.IsCurrent(name, digest)) {
+    found = FromText(ReadFile(folder_.ResultPath(name)), name);
+  } else {
+    folder_.Drop(name);
+    found = Search(photo, photos, lenders);
+    WriteFileAtomically(folder_.ResultPath(name), TextOf(found));
+    folder_.Note(name, digest);
+  }
+  if (found)
+    in_vain_.erase(photo);
+  else
+    in_vain_.insert(photo);
+  return found;
+}
+
+}  // namespace orient
