@@ -71,6 +71,7 @@ TEST(SlowKeypointBlock, FindsPhotosWithoutApproximationAndNoneOfAnotherPlace) {
   EXPECT_EQ(result("new_1_5").status, Status::kWeak);
   EXPECT_EQ(result("new_1_9").status, Status::kFailed);
   EXPECT_FALSE(result("new_1_9").pose);
+  EXPECT_EQ(run.out.find("could not be tried"), std::string::npos);
 }
 
 }  // namespace

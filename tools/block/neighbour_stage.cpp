@@ -305,19 +305,34 @@ void TellOfThoseInVain(const std::set<std::size_t>& in_vain, std::vector<BlockPh
 }
 
 // Rounds until nobody is left to try, with what is known of the photos first and, where that does
-// not do, with what keypoints say.
-void RunRounds(const NeighbourStage& stage, KeypointStage* keypoints,
-               std::vector<BlockPhotoFile>* photos) {
+// not do, with what keypoints say. Empty, or what stopped a round, where photos that it was to try
+// have no pose: none of them lies on the DEM, say; the others need not suffer for it.
+std::string RunRounds(const NeighbourStage& stage, KeypointStage* keypoints,
+                      std::vector<BlockPhotoFile>* photos) {
   RoundsSoFar rounds;
+  std::string stopped;
+  std::vector<std::size_t> not_tried;
   while (rounds.count < kFurtherRounds + std::ssize(*photos)) {
     LearnFrom(*photos, &stage.approximations);
-    Round round{ToBeTried(stage, rounds, *photos), stage.approximations.Table(), ""};
+    Round round;
+    if (stopped.empty())
+      round = {ToBeTried(stage, rounds, *photos), stage.approximations.Table(), ""};
     std::map<std::size_t, int> agreeing;
     if (round.tried.empty()) round = LocatedByKeypoints(stage, *photos, keypoints, &agreeing);
-    if (round.tried.empty()) return;
-    RunRound(stage, round, &rounds, photos);
+    if (round.tried.empty()) break;
+    try {
+      RunRound(stage, round, &rounds, photos);
+    } catch (const InputError& error) {
+      const bool again = !stopped.empty() || !agreeing.empty();
+      stopped = error.what();
+      not_tried = round.tried;
+      if (again) break;
+    }
     TellOfKeypoints(stage, agreeing, photos);
   }
+  const bool all_found = std::all_of(not_tried.begin(), not_tried.end(),
+                                     [&](std::size_t i) { return (*photos)[i].HasPose(); });
+  return all_found ? "" : stopped;
 }
 
 }  // namespace
@@ -330,15 +345,10 @@ void RunNeighbourStage(const NeighbourStage& stage, std::vector<BlockPhotoFile>*
   KeypointStage keypoints({stage.camera, stage.marks, stage.surface, stage.interior_directory,
                            (fs::path(stage.directory) / "keypoints").string(), stage.inputs,
                            stage.exterior.jobs});
-  try {
-    RunRounds(stage, &keypoints, photos);
-  } catch (const InputError& error) {
-    // It concerns all photos left, none of which lies on the DEM, say; those that are oriented
-    // need not suffer for it.
-    messages->push_back(
-        std::string("The photos left could not be tried with their neighbours' patches: ") +
-        error.what());
-  }
+  const std::string stopped = RunRounds(stage, &keypoints, photos);
+  if (!stopped.empty())
+    messages->push_back("The photos left could not be tried with their neighbours' patches: " +
+                        stopped);
   TellOfThoseInVain(keypoints.InVain(), photos);
 }
 
