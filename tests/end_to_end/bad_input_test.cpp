@@ -43,7 +43,7 @@ TEST_F(BadPhoto, DigitalPhotoOfAnotherSizeFailsAlone) {
 
 TEST_F(BadPhoto, PhotoWithoutApproximationFailsAlone) {
   Edit("approx.csv", "\nnew_1_2,", "\nanother,");
-  ExpectOnlyTheSecondFails(Block(), {Path("approx.csv"), "no row 'new_1_2'", "add one"});
+  ExpectOnlyTheSecondFails(Both(), {Path("approx.csv"), "no row 'new_1_2'", "add one"});
 }
 
 TEST_F(BadPhoto, ScanThatIsNotThereFailsAloneAndTheRestIsExported) {
@@ -81,7 +81,15 @@ TEST_F(BadPhoto, PhotoOffTheDemFailsAlone) {
   OrientationTable table = ReadOrientationTable(Path("approx.csv"));
   table.rows.at(1).pose.position_m.x() += 30000;
   WriteOrientationTable(Path("approx.csv"), table);
-  ExpectOnlyTheSecondFails(Block(), {Path("dem.tif"), "does not cover", "x 54", "give a DEM"});
+  ExpectOnlyTheSecondFails(Both(), {Path("dem.tif"), "does not cover", "x 54", "give a DEM"});
+  // In a block its neighbour finds it, and it is not ok.
+  const ProgramRun run = Block({"--overwrite"});
+  EXPECT_EQ(run.exit_code, 0) << run.out << run.err;
+  const ExteriorResult found = ReadExteriorResult(ExteriorResultPath(Path("out"), "new_1_2"));
+  EXPECT_EQ(found.status, Status::kWeak);
+  ASSERT_TRUE(found.pose);
+  const OrientationTable truth = ReadOrientationTable(Path("truth/orientation.csv"));
+  EXPECT_LT((found.pose->position_m - truth.Find("new_1_2")->pose.position_m).norm(), 2);
 }
 
 TEST_F(BadInput, PhotoBelowTheGroundFails) {
@@ -98,7 +106,7 @@ TEST_F(BadPhoto, PhotoMuchTooHighFailsAlone) {
   for (OrientationRow& row : table.rows)
     if (row.photo == "new_1_2") row.pose.position_m.z() = 1e9;
   WriteOrientationTable(Path("approx.csv"), table);
-  ExpectOnlyTheSecondFails(Block(), {"its height is wrong"});
+  ExpectOnlyTheSecondFails(Both(), {"its height is wrong"});
 }
 
 TEST_F(BadInput, PhotoOverNoPatchFails) {

@@ -89,6 +89,11 @@ class BadPhoto : public BadInput {
     HarvestOldPhotos(block_, Path("patches.gpkg"), 150);
   }
 
+  // Each by itself: in a block the one may find the other.
+  ProgramRun Both() const {
+    return Exterior({Path("scans/new_1_1.tif"), Path("scans/new_1_2.tif")});
+  }
+
   // The photo new_1_2 failed with one line of all parts, new_1_1 is as it always is.
   void ExpectOnlyTheSecondFails(const ProgramRun& run, const std::vector<std::string>& parts) {
     EXPECT_EQ(run.exit_code, 3) << run.out << run.err;

@@ -276,7 +276,7 @@ ExteriorResult Final(const AdjustmentInputs& inputs, const AdjustedBlock& adjust
     result.messages.insert(result.messages.begin(),
                            "oriented by " + std::to_string(sightings.ties.used) +
                                " tie points with its neighbours; its own patches did not do");
-    if (!file.located_by.empty()) result.messages.push_back(file.located_by);
+    if (!file.located_by.empty()) result.messages[0] += "; " + file.located_by;
   } else {
     JudgeAlone(inputs, file, view, sightings, sigma_px, &result);
   }
