@@ -35,6 +35,13 @@ double DirectionRatio(const Eigen::Vector3d& energy) {
   return axes.values[1] > 0 ? std::sqrt(std::max(axes.values[0], 0.0) / axes.values[1]) : 0;
 }
 
+// What a texture with this noise scores against itself with noise of its own; fine texture, which
+// passes for noise, is not believed to be more than half of it.
+double SelfScore(const Image& image) {
+  const double contrast = Contrast(image), noise = NoiseOf(image);
+  return contrast > 0 ? std::max(0.5, 1 - noise * noise / (contrast * contrast)) : 1;
+}
+
 // copy(p) = level(p + (0.5, 0.5)) + noise.
 Image ShiftedNoisyCopy(const Image& level, double noise) {
   std::mt19937 random(1);
@@ -72,18 +79,39 @@ double Contrast(const Image& image) {
   return std::sqrt(std::max(0.0, squares / count - mean * mean));
 }
 
+double NoiseOf(const Image& image) {
+  double sum = 0;
+  int count = 0;
+  for (int row = 1; row + 1 < image.height; ++row)
+    for (int col = 1; col + 1 < image.width; ++col) {
+      const auto across = [&](int r) {
+        return double(image.At(col - 1, r)) - 2 * double(image.At(col, r)) +
+               double(image.At(col + 1, r));
+      };
+      const double left = std::abs(across(row - 1) - 2 * across(row) + across(row + 1));
+      if (std::isnan(left)) continue;
+      sum += left;
+      ++count;
+    }
+  constexpr double kGain = 6;  // root of the sum of the mask's squares
+  return count > 0 ? std::sqrt(M_PI / 2) / kGain * sum / count : 0;
+}
+
 std::optional<SecondPeak> FindSecondPeak(const Image& surroundings, int template_px) {
   if (surroundings.width < template_px + 2 || surroundings.height < template_px + 2)
     return std::nullopt;
-  const Image scores = Correlate(MiddleOf(surroundings, template_px, template_px), surroundings);
+  const Image middle = MiddleOf(surroundings, template_px, template_px);
+  const Image scores = Correlate(middle, surroundings);
   const Eigen::Vector2d itself((surroundings.width - template_px) / 2,
                                (surroundings.height - template_px) / 2);
   const float at_itself = scores.At(static_cast<int>(itself.x()), static_cast<int>(itself.y()));
   if (std::isnan(at_itself)) return std::nullopt;
+  const double self = SelfScore(middle);
   SecondPeak second;
   for (const Peak& peak : FindPeaks(scores, 3, kMainPeakRadius, 0)) {
     const double distance = (peak.position - itself).norm();
-    if (distance > kMainPeakRadius && peak.score > second.score) second = {peak.score, distance};
+    const double score = std::min(1.0, peak.score / self);
+    if (distance > kMainPeakRadius && score > second.score) second = {score, distance};
   }
   return second;
 }

@@ -14,6 +14,11 @@ namespace orient {
 // Standard deviation of the grey values, over the pixels that have one.
 double Contrast(const Image& image);
 
+// Standard deviation of white noise, from what no smooth surface and no straight edge along the
+// axes leaves (Immerkaer 1996, Fast noise variance estimation); fine texture adds to it. NaN pixels
+// and their neighbours take no part.
+double NoiseOf(const Image& image);
+
 // The second peak of the autocorrelation.
 struct SecondPeak {
   double score = 0;  // 0: there is none
@@ -23,7 +28,8 @@ struct SecondPeak {
 };
 
 // The middle of `surroundings`, `template_px` a side, is correlated over all of it; the main peak
-// and its flanks within 4 px do not count. Empty where the middle is flat or incomplete.
+// and its flanks within 4 px do not count. Scores are relative to what the middle itself would get
+// in another exposure: noise makes no place distinct. Empty where the middle is flat or incomplete.
 std::optional<SecondPeak> FindSecondPeak(const Image& surroundings, int template_px);
 
 // Pyramid levels, counted from full resolution, at which a copy of the chip that is shifted by half

@@ -41,6 +41,29 @@ TEST(PatchQuality, RepeatedTextureIsNot) {
   EXPECT_NEAR(*second->distance_px, 15, 0.5);
 }
 
+TEST(PatchQuality, NoiseIsMeasuredOnSmoothGroundAndEdges) {
+  Image image(79, 79);
+  std::mt19937 random(TestSeed());
+  std::normal_distribution<float> noise(0, 5);
+  for (int row = 0; row < 79; ++row)
+    for (int col = 0; col < 79; ++col)
+      image.At(col, row) = static_cast<float>(col + 2 * row + (col > 40 ? 80 : 0)) + noise(random);
+  EXPECT_NEAR(NoiseOf(image), 5, 0.4);
+  EXPECT_EQ(NoiseOf(Image(79, 79, kNoData)), 0);
+}
+
+TEST(PatchQuality, NoiseMakesRepeatedTextureNoMoreDistinct) {
+  Image image(79, 79);
+  std::mt19937 random(TestSeed());
+  std::normal_distribution<float> noise(0, 4);
+  for (int row = 0; row < 79; ++row)
+    for (int col = 0; col < 79; ++col)
+      image.At(col, row) = 100 + 10 * std::sin(static_cast<float>(col) * 0.6F) + noise(random);
+  const auto second = FindSecondPeak(image, 31);
+  ASSERT_TRUE(second);
+  EXPECT_LT(second->Distinctness(), 0.1);
+}
+
 TEST(PatchQuality, FlatOrIncompleteMiddleHasNoDistinctness) {
   EXPECT_FALSE(FindSecondPeak(Image(79, 79, 100), 31));
   Image image = Noise(79, 2);
