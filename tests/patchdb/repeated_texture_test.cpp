@@ -115,9 +115,10 @@ Image Exposure(const RepeatedGround& ground, double gain, double offset, unsigne
   for (int row = 0; row < kSide_px; ++row)
     for (int col = 0; col < kSide_px; ++col) {
       double sum = 0;
-      for (int i = 0; i < kSamples * kSamples; ++i)
-        sum += ground.At((col + (i % kSamples + 0.5) / kSamples) * kGsd_m,
-                         (row + (i / kSamples + 0.5) / kSamples) * kGsd_m);
+      for (int down = 0; down < kSamples; ++down)
+        for (int across = 0; across < kSamples; ++across)
+          sum += ground.At((col + (across + 0.5) / kSamples) * kGsd_m,
+                           (row + (down + 0.5) / kSamples) * kGsd_m);
       const double soil = ground.Soil((col + 0.5) * kGsd_m, (row + 0.5) * kGsd_m);
       const double grey = offset + gain * (soil + sum / (kSamples * kSamples));
       image.At(col, row) = std::clamp(static_cast<float>(grey) + noise(random), 1.0f, 255.0f);
