@@ -53,11 +53,15 @@ std::vector<VotingPatch> Seek(const PhotoTask& task, const PhotoView& view,
   return voting;
 }
 
+// Of one patch in seven, a right sample of three is drawn a few times in so many.
+constexpr int kSamplesOfAll = 20000;
+
 // The pose that most of the patches sought at a level agree on.
 std::optional<Consensus> Vote(const PhotoView& view, const PosePrior& prior,
-                              const std::vector<VotingPatch>& voting, int reduction,
-                              double trials) {
+                              const std::vector<VotingPatch>& voting, int reduction, double trials,
+                              int samples = ConsensusOptions().samples) {
   ConsensusOptions options;
+  options.samples = samples;
   options.sigma_px = 0.5 + 0.4 * reduction;
   options.trials = trials;
   return FindConsensus(view, prior, voting, options);
@@ -167,7 +171,9 @@ class FirstSearch {
     const std::vector<PatchPrediction>& batch = batches_[done_++];
     for (VotingPatch& patch : Seek(task_, view_, batch, reduction_, reduction_))
       voting_.push_back(std::move(patch));
-    const auto consensus = Vote(view_, prior_, voting_, reduction_, trials);
+    // The last batch is the last chance, and hardly anything beside what was sought for it.
+    const int samples = Done() && batches_.size() > 1 ? kSamplesOfAll : ConsensusOptions().samples;
+    const auto consensus = Vote(view_, prior_, voting_, reduction_, trials, samples);
     if (!consensus) return std::nullopt;
     const LoopRound round{static_cast<int>(voting_.size()),
                           static_cast<int>(consensus->supporters.size()), radius_px_,
