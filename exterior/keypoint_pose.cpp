@@ -5,6 +5,7 @@
 #include <array>
 #include <cmath>
 #include <numbers>
+#include <numeric>
 #include <random>
 #include <set>
 #include <utility>
@@ -18,6 +19,11 @@ namespace {
 constexpr double kInlierSigmas = 4;
 // Of the frame's shorter side: a sample's points lie farther apart.
 constexpr double kLeastSide = 0.1;
+// Keypoints at places of two frames not farther apart than that many reaches are of the frames.
+constexpr double kFixedReaches = 3;
+// Of keypoints that count one by one against chance: a descriptor's texture is some 20 px wide.
+constexpr double kApartSigmas = 24;
+constexpr int kPosesOfASample = 4;
 // That no sample of supporters only was drawn.
 constexpr double kMissed = 1e-4;
 constexpr int kRefinements = 3;
@@ -34,6 +40,7 @@ struct Search {
   std::vector<std::size_t> keypoint;      // of each: those of one pixel are one
   std::size_t keypoints = 0;
   double pixel_mm = 1;
+  std::size_t positions = 1;  // of the film that are tried
 
   double Reach() const { return kInlierSigmas * options.sigma_px * pixel_mm; }
 };
@@ -41,7 +48,7 @@ struct Search {
 Search MakeSearch(const Camera& camera, const FilmPosition& position,
                   std::vector<SharedKeypoint> shared, const KeypointPoseOptions& options) {
   const PhotoView view{camera, position.photo_from_pixel, {}, position.film_correction};
-  Search search{camera, position, options, std::move(shared), {}, {}, 0, view.PixelSize()};
+  Search search{camera, position, options, std::move(shared), {}, {}, 0, view.PixelSize(), 1};
   std::sort(search.shared.begin(), search.shared.end(), [](const auto& a, const auto& b) {
     return std::pair(a.pixel.x(), a.pixel.y()) < std::pair(b.pixel.x(), b.pixel.y());
   });
@@ -151,15 +158,36 @@ double Spread(const Search& search, const std::vector<std::size_t>& supporters) 
   return std::sqrt(std::max(0.0, least)) / search.camera.frame_mm.minCoeff();
 }
 
+// How many of these, sorted by column, lie apart from one another: those of one texture are right
+// or wrong together.
+int Places(const Search& search, const std::vector<std::size_t>& which) {
+  const double apart_px = kApartSigmas * search.options.sigma_px;
+  std::vector<Eigen::Vector2d> places;
+  for (const std::size_t i : which) {
+    const Eigen::Vector2d& pixel = search.shared[i].pixel;
+    bool taken = false;
+    for (auto place = places.rbegin(); place != places.rend() && !taken; ++place) {
+      if (pixel.x() - place->x() > apart_px) break;
+      taken = (pixel - *place).norm() <= apart_px;
+    }
+    if (!taken) places.push_back(pixel);
+  }
+  return static_cast<int>(places.size());
+}
+
 bool ByChance(const Search& search, const Found& found, const Eigen::Vector2i& scan_px) {
+  std::vector<std::size_t> all(search.shared.size());
+  std::iota(all.begin(), all.end(), std::size_t{0});
+  const int agreeing = Places(search, found.supporters);
+  const int places = std::max(agreeing, Places(search, all));
   const double reach_px = kInlierSigmas * search.options.sigma_px;
   const double area_px2 = scan_px.cast<double>().prod();
-  const double grounds =
-      static_cast<double>(search.shared.size()) / static_cast<double>(search.keypoints);
+  const double grounds = static_cast<double>(search.shared.size()) / places;
   const double p = std::min(1.0, grounds * std::numbers::pi * reach_px * reach_px / area_px2);
-  return Log10FalseAlarms(static_cast<int>(search.keypoints),
-                          static_cast<int>(found.supporters.size()), grounds,
-                          p) > search.options.max_log10_false_alarms;
+  const double trials =
+      static_cast<double>(search.positions) * kPosesOfASample * search.options.searches;
+  return Log10FalseAlarms(places, agreeing, grounds, p) + std::log10(trials) >
+         search.options.max_log10_false_alarms;
 }
 
 // Whether what does not support the pose supports another one nearly as well: a place that repeats
@@ -208,11 +236,29 @@ std::optional<Matrix6d> HonestCovariance(const Search& search, const Eigen::Vect
   return adjusted->covariance;
 }
 
+// Those that are at the same place of both frames in no position of the film.
+std::vector<SharedKeypoint> OfTheGround(const Camera& camera,
+                                        const std::vector<FilmPosition>& positions,
+                                        const std::vector<SharedKeypoint>& shared,
+                                        double sigma_px) {
+  std::vector<SharedKeypoint> of_the_ground = shared;
+  for (const FilmPosition& position : positions) {
+    const PhotoView view{camera, position.photo_from_pixel, {}, position.film_correction};
+    const double reach_mm = kFixedReaches * kInlierSigmas * sigma_px * view.PixelSize();
+    std::erase_if(of_the_ground, [&](const SharedKeypoint& keypoint) {
+      return keypoint.lender_mm &&
+             (view.PhotoFromPixel(keypoint.pixel) - *keypoint.lender_mm).norm() <= reach_mm;
+    });
+  }
+  return of_the_ground;
+}
+
 std::optional<KeypointPose> PoseIn(const Search& search, const Eigen::Vector2i& scan_px) {
   Found found = Ransac(search);
   const KeypointPoseOptions& options = search.options;
   if (std::ssize(found.supporters) < options.min_supporters) return std::nullopt;
   Refine(search, &found);
+  if (Places(search, found.supporters) < options.min_supporters) return std::nullopt;
   if (Spread(search, found.supporters) < options.min_spread || ByChance(search, found, scan_px) ||
       HasRival(search, found))
     return std::nullopt;
@@ -228,9 +274,12 @@ std::optional<KeypointPose> PoseFromKeypoints(const Camera& camera,
                                               const Eigen::Vector2i& scan_px,
                                               const std::vector<SharedKeypoint>& shared,
                                               const KeypointPoseOptions& options) {
+  const auto of_the_ground = OfTheGround(camera, positions, shared, options.sigma_px);
   std::optional<KeypointPose> best;
   for (std::size_t i = 0; i < positions.size(); ++i) {
-    auto pose = PoseIn(MakeSearch(camera, positions[i], shared, options), scan_px);
+    Search search = MakeSearch(camera, positions[i], of_the_ground, options);
+    search.positions = positions.size();
+    auto pose = PoseIn(search, scan_px);
     if (!pose || (best && best->supporters >= pose->supporters)) continue;
     best = pose;
     best->position = i;

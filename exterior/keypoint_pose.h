@@ -16,10 +16,15 @@ namespace orient {
 struct SharedKeypoint {
   Eigen::Vector2d pixel;     // of the photo's scan
   Eigen::Vector3d ground_m;  // as one oriented photo shows it; several may show the same keypoint
+  // Where in that photo's frame. A keypoint at the same place of both frames, in whichever position
+  // of the film, is no ground but what all photos show (crosses, marks, dirt), and is left out: it
+  // would give the photo the other one's pose, which patches cut from that one would confirm.
+  std::optional<Eigen::Vector2d> lender_mm;
 };
 
 struct KeypointPoseOptions {
   double sigma_px = 1;  // of a keypoint, one coordinate, scan pixels
+  // Places of the photo, some 24 sigma_px apart: keypoints closer together err together.
   int min_supporters = 12;
   double max_log10_false_alarms = -6;
   // Of the frame's shorter side: how far supporters spread at least, one sigma across their line.
@@ -28,6 +33,7 @@ struct KeypointPoseOptions {
   double rival_share = 0.5;
   double max_tilt_rad = 0.35;
   int samples = 4000;
+  int searches = 1;  // among more and more keypoints, the first pose of which is believed
   std::uint32_t seed = 1;
 };
 

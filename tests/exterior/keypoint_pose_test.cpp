@@ -34,23 +34,45 @@ class KeypointPoses : public testing::Test {
       const Eigen::Vector2d pixel = place();
       Eigen::Vector3d ground = GroundAt(pixel);
       ground += Eigen::Vector3d(normal(random_), normal(random_), 0.5 * normal(random_)) * gsd_m_;
-      shared_.push_back({pixel + Eigen::Vector2d(normal(random_), normal(random_)), ground});
+      shared_.push_back({pixel + Eigen::Vector2d(normal(random_), normal(random_)), ground, {}});
     }
   }
   void AddWrong(int count) {
-    for (int i = 0; i < count; ++i) shared_.push_back({AnyPixel(), GroundAt(AnyPixel())});
+    for (int i = 0; i < count; ++i) shared_.push_back({AnyPixel(), GroundAt(AnyPixel()), {}});
   }
   // A patch of right ones, as if the same texture were seen `shift_m` beside.
   void AddShifted(int count, const Eigen::Vector3d& shift_m) {
     for (int i = 0; i < count; ++i) {
       const Eigen::Vector2d pixel = AnyPixel();
-      shared_.push_back({pixel, GroundAt(pixel) + shift_m});
+      shared_.push_back({pixel, GroundAt(pixel) + shift_m, {}});
     }
   }
-  std::optional<KeypointPose> Find() {
+  // What both frames show at the same place, the other photo lying elsewhere; with the film turned
+  // by half a turn where `turned`.
+  void AddOfTheFrame(int count, bool turned) {
+    std::normal_distribution<double> normal;
+    for (int i = 0; i < count; ++i) {
+      const Eigen::Vector2d pixel = AnyPixel();
+      const Eigen::Vector2d mm = view_.PhotoFromPixel(pixel);
+      shared_.push_back({pixel + Eigen::Vector2d(normal(random_), normal(random_)),
+                         GroundAt(pixel) + Eigen::Vector3d(700, 300, 0), turned ? -mm : mm});
+    }
+  }
+  // Right ones, some of which the other photo shows elsewhere in its frame.
+  void AddRightSeenElsewhere(int count) {
+    const std::size_t before = shared_.size();
+    AddRight(count, [&] { return AnyPixel(); });
+    for (std::size_t i = before; i < shared_.size(); ++i)
+      shared_[i].lender_mm = view_.PhotoFromPixel(shared_[i].pixel) + Eigen::Vector2d(30, 8);
+  }
+  FilmPosition Position(bool turned = false) const {
     FilmPosition position;
     position.photo_from_pixel = view_.photo_from_pixel;
-    return PoseFromKeypoints(view_.camera, {position}, scan_, shared_);
+    if (turned) position.photo_from_pixel = {-view_.photo_from_pixel.A, -view_.photo_from_pixel.t};
+    return position;
+  }
+  std::optional<KeypointPose> Find(const KeypointPoseOptions& options = {}) {
+    return PoseFromKeypoints(view_.camera, {Position()}, scan_, shared_, options);
   }
 
   std::mt19937 random_{TestSeed()};
@@ -97,6 +119,46 @@ TEST_F(KeypointPoses, AreNotMadeOfTooFewOrOfNone) {
 TEST_F(KeypointPoses, AreNotMadeOfWhatChanceMakes) {
   AddWrong(400);
   EXPECT_FALSE(Find());
+}
+
+// Where so much is within reach, only the bound on chance keeps them apart.
+TEST_F(KeypointPoses, AreNotMadeOfWhatChanceMakesWhereFewNeedAgree) {
+  AddWrong(3000);
+  KeypointPoseOptions options;
+  options.sigma_px = 8;
+  options.min_supporters = 4;
+  options.rival_share = 2;
+  options.max_tilt_rad = 1.2;
+  options.samples = 1000;
+  EXPECT_FALSE(Find(options));
+}
+
+TEST_F(KeypointPoses, AreNotMadeOfThreeClumps) {
+  std::normal_distribution<double> beside(0, 4);
+  for (const Eigen::Vector2d& clump :
+       {Eigen::Vector2d(100, 150), Eigen::Vector2d(540, 300), Eigen::Vector2d(250, 1000)})
+    AddRight(4, [&] {
+      return Eigen::Vector2d(clump.x() + beside(random_), clump.y() + beside(random_));
+    });
+  EXPECT_FALSE(Find());
+  KeypointPoseOptions options;
+  options.min_supporters = 3;
+  EXPECT_FALSE(Find(options));
+}
+
+TEST_F(KeypointPoses, AreNotMadeOfWhatAllFramesShow) {
+  for (const bool turned : {false, true}) {
+    shared_.clear();
+    AddOfTheFrame(60, turned);
+    const auto find = [&] {
+      return PoseFromKeypoints(view_.camera, {Position(), Position(true)}, scan_, shared_);
+    };
+    EXPECT_FALSE(find());
+    AddRightSeenElsewhere(40);
+    const auto found = find();
+    ASSERT_TRUE(found);
+    EXPECT_LE(found->supporters, 40);
+  }
 }
 
 TEST_F(KeypointPoses, AreNotMadeOfKeypointsOnALine) {

@@ -5,10 +5,10 @@
 
 #include <algorithm>
 #include <cmath>
+#include <exception>
 #include <numbers>
 #include <sstream>
 
-#include "core/error.h"
 #include "core/files/atomic_write.h"
 #include "core/format_text.h"
 #include "tools/made_from.h"
@@ -18,7 +18,7 @@ namespace orient {
 namespace {
 
 // To be raised where the method changes.
-constexpr const char* kMethod = "keypoints 1";
+constexpr const char* kMethod = "keypoints 2";
 // The photo as it is searched; a scan of 9 x 9 inches at 20 um becomes an eighth of itself.
 constexpr double kLongestSide_px = 1600;
 constexpr int kMostKeypoints = 3000;
@@ -28,10 +28,12 @@ constexpr double kMargin_px = 10;
 constexpr std::size_t kMostLenders = 48, kAtATime = 8;
 // Photos whose keypoints are kept in memory: half a megabyte each.
 constexpr std::size_t kInMemory = 200;
+// Photos searched at a time: each one's scale space takes some half a gigabyte.
+constexpr int kSearchedAtATime = 2;
 
 bool ShowsGround(const Eigen::Vector2d& photo_mm, const Camera& camera,
                  const std::vector<CoveredArea>& covered, double margin_mm) {
-  if (!camera.InFrame(photo_mm, margin_mm)) return false;
+  if (!camera.InFrame(photo_mm, -margin_mm)) return false;
   return std::none_of(covered.begin(), covered.end(), [&](const CoveredArea& area) {
     return (photo_mm.array() >= area.from_mm.array() - margin_mm).all() &&
            (photo_mm.array() <= area.to_mm.array() + margin_mm).all();
@@ -131,12 +133,13 @@ void KeypointStage::Prepare(const Lenders& which, const std::vector<BlockPhotoFi
       absent.push_back(i);
   }
   std::vector<OfPhoto> found(absent.size());
-  tbb::task_arena arena(setting_.jobs > 0 ? setting_.jobs : tbb::task_arena::automatic);
+  tbb::task_arena arena(setting_.jobs > 0 ? std::min(setting_.jobs, kSearchedAtATime)
+                                          : kSearchedAtATime);
   arena.execute([&] {
     tbb::parallel_for(std::size_t{0}, absent.size(), [&](std::size_t k) {
       try {
         found[k] = Find(photos[absent[k]]);
-      } catch (const InputError&) {  // a photo that cannot be read shows nothing
+      } catch (const std::exception&) {  // one that cannot be read, or is too much, shows nothing
       }
     });
   });
@@ -155,10 +158,11 @@ std::vector<SharedKeypoint> KeypointStage::Shared(const OfPhoto& photo, const Of
                                                   const BlockPhotoFile& lender_file) const {
   std::vector<SharedKeypoint> shared;
   const PhotoView view = lender_file.View(setting_.camera.camera);
-  for (const KeypointMatch& match : MatchKeypoints(photo.keypoints, lender.keypoints))
-    if (const auto ground =
-            view.GroundFromPixel(lender.keypoints.pixels[match.second], setting_.surface))
-      shared.push_back({photo.keypoints.pixels[match.first], *ground});
+  for (const KeypointMatch& match : MatchKeypoints(photo.keypoints, lender.keypoints)) {
+    const Eigen::Vector2d& pixel = lender.keypoints.pixels[match.second];
+    if (const auto ground = view.GroundFromPixel(pixel, setting_.surface))
+      shared.push_back({photo.keypoints.pixels[match.first], *ground, view.PhotoFromPixel(pixel)});
+  }
   return shared;
 }
 
@@ -168,6 +172,7 @@ std::optional<KeypointApproximation> KeypointStage::Search(
   if (own->positions.empty() || own->keypoints.Size() == 0) return std::nullopt;
   KeypointPoseOptions options;
   options.sigma_px = own->reduction;
+  options.searches = static_cast<int>((lenders.size() + kAtATime - 1) / kAtATime);
   std::vector<SharedKeypoint> all;
   auto& known = shared_[photo];
   for (std::size_t begin = 0; begin < lenders.size(); begin += kAtATime) {
