@@ -216,7 +216,9 @@ ExteriorResult WithoutPatches(const Setting& setting, const PhotoToOrient& photo
 }
 
 bool AccuracyIsStated(const Setting& setting, const OrientationRow& row) {
-  return row.sigma || setting.options.position_sigma_m || setting.options.attitude_sigma_rad;
+  const ExteriorRunOptions& options = setting.options;
+  return options.accuracy_is_stated &&
+         (row.sigma || options.position_sigma_m || options.attitude_sigma_rad);
 }
 
 ExteriorResult OrientAsStated(const Setting& setting, const PhotoToOrient& photo,

@@ -31,6 +31,9 @@ struct ExteriorRunOptions {
   std::optional<double> position_sigma_m;
   std::optional<double> attitude_sigma_rad;
   std::optional<double> kappa_sigma_rad;  // where kappa is known worse than omega and phi
+  // Whether sigmas, the table's too, are what somebody vouches for: a pose that contradicts them is
+  // weak then.
+  bool accuracy_is_stated = true;
   // More patches than the database's that lie in a photo's uncertain footprint; called from several
   // threads.
   std::function<std::vector<Patch>(const std::string& photo, const Bounds& footprint)>

@@ -40,9 +40,15 @@ std::string UnfinishedPath(const std::string& out) { return StagePath(out, "unfi
 void RemovePartialFilesOfKilledRuns(const std::string& out) {
   RemovePartialFiles(out);
   RemovePartialFiles(StagePath(out, ""));
-  std::error_code ignored;
-  for (const auto& entry : fs::recursive_directory_iterator(StagePath(out, ""), ignored))
-    if (entry.is_directory(ignored)) RemovePartialFiles(entry.path().string());
+  // Neither a folder that cannot be read nor what is removed meanwhile may end the walk by a throw.
+  std::vector<std::string> folders;
+  std::error_code error, ignored;
+  for (fs::recursive_directory_iterator
+           entry(StagePath(out, ""), fs::directory_options::skip_permission_denied, error),
+       end;
+       !error && entry != end; entry.increment(error))
+    if (entry->is_directory(ignored)) folders.push_back(entry->path().string());
+  for (const std::string& folder : folders) RemovePartialFiles(folder);
 }
 
 // All that is said of the flight, as one text that changes when it does.

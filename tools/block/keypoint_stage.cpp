@@ -4,8 +4,10 @@
 #include <tbb/task_arena.h>
 
 #include <algorithm>
+#include <bit>
 #include <cmath>
 #include <exception>
+#include <filesystem>
 #include <numbers>
 #include <sstream>
 
@@ -18,7 +20,7 @@ namespace orient {
 namespace {
 
 // To be raised where the method changes.
-constexpr const char* kMethod = "keypoints 2";
+constexpr const char* kMethod = "keypoints 3";
 // The photo as it is searched; a scan of 9 x 9 inches at 20 um becomes an eighth of itself.
 constexpr double kLongestSide_px = 1600;
 constexpr int kMostKeypoints = 3000;
@@ -30,6 +32,8 @@ constexpr std::size_t kMostLenders = 48, kAtATime = 8;
 constexpr std::size_t kInMemory = 200;
 // Photos searched at a time: each one's scale space takes some half a gigabyte.
 constexpr int kSearchedAtATime = 2;
+// Keypoints' residuals show nothing of what all of a lender's share: its pose's error, the DEM's.
+constexpr double kCommonErrors = 5;
 
 bool ShowsGround(const Eigen::Vector2d& photo_mm, const Camera& camera,
                  const std::vector<CoveredArea>& covered, double margin_mm) {
@@ -64,7 +68,25 @@ std::optional<KeypointApproximation> FromText(const std::string& text, const std
   return found;
 }
 
-// Those that are oriented, the nearest first.
+// The indices below `count`, each first part of them spread evenly (van der Corput 1935).
+std::vector<std::size_t> SpreadEvenly(std::size_t count) {
+  std::vector<std::size_t> order;
+  std::vector<bool> taken(count);
+  const std::size_t steps = std::bit_ceil(std::max<std::size_t>(count, 1));
+  for (std::size_t k = 0; k < steps; ++k) {
+    std::size_t reversed = 0;
+    for (std::size_t bit = 1; bit < steps; bit *= 2)
+      if ((k & bit) != 0) reversed += steps / (2 * bit);
+    const std::size_t i = reversed * count / steps;
+    if (i >= count || taken[i]) continue;
+    taken[i] = true;
+    order.push_back(i);
+  }
+  return order;
+}
+
+// Those that are oriented: the nearest first and, between them, some from all over the block, for
+// the approximation may be wrong by more than the nearest ones reach.
 std::vector<std::size_t> LendersFor(std::size_t photo, const std::vector<BlockPhotoFile>& photos,
                                     const OrientationRow* approximation, std::size_t most) {
   std::vector<std::pair<double, std::size_t>> by_distance;
@@ -79,9 +101,17 @@ std::vector<std::size_t> LendersFor(std::size_t photo, const std::vector<BlockPh
     by_distance.emplace_back(distance, i);
   }
   std::sort(by_distance.begin(), by_distance.end());
+  std::vector<std::size_t> anywhere = SpreadEvenly(photos.size());
+  std::erase_if(anywhere, [&](std::size_t i) { return i == photo || !photos[i].HasPose(); });
   std::vector<std::size_t> lenders;
-  for (const auto& [distance, i] : by_distance)
-    if (lenders.size() < most) lenders.push_back(i);
+  const auto add = [&](std::size_t i) {
+    if (lenders.size() < most && std::find(lenders.begin(), lenders.end(), i) == lenders.end())
+      lenders.push_back(i);
+  };
+  for (std::size_t k = 0; k < by_distance.size() && lenders.size() < most; ++k) {
+    add(by_distance[k].second);
+    add(anywhere[k]);
+  }
   return lenders;
 }
 
@@ -188,7 +218,8 @@ std::optional<KeypointApproximation> KeypointStage::Search(
         PoseFromKeypoints(setting_.camera.camera, own->positions, own->scan_px, all, options);
     if (!pose) continue;
     KeypointApproximation found{{photos[photo].name, pose->pose, {}}, pose->supporters};
-    Vector6d sigma = pose->covariance.diagonal().cwiseSqrt();
+    Vector6d sigma = kCommonErrors * pose->covariance.diagonal().cwiseSqrt();
+    sigma.tail<3>() = sigma.tail<3>().cwiseMin(std::numbers::pi);
     // How the film lies is left to the photo's patches, and with it which way is up.
     if (own->positions.size() > 1) sigma[5] = std::numbers::pi;
     found.row.sigma = sigma;
@@ -219,20 +250,32 @@ std::optional<KeypointApproximation> KeypointStage::Locate(
   MakeOutputDirectory(folder_.Directory());
   const std::string& name = photos[photo].name;
   const std::string digest = DigestOf(photo, photos, lenders);
+  const std::string request = name + "." + digest;  // a photo is asked for more than once
+  used_.insert(request);
   std::optional<KeypointApproximation> found;
-  if (folder_.IsCurrent(name, digest)) {
-    found = FromText(ReadFile(folder_.ResultPath(name)), name);
+  if (folder_.IsCurrent(request, digest)) {
+    found = FromText(ReadFile(folder_.ResultPath(request)), name);
   } else {
-    folder_.Drop(name);
+    folder_.Drop(request);
     found = Search(photo, photos, lenders);
-    WriteFileAtomically(folder_.ResultPath(name), TextOf(found));
-    folder_.Note(name, digest);
+    WriteFileAtomically(folder_.ResultPath(request), TextOf(found));
+    folder_.Note(request, digest);
   }
   if (found)
     in_vain_.erase(photo);
   else
     in_vain_.insert(photo);
   return found;
+}
+
+void KeypointStage::RemoveUnused() const {
+  namespace fs = std::filesystem;
+  std::error_code error;
+  std::vector<fs::path> unused;
+  for (fs::directory_iterator entry(folder_.Directory(), error), end; !error && entry != end;
+       entry.increment(error))
+    if (!used_.contains(entry->path().stem().string())) unused.push_back(entry->path());
+  for (const fs::path& path : unused) fs::remove(path, error);
 }
 
 }  // namespace orient

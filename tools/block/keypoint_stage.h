@@ -42,7 +42,8 @@ class KeypointStage {
       : setting_(setting), folder_(setting.directory, ".keypoints") {}
 
   // Of a photo without a pose. Oriented photos are asked in the order of their distance from the
-  // approximation (null: of their places in the block), until what they share agrees on a pose.
+  // approximation (null: of their places in the block), every other one from all over the block,
+  // until what they share agrees on a pose.
   // Empty where it does not, the scan cannot be read, or no photo was oriented since the last time
   // that is not farther than those asked then. What was found from the same photos before is kept.
   std::optional<KeypointApproximation> Locate(std::size_t photo,
@@ -50,6 +51,8 @@ class KeypointStage {
                                               const OrientationRow* approximation);
   // Photos that were asked for and whose keypoints agreed on nothing yet.
   const std::set<std::size_t>& InVain() const { return in_vain_; }
+  // At the end: the results of requests that were not made this time.
+  void RemoveUnused() const;
 
  private:
   // Of a whole photo, as coarse as they are sought.
@@ -79,6 +82,7 @@ class KeypointStage {
   std::map<std::size_t, std::map<std::size_t, std::vector<SharedKeypoint>>> shared_;  // with each
   std::map<std::size_t, std::set<std::size_t>> asked_;
   std::set<std::size_t> in_vain_;
+  std::set<std::string> used_;  // names of results
 };
 
 }  // namespace orient

@@ -170,10 +170,12 @@ Bounds ReadSought(const std::string& path) {
 }
 
 // What a round tries, and what is known of it; `more`: text of what else its results depend on.
+// `located`: by keypoints, which is no accuracy that anybody vouches for.
 struct Round {
   std::vector<std::size_t> tried;
   OrientationTable table;
   std::string more;
+  bool located = false;
 };
 
 // Photos that the round oriented take over their poses.
@@ -201,6 +203,7 @@ void RunRound(const NeighbourStage& stage, const Round& what, RoundsSoFar* round
   options.resume = true;
   options.feedback = false;
   options.table = what.table;
+  if (what.located) options.accuracy_is_stated = false;
   options.further_patches = [&](const std::string& name, const Bounds& area) {
     {
       const std::lock_guard<std::mutex> lock(mutex);
@@ -262,6 +265,7 @@ Round LocatedByKeypoints(const NeighbourStage& stage, const std::vector<BlockPho
                          KeypointStage* keypoints, std::map<std::size_t, int>* agreeing) {
   Round round;
   round.table = stage.approximations.Table();
+  round.located = true;
   std::vector<std::size_t> open;
   for (std::size_t i = 0; i < photos.size(); ++i)
     if (MayBeTried(photos[i], stage)) open.push_back(i);
@@ -278,37 +282,52 @@ Round LocatedByKeypoints(const NeighbourStage& stage, const std::vector<BlockPho
     round.table.rows.push_back(found->row);
     round.more += " " + photos[i].name;
     const Vector6d pose = found->row.pose.AsVector();
-    for (int k = 0; k < 6; ++k) round.more += FormatText(" %.17g", pose[k]);
+    for (int k = 0; k < 6; ++k)
+      round.more += FormatText(" %.17g %.17g", pose[k], (*found->row.sigma)[k]);
   }
   return round;
 }
 
-// What keypoints found, and what the patches said to it.
+// What keypoints found that the patches confirmed; `refused`: what they did not.
 void TellOfKeypoints(const NeighbourStage& stage, const std::map<std::size_t, int>& agreeing,
-                     std::vector<BlockPhotoFile>* photos) {
+                     std::vector<BlockPhotoFile>* photos, std::map<std::size_t, int>* refused) {
   for (const auto& [i, count] : agreeing) {
     BlockPhotoFile& photo = (*photos)[i];
-    if (!photo.HasPose()) continue;
+    if (!photo.HasPose()) {
+      (*refused)[i] = count;
+      continue;
+    }
     photo.located_by = "located by " + std::to_string(count) +
                        " keypoints (SIFT) that it shares with photos that are oriented";
     CompareWithStated(stage, &photo);
   }
 }
 
-void TellOfThoseInVain(const std::set<std::size_t>& in_vain, std::vector<BlockPhotoFile>* photos) {
-  for (const std::size_t i : in_vain) {
+// Once the rounds are over.
+void TellOfThoseInVain(const std::set<std::size_t>& in_vain,
+                       const std::map<std::size_t, int>& refused,
+                       std::vector<BlockPhotoFile>* photos) {
+  for (std::size_t i = 0; i < photos->size(); ++i) {
     BlockPhotoFile& photo = (*photos)[i];
     if (photo.HasPose() || photo.exterior.messages.empty()) continue;
-    photo.exterior.messages.back() +=
-        "; nor do keypoints (SIFT) that it shares with oriented photos agree on where it is";
+    const auto located = refused.find(i);
+    std::string& message = photo.exterior.messages.back();
+    if (located != refused.end())
+      message += "; " + std::to_string(located->second) +
+                 " keypoints (SIFT) that it shares with oriented photos agree on where it is, but "
+                 "no patches there do";
+    else if (in_vain.contains(i))
+      message +=
+          "; nor do keypoints (SIFT) that it shares with oriented photos agree on where it is";
   }
 }
 
 // Rounds until nobody is left to try, with what is known of the photos first and, where that does
 // not do, with what keypoints say. Empty, or what stopped a round, where photos that it was to try
 // have no pose: none of them lies on the DEM, say; the others need not suffer for it.
+// `refused`: photos that keypoints located and patches did not confirm there.
 std::string RunRounds(const NeighbourStage& stage, KeypointStage* keypoints,
-                      std::vector<BlockPhotoFile>* photos) {
+                      std::vector<BlockPhotoFile>* photos, std::map<std::size_t, int>* refused) {
   RoundsSoFar rounds;
   std::string stopped;
   std::vector<std::size_t> not_tried;
@@ -316,19 +335,19 @@ std::string RunRounds(const NeighbourStage& stage, KeypointStage* keypoints,
     LearnFrom(*photos, &stage.approximations);
     Round round;
     if (stopped.empty())
-      round = {ToBeTried(stage, rounds, *photos), stage.approximations.Table(), ""};
+      round = {ToBeTried(stage, rounds, *photos), stage.approximations.Table(), "", false};
     std::map<std::size_t, int> agreeing;
     if (round.tried.empty()) round = LocatedByKeypoints(stage, *photos, keypoints, &agreeing);
     if (round.tried.empty()) break;
     try {
       RunRound(stage, round, &rounds, photos);
+      TellOfKeypoints(stage, agreeing, photos, refused);
     } catch (const InputError& error) {
       const bool again = !stopped.empty() || !agreeing.empty();
       stopped = error.what();
       not_tried = round.tried;
       if (again) break;
     }
-    TellOfKeypoints(stage, agreeing, photos);
   }
   const bool all_found = std::all_of(not_tried.begin(), not_tried.end(),
                                      [&](std::size_t i) { return (*photos)[i].HasPose(); });
@@ -345,11 +364,13 @@ void RunNeighbourStage(const NeighbourStage& stage, std::vector<BlockPhotoFile>*
   KeypointStage keypoints({stage.camera, stage.marks, stage.surface, stage.interior_directory,
                            (fs::path(stage.directory) / "keypoints").string(), stage.inputs,
                            stage.exterior.jobs});
-  const std::string stopped = RunRounds(stage, &keypoints, photos);
+  std::map<std::size_t, int> refused;
+  const std::string stopped = RunRounds(stage, &keypoints, photos, &refused);
+  keypoints.RemoveUnused();
   if (!stopped.empty())
     messages->push_back("The photos left could not be tried with their neighbours' patches: " +
                         stopped);
-  TellOfThoseInVain(keypoints.InVain(), photos);
+  TellOfThoseInVain(keypoints.InVain(), refused, photos);
 }
 
 }  // namespace orient
