@@ -89,6 +89,10 @@ class Killer:
         names = ["stages/unfinished", *[p for p in MILESTONES[1:] if (out / p).exists()]]
         return names[-1]
 
+    def finished(self):
+        out = self.folder / "out"
+        return (out / "orientation.csv").exists() and not (out / "stages/unfinished").exists()
+
     def state(self):
         state = []
         for name in MILESTONES:
@@ -126,6 +130,8 @@ class Killer:
             stage = self.stage()
             process.send_signal(signal.SIGKILL)
             process.communicate()
+            if self.finished():  # it had only its farewell to say
+                return False
             self.counts[stage] = self.counts.get(stage, 0) + 1
             return True
         _, errors = process.communicate()
