@@ -6,6 +6,7 @@
 #include <cmath>
 #include <map>
 #include <numbers>
+#include <set>
 #include <vector>
 
 #include "core/geometry/rotation.h"
@@ -114,9 +115,11 @@ std::vector<VotingPatch> SoughtPatches::Seek(const PhotoView& view) const {
     voting[i].ground_m = patch.ground_m;
     const auto aligned = AlignPatch(view, patch, reduction_, kSide, kSide);
     if (!aligned) return;
-    voting[i].window_px2 = static_cast<double>(task_.image.Width()) * task_.image.Height();
-    for (const Peak& peak :
-         FindPeaks(search_.Scores(aligned->image), kMaxCandidates, kPeakDistance, kMinScore))
+    const Image scores = search_.Scores(aligned->image);
+    const auto places = std::count_if(scores.values.begin(), scores.values.end(),
+                                      [](float score) { return !std::isnan(score); });
+    voting[i].window_px2 = static_cast<double>(places) * reduction_ * reduction_;
+    for (const Peak& peak : FindPeaks(scores, kMaxCandidates, kPeakDistance, kMinScore))
       voting[i].candidates.push_back(
           {photo_.RasterFromImage(peak.position + aligned->Centre()), peak.score});
   });
@@ -166,10 +169,14 @@ class AttitudeSearch {
     const FilmPosition* position = nullptr;
     double kappa_rad = 0;
   };
+  // How a patch lies in the scan, in hundredths: film turned by a quarter and kappa turned back
+  // look the same.
+  using Look = std::array<long, 4>;
   struct Try {
     Way way;
     PoseTrack track;
   };
+  Look LookOf(const Way& way) const;
   static PosePrior WideOf(const PhotoTask& task);
   std::vector<Way> Ways() const;
   const std::vector<VotingPatch>& Sought(const Way& way, const PhotoView& view);
@@ -185,8 +192,7 @@ class AttitudeSearch {
   const SoughtPatches& sought_;
   PosePrior wide_;
   ConsensusOptions options_;
-  // Film turned by a quarter and kappa turned back look the same.
-  std::map<std::array<long, 4>, std::vector<VotingPatch>> found_;
+  std::map<Look, std::vector<VotingPatch>> found_;
 };
 
 double HeightOver(const PhotoTask& task) {
@@ -216,14 +222,20 @@ std::vector<AttitudeSearch::Way> AttitudeSearch::Ways() const {
   return ways;
 }
 
-const std::vector<VotingPatch>& AttitudeSearch::Sought(const Way& way, const PhotoView& view) {
+AttitudeSearch::Look AttitudeSearch::LookOf(const Way& way) const {
+  const PhotoView view = task_.View(*way.position, wide_.pose);
   const Eigen::Matrix2d shape = Eigen::Rotation2Dd(way.kappa_rad).toRotationMatrix() *
                                 way.position->photo_from_pixel.A / view.PixelSize();
-  std::array<long, 4> key{};
-  for (int i = 0; i < 4; ++i) key[static_cast<std::size_t>(i)] = std::lround(100 * shape(i));
-  const auto known = found_.find(key);
+  Look look{};
+  for (int i = 0; i < 4; ++i) look[static_cast<std::size_t>(i)] = std::lround(100 * shape(i));
+  return look;
+}
+
+const std::vector<VotingPatch>& AttitudeSearch::Sought(const Way& way, const PhotoView& view) {
+  const Look look = LookOf(way);
+  const auto known = found_.find(look);
   if (known != found_.end()) return known->second;
-  return found_.emplace(key, sought_.Seek(WithoutLens(view))).first->second;
+  return found_.emplace(look, sought_.Seek(WithoutLens(view))).first->second;
 }
 
 std::optional<PoseTrack> AttitudeSearch::TryFirst(const Way& way) {
@@ -273,7 +285,9 @@ std::optional<PoseTrack> AttitudeSearch::Best(std::vector<Try> tries) const {
     return a.track.log10_false_alarms < b.track.log10_false_alarms;
   });
   std::optional<PoseTrack> best;
-  for (std::size_t i = 0; i < std::min(kFollowed, tries.size()); ++i) {
+  std::set<Look> followed;
+  for (std::size_t i = 0; i < tries.size() && followed.size() < kFollowed; ++i) {
+    if (!followed.insert(LookOf(tries[i].way)).second) continue;
     PoseTrack track = std::move(tries[i].track);
     for (int round = 0; round < kFollowedRounds && !Convinces(track); ++round) {
       const PhotoView view = task_.View(track.position, track.pose);

@@ -1,7 +1,7 @@
 // The first round where the camera's position is known, but not which way it looked: then it is
 // known how every patch looks from there, but for its turn in the photo. The whole photo is
-// searched, at every kappa, for single patches drawn with their own heights, by grey values and by
-// gradients, and the patches vote for tilt. Private to exterior.
+// searched, at every kappa, for single patches drawn with their own heights, by their gradients,
+// and the patches vote for tilt. Private to exterior.
 #pragma once
 
 #include <optional>

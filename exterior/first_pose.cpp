@@ -146,6 +146,8 @@ std::vector<std::vector<PatchPrediction>> Batches(const PhotoTask& task,
       if (!taken[p.patch]) batches.back().push_back(p);
       taken[p.patch] = true;
     }
+    // Those of fewer need not be among those of more: all may be there already.
+    if (batches.back().empty()) batches.pop_back();
   }
   return batches;
 }
@@ -171,8 +173,10 @@ class FirstSearch {
     const std::vector<PatchPrediction>& batch = batches_[done_++];
     for (VotingPatch& patch : Seek(task_, view_, batch, reduction_, reduction_))
       voting_.push_back(std::move(patch));
-    // The last batch is the last chance, and hardly anything beside what was sought for it.
-    const int samples = Done() && batches_.size() > 1 ? kSamplesOfAll : ConsensusOptions().samples;
+    // The last batch is the last chance, shared by the ways that the film may lie.
+    const int least = ConsensusOptions().samples;
+    const int of_all = kSamplesOfAll / static_cast<int>(task_.photo.positions.size());
+    const int samples = Done() && batches_.size() > 1 ? std::max(of_all, least) : least;
     const auto consensus = Vote(view_, prior_, voting_, reduction_, trials, samples);
     if (!consensus) return std::nullopt;
     const LoopRound round{static_cast<int>(voting_.size()),

@@ -309,8 +309,8 @@ constexpr const char* kNothingAlike =
 std::string NoConsensus(const PhotoTask& task, const PoseTrack& track) {
   const LoopRound& round = track.rounds.front();
   if (task.options.wide)
-    return FormatText("%s: at best %d of %d tiles of them agree, chance could produce that",
-                      kNothingAlike, round.matched, round.searched);
+    return FormatText("%s: at best %d of %d places agree, chance could produce that", kNothingAlike,
+                      round.matched, round.searched);
   return "only " + std::to_string(round.matched) + " of " + std::to_string(round.searched) +
          " patches agree on a pose within " + Number(round.window_px, 0) +
          " px of the prediction: chance could produce that. Either the approximation is worse than "
@@ -329,7 +329,7 @@ ExteriorResult OrientPhoto(const PhotoToOrient& photo, const PhotoImage& image,
   if (!track)
     return Failed(photo, options.wide ? std::string(kNothingAlike) : WhyNoFirstPose(task), nullptr);
   const auto chance = [&] { return track->log10_false_alarms > options.max_log10_false_alarms; };
-  // A wide search's tiles may leave open what the patches themselves then show.
+  // What a wide search leaves open at its level, patches may show at a finer one.
   if (!options.wide && chance()) return Failed(photo, NoConsensus(task, *track), &*track);
   Descend(task, &*track);
   if (chance()) return Failed(photo, NoConsensus(task, *track), &*track);

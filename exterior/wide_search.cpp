@@ -6,6 +6,7 @@
 #include <cmath>
 #include <map>
 #include <numbers>
+#include <set>
 
 #include "core/median.h"
 #include "exterior/attitude_search.h"
@@ -118,6 +119,10 @@ class WideSearch {
     PoseTrack track;
   };
   std::optional<PoseTrack> TryAll(const std::vector<Hypothesis>& hypotheses);
+  // How the ground lies in the scan, in hundredths, and from what height: film turned by a quarter
+  // and kappa turned back look the same.
+  using Look = std::array<long, 4>;
+  Look LookOf(const Hypothesis& hypothesis) const;
   const std::vector<VotingPatch>& Sought(const Hypothesis& hypothesis);
   PosePrior PriorOf(const Hypothesis& hypothesis) const;
   std::optional<PoseTrack> TryAs(const Hypothesis& hypothesis);
@@ -133,8 +138,7 @@ class WideSearch {
   PosePrior wide_;
   std::vector<Hypothesis> hypotheses_;
   std::optional<MosaicTiles> tiles_;
-  // Film turned by a quarter and kappa turned back look the same.
-  std::map<std::array<long, 4>, std::vector<VotingPatch>> sought_;
+  std::map<Look, std::vector<VotingPatch>> sought_;
 };
 
 std::optional<PoseTrack> WideSearch::Run() {
@@ -167,7 +171,9 @@ std::optional<PoseTrack> WideSearch::TryAll(const std::vector<Hypothesis>& hypot
     return a.track.log10_false_alarms < b.track.log10_false_alarms;
   });
   std::optional<PoseTrack> best;
-  for (std::size_t i = 0; i < std::min(kFollowed, tries.size()); ++i) {
+  std::set<Look> followed;
+  for (std::size_t i = 0; i < tries.size() && followed.size() < kFollowed; ++i) {
+    if (!followed.insert(LookOf(tries[i].hypothesis)).second) continue;
     PoseTrack track = std::move(tries[i].track);
     for (int round = 0; round < kFollowedRounds; ++round) {
       const auto again = TryAgain(tries[i].hypothesis, track);
@@ -188,16 +194,20 @@ ConsensusOptions WideSearch::Options() const {
   return options;
 }
 
-const std::vector<VotingPatch>& WideSearch::Sought(const Hypothesis& hypothesis) {
+WideSearch::Look WideSearch::LookOf(const Hypothesis& hypothesis) const {
   const Eigen::Matrix2d shape = GroundFromScan(task_, hypothesis);
   const double unit = 0.01 * GsdOf(task_, hypothesis);
-  const std::array<long, 4> key = {std::lround(shape(0, 0) / unit), std::lround(shape(0, 1) / unit),
-                                   std::lround(shape(1, 0) / unit),
-                                   std::lround(hypothesis.height_m)};
-  const auto known = sought_.find(key);
+  return {std::lround(shape(0, 0) / unit), std::lround(shape(0, 1) / unit),
+          std::lround(shape(1, 0) / unit), std::lround(hypothesis.height_m)};
+}
+
+const std::vector<VotingPatch>& WideSearch::Sought(const Hypothesis& hypothesis) {
+  const Look look = LookOf(hypothesis);
+  const auto known = sought_.find(look);
   if (known != sought_.end()) return known->second;
+  const Eigen::Matrix2d shape = GroundFromScan(task_, hypothesis);
   auto voting = tiles_->Seek([&](const Eigen::Vector3d&) { return shape; });
-  return sought_.emplace(key, std::move(voting)).first->second;
+  return sought_.emplace(look, std::move(voting)).first->second;
 }
 
 // The hypothesis stands for what lies within its steps of kappa and scale.

@@ -147,9 +147,8 @@ TEST_F(AttitudeSearch, FindsAnyKappaAndTiltInMountainsOfWhichHalfIsInverted) {
 
 TEST_F(AttitudeSearch, IsNotConvincedByPatchesOfAnotherPlace) {
   const auto track = Search(PatchesOf(Ground(6)), 0);
-  if (track) {
-    EXPECT_GT(track->log10_false_alarms, -3);
-  }
+  ASSERT_TRUE(track);
+  EXPECT_GT(track->log10_false_alarms, -3);
 }
 
 TEST(IsPositionKnown, ToAFewPerCentOfTheFlyingHeight) {
