@@ -411,7 +411,12 @@ void Main(const std::string& folder, const std::string& name, int worlds, bool r
   for (int w = 1; w <= worlds; ++w) {
     std::string at = folder;
     at += "/" + name + (rc10 ? "_rc10_" : "_") + std::to_string(w);
-    MakeWorld(c, at, static_cast<std::uint32_t>(200 + w));
+    try {
+      MakeWorld(c, at, static_cast<std::uint32_t>(200 + w));
+    } catch (const UsageError& error) {  // mountains too steep to be seen from above
+      std::printf("%s cannot be made: %s\n", at.c_str(), error.what());
+      continue;
+    }
     World world(c, at);
     const auto seed = static_cast<unsigned>(w);
     if (c.hard) {
