@@ -2,26 +2,20 @@
 
 #include <Eigen/Dense>
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <map>
-#include <numbers>
-#include <set>
 #include <vector>
 
 #include "core/geometry/rotation.h"
-#include "core/imaging/channel_correlator.h"
 #include "core/imaging/correlation.h"
+#include "core/imaging/image_correlator.h"
 #include "core/imaging/side_by_side.h"
-#include "core/median.h"
 #include "exterior/align.h"
-#include "exterior/consensus.h"
-#include "exterior/vote_cluster.h"
+#include "exterior/whole_photo_search.h"
 
 namespace orient {
 namespace {
 
-constexpr double kKappaStep_rad = 15 * std::numbers::pi / 180;
 constexpr double kKnownPerHeight = 0.08;  // one sigma of the position
 // Approximations are often worse than they are said to be.
 constexpr double kDoubtPerHeight = 0.03;
@@ -36,9 +30,6 @@ constexpr double kMinScore = 0.3;      // of a candidate
 constexpr double kPeakDistance = 2.5;  // pixels of the level
 // The best are drawn again under the pose that they led to.
 constexpr std::size_t kFollowed = 3;
-constexpr int kFollowedRounds = 2;
-
-int Kappas() { return static_cast<int>(std::lround(2 * std::numbers::pi / kKappaStep_rad)); }
 
 // Level and patches of one search; the patches are drawn in one size.
 class SoughtPatches {
@@ -169,24 +160,14 @@ class AttitudeSearch {
     const FilmPosition* position = nullptr;
     double kappa_rad = 0;
   };
-  // How a patch lies in the scan, in hundredths: film turned by a quarter and kappa turned back
-  // look the same.
-  using Look = std::array<long, 4>;
-  struct Try {
-    Way way;
-    PoseTrack track;
-  };
   Look LookOf(const Way& way) const;
   static PosePrior WideOf(const PhotoTask& task);
   std::vector<Way> Ways() const;
   const std::vector<VotingPatch>& Sought(const Way& way, const PhotoView& view);
   std::optional<PoseTrack> TryFirst(const Way& way);
+  std::optional<PoseTrack> TryAgain(const Way& way, const PoseTrack& track) const;
   std::optional<PoseTrack> TryAs(const Way& way, const PhotoView& drawn_under,
                                  const std::vector<VotingPatch>& voting) const;
-  std::optional<PoseTrack> Best(std::vector<Try> tries) const;
-  bool Convinces(const PoseTrack& track) const {
-    return track.log10_false_alarms < task_.options.max_log10_false_alarms;
-  }
 
   const PhotoTask& task_;
   const SoughtPatches& sought_;
@@ -195,15 +176,9 @@ class AttitudeSearch {
   std::map<Look, std::vector<VotingPatch>> found_;
 };
 
-double HeightOver(const PhotoTask& task) {
-  std::vector<double> heights;
-  for (const Patch& patch : task.patches) heights.push_back(patch.ground_m.z());
-  return task.photo.prior.pose.position_m.z() - UpperMedian(std::move(heights));
-}
-
 // Any tilt that aerial photos have, at the position that is known.
 PosePrior AttitudeSearch::WideOf(const PhotoTask& task) {
-  const double height = HeightOver(task);
+  const double height = task.photo.prior.pose.position_m.z() - MedianGroundHeight(task.patches);
   PosePrior wide = Widened(task.photo.prior, task.photo.prior.pose.position_m.z() - height);
   wide.covariance.topLeftCorner<3, 3>() =
       Eigen::Matrix3d(task.photo.prior.covariance.diagonal().head<3>().asDiagonal()) +
@@ -214,15 +189,14 @@ PosePrior AttitudeSearch::WideOf(const PhotoTask& task) {
 // Outwards from the approximate kappa.
 std::vector<AttitudeSearch::Way> AttitudeSearch::Ways() const {
   std::vector<Way> ways;
-  for (int k = 0; k < Kappas(); ++k)
-    for (const FilmPosition& position : task_.photo.positions) {
-      const int outwards = k % 2 == 0 ? -k / 2 : (k + 1) / 2;
-      ways.push_back({&position, wide_.pose.opk_rad.z() + outwards * kKappaStep_rad});
-    }
+  for (int k = 0; k < kKappas; ++k)
+    for (const FilmPosition& position : task_.photo.positions)
+      ways.push_back({&position, wide_.pose.opk_rad.z() + Outwards(k) * kKappaStep_rad});
   return ways;
 }
 
-AttitudeSearch::Look AttitudeSearch::LookOf(const Way& way) const {
+// In hundredths.
+Look AttitudeSearch::LookOf(const Way& way) const {
   const PhotoView view = task_.View(*way.position, wide_.pose);
   const Eigen::Matrix2d shape = Eigen::Rotation2Dd(way.kappa_rad).toRotationMatrix() *
                                 way.position->photo_from_pixel.A / view.PixelSize();
@@ -249,55 +223,31 @@ std::optional<PoseTrack> AttitudeSearch::TryAs(const Way& way, const PhotoView& 
   PhotoView view = drawn_under;
   const std::vector<PlaneVote> cluster = LargestCluster(TiltVotes(view, voting), kCluster);
   if (cluster.empty()) return std::nullopt;
-  std::vector<VotingPatch> agreeing = voting;
-  for (VotingPatch& patch : agreeing) patch.candidates.clear();
-  for (const PlaneVote& vote : cluster)
-    agreeing[vote.voter].candidates.push_back(voting[vote.voter].candidates[vote.candidate]);
   view.pose = Tilted(view.pose, MeanOf(cluster));
   PosePrior prior = wide_;
   prior.pose.opk_rad.z() = way.kappa_rad;
   prior.covariance(5, 5) = kKappaStep_rad * kKappaStep_rad;
-  const auto consensus = FindConsensus(view, prior, agreeing, options_);
+  const auto consensus = FindConsensus(view, prior, {voting, cluster, options_});
   if (!consensus) return std::nullopt;
-  const LoopRound round{
-      static_cast<int>(voting.size()), static_cast<int>(consensus->supporters.size()),
-      std::max(task_.image.Width(), task_.image.Height()) / 2.0, consensus->rms_px};
-  // The others might have agreed as well.
-  return PoseTrack{*way.position,         consensus->pose,
-                   consensus->covariance, Log10FalseAlarms(voting, consensus->supporters, options_),
-                   sought_.Reduction(),   {round},
-                   options_.trials};
+  return TrackOf(task_, *way.position, *consensus, voting.size(), sought_.Reduction(),
+                 options_.trials);
+}
+
+std::optional<PoseTrack> AttitudeSearch::TryAgain(const Way& way, const PoseTrack& track) const {
+  const PhotoView view = task_.View(track.position, track.pose);
+  return TryAs(way, view, sought_.Seek(WithoutLens(view)));
 }
 
 std::optional<PoseTrack> AttitudeSearch::Run() {
-  std::vector<Try> tries;
-  for (const Way& way : Ways()) {
-    auto track = TryFirst(way);
-    if (!track) continue;
-    if (Convinces(*track)) return track;
-    tries.push_back({way, std::move(*track)});
-  }
-  return Best(std::move(tries));
-}
-
-std::optional<PoseTrack> AttitudeSearch::Best(std::vector<Try> tries) const {
-  std::stable_sort(tries.begin(), tries.end(), [](const Try& a, const Try& b) {
-    return a.track.log10_false_alarms < b.track.log10_false_alarms;
-  });
-  std::optional<PoseTrack> best;
-  std::set<Look> followed;
-  for (std::size_t i = 0; i < tries.size() && followed.size() < kFollowed; ++i) {
-    if (!followed.insert(LookOf(tries[i].way)).second) continue;
-    PoseTrack track = std::move(tries[i].track);
-    for (int round = 0; round < kFollowedRounds && !Convinces(track); ++round) {
-      const PhotoView view = task_.View(track.position, track.pose);
-      const auto again = TryAs(tries[i].way, view, sought_.Seek(WithoutLens(view)));
-      if (again && again->log10_false_alarms < track.log10_false_alarms) track = *again;
-    }
-    if (!best || track.log10_false_alarms < best->log10_false_alarms) best = std::move(track);
-    if (Convinces(*best)) break;
-  }
-  return best;
+  const std::vector<Way> ways = Ways();
+  WaysToTry to_try;
+  to_try.count = ways.size();
+  to_try.look = [&](std::size_t i) { return LookOf(ways[i]); };
+  to_try.first = [&](std::size_t i) { return TryFirst(ways[i]); };
+  to_try.again = [&](std::size_t i, const PoseTrack& track) { return TryAgain(ways[i], track); };
+  to_try.followed = kFollowed;
+  to_try.max_log10_false_alarms = task_.options.max_log10_false_alarms;
+  return TryWays(to_try);
 }
 
 }  // namespace
@@ -309,7 +259,7 @@ bool IsPositionKnown(const PosePrior& prior, double ground_height_m) {
 }
 
 double AttitudeTrials(const PhotoTask& task) {
-  const double ways = Kappas() * static_cast<double>(task.photo.positions.size());
+  const double ways = kKappas * static_cast<double>(task.photo.positions.size());
   return ways + static_cast<double>(kFollowed) * kFollowedRounds;
 }
 

@@ -2,22 +2,17 @@
 
 #include <Eigen/Dense>
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <map>
 #include <numbers>
-#include <set>
 
-#include "core/median.h"
 #include "exterior/attitude_search.h"
-#include "exterior/consensus.h"
 #include "exterior/mosaic_tiles.h"
-#include "exterior/vote_cluster.h"
+#include "exterior/whole_photo_search.h"
 
 namespace orient {
 namespace {
 
-constexpr double kKappaStep_rad = 15 * std::numbers::pi / 180;
 constexpr double kScaleStep = 1.2;
 constexpr double kAllowedScale = 1.2;  // wrong by so much, even if the height is said to be known
 // Tilt, and what the steps of kappa and scale leave, move a photo's tiles against one another by
@@ -27,7 +22,6 @@ constexpr double kClusterPerHeight = 0.15;
 // Of each scale the best hypotheses are followed: under the pose that a few tiles agree on the
 // others look more like the photo, and that pose may have another scale.
 constexpr std::size_t kFollowed = 2;
-constexpr int kFollowedRounds = 2;
 
 // One way the photo may have been taken.
 struct Hypothesis {
@@ -35,12 +29,6 @@ struct Hypothesis {
   Pose pose;
   double height_m = 0;  // above the ground
 };
-
-double MedianHeight(const std::vector<Patch>& patches) {
-  std::vector<double> heights;
-  for (const Patch& patch : patches) heights.push_back(patch.ground_m.z());
-  return UpperMedian(std::move(heights));
-}
 
 // From an offset in the scan, pixels, to one on level ground, metres.
 Eigen::Matrix2d GroundFromScan(const PhotoTask& task, const Hypothesis& hypothesis) {
@@ -59,14 +47,12 @@ std::vector<Hypothesis> Hypotheses(const PhotoTask& task, const PosePrior& wide,
   const double sigma = std::sqrt(wide.covariance(2, 2)) / height;
   const double reach = std::max(std::log(kAllowedScale), std::log1p(2 * std::min(sigma, 0.5)));
   const int scales = std::max(1, static_cast<int>(std::lround(reach / std::log(kScaleStep))));
-  const int kappas = static_cast<int>(std::lround(2 * std::numbers::pi / kKappaStep_rad));
-  const auto outwards = [](int i) { return i % 2 == 0 ? -i / 2 : (i + 1) / 2; };
   std::vector<Hypothesis> hypotheses;
   for (int s = 0; s < 2 * scales + 1; ++s)
-    for (int k = 0; k < kappas; ++k)
+    for (int k = 0; k < kKappas; ++k)
       for (const FilmPosition& position : task.photo.positions) {
-        Hypothesis hypothesis{&position, wide.pose, height * std::pow(kScaleStep, outwards(s))};
-        hypothesis.pose.opk_rad.z() += outwards(k) * kKappaStep_rad;
+        Hypothesis hypothesis{&position, wide.pose, height * std::pow(kScaleStep, Outwards(s))};
+        hypothesis.pose.opk_rad.z() += Outwards(k) * kKappaStep_rad;
         hypothesis.pose.position_m.z() = ground_m + hypothesis.height_m;
         hypotheses.push_back(hypothesis);
       }
@@ -114,20 +100,12 @@ class WideSearch {
   }
 
  private:
-  struct Try {
-    Hypothesis hypothesis;
-    PoseTrack track;
-  };
   std::optional<PoseTrack> TryAll(const std::vector<Hypothesis>& hypotheses);
-  // How the ground lies in the scan, in hundredths, and from what height: film turned by a quarter
-  // and kappa turned back look the same.
-  using Look = std::array<long, 4>;
   Look LookOf(const Hypothesis& hypothesis) const;
   const std::vector<VotingPatch>& Sought(const Hypothesis& hypothesis);
   PosePrior PriorOf(const Hypothesis& hypothesis) const;
   std::optional<PoseTrack> TryAs(const Hypothesis& hypothesis);
   std::optional<PoseTrack> TryAgain(const Hypothesis& hypothesis, const PoseTrack& track) const;
-  PoseTrack TrackOf(const Hypothesis& hypothesis, const Consensus& consensus) const;
   ConsensusOptions Options() const;
   bool Convinces(const PoseTrack& track) const {
     return track.log10_false_alarms < task_.options.max_log10_false_alarms;
@@ -160,29 +138,16 @@ std::optional<PoseTrack> WideSearch::Run() {
 }
 
 std::optional<PoseTrack> WideSearch::TryAll(const std::vector<Hypothesis>& hypotheses) {
-  std::vector<Try> tries;
-  for (const Hypothesis& hypothesis : hypotheses) {
-    auto track = TryAs(hypothesis);
-    if (!track) continue;
-    if (Convinces(*track)) return track;
-    tries.push_back({hypothesis, std::move(*track)});
-  }
-  std::stable_sort(tries.begin(), tries.end(), [](const Try& a, const Try& b) {
-    return a.track.log10_false_alarms < b.track.log10_false_alarms;
-  });
-  std::optional<PoseTrack> best;
-  std::set<Look> followed;
-  for (std::size_t i = 0; i < tries.size() && followed.size() < kFollowed; ++i) {
-    if (!followed.insert(LookOf(tries[i].hypothesis)).second) continue;
-    PoseTrack track = std::move(tries[i].track);
-    for (int round = 0; round < kFollowedRounds; ++round) {
-      const auto again = TryAgain(tries[i].hypothesis, track);
-      if (again && again->log10_false_alarms < track.log10_false_alarms) track = *again;
-      if (Convinces(track)) return track;
-    }
-    if (!best || track.log10_false_alarms < best->log10_false_alarms) best = std::move(track);
-  }
-  return best;
+  WaysToTry to_try;
+  to_try.count = hypotheses.size();
+  to_try.look = [&](std::size_t i) { return LookOf(hypotheses[i]); };
+  to_try.first = [&](std::size_t i) { return TryAs(hypotheses[i]); };
+  to_try.again = [&](std::size_t i, const PoseTrack& track) {
+    return TryAgain(hypotheses[i], track);
+  };
+  to_try.followed = kFollowed;
+  to_try.max_log10_false_alarms = task_.options.max_log10_false_alarms;
+  return TryWays(to_try);
 }
 
 ConsensusOptions WideSearch::Options() const {
@@ -194,7 +159,8 @@ ConsensusOptions WideSearch::Options() const {
   return options;
 }
 
-WideSearch::Look WideSearch::LookOf(const Hypothesis& hypothesis) const {
+// In hundredths, and from what height.
+Look WideSearch::LookOf(const Hypothesis& hypothesis) const {
   const Eigen::Matrix2d shape = GroundFromScan(task_, hypothesis);
   const double unit = 0.01 * GsdOf(task_, hypothesis);
   return {std::lround(shape(0, 0) / unit), std::lround(shape(0, 1) / unit),
@@ -218,31 +184,18 @@ PosePrior WideSearch::PriorOf(const Hypothesis& hypothesis) const {
   return prior;
 }
 
-PoseTrack WideSearch::TrackOf(const Hypothesis& hypothesis, const Consensus& consensus) const {
-  const LoopRound round{
-      static_cast<int>(tiles_->Count()), static_cast<int>(consensus.supporters.size()),
-      std::max(task_.image.Width(), task_.image.Height()) / 2.0, consensus.rms_px};
-  return PoseTrack{
-      *hypothesis.position, consensus.pose, consensus.covariance, consensus.log10_false_alarms,
-      tiles_->Reduction(),  {round},        Options().trials};
-}
-
 std::optional<PoseTrack> WideSearch::TryAs(const Hypothesis& hypothesis) {
   const std::vector<VotingPatch>& voting = Sought(hypothesis);
   PhotoView view = task_.View(*hypothesis.position, hypothesis.pose);
   const std::vector<PlaneVote> cluster =
       LargestCluster(Votes(view, voting), kClusterPerHeight * hypothesis.height_m);
   if (cluster.empty()) return std::nullopt;
-  std::vector<VotingPatch> agreeing = voting;
-  for (VotingPatch& tile : agreeing) tile.candidates.clear();
-  for (const PlaneVote& vote : cluster)
-    agreeing[vote.voter].candidates.push_back(voting[vote.voter].candidates[vote.candidate]);
   view.pose.position_m.head<2>() = MeanOf(cluster);
-  auto consensus = FindConsensus(view, PriorOf(hypothesis), agreeing, Options());
+  const ConsensusOptions options = Options();
+  const auto consensus = FindConsensus(view, PriorOf(hypothesis), {voting, cluster, options});
   if (!consensus) return std::nullopt;
-  // The others might have agreed as well.
-  consensus->log10_false_alarms = Log10FalseAlarms(voting, consensus->supporters, Options());
-  return TrackOf(hypothesis, *consensus);
+  return TrackOf(task_, *hypothesis.position, *consensus, tiles_->Count(), tiles_->Reduction(),
+                 options.trials);
 }
 
 std::optional<PoseTrack> WideSearch::TryAgain(const Hypothesis& hypothesis,
@@ -257,7 +210,8 @@ std::optional<PoseTrack> WideSearch::TryAgain(const Hypothesis& hypothesis,
   options.samples = 3000;
   const auto consensus = FindConsensus(view, PriorOf(hypothesis), voting, options);
   if (!consensus) return std::nullopt;
-  return TrackOf(hypothesis, *consensus);
+  return TrackOf(task_, *hypothesis.position, *consensus, tiles_->Count(), tiles_->Reduction(),
+                 options.trials);
 }
 
 }  // namespace
@@ -291,7 +245,7 @@ PosePrior Widened(const PosePrior& prior, double ground_height_m) {
 }
 
 std::optional<PoseTrack> SearchWidely(const PhotoTask& task) {
-  const double ground_m = MedianHeight(task.patches);
+  const double ground_m = MedianGroundHeight(task.patches);
   if (!(task.photo.prior.pose.position_m.z() > ground_m)) return std::nullopt;
   const bool position_known = IsPositionKnown(task.photo.prior, ground_m);
   const double before = position_known ? AttitudeTrials(task) : 0;

@@ -8,16 +8,29 @@
 
 namespace orient {
 
+// Both: templates are square, of `side` pixels, no larger than the image (std::invalid_argument).
+// NaN: no data. Scores lie in [-1, 1], one for every place where the template lies inside the
+// image; result(c, r) is for the template's corner at the image's (c, r). Gaps of the template are
+// taken as varying like the rest of the window. NaN where less than half of the window has data, or
+// one side is flat.
+
+// By grey values: correlation coefficients, an estimate where there are gaps and the masked one
+// where there are none.
 class ImageCorrelator {
  public:
-  // Templates will be square, of `side` pixels, no larger than the image. NaN: no data.
   ImageCorrelator(const Image& image, int side);
+  Image Scores(const Image& templ) const;
 
-  // Correlation coefficients in [-1, 1] of a template at every place where it lies inside the
-  // image; result(c, r) is for the template's corner at the image's (c, r). Gaps of the template
-  // (NaN) are taken as varying like the rest of the window, so that a coefficient is an estimate
-  // where there are gaps, and the masked one where there are none. NaN where less than half of the
-  // window has data, or one side is flat.
+ private:
+  struct Prepared;
+  std::shared_ptr<const Prepared> prepared_;
+};
+
+// By the gradients' orientations: cosines of gradient channels, as CorrelateChannels
+// (gradient_channels.h) where there are no gaps.
+class ChannelCorrelator {
+ public:
+  ChannelCorrelator(const Image& image, int side);
   Image Scores(const Image& templ) const;
 
  private:

@@ -5,11 +5,11 @@
 #include <cmath>
 #include <filesystem>
 #include <numbers>
-#include <random>
 
 #include "core/geometry/rotation.h"
 #include "core/imaging/raster.h"
 #include "tests/support/shared_data.h"
+#include "tests/support/texture.h"
 
 namespace orient {
 namespace {
@@ -17,30 +17,6 @@ namespace {
 constexpr int kSide = 260;
 constexpr double kGsd_m = 2, kParcel_m = 60;
 constexpr int kChip = 51;
-
-// Grey values of the ground by pixels of it: plane waves of 6 to 40 px.
-class Ground {
- public:
-  explicit Ground(unsigned seed) {
-    std::mt19937 random(seed);
-    std::uniform_real_distribution<double> unit(0, 1);
-    for (int i = 0; i < 40; ++i) {
-      const double frequency = 2 * std::numbers::pi / (6 * std::pow(40.0 / 6, unit(random)));
-      const double turn = 2 * std::numbers::pi * unit(random);
-      waves_.push_back({frequency * std::cos(turn), frequency * std::sin(turn),
-                        2 * std::numbers::pi * unit(random)});
-    }
-  }
-  double At(const Eigen::Vector2d& p) const {
-    double sum = 0;
-    for (const Eigen::Vector3d& wave : waves_)
-      sum += std::cos(wave.x() * p.x() + wave.y() * p.y() + wave.z());
-    return 128 + 7 * sum;
-  }
-
- private:
-  std::vector<Eigen::Vector3d> waves_;  // frequency x, y (rad/px), phase
-};
 
 // Mountains: a third of the flying height.
 double HeightAt(double x, double y) {
@@ -82,7 +58,7 @@ class AttitudeSearch : public testing::Test {
     return static_cast<unsigned char>(std::clamp(parcel % 2 == 0 ? then : 256 - then, 0.0, 255.0));
   }
 
-  static std::vector<Patch> PatchesOf(const Ground& texture) {
+  static std::vector<Patch> PatchesOf(const Texture& texture) {
     std::vector<Patch> patches;
     for (int i = -4; i <= 4; ++i)
       for (int j = -4; j <= 4; ++j) {
@@ -127,7 +103,7 @@ class AttitudeSearch : public testing::Test {
     return worst;
   }
 
-  const Ground texture_{5};
+  const Texture texture_{5, 6};
   PhotoView view_;
   const std::string path_ =
       testing::TempDir() + "/orient_attitude_" + std::to_string(TestSeed()) + ".png";
@@ -146,7 +122,7 @@ TEST_F(AttitudeSearch, FindsAnyKappaAndTiltInMountainsOfWhichHalfIsInverted) {
 }
 
 TEST_F(AttitudeSearch, IsNotConvincedByPatchesOfAnotherPlace) {
-  const auto track = Search(PatchesOf(Ground(6)), 0);
+  const auto track = Search(PatchesOf(Texture(6, 6)), 0);
   ASSERT_TRUE(track);
   EXPECT_GT(track->log10_false_alarms, -3);
 }

@@ -2,7 +2,7 @@
 
 #include <algorithm>
 
-#include "tests/core/imaging/texture.h"
+#include "tests/support/texture.h"
 
 namespace orient {
 namespace {

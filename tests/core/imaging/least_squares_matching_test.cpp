@@ -6,8 +6,8 @@
 
 #include "core/imaging/raster.h"
 #include "core/imaging/resample.h"
-#include "tests/core/imaging/texture.h"
 #include "tests/support/shared_data.h"
+#include "tests/support/texture.h"
 
 namespace orient {
 namespace {

@@ -4,7 +4,7 @@
 
 #include <stdexcept>
 
-#include "tests/core/imaging/texture.h"
+#include "tests/support/texture.h"
 
 namespace orient {
 namespace {

@@ -1,7 +1,7 @@
 #include "core/imaging/spot_correlation.h"
 
 #include "core/imaging/correlation.h"
-#include "tests/core/imaging/texture.h"
+#include "tests/support/texture.h"
 
 namespace orient {
 namespace {

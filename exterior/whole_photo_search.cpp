@@ -1,0 +1,81 @@
+#include "exterior/whole_photo_search.h"
+
+#include <algorithm>
+#include <set>
+
+#include "core/median.h"
+
+namespace orient {
+namespace {
+
+struct Try {
+  std::size_t way = 0;
+  PoseTrack track;
+};
+
+bool Convinces(const WaysToTry& ways, const PoseTrack& track) {
+  return track.log10_false_alarms < ways.max_log10_false_alarms;
+}
+
+bool IsBetter(const PoseTrack& a, const PoseTrack& b) {
+  return a.log10_false_alarms < b.log10_false_alarms;
+}
+
+PoseTrack FollowUp(const WaysToTry& ways, Try from) {
+  for (int round = 0; round < kFollowedRounds && !Convinces(ways, from.track); ++round) {
+    auto again = ways.again(from.way, from.track);
+    if (again && IsBetter(*again, from.track)) from.track = std::move(*again);
+  }
+  return std::move(from.track);
+}
+
+}  // namespace
+
+double MedianGroundHeight(const std::vector<Patch>& patches) {
+  std::vector<double> heights;
+  for (const Patch& patch : patches) heights.push_back(patch.ground_m.z());
+  return UpperMedian(std::move(heights));
+}
+
+std::optional<PoseTrack> TryWays(const WaysToTry& ways) {
+  std::vector<Try> tries;
+  for (std::size_t way = 0; way < ways.count; ++way) {
+    auto track = ways.first(way);
+    if (!track) continue;
+    if (Convinces(ways, *track)) return track;
+    tries.push_back({way, std::move(*track)});
+  }
+  std::stable_sort(tries.begin(), tries.end(),
+                   [](const Try& a, const Try& b) { return IsBetter(a.track, b.track); });
+  std::optional<PoseTrack> best;
+  std::set<Look> followed;
+  for (std::size_t i = 0; i < tries.size() && followed.size() < ways.followed; ++i) {
+    if (!followed.insert(ways.look(tries[i].way)).second) continue;
+    PoseTrack track = FollowUp(ways, std::move(tries[i]));
+    if (!best || IsBetter(track, *best)) best = std::move(track);
+    if (Convinces(ways, *best)) break;
+  }
+  return best;
+}
+
+std::optional<Consensus> FindConsensus(const PhotoView& view, const PosePrior& prior,
+                                       const ClusterConsensus& of) {
+  std::vector<VotingPatch> agreeing = of.voting;
+  for (VotingPatch& patch : agreeing) patch.candidates.clear();
+  for (const PlaneVote& vote : of.cluster)
+    agreeing[vote.voter].candidates.push_back(of.voting[vote.voter].candidates[vote.candidate]);
+  auto consensus = FindConsensus(view, prior, agreeing, of.options);
+  if (consensus)
+    consensus->log10_false_alarms = Log10FalseAlarms(of.voting, consensus->supporters, of.options);
+  return consensus;
+}
+
+PoseTrack TrackOf(const PhotoTask& task, const FilmPosition& position, const Consensus& consensus,
+                  std::size_t sought, int reduction, double trials) {
+  const LoopRound round{static_cast<int>(sought), static_cast<int>(consensus.supporters.size()),
+                        std::max(task.image.Width(), task.image.Height()) / 2.0, consensus.rms_px};
+  return {position, consensus.pose, consensus.covariance, consensus.log10_false_alarms, reduction,
+          {round},  trials};
+}
+
+}  // namespace orient

@@ -1,0 +1,60 @@
+// What the searches of a whole photo for a first pose share (attitude_search.h, wide_search.h):
+// the order in which ways to take the photo are tried, and the best followed up. Private to
+// exterior.
+#pragma once
+
+#include <array>
+#include <functional>
+#include <numbers>
+#include <optional>
+#include <vector>
+
+#include "exterior/consensus.h"
+#include "exterior/photo_task.h"
+#include "exterior/vote_cluster.h"
+
+namespace orient {
+
+inline constexpr int kKappas = 24;
+inline constexpr double kKappaStep_rad = 2 * std::numbers::pi / kKappas;
+
+// 0, 1, -1, 2, -2, ...
+inline int Outwards(int i) { return i % 2 == 0 ? -i / 2 : (i + 1) / 2; }
+
+double MedianGroundHeight(const std::vector<Patch>& patches);
+
+// How what is sought lies in the scan, rounded: film turned by a quarter and kappa turned back look
+// the same.
+using Look = std::array<long, 4>;
+
+// Ways the photo may have been taken, by their index.
+struct WaysToTry {
+  std::size_t count = 0;
+  std::function<Look(std::size_t)> look;
+  std::function<std::optional<PoseTrack>(std::size_t)> first;
+  // Under the pose that it led to.
+  std::function<std::optional<PoseTrack>(std::size_t, const PoseTrack&)> again;
+  std::size_t followed = 0;  // so many of the best are tried again, all of another look
+  double max_log10_false_alarms = 0;
+};
+inline constexpr int kFollowedRounds = 2;
+
+// The first that convinces, else the best; empty where no way gives a pose.
+std::optional<PoseTrack> TryWays(const WaysToTry& ways);
+
+// What is needed to take a cluster of votes for a pose.
+struct ClusterConsensus {
+  const std::vector<VotingPatch>& voting;
+  const std::vector<PlaneVote>& cluster;  // of votes of their candidates
+  const ConsensusOptions& options;
+};
+
+// The consensus among the cluster's candidates; chance is asked about all that might have agreed.
+std::optional<Consensus> FindConsensus(const PhotoView& view, const PosePrior& prior,
+                                       const ClusterConsensus& of);
+
+// The consensus among `sought` patches, of a search of the whole photo at a reduction.
+PoseTrack TrackOf(const PhotoTask& task, const FilmPosition& position, const Consensus& consensus,
+                  std::size_t sought, int reduction, double trials);
+
+}  // namespace orient
