@@ -58,6 +58,8 @@ class Adjustment {
   void Dismiss(std::size_t photo, PhotoState state);
   bool Solve(BlockLoss loss, double tolerance, int iterations);
   BlockTests Test();
+  bool CalibrationChanges();
+  void FillResult();
   void Finish();
   void Say();
 
@@ -225,13 +227,17 @@ void Adjustment::Rounds() {
         clean && factor_rounds < kMostFactorRounds && FactorsFromSums(tests_, &system_);
     factor_rounds += factors ? 1 : 0;
     if (!at_rest || changes > 0 || factors) continue;
-    if (system_.options.self_calibration &&
-        TestCalibration(*normals_, &system_, &result_->calibration))
-      continue;
+    if (system_.options.self_calibration && CalibrationChanges()) continue;
     result_->converged = true;
     return;
   }
   result_->messages.emplace_back("The adjustment did not come to rest.");
+}
+
+bool Adjustment::CalibrationChanges() {
+  const StatedPrecision stated(&system_);
+  const BlockNormals normals(system_, 0);
+  return TestCalibration(normals, &system_, &result_->calibration);
 }
 
 void Adjustment::Say() {
@@ -245,14 +251,25 @@ void Adjustment::Say() {
         "Too few or too badly placed observations: " + NamesOf(system_.block, undetermined) + ".");
 }
 
+void Adjustment::FillResult() {
+  std::unique_ptr<BlockNormals> stated_normals;
+  if (const StatedPrecision stated(&system_); stated.Matters()) {
+    stated_normals = std::make_unique<BlockNormals>(system_, 0);
+    tests_.point_covariance = stated_normals->Test().point_covariance;
+  }
+  const BlockNormals& normals = stated_normals ? *stated_normals : *normals_;
+  FillOutcome(system_, judgement_, normals, tests_, result_);
+  FillChecks(system_, normals, result_);
+  // These go through the adjustment as it was weighted.
+  AddSharedControlErrors(system_, *normals_, tests_, result_);
+}
+
 void Adjustment::Finish() {
   const Stopwatch watch(&result_->timings.covariance);
   result_->parts = FindParts(system_, Connecting(true), judgement_.takes_part());
   result_->cameras = CalibratedCameras(system_);
   if (normals_ && !tests_.of_row.empty()) {
-    FillOutcome(system_, judgement_, *normals_, tests_, result_);
-    FillChecks(system_, *normals_, result_);
-    AddSharedControlErrors(system_, *normals_, tests_, result_);
+    FillResult();
   } else {
     for (std::size_t i = 0; i < result_->photos.size(); ++i)
       result_->photos[i].pose = system_.block.photos[i].approximate;
@@ -278,7 +295,8 @@ void Adjustment::Run() {
 
 std::optional<std::string> BlockOptions::Check() const {
   if (!(significance > 0 && significance < 0.5)) return "significance must lie between 0 and 0.5";
-  if (!(least_factor > 0 && least_factor <= 1)) return "least_factor must lie between 0 and 1";
+  if (!(least_precision_factor > 0 && least_precision_factor <= 1))
+    return "least_precision_factor must lie between 0 and 1";
   if (!(calibration_t > 0)) return "calibration_t must be positive";
   if (!(gnss_shift_sigma_m > 0) || !(gnss_drift_sigma_m > 0))
     return "gnss_shift_sigma_m and gnss_drift_sigma_m must be positive";

@@ -44,7 +44,7 @@ void Intersect(const BlockSystem& system, const BlockNormals& normals, const Blo
     const PhotoView view = AdjustedView(system.block, result, photo);
     seen.push_back({&result.cameras[system.block.photos[photo].camera], view.pose,
                     view.PhotoFromPixel(system.block.observations[i].pixel),
-                    system.ImageCovariance(i) * system.Factor(RowKind::kControlImage)});
+                    system.ImageCovariance(i) * system.PrecisionFactor(RowKind::kControlImage)});
     photos.push_back(photo);
   }
   const auto met = IntersectPhotos(seen);
@@ -52,9 +52,10 @@ void Intersect(const BlockSystem& system, const BlockNormals& normals, const Blo
   const GroundControl& control = *system.block.points[check->point].control;
   check->ground_residual_m = control.ground_m - met->ground_m;
   const Eigen::Vector3d by_heights = control.height_effect * control.height_sigma_m;
-  check->ground_covariance_m2 = GroundCovariance(system, normals, seen, photos, met->ground_m) +
-                                control.covariance_m2 * system.Factor(RowKind::kControlGround) +
-                                by_heights * by_heights.transpose();
+  check->ground_covariance_m2 =
+      GroundCovariance(system, normals, seen, photos, met->ground_m) +
+      control.covariance_m2 * system.PrecisionFactor(RowKind::kControlGround) +
+      by_heights * by_heights.transpose();
 }
 
 }  // namespace

@@ -18,15 +18,14 @@ constexpr double kSettled = 0.02;
 // A stated variance counts as much as one found from this many degrees of freedom: image and ground
 // of control that few photos see can hardly be told apart, and small groups would run away.
 constexpr double kStatedRedundancy = 20;
-constexpr double kMostFactor = 1e4;
+constexpr double kLeastFactor = 1e-4, kMostFactor = 1e4;
 // From medians, which cannot tell image and ground of control apart.
 constexpr double kLeastControlFactor = 0.5;
 
 void SetFactor(RowKind kind, double factor, BlockSystem* system) {
-  const double least = system->options.least_factor;
   const bool control = kind == RowKind::kControlImage;
-  system->SetFactor(kind, std::clamp(factor, control ? std::max(least, kLeastControlFactor) : least,
-                                     kMostFactor));
+  system->SetFactor(kind,
+                    std::clamp(factor, control ? kLeastControlFactor : kLeastFactor, kMostFactor));
 }
 
 }  // namespace
@@ -82,7 +81,7 @@ bool FactorsFromSums(const BlockTests& tests, BlockSystem* system) {
     const double stated = kStatedRedundancy / system->Factor(kind);
     double factor = system->Factor(kind) * (sums.at(k).square + stated) /
                     (sums.at(k).redundancy + kStatedRedundancy);
-    factor = std::clamp(factor, system->options.least_factor, kMostFactor);
+    factor = std::clamp(factor, kLeastFactor, kMostFactor);
     // Approximations that happen to be good are no better known for it.
     if (kind == RowKind::kPosePrior) factor = std::max(factor, 1.0);
     // A quarter of its own standard deviation is not worth another adjustment.
@@ -92,6 +91,14 @@ bool FactorsFromSums(const BlockTests& tests, BlockSystem* system) {
     system->SetFactor(kind, factor);
   }
   return changed;
+}
+
+StatedPrecision::StatedPrecision(BlockSystem* system) : system_(system), weight_(system->weight) {
+  for (std::size_t k = 0; k < kVarianceGroups; ++k) {
+    const auto kind = static_cast<RowKind>(k);
+    const double least = system->PrecisionFactor(kind);
+    if (system->Factor(kind) < least) system->SetFactor(kind, least);
+  }
 }
 
 }  // namespace orient

@@ -2,6 +2,7 @@
 // exterior.
 #pragma once
 
+#include <algorithm>
 #include <array>
 #include <memory>
 #include <vector>
@@ -70,6 +71,10 @@ class BlockSystem {
     return 1 / (w * w);
   }
   void SetFactor(RowKind kind, double factor);
+  // The factor that covariances go by: see BlockOptions::least_precision_factor.
+  double PrecisionFactor(RowKind kind) const {
+    return std::max(Factor(kind), options.least_precision_factor);
+  }
 
   bool IsActive(std::size_t row) const { return rows[row].active; }
   // Active image rows of a point.

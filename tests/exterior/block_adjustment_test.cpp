@@ -112,15 +112,25 @@ TEST(BlockAdjustment, TakesTheNoiseFromTheResidualsNotFromWhatIsStated) {
   EXPECT_GT(verdict.PointChi(), 0.8);
 }
 
-TEST(BlockAdjustment, LowersNoStatedVarianceWhereItIsToldSo) {
+TEST(BlockAdjustment, IsNoMorePreciseThanStatedWhereItIsToldSo) {
   BundleSimulationOptions options = SmallBlock();
   options.stated_px = 0.6;
   const BundleSimulation simulation = SimulateBundle(options);
-  BlockOptions careful;
-  careful.least_factor = 1;
-  for (const VarianceComponent& component : AdjustBlock(simulation.block, careful).components)
-    EXPECT_GE(component.factor, 1) << component.group;
-  EXPECT_NEAR(AdjustBlock(simulation.block).components[0].factor, 0.25, 0.03);
+  BlockOptions careful, stated;
+  careful.least_precision_factor = 1;
+  stated.variance_components = false;
+  const BlockResult by_residuals = AdjustBlock(simulation.block);
+  const BlockResult carefully = AdjustBlock(simulation.block, careful);
+  const BlockResult as_stated = AdjustBlock(simulation.block, stated);
+  EXPECT_NEAR(by_residuals.components[0].factor, 0.25, 0.03);
+  // The same weights, hence the same poses; covariances as if nothing had been learnt.
+  EXPECT_EQ(carefully.components[0].factor, by_residuals.components[0].factor);
+  for (std::size_t i = 0; i < carefully.photos.size(); ++i) {
+    EXPECT_EQ(carefully.photos[i].pose.position_m, by_residuals.photos[i].pose.position_m);
+    EXPECT_NEAR(carefully.photos[i].covariance(2, 2) / as_stated.photos[i].covariance(2, 2), 1,
+                0.1);
+    EXPECT_GT(carefully.photos[i].covariance(2, 2), 1.5 * by_residuals.photos[i].covariance(2, 2));
+  }
 }
 
 // Ceres calls a run that was cut off usable.

@@ -199,8 +199,8 @@ AdjustedBlock AdjustPhotos(const AdjustmentInputs& inputs) {
   options.self_calibration = inputs.choice.self_calibration;
   options.height_correlation_m = kHeightCorrelationPerHeight * FlyingHeight(inputs);
   // Errors of film and surface that neighbouring observations share hardly show in residuals, so
-  // these may raise the stated variances and not lower them.
-  options.least_factor = 1;
+  // what these show below the stated variances makes nothing more precise.
+  options.least_precision_factor = 1;
   options.control_shared_everywhere = kSharedEverywhere;
   options.control_shared_smoothly = kSharedSmoothly;
   adjusted.result = AdjustBlock(adjusted.block, options);
