@@ -58,6 +58,7 @@ class Adjustment {
   void Dismiss(std::size_t photo, PhotoState state);
   bool Solve(BlockLoss loss, double tolerance, int iterations);
   BlockTests Test();
+  std::unique_ptr<BlockNormals> StatedNormals();
   bool CalibrationChanges();
   void FillResult();
   void Finish();
@@ -234,10 +235,18 @@ void Adjustment::Rounds() {
   result_->messages.emplace_back("The adjustment did not come to rest.");
 }
 
-bool Adjustment::CalibrationChanges() {
+// For covariances, those of the points in tests_ among them; null where they are as weighted.
+std::unique_ptr<BlockNormals> Adjustment::StatedNormals() {
   const StatedPrecision stated(&system_);
-  const BlockNormals normals(system_, 0);
-  return TestCalibration(normals, &system_, &result_->calibration);
+  if (!stated.Matters()) return nullptr;
+  auto normals = std::make_unique<BlockNormals>(system_, 0);
+  tests_.point_covariance = normals->Test().point_covariance;
+  return normals;
+}
+
+bool Adjustment::CalibrationChanges() {
+  const auto stated = StatedNormals();
+  return TestCalibration(stated ? *stated : *normals_, &system_, &result_->calibration);
 }
 
 void Adjustment::Say() {
@@ -252,12 +261,8 @@ void Adjustment::Say() {
 }
 
 void Adjustment::FillResult() {
-  std::unique_ptr<BlockNormals> stated_normals;
-  if (const StatedPrecision stated(&system_); stated.Matters()) {
-    stated_normals = std::make_unique<BlockNormals>(system_, 0);
-    tests_.point_covariance = stated_normals->Test().point_covariance;
-  }
-  const BlockNormals& normals = stated_normals ? *stated_normals : *normals_;
+  const auto stated = StatedNormals();
+  const BlockNormals& normals = stated ? *stated : *normals_;
   FillOutcome(system_, judgement_, normals, tests_, result_);
   FillChecks(system_, normals, result_);
   // These go through the adjustment as it was weighted.

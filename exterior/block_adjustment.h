@@ -102,7 +102,7 @@ struct BlockOptions {
   double control_shared_everywhere = 0, control_shared_smoothly = 0;
   double min_ray_angle_deg = 1.5;  // ties seen under less from everywhere say nothing
   bool full_covariance = true;     // of all poses, where there are at most 300 photos
-  int max_rounds = 12;             // of test and adjustment
+  int max_rounds = 30;             // of test and adjustment
   int max_iterations = 50;         // of one adjustment
   int threads = 1;
   std::optional<std::string> Check() const;  // what is wrong with the options, if anything
