@@ -147,6 +147,9 @@ void Connection::Set() {
   if (mode_ != Mode::kRead) database_->exec("PRAGMA journal_mode = WAL");
   database_->exec("PRAGMA foreign_keys = ON");
   database_->exec("PRAGMA schema_version");  // the first look into the file
+  // SQLite opens what it may not write for reading, and says so at the first row to be written.
+  if (mode_ != Mode::kRead && sqlite3_db_readonly(database_->getHandle(), "main") == 1)
+    throw SQLite::Exception("it may only be read", SQLITE_READONLY);
 }
 
 Connection::~Connection() {

@@ -15,6 +15,7 @@
 #include "patchdb/schema.h"
 #include "tests/patchdb/patch_database_fixture.h"
 #include "tests/patchdb/valid_geopackage.h"
+#include "tests/support/ordinary_user.h"
 
 namespace orient {
 namespace {
@@ -28,6 +29,21 @@ TEST_F(PatchDatabaseFileTest, ReadOnlyRefusesToWrite) {
   Filled(1);
   PatchDatabase database = PatchDatabase::Open(path_, Mode::kRead);
   EXPECT_THROW(database.RecordAttempts({}), std::invalid_argument);
+}
+
+// SQLite itself would say so at the first row only.
+TEST_F(PatchDatabaseFileTest, WhatMayOnlyBeReadIsNamedWhenItIsOpenedForWriting) {
+  Filled(3);
+  const OrdinaryUser user(folder_.Path());
+  for (const std::string& locked : {folder_.Path(), path_}) {
+    fs::permissions(locked, fs::perms::owner_write, fs::perm_options::remove);
+    const std::string message = WhatIsWrong([&] { PatchDatabase::Open(path_, Mode::kWrite); });
+    EXPECT_NE(message.find(path_), std::string::npos) << message;
+    EXPECT_NE(message.find("writable"), std::string::npos) << message;
+    EXPECT_EQ(PatchDatabase::Open(path_, Mode::kRead).Info().patches, 3);
+    fs::permissions(locked, fs::perms::owner_write, fs::perm_options::add);
+  }
+  EXPECT_EQ(PatchDatabase::Open(path_, Mode::kWrite).Info().patches, 3);
 }
 
 TEST_F(PatchDatabaseFileTest, MistypedPathNeverMakesAFile) {

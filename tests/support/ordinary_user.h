@@ -1,0 +1,41 @@
+// Rights of an ordinary user, for tests of what may not be written: root may write everywhere.
+#pragma once
+
+#include <unistd.h>
+
+#include <filesystem>
+#include <stdexcept>
+#include <string>
+
+namespace orient {
+
+// While one lives, a process of root has the rights of "nobody", who owns `folder` and all in it.
+// Does nothing for others.
+class OrdinaryUser {
+ public:
+  explicit OrdinaryUser(const std::string& folder) {
+    if (geteuid() != 0) return;
+    Own(folder);
+    for (const auto& entry : std::filesystem::recursive_directory_iterator(folder))
+      Own(entry.path());
+    if (seteuid(kNobody) != 0) throw std::runtime_error("root cannot become nobody");
+    was_root_ = true;
+  }
+  ~OrdinaryUser() {
+    if (was_root_ && seteuid(0) != 0) std::terminate();
+  }
+  OrdinaryUser(const OrdinaryUser&) = delete;
+  OrdinaryUser& operator=(const OrdinaryUser&) = delete;
+
+ private:
+  static constexpr uid_t kNobody = 65534;
+
+  static void Own(const std::string& path) {
+    if (chown(path.c_str(), kNobody, static_cast<gid_t>(-1)) != 0)
+      throw std::runtime_error("cannot give away " + path);
+  }
+
+  bool was_root_ = false;
+};
+
+}  // namespace orient
