@@ -10,7 +10,9 @@
 // patches say they may be: half of it the same everywhere, half of it a random field over the
 // ground. Prints for each of the six elements the RMS of the normalised errors (honest: 1), the
 // same for the axes of the covariance's ellipsoid from the best determined to the worst (of the
-// elements' correlation matrix), and how often the 95 % ellipsoid holds the truth.
+// elements' correlation matrix), and how often the 95 % ellipsoid holds the truth. Then what the
+// precision of a match is worth: errors of matches that poses used, where their patches' ground
+// truly lies in the photo, over what matching says of them and what it cannot see (kModelSigmaPx).
 #include <Eigen/Dense>
 #include <algorithm>
 #include <array>
@@ -28,6 +30,7 @@
 #include "core/files/camera_file.h"
 #include "core/files/orientation_table.h"
 #include "core/geometry/photo_view.h"
+#include "core/median.h"
 #include "exterior/error_model.h"
 #include "exterior/orient_photo.h"
 #include "patchdb/patch_database.h"
@@ -135,6 +138,40 @@ class HeightError {
   std::array<Wave, 40> waves_;
 };
 
+// Of one coordinate, scan pixels and normalised. Medians: patches beside trees and houses have
+// errors of their own.
+class MatchTally {
+ public:
+  // `patches`: where they truly are.
+  void Add(const ExteriorResult& result, const PhotoView& truth,
+           const std::map<std::int64_t, Eigen::Vector3d>& patches) {
+    if (result.status != Status::kOk) return;
+    for (const PatchResult& match : result.patches) {
+      if (match.state != PatchState::kMatched || !match.pixel || !match.sigma_px) continue;
+      const auto pixel = truth.PixelFromGround(patches.at(match.id));
+      if (!pixel) continue;
+      for (int i = 0; i < 2; ++i) {
+        const double error = std::abs((*match.pixel - *pixel)[i]);
+        errors_.push_back(error);
+        normalised_.push_back(error / std::hypot((*match.sigma_px)[i], kModelSigmaPx));
+        sigmas_.push_back((*match.sigma_px)[i]);
+      }
+    }
+  }
+  void Print() {
+    constexpr double kMedianOfNormal = 0.6745;
+    if (errors_.empty()) return;
+    std::printf(
+        "%zu matches: a coordinate's error %.3f px, stated by matching %.3f, normalised %.2f (by "
+        "medians)\n",
+        errors_.size() / 2, UpperMedian(errors_) / kMedianOfNormal, UpperMedian(sigmas_),
+        UpperMedian(normalised_) / kMedianOfNormal);
+  }
+
+ private:
+  std::vector<double> errors_, normalised_, sigmas_;
+};
+
 class Block {
  public:
   explicit Block(const std::string& folder)
@@ -142,10 +179,13 @@ class Block {
         camera_(ReadCameraFile(folder + "/camera.toml").camera),
         truth_(ReadOrientationTable(folder + "/truth/orientation.csv")),
         patches_(PatchDatabase::Open(folder + "/patches.gpkg", PatchDatabase::Mode::kRead)
-                     .ListPatches(0, std::numeric_limits<int>::max())) {}
+                     .ListPatches(0, std::numeric_limits<int>::max())) {
+    for (const Patch& patch : patches_) places_[patch.id] = patch.ground_m;
+  }
 
   // Every photo of the block, `subsets` times; a tally for each number of patches.
-  void Orient(int subsets, std::mt19937& random, std::map<std::string, Tally>* tallies) const {
+  void Orient(int subsets, std::mt19937& random, std::map<std::string, Tally>* tallies,
+              MatchTally* matches) const {
     constexpr std::array<std::size_t, 3> kPatches = {20, 40, 80};
     for (const OrientationRow& row : truth_.rows) {
       const Raster raster = Raster::Open(folder_ + "/scans/" + row.photo + ".tif");
@@ -154,8 +194,10 @@ class Block {
         const std::size_t count = kPatches[random() % kPatches.size()];
         const bool half = random() % 3 == 0;
         const auto patches = Some(row.pose, half, count, random);
-        (*tallies)[std::to_string(count) + (half ? " in a half" : " all over")].Add(
-            OrientPhoto(Start(row, random), image, patches), row.pose);
+        const ExteriorResult result = OrientPhoto(Start(row, random), image, patches);
+        (*tallies)[std::to_string(count) + (half ? " in a half" : " all over")].Add(result,
+                                                                                    row.pose);
+        matches->Add(result, ViewAt(row.pose), places_);
       }
     }
   }
@@ -173,10 +215,14 @@ class Block {
         row.photo, camera_, {position}, {Pose::FromVector(start), sigma.cwiseAbs2().asDiagonal()}};
   }
 
+  PhotoView ViewAt(const Pose& pose) const {
+    return {camera_, DigitalPhotoFromPixel(camera_), pose};
+  }
+
   // Of those that the photo sees, with heights that are wrong in their own way.
   std::vector<Patch> Some(const Pose& pose, bool half, std::size_t count,
                           std::mt19937& random) const {
-    const PhotoView view{camera_, DigitalPhotoFromPixel(camera_), pose};
+    const PhotoView view = ViewAt(pose);
     std::vector<Patch> some;
     for (const Patch& patch : patches_) {
       const auto pixel = view.PixelFromGround(patch.ground_m);
@@ -202,6 +248,7 @@ class Block {
   Camera camera_;
   OrientationTable truth_;
   std::vector<Patch> patches_;
+  std::map<std::int64_t, Eigen::Vector3d> places_;
 };
 
 int Main(const std::string& folder, int blocks, int subsets) {
@@ -209,12 +256,13 @@ int Main(const std::string& folder, int blocks, int subsets) {
       "RMS of normalised errors: x y z omega phi kappa | best .. worst axis | in the 95 %% "
       "ellipsoid\n");
   std::map<std::string, Tally> tallies;
+  MatchTally matches;
   std::mt19937 random(1);
   for (int b = 1; b <= blocks; ++b) {
     const std::string name = folder + "/block_" + std::to_string(b);
     MakeBlock(name, static_cast<std::uint32_t>(100 + b));
     std::map<std::string, Tally> of_block;
-    Block(name).Orient(subsets, random, &of_block);
+    Block(name).Orient(subsets, random, &of_block, &matches);
     Tally sum;
     for (const auto& [kind, tally] : of_block) {
       sum.Add(tally);
@@ -228,6 +276,7 @@ int Main(const std::string& folder, int blocks, int subsets) {
     all.Add(tally);
   }
   all.Print("all");
+  matches.Print();
   return 0;
 }
 
