@@ -13,9 +13,10 @@ namespace {
 
 constexpr std::size_t kMinObservations = 4;
 constexpr int kIterations = 4;
-// Residuals of next to nothing (synthetic data, hardly any redundancy) are no reason to believe
-// that nothing is uncertain, nor may they make the weights infinite.
-constexpr double kLeastNoiseFactor = 1e-4;
+// Residuals of next to nothing (hardly any redundancy, and what did not fit taken out) are no
+// reason to believe that nothing is uncertain: matching by itself is no better than a third of what
+// is stated for it with all that it does not see.
+constexpr double kLeastNoiseFactor = 0.1;
 
 // The linearised problem about one pose; two rows (col, row) an observation.
 struct Linearised {
@@ -74,10 +75,19 @@ Eigen::MatrixXd FilmCovariance(const std::vector<PatchObservation>& observations
   return covariance;
 }
 
-// One component's estimate: v' W C W v / tr(W C), with W the inverse of the whole covariance.
-double Component(const Eigen::VectorXd& weighted, const Eigen::MatrixXd& inverse,
+// A variance that so many degrees of freedom tell is uncertain itself: errors follow Student's
+// distribution, whose variance is larger by this.
+double Student(double redundancy) {
+  constexpr double kLeast = 3;
+  return std::max(redundancy, kLeast) / (std::max(redundancy, kLeast) - 2);
+}
+
+// One component's estimate: v' W C W v / tr(P C), with W the inverse of the whole covariance and P
+// what is left of it once the pose has followed the observations (restricted maximum likelihood,
+// Patterson & Thompson 1971).
+double Component(const Eigen::VectorXd& weighted, const Eigen::MatrixXd& left,
                  const Eigen::MatrixXd& component) {
-  const double expected = inverse.cwiseProduct(component).sum();
+  const double expected = left.cwiseProduct(component).sum();
   return expected > 0 ? weighted.dot(component * weighted) / expected : 1.0;
 }
 
@@ -116,19 +126,23 @@ std::optional<CorrelatedPose> EstimateCorrelatedPose(const PhotoView& view, cons
 
     const Eigen::VectorXd v = system->residuals - system->by_pose * step;
     const Eigen::VectorXd weighted = covariance.solve(v);
-    const Eigen::MatrixXd inverse =
-        covariance.solve(Eigen::MatrixXd::Identity(noise.rows(), noise.cols()));
-    estimate.noise_factor = std::max(
-        estimate.noise_factor * Component(weighted, inverse, estimate.noise_factor * noise),
-        kLeastNoiseFactor);
+    const Eigen::MatrixXd left =
+        covariance.solve(Eigen::MatrixXd::Identity(noise.rows(), noise.cols())) -
+        weighted_design * estimate.covariance * weighted_design.transpose();
+    const double redundancy = left.cwiseProduct(estimate.noise_factor * noise).sum();
+    estimate.noise_factor =
+        std::max(estimate.noise_factor * Component(weighted, left, estimate.noise_factor * noise),
+                 kLeastNoiseFactor);
     if (heights.trace() > 0)
       estimate.height_factor = std::clamp(
-          estimate.height_factor * Component(weighted, inverse, estimate.height_factor * heights),
+          estimate.height_factor * Component(weighted, left, estimate.height_factor * heights),
           0.01, 10.0);
     if (i + 1 < kIterations) continue;
+    const double student = Student(redundancy);
     const LinearEstimator estimator{estimate.covariance * weighted_design.transpose(),
-                                    estimate.noise_factor * noise.diagonal(), system->by_height,
-                                    estimate.height_factor};
+                                    student * estimate.noise_factor * noise.diagonal(),
+                                    system->by_height, estimate.height_factor};
+    estimate.covariance *= student;
     estimate.honest_covariance =
         estimate.covariance +
         CovarianceOfUnseenErrors(estimator, observations, common.height_correlation_m);

@@ -5,6 +5,7 @@
 #include <cmath>
 #include <map>
 #include <numbers>
+#include <set>
 
 #include "core/format_text.h"
 #include "core/imaging/side_by_side.h"
@@ -138,26 +139,27 @@ double LargestMove(const PhotoTask& task, const PhotoView& before, const Precise
 
 constexpr double kSettledPx = 0.5;
 
-// Rounds at full resolution until nothing more is won.
-std::optional<PreciseRound> Refine(const PhotoTask& task, PoseTrack* track) {
-  std::optional<PreciseRound> best;
+// Rounds at full resolution until nothing more is won; the last one is the result. Empty: too few
+// patches could be matched.
+std::vector<PreciseRound> Refine(const PhotoTask& task, PoseTrack* track) {
+  std::vector<PreciseRound> rounds;
   double margin = 2.0 * track->reduction + 4;
   for (int i = 0; i < task.options.max_precise_rounds; ++i) {
     const PhotoView view = task.View(track->position, track->pose);
     PreciseRound round = MatchAll(task, view, track->covariance, margin);
     Resect(task, *track, view, &round);
-    if (!round.estimate) return best;
+    if (!round.estimate) break;
     const double moved_px = LargestMove(task, view, round);
     track->rounds.push_back({static_cast<int>(round.predictions.size()), round.estimate->used,
                              round.window_px, RmsPx(*round.estimate)});
     track->pose = round.estimate->pose;
     track->covariance = round.estimate->covariance;
-    best = std::move(round);
+    rounds.push_back(std::move(round));
     // Drawn from so near a pose, every patch would match where it did.
     if (moved_px < kSettledPx) break;
     margin = 4;
   }
-  return best;
+  return rounds;
 }
 
 void FillPatches(const PhotoTask& task, const PreciseRound& round, ExteriorResult* result) {
@@ -201,15 +203,22 @@ struct Evidence {
   int sought = 0, agreeing = 0;
 };
 
-Evidence CountEvidence(const PhotoTask& task, const PreciseRound& round) {
+// Agrees: in this round, and still in the last one.
+Evidence CountEvidence(const PhotoTask& task, const PreciseRound& round, const PreciseRound& last) {
+  std::set<std::size_t> at_last;
+  for (std::size_t k = 0; k < last.observed.size(); ++k)
+    if (!last.estimate->rejected[k]) at_last.insert(last.predictions[last.observed[k]].patch);
   std::map<std::pair<long, long>, bool> squares;
   const auto square = [&](const PatchPrediction& prediction) -> bool& {
     const Eigen::Vector2d place = prediction.pixel / task.options.max_side_px;
     return squares[{std::lround(std::floor(place.x())), std::lround(std::floor(place.y()))}];
   };
   for (const PatchPrediction& prediction : round.predictions) square(prediction);
-  for (std::size_t k = 0; k < round.observed.size(); ++k)
-    if (!round.estimate->rejected[k]) square(round.predictions[round.observed[k]]) = true;
+  for (std::size_t k = 0; k < round.observed.size(); ++k) {
+    const PatchPrediction& prediction = round.predictions[round.observed[k]];
+    if (!round.estimate->rejected[k] && at_last.count(prediction.patch) > 0)
+      square(prediction) = true;
+  }
   Evidence evidence{static_cast<int>(squares.size()), 0};
   for (const auto& [place, agrees] : squares) evidence.agreeing += agrees ? 1 : 0;
   return evidence;
@@ -224,6 +233,15 @@ double PreciseFalseAlarms(const PreciseRound& round, const Evidence& evidence) {
       static_cast<double>(round.predictions.size()) / std::max(evidence.sought, 1);
   const double p = std::min(1.0, in_a_square * area / round.mean_window_px2);
   return Log10FalseAlarms(evidence.sought, evidence.agreeing, in_a_square, p);
+}
+
+// Of the round that proves most: usually the first, whose windows are the largest. Where patches
+// were found there the others only look again.
+double LeastFalseAlarms(const PhotoTask& task, const std::vector<PreciseRound>& rounds) {
+  double least = 0;
+  for (const PreciseRound& round : rounds)
+    least = std::min(least, PreciseFalseAlarms(round, CountEvidence(task, round, rounds.back())));
+  return least + std::log10(static_cast<double>(rounds.size()));
 }
 
 // 1: as patches all over the photo do; 0: they lie on a line.
@@ -244,17 +262,18 @@ double SpreadOf(const PhotoTask& task, const PreciseRound& round) {
 }
 
 // Everything that must hold before a pose is given at all. Empty: it holds.
-std::string WhyNotAccepted(const PhotoTask& task, const PreciseRound& round) {
+std::string WhyNotAccepted(const PhotoTask& task, const std::vector<PreciseRound>& rounds) {
+  const PreciseRound& round = rounds.back();
   const PoseEstimate& estimate = *round.estimate;
   if (estimate.used < task.options.min_matched)
     return "only " + std::to_string(estimate.used) + " patches agree, at least " +
            std::to_string(task.options.min_matched) + " are needed";
-  const Evidence evidence = CountEvidence(task, round);
+  const Evidence evidence = CountEvidence(task, round, round);
   if (evidence.agreeing < task.options.min_matched)
     return "the " + std::to_string(estimate.used) +
            " patches that agree overlap one another: only " + std::to_string(evidence.agreeing) +
            " places, at least " + std::to_string(task.options.min_matched) + " are needed";
-  if (PreciseFalseAlarms(round, evidence) > task.options.max_log10_false_alarms)
+  if (LeastFalseAlarms(task, rounds) > task.options.max_log10_false_alarms)
     return "at full resolution only " + std::to_string(estimate.used) + " of " +
            std::to_string(round.predictions.size()) + " patches agree: chance could produce that";
   if (2 * estimate.used < static_cast<int>(round.observed.size()))
@@ -333,20 +352,21 @@ ExteriorResult OrientPhoto(const PhotoToOrient& photo, const PhotoImage& image,
   if (!options.wide && chance()) return Failed(photo, NoConsensus(task, *track), &*track);
   Descend(task, &*track);
   if (chance()) return Failed(photo, NoConsensus(task, *track), &*track);
-  const auto round = Refine(task, &*track);
-  if (!round) return Failed(photo, "too few patches could be matched precisely", &*track);
-  const std::string objection = WhyNotAccepted(task, *round);
+  const std::vector<PreciseRound> rounds = Refine(task, &*track);
+  if (rounds.empty()) return Failed(photo, "too few patches could be matched precisely", &*track);
+  const PreciseRound& round = rounds.back();
+  const std::string objection = WhyNotAccepted(task, rounds);
   if (!objection.empty()) return Failed(photo, objection, &*track);
 
   ExteriorResult result;
   result.photo = photo.name;
-  result.pose = round->estimate->pose;
-  result.covariance = round->estimate->honest_covariance;
-  result.sigma0_px = round->estimate->sigma0_px;
+  result.pose = round.estimate->pose;
+  result.covariance = round.estimate->honest_covariance;
+  result.sigma0_px = round.estimate->sigma0_px;
   result.orientation = track->position.orientation;
   result.iterations = track->rounds;
-  FillPatches(task, *round, &result);
-  Judge(task, *round, *track, &result);
+  FillPatches(task, round, &result);
+  Judge(task, round, *track, &result);
   return result;
 }
 

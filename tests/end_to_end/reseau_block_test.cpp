@@ -112,8 +112,10 @@ TEST_F(SlowReseauBlock, IsRightOnBentFilmAndKnowsHowRight) {
         "chi-square of the pose %.1f (6)\n",
         truth_[i].name.c_str(), rms, inside, uncorrected, normalised);
   }
-  // 18 degrees of freedom: 4.4 to 45 holds in 99.9 of 100 cases.
-  EXPECT_GT(chi_square, 4.4);
+  // The photos' errors have much in common: the same patches, the same heights. Three times six
+  // degrees of freedom, wholly related: 1.1 to 67 holds in 99.8 of 100 cases; eighteen of their own:
+  // less than 45.
+  EXPECT_GT(chi_square, 1.1);
   EXPECT_LT(chi_square, 45);
 }
 

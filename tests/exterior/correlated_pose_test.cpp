@@ -76,6 +76,26 @@ TEST(CorrelatedPose, WithoutKnowingOfHeightsThePrecisionIsALie) {
   EXPECT_GT(Simulate(false, 60, random).rms.maxCoeff(), 1.25);
 }
 
+// Of twenty numbers six go into the pose: what is left is less than the noise, and says so itself
+// with little certainty.
+TEST(CorrelatedPose, PrecisionHoldsForTenPatches) {
+  std::mt19937 random(TestSeed());
+  constexpr int kRuns = 300;
+  double squares = 0;
+  for (int run = 0; run < kRuns; ++run) {
+    PhotoView view = DigitalView();
+    const Pose truth = view.pose;
+    auto observations = Observe(view, 0, 10, random);
+    for (PatchObservation& o : observations) o.height_sigma_m = 0;
+    const PosePrior prior = PriorOf(truth, {1000, 0.3}, random);
+    const auto estimate = EstimateCorrelatedPose(view, prior, observations, {});
+    ASSERT_TRUE(estimate);
+    const Vector6d error = PoseDifference(estimate->pose, truth);
+    squares += error.dot(estimate->covariance.ldlt().solve(error)) / 6;
+  }
+  EXPECT_NEAR(std::sqrt(squares / kRuns), 1, 0.12);
+}
+
 TEST(CorrelatedPose, NoiseFactorIsWhatTheResidualsSay) {
   std::mt19937 random(TestSeed());
   PhotoView view = DigitalView();
@@ -97,7 +117,8 @@ TEST(CorrelatedPose, AnUncertainInteriorOrientationMakesThePoseUncertain) {
   const auto certain = EstimateCorrelatedPose(view, prior, observations, {});
   const auto uncertain = EstimateCorrelatedPose(view, prior, observations, common);
   ASSERT_TRUE(certain && uncertain);
-  EXPECT_GT(uncertain->covariance(3, 3), 1.05 * certain->covariance(3, 3));
+  // All frames look the same from 4 m beside with the film 0.1 mm off.
+  for (int i = 0; i < 2; ++i) EXPECT_GT(uncertain->covariance(i, i), 2 * certain->covariance(i, i));
 }
 
 TEST(CorrelatedPose, BendingFilmMakesThePoseUncertain) {
