@@ -297,6 +297,11 @@ void Judge(const PhotoTask& task, const PreciseRound& round, const PoseTrack& tr
         "patches' coordinates are wrong");
     if (task.photo.accuracy_is_stated || task.options.wide) result->status = Status::kWeak;
   }
+  if (estimate.used < task.options.weak_matched) {
+    result->status = Status::kWeak;
+    result->messages.push_back("only " + std::to_string(estimate.used) +
+                               " patches agree: too few to tell how precise the pose is");
+  }
   const double spread = SpreadOf(task, round);
   if (spread < task.options.weak_spread) {
     result->status = Status::kWeak;

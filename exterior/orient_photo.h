@@ -46,6 +46,7 @@ struct OrientPhotoOptions {
   int max_side_px = 61;  // and at full resolution
   double max_log10_false_alarms = -6;
   int min_matched = 6;                    // fewer are never accepted
+  int weak_matched = 12;                  // fewer do not tell how precise the pose is: weak
   double weak_projection_sigma_px = 1.0;  // a worse-determined pose is weak
   // Share of the photo over which the matched patches spread; a pose of fewer is weak.
   double weak_spread = 0.03;

@@ -44,13 +44,9 @@ Matrix6d CovarianceOfUnseenErrors(const LinearEstimator& estimator,
   const Matrix6d heights = common_height * common_height.transpose();
   // Good residuals are no sign that what all heights have in common is small.
   const double missing_height = std::max(1 - estimator.height_factor, 0.0);
-  // Residuals do not show what the pose has absorbed of the observations' own errors.
-  const double rows = static_cast<double>(gain.cols());
-  const double own_factor = rows / (rows - 6) - 1;
-  const Matrix6d own = gain * estimator.noise_px2.asDiagonal() * gain.transpose();
   return own_px2 * (kSharedEverywhere * kSharedEverywhere * everywhere +
                     kSharedSmoothly * kSharedSmoothly * smooth) +
-         kCommonHeightShare * missing_height * heights + own_factor * own;
+         kCommonHeightShare * missing_height * heights;
 }
 
 }  // namespace orient
