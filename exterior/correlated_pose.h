@@ -54,9 +54,9 @@ struct CorrelatedPose {
 
 // Gauss-Newton from view.pose, variance components by restricted maximum likelihood (Patterson &
 // Thompson 1971), the heights' between a hundredth and ten times their stated variance, the
-// observations' at least a tenth; covariances are those of Student's distribution. Of
-// more than 250 observations every k-th is used: they share their errors, more of them add nothing.
-// Empty: fewer than four, or singular.
+// observations' at least a tenth; covariances are those of Student's distribution. Of more than 250
+// observations every k-th is used: they share their errors, more of them add nothing. Empty: fewer
+// than four, or singular.
 std::optional<CorrelatedPose> EstimateCorrelatedPose(
     const PhotoView& view, const PosePrior& prior,
     const std::vector<PatchObservation>& observations, const CommonErrors& common);
