@@ -1,0 +1,70 @@
+#include "exterior/orient_photo.h"
+
+#include <gtest/gtest.h>
+
+#include <numbers>
+#include <string>
+#include <vector>
+
+#include "core/geometry/rotation.h"
+#include "tests/exterior/textured_photo.h"
+
+namespace orient {
+namespace {
+
+double HeightAt(double x, double y) { return 30 * std::sin(x / 130) * std::cos(y / 170); }
+
+// A photo off by 10 m (5 pixels) and a degree or so.
+class OrientPhotoOfTexture : public testing::Test {
+ protected:
+  ExteriorResult Orient(const std::vector<Patch>& patches) {
+    PhotoToOrient photo = world_.ToOrient();
+    photo.prior.pose = world_.View().pose;
+    photo.prior.pose.position_m += Eigen::Vector3d(8, -7, 5);
+    photo.prior.pose.opk_rad += Eigen::Vector3d(0.015, -0.012, 0.02);
+    Vector6d sigma;
+    sigma << 10, 10, 10, 0.02, 0.02, 0.02;
+    photo.prior.covariance = sigma.cwiseAbs2().asDiagonal();
+    return OrientPhoto(photo, world_.File(), patches);
+  }
+
+  static int Matched(const ExteriorResult& result) {
+    int count = 0;
+    for (const PatchResult& patch : result.patches)
+      count += patch.state == PatchState::kMatched ? 1 : 0;
+    return count;
+  }
+
+  const TexturedPhoto world_{400, HeightAt, false};
+};
+
+TEST_F(OrientPhotoOfTexture, IsOkWithTwentyFivePatches) {
+  const ExteriorResult result = Orient(world_.Patches(world_.Ground(), 2, 130));
+  EXPECT_EQ(result.status, Status::kOk) << (result.messages.empty() ? "" : result.messages[0]);
+  EXPECT_GE(Matched(result), 20);
+  const Vector6d off = PoseDifference(*result.pose, world_.View().pose);
+  EXPECT_LT(off.head<3>().norm(), 1);
+  EXPECT_LT(off.dot(result.covariance->ldlt().solve(off)), 22.5);  // 99.9 %
+}
+
+TEST_F(OrientPhotoOfTexture, OfElevenPatchesIsWeakAsTheyDoNotTellHowPreciseItIs) {
+  const std::vector<Patch> all = world_.Patches(world_.Ground(), 2, 130);
+  std::vector<Patch> eleven;
+  for (std::size_t i = 2; i < 24; i += 2) eleven.push_back(all[i]);  // but for two corners
+  const ExteriorResult result = Orient(eleven);
+  EXPECT_EQ(result.status, Status::kWeak) << (result.messages.empty() ? "" : result.messages[0]);
+  EXPECT_LE(Matched(result), 11);
+  bool said = false;
+  for (const std::string& message : result.messages)
+    said = said || message.find("too few to tell how precise the pose is") != std::string::npos;
+  EXPECT_TRUE(said);
+}
+
+TEST_F(OrientPhotoOfTexture, FailsOnPatchesOfAnotherPlace) {
+  const ExteriorResult result = Orient(world_.Patches(Texture(6, 6), 2, 130));
+  EXPECT_EQ(result.status, Status::kFailed);
+  EXPECT_FALSE(result.pose);
+}
+
+}  // namespace
+}  // namespace orient
