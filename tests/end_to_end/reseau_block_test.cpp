@@ -113,8 +113,8 @@ TEST_F(SlowReseauBlock, IsRightOnBentFilmAndKnowsHowRight) {
         truth_[i].name.c_str(), rms, inside, uncorrected, normalised);
   }
   // The photos' errors have much in common: the same patches, the same heights. Three times six
-  // degrees of freedom, wholly related: 1.1 to 67 holds in 99.8 of 100 cases; eighteen of their own:
-  // less than 45.
+  // degrees of freedom, wholly related: 1.1 to 67 holds in 99.8 of 100 cases; eighteen of their
+  // own: less than 45.
   EXPECT_GT(chi_square, 1.1);
   EXPECT_LT(chi_square, 45);
 }
