@@ -261,7 +261,8 @@ void Adjustment::Say() {
 }
 
 void Adjustment::FillResult() {
-  const auto stated = StatedNormals();
+  // What did not come to rest may have changed since its equations were looked at.
+  const auto stated = result_->converged ? StatedNormals() : nullptr;
   const BlockNormals& normals = stated ? *stated : *normals_;
   FillOutcome(system_, judgement_, normals, tests_, result_);
   FillChecks(system_, normals, result_);

@@ -14,9 +14,10 @@ namespace {
 constexpr std::size_t kMinObservations = 4;
 constexpr int kIterations = 4;
 // Residuals of next to nothing (hardly any redundancy, and what did not fit taken out) are no
-// reason to believe that nothing is uncertain: matching by itself is no better than a third of what
-// is stated for it with all that it does not see.
+// reason to believe that nothing is uncertain.
 constexpr double kLeastNoiseFactor = 0.1;
+// Heights that the residuals hardly show keep their stated variance.
+constexpr double kLeastHeightRedundancy = 0.5;
 
 // The linearised problem about one pose; two rows (col, row) an observation.
 struct Linearised {
@@ -133,7 +134,7 @@ std::optional<CorrelatedPose> EstimateCorrelatedPose(const PhotoView& view, cons
     estimate.noise_factor =
         std::max(estimate.noise_factor * Component(weighted, left, estimate.noise_factor * noise),
                  kLeastNoiseFactor);
-    if (heights.trace() > 0)
+    if (left.cwiseProduct(estimate.height_factor * heights).sum() > kLeastHeightRedundancy)
       estimate.height_factor = std::clamp(
           estimate.height_factor * Component(weighted, left, estimate.height_factor * heights),
           0.01, 10.0);
@@ -142,7 +143,8 @@ std::optional<CorrelatedPose> EstimateCorrelatedPose(const PhotoView& view, cons
     const LinearEstimator estimator{estimate.covariance * weighted_design.transpose(),
                                     student * estimate.noise_factor * noise.diagonal(),
                                     system->by_height, estimate.height_factor};
-    estimate.covariance *= student;
+    estimate.covariance += (1 - 1 / student) * estimator.by_observation *
+                           estimator.noise_px2.asDiagonal() * estimator.by_observation.transpose();
     estimate.honest_covariance =
         estimate.covariance +
         CovarianceOfUnseenErrors(estimator, observations, common.height_correlation_m);

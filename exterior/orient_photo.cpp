@@ -281,6 +281,9 @@ std::string WhyNotAccepted(const PhotoTask& task, const std::vector<PreciseRound
   return "";
 }
 
+constexpr const char* kPoorlyDetermined = "the pose is poorly determined";
+constexpr const char* kTooFewPlaces = "too few places tell how precise the pose is";
+
 void Judge(const PhotoTask& task, const PreciseRound& round, const PoseTrack& track,
            ExteriorResult* result) {
   const PoseEstimate& estimate = *round.estimate;
@@ -297,10 +300,10 @@ void Judge(const PhotoTask& task, const PreciseRound& round, const PoseTrack& tr
         "patches' coordinates are wrong");
     if (task.photo.accuracy_is_stated || task.options.wide) result->status = Status::kWeak;
   }
-  if (estimate.used < task.options.weak_matched) {
+  const int places = CountEvidence(task, round, round).agreeing;
+  if (places < task.options.weak_matched) {
     result->status = Status::kWeak;
-    result->messages.push_back("only " + std::to_string(estimate.used) +
-                               " patches agree: too few to tell how precise the pose is");
+    result->messages.push_back(FormatText("%s: patches agree in %d only", kTooFewPlaces, places));
   }
   const double spread = SpreadOf(task, round);
   if (spread < task.options.weak_spread) {
@@ -311,9 +314,8 @@ void Judge(const PhotoTask& task, const PreciseRound& round, const PoseTrack& tr
   if (sigma > task.options.weak_projection_sigma_px) {
     result->status = Status::kWeak;
     result->messages.push_back(
-        "the pose is poorly determined: in the worst corner of the frame "
-        "its projection is uncertain by " +
-        Number(sigma, 2) + " px");
+        FormatText("%s: in the worst corner of the frame its projection is uncertain by %.2f px",
+                   kPoorlyDetermined, sigma));
   }
 }
 
@@ -342,6 +344,10 @@ std::string NoConsensus(const PhotoTask& task, const PoseTrack& track) {
 }
 
 }  // namespace
+
+bool SpeaksOfPrecision(const std::string& message) {
+  return message.starts_with(kPoorlyDetermined) || message.starts_with(kTooFewPlaces);
+}
 
 ExteriorResult OrientPhoto(const PhotoToOrient& photo, const PhotoImage& image,
                            const std::vector<Patch>& patches, const OrientPhotoOptions& options) {

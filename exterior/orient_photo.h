@@ -46,7 +46,7 @@ struct OrientPhotoOptions {
   int max_side_px = 61;  // and at full resolution
   double max_log10_false_alarms = -6;
   int min_matched = 6;                    // fewer are never accepted
-  int weak_matched = 12;                  // fewer do not tell how precise the pose is: weak
+  int weak_matched = 12;                  // fewer places do not tell how precise it is: weak
   double weak_projection_sigma_px = 1.0;  // a worse-determined pose is weak
   // Share of the photo over which the matched patches spread; a pose of fewer is weak.
   double weak_spread = 0.03;
@@ -61,6 +61,10 @@ bool IsVague(const Camera& camera, const PosePrior& prior, double ground_height_
 // What a wide search allows for, whatever the prior claims: any kappa, a position wrong by a third
 // of the flying height, and no more tilt than aerial photos have.
 PosePrior Widened(const PosePrior& prior, double ground_height_m);
+
+// Whether a message that made a photo weak speaks of its precision only: more observations, as ties
+// in a block are, may mend that.
+bool SpeaksOfPrecision(const std::string& message);
 
 // `patches` are those under the uncertain footprint (of the widened prior for a wide search). The
 // result is `ok`, `weak` or `failed` with the reason; a pose is given unless it failed.

@@ -17,7 +17,7 @@ namespace orient {
 // An adjusted pose as a function of its observations, two rows (col, row) for each of them.
 struct LinearEstimator {
   Eigen::Matrix<double, 6, Eigen::Dynamic> by_observation;  // d pose / d pixel
-  Eigen::VectorXd noise_px2;     // variances of the observations' own errors, as the residuals say
+  Eigen::VectorXd noise_px2;     // variances of the observations' own errors, by the residuals
   Eigen::VectorXd by_height_px;  // per stated standard deviation of the height error
   double height_factor = 1;      // the heights' variance in the adjustment over the stated one
 };

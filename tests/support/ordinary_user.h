@@ -3,6 +3,7 @@
 
 #include <unistd.h>
 
+#include <exception>
 #include <filesystem>
 #include <stdexcept>
 #include <string>
@@ -18,11 +19,12 @@ class OrdinaryUser {
     Own(folder);
     for (const auto& entry : std::filesystem::recursive_directory_iterator(folder))
       Own(entry.path());
-    if (seteuid(kNobody) != 0) throw std::runtime_error("root cannot become nobody");
+    if (setegid(kNobody) != 0 || seteuid(kNobody) != 0)
+      throw std::runtime_error("root cannot become nobody");
     was_root_ = true;
   }
   ~OrdinaryUser() {
-    if (was_root_ && seteuid(0) != 0) std::terminate();
+    if (was_root_ && (seteuid(0) != 0 || setegid(0) != 0)) std::terminate();
   }
   OrdinaryUser(const OrdinaryUser&) = delete;
   OrdinaryUser& operator=(const OrdinaryUser&) = delete;
@@ -31,7 +33,7 @@ class OrdinaryUser {
   static constexpr uid_t kNobody = 65534;
 
   static void Own(const std::string& path) {
-    if (chown(path.c_str(), kNobody, static_cast<gid_t>(-1)) != 0)
+    if (chown(path.c_str(), kNobody, kNobody) != 0)
       throw std::runtime_error("cannot give away " + path);
   }
 

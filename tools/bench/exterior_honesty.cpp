@@ -1,7 +1,7 @@
 // Whether the exterior orientation's covariance is honest: errors of the pose divided by what the
 // covariance says of them, over many simulated photos.
 //
-//   exterior_honesty FOLDER [BLOCKS] [SUBSETS]
+//   exterior_honesty FOLDER [BLOCKS] [SUBSETS] [exchanged]
 //
 // Simulates BLOCKS small blocks of eight digital photos in FOLDER (kept: a second run is quicker),
 // flat to mountainous, houses and trees included, harvests their old photos, and orients each photo
@@ -13,6 +13,8 @@
 // elements' correlation matrix), and how often the 95 % ellipsoid holds the truth. Then what the
 // precision of a match is worth: errors of matches that poses used, where their patches' ground
 // truly lies in the photo, over what matching says of them and what it cannot see (kModelSigmaPx).
+//
+// With `exchanged` every patch stands where another one belongs: no photo may be ok or weak.
 #include <Eigen/Dense>
 #include <algorithm>
 #include <array>
@@ -174,13 +176,14 @@ class MatchTally {
 
 class Block {
  public:
-  explicit Block(const std::string& folder)
+  Block(const std::string& folder, bool exchanged)
       : folder_(folder),
         camera_(ReadCameraFile(folder + "/camera.toml").camera),
         truth_(ReadOrientationTable(folder + "/truth/orientation.csv")),
         patches_(PatchDatabase::Open(folder + "/patches.gpkg", PatchDatabase::Mode::kRead)
                      .ListPatches(0, std::numeric_limits<int>::max())) {
     for (const Patch& patch : patches_) places_[patch.id] = patch.ground_m;
+    if (exchanged) Exchange();
   }
 
   // Every photo of the block, `subsets` times; a tally for each number of patches.
@@ -203,6 +206,18 @@ class Block {
   }
 
  private:
+  // Each chip and its heights go to the place of a patch far from it in the list.
+  void Exchange() {
+    const std::vector<Patch> all = patches_;
+    for (std::size_t i = 0; i < all.size(); ++i) {
+      const Patch& from = all[(i + all.size() / 3) % all.size()];
+      patches_[i].chip = from.chip;
+      patches_[i].heights = from.heights;
+      const auto lift = static_cast<float>(patches_[i].ground_m.z() - from.ground_m.z());
+      for (float& height : patches_[i].heights.heights_m) height += lift;
+    }
+  }
+
   PhotoToOrient Start(const OrientationRow& row, std::mt19937& random) const {
     std::normal_distribution<double> normal;
     Vector6d sigma;
@@ -251,7 +266,7 @@ class Block {
   std::map<std::int64_t, Eigen::Vector3d> places_;
 };
 
-int Main(const std::string& folder, int blocks, int subsets) {
+int Main(const std::string& folder, int blocks, int subsets, bool exchanged) {
   std::printf(
       "RMS of normalised errors: x y z omega phi kappa | best .. worst axis | in the 95 %% "
       "ellipsoid\n");
@@ -262,7 +277,7 @@ int Main(const std::string& folder, int blocks, int subsets) {
     const std::string name = folder + "/block_" + std::to_string(b);
     MakeBlock(name, static_cast<std::uint32_t>(100 + b));
     std::map<std::string, Tally> of_block;
-    Block(name).Orient(subsets, random, &of_block, &matches);
+    Block(name, exchanged).Orient(subsets, random, &of_block, &matches);
     Tally sum;
     for (const auto& [kind, tally] : of_block) {
       sum.Add(tally);
@@ -288,8 +303,9 @@ int main(int argc, char** argv) {
     return argc > i ? std::atoi(argv[i]) : otherwise;
   };
   if (argc < 2) {
-    std::fprintf(stderr, "usage: exterior_honesty FOLDER [BLOCKS] [SUBSETS]\n");
+    std::fprintf(stderr, "usage: exterior_honesty FOLDER [BLOCKS] [SUBSETS] [exchanged]\n");
     return 1;
   }
-  return orient::Main(argv[1], number(2, 8), number(3, 4));
+  return orient::Main(argv[1], number(2, 8), number(3, 4),
+                      argc > 4 && std::string(argv[4]) == "exchanged");
 }

@@ -5,6 +5,7 @@
 
 #include "core/format_text.h"
 #include "exterior/estimate_pose.h"
+#include "exterior/orient_photo.h"
 #include "tools/block/adjustment_stage.h"
 #include "tools/block/view_over_ground.h"
 #include "tools/footprint.h"
@@ -12,7 +13,7 @@
 namespace orient {
 namespace {
 
-constexpr int kMinTies = 6;             // of a photo that hangs on its neighbours
+constexpr int kMinTies = 6;             // of a photo whose own patches do not do
 constexpr double kMinRedundancy = 6;    // of its ties together: below, none could be told wrong
 constexpr double kWeakSigmaPx = 1.0;    // of a projection anywhere in the frame
 constexpr double kMaxAloneChi2 = 27.9;  // six degrees of freedom, 99.99 %
@@ -143,23 +144,26 @@ void UpdatePatches(const AdjustedBlock& adjusted, const std::vector<std::size_t>
   }
 }
 
+// A photo that was weak for nothing but its precision has that of the block, if ties and not only
+// the same few patches give it.
+void LiftImprecision(const Sightings& sightings, ExteriorResult* result) {
+  if (result->status != Status::kWeak || sightings.ties.used < kMinTies ||
+      sightings.tie_redundancy < kMinRedundancy)
+    return;
+  // What else made it weak is still so.
+  if (std::erase_if(result->messages, SpeaksOfPrecision) > 0 && result->messages.empty())
+    result->status = Status::kOk;
+}
+
 // The photo was ok or weak alone: what speaks against its pose in the block.
 void JudgeAlone(const AdjustmentInputs& inputs, const BlockPhotoFile& photo,
                 const PhotoView& adjusted, const Sightings& sightings, double sigma_px,
                 ExteriorResult* result) {
   const ExteriorResult& alone = photo.exterior;
   const PhotoView alone_view = photo.View(inputs.camera);
-  const double alone_sigma_px = WorstSigma(inputs, alone_view, *alone.covariance);
-  const bool was_imprecise = !(alone_sigma_px <= kWeakSigmaPx);
-  result->status = Status::kOk;
+  result->status = alone.status;
   result->messages = alone.messages;
-  if (alone.status == Status::kWeak) {
-    std::erase_if(result->messages, [](const std::string& message) {
-      return message.starts_with("the pose is poorly determined");
-    });
-    // What else made it weak is still so.
-    if (!was_imprecise || !result->messages.empty()) result->status = Status::kWeak;
-  }
+  LiftImprecision(sightings, result);
   if (!(sigma_px <= kWeakSigmaPx)) {
     result->status = Status::kWeak;
     result->messages.push_back(FormatText(
@@ -268,11 +272,7 @@ ExteriorResult Final(const AdjustmentInputs& inputs, const AdjustedBlock& adjust
   UpdatePatches(adjusted, observations, view, &result);
   if (file.by_neighbours) {
     result.status = file.exterior.status;
-    if (result.status == Status::kWeak && file.exterior.messages.size() == 1 &&
-        file.exterior.messages[0].starts_with("the pose is poorly determined")) {
-      result.status = Status::kOk;
-      result.messages.clear();
-    }
+    LiftImprecision(sightings, &result);
     result.messages.insert(result.messages.begin(),
                            "oriented by " + std::to_string(sightings.ties.used) +
                                " tie points with its neighbours; its own patches did not do");

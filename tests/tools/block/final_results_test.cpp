@@ -78,6 +78,24 @@ TEST_F(FinalResultsOf, ABlockAtRestAreTheAdjustedPoses) {
   }
 }
 
+// Ties tell what few patches do not; another objection stands.
+TEST_F(FinalResultsOf, WhatWasWeakForItsPrecisionOnlyIsOkByItsTies) {
+  for (BlockPhotoFile& photo : photos_) {
+    photo.exterior.status = Status::kWeak;
+    photo.exterior.messages = {"too few places tell how precise the pose is: ..."};
+  }
+  photos_[1].exterior.messages.emplace_back("the pose lies 9 sigma from its approximation");
+  photos_[2].exterior.messages = {"the pose is poorly determined: ..."};
+  const std::vector<ExteriorResult> results = Results({});
+  for (const std::size_t i : {0, 2, 3}) {
+    EXPECT_EQ(results[i].status, Status::kOk) << i;
+    EXPECT_TRUE(results[i].messages.empty()) << i;
+  }
+  EXPECT_EQ(results[1].status, Status::kWeak);
+  ASSERT_EQ(results[1].messages.size(), 1u);
+  EXPECT_TRUE(results[1].messages[0].starts_with("the pose lies"));
+}
+
 // What is written is interior orientation's film transform and not the one that the adjustment
 // moved within its covariance: pose and transform together show what the adjusted photo shows.
 TEST_F(FinalResultsOf, PosesGoWithTheFilmTransformOfInteriorOrientation) {
