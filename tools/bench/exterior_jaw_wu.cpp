@@ -9,7 +9,8 @@
 //   fine    old photos of 7.5 cm, a fifth of the parcels changed (half of them inverted)
 //   coarse  old photos of 25 cm, 0.3 of the parcels changed
 //   hard    50 um and 2 m, 1200 m of relief, half of the parcels changed (inverted in a third of
-//           all), approximations wrong by 100 m, 10 degrees and any kappa; all patches
+//           all), approximations wrong by 100 m, 10 degrees and any kappa; with all patches and
+//           with the best 30 of each photo
 //   mountains  the same with a fifth of the parcels changed
 // The film is a frame of 6 cm, or with rc10 one of 23 cm. `fine` and `coarse`: 30 patches a photo
 // of a stereo pair, interior orientation with `orient interior`, three starts: errors and
@@ -128,7 +129,7 @@ struct Check {
 struct World {
   std::string folder;
   Case of;
-  std::string patches_of = "any";  // or "open": nothing stands there
+  std::string patches_of = "any";  // or "open": nothing stands there; "all" of the harvest
   OrientationTable truth;
   CameraFile camera;  // over the earth as the run takes it
   MarkShapes marks;
@@ -170,7 +171,7 @@ struct World {
     run.camera = folder + "/camera.toml";
     run.approximations = folder + "/start_" + name + ".csv";
     run.dem = folder + "/dem.tif";
-    run.patchdb = folder + "/" + (of.hard ? "all" : patches_of) + ".gpkg";
+    run.patchdb = folder + "/" + patches_of + ".gpkg";
     run.interior = folder + "/interior";
     run.out = folder + "/out_" + name;
     run.feedback = false;
@@ -421,7 +422,11 @@ void Main(const std::string& folder, const std::string& name, int worlds, bool r
     const auto seed = static_cast<unsigned>(w);
     if (c.hard) {
       WriteStart(world, "hard", 100, 10, true, seed);
-      OrientFrom(world, "hard", &tallies["100 m, 10 deg, any kappa"]);
+      for (const char* patches_of : {"all", "any"}) {
+        world.patches_of = patches_of;
+        if (world.patches_of != "all") StoreSome(&world, patches_of);
+        OrientFrom(world, "hard", &tallies[world.patches_of + " 100m_10deg"]);
+      }
       continue;
     }
     for (const char* patches_of : {"any", "open"}) {
