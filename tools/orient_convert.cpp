@@ -152,7 +152,7 @@ class ConvertCommand : public Command {
   }
 
   void Resample(const ConvertSource& source, std::ostream& out) const {
-    const CameraFile camera = ReadCameraFile(source_.camera);
+    const CameraFile& camera = *source.camera_of_poses;
     if (camera.camera.kind != CameraKind::kFilm)
       throw UsageError(
           "--images resamples film photos; a digital camera's images stay as they are");

@@ -156,6 +156,7 @@ ConvertSource ReadOrientResults(const ConvertSourceOptions& options) {
         "the lens's radial table is written as k1 k2 k3: it differs by up to " +
         std::to_string(fitted.largest_difference_px) + " px; --remove-distortion avoids that");
   source.cameras.push_back(image);
+  source.camera_of_poses = file;
   source.block.cameras.push_back(fitted.camera);
   source.crs = table.crs;
   if (!options.crs.empty()) source.crs = Crs::Parse(options.crs, "--crs");

@@ -7,6 +7,7 @@
 #include <string>
 #include <vector>
 
+#include "core/files/camera_file.h"
 #include "core/files/exchange/exchange_block.h"
 #include "core/geometry/camera.h"
 #include "core/geometry/crs.h"
@@ -36,6 +37,8 @@ struct ConvertSource {
   ExchangeBlock block;          // in the block's CRS, nothing subtracted
   std::vector<Camera> cameras;  // digital, with their own lens; one for each of block.cameras
   std::vector<std::optional<double>> ground_height_m;  // mean ground under each photo, where known
+  // Of Orient's own results: the photos' camera, the one that their poses are true with.
+  std::optional<CameraFile> camera_of_poses;
   std::optional<Crs> crs;
   std::vector<std::string> messages;  // what a reader must know: approximations, left-out photos
 };

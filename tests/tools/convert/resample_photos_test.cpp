@@ -9,11 +9,15 @@
 #include <filesystem>
 
 #include "core/error.h"
+#include "core/files/camera_file.h"
+#include "core/files/orientation_table.h"
 #include "core/files/results.h"
 #include "core/geometry/lens.h"
 #include "core/imaging/raster.h"
 #include "tests/support/expect_error.h"
+#include "tests/support/run_orient.h"
 #include "tests/support/shared_data.h"
+#include "tools/block_camera.h"
 #include "tools/convert/convert_source.h"
 
 namespace orient {
@@ -96,6 +100,29 @@ std::vector<double> ReadBand(const std::string& path, int band, int* width, int*
   return values;
 }
 
+// Of the image's grey values, in its pixels. Two roundings to whole grey values and the kinks of
+// the reseau's grid, of which an area average sees some, are a few hundredths of a pixel.
+double LargestError_px(const std::string& path, int band, const Camera& film, const Camera& image,
+                       bool distortion_removed) {
+  int width = 0, height = 0;
+  const std::vector<double> values = ReadBand(path, band, &width, &height);
+  EXPECT_EQ(Eigen::Vector2i(width, height), *image.image_px);
+  const double pixel_mm = image.frame_mm.x() / width;
+  double largest = 0;
+  for (int row = 20; row < height - 20; row += 7)
+    for (int col = 20; col < width - 20; col += 7) {
+      // Of the digital camera: its system's origin is the image's centre.
+      Eigen::Vector2d photo = DigitalPhotoFromPixel(image) * Eigen::Vector2d(col + 0.5, row + 0.5) +
+                              film.frame_centre_mm;
+      if (distortion_removed)
+        photo = DistortPoint(film.lens, photo - film.principal_point_mm) + film.principal_point_mm;
+      const double grey = values[static_cast<std::size_t>(row) * static_cast<std::size_t>(width) +
+                                 static_cast<std::size_t>(col)];
+      largest = std::max(largest, std::abs(grey - Grey(photo, band)) / (kPerMm * pixel_mm));
+    }
+  return largest;
+}
+
 struct Case {
   ScanOrientation orientation;
   double pixel_mm;
@@ -117,28 +144,10 @@ TEST_P(Resampled, GreyValuesLieWhereThePhotoSystemSays) {
   EXPECT_EQ(made.bands, 2);
   EXPECT_LT(made.largest_difference_px, 1e-6);
   EXPECT_FALSE(fs::exists(folder / "out.tif.part"));
-  for (const int band : {0, 1}) {
-    int width = 0, height = 0;
-    const std::vector<double> values = ReadBand(folder / "out.tif", band, &width, &height);
-    EXPECT_EQ(Eigen::Vector2i(width, height), *image.image_px);
-    double largest = 0;
-    for (int row = 20; row < height - 20; row += 7)
-      for (int col = 20; col < width - 20; col += 7) {
-        // Of the digital camera: its system's origin is the image's centre.
-        Eigen::Vector2d photo =
-            DigitalPhotoFromPixel(image) * Eigen::Vector2d(col + 0.5, row + 0.5) +
-            camera.camera.frame_centre_mm;
-        if (c.remove_distortion)
-          photo = DistortPoint(camera.camera.lens, photo - camera.camera.principal_point_mm) +
-                  camera.camera.principal_point_mm;
-        const double grey = values[static_cast<std::size_t>(row) * static_cast<std::size_t>(width) +
-                                   static_cast<std::size_t>(col)];
-        largest = std::max(largest, std::abs(grey - Grey(photo, band)) / (kPerMm * c.pixel_mm));
-      }
-    // Two roundings to whole grey values; the reseau's grid has kinks, a few hundredths of a pixel
-    // of which an area average sees.
-    EXPECT_LT(largest, 0.04) << "band " << band;
-  }
+  for (const int band : {0, 1})
+    EXPECT_LT(LargestError_px(folder / "out.tif", band, camera.camera, image, c.remove_distortion),
+              0.04)
+        << "band " << band;
 }
 
 INSTANTIATE_TEST_SUITE_P(Scans, Resampled,
@@ -159,6 +168,33 @@ TEST(ResamplePhoto, RefusesAnotherScan) {
   ExpectError<InputError>([&] { ResamplePhoto(folder / "p.tif", film, image, folder / "out.tif"); },
                           {"p.tif", "another size"});
   EXPECT_FALSE(fs::exists(folder / "out.tif"));
+}
+
+// The poses of a block are true with its own camera file, whichever else is named.
+TEST(ResamplePhoto, TakesOutTheLensThatTheBlocksPosesAreTrueWith) {
+  const TemporaryFolder folder;
+  const InteriorResult interior = Interior(ScanOrientation::kR0);
+  WriteInteriorResult(folder.Path(), interior);
+  WriteScan(folder / "p.tif", interior, 1);
+  const CameraFile given = FilmCamera();
+  CameraFile of_block = given;
+  of_block.camera.lens = BrownDistortion{{-2e-4, 0, 0}, {0, 0}};
+  WriteCameraFile(folder / "given.toml", given);
+  WriteCameraFile(BlockCameraPath(folder.Path()), of_block);
+  OrientationTable table;
+  table.crs = Crs::Parse("EPSG:32635", "test");
+  table.rows.push_back({"p", {{500000, 5000000, 900}, {0, 0, 0}}, std::nullopt});
+  WriteOrientationTable(folder / "orientation.csv", table);
+  const Camera image = ImageCamera(of_block.camera, kScan_mm, true);
+  for (const bool named : {false, true}) {
+    std::vector<std::string> words = {
+        "convert", folder.Path(),         "--images",    folder / "p.tif", "--pixel-size-um",
+        "25",      "--remove-distortion", "--overwrite", "--out",          folder / "out"};
+    if (named) words.insert(words.end(), {"--camera", folder / "given.toml"});
+    const ProgramRun run = RunOrient(words);
+    ASSERT_EQ(run.exit_code, 0) << run.err;
+    EXPECT_LT(LargestError_px(folder / "out/images/p.tif", 0, of_block.camera, image, true), 0.04);
+  }
 }
 
 TEST(ImageCamera, HoldsTheFrameInWholePixels) {
