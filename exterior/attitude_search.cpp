@@ -34,7 +34,7 @@ constexpr std::size_t kFollowed = 3;
 // Level and patches of one search; the patches are drawn in one size.
 class SoughtPatches {
  public:
-  static std::optional<SoughtPatches> Of(const PhotoTask& task);
+  static std::optional<SoughtPatches> Of(const PhotoTask& task, const Pose& approximate);
 
   int Reduction() const { return reduction_; }
   // One a patch, its candidates anywhere in the photo; drawn as seen under a pose.
@@ -79,9 +79,8 @@ std::vector<std::size_t> PatchesAround(const PhotoTask& task, const PhotoView& v
   return chosen;
 }
 
-std::optional<SoughtPatches> SoughtPatches::Of(const PhotoTask& task) {
-  const PhotoView view =
-      WithoutLens(task.View(task.photo.positions.front(), task.photo.prior.pose));
+std::optional<SoughtPatches> SoughtPatches::Of(const PhotoTask& task, const Pose& approximate) {
+  const PhotoView view = WithoutLens(task.View(task.photo.positions.front(), approximate));
   std::vector<std::size_t> patches = PatchesAround(task, view);
   std::vector<double> sides;
   for (const std::size_t i : patches)
@@ -146,8 +145,9 @@ Pose Tilted(const Pose& pose, const Eigen::Vector2d& shift) {
 
 class AttitudeSearch {
  public:
-  AttitudeSearch(const PhotoTask& task, const SoughtPatches& sought, double trials)
-      : task_(task), sought_(sought), wide_(WideOf(task)) {
+  AttitudeSearch(const PhotoTask& task, const SoughtPatches& sought, const Pose& approximate,
+                 double trials)
+      : task_(task), sought_(sought), wide_(WideOf(task, approximate)) {
     options_.sigma_px = 0.5 + 0.6 * sought.Reduction();
     options_.samples = 1000;
     options_.iterations = 5;
@@ -161,7 +161,7 @@ class AttitudeSearch {
     double kappa_rad = 0;
   };
   Look LookOf(const Way& way) const;
-  static PosePrior WideOf(const PhotoTask& task);
+  static PosePrior WideOf(const PhotoTask& task, const Pose& approximate);
   std::vector<Way> Ways() const;
   const std::vector<VotingPatch>& Sought(const Way& way, const PhotoView& view);
   std::optional<PoseTrack> TryFirst(const Way& way);
@@ -177,9 +177,10 @@ class AttitudeSearch {
 };
 
 // Any tilt that aerial photos have, at the position that is known.
-PosePrior AttitudeSearch::WideOf(const PhotoTask& task) {
-  const double height = task.photo.prior.pose.position_m.z() - MedianGroundHeight(task.patches);
-  PosePrior wide = Widened(task.photo.prior, task.photo.prior.pose.position_m.z() - height);
+PosePrior AttitudeSearch::WideOf(const PhotoTask& task, const Pose& approximate) {
+  const double ground_m = MedianGroundHeight(task.patches);
+  const double height = approximate.position_m.z() - ground_m;
+  PosePrior wide = Widened({approximate, task.photo.prior.covariance}, ground_m);
   wide.covariance.topLeftCorner<3, 3>() =
       Eigen::Matrix3d(task.photo.prior.covariance.diagonal().head<3>().asDiagonal()) +
       std::pow(kDoubtPerHeight * height, 2) * Eigen::Matrix3d::Identity();
@@ -250,6 +251,19 @@ std::optional<PoseTrack> AttitudeSearch::Run() {
   return TryWays(to_try);
 }
 
+// Where the patches are drawn. Aerial photos look down but for some degrees: an approximation that
+// is less certain says less of the tilt than this does. As it stands it comes second, for obliques.
+std::vector<Pose> ApproximatePoses(const PosePrior& prior) {
+  constexpr double kUsualTilt_rad = 5 * std::numbers::pi / 180;
+  const double usual = kUsualTilt_rad * kUsualTilt_rad;
+  const double stated = prior.covariance.diagonal().segment<2>(3).maxCoeff();
+  const Eigen::Vector2d tilt = prior.pose.opk_rad.head<2>();
+  if (tilt.norm() * stated / (usual + stated) < kCluster / 2) return {prior.pose};
+  Pose down = prior.pose;
+  down.opk_rad.head<2>() *= usual / (usual + stated);
+  return {down, prior.pose};
+}
+
 }  // namespace
 
 bool IsPositionKnown(const PosePrior& prior, double ground_height_m) {
@@ -260,13 +274,21 @@ bool IsPositionKnown(const PosePrior& prior, double ground_height_m) {
 
 double AttitudeTrials(const PhotoTask& task) {
   const double ways = kKappas * static_cast<double>(task.photo.positions.size());
-  return ways + static_cast<double>(kFollowed) * kFollowedRounds;
+  return static_cast<double>(ApproximatePoses(task.photo.prior).size()) *
+         (ways + static_cast<double>(kFollowed) * kFollowedRounds);
 }
 
 std::optional<PoseTrack> SearchAttitudes(const PhotoTask& task, double trials) {
-  const auto sought = SoughtPatches::Of(task);
-  if (!sought) return std::nullopt;
-  return AttitudeSearch(task, *sought, trials).Run();
+  std::optional<PoseTrack> best;
+  for (const Pose& approximate : ApproximatePoses(task.photo.prior)) {
+    const auto sought = SoughtPatches::Of(task, approximate);
+    if (!sought) continue;
+    auto found = AttitudeSearch(task, *sought, approximate, trials).Run();
+    if (found && (!best || found->log10_false_alarms < best->log10_false_alarms))
+      best = std::move(found);
+    if (best && best->log10_false_alarms < task.options.max_log10_false_alarms) break;
+  }
+  return best;
 }
 
 }  // namespace orient

@@ -26,10 +26,11 @@ class AttitudeSearch : public testing::Test {
     return world_.Patches(texture, 4, kStep_m);
   }
 
-  // A position off by a few per cent of the flying height, no tilt, and any kappa.
-  std::optional<PoseTrack> Search(const std::vector<Patch>& patches, double kappa) {
+  // A position off by a few per cent of the flying height, and any kappa.
+  std::optional<PoseTrack> Search(const std::vector<Patch>& patches, double kappa,
+                                  const Eigen::Vector2d& tilt = {0, 0}) {
     const Eigen::Vector3d off(20, -15, 25);
-    photo_.prior.pose = {view_.pose.position_m + off, {0, 0, kappa}};
+    photo_.prior.pose = {view_.pose.position_m + off, {tilt.x(), tilt.y(), kappa}};
     Vector6d sigma;
     sigma << 25, 25, 25, 0.17, 0.17, std::numbers::pi;
     photo_.prior.covariance = sigma.cwiseAbs2().asDiagonal();
@@ -57,6 +58,15 @@ class AttitudeSearch : public testing::Test {
 TEST_F(AttitudeSearch, FindsAnyKappaAndTiltInMountainsOfWhichHalfIsInverted) {
   const auto patches = PatchesOf(world_.Ground());
   const auto track = Search(patches, view_.pose.opk_rad.z() + 2);
+  ASSERT_TRUE(track);
+  EXPECT_LT(track->log10_false_alarms, options_.max_log10_false_alarms);
+  EXPECT_LT(WorstError(track->pose), 8);
+}
+
+// Aerial photos look down; of an approximation good to ten degrees that says more than its tilt.
+TEST_F(AttitudeSearch, FindsWhatIsSaidToBeTiltedByThirtyDegrees) {
+  const auto patches = PatchesOf(world_.Ground());
+  const auto track = Search(patches, 0, {-0.35, 0.35});
   ASSERT_TRUE(track);
   EXPECT_LT(track->log10_false_alarms, options_.max_log10_false_alarms);
   EXPECT_LT(WorstError(track->pose), 8);
