@@ -227,7 +227,7 @@ class GroundMask {
 // What a match window of the chip shows of the ground, to each side of its middle.
 double HalfSide(const World& world) { return 0.5 * 61 * world.of.simulation.gsd_m; }
 
-// The best 30 or so of each photo, spread over it.
+// The best of each photo, spread over it, until it shows 30.
 void StoreSome(World* of, const std::string& patches_of) {
   of->patches_of = patches_of;
   const World& world = *of;
@@ -244,8 +244,14 @@ void StoreSome(World* of, const std::string& patches_of) {
     options.width_px = interior.width;
     options.height_px = interior.height;
     options.border_px = 60;
-    const auto seen = Predict(world.TrueView(row.photo), Matrix6d::Zero(), eligible, options);
-    for (const PatchPrediction& p : SelectSpread(seen, eligible, kPatchesPerPhoto, options))
+    auto seen = Predict(world.TrueView(row.photo), Matrix6d::Zero(), eligible, options);
+    const auto first_new = std::partition(seen.begin(), seen.end(), [&](const PatchPrediction& p) {
+      return chosen.find(p.patch) != chosen.end();
+    });
+    const auto wanted = kPatchesPerPhoto - static_cast<int>(first_new - seen.begin());
+    seen.erase(seen.begin(), first_new);
+    if (wanted <= 0) continue;
+    for (const PatchPrediction& p : SelectSpread(seen, eligible, wanted, options))
       chosen.insert(p.patch);
   }
   std::vector<Patch> some;
