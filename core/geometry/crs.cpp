@@ -106,8 +106,16 @@ Crs Crs::FromFile(const std::string& path) {
 std::string Crs::Wkt1() const { return Exported(Known(wkt_), "WKT1_GDAL"); }
 
 std::string Crs::Name() const {
-  const char* name = Known(wkt_).GetName();
-  return name == nullptr ? "" : name;
+  const OGRSpatialReference crs = Known(wkt_);
+  const char* given = crs.GetName();
+  const std::string name = given == nullptr ? "" : given;
+  if (!name.empty() && name != "unknown" && name != "unnamed") return name;
+  const QuietGdal quiet;
+  char* text = nullptr;
+  const bool ok = crs.exportToProj4(&text) == OGRERR_NONE && text != nullptr;
+  const std::string proj = ok ? Trimmed(text) : "";
+  CPLFree(text);
+  return proj.empty() ? name : proj.substr(0, proj.find(" +no_defs"));
 }
 
 std::optional<int> Crs::Epsg() const {

@@ -35,6 +35,7 @@ TEST(Crs, ReadsEpsgCodesProjStringsAndWkt) {
   EXPECT_TRUE(Crs::Parse(utm.Wkt1(), "test").SameAs(utm));
   const Crs lo25 = Crs::Parse(kLo25, "test");
   EXPECT_TRUE(Crs::Parse(lo25.Wkt1(), "test").SameAs(lo25));
+  EXPECT_EQ(lo25.Name().rfind("+proj=tmerc +lat_0=0 +lon_0=25", 0), 0u) << lo25.Name();
 }
 
 TEST(Crs, TheSameWhateverTheSpelling) {
