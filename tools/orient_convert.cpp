@@ -1,6 +1,7 @@
 // orient convert: oriented blocks for other programs, from them, and whether both mean the same.
 #include <algorithm>
 #include <array>
+#include <cmath>
 #include <filesystem>
 #include <ostream>
 
@@ -89,8 +90,8 @@ class ConvertCommand : public Command {
     const ConvertSource source = Read();
     for (const std::string& message : source.messages) out << "note: " << message << "\n";
     if (!to_.empty()) Write(source, out);
-    if (!images_.empty()) Resample(source, out);
-    return ExitCode::kAllDone;
+    const bool all = images_.empty() || Resample(source, out);
+    return all ? ExitCode::kAllDone : ExitCode::kSomeNotOriented;
   }
 
  private:
@@ -99,6 +100,7 @@ class ConvertCommand : public Command {
   void Prepare() {
     if (!source_.camera.empty()) source_.camera = FindCameraFile(source_.camera, library_);
     if (!origin_.empty()) source_.origin = Eigen::Vector3d(origin_.data());
+    RequirePlausible();
     if (!source_.image_extension.empty() && source_.image_extension.front() != '.')
       source_.image_extension.insert(0, ".");
     std::vector<std::string> results;
@@ -111,6 +113,17 @@ class ConvertCommand : public Command {
       for (const std::string& scan : images_) results.push_back(ImagePath(scan));
     }
     RefuseToOverwrite(results, overwrite_);
+  }
+
+  void RequirePlausible() const {
+    const auto require = [](const char* option, double value, double most) {
+      if (!(std::abs(value) <= most))
+        throw UsageError(FormatText("%s is %g; it must lie between %.0f and %.0f m", option, value,
+                                    -most, most));
+    };
+    for (const double coordinate : origin_) require("--origin", coordinate, 1e8);
+    require("--geoid-m", source_.geoid_m.value_or(0), 200);
+    require("--ground-height-m", source_.ground_height_m.value_or(0), 1e4);
   }
 
   ConvertSource Read() const { return ReadForeign(From(), source_); }
@@ -151,7 +164,8 @@ class ConvertCommand : public Command {
     }
   }
 
-  void Resample(const ConvertSource& source, std::ostream& out) const {
+  // Whether all could be made.
+  bool Resample(const ConvertSource& source, std::ostream& out) const {
     const CameraFile& camera = *source.camera_of_poses;
     if (camera.camera.kind != CameraKind::kFilm)
       throw UsageError(
@@ -164,21 +178,35 @@ class ConvertCommand : public Command {
     WriteCameraFile((fs::path(folder) / "camera.toml").string(),
                     {source.cameras.front(), {}, {}, std::nullopt, {}});
     Progress progress("resampling", static_cast<int>(images_.size()));
+    bool all = true;
     for (const std::string& scan : images_) {
-      const std::string photo = PhotoName(scan);
-      const std::string exterior = ExteriorResultPath(interior, photo);
-      std::optional<ScanOrientation> orientation;
-      if (fs::exists(exterior)) orientation = ReadExteriorResult(exterior).orientation;
-      const FilmImage film(camera, photo, interior, orientation, source.cameras.front(),
-                           source_.remove_distortion);
-      const ResampledPhoto made =
-          ResamplePhoto(scan, film, source.cameras.front(), ImagePath(scan));
+      try {
+        const ResampledPhoto made = ResampleOne(source, camera, interior, scan);
+        out << made.path << ": " << made.width << " x " << made.height
+            << FormatText(" px, %d bands, largest difference %.2g px\n", made.bands,
+                          made.largest_difference_px);
+      } catch (const InputError& error) {
+        out << "failed  " << PhotoName(scan) << ": " << error.what() << "\n";
+        all = false;
+      }
       progress.Advance();
-      out << made.path << ": " << made.width << " x " << made.height
-          << FormatText(" px, %d bands, largest difference %.2g px\n", made.bands,
-                        made.largest_difference_px);
     }
     progress.Finish();
+    return all;
+  }
+
+  ResampledPhoto ResampleOne(const ConvertSource& source, const CameraFile& camera,
+                             const std::string& interior, const std::string& scan) const {
+    const std::string photo = PhotoName(scan);
+    if (!fs::exists(InteriorResultPath(interior, photo)))
+      throw InputError(interior + " holds no interior orientation of " + scan +
+                       "; name the folder that does with --interior, or leave the photo out");
+    const std::string exterior = ExteriorResultPath(interior, photo);
+    std::optional<ScanOrientation> orientation;
+    if (fs::exists(exterior)) orientation = ReadExteriorResult(exterior).orientation;
+    const FilmImage film(camera, photo, interior, orientation, source.cameras.front(),
+                         source_.remove_distortion);
+    return ResamplePhoto(scan, film, source.cameras.front(), ImagePath(scan));
   }
 
   ExitCode Check(std::ostream& out) const {

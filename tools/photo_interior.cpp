@@ -3,6 +3,7 @@
 #include "core/error.h"
 #include "core/files/orientation_table.h"
 #include "core/files/results.h"
+#include "tools/made_from.h"
 
 namespace orient {
 namespace {
@@ -39,8 +40,24 @@ PhotoInterior PhotoInteriorOf(const Raster& photo, const Camera& camera,
     throw InputError(path +
                      " leaves open how the film lies on the scan; repeat 'orient interior' " +
                      "with --orientation");
-  RequireSize(photo, interior.width, interior.height, path);
+  if (const std::string why =
+          WhyOfAnotherScan(interior, path, photo.Path(), photo.Width(), photo.Height());
+      !why.empty())
+    throw InputError(why);
   return {*interior.photo_from_pixel, CorrectionOf(interior)};
+}
+
+std::string WhyOfAnotherScan(const InteriorResult& interior, const std::string& path,
+                             const std::string& scan, int width, int height) {
+  if (interior.width != width || interior.height != height)
+    return path + " is of a scan of " + SizeText(interior.width, interior.height) + ", " + scan +
+           " has " + SizeText(width, height) + "; run 'orient interior' again";
+  const std::string digest = interior.made_from ? interior.made_from->scan : "";
+  if (digest.empty()) return "";
+  const std::string now = DigestOfFile(scan);
+  if (now.empty() || now == digest) return "";
+  return path + " is of another scan than " + scan +
+         " (the same size, other content); run 'orient interior' again";
 }
 
 std::shared_ptr<const FilmCorrection> CorrectionOf(const InteriorResult& interior) {

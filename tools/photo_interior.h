@@ -23,6 +23,12 @@ struct PhotoInterior {
 PhotoInterior PhotoInteriorOf(const Raster& photo, const Camera& camera,
                               const std::string& interior_directory);
 
+// Why `scan` (of that size) is not the one whose interior orientation `path` holds, and what to do;
+// empty where it is. Scans of one size are told apart by their content, where the result says of
+// which it was made.
+std::string WhyOfAnotherScan(const InteriorResult& interior, const std::string& path,
+                             const std::string& scan, int width, int height);
+
 // The result's film correction; null where it has none.
 std::shared_ptr<const FilmCorrection> CorrectionOf(const InteriorResult& interior);
 

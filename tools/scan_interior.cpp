@@ -50,13 +50,8 @@ ScanInterior FilmGeometry(const CameraFile& camera, const MarkShapes& marks, con
     for (const std::string& message : result.messages) interior.failure += ": " + message;
     return interior;
   }
-  if (result.width != scan.Width() || result.height != scan.Height()) {
-    interior.failure = path + " is of a scan of " + std::to_string(result.width) + " x " +
-                       std::to_string(result.height) + " px, " + scan.Path() + " has " +
-                       std::to_string(scan.Width()) + " x " + std::to_string(scan.Height()) +
-                       "; run 'orient interior' again";
-    return interior;
-  }
+  interior.failure = WhyOfAnotherScan(result, path, scan.Path(), scan.Width(), scan.Height());
+  if (!interior.failure.empty()) return interior;
   interior.weak = result.status == Status::kWeak;
   if (interior.weak) interior.messages.emplace_back("interior orientation is weak");
   interior.negative = result.polarity == Polarity::kNegative;

@@ -21,7 +21,7 @@ class Crs {
 
   const std::string& Wkt() const { return wkt_; }  // WKT2
   std::string Wkt1() const;                        // for .prj files
-  std::string Name() const;  // of one without a name its PROJ string
+  std::string Name() const;                        // of one without a name its PROJ string
   std::optional<int> Epsg() const;
   bool SameAs(const Crs& other) const;  // horizontally, whatever the spelling
 

@@ -74,8 +74,7 @@ ExportCheck CheckExport(const std::string& directory, std::optional<ExchangeForm
   if (!format) format = ExchangeFormatFromName(record);
   if (!format)
     throw InputError(directory + " does not say its format (no export.json); name it with --from");
-  const std::string path =
-      points.empty() ? (fs::path(directory) / "verification.csv").string() : points;
+  const std::string path = points.empty() ? VerificationPath(directory) : points;
   const std::vector<VerificationRow> rows = ReadVerification(path);
   const auto files = OpenProgramFiles(*format, directory);
   ExportCheck check;
@@ -95,7 +94,7 @@ ExportCheck CheckExport(const std::string& directory, std::optional<ExchangeForm
 
 std::vector<std::string> ExportFolders(const std::string& directory) {
   const auto holds = [](const fs::path& folder) {
-    return fs::exists(folder / "verification.csv") || fs::exists(folder / "export.json");
+    return fs::exists(VerificationPath(folder.string())) || fs::exists(folder / "export.json");
   };
   if (!fs::is_directory(directory)) throw InputError(directory + " is no folder");
   if (holds(directory)) return {directory};

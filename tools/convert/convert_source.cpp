@@ -4,6 +4,7 @@
 #include <cmath>
 #include <filesystem>
 #include <map>
+#include <set>
 #include <utility>
 
 #include "core/error.h"
@@ -46,8 +47,10 @@ std::string FolderOf(const std::string& input) {
 double PixelSizeOfImages(const ConvertSourceOptions& options, const std::string& interior) {
   if (options.pixel_size_um) return 1e-3 * *options.pixel_size_um;
   if (const auto mean = MeanPixelSize(interior)) return *mean;
-  throw InputError("the pixel size of the resampled images is not known: " + interior +
-                   " holds no interior orientation; give --pixel-size-um");
+  throw InputError(
+      "the pixel size of the resampled images is not known: " + interior +
+      " holds no interior orientation; name the folder that does with --interior, or " +
+      "give --pixel-size-um");
 }
 
 std::optional<double> MeanGround(const std::optional<ExteriorResult>& exterior) {
@@ -62,10 +65,19 @@ std::optional<double> MeanGround(const std::optional<ExteriorResult>& exterior) 
   return sum / count;
 }
 
+// `known`: what the input itself says.
+std::optional<Crs> BlockCrs(const ConvertSourceOptions& options, const std::optional<Crs>& known) {
+  if (options.crs.empty()) return known;
+  const Crs given = Crs::Parse(options.crs, "--crs");
+  if (known && !known->SameAs(given))
+    throw InputError(options.input + " says that its CRS is " + known->Name() + ", --crs says " +
+                     given.Name() + "; --crs names a CRS and transforms nothing: leave it out");
+  return given;
+}
+
 Crs RequireCrs(const ConvertSourceOptions& options, const std::optional<Crs>& known,
                const std::string& why) {
-  if (!options.crs.empty()) return Crs::Parse(options.crs, "--crs");
-  if (known) return *known;
+  if (const auto crs = BlockCrs(options, known)) return *crs;
   throw InputError(options.input + why + "; name the block's projected CRS with --crs");
 }
 
@@ -158,10 +170,10 @@ ConvertSource ReadOrientResults(const ConvertSourceOptions& options) {
   source.cameras.push_back(image);
   source.camera_of_poses = file;
   source.block.cameras.push_back(fitted.camera);
-  source.crs = table.crs;
-  if (!options.crs.empty()) source.crs = Crs::Parse(options.crs, "--crs");
+  source.crs = BlockCrs(options, table.crs);
   if (source.crs) source.block.crs = source.crs->Wkt();
   ExportPoints points;
+  int without_interior = 0;
   for (const OrientationRow& row : table.rows) {
     ExchangePhoto photo;
     photo.image = row.photo + options.image_extension;
@@ -171,28 +183,62 @@ ConvertSource ReadOrientResults(const ConvertSourceOptions& options) {
     if (fs::exists(path)) exterior = ReadExteriorResult(path);
     auto height = MeanGround(exterior);
     if (!height) height = options.ground_height_m;
-    if (exterior && (!film || fs::exists(InteriorResultPath(interior, row.photo))))
+    const bool seen = !film || fs::exists(InteriorResultPath(interior, row.photo));
+    without_interior += exterior && !seen ? 1 : 0;
+    if (exterior && seen)
       points.AddPhoto(source.block.photos.size(), *exterior,
                       FilmImage(file, row.photo, interior, exterior->orientation, image,
                                 options.remove_distortion));
     source.block.photos.push_back(photo);
     source.ground_height_m.push_back(height);
   }
+  if (without_interior > 0)
+    source.messages.push_back("control and tie points of " + std::to_string(without_interior) +
+                              " of " + std::to_string(table.rows.size()) +
+                              " photos are left out: " + interior +
+                              " does not hold their interior orientations; name the " +
+                              "folder that does with --interior");
   const std::string adjusted = AdjustmentResultPath(folder);
   if (fs::exists(adjusted)) points.AddTies(ReadAdjustmentResult(adjusted));
   source.block.points = points.Take();
   return source;
 }
 
+namespace {
+
+void RequireDistinctPhotos(const ExchangeBlock& block, const std::string& input) {
+  std::set<std::string> names;
+  for (const ExchangePhoto& photo : block.photos)
+    if (!names.insert(photo.image).second)
+      throw InputError(input + " has the photo " + photo.image + " twice; remove one");
+}
+
+// A file that was cut reads like a smaller block; the verification points beside it know better.
+void NamePhotosCutOff(const ExchangeBlock& block, const std::string& folder,
+                      std::vector<std::string>* messages) {
+  const std::string path = VerificationPath(folder);
+  if (!fs::exists(path)) return;
+  std::set<std::string> missing;
+  for (const VerificationRow& row : ReadVerification(path)) missing.insert(PhotoName(row.image));
+  for (const ExchangePhoto& photo : block.photos) missing.erase(PhotoName(photo.image));
+  if (missing.empty()) return;
+  messages->push_back(path + " names " + std::to_string(missing.size()) +
+                      " photos that the file beside it lacks, " + *missing.begin() +
+                      " for one: was it cut?");
+}
+
+}  // namespace
+
 ConvertSource ReadForeign(ExchangeFormat format, const ConvertSourceOptions& given) {
   if (format == ExchangeFormat::kOpk) return ReadOrientResults(given);
   const ExportRecord record = ReadExportRecord(FolderOf(given.input));
   ForeignBlock foreign = ReadForeignBlock(format, given.input, record);
   ConvertSource source;
-  source.crs = record.crs;
-  if (!given.crs.empty()) source.crs = Crs::Parse(given.crs, "--crs");
+  source.crs = BlockCrs(given, record.crs);
   if (given.origin) foreign.frame_origin = *given.origin;
   ExchangeBlock& block = foreign.block;
+  RequireDistinctPhotos(block, given.input);
+  NamePhotosCutOff(block, FolderOf(given.input), &source.messages);
   if (!given.camera.empty()) {
     const Camera camera = ReadCameraFile(given.camera).camera;
     if (camera.kind != CameraKind::kDigital)

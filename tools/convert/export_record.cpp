@@ -69,13 +69,15 @@ ExportRecord ReadExportRecord(const std::string& directory) {
     const Json json = Json::parse(ReadFile(path));
     record.format = json.at("format").get<std::string>();
     if (!json.at("crs").is_null()) record.crs = Crs::Parse(json.at("crs").get<std::string>(), path);
+    if (json.at("origin").size() != 3)
+      throw InputError(path + ": origin must have three numbers; convert again");
     for (int i = 0; i < 3; ++i)
       record.origin[i] = json.at("origin").at(static_cast<std::size_t>(i)).get<double>();
     record.geoid_m = json.at("geoid_m").get<double>();
     if (!json.at("ground_height_m").is_null())
       record.ground_height_m = json.at("ground_height_m").get<double>();
   } catch (const Json::exception& error) {
-    throw InputError(path + " is damaged: " + error.what());
+    throw InputError(path + " is damaged; convert again: " + error.what());
   }
   return record;
 }
@@ -93,7 +95,11 @@ void WriteVerification(const std::string& directory, const std::vector<Verificat
     }
     text += '\n';
   }
-  WriteFileAtomically((fs::path(directory) / "verification.csv").string(), text);
+  WriteFileAtomically(VerificationPath(directory), text);
+}
+
+std::string VerificationPath(const std::string& directory) {
+  return (fs::path(directory) / "verification.csv").string();
 }
 
 std::vector<VerificationRow> ReadVerification(const std::string& path) {

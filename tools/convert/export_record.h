@@ -33,6 +33,7 @@ struct VerificationRow {
   double principal_distance_mm = 0, pixel_mm = 0;
 };
 void WriteVerification(const std::string& directory, const std::vector<VerificationRow>& rows);
+std::string VerificationPath(const std::string& directory);
 // Throws InputError naming file, line and value.
 std::vector<VerificationRow> ReadVerification(const std::string& path);
 

@@ -31,14 +31,20 @@ FilmImage::FilmImage(const CameraFile& camera, const std::string& photo,
                        std::string(Name(*orientation)) + " of the exterior orientation");
     result = *turned;
   }
-  scan_width_ = result.width;
-  scan_height_ = result.height;
+  interior_path_ = path;
+  interior_ = result;
   photo_from_scan_ = *result.photo_from_pixel;
   correction_ = CorrectionOf(result);
   // The digital camera's photo system begins at the image's centre, the film's at its own origin.
   Affine2d photo_from_image = DigitalPhotoFromPixel(image);
   photo_from_image.t += camera_.frame_centre_mm;
   image_from_photo_ = photo_from_image.Inverse();
+}
+
+void FilmImage::RequireScan(const std::string& path, int width, int height) const {
+  if (!film_) return;
+  const std::string why = WhyOfAnotherScan(interior_, interior_path_, path, width, height);
+  if (!why.empty()) throw InputError(why);
 }
 
 std::optional<Eigen::Vector2d> FilmImage::ImageFromScan(const Eigen::Vector2d& scan_px) const {

@@ -7,6 +7,7 @@
 #include <string>
 
 #include "core/files/camera_file.h"
+#include "core/files/results.h"
 #include "core/geometry/film_correction.h"
 #include "core/geometry/transform2d.h"
 
@@ -26,15 +27,18 @@ class FilmImage {
   std::optional<Eigen::Vector2d> ImageFromScan(const Eigen::Vector2d& scan_px) const;
   Eigen::Vector2d ScanFromImage(const Eigen::Vector2d& image_px) const;
 
+  // Throws InputError where the image (of that size) is not the scan of the interior orientation.
+  void RequireScan(const std::string& path, int width, int height) const;
   // Of the scan; 0 for a digital image.
-  int ScanWidth() const { return scan_width_; }
-  int ScanHeight() const { return scan_height_; }
+  int ScanWidth() const { return interior_.width; }
+  int ScanHeight() const { return interior_.height; }
   bool IsFilm() const { return film_; }
 
  private:
   bool film_ = false;
   bool remove_distortion_ = false;
-  int scan_width_ = 0, scan_height_ = 0;
+  std::string interior_path_;  // of a film photo, and what it holds
+  InteriorResult interior_;
   Camera camera_;
   Affine2d photo_from_scan_;
   Affine2d image_from_photo_;  // the photo's own system, not the digital camera's

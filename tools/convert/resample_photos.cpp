@@ -82,6 +82,21 @@ std::vector<float> Sample(const BlockMap& block, const Image& part, double facto
   return values;
 }
 
+// What did not become an image.
+class FileRemover {
+ public:
+  explicit FileRemover(std::string path) : path_(std::move(path)) {}
+  ~FileRemover() {
+    std::error_code ignored;
+    fs::remove(path_, ignored);
+  }
+  FileRemover(const FileRemover&) = delete;
+  FileRemover& operator=(const FileRemover&) = delete;
+
+ private:
+  std::string path_;
+};
+
 [[noreturn]] void Fail(const std::string& path, const char* what, const QuietGdal& quiet) {
   throw InputError(path + ": " + what + quiet.Message());
 }
@@ -91,10 +106,7 @@ GDALDatasetUniquePtr OpenScan(const std::string& path, const FilmImage& film,
   RegisterGdalDrivers();
   GDALDatasetUniquePtr scan(GDALDataset::Open(path.c_str(), GDAL_OF_RASTER | GDAL_OF_READONLY));
   if (!scan || scan->GetRasterCount() == 0) Fail(path, "not an image that GDAL can read", quiet);
-  if (scan->GetRasterXSize() != film.ScanWidth() || scan->GetRasterYSize() != film.ScanHeight())
-    throw InputError(path + " has another size than the scan of its interior orientation (" +
-                     std::to_string(film.ScanWidth()) + " x " + std::to_string(film.ScanHeight()) +
-                     " px); run 'orient interior' again");
+  film.RequireScan(path, scan->GetRasterXSize(), scan->GetRasterYSize());
   if (scan->GetRasterBand(1)->GetColorTable() != nullptr)
     throw InputError(path +
                      " has a palette, which cannot be interpolated; expand it first "
@@ -167,6 +179,7 @@ ResampledPhoto ResamplePhoto(const std::string& scan_path, const FilmImage& film
   const QuietGdal quiet;
   const GDALDatasetUniquePtr scan = OpenScan(scan_path, film, quiet);
   const std::string beside = path + ".part";
+  const FileRemover remover(beside);
   {
     const GDALDatasetUniquePtr made = MakeImage(beside, scan.get(), image, quiet);
     const double factor = Reduction(film, image);

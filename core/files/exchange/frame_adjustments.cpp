@@ -249,6 +249,9 @@ std::vector<OriPhoto> ReadOri(const std::string& path) {
   for (const TextLine& line : ReadTextLines(file, "#", ',')) {
     OriPhoto photo;
     photo.name = line.Word(0, "the photo's name");
+    if (line.Size() > 7)
+      line.Fail("the line has " + std::to_string(line.Size()) +
+                " words; a photo's name, x, y, z, omega, phi and kappa are expected");
     for (std::size_t j = 0; j < 3; ++j) {
       photo.centre[static_cast<int>(j)] = line.Number(1 + j, "a coordinate");
       photo.opk_deg[static_cast<int>(j)] = line.Number(4 + j, "an angle");

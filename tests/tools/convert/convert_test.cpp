@@ -314,6 +314,70 @@ TEST(Convert, TiesOfTheAdjustmentAreExported) {
   EXPECT_EQ(RunOrient({"convert", folder / "out", "--check"}).exit_code, 0);
 }
 
+// Two photos of a digital camera, as `orient exterior` leaves them, and a command that converts.
+class ConvertedBlock : public testing::Test {
+ protected:
+  ConvertedBlock() {
+    WriteCameraFile(folder_ / "camera.toml", {LargeFrameCamera(), {}, {}, std::nullopt, {}});
+    OrientationTable table;
+    table.crs = Crs::Parse("EPSG:32635", "test");
+    for (const ExchangePhoto& photo : TwoPhotos().block.photos)
+      table.rows.push_back({PhotoName(photo.image), PoseOf(photo), std::nullopt});
+    WriteOrientationTable(folder_ / "orientation.csv", table);
+  }
+
+  ProgramRun Convert(const std::string& input, const std::vector<std::string>& more) const {
+    std::vector<std::string> words = {
+        "convert", folder_ / input, "--camera",   folder_ / "camera.toml",
+        "--out",   folder_ / "out", "--overwrite"};
+    words.insert(words.end(), more.begin(), more.end());
+    return RunOrient(words);
+  }
+
+  void ExpectRefused(const std::string& input, const std::vector<std::string>& more, int exit_code,
+                     const std::vector<std::string>& parts) const {
+    const ProgramRun run = Convert(input, more);
+    EXPECT_EQ(run.exit_code, exit_code) << run.out << run.err;
+    for (const std::string& part : parts)
+      EXPECT_NE(run.err.find(part), std::string::npos) << part << " in " << run.err;
+  }
+
+  const TemporaryFolder folder_;
+};
+
+TEST_F(ConvertedBlock, OfAnotherCrsThanItsPrjSaysIsRefused) {
+  ExpectRefused("orientation.csv", {"--to", "colmap", "--crs", "EPSG:32636"}, 2,
+                {"UTM zone 35N", "UTM zone 36N", "leave it out"});
+  EXPECT_EQ(Convert("orientation.csv", {"--to", "colmap", "--crs", "EPSG:32635"}).exit_code, 0);
+}
+
+TEST_F(ConvertedBlock, NeedsPlausibleOptions) {
+  for (const std::vector<std::string>& wrong :
+       {std::vector<std::string>{"--origin", "nan", "0", "0"},
+        {"--geoid-m", "1e9"},
+        {"--ground-height-m", "nan"}}) {
+    std::vector<std::string> words = {"--to", "colmap"};
+    words.insert(words.end(), wrong.begin(), wrong.end());
+    ExpectRefused("orientation.csv", words, 1, {wrong.front()});
+  }
+}
+
+TEST_F(ConvertedBlock, ReadsNoDamagedOriLine) {
+  ASSERT_EQ(Convert("orientation.csv", {"--to", "ori"}).exit_code, 0);
+  const std::string path = folder_ / "out/ori/orientation.ori";
+  const std::string whole = ReadFile(path);
+  const std::size_t dot = whole.rfind('.');  // of the last photo's kappa
+  WriteFileAtomically(path, whole.substr(0, dot) + "," + whole.substr(dot + 1));
+  ExpectRefused("out/ori", {"--from", "ori", "--to", "opk"}, 2, {"orientation.ori", "8 words"});
+  const std::size_t last_line = whole.rfind('\n', whole.size() - 2) + 1;
+  WriteFileAtomically(path, whole + whole.substr(last_line));
+  ExpectRefused("out/ori", {"--from", "ori", "--to", "opk"}, 2, {"4712", "twice"});
+  WriteFileAtomically(path, whole.substr(0, last_line));
+  const ProgramRun cut = Convert("out/ori", {"--from", "ori", "--to", "opk"});
+  EXPECT_EQ(cut.exit_code, 0) << cut.err;
+  EXPECT_NE(cut.out.find("4712 for one: was it cut?"), std::string::npos) << cut.out;
+}
+
 TEST(Convert, CommandWritesAndChecks) {
   const TemporaryFolder folder;
   WriteCameraFile(folder / "camera.toml", {LargeFrameCamera(), {}, {}, std::nullopt, {}});

@@ -166,7 +166,7 @@ TEST(ResamplePhoto, RefusesAnotherScan) {
   const Camera image = ImageCamera(camera.camera, 0.025, false);
   const FilmImage film(camera, "p", folder.Path(), std::nullopt, image, false);
   ExpectError<InputError>([&] { ResamplePhoto(folder / "p.tif", film, image, folder / "out.tif"); },
-                          {"p.tif", "another size"});
+                          {"p.tif", "has 900 x 900 px", "901"});
   EXPECT_FALSE(fs::exists(folder / "out.tif"));
 }
 
@@ -195,6 +195,34 @@ TEST(ResamplePhoto, TakesOutTheLensThatTheBlocksPosesAreTrueWith) {
     ASSERT_EQ(run.exit_code, 0) << run.err;
     EXPECT_LT(LargestError_px(folder / "out/images/p.tif", 0, of_block.camera, image, true), 0.04);
   }
+}
+
+// A scan that took another one's name and size, and one that is damaged: each fails alone.
+TEST(ResamplePhoto, OfADamagedScanOrAnotherOneFailsThatPhotoOnly) {
+  const TemporaryFolder folder;
+  WriteCameraFile(folder / "camera.toml", FilmCamera());
+  OrientationTable table;
+  table.crs = Crs::Parse("EPSG:32635", "test");
+  for (const char* name : {"good", "cut", "other"}) {
+    const std::string scan = folder / (std::string(name) + ".tif");
+    InteriorResult interior = Interior(ScanOrientation::kR0);
+    interior.photo = name;
+    WriteScan(scan, interior, 1);
+    interior.made_from = MadeFrom{"", "", name == std::string("other") ? "0123456789abcdef" : ""};
+    WriteInteriorResult(folder.Path(), interior);
+    table.rows.push_back({name, {{500000, 5000000, 900}, {0, 0, 0}}, std::nullopt});
+  }
+  WriteOrientationTable(folder / "orientation.csv", table);
+  fs::resize_file(folder / "cut.tif", fs::file_size(folder / "cut.tif") / 2);
+  const ProgramRun run = RunOrient({"convert", folder.Path(), "--camera", folder / "camera.toml",
+                                    "--images", folder / "*.tif", "--out", folder / "out"});
+  EXPECT_EQ(run.exit_code, 3) << run.err;
+  EXPECT_NE(run.out.find("failed  cut: "), std::string::npos) << run.out;
+  EXPECT_NE(run.out.find("failed  other: "), std::string::npos) << run.out;
+  EXPECT_NE(run.out.find("other.tif (the same size, other content)"), std::string::npos) << run.out;
+  EXPECT_TRUE(fs::exists(folder / "out/images/good.tif"));
+  for (const char* file : {"cut.tif", "cut.tif.part", "other.tif", "other.tif.part"})
+    EXPECT_FALSE(fs::exists(folder / (std::string("out/images/") + file))) << file;
 }
 
 TEST(ImageCamera, HoldsTheFrameInWholePixels) {
