@@ -16,6 +16,7 @@
 #include "core/files/atomic_write.h"
 #include "core/files/camera_file.h"
 #include "core/files/orientation_table.h"
+#include "core/format_text.h"
 #include "core/geometry/ground_surface.h"
 #include "core/imaging/raster.h"
 #include "core/median.h"
@@ -26,11 +27,13 @@
 #include "tools/approximations.h"
 #include "tools/block_camera.h"
 #include "tools/block_files.h"
+#include "tools/exterior_inputs.h"
 #include "tools/exterior_learning.h"
 #include "tools/film_pixel.h"
 #include "tools/footprint.h"
 #include "tools/height_check.h"
 #include "tools/interior_run.h"
+#include "tools/made_from.h"
 #include "tools/patch_sheet.h"
 #include "tools/scan_interior.h"
 #include "tools/shared_options.h"
@@ -350,17 +353,65 @@ std::optional<std::string> ExteriorRunOptions::Check() const {
   return std::nullopt;
 }
 
+namespace {
+
+std::string TextOf(EarthMode earth) {
+  return earth == EarthMode::kAuto ? "auto" : earth == EarthMode::kFlat ? "flat" : "curved";
+}
+
+ExteriorInputs InputsOf(const ExteriorRunOptions& options) {
+  const auto number = [](const std::optional<double>& value) {
+    return value ? FormatText("%.9g", *value) : std::string("-");
+  };
+  return {DigestOfCamera(ReadCameraFile(options.camera)), DigestOfRaster(options.dem),
+          "earth " + TextOf(options.earth) + ", principal distance sigma " +
+              number(options.principal_distance_sigma_mm) + " mm",
+          0};
+}
+
+// A block keeps its stages' results true by itself.
+bool IsOfABlock(const ExteriorRunOptions& options) {
+  return options.next_photos || options.table || options.earth_k1;
+}
+
+// Of a run that goes on: as those of the results that it keeps.
+ExteriorRunOptions AsResumed(const ExteriorRunOptions& given) {
+  ExteriorRunOptions options = given;
+  if (IsOfABlock(given) || !given.resume) return options;
+  if (const auto then = ReadExteriorInputs(given.out)) {
+    RequireSameInputs(given.out, *then, InputsOf(given));
+    options.earth_k1 = then->earth_k1;
+  }
+  return options;
+}
+
+void NoteInputs(const ExteriorRunOptions& given, double earth_k1) {
+  if (IsOfABlock(given)) return;
+  ExteriorInputs inputs = InputsOf(given);
+  inputs.earth_k1 = earth_k1;
+  WriteExteriorInputs(given.out, inputs);
+}
+
+}  // namespace
+
 double EarthK1OfRun(const ExteriorRunOptions& options) { return Prepare(options).earth_k1; }
 
-std::vector<ExteriorResult> RunExterior(const ExteriorRunOptions& options,
+std::vector<ExteriorResult> RunExterior(const ExteriorRunOptions& given,
                                         const std::function<void(const ExteriorResult&)>& done) {
-  if (const auto wrong = options.Check()) throw UsageError(*wrong);
+  if (const auto wrong = given.Check()) throw UsageError(*wrong);
+  const ExteriorRunOptions options = AsResumed(given);
   Setting setting = Prepare(options);
   MakeOutputDirectory(options.out);
+  NoteInputs(given, setting.earth_k1);
   // What a block's run left here is true of other poses.
   fs::remove(AdjustmentResultPath(options.out));
   for (const char* file : {kQuicklookFile, kSeamsFile, kCalibratedCameraFile})
     fs::remove(fs::path(options.out) / file);
+  // What a run that ends early leaves must not lie beside an earlier one's poses.
+  const fs::path table = fs::path(options.out) / "orientation.csv";
+  std::error_code ignored;
+  if (!fs::equivalent(table, options.approximations, ignored)) fs::remove(table);
+  fs::remove(BlockCameraPath(options.out));
   Learning learning(options);
   std::vector<ExteriorResult> results(options.photos.size());
   std::vector<char> fresh(options.photos.size(), 0);  // not bool: written from several threads
@@ -387,7 +438,9 @@ std::vector<ExteriorResult> RunExterior(const ExteriorRunOptions& options,
   learning.Tell(fresh, setting.camera.camera.kind, &results);
   WriteOrientationTable((fs::path(options.out) / "orientation.csv").string(),
                         TableOf(results, setting.crs));
-  WriteBlockCamera(options.out, setting.camera, setting.earth_k1);
+  // Photos with a principal distance of their own have no camera in common.
+  if (!options.principal_distance_sigma_mm)
+    WriteBlockCamera(options.out, setting.camera, setting.earth_k1);
   return results;
 }
 

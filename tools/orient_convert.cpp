@@ -170,9 +170,7 @@ class ConvertCommand : public Command {
     if (camera.camera.kind != CameraKind::kFilm)
       throw UsageError(
           "--images resamples film photos; a digital camera's images stay as they are");
-    const std::string interior = source_.interior.value_or(
-        fs::is_directory(source_.input) ? source_.input
-                                        : fs::path(source_.input).parent_path().string());
+    const std::string interior = source_.interior.value_or(InputFolder());
     const std::string folder = (fs::path(out_) / "images").string();
     MakeOutputDirectory(folder);
     WriteCameraFile((fs::path(folder) / "camera.toml").string(),
@@ -181,7 +179,7 @@ class ConvertCommand : public Command {
     bool all = true;
     for (const std::string& scan : images_) {
       try {
-        const ResampledPhoto made = ResampleOne(source, camera, interior, scan);
+        const ResampledPhoto made = ResampleOne(source, interior, scan);
         out << made.path << ": " << made.width << " x " << made.height
             << FormatText(" px, %d bands, largest difference %.2g px\n", made.bands,
                           made.largest_difference_px);
@@ -195,17 +193,22 @@ class ConvertCommand : public Command {
     return all;
   }
 
-  ResampledPhoto ResampleOne(const ConvertSource& source, const CameraFile& camera,
-                             const std::string& interior, const std::string& scan) const {
+  std::string InputFolder() const {
+    return fs::is_directory(source_.input) ? source_.input
+                                           : fs::path(source_.input).parent_path().string();
+  }
+
+  ResampledPhoto ResampleOne(const ConvertSource& source, const std::string& interior,
+                             const std::string& scan) const {
     const std::string photo = PhotoName(scan);
     if (!fs::exists(InteriorResultPath(interior, photo)))
       throw InputError(interior + " holds no interior orientation of " + scan +
                        "; name the folder that does with --interior, or leave the photo out");
-    const std::string exterior = ExteriorResultPath(interior, photo);
+    const std::string exterior = ExteriorResultPath(InputFolder(), photo);
     std::optional<ScanOrientation> orientation;
     if (fs::exists(exterior)) orientation = ReadExteriorResult(exterior).orientation;
-    const FilmImage film(camera, photo, interior, orientation, source.cameras.front(),
-                         source_.remove_distortion);
+    const FilmImage film(*source.camera_of_poses, photo, interior, orientation,
+                         source.cameras.front(), source_.remove_distortion);
     return ResamplePhoto(scan, film, source.cameras.front(), ImagePath(scan));
   }
 

@@ -254,6 +254,16 @@ TEST_F(BadInput, DamagedResultIsNamedOnResume) {
                 {Path("out/new_1_2.exterior.json")});
 }
 
+TEST_F(BadInput, ResultsOfAnotherCameraOrEarthAreNotKeptOnResume) {
+  const std::string scan = Path("scans/new_1_1.tif");
+  EXPECT_EQ(Exterior({scan}).exit_code, 3);  // no patches
+  EXPECT_EQ(Exterior({scan, "--resume"}).exit_code, 3);
+  ExpectRefused(Exterior({scan, "--resume", "--earth", "curved"}), 2,
+                {Path("out"), "options", "earth auto", "earth curved", "--overwrite"});
+  Edit("camera.toml", "principal_distance_mm = ", "principal_distance_mm = 1");
+  ExpectRefused(Exterior({scan, "--resume"}), 2, {Path("out"), "another camera file"});
+}
+
 TEST_F(BadInput, FilmCameraWithoutInteriorIsRefused) {
   SimulationOptions film;
   film.photos = 1;

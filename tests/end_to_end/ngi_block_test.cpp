@@ -74,6 +74,7 @@ CheckRms CheckPatches(const Ngi& ngi, const TemporaryFolder& folder, const std::
                                         "--no-feedback"};
   for (const std::string& number : kNumbers) arguments.push_back(ngi.Photo(number));
   const ProgramRun run = RunOrient(arguments);
+  EXPECT_EQ(run.exit_code, 0) << run.out << run.err;
   const OrientationTable block = ReadOrientationTable(folder / "out/orientation.csv");
   CheckRms sum;
   int count = 0;
@@ -99,6 +100,7 @@ CheckRms CheckPatches(const Ngi& ngi, const TemporaryFolder& folder, const std::
     sum.published_px += photo.published_px;
     count += photo_count;
   }
+  EXPECT_GT(count, 200);
   return {std::sqrt(sum.block_px / std::max(count, 1)),
           std::sqrt(sum.published_px / std::max(count, 1))};
 }

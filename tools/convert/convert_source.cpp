@@ -181,6 +181,11 @@ ConvertSource ReadOrientResults(const ConvertSourceOptions& options) {
     const std::string path = ExteriorResultPath(folder, row.photo);
     std::optional<ExteriorResult> exterior;
     if (fs::exists(path)) exterior = ReadExteriorResult(path);
+    if (exterior && exterior->principal_distance)
+      throw InputError(path + ": the photo's principal distance was freed (" +
+                       std::to_string(exterior->principal_distance->value_mm) +
+                       " mm); put the value that is true into the camera file and orient without " +
+                       "--principal-distance-sigma-mm before converting");
     auto height = MeanGround(exterior);
     if (!height) height = options.ground_height_m;
     const bool seen = !film || fs::exists(InteriorResultPath(interior, row.photo));
@@ -199,7 +204,9 @@ ConvertSource ReadOrientResults(const ConvertSourceOptions& options) {
                               " does not hold their interior orientations; name the " +
                               "folder that does with --interior");
   const std::string adjusted = AdjustmentResultPath(folder);
-  if (fs::exists(adjusted)) points.AddTies(ReadAdjustmentResult(adjusted));
+  if (fs::exists(adjusted))
+    if (const AdjustmentResult block = ReadAdjustmentResult(adjusted); block.converged)
+      points.AddTies(block);
   source.block.points = points.Take();
   return source;
 }

@@ -60,6 +60,37 @@ std::vector<ExchangeFormat> AllFormats() {
   return {kAllExchangeFormats.begin(), kAllExchangeFormats.end()};
 }
 
+// Two photos of a digital camera, as `orient exterior` leaves them, and a command that converts.
+class ConvertedBlock : public testing::Test {
+ protected:
+  ConvertedBlock() {
+    WriteCameraFile(folder_ / "camera.toml", {LargeFrameCamera(), {}, {}, std::nullopt, {}});
+    OrientationTable table;
+    table.crs = Crs::Parse("EPSG:32635", "test");
+    for (const ExchangePhoto& photo : TwoPhotos().block.photos)
+      table.rows.push_back({PhotoName(photo.image), PoseOf(photo), std::nullopt});
+    WriteOrientationTable(folder_ / "orientation.csv", table);
+  }
+
+  ProgramRun Convert(const std::string& input, const std::vector<std::string>& more) const {
+    std::vector<std::string> words = {
+        "convert", folder_ / input, "--camera",   folder_ / "camera.toml",
+        "--out",   folder_ / "out", "--overwrite"};
+    words.insert(words.end(), more.begin(), more.end());
+    return RunOrient(words);
+  }
+
+  void ExpectRefused(const std::string& input, const std::vector<std::string>& more, int exit_code,
+                     const std::vector<std::string>& parts) const {
+    const ProgramRun run = Convert(input, more);
+    EXPECT_EQ(run.exit_code, exit_code) << run.out << run.err;
+    for (const std::string& part : parts)
+      EXPECT_NE(run.err.find(part), std::string::npos) << part << " in " << run.err;
+  }
+
+  const TemporaryFolder folder_;
+};
+
 TEST(Convert, EveryFormatProjectsByItsProgramsFormulas) {
   const TemporaryFolder folder;
   for (const WrittenExport& written :
@@ -267,6 +298,18 @@ TEST_F(WrongConvention, AnotherPoseIsNoConvention) {
 }
 
 // A block's folder: patches are control, ties come from block.json with what the adjustment used.
+TEST_F(ConvertedBlock, OfFreedPrincipalDistancesIsRefused) {
+  ExteriorResult result;
+  result.photo = "4711";
+  result.status = Status::kOk;
+  result.pose = PoseOf(TwoPhotos().block.photos.front());
+  result.covariance = Matrix6d::Identity();
+  result.principal_distance = FreedPrincipalDistance{101, 0.1, 100.5, 1};
+  WriteExteriorResult(folder_.Path(), result);
+  ExpectRefused("orientation.csv", {"--to", "colmap"}, 2,
+                {"4711.exterior.json", "was freed", "--principal-distance-sigma-mm"});
+}
+
 TEST(Convert, TiesOfTheAdjustmentAreExported) {
   const TemporaryFolder folder;
   WriteCameraFile(folder / "camera.toml", {LargeFrameCamera(), {}, {}, std::nullopt, {}});
@@ -313,37 +356,6 @@ TEST(Convert, TiesOfTheAdjustmentAreExported) {
   EXPECT_TRUE(fs::exists(folder / "out/micmac/Homol/Pastis4711.tif/4712.tif.txt"));
   EXPECT_EQ(RunOrient({"convert", folder / "out", "--check"}).exit_code, 0);
 }
-
-// Two photos of a digital camera, as `orient exterior` leaves them, and a command that converts.
-class ConvertedBlock : public testing::Test {
- protected:
-  ConvertedBlock() {
-    WriteCameraFile(folder_ / "camera.toml", {LargeFrameCamera(), {}, {}, std::nullopt, {}});
-    OrientationTable table;
-    table.crs = Crs::Parse("EPSG:32635", "test");
-    for (const ExchangePhoto& photo : TwoPhotos().block.photos)
-      table.rows.push_back({PhotoName(photo.image), PoseOf(photo), std::nullopt});
-    WriteOrientationTable(folder_ / "orientation.csv", table);
-  }
-
-  ProgramRun Convert(const std::string& input, const std::vector<std::string>& more) const {
-    std::vector<std::string> words = {
-        "convert", folder_ / input, "--camera",   folder_ / "camera.toml",
-        "--out",   folder_ / "out", "--overwrite"};
-    words.insert(words.end(), more.begin(), more.end());
-    return RunOrient(words);
-  }
-
-  void ExpectRefused(const std::string& input, const std::vector<std::string>& more, int exit_code,
-                     const std::vector<std::string>& parts) const {
-    const ProgramRun run = Convert(input, more);
-    EXPECT_EQ(run.exit_code, exit_code) << run.out << run.err;
-    for (const std::string& part : parts)
-      EXPECT_NE(run.err.find(part), std::string::npos) << part << " in " << run.err;
-  }
-
-  const TemporaryFolder folder_;
-};
 
 TEST_F(ConvertedBlock, OfAnotherCrsThanItsPrjSaysIsRefused) {
   ExpectRefused("orientation.csv", {"--to", "colmap", "--crs", "EPSG:32636"}, 2,
