@@ -16,7 +16,12 @@ std::string BlockCameraPath(const std::string& directory);
 // InputError: cannot write.
 void WriteBlockCamera(const std::string& directory, const CameraFile& camera, double earth_k1);
 
-// Throws UsageError where `camera` is such a file and curvature may be added to it once more.
+// Throws UsageError where `camera` is such a file, or its copy beside exports or resampled images,
+// and curvature may be added to it once more.
 void RefuseBlockCamera(const std::string& camera, EarthMode earth);
+
+// Throws UsageError where the folder of an orientation table says that its poses are true with
+// another camera than this one.
+void RequireCameraOfPoses(const std::string& camera, const std::string& table);
 
 }  // namespace orient

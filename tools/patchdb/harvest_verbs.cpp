@@ -97,6 +97,7 @@ class HarvestVerb : public PatchdbVerb {
     const HarvestRun& run = arguments_.Checked();
     PatchDatabase database = OpenToWrite(path_, out);
     RefuseBlockCamera(camera_, photos_.earth);
+    RequireCameraOfPoses(camera_, photos_.orientation_path);
     ReadPhotos(camera_, patterns_, path_, database, &photos_);
     HarvestPhotos(database, run, photos_, out);
   }
@@ -159,6 +160,7 @@ class AddGcpVerb : public PatchdbVerb {
     if (const auto wrong = options.Check()) throw UsageError(*wrong);
     PatchDatabase database = OpenToWrite(path_, out);
     RefuseBlockCamera(camera_, photos_.earth);
+    RequireCameraOfPoses(camera_, photos_.orientation_path);
     ReadPhotos(camera_, patterns_, path_, database, &photos_);
     if (!date_.empty()) control_.about.date = date_;
     if (!provenance_.empty()) control_.about.provenance = provenance_;
