@@ -40,15 +40,21 @@ void RefuseBlockCamera(const std::string& camera, EarthMode earth) {
       "one with --earth flat (earth = \"flat\" in a block file)");
 }
 
-void RequireCameraOfPoses(const std::string& camera, const std::string& table) {
-  const std::string own = BlockCameraPath(fs::path(table).parent_path().string());
+std::optional<std::string> OtherBlockCamera(const std::string& directory,
+                                            const std::string& camera) {
+  const std::string own = BlockCameraPath(directory);
   std::error_code ignored;
-  if (!fs::exists(own, ignored) || fs::equivalent(own, camera, ignored)) return;
-  if (CameraFileText(ReadCameraFile(own), "/") == CameraFileText(ReadCameraFile(camera), "/"))
-    return;
-  throw UsageError("the poses of " + table + " are true with " + own + " (calibration, curvature " +
-                   "and refraction are in its lens), not with " + camera + "; give --camera " +
-                   own + " --earth flat");
+  if (!fs::exists(own, ignored) ||
+      CameraFileText(ReadCameraFile(own), "/") == CameraFileText(ReadCameraFile(camera), "/"))
+    return std::nullopt;
+  return own;
+}
+
+void RequireCameraOfPoses(const std::string& camera, const std::string& table) {
+  if (const auto own = OtherBlockCamera(fs::path(table).parent_path().string(), camera))
+    throw UsageError("the poses of " + table + " are true with " + *own +
+                     " (calibration, curvature and refraction are in its lens), not with " +
+                     camera + "; give --camera " + *own + " --earth flat");
 }
 
 }  // namespace orient

@@ -1,6 +1,7 @@
 // The camera that belongs to poses: they show the ground where the photos do with it only.
 #pragma once
 
+#include <optional>
 #include <string>
 
 #include "core/files/camera_file.h"
@@ -19,6 +20,11 @@ void WriteBlockCamera(const std::string& directory, const CameraFile& camera, do
 // Throws UsageError where `camera` is such a file, or its copy beside exports or resampled images,
 // and curvature may be added to it once more.
 void RefuseBlockCamera(const std::string& camera, EarthMode earth);
+
+// The folder's block camera where it says anything else than the file `camera`; empty where it does
+// not, or there is none.
+std::optional<std::string> OtherBlockCamera(const std::string& directory,
+                                            const std::string& camera);
 
 // Throws UsageError where the folder of an orientation table says that its poses are true with
 // another camera than this one.

@@ -2,18 +2,11 @@
 #pragma once
 
 #include <CLI/App.hpp>
-#include <map>
 #include <string>
 
 #include "core/geometry/earth_effects.h"
 
 namespace orient {
-
-inline const std::map<std::string, EarthMode>& EarthModes() {
-  static const std::map<std::string, EarthMode> modes = {
-      {"auto", EarthMode::kAuto}, {"flat", EarthMode::kFlat}, {"curved", EarthMode::kCurved}};
-  return modes;
-}
 
 inline CLI::Option* AddEarthOption(CLI::App& app, EarthMode* mode) {
   return app

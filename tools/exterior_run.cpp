@@ -355,16 +355,12 @@ std::optional<std::string> ExteriorRunOptions::Check() const {
 
 namespace {
 
-std::string TextOf(EarthMode earth) {
-  return earth == EarthMode::kAuto ? "auto" : earth == EarthMode::kFlat ? "flat" : "curved";
-}
-
 ExteriorInputs InputsOf(const ExteriorRunOptions& options) {
   const auto number = [](const std::optional<double>& value) {
     return value ? FormatText("%.9g", *value) : std::string("-");
   };
   return {DigestOfCamera(ReadCameraFile(options.camera)), DigestOfRaster(options.dem),
-          "earth " + TextOf(options.earth) + ", principal distance sigma " +
+          "earth " + Name(options.earth) + ", principal distance sigma " +
               number(options.principal_distance_sigma_mm) + " mm",
           0};
 }
@@ -374,22 +370,18 @@ bool IsOfABlock(const ExteriorRunOptions& options) {
   return options.next_photos || options.table || options.earth_k1;
 }
 
-// Of a run that goes on: as those of the results that it keeps.
-ExteriorRunOptions AsResumed(const ExteriorRunOptions& given) {
-  ExteriorRunOptions options = given;
-  if (IsOfABlock(given) || !given.resume) return options;
-  if (const auto then = ReadExteriorInputs(given.out)) {
-    RequireSameInputs(given.out, *then, InputsOf(given));
-    options.earth_k1 = then->earth_k1;
+// A run that goes on is as that whose results it keeps.
+Setting PrepareAlone(ExteriorRunOptions* options) {
+  ExteriorInputs inputs = InputsOf(*options);
+  if (const auto then = options->resume ? ReadExteriorInputs(options->out) : std::nullopt) {
+    RequireSameInputs(options->out, *then, inputs);
+    options->earth_k1 = then->earth_k1;
   }
-  return options;
-}
-
-void NoteInputs(const ExteriorRunOptions& given, double earth_k1) {
-  if (IsOfABlock(given)) return;
-  ExteriorInputs inputs = InputsOf(given);
-  inputs.earth_k1 = earth_k1;
-  WriteExteriorInputs(given.out, inputs);
+  Setting setting = Prepare(*options);
+  MakeOutputDirectory(options->out);
+  inputs.earth_k1 = setting.earth_k1;
+  WriteExteriorInputs(options->out, inputs);
+  return setting;
 }
 
 }  // namespace
@@ -399,10 +391,9 @@ double EarthK1OfRun(const ExteriorRunOptions& options) { return Prepare(options)
 std::vector<ExteriorResult> RunExterior(const ExteriorRunOptions& given,
                                         const std::function<void(const ExteriorResult&)>& done) {
   if (const auto wrong = given.Check()) throw UsageError(*wrong);
-  const ExteriorRunOptions options = AsResumed(given);
-  Setting setting = Prepare(options);
+  ExteriorRunOptions options = given;
+  Setting setting = IsOfABlock(given) ? Prepare(options) : PrepareAlone(&options);
   MakeOutputDirectory(options.out);
-  NoteInputs(given, setting.earth_k1);
   // What a block's run left here is true of other poses.
   fs::remove(AdjustmentResultPath(options.out));
   for (const char* file : {kQuicklookFile, kSeamsFile, kCalibratedCameraFile})
@@ -436,8 +427,7 @@ std::vector<ExteriorResult> RunExterior(const ExteriorRunOptions& given,
   for (std::vector<std::size_t> wave = next(); !wave.empty(); wave = next())
     arena.execute([&] { tbb::parallel_for_each(wave, orient_one); });
   learning.Tell(fresh, setting.camera.camera.kind, &results);
-  WriteOrientationTable((fs::path(options.out) / "orientation.csv").string(),
-                        TableOf(results, setting.crs));
+  WriteOrientationTable(table.string(), TableOf(results, setting.crs));
   // Photos with a principal distance of their own have no camera in common.
   if (!options.principal_distance_sigma_mm)
     WriteBlockCamera(options.out, setting.camera, setting.earth_k1);

@@ -170,7 +170,7 @@ class ConvertCommand : public Command {
     if (camera.camera.kind != CameraKind::kFilm)
       throw UsageError(
           "--images resamples film photos; a digital camera's images stay as they are");
-    const std::string interior = source_.interior.value_or(InputFolder());
+    const std::string interior = source_.interior.value_or(FolderOf(source_.input));
     const std::string folder = (fs::path(out_) / "images").string();
     MakeOutputDirectory(folder);
     WriteCameraFile((fs::path(folder) / "camera.toml").string(),
@@ -193,18 +193,13 @@ class ConvertCommand : public Command {
     return all;
   }
 
-  std::string InputFolder() const {
-    return fs::is_directory(source_.input) ? source_.input
-                                           : fs::path(source_.input).parent_path().string();
-  }
-
   ResampledPhoto ResampleOne(const ConvertSource& source, const std::string& interior,
                              const std::string& scan) const {
     const std::string photo = PhotoName(scan);
     if (!fs::exists(InteriorResultPath(interior, photo)))
       throw InputError(interior + " holds no interior orientation of " + scan +
                        "; name the folder that does with --interior, or leave the photo out");
-    const std::string exterior = ExteriorResultPath(InputFolder(), photo);
+    const std::string exterior = ExteriorResultPath(FolderOf(source_.input), photo);
     std::optional<ScanOrientation> orientation;
     if (fs::exists(exterior)) orientation = ReadExteriorResult(exterior).orientation;
     const FilmImage film(*source.camera_of_poses, photo, interior, orientation,

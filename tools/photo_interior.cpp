@@ -12,10 +12,10 @@ std::string SizeText(int width, int height) {
   return std::to_string(width) + " x " + std::to_string(height) + " px";
 }
 
-void RequireSize(const Raster& photo, int width, int height, const std::string& whose) {
+void RequireSize(const Raster& photo, int width, int height) {
   if (photo.Width() != width || photo.Height() != height)
-    throw InputError(photo.Path() + " has " + SizeText(photo.Width(), photo.Height()) + ", " +
-                     whose + " says " + SizeText(width, height) +
+    throw InputError(photo.Path() + " has " + SizeText(photo.Width(), photo.Height()) +
+                     ", the camera file says " + SizeText(width, height) +
                      "; give the camera or the image that belongs to it");
 }
 
@@ -24,8 +24,7 @@ void RequireSize(const Raster& photo, int width, int height, const std::string& 
 PhotoInterior PhotoInteriorOf(const Raster& photo, const Camera& camera,
                               const std::string& interior_directory) {
   if (camera.kind == CameraKind::kDigital) {
-    if (camera.image_px)
-      RequireSize(photo, camera.image_px->x(), camera.image_px->y(), "the camera file");
+    if (camera.image_px) RequireSize(photo, camera.image_px->x(), camera.image_px->y());
     return {DigitalPhotoFromPixel(camera)};
   }
   if (interior_directory.empty())

@@ -127,10 +127,10 @@ void ReadAdjustment(const TomlTable& root, BlockFile* block) {
 
 EarthMode ReadEarth(const TomlTable& root) {
   const std::string earth = root.FindText("earth").value_or("auto");
-  if (earth == "flat") return EarthMode::kFlat;
-  if (earth == "curved") return EarthMode::kCurved;
-  if (earth != "auto") root.Fail("earth", "is \"" + earth + "\"; it must be auto, flat or curved");
-  return EarthMode::kAuto;
+  const auto mode = EarthModes().find(earth);
+  if (mode == EarthModes().end())
+    root.Fail("earth", "is \"" + earth + "\"; it must be auto, flat or curved");
+  return mode->second;
 }
 
 bool IsPattern(const std::string& text) { return text.find_first_of("*?[") != std::string::npos; }

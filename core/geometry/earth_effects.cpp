@@ -15,6 +15,18 @@ double PixelSize(const Camera& camera, double film_pixel_mm) {
 
 }  // namespace
 
+const std::map<std::string, EarthMode>& EarthModes() {
+  static const std::map<std::string, EarthMode> modes = {
+      {"auto", EarthMode::kAuto}, {"flat", EarthMode::kFlat}, {"curved", EarthMode::kCurved}};
+  return modes;
+}
+
+std::string Name(EarthMode mode) {
+  return std::find_if(EarthModes().begin(), EarthModes().end(),
+                      [&](const auto& named) { return named.second == mode; })
+      ->first;
+}
+
 double RefractionOfStandardAtmosphere(double flying_m, double ground_m) {
   const auto term = [](double height_m) {
     const double km = std::clamp(height_m, 0.0, 15e3) / 1000;

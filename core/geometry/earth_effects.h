@@ -9,6 +9,9 @@
 // projects with it does so consistently.
 #pragma once
 
+#include <map>
+#include <string>
+
 #include "core/geometry/camera.h"
 
 namespace orient {
@@ -19,6 +22,8 @@ inline constexpr double kEarthRadius_m = 6371000;
 inline constexpr double kFilmPixel_mm = 0.025;  // where nobody knows how it was scanned
 
 enum class EarthMode { kAuto, kFlat, kCurved };
+const std::map<std::string, EarthMode>& EarthModes();  // by the names that users give
+std::string Name(EarthMode mode);
 
 // Bertram's K for the standard atmosphere (ARDC 1959), rad: a ray at the zenith angle t arrives
 // bent by K tan(t). Heights above sea level, metres, up to 15 km.

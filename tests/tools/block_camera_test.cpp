@@ -6,22 +6,13 @@
 
 #include "core/error.h"
 #include "core/geometry/lens.h"
+#include "tests/support/example_camera.h"
 #include "tests/support/expect_error.h"
 #include "tests/support/shared_data.h"
 
 namespace orient {
 namespace {
 namespace fs = std::filesystem;
-
-CameraFile ExampleCamera() {
-  CameraFile file;
-  file.camera.name = "example";
-  file.camera.kind = CameraKind::kDigital;
-  file.camera.principal_distance_mm = 100;
-  file.camera.frame_mm = Eigen::Vector2d(40, 30);
-  file.camera.image_px = Eigen::Vector2i(4000, 3000);
-  return file;
-}
 
 TEST(BlockCamera, IsRefusedByWhateverNameWhereCurvatureMayBeAddedAgain) {
   const TemporaryFolder folder;

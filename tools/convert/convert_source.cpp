@@ -38,12 +38,6 @@ std::string TablePath(const std::string& input) {
   return fs::is_directory(input) ? (fs::path(input) / "orientation.csv").string() : input;
 }
 
-std::string FolderOf(const std::string& input) {
-  if (fs::is_directory(input)) return input;
-  const fs::path parent = fs::path(input).parent_path();
-  return parent.empty() ? "." : parent.string();
-}
-
 double PixelSizeOfImages(const ConvertSourceOptions& options, const std::string& interior) {
   if (options.pixel_size_um) return 1e-3 * *options.pixel_size_um;
   if (const auto mean = MeanPixelSize(interior)) return *mean;
@@ -101,15 +95,19 @@ CameraFile CameraOfPoses(const ConvertSourceOptions& options, std::vector<std::s
     if (options.camera.empty()) throw UsageError("name the photos' camera file with --camera");
     return ReadCameraFile(options.camera);
   }
-  CameraFile camera = ReadCameraFile(own);
-  if (!options.camera.empty() &&
-      CameraFileText(ReadCameraFile(options.camera), "/") != CameraFileText(camera, "/"))
+  if (!options.camera.empty() && OtherBlockCamera(FolderOf(options.input), options.camera))
     messages->push_back("the poses are true with " + own + ", which is used instead of " +
                         options.camera);
-  return camera;
+  return ReadCameraFile(own);
 }
 
 }  // namespace
+
+std::string FolderOf(const std::string& input) {
+  if (fs::is_directory(input)) return input;
+  const fs::path parent = fs::path(input).parent_path();
+  return parent.empty() ? "." : parent.string();
+}
 
 std::string Name(ExchangeFormat format) {
   return std::find_if(kNames.begin(), kNames.end(),

@@ -63,6 +63,9 @@ struct ConvertSourceOptions {
 // lens's, are gone. A digital camera keeps its pixels.
 Camera ImageCamera(const Camera& camera, double pixel_mm, bool remove_distortion);
 
+// That an input (folder or file) is or lies in.
+std::string FolderOf(const std::string& input);
+
 // From the folder of `orient block` or `orient exterior` (orientation.csv, the photos' results) or
 // an OPK CSV. Throws InputError.
 ConvertSource ReadOrientResults(const ConvertSourceOptions& options);

@@ -33,7 +33,6 @@ FilmImage::FilmImage(const CameraFile& camera, const std::string& photo,
   }
   interior_path_ = path;
   interior_ = result;
-  photo_from_scan_ = *result.photo_from_pixel;
   correction_ = CorrectionOf(result);
   // The digital camera's photo system begins at the image's centre, the film's at its own origin.
   Affine2d photo_from_image = DigitalPhotoFromPixel(image);
@@ -49,7 +48,7 @@ void FilmImage::RequireScan(const std::string& path, int width, int height) cons
 
 std::optional<Eigen::Vector2d> FilmImage::ImageFromScan(const Eigen::Vector2d& scan_px) const {
   if (!film_) return scan_px;
-  Eigen::Vector2d photo = PhotoFromPixel(photo_from_scan_, correction_.get(), scan_px);
+  Eigen::Vector2d photo = PhotoFromPixel(*interior_.photo_from_pixel, correction_.get(), scan_px);
   if (remove_distortion_) {
     const auto ideal = UndistortPoint(camera_.lens, photo - camera_.principal_point_mm);
     if (!ideal) return std::nullopt;
@@ -64,7 +63,7 @@ Eigen::Vector2d FilmImage::ScanFromImage(const Eigen::Vector2d& image_px) const 
   if (remove_distortion_)
     photo =
         DistortPoint(camera_.lens, photo - camera_.principal_point_mm) + camera_.principal_point_mm;
-  return PixelFromPhoto(photo_from_scan_, correction_.get(), photo);
+  return PixelFromPhoto(*interior_.photo_from_pixel, correction_.get(), photo);
 }
 
 }  // namespace orient

@@ -40,7 +40,6 @@ class FilmImage {
   std::string interior_path_;  // of a film photo, and what it holds
   InteriorResult interior_;
   Camera camera_;
-  Affine2d photo_from_scan_;
   Affine2d image_from_photo_;  // the photo's own system, not the digital camera's
   std::shared_ptr<const FilmCorrection> correction_;
 };

@@ -65,10 +65,13 @@ struct HarvestArguments {
   }
 };
 
-// Throws InputError where the orientation is in another CRS than the database.
+// Throws UsageError where the orientation is not true with the camera, InputError where it is in
+// another CRS than the database.
 void ReadPhotos(const std::string& camera, const std::vector<std::string>& patterns,
                 const std::string& database_path, const PatchDatabase& database,
                 PhotosToHarvest* photos) {
+  RefuseBlockCamera(camera, photos->earth);
+  RequireCameraOfPoses(camera, photos->orientation_path);
   photos->camera = ReadCameraFile(camera).camera;
   photos->orientation = ReadOrientationTable(photos->orientation_path);
   const auto& crs = photos->orientation.crs;
@@ -96,8 +99,6 @@ class HarvestVerb : public PatchdbVerb {
   void Run(std::ostream& out) override {
     const HarvestRun& run = arguments_.Checked();
     PatchDatabase database = OpenToWrite(path_, out);
-    RefuseBlockCamera(camera_, photos_.earth);
-    RequireCameraOfPoses(camera_, photos_.orientation_path);
     ReadPhotos(camera_, patterns_, path_, database, &photos_);
     HarvestPhotos(database, run, photos_, out);
   }
@@ -159,8 +160,6 @@ class AddGcpVerb : public PatchdbVerb {
     options.chip_px = control_.chip_px;
     if (const auto wrong = options.Check()) throw UsageError(*wrong);
     PatchDatabase database = OpenToWrite(path_, out);
-    RefuseBlockCamera(camera_, photos_.earth);
-    RequireCameraOfPoses(camera_, photos_.orientation_path);
     ReadPhotos(camera_, patterns_, path_, database, &photos_);
     if (!date_.empty()) control_.about.date = date_;
     if (!provenance_.empty()) control_.about.provenance = provenance_;

@@ -4,21 +4,12 @@
 
 #include <filesystem>
 
+#include "tests/support/example_camera.h"
 #include "tests/support/shared_data.h"
 #include "tools/block_camera.h"
 
 namespace orient {
 namespace {
-
-CameraFile ExampleCamera() {
-  CameraFile file;
-  file.camera.name = "example";
-  file.camera.kind = CameraKind::kDigital;
-  file.camera.principal_distance_mm = 100;
-  file.camera.frame_mm = Eigen::Vector2d(40, 30);
-  file.camera.image_px = Eigen::Vector2i(4000, 3000);
-  return file;
-}
 
 BlockResult Calibrated(const Camera& camera) {
   BlockResult result;

@@ -390,40 +390,35 @@ TEST_F(ConvertedBlock, ReadsNoDamagedOriLine) {
   EXPECT_NE(cut.out.find("4712 for one: was it cut?"), std::string::npos) << cut.out;
 }
 
-TEST(Convert, CommandWritesAndChecks) {
-  const TemporaryFolder folder;
-  WriteCameraFile(folder / "camera.toml", {LargeFrameCamera(), {}, {}, std::nullopt, {}});
-  OrientationTable table;
-  table.crs = Crs::Parse("EPSG:32635", "test");
-  for (const ExchangePhoto& photo : TwoPhotos().block.photos)
-    table.rows.push_back({PhotoName(photo.image), PoseOf(photo), std::nullopt});
-  WriteOrientationTable(folder / "orientation.csv", table);
+TEST_F(ConvertedBlock, IsWrittenAndChecked) {
   const ProgramRun written =
-      RunOrient({"convert", folder / "orientation.csv", "--camera", folder / "camera.toml", "--to",
-                 "colmap,micmac", "--out", folder / "out"});
+      RunOrient({"convert", folder_ / "orientation.csv", "--camera", folder_ / "camera.toml",
+                 "--to", "colmap,micmac", "--out", folder_ / "out"});
   EXPECT_EQ(written.exit_code, 0) << written.err;
-  EXPECT_TRUE(fs::exists(folder / "out/micmac/Ori-Orient/Orientation-4711.tif.xml"));
-  const ProgramRun checked = RunOrient({"convert", folder / "out", "--check"});
+  EXPECT_TRUE(fs::exists(folder_ / "out/micmac/Ori-Orient/Orientation-4711.tif.xml"));
+  const ProgramRun checked = RunOrient({"convert", folder_ / "out", "--check"});
   EXPECT_EQ(checked.exit_code, 0) << checked.out << checked.err;
   // What a block's run calls for its [output] formats.
-  const auto exports = WriteExportsOf(folder.Path(), folder / "camera.toml", {"metashape", "patb"});
+  const auto exports =
+      WriteExportsOf(folder_.Path(), folder_ / "camera.toml", {"metashape", "patb"});
   EXPECT_EQ(exports.size(), 2u);
-  EXPECT_TRUE(fs::exists(folder / "exports/patb/patb.ori"));
-  EXPECT_THROW(WriteExportsOf(folder.Path(), folder / "camera.toml", {"bundler"}), UsageError);
+  EXPECT_TRUE(fs::exists(folder_ / "exports/patb/patb.ori"));
+  EXPECT_THROW(WriteExportsOf(folder_.Path(), folder_ / "camera.toml", {"bundler"}), UsageError);
   const ProgramRun again =
-      RunOrient({"convert", folder / "orientation.csv", "--camera", folder / "camera.toml", "--to",
-                 "colmap", "--out", folder / "out"});
+      RunOrient({"convert", folder_ / "orientation.csv", "--camera", folder_ / "camera.toml",
+                 "--to", "colmap", "--out", folder_ / "out"});
   EXPECT_EQ(again.exit_code, 1) << "results would be overwritten";
   const ProgramRun on =
-      RunOrient({"convert", folder / "out/colmap", "--from", "colmap", "--to", "metashape,asp",
-                 "--out", folder / "on", "--ground-height-m", "300"});
+      RunOrient({"convert", folder_ / "out/colmap", "--from", "colmap", "--to", "metashape,asp",
+                 "--out", folder_ / "on", "--ground-height-m", "300"});
   EXPECT_EQ(on.exit_code, 0) << on.err;
-  const ProgramRun lost = RunOrient({"convert", folder / "orientation.csv", "--camera",
-                                     folder / "camera.toml", "--to", "asp", "--out", folder / "x"});
+  const ProgramRun lost =
+      RunOrient({"convert", folder_ / "orientation.csv", "--camera", folder_ / "camera.toml",
+                 "--to", "asp", "--out", folder_ / "x"});
   EXPECT_EQ(lost.exit_code, 2);
   EXPECT_NE(lost.err.find("--ground-height-m"), std::string::npos) << lost.err;
   const ProgramRun nothing =
-      RunOrient({"convert", folder / "on/asp", "--check", "--from", "bingo"});
+      RunOrient({"convert", folder_ / "on/asp", "--check", "--from", "bingo"});
   EXPECT_EQ(nothing.exit_code, 2);
   EXPECT_NE(nothing.err.find("itera.dat"), std::string::npos) << nothing.err;
 }
