@@ -252,6 +252,18 @@ bool Adjustment::CalibrationChanges() {
 void Adjustment::Say() {
   for (const BlockPart& part : result_->parts)
     if (!part.message.empty()) result_->messages.push_back(part.message);
+  std::vector<std::size_t> gnss, prior;
+  for (std::size_t i = 0; i < result_->photos.size(); ++i) {
+    if (result_->photos[i].gnss_rejected) gnss.push_back(i);
+    if (result_->photos[i].prior_rejected) prior.push_back(i);
+  }
+  if (!gnss.empty())
+    result_->messages.push_back(
+        "GNSS contradicts the block and is not used: " + NamesOf(system_.block, gnss) + ".");
+  if (!prior.empty())
+    result_->messages.push_back(
+        "The approximation is worse than it is said to be, and is no observation: " +
+        NamesOf(system_.block, prior) + ".");
   std::vector<std::size_t> undetermined;
   for (std::size_t i = 0; i < result_->photos.size(); ++i)
     if (result_->photos[i].state == PhotoState::kUndetermined) undetermined.push_back(i);

@@ -24,6 +24,7 @@ namespace orient {
 struct GnssPosition {
   Eigen::Vector3d position_m;
   Eigen::Matrix3d covariance_m2;
+  double along_strip = 0;  // -1 at the strip's first exposure, 1 at its last: what drift goes by
 };
 
 struct BlockPhoto {
@@ -139,6 +140,8 @@ struct AdjustedPhoto {
   int part = 0;                                    // index into BlockResult::parts
   int observations = 0;                            // used
   std::optional<Eigen::Vector3d> gnss_residual_m;  // measured - computed
+  double gnss_w = 0, prior_w = 0;  // as w of an observation: chi of 3 and of 6 degrees of freedom
+  bool gnss_rejected = false, prior_rejected = false;
   // What the film's transform had to give: d(a11 a12 a21 a22 t1 t2), mm.
   Vector6d interior_correction = Vector6d::Zero();
 };

@@ -10,8 +10,8 @@
 namespace orient {
 namespace {
 
-// Medians of chi-square with 1 and 2 degrees of freedom.
-constexpr std::array<double, 3> kMedianChi2 = {1, 0.4549, 1.3863};
+// Medians of chi-square by degrees of freedom.
+constexpr std::array<double, 7> kMedianChi2 = {1, 0.4549, 1.3863, 2.3660, 3.3567, 4.3515, 5.3481};
 constexpr std::size_t kLeastForMedian = 8;
 // Variance factors that change less than this are left alone.
 constexpr double kSettled = 0.02;
@@ -23,9 +23,11 @@ constexpr double kLeastFactor = 1e-4, kMostFactor = 1e4;
 constexpr double kLeastControlFactor = 0.5;
 
 void SetFactor(RowKind kind, double factor, BlockSystem* system) {
-  const bool control = kind == RowKind::kControlImage;
-  system->SetFactor(kind,
-                    std::clamp(factor, control ? kLeastControlFactor : kLeastFactor, kMostFactor));
+  double least = kLeastFactor;
+  if (kind == RowKind::kControlImage) least = kLeastControlFactor;
+  // Few, and before their gross errors are known: not yet better than stated.
+  if (kind == RowKind::kGnss || kind == RowKind::kPosePrior) least = 1;
+  system->SetFactor(kind, std::clamp(factor, least, kMostFactor));
 }
 
 }  // namespace
@@ -51,17 +53,20 @@ void FactorsFromResiduals(BlockSystem* system) {
 // Half of the observations may be gross errors. The tests are rescaled with the factors.
 void FactorsFromMedians(BlockSystem* system, BlockTests* tests) {
   if (!system->options.variance_components) return;
-  for (const RowKind kind : {RowKind::kTieImage, RowKind::kControlImage}) {
+  for (const RowKind kind :
+       {RowKind::kTieImage, RowKind::kControlImage, RowKind::kGnss, RowKind::kPosePrior}) {
     std::vector<double> chi2;
-    for (std::size_t i = 0; i < system->block.observations.size(); ++i)
-      if (system->IsActive(i) && system->rows[i].kind == kind && tests->of_row[i].dof > 0)
+    // Of poses also what is out: whether it is wrong or stated too well the others tell.
+    for (std::size_t i = 0; i < system->rows.size(); ++i)
+      if (system->rows[i].kind == kind && tests->of_row[i].dof > 0 &&
+          (system->IsActive(i) || system->rows[i].OfPose()))
         chi2.push_back(tests->of_row[i].t /
                        kMedianChi2.at(static_cast<std::size_t>(tests->of_row[i].dof)));
     if (chi2.size() < kLeastForMedian) continue;
     const double before = system->Factor(kind);
     SetFactor(kind, before * UpperMedian(std::move(chi2)), system);
     const double change = system->Factor(kind) / before;
-    for (std::size_t i = 0; i < system->block.observations.size(); ++i) {
+    for (std::size_t i = 0; i < system->rows.size(); ++i) {
       if (system->rows[i].kind != kind) continue;
       tests->of_row[i].t /= change;
       tests->of_row[i].square /= change;

@@ -10,7 +10,8 @@ namespace orient {
 // Image groups, from the medians of squared residuals of a robust adjustment.
 void FactorsFromResiduals(BlockSystem* system);
 
-// Image groups, from the medians of the tests, which are rescaled with the factors.
+// Image groups, GNSS and priors, from the medians of the tests, which are rescaled with the
+// factors.
 void FactorsFromMedians(BlockSystem* system, BlockTests* tests);
 
 // All groups, v'Pv over the redundancy. True where a factor changed enough to adjust again.

@@ -34,10 +34,11 @@ BlockJudgement::BlockJudgement(BlockSystem* system) : system_(system) {
   control_rejected_.assign(block.points.size(), false);
   control_put_back_.assign(block.points.size(), false);
   put_back_.assign(block.observations.size(), false);
+  pose_put_back_.assign(system->rows.size(), false);
   states_.assign(block.observations.size(), ObservationState::kUsed);
   for (std::size_t i = 0; i < states_.size(); ++i)
     if (block.points[block.observations[i].point].held_out) states_[i] = ObservationState::kHeldOut;
-  for (int dof = 1; dof <= 3; ++dof)
+  for (int dof = 1; dof < std::ssize(limits_); ++dof)
     limits_.at(static_cast<std::size_t>(dof)) = ChiSquareLimit(dof, system->options.significance);
 }
 
@@ -51,8 +52,7 @@ void BlockJudgement::Dismiss(std::size_t photo) {
   }
   for (std::size_t i = states_.size(); i < system_->rows.size(); ++i) {
     BlockRows& row = system_->rows[i];
-    if ((row.kind == RowKind::kGnss || row.kind == RowKind::kPosePrior) && row.source == photo)
-      row.active = false;
+    if (row.OfPose() && row.source == photo) row.active = false;
   }
 }
 
@@ -241,14 +241,44 @@ bool BlockJudgement::RaysAgree(std::size_t point, const std::vector<std::size_t>
          LargestAngle(rows) > RadFromDeg(system_->options.min_ray_angle_deg);
 }
 
+// Of the rows that share a shift with this one, which a wrong GNSS position draws.
+double BlockJudgement::WorstOfStrip(std::size_t row, const BlockTests& tests) const {
+  const int strip = system_->rows[row].groups[1];
+  double worst = 0;
+  for (std::size_t i = states_.size(); strip >= 0 && i < system_->rows.size(); ++i)
+    if (system_->rows[i].OfPose() && system_->rows[i].groups[1] == strip && system_->IsActive(i))
+      worst = std::max(worst, Score(tests.of_row[i]));
+  return worst;
+}
+
+// GNSS positions and priors, whose photos stay.
+int BlockJudgement::JudgePoses(const BlockTests& tests, double caution) {
+  std::vector<std::size_t> changed;
+  for (std::size_t i = states_.size(); i < system_->rows.size(); ++i) {
+    const BlockRows& row = system_->rows[i];
+    if (!row.OfPose() || !takes_part_[row.source] || tests.of_row[i].dof == 0) continue;
+    const double score = Score(tests.of_row[i]);
+    if (row.active && score > caution && score >= kNearlyAsBad * WorstOfStrip(i, tests))
+      changed.push_back(i);
+    if (!row.active && score < kFitsAgain && !pose_put_back_[i]) changed.push_back(i);
+  }
+  for (const std::size_t i : changed) {
+    BlockRows& row = system_->rows[i];
+    if (!row.active) pose_put_back_[i] = true;
+    row.active = !row.active;
+  }
+  return static_cast<int>(changed.size());
+}
+
 int BlockJudgement::Apply(const BlockTests& tests, double caution) {
+  const int poses = JudgePoses(tests, caution);
   const int rejected = Reject(tests, caution);
   // While gross errors remain the poses are not to be trusted with what is already out.
   int put_back = 0;
   if (rejected == 0 || rejected * 200 < static_cast<int>(states_.size()))
     put_back = PutBack(tests) + PutBackDissolved();
   Screen();
-  return rejected + put_back;
+  return poses + rejected + put_back;
 }
 
 }  // namespace orient

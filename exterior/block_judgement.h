@@ -38,6 +38,8 @@ class BlockJudgement {
   void RejectAt(const Suspect& suspect, const BlockTests& tests);
   int PutBack(const BlockTests& tests);
   int PutBackDissolved();
+  int JudgePoses(const BlockTests& tests, double caution);
+  double WorstOfStrip(std::size_t row, const BlockTests& tests) const;
   bool RaysAgree(std::size_t point, const std::vector<std::size_t>& rows);
   bool ScreenPoint(std::size_t point);
   double LargestAngle(const std::vector<std::size_t>& rows) const;
@@ -49,7 +51,8 @@ class BlockJudgement {
   std::vector<bool> control_rejected_;  // of each point
   std::vector<bool> put_back_;          // of each observation: once only
   std::vector<bool> control_put_back_;
-  std::array<double, 4> limits_ = {};  // by degrees of freedom
+  std::vector<bool> pose_put_back_;    // of each row
+  std::array<double, 7> limits_ = {};  // by degrees of freedom
 };
 
 }  // namespace orient

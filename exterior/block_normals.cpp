@@ -54,12 +54,13 @@ RowTest TestOf(const Eigen::Matrix<double, n, 1>& v, const Eigen::Matrix<double,
 }  // namespace
 
 double ChiSquareLimit(int dof, double probability) {
+  // Two degrees of freedom more add x^(k/2) exp(-x/2) / (2^(k/2) Gamma(k/2 + 1)).
   const auto tail = [dof](double x) {
-    if (dof == 2) return std::exp(-x / 2);
-    const double one = std::erfc(std::sqrt(x / 2));
-    if (dof == 1) return one;
-    constexpr double kPi = 3.14159265358979323846;
-    return one + std::sqrt(2 * x / kPi) * std::exp(-x / 2);
+    int k = dof % 2 == 0 ? 2 : 1;
+    double sum = k == 2 ? std::exp(-x / 2) : std::erfc(std::sqrt(x / 2));
+    for (; k < dof; k += 2)
+      sum += std::pow(x / 2, k / 2.0) * std::exp(-x / 2) / std::tgamma(k / 2.0 + 1);
+    return sum;
   };
   double low = 0, high = 200;
   for (int i = 0; i < 60; ++i) {
@@ -102,12 +103,14 @@ BlockNormals::BlockNormals(const BlockSystem& system, double cauchy_scale)
   for (std::size_t point = 0; point < system.points.size(); ++point) AddPoint(point, &reduced);
   for (std::size_t i = system.block.observations.size(); i < system.rows.size(); ++i) {
     const BlockRows& row = system.rows[i];
-    if (!row.active || row.point >= 0) continue;
+    if (row.point >= 0) continue;
     const OtherRows linear = system.LineariseOther(row);
+    // One that is out has its place in the inverse all the same: it is tested.
+    const double w = row.active ? LossWeight(row, linear) : 0;
     for (int a = 0; a < row.group_count; ++a)
       for (int b = 0; b <= a; ++b)
         reduced.Add(row.groups.at(Index(a)), row.groups.at(Index(b)),
-                    linear.by_group.at(Index(a)).transpose() * linear.by_group.at(Index(b)));
+                    w * linear.by_group.at(Index(a)).transpose() * linear.by_group.at(Index(b)));
   }
   // What no row mentions (a photo that takes no part) stays where it is.
   for (int group = 0; group < reduced.Count(); ++group)
@@ -115,9 +118,13 @@ BlockNormals::BlockNormals(const BlockSystem& system, double cauchy_scale)
   cholesky_ = std::make_unique<BlockCholesky>(reduced);
 }
 
-double BlockNormals::LossWeight(const PointRows& linear) const {
+double BlockNormals::LossWeight(double square) const {
   if (cauchy_scale_ <= 0) return 1;
-  return 1 / (1 + linear.residual.squaredNorm() / (cauchy_scale_ * cauchy_scale_));
+  return 1 / (1 + square / (cauchy_scale_ * cauchy_scale_));
+}
+
+double BlockNormals::LossWeight(const BlockRows& row, const OtherRows& linear) const {
+  return row.kind == RowKind::kParameter ? 1 : LossWeight(linear.residual.squaredNorm());
 }
 
 std::optional<BlockNormals::PointEquations> BlockNormals::EquationsOf(std::size_t point) const {
@@ -143,7 +150,7 @@ std::optional<BlockNormals::PointEquations> BlockNormals::EquationsOf(std::size_
     const BlockRows& row = system_.rows[e.rows[k]];
     e.linear.push_back(system_.LinearisePoint(row));
     const PointRows& linear = e.linear.back();
-    const double w = k < e.active ? LossWeight(linear) : 0;
+    const double w = k < e.active ? LossWeight(linear.residual.squaredNorm()) : 0;
     e.loss_weight.push_back(w);
     if (k >= e.active) continue;
     V += w * linear.by_point.transpose() * linear.by_point;
@@ -223,7 +230,7 @@ BlockTests BlockNormals::Test() {
                       });
   });
   for (std::size_t i = system_.block.observations.size(); i < system_.rows.size(); ++i)
-    if (system_.rows[i].point < 0 && system_.rows[i].active) TestOther(i, &tests);
+    if (system_.rows[i].point < 0) TestOther(i, &tests);
   return tests;
 }
 
@@ -309,10 +316,12 @@ void BlockNormals::TestOther(std::size_t row_index, BlockTests* tests) const {
     for (std::size_t b = 0; b < Index(row.group_count); ++b)
       N += linear.by_group.at(a) * cholesky_->Inverse(row.groups.at(a), row.groups.at(b)) *
            linear.by_group.at(b).transpose();
-  // No gross errors are sought here: the sums are for the variance components.
-  RowTest& test = tests->of_row[row_index];
-  test.square = linear.residual.squaredNorm();
-  test.redundancy = linear.count - N.trace();
+  const double w = row.active ? LossWeight(row, linear) : 0;
+  if (linear.count == 3)
+    tests->of_row[row_index] =
+        TestOf<3>(linear.residual.head<3>(), N.topLeftCorner<3, 3>(), w, row.active);
+  else
+    tests->of_row[row_index] = TestOf<6>(linear.residual, N, w, row.active);
 }
 
 }  // namespace orient

@@ -11,7 +11,8 @@
 
 namespace orient {
 
-// Baarda's test of one observation, its two coordinates (three of control) together.
+// Baarda's test of one observation, its two coordinates (three of control and GNSS, six of a prior)
+// together.
 struct RowTest {
   double t = 0;  // v' Qvv^-1 v, chi-square of `dof` where the observation is no gross error
   int dof = 0;   // 0: nothing checks it
@@ -19,7 +20,7 @@ struct RowTest {
   double square = 0;      // v' P v
 };
 
-// The value that chi-square of 1, 2 or 3 degrees of freedom exceeds with this probability.
+// The value that chi-square exceeds with this probability.
 double ChiSquareLimit(int dof, double probability);
 
 struct BlockTests {
@@ -61,7 +62,8 @@ class BlockNormals {
   RowTest TestControl(const PointEquations& e, const PointInverse& inverse) const;
   PointInverse InverseOf(const PointEquations& e) const;
   void TestOther(std::size_t row, BlockTests* tests) const;
-  double LossWeight(const PointRows& linear) const;
+  double LossWeight(double square) const;
+  double LossWeight(const BlockRows& row, const OtherRows& linear) const;
 
   const BlockSystem& system_;
   double cauchy_scale_;

@@ -89,16 +89,32 @@ void FillComponents(const BlockSystem& system, const BlockTests& tests, BlockRes
   if (result->redundancy > 0.5) result->sigma0 = std::sqrt(square / result->redundancy);
 }
 
-void FillGnss(const BlockSystem& system, const BlockNormals& normals, BlockResult* result) {
+void FillPriors(const BlockSystem& system, const BlockTests& tests, BlockResult* result) {
+  for (std::size_t i = 0; i < result->photos.size(); ++i) {
+    AdjustedPhoto& photo = result->photos[i];
+    if (system.prior_row[i] < 0 || photo.state != PhotoState::kAdjusted) continue;
+    const auto row = static_cast<std::size_t>(system.prior_row[i]);
+    photo.prior_w = std::sqrt(tests.of_row[row].t);
+    photo.prior_rejected = !system.IsActive(row);
+  }
+}
+
+void FillGnss(const BlockSystem& system, const BlockNormals& normals, const BlockTests& tests,
+              BlockResult* result) {
   std::map<std::string, int> strips;
-  for (const BlockRows& row : system.rows) {
-    if (row.kind != RowKind::kGnss || !row.active || !row.cost) continue;
-    const BlockPhoto& photo = system.block.photos[row.source];
-    if (system.gnss_group[row.source] >= 0) strips[photo.strip] = system.gnss_group[row.source];
-    const Eigen::LLT<Eigen::Matrix3d> root(photo.gnss->covariance_m2);
-    result->photos[row.source].gnss_residual_m =
-        -(root.matrixL() * Eigen::Vector3d(system.LineariseOther(row).residual.head<3>())) /
+  for (std::size_t i = 0; i < result->photos.size(); ++i) {
+    AdjustedPhoto& photo = result->photos[i];
+    if (system.gnss_row[i] < 0 || photo.state != PhotoState::kAdjusted) continue;
+    const auto row = static_cast<std::size_t>(system.gnss_row[i]);
+    const BlockPhoto& given = system.block.photos[i];
+    if (system.gnss_group[i] >= 0) strips[given.strip] = system.gnss_group[i];
+    const Eigen::LLT<Eigen::Matrix3d> root(given.gnss->covariance_m2);
+    photo.gnss_residual_m =
+        -(root.matrixL() *
+          Eigen::Vector3d(system.LineariseOther(system.rows[row]).residual.head<3>())) /
         system.weight.at(static_cast<std::size_t>(RowKind::kGnss));
+    photo.gnss_w = std::sqrt(tests.of_row[row].t);
+    photo.gnss_rejected = !system.IsActive(row);
   }
   for (const auto& [name, group] : strips) {
     const Vector6d& value = system.groups[static_cast<std::size_t>(group)];
@@ -158,7 +174,8 @@ void FillOutcome(const BlockSystem& system, const BlockJudgement& judgement,
   FillObservations(system, judgement, tests, result);
   FillPoints(system, judgement, tests, result);
   FillComponents(system, tests, result);
-  FillGnss(system, normals, result);
+  FillPriors(system, tests, result);
+  FillGnss(system, normals, tests, result);
   FillFullCovariance(system, normals, result);
 }
 

@@ -68,13 +68,16 @@ void FindExtent(const BlockSystem& system, const std::vector<std::size_t>& photo
 void AddPhotoPriors(const BlockSystem& system, std::size_t photo, PartDatum* datum) {
   const BlockPhoto& of = system.block.photos[photo];
   const Eigen::Vector3d offset = system.LocalPoseOf(photo).position_m - datum->centre_m;
-  if (of.gnss) {
+  const auto counts = [&](int row) {
+    return row >= 0 && system.IsActive(static_cast<std::size_t>(row));
+  };
+  if (counts(system.gnss_row[photo])) {
     Eigen::Matrix3d covariance = of.gnss->covariance_m2;
     if (system.gnss_group[photo] >= 0)
       covariance += Eigen::Matrix3d::Identity() * std::pow(system.options.gnss_shift_sigma_m, 2);
     AddPlace(offset, datum->radius_m, covariance, &datum->all);
   }
-  if (!of.prior) return;
+  if (!counts(system.prior_row[photo])) return;
   AddPlace(offset, datum->radius_m, of.prior->covariance.topLeftCorner<3, 3>(), &datum->all);
   // Rotations about the ground's axes, of which the angles' uncertainty is no smaller part.
   const Eigen::Matrix3d angles =

@@ -175,6 +175,7 @@ void BlockSystem::AddControlRows() {
 }
 
 void BlockSystem::AddPriorRows() {
+  prior_row.assign(block.photos.size(), -1);
   for (std::size_t i = 0; i < block.photos.size(); ++i) {
     if (!block.photos[i].prior) continue;
     BlockRows row;
@@ -186,34 +187,36 @@ void BlockSystem::AddPriorRows() {
     row.source = i;
     row.groups[0] = pose_group[i];
     row.group_count = 1;
+    prior_row[i] = static_cast<int>(rows.size());
     rows.push_back(std::move(row));
   }
 }
 
 void BlockSystem::AddGnssRows() {
   gnss_group.assign(block.photos.size(), -1);
+  gnss_row.assign(block.photos.size(), -1);
   std::map<std::string, std::vector<std::size_t>> strips;
   for (std::size_t i = 0; i < block.photos.size(); ++i)
     if (block.photos[i].gnss) strips[block.photos[i].strip].push_back(i);
   std::vector<Vector6d> sigma_of_group(groups.size(), Vector6d::Ones());
   for (const auto& [name, photos] : strips) {
     const int group = options.gnss == GnssModel::kPlain ? -1 : NewGroup();
-    for (std::size_t k = 0; k < photos.size(); ++k) {
-      const BlockPhoto& photo = block.photos[photos[k]];
+    for (const std::size_t i : photos) {
+      const BlockPhoto& photo = block.photos[i];
       GnssTerm term;
       term.offset_m = photo.approximate.position_m - photo.gnss->position_m;
       term.whitening = WhiteningOf(photo.gnss->covariance_m2, "a GNSS position");
       term.has_shift = group >= 0;
-      if (photos.size() > 1)
-        term.time = 2.0 * static_cast<double>(k) / static_cast<double>(photos.size() - 1) - 1;
+      term.time = photo.gnss->along_strip;
       BlockRows row;
       row.kind = RowKind::kGnss;
       row.cost = MakeGnssCost(term, &weight.at(static_cast<std::size_t>(row.kind)));
       row.active = true;
-      row.source = photos[k];
-      row.groups = {pose_group[photos[k]], group, -1};
+      row.source = i;
+      row.groups = {pose_group[i], group, -1};
       row.group_count = group >= 0 ? 2 : 1;
-      gnss_group[photos[k]] = group;
+      gnss_group[i] = group;
+      gnss_row[i] = static_cast<int>(rows.size());
       rows.push_back(std::move(row));
     }
     if (group >= 0) {

@@ -26,6 +26,7 @@ struct BlockRows {
   std::size_t source = 0;  // the observation, point or photo it comes from; parameters: the group
 
   int Residuals() const { return cost->num_residuals(); }
+  bool OfPose() const { return kind == RowKind::kGnss || kind == RowKind::kPosePrior; }
 };
 
 // Value and derivatives at the present unknowns: of rows that look at a point, which are two, and
@@ -57,6 +58,7 @@ class BlockSystem {
   std::vector<int> lens_group;              // of each camera; -1: none
   std::vector<int> gnss_group;              // of each photo; -1: none
   int pose_groups = 0;                      // the first ones: one a photo
+  std::vector<int> prior_row, gnss_row;     // of each photo; -1: none
 
   // The image rows come first, one an observation; then the others.
   std::vector<BlockRows> rows;

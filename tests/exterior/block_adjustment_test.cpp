@@ -215,6 +215,72 @@ TEST(BlockAdjustment, FindsTheShiftOfAStripsGnss) {
     EXPECT_LT(photo.gnss_residual_m.value().norm(), 0.3);
 }
 
+TEST(BlockAdjustment, FindsTheDriftOfAStripsGnss) {
+  BundleSimulationOptions options = SmallBlock();
+  options.gnss_sigma_m = 0.05;
+  BundleSimulation simulation = SimulateBundle(options);
+  const Eigen::Vector3d drift(0.4, -0.2, 0.6);
+  for (BlockPhoto& photo : simulation.block.photos)
+    photo.gnss->position_m += drift * photo.gnss->along_strip;
+  BlockOptions drifting;
+  drifting.gnss = GnssModel::kShiftAndDrift;
+  const BlockResult result = AdjustBlock(simulation.block, drifting);
+  ASSERT_EQ(result.strips.size(), 3u);
+  for (const StripGnss& strip : result.strips) {
+    for (int i = 0; i < 3; ++i)
+      EXPECT_LT(std::abs(strip.drift_m[i] - drift[i]), 4 * strip.drift_sigma_m[i]);
+    EXPECT_LT(strip.drift_sigma_m.maxCoeff(), 0.3);
+  }
+}
+
+// Tight ones, that would draw their photos along were they believed.
+TEST(BlockAdjustment, NamesWrongGnssAndWrongApproximations) {
+  BundleSimulationOptions options = SmallBlock();
+  options.gnss_sigma_m = 0.05;
+  options.position_sigma_m = 0.5;
+  options.attitude_sigma_rad = 0.001;
+  BundleSimulation simulation = SimulateBundle(options);
+  BlockOptions with_shift;
+  with_shift.gnss = GnssModel::kShift;
+  BlockToAdjust without = simulation.block;
+  without.photos[3].gnss.reset();
+  without.photos[8].gnss.reset();
+  without.photos[11].prior.reset();
+  const BlockResult right = AdjustBlock(without, with_shift);
+  simulation.block.photos[3].gnss->position_m.x() += 30;
+  simulation.block.photos[8].gnss->position_m.z() -= 1;
+  simulation.block.photos[11].prior->pose.opk_rad[2] += 0.5;
+  const BlockResult result = AdjustBlock(simulation.block, with_shift);
+  for (std::size_t i = 0; i < 15; ++i) {
+    EXPECT_EQ(result.photos[i].gnss_rejected, i == 3 || i == 8) << i;
+    EXPECT_EQ(result.photos[i].prior_rejected, i == 11) << i;
+    EXPECT_LT((result.photos[i].pose.position_m - right.photos[i].pose.position_m).norm(), 0.02);
+  }
+  EXPECT_NEAR(result.photos[3].gnss_residual_m->x(), 30, 0.5);
+  ASSERT_EQ(result.messages.size(), 2u);
+  EXPECT_NE(result.messages[0].find("GNSS contradicts the block and is not used: s0_3 and s1_3"),
+            std::string::npos)
+      << result.messages[0];
+  EXPECT_NE(result.messages[1].find("s2_1"), std::string::npos) << result.messages[1];
+}
+
+TEST(BlockAdjustment, BelievesApproximationsNoMoreThanTheyAreWorth) {
+  const BundleSimulation simulation = SimulateBundle(SmallBlock());
+  BlockToAdjust boasting = simulation.block, silent = simulation.block;
+  for (BlockPhoto& photo : boasting.photos) photo.prior->covariance /= 100;
+  for (BlockPhoto& photo : silent.photos) photo.prior.reset();
+  const BlockResult result = AdjustBlock(boasting), without = AdjustBlock(silent);
+  const auto component = std::find_if(result.components.begin(), result.components.end(),
+                                      [](const auto& of) { return of.group == "pose prior"; });
+  ASSERT_NE(component, result.components.end());
+  EXPECT_GT(component->factor, 40);
+  for (std::size_t i = 0; i < 15; ++i) {
+    EXPECT_FALSE(result.photos[i].prior_rejected);
+    const Vector6d moved = PoseDifference(result.photos[i].pose, without.photos[i].pose);
+    EXPECT_LT(moved.dot(without.photos[i].covariance.ldlt().solve(moved)), 3);
+  }
+}
+
 TEST(SlowBlockAdjustment, KnowsWhatAFilmTransformsErrorsDo) {
   BundleVerdict all;
   for (unsigned seed = 1; seed <= 4; ++seed) {

@@ -118,7 +118,8 @@ class BundleSimulator {
           pose.position_m + options_.gnss_shift_m +
               Eigen::Vector3d(Normal(options_.gnss_sigma_m), Normal(options_.gnss_sigma_m),
                               Normal(options_.gnss_sigma_m)),
-          Eigen::Matrix3d::Identity() * std::pow(options_.gnss_sigma_m, 2)};
+          Eigen::Matrix3d::Identity() * std::pow(options_.gnss_sigma_m, 2),
+          2.0 * number / std::max(options_.photos_in_strip - 1, 1) - 1};
     true_film_.push_back(photo.photo_from_pixel);
     if (options_.interior_sigma_mm > 0) {
       Vector6d film;
