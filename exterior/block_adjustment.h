@@ -15,17 +15,11 @@
 #include <string>
 #include <vector>
 
+#include "core/geometry/gnss.h"
 #include "core/geometry/photo_view.h"
 #include "core/geometry/resection.h"
 
 namespace orient {
-
-// Where GNSS says the projection centre is (lever arm already applied).
-struct GnssPosition {
-  Eigen::Vector3d position_m;
-  Eigen::Matrix3d covariance_m2;
-  double along_strip = 0;  // -1 at the strip's first exposure, 1 at its last: what drift goes by
-};
 
 struct BlockPhoto {
   std::string name;
@@ -75,8 +69,6 @@ struct BlockToAdjust {
   std::vector<BlockPoint> points;
   std::vector<ImageObservation> observations;
 };
-
-enum class GnssModel { kPlain, kShift, kShiftAndDrift };  // unknowns a strip
 
 struct BlockOptions {
   bool robust_start = true;  // Huber, then Cauchy, before the first test
@@ -200,7 +192,8 @@ struct CalibrationParameter {
 struct StripGnss {
   std::string strip;
   Eigen::Vector3d shift_m = Eigen::Vector3d::Zero(), shift_sigma_m = Eigen::Vector3d::Zero();
-  Eigen::Vector3d drift_m = Eigen::Vector3d::Zero(), drift_sigma_m = Eigen::Vector3d::Zero();
+  // Where the model has it.
+  std::optional<Eigen::Vector3d> drift_m, drift_sigma_m;
 };
 
 struct BlockTimings {  // wall clock, seconds

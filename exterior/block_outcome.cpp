@@ -119,8 +119,12 @@ void FillGnss(const BlockSystem& system, const BlockNormals& normals, const Bloc
   for (const auto& [name, group] : strips) {
     const Vector6d& value = system.groups[static_cast<std::size_t>(group)];
     const Vector6d sigma = normals.Covariance(group).diagonal().cwiseMax(0).cwiseSqrt();
-    result->strips.push_back(
-        {name, value.head<3>(), sigma.head<3>(), value.tail<3>(), sigma.tail<3>()});
+    StripGnss strip{name, value.head<3>(), sigma.head<3>(), std::nullopt, std::nullopt};
+    if (system.options.gnss == GnssModel::kShiftAndDrift) {
+      strip.drift_m = value.tail<3>();
+      strip.drift_sigma_m = sigma.tail<3>();
+    }
+    result->strips.push_back(std::move(strip));
   }
 }
 

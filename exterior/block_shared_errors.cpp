@@ -166,7 +166,8 @@ void AddToParameters(const BlockSystem& system, const Eigen::MatrixXd& moved, Bl
       if (system.block.photos[i].strip != strip.strip || system.gnss_group[i] < 0) continue;
       const Vector6d added = variances(system.gnss_group[i]);
       strip.shift_sigma_m = (strip.shift_sigma_m.cwiseAbs2() + added.head<3>()).cwiseSqrt();
-      strip.drift_sigma_m = (strip.drift_sigma_m.cwiseAbs2() + added.tail<3>()).cwiseSqrt();
+      if (strip.drift_sigma_m)
+        strip.drift_sigma_m = (strip.drift_sigma_m->cwiseAbs2() + added.tail<3>()).cwiseSqrt();
       break;
     }
 }

@@ -94,6 +94,13 @@ PhotoMetadata ReadPhotoMetadata(const std::string& path) {
   return metadata;
 }
 
+Vector6d SigmaOfCameraGnss() {
+  Vector6d sigma;
+  sigma << kPositionSigma_m, kPositionSigma_m, kAltitudeSigma_m, kTiltSigma_rad, kTiltSigma_rad,
+      std::numbers::pi;
+  return sigma;
+}
+
 std::optional<OrientationRow> LocatedByMetadata(const std::string& photo,
                                                 const PhotoMetadata& metadata, const Crs& crs) {
   if (!metadata.lon_lat_deg || !metadata.altitude_m) return std::nullopt;
@@ -103,9 +110,7 @@ std::optional<OrientationRow> LocatedByMetadata(const std::string& photo,
   row.photo = photo;
   row.pose.position_m << *xy, *metadata.altitude_m;
   row.attitude_known = false;
-  row.sigma.emplace();
-  *row.sigma << kPositionSigma_m, kPositionSigma_m, kAltitudeSigma_m, kTiltSigma_rad,
-      kTiltSigma_rad, std::numbers::pi;
+  row.sigma = SigmaOfCameraGnss();
   return row;
 }
 

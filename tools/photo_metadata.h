@@ -21,6 +21,9 @@ PhotoMetadata ReadPhotoMetadata(const std::string& path);
 // "(51) (3) (10.5)" as GDAL writes EXIF's degrees, minutes, seconds; empty where it is no angle.
 std::optional<double> DegreesOfTag(const std::string& tag);
 
+// One sigma of a position that a GNSS receiver in a camera found, of a photo that looks down.
+Vector6d SigmaOfCameraGnss();
+
 // A position alone, in `crs`, with the accuracy of a GNSS receiver in a camera; empty without
 // latitude, longitude or altitude, or where the place has no coordinates in `crs`.
 std::optional<OrientationRow> LocatedByMetadata(const std::string& photo,

@@ -67,6 +67,21 @@ Json CheckJson(const CheckResult& check) {
           {"image_residuals_px", std::move(residuals)}};
 }
 
+Json PoseObservationJson(const PoseObservationResult& observation) {
+  return {{"photo", observation.photo},
+          {"state", observation.state},
+          {"residual_m", ToJson(observation.residual_m)},
+          {"w", ToJson(observation.w)}};
+}
+
+Json GnssStripJson(const GnssStripResult& strip) {
+  return {{"strip", strip.strip},
+          {"shift_m", ToJson(strip.shift_m)},
+          {"shift_sigma_m", ToJson(strip.shift_sigma_m)},
+          {"drift_m", ToJson(strip.drift_m)},
+          {"drift_sigma_m", ToJson(strip.drift_sigma_m)}};
+}
+
 template <typename Record>
 Json ListJson(const std::vector<Record>& records, Json (*make)(const Record&)) {
   Json list = Json::array();
@@ -115,6 +130,17 @@ CalibrationResult Calibration(const JsonField& field) {
           field.FindNumber("sigma"), field.FindNumber("t"), field.At("state").AsString()};
 }
 
+PoseObservationResult PoseObservation(const JsonField& field) {
+  return {field.At("photo").AsString(), field.At("state").AsString(),
+          field.FindVector3("residual_m"), field.FindNumber("w")};
+}
+
+GnssStripResult GnssStrip(const JsonField& field) {
+  return {field.At("strip").AsString(), field.FindVector3("shift_m"),
+          field.FindVector3("shift_sigma_m"), field.FindVector3("drift_m"),
+          field.FindVector3("drift_sigma_m")};
+}
+
 CheckResult Check(const JsonField& field) {
   CheckResult check;
   check.id = field.At("id").AsInteger();
@@ -155,6 +181,10 @@ void WriteAdjustmentResult(const std::string& directory, const AdjustmentResult&
                        {"rejected_alone", result.checks_rejected_alone},
                        {"patches", ListJson(result.checks, &CheckJson)}}},
                      {"messages", result.messages},
+                     {"approximations", ListJson(result.approximations, &PoseObservationJson)},
+                     {"gnss",
+                      {{"positions", ListJson(result.gnss, &PoseObservationJson)},
+                       {"strips", ListJson(result.gnss_strips, &GnssStripJson)}}},
                      {"ties", ListJson(result.ties, &PointJson)},
                      {"control", ListJson(result.control, &PointJson)}};
   WriteFileAtomically(AdjustmentResultPath(directory), json.dump(1) + "\n");
@@ -174,6 +204,12 @@ AdjustmentResult ReadAdjustmentResult(const std::string& path) {
       field.At("checks").FindNumber("rejected_alone").value_or(0));  // younger than the others
   result.checks = List(field.At("checks").At("patches"), &Check);
   result.messages = field.At("messages").AsStrings();
+  if (const auto known = field.Find("approximations"))  // younger than the others, as GNSS is
+    result.approximations = List(*known, &PoseObservation);
+  if (const auto gnss = field.Find("gnss")) {
+    result.gnss = List(gnss->At("positions"), &PoseObservation);
+    result.gnss_strips = List(gnss->At("strips"), &GnssStrip);
+  }
   result.ties = List(field.At("ties"), &Point);
   result.control = List(field.At("control"), &Point);
   return result;

@@ -60,6 +60,18 @@ struct CheckResult {
   std::vector<Eigen::Vector2d> image_residuals_px;
 };
 
+// What was known of a pose beforehand, beside what the photo shows.
+struct PoseObservationResult {
+  std::string photo, state;                   // used, rejected
+  std::optional<Eigen::Vector3d> residual_m;  // of GNSS: measured - computed
+  std::optional<double> w;                    // over its standard deviation
+};
+
+struct GnssStripResult {
+  std::string strip;
+  std::optional<Eigen::Vector3d> shift_m, shift_sigma_m, drift_m, drift_sigma_m;
+};
+
 struct AdjustmentResult {
   bool converged = false;
   std::optional<double> sigma0, redundancy;
@@ -71,6 +83,8 @@ struct AdjustmentResult {
       0;  // sightings that are not among them: gross errors of a photo alone
   std::vector<std::string> messages;
   std::vector<PointResult> ties, control;
+  std::vector<PoseObservationResult> approximations, gnss;
+  std::vector<GnssStripResult> gnss_strips;
 
   // RMS of the check patches' image residuals; empty without check patches.
   std::optional<double> CheckRmsPx() const;

@@ -125,6 +125,26 @@ void ReadAdjustment(const TomlTable& root, BlockFile* block) {
   choice.self_calibration = calibration == "camera";
 }
 
+void ReadGnss(const TomlTable& root, const std::string& base, BlockFile* block) {
+  const auto table = root.FindTable("gnss", {"positions", "sigma_m", "model"});
+  if (!table) return;
+  GnssChoice& gnss = block->gnss;
+  gnss.positions = ExistingFile(*table, "positions", base);
+  if (table->Has("sigma_m")) gnss.sigma_m = table->PositiveNumber("sigma_m");
+  static const std::map<std::string, GnssModel> models = {
+      {"plain", GnssModel::kPlain},
+      {"shift", GnssModel::kShift},
+      {"shift_and_drift", GnssModel::kShiftAndDrift}};
+  const std::string name = table->FindText("model").value_or("shift");
+  const auto model = models.find(name);
+  if (model == models.end())
+    table->Fail("model", "is \"" + name + "\"; it must be plain, shift or shift_and_drift");
+  gnss.model = model->second;
+  if (gnss.model == GnssModel::kShiftAndDrift && block->flight.Empty())
+    table->Fail("model",
+                "is \"shift_and_drift\", and drift goes along strips: list them as [[strips]]");
+}
+
 EarthMode ReadEarth(const TomlTable& root) {
   const std::string earth = root.FindText("earth").value_or("auto");
   const auto mode = EarthModes().find(earth);
@@ -215,7 +235,7 @@ BlockFile ReadBlockFile(const std::string& path) {
   const TomlTable root(
       document, path, "",
       {"crs", "dem", "patchdb", "camera", "photos", "approximations", "approximate_accuracy",
-       "scan", "output", "block", "earth", "flight", "strips"});
+       "scan", "output", "block", "earth", "flight", "strips", "gnss"});
   const std::string base = fs::path(path).parent_path().string();
   BlockFile block{.crs = Crs::Parse(root.Text("crs"), path + ", crs"),
                   .dem = ExistingFile(root, "dem", base),
@@ -235,9 +255,11 @@ BlockFile ReadBlockFile(const std::string& path) {
                   .earth = ReadEarth(root),
                   .output_directory = "",
                   .formats = {},
-                  .adjustment = {}};
+                  .adjustment = {},
+                  .gnss = {}};
   ReadPhotos(root, base, &block);
   block.flight = ReadFlightPlan(root, NamesOf(block));
+  ReadGnss(root, base, &block);
   ReadOutput(root, base, &block);
   ReadAccuracy(root, &block);
   ReadAdjustment(root, &block);

@@ -9,6 +9,7 @@
 #include "core/files/results.h"
 #include "core/geometry/crs.h"
 #include "core/geometry/earth_effects.h"
+#include "core/geometry/gnss.h"
 #include "core/geometry/transform2d.h"
 
 namespace orient {
@@ -18,6 +19,13 @@ struct BlockAdjustmentChoice {
   bool ties = true;               // measure tie points and adjust all photos together
   double check_share = 0;         // of the control patches, held out to check the result
   bool self_calibration = false;  // of principal distance, principal point and lens
+};
+
+// Observed projection centres.
+struct GnssChoice {
+  std::string positions;          // a table or flight index; empty: none
+  std::optional<double> sigma_m;  // one sigma of each coordinate, where the table has none
+  GnssModel model = GnssModel::kShift;
 };
 
 // A photo that the block file names and that cannot be worked on: it fails by itself.
@@ -44,6 +52,7 @@ struct BlockFile {
   std::string output_directory;
   std::vector<std::string> formats;  // of exports, as orient convert --to takes them
   BlockAdjustmentChoice adjustment;
+  GnssChoice gnss;
 };
 
 // Throws InputError: wrong keys, a photo in two strips, a glob that matches nothing, no photo that

@@ -7,6 +7,7 @@
 #include <cstdio>
 #include <filesystem>
 #include <map>
+#include <numbers>
 #include <set>
 #include <stdexcept>
 
@@ -113,7 +114,8 @@ class TableText {
 struct Columns {
   std::map<std::string, size_t> index;
   size_t count = 0;
-  bool has_sigma = false, has_angles = true;
+  bool has_angles = true;
+  size_t sigmas = 0;  // 6, or 3: of positions alone
 };
 
 // Only all three angles together may be absent.
@@ -140,11 +142,14 @@ Columns ReadHeader(TableText* text, Attitudes attitudes) {
     if (columns.index.at(cells[i].text) != i)
       text->Fail(cells[i], "the column \"" + cells[i].text + "\" appears twice");
   const auto known = [&](const char* name) { return columns.index.contains(name); };
-  columns.has_sigma = std::all_of(kSigmaColumns.begin(), kSigmaColumns.end(), known);
-  if (!columns.has_sigma && std::any_of(kSigmaColumns.begin(), kSigmaColumns.end(), known))
+  columns.sigmas = static_cast<size_t>(
+      std::find_if_not(kSigmaColumns.begin(), kSigmaColumns.end(), known) - kSigmaColumns.begin());
+  const auto given =
+      static_cast<size_t>(std::count_if(kSigmaColumns.begin(), kSigmaColumns.end(), known));
+  if (given != columns.sigmas || (given != 0 && given != 6 && (given != 3 || columns.has_angles)))
     text->Fail(
         "some sigma columns are missing; give all six (sigma_x,sigma_y,sigma_z,sigma_omega,"
-        "sigma_phi,sigma_kappa) or none");
+        "sigma_phi,sigma_kappa) or none, of positions alone also the first three");
   return columns;
 }
 
@@ -160,17 +165,24 @@ double ParseNumber(const TableText& text, const Cell& cell, const std::string& n
   return number;
 }
 
+// Of photos that look down, of which nobody knows which way they were flown.
+Vector6d OpenAttitude() {
+  Vector6d sigma = Vector6d::Zero();
+  sigma.tail<3>() << RadFromDeg(3), RadFromDeg(3), std::numbers::pi;
+  return sigma;
+}
+
 std::optional<Vector6d> ReadSigma(const TableText& text, const Columns& columns,
                                   const std::vector<Cell>& cells) {
-  if (!columns.has_sigma) return std::nullopt;
+  if (columns.sigmas == 0) return std::nullopt;
   const auto cell = [&](size_t i) -> const Cell& {
     return cells[columns.index.at(kSigmaColumns[i])];
   };
   size_t empty = 0;
-  for (size_t i = 0; i < kSigmaColumns.size(); ++i) empty += cell(i).text.empty() ? 1 : 0;
-  if (empty == kSigmaColumns.size()) return std::nullopt;
-  Vector6d sigma;
-  for (size_t i = 0; i < kSigmaColumns.size(); ++i) {
+  for (size_t i = 0; i < columns.sigmas; ++i) empty += cell(i).text.empty() ? 1 : 0;
+  if (empty == columns.sigmas) return std::nullopt;
+  Vector6d sigma = OpenAttitude();
+  for (size_t i = 0; i < columns.sigmas; ++i) {
     const double value = ParseNumber(text, cell(i), kSigmaColumns[i]);
     if (value <= 0) text.Fail(cell(i), std::string(kSigmaColumns[i]) + " must be positive");
     sigma[static_cast<Eigen::Index>(i)] = i < 3 ? value : RadFromDeg(value);

@@ -25,7 +25,8 @@ struct OrientationTable {
   const OrientationRow* Find(const std::string& photo) const;  // null where absent
 };
 
-// Whether a table may lack its three columns of angles (positions alone).
+// Whether a table may lack its three columns of angles (positions alone; with sigma_x, sigma_y and
+// sigma_z only, omega and phi are taken to be good to 3 degrees and kappa for unknown).
 enum class Attitudes { kRequired, kMayBeAbsent };
 
 // Throws InputError naming file, line, column and value; a photo named twice is an error.

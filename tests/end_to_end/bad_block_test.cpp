@@ -3,6 +3,8 @@
 
 #include <filesystem>
 
+#include "core/files/adjustment_result.h"
+#include "core/format_text.h"
 #include "tests/end_to_end/spoilt_block.h"
 #include "tools/simulate/geotiff.h"
 
@@ -48,6 +50,35 @@ TEST_F(ChangedBlock, RowsForPhotosThatAreNotThereAreNamed) {
       run.out.find(Path("approx.csv") + " has 2 photos that are not in the block: ghost, phantom"),
       std::string::npos)
       << run.out;
+}
+
+// GNSS locates the photos, and its heights above the ellipsoid are no matter: the shift holds them.
+TEST_F(ChangedBlock, GnssLocatesPhotosAndIsObserved) {
+  OrientationTable truth = ReadOrientationTable(Path("truth/orientation.csv"));
+  std::string table = "filename,x,y,z\n";
+  for (const OrientationRow& row : truth.rows) {
+    const Eigen::Vector3d& place = row.pose.position_m;
+    table += FormatText("%s,%.3f,%.3f,%.3f\n", row.photo.c_str(), place.x() + 0.4, place.y() - 0.3,
+                        place.z() + 20);
+  }
+  Write("gnss.csv", table);
+  Edit("block.toml", "approximations = \"approx.csv\"\n", "");
+  Write("block.toml",
+        ReadFile(Path("block.toml")) + "\n[gnss]\npositions = \"gnss.csv\"\nsigma_m = 0.1\n");
+  const ProgramRun run = Block();
+  EXPECT_EQ(run.exit_code, 0) << run.out << run.err;
+  const AdjustmentResult adjusted = ReadAdjustmentResult(AdjustmentResultPath(Path("out")));
+  ASSERT_EQ(adjusted.gnss.size(), 2u);
+  for (const PoseObservationResult& position : adjusted.gnss) {
+    EXPECT_EQ(position.state, "used");
+    EXPECT_LT(position.residual_m.value().norm(), 0.3);
+  }
+  ASSERT_EQ(adjusted.gnss_strips.size(), 1u);
+  const Eigen::Vector3d off = *adjusted.gnss_strips[0].shift_m - Eigen::Vector3d(0.4, -0.3, 20);
+  for (int i = 0; i < 3; ++i)
+    EXPECT_LT(std::abs(off[i]), 4 * (*adjusted.gnss_strips[0].shift_sigma_m)[i]) << i;
+  EXPECT_TRUE(adjusted.approximations.empty());
+  EXPECT_NE(ReadFile(Path("out/report.html")).find("<h3>GNSS</h3>"), std::string::npos);
 }
 
 TEST_F(BadInput, WithoutAnythingThatLocatesAPhotoThereIsNothingToDo) {

@@ -228,8 +228,8 @@ TEST(BlockAdjustment, FindsTheDriftOfAStripsGnss) {
   ASSERT_EQ(result.strips.size(), 3u);
   for (const StripGnss& strip : result.strips) {
     for (int i = 0; i < 3; ++i)
-      EXPECT_LT(std::abs(strip.drift_m[i] - drift[i]), 4 * strip.drift_sigma_m[i]);
-    EXPECT_LT(strip.drift_sigma_m.maxCoeff(), 0.3);
+      EXPECT_LT(std::abs((*strip.drift_m)[i] - drift[i]), 4 * (*strip.drift_sigma_m)[i]);
+    EXPECT_LT(strip.drift_sigma_m->maxCoeff(), 0.3);
   }
 }
 

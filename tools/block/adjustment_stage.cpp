@@ -12,6 +12,8 @@
 namespace orient {
 namespace {
 
+// What a strip's shift may be: also the height of the geoid that nobody took off.
+constexpr double kGnssShift_m = 100;
 // Check patches are held out by squares of the ground of this share of a footprint's side: single
 // ones between others would be too easy to predict.
 constexpr double kCheckCellPerFootprint = 0.15;
@@ -43,6 +45,12 @@ double MeanFootprintSide(const std::vector<BlockPhotoFile>& photos) {
   return count > 0 ? sum / count : 1000;
 }
 
+template <typename Value>
+std::optional<Value> Known(const std::map<std::string, Value>& of_photo, const std::string& photo) {
+  const auto found = of_photo.find(photo);
+  return found != of_photo.end() ? std::optional<Value>(found->second) : std::nullopt;
+}
+
 void AddPhotos(const AdjustmentInputs& inputs, AdjustedBlock* adjusted,
                std::map<std::string, std::size_t>* index) {
   adjusted->block.cameras = {inputs.camera};
@@ -58,6 +66,9 @@ void AddPhotos(const AdjustmentInputs& inputs, AdjustedBlock* adjusted,
     to.approximate = *photo.exterior.pose;
     to.interior = photo.position.covariance;
     to.film_sigma_mm = photo.position.film_sigma_mm;
+    to.prior = Known(inputs.known.approximations, photo.name);
+    to.gnss = Known(inputs.known.gnss, photo.name);
+    to.strip = Known(inputs.known.strip, photo.name).value_or("");
     adjusted->block.photos.push_back(std::move(to));
   }
 }
@@ -197,6 +208,8 @@ AdjustedBlock AdjustPhotos(const AdjustmentInputs& inputs) {
   AddPatches(inputs, &adjusted);
   BlockOptions options;
   options.self_calibration = inputs.choice.self_calibration;
+  options.gnss = inputs.known.model;
+  options.gnss_shift_sigma_m = kGnssShift_m;
   options.height_correlation_m = kHeightCorrelationPerHeight * FlyingHeight(inputs);
   // Errors of film and surface that neighbouring observations share hardly show in residuals, so
   // what these show below the stated variances makes nothing more precise.

@@ -9,6 +9,7 @@
 #include "core/geometry/ground_surface.h"
 #include "exterior/block_adjustment.h"
 #include "tools/block/block_photos.h"
+#include "tools/block/pose_observations.h"
 #include "tools/block/tie_file.h"
 
 namespace orient {
@@ -20,6 +21,7 @@ struct AdjustmentInputs {
   const GroundSurface& surface;
   std::string patchdb;
   BlockAdjustmentChoice choice;
+  PoseObservations known = {};
 };
 
 // What was adjusted and what came out; indices of `block` go through `photo_of` to those of the

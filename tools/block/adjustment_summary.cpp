@@ -50,6 +50,24 @@ PartResult Part(const AdjustedBlock& adjusted, const BlockPart& part) {
   return record;
 }
 
+void AddPoseObservations(const AdjustedBlock& adjusted, AdjustmentResult* summary) {
+  const auto state = [](bool rejected) { return rejected ? "rejected" : "used"; };
+  for (std::size_t i = 0; i < adjusted.block.photos.size(); ++i) {
+    const BlockPhoto& given = adjusted.block.photos[i];
+    const AdjustedPhoto& photo = adjusted.result.photos[i];
+    if (photo.state != PhotoState::kAdjusted) continue;
+    if (given.prior)
+      summary->approximations.push_back(
+          {given.name, state(photo.prior_rejected), std::nullopt, photo.prior_w});
+    if (given.gnss)
+      summary->gnss.push_back(
+          {given.name, state(photo.gnss_rejected), photo.gnss_residual_m, photo.gnss_w});
+  }
+  for (const StripGnss& strip : adjusted.result.strips)
+    summary->gnss_strips.push_back(
+        {strip.strip, strip.shift_m, strip.shift_sigma_m, strip.drift_m, strip.drift_sigma_m});
+}
+
 }  // namespace
 
 AdjustmentResult SummaryOf(const AdjustedBlock& adjusted,
@@ -72,6 +90,7 @@ AdjustmentResult SummaryOf(const AdjustedBlock& adjusted,
   summary.checks_rejected_alone = adjusted.checks_rejected_alone;
   summary.messages = messages;
   AddPoints(adjusted, &summary);
+  AddPoseObservations(adjusted, &summary);
   return summary;
 }
 

@@ -65,6 +65,9 @@ bool TeachesStrip(const ExteriorResult& result, const OrientationRow* before) {
 BlockApproximations::BlockApproximations(const BlockFile& block, const Camera& camera)
     : block_(block), camera_(camera) {
   if (!block.approximations.empty()) ReadTable();
+  const std::vector<OrientationRow> gnss = ReadGnss(block);
+  observations_ = ObservationsOf(block, known_, gnss);
+  AddGnss(gnss);
   ReadFiles();
   std::set<std::string> photos;
   for (const std::string& path : block.photos) photos.insert(PhotoName(path));
@@ -107,6 +110,19 @@ void BlockApproximations::CompleteHeights(OrientationTable* table) const {
     if (!lacks(row)) continue;
     Eigen::Vector3d& place = row.pose.position_m;
     place.z() = surface.HeightAt(place.x(), place.y()).value_or(surface.MeanHeight()) + height_m;
+  }
+}
+
+// Of photos that the table lacks. A strip's shift is unknown: the position is as good as one of a
+// camera's own receiver.
+void BlockApproximations::AddGnss(const std::vector<OrientationRow>& gnss) {
+  std::set<std::string> have;
+  for (const OrientationRow& row : known_) have.insert(row.photo);
+  const Vector6d least = SigmaOfCameraGnss();
+  for (const OrientationRow& row : gnss) {
+    if (have.contains(row.photo)) continue;
+    known_.push_back(row);
+    known_.back().sigma = row.sigma.value_or(least).cwiseMax(least);
   }
 }
 

@@ -10,6 +10,7 @@
 #include "core/files/orientation_table.h"
 #include "core/files/results.h"
 #include "core/geometry/camera.h"
+#include "tools/block/pose_observations.h"
 
 namespace orient {
 
@@ -20,8 +21,8 @@ bool TeachesStrip(const ExteriorResult& result, const OrientationRow* before);
 
 class BlockApproximations {
  public:
-  // Reads the table, and the files of photos that it does not have. Throws InputError for a table
-  // that cannot be read, and for strips of which no photo is located.
+  // Reads the table, and GNSS and files of photos that it does not have. Throws InputError for a
+  // table that cannot be read, and for strips of which no photo is located.
   BlockApproximations(const BlockFile& block, const Camera& camera);
 
   // Of all photos that anything is known of.
@@ -30,6 +31,9 @@ class BlockApproximations {
   const std::vector<std::string>& Messages() const { return messages_; }
   // Names of the table that are no photo of the block.
   const std::vector<std::string>& Needless() const { return needless_; }
+
+  // What the adjustment is told of poses.
+  const PoseObservations& Observations() const { return observations_; }
 
   // Photos that are oriented locate the others of their strips; those that may not (TeachesStrip)
   // are passed over.
@@ -41,6 +45,7 @@ class BlockApproximations {
 
  private:
   void ReadTable();
+  void AddGnss(const std::vector<OrientationRow>& gnss);
   void ReadFiles();
   void CompleteHeights(OrientationTable* table) const;
   void Fill();
@@ -49,8 +54,9 @@ class BlockApproximations {
 
   const BlockFile& block_;
   const Camera& camera_;
-  std::vector<OrientationRow> known_;                // of the block's photos, by table or file
-  std::map<std::string, OrientationRow> oriented_;   // since then
+  std::vector<OrientationRow> known_;               // of the block's photos, by table or file
+  std::map<std::string, OrientationRow> oriented_;  // since then
+  PoseObservations observations_;
   OrientationTable table_;                           // known_ and what fills the strips
   std::map<std::string, std::size_t> vague_strips_;  // photos known badly, with their strips
   std::vector<std::string> messages_, needless_;

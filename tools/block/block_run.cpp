@@ -304,8 +304,13 @@ class BlockRun {
     const GroundSurface surface = SurfaceUnder(block_, photos_);
     const std::vector<TieRecord> ties = MeasureTies(surface, result);
     if (ties.empty()) return;
-    const AdjustmentInputs inputs{photos_, ties,           camera_.camera,
-                                  surface, block_.patchdb, block_.adjustment};
+    const AdjustmentInputs inputs{photos_,
+                                  ties,
+                                  camera_.camera,
+                                  surface,
+                                  block_.patchdb,
+                                  block_.adjustment,
+                                  approximations_->Observations()};
     const AdjustedBlock adjusted = AdjustPhotos(inputs);
     result->results = FinalResults(inputs, adjusted);
     WriteCalibratedCamera(block_.output_directory, camera_, earth_k1_.value_or(0), adjusted.result);

@@ -91,6 +91,41 @@ std::string Photos(const AdjustmentResult& adjusted) {
          "stay unseen. w: residual over its standard deviation.</p>\n";
 }
 
+std::string ThreeMetres(const std::optional<Eigen::Vector3d>& value,
+                        const std::optional<Eigen::Vector3d>& sigma) {
+  if (!value || !sigma) return kNoValue;
+  std::string text;
+  for (int i = 0; i < 3; ++i)
+    text += (i > 0 ? " / " : "") + Decimal((*value)[i], 2) + " ± " + Decimal((*sigma)[i], 2);
+  return text;
+}
+
+std::string Gnss(const AdjustmentResult& adjusted) {
+  if (adjusted.gnss.empty()) return "";
+  Eigen::Vector3d squares = Eigen::Vector3d::Zero();
+  int used = 0;
+  for (const PoseObservationResult& position : adjusted.gnss) {
+    if (position.state != "used" || !position.residual_m) continue;
+    squares += position.residual_m->cwiseAbs2();
+    ++used;
+  }
+  std::string text =
+      std::to_string(used) + " of " + std::to_string(adjusted.gnss.size()) + " positions are used";
+  if (used > 0) {
+    const Eigen::Vector3d rms = (squares / used).cwiseSqrt();
+    text += "; residuals " + Decimal(rms.x(), 2) + " / " + Decimal(rms.y(), 2) + " / " +
+            Decimal(rms.z(), 2) + " m (X / Y / Z, RMS)";
+  }
+  text = "<h3>GNSS</h3>\n<p>" + text + ".</p>\n";
+  if (adjusted.gnss_strips.empty()) return text;
+  HtmlTable table({"Strip", "Shift m (X / Y / Z)", "Drift m, from the middle to the end"});
+  for (const GnssStripResult& strip : adjusted.gnss_strips)
+    table.AddRow({strip.strip.empty() ? kNoValue : Escape(strip.strip),
+                  ThreeMetres(strip.shift_m, strip.shift_sigma_m),
+                  ThreeMetres(strip.drift_m, strip.drift_sigma_m)});
+  return text + table.Html();
+}
+
 std::string Checks(const AdjustmentResult& adjusted) {
   if (adjusted.checks.empty())
     return "<p class=\"note\">No patches were held out to check the result: check_share in the "
@@ -168,8 +203,8 @@ std::string AdjustmentSection(const BlockRecord& block) {
   if (!block.adjusted) return "";
   const AdjustmentResult& adjusted = *block.adjusted;
   return "<section>\n<h2>Block adjustment</h2>\n" + Facts(adjusted) + Checks(adjusted) +
-         Photos(adjusted) + Components(adjusted) + Parts(adjusted) + Calibration(adjusted) +
-         "</section>\n";
+         Photos(adjusted) + Components(adjusted) + Gnss(adjusted) + Parts(adjusted) +
+         Calibration(adjusted) + "</section>\n";
 }
 
 std::string FilmSection(const BlockRecord& block) {

@@ -36,6 +36,31 @@ TEST(AdjustmentResult, ComesBackAsItWasWritten) {
   EXPECT_FALSE(read.control[0].seen[0].redundancy);
 }
 
+TEST(AdjustmentResult, KeepsWhatWasKnownOfPosesAndReadsFilesWithout) {
+  const TemporaryFolder folder;
+  AdjustmentResult written = ExampleAdjustment();
+  written.approximations = {{"a", "used", std::nullopt, 1.5}};
+  written.gnss = {{"a", "rejected", Eigen::Vector3d(1, 2, -3), 40}};
+  written.gnss_strips = {
+      {"05", Eigen::Vector3d(4, 5, 6), Eigen::Vector3d(0.1, 0.1, 0.2), std::nullopt, std::nullopt}};
+  WriteAdjustmentResult(folder.Path(), written);
+  const AdjustmentResult read = ReadAdjustmentResult(AdjustmentResultPath(folder.Path()));
+  ASSERT_EQ(read.approximations.size(), 1u);
+  EXPECT_EQ(read.approximations[0].w, 1.5);
+  EXPECT_FALSE(read.approximations[0].residual_m);
+  ASSERT_EQ(read.gnss.size(), 1u);
+  EXPECT_EQ(read.gnss[0].state, "rejected");
+  EXPECT_EQ(read.gnss[0].residual_m, Eigen::Vector3d(1, 2, -3));
+  ASSERT_EQ(read.gnss_strips.size(), 1u);
+  EXPECT_EQ(read.gnss_strips[0].shift_m, Eigen::Vector3d(4, 5, 6));
+  EXPECT_FALSE(read.gnss_strips[0].drift_m);
+  std::string text = ReadFile(folder / "block.json");
+  text.replace(text.find("\"gnss\""), 6, "\"else\"");
+  text.replace(text.find("\"approximations\""), 16, "\"something else\"");
+  WriteFileAtomically(folder / "block.json", text);
+  EXPECT_TRUE(ReadAdjustmentResult(folder / "block.json").gnss.empty());
+}
+
 TEST(AdjustmentResult, ChecksHaveTheRmsOfTheirVectors) {
   EXPECT_NEAR(ExampleAdjustment().CheckRmsPx().value(), 0.5, 1e-12);
   EXPECT_FALSE(AdjustmentResult().CheckRmsPx());

@@ -96,6 +96,23 @@ TEST_F(BlockFileTest, WrongKeysAndValuesAreNamed) {
   ExpectRefused(Replaced(kBlock, "camera = \"camera.toml\"\n", ""), {"lacks the key camera"});
 }
 
+TEST_F(BlockFileTest, GnssMayDriftAlongStripsOnly) {
+  WriteFileAtomically(folder_ / "gnss.csv", "");
+  const std::string gnss = kBlock + "[gnss]\npositions = \"gnss.csv\"\n";
+  EXPECT_TRUE(ReadText(kBlock).gnss.positions.empty());
+  EXPECT_EQ(ReadText(gnss).gnss.positions, folder_ / "gnss.csv");
+  EXPECT_EQ(ReadText(gnss).gnss.model, GnssModel::kShift);
+  EXPECT_EQ(ReadText(gnss + "sigma_m = 0.2\n").gnss.sigma_m, 0.2);
+  EXPECT_EQ(ReadText(gnss + "model = \"plain\"\n").gnss.model, GnssModel::kPlain);
+  const std::string drifting = gnss + "model = \"shift_and_drift\"\n";
+  ExpectRefused(drifting, {"gnss.model", "[[strips]]"});
+  EXPECT_EQ(ReadText(drifting + "[[strips]]\nphotos = [\"*\"]\n").gnss.model,
+            GnssModel::kShiftAndDrift);
+  ExpectRefused(gnss + "model = \"bent\"\n", {"gnss.model", "bent", "shift_and_drift"});
+  ExpectRefused(gnss + "sigma_m = 0\n", {"gnss.sigma_m"});
+  ExpectRefused(kBlock + "[gnss]\nsigma_m = 1\n", {"positions"});
+}
+
 TEST_F(BlockFileTest, ACameraThatIsNoFileIsANameOfTheLibrary) {
   EXPECT_EQ(ReadText(Replaced(kBlock, "camera.toml", "wild_rc10")).camera, "wild_rc10");
   ExpectRefused(Replaced(kBlock, "camera.toml", "other.toml"), {"camera", "other.toml"});

@@ -110,6 +110,7 @@ TEST(OrientationTable, AHeaderThatLacksOrRepeatsAColumnIsAnError) {
   ExpectRefused("filename,x,y,z,omega,phi\na,1,2,3,0,0\n", {"kappa"});
   ExpectRefused("filename,x,y,z,omega,phi,kappa,x\n", {"\"x\"", "twice"});
   ExpectRefused("filename,x,y,z,omega,phi,kappa,sigma_x\n", {"sigma"});
+  ExpectRefused("filename,x,y,z,omega,phi,kappa,sigma_x,sigma_y,sigma_z\n", {"sigma"});
   ExpectRefused("a,1,2,3,0,0,0\n", {"line 1", "filename"});
 }
 

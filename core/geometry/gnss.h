@@ -1,0 +1,16 @@
+// Where GNSS says projection centres are, and what it errs along a whole strip.
+#pragma once
+
+#include <Eigen/Core>
+
+namespace orient {
+
+struct GnssPosition {
+  Eigen::Vector3d position_m;  // lever arm already applied
+  Eigen::Matrix3d covariance_m2;
+  double along_strip = 0;  // -1 at the strip's first exposure, 1 at its last: what drift goes by
+};
+
+enum class GnssModel { kPlain, kShift, kShiftAndDrift };  // unknowns a strip
+
+}  // namespace orient

@@ -1,0 +1,104 @@
+#include "tools/block/pose_observations.h"
+
+#include <gtest/gtest.h>
+
+#include <numbers>
+
+#include "core/error.h"
+#include "core/files/atomic_write.h"
+#include "core/geometry/rotation.h"
+#include "tests/support/expect_error.h"
+#include "tests/support/shared_data.h"
+
+namespace orient {
+namespace {
+
+class PoseObservationsOf : public testing::Test {
+ protected:
+  std::vector<OrientationRow> Gnss(const std::string& table) {
+    WriteFileAtomically(folder_ / "gnss.csv", table);
+    block_.gnss.positions = folder_ / "gnss.csv";
+    return ReadGnss(block_);
+  }
+
+  static OrientationRow Row(const std::string& photo) {
+    OrientationRow row;
+    row.photo = photo;
+    row.pose.position_m << 400000, 6000000, 1500;
+    return row;
+  }
+
+  static Vector6d SigmaOf(const PoseObservations& observations, const std::string& photo) {
+    return observations.approximations.at(photo).covariance.diagonal().cwiseSqrt();
+  }
+
+  const TemporaryFolder folder_;
+  BlockFile block_{.crs = Crs::Parse("EPSG:32635", "test"),
+                   .dem = "",
+                   .patchdb = "",
+                   .camera = "",
+                   .photos = {},
+                   .unusable = {},
+                   .approximations = "",
+                   .flight = {},
+                   .position_sigma_m = std::nullopt,
+                   .attitude_sigma_rad = std::nullopt,
+                   .pixel_size_um = std::nullopt,
+                   .polarity = std::nullopt,
+                   .orientation = std::nullopt,
+                   .earth = EarthMode::kAuto,
+                   .output_directory = "",
+                   .formats = {},
+                   .adjustment = {},
+                   .gnss = {}};
+};
+
+TEST_F(PoseObservationsOf, ApproximationsAreObservedAsFarAsSomebodySaysHowGoodTheyAre) {
+  OrientationRow stated = Row("stated"), alone = Row("alone");
+  stated.sigma = Vector6d::Constant(0.25);
+  alone.attitude_known = false;
+  const std::vector<OrientationRow> table = {Row("bare"), stated, alone};
+  const PoseObservations by_table = ObservationsOf(block_, table, {});
+  EXPECT_EQ(by_table.approximations.size(), 1u);
+  EXPECT_TRUE(SigmaOf(by_table, "stated").isApproxToConstant(0.25));
+
+  block_.position_sigma_m = 2;
+  const PoseObservations by_block = ObservationsOf(block_, table, {});
+  EXPECT_EQ(by_block.approximations.size(), 3u);
+  EXPECT_TRUE(SigmaOf(by_block, "bare").head<3>().isApproxToConstant(2));
+  EXPECT_TRUE(SigmaOf(by_block, "bare").tail<3>().isApproxToConstant(std::numbers::pi))
+      << "nobody states attitudes";
+  EXPECT_TRUE(SigmaOf(by_block, "stated").isApproxToConstant(0.25));
+
+  block_.attitude_sigma_rad = 0.01;
+  const PoseObservations with_attitude = ObservationsOf(block_, table, {});
+  EXPECT_TRUE(SigmaOf(with_attitude, "bare").tail<3>().isApproxToConstant(0.01));
+  EXPECT_TRUE(SigmaOf(with_attitude, "alone").tail<3>().isApproxToConstant(std::numbers::pi));
+}
+
+TEST_F(PoseObservationsOf, GnssKnowsItsStripAndItsPlaceAlongIt) {
+  const auto gnss = Gnss(
+      "filename,x,y,z,sigma_x,sigma_y,sigma_z\n"
+      "a,1,2,3,0.1,0.2,0.3\nb,4,5,6,0.1,0.2,0.3\nother,7,8,9,0.1,0.2,0.3\n");
+  block_.flight.strips = {{"05", {"a", "not_scanned", "b"}, std::nullopt}};
+  const PoseObservations observations = ObservationsOf(block_, {}, gnss);
+  EXPECT_EQ(observations.gnss.at("a").along_strip, -1);
+  EXPECT_EQ(observations.gnss.at("b").along_strip, 1);
+  EXPECT_EQ(observations.gnss.at("b").position_m, Eigen::Vector3d(4, 5, 6));
+  EXPECT_TRUE(observations.gnss.at("b").covariance_m2.diagonal().isApprox(
+      Eigen::Vector3d(0.01, 0.04, 0.09)));
+  EXPECT_EQ(observations.strip.at("b"), "05");
+  EXPECT_FALSE(observations.strip.contains("other"));
+}
+
+TEST_F(PoseObservationsOf, GnssOfWhichNobodySaysHowGoodItIsOrInAnotherCrsIsRefused) {
+  ExpectError<InputError>([&] { Gnss("filename,x,y,z\na,1,2,3\n"); },
+                          {"gnss.csv", "position of a", "sigma_m under [gnss]"});
+  block_.gnss.sigma_m = 0.1;
+  EXPECT_TRUE(Gnss("filename,x,y,z\na,1,2,3\n").at(0).sigma->head<3>().isApproxToConstant(0.1));
+  WriteFileAtomically(folder_ / "gnss.prj", Crs::Parse("EPSG:32631", "test").Wkt());
+  ExpectError<InputError>([&] { Gnss("filename,x,y,z\na,1,2,3\n"); }, {"gnss.csv", "31N", "35N"});
+}
+
+}  // namespace
+}  // namespace orient

@@ -1,0 +1,68 @@
+#include "tools/block/pose_observations.h"
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+
+#include "core/error.h"
+#include "tools/approximations.h"
+
+namespace orient {
+namespace {
+
+// Nothing is known.
+constexpr double kOpenPosition_m = 1e5;
+constexpr double kOpenAttitude_rad = std::numbers::pi;
+
+std::optional<PosePrior> PriorOf(const BlockFile& block, const OrientationRow& row) {
+  const bool attitude = row.attitude_known && (row.sigma || block.attitude_sigma_rad);
+  if (!row.sigma && !block.position_sigma_m && !attitude) return std::nullopt;
+  Vector6d sigma =
+      SigmaOfApproximation(row, block.position_sigma_m.value_or(kOpenPosition_m), std::nullopt);
+  if (!row.sigma && block.attitude_sigma_rad)
+    sigma.tail<3>().setConstant(*block.attitude_sigma_rad);
+  if (!attitude) sigma.tail<3>().setConstant(kOpenAttitude_rad);
+  return PosePrior{row.pose, sigma.cwiseAbs2().asDiagonal()};
+}
+
+}  // namespace
+
+std::vector<OrientationRow> ReadGnss(const BlockFile& block) {
+  if (block.gnss.positions.empty()) return {};
+  OrientationTable table = ReadApproximations(block.gnss.positions, block.crs);
+  if (table.crs && !table.crs->SameAs(block.crs))
+    throw InputError(block.gnss.positions + ": its .prj says " + table.crs->Name() +
+                     ", the block's CRS is " + block.crs.Name() +
+                     "; convert the table to the block's");
+  for (OrientationRow& row : table.rows) {
+    if (!row.sigma && !block.gnss.sigma_m)
+      throw InputError(block.gnss.positions + ": nobody says how good the position of " +
+                       row.photo + " is; give columns sigma_x,sigma_y,sigma_z or sigma_m under " +
+                       "[gnss]");
+    if (!row.sigma) row.sigma = SigmaOfApproximation(row, block.gnss.sigma_m, std::nullopt);
+    row.attitude_known = false;
+  }
+  return table.rows;
+}
+
+PoseObservations ObservationsOf(const BlockFile& block, const std::vector<OrientationRow>& table,
+                                const std::vector<OrientationRow>& gnss) {
+  PoseObservations observations;
+  observations.model = block.gnss.model;
+  for (const OrientationRow& row : table)
+    if (const auto prior = PriorOf(block, row)) observations.approximations[row.photo] = *prior;
+  for (const OrientationRow& row : gnss)
+    observations.gnss[row.photo] = {
+        row.pose.position_m, row.sigma->head<3>().cwiseAbs2().asDiagonal().toDenseMatrix(), 0};
+  for (const FlightStrip& strip : block.flight.strips)
+    for (std::size_t i = 0; i < strip.photos.size(); ++i) {
+      observations.strip[strip.photos[i]] = strip.name;
+      const auto position = observations.gnss.find(strip.photos[i]);
+      if (position == observations.gnss.end() || strip.photos.size() < 2) continue;
+      position->second.along_strip =
+          2 * static_cast<double>(i) / static_cast<double>(strip.photos.size() - 1) - 1;
+    }
+  return observations;
+}
+
+}  // namespace orient

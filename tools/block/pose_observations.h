@@ -1,0 +1,32 @@
+// What is known of a block's poses beside what the photos show, as observations of the adjustment:
+// approximations whose accuracy is stated, and GNSS.
+#pragma once
+
+#include <map>
+#include <string>
+#include <vector>
+
+#include "core/files/block_file.h"
+#include "core/files/orientation_table.h"
+#include "core/geometry/gnss.h"
+#include "core/geometry/resection.h"
+
+namespace orient {
+
+struct PoseObservations {
+  std::map<std::string, PosePrior> approximations;  // by photo, as the next two
+  std::map<std::string, GnssPosition> gnss;
+  std::map<std::string, std::string> strip;  // of GNSS
+  GnssModel model = GnssModel::kShift;
+};
+
+// The block's GNSS positions, each with its sigmas; empty where the block has none. Throws
+// InputError where the table cannot be read, is in another CRS or nobody says how good it is.
+std::vector<OrientationRow> ReadGnss(const BlockFile& block);
+
+// Of rows of a table of approximations only what somebody says the accuracy of: the table or the
+// block file. What strips or EXIF say is for where to search.
+PoseObservations ObservationsOf(const BlockFile& block, const std::vector<OrientationRow>& table,
+                                const std::vector<OrientationRow>& gnss);
+
+}  // namespace orient
