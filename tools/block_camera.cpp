@@ -1,38 +1,22 @@
 #include "tools/block_camera.h"
 
 #include <filesystem>
-#include <string_view>
 
 #include "core/error.h"
 
 namespace orient {
 namespace fs = std::filesystem;
 
-namespace {
-
-constexpr const char* kFileName = "block_camera.toml";
-// Of a camera's name, which its copies beside exports and resampled images keep.
-constexpr std::string_view kWithEarth = ", with earth curvature and refraction in the lens";
-
-bool HoldsTheEarth(const std::string& camera) {
-  return fs::path(camera).filename() == kFileName ||
-         ReadCameraFile(camera).camera.name.ends_with(kWithEarth);
-}
-
-}  // namespace
-
 std::string BlockCameraPath(const std::string& directory) {
-  return (fs::path(directory) / kFileName).string();
+  return (fs::path(directory) / "block_camera.toml").string();
 }
 
-void WriteBlockCamera(const std::string& directory, const CameraFile& camera, double earth_k1) {
-  CameraFile to = camera;
-  if (earth_k1 != 0) to.camera.name += kWithEarth;
-  WriteCameraFile(BlockCameraPath(directory), to);
+void WriteBlockCamera(const std::string& directory, const CameraFile& camera) {
+  WriteCameraFile(BlockCameraPath(directory), camera);
 }
 
 void RefuseBlockCamera(const std::string& camera, EarthMode earth) {
-  if (earth == EarthMode::kFlat || !HoldsTheEarth(camera)) return;
+  if (earth == EarthMode::kFlat || ReadCameraFile(camera).camera.earth_k1 == 0) return;
   throw UsageError(
       camera +
       " belongs to poses: curvature and refraction are in its lens already and would "

@@ -13,12 +13,10 @@ namespace orient {
 std::string BlockCameraPath(const std::string& directory);
 
 // The camera with which a folder's poses are true by nothing but the collinearity equations;
-// calibration, earth curvature and refraction (`earth_k1`, 0: none) are in its lens. Throws
-// InputError: cannot write.
-void WriteBlockCamera(const std::string& directory, const CameraFile& camera, double earth_k1);
+// calibration, earth curvature and refraction are in its lens. Throws InputError: cannot write.
+void WriteBlockCamera(const std::string& directory, const CameraFile& camera);
 
-// Throws UsageError where `camera` is such a file, or its copy beside exports or resampled images,
-// and curvature may be added to it once more.
+// Throws UsageError where the camera file has curvature in its lens and more may be added.
 void RefuseBlockCamera(const std::string& camera, EarthMode earth);
 
 // The folder's block camera where it says anything else than the file `camera`; empty where it does

@@ -45,9 +45,8 @@ namespace fs = std::filesystem;
 // What all photos of a run share; read before the first photo starts.
 struct Setting {
   const ExteriorRunOptions& options;
-  CameraFile camera;    // with curvature and refraction in its lens
-  double earth_k1 = 0;  // what they are
-  MarkShapes marks;     // a film camera's; empty for a digital one
+  CameraFile camera;  // with curvature and refraction in its lens
+  MarkShapes marks;   // a film camera's; empty for a digital one
   OrientationTable approximations;
   Crs crs;
   GroundSurface surface;
@@ -127,15 +126,13 @@ Setting Prepare(const ExteriorRunOptions& options) {
   MarkShapes marks;
   if (camera.camera.kind == CameraKind::kFilm) marks = LoadMarkShapes(camera);
   const double ground_m = surface.MeanHeight();
-  const double k1 =
+  camera.camera =
       options.earth_k1
-          ? *options.earth_k1
+          ? WithEarth(camera.camera, *options.earth_k1)
           : OverEarth(camera.camera, options.earth, FlyingHeight(table, options, ground_m),
-                      ground_m, FilmPixel_mm(camera.camera, options.photos).value_or(kFilmPixel_mm))
-                .k1;
-  if (k1 != 0) camera.camera = WithCubic(camera.camera, k1);
-  return {options, std::move(camera), k1, std::move(marks), std::move(table),
-          crs,     std::move(surface)};
+                      ground_m,
+                      FilmPixel_mm(camera.camera, options.photos).value_or(kFilmPixel_mm));
+  return {options, std::move(camera), std::move(marks), std::move(table), crs, std::move(surface)};
 }
 
 ExteriorResult Failed(const std::string& photo, const std::string& why) {
@@ -379,14 +376,16 @@ Setting PrepareAlone(ExteriorRunOptions* options) {
   }
   Setting setting = Prepare(*options);
   MakeOutputDirectory(options->out);
-  inputs.earth_k1 = setting.earth_k1;
+  inputs.earth_k1 = setting.camera.camera.earth_k1;
   WriteExteriorInputs(options->out, inputs);
   return setting;
 }
 
 }  // namespace
 
-double EarthK1OfRun(const ExteriorRunOptions& options) { return Prepare(options).earth_k1; }
+double EarthK1OfRun(const ExteriorRunOptions& options) {
+  return Prepare(options).camera.camera.earth_k1;
+}
 
 std::vector<ExteriorResult> RunExterior(const ExteriorRunOptions& given,
                                         const std::function<void(const ExteriorResult&)>& done) {
@@ -429,8 +428,7 @@ std::vector<ExteriorResult> RunExterior(const ExteriorRunOptions& given,
   learning.Tell(fresh, setting.camera.camera.kind, &results);
   WriteOrientationTable(table.string(), TableOf(results, setting.crs));
   // Photos with a principal distance of their own have no camera in common.
-  if (!options.principal_distance_sigma_mm)
-    WriteBlockCamera(options.out, setting.camera, setting.earth_k1);
+  if (!options.principal_distance_sigma_mm) WriteBlockCamera(options.out, setting.camera);
   return results;
 }
 

@@ -58,8 +58,7 @@ class Photos : public HarvestSources {
     const Pose& pose = RowOf(photos_.paths[source]).pose;
     PhotoView view{photos_.camera, interior.photo_from_pixel, pose, interior.film_correction};
     view.camera = OverEarth(view.camera, photos_.earth, pose.position_m.z(), surface.MeanHeight(),
-                            view.PixelSize())
-                      .camera;
+                            view.PixelSize());
     return view;
   }
 

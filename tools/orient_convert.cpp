@@ -148,19 +148,12 @@ class ConvertCommand : public Command {
 
   void Write(const ConvertSource& source, std::ostream& out) const {
     for (const WrittenExport& written : WriteExports(source, Export())) {
-      const ExportCheck check = CheckExport(written.directory, written.format, "");
       const auto control = std::count_if(source.block.points.begin(), source.block.points.end(),
                                          [](const ExchangePoint& point) { return point.control; });
       out << written.directory << ": " << source.block.photos.size() << " photos, " << control
           << " control points, " << source.block.points.size() - static_cast<std::size_t>(control)
-          << " tie points\n  " << Verdict(check) << "\n";
-      if (written.largest_px > 0)
-        out << FormatText(
-            "  another ground system: scale and curvature leave rms %.2g px, largest %.2g px\n",
-            written.rms_px, written.largest_px);
-      if (!check.ok)
-        throw InputError(written.directory + ": what was written does not project as it should; " +
-                         "do not use it");
+          << " tie points\n  " << Verdict(written.check) << "\n";
+      for (const std::string& note : NotesOn(written, source)) out << "  " << note << "\n";
     }
   }
 

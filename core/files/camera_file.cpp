@@ -82,15 +82,18 @@ void CheckDistortion(const TomlTable& table, const Camera& camera) {
 
 // Which keys are known depends on the model, so the table is opened twice.
 void ReadDistortion(const TomlTable& root, Camera* camera) {
-  const auto any = root.FindTable("distortion", {"model", "k", "p", "radius_mm", "dr_um"});
+  const auto any =
+      root.FindTable("distortion", {"model", "k", "p", "radius_mm", "dr_um", "earth_k1"});
   if (!any) return;
   enum class Model { kBrown, kRadialTable };
   const auto model = Choice<Model>(
       *any, "model", {{"brown", Model::kBrown}, {"radial_table", Model::kRadialTable}});
   if (model == Model::kBrown)
-    camera->lens = ReadBrown(*root.FindTable("distortion", {"model", "k", "p"}));
+    camera->lens = ReadBrown(*root.FindTable("distortion", {"model", "k", "p", "earth_k1"}));
   else
-    camera->lens = ReadRadialTable(*root.FindTable("distortion", {"model", "radius_mm", "dr_um"}));
+    camera->lens =
+        ReadRadialTable(*root.FindTable("distortion", {"model", "radius_mm", "dr_um", "earth_k1"}));
+  camera->earth_k1 = any->FindNumber("earth_k1").value_or(0);
   CheckDistortion(*any, *camera);
 }
 

@@ -162,6 +162,9 @@ std::string CameraFileText(const CameraFile& camera, const std::string& folder) 
   std::string text = CameraText(camera.camera);
   if (camera.data_strip) text += DataStripText(*camera.data_strip);
   text += std::visit(DistortionText(), camera.camera.lens);
+  if (camera.camera.earth_k1 != 0)
+    text += "earth_k1 = " + Text(camera.camera.earth_k1) +
+            "  # of the above: curvature and refraction, which belong to the flight\n";
   for (const Fiducial& fiducial : camera.fiducials) text += FiducialText(fiducial);
   for (const BorderFeature& feature : camera.border) text += BorderText(feature);
   for (const auto& [name, mark] : camera.marks) text += MarkText(name, mark, folder);

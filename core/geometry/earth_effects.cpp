@@ -52,19 +52,33 @@ double LargestUnabsorbed(const Camera& camera, double k1) {
   return std::max(left(corner), left(inside));
 }
 
-EarthCamera OverEarth(const Camera& camera, EarthMode mode, double flying_m, double ground_m,
-                      double film_pixel_mm) {
+Camera OverEarth(const Camera& camera, EarthMode mode, double flying_m, double ground_m,
+                 double film_pixel_mm) {
   const double k1 = EarthDistortion(camera.principal_distance_mm, flying_m, ground_m);
   const bool matters =
       LargestUnabsorbed(camera, k1) > kNegligiblePx * PixelSize(camera, film_pixel_mm);
-  if (mode == EarthMode::kFlat || (mode == EarthMode::kAuto && !matters)) return {camera, 0};
-  return {WithCubic(camera, k1), k1};
+  if (mode == EarthMode::kFlat || (mode == EarthMode::kAuto && !matters)) return camera;
+  return WithEarth(camera, k1);
 }
 
-Camera WithCubic(const Camera& camera, double k1) {
+Camera WithEarth(const Camera& camera, double k1) {
+  if (k1 == 0) return camera;
   Camera other = camera;
   other.lens = WithRadial(camera.lens, {k1, 0, 0}, 1.2 * camera.FrameRadius());
+  other.earth_k1 += k1;
   return other;
+}
+
+double CurvatureOf(const Camera& camera, double ground_m) {
+  if (camera.earth_k1 == 0) return 0;
+  // The flying height that both effects together belong to; curvature grows faster.
+  double low = 0, high = 1e5;
+  for (int i = 0; i < 60; ++i) {
+    const double middle = (low + high) / 2;
+    const double k1 = EarthDistortion(camera.principal_distance_mm, ground_m + middle, ground_m);
+    (k1 > camera.earth_k1 ? low : high) = middle;
+  }
+  return -low / (2 * kEarthRadius_m * camera.principal_distance_mm * camera.principal_distance_mm);
 }
 
 }  // namespace orient

@@ -38,14 +38,14 @@ double LargestUnabsorbed(const Camera& camera, double k1);
 // The camera with its lens changed by the two effects; as it is where the mode says flat, or says
 // auto and they stay below a tenth of a pixel (a digital camera's own; of film, of
 // `film_pixel_mm`).
-struct EarthCamera {
-  Camera camera;
-  double k1 = 0;  // that was added to the lens, 0: none
-};
-EarthCamera OverEarth(const Camera& camera, EarthMode mode, double flying_m, double ground_m,
-                      double film_pixel_mm = kFilmPixel_mm);
+Camera OverEarth(const Camera& camera, EarthMode mode, double flying_m, double ground_m,
+                 double film_pixel_mm = kFilmPixel_mm);
 
-// The camera whose lens moves image points by k1 r^3 more (r from the principal point, mm).
-Camera WithCubic(const Camera& camera, double k1);
+// The camera whose lens moves image points by k1 r^3 more (r from the principal point, mm), which
+// its earth_k1 says.
+Camera WithEarth(const Camera& camera, double k1);
+
+// What of the camera's earth_k1 is curvature: in a Cartesian ground system it must not be there.
+double CurvatureOf(const Camera& camera, double ground_m);
 
 }  // namespace orient

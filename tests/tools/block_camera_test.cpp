@@ -17,8 +17,8 @@ namespace fs = std::filesystem;
 TEST(BlockCamera, IsRefusedByWhateverNameWhereCurvatureMayBeAddedAgain) {
   const TemporaryFolder folder;
   CameraFile curved = ExampleCamera();
-  curved.camera = WithCubic(curved.camera, 1e-7);
-  WriteBlockCamera(folder.Path(), curved, 1e-7);
+  curved.camera = WithEarth(curved.camera, 1e-7);
+  WriteBlockCamera(folder.Path(), curved);
   fs::copy(BlockCameraPath(folder.Path()), folder / "camera.toml");
   for (const std::string& path : {BlockCameraPath(folder.Path()), folder / "camera.toml"}) {
     ExpectError<UsageError>([&] { RefuseBlockCamera(path, EarthMode::kAuto); },
@@ -34,11 +34,11 @@ TEST(BlockCamera, IsTheOneThatItsTablesPosesNeed) {
   const std::string table = folder / "orientation.csv";
   WriteCameraFile(folder / "own.toml", ExampleCamera());
   EXPECT_NO_THROW(RequireCameraOfPoses(folder / "own.toml", table)) << "nothing says another";
-  WriteBlockCamera(folder.Path(), ExampleCamera(), 0);
+  WriteBlockCamera(folder.Path(), ExampleCamera());
   EXPECT_NO_THROW(RequireCameraOfPoses(folder / "own.toml", table)) << "the same";
   CameraFile calibrated = ExampleCamera();
   calibrated.camera.principal_distance_mm = 100.2;
-  WriteBlockCamera(folder.Path(), calibrated, 0);
+  WriteBlockCamera(folder.Path(), calibrated);
   ExpectError<UsageError>([&] { RequireCameraOfPoses(folder / "own.toml", table); },
                           {table, BlockCameraPath(folder.Path()), "--earth flat"});
   EXPECT_NO_THROW(RequireCameraOfPoses(BlockCameraPath(folder.Path()), table));

@@ -149,7 +149,7 @@ struct World {
     ExteriorRunOptions run = Run("none");
     run.approximations = at + "/truth/orientation.csv";
     run.patchdb = at + "/all.gpkg";
-    camera.camera = WithCubic(camera.camera, EarthK1OfRun(run));
+    camera.camera = WithEarth(camera.camera, EarthK1OfRun(run));
     std::ifstream file(at + "/truth.json");
     const nlohmann::json json = nlohmann::json::parse(file);
     for (const nlohmann::json& photo : json.at("photos"))

@@ -63,13 +63,16 @@ void Illustrate(const BlockOutputs& outputs, BlockRunResult* result) {
   }
 }
 
-void WriteExportsTo(const BlockFile& block, const BlockRunResult& result) {
+void WriteExportsTo(const BlockFile& block, BlockRunResult* result) {
   const auto oriented = [](const ExteriorResult& photo) { return photo.pose.has_value(); };
-  if (block.formats.empty() || std::none_of(result.results.begin(), result.results.end(), oriented))
+  if (block.formats.empty() ||
+      std::none_of(result->results.begin(), result->results.end(), oriented))
     return;
   const std::string& out = block.output_directory;
   try {
-    WriteExportsOf(out, BlockCameraPath(out), block.formats);
+    const ExportsOfFolder exports = WriteExportsOf(out, BlockCameraPath(out), block.formats);
+    result->messages.insert(result->messages.end(), exports.messages.begin(),
+                            exports.messages.end());
   } catch (const InputError& error) {
     throw InputError("the block is done and written to " + out +
                      ", but not exported: " + error.what());
@@ -131,7 +134,7 @@ void WriteBlockOutputs(const BlockOutputs& outputs, BlockRunResult* written) {
           {photo.photo, *photo.pose, Vector6d(photo.covariance->diagonal().cwiseSqrt())});
   }
   WriteOrientationTable((fs::path(out) / "orientation.csv").string(), table);
-  WriteBlockCamera(out, outputs.camera, outputs.earth_k1);
+  WriteBlockCamera(out, outputs.camera);
   if (outputs.quicklook) Illustrate(outputs, &result);
   if (result.adjusted) {
     result.adjusted->messages = result.messages;
@@ -142,7 +145,7 @@ void WriteBlockOutputs(const BlockOutputs& outputs, BlockRunResult* written) {
   BlockRecord record = ReadBlockRecord(out, result.adjusted);
   record.notes = result.messages;
   WriteReport(record);
-  WriteExportsTo(block, result);
+  WriteExportsTo(block, &result);
 }
 
 }  // namespace orient

@@ -15,7 +15,6 @@ namespace orient {
 struct BlockOutputs {
   const BlockFile& block;
   const CameraFile& camera;  // that the final poses are true with
-  double earth_k1 = 0;       // of curvature and refraction in its lens
   const std::vector<BlockPhotoFile>& photos;
   bool quicklook = false;
 };

@@ -101,8 +101,7 @@ class BlockRun {
     }
     AddUnusable(&result.results);
     NameNeedlessApproximations(&result);
-    WriteBlockOutputs({block_, camera_, earth_k1_.value_or(0), photos_, options_.quicklook},
-                      &result);
+    WriteBlockOutputs({block_, camera_, photos_, options_.quicklook}, &result);
     fs::remove(UnfinishedPath(out));
     return result;
   }
@@ -210,7 +209,7 @@ class BlockRun {
     char rounded[32];
     std::snprintf(rounded, sizeof rounded, "%.2e", EarthK1OfRun(ExteriorOptions()));
     earth_k1_ = std::strtod(rounded, nullptr);
-    if (*earth_k1_ != 0) camera_.camera = WithCubic(camera_.camera, *earth_k1_);
+    camera_.camera = WithEarth(camera_.camera, *earth_k1_);
   }
 
   std::string DigestOfExterior(const std::string& path) const {
@@ -313,7 +312,7 @@ class BlockRun {
                                   approximations_->Observations()};
     const AdjustedBlock adjusted = AdjustPhotos(inputs);
     result->results = FinalResults(inputs, adjusted);
-    WriteCalibratedCamera(block_.output_directory, camera_, earth_k1_.value_or(0), adjusted.result);
+    WriteCalibratedCamera(block_.output_directory, camera_, adjusted.result);
     if (adjusted.result.converged && !adjusted.result.cameras.empty())
       camera_.camera = adjusted.result.cameras.front();
     result->messages.insert(result->messages.end(), adjusted.result.messages.begin(),

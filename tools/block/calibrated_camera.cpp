@@ -13,7 +13,7 @@ std::string CalibratedCameraPath(const std::string& directory) {
   return (fs::path(directory) / kCalibratedCameraFile).string();
 }
 
-void WriteCalibratedCamera(const std::string& directory, const CameraFile& camera, double earth_k1,
+void WriteCalibratedCamera(const std::string& directory, const CameraFile& camera,
                            const BlockResult& result) {
   const std::string path = CalibratedCameraPath(directory);
   const bool calibrated =
@@ -27,8 +27,7 @@ void WriteCalibratedCamera(const std::string& directory, const CameraFile& camer
     return;
   }
   CameraFile to = camera;
-  to.camera = result.cameras.front();
-  if (earth_k1 != 0) to.camera = WithCubic(to.camera, -earth_k1);
+  to.camera = WithEarth(result.cameras.front(), -result.cameras.front().earth_k1);
   WriteCameraFile(path, to);
 }
 

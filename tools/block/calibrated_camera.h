@@ -11,9 +11,9 @@ namespace orient {
 std::string CalibratedCameraPath(const std::string& directory);
 
 // Writes `camera` with the block's calibration where anything was estimated, otherwise removes an
-// earlier run's file. `earth_k1`: what `camera` has for curvature and refraction, which belong to
-// the flight and not to the camera. Throws InputError: cannot write.
-void WriteCalibratedCamera(const std::string& directory, const CameraFile& camera, double earth_k1,
+// earlier run's file. Without curvature and refraction, which belong to the flight. Throws
+// InputError: cannot write.
+void WriteCalibratedCamera(const std::string& directory, const CameraFile& camera,
                            const BlockResult& result);
 
 }  // namespace orient

@@ -12,6 +12,7 @@
 #include "core/files/camera_file.h"
 #include "core/files/orientation_table.h"
 #include "core/files/results.h"
+#include "core/geometry/earth_effects.h"
 #include "tools/block_camera.h"
 #include "tools/convert/export_points.h"
 #include "tools/convert/export_record.h"
@@ -132,7 +133,10 @@ Camera ImageCamera(const Camera& camera, double pixel_mm, bool remove_distortion
   image.frame_mm = pixel_mm * image.image_px->cast<double>();
   image.frame_centre_mm.setZero();
   image.principal_point_mm = camera.principal_point_mm - camera.frame_centre_mm;
-  if (remove_distortion) image.lens = std::monostate();
+  if (remove_distortion) {
+    image.lens = std::monostate();
+    image.earth_k1 = 0;
+  }
   return image;
 }
 
@@ -218,6 +222,13 @@ void RequireDistinctPhotos(const ExchangeBlock& block, const std::string& input)
       throw InputError(input + " has the photo " + photo.image + " twice; remove one");
 }
 
+// Of one of so many cameras. Where there are others than were written nobody knows which is which;
+// they have one flight, hence one value.
+EarthRecord EarthOf(const ExportRecord& record, std::size_t camera, std::size_t cameras) {
+  if (record.earth.empty()) return {};
+  return record.earth[record.earth.size() == cameras ? camera : 0];
+}
+
 // A file that was cut reads like a smaller block; the verification points beside it know better.
 void NamePhotosCutOff(const ExchangeBlock& block, const std::string& folder,
                       std::vector<std::string>* messages) {
@@ -258,14 +269,25 @@ ConvertSource ReadForeign(ExchangeFormat format, const ConvertSourceOptions& giv
                        " does not say the images' size; give their camera with --camera");
     if (given.camera.empty()) source.cameras.push_back(CameraOf(camera));
   }
+  // What the files' cameras are in the block's ground system.
+  const std::vector<ExchangeCamera> in_file = block.cameras;
+  for (std::size_t i = 0; i < source.cameras.size(); ++i) {
+    Camera& camera = source.cameras[i];
+    const EarthRecord earth = EarthOf(record, i, source.cameras.size());
+    const double c2 = camera.principal_distance_mm * camera.principal_distance_mm;
+    if (given.camera.empty()) camera.earth_k1 = earth.in_lens / c2;
+    camera = WithEarth(camera, earth.taken_out / c2);
+    if (earth.taken_out != 0) block.cameras[i] = ExchangeCameraOf(camera).camera;
+  }
   const GroundFrame frame = FrameOf(foreign, given, record);
   const auto height = given.ground_height_m ? given.ground_height_m : record.ground_height_m;
   if (!frame.IsShift() && !height)
     throw UsageError("the mean height of the ground is needed to bring " + Name(format) +
                      " into a projected CRS; give it with --ground-height-m");
   for (ExchangePhoto& photo : block.photos) {
-    const auto reframed = ReframeAt(frame, FrameWay::kBlockFromFile, photo,
-                                    block.cameras[photo.camera], height.value_or(0));
+    const auto reframed =
+        ReframePhoto(frame, FrameWay::kBlockFromFile, photo,
+                     {in_file[photo.camera], block.cameras[photo.camera]}, height.value_or(0));
     if (!reframed)
       throw InputError(given.input + ": photo " + photo.image +
                        " does not see the ground at the height " + ExactNumber(*height) + " m");

@@ -57,7 +57,10 @@ void WriteExportRecord(const std::string& directory, const ExportRecord& record)
       {"crs", record.crs ? Json(record.crs->Wkt()) : Json(nullptr)},
       {"origin", {record.origin.x(), record.origin.y(), record.origin.z()}},
       {"geoid_m", record.geoid_m},
-      {"ground_height_m", record.ground_height_m ? Json(*record.ground_height_m) : Json(nullptr)}};
+      {"ground_height_m", record.ground_height_m ? Json(*record.ground_height_m) : Json(nullptr)},
+      {"earth", Json::array()}};
+  for (const EarthRecord& earth : record.earth)
+    json["earth"].push_back({{"in_lens", earth.in_lens}, {"taken_out", earth.taken_out}});
   WriteFileAtomically(RecordPath(directory), json.dump(2) + "\n");
 }
 
@@ -76,6 +79,10 @@ ExportRecord ReadExportRecord(const std::string& directory) {
     record.geoid_m = json.at("geoid_m").get<double>();
     if (!json.at("ground_height_m").is_null())
       record.ground_height_m = json.at("ground_height_m").get<double>();
+    if (json.contains("earth"))
+      for (const Json& earth : json.at("earth"))
+        record.earth.push_back(
+            {earth.at("in_lens").get<double>(), earth.at("taken_out").get<double>()});
   } catch (const Json::exception& error) {
     throw InputError(path + " is damaged; convert again: " + error.what());
   }

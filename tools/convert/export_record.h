@@ -11,6 +11,13 @@
 
 namespace orient {
 
+// What is in the lens of one of the files' cameras of curvature and refraction, and what had to be
+// taken out of it because the file's ground system is curved itself: k1 times the principal
+// distance squared, which is the same whatever unit the file's cameras are in.
+struct EarthRecord {
+  double in_lens = 0, taken_out = 0;
+};
+
 // export.json. Everything is empty where there is no such file.
 struct ExportRecord {
   std::string format;
@@ -18,6 +25,7 @@ struct ExportRecord {
   Eigen::Vector3d origin = Eigen::Vector3d::Zero();  // subtracted from ground coordinates
   double geoid_m = 0;
   std::optional<double> ground_height_m;  // mean, of the block
+  std::vector<EarthRecord> earth;         // of each camera, in the order of the file's
 };
 void WriteExportRecord(const std::string& directory, const ExportRecord& record);
 ExportRecord ReadExportRecord(const std::string& directory);

@@ -11,11 +11,12 @@ namespace {
 constexpr const char* kGeographic = "EPSG:4326";
 constexpr int kGrid = 7;  // points along a side of the image
 
-// What the pose is fitted to: a ground point of the new system, and the ray's ideal image
-// coordinates in the old one (x right, y down, unit focal length).
+constexpr double kRelief = 0.03;  // of the flying height
+
+// What the pose is fitted to: a ground point of the new system, and where the old one shows it.
 struct SeenPoint3d {
   Eigen::Vector3d ground;
-  Eigen::Vector2d ray;
+  Eigen::Vector2d pixel;
 };
 
 std::optional<Eigen::Vector3d> Mapped(const GroundFrame& frame, FrameWay way,
@@ -56,7 +57,8 @@ std::vector<SeenPoint3d> SeenPoints(const GroundFrame& frame, FrameWay way,
           GroundFromCamera(photo) * Eigen::Vector3d(ray.x(), ray.y(), 1);
       const auto point = PointAtHeight(frame, way, photo.centre, direction.normalized(), height);
       const auto mapped = point ? Mapped(frame, way, *point) : std::nullopt;
-      if (mapped) seen.push_back({*mapped, ray});
+      const auto pixel = camera.PixelFromCameraPoint({ray.x(), ray.y(), 1});
+      if (mapped && pixel) seen.push_back({*mapped, *pixel});
     }
   return seen;
 }
@@ -89,13 +91,16 @@ std::vector<Eigen::Vector2d> Residuals(const ExchangePhoto& photo, const Exchang
   std::vector<Eigen::Vector2d> residuals;
   const Eigen::Matrix3d camera_from_ground = GroundFromCamera(photo).transpose();
   for (const SeenPoint3d& point : seen) {
-    const Eigen::Vector3d q = camera_from_ground * (point.ground - photo.centre);
-    residuals.emplace_back((point.ray - q.head<2>() / q.z()).cwiseProduct(camera.focal_px));
+    const auto pixel =
+        camera.PixelFromCameraPoint(camera_from_ground * (point.ground - photo.centre));
+    residuals.push_back(pixel ? Eigen::Vector2d(point.pixel - *pixel)
+                              : Eigen::Vector2d::Constant(std::nan("")));
   }
   return residuals;
 }
 
-// One Gauss-Newton step: the turn (a rotation vector in the camera system) and the centre's shift.
+// One Gauss-Newton step, the lens left out of its derivatives: the turn (a rotation vector in the
+// camera system) and the centre's shift.
 void Step(const ExchangeCamera& camera, const std::vector<SeenPoint3d>& seen,
           ExchangePhoto* photo) {
   Eigen::Matrix<double, 6, 6> normal = Eigen::Matrix<double, 6, 6>::Zero();
@@ -194,38 +199,30 @@ std::optional<Eigen::Vector3d> PointAtHeight(const GroundFrame& frame, FrameWay 
 }
 
 std::optional<ReframedPhoto> ReframePhoto(const GroundFrame& frame, FrameWay way,
-                                          const ExchangePhoto& photo, const ExchangeCamera& camera,
-                                          double lowest_m, double highest_m) {
+                                          const ExchangePhoto& photo, const CameraPair& cameras,
+                                          double ground_height_m) {
   ReframedPhoto result{photo, 0, 0};
   const auto centre = Mapped(frame, way, photo.centre);
-  if (!centre) return std::nullopt;
+  const auto top = BlockHeight(frame, way, photo.centre);
+  if (!centre || !top) return std::nullopt;
   result.photo.centre = *centre;
   if (frame.IsShift()) return result;
-  const auto seen = SeenPoints(frame, way, photo, camera, lowest_m, highest_m);
+  const double relief = kRelief * std::abs(*top - ground_height_m);
+  const auto seen = SeenPoints(frame, way, photo, cameras.from, ground_height_m - relief,
+                               ground_height_m + relief);
   if (seen.size() < 8) return std::nullopt;
   const auto turn = TurnAt(frame, way, photo.centre);
   if (!turn) return std::nullopt;
   result.photo.ground_from_photo = *turn * photo.ground_from_photo;
-  for (int i = 0; i < 8; ++i) Step(camera, seen, &result.photo);
+  for (int i = 0; i < 8; ++i) Step(cameras.to, seen, &result.photo);
   double sum = 0;
-  for (const Eigen::Vector2d& r : Residuals(result.photo, camera, seen)) {
+  for (const Eigen::Vector2d& r : Residuals(result.photo, cameras.to, seen)) {
     sum += r.squaredNorm();
     result.largest_px = std::max(result.largest_px, r.norm());
   }
   result.rms_px = std::sqrt(sum / static_cast<double>(seen.size()));
   if (!std::isfinite(result.rms_px)) return std::nullopt;
   return result;
-}
-
-std::optional<ReframedPhoto> ReframeAt(const GroundFrame& frame, FrameWay way,
-                                       const ExchangePhoto& photo, const ExchangeCamera& camera,
-                                       double ground_height_m) {
-  constexpr double kRelief = 0.03;
-  const auto top = BlockHeight(frame, way, photo.centre);
-  if (!top) return std::nullopt;
-  const double relief = kRelief * std::abs(*top - ground_height_m);
-  return ReframePhoto(frame, way, photo, camera, ground_height_m - relief,
-                      ground_height_m + relief);
 }
 
 }  // namespace orient

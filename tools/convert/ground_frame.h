@@ -44,6 +44,12 @@ class GroundFrame {
 
 enum class FrameWay { kFileFromBlock, kBlockFromFile };
 
+// The camera of a photo in the old ground system and in the new one: another where one of them has
+// curvature in its lens.
+struct CameraPair {
+  const ExchangeCamera &from, &to;
+};
+
 // A photo in another ground system. A projected CRS is not Cartesian (scale, convergence,
 // curvature), so that no pose is the same in both everywhere: this one shows the ground between the
 // two heights (of the block's system) where the old one does, by least squares over the whole
@@ -52,16 +58,11 @@ struct ReframedPhoto {
   ExchangePhoto photo;
   double rms_px = 0, largest_px = 0;  // what remains, over the image and both heights
 };
-// Empty where the image does not see the ground at these heights. A shift is exact.
+// The heights are those within 3 % of the flying height of the ground's mean. Empty where the image
+// does not see the ground there. A shift is exact.
 std::optional<ReframedPhoto> ReframePhoto(const GroundFrame& frame, FrameWay way,
-                                          const ExchangePhoto& photo, const ExchangeCamera& camera,
-                                          double lowest_m, double highest_m);
-
-// The same where the ground's mean height is known: for heights within 3 % of the flying height of
-// it.
-std::optional<ReframedPhoto> ReframeAt(const GroundFrame& frame, FrameWay way,
-                                       const ExchangePhoto& photo, const ExchangeCamera& camera,
-                                       double ground_height_m);
+                                          const ExchangePhoto& photo, const CameraPair& cameras,
+                                          double ground_height_m);
 
 // Where the ray of a direction (file or block system) from `centre` comes to the height `height_m`
 // of the block's system; empty where it does not.

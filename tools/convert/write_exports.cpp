@@ -15,7 +15,9 @@
 #include "core/files/exchange/micmac_orientation.h"
 #include "core/files/exchange/opensfm.h"
 #include "core/files/orientation_table.h"
+#include "core/format_text.h"
 #include "core/geometry/collinearity.h"
+#include "core/geometry/earth_effects.h"
 #include "tools/block_files.h"
 #include "tools/convert/export_record.h"
 #include "tools/convert/ground_frame.h"
@@ -79,6 +81,20 @@ std::vector<Verified> VerificationPoints(const ConvertSource& source) {
   return points;
 }
 
+std::optional<double> MeanGroundHeight(const ConvertSource& source) {
+  double sum = 0;
+  int count = 0;
+  for (const auto& height : source.ground_height_m)
+    if (height) sum += *height, ++count;
+  if (count == 0) return std::nullopt;
+  return sum / count;
+}
+
+// What of a camera's lens does not belong into the file's ground system.
+double CurvatureIn(const GroundFrame& frame, const ConvertSource& source, const Camera& camera) {
+  return frame.IsShift() ? 0 : CurvatureOf(camera, MeanGroundHeight(source).value_or(0));
+}
+
 GroundFrame FrameOf(const ConvertSource& source, const ExportOptions& options,
                     ExchangeFormat format) {
   const bool shifted = format == ExchangeFormat::kColmap || format == ExchangeFormat::kMetashape;
@@ -96,10 +112,22 @@ GroundFrame FrameOf(const ConvertSource& source, const ExportOptions& options,
   return GroundFrame::Topocentric(*source.crs, options.geoid_m, *at);
 }
 
+// The images' cameras as the file's ground system needs them: geocentric and topocentric ground is
+// curved itself.
+std::vector<Camera> CamerasIn(const GroundFrame& frame, const ConvertSource& source) {
+  std::vector<Camera> cameras = source.cameras;
+  for (Camera& camera : cameras) camera = WithEarth(camera, -CurvatureIn(frame, source, camera));
+  return cameras;
+}
+
 // The block in the file's ground system, its verification points filled in.
 ExchangeBlock Framed(const ConvertSource& source, const std::vector<Verified>& verified,
                      const GroundFrame& frame, WrittenExport* written) {
   ExchangeBlock block = source.block;
+  const std::vector<Camera> cameras = CamerasIn(frame, source);
+  for (std::size_t i = 0; i < cameras.size(); ++i)
+    if (cameras[i].earth_k1 != source.cameras[i].earth_k1)
+      block.cameras[i] = ExchangeCameraOf(cameras[i]).camera;
   block.origin = frame.Origin();
   if (const auto& at = frame.TopocentricOrigin())
     block.reference_lla =
@@ -114,8 +142,9 @@ ExchangeBlock Framed(const ConvertSource& source, const std::vector<Verified>& v
     if (!frame.IsShift() && !source.ground_height_m[i])
       throw InputError("photo " + photo.image + ": the format " + Name(written->format) +
                        " needs the height of the ground under it; give --ground-height-m");
-    const auto reframed = ReframeAt(frame, FrameWay::kFileFromBlock, photo,
-                                    block.cameras[photo.camera], GroundHeight(source, i));
+    const auto reframed = ReframePhoto(
+        frame, FrameWay::kFileFromBlock, photo,
+        {source.block.cameras[photo.camera], block.cameras[photo.camera]}, GroundHeight(source, i));
     if (!reframed)
       throw InputError("photo " + photo.image + " does not see the ground at the height " +
                        ExactNumber(GroundHeight(source, i)) + " m everywhere");
@@ -178,15 +207,6 @@ std::vector<VerificationRow> Rows(const ConvertSource& source,
   return rows;
 }
 
-std::optional<double> MeanGroundHeight(const ConvertSource& source) {
-  double sum = 0;
-  int count = 0;
-  for (const auto& height : source.ground_height_m)
-    if (height) sum += *height, ++count;
-  if (count == 0) return std::nullopt;
-  return sum / count;
-}
-
 void WriteCamera(const std::string& directory, const Camera& camera, std::size_t index,
                  std::size_t count) {
   const std::string name =
@@ -212,17 +232,46 @@ std::vector<WrittenExport> WriteExports(const ConvertSource& source, const Expor
     const bool adds_origin = format == ExchangeFormat::kMetashape;
     const Eigen::Vector3d world = adds_origin ? frame.Origin() : Eigen::Vector3d::Zero();
     WriteVerification(written.directory, Rows(source, verified, block, world));
-    WriteExportRecord(written.directory, {Name(format), source.crs, frame.Origin(), options.geoid_m,
-                                          MeanGroundHeight(source)});
-    for (std::size_t i = 0; i < source.cameras.size(); ++i)
-      WriteCamera(written.directory, source.cameras[i], i, source.cameras.size());
+    ExportRecord record{
+        Name(format), source.crs, frame.Origin(), options.geoid_m, MeanGroundHeight(source), {}};
+    const std::vector<Camera> cameras = CamerasIn(frame, source);
+    for (std::size_t i = 0; i < cameras.size(); ++i) {
+      WriteCamera(written.directory, cameras[i], i, cameras.size());
+      const double c2 = cameras[i].principal_distance_mm * cameras[i].principal_distance_mm;
+      record.earth.push_back(
+          {c2 * cameras[i].earth_k1, c2 * CurvatureIn(frame, source, source.cameras[i])});
+    }
+    WriteExportRecord(written.directory, record);
+    written.check = CheckExport(written.directory, format, "");
+    if (!written.check.ok)
+      throw InputError(written.directory + ": what was written does not project as it should (" +
+                       Verdict(written.check) + "); do not use it");
     all.push_back(written);
   }
   return all;
 }
 
-std::vector<WrittenExport> WriteExportsOf(const std::string& folder, const std::string& camera,
-                                          const std::vector<std::string>& formats) {
+std::vector<std::string> NotesOn(const WrittenExport& written, const ConvertSource& source) {
+  std::vector<std::string> notes;
+  if (written.largest_px > 0)
+    notes.push_back(
+        FormatText("another ground system: scale and curvature leave rms %.2g px, largest %.2g px",
+                   written.rms_px, written.largest_px));
+  const bool lens = std::any_of(source.cameras.begin(), source.cameras.end(), [](const auto& of) {
+    return !std::holds_alternative<std::monostate>(of.lens);
+  });
+  const ExchangeFormat format = written.format;
+  if (lens && (format == ExchangeFormat::kPatb || format == ExchangeFormat::kBingo))
+    notes.emplace_back(
+        "image coordinates are free of all that camera.toml has in its lens (distortion, and where "
+        "they are there curvature and refraction): leave the program's own corrections off");
+  if (lens && (format == ExchangeFormat::kOpk || format == ExchangeFormat::kOri))
+    notes.emplace_back("the format holds no camera: its poses are true with camera.toml beside it");
+  return notes;
+}
+
+ExportsOfFolder WriteExportsOf(const std::string& folder, const std::string& camera,
+                               const std::vector<std::string>& formats) {
   ExportOptions options;
   options.out = (fs::path(folder) / kExportsFolder).string();
   for (const std::string& name : formats) {
@@ -230,10 +279,17 @@ std::vector<WrittenExport> WriteExportsOf(const std::string& folder, const std::
     if (!format) throw UsageError("\"" + name + "\" is no format that blocks can be written in");
     options.formats.push_back(*format);
   }
-  ConvertSourceOptions source;
-  source.input = folder;
-  source.camera = camera;
-  return WriteExports(ReadOrientResults(source), options);
+  ConvertSourceOptions source_options;
+  source_options.input = folder;
+  source_options.camera = camera;
+  const ConvertSource source = ReadOrientResults(source_options);
+  ExportsOfFolder exports{WriteExports(source, options), {}};
+  for (const std::string& message : source.messages)
+    exports.messages.push_back("exports: " + message);
+  for (const WrittenExport& written : exports.written)
+    for (const std::string& note : NotesOn(written, source))
+      exports.messages.push_back("export " + Name(written.format) + ": " + note);
+  return exports;
 }
 
 }  // namespace orient

@@ -6,6 +6,7 @@
 #include <string>
 #include <vector>
 
+#include "tools/convert/check_exports.h"
 #include "tools/convert/convert_source.h"
 
 namespace orient {
@@ -23,20 +24,30 @@ struct WrittenExport {
   // What the block's CRS being no Cartesian system leaves over the images, px; 0 for formats in the
   // block's own coordinates.
   double rms_px = 0, largest_px = 0;
+  ExportCheck check = {};  // of what was written, by the program's own formulas
 };
 
 // Where a format's files go: what would be overwritten.
 std::string ExportDirectory(const ExportOptions& options, ExchangeFormat format);
 
-// Writes <out>/<format>/ with the format's files, verification.csv and export.json for each format.
-// Throws InputError: a format that needs a CRS or a ground height which the block has not.
+// Writes <out>/<format>/ with the format's files, verification.csv and export.json for each format,
+// and checks them. Throws InputError: a format that needs a CRS or a ground height which the block
+// has not; files that do not project as they should.
 std::vector<WrittenExport> WriteExports(const ConvertSource& source, const ExportOptions& options);
+
+// What whoever uses an export must know of it, in plain words; may be empty.
+std::vector<std::string> NotesOn(const WrittenExport& written, const ConvertSource& source);
+
+struct ExportsOfFolder {
+  std::vector<WrittenExport> written;
+  std::vector<std::string> messages;  // of the source, and notes
+};
 
 // The same of the folder that `orient block` or `orient exterior` wrote, into
 // <folder>/exports/<format> (replaced where they are there). `camera` is the photos' camera file,
 // `formats` are names as --to takes them. Throws UsageError for a name that is none, InputError as
 // above.
-std::vector<WrittenExport> WriteExportsOf(const std::string& folder, const std::string& camera,
-                                          const std::vector<std::string>& formats);
+ExportsOfFolder WriteExportsOf(const std::string& folder, const std::string& camera,
+                               const std::vector<std::string>& formats);
 
 }  // namespace orient

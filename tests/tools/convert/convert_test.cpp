@@ -11,6 +11,7 @@
 #include "core/files/exchange/asp_pinhole.h"
 #include "core/files/orientation_table.h"
 #include "core/files/results.h"
+#include "core/geometry/earth_effects.h"
 #include "tests/support/example_adjustment.h"
 #include "tests/support/expect_error.h"
 #include "tests/support/run_orient.h"
@@ -123,6 +124,50 @@ TEST(Convert, GeocentricSystemLeavesTheCurvature) {
   const Eigen::Vector3d c = ReadAsp(written.directory).front().c;
   EXPECT_NEAR((c - transformed).dot(transformed.normalized()), 0.0004 * 3523.9, 0.1);
   EXPECT_LT((c - transformed).norm(), 1.6);
+}
+
+// The same flight with the earth's effects in the block's lens: in curved coordinates only what
+// refraction does may stay there, and on the way back curvature comes in again.
+TEST(Convert, CurvatureIsInTheLensOrInTheGroundAndNotInBoth) {
+  const TemporaryFolder folder;
+  ConvertSource source = TwoPhotos();
+  source.cameras[0] = OverEarth(source.cameras[0], EarthMode::kCurved, 3827.4, 300);
+  source.block.cameras[0] = ExchangeCameraOf(source.cameras[0]).camera;
+  const double curvature = CurvatureOf(source.cameras[0], 300);
+  EXPECT_LT(curvature, source.cameras[0].earth_k1);
+  ConvertSource twice = source;
+  twice.cameras[0].earth_k1 = 0;  // nobody knows of it
+  EXPECT_GT(WriteExports(twice, {{ExchangeFormat::kAsp}, folder / "twice", 0, {}})[0].largest_px,
+            0.4);
+  for (const auto& written : WriteExports(source, {AllFormats(), folder.Path(), 0, {}})) {
+    SCOPED_TRACE(Name(written.format));
+    const bool curved =
+        written.format == ExchangeFormat::kAsp || written.format == ExchangeFormat::kOpensfm;
+    EXPECT_LT(written.largest_px, 0.15);
+    const std::string camera = (fs::path(written.directory) / "camera.toml").string();
+    EXPECT_NEAR(ReadCameraFile(camera).camera.earth_k1,
+                source.cameras[0].earth_k1 - (curved ? curvature : 0), 1e-15);
+    const bool no_camera =
+        written.format == ExchangeFormat::kOri || written.format == ExchangeFormat::kPatb ||
+        written.format == ExchangeFormat::kBingo || written.format == ExchangeFormat::kAsp;
+    for (const std::string& given : {camera, std::string()}) {
+      if (given.empty() && (no_camera || written.format == ExchangeFormat::kOpk)) continue;
+      ConvertSourceOptions options;
+      options.input = written.directory;
+      options.camera = given;
+      const ConvertSource back = ReadForeign(written.format, options);
+      const auto of_flight = [](const Camera& of) {
+        return of.earth_k1 * of.principal_distance_mm * of.principal_distance_mm;
+      };
+      EXPECT_NEAR(of_flight(back.cameras[0]), of_flight(source.cameras[0]), 1e-9);
+      for (const VerificationRow& row : ReadVerification(VerificationPath(written.directory))) {
+        const std::size_t photo = row.image.starts_with("4711") ? 0 : 1;
+        const auto pixel = PixelFromGround(back.block, photo, row.block_m);
+        ASSERT_TRUE(pixel);
+        EXPECT_LT((*pixel - row.pixel).norm(), 5e-3);
+      }
+    }
+  }
 }
 
 // Poses come back through every format: what is written from Orient's results and read again shows
@@ -399,9 +444,11 @@ TEST_F(ConvertedBlock, IsWrittenAndChecked) {
   const ProgramRun checked = RunOrient({"convert", folder_ / "out", "--check"});
   EXPECT_EQ(checked.exit_code, 0) << checked.out << checked.err;
   // What a block's run calls for its [output] formats.
-  const auto exports =
+  const ExportsOfFolder exports =
       WriteExportsOf(folder_.Path(), folder_ / "camera.toml", {"metashape", "patb"});
-  EXPECT_EQ(exports.size(), 2u);
+  EXPECT_EQ(exports.written.size(), 2u);
+  ASSERT_EQ(exports.messages.size(), 1u);
+  EXPECT_NE(exports.messages[0].find("export patb: image coordinates are free"), std::string::npos);
   EXPECT_TRUE(fs::exists(folder_ / "exports/patb/patb.ori"));
   EXPECT_THROW(WriteExportsOf(folder_.Path(), folder_ / "camera.toml", {"bundler"}), UsageError);
   const ProgramRun again =
