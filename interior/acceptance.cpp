@@ -164,7 +164,7 @@ void JudgeFilm(const FilmReading& reading, const FilmTransform& film, Verdict* v
   const double off = film.pixel_um / (1e3 * reading.pixel_size.pixel_mm) - 1;
   if (reading.pixel_size.sigma < kStatedSigma && std::abs(off) > kMaxOffStatedSize)
     weak(FormatText(
-        "The marks say that a pixel has %.2f um, the resolution tag or --pixel-size-um says "
+        "The marks say that a pixel has %.2f um, the resolution tag or the stated size says "
         "%.2f um: another camera's marks, or a wrong resolution.",
         film.pixel_um, 1e3 * reading.pixel_size.pixel_mm));
   if (reading.scanner_margin <= kMinMarginNats)
@@ -199,7 +199,7 @@ double NatsOfUsed(const FilmReading& reading, const FilmMarks& marks) {
 std::string WhyNotThere(const FilmReading& reading, int used, double nats) {
   if (reading.best.Matched() < 3 || used < 3)
     return "The camera's marks were not found: wrong camera file, marks outside the scan, or a "
-           "wrong pixel size (--pixel-size-um).";
+           "wrong pixel size (--pixel-size-um; in a block file pixel_size_um under [scan]).";
   const int all = static_cast<int>(reading.marks.size());
   if (nats < MinSetNats(all))
     return FormatText(
@@ -208,7 +208,8 @@ std::string WhyNotThere(const FilmReading& reading, int used, double nats) {
         nats, MinSetNats(all));
   if (!reading.proven)
     return "Too many marks and places for them to be sure that no other reading is as good: give "
-           "--orientation, --polarity or --pixel-size-um, whichever is known.";
+           "orientation, polarity or pixel size, whichever is known (options; in a block file "
+           "[scan]).";
   if (reading.margin <= kMinMarginNats)
     return FormatText(
         "Another reading of the marks is nearly as probable (margin %.1f nats, 3 are "
@@ -282,7 +283,8 @@ void SayPixelSizeIsUnsure(InteriorResult* result) {
   if (result->status == Status::kOk) result->status = Status::kWeak;
   result->messages.push_back(FormatText(
       "The pixel size (%.2f um) follows from the camera alone: a smaller or larger camera with "
-      "like marks would fit as well; give --pixel-size-um.",
+      "like marks would fit as well; give it (--pixel-size-um; in a block file pixel_size_um under "
+      "[scan]).",
       result->pixel_size_um.value_or(0)));
 }
 

@@ -124,6 +124,15 @@ std::optional<InteriorResult> KeptResult(const std::string& path, const MadeFrom
                    "; choose another folder, or --overwrite to do all photos again");
 }
 
+std::vector<std::optional<InteriorResult>> KeptResults(const InteriorRunOptions& options,
+                                                       const std::vector<MadeFrom>& inputs) {
+  std::vector<std::optional<InteriorResult>> kept(options.photos.size());
+  for (size_t i = 0; options.resume && i < kept.size(); ++i)
+    kept[i] = KeptResult(InteriorResultPath(options.out, PhotoName(options.photos[i])), inputs[i],
+                         options.redo_changed);
+  return kept;
+}
+
 // Whatever a scan does to the program fails this photo only; a result that cannot be written ends
 // the run.
 InteriorResult OrientOne(const InteriorRunOptions& options, const RunCameras& cameras,
@@ -216,6 +225,13 @@ MarkShapes LoadMarkShapes(const CameraFile& camera) {
   return ShapesOf(camera, pictures);
 }
 
+std::set<std::string> InteriorsThatStay(const InteriorRunOptions& options) {
+  std::set<std::string> stay;
+  for (const auto& kept : KeptResults(options, InputsOf(options, LoadCameras(options))))
+    if (kept) stay.insert(kept->photo);
+  return stay;
+}
+
 std::vector<InteriorResult> RunInterior(const InteriorRunOptions& options,
                                         const std::function<void()>& done,
                                         std::vector<std::string>* notes) {
@@ -223,10 +239,7 @@ std::vector<InteriorResult> RunInterior(const InteriorRunOptions& options,
   const RunCameras cameras = LoadCameras(options);
   MakeOutputDirectory(options.out);
   const std::vector<MadeFrom> inputs = InputsOf(options, cameras);
-  std::vector<std::optional<InteriorResult>> kept(options.photos.size());
-  for (size_t i = 0; options.resume && i < kept.size(); ++i)
-    kept[i] = KeptResult(InteriorResultPath(options.out, PhotoName(options.photos[i])), inputs[i],
-                         options.redo_changed);
+  const auto kept = KeptResults(options, inputs);
   std::vector<InteriorResult> results(options.photos.size());
   tbb::task_arena arena(options.jobs > 0 ? options.jobs : tbb::task_arena::automatic);
   arena.execute([&] {

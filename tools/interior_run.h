@@ -2,6 +2,7 @@
 #pragma once
 
 #include <functional>
+#include <set>
 #include <string>
 #include <vector>
 
@@ -28,6 +29,9 @@ struct InteriorRunOptions {
 
 // The drawings of a camera's marks, with the template images they refer to.
 MarkShapes LoadMarkShapes(const CameraFile& camera);
+
+// The photos whose results a resumed run would keep. Throws as RunInterior does.
+std::set<std::string> InteriorsThatStay(const InteriorRunOptions& options);
 
 // Orients the scans side by side; writes each photo's <photo>.interior.json and <photo>.marks.png
 // as soon as it is done, then what the run leaves as a whole (interior_outputs.h). `done` may be

@@ -204,8 +204,9 @@ std::vector<std::string> NamesOf(const BlockFile& block) {
 
 void ReadOutput(const TomlTable& root, const std::string& base, BlockFile* block) {
   const auto table = root.FindTable("output", {"directory", "formats"});
-  block->output_directory =
-      Resolve(base, table ? table->FindText("directory").value_or("out") : "out");
+  const std::string directory = table ? table->FindText("directory").value_or("out") : "out";
+  if (directory.empty()) table->Fail("directory", "is empty; name a folder for the results");
+  block->output_directory = Resolve(base, directory);
   if (table) block->formats = table->FindTexts("formats").value_or(std::vector<std::string>());
 }
 

@@ -9,8 +9,12 @@
 #include <sstream>
 
 #include "core/error.h"
+#include "core/files/atomic_write.h"
+#include "patchdb/patch_database.h"
+#include "tests/support/run_orient.h"
 #include "tests/support/shared_data.h"
 #include "tools/commands.h"
+#include "tools/simulate/simulate.h"
 
 namespace orient {
 namespace {
@@ -152,29 +156,60 @@ TEST(CamerasCommand, ListsNamesAndWhatAutoKnows) {
   EXPECT_NE(out.str().find("zeiss_jena_lmk"), std::string::npos);
 }
 
-TEST(BlockCommand, TakesACameraByItsNameInTheLibrary) {
-  const TemporaryFolder folder;
-  for (const std::string name : {"dem.tif", "patches.gpkg", "approx.csv", "a.tif"})
-    std::ofstream(folder / name) << " ";
-  const auto plan = [&](const std::string& camera) {
-    std::ofstream(folder / "block.toml")
-        << "crs = \"EPSG:32635\"\ndem = \"dem.tif\"\npatchdb = \"patches.gpkg\"\ncamera = \""
-        << camera << "\"\nphotos = [\"a.tif\"]\napproximations = \"approx.csv\"\n";
-    CommandList commands;
-    commands.push_back(MakeBlockCommand());
-    std::ostringstream out, err;
-    const int code = RunProgram(
-        commands,
-        {"block", folder / "block.toml", "--plan", "--camera-library", ProjectFile("data/cameras")},
-        out, err);
-    return std::pair(code, out.str() + err.str());
-  };
-  const auto [code, said] = plan("wild_rc10");
+// A film block of one small photo, which nothing could orient.
+class BlockCommandOnFilm : public testing::Test {
+ protected:
+  BlockCommandOnFilm() {
+    SimulationOptions simulation;
+    simulation.photos = 1;
+    simulation.pixel_size_um = 400;
+    simulation.gsd_m = 4;
+    simulation.objects = false;
+    Simulate(simulation, block_);
+    PatchDatabase::Create(block_ + "/patches.gpkg", Crs::Parse(simulation.crs, "simulation"));
+  }
+
+  void Replace(const std::string& from, const std::string& to) const {
+    std::string text = ReadFile(block_ + "/block.toml");
+    text.replace(text.find(from), from.size(), to);
+    WriteFileAtomically(block_ + "/block.toml", text);
+  }
+
+  std::pair<int, std::string> Plan(const std::vector<std::string>& more = {}) const {
+    std::vector<std::string> words = {"block", block_ + "/block.toml", "--plan", "--camera-library",
+                                      ProjectFile("data/cameras")};
+    words.insert(words.end(), more.begin(), more.end());
+    const ProgramRun run = RunOrient(words);
+    return {run.exit_code, run.out + run.err};
+  }
+
+  const TemporaryFolder folder_;
+  const std::string block_ = folder_ / "block";
+};
+
+TEST_F(BlockCommandOnFilm, TakesACameraByItsNameInTheLibrary) {
+  Replace("\"camera.toml\"", "\"wild_rc10\"");
+  const auto [code, said] = Plan();
   EXPECT_EQ(code, 0) << said;
-  EXPECT_NE(said.find("interior  a"), std::string::npos) << said;  // a film camera
-  const auto [wrong, why] = plan("wild_rc11");
+  EXPECT_NE(said.find("interior  new_1_1"), std::string::npos) << said;  // a film camera
+  Replace("wild_rc10", "wild_rc11");
+  const auto [wrong, why] = Plan();
   EXPECT_EQ(wrong, 2);
   EXPECT_NE(why.find("wild_rc10"), std::string::npos) << why;
+}
+
+TEST_F(BlockCommandOnFilm, PlansWhatARunWouldDo) {
+  const ProgramRun interior = RunOrient(
+      {"interior", block_ + "/scans/new_1_1.tif", "--camera", block_ + "/camera.toml", "--out",
+       block_ + "/out", "--pixel-size-um", "400", "--polarity", "positive", "--orientation", "r0"});
+  ASSERT_EQ(interior.err, "");
+  EXPECT_NE(Plan({"--resume"}).second.find("keep  interior  new_1_1"), std::string::npos);
+  Replace("\"positive\"", "\"negative\"");
+  EXPECT_NE(Plan({"--resume"}).second.find("do    interior  new_1_1"), std::string::npos);
+  Replace("EPSG:32635", "EPSG:32631");
+  const auto [code, said] = Plan();
+  EXPECT_EQ(code, 2) << said;
+  EXPECT_NE(said.find("use a patch database in the block's CRS"), std::string::npos) << said;
 }
 
 }  // namespace

@@ -111,13 +111,14 @@ class BlockRun {
     const auto line = [&](bool keep, const std::string& what) {
       lines.push_back((keep ? "keep  " : "do    ") + what);
     };
-    if (options_.resume) PrepareDigests();
+    PrepareDigests();
+    if (film_) interiors_that_stay_ = InteriorsThatStay(InteriorOptions());
     for (const UnusablePhoto& photo : block_.unusable)
       lines.push_back("cannot  " + photo.name + ": " + photo.reason);
     const std::set<std::string> kept = KeptExteriors();
     for (const std::string& path : block_.photos) {
       const std::string name = PhotoName(path);
-      if (film_) line(InteriorIsThere(name), "interior  " + name);
+      if (film_) line(InteriorStays(name), "interior  " + name);
       line(kept.contains(name), "exterior  " + name);
     }
     if (block_.adjustment.ties && block_.photos.size() > 1) {
@@ -130,9 +131,7 @@ class BlockRun {
   }
 
  private:
-  bool InteriorIsThere(const std::string& name) const {
-    return options_.resume && fs::exists(InteriorResultPath(block_.output_directory, name));
-  }
+  bool InteriorStays(const std::string& name) const { return interiors_that_stay_.contains(name); }
 
   // Photos whose exterior orientation would not be done again. What is done again may change the
   // approximations of those after it.
@@ -145,7 +144,7 @@ class BlockRun {
       for (const std::size_t i : next) {
         const std::string name = PhotoName(block_.photos[i]);
         so_far[i].photo = name;
-        const bool keep = (!film_ || InteriorIsThere(name)) &&
+        const bool keep = (!film_ || InteriorStays(name)) &&
                           exterior_.IsCurrent(name, DigestOfExterior(block_.photos[i]));
         all = all && keep;
         if (!keep) continue;
@@ -155,7 +154,7 @@ class BlockRun {
     return kept;
   }
 
-  void OrientInteriors() const {
+  InteriorRunOptions InteriorOptions() const {
     InteriorRunOptions options;
     options.photos = block_.photos;
     options.camera = block_.camera;
@@ -164,8 +163,12 @@ class BlockRun {
     options.resume = options_.resume;
     options.redo_changed = true;
     options.jobs = options_.jobs;
+    return options;
+  }
+
+  void OrientInteriors() const {
     Progress progress("interior orientation", static_cast<int>(block_.photos.size()));
-    RunInterior(options, [&] { progress.Advance(); });
+    RunInterior(InteriorOptions(), [&] { progress.Advance(); });
   }
 
   ExteriorRunOptions ExteriorOptions() const {
@@ -369,7 +372,8 @@ class BlockRun {
   const BlockFile& block_;
   CameraFile camera_;
   bool film_;
-  std::optional<double> earth_k1_;  // in camera_ since it is decided
+  std::optional<double> earth_k1_;             // in camera_ since it is decided
+  std::set<std::string> interiors_that_stay_;  // of a plan
   MarkShapes marks_;
   StageFolder exterior_;
   std::optional<BlockApproximations> approximations_;

@@ -113,6 +113,10 @@ TEST_F(BlockFileTest, GnssMayDriftAlongStripsOnly) {
   ExpectRefused(kBlock + "[gnss]\nsigma_m = 1\n", {"positions"});
 }
 
+TEST_F(BlockFileTest, AnEmptyOutputFolderIsRefused) {
+  ExpectRefused(kBlock + "[output]\ndirectory = \"\"\n", {"output.directory", "is empty"});
+}
+
 TEST_F(BlockFileTest, ACameraThatIsNoFileIsANameOfTheLibrary) {
   EXPECT_EQ(ReadText(Replaced(kBlock, "camera.toml", "wild_rc10")).camera, "wild_rc10");
   ExpectRefused(Replaced(kBlock, "camera.toml", "other.toml"), {"camera", "other.toml"});
