@@ -70,8 +70,7 @@ std::vector<std::size_t> PatchesAround(const PhotoTask& task, const PhotoView& v
   for (std::size_t i = 0; i < task.patches.size(); ++i) {
     const auto photo = PhotoFromGround(camera, view.pose, task.patches[i].ground_m);
     if (!photo || (*photo - camera.frame_centre_mm).norm() > camera.FrameRadius()) continue;
-    around.push_back(
-        {i, view.PixelFromPhoto(*photo), Eigen::Matrix2d::Zero(), Eigen::Matrix2d::Zero()});
+    around.push_back({i, view.PixelFromPhoto(*photo), Eigen::Matrix2d::Zero()});
   }
   std::vector<std::size_t> chosen;
   for (const PatchPrediction& p : SelectSpread(around, task.patches, kPatches, task.Prediction()))

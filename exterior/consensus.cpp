@@ -76,7 +76,7 @@ std::optional<Consensus> Voter::Estimate(const std::vector<Observation>& observa
   Consensus estimate;
   for (int i = 0; i < iterations; ++i) {
     Normals normals;
-    const Vector6d from_prior = prior_.pose.AsVector() - elements;
+    const Vector6d from_prior = PoseDifference(prior_.pose, Pose::FromVector(elements));
     normals.matrix = prior_information_;
     normals.right = prior_information_ * from_prior;
     for (const Observation& observation : observations)

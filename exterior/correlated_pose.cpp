@@ -12,7 +12,7 @@ namespace orient {
 namespace {
 
 constexpr std::size_t kMinObservations = 4;
-constexpr int kIterations = 4;
+constexpr int kIterations = 4, kIterationsFreed = 6;
 // Residuals of next to nothing (hardly any redundancy, and what did not fit taken out) are no
 // reason to believe that nothing is uncertain.
 constexpr double kLeastNoiseFactor = 0.1;
@@ -21,24 +21,26 @@ constexpr double kLeastHeightRedundancy = 0.5;
 
 // The linearised problem about one pose; two rows (col, row) an observation.
 struct Linearised {
-  Eigen::Matrix<double, Eigen::Dynamic, 6> by_pose;
+  Eigen::MatrixXd by_unknowns;  // the pose's six, and the principal distance where it is freed
   Eigen::Matrix<double, Eigen::Dynamic, 6> by_interior;
   Eigen::VectorXd by_height;  // px per standard deviation of the height error
   Eigen::VectorXd residuals;  // measured - computed, px
 };
 
-std::optional<Linearised> Linearise(const PhotoView& view, const Pose& pose,
-                                    const std::vector<PatchObservation>& observations) {
+std::optional<Linearised> Linearise(const PhotoView& view,
+                                    const std::vector<PatchObservation>& observations,
+                                    Eigen::Index unknowns) {
   const Affine2d pixel_from_photo = view.photo_from_pixel.Inverse();
   const Eigen::Index rows = 2 * static_cast<Eigen::Index>(observations.size());
-  Linearised system{Eigen::MatrixXd(rows, 6), Eigen::MatrixXd(rows, 6), Eigen::VectorXd(rows),
-                    Eigen::VectorXd(rows)};
+  Linearised system{Eigen::MatrixXd(rows, unknowns), Eigen::MatrixXd(rows, 6),
+                    Eigen::VectorXd(rows), Eigen::VectorXd(rows)};
   for (Eigen::Index i = 0; i < rows / 2; ++i) {
     const PatchObservation& o = observations[static_cast<std::size_t>(i)];
-    const auto d = PhotoFromGroundWithDerivatives(view.camera, pose, o.ground_m);
+    const auto d = PhotoFromGroundWithDerivatives(view.camera, view.pose, o.ground_m);
     if (!d) return std::nullopt;
     const Eigen::Matrix2d& B = pixel_from_photo.A;
-    system.by_pose.middleRows<2>(2 * i) = B * d->by_pose;
+    system.by_unknowns.block<2, 6>(2 * i, 0) = B * d->by_pose;
+    if (unknowns > 6) system.by_unknowns.block<2, 1>(2 * i, 6) = B * d->by_principal_distance;
     // photo = A pixel + t: an error of A and t shows in the pixel as -A^-1 (dA pixel + dt).
     Eigen::Matrix<double, 2, 6> affine;
     affine << o.pixel.x(), o.pixel.y(), 0, 0, 1, 0, 0, 0, o.pixel.x(), o.pixel.y(), 0, 1;
@@ -94,42 +96,51 @@ double Component(const Eigen::VectorXd& weighted, const Eigen::MatrixXd& left,
 
 }  // namespace
 
-std::optional<CorrelatedPose> EstimateCorrelatedPose(const PhotoView& view, const PosePrior& prior,
-                                                     const std::vector<PatchObservation>& all,
-                                                     const CommonErrors& common) {
+std::optional<CorrelatedPose> EstimateCorrelatedPose(
+    const PhotoView& view, const PosePrior& prior, const std::vector<PatchObservation>& all,
+    const CommonErrors& common, const std::optional<PrincipalDistancePrior>& freed) {
   const std::vector<PatchObservation> observations = Thinned(all);
   if (observations.size() < kMinObservations) return std::nullopt;
   const Eigen::MatrixXd noise = NoiseVariances(observations).asDiagonal();
   const Eigen::MatrixXd correlation = HeightCorrelation(observations, common.height_correlation_m);
   const Eigen::MatrixXd film = FilmCovariance(observations, common);
-  const Matrix6d prior_information = prior.covariance.inverse();
+  const Eigen::Index unknowns = freed ? 7 : 6;
+  Eigen::MatrixXd prior_information = Eigen::MatrixXd::Zero(unknowns, unknowns);
+  prior_information.topLeftCorner<6, 6>() = prior.covariance.inverse();
+  if (freed) prior_information(6, 6) = 1 / (freed->sigma_mm * freed->sigma_mm);
 
   CorrelatedPose estimate;
-  estimate.pose = view.pose;
-  for (int i = 0; i < kIterations; ++i) {
-    const auto system = Linearise(view, estimate.pose, observations);
+  PhotoView now = view;
+  Eigen::MatrixXd known, honest;  // covariances of all unknowns
+  const int iterations = freed ? kIterationsFreed : kIterations;
+  for (int i = 0; i < iterations; ++i) {
+    const auto system = Linearise(now, observations, unknowns);
     if (!system) return std::nullopt;
+    const Eigen::MatrixXd& design = system->by_unknowns;
     const Eigen::MatrixXd heights =
         system->by_height.asDiagonal() * correlation * system->by_height.asDiagonal();
     const Eigen::LLT<Eigen::MatrixXd> covariance(
         estimate.noise_factor * noise + estimate.height_factor * heights + film +
         system->by_interior * common.interior * system->by_interior.transpose());
     if (covariance.info() != Eigen::Success) return std::nullopt;
-    const Eigen::MatrixXd weighted_design = covariance.solve(system->by_pose);
-    const Eigen::LLT<Matrix6d> normals(system->by_pose.transpose() * weighted_design +
-                                       prior_information);
+    const Eigen::MatrixXd weighted_design = covariance.solve(design);
+    const Eigen::LLT<Eigen::MatrixXd> normals(design.transpose() * weighted_design +
+                                              prior_information);
     if (normals.info() != Eigen::Success) return std::nullopt;
-    const Vector6d step =
-        normals.solve(weighted_design.transpose() * system->residuals +
-                      prior_information * PoseDifference(prior.pose, estimate.pose));
-    estimate.pose = Pose::FromVector(estimate.pose.AsVector() + step);
-    estimate.covariance = normals.solve(Matrix6d::Identity());
+    Eigen::VectorXd off(unknowns);
+    off.head<6>() = PoseDifference(prior.pose, now.pose);
+    if (freed) off[6] = freed->value_mm - now.camera.principal_distance_mm;
+    const Eigen::VectorXd step =
+        normals.solve(weighted_design.transpose() * system->residuals + prior_information * off);
+    now.pose = Pose::FromVector(now.pose.AsVector() + step.head<6>());
+    if (freed) now.camera.principal_distance_mm += step[6];
+    known = normals.solve(Eigen::MatrixXd::Identity(unknowns, unknowns));
 
-    const Eigen::VectorXd v = system->residuals - system->by_pose * step;
+    const Eigen::VectorXd v = system->residuals - design * step;
     const Eigen::VectorXd weighted = covariance.solve(v);
     const Eigen::MatrixXd left =
         covariance.solve(Eigen::MatrixXd::Identity(noise.rows(), noise.cols())) -
-        weighted_design * estimate.covariance * weighted_design.transpose();
+        weighted_design * known * weighted_design.transpose();
     const double redundancy = left.cwiseProduct(estimate.noise_factor * noise).sum();
     estimate.noise_factor =
         std::max(estimate.noise_factor * Component(weighted, left, estimate.noise_factor * noise),
@@ -138,17 +149,21 @@ std::optional<CorrelatedPose> EstimateCorrelatedPose(const PhotoView& view, cons
       estimate.height_factor = std::clamp(
           estimate.height_factor * Component(weighted, left, estimate.height_factor * heights),
           0.01, 10.0);
-    if (i + 1 < kIterations) continue;
+    if (i + 1 < iterations) continue;
     const double student = Student(redundancy);
-    const LinearEstimator estimator{estimate.covariance * weighted_design.transpose(),
+    const LinearEstimator estimator{known * weighted_design.transpose(),
                                     student * estimate.noise_factor * noise.diagonal(),
                                     system->by_height, estimate.height_factor};
-    estimate.covariance += (1 - 1 / student) * estimator.by_observation *
-                           estimator.noise_px2.asDiagonal() * estimator.by_observation.transpose();
-    estimate.honest_covariance =
-        estimate.covariance +
-        CovarianceOfUnseenErrors(estimator, observations, common.height_correlation_m);
+    known += (1 - 1 / student) * estimator.by_observation * estimator.noise_px2.asDiagonal() *
+             estimator.by_observation.transpose();
+    honest = known + CovarianceOfUnseenErrors(estimator, observations, common.height_correlation_m);
   }
+  if (!honest.allFinite() || !(now.camera.principal_distance_mm > 0)) return std::nullopt;
+  estimate.pose = now.pose;
+  estimate.covariance = known.topLeftCorner<6, 6>();
+  estimate.honest_covariance = honest.topLeftCorner<6, 6>();
+  estimate.principal_distance_mm = now.camera.principal_distance_mm;
+  if (freed) estimate.principal_distance_sigma_mm = std::sqrt(honest(6, 6));
   return estimate;
 }
 

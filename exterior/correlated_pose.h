@@ -42,6 +42,11 @@ struct CommonErrors {
   double height_correlation_m = 1000;
 };
 
+// Of a camera whose calibration is lost or doubtful.
+struct PrincipalDistancePrior {
+  double value_mm = 0, sigma_mm = 0;
+};
+
 struct CorrelatedPose {
   Pose pose;
   Matrix6d covariance;         // of the adjustment: what it knows and the residuals show
@@ -50,15 +55,21 @@ struct CorrelatedPose {
   // variances.
   double noise_factor = 1;
   double height_factor = 1;
+  // Estimated with the pose where it is freed: what it leaves open is in the pose's covariances.
+  // Sigma with what residuals do not show.
+  double principal_distance_mm = 0, principal_distance_sigma_mm = 0;
 };
 
 // Gauss-Newton from view.pose, variance components by restricted maximum likelihood (Patterson &
 // Thompson 1971), the heights' between a hundredth and ten times their stated variance, the
 // observations' at least a tenth; covariances are those of Student's distribution. Of more than 250
-// observations every k-th is used: they share their errors, more of them add nothing. Empty: fewer
-// than four, or singular.
+// observations every k-th is used: they share their errors, more of them add nothing. With `freed`
+// the principal distance is a seventh unknown, from the view's camera's. On level ground the flying
+// height takes what it may be, and its sigma stays the prior's; film scale has the same effect and
+// cannot be told from it. Empty: fewer than four observations, or singular.
 std::optional<CorrelatedPose> EstimateCorrelatedPose(
     const PhotoView& view, const PosePrior& prior,
-    const std::vector<PatchObservation>& observations, const CommonErrors& common);
+    const std::vector<PatchObservation>& observations, const CommonErrors& common,
+    const std::optional<PrincipalDistancePrior>& freed = std::nullopt);
 
 }  // namespace orient

@@ -5,8 +5,7 @@
 #include <map>
 
 #include "core/format_text.h"
-#include "exterior/error_model.h"
-#include "exterior/freed_distance.h"
+#include "exterior/patch_observation.h"
 
 namespace orient {
 namespace {
@@ -15,51 +14,28 @@ constexpr int kMaxRounds = 4;
 constexpr double kSettledSigmas = 0.1;
 constexpr double kUndetermined = 0.7;  // of the prior's sigma is left
 
-PhotoView ViewOf(const PhotoToOrient& photo, const ExteriorResult& result) {
-  const auto position =
-      std::find_if(photo.positions.begin(), photo.positions.end(),
-                   [&](const FilmPosition& p) { return p.orientation == result.orientation; });
-  return {photo.camera, position->photo_from_pixel, *result.pose, position->film_correction};
+const FilmPosition& PositionOf(const PhotoToOrient& photo, const ExteriorResult& result) {
+  return *std::find_if(photo.positions.begin(), photo.positions.end(),
+                       [&](const FilmPosition& p) { return p.orientation == result.orientation; });
 }
 
-std::vector<PatchObservation> Observations(const std::vector<Patch>& patches,
-                                           const ExteriorResult& result, double film_sigma_px) {
+std::optional<CorrelatedPose> Free(const PhotoToOrient& photo, const std::vector<Patch>& patches,
+                                   const ExteriorResult& result,
+                                   const PrincipalDistancePrior& prior) {
+  const FilmPosition& position = PositionOf(photo, result);
+  const PhotoView view = {photo.camera, position.photo_from_pixel, *result.pose,
+                          position.film_correction};
   std::map<std::int64_t, const Patch*> by_id;
   for (const Patch& patch : patches) by_id[patch.id] = &patch;
-  const double shared = kModelSigmaPx * kModelSigmaPx + film_sigma_px * film_sigma_px;
   std::vector<PatchObservation> observations;
-  for (const PatchResult& match : result.patches) {
-    if (match.state != PatchState::kMatched || !match.pixel || !match.sigma_px) continue;
-    const Patch& patch = *by_id.at(match.id);
-    PatchObservation observation{patch.ground_m, *match.pixel,
-                                 match.sigma_px->cwiseAbs2().asDiagonal()};
-    observation.covariance_px2 += shared * Eigen::Matrix2d::Identity();
-    observation.height_effect = patch.height_effect.value_or(Eigen::Vector3d::Zero());
-    observation.height_sigma_m = patch.height_sigma_m.value_or(0);
-    observations.push_back(observation);
-  }
-  return observations;
-}
-
-double VarianceFactor(const std::vector<PatchObservation>& observations, double sigma0_px) {
-  double sum = 0;
-  for (const PatchObservation& o : observations) sum += o.covariance_px2.trace() / 2;
-  return std::max(1.0, sigma0_px * sigma0_px * static_cast<double>(observations.size()) / sum);
-}
-
-std::optional<FreedPose> Free(const PhotoToOrient& photo, const std::vector<Patch>& patches,
-                              const ExteriorResult& result, const PrincipalDistancePrior& prior) {
-  const PhotoView view = ViewOf(photo, result);
-  const auto observations =
-      Observations(patches, result, photo.positions.front().film_sigma_mm / view.PixelSize());
+  for (const PatchResult& match : result.patches)
+    if (match.state == PatchState::kMatched && match.pixel && match.sigma_px)
+      observations.push_back(ObservationOf(*by_id.at(match.id), *match.pixel,
+                                           match.sigma_px->cwiseAbs2().asDiagonal(), view));
   if (observations.empty()) return std::nullopt;
-  double ground_m = 0;
-  for (const PatchObservation& o : observations)
-    ground_m += o.ground_m.z() / static_cast<double>(observations.size());
-  const double reach_m = kHeightCorrelationPerHeight * (view.pose.position_m.z() - ground_m);
-  return EstimateFreedPose(view, photo.prior, prior, observations,
-                           VarianceFactor(observations, result.sigma0_px.value_or(0)),
-                           std::max(reach_m, 1.0));
+  return EstimateCorrelatedPose(view, photo.prior, observations,
+                                CommonErrorsOf(position, view, observations.front().ground_m.z()),
+                                prior);
 }
 
 void Weaken(ExteriorResult* result, const std::string& why) {
@@ -91,10 +67,10 @@ ExteriorResult OrientFreed(const PhotoToOrient& photo, const PhotoImage& image,
     if (!freed) return NotFreed(first);
     const double moved_mm = freed->principal_distance_mm - now.camera.principal_distance_mm;
     result.pose = freed->pose;
-    result.covariance = freed->covariance;
-    result.principal_distance = FreedPrincipalDistance{freed->principal_distance_mm,
-                                                       freed->sigma_mm, prior.value_mm, sigma_mm};
-    settled = std::abs(moved_mm) < kSettledSigmas * freed->sigma_mm;
+    result.covariance = freed->honest_covariance;
+    result.principal_distance = FreedPrincipalDistance{
+        freed->principal_distance_mm, freed->principal_distance_sigma_mm, prior.value_mm, sigma_mm};
+    settled = std::abs(moved_mm) < kSettledSigmas * freed->principal_distance_sigma_mm;
     now.camera.principal_distance_mm = freed->principal_distance_mm;
   }
   if (!settled) Weaken(&result, "pose and principal distance did not settle");

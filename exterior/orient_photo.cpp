@@ -15,6 +15,7 @@
 #include "exterior/estimate_pose.h"
 #include "exterior/first_pose.h"
 #include "exterior/match.h"
+#include "exterior/patch_observation.h"
 #include "exterior/photo_task.h"
 #include "exterior/predict.h"
 #include "exterior/wide_search.h"
@@ -75,22 +76,6 @@ PreciseRound MatchAll(const PhotoTask& task, const PhotoView& view, const Matrix
   return round;
 }
 
-// Where it is known how a patch moves with its heights, that is an error it shares with others;
-// otherwise its own covariance must do.
-PatchObservation Observe(const Patch& patch, const PatchPrediction& prediction,
-                         const PreciseMatch& match) {
-  PatchObservation observation{patch.ground_m, match.pixel, match.covariance_px2};
-  observation.source = patch.source_id;
-  observation.covariance_px2 += kModelSigmaPx * kModelSigmaPx * Eigen::Matrix2d::Identity();
-  if (patch.height_effect && patch.height_sigma_m) {
-    observation.height_effect = *patch.height_effect;
-    observation.height_sigma_m = *patch.height_sigma_m;
-  } else {
-    observation.covariance_px2 += prediction.ground_covariance_px2;
-  }
-  return observation;
-}
-
 void Resect(const PhotoTask& task, const PoseTrack& track, const PhotoView& view,
             PreciseRound* round) {
   std::vector<PatchObservation> observations;
@@ -98,16 +83,13 @@ void Resect(const PhotoTask& task, const PoseTrack& track, const PhotoView& view
     if (!round->matches[i].found) continue;
     const PatchPrediction& prediction = round->predictions[i];
     round->observed.push_back(i);
-    observations.push_back(Observe(task.patches[prediction.patch], prediction, round->matches[i]));
+    const PreciseMatch& match = round->matches[i];
+    observations.push_back(
+        ObservationOf(task.patches[prediction.patch], match.pixel, match.covariance_px2, view));
   }
   if (observations.empty()) return;
-  CommonErrors common;
-  common.interior = track.position.covariance;
-  common.film_sigma_px = track.position.film_sigma_mm / view.PixelSize();
-  common.film_correlation_px =
-      kFilmCorrelationPerFrame * view.camera.frame_mm.minCoeff() / view.PixelSize();
-  common.height_correlation_m = kHeightCorrelationPerHeight *
-                                std::abs(view.pose.position_m.z() - observations[0].ground_m.z());
+  const CommonErrors common =
+      CommonErrorsOf(track.position, view, observations.front().ground_m.z());
   round->estimate = EstimatePose(view, task.photo.prior, observations, common);
   if (round->estimate && round->estimate->prior_chi2 <= kPriorChi2Limit) return;
   // Against a prior that is far off there may be no solution at all.

@@ -75,9 +75,8 @@ std::vector<PatchPrediction> Predict(const PhotoView& view, const Matrix6d& pose
     PatchPrediction prediction;
     prediction.patch = i;
     prediction.pixel = view.PixelFromPhoto(projection->photo_mm);
-    prediction.ground_covariance_px2 = by_ground * patches[i].covariance_m2 * by_ground.transpose();
-    prediction.covariance_px2 =
-        by_pose * pose_covariance * by_pose.transpose() + prediction.ground_covariance_px2;
+    prediction.covariance_px2 = by_pose * pose_covariance * by_pose.transpose() +
+                                by_ground * patches[i].covariance_m2 * by_ground.transpose();
     predictions.push_back(prediction);
   }
   return predictions;

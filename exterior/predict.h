@@ -14,10 +14,9 @@
 namespace orient {
 
 struct PatchPrediction {
-  std::size_t patch = 0;                  // index into the patches
-  Eigen::Vector2d pixel;                  // scan
-  Eigen::Matrix2d covariance_px2;         // of the pose and of the ground point together
-  Eigen::Matrix2d ground_covariance_px2;  // the ground point's part alone
+  std::size_t patch = 0;           // index into the patches
+  Eigen::Vector2d pixel;           // scan
+  Eigen::Matrix2d covariance_px2;  // of the pose and of the ground point together
 
   // Half sizes of the search window: `k` sigma along col and row.
   Eigen::Vector2d Radius(double k) const { return k * covariance_px2.diagonal().cwiseSqrt(); }

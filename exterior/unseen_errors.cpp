@@ -27,21 +27,22 @@ Eigen::MatrixXd SmoothCorrelation(const std::vector<PatchObservation>& observati
 
 }  // namespace
 
-Matrix6d CovarianceOfUnseenErrors(const LinearEstimator& estimator,
-                                  const std::vector<PatchObservation>& observations,
-                                  double correlation_m) {
+Eigen::MatrixXd CovarianceOfUnseenErrors(const LinearEstimator& estimator,
+                                         const std::vector<PatchObservation>& observations,
+                                         double correlation_m) {
   const auto& gain = estimator.by_observation;
   const auto by_col = gain(Eigen::all, Eigen::seq(0, Eigen::last, 2)).eval();
   const auto by_row = gain(Eigen::all, Eigen::seq(1, Eigen::last, 2)).eval();
   const double own_px2 = estimator.noise_px2.mean();
 
-  const Vector6d shift_col = by_col.rowwise().sum(), shift_row = by_row.rowwise().sum();
-  const Matrix6d everywhere = shift_col * shift_col.transpose() + shift_row * shift_row.transpose();
+  const Eigen::VectorXd shift_col = by_col.rowwise().sum(), shift_row = by_row.rowwise().sum();
+  const Eigen::MatrixXd everywhere =
+      shift_col * shift_col.transpose() + shift_row * shift_row.transpose();
   const Eigen::MatrixXd correlation = SmoothCorrelation(observations, correlation_m);
-  const Matrix6d smooth =
+  const Eigen::MatrixXd smooth =
       by_col * correlation * by_col.transpose() + by_row * correlation * by_row.transpose();
-  const Vector6d common_height = gain * estimator.by_height_px;
-  const Matrix6d heights = common_height * common_height.transpose();
+  const Eigen::VectorXd common_height = gain * estimator.by_height_px;
+  const Eigen::MatrixXd heights = common_height * common_height.transpose();
   // Good residuals are no sign that what all heights have in common is small.
   const double missing_height = std::max(1 - estimator.height_factor, 0.0);
   return own_px2 * (kSharedEverywhere * kSharedEverywhere * everywhere +

@@ -14,17 +14,18 @@
 
 namespace orient {
 
-// An adjusted pose as a function of its observations, two rows (col, row) for each of them.
+// Adjusted unknowns (a pose's, and others) as a function of the observations, two columns (col,
+// row) for each of them.
 struct LinearEstimator {
-  Eigen::Matrix<double, 6, Eigen::Dynamic> by_observation;  // d pose / d pixel
-  Eigen::VectorXd noise_px2;     // variances of the observations' own errors, by the residuals
-  Eigen::VectorXd by_height_px;  // per stated standard deviation of the height error
-  double height_factor = 1;      // the heights' variance in the adjustment over the stated one
+  Eigen::MatrixXd by_observation;  // d unknowns / d pixel
+  Eigen::VectorXd noise_px2;       // variances of the observations' own errors, by the residuals
+  Eigen::VectorXd by_height_px;    // per stated standard deviation of the height error
+  double height_factor = 1;        // the heights' variance in the adjustment over the stated one
 };
 
-// To be added to the adjustment's covariance; positive semidefinite.
-Matrix6d CovarianceOfUnseenErrors(const LinearEstimator& estimator,
-                                  const std::vector<PatchObservation>& observations,
-                                  double correlation_m);
+// To be added to the unknowns' covariance of the adjustment; positive semidefinite.
+Eigen::MatrixXd CovarianceOfUnseenErrors(const LinearEstimator& estimator,
+                                         const std::vector<PatchObservation>& observations,
+                                         double correlation_m);
 
 }  // namespace orient

@@ -65,7 +65,6 @@ TEST(Predict, GivesEachPatchTheWindowThatThePosesCovarianceAsksFor) {
   EXPECT_NEAR((predictions[0].pixel - Eigen::Vector2d(500, 500)).norm(), 0, 1e-9);
   // 10 m and the patch's 0.2 m, at 10 m a pixel.
   EXPECT_NEAR(predictions[0].Radius(1).x(), std::sqrt(100 + 0.04) / 10, 1e-6);
-  EXPECT_NEAR(predictions[0].ground_covariance_px2(0, 0), 0.04 / 100, 1e-9);
 }
 
 TEST(Predict, SaysWhichPatchesLieBehindTheCameraOrOutsideThePhoto) {

@@ -1,11 +1,10 @@
 // A pose with its principal distance: what relief tells, what level ground leaves open.
-#include "exterior/freed_distance.h"
-
 #include <gtest/gtest.h>
 
 #include <Eigen/Dense>
 #include <cmath>
 
+#include "exterior/correlated_pose.h"
 #include "tests/exterior/digital_view.h"
 
 namespace orient {
@@ -36,12 +35,13 @@ Made Make(double relief_m, std::mt19937& random) {
   return made;
 }
 
-std::optional<FreedPose> Estimate(const Made& made, const PosePrior& prior, double wrong_mm) {
+std::optional<CorrelatedPose> Estimate(const Made& made, const PosePrior& prior, double wrong_mm) {
   PhotoView start = made.view;
   start.pose = prior.pose;
   start.camera.principal_distance_mm += wrong_mm;
-  return EstimateFreedPose(start, prior, {start.camera.principal_distance_mm, kPrior_mm},
-                           made.observations, 1, 1000);
+  return EstimateCorrelatedPose(
+      start, prior, made.observations, {},
+      PrincipalDistancePrior{start.camera.principal_distance_mm, kPrior_mm});
 }
 
 // Normalised errors of the six elements and of the principal distance.
@@ -58,9 +58,10 @@ TEST(FreedDistance, IsAsNearToTheTruthAsItsCovarianceSays) {
       ASSERT_TRUE(freed);
       const Vector6d off = PoseDifference(freed->pose, made.view.pose);
       pose_square += off.dot(freed->covariance.ldlt().solve(off)) / 6;
-      distance_square += std::pow(
-          (freed->principal_distance_mm - made.view.camera.principal_distance_mm) / freed->sigma_mm,
-          2);
+      distance_square +=
+          std::pow((freed->principal_distance_mm - made.view.camera.principal_distance_mm) /
+                       freed->principal_distance_sigma_mm,
+                   2);
     }
     EXPECT_NEAR(std::sqrt(pose_square / kRuns), 1, 0.2) << relief_m;
     EXPECT_NEAR(std::sqrt(distance_square / kRuns), 1, 0.25) << relief_m;
@@ -73,9 +74,9 @@ TEST(FreedDistance, ReliefTellsItAndLevelGroundDoesNot) {
   const PosePrior prior = PriorOf(level.view.pose, {20, 0.01}, random);
   const auto open = Estimate(level, prior, 0.4), told = Estimate(hills, prior, 0.4);
   ASSERT_TRUE(open && told);
-  EXPECT_LT(told->sigma_mm, 0.25 * kPrior_mm);
-  EXPECT_NEAR(told->principal_distance_mm, 120, 4 * told->sigma_mm);
-  EXPECT_GT(open->sigma_mm, 3 * told->sigma_mm);
+  EXPECT_LT(told->principal_distance_sigma_mm, 0.25 * kPrior_mm);
+  EXPECT_NEAR(told->principal_distance_mm, 120, 4 * told->principal_distance_sigma_mm);
+  EXPECT_GT(open->principal_distance_sigma_mm, 3 * told->principal_distance_sigma_mm);
   // The flying height is uncertain by what the principal distance leaves open.
   EXPECT_GT(open->covariance(2, 2), 9 * told->covariance(2, 2));
 }

@@ -1,0 +1,39 @@
+#include "exterior/patch_observation.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "core/geometry/collinearity.h"
+#include "exterior/error_model.h"
+
+namespace orient {
+
+PatchObservation ObservationOf(const Patch& patch, const Eigen::Vector2d& pixel,
+                               const Eigen::Matrix2d& covariance_px2, const PhotoView& view) {
+  PatchObservation observation{patch.ground_m, pixel, covariance_px2};
+  observation.source = patch.source_id;
+  observation.covariance_px2 += kModelSigmaPx * kModelSigmaPx * Eigen::Matrix2d::Identity();
+  if (patch.height_effect && patch.height_sigma_m) {
+    observation.height_effect = *patch.height_effect;
+    observation.height_sigma_m = *patch.height_sigma_m;
+    return observation;
+  }
+  if (const auto d = PhotoFromGroundWithDerivatives(view.camera, view.pose, patch.ground_m)) {
+    const Eigen::Matrix<double, 2, 3> by_ground = view.photo_from_pixel.A.inverse() * d->by_ground;
+    observation.covariance_px2 += by_ground * patch.covariance_m2 * by_ground.transpose();
+  }
+  return observation;
+}
+
+CommonErrors CommonErrorsOf(const FilmPosition& position, const PhotoView& view, double ground_m) {
+  CommonErrors common;
+  common.interior = position.covariance;
+  common.film_sigma_px = position.film_sigma_mm / view.PixelSize();
+  common.film_correlation_px =
+      kFilmCorrelationPerFrame * view.camera.frame_mm.minCoeff() / view.PixelSize();
+  common.height_correlation_m =
+      std::max(kHeightCorrelationPerHeight * std::abs(view.pose.position_m.z() - ground_m), 1.0);
+  return common;
+}
+
+}  // namespace orient
