@@ -381,6 +381,29 @@ Setting PrepareAlone(ExteriorRunOptions* options) {
   return setting;
 }
 
+// What a photo's result depends on beside what all of the run share.
+std::string DigestOfPhoto(const Setting& setting, const std::string& path) {
+  const ExteriorRunOptions& options = setting.options;
+  const std::string name = PhotoName(path);
+  std::string text = DigestOfFile(path) + TextOf(setting.approximations.Find(name));
+  for (const auto& sigma : {options.position_sigma_m, options.attitude_sigma_rad})
+    text += sigma ? FormatText(" %.9g", *sigma) : " -";
+  if (options.interior) text += DigestOfFile(InteriorResultPath(*options.interior, name));
+  return Digest(text);
+}
+
+// A result that is there to be kept. Empty where there is none or it was made from something else:
+// the photo is done again.
+std::optional<ExteriorResult> KeptResult(const ExteriorRunOptions& options, const std::string& path,
+                                         const std::string& made_from) {
+  const std::string known = ExteriorResultPath(options.out, PhotoName(path));
+  if (!options.resume || !fs::exists(known)) return std::nullopt;
+  ExteriorResult result = ReadExteriorResult(known);
+  const bool nobody_says = result.made_from.empty() || made_from.empty();
+  if (!nobody_says && result.made_from != made_from) return std::nullopt;
+  return result;
+}
+
 }  // namespace
 
 double EarthK1OfRun(const ExteriorRunOptions& options) {
@@ -407,12 +430,15 @@ std::vector<ExteriorResult> RunExterior(const ExteriorRunOptions& given,
   std::vector<char> fresh(options.photos.size(), 0);  // not bool: written from several threads
   std::mutex mutex;
   const auto orient_one = [&](std::size_t i) {
-    const std::string known = ExteriorResultPath(options.out, PhotoName(options.photos[i]));
-    const bool keep = options.resume && fs::exists(known);
-    results[i] = keep ? ReadExteriorResult(known) : OrientOrFail(setting, options.photos[i]);
+    // A block keeps account of its photos itself.
+    const std::string made_from =
+        IsOfABlock(given) ? "" : DigestOfPhoto(setting, options.photos[i]);
+    const auto kept = KeptResult(options, options.photos[i], made_from);
+    results[i] = kept ? *kept : OrientOrFail(setting, options.photos[i]);
+    results[i].made_from = made_from;
     const std::lock_guard<std::mutex> lock(mutex);
-    fresh[i] = keep ? 0 : 1;
-    if (!keep) WriteExteriorResult(options.out, results[i]);
+    fresh[i] = kept ? 0 : 1;
+    if (!kept) WriteExteriorResult(options.out, results[i]);
     if (done) done(results[i]);
   };
   tbb::task_arena arena(options.jobs > 0 ? options.jobs : tbb::task_arena::automatic);

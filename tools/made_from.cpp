@@ -89,6 +89,15 @@ std::string DigestOfCamera(const CameraFile& camera) {
   return Digest(text);
 }
 
+std::string TextOf(const OrientationRow* row) {
+  if (row == nullptr) return "";
+  std::string text = row->attitude_known ? "" : "position alone ";
+  const Vector6d sigma = row->sigma.value_or(Vector6d::Zero());
+  for (int i = 0; i < 6; ++i)
+    text += std::to_string(row->pose.AsVector()[i]) + " " + std::to_string(sigma[i]) + " ";
+  return text;
+}
+
 std::string DigestOfOptions(const InteriorOptions& options) {
   std::string text = options.pixel_size_um ? FormatText("%.9g", *options.pixel_size_um) : "-";
   text += OrNone(options.polarity) + OrNone(options.orientation);

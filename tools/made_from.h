@@ -4,6 +4,7 @@
 #include <string>
 
 #include "core/files/camera_file.h"
+#include "core/files/orientation_table.h"
 #include "core/files/results.h"
 #include "interior/interior.h"
 
@@ -21,6 +22,9 @@ std::string DigestOfFile(const std::string& path);
 // pieces of each, for heights may be corrected in place and in the middle of a file. Empty where it
 // cannot be read.
 std::string DigestOfRaster(const std::string& path);
+
+// What is known of a photo's pose beforehand, as a text that changes when it does; null: nothing.
+std::string TextOf(const OrientationRow* row);
 
 // Of all a camera file says, comments aside, and of the pictures of its marks.
 std::string DigestOfCamera(const CameraFile& camera);

@@ -79,6 +79,7 @@ Json ExteriorJson(const ExteriorResult& result) {
                {"not_visible", NotVisibleJson(result.patches)},
                {"messages", result.messages}};
   if (result.alone) json["alone"] = AloneJson(*result.alone);
+  if (!result.made_from.empty()) json["made_from"] = result.made_from;
   if (const auto& freed = result.principal_distance)
     json["principal_distance_mm"] = {{"value", freed->value_mm},
                                      {"sigma", freed->sigma_mm},
@@ -163,6 +164,7 @@ ExteriorResult ReadExteriorResult(const std::string& path) {
   for (const JsonField& field : root.At("patches").Elements())
     result.patches.push_back(ReadPatch(field));
   if (const auto alone = root.Find("alone")) result.alone = ReadAlone(*alone);
+  if (const auto from = root.Find("made_from")) result.made_from = from->AsString();
   if (const auto freed = root.Find("principal_distance_mm"))
     result.principal_distance =
         FreedPrincipalDistance{freed->At("value").AsNumber(), freed->At("sigma").AsNumber(),

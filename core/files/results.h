@@ -126,6 +126,7 @@ struct ExteriorResult {
   std::optional<AloneResult> alone;  // absent where the photo was oriented by itself only
   std::optional<TieCount> ties;
   std::vector<std::string> messages;
+  std::string made_from;  // digest of scan, approximation and interior orientation; empty: not said
 };
 
 // <directory>/<photo>.interior.json and .exterior.json, written beside and renamed. Reading throws

@@ -255,6 +255,22 @@ TEST_F(BadInput, DamagedResultIsNamedOnResume) {
                 {Path("out/new_1_2.exterior.json")});
 }
 
+TEST_F(BadPhoto, OfAnotherApproximationIsDoneAgainOnResume) {
+  const std::string one = Path("scans/new_1_1.tif"), two = Path("scans/new_1_2.tif");
+  ASSERT_EQ(Exterior({one, two}).exit_code, 0);
+  const auto written = [&](const char* photo) {
+    return fs::last_write_time(ExteriorResultPath(Path("out"), photo));
+  };
+  const auto first = written("new_1_1"), second = written("new_1_2");
+  OrientationTable table = ReadOrientationTable(Path("approx.csv"));
+  for (OrientationRow& row : table.rows)
+    if (row.photo == "new_1_2") row.pose.position_m.x() += 1;
+  WriteOrientationTable(Path("approx.csv"), table);
+  ASSERT_EQ(Exterior({one, two, "--resume"}).exit_code, 0);
+  EXPECT_EQ(written("new_1_1"), first);
+  EXPECT_GT(written("new_1_2"), second);
+}
+
 TEST_F(BadInput, ResultsOfAnotherCameraOrEarthAreNotKeptOnResume) {
   const std::string scan = Path("scans/new_1_1.tif");
   EXPECT_EQ(Exterior({scan}).exit_code, 3);  // no patches

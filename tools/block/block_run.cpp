@@ -217,13 +217,8 @@ class BlockRun {
 
   std::string DigestOfExterior(const std::string& path) const {
     const std::string name = PhotoName(path);
-    std::string text = shared_ + patches_ + DigestOfFile(path);
-    if (const OrientationRow* row = approximations_->Table().Find(name)) {
-      if (!row->attitude_known) text += "position alone ";
-      const Vector6d sigma = row->sigma.value_or(Vector6d::Zero());
-      for (int i = 0; i < 6; ++i)
-        text += std::to_string(row->pose.AsVector()[i]) + " " + std::to_string(sigma[i]) + " ";
-    }
+    std::string text =
+        shared_ + patches_ + DigestOfFile(path) + TextOf(approximations_->Table().Find(name));
     if (film_) text += DigestOfFile(InteriorResultPath(block_.output_directory, name));
     return Digest(text);
   }
