@@ -52,6 +52,19 @@ TEST_F(ChangedBlock, RowsForPhotosThatAreNotThereAreNamed) {
       << run.out;
 }
 
+TEST_F(ChangedBlock, WhatIsDoneAgainIsNamedWithTheReason) {
+  ASSERT_EQ(Block().exit_code, 0);
+  EXPECT_EQ(Block({"--resume"}).out.find("oriented again"), std::string::npos);
+  OrientationTable table = ReadOrientationTable(Path("approx.csv"));
+  table.rows[1].pose.position_m.x() += 1;
+  WriteOrientationTable(Path("approx.csv"), table);
+  const std::string said = Block({"--resume"}).out;
+  EXPECT_NE(said.find("oriented again, for what they were made from has changed (approximation): " +
+                      table.rows[1].photo + "\n"),
+            std::string::npos)
+      << said;
+}
+
 // GNSS locates the photos, and its heights above the ellipsoid are no matter: the shift holds them.
 TEST_F(ChangedBlock, GnssLocatesPhotosAndIsObserved) {
   OrientationTable truth = ReadOrientationTable(Path("truth/orientation.csv"));

@@ -77,6 +77,7 @@ TEST(SlowResume, KilledBlockEndsAsAnUndisturbedOne) {
   // An interrupted run goes on without being asked to.
   const ProgramRun resumed = RunOrient({"block", block});
   EXPECT_EQ(resumed.exit_code, 0) << resumed.out << resumed.err;
+  EXPECT_EQ(resumed.out.find("oriented again"), std::string::npos) << resumed.out;
   const std::string expected = ReadFile(folder / "block/out/orientation.csv");
   EXPECT_EQ(std::count(expected.begin(), expected.end(), '\n'), 5);
   EXPECT_EQ(ReadFile(out + "/orientation.csv"), expected);

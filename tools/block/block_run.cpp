@@ -92,6 +92,9 @@ class BlockRun {
     OrientExteriors();
     ReadPhotos();
     BlockRunResult result;
+    for (const auto& [what, photos] : changed_)
+      result.messages.push_back("oriented again, for what they were made from has changed (" +
+                                what + "): " + photos);
     if (const auto told = SetOtherPhotosAside(block_)) result.messages.push_back(*told);
     if (block_.adjustment.ties && photos_.size() > 1) Adjust(&result);
     if (!result.adjusted) {
@@ -217,10 +220,12 @@ class BlockRun {
 
   std::string DigestOfExterior(const std::string& path) const {
     const std::string name = PhotoName(path);
-    std::string text =
-        shared_ + patches_ + DigestOfFile(path) + TextOf(approximations_->Table().Find(name));
-    if (film_) text += DigestOfFile(InteriorResultPath(block_.output_directory, name));
-    return Digest(text);
+    std::string text = "settings=" + shared_ + " patches=" + Digest(patches_) +
+                       " scan=" + DigestOfFile(path) +
+                       " approximation=" + Digest(TextOf(approximations_->Table().Find(name)));
+    if (film_)
+      text += " interior=" + DigestOfFile(InteriorResultPath(block_.output_directory, name));
+    return text;
   }
 
   // Of the next photos to orient; what is kept of them and not of now is dropped.
@@ -248,7 +253,10 @@ class BlockRun {
       for (const std::size_t i : next) {
         const std::string name = PhotoName(block_.photos[i]);
         digests[name] = DigestOfExterior(block_.photos[i]);
-        if (!exterior_.IsCurrent(name, digests[name])) exterior_.Drop(name);
+        if (exterior_.IsCurrent(name, digests[name])) continue;
+        if (const std::string what = exterior_.WhatChanged(name, digests[name]); !what.empty())
+          changed_[what] += (changed_[what].empty() ? "" : ", ") + name;
+        exterior_.Drop(name);
       }
       return next;
     };
@@ -367,8 +375,9 @@ class BlockRun {
   const BlockFile& block_;
   CameraFile camera_;
   bool film_;
-  std::optional<double> earth_k1_;             // in camera_ since it is decided
-  std::set<std::string> interiors_that_stay_;  // of a plan
+  std::optional<double> earth_k1_;              // in camera_ since it is decided
+  std::set<std::string> interiors_that_stay_;   // of a plan
+  std::map<std::string, std::string> changed_;  // photos that are oriented again, by the reason
   MarkShapes marks_;
   StageFolder exterior_;
   std::optional<BlockApproximations> approximations_;

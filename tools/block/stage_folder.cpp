@@ -1,6 +1,8 @@
 #include "tools/block/stage_folder.h"
 
 #include <filesystem>
+#include <set>
+#include <sstream>
 
 #include "core/error.h"
 #include "core/files/atomic_write.h"
@@ -25,6 +27,19 @@ bool StageFolder::IsCurrent(const std::string& photo, const std::string& digest)
   } catch (const InputError&) {
     return false;
   }
+}
+
+std::string StageFolder::WhatChanged(const std::string& photo, const std::string& digest) const {
+  std::error_code ignored;
+  if (!fs::exists(NotePath(photo), ignored)) return "";
+  std::istringstream before(ReadFile(NotePath(photo))), now(digest);
+  std::set<std::string> parts;
+  for (std::string part; before >> part;) parts.insert(part);
+  std::string changed;
+  for (std::string part; now >> part;)
+    if (!parts.contains(part))
+      changed += (changed.empty() ? "" : ", ") + part.substr(0, part.find('='));
+  return changed;
 }
 
 void StageFolder::Drop(const std::string& photo) const {

@@ -17,6 +17,9 @@ class StageFolder {
 
   const std::string& Directory() const { return directory_; }
   std::string ResultPath(const std::string& photo) const;
+  // Which of the "name=value" parts of `digest` is not as in the note of the result that is there,
+  // "scan, patches"; empty where there is no note, or all are.
+  std::string WhatChanged(const std::string& photo, const std::string& digest) const;
   // Whether the result is there and was made from what `digest` stands for.
   bool IsCurrent(const std::string& photo, const std::string& digest) const;
   // Before a job: what is there is not of now.
