@@ -94,6 +94,44 @@ double Component(const Eigen::VectorXd& weighted, const Eigen::MatrixXd& left,
   return expected > 0 ? weighted.dot(component * weighted) / expected : 1.0;
 }
 
+using Freed = std::optional<PrincipalDistancePrior>;
+
+// Of the pose's six unknowns, and of the principal distance where it is freed.
+Eigen::MatrixXd PriorInformation(const PosePrior& prior, const Freed& freed) {
+  const Eigen::Index unknowns = freed ? 7 : 6;
+  Eigen::MatrixXd information = Eigen::MatrixXd::Zero(unknowns, unknowns);
+  information.topLeftCorner<6, 6>() = prior.covariance.inverse();
+  if (freed) information(6, 6) = 1 / (freed->sigma_mm * freed->sigma_mm);
+  return information;
+}
+
+Eigen::VectorXd PriorMinusNow(const PosePrior& prior, const Freed& freed, const PhotoView& now) {
+  Eigen::VectorXd off(freed ? 7 : 6);
+  off.head<6>() = PoseDifference(prior.pose, now.pose);
+  if (freed) off[6] = freed->value_mm - now.camera.principal_distance_mm;
+  return off;
+}
+
+void Move(const Eigen::VectorXd& step, PhotoView* now) {
+  now->pose = Pose::FromVector(now->pose.AsVector() + step.head<6>());
+  if (step.size() > 6) now->camera.principal_distance_mm += step[6];
+}
+
+// The two variance components after a step. `left`: what of the residuals' weights is left once the
+// unknowns have followed. Returns the noise's redundancy.
+double UpdateComponents(const Eigen::VectorXd& weighted, const Eigen::MatrixXd& left,
+                        const Eigen::MatrixXd& noise, const Eigen::MatrixXd& heights,
+                        CorrelatedPose* estimate) {
+  const Eigen::MatrixXd of_noise = estimate->noise_factor * noise;
+  const Eigen::MatrixXd of_heights = estimate->height_factor * heights;
+  estimate->noise_factor =
+      std::max(estimate->noise_factor * Component(weighted, left, of_noise), kLeastNoiseFactor);
+  if (left.cwiseProduct(of_heights).sum() > kLeastHeightRedundancy)
+    estimate->height_factor =
+        std::clamp(estimate->height_factor * Component(weighted, left, of_heights), 0.01, 10.0);
+  return left.cwiseProduct(of_noise).sum();
+}
+
 }  // namespace
 
 std::optional<CorrelatedPose> EstimateCorrelatedPose(
@@ -104,10 +142,8 @@ std::optional<CorrelatedPose> EstimateCorrelatedPose(
   const Eigen::MatrixXd noise = NoiseVariances(observations).asDiagonal();
   const Eigen::MatrixXd correlation = HeightCorrelation(observations, common.height_correlation_m);
   const Eigen::MatrixXd film = FilmCovariance(observations, common);
-  const Eigen::Index unknowns = freed ? 7 : 6;
-  Eigen::MatrixXd prior_information = Eigen::MatrixXd::Zero(unknowns, unknowns);
-  prior_information.topLeftCorner<6, 6>() = prior.covariance.inverse();
-  if (freed) prior_information(6, 6) = 1 / (freed->sigma_mm * freed->sigma_mm);
+  const Eigen::MatrixXd prior_information = PriorInformation(prior, freed);
+  const Eigen::Index unknowns = prior_information.rows();
 
   CorrelatedPose estimate;
   PhotoView now = view;
@@ -127,28 +163,17 @@ std::optional<CorrelatedPose> EstimateCorrelatedPose(
     const Eigen::LLT<Eigen::MatrixXd> normals(design.transpose() * weighted_design +
                                               prior_information);
     if (normals.info() != Eigen::Success) return std::nullopt;
-    Eigen::VectorXd off(unknowns);
-    off.head<6>() = PoseDifference(prior.pose, now.pose);
-    if (freed) off[6] = freed->value_mm - now.camera.principal_distance_mm;
     const Eigen::VectorXd step =
-        normals.solve(weighted_design.transpose() * system->residuals + prior_information * off);
-    now.pose = Pose::FromVector(now.pose.AsVector() + step.head<6>());
-    if (freed) now.camera.principal_distance_mm += step[6];
+        normals.solve(weighted_design.transpose() * system->residuals +
+                      prior_information * PriorMinusNow(prior, freed, now));
+    Move(step, &now);
     known = normals.solve(Eigen::MatrixXd::Identity(unknowns, unknowns));
 
-    const Eigen::VectorXd v = system->residuals - design * step;
-    const Eigen::VectorXd weighted = covariance.solve(v);
     const Eigen::MatrixXd left =
         covariance.solve(Eigen::MatrixXd::Identity(noise.rows(), noise.cols())) -
         weighted_design * known * weighted_design.transpose();
-    const double redundancy = left.cwiseProduct(estimate.noise_factor * noise).sum();
-    estimate.noise_factor =
-        std::max(estimate.noise_factor * Component(weighted, left, estimate.noise_factor * noise),
-                 kLeastNoiseFactor);
-    if (left.cwiseProduct(estimate.height_factor * heights).sum() > kLeastHeightRedundancy)
-      estimate.height_factor = std::clamp(
-          estimate.height_factor * Component(weighted, left, estimate.height_factor * heights),
-          0.01, 10.0);
+    const double redundancy = UpdateComponents(covariance.solve(system->residuals - design * step),
+                                               left, noise, heights, &estimate);
     if (i + 1 < iterations) continue;
     const double student = Student(redundancy);
     const LinearEstimator estimator{known * weighted_design.transpose(),
