@@ -253,11 +253,17 @@ void Adjustment::Say() {
   for (const BlockPart& part : result_->parts)
     if (!part.message.empty()) result_->messages.push_back(part.message);
   std::vector<std::size_t> gnss, prior;
+  std::size_t with_gnss = 0;
   for (std::size_t i = 0; i < result_->photos.size(); ++i) {
+    with_gnss += result_->photos[i].gnss_residual_m ? 1 : 0;
     if (result_->photos[i].gnss_rejected) gnss.push_back(i);
     if (result_->photos[i].prior_rejected) prior.push_back(i);
   }
-  if (!gnss.empty())
+  if (with_gnss > 1 && gnss.size() == with_gnss)
+    result_->messages.emplace_back(
+        "GNSS and control patches disagree everywhere: no position is used. One of them lies in "
+        "another datum, or is worse than stated.");
+  else if (!gnss.empty())
     result_->messages.push_back(
         "GNSS contradicts the block and is not used: " + NamesOf(system_.block, gnss) + ".");
   if (!prior.empty())

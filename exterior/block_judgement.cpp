@@ -241,42 +241,49 @@ bool BlockJudgement::RaysAgree(std::size_t point, const std::vector<std::size_t>
          LargestAngle(rows) > RadFromDeg(system_->options.min_ray_angle_deg);
 }
 
-// Of the rows that share a shift with this one, which a wrong GNSS position draws.
-double BlockJudgement::WorstOfStrip(std::size_t row, const BlockTests& tests) const {
-  const int strip = system_->rows[row].groups[1];
-  double worst = 0;
-  for (std::size_t i = states_.size(); strip >= 0 && i < system_->rows.size(); ++i)
-    if (system_->rows[i].OfPose() && system_->rows[i].groups[1] == strip && system_->IsActive(i))
-      worst = std::max(worst, Score(tests.of_row[i]));
-  return worst;
+// GNSS positions and priors, whose photos stay. A wrong one draws what is around it, and the shift
+// of its strip: of each kind only the worst, and what is nearly as bad, go in the same round.
+int BlockJudgement::RejectPoses(const BlockTests& tests, double caution) {
+  std::array<double, kVarianceGroups + 1> worst = {};
+  const auto score_of = [&](std::size_t i) {
+    const BlockRows& row = system_->rows[i];
+    return row.OfPose() && row.active ? Score(tests.of_row[i]) : 0;
+  };
+  const auto worst_of_kind = [&](std::size_t i) -> double& {
+    return worst.at(static_cast<std::size_t>(system_->rows[i].kind));
+  };
+  for (std::size_t i = states_.size(); i < system_->rows.size(); ++i)
+    worst_of_kind(i) = std::max(worst_of_kind(i), score_of(i));
+  int rejected = 0;
+  for (std::size_t i = states_.size(); i < system_->rows.size(); ++i) {
+    if (score_of(i) <= caution || score_of(i) < kNearlyAsBad * worst_of_kind(i)) continue;
+    system_->rows[i].active = false;
+    ++rejected;
+  }
+  return rejected;
 }
 
-// GNSS positions and priors, whose photos stay.
-int BlockJudgement::JudgePoses(const BlockTests& tests, double caution) {
-  std::vector<std::size_t> changed;
+int BlockJudgement::PutBackPoses(const BlockTests& tests) {
+  int count = 0;
   for (std::size_t i = states_.size(); i < system_->rows.size(); ++i) {
-    const BlockRows& row = system_->rows[i];
-    if (!row.OfPose() || !takes_part_[row.source] || tests.of_row[i].dof == 0) continue;
-    const double score = Score(tests.of_row[i]);
-    if (row.active && score > caution && score >= kNearlyAsBad * WorstOfStrip(i, tests))
-      changed.push_back(i);
-    if (!row.active && score < kFitsAgain && !pose_put_back_[i]) changed.push_back(i);
-  }
-  for (const std::size_t i : changed) {
     BlockRows& row = system_->rows[i];
-    if (!row.active) pose_put_back_[i] = true;
-    row.active = !row.active;
+    if (!row.OfPose() || row.active || !takes_part_[row.source] || pose_put_back_[i]) continue;
+    if (tests.of_row[i].dof == 0 || Score(tests.of_row[i]) >= kFitsAgain) continue;
+    row.active = true;
+    pose_put_back_[i] = true;
+    ++count;
   }
-  return static_cast<int>(changed.size());
+  return count;
 }
 
 int BlockJudgement::Apply(const BlockTests& tests, double caution) {
-  const int poses = JudgePoses(tests, caution);
+  const int poses = RejectPoses(tests, caution);
   const int rejected = Reject(tests, caution);
   // While gross errors remain the poses are not to be trusted with what is already out.
   int put_back = 0;
   if (rejected == 0 || rejected * 200 < static_cast<int>(states_.size()))
     put_back = PutBack(tests) + PutBackDissolved();
+  if (poses + rejected == 0) put_back += PutBackPoses(tests);
   Screen();
   return poses + rejected + put_back;
 }

@@ -38,8 +38,8 @@ class BlockJudgement {
   void RejectAt(const Suspect& suspect, const BlockTests& tests);
   int PutBack(const BlockTests& tests);
   int PutBackDissolved();
-  int JudgePoses(const BlockTests& tests, double caution);
-  double WorstOfStrip(std::size_t row, const BlockTests& tests) const;
+  int RejectPoses(const BlockTests& tests, double caution);
+  int PutBackPoses(const BlockTests& tests);
   bool RaysAgree(std::size_t point, const std::vector<std::size_t>& rows);
   bool ScreenPoint(std::size_t point);
   double LargestAngle(const std::vector<std::size_t>& rows) const;

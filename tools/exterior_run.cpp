@@ -45,8 +45,9 @@ namespace fs = std::filesystem;
 // What all photos of a run share; read before the first photo starts.
 struct Setting {
   const ExteriorRunOptions& options;
-  CameraFile camera;  // with curvature and refraction in its lens
-  MarkShapes marks;   // a film camera's; empty for a digital one
+  CameraFile camera;    // with curvature and refraction in its lens
+  double earth_k1 = 0;  // of it, what this run added to the camera file's lens
+  MarkShapes marks;     // a film camera's; empty for a digital one
   OrientationTable approximations;
   Crs crs;
   GroundSurface surface;
@@ -126,13 +127,16 @@ Setting Prepare(const ExteriorRunOptions& options) {
   MarkShapes marks;
   if (camera.camera.kind == CameraKind::kFilm) marks = LoadMarkShapes(camera);
   const double ground_m = surface.MeanHeight();
+  const double own_k1 = camera.camera.earth_k1;
   camera.camera =
       options.earth_k1
           ? WithEarth(camera.camera, *options.earth_k1)
           : OverEarth(camera.camera, options.earth, FlyingHeight(table, options, ground_m),
                       ground_m,
                       FilmPixel_mm(camera.camera, options.photos).value_or(kFilmPixel_mm));
-  return {options, std::move(camera), std::move(marks), std::move(table), crs, std::move(surface)};
+  const double added_k1 = camera.camera.earth_k1 - own_k1;
+  return {options, std::move(camera), added_k1, std::move(marks), std::move(table),
+          crs,     std::move(surface)};
 }
 
 ExteriorResult Failed(const std::string& photo, const std::string& why) {
@@ -376,7 +380,7 @@ Setting PrepareAlone(ExteriorRunOptions* options) {
   }
   Setting setting = Prepare(*options);
   MakeOutputDirectory(options->out);
-  inputs.earth_k1 = setting.camera.camera.earth_k1;
+  inputs.earth_k1 = setting.earth_k1;
   WriteExteriorInputs(options->out, inputs);
   return setting;
 }
@@ -386,7 +390,8 @@ std::string DigestOfPhoto(const Setting& setting, const std::string& path) {
   const ExteriorRunOptions& options = setting.options;
   const std::string name = PhotoName(path);
   std::string text = DigestOfFile(path) + TextOf(setting.approximations.Find(name));
-  for (const auto& sigma : {options.position_sigma_m, options.attitude_sigma_rad})
+  for (const auto& sigma :
+       {options.position_sigma_m, options.attitude_sigma_rad, options.kappa_sigma_rad})
     text += sigma ? FormatText(" %.9g", *sigma) : " -";
   if (options.interior) text += DigestOfFile(InteriorResultPath(*options.interior, name));
   return Digest(text);
@@ -406,9 +411,7 @@ std::optional<ExteriorResult> KeptResult(const ExteriorRunOptions& options, cons
 
 }  // namespace
 
-double EarthK1OfRun(const ExteriorRunOptions& options) {
-  return Prepare(options).camera.camera.earth_k1;
-}
+double EarthK1OfRun(const ExteriorRunOptions& options) { return Prepare(options).earth_k1; }
 
 std::vector<ExteriorResult> RunExterior(const ExteriorRunOptions& given,
                                         const std::function<void(const ExteriorResult&)>& done) {
@@ -435,7 +438,7 @@ std::vector<ExteriorResult> RunExterior(const ExteriorRunOptions& given,
         IsOfABlock(given) ? "" : DigestOfPhoto(setting, options.photos[i]);
     const auto kept = KeptResult(options, options.photos[i], made_from);
     results[i] = kept ? *kept : OrientOrFail(setting, options.photos[i]);
-    results[i].made_from = made_from;
+    if (!kept) results[i].made_from = made_from;
     const std::lock_guard<std::mutex> lock(mutex);
     fresh[i] = kept ? 0 : 1;
     if (!kept) WriteExteriorResult(options.out, results[i]);

@@ -80,11 +80,13 @@ std::string CameraFileOrName(const TomlTable& table, const std::string& base) {
 }
 
 void ReadAccuracy(const TomlTable& root, BlockFile* block) {
-  const auto table = root.FindTable("approximate_accuracy", {"position_m", "attitude_deg"});
+  const auto table =
+      root.FindTable("approximate_accuracy", {"position_m", "attitude_deg", "observe"});
   if (!table) return;
   if (table->Has("position_m")) block->position_sigma_m = table->PositiveNumber("position_m");
   if (table->Has("attitude_deg"))
     block->attitude_sigma_rad = RadFromDeg(table->PositiveNumber("attitude_deg"));
+  block->observe_approximations = table->FindFlag("observe").value_or(false);
 }
 
 void ReadScan(const TomlTable& root, BlockFile* block) {
@@ -250,6 +252,7 @@ BlockFile ReadBlockFile(const std::string& path) {
                   .flight = {},
                   .position_sigma_m = std::nullopt,
                   .attitude_sigma_rad = std::nullopt,
+                  .observe_approximations = false,
                   .pixel_size_um = std::nullopt,
                   .polarity = std::nullopt,
                   .orientation = std::nullopt,

@@ -45,6 +45,7 @@ struct BlockFile {
   // One sigma of approximations without sigma columns; empty where nobody states it.
   std::optional<double> position_sigma_m;
   std::optional<double> attitude_sigma_rad;
+  bool observe_approximations = false;  // as observations of the adjustment, too
   std::optional<double> pixel_size_um;
   std::optional<Polarity> polarity;            // empty: auto
   std::optional<ScanOrientation> orientation;  // empty: auto

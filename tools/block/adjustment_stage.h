@@ -40,6 +40,11 @@ struct AdjustedBlock {
 // Throws InputError where the patch database cannot be read.
 AdjustedBlock AdjustPhotos(const AdjustmentInputs& inputs);
 
+// `results` are those of an adjustment with GNSS and approximations as observations, `without`
+// those of one without: a photo is no better than the photos and control alone make it.
+void HoldToControl(const std::vector<ExteriorResult>& without,
+                   std::vector<ExteriorResult>* results);
+
 // One result a photo, as the inputs' photos: the adjusted pose with its covariance where it may be
 // trusted, otherwise the photo's own, otherwise failed with the reason.
 std::vector<ExteriorResult> FinalResults(const AdjustmentInputs& inputs,

@@ -66,7 +66,7 @@ BlockApproximations::BlockApproximations(const BlockFile& block, const Camera& c
     : block_(block), camera_(camera) {
   if (!block.approximations.empty()) ReadTable();
   const std::vector<OrientationRow> gnss = ReadGnss(block);
-  observations_ = ObservationsOf(block, known_, gnss);
+  observations_ = ObservationsOf(block, known_, computed_heights_, gnss);
   AddGnss(gnss);
   ReadFiles();
   std::set<std::string> photos;
@@ -101,13 +101,14 @@ void BlockApproximations::ReadTable() {
   }
 }
 
-void BlockApproximations::CompleteHeights(OrientationTable* table) const {
+void BlockApproximations::CompleteHeights(OrientationTable* table) {
   const auto lacks = [](const OrientationRow& row) { return std::isnan(row.pose.position_m.z()); };
   if (std::none_of(table->rows.begin(), table->rows.end(), lacks)) return;
   const GroundSurface surface = SurfaceAround(block_, table->rows);
   const double height_m = *block_.flight.FlyingHeight(camera_.principal_distance_mm);
   for (OrientationRow& row : table->rows) {
     if (!lacks(row)) continue;
+    computed_heights_.insert(row.photo);
     Eigen::Vector3d& place = row.pose.position_m;
     place.z() = surface.HeightAt(place.x(), place.y()).value_or(surface.MeanHeight()) + height_m;
   }

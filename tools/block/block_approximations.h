@@ -3,6 +3,7 @@
 #pragma once
 
 #include <map>
+#include <set>
 #include <string>
 #include <vector>
 
@@ -47,7 +48,7 @@ class BlockApproximations {
   void ReadTable();
   void AddGnss(const std::vector<OrientationRow>& gnss);
   void ReadFiles();
-  void CompleteHeights(OrientationTable* table) const;
+  void CompleteHeights(OrientationTable* table);
   void Fill();
   OrientationRow WithSigma(OrientationRow row) const;
   double GroundUnder(const std::vector<OrientationRow>& rows) const;
@@ -56,6 +57,7 @@ class BlockApproximations {
   const Camera& camera_;
   std::vector<OrientationRow> known_;               // of the block's photos, by table or file
   std::map<std::string, OrientationRow> oriented_;  // since then
+  std::set<std::string> computed_heights_;          // of known_, which the table lacks
   PoseObservations observations_;
   OrientationTable table_;                           // known_ and what fills the strips
   std::map<std::string, std::size_t> vague_strips_;  // photos known badly, with their strips

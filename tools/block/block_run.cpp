@@ -318,6 +318,11 @@ class BlockRun {
                                   approximations_->Observations()};
     const AdjustedBlock adjusted = AdjustPhotos(inputs);
     result->results = FinalResults(inputs, adjusted);
+    if (!inputs.known.Empty()) {
+      AdjustmentInputs without = inputs;
+      without.known = {};
+      HoldToControl(FinalResults(without, AdjustPhotos(without)), &result->results);
+    }
     WriteCalibratedCamera(block_.output_directory, camera_, adjusted.result);
     if (adjusted.result.converged && !adjusted.result.cameras.empty())
       camera_.camera = adjusted.result.cameras.front();

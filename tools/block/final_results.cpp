@@ -318,6 +318,23 @@ std::vector<ExteriorResult> FinalResults(const AdjustmentInputs& inputs,
   return results;
 }
 
+void HoldToControl(const std::vector<ExteriorResult>& without,
+                   std::vector<ExteriorResult>* results) {
+  for (std::size_t i = 0; i < results->size(); ++i) {
+    ExteriorResult& result = (*results)[i];
+    const ExteriorResult& held = without[i];
+    if (held.status == result.status || held.status == Status::kOk) continue;
+    if (held.status == Status::kFailed) {
+      result = held;
+    } else if (result.status == Status::kOk) {
+      result.status = held.status;
+      result.messages = held.messages;
+      result.messages.emplace_back(
+          "what GNSS or approximations add to that is in its pose and makes nothing ok");
+    }
+  }
+}
+
 std::vector<ExteriorResult> OwnResults(const std::vector<BlockPhotoFile>& photos) {
   std::vector<ExteriorResult> results;
   for (const BlockPhotoFile& photo : photos)

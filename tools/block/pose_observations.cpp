@@ -46,11 +46,16 @@ std::vector<OrientationRow> ReadGnss(const BlockFile& block) {
 }
 
 PoseObservations ObservationsOf(const BlockFile& block, const std::vector<OrientationRow>& table,
+                                const std::set<std::string>& computed,
                                 const std::vector<OrientationRow>& gnss) {
   PoseObservations observations;
   observations.model = block.gnss.model;
-  for (const OrientationRow& row : table)
-    if (const auto prior = PriorOf(block, row)) observations.approximations[row.photo] = *prior;
+  for (const OrientationRow& row : table) {
+    auto prior = block.observe_approximations ? PriorOf(block, row) : std::nullopt;
+    if (!prior) continue;
+    if (computed.contains(row.photo)) prior->covariance(2, 2) = kOpenPosition_m * kOpenPosition_m;
+    observations.approximations[row.photo] = *prior;
+  }
   for (const OrientationRow& row : gnss)
     observations.gnss[row.photo] = {
         row.pose.position_m, row.sigma->head<3>().cwiseAbs2().asDiagonal().toDenseMatrix(), 0};

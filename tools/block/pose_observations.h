@@ -3,6 +3,7 @@
 #pragma once
 
 #include <map>
+#include <set>
 #include <string>
 #include <vector>
 
@@ -18,15 +19,19 @@ struct PoseObservations {
   std::map<std::string, GnssPosition> gnss;
   std::map<std::string, std::string> strip;  // of GNSS
   GnssModel model = GnssModel::kShift;
+
+  bool Empty() const { return approximations.empty() && gnss.empty(); }
 };
 
 // The block's GNSS positions, each with its sigmas; empty where the block has none. Throws
 // InputError where the table cannot be read, is in another CRS or nobody says how good it is.
 std::vector<OrientationRow> ReadGnss(const BlockFile& block);
 
-// Of rows of a table of approximations only what somebody says the accuracy of: the table or the
-// block file. What strips or EXIF say is for where to search.
+// Of rows of a table of approximations, where the block file wants them observed, what somebody
+// says the accuracy of: the table or the block file. Not heights of `computed` photos, which the
+// table lacks. What strips or EXIF say is for where to search.
 PoseObservations ObservationsOf(const BlockFile& block, const std::vector<OrientationRow>& table,
+                                const std::set<std::string>& computed,
                                 const std::vector<OrientationRow>& gnss);
 
 }  // namespace orient

@@ -270,14 +270,25 @@ ConvertSource ReadForeign(ExchangeFormat format, const ConvertSourceOptions& giv
     if (given.camera.empty()) source.cameras.push_back(CameraOf(camera));
   }
   // What the files' cameras are in the block's ground system.
-  const std::vector<ExchangeCamera> in_file = block.cameras;
+  std::vector<ExchangeCamera> in_file = block.cameras;
   for (std::size_t i = 0; i < source.cameras.size(); ++i) {
     Camera& camera = source.cameras[i];
     const EarthRecord earth = EarthOf(record, i, source.cameras.size());
     const double c2 = camera.principal_distance_mm * camera.principal_distance_mm;
     if (given.camera.empty()) camera.earth_k1 = earth.in_lens / c2;
-    camera = WithEarth(camera, earth.taken_out / c2);
-    if (earth.taken_out != 0) block.cameras[i] = ExchangeCameraOf(camera).camera;
+    const auto holds = [&](double of_flight) {
+      return std::abs(c2 * camera.earth_k1 - of_flight) <= 1e-3 * std::abs(earth.taken_out);
+    };
+    if (earth.taken_out == 0) continue;
+    if (holds(earth.in_lens + earth.taken_out))  // as in the block's own ground system
+      in_file[i] = ExchangeCameraOf(WithEarth(camera, -earth.taken_out / c2)).camera;
+    else if (holds(earth.in_lens))
+      camera = WithEarth(camera, earth.taken_out / c2);
+    else
+      throw InputError(given.camera + " does not hold what " + FolderOf(given.input) +
+                       "/export.json says of the earth's curvature (earth_k1); give the " +
+                       "camera.toml beside it");
+    block.cameras[i] = ExchangeCameraOf(camera).camera;
   }
   const GroundFrame frame = FrameOf(foreign, given, record);
   const auto height = given.ground_height_m ? given.ground_height_m : record.ground_height_m;
