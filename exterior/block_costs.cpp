@@ -19,6 +19,7 @@ using RowMajor23 = Eigen::Matrix<double, 2, 3, Eigen::RowMajor>;
 using RowMajor26 = Eigen::Matrix<double, 2, 6, Eigen::RowMajor>;
 using RowMajor36 = Eigen::Matrix<double, 3, 6, Eigen::RowMajor>;
 using RowMajor66 = Eigen::Matrix<double, 6, 6, Eigen::RowMajor>;
+using RowMajorX6 = Eigen::Matrix<double, Eigen::Dynamic, 6, Eigen::RowMajor>;
 
 class Cost : public ceres::CostFunction {
  protected:
@@ -149,25 +150,29 @@ class ControlCost : public Cost {
   const double* weight_;
 };
 
+// One residual for each element that is stated: what is not observed has no redundancy.
 class PosePriorCost : public Cost {
  public:
   PosePriorCost(const PosePrior& prior, const Pose& start, const double* weight)
-      : offset_(PoseDifference(start, prior.pose)),
-        whitening_(WhiteningOf(prior.covariance, "a pose prior")),
-        weight_(weight) {
-    SetSizes(6, {6});
+      : offset_(PoseDifference(start, prior.pose)), weight_(weight) {
+    const auto stated = StatedElements(prior);
+    const auto rows = static_cast<Eigen::Index>(stated.size());
+    whitening_.setZero(rows, 6);
+    whitening_(Eigen::all, stated) = WhiteningOf(prior.covariance(stated, stated), "a pose prior");
+    SetSizes(static_cast<int>(rows), {6});
   }
   bool Evaluate(double const* const* x, double* residuals, double** jacobians) const override {
-    Eigen::Map<Vector6d>{residuals} =
-        *weight_ * whitening_ * (offset_ + Eigen::Map<const Vector6d>(x[0]));
+    const RowMajorX6 whitening = *weight_ * whitening_;
+    Eigen::Map<Eigen::VectorXd>(residuals, whitening.rows()) =
+        whitening * (offset_ + Eigen::Map<const Vector6d>(x[0]));
     if (jacobians != nullptr && jacobians[0] != nullptr)
-      Eigen::Map<RowMajor66>{jacobians[0]} = *weight_ * whitening_;
+      Eigen::Map<RowMajorX6>(jacobians[0], whitening.rows(), 6) = whitening;
     return true;
   }
 
  private:
   Vector6d offset_;
-  Matrix6d whitening_;
+  RowMajorX6 whitening_;
   const double* weight_;
 };
 

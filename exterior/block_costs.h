@@ -62,7 +62,7 @@ struct ControlTerm {
 std::unique_ptr<ceres::CostFunction> MakeControlCost(const ControlTerm& term, bool third_row,
                                                      const double* weight);
 
-// Unknowns: pose.
+// Unknowns: pose. Of a prior that states something.
 std::unique_ptr<ceres::CostFunction> MakePosePriorCost(const PosePrior& prior, const Pose& start,
                                                        const double* weight);
 

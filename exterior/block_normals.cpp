@@ -26,8 +26,8 @@ template <int n>
 RowTest TestOf(const Eigen::Matrix<double, n, 1>& v, const Eigen::Matrix<double, n, n>& N,
                double loss_weight, bool used) {
   const double share = used ? 1 - 2 * loss_weight : 1;
-  const Eigen::Matrix<double, n, n> covariance =
-      Eigen::Matrix<double, n, n>::Identity() + share * N;
+  Eigen::Matrix<double, n, n> covariance = share * N;
+  covariance.diagonal().array() += 1;
   Eigen::Matrix<double, n, 1> values;
   Eigen::Matrix<double, n, n> vectors;
   if constexpr (n == 2) {
@@ -41,13 +41,13 @@ RowTest TestOf(const Eigen::Matrix<double, n, 1>& v, const Eigen::Matrix<double,
   }
   RowTest test;
   test.square = v.squaredNorm();
-  for (int i = 0; i < n; ++i) {
+  for (Eigen::Index i = 0; i < v.size(); ++i) {
     if (values[i] < kLeastRedundancy) continue;
     const double along = vectors.col(i).dot(v);
     test.t += along * along / values[i];
     ++test.dof;
   }
-  test.redundancy = used ? n - loss_weight * N.trace() : 0;
+  test.redundancy = used ? static_cast<double>(v.size()) - loss_weight * N.trace() : 0;
   return test;
 }
 
@@ -317,11 +317,9 @@ void BlockNormals::TestOther(std::size_t row_index, BlockTests* tests) const {
       N += linear.by_group.at(a) * cholesky_->Inverse(row.groups.at(a), row.groups.at(b)) *
            linear.by_group.at(b).transpose();
   const double w = row.active ? LossWeight(row, linear) : 0;
-  if (linear.count == 3)
-    tests->of_row[row_index] =
-        TestOf<3>(linear.residual.head<3>(), N.topLeftCorner<3, 3>(), w, row.active);
-  else
-    tests->of_row[row_index] = TestOf<6>(linear.residual, N, w, row.active);
+  tests->of_row[row_index] =
+      TestOf<Eigen::Dynamic>(linear.residual.head(linear.count),
+                             N.topLeftCorner(linear.count, linear.count), w, row.active);
 }
 
 }  // namespace orient

@@ -177,7 +177,7 @@ void BlockSystem::AddControlRows() {
 void BlockSystem::AddPriorRows() {
   prior_row.assign(block.photos.size(), -1);
   for (std::size_t i = 0; i < block.photos.size(); ++i) {
-    if (!block.photos[i].prior) continue;
+    if (!block.photos[i].prior || StatedElements(*block.photos[i].prior).empty()) continue;
     BlockRows row;
     row.kind = RowKind::kPosePrior;
     const Pose start = block.photos[i].approximate;

@@ -224,6 +224,15 @@ ResectionResult Evaluate(const Adjustment& adjustment, const Normal& normal,
 
 }  // namespace
 
+std::vector<Eigen::Index> StatedElements(const PosePrior& prior) {
+  std::vector<Eigen::Index> stated;
+  for (Eigen::Index i = 0; i < 6; ++i) {
+    const double open = i < 3 ? kOpenPosition_m : kOpenAttitude_rad;
+    if (!(prior.covariance(i, i) >= open * open)) stated.push_back(i);
+  }
+  return stated;
+}
+
 std::optional<std::string> ResectionOptions::Check() const {
   if (!(robust_scale >= 0)) return "robust_scale must be 0 (none) or positive";
   if (max_iterations < 1) return "max_iterations must be at least 1";

@@ -3,6 +3,7 @@
 
 #include <Eigen/Core>
 #include <array>
+#include <numbers>
 #include <optional>
 #include <string>
 #include <vector>
@@ -23,6 +24,13 @@ struct PosePrior {
   Pose pose;
   Matrix6d covariance;  // x y z [m] omega phi kappa [rad]
 };
+
+// A prior's standard deviations of elements that nobody states.
+inline constexpr double kOpenPosition_m = 1e5;
+inline constexpr double kOpenAttitude_rad = std::numbers::pi;
+
+// The elements of the pose that the prior says something about.
+std::vector<Eigen::Index> StatedElements(const PosePrior& prior);
 
 // All poses (up to four) from which three ground points are seen at three image points; closed
 // form (Grunert's equations, after Haralick et al. 1994), then polished: every pose returned shows

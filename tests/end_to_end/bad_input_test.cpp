@@ -8,10 +8,12 @@
 
 #include "core/files/atomic_write.h"
 #include "core/files/orientation_table.h"
+#include "core/geometry/earth_effects.h"
 #include "tests/end_to_end/spoilt_block.h"
 #include "tests/support/older_patchdb.h"
 #include "tests/support/ordinary_user.h"
 #include "tests/support/shared_data.h"
+#include "tools/exterior_inputs.h"
 
 namespace orient {
 namespace {
@@ -68,6 +70,34 @@ TEST_F(BadPhoto, ScanThatIsNotThereFailsAloneAndTheRestIsExported) {
   EXPECT_EQ(again.exit_code, 1);
   EXPECT_NE(again.err.find("curvature and refraction are in its lens already"), std::string::npos)
       << again.err;
+}
+
+// A camera of a block holds them, `flat` adds none, and however often a run resumes that is so.
+TEST_F(BadPhoto, OverACurvedEarthIsSeenThroughOneLensHoweverOftenARunResumes) {
+  CameraFile file = ReadCameraFile(Path("camera.toml"));
+  file.camera = OverEarth(file.camera, EarthMode::kCurved, 2500, 200);
+  ASSERT_LT(file.camera.earth_k1, 0);
+  WriteCameraFile(Path("camera.toml"), file);
+  const std::string scan = Path("scans/new_1_1.tif");
+  std::string result;
+  for (const char* how : {"--overwrite", "--resume", "--resume"}) {
+    const ProgramRun run = Exterior({scan, "--earth", "flat", "--no-feedback", how});
+    ASSERT_EQ(run.exit_code, 0) << run.out << run.err;
+    EXPECT_EQ(ReadExteriorInputs(Path("out"))->earth_k1, 0);
+    const std::string now = ReadFile(ExteriorResultPath(Path("out"), "new_1_1"));
+    EXPECT_TRUE(result.empty() || now == result) << how;
+    result = now;
+    fs::remove(ExteriorResultPath(Path("out"), "new_1_1"));
+  }
+  fs::remove_all(Path("out"));
+  Write("block.toml", "earth = \"flat\"\n" + ReadFile(Path("block.toml")));
+  for (const char* how : {"--overwrite", "--resume"}) {
+    ASSERT_EQ(Block({how}).exit_code, 0);
+    const Camera block = ReadCameraFile(Path("out/block_camera.toml")).camera;
+    EXPECT_EQ(block.earth_k1, file.camera.earth_k1);
+    EXPECT_EQ(std::get<BrownDistortion>(block.lens).k[0],
+              std::get<BrownDistortion>(file.camera.lens).k[0]);
+  }
 }
 
 TEST_F(BadPhoto, TwoScansOfOneNameFailAlone) {

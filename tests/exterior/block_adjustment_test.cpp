@@ -264,6 +264,48 @@ TEST(BlockAdjustment, NamesWrongGnssAndWrongApproximations) {
   EXPECT_NE(result.messages[1].find("s2_1"), std::string::npos) << result.messages[1];
 }
 
+// Without a shift that a strip has alone, a wrong position draws the others of all strips.
+TEST(BlockAdjustment, NamesTheOneWrongPositionAmongThoseThatShareNoShift) {
+  BundleSimulationOptions options = SmallBlock();
+  options.gnss_sigma_m = 0.05;
+  BundleSimulation simulation = SimulateBundle(options);
+  simulation.block.photos[7].gnss->position_m.y() += 3;
+  BlockOptions plain;
+  plain.gnss = GnssModel::kPlain;
+  const BlockResult result = AdjustBlock(simulation.block, plain);
+  for (std::size_t i = 0; i < 15; ++i) EXPECT_EQ(result.photos[i].gnss_rejected, i == 7) << i;
+}
+
+TEST(BlockAdjustment, SaysThatAllGnssLiesInAnotherDatumThanControl) {
+  BundleSimulationOptions options = SmallBlock();
+  options.gnss_sigma_m = 0.05;
+  options.gnss_shift_m = {0, 0, 40};
+  BlockOptions plain;
+  plain.gnss = GnssModel::kPlain;
+  const BlockResult result = AdjustBlock(SimulateBundle(options).block, plain);
+  for (const AdjustedPhoto& photo : result.photos) EXPECT_TRUE(photo.gnss_rejected);
+  ASSERT_EQ(result.messages.size(), 1u);
+  EXPECT_NE(result.messages[0].find("GNSS and control patches disagree everywhere"),
+            std::string::npos)
+      << result.messages[0];
+}
+
+// What nobody states has no part in the variance component of what is stated.
+TEST(BlockAdjustment, BelievesPositionsWithoutAttitudesNoMoreThanTheyAreWorth) {
+  BundleSimulation simulation = SimulateBundle(SmallBlock());
+  for (BlockPhoto& photo : simulation.block.photos) {
+    photo.prior->covariance.topRows<3>() /= 100;
+    photo.prior->covariance.bottomRightCorner<3, 3>() =
+        Eigen::Matrix3d::Identity() * kOpenAttitude_rad * kOpenAttitude_rad;
+  }
+  const BlockResult result = AdjustBlock(simulation.block);
+  const auto component = std::find_if(result.components.begin(), result.components.end(),
+                                      [](const auto& of) { return of.group == "pose prior"; });
+  ASSERT_NE(component, result.components.end());
+  EXPECT_GT(component->factor, 40);
+  EXPECT_NEAR(component->redundancy, 3 * 15, 5);
+}
+
 TEST(BlockAdjustment, BelievesApproximationsNoMoreThanTheyAreWorth) {
   const BundleSimulation simulation = SimulateBundle(SmallBlock());
   BlockToAdjust boasting = simulation.block, silent = simulation.block;

@@ -10,10 +10,6 @@
 namespace orient {
 namespace {
 
-// Nothing is known.
-constexpr double kOpenPosition_m = 1e5;
-constexpr double kOpenAttitude_rad = std::numbers::pi;
-
 std::optional<PosePrior> PriorOf(const BlockFile& block, const OrientationRow& row) {
   const bool attitude = row.attitude_known && (row.sigma || block.attitude_sigma_rad);
   if (!row.sigma && !block.position_sigma_m && !attitude) return std::nullopt;

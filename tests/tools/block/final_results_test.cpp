@@ -171,6 +171,24 @@ TEST_F(FinalResultsOf, ACalibratedBlockContradictsNoPhoto) {
   }
 }
 
+// Whatever a photo is by GNSS and approximations, it is no better than without them.
+TEST_F(FinalResultsOf, ObservedPosesMakeNothingOk) {
+  std::vector<ExteriorResult> with = Results({}), without = with;
+  without[0].status = Status::kWeak;
+  without[0].messages = {"the pose is poorly determined"};
+  without[1].status = Status::kFailed;
+  without[1].pose.reset();
+  with[2].status = Status::kWeak;
+  HoldToControl(without, &with);
+  EXPECT_EQ(with[0].status, Status::kWeak);
+  ASSERT_EQ(with[0].messages.size(), 2u);
+  EXPECT_EQ(with[0].messages[0], "the pose is poorly determined");
+  EXPECT_EQ(with[1].status, Status::kFailed);
+  EXPECT_FALSE(with[1].pose);
+  EXPECT_EQ(with[2].status, Status::kWeak) << "what speaks against it with them stands";
+  EXPECT_EQ(with[3].status, Status::kOk);
+}
+
 TEST(ViewOverGround, HeightsAreThoseUnderThePhotoNotTheBlocksMean) {
   Eigen::MatrixXf heights = Eigen::MatrixXf::Constant(50, 100, 100);
   heights.rightCols(50).setConstant(2100);

@@ -170,6 +170,35 @@ TEST(Convert, CurvatureIsInTheLensOrInTheGroundAndNotInBoth) {
   }
 }
 
+// A camera that is not the export's own may hold curvature already, or what nobody knows.
+TEST(Convert, CurvatureOfAGivenCameraIsComparedWithTheExports) {
+  const TemporaryFolder folder;
+  ConvertSource source = TwoPhotos();
+  source.cameras[0] = OverEarth(source.cameras[0], EarthMode::kCurved, 3827.4, 300);
+  source.block.cameras[0] = ExchangeCameraOf(source.cameras[0]).camera;
+  const auto written = WriteExports(source, {{ExchangeFormat::kAsp}, folder.Path(), 0, {}}).front();
+  CameraFile file = ReadCameraFile((fs::path(written.directory) / "camera.toml").string());
+  ConvertSourceOptions options;
+  options.input = written.directory;
+  options.camera = folder / "other.toml";
+  file.camera = source.cameras[0];
+  WriteCameraFile(options.camera, file);
+  const ConvertSource back = ReadForeign(ExchangeFormat::kAsp, options);
+  EXPECT_EQ(back.cameras[0].earth_k1, source.cameras[0].earth_k1);
+  for (const VerificationRow& row : ReadVerification(VerificationPath(written.directory))) {
+    const std::size_t photo = row.image.starts_with("4711") ? 0 : 1;
+    EXPECT_LT((*PixelFromGround(back.block, photo, row.block_m) - row.pixel).norm(), 5e-3);
+  }
+  file.camera = WithEarth(source.cameras[0], source.cameras[0].earth_k1);
+  WriteCameraFile(options.camera, file);
+  try {
+    ReadForeign(ExchangeFormat::kAsp, options);
+    ADD_FAILURE() << "curvature is in it twice";
+  } catch (const InputError& error) {
+    EXPECT_NE(std::string(error.what()).find("earth_k1"), std::string::npos) << error.what();
+  }
+}
+
 // Poses come back through every format: what is written from Orient's results and read again shows
 // the ground at the same pixels.
 TEST(Convert, ThereAndBack) {
