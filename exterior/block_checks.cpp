@@ -1,6 +1,7 @@
 // Held-out control patches: what the adjusted block says of places that it was told nothing of.
 #include <Eigen/Dense>
 #include <cmath>
+#include <map>
 
 #include "core/geometry/intersection.h"
 #include "exterior/block_outcome.h"
@@ -8,9 +9,33 @@
 namespace orient {
 namespace {
 
+// How the poses of any two photos err together.
+class JointPoses {
+ public:
+  JointPoses(const BlockSystem& system, const BlockNormals& normals, const BlockResult& result)
+      : system_(&system), normals_(&normals), all_(&result.pose_covariance) {
+    for (std::size_t k = 0; k < result.covariance_photos.size(); ++k)
+      place_[result.covariance_photos[k]] = 6 * static_cast<Eigen::Index>(k);
+  }
+  // Of a block that is too large for all poses' covariance, zero where the photos have no point in
+  // common.
+  Matrix6d Of(std::size_t a, std::size_t b) const {
+    if (place_.contains(a) && place_.contains(b))
+      return all_->block<6, 6>(place_.at(a), place_.at(b));
+    return normals_->cholesky()
+        .InverseIfThere(system_->pose_group[a], system_->pose_group[b])
+        .value_or(Matrix6d::Zero());
+  }
+
+ private:
+  const BlockSystem* system_;
+  const BlockNormals* normals_;
+  const Eigen::MatrixXd* all_;
+  std::map<std::size_t, Eigen::Index> place_;
+};
+
 // The intersected point's covariance: of its image points, and of the poses.
-Eigen::Matrix3d GroundCovariance(const BlockSystem& system, const BlockNormals& normals,
-                                 const std::vector<PhotoObservation>& seen,
+Eigen::Matrix3d GroundCovariance(const JointPoses& poses, const std::vector<PhotoObservation>& seen,
                                  const std::vector<std::size_t>& photos,
                                  const Eigen::Vector3d& ground_m) {
   Eigen::Matrix3d V = Eigen::Matrix3d::Zero();
@@ -26,16 +51,13 @@ Eigen::Matrix3d GroundCovariance(const BlockSystem& system, const BlockNormals& 
   const Eigen::Matrix3d inverse = V.inverse();
   Eigen::Matrix3d covariance = inverse;
   for (std::size_t a = 0; a < seen.size(); ++a)
-    for (std::size_t b = 0; b < seen.size(); ++b) {
-      const auto pose = normals.cholesky().InverseIfThere(system.pose_group[photos[a]],
-                                                          system.pose_group[photos[b]]);
-      if (pose)
-        covariance += inverse * by_pose[a] * *pose * by_pose[b].transpose() * inverse.transpose();
-    }
+    for (std::size_t b = 0; b < seen.size(); ++b)
+      covariance += inverse * by_pose[a] * poses.Of(photos[a], photos[b]) * by_pose[b].transpose() *
+                    inverse.transpose();
   return covariance;
 }
 
-void Intersect(const BlockSystem& system, const BlockNormals& normals, const BlockResult& result,
+void Intersect(const BlockSystem& system, const JointPoses& poses, const BlockResult& result,
                CheckPatch* check) {
   std::vector<PhotoObservation> seen;
   std::vector<std::size_t> photos;
@@ -53,9 +75,11 @@ void Intersect(const BlockSystem& system, const BlockNormals& normals, const Blo
   check->ground_residual_m = control.ground_m - met->ground_m;
   const Eigen::Vector3d by_heights = control.height_effect * control.height_sigma_m;
   check->ground_covariance_m2 =
-      GroundCovariance(system, normals, seen, photos, met->ground_m) +
+      GroundCovariance(poses, seen, photos, met->ground_m) +
       control.covariance_m2 * system.PrecisionFactor(RowKind::kControlGround) +
       by_heights * by_heights.transpose();
+  const Eigen::Vector3d& off = *check->ground_residual_m;
+  check->normalised = std::sqrt(off.dot(check->ground_covariance_m2.ldlt().solve(off)) / 3);
 }
 
 }  // namespace
@@ -74,11 +98,12 @@ void FillChecks(const BlockSystem& system, const BlockNormals& normals, BlockRes
     checks[o.point].image_residuals_px.emplace_back(o.pixel - *pixel);
     result->observations[i].residual_px = o.pixel - *pixel;
   }
+  const JointPoses poses(system, normals, *result);
   for (std::size_t i = 0; i < checks.size(); ++i) {
     if (checks[i].observations.empty()) continue;
     checks[i].point = i;
     checks[i].rays = static_cast<int>(checks[i].observations.size());
-    if (checks[i].rays > 1) Intersect(system, normals, *result, &checks[i]);
+    if (checks[i].rays > 1) Intersect(system, poses, *result, &checks[i]);
     result->checks.push_back(std::move(checks[i]));
   }
 }

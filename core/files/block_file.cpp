@@ -114,7 +114,8 @@ void ReadScan(const TomlTable& root, BlockFile* block) {
 }
 
 void ReadAdjustment(const TomlTable& root, BlockFile* block) {
-  const auto table = root.FindTable("block", {"ties", "check_share", "self_calibration"});
+  const auto table =
+      root.FindTable("block", {"ties", "check_share", "self_calibration", "pose_covariance"});
   if (!table) return;
   BlockAdjustmentChoice& choice = block->adjustment;
   choice.ties = table->FindFlag("ties").value_or(choice.ties);
@@ -125,6 +126,7 @@ void ReadAdjustment(const TomlTable& root, BlockFile* block) {
   if (calibration != "none" && calibration != "camera")
     table->Fail("self_calibration", "is \"" + calibration + "\"; it must be none or camera");
   choice.self_calibration = calibration == "camera";
+  choice.pose_covariance = table->FindFlag("pose_covariance").value_or(choice.pose_covariance);
 }
 
 void ReadGnss(const TomlTable& root, const std::string& base, BlockFile* block) {

@@ -19,6 +19,7 @@ struct BlockAdjustmentChoice {
   bool ties = true;               // measure tie points and adjust all photos together
   double check_share = 0;         // of the control patches, held out to check the result
   bool self_calibration = false;  // of principal distance, principal point and lens
+  bool pose_covariance = false;   // written for all poses together
 };
 
 // Observed projection centres.

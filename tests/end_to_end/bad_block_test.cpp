@@ -2,6 +2,7 @@
 #include <gtest/gtest.h>
 
 #include <filesystem>
+#include <sstream>
 
 #include "core/files/adjustment_result.h"
 #include "core/format_text.h"
@@ -92,6 +93,41 @@ TEST_F(ChangedBlock, GnssLocatesPhotosAndIsObserved) {
     EXPECT_LT(std::abs(off[i]), 4 * (*adjusted.gnss_strips[0].shift_sigma_m)[i]) << i;
   EXPECT_TRUE(adjusted.approximations.empty());
   EXPECT_NE(ReadFile(Path("out/report.html")).find("<h3>GNSS</h3>"), std::string::npos);
+}
+
+TEST_F(ChangedBlock, HeldOutPatchesCheckItAndItsPosesAreSaidToErrTogether) {
+  const std::string usual = ReadFile(Path("block.toml"));
+  Write("block.toml", usual + "\n[block]\ncheck_share = 0.3\npose_covariance = true\n");
+  const ProgramRun run = Block();
+  ASSERT_EQ(run.exit_code, 0) << run.out << run.err;
+  EXPECT_NE(run.out.find("patches held out, RMS "), std::string::npos) << run.out;
+  const AdjustmentResult adjusted = ReadAdjustmentResult(AdjustmentResultPath(Path("out")));
+  EXPECT_GT(adjusted.checks.size(), 10u);
+  EXPECT_LT(adjusted.CheckRmsPx().value(), 0.5);
+  // Patches of photos oriented without error, of which nobody says so.
+  EXPECT_GT(adjusted.CheckNormalised().value(), 0.05);
+  EXPECT_LT(adjusted.CheckNormalised().value(), 1.3);
+  std::istringstream table(ReadFile(Path("out/pose_covariance.csv")));
+  std::string line;
+  std::getline(table, line);
+  EXPECT_EQ(line.rfind("filename,element,new_1_1.x,new_1_1.y,", 0), 0u) << line;
+  for (const char* photo : {"new_1_1", "new_1_2"}) {
+    const ExteriorResult result = ReadExteriorResult(ExteriorResultPath(Path("out"), photo));
+    for (Eigen::Index i = 0; i < 6; ++i) {
+      ASSERT_TRUE(std::getline(table, line));
+      std::vector<std::string> cells;
+      std::istringstream row(line);
+      for (std::string cell; std::getline(row, cell, ',');) cells.push_back(cell);
+      ASSERT_EQ(cells.size(), 14u) << line;
+      EXPECT_EQ(cells[0], photo);
+      const Eigen::Index own = 2 + i + (photo == std::string("new_1_2") ? 6 : 0);
+      const double variance = (*result.covariance)(i, i);
+      EXPECT_NEAR(std::stod(cells[static_cast<std::size_t>(own)]), variance, 1e-6 * variance);
+    }
+  }
+  Write("block.toml", usual);
+  ASSERT_EQ(Block({"--resume"}).exit_code, 0);
+  EXPECT_FALSE(fs::exists(Path("out/pose_covariance.csv")));
 }
 
 TEST_F(BadInput, WithoutAnythingThatLocatesAPhotoThereIsNothingToDo) {

@@ -178,6 +178,10 @@ TEST(BlockAdjustment, HasNothingToDoWithHeldOutPatches) {
     chi2 += check.ground_residual_m->dot(check.ground_covariance_m2.inverse() *
                                          *check.ground_residual_m);
     count += 3;
+    EXPECT_NEAR(3 * check.normalised.value() * check.normalised.value(),
+                check.ground_residual_m->dot(check.ground_covariance_m2.inverse() *
+                                             *check.ground_residual_m),
+                1e-6);
   }
   EXPECT_GT(count, 20);
   EXPECT_NEAR(std::sqrt(chi2 / count), 1, 0.35);

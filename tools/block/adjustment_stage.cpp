@@ -193,8 +193,13 @@ void AddFilmBends(const AdjustmentInputs& inputs, AdjustedBlock* adjusted) {
     AdjustedPhoto& photo = adjusted->result.photos[i];
     if (photo.state != PhotoState::kAdjusted || given.film_sigma_mm <= 0) continue;
     const Camera& camera = adjusted->result.cameras[given.camera];
-    photo.covariance += CovarianceOfBend(camera, photo.pose, given.film_sigma_mm,
-                                         GroundHeightUnder(inputs.surface, camera, photo.pose));
+    const Matrix6d bend = CovarianceOfBend(camera, photo.pose, given.film_sigma_mm,
+                                           GroundHeightUnder(inputs.surface, camera, photo.pose));
+    photo.covariance += bend;
+    const auto& together = adjusted->result.covariance_photos;
+    const auto k = std::find(together.begin(), together.end(), i) - together.begin();
+    if (k < std::ssize(together))
+      adjusted->result.pose_covariance.block<6, 6>(6 * k, 6 * k) += bend;
   }
 }
 
@@ -208,6 +213,7 @@ AdjustedBlock AdjustPhotos(const AdjustmentInputs& inputs) {
   AddPatches(inputs, &adjusted);
   BlockOptions options;
   options.self_calibration = inputs.choice.self_calibration;
+  options.full_covariance = inputs.choice.pose_covariance || inputs.choice.check_share > 0;
   options.gnss = inputs.known.model;
   options.gnss_shift_sigma_m = kGnssShift_m;
   options.height_correlation_m = kHeightCorrelationPerHeight * FlyingHeight(inputs);

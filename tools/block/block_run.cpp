@@ -17,6 +17,7 @@
 #include "tools/block/block_outputs.h"
 #include "tools/block/calibrated_camera.h"
 #include "tools/block/neighbour_stage.h"
+#include "tools/block/pose_covariance.h"
 #include "tools/block/stage_folder.h"
 #include "tools/block/tie_stage.h"
 #include "tools/block_camera.h"
@@ -101,6 +102,7 @@ class BlockRun {
       result.results = OwnResults(photos_);
       fs::remove(AdjustmentResultPath(out));
       fs::remove(CalibratedCameraPath(out));
+      fs::remove(PoseCovariancePath(out));
     }
     AddUnusable(&result.results);
     NameNeedlessApproximations(&result);
@@ -321,9 +323,14 @@ class BlockRun {
     if (!inputs.known.Empty()) {
       AdjustmentInputs without = inputs;
       without.known = {};
+      without.choice.pose_covariance = false;
       HoldToControl(FinalResults(without, AdjustPhotos(without)), &result->results);
     }
     WriteCalibratedCamera(block_.output_directory, camera_, adjusted.result);
+    if (!WritePoseCovariance(block_.output_directory, block_.adjustment.pose_covariance, adjusted))
+      result->messages.emplace_back(
+          "pose_covariance.csv is not written: it is for blocks that came to rest, of at most 300 "
+          "photos");
     if (adjusted.result.converged && !adjusted.result.cameras.empty())
       camera_.camera = adjusted.result.cameras.front();
     result->messages.insert(result->messages.end(), adjusted.result.messages.begin(),
@@ -373,6 +380,7 @@ class BlockRun {
       if (component.group == "tie image") summary.tie_sigma0_px = component.sigma0_px;
     summary.checks = static_cast<int>(adjusted.checks.size());
     summary.check_rms_px = adjusted.CheckRmsPx();
+    summary.check_normalised = adjusted.CheckNormalised();
     return summary;
   }
 
