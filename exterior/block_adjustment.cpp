@@ -5,6 +5,7 @@
 #include <cmath>
 #include <stdexcept>
 
+#include "core/format_text.h"
 #include "core/geometry/intersection.h"
 #include "exterior/block_calibration.h"
 #include "exterior/block_factors.h"
@@ -26,6 +27,8 @@ constexpr double kCaution = 2;
 // Photos that move this much of the most moved one in a direction that nothing fixes.
 constexpr double kMovesAlong = 0.05;
 constexpr int kMostFactorRounds = 3;
+// Of standard deviations.
+constexpr double kTooMuchWorse = 3;
 
 class Stopwatch {
  public:
@@ -62,6 +65,7 @@ class Adjustment {
   bool CalibrationChanges();
   void FillResult();
   void Finish();
+  std::string WorseThanStated(RowKind kind, const char* what) const;
   void Say();
 
   BlockResult* result_;
@@ -249,6 +253,13 @@ bool Adjustment::CalibrationChanges() {
   return TestCalibration(stated ? *stated : *normals_, &system_, &result_->calibration);
 }
 
+// How much worse than stated, where that is too much to pass over in silence.
+std::string Adjustment::WorseThanStated(RowKind kind, const char* what) const {
+  const double factor = std::sqrt(system_.Factor(kind));
+  if (factor < kTooMuchWorse) return "";
+  return std::string(what) + FormatText(" %.0f times worse than stated", factor);
+}
+
 void Adjustment::Say() {
   for (const BlockPart& part : result_->parts)
     if (!part.message.empty()) result_->messages.push_back(part.message);
@@ -259,7 +270,8 @@ void Adjustment::Say() {
     if (result_->photos[i].gnss_rejected) gnss.push_back(i);
     if (result_->photos[i].prior_rejected) prior.push_back(i);
   }
-  if (with_gnss > 1 && gnss.size() == with_gnss)
+  const bool plain = system_.options.gnss == GnssModel::kPlain;
+  if (plain && with_gnss > 1 && gnss.size() == with_gnss)
     result_->messages.emplace_back(
         "GNSS and control patches disagree everywhere: no position is used. One of them lies in "
         "another datum, or is worse than stated.");
@@ -270,6 +282,15 @@ void Adjustment::Say() {
     result_->messages.push_back(
         "The approximation is worse than it is said to be, and is no observation: " +
         NamesOf(system_.block, prior) + ".");
+  const std::string gnss_fits = WorseThanStated(RowKind::kGnss, "GNSS positions fit");
+  if (!gnss_fits.empty() && gnss.size() < with_gnss)
+    result_->messages.push_back(
+        gnss_fits + (plain ? ", and count so much less: do they lie in another datum than control "
+                             "(model = \"shift\" finds by how much)?"
+                           : ", and count so much less."));
+  const std::string priors_fit = WorseThanStated(RowKind::kPosePrior, "Approximations fit");
+  if (!priors_fit.empty())
+    result_->messages.push_back(priors_fit + ", and count so much less as observations.");
   std::vector<std::size_t> undetermined;
   for (std::size_t i = 0; i < result_->photos.size(); ++i)
     if (result_->photos[i].state == PhotoState::kUndetermined) undetermined.push_back(i);

@@ -3,6 +3,7 @@
 #include <Eigen/Dense>
 #include <algorithm>
 #include <cmath>
+#include <map>
 
 #include "core/geometry/intersection.h"
 
@@ -263,6 +264,28 @@ int BlockJudgement::RejectPoses(const BlockTests& tests, double caution) {
   return rejected;
 }
 
+// What is left of a strip's GNSS where others were thrown out, if its shift and drift fit whatever
+// it says: nobody knows which were wrong.
+int BlockJudgement::RejectUntested() {
+  const int least = system_->options.gnss == GnssModel::kShiftAndDrift ? 3 : 2;
+  std::map<int, int> used, rejected;
+  const auto strip_of = [&](std::size_t i) {
+    const BlockRows& row = system_->rows[i];
+    return row.kind == RowKind::kGnss && takes_part_[row.source] ? row.groups[1] : -1;
+  };
+  for (std::size_t i = states_.size(); i < system_->rows.size(); ++i)
+    if (strip_of(i) >= 0) ++(system_->rows[i].active ? used : rejected)[strip_of(i)];
+  int count = 0;
+  for (std::size_t i = states_.size(); i < system_->rows.size(); ++i) {
+    const int strip = strip_of(i);
+    if (strip < 0 || !system_->rows[i].active || rejected[strip] == 0 || used[strip] >= least)
+      continue;
+    system_->rows[i].active = false;
+    ++count;
+  }
+  return count;
+}
+
 int BlockJudgement::PutBackPoses(const BlockTests& tests) {
   int count = 0;
   for (std::size_t i = states_.size(); i < system_->rows.size(); ++i) {
@@ -277,7 +300,7 @@ int BlockJudgement::PutBackPoses(const BlockTests& tests) {
 }
 
 int BlockJudgement::Apply(const BlockTests& tests, double caution) {
-  const int poses = RejectPoses(tests, caution);
+  const int poses = RejectPoses(tests, caution) + RejectUntested();
   const int rejected = Reject(tests, caution);
   // While gross errors remain the poses are not to be trusted with what is already out.
   int put_back = 0;

@@ -39,6 +39,7 @@ class BlockJudgement {
   int PutBack(const BlockTests& tests);
   int PutBackDissolved();
   int RejectPoses(const BlockTests& tests, double caution);
+  int RejectUntested();
   int PutBackPoses(const BlockTests& tests);
   bool RaysAgree(std::size_t point, const std::vector<std::size_t>& rows);
   bool ScreenPoint(std::size_t point);

@@ -79,6 +79,7 @@ void AddPhotoPriors(const BlockSystem& system, std::size_t photo, PartDatum* dat
   }
   if (!counts(system.prior_row[photo])) return;
   AddPlace(offset, datum->radius_m, of.prior->covariance.topLeftCorner<3, 3>(), &datum->all);
+  if (StatedElements(*of.prior).back() < 3) return;
   // Rotations about the ground's axes, of which the angles' uncertainty is no smaller part.
   const Eigen::Matrix3d angles =
       of.prior->covariance.bottomRightCorner<3, 3>() * (datum->radius_m * datum->radius_m);

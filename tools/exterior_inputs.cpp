@@ -21,7 +21,7 @@ void WriteExteriorInputs(const std::string& directory, const ExteriorInputs& inp
   const Json json = {{"camera", inputs.camera},
                      {"dem", inputs.dem},
                      {"options", inputs.options},
-                     {"earth_k1", inputs.earth_k1}};
+                     {"added_earth_k1", inputs.added_earth_k1}};
   WriteFileAtomically(PathIn(directory), json.dump(2) + "\n");
 }
 
@@ -31,7 +31,8 @@ std::optional<ExteriorInputs> ReadExteriorInputs(const std::string& directory) {
   try {
     const Json json = Json::parse(ReadFile(path));
     return ExteriorInputs{json.at("camera").get<std::string>(), json.at("dem").get<std::string>(),
-                          json.at("options").get<std::string>(), json.at("earth_k1").get<double>()};
+                          json.at("options").get<std::string>(),
+                          json.at("added_earth_k1").get<double>()};
   } catch (const Json::exception& error) {
     throw InputError(path +
                      " is damaged; leave --resume out and give --overwrite: " + error.what());

@@ -10,7 +10,8 @@ namespace orient {
 struct ExteriorInputs {
   std::string camera, dem;  // digests
   std::string options;      // as text
-  double earth_k1 = 0;      // of the first run: more photos would change it
+  // To the camera file's lens, by the first run: more photos would change it.
+  double added_earth_k1 = 0;
 };
 
 // <directory>/exterior_inputs.json
@@ -18,7 +19,7 @@ void WriteExteriorInputs(const std::string& directory, const ExteriorInputs& inp
 // Empty where there is none. Throws InputError: damaged.
 std::optional<ExteriorInputs> ReadExteriorInputs(const std::string& directory);
 
-// Throws InputError naming what `now` has other than `then` (earth_k1 aside) and what to do.
+// Throws InputError naming what `now` has other than `then` (added_earth_k1 aside) and what to do.
 void RequireSameInputs(const std::string& directory, const ExteriorInputs& then,
                        const ExteriorInputs& now);
 

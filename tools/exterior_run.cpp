@@ -134,7 +134,7 @@ Setting Prepare(const ExteriorRunOptions& options) {
           : OverEarth(camera.camera, options.earth, FlyingHeight(table, options, ground_m),
                       ground_m,
                       FilmPixel_mm(camera.camera, options.photos).value_or(kFilmPixel_mm));
-  const double added_k1 = camera.camera.earth_k1 - own_k1;
+  const double added_k1 = options.earth_k1.value_or(camera.camera.earth_k1 - own_k1);
   return {options, std::move(camera), added_k1, std::move(marks), std::move(table),
           crs,     std::move(surface)};
 }
@@ -376,11 +376,11 @@ Setting PrepareAlone(ExteriorRunOptions* options) {
   ExteriorInputs inputs = InputsOf(*options);
   if (const auto then = options->resume ? ReadExteriorInputs(options->out) : std::nullopt) {
     RequireSameInputs(options->out, *then, inputs);
-    options->earth_k1 = then->earth_k1;
+    options->earth_k1 = then->added_earth_k1;
   }
   Setting setting = Prepare(*options);
   MakeOutputDirectory(options->out);
-  inputs.earth_k1 = setting.earth_k1;
+  inputs.added_earth_k1 = setting.earth_k1;
   WriteExteriorInputs(options->out, inputs);
   return setting;
 }
@@ -390,9 +390,9 @@ std::string DigestOfPhoto(const Setting& setting, const std::string& path) {
   const ExteriorRunOptions& options = setting.options;
   const std::string name = PhotoName(path);
   std::string text = DigestOfFile(path) + TextOf(setting.approximations.Find(name));
-  for (const auto& sigma :
-       {options.position_sigma_m, options.attitude_sigma_rad, options.kappa_sigma_rad})
+  for (const auto& sigma : {options.position_sigma_m, options.attitude_sigma_rad})
     text += sigma ? FormatText(" %.9g", *sigma) : " -";
+  if (options.kappa_sigma_rad) text += FormatText(" kappa %.9g", *options.kappa_sigma_rad);
   if (options.interior) text += DigestOfFile(InteriorResultPath(*options.interior, name));
   return Digest(text);
 }

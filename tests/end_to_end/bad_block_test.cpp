@@ -130,6 +130,11 @@ TEST_F(ChangedBlock, HeldOutPatchesCheckItAndItsPosesAreSaidToErrTogether) {
   EXPECT_FALSE(fs::exists(Path("out/pose_covariance.csv")));
 }
 
+TEST_F(BadInput, ApproximationsOfNoStatedAccuracyCannotBeObserved) {
+  Edit("block.toml", "position_m = 3\nattitude_deg = 0.5\n", "observe = true\n");
+  ExpectRefused(Block(), 2, {"observe", "[approximate_accuracy]", "nobody says how good"});
+}
+
 TEST_F(BadInput, WithoutAnythingThatLocatesAPhotoThereIsNothingToDo) {
   Edit("block.toml", "approximations = \"approx.csv\"\n", "");
   ExpectRefused(Block(), 2, {"EXIF", "give a table of approximations"});

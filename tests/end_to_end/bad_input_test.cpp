@@ -83,7 +83,7 @@ TEST_F(BadPhoto, OverACurvedEarthIsSeenThroughOneLensHoweverOftenARunResumes) {
   for (const char* how : {"--overwrite", "--resume", "--resume"}) {
     const ProgramRun run = Exterior({scan, "--earth", "flat", "--no-feedback", how});
     ASSERT_EQ(run.exit_code, 0) << run.out << run.err;
-    EXPECT_EQ(ReadExteriorInputs(Path("out"))->earth_k1, 0);
+    EXPECT_EQ(ReadExteriorInputs(Path("out"))->added_earth_k1, 0);
     const std::string now = ReadFile(ExteriorResultPath(Path("out"), "new_1_1"));
     EXPECT_TRUE(result.empty() || now == result) << how;
     result = now;

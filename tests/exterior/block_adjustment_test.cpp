@@ -294,6 +294,33 @@ TEST(BlockAdjustment, SaysThatAllGnssLiesInAnotherDatumThanControl) {
       << result.messages[0];
 }
 
+TEST(BlockAdjustment, SaysWhatPositionsOfAnotherDatumFit) {
+  BundleSimulationOptions options = SmallBlock();
+  options.gnss_sigma_m = 0.05;
+  options.gnss_shift_m = {3, 0, 0};
+  BlockOptions plain;
+  plain.gnss = GnssModel::kPlain;
+  const BlockResult result = AdjustBlock(SimulateBundle(options).block, plain);
+  ASSERT_EQ(result.messages.size(), 1u);
+  EXPECT_NE(result.messages[0].find("times worse than stated"), std::string::npos)
+      << result.messages[0];
+  EXPECT_NE(result.messages[0].find("another datum"), std::string::npos) << result.messages[0];
+}
+
+// The shift of the strip fits either.
+TEST(BlockAdjustment, BelievesNeitherOfTwoPositionsThatDisagree) {
+  BundleSimulationOptions options = SmallBlock();
+  options.gnss_sigma_m = 0.05;
+  BundleSimulation simulation = SimulateBundle(options);
+  for (const std::size_t i : {0, 3, 4}) simulation.block.photos[i].gnss.reset();
+  simulation.block.photos[2].gnss->position_m.y() += 20;
+  BlockOptions with_shift;
+  with_shift.gnss = GnssModel::kShift;
+  const BlockResult result = AdjustBlock(simulation.block, with_shift);
+  for (std::size_t i = 0; i < 15; ++i)
+    EXPECT_EQ(result.photos[i].gnss_rejected, i == 1 || i == 2) << i;
+}
+
 // What nobody states has no part in the variance component of what is stated.
 TEST(BlockAdjustment, BelievesPositionsWithoutAttitudesNoMoreThanTheyAreWorth) {
   BundleSimulation simulation = SimulateBundle(SmallBlock());

@@ -67,6 +67,11 @@ BlockApproximations::BlockApproximations(const BlockFile& block, const Camera& c
   if (!block.approximations.empty()) ReadTable();
   const std::vector<OrientationRow> gnss = ReadGnss(block);
   observations_ = ObservationsOf(block, known_, computed_heights_, gnss);
+  if (block.observe_approximations && observations_.approximations.empty())
+    throw InputError(
+        "observe = true under [approximate_accuracy], but nobody says how good a table of "
+        "approximations is; give position_m and attitude_deg there, or the table its columns of "
+        "sigmas, or leave observe out");
   AddGnss(gnss);
   ReadFiles();
   std::set<std::string> photos;

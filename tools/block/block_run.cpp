@@ -299,6 +299,26 @@ class BlockRun {
         stage, [&] { progress.Advance(); }, &result->messages);
   }
 
+  // GNSS and approximations make no photo ok, and keep no block from coming to rest.
+  static AdjustedBlock AdjustAndJudge(const AdjustmentInputs& inputs, BlockRunResult* result) {
+    AdjustedBlock adjusted = AdjustPhotos(inputs);
+    result->results = FinalResults(inputs, adjusted);
+    if (inputs.known.Empty()) return adjusted;
+    AdjustmentInputs without = inputs;
+    without.known = {};
+    AdjustedBlock by_control = AdjustPhotos(without);
+    std::vector<ExteriorResult> results = FinalResults(without, by_control);
+    if (adjusted.result.converged || !by_control.result.converged) {
+      HoldToControl(results, &result->results);
+      return adjusted;
+    }
+    result->results = std::move(results);
+    result->messages.emplace_back(
+        "with GNSS and approximations as observations the block does not come to rest: adjusted "
+        "without them");
+    return by_control;
+  }
+
   void Adjust(BlockRunResult* result) {
     if (!AnyPose()) return;
     {
@@ -318,14 +338,7 @@ class BlockRun {
                                   block_.patchdb,
                                   block_.adjustment,
                                   approximations_->Observations()};
-    const AdjustedBlock adjusted = AdjustPhotos(inputs);
-    result->results = FinalResults(inputs, adjusted);
-    if (!inputs.known.Empty()) {
-      AdjustmentInputs without = inputs;
-      without.known = {};
-      without.choice.pose_covariance = false;
-      HoldToControl(FinalResults(without, AdjustPhotos(without)), &result->results);
-    }
+    const AdjustedBlock adjusted = AdjustAndJudge(inputs, result);
     WriteCalibratedCamera(block_.output_directory, camera_, adjusted.result);
     if (!WritePoseCovariance(block_.output_directory, block_.adjustment.pose_covariance, adjusted))
       result->messages.emplace_back(

@@ -323,14 +323,14 @@ void HoldToControl(const std::vector<ExteriorResult>& without,
   for (std::size_t i = 0; i < results->size(); ++i) {
     ExteriorResult& result = (*results)[i];
     const ExteriorResult& held = without[i];
-    if (held.status == result.status || held.status == Status::kOk) continue;
     if (held.status == Status::kFailed) {
       result = held;
-    } else if (result.status == Status::kOk) {
-      result.status = held.status;
-      result.messages = held.messages;
-      result.messages.emplace_back(
-          "what GNSS or approximations add to that is in its pose and makes nothing ok");
+    } else if (held.status == Status::kWeak && result.status == Status::kOk) {
+      result.status = Status::kWeak;
+      std::string why;
+      for (const std::string& message : held.messages)
+        why.append(why.empty() ? "" : "; ").append(message);
+      result.messages.push_back("without GNSS and approximations it is weak: " + why);
     }
   }
 }

@@ -276,11 +276,13 @@ ConvertSource ReadForeign(ExchangeFormat format, const ConvertSourceOptions& giv
     const EarthRecord earth = EarthOf(record, i, source.cameras.size());
     const double c2 = camera.principal_distance_mm * camera.principal_distance_mm;
     if (given.camera.empty()) camera.earth_k1 = earth.in_lens / c2;
+    const double in_block = earth.in_lens + earth.taken_out;
+    // Another calibration of the same camera, another run's rounding: some percent are no other.
     const auto holds = [&](double of_flight) {
-      return std::abs(c2 * camera.earth_k1 - of_flight) <= 1e-3 * std::abs(earth.taken_out);
+      return std::abs(c2 * camera.earth_k1 - of_flight) <= 0.03 * std::abs(in_block);
     };
-    if (earth.taken_out == 0) continue;
-    if (holds(earth.in_lens + earth.taken_out))  // as in the block's own ground system
+    if (in_block == 0) continue;
+    if (holds(in_block))  // as in the block's own ground system
       in_file[i] = ExchangeCameraOf(WithEarth(camera, -earth.taken_out / c2)).camera;
     else if (holds(earth.in_lens))
       camera = WithEarth(camera, earth.taken_out / c2);

@@ -189,14 +189,25 @@ TEST(Convert, CurvatureOfAGivenCameraIsComparedWithTheExports) {
     const std::size_t photo = row.image.starts_with("4711") ? 0 : 1;
     EXPECT_LT((*PixelFromGround(back.block, photo, row.block_m) - row.pixel).norm(), 5e-3);
   }
-  file.camera = WithEarth(source.cameras[0], source.cameras[0].earth_k1);
+  const double earth = source.cameras[0].earth_k1;
+  const auto refuse = [&](ExchangeFormat format, double added) {
+    file.camera = WithEarth(source.cameras[0], added);
+    WriteCameraFile(options.camera, file);
+    try {
+      ReadForeign(format, options);
+      ADD_FAILURE() << Name(format) << " with " << file.camera.earth_k1;
+    } catch (const InputError& error) {
+      EXPECT_NE(std::string(error.what()).find("earth_k1"), std::string::npos) << error.what();
+    }
+  };
+  refuse(ExchangeFormat::kAsp, earth);  // in it twice
+  const auto projected =
+      WriteExports(source, {{ExchangeFormat::kBingo}, folder.Path(), 0, {}}).front();
+  options.input = projected.directory;
+  refuse(ExchangeFormat::kBingo, -earth);                    // and not at all
+  file.camera = WithEarth(source.cameras[0], 0.01 * earth);  // of another calibration
   WriteCameraFile(options.camera, file);
-  try {
-    ReadForeign(ExchangeFormat::kAsp, options);
-    ADD_FAILURE() << "curvature is in it twice";
-  } catch (const InputError& error) {
-    EXPECT_NE(std::string(error.what()).find("earth_k1"), std::string::npos) << error.what();
-  }
+  EXPECT_NO_THROW(ReadForeign(ExchangeFormat::kBingo, options));
 }
 
 // Poses come back through every format: what is written from Orient's results and read again shows
