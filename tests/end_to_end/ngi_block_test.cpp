@@ -86,16 +86,24 @@ CheckRms CheckPatches(const Ngi& ngi, const TemporaryFolder& folder, const std::
     const PhotoView published{ngi.camera.camera, photo_from_pixel, ngi.Published(number).pose};
     CheckRms photo;
     int photo_count = 0;
+    Eigen::Vector2d shift = Eigen::Vector2d::Zero();
     for (const PatchResult& patch : found.patches) {
       if (patch.state != PatchState::kMatched) continue;
-      photo.block_px += (*patch.pixel - *view.PixelFromGround(*patch.ground_m)).squaredNorm();
+      const Eigen::Vector2d off = *patch.pixel - *view.PixelFromGround(*patch.ground_m);
+      shift += off;
+      photo.block_px += off.squaredNorm();
       photo.published_px +=
           (*patch.pixel - *published.PixelFromGround(*patch.ground_m)).squaredNorm();
       ++photo_count;
     }
-    std::printf("check patches in %s: %d, RMS %.3f px, under the published orientation %.3f px\n",
-                number.c_str(), photo_count, std::sqrt(photo.block_px / std::max(photo_count, 1)),
-                std::sqrt(photo.published_px / std::max(photo_count, 1)));
+    const double n = std::max(photo_count, 1);
+    shift /= n;
+    std::printf(
+        "check patches in %s: %d, RMS %.3f px, under the published orientation %.3f px; "
+        "without their mean of %.2f %.2f px %.3f px\n",
+        number.c_str(), photo_count, std::sqrt(photo.block_px / n),
+        std::sqrt(photo.published_px / n), shift.x(), shift.y(),
+        std::sqrt(std::max(0.0, photo.block_px / n - shift.squaredNorm())));
     sum.block_px += photo.block_px;
     sum.published_px += photo.published_px;
     count += photo_count;
