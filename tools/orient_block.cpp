@@ -71,10 +71,11 @@ class BlockCommand : public Command {
   void CheckFormats(const std::vector<std::string>& formats) const {
     for (const std::string& format : formats) {
       if (ExchangeFormatFromName(format)) continue;
-      std::string known;
-      for (const ExchangeFormat one : kAllExchangeFormats) known += " " + orient::Name(one);
-      throw InputError(block_path_ + ": output.formats has \"" + format +
-                       "\"; what can be written is" + known);
+      std::string message = block_path_;
+      message.append(": output.formats has \"").append(format).append("\"; what can be written is");
+      for (const ExchangeFormat one : kAllExchangeFormats)
+        message.append(" ").append(orient::Name(one));
+      throw InputError(message);
     }
   }
 

@@ -94,8 +94,11 @@ class BlockRun {
     ReadPhotos();
     BlockRunResult result;
     for (const auto& [what, photos] : changed_)
-      result.messages.push_back("oriented again, for what they were made from has changed (" +
-                                what + "): " + photos);
+      result.messages.push_back(
+          std::string("oriented again, for what they were made from has changed (")
+              .append(what)
+              .append("): ")
+              .append(photos));
     if (const auto told = SetOtherPhotosAside(block_)) result.messages.push_back(*told);
     if (block_.adjustment.ties && photos_.size() > 1) Adjust(&result);
     if (!result.adjusted) {

@@ -243,6 +243,38 @@ void NamePhotosCutOff(const ExchangeBlock& block, const std::string& folder,
                       " for one: was it cut?");
 }
 
+// Makes of both lists of the files' cameras what they are in the block's ground system, and returns
+// what they are in the files'.
+std::vector<ExchangeCamera> BringIntoTheBlocksGround(const ConvertSourceOptions& given,
+                                                     const ExportRecord& record,
+                                                     std::vector<Camera>* cameras,
+                                                     std::vector<ExchangeCamera>* exchanged) {
+  // Another calibration of the same camera, another run's rounding: some percent are no other.
+  constexpr double kSame = 0.03;
+  std::vector<ExchangeCamera> in_file = *exchanged;
+  for (std::size_t i = 0; i < cameras->size(); ++i) {
+    Camera& camera = (*cameras)[i];
+    const EarthRecord earth = EarthOf(record, i, cameras->size());
+    const double in_block = earth.in_lens + earth.taken_out;
+    const double c2 = camera.principal_distance_mm * camera.principal_distance_mm;
+    if (given.camera.empty()) camera.earth_k1 = earth.in_lens / c2;
+    if (in_block == 0) continue;
+    const auto holds = [&](double of_flight) {
+      return std::abs(c2 * camera.earth_k1 - of_flight) <= kSame * std::abs(in_block);
+    };
+    if (holds(in_block))
+      in_file[i] = ExchangeCameraOf(WithEarth(camera, -earth.taken_out / c2)).camera;
+    else if (holds(earth.in_lens))
+      camera = WithEarth(camera, earth.taken_out / c2);
+    else
+      throw InputError(given.camera + " does not hold what " + FolderOf(given.input) +
+                       "/export.json says of the earth's curvature (earth_k1); give the " +
+                       "camera.toml beside it");
+    (*exchanged)[i] = ExchangeCameraOf(camera).camera;
+  }
+  return in_file;
+}
+
 }  // namespace
 
 ConvertSource ReadForeign(ExchangeFormat format, const ConvertSourceOptions& given) {
@@ -269,29 +301,8 @@ ConvertSource ReadForeign(ExchangeFormat format, const ConvertSourceOptions& giv
                        " does not say the images' size; give their camera with --camera");
     if (given.camera.empty()) source.cameras.push_back(CameraOf(camera));
   }
-  // What the files' cameras are in the block's ground system.
-  std::vector<ExchangeCamera> in_file = block.cameras;
-  for (std::size_t i = 0; i < source.cameras.size(); ++i) {
-    Camera& camera = source.cameras[i];
-    const EarthRecord earth = EarthOf(record, i, source.cameras.size());
-    const double c2 = camera.principal_distance_mm * camera.principal_distance_mm;
-    if (given.camera.empty()) camera.earth_k1 = earth.in_lens / c2;
-    const double in_block = earth.in_lens + earth.taken_out;
-    // Another calibration of the same camera, another run's rounding: some percent are no other.
-    const auto holds = [&](double of_flight) {
-      return std::abs(c2 * camera.earth_k1 - of_flight) <= 0.03 * std::abs(in_block);
-    };
-    if (in_block == 0) continue;
-    if (holds(in_block))  // as in the block's own ground system
-      in_file[i] = ExchangeCameraOf(WithEarth(camera, -earth.taken_out / c2)).camera;
-    else if (holds(earth.in_lens))
-      camera = WithEarth(camera, earth.taken_out / c2);
-    else
-      throw InputError(given.camera + " does not hold what " + FolderOf(given.input) +
-                       "/export.json says of the earth's curvature (earth_k1); give the " +
-                       "camera.toml beside it");
-    block.cameras[i] = ExchangeCameraOf(camera).camera;
-  }
+  const std::vector<ExchangeCamera> in_file =
+      BringIntoTheBlocksGround(given, record, &source.cameras, &block.cameras);
   const GroundFrame frame = FrameOf(foreign, given, record);
   const auto height = given.ground_height_m ? given.ground_height_m : record.ground_height_m;
   if (!frame.IsShift() && !height)
