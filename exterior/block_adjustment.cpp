@@ -264,9 +264,10 @@ void Adjustment::Say() {
   for (const BlockPart& part : result_->parts)
     if (!part.message.empty()) result_->messages.push_back(part.message);
   std::vector<std::size_t> gnss, prior;
-  std::size_t with_gnss = 0;
+  std::size_t with_gnss = 0, with_prior = 0;
   for (std::size_t i = 0; i < result_->photos.size(); ++i) {
     with_gnss += result_->photos[i].gnss_residual_m ? 1 : 0;
+    with_prior += system_.prior_row[i] >= 0 ? 1 : 0;
     if (result_->photos[i].gnss_rejected) gnss.push_back(i);
     if (result_->photos[i].prior_rejected) prior.push_back(i);
   }
@@ -289,7 +290,7 @@ void Adjustment::Say() {
                              "(model = \"shift\" finds by how much)?"
                            : ", and count so much less."));
   const std::string priors_fit = WorseThanStated(RowKind::kPosePrior, "Approximations fit");
-  if (!priors_fit.empty())
+  if (!priors_fit.empty() && prior.size() < with_prior)
     result_->messages.push_back(priors_fit + ", and count so much less as observations.");
   std::vector<std::size_t> undetermined;
   for (std::size_t i = 0; i < result_->photos.size(); ++i)
@@ -304,7 +305,7 @@ void Adjustment::FillResult() {
   const auto stated = result_->converged ? StatedNormals() : nullptr;
   const BlockNormals& normals = stated ? *stated : *normals_;
   FillOutcome(system_, judgement_, normals, tests_, result_);
-  FillChecks(system_, normals, result_);
+  FillChecks(system_, result_);
   // These go through the adjustment as it was weighted.
   AddSharedControlErrors(system_, *normals_, tests_, result_);
 }

@@ -172,8 +172,6 @@ struct CheckPatch {
   std::size_t point = 0;
   int rays = 0;
   std::optional<Eigen::Vector3d> ground_residual_m;  // control - intersected; two rays or more
-  Eigen::Matrix3d ground_covariance_m2 = Eigen::Matrix3d::Zero();  // of this residual
-  std::optional<double> normalised;  // by it: sqrt(chi-square of 3 / 3)
   std::vector<std::size_t> observations;
   std::vector<Eigen::Vector2d> image_residuals_px;  // measured - predicted from the control
 };

@@ -22,6 +22,6 @@ std::array<KindSums, kVarianceGroups> SumsOf(const BlockSystem& system, const Bl
 inline constexpr double kLeastGroupRedundancy = 10;
 
 // Held-out control: intersected, projected, compared. Needs FillOutcome's result.
-void FillChecks(const BlockSystem& system, const BlockNormals& normals, BlockResult* result);
+void FillChecks(const BlockSystem& system, BlockResult* result);
 
 }  // namespace orient

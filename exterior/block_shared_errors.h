@@ -10,7 +10,7 @@ namespace orient {
 // through it as it is (BlockOptions::control_shared_*), and what they do on average to poses, to
 // poses together, to the parameters of cameras and GNSS and to tie points is added to their
 // covariances. The same fields every time. Needs FillOutcome's result. Covariances of control's own
-// adjusted ground and of check patches stay without: they say how control fits.
+// adjusted ground stay without: they say how control fits.
 void AddSharedControlErrors(const BlockSystem& system, const BlockNormals& normals,
                             const BlockTests& tests, BlockResult* result);
 

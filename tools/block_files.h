@@ -6,6 +6,7 @@ namespace orient {
 inline constexpr const char* kQuicklookFile = "quicklook.png";
 inline constexpr const char* kSeamsFile = "seams.png";
 inline constexpr const char* kCalibratedCameraFile = "calibrated_camera.toml";
+inline constexpr const char* kPoseCovarianceFile = "pose_covariance.csv";
 inline constexpr const char* kExportsFolder = "exports";
 
 }  // namespace orient

@@ -30,6 +30,9 @@ std::optional<ExteriorInputs> ReadExteriorInputs(const std::string& directory) {
   if (!fs::exists(path)) return std::nullopt;
   try {
     const Json json = Json::parse(ReadFile(path));
+    if (!json.contains("added_earth_k1"))
+      throw InputError(path + " is damaged, or of another version of Orient; leave --resume out " +
+                       "and give --overwrite");
     return ExteriorInputs{json.at("camera").get<std::string>(), json.at("dem").get<std::string>(),
                           json.at("options").get<std::string>(),
                           json.at("added_earth_k1").get<double>()};

@@ -421,7 +421,7 @@ std::vector<ExteriorResult> RunExterior(const ExteriorRunOptions& given,
   MakeOutputDirectory(options.out);
   // What a block's run left here is true of other poses.
   fs::remove(AdjustmentResultPath(options.out));
-  for (const char* file : {kQuicklookFile, kSeamsFile, kCalibratedCameraFile})
+  for (const char* file : {kQuicklookFile, kSeamsFile, kCalibratedCameraFile, kPoseCovarianceFile})
     fs::remove(fs::path(options.out) / file);
   // What a run that ends early leaves must not lie beside an earlier one's poses.
   const fs::path table = fs::path(options.out) / "orientation.csv";

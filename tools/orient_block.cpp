@@ -102,10 +102,7 @@ class BlockCommand : public Command {
         out << ", " << block->by_neighbours << " of them without enough patches of their own";
       if (block->checks > 0)
         out << "\ncheck   " << block->checks << " patches held out, RMS "
-            << Fixed(block->check_rms_px, 2) << " px"
-            << (block->check_normalised ? ", on the ground " + Fixed(*block->check_normalised, 2) +
-                                              " times the expected"
-                                        : "");
+            << Fixed(block->check_rms_px, 2) << " px";
       out << "\n";
     }
     if (const auto& quicklook = result.quicklook) {

@@ -64,7 +64,6 @@ Json CheckJson(const CheckResult& check) {
   return {{"id", check.id},
           {"rays", check.rays},
           {"ground_residual_m", ToJson(check.ground_residual_m)},
-          {"normalised", ToJson(check.normalised)},
           {"image_residuals_px", std::move(residuals)}};
 }
 
@@ -147,7 +146,6 @@ CheckResult Check(const JsonField& field) {
   check.id = field.At("id").AsInteger();
   check.rays = field.At("rays").AsInt();
   check.ground_residual_m = field.FindVector3("ground_residual_m");
-  check.normalised = field.FindNumber("normalised");
   for (const JsonField& residual : field.At("image_residuals_px").Elements())
     check.image_residuals_px.push_back(residual.AsVector2());
   return check;
@@ -167,18 +165,6 @@ std::optional<double> AdjustmentResult::CheckRmsPx() const {
   return std::sqrt(sum / count);
 }
 
-std::optional<double> AdjustmentResult::CheckNormalised() const {
-  double sum = 0;
-  int count = 0;
-  for (const CheckResult& check : checks) {
-    if (!check.normalised) continue;
-    sum += *check.normalised * *check.normalised;
-    ++count;
-  }
-  if (count == 0) return std::nullopt;
-  return std::sqrt(sum / count);
-}
-
 std::string AdjustmentResultPath(const std::string& directory) {
   return (std::filesystem::path(directory) / "block.json").string();
 }
@@ -192,7 +178,6 @@ void WriteAdjustmentResult(const std::string& directory, const AdjustmentResult&
                      {"calibration", ListJson(result.calibration, &CalibrationJson)},
                      {"checks",
                       {{"rms_px", ToJson(result.CheckRmsPx())},
-                       {"normalised", ToJson(result.CheckNormalised())},
                        {"rejected_alone", result.checks_rejected_alone},
                        {"patches", ListJson(result.checks, &CheckJson)}}},
                      {"messages", result.messages},

@@ -57,7 +57,6 @@ struct CheckResult {
   std::int64_t id = 0;
   int rays = 0;
   std::optional<Eigen::Vector3d> ground_residual_m;  // seen in two photos or more
-  std::optional<double> normalised;                  // by its covariance; 1 expected
   std::vector<Eigen::Vector2d> image_residuals_px;
 };
 
@@ -89,8 +88,6 @@ struct AdjustmentResult {
 
   // RMS of the check patches' image residuals; empty without check patches.
   std::optional<double> CheckRmsPx() const;
-  // RMS of their normalised ground residuals: 1 where all precisions are as stated.
-  std::optional<double> CheckNormalised() const;
 };
 
 std::string AdjustmentResultPath(const std::string& directory);

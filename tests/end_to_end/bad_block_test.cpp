@@ -104,9 +104,6 @@ TEST_F(ChangedBlock, HeldOutPatchesCheckItAndItsPosesAreSaidToErrTogether) {
   const AdjustmentResult adjusted = ReadAdjustmentResult(AdjustmentResultPath(Path("out")));
   EXPECT_GT(adjusted.checks.size(), 10u);
   EXPECT_LT(adjusted.CheckRmsPx().value(), 0.5);
-  // Patches of photos oriented without error, of which nobody says so.
-  EXPECT_GT(adjusted.CheckNormalised().value(), 0.05);
-  EXPECT_LT(adjusted.CheckNormalised().value(), 1.3);
   std::istringstream table(ReadFile(Path("out/pose_covariance.csv")));
   std::string line;
   std::getline(table, line);

@@ -168,23 +168,20 @@ TEST(BlockAdjustment, HasNothingToDoWithHeldOutPatches) {
   ASSERT_EQ(with_checks.checks.size(), held_out / 3);
   for (std::size_t i = 0; i < alone.photos.size(); ++i)
     EXPECT_LT(PoseDifference(alone.photos[i].pose, with_checks.photos[i].pose).norm(), 1e-5);
-  double chi2 = 0;
+  Eigen::Vector3d squares = Eigen::Vector3d::Zero();
   int count = 0;
   for (const CheckPatch& check : with_checks.checks) {
     for (const std::size_t i : check.observations)
       EXPECT_EQ(with_checks.observations[i].state, ObservationState::kHeldOut);
     for (const Eigen::Vector2d& residual : check.image_residuals_px) EXPECT_LT(residual.norm(), 4);
     if (!check.ground_residual_m) continue;
-    chi2 += check.ground_residual_m->dot(check.ground_covariance_m2.inverse() *
-                                         *check.ground_residual_m);
-    count += 3;
-    EXPECT_NEAR(3 * check.normalised.value() * check.normalised.value(),
-                check.ground_residual_m->dot(check.ground_covariance_m2.inverse() *
-                                             *check.ground_residual_m),
-                1e-6);
+    squares += check.ground_residual_m->cwiseAbs2();
+    ++count;
   }
-  EXPECT_GT(count, 20);
-  EXPECT_NEAR(std::sqrt(chi2 / count), 1, 0.35);
+  EXPECT_GT(count, 7);
+  const Eigen::Vector3d rms = (squares / count).cwiseSqrt();
+  EXPECT_LT(rms.head<2>().maxCoeff(), 0.5) << rms.transpose();
+  EXPECT_LT(rms.z(), 1) << rms.transpose();
 }
 
 TEST(BlockAdjustment, GivesTheWholeCovarianceOfThePoses) {

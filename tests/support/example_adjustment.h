@@ -15,7 +15,7 @@ inline AdjustmentResult ExampleAdjustment() {
   result.parts = {{{"4711", "4712"}, 1, true, ""},
                   {{"4713"}, 0, false, "Photo 4713 hangs on none."}};
   result.calibration = {{"k1", 1.5e-8, 4e-9, 3.75, "estimated"}};
-  result.checks = {{16, 2, Eigen::Vector3d(0.3, -0.4, 0.8), 1.25, {{0.3, 0.4}, {-0.3, 0.4}}}};
+  result.checks = {{16, 2, Eigen::Vector3d(0.3, -0.4, 0.8), {{0.3, 0.4}, {-0.3, 0.4}}}};
   result.messages = {"ties that contradict <nothing>"};
   for (const std::int64_t id : {1, 2}) {
     PointResult tie;

@@ -213,7 +213,7 @@ AdjustedBlock AdjustPhotos(const AdjustmentInputs& inputs) {
   AddPatches(inputs, &adjusted);
   BlockOptions options;
   options.self_calibration = inputs.choice.self_calibration;
-  options.full_covariance = inputs.choice.pose_covariance || inputs.choice.check_share > 0;
+  options.full_covariance = inputs.choice.pose_covariance;
   options.gnss = inputs.known.model;
   options.gnss_shift_sigma_m = kGnssShift_m;
   options.height_correlation_m = kHeightCorrelationPerHeight * FlyingHeight(inputs);

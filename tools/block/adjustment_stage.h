@@ -44,6 +44,8 @@ AdjustedBlock AdjustPhotos(const AdjustmentInputs& inputs);
 // those of one without: a photo is no better than the photos and control alone make it.
 void HoldToControl(const std::vector<ExteriorResult>& without,
                    std::vector<ExteriorResult>* results);
+// Where the adjustment without them gave nothing: no photo is ok.
+void HoldAllToControl(std::vector<ExteriorResult>* results);
 
 // One result a photo, as the inputs' photos: the adjusted pose with its covariance where it may be
 // trusted, otherwise the photo's own, otherwise failed with the reason.

@@ -86,7 +86,7 @@ AdjustmentResult SummaryOf(const AdjustedBlock& adjusted,
         {parameter.name, parameter.value, parameter.sigma, parameter.t, Name(parameter.state)});
   for (const CheckPatch& check : result.checks)
     summary.checks.push_back({adjusted.block.points[check.point].id, check.rays,
-                              check.ground_residual_m, check.normalised, check.image_residuals_px});
+                              check.ground_residual_m, check.image_residuals_px});
   summary.checks_rejected_alone = adjusted.checks_rejected_alone;
   summary.messages = messages;
   AddPoints(adjusted, &summary);

@@ -67,6 +67,10 @@ BlockApproximations::BlockApproximations(const BlockFile& block, const Camera& c
   if (!block.approximations.empty()) ReadTable();
   const std::vector<OrientationRow> gnss = ReadGnss(block);
   observations_ = ObservationsOf(block, known_, computed_heights_, gnss);
+  if (block.observe_approximations && block.approximations.empty())
+    throw InputError(
+        "observe = true under [approximate_accuracy], but the block has no table of approximations "
+        "to observe; give one, or leave observe out");
   if (block.observe_approximations && observations_.approximations.empty())
     throw InputError(
         "observe = true under [approximate_accuracy], but nobody says how good a table of "

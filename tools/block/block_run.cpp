@@ -68,6 +68,11 @@ std::string FlightText(const FlightPlan& flight) {
   return text;
 }
 
+constexpr const char* kNoPoseCovariance =
+    "pose_covariance.csv is not written: it is for blocks that were adjusted and came to rest, of "
+    "at "
+    "most 300 photos";
+
 // One run: what its stages share.
 class BlockRun {
  public:
@@ -106,6 +111,7 @@ class BlockRun {
       fs::remove(AdjustmentResultPath(out));
       fs::remove(CalibratedCameraPath(out));
       fs::remove(PoseCovariancePath(out));
+      if (block_.adjustment.pose_covariance) result.messages.emplace_back(kNoPoseCovariance);
     }
     AddUnusable(&result.results);
     NameNeedlessApproximations(&result);
@@ -311,6 +317,10 @@ class BlockRun {
     without.known = {};
     AdjustedBlock by_control = AdjustPhotos(without);
     std::vector<ExteriorResult> results = FinalResults(without, by_control);
+    if (adjusted.result.converged && !by_control.result.converged) {
+      HoldAllToControl(&result->results);
+      return adjusted;
+    }
     if (adjusted.result.converged || !by_control.result.converged) {
       HoldToControl(results, &result->results);
       return adjusted;
@@ -343,10 +353,9 @@ class BlockRun {
                                   approximations_->Observations()};
     const AdjustedBlock adjusted = AdjustAndJudge(inputs, result);
     WriteCalibratedCamera(block_.output_directory, camera_, adjusted.result);
-    if (!WritePoseCovariance(block_.output_directory, block_.adjustment.pose_covariance, adjusted))
-      result->messages.emplace_back(
-          "pose_covariance.csv is not written: it is for blocks that came to rest, of at most 300 "
-          "photos");
+    if (!WritePoseCovariance(block_.output_directory, block_.adjustment.pose_covariance, adjusted,
+                             result->results))
+      result->messages.emplace_back(kNoPoseCovariance);
     if (adjusted.result.converged && !adjusted.result.cameras.empty())
       camera_.camera = adjusted.result.cameras.front();
     result->messages.insert(result->messages.end(), adjusted.result.messages.begin(),
@@ -396,7 +405,6 @@ class BlockRun {
       if (component.group == "tie image") summary.tie_sigma0_px = component.sigma0_px;
     summary.checks = static_cast<int>(adjusted.checks.size());
     summary.check_rms_px = adjusted.CheckRmsPx();
-    summary.check_normalised = adjusted.CheckNormalised();
     return summary;
   }
 

@@ -24,7 +24,7 @@ struct BlockRunOptions {
 struct BlockSummary {
   int photos = 0, by_neighbours = 0;  // that took part; of these without patches of their own
   int ties = 0, sightings = 0, rejected = 0;
-  std::optional<double> tie_sigma0_px, check_rms_px, check_normalised;
+  std::optional<double> tie_sigma0_px, check_rms_px;
   int checks = 0;
 };
 

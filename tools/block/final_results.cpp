@@ -325,13 +325,23 @@ void HoldToControl(const std::vector<ExteriorResult>& without,
     const ExteriorResult& held = without[i];
     if (held.status == Status::kFailed) {
       result = held;
+      if (!result.messages.empty())
+        result.messages[0].insert(0, "without GNSS and approximations: ");
     } else if (held.status == Status::kWeak && result.status == Status::kOk) {
       result.status = Status::kWeak;
-      std::string why;
-      for (const std::string& message : held.messages)
-        why.append(why.empty() ? "" : "; ").append(message);
-      result.messages.push_back("without GNSS and approximations it is weak: " + why);
+      std::string why = "without GNSS and approximations it is weak";
+      for (std::size_t k = 0; k < held.messages.size(); ++k)
+        why.append(k == 0 ? ": " : "; ").append(held.messages[k]);
+      result.messages.push_back(std::move(why));
     }
+  }
+}
+
+void HoldAllToControl(std::vector<ExteriorResult>* results) {
+  for (ExteriorResult& result : *results) {
+    if (result.status != Status::kOk) continue;
+    result.status = Status::kWeak;
+    result.messages.emplace_back("without GNSS and approximations the block does not come to rest");
   }
 }
 

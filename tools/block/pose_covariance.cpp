@@ -6,6 +6,7 @@
 #include "core/files/atomic_write.h"
 #include "core/files/interior_table.h"
 #include "core/format_text.h"
+#include "tools/block_files.h"
 
 namespace orient {
 namespace fs = std::filesystem;
@@ -13,34 +14,56 @@ namespace {
 
 constexpr std::array<const char*, 6> kElements = {"x", "y", "z", "omega", "phi", "kappa"};
 
+// Places among the adjusted photos. One that was not adjusted, or whose adjusted pose was not
+// accepted, has another pose in its result, or none.
+std::vector<Eigen::Index> OfTheBlock(const AdjustedBlock& adjusted,
+                                     const std::vector<ExteriorResult>& results) {
+  std::vector<Eigen::Index> places;
+  const std::vector<std::size_t>& photos = adjusted.result.covariance_photos;
+  for (std::size_t k = 0; k < photos.size(); ++k) {
+    const ExteriorResult& result = results[adjusted.photo_of[photos[k]]];
+    if (result.pose && result.alone) places.push_back(static_cast<Eigen::Index>(k));
+  }
+  return places;
+}
+
+std::string Table(const AdjustedBlock& adjusted, const std::vector<Eigen::Index>& places) {
+  const auto name = [&](Eigen::Index place) {
+    return adjusted.block.photos[adjusted.result.covariance_photos[static_cast<std::size_t>(place)]]
+        .name;
+  };
+  std::string text = "filename,element";
+  for (const Eigen::Index column : places)
+    for (const char* element : kElements) text += "," + CsvCell(name(column) + "." + element);
+  text += '\n';
+  for (const Eigen::Index row : places)
+    for (Eigen::Index i = 0; i < 6; ++i) {
+      text += CsvCell(name(row)) + "," + kElements.at(static_cast<std::size_t>(i));
+      for (const Eigen::Index column : places)
+        for (Eigen::Index j = 0; j < 6; ++j)
+          text += FormatText(",%.9g", adjusted.result.pose_covariance(6 * row + i, 6 * column + j));
+      text += '\n';
+    }
+  return text;
+}
+
 }  // namespace
 
 std::string PoseCovariancePath(const std::string& directory) {
-  return (fs::path(directory) / "pose_covariance.csv").string();
+  return (fs::path(directory) / kPoseCovarianceFile).string();
 }
 
-bool WritePoseCovariance(const std::string& directory, bool wanted, const AdjustedBlock& adjusted) {
-  const BlockResult& result = adjusted.result;
+bool WritePoseCovariance(const std::string& directory, bool wanted, const AdjustedBlock& adjusted,
+                         const std::vector<ExteriorResult>& results) {
   const std::string path = PoseCovariancePath(directory);
-  if (!wanted || !result.converged || result.covariance_photos.empty()) {
+  const auto places = wanted && adjusted.result.converged ? OfTheBlock(adjusted, results)
+                                                          : std::vector<Eigen::Index>();
+  if (places.empty()) {
     std::error_code ignored;
     fs::remove(path, ignored);
     return !wanted;
   }
-  std::string text = "filename,element";
-  for (const std::size_t photo : result.covariance_photos)
-    for (const char* element : kElements)
-      text += "," + CsvCell(adjusted.block.photos[photo].name + "." + element);
-  text += '\n';
-  for (Eigen::Index row = 0; row < result.pose_covariance.rows(); ++row) {
-    const std::size_t photo = result.covariance_photos[static_cast<std::size_t>(row / 6)];
-    text += CsvCell(adjusted.block.photos[photo].name) + "," +
-            kElements.at(static_cast<std::size_t>(row % 6));
-    for (Eigen::Index col = 0; col < result.pose_covariance.cols(); ++col)
-      text += FormatText(",%.9g", result.pose_covariance(row, col));
-    text += '\n';
-  }
-  WriteFileAtomically(path, text);
+  WriteFileAtomically(path, Table(adjusted, places));
   return true;
 }
 

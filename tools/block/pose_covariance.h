@@ -2,6 +2,7 @@
 #pragma once
 
 #include <string>
+#include <vector>
 
 #include "tools/block/adjustment_stage.h"
 
@@ -9,9 +10,11 @@ namespace orient {
 
 std::string PoseCovariancePath(const std::string& directory);
 
-// pose_covariance.csv: a header, then a row an element (x, y, z [m], omega, phi, kappa [rad]) of
-// every adjusted photo, with as many columns. Removes an earlier run's where it is not wanted, or
-// the adjustment gave none: false where it is wanted. Throws InputError: cannot write.
-bool WritePoseCovariance(const std::string& directory, bool wanted, const AdjustedBlock& adjusted);
+// Of the photos whose pose in `results` (as the inputs' photos) is the block's. Header, then a row
+// an element (x, y, z [m], omega, phi, kappa [rad]) of each photo, with as many columns. Removes an
+// earlier run's file where it is not wanted, or the adjustment gave none: false where it is wanted.
+// Throws InputError: cannot write.
+bool WritePoseCovariance(const std::string& directory, bool wanted, const AdjustedBlock& adjusted,
+                         const std::vector<ExteriorResult>& results);
 
 }  // namespace orient

@@ -149,8 +149,7 @@ std::string Checks(const AdjustmentResult& adjusted) {
     const Eigen::Vector3d rms = (squares / ground).cwiseSqrt();
     text += "; on the ground " + Decimal(rms.x(), 2) + " / " + Decimal(rms.y(), 2) + " / " +
             Decimal(rms.z(), 2) + " m (X / Y / Z, RMS of " + std::to_string(ground) +
-            " seen in two photos or more), " + Decimal(adjusted.CheckNormalised(), 2) +
-            " times what their precision and that of the poses lets expect";
+            " seen in two photos or more)";
   }
   return "<h3>Check patches</h3>\n<p>" + text + ".</p>\n";
 }

@@ -64,8 +64,6 @@ TEST(AdjustmentResult, KeepsWhatWasKnownOfPosesAndReadsFilesWithout) {
 TEST(AdjustmentResult, ChecksHaveTheRmsOfTheirVectors) {
   EXPECT_NEAR(ExampleAdjustment().CheckRmsPx().value(), 0.5, 1e-12);
   EXPECT_FALSE(AdjustmentResult().CheckRmsPx());
-  EXPECT_EQ(ExampleAdjustment().CheckNormalised(), 1.25);
-  EXPECT_FALSE(AdjustmentResult().CheckNormalised());
 }
 
 TEST(AdjustmentResult, WhatIsNoNumberIsNull) {

@@ -188,6 +188,9 @@ TEST_F(FinalResultsOf, ObservedPosesMakeNothingOk) {
   EXPECT_FALSE(with[1].pose);
   EXPECT_EQ(with[2].status, Status::kWeak) << "what speaks against it with them stands";
   EXPECT_EQ(with[3].status, Status::kOk);
+  HoldAllToControl(&with);
+  EXPECT_EQ(with[1].status, Status::kFailed);
+  EXPECT_EQ(with[3].status, Status::kWeak);
 }
 
 TEST(ViewOverGround, HeightsAreThoseUnderThePhotoNotTheBlocksMean) {
