@@ -10,62 +10,88 @@ find_program(CCACHE ccache)
 if(CCACHE)
   set(CMAKE_CXX_COMPILER_LAUNCHER ${CMAKE_COMMAND} -E env
       CCACHE_SLOPPINESS=pch_defines,time_macros,include_file_mtime,include_file_ctime
-      CCACHE_BASEDIR=${CMAKE_SOURCE_DIR} ${CCACHE})
+      CCACHE_BASEDIR=${PROJECT_SOURCE_DIR} ${CCACHE})
   if(NOT CMAKE_DISABLE_PRECOMPILE_HEADERS)
     add_compile_options(-fpch-preprocess)
   endif()
 endif()
 
-# What address and undefined-behaviour sanitizer look at. Null, misaligned and out-of-object accesses
-# are the former's already; asking twice makes Eigen's templates compile half as long again.
-set(ORIENT_SANITIZERS -fsanitize=address,undefined)
-set(ORIENT_SANITIZED -O1 -g1 -UNDEBUG ${ORIENT_SANITIZERS} -fno-omit-frame-pointer
-    -fno-sanitize=null,alignment,object-size,pointer-overflow -fno-sanitize-recover=undefined
-    # Under a sanitizer Eigen would align memory by itself, and the tests' own code free it wrongly.
-    -DEIGEN_MALLOC_ALREADY_ALIGNED=1)
+# What address and undefined-behaviour sanitizer look at (preset `asan`). Null, misaligned and
+# out-of-object accesses are the former's already; asking twice makes Eigen's templates compile half
+# as long again. Under a sanitizer Eigen would align memory by itself, and not every caller free it so.
+option(ORIENT_SANITIZE "Build with address and undefined-behaviour sanitizer" OFF)
+if(ORIENT_SANITIZE)
+  add_compile_options(-fsanitize=address,undefined -fno-omit-frame-pointer
+                      -fno-sanitize=null,alignment,object-size,pointer-overflow
+                      -fno-sanitize-recover=undefined)
+  add_compile_definitions(EIGEN_MALLOC_ALREADY_ALIGNED=1)
+  add_link_options(-fsanitize=address,undefined)
+endif()
 
+# Warnings are errors where CMAKE_COMPILE_WARNING_AS_ERROR says so (preset `ci`).
 function(orient_compile_options target)
   target_compile_options(${target} PRIVATE -Wall -Wextra -Wpedantic -Wshadow -Wconversion
-                         -Wno-sign-conversion -Werror)
+                         -Wno-sign-conversion)
 endfunction()
 
-# orient_sanitized_names(out ...): the same libraries, ours as their sanitized twins.
-function(orient_sanitized_names out)
-  list(TRANSFORM ARGN REPLACE "^(orient_.+)$" "\\1_sanitized")
-  set(${out} ${ARGN} PARENT_SCOPE)
-endfunction()
-
-# orient_precompiled(name OPTIONS ... LINK ... HEADERS ...): headers compiled once, for all targets that
-# REUSE_FROM it: those with the same options. It has no definitions of its own, else GCC would refuse.
+# orient_precompiled(name LINK ... HEADERS ...): headers compiled once, for all targets that
+# REUSE_FROM it. It has no definitions of its own, else GCC would refuse.
 function(orient_precompiled name)
-  cmake_parse_arguments(PARSE_ARGV 1 its "" "" "OPTIONS;LINK;HEADERS")
-  file(GENERATE OUTPUT ${CMAKE_BINARY_DIR}/${name}.cpp CONTENT "")
-  add_library(${name} OBJECT EXCLUDE_FROM_ALL ${CMAKE_BINARY_DIR}/${name}.cpp)
+  cmake_parse_arguments(PARSE_ARGV 1 its "" "" "LINK;HEADERS")
+  file(GENERATE OUTPUT ${CMAKE_CURRENT_BINARY_DIR}/${name}.cpp CONTENT "")
+  add_library(${name} OBJECT EXCLUDE_FROM_ALL ${CMAKE_CURRENT_BINARY_DIR}/${name}.cpp)
   target_link_libraries(${name} PRIVATE ${its_LINK})
   orient_compile_options(${name})
-  target_compile_options(${name} PRIVATE ${its_OPTIONS})
   target_precompile_headers(${name} PRIVATE ${its_HEADERS})
 endfunction()
 
-function(orient_one_library name)
-  cmake_parse_arguments(PARSE_ARGV 1 one "" "TWIN" "SOURCES;LINK;OPTIONS")
-  add_library(${name} STATIC ${one_SOURCES})
-  target_include_directories(${name} PUBLIC ${CMAKE_SOURCE_DIR})
-  target_link_libraries(${name} ${one_LINK})
+# orient_library(orient_room folder PUBLIC ... PRIVATE ...): every .cpp of the folder and its
+# subfolders, but for main.cpp and benchmarks, linked with what follows; also as orient::room.
+function(orient_library name folder)
+  file(GLOB_RECURSE sources CONFIGURE_DEPENDS ${PROJECT_SOURCE_DIR}/${folder}/*.cpp)
+  list(FILTER sources EXCLUDE REGEX "/main\\.cpp$|/bench/")
+  add_library(${name} STATIC ${sources})
+  string(REPLACE "orient_" "" room ${name})
+  add_library(orient::${room} ALIAS ${name})
+  set_target_properties(${name} PROPERTIES EXPORT_NAME ${room})
+  target_include_directories(${name} PUBLIC $<BUILD_INTERFACE:${PROJECT_SOURCE_DIR}>
+                                            $<INSTALL_INTERFACE:${CMAKE_INSTALL_INCLUDEDIR}/orient>)
+  target_compile_features(${name} PUBLIC cxx_std_20)
+  target_link_libraries(${name} ${ARGN})
   orient_compile_options(${name})
-  target_compile_options(${name} PRIVATE ${one_OPTIONS})
-  target_precompile_headers(${name} REUSE_FROM orient_precompiled${one_TWIN})
+  target_precompile_headers(${name} REUSE_FROM orient_precompiled)
 endfunction()
 
-# orient_library(name folder PUBLIC ... PRIVATE ...): every .cpp of the folder and its subfolders,
-# but for main.cpp and benchmarks, linked with what follows. Its twin <name>_sanitized is built when
-# somebody asks for it (target `sanitized`): the tests' own code need not be compiled twice for it.
-function(orient_library name folder)
-  file(GLOB_RECURSE sources CONFIGURE_DEPENDS ${CMAKE_SOURCE_DIR}/${folder}/*.cpp)
-  list(FILTER sources EXCLUDE REGEX "/main\\.cpp$|/bench/")
-  orient_one_library(${name} SOURCES ${sources} LINK ${ARGN})
-  orient_sanitized_names(twins ${ARGN})
-  orient_one_library(${name}_sanitized TWIN _sanitized SOURCES ${sources} LINK ${twins}
-                     OPTIONS ${ORIENT_SANITIZED})
-  set_target_properties(${name}_sanitized PROPERTIES EXCLUDE_FROM_ALL ON)
+# orient_benchmark(name libraries ...): tools/bench/<name>.cpp.
+function(orient_benchmark name)
+  add_executable(${name} EXCLUDE_FROM_ALL tools/bench/${name}.cpp)
+  target_link_libraries(${name} PRIVATE ${ARGN})
+  orient_compile_options(${name})
+endfunction()
+
+# orient_embed(target folder function patterns ...): the folder's files that match become part of
+# the target as `std::span<const EmbeddedFile> function()`, so that the program stays one file that
+# cannot lose them. Changed, new and lost files are noticed by the next build.
+function(orient_embed target folder function)
+  list(TRANSFORM ARGN PREPEND ${PROJECT_SOURCE_DIR}/${folder}/)
+  file(GLOB files CONFIGURE_DEPENDS ${ARGN})
+  set_property(DIRECTORY APPEND PROPERTY CMAKE_CONFIGURE_DEPENDS ${files})
+  set(table "")
+  foreach(path IN LISTS files)
+    get_filename_component(name ${path} NAME)
+    file(READ ${path} contents)
+    string(APPEND table "    {\"${name}\", R\"embedded(${contents})embedded\"},\n")
+  endforeach()
+  file(GENERATE OUTPUT ${CMAKE_CURRENT_BINARY_DIR}/${function}.cpp CONTENT
+"#include <span>
+#include \"core/base/embedded_file.h\"
+namespace orient {
+std::span<const EmbeddedFile> ${function}() {
+  static constexpr EmbeddedFile kFiles[] = {
+${table}  };
+  return kFiles;
+}
+}  // namespace orient
+")
+  target_sources(${target} PRIVATE ${CMAKE_CURRENT_BINARY_DIR}/${function}.cpp)
 endfunction()

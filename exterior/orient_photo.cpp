@@ -7,24 +7,24 @@
 #include <numbers>
 #include <set>
 
-#include "core/format_text.h"
-#include "core/imaging/side_by_side.h"
-#include "exterior/align.h"
-#include "exterior/consensus.h"
-#include "exterior/error_model.h"
-#include "exterior/estimate_pose.h"
-#include "exterior/first_pose.h"
-#include "exterior/match.h"
-#include "exterior/patch_observation.h"
-#include "exterior/photo_task.h"
-#include "exterior/predict.h"
-#include "exterior/wide_search.h"
+#include "core/base/chi_square.h"
+#include "core/base/side_by_side.h"
+#include "exterior/judge.h"
+#include "exterior/search/first_pose.h"
+#include "exterior/search/wide_search.h"
+#include "exterior/steps/align.h"
+#include "exterior/steps/consensus.h"
+#include "exterior/steps/error_model.h"
+#include "exterior/steps/match.h"
+#include "exterior/steps/patch_observation.h"
+#include "exterior/steps/photo_task.h"
+#include "exterior/steps/predict.h"
+#include "exterior/steps/resect.h"
 
-namespace orient {
+namespace orient::exterior {
 namespace {
 
-// Six degrees of freedom, 99.99 %.
-constexpr double kPriorChi2Limit = 27.9;
+const double kPriorChi2Limit = ChiSquareLimit(6, 1e-4);
 
 // One round at full resolution.
 struct PreciseRound {
@@ -177,8 +177,6 @@ void FillPatches(const PhotoTask& task, const PreciseRound& round, ExteriorResul
   result->patches = std::move(patches);
 }
 
-std::string Number(double value, int decimals) { return FormatText("%.*f", decimals, value); }
-
 // Patches that overlap show the same ground and are one piece of evidence: counted are the squares
 // of a patch's size in which there are some.
 struct Evidence {
@@ -243,113 +241,61 @@ double SpreadOf(const PhotoTask& task, const PreciseRound& round) {
   return 12 * std::sqrt(std::max(0.0, moments.determinant())) / area;
 }
 
-// Everything that must hold before a pose is given at all. Empty: it holds.
-std::string WhyNotAccepted(const PhotoTask& task, const std::vector<PreciseRound>& rounds) {
+JudgedPose ToJudge(const PhotoTask& task, const std::vector<PreciseRound>& rounds,
+                   const PoseTrack& track) {
   const PreciseRound& round = rounds.back();
-  const PoseEstimate& estimate = *round.estimate;
-  if (estimate.used < task.options.min_matched)
-    return "only " + std::to_string(estimate.used) + " patches agree, at least " +
-           std::to_string(task.options.min_matched) + " are needed";
-  const Evidence evidence = CountEvidence(task, round, round);
-  if (evidence.agreeing < task.options.min_matched)
-    return "the " + std::to_string(estimate.used) +
-           " patches that agree overlap one another: only " + std::to_string(evidence.agreeing) +
-           " places, at least " + std::to_string(task.options.min_matched) + " are needed";
-  if (LeastFalseAlarms(task, rounds) > task.options.max_log10_false_alarms)
-    return "at full resolution only " + std::to_string(estimate.used) + " of " +
-           std::to_string(round.predictions.size()) + " patches agree: chance could produce that";
-  if (2 * estimate.used < static_cast<int>(round.observed.size()))
-    return "more than half of the matched patches contradict the pose";
-  return "";
-}
-
-constexpr const char* kPoorlyDetermined = "the pose is poorly determined";
-constexpr const char* kTooFewPlaces = "too few places tell how precise the pose is";
-
-void Judge(const PhotoTask& task, const PreciseRound& round, const PoseTrack& track,
-           ExteriorResult* result) {
   const PoseEstimate& estimate = *round.estimate;
   double height = 0;
   for (const PatchPrediction& p : round.predictions)
     height += task.patches[p.patch].ground_m.z() / static_cast<double>(round.predictions.size());
-  const double sigma = WorstProjectionSigma(task.View(track.position, estimate.pose),
-                                            estimate.honest_covariance, height);
-  result->status = Status::kOk;
-  if (round.contradicts_prior) {
-    result->messages.push_back(
-        "the pose lies " + Number(std::sqrt(estimate.prior_chi2), 0) +
-        " sigma from its approximation: either that is worse than its accuracy says, or the "
-        "patches' coordinates are wrong");
-    if (task.photo.accuracy_is_stated || task.options.wide) result->status = Status::kWeak;
-  }
-  const int places = CountEvidence(task, round, round).agreeing;
-  if (places < task.options.weak_matched) {
-    result->status = Status::kWeak;
-    result->messages.push_back(FormatText("%s: patches agree in %d only", kTooFewPlaces, places));
-  }
-  const double spread = SpreadOf(task, round);
-  if (spread < task.options.weak_spread) {
-    result->status = Status::kWeak;
-    result->messages.push_back("the patches that agree lie on " + Number(100 * spread, 1) +
-                               " % of the photo: nothing holds the rest of it");
-  }
-  if (sigma > task.options.weak_projection_sigma_px) {
-    result->status = Status::kWeak;
-    result->messages.push_back(
-        FormatText("%s: in the worst corner of the frame its projection is uncertain by %.2f px",
-                   kPoorlyDetermined, sigma));
-  }
+  JudgedPose judged;
+  judged.sought = static_cast<int>(round.predictions.size());
+  judged.matched = static_cast<int>(round.observed.size());
+  judged.agreeing = estimate.used;
+  judged.places = CountEvidence(task, round, round).agreeing;
+  judged.log10_false_alarms = LeastFalseAlarms(task, rounds);
+  judged.spread = SpreadOf(task, round);
+  judged.worst_sigma_px = WorstProjectionSigma(task.View(track.position, estimate.pose),
+                                               estimate.honest_covariance, height);
+  judged.contradicts_prior = round.contradicts_prior;
+  judged.prior_sigmas = std::sqrt(std::max(0.0, estimate.prior_chi2));
+  judged.prior_counts = task.photo.accuracy_is_stated || task.options.wide;
+  return judged;
 }
 
-ExteriorResult Failed(const PhotoToOrient& photo, const std::string& reason,
-                      const PoseTrack* track) {
+ExteriorResult Failed(const PhotoToOrient& photo, const Finding& why, const PoseTrack* track) {
   ExteriorResult result;
   result.photo = photo.name;
   result.status = Status::kFailed;
   if (track != nullptr) result.iterations = track->rounds;
-  result.messages.push_back(reason);
+  result.findings = {why};
   return result;
-}
-
-constexpr const char* kNothingAlike =
-    "at no kappa does the photo, searched as a whole, resemble what the patches show together";
-
-std::string NoConsensus(const PhotoTask& task, const PoseTrack& track) {
-  const LoopRound& round = track.rounds.front();
-  if (task.options.wide)
-    return FormatText("%s: at best %d of %d places agree, chance could produce that", kNothingAlike,
-                      round.matched, round.searched);
-  return "only " + std::to_string(round.matched) + " of " + std::to_string(round.searched) +
-         " patches agree on a pose within " + Number(round.window_px, 0) +
-         " px of the prediction: chance could produce that. Either the approximation is worse than "
-         "its stated accuracy, or the patches do not show this place, or the scene has changed";
 }
 
 }  // namespace
 
-bool SpeaksOfPrecision(const std::string& message) {
-  return message.starts_with(kPoorlyDetermined) || message.starts_with(kTooFewPlaces);
-}
-
 ExteriorResult OrientPhoto(const PhotoToOrient& photo, const PhotoImage& image,
-                           const std::vector<Patch>& patches, const OrientPhotoOptions& options) {
+                           const std::vector<patchdb::Patch>& patches,
+                           const OrientPhotoOptions& options) {
   const PhotoTask task{photo, image, patches, options};
-  if (patches.empty())
-    return Failed(photo, "no control patch in the database under the photo's footprint", nullptr);
+  if (patches.empty()) return Failed(photo, NoPatches("the patch database"), nullptr);
 
   std::optional<PoseTrack> track = options.wide ? SearchWidely(task) : FirstPose(task);
-  if (!track)
-    return Failed(photo, options.wide ? std::string(kNothingAlike) : WhyNoFirstPose(task), nullptr);
+  if (!track) return Failed(photo, options.wide ? NothingAlike() : WhyNoFirstPose(task), nullptr);
   const auto chance = [&] { return track->log10_false_alarms > options.max_log10_false_alarms; };
+  const auto no_consensus = [&] {
+    return Failed(photo, NoConsensus(track->rounds.front(), options.wide), &*track);
+  };
   // What a wide search leaves open at its level, patches may show at a finer one.
-  if (!options.wide && chance()) return Failed(photo, NoConsensus(task, *track), &*track);
+  if (!options.wide && chance()) return no_consensus();
   Descend(task, &*track);
-  if (chance()) return Failed(photo, NoConsensus(task, *track), &*track);
+  if (chance()) return no_consensus();
   const std::vector<PreciseRound> rounds = Refine(task, &*track);
-  if (rounds.empty()) return Failed(photo, "too few patches could be matched precisely", &*track);
+  if (rounds.empty()) return Failed(photo, TooFewPreciseMatches(), &*track);
   const PreciseRound& round = rounds.back();
-  const std::string objection = WhyNotAccepted(task, rounds);
-  if (!objection.empty()) return Failed(photo, objection, &*track);
+  const JudgedPose judged = ToJudge(task, rounds, *track);
+  if (const auto objection = WhyNotAccepted(judged, options))
+    return Failed(photo, *objection, &*track);
 
   ExteriorResult result;
   result.photo = photo.name;
@@ -359,8 +305,9 @@ ExteriorResult OrientPhoto(const PhotoToOrient& photo, const PhotoImage& image,
   result.orientation = track->position.orientation;
   result.iterations = track->rounds;
   FillPatches(task, round, &result);
-  Judge(task, round, *track, &result);
+  result.findings = Judge(judged, options);
+  result.status = StatusOf(result.findings);
   return result;
 }
 
-}  // namespace orient
+}  // namespace orient::exterior

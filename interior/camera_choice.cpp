@@ -1,13 +1,16 @@
 #include "interior/camera_choice.h"
 
+#include <fmt/format.h>
+
+#include <algorithm>
 #include <cmath>
 
 #include "core/files/used_marks.h"
-#include "core/format_text.h"
-#include "interior/acceptance.h"
-#include "interior/layout.h"
+#include "interior/constellation/layout.h"
+#include "interior/constellation/set_evidence.h"
+#include "interior/judge.h"
 
-namespace orient {
+namespace orient::interior {
 namespace {
 
 using Eigen::Matrix2d;
@@ -68,8 +71,8 @@ bool MarksFit(const Affine2d& transform, const CameraReading& reading,
   return fitting >= kFewest;
 }
 
-// Whether two cameras give one transform (`a` has one), in some way of lying that both leave open.
-// A bent print moves the transform with the marks that it rests on.
+// Whether two cameras give one transform (`a` has one), in some scan orientation that both leave
+// open. A bent print moves the transform with the marks that it rests on.
 bool Agree(const CameraReading& a, const CameraReading& b,
            const std::vector<KnownCamera>& cameras) {
   if (!a.result.photo_from_pixel) return false;
@@ -122,24 +125,17 @@ bool ShapeTellsSize(const std::vector<KnownCamera>& cameras, const CameraReading
   });
 }
 
-void MakeWeak(const std::string& why, InteriorResult* result) {
-  result->status = Status::kWeak;
-  result->messages.push_back(why);
-}
-
 void JudgePixelSize(const std::vector<KnownCamera>& cameras, const CameraReading& best,
                     std::optional<double> stated_um, InteriorResult* result) {
   const double found_um = result->pixel_size_um.value_or(0.0);
   const double off = stated_um ? found_um / *stated_um - 1 : 1;
   if (std::abs(off) < kSurePixelSize) return;
-  if (stated_um && std::abs(off) < kTagTolerance) {
-    MakeWeak("With this camera a pixel is " + FormatText("%.1f", 100 * std::abs(off)) + " % " +
-                 (off > 0 ? "larger" : "smaller") +
-                 " than stated: perhaps another camera, whose marks lie differently.",
-             result);
-  } else if (!ShapeTellsSize(cameras, best)) {
-    SayPixelSizeIsUnsure(result);
-  }
+  if (stated_um && std::abs(off) < kTagTolerance)
+    Add(Findings{{Reason::kCameraPixelSizeOff, Status::kWeak, 100 * std::abs(off),
+                  100 * kSurePixelSize, off > 0 ? "larger" : "smaller"}},
+        result);
+  else if (!ShapeTellsSize(cameras, best))
+    Add(Findings{PixelSizeIsUnsure(*result)}, result);
 }
 
 // Readings by evidence, the strongest first; one that contradicts the stated pixel size pays.
@@ -162,8 +158,8 @@ std::string CandidateList(const std::vector<KnownCamera>& cameras,
     list += cameras[sorted[i].camera].name;
     list += " (";
     list += Name(sorted[i].result.status);
-    list += i == 0 ? FormatText(", %.1f nats)", sorted[i].nats)
-                   : FormatText(", %.1f behind)", sorted.front().nats - sorted[i].nats);
+    list += i == 0 ? fmt::format(", {:.1f} nats)", sorted[i].nats)
+                   : fmt::format(", {:.1f} behind)", sorted.front().nats - sorted[i].nats);
   }
   return list;
 }
@@ -171,12 +167,13 @@ std::string CandidateList(const std::vector<KnownCamera>& cameras,
 CameraChoice Unknown(const std::vector<KnownCamera>& cameras,
                      const std::vector<CameraReading>& sorted, const std::string& why) {
   CameraChoice choice;
-  choice.result.messages.push_back("The camera is unknown: " + why +
-                                   " Name the camera with --camera, or draw its marks (cameras).");
+  choice.result.findings = {
+      {.reason = Reason::kCameraUnknown, .at_best = Status::kFailed, .where = why}};
   if (sorted.empty()) return choice;
   choice.result.width = sorted.front().result.width;
   choice.result.height = sorted.front().result.height;
-  choice.result.messages.push_back("Nearest: " + CandidateList(cameras, sorted) + ".");
+  choice.result.findings.push_back(
+      {.reason = Reason::kNearestCameras, .where = CandidateList(cameras, sorted)});
   return choice;
 }
 
@@ -194,12 +191,13 @@ void SayCameras(const std::vector<KnownCamera>& cameras, const std::vector<size_
   std::string said = fitting.size() == 1
                          ? "Camera " + names + " of the library."
                          : "Cameras that fit alike, with one transform: " + names + ".";
-  said += most - least > 1 ? " The marks do not tell the principal distance (" +
-                                 FormatText("%.0f", least) + " to " + FormatText("%.0f", most) +
-                                 " mm): the exterior orientation needs the right one."
-                           : " Its principal distance is nominal: the exterior orientation needs "
-                             "the calibrated one.";
-  result->messages.push_back(said);
+  said += most - least > 1
+              ? " The marks do not tell the principal distance (" + fmt::format("{:.0f}", least) +
+                    " to " + fmt::format("{:.0f}", most) +
+                    " mm): the exterior orientation needs the right one."
+              : " Its principal distance is nominal: the exterior orientation needs "
+                "the calibrated one.";
+  result->findings.push_back({.reason = Reason::kCamerasThatFit, .where = said});
 }
 
 // Cameras with the same marks at the same places read a scan alike.
@@ -273,4 +271,4 @@ CameraChoice OrientWithUnknownCamera(const Raster& scan, const std::vector<Known
   return ChooseCamera(cameras, readings, stated_um);
 }
 
-}  // namespace orient
+}  // namespace orient::interior

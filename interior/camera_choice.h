@@ -12,7 +12,7 @@
 
 #include "interior/interior.h"
 
-namespace orient {
+namespace orient::interior {
 
 // A reseau's crosses are no camera's mark: a scan that has them is named (and would cost as much as
 // all other cameras together).
@@ -48,4 +48,4 @@ CameraChoice ChooseCamera(const std::vector<KnownCamera>& cameras,
 CameraChoice OrientWithUnknownCamera(const Raster& scan, const std::vector<KnownCamera>& cameras,
                                      const InteriorOptions& options = {});
 
-}  // namespace orient
+}  // namespace orient::interior

@@ -5,20 +5,19 @@
 #include <cmath>
 #include <stdexcept>
 
-#include "core/error.h"
-#include "core/format_text.h"
-#include "interior/acceptance.h"
-#include "interior/film_orientation.h"
-#include "interior/film_search.h"
-#include "interior/film_transform.h"
-#include "interior/guided_search.h"
-#include "interior/layout.h"
-#include "interior/layout_vote.h"
-#include "interior/measured_places.h"
-#include "interior/reseau.h"
-#include "interior/reseau_result.h"
+#include "core/base/error.h"
+#include "interior/constellation/film_search.h"
+#include "interior/constellation/guided_search.h"
+#include "interior/constellation/layout.h"
+#include "interior/judge.h"
+#include "interior/orientation/film_orientation.h"
+#include "interior/orientation/film_transform.h"
+#include "interior/orientation/layout_vote.h"
+#include "interior/orientation/measured_places.h"
+#include "interior/orientation/reseau.h"
+#include "interior/orientation/reseau_result.h"
 
-namespace orient {
+namespace orient::interior {
 namespace {
 
 using Eigen::Matrix2d;
@@ -28,12 +27,9 @@ InteriorResult OrientDigital(const Raster& scan, const Camera& camera) {
   InteriorResult result;
   result.width = scan.Width();
   result.height = scan.Height();
-  const Eigen::Vector2i expected = camera.image_px.value();
-  if (expected != Eigen::Vector2i(result.width, result.height)) {
-    result.messages.push_back("The image has " + std::to_string(result.width) + " x " +
-                              std::to_string(result.height) + " pixels, the camera's image_px is " +
-                              std::to_string(expected.x()) + " x " + std::to_string(expected.y()) +
-                              ": take the camera file that belongs to it, or the uncut image.");
+  const auto other_size = JudgeImageSize({result.width, result.height}, camera.image_px.value());
+  if (other_size) {
+    result.findings = {*other_size};
     return result;
   }
   result.status = Status::kOk;
@@ -98,30 +94,7 @@ bool IsBlackAndWhite(const Raster& scan, const std::vector<MarkResult>& marks) {
   return true;
 }
 
-// A threshold moves strokes by up to a pixel, all of a mark together, and nothing shows it.
-void JudgeGreyValues(const Raster& scan, InteriorResult* result) {
-  if (!IsBlackAndWhite(scan, result->marks)) return;
-  if (result->status == Status::kOk) result->status = Status::kWeak;
-  result->messages.emplace_back(
-      "The scan is black and white without grey values: marks may be off by a pixel, and their "
-      "precision cannot be told. Scan the film in grey.");
-}
-
-std::string Names(const std::vector<ScanOrientation>& orientations) {
-  std::string names;
-  for (const ScanOrientation o : orientations) {
-    if (!names.empty()) names += ", ";
-    names += Name(o);
-  }
-  return names;
-}
-
-std::string OpenOrientationMessage(const std::vector<ScanOrientation>& possible) {
-  return "The marks leave open how the film lies (" + Names(possible) +
-         "); the transform given is the one for " + std::string(Name(possible.front())) + ".";
-}
-
-// The ways of lying that look like `orientation` to the marks, that one first.
+// The scan orientations that look like `orientation` to the marks, that one first.
 OrientationClass ClassOf(const CameraFile& camera, const MarkShapes& shapes,
                          ScanOrientation orientation) {
   OrientationClass members = {orientation};
@@ -133,8 +106,8 @@ OrientationClass ClassOf(const CameraFile& camera, const MarkShapes& shapes,
 
 constexpr const char* kLayoutName = "the marks' calibrated positions";
 
-// "the symbols of marks 2, 5 and the border": whose votes stand against the way of lying that the
-// decision holds for the likeliest. `open`: as given to Decide; its first way named the marks.
+// "the symbols of marks 2, 5 and the border": whose votes stand against the scan orientation that
+// the decision holds for the likeliest. `open`: as given to Decide; its first way named the marks.
 std::string DissentingNames(const CameraFile& camera, const MarkShapes& shapes,
                             const OrientationClass& open, ScanOrientation named,
                             const std::vector<OrientationVote>& votes,
@@ -161,7 +134,7 @@ std::string DissentingNames(const CameraFile& camera, const MarkShapes& shapes,
 // One reading, its marks measured and judged.
 struct JudgedFilm {
   FilmMarks marks;
-  InteriorResult result;  // without the way of lying
+  InteriorResult result;  // without the scan orientation
 };
 
 JudgedFilm JudgeReading(const Raster& scan, const CameraFile& camera, const MarkShapes& shapes,
@@ -174,36 +147,26 @@ JudgedFilm JudgeReading(const Raster& scan, const CameraFile& camera, const Mark
   judged.marks = MeasureMarks(scan, camera, shapes, reading, options.locator, known);
   const bool mirrored = IsMirrored(reading.orientations.front());
   const auto film = FitFilm(UsedMarks(camera, judged.marks), mirrored);
-  const Verdict verdict = Judge(reading, judged.marks, film);
-  result.status = verdict.status;
-  result.messages = verdict.messages;
+  const Findings findings = Judge(reading, judged.marks, film);
+  result.status = Status::kOk;
+  Add(findings, &result);
   result.margin = std::max(reading.margin, 0.0);
   result.marks = MarkResults(camera, judged.marks);
-  if (verdict.status == Status::kFailed || !film) {
-    result.status = Status::kFailed;
-    return judged;
-  }
+  if (result.status == Status::kFailed) return judged;
   FillTransform(*film, judged.marks, &result);
   CorrectFilm(camera, mirrored, &result);
-  SayReseau(&result);
-  JudgeGreyValues(scan, &result);
+  Add(JudgeReseau(result), &result);
+  if (IsBlackAndWhite(scan, result.marks)) Add(Findings{BlackAndWhite()}, &result);
   result.polarity = reading.polarity;
   return judged;
 }
 
-// What the ways that look alike would have the marks' calibrated positions say against the one
-// that the user gave.
-void CheckByLayout(const OrientationClass& alike, const OrientationVote& vote,
-                   InteriorResult* result) {
+// What the marks' calibrated positions say, in all scan orientations that look alike, against the
+// one that the user gave: the first of them.
+std::optional<Finding> CheckByLayout(const OrientationClass& alike, const OrientationVote& vote) {
   const auto best = std::max_element(vote.nats.begin(), vote.nats.end());
-  const double ahead = *best - vote.nats.front();
-  if (ahead < kSureNats) return;
-  if (result->status == Status::kOk) result->status = Status::kWeak;
-  result->messages.push_back(FormatText(
-      "The marks' calibrated positions fit a film that lies %s better (by %.1f nats) than %s as "
-      "given: check --orientation.",
-      std::string(Name(alike[best - vote.nats.begin()])).c_str(), ahead,
-      std::string(Name(alike.front())).c_str()));
+  return JudgeGivenByLayout(alike.front(), alike[best - vote.nats.begin()],
+                            *best - vote.nats.front());
 }
 
 // The user's word stands; what the film says against it is told.
@@ -215,35 +178,12 @@ InteriorResult WithOrientationGiven(const Raster& scan, const CameraFile& camera
   result.possible_orientations = {orientation};
   result.orientation = orientation;
   const OrientationClass alike = ClassOf(camera, shapes, orientation);
-  CheckByLayout(alike, VoteOfLayout(camera, reading, judged.marks, alike, options.scanner),
-                &result);
+  Add(CheckByLayout(alike, VoteOfLayout(camera, reading, judged.marks, alike, options.scanner)),
+      &result);
   const auto votes = VotesOfFilm(scan, camera, shapes, result, alike);
   const auto decision = Decide(alike, votes);
-  const auto& possible = decision.possible;
-  if (std::find(possible.begin(), possible.end(), orientation) != possible.end()) return result;
-  if (result.status == Status::kOk) result.status = Status::kWeak;
-  result.messages.push_back("The film's symbols or border say that it lies " + Names(possible) +
-                            ", not " + std::string(Name(orientation)) +
-                            " as given: check --orientation.");
+  Add(JudgeGivenBySigns(orientation, decision.possible), &result);
   return result;
-}
-
-void SayOrientation(const OrientationDecision& decision, const std::string& dissenting,
-                    InteriorResult* result) {
-  const auto& possible = result->possible_orientations;
-  if (decision.contradictory)
-    result->messages.push_back(
-        "The identification symbols, the border or the marks' positions contradict each other (" +
-        dissenting +
-        " against the others): check the camera file's symbols, data_strip, border and "
-        "fiducials.");
-  else if (!dissenting.empty())
-    result->messages.push_back("Not clearly read, " + dissenting +
-                               " would have the film lie otherwise than all the others say.");
-  if (possible.size() == 1)
-    result->orientation = possible.front();
-  else
-    result->messages.push_back(OpenOrientationMessage(possible));
 }
 
 // Layouts that depart less than this from symmetry are judged alike in all ways.
@@ -274,8 +214,11 @@ InteriorResult WithOrientationFound(const Raster& scan, const CameraFile& camera
     result.orientation = std::nullopt;
   }
   result.possible_orientations = decision.possible;
-  SayOrientation(
-      decision, DissentingNames(camera, shapes, open, chosen, votes, decision.dissenting), &result);
+  Add(JudgeFound(decision.contradictory,
+                 DissentingNames(camera, shapes, open, chosen, votes, decision.dissenting),
+                 decision.possible),
+      &result);
+  if (decision.possible.size() == 1) result.orientation = chosen;
   return result;
 }
 
@@ -295,7 +238,7 @@ InteriorResult OrientFilm(const Raster& scan, const CameraFile& camera, const Ma
   if (nats)
     *nats = reading.best.nats;
   else  // among cameras, whoever compares them judges it
-    JudgePixelSize(reading, &result);
+    Add(JudgePixelSize(reading, result), &result);
   return result;
 }
 
@@ -357,4 +300,4 @@ std::optional<InteriorResult> InOrientation(const InteriorResult& result, const 
   return turned;
 }
 
-}  // namespace orient
+}  // namespace orient::interior

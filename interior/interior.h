@@ -9,24 +9,11 @@
 
 #include "core/files/camera_file.h"
 #include "core/files/results.h"
-#include "core/imaging/raster.h"
-#include "interior/locator.h"
-#include "interior/mark_drawing.h"
+#include "core/raster/raster.h"
+#include "interior/constellation/interior_options.h"
+#include "interior/marks/mark_drawing.h"
 
-namespace orient {
-
-// What the scanner does to the film: next to nothing, or scales that differ by up to 2.5 % and
-// bends of a tenth of a millimetre (desktop scanners, contact prints).
-enum class Scanner { kPhotogrammetric, kDesktop };
-
-struct InteriorOptions {
-  std::optional<double> pixel_size_um;  // empty: the tag, else from the marks (JudgePixelSize)
-  std::optional<Polarity> polarity;     // empty: found out
-  std::optional<ScanOrientation> orientation;     // empty: found out or left open
-  std::optional<Scanner> scanner = std::nullopt;  // empty: found out
-  // Empty: by the drawing's kind (UsualLocator).
-  std::optional<LocatorKind> locator = std::nullopt;
-};
+namespace orient::interior {
 
 // `shapes` holds the drawing of every mark the camera's fiducials name (see ShapesOf). The photo's
 // name is left to the caller. Throws InputError where the scan is damaged, and for a camera of kind
@@ -46,4 +33,4 @@ MarkShapes ShapesOf(const CameraFile& camera, const std::map<std::string, Image>
 std::optional<InteriorResult> InOrientation(const InteriorResult& result, const CameraFile& camera,
                                             const MarkShapes& shapes, ScanOrientation orientation);
 
-}  // namespace orient
+}  // namespace orient::interior

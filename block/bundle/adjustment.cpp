@@ -1,23 +1,24 @@
-#include "exterior/block_adjustment.h"
+#include "block/bundle/adjustment.h"
+
+#include <fmt/format.h>
 
 #include <algorithm>
 #include <chrono>
 #include <cmath>
 #include <stdexcept>
 
-#include "core/format_text.h"
+#include "block/bundle/calibration.h"
+#include "block/bundle/connected_parts.h"
+#include "block/bundle/data_snooping.h"
+#include "block/bundle/equations.h"
+#include "block/bundle/normal_equations.h"
+#include "block/bundle/outcome.h"
+#include "block/bundle/shared_errors.h"
+#include "block/bundle/solver.h"
+#include "block/bundle/variance_components.h"
 #include "core/geometry/intersection.h"
-#include "exterior/block_calibration.h"
-#include "exterior/block_factors.h"
-#include "exterior/block_judgement.h"
-#include "exterior/block_normals.h"
-#include "exterior/block_outcome.h"
-#include "exterior/block_parts.h"
-#include "exterior/block_shared_errors.h"
-#include "exterior/block_solver.h"
-#include "exterior/block_system.h"
 
-namespace orient {
+namespace orient::block {
 namespace {
 
 constexpr double kCauchyScale = 2;
@@ -183,7 +184,7 @@ bool Adjustment::NobodyIsLeft() const {
   return std::none_of(takes_part.begin(), takes_part.end(), [](bool takes) { return takes; });
 }
 
-// Whether it came to rest.
+// Whether it converged.
 bool Adjustment::Solve(BlockLoss loss, double tolerance, int iterations) {
   const Stopwatch watch(&result_->timings.solve);
   BlockSolve how;
@@ -218,7 +219,7 @@ void Adjustment::Rounds() {
   int factor_rounds = 0;
   for (int round = 0; round < system_.options.max_rounds; ++round) {
     dismissed_ = false;
-    const bool at_rest = Solve(BlockLoss::kNone, 1e-9, system_.options.max_iterations);
+    const bool converged = Solve(BlockLoss::kNone, 1e-9, system_.options.max_iterations);
     if (!Determine(0)) return;
     if (dismissed_) continue;
     tests_ = Test();
@@ -231,12 +232,12 @@ void Adjustment::Rounds() {
     const bool factors =
         clean && factor_rounds < kMostFactorRounds && FactorsFromSums(tests_, &system_);
     factor_rounds += factors ? 1 : 0;
-    if (!at_rest || changes > 0 || factors) continue;
+    if (!converged || changes > 0 || factors) continue;
     if (system_.options.self_calibration && CalibrationChanges()) continue;
     result_->converged = true;
     return;
   }
-  result_->messages.emplace_back("The adjustment did not come to rest.");
+  result_->messages.emplace_back("The adjustment did not converge.");
 }
 
 // For covariances, those of the points in tests_ among them; null where they are as weighted.
@@ -257,7 +258,7 @@ bool Adjustment::CalibrationChanges() {
 std::string Adjustment::WorseThanStated(RowKind kind, const char* what) const {
   const double factor = std::sqrt(system_.Factor(kind));
   if (factor < kTooMuchWorse) return "";
-  return std::string(what) + FormatText(" %.0f times worse than stated", factor);
+  return fmt::format("{} {:.0f} times worse than stated", what, factor);
 }
 
 void Adjustment::Say() {
@@ -277,12 +278,12 @@ void Adjustment::Say() {
         "GNSS and control patches disagree everywhere: no position is used. One of them lies in "
         "another datum, or is worse than stated.");
   else if (!gnss.empty())
-    result_->messages.push_back(
-        "GNSS contradicts the block and is not used: " + NamesOf(system_.block, gnss) + ".");
+    result_->messages.push_back(fmt::format("GNSS contradicts the block and is not used: {}.",
+                                            NamesOf(system_.block, gnss)));
   if (!prior.empty())
     result_->messages.push_back(
-        "The approximation is worse than it is said to be, and is no observation: " +
-        NamesOf(system_.block, prior) + ".");
+        fmt::format("The approximation is worse than it is said to be, and is no observation: {}.",
+                    NamesOf(system_.block, prior)));
   const std::string gnss_fits = WorseThanStated(RowKind::kGnss, "GNSS positions fit");
   if (!gnss_fits.empty() && gnss.size() < with_gnss)
     result_->messages.push_back(
@@ -296,12 +297,12 @@ void Adjustment::Say() {
   for (std::size_t i = 0; i < result_->photos.size(); ++i)
     if (result_->photos[i].state == PhotoState::kUndetermined) undetermined.push_back(i);
   if (!undetermined.empty())
-    result_->messages.push_back(
-        "Too few or too badly placed observations: " + NamesOf(system_.block, undetermined) + ".");
+    result_->messages.push_back(fmt::format("Too few or too badly placed observations: {}.",
+                                            NamesOf(system_.block, undetermined)));
 }
 
 void Adjustment::FillResult() {
-  // What did not come to rest may have changed since its equations were looked at.
+  // What did not converge may have changed since its equations were looked at.
   const auto stated = result_->converged ? StatedNormals() : nullptr;
   const BlockNormals& normals = stated ? *stated : *normals_;
   FillOutcome(system_, judgement_, normals, tests_, result_);
@@ -339,75 +340,6 @@ void Adjustment::Run() {
 
 }  // namespace
 
-std::optional<std::string> BlockOptions::Check() const {
-  if (!(significance > 0 && significance < 0.5)) return "significance must lie between 0 and 0.5";
-  if (!(least_precision_factor > 0 && least_precision_factor <= 1))
-    return "least_precision_factor must lie between 0 and 1";
-  if (!(calibration_t > 0)) return "calibration_t must be positive";
-  if (!(gnss_shift_sigma_m > 0) || !(gnss_drift_sigma_m > 0))
-    return "gnss_shift_sigma_m and gnss_drift_sigma_m must be positive";
-  if (!(height_correlation_m > 0)) return "height_correlation_m must be positive";
-  if (!(control_shared_everywhere >= 0) || !(control_shared_smoothly >= 0))
-    return "control_shared_everywhere and control_shared_smoothly must not be negative";
-  if (!(min_ray_angle_deg >= 0)) return "min_ray_angle_deg must not be negative";
-  if (max_rounds < 1 || max_iterations < 1 || threads < 1)
-    return "max_rounds, max_iterations and threads must be at least 1";
-  return std::nullopt;
-}
-
-const char* Name(ObservationState state) {
-  switch (state) {
-    case ObservationState::kUsed:
-      return "used";
-    case ObservationState::kRejected:
-      return "rejected";
-    case ObservationState::kHeldOut:
-      return "held out";
-    case ObservationState::kAlone:
-      return "alone";
-    case ObservationState::kWeakAngle:
-      return "weak angle";
-    case ObservationState::kUnusable:
-      break;
-  }
-  return "unusable";
-}
-
-const char* Name(PhotoState state) {
-  switch (state) {
-    case PhotoState::kAdjusted:
-      return "adjusted";
-    case PhotoState::kNoDatum:
-      return "no datum";
-    case PhotoState::kUndetermined:
-      break;
-  }
-  return "undetermined";
-}
-
-const char* Name(CalibrationState state) {
-  switch (state) {
-    case CalibrationState::kEstimated:
-      return "estimated";
-    case CalibrationState::kInsignificant:
-      return "insignificant";
-    case CalibrationState::kNotDetermined:
-      break;
-  }
-  return "not determined";
-}
-
-PhotoView AdjustedView(const BlockToAdjust& block, const BlockResult& result, std::size_t photo) {
-  const BlockPhoto& of = block.photos.at(photo);
-  const AdjustedPhoto& adjusted = result.photos.at(photo);
-  PhotoView view{result.cameras.at(of.camera), of.photo_from_pixel, adjusted.pose,
-                 of.film_correction};
-  const Vector6d& film = adjusted.interior_correction;
-  view.photo_from_pixel.A += (Eigen::Matrix2d() << film[0], film[1], film[2], film[3]).finished();
-  view.photo_from_pixel.t += film.tail<2>();
-  return view;
-}
-
 BlockResult AdjustBlock(const BlockToAdjust& block, const BlockOptions& options) {
   if (const auto wrong = options.Check()) throw std::invalid_argument(*wrong);
   BlockResult result;
@@ -420,4 +352,4 @@ BlockResult AdjustBlock(const BlockToAdjust& block, const BlockOptions& options)
   return result;
 }
 
-}  // namespace orient
+}  // namespace orient::block

@@ -1,9 +1,9 @@
-#include "exterior/block_calibration.h"
+#include "block/bundle/calibration.h"
 
 #include <algorithm>
 #include <cmath>
 
-namespace orient {
+namespace orient::block {
 namespace {
 
 constexpr std::array<const char*, 6> kNames = {
@@ -100,4 +100,4 @@ std::vector<Camera> CalibratedCameras(const BlockSystem& system) {
   return cameras;
 }
 
-}  // namespace orient
+}  // namespace orient::block

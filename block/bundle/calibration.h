@@ -3,9 +3,9 @@
 
 #include <vector>
 
-#include "exterior/block_normals.h"
+#include "block/bundle/normal_equations.h"
 
-namespace orient {
+namespace orient::block {
 
 // All lens parameters of all cameras are unknowns from here on.
 void StartCalibration(BlockSystem* system);
@@ -19,4 +19,4 @@ bool TestCalibration(const BlockNormals& normals, BlockSystem* system,
 // The cameras with what was estimated.
 std::vector<Camera> CalibratedCameras(const BlockSystem& system);
 
-}  // namespace orient
+}  // namespace orient::block

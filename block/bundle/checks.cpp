@@ -1,8 +1,10 @@
 // Held-out control patches: what the adjusted block says of places that it was told nothing of.
+#include "block/bundle/adjusted_view.h"
+#include "block/bundle/outcome.h"
 #include "core/geometry/intersection.h"
-#include "exterior/block_outcome.h"
+#include "core/terrain/photo_view.h"
 
-namespace orient {
+namespace orient::block {
 namespace {
 
 void Intersect(const BlockSystem& system, const BlockResult& result, CheckPatch* check) {
@@ -43,4 +45,4 @@ void FillChecks(const BlockSystem& system, BlockResult* result) {
   }
 }
 
-}  // namespace orient
+}  // namespace orient::block

@@ -1,4 +1,6 @@
-#include "exterior/block_parts.h"
+#include "block/bundle/connected_parts.h"
+
+#include <fmt/format.h>
 
 #include <Eigen/Dense>
 #include <algorithm>
@@ -7,7 +9,7 @@
 
 #include "core/geometry/dense_solvers.h"
 
-namespace orient {
+namespace orient::block {
 namespace {
 
 // A block moves freely in seven ways: three shifts, three rotations, one scale.
@@ -138,11 +140,7 @@ std::string NamesOf(const BlockToAdjust& block, const std::vector<std::size_t>& 
     if (i > 0) names += i + 1 == photos.size() ? " and " : ", ";
     names += block.photos[photos[i]].name;
   }
-  if (photos.size() > kNamed) {
-    names += " and ";
-    names += std::to_string(photos.size() - kNamed);
-    names += " more";
-  }
+  if (photos.size() > kNamed) names += fmt::format(" and {} more", photos.size() - kNamed);
   return names;
 }
 
@@ -189,4 +187,4 @@ std::vector<BlockPart> FindParts(const BlockSystem& system, const std::vector<bo
   return parts;
 }
 
-}  // namespace orient
+}  // namespace orient::block

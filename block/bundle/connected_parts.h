@@ -1,12 +1,12 @@
-// Which photos of a block hang together, and whether what hangs together has a datum. Private to
+// Which photos of a block are connected, and whether each connected part has a datum. Private to
 // exterior.
 #pragma once
 
 #include <vector>
 
-#include "exterior/block_system.h"
+#include "block/bundle/equations.h"
 
-namespace orient {
+namespace orient::block {
 
 // By the observations that connect (all of them are as many as the block's); `takes_part` of each
 // photo. Every photo is in one part.
@@ -17,4 +17,4 @@ std::vector<BlockPart> FindParts(const BlockSystem& system, const std::vector<bo
 // "a, b, c and 12 more"
 std::string NamesOf(const BlockToAdjust& block, const std::vector<std::size_t>& photos);
 
-}  // namespace orient
+}  // namespace orient::block

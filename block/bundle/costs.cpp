@@ -1,6 +1,7 @@
-#include "exterior/block_costs.h"
+#include "block/bundle/costs.h"
 
 #include <Eigen/Dense>
+#include <algorithm>
 #include <cmath>
 #include <stdexcept>
 #include <string>
@@ -8,7 +9,7 @@
 #include "core/geometry/collinearity.h"
 #include "core/geometry/dense_solvers.h"
 
-namespace orient {
+namespace orient::block {
 namespace {
 
 // What a point behind the camera counts: far more than any gross error, yet finite, so that one
@@ -253,4 +254,4 @@ std::unique_ptr<ceres::CostFunction> MakeZeroCost(const Vector6d& sigma) {
   return std::make_unique<ZeroCost>(sigma);
 }
 
-}  // namespace orient
+}  // namespace orient::block

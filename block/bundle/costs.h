@@ -14,7 +14,7 @@
 #include "core/geometry/pose.h"
 #include "core/geometry/resection.h"
 
-namespace orient {
+namespace orient::block {
 
 // Which of c, x, y, k1, k2, k3 are unknowns, and what one unit of each unknown is: mm for the first
 // three; k such that one unit moves a point at the frame's corner by a millimetre.
@@ -82,4 +82,4 @@ std::unique_ptr<ceres::CostFunction> MakeZeroCost(const Vector6d& sigma);
 // W with W' W = covariance^-1. Throws std::invalid_argument where it is not positive definite.
 Eigen::MatrixXd WhiteningOf(const Eigen::MatrixXd& covariance, const char* what);
 
-}  // namespace orient
+}  // namespace orient::block

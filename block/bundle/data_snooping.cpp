@@ -1,13 +1,14 @@
-#include "exterior/block_judgement.h"
+#include "block/bundle/data_snooping.h"
 
 #include <Eigen/Dense>
 #include <algorithm>
 #include <cmath>
 #include <map>
 
+#include "core/base/chi_square.h"
 #include "core/geometry/intersection.h"
 
-namespace orient {
+namespace orient::block {
 namespace {
 
 // A gross error leans on the residuals around it. Of a photo's suspects only those at least this
@@ -311,4 +312,4 @@ int BlockJudgement::Apply(const BlockTests& tests, double caution) {
   return poses + rejected + put_back;
 }
 
-}  // namespace orient
+}  // namespace orient::block

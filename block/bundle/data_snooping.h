@@ -4,10 +4,10 @@
 
 #include <vector>
 
-#include "exterior/block_normals.h"
-#include "exterior/block_system.h"
+#include "block/bundle/equations.h"
+#include "block/bundle/normal_equations.h"
 
-namespace orient {
+namespace orient::block {
 
 class BlockJudgement {
  public:
@@ -56,4 +56,4 @@ class BlockJudgement {
   std::array<double, 7> limits_ = {};  // by degrees of freedom
 };
 
-}  // namespace orient
+}  // namespace orient::block

@@ -1,4 +1,6 @@
-#include "exterior/block_system.h"
+#include "block/bundle/equations.h"
+
+#include <fmt/format.h>
 
 #include <Eigen/Dense>
 #include <algorithm>
@@ -8,8 +10,9 @@
 #include <stdexcept>
 
 #include "core/geometry/dense_solvers.h"
+#include "exterior/steps/error_model.h"
 
-namespace orient {
+namespace orient::block {
 namespace {
 
 // What self-calibration may find, one sigma, in units of LensUnknowns: a millimetre. It keeps what
@@ -17,7 +20,7 @@ namespace {
 constexpr double kLensSigma = 1.0;
 // Half of a height error is common to all of its source (a datum, a systematic survey error), half
 // of it to a cell as wide as heights resemble one another: see correlated_pose.h.
-const double kShareRoot = std::sqrt(0.5);
+const double kShareRoot = std::sqrt(exterior::kCommonHeightShare);
 
 Matrix6d RootOf(const Matrix6d& covariance) {
   const SymmetricEigen eigen = EigenOfSymmetric(covariance);
@@ -43,10 +46,8 @@ class HeightPlaces {
 
 std::string CellKey(const GroundControl& control, double side_m) {
   std::string key = control.source;
-  for (int i = 0; i < 2; ++i) {
-    key += '|';
-    key += std::to_string(std::llround(std::floor(control.ground_m[i] / side_m)));
-  }
+  for (int i = 0; i < 2; ++i)
+    key += fmt::format("|{}", std::llround(std::floor(control.ground_m[i] / side_m)));
   return key;
 }
 
@@ -356,4 +357,4 @@ void BlockSystem::SetStart(std::size_t point, const Eigen::Vector3d& local_m) {
   }
 }
 
-}  // namespace orient
+}  // namespace orient::block

@@ -7,10 +7,12 @@
 #include <memory>
 #include <vector>
 
-#include "exterior/block_adjustment.h"
-#include "exterior/block_costs.h"
+#include "block/bundle/bundle.h"
+#include "block/bundle/bundle_result.h"
+#include "block/bundle/costs.h"
+#include "core/geometry/collinearity.h"
 
-namespace orient {
+namespace orient::block {
 
 // Groups of variance components.
 enum class RowKind { kTieImage, kControlImage, kControlGround, kGnss, kPosePrior, kParameter };
@@ -125,4 +127,4 @@ class BlockSystem {
   std::vector<Eigen::Vector2d> photo_mm_;
 };
 
-}  // namespace orient
+}  // namespace orient::block

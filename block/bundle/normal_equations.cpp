@@ -1,4 +1,4 @@
-#include "exterior/block_normals.h"
+#include "block/bundle/normal_equations.h"
 
 #include <oneapi/tbb/parallel_for.h>
 #include <oneapi/tbb/task_arena.h>
@@ -10,7 +10,7 @@
 #include "core/geometry/dense_solvers.h"
 #include "core/geometry/principal_axes.h"
 
-namespace orient {
+namespace orient::block {
 namespace {
 
 // A share of the residual smaller than this is what rounding and linearisation make of nothing.
@@ -52,23 +52,6 @@ RowTest TestOf(const Eigen::Matrix<double, n, 1>& v, const Eigen::Matrix<double,
 }
 
 }  // namespace
-
-double ChiSquareLimit(int dof, double probability) {
-  // Two degrees of freedom more add x^(k/2) exp(-x/2) / (2^(k/2) Gamma(k/2 + 1)).
-  const auto tail = [dof](double x) {
-    int k = dof % 2 == 0 ? 2 : 1;
-    double sum = k == 2 ? std::exp(-x / 2) : std::erfc(std::sqrt(x / 2));
-    for (; k < dof; k += 2)
-      sum += std::pow(x / 2, k / 2.0) * std::exp(-x / 2) / std::tgamma(k / 2.0 + 1);
-    return sum;
-  };
-  double low = 0, high = 200;
-  for (int i = 0; i < 60; ++i) {
-    const double middle = 0.5 * (low + high);
-    (tail(middle) > probability ? low : high) = middle;
-  }
-  return low;
-}
 
 // A row's derivatives, and where its groups stand among those of its point.
 struct PlacedRows {
@@ -322,4 +305,4 @@ void BlockNormals::TestOther(std::size_t row_index, BlockTests* tests) const {
                              N.topLeftCorner(linear.count, linear.count), w, row.active);
 }
 
-}  // namespace orient
+}  // namespace orient::block

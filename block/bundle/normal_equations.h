@@ -6,10 +6,10 @@
 #include <optional>
 #include <vector>
 
-#include "exterior/block_system.h"
-#include "exterior/sparse_blocks.h"
+#include "block/bundle/equations.h"
+#include "block/bundle/sparse_blocks.h"
 
-namespace orient {
+namespace orient::block {
 
 // Baarda's test of one observation, its two coordinates (three of control and GNSS, six of a prior)
 // together.
@@ -19,9 +19,6 @@ struct RowTest {
   double redundancy = 0;  // trace of Qvv P
   double square = 0;      // v' P v
 };
-
-// The value that chi-square exceeds with this probability.
-double ChiSquareLimit(int dof, double probability);
 
 struct BlockTests {
   std::vector<RowTest> of_row;      // as the system's rows; control ground: of_control
@@ -71,4 +68,4 @@ class BlockNormals {
   std::unique_ptr<BlockCholesky> cholesky_;
 };
 
-}  // namespace orient
+}  // namespace orient::block

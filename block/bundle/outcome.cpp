@@ -1,11 +1,11 @@
-#include "exterior/block_outcome.h"
+#include "block/bundle/outcome.h"
 
 #include <Eigen/Dense>
 #include <algorithm>
 #include <cmath>
 #include <map>
 
-namespace orient {
+namespace orient::block {
 namespace {
 
 constexpr std::array<const char*, kVarianceGroups> kGroupNames = {
@@ -183,4 +183,4 @@ void FillOutcome(const BlockSystem& system, const BlockJudgement& judgement,
   FillFullCovariance(system, normals, result);
 }
 
-}  // namespace orient
+}  // namespace orient::block

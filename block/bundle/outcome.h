@@ -1,10 +1,10 @@
 // What an adjusted block hands back. Private to exterior.
 #pragma once
 
-#include "exterior/block_judgement.h"
-#include "exterior/block_normals.h"
+#include "block/bundle/data_snooping.h"
+#include "block/bundle/normal_equations.h"
 
-namespace orient {
+namespace orient::block {
 
 // Poses, points, observations, sigma0 and components, GNSS; with the covariances of `normals`.
 // Parts, calibration and cameras are there already.
@@ -24,4 +24,4 @@ inline constexpr double kLeastGroupRedundancy = 10;
 // Held-out control: intersected, projected, compared. Needs FillOutcome's result.
 void FillChecks(const BlockSystem& system, BlockResult* result);
 
-}  // namespace orient
+}  // namespace orient::block

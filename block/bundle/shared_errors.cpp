@@ -1,4 +1,4 @@
-#include "exterior/block_shared_errors.h"
+#include "block/bundle/shared_errors.h"
 
 #include <oneapi/tbb/parallel_for.h>
 #include <oneapi/tbb/task_arena.h>
@@ -11,9 +11,9 @@
 #include <random>
 #include <string>
 
-#include "exterior/block_outcome.h"
+#include "block/bundle/outcome.h"
 
-namespace orient {
+namespace orient::block {
 namespace {
 
 // A variance from so many draws is good to a tenth.
@@ -208,4 +208,4 @@ void AddSharedControlErrors(const BlockSystem& system, const BlockNormals& norma
   AddToTies(system, normals, moved, result);
 }
 
-}  // namespace orient
+}  // namespace orient::block

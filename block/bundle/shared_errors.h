@@ -2,9 +2,9 @@
 // of a block: see unseen_errors.h. Private to exterior.
 #pragma once
 
-#include "exterior/block_normals.h"
+#include "block/bundle/normal_equations.h"
 
-namespace orient {
+namespace orient::block {
 
 // The adjustment's unknowns are linear in the control; random fields of such errors are propagated
 // through it as it is (BlockOptions::control_shared_*), and what they do on average to poses, to
@@ -14,4 +14,4 @@ namespace orient {
 void AddSharedControlErrors(const BlockSystem& system, const BlockNormals& normals,
                             const BlockTests& tests, BlockResult* result);
 
-}  // namespace orient
+}  // namespace orient::block

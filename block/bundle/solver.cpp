@@ -1,10 +1,10 @@
-#include "exterior/block_solver.h"
+#include "block/bundle/solver.h"
 
 #include <ceres/ceres.h>
 
 #include <vector>
 
-namespace orient {
+namespace orient::block {
 namespace {
 
 // With few photos the reduced equations are dense anyway.
@@ -92,4 +92,4 @@ bool BlockSolver::Solve(const BlockSolve& how, BlockTimings* timings) {
   return summary.termination_type == ceres::CONVERGENCE;
 }
 
-}  // namespace orient
+}  // namespace orient::block

@@ -4,9 +4,9 @@
 
 #include <memory>
 
-#include "exterior/block_system.h"
+#include "block/bundle/equations.h"
 
-namespace orient {
+namespace orient::block {
 
 enum class BlockLoss { kNone, kHuber, kCauchy };
 
@@ -36,4 +36,4 @@ class BlockSolver {
   std::unique_ptr<Problem> problem_;
 };
 
-}  // namespace orient
+}  // namespace orient::block

@@ -1,4 +1,4 @@
-#include "exterior/sparse_blocks.h"
+#include "block/bundle/sparse_blocks.h"
 
 #include <Eigen/Dense>
 #include <Eigen/OrderingMethods>
@@ -7,7 +7,7 @@
 #include <cmath>
 #include <stdexcept>
 
-namespace orient {
+namespace orient::block {
 namespace {
 
 // Of a unit diagonal: what remains of an unknown that follows from the others is rounding.
@@ -249,4 +249,4 @@ Matrix6d BlockCholesky::Inverse(int row, int col) const {
   return *inverse;
 }
 
-}  // namespace orient
+}  // namespace orient::block

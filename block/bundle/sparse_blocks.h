@@ -13,7 +13,7 @@
 
 #include "core/geometry/pose.h"
 
-namespace orient {
+namespace orient::block {
 
 // The lower triangle, block by block.
 class SparseBlocks {
@@ -83,4 +83,4 @@ class BlockCholesky {
   std::vector<std::pair<int, int>> open_;
 };
 
-}  // namespace orient
+}  // namespace orient::block

@@ -1,17 +1,23 @@
-#include "exterior/block_factors.h"
+#include "block/bundle/variance_components.h"
 
 #include <algorithm>
 #include <cmath>
 #include <vector>
 
-#include "core/median.h"
-#include "exterior/block_outcome.h"
+#include "block/bundle/outcome.h"
+#include "core/base/chi_square.h"
+#include "core/base/median.h"
 
-namespace orient {
+namespace orient::block {
 namespace {
 
-// Medians of chi-square by degrees of freedom.
-constexpr std::array<double, 7> kMedianChi2 = {1, 0.4549, 1.3863, 2.3660, 3.3567, 4.3515, 5.3481};
+// Medians of chi-square by degrees of freedom, to four digits; what has none is taken as it is.
+const std::array<double, 7> kMedianChi2 = [] {
+  std::array<double, 7> medians = {1};
+  for (int dof = 1; dof < 7; ++dof)
+    medians.at(static_cast<std::size_t>(dof)) = std::round(1e4 * ChiSquareLimit(dof, 0.5)) / 1e4;
+  return medians;
+}();
 constexpr std::size_t kLeastForMedian = 8;
 // Variance factors that change less than this are left alone.
 constexpr double kSettled = 0.02;
@@ -106,4 +112,4 @@ StatedPrecision::StatedPrecision(BlockSystem* system) : system_(system), weight_
   }
 }
 
-}  // namespace orient
+}  // namespace orient::block

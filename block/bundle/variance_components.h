@@ -2,10 +2,10 @@
 // where BlockOptions wants the stated ones. Private to exterior.
 #pragma once
 
-#include "exterior/block_normals.h"
-#include "exterior/block_system.h"
+#include "block/bundle/equations.h"
+#include "block/bundle/normal_equations.h"
 
-namespace orient {
+namespace orient::block {
 
 // Image groups, from the medians of squared residuals of a robust adjustment.
 void FactorsFromResiduals(BlockSystem* system);
@@ -34,4 +34,4 @@ class StatedPrecision {
   decltype(BlockSystem::weight) weight_;
 };
 
-}  // namespace orient
+}  // namespace orient::block

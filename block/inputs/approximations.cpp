@@ -1,5 +1,6 @@
-#include "tools/approximations.h"
+#include "block/inputs/approximations.h"
 
+#include <fmt/format.h>
 #include <gdal_priv.h>
 #include <ogrsf_frmts.h>
 
@@ -11,10 +12,10 @@
 #include <numbers>
 #include <set>
 
-#include "core/error.h"
-#include "core/geometry/quiet_gdal.h"
+#include "core/base/error.h"
+#include "core/base/quiet_gdal.h"
 
-namespace orient {
+namespace orient::block {
 namespace {
 
 // The first of these columns that the layer has (whatever its case), or -1.
@@ -39,8 +40,8 @@ class FlightIndex {
       throw InputError(
           path + ": neither an OPK CSV nor a vector file that GDAL reads: " + CPLGetLastErrorMsg());
     if (dataset_->GetLayerCount() != 1)
-      throw InputError(path + ": has " + std::to_string(dataset_->GetLayerCount()) +
-                       " layers; approximations are the points of one");
+      throw InputError(fmt::format("{}: has {} layers; approximations are the points of one", path,
+                                   dataset_->GetLayerCount()));
     layer_ = dataset_->GetLayer(0);
     name_ = FieldOf(layer_, kNameFields);
     height_ = FieldOf(layer_, kHeightFields);
@@ -55,7 +56,7 @@ class FlightIndex {
     for (const OGRFeatureUniquePtr& feature : *layer_) {
       OrientationRow row = Row(*feature, transform);
       if (!seen.insert(row.photo).second)
-        throw InputError(path_ + ": photo " + row.photo + " appears twice; keep one");
+        throw InputError(fmt::format("{}: photo {} appears twice; keep one", path_, row.photo));
       table.rows.push_back(std::move(row));
     }
     if (table.rows.empty()) throw InputError(path_ + ": has no points");
@@ -81,11 +82,11 @@ class FlightIndex {
     OrientationRow row;
     row.attitude_known = false;
     row.photo = PhotoName(feature.GetFieldAsString(name_));
-    const std::string where = path_ + ": feature " + std::to_string(feature.GetFID());
+    const std::string where = fmt::format("{}: feature {}", path_, feature.GetFID());
     if (row.photo.empty()) throw InputError(where + " has no photo name");
     const OGRGeometry* geometry = feature.GetGeometryRef();
     if (geometry == nullptr || wkbFlatten(geometry->getGeometryType()) != wkbPoint)
-      throw InputError(where + " (photo " + row.photo + ") is no point");
+      throw InputError(fmt::format("{} (photo {}) is no point", where, row.photo));
     const OGRPoint* point = geometry->toPoint();
     Eigen::Vector2d xy(point->getX(), point->getY());
     if (transform) {
@@ -144,4 +145,4 @@ OrientationTable ReadApproximations(const std::string& path, const Crs& crs, Hei
   return FlightIndex(path, crs, heights).Read();
 }
 
-}  // namespace orient
+}  // namespace orient::block

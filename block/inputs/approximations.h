@@ -7,7 +7,7 @@
 #include "core/files/orientation_table.h"
 #include "core/geometry/rotation.h"
 
-namespace orient {
+namespace orient::block {
 
 // What an approximation is taken to be worth where nobody says.
 inline constexpr double kPositionSigma_m = 10;
@@ -36,4 +36,4 @@ enum class Heights { kRequired, kMayBeAbsent };
 OrientationTable ReadApproximations(const std::string& path, const Crs& crs,
                                     Heights heights = Heights::kRequired);
 
-}  // namespace orient
+}  // namespace orient::block

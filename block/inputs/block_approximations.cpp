@@ -1,21 +1,21 @@
-#include "tools/block/block_approximations.h"
+#include "block/inputs/block_approximations.h"
+
+#include <fmt/format.h>
 
 #include <algorithm>
 #include <cmath>
 #include <numbers>
 #include <set>
 
-#include "core/error.h"
-#include "core/format_text.h"
-#include "core/geometry/ground_surface.h"
+#include "block/inputs/approximations.h"
+#include "block/inputs/photo_metadata.h"
+#include "block/inputs/strip_geometry.h"
+#include "core/base/error.h"
+#include "core/base/median.h"
 #include "core/geometry/rotation.h"
-#include "core/median.h"
-#include "tools/approximations.h"
-#include "tools/exterior_run.h"
-#include "tools/photo_metadata.h"
-#include "tools/strip_geometry.h"
+#include "core/terrain/ground_surface.h"
 
-namespace orient {
+namespace orient::block {
 namespace {
 
 // Of a frame's shorter side on the ground: what is known as well as that need not be sought in the
@@ -85,9 +85,9 @@ BlockApproximations::BlockApproximations(const BlockFile& block, const Camera& c
     for (const std::string& photo : strip.photos)
       if (!photos.contains(photo)) absent.push_back(photo);
   if (!absent.empty())
-    messages_.push_back("the strips have " + std::to_string(absent.size()) +
-                        (absent.size() == 1 ? " photo that is" : " photos that are") +
-                        " not there, whose places stay free: " + Listed(absent));
+    messages_.push_back(
+        fmt::format("the strips have {}{} not there, whose places stay free: {}", absent.size(),
+                    absent.size() == 1 ? " photo that is" : " photos that are", Listed(absent)));
   Fill();
 }
 
@@ -159,14 +159,14 @@ void BlockApproximations::ReadFiles() {
     other_lens.push_back(name);
   }
   if (located > 0)
-    messages_.push_back(std::to_string(located) + (located == 1 ? " photo is" : " photos are") +
-                        " located by the GNSS position in " +
-                        (located == 1 ? "its own file" : "their own files"));
+    messages_.push_back(fmt::format("{}{} located by the GNSS position in {}", located,
+                                    located == 1 ? " photo is" : " photos are",
+                                    located == 1 ? "its own file" : "their own files"));
   if (!other_lens.empty())
-    messages_.push_back(FormatText("the focal length in photos' files (%.4g mm) is not the camera "
-                                   "file's principal distance (%.4g mm): ",
-                                   focal_length_mm, camera_.principal_distance_mm) +
-                        Listed(other_lens));
+    messages_.push_back(
+        fmt::format("the focal length in photos' files ({:.4g} mm) is not the camera "
+                    "file's principal distance ({:.4g} mm): {}",
+                    focal_length_mm, camera_.principal_distance_mm, Listed(other_lens)));
 }
 
 OrientationRow BlockApproximations::WithSigma(OrientationRow row) const {
@@ -204,11 +204,11 @@ void BlockApproximations::Fill() {
                   [&](const auto& photo) { return have.contains(photo.first); }))
     return;
   if (located.empty())
-    throw InputError(
-        "no photo of the strips is located (strip " + block_.flight.strips.front().name + ": " +
-        Listed(block_.flight.strips.front().photos) + "): neither " +
-        (block_.approximations.empty() ? "a table of approximations" : block_.approximations) +
-        " nor the photos' files (EXIF) say where one was; give the position of one");
+    throw InputError(fmt::format(
+        "no photo of the strips is located (strip {}: {}): neither {} nor the photos' files (EXIF) "
+        "say where one was; give the position of one",
+        block_.flight.strips.front().name, Listed(block_.flight.strips.front().photos),
+        block_.approximations.empty() ? "a table of approximations" : block_.approximations));
   const double ground_m = GroundUnder(located);
   std::vector<OrientationRow> filled = FillStrips(block_.flight, located, camera_, ground_m);
   for (OrientationRow& row : filled) {
@@ -253,4 +253,4 @@ std::vector<std::size_t> BlockApproximations::Next(const std::vector<std::string
   return next;
 }
 
-}  // namespace orient
+}  // namespace orient::block

@@ -7,13 +7,13 @@
 #include <string>
 #include <vector>
 
+#include "block/inputs/pose_observations.h"
 #include "core/files/block_file.h"
 #include "core/files/orientation_table.h"
 #include "core/files/results.h"
 #include "core/geometry/camera.h"
-#include "tools/block/pose_observations.h"
 
-namespace orient {
+namespace orient::block {
 
 // Whether a result may locate the other photos of its strip: one that is ok, or a weak one within 5
 // sigma of the approximation `before` (null: there was none; with its sigma) that it was found
@@ -64,4 +64,4 @@ class BlockApproximations {
   std::vector<std::string> messages_, needless_;
 };
 
-}  // namespace orient
+}  // namespace orient::block

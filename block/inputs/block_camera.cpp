@@ -1,10 +1,10 @@
-#include "tools/block_camera.h"
+#include "block/inputs/block_camera.h"
 
 #include <filesystem>
 
-#include "core/error.h"
+#include "core/base/error.h"
 
-namespace orient {
+namespace orient::block {
 namespace fs = std::filesystem;
 
 std::string BlockCameraPath(const std::string& directory) {
@@ -41,4 +41,4 @@ void RequireCameraOfPoses(const std::string& camera, const std::string& table) {
                      camera + "; give --camera " + *own + " --earth flat");
 }
 
-}  // namespace orient
+}  // namespace orient::block

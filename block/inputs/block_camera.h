@@ -5,9 +5,9 @@
 #include <string>
 
 #include "core/files/camera_file.h"
-#include "core/geometry/earth_effects.h"
+#include "core/terrain/earth_effects.h"
 
-namespace orient {
+namespace orient::block {
 
 // <directory>/block_camera.toml
 std::string BlockCameraPath(const std::string& directory);
@@ -28,4 +28,4 @@ std::optional<std::string> OtherBlockCamera(const std::string& directory,
 // another camera than this one.
 void RequireCameraOfPoses(const std::string& camera, const std::string& table);
 
-}  // namespace orient
+}  // namespace orient::block

@@ -1,7 +1,7 @@
 // Files that a block's run leaves beside its photos' results, by their names in the output folder.
 #pragma once
 
-namespace orient {
+namespace orient::block {
 
 inline constexpr const char* kQuicklookFile = "quicklook.png";
 inline constexpr const char* kSeamsFile = "seams.png";
@@ -9,4 +9,4 @@ inline constexpr const char* kCalibratedCameraFile = "calibrated_camera.toml";
 inline constexpr const char* kPoseCovarianceFile = "pose_covariance.csv";
 inline constexpr const char* kExportsFolder = "exports";
 
-}  // namespace orient
+}  // namespace orient::block

@@ -1,18 +1,17 @@
-#include "tools/block/block_photos.h"
+#include "block/inputs/block_photos.h"
 
 #include <algorithm>
-#include <filesystem>
 
-#include "core/error.h"
-#include "core/files/atomic_write.h"
+#include "block/inputs/digest.h"
+#include "block/inputs/film_positions.h"
+#include "core/base/atomic_write.h"
+#include "core/base/error.h"
 #include "core/files/orientation_table.h"
-#include "tools/block/stage_folder.h"
-#include "tools/film_positions.h"
 
-namespace orient {
+namespace orient::block {
 namespace {
 
-void TakeFilmPosition(const CameraFile& camera, const MarkShapes& marks,
+void TakeFilmPosition(const CameraFile& camera, const interior::MarkShapes& marks,
                       const std::string& interior_directory, BlockPhotoFile* photo) {
   if (camera.camera.kind == CameraKind::kDigital) {
     photo->position.photo_from_pixel = DigitalPhotoFromPixel(camera.camera);
@@ -22,7 +21,7 @@ void TakeFilmPosition(const CameraFile& camera, const MarkShapes& marks,
       ReadInteriorResult(InteriorResultPath(interior_directory, photo->name));
   photo->negative = interior.polarity == Polarity::kNegative;
   if (interior.photo_from_pixel)
-    for (const FilmPosition& position : FilmPositions(interior, camera, marks))
+    for (const exterior::FilmPosition& position : FilmPositions(interior, camera, marks))
       if (position.orientation == photo->exterior.orientation) {
         photo->position = position;
         return;
@@ -30,39 +29,35 @@ void TakeFilmPosition(const CameraFile& camera, const MarkShapes& marks,
   photo->exterior.pose.reset();
   photo->exterior.covariance.reset();
   photo->exterior.status = Status::kFailed;
-  photo->exterior.messages = {"its interior orientation does not allow scan orientation " +
-                              (photo->exterior.orientation
-                                   ? std::string(Name(*photo->exterior.orientation))
-                                   : std::string("unknown"))};
-}
-
-// The note that StageFolder leaves beside a result.
-std::string NoteBeside(const std::string& result_path) {
-  constexpr std::string_view kSuffix = ".exterior.json";
-  if (!result_path.ends_with(kSuffix)) return "";
-  const std::string path =
-      result_path.substr(0, result_path.size() - kSuffix.size()) + StageFolder::kNoteSuffix;
-  std::error_code ignored;
-  return std::filesystem::exists(path, ignored) ? ReadFile(path) : "";
+  const auto& orientation = photo->exterior.orientation;
+  photo->exterior.findings = {{.reason = Reason::kScanOrientationExcluded,
+                               .at_best = Status::kFailed,
+                               .where = orientation ? std::string(Name(*orientation)) : "unknown"}};
 }
 
 }  // namespace
 
 BlockPhotoFile ReadBlockPhoto(const std::string& path, const std::string& result_path,
-                              const CameraFile& camera, const MarkShapes& marks,
+                              const CameraFile& camera, const interior::MarkShapes& marks,
                               const std::string& interior_directory) {
   BlockPhotoFile photo;
   photo.name = PhotoName(path);
   photo.path = path;
   photo.result_path = result_path;
   photo.exterior = ReadExteriorResult(result_path);
-  photo.made_from = NoteBeside(result_path);
   if (!photo.exterior.covariance) photo.exterior.pose.reset();
   if (!photo.HasPose()) return photo;
   TakeFilmPosition(camera, marks, interior_directory, &photo);
   for (const Eigen::Vector3d& corner : photo.exterior.footprint_m)
     photo.footprint.Include(corner.x(), corner.y());
   return photo;
+}
+
+std::string DigestOfPhoto(const BlockPhotoFile& photo) {
+  return DigestOf({{"name", photo.name},
+                   {"scan", DigestOfFile(photo.path)},
+                   {"exterior", Digest(ReadFile(photo.result_path))},
+                   {"has a pose", photo.HasPose() ? "yes" : "no"}});
 }
 
 GroundSurface SurfaceUnder(const BlockFile& block, const std::vector<BlockPhotoFile>& photos) {
@@ -97,10 +92,10 @@ OpenPhotos::OpenPhotos(const std::vector<BlockPhotoFile>& photos,
       if (i == owner) throw;
       continue;  // told where it is itself the owner
     }
-    images_.push_back(std::make_unique<PhotoImage>(*rasters_.back(), photo.negative));
+    images_.push_back(std::make_unique<exterior::PhotoImage>(*rasters_.back(), photo.negative));
     photos_.push_back(
         {photo.name, photo.View(camera), *photo.exterior.covariance, images_.back().get()});
   }
 }
 
-}  // namespace orient
+}  // namespace orient::block

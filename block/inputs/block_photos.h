@@ -5,28 +5,27 @@
 #include <string>
 #include <vector>
 
+#include "block/ties/tie_points.h"
 #include "core/files/block_file.h"
 #include "core/files/camera_file.h"
 #include "core/files/results.h"
 #include "core/geometry/bounds.h"
-#include "core/geometry/ground_surface.h"
-#include "core/imaging/raster.h"
+#include "core/raster/raster.h"
+#include "core/terrain/ground_surface.h"
 #include "exterior/orient_photo.h"
-#include "exterior/tie_points.h"
-#include "interior/mark_drawing.h"
+#include "interior/marks/mark_drawing.h"
 
-namespace orient {
+namespace orient::block {
 
 struct BlockPhotoFile {
   std::string name, path;
   std::string result_path;  // of the exterior result
-  std::string made_from;    // what that result was made from: its stage's note; empty: none there
   ExteriorResult exterior;  // of this photo alone, or of its neighbours' patches
   bool by_neighbours = false;
   ExteriorResult alone;    // what it was before, where it is by neighbours
   std::string located_by;  // how it was found, where its approximation did not do
   // Where it has a pose:
-  FilmPosition position;
+  exterior::FilmPosition position;
   bool negative = false;
   Bounds footprint = Bounds::OfNothing();
 
@@ -39,8 +38,12 @@ struct BlockPhotoFile {
 // Reads an exterior result and, where it has a pose, the film position that belongs to it. A photo
 // whose interior orientation is not of this scan orientation any more has no pose.
 BlockPhotoFile ReadBlockPhoto(const std::string& path, const std::string& result_path,
-                              const CameraFile& camera, const MarkShapes& marks,
+                              const CameraFile& camera, const interior::MarkShapes& marks,
                               const std::string& interior_directory);
+
+// Of all that its neighbours' results depend on: its scan, and its exterior result with what that
+// was made from. Throws InputError where the result cannot be read.
+std::string DigestOfPhoto(const BlockPhotoFile& photo);
 
 // Of the DEM under all photos' footprints. Throws InputError where there is none.
 GroundSurface SurfaceUnder(const BlockFile& block, const std::vector<BlockPhotoFile>& photos);
@@ -60,9 +63,9 @@ class OpenPhotos {
 
  private:
   std::vector<std::unique_ptr<Raster>> rasters_;
-  std::vector<std::unique_ptr<PhotoImage>> images_;
+  std::vector<std::unique_ptr<exterior::PhotoImage>> images_;
   std::vector<TiePhoto> photos_;
   std::size_t owner_ = 0;
 };
 
-}  // namespace orient
+}  // namespace orient::block

@@ -1,15 +1,16 @@
-#include "tools/camera_library.h"
+#include "block/inputs/camera_library.h"
 
-#include <CLI/App.hpp>
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <cstdlib>
 #include <filesystem>
 #include <system_error>
 
-#include "core/error.h"
-#include "tools/interior_run.h"
+#include "block/inputs/mark_shapes.h"
+#include "core/base/error.h"
 
-namespace orient {
+namespace orient::block {
 namespace {
 namespace fs = std::filesystem;
 
@@ -57,11 +58,6 @@ std::string Similar(const std::string& name, const fs::path& folder) {
 
 }  // namespace
 
-CLI::Option* AddCameraLibraryOption(CLI::App& app, std::string* folder) {
-  return app.add_option("--camera-library", *folder,
-                        "Folder of camera files; the program's own library where absent");
-}
-
 std::string CameraLibraryFolder(const std::string& option) {
   if (!option.empty()) {
     if (!IsFolder(option))
@@ -70,7 +66,7 @@ std::string CameraLibraryFolder(const std::string& option) {
   }
   if (const char* variable = std::getenv("ORIENT_CAMERAS"); variable && *variable != '\0') {
     if (!IsFolder(variable))
-      throw InputError("ORIENT_CAMERAS names " + std::string(variable) + ", which is not a folder");
+      throw InputError(fmt::format("ORIENT_CAMERAS names {}, which is not a folder", variable));
     return variable;
   }
   const fs::path beside = ProgramFolder() / ".." / "share" / "orient" / "cameras";
@@ -104,8 +100,8 @@ std::string FindCameraFile(const std::string& path_or_name, const std::string& l
     const fs::path file = place / (path_or_name + ".toml");
     if (IsFile(file)) return file.string();
   }
-  throw InputError("camera " + path_or_name + " is neither a file nor in the library " +
-                   folder.string() + "; there are " + Similar(path_or_name, folder));
+  throw InputError(fmt::format("camera {} is neither a file nor in the library {}; there are {}",
+                               path_or_name, folder.string(), Similar(path_or_name, folder)));
 }
 
-}  // namespace orient
+}  // namespace orient::block

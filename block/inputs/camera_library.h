@@ -8,25 +8,17 @@
 #include <vector>
 
 #include "core/files/camera_file.h"
-#include "interior/mark_drawing.h"
+#include "interior/marks/mark_drawing.h"
 
-namespace CLI {
-class App;
-class Option;
-}  // namespace CLI
-
-namespace orient {
+namespace orient::block {
 
 struct LibraryCamera {
   std::string name;  // the file's name without its ending
   std::string path;
   bool format_only = false;
   CameraFile file;
-  MarkShapes shapes;
+  interior::MarkShapes shapes;
 };
-
-// --camera-library DIR.
-CLI::Option* AddCameraLibraryOption(CLI::App& app, std::string* folder);
 
 // The folder of the library: `option` where it is given, else $ORIENT_CAMERAS, else
 // share/orient/cameras beside the program's own folder, else the source tree's data/cameras. Throws
@@ -41,4 +33,4 @@ std::vector<LibraryCamera> ReadCameraLibrary(const std::string& folder);
 // library's file. Throws InputError where neither is there, naming similar cameras.
 std::string FindCameraFile(const std::string& path_or_name, const std::string& library_option);
 
-}  // namespace orient
+}  // namespace orient::block

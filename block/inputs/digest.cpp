@@ -1,7 +1,8 @@
-#include "tools/made_from.h"
+#include "block/inputs/digest.h"
 
 #include <cpl_string.h>
 #include <cpl_vsi.h>
+#include <fmt/format.h>
 #include <gdal_priv.h>
 
 #include <cstdint>
@@ -9,10 +10,9 @@
 #include <set>
 #include <sstream>
 
-#include "core/format_text.h"
-#include "core/geometry/quiet_gdal.h"
+#include "core/base/quiet_gdal.h"
 
-namespace orient {
+namespace orient::block {
 namespace {
 
 struct CloseFile {
@@ -51,6 +51,12 @@ std::string Digest(const std::string& text) {
   return digits.str();
 }
 
+std::string DigestOf(const Inputs& inputs) {
+  std::string text;
+  for (const auto& [name, value] : inputs) text.append(name).append("=").append(value).append("\n");
+  return Digest(text);
+}
+
 std::string DigestOfFile(const std::string& path) {
   const std::unique_ptr<VSILFILE, CloseFile> file(VSIFOpenL(path.c_str(), "rb"));
   if (!file || VSIFSeekL(file.get(), 0, SEEK_END) != 0) return "";
@@ -83,10 +89,10 @@ std::string DigestOfRaster(const std::string& path) {
 }
 
 std::string DigestOfCamera(const CameraFile& camera) {
-  std::string text = CameraFileText(camera, "/");
+  Inputs parts = {{"file", Digest(CameraFileText(camera, "/"))}};
   for (const auto& [name, drawing] : camera.marks)
-    if (drawing.image) text += DigestOfFile(drawing.image->path);
-  return Digest(text);
+    if (drawing.image) parts["picture of " + name] = DigestOfFile(drawing.image->path);
+  return DigestOf(parts);
 }
 
 std::string TextOf(const OrientationRow* row) {
@@ -94,23 +100,17 @@ std::string TextOf(const OrientationRow* row) {
   std::string text = row->attitude_known ? "" : "position alone ";
   const Vector6d sigma = row->sigma.value_or(Vector6d::Zero());
   for (int i = 0; i < 6; ++i)
-    text += std::to_string(row->pose.AsVector()[i]) + " " + std::to_string(sigma[i]) + " ";
+    // Rounded: what is read from a file is not what was written to the last bit.
+    text += fmt::format("{:.9f} {:.9f} ", row->pose.AsVector()[i], sigma[i]);
   return text;
 }
 
-std::string DigestOfOptions(const InteriorOptions& options) {
-  std::string text = options.pixel_size_um ? FormatText("%.9g", *options.pixel_size_um) : "-";
+std::string DigestOfOptions(const interior::InteriorOptions& options) {
+  std::string text = options.pixel_size_um ? fmt::format("{:.9g}", *options.pixel_size_um) : "-";
   text += OrNone(options.polarity) + OrNone(options.orientation);
   text += OrNone(options.scanner) + OrNone(options.locator);
+  if (options.assignment == interior::AssignmentMethod::kSoftassign) text += " softassign";
   return Digest(text);
 }
 
-std::string WhatChanged(const std::optional<MadeFrom>& then, const MadeFrom& now) {
-  if (!then) return "";
-  if (then->camera != now.camera) return "camera file";
-  if (then->options != now.options) return "options";
-  if (then->scan != now.scan && !now.scan.empty()) return "scan";
-  return "";
-}
-
-}  // namespace orient
+}  // namespace orient::block

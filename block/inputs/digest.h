@@ -1,18 +1,22 @@
-// What a result was made from: a resumed run takes over only what it would have made itself.
+// What tells an input's content from another's, for the Inputs that a result was made from: a
+// resumed run takes over only what it would have made itself.
 #pragma once
 
 #include <string>
 
 #include "core/files/camera_file.h"
+#include "core/files/inputs.h"
 #include "core/files/orientation_table.h"
-#include "core/files/results.h"
 #include "interior/interior.h"
 
-namespace orient {
+namespace orient::block {
 
 // Sixteen hexadecimal digits (FNV-1a, 64 bit): tells inputs apart, and is no protection against
 // forgery.
 std::string Digest(const std::string& text);
+
+// Of several inputs, as one of another result.
+std::string DigestOf(const Inputs& inputs);
 
 // Of a file's length and three pieces of it, so that a large scan is not read for it; empty where
 // it cannot be read. Whatever GDAL reads, /vsi paths too.
@@ -30,10 +34,6 @@ std::string TextOf(const OrientationRow* row);
 std::string DigestOfCamera(const CameraFile& camera);
 
 // Of those options that a result depends on.
-std::string DigestOfOptions(const InteriorOptions& options);
+std::string DigestOfOptions(const interior::InteriorOptions& options);
 
-// Which input of a result is not the one of now: "camera file", "scan", "options"; empty where all
-// are, or where the result does not say what it was made from. An unreadable scan is no other one.
-std::string WhatChanged(const std::optional<MadeFrom>& then, const MadeFrom& now);
-
-}  // namespace orient
+}  // namespace orient::block

@@ -1,12 +1,13 @@
-#include "tools/exposure_date.h"
+#include "block/inputs/exposure_date.h"
 
+#include <fmt/format.h>
 #include <gdal_priv.h>
 
 #include <cstdio>
 
-#include "core/geometry/quiet_gdal.h"
+#include "core/base/quiet_gdal.h"
 
-namespace orient {
+namespace orient::block {
 
 std::optional<std::string> DateOfTag(const std::string& tag) {
   constexpr int kFirstAerialPhoto = 1858, kLastYear = 2200;
@@ -17,9 +18,7 @@ std::optional<std::string> DateOfTag(const std::string& tag) {
   if (year < kFirstAerialPhoto || year > kLastYear || month < 1 || month > 12 || day < 1 ||
       day > 31)
     return std::nullopt;
-  char date[16];
-  std::snprintf(date, sizeof date, "%04d-%02d-%02d", year % 10000, month % 100, day % 100);
-  return std::string(date);
+  return fmt::format("{:04}-{:02}-{:02}", year, month, day);
 }
 
 std::optional<std::string> ExposureDate(const std::string& path, CameraKind kind) {
@@ -38,4 +37,4 @@ std::optional<std::string> ExposureDate(const std::string& path, CameraKind kind
   return date;
 }
 
-}  // namespace orient
+}  // namespace orient::block

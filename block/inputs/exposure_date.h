@@ -6,7 +6,7 @@
 
 #include "core/geometry/camera.h"
 
-namespace orient {
+namespace orient::block {
 
 // ISO 8601 date of EXIF's DateTimeOriginal, without it of TIFF's DateTime. Empty of film: a scan's
 // dates are those of scanning. Empty where the file names none, or one that cannot be.
@@ -15,4 +15,4 @@ std::optional<std::string> ExposureDate(const std::string& path, CameraKind kind
 // "1998:07:30 11:02:45" as EXIF and TIFF write it; empty where it is no date.
 std::optional<std::string> DateOfTag(const std::string& tag);
 
-}  // namespace orient
+}  // namespace orient::block

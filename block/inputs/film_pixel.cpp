@@ -1,12 +1,12 @@
-#include "tools/film_pixel.h"
+#include "block/inputs/film_pixel.h"
 
 #include <algorithm>
 
-#include "core/error.h"
-#include "core/imaging/raster.h"
-#include "core/median.h"
+#include "core/base/error.h"
+#include "core/base/median.h"
+#include "core/raster/raster.h"
 
-namespace orient {
+namespace orient::block {
 
 std::optional<double> FilmPixel_mm(const Camera& camera, const std::vector<std::string>& scans) {
   constexpr std::size_t kEnough = 9;  // of one block, scanned by one scanner
@@ -27,4 +27,4 @@ std::optional<double> FilmPixel_mm(const Camera& camera, const std::vector<std::
   return UpperMedian(std::move(pixels_mm));
 }
 
-}  // namespace orient
+}  // namespace orient::block

@@ -7,7 +7,7 @@
 
 #include "core/geometry/camera.h"
 
-namespace orient {
+namespace orient::block {
 
 // Side of a scan's pixel on the film, mm: the frame's sides spread over the scan's, so at most the
 // true one, by as much as the scan has margins; of a scan that does not hold the whole frame more.
@@ -15,4 +15,4 @@ namespace orient {
 // opened.
 std::optional<double> FilmPixel_mm(const Camera& camera, const std::vector<std::string>& scans);
 
-}  // namespace orient
+}  // namespace orient::block

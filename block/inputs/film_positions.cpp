@@ -1,12 +1,12 @@
-#include "tools/film_positions.h"
+#include "block/inputs/film_positions.h"
 
 #include <algorithm>
 #include <cmath>
 
+#include "block/inputs/photo_interior.h"
 #include "interior/interior.h"
-#include "tools/photo_interior.h"
 
-namespace orient {
+namespace orient::block {
 namespace {
 
 // What fiducial marks tell of the film between them: with four marks their residuals have but two
@@ -42,16 +42,17 @@ Matrix6d InteriorCovariance(const InteriorResult& result, const CameraFile& came
 
 }  // namespace
 
-std::vector<FilmPosition> FilmPositions(const InteriorResult& result, const CameraFile& camera,
-                                        const MarkShapes& marks) {
+std::vector<exterior::FilmPosition> FilmPositions(const InteriorResult& result,
+                                                  const CameraFile& camera,
+                                                  const interior::MarkShapes& marks) {
   const auto position = [&](const InteriorResult& turned) {
-    return FilmPosition{*turned.photo_from_pixel, turned.orientation,
-                        InteriorCovariance(turned, camera), FilmSigma(turned),
-                        CorrectionOf(turned)};
+    return exterior::FilmPosition{*turned.photo_from_pixel, turned.orientation,
+                                  InteriorCovariance(turned, camera), FilmSigma(turned),
+                                  CorrectionOf(turned)};
   };
-  std::vector<FilmPosition> positions;
+  std::vector<exterior::FilmPosition> positions;
   for (const ScanOrientation orientation : result.possible_orientations)
-    if (const auto turned = InOrientation(result, camera, marks, orientation)) {
+    if (const auto turned = interior::InOrientation(result, camera, marks, orientation)) {
       positions.push_back(position(*turned));
       positions.back().orientation = orientation;
     }
@@ -59,4 +60,4 @@ std::vector<FilmPosition> FilmPositions(const InteriorResult& result, const Came
   return positions;
 }
 
-}  // namespace orient
+}  // namespace orient::block

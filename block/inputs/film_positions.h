@@ -7,13 +7,14 @@
 #include "core/files/camera_file.h"
 #include "core/files/results.h"
 #include "exterior/orient_photo.h"
-#include "interior/mark_drawing.h"
+#include "interior/marks/mark_drawing.h"
 
-namespace orient {
+namespace orient::block {
 
 // One position, or those that interior orientation left open; the likeliest first. The result must
 // have a transform.
-std::vector<FilmPosition> FilmPositions(const InteriorResult& result, const CameraFile& camera,
-                                        const MarkShapes& marks);
+std::vector<exterior::FilmPosition> FilmPositions(const InteriorResult& result,
+                                                  const CameraFile& camera,
+                                                  const interior::MarkShapes& marks);
 
-}  // namespace orient
+}  // namespace orient::block

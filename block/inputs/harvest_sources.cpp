@@ -1,10 +1,10 @@
-#include "tools/harvest_sources.h"
+#include "block/inputs/harvest_sources.h"
 
-#include "core/error.h"
-#include "patchdb/source_view.h"
-#include "tools/photo_interior.h"
+#include "block/inputs/photo_interior.h"
+#include "core/base/error.h"
+#include "patchdb/harvest/source_view.h"
 
-namespace orient {
+namespace orient::block {
 namespace {
 
 class Photos : public HarvestSources {
@@ -14,7 +14,7 @@ class Photos : public HarvestSources {
     for (const std::string& path : photos.paths)
       Footprint(RowOf(path), kLowestGround_m, kHighestGround_m);
   }
-  SourceKind Kind() const override { return SourceKind::kPhoto; }
+  patchdb::SourceKind Kind() const override { return patchdb::SourceKind::kPhoto; }
 
   Bounds Footprint(std::size_t source, double low_m, double high_m) const override {
     return Footprint(RowOf(photos_.paths[source]), low_m, high_m);
@@ -24,16 +24,18 @@ class Photos : public HarvestSources {
                   bool /*as_witness*/) const override {
     OpenSource open;
     open.raster = std::make_unique<Raster>(Raster::Open(photos_.paths[source]));
-    open.view = MakePhotoSource(View(source, *open.raster, surface), Covariance(source),
-                                orientation_sigma_px_, surface);
+    open.view = patchdb::MakePhotoSource(View(source, *open.raster, surface), Covariance(source),
+                                         orientation_sigma_px_, surface);
     return open;
   }
 
-  HarvestResult Harvest(std::size_t source, const Raster& raster, const GroundSurface& surface,
-                        const HarvestOptions& options, const HarvestProgress& progress,
-                        const HarvestContext& context) const override {
-    return HarvestPhoto(raster, View(source, raster, surface), Covariance(source), surface, options,
-                        progress, context);
+  patchdb::HarvestResult Harvest(std::size_t source, const Raster& raster,
+                                 const GroundSurface& surface,
+                                 const patchdb::HarvestOptions& options,
+                                 const patchdb::HarvestProgress& progress,
+                                 const patchdb::HarvestContext& context) const override {
+    return patchdb::HarvestPhoto(raster, View(source, raster, surface), Covariance(source), surface,
+                                 options, progress, context);
   }
 
  private:
@@ -77,9 +79,9 @@ class Orthophotos : public HarvestSources {
   Orthophotos(const std::vector<std::string>& paths, const Crs& crs, double orientation_sigma_px)
       : paths_(paths), crs_(crs), orientation_sigma_px_(orientation_sigma_px) {
     for (const std::string& path : paths)
-      footprints_.push_back(OrthoFootprint(Raster::Open(path), crs));
+      footprints_.push_back(patchdb::OrthoFootprint(Raster::Open(path), crs));
   }
-  SourceKind Kind() const override { return SourceKind::kOrthophoto; }
+  patchdb::SourceKind Kind() const override { return patchdb::SourceKind::kOrthophoto; }
 
   Bounds Footprint(std::size_t source, double /*low_m*/, double /*high_m*/) const override {
     return footprints_[source];
@@ -89,15 +91,17 @@ class Orthophotos : public HarvestSources {
                   bool as_witness) const override {
     OpenSource open;
     open.raster = std::make_unique<Raster>(Raster::Open(paths_[source]));
-    open.view = MakeOrthoSource(*open.raster, crs_, orientation_sigma_px_, surface);
-    if (as_witness) open.coverage = std::make_unique<Coverage>(*open.raster);
+    open.view = patchdb::MakeOrthoSource(*open.raster, crs_, orientation_sigma_px_, surface);
+    if (as_witness) open.coverage = std::make_unique<patchdb::Coverage>(*open.raster);
     return open;
   }
 
-  HarvestResult Harvest(std::size_t /*source*/, const Raster& raster, const GroundSurface& surface,
-                        const HarvestOptions& options, const HarvestProgress& progress,
-                        const HarvestContext& context) const override {
-    return HarvestOrtho(raster, crs_, surface, options, progress, context);
+  patchdb::HarvestResult Harvest(std::size_t /*source*/, const Raster& raster,
+                                 const GroundSurface& surface,
+                                 const patchdb::HarvestOptions& options,
+                                 const patchdb::HarvestProgress& progress,
+                                 const patchdb::HarvestContext& context) const override {
+    return patchdb::HarvestOrtho(raster, crs_, surface, options, progress, context);
   }
 
  private:
@@ -119,4 +123,4 @@ std::unique_ptr<HarvestSources> OrthophotoSources(const std::vector<std::string>
   return std::make_unique<Orthophotos>(paths, crs, orientation_sigma_px);
 }
 
-}  // namespace orient
+}  // namespace orient::block

@@ -5,16 +5,27 @@
 #include <string>
 #include <vector>
 
-#include "patchdb/harvest.h"
-#include "tools/harvest_run.h"
+#include "core/files/orientation_table.h"
+#include "core/geometry/camera.h"
+#include "core/terrain/earth_effects.h"
+#include "patchdb/harvest/harvest.h"
 
-namespace orient {
+namespace orient::block {
+
+struct PhotosToHarvest {
+  std::vector<std::string> paths;
+  Camera camera;
+  OrientationTable orientation;
+  std::string orientation_path;
+  std::string interior_folder;         // empty: a digital camera
+  EarthMode earth = EarthMode::kAuto;  // what the orientation was made with
+};
 
 // A source that is open, with what shows its ground.
 struct OpenSource {
   std::unique_ptr<Raster> raster;
-  std::unique_ptr<SourceView> view;
-  std::unique_ptr<Coverage> coverage;
+  std::unique_ptr<patchdb::SourceView> view;
+  std::unique_ptr<patchdb::Coverage> coverage;
 };
 
 // The parts of a harvest that depend on what the sources are; a source is named by its place in the
@@ -22,15 +33,16 @@ struct OpenSource {
 class HarvestSources {
  public:
   virtual ~HarvestSources() = default;
-  virtual SourceKind Kind() const = 0;
+  virtual patchdb::SourceKind Kind() const = 0;
   // Ground that a source may show, at heights from `low_m` to `high_m`.
   virtual Bounds Footprint(std::size_t source, double low_m, double high_m) const = 0;
   virtual OpenSource Open(std::size_t source, const GroundSurface& surface,
                           bool as_witness) const = 0;
-  virtual HarvestResult Harvest(std::size_t source, const Raster& raster,
-                                const GroundSurface& surface, const HarvestOptions& options,
-                                const HarvestProgress& progress,
-                                const HarvestContext& context) const = 0;
+  virtual patchdb::HarvestResult Harvest(std::size_t source, const Raster& raster,
+                                         const GroundSurface& surface,
+                                         const patchdb::HarvestOptions& options,
+                                         const patchdb::HarvestProgress& progress,
+                                         const patchdb::HarvestContext& context) const = 0;
 };
 
 // Refer to what they are given. Throw InputError: a photo without orientation, one that does not
@@ -40,4 +52,4 @@ std::unique_ptr<HarvestSources> PhotoSources(const PhotosToHarvest& photos,
 std::unique_ptr<HarvestSources> OrthophotoSources(const std::vector<std::string>& paths,
                                                   const Crs& crs, double orientation_sigma_px);
 
-}  // namespace orient
+}  // namespace orient::block

@@ -4,15 +4,15 @@
 #include <vector>
 
 #include "core/files/results.h"
-#include "core/geometry/ground_surface.h"
-#include "patchdb/patch.h"
+#include "core/terrain/ground_surface.h"
+#include "patchdb/store/patch.h"
 
-namespace orient {
+namespace orient::block {
 
 // Compares the heights of the matched patches with the DEM's. Where they differ by more than their
-// uncertainty and `tolerance_m` allow, the photo is at best weak and its messages say by how much:
+// uncertainty and `tolerance_m` allow, the photo is at best weak and its findings say by how much:
 // a pose from patches of another place or height datum fits them as well as the right one.
-void CheckHeights(const GroundSurface& dem, const std::vector<Patch>& patches, double tolerance_m,
-                  ExteriorResult* result);
+void CheckHeights(const GroundSurface& dem, const std::vector<patchdb::Patch>& patches,
+                  double tolerance_m, ExteriorResult* result);
 
-}  // namespace orient
+}  // namespace orient::block

@@ -1,11 +1,11 @@
-#include "tools/photo_interior.h"
+#include "block/inputs/photo_interior.h"
 
-#include "core/error.h"
+#include "block/inputs/digest.h"
+#include "core/base/error.h"
 #include "core/files/orientation_table.h"
 #include "core/files/results.h"
-#include "tools/made_from.h"
 
-namespace orient {
+namespace orient::block {
 namespace {
 
 std::string SizeText(int width, int height) {
@@ -51,10 +51,10 @@ std::string WhyOfAnotherScan(const InteriorResult& interior, const std::string& 
   if (interior.width != width || interior.height != height)
     return path + " is of a scan of " + SizeText(interior.width, interior.height) + ", " + scan +
            " has " + SizeText(width, height) + "; run 'orient interior' again";
-  const std::string digest = interior.made_from ? interior.made_from->scan : "";
-  if (digest.empty()) return "";
+  const auto then = interior.made_from.find("scan");
+  if (then == interior.made_from.end() || then->second.empty()) return "";
   const std::string now = DigestOfFile(scan);
-  if (now.empty() || now == digest) return "";
+  if (now.empty() || now == then->second) return "";
   return path + " is of another scan than " + scan +
          " (the same size, other content); run 'orient interior' again";
 }
@@ -64,4 +64,4 @@ std::shared_ptr<const FilmCorrection> CorrectionOf(const InteriorResult& interio
   return std::make_shared<const FilmCorrection>(interior.reseau->correction);
 }
 
-}  // namespace orient
+}  // namespace orient::block

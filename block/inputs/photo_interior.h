@@ -8,9 +8,9 @@
 #include "core/geometry/camera.h"
 #include "core/geometry/film_correction.h"
 #include "core/geometry/transform2d.h"
-#include "core/imaging/raster.h"
+#include "core/raster/raster.h"
 
-namespace orient {
+namespace orient::block {
 
 struct PhotoInterior {
   Affine2d photo_from_pixel;
@@ -32,4 +32,4 @@ std::string WhyOfAnotherScan(const InteriorResult& interior, const std::string& 
 // The result's film correction; null where it has none.
 std::shared_ptr<const FilmCorrection> CorrectionOf(const InteriorResult& interior);
 
-}  // namespace orient
+}  // namespace orient::block

@@ -1,4 +1,4 @@
-#include "tools/photo_metadata.h"
+#include "block/inputs/photo_metadata.h"
 
 #include <gdal_priv.h>
 
@@ -7,10 +7,10 @@
 #include <sstream>
 #include <vector>
 
-#include "core/geometry/quiet_gdal.h"
+#include "core/base/quiet_gdal.h"
 #include "core/geometry/rotation.h"
 
-namespace orient {
+namespace orient::block {
 namespace {
 
 // Single-frequency receivers, and altitudes of whatever datum.
@@ -114,4 +114,4 @@ std::optional<OrientationRow> LocatedByMetadata(const std::string& photo,
   return row;
 }
 
-}  // namespace orient
+}  // namespace orient::block

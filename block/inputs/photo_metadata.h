@@ -7,7 +7,7 @@
 
 #include "core/files/orientation_table.h"
 
-namespace orient {
+namespace orient::block {
 
 struct PhotoMetadata {
   std::optional<Eigen::Vector2d> lon_lat_deg;  // WGS 84
@@ -29,4 +29,4 @@ Vector6d SigmaOfCameraGnss();
 std::optional<OrientationRow> LocatedByMetadata(const std::string& photo,
                                                 const PhotoMetadata& metadata, const Crs& crs);
 
-}  // namespace orient
+}  // namespace orient::block

@@ -1,13 +1,15 @@
-#include "tools/block/pose_observations.h"
+#include "block/inputs/pose_observations.h"
+
+#include <fmt/format.h>
 
 #include <algorithm>
 #include <cmath>
 #include <numbers>
 
-#include "core/error.h"
-#include "tools/approximations.h"
+#include "block/inputs/approximations.h"
+#include "core/base/error.h"
 
-namespace orient {
+namespace orient::block {
 namespace {
 
 std::optional<PosePrior> PriorOf(const BlockFile& block, const OrientationRow& row) {
@@ -27,9 +29,9 @@ std::vector<OrientationRow> ReadGnss(const BlockFile& block) {
   if (block.gnss.positions.empty()) return {};
   OrientationTable table = ReadApproximations(block.gnss.positions, block.crs);
   if (table.crs && !table.crs->SameAs(block.crs))
-    throw InputError(block.gnss.positions + ": its .prj says " + table.crs->Name() +
-                     ", the block's CRS is " + block.crs.Name() +
-                     "; convert the table to the block's");
+    throw InputError(
+        fmt::format("{}: its .prj says {}, the block's CRS is {}; convert the table to the block's",
+                    block.gnss.positions, table.crs->Name(), block.crs.Name()));
   for (OrientationRow& row : table.rows) {
     if (!row.sigma && !block.gnss.sigma_m)
       throw InputError(block.gnss.positions + ": nobody says how good the position of " +
@@ -66,4 +68,4 @@ PoseObservations ObservationsOf(const BlockFile& block, const std::vector<Orient
   return observations;
 }
 
-}  // namespace orient
+}  // namespace orient::block

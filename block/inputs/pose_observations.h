@@ -12,7 +12,7 @@
 #include "core/geometry/gnss.h"
 #include "core/geometry/resection.h"
 
-namespace orient {
+namespace orient::block {
 
 struct PoseObservations {
   std::map<std::string, PosePrior> approximations;  // by photo, as the next two
@@ -34,4 +34,4 @@ PoseObservations ObservationsOf(const BlockFile& block, const std::vector<Orient
                                 const std::set<std::string>& computed,
                                 const std::vector<OrientationRow>& gnss);
 
-}  // namespace orient
+}  // namespace orient::block

@@ -1,24 +1,25 @@
-#include "tools/scan_interior.h"
+#include "block/inputs/scan_interior.h"
 
+#include "block/inputs/film_positions.h"
+#include "block/inputs/photo_interior.h"
 #include "core/files/results.h"
-#include "tools/film_positions.h"
-#include "tools/photo_interior.h"
 
-namespace orient {
+namespace orient::block {
 
 namespace {
 
 constexpr double kSymbolRadius_mm = 1;  // of one bar or dot
 
-CoveredArea Around(const Eigen::Vector2d& centre_mm, double radius_mm) {
+exterior::CoveredArea Around(const Eigen::Vector2d& centre_mm, double radius_mm) {
   const Eigen::Vector2d half = Eigen::Vector2d::Constant(radius_mm);
   return {centre_mm - half, centre_mm + half};
 }
 
 }  // namespace
 
-std::vector<CoveredArea> CoveredAreas(const CameraFile& camera, const MarkShapes& marks) {
-  std::vector<CoveredArea> areas;
+std::vector<exterior::CoveredArea> CoveredAreas(const CameraFile& camera,
+                                                const interior::MarkShapes& marks) {
+  std::vector<exterior::CoveredArea> areas;
   for (const Fiducial& fiducial : camera.fiducials) {
     const auto shape = marks.find(fiducial.mark);
     if (shape != marks.end())
@@ -41,22 +42,28 @@ ScanInterior DigitalGeometry(const Camera& camera, const Raster& raster) {
   return interior;
 }
 
-ScanInterior FilmGeometry(const CameraFile& camera, const MarkShapes& marks, const Raster& scan,
-                          const std::string& path) {
+ScanInterior FilmGeometry(const CameraFile& camera, const interior::MarkShapes& marks,
+                          const Raster& scan, const std::string& path) {
   ScanInterior interior;
   const InteriorResult result = ReadInteriorResult(path);
   if (result.status == Status::kFailed || !result.photo_from_pixel) {
-    interior.failure = "its interior orientation failed";
-    for (const std::string& message : result.messages) interior.failure += ": " + message;
+    const std::string why = JoinedSentences(result.findings);
+    interior.findings = {{.reason = Reason::kInteriorFailed,
+                          .at_best = Status::kFailed,
+                          .where = why.empty() ? "" : ": " + why}};
     return interior;
   }
-  interior.failure = WhyOfAnotherScan(result, path, scan.Path(), scan.Width(), scan.Height());
-  if (!interior.failure.empty()) return interior;
-  interior.weak = result.status == Status::kWeak;
-  if (interior.weak) interior.messages.emplace_back("interior orientation is weak");
+  const std::string other =
+      WhyOfAnotherScan(result, path, scan.Path(), scan.Width(), scan.Height());
+  if (!other.empty()) {
+    interior.findings = {
+        {.reason = Reason::kInteriorOfAnotherScan, .at_best = Status::kFailed, .where = other}};
+    return interior;
+  }
+  if (result.status == Status::kWeak) interior.findings = {{Reason::kInteriorWeak, Status::kWeak}};
   interior.negative = result.polarity == Polarity::kNegative;
   interior.positions = FilmPositions(result, camera, marks);
   return interior;
 }
 
-}  // namespace orient
+}  // namespace orient::block

@@ -1,4 +1,6 @@
-#include "tools/strip_geometry.h"
+#include "block/inputs/strip_geometry.h"
+
+#include <fmt/format.h>
 
 #include <Eigen/Dense>
 #include <Eigen/SparseCholesky>
@@ -7,11 +9,11 @@
 #include <map>
 #include <numbers>
 
-#include "core/error.h"
+#include "core/base/error.h"
+#include "core/base/median.h"
 #include "core/geometry/rotation.h"
-#include "core/median.h"
 
-namespace orient {
+namespace orient::block {
 namespace {
 
 using Eigen::Matrix3d;
@@ -107,10 +109,10 @@ class StripAdjustment {
   void Run() {
     direction_ = StatedDirection();
     if (direction_ && plan_.next_strip && !TellsSide(*direction_))
-      throw InputError(
+      throw InputError(fmt::format(
           "[flight] next_strip names a direction along the strips, not beside them (azimuth_deg of "
-          "[flight], or of strip " +
-          plan_.strips.front().name + "); correct next_strip or azimuth_deg");
+          "[flight], or of strip {}); correct next_strip or azimuth_deg",
+          plan_.strips.front().name));
     distances_ = DistancesOf(plan_, camera_, height_m_, XAlong());
     Solve();
     if (direction_) return;
@@ -353,9 +355,9 @@ std::vector<OrientationRow> FillStrips(const FlightPlan& plan,
         known[row.photo] = row;
   if (known.empty())
     throw InputError(
-        "no photo of the strips (strip " + plan.strips.front().name + ", photo " +
-        plan.strips.front().photos.front() +
-        ", and so on) is located; give one photo's position in a table of approximations");
+        fmt::format("no photo of the strips (strip {}, photo {}, and so on) is located; give one "
+                    "photo's position in a table of approximations",
+                    plan.strips.front().name, plan.strips.front().photos.front()));
   const double height_m = FlyingHeightOf(plan, camera, known, ground_m);
   StripAdjustment strips(plan, known, camera, height_m);
   strips.Run();
@@ -375,4 +377,4 @@ std::vector<OrientationRow> FillStrips(const FlightPlan& plan,
   return rows;
 }
 
-}  // namespace orient
+}  // namespace orient::block

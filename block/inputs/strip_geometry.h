@@ -9,7 +9,7 @@
 #include "core/files/orientation_table.h"
 #include "core/geometry/camera.h"
 
-namespace orient {
+namespace orient::block {
 
 // Least squares for the positions of all photos of the strips. Observed are the located ones; that
 // photos follow one another by their strip's base, the same from photo to photo to a share of
@@ -37,4 +37,4 @@ struct StripDistances {
 StripDistances DistancesOf(const FlightPlan& plan, const Camera& camera, double height_m,
                            std::optional<bool> x_along);
 
-}  // namespace orient
+}  // namespace orient::block

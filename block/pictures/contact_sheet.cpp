@@ -1,16 +1,16 @@
-#include "tools/contact_sheet.h"
+#include "block/pictures/contact_sheet.h"
 
 #include <algorithm>
 #include <array>
 #include <cmath>
 #include <filesystem>
 
-#include "core/error.h"
-#include "core/imaging/picture_text.h"
-#include "core/imaging/raster.h"
-#include "interior/mark_picture.h"
+#include "core/base/error.h"
+#include "core/raster/picture_text.h"
+#include "core/raster/raster.h"
+#include "interior/marks/mark_picture.h"
 
-namespace orient {
+namespace orient::block {
 namespace {
 namespace fs = std::filesystem;
 
@@ -110,7 +110,9 @@ std::vector<Image> Tiles(const std::string& path, size_t marks, int side) {
     const double reduction = std::max(1.0, static_cast<double>(size) / side);
     for (size_t i = 0; i < marks; ++i)
       tiles.push_back(
-          picture.ReadGrey({static_cast<int>(i) * (size + kMarkTileGap), 0, size, size}, reduction)
+          picture
+              .ReadGrey({static_cast<int>(i) * (size + interior::kMarkTileGap), 0, size, size},
+                        reduction)
               .image);
   } catch (const InputError&) {
     tiles.clear();  // the row stays grey: a picture is no reason to end a run
@@ -179,4 +181,4 @@ std::vector<std::string> WriteContactSheet(const std::string& directory,
   return written;
 }
 
-}  // namespace orient
+}  // namespace orient::block

@@ -6,7 +6,7 @@
 
 #include "core/files/results.h"
 
-namespace orient {
+namespace orient::block {
 
 // Writes <directory>/contact_sheet.png from the photos' <photo>.marks.png: one row a photo with its
 // name and status, its marks side by side, framed green (used), orange (rejected) or red (missing).
@@ -16,4 +16,4 @@ namespace orient {
 std::vector<std::string> WriteContactSheet(const std::string& directory,
                                            const std::vector<InteriorResult>& results);
 
-}  // namespace orient
+}  // namespace orient::block

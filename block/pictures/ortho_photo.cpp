@@ -1,12 +1,12 @@
-#include "tools/block/ortho_photo.h"
+#include "block/pictures/ortho_photo.h"
 
 #include <algorithm>
 #include <cmath>
 
-#include "core/error.h"
-#include "core/imaging/resample.h"
+#include "core/base/error.h"
+#include "core/raster/resample.h"
 
-namespace orient {
+namespace orient::block {
 
 using Eigen::Vector2d;
 using Eigen::Vector3d;
@@ -75,4 +75,4 @@ Image OrthoPhoto::Draw(const GroundGrid& grid, const GroundSurface& surface) con
   return ortho;
 }
 
-}  // namespace orient
+}  // namespace orient::block

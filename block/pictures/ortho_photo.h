@@ -4,11 +4,11 @@
 #include <optional>
 #include <string>
 
-#include "core/geometry/ground_surface.h"
-#include "core/geometry/photo_view.h"
-#include "exterior/photo_image.h"
+#include "core/terrain/ground_surface.h"
+#include "core/terrain/photo_view.h"
+#include "exterior/steps/photo_image.h"
 
-namespace orient {
+namespace orient::block {
 
 struct QuicklookPhoto {
   std::string name, path;
@@ -56,7 +56,7 @@ class OrthoPhoto {
  private:
   const QuicklookPhoto& photo_;
   Raster raster_;
-  PhotoImage image_;
+  exterior::PhotoImage image_;
 };
 
-}  // namespace orient
+}  // namespace orient::block

@@ -1,14 +1,14 @@
-#include "tools/patch_sheet.h"
+#include "block/pictures/patch_sheet.h"
 
 #include <algorithm>
 #include <array>
 #include <cmath>
 #include <map>
 
-#include "core/imaging/raster.h"
-#include "exterior/align.h"
+#include "core/raster/raster.h"
+#include "exterior/steps/align.h"
 
-namespace orient {
+namespace orient::block {
 namespace {
 
 using Colour = std::array<unsigned char, 3>;
@@ -89,16 +89,16 @@ Colour FrameColour(PatchState state) {
 }
 
 // The photo around a place, resampled to nothing: whole pixels are enough for the eye.
-Image PhotoAround(const PhotoImage& photo, const Eigen::Vector2d& centre, int side) {
+Image PhotoAround(const exterior::PhotoImage& photo, const Eigen::Vector2d& centre, int side) {
   const Eigen::Vector2d corner = (centre.array() - side / 2.0).round();
   const ImageWindow window = photo.Around(corner + Eigen::Vector2d::Constant(side / 2.0),
                                           Eigen::Vector2d::Constant(side / 2.0), 1);
   return window.image;
 }
 
-void DrawPair(const PhotoView& view, const PhotoImage& photo, const Patch& patch,
+void DrawPair(const PhotoView& view, const exterior::PhotoImage& photo, const patchdb::Patch& patch,
               const PatchResult& result, int col, int row, Sheet* sheet) {
-  const auto aligned = AlignPatch(view, patch, 1, 3, kMaxSide);
+  const auto aligned = exterior::AlignPatch(view, patch, 1, 3, kMaxSide);
   if (!aligned) return;
   sheet->Fill(col + kGap / 2, row + kGap / 2, kCellWidth - kGap, kCellHeight - kGap,
               FrameColour(result.state));
@@ -109,13 +109,13 @@ void DrawPair(const PhotoView& view, const PhotoImage& photo, const Patch& patch
 
 }  // namespace
 
-void WritePatchSheet(const std::string& path, const PhotoView& view, const PhotoImage& photo,
-                     const std::vector<Patch>& patches, const ExteriorResult& result,
-                     int max_patches) {
+void WritePatchSheet(const std::string& path, const PhotoView& view,
+                     const exterior::PhotoImage& photo, const std::vector<patchdb::Patch>& patches,
+                     const ExteriorResult& result, int max_patches) {
   const std::vector<PatchResult> chosen = Chosen(result, max_patches);
   if (chosen.empty()) return;
-  std::map<std::int64_t, const Patch*> by_id;
-  for (const Patch& patch : patches) by_id[patch.id] = &patch;
+  std::map<std::int64_t, const patchdb::Patch*> by_id;
+  for (const patchdb::Patch& patch : patches) by_id[patch.id] = &patch;
   const int count = static_cast<int>(chosen.size());
   const int rows = (count + kColumns - 1) / kColumns;
   Sheet sheet(std::min(count, kColumns) * kCellWidth, rows * kCellHeight);
@@ -127,4 +127,4 @@ void WritePatchSheet(const std::string& path, const PhotoView& view, const Photo
   sheet.Write(path);
 }
 
-}  // namespace orient
+}  // namespace orient::block

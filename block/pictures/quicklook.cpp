@@ -1,4 +1,6 @@
-#include "tools/block/quicklook.h"
+#include "block/pictures/quicklook.h"
+
+#include <fmt/format.h>
 
 #include <algorithm>
 #include <array>
@@ -6,17 +8,17 @@
 #include <filesystem>
 #include <map>
 
-#include "core/error.h"
-#include "core/imaging/correlation.h"
-#include "core/imaging/picture_text.h"
-#include "core/imaging/raster.h"
-#include "core/imaging/resample.h"
-#include "core/imaging/side_by_side.h"
-#include "core/median.h"
-#include "tools/block/ortho_photo.h"
-#include "tools/block_files.h"
+#include "block/inputs/block_files.h"
+#include "block/pictures/ortho_photo.h"
+#include "core/base/error.h"
+#include "core/base/median.h"
+#include "core/base/side_by_side.h"
+#include "core/matching/correlation.h"
+#include "core/raster/picture_text.h"
+#include "core/raster/raster.h"
+#include "core/raster/resample.h"
 
-namespace orient {
+namespace orient::block {
 namespace {
 namespace fs = std::filesystem;
 using Eigen::Vector2d;
@@ -232,7 +234,7 @@ std::optional<Vector2d> ShiftBetween(const Image& first, const Image& second) {
   if (peaks.empty()) return std::nullopt;
   constexpr double kAmbiguous = 0.1;
   if (peaks.size() > 1 && peaks[0].score - peaks[1].score < kAmbiguous) return std::nullopt;
-  const double zero = (kCropSide - kTemplateSide) / 2;
+  const int zero = (kCropSide - kTemplateSide) / 2;  // whole pixels, as MiddleOf
   return Vector2d(peaks[0].position.x() - zero, peaks[0].position.y() - zero);
 }
 
@@ -274,11 +276,8 @@ class SeamSheet {
         Set(left + col, top + row, Grey((even ? seam.first : seam.second).At(c, r)));
       }
     const auto& shift = seam.place.shift_px;
-    char text[64];
-    if (shift)
-      std::snprintf(text, sizeof text, "%.1f %.1f px", shift->x(), shift->y());
-    else
-      std::snprintf(text, sizeof text, "not measured");
+    const std::string text =
+        shift ? fmt::format("{:.1f} {:.1f} px", shift->x(), shift->y()) : "not measured";
     DrawText(text, left, top + kCropSide * kZoom + 16, 11, {34, 40, 47}, width_, &rgb_);
   }
 
@@ -345,4 +344,4 @@ std::optional<Quicklook> WriteQuicklook(const std::string& directory,
   return quicklook;
 }
 
-}  // namespace orient
+}  // namespace orient::block

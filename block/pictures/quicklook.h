@@ -5,9 +5,9 @@
 #include <string>
 #include <vector>
 
-#include "tools/block/ortho_photo.h"
+#include "block/pictures/ortho_photo.h"
 
-namespace orient {
+namespace orient::block {
 
 // Two photos where their orthophotos meet.
 struct SeamPlace {
@@ -38,4 +38,4 @@ std::optional<Quicklook> WriteQuicklook(const std::string& directory,
                                         const std::vector<QuicklookPhoto>& photos,
                                         const GroundSurface& surface);
 
-}  // namespace orient
+}  // namespace orient::block

@@ -1,4 +1,4 @@
-#include "interior/camera_estimation.h"
+#include "block/roll/camera_estimation.h"
 
 #include <Eigen/Dense>
 #include <algorithm>
@@ -8,7 +8,7 @@
 
 #include "core/geometry/dense_solvers.h"
 
-namespace orient {
+namespace orient::block {
 namespace {
 
 using Eigen::MatrixXd;
@@ -367,4 +367,4 @@ std::optional<CameraEstimate> EstimateCamera(const std::vector<ScanOfMarks>& sca
   return adjustment.Result();
 }
 
-}  // namespace orient
+}  // namespace orient::block

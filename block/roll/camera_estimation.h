@@ -17,7 +17,7 @@
 #include <string>
 #include <vector>
 
-namespace orient {
+namespace orient::block {
 
 struct ScanOfMarks {
   std::string name;
@@ -51,4 +51,4 @@ std::optional<CameraEstimate> EstimateCamera(const std::vector<ScanOfMarks>& sca
                                              const std::vector<Eigen::Vector2d>& start_mm,
                                              CommonAffinity common);
 
-}  // namespace orient
+}  // namespace orient::block

@@ -1,14 +1,15 @@
-#include "interior/roll.h"
+#include "block/roll/roll.h"
+
+#include <fmt/format.h>
 
 #include <Eigen/LU>
 #include <cmath>
 
+#include "core/base/median.h"
 #include "core/files/used_marks.h"
-#include "core/format_text.h"
-#include "core/median.h"
-#include "interior/film_transform.h"
+#include "interior/orientation/film_transform.h"
 
-namespace orient {
+namespace orient::block {
 namespace {
 
 using Eigen::Matrix2d;
@@ -21,9 +22,6 @@ constexpr double kPhotogrammetricAffinity = 5e-4;
 constexpr double kPhotogrammetricSigma0_um = 30;
 constexpr double kLeastSystematic_um = 1;
 constexpr double kChanceOfOneRoll = 1e-3;  // that any of a roll's marks looks systematic by chance
-// How the roll's messages begin: by it they are found again when the comparison is repeated.
-constexpr const char* kRollMessage = "Compared with its roll: ";
-
 RobustValue Robust(const std::vector<double>& values) {
   RobustValue robust;
   robust.median = Median(values);
@@ -79,12 +77,24 @@ std::vector<RollMark> StatisticsOfMarks(const std::vector<const InteriorResult*>
   return marks;
 }
 
+bool IsOfRoll(const Finding& finding) {
+  switch (finding.reason) {
+    case Reason::kRollPixelColumns:
+    case Reason::kRollPixelRows:
+    case Reason::kRollScaleDifference:
+    case Reason::kRollShear:
+    case Reason::kRollSigma0:
+      return true;
+    default:
+      return false;
+  }
+}
+
 // Takes back what an earlier comparison said.
 void Forget(InteriorResult* result) {
   if (result->status_alone) result->status = *result->status_alone;
   result->status_alone.reset();
-  std::erase_if(result->messages,
-                [](const std::string& message) { return message.starts_with(kRollMessage); });
+  std::erase_if(result->findings, IsOfRoll);
 }
 
 }  // namespace
@@ -95,7 +105,7 @@ std::optional<RollStatistics> StatisticsOfRoll(const std::vector<InteriorResult>
   for (const InteriorResult& result : results) {
     if (!Counts(result)) continue;
     photos.push_back(&result);
-    const FilmShape shape = ShapeOf(*result.photo_from_pixel);
+    const interior::FilmShape shape = interior::ShapeOf(*result.photo_from_pixel);
     column.push_back(shape.column_um);
     row.push_back(shape.row_um);
     difference.push_back(shape.scale_difference);
@@ -117,37 +127,37 @@ std::optional<RollStatistics> StatisticsOfRoll(const std::vector<InteriorResult>
   return roll;
 }
 
-std::vector<std::string> WhyItStandsOut(const RollStatistics& roll, const InteriorResult& photo) {
-  std::vector<std::string> reasons;
-  if (!Counts(photo)) return reasons;
+namespace {
+
+// As it is told: one photo more in the roll must not change the others' results in the last digit.
+double Rounded(double value) { return std::round(1e3 * value) / 1e3; }
+
+}  // namespace
+
+Findings WhyItStandsOut(const RollStatistics& roll, const InteriorResult& photo) {
+  Findings findings;
+  if (!Counts(photo)) return findings;
   const double sigmas = 5 + 80.0 / roll.photos;
-  const auto out = [&](double departure, const RobustValue& value, double least) {
-    return departure > least && departure > sigmas * value.sigma;
+  const auto compare = [&](Reason reason, double departure, const RobustValue& value, double least,
+                           double own, double scale) {
+    if (departure > least && departure > sigmas * value.sigma)
+      findings.push_back(
+          {reason, Status::kWeak, Rounded(scale * own), Rounded(scale * value.median)});
   };
-  const FilmShape shape = ShapeOf(*photo.photo_from_pixel);
-  const auto compare = [&](double size, const RobustValue& value, const char* axis) {
-    const double least = kLeastAffinity * value.median;
-    if (out(std::abs(size - value.median), value, least))
-      reasons.push_back(FormatText(
-          "its pixels along %s are %.3f um on the film, the other photos' %.3f um (%+.2f %%).",
-          axis, size, value.median, 100 * (size / value.median - 1)));
+  const auto compare_size = [&](Reason reason, double size, const RobustValue& value) {
+    compare(reason, std::abs(size - value.median), value, kLeastAffinity * value.median, size, 1);
   };
-  compare(shape.column_um, roll.column_um, "columns");
-  compare(shape.row_um, roll.row_um, "rows");
-  if (out(std::abs(shape.scale_difference - roll.scale_difference.median), roll.scale_difference,
-          kLeastAffinity))
-    reasons.push_back(
-        FormatText("the scales of its two axes differ by %.2f %%, the other photos' by "
-                   "%.2f %%.",
-                   100 * shape.scale_difference, 100 * roll.scale_difference.median));
-  if (out(std::abs(shape.shear_rad - roll.shear_rad.median), roll.shear_rad, kLeastAffinity))
-    reasons.push_back(
-        FormatText("its axes are sheared by %.2f mrad, the other photos' by %.2f mrad.",
-                   1e3 * shape.shear_rad, 1e3 * roll.shear_rad.median));
-  if (out(*photo.sigma0_um - roll.sigma0_um.median, roll.sigma0_um, kLeastSigma0_um))
-    reasons.push_back(FormatText("its sigma0 is %.1f um, the other photos' %.1f um.",
-                                 *photo.sigma0_um, roll.sigma0_um.median));
-  return reasons;
+  const interior::FilmShape shape = interior::ShapeOf(*photo.photo_from_pixel);
+  compare_size(Reason::kRollPixelColumns, shape.column_um, roll.column_um);
+  compare_size(Reason::kRollPixelRows, shape.row_um, roll.row_um);
+  compare(Reason::kRollScaleDifference,
+          std::abs(shape.scale_difference - roll.scale_difference.median), roll.scale_difference,
+          kLeastAffinity, shape.scale_difference, 100);
+  compare(Reason::kRollShear, std::abs(shape.shear_rad - roll.shear_rad.median), roll.shear_rad,
+          kLeastAffinity, shape.shear_rad, 1e3);
+  compare(Reason::kRollSigma0, *photo.sigma0_um - roll.sigma0_um.median, roll.sigma0_um,
+          kLeastSigma0_um, *photo.sigma0_um, 1);
+  return findings;
 }
 
 std::vector<size_t> CompareWithRoll(const std::optional<RollStatistics>& roll,
@@ -157,27 +167,23 @@ std::vector<size_t> CompareWithRoll(const std::optional<RollStatistics>& roll,
     InteriorResult& result = (*results)[i];
     const InteriorResult before = result;
     Forget(&result);
-    const std::vector<std::string> reasons =
-        roll ? WhyItStandsOut(*roll, result) : std::vector<std::string>();
-    if (!reasons.empty() && result.status == Status::kOk) {
+    const Findings findings = roll ? WhyItStandsOut(*roll, result) : Findings();
+    if (!findings.empty() && result.status == Status::kOk) {
       result.status_alone = Status::kOk;
       result.status = Status::kWeak;
     }
-    for (const std::string& reason : reasons) {
-      result.messages.emplace_back(kRollMessage);
-      result.messages.back() += reason;
-    }
-    if (result.status != before.status || result.messages != before.messages) changed.push_back(i);
+    result.findings.insert(result.findings.end(), findings.begin(), findings.end());
+    if (result.status != before.status || result.findings != before.findings) changed.push_back(i);
   }
   return changed;
 }
 
-std::vector<std::string> Findings(const RollStatistics& roll) {
+std::vector<std::string> RollSentences(const RollStatistics& roll) {
   std::vector<std::string> findings;
   const double um = 0.5 * (roll.column_um.median + roll.row_um.median);
-  findings.push_back(FormatText(
-      "%d photos of one roll: pixel %.4f um (+- %.3f %%), scales differ by %.3f %%, shear "
-      "%.2f mrad, sigma0 %.1f um: %s.",
+  findings.push_back(fmt::format(
+      "{} photos of one roll: pixel {:.4f} um (+- {:.3f} %), scales differ by {:.3f} %, shear "
+      "{:.2f} mrad, sigma0 {:.1f} um: {}.",
       roll.photos, um, 100 * std::max(roll.column_um.sigma, roll.row_um.sigma) / um,
       100 * roll.scale_difference.median, 1e3 * roll.shear_rad.median, roll.sigma0_um.median,
       roll.photogrammetric ? "a photogrammetric scanner"
@@ -190,10 +196,10 @@ std::vector<std::string> Findings(const RollStatistics& roll) {
     if (!mark.systematic) continue;
     any = true;
     findings.push_back(
-        FormatText("Mark %s lies off its calibrated position by (%.1f, %.1f) um (sigma "
-                   "%.1f, %.1f) in the mean of %d photos.",
-                   mark.id.c_str(), -mark.mean_um.x(), -mark.mean_um.y(), mark.sigma_um.x(),
-                   mark.sigma_um.y(), mark.photos));
+        fmt::format("Mark {} lies off its calibrated position by ({:.1f}, {:.1f}) um (sigma "
+                    "{:.1f}, {:.1f}) in the mean of {} photos.",
+                    mark.id, -mark.mean_um.x(), -mark.mean_um.y(), mark.sigma_um.x(),
+                    mark.sigma_um.y(), mark.photos));
   }
   if (any && used <= kLeastMarks)
     findings.emplace_back(
@@ -206,4 +212,4 @@ std::vector<std::string> Findings(const RollStatistics& roll) {
   return findings;
 }
 
-}  // namespace orient
+}  // namespace orient::block

@@ -14,7 +14,7 @@
 
 #include "core/files/results.h"
 
-namespace orient {
+namespace orient::block {
 
 struct RobustValue {
   double median = 0;
@@ -49,19 +49,19 @@ inline constexpr int kLeastPhotosOfRoll = 8;
 // Empty below kLeastPhotosOfRoll photos with an affine transform (four marks used or more).
 std::optional<RollStatistics> StatisticsOfRoll(const std::vector<InteriorResult>& results);
 
-// Why this photo stands out, one sentence a reason: pixel size, difference of the scales or shear
+// Why this photo stands out, one finding per reason: pixel size, difference of the scales or shear
 // farther from the median than 2e-4 and than k sigmas, or sigma0 larger by 5 um and by k sigmas.
 // k = 5 + 80 / photos, because the median absolute deviation of few photos is itself uncertain:
 // among photos that differ by chance only, fewer than 1 % of rolls have one that is named.
-std::vector<std::string> WhyItStandsOut(const RollStatistics& roll, const InteriorResult& photo);
+Findings WhyItStandsOut(const RollStatistics& roll, const InteriorResult& photo);
 
-// Makes the photos that stand out `weak`, with the reasons among their messages, and takes back
+// Makes the photos that stand out `weak`, with the reasons among their findings, and takes back
 // what an earlier comparison with fewer or other photos said. Returns the indices of those whose
-// status or messages changed.
+// status or findings changed.
 std::vector<size_t> CompareWithRoll(const std::optional<RollStatistics>& roll,
                                     std::vector<InteriorResult>* results);
 
 // What the roll says of scanner and camera file, in sentences.
-std::vector<std::string> Findings(const RollStatistics& roll);
+std::vector<std::string> RollSentences(const RollStatistics& roll);
 
-}  // namespace orient
+}  // namespace orient::block

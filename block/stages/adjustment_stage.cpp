@@ -1,15 +1,15 @@
-#include "tools/block/adjustment_stage.h"
+#include "block/stages/adjustment_stage.h"
 
+#include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <cmath>
 
-#include "core/format_text.h"
-#include "exterior/error_model.h"
-#include "exterior/estimate_pose.h"
-#include "patchdb/patch_database.h"
-#include "tools/block/view_over_ground.h"
+#include "core/terrain/view_over_ground.h"
+#include "exterior/steps/error_model.h"
+#include "exterior/steps/resect.h"
+#include "patchdb/store/patch_database.h"
 
-namespace orient {
+namespace orient::block {
 namespace {
 
 // What a strip's shift may be: also the height of the geoid that nobody took off.
@@ -89,7 +89,7 @@ void AddTies(const AdjustmentInputs& inputs, const std::map<std::string, std::si
   adjusted->ties = block.points.size();
 }
 
-BlockPoint ControlOf(const Patch& patch, bool held_out) {
+BlockPoint ControlOf(const patchdb::Patch& patch, bool held_out) {
   BlockPoint point;
   point.id = patch.id;
   point.approximate_m = patch.ground_m;
@@ -120,7 +120,8 @@ void LeaveOutHeights(GroundControl* control) {
 // Patches that photos' own orientations matched; not those lent by neighbours (numbers below 0).
 void AddPatches(const AdjustmentInputs& inputs, AdjustedBlock* adjusted) {
   BlockToAdjust& block = adjusted->block;
-  const PatchDatabase database = PatchDatabase::Open(inputs.patchdb, PatchDatabase::Mode::kRead);
+  const patchdb::PatchDatabase database =
+      patchdb::PatchDatabase::Open(inputs.patchdb, patchdb::PatchDatabase::Mode::kRead);
   const double cell_m = CheckCell(MeanFootprintSide(inputs.photos));
   for (std::size_t i = 0; i < block.photos.size(); ++i) {
     for (const PatchResult& match : inputs.photos[adjusted->photo_of[i]].exterior.patches) {
@@ -142,7 +143,8 @@ void AddPatches(const AdjustmentInputs& inputs, AdjustedBlock* adjusted) {
         block.points.push_back(std::move(control));
       }
       const Eigen::Vector2d variance =
-          match.sigma_px->cwiseAbs2() + Eigen::Vector2d::Constant(kModelSigmaPx * kModelSigmaPx);
+          match.sigma_px->cwiseAbs2() +
+          Eigen::Vector2d::Constant(exterior::kModelSigmaPx * exterior::kModelSigmaPx);
       block.observations.push_back({i, point->second, *match.pixel, variance.asDiagonal()});
     }
   }
@@ -172,7 +174,7 @@ Matrix6d CovarianceOfBend(const Camera& camera, const Pose& pose, double sigma_m
     places.push_back(place.photo_mm);
     rows.push_back(projection->by_pose);
   }
-  const double fade = kFilmCorrelationPerFrame * camera.frame_mm.minCoeff();
+  const double fade = exterior::kFilmCorrelationPerFrame * camera.frame_mm.minCoeff();
   Matrix6d normal = Matrix6d::Zero(), spread = Matrix6d::Zero();
   for (std::size_t i = 0; i < rows.size(); ++i) {
     normal += rows[i].transpose() * rows[i];
@@ -216,15 +218,15 @@ AdjustedBlock AdjustPhotos(const AdjustmentInputs& inputs) {
   options.full_covariance = inputs.choice.pose_covariance;
   options.gnss = inputs.known.model;
   options.gnss_shift_sigma_m = kGnssShift_m;
-  options.height_correlation_m = kHeightCorrelationPerHeight * FlyingHeight(inputs);
+  options.height_correlation_m = exterior::kHeightCorrelationPerHeight * FlyingHeight(inputs);
   // Errors of film and surface that neighbouring observations share hardly show in residuals, so
   // what these show below the stated variances makes nothing more precise.
   options.least_precision_factor = 1;
-  options.control_shared_everywhere = kSharedEverywhere;
-  options.control_shared_smoothly = kSharedSmoothly;
+  options.control_shared_everywhere = exterior::kSharedEverywhere;
+  options.control_shared_smoothly = exterior::kSharedSmoothly;
   adjusted.result = AdjustBlock(adjusted.block, options);
   AddFilmBends(inputs, &adjusted);
   return adjusted;
 }
 
-}  // namespace orient
+}  // namespace orient::block

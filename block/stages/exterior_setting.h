@@ -1,4 +1,4 @@
-// Exterior orientation of many photos from files: what `orient exterior` and `orient block` share.
+// What all photos of a run of exterior orientations share.
 #pragma once
 
 #include <functional>
@@ -6,14 +6,18 @@
 #include <string>
 #include <vector>
 
+#include "core/files/camera_file.h"
+#include "core/files/inputs.h"
 #include "core/files/orientation_table.h"
 #include "core/files/results.h"
 #include "core/geometry/bounds.h"
-#include "core/geometry/crs.h"
-#include "core/geometry/earth_effects.h"
-#include "patchdb/patch.h"
+#include "core/terrain/crs.h"
+#include "core/terrain/earth_effects.h"
+#include "core/terrain/ground_surface.h"
+#include "interior/marks/mark_drawing.h"
+#include "patchdb/store/patch.h"
 
-namespace orient {
+namespace orient::block {
 
 struct ExteriorRunOptions {
   std::vector<std::string> photos;  // paths
@@ -36,7 +40,7 @@ struct ExteriorRunOptions {
   bool accuracy_is_stated = true;
   // More patches than the database's that lie in a photo's uncertain footprint; called from several
   // threads.
-  std::function<std::vector<Patch>(const std::string& photo, const Bounds& footprint)>
+  std::function<std::vector<patchdb::Patch>(const std::string& photo, const Bounds& footprint)>
       further_patches;
   // Which photos to orient next (indices) and with which approximations, asked before the first and
   // whenever those asked for are done; none: the end. Results that are not there yet have no
@@ -44,27 +48,39 @@ struct ExteriorRunOptions {
   std::function<std::vector<std::size_t>(const std::vector<ExteriorResult>& so_far,
                                          OrientationTable* table)>
       next_photos;
+  // What all photos' results are made from, as a block knows it. Empty: `orient exterior`, which
+  // finds out by itself.
+  Inputs inputs;
   EarthMode earth = EarthMode::kAuto;  // curvature and refraction
   std::optional<double> earth_k1;      // what they are, where that is decided already (0: none)
   // One sigma of the camera file's principal distance, which each photo then estimates for itself;
   // otherwise it is taken as true.
   std::optional<double> principal_distance_sigma_mm;
   bool feedback = true;  // tell the patch database what matched
-  bool resume = false;   // keep results that are there
-  int jobs = 0;          // photos at a time; 0: one per core
+  // With `resume`, those that do not say what they were made from, too (set by a run alone).
+  bool keep_unsaid = false;
+  bool resume = false;  // keep results that are there
+  int jobs = 0;         // photos at a time; 0: one per core
 
   std::optional<std::string> Check() const;  // what is wrong with the options, if anything
 };
 
+// What all photos of a run share; read before the first photo starts.
+struct ExteriorSetting {
+  const ExteriorRunOptions& options;
+  CameraFile camera;           // with curvature and refraction in its lens
+  double earth_k1 = 0;         // of it, what this run added to the camera file's lens
+  interior::MarkShapes marks;  // a film camera's; empty for a digital one
+  OrientationTable approximations;
+  Crs crs;
+  GroundSurface surface;
+};
+
+// Throws InputError or UsageError for what concerns all photos: camera, tables, DEM, database, CRS.
+ExteriorSetting PrepareExterior(const ExteriorRunOptions& options);
+
 // Curvature and refraction as the run puts them into its camera's lens, 0 where they are not wanted
-// or do not matter. Reads camera, table and DEM; throws as RunExterior does.
+// or do not matter. Reads camera, table and DEM; throws as PrepareExterior does.
 double EarthK1OfRun(const ExteriorRunOptions& options);
 
-// Orients the photos side by side, writes each photo's <photo>.exterior.json as soon as it is done
-// and at the end orientation.csv with its .prj (photos that are ok or weak). `done` is called once
-// per photo, from one thread at a time. A photo that cannot be read fails, the others go on.
-// Throws InputError for what concerns all photos: camera, tables, DEM, database, CRS.
-std::vector<ExteriorResult> RunExterior(
-    const ExteriorRunOptions& options, const std::function<void(const ExteriorResult&)>& done = {});
-
-}  // namespace orient
+}  // namespace orient::block

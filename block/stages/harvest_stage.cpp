@@ -1,20 +1,16 @@
-#include "tools/harvest_run.h"
+#include "block/stages/harvest_stage.h"
 
 #include <gdal.h>
 
 #include <algorithm>
 #include <filesystem>
-#include <memory>
-#include <ostream>
 
-#include "core/error.h"
-#include "patchdb/patch_quality.h"
-#include "tools/harvest_sources.h"
-#include "tools/made_from.h"
-#include "tools/progress.h"
-#include "tools/summary_table.h"
+#include "block/inputs/digest.h"
+#include "block/inputs/harvest_sources.h"
+#include "core/base/error.h"
+#include "patchdb/harvest/patch_quality.h"
 
-namespace orient {
+namespace orient::block {
 namespace {
 
 // Witnesses of one source that are kept open: those whose nadirs are the nearest.
@@ -22,73 +18,46 @@ constexpr std::size_t kMaxWitnesses = 16;
 // GDAL would take a twentieth of the machine's memory.
 constexpr GIntBig kBlockCacheBytes = 128LL << 20;
 
-// What a harvest prints: a row a source, and how many candidates were refused for which reason.
-class HarvestTable {
+// One task a stage of the harvest.
+class HarvestTasks {
  public:
-  void Add(const std::string& name, const HarvestResult& harvest) {
-    int refused = 0, confirmed = 0, good = 0;
-    for (const Refusal refusal : kAllRefusals) {
-      refused += harvest.Refused(refusal);
-      refused_[static_cast<std::size_t>(refusal)] += harvest.Refused(refusal);
-    }
-    for (const Patch& patch : harvest.patches) {
-      confirmed += patch.views > 1 ? 1 : 0;
-      good += patch.quality.value_or(0) >= kGoodQuality ? 1 : 0;
-    }
-    table_.AddRow({name, std::to_string(harvest.patches.size()), std::to_string(good),
-                   std::to_string(confirmed), std::to_string(refused), Fixed(harvest.gsd_m, 3)});
-    patches_ += harvest.patches.size();
-    confirmed_ += static_cast<std::size_t>(confirmed);
-  }
-  void AddKnown(const std::string& name) {
-    table_.AddRow({name + " (in the database already)", "-", "-", "-", "-", "-"});
-  }
-  void Print(bool has_surface_model, std::ostream& out) const {
-    table_.Print(out);
-    SummaryTable reasons({"refused because", "candidates"});
-    bool any = false;
-    for (const Refusal refusal : kAllRefusals) {
-      const int count = refused_[static_cast<std::size_t>(refusal)];
-      if (count > 0) reasons.AddRow({std::string(Name(refusal)), std::to_string(count)});
-      any = any || count > 0;
-    }
-    if (any) {
-      out << "\n";
-      reasons.Print(out);
-      out << "\n";
-    }
-    out << patches_ << " patches added\n";
-    const std::size_t seen_once = patches_ - confirmed_;
-    if (!has_surface_model && seen_once > 0)
-      out << "note    without --dsm nothing tells roofs and trees from the ground in the "
-          << seen_once << " of them that one source shows\n";
-  }
+  explicit HarvestTasks(ProgressListener* listener) : listener_(listener) {}
 
- private:
-  SummaryTable table_{{"source", "patches", "good", "seen twice", "refused", "gsd [m]"}};
-  std::array<int, kAllRefusals.size()> refused_ = {};
-  std::size_t patches_ = 0, confirmed_ = 0;
-};
-
-class ShownProgress {
- public:
-  HarvestProgress For(const std::string& name) {
+  patchdb::HarvestProgress For(const std::string& name) {
+    task_.reset();
+    stage_.clear();
     return [this, name](std::string_view stage, int done, int total) {
       if (stage != stage_) {
-        progress_ = std::make_unique<Progress>(name + ", " + std::string(stage), total);
+        task_.reset();
+        task_.emplace(listener_, name + ", " + std::string(stage), total);
         stage_ = stage;
         shown_ = 0;
       }
-      progress_->Advance(done - shown_);
+      task_->Advance(done - shown_);
       shown_ = done;
     };
   }
 
  private:
-  std::unique_ptr<Progress> progress_;
+  ProgressListener* listener_;
+  std::optional<ProgressTask> task_;
   std::string stage_;
   int shown_ = 0;
 };
+
+HarvestedSource RowOf(const std::string& name, const patchdb::HarvestResult& harvest) {
+  HarvestedSource row;
+  row.name = name;
+  row.gsd_m = harvest.gsd_m;
+  row.patches = std::ssize(harvest.patches);
+  for (const patchdb::Refusal refusal : patchdb::kAllRefusals)
+    row.refused[static_cast<std::size_t>(refusal)] = harvest.Refused(refusal);
+  for (const patchdb::Patch& patch : harvest.patches) {
+    row.seen_twice += patch.views > 1 ? 1 : 0;
+    row.good += patch.quality.value_or(0) >= patchdb::kGoodQuality ? 1 : 0;
+  }
+  return row;
+}
 
 Eigen::Vector2d Middle(const Bounds& bounds) {
   return {(bounds.min_x + bounds.max_x) / 2, (bounds.min_y + bounds.max_y) / 2};
@@ -96,37 +65,37 @@ Eigen::Vector2d Middle(const Bounds& bounds) {
 
 class Harvester {
  public:
-  Harvester(PatchDatabase& database, const HarvestRun& run, const HarvestSources& kind,
-            const std::vector<std::string>& paths)
-      : database_(database), run_(run), kind_(kind), paths_(paths) {
+  Harvester(patchdb::PatchDatabase& database, const HarvestRun& run, const HarvestSources& kind,
+            const std::vector<std::string>& paths, ProgressListener* listener)
+      : database_(database), run_(run), kind_(kind), paths_(paths), tasks_(listener) {
     for (const std::string& path : paths)
       sources_.push_back(SourceOfFile(kind.Kind(), path, run.about));
   }
 
-  void HarvestAll(std::ostream& out) {
-    HarvestTable table;
+  std::vector<HarvestedSource> HarvestAll() {
+    std::vector<HarvestedSource> harvested;
     LearnWhatIsTaken();
     for (std::size_t i = 0; i < paths_.size(); ++i) {
       if (database_.FindSource(sources_[i]).harvested)
-        table.AddKnown(sources_[i].name);
+        harvested.push_back({.name = sources_[i].name, .known = true});
       else
-        table.Add(sources_[i].name, HarvestOne(i));
+        harvested.push_back(RowOf(sources_[i].name, HarvestOne(i)));
     }
-    table.Print(!run_.dsm.empty(), out);
+    return harvested;
   }
 
  private:
   // Places of patches that an interrupted run stored.
   void LearnWhatIsTaken() {
     std::vector<std::int64_t> ids;
-    for (const PatchSource& source : sources_)
-      if (const KnownSource known = database_.FindSource(source); known.harvested)
+    for (const patchdb::PatchSource& source : sources_)
+      if (const patchdb::KnownSource known = database_.FindSource(source); known.harvested)
         ids.push_back(*known.id);
     if (ids.empty()) return;
     constexpr int kPage = 500;
     for (auto page = database_.ListPatches(0, kPage); !page.empty();
          page = database_.ListPatches(page.back().id, kPage))
-      for (const Patch& patch : page)
+      for (const patchdb::Patch& patch : page)
         if (std::find(ids.begin(), ids.end(), patch.source_id) != ids.end())
           taken_m_.emplace_back(patch.ground_m.head<2>());
   }
@@ -148,7 +117,7 @@ class Harvester {
     return witnesses;
   }
 
-  HarvestResult HarvestOne(std::size_t source) {
+  patchdb::HarvestResult HarvestOne(std::size_t source) {
     const Crs& crs = database_.GroundCrs();
     const Bounds footprint = kind_.Footprint(source, kLowestGround_m, kHighestGround_m);
     const GroundSurface surface = GroundSurface::FromFile(run_.dem, crs, footprint);
@@ -156,7 +125,7 @@ class Harvester {
     if (!run_.dsm.empty()) dsm = GroundSurface::FromFile(run_.dsm, crs, footprint);
     const OpenSource itself = kind_.Open(source, surface, false);
     std::vector<OpenSource> witnesses;
-    HarvestContext context;
+    patchdb::HarvestContext context;
     context.number = static_cast<int>(source);
     context.dsm = dsm ? &*dsm : nullptr;
     const bool alone = run_.options.max_further_views == 0;
@@ -167,28 +136,29 @@ class Harvester {
       context.further.push_back(
           {open.raster.get(), open.view.get(), open.coverage.get(), static_cast<int>(i)});
     }
-    ShownProgress progress;
-    HarvestResult harvest = kind_.Harvest(source, *itself.raster, surface, run_.options,
-                                          progress.For(sources_[source].name), context);
-    for (const Patch& patch : harvest.patches) taken_m_.emplace_back(patch.ground_m.head<2>());
+    patchdb::HarvestResult harvest = kind_.Harvest(source, *itself.raster, surface, run_.options,
+                                                   tasks_.For(sources_[source].name), context);
+    for (const patchdb::Patch& patch : harvest.patches)
+      taken_m_.emplace_back(patch.ground_m.head<2>());
     Store(source, harvest);
     return harvest;
   }
 
   // One transaction, with the evidence of sources that are not harvested yet, too: a run that is
   // killed has lost nothing of it.
-  void Store(std::size_t source, HarvestResult& harvest) {
-    PatchSource stored = sources_[source];
+  void Store(std::size_t source, patchdb::HarvestResult& harvest) {
+    patchdb::PatchSource stored = sources_[source];
     stored.gsd_m = harvest.gsd_m;
     database_.AddSource(stored, harvest.patches, sources_);
   }
 
-  PatchDatabase& database_;
+  patchdb::PatchDatabase& database_;
   const HarvestRun& run_;
   const HarvestSources& kind_;
   const std::vector<std::string>& paths_;
   std::vector<Eigen::Vector2d> taken_m_;
-  std::vector<PatchSource> sources_;  // as they are told apart in the database
+  std::vector<patchdb::PatchSource> sources_;  // as they are told apart in the database
+  HarvestTasks tasks_;
 };
 
 // Restores GDAL's cache at the end.
@@ -207,8 +177,9 @@ class SmallBlockCache {
 
 }  // namespace
 
-PatchSource SourceOfFile(SourceKind kind, const std::string& path, const PatchSource& about) {
-  PatchSource source = about;
+patchdb::PatchSource SourceOfFile(patchdb::SourceKind kind, const std::string& path,
+                                  const patchdb::PatchSource& about) {
+  patchdb::PatchSource source = about;
   source.kind = kind;
   source.name = std::filesystem::path(path).filename().string();
   const std::string digest = DigestOfFile(path);
@@ -216,19 +187,22 @@ PatchSource SourceOfFile(SourceKind kind, const std::string& path, const PatchSo
   return source;
 }
 
-void HarvestPhotos(PatchDatabase& database, const HarvestRun& run, const PhotosToHarvest& photos,
-                   std::ostream& out) {
+std::vector<HarvestedSource> HarvestPhotos(patchdb::PatchDatabase& database, const HarvestRun& run,
+                                           const PhotosToHarvest& photos,
+                                           ProgressListener* listener) {
   const SmallBlockCache cache;
   const auto kind = PhotoSources(photos, run.options.orientation_sigma_px);
-  Harvester(database, run, *kind, photos.paths).HarvestAll(out);
+  return Harvester(database, run, *kind, photos.paths, listener).HarvestAll();
 }
 
-void HarvestOrthophotos(PatchDatabase& database, const HarvestRun& run,
-                        const std::vector<std::string>& paths, std::ostream& out) {
+std::vector<HarvestedSource> HarvestOrthophotos(patchdb::PatchDatabase& database,
+                                                const HarvestRun& run,
+                                                const std::vector<std::string>& paths,
+                                                ProgressListener* listener) {
   const SmallBlockCache cache;
   const auto kind =
       OrthophotoSources(paths, database.GroundCrs(), run.options.orientation_sigma_px);
-  Harvester(database, run, *kind, paths).HarvestAll(out);
+  return Harvester(database, run, *kind, paths, listener).HarvestAll();
 }
 
-}  // namespace orient
+}  // namespace orient::block

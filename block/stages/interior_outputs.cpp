@@ -1,16 +1,16 @@
-#include "tools/interior_outputs.h"
+#include "block/stages/interior_outputs.h"
 
 #include <algorithm>
 #include <filesystem>
 #include <stdexcept>
 
-#include "core/files/atomic_write.h"
+#include "block/pictures/contact_sheet.h"
+#include "block/roll/roll.h"
+#include "core/base/atomic_write.h"
+#include "core/exchange/micmac_measures.h"
 #include "core/files/interior_table.h"
-#include "core/files/micmac_measures.h"
-#include "interior/roll.h"
-#include "tools/contact_sheet.h"
 
-namespace orient {
+namespace orient::block {
 
 void WriteInteriorOutputs(const std::string& directory, const CameraFile* camera,
                           const std::vector<InteriorResult>& earlier,
@@ -41,4 +41,4 @@ void WriteMicmacOutputs(const std::string& directory, const CameraFile& camera,
   for (size_t i = 0; i < photos.size(); ++i) WriteMicmacImage(directory, photos[i], results[i]);
 }
 
-}  // namespace orient
+}  // namespace orient::block

@@ -7,9 +7,9 @@
 #include "core/files/camera_file.h"
 #include "core/files/results.h"
 
-namespace orient {
+namespace orient::block {
 
-// Compares the photos with one another (interior/roll.h), writes the results of those that change
+// Compares the photos with one another (block/roll/roll.h), writes the results of those that change
 // anew, and then DIR/interior.csv, DIR/marks.csv and the contact sheet, which show `earlier`
 // results of the same camera too. Where the photos have no camera in common (null) they are not
 // compared and there is no marks.csv. Everything is derived from the photos' results: after a crash
@@ -24,4 +24,4 @@ void WriteMicmacOutputs(const std::string& directory, const CameraFile& camera,
                         const std::vector<std::string>& photos,
                         const std::vector<InteriorResult>& results);
 
-}  // namespace orient
+}  // namespace orient::block

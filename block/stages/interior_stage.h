@@ -10,7 +10,7 @@
 #include "core/files/results.h"
 #include "interior/interior.h"
 
-namespace orient {
+namespace orient::block {
 
 // In place of a camera file: find out which camera of the library each scan is from.
 inline constexpr const char* kAutoCamera = "auto";
@@ -20,27 +20,24 @@ struct InteriorRunOptions {
   std::string camera;               // path of its file, or kAutoCamera
   std::string camera_library;       // folder; for kAutoCamera alone, where empty the program's own
   std::string out;
-  InteriorOptions scan;
+  interior::InteriorOptions scan;
   bool resume = false;        // keep results that are there
   bool redo_changed = false;  // those made from something else are done again, not an error
   int jobs = 0;               // photos at a time; 0: one per core
   bool micmac = false;        // also write MicMac's Ori-InterneScan
 };
 
-// The drawings of a camera's marks, with the template images they refer to.
-MarkShapes LoadMarkShapes(const CameraFile& camera);
-
 // The photos whose results a resumed run would keep. Throws as RunInterior does.
 std::set<std::string> InteriorsThatStay(const InteriorRunOptions& options);
 
 // Orients the scans side by side; writes each photo's <photo>.interior.json and <photo>.marks.png
-// as soon as it is done, then what the run leaves as a whole (interior_outputs.h). `done` may be
-// called from several threads. A damaged scan fails its photo only. `notes` become what a user
-// should know about the run as a whole. Throws UsageError where two photos share a name, or a
-// result to be kept was made from another camera, scan or other options; InputError for what
-// concerns all photos.
+// as soon as it is done, then what the run leaves as a whole (interior_outputs.h). `done` is
+// called once a photo, from one thread at a time. A damaged scan fails its photo only. `notes`
+// become what a user should know about the run as a whole. Throws UsageError where two photos share
+// a name, or a result to be kept was made from another camera, scan or other options; InputError
+// for what concerns all photos.
 std::vector<InteriorResult> RunInterior(const InteriorRunOptions& options,
                                         const std::function<void()>& done = {},
                                         std::vector<std::string>* notes = nullptr);
 
-}  // namespace orient
+}  // namespace orient::block

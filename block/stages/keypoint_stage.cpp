@@ -1,4 +1,4 @@
-#include "tools/block/keypoint_stage.h"
+#include "block/stages/keypoint_stage.h"
 
 #include <tbb/parallel_for.h>
 #include <tbb/task_arena.h>
@@ -7,17 +7,18 @@
 #include <bit>
 #include <cmath>
 #include <exception>
-#include <filesystem>
+#include <nlohmann/json.hpp>
 #include <numbers>
-#include <sstream>
 
-#include "core/files/atomic_write.h"
-#include "core/format_text.h"
-#include "tools/made_from.h"
-#include "tools/shared_options.h"
+#include "block/inputs/digest.h"
+#include "block/stages/jobs.h"
+#include "core/base/atomic_write.h"
+#include "core/base/error.h"
+#include "core/base/output_directory.h"
 
-namespace orient {
+namespace orient::block {
 namespace {
+using Json = nlohmann::ordered_json;
 
 // To be raised where the method changes.
 constexpr const char* kMethod = "keypoints 3";
@@ -36,36 +37,42 @@ constexpr int kSearchedAtATime = 2;
 constexpr double kCommonErrors = 5;
 
 bool ShowsGround(const Eigen::Vector2d& photo_mm, const Camera& camera,
-                 const std::vector<CoveredArea>& covered, double margin_mm) {
+                 const std::vector<exterior::CoveredArea>& covered, double margin_mm) {
   if (!camera.InFrame(photo_mm, -margin_mm)) return false;
-  return std::none_of(covered.begin(), covered.end(), [&](const CoveredArea& area) {
+  return std::none_of(covered.begin(), covered.end(), [&](const exterior::CoveredArea& area) {
     return (photo_mm.array() >= area.from_mm.array() - margin_mm).all() &&
            (photo_mm.array() <= area.to_mm.array() + margin_mm).all();
   });
 }
 
-std::string TextOf(const std::optional<KeypointApproximation>& found) {
-  if (!found) return "nothing\n";
-  std::string text = std::to_string(found->keypoints);
-  const Vector6d pose = found->row.pose.AsVector();
-  for (int i = 0; i < 6; ++i) text += FormatText(" %.17g", pose[i]);
-  for (int i = 0; i < 6; ++i) text += FormatText(" %.17g", (*found->row.sigma)[i]);
-  return text + "\n";
+// `found`: empty where the search was in vain, which is a result, too.
+void WriteKeypointResult(const std::string& path, const Inputs& made_from,
+                         const std::optional<KeypointApproximation>& found) {
+  Json json = {{"made_from", made_from}};
+  if (found) {
+    const Vector6d pose = found->row.pose.AsVector(), sigma = found->row.sigma.value();
+    json["keypoints"] = found->keypoints;
+    json["pose"] = std::vector<double>(pose.begin(), pose.end());
+    json["sigma"] = std::vector<double>(sigma.begin(), sigma.end());
+  }
+  WriteFileAtomically(path, json.dump(1) + "\n");
 }
 
-std::optional<KeypointApproximation> FromText(const std::string& text, const std::string& photo) {
-  std::istringstream stream(text);
-  KeypointApproximation found;
-  Vector6d pose, sigma;
-  stream >> found.keypoints;
-  for (int i = 0; i < 6; ++i) stream >> pose[i];
-  for (int i = 0; i < 6; ++i) stream >> sigma[i];
-  if (!stream) return std::nullopt;
-  found.row.photo = photo;
-  found.row.pose.position_m = pose.head<3>();
-  found.row.pose.opk_rad = pose.tail<3>();
-  found.row.sigma = sigma;
-  return found;
+std::optional<KeypointApproximation> ReadKeypointResult(const std::string& path,
+                                                        const std::string& photo) {
+  try {
+    const Json json = Json::parse(ReadFile(path));
+    if (!json.contains("keypoints")) return std::nullopt;
+    Vector6d pose, sigma;
+    for (int i = 0; i < 6; ++i) {
+      pose[i] = json.at("pose").at(i).get<double>();
+      sigma[i] = json.at("sigma").at(i).get<double>();
+    }
+    return KeypointApproximation{{photo, {pose.head<3>(), pose.tail<3>()}, sigma},
+                                 json.at("keypoints").get<int>()};
+  } catch (const Json::exception& error) {
+    throw InputError(path + ": " + error.what() + "; remove the file and run the block again");
+  }
 }
 
 // The indices below `count`, each first part of them spread evenly (van der Corput 1935).
@@ -140,7 +147,7 @@ KeypointStage::OfPhoto KeypointStage::Find(const BlockPhotoFile& photo) const {
     const Eigen::Vector2d pixel = window.RasterFromImage(all.pixels[i]);
     if (std::all_of(
             interior.positions.begin(), interior.positions.end(),
-            [&](const FilmPosition& position) {
+            [&](const exterior::FilmPosition& position) {
               const PhotoView view{camera, position.photo_from_pixel, {}, position.film_correction};
               return ShowsGround(view.PhotoFromPixel(pixel), camera, covered,
                                  kMargin_px * found.reduction * view.PixelSize());
@@ -184,9 +191,9 @@ std::shared_ptr<const KeypointStage::OfPhoto> KeypointStage::Of(
   return kept_.front().second;
 }
 
-std::vector<SharedKeypoint> KeypointStage::Shared(const OfPhoto& photo, const OfPhoto& lender,
-                                                  const BlockPhotoFile& lender_file) const {
-  std::vector<SharedKeypoint> shared;
+std::vector<exterior::SharedKeypoint> KeypointStage::Shared(
+    const OfPhoto& photo, const OfPhoto& lender, const BlockPhotoFile& lender_file) const {
+  std::vector<exterior::SharedKeypoint> shared;
   const PhotoView view = lender_file.View(setting_.camera.camera);
   for (const KeypointMatch& match : MatchKeypoints(photo.keypoints, lender.keypoints)) {
     const Eigen::Vector2d& pixel = lender.keypoints.pixels[match.second];
@@ -200,10 +207,10 @@ std::optional<KeypointApproximation> KeypointStage::Search(
     std::size_t photo, const std::vector<BlockPhotoFile>& photos, const Lenders& lenders) {
   const std::shared_ptr<const OfPhoto> own = Of(photo, photos);
   if (own->positions.empty() || own->keypoints.Size() == 0) return std::nullopt;
-  KeypointPoseOptions options;
+  exterior::KeypointPoseOptions options;
   options.sigma_px = own->reduction;
   options.searches = static_cast<int>((lenders.size() + kAtATime - 1) / kAtATime);
-  std::vector<SharedKeypoint> all;
+  std::vector<exterior::SharedKeypoint> all;
   auto& known = shared_[photo];
   for (std::size_t begin = 0; begin < lenders.size(); begin += kAtATime) {
     const Lenders some(
@@ -214,8 +221,8 @@ std::optional<KeypointApproximation> KeypointStage::Search(
       if (!known.contains(i)) known[i] = Shared(*own, *Of(i, photos), photos[i]);
       all.insert(all.end(), known[i].begin(), known[i].end());
     }
-    const auto pose =
-        PoseFromKeypoints(setting_.camera.camera, own->positions, own->scan_px, all, options);
+    const auto pose = exterior::PoseFromKeypoints(setting_.camera.camera, own->positions,
+                                                  own->scan_px, all, options);
     if (!pose) continue;
     KeypointApproximation found{{photos[photo].name, pose->pose, {}}, pose->supporters};
     Vector6d sigma = kCommonErrors * pose->covariance.diagonal().cwiseSqrt();
@@ -228,15 +235,18 @@ std::optional<KeypointApproximation> KeypointStage::Search(
   return std::nullopt;
 }
 
-std::string KeypointStage::DigestOf(std::size_t photo, const std::vector<BlockPhotoFile>& photos,
-                                    const Lenders& lenders) const {
-  std::string text = kMethod + setting_.inputs + DigestOfFile(photos[photo].path);
+Inputs KeypointStage::InputsOf(std::size_t photo, const std::vector<BlockPhotoFile>& photos,
+                               const Lenders& lenders) const {
+  Inputs lent;
+  for (const std::size_t i : lenders) lent[photos[i].name] = DigestOfPhoto(photos[i]);
+  Inputs inputs = setting_.inputs;
+  inputs["method"] = kMethod;
+  inputs["scan"] = DigestOfFile(photos[photo].path);
   if (setting_.camera.camera.kind == CameraKind::kFilm)
-    text += DigestOfFile(InteriorResultPath(setting_.interior_directory, photos[photo].name));
-  for (const std::size_t i : lenders)
-    text += photos[i].name + DigestOfFile(photos[i].path) + photos[i].made_from +
-            Digest(ReadFile(photos[i].result_path));
-  return Digest(text);
+    inputs["interior"] =
+        DigestOfFile(InteriorResultPath(setting_.interior_directory, photos[photo].name));
+  inputs["lenders"] = DigestOf(lent);
+  return inputs;
 }
 
 std::optional<KeypointApproximation> KeypointStage::Locate(
@@ -247,20 +257,17 @@ std::optional<KeypointApproximation> KeypointStage::Locate(
   if (std::all_of(lenders.begin(), lenders.end(), [&](std::size_t i) { return asked.contains(i); }))
     return std::nullopt;
   asked.insert(lenders.begin(), lenders.end());
-  MakeOutputDirectory(folder_.Directory());
-  const std::string& name = photos[photo].name;
-  const std::string digest = DigestOf(photo, photos, lenders);
-  const std::string request = name + "." + digest;  // a photo is asked for more than once
+  MakeOutputDirectory(store_.Folder());
+  const Inputs inputs = InputsOf(photo, photos, lenders);
+  // A photo is asked for more than once, with other lenders.
+  const std::string request = photos[photo].name + "." + DigestOf(inputs);
   used_.insert(request);
-  std::optional<KeypointApproximation> found;
-  if (folder_.IsCurrent(request, digest)) {
-    found = FromText(ReadFile(folder_.ResultPath(request)), name);
-  } else {
-    folder_.Drop(request);
-    found = Search(photo, photos, lenders);
-    WriteFileAtomically(folder_.ResultPath(request), TextOf(found));
-    folder_.Note(request, digest);
-  }
+  const std::string path = store_.PathOf(request);
+  RunJobs(
+      {{request, inputs, [&] { WriteKeypointResult(path, inputs, Search(photo, photos, lenders)); },
+        [&] { ReadKeypointResult(path, photos[photo].name); }}},
+      store_, {setting_.jobs});
+  auto found = ReadKeypointResult(path, photos[photo].name);
   if (found)
     in_vain_.erase(photo);
   else
@@ -269,13 +276,8 @@ std::optional<KeypointApproximation> KeypointStage::Locate(
 }
 
 void KeypointStage::RemoveUnused() const {
-  namespace fs = std::filesystem;
-  std::error_code error;
-  std::vector<fs::path> unused;
-  for (fs::directory_iterator entry(folder_.Directory(), error), end; !error && entry != end;
-       entry.increment(error))
-    if (!used_.contains(entry->path().stem().string())) unused.push_back(entry->path());
-  for (const fs::path& path : unused) fs::remove(path, error);
+  for (const std::string& request : store_.Jobs())
+    if (!used_.contains(request)) store_.Drop(request);
 }
 
-}  // namespace orient
+}  // namespace orient::block

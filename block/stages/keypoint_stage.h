@@ -11,23 +11,23 @@
 #include <utility>
 #include <vector>
 
+#include "block/inputs/block_photos.h"
+#include "block/inputs/scan_interior.h"
+#include "block/stages/result_store.h"
 #include "core/files/orientation_table.h"
-#include "core/geometry/ground_surface.h"
-#include "core/imaging/keypoints.h"
-#include "exterior/keypoint_pose.h"
-#include "tools/block/block_photos.h"
-#include "tools/block/stage_folder.h"
-#include "tools/scan_interior.h"
+#include "core/matching/keypoints.h"
+#include "core/terrain/ground_surface.h"
+#include "exterior/search/keypoint_pose.h"
 
-namespace orient {
+namespace orient::block {
 
 struct KeypointSetting {
   const CameraFile& camera;
-  const MarkShapes& marks;
+  const interior::MarkShapes& marks;
   const GroundSurface& surface;  // under all oriented photos
   std::string interior_directory;
   std::string directory;  // for results
-  std::string inputs;     // digest of what all photos share
+  Inputs inputs;          // what all photos share
   int jobs = 0;
 };
 
@@ -39,7 +39,7 @@ struct KeypointApproximation {
 class KeypointStage {
  public:
   explicit KeypointStage(const KeypointSetting& setting)
-      : setting_(setting), folder_(setting.directory, ".keypoints") {}
+      : setting_(setting), store_(setting.directory, ".keypoints.json") {}
 
   // Of a photo without a pose. Oriented photos are asked in the order of their distance from the
   // approximation (null: of their places in the block), every other one from all over the block,
@@ -58,7 +58,7 @@ class KeypointStage {
   // Of a whole photo, as coarse as they are sought.
   struct OfPhoto {
     Keypoints keypoints;  // in scan pixels
-    std::vector<FilmPosition> positions;
+    std::vector<exterior::FilmPosition> positions;
     Eigen::Vector2i scan_px = Eigen::Vector2i::Zero();
     double reduction = 1;
   };
@@ -67,22 +67,23 @@ class KeypointStage {
   std::shared_ptr<const OfPhoto> Of(std::size_t photo, const std::vector<BlockPhotoFile>& photos);
   void Prepare(const Lenders& which, const std::vector<BlockPhotoFile>& photos);
   OfPhoto Find(const BlockPhotoFile& photo) const;
-  std::vector<SharedKeypoint> Shared(const OfPhoto& photo, const OfPhoto& lender,
-                                     const BlockPhotoFile& lender_file) const;
+  std::vector<exterior::SharedKeypoint> Shared(const OfPhoto& photo, const OfPhoto& lender,
+                                               const BlockPhotoFile& lender_file) const;
   std::optional<KeypointApproximation> Search(std::size_t photo,
                                               const std::vector<BlockPhotoFile>& photos,
                                               const Lenders& lenders);
-  std::string DigestOf(std::size_t photo, const std::vector<BlockPhotoFile>& photos,
-                       const Lenders& lenders) const;
+  Inputs InputsOf(std::size_t photo, const std::vector<BlockPhotoFile>& photos,
+                  const Lenders& lenders) const;
 
   KeypointSetting setting_;
-  StageFolder folder_;
+  ResultStore store_;
   // By photo, those asked for last first.
   std::list<std::pair<std::size_t, std::shared_ptr<const OfPhoto>>> kept_;
-  std::map<std::size_t, std::map<std::size_t, std::vector<SharedKeypoint>>> shared_;  // with each
+  std::map<std::size_t, std::map<std::size_t, std::vector<exterior::SharedKeypoint>>>
+      shared_;  // with each
   std::map<std::size_t, std::set<std::size_t>> asked_;
   std::set<std::size_t> in_vain_;
   std::set<std::string> used_;  // names of results
 };
 
-}  // namespace orient
+}  // namespace orient::block

@@ -1,26 +1,25 @@
-#include "tools/block/neighbour_stage.h"
+#include "block/stages/neighbour_stage.h"
+
+#include <fmt/format.h>
 
 #include <algorithm>
 #include <filesystem>
 #include <list>
 #include <map>
 #include <mutex>
-#include <sstream>
 
-#include "core/error.h"
-#include "core/files/atomic_write.h"
+#include "block/inputs/approximations.h"
+#include "block/inputs/digest.h"
+#include "block/stages/exterior_inputs.h"
+#include "block/stages/keypoint_stage.h"
+#include "core/base/chi_square.h"
+#include "core/base/error.h"
+#include "core/base/progress.h"
 #include "core/files/orientation_table.h"
-#include "core/format_text.h"
 #include "core/geometry/rotation.h"
-#include "patchdb/harvest.h"
-#include "tools/approximations.h"
-#include "tools/block/keypoint_stage.h"
-#include "tools/block/stage_folder.h"
-#include "tools/made_from.h"
-#include "tools/progress.h"
-#include "tools/shared_options.h"
+#include "patchdb/harvest/harvest.h"
 
-namespace orient {
+namespace orient::block {
 namespace {
 namespace fs = std::filesystem;
 
@@ -39,32 +38,32 @@ class NeighbourPatches {
   NeighbourPatches(const NeighbourStage& stage, const std::vector<BlockPhotoFile>& photos)
       : stage_(stage), photos_(photos) {}
 
-  std::vector<Patch> In(const Bounds& area) {
+  std::vector<patchdb::Patch> In(const Bounds& area) {
     const std::lock_guard<std::mutex> lock(mutex_);
-    std::vector<Patch> patches;
+    std::vector<patchdb::Patch> patches;
     for (std::size_t i = 0; i < photos_.size(); ++i) {
       if (!photos_[i].HasPose() || !photos_[i].footprint.Overlaps(area)) continue;
-      for (const Patch& patch : Of(i))
+      for (const patchdb::Patch& patch : Of(i))
         if (area.Contains(patch.ground_m.x(), patch.ground_m.y())) patches.push_back(patch);
     }
     return patches;
   }
 
  private:
-  const std::vector<Patch>& Of(std::size_t i) {
+  const std::vector<patchdb::Patch>& Of(std::size_t i) {
     const auto known = std::find_if(kept_.begin(), kept_.end(),
                                     [i](const auto& lender) { return lender.first == i; });
     if (known != kept_.end()) {
       kept_.splice(kept_.begin(), kept_, known);
       return known->second;
     }
-    std::vector<Patch> patches;
+    std::vector<patchdb::Patch> patches;
     try {
       const Raster raster = Raster::Open(photos_[i].path);
-      HarvestOptions options;
+      patchdb::HarvestOptions options;
       options.max_count = kPatchesOfAPhoto;
-      patches = HarvestPhoto(raster, photos_[i].View(stage_.camera.camera),
-                             photos_[i].exterior.covariance, stage_.surface, options)
+      patches = patchdb::HarvestPhoto(raster, photos_[i].View(stage_.camera.camera),
+                                      photos_[i].exterior.covariance, stage_.surface, options)
                     .patches;
     } catch (const InputError&) {  // a photo that cannot be read lends nothing
     }
@@ -82,17 +81,20 @@ class NeighbourPatches {
   const NeighbourStage& stage_;
   const std::vector<BlockPhotoFile>& photos_;
   std::mutex mutex_;
-  std::list<std::pair<std::size_t, std::vector<Patch>>> kept_;  // by photo, the last asked first
+  std::list<std::pair<std::size_t, std::vector<patchdb::Patch>>>
+      kept_;  // by photo, the last asked first
 };
 
 // Of all that lend patches in a round: coarse, but rounds are few and failed photos, too.
-std::string DigestOfRound(const NeighbourStage& stage, const std::vector<BlockPhotoFile>& photos,
-                          const std::string& more) {
-  std::string text = "neighbours 2" + stage.inputs + more;
-  for (const BlockPhotoFile& photo : photos)
-    text += photo.name + DigestOfFile(photo.path) + photo.made_from +
-            Digest(ReadFile(photo.result_path)) + (photo.HasPose() ? "+" : "-");
-  return Digest(text);
+Inputs InputsOfRound(const NeighbourStage& stage, const std::vector<BlockPhotoFile>& photos,
+                     const Inputs& located) {
+  Inputs lenders;
+  for (const BlockPhotoFile& photo : photos) lenders[photo.name] = DigestOfPhoto(photo);
+  Inputs inputs = stage.exterior.inputs;
+  inputs["method"] = "neighbours 2";
+  inputs["lenders"] = DigestOf(lenders);
+  if (!located.empty()) inputs["keypoints"] = DigestOf(located);
+  return inputs;
 }
 
 // Whether the photo could be tried if anything were known of it: a scan, a film transform.
@@ -147,86 +149,54 @@ void LearnFrom(const std::vector<BlockPhotoFile>& photos, BlockApproximations* a
   approximations->Learn(results);
 }
 
-// Where a photo of a round looked for patches, beside its result: an interrupted run goes on with
-// the same photos as if it had not been.
-std::string SoughtPath(const StageFolder& folder, const std::string& photo) {
-  return (fs::path(folder.Directory()) / (photo + ".sought")).string();
-}
-
-void WriteSought(const std::string& path, const Bounds& area) {
-  WriteFileAtomically(path, area.Empty() ? "nowhere\n"
-                                         : FormatText("%.17g %.17g %.17g %.17g\n", area.min_x,
-                                                      area.min_y, area.max_x, area.max_y));
-}
-
-Bounds ReadSought(const std::string& path) {
-  Bounds area;
-  try {
-    std::istringstream text(ReadFile(path));
-    if (text >> area.min_x >> area.min_y >> area.max_x >> area.max_y) return area;
-  } catch (const InputError&) {  // it came not so far
-  }
-  return Bounds::OfNothing();
-}
-
-// What a round tries, and what is known of it; `more`: text of what else its results depend on.
-// `located`: by keypoints, which is no accuracy that anybody vouches for.
+// What a round tries, and what is known of it. `located`: photos by keypoints, with what these say,
+// which is no accuracy that anybody vouches for.
 struct Round {
   std::vector<std::size_t> tried;
   OrientationTable table;
-  std::string more;
-  bool located = false;
+  Inputs located;
 };
 
-// Photos that the round oriented take over their poses.
-void RunRound(const NeighbourStage& stage, const Round& what, RoundsSoFar* rounds,
-              std::vector<BlockPhotoFile>* photos) {
-  const std::vector<std::size_t>& tried = what.tried;
-  const std::string round = std::to_string(++rounds->count);
-  const StageFolder folder((fs::path(stage.directory) / ("round-" + round)).string(),
-                           ".exterior.json");
-  const std::string digest = DigestOfRound(stage, *photos, what.more);
+ExteriorRunOptions OptionsOf(const NeighbourStage& stage, const Round& what,
+                             const std::vector<BlockPhotoFile>& photos) {
   ExteriorRunOptions options = stage.exterior;
   options.photos.clear();
-  for (const std::size_t i : tried) {
-    const std::string& name = (*photos)[i].name;
-    options.photos.push_back((*photos)[i].path);
-    if (folder.IsCurrent(name, digest))
-      rounds->sought[name] = ReadSought(SoughtPath(folder, name));
-    else
-      folder.Drop(name);
-  }
-  NeighbourPatches lent(stage, *photos);
-  std::mutex mutex;
-  options.out = folder.Directory();
+  for (const std::size_t i : what.tried) options.photos.push_back(photos[i].path);
   options.pictures.reset();  // beside the round's results: they show no control patches
   options.resume = true;
   options.feedback = false;
   options.table = what.table;
-  if (what.located) options.accuracy_is_stated = false;
-  options.further_patches = [&](const std::string& name, const Bounds& area) {
-    {
-      const std::lock_guard<std::mutex> lock(mutex);
-      auto& sought = rounds->sought.try_emplace(name, Bounds::OfNothing()).first->second;
-      sought.Include(area.min_x, area.min_y);
-      sought.Include(area.max_x, area.max_y);
-    }
-    return lent.In(area);
-  };
-  Progress progress("orientation by neighbours, round " + round, static_cast<int>(tried.size()));
-  RunExterior(options, [&](const ExteriorResult& result) {
-    {
-      // Those that did not come so far as to look for patches have nothing to hope for.
-      const std::lock_guard<std::mutex> lock(mutex);
-      WriteSought(SoughtPath(folder, result.photo),
-                  rounds->sought.try_emplace(result.photo, Bounds::OfNothing()).first->second);
-    }
-    folder.Note(result.photo, digest);
-    progress.Advance();
-  });
+  if (!what.located.empty()) options.accuracy_is_stated = false;
+  options.inputs = InputsOfRound(stage, photos, what.located);
+  return options;
+}
+
+// Those that did not come so far as to look for patches have nothing to hope for.
+void NoteSought(const ExteriorResult& result, RoundsSoFar* rounds) {
+  Bounds& sought = rounds->sought.try_emplace(result.photo, Bounds::OfNothing()).first->second;
+  if (const auto& area = result.asked_of_neighbours) {
+    sought.Include(area->min_x, area->min_y);
+    sought.Include(area->max_x, area->max_y);
+  }
+}
+
+// Photos that the round oriented take over their poses.
+void RunRound(const NeighbourStage& stage, const Round& what, RoundsSoFar* rounds,
+              std::vector<BlockPhotoFile>* photos) {
+  const std::string round = std::to_string(++rounds->count);
+  const ResultStore store =
+      ExteriorStore((fs::path(stage.directory) / ("round-" + round)).string());
+  NeighbourPatches lent(stage, *photos);
+  ExteriorRunOptions options = OptionsOf(stage, what, *photos);
+  options.out = store.Folder();
+  options.further_patches = [&](const std::string&, const Bounds& area) { return lent.In(area); };
+  ProgressTask progress(stage.listener, "orientation by neighbours, round " + round,
+                        static_cast<int>(what.tried.size()));
+  for (const ExteriorResult& result : RunExterior(options, [&] { progress.Advance(); }))
+    NoteSought(result, rounds);
   rounds->fresh.clear();
-  for (const std::size_t i : tried) {
-    BlockPhotoFile now = ReadBlockPhoto((*photos)[i].path, folder.ResultPath((*photos)[i].name),
+  for (const std::size_t i : what.tried) {
+    BlockPhotoFile now = ReadBlockPhoto((*photos)[i].path, store.PathOf((*photos)[i].name),
                                         stage.camera, stage.marks, stage.interior_directory);
     if (!now.HasPose()) continue;
     now.by_neighbours = true;
@@ -236,8 +206,7 @@ void RunRound(const NeighbourStage& stage, const Round& what, RoundsSoFar* round
   }
 }
 
-// Chi-square of six degrees of freedom, 99.99 %.
-constexpr double kMaxChi2 = 27.9;
+const double kMaxChi2 = ChiSquareLimit(6, 1e-4);
 
 // A photo that keypoints located where nobody expected it is weak: they may be right, or the
 // neighbours wrong.
@@ -253,10 +222,10 @@ void CompareWithStated(const NeighbourStage& stage, BlockPhotoFile* photo) {
   const double chi2 = off.cwiseAbs2().cwiseQuotient(variance).sum();
   if (chi2 <= kMaxChi2) return;
   photo->exterior.status = Status::kWeak;
-  photo->exterior.messages.push_back(FormatText(
-      "the pose lies %.0f sigma from its approximation: either that is worse than its accuracy "
-      "says, or its neighbours lie elsewhere",
-      std::sqrt(chi2)));
+  photo->exterior.findings.push_back({.reason = Reason::kContradictsApproximation,
+                                      .at_best = Status::kWeak,
+                                      .value = std::sqrt(chi2),
+                                      .where = "its neighbours are"});
 }
 
 // Photos that still have no pose, where keypoints that they share with oriented ones say where they
@@ -265,11 +234,11 @@ Round LocatedByKeypoints(const NeighbourStage& stage, const std::vector<BlockPho
                          KeypointStage* keypoints, std::map<std::size_t, int>* agreeing) {
   Round round;
   round.table = stage.approximations.Table();
-  round.located = true;
   std::vector<std::size_t> open;
   for (std::size_t i = 0; i < photos.size(); ++i)
     if (MayBeTried(photos[i], stage)) open.push_back(i);
-  Progress progress("keypoints of photos not found yet", static_cast<int>(open.size()));
+  ProgressTask progress(stage.listener, "keypoints of photos not found yet",
+                        static_cast<int>(open.size()));
   for (const std::size_t i : open) {
     progress.Advance();
     const auto found =
@@ -280,10 +249,7 @@ Round LocatedByKeypoints(const NeighbourStage& stage, const std::vector<BlockPho
     std::erase_if(round.table.rows,
                   [&](const OrientationRow& row) { return row.photo == photos[i].name; });
     round.table.rows.push_back(found->row);
-    round.more += " " + photos[i].name;
-    const Vector6d pose = found->row.pose.AsVector();
-    for (int k = 0; k < 6; ++k)
-      round.more += FormatText(" %.17g %.17g", pose[k], (*found->row.sigma)[k]);
+    round.located[photos[i].name] = Digest(TextOf(&found->row));
   }
   return round;
 }
@@ -309,16 +275,20 @@ void TellOfThoseInVain(const std::set<std::size_t>& in_vain,
                        std::vector<BlockPhotoFile>* photos) {
   for (std::size_t i = 0; i < photos->size(); ++i) {
     BlockPhotoFile& photo = (*photos)[i];
-    if (photo.HasPose() || photo.exterior.messages.empty()) continue;
-    const auto located = refused.find(i);
-    std::string& message = photo.exterior.messages.back();
-    if (located != refused.end())
-      message += "; " + std::to_string(located->second) +
-                 " keypoints (SIFT) that it shares with oriented photos agree on where it is, but "
-                 "no patches there do";
+    if (photo.HasPose()) continue;
+    const auto add = [&](std::optional<double> agreeing, std::string where) {
+      photo.exterior.findings.push_back({.reason = Reason::kKeypointsUnconfirmed,
+                                         .at_best = Status::kFailed,
+                                         .value = agreeing,
+                                         .where = std::move(where)});
+    };
+    if (const auto located = refused.find(i); located != refused.end())
+      add(located->second,
+          fmt::format("{} keypoints (SIFT) that it shares with oriented photos agree on where it "
+                      "is, but no patches there do",
+                      located->second));
     else if (in_vain.contains(i))
-      message +=
-          "; nor do keypoints (SIFT) that it shares with oriented photos agree on where it is";
+      add({}, "keypoints (SIFT) that it shares with oriented photos do not agree on where it is");
   }
 }
 
@@ -335,7 +305,7 @@ std::string RunRounds(const NeighbourStage& stage, KeypointStage* keypoints,
     LearnFrom(*photos, &stage.approximations);
     Round round;
     if (stopped.empty())
-      round = {ToBeTried(stage, rounds, *photos), stage.approximations.Table(), "", false};
+      round = {ToBeTried(stage, rounds, *photos), stage.approximations.Table(), {}};
     std::map<std::size_t, int> agreeing;
     if (round.tried.empty()) round = LocatedByKeypoints(stage, *photos, keypoints, &agreeing);
     if (round.tried.empty()) break;
@@ -362,8 +332,8 @@ void RunNeighbourStage(const NeighbourStage& stage, std::vector<BlockPhotoFile>*
                    [](const BlockPhotoFile& photo) { return photo.HasPose(); }))
     return;
   KeypointStage keypoints({stage.camera, stage.marks, stage.surface, stage.interior_directory,
-                           (fs::path(stage.directory) / "keypoints").string(), stage.inputs,
-                           stage.exterior.jobs});
+                           (fs::path(stage.directory) / "keypoints").string(),
+                           stage.exterior.inputs, stage.exterior.jobs});
   std::map<std::size_t, int> refused;
   const std::string stopped = RunRounds(stage, &keypoints, photos, &refused);
   keypoints.RemoveUnused();
@@ -373,4 +343,4 @@ void RunNeighbourStage(const NeighbourStage& stage, std::vector<BlockPhotoFile>*
   TellOfThoseInVain(keypoints.InVain(), refused, photos);
 }
 
-}  // namespace orient
+}  // namespace orient::block

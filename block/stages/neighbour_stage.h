@@ -6,22 +6,23 @@
 #include <string>
 #include <vector>
 
-#include "core/geometry/ground_surface.h"
-#include "tools/block/block_approximations.h"
-#include "tools/block/block_photos.h"
-#include "tools/exterior_run.h"
+#include "block/inputs/block_approximations.h"
+#include "block/inputs/block_photos.h"
+#include "block/stages/exterior_stage.h"
+#include "core/base/progress.h"
+#include "core/terrain/ground_surface.h"
 
-namespace orient {
+namespace orient::block {
 
 struct NeighbourStage {
   ExteriorRunOptions exterior;  // of the photos' own stage; photos, out and resume are set here
   BlockApproximations& approximations;  // learns from each round's poses
   const CameraFile& camera;
-  const MarkShapes& marks;
+  const interior::MarkShapes& marks;
   const GroundSurface& surface;
   std::string interior_directory;
   std::string directory;  // a folder a round below it
-  std::string inputs;     // digest of what all photos share
+  ProgressListener* listener = nullptr;
 };
 
 // Rounds: patches of all photos that have a pose are offered to all that have none and see
@@ -35,4 +36,4 @@ struct NeighbourStage {
 void RunNeighbourStage(const NeighbourStage& stage, std::vector<BlockPhotoFile>* photos,
                        std::vector<std::string>* messages);
 
-}  // namespace orient
+}  // namespace orient::block

@@ -5,26 +5,26 @@
 #include <string>
 #include <vector>
 
-#include "core/geometry/ground_surface.h"
-#include "tools/block/block_photos.h"
-#include "tools/block/stage_folder.h"
-#include "tools/block/tie_file.h"
+#include "block/inputs/block_photos.h"
+#include "block/stages/result_store.h"
+#include "block/ties/tie_file.h"
+#include "core/terrain/ground_surface.h"
 
-namespace orient {
+namespace orient::block {
 
 struct TieStage {
   const std::vector<BlockPhotoFile>& photos;
   const Camera& camera;
   const GroundSurface& surface;
-  std::string inputs;  // digest of what all photos share: camera, DEM
-  StageFolder folder;
+  Inputs inputs;  // what all photos share: camera, DEM
+  ResultStore store;
   int jobs = 0;
 };
 
 // Ties of all photos that have a pose and a neighbour; those that are there and current are kept.
 // An image that cannot be read any more leaves its photo without ties and is told in `messages`.
-// `done` is called once a photo, from several threads.
+// `done` is called once a photo, from one thread at a time.
 std::vector<TieRecord> RunTieStage(const TieStage& stage, const std::function<void()>& done,
                                    std::vector<std::string>* messages);
 
-}  // namespace orient
+}  // namespace orient::block

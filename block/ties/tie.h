@@ -1,27 +1,22 @@
-// Tie points: places that two or more photos of a block show, measured in all of them.
-//
-// Every photo owns the part of the ground that it sees nearer to its middle than the others do;
-// there one interest point a cell of its frame is sought in every other photo that shows it. So the
-// ties spread over the von Gruber areas and over every overlap, three-fold and side-lap ones too,
-// and no place is measured twice.
+// A tie point: one place on the ground, measured in two or more photos.
 #pragma once
 
 #include <Eigen/Core>
+#include <cstddef>
 #include <string>
 #include <vector>
 
-#include "core/geometry/ground_surface.h"
-#include "core/geometry/photo_view.h"
-#include "exterior/photo_image.h"
+#include "core/terrain/photo_view.h"
+#include "exterior/steps/photo_image.h"
 
-namespace orient {
+namespace orient::block {
 
 // A photo whose pose is known at least roughly.
 struct TiePhoto {
   std::string name;
   PhotoView view;
   Matrix6d pose_covariance = Matrix6d::Zero();  // in the order of Vector6d
-  const PhotoImage* image = nullptr;            // not owned
+  const exterior::PhotoImage* image = nullptr;  // not owned
 };
 
 struct TieSighting {
@@ -51,9 +46,4 @@ struct TieOptions {
   double model_sigma_px = 0.1;
 };
 
-// Those ties that photos[owner] owns. Reads windows of the images only. The same ones every time. A
-// photo that is damaged shows nothing there; throws InputError where the owner is.
-std::vector<MeasuredTie> FindTies(const std::vector<TiePhoto>& photos, std::size_t owner,
-                                  const GroundSurface& surface, const TieOptions& options = {});
-
-}  // namespace orient
+}  // namespace orient::block

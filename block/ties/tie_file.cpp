@@ -1,11 +1,11 @@
-#include "tools/block/tie_file.h"
+#include "block/ties/tie_file.h"
 
 #include <nlohmann/json.hpp>
 
-#include "core/error.h"
-#include "core/files/atomic_write.h"
+#include "core/base/atomic_write.h"
+#include "core/base/error.h"
 
-namespace orient {
+namespace orient::block {
 namespace {
 using Json = nlohmann::ordered_json;
 
@@ -40,11 +40,11 @@ TieRecord ReadTie(const Json& json) {
 
 }  // namespace
 
-void WriteTieFile(const std::string& path, const std::string& owner,
+void WriteTieFile(const std::string& path, const std::string& owner, const Inputs& made_from,
                   const std::vector<TieRecord>& ties) {
   Json list = Json::array();
   for (const TieRecord& tie : ties) list.push_back(TieJson(tie));
-  const Json json = {{"photo", owner}, {"ties", std::move(list)}};
+  const Json json = {{"photo", owner}, {"made_from", made_from}, {"ties", std::move(list)}};
   WriteFileAtomically(path, json.dump(1) + "\n");
 }
 
@@ -59,4 +59,4 @@ std::vector<TieRecord> ReadTieFile(const std::string& path) {
   }
 }
 
-}  // namespace orient
+}  // namespace orient::block

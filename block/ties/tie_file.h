@@ -5,7 +5,9 @@
 #include <string>
 #include <vector>
 
-namespace orient {
+#include "core/files/inputs.h"
+
+namespace orient::block {
 
 struct SightingRecord {
   std::string photo;
@@ -19,9 +21,9 @@ struct TieRecord {
   std::vector<SightingRecord> seen;
 };
 
-void WriteTieFile(const std::string& path, const std::string& owner,
+void WriteTieFile(const std::string& path, const std::string& owner, const Inputs& made_from,
                   const std::vector<TieRecord>& ties);
 // Throws InputError naming the file.
 std::vector<TieRecord> ReadTieFile(const std::string& path);
 
-}  // namespace orient
+}  // namespace orient::block

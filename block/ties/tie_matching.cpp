@@ -1,15 +1,16 @@
-#include "exterior/tie_matching.h"
+#include "block/ties/tie_matching.h"
 
 #include <Eigen/Dense>
 #include <algorithm>
 #include <cmath>
 #include <numbers>
 
-#include "exterior/match.h"
-#include "exterior/photo_task.h"
-#include "exterior/pixel_lattice.h"
+#include "core/terrain/pixel_derivatives.h"
+#include "exterior/steps/match.h"
+#include "exterior/steps/photo_task.h"
+#include "exterior/steps/pixel_lattice.h"
 
-namespace orient {
+namespace orient::block {
 namespace {
 
 // Where `from` shows what `to` shows is computed on a lattice and linear between its nodes.
@@ -18,28 +19,13 @@ constexpr double kSearchMarginPx = 3;
 constexpr double kBackRadiusPx = 3;
 constexpr int kMaxSupersampling = 8;
 
-using Matrix2x3d = Eigen::Matrix<double, 2, 3>;
 using Matrix2x6d = Eigen::Matrix<double, 2, 6>;
-
-struct PixelDerivatives {
-  Matrix2x6d by_pose;
-  Matrix2x3d by_ground;
-};
-
-std::optional<PixelDerivatives> DerivativesOf(const PhotoView& view,
-                                              const Eigen::Vector3d& ground_m) {
-  const auto projection = PhotoFromGroundWithDerivatives(view.camera, view.pose, ground_m);
-  if (!projection) return std::nullopt;
-  const Eigen::Matrix2d pixel_from_photo = view.photo_from_pixel.Inverse().A;
-  return PixelDerivatives{pixel_from_photo * projection->by_pose,
-                          pixel_from_photo * projection->by_ground};
-}
 
 // How `to`'s pixel moves with `from`'s where both show flat ground.
 std::optional<Eigen::Matrix2d> LocalScale(const TiePhoto& to, const TiePhoto& from,
                                           const Eigen::Vector3d& ground_m) {
-  const auto of_to = DerivativesOf(to.view, ground_m);
-  const auto of_from = DerivativesOf(from.view, ground_m);
+  const auto of_to = PixelFromGroundWithDerivatives(to.view, ground_m);
+  const auto of_from = PixelFromGroundWithDerivatives(from.view, ground_m);
   if (!of_to || !of_from) return std::nullopt;
   const Eigen::Matrix2d plane = of_from->by_ground.leftCols<2>();
   if (std::abs(plane.determinant()) < 1e-12) return std::nullopt;
@@ -53,14 +39,14 @@ bool Complete(const Image& image) {
 
 }  // namespace
 
-AlignedPatch AlignWindow(const TiePhoto& to, const TiePhoto& from, const GroundSurface& surface,
-                         const Eigen::Vector2d& centre_px, const Eigen::Vector2d& shift_px,
-                         int side) {
-  AlignedPatch aligned;
+exterior::AlignedPatch AlignWindow(const TiePhoto& to, const TiePhoto& from,
+                                   const GroundSurface& surface, const Eigen::Vector2d& centre_px,
+                                   const Eigen::Vector2d& shift_px, int side) {
+  exterior::AlignedPatch aligned;
   aligned.predicted_px = centre_px;
   aligned.image = Image(side, side, kNoData);
   const Eigen::Vector2d first = centre_px - Eigen::Vector2d::Constant(side / 2.0);
-  const PixelLattice lattice(
+  const exterior::PixelLattice lattice(
       side, kLatticeStep, [&](const Eigen::Vector2d& pixels) -> std::optional<Eigen::Vector2d> {
         const auto ground = to.view.GroundFromPixel(first + pixels, surface);
         const auto seen = ground ? from.view.PixelFromGround(*ground) : std::nullopt;
@@ -71,20 +57,21 @@ AlignedPatch AlignWindow(const TiePhoto& to, const TiePhoto& from, const GroundS
   if (!area || area->second.maxCoeff() > 4.0 * side) return aligned;
   const ImageWindow window =
       from.image->Around(area->first, area->second + Eigen::Vector2d::Constant(3), 1);
-  const int samples = SamplesOfPixel(lattice.Scale(), kMaxSupersampling);
+  const int samples = exterior::SamplesOfPixel(lattice.Scale(), kMaxSupersampling);
   const auto in_window = [&](double col, double row) {
     return window.ImageFromRaster(lattice.At(col, row));
   };
   for (int row = 0; row < side; ++row)
     for (int col = 0; col < side; ++col)
-      aligned.image.At(col, row) = MeanOverPixel(window.image, col, row, samples, in_window);
+      aligned.image.At(col, row) =
+          exterior::MeanOverPixel(window.image, col, row, samples, in_window);
   return aligned;
 }
 
 Eigen::Matrix2d DifferenceCovariance(const TiePhoto& owner, const TiePhoto& other,
                                      const Eigen::Vector3d& ground_m, double height_sigma_m) {
-  const auto of_owner = DerivativesOf(owner.view, ground_m);
-  const auto of_other = DerivativesOf(other.view, ground_m);
+  const auto of_owner = PixelFromGroundWithDerivatives(owner.view, ground_m);
+  const auto of_other = PixelFromGroundWithDerivatives(other.view, ground_m);
   const auto scale = LocalScale(other, owner, ground_m);
   if (!of_owner || !of_other || !scale) return Eigen::Matrix2d::Identity() * 1e12;
   const Matrix2x6d by_owner = *scale * of_owner->by_pose;
@@ -101,28 +88,29 @@ std::optional<TieSighting> MatchPlace(const TiePhoto& owner, const TiePhoto& oth
                                       const TieOptions& options) {
   const auto predicted = other.view.PixelFromGround(place.ground_m);
   const auto scale = LocalScale(other, owner, place.ground_m);
-  const auto of_owner = DerivativesOf(owner.view, place.ground_m);
+  const auto of_owner = PixelFromGroundWithDerivatives(owner.view, place.ground_m);
   if (!predicted || !scale || !of_owner) return std::nullopt;
   const double gsd_m = 1 / of_owner->by_ground.leftCols<2>().norm() * std::numbers::sqrt2;
   const Eigen::Matrix2d covariance =
       DifferenceCovariance(owner, other, place.ground_m, options.height_sigma_px * gsd_m);
-  const Eigen::Vector2d radius = (kWindowSigmas * covariance.diagonal().cwiseSqrt() +
+  const Eigen::Vector2d radius = (exterior::kWindowSigmas * covariance.diagonal().cwiseSqrt() +
                                   Eigen::Vector2d::Constant(kSearchMarginPx))
                                      .cwiseMin(Eigen::Vector2d::Constant(options.max_radius_px));
 
-  const AlignedPatch there =
+  const exterior::AlignedPatch there =
       AlignWindow(other, owner, surface, *predicted, Eigen::Vector2d::Zero(), options.template_px);
   if (!Complete(there.image)) return std::nullopt;
-  PreciseOptions precise;
+  exterior::PreciseOptions precise;
   precise.min_score = options.min_score;
-  const PreciseMatch match = MatchPrecisely(there, *other.image, radius, precise);
+  const exterior::PreciseMatch match =
+      exterior::MatchPrecisely(there, *other.image, radius, precise);
   if (!match.found) return std::nullopt;
 
-  const AlignedPatch back = AlignWindow(owner, other, surface, place.pixel,
-                                        match.pixel - *predicted, options.template_px);
+  const exterior::AlignedPatch back = AlignWindow(owner, other, surface, place.pixel,
+                                                  match.pixel - *predicted, options.template_px);
   if (!Complete(back.image)) return std::nullopt;
-  const PreciseMatch returned =
-      MatchPrecisely(back, *owner.image, Eigen::Vector2d::Constant(kBackRadiusPx), precise);
+  const exterior::PreciseMatch returned = exterior::MatchPrecisely(
+      back, *owner.image, Eigen::Vector2d::Constant(kBackRadiusPx), precise);
   if (!returned.found) return std::nullopt;
   const Eigen::Vector2d way_back = returned.pixel - place.pixel;
   if (way_back.norm() > options.max_way_back_px) return std::nullopt;
@@ -135,4 +123,4 @@ std::optional<TieSighting> MatchPlace(const TiePhoto& owner, const TiePhoto& oth
   return sighting;
 }
 
-}  // namespace orient
+}  // namespace orient::block

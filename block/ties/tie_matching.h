@@ -4,18 +4,18 @@
 
 #include <optional>
 
-#include "exterior/align.h"
-#include "exterior/tie_places.h"
+#include "block/ties/tie_places.h"
+#include "exterior/steps/align.h"
 
-namespace orient {
+namespace orient::block {
 
 // `from`'s picture of the ground around a point, drawn as `to` should see it: every pixel's ray is
 // followed to the surface and from there into `from`. `shift_px` is added to where `from` is said
 // to show the ground. Square, side odd; at full resolution of `to`, centred at `centre_px` there.
 // NaN where the surface has no height or `from` no picture.
-AlignedPatch AlignWindow(const TiePhoto& to, const TiePhoto& from, const GroundSurface& surface,
-                         const Eigen::Vector2d& centre_px, const Eigen::Vector2d& shift_px,
-                         int side);
+exterior::AlignedPatch AlignWindow(const TiePhoto& to, const TiePhoto& from,
+                                   const GroundSurface& surface, const Eigen::Vector2d& centre_px,
+                                   const Eigen::Vector2d& shift_px, int side);
 
 // Covariance of where `other` shows the ground that `owner` shows at a pixel, px^2: both poses' and
 // what stands on the surface, `height_sigma_m`.
@@ -28,4 +28,4 @@ std::optional<TieSighting> MatchPlace(const TiePhoto& owner, const TiePhoto& oth
                                       const TiePlace& place, const GroundSurface& surface,
                                       const TieOptions& options);
 
-}  // namespace orient
+}  // namespace orient::block

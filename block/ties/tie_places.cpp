@@ -1,12 +1,12 @@
-#include "exterior/tie_places.h"
+#include "block/ties/tie_places.h"
 
 #include <algorithm>
 #include <cmath>
 
-#include "core/imaging/interest_points.h"
-#include "core/imaging/side_by_side.h"
+#include "core/base/side_by_side.h"
+#include "core/matching/interest_points.h"
 
-namespace orient {
+namespace orient::block {
 namespace {
 
 // Of a cell, each way: where its overlaps are looked for.
@@ -132,4 +132,4 @@ std::vector<std::vector<TiePlace>> FindTiePlaces(const std::vector<TiePhoto>& ph
   return places;
 }
 
-}  // namespace orient
+}  // namespace orient::block

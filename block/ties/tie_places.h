@@ -5,9 +5,10 @@
 #include <optional>
 #include <vector>
 
-#include "exterior/tie_points.h"
+#include "block/ties/tie.h"
+#include "core/terrain/ground_surface.h"
 
-namespace orient {
+namespace orient::block {
 
 struct TiePlace {
   Eigen::Vector2d pixel;             // of the owner's scan
@@ -25,4 +26,4 @@ std::vector<std::vector<TiePlace>> FindTiePlaces(const std::vector<TiePhoto>& ph
                                                  std::size_t owner, const GroundSurface& surface,
                                                  const TieOptions& options);
 
-}  // namespace orient
+}  // namespace orient::block

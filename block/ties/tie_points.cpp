@@ -1,13 +1,13 @@
-#include "exterior/tie_points.h"
+#include "block/ties/tie_points.h"
 
 #include <Eigen/Dense>
 
-#include "core/error.h"
-#include "core/imaging/side_by_side.h"
-#include "exterior/tie_matching.h"
-#include "exterior/tie_places.h"
+#include "block/ties/tie_matching.h"
+#include "block/ties/tie_places.h"
+#include "core/base/error.h"
+#include "core/base/side_by_side.h"
 
-namespace orient {
+namespace orient::block {
 namespace {
 
 // What two photos' difference is uncertain by, each photo has its half of: then any two photos of
@@ -61,4 +61,4 @@ std::vector<MeasuredTie> FindTies(const std::vector<TiePhoto>& photos, std::size
   return ties;
 }
 
-}  // namespace orient
+}  // namespace orient::block

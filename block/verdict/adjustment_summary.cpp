@@ -1,6 +1,6 @@
-#include "tools/block/adjustment_summary.h"
+#include "block/verdict/adjustment_summary.h"
 
-namespace orient {
+namespace orient::block {
 namespace {
 
 SightingResult Sighting(const AdjustedBlock& adjusted, std::size_t i) {
@@ -94,4 +94,4 @@ AdjustmentResult SummaryOf(const AdjustedBlock& adjusted,
   return summary;
 }
 
-}  // namespace orient
+}  // namespace orient::block

@@ -4,12 +4,12 @@
 #include <string>
 #include <vector>
 
+#include "block/stages/adjustment_stage.h"
 #include "core/files/adjustment_result.h"
-#include "tools/block/adjustment_stage.h"
 
-namespace orient {
+namespace orient::block {
 
 // `messages`: of all stages, the adjustment's own among them.
 AdjustmentResult SummaryOf(const AdjustedBlock& adjusted, const std::vector<std::string>& messages);
 
-}  // namespace orient
+}  // namespace orient::block

@@ -1,12 +1,12 @@
-#include "tools/block/calibrated_camera.h"
+#include "block/verdict/calibrated_camera.h"
 
 #include <algorithm>
 #include <filesystem>
 
-#include "core/geometry/earth_effects.h"
-#include "tools/block_files.h"
+#include "block/inputs/block_files.h"
+#include "core/terrain/earth_effects.h"
 
-namespace orient {
+namespace orient::block {
 namespace fs = std::filesystem;
 
 std::string CalibratedCameraPath(const std::string& directory) {
@@ -31,4 +31,4 @@ void WriteCalibratedCamera(const std::string& directory, const CameraFile& camer
   WriteCameraFile(path, to);
 }
 
-}  // namespace orient
+}  // namespace orient::block

@@ -3,10 +3,10 @@
 
 #include <string>
 
+#include "block/bundle/adjustment.h"
 #include "core/files/camera_file.h"
-#include "exterior/block_adjustment.h"
 
-namespace orient {
+namespace orient::block {
 
 std::string CalibratedCameraPath(const std::string& directory);
 
@@ -16,4 +16,4 @@ std::string CalibratedCameraPath(const std::string& directory);
 void WriteCalibratedCamera(const std::string& directory, const CameraFile& camera,
                            const BlockResult& result);
 
-}  // namespace orient
+}  // namespace orient::block

@@ -1,22 +1,20 @@
-// What the block adjustment makes of each photo: accepted, kept as it was alone, or failed.
+#include "block/verdict/final_results.h"
+
+#include <Eigen/Cholesky>
 #include <algorithm>
 #include <cmath>
 #include <set>
 
-#include "core/format_text.h"
-#include "exterior/estimate_pose.h"
+#include "block/bundle/adjusted_view.h"
+#include "block/verdict/judge.h"
+#include "core/terrain/footprint.h"
+#include "core/terrain/view_over_ground.h"
+#include "exterior/judge.h"
 #include "exterior/orient_photo.h"
-#include "tools/block/adjustment_stage.h"
-#include "tools/block/view_over_ground.h"
-#include "tools/footprint.h"
+#include "exterior/steps/resect.h"
 
-namespace orient {
+namespace orient::block {
 namespace {
-
-constexpr int kMinTies = 6;             // of a photo whose own patches do not do
-constexpr double kMinRedundancy = 6;    // of its ties together: below, none could be told wrong
-constexpr double kWeakSigmaPx = 1.0;    // of a projection anywhere in the frame
-constexpr double kMaxAloneChi2 = 27.9;  // six degrees of freedom, 99.99 %
 
 struct Sightings {
   TieCount ties;
@@ -70,56 +68,35 @@ Sightings SightingsOf(const AdjustedBlock& adjusted, const std::vector<int>& ray
 }
 
 AloneResult AloneOf(const ExteriorResult& result) {
-  return {result.status, result.pose, result.covariance, result.sigma0_px, result.messages};
+  return {result.status, result.pose, result.covariance, result.sigma0_px, result.findings};
 }
 
 // A photo that ends without a pose keeps what was said about its patches.
-ExteriorResult FailedFrom(const BlockPhotoFile& photo, const std::string& why) {
+ExteriorResult FailedFrom(const BlockPhotoFile& photo, const Finding& why) {
   ExteriorResult result = photo.by_neighbours ? photo.alone : photo.exterior;
   result.alone = AloneOf(result);
   result.status = Status::kFailed;
   result.pose.reset();
   result.covariance.reset();
   result.footprint_m.clear();
-  result.messages.insert(result.messages.begin(), why);
+  result.findings.insert(result.findings.begin(), why);
   return result;
 }
 
-ExteriorResult Own(const BlockPhotoFile& photo, const std::string& why_by_neighbours) {
+ExteriorResult Own(const BlockPhotoFile& photo, const Finding& why_by_neighbours) {
   if (photo.by_neighbours) return FailedFrom(photo, why_by_neighbours);
   return photo.exterior;
 }
 
-bool TiesContradict(const Sightings& sightings) {
-  return sightings.comparable >= kMinTies && 2 * sightings.ties.used < sightings.comparable;
-}
-
-constexpr const char* kTiesContradict = "more than half of its tie points contradict its pose";
-
-// Empty where a photo without control of its own may be accepted.
-std::string WhyNotTied(const Sightings& sightings, double sigma_px) {
-  if (sightings.ties.used < kMinTies)
-    return "it hangs on its neighbours by only " + std::to_string(sightings.ties.used) +
-           " tie points; at least " + std::to_string(kMinTies) + " are needed";
-  if (TiesContradict(sightings)) return kTiesContradict;
-  if (sightings.tie_redundancy < kMinRedundancy)
-    return "its tie points do not control one another: most join it to one other photo only";
-  if (!(sigma_px <= kWeakSigmaPx))
-    return FormatText(
-        "its tie points determine its pose poorly: in the worst corner of the frame its "
-        "projection is uncertain by %.2f px",
-        sigma_px);
-  return "";
+Finding Failing(Reason reason, std::string where = {}) {
+  return {.reason = reason, .at_best = Status::kFailed, .where = std::move(where)};
 }
 
 double WorstSigma(const AdjustmentInputs& inputs, const PhotoView& view,
                   const Matrix6d& covariance) {
-  return WorstProjectionSigma(view, covariance,
-                              GroundHeightUnder(inputs.surface, view.camera, view.pose));
+  return exterior::WorstProjectionSigma(view, covariance,
+                                        GroundHeightUnder(inputs.surface, view.camera, view.pose));
 }
-
-constexpr const char* kNotAtRest =
-    "the block's adjustment did not come to rest: this is what its own patches gave";
 
 // Patches as the adjusted pose sees them.
 void UpdatePatches(const AdjustedBlock& adjusted, const std::vector<std::size_t>& observations,
@@ -144,50 +121,17 @@ void UpdatePatches(const AdjustedBlock& adjusted, const std::vector<std::size_t>
   }
 }
 
-// A photo that was weak for nothing but its precision has that of the block, if ties and not only
-// the same few patches give it.
-void LiftImprecision(const Sightings& sightings, ExteriorResult* result) {
-  if (result->status != Status::kWeak || sightings.ties.used < kMinTies ||
-      sightings.tie_redundancy < kMinRedundancy)
-    return;
-  // What else made it weak is still so.
-  if (std::erase_if(result->messages, SpeaksOfPrecision) > 0 && result->messages.empty())
-    result->status = Status::kOk;
-}
-
-// The photo was ok or weak alone: what speaks against its pose in the block.
-void JudgeAlone(const AdjustmentInputs& inputs, const BlockPhotoFile& photo,
-                const PhotoView& adjusted, const Sightings& sightings, double sigma_px,
-                ExteriorResult* result) {
+// By how much the block moved a photo from where its own patches put it. A calibrated lens moves
+// poses, and is no contradiction: compared is what the photo's own camera makes of the adjusted
+// view.
+double MovedChi2(const AdjustmentInputs& inputs, const BlockPhotoFile& photo,
+                 const PhotoView& adjusted, const ExteriorResult& result) {
   const ExteriorResult& alone = photo.exterior;
-  const PhotoView alone_view = photo.View(inputs.camera);
-  result->status = alone.status;
-  result->messages = alone.messages;
-  LiftImprecision(sightings, result);
-  if (!(sigma_px <= kWeakSigmaPx)) {
-    result->status = Status::kWeak;
-    result->messages.push_back(FormatText(
-        "the pose is poorly determined: in the worst corner of the frame its projection is "
-        "uncertain by %.2f px",
-        sigma_px));
-  }
-  if (TiesContradict(sightings)) {
-    result->status = Status::kWeak;
-    result->messages.emplace_back(kTiesContradict);
-  }
-  // A calibrated lens moves poses, and is no contradiction: compared is what the photo's own camera
-  // makes of the adjusted view.
-  const auto as_alone = PoseShowingTheSame(
-      adjusted, alone_view, GroundHeightUnder(inputs.surface, adjusted.camera, adjusted.pose));
-  const Vector6d moved = PoseDifference(as_alone.value_or(*result->pose), *alone.pose);
-  const double chi2 = moved.dot((*alone.covariance + *result->covariance).ldlt().solve(moved));
-  if (chi2 > kMaxAloneChi2) {
-    result->status = Status::kWeak;
-    result->messages.push_back(FormatText(
-        "the block moved it by %.0f sigma from where its own patches put it: they or its ties are "
-        "wrong",
-        std::sqrt(chi2)));
-  }
+  const auto as_alone =
+      PoseShowingTheSame(adjusted, photo.View(inputs.camera),
+                         GroundHeightUnder(inputs.surface, adjusted.camera, adjusted.pose));
+  const Vector6d moved = PoseDifference(as_alone.value_or(*result.pose), *alone.pose);
+  return moved.dot((*alone.covariance + *result.covariance).ldlt().solve(moved));
 }
 
 // A pose that was not adjusted, for the camera that the block found: it shows the same ground.
@@ -232,32 +176,32 @@ ExteriorResult Final(const AdjustmentInputs& inputs, const AdjustedBlock& adjust
                               : nullptr;
   const bool adjusted_well =
       now.state == PhotoState::kAdjusted && part != nullptr && part->by_control;
+  TiedPhoto tied{sightings.ties.used, sightings.comparable, sightings.tie_redundancy};
   if (!adjusted.result.converged) {
-    ExteriorResult result = Own(file, "the block's adjustment did not come to rest");
+    ExteriorResult result = Own(file, Failing(Reason::kBlockNotConverged));
     result.ties = sightings.ties;
-    if (!result.pose) return result;
-    result.status = Status::kWeak;
-    result.messages.emplace_back(kNotAtRest);
+    if (result.pose)
+      exterior::Add({.reason = Reason::kBlockNotConverged,
+                     .at_best = Status::kWeak,
+                     .where = ": this is what its own patches gave"},
+                    &result);
     return result;
   }
   if (!adjusted_well || sightings.ties.used == 0) {
-    std::string why = "its ties do not connect it to control patches";
-    if (part != nullptr && !part->message.empty()) why += ": " + part->message;
-    ExteriorResult result = Own(file, why);
+    const bool told = part != nullptr && !part->message.empty();
+    ExteriorResult result =
+        Own(file, Failing(Reason::kNotConnected, told ? ": " + part->message : ""));
     UseCalibratedCamera(inputs, adjusted, photo, &result);
     result.ties = sightings.ties;
-    if (result.status == Status::kOk && TiesContradict(sightings)) {
-      result.status = Status::kWeak;
-      result.messages.emplace_back(kTiesContradict);
-    }
+    if (result.status == Status::kOk && TiesContradict(tied))
+      exterior::Add(TiesContradictFinding(Status::kWeak), &result);
     return result;
   }
   const PhotoView view = WithOwnFilm(inputs, adjusted, photo);
-  const double sigma_px = WorstSigma(inputs, view, now.covariance);
+  tied.worst_sigma_px = WorstSigma(inputs, view, now.covariance);
   if (file.by_neighbours) {
-    const std::string objection = WhyNotTied(sightings, sigma_px);
-    if (!objection.empty()) {
-      ExteriorResult result = FailedFrom(file, objection);
+    if (const auto objection = WhyNotTied(tied)) {
+      ExteriorResult result = FailedFrom(file, *objection);
       result.ties = sightings.ties;
       return result;
     }
@@ -270,21 +214,21 @@ ExteriorResult Final(const AdjustmentInputs& inputs, const AdjustedBlock& adjust
   result.sigma0_px = sightings.sigma0_px;
   result.footprint_m = Footprint(view, inputs.surface);
   UpdatePatches(adjusted, observations, view, &result);
+  LiftImprecision(tied, &result);
   if (file.by_neighbours) {
-    result.status = file.exterior.status;
-    LiftImprecision(sightings, &result);
-    result.messages.insert(result.messages.begin(),
-                           "oriented by " + std::to_string(sightings.ties.used) +
-                               " tie points with its neighbours; its own patches did not do");
-    if (!file.located_by.empty()) result.messages[0] += "; " + file.located_by;
+    const std::string located = file.located_by.empty() ? "" : "; " + file.located_by;
+    result.findings.insert(
+        result.findings.begin(),
+        {.reason = Reason::kOrientedByNeighbours, .value = sightings.ties.used, .where = located});
   } else {
-    JudgeAlone(inputs, file, view, sightings, sigma_px, &result);
+    tied.moved_chi2 = MovedChi2(inputs, file, view, result);
+    for (const Finding& finding : JudgeAgainstOwnPatches(tied)) exterior::Add(finding, &result);
   }
   return result;
 }
 
-// A photo that hangs on others is no better than they: where none of those that hang together is
-// ok by patches of its own, it is weak.
+// A photo that depends on others is no better than they: where none of those it is connected with
+// is ok by patches of its own, it is weak.
 void JudgeHanging(const AdjustmentInputs& inputs, const AdjustedBlock& adjusted,
                   const std::vector<Sightings>& sightings, std::vector<ExteriorResult>* results) {
   std::set<int> held;
@@ -297,8 +241,7 @@ void JudgeHanging(const AdjustmentInputs& inputs, const AdjustedBlock& adjusted,
     if (!inputs.photos[adjusted.photo_of[i]].by_neighbours || result.status != Status::kOk ||
         held.contains(adjusted.result.photos[i].part))
       continue;
-    result.status = Status::kWeak;
-    result.messages.emplace_back("the photos that it hangs on are weak themselves");
+    exterior::Add({Reason::kNeighboursWeak, Status::kWeak}, &result);
   }
 }
 
@@ -320,36 +263,20 @@ std::vector<ExteriorResult> FinalResults(const AdjustmentInputs& inputs,
 
 void HoldToControl(const std::vector<ExteriorResult>& without,
                    std::vector<ExteriorResult>* results) {
-  for (std::size_t i = 0; i < results->size(); ++i) {
-    ExteriorResult& result = (*results)[i];
-    const ExteriorResult& held = without[i];
-    if (held.status == Status::kFailed) {
-      result = held;
-      if (!result.messages.empty())
-        result.messages[0].insert(0, "without GNSS and approximations: ");
-    } else if (held.status == Status::kWeak && result.status == Status::kOk) {
-      result.status = Status::kWeak;
-      std::string why = "without GNSS and approximations it is weak";
-      for (std::size_t k = 0; k < held.messages.size(); ++k)
-        why.append(k == 0 ? ": " : "; ").append(held.messages[k]);
-      result.messages.push_back(std::move(why));
-    }
-  }
+  for (std::size_t i = 0; i < results->size(); ++i) HoldTo(without[i], &(*results)[i]);
 }
 
 void HoldAllToControl(std::vector<ExteriorResult>* results) {
-  for (ExteriorResult& result : *results) {
-    if (result.status != Status::kOk) continue;
-    result.status = Status::kWeak;
-    result.messages.emplace_back("without GNSS and approximations the block does not come to rest");
-  }
+  for (ExteriorResult& result : *results)
+    if (result.status == Status::kOk)
+      exterior::Add({Reason::kBlockNotConvergedWithoutPriors, Status::kWeak}, &result);
 }
 
 std::vector<ExteriorResult> OwnResults(const std::vector<BlockPhotoFile>& photos) {
   std::vector<ExteriorResult> results;
   for (const BlockPhotoFile& photo : photos)
-    results.push_back(Own(photo, "it has no tie points with its neighbours"));
+    results.push_back(Own(photo, Failing(Reason::kNoTies)));
   return results;
 }
 
-}  // namespace orient
+}  // namespace orient::block

@@ -1,14 +1,15 @@
-#include "tools/block/pose_covariance.h"
+#include "block/verdict/pose_covariance.h"
+
+#include <fmt/format.h>
 
 #include <array>
 #include <filesystem>
 
-#include "core/files/atomic_write.h"
+#include "block/inputs/block_files.h"
+#include "core/base/atomic_write.h"
 #include "core/files/interior_table.h"
-#include "core/format_text.h"
-#include "tools/block_files.h"
 
-namespace orient {
+namespace orient::block {
 namespace fs = std::filesystem;
 namespace {
 
@@ -41,7 +42,8 @@ std::string Table(const AdjustedBlock& adjusted, const std::vector<Eigen::Index>
       text += CsvCell(name(row)) + "," + kElements.at(static_cast<std::size_t>(i));
       for (const Eigen::Index column : places)
         for (Eigen::Index j = 0; j < 6; ++j)
-          text += FormatText(",%.9g", adjusted.result.pose_covariance(6 * row + i, 6 * column + j));
+          text +=
+              fmt::format(",{:.9g}", adjusted.result.pose_covariance(6 * row + i, 6 * column + j));
       text += '\n';
     }
   return text;
@@ -67,4 +69,4 @@ bool WritePoseCovariance(const std::string& directory, bool wanted, const Adjust
   return true;
 }
 
-}  // namespace orient
+}  // namespace orient::block

@@ -4,9 +4,9 @@
 #include <string>
 #include <vector>
 
-#include "tools/block/adjustment_stage.h"
+#include "block/stages/adjustment_stage.h"
 
-namespace orient {
+namespace orient::block {
 
 std::string PoseCovariancePath(const std::string& directory);
 
@@ -17,4 +17,4 @@ std::string PoseCovariancePath(const std::string& directory);
 bool WritePoseCovariance(const std::string& directory, bool wanted, const AdjustedBlock& adjusted,
                          const std::vector<ExteriorResult>& results);
 
-}  // namespace orient
+}  // namespace orient::block

@@ -1,6 +1,7 @@
-#include "core/files/atomic_write.h"
+#include "core/base/atomic_write.h"
 
 #include <fcntl.h>
+#include <fmt/format.h>
 #include <sys/stat.h>
 #include <unistd.h>
 
@@ -12,7 +13,7 @@
 #include <memory>
 #include <stdexcept>
 
-#include "core/error.h"
+#include "core/base/error.h"
 
 namespace orient {
 namespace {
@@ -35,16 +36,16 @@ std::string Remedy(int error) {
 }
 
 [[noreturn]] void FailToWrite(const std::string& path, int error) {
-  throw InputError("cannot write " + path + ": " + std::strerror(error) + Remedy(error));
+  throw InputError(fmt::format("cannot write {}: {}{}", path, std::strerror(error), Remedy(error)));
 }
 
 // A file beside the target that nobody else writes; closed and removed unless renamed.
 class PartialFile {
  public:
   explicit PartialFile(const std::string& target) : target_(target) {
-    const std::string stem = target + "." + std::to_string(getpid()) + "-";
+    const std::string stem = fmt::format("{}.{}-", target, getpid());
     for (int attempt = 0;; ++attempt) {
-      path_ = stem + std::to_string(attempt) + ".part";
+      path_ = fmt::format("{}{}.part", stem, attempt);
       descriptor_ = open(path_.c_str(), O_WRONLY | O_CREAT | O_EXCL | O_CLOEXEC, 0666);
       if (descriptor_ >= 0) return;
       if (errno != EEXIST) FailToWrite(target_, errno);
@@ -85,9 +86,9 @@ class PartialFile {
 // The rename itself reaches the disk with its folder. File systems that cannot do this lose nothing
 // but the promise about a power cut, so a failure is no reason to refuse the result.
 void FlushFolder(const std::string& path) {
-  std::string folder = std::filesystem::path(path).parent_path().string();
-  if (folder.empty()) folder = ".";
-  const int descriptor = open(folder.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC);
+  const std::string folder = std::filesystem::path(path).parent_path().string();
+  const int descriptor =
+      open(folder.empty() ? "." : folder.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC);
   if (descriptor < 0) return;
   fsync(descriptor);
   close(descriptor);
@@ -105,7 +106,7 @@ void WriteFileAtomically(const std::string& path, std::string_view contents) {
 
 std::string ReadFile(const std::string& path) {
   const auto fail = [&path](int error) {
-    throw InputError("cannot read " + path + ": " + std::strerror(error));
+    throw InputError(fmt::format("cannot read {}: {}", path, std::strerror(error)));
   };
   const std::unique_ptr<std::FILE, int (*)(std::FILE*)> file(std::fopen(path.c_str(), "rb"),
                                                              &std::fclose);

@@ -1,4 +1,4 @@
-#include "core/files/folder_lock.h"
+#include "core/base/folder_lock.h"
 
 #include <fcntl.h>
 #include <sys/file.h>
@@ -7,7 +7,7 @@
 #include <cerrno>
 #include <filesystem>
 
-#include "core/error.h"
+#include "core/base/error.h"
 
 namespace orient {
 

@@ -1,4 +1,4 @@
-#include "core/files/partial_files.h"
+#include "core/base/partial_files.h"
 
 #include <signal.h>
 

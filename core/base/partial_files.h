@@ -1,4 +1,4 @@
-// What killed programs leave of files that were to appear whole (core/files/atomic_write.h and
+// What killed programs leave of files that were to appear whole (core/base/atomic_write.h and
 // GeoPackages): <name>.<process>-<n>.part, <name>.<process>.part.gpkg and its journal.
 #pragma once
 

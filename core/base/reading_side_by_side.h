@@ -9,7 +9,7 @@
 #include <utility>
 #include <vector>
 
-#include "core/imaging/side_by_side.h"
+#include "core/base/side_by_side.h"
 
 namespace orient {
 

@@ -1,13 +1,13 @@
-#include "core/files/exchange/asp_pinhole.h"
+#include "core/exchange/asp_pinhole.h"
 
 #include <algorithm>
 #include <filesystem>
 #include <map>
 
-#include "core/error.h"
-#include "core/files/atomic_write.h"
-#include "core/files/exchange/text_lines.h"
-#include "core/geometry/geocentric.h"
+#include "core/base/atomic_write.h"
+#include "core/base/error.h"
+#include "core/exchange/text_lines.h"
+#include "core/terrain/geocentric.h"
 
 namespace orient {
 namespace {

@@ -1,11 +1,13 @@
-#include "core/files/exchange/colmap.h"
+#include "core/exchange/colmap.h"
+
+#include <fmt/format.h>
 
 #include <Eigen/Geometry>
 #include <filesystem>
 
-#include "core/error.h"
-#include "core/files/atomic_write.h"
-#include "core/files/exchange/text_lines.h"
+#include "core/base/atomic_write.h"
+#include "core/base/error.h"
+#include "core/exchange/text_lines.h"
 
 namespace orient {
 namespace {
@@ -31,8 +33,7 @@ std::string CameraText(const ExchangeCamera& camera) {
     params.insert(params.end(), {k[0], k[1], p[1], p[0]});  // OpenCV's p1 is our p2
     if (k[2] != 0) params.insert(params.end(), {k[2], 0, 0, 0});
   }
-  return model + " " + std::to_string(camera.width) + " " + std::to_string(camera.height) +
-         Joined(params) + "\n";
+  return fmt::format("{} {} {}{}\n", model, camera.width, camera.height, Joined(params));
 }
 
 // Where the ground system lies, for those who want it back.
@@ -49,7 +50,7 @@ std::string ImageText(const ExchangeBlock& block, std::size_t i) {
   const Eigen::Vector3d& t = camera.translation;
   std::string text = std::to_string(i + 1);
   text += Joined({q.w(), q.x(), q.y(), q.z(), t.x(), t.y(), t.z()});
-  text += ' ' + std::to_string(photo.camera + 1) + ' ' + photo.image + '\n';
+  text += fmt::format(" {} {}\n", photo.camera + 1, photo.image);
   return text;
 }
 
@@ -71,9 +72,8 @@ Tracks TracksOf(const ExchangeBlock& block) {
     for (const ExchangeObservation& seen : point.observations) {
       std::string& line = tracks.points2d[seen.photo];
       if (!line.empty()) line += ' ';
-      line += ExactNumber(seen.pixel.x()) + " " + ExactNumber(seen.pixel.y()) + " " + id;
-      tracks.points3d += ' ' + std::to_string(seen.photo + 1);
-      tracks.points3d += ' ' + std::to_string(count[seen.photo]++);
+      line += fmt::format("{} {} {}", ExactNumber(seen.pixel.x()), ExactNumber(seen.pixel.y()), id);
+      tracks.points3d += fmt::format(" {} {}", seen.photo + 1, count[seen.photo]++);
     }
     tracks.points3d += '\n';
   }
@@ -106,8 +106,8 @@ ColmapCamera ReadCamera(const TextLine& line) {
               "\" cannot be held; undistort the images to PINHOLE or OPENCV first");
   for (std::size_t i = 4; i < line.Size(); ++i) camera.params.push_back(line.Number(i, "PARAMS"));
   if (camera.params.size() != model->second)
-    line.Fail(camera.model + " has " + std::to_string(model->second) + " parameters, not " +
-              std::to_string(camera.params.size()));
+    line.Fail(fmt::format("{} has {} parameters, not {}", camera.model, model->second,
+                          camera.params.size()));
   if (camera.model == "FULL_OPENCV" &&
       (camera.params[9] != 0 || camera.params[10] != 0 || camera.params[11] != 0))
     line.Fail("FULL_OPENCV with k4 k5 k6 cannot be held: they must be 0");
@@ -137,7 +137,7 @@ ExchangeCamera ExchangeCameraFrom(int id, const ColmapCamera& colmap) {
 void WriteColmap(const std::string& directory, const ExchangeBlock& block) {
   std::string cameras = "# CAMERA_ID MODEL WIDTH HEIGHT PARAMS[]\n";
   for (std::size_t i = 0; i < block.cameras.size(); ++i)
-    cameras += std::to_string(i + 1) + " " + CameraText(block.cameras[i]);
+    cameras += fmt::format("{} {}", i + 1, CameraText(block.cameras[i]));
   const Tracks tracks = TracksOf(block);
   std::string images = "# IMAGE_ID QW QX QY QZ TX TY TZ CAMERA_ID NAME\n# X Y POINT3D_ID ...\n" +
                        OriginComment(block) + VerificationComments(block);
@@ -168,7 +168,7 @@ ColmapModel ReadColmap(const std::string& directory) {
     image.camera = line.Count(8, "CAMERA_ID");
     image.name = line.Word(9, "NAME");
     if (!model.cameras.contains(image.camera))
-      line.Fail("camera " + std::to_string(image.camera) + " is not in cameras.txt");
+      line.Fail(fmt::format("camera {} is not in cameras.txt", image.camera));
     if (!(image.qvec.norm() > 0.5)) line.Fail("the quaternion is not of unit length");
     model.images.push_back(image);
   }

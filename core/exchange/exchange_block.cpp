@@ -1,6 +1,7 @@
-#include "core/files/exchange/exchange_block.h"
+#include "core/exchange/exchange_block.h"
 
 #include <Eigen/Dense>
+#include <algorithm>
 #include <array>
 #include <charconv>
 #include <cmath>

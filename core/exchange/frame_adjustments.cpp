@@ -1,4 +1,6 @@
-#include "core/files/exchange/frame_adjustments.h"
+#include "core/exchange/frame_adjustments.h"
+
+#include <fmt/format.h>
 
 #include <Eigen/Dense>
 #include <algorithm>
@@ -7,10 +9,9 @@
 #include <filesystem>
 #include <numbers>
 
-#include "core/error.h"
-#include "core/files/atomic_write.h"
-#include "core/files/exchange/text_lines.h"
-#include "core/format_text.h"
+#include "core/base/atomic_write.h"
+#include "core/base/error.h"
+#include "core/exchange/text_lines.h"
 #include "core/geometry/lens.h"
 
 namespace orient {
@@ -31,16 +32,16 @@ std::string NameOf(const ExchangePhoto& photo) { return fs::path(photo.image).st
 // As many decimals as sixteen columns hold, a blank before it.
 std::string Column(double value) {
   for (int decimals = 13; decimals > 5; --decimals) {
-    const std::string text = FormatText("%*.*f", kColumns, decimals, value);
+    const std::string text = fmt::format("{:{}.{}f}", value, kColumns, decimals);
     if (text.size() <= kColumns && text.front() == ' ') return text;
   }
-  return FormatText("%*.5f", kColumns, value);
+  return fmt::format("{:{}.5f}", value, kColumns);
 }
 
 std::string NumbersText(const ExchangeBlock& block) {
   std::string text = "# number photo\n";
   for (std::size_t i = 0; i < block.photos.size(); ++i)
-    text += PhotoNumber(block, i) + " " + NameOf(block.photos[i]) + "\n";
+    text += fmt::format("{} {}\n", PhotoNumber(block, i), NameOf(block.photos[i]));
   return text;
 }
 
@@ -53,8 +54,8 @@ std::string PatbOrientation(const ExchangeBlock& block) {
   for (std::size_t i = 0; i < block.photos.size(); ++i) {
     const ExchangePhoto& photo = block.photos[i];
     const Eigen::Matrix3d& a = photo.ground_from_photo;
-    text += FormatText("%*s", kColumns, PhotoNumber(block, i).c_str());
-    text += FormatText("%*.6f", kColumns, PrincipalDistance(block.cameras[photo.camera]));
+    text += fmt::format("{0:>{2}}{1:{2}.6f}", PhotoNumber(block, i),
+                        PrincipalDistance(block.cameras[photo.camera]), kColumns);
     for (const double x : photo.centre) text += Column(x);
     text += '\n';
     for (const double x : {a(0, 0), a(0, 1), a(0, 2), a(1, 0), a(1, 1)}) text += Column(x);
@@ -94,16 +95,16 @@ std::string ImageCoordinates(const ExchangeBlock& block, double per_mm, bool pat
   std::vector<std::string> of_photo(block.photos.size());
   for (const ReducedPoint& point : ReducedPoints(block)) {
     std::string& text = of_photo[point.photo];
-    text += FormatText("%12s %14.6f %14.6f", point.point.c_str(), per_mm * point.photo_mm.x(),
-                       per_mm * point.photo_mm.y());
-    text += patb ? " 1\n" : "\n";
+    text += fmt::format("{:>12} {:14.6f} {:14.6f}{}\n", point.point, per_mm * point.photo_mm.x(),
+                        per_mm * point.photo_mm.y(), patb ? " 1" : "");
   }
   std::string text;
   for (std::size_t i = 0; i < block.photos.size(); ++i) {
     const ExchangeCamera& camera = block.cameras[block.photos[i].camera];
-    text += FormatText("%12s ", PhotoNumber(block, i).c_str());
-    text += patb ? FormatText("%14.3f", 1000 * PrincipalDistance(camera)) : OneWord(camera.name);
-    text += "\n" + of_photo[i] + FormatText("%12d\n", -99);
+    text += fmt::format(
+        "{:>12} {}\n{}{:12}\n", PhotoNumber(block, i),
+        patb ? fmt::format("{:14.3f}", 1000 * PrincipalDistance(camera)) : OneWord(camera.name),
+        of_photo[i], -99);
   }
   return text;
 }
@@ -112,11 +113,11 @@ std::string Control(const ExchangeBlock& block, bool patb) {
   std::string text;
   for (const ExchangePoint& point : block.points) {
     if (!point.control) continue;
-    text += patb ? FormatText("%12s", point.name.c_str()) : "CONT " + point.name;
-    for (const double x : point.ground) text += FormatText(" %14.4f", x);
+    text += patb ? fmt::format("{:>12}", point.name) : "CONT " + point.name;
+    for (const double x : point.ground) text += fmt::format(" {:14.4f}", x);
     text += patb ? " 1\n" : "\n";
   }
-  return patb ? text + FormatText("%12d\n", -99) : text;
+  return patb ? text + fmt::format("{:12}\n", -99) : text;
 }
 
 std::string InFolder(const std::string& path, const char* file) {

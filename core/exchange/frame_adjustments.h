@@ -2,7 +2,7 @@
 // text of poses that most programs import.
 //
 // Both know photos by their camera's principal distance alone: image coordinates are relative to
-// the principal point, freed of the lens's distortion, x right and y up. So x = -c d0/d2, y = -c
+// the principal point, without the lens's distortion, x right and y up. So x = -c d0/d2, y = -c
 // d1/d2 with d = R^T (P - P0), R photo to ground.
 //
 // PAT-B orientation, three records a photo (16 columns a value): number, principal distance (mm),
@@ -18,7 +18,7 @@
 #include <string>
 #include <vector>
 
-#include "core/files/exchange/exchange_block.h"
+#include "core/exchange/exchange_block.h"
 
 namespace orient {
 

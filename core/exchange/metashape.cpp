@@ -1,13 +1,15 @@
-#include "core/files/exchange/metashape.h"
+#include "core/exchange/metashape.h"
+
+#include <fmt/format.h>
 
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <filesystem>
 
-#include "core/error.h"
-#include "core/files/atomic_write.h"
-#include "core/files/exchange/text_lines.h"
-#include "core/files/exchange/xml_elements.h"
+#include "core/base/atomic_write.h"
+#include "core/base/error.h"
+#include "core/exchange/text_lines.h"
+#include "core/exchange/xml_elements.h"
 
 namespace orient {
 namespace {
@@ -18,62 +20,77 @@ constexpr const char* kLocalReference =
     "UNIT[&quot;metre&quot;,1,AUTHORITY[&quot;EPSG&quot;,&quot;9001&quot;]]]";
 
 std::string Numbers(const std::vector<double>& values) {
-  std::string text;
-  for (const double value : values) {
-    if (!text.empty()) text += ' ';
-    text += ExactNumber(value);
-  }
-  return text;
+  std::vector<std::string> texts;
+  for (const double value : values) texts.push_back(ExactNumber(value));
+  return fmt::format("{}", fmt::join(texts, " "));
 }
 
 std::string Label(const std::string& image) { return fs::path(image).stem().string(); }
 
-void Element(const std::string& name, double value, std::string* text) {
-  *text += "          <" + name + ">" + ExactNumber(value) + "</" + name + ">\n";
-}
-
-std::string SizeText(const ExchangeCamera& camera) {
-  return "<resolution width=\"" + std::to_string(camera.width) + "\" height=\"" +
-         std::to_string(camera.height) + "\"/>\n";
-}
-
 std::string SensorText(const ExchangeCamera& camera, std::size_t id) {
-  std::string text = "      <sensor id=\"" + std::to_string(id) + "\" label=\"";
-  text += XmlEscaped(camera.name) + "\" type=\"frame\">\n        " + SizeText(camera);
-  const double pixel_y = camera.pixel_mm * camera.focal_px.x() / camera.focal_px.y();
-  text += "        <property name=\"pixel_width\" value=\"" + ExactNumber(camera.pixel_mm) +
-          "\"/>\n        <property name=\"pixel_height\" value=\"" + ExactNumber(pixel_y) +
-          "\"/>\n        <property name=\"focal_length\" value=\"" +
-          ExactNumber(camera.focal_px.x() * camera.pixel_mm) + "\"/>\n";
-  text += "        <calibration type=\"frame\" class=\"adjusted\">\n          " + SizeText(camera);
-  Element("f", camera.focal_px.y(), &text);
-  Element("cx", camera.principal_px.x() - 0.5 * camera.width, &text);
-  Element("cy", camera.principal_px.y() - 0.5 * camera.height, &text);
-  Element("b1", camera.focal_px.x() - camera.focal_px.y(), &text);
-  Element("k1", camera.k[0], &text);
-  Element("k2", camera.k[1], &text);
-  Element("k3", camera.k[2], &text);
-  Element("p1", camera.p[0], &text);
-  Element("p2", camera.p[1], &text);
+  const std::string size =
+      fmt::format(R"(<resolution width="{}" height="{}"/>)", camera.width, camera.height);
+  const Eigen::Vector2d& f = camera.focal_px;
+  std::string text = fmt::format(R"(      <sensor id="{}" label="{}" type="frame">
+        {}
+        <property name="pixel_width" value="{}"/>
+        <property name="pixel_height" value="{}"/>
+        <property name="focal_length" value="{}"/>
+        <calibration type="frame" class="adjusted">
+          {}
+)",
+                                 id, XmlEscaped(camera.name), size, ExactNumber(camera.pixel_mm),
+                                 ExactNumber(camera.pixel_mm * f.x() / f.y()),
+                                 ExactNumber(f.x() * camera.pixel_mm), size);
+  const std::pair<const char*, double> elements[] = {
+      {"f", f.y()},
+      {"cx", camera.principal_px.x() - 0.5 * camera.width},
+      {"cy", camera.principal_px.y() - 0.5 * camera.height},
+      {"b1", f.x() - f.y()},
+      {"k1", camera.k[0]},
+      {"k2", camera.k[1]},
+      {"k3", camera.k[2]},
+      {"p1", camera.p[0]},
+      {"p2", camera.p[1]}};
+  for (const auto& [name, value] : elements)
+    text += fmt::format("          <{0}>{1}</{0}>\n", name, ExactNumber(value));
   return text + "        </calibration>\n      </sensor>\n";
 }
 
 std::string CameraText(const ExchangePhoto& photo, std::size_t id) {
   const Eigen::Matrix3d r = GroundFromCamera(photo);
   const Eigen::Vector3d& t = photo.centre;
-  std::string text = "      <camera id=\"" + std::to_string(id) + "\" sensor_id=\"" +
-                     std::to_string(photo.camera) + "\" label=\"";
-  text += XmlEscaped(Label(photo.image)) + "\" enabled=\"1\">\n        <transform>";
-  text += Numbers({r(0, 0), r(0, 1), r(0, 2), t[0], r(1, 0), r(1, 1), r(1, 2), t[1],  //
-                   r(2, 0), r(2, 1), r(2, 2), t[2], 0, 0, 0, 1});
-  return text + "</transform>\n      </camera>\n";
+  return fmt::format(R"(      <camera id="{}" sensor_id="{}" label="{}" enabled="1">
+        <transform>{}</transform>
+      </camera>
+)",
+                     id, photo.camera, XmlEscaped(Label(photo.image)),
+                     Numbers({r(0, 0), r(0, 1), r(0, 2), t[0], r(1, 0), r(1, 1), r(1, 2), t[1],  //
+                              r(2, 0), r(2, 1), r(2, 2), t[2], 0, 0, 0, 1}));
 }
 
-std::string ChunkTransformText(const Eigen::Vector3d& translation) {
-  return "    <transform>\n      <rotation locked=\"1\">1 0 0 0 1 0 0 0 1</rotation>\n"
-         "      <translation locked=\"1\">" +
-         Numbers({translation[0], translation[1], translation[2]}) +
-         "</translation>\n      <scale locked=\"1\">1</scale>\n    </transform>\n";
+std::string DocumentText(const ExchangeBlock& block) {
+  std::string sensors, cameras;
+  for (std::size_t i = 0; i < block.cameras.size(); ++i) sensors += SensorText(block.cameras[i], i);
+  for (std::size_t i = 0; i < block.photos.size(); ++i) cameras += CameraText(block.photos[i], i);
+  return fmt::format(R"(<?xml version="1.0" encoding="UTF-8"?>
+<document version="1.5.0">
+  <chunk label="orient" enabled="true">
+    <sensors next_id="{}">
+{}    </sensors>
+    <cameras next_id="{}" next_group_id="0">
+{}    </cameras>
+    <reference>{}</reference>
+    <transform>
+      <rotation locked="1">1 0 0 0 1 0 0 0 1</rotation>
+      <translation locked="1">{}</translation>
+      <scale locked="1">1</scale>
+    </transform>
+  </chunk>
+</document>
+)",
+                     block.cameras.size(), sensors, block.photos.size(), cameras, kLocalReference,
+                     Numbers({block.origin[0], block.origin[1], block.origin[2]}));
 }
 
 std::string ReferenceTable(const ExchangeBlock& block) {
@@ -83,10 +100,8 @@ std::string ReferenceTable(const ExchangeBlock& block) {
     const Eigen::Vector3d centre = photo.centre + block.origin;
     text += Label(photo.image);
     for (const double value : {centre.x(), centre.y(), centre.z(), DegFromRad(opk[0]),
-                               DegFromRad(opk[1]), DegFromRad(opk[2])}) {
-      text += ',';
-      text += ExactNumber(value);
-    }
+                               DegFromRad(opk[1]), DegFromRad(opk[2])})
+      text += ',' + ExactNumber(value);
     text += '\n';
   }
   return text;
@@ -116,8 +131,8 @@ MetashapeSensor ReadSensor(const XmlElement& element) {
   }
   const auto type = calibration->attributes.find("type");
   if (type != calibration->attributes.end() && type->second != "frame")
-    throw InputError(calibration->Where() + " is of type " + type->second +
-                     "; only frame cameras can be held");
+    throw InputError(fmt::format("{} is of type {}; only frame cameras can be held",
+                                 calibration->Where(), type->second));
   const XmlElement* size = calibration->Find("resolution");
   if (size == nullptr) size = &element.At("resolution");
   sensor.width = static_cast<int>(AttributeNumber(*size, "width"));
@@ -134,7 +149,8 @@ MetashapeSensor ReadSensor(const XmlElement& element) {
   sensor.b2 = Of(*calibration, "b2");
   for (const char* other : {"k4", "p3", "p4"})
     if (Of(*calibration, other) != 0)
-      throw InputError(calibration->Where() + ": " + other + " is not 0 and cannot be held");
+      throw InputError(
+          fmt::format("{}: {} is not 0 and cannot be held", calibration->Where(), other));
   for (const XmlElement* property : element.All("property"))
     if (property->Attribute("name") == "pixel_width")
       sensor.pixel_mm = AttributeNumber(*property, "value");
@@ -166,18 +182,7 @@ void CollectCameras(const XmlElement& element, MetashapeChunk* chunk) {
 }  // namespace
 
 void WriteMetashape(const std::string& directory, const ExchangeBlock& block) {
-  std::string text =
-      "<?xml version=\"1.0\" encoding=\"UTF-8\"?>\n<document version=\"1.5.0\">\n"
-      "  <chunk label=\"orient\" enabled=\"true\">\n    <sensors next_id=\"" +
-      std::to_string(block.cameras.size()) + "\">\n";
-  for (std::size_t i = 0; i < block.cameras.size(); ++i) text += SensorText(block.cameras[i], i);
-  text += "    </sensors>\n    <cameras next_id=\"" + std::to_string(block.photos.size()) +
-          "\" next_group_id=\"0\">\n";
-  for (std::size_t i = 0; i < block.photos.size(); ++i) text += CameraText(block.photos[i], i);
-  text += "    </cameras>\n    <reference>";
-  text += kLocalReference;
-  text += "</reference>\n" + ChunkTransformText(block.origin) + "  </chunk>\n</document>\n";
-  WriteFileAtomically((fs::path(directory) / "cameras.xml").string(), text);
+  WriteFileAtomically((fs::path(directory) / "cameras.xml").string(), DocumentText(block));
   WriteFileAtomically((fs::path(directory) / "reference.txt").string(), ReferenceTable(block));
 }
 
@@ -198,8 +203,8 @@ MetashapeChunk ReadMetashape(const std::string& path) {
   for (const MetashapeCamera& camera : chunk.cameras)
     if (std::none_of(chunk.sensors.begin(), chunk.sensors.end(),
                      [&](const MetashapeSensor& s) { return s.id == camera.sensor; }))
-      throw InputError(file + ": camera \"" + camera.label + "\" names sensor " +
-                       std::to_string(camera.sensor) + ", which has no calibration");
+      throw InputError(fmt::format("{}: camera \"{}\" names sensor {}, which has no calibration",
+                                   file, camera.label, camera.sensor));
   return chunk;
 }
 

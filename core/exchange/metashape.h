@@ -13,7 +13,7 @@
 #include <string>
 #include <vector>
 
-#include "core/files/exchange/exchange_block.h"
+#include "core/exchange/exchange_block.h"
 
 namespace orient {
 

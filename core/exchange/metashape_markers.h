@@ -7,7 +7,7 @@
 
 #include <string>
 
-#include "core/files/exchange/exchange_block.h"
+#include "core/exchange/exchange_block.h"
 
 namespace orient {
 

@@ -1,11 +1,11 @@
-#include "core/files/exchange/micmac_homologues.h"
+#include "core/exchange/micmac_homologues.h"
 
 #include <filesystem>
 #include <map>
 #include <utility>
 #include <vector>
 
-#include "core/files/atomic_write.h"
+#include "core/base/atomic_write.h"
 
 namespace orient {
 namespace {

@@ -1,38 +1,18 @@
-#include "core/files/micmac_measures.h"
+#include "core/exchange/micmac_measures.h"
+
+#include <fmt/format.h>
 
 #include <algorithm>
-#include <array>
-#include <cstdio>
 #include <filesystem>
 #include <limits>
 
-#include "core/error.h"
-#include "core/files/atomic_write.h"
+#include "core/base/atomic_write.h"
+#include "core/base/error.h"
+#include "core/exchange/xml_elements.h"
 
 namespace orient {
 namespace {
 namespace fs = std::filesystem;
-
-std::string Escaped(const std::string& text) {
-  std::string escaped;
-  for (const char c : text) {
-    if (c == '&')
-      escaped += "&amp;";
-    else if (c == '<')
-      escaped += "&lt;";
-    else if (c == '>')
-      escaped += "&gt;";
-    else
-      escaped += c;
-  }
-  return escaped;
-}
-
-std::string PointText(const Eigen::Vector2d& point) {
-  std::array<char, 80> text;
-  std::snprintf(text.data(), text.size(), "%.6f %.6f", point.x(), point.y());
-  return text.data();
-}
 
 fs::path Folder(const std::string& directory) {
   const fs::path folder = fs::path(directory) / "Ori-InterneScan";
@@ -66,12 +46,18 @@ std::vector<MicmacPoint> MicmacImagePoints(const InteriorResult& result) {
 }
 
 std::string MicmacMeasures(const std::string& image, const std::vector<MicmacPoint>& points) {
-  std::string text = "<?xml version=\"1.0\" ?>\n<MesureAppuiFlottant1Im>\n  <NameIm>";
-  text += Escaped(image) + "</NameIm>\n";
-  for (const MicmacPoint& point : points) {
-    text += "  <OneMesureAF1I>\n    <NamePt>" + Escaped(point.name) + "</NamePt>\n    <PtIm>";
-    text += PointText(point.position) + "</PtIm>\n  </OneMesureAF1I>\n";
-  }
+  std::string text = fmt::format(R"(<?xml version="1.0" ?>
+<MesureAppuiFlottant1Im>
+  <NameIm>{}</NameIm>
+)",
+                                 XmlEscaped(image));
+  for (const MicmacPoint& point : points)
+    text += fmt::format(R"(  <OneMesureAF1I>
+    <NamePt>{}</NamePt>
+    <PtIm>{:.6f} {:.6f}</PtIm>
+  </OneMesureAF1I>
+)",
+                        XmlEscaped(point.name), point.position.x(), point.position.y());
   return text + "</MesureAppuiFlottant1Im>\n";
 }
 

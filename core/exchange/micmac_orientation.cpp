@@ -1,14 +1,16 @@
-#include "core/files/exchange/micmac_orientation.h"
+#include "core/exchange/micmac_orientation.h"
+
+#include <fmt/format.h>
 
 #include <cctype>
 #include <cmath>
 #include <filesystem>
 #include <map>
 
-#include "core/error.h"
-#include "core/files/atomic_write.h"
-#include "core/files/exchange/text_lines.h"
-#include "core/files/exchange/xml_elements.h"
+#include "core/base/atomic_write.h"
+#include "core/base/error.h"
+#include "core/exchange/text_lines.h"
+#include "core/exchange/xml_elements.h"
 
 namespace orient {
 namespace {
@@ -18,25 +20,17 @@ constexpr const char* kConvention = "eConvApero_DistM2C";
 constexpr double kTolerance_px = 0.001;
 
 std::string Numbers(const Eigen::Ref<const Eigen::VectorXd>& v) {
-  std::string text;
-  for (Eigen::Index i = 0; i < v.size(); ++i) {
-    if (i > 0) text += ' ';
-    text += ExactNumber(v[i]);
-  }
-  return text;
+  std::vector<std::string> texts;
+  for (const double value : v) texts.push_back(ExactNumber(value));
+  return fmt::format("{}", fmt::join(texts, " "));
 }
 
 std::string Tag(int depth, const std::string& name, const std::string& content) {
-  std::string text(static_cast<std::size_t>(5 * depth), ' ');
-  text += "<" + name + ">" + content + "</" + name + ">\n";
-  return text;
+  return fmt::format("{0:{1}}<{2}>{3}</{2}>\n", "", 5 * depth, name, content);
 }
 
 std::string Group(int depth, const std::string& name, const std::string& content) {
-  const std::string indent(static_cast<std::size_t>(5 * depth), ' ');
-  std::string text = indent;
-  text += "<" + name + ">\n" + content + indent + "</" + name + ">\n";
-  return text;
+  return fmt::format("{0:{1}}<{2}>\n{3}{0:{1}}</{2}>\n", "", 5 * depth, name, content);
 }
 
 std::string Document(const std::string& content) {
@@ -46,11 +40,11 @@ std::string Document(const std::string& content) {
 // AutoCal_Foc-<focal length in micrometres>_Cam-<name>: letters and digits only.
 std::string CalibrationName(const ExchangeBlock& block, std::size_t i) {
   const ExchangeCamera& camera = block.cameras[i];
-  std::string name = "AutoCal_Foc-";
-  name += std::to_string(std::lround(camera.focal_px.x() * camera.pixel_mm * 1000)) + "_Cam-";
+  std::string name =
+      fmt::format("AutoCal_Foc-{}_Cam-", std::lround(camera.focal_px.x() * camera.pixel_mm * 1000));
   for (const char c : camera.name)
-    name += std::isalnum(static_cast<unsigned char>(c)) != 0 ? std::string(1, c) : "_";
-  if (block.cameras.size() > 1) name += "_" + std::to_string(i + 1);
+    name += std::isalnum(static_cast<unsigned char>(c)) != 0 ? c : '_';
+  if (block.cameras.size() > 1) name += fmt::format("_{}", i + 1);
   return name;
 }
 
@@ -67,7 +61,7 @@ std::string CalibrationText(const ExchangeCamera& camera) {
   model += Tag(4, "b1", "0") + Tag(4, "b2", "0");
   std::string text = Tag(2, "KnownConv", kConvention) + Tag(2, "PP", Numbers(pp));
   text += Tag(2, "F", ExactNumber(f));
-  text += Tag(2, "SzIm", std::to_string(camera.width) + " " + std::to_string(camera.height));
+  text += Tag(2, "SzIm", fmt::format("{} {}", camera.width, camera.height));
   text += Group(2, "CalibDistortion", Group(3, "ModPhgrStd", model));
   return Document(Group(1, "CalibrationInternConique", text));
 }
@@ -128,8 +122,8 @@ Eigen::Vector3d Vector3(const XmlElement& e) { return Eigen::Vector3d(e.Numbers(
 void RequireConvention(const XmlElement& element) {
   const XmlElement* convention = element.Find("KnownConv");
   if (convention != nullptr && convention->text != kConvention)
-    throw InputError(convention->Where() + " is \"" + convention->text + "\"; only " + kConvention +
-                     " is known");
+    throw InputError(fmt::format("{} is \"{}\"; only {} is known", convention->Where(),
+                                 convention->text, kConvention));
 }
 
 void ReadRadial(const XmlElement& radial, MicmacCalibration* calibration) {
@@ -137,8 +131,8 @@ void ReadRadial(const XmlElement& radial, MicmacCalibration* calibration) {
   for (const XmlElement* c : radial.All("CoeffDist")) calibration->radial.push_back(c->Number());
   for (std::size_t i = 3; i < calibration->radial.size(); ++i)
     if (calibration->radial[i] != 0)
-      throw InputError(radial.Where() + " has more than three coefficients; only the first three " +
-                       "can be held");
+      throw InputError(fmt::format(
+          "{} has more than three coefficients; only the first three can be held", radial.Where()));
 }
 
 MicmacCalibration ReadCalibration(const std::string& path) {
@@ -223,8 +217,8 @@ void WriteMicmacOrientation(const std::string& directory, const std::string& nam
                         CalibrationText(camera));
   }
   for (std::size_t i = 0; i < block.photos.size(); ++i) {
-    std::string calibration = "Ori-" + name + "/";
-    calibration += CalibrationName(block, block.photos[i].camera) + ".xml";
+    const std::string calibration =
+        fmt::format("Ori-{}/{}.xml", name, CalibrationName(block, block.photos[i].camera));
     WriteFileAtomically((folder / ("Orientation-" + block.photos[i].image + ".xml")).string(),
                         OrientationText(block, i, calibration));
   }

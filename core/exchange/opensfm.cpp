@@ -1,14 +1,16 @@
-#include "core/files/exchange/opensfm.h"
+#include "core/exchange/opensfm.h"
+
+#include <fmt/format.h>
 
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <filesystem>
 #include <stdexcept>
 
-#include "core/error.h"
-#include "core/files/atomic_write.h"
+#include "core/base/atomic_write.h"
+#include "core/base/error.h"
 #include "core/files/json_fields.h"
-#include "core/geometry/geocentric.h"
+#include "core/terrain/geocentric.h"
 
 namespace orient {
 namespace {
@@ -97,7 +99,7 @@ std::string TracksText(const ExchangeBlock& block) {
       const ExchangeCamera& camera = block.cameras[photo.camera];
       const double side = LargerSide(camera.width, camera.height);
       std::string& text = of_photo[seen.photo];
-      text += photo.image + '\t' + point.name + '\t' + std::to_string(features[seen.photo]++);
+      text += fmt::format("{}\t{}\t{}", photo.image, point.name, features[seen.photo]++);
       for (const double value : {(seen.pixel.x() - 0.5 * camera.width) / side,
                                  (seen.pixel.y() - 0.5 * camera.height) / side, 1 / side}) {
         text += '\t';
@@ -176,7 +178,7 @@ OpensfmReconstruction ReadOpensfm(const std::string& directory) {
     OpensfmShot shot{item.key(), field.At("camera").AsString(), field.At("rotation").AsVector3(),
                      field.At("translation").AsVector3()};
     if (!reconstruction.cameras.contains(shot.camera))
-      field.At("camera").Fail("\"" + shot.camera + "\" is not among the cameras");
+      field.At("camera").Fail(fmt::format("\"{}\" is not among the cameras", shot.camera));
     reconstruction.shots.push_back(std::move(shot));
   }
   if (const auto lla = first.Find("reference_lla"))

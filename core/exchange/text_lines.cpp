@@ -1,4 +1,6 @@
-#include "core/files/exchange/text_lines.h"
+#include "core/exchange/text_lines.h"
+
+#include <fmt/format.h>
 
 #include <algorithm>
 #include <charconv>
@@ -6,8 +8,8 @@
 #include <filesystem>
 #include <sstream>
 
-#include "core/error.h"
-#include "core/files/atomic_write.h"
+#include "core/base/atomic_write.h"
+#include "core/base/error.h"
 
 namespace orient {
 namespace {
@@ -25,24 +27,23 @@ std::vector<std::string> Words(const std::string& line) {
 
 const std::string& TextLine::Word(std::size_t i, const std::string& what) const {
   if (i >= words_.size())
-    Fail("lacks " + what + " (word " + std::to_string(i + 1) + "); the line has " +
-         std::to_string(words_.size()) + " words");
+    Fail(fmt::format("lacks {} (word {}); the line has {} words", what, i + 1, words_.size()));
   return words_[i];
 }
 
 double TextLine::Number(std::size_t i, const std::string& what) const {
-  return ParseNumber(Word(i, what), file_ + ", line " + std::to_string(number_), what);
+  return ParseNumber(Word(i, what), fmt::format("{}, line {}", file_, number_), what);
 }
 
 int TextLine::Count(std::size_t i, const std::string& what) const {
   const double number = Number(i, what);
   if (number != std::floor(number) || std::abs(number) > 1e9)
-    Fail(what + " is \"" + Word(i, what) + "\"; it must be a whole number");
+    Fail(fmt::format("{} is \"{}\"; it must be a whole number", what, Word(i, what)));
   return static_cast<int>(number);
 }
 
 void TextLine::Fail(const std::string& complaint) const {
-  throw InputError(file_ + ", line " + std::to_string(number_) + ": " + complaint);
+  throw InputError(fmt::format("{}, line {}: {}", file_, number_, complaint));
 }
 
 std::vector<TextLine> ReadAllTextLines(const std::string& path, const std::string& comments,
@@ -73,7 +74,7 @@ double ParseNumber(const std::string& word, const std::string& where, const std:
   double number = 0;
   const auto [end, error] = std::from_chars(first, last, number);
   if (first == last || error != std::errc() || end != last || !std::isfinite(number))
-    throw InputError(where + ": " + what + " is \"" + word + "\"; it must be a number");
+    throw InputError(fmt::format("{}: {} is \"{}\"; it must be a number", where, what, word));
   return number;
 }
 

@@ -1,5 +1,5 @@
 // Reading the lines and words of other programs' text files, with errors that name file, line and
-// value. Private to core/files.
+// value. Private to core/exchange.
 #pragma once
 
 #include <string>

@@ -1,5 +1,5 @@
-// The little of XML that photogrammetric exchange files use: elements, attributes, text, comments,
-// the five named entities. Private to core/files.
+// The little of XML that photogrammetric exchange files use: elements, attributes and text, each
+// element knowing where it stands. pugixml parses. Private to core/exchange.
 #pragma once
 
 #include <map>
@@ -30,6 +30,7 @@ struct XmlElement {
 
 // The document's root. Throws InputError naming file and line.
 XmlElement ReadXml(const std::string& path);
+// For text and for values of attributes.
 std::string XmlEscaped(const std::string& text);
 
 }  // namespace orient

@@ -3,7 +3,7 @@
 #include <cmath>
 #include <filesystem>
 
-#include "core/files/atomic_write.h"
+#include "core/base/atomic_write.h"
 #include "core/files/json_fields.h"
 
 namespace orient {

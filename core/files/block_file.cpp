@@ -1,5 +1,6 @@
 #include "core/files/block_file.h"
 
+#include <fmt/format.h>
 #include <glob.h>
 
 #include <algorithm>
@@ -8,7 +9,7 @@
 #include <set>
 #include <system_error>
 
-#include "core/error.h"
+#include "core/base/error.h"
 #include "core/files/flight_plan_keys.h"
 #include "core/files/orientation_table.h"
 #include "core/files/toml_fields.h"
@@ -58,15 +59,15 @@ std::vector<std::string> Matches(const std::string& pattern, const std::string& 
       paths.push_back(fs::path(found.gl_pathv[i]).lexically_normal().string());
   globfree(&found);
   if (paths.empty())
-    throw InputError("no photo matches " + Resolve(base, pattern) +
-                     "; check the folder and the spelling");
+    throw InputError(fmt::format("no photo matches {}; check the folder and the spelling",
+                                 Resolve(base, pattern)));
   return paths;
 }
 
 std::string ExistingFile(const TomlTable& table, std::string_view key, const std::string& base) {
   const std::string path = Resolve(base, table.Text(key));
   if (!IsVirtual(path) && !Exists(path))
-    table.Fail(key, "names " + path + ", which does not exist");
+    table.Fail(key, fmt::format("names {}, which does not exist", path));
   return path;
 }
 
@@ -153,7 +154,7 @@ EarthMode ReadEarth(const TomlTable& root) {
   const std::string earth = root.FindText("earth").value_or("auto");
   const auto mode = EarthModes().find(earth);
   if (mode == EarthModes().end())
-    root.Fail("earth", "is \"" + earth + "\"; it must be auto, flat or curved");
+    root.Fail("earth", fmt::format("is \"{}\"; it must be auto, flat or curved", earth));
   return mode->second;
 }
 

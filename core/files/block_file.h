@@ -7,10 +7,10 @@
 
 #include "core/files/flight_plan.h"
 #include "core/files/results.h"
-#include "core/geometry/crs.h"
-#include "core/geometry/earth_effects.h"
 #include "core/geometry/gnss.h"
 #include "core/geometry/transform2d.h"
+#include "core/terrain/crs.h"
+#include "core/terrain/earth_effects.h"
 
 namespace orient {
 

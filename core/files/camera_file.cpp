@@ -1,11 +1,14 @@
 #include "core/files/camera_file.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <cmath>
 #include <filesystem>
+#include <functional>
 #include <set>
 
-#include "core/error.h"
+#include "core/base/error.h"
 #include "core/files/mark_elements_toml.h"
 #include "core/files/toml_fields.h"
 #include "core/geometry/principal_axes.h"
@@ -39,7 +42,7 @@ Enum Choice(const TomlTable& table, std::string_view key,
     if (name == text) return value;
     known += (known.empty() ? "" : " or ") + std::string(name);
   }
-  table.Fail(key, "is \"" + text + "\"; it must be " + known);
+  table.Fail(key, fmt::format("is \"{}\"; it must be {}", text, known));
 }
 
 BrownDistortion ReadBrown(const TomlTable& table) {
@@ -47,8 +50,8 @@ BrownDistortion ReadBrown(const TomlTable& table) {
   const auto copy = [&table](std::string_view key, auto* target) {
     const auto values = table.FindNumbers(key);
     if (values && values->size() > target->size())
-      table.Fail(key, "has " + std::to_string(values->size()) + " values; the model has " +
-                          std::to_string(target->size()));
+      table.Fail(key,
+                 fmt::format("has {} values; the model has {}", values->size(), target->size()));
     if (values) std::copy(values->begin(), values->end(), target->begin());
   };
   copy("k", &brown.k);
@@ -60,8 +63,8 @@ RadialTable ReadRadialTable(const TomlTable& table) {
   const auto radii = table.FindNumbers("radius_mm"), values = table.FindNumbers("dr_um");
   if (!radii || !values) table.Fail("", "needs both radius_mm and dr_um");
   if (radii->size() != values->size())
-    table.Fail("dr_um", "has " + std::to_string(values->size()) + " values and radius_mm " +
-                            std::to_string(radii->size()));
+    table.Fail("dr_um",
+               fmt::format("has {} values and radius_mm {}", values->size(), radii->size()));
   if (radii->size() < 2 || radii->front() != 0)
     table.Fail("radius_mm", "must start at 0 and have at least two radii");
   if (std::adjacent_find(radii->begin(), radii->end(), std::greater_equal<>()) != radii->end())
@@ -76,8 +79,9 @@ void CheckDistortion(const TomlTable& table, const Camera& camera) {
       camera.frame_centre_mm + 0.5 * camera.frame_mm - camera.principal_point_mm;
   const double moved_mm = DistortionAt(camera.lens, corner).norm();
   if (moved_mm > corner.norm())
-    table.Fail("", "moves the frame's corner by " + std::to_string(moved_mm) +
-                       " mm; k is per mm^2, mm^4, mm^6, p per mm and dr_um in micrometres");
+    table.Fail("", fmt::format("moves the frame's corner by {:g} mm; k is per mm^2, mm^4, mm^6, p "
+                               "per mm and dr_um in micrometres",
+                               moved_mm));
 }
 
 // Which keys are known depends on the model, so the table is opened twice.
@@ -107,19 +111,19 @@ void ReadImageSize(const TomlTable& root, Camera* camera) {
   if (size->minCoeff() <= 0) root.Fail("image_px", "must be positive");
   const Eigen::Vector2d pixel_mm = camera->frame_mm.cwiseQuotient(size->cast<double>());
   if (std::abs(pixel_mm.x() / pixel_mm.y() - 1) > kMaxPixelAspect)
-    root.Fail("image_px", "and frame_mm disagree: a pixel would be " +
-                              std::to_string(pixel_mm.x()) + " x " + std::to_string(pixel_mm.y()) +
-                              " mm; check the order width, height in both");
+    root.Fail("image_px", fmt::format("and frame_mm disagree: a pixel would be {:g} x {:g} mm; "
+                                      "check the order width, height in both",
+                                      pixel_mm.x(), pixel_mm.y()));
   camera->image_px = size;
 }
 
 void CheckPrincipalDistance(const TomlTable& root, const Camera& camera) {
   const double ratio = camera.principal_distance_mm / camera.frame_mm.norm();
   if (ratio < kMinDistanceOverDiagonal || ratio > kMaxDistanceOverDiagonal)
-    root.Fail("principal_distance_mm", "is " + std::to_string(camera.principal_distance_mm) +
-                                           " mm, for a frame whose diagonal is " +
-                                           std::to_string(camera.frame_mm.norm()) +
-                                           " mm; both are in millimetres");
+    root.Fail(
+        "principal_distance_mm",
+        fmt::format("is {:g} mm, for a frame whose diagonal is {:g} mm; both are in millimetres",
+                    camera.principal_distance_mm, camera.frame_mm.norm()));
 }
 
 Camera ReadCamera(const TomlTable& root) {
@@ -170,22 +174,21 @@ std::vector<Fiducial> ReadFiducials(const TomlTable& root, const Camera& camera,
     fiducial.position_mm = table.Vector2("position_mm");
     const Eigen::Vector2d from_centre = fiducial.position_mm - camera.frame_centre_mm;
     if ((from_centre.cwiseAbs() - camera.frame_mm).maxCoeff() > 0)
-      table.Fail("position_mm", "lies far outside the frame of " +
-                                    std::to_string(camera.frame_mm.x()) + " x " +
-                                    std::to_string(camera.frame_mm.y()) + " mm");
+      table.Fail("position_mm", fmt::format("lies far outside the frame of {:g} x {:g} mm",
+                                            camera.frame_mm.x(), camera.frame_mm.y()));
     fiducial.sigma_mm = table.FindVector2("sigma_mm");
     if (fiducial.sigma_mm && fiducial.sigma_mm->minCoeff() < 0)
       table.Fail("sigma_mm", "must not be negative");
     fiducial.mark = table.Text("mark");
     if (!marks.contains(fiducial.mark))
-      table.Fail("mark", "is \"" + fiducial.mark + "\", which is not drawn; add [marks." +
-                             fiducial.mark + "]");
+      table.Fail("mark", fmt::format("is \"{}\", which is not drawn; add [marks.{}]", fiducial.mark,
+                                     fiducial.mark));
     fiducial.symbol = ReadSymbol(table);
     for (const Fiducial& other : fiducials) {
       if (other.id == fiducial.id)
-        table.Fail("id", "\"" + fiducial.id + "\" belongs to an earlier fiducial");
+        table.Fail("id", fmt::format("\"{}\" belongs to an earlier fiducial", fiducial.id));
       if ((other.position_mm - fiducial.position_mm).norm() < kMinMarkDistance_mm)
-        table.Fail("position_mm", "is the place of fiducial \"" + other.id + "\"");
+        table.Fail("position_mm", fmt::format("is the place of fiducial \"{}\"", other.id));
     }
     fiducials.push_back(std::move(fiducial));
   }
@@ -239,7 +242,7 @@ MarkImage ReadMarkImage(const TomlTable& table) {
   image.path = (fs::path(table.File()).parent_path() / table.Text("image")).string();
   std::error_code error;
   if (!fs::exists(image.path, error))
-    table.Fail("image", "names " + image.path + ", which does not exist");
+    table.Fail("image", fmt::format("names {}, which does not exist", image.path));
   image.pixel_size_mm = table.PositiveNumber("pixel_size_mm");
   image.centre_px = table.Vector2("centre_px");
   return image;
@@ -249,8 +252,9 @@ void CheckElements(const TomlTable& table, const std::vector<MarkElement>& eleme
   double brightest = 0;
   for (const MarkElement& element : elements) {
     if (2 * Reach(element) > kMaxMarkSize_mm)
-      table.Fail("elements", "draw a mark of " + std::to_string(2 * Reach(element)) +
-                                 " mm; sizes are in millimetres, at most 20");
+      table.Fail("elements",
+                 fmt::format("draw a mark of {:g} mm; sizes are in millimetres, at most 20",
+                             2 * Reach(element)));
     brightest = std::max(brightest, std::abs(BrightnessOf(element)));
   }
   if (!elements.empty() && brightest == 0)

@@ -1,10 +1,12 @@
+#include <fmt/format.h>
+
 #include <array>
 #include <charconv>
 #include <cmath>
 #include <filesystem>
 #include <stdexcept>
 
-#include "core/files/atomic_write.h"
+#include "core/base/atomic_write.h"
 #include "core/files/camera_file.h"
 #include "core/geometry/rotation.h"
 
@@ -39,7 +41,7 @@ template <typename Numbers>
 std::string List(const Numbers& numbers) {
   std::string text;
   for (const double number : numbers) text += (text.empty() ? "" : ", ") + Text(number);
-  return "[" + text + "]";
+  return fmt::format("[{}]", text);
 }
 
 std::string Text(const Eigen::Vector2d& vector) { return List(std::array{vector.x(), vector.y()}); }
@@ -47,12 +49,12 @@ std::string Text(const Eigen::Vector2d& vector) { return List(std::array{vector.
 struct DistortionText {
   std::string operator()(std::monostate) const { return ""; }
   std::string operator()(const BrownDistortion& brown) const {
-    return "\n[distortion]\nmodel = \"brown\"\nk = " + List(brown.k) + "\np = " + List(brown.p) +
-           "\n";
+    return fmt::format("\n[distortion]\nmodel = \"brown\"\nk = {}\np = {}\n", List(brown.k),
+                       List(brown.p));
   }
   std::string operator()(const RadialTable& table) const {
-    return "\n[distortion]\nmodel = \"radial_table\"\nradius_mm = " + List(table.radius_mm) +
-           "\ndr_um = " + List(table.dr_um) + "\n";
+    return fmt::format("\n[distortion]\nmodel = \"radial_table\"\nradius_mm = {}\ndr_um = {}\n",
+                       List(table.radius_mm), List(table.dr_um));
   }
 };
 
@@ -64,28 +66,28 @@ std::string AngleText(double angle_rad) { return ", angle_deg = " + Text(DegFrom
 
 struct ShapeText {
   std::string operator()(const CrossElement& cross) const {
-    return "\"cross\", length_mm = " + Text(cross.length_mm) +
-           ", width_mm = " + Text(cross.width_mm) + ", gap_mm = " + Text(cross.gap_mm) +
-           AngleText(cross.angle_rad) + PlaceText(cross.at_mm);
+    return fmt::format("\"cross\", length_mm = {}, width_mm = {}, gap_mm = {}{}{}",
+                       Text(cross.length_mm), Text(cross.width_mm), Text(cross.gap_mm),
+                       AngleText(cross.angle_rad), PlaceText(cross.at_mm));
   }
   std::string operator()(const DotElement& dot) const {
     return "\"dot\", diameter_mm = " + Text(dot.diameter_mm) + PlaceText(dot.at_mm);
   }
   std::string operator()(const CircleElement& circle) const {
-    return "\"circle\", diameter_mm = " + Text(circle.diameter_mm) +
-           ", width_mm = " + Text(circle.width_mm) + PlaceText(circle.at_mm);
+    return fmt::format("\"circle\", diameter_mm = {}, width_mm = {}{}", Text(circle.diameter_mm),
+                       Text(circle.width_mm), PlaceText(circle.at_mm));
   }
   std::string operator()(const LineElement& line) const {
-    return "\"line\", from_mm = " + Text(line.from_mm) + ", to_mm = " + Text(line.to_mm) +
-           ", width_mm = " + Text(line.width_mm);
+    return fmt::format("\"line\", from_mm = {}, to_mm = {}, width_mm = {}", Text(line.from_mm),
+                       Text(line.to_mm), Text(line.width_mm));
   }
   std::string operator()(const WedgeElement& wedge) const {
-    return "\"wedge\", base_mm = " + Text(wedge.base_mm) + ", depth_mm = " + Text(wedge.depth_mm) +
-           AngleText(wedge.angle_rad) + PlaceText(wedge.at_mm);
+    return fmt::format("\"wedge\", base_mm = {}, depth_mm = {}{}{}", Text(wedge.base_mm),
+                       Text(wedge.depth_mm), AngleText(wedge.angle_rad), PlaceText(wedge.at_mm));
   }
   std::string operator()(const CheckerElement& checker) const {
-    return "\"checker\", size_mm = " + Text(checker.size_mm) + AngleText(checker.angle_rad) +
-           PlaceText(checker.at_mm);
+    return fmt::format("\"checker\", size_mm = {}{}{}", Text(checker.size_mm),
+                       AngleText(checker.angle_rad), PlaceText(checker.at_mm));
   }
   std::string operator()(const PolygonElement& polygon) const {
     std::string points;
@@ -93,32 +95,31 @@ struct ShapeText {
       points += points.empty() ? "" : ", ";
       points += Text(point);
     }
-    return "\"polygon\", points_mm = [" + points + "]";
+    return fmt::format("\"polygon\", points_mm = [{}]", points);
   }
 };
 
 std::string ElementText(const MarkElement& element) {
   const double brightness = BrightnessOf(element);
-  return "{ shape = " + std::visit(ShapeText(), element) +
-         (brightness == 1 ? "" : ", brightness = " + Text(brightness)) + " }";
+  return fmt::format("{{ shape = {}{} }}", std::visit(ShapeText(), element),
+                     brightness == 1 ? "" : ", brightness = " + Text(brightness));
 }
 
 std::string CameraText(const Camera& camera) {
-  std::string text = "name = " + Text(camera.name) + "\nkind = ";
+  std::string text = fmt::format("name = {}\nkind = ", Text(camera.name));
   text += camera.kind == CameraKind::kFilm ? "\"film\"" : "\"digital\"";
   text += "\nprincipal_distance_mm = " + Text(camera.principal_distance_mm);
   text += "\nprincipal_point_mm = " + Text(camera.principal_point_mm);
   text += "\nframe_mm = " + Text(camera.frame_mm);
   text += "\nframe_centre_mm = " + Text(camera.frame_centre_mm);
   if (camera.image_px)
-    text += "\nimage_px = [" + std::to_string(camera.image_px->x()) + ", " +
-            std::to_string(camera.image_px->y()) + "]";
+    text += fmt::format("\nimage_px = [{}, {}]", camera.image_px->x(), camera.image_px->y());
   return text + "\n";
 }
 
 std::string DataStripText(FrameSide side) {
   constexpr std::array kNames = {"left", "right", "bottom", "top"};
-  return "data_strip = \"" + std::string(kNames.at(static_cast<size_t>(side))) + "\"\n";
+  return fmt::format("data_strip = \"{}\"\n", kNames.at(static_cast<size_t>(side)));
 }
 
 std::string BorderText(const BorderFeature& feature) {
@@ -128,10 +129,10 @@ std::string BorderText(const BorderFeature& feature) {
 }
 
 std::string FiducialText(const Fiducial& fiducial) {
-  std::string text = "\n[[fiducials]]\nid = " + Text(fiducial.id) +
-                     "\nposition_mm = " + Text(fiducial.position_mm) +
-                     "\nmark = " + Text(fiducial.mark) + "\n";
-  if (fiducial.sigma_mm) text += "sigma_mm = " + Text(*fiducial.sigma_mm) + "\n";
+  std::string text =
+      fmt::format("\n[[fiducials]]\nid = {}\nposition_mm = {}\nmark = {}\n", Text(fiducial.id),
+                  Text(fiducial.position_mm), Text(fiducial.mark));
+  if (fiducial.sigma_mm) text += fmt::format("sigma_mm = {}\n", Text(*fiducial.sigma_mm));
   if (!fiducial.symbol) return text;
   const MarkSymbol& symbol = *fiducial.symbol;
   text += symbol.kind == SymbolKind::kLines ? "symbol = { kind = \"lines\""
@@ -143,16 +144,16 @@ std::string FiducialText(const Fiducial& fiducial) {
 }
 
 std::string MarkText(const std::string& name, const MarkDrawing& mark, const fs::path& folder) {
-  std::string text = "\n[marks." + Text(name) + "]\n";
+  std::string text = fmt::format("\n[marks.{}]\n", Text(name));
   if (!mark.elements.empty()) text += "elements = [\n";
   for (const MarkElement& element : mark.elements) text += "  " + ElementText(element) + ",\n";
   if (!mark.elements.empty()) text += "]\n";
   text += mark.background == MarkBackground::kDark ? "background = \"dark\"\n"
                                                    : "background = \"image\"\n";
   if (mark.image)
-    text += "image = " + Text(fs::proximate(mark.image->path, folder).string()) +
-            "\npixel_size_mm = " + Text(mark.image->pixel_size_mm) +
-            "\ncentre_px = " + Text(mark.image->centre_px) + "\n";
+    text += fmt::format("image = {}\npixel_size_mm = {}\ncentre_px = {}\n",
+                        Text(fs::proximate(mark.image->path, folder).string()),
+                        Text(mark.image->pixel_size_mm), Text(mark.image->centre_px));
   return text;
 }
 

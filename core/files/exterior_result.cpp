@@ -3,7 +3,7 @@
 #include <limits>
 #include <map>
 
-#include "core/files/atomic_write.h"
+#include "core/base/atomic_write.h"
 #include "core/files/result_fields.h"
 
 namespace orient {
@@ -49,11 +49,12 @@ Json NotVisibleJson(const std::vector<PatchResult>& patches) {
 }
 
 Json AloneJson(const AloneResult& alone) {
-  return {{"status", Name(alone.status)},
-          {"pose", PoseJson(alone.pose)},
-          {"covariance", alone.covariance ? MatrixJson(*alone.covariance) : Json(nullptr)},
-          {"sigma0_px", ToJson(alone.sigma0_px)},
-          {"messages", alone.messages}};
+  Json json = {{"status", Name(alone.status)},
+               {"pose", PoseJson(alone.pose)},
+               {"covariance", alone.covariance ? MatrixJson(*alone.covariance) : Json(nullptr)},
+               {"sigma0_px", ToJson(alone.sigma0_px)}};
+  WriteFindings(alone.findings, &json);
+  return json;
 }
 
 Json ExteriorJson(const ExteriorResult& result) {
@@ -76,15 +77,19 @@ Json ExteriorJson(const ExteriorResult& result) {
                {"footprint", std::move(footprint)},
                {"iterations", std::move(iterations)},
                {"patches", std::move(patches)},
-               {"not_visible", NotVisibleJson(result.patches)},
-               {"messages", result.messages}};
+               {"not_visible", NotVisibleJson(result.patches)}};
+  WriteFindings(result.findings, &json);
   if (result.alone) json["alone"] = AloneJson(*result.alone);
   if (!result.made_from.empty()) json["made_from"] = result.made_from;
-  if (const auto& freed = result.principal_distance)
-    json["principal_distance_mm"] = {{"value", freed->value_mm},
-                                     {"sigma", freed->sigma_mm},
-                                     {"prior", freed->prior_mm},
-                                     {"prior_sigma", freed->prior_sigma_mm}};
+  if (result.earth_k1) json["earth_k1"] = *result.earth_k1;
+  if (const auto& area = result.asked_of_neighbours)
+    json["asked_of_neighbours"] = {{"x", {area->min_x, area->max_x}},
+                                   {"y", {area->min_y, area->max_y}}};
+  if (const auto& estimated = result.principal_distance)
+    json["principal_distance_mm"] = {{"value", estimated->value_mm},
+                                     {"sigma", estimated->sigma_mm},
+                                     {"prior", estimated->prior_mm},
+                                     {"prior_sigma", estimated->prior_sigma_mm}};
   if (const auto& ties = result.ties)
     json["ties"] = {
         {"measured", ties->measured}, {"used", ties->used}, {"rms_px", ToJson(ties->rms_px)}};
@@ -131,7 +136,7 @@ AloneResult ReadAlone(const JsonField& field) {
   if (const auto covariance = field.Find("covariance"))
     alone.covariance = covariance->AsMatrix(6, 6);
   alone.sigma0_px = field.FindNumber("sigma0_px");
-  alone.messages = field.At("messages").AsStrings();
+  alone.findings = ReadFindings(field);
   return alone;
 }
 
@@ -164,15 +169,20 @@ ExteriorResult ReadExteriorResult(const std::string& path) {
   for (const JsonField& field : root.At("patches").Elements())
     result.patches.push_back(ReadPatch(field));
   if (const auto alone = root.Find("alone")) result.alone = ReadAlone(*alone);
-  if (const auto from = root.Find("made_from")) result.made_from = from->AsString();
-  if (const auto freed = root.Find("principal_distance_mm"))
-    result.principal_distance =
-        FreedPrincipalDistance{freed->At("value").AsNumber(), freed->At("sigma").AsNumber(),
-                               freed->At("prior").AsNumber(), freed->At("prior_sigma").AsNumber()};
+  result.made_from = root.FindTexts("made_from");
+  result.earth_k1 = root.FindNumber("earth_k1");
+  if (const auto area = root.Find("asked_of_neighbours")) {
+    const Eigen::Vector2d x = area->At("x").AsVector2(), y = area->At("y").AsVector2();
+    result.asked_of_neighbours = Bounds{x[0], y[0], x[1], y[1]};
+  }
+  if (const auto estimated = root.Find("principal_distance_mm"))
+    result.principal_distance = EstimatedPrincipalDistance{
+        estimated->At("value").AsNumber(), estimated->At("sigma").AsNumber(),
+        estimated->At("prior").AsNumber(), estimated->At("prior_sigma").AsNumber()};
   if (const auto ties = root.Find("ties"))
     result.ties = TieCount{ties->At("measured").AsInt(), ties->At("used").AsInt(),
                            ties->FindNumber("rms_px")};
-  result.messages = root.At("messages").AsStrings();
+  result.findings = ReadFindings(root);
   return result;
 }
 

@@ -1,6 +1,6 @@
 #include <array>
 
-#include "core/files/atomic_write.h"
+#include "core/base/atomic_write.h"
 #include "core/files/result_fields.h"
 
 namespace orient {
@@ -66,12 +66,10 @@ Json InteriorJson(const InteriorResult& result) {
                {"reseau", ReseauJson(result.reseau)},
                {"sigma0_um", ToJson(result.sigma0_um)},
                {"margin", ToJson(result.margin)},
-               {"marks", std::move(marks)},
-               {"messages", result.messages}};
+               {"marks", std::move(marks)}};
+  WriteFindings(result.findings, &json);
   if (!result.cameras.empty()) json["camera"] = result.cameras;
-  if (const auto& from = result.made_from)
-    json["made_from"] = {
-        {"camera", from->camera}, {"options", from->options}, {"scan", from->scan}};
+  if (!result.made_from.empty()) json["made_from"] = result.made_from;
   return json;
 }
 
@@ -141,10 +139,8 @@ InteriorResult ReadInteriorResult(const std::string& path) {
   result.margin = root.FindNumber("margin");
   for (const JsonField& mark : root.At("marks").Elements()) result.marks.push_back(ReadMark(mark));
   if (const auto field = root.Find("camera")) result.cameras = field->AsStrings();
-  if (const auto field = root.Find("made_from"))
-    result.made_from = MadeFrom{field->At("camera").AsString(), field->At("options").AsString(),
-                                field->At("scan").AsString()};
-  result.messages = root.At("messages").AsStrings();
+  result.made_from = root.FindTexts("made_from");
+  result.findings = ReadFindings(root);
   return result;
 }
 

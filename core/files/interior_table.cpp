@@ -1,10 +1,11 @@
 #include "core/files/interior_table.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <cmath>
 
 #include "core/files/used_marks.h"
-#include "core/format_text.h"
 
 namespace orient {
 namespace {
@@ -22,12 +23,12 @@ std::string Row(const Cells& cells) {
 
 std::string Number(const std::optional<double>& value, int digits) {
   if (!value || !std::isfinite(*value)) return "";
-  return FormatText("%.*g", digits, *value);
+  return fmt::format("{:.{}g}", *value, digits);
 }
 
 std::string Fraction(const std::optional<double>& value, int decimals) {
   if (!value || !std::isfinite(*value)) return "";
-  return FormatText("%.*f", decimals, *value);
+  return fmt::format("{:.{}f}", *value, decimals);
 }
 
 template <typename Enum>
@@ -38,15 +39,6 @@ std::string NameOrNone(const std::optional<Enum>& value) {
 void AddVector(const std::optional<Eigen::Vector2d>& vector, int decimals, Cells* cells) {
   for (const int i : {0, 1})
     cells->push_back(vector ? Fraction((*vector)[i], decimals) : std::string());
-}
-
-std::string Joined(const std::vector<std::string>& messages) {
-  std::string text;
-  for (const std::string& message : messages) {
-    if (!text.empty()) text += " ";
-    text += message;
-  }
-  return text;
 }
 
 Cells PhotoCells(const InteriorResult& r) {
@@ -66,7 +58,7 @@ Cells PhotoCells(const InteriorResult& r) {
   cells.push_back(Fraction(r.margin, 2));
   cells.push_back(std::to_string(CountUsedMarks(r)));
   cells.push_back(std::to_string(r.marks.size()));
-  cells.push_back(Joined(r.messages));
+  cells.push_back(fmt::format("{}", fmt::join(Sentences(r.findings), " ")));
   return cells;
 }
 

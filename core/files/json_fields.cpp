@@ -1,22 +1,24 @@
 #include "core/files/json_fields.h"
 
+#include <fmt/format.h>
+
 #include <cmath>
 #include <limits>
 
-#include "core/error.h"
-#include "core/files/atomic_write.h"
+#include "core/base/atomic_write.h"
+#include "core/base/error.h"
 
 namespace orient {
 
 void JsonField::Fail(const std::string& complaint) const {
-  throw InputError(file_ + ": " + (name_.empty() ? "the document" : "field " + name_) + " " +
-                   complaint);
+  throw InputError(fmt::format("{}: {} {}", file_,
+                               name_.empty() ? "the document" : "field " + name_, complaint));
 }
 
 JsonField JsonField::At(const std::string& key) const {
   if (!value_.is_object()) Fail("must be an object");
   const auto found = value_.find(key);
-  if (found == value_.end()) Fail("lacks \"" + key + "\"");
+  if (found == value_.end()) Fail(fmt::format("lacks \"{}\"", key));
   return JsonField(*found, file_, name_.empty() ? key : name_ + "." + key);
 }
 
@@ -31,7 +33,7 @@ std::vector<JsonField> JsonField::Elements() const {
   if (!value_.is_array()) Fail("must be a list");
   std::vector<JsonField> elements;
   for (size_t i = 0; i < value_.size(); ++i)
-    elements.emplace_back(value_[i], file_, name_ + "[" + std::to_string(i) + "]");
+    elements.emplace_back(value_[i], file_, fmt::format("{}[{}]", name_, i));
   return elements;
 }
 
@@ -75,13 +77,13 @@ Eigen::Vector3d JsonField::AsVector3() const {
 }
 
 Eigen::MatrixXd JsonField::AsMatrix(int rows, int cols) const {
-  const std::string shape = std::to_string(rows) + " x " + std::to_string(cols);
+  const std::string shape = fmt::format("{} x {}", rows, cols);
   const std::vector<JsonField> lines = Elements();
-  if (std::ssize(lines) != rows) Fail("must be a " + shape + " matrix");
+  if (std::ssize(lines) != rows) Fail(fmt::format("must be a {} matrix", shape));
   Eigen::MatrixXd matrix(rows, cols);
   for (int row = 0; row < rows; ++row) {
     const std::vector<JsonField> cells = lines[static_cast<size_t>(row)].Elements();
-    if (std::ssize(cells) != cols) Fail("must be a " + shape + " matrix");
+    if (std::ssize(cells) != cols) Fail(fmt::format("must be a {} matrix", shape));
     for (int col = 0; col < cols; ++col)
       matrix(row, col) = cells[static_cast<size_t>(col)].AsNumber();
   }
@@ -92,6 +94,17 @@ std::vector<std::string> JsonField::AsStrings() const {
   std::vector<std::string> strings;
   for (const JsonField& element : Elements()) strings.push_back(element.AsString());
   return strings;
+}
+
+std::map<std::string, std::string> JsonField::FindTexts(const std::string& key) const {
+  const auto field = Find(key);
+  std::map<std::string, std::string> texts;
+  if (!field || !field->value_.is_object()) return texts;
+  for (const auto& [name, text] : field->value_.items()) {
+    if (!text.is_string()) return {};
+    texts[name] = text.get<std::string>();
+  }
+  return texts;
 }
 
 std::optional<double> JsonField::FindNumber(const std::string& key) const {

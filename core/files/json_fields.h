@@ -3,6 +3,7 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <map>
 #include <nlohmann/json.hpp>
 #include <optional>
 #include <string>
@@ -35,6 +36,8 @@ class JsonField {
   Eigen::MatrixXd AsMatrix(int rows, int cols) const;
   std::vector<std::string> AsStrings() const;
 
+  // An object of texts. Empty where the field is absent or something else.
+  std::map<std::string, std::string> FindTexts(const std::string& key) const;
   std::optional<double> FindNumber(const std::string& key) const;
   std::optional<Eigen::Vector2d> FindVector2(const std::string& key) const;
   std::optional<Eigen::Vector3d> FindVector3(const std::string& key) const;

@@ -1,6 +1,7 @@
 #include "core/files/mark_painting.h"
 
 #include <Eigen/Geometry>
+#include <algorithm>
 #include <cmath>
 
 namespace orient {

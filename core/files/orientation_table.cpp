@@ -1,18 +1,19 @@
 #include "core/files/orientation_table.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <array>
 #include <charconv>
 #include <cmath>
-#include <cstdio>
 #include <filesystem>
 #include <map>
 #include <numbers>
 #include <set>
 #include <stdexcept>
 
-#include "core/error.h"
-#include "core/files/atomic_write.h"
+#include "core/base/atomic_write.h"
+#include "core/base/error.h"
 
 namespace orient {
 namespace {
@@ -54,11 +55,11 @@ class TableText {
   }
 
   [[noreturn]] void Fail(const std::string& complaint) const {
-    throw InputError(path_ + ", line " + std::to_string(line_) + ": " + complaint);
+    throw InputError(fmt::format("{}, line {}: {}", path_, line_, complaint));
   }
   [[noreturn]] void Fail(const Cell& cell, const std::string& complaint) const {
-    throw InputError(path_ + ", line " + std::to_string(line_) + ", column " +
-                     std::to_string(cell.column) + ": " + complaint);
+    throw InputError(
+        fmt::format("{}, line {}, column {}: {}", path_, line_, cell.column, complaint));
   }
 
  private:
@@ -140,7 +141,7 @@ Columns ReadHeader(TableText* text, Attitudes attitudes) {
   RequireColumns(*text, attitudes, &columns);
   for (size_t i = 0; i < cells.size(); ++i)
     if (columns.index.at(cells[i].text) != i)
-      text->Fail(cells[i], "the column \"" + cells[i].text + "\" appears twice");
+      text->Fail(cells[i], fmt::format("the column \"{}\" appears twice", cells[i].text));
   const auto known = [&](const char* name) { return columns.index.contains(name); };
   columns.sigmas = static_cast<size_t>(
       std::find_if_not(kSigmaColumns.begin(), kSigmaColumns.end(), known) - kSigmaColumns.begin());
@@ -193,8 +194,7 @@ std::optional<Vector6d> ReadSigma(const TableText& text, const Columns& columns,
 OrientationRow ReadRow(const TableText& text, const Columns& columns,
                        const std::vector<Cell>& cells) {
   if (cells.size() != columns.count)
-    text.Fail("the line has " + std::to_string(cells.size()) + " cells and the header " +
-              std::to_string(columns.count));
+    text.Fail(fmt::format("the line has {} cells and the header {}", cells.size(), columns.count));
   OrientationRow row;
   const Cell& name = cells[columns.index.at("filename")];
   row.photo = name.text;
@@ -206,7 +206,7 @@ OrientationRow ReadRow(const TableText& text, const Columns& columns,
     if (i <= 3) {
       row.pose.position_m[static_cast<Eigen::Index>(i - 1)] = value;
     } else if (std::abs(value) > 360) {
-      text.Fail(cell, std::string(kColumns[i]) + " is " + cell.text + "; angles are in degrees");
+      text.Fail(cell, fmt::format("{} is {}; angles are in degrees", kColumns[i], cell.text));
     } else {
       row.pose.opk_rad[static_cast<Eigen::Index>(i - 4)] = NormalizeAngle(RadFromDeg(value));
     }
@@ -220,14 +220,6 @@ std::string ProjectionPath(const std::string& path) {
 }
 
 // 0.1 mm and 1e-9 degrees: a tenth of what the eye or any adjustment can tell apart.
-std::string Fixed(double value, int decimals) {
-  if (!std::isfinite(value))
-    throw std::invalid_argument("WriteOrientationTable: a value is not finite");
-  std::array<char, 400> buffer;
-  const int length = std::snprintf(buffer.data(), buffer.size(), "%.*f", decimals, value);
-  return std::string(buffer.data(), static_cast<size_t>(length));
-}
-
 constexpr int kMetreDecimals = 4;
 constexpr int kDegreeDecimals = 9;
 
@@ -244,14 +236,20 @@ std::string Quoted(const std::string& name) {
 
 std::string RowText(const OrientationRow& row, bool with_sigma) {
   std::string text = Quoted(row.photo);
-  for (int i = 0; i < 3; ++i) text += "," + Fixed(row.pose.position_m[i], kMetreDecimals);
-  for (int i = 0; i < 3; ++i)
-    text += "," + Fixed(DegFromRad(NormalizeAngle(row.pose.opk_rad[i])), kDegreeDecimals);
+  const auto add = [&text](double value, int decimals) {
+    if (!std::isfinite(value))
+      throw std::invalid_argument("WriteOrientationTable: a value is not finite");
+    text += fmt::format(",{:.{}f}", value, decimals);
+  };
+  for (int i = 0; i < 3; ++i) add(row.pose.position_m[i], kMetreDecimals);
+  for (int i = 0; i < 3; ++i) add(DegFromRad(NormalizeAngle(row.pose.opk_rad[i])), kDegreeDecimals);
   for (int i = 0; with_sigma && i < 6; ++i) {
-    text += ",";
-    if (!row.sigma) continue;
-    const double sigma = (*row.sigma)[i];
-    text += i < 3 ? Fixed(sigma, kMetreDecimals + 2) : Fixed(DegFromRad(sigma), kDegreeDecimals);
+    if (!row.sigma)
+      text += ",";
+    else if (i < 3)
+      add((*row.sigma)[i], kMetreDecimals + 2);
+    else
+      add(DegFromRad((*row.sigma)[i]), kDegreeDecimals);
   }
   return text + "\n";
 }
@@ -274,7 +272,7 @@ OrientationTable ReadOrientationTable(const std::string& path, Attitudes attitud
     table.rows.push_back(ReadRow(text, columns, cells));
     if (!names.insert(table.rows.back().photo).second)
       text.Fail(cells[columns.index.at("filename")],
-                "the photo \"" + table.rows.back().photo + "\" is named a second time");
+                fmt::format("the photo \"{}\" is named a second time", table.rows.back().photo));
   }
   std::error_code error;
   if (fs::exists(ProjectionPath(path), error)) table.crs = Crs::FromFile(ProjectionPath(path));

@@ -6,8 +6,8 @@
 #include <string>
 #include <vector>
 
-#include "core/geometry/crs.h"
 #include "core/geometry/pose.h"
+#include "core/terrain/crs.h"
 
 namespace orient {
 

@@ -35,6 +35,11 @@ Json NameOrNull(const std::optional<Enum>& value) {
   return value ? Json(Name(*value)) : Json(nullptr);
 }
 
+// "findings" and, for people, "messages".
+void WriteFindings(const Findings& findings, Json* json);
+// Of a result that has no findings (another maker's) the messages, as stated.
+Findings ReadFindings(const JsonField& root);
+
 inline std::string TextOf(const Json& json) { return json.dump(2) + "\n"; }
 
 }  // namespace orient

@@ -4,7 +4,7 @@
 #include <filesystem>
 #include <stdexcept>
 
-#include "core/error.h"
+#include "core/base/error.h"
 
 namespace orient {
 namespace {
@@ -17,18 +17,6 @@ std::string ResultPath(const std::string& directory, const std::string& photo, c
 }
 
 }  // namespace
-
-std::string_view Name(Status status) {
-  switch (status) {
-    case Status::kOk:
-      return "ok";
-    case Status::kWeak:
-      return "weak";
-    case Status::kFailed:
-      return "failed";
-  }
-  throw std::invalid_argument("Name: not a Status");
-}
 
 std::string_view Name(Polarity polarity) {
   switch (polarity) {

@@ -8,18 +8,19 @@
 #include <string_view>
 #include <vector>
 
+#include "core/files/finding.h"
+#include "core/files/inputs.h"
+#include "core/geometry/bounds.h"
 #include "core/geometry/film_correction.h"
 #include "core/geometry/pose.h"
 #include "core/geometry/transform2d.h"
 
 namespace orient {
 
-enum class Status { kOk, kWeak, kFailed };
 enum class Polarity { kPositive, kNegative };
 enum class MarkState { kUsed, kRejected, kMissing };
 enum class PatchState { kMatched, kNotFound, kRejected, kNotVisible };
 
-std::string_view Name(Status status);      // "ok", "weak", "failed"
 std::string_view Name(Polarity polarity);  // "positive", "negative"
 std::string_view Name(MarkState state);    // "used", "rejected", "missing"
 std::string_view Name(PatchState state);   // "matched", "not_found", "rejected", "not_visible"
@@ -41,12 +42,6 @@ struct ReseauResult {
   double left_out_rms_um = 0;  // of crosses predicted by the others, vectors
 };
 
-// Digests of what a result was made from: nobody takes it over for another camera, other options or
-// another scan.
-struct MadeFrom {
-  std::string camera, options, scan;
-};
-
 struct InteriorResult {
   std::string photo;
   Status status = Status::kFailed;
@@ -66,8 +61,8 @@ struct InteriorResult {
   std::optional<double> margin;  // nats to the second-best assignment
   std::vector<MarkResult> marks;
   std::vector<std::string> cameras;  // the library's cameras that fit; empty where one was named
-  std::optional<MadeFrom> made_from;
-  std::vector<std::string> messages;
+  Inputs made_from;                  // camera, options, scan; empty: not said
+  Findings findings;  // why the status is what it is, and what else a person should know
 };
 
 struct LoopRound {
@@ -95,7 +90,7 @@ struct AloneResult {
   std::optional<Pose> pose;
   std::optional<Matrix6d> covariance;
   std::optional<double> sigma0_px;
-  std::vector<std::string> messages;
+  Findings findings;  // why the status is what it is, and what else a person should know
 };
 
 // A photo's sightings of tie points in the block adjustment.
@@ -106,7 +101,7 @@ struct TieCount {
 
 // What a photo says of its camera's principal distance, where that was left free. Not to be told
 // from the film's scale.
-struct FreedPrincipalDistance {
+struct EstimatedPrincipalDistance {
   double value_mm = 0, sigma_mm = 0;
   double prior_mm = 0, prior_sigma_mm = 0;
 };
@@ -119,14 +114,17 @@ struct ExteriorResult {
   std::optional<Matrix6d> covariance;
   std::optional<double> sigma0_px;
   std::optional<ScanOrientation> orientation;  // the scan orientation used
-  std::optional<FreedPrincipalDistance> principal_distance;
+  std::optional<EstimatedPrincipalDistance> principal_distance;
   std::vector<Eigen::Vector3d> footprint_m;  // the frame's outline on the ground, closed ring
   std::vector<LoopRound> iterations;
   std::vector<PatchResult> patches;
   std::optional<AloneResult> alone;  // absent where the photo was oriented by itself only
   std::optional<TieCount> ties;
-  std::vector<std::string> messages;
-  std::string made_from;  // digest of scan, approximation and interior orientation; empty: not said
+  Findings findings;  // why the status is what it is, and what else a person should know
+  // In a stage's folder; a block's final results, made anew by every run, say none of it.
+  Inputs made_from;                // camera, dem, scan, approximation ...; empty: not said
+  std::optional<double> earth_k1;  // curvature and refraction that the run added to the lens
+  std::optional<Bounds> asked_of_neighbours;  // the ground of which their patches were asked for
 };
 
 // <directory>/<photo>.interior.json and .exterior.json, written beside and renamed. Reading throws

@@ -1,13 +1,15 @@
 #include "core/files/toml_fields.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <cmath>
 #include <limits>
 #include <numeric>
 #include <sstream>
 
-#include "core/error.h"
-#include "core/files/atomic_write.h"
+#include "core/base/atomic_write.h"
+#include "core/base/error.h"
 
 namespace orient {
 namespace {
@@ -66,9 +68,8 @@ toml::table ParseTomlFile(const std::string& path) {
     return toml::parse(text, path);
   } catch (const toml::parse_error& error) {
     const auto& begin = error.source().begin;
-    throw InputError(path + ", line " + std::to_string(begin.line) + ", column " +
-                     std::to_string(begin.column) +
-                     ": not valid TOML: " + std::string(error.description()));
+    throw InputError(fmt::format("{}, line {}, column {}: not valid TOML: {}", path, begin.line,
+                                 begin.column, error.description()));
   }
 }
 
@@ -92,8 +93,8 @@ std::string TomlTable::NameOf(std::string_view key) const {
 void TomlTable::FailAt(const toml::node& node, const std::string& name,
                        const std::string& complaint) const {
   const auto line = node.source().begin.line;
-  throw InputError(file_ + (line > 0 ? ", line " + std::to_string(line) : "") + ": " + name + " " +
-                   complaint);
+  throw InputError(fmt::format("{}{}: {} {}", file_,
+                               line > 0 ? ", line " + std::to_string(line) : "", name, complaint));
 }
 
 void TomlTable::Fail(std::string_view key, const std::string& complaint) const {
@@ -193,7 +194,7 @@ double TomlTable::Number(std::string_view key) const {
 
 double TomlTable::PositiveNumber(std::string_view key) const {
   const double number = Number(key);
-  if (number <= 0) Fail(key, "is " + Shown(*table_.get(key)) + "; it must be positive");
+  if (number <= 0) Fail(key, fmt::format("is {}; it must be positive", Shown(*table_.get(key))));
   return number;
 }
 
@@ -237,7 +238,7 @@ std::vector<std::pair<const toml::table*, std::string>> TomlTable::RawTables(
   if (array == nullptr) return tables;
   for (size_t i = 0; i < array->size(); ++i) {
     const toml::node& node = (*array)[i];
-    const std::string name = NameOf(key) + "[" + std::to_string(i) + "]";
+    const std::string name = fmt::format("{}[{}]", NameOf(key), i);
     if (!node.is_table()) FailAt(node, name, "must be a table, not " + Shown(node));
     tables.emplace_back(node.as_table(), name);
   }

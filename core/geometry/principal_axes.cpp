@@ -1,6 +1,7 @@
 #include "core/geometry/principal_axes.h"
 
 #include <Eigen/Eigenvalues>
+#include <algorithm>
 #include <cmath>
 
 namespace orient {

@@ -2,6 +2,7 @@
 // K. Ottenberg, M. Noelle, "Review and analysis of solutions of the three point perspective pose
 // estimation problem", IJCV 13(3), 1994: Grunert's quartic in v = s3 / s1.
 #include <Eigen/Dense>
+#include <algorithm>
 #include <cmath>
 #include <complex>
 #include <limits>

@@ -1,11 +1,12 @@
 // Least-squares matching of gradient channels.
 #include <Eigen/Dense>
+#include <algorithm>
 #include <cmath>
 #include <vector>
 
 #include "core/geometry/principal_axes.h"
-#include "core/imaging/gradient_channels.h"
-#include "core/imaging/spline_image.h"
+#include "core/matching/gradient_channels.h"
+#include "core/raster/spline_image.h"
 
 namespace orient {
 namespace {

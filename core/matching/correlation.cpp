@@ -1,10 +1,10 @@
-#include "core/imaging/correlation.h"
+#include "core/matching/correlation.h"
 
 #include <algorithm>
 #include <cmath>
 #include <stdexcept>
 
-#include "core/imaging/correlation_sums.h"
+#include "core/matching/correlation_sums.h"
 
 namespace orient {
 namespace {

@@ -1,4 +1,4 @@
-#include "core/imaging/correlation_sums.h"
+#include "core/matching/correlation_sums.h"
 
 #include <algorithm>
 #include <cmath>
@@ -6,7 +6,7 @@
 #include <opencv2/core.hpp>
 #include <tuple>
 
-#include "core/imaging/float_sums.h"
+#include "core/matching/float_sums.h"
 
 namespace orient {
 

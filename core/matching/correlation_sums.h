@@ -6,7 +6,7 @@
 #include <memory>
 #include <vector>
 
-#include "core/imaging/spot_correlation.h"
+#include "core/matching/spot_correlation.h"
 
 namespace orient {
 

@@ -1,5 +1,6 @@
-#include "core/imaging/float_sums.h"
+#include "core/matching/float_sums.h"
 
+#include <algorithm>
 #include <vector>
 
 namespace orient {

@@ -1,10 +1,10 @@
-#include "core/imaging/gradient_channels.h"
+#include "core/matching/gradient_channels.h"
 
 #include <algorithm>
 #include <cmath>
 
-#include "core/imaging/correlation_sums.h"
-#include "core/imaging/resample.h"
+#include "core/matching/correlation_sums.h"
+#include "core/raster/resample.h"
 
 namespace orient {
 namespace {

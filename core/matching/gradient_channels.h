@@ -14,7 +14,7 @@
 #include <array>
 #include <optional>
 
-#include "core/imaging/image.h"
+#include "core/raster/image.h"
 
 namespace orient {
 

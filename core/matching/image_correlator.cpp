@@ -1,4 +1,4 @@
-#include "core/imaging/image_correlator.h"
+#include "core/matching/image_correlator.h"
 
 #include <algorithm>
 #include <array>
@@ -7,7 +7,7 @@
 #include <opencv2/imgproc.hpp>
 #include <stdexcept>
 
-#include "core/imaging/gradient_channels.h"
+#include "core/matching/gradient_channels.h"
 
 namespace orient {
 namespace {

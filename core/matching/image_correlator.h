@@ -4,7 +4,7 @@
 
 #include <memory>
 
-#include "core/imaging/image.h"
+#include "core/raster/image.h"
 
 namespace orient {
 

@@ -1,4 +1,4 @@
-#include "core/imaging/interest_points.h"
+#include "core/matching/interest_points.h"
 
 #include <Eigen/Dense>
 #include <algorithm>
@@ -7,7 +7,7 @@
 #include <opencv2/imgproc.hpp>
 #include <optional>
 
-#include "core/median.h"
+#include "core/base/median.h"
 
 namespace orient {
 namespace {

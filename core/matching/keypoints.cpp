@@ -1,4 +1,4 @@
-#include "core/imaging/keypoints.h"
+#include "core/matching/keypoints.h"
 
 #include <algorithm>
 #include <cmath>

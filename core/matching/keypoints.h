@@ -6,7 +6,7 @@
 #include <cstdint>
 #include <vector>
 
-#include "core/imaging/image.h"
+#include "core/raster/image.h"
 
 namespace orient {
 

@@ -1,4 +1,4 @@
-#include "core/imaging/least_squares_matching.h"
+#include "core/matching/least_squares_matching.h"
 
 #include <Eigen/Dense>
 #include <algorithm>
@@ -7,8 +7,8 @@
 #include <vector>
 
 #include "core/geometry/principal_axes.h"
-#include "core/imaging/resample.h"
-#include "core/imaging/spline_image.h"
+#include "core/raster/resample.h"
+#include "core/raster/spline_image.h"
 
 namespace orient {
 namespace {

@@ -11,7 +11,7 @@
 #include <string>
 
 #include "core/geometry/transform2d.h"
-#include "core/imaging/image.h"
+#include "core/raster/image.h"
 
 namespace orient {
 

@@ -4,7 +4,7 @@
 #include <cmath>
 #include <utility>
 
-#include "core/imaging/correlation.h"
+#include "core/matching/correlation.h"
 
 namespace orient {
 namespace {

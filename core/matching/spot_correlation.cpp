@@ -1,4 +1,4 @@
-#include "core/imaging/spot_correlation.h"
+#include "core/matching/spot_correlation.h"
 
 #include <algorithm>
 #include <cmath>

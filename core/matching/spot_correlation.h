@@ -3,7 +3,7 @@
 
 #include <vector>
 
-#include "core/imaging/image.h"
+#include "core/raster/image.h"
 
 namespace orient {
 

@@ -1,4 +1,4 @@
-#include "core/imaging/area_average.h"
+#include "core/raster/area_average.h"
 
 #include <algorithm>
 #include <cmath>

@@ -1,4 +1,4 @@
-#include "core/imaging/colour_raster.h"
+#include "core/raster/colour_raster.h"
 
 #include <gdal_priv.h>
 
@@ -7,9 +7,9 @@
 #include <mutex>
 #include <utility>
 
-#include "core/error.h"
-#include "core/imaging/colour_bands.h"
-#include "core/imaging/reading_errors.h"
+#include "core/base/error.h"
+#include "core/raster/colour_bands.h"
+#include "core/raster/reading_errors.h"
 
 namespace orient {
 namespace {

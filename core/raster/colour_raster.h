@@ -6,7 +6,7 @@
 #include <string>
 #include <vector>
 
-#include "core/imaging/raster.h"
+#include "core/raster/raster.h"
 
 namespace orient {
 

@@ -1,15 +1,17 @@
-#include "core/imaging/grey_reader.h"
+#include "core/raster/grey_reader.h"
 
+#include <fmt/format.h>
 #include <gdal_priv.h>
 
+#include <algorithm>
 #include <cmath>
 #include <cstdlib>
 #include <utility>
 
-#include "core/error.h"
-#include "core/imaging/area_average.h"
-#include "core/imaging/colour_bands.h"
-#include "core/imaging/reading_errors.h"
+#include "core/base/error.h"
+#include "core/raster/area_average.h"
+#include "core/raster/colour_bands.h"
+#include "core/raster/reading_errors.h"
 
 namespace orient {
 namespace {
@@ -175,10 +177,10 @@ void GreyReader::ReadBand(GDALRasterBand* band, const Block& block, const PixelW
   // What was made up must not come back from the cache next time. An overview is its own dataset.
   dataset_->FlushCache(false);
   if (band->GetDataset() != nullptr) band->GetDataset()->FlushCache(false);
-  throw InputError(path_ + ": cannot read the window col " + std::to_string(asked.col) + " row " +
-                   std::to_string(asked.row) + " size " + std::to_string(asked.width) + " x " +
-                   std::to_string(asked.height) + " (" + errors.Message() +
-                   "); the file is damaged or truncated: copy or scan it again");
+  throw InputError(
+      fmt::format("{}: cannot read the window col {} row {} size {} x {} ({}); the file is damaged "
+                  "or truncated: copy or scan it again",
+                  path_, asked.col, asked.row, asked.width, asked.height, errors.Message()));
 }
 
 bool GreyReader::IsGrey() const {

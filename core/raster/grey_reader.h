@@ -1,12 +1,12 @@
 // Grey values out of a GDAL dataset: band choice, palette, masks, overviews, area averaging.
-// Internal to core/imaging; Raster adds the lock.
+// Internal to core/raster; Raster adds the lock.
 #pragma once
 
 #include <string>
 #include <vector>
 
-#include "core/imaging/area_average.h"
-#include "core/imaging/raster.h"
+#include "core/raster/area_average.h"
+#include "core/raster/image.h"
 
 class GDALDataset;
 class GDALRasterBand;

@@ -50,4 +50,8 @@ struct ImageWindow {
   }
 };
 
+struct PixelWindow {
+  int col = 0, row = 0, width = 0, height = 0;  // may reach beyond the raster
+};
+
 }  // namespace orient

@@ -1,4 +1,4 @@
-#include "core/imaging/picture_text.h"
+#include "core/raster/picture_text.h"
 
 #include <opencv2/core.hpp>
 #include <opencv2/imgproc.hpp>

@@ -1,11 +1,13 @@
 // PNG files.
+#include <fmt/format.h>
+
 #include <filesystem>
 #include <fstream>
 #include <stdexcept>
 
-#include "core/error.h"
-#include "core/imaging/png_bands.h"
-#include "core/imaging/raster.h"
+#include "core/base/error.h"
+#include "core/raster/png_bands.h"
+#include "core/raster/raster.h"
 
 namespace orient {
 namespace {
@@ -18,8 +20,8 @@ std::vector<Image> Bands(int width, int height, int channels,
   if (width <= 0 || height <= 0 || (channels != 1 && channels != 3) ||
       values.size() !=
           static_cast<size_t>(width) * static_cast<size_t>(height) * static_cast<size_t>(channels))
-    throw std::invalid_argument("WritePng: the values do not fill " + std::to_string(width) +
-                                " x " + std::to_string(height) + " x " + std::to_string(channels));
+    throw std::invalid_argument(
+        fmt::format("WritePng: the values do not fill {} x {} x {}", width, height, channels));
   std::vector<Image> bands(static_cast<size_t>(channels), Image(width, height));
   for (size_t i = 0; i < values.size(); ++i)
     bands[i % bands.size()].values[i / bands.size()] = static_cast<float>(values[i]);
@@ -40,8 +42,8 @@ void WritePng(const std::string& path, int width, int height, int channels,
   if (file && !error) return;
   std::error_code ignored;  // the failure below is what the user needs to know
   fs::remove(beside, ignored);
-  throw InputError(path + ": cannot be written; check that the folder exists, is writable and " +
-                   "has space");
+  throw InputError(fmt::format(
+      "{}: cannot be written; check that the folder exists, is writable and has space", path));
 }
 
 }  // namespace orient

@@ -1,5 +1,6 @@
-#include "core/imaging/png_bands.h"
+#include "core/raster/png_bands.h"
 
+#include <fmt/format.h>
 #include <libdeflate.h>
 
 #include <algorithm>
@@ -17,7 +18,7 @@
 #include <string>
 #include <string_view>
 
-#include "core/error.h"
+#include "core/base/error.h"
 
 namespace orient {
 namespace {
@@ -42,7 +43,7 @@ void Fill(const Image& band, int channel, cv::Mat& mat) {
 }
 
 InputError Damaged(std::size_t bytes, const std::string& how) {
-  return InputError("PNG chip of " + std::to_string(bytes) + " bytes: " + how);
+  return InputError(fmt::format("PNG chip of {} bytes: {}", bytes, how));
 }
 
 std::uint32_t BigEndian(const unsigned char* b) {
@@ -60,8 +61,8 @@ struct Header {
 Header ReadHeader(const unsigned char* header, std::size_t bytes) {
   const std::uint32_t width = BigEndian(header), height = BigEndian(header + 4);
   if (width == 0 || height == 0 || width > kLargestSide || height > kLargestSide)
-    throw InputError("PNG chip of " + std::to_string(width) + " x " + std::to_string(height) +
-                     " pixels: at most " + std::to_string(kLargestSide) + " a side are taken");
+    throw InputError(fmt::format("PNG chip of {} x {} pixels: at most {} a side are taken", width,
+                                 height, kLargestSide));
   if ((header[8] != 8 && header[8] != 16) || (header[9] != kGrey && header[9] != kColour))
     throw Damaged(bytes, "neither grey nor RGB of 8 or 16 bits");
   if (header[10] != 0 || header[11] != 0 || header[12] != 0)

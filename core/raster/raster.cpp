@@ -1,7 +1,8 @@
-#include "core/imaging/raster.h"
+#include "core/raster/raster.h"
 
 #include <cpl_conv.h>
 #include <cpl_vsi.h>
+#include <fmt/format.h>
 #include <gdal_priv.h>
 
 #include <cstdlib>
@@ -9,11 +10,11 @@
 #include <stdexcept>
 #include <utility>
 
-#include "core/error.h"
-#include "core/geometry/quiet_gdal.h"
-#include "core/imaging/grey_reader.h"
-#include "core/imaging/reading_errors.h"
-#include "core/imaging/resolution_tag.h"
+#include "core/base/error.h"
+#include "core/base/quiet_gdal.h"
+#include "core/raster/grey_reader.h"
+#include "core/raster/reading_errors.h"
+#include "core/raster/resolution_tag.h"
 
 namespace orient {
 
@@ -92,10 +93,9 @@ std::optional<double> Raster::DpiTag() const {
 
 ImageWindow Raster::ReadGrey(const PixelWindow& window, double reduction) const {
   if (window.width <= 0 || window.height <= 0)
-    throw std::invalid_argument("ReadGrey: the window of " + Path() + " is empty");
+    throw std::invalid_argument(fmt::format("ReadGrey: the window of {} is empty", Path()));
   if (!(reduction >= 1))
-    throw std::invalid_argument("ReadGrey: a reduction of " + std::to_string(reduction) +
-                                " is below 1");
+    throw std::invalid_argument(fmt::format("ReadGrey: a reduction of {} is below 1", reduction));
   const std::lock_guard lock(impl_->mutex);
   return impl_->grey.Read(window, reduction);
 }

@@ -8,13 +8,9 @@
 #include <string>
 #include <vector>
 
-#include "core/imaging/image.h"
+#include "core/raster/image.h"
 
 namespace orient {
-
-struct PixelWindow {
-  int col = 0, row = 0, width = 0, height = 0;  // may reach beyond the raster
-};
 
 // Read-only; reading is serialised by an internal lock, so one object may be shared by threads.
 class Raster {

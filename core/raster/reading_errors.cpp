@@ -1,4 +1,4 @@
-#include "core/imaging/reading_errors.h"
+#include "core/raster/reading_errors.h"
 
 #include <cpl_conv.h>
 #include <cpl_error.h>

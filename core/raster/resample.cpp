@@ -1,4 +1,4 @@
-#include "core/imaging/resample.h"
+#include "core/raster/resample.h"
 
 #include <algorithm>
 #include <array>
@@ -7,7 +7,7 @@
 #include <opencv2/imgproc.hpp>
 #include <stdexcept>
 
-#include "core/imaging/area_average.h"
+#include "core/raster/area_average.h"
 
 namespace orient {
 namespace {

@@ -5,7 +5,7 @@
 #include <functional>
 #include <vector>
 
-#include "core/imaging/image.h"
+#include "core/raster/image.h"
 
 namespace orient {
 

@@ -1,4 +1,4 @@
-#include "core/imaging/resolution_tag.h"
+#include "core/raster/resolution_tag.h"
 
 #include <cpl_vsi.h>
 #include <gdal_priv.h>

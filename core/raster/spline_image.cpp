@@ -1,4 +1,4 @@
-#include "core/imaging/spline_image.h"
+#include "core/raster/spline_image.h"
 
 #include <algorithm>
 #include <array>

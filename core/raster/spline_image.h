@@ -4,8 +4,8 @@
 #include <Eigen/Core>
 #include <vector>
 
-#include "core/imaging/image.h"
-#include "core/imaging/raster.h"
+#include "core/raster/image.h"
+#include "core/raster/raster.h"
 
 namespace orient {
 

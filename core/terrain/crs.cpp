@@ -1,5 +1,6 @@
-#include "core/geometry/crs.h"
+#include "core/terrain/crs.h"
 
+#include <fmt/format.h>
 #include <ogr_spatialref.h>
 
 #include <cmath>
@@ -8,8 +9,8 @@
 #include <iterator>
 #include <stdexcept>
 
-#include "core/error.h"
-#include "core/geometry/quiet_gdal.h"
+#include "core/base/error.h"
+#include "core/base/quiet_gdal.h"
 
 namespace orient {
 namespace {
@@ -88,8 +89,8 @@ Crs Crs::Parse(const std::string& definition, const std::string& origin) {
   const char* unit = nullptr;
   const double metres = crs->GetLinearUnits(&unit);
   if (std::abs(metres - 1) > 1e-12)
-    throw InputError(what + " counts in '" + (unit == nullptr ? "unknown unit" : unit) +
-                     "', not in metres" + remedy);
+    throw InputError(fmt::format("{} counts in '{}', not in metres{}", what,
+                                 unit == nullptr ? "unknown unit" : unit, remedy));
   if (!IsEastNorth(*crs)) throw InputError(what + " has axes other than east and north" + remedy);
   return Crs(Exported(*crs, "WKT2_2019"));
 }

@@ -1,4 +1,4 @@
-#include "core/geometry/dem_grid.h"
+#include "core/terrain/dem_grid.h"
 
 #include <algorithm>
 #include <cmath>

@@ -8,7 +8,7 @@
 #include <optional>
 #include <vector>
 
-#include "core/geometry/dem_tiles.h"
+#include "core/terrain/dem_tiles.h"
 
 namespace orient {
 

@@ -1,13 +1,14 @@
-#include "core/geometry/dem_raster.h"
+#include "core/terrain/dem_raster.h"
 
+#include <fmt/format.h>
 #include <gdal_priv.h>
 #include <ogr_spatialref.h>
 
 #include <cmath>
 #include <limits>
 
-#include "core/error.h"
-#include "core/geometry/quiet_gdal.h"
+#include "core/base/error.h"
+#include "core/base/quiet_gdal.h"
 
 namespace orient {
 namespace {
@@ -69,13 +70,14 @@ std::vector<float> DemRaster::Read(int column, int row, int columns, int rows) c
   constexpr std::size_t kMostNodes = std::size_t{1} << 30;
   const std::size_t size = static_cast<std::size_t>(columns) * static_cast<std::size_t>(rows);
   if (size > kMostNodes)
-    throw InputError(path_ + ": " + std::to_string(columns) + " x " + std::to_string(rows) +
-                     " heights do not fit into memory; cut the DEM to the block or coarsen it");
+    throw InputError(fmt::format(
+        "{}: {} x {} heights do not fit into memory; cut the DEM to the block or coarsen it", path_,
+        columns, rows));
   std::vector<float> heights(size);
   if (impl_->band->RasterIO(GF_Read, column, row, columns, rows, heights.data(), columns, rows,
                             GDT_Float32, 0, 0) != CE_None)
-    throw InputError(path_ + ": the heights cannot be read" + quiet.Message() +
-                     "; the file may be damaged");
+    throw InputError(fmt::format("{}: the heights cannot be read{}; the file may be damaged", path_,
+                                 quiet.Message()));
   int has_nodata = 0;
   const float nodata = static_cast<float>(impl_->band->GetNoDataValue(&has_nodata));
   const double scale = impl_->band->GetScale(), offset = impl_->band->GetOffset();

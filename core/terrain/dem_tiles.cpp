@@ -1,4 +1,4 @@
-#include "core/geometry/dem_tiles.h"
+#include "core/terrain/dem_tiles.h"
 
 #include <algorithm>
 #include <atomic>

@@ -1,4 +1,4 @@
-#include "core/geometry/earth_effects.h"
+#include "core/terrain/earth_effects.h"
 
 #include <algorithm>
 #include <cmath>

@@ -1,4 +1,4 @@
-#include "tools/footprint.h"
+#include "core/terrain/footprint.h"
 
 #include <array>
 

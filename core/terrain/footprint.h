@@ -4,8 +4,8 @@
 #include <Eigen/Core>
 #include <vector>
 
-#include "core/geometry/ground_surface.h"
-#include "core/geometry/photo_view.h"
+#include "core/terrain/ground_surface.h"
+#include "core/terrain/photo_view.h"
 
 namespace orient {
 

@@ -1,4 +1,4 @@
-#include "core/geometry/geocentric.h"
+#include "core/terrain/geocentric.h"
 
 #include <cmath>
 

@@ -1,4 +1,4 @@
-#include "core/geometry/grid_mapping.h"
+#include "core/terrain/grid_mapping.h"
 
 #include <Eigen/Dense>
 #include <algorithm>

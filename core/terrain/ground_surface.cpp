@@ -1,18 +1,19 @@
-#include "core/geometry/ground_surface.h"
+#include "core/terrain/ground_surface.h"
+
+#include <fmt/format.h>
 
 #include <Eigen/Dense>
 #include <algorithm>
 #include <cmath>
 #include <cstdint>
-#include <cstdio>
 #include <limits>
 #include <stdexcept>
 #include <utility>
 
-#include "core/error.h"
-#include "core/geometry/dem_grid.h"
-#include "core/geometry/dem_raster.h"
-#include "core/geometry/grid_mapping.h"
+#include "core/base/error.h"
+#include "core/terrain/dem_grid.h"
+#include "core/terrain/dem_raster.h"
+#include "core/terrain/grid_mapping.h"
 
 namespace orient {
 namespace {
@@ -45,10 +46,8 @@ Bounds BoundsOfImage(const Bounds& rectangle, Map map) {
 }
 
 std::string Text(const Bounds& bounds) {
-  char text[160];
-  std::snprintf(text, sizeof text, "x %.0f ... %.0f, y %.0f ... %.0f", bounds.min_x, bounds.max_x,
-                bounds.min_y, bounds.max_y);
-  return text;
+  return fmt::format("x {:.0f} ... {:.0f}, y {:.0f} ... {:.0f}", bounds.min_x, bounds.max_x,
+                     bounds.min_y, bounds.max_y);
 }
 
 struct Window {
@@ -97,7 +96,7 @@ class DemFrame {
       dem_from_block_ = CoordinateTransform::Between(dem.Wkt(), block_crs.Wkt());
       block_from_dem_ = CoordinateTransform::Between(block_crs.Wkt(), dem.Wkt());
     } catch (const InputError& error) {
-      throw InputError(path + ": " + error.what() + "; reproject the DEM with gdalwarp");
+      throw InputError(fmt::format("{}: {}; reproject the DEM with gdalwarp", path, error.what()));
     }
   }
 
@@ -162,9 +161,9 @@ GroundSurface GroundSurface::FromFile(const std::string& path, const Crs& block_
   const auto window = WindowAround(bounds ? BoundsOfImage(*bounds, node_from_block) : all, dem);
   const std::string region = bounds ? Text(*bounds) : "enough nodes for a surface";
   if (!window)
-    throw InputError(path + ": the DEM covers " + Text(BoundsOfImage(all, block_from_node)) +
-                     " of the block's CRS and not " + region +
-                     "; give a DEM of the block's region");
+    throw InputError(fmt::format(
+        "{}: the DEM covers {} of the block's CRS and not {}; give a DEM of the block's region",
+        path, Text(BoundsOfImage(all, block_from_node)), region));
   DemGrid grid = GridOf(std::move(raster), *window);
   if (!std::isfinite(grid.Min()))
     throw InputError(path + ": the DEM has no heights, only nodata, in the region asked for (" +

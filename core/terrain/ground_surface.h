@@ -9,7 +9,7 @@
 
 #include "core/geometry/bounds.h"
 #include "core/geometry/collinearity.h"
-#include "core/geometry/crs.h"
+#include "core/terrain/crs.h"
 
 namespace orient {
 

@@ -1,9 +1,10 @@
-#include "core/geometry/photo_view.h"
+#include "core/terrain/photo_view.h"
 
+#include <Eigen/LU>
 #include <algorithm>
 #include <cmath>
 
-#include "core/geometry/ground_surface.h"
+#include "core/terrain/ground_surface.h"
 
 namespace orient {
 

@@ -1,4 +1,4 @@
-#include "core/geometry/reprojection.h"
+#include "core/terrain/reprojection.h"
 
 #include <cmath>
 

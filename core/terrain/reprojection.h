@@ -2,8 +2,8 @@
 // judged.
 #pragma once
 
-#include "core/geometry/ground_surface.h"
-#include "core/geometry/photo_view.h"
+#include "core/terrain/ground_surface.h"
+#include "core/terrain/photo_view.h"
 
 namespace orient {
 

@@ -1,6 +1,7 @@
-#include "tools/block/view_over_ground.h"
+#include "core/terrain/view_over_ground.h"
 
 #include <Eigen/Dense>
+#include <cmath>
 
 namespace orient {
 namespace {

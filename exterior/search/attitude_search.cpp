@@ -1,4 +1,4 @@
-#include "exterior/attitude_search.h"
+#include "exterior/search/attitude_search.h"
 
 #include <Eigen/Dense>
 #include <algorithm>
@@ -6,14 +6,15 @@
 #include <map>
 #include <vector>
 
+#include "core/base/side_by_side.h"
 #include "core/geometry/rotation.h"
-#include "core/imaging/correlation.h"
-#include "core/imaging/image_correlator.h"
-#include "core/imaging/side_by_side.h"
-#include "exterior/align.h"
-#include "exterior/whole_photo_search.h"
+#include "core/matching/correlation.h"
+#include "core/matching/image_correlator.h"
+#include "exterior/search/search_prior.h"
+#include "exterior/search/whole_photo_search.h"
+#include "exterior/steps/align.h"
 
-namespace orient {
+namespace orient::exterior {
 namespace {
 
 constexpr double kKnownPerHeight = 0.08;  // one sigma of the position
@@ -100,7 +101,7 @@ std::optional<SoughtPatches> SoughtPatches::Of(const PhotoTask& task, const Pose
 std::vector<VotingPatch> SoughtPatches::Seek(const PhotoView& view) const {
   std::vector<VotingPatch> voting(patches_.size());
   SideBySide(voting.size(), [&](std::size_t i) {
-    const Patch& patch = task_.patches[patches_[i]];
+    const patchdb::Patch& patch = task_.patches[patches_[i]];
     voting[i].ground_m = patch.ground_m;
     const auto aligned = AlignPatch(view, patch, reduction_, kSide, kSide);
     if (!aligned) return;
@@ -290,4 +291,4 @@ std::optional<PoseTrack> SearchAttitudes(const PhotoTask& task, double trials) {
   return best;
 }
 
-}  // namespace orient
+}  // namespace orient::exterior

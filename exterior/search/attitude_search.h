@@ -6,9 +6,9 @@
 
 #include <optional>
 
-#include "exterior/photo_task.h"
+#include "exterior/steps/photo_task.h"
 
-namespace orient {
+namespace orient::exterior {
 
 // Whether the prior's position is good enough: patches look nearly as they do from there.
 bool IsPositionKnown(const PosePrior& prior, double ground_height_m);
@@ -21,4 +21,4 @@ double AttitudeTrials(const PhotoTask& task);
 // asks whether chance explains the pose.
 std::optional<PoseTrack> SearchAttitudes(const PhotoTask& task, double trials);
 
-}  // namespace orient
+}  // namespace orient::exterior

@@ -1,17 +1,19 @@
-#include "exterior/first_pose.h"
+#include "exterior/search/first_pose.h"
+
+#include <fmt/format.h>
 
 #include <Eigen/Dense>
 #include <algorithm>
 #include <array>
 #include <cmath>
 
-#include "core/imaging/side_by_side.h"
-#include "core/median.h"
-#include "exterior/align.h"
-#include "exterior/consensus.h"
-#include "exterior/match.h"
+#include "core/base/median.h"
+#include "core/base/side_by_side.h"
+#include "exterior/steps/align.h"
+#include "exterior/steps/consensus.h"
+#include "exterior/steps/match.h"
 
-namespace orient {
+namespace orient::exterior {
 namespace {
 
 // The coarsest power of two at which a typical patch still has enough pixels to be told from
@@ -40,7 +42,7 @@ std::vector<VotingPatch> Seek(const PhotoTask& task, const PhotoView& view,
   std::vector<VotingPatch> voting(predictions.size());
   SideBySide(predictions.size(), [&](std::size_t i) {
     const PatchPrediction& prediction = predictions[i];
-    const Patch& patch = task.patches[prediction.patch];
+    const patchdb::Patch& patch = task.patches[prediction.patch];
     voting[i].ground_m = patch.ground_m;
     const auto aligned =
         AlignPatch(view, patch, reduction, LeastSide(task.options), task.options.max_side_px);
@@ -90,7 +92,7 @@ void VoteAround(const PhotoTask& task, int reduction, double margin_px, PoseTrac
 
 // Approximations are often worse than they are said to be: twice, and in position a few per cent
 // of the flying height, which is what a map or a forgotten datum shift makes of it.
-PosePrior Doubtful(const PosePrior& prior, const std::vector<Patch>& patches) {
+PosePrior Doubtful(const PosePrior& prior, const std::vector<patchdb::Patch>& patches) {
   constexpr double kShareOfHeight = 0.03;
   const double height = std::abs(prior.pose.position_m.z() - patches.front().ground_m.z());
   PosePrior wide = prior;
@@ -246,12 +248,18 @@ void Descend(const PhotoTask& task, PoseTrack* track) {
     VoteAround(task, reduction, 1.5 * track->reduction, track);
 }
 
-std::string WhyNoFirstPose(const PhotoTask& task) {
+Finding WhyNoFirstPose(const PhotoTask& task) {
+  const auto failed = [](std::string where) {
+    return Finding{
+        .reason = Reason::kNoFirstPose, .at_best = Status::kFailed, .where = std::move(where)};
+  };
   const FilmPosition& position = task.photo.positions.front();
   const SearchPlan plan = Plan(task, position, task.photo.prior);
   if (plan.predictions.empty())
-    return "its approximation sees none of the " + std::to_string(task.patches.size()) +
-           " patches in the region: correct it, or harvest patches there";
+    return failed(fmt::format(
+        "its approximation sees none of the {} patches in the region: correct it, or harvest "
+        "patches there",
+        task.patches.size()));
   const PhotoView view = task.View(position, task.photo.prior.pose);
   const bool large_enough = std::any_of(
       plan.predictions.begin(), plan.predictions.end(), [&](const PatchPrediction& prediction) {
@@ -259,13 +267,15 @@ std::string WhyNoFirstPose(const PhotoTask& task) {
         return side && *side >= LeastSide(task.options);
       });
   if (!large_enough)
-    return "under its approximation the patches are smaller than " +
-           std::to_string(LeastSide(task.options)) +
-           " px: its height is wrong, or the patches are of another scale";
+    return failed(fmt::format(
+        "under its approximation the patches are smaller than {} px: its height is wrong, or the "
+        "patches are of another scale",
+        LeastSide(task.options)));
   if (plan.WindowPixels(task, plan.coarsest) > kMaxWindowPixels)
-    return "its approximation is too uncertain: every patch would be sought in most of the photo; "
-           "give a better one, or its true accuracy";
-  return "fewer than three of the patches have a counterpart in the photo";
+    return failed(
+        "its approximation is too uncertain: every patch would be sought in most of the photo; "
+        "give a better one, or its true accuracy");
+  return failed("fewer than three of the patches have a counterpart in the photo");
 }
 
-}  // namespace orient
+}  // namespace orient::exterior

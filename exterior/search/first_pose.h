@@ -5,18 +5,18 @@
 #include <optional>
 #include <string>
 
-#include "exterior/photo_task.h"
+#include "exterior/steps/photo_task.h"
 
-namespace orient {
+namespace orient::exterior {
 
 // From the prior to a first pose; the caller asks whether chance explains it. Empty: see
 // WhyNoFirstPose.
 std::optional<PoseTrack> FirstPose(const PhotoTask& task);
 
 // What is wrong with the approximation or the patches, where there is no first pose.
-std::string WhyNoFirstPose(const PhotoTask& task);
+Finding WhyNoFirstPose(const PhotoTask& task);
 
 // Halves the reduction until full resolution is the next.
 void Descend(const PhotoTask& task, PoseTrack* track);
 
-}  // namespace orient
+}  // namespace orient::exterior

@@ -1,4 +1,4 @@
-#include "exterior/keypoint_pose.h"
+#include "exterior/search/keypoint_pose.h"
 
 #include <Eigen/Dense>
 #include <algorithm>
@@ -11,9 +11,9 @@
 #include <utility>
 
 #include "core/geometry/collinearity.h"
-#include "exterior/consensus.h"
+#include "exterior/steps/consensus.h"
 
-namespace orient {
+namespace orient::exterior {
 namespace {
 
 constexpr double kInlierSigmas = 4;
@@ -287,4 +287,4 @@ std::optional<KeypointPose> PoseFromKeypoints(const Camera& camera,
   return best;
 }
 
-}  // namespace orient
+}  // namespace orient::exterior

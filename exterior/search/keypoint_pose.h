@@ -9,9 +9,9 @@
 #include <optional>
 #include <vector>
 
-#include "exterior/orient_photo.h"
+#include "exterior/steps/photo_to_orient.h"
 
-namespace orient {
+namespace orient::exterior {
 
 struct SharedKeypoint {
   Eigen::Vector2d pixel;     // of the photo's scan
@@ -53,4 +53,4 @@ std::optional<KeypointPose> PoseFromKeypoints(const Camera& camera,
                                               const std::vector<SharedKeypoint>& shared,
                                               const KeypointPoseOptions& options = {});
 
-}  // namespace orient
+}  // namespace orient::exterior

@@ -1,12 +1,12 @@
-#include "exterior/mosaic_tiles.h"
+#include "exterior/search/mosaic_tiles.h"
 
 #include <algorithm>
 #include <cmath>
 
-#include "core/imaging/correlation.h"
-#include "core/imaging/side_by_side.h"
+#include "core/base/side_by_side.h"
+#include "core/matching/correlation.h"
 
-namespace orient {
+namespace orient::exterior {
 namespace {
 
 constexpr int kSide = 25;             // of a tile, pixels of the level
@@ -27,11 +27,12 @@ bool IsCovered(const Image& tile) {
 }
 
 // Side by side on the ground, the nearest to a point first.
-std::vector<Eigen::Vector3d> Middles(const std::vector<Patch>& patches, const PatchMosaic& mosaic,
-                                     double cell_m, const Eigen::Vector2d& nearest_to_m) {
+std::vector<Eigen::Vector3d> Middles(const std::vector<patchdb::Patch>& patches,
+                                     const PatchMosaic& mosaic, double cell_m,
+                                     const Eigen::Vector2d& nearest_to_m) {
   const double side_m = cell_m * kSide;
   std::vector<Eigen::Vector2d> points;
-  for (const Patch& patch : patches) points.emplace_back(patch.ground_m.head<2>());
+  for (const patchdb::Patch& patch : patches) points.emplace_back(patch.ground_m.head<2>());
   std::stable_sort(points.begin(), points.end(), [&](const auto& a, const auto& b) {
     return (a - nearest_to_m).squaredNorm() < (b - nearest_to_m).squaredNorm();
   });
@@ -50,7 +51,7 @@ std::vector<Eigen::Vector3d> Middles(const std::vector<Patch>& patches, const Pa
 
 }  // namespace
 
-std::optional<MosaicTiles> MosaicTiles::Of(const std::vector<Patch>& patches,
+std::optional<MosaicTiles> MosaicTiles::Of(const std::vector<patchdb::Patch>& patches,
                                            const PhotoImage& photo, double gsd_m,
                                            const Eigen::Vector2d& middle_m) {
   const double width = photo.Width(), height = photo.Height();
@@ -88,4 +89,4 @@ std::vector<VotingPatch> MosaicTiles::Seek(const Shape& ground_from_scan) const 
   return voting;
 }
 
-}  // namespace orient
+}  // namespace orient::exterior

@@ -5,20 +5,21 @@
 #include <optional>
 #include <vector>
 
-#include "core/imaging/image_correlator.h"
-#include "exterior/consensus.h"
-#include "exterior/patch_mosaic.h"
-#include "exterior/photo_image.h"
+#include "core/matching/image_correlator.h"
+#include "exterior/search/patch_mosaic.h"
+#include "exterior/steps/consensus.h"
+#include "exterior/steps/photo_image.h"
 
-namespace orient {
+namespace orient::exterior {
 
 class MosaicTiles {
  public:
   // At the coarsest level of the photo, no larger than can be searched whole, at which the patches
   // are dense enough to make tiles. `gsd_m`: of a scan pixel. Of more tiles than can be sought
   // those nearest to `middle_m`. Empty: there is no such level.
-  static std::optional<MosaicTiles> Of(const std::vector<Patch>& patches, const PhotoImage& photo,
-                                       double gsd_m, const Eigen::Vector2d& middle_m);
+  static std::optional<MosaicTiles> Of(const std::vector<patchdb::Patch>& patches,
+                                       const PhotoImage& photo, double gsd_m,
+                                       const Eigen::Vector2d& middle_m);
 
   int Reduction() const { return reduction_; }
   std::size_t Count() const { return middles_m_.size(); }
@@ -43,4 +44,4 @@ class MosaicTiles {
   std::vector<Eigen::Vector3d> middles_m_;
 };
 
-}  // namespace orient
+}  // namespace orient::exterior

@@ -1,17 +1,17 @@
-#include "exterior/patch_mosaic.h"
+#include "exterior/search/patch_mosaic.h"
 
 #include <algorithm>
 #include <cmath>
 
 #include "core/geometry/bounds.h"
-#include "core/imaging/resample.h"
+#include "core/raster/resample.h"
 
-namespace orient {
+namespace orient::exterior {
 namespace {
 
-Bounds Covered(const std::vector<Patch>& patches) {
+Bounds Covered(const std::vector<patchdb::Patch>& patches) {
   Bounds bounds = Bounds::OfNothing();
-  for (const Patch& patch : patches) {
+  for (const patchdb::Patch& patch : patches) {
     const double half = patch.gsd_m * std::max(patch.chip.width, patch.chip.height) / 2;
     bounds.Include(patch.ground_m.x() - half, patch.ground_m.y() - half);
     bounds.Include(patch.ground_m.x() + half, patch.ground_m.y() + half);
@@ -23,7 +23,7 @@ Bounds Covered(const std::vector<Patch>& patches) {
 
 // Each chip pixel goes to the cell in which its centre lies; a coarse one is divided first, so that
 // no cell under it stays empty.
-void PatchMosaic::Add(const Patch& patch, std::vector<float>* weights) {
+void PatchMosaic::Add(const patchdb::Patch& patch, std::vector<float>* weights) {
   const int parts = std::max(1, static_cast<int>(std::ceil(patch.gsd_m / gsd_m_)));
   const double step = patch.gsd_m / parts;
   const Eigen::Vector2d first = CellOf(
@@ -42,7 +42,7 @@ void PatchMosaic::Add(const Patch& patch, std::vector<float>* weights) {
     }
 }
 
-std::optional<PatchMosaic> PatchMosaic::Of(const std::vector<Patch>& patches, double gsd_m,
+std::optional<PatchMosaic> PatchMosaic::Of(const std::vector<patchdb::Patch>& patches, double gsd_m,
                                            double max_cells) {
   const Bounds bounds = Covered(patches);
   if (bounds.Empty() || !(gsd_m > 0)) return std::nullopt;
@@ -55,7 +55,7 @@ std::optional<PatchMosaic> PatchMosaic::Of(const std::vector<Patch>& patches, do
   mosaic.north_m_ = bounds.max_y;
   mosaic.grey_ = Image(static_cast<int>(width), static_cast<int>(height));
   std::vector<float> weights(mosaic.grey_.values.size(), 0);
-  for (const Patch& patch : patches) {
+  for (const patchdb::Patch& patch : patches) {
     mosaic.Add(patch, &weights);
     mosaic.points_m_.push_back(patch.ground_m);
   }
@@ -92,4 +92,4 @@ double PatchMosaic::HeightAround(const Eigen::Vector2d& centre_m, double half_m)
   return count > 0 ? sum / count : std::nan("");
 }
 
-}  // namespace orient
+}  // namespace orient::exterior

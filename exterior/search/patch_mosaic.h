@@ -6,17 +6,17 @@
 #include <optional>
 #include <vector>
 
-#include "core/imaging/image.h"
-#include "patchdb/patch.h"
+#include "core/raster/image.h"
+#include "patchdb/store/patch.h"
 
-namespace orient {
+namespace orient::exterior {
 
 class PatchMosaic {
  public:
   // Every cell of `gsd_m` is the mean of the chips' pixels in it, NaN where there are none. Chips
   // whose pixels are larger than a cell are interpolated. Of patches so far apart that the mosaic
   // would have more than `max_cells`, empty.
-  static std::optional<PatchMosaic> Of(const std::vector<Patch>& patches, double gsd_m,
+  static std::optional<PatchMosaic> Of(const std::vector<patchdb::Patch>& patches, double gsd_m,
                                        double max_cells = 16e6);
 
   // A square of `side` pixels around a ground point: the image's pixel (u, v) off its middle shows
@@ -30,11 +30,11 @@ class PatchMosaic {
   Eigen::Vector2d CellOf(const Eigen::Vector2d& ground_m) const {
     return {(ground_m.x() - west_m_) / gsd_m_, (north_m_ - ground_m.y()) / gsd_m_};
   }
-  void Add(const Patch& patch, std::vector<float>* weights);
+  void Add(const patchdb::Patch& patch, std::vector<float>* weights);
 
   double gsd_m_ = 1, west_m_ = 0, north_m_ = 0;
   Image grey_;
   std::vector<Eigen::Vector3d> points_m_;  // the patches' points, from west to east
 };
 
-}  // namespace orient
+}  // namespace orient::exterior

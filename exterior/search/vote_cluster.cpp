@@ -1,6 +1,6 @@
-#include "exterior/vote_cluster.h"
+#include "exterior/search/vote_cluster.h"
 
-namespace orient {
+namespace orient::exterior {
 
 std::vector<PlaneVote> LargestCluster(const std::vector<PlaneVote>& votes, double radius) {
   std::vector<PlaneVote> best;
@@ -26,4 +26,4 @@ Eigen::Vector2d MeanOf(const std::vector<PlaneVote>& votes) {
   return sum / static_cast<double>(votes.size());
 }
 
-}  // namespace orient
+}  // namespace orient::exterior

@@ -5,7 +5,7 @@
 #include <cstddef>
 #include <vector>
 
-namespace orient {
+namespace orient::exterior {
 
 struct PlaneVote {
   std::size_t voter = 0, candidate = 0;
@@ -18,4 +18,4 @@ std::vector<PlaneVote> LargestCluster(const std::vector<PlaneVote>& votes, doubl
 // Of votes there are: their mean.
 Eigen::Vector2d MeanOf(const std::vector<PlaneVote>& votes);
 
-}  // namespace orient
+}  // namespace orient::exterior

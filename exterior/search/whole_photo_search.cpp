@@ -1,11 +1,11 @@
-#include "exterior/whole_photo_search.h"
+#include "exterior/search/whole_photo_search.h"
 
 #include <algorithm>
 #include <set>
 
-#include "core/median.h"
+#include "core/base/median.h"
 
-namespace orient {
+namespace orient::exterior {
 namespace {
 
 struct Try {
@@ -31,9 +31,9 @@ PoseTrack FollowUp(const WaysToTry& ways, Try from) {
 
 }  // namespace
 
-double MedianGroundHeight(const std::vector<Patch>& patches) {
+double MedianGroundHeight(const std::vector<patchdb::Patch>& patches) {
   std::vector<double> heights;
-  for (const Patch& patch : patches) heights.push_back(patch.ground_m.z());
+  for (const patchdb::Patch& patch : patches) heights.push_back(patch.ground_m.z());
   return UpperMedian(std::move(heights));
 }
 
@@ -78,4 +78,4 @@ PoseTrack TrackOf(const PhotoTask& task, const FilmPosition& position, const Con
           {round},  trials};
 }
 
-}  // namespace orient
+}  // namespace orient::exterior

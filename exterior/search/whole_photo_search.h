@@ -9,11 +9,11 @@
 #include <optional>
 #include <vector>
 
-#include "exterior/consensus.h"
-#include "exterior/photo_task.h"
-#include "exterior/vote_cluster.h"
+#include "exterior/search/vote_cluster.h"
+#include "exterior/steps/consensus.h"
+#include "exterior/steps/photo_task.h"
 
-namespace orient {
+namespace orient::exterior {
 
 inline constexpr int kKappas = 24;
 inline constexpr double kKappaStep_rad = 2 * std::numbers::pi / kKappas;
@@ -21,7 +21,7 @@ inline constexpr double kKappaStep_rad = 2 * std::numbers::pi / kKappas;
 // 0, 1, -1, 2, -2, ...
 inline int Outwards(int i) { return i % 2 == 0 ? -i / 2 : (i + 1) / 2; }
 
-double MedianGroundHeight(const std::vector<Patch>& patches);
+double MedianGroundHeight(const std::vector<patchdb::Patch>& patches);
 
 // How what is sought lies in the scan, rounded: film turned by a quarter and kappa turned back look
 // the same.
@@ -57,4 +57,4 @@ std::optional<Consensus> FindConsensus(const PhotoView& view, const PosePrior& p
 PoseTrack TrackOf(const PhotoTask& task, const FilmPosition& position, const Consensus& consensus,
                   std::size_t sought, int reduction, double trials);
 
-}  // namespace orient
+}  // namespace orient::exterior

@@ -1,4 +1,4 @@
-#include "exterior/wide_search.h"
+#include "exterior/search/wide_search.h"
 
 #include <Eigen/Dense>
 #include <algorithm>
@@ -6,11 +6,12 @@
 #include <map>
 #include <numbers>
 
-#include "exterior/attitude_search.h"
-#include "exterior/mosaic_tiles.h"
-#include "exterior/whole_photo_search.h"
+#include "exterior/search/attitude_search.h"
+#include "exterior/search/mosaic_tiles.h"
+#include "exterior/search/search_prior.h"
+#include "exterior/search/whole_photo_search.h"
 
-namespace orient {
+namespace orient::exterior {
 namespace {
 
 constexpr double kScaleStep = 1.2;
@@ -216,34 +217,6 @@ std::optional<PoseTrack> WideSearch::TryAgain(const Hypothesis& hypothesis,
 
 }  // namespace
 
-bool IsVague(const Camera& camera, const PosePrior& prior, double ground_height_m) {
-  constexpr double kVagueKappa_rad = 12 * std::numbers::pi / 180;
-  constexpr double kShareOfFrame = 0.1;
-  const double height = prior.pose.position_m.z() - ground_height_m;
-  if (height <= 0) return false;  // wrong, not vague
-  const Vector6d sigma = prior.covariance.diagonal().cwiseSqrt();
-  if (sigma[5] > kVagueKappa_rad) return true;
-  const double moved_mm =
-      camera.principal_distance_mm *
-      std::hypot(sigma.head<2>().maxCoeff() / height, sigma.segment<2>(3).maxCoeff());
-  return moved_mm > kShareOfFrame * camera.frame_mm.minCoeff();
-}
-
-PosePrior Widened(const PosePrior& prior, double ground_height_m) {
-  constexpr double kShareOfHeight = 0.3, kScale = 0.1;
-  constexpr double kLeastTilt_rad = 5 * std::numbers::pi / 180;
-  constexpr double kMostTilt_rad = 12 * std::numbers::pi / 180;
-  const double height = std::max(1.0, prior.pose.position_m.z() - ground_height_m);
-  PosePrior wide{prior.pose, Matrix6d(prior.covariance.diagonal().asDiagonal())};
-  for (int i = 0; i < 3; ++i)
-    wide.covariance(i, i) += std::pow((i < 2 ? kShareOfHeight : kScale) * height, 2);
-  for (int i = 3; i < 5; ++i)
-    wide.covariance(i, i) =
-        std::pow(std::clamp(std::sqrt(wide.covariance(i, i)), kLeastTilt_rad, kMostTilt_rad), 2);
-  wide.covariance(5, 5) = std::numbers::pi * std::numbers::pi;
-  return wide;
-}
-
 std::optional<PoseTrack> SearchWidely(const PhotoTask& task) {
   const double ground_m = MedianGroundHeight(task.patches);
   if (!(task.photo.prior.pose.position_m.z() > ground_m)) return std::nullopt;
@@ -259,4 +232,4 @@ std::optional<PoseTrack> SearchWidely(const PhotoTask& task) {
   return turned;
 }
 
-}  // namespace orient
+}  // namespace orient::exterior

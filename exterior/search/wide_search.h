@@ -5,12 +5,12 @@
 
 #include <optional>
 
-#include "exterior/photo_task.h"
+#include "exterior/steps/photo_task.h"
 
-namespace orient {
+namespace orient::exterior {
 
 // Empty where the patches make no mosaic that could be sought, or nothing in the photo is like it.
 // The caller asks whether chance explains the pose; every hypothesis tried is counted in.
 std::optional<PoseTrack> SearchWidely(const PhotoTask& task);
 
-}  // namespace orient
+}  // namespace orient::exterior

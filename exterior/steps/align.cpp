@@ -1,12 +1,12 @@
-#include "exterior/align.h"
+#include "exterior/steps/align.h"
 
 #include <Eigen/Dense>
 #include <algorithm>
 #include <cmath>
 
-#include "exterior/pixel_lattice.h"
+#include "exterior/steps/pixel_lattice.h"
 
-namespace orient {
+namespace orient::exterior {
 namespace {
 
 // Chip positions are computed exactly on a lattice and linearly between its nodes. Heights come at
@@ -17,7 +17,7 @@ constexpr int kMaxSupersampling = 32;
 
 // East and north offset from the patch's point at which a scan pixel's ray meets the patch's
 // heights. Fixed-point iteration on the height; converges where the ray is steeper than the slope.
-std::optional<Eigen::Vector2d> OffsetAt(const PhotoView& view, const Patch& patch,
+std::optional<Eigen::Vector2d> OffsetAt(const PhotoView& view, const patchdb::Patch& patch,
                                         const Eigen::Vector2d& pixel) {
   const auto ray = GroundRayFromPhoto(view.camera, view.pose, view.PhotoFromPixel(pixel));
   if (!ray || ray->direction.z() >= -1e-3) return std::nullopt;
@@ -35,13 +35,14 @@ std::optional<Eigen::Vector2d> OffsetAt(const PhotoView& view, const Patch& patc
   return offset;
 }
 
-Eigen::Vector2d ChipFromOffset(const Patch& patch, const Eigen::Vector2d& offset) {
+Eigen::Vector2d ChipFromOffset(const patchdb::Patch& patch, const Eigen::Vector2d& offset) {
   return {patch.chip.width / 2.0 + offset.x() / patch.gsd_m,
           patch.chip.height / 2.0 - offset.y() / patch.gsd_m};
 }
 
 // d chip / d scan pixel at the patch's point.
-std::optional<Eigen::Matrix2d> ChipFromPixelScale(const PhotoView& view, const Patch& patch,
+std::optional<Eigen::Matrix2d> ChipFromPixelScale(const PhotoView& view,
+                                                  const patchdb::Patch& patch,
                                                   const Eigen::Vector2d& pixel) {
   Eigen::Matrix2d scale;
   for (int axis = 0; axis < 2; ++axis) {
@@ -56,22 +57,22 @@ std::optional<Eigen::Matrix2d> ChipFromPixelScale(const PhotoView& view, const P
 
 // Side of the largest square, in image pixels, that the chip covers. A chip pixel of its rim is
 // left to interpolation.
-double SideOf(const Patch& patch, const Eigen::Matrix2d& chip_per_pixel) {
+double SideOf(const patchdb::Patch& patch, const Eigen::Matrix2d& chip_per_pixel) {
   const double chip_side = std::min(patch.chip.width, patch.chip.height) - 2.0;
   return chip_side / chip_per_pixel.cwiseAbs().rowwise().sum().maxCoeff();
 }
 
 }  // namespace
 
-std::optional<double> PatchSide(const PhotoView& view, const Patch& patch) {
+std::optional<double> PatchSide(const PhotoView& view, const patchdb::Patch& patch) {
   const auto pixel = view.PixelFromGround(patch.ground_m);
   const auto scale = pixel ? ChipFromPixelScale(view, patch, *pixel) : std::nullopt;
   if (!scale) return std::nullopt;
   return SideOf(patch, *scale);
 }
 
-std::optional<AlignedPatch> AlignPatch(const PhotoView& view, const Patch& patch, double reduction,
-                                       int min_side, int max_side) {
+std::optional<AlignedPatch> AlignPatch(const PhotoView& view, const patchdb::Patch& patch,
+                                       double reduction, int min_side, int max_side) {
   const auto pixel = view.PixelFromGround(patch.ground_m);
   if (!pixel) return std::nullopt;
   const auto scale = ChipFromPixelScale(view, patch, *pixel);
@@ -105,4 +106,4 @@ std::optional<AlignedPatch> AlignPatch(const PhotoView& view, const Patch& patch
   return aligned;
 }
 
-}  // namespace orient
+}  // namespace orient::exterior

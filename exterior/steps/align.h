@@ -6,11 +6,11 @@
 
 #include <optional>
 
-#include "core/geometry/photo_view.h"
-#include "core/imaging/image.h"
-#include "patchdb/patch.h"
+#include "core/raster/image.h"
+#include "core/terrain/photo_view.h"
+#include "patchdb/store/patch.h"
 
-namespace orient {
+namespace orient::exterior {
 
 struct AlignedPatch {
   Image image;                   // square, odd side; its centre shows the patch's ground point
@@ -22,12 +22,12 @@ struct AlignedPatch {
 
 // Side of the largest square that the chip covers, in scan pixels. Empty where the point is not
 // seen.
-std::optional<double> PatchSide(const PhotoView& view, const Patch& patch);
+std::optional<double> PatchSide(const PhotoView& view, const patchdb::Patch& patch);
 
 // The largest square that the chip covers, at `reduction` scan pixels per pixel, but at most
 // `max_side` pixels. Chips finer than the photo are area-averaged, coarser ones interpolated. Empty
 // where the point is not seen or the square would be smaller than `min_side`.
-std::optional<AlignedPatch> AlignPatch(const PhotoView& view, const Patch& patch, double reduction,
-                                       int min_side, int max_side);
+std::optional<AlignedPatch> AlignPatch(const PhotoView& view, const patchdb::Patch& patch,
+                                       double reduction, int min_side, int max_side);
 
-}  // namespace orient
+}  // namespace orient::exterior

@@ -1,4 +1,4 @@
-#include "exterior/consensus.h"
+#include "exterior/steps/consensus.h"
 
 #include <Eigen/Dense>
 #include <algorithm>
@@ -8,7 +8,7 @@
 
 #include "core/geometry/collinearity.h"
 
-namespace orient {
+namespace orient::exterior {
 namespace {
 
 constexpr int kSampleSize = 3;
@@ -227,4 +227,4 @@ std::optional<Consensus> FindConsensus(const PhotoView& view, const PosePrior& p
   return best;
 }
 
-}  // namespace orient
+}  // namespace orient::exterior

@@ -11,11 +11,11 @@
 #include <optional>
 #include <vector>
 
-#include "core/geometry/photo_view.h"
 #include "core/geometry/resection.h"
-#include "exterior/match.h"
+#include "core/terrain/photo_view.h"
+#include "exterior/steps/match.h"
 
-namespace orient {
+namespace orient::exterior {
 
 struct VotingPatch {
   Eigen::Vector3d ground_m;
@@ -63,4 +63,4 @@ double Log10FalseAlarms(const std::vector<VotingPatch>& patches,
 // so with probability `p`.
 double Log10FalseAlarms(int patches, int supporters, double candidates, double p);
 
-}  // namespace orient
+}  // namespace orient::exterior

@@ -1,18 +1,19 @@
-#include "exterior/correlated_pose.h"
+#include "exterior/steps/correlated_pose.h"
 
 #include <Eigen/Dense>
 #include <algorithm>
 #include <cmath>
 
 #include "core/geometry/collinearity.h"
-#include "exterior/shared_errors.h"
-#include "exterior/unseen_errors.h"
+#include "core/terrain/pixel_derivatives.h"
+#include "exterior/steps/shared_errors.h"
+#include "exterior/steps/unseen_errors.h"
 
-namespace orient {
+namespace orient::exterior {
 namespace {
 
 constexpr std::size_t kMinObservations = 4;
-constexpr int kIterations = 4, kIterationsFreed = 6;
+constexpr int kIterations = 4, kIterationsWithDistance = 6;
 // Residuals of next to nothing (hardly any redundancy, and what did not fit taken out) are no
 // reason to believe that nothing is uncertain.
 constexpr double kLeastNoiseFactor = 0.1;
@@ -21,7 +22,7 @@ constexpr double kLeastHeightRedundancy = 0.5;
 
 // The linearised problem about one pose; two rows (col, row) an observation.
 struct Linearised {
-  Eigen::MatrixXd by_unknowns;  // the pose's six, and the principal distance where it is freed
+  Eigen::MatrixXd by_unknowns;  // the pose's six, and the principal distance where it is an unknown
   Eigen::Matrix<double, Eigen::Dynamic, 6> by_interior;
   Eigen::VectorXd by_height;  // px per standard deviation of the height error
   Eigen::VectorXd residuals;  // measured - computed, px
@@ -36,16 +37,15 @@ std::optional<Linearised> Linearise(const PhotoView& view,
                     Eigen::VectorXd(rows), Eigen::VectorXd(rows)};
   for (Eigen::Index i = 0; i < rows / 2; ++i) {
     const PatchObservation& o = observations[static_cast<std::size_t>(i)];
-    const auto d = PhotoFromGroundWithDerivatives(view.camera, view.pose, o.ground_m);
+    const auto d = PixelFromGroundWithDerivatives(view, o.ground_m);
     if (!d) return std::nullopt;
-    const Eigen::Matrix2d& B = pixel_from_photo.A;
-    system.by_unknowns.block<2, 6>(2 * i, 0) = B * d->by_pose;
-    if (unknowns > 6) system.by_unknowns.block<2, 1>(2 * i, 6) = B * d->by_principal_distance;
+    system.by_unknowns.block<2, 6>(2 * i, 0) = d->by_pose;
+    if (unknowns > 6) system.by_unknowns.block<2, 1>(2 * i, 6) = d->by_principal_distance;
     // photo = A pixel + t: an error of A and t shows in the pixel as -A^-1 (dA pixel + dt).
     Eigen::Matrix<double, 2, 6> affine;
     affine << o.pixel.x(), o.pixel.y(), 0, 0, 1, 0, 0, 0, o.pixel.x(), o.pixel.y(), 0, 1;
-    system.by_interior.middleRows<2>(2 * i) = -B * affine;
-    system.by_height.segment<2>(2 * i) = B * d->by_ground * o.height_effect * o.height_sigma_m;
+    system.by_interior.middleRows<2>(2 * i) = -pixel_from_photo.A * affine;
+    system.by_height.segment<2>(2 * i) = d->by_ground * o.height_effect * o.height_sigma_m;
     system.residuals.segment<2>(2 * i) = o.pixel - view.PixelFromPhoto(d->photo_mm);
   }
   return system;
@@ -94,21 +94,22 @@ double Component(const Eigen::VectorXd& weighted, const Eigen::MatrixXd& left,
   return expected > 0 ? weighted.dot(component * weighted) / expected : 1.0;
 }
 
-using Freed = std::optional<PrincipalDistancePrior>;
+using UnknownDistance = std::optional<PrincipalDistancePrior>;
 
-// Of the pose's six unknowns, and of the principal distance where it is freed.
-Eigen::MatrixXd PriorInformation(const PosePrior& prior, const Freed& freed) {
-  const Eigen::Index unknowns = freed ? 7 : 6;
+// Of the pose's six unknowns, and of the principal distance where it is an unknown.
+Eigen::MatrixXd PriorInformation(const PosePrior& prior, const UnknownDistance& unknown) {
+  const Eigen::Index unknowns = unknown ? 7 : 6;
   Eigen::MatrixXd information = Eigen::MatrixXd::Zero(unknowns, unknowns);
   information.topLeftCorner<6, 6>() = prior.covariance.inverse();
-  if (freed) information(6, 6) = 1 / (freed->sigma_mm * freed->sigma_mm);
+  if (unknown) information(6, 6) = 1 / (unknown->sigma_mm * unknown->sigma_mm);
   return information;
 }
 
-Eigen::VectorXd PriorMinusNow(const PosePrior& prior, const Freed& freed, const PhotoView& now) {
-  Eigen::VectorXd off(freed ? 7 : 6);
+Eigen::VectorXd PriorMinusNow(const PosePrior& prior, const UnknownDistance& unknown,
+                              const PhotoView& now) {
+  Eigen::VectorXd off(unknown ? 7 : 6);
   off.head<6>() = PoseDifference(prior.pose, now.pose);
-  if (freed) off[6] = freed->value_mm - now.camera.principal_distance_mm;
+  if (unknown) off[6] = unknown->value_mm - now.camera.principal_distance_mm;
   return off;
 }
 
@@ -136,19 +137,19 @@ double UpdateComponents(const Eigen::VectorXd& weighted, const Eigen::MatrixXd& 
 
 std::optional<CorrelatedPose> EstimateCorrelatedPose(
     const PhotoView& view, const PosePrior& prior, const std::vector<PatchObservation>& all,
-    const CommonErrors& common, const std::optional<PrincipalDistancePrior>& freed) {
+    const CommonErrors& common, const std::optional<PrincipalDistancePrior>& unknown) {
   const std::vector<PatchObservation> observations = Thinned(all);
   if (observations.size() < kMinObservations) return std::nullopt;
   const Eigen::MatrixXd noise = NoiseVariances(observations).asDiagonal();
   const Eigen::MatrixXd correlation = HeightCorrelation(observations, common.height_correlation_m);
   const Eigen::MatrixXd film = FilmCovariance(observations, common);
-  const Eigen::MatrixXd prior_information = PriorInformation(prior, freed);
+  const Eigen::MatrixXd prior_information = PriorInformation(prior, unknown);
   const Eigen::Index unknowns = prior_information.rows();
 
   CorrelatedPose estimate;
   PhotoView now = view;
   Eigen::MatrixXd known, honest;  // covariances of all unknowns
-  const int iterations = freed ? kIterationsFreed : kIterations;
+  const int iterations = unknown ? kIterationsWithDistance : kIterations;
   for (int i = 0; i < iterations; ++i) {
     const auto system = Linearise(now, observations, unknowns);
     if (!system) return std::nullopt;
@@ -165,7 +166,7 @@ std::optional<CorrelatedPose> EstimateCorrelatedPose(
     if (normals.info() != Eigen::Success) return std::nullopt;
     const Eigen::VectorXd step =
         normals.solve(weighted_design.transpose() * system->residuals +
-                      prior_information * PriorMinusNow(prior, freed, now));
+                      prior_information * PriorMinusNow(prior, unknown, now));
     Move(step, &now);
     known = normals.solve(Eigen::MatrixXd::Identity(unknowns, unknowns));
 
@@ -188,8 +189,8 @@ std::optional<CorrelatedPose> EstimateCorrelatedPose(
   estimate.covariance = known.topLeftCorner<6, 6>();
   estimate.honest_covariance = honest.topLeftCorner<6, 6>();
   estimate.principal_distance_mm = now.camera.principal_distance_mm;
-  if (freed) estimate.principal_distance_sigma_mm = std::sqrt(honest(6, 6));
+  if (unknown) estimate.principal_distance_sigma_mm = std::sqrt(honest(6, 6));
   return estimate;
 }
 
-}  // namespace orient
+}  // namespace orient::exterior

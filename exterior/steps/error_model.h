@@ -1,7 +1,7 @@
 // What is assumed of errors that no single match shows, by single photos and blocks alike.
 #pragma once
 
-namespace orient {
+namespace orient::exterior {
 
 // Matching's covariance knows the grey values' noise only. Relief between the heights' nodes and
 // change of the scene add what no single match can see: one sigma of a coordinate, scan pixels.
@@ -24,4 +24,4 @@ inline constexpr double kFilmCorrelationPerFrame = 0.4;
 // (tools/bench/exterior_honesty.cpp).
 inline constexpr double kSharedEverywhere = 0.5, kSharedSmoothly = 0.8;
 
-}  // namespace orient
+}  // namespace orient::exterior

@@ -1,13 +1,13 @@
-#include "exterior/match.h"
+#include "exterior/steps/match.h"
 
 #include <algorithm>
 #include <cmath>
 
-#include "core/imaging/correlation.h"
-#include "core/imaging/gradient_channels.h"
-#include "core/imaging/least_squares_matching.h"
+#include "core/matching/correlation.h"
+#include "core/matching/gradient_channels.h"
+#include "core/matching/least_squares_matching.h"
 
-namespace orient {
+namespace orient::exterior {
 namespace {
 
 // Peaks closer than this are one peak.
@@ -204,4 +204,4 @@ PreciseMatch MatchPrecisely(const AlignedPatch& patch, const PhotoImage& photo,
   return match;
 }
 
-}  // namespace orient
+}  // namespace orient::exterior

@@ -7,14 +7,14 @@
 #include <string>
 #include <vector>
 
-#include "exterior/align.h"
-#include "exterior/photo_image.h"
-#include "exterior/predict.h"
+#include "exterior/steps/align.h"
+#include "exterior/steps/photo_image.h"
+#include "exterior/steps/predict.h"
 
-namespace orient {
+namespace orient::exterior {
 
 // By what a patch was found: its grey values, or where the grey values of another season, film or
-// decade no longer resemble it, its gradients' orientations (core/imaging/gradient_channels.h).
+// decade no longer resemble it, its gradients' orientations (core/matching/gradient_channels.h).
 enum class MatchCue { kGrey, kGradients };
 
 // One place in the photo where a patch may lie.
@@ -79,4 +79,4 @@ struct PreciseOptions {
 PreciseMatch MatchPrecisely(const AlignedPatch& patch, const PhotoImage& photo,
                             const Eigen::Vector2d& radius_px, const PreciseOptions& options);
 
-}  // namespace orient
+}  // namespace orient::exterior

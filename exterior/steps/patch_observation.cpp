@@ -1,14 +1,15 @@
-#include "exterior/patch_observation.h"
+#include "exterior/steps/patch_observation.h"
 
+#include <Eigen/LU>
 #include <algorithm>
 #include <cmath>
 
 #include "core/geometry/collinearity.h"
-#include "exterior/error_model.h"
+#include "exterior/steps/error_model.h"
 
-namespace orient {
+namespace orient::exterior {
 
-PatchObservation ObservationOf(const Patch& patch, const Eigen::Vector2d& pixel,
+PatchObservation ObservationOf(const patchdb::Patch& patch, const Eigen::Vector2d& pixel,
                                const Eigen::Matrix2d& covariance_px2, const PhotoView& view) {
   PatchObservation observation{patch.ground_m, pixel, covariance_px2};
   observation.source = patch.source_id;
@@ -36,4 +37,4 @@ CommonErrors CommonErrorsOf(const FilmPosition& position, const PhotoView& view,
   return common;
 }
 
-}  // namespace orient
+}  // namespace orient::exterior

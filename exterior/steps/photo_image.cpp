@@ -1,8 +1,8 @@
-#include "exterior/photo_image.h"
+#include "exterior/steps/photo_image.h"
 
 #include <algorithm>
 
-namespace orient {
+namespace orient::exterior {
 namespace {
 
 // A level of up to this many pixels is read whole: cheaper than many overlapping windows of it.
@@ -53,4 +53,4 @@ ImageWindow PhotoImage::Around(const Eigen::Vector2d& centre_px, const Eigen::Ve
   return window;
 }
 
-}  // namespace orient
+}  // namespace orient::exterior

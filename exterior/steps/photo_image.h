@@ -5,10 +5,10 @@
 #include <map>
 #include <mutex>
 
-#include "core/imaging/image.h"
-#include "core/imaging/raster.h"
+#include "core/raster/image.h"
+#include "core/raster/raster.h"
 
-namespace orient {
+namespace orient::exterior {
 
 // Refers to the raster, which must outlive it. Safe to use from several threads.
 class PhotoImage {
@@ -34,4 +34,4 @@ class PhotoImage {
   mutable std::map<int, Image> levels_;
 };
 
-}  // namespace orient
+}  // namespace orient::exterior

@@ -3,16 +3,18 @@
 
 #include <vector>
 
-#include "exterior/orient_photo.h"
-#include "exterior/predict.h"
+#include "exterior/steps/photo_image.h"
+#include "exterior/steps/photo_to_orient.h"
+#include "exterior/steps/predict.h"
+#include "patchdb/store/patch.h"
 
-namespace orient {
+namespace orient::exterior {
 
 // What the steps of one photo share.
 struct PhotoTask {
   const PhotoToOrient& photo;
   const PhotoImage& image;
-  const std::vector<Patch>& patches;
+  const std::vector<patchdb::Patch>& patches;
   const OrientPhotoOptions& options;
 
   PhotoView View(const FilmPosition& position, const Pose& pose) const {
@@ -48,4 +50,4 @@ inline double LargestRadius(const std::vector<PatchPrediction>& predictions, dou
 // A prior that only keeps what the patches leave wholly open.
 inline PosePrior Weakened(const PosePrior& prior) { return {prior.pose, 1e4 * prior.covariance}; }
 
-}  // namespace orient
+}  // namespace orient::exterior

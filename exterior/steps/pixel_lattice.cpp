@@ -1,9 +1,9 @@
-#include "exterior/pixel_lattice.h"
+#include "exterior/steps/pixel_lattice.h"
 
 #include <algorithm>
 #include <cmath>
 
-namespace orient {
+namespace orient::exterior {
 
 PixelLattice::PixelLattice(
     int side, double step,
@@ -47,4 +47,4 @@ int SamplesOfPixel(double scale, int most) {
   return std::clamp(static_cast<int>(std::ceil(scale - 0.2)), 1, most);
 }
 
-}  // namespace orient
+}  // namespace orient::exterior

@@ -7,9 +7,9 @@
 #include <optional>
 #include <vector>
 
-#include "core/imaging/resample.h"
+#include "core/raster/resample.h"
 
-namespace orient {
+namespace orient::exterior {
 
 class PixelLattice {
  public:
@@ -51,4 +51,4 @@ float MeanOverPixel(const Image& image, int col, int row, int samples, const Pla
   return static_cast<float>(sum / (samples * samples));
 }
 
-}  // namespace orient
+}  // namespace orient::exterior

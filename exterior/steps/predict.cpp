@@ -1,4 +1,4 @@
-#include "exterior/predict.h"
+#include "exterior/steps/predict.h"
 
 #include <Eigen/Dense>
 #include <algorithm>
@@ -6,9 +6,10 @@
 #include <map>
 #include <numbers>
 
-#include "patchdb/learning.h"
+#include "core/terrain/pixel_derivatives.h"
+#include "patchdb/store/learning.h"
 
-namespace orient {
+namespace orient::exterior {
 namespace {
 
 bool Inside(const Eigen::Vector2d& pixel, const PredictionOptions& options) {
@@ -19,8 +20,9 @@ bool Inside(const Eigen::Vector2d& pixel, const PredictionOptions& options) {
 
 // What attempts have taught comes first, then distinctness; where that is unknown it ranks in the
 // middle, neither preferred nor shunned. A new patch is ranked among those that did as expected.
-std::pair<double, double> Rank(const Patch& patch) {
-  const double taught = BeliefOf(patch).Mean() - BeliefOf(patch.quality, {}).Mean();
+std::pair<double, double> Rank(const patchdb::Patch& patch) {
+  const double taught =
+      patchdb::BeliefOf(patch).Mean() - patchdb::BeliefOf(patch.quality, {}).Mean();
   return {taught, patch.distinctness.value_or(0.5)};
 }
 
@@ -34,7 +36,7 @@ bool Covered(const Eigen::Vector2d& photo_mm, double border_mm, const Prediction
 // Why a patch's ground point, projected under the pose, is not to be seen, if it is not.
 std::optional<Unseen> WhyNotSeen(const PhotoView& view, const Matrix6d& pose_covariance,
                                  const Eigen::Vector3d& ground_m,
-                                 const std::optional<ProjectionDerivatives>& projection,
+                                 const std::optional<PixelDerivatives>& projection,
                                  const PredictionOptions& options) {
   const double border_mm = options.border_px * view.PixelSize();
   if (!projection) {
@@ -57,21 +59,19 @@ std::optional<Unseen> WhyNotSeen(const PhotoView& view, const Matrix6d& pose_cov
 }  // namespace
 
 std::vector<PatchPrediction> Predict(const PhotoView& view, const Matrix6d& pose_covariance,
-                                     const std::vector<Patch>& patches,
+                                     const std::vector<patchdb::Patch>& patches,
                                      const PredictionOptions& options,
                                      std::vector<UnseenPatch>* not_visible) {
-  const Affine2d pixel_from_photo = view.photo_from_pixel.Inverse();
   std::vector<PatchPrediction> predictions;
   for (std::size_t i = 0; i < patches.size(); ++i) {
-    const auto projection =
-        PhotoFromGroundWithDerivatives(view.camera, view.pose, patches[i].ground_m);
+    const auto projection = PixelFromGroundWithDerivatives(view, patches[i].ground_m);
     const auto unseen = WhyNotSeen(view, pose_covariance, patches[i].ground_m, projection, options);
     if (unseen || !projection) {
       if (not_visible != nullptr) not_visible->push_back({i, *unseen});
       continue;
     }
-    const Eigen::Matrix<double, 2, 6> by_pose = pixel_from_photo.A * projection->by_pose;
-    const Eigen::Matrix<double, 2, 3> by_ground = pixel_from_photo.A * projection->by_ground;
+    const auto& by_pose = projection->by_pose;
+    const auto& by_ground = projection->by_ground;
     PatchPrediction prediction;
     prediction.patch = i;
     prediction.pixel = view.PixelFromPhoto(projection->photo_mm);
@@ -83,7 +83,7 @@ std::vector<PatchPrediction> Predict(const PhotoView& view, const Matrix6d& pose
 }
 
 std::vector<PatchPrediction> SelectSpread(const std::vector<PatchPrediction>& predictions,
-                                          const std::vector<Patch>& patches, int count,
+                                          const std::vector<patchdb::Patch>& patches, int count,
                                           const PredictionOptions& options) {
   if (static_cast<int>(predictions.size()) <= count) return predictions;
   const double cell_px =
@@ -148,4 +148,4 @@ Bounds UncertainFootprint(const Camera& camera, const PosePrior& prior, double m
   return {bounds.min_x - dx, bounds.min_y - dy, bounds.max_x + dx, bounds.max_y + dy};
 }
 
-}  // namespace orient
+}  // namespace orient::exterior

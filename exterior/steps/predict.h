@@ -5,13 +5,13 @@
 #include <string>
 #include <vector>
 
-#include "core/geometry/ground_surface.h"
-#include "core/geometry/photo_view.h"
 #include "core/geometry/resection.h"
-#include "exterior/visibility.h"
-#include "patchdb/patch.h"
+#include "core/terrain/ground_surface.h"
+#include "core/terrain/photo_view.h"
+#include "exterior/steps/visibility.h"
+#include "patchdb/store/patch.h"
 
-namespace orient {
+namespace orient::exterior {
 
 struct PatchPrediction {
   std::size_t patch = 0;           // index into the patches
@@ -37,15 +37,15 @@ struct UnseenPatch {
 // Predictions of the patches that the photo should see; the others go to `not_visible`.
 // `view.pose` is the mean, `pose_covariance` in the order of Vector6d.
 std::vector<PatchPrediction> Predict(const PhotoView& view, const Matrix6d& pose_covariance,
-                                     const std::vector<Patch>& patches,
+                                     const std::vector<patchdb::Patch>& patches,
                                      const PredictionOptions& options,
                                      std::vector<UnseenPatch>* not_visible = nullptr);
 
 // At most `count` of the predictions, spread evenly over the photo, of each cell first those that
-// did better than expected in earlier attempts (patchdb/learning.h), then the most distinct.
+// did better than expected in earlier attempts (patchdb/store/learning.h), then the most distinct.
 // Deterministic.
 std::vector<PatchPrediction> SelectSpread(const std::vector<PatchPrediction>& predictions,
-                                          const std::vector<Patch>& patches, int count,
+                                          const std::vector<patchdb::Patch>& patches, int count,
                                           const PredictionOptions& options);
 
 // Where the frame may lie on the ground when the pose is only known to k sigma: the bounds to ask
@@ -53,4 +53,4 @@ std::vector<PatchPrediction> SelectSpread(const std::vector<PatchPrediction>& pr
 Bounds UncertainFootprint(const Camera& camera, const PosePrior& prior, double min_height_m,
                           double max_height_m, double k = 3);
 
-}  // namespace orient
+}  // namespace orient::exterior

@@ -1,4 +1,4 @@
-#include "exterior/estimate_pose.h"
+#include "exterior/steps/resect.h"
 
 #include <Eigen/Dense>
 #include <algorithm>
@@ -6,13 +6,15 @@
 #include <limits>
 #include <numbers>
 
+#include "core/base/chi_square.h"
+#include "core/base/median.h"
 #include "core/geometry/collinearity.h"
-#include "core/median.h"
+#include "core/terrain/pixel_derivatives.h"
 
-namespace orient {
+namespace orient::exterior {
 namespace {
 
-constexpr double kChi2Limit = 11.8;  // two degrees of freedom, 99.7 %
+const double kChi2Limit = ChiSquareLimit(2, 2.73944481876837e-3);  // 11.8
 constexpr std::size_t kMinObservations = 4;
 constexpr double kCauchyScale = 2.0;
 constexpr double kNearlyAsBad = 0.7;  // of the worst
@@ -27,10 +29,9 @@ constexpr double kWorseHeights = 1.2;  // variance component beyond which height
 Eigen::Matrix2d Covariance(const PhotoView& view, const PatchObservation& o,
                            double variance_factor) {
   const Eigen::Matrix2d covariance = std::max(variance_factor, 1.0) * o.covariance_px2;
-  const auto d = PhotoFromGroundWithDerivatives(view.camera, view.pose, o.ground_m);
+  const auto d = PixelFromGroundWithDerivatives(view, o.ground_m);
   if (!d) return covariance;
-  const Eigen::Vector2d by_height =
-      view.photo_from_pixel.A.inverse() * d->by_ground * o.height_effect * o.height_sigma_m;
+  const Eigen::Vector2d by_height = d->by_ground * o.height_effect * o.height_sigma_m;
   return covariance + variance_factor * by_height * by_height.transpose();
 }
 
@@ -206,7 +207,6 @@ std::optional<PoseEstimate> EstimatePose(const PhotoView& view, const PosePrior&
 
 double WorstProjectionSigma(const PhotoView& view, const Matrix6d& covariance, double height_m) {
   constexpr double kUnknown = std::numeric_limits<double>::infinity();
-  const Affine2d pixel_from_photo = view.photo_from_pixel.Inverse();
   double worst = -1;  // no point of the frame shows the ground yet
   for (int i = -1; i <= 1; ++i)
     for (int j = -1; j <= 1; ++j) {
@@ -216,10 +216,9 @@ double WorstProjectionSigma(const PhotoView& view, const Matrix6d& covariance, d
       if (!ray || ray->direction.z() > -1e-3) continue;
       const Eigen::Vector3d ground =
           ray->origin_m + ray->direction * ((height_m - ray->origin_m.z()) / ray->direction.z());
-      const auto d = PhotoFromGroundWithDerivatives(view.camera, view.pose, ground);
+      const auto d = PixelFromGroundWithDerivatives(view, ground);
       if (!d) continue;
-      const Eigen::Matrix<double, 2, 6> jacobian = pixel_from_photo.A * d->by_pose;
-      const Eigen::Matrix2d pixel_covariance = jacobian * covariance * jacobian.transpose();
+      const Eigen::Matrix2d pixel_covariance = d->by_pose * covariance * d->by_pose.transpose();
       const double variance = pixel_covariance.diagonal().maxCoeff();
       if (!(variance >= 0)) return kUnknown;
       worst = std::max(worst, std::sqrt(variance));
@@ -227,4 +226,4 @@ double WorstProjectionSigma(const PhotoView& view, const Matrix6d& covariance, d
   return worst < 0 ? kUnknown : worst;
 }
 
-}  // namespace orient
+}  // namespace orient::exterior

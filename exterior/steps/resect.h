@@ -6,11 +6,11 @@
 #include <optional>
 #include <vector>
 
-#include "core/geometry/photo_view.h"
 #include "core/geometry/resection.h"
-#include "exterior/correlated_pose.h"
+#include "core/terrain/photo_view.h"
+#include "exterior/steps/correlated_pose.h"
 
-namespace orient {
+namespace orient::exterior {
 
 struct PoseEstimate {
   Pose pose;
@@ -39,4 +39,4 @@ std::optional<PoseEstimate> EstimatePose(const PhotoView& view, const PosePrior&
 // the frame shows that ground, or the covariance is none.
 double WorstProjectionSigma(const PhotoView& view, const Matrix6d& covariance, double height_m);
 
-}  // namespace orient
+}  // namespace orient::exterior

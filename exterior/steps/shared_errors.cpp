@@ -1,10 +1,10 @@
-#include "exterior/shared_errors.h"
+#include "exterior/steps/shared_errors.h"
 
 #include <cmath>
 
-#include "exterior/error_model.h"
+#include "exterior/steps/error_model.h"
 
-namespace orient {
+namespace orient::exterior {
 
 std::vector<PatchObservation> Thinned(const std::vector<PatchObservation>& all) {
   constexpr std::size_t kMost = 250;
@@ -32,4 +32,4 @@ Eigen::MatrixXd HeightCorrelation(const std::vector<PatchObservation>& observati
   return correlation;
 }
 
-}  // namespace orient
+}  // namespace orient::exterior

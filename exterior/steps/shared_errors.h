@@ -5,9 +5,9 @@
 #include <Eigen/Core>
 #include <vector>
 
-#include "exterior/correlated_pose.h"
+#include "exterior/steps/observation.h"
 
-namespace orient {
+namespace orient::exterior {
 
 // Every k-th, so that at most 250 remain: more share their errors and add nothing.
 std::vector<PatchObservation> Thinned(const std::vector<PatchObservation>& all);
@@ -16,4 +16,4 @@ std::vector<PatchObservation> Thinned(const std::vector<PatchObservation>& all);
 Eigen::MatrixXd HeightCorrelation(const std::vector<PatchObservation>& observations,
                                   double length_m);
 
-}  // namespace orient
+}  // namespace orient::exterior

@@ -1,12 +1,12 @@
-#include "exterior/unseen_errors.h"
+#include "exterior/steps/unseen_errors.h"
 
 #include <Eigen/Dense>
 #include <algorithm>
 #include <cmath>
 
-#include "exterior/error_model.h"
+#include "exterior/steps/error_model.h"
 
-namespace orient {
+namespace orient::exterior {
 namespace {
 
 // For an error of one pixel that fades over the ground, the same correlation in col and row.
@@ -50,4 +50,4 @@ Eigen::MatrixXd CovarianceOfUnseenErrors(const LinearEstimator& estimator,
          kCommonHeightShare * missing_height * heights;
 }
 
-}  // namespace orient
+}  // namespace orient::exterior

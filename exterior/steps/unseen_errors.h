@@ -10,9 +10,9 @@
 #include <vector>
 
 #include "core/geometry/pose.h"
-#include "exterior/correlated_pose.h"
+#include "exterior/steps/observation.h"
 
-namespace orient {
+namespace orient::exterior {
 
 // Adjusted unknowns (a pose's, and others) as a function of the observations, two columns (col,
 // row) for each of them.
@@ -28,4 +28,4 @@ Eigen::MatrixXd CovarianceOfUnseenErrors(const LinearEstimator& estimator,
                                          const std::vector<PatchObservation>& observations,
                                          double correlation_m);
 
-}  // namespace orient
+}  // namespace orient::exterior

@@ -1,10 +1,10 @@
-#include "exterior/visibility.h"
+#include "exterior/steps/visibility.h"
 
 #include <algorithm>
 #include <cmath>
 #include <stdexcept>
 
-namespace orient {
+namespace orient::exterior {
 namespace {
 
 constexpr double kTolerancePerCell = 0.25;
@@ -54,4 +54,4 @@ bool HiddenByTerrain(const GroundSurface& surface, const Eigen::Vector3d& projec
   return false;
 }
 
-}  // namespace orient
+}  // namespace orient::exterior

@@ -7,10 +7,10 @@
 #include <string>
 #include <vector>
 
-#include "core/geometry/ground_surface.h"
-#include "core/geometry/photo_view.h"
+#include "core/terrain/ground_surface.h"
+#include "core/terrain/photo_view.h"
 
-namespace orient {
+namespace orient::exterior {
 
 // A rectangle of the photo system, mm, that shows something else than ground: a fiducial mark, or
 // a clock, a counter and other writing within the frame.
@@ -29,4 +29,4 @@ std::string Describe(Unseen why);  // in the words of a patch's `reason`
 bool HiddenByTerrain(const GroundSurface& surface, const Eigen::Vector3d& projection_centre_m,
                      const Eigen::Matrix3d& centre_covariance_m2, const Eigen::Vector3d& ground_m);
 
-}  // namespace orient
+}  // namespace orient::exterior

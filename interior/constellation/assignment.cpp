@@ -1,11 +1,12 @@
-#include "interior/assignment.h"
+#include "interior/constellation/assignment.h"
 
 #include <Eigen/LU>
+#include <algorithm>
 #include <cmath>
 #include <numbers>
 #include <stdexcept>
 
-namespace orient {
+namespace orient::interior {
 namespace {
 
 using Eigen::Matrix2d;
@@ -395,4 +396,4 @@ std::vector<int> ChooseAround(const std::vector<AssignmentMark>& marks,
   return choice;
 }
 
-}  // namespace orient
+}  // namespace orient::interior

@@ -9,9 +9,10 @@
 #include <Eigen/Core>
 #include <vector>
 
+#include "core/base/chi_square.h"
 #include "core/geometry/transform2d.h"
 
-namespace orient {
+namespace orient::interior {
 
 struct AssignmentCandidate {
   Eigen::Vector2d position_mm = Eigen::Vector2d::Zero();  // scan axes, origin at the scan's centre
@@ -70,7 +71,7 @@ double LeaveOneOutChiSquare(const std::vector<AssignmentMark>& marks,
                             const ConstellationPrior& prior, const std::vector<int>& choice,
                             int mark);
 
-inline constexpr double kLeaveOneOutChiSquare = 11.8;  // 99.73 % of true marks lie below
+inline const double kLeaveOneOutChiSquare = ChiSquareLimit(2, 2.73944481876837e-3);  // 11.8
 inline constexpr double kMinGainNats = 3.0;
 
 // `choice` without the marks that the others contradict (leave-one-out chi-square above 11.8) or
@@ -85,4 +86,4 @@ std::vector<int> WithoutContradicted(const std::vector<AssignmentMark>& marks,
 std::vector<int> ChooseAround(const std::vector<AssignmentMark>& marks,
                               const ConstellationPrior& prior, const std::vector<int>& trusted);
 
-}  // namespace orient
+}  // namespace orient::interior

@@ -1,10 +1,10 @@
-#include "interior/film_frame.h"
+#include "interior/constellation/film_frame.h"
 
 #include <algorithm>
 #include <array>
 #include <cmath>
 
-namespace orient {
+namespace orient::interior {
 namespace {
 
 using Eigen::Vector2d;
@@ -162,4 +162,4 @@ std::vector<ScanRegion> FindFilmOnBed(const Raster& scan) {
       scan.ReadGrey({0, 0, scan.Width(), scan.Height()}, std::max(1.0, longest / kOverviewPx)));
 }
 
-}  // namespace orient
+}  // namespace orient::interior

@@ -4,9 +4,9 @@
 #include <Eigen/Core>
 #include <vector>
 
-#include "core/imaging/raster.h"
+#include "core/raster/raster.h"
 
-namespace orient {
+namespace orient::interior {
 
 // A part of the scan, pixels.
 struct ScanRegion {
@@ -29,4 +29,4 @@ std::vector<ScanRegion> FindFilmOnBed(const Raster& scan);
 // The same on an overview.
 std::vector<ScanRegion> FindFilmOnBed(const ImageWindow& overview);
 
-}  // namespace orient
+}  // namespace orient::interior

@@ -1,16 +1,18 @@
-#include "interior/film_search.h"
+#include "interior/constellation/film_search.h"
 
 #include <Eigen/Geometry>
 #include <Eigen/LU>
+#include <algorithm>
 #include <cmath>
 #include <map>
 #include <tuple>
 
-#include "core/imaging/side_by_side.h"
-#include "interior/acceptance.h"
-#include "interior/rival_readings.h"
+#include "core/base/side_by_side.h"
+#include "interior/constellation/rival_readings.h"
+#include "interior/constellation/set_evidence.h"
+#include "interior/locators/locator.h"
 
-namespace orient {
+namespace orient::interior {
 namespace {
 
 using Eigen::Matrix2d;
@@ -57,7 +59,7 @@ class Reader {
       if (options.polarity && *options.polarity != polarity) continue;
       for (const Scanner scanner : {Scanner::kPhotogrammetric, Scanner::kDesktop})
         if (options.scanner.value_or(scanner) == scanner)
-          readings.push_back(ReadAs(setting, found, polarity, scanner));
+          readings.push_back(ReadAs(setting, found, polarity, scanner, options.assignment));
     }
     return readings;
   }
@@ -100,8 +102,8 @@ class Reader {
     return places;
   }
 
-  // A layout told apart by one mark has the other windows in common in every way of lying: what was
-  // searched once is known.
+  // A layout told apart by one mark has the other windows in common in every scan orientation: what
+  // was searched once is known.
   std::vector<MarkCandidates> Candidates(const Setting& setting) {
     const std::vector<Place> places = Places(setting);
     std::vector<const Place*> fresh;
@@ -119,12 +121,13 @@ class Reader {
   }
 
   FilmReading ReadAs(const Setting& setting, const std::vector<MarkCandidates>& found,
-                     Polarity polarity, Scanner scanner) const {
+                     Polarity polarity, Scanner scanner, AssignmentMethod assignment) const {
     FilmReading reading;
     reading.pixel_size = setting.pixel_size;
     reading.orientations = setting.orientations;
     reading.polarity = polarity;
     reading.scanner = scanner;
+    reading.assignment = assignment;
     const ScanOrientation orientation = setting.orientations.front();
     const double p = setting.pixel_size.pixel_mm;
     const Vector2d middle = setting.region.centre_px;
@@ -164,22 +167,6 @@ class Reader {
 
 }  // namespace
 
-double PriorAffinity(Scanner scanner) {
-  return scanner == Scanner::kPhotogrammetric ? 1.5e-4 : 0.0125;
-}
-
-ConstellationPrior PriorOf(Scanner scanner, const PixelSizeGuess& pixel_size,
-                           const Vector2d& free_mm, double coarse_pixel_mm) {
-  const bool photogrammetric = scanner == Scanner::kPhotogrammetric;
-  ConstellationPrior prior;
-  prior.shift_mm = 0.6 * free_mm + Vector2d::Constant(2.0);
-  prior.turn_rad = 0.03;
-  prior.scale = std::hypot(pixel_size.sigma, photogrammetric ? 0.001 : 0.006);
-  prior.affinity = PriorAffinity(scanner);
-  prior.point_mm = std::hypot(photogrammetric ? 0.02 : 0.12, 0.35 * coarse_pixel_mm);
-  return prior;
-}
-
 std::vector<PixelSizeGuess> GuessPixelSize(const Eigen::Vector2i& scan_px,
                                            std::optional<double> dpi_tag,
                                            const MarkRectangle& rectangle,
@@ -203,23 +190,6 @@ std::vector<PixelSizeGuess> GuessPixelSize(const Eigen::Vector2i& scan_px,
   return ladder;
 }
 
-ConstellationPrior PriorIn(const FilmReading& reading, Scanner scanner,
-                           const LayoutDeparture& departure) {
-  ConstellationPrior prior =
-      PriorOf(scanner, reading.pixel_size, reading.free_mm, reading.coarse_pixel_mm);
-  prior.point_mm = std::hypot(prior.point_mm, reading.bend_mm, departure.point_mm);
-  prior.affinity = std::hypot(prior.affinity, departure.affinity);
-  return prior;
-}
-
-void Assign(FilmReading* reading) {
-  const AssignmentAnswer answer = AssignMarks(reading->marks, reading->prior);
-  reading->best = answer.best;
-  reading->second = answer.second;
-  reading->proven = answer.proven;
-  reading->margin = answer.proven ? answer.best.nats - std::max(answer.second.nats, 0.0) : 0;
-}
-
 namespace {
 
 // A film this much larger than its marks' rectangle lies on a bed.
@@ -227,7 +197,7 @@ constexpr double kRebateMm = 60;
 // What is found on the bed may be the film or the exposed frame.
 constexpr double kLeastOfRectangle = 0.85;
 constexpr size_t kMostRegions = 4;
-// Below these a reading is not accepted (see acceptance).
+// Below these a reading is not accepted (set_evidence.h).
 constexpr double kAcceptedNats = 9, kSureMargin = 3;
 
 Vector2d Sorted(const Vector2d& size) { return {size.minCoeff(), size.maxCoeff()}; }
@@ -362,4 +332,4 @@ std::vector<FilmReading> ReadFilmAllWays(const Raster& scan, const CameraFile& c
   return FilmReadings(scan, camera, shapes, options).AllWays();
 }
 
-}  // namespace orient
+}  // namespace orient::interior

@@ -1,4 +1,4 @@
-#include "interior/guided_search.h"
+#include "interior/constellation/guided_search.h"
 
 #include <Eigen/Geometry>
 #include <Eigen/LU>
@@ -11,11 +11,12 @@
 #include <string>
 #include <tuple>
 
-#include "core/imaging/side_by_side.h"
-#include "interior/reseau.h"
-#include "interior/rival_readings.h"
+#include "core/base/side_by_side.h"
+#include "interior/constellation/film_search.h"
+#include "interior/constellation/rival_readings.h"
+#include "interior/locators/locator.h"
 
-namespace orient {
+namespace orient::interior {
 namespace {
 
 using Eigen::Matrix2d;
@@ -87,7 +88,7 @@ class GuidedSearch {
 
  private:
   static constexpr double kMostMargin = 30;
-  // Drawing, place in the layout (0.01 mm) and way of lying.
+  // Drawing, place in the layout (0.01 mm) and scan orientation.
   using Key = std::tuple<std::string, std::int64_t, std::int64_t, ScanOrientation>;
 
   // Where the layout has the anchors that were found, and where the scan has them. None where too
@@ -213,7 +214,7 @@ void AddShifts(const std::vector<Vector2d>& places, std::vector<Vector2d>* shift
   }
 }
 
-// The reading of one way of lying, and the readings next to it: the film moved by a mesh or so,
+// The reading of one scan orientation, and the readings next to it: the film moved by a mesh or so,
 // while one of them is more probable. Anchors on a border of crosses that hides some of them may
 // be found a mesh off; all crosses together tell, as a whole row then has none.
 void AddWithShifts(const OrientationClass& orientations, const std::vector<Vector2d>& shifts,
@@ -240,8 +241,8 @@ void AddWithShifts(const OrientationClass& orientations, const std::vector<Vecto
   }
 }
 
-// The most probable one. A way of lying that the anchors allow and the crosses between them do not
-// is a rival like any other, and its distance is told besides.
+// The most probable one. A scan orientation that the anchors allow and the crosses between them do
+// not is a rival like any other, and its distance is told besides.
 FilmReading MostProbable(const std::vector<FilmReading>& readings) {
   FilmReading best = BestOf(readings);
   for (const FilmReading& other : readings)
@@ -336,4 +337,4 @@ FilmReading ReadFilmByAnchors(const Raster& scan, const CameraFile& camera,
   return MostProbable(readings);
 }
 
-}  // namespace orient
+}  // namespace orient::interior

@@ -4,9 +4,9 @@
 
 #include <vector>
 
-#include "interior/film_search.h"
+#include "interior/constellation/film_reading.h"
 
-namespace orient {
+namespace orient::interior {
 
 // Indices of the marks that lie farthest out in eight directions, at most eight: a constellation
 // that does not fit itself when it is moved by one step of the grid.
@@ -25,4 +25,4 @@ std::vector<Eigen::Vector2d> MeshShifts(const std::vector<Fiducial>& fiducials);
 FilmReading ReadFilmByAnchors(const Raster& scan, const CameraFile& camera,
                               const MarkShapes& shapes, const InteriorOptions& options);
 
-}  // namespace orient
+}  // namespace orient::interior

@@ -1,11 +1,12 @@
-#include "interior/layout.h"
+#include "interior/constellation/layout.h"
 
 #include <Eigen/Geometry>
 #include <Eigen/LU>
+#include <algorithm>
 #include <limits>
 #include <stdexcept>
 
-namespace orient {
+namespace orient::interior {
 namespace {
 
 using Eigen::Matrix2d;
@@ -160,4 +161,4 @@ PixelWindow SearchWindow(const Vector2d& place_mm, const Vector2d& rectangle_mm,
   return SearchWindow(place_mm, rectangle_mm, scan_px, WholeScan(scan_px), pixel_size_mm, slack_mm);
 }
 
-}  // namespace orient
+}  // namespace orient::interior

@@ -1,5 +1,5 @@
 // The marks of a camera as one constellation: where each may lie on the scan, and which of the
-// eight ways of lying the constellation alone can tell apart.
+// eight scan orientations the constellation alone can tell apart.
 #pragma once
 
 #include <Eigen/Core>
@@ -8,11 +8,14 @@
 
 #include "core/files/camera_file.h"
 #include "core/geometry/transform2d.h"
-#include "core/imaging/raster.h"
-#include "interior/film_frame.h"
-#include "interior/mark_drawing.h"
+#include "core/raster/raster.h"
+#include "interior/constellation/film_frame.h"
+#include "interior/marks/mark_drawing.h"
 
-namespace orient {
+namespace orient::interior {
+
+// Fewer crosses than this are fiducial marks, and no réseau.
+inline constexpr int kLeastReseauMarks = 16;
 
 // Centre and size of the rectangle around all marks, mm, photo system.
 struct MarkRectangle {
@@ -37,7 +40,7 @@ std::optional<std::vector<int>> Relabel(const std::vector<Fiducial>& fiducials,
                                         const MarkShapes& shapes, ScanOrientation base,
                                         ScanOrientation other);
 
-// The same for a way of lying that is known to look alike: the nearest places, drawings unseen.
+// The same for a scan orientation that is known to look alike: the nearest places, drawings unseen.
 std::vector<int> RelabelAlike(const std::vector<Fiducial>& fiducials, ScanOrientation base,
                               ScanOrientation other);
 
@@ -70,4 +73,4 @@ PixelWindow SearchWindow(const Eigen::Vector2d& place_mm, const Eigen::Vector2d&
 PixelWindow SearchWindow(const Eigen::Vector2d& place_mm, const Eigen::Vector2d& rectangle_mm,
                          const Eigen::Vector2i& scan_px, double pixel_size_mm, double slack_mm);
 
-}  // namespace orient
+}  // namespace orient::interior

@@ -1,12 +1,12 @@
-#include "interior/rival_readings.h"
+#include "interior/constellation/rival_readings.h"
 
 #include <Eigen/Geometry>
 #include <algorithm>
 
 #include "core/geometry/principal_axes.h"
-#include "interior/acceptance.h"
+#include "interior/constellation/set_evidence.h"
 
-namespace orient {
+namespace orient::interior {
 namespace {
 
 using Eigen::Vector2d;
@@ -109,4 +109,4 @@ FilmReading BestOf(const std::vector<FilmReading>& readings) {
   return result;
 }
 
-}  // namespace orient
+}  // namespace orient::interior

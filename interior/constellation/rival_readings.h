@@ -3,9 +3,9 @@
 
 #include <vector>
 
-#include "interior/film_search.h"
+#include "interior/constellation/film_reading.h"
 
-namespace orient {
+namespace orient::interior {
 
 // Two readings say the same when every mark that both found lies in one place; where these marks do
 // not span an area, so that they leave open how the film lies, their transforms must agree over the
@@ -22,4 +22,4 @@ bool ShowsAnotherFilm(const FilmReading& best, const FilmReading& other, const A
 // another film. `readings` is not empty.
 FilmReading BestOf(const std::vector<FilmReading>& readings);
 
-}  // namespace orient
+}  // namespace orient::interior

@@ -1,10 +1,11 @@
-#include "interior/softassign.h"
+#include "interior/constellation/softassign.h"
 
 #include <Eigen/Geometry>
 #include <Eigen/LU>
+#include <algorithm>
 #include <cmath>
 
-namespace orient {
+namespace orient::interior {
 namespace {
 
 using Eigen::Matrix2d;
@@ -168,4 +169,4 @@ SoftassignAnswer Softassign(const std::vector<SoftassignMark>& marks,
   return answer;
 }
 
-}  // namespace orient
+}  // namespace orient::interior

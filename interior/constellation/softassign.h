@@ -13,7 +13,7 @@
 
 #include "core/geometry/transform2d.h"
 
-namespace orient {
+namespace orient::interior {
 
 // In whatever unit; the temperatures are that unit squared.
 struct SoftassignMark {
@@ -52,4 +52,4 @@ SoftassignAnswer SoftassignAsPublished(const std::vector<SoftassignMark>& marks,
 SoftassignAnswer Softassign(const std::vector<SoftassignMark>& marks,
                             const SoftassignOptions& options = {});
 
-}  // namespace orient
+}  // namespace orient::interior

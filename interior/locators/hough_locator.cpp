@@ -1,11 +1,11 @@
-#include "interior/hough_locator.h"
+#include "interior/locators/hough_locator.h"
 
 #include <Eigen/LU>
 #include <cmath>
 
-#include "interior/template_search.h"
+#include "interior/locators/template_search.h"
 
-namespace orient {
+namespace orient::interior {
 namespace {
 
 using Eigen::Matrix2d;
@@ -59,4 +59,4 @@ MarkCandidates HoughLocator::Find(ScanWindows& scan, const MarkShape& shape,
   });
 }
 
-}  // namespace orient
+}  // namespace orient::interior

@@ -8,9 +8,9 @@
 // bright clutter.
 #pragma once
 
-#include "interior/template_search.h"
+#include "interior/locators/template_search.h"
 
-namespace orient {
+namespace orient::interior {
 
 class HoughLocator : public Locator {
  public:
@@ -26,4 +26,4 @@ class HoughLocator : public Locator {
 // neighbourhood are one pixel wide. `pixel_from_mm` as for RenderMark.
 MarkTemplate SkeletonTemplate(const MarkShape& shape, const Eigen::Matrix2d& pixel_from_mm);
 
-}  // namespace orient
+}  // namespace orient::interior

@@ -1,11 +1,11 @@
-#include "interior/line_segments.h"
+#include "interior/locators/line_segments.h"
 
 #include <algorithm>
 #include <cmath>
 
-#include "core/imaging/float_sums.h"
+#include "core/matching/float_sums.h"
 
-namespace orient {
+namespace orient::interior {
 namespace {
 
 using Plane = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
@@ -225,4 +225,4 @@ std::vector<LineSegment> FindLineSegments(const Image& image, const LineSearch& 
   return found;
 }
 
-}  // namespace orient
+}  // namespace orient::interior

@@ -4,9 +4,9 @@
 #include <Eigen/Core>
 #include <vector>
 
-#include "core/imaging/image.h"
+#include "core/raster/image.h"
 
-namespace orient {
+namespace orient::interior {
 
 struct LineSearch {
   double length_px = 0;     // of the whole line, gap included
@@ -34,4 +34,4 @@ std::vector<LineSegment> FindLineSegments(const Image& image, const LineSearch& 
 // border and where the image has no data.
 Image CorrelateLine(const Image& image, int length, int width);
 
-}  // namespace orient
+}  // namespace orient::interior

@@ -1,15 +1,16 @@
-#include "interior/lines_locator.h"
+#include "interior/locators/lines_locator.h"
 
 #include <Eigen/Geometry>
 #include <Eigen/LU>
+#include <algorithm>
 #include <cmath>
 #include <numbers>
 
-#include "core/imaging/resample.h"
-#include "interior/line_segments.h"
-#include "interior/template_search.h"
+#include "core/raster/resample.h"
+#include "interior/locators/line_segments.h"
+#include "interior/locators/template_search.h"
 
-namespace orient {
+namespace orient::interior {
 namespace {
 
 using Eigen::Matrix2d;
@@ -260,4 +261,4 @@ MarkCandidates LinesLocator::Find(ScanWindows& scan, const MarkShape& shape,
   return result;
 }
 
-}  // namespace orient
+}  // namespace orient::interior

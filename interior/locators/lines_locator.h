@@ -8,9 +8,9 @@
 #include <utility>
 #include <vector>
 
-#include "interior/locator.h"
+#include "interior/locators/mark_search.h"
 
-namespace orient {
+namespace orient::interior {
 
 // The drawing's longest cross; null where it has none.
 const CrossElement* CrossOf(const MarkShape& shape);
@@ -44,4 +44,4 @@ class LinesLocator : public Locator {
   mutable std::map<Key, std::vector<TurnedMark>> made_;
 };
 
-}  // namespace orient
+}  // namespace orient::interior

@@ -1,12 +1,12 @@
-#include "interior/locator.h"
+#include "interior/locators/locator.h"
 
 #include <algorithm>
 
-#include "interior/hough_locator.h"
-#include "interior/lines_locator.h"
-#include "interior/ncc_locator.h"
+#include "interior/locators/hough_locator.h"
+#include "interior/locators/lines_locator.h"
+#include "interior/locators/ncc_locator.h"
 
-namespace orient {
+namespace orient::interior {
 
 std::unique_ptr<Locator> MakeLocator(LocatorKind kind) {
   switch (kind) {
@@ -51,4 +51,4 @@ std::vector<double> ScoreNats(const std::vector<MarkCandidate>& candidates) {
   return nats;
 }
 
-}  // namespace orient
+}  // namespace orient::interior

@@ -1,16 +1,14 @@
-// Where in a search window a mark may lie. Three systems of the literature behind one interface:
-// hough (Kersten & Haering), ncc (Lue; Karabork et al.) and lines (Jiang et al.).
+// A search for one mark in a window of the scan: what is asked for, what comes out, and the
+// interface that every locator implements.
 #pragma once
 
 #include <Eigen/Core>
-#include <memory>
-#include <optional>
 #include <vector>
 
-#include "interior/mark_drawing.h"
-#include "interior/scan_windows.h"
+#include "interior/locators/scan_windows.h"
+#include "interior/marks/mark_drawing.h"
 
-namespace orient {
+namespace orient::interior {
 
 enum class LocatorKind { kHough, kNcc, kLines };
 
@@ -44,21 +42,4 @@ class Locator {
                               const MarkSearch& search) const = 0;
 };
 
-std::unique_ptr<Locator> MakeLocator(LocatorKind kind);
-
-// The locator that suits a drawing where the user names none: `lines` for a cross without anything
-// else that lies in the picture itself, where clutter correlates as well as the mark does; `ncc`
-// for all other drawings and for pictures of marks.
-LocatorKind UsualLocator(const MarkShape& shape);
-
-// `wanted` where the drawing allows it: a picture has no strokes for `hough`, one whose strokes are
-// partly dark no skeleton brighter than its neighbourhood, a drawing without a cross no lines.
-// There `ncc` takes their place.
-LocatorKind LocatorFor(const MarkShape& shape, std::optional<LocatorKind> wanted);
-
-// Log-likelihood ratios of a mark against clutter for the candidates of one window, nats. What is
-// clutter's usual coefficient is seen from the candidates themselves: a dot resembles much, a ring
-// with a cross nothing.
-std::vector<double> ScoreNats(const std::vector<MarkCandidate>& candidates);
-
-}  // namespace orient
+}  // namespace orient::interior

@@ -1,11 +1,11 @@
-#include "interior/ncc_locator.h"
+#include "interior/locators/ncc_locator.h"
 
 #include <Eigen/LU>
 #include <cmath>
 
-#include "interior/template_search.h"
+#include "interior/locators/template_search.h"
 
-namespace orient {
+namespace orient::interior {
 
 MarkCandidates NccLocator::Find(ScanWindows& scan, const MarkShape& shape,
                                 const MarkSearch& search) const {
@@ -17,4 +17,4 @@ MarkCandidates NccLocator::Find(ScanWindows& scan, const MarkShape& shape,
   });
 }
 
-}  // namespace orient
+}  // namespace orient::interior

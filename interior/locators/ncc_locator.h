@@ -2,9 +2,9 @@
 // Karabork, Yildiz & Yakar 2004), in several small turns of the film.
 #pragma once
 
-#include "interior/template_search.h"
+#include "interior/locators/template_search.h"
 
-namespace orient {
+namespace orient::interior {
 
 class NccLocator : public Locator {
  public:
@@ -15,4 +15,4 @@ class NccLocator : public Locator {
   TemplateSearch search_;
 };
 
-}  // namespace orient
+}  // namespace orient::interior

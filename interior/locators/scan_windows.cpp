@@ -1,6 +1,6 @@
-#include "interior/scan_windows.h"
+#include "interior/locators/scan_windows.h"
 
-namespace orient {
+namespace orient::interior {
 
 const ImageWindow& ScanWindows::Read(const PixelWindow& w, double reduction) {
   const Key key{w.col, w.row, w.width, w.height, reduction};
@@ -15,4 +15,4 @@ const ImageWindow& ScanWindows::Read(const PixelWindow& w, double reduction) {
   return read_.try_emplace(key, std::move(window)).first->second;
 }
 
-}  // namespace orient
+}  // namespace orient::interior

@@ -5,9 +5,9 @@
 #include <mutex>
 #include <tuple>
 
-#include "core/imaging/raster.h"
+#include "core/raster/raster.h"
 
-namespace orient {
+namespace orient::interior {
 
 // May be shared by threads; windows stay in memory as long as the object.
 class ScanWindows {
@@ -25,4 +25,4 @@ class ScanWindows {
   std::map<Key, ImageWindow> read_;
 };
 
-}  // namespace orient
+}  // namespace orient::interior

@@ -1,14 +1,15 @@
-#include "interior/template_search.h"
+#include "interior/locators/template_search.h"
 
 #include <Eigen/Geometry>
 #include <Eigen/LU>
+#include <algorithm>
 #include <cmath>
 #include <tuple>
 
-#include "core/imaging/correlation.h"
-#include "core/imaging/resample.h"
+#include "core/matching/correlation.h"
+#include "core/raster/resample.h"
 
-namespace orient {
+namespace orient::interior {
 namespace {
 
 using Eigen::Matrix2d;
@@ -239,4 +240,4 @@ MarkCandidates TemplateSearch::Find(ScanWindows& scan, const MarkShape& shape,
   return result;
 }
 
-}  // namespace orient
+}  // namespace orient::interior

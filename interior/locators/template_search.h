@@ -7,10 +7,10 @@
 #include <utility>
 #include <vector>
 
-#include "core/imaging/spot_correlation.h"
-#include "interior/locator.h"
+#include "core/matching/spot_correlation.h"
+#include "interior/locators/mark_search.h"
 
-namespace orient {
+namespace orient::interior {
 
 // The mark as a template at one size and turn.
 using TemplateMaker = std::function<MarkTemplate(const Eigen::Matrix2d& pixel_from_mm)>;
@@ -44,4 +44,4 @@ class TemplateSearch {
 // The part of the window and what the mark's arms need around it.
 PixelWindow Grow(const PixelWindow& window, int by);
 
-}  // namespace orient
+}  // namespace orient::interior

@@ -1,4 +1,4 @@
-#include "interior/background.h"
+#include "interior/marks/background.h"
 
 #include <algorithm>
 #include <cmath>
@@ -7,9 +7,9 @@
 #include <utility>
 #include <vector>
 
-#include "core/imaging/float_sums.h"
+#include "core/matching/float_sums.h"
 
-namespace orient {
+namespace orient::interior {
 namespace {
 
 constexpr float kRounding = 4e-6f;
@@ -110,4 +110,4 @@ Image RemoveBackground(const Image& image, double sigma_px) {
   return result;
 }
 
-}  // namespace orient
+}  // namespace orient::interior

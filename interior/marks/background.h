@@ -1,9 +1,9 @@
 // Slow changes of brightness: fogged edges, the gradient towards a dark corner.
 #pragma once
 
-#include "core/imaging/image.h"
+#include "core/raster/image.h"
 
-namespace orient {
+namespace orient::interior {
 
 // Wide enough to leave every stroke alone, narrow enough to follow a dark corner's edge.
 inline constexpr double kBackgroundSigmaMm = 0.6;
@@ -15,4 +15,4 @@ inline constexpr double kBackgroundSigmaMm = 0.6;
 // drawing and the scan it is compared with have the blocks in common, and the same departure.
 Image RemoveBackground(const Image& image, double sigma_px);
 
-}  // namespace orient
+}  // namespace orient::interior

@@ -1,13 +1,14 @@
-#include "interior/cross_position.h"
+#include "interior/marks/cross_position.h"
 
 #include <Eigen/LU>
+#include <algorithm>
 #include <cmath>
 #include <numbers>
 
-#include "interior/background.h"
-#include "interior/stroke_fit.h"
+#include "interior/marks/background.h"
+#include "interior/marks/stroke_fit.h"
 
-namespace orient {
+namespace orient::interior {
 namespace {
 
 using Eigen::Matrix2d;
@@ -89,4 +90,4 @@ std::optional<MeasuredCross> MeasureCross(const Raster& scan, const CrossElement
   return position;
 }
 
-}  // namespace orient
+}  // namespace orient::interior

@@ -7,9 +7,9 @@
 
 #include "core/files/camera_file.h"
 #include "core/files/results.h"
-#include "core/imaging/raster.h"
+#include "core/raster/raster.h"
 
-namespace orient {
+namespace orient::interior {
 
 struct MeasuredCross {
   Eigen::Vector2d pixel = Eigen::Vector2d::Zero();
@@ -42,4 +42,4 @@ std::optional<MeasuredCross> MeasureCross(const Raster& scan, const CrossElement
                                           const Eigen::Vector2d& start, Polarity polarity,
                                           double max_shift_px);
 
-}  // namespace orient
+}  // namespace orient::interior

@@ -1,11 +1,12 @@
-#include "interior/film_tone.h"
+#include "interior/marks/film_tone.h"
 
 #include <Eigen/Geometry>
 #include <Eigen/LU>
+#include <algorithm>
 
-#include "core/imaging/resample.h"
+#include "core/raster/resample.h"
 
-namespace orient {
+namespace orient::interior {
 namespace {
 
 using Eigen::Matrix2d;
@@ -78,4 +79,4 @@ TonePicture ReadTones(const Raster& scan, const Affine2d& pixel_from_photo, cons
   return picture;
 }
 
-}  // namespace orient
+}  // namespace orient::interior

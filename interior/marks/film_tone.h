@@ -5,10 +5,10 @@
 #include <optional>
 
 #include "core/files/results.h"
-#include "core/imaging/raster.h"
-#include "interior/mark_drawing.h"
+#include "core/raster/raster.h"
+#include "interior/marks/mark_drawing.h"
 
-namespace orient {
+namespace orient::interior {
 
 struct FilmTone {
   double surrounding = 0;  // grey value
@@ -39,4 +39,4 @@ TonePicture ReadTones(const Raster& scan, const Affine2d& pixel_from_photo, cons
                       const Eigen::Vector2d& low_mm, const Eigen::Vector2d& high_mm,
                       double step_mm);
 
-}  // namespace orient
+}  // namespace orient::interior

@@ -1,17 +1,18 @@
-#include "interior/mark_drawing.h"
+#include "interior/marks/mark_drawing.h"
 
 #include <Eigen/Geometry>
 #include <Eigen/LU>
+#include <algorithm>
 #include <limits>
 #include <numbers>
 #include <span>
 #include <stdexcept>
 
 #include "core/files/mark_painting.h"
-#include "core/imaging/correlation.h"
-#include "core/imaging/resample.h"
+#include "core/matching/correlation.h"
+#include "core/raster/resample.h"
 
-namespace orient {
+namespace orient::interior {
 namespace {
 
 using Eigen::Matrix2d;
@@ -357,4 +358,4 @@ bool MarkLikeness::Same(const std::string& mark, const std::string& turned, cons
   return same;
 }
 
-}  // namespace orient
+}  // namespace orient::interior

@@ -11,10 +11,10 @@
 #include <vector>
 
 #include "core/files/camera_file.h"
-#include "core/imaging/image.h"
-#include "interior/background.h"
+#include "core/raster/image.h"
+#include "interior/marks/background.h"
 
-namespace orient {
+namespace orient::interior {
 
 // A drawing together with the picture it may refer to (the library opens no files).
 struct MarkShape {
@@ -88,4 +88,4 @@ class MarkLikeness {
   std::map<std::pair<std::string, double>, MarkTemplate> upright_;  // by mark and radius shown
 };
 
-}  // namespace orient
+}  // namespace orient::interior

@@ -1,12 +1,12 @@
-#include "interior/mark_picture.h"
+#include "interior/marks/mark_picture.h"
 
 #include <Eigen/LU>
 #include <algorithm>
 #include <cmath>
 
-#include "core/imaging/resample.h"
+#include "core/raster/resample.h"
 
-namespace orient {
+namespace orient::interior {
 namespace {
 
 using Eigen::Vector2d;
@@ -92,4 +92,4 @@ Picture DrawMarks(const Raster& scan, const InteriorResult& result,
   return picture;
 }
 
-}  // namespace orient
+}  // namespace orient::interior

@@ -4,9 +4,9 @@
 #include <vector>
 
 #include "core/files/results.h"
-#include "core/imaging/raster.h"
+#include "core/raster/raster.h"
 
-namespace orient {
+namespace orient::interior {
 
 // RGB, row-major, three bytes a pixel; as WritePng takes it.
 struct Picture {
@@ -25,4 +25,4 @@ inline constexpr int kMarkTileGap = 4;
 Picture DrawMarks(const Raster& scan, const InteriorResult& result,
                   const std::vector<Eigen::Vector2d>& photo_mm, double pixel_mm, double reach_mm);
 
-}  // namespace orient
+}  // namespace orient::interior

@@ -1,9 +1,9 @@
-#include "interior/match_precision.h"
+#include "interior/marks/match_precision.h"
 
 #include <Eigen/Dense>
 #include <cmath>
 
-namespace orient {
+namespace orient::interior {
 namespace {
 
 using Eigen::Index;
@@ -22,7 +22,7 @@ struct Pixels {
 };
 
 // Catmull-Rom's weights for a place at `t` between the second and the third of four pixels, for the
-// value and its slope (core/imaging/resample: the same surface).
+// value and its slope (core/raster/resample: the same surface).
 struct CubicTaps {
   explicit CubicTaps(double at)
       : value{-0.5 * at * at * at + at * at - 0.5 * at, 1.5 * at * at * at - 2.5 * at * at + 1,
@@ -164,4 +164,4 @@ std::optional<Matrix2d> ShiftCovariance(const Image& image, const Image& model,
   return Matrix2d(inverse * spread * inverse);
 }
 
-}  // namespace orient
+}  // namespace orient::interior

@@ -4,9 +4,9 @@
 #include <Eigen/Core>
 #include <optional>
 
-#include "core/imaging/image.h"
+#include "core/raster/image.h"
 
-namespace orient {
+namespace orient::interior {
 
 // Covariance (px^2) of the shift between an image and a model of it, matched by least squares with
 // offset and gain. `model` is sampled at model_from_image + pixel. Grain that went through the
@@ -17,4 +17,4 @@ namespace orient {
 std::optional<Eigen::Matrix2d> ShiftCovariance(const Image& image, const Image& model,
                                                const Eigen::Vector2d& model_from_image);
 
-}  // namespace orient
+}  // namespace orient::interior

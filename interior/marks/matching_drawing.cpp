@@ -1,10 +1,11 @@
-#include "interior/matching_drawing.h"
+#include "interior/marks/matching_drawing.h"
 
 #include <Eigen/LU>
+#include <algorithm>
 #include <cmath>
 #include <utility>
 
-namespace orient {
+namespace orient::interior {
 namespace {
 
 using Eigen::Index;
@@ -219,4 +220,4 @@ ImageWindow MatchingDrawing::CutOut(const Image& seen, const Vector2d& centre) c
   return cut;
 }
 
-}  // namespace orient
+}  // namespace orient::interior

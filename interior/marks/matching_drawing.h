@@ -9,11 +9,11 @@
 #include <optional>
 #include <vector>
 
-#include "core/imaging/image.h"
-#include "interior/mark_drawing.h"
-#include "interior/moving_drawing.h"
+#include "core/raster/image.h"
+#include "interior/marks/mark_drawing.h"
+#include "interior/marks/moving_drawing.h"
 
-namespace orient {
+namespace orient::interior {
 
 class MatchingDrawing {
  public:
@@ -61,4 +61,4 @@ class MatchingDrawing {
 // A part in its place, no data elsewhere.
 Image PutInPlace(const ImageWindow& part, int width, int height);
 
-}  // namespace orient
+}  // namespace orient::interior

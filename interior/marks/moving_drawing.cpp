@@ -1,11 +1,12 @@
-#include "interior/moving_drawing.h"
+#include "interior/marks/moving_drawing.h"
 
 #include <Eigen/Cholesky>
+#include <algorithm>
 #include <array>
 #include <cmath>
 #include <stdexcept>
 
-namespace orient {
+namespace orient::interior {
 namespace {
 
 using Eigen::Index;
@@ -310,4 +311,4 @@ std::optional<DrawingMatch> MovingDrawing::Match(const SeenPlane& seen, const Ve
   return std::nullopt;
 }
 
-}  // namespace orient
+}  // namespace orient::interior

@@ -8,10 +8,10 @@
 #include <utility>
 #include <vector>
 
-#include "core/imaging/float_sums.h"
-#include "core/imaging/image.h"
+#include "core/matching/float_sums.h"
+#include "core/raster/image.h"
 
-namespace orient {
+namespace orient::interior {
 
 // An image in which the drawing is looked for: zero where it has no data.
 struct SeenPlane {
@@ -106,4 +106,4 @@ class MovingDrawing {
   std::shared_ptr<const DrawingPart> part_;
 };
 
-}  // namespace orient
+}  // namespace orient::interior

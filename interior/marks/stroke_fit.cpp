@@ -1,4 +1,4 @@
-#include "interior/stroke_fit.h"
+#include "interior/marks/stroke_fit.h"
 
 #include <Eigen/Cholesky>
 #include <Eigen/LU>
@@ -7,9 +7,9 @@
 #include <numbers>
 #include <utility>
 
-#include "core/median.h"
+#include "core/base/median.h"
 
-namespace orient {
+namespace orient::interior {
 namespace {
 
 using Eigen::Matrix2d;
@@ -251,4 +251,4 @@ Matrix2d StrokeFit::SpreadAtLag(int lag) const {
   return taper * products / pairs * rows;
 }
 
-}  // namespace orient
+}  // namespace orient::interior

@@ -4,9 +4,9 @@
 #include <Eigen/Core>
 #include <vector>
 
-#include "interior/stroke_profile.h"
+#include "interior/marks/stroke_profile.h"
 
-namespace orient {
+namespace orient::interior {
 
 // How surely there is a stroke along the line, and not the picture's own texture.
 struct StrokeEvidence {
@@ -61,4 +61,4 @@ class StrokeFit {
   size_t used_ = 0, possible_ = 0;
 };
 
-}  // namespace orient
+}  // namespace orient::interior

@@ -1,9 +1,9 @@
-#include "interior/stroke_profile.h"
+#include "interior/marks/stroke_profile.h"
 
 #include <algorithm>
 #include <numbers>
 
-namespace orient {
+namespace orient::interior {
 namespace {
 
 using Eigen::Matrix2d;
@@ -119,4 +119,4 @@ double AliasingOf(const Stroke& stroke) {
   return top.seen && top.g2 < 0 ? -top.g1 / (2 * top.g2) : 0;
 }
 
-}  // namespace orient
+}  // namespace orient::interior

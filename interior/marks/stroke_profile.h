@@ -7,9 +7,9 @@
 #include <utility>
 
 #include "core/files/camera_file.h"
-#include "core/imaging/image.h"
+#include "core/raster/image.h"
 
-namespace orient {
+namespace orient::interior {
 
 // One stroke of a cross. `steep`: rows and columns are exchanged, so that
 // every stroke is y = offset + slope * x, with x and y from the cross's predicted centre.
@@ -59,4 +59,4 @@ Profile ProfileAt(const Plane& plane, int x, double y, const Stroke& stroke);
 // blur before the pixels average leaves less, how much less is not seen.
 double AliasingOf(const Stroke& stroke);
 
-}  // namespace orient
+}  // namespace orient::interior

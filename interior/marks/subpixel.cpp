@@ -1,11 +1,12 @@
-#include "interior/subpixel.h"
+#include "interior/marks/subpixel.h"
 
+#include <algorithm>
 #include <cmath>
 
-#include "interior/match_precision.h"
-#include "interior/matching_drawing.h"
+#include "interior/marks/match_precision.h"
+#include "interior/marks/matching_drawing.h"
 
-namespace orient {
+namespace orient::interior {
 namespace {
 
 using Eigen::Matrix2d;
@@ -137,4 +138,4 @@ std::optional<MarkPosition> MeasureMark(const Raster& scan, const MarkShape& sha
   return MarkMeasurer(shape, pixel_from_mm).Measure(scan, start, polarity, max_shift_px);
 }
 
-}  // namespace orient
+}  // namespace orient::interior

@@ -6,10 +6,10 @@
 #include <optional>
 
 #include "core/files/results.h"
-#include "core/imaging/raster.h"
-#include "interior/mark_drawing.h"
+#include "core/raster/raster.h"
+#include "interior/marks/mark_drawing.h"
 
-namespace orient {
+namespace orient::interior {
 
 class MatchingDrawing;
 
@@ -51,4 +51,4 @@ std::optional<MarkPosition> MeasureMark(const Raster& scan, const MarkShape& sha
                                         const Eigen::Vector2d& start, Polarity polarity,
                                         double max_shift_px);
 
-}  // namespace orient
+}  // namespace orient::interior

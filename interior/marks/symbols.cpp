@@ -1,12 +1,13 @@
-#include "interior/symbols.h"
+#include "interior/marks/symbols.h"
 
 #include <Eigen/LU>
+#include <algorithm>
 #include <limits>
 #include <numeric>
 
 #include "core/geometry/principal_axes.h"
 
-namespace orient {
+namespace orient::interior {
 namespace {
 
 using Eigen::Matrix2d;
@@ -317,4 +318,4 @@ std::optional<SymbolRow> FindSymbolRow(const MarkSurroundings& around) {
                    patches[longest->back()].centre};
 }
 
-}  // namespace orient
+}  // namespace orient::interior

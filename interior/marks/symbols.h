@@ -5,9 +5,9 @@
 #include <optional>
 
 #include "core/files/camera_file.h"
-#include "interior/film_tone.h"
+#include "interior/marks/film_tone.h"
 
-namespace orient {
+namespace orient::interior {
 
 // What is around a mark, in tones; the origin is the mark's centre, the axes are parallel to those
 // of the photo as the film is assumed to lie.
@@ -41,4 +41,4 @@ struct SymbolRow {
 // The only row there is within 6 mm of the mark; empty where there is none, or more than one.
 std::optional<SymbolRow> FindSymbolRow(const MarkSurroundings& around);
 
-}  // namespace orient
+}  // namespace orient::interior

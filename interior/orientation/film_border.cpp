@@ -1,8 +1,9 @@
-#include "interior/film_border.h"
+#include "interior/orientation/film_border.h"
 
+#include <algorithm>
 #include <numeric>
 
-namespace orient {
+namespace orient::interior {
 namespace {
 
 using Eigen::Vector2d;
@@ -151,7 +152,7 @@ std::vector<double> NatsOfFeature(BorderSign sign, const std::vector<SignSeen>& 
                                   const std::vector<size_t>& places) {
   const Odds odds = OddsOf(sign);
   // What is seen at a place counts against its not being the feature's, as the same product of
-  // "elsewhere" stands in every way of lying.
+  // "elsewhere" stands in every scan orientation.
   const auto ratio = [&](SignSeen answer) {
     if (answer == SignSeen::kUnclear) return 0.0;
     return answer == SignSeen::kYes ? std::log(odds.yes_there / odds.yes_elsewhere)
@@ -163,4 +164,4 @@ std::vector<double> NatsOfFeature(BorderSign sign, const std::vector<SignSeen>& 
   return nats;
 }
 
-}  // namespace orient
+}  // namespace orient::interior

@@ -1,41 +1,22 @@
-#include "interior/acceptance.h"
+#include "interior/orientation/film_marks.h"
 
 #include <Eigen/LU>
+#include <map>
 
-#include "core/format_text.h"
-#include "core/imaging/side_by_side.h"
-#include "core/median.h"
-#include "interior/film_orientation.h"
-#include "interior/lines_locator.h"
-#include "interior/measured_places.h"
-#include "interior/reseau.h"
+#include "core/base/median.h"
+#include "core/base/side_by_side.h"
+#include "interior/locators/lines_locator.h"
+#include "interior/locators/locator.h"
+#include "interior/orientation/reseau.h"
 
-namespace orient {
+namespace orient::interior {
 namespace {
 
 using Eigen::Matrix2d;
 using Eigen::Vector2d;
 
-constexpr double kMinMarginNats = 3.0;
-// That the camera's marks are there at all must be far likelier than a set of clutter that happens
-// to fit: photos without marks reach 6 nats (tests, random texture).
-constexpr double kMinSetNats = 9.0;
-// A set's nats are odds against clutter that the assignment's model holds for unlikely, as each
-// mark is found with a probability of 0.85: -log 0.15 = 1.9 for every mark, found or not. A camera
-// without its marks on the scan is no such coincidence, and against it a set's odds are less by 1.9
-// nats a mark: nine nats of four marks are 1.4 above it, and so much is asked of any number.
-constexpr double kNatsPerFurtherMark = 1.9;
 constexpr double kMinCorrelation = 0.45;
 constexpr double kMinOfMedianCorrelation = 0.6;
-constexpr double kMaxScaleDifference = 0.03;
-constexpr double kMaxShear = 0.015;
-// Resolution tags and users are right within a percent, film and prints keep their size as well;
-// like marks of another camera lie 2 % farther out or in.
-constexpr double kMaxOffStatedSize = 0.015;
-constexpr double kStatedSigma = 0.01;             // a larger one: the pixel size was not stated
-constexpr double kMaxSigma0Photogrammetric = 60;  // um
-constexpr double kMaxSigma0Desktop = 350;         // um
-constexpr double kNotableSigma0 = 30;             // um: said, though accepted
 
 int Count(const FilmMarks& marks, MarkState state) {
   return static_cast<int>(std::count_if(marks.begin(), marks.end(),
@@ -149,75 +130,6 @@ void RejectContradicted(const Vector2d& scan_middle, const FilmReading& reading,
     if (measured.choice[i] >= 0 && kept[i] < 0) (*marks)[i].state = MarkState::kRejected;
 }
 
-void JudgeFilm(const FilmReading& reading, const FilmTransform& film, Verdict* verdict) {
-  const auto weak = [&](std::string why) {
-    if (verdict->status == Status::kOk) verdict->status = Status::kWeak;
-    verdict->messages.push_back(std::move(why));
-  };
-  if (std::abs(film.shape.scale_difference) > kMaxScaleDifference)
-    weak(
-        FormatText("The scales of the two axes differ by %.1f %%: not a plausible film or scanner.",
-                   100 * film.shape.scale_difference));
-  if (std::abs(film.shape.shear_rad) > kMaxShear)
-    weak(FormatText("The axes are sheared by %.1f mrad: not a plausible film or scanner.",
-                    1e3 * film.shape.shear_rad));
-  const double off = film.pixel_um / (1e3 * reading.pixel_size.pixel_mm) - 1;
-  if (reading.pixel_size.sigma < kStatedSigma && std::abs(off) > kMaxOffStatedSize)
-    weak(FormatText(
-        "The marks say that a pixel has %.2f um, the resolution tag or the stated size says "
-        "%.2f um: another camera's marks, or a wrong resolution.",
-        film.pixel_um, 1e3 * reading.pixel_size.pixel_mm));
-  if (reading.scanner_margin <= kMinMarginNats)
-    weak(FormatText(
-        "A desktop scan of all these marks, and a photogrammetric one with a mark misplaced, "
-        "are nearly as probable (%.1f nats apart): say which it is with --scanner.",
-        reading.scanner_margin));
-  if (reading.orientation_margin < kSureNats)
-    weak(FormatText(
-        "The film lying otherwise is nearly as probable (%.1f nats apart, %.0f are needed): "
-        "give --orientation.",
-        reading.orientation_margin, kSureNats));
-  const double limit =
-      reading.scanner == Scanner::kPhotogrammetric ? kMaxSigma0Photogrammetric : kMaxSigma0Desktop;
-  if (film.sigma0_um > limit)
-    weak(FormatText("sigma0 of %.0f um is more than film deformation explains.", film.sigma0_um));
-  else if (film.affine && film.sigma0_um > kNotableSigma0)
-    verdict->messages.push_back(
-        FormatText("The scanner or print distorts the film: an affine leaves sigma0 = %.0f um.",
-                   film.sigma0_um));
-}
-
-// What the used marks alone earn: marks that were rejected bear no witness.
-double NatsOfUsed(const FilmReading& reading, const FilmMarks& marks) {
-  std::vector<int> used(marks.size(), -1);
-  for (size_t i = 0; i < marks.size(); ++i)
-    if (marks[i].state == MarkState::kUsed) used[i] = reading.best.choice[i];
-  return std::min(reading.best.nats, NatsOfSet(reading.marks, reading.prior, used));
-}
-
-// Empty where nothing speaks against the set of marks. `nats`: NatsOfUsed.
-std::string WhyNotThere(const FilmReading& reading, int used, double nats) {
-  if (reading.best.Matched() < 3 || used < 3)
-    return "The camera's marks were not found: wrong camera file, marks outside the scan, or a "
-           "wrong pixel size (--pixel-size-um; in a block file pixel_size_um under [scan]).";
-  const int all = static_cast<int>(reading.marks.size());
-  if (nats < MinSetNats(all))
-    return FormatText(
-        "What was found may be chance (%.1f nats for the marks, %.1f are needed): wrong "
-        "camera file or marks too faint.",
-        nats, MinSetNats(all));
-  if (!reading.proven)
-    return "Too many marks and places for them to be sure that no other reading is as good: give "
-           "orientation, polarity or pixel size, whichever is known (options; in a block file "
-           "[scan]).";
-  if (reading.margin <= kMinMarginNats)
-    return FormatText(
-        "Another reading of the marks is nearly as probable (margin %.1f nats, 3 are "
-        "needed).",
-        reading.margin);
-  return "";
-}
-
 }  // namespace
 
 FilmMarks MeasureMarks(const Raster& scan, const CameraFile& camera, const MarkShapes& shapes,
@@ -279,46 +191,4 @@ std::vector<MeasuredMark> UsedMarks(const CameraFile& camera, const FilmMarks& m
   return used;
 }
 
-void SayPixelSizeIsUnsure(InteriorResult* result) {
-  if (result->status == Status::kOk) result->status = Status::kWeak;
-  result->messages.push_back(FormatText(
-      "The pixel size (%.2f um) follows from the camera alone: a smaller or larger camera with "
-      "like marks would fit as well; give it (--pixel-size-um; in a block file pixel_size_um under "
-      "[scan]).",
-      result->pixel_size_um.value_or(0)));
-}
-
-void JudgePixelSize(const FilmReading& reading, InteriorResult* result) {
-  if (result->pixel_size_um && reading.pixel_size.sigma >= kStatedSigma)
-    SayPixelSizeIsUnsure(result);
-}
-
-double MinSetNats(int all) { return kMinSetNats + kNatsPerFurtherMark * std::max(all - 4, 0); }
-
-int NeededMarks(int all) { return std::max(4, static_cast<int>(std::ceil(0.6 * all))); }
-
-Status JudgeSet(int all, int used, double set_nats, double margin) {
-  if (used < 3 || set_nats < MinSetNats(all) || margin <= kMinMarginNats) return Status::kFailed;
-  return used < NeededMarks(all) ? Status::kWeak : Status::kOk;
-}
-
-Verdict Judge(const FilmReading& reading, const FilmMarks& marks,
-              const std::optional<FilmTransform>& film) {
-  const int all = static_cast<int>(marks.size());
-  const int used = Count(marks, MarkState::kUsed);
-  Verdict verdict;
-  const double nats = NatsOfUsed(reading, marks);
-  const std::string why = WhyNotThere(reading, used, nats);
-  if (!why.empty() || !film) {
-    verdict.messages.push_back(!why.empty() ? why : "The marks found lie on one line.");
-    return verdict;
-  }
-  verdict.status = JudgeSet(all, used, nats, reading.margin);
-  if (verdict.status == Status::kWeak)
-    verdict.messages.push_back(
-        FormatText("Only %d marks were found, %d are needed to be sure.", used, NeededMarks(all)));
-  JudgeFilm(reading, *film, &verdict);
-  return verdict;
-}
-
-}  // namespace orient
+}  // namespace orient::interior

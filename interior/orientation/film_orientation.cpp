@@ -1,13 +1,14 @@
-#include "interior/film_orientation.h"
+#include "interior/orientation/film_orientation.h"
 
 #include <Eigen/Geometry>
 #include <Eigen/LU>
+#include <algorithm>
 #include <numeric>
 
-#include "interior/film_border.h"
-#include "interior/symbols.h"
+#include "interior/marks/symbols.h"
+#include "interior/orientation/film_border.h"
 
-namespace orient {
+namespace orient::interior {
 namespace {
 
 using Eigen::Matrix2d;
@@ -15,7 +16,7 @@ using Eigen::Vector2d;
 
 constexpr double kDissentNats = 3.0;
 constexpr double kClearNats = 2.0;
-constexpr double kReadNats = 1.5;  // what a symbol must reach in some way of lying to be read
+constexpr double kReadNats = 1.5;  // what a symbol must reach in some scan orientation to be read
 constexpr double kRowNats = 2.0;   // a row of unknown place that has, or has not, the right count
 constexpr double kSamePlaceMm = 1.0;
 
@@ -78,7 +79,7 @@ OrientationVote VoteOfRow(const MarkSurroundings& around,
   };
   if (std::none_of(hypotheses.begin(), hypotheses.end(), fits)) {
     // A row of another kind, or a single patch, is something else; one of the symbol's kind with a
-    // count that no way of lying has is the symbol of another mark or another camera.
+    // count that no scan orientation has is the symbol of another mark or another camera.
     vote.fits_none =
         row->count > 1 && std::any_of(hypotheses.begin(), hypotheses.end(),
                                       [&](const Hypothesis& h) { return MayBe(*row, h); });
@@ -203,8 +204,8 @@ class FilmVotes {
   const InteriorResult& measured_;
   const OrientationClass& open_;
   Affine2d pixel_from_photo_;
-  std::vector<std::vector<int>> relabels_;      // per way of lying
-  std::vector<Matrix2d> turns_;                 // per way of lying
+  std::vector<std::vector<int>> relabels_;      // per scan orientation
+  std::vector<Matrix2d> turns_;                 // per scan orientation
   std::vector<std::optional<FilmTone>> tones_;  // per mark
 };
 
@@ -253,4 +254,4 @@ std::vector<OrientationVote> VotesOfFilm(const Raster& scan, const CameraFile& c
   return votes;
 }
 
-}  // namespace orient
+}  // namespace orient::interior

@@ -8,18 +8,18 @@
 
 #include "core/files/camera_file.h"
 #include "core/files/results.h"
-#include "core/imaging/raster.h"
-#include "interior/layout.h"
+#include "core/raster/raster.h"
+#include "interior/constellation/layout.h"
 
-namespace orient {
+namespace orient::interior {
 
 // What one symbol, one feature of the border or the marks' layout says.
 struct OrientationVote {
-  // Nats for each way of lying, in the order in which the ways were given; all zero where it could
-  // not be read.
+  // Nats for each scan orientation, in the order in which the ways were given; all zero where it
+  // could not be read.
   std::vector<double> nats;
   std::optional<size_t> mark = std::nullopt;  // whose symbol it is; else the border or the layout
-  bool fits_none = false;  // clearly read, and something that no way of lying has there
+  bool fits_none = false;  // clearly read, and something that no scan orientation has there
   bool layout = false;     // what the marks' calibrated positions say
 };
 
@@ -42,4 +42,4 @@ std::vector<OrientationVote> VotesOfFilm(const Raster& scan, const CameraFile& c
                                          const MarkShapes& shapes, const InteriorResult& measured,
                                          const OrientationClass& open);
 
-}  // namespace orient
+}  // namespace orient::interior

@@ -1,10 +1,12 @@
-#include "interior/film_transform.h"
+#include "interior/orientation/film_transform.h"
 
 #include <Eigen/LU>
+#include <algorithm>
+#include <cmath>
 
 #include "core/geometry/principal_axes.h"
 
-namespace orient {
+namespace orient::interior {
 namespace {
 
 using Eigen::Vector2d;
@@ -56,4 +58,4 @@ std::optional<FilmTransform> FitFilm(const std::vector<MeasuredMark>& marks, boo
   return film;
 }
 
-}  // namespace orient
+}  // namespace orient::interior

@@ -8,7 +8,7 @@
 
 #include "core/geometry/transform2d.h"
 
-namespace orient {
+namespace orient::interior {
 
 struct MeasuredMark {
   Eigen::Vector2d pixel = Eigen::Vector2d::Zero();
@@ -39,4 +39,4 @@ struct FilmTransform {
 // than a twentieth of that along it, and measuring noise would decide the transform.
 std::optional<FilmTransform> FitFilm(const std::vector<MeasuredMark>& marks, bool mirrored);
 
-}  // namespace orient
+}  // namespace orient::interior

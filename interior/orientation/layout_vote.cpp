@@ -1,11 +1,12 @@
-#include "interior/layout_vote.h"
+#include "interior/orientation/layout_vote.h"
 
+#include <algorithm>
 #include <cmath>
 
-#include "interior/reseau.h"
-#include "interior/rival_readings.h"
+#include "interior/constellation/rival_readings.h"
+#include "interior/orientation/reseau.h"
 
-namespace orient {
+namespace orient::interior {
 namespace {
 
 constexpr double kSymmetricMm = 1e-6;  // departures that are none
@@ -109,4 +110,4 @@ FilmReading ReadingIn(const CameraFile& camera, const FilmReading& reading,
   return best;
 }
 
-}  // namespace orient
+}  // namespace orient::interior

@@ -1,14 +1,14 @@
 // What the marks' calibrated positions say of how the film lies, where their layout looks the same
-// in several ways: crosses calibrated 70 um off a symmetric layout fit one way of lying only.
+// in several ways: crosses calibrated 70 um off a symmetric layout fit one scan orientation only.
 #pragma once
 
 #include <optional>
 
-#include "interior/acceptance.h"
-#include "interior/film_orientation.h"
-#include "interior/film_search.h"
+#include "interior/constellation/film_reading.h"
+#include "interior/orientation/film_marks.h"
+#include "interior/orientation/film_orientation.h"
 
-namespace orient {
+namespace orient::interior {
 
 // The evidence of the used marks for each of the `open` ways, of which `reading.orientations` has
 // the first one first: log odds of the constellation calibrated for that way, the film's transform
@@ -25,4 +25,4 @@ OrientationVote VoteOfLayout(const CameraFile& camera, const FilmReading& readin
 FilmReading ReadingIn(const CameraFile& camera, const FilmReading& reading,
                       ScanOrientation orientation, std::optional<Scanner> scanner);
 
-}  // namespace orient
+}  // namespace orient::interior

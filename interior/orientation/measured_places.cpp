@@ -1,9 +1,9 @@
-#include "interior/measured_places.h"
+#include "interior/orientation/measured_places.h"
 
 #include <Eigen/LU>
 #include <cmath>
 
-namespace orient {
+namespace orient::interior {
 namespace {
 
 using Eigen::Matrix2d;
@@ -39,4 +39,4 @@ void MeasuredPlaces::Add(const MeasuringPlace& place, const FilmMark& measured) 
   measured_.push_back({place, measured});
 }
 
-}  // namespace orient
+}  // namespace orient::interior

@@ -8,10 +8,10 @@
 #include <utility>
 #include <vector>
 
-#include "interior/acceptance.h"
-#include "interior/mark_drawing.h"
+#include "interior/marks/mark_drawing.h"
+#include "interior/orientation/film_mark.h"
 
-namespace orient {
+namespace orient::interior {
 
 // All that a measurement depends on.
 struct MeasuringPlace {
@@ -43,4 +43,4 @@ class MeasuredPlaces {
   mutable std::map<Turned, bool> symmetric_;
 };
 
-}  // namespace orient
+}  // namespace orient::interior

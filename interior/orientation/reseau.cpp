@@ -1,4 +1,4 @@
-#include "interior/reseau.h"
+#include "interior/orientation/reseau.h"
 
 #include <Eigen/Dense>
 #include <algorithm>
@@ -6,19 +6,20 @@
 #include <cmath>
 #include <limits>
 
+#include "core/base/chi_square.h"
+#include "core/base/median.h"
 #include "core/geometry/dense_solvers.h"
 #include "core/geometry/principal_axes.h"
-#include "core/median.h"
 
-namespace orient {
+namespace orient::interior {
 namespace {
 
 using Eigen::MatrixXd;
 using Eigen::Vector2d;
 using Eigen::VectorXd;
 
-constexpr double kContradicted = 20;  // chi-square, two degrees of freedom: one good cross in 20000
-constexpr double kTakenBack = 12;     // a cross thrown out too early
+const double kContradicted = ChiSquareLimit(2, 4.53999297624849e-5);  // 20: one good cross in 22026
+constexpr double kTakenBack = 12;  // a cross thrown out too early
 constexpr double kLeastUsed = 0.6;
 constexpr double kThinnest = 0.1;
 // More than this is no cross's noise but a collocation that explains nothing.
@@ -322,4 +323,4 @@ std::optional<ReseauFit> FitReseau(const std::vector<MeasuredMark>& marks,
   return fit;
 }
 
-}  // namespace orient
+}  // namespace orient::interior

@@ -14,9 +14,10 @@
 #include <vector>
 
 #include "core/geometry/film_correction.h"
-#include "interior/film_transform.h"
+#include "interior/constellation/layout.h"
+#include "interior/orientation/film_transform.h"
 
-namespace orient {
+namespace orient::interior {
 
 struct ReseauFit {
   FilmCorrection correction;  // over the crosses' rectangle
@@ -30,9 +31,6 @@ struct ReseauFit {
   double left_out_rms_um = 0;  // of the used ones' vectors
 };
 
-// Fewer crosses than this are fiducial marks, and no réseau.
-inline constexpr int kLeastReseauMarks = 16;
-
 // Empty below kLeastReseauMarks marks or where they do not spread over an area. `photo_from_pixel`
 // is the affine that the correction is to be added to. A cross is contradicted where its
 // leave-one-out chi-square (two degrees of freedom) exceeds 20; up to 40 % may be. Empty also where
@@ -40,4 +38,4 @@ inline constexpr int kLeastReseauMarks = 16;
 std::optional<ReseauFit> FitReseau(const std::vector<MeasuredMark>& marks,
                                    const Affine2d& photo_from_pixel);
 
-}  // namespace orient
+}  // namespace orient::interior

@@ -1,15 +1,12 @@
-#include "interior/reseau_result.h"
+#include "interior/orientation/reseau_result.h"
 
 #include <algorithm>
-#include <string>
 #include <vector>
 
-#include "core/format_text.h"
-#include "interior/acceptance.h"
-#include "interior/film_transform.h"
-#include "interior/reseau.h"
+#include "interior/orientation/film_transform.h"
+#include "interior/orientation/reseau.h"
 
-namespace orient {
+namespace orient::interior {
 
 bool FitUsedMarks(const CameraFile& camera, bool mirrored, InteriorResult* result) {
   std::vector<MeasuredMark> used;
@@ -56,25 +53,4 @@ void CorrectFilm(const CameraFile& camera, bool mirrored, InteriorResult* result
   *result = uncorrected;
 }
 
-void SayReseau(InteriorResult* result) {
-  const auto used = std::count_if(result->marks.begin(), result->marks.end(),
-                                  [](const auto& m) { return m.state == MarkState::kUsed; });
-  if (!result->reseau) {
-    if (used < kLeastReseauMarks) return;
-    if (result->status == Status::kOk) result->status = Status::kWeak;
-    result->messages.emplace_back(
-        "The crosses contradict one another: no smooth film explains where they lie.");
-    return;
-  }
-  result->messages.push_back(FormatText(
-      "Corrected by a reseau of %d crosses: noise %.1f um, left-out crosses %.1f um.",
-      result->reseau->crosses, result->reseau->noise_um, result->reseau->left_out_rms_um));
-  const int needed = NeededMarks(static_cast<int>(result->marks.size()));
-  if (result->reseau->crosses >= needed) return;
-  if (result->status == Status::kOk) result->status = Status::kWeak;
-  result->messages.push_back("Only " + std::to_string(result->reseau->crosses) +
-                             " crosses agree with their neighbours, " + std::to_string(needed) +
-                             " are needed to be sure.");
-}
-
-}  // namespace orient
+}  // namespace orient::interior

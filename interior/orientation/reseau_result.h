@@ -4,7 +4,7 @@
 #include "core/files/camera_file.h"
 #include "core/files/results.h"
 
-namespace orient {
+namespace orient::interior {
 
 // The film's transform from the result's used marks, as if it lay mirrored or not; residuals of
 // these, and of the marks that had one before. False where they give no transform.
@@ -14,8 +14,4 @@ bool FitUsedMarks(const CameraFile& camera, bool mirrored, InteriorResult* resul
 // estimated without them, and their residuals are kept.
 void CorrectFilm(const CameraFile& camera, bool mirrored, InteriorResult* result);
 
-// What the correction says of the photo. Crosses enough for a reseau that give none contradict one
-// another.
-void SayReseau(InteriorResult* result);
-
-}  // namespace orient
+}  // namespace orient::interior

@@ -1,11 +1,11 @@
-#include "patchdb/candidates.h"
+#include "patchdb/harvest/candidates.h"
 
 #include <algorithm>
 
-#include "core/imaging/interest_points.h"
-#include "core/imaging/side_by_side.h"
+#include "core/base/side_by_side.h"
+#include "core/matching/interest_points.h"
 
-namespace orient {
+namespace orient::patchdb {
 namespace {
 
 constexpr int kTilesAtOnce = 8;
@@ -83,4 +83,4 @@ CandidateGrid FindInterestCandidates(const Raster& raster, const SourceView& sou
   return grid;
 }
 
-}  // namespace orient
+}  // namespace orient::patchdb

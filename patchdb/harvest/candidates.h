@@ -8,10 +8,10 @@
 #include <utility>
 #include <vector>
 
-#include "core/imaging/raster.h"
-#include "patchdb/source_view.h"
+#include "core/raster/raster.h"
+#include "patchdb/harvest/source_view.h"
 
-namespace orient {
+namespace orient::patchdb {
 
 struct InterestCandidate {
   Eigen::Vector2d pixel = Eigen::Vector2d::Zero();  // of the source
@@ -48,4 +48,4 @@ CandidateGrid FindInterestCandidates(const Raster& raster, const SourceView& sou
 
 CellIndex CellOf(const Eigen::Vector2d& ground_m, double cell_m);
 
-}  // namespace orient
+}  // namespace orient::patchdb

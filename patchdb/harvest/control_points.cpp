@@ -1,18 +1,19 @@
-#include "patchdb/control_points.h"
+#include "patchdb/harvest/control_points.h"
 
 #include <Eigen/LU>
 #include <algorithm>
 #include <cmath>
 
-#include "patchdb/corrected_view.h"
-#include "patchdb/patch_quality.h"
-#include "patchdb/rectify.h"
+#include "core/base/chi_square.h"
+#include "patchdb/harvest/corrected_view.h"
+#include "patchdb/harvest/patch_quality.h"
+#include "patchdb/harvest/rectify.h"
 
-namespace orient {
+namespace orient::patchdb {
 namespace {
 
-constexpr double kPointingPx = 0.5;         // of a measurement by hand
-constexpr double kMaxContradiction = 13.8;  // chi-square of two: 1 in 1000
+constexpr double kPointingPx = 0.5;  // of a measurement by hand
+const double kMaxContradiction = ChiSquareLimit(2, 1.00778542904851e-3);  // 13.8, as for patches
 constexpr double kHeightMarginPx = 2;
 constexpr int kSurroundings = 79, kTemplate = 31;  // px a side, of the autocorrelation
 
@@ -120,4 +121,4 @@ std::variant<Patch, ControlRefusal> MakeControlPatch(const ControlPoint& point,
   return why;
 }
 
-}  // namespace orient
+}  // namespace orient::patchdb

@@ -6,12 +6,12 @@
 #include <variant>
 #include <vector>
 
-#include "core/geometry/ground_surface.h"
-#include "patchdb/further_views.h"
-#include "patchdb/harvest_options.h"
-#include "patchdb/patch.h"
+#include "core/terrain/ground_surface.h"
+#include "patchdb/harvest/further_views.h"
+#include "patchdb/harvest/harvest_options.h"
+#include "patchdb/store/patch.h"
 
-namespace orient {
+namespace orient::patchdb {
 
 struct ControlPoint {
   std::string id;
@@ -39,4 +39,4 @@ std::variant<Patch, ControlRefusal> MakeControlPatch(const ControlPoint& point,
                                                      const std::vector<ControlSighting>& sightings,
                                                      const GroundSurface& surface, int chip_px);
 
-}  // namespace orient
+}  // namespace orient::patchdb

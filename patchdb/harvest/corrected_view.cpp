@@ -1,6 +1,6 @@
-#include "patchdb/corrected_view.h"
+#include "patchdb/harvest/corrected_view.h"
 
-namespace orient {
+namespace orient::patchdb {
 
 std::optional<CorrectedView> CorrectedView::ThatShows(const SourceView& view,
                                                       const Eigen::Vector3d& ground_m,
@@ -31,4 +31,4 @@ Eigen::Matrix2d CorrectedView::OrientationCovariance(const Eigen::Vector3d& grou
   return view_.OrientationCovariance(ground_m);
 }
 
-}  // namespace orient
+}  // namespace orient::patchdb

@@ -2,9 +2,9 @@
 // measured, and what lies around it in the same place of the picture relative to it.
 #pragma once
 
-#include "patchdb/source_view.h"
+#include "patchdb/harvest/source_view.h"
 
-namespace orient {
+namespace orient::patchdb {
 
 // Keeps a reference to `view`.
 class CorrectedView : public SourceView {
@@ -28,4 +28,4 @@ class CorrectedView : public SourceView {
   Eigen::Vector2d offset_px_;
 };
 
-}  // namespace orient
+}  // namespace orient::patchdb

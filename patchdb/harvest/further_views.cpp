@@ -1,11 +1,11 @@
-#include "patchdb/further_views.h"
+#include "patchdb/harvest/further_views.h"
 
-#include "core/imaging/correlation.h"
-#include "core/imaging/least_squares_matching.h"
-#include "core/imaging/resample.h"
-#include "patchdb/rectify.h"
+#include "core/matching/correlation.h"
+#include "core/matching/least_squares_matching.h"
+#include "core/raster/resample.h"
+#include "patchdb/harvest/rectify.h"
 
-namespace orient {
+namespace orient::patchdb {
 namespace {
 
 constexpr int kCoverageCells = 256;  // a side, of the longer one
@@ -106,4 +106,4 @@ std::optional<Sighting> FindIn(const FurtherSource& source, const Patch& patch,
   return sighting;
 }
 
-}  // namespace orient
+}  // namespace orient::patchdb

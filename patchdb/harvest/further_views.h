@@ -7,12 +7,12 @@
 #include <optional>
 #include <vector>
 
-#include "core/imaging/raster.h"
-#include "patchdb/patch.h"
-#include "patchdb/place.h"
-#include "patchdb/source_view.h"
+#include "core/raster/raster.h"
+#include "patchdb/harvest/place.h"
+#include "patchdb/harvest/source_view.h"
+#include "patchdb/store/patch.h"
 
-namespace orient {
+namespace orient::patchdb {
 
 // Where a raster holds data, on a grid of about 256 cells a side: an orthophoto's frame has black
 // corners that its georeference knows nothing of.
@@ -57,4 +57,4 @@ struct MatchOptions {
 std::optional<Sighting> FindIn(const FurtherSource& source, const Patch& patch,
                                const MatchOptions& options);
 
-}  // namespace orient
+}  // namespace orient::patchdb

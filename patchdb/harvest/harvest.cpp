@@ -1,16 +1,18 @@
-#include "patchdb/harvest.h"
+#include "patchdb/harvest/harvest.h"
+
+#include <fmt/format.h>
 
 #include <map>
 #include <stdexcept>
 
-#include "core/error.h"
-#include "core/imaging/side_by_side.h"
-#include "core/median.h"
-#include "patchdb/candidates.h"
-#include "patchdb/patch_making.h"
-#include "patchdb/source_view.h"
+#include "core/base/error.h"
+#include "core/base/median.h"
+#include "core/base/side_by_side.h"
+#include "patchdb/harvest/candidates.h"
+#include "patchdb/harvest/patch_making.h"
+#include "patchdb/harvest/source_view.h"
 
-namespace orient {
+namespace orient::patchdb {
 namespace {
 
 constexpr double kDefaultDemSigma = 0.1;   // of the DEM's cell
@@ -123,9 +125,9 @@ double MedianGsd(const Raster& raster, const SourceView& source) {
 
 int StoredBits(const Raster& raster) {
   if (raster.BitsPerSample() > 16)
-    throw InputError(
-        raster.Path() + " has " + std::to_string(raster.BitsPerSample()) +
-        " bits a sample; convert it to 8 or 16 bit (gdal_translate -ot UInt16 -scale)");
+    throw InputError(fmt::format(
+        "{} has {} bits a sample; convert it to 8 or 16 bit (gdal_translate -ot UInt16 -scale)",
+        raster.Path(), raster.BitsPerSample()));
   return raster.BitsPerSample() > 8 ? 16 : 8;
 }
 
@@ -240,4 +242,4 @@ HarvestResult HarvestOrtho(const Raster& ortho, const Crs& ground_crs, const Gro
   return Harvest(ortho, *source, surface, options, progress, context);
 }
 
-}  // namespace orient
+}  // namespace orient::patchdb

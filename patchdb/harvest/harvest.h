@@ -10,13 +10,13 @@
 #include <string_view>
 #include <vector>
 
-#include "core/geometry/ground_surface.h"
-#include "core/geometry/photo_view.h"
-#include "core/imaging/raster.h"
-#include "patchdb/harvest_options.h"
-#include "patchdb/patch.h"
+#include "core/raster/raster.h"
+#include "core/terrain/ground_surface.h"
+#include "core/terrain/photo_view.h"
+#include "patchdb/harvest/harvest_options.h"
+#include "patchdb/store/patch.h"
 
-namespace orient {
+namespace orient::patchdb {
 
 struct HarvestResult {
   double gsd_m = 0;            // median over the source
@@ -49,4 +49,4 @@ HarvestResult HarvestOrtho(const Raster& ortho, const Crs& ground_crs, const Gro
 // An orthophoto may be as large as a county: more patches in all, at the same distance.
 HarvestOptions OrthoHarvestOptions();
 
-}  // namespace orient
+}  // namespace orient::patchdb

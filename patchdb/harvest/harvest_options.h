@@ -7,10 +7,11 @@
 #include <string_view>
 #include <vector>
 
-#include "core/geometry/ground_surface.h"
-#include "patchdb/further_views.h"
+#include "core/base/chi_square.h"
+#include "core/terrain/ground_surface.h"
+#include "patchdb/harvest/further_views.h"
 
-namespace orient {
+namespace orient::patchdb {
 
 enum class Refusal {
   kNoHeight,      // the DEM does not cover the chip
@@ -46,9 +47,9 @@ struct HarvestOptions {
   std::optional<double> dem_sigma_m;  // empty: a tenth of the DEM's cell
   int max_further_views = 4;          // other sources a patch is sought in, the best ones
   double max_height_test = 3.3;       // normal deviate: 1 in 1000 by chance
-  double max_sighting_test = 13.8;    // chi-square of two: 1 in 1000
-  bool colour = false;                // chips in colour, where the source has some
-  int tile_px = 512;                  // interest points are sought tile by tile
+  double max_sighting_test = ChiSquareLimit(2, 1.00778542904851e-3);  // 13.8: one good patch in 992
+  bool colour = false;                       // chips in colour, where the source has some
+  int tile_px = 512;                         // interest points are sought tile by tile
   std::optional<std::string> Check() const;  // what is wrong with the options, if anything
 };
 
@@ -62,4 +63,4 @@ struct HarvestContext {
   const GroundSurface* dsm = nullptr;    // heights with everything that stands there
 };
 
-}  // namespace orient
+}  // namespace orient::patchdb

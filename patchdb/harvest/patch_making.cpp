@@ -1,14 +1,14 @@
-#include "patchdb/patch_making.h"
+#include "patchdb/harvest/patch_making.h"
 
 #include <algorithm>
 #include <cmath>
 
-#include "patchdb/corrected_view.h"
-#include "patchdb/patch_quality.h"
-#include "patchdb/place.h"
-#include "patchdb/rectify.h"
+#include "patchdb/harvest/corrected_view.h"
+#include "patchdb/harvest/patch_quality.h"
+#include "patchdb/harvest/place.h"
+#include "patchdb/harvest/rectify.h"
 
-namespace orient {
+namespace orient::patchdb {
 namespace {
 
 constexpr int kDistinctnessTemplate = 31;               // px a side
@@ -200,4 +200,4 @@ std::variant<Patch, Refusal> PatchMaker::Make(const InterestCandidate& candidate
   return patch;
 }
 
-}  // namespace orient
+}  // namespace orient::patchdb

@@ -3,11 +3,11 @@
 
 #include <variant>
 
-#include "core/imaging/colour_raster.h"
-#include "patchdb/candidates.h"
-#include "patchdb/harvest_options.h"
+#include "core/raster/colour_raster.h"
+#include "patchdb/harvest/candidates.h"
+#include "patchdb/harvest/harvest_options.h"
 
-namespace orient {
+namespace orient::patchdb {
 
 // What is the same for all patches of a source; nothing is owned.
 struct PatchMaker {
@@ -27,4 +27,4 @@ struct PatchMaker {
   std::variant<Patch, Refusal> Make(const InterestCandidate& candidate) const;
 };
 
-}  // namespace orient
+}  // namespace orient::patchdb

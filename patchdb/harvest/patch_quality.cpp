@@ -1,4 +1,4 @@
-#include "patchdb/patch_quality.h"
+#include "patchdb/harvest/patch_quality.h"
 
 #include <algorithm>
 #include <cmath>
@@ -6,10 +6,10 @@
 #include <vector>
 
 #include "core/geometry/principal_axes.h"
-#include "core/imaging/correlation.h"
-#include "core/imaging/resample.h"
+#include "core/matching/correlation.h"
+#include "core/raster/resample.h"
 
-namespace orient {
+namespace orient::patchdb {
 namespace {
 
 constexpr double kMainPeakRadius = 4;  // px, of the autocorrelation
@@ -155,4 +155,4 @@ std::optional<double> QualityOf(const Patch& patch) {
   return std::clamp(*std::min_element(marks.begin(), marks.end()), 0.0, 1.0);
 }
 
-}  // namespace orient
+}  // namespace orient::patchdb

@@ -6,10 +6,10 @@
 #include <Eigen/Core>
 #include <optional>
 
-#include "core/imaging/image.h"
-#include "patchdb/patch.h"
+#include "core/raster/image.h"
+#include "patchdb/store/patch.h"
 
-namespace orient {
+namespace orient::patchdb {
 
 // Standard deviation of the grey values, over the pixels that have one.
 double Contrast(const Image& image);
@@ -46,4 +46,4 @@ Eigen::Vector3d TextureEnergy(const Image& chip);
 std::optional<double> QualityOf(const Patch& patch);
 inline constexpr double kGoodQuality = 0.5;
 
-}  // namespace orient
+}  // namespace orient::patchdb

@@ -1,10 +1,10 @@
-#include "patchdb/place.h"
+#include "patchdb/harvest/place.h"
 
 #include <Eigen/LU>
 
 #include "core/geometry/principal_axes.h"
 
-namespace orient {
+namespace orient::patchdb {
 namespace {
 
 using Unknowns = Eigen::Vector4d;  // X, Y, Z; by how much the orthophotos' heights are too high
@@ -140,4 +140,4 @@ std::optional<Place> EstimatePlace(const std::vector<Sighting>& sightings,
   return std::nullopt;
 }
 
-}  // namespace orient
+}  // namespace orient::patchdb

@@ -6,10 +6,10 @@
 #include <optional>
 #include <vector>
 
-#include "patchdb/patch.h"
-#include "patchdb/source_view.h"
+#include "patchdb/harvest/source_view.h"
+#include "patchdb/store/patch.h"
 
-namespace orient {
+namespace orient::patchdb {
 
 // One source shows the point at a pixel of its raster.
 struct Sighting {
@@ -42,4 +42,4 @@ std::optional<Place> EstimatePlace(const std::vector<Sighting>& sightings,
                                    const HeightGrid& heights, const Eigen::Vector3d& start_m,
                                    double height_sigma_m);
 
-}  // namespace orient
+}  // namespace orient::patchdb

@@ -1,8 +1,8 @@
-#include "patchdb/rectify.h"
+#include "patchdb/harvest/rectify.h"
 
-#include "core/imaging/resample.h"
+#include "core/raster/resample.h"
 
-namespace orient {
+namespace orient::patchdb {
 namespace {
 
 constexpr int kMargin = 4;          // source pixels around a chip's area, for interpolation
@@ -193,4 +193,4 @@ std::optional<double> LeanOf(const GroundSurface& surface, const SourceView& sou
   return std::max(middle, departures[static_cast<std::size_t>(rank)]);
 }
 
-}  // namespace orient
+}  // namespace orient::patchdb

@@ -5,13 +5,13 @@
 #include <Eigen/Core>
 #include <optional>
 
-#include "core/geometry/ground_surface.h"
-#include "core/imaging/colour_raster.h"
-#include "core/imaging/raster.h"
-#include "patchdb/patch.h"
-#include "patchdb/source_view.h"
+#include "core/raster/colour_raster.h"
+#include "core/raster/raster.h"
+#include "core/terrain/ground_surface.h"
+#include "patchdb/harvest/source_view.h"
+#include "patchdb/store/patch.h"
 
-namespace orient {
+namespace orient::patchdb {
 
 // Heights around a point, over at least half_width_m in every direction; nodes at half the
 // surface's cells, but no denser than min_step_m. NaN where the surface has no height.
@@ -41,4 +41,4 @@ std::vector<Image> RectifyColour(const ColourRaster& colour, const Raster& raste
 std::optional<double> LeanOf(const GroundSurface& surface, const SourceView& source,
                              const Patch& patch);
 
-}  // namespace orient
+}  // namespace orient::patchdb

@@ -1,10 +1,10 @@
-#include "patchdb/source_view.h"
+#include "patchdb/harvest/source_view.h"
 
 #include <Eigen/LU>
 
-#include "core/error.h"
+#include "core/base/error.h"
 
-namespace orient {
+namespace orient::patchdb {
 namespace {
 
 class PhotoSource : public SourceView {
@@ -191,4 +191,4 @@ std::optional<double> GsdAt(const SourceView& source, const Eigen::Vector3d& gro
   return 1 / std::sqrt(area);
 }
 
-}  // namespace orient
+}  // namespace orient::patchdb

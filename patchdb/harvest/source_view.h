@@ -7,12 +7,12 @@
 #include <memory>
 #include <optional>
 
-#include "core/geometry/crs.h"
-#include "core/geometry/ground_surface.h"
-#include "core/geometry/photo_view.h"
-#include "core/imaging/raster.h"
+#include "core/raster/raster.h"
+#include "core/terrain/crs.h"
+#include "core/terrain/ground_surface.h"
+#include "core/terrain/photo_view.h"
 
-namespace orient {
+namespace orient::patchdb {
 
 class SourceView {
  public:
@@ -56,4 +56,4 @@ std::optional<Eigen::Matrix<double, 2, 3>> PixelDerivatives(const SourceView& so
 // Side of the horizontal square that one raster pixel shows there, m.
 std::optional<double> GsdAt(const SourceView& source, const Eigen::Vector3d& ground_m);
 
-}  // namespace orient
+}  // namespace orient::patchdb

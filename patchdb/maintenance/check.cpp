@@ -1,15 +1,17 @@
 #include "patchdb/maintenance/check.h"
 
+#include <fmt/format.h>
+
 #include <unordered_map>
 
-#include "core/error.h"
-#include "patchdb/connection.h"
-#include "patchdb/learn.h"
-#include "patchdb/learning.h"
+#include "core/base/error.h"
 #include "patchdb/maintenance/schema_check.h"
-#include "patchdb/statements.h"
+#include "patchdb/store/connection.h"
+#include "patchdb/store/learn.h"
+#include "patchdb/store/learning.h"
+#include "patchdb/store/statements.h"
 
-namespace orient {
+namespace orient::patchdb {
 namespace {
 
 // What can be asked and mended in SQL. The order matters: references before what is counted of
@@ -138,7 +140,7 @@ class Check {
     const int version = static_cast<int>(connection_.Number(sql::kSchemaVersion));
     const std::vector<SchemaObject> missing = MissingObjects(connection_, version);
     for (const SchemaObject& object : missing)
-      Find("no " + object.type + " " + object.name + " as its schema wants it", 1,
+      Find(fmt::format("no {} {} as its schema wants it", object.type, object.name), 1,
            IsBeyondRepair(object)   ? ""
            : object.type == "table" ? "it is made, empty"
                                     : "it is made");
@@ -285,4 +287,4 @@ std::vector<CheckFinding> CheckDatabase(
   return findings;
 }
 
-}  // namespace orient
+}  // namespace orient::patchdb

@@ -6,9 +6,9 @@
 #include <string>
 #include <vector>
 
-#include "patchdb/patch_database.h"
+#include "patchdb/store/patch_database.h"
 
-namespace orient {
+namespace orient::patchdb {
 
 struct CheckFinding {
   std::string what;        // "attempts that name a patch that is not there"
@@ -28,4 +28,4 @@ std::vector<CheckFinding> CheckDatabase(
     PatchDatabase& database, const CheckOptions& options,
     const std::function<void(std::int64_t, std::int64_t)>& progress = {});
 
-}  // namespace orient
+}  // namespace orient::patchdb

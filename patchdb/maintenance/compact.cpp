@@ -2,9 +2,9 @@
 
 #include <filesystem>
 
-#include "patchdb/connection.h"
+#include "patchdb/store/connection.h"
 
-namespace orient {
+namespace orient::patchdb {
 namespace {
 
 bool HasOldPages(Connection& connection) {
@@ -64,4 +64,4 @@ CompactResult CompactDatabase(PatchDatabase& database) {
   });
 }
 
-}  // namespace orient
+}  // namespace orient::patchdb

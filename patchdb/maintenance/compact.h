@@ -3,9 +3,9 @@
 
 #include <cstdint>
 
-#include "patchdb/patch_database.h"
+#include "patchdb/store/patch_database.h"
 
-namespace orient {
+namespace orient::patchdb {
 
 struct CompactResult {
   std::uintmax_t before = 0, after = 0;  // bytes of the file
@@ -18,4 +18,4 @@ struct CompactResult {
 // copy.
 CompactResult CompactDatabase(PatchDatabase& database);
 
-}  // namespace orient
+}  // namespace orient::patchdb

@@ -1,10 +1,10 @@
 #include "patchdb/maintenance/life.h"
 
-#include "patchdb/connection.h"
-#include "patchdb/learn.h"
-#include "patchdb/statements.h"
+#include "patchdb/store/connection.h"
+#include "patchdb/store/learn.h"
+#include "patchdb/store/statements.h"
 
-namespace orient {
+namespace orient::patchdb {
 namespace {
 
 constexpr const char* kRestore =
@@ -71,4 +71,4 @@ int DeleteRetiredPatches(PatchDatabase& database, const std::vector<std::int64_t
   });
 }
 
-}  // namespace orient
+}  // namespace orient::patchdb

@@ -5,9 +5,9 @@
 #include <string>
 #include <vector>
 
-#include "patchdb/patch_database.h"
+#include "patchdb/store/patch_database.h"
 
-namespace orient {
+namespace orient::patchdb {
 
 // Each is one transaction and answers how many patches it changed. Ids that are not there, or in
 // that state already, change nothing. Throws InputError like the members of PatchDatabase.
@@ -20,4 +20,4 @@ int RestorePatches(PatchDatabase& database, const std::vector<std::int64_t>& ids
 // Deletes retired patches with their attempts and evidence, for good. Active ones are left alone.
 int DeleteRetiredPatches(PatchDatabase& database, const std::vector<std::int64_t>& ids);
 
-}  // namespace orient
+}  // namespace orient::patchdb

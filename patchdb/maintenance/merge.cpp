@@ -1,15 +1,17 @@
 #include "patchdb/maintenance/merge.h"
 
+#include <fmt/format.h>
+
 #include <stdexcept>
 
-#include "patchdb/connection.h"
-#include "patchdb/learn.h"
 #include "patchdb/maintenance/merge_rows.h"
 #include "patchdb/maintenance/patch_transform.h"
 #include "patchdb/maintenance/same_look.h"
-#include "patchdb/patch_rows.h"
+#include "patchdb/store/connection.h"
+#include "patchdb/store/learn.h"
+#include "patchdb/store/patch_rows.h"
 
-namespace orient {
+namespace orient::patchdb {
 namespace {
 
 constexpr int kLookSearch_px = 3;
@@ -90,8 +92,8 @@ class Merge {
     try {
       CheckPatch(patch);
     } catch (const std::invalid_argument& error) {
-      throw InputError(other_.Path() + ": patch " + std::to_string(patch.id) +
-                       " is damaged: " + error.what());
+      throw InputError(
+          fmt::format("{}: patch {} is damaged: {}", other_.Path(), patch.id, error.what()));
     }
   }
 
@@ -226,4 +228,4 @@ MergeResult MergeDatabase(PatchDatabase& target, const PatchDatabase& other,
   return Merge(target, other, options).Run(progress);
 }
 
-}  // namespace orient
+}  // namespace orient::patchdb

@@ -4,10 +4,10 @@
 #include <cstdint>
 #include <functional>
 
-#include "patchdb/patch_database.h"
-#include "patchdb/selection.h"
+#include "patchdb/store/patch_database.h"
+#include "patchdb/store/selection.h"
 
-namespace orient {
+namespace orient::patchdb {
 
 enum class MergePolicy {
   kMerge,    // duplicates by place and look become one patch with both histories
@@ -47,4 +47,4 @@ using MergeProgress = std::function<void(int done, int total)>;
 MergeResult MergeDatabase(PatchDatabase& target, const PatchDatabase& other,
                           const MergeOptions& options, const MergeProgress& progress = {});
 
-}  // namespace orient
+}  // namespace orient::patchdb

@@ -1,12 +1,12 @@
 #include "patchdb/maintenance/merge_rows.h"
 
-#include "patchdb/connection.h"
-#include "patchdb/learn.h"
-#include "patchdb/patch_rows.h"
-#include "patchdb/row_values.h"
-#include "patchdb/statements.h"
+#include "patchdb/store/connection.h"
+#include "patchdb/store/learn.h"
+#include "patchdb/store/patch_rows.h"
+#include "patchdb/store/row_values.h"
+#include "patchdb/store/statements.h"
 
-namespace orient {
+namespace orient::patchdb {
 namespace {
 
 constexpr const char* kSetLife =
@@ -200,4 +200,4 @@ void MergeRows::LinkSuccessors() {
   });
 }
 
-}  // namespace orient
+}  // namespace orient::patchdb

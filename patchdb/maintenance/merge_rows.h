@@ -8,9 +8,9 @@
 #include <utility>
 #include <vector>
 
-#include "patchdb/patch_database.h"
+#include "patchdb/store/patch_database.h"
 
-namespace orient {
+namespace orient::patchdb {
 
 struct NearPatch {
   std::int64_t id = 0;
@@ -60,4 +60,4 @@ class MergeRows {
   std::map<std::int64_t, PatchSource> sources_there_;
 };
 
-}  // namespace orient
+}  // namespace orient::patchdb

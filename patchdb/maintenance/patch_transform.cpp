@@ -1,6 +1,8 @@
 #include "patchdb/maintenance/patch_transform.h"
 
-namespace orient {
+#include <algorithm>
+
+namespace orient::patchdb {
 namespace {
 
 constexpr double kStep_m = 100;  // of the differences; a CRS is smooth far beyond that
@@ -112,4 +114,4 @@ std::optional<Patch> PatchTransform::operator()(const Patch& patch) const {
   return there;
 }
 
-}  // namespace orient
+}  // namespace orient::patchdb

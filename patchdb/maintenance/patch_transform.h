@@ -3,10 +3,10 @@
 
 #include <optional>
 
-#include "core/geometry/crs.h"
-#include "patchdb/patch.h"
+#include "core/terrain/crs.h"
+#include "patchdb/store/patch.h"
 
-namespace orient {
+namespace orient::patchdb {
 
 class PatchTransform {
  public:
@@ -22,4 +22,4 @@ class PatchTransform {
   CoordinateTransform target_from_source_, source_from_target_;
 };
 
-}  // namespace orient
+}  // namespace orient::patchdb

@@ -1,6 +1,8 @@
 #include "patchdb/maintenance/same_look.h"
 
-namespace orient {
+#include <algorithm>
+
+namespace orient::patchdb {
 namespace {
 
 constexpr int kHalf = 12;  // compared: 25 x 25 pixels of the coarser chip
@@ -55,4 +57,4 @@ double BestCorrelation(const Patch& a, const Patch& b, int search_px) {
   return best;
 }
 
-}  // namespace orient
+}  // namespace orient::patchdb

@@ -3,9 +3,9 @@
 #include <algorithm>
 #include <string_view>
 
-#include "patchdb/schema.h"
+#include "patchdb/store/schema.h"
 
-namespace orient {
+namespace orient::patchdb {
 namespace {
 
 constexpr const char* kRegister =
@@ -78,4 +78,4 @@ void RenewToken(Connection& connection) {
   token->exec();
 }
 
-}  // namespace orient
+}  // namespace orient::patchdb

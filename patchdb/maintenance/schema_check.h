@@ -4,10 +4,10 @@
 #include <string>
 #include <vector>
 
-#include "patchdb/connection.h"
-#include "patchdb/migration.h"
+#include "patchdb/store/connection.h"
+#include "patchdb/store/migration.h"
 
-namespace orient {
+namespace orient::patchdb {
 
 // What the file should have and has not; of the content's token the triggers of another text, too:
 // a change that does not renew it would go unnoticed. The triggers with which GeoPackage 1.4
@@ -28,4 +28,4 @@ void MakeObjects(Connection& connection, const std::vector<SchemaObject>& missin
 bool LacksToken(Connection& connection, int version);
 void RenewToken(Connection& connection);
 
-}  // namespace orient
+}  // namespace orient::patchdb

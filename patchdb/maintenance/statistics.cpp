@@ -1,9 +1,9 @@
 #include "patchdb/maintenance/statistics.h"
 
-#include "core/error.h"
-#include "patchdb/connection.h"
+#include "core/base/error.h"
+#include "patchdb/store/connection.h"
 
-namespace orient {
+namespace orient::patchdb {
 namespace {
 
 constexpr const char* kSources =
@@ -102,4 +102,4 @@ DensityGrid CountDensity(const PatchDatabase& database, double cell_m) {
   });
 }
 
-}  // namespace orient
+}  // namespace orient::patchdb

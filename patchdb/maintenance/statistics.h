@@ -5,9 +5,9 @@
 #include <string>
 #include <vector>
 
-#include "patchdb/patch_database.h"
+#include "patchdb/store/patch_database.h"
 
-namespace orient {
+namespace orient::patchdb {
 
 struct SourceCount {
   std::string kind, name, date;  // date "" where unknown
@@ -39,4 +39,4 @@ struct DensityGrid {
 // cells.
 DensityGrid CountDensity(const PatchDatabase& database, double cell_m);
 
-}  // namespace orient
+}  // namespace orient::patchdb

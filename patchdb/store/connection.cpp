@@ -1,14 +1,14 @@
-#include "patchdb/connection.h"
+#include "patchdb/store/connection.h"
 
 #include <cctype>
 #include <filesystem>
 #include <iomanip>
 #include <sstream>
 
-#include "patchdb/geopackage_geometry.h"
-#include "patchdb/lock_holder.h"
+#include "patchdb/store/geopackage_geometry.h"
+#include "patchdb/store/lock_holder.h"
 
-namespace orient {
+namespace orient::patchdb {
 namespace {
 
 int OpenFlags(Connection::Mode mode) {
@@ -181,4 +181,4 @@ std::int64_t Connection::Number(const char* sql) {
   return statement.executeStep() ? statement.getColumn(0).getInt64() : 0;
 }
 
-}  // namespace orient
+}  // namespace orient::patchdb

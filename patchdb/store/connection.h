@@ -11,9 +11,9 @@
 #include <string>
 #include <utility>
 
-#include "core/error.h"
+#include "core/base/error.h"
 
-namespace orient {
+namespace orient::patchdb {
 
 inline constexpr double kDefaultWait_s = 30;
 // Of a new file: a dozen patches of some 2.5 kB a page. Of SQLite's own pages of 4 kB a third would
@@ -72,4 +72,4 @@ auto WithFile(const std::string& path, const char* doing, Work&& work) {
   }
 }
 
-}  // namespace orient
+}  // namespace orient::patchdb

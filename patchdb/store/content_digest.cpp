@@ -1,14 +1,14 @@
-#include "patchdb/content_digest.h"
+#include "patchdb/store/content_digest.h"
 
-#include "core/error.h"
-#include "patchdb/connection.h"
-#include "patchdb/schema.h"
-#include "patchdb/statements.h"
+#include "core/base/error.h"
+#include "patchdb/store/connection.h"
+#include "patchdb/store/schema.h"
+#include "patchdb/store/statements.h"
 
-namespace orient {
+namespace orient::patchdb {
 namespace {
 
-// Kept by triggers (patchdb/schema/step_4.cpp), whoever changes the patches.
+// Kept by triggers (patchdb/store/schema/step_4.cpp), whoever changes the patches.
 constexpr const char* kToken = "SELECT hex(token) FROM orient_content";
 constexpr const char* kKeepers =
     "SELECT count(*) FROM sqlite_master WHERE name IN ('orient_content', 'orient_content_insert', "
@@ -34,4 +34,4 @@ std::string ContentOf(const PatchDatabase& database) {
   });
 }
 
-}  // namespace orient
+}  // namespace orient::patchdb

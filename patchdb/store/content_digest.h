@@ -3,9 +3,9 @@
 
 #include <string>
 
-#include "patchdb/patch_database.h"
+#include "patchdb/store/patch_database.h"
 
-namespace orient {
+namespace orient::patchdb {
 
 // Changes with every patch that comes, goes, is retired or restored, or is changed in place by
 // whatever program, and with the CRS; takes one look, however large the database. Not with what
@@ -13,4 +13,4 @@ namespace orient {
 // again for that. Two databases never have the same one, but copies that nobody has changed since.
 std::string ContentOf(const PatchDatabase& database);
 
-}  // namespace orient
+}  // namespace orient::patchdb

@@ -1,4 +1,4 @@
-#include "patchdb/geopackage_geometry.h"
+#include "patchdb/store/geopackage_geometry.h"
 
 #include <sqlite3.h>
 
@@ -6,8 +6,9 @@
 #include <cstdint>
 #include <cstring>
 #include <stdexcept>
+#include <string>
 
-namespace orient {
+namespace orient::patchdb {
 namespace {
 
 constexpr std::uint32_t kWkbPoint = 1;
@@ -140,4 +141,4 @@ void RegisterSpatialFunctions(sqlite3* connection) {
       throw std::runtime_error(std::string("SQLite refuses the function ") + name);
 }
 
-}  // namespace orient
+}  // namespace orient::patchdb

@@ -9,7 +9,7 @@
 
 struct sqlite3;
 
-namespace orient {
+namespace orient::patchdb {
 
 // Header "GP", version 0, little-endian, no envelope, srs_id; then WKB POINT Z (type 1001).
 std::vector<unsigned char> EncodePointZ(const Eigen::Vector3d& point_m, int srs_id);
@@ -21,4 +21,4 @@ std::optional<Eigen::Vector3d> DecodePointZ(const unsigned char* blob, std::size
 // other geometries answer with theirs, NULL where they carry none.
 void RegisterSpatialFunctions(sqlite3* connection);
 
-}  // namespace orient
+}  // namespace orient::patchdb

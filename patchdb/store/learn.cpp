@@ -1,12 +1,13 @@
-#include "patchdb/learn.h"
+#include "patchdb/store/learn.h"
 
+#include <algorithm>
 #include <set>
 
-#include "patchdb/learning.h"
-#include "patchdb/patch_rows.h"
-#include "patchdb/statements.h"
+#include "patchdb/store/learning.h"
+#include "patchdb/store/patch_rows.h"
+#include "patchdb/store/statements.h"
 
-namespace orient {
+namespace orient::patchdb {
 namespace {
 
 constexpr std::size_t kNeighbours = 8;  // the nearest that were sought in the same photo
@@ -130,4 +131,4 @@ void Learn(Connection& connection, const std::vector<MatchAttempt>& attempts) {
   for (const std::int64_t patch : patches) LearnAnew(connection, patch, true);
 }
 
-}  // namespace orient
+}  // namespace orient::patchdb

@@ -4,11 +4,11 @@
 #include <cstdint>
 #include <vector>
 
-#include "patchdb/connection.h"
-#include "patchdb/learning.h"
-#include "patchdb/patch_database.h"
+#include "patchdb/store/connection.h"
+#include "patchdb/store/learning.h"
+#include "patchdb/store/match_attempt.h"
 
-namespace orient {
+namespace orient::patchdb {
 
 // Stores the attempts with how their neighbours fared, and learns from all patches that they name.
 // Patches that are not there are left out. The caller holds the transaction.
@@ -20,4 +20,4 @@ void LearnAnew(Connection& connection, std::int64_t patch_id, bool may_retire);
 // What a patch's attempts say.
 SuccessWeights WeightsOf(Connection& connection, std::int64_t patch_id);
 
-}  // namespace orient
+}  // namespace orient::patchdb

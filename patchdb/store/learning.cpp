@@ -1,6 +1,10 @@
-#include "patchdb/learning.h"
+#include "patchdb/store/learning.h"
 
-namespace orient {
+#include <fmt/format.h>
+
+#include <algorithm>
+
+namespace orient::patchdb {
 namespace {
 
 constexpr double kWeakPhoto = 0.5;
@@ -81,10 +85,9 @@ std::optional<std::string> WhyRetire(const std::vector<AttemptOutcome>& attempts
     if (Failed(attempt) && NeighboursSucceeded(attempt)) ++failures;
   }
   if (failures < kFailuresToRetire || failures < kFailuresToRetire * successes) return std::nullopt;
-  std::string reason =
-      "failed in " + std::to_string(failures) + " photos where its neighbours matched";
+  std::string reason = fmt::format("failed in {} photos where its neighbours matched", failures);
   if (successes > 0) reason += ", matched in " + std::to_string(successes);
   return reason;
 }
 
-}  // namespace orient
+}  // namespace orient::patchdb

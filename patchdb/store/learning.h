@@ -5,9 +5,9 @@
 #include <string>
 #include <vector>
 
-#include "patchdb/patch.h"
+#include "patchdb/store/patch.h"
 
-namespace orient {
+namespace orient::patchdb {
 
 // One patch sought in one photo, as far as learning cares.
 struct AttemptOutcome {
@@ -43,4 +43,4 @@ SuccessBelief BeliefOf(const Patch& patch);
 // matched. Empty: it should not.
 std::optional<std::string> WhyRetire(const std::vector<AttemptOutcome>& attempts, int epoch);
 
-}  // namespace orient
+}  // namespace orient::patchdb

@@ -1,5 +1,6 @@
-#include "patchdb/lock_holder.h"
+#include "patchdb/store/lock_holder.h"
 
+#include <fmt/format.h>
 #include <sys/stat.h>
 #include <unistd.h>
 
@@ -8,7 +9,7 @@
 #include <fstream>
 #include <sstream>
 
-namespace orient {
+namespace orient::patchdb {
 namespace {
 
 // SQLite's locks (sqlite3.c, "WAL-index" and "os_unix"): byte 120 of DB-shm is the log's writer,
@@ -21,7 +22,7 @@ unsigned long InodeOf(const std::string& path) {
 }
 
 std::string CommandOf(long pid) {
-  std::ifstream file("/proc/" + std::to_string(pid) + "/cmdline", std::ios::binary);
+  std::ifstream file(fmt::format("/proc/{}/cmdline", pid), std::ios::binary);
   std::string command((std::istreambuf_iterator<char>(file)), {});
   while (!command.empty() && command.back() == '\0') command.pop_back();
   std::replace(command.begin(), command.end(), '\0', ' ');
@@ -67,10 +68,10 @@ std::string LockHolder(const std::string& path) {
     if (lock.pid == getpid()) return "this program itself";
     const std::string command = CommandOf(lock.pid);
     std::string holder = "process " + std::to_string(lock.pid);
-    if (!command.empty()) holder += " (" + command + ")";
+    if (!command.empty()) holder += fmt::format(" ({})", command);
     return holder;
   }
   return "";
 }
 
-}  // namespace orient
+}  // namespace orient::patchdb

@@ -1,12 +1,14 @@
-#include "patchdb/migration.h"
+#include "patchdb/store/migration.h"
+
+#include <fmt/format.h>
 
 #include <algorithm>
 
-#include "core/error.h"
-#include "patchdb/schema.h"
-#include "patchdb/statements.h"
+#include "core/base/error.h"
+#include "patchdb/store/schema.h"
+#include "patchdb/store/statements.h"
 
-namespace orient {
+namespace orient::patchdb {
 namespace {
 
 constexpr const char* kObjects =
@@ -72,9 +74,9 @@ int CheckedSchemaVersion(Connection& connection, const std::string& path) {
   const auto version = connection.Number(sql::kSchemaVersion);
   if (version < 1) throw InputError(path + " is damaged: table orient_schema is empty");
   if (version > CurrentSchemaVersion())
-    throw InputError(path + " has schema version " + std::to_string(version) +
-                     ", this program knows " + std::to_string(CurrentSchemaVersion()) +
-                     " at most; use a newer Orient");
+    throw InputError(
+        fmt::format("{} has schema version {}, this program knows {} at most; use a newer Orient",
+                    path, version, CurrentSchemaVersion()));
   return static_cast<int>(version);
 }
 
@@ -118,4 +120,4 @@ std::vector<SchemaObject> ObjectsOfVersion(int version) {
   return ObjectsOf(reference);
 }
 
-}  // namespace orient
+}  // namespace orient::patchdb

@@ -4,10 +4,10 @@
 #include <string>
 #include <vector>
 
-#include "core/geometry/crs.h"
-#include "patchdb/connection.h"
+#include "core/terrain/crs.h"
+#include "patchdb/store/connection.h"
 
-namespace orient {
+namespace orient::patchdb {
 
 // Into an empty file: everything of an empty patch database in this CRS.
 void WriteNewDatabase(const std::string& path, const Crs& crs);
@@ -32,4 +32,4 @@ struct SchemaObject {
 std::vector<SchemaObject> ObjectsOf(Connection& connection);
 std::vector<SchemaObject> ObjectsOfVersion(int version);
 
-}  // namespace orient
+}  // namespace orient::patchdb

@@ -1,12 +1,12 @@
-#include "patchdb/older_file.h"
+#include "patchdb/store/older_file.h"
 
 #include <filesystem>
 
-#include "patchdb/connection.h"
-#include "patchdb/migration.h"
-#include "patchdb/schema.h"
+#include "patchdb/store/connection.h"
+#include "patchdb/store/migration.h"
+#include "patchdb/store/schema.h"
 
-namespace orient {
+namespace orient::patchdb {
 
 std::optional<int> OlderVersion(const std::string& path) {
   std::error_code error;
@@ -19,4 +19,4 @@ std::optional<int> OlderVersion(const std::string& path) {
   });
 }
 
-}  // namespace orient
+}  // namespace orient::patchdb

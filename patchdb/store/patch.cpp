@@ -1,6 +1,8 @@
-#include "patchdb/patch.h"
+#include "patchdb/store/patch.h"
 
-namespace orient {
+#include <algorithm>
+
+namespace orient::patchdb {
 
 double HeightGrid::At(double east_m, double north_m) const {
   const double nan = std::numeric_limits<double>::quiet_NaN();
@@ -34,4 +36,4 @@ const char* Name(SourceKind kind) {
 
 const char* Name(PatchLife life) { return life == PatchLife::kActive ? "active" : "retired"; }
 
-}  // namespace orient
+}  // namespace orient::patchdb

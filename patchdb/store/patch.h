@@ -8,9 +8,9 @@
 #include <string>
 #include <vector>
 
-#include "core/imaging/image.h"
+#include "core/raster/image.h"
 
-namespace orient {
+namespace orient::patchdb {
 
 // Square grid of heights centred on the patch's point, row 0 in the north, nodes at multiples of
 // step_m from the centre: node (i, j) lies at X + (j - (n-1)/2) step, Y - (i - (n-1)/2) step.
@@ -68,7 +68,7 @@ struct Patch {
   std::optional<double> quality;          // 0 .. 1, of all of these
   int views = 1;                          // sources that show it, its own among them
   // Attempts that succeeded and that failed, each weighted by what it says about the patch of
-  // today: patchdb/learning.h.
+  // today: patchdb/store/learning.h.
   double success_weight = 0, failure_weight = 0;
   // Storing adds these; only ReadPatch answers with them.
   std::vector<PatchEvidence> evidence;
@@ -91,4 +91,4 @@ struct PatchSource {
   std::optional<std::string> digest = {};  // of its content
 };
 
-}  // namespace orient
+}  // namespace orient::patchdb

@@ -1,14 +1,14 @@
-#include "patchdb/patch_blobs.h"
+#include "patchdb/store/patch_blobs.h"
 
 #include <bit>
 #include <cstdint>
 #include <cstring>
 
-#include "core/error.h"
-#include "core/imaging/png_bands.h"
-#include "core/imaging/raster.h"
+#include "core/base/error.h"
+#include "core/raster/png_bands.h"
+#include "core/raster/raster.h"
 
-namespace orient {
+namespace orient::patchdb {
 namespace {
 
 static_assert(std::endian::native == std::endian::little,
@@ -152,4 +152,4 @@ Eigen::Vector3d DecodeVector(const Bytes& bytes) {
   return vector;
 }
 
-}  // namespace orient
+}  // namespace orient::patchdb

@@ -7,9 +7,9 @@
 #include <optional>
 #include <vector>
 
-#include "patchdb/patch.h"
+#include "patchdb/store/patch.h"
 
-namespace orient {
+namespace orient::patchdb {
 
 using Bytes = std::vector<unsigned char>;
 
@@ -52,4 +52,4 @@ Bytes EncodeVector(const Eigen::Vector3d& vector);
 // Throws InputError where the bytes are not three finite numbers.
 Eigen::Vector3d DecodeVector(const Bytes& bytes);
 
-}  // namespace orient
+}  // namespace orient::patchdb

@@ -1,4 +1,6 @@
-#include "patchdb/patch_database.h"
+#include "patchdb/store/patch_database.h"
+
+#include <fmt/format.h>
 
 #include <algorithm>
 #include <cmath>
@@ -6,17 +8,17 @@
 #include <stdexcept>
 #include <utility>
 
-#include "core/error.h"
-#include "core/imaging/reading_side_by_side.h"
-#include "patchdb/connection.h"
-#include "patchdb/learn.h"
-#include "patchdb/migration.h"
-#include "patchdb/patch_rows.h"
-#include "patchdb/row_values.h"
-#include "patchdb/schema.h"
-#include "patchdb/statements.h"
+#include "core/base/error.h"
+#include "core/base/reading_side_by_side.h"
+#include "patchdb/store/connection.h"
+#include "patchdb/store/learn.h"
+#include "patchdb/store/migration.h"
+#include "patchdb/store/patch_rows.h"
+#include "patchdb/store/row_values.h"
+#include "patchdb/store/schema.h"
+#include "patchdb/store/statements.h"
 
-namespace orient {
+namespace orient::patchdb {
 namespace fs = std::filesystem;
 namespace {
 
@@ -79,10 +81,10 @@ struct PatchDatabase::Impl {
   GroundSystem Prepare() {
     const int version = CheckedSchemaVersion(connection, path);
     if (mode == Mode::kRead && !ReadableAsItIs(version))
-      throw InputError(path + " has the older schema version " + std::to_string(version) +
-                       ", this program uses " + std::to_string(CurrentSchemaVersion()) +
-                       "; 'orient patchdb check FILE --repair' brings it up to date (on a copy "
-                       "where the file may not be written)");
+      throw InputError(fmt::format(
+          "{} has the older schema version {}, this program uses {}; 'orient patchdb check FILE "
+          "--repair' brings it up to date (on a copy where the file may not be written)",
+          path, version, CurrentSchemaVersion()));
     if (mode == Mode::kWrite) BringUpToDate(connection, version, path);
     return ReadGroundSystem(connection, path);
   }
@@ -314,7 +316,7 @@ KnownSource PatchDatabase::FindSource(const PatchSource& source) const {
         known.harvested = row->getColumn(3).getInt() != 0;
         return known;
       }
-      known.name = source.name + " (" + std::to_string(number) + ")";
+      known.name = fmt::format("{} ({})", source.name, number);
     }
   });
 }
@@ -341,4 +343,4 @@ void PatchDatabase::RecordAttempts(const std::vector<MatchAttempt>& attempts) {
   });
 }
 
-}  // namespace orient
+}  // namespace orient::patchdb

@@ -8,27 +8,14 @@
 #include <string>
 #include <vector>
 
-#include "core/geometry/crs.h"
-#include "core/geometry/ground_surface.h"
-#include "patchdb/patch.h"
+#include "core/terrain/crs.h"
+#include "core/terrain/ground_surface.h"
+#include "patchdb/store/match_attempt.h"
+#include "patchdb/store/patch.h"
 
-namespace orient {
+namespace orient::patchdb {
 
 class Connection;
-
-// One patch sought in one photo: what a photo's orientation reports back.
-struct MatchAttempt {
-  std::int64_t patch_id = 0;
-  std::string photo;
-  std::string state;  // PatchState's name
-  std::optional<double> ncc;
-  std::optional<Eigen::Vector2d> residual_px;
-  std::string reason;
-  std::optional<std::string> photo_date = {};    // ISO 8601, of the exposure
-  std::optional<std::string> photo_status = {};  // ok, weak, failed: of the whole photo
-  std::optional<Eigen::Vector2d> predicted_px = {}, found_px = {};
-  std::string photo_digest = {};  // of its content: two flights may have photos of one name
-};
 
 // A source in the database: of the same kind and name, and of the same content; where the content
 // of one is unknown, of the same date.
@@ -86,7 +73,7 @@ class PatchDatabase {
   // One transaction. A later attempt of the same patch in the same photo replaces the earlier one;
   // patches that were deleted meanwhile are left out.
   // What the patches' histories say then is noted with them, and those that keep failing where
-  // their neighbours succeed are retired: patchdb/learning.h.
+  // their neighbours succeed are retired: patchdb/store/learning.h.
   void RecordAttempts(const std::vector<MatchAttempt>& attempts);
 
   // For the other files of patchdb: the file, its SQL, and one transaction around `work`, which
@@ -109,4 +96,4 @@ class PatchDatabase {
   std::unique_ptr<Impl> impl_;
 };
 
-}  // namespace orient
+}  // namespace orient::patchdb

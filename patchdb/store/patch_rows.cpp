@@ -1,13 +1,16 @@
-#include "patchdb/patch_rows.h"
+#include "patchdb/store/patch_rows.h"
 
+#include <fmt/format.h>
+
+#include <algorithm>
 #include <stdexcept>
 
-#include "core/error.h"
-#include "patchdb/geopackage_geometry.h"
-#include "patchdb/patch_blobs.h"
-#include "patchdb/row_values.h"
+#include "core/base/error.h"
+#include "patchdb/store/geopackage_geometry.h"
+#include "patchdb/store/patch_blobs.h"
+#include "patchdb/store/row_values.h"
 
-namespace orient {
+namespace orient::patchdb {
 namespace {
 
 // Heights need not be kept finer than they are known, nor than what can be seen of them: rounding
@@ -43,8 +46,8 @@ std::optional<Eigen::Vector2d> PixelOf(const SQLite::Statement& row, int index) 
   return Eigen::Vector2d(row.getColumn(index).getDouble(), row.getColumn(index + 1).getDouble());
 }
 
-// Columns of the SELECT in patchdb/statements.h; those up to kChip are also the parameters of its
-// INSERT and UPDATE, counted from 1 there.
+// Columns of the SELECT in patchdb/store/statements.h; those up to kChip are also the parameters of
+// its INSERT and UPDATE, counted from 1 there.
 enum PatchColumn {
   kGeom,
   kGsd,
@@ -166,7 +169,7 @@ auto OfPatch(std::int64_t id, const Work& work) {
   try {
     return work();
   } catch (const InputError& error) {
-    throw InputError("patch " + std::to_string(id) + " is damaged: " + error.what());
+    throw InputError(fmt::format("patch {} is damaged: {}", id, error.what()));
   }
 }
 
@@ -287,4 +290,4 @@ void BindAttempt(const MatchAttempt& attempt, SQLite::Statement& insert) {
   insert.bind(14, attempt.photo_digest);
 }
 
-}  // namespace orient
+}  // namespace orient::patchdb

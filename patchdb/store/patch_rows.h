@@ -3,11 +3,11 @@
 
 #include <SQLiteCpp/SQLiteCpp.h>
 
-#include "patchdb/patch.h"
-#include "patchdb/patch_blobs.h"
-#include "patchdb/patch_database.h"
+#include "patchdb/store/match_attempt.h"
+#include "patchdb/store/patch.h"
+#include "patchdb/store/patch_blobs.h"
 
-namespace orient {
+namespace orient::patchdb {
 
 // Throws std::invalid_argument: no chip, bits other than 8 or 16, no position, heights of a wrong
 // shape.
@@ -46,4 +46,4 @@ void BindEvidence(std::int64_t patch_id, std::int64_t source_id, const PatchEvid
 // Of sql::kRecordAttempt, but the last two.
 void BindAttempt(const MatchAttempt& attempt, SQLite::Statement& insert);
 
-}  // namespace orient
+}  // namespace orient::patchdb

@@ -6,9 +6,9 @@
 #include <optional>
 #include <string>
 
-#include "patchdb/patch_blobs.h"
+#include "patchdb/store/patch_blobs.h"
 
-namespace orient {
+namespace orient::patchdb {
 
 inline Bytes BytesOf(const SQLite::Column& column) {
   const auto* bytes = static_cast<const unsigned char*>(column.getBlob());
@@ -31,4 +31,4 @@ inline int PngWidth(const SQLite::Column& column) {
   return bytes.size() == 4 && bytes[0] == 0 && bytes[1] == 0 ? bytes[2] << 8 | bytes[3] : 0;
 }
 
-}  // namespace orient
+}  // namespace orient::patchdb

@@ -1,6 +1,6 @@
-#include "patchdb/schema.h"
+#include "patchdb/store/schema.h"
 
-namespace orient {
+namespace orient::patchdb {
 
 const std::vector<SchemaStep>& SchemaSteps() {
   static const std::vector<SchemaStep> kSteps = {kSchemaStep1, kSchemaStep2, kSchemaStep3,
@@ -10,4 +10,4 @@ const std::vector<SchemaStep>& SchemaSteps() {
 
 int CurrentSchemaVersion() { return SchemaSteps().back().version; }
 
-}  // namespace orient
+}  // namespace orient::patchdb

@@ -3,7 +3,7 @@
 
 #include <vector>
 
-namespace orient {
+namespace orient::patchdb {
 
 // One step of the schema, in a file of its own under patchdb/schema/. Steps are never edited once
 // released; a change is a new step.
@@ -30,4 +30,4 @@ inline constexpr int kFirstSchemaWithToken = 4;
 inline constexpr int kGeoPackageApplicationId = 0x47504B47;
 inline constexpr int kGeoPackageVersion = 10300;
 
-}  // namespace orient
+}  // namespace orient::patchdb

@@ -1,12 +1,12 @@
-#include "patchdb/selection.h"
+#include "patchdb/store/selection.h"
 
-#include "core/error.h"
-#include "patchdb/connection.h"
-#include "patchdb/geopackage_geometry.h"
-#include "patchdb/patch_blobs.h"
-#include "patchdb/row_values.h"
+#include "core/base/error.h"
+#include "patchdb/store/connection.h"
+#include "patchdb/store/geopackage_geometry.h"
+#include "patchdb/store/patch_blobs.h"
+#include "patchdb/store/row_values.h"
 
-namespace orient {
+namespace orient::patchdb {
 namespace {
 
 // The PNG's header says how wide the chip is, so its pixels stay unread.
@@ -163,4 +163,4 @@ std::vector<std::int64_t> ChooseIds(const PatchDatabase& database, const PatchFi
   return ids;
 }
 
-}  // namespace orient
+}  // namespace orient::patchdb

@@ -8,10 +8,10 @@
 #include <string>
 #include <vector>
 
-#include "patchdb/learning.h"
-#include "patchdb/patch_database.h"
+#include "patchdb/store/learning.h"
+#include "patchdb/store/patch_database.h"
 
-namespace orient {
+namespace orient::patchdb {
 
 // A patch without its chip and heights.
 struct PatchSummary {
@@ -62,4 +62,4 @@ std::vector<std::int64_t> ChooseIds(const PatchDatabase& database, const PatchFi
 bool InsideRings(const std::vector<std::vector<Eigen::Vector2d>>& rings,
                  const Eigen::Vector2d& point);
 
-}  // namespace orient
+}  // namespace orient::patchdb

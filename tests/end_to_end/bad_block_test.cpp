@@ -1,11 +1,11 @@
 // Blocks that are not whole: what is wrong is named, the rest is done.
+#include <fmt/format.h>
 #include <gtest/gtest.h>
 
 #include <filesystem>
 #include <sstream>
 
 #include "core/files/adjustment_result.h"
-#include "core/format_text.h"
 #include "tests/end_to_end/spoilt_block.h"
 #include "tools/simulate/geotiff.h"
 
@@ -60,7 +60,7 @@ TEST_F(ChangedBlock, WhatIsDoneAgainIsNamedWithTheReason) {
   table.rows[1].pose.position_m.x() += 1;
   WriteOrientationTable(Path("approx.csv"), table);
   const std::string said = Block({"--resume"}).out;
-  EXPECT_NE(said.find("oriented again, for what they were made from has changed (approximation): " +
+  EXPECT_NE(said.find("oriented again, since their inputs changed (approximation): " +
                       table.rows[1].photo + "\n"),
             std::string::npos)
       << said;
@@ -72,8 +72,8 @@ TEST_F(ChangedBlock, GnssLocatesPhotosAndIsObserved) {
   std::string table = "filename,x,y,z\n";
   for (const OrientationRow& row : truth.rows) {
     const Eigen::Vector3d& place = row.pose.position_m;
-    table += FormatText("%s,%.3f,%.3f,%.3f\n", row.photo.c_str(), place.x() + 0.4, place.y() - 0.3,
-                        place.z() + 20);
+    table += fmt::format("{},{:.3f},{:.3f},{:.3f}\n", row.photo, place.x() + 0.4, place.y() - 0.3,
+                         place.z() + 20);
   }
   Write("gnss.csv", table);
   Edit("block.toml", "approximations = \"approx.csv\"\n", "");
@@ -193,8 +193,8 @@ TEST_F(SlowBadBlock, OfTwoPartsTheOneWithoutControlFailsAndIsNamed) {
   const ExteriorResult last = Result("new_1_6");
   EXPECT_EQ(last.status, Status::kFailed);
   EXPECT_FALSE(last.pose);
-  ASSERT_FALSE(last.messages.empty());
-  EXPECT_NE(run.out.find(last.messages[0]), std::string::npos) << run.out;
+  ASSERT_FALSE(last.findings.empty());
+  EXPECT_NE(run.out.find(Sentence(last.findings.at(0))), std::string::npos) << run.out;
 }
 
 // Clouds, water: photos of one grey value.
@@ -213,8 +213,8 @@ TEST_F(SlowBadBlock, AStripWithoutAnyPatchOrTieFailsAndTheOthersAreDone) {
   for (const char* photo : {"new_2_1", "new_2_2", "new_2_3"}) {
     const ExteriorResult failed = Result(photo);
     EXPECT_EQ(failed.status, Status::kFailed) << photo;
-    ASSERT_FALSE(failed.messages.empty());
-    EXPECT_NE(run.out.find(failed.messages[0]), std::string::npos) << run.out;
+    ASSERT_FALSE(failed.findings.empty());
+    EXPECT_NE(run.out.find(Sentence(failed.findings.at(0))), std::string::npos) << run.out;
   }
   EXPECT_EQ(ReadOrientationTable(Path("out/orientation.csv")).rows.size(), 3u);
 }
@@ -238,8 +238,9 @@ TEST_F(SlowBadBlock, ADamagedFilmScanIsNamedAndTheOthersAreDone) {
   EXPECT_EQ(Result("new_1_3").status, Status::kOk);
   const ExteriorResult damaged = Result("new_1_2");
   EXPECT_EQ(damaged.status, Status::kFailed);
-  ASSERT_FALSE(damaged.messages.empty());
-  EXPECT_NE(damaged.messages[0].find("new_1_2"), std::string::npos) << damaged.messages[0];
+  ASSERT_FALSE(damaged.findings.empty());
+  EXPECT_NE(Sentence(damaged.findings.at(0)).find("new_1_2"), std::string::npos)
+      << Sentence(damaged.findings.at(0));
 }
 
 }  // namespace

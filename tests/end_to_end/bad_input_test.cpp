@@ -6,14 +6,14 @@
 #include <filesystem>
 #include <stdexcept>
 
-#include "core/files/atomic_write.h"
+#include "core/base/atomic_write.h"
 #include "core/files/orientation_table.h"
-#include "core/geometry/earth_effects.h"
+#include "core/files/results.h"
+#include "core/terrain/earth_effects.h"
 #include "tests/end_to_end/spoilt_block.h"
 #include "tests/support/older_patchdb.h"
 #include "tests/support/ordinary_user.h"
 #include "tests/support/shared_data.h"
-#include "tools/exterior_inputs.h"
 
 namespace orient {
 namespace {
@@ -83,7 +83,7 @@ TEST_F(BadPhoto, OverACurvedEarthIsSeenThroughOneLensHoweverOftenARunResumes) {
   for (const char* how : {"--overwrite", "--resume", "--resume"}) {
     const ProgramRun run = Exterior({scan, "--earth", "flat", "--no-feedback", how});
     ASSERT_EQ(run.exit_code, 0) << run.out << run.err;
-    EXPECT_EQ(ReadExteriorInputs(Path("out"))->added_earth_k1, 0);
+    EXPECT_EQ(ReadExteriorResult(ExteriorResultPath(Path("out"), "new_1_1")).earth_k1, 0);
     const std::string now = ReadFile(ExteriorResultPath(Path("out"), "new_1_1"));
     EXPECT_TRUE(result.empty() || now == result) << how;
     result = now;
@@ -145,9 +145,9 @@ TEST_F(BadInput, PhotoOverNoPatchFails) {
   EXPECT_EQ(run.exit_code, 3) << run.err;
   const ExteriorResult result = ReadExteriorResult(ExteriorResultPath(Path("out"), "new_1_1"));
   EXPECT_EQ(result.status, Status::kFailed);
-  ASSERT_EQ(result.messages.size(), 1u);
-  EXPECT_NE(result.messages[0].find(Path("patches.gpkg")), std::string::npos);
-  EXPECT_NE(result.messages[0].find("harvest"), std::string::npos);
+  ASSERT_EQ(result.findings.size(), 1u);
+  EXPECT_NE(Sentence(result.findings.at(0)).find(Path("patches.gpkg")), std::string::npos);
+  EXPECT_NE(Sentence(result.findings.at(0)).find("harvest"), std::string::npos);
   EXPECT_TRUE(fs::exists(Path("out/report.html")));
 }
 
@@ -278,11 +278,13 @@ TEST_F(BadInput, ExistingResultsAreNotReplacedUnasked) {
   EXPECT_EQ(ReadFile(Path("out/new_1_2.exterior.json")), "precious");
 }
 
-TEST_F(BadInput, DamagedResultIsNamedOnResume) {
+TEST_F(BadInput, DamagedResultIsMadeAgainOnResume) {
   fs::create_directory(Path("out"));
-  Write("out/new_1_2.exterior.json", "{\"photo\": ");
-  ExpectRefused(Exterior({Path("scans/new_1_2.tif"), "--resume"}), 2,
-                {Path("out/new_1_2.exterior.json")});
+  for (const char* damaged : {"{\"photo\": ", "{\"made_from\": \"0123456789abcdef\"}"}) {
+    Write("out/new_1_2.exterior.json", damaged);
+    EXPECT_EQ(Exterior({Path("scans/new_1_2.tif"), "--resume"}).exit_code, 3);  // no patches
+    EXPECT_FALSE(ReadExteriorResult(ExteriorResultPath(Path("out"), "new_1_2")).made_from.empty());
+  }
 }
 
 TEST_F(BadPhoto, OfAnotherApproximationIsDoneAgainOnResume) {
@@ -309,6 +311,21 @@ TEST_F(BadInput, ResultsOfAnotherCameraOrEarthAreNotKeptOnResume) {
                 {Path("out"), "options", "earth auto", "earth curved", "--overwrite"});
   Edit("camera.toml", "principal_distance_mm = ", "principal_distance_mm = 1");
   ExpectRefused(Exterior({scan, "--resume"}), 2, {Path("out"), "another camera file"});
+  // Nor by a run of other photos into the same folder: one camera file there is true of all.
+  ExpectRefused(Exterior({Path("scans/new_1_2.tif"), "--resume"}), 2, {"another camera file"});
+}
+
+// More photos would be seen over another earth: that of the first run stays.
+TEST_F(BadInput, AResumedRunKeepsTheEarthOfTheFirst) {
+  ASSERT_EQ(Exterior({Path("scans/new_1_1.tif"), "--earth", "curved"}).exit_code, 3);
+  const std::string path = ExteriorResultPath(Path("out"), "new_1_1");
+  ExteriorResult first = ReadExteriorResult(path);
+  ASSERT_LT(first.earth_k1.value(), 0);
+  first.earth_k1 = 2 * *first.earth_k1;
+  WriteExteriorResult(Path("out"), first);
+  ASSERT_EQ(Exterior({Path("scans/new_1_2.tif"), "--earth", "curved", "--resume"}).exit_code, 3);
+  EXPECT_EQ(ReadExteriorResult(ExteriorResultPath(Path("out"), "new_1_2")).earth_k1,
+            first.earth_k1);
 }
 
 TEST_F(BadInput, FilmCameraWithoutInteriorIsRefused) {

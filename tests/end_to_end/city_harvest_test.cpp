@@ -2,11 +2,12 @@
 // ground points' covariances are where orientation and DEM err by known amounts.
 #include <gtest/gtest.h>
 
+#include <Eigen/LU>
 #include <array>
 #include <iostream>
 #include <map>
 
-#include "patchdb/further_views.h"
+#include "patchdb/harvest/further_views.h"
 #include "tests/end_to_end/simulated_city.h"
 
 namespace orient {
@@ -25,7 +26,7 @@ struct Share {
 
 Share StandingAmong(const City& city, const Harvested& harvested, int least_views) {
   Share share;
-  for (const Patch& patch : harvested.patches) {
+  for (const patchdb::Patch& patch : harvested.patches) {
     if (patch.views < least_views) continue;
     ++share.patches;
     const double height = city.HeightShown(patch, harvested.sources.at(patch.source_id));
@@ -90,7 +91,7 @@ TEST_F(SlowCityHarvest, ASurfaceModelRefusesThemInSinglePhotosAndOrthophotos) {
 // A photo as the harvest knew it: with the orientation of its table.
 struct OwnPhoto {
   Raster raster;
-  std::unique_ptr<SourceView> view;
+  std::unique_ptr<patchdb::SourceView> view;
 };
 
 std::map<std::string, OwnPhoto> OwnPhotos(const City& city, const OrientationTable& table,
@@ -99,22 +100,23 @@ std::map<std::string, OwnPhoto> OwnPhotos(const City& city, const OrientationTab
   std::map<std::string, OwnPhoto> photos;
   for (const PlannedPhoto& photo : city.photos) {
     const PhotoView view{camera, DigitalPhotoFromPixel(camera), table.Find(photo.name)->pose};
-    photos.emplace(photo.name, OwnPhoto{Raster::Open(city.folder / (photo.name + ".tif")),
-                                        MakePhotoSource(view, std::nullopt, 0.5, surface)});
+    photos.emplace(photo.name,
+                   OwnPhoto{Raster::Open(city.folder / (photo.name + ".tif")),
+                            patchdb::MakePhotoSource(view, std::nullopt, 0.5, surface)});
   }
   return photos;
 }
 
 // Where the ground point that a chip's middle shows truly lies: the chip is sought in the photo
 // that it was cut from, and the true ray of that place followed.
-std::optional<Eigen::Vector3d> TruthOf(const City& city, const Patch& patch, const OwnPhoto& own,
-                                       const std::string& name) {
-  MatchOptions options;
+std::optional<Eigen::Vector3d> TruthOf(const City& city, const patchdb::Patch& patch,
+                                       const OwnPhoto& own, const std::string& name) {
+  patchdb::MatchOptions options;
   options.template_px = 31;  // the patch's heights reach no further than the chip
   options.radius_px = 10;    // of the orientation's error
   options.min_score = 0.9;
   options.min_score_gap = 0;
-  const auto shown = FindIn({&own.raster, own.view.get(), nullptr, 0}, patch, options);
+  const auto shown = patchdb::FindIn({&own.raster, own.view.get(), nullptr, 0}, patch, options);
   if (!shown) return std::nullopt;
   const Camera& camera = city.camera.file.camera;
   const auto ray = *GroundRayFromPhoto(camera, city.Photo(name)->pose,
@@ -141,7 +143,7 @@ TEST_F(SlowCityHarvest, GroundPointsAreAsPreciseAsTheySay) {
     const auto [patches, sources] = city_->HarvestPhotos(
         "photo_*.tif", "wrong.csv", "wrong.tif",
         {"--max-per-photo", "150", "--dsm", city_->folder / "dsm.tif", "--max-lean-px", "8"});
-    for (const Patch& patch : patches) {
+    for (const patchdb::Patch& patch : patches) {
       const std::string& source = sources.at(patch.source_id);
       const auto truth = TruthOf(*city_, patch, own.at(source), source);
       lost += truth ? 0 : 1;

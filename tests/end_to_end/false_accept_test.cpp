@@ -9,7 +9,7 @@
 #include <random>
 
 #include "core/files/orientation_table.h"
-#include "patchdb/patch_database.h"
+#include "patchdb/store/patch_database.h"
 #include "tests/end_to_end/simulated_block.h"
 #include "tests/support/ngi.h"
 #include "tests/support/shared_data.h"
@@ -23,17 +23,18 @@ using Shift = std::function<Eigen::Vector2d()>;
 
 // The patches of one database in a new one, each moved.
 void StoreShifted(const std::string& from, const std::string& to, const Shift& shift) {
-  const PatchDatabase known = PatchDatabase::Open(from, PatchDatabase::Mode::kRead);
-  std::vector<Patch> patches = known.ListPatches(0, std::numeric_limits<int>::max());
+  const patchdb::PatchDatabase known =
+      patchdb::PatchDatabase::Open(from, patchdb::PatchDatabase::Mode::kRead);
+  std::vector<patchdb::Patch> patches = known.ListPatches(0, std::numeric_limits<int>::max());
   ASSERT_GT(patches.size(), 100u);
-  for (Patch& patch : patches) {
+  for (patchdb::Patch& patch : patches) {
     patch.id = patch.source_id = 0;
     patch.ground_m.head<2>() += shift();
   }
-  PatchSource source;
+  patchdb::PatchSource source;
   source.name = "another place";
   source.gsd_m = patches.front().gsd_m;
-  PatchDatabase::Create(to, known.GroundCrs()).AddSource(source, patches);
+  patchdb::PatchDatabase::Create(to, known.GroundCrs()).AddSource(source, patches);
 }
 
 // 500 m each, every patch in a direction of its own.
@@ -78,8 +79,8 @@ class OtherPlace {
       const ExteriorResult result = Result(number);
       EXPECT_EQ(result.status, Status::kFailed) << "seed " << seed << ", photo " << number;
       EXPECT_FALSE(result.pose.has_value());
-      ASSERT_FALSE(result.messages.empty());
-      std::printf("seed %u, %s: %s\n", seed, number, result.messages[0].c_str());
+      ASSERT_FALSE(result.findings.empty());
+      std::printf("seed %u, %s: %s\n", seed, number, Sentence(result.findings.at(0)).c_str());
     }
   }
 
@@ -116,9 +117,9 @@ TEST(FalseAccept, PatchesShiftedTogetherContradictAStatedPosition) {
   for (const char* number : {"0251", "0253"}) {
     const ExteriorResult result = place.Result(number);
     EXPECT_NE(result.status, Status::kOk) << number;
-    ASSERT_FALSE(result.messages.empty());
+    ASSERT_FALSE(result.findings.empty());
     std::printf("%s: %s: %s\n", number, std::string(Name(result.status)).c_str(),
-                result.messages[0].c_str());
+                Sentence(result.findings.at(0)).c_str());
   }
 }
 

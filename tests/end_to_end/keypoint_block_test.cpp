@@ -57,14 +57,12 @@ TEST(SlowKeypointBlock, FindsPhotosWithoutApproximationAndNoneOfAnotherPlace) {
   };
   for (const char* photo : {"new_1_3", "new_1_5"}) {
     const ExteriorResult found = result(photo);
-    ASSERT_TRUE(found.pose) << photo << testing::PrintToString(found.messages);
+    ASSERT_TRUE(found.pose) << photo << testing::PrintToString(Sentences(found.findings));
     const Vector6d off = PoseDifference(*found.pose, truth.Find(photo)->pose);
     EXPECT_LT(off.head<3>().norm(), 1.5) << photo;
     EXPECT_LT(off.dot(found.covariance->ldlt().solve(off)), 27.9) << photo;
-    EXPECT_TRUE(std::any_of(
-        found.messages.begin(), found.messages.end(),
-        [](const std::string& message) { return message.find("keypoints") != std::string::npos; }))
-        << testing::PrintToString(found.messages);
+    EXPECT_NE(JoinedSentences(found.findings).find("keypoints"), std::string::npos)
+        << JoinedSentences(found.findings);
   }
   // Nobody said where the one lies; the other one is not where it is said to be.
   EXPECT_EQ(result("new_1_3").status, Status::kOk);

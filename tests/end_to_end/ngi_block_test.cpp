@@ -4,8 +4,8 @@
 #include <Eigen/Dense>
 #include <cmath>
 
-#include "core/files/atomic_write.h"
-#include "core/geometry/photo_view.h"
+#include "core/base/atomic_write.h"
+#include "core/terrain/photo_view.h"
 #include "tests/support/ngi.h"
 #include "tests/support/run_orient.h"
 #include "tests/support/shared_data.h"

@@ -8,13 +8,13 @@
 #include <map>
 #include <set>
 
-#include "exterior/match.h"
-#include "patchdb/patch_database.h"
-#include "patchdb/patch_quality.h"
+#include "block/inputs/photo_interior.h"
+#include "exterior/steps/match.h"
+#include "patchdb/harvest/patch_quality.h"
+#include "patchdb/store/patch_database.h"
 #include "tests/support/ngi.h"
 #include "tests/support/run_orient.h"
 #include "tests/support/shared_data.h"
-#include "tools/photo_interior.h"
 
 namespace orient {
 namespace {
@@ -77,22 +77,23 @@ class SlowNgiHarvest : public testing::Test {
   }
 
   DrawnBack DrawBack(bool orthophotos) const {
-    const PatchDatabase database = PatchDatabase::Open(database_, PatchDatabase::Mode::kRead);
+    const patchdb::PatchDatabase database =
+        patchdb::PatchDatabase::Open(database_, patchdb::PatchDatabase::Mode::kRead);
     std::map<std::int64_t, std::string> names;
-    for (const PatchSource& source : database.Sources()) names[source.id] = source.name;
+    for (const patchdb::PatchSource& source : database.Sources()) names[source.id] = source.name;
     const auto photos = Photos(orthophotos);
     const auto patches = database.ListPatches(0, 100000);
     DrawnBack result;
     std::map<std::int64_t, Eigen::Vector3d> places;
     for (const SeenPhoto& photo : photos) {
-      const PhotoImage image(photo.raster, false);
-      for (const Patch& patch : patches)
+      const exterior::PhotoImage image(photo.raster, false);
+      for (const patchdb::Patch& patch : patches)
         if (names[patch.source_id] == photo.name)
           if (const auto place = PlaceInOwnPhoto(patch, photo, image)) places[patch.id] = *place;
     }
     for (const SeenPhoto& photo : photos) {
-      const PhotoImage image(photo.raster, false);
-      for (const Patch& patch : patches)
+      const exterior::PhotoImage image(photo.raster, false);
+      for (const patchdb::Patch& patch : patches)
         if (names[patch.source_id] != photo.name)
           Draw(patch, photo, image, places.contains(patch.id) ? &places[patch.id] : nullptr,
                &result);
@@ -101,29 +102,32 @@ class SlowNgiHarvest : public testing::Test {
   }
 
   // Where the photo that the source was made from has what the chip shows: its ray on the DEM.
-  std::optional<Eigen::Vector3d> PlaceInOwnPhoto(const Patch& patch, const SeenPhoto& photo,
-                                                 const PhotoImage& image) const {
+  std::optional<Eigen::Vector3d> PlaceInOwnPhoto(const patchdb::Patch& patch,
+                                                 const SeenPhoto& photo,
+                                                 const exterior::PhotoImage& image) const {
     const auto match = Find(patch, photo, image);
     if (!match || !match->found) return std::nullopt;
     return photo.view.GroundFromPixel(match->pixel, ngi_->surface);
   }
 
   // Empty where the photo does not show the patch.
-  static std::optional<PreciseMatch> Find(const Patch& patch, const SeenPhoto& photo,
-                                          const PhotoImage& image) {
+  static std::optional<exterior::PreciseMatch> Find(const patchdb::Patch& patch,
+                                                    const SeenPhoto& photo,
+                                                    const exterior::PhotoImage& image) {
     constexpr double kInside = 40;
     const auto pixel = photo.view.PixelFromGround(patch.ground_m);
     if (!pixel || pixel->x() < kInside || pixel->y() < kInside ||
         pixel->x() > image.Width() - kInside || pixel->y() > image.Height() - kInside)
       return std::nullopt;
-    const auto aligned = AlignPatch(photo.view, patch, 1, 21, 61);
+    const auto aligned = exterior::AlignPatch(photo.view, patch, 1, 21, 61);
     if (!aligned) return std::nullopt;
-    return MatchPrecisely(*aligned, image, Eigen::Vector2d::Constant(kRadiusPx), {});
+    return exterior::MatchPrecisely(*aligned, image, Eigen::Vector2d::Constant(kRadiusPx), {});
   }
 
   // `own_place`: PlaceInOwnPhoto, where there is one.
-  static void Draw(const Patch& patch, const SeenPhoto& photo, const PhotoImage& image,
-                   const Eigen::Vector3d* own_place, DrawnBack* result) {
+  static void Draw(const patchdb::Patch& patch, const SeenPhoto& photo,
+                   const exterior::PhotoImage& image, const Eigen::Vector3d* own_place,
+                   DrawnBack* result) {
     const auto match = Find(patch, photo, image);
     if (!match) return;
     ++result->seen;
@@ -140,18 +144,19 @@ class SlowNgiHarvest : public testing::Test {
       result->own_within_half += off <= 0.5 ? 1 : 0;
       result->mended_within_half += (match->pixel - *mended).norm() <= 0.5 ? 1 : 0;
     }
-    const bool good = patch.quality.value_or(0) >= kGoodQuality;
+    const bool good = patch.quality.value_or(0) >= patchdb::kGoodQuality;
     result->good += good ? 1 : 0;
     result->good_beyond_three += good && off > 3 ? 1 : 0;
   }
 
   // Cells of 1 km of which the photos show at least half, chip and all, and those with a patch.
   void CountCells(int* covered, int* filled) const {
-    const PatchDatabase database = PatchDatabase::Open(database_, PatchDatabase::Mode::kRead);
+    const patchdb::PatchDatabase database =
+        patchdb::PatchDatabase::Open(database_, patchdb::PatchDatabase::Mode::kRead);
     const Bounds extent = database.Info().extent;
     std::set<std::pair<int, int>> with_patch;
     const auto cell_of = [](double metres) { return static_cast<int>(std::floor(metres / 1000)); };
-    for (const Patch& patch : database.ListPatches(0, 100000))
+    for (const patchdb::Patch& patch : database.ListPatches(0, 100000))
       with_patch.insert({cell_of(patch.ground_m.x()), cell_of(patch.ground_m.y())});
     const auto photos = Photos(false);
     *covered = *filled = 0;

@@ -5,7 +5,7 @@
 
 #include <cmath>
 
-#include "core/geometry/photo_view.h"
+#include "core/terrain/photo_view.h"
 #include "tests/support/run_orient.h"
 #include "tests/support/shared_data.h"
 

@@ -9,8 +9,8 @@
 #include <filesystem>
 #include <thread>
 
-#include "core/files/atomic_write.h"
-#include "patchdb/patch_database.h"
+#include "core/base/atomic_write.h"
+#include "patchdb/store/patch_database.h"
 #include "tests/end_to_end/simulated_block.h"
 #include "tests/support/shared_data.h"
 
@@ -88,9 +88,17 @@ TEST(SlowResume, KilledBlockEndsAsAnUndisturbedOne) {
     EXPECT_EQ(ReadFile(ExteriorResultPath(out, photo)),
               ReadFile(ExteriorResultPath(folder / "block/out", photo)))
         << photo;
+  // Every result says itself what it was made from; nothing beside it does.
+  for (const auto& entry : fs::recursive_directory_iterator(out + "/stages")) {
+    const std::string extension = entry.path().extension().string();
+    EXPECT_TRUE(extension != ".made_from" && extension != ".sought") << entry.path();
+    if (extension != ".json") continue;
+    EXPECT_TRUE(ReadMadeFrom(entry.path().string())) << entry.path();
+  }
   // What the patches learnt is the same, too: no attempt is lost or counted twice.
   const auto attempts = [&](const std::string& name) {
-    return PatchDatabase::Open(folder / (name + "/patches.gpkg"), PatchDatabase::Mode::kRead)
+    return patchdb::PatchDatabase::Open(folder / (name + "/patches.gpkg"),
+                                        patchdb::PatchDatabase::Mode::kRead)
         .Info()
         .attempts;
   };

@@ -6,7 +6,7 @@
 #include <filesystem>
 
 #include "core/files/orientation_table.h"
-#include "core/imaging/raster.h"
+#include "core/raster/raster.h"
 #include "tests/end_to_end/simulated_block.h"
 #include "tests/support/shared_data.h"
 #include "tools/simulate/geotiff.h"
@@ -173,7 +173,7 @@ void Rescans::Check(const Expected& expected) {
   const InteriorResult interior = ReadInteriorResult(InteriorResultPath(block_ + "/out", name));
   const ExteriorResult result = ReadExteriorResult(ExteriorResultPath(block_ + "/out", name));
   EXPECT_EQ(interior.polarity, expected.variant.polarity);
-  ASSERT_EQ(result.status, Status::kOk) << (result.messages.empty() ? "" : result.messages[0]);
+  ASSERT_EQ(result.status, Status::kOk) << JoinedSentences(result.findings);
   ASSERT_TRUE(result.orientation.has_value());
   EXPECT_EQ(Name(*result.orientation), Name(expected.variant.orientation));
   const double rms = ProjectionRms(camera, interior, result, expected.seen);

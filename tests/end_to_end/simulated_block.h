@@ -9,14 +9,14 @@
 #include <string>
 #include <vector>
 
+#include "block/inputs/mark_shapes.h"
+#include "block/inputs/photo_interior.h"
 #include "core/files/camera_file.h"
 #include "core/files/results.h"
-#include "core/geometry/photo_view.h"
 #include "core/geometry/rotation.h"
+#include "core/terrain/photo_view.h"
 #include "interior/interior.h"
 #include "tests/support/run_orient.h"
-#include "tools/interior_run.h"
-#include "tools/photo_interior.h"
 #include "tools/simulate/simulate.h"
 
 namespace orient {
@@ -92,11 +92,11 @@ inline SimulationSummary MakeBlock(const SimulationOptions& options, const std::
 inline double ProjectionRms(const CameraFile& camera, const InteriorResult& interior,
                             const ExteriorResult& exterior, const std::vector<SeenPoint>& seen) {
   if (!exterior.pose || !exterior.orientation || seen.empty()) return std::nan("");
-  const auto turned =
-      InOrientation(interior, camera, LoadMarkShapes(camera), *exterior.orientation);
+  const auto turned = interior::InOrientation(interior, camera, block::LoadMarkShapes(camera),
+                                              *exterior.orientation);
   if (!turned) return std::nan("");
   const PhotoView view{camera.camera, *turned->photo_from_pixel, *exterior.pose,
-                       CorrectionOf(*turned)};
+                       block::CorrectionOf(*turned)};
   double sum = 0;
   for (const SeenPoint& point : seen) {
     const auto pixel = view.PixelFromGround(point.ground_m);

@@ -10,7 +10,7 @@
 
 #include "core/files/camera_file.h"
 #include "core/files/orientation_table.h"
-#include "patchdb/patch_database.h"
+#include "patchdb/store/patch_database.h"
 #include "tests/support/run_orient.h"
 #include "tests/support/shared_data.h"
 #include "tools/simulate/block_layout.h"
@@ -85,7 +85,7 @@ inline std::vector<PlannedPhoto> Photos(const Eigen::Vector2d& centre, double he
 }
 
 struct Harvested {
-  std::vector<Patch> patches;
+  std::vector<patchdb::Patch> patches;
   std::map<std::int64_t, std::string> sources;  // photo or orthophoto of each source_id
 };
 
@@ -199,9 +199,10 @@ struct City {
     arguments.insert(arguments.begin(), {"patchdb", arguments[0], database});
     arguments.erase(arguments.begin() + 3);
     run(arguments);
-    const PatchDatabase made = PatchDatabase::Open(database, PatchDatabase::Mode::kRead);
+    const patchdb::PatchDatabase made =
+        patchdb::PatchDatabase::Open(database, patchdb::PatchDatabase::Mode::kRead);
     Harvested harvested{made.ListPatches(0, 1000000), {}};
-    for (const PatchSource& source : made.Sources())
+    for (const patchdb::PatchSource& source : made.Sources())
       harvested.sources[source.id] = PhotoName(source.name);
     return harvested;
   }
@@ -225,7 +226,7 @@ struct City {
 
   // How high above the ground that stands which a photo shows in a chip's middle: the ray comes
   // down until it meets something. Of an orthophoto: what stands there.
-  double HeightShown(const Patch& patch, const std::string& source) const {
+  double HeightShown(const patchdb::Patch& patch, const std::string& source) const {
     const PlannedPhoto* photo = Photo(source);
     if (photo == nullptr)
       return static_cast<double>(ground.ObjectAt(patch.ground_m.x(), patch.ground_m.y()));

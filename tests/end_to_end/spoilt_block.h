@@ -9,7 +9,7 @@
 #include <string>
 #include <vector>
 
-#include "core/files/atomic_write.h"
+#include "core/base/atomic_write.h"
 #include "core/files/orientation_table.h"
 #include "tests/end_to_end/simulated_block.h"
 #include "tests/support/shared_data.h"
@@ -94,20 +94,19 @@ class BadPhoto : public BadInput {
     return Exterior({Path("scans/new_1_1.tif"), Path("scans/new_1_2.tif")});
   }
 
-  // The photo new_1_2 failed with one line of all parts, new_1_1 is as it always is.
+  // The photo new_1_2 failed for reasons that say all parts, new_1_1 is as it always is.
   void ExpectOnlyTheSecondFails(const ProgramRun& run, const std::vector<std::string>& parts) {
     EXPECT_EQ(run.exit_code, 3) << run.out << run.err;
     EXPECT_EQ(run.err, "");
     const ExteriorResult good = ReadExteriorResult(ExteriorResultPath(Path("out"), "new_1_1"));
-    EXPECT_EQ(good.status, Status::kOk) << testing::PrintToString(good.messages);
+    EXPECT_EQ(good.status, Status::kOk) << testing::PrintToString(Sentences(good.findings));
     const ExteriorResult bad = ReadExteriorResult(ExteriorResultPath(Path("out"), "new_1_2"));
     EXPECT_EQ(bad.status, Status::kFailed);
     EXPECT_FALSE(bad.pose.has_value());
-    ASSERT_EQ(bad.messages.size(), 1u);
-    EXPECT_EQ(bad.messages[0].find('\n'), std::string::npos);
+    const std::string said = JoinedSentences(bad.findings);
+    EXPECT_EQ(said.find('\n'), std::string::npos);
     for (const std::string& part : parts)
-      EXPECT_NE(bad.messages[0].find(part), std::string::npos)
-          << bad.messages[0] << "\nlacks " << part;
+      EXPECT_NE(said.find(part), std::string::npos) << said << "\nlacks " << part;
     EXPECT_NE(run.out.find(parts.front()), std::string::npos) << run.out;
     const OrientationTable table = ReadOrientationTable(Path("out/orientation.csv"));
     ASSERT_EQ(table.rows.size(), 1u);

@@ -5,10 +5,10 @@
 #include <map>
 #include <set>
 
-#include "core/files/atomic_write.h"
+#include "core/base/atomic_write.h"
 #include "core/files/orientation_table.h"
 #include "core/geometry/intersection.h"
-#include "patchdb/patch_database.h"
+#include "patchdb/store/patch_database.h"
 #include "tests/end_to_end/simulated_block.h"
 #include "tests/support/shared_data.h"
 
@@ -52,9 +52,10 @@ void KeepPatchesOfCorners(const std::string& folder) {
   const std::set<std::size_t> corners = {0, 4, 10, 14}, beside = {1, 3, 11, 13};
   std::vector<std::string> retire = {"patchdb", "retire", folder + "/patches.gpkg", "--apply",
                                      "--id"};
-  const auto database = PatchDatabase::Open(folder + "/patches.gpkg", PatchDatabase::Mode::kRead);
+  const auto database =
+      patchdb::PatchDatabase::Open(folder + "/patches.gpkg", patchdb::PatchDatabase::Mode::kRead);
   int kept = 0;
-  for (const Patch& patch : database.ListPatches(0, 1000000)) {
+  for (const patchdb::Patch& patch : database.ListPatches(0, 1000000)) {
     bool in_corner = false, elsewhere = false;
     for (std::size_t i = 0; i < photos.size(); ++i) {
       if (!Shows(camera, photos[i], patch.ground_m)) continue;
@@ -111,7 +112,7 @@ StripVerdict Judge(const std::string& folder) {
                 std::sqrt(photo_chi2 / 6), ProjectionRms(camera, photo, *photo.result.pose),
                 alone ? std::string(Name(alone->status)).c_str() : "-", alone_chi,
                 alone && alone->pose ? ProjectionRms(camera, photo, *alone->pose) : 0.0,
-                photo.result.messages.empty() ? "" : photo.result.messages[0].c_str());
+                JoinedSentences(photo.result.findings).c_str());
   }
   verdict.pose_chi = std::sqrt(chi2 / (6 * static_cast<double>(photos.size())));
   std::vector<Eigen::Vector3d> of_photo(photos.size(), Eigen::Vector3d::Zero());

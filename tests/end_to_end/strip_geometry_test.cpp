@@ -1,7 +1,7 @@
 // Blocks of which nothing is known but the order of strips and photos, and where one photo was.
 #include <gtest/gtest.h>
 
-#include "core/files/atomic_write.h"
+#include "core/base/atomic_write.h"
 #include "core/files/orientation_table.h"
 #include "tests/end_to_end/simulated_block.h"
 #include "tests/support/shared_data.h"
@@ -32,7 +32,8 @@ void ExpectAllOriented(const std::string& block, double most_m) {
   for (const OrientationRow& photo : truth.rows) {
     const ExteriorResult result =
         ReadExteriorResult(ExteriorResultPath(block + "/out", photo.photo));
-    EXPECT_EQ(result.status, Status::kOk) << photo.photo << testing::PrintToString(result.messages);
+    EXPECT_EQ(result.status, Status::kOk)
+        << photo.photo << testing::PrintToString(Sentences(result.findings));
     ASSERT_TRUE(result.pose) << photo.photo;
     EXPECT_LT((result.pose->position_m - photo.pose.position_m).norm(), most_m) << photo.photo;
   }

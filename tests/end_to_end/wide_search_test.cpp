@@ -2,13 +2,14 @@
 // words that say what is wrong.
 #include <gtest/gtest.h>
 
+#include <Eigen/Geometry>
 #include <cmath>
 #include <cstdio>
 #include <filesystem>
 #include <numbers>
 #include <random>
 
-#include "core/files/atomic_write.h"
+#include "core/base/atomic_write.h"
 #include "tests/support/ngi.h"
 #include "tests/support/run_orient.h"
 #include "tests/support/shared_data.h"
@@ -73,7 +74,8 @@ class WideSearch : public testing::Test {
     EXPECT_NE(run.exit_code, 2) << run.err;
     ExteriorResult result =
         ReadExteriorResult(ExteriorResultPath(folder_ / "out", PhotoName(photo)));
-    for (const std::string& message : result.messages) std::printf("%s\n", message.c_str());
+    for (const std::string& message : Sentences(result.findings))
+      std::printf("%s\n", message.c_str());
     return result;
   }
 
@@ -86,7 +88,7 @@ class WideSearch : public testing::Test {
 
   static void ExpectSaid(const ExteriorResult& result, const std::string& word) {
     std::string said;
-    for (const std::string& message : result.messages) said += message + "\n";
+    for (const std::string& message : Sentences(result.findings)) said += message + "\n";
     EXPECT_NE(said.find(word), std::string::npos) << said << "lacks " << word;
   }
 
@@ -216,7 +218,7 @@ TEST_F(SlowWideSearch, OfAnotherCameraDoesNotAcceptAPose) {
   WriteFileAtomically(camera_, text);
   const ExteriorResult result = Orient(ngi_->Photo("0253"));
   EXPECT_NE(result.status, Status::kOk);
-  EXPECT_FALSE(result.messages.empty());
+  EXPECT_FALSE(result.findings.empty());
 }
 
 }  // namespace

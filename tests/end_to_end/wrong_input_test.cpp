@@ -5,10 +5,10 @@
 #include <cmath>
 #include <limits>
 
-#include "core/files/atomic_write.h"
+#include "core/base/atomic_write.h"
 #include "core/files/orientation_table.h"
-#include "core/geometry/ground_surface.h"
-#include "patchdb/patch_database.h"
+#include "core/terrain/ground_surface.h"
+#include "patchdb/store/patch_database.h"
 #include "tests/end_to_end/simulated_block.h"
 #include "tests/support/shared_data.h"
 #include "tools/simulate/geotiff.h"
@@ -77,7 +77,7 @@ class WrongInput : public testing::Test {
 
   static void ExpectSaid(const ExteriorResult& result, const std::string& words) {
     std::string said;
-    for (const std::string& message : result.messages) said += message + "\n";
+    for (const std::string& message : Sentences(result.findings)) said += message + "\n";
     EXPECT_NE(said.find(words), std::string::npos) << said << "lacks: " << words;
   }
 
@@ -116,19 +116,20 @@ class WrongInput : public testing::Test {
 
   // Every patch shows what another one showed: as if the whole scene had changed.
   void ChangeScene() {
-    const PatchDatabase known = PatchDatabase::Open(patches_, PatchDatabase::Mode::kRead);
-    std::vector<Patch> patches = known.ListPatches(0, std::numeric_limits<int>::max());
+    const patchdb::PatchDatabase known =
+        patchdb::PatchDatabase::Open(patches_, patchdb::PatchDatabase::Mode::kRead);
+    std::vector<patchdb::Patch> patches = known.ListPatches(0, std::numeric_limits<int>::max());
     std::vector<Image> chips;
-    for (const Patch& patch : patches) chips.push_back(patch.chip);
+    for (const patchdb::Patch& patch : patches) chips.push_back(patch.chip);
     for (std::size_t i = 0; i < patches.size(); ++i) {
       patches[i].id = patches[i].source_id = 0;
       patches[i].chip = chips[(i + chips.size() / 2) % chips.size()];
     }
-    PatchSource source;
+    patchdb::PatchSource source;
     source.name = "another scene";
     source.gsd_m = patches.front().gsd_m;
     patches_ = folder_ / "changed.gpkg";
-    PatchDatabase::Create(patches_, known.GroundCrs()).AddSource(source, patches);
+    patchdb::PatchDatabase::Create(patches_, known.GroundCrs()).AddSource(source, patches);
   }
 
   TemporaryFolder folder_;

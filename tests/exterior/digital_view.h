@@ -4,10 +4,10 @@
 
 #include <random>
 
-#include "core/geometry/photo_view.h"
 #include "core/geometry/resection.h"
+#include "core/terrain/photo_view.h"
 
-namespace orient {
+namespace orient::exterior {
 
 // A nearly vertical photo of a digital camera, some 4500 m above the ground.
 inline PhotoView DigitalView() {
@@ -34,4 +34,4 @@ inline PosePrior PriorOf(const Pose& truth, const PriorSigma& of, std::mt19937& 
   return {Pose::FromVector(truth.AsVector() + off), sigma.cwiseAbs2().asDiagonal()};
 }
 
-}  // namespace orient
+}  // namespace orient::exterior

@@ -9,7 +9,7 @@
 #include "core/geometry/rotation.h"
 #include "tests/exterior/textured_photo.h"
 
-namespace orient {
+namespace orient::exterior {
 namespace {
 
 double HeightAt(double x, double y) { return 30 * std::sin(x / 130) * std::cos(y / 170); }
@@ -17,7 +17,7 @@ double HeightAt(double x, double y) { return 30 * std::sin(x / 130) * std::cos(y
 // A photo off by 10 m (5 pixels) and a degree or so.
 class OrientPhotoOfTexture : public testing::Test {
  protected:
-  ExteriorResult Orient(const std::vector<Patch>& patches) {
+  ExteriorResult Orient(const std::vector<patchdb::Patch>& patches) {
     PhotoToOrient photo = world_.ToOrient();
     photo.prior.pose = world_.View().pose;
     photo.prior.pose.position_m += Eigen::Vector3d(8, -7, 5);
@@ -40,7 +40,7 @@ class OrientPhotoOfTexture : public testing::Test {
 
 TEST_F(OrientPhotoOfTexture, IsOkWithTwentyFivePatches) {
   const ExteriorResult result = Orient(world_.Patches(world_.Ground(), 2, 130));
-  EXPECT_EQ(result.status, Status::kOk) << (result.messages.empty() ? "" : result.messages[0]);
+  EXPECT_EQ(result.status, Status::kOk) << JoinedSentences(result.findings);
   EXPECT_GE(Matched(result), 20);
   const Vector6d off = PoseDifference(*result.pose, world_.View().pose);
   EXPECT_LT(off.head<3>().norm(), 1);
@@ -48,17 +48,13 @@ TEST_F(OrientPhotoOfTexture, IsOkWithTwentyFivePatches) {
 }
 
 TEST_F(OrientPhotoOfTexture, OfElevenPatchesIsWeakAsTheyDoNotTellHowPreciseItIs) {
-  const std::vector<Patch> all = world_.Patches(world_.Ground(), 2, 130);
-  std::vector<Patch> eleven;
+  const std::vector<patchdb::Patch> all = world_.Patches(world_.Ground(), 2, 130);
+  std::vector<patchdb::Patch> eleven;
   for (std::size_t i = 2; i < 24; i += 2) eleven.push_back(all[i]);  // but for two corners
   const ExteriorResult result = Orient(eleven);
-  EXPECT_EQ(result.status, Status::kWeak) << (result.messages.empty() ? "" : result.messages[0]);
+  EXPECT_EQ(result.status, Status::kWeak) << JoinedSentences(result.findings);
   EXPECT_GE(Matched(result), 8);
-  bool said = false;
-  for (const std::string& message : result.messages)
-    said = said ||
-           (message.starts_with("too few places tell how precise") && SpeaksOfPrecision(message));
-  EXPECT_TRUE(said);
+  EXPECT_TRUE(Has(result.findings, Reason::kFewPlaces));
 }
 
 TEST_F(OrientPhotoOfTexture, FailsOnPatchesOfAnotherPlace) {
@@ -68,4 +64,4 @@ TEST_F(OrientPhotoOfTexture, FailsOnPatchesOfAnotherPlace) {
 }
 
 }  // namespace
-}  // namespace orient
+}  // namespace orient::exterior

@@ -9,12 +9,12 @@
 #include <string>
 #include <vector>
 
-#include "core/imaging/raster.h"
+#include "core/raster/raster.h"
 #include "exterior/orient_photo.h"
 #include "tests/support/shared_data.h"
 #include "tests/support/texture.h"
 
-namespace orient {
+namespace orient::exterior {
 
 class TexturedPhoto {
  public:
@@ -52,8 +52,8 @@ class TexturedPhoto {
   }
 
   // (2 n + 1)^2 of them about the origin, with chips of any texture.
-  std::vector<Patch> Patches(const Texture& texture, int n, double step_m) const {
-    std::vector<Patch> patches;
+  std::vector<patchdb::Patch> Patches(const Texture& texture, int n, double step_m) const {
+    std::vector<patchdb::Patch> patches;
     for (int i = -n; i <= n; ++i)
       for (int j = -n; j <= n; ++j) {
         patches.push_back(PatchAt(texture, step_m * i, step_m * j));
@@ -66,10 +66,10 @@ class TexturedPhoto {
   static constexpr double kParcel_m = 60;
   static constexpr int kChip = 51;
 
-  Patch PatchAt(const Texture& texture, double x, double y) const {
+  patchdb::Patch PatchAt(const Texture& texture, double x, double y) const {
     constexpr int kNodes = 15;
     constexpr double kStep_m = 10;
-    Patch patch;
+    patchdb::Patch patch;
     patch.ground_m = {x, y, height_(x, y)};
     patch.gsd_m = kGsd_m;
     patch.chip = Image(kChip, kChip);
@@ -109,4 +109,4 @@ class TexturedPhoto {
   std::optional<PhotoImage> image_;
 };
 
-}  // namespace orient
+}  // namespace orient::exterior

@@ -3,7 +3,7 @@
 
 #include "tests/interior/bad_scans.h"
 
-namespace orient {
+namespace orient::interior {
 namespace {
 
 using Eigen::Vector2d;
@@ -101,4 +101,4 @@ TEST_F(SlowBadRealScans, FilesCutShort) {
 }
 
 }  // namespace
-}  // namespace orient
+}  // namespace orient::interior

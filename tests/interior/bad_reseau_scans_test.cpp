@@ -1,11 +1,11 @@
 // What bad scans of cameras with a reseau get, simulated: a reseau fits itself when it is moved by
 // a mesh, turned or mirrored, so that what is cut off, hidden or not on the scan could go
 // unnoticed.
-#include "interior/reseau.h"
+#include "interior/orientation/reseau.h"
 #include "tests/interior/bad_scans.h"
 #include "tests/support/film_frame.h"
 
-namespace orient {
+namespace orient::interior {
 namespace {
 
 using Eigen::Vector2d;
@@ -164,4 +164,4 @@ TEST_F(SlowBadReseauScans, RowsOfCrossesMissing) {
 }
 
 }  // namespace
-}  // namespace orient
+}  // namespace orient::interior

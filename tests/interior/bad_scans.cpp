@@ -11,11 +11,11 @@
 #include <map>
 #include <sstream>
 
-#include "core/error.h"
-#include "interior/reseau.h"
+#include "core/base/error.h"
+#include "interior/orientation/reseau.h"
 #include "tests/support/film_frame.h"
 
-namespace orient {
+namespace orient::interior {
 namespace {
 
 using Eigen::Matrix2d;
@@ -84,7 +84,7 @@ void Say(const std::string& what, const Trial& trial, const InteriorResult& foun
   if (std::getenv("ORIENT_VERBOSE") == nullptr) return;
   std::cout << "  " << trial.of->name << ", " << what << ": " << Name(found.status);
   if (found.status != Status::kFailed) std::cout << " (off " << off << " px, marks " << mark << ")";
-  for (const std::string& message : found.messages) std::cout << " | " << message;
+  for (const std::string& message : Sentences(found.findings)) std::cout << " | " << message;
   std::cout << std::endl;
 }
 
@@ -235,7 +235,7 @@ void BadScans::TryFile(const std::string& what, const std::string& path, const T
   try {
     found = OrientInterior(Raster::Open(path), camera, ShapesOf(camera), trial.options);
   } catch (const InputError& error) {
-    found.messages.emplace_back(error.what());
+    found.findings.push_back({.reason = Reason::kScanUnusable, .where = error.what()});
   }
   Count(what, trial, camera, found);
 }
@@ -243,8 +243,9 @@ void BadScans::TryFile(const std::string& what, const std::string& path, const T
 void BadScans::Count(const std::string& what, const Trial& trial, const CameraFile& camera,
                      const InteriorResult& found) {
   if (found.status != Status::kOk) {
-    ASSERT_FALSE(found.messages.empty());
-    EXPECT_GT(found.messages.front().size(), kShortestReason) << found.messages.front();
+    ASSERT_FALSE(found.findings.empty());
+    EXPECT_GT(Sentence(found.findings.at(0)).size(), kShortestReason)
+        << Sentence(found.findings.at(0));
   }
   if (found.status == Status::kFailed) {
     ++row_.failed;
@@ -266,4 +267,4 @@ void BadScans::Count(const std::string& what, const Trial& trial, const CameraFi
   }
 }
 
-}  // namespace orient
+}  // namespace orient::interior

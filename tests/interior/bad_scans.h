@@ -14,7 +14,7 @@
 #include "tests/support/scan_making.h"
 #include "tests/support/shared_data.h"
 
-namespace orient {
+namespace orient::interior {
 
 inline constexpr float kWhiteBed = 250, kBlackBed = 18;
 
@@ -91,4 +91,4 @@ class BadScans : public testing::Test {
   Row row_;
 };
 
-}  // namespace orient
+}  // namespace orient::interior

@@ -3,9 +3,11 @@
 // bad_real_scans_test.cpp.
 #include "tests/interior/bad_scans.h"
 
+#include <algorithm>
+
 #include "tests/support/film_frame.h"
 
-namespace orient {
+namespace orient::interior {
 namespace {
 
 using Eigen::Vector2d;
@@ -227,4 +229,4 @@ TEST_F(SlowBadScans, Turned) {
 }
 
 }  // namespace
-}  // namespace orient
+}  // namespace orient::interior

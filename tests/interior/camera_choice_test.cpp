@@ -1,11 +1,14 @@
 #include "interior/camera_choice.h"
 
+#include <gtest/gtest.h>
+
+#include <algorithm>
 #include <filesystem>
 
 #include "tests/support/film_frame.h"
 #include "tests/support/shared_data.h"
 
-namespace orient {
+namespace orient::interior {
 namespace {
 namespace fs = std::filesystem;
 
@@ -75,8 +78,7 @@ CameraReading Reading(const Cameras& cameras, size_t camera, double nats,
 }
 
 bool Says(const InteriorResult& result, const std::string& word) {
-  return std::any_of(result.messages.begin(), result.messages.end(),
-                     [&](const auto& m) { return m.find(word) != std::string::npos; });
+  return JoinedSentences(result.findings).find(word) != std::string::npos;
 }
 
 class CameraChoiceTest : public testing::Test {
@@ -263,7 +265,7 @@ TEST_P(SlowLibraryOnRealFrame, NamesTheRightFamilyOrNone) {
       cameras.Add(entry.path().stem().string(), ReadCameraFile(entry.path().string()));
   const CameraChoice choice = OrientWithUnknownCamera(
       Raster::Open(folder + "/" + GetParam().frame + ".jpg"), cameras.Known());
-  for (const std::string& m : choice.result.messages) std::cout << m << "\n";
+  for (const std::string& m : Sentences(choice.result.findings)) std::cout << m << "\n";
   if (!choice.camera) {
     EXPECT_EQ(choice.result.status, Status::kFailed);
     return;
@@ -280,4 +282,4 @@ INSTANTIATE_TEST_SUITE_P(Film, SlowLibraryOnRealFrame,
                                          FrameAndFamily{"0b4cb981", "zeiss_rmk"}));
 
 }  // namespace
-}  // namespace orient
+}  // namespace orient::interior

@@ -1,15 +1,18 @@
 // Whole photos: simulated frames with exact truth.
 #include "interior/interior.h"
 
+#include <gtest/gtest.h>
+
 #include <Eigen/Geometry>
+#include <algorithm>
 #include <numbers>
 
-#include "core/error.h"
-#include "interior/film_search.h"
+#include "core/base/error.h"
+#include "interior/constellation/film_search.h"
 #include "tests/support/film_frame.h"
 #include "tests/support/shared_data.h"
 
-namespace orient {
+namespace orient::interior {
 namespace {
 
 using Eigen::Vector2d;
@@ -187,7 +190,7 @@ TEST_F(InteriorOfSimulatedFrame, ThreeOfFourMarksAreNeverOk) {
     const FilmFrame frame = RenderFilmFrame(spec);
     const InteriorResult result = Orient(frame.scan, camera);
     EXPECT_NE(result.status, Status::kOk);
-    EXPECT_FALSE(result.messages.empty());
+    EXPECT_FALSE(result.findings.empty());
   }
 }
 
@@ -209,7 +212,7 @@ TEST_F(InteriorOfSimulatedFrame, AFrameWithoutMarksFails) {
   const InteriorResult result = Orient(RenderFilmFrame(spec).scan, camera);
   EXPECT_EQ(result.status, Status::kFailed);
   EXPECT_FALSE(result.photo_from_pixel);
-  EXPECT_FALSE(result.messages.empty());
+  EXPECT_FALSE(result.findings.empty());
 }
 
 TEST_F(InteriorOfSimulatedFrame, AnotherCamerasMarksAreNotTaken) {
@@ -285,8 +288,8 @@ TEST_F(InteriorOfSimulatedFrame, ADigitalCameraHasItsFixedTransform) {
   EXPECT_TRUE((*result.photo_from_pixel * Vector2d(0, 0)).isApprox(Vector2d(-3.2, 2.4)));
   const InteriorResult other = Orient(RenderTexture(48, 64, 1), camera);
   EXPECT_EQ(other.status, Status::kFailed);
-  EXPECT_FALSE(other.messages.empty());
+  EXPECT_FALSE(other.findings.empty());
 }
 
 }  // namespace
-}  // namespace orient
+}  // namespace orient::interior

@@ -9,7 +9,7 @@
 #include "interior/interior.h"
 #include "tests/support/shared_data.h"
 
-namespace orient {
+namespace orient::interior {
 namespace {
 
 using Eigen::Vector2d;
@@ -91,7 +91,7 @@ TEST(CurledPrint, IsNotOk) {
   ORIENT_REQUIRE_SHARED_DATA(folder, "film");
   const InteriorResult result = Orient(folder, "0cec8b13", "wild_rc8_23.toml");
   EXPECT_NE(result.status, Status::kOk);
-  EXPECT_FALSE(result.messages.empty());
+  EXPECT_FALSE(result.findings.empty());
 }
 
 // A frame read with a camera file that is not its own has no right answer but "not ok".
@@ -130,4 +130,4 @@ TEST(SlowWrongCamera, IsNeverOkInAWrongPlace) {
 }
 
 }  // namespace
-}  // namespace orient
+}  // namespace orient::interior

@@ -2,6 +2,7 @@
 // with drawings written from a look at them (tests/interior/drawings).
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <array>
 #include <fstream>
 #include <map>
@@ -11,7 +12,7 @@
 #include "interior/interior.h"
 #include "tests/support/shared_data.h"
 
-namespace orient {
+namespace orient::interior {
 namespace {
 
 using Eigen::Vector2d;
@@ -167,7 +168,7 @@ void ExpectEveryMarkInItsPlace(const std::string& folder, const std::string& nam
   ASSERT_GE(insets.size(), 4u);
   const Composed scan = Compose(insets, format, background, polarity, scans);
   const InteriorResult result = Read(scan, CameraWith(insets, name, format));
-  ASSERT_EQ(result.status, Status::kOk) << result.messages.at(0);
+  ASSERT_EQ(result.status, Status::kOk) << Sentence(result.findings.at(0));
   EXPECT_EQ(result.polarity, polarity);
   const Tally tally = CheckPlaces(result, insets, scan);
   EXPECT_GE(tally.used, static_cast<int>(insets.size()) - MayBeLeftOut(name));
@@ -228,4 +229,4 @@ TEST_P(SlowRealMarks, WithAnotherCamerasDrawingAreNeverOkInAWrongPlace) {
 INSTANTIATE_TEST_SUITE_P(Cameras, SlowRealMarks, testing::ValuesIn(kCameras));
 
 }  // namespace
-}  // namespace orient
+}  // namespace orient::interior

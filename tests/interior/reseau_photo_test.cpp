@@ -1,13 +1,16 @@
 // A whole scan of a camera with a réseau.
 #include <gtest/gtest.h>
 
-#include "core/imaging/raster.h"
-#include "interior/guided_search.h"
+#include <algorithm>
+
+#include "core/raster/raster.h"
+#include "interior/constellation/film_search.h"
+#include "interior/constellation/guided_search.h"
 #include "interior/interior.h"
 #include "tests/support/film_frame.h"
 #include "tests/support/shared_data.h"
 
-namespace orient {
+namespace orient::interior {
 namespace {
 
 using Eigen::Vector2d;
@@ -62,7 +65,7 @@ TEST(BareCrosses, DarkOnesAndThoseBesideTheirMarksCentreAreFound) {
     Vector2d truth;
     const InteriorResult result =
         OrientFourCrosses({3, 0.2, 0, 0, c.at_mm, c.brightness}, c.polarity, &truth);
-    EXPECT_EQ(result.status, Status::kOk) << result.messages.at(0);
+    EXPECT_EQ(result.status, Status::kOk) << Sentence(result.findings.at(0));
     EXPECT_EQ(result.polarity, c.polarity);
     ASSERT_TRUE(result.marks[0].pixel);
     EXPECT_LT((*result.marks[0].pixel - truth).norm(), 0.2);
@@ -153,7 +156,7 @@ InteriorResult OrientWithout(const std::vector<int>& missing, FilmFrame* frame) 
 TEST(ReseauPhoto, AnchorsAMeshOffAreCorrectedByAllCrosses) {
   FilmFrame frame;
   const InteriorResult result = OrientWithout({0, 10, 14, 20}, &frame);
-  ASSERT_EQ(result.status, Status::kOk) << result.messages.at(0);
+  ASSERT_EQ(result.status, Status::kOk) << Sentence(result.findings.at(0));
   EXPECT_LT((*result.marks[12].pixel - frame.mark_pixels[12]).norm(), 0.2);
 }
 
@@ -195,8 +198,8 @@ TEST(ReseauPhoto, CrossesAreFoundAndGiveACorrection) {
   options.pixel_size_um = 100;
   const InteriorResult result =
       OrientInterior(Raster::Open(folder / "a.png"), spec.camera, ShapesOf(spec.camera), options);
-  ASSERT_TRUE(result.photo_from_pixel) << result.messages.at(0);
-  EXPECT_EQ(result.status, Status::kOk) << result.messages.at(0);
+  ASSERT_TRUE(result.photo_from_pixel) << Sentence(result.findings.at(0));
+  EXPECT_EQ(result.status, Status::kOk) << Sentence(result.findings.at(0));
   ASSERT_TRUE(result.reseau);
   EXPECT_GE(result.reseau->crosses, 20);
   EXPECT_LT(result.reseau->noise_um, 5);
@@ -221,7 +224,7 @@ TEST(ReseauPhoto, ACrossThatItsNeighboursContradictIsRejectedWithItsResidual) {
   options.orientation = ScanOrientation::kR0;
   const InteriorResult result =
       OrientInterior(Raster::Open(folder / "a.png"), mistyped, ShapesOf(mistyped), options);
-  ASSERT_TRUE(result.reseau) << result.messages.at(0);
+  ASSERT_TRUE(result.reseau) << Sentence(result.findings.at(0));
   EXPECT_EQ(result.marks[6].state, MarkState::kRejected);
   ASSERT_TRUE(result.marks[6].residual_um);
   EXPECT_NEAR(result.marks[6].residual_um->x(), 60, 10);
@@ -240,8 +243,8 @@ TEST(ReseauPhoto, ACrossThatItsNeighboursContradictIsRejectedWithItsResidual) {
   EXPECT_EQ(again->marks[6].state, MarkState::kRejected);
 }
 
-// A camera file that lacks a cross tells the ways of lying apart by that cross only; a film that
-// lacks another one, and has that one, says nothing about it.
+// A camera file that lacks a cross tells the scan orientations apart by that cross only; a film
+// that lacks another one, and has that one, says nothing about it.
 TEST(ReseauPhoto, AWrongOrientationIsNeverOkWhereNoCrossTellsItFromTheRightOne) {
   const TemporaryFolder folder;
   FilmFrameSpec spec;
@@ -257,7 +260,7 @@ TEST(ReseauPhoto, AWrongOrientationIsNeverOkWhereNoCrossTellsItFromTheRightOne) 
   const InteriorResult open = OrientInterior(scan, gap, ShapesOf(gap), options);
   EXPECT_NE(open.status, Status::kOk);
   EXPECT_LT(open.margin, 5);
-  EXPECT_FALSE(open.messages.empty());
+  EXPECT_FALSE(open.findings.empty());
   options.orientation = ScanOrientation::kR90;
   EXPECT_EQ(OrientInterior(scan, gap, ShapesOf(gap), options).status, Status::kOk);
 }
@@ -273,11 +276,11 @@ TEST(ReseauPhoto, ACrossMissingInTheFileAndOnTheFilmTellsTheOrientation) {
   options.pixel_size_um = 100;
   const InteriorResult result =
       OrientInterior(Raster::Open(folder / "a.png"), spec.camera, ShapesOf(spec.camera), options);
-  ASSERT_EQ(result.status, Status::kOk) << result.messages.at(0);
+  ASSERT_EQ(result.status, Status::kOk) << Sentence(result.findings.at(0));
   const auto& possible = result.possible_orientations;
   EXPECT_NE(std::find(possible.begin(), possible.end(), spec.orientation), possible.end());
   EXPECT_EQ(possible.size(), 2u);
 }
 
 }  // namespace
-}  // namespace orient
+}  // namespace orient::interior

@@ -20,9 +20,9 @@ import subprocess
 import sys
 import tempfile
 
-import patchdb_made_up
+import made_up
 
-NAN_POINT = patchdb_made_up.point(float("nan"), float("inf"), -1e300)
+NAN_POINT = made_up.point(float("nan"), float("inf"), -1e300)
 HUGE_PNG = b"\x89PNG\r\n\x1a\n" + struct.pack(">I4sIIBBBBB", 13, b"IHDR", 0x7FFFFFFF, 0x7FFFFFFF, 16, 2,
                                                0, 0, 0) + b"\0" * 40
 VALUES = [None, -1, 0, 2**31, 2**63 - 1, -2**63, 1e308, float("inf"), "text", "", "x" * 100000, b"",
@@ -103,7 +103,7 @@ def damage(source, path, number, random_):
     path.write_bytes(data)
     if kind < 3:
         return
-    raw = patchdb_made_up.open_raw(path)
+    raw = made_up.open_raw(path)
     raw.execute("PRAGMA ignore_check_constraints = ON")
     raw.execute("PRAGMA foreign_keys = OFF")
     if kind == 3:
@@ -128,7 +128,7 @@ def run(program, folder, number, words, sound=False):
 def main(orient, inputs, program, first):
     with tempfile.TemporaryDirectory() as name:
         folder = pathlib.Path(name)
-        whole = patchdb_made_up.other(orient, folder, 0, sources=3, patches=8)
+        whole = made_up.other(orient, folder, 0, sources=3, patches=8)
         source = whole.read_bytes()
         path, target = folder / "hostile.gpkg", folder / "target.gpkg"
         codes = {}

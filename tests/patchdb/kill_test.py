@@ -3,7 +3,7 @@
 
     patchdb_kill_test.py ORIENT LEARNER [KILLS [SEED]]
 
-ORIENT: the program; LEARNER: tests/patchdb_learner.cpp, which reports attempts as `orient exterior`
+ORIENT: the program; LEARNER: tests/patchdb/learner/main.cpp, which reports attempts as `orient exterior`
 does; KILLS: 200 unless told, of programs in the middle of their work (those that ended before are not
 counted); SEED: another one kills at other moments. A database is harvested into, merged into, updated, pruned and learns,
 by programs that are killed at random moments. After every kill `orient patchdb check` must pass and
@@ -20,20 +20,20 @@ import sys
 import tempfile
 import time
 
-import patchdb_made_up
+import made_up
 
 
 def count(orient, database):
-    out = patchdb_made_up.run(orient, "patchdb", "info", database)
+    out = made_up.run(orient, "patchdb", "info", database)
     values = dict(line.split(None, 1) for line in out.splitlines() if len(line.split()) == 2)
     return {key: int(values[key]) for key in ("patches", "sources", "attempts")}
 
 
 def harvest_words(folder):
     """Three orthophotos that overlap by half, each a witness of the others."""
-    dem, tiles = patchdb_made_up.terrain(folder), []
+    dem, tiles = made_up.terrain(folder), []
     for number in range(3):
-        tiles.append(patchdb_made_up.orthophoto(folder, number))
+        tiles.append(made_up.orthophoto(folder, number))
     return ["patchdb", "harvest-ortho", "DB", "--ortho", *tiles, "--dem", dem, "--further-views", 2]
 
 
@@ -56,10 +56,10 @@ class Rounds:
         self.database = folder / "patches.gpkg"
         self.photos = {}  # attempts reported as stored, by photo
         self.killed = collections.Counter()  # by command
-        patchdb_made_up.create(orient, self.database)
-        others = [patchdb_made_up.other(orient, folder, number, sources=6) for number in range(4)]
-        patchdb_made_up.run(orient, "patchdb", "merge", self.database, others[0])
-        patchdb_made_up.give_old_pages(self.database)  # which `compact` changes
+        made_up.create(orient, self.database)
+        others = [made_up.other(orient, folder, number, sources=6) for number in range(4)]
+        made_up.run(orient, "patchdb", "merge", self.database, others[0])
+        made_up.give_old_pages(self.database)  # which `compact` changes
         self.start = self.database.read_bytes()
         restore = ["--source", "made-up-0-1.tif", "--apply"]
         self.commands = [["patchdb", "merge", "DB", others[1]], harvest_words(folder), ["LEARN"],
@@ -92,7 +92,7 @@ class Rounds:
         name = "learn" if words == ["LEARN"] else words[1]
         self.killed[name] += child.returncode == -signal.SIGKILL
         assert child.returncode in (0, -signal.SIGKILL), f"{words}: exit {child.returncode}"
-        patchdb_made_up.run(self.orient, "patchdb", "check", self.database)
+        made_up.run(self.orient, "patchdb", "check", self.database)
         if words == ["LEARN"]:
             learnt_is_whole(self.database, printed, self.photos)
         now = count(self.orient, self.database)
@@ -112,7 +112,7 @@ class Rounds:
         for words in self.commands[:5]:
             subprocess.run(self.program(words, self.database, 0), check=True, capture_output=True,
                            timeout=300)
-        patchdb_made_up.run(self.orient, "patchdb", "check", self.database)
+        made_up.run(self.orient, "patchdb", "check", self.database)
         merge = [self.orient, "patchdb", "merge", self.database, self.commands[0][3]]
         subprocess.run(merge, check=True, capture_output=True, timeout=300)
         whole = count(self.orient, self.database)

@@ -11,16 +11,16 @@ import tempfile
 import threading
 import time
 
-import patchdb_made_up
+import made_up
 
 
 def main(orient, seconds):
     with tempfile.TemporaryDirectory() as name:
         folder = pathlib.Path(name)
         database = folder / "patches.gpkg"
-        patchdb_made_up.create(orient, database)
-        others = [patchdb_made_up.other(orient, folder, number, sources=3) for number in range(4)]
-        patchdb_made_up.run(orient, "patchdb", "merge", database, others[0])
+        made_up.create(orient, database)
+        others = [made_up.other(orient, folder, number, sources=3) for number in range(4)]
+        made_up.run(orient, "patchdb", "merge", database, others[0])
         errors, runs = [], [0, 0]
         end = time.monotonic() + seconds
 
@@ -48,9 +48,9 @@ def main(orient, seconds):
         for thread in threads:
             thread.join()
         assert not errors, "\n".join(errors)
-        patchdb_made_up.run(orient, "patchdb", "check", database)
+        made_up.run(orient, "patchdb", "check", database)
         for other in others:  # nothing of what was merged is missing
-            out = patchdb_made_up.run(orient, "patchdb", "merge", database, other)
+            out = made_up.run(orient, "patchdb", "merge", database, other)
             assert out.startswith("0 patches of 0 new sources added") or runs[0] < 6, out
         print(f"{runs[0]} writing and {runs[1]} reading runs in {seconds} s, no error")
 

@@ -2,12 +2,13 @@
 
 #include <Eigen/Geometry>
 #include <Eigen/LU>
+#include <algorithm>
 #include <cmath>
 #include <numbers>
 #include <random>
 
-#include "core/imaging/raster.h"
-#include "core/imaging/resample.h"
+#include "core/raster/raster.h"
+#include "core/raster/resample.h"
 #include "tests/support/film_signs.h"
 
 namespace orient {

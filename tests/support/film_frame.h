@@ -1,6 +1,7 @@
 // Scans of film frames with exact truth: texture, dark rebate and corners, fiducial marks, grain.
-// The marks are drawn by sampling their definition directly, independent of interior/mark_drawing;
-// symbols, data strip and border as the camera file has them (film_signs.h).
+// The marks are drawn by sampling their definition directly, independent of
+// interior/marks/mark_drawing; symbols, data strip and border as the camera file has them
+// (film_signs.h).
 #pragma once
 
 #include <Eigen/Core>
@@ -10,7 +11,7 @@
 #include "core/files/camera_file.h"
 #include "core/files/results.h"
 #include "core/geometry/transform2d.h"
-#include "core/imaging/image.h"
+#include "core/raster/image.h"
 
 namespace orient {
 

@@ -4,7 +4,7 @@
 
 #include "core/files/camera_file.h"
 #include "core/geometry/transform2d.h"
-#include "core/imaging/image.h"
+#include "core/raster/image.h"
 
 namespace orient {
 

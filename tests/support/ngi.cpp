@@ -1,9 +1,10 @@
 #include "tests/support/ngi.h"
 
+#include <cmath>
 #include <filesystem>
 #include <stdexcept>
 
-#include "core/geometry/reprojection.h"
+#include "core/terrain/reprojection.h"
 
 namespace orient {
 namespace {

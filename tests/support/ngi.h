@@ -7,7 +7,7 @@
 #include "core/files/camera_file.h"
 #include "core/files/orientation_table.h"
 #include "core/files/results.h"
-#include "core/geometry/ground_surface.h"
+#include "core/terrain/ground_surface.h"
 
 namespace orient {
 

@@ -10,7 +10,7 @@
 
 #include "core/files/results.h"
 #include "core/geometry/transform2d.h"
-#include "core/imaging/image.h"
+#include "core/raster/image.h"
 
 namespace orient {
 

@@ -8,7 +8,7 @@
 #include <random>
 #include <vector>
 
-#include "core/imaging/image.h"
+#include "core/raster/image.h"
 
 namespace orient {
 

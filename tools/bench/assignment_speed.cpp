@@ -13,8 +13,8 @@
 #include <random>
 
 #include "core/geometry/transform2d.h"
-#include "interior/assignment.h"
-#include "interior/softassign.h"
+#include "interior/constellation/assignment.h"
+#include "interior/constellation/softassign.h"
 
 namespace orient {
 namespace {
@@ -30,7 +30,7 @@ struct Bench {
   double window_mm;
   int clutter;
   double found;  // probability that a mark's true place is among its candidates
-  ConstellationPrior prior;
+  interior::ConstellationPrior prior;
 };
 
 std::vector<Vector2d> P31Marks() {
@@ -49,16 +49,16 @@ std::vector<Vector2d> Reseau() {
   return places;
 }
 
-std::vector<AssignmentMark> MakeScene(const Bench& bench, std::mt19937* random) {
+std::vector<interior::AssignmentMark> MakeScene(const Bench& bench, std::mt19937* random) {
   std::normal_distribution<double> normal;
   std::uniform_real_distribution<double> uniform(-0.5 * bench.window_mm, 0.5 * bench.window_mm);
   std::bernoulli_distribution is_there(bench.found);
   const Vector2d shift = 0.12 * bench.window_mm * Vector2d(normal(*random), normal(*random));
   Eigen::Matrix2d deformed = Eigen::Rotation2Dd(0.004 * normal(*random)).toRotationMatrix();
   deformed.col(0) *= 1 + bench.prior.affinity * normal(*random);
-  std::vector<AssignmentMark> marks;
+  std::vector<interior::AssignmentMark> marks;
   for (const Vector2d& place : bench.places) {
-    AssignmentMark mark{place, {}, bench.window_mm * bench.window_mm};
+    interior::AssignmentMark mark{place, {}, bench.window_mm * bench.window_mm};
     if (is_there(*random)) {
       const Vector2d noise =
           0.5 * bench.prior.point_mm * Vector2d(normal(*random), normal(*random));
@@ -88,24 +88,27 @@ double AffineMs(const Bench& bench) {
   return sum >= 0 ? ms : 0;
 }
 
-bool SolveExactly(const std::vector<AssignmentMark>& marks, const ConstellationPrior& prior) {
-  return AssignMarks(marks, prior).proven;
+bool SolveExactly(const std::vector<interior::AssignmentMark>& marks,
+                  const interior::ConstellationPrior& prior) {
+  return interior::AssignMarks(marks, prior).proven;
 }
 
-bool SolveBySoftassign(const std::vector<AssignmentMark>& marks, const ConstellationPrior& prior) {
-  std::vector<SoftassignMark> soft;
-  for (const AssignmentMark& mark : marks) {
+bool SolveBySoftassign(const std::vector<interior::AssignmentMark>& marks,
+                       const interior::ConstellationPrior& prior) {
+  std::vector<interior::SoftassignMark> soft;
+  for (const interior::AssignmentMark& mark : marks) {
     soft.push_back({mark.place_mm, {}});
-    for (const AssignmentCandidate& c : mark.candidates)
+    for (const interior::AssignmentCandidate& c : mark.candidates)
       soft.back().candidates.push_back(c.position_mm);
   }
-  SoftassignOptions options;
+  interior::SoftassignOptions options;
   options.first_temperature = 2 * marks[0].window_mm2;
   options.last_temperature = 4 * prior.point_mm * prior.point_mm;
-  return SoftassignAsPublished(soft, options).solves > 0;
+  return interior::SoftassignAsPublished(soft, options).solves > 0;
 }
 
-using Method = bool (*)(const std::vector<AssignmentMark>&, const ConstellationPrior&);
+using Method = bool (*)(const std::vector<interior::AssignmentMark>&,
+                        const interior::ConstellationPrior&);
 
 void Run(const Bench& bench, int solves, Method method = &SolveExactly) {
   std::mt19937 random(20);
@@ -123,7 +126,7 @@ void Run(const Bench& bench, int solves, Method method = &SolveExactly) {
               ms.back(), median / AffineMs(bench), unproven);
 }
 
-void RunUnder(const ConstellationPrior& prior, int solves) {
+void RunUnder(const interior::ConstellationPrior& prior, int solves) {
   Run({"8 marks, true ones and 19 clutter", CornersAndSides(), 30, 19, 1.0, prior}, solves);
   Run({"8 marks, 20 clutter, found 0.8", CornersAndSides(), 30, 20, 0.8, prior}, solves);
   Run({"8 marks, 20 clutter only", CornersAndSides(), 30, 20, 0.0, prior}, solves);
@@ -139,7 +142,7 @@ void RunUnder(const ConstellationPrior& prior, int solves) {
 int main(int argc, char** argv) {
   using namespace orient;
   const int solves = argc > 1 ? std::max(1, std::atoi(argv[1])) : 200;
-  ConstellationPrior fine;
+  interior::ConstellationPrior fine;
   fine.shift_mm = Eigen::Vector2d(2, 2);
   fine.turn_rad = 0.01;
   fine.scale = 0.001;
@@ -157,7 +160,7 @@ int main(int argc, char** argv) {
   fine.shift_mm = Eigen::Vector2d(5, 5);
   RunUnder(fine, solves);
   std::printf("desktop scanner\n");
-  ConstellationPrior desktop;
+  interior::ConstellationPrior desktop;
   desktop.shift_mm = Eigen::Vector2d(5, 5);
   desktop.affinity = 0.0125;
   RunUnder(desktop, solves);

@@ -8,7 +8,8 @@
 #include <string>
 #include <vector>
 
-#include "exterior/block_adjustment.h"
+#include "block/bundle/adjustment.h"
+#include "core/geometry/collinearity.h"
 
 namespace orient {
 
@@ -35,7 +36,7 @@ struct BundleSimulationOptions {
 };
 
 struct BundleSimulation {
-  BlockToAdjust block;
+  block::BlockToAdjust block;
   Camera true_camera;  // block.cameras has the nominal one
   std::vector<Pose> true_poses;
   std::vector<Eigen::Vector3d> true_ground;
@@ -101,7 +102,7 @@ class BundleSimulator {
   }
 
   void AddPhoto(const Pose& pose, int strip, int number) {
-    BlockPhoto photo;
+    block::BlockPhoto photo;
     photo.name = "s" + std::to_string(strip) + "_" + std::to_string(number);
     photo.strip = "s" + std::to_string(strip);
     photo.photo_from_pixel.A << 0.025, 0, 0, -0.025;
@@ -143,7 +144,7 @@ class BundleSimulator {
     if ((ground - pose.position_m).head<2>().lpNorm<Eigen::Infinity>() > Side()) return false;
     const auto seen = PhotoFromGround(simulation_.true_camera, pose, ground);
     if (!seen || !simulation_.true_camera.InFrame(*seen, -3)) return false;
-    ImageObservation o;
+    block::ImageObservation o;
     o.photo = photo;
     o.point = point;
     o.pixel = true_film_[photo].Inverse() * *seen +
@@ -162,7 +163,7 @@ class BundleSimulator {
   std::size_t NewPoint(const Eigen::Vector2d& place) {
     simulation_.true_ground.emplace_back(place.x(), place.y(),
                                          GroundHeight(place.x() - kEast, place.y() - kNorth));
-    BlockPoint point;
+    block::BlockPoint point;
     point.id = static_cast<std::int64_t>(simulation_.true_ground.size());
     simulation_.block.points.push_back(point);
     return simulation_.true_ground.size() - 1;
@@ -192,7 +193,7 @@ class BundleSimulator {
     const double reach = 0.42 * Side();
     const std::size_t point =
         NewPoint(centre + Eigen::Vector2d(Uniform(-reach, reach), Uniform(-reach, reach)));
-    GroundControl control;
+    block::GroundControl control;
     control.source = "old";
     const Eigen::Vector3d sigma(options_.control_ground_m, options_.control_ground_m,
                                 options_.control_height_m);
@@ -212,7 +213,7 @@ class BundleSimulator {
 
   // Half of it common to the source, half to places within some 500 m: a smooth random field (a sum
   // of waves), whatever the adjustment makes of it. Points move along their source's line of sight.
-  void AddHeightError(GroundControl* control) {
+  void AddHeightError(block::GroundControl* control) {
     if (waves_.empty()) {
       common_height_ = normal_(random_);
       for (int i = 0; i < 30; ++i)
@@ -230,7 +231,7 @@ class BundleSimulator {
   }
 
   // Over the ground, as waves with the correlation exp(-(d / 500 m)^2).
-  void AddSharedError(GroundControl* control) {
+  void AddSharedError(block::GroundControl* control) {
     if (options_.control_shared_everywhere <= 0 && options_.control_shared_smoothly <= 0) return;
     if (shared_waves_.empty()) {
       for (double& everywhere : shared_everywhere_) everywhere = normal_(random_);

@@ -28,15 +28,15 @@
 #include <numbers>
 #include <random>
 
-#include "core/error.h"
+#include "core/base/error.h"
+#include "core/base/median.h"
 #include "core/files/camera_file.h"
 #include "core/files/orientation_table.h"
-#include "core/geometry/photo_view.h"
-#include "core/median.h"
-#include "exterior/error_model.h"
+#include "core/terrain/photo_view.h"
 #include "exterior/orient_photo.h"
-#include "patchdb/patch_database.h"
-#include "tools/commands.h"
+#include "exterior/steps/error_model.h"
+#include "patchdb/store/patch_database.h"
+#include "tools/commands/commands.h"
 #include "tools/simulate/simulate.h"
 
 namespace orient {
@@ -155,7 +155,7 @@ class MatchTally {
       for (int i = 0; i < 2; ++i) {
         const double error = std::abs((*match.pixel - *pixel)[i]);
         errors_.push_back(error);
-        normalised_.push_back(error / std::hypot((*match.sigma_px)[i], kModelSigmaPx));
+        normalised_.push_back(error / std::hypot((*match.sigma_px)[i], exterior::kModelSigmaPx));
         sigmas_.push_back((*match.sigma_px)[i]);
       }
     }
@@ -180,9 +180,10 @@ class Block {
       : folder_(folder),
         camera_(ReadCameraFile(folder + "/camera.toml").camera),
         truth_(ReadOrientationTable(folder + "/truth/orientation.csv")),
-        patches_(PatchDatabase::Open(folder + "/patches.gpkg", PatchDatabase::Mode::kRead)
+        patches_(patchdb::PatchDatabase::Open(folder + "/patches.gpkg",
+                                              patchdb::PatchDatabase::Mode::kRead)
                      .ListPatches(0, std::numeric_limits<int>::max())) {
-    for (const Patch& patch : patches_) places_[patch.id] = patch.ground_m;
+    for (const patchdb::Patch& patch : patches_) places_[patch.id] = patch.ground_m;
     if (exchanged) Exchange();
   }
 
@@ -192,12 +193,12 @@ class Block {
     constexpr std::array<std::size_t, 3> kPatches = {20, 40, 80};
     for (const OrientationRow& row : truth_.rows) {
       const Raster raster = Raster::Open(folder_ + "/scans/" + row.photo + ".tif");
-      const PhotoImage image(raster, false);
+      const exterior::PhotoImage image(raster, false);
       for (int i = 0; i < subsets; ++i) {
         const std::size_t count = kPatches[random() % kPatches.size()];
         const bool half = random() % 3 == 0;
         const auto patches = Some(row.pose, half, count, random);
-        const ExteriorResult result = OrientPhoto(Start(row, random), image, patches);
+        const ExteriorResult result = exterior::OrientPhoto(Start(row, random), image, patches);
         (*tallies)[std::to_string(count) + (half ? " in a half" : " all over")].Add(result,
                                                                                     row.pose);
         matches->Add(result, ViewAt(row.pose), places_);
@@ -208,9 +209,9 @@ class Block {
  private:
   // Each chip and its heights go to the place of a patch far from it in the list.
   void Exchange() {
-    const std::vector<Patch> all = patches_;
+    const std::vector<patchdb::Patch> all = patches_;
     for (std::size_t i = 0; i < all.size(); ++i) {
-      const Patch& from = all[(i + all.size() / 3) % all.size()];
+      const patchdb::Patch& from = all[(i + all.size() / 3) % all.size()];
       patches_[i].chip = from.chip;
       patches_[i].heights = from.heights;
       const auto lift = static_cast<float>(patches_[i].ground_m.z() - from.ground_m.z());
@@ -218,13 +219,13 @@ class Block {
     }
   }
 
-  PhotoToOrient Start(const OrientationRow& row, std::mt19937& random) const {
+  exterior::PhotoToOrient Start(const OrientationRow& row, std::mt19937& random) const {
     std::normal_distribution<double> normal;
     Vector6d sigma;
     sigma << Eigen::Vector3d::Constant(10), Eigen::Vector3d::Constant(RadFromDeg(3));
     Vector6d start = row.pose.AsVector();
     for (int i = 0; i < 6; ++i) start[i] += sigma[i] * normal(random);
-    FilmPosition position;
+    exterior::FilmPosition position;
     position.photo_from_pixel = DigitalPhotoFromPixel(camera_);
     return {
         row.photo, camera_, {position}, {Pose::FromVector(start), sigma.cwiseAbs2().asDiagonal()}};
@@ -235,11 +236,11 @@ class Block {
   }
 
   // Of those that the photo sees, with heights that are wrong in their own way.
-  std::vector<Patch> Some(const Pose& pose, bool half, std::size_t count,
-                          std::mt19937& random) const {
+  std::vector<patchdb::Patch> Some(const Pose& pose, bool half, std::size_t count,
+                                   std::mt19937& random) const {
     const PhotoView view = ViewAt(pose);
-    std::vector<Patch> some;
-    for (const Patch& patch : patches_) {
+    std::vector<patchdb::Patch> some;
+    for (const patchdb::Patch& patch : patches_) {
       const auto pixel = view.PixelFromGround(patch.ground_m);
       if (!pixel || !camera_.InFrame(view.PhotoFromPixel(*pixel))) continue;
       if (half && 2 * pixel->x() > camera_.image_px->x()) continue;
@@ -247,10 +248,10 @@ class Block {
     }
     std::shuffle(some.begin(), some.end(), random);
     if (some.size() > count) some.resize(count);
-    const HeightError error(
-        kHeightCorrelationPerHeight * (pose.position_m.z() - patches_.front().ground_m.z()),
-        random);
-    for (Patch& patch : some) {
+    const HeightError error(exterior::kHeightCorrelationPerHeight *
+                                (pose.position_m.z() - patches_.front().ground_m.z()),
+                            random);
+    for (patchdb::Patch& patch : some) {
       const Eigen::Vector3d move =
           error.At(patch.ground_m) * patch.height_sigma_m.value() * patch.height_effect.value();
       patch.ground_m += move;
@@ -262,7 +263,7 @@ class Block {
   std::string folder_;
   Camera camera_;
   OrientationTable truth_;
-  std::vector<Patch> patches_;
+  std::vector<patchdb::Patch> patches_;
   std::map<std::int64_t, Eigen::Vector3d> places_;
 };
 

@@ -37,20 +37,20 @@
 #include <set>
 #include <sstream>
 
-#include "core/error.h"
+#include "block/inputs/mark_shapes.h"
+#include "block/inputs/scan_interior.h"
+#include "block/stages/exterior_stage.h"
+#include "core/base/error.h"
 #include "core/files/camera_file.h"
 #include "core/files/orientation_table.h"
-#include "core/geometry/ground_surface.h"
 #include "core/geometry/intersection.h"
-#include "core/geometry/photo_view.h"
-#include "core/imaging/raster.h"
-#include "exterior/predict.h"
+#include "core/raster/raster.h"
+#include "core/terrain/ground_surface.h"
+#include "core/terrain/photo_view.h"
+#include "exterior/steps/predict.h"
 #include "interior/interior.h"
-#include "patchdb/patch_database.h"
-#include "tools/commands.h"
-#include "tools/exterior_run.h"
-#include "tools/interior_run.h"
-#include "tools/scan_interior.h"
+#include "patchdb/store/patch_database.h"
+#include "tools/commands/commands.h"
 #include "tools/simulate/simulate.h"
 
 namespace orient {
@@ -132,9 +132,9 @@ struct World {
   std::string patches_of = "any";  // or "open": nothing stands there; "all" of the harvest
   OrientationTable truth;
   CameraFile camera;  // over the earth as the run takes it
-  MarkShapes marks;
+  interior::MarkShapes marks;
   GroundSurface surface;
-  std::vector<Patch> patches;
+  std::vector<patchdb::Patch> patches;
   std::map<std::string, std::map<int, Check>> checks;
 
   World(const Case& c, const std::string& at)
@@ -142,14 +142,14 @@ struct World {
         of(c),
         truth(ReadOrientationTable(at + "/truth/orientation.csv")),
         camera(ReadCameraFile(at + "/camera.toml")),
-        marks(LoadMarkShapes(camera)),
+        marks(block::LoadMarkShapes(camera)),
         surface(GroundSurface::FromFile(at + "/dem.tif", *truth.crs)),
-        patches(PatchDatabase::Open(at + "/all.gpkg", PatchDatabase::Mode::kRead)
+        patches(patchdb::PatchDatabase::Open(at + "/all.gpkg", patchdb::PatchDatabase::Mode::kRead)
                     .ListPatches(0, std::numeric_limits<int>::max())) {
-    ExteriorRunOptions run = Run("none");
+    block::ExteriorRunOptions run = Run("none");
     run.approximations = at + "/truth/orientation.csv";
     run.patchdb = at + "/all.gpkg";
-    camera.camera = WithEarth(camera.camera, EarthK1OfRun(run));
+    camera.camera = WithEarth(camera.camera, block::EarthK1OfRun(run));
     std::ifstream file(at + "/truth.json");
     const nlohmann::json json = nlohmann::json::parse(file);
     for (const nlohmann::json& photo : json.at("photos"))
@@ -164,8 +164,8 @@ struct World {
       }
   }
 
-  ExteriorRunOptions Run(const std::string& name) const {
-    ExteriorRunOptions run;
+  block::ExteriorRunOptions Run(const std::string& name) const {
+    block::ExteriorRunOptions run;
     for (const OrientationRow& row : truth.rows)
       run.photos.push_back(folder + "/scans/" + row.photo + ".tif");
     run.camera = folder + "/camera.toml";
@@ -189,9 +189,9 @@ struct World {
   // As interior and exterior orientation found it.
   PhotoView FoundView(const ExteriorResult& result) const {
     const Raster scan = Raster::Open(folder + "/scans/" + result.photo + ".tif");
-    const ScanInterior interior =
-        FilmGeometry(camera, marks, scan, InteriorResultPath(folder + "/interior", result.photo));
-    for (const FilmPosition& position : interior.positions)
+    const block::ScanInterior interior = block::FilmGeometry(
+        camera, marks, scan, InteriorResultPath(folder + "/interior", result.photo));
+    for (const exterior::FilmPosition& position : interior.positions)
       if (position.orientation == result.orientation)
         return {camera.camera, position.photo_from_pixel, *result.pose, position.film_correction};
     throw InputError(result.photo + ": its scan orientation is not the interior's");
@@ -232,39 +232,40 @@ void StoreSome(World* of, const std::string& patches_of) {
   of->patches_of = patches_of;
   const World& world = *of;
   const GroundMask standing(world.folder + "/truth/standing.tif");
-  std::vector<Patch> eligible;
-  for (const Patch& patch : world.patches)
+  std::vector<patchdb::Patch> eligible;
+  for (const patchdb::Patch& patch : world.patches)
     if (patches_of == "any" || !standing.Touches(patch.ground_m, HalfSide(world)))
       eligible.push_back(patch);
   std::set<std::size_t> chosen;
   for (const OrientationRow& row : world.truth.rows) {
     const InteriorResult interior =
         ReadInteriorResult(InteriorResultPath(world.folder + "/truth/interior", row.photo));
-    PredictionOptions options;
+    exterior::PredictionOptions options;
     options.width_px = interior.width;
     options.height_px = interior.height;
     options.border_px = 60;
-    auto seen = Predict(world.TrueView(row.photo), Matrix6d::Zero(), eligible, options);
-    const auto first_new = std::partition(seen.begin(), seen.end(), [&](const PatchPrediction& p) {
-      return chosen.find(p.patch) != chosen.end();
-    });
+    auto seen = exterior::Predict(world.TrueView(row.photo), Matrix6d::Zero(), eligible, options);
+    const auto first_new = std::partition(
+        seen.begin(), seen.end(),
+        [&](const exterior::PatchPrediction& p) { return chosen.find(p.patch) != chosen.end(); });
     const auto wanted = kPatchesPerPhoto - static_cast<int>(first_new - seen.begin());
     seen.erase(seen.begin(), first_new);
     if (wanted <= 0) continue;
-    for (const PatchPrediction& p : SelectSpread(seen, eligible, wanted, options))
+    for (const exterior::PatchPrediction& p :
+         exterior::SelectSpread(seen, eligible, wanted, options))
       chosen.insert(p.patch);
   }
-  std::vector<Patch> some;
+  std::vector<patchdb::Patch> some;
   for (const std::size_t i : chosen) {
     some.push_back(eligible[i]);
     some.back().id = some.back().source_id = 0;
   }
   const std::string path = world.folder + "/" + patches_of + ".gpkg";
   fs::remove(path);
-  PatchSource source;
+  patchdb::PatchSource source;
   source.name = "chosen";
   source.gsd_m = some.front().gsd_m;
-  PatchDatabase::Create(path, *world.truth.crs).AddSource(source, some);
+  patchdb::PatchDatabase::Create(path, *world.truth.crs).AddSource(source, some);
 }
 
 void WriteStart(const World& world, const std::string& name, double position_m, double angle_deg,
@@ -373,14 +374,14 @@ void CountPair(const World& world, const ExteriorResult& left, const ExteriorRes
 std::vector<ExteriorResult> OrientFrom(const World& world, const std::string& start, Tally* tally) {
   const GroundMask change(world.folder + "/change.tif");
   const GroundMask standing(world.folder + "/truth/standing.tif");
-  const std::vector<ExteriorResult> results = RunExterior(world.Run(start));
+  const std::vector<ExteriorResult> results = block::RunExterior(world.Run(start));
   for (const ExteriorResult& result : results) {
     tally->ok += result.status == Status::kOk ? 1 : 0;
     tally->weak += result.status == Status::kWeak ? 1 : 0;
     tally->failed += result.status == Status::kFailed ? 1 : 0;
     if (result.status != Status::kOk)
       std::printf("  %s, %s: %s\n", world.folder.c_str(), result.photo.c_str(),
-                  result.messages.empty() ? "" : result.messages.back().c_str());
+                  result.findings.empty() ? "" : Sentence(result.findings.back()).c_str());
     if (!result.pose) continue;
     if (!world.of.hard) CountPatches(world, change, standing, result, tally);
     CountGround(world, result, tally);

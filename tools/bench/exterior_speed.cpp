@@ -30,13 +30,13 @@
 #include <sstream>
 #include <stdexcept>
 
+#include "block/stages/exterior_stage.h"
+#include "block/stages/harvest_stage.h"
 #include "core/files/camera_file.h"
 #include "core/files/orientation_table.h"
-#include "exterior/predict.h"
-#include "patchdb/patch_database.h"
-#include "tools/exterior_run.h"
-#include "tools/harvest_run.h"
-#include "tools/memory.h"
+#include "exterior/steps/predict.h"
+#include "patchdb/store/patch_database.h"
+#include "tools/commands/memory.h"
 #include "tools/simulate/simulate.h"
 
 namespace orient {
@@ -96,15 +96,14 @@ void MakeData(const std::string& folder) {
   options.objects = false;
   options.ortho = true;
   Simulate(options, folder);
-  HarvestRun run;
+  block::HarvestRun run;
   run.dem = folder + "/dem.tif";
-  run.options = OrthoHarvestOptions();
+  run.options = patchdb::OrthoHarvestOptions();
   run.options.chip_px = 61;
   run.options.max_count = 900;  // so many that 240 are spread over the photo
-  PatchDatabase database =
-      PatchDatabase::Create(folder + "/all.gpkg", Crs::Parse(options.crs, "simulation"));
-  std::ostringstream out;
-  HarvestOrthophotos(database, run, {folder + "/old/ortho.tif"}, out);
+  patchdb::PatchDatabase database =
+      patchdb::PatchDatabase::Create(folder + "/all.gpkg", Crs::Parse(options.crs, "simulation"));
+  block::HarvestOrthophotos(database, run, {folder + "/old/ortho.tif"});
 }
 
 Data Open(const std::string& folder) {
@@ -119,20 +118,21 @@ Data Open(const std::string& folder) {
 }
 
 // `count` of the harvested patches, spread over the photo.
-std::vector<Patch> Spread(const Data& data, int count) {
-  const PatchDatabase all = PatchDatabase::Open(data.At("all.gpkg"), PatchDatabase::Mode::kRead);
-  std::vector<Patch> patches = all.ListPatches(0, std::numeric_limits<int>::max());
+std::vector<patchdb::Patch> Spread(const Data& data, int count) {
+  const patchdb::PatchDatabase all =
+      patchdb::PatchDatabase::Open(data.At("all.gpkg"), patchdb::PatchDatabase::Mode::kRead);
+  std::vector<patchdb::Patch> patches = all.ListPatches(0, std::numeric_limits<int>::max());
   const InteriorResult interior = ReadInteriorResult(
       InteriorResultPath(data.At("truth/interior"), data.truth.rows.front().photo));
   const PhotoView view{data.camera.camera, *interior.photo_from_pixel,
                        data.truth.rows.front().pose};
-  PredictionOptions options;
+  exterior::PredictionOptions options;
   options.width_px = interior.width;
   options.height_px = interior.height;
   options.border_px = 60;
-  const auto seen = Predict(view, Matrix6d::Zero(), patches, options);
-  std::vector<Patch> spread;
-  for (const PatchPrediction& p : SelectSpread(seen, patches, count, options)) {
+  const auto seen = exterior::Predict(view, Matrix6d::Zero(), patches, options);
+  std::vector<patchdb::Patch> spread;
+  for (const exterior::PatchPrediction& p : exterior::SelectSpread(seen, patches, count, options)) {
     spread.push_back(patches[p.patch]);
     spread.back().id = spread.back().source_id = 0;
   }
@@ -143,26 +143,27 @@ std::vector<Patch> Spread(const Data& data, int count) {
 }
 
 // The patches and `far` small ones outside every footprint.
-std::string Store(const Data& data, std::vector<Patch> patches, int far) {
+std::string Store(const Data& data, std::vector<patchdb::Patch> patches, int far) {
   std::string path = data.At("some.gpkg");
   fs::remove(path);
-  PatchDatabase database = PatchDatabase::Create(path, *data.truth.crs);
-  PatchSource source;
+  patchdb::PatchDatabase database = patchdb::PatchDatabase::Create(path, *data.truth.crs);
+  patchdb::PatchSource source;
   source.name = "photo";
   source.gsd_m = patches.front().gsd_m;
-  Patch elsewhere = patches.front();
+  patchdb::Patch elsewhere = patches.front();
   elsewhere.chip = Image(11, 11, 100);
   elsewhere.heights = {3, 5 * elsewhere.gsd_m, std::vector<float>(9, 100)};
   const Eigen::Vector2d west = elsewhere.ground_m.head<2>() - Eigen::Vector2d(300000, 0);
   database.AddSource(source, patches);
   constexpr int kAtOnce = 10000;
   for (int done = 0; done < far; done += kAtOnce) {
-    std::vector<Patch> more(static_cast<std::size_t>(std::min(kAtOnce, far - done)), elsewhere);
+    std::vector<patchdb::Patch> more(static_cast<std::size_t>(std::min(kAtOnce, far - done)),
+                                     elsewhere);
     for (std::size_t i = 0; i < more.size(); ++i) {
       const int place = done + static_cast<int>(i);
       more[i].ground_m.head<2>() = west + 200 * Eigen::Vector2d(place % 1000, place / 1000);
     }
-    PatchSource another = source;
+    patchdb::PatchSource another = source;
     another.name = "far " + std::to_string(done);
     database.AddSource(another, more);
   }
@@ -171,8 +172,8 @@ std::string Store(const Data& data, std::vector<Patch> patches, int far) {
 
 Cost Ours(const Data& data, const std::string& database) {
   return Measure("orient exterior", [&] {
-    KeepFreedMemory();
-    ExteriorRunOptions options;
+    KeepReleasedMemory();
+    block::ExteriorRunOptions options;
     options.photos = {data.photo};
     options.camera = data.At("camera.toml");
     options.approximations = data.At("approx.csv");
@@ -181,7 +182,7 @@ Cost Ours(const Data& data, const std::string& database) {
     options.interior = data.At("truth/interior");
     options.out = data.At("out");
     options.feedback = false;
-    const ExteriorResult result = RunExterior(options).front();
+    const ExteriorResult result = block::RunExterior(options).front();
     int matched = 0;
     for (const PatchResult& patch : result.patches)
       matched += patch.state == PatchState::kMatched ? 1 : 0;
@@ -226,7 +227,7 @@ Features OfPhoto(const std::string& path, cv::SIFT& sift) {
 }
 
 // Ground points of a chip's features, relative to `origin`.
-void OfPatch(const Patch& patch, const Eigen::Vector3d& origin, cv::SIFT& sift,
+void OfPatch(const patchdb::Patch& patch, const Eigen::Vector3d& origin, cv::SIFT& sift,
              std::vector<cv::Point3d>* ground, cv::Mat* descriptors) {
   std::vector<cv::KeyPoint> points;
   cv::Mat of_chip;
@@ -242,13 +243,13 @@ void OfPatch(const Patch& patch, const Eigen::Vector3d& origin, cv::SIFT& sift,
   }
 }
 
-void SiftPnp(const Data& data, const std::vector<Patch>& patches) {
+void SiftPnp(const Data& data, const std::vector<patchdb::Patch>& patches) {
   const auto sift = cv::SIFT::create();
   const Features photo = OfPhoto(data.photo, *sift);
   const Eigen::Vector3d origin = patches.front().ground_m;
   std::vector<cv::Point3d> ground, found;
   cv::Mat descriptors;
-  for (const Patch& patch : patches) OfPatch(patch, origin, *sift, &ground, &descriptors);
+  for (const patchdb::Patch& patch : patches) OfPatch(patch, origin, *sift, &ground, &descriptors);
   std::vector<std::vector<cv::DMatch>> matches;
   cv::FlannBasedMatcher().knnMatch(descriptors, photo.descriptors, matches, 2);
   const Camera& camera = data.camera.camera;
@@ -298,7 +299,7 @@ void Run(const std::string& folder, int most_far) {
     Print(cost);
     if (count == kPatches) ours = cost;
   }
-  const std::vector<Patch> patches = Spread(data, kPatches);
+  const std::vector<patchdb::Patch> patches = Spread(data, kPatches);
   for (int far = 1000; far <= most_far; far *= 10) {
     const std::string database = Store(data, patches, far);
     std::printf("orient exterior, %d patches and %d elsewhere\n", kPatches, far);

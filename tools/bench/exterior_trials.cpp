@@ -22,13 +22,13 @@
 #include <numbers>
 #include <random>
 
+#include "block/stages/exterior_stage.h"
 #include "core/files/camera_file.h"
 #include "core/files/orientation_table.h"
 #include "core/geometry/collinearity.h"
-#include "core/geometry/ground_surface.h"
-#include "core/geometry/reprojection.h"
-#include "patchdb/patch_database.h"
-#include "tools/exterior_run.h"
+#include "core/terrain/ground_surface.h"
+#include "core/terrain/reprojection.h"
+#include "patchdb/store/patch_database.h"
 
 namespace orient {
 namespace {
@@ -37,7 +37,7 @@ namespace fs = std::filesystem;
 constexpr double kFalse_px = 3;
 
 struct TrialOptions {
-  ExteriorRunOptions run;
+  block::ExteriorRunOptions run;
   std::string truth;
   double position_m = 600, attitude_deg = 6, stated = 1, shift_m = 0;
   bool kappa_unknown = false, shift_together = false;
@@ -72,19 +72,20 @@ OrientationTable Disturbed(const OrientationTable& truth, double ground_m,
 }
 
 void StoreShifted(const TrialOptions& options, const std::string& to, std::mt19937& random) {
-  const PatchDatabase known = PatchDatabase::Open(options.run.patchdb, PatchDatabase::Mode::kRead);
-  std::vector<Patch> patches = known.ListPatches(0, std::numeric_limits<int>::max());
+  const patchdb::PatchDatabase known =
+      patchdb::PatchDatabase::Open(options.run.patchdb, patchdb::PatchDatabase::Mode::kRead);
+  std::vector<patchdb::Patch> patches = known.ListPatches(0, std::numeric_limits<int>::max());
   const Eigen::Vector2d together = Direction(random);
-  for (Patch& patch : patches) {
+  for (patchdb::Patch& patch : patches) {
     patch.id = patch.source_id = 0;
     patch.ground_m.head<2>() +=
         options.shift_m * (options.shift_together ? together : Direction(random));
   }
-  PatchSource source;
+  patchdb::PatchSource source;
   source.name = "another place";
   source.gsd_m = patches.front().gsd_m;
   fs::remove(to);
-  PatchDatabase::Create(to, known.GroundCrs()).AddSource(source, patches);
+  patchdb::PatchDatabase::Create(to, known.GroundCrs()).AddSource(source, patches);
 }
 
 // The RMS reprojection difference over the frame that the result's covariance lets expect; ground
@@ -164,7 +165,7 @@ void Run(TrialOptions options) {
     }
     WriteOrientationTable(options.run.approximations,
                           Disturbed(truth, surface.MeanHeight(), options, random));
-    for (const ExteriorResult& result : RunExterior(options.run)) {
+    for (const ExteriorResult& result : block::RunExterior(options.run)) {
       const PhotoView view{camera, DigitalPhotoFromPixel(camera), truth.Find(result.photo)->pose};
       const double rms = result.pose ? ReprojectionRms(view, *result.pose, camera.image_px->x(),
                                                        camera.image_px->y(), surface)
@@ -176,7 +177,7 @@ void Run(TrialOptions options) {
       if (result.status != Status::kOk || rms > kFalse_px)
         std::printf("trial %d, %s: %s, %.1f px: %s\n", trial, result.photo.c_str(),
                     std::string(Name(result.status)).c_str(), rms,
-                    result.messages.empty() ? "" : result.messages.back().c_str());
+                    result.findings.empty() ? "" : Sentence(result.findings.back()).c_str());
     }
   }
   fs::remove_all(folder);

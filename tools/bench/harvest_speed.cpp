@@ -19,7 +19,7 @@
 #include <iostream>
 #include <random>
 
-#include "patchdb/harvest.h"
+#include "patchdb/harvest/harvest.h"
 #include "tools/simulate/geotiff.h"
 
 namespace orient {
@@ -114,12 +114,13 @@ void Report(const std::string& path, int side, const std::optional<double>& spac
     for (int row = 0; row < side; row += 256)
       photo.ReadGrey({0, row, side, std::min(256, side - row)});
   });
-  HarvestOptions options;
+  patchdb::HarvestOptions options;
   options.spacing_px = spacing_px;
   std::size_t patches = 0;
   const GroundSurface surface = Hills();
   const Time harvest = Measure([&] {
-    patches = HarvestPhoto(photo, View(side), std::nullopt, surface, options).patches.size();
+    patches =
+        patchdb::HarvestPhoto(photo, View(side), std::nullopt, surface, options).patches.size();
   });
   rusage usage{};
   getrusage(RUSAGE_SELF, &usage);

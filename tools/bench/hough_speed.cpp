@@ -17,10 +17,10 @@
 #include <random>
 #include <string>
 
-#include "core/imaging/correlation.h"
-#include "core/imaging/resample.h"
-#include "core/imaging/spot_correlation.h"
-#include "interior/hough_locator.h"
+#include "core/matching/correlation.h"
+#include "core/matching/spot_correlation.h"
+#include "core/raster/resample.h"
+#include "interior/locators/hough_locator.h"
 
 namespace orient {
 namespace {
@@ -34,8 +34,8 @@ constexpr double kReduction = 4;  // to about 32 pixels over the mark, as the lo
 
 double ProcessorMs() { return 1e3 * static_cast<double>(std::clock()) / CLOCKS_PER_SEC; }
 
-MarkShape RingWithCross() {
-  MarkShape shape;
+interior::MarkShape RingWithCross() {
+  interior::MarkShape shape;
   shape.drawing.elements = {CircleElement{1.7, 0.2},
                             CrossElement{3.5, 0.13, 0.56, std::numbers::pi / 4}};
   return shape;
@@ -50,7 +50,7 @@ struct Window {
   Vector2d truth;
 };
 
-Window MakeWindow(const MarkShape& shape, std::mt19937* random) {
+Window MakeWindow(const interior::MarkShape& shape, std::mt19937* random) {
   std::uniform_real_distribution<double> place(100, kSide - 100), grey(40, 200), size(10, 80);
   std::normal_distribution<float> grain(0, 12);
   Window window{Image(kSide, kSide, 90), {place(*random), place(*random)}};
@@ -67,17 +67,19 @@ Window MakeWindow(const MarkShape& shape, std::mt19937* random) {
     for (int col = 0; col < kSide; ++col) {
       const Vector2d mm = kPixelMm * (Vector2d(col + 0.5, row + 0.5) - window.truth);
       if (mm.norm() < 2.5) window.image.At(col, row) = 30;  // a dark corner
-      if (StrokeDistance(shape.drawing, mm) < 0) window.image.At(col, row) += 40;
+      if (interior::StrokeDistance(shape.drawing, mm) < 0) window.image.At(col, row) += 40;
       window.image.At(col, row) += grain(*random);
     }
   return window;
 }
 
 // The locator's way: correlation at half of the reduced resolution, the best places again.
-Vector2d CoarseToFine(const MarkShape& shape, const Image& image) {
+Vector2d CoarseToFine(const interior::MarkShape& shape, const Image& image) {
   const Image fine = ReduceBy(image, kReduction), coarse = ReduceBy(fine, 2);
-  const MarkTemplate full = SkeletonTemplate(shape, PixelFromMm(kReduction * kPixelMm));
-  const MarkTemplate half = SkeletonTemplate(shape, PixelFromMm(2 * kReduction * kPixelMm));
+  const interior::MarkTemplate full =
+      interior::SkeletonTemplate(shape, PixelFromMm(kReduction * kPixelMm));
+  const interior::MarkTemplate half =
+      interior::SkeletonTemplate(shape, PixelFromMm(2 * kReduction * kPixelMm));
   constexpr int kPlaces = 30, kAround = 2;
   const SpotTemplate spot(full.values);
   const SpotImage places(fine);
@@ -99,8 +101,9 @@ Vector2d CoarseToFine(const MarkShape& shape, const Image& image) {
 }
 
 // The paper's: at every `step`th pixel in both directions, with every `share`th vector.
-Vector2d SumsUnderVectors(const MarkShape& shape, const Image& image, int step, size_t share) {
-  const MarkTemplate skeleton = SkeletonTemplate(shape, PixelFromMm(kPixelMm));
+Vector2d SumsUnderVectors(const interior::MarkShape& shape, const Image& image, int step,
+                          size_t share) {
+  const interior::MarkTemplate skeleton = interior::SkeletonTemplate(shape, PixelFromMm(kPixelMm));
   const auto width = static_cast<std::ptrdiff_t>(image.width);
   std::vector<std::ptrdiff_t> on, beside;
   for (int row = 0; row < skeleton.values.height; ++row)
@@ -137,7 +140,7 @@ struct Method {
 };
 
 void Run(int windows) {
-  const MarkShape shape = RingWithCross();
+  const interior::MarkShape shape = RingWithCross();
   std::vector<Method> methods = {{"coarse to fine"},
                                  {"vectors, every pixel", 1, 1},
                                  {"every second pixel", 2, 1},

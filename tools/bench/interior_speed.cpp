@@ -22,13 +22,13 @@
 #include <iostream>
 #include <stdexcept>
 
-#include "core/error.h"
+#include "block/inputs/mark_shapes.h"
+#include "core/base/error.h"
+#include "core/base/median.h"
 #include "core/files/camera_file.h"
-#include "core/median.h"
+#include "interior/constellation/layout.h"
 #include "interior/interior.h"
-#include "interior/layout.h"
-#include "tools/interior_run.h"
-#include "tools/memory.h"
+#include "tools/commands/memory.h"
 #include "tools/simulate/simulate.h"
 
 namespace orient {
@@ -69,12 +69,12 @@ Measured TimeReading(const std::string& path, const CameraFile& camera) {
   const Eigen::Vector2i size(scan->GetRasterXSize(), scan->GetRasterYSize());
   const char* resolution = scan->GetMetadataItem("TIFFTAG_XRESOLUTION");  // pixels per cm
   const double pixel_mm = 10 / std::atof(resolution);
-  const MarkRectangle rectangle = RectangleOfMarks(camera.fiducials);
+  const interior::MarkRectangle rectangle = interior::RectangleOfMarks(camera.fiducials);
   const int side = static_cast<int>(std::ceil(kWindowMm / pixel_mm));
   std::vector<unsigned char> grey(static_cast<size_t>(side) * side);
   for (const Fiducial& mark : camera.fiducials) {
     const Eigen::Vector2d place =
-        PlaceOnScan(mark.position_mm, rectangle, ScanOrientation::kR0) / pixel_mm +
+        interior::PlaceOnScan(mark.position_mm, rectangle, ScanOrientation::kR0) / pixel_mm +
         0.5 * size.cast<double>();
     const int col = std::clamp(static_cast<int>(place.x()) - side / 2, 0, size.x() - side);
     const int row = std::clamp(static_cast<int>(place.y()) - side / 2, 0, size.y() - side);
@@ -87,13 +87,13 @@ Measured TimeReading(const std::string& path, const CameraFile& camera) {
 
 Measured TimeOrienting(const std::string& path, const CameraFile& camera) {
   GDALAllRegister();
-  const MarkShapes shapes = LoadMarkShapes(camera);
+  const interior::MarkShapes shapes = block::LoadMarkShapes(camera);
   const Stopwatch watch;
-  const InteriorResult result = OrientInterior(Raster::Open(path), camera, shapes);
+  const InteriorResult result = interior::OrientInterior(Raster::Open(path), camera, shapes);
   const Measured time = watch.Stop();
   if (result.status != Status::kOk) {
     std::string messages;
-    for (const std::string& message : result.messages) messages += "\n  " + message;
+    for (const std::string& message : Sentences(result.findings)) messages += "\n  " + message;
     throw InputError(path + " is not oriented:" + messages);
   }
   return time;
@@ -239,7 +239,7 @@ int Run(const char* program, const std::vector<std::string>& words) {
 }  // namespace orient
 
 int main(int argc, char** argv) {
-  orient::KeepFreedMemory();
+  orient::KeepReleasedMemory();
   try {
     return orient::Run(argv[0], {argv + 1, argv + argc});
   } catch (const std::exception& error) {

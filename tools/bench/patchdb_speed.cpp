@@ -12,8 +12,8 @@
 #include <iostream>
 #include <random>
 
-#include "core/median.h"
-#include "patchdb/selection.h"
+#include "core/base/median.h"
+#include "patchdb/store/selection.h"
 
 namespace orient {
 namespace {
@@ -42,8 +42,9 @@ struct Times {
 };
 
 void Measure(const std::string& path, double side_m, int queries) {
-  const PatchDatabase database = PatchDatabase::Open(path, PatchDatabase::Mode::kRead);
-  const PatchDatabaseInfo info = database.Info();
+  const patchdb::PatchDatabase database =
+      patchdb::PatchDatabase::Open(path, patchdb::PatchDatabase::Mode::kRead);
+  const patchdb::PatchDatabaseInfo info = database.Info();
   std::mt19937 random(1);
   std::uniform_real_distribution<double> unit(0, 1);
   Times listing, reading;
@@ -51,10 +52,12 @@ void Measure(const std::string& path, double side_m, int queries) {
   for (int i = 0; i < queries; ++i) {
     const double x = info.extent.min_x + unit(random) * (info.extent.max_x - info.extent.min_x);
     const double y = info.extent.min_y + unit(random) * (info.extent.max_y - info.extent.min_y);
-    PatchFilter filter;
+    patchdb::PatchFilter filter;
     filter.bounds = Bounds{x, y, x + side_m, y + side_m};
     int count = 0;
-    listing.Add([&] { VisitPatches(database, filter, [&](const PatchSummary&) { ++count; }); });
+    listing.Add([&] {
+      patchdb::VisitPatches(database, filter, [&](const patchdb::PatchSummary&) { ++count; });
+    });
     found.push_back(count);
     reading.Add([&] { database.FindPatchesIn(*filter.bounds); });
   }

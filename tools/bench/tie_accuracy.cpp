@@ -20,12 +20,12 @@
 #include <string>
 #include <vector>
 
+#include "block/ties/tie_matching.h"
 #include "core/files/camera_file.h"
 #include "core/files/orientation_table.h"
 #include "core/geometry/intersection.h"
-#include "core/imaging/raster.h"
-#include "exterior/match.h"
-#include "exterior/tie_matching.h"
+#include "core/raster/raster.h"
+#include "exterior/steps/match.h"
 #include "tools/simulate/simulate.h"
 
 namespace orient {
@@ -34,7 +34,7 @@ namespace fs = std::filesystem;
 
 constexpr double kGross_px = 1;
 constexpr int kMostRays = 6;
-const TieOptions kTies;
+const block::TieOptions kTies;
 
 void MakeBlock(const std::string& folder) {
   if (fs::exists(folder + "/truth.json")) return;
@@ -53,8 +53,8 @@ struct Block {
   Camera camera;
   GroundSurface surface;
   std::vector<std::unique_ptr<Raster>> rasters;
-  std::vector<std::unique_ptr<PhotoImage>> images;
-  std::vector<TiePhoto> photos;
+  std::vector<std::unique_ptr<exterior::PhotoImage>> images;
+  std::vector<block::TiePhoto> photos;
 };
 
 Block ReadBlock(const std::string& folder) {
@@ -64,14 +64,14 @@ Block ReadBlock(const std::string& folder) {
               {},
               {}};
   for (const OrientationRow& row : ReadOrientationTable(folder + "/truth/orientation.csv").rows) {
-    TiePhoto to;
+    block::TiePhoto to;
     to.name = row.photo;
     to.view.camera = block.camera;
     to.view.photo_from_pixel = DigitalPhotoFromPixel(block.camera);
     to.view.pose = row.pose;
     block.rasters.push_back(
         std::make_unique<Raster>(Raster::Open(folder + "/scans/" + row.photo + ".tif")));
-    block.images.push_back(std::make_unique<PhotoImage>(*block.rasters.back(), false));
+    block.images.push_back(std::make_unique<exterior::PhotoImage>(*block.rasters.back(), false));
     to.image = block.images.back().get();
     block.photos.push_back(to);
   }
@@ -79,10 +79,10 @@ Block ReadBlock(const std::string& folder) {
 }
 
 // Where the rays of a tie meet under the true poses; v'v in px^2.
-std::optional<double> SquareOf(const Block& block, const MeasuredTie& tie) {
+std::optional<double> SquareOf(const Block& block, const block::MeasuredTie& tie) {
   const double px_mm = std::sqrt(std::abs(block.photos[0].view.photo_from_pixel.A.determinant()));
   std::vector<PhotoObservation> rays;
-  for (const TieSighting& seen : tie.seen) {
+  for (const block::TieSighting& seen : tie.seen) {
     const PhotoView& view = block.photos[seen.photo].view;
     rays.push_back({&block.camera, view.pose, view.PhotoFromPixel(seen.pixel),
                     Eigen::Matrix2d::Identity() * px_mm * px_mm});
@@ -90,7 +90,7 @@ std::optional<double> SquareOf(const Block& block, const MeasuredTie& tie) {
   const auto met = IntersectPhotos(rays);
   if (!met) return std::nullopt;
   double sum = 0;
-  for (const TieSighting& seen : tie.seen) {
+  for (const block::TieSighting& seen : tie.seen) {
     const auto pixel = block.photos[seen.photo].view.PixelFromGround(met->ground_m);
     if (!pixel) return std::nullopt;
     sum += (*pixel - seen.pixel).squaredNorm();
@@ -100,20 +100,21 @@ std::optional<double> SquareOf(const Block& block, const MeasuredTie& tie) {
 
 // The mean of the others' windows as photo `to` should see them, matched there; empty where not
 // found.
-std::optional<Eigen::Vector2d> MatchWithOthers(const Block& block, const MeasuredTie& tie,
+std::optional<Eigen::Vector2d> MatchWithOthers(const Block& block, const block::MeasuredTie& tie,
                                                std::size_t to) {
-  const TieSighting& here = tie.seen[to];
+  const block::TieSighting& here = tie.seen[to];
   const PhotoView& view = block.photos[here.photo].view;
   const auto ground = view.GroundFromPixel(here.pixel, block.surface);
   if (!ground) return std::nullopt;
-  AlignedPatch mean;
+  exterior::AlignedPatch mean;
   for (std::size_t i = 0; i < tie.seen.size(); ++i) {
     if (i == to) continue;
-    const TiePhoto& from = block.photos[tie.seen[i].photo];
+    const block::TiePhoto& from = block.photos[tie.seen[i].photo];
     const auto expected = from.view.PixelFromGround(*ground);
     if (!expected) return std::nullopt;
-    AlignedPatch drawn = AlignWindow(block.photos[here.photo], from, block.surface, here.pixel,
-                                     tie.seen[i].pixel - *expected, kTies.template_px);
+    exterior::AlignedPatch drawn =
+        block::AlignWindow(block.photos[here.photo], from, block.surface, here.pixel,
+                           tie.seen[i].pixel - *expected, kTies.template_px);
     if (mean.image.values.empty()) {
       mean = drawn;
       continue;
@@ -125,19 +126,19 @@ std::optional<Eigen::Vector2d> MatchWithOthers(const Block& block, const Measure
     if (std::isnan(value)) return std::nullopt;
     value /= static_cast<float>(tie.seen.size() - 1);
   }
-  PreciseOptions precise;
+  exterior::PreciseOptions precise;
   precise.min_score = kTies.min_score;
-  const PreciseMatch match =
-      MatchPrecisely(mean, *block.photos[here.photo].image, Eigen::Vector2d::Constant(3), precise);
+  const exterior::PreciseMatch match = exterior::MatchPrecisely(
+      mean, *block.photos[here.photo].image, Eigen::Vector2d::Constant(3), precise);
   if (!match.found) return std::nullopt;
   return match.pixel;
 }
 
 // Rounds of it; false where a photo is lost.
-bool MatchJointly(const Block& block, MeasuredTie* tie) {
+bool MatchJointly(const Block& block, block::MeasuredTie* tie) {
   const double n = static_cast<double>(tie->seen.size());
   for (int round = 0; round < 2; ++round) {
-    MeasuredTie next = *tie;
+    block::MeasuredTie next = *tie;
     for (std::size_t i = 0; i < tie->seen.size(); ++i) {
       const auto pixel = MatchWithOthers(block, *tie, i);
       if (!pixel) return false;
@@ -156,9 +157,9 @@ struct Tally {
 };
 
 // Between the two last rays, which were not matched with one another.
-void AddClosure(const Block& block, const MeasuredTie& tie, Tally* tally) {
+void AddClosure(const Block& block, const block::MeasuredTie& tie, Tally* tally) {
   if (tie.seen.size() < 3) return;
-  MeasuredTie two = tie;
+  block::MeasuredTie two = tie;
   two.seen.erase(two.seen.begin(), two.seen.end() - 2);
   const auto pixel = MatchWithOthers(block, two, 1);
   if (!pixel || (*pixel - two.seen[1].pixel).norm() > kGross_px) return;
@@ -166,14 +167,14 @@ void AddClosure(const Block& block, const MeasuredTie& tie, Tally* tally) {
   ++tally->closures;
 }
 
-void Add(const Block& block, const MeasuredTie& tie, Tally* tally) {
+void Add(const Block& block, const block::MeasuredTie& tie, Tally* tally) {
   const auto star = SquareOf(block, tie);
   const int redundancy = 2 * static_cast<int>(tie.seen.size()) - 3;
   if (!star || *star > kGross_px * kGross_px * redundancy) {
     ++tally->gross;
     return;
   }
-  MeasuredTie jointly = tie;
+  block::MeasuredTie jointly = tie;
   const auto joint = MatchJointly(block, &jointly) ? SquareOf(block, jointly) : std::nullopt;
   if (!joint) {
     ++tally->lost;
@@ -189,7 +190,7 @@ void Add(const Block& block, const MeasuredTie& tie, Tally* tally) {
 void Measure(const Block& block) {
   std::map<int, Tally> tallies;
   for (std::size_t owner = 0; owner < block.photos.size(); ++owner)
-    for (const MeasuredTie& tie : FindTies(block.photos, owner, block.surface, kTies))
+    for (const block::MeasuredTie& tie : block::FindTies(block.photos, owner, block.surface, kTies))
       Add(block, tie, &tallies[std::min(static_cast<int>(tie.seen.size()), kMostRays)]);
   std::printf("rays  ties gross  lost  with the owner px  jointly px  closure px\n");
   for (const auto& [rays, t] : tallies)

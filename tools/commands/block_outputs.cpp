@@ -1,18 +1,20 @@
-#include "tools/block/block_outputs.h"
+#include "tools/commands/block_outputs.h"
+
+#include <fmt/format.h>
 
 #include <algorithm>
 #include <filesystem>
 #include <set>
 
-#include "core/error.h"
+#include "block/inputs/block_camera.h"
+#include "block/inputs/block_files.h"
+#include "core/base/error.h"
+#include "core/base/output_directory.h"
 #include "core/files/orientation_table.h"
-#include "tools/block_camera.h"
-#include "tools/block_files.h"
-#include "tools/block_geopackage.h"
 #include "tools/convert/write_exports.h"
+#include "tools/report/block_geopackage.h"
 #include "tools/report/block_record.h"
 #include "tools/report/report.h"
-#include "tools/shared_options.h"
 
 namespace orient {
 namespace {
@@ -22,29 +24,29 @@ namespace fs = std::filesystem;
 constexpr const char* kPhotoFiles[] = {".exterior.json", ".interior.json", ".patches.png",
                                        ".marks.png"};
 
-// `results` begins with those of the photos, in their order.
-std::optional<Quicklook> MakeQuicklook(const BlockOutputs& outputs,
-                                       const std::vector<ExteriorResult>& results) {
-  std::vector<QuicklookPhoto> photos;
-  for (std::size_t i = 0; i < outputs.photos.size(); ++i) {
-    if (!results[i].pose || results[i].status == Status::kFailed) continue;
-    const BlockPhotoFile& photo = outputs.photos[i];
+std::optional<block::Quicklook> MakeQuicklook(const BlockFile& block,
+                                              const block::OrientedBlock& oriented) {
+  std::vector<block::QuicklookPhoto> photos;
+  for (std::size_t i = 0; i < oriented.photos.size(); ++i) {
+    const ExteriorResult& result = oriented.results[i];
+    if (!result.pose || result.status == Status::kFailed) continue;
+    const block::BlockPhotoFile& photo = oriented.photos[i];
     photos.push_back({photo.name,
                       photo.path,
-                      {outputs.camera.camera, photo.position.photo_from_pixel, *results[i].pose,
+                      {oriented.camera.camera, photo.position.photo_from_pixel, *result.pose,
                        photo.position.film_correction},
                       photo.negative});
   }
   if (photos.empty()) return std::nullopt;
-  return WriteQuicklook(outputs.block.output_directory, photos,
-                        SurfaceUnder(outputs.block, outputs.photos));
+  return block::WriteQuicklook(block.output_directory, photos,
+                               block::SurfaceUnder(block, oriented.photos));
 }
 
 // What an earlier run left and this one does not write.
 void RemoveStale(const BlockFile& block) {
   const fs::path out(block.output_directory);
   std::error_code ignored;
-  for (const char* file : {kQuicklookFile, kSeamsFile, kExportsFolder})
+  for (const char* file : {block::kQuicklookFile, block::kSeamsFile, block::kExportsFolder})
     fs::remove_all(out / file, ignored);
   for (const UnusablePhoto& photo : block.unusable)
     for (const char* file : {".patches.png", ".marks.png", ".interior.json"})
@@ -52,30 +54,32 @@ void RemoveStale(const BlockFile& block) {
 }
 
 // A picture that cannot be drawn costs no result.
-void Illustrate(const BlockOutputs& outputs, BlockRunResult* result) {
+std::optional<block::Quicklook> Illustrate(const BlockFile& block, block::OrientedBlock* oriented) {
   try {
-    result->quicklook = MakeQuicklook(outputs, result->results);
-    if (!result->quicklook) return;
-    for (const std::string& photo : result->quicklook->left_out)
-      result->messages.push_back("photo " + photo + " could not be read for the quicklook");
+    auto quicklook = MakeQuicklook(block, *oriented);
+    if (!quicklook) return std::nullopt;
+    for (const std::string& photo : quicklook->left_out)
+      oriented->messages.push_back("photo " + photo + " could not be read for the quicklook");
+    return quicklook;
   } catch (const std::exception& error) {
-    result->messages.push_back(std::string("no quicklook: ") + error.what());
+    oriented->messages.push_back(std::string("no quicklook: ") + error.what());
+    return std::nullopt;
   }
 }
 
-void WriteExportsTo(const BlockFile& block, BlockRunResult* result) {
+void WriteExportsTo(const BlockFile& block, block::OrientedBlock* result) {
   const auto oriented = [](const ExteriorResult& photo) { return photo.pose.has_value(); };
   if (block.formats.empty() ||
       std::none_of(result->results.begin(), result->results.end(), oriented))
     return;
   const std::string& out = block.output_directory;
   try {
-    const ExportsOfFolder exports = WriteExportsOf(out, BlockCameraPath(out), block.formats);
+    const ExportsOfFolder exports = WriteExportsOf(out, block::BlockCameraPath(out), block.formats);
     result->messages.insert(result->messages.end(), exports.messages.begin(),
                             exports.messages.end());
   } catch (const InputError& error) {
-    throw InputError("the block is done and written to " + out +
-                     ", but not exported: " + error.what());
+    throw InputError(fmt::format("the block is done and written to {}, but not exported: {}", out,
+                                 error.what()));
   }
 }
 
@@ -90,12 +94,11 @@ std::string PhotoOf(const fs::path& file) {
 // `path`, or where that is taken, path_2, path_3 and so on.
 fs::path FreshFolder(const fs::path& path) {
   fs::path fresh = path;
-  for (int i = 2; fs::exists(fresh); ++i) fresh = path.string() + "_" + std::to_string(i);
+  for (int i = 2; fs::exists(fresh); ++i) fresh = fmt::format("{}_{}", path.string(), i);
   return fresh;
 }
 
-}  // namespace
-
+// Returns what is told of it, if anything was moved.
 std::optional<std::string> SetOtherPhotosAside(const BlockFile& block) {
   const fs::path out(block.output_directory);
   std::set<std::string> photos, others;
@@ -120,10 +123,13 @@ std::optional<std::string> SetOtherPhotosAside(const BlockFile& block) {
          names + ") was moved to " + aside.string();
 }
 
-void WriteBlockOutputs(const BlockOutputs& outputs, BlockRunResult* written) {
-  BlockRunResult& result = *written;
-  const BlockFile& block = outputs.block;
+}  // namespace
+
+std::optional<block::Quicklook> WriteBlockOutputs(const BlockFile& block, bool quicklook,
+                                                  block::OrientedBlock* oriented) {
+  block::OrientedBlock& result = *oriented;
   const std::string& out = block.output_directory;
+  if (const auto told = SetOtherPhotosAside(block)) result.messages.push_back(*told);
   RemoveStale(block);
   OrientationTable table;
   table.crs = block.crs;
@@ -134,8 +140,9 @@ void WriteBlockOutputs(const BlockOutputs& outputs, BlockRunResult* written) {
           {photo.photo, *photo.pose, Vector6d(photo.covariance->diagonal().cwiseSqrt())});
   }
   WriteOrientationTable((fs::path(out) / "orientation.csv").string(), table);
-  WriteBlockCamera(out, outputs.camera);
-  if (outputs.quicklook) Illustrate(outputs, &result);
+  block::WriteBlockCamera(out, result.camera);
+  std::optional<block::Quicklook> pictures;
+  if (quicklook) pictures = Illustrate(block, &result);
   if (result.adjusted) {
     result.adjusted->messages = result.messages;
     WriteAdjustmentResult(out, *result.adjusted);
@@ -146,6 +153,7 @@ void WriteBlockOutputs(const BlockOutputs& outputs, BlockRunResult* written) {
   record.notes = result.messages;
   WriteReport(record);
   WriteExportsTo(block, &result);
+  return pictures;
 }
 
 }  // namespace orient

@@ -1,11 +1,11 @@
-#include "tools/command.h"
+#include "tools/commands/command.h"
 
 #include <CLI/CLI.hpp>
 #include <algorithm>
 #include <new>
 #include <ostream>
 
-#include "core/error.h"
+#include "core/base/error.h"
 
 namespace orient {
 namespace {

@@ -2,9 +2,9 @@
 // turns exceptions into them.
 //
 // A subcommand lives in one file, tools/orient_<stage>.cpp: a class derived from Command and a
-// function Make<Stage>Command() that tools/commands.cpp lists. Setup() binds options and may not
-// open files; Run() works and may not parse. Results go to files or standard output, messages to
-// the error stream.
+// function Make<Stage>Command() that tools/commands/commands.cpp lists. Setup() binds options and
+// may not open files; Run() works and may not parse. Results go to files or standard output,
+// messages to the error stream.
 #pragma once
 
 #include <CLI/App.hpp>

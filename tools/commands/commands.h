@@ -2,7 +2,7 @@
 // function here, list it in commands.cpp, and write its page docs/<stage>.md.
 #pragma once
 
-#include "tools/command.h"
+#include "tools/commands/command.h"
 
 namespace orient {
 

@@ -4,7 +4,7 @@
 #include <CLI/App.hpp>
 #include <string>
 
-#include "core/geometry/earth_effects.h"
+#include "core/terrain/earth_effects.h"
 
 namespace orient {
 

@@ -1,18 +1,21 @@
-#include "tools/estimate_camera.h"
+#include "tools/commands/estimate_camera.h"
+
+#include <fmt/format.h>
 
 #include <CLI/CLI.hpp>
+#include <Eigen/LU>
 #include <algorithm>
 #include <cmath>
 #include <filesystem>
 #include <ostream>
 
-#include "core/error.h"
+#include "block/inputs/camera_library.h"
+#include "block/roll/camera_estimation.h"
+#include "core/base/error.h"
 #include "core/files/camera_file.h"
 #include "core/files/results.h"
-#include "interior/camera_estimation.h"
-#include "tools/camera_library.h"
-#include "tools/shared_options.h"
-#include "tools/summary_table.h"
+#include "tools/commands/shared_options.h"
+#include "tools/commands/summary_table.h"
 
 namespace orient {
 namespace {
@@ -31,9 +34,9 @@ size_t IndexOf(const std::string& id, const CameraFile& camera, const std::strin
 
 // Pixels to millimetres by the pixel size and the way the film lies alone: the affine transform
 // would carry the start positions' shape into the scan.
-ScanOfMarks ScanOf(const InteriorResult& result, const CameraFile& camera,
-                   const std::string& path) {
-  ScanOfMarks scan{result.photo, {}};
+block::ScanOfMarks ScanOf(const InteriorResult& result, const CameraFile& camera,
+                          const std::string& path) {
+  block::ScanOfMarks scan{result.photo, {}};
   scan.place_mm.resize(camera.fiducials.size());
   const Affine2d& affine = result.photo_from_pixel.value();
   const double pixel_mm = std::sqrt(std::abs(affine.A.determinant()));
@@ -47,7 +50,7 @@ ScanOfMarks ScanOf(const InteriorResult& result, const CameraFile& camera,
 }
 
 struct Scans {
-  std::vector<ScanOfMarks> scans;
+  std::vector<block::ScanOfMarks> scans;
   int open = 0;  // whose orientation is open
 };
 
@@ -66,16 +69,17 @@ Scans ReadScans(const std::vector<std::string>& directories, const CameraFile& c
   return scans;
 }
 
-CameraEstimate Estimate(const Scans& scans, const CameraFile& camera, const std::string& scanner,
-                        CommonAffinity* common) {
+block::CameraEstimate Estimate(const Scans& scans, const CameraFile& camera,
+                               const std::string& scanner, block::CommonAffinity* common) {
   std::vector<Eigen::Vector2d> start;
   for (const Fiducial& f : camera.fiducials) start.push_back(f.position_mm);
-  *common = scanner == "photogrammetric" ? CommonAffinity::kSmall : CommonAffinity::kUnknown;
-  auto estimate = EstimateCamera(scans.scans, start, *common);
+  *common = scanner == "photogrammetric" ? block::CommonAffinity::kSmall
+                                         : block::CommonAffinity::kUnknown;
+  auto estimate = block::EstimateCamera(scans.scans, start, *common);
   if (estimate && scanner == "auto" &&
       std::hypot(estimate->mean_difference, estimate->mean_shear) < kPhotogrammetricAffinity) {
-    *common = CommonAffinity::kSmall;
-    estimate = EstimateCamera(scans.scans, start, *common);
+    *common = block::CommonAffinity::kSmall;
+    estimate = block::EstimateCamera(scans.scans, start, *common);
   }
   if (!estimate)
     throw InputError("the photos show too little: at least three of them must have three marks, " +
@@ -83,8 +87,8 @@ CameraEstimate Estimate(const Scans& scans, const CameraFile& camera, const std:
   return *estimate;
 }
 
-void Print(const CameraFile& camera, const CameraEstimate& estimate, CommonAffinity common,
-           int open, std::ostream& out) {
+void Print(const CameraFile& camera, const block::CameraEstimate& estimate,
+           block::CommonAffinity common, int open, std::ostream& out) {
   SummaryTable table({"mark", "x mm", "y mm", "sigma x um", "sigma y um", "moved um"});
   for (size_t i = 0; i < camera.fiducials.size(); ++i) {
     const Eigen::Vector2d& at = estimate.position_mm[i];
@@ -98,7 +102,7 @@ void Print(const CameraFile& camera, const CameraEstimate& estimate, CommonAffin
       << estimate.rejected << " of them rejected; noise " << Fixed(estimate.noise_um, 1)
       << " um, affinity from scan to scan " << Fixed(1e4 * estimate.affinity, 2) << "e-4\n";
   out << "Shift, turn and scale are those of the start file: scans do not show them.\n";
-  if (common == CommonAffinity::kUnknown)
+  if (common == block::CommonAffinity::kUnknown)
     out << "The scans have an affinity in common (difference of scales "
         << Fixed(100 * estimate.mean_difference, 3) << " %, shear "
         << Fixed(1e3 * estimate.mean_shear, 2)
@@ -137,18 +141,18 @@ void EstimateCameraCommand::Setup(CLI::App& interior) {
 
 ExitCode EstimateCameraCommand::Run(std::ostream& out) const {
   RefuseToOverwrite({out_}, overwrite_);
-  CameraFile camera = ReadCameraFile(FindCameraFile(start_, library_));
+  CameraFile camera = ReadCameraFile(block::FindCameraFile(start_, library_));
   if (camera.fiducials.empty())
     throw InputError(start_ + ": has no fiducials, of which positions could be estimated");
   const Scans scans = ReadScans(directories_, camera);
-  CommonAffinity common = CommonAffinity::kUnknown;
-  const CameraEstimate estimate = Estimate(scans, camera, scanner_, &common);
+  block::CommonAffinity common = block::CommonAffinity::kUnknown;
+  const block::CameraEstimate estimate = Estimate(scans, camera, scanner_, &common);
   Print(camera, estimate, common, scans.open, out);
   for (const size_t i : estimate.shown) {
     camera.fiducials[i].position_mm = estimate.position_mm[i];
     camera.fiducials[i].sigma_mm = estimate.sigma_mm[i];
   }
-  camera.camera.name += ", marks estimated from " + std::to_string(estimate.scans) + " scans";
+  camera.camera.name += fmt::format(", marks estimated from {} scans", estimate.scans);
   WriteCameraFile(out_, camera);
   return ExitCode::kAllDone;
 }

@@ -1,9 +1,11 @@
-#include "tools/exterior_summary.h"
+#include "tools/commands/exterior_summary.h"
+
+#include <fmt/format.h>
 
 #include <algorithm>
 #include <cmath>
 
-#include "tools/summary_table.h"
+#include "tools/commands/summary_table.h"
 
 namespace orient {
 namespace {
@@ -14,7 +16,7 @@ std::string Matched(const ExteriorResult& result) {
     matched += patch.state == PatchState::kMatched ? 1 : 0;
     searched += patch.state != PatchState::kNotVisible ? 1 : 0;
   }
-  return searched == 0 ? "-" : std::to_string(matched) + "/" + std::to_string(searched);
+  return searched == 0 ? "-" : fmt::format("{}/{}", matched, searched);
 }
 
 // The larger of the two horizontal, and the height's sigma.
@@ -34,7 +36,7 @@ void PrintExteriorSummary(const std::vector<ExteriorResult>& results, std::ostre
     table.AddRow({result.photo, std::string(Name(result.status)), Matched(result),
                   Fixed(result.sigma0_px, 2), Fixed(Sigma(result, 0, 1, 1), 2),
                   Fixed(Sigma(result, 2, 2, 1), 2), Fixed(Sigma(result, 3, 5, DegFromRad(1)), 4),
-                  result.messages.empty() ? "" : result.messages.front()});
+                  result.findings.empty() ? "" : Sentence(result.findings.front())});
   table.Print(out);
 }
 

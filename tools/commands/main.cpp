@@ -1,10 +1,10 @@
 #include <iostream>
 
-#include "tools/commands.h"
-#include "tools/memory.h"
+#include "tools/commands/commands.h"
+#include "tools/commands/memory.h"
 
 int main(int argc, char** argv) {
-  orient::KeepFreedMemory();
+  orient::KeepReleasedMemory();
   return orient::RunProgram(orient::MakeCommands(), std::vector<std::string>(argv + 1, argv + argc),
                             std::cout, std::cerr);
 }

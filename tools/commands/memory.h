@@ -3,10 +3,10 @@
 
 namespace orient {
 
-// Freed memory stays with the program instead of going back to the system block by block. Every
+// Released memory stays with the program instead of going back to the system block by block. Every
 // window and every drawing is some hundred kilobytes, made and dropped again: glibc would map each
 // one anew, and the system fill it with zeros, a fifth of the time that a scan takes. For `main`
 // alone, as it holds for the whole program.
-void KeepFreedMemory();
+void KeepReleasedMemory();
 
 }  // namespace orient

@@ -1,19 +1,24 @@
 // orient block: from scans to an oriented block, in one command.
+#include <fmt/format.h>
+
 #include <CLI/CLI.hpp>
 #include <filesystem>
 #include <ostream>
 
-#include "core/error.h"
+#include "block/block.h"
+#include "block/inputs/camera_library.h"
+#include "block/plan.h"
+#include "core/base/error.h"
 #include "core/files/block_file.h"
 #include "core/files/orientation_table.h"
-#include "tools/block/block_run.h"
-#include "tools/camera_library.h"
-#include "tools/commands.h"
+#include "tools/commands/block_outputs.h"
+#include "tools/commands/commands.h"
+#include "tools/commands/exterior_summary.h"
+#include "tools/commands/patchdb_to_write.h"
+#include "tools/commands/progress.h"
+#include "tools/commands/shared_options.h"
+#include "tools/commands/summary_table.h"
 #include "tools/convert/convert_source.h"
-#include "tools/exterior_learning.h"
-#include "tools/exterior_summary.h"
-#include "tools/shared_options.h"
-#include "tools/summary_table.h"
 
 namespace orient {
 namespace {
@@ -40,16 +45,15 @@ class BlockCommand : public Command {
   }
 
   ExitCode Run(std::ostream& out) override {
-    BlockRunOptions options{.block = ReadBlockFile(block_path_)};
+    block::BlockRunOptions options{.block = ReadBlockFile(block_path_)};
     CheckFormats(options.block.formats);
-    options.block.camera = FindCameraFile(options.block.camera, library_);
+    options.block.camera = block::FindCameraFile(options.block.camera, library_);
     options.feedback = !no_feedback_;
-    options.quicklook = quicklook_;
     options.jobs = jobs_;
     const std::string& directory = options.block.output_directory;
-    options.resume = !overwrite_ && (resume_ || IsUnfinished(directory));
+    options.resume = !overwrite_ && (resume_ || block::IsUnfinished(directory));
     if (plan_) {
-      for (const std::string& line : PlanBlock(options)) out << line << "\n";
+      for (const std::string& line : PlanBlock(block::BlockInputs(options))) out << line << "\n";
       return ExitCode::kAllDone;
     }
     RefuseToOverwrite(Results(options.block), overwrite_ || options.resume, "--resume");
@@ -58,9 +62,14 @@ class BlockCommand : public Command {
     for (const UnusablePhoto& photo : options.block.unusable)
       out << "cannot  " << photo.name << ": " << photo.reason << "\n";
     if (options.feedback) BringUpToDateForFeedback(options.block.patchdb, out);
-    const BlockRunResult result = RunBlock(options);
+    const block::BlockInputs inputs(options);
+    const block::BlockFolder folder(directory, options.resume);
+    ShownProgress progress;
+    block::OrientedBlock result = block::Orient(inputs, folder, &progress);
+    const auto quicklook = WriteBlockOutputs(options.block, quicklook_, &result);
+    folder.Finish();
     PrintExteriorSummary(result.results, out);
-    PrintBlockSummary(result, out);
+    PrintBlockSummary(result, quicklook, out);
     out << "\nreport  " << fs::absolute(fs::path(directory) / "report.html").string() << "\n";
     return AllOriented(result.results) && result.not_there.empty() ? ExitCode::kAllDone
                                                                    : ExitCode::kSomeNotOriented;
@@ -71,11 +80,10 @@ class BlockCommand : public Command {
   void CheckFormats(const std::vector<std::string>& formats) const {
     for (const std::string& format : formats) {
       if (ExchangeFormatFromName(format)) continue;
-      std::string message = block_path_;
-      message.append(": output.formats has \"").append(format).append("\"; what can be written is");
-      for (const ExchangeFormat one : kAllExchangeFormats)
-        message.append(" ").append(orient::Name(one));
-      throw InputError(message);
+      std::string known;
+      for (const ExchangeFormat one : kAllExchangeFormats) known += " " + orient::Name(one);
+      throw InputError(fmt::format("{}: output.formats has \"{}\"; what can be written is{}",
+                                   block_path_, format, known));
     }
   }
 
@@ -93,7 +101,9 @@ class BlockCommand : public Command {
     return results;
   }
 
-  static void PrintBlockSummary(const BlockRunResult& result, std::ostream& out) {
+  static void PrintBlockSummary(const block::OrientedBlock& result,
+                                const std::optional<block::Quicklook>& quicklook,
+                                std::ostream& out) {
     if (const auto& block = result.summary) {
       out << "\nblock   " << block->photos << " photos by " << block->ties << " tie points ("
           << block->sightings << " sightings, " << block->rejected << " rejected, sigma0 "
@@ -105,7 +115,7 @@ class BlockCommand : public Command {
             << Fixed(block->check_rms_px, 2) << " px";
       out << "\n";
     }
-    if (const auto& quicklook = result.quicklook) {
+    if (quicklook) {
       out << "seams   " << quicklook->Measured() << " of " << quicklook->seams.size()
           << " places between orthophotos measured";
       if (const auto shift = quicklook->MedianShiftPx())

@@ -2,16 +2,17 @@
 #include <CLI/CLI.hpp>
 #include <ostream>
 
+#include "block/inputs/camera_library.h"
 #include "interior/camera_choice.h"
-#include "tools/camera_library.h"
-#include "tools/commands.h"
-#include "tools/summary_table.h"
+#include "tools/commands/commands.h"
+#include "tools/commands/shared_options.h"
+#include "tools/commands/summary_table.h"
 
 namespace orient {
 namespace {
 
-bool IsTried(const LibraryCamera& camera) {
-  return !camera.format_only && camera.file.fiducials.size() <= kMostMarksOfUnknownCamera;
+bool IsTried(const block::LibraryCamera& camera) {
+  return !camera.format_only && camera.file.fiducials.size() <= interior::kMostMarksOfUnknownCamera;
 }
 
 class CamerasCommand : public Command {
@@ -24,9 +25,9 @@ class CamerasCommand : public Command {
   void Setup(CLI::App& app) override { AddCameraLibraryOption(app, &library_); }
 
   ExitCode Run(std::ostream& out) override {
-    const std::string folder = CameraLibraryFolder(library_);
+    const std::string folder = block::CameraLibraryFolder(library_);
     SummaryTable table({"name", "marks", "c mm", "auto", "camera"});
-    for (const LibraryCamera& camera : ReadCameraLibrary(folder))
+    for (const block::LibraryCamera& camera : block::ReadCameraLibrary(folder))
       table.AddRow({camera.name, std::to_string(camera.file.fiducials.size()),
                     Fixed(camera.file.camera.principal_distance_mm, 1),
                     IsTried(camera) ? "yes" : "no", camera.file.camera.name});

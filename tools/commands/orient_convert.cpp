@@ -1,22 +1,23 @@
 // orient convert: oriented blocks for other programs, from them, and whether both mean the same.
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <array>
 #include <cmath>
 #include <filesystem>
 #include <ostream>
 
-#include "core/error.h"
+#include "block/inputs/camera_library.h"
+#include "core/base/error.h"
 #include "core/files/block_file.h"
 #include "core/files/orientation_table.h"
-#include "core/format_text.h"
-#include "tools/camera_library.h"
-#include "tools/commands.h"
+#include "tools/commands/commands.h"
+#include "tools/commands/progress.h"
+#include "tools/commands/shared_options.h"
 #include "tools/convert/check_exports.h"
 #include "tools/convert/convert_source.h"
 #include "tools/convert/resample_photos.h"
 #include "tools/convert/write_exports.h"
-#include "tools/progress.h"
-#include "tools/shared_options.h"
 
 namespace orient {
 namespace {
@@ -98,7 +99,7 @@ class ConvertCommand : public Command {
   ExchangeFormat From() const { return *ExchangeFormatFromName(from_.empty() ? "opk" : from_); }
 
   void Prepare() {
-    if (!source_.camera.empty()) source_.camera = FindCameraFile(source_.camera, library_);
+    if (!source_.camera.empty()) source_.camera = block::FindCameraFile(source_.camera, library_);
     if (!origin_.empty()) source_.origin = Eigen::Vector3d(origin_.data());
     RequirePlausible();
     if (!source_.image_extension.empty() && source_.image_extension.front() != '.')
@@ -118,8 +119,8 @@ class ConvertCommand : public Command {
   void RequirePlausible() const {
     const auto require = [](const char* option, double value, double most) {
       if (!(std::abs(value) <= most))
-        throw UsageError(FormatText("%s is %g; it must lie between %.0f and %.0f m", option, value,
-                                    -most, most));
+        throw UsageError(fmt::format("{} is {:g}; it must lie between {:.0f} and {:.0f} m", option,
+                                     value, -most, most));
     };
     for (const double coordinate : origin_) require("--origin", coordinate, 1e8);
     require("--geoid-m", source_.geoid_m.value_or(0), 200);
@@ -168,14 +169,13 @@ class ConvertCommand : public Command {
     MakeOutputDirectory(folder);
     WriteCameraFile((fs::path(folder) / "camera.toml").string(),
                     {source.cameras.front(), {}, {}, std::nullopt, {}});
-    Progress progress("resampling", static_cast<int>(images_.size()));
+    ProgressLine progress("resampling", static_cast<int>(images_.size()));
     bool all = true;
     for (const std::string& scan : images_) {
       try {
         const ResampledPhoto made = ResampleOne(source, interior, scan);
-        out << made.path << ": " << made.width << " x " << made.height
-            << FormatText(" px, %d bands, largest difference %.2g px\n", made.bands,
-                          made.largest_difference_px);
+        out << fmt::format("{}: {} x {} px, {} bands, largest difference {:.2g} px\n", made.path,
+                           made.width, made.height, made.bands, made.largest_difference_px);
       } catch (const InputError& error) {
         out << "failed  " << PhotoName(scan) << ": " << error.what() << "\n";
         all = false;

@@ -2,16 +2,16 @@
 #include <algorithm>
 #include <ostream>
 
+#include "block/inputs/camera_library.h"
+#include "block/stages/exterior_stage.h"
 #include "core/files/block_file.h"
 #include "core/files/orientation_table.h"
-#include "tools/camera_library.h"
-#include "tools/commands.h"
-#include "tools/earth_option.h"
-#include "tools/exterior_learning.h"
-#include "tools/exterior_run.h"
-#include "tools/exterior_summary.h"
-#include "tools/progress.h"
-#include "tools/shared_options.h"
+#include "tools/commands/commands.h"
+#include "tools/commands/earth_option.h"
+#include "tools/commands/exterior_summary.h"
+#include "tools/commands/patchdb_to_write.h"
+#include "tools/commands/progress.h"
+#include "tools/commands/shared_options.h"
 
 namespace orient {
 namespace {
@@ -58,7 +58,7 @@ class ExteriorCommand : public Command {
 
   ExitCode Run(std::ostream& out) override {
     options_.photos = ExpandPhotos(patterns_, "");
-    options_.camera = FindCameraFile(options_.camera, library_);
+    options_.camera = block::FindCameraFile(options_.camera, library_);
     options_.out = output_.directory;
     if (attitude_sigma_deg_) options_.attitude_sigma_rad = RadFromDeg(*attitude_sigma_deg_);
     if (kappa_sigma_deg_) options_.kappa_sigma_rad = RadFromDeg(*kappa_sigma_deg_);
@@ -69,8 +69,8 @@ class ExteriorCommand : public Command {
     RefuseToOverwrite(results, output_.overwrite || options_.resume, "--resume");
 
     if (options_.feedback) BringUpToDateForFeedback(options_.patchdb, out);
-    Progress progress("exterior orientation", static_cast<int>(options_.photos.size()));
-    const auto done = RunExterior(options_, [&](const ExteriorResult&) { progress.Advance(); });
+    ProgressLine progress("exterior orientation", static_cast<int>(options_.photos.size()));
+    const auto done = block::RunExterior(options_, [&] { progress.Advance(); });
     progress.Finish();
     PrintExteriorSummary(done, out);
     return AllOriented(done) ? ExitCode::kAllDone : ExitCode::kSomeNotOriented;
@@ -78,7 +78,7 @@ class ExteriorCommand : public Command {
 
  private:
   std::vector<std::string> patterns_;
-  ExteriorRunOptions options_;
+  block::ExteriorRunOptions options_;
   std::string library_;
   OutputOptions output_;
   std::optional<double> attitude_sigma_deg_, kappa_sigma_deg_;

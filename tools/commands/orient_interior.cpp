@@ -1,26 +1,28 @@
 // orient interior: fiducial marks, and with them the transform from pixel to film.
+#include <fmt/format.h>
+
 #include <CLI/CLI.hpp>
 #include <algorithm>
 #include <ostream>
 
-#include "core/error.h"
+#include "block/inputs/camera_library.h"
+#include "block/roll/roll.h"
+#include "block/stages/interior_stage.h"
+#include "core/base/error.h"
 #include "core/files/block_file.h"
 #include "core/files/orientation_table.h"
 #include "core/files/used_marks.h"
-#include "interior/roll.h"
-#include "tools/camera_library.h"
-#include "tools/commands.h"
-#include "tools/estimate_camera.h"
-#include "tools/interior_run.h"
-#include "tools/progress.h"
-#include "tools/shared_options.h"
-#include "tools/summary_table.h"
+#include "tools/commands/commands.h"
+#include "tools/commands/estimate_camera.h"
+#include "tools/commands/progress.h"
+#include "tools/commands/shared_options.h"
+#include "tools/commands/summary_table.h"
 
 namespace orient {
 namespace {
 
-std::string First(const std::vector<std::string>& messages) {
-  return messages.empty() ? "" : messages.front();
+std::string First(const Findings& findings) {
+  return findings.empty() ? "" : Sentence(findings.front());
 }
 
 class InteriorCommand : public Command {
@@ -41,6 +43,10 @@ class InteriorCommand : public Command {
     app.add_flag("--resume", resume_, "Keep the results that exist, do the other photos");
     AddScanOptions(app, &scan_);
     AddScannerOption(app);
+    app.add_option("--assignment", assignment_,
+                   "How candidates are assigned to marks; softassign is the published method")
+        ->check(CLI::IsMember({"exact", "softassign"}))
+        ->capture_default_str();
     app.add_option("--locator", locator_, "How marks are searched")
         ->check(CLI::IsMember({"auto", "hough", "ncc", "lines"}))
         ->capture_default_str();
@@ -52,12 +58,14 @@ class InteriorCommand : public Command {
   ExitCode Run(std::ostream& out) override {
     if (estimate_camera_.Asked()) return estimate_camera_.Run(out);
     if (patterns_.empty()) throw UsageError("PHOTO is required: name at least one scan or a glob");
-    InteriorRunOptions options;
+    block::InteriorRunOptions options;
     options.photos = ExpandPhotos(patterns_, "");
-    options.camera = camera_ == kAutoCamera ? camera_ : FindCameraFile(camera_, library_);
+    options.camera =
+        camera_ == block::kAutoCamera ? camera_ : block::FindCameraFile(camera_, library_);
     options.camera_library = library_;
     options.out = output_.directory;
-    options.scan = {scan_.pixel_size_um, scan_.polarity, scan_.orientation, scanner_, Locator()};
+    options.scan = {scan_.pixel_size_um, scan_.polarity, scan_.orientation, scanner_,
+                    Locator(),           Assignment()};
     options.resume = resume_;
     options.jobs = jobs_;
     options.micmac = micmac_;
@@ -65,9 +73,9 @@ class InteriorCommand : public Command {
     for (const std::string& photo : options.photos)
       paths.push_back(InteriorResultPath(options.out, PhotoName(photo)));
     RefuseToOverwrite(paths, output_.overwrite || resume_, "--resume");
-    Progress progress("interior orientation", static_cast<int>(options.photos.size()));
+    ProgressLine progress("interior orientation", static_cast<int>(options.photos.size()));
     std::vector<std::string> notes;
-    const auto results = RunInterior(
+    const auto results = block::RunInterior(
         options, [&] { progress.Advance(); }, &notes);
     progress.Finish();
     const ExitCode code = Summarise(results, out);
@@ -81,18 +89,23 @@ class InteriorCommand : public Command {
            "--scanner",
            [this](const std::string& text) {
              scanner_.reset();
-             if (text == "photogrammetric") scanner_ = Scanner::kPhotogrammetric;
-             if (text == "desktop") scanner_ = Scanner::kDesktop;
+             if (text == "photogrammetric") scanner_ = interior::Scanner::kPhotogrammetric;
+             if (text == "desktop") scanner_ = interior::Scanner::kDesktop;
            },
            "How much the scanner or print deforms the film; found out by default")
         ->check(CLI::IsMember({"auto", "photogrammetric", "desktop"}))
         ->default_str("auto");
   }
 
-  std::optional<LocatorKind> Locator() const {
-    if (locator_ == "hough") return LocatorKind::kHough;
-    if (locator_ == "ncc") return LocatorKind::kNcc;
-    if (locator_ == "lines") return LocatorKind::kLines;
+  interior::AssignmentMethod Assignment() const {
+    return assignment_ == "softassign" ? interior::AssignmentMethod::kSoftassign
+                                       : interior::AssignmentMethod::kExact;
+  }
+
+  std::optional<interior::LocatorKind> Locator() const {
+    if (locator_ == "hough") return interior::LocatorKind::kHough;
+    if (locator_ == "ncc") return interior::LocatorKind::kNcc;
+    if (locator_ == "lines") return interior::LocatorKind::kLines;
     return std::nullopt;
   }
 
@@ -101,14 +114,13 @@ class InteriorCommand : public Command {
     bool all = true;
     for (const InteriorResult& r : results) {
       table.AddRow({r.photo, std::string(orient::Name(r.status)),
-                    std::to_string(CountUsedMarks(r)) + "/" + std::to_string(r.marks.size()),
-                    Fixed(r.sigma0_um, 1), Fixed(r.margin, 1), Fixed(r.pixel_size_um, 2),
-                    First(r.messages)});
+                    fmt::format("{}/{}", CountUsedMarks(r), r.marks.size()), Fixed(r.sigma0_um, 1),
+                    Fixed(r.margin, 1), Fixed(r.pixel_size_um, 2), First(r.findings)});
       all = all && r.status != Status::kFailed;
     }
     table.Print(out);
-    if (const auto roll = StatisticsOfRoll(results))
-      for (const std::string& finding : Findings(*roll)) out << finding << "\n";
+    if (const auto roll = block::StatisticsOfRoll(results))
+      for (const std::string& sentence : block::RollSentences(*roll)) out << sentence << "\n";
     return all ? ExitCode::kAllDone : ExitCode::kSomeNotOriented;
   }
 
@@ -118,8 +130,9 @@ class InteriorCommand : public Command {
   OutputOptions output_;
   bool resume_ = false;
   ScanOptions scan_;
-  std::optional<Scanner> scanner_;
+  std::optional<interior::Scanner> scanner_;
   std::string locator_ = "auto";
+  std::string assignment_ = "exact";
   int jobs_ = 0;
   bool micmac_ = false;
   EstimateCameraCommand estimate_camera_;

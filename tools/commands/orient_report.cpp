@@ -1,10 +1,12 @@
+#include <fmt/format.h>
+
 #include <CLI/CLI.hpp>
 #include <filesystem>
 #include <ostream>
 
-#include "core/error.h"
-#include "tools/block_geopackage.h"
-#include "tools/commands.h"
+#include "core/base/error.h"
+#include "tools/commands/commands.h"
+#include "tools/report/block_geopackage.h"
 #include "tools/report/report.h"
 
 namespace orient {
@@ -42,7 +44,7 @@ class ReportCommand : public Command {
     if (problems.empty()) return;
     std::string message = problems.front();
     if (problems.size() > 1)
-      message += " (and " + std::to_string(problems.size() - 1) + " more; the report lists them)";
+      message += fmt::format(" (and {} more; the report lists them)", problems.size() - 1);
     throw InputError(message);
   }
 

@@ -1,15 +1,17 @@
 // orient simulate: a small block with exact truth, to try the program with and to test it.
+#include <fmt/format.h>
+
 #include <CLI/CLI.hpp>
 #include <map>
 #include <optional>
 #include <ostream>
 
-#include "tools/commands.h"
-#include "tools/earth_option.h"
-#include "tools/progress.h"
-#include "tools/shared_options.h"
+#include "tools/commands/commands.h"
+#include "tools/commands/earth_option.h"
+#include "tools/commands/progress.h"
+#include "tools/commands/shared_options.h"
+#include "tools/commands/summary_table.h"
 #include "tools/simulate/simulate.h"
-#include "tools/summary_table.h"
 
 namespace orient {
 namespace {
@@ -123,7 +125,7 @@ ExitCode SimulateCommand::Run(std::ostream& out) {
   options_.overwrite = output_.overwrite;
   options_.objects = !bare_;
   options_.orientation = ScanOrientationFromName(scan_orientation_);  // random: none for all
-  std::optional<Progress> progress;
+  std::optional<ProgressLine> progress;
   const SimulationSummary summary = Simulate(options_, output_.directory, [&](int, int steps) {
     if (progress)
       progress->Advance();
@@ -134,8 +136,8 @@ ExitCode SimulateCommand::Run(std::ostream& out) {
 
   SummaryTable table({"made", "count", "what"});
   table.AddRow({"new photos", std::to_string(summary.photos.size()),
-                std::to_string(summary.width) + " x " + std::to_string(summary.height) +
-                    " px, flown " + Fixed(summary.flying_height_m, 0) + " m above ground"});
+                fmt::format("{} x {} px, flown {} m above ground", summary.width, summary.height,
+                            Fixed(summary.flying_height_m, 0))});
   table.AddRow({"old photos", std::to_string(summary.old_photos.size()), "with their orientation"});
   table.AddRow({"parcels", std::to_string(summary.parcels), "of land"});
   table.AddRow({"buildings", std::to_string(summary.buildings), "not in the DEM"});

@@ -1,5 +1,6 @@
-#include "tools/progress.h"
+#include "tools/commands/progress.h"
 
+#include <fmt/format.h>
 #include <unistd.h>
 
 #include <cmath>
@@ -15,28 +16,27 @@ constexpr const char* kEraseLine = "\r\033[K";
 
 std::string DurationText(double seconds) {
   const long whole = std::lround(seconds);
-  if (whole >= 3600)
-    return std::to_string(whole / 3600) + " h " + std::to_string(whole % 3600 / 60) + " min";
-  if (whole >= 60) return std::to_string(whole / 60) + " min " + std::to_string(whole % 60) + " s";
+  if (whole >= 3600) return fmt::format("{} h {} min", whole / 3600, whole % 3600 / 60);
+  if (whole >= 60) return fmt::format("{} min {} s", whole / 60, whole % 60);
   return std::to_string(whole) + " s";
 }
 
 }  // namespace
 
 std::string ProgressText(const std::string& what, int done, int total, double elapsed_s) {
-  std::string text = what + "  " + std::to_string(done) + " of " + std::to_string(total);
-  if (total > 0) text += ", " + std::to_string(100LL * done / total) + " %";
+  std::string text = fmt::format("{}  {} of {}", what, done, total);
+  if (total > 0) text += fmt::format(", {} %", 100LL * done / total);
   if (done > 0 && done < total)
-    text += ", " + DurationText(elapsed_s * (total - done) / done) + " left";
+    text += fmt::format(", {} left", DurationText(elapsed_s * (total - done) / done));
   return text;
 }
 
-Progress::Progress(std::string what, int total)
+ProgressLine::ProgressLine(std::string what, int total)
     : what_(std::move(what)), total_(total), is_terminal_(isatty(STDERR_FILENO) == 1) {}
 
-Progress::~Progress() { Finish(); }
+ProgressLine::~ProgressLine() { Finish(); }
 
-void Progress::Advance(int steps) {
+void ProgressLine::Advance(int steps) {
   const std::lock_guard lock(mutex_);
   done_ += steps;
   const Clock::time_point now = Clock::now();
@@ -44,7 +44,7 @@ void Progress::Advance(int steps) {
   if (now - start_ >= kSilence && now - last_shown_ >= interval) Show(now);
 }
 
-void Progress::Show(Clock::time_point now) {
+void ProgressLine::Show(Clock::time_point now) {
   const double elapsed_s = std::chrono::duration<double>(now - start_).count();
   const std::string text = ProgressText(what_, done_, total_, elapsed_s);
   if (is_terminal_)
@@ -56,7 +56,7 @@ void Progress::Show(Clock::time_point now) {
   last_shown_ = now;
 }
 
-void Progress::Finish() {
+void ProgressLine::Finish() {
   const std::lock_guard lock(mutex_);
   if (shown_ && is_terminal_) std::fputs(kEraseLine, stderr);
   shown_ = false;

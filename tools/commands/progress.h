@@ -3,19 +3,22 @@
 
 #include <chrono>
 #include <mutex>
+#include <optional>
 #include <string>
+
+#include "core/base/progress.h"
 
 namespace orient {
 
 // Silent for the first two seconds. On a terminal one line is rewritten; elsewhere (a log) a line
 // appears every half minute. Safe to advance from several threads. The line is taken away by
 // Finish() or at the end of life.
-class Progress {
+class ProgressLine {
  public:
-  Progress(std::string what, int total);  // "interior orientation", photos
-  ~Progress();
-  Progress(const Progress&) = delete;
-  Progress& operator=(const Progress&) = delete;
+  ProgressLine(std::string what, int total);  // "interior orientation", photos
+  ~ProgressLine();
+  ProgressLine(const ProgressLine&) = delete;
+  ProgressLine& operator=(const ProgressLine&) = delete;
 
   void Advance(int steps = 1);
   void Finish();
@@ -32,6 +35,17 @@ class Progress {
   Clock::time_point start_ = Clock::now();
   Clock::time_point last_shown_ = start_;
   std::mutex mutex_;
+};
+
+// A line for each task of a run.
+class ShownProgress : public ProgressListener {
+ public:
+  void Begin(const std::string& task, int total) override { line_.emplace(task, total); }
+  void Advance(int steps) override { line_->Advance(steps); }
+  void End() override { line_.reset(); }
+
+ private:
+  std::optional<ProgressLine> line_;
 };
 
 // "interior orientation  12 of 40, 30 %, 2 min 5 s left". Without a step done no time is known.

@@ -1,11 +1,11 @@
-#include "tools/shared_options.h"
+#include "tools/commands/shared_options.h"
 
 #include <CLI/CLI.hpp>
 #include <algorithm>
 #include <filesystem>
 #include <system_error>
 
-#include "core/error.h"
+#include "core/base/error.h"
 
 namespace orient {
 namespace fs = std::filesystem;
@@ -17,6 +17,11 @@ CLI::Option* AddPhotosOption(CLI::App& app, std::vector<std::string>* patterns) 
 CLI::Option* AddJobsOption(CLI::App& app, int* jobs) {
   return app.add_option("--jobs", *jobs, "Photos worked on at the same time; 0: one a processor")
       ->check(CLI::Range(0, 1024));
+}
+
+CLI::Option* AddCameraLibraryOption(CLI::App& app, std::string* folder) {
+  return app.add_option("--camera-library", *folder,
+                        "Folder of camera files; the program's own library where absent");
 }
 
 void AddOverwriteOption(CLI::App& app, bool* overwrite) {
@@ -51,14 +56,6 @@ void AddScanOptions(CLI::App& app, ScanOptions* scan) {
          "How the film lay on the scanner: turned counter-clockwise, m: mirrored first")
       ->check(CLI::IsMember(names))
       ->default_str("auto");
-}
-
-void MakeOutputDirectory(const std::string& directory) {
-  std::error_code error;
-  fs::create_directories(directory, error);
-  if (error || !fs::is_directory(directory))
-    throw InputError("cannot make the folder " + directory + ": " +
-                     (error ? error.message() : "a file of this name is in the way"));
 }
 
 void RefuseToOverwrite(const std::vector<std::string>& results, bool overwrite,

@@ -6,6 +6,7 @@
 #include <string>
 #include <vector>
 
+#include "core/base/output_directory.h"
 #include "core/files/results.h"
 #include "core/geometry/transform2d.h"
 
@@ -16,6 +17,9 @@ CLI::Option* AddPhotosOption(CLI::App& app, std::vector<std::string>* patterns);
 
 // --jobs N: photos worked on at the same time; 0 (the default) is one a processor.
 CLI::Option* AddJobsOption(CLI::App& app, int* jobs);
+
+// --camera-library DIR.
+CLI::Option* AddCameraLibraryOption(CLI::App& app, std::string* folder);
 
 // --out DIR, required, and --overwrite.
 struct OutputOptions {
@@ -32,9 +36,6 @@ struct ScanOptions {
   std::optional<ScanOrientation> orientation;
 };
 void AddScanOptions(CLI::App& app, ScanOptions* scan);
-
-// Makes the folder and those above it. Throws InputError naming it.
-void MakeOutputDirectory(const std::string& directory);
 
 // Throws UsageError naming the first of `results` that exists, unless `overwrite`. `alternative`
 // is a further remedy where a command has one ("--resume").

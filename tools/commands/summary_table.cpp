@@ -1,9 +1,6 @@
-#include "tools/summary_table.h"
+#include "tools/commands/summary_table.h"
 
 #include <algorithm>
-#include <array>
-#include <cmath>
-#include <cstdio>
 #include <ostream>
 #include <stdexcept>
 
@@ -51,13 +48,6 @@ void SummaryTable::Print(std::ostream& out) const {
     line.erase(line.find_last_not_of(' ') + 1);
     out << line << "\n";
   }
-}
-
-std::string Fixed(const std::optional<double>& number, int decimals) {
-  if (!number || !std::isfinite(*number)) return "-";
-  std::array<char, 400> buffer;
-  const int length = std::snprintf(buffer.data(), buffer.size(), "%.*f", decimals, *number);
-  return std::string(buffer.data(), static_cast<size_t>(length));
 }
 
 }  // namespace orient

@@ -2,9 +2,10 @@
 #pragma once
 
 #include <iosfwd>
-#include <optional>
 #include <string>
 #include <vector>
+
+#include "core/base/number_text.h"
 
 namespace orient {
 
@@ -20,8 +21,5 @@ class SummaryTable {
  private:
   std::vector<std::vector<std::string>> rows_;  // the header first
 };
-
-// A number with fixed decimals; "-" where there is none.
-std::string Fixed(const std::optional<double>& number, int decimals);
 
 }  // namespace orient

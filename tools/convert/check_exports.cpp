@@ -1,12 +1,13 @@
 #include "tools/convert/check_exports.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <cmath>
 #include <filesystem>
 #include <limits>
 
-#include "core/error.h"
-#include "core/format_text.h"
+#include "core/base/error.h"
 #include "tools/convert/export_record.h"
 
 namespace orient {
@@ -108,10 +109,10 @@ std::vector<std::string> ExportFolders(const std::string& directory) {
 }
 
 std::string Verdict(const ExportCheck& check) {
-  std::string text = FormatText("%-10s %4zu points  ", Name(check.format).c_str(), check.points);
+  std::string text = fmt::format("{:<10} {:4} points  ", Name(check.format), check.points);
   if (std::isfinite(check.declared.rms_px))
-    text += FormatText("rms %.2g px, largest %.2g px: ", check.declared.rms_px,
-                       check.declared.largest_px);
+    text += fmt::format("rms {:.2g} px, largest {:.2g} px: ", check.declared.rms_px,
+                        check.declared.largest_px);
   if (check.ok)
     return text + (check.declared.largest_px <= kFits_px
                        ? "fits"
@@ -119,8 +120,8 @@ std::string Verdict(const ExportCheck& check) {
                          "table)");
   text += "DOES NOT FIT";
   if (check.fits)
-    return text + FormatText("; it fits to %.2g px if ", check.fits->largest_px) +
-           Describe(check.fits->reading);
+    return fmt::format("{}; it fits to {:.2g} px if {}", text, check.fits->largest_px,
+                       Describe(check.fits->reading));
   return text + "; no convention that is known fits: a pose, the camera or the points are others";
 }
 

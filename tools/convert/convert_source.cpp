@@ -1,5 +1,8 @@
 #include "tools/convert/convert_source.h"
 
+#include <fmt/format.h>
+
+#include <Eigen/LU>
 #include <algorithm>
 #include <cmath>
 #include <filesystem>
@@ -7,13 +10,13 @@
 #include <set>
 #include <utility>
 
-#include "core/error.h"
+#include "block/inputs/block_camera.h"
+#include "core/base/error.h"
 #include "core/files/adjustment_result.h"
 #include "core/files/camera_file.h"
 #include "core/files/orientation_table.h"
 #include "core/files/results.h"
-#include "core/geometry/earth_effects.h"
-#include "tools/block_camera.h"
+#include "core/terrain/earth_effects.h"
 #include "tools/convert/export_points.h"
 #include "tools/convert/export_record.h"
 #include "tools/convert/foreign_block.h"
@@ -43,9 +46,9 @@ double PixelSizeOfImages(const ConvertSourceOptions& options, const std::string&
   if (options.pixel_size_um) return 1e-3 * *options.pixel_size_um;
   if (const auto mean = MeanPixelSize(interior)) return *mean;
   throw InputError(
-      "the pixel size of the resampled images is not known: " + interior +
-      " holds no interior orientation; name the folder that does with --interior, or " +
-      "give --pixel-size-um");
+      fmt::format("the pixel size of the resampled images is not known: {} holds no interior "
+                  "orientation; name the folder that does with --interior, or give --pixel-size-um",
+                  interior));
 }
 
 std::optional<double> MeanGround(const std::optional<ExteriorResult>& exterior) {
@@ -91,14 +94,14 @@ GroundFrame FrameOf(const ForeignBlock& foreign, const ConvertSourceOptions& giv
 
 // The camera that the folder's poses are true with, where it says so.
 CameraFile CameraOfPoses(const ConvertSourceOptions& options, std::vector<std::string>* messages) {
-  const std::string own = BlockCameraPath(FolderOf(options.input));
+  const std::string own = block::BlockCameraPath(FolderOf(options.input));
   if (!fs::exists(own)) {
     if (options.camera.empty()) throw UsageError("name the photos' camera file with --camera");
     return ReadCameraFile(options.camera);
   }
-  if (!options.camera.empty() && OtherBlockCamera(FolderOf(options.input), options.camera))
-    messages->push_back("the poses are true with " + own + ", which is used instead of " +
-                        options.camera);
+  if (!options.camera.empty() && block::OtherBlockCamera(FolderOf(options.input), options.camera))
+    messages->push_back(fmt::format("the poses are true with {}, which is used instead of {}", own,
+                                    options.camera));
   return ReadCameraFile(own);
 }
 
@@ -184,10 +187,11 @@ ConvertSource ReadOrientResults(const ConvertSourceOptions& options) {
     std::optional<ExteriorResult> exterior;
     if (fs::exists(path)) exterior = ReadExteriorResult(path);
     if (exterior && exterior->principal_distance)
-      throw InputError(path + ": the photo's principal distance was freed (" +
-                       std::to_string(exterior->principal_distance->value_mm) +
-                       " mm); put the value that is true into the camera file and orient without " +
-                       "--principal-distance-sigma-mm before converting");
+      throw InputError(fmt::format(
+          "{}: the photo's principal distance was estimated with its pose ({:g} mm); put the value "
+          "that is true into "
+          "the camera file and orient without --principal-distance-sigma-mm before converting",
+          path, exterior->principal_distance->value_mm));
     auto height = MeanGround(exterior);
     if (!height) height = options.ground_height_m;
     const bool seen = !film || fs::exists(InteriorResultPath(interior, row.photo));
@@ -200,11 +204,10 @@ ConvertSource ReadOrientResults(const ConvertSourceOptions& options) {
     source.ground_height_m.push_back(height);
   }
   if (without_interior > 0)
-    source.messages.push_back("control and tie points of " + std::to_string(without_interior) +
-                              " of " + std::to_string(table.rows.size()) +
-                              " photos are left out: " + interior +
-                              " does not hold their interior orientations; name the " +
-                              "folder that does with --interior");
+    source.messages.push_back(
+        fmt::format("control and tie points of {} of {} photos are left out: {} does not hold "
+                    "their interior orientations; name the folder that does with --interior",
+                    without_interior, table.rows.size(), interior));
   const std::string adjusted = AdjustmentResultPath(folder);
   if (fs::exists(adjusted))
     if (const AdjustmentResult block = ReadAdjustmentResult(adjusted); block.converged)
@@ -219,7 +222,7 @@ void RequireDistinctPhotos(const ExchangeBlock& block, const std::string& input)
   std::set<std::string> names;
   for (const ExchangePhoto& photo : block.photos)
     if (!names.insert(photo.image).second)
-      throw InputError(input + " has the photo " + photo.image + " twice; remove one");
+      throw InputError(fmt::format("{} has the photo {} twice; remove one", input, photo.image));
 }
 
 // Of one of so many cameras. Where there are others than were written nobody knows which is which;
@@ -313,8 +316,8 @@ ConvertSource ReadForeign(ExchangeFormat format, const ConvertSourceOptions& giv
         ReframePhoto(frame, FrameWay::kBlockFromFile, photo,
                      {in_file[photo.camera], block.cameras[photo.camera]}, height.value_or(0));
     if (!reframed)
-      throw InputError(given.input + ": photo " + photo.image +
-                       " does not see the ground at the height " + ExactNumber(*height) + " m");
+      throw InputError(fmt::format("{}: photo {} does not see the ground at the height {} m",
+                                   given.input, photo.image, ExactNumber(*height)));
     photo = reframed->photo;
     source.ground_height_m.push_back(height);
   }

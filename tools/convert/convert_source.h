@@ -2,36 +2,17 @@
 // program's files, in the coordinates of the block's CRS.
 #pragma once
 
-#include <array>
 #include <optional>
 #include <string>
 #include <vector>
 
+#include "core/exchange/exchange_block.h"
 #include "core/files/camera_file.h"
-#include "core/files/exchange/exchange_block.h"
 #include "core/geometry/camera.h"
-#include "core/geometry/crs.h"
+#include "core/terrain/crs.h"
+#include "tools/convert/exchange_format.h"
 
 namespace orient {
-
-enum class ExchangeFormat {
-  kOpk,
-  kOri,
-  kPatb,
-  kBingo,
-  kMicmac,
-  kMetashape,
-  kColmap,
-  kOpensfm,
-  kAsp
-};
-inline constexpr std::array<ExchangeFormat, 9> kAllExchangeFormats = {
-    ExchangeFormat::kOpk,    ExchangeFormat::kOri,     ExchangeFormat::kPatb,
-    ExchangeFormat::kBingo,  ExchangeFormat::kMicmac,  ExchangeFormat::kMetashape,
-    ExchangeFormat::kColmap, ExchangeFormat::kOpensfm, ExchangeFormat::kAsp};
-
-std::string Name(ExchangeFormat format);  // "opk" ... "asp"
-std::optional<ExchangeFormat> ExchangeFormatFromName(const std::string& name);
 
 struct ConvertSource {
   ExchangeBlock block;          // in the block's CRS, nothing subtracted

@@ -7,8 +7,8 @@
 #include <utility>
 #include <vector>
 
+#include "core/exchange/exchange_block.h"
 #include "core/files/adjustment_result.h"
-#include "core/files/exchange/exchange_block.h"
 #include "core/files/results.h"
 #include "tools/convert/film_image.h"
 

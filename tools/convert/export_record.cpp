@@ -1,14 +1,16 @@
 #include "tools/convert/export_record.h"
 
+#include <fmt/format.h>
+
 #include <charconv>
 #include <cmath>
 #include <filesystem>
 #include <nlohmann/json.hpp>
 #include <sstream>
 
-#include "core/error.h"
-#include "core/files/atomic_write.h"
-#include "core/files/exchange/exchange_block.h"
+#include "core/base/atomic_write.h"
+#include "core/base/error.h"
+#include "core/exchange/exchange_block.h"
 
 namespace orient {
 namespace {
@@ -27,8 +29,7 @@ double Number(const std::string& word, const std::string& path, int line) {
   const auto [end, error] = std::from_chars(word.data(), word.data() + word.size(), number);
   if (word.empty() || error != std::errc() || end != word.data() + word.size() ||
       !std::isfinite(number))
-    throw InputError(path + ", line " + std::to_string(line) + ": \"" + word +
-                     "\" must be a number");
+    throw InputError(fmt::format("{}, line {}: \"{}\" must be a number", path, line, word));
   return number;
 }
 
@@ -39,8 +40,8 @@ VerificationRow ReadRow(const std::string& text, const std::string& path, int li
   for (std::size_t i = 0; i < kNumbers; ++i) {
     const auto comma = rest.rfind(',');
     if (comma == std::string::npos)
-      throw InputError(path + ", line " + std::to_string(line) + ": the line has too few cells; " +
-                       "they are " + kHeader);
+      throw InputError(
+          fmt::format("{}, line {}: the line has too few cells; they are {}", path, line, kHeader));
     cells.insert(cells.begin(), rest.substr(comma + 1));
     rest.resize(comma);
   }

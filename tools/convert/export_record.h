@@ -7,7 +7,7 @@
 #include <string>
 #include <vector>
 
-#include "core/geometry/crs.h"
+#include "core/terrain/crs.h"
 
 namespace orient {
 
@@ -36,7 +36,7 @@ struct VerificationRow {
   Eigen::Vector3d block_m = Eigen::Vector3d::Zero();  // in the block's CRS
   Eigen::Vector3d file_m = Eigen::Vector3d::Zero();   // in the file's ground system
   Eigen::Vector2d pixel = Eigen::Vector2d::Zero();    // Orient's: the first pixel's centre is 0.5
-  // The same freed of distortion, relative to the principal point, y up; mm.
+  // The same without distortion, relative to the principal point, y up; mm.
   Eigen::Vector2d reduced_mm = Eigen::Vector2d::Zero();
   double principal_distance_mm = 0, pixel_mm = 0;
 };

@@ -1,10 +1,11 @@
 #include "tools/convert/film_image.h"
 
-#include "core/error.h"
+#include "block/inputs/mark_shapes.h"
+#include "block/inputs/photo_interior.h"
+#include "core/base/error.h"
 #include "core/files/results.h"
 #include "core/geometry/lens.h"
-#include "tools/interior_run.h"
-#include "tools/photo_interior.h"
+#include "interior/interior.h"
 
 namespace orient {
 
@@ -25,7 +26,8 @@ FilmImage::FilmImage(const CameraFile& camera, const std::string& photo,
     if (!orientation)
       throw InputError(path + " leaves open how the film lies on the scan; repeat " +
                        "'orient interior' with --orientation");
-    const auto turned = InOrientation(result, camera, LoadMarkShapes(camera), *orientation);
+    const auto turned =
+        interior::InOrientation(result, camera, block::LoadMarkShapes(camera), *orientation);
     if (!turned)
       throw InputError(path + " has no transform in the orientation " +
                        std::string(Name(*orientation)) + " of the exterior orientation");
@@ -33,7 +35,7 @@ FilmImage::FilmImage(const CameraFile& camera, const std::string& photo,
   }
   interior_path_ = path;
   interior_ = result;
-  correction_ = CorrectionOf(result);
+  correction_ = block::CorrectionOf(result);
   // The digital camera's photo system begins at the image's centre, the film's at its own origin.
   Affine2d photo_from_image = DigitalPhotoFromPixel(image);
   photo_from_image.t += camera_.frame_centre_mm;
@@ -42,7 +44,7 @@ FilmImage::FilmImage(const CameraFile& camera, const std::string& photo,
 
 void FilmImage::RequireScan(const std::string& path, int width, int height) const {
   if (!film_) return;
-  const std::string why = WhyOfAnotherScan(interior_, interior_path_, path, width, height);
+  const std::string why = block::WhyOfAnotherScan(interior_, interior_path_, path, width, height);
   if (!why.empty()) throw InputError(why);
 }
 

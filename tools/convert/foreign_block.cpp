@@ -2,13 +2,13 @@
 
 #include <stdexcept>
 
-#include "core/error.h"
-#include "core/files/exchange/asp_pinhole.h"
-#include "core/files/exchange/colmap.h"
-#include "core/files/exchange/frame_adjustments.h"
-#include "core/files/exchange/metashape.h"
-#include "core/files/exchange/micmac_orientation.h"
-#include "core/files/exchange/opensfm.h"
+#include "core/base/error.h"
+#include "core/exchange/asp_pinhole.h"
+#include "core/exchange/colmap.h"
+#include "core/exchange/frame_adjustments.h"
+#include "core/exchange/metashape.h"
+#include "core/exchange/micmac_orientation.h"
+#include "core/exchange/opensfm.h"
 
 namespace orient {
 

@@ -3,7 +3,8 @@
 
 #include <string>
 
-#include "tools/convert/convert_source.h"
+#include "core/exchange/exchange_block.h"
+#include "tools/convert/exchange_format.h"
 #include "tools/convert/export_record.h"
 
 namespace orient {

@@ -7,9 +7,9 @@
 #include <string>
 #include <vector>
 
-#include "core/files/exchange/exchange_block.h"
-#include "core/geometry/crs.h"
-#include "core/geometry/geocentric.h"
+#include "core/exchange/exchange_block.h"
+#include "core/terrain/crs.h"
+#include "core/terrain/geocentric.h"
 
 namespace orient {
 

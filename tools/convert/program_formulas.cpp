@@ -6,13 +6,13 @@
 #include <filesystem>
 #include <map>
 
-#include "core/error.h"
-#include "core/files/exchange/asp_pinhole.h"
-#include "core/files/exchange/colmap.h"
-#include "core/files/exchange/frame_adjustments.h"
-#include "core/files/exchange/metashape.h"
-#include "core/files/exchange/micmac_orientation.h"
-#include "core/files/exchange/opensfm.h"
+#include "core/base/error.h"
+#include "core/exchange/asp_pinhole.h"
+#include "core/exchange/colmap.h"
+#include "core/exchange/frame_adjustments.h"
+#include "core/exchange/metashape.h"
+#include "core/exchange/micmac_orientation.h"
+#include "core/exchange/opensfm.h"
 #include "core/files/orientation_table.h"
 
 namespace orient {

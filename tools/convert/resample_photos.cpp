@@ -8,10 +8,10 @@
 #include <filesystem>
 #include <vector>
 
-#include "core/error.h"
-#include "core/geometry/quiet_gdal.h"
-#include "core/imaging/image.h"
-#include "core/imaging/resample.h"
+#include "core/base/error.h"
+#include "core/base/quiet_gdal.h"
+#include "core/raster/image.h"
+#include "core/raster/resample.h"
 
 namespace orient {
 namespace {

@@ -1,27 +1,28 @@
 #include "tools/convert/write_exports.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <cmath>
 #include <filesystem>
 
-#include "core/error.h"
+#include "block/inputs/block_files.h"
+#include "core/base/error.h"
+#include "core/base/output_directory.h"
+#include "core/exchange/asp_pinhole.h"
+#include "core/exchange/colmap.h"
+#include "core/exchange/frame_adjustments.h"
+#include "core/exchange/metashape.h"
+#include "core/exchange/metashape_markers.h"
+#include "core/exchange/micmac_homologues.h"
+#include "core/exchange/micmac_orientation.h"
+#include "core/exchange/opensfm.h"
 #include "core/files/camera_file.h"
-#include "core/files/exchange/asp_pinhole.h"
-#include "core/files/exchange/colmap.h"
-#include "core/files/exchange/frame_adjustments.h"
-#include "core/files/exchange/metashape.h"
-#include "core/files/exchange/metashape_markers.h"
-#include "core/files/exchange/micmac_homologues.h"
-#include "core/files/exchange/micmac_orientation.h"
-#include "core/files/exchange/opensfm.h"
 #include "core/files/orientation_table.h"
-#include "core/format_text.h"
 #include "core/geometry/collinearity.h"
-#include "core/geometry/earth_effects.h"
-#include "tools/block_files.h"
+#include "core/terrain/earth_effects.h"
 #include "tools/convert/export_record.h"
 #include "tools/convert/ground_frame.h"
-#include "tools/shared_options.h"
 
 namespace orient {
 namespace {
@@ -146,8 +147,8 @@ ExchangeBlock Framed(const ConvertSource& source, const std::vector<Verified>& v
         frame, FrameWay::kFileFromBlock, photo,
         {source.block.cameras[photo.camera], block.cameras[photo.camera]}, GroundHeight(source, i));
     if (!reframed)
-      throw InputError("photo " + photo.image + " does not see the ground at the height " +
-                       ExactNumber(GroundHeight(source, i)) + " m everywhere");
+      throw InputError(fmt::format("photo {} does not see the ground at the height {} m everywhere",
+                                   photo.image, ExactNumber(GroundHeight(source, i))));
     photo = reframed->photo;
     written->rms_px = std::max(written->rms_px, reframed->rms_px);
     written->largest_px = std::max(written->largest_px, reframed->largest_px);
@@ -209,8 +210,7 @@ std::vector<VerificationRow> Rows(const ConvertSource& source,
 
 void WriteCamera(const std::string& directory, const Camera& camera, std::size_t index,
                  std::size_t count) {
-  const std::string name =
-      count == 1 ? "camera.toml" : "camera_" + std::to_string(index + 1) + ".toml";
+  const std::string name = count == 1 ? "camera.toml" : fmt::format("camera_{}.toml", index + 1);
   WriteCameraFile((fs::path(directory) / name).string(), {camera, {}, {}, std::nullopt, {}});
 }
 
@@ -254,9 +254,9 @@ std::vector<WrittenExport> WriteExports(const ConvertSource& source, const Expor
 std::vector<std::string> NotesOn(const WrittenExport& written, const ConvertSource& source) {
   std::vector<std::string> notes;
   if (written.largest_px > 0)
-    notes.push_back(
-        FormatText("another ground system: scale and curvature leave rms %.2g px, largest %.2g px",
-                   written.rms_px, written.largest_px));
+    notes.push_back(fmt::format(
+        "another ground system: scale and curvature leave rms {:.2g} px, largest {:.2g} px",
+        written.rms_px, written.largest_px));
   const bool lens = std::any_of(source.cameras.begin(), source.cameras.end(), [](const auto& of) {
     return !std::holds_alternative<std::monostate>(of.lens);
   });
@@ -273,7 +273,7 @@ std::vector<std::string> NotesOn(const WrittenExport& written, const ConvertSour
 ExportsOfFolder WriteExportsOf(const std::string& folder, const std::string& camera,
                                const std::vector<std::string>& formats) {
   ExportOptions options;
-  options.out = (fs::path(folder) / kExportsFolder).string();
+  options.out = (fs::path(folder) / block::kExportsFolder).string();
   for (const std::string& name : formats) {
     const auto format = ExchangeFormatFromName(name);
     if (!format) throw UsageError("\"" + name + "\" is no format that blocks can be written in");
@@ -288,7 +288,7 @@ ExportsOfFolder WriteExportsOf(const std::string& folder, const std::string& cam
     exports.messages.push_back("exports: " + message);
   for (const WrittenExport& written : exports.written)
     for (const std::string& note : NotesOn(written, source))
-      exports.messages.push_back("export " + Name(written.format) + ": " + note);
+      exports.messages.push_back(fmt::format("export {}: {}", Name(written.format), note));
   return exports;
 }
 

@@ -1,4 +1,4 @@
-#include "tools/block_geopackage.h"
+#include "tools/report/block_geopackage.h"
 
 #include <ogrsf_frmts.h>
 
@@ -8,19 +8,14 @@
 #include <map>
 #include <utility>
 
-#include "core/geometry/quiet_gdal.h"
-#include "tools/block_styles.h"
-#include "tools/new_geopackage.h"
+#include "core/base/quiet_gdal.h"
+#include "tools/report/block_styles.h"
+#include "tools/report/html_text.h"
+#include "tools/report/new_geopackage.h"
 
 namespace orient {
 namespace {
 namespace fs = std::filesystem;
-
-std::string Joined(const std::vector<std::string>& messages) {
-  std::string text;
-  for (const std::string& message : messages) text += (text.empty() ? "" : "; ") + message;
-  return text;
-}
 
 OGRPoint Point(const Eigen::Vector3d& p) { return OGRPoint(p.x(), p.y(), p.z()); }
 
@@ -74,7 +69,7 @@ void WritePhotos(const std::vector<ExteriorResult>& results, NewGeopackage* file
     row.Set("sigma0_px", result.sigma0_px);
     row.SetInteger("matched", matched);
     row.SetInteger("searched", searched);
-    row.Set("message", Joined(result.messages));
+    row.Set("message", JoinedSentences(result.findings));
     layer.Write(std::move(row));
   }
 }
@@ -236,13 +231,13 @@ void WriteTies(const AdjustmentResult& adjusted, NewGeopackage* file) {
     NewLayer::Row row = layer.NewRow();
     if (tie.ground_m) row.SetGeometry(Point(*tie.ground_m));
     row.SetInteger("tie", tie.id);
-    std::string photos;
+    std::vector<std::string> photos;
     std::int64_t rejected = 0;
     for (const SightingResult& sighting : tie.seen) {
-      photos += (photos.empty() ? "" : " ") + sighting.photo;
+      photos.push_back(sighting.photo);
       rejected += sighting.state == "rejected";
     }
-    row.Set("photos", photos);
+    row.Set("photos", Joined(photos, " "));
     row.SetInteger("rays", tie.rays);
     row.SetInteger("rejected", rejected);
     row.Set("rms_px", RmsPx(tie));

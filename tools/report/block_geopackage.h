@@ -6,7 +6,7 @@
 
 #include "core/files/adjustment_result.h"
 #include "core/files/results.h"
-#include "core/geometry/crs.h"
+#include "core/terrain/crs.h"
 
 namespace orient {
 

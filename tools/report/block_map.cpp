@@ -1,6 +1,9 @@
 #include "tools/report/block_map.h"
 
+#include <fmt/format.h>
+
 #include <Eigen/Geometry>
+#include <algorithm>
 #include <cmath>
 #include <map>
 
@@ -72,12 +75,6 @@ Sheet MakeSheet(Box ground) {
   return sheet;
 }
 
-std::string TextElement(const std::string& css_class, const Vector2d& at, const std::string& text,
-                        const std::string& more = "") {
-  return "<text class=\"" + css_class + "\" x=\"" + SvgNumber(at.x()) + "\" y=\"" +
-         SvgNumber(at.y()) + "\"" + more + ">" + text + "</text>\n";
-}
-
 std::string Grid(const Sheet& sheet) {
   SvgPath lines;
   std::string labels;
@@ -87,16 +84,14 @@ std::string Grid(const Sheet& sheet) {
     const double at = sheet.At({x, 0}).x();
     lines.AddLine({at, 0}, {at, sheet.height});
     if (at + kTickReach < sheet.width + kRight && at > kTickReach - kLeft)
-      labels +=
-          TextElement("tick", {at, sheet.height + 16}, Grouped(x, 0), " text-anchor=\"middle\"");
+      labels += SvgText("tick", {at, sheet.height + 16}, Grouped(x, 0), kCentred);
   }
   const double y0 = std::ceil(sheet.ground.min().y() / step) * step;
   for (double y = y0; y < sheet.ground.max().y(); y += step) {
     const double at = sheet.At({0, y}).y();
     lines.AddLine({0, at}, {sheet.width, at});
-    const std::string place = SvgNumber(-8) + " " + SvgNumber(at);
-    labels += TextElement("tick", {-8, at}, Grouped(y, 0),
-                          " text-anchor=\"middle\" transform=\"rotate(-90 " + place + ")\"");
+    const std::string turned = fmt::format(" transform=\"rotate(-90 -8 {})\"", SvgNumber(at));
+    labels += SvgText("tick", {-8, at}, Grouped(y, 0), kCentred + turned);
   }
   return lines.Element("grid") + labels;
 }
@@ -104,13 +99,14 @@ std::string Grid(const Sheet& sheet) {
 std::string Footprint(const std::vector<Eigen::Vector3d>& ring, const Sheet& sheet, Status status,
                       const std::string& name) {
   if (ring.size() < 3) return "";
-  std::string points;
+  std::vector<std::string> points;
   for (const Eigen::Vector3d& corner : ring) {
     const Vector2d at = sheet.At(corner.head<2>());
-    points += (points.empty() ? "" : " ") + SvgNumber(at.x()) + "," + SvgNumber(at.y());
+    points.push_back(SvgNumber(at.x()) + "," + SvgNumber(at.y()));
   }
-  return "<polygon class=\"fp fp-" + std::string(Name(status)) + "\" points=\"" + points +
-         "\"><title>" + Escape(name) + ": " + std::string(Name(status)) + "</title></polygon>\n";
+  return fmt::format(
+      "<polygon class=\"fp fp-{0}\" points=\"{1}\"><title>{2}: {0}</title></polygon>\n",
+      Name(status), Joined(points, " "), Escape(name));
 }
 
 // What one patch was worth to the block: its best outcome in any photo.
@@ -140,6 +136,10 @@ double DotSize(size_t count, const Sheet& sheet) {
   return std::clamp(kPartOfSpacing * spacing, kSmallest, kLargest);
 }
 
+std::string DotsOfSize(double dot, const std::string& shapes) {
+  return fmt::format("<g style=\"--dot:{}px\">{}</g>\n", SvgNumber(dot), shapes);
+}
+
 std::string Patches(const BlockRecord& block, const Sheet& sheet) {
   const auto outcomes = BestOutcomes(block);
   const double dot = DotSize(outcomes.size(), sheet);
@@ -153,9 +153,8 @@ std::string Patches(const BlockRecord& block, const Sheet& sheet) {
     if (patch->state == PatchState::kNotFound) not_found.AddDot(at);
     if (patch->state == PatchState::kNotVisible) not_visible.AddDot(at);
   }
-  return "<g style=\"--dot:" + SvgNumber(dot) + "px\">" + not_visible.Element("p-not_visible") +
-         not_found.Element("p-not_found") + rejected.Element("p-rejected") +
-         matched.Element("p-matched") + "</g>\n";
+  return DotsOfSize(dot, not_visible.Element("p-not_visible") + not_found.Element("p-not_found") +
+                             rejected.Element("p-rejected") + matched.Element("p-matched"));
 }
 
 std::string Ties(const BlockRecord& block, const Sheet& sheet) {
@@ -167,8 +166,7 @@ std::string Ties(const BlockRecord& block, const Sheet& sheet) {
     const Vector2d xy = tie.ground_m->head<2>();
     if (sheet.ground.contains(xy)) dots.AddDot(sheet.At(xy));
   }
-  return "<g style=\"--dot:" + SvgNumber(DotSize(ties.size(), sheet)) + "px\">" +
-         dots.Element("p-tie") + "</g>\n";
+  return DotsOfSize(DotSize(ties.size(), sheet), dots.Element("p-tie"));
 }
 
 // "photos share '3324c_2015_'" : the part of all names up to a separator, left out in the map.
@@ -254,10 +252,9 @@ Labels PhotoLabels(const BlockRecord& block, const BlockVerdict& verdict, const 
       ++labels.left_out;
       continue;
     }
-    labels.svg += "<a href=\"#photo-" + std::to_string(i + 1) + "\">" +
-                  TextElement("label", *at + Vector2d(0, 0.35 * kLabelSize), Escape(text),
-                              " text-anchor=\"middle\"") +
-                  "</a>";
+    labels.svg +=
+        fmt::format("<a href=\"#photo-{}\">{}</a>", i + 1,
+                    SvgText("label", *at + Vector2d(0, 0.35 * kLabelSize), text, kCentred));
   }
   return labels;
 }
@@ -266,22 +263,21 @@ std::string ScaleBar(const Sheet& sheet) {
   const double length_m = RoundNumberBelow(0.2 * sheet.width / sheet.scale);
   const double length = length_m * sheet.scale, x = sheet.width - 16, y = sheet.height - 16;
   const bool kilometres = length_m >= 1000;
-  const std::string text = SvgNumber(kilometres ? length_m / 1000 : length_m, 3) +
-                           (kilometres ? "\xE2\x80\xAFkm" : "\xE2\x80\xAFm");
+  const std::string text = SvgNumber(kilometres ? length_m / 1000 : length_m, 3) + kThinSpace +
+                           (kilometres ? "km" : "m");
   SvgPath bar;
   bar.AddLine({x - length, y}, {x, y});
   bar.AddLine({x - length, y - 4}, {x - length, y + 4});
   bar.AddLine({x, y - 4}, {x, y + 4});
   return bar.Element("halo") + bar.Element("bar") +
-         TextElement("label", {x - length / 2, y - 7}, text, " text-anchor=\"middle\"");
+         SvgText("label", {x - length / 2, y - 7}, text, kCentred);
 }
 
 std::string NorthArrow(const Sheet& sheet) {
   const double x = sheet.width - 24;
   SvgPath arrow;
   arrow.AddArrow({x, 52}, {x, 26});
-  return arrow.Element("halo") + arrow.Element("bar") +
-         TextElement("label", {x, 20}, "N", " text-anchor=\"middle\"");
+  return arrow.Element("halo") + arrow.Element("bar") + SvgText("label", {x, 20}, "N", kCentred);
 }
 
 // What deserves a look lies on top.
@@ -301,57 +297,47 @@ std::string PhotoShapes(const BlockRecord& block, const BlockVerdict& verdict, c
   return svg + centres.Element("centre");
 }
 
-std::string NamesNote(const std::string& before, const std::vector<std::string>& names) {
+std::string NamesNote(const char* before, std::vector<std::string> names) {
   constexpr size_t kMost = 12;
   if (names.empty()) return "";
-  std::string text = before;
-  for (size_t i = 0; i < std::min(names.size(), kMost); ++i)
-    text += (i > 0 ? ", " : "") + Escape(names[i]);
-  if (names.size() > kMost) text += " and " + std::to_string(names.size() - kMost) + " more";
-  return text + ". ";
+  const size_t shown = std::min(names.size(), kMost), more = names.size() - shown;
+  names.resize(shown);
+  return fmt::format("{}: {}{}. ", before, Joined(names, ", "),
+                     more > 0 ? fmt::format(" and {} more", more) : "");
 }
 
-std::string Caption(const BlockRecord& block, const Labels& labels) {
-  std::string text =
-      "<figcaption><span class=\"key\"><i class=\"sw ok\"></i>ok</span><span class=\"key\">"
-      "<i class=\"sw weak\"></i>weak</span><span class=\"key\"><i class=\"sw failed\"></i>failed"
-      "</span><span class=\"key\"><i class=\"dot matched\"></i>patch matched</span>"
-      "<span class=\"key\"><i class=\"cross\">×</i>rejected</span><span class=\"key\">"
-      "<i class=\"dot not_found\"></i>not found</span>" +
-      std::string(block.adjusted ? "<span class=\"key\"><i class=\"dot tie\"></i>tie point</span>"
-                                 : "") +
-      "<span class=\"key\"><i class=\"cross plus\">+</i>projection centre</span><br/>East to the "
-      "right, north up, "
-      "metres";
-  text += block.crs ? " in " + Escape(block.crs->Name()) + ". " : ". ";
-  text += "A patch shows its best outcome in any photo. ";
+std::string Notes(const BlockRecord& block, const Labels& labels) {
+  std::string text;
   if (const size_t prefix = SharedPrefix(block); prefix > 0)
-    text += "Names are without their common beginning “" +
-            Escape(block.photos.front().name.substr(0, prefix)) + "”. ";
+    text += fmt::format("Names are without their common beginning “{}”. ",
+                        block.photos.front().name.substr(0, prefix));
   if (labels.left_out > 0)
-    text += std::to_string(labels.left_out) + " names are left out where they would overlap. ";
-  text += NamesNote("Not in the map, without a pose: ", labels.nowhere);
-  text += NamesNote("Outside the map: ", labels.outside);
-  return text + "</figcaption>";
+    text += fmt::format("{} names are left out where they would overlap. ", labels.left_out);
+  return text + NamesNote("Not in the map, without a pose", labels.nowhere) +
+         NamesNote("Outside the map", labels.outside);
 }
 
 }  // namespace
 
-std::string BlockMap(const BlockRecord& block, const BlockVerdict& verdict) {
+Markup BlockMap(const BlockRecord& block, const BlockVerdict& verdict) {
   const Box extent = GroundExtent(block, verdict);
-  if (extent.isEmpty()) return "<p class=\"note\">No photo has a place on the ground yet.</p>\n";
+  if (extent.isEmpty()) return Fill("map.html#empty");
   const Sheet sheet = MakeSheet(extent);
   const Labels labels = PhotoLabels(block, verdict, sheet);
-  const std::string w = SvgNumber(sheet.width), h = SvgNumber(sheet.height);
-  const std::string frame = "width=\"" + w + "\" height=\"" + h + "\"";
-  return "<figure class=\"map\"><svg viewBox=\"0 0 " + SvgNumber(kWidth) + " " +
-         SvgNumber(sheet.height + kTop + kBottom) +
-         "\" role=\"img\" aria-label=\"Map of the block\">\n<g transform=\"translate(" +
-         SvgNumber(kLeft) + " " + SvgNumber(kTop) + ")\">\n<rect class=\"sheet\" " + frame +
-         "/>\n" + Grid(sheet) + "<svg " + frame + ">\n" + PhotoShapes(block, verdict, sheet) +
-         Ties(block, sheet) + Patches(block, sheet) + labels.svg + ScaleBar(sheet) +
-         NorthArrow(sheet) + "</svg>\n<rect class=\"neat\" " + frame + "/>\n</g></svg>\n" +
-         Caption(block, labels) + "</figure>\n";
+  return Fill(
+      "map.html",
+      {{"page_width", SvgNumber(kWidth)},
+       {"page_height", SvgNumber(sheet.height + kTop + kBottom)},
+       {"left", SvgNumber(kLeft)},
+       {"top", SvgNumber(kTop)},
+       {"width", SvgNumber(sheet.width)},
+       {"height", SvgNumber(sheet.height)},
+       {"grid", Markup(Grid(sheet))},
+       {"shapes", Markup(PhotoShapes(block, verdict, sheet) + Ties(block, sheet) +
+                         Patches(block, sheet) + labels.svg + ScaleBar(sheet) + NorthArrow(sheet))},
+       {"key_of_ties", block.adjusted ? Fill("map.html#key_of_ties") : Markup()},
+       {"crs", block.crs ? " in " + block.crs->Name() : ""},
+       {"notes", Notes(block, labels)}});
 }
 
 }  // namespace orient

@@ -5,8 +5,8 @@
 #include <map>
 #include <string_view>
 
-#include "core/error.h"
-#include "tools/block_files.h"
+#include "block/inputs/block_files.h"
+#include "core/base/error.h"
 
 namespace orient {
 namespace {
@@ -87,8 +87,8 @@ void AddQuicklook(const std::string& directory, BlockRecord* block) {
   const auto existing = [&](const char* file) {
     return fs::is_regular_file(fs::path(directory) / file) ? file : "";
   };
-  block->quicklook_picture = existing(kQuicklookFile);
-  block->seams_picture = existing(kSeamsFile);
+  block->quicklook_picture = existing(block::kQuicklookFile);
+  block->seams_picture = existing(block::kSeamsFile);
 }
 
 void AddAdjustment(const std::string& directory, BlockRecord* block) {

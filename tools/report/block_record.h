@@ -8,7 +8,7 @@
 #include "core/files/adjustment_result.h"
 #include "core/files/orientation_table.h"
 #include "core/files/results.h"
-#include "core/geometry/crs.h"
+#include "core/terrain/crs.h"
 
 namespace orient {
 

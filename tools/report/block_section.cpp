@@ -1,13 +1,14 @@
 #include "tools/report/block_section.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <cmath>
 #include <map>
 #include <numeric>
 
-#include "core/median.h"
-#include "interior/film_transform.h"
-#include "tools/report/html_table.h"
+#include "core/base/median.h"
+#include "interior/orientation/film_transform.h"
 #include "tools/report/html_text.h"
 
 namespace orient {
@@ -49,141 +50,152 @@ void Count(const std::vector<PointResult>& points, bool ties, SightingsByPhoto* 
 
 std::string Facts(const AdjustmentResult& adjusted) {
   const auto n = adjusted.ties.size();
-  std::size_t manifold = 0;
-  for (const PointResult& tie : adjusted.ties) manifold += tie.rays >= 3;
-  std::string text = adjusted.converged ? "" : "<strong>The adjustment did not converge.</strong> ";
-  text += std::to_string(n) + (n == 1 ? " tie point (" : " tie points (") +
-          std::to_string(manifold) + " in three photos or more) · " +
-          std::to_string(adjusted.control.size()) + " control patches · sigma0 " +
-          Decimal(adjusted.sigma0, 2) + " with " + Decimal(adjusted.redundancy, 0) +
-          " degrees of freedom";
-  return "<p class=\"facts\">" + text + "</p>\n";
+  const auto manifold = std::count_if(adjusted.ties.begin(), adjusted.ties.end(),
+                                      [](const PointResult& tie) { return tie.rays >= 3; });
+  return fmt::format(
+      "{} tie {} ({} in three photos or more) · {} control patches · sigma0 {} with {} degrees of "
+      "freedom",
+      n, n == 1 ? "point" : "points", manifold, adjusted.control.size(),
+      Decimal(adjusted.sigma0, 2), Decimal(adjusted.redundancy, 0));
 }
 
-std::string Components(const AdjustmentResult& adjusted) {
-  HtmlTable table({"Group", "#σ<sub>0</sub> px", "#σ / stated σ", "#Degrees<br/>of freedom", ""});
+Markup Groups(const AdjustmentResult& adjusted) {
+  Markup rows;
   for (const ComponentResult& component : adjusted.components) {
     std::optional<double> factor;
     if (component.factor) factor = std::sqrt(*component.factor);
     const bool image = component.sigma0_px.value_or(0) > 0;
-    table.AddRow({Escape(component.group), image ? Decimal(component.sigma0_px, 2) : kNoValue,
-                  Decimal(factor, 2), Decimal(component.redundancy, 0),
-                  component.estimated ? "estimated" : "as stated"});
+    rows += Fill("adjustment.html#group",
+                 {{"group", component.group},
+                  {"sigma0", image ? Decimal(component.sigma0_px, 2) : kNoValue},
+                  {"factor", Decimal(factor, 2)},
+                  {"redundancy", Decimal(component.redundancy, 0)},
+                  {"origin", component.estimated ? "estimated" : "as stated"}});
   }
-  return "<h3>Groups of observations</h3>\n" + table.Html();
+  return Fill("adjustment.html#groups", {{"rows", rows}});
 }
 
-std::string Photos(const AdjustmentResult& adjusted) {
+Markup Photos(const AdjustmentResult& adjusted) {
   SightingsByPhoto photos;
   Count(adjusted.ties, true, &photos);
   Count(adjusted.control, false, &photos);
-  HtmlTable table({"Photo", "#Ties<br/>used", "#Control<br/>used", "#RMS px",
-                   "#Mean<br/>redundancy", "#Largest w"});
+  Markup rows;
   for (const auto& [name, photo] : photos)
-    table.AddRow({Escape(name),
-                  std::to_string(photo.ties_used) + " / " + std::to_string(photo.ties),
-                  std::to_string(photo.control_used) + " / " + std::to_string(photo.control),
-                  Decimal(photo.RmsPx(), 2), Decimal(photo.MeanRedundancy(), 2),
-                  photo.Used() > 0 ? Decimal(photo.largest_w, 1) : kNoValue});
-  return "<h3>Observations by photo</h3>\n" + table.Html() +
-         "<p class=\"note\">Used of all. RMS: both coordinates. Redundancy: the share of an error "
-         "that shows in the observation’s own residual, 0 to 1; below 0.3 errors of some pixels "
-         "stay unseen. w: residual over its standard deviation.</p>\n";
+    rows += Fill("adjustment.html#photo",
+                 {{"photo", name},
+                  {"ties_used", photo.ties_used},
+                  {"ties", photo.ties},
+                  {"control_used", photo.control_used},
+                  {"control", photo.control},
+                  {"rms", Decimal(photo.RmsPx(), 2)},
+                  {"redundancy", Decimal(photo.MeanRedundancy(), 2)},
+                  {"largest_w", photo.Used() > 0 ? Decimal(photo.largest_w, 1) : kNoValue}});
+  return Fill("adjustment.html#photos", {{"rows", rows}});
 }
 
 std::string ThreeMetres(const std::optional<Eigen::Vector3d>& value,
                         const std::optional<Eigen::Vector3d>& sigma) {
   if (!value || !sigma) return kNoValue;
-  std::string text;
+  std::vector<std::string> metres;
   for (int i = 0; i < 3; ++i)
-    text += (i > 0 ? " / " : "") + Decimal((*value)[i], 2) + " ± " + Decimal((*sigma)[i], 2);
-  return text;
+    metres.push_back(Decimal((*value)[i], 2) + " ± " + Decimal((*sigma)[i], 2));
+  return Joined(metres, " / ");
 }
 
-std::string Gnss(const AdjustmentResult& adjusted) {
-  if (adjusted.gnss.empty()) return "";
-  Eigen::Vector3d squares = Eigen::Vector3d::Zero();
-  int used = 0;
-  for (const PoseObservationResult& position : adjusted.gnss) {
-    if (position.state != "used" || !position.residual_m) continue;
-    squares += position.residual_m->cwiseAbs2();
-    ++used;
-  }
-  std::string text =
-      std::to_string(used) + " of " + std::to_string(adjusted.gnss.size()) + " positions are used";
-  if (used > 0) {
-    const Eigen::Vector3d rms = (squares / used).cwiseSqrt();
-    text += "; residuals " + Decimal(rms.x(), 2) + " / " + Decimal(rms.y(), 2) + " / " +
-            Decimal(rms.z(), 2) + " m (X / Y / Z, RMS)";
-  }
-  text = "<h3>GNSS</h3>\n<p>" + text + ".</p>\n";
-  if (adjusted.gnss_strips.empty()) return text;
-  HtmlTable table({"Strip", "Shift m (X / Y / Z)", "Drift m, from the middle to the end"});
+Markup GnssStrips(const AdjustmentResult& adjusted) {
+  if (adjusted.gnss_strips.empty()) return {};
+  Markup rows;
   for (const GnssStripResult& strip : adjusted.gnss_strips)
-    table.AddRow({strip.strip.empty() ? kNoValue : Escape(strip.strip),
-                  ThreeMetres(strip.shift_m, strip.shift_sigma_m),
-                  ThreeMetres(strip.drift_m, strip.drift_sigma_m)});
-  return text + table.Html();
+    rows += Fill("adjustment.html#gnss_strip",
+                 {{"strip", strip.strip.empty() ? kNoValue : strip.strip},
+                  {"shift", ThreeMetres(strip.shift_m, strip.shift_sigma_m)},
+                  {"drift", ThreeMetres(strip.drift_m, strip.drift_sigma_m)}});
+  return Fill("adjustment.html#gnss_strips", {{"rows", rows}});
 }
 
-std::string Checks(const AdjustmentResult& adjusted) {
-  if (adjusted.checks.empty())
-    return "<p class=\"note\">No patches were held out to check the result: check_share in the "
-           "block file does that.</p>\n";
+// Root mean square by component, where there is anything.
+class Rms {
+ public:
+  void Add(const Eigen::Vector3d& residual) {
+    squares_ += residual.cwiseAbs2();
+    ++count_;
+  }
+  int Count() const { return count_; }
+  std::string Text() const { return Decimals((squares_ / count_).cwiseSqrt(), 2); }
+
+ private:
+  Eigen::Vector3d squares_ = Eigen::Vector3d::Zero();
+  int count_ = 0;
+};
+
+Markup Gnss(const AdjustmentResult& adjusted) {
+  if (adjusted.gnss.empty()) return {};
+  Rms rms;
+  for (const PoseObservationResult& position : adjusted.gnss)
+    if (position.state == "used" && position.residual_m) rms.Add(*position.residual_m);
+  const std::string residuals =
+      rms.Count() > 0 ? fmt::format("; residuals {} m (X / Y / Z, RMS)", rms.Text()) : "";
+  return Fill("adjustment.html#gnss", {{"used", rms.Count()},
+                                       {"count", adjusted.gnss.size()},
+                                       {"residuals", residuals},
+                                       {"strips", GnssStrips(adjusted)}});
+}
+
+Markup Checks(const AdjustmentResult& adjusted) {
+  if (adjusted.checks.empty()) return Fill("adjustment.html#no_checks");
   std::vector<double> lengths;
-  Eigen::Vector3d squares = Eigen::Vector3d::Zero();
-  int ground = 0;
+  Rms rms;
   for (const CheckResult& check : adjusted.checks) {
     for (const Eigen::Vector2d& residual : check.image_residuals_px)
       lengths.push_back(residual.norm());
-    if (!check.ground_residual_m) continue;
-    squares += check.ground_residual_m->cwiseAbs2();
-    ++ground;
+    if (check.ground_residual_m) rms.Add(*check.ground_residual_m);
   }
-  std::string text = std::to_string(adjusted.checks.size()) + " held out. Their sightings lie " +
-                     Decimal(adjusted.CheckRmsPx(), 2) + " px (RMS of " +
-                     std::to_string(lengths.size()) + ", median " +
-                     Decimal(lengths.empty() ? std::nullopt : std::optional(Median(lengths)), 2) +
-                     " px) from where the block puts them";
-  if (ground > 0) {
-    const Eigen::Vector3d rms = (squares / ground).cwiseSqrt();
-    text += "; on the ground " + Decimal(rms.x(), 2) + " / " + Decimal(rms.y(), 2) + " / " +
-            Decimal(rms.z(), 2) + " m (X / Y / Z, RMS of " + std::to_string(ground) +
-            " seen in two photos or more)";
-  }
-  return "<h3>Check patches</h3>\n<p>" + text + ".</p>\n";
+  std::string on_the_ground;
+  if (rms.Count() > 0)
+    on_the_ground =
+        fmt::format("; on the ground {} m (X / Y / Z, RMS of {} seen in two photos or more)",
+                    rms.Text(), rms.Count());
+  return Fill("adjustment.html#checks",
+              {{"count", adjusted.checks.size()},
+               {"rms", Decimal(adjusted.CheckRmsPx(), 2)},
+               {"sightings", lengths.size()},
+               {"median", lengths.empty() ? kNoValue : Decimal(Median(lengths), 2)},
+               {"on_the_ground", on_the_ground}});
 }
 
-std::string Parts(const AdjustmentResult& adjusted) {
+Markup Parts(const AdjustmentResult& adjusted) {
   const bool all_said = std::all_of(adjusted.parts.begin(), adjusted.parts.end(),
                                     [](const PartResult& part) { return part.message.empty(); });
-  if (adjusted.parts.size() < 2 && all_said) return "";
-  HtmlTable table({"Part", "#Photos", "#Control", "Message"});
+  if (adjusted.parts.size() < 2 && all_said) return {};
+  Markup rows;
   for (const PartResult& part : adjusted.parts) {
     constexpr std::size_t kMostNames = 6;
-    std::string names;
-    for (std::size_t i = 0; i < std::min(part.photos.size(), kMostNames); ++i)
-      names += (i > 0 ? ", " : "") + Escape(part.photos[i]);
-    if (part.photos.size() > kMostNames) names += ", …";
-    table.AddRow({names, std::to_string(part.photos.size()), std::to_string(part.control_points),
-                  Escape(part.message)});
+    std::vector<std::string> names = part.photos;
+    if (names.size() > kMostNames) {
+      names.resize(kMostNames);
+      names.push_back("…");
+    }
+    rows += Fill("adjustment.html#part", {{"names", Joined(names, ", ")},
+                                          {"photos", part.photos.size()},
+                                          {"control", part.control_points},
+                                          {"message", part.message}});
   }
-  return "<h3>Parts of the block</h3>\n" + table.Html();
+  return Fill("adjustment.html#parts", {{"rows", rows}});
 }
 
-std::string Calibration(const AdjustmentResult& adjusted) {
-  if (adjusted.calibration.empty()) return "";
-  HtmlTable table({"Parameter", "#Correction", "#Sigma", "#t", ""});
+Markup Calibration(const AdjustmentResult& adjusted) {
+  if (adjusted.calibration.empty()) return {};
   const auto number = [](const std::optional<double>& value) {
-    if (!value) return std::string(kNoValue);
-    char text[32];
-    std::snprintf(text, sizeof text, "%.3g", *value);
-    return std::string(text);
+    return value ? fmt::format("{:.3g}", *value) : kNoValue;
   };
+  Markup rows;
   for (const CalibrationResult& parameter : adjusted.calibration)
-    table.AddRow({Escape(parameter.parameter), number(parameter.correction),
-                  number(parameter.sigma), Decimal(parameter.t, 1), Escape(parameter.state)});
-  return "<h3>Self-calibration</h3>\n" + table.Html();
+    rows += Fill("adjustment.html#parameter", {{"parameter", parameter.parameter},
+                                               {"correction", number(parameter.correction)},
+                                               {"sigma", number(parameter.sigma)},
+                                               {"t", Decimal(parameter.t, 1)},
+                                               {"state", parameter.state}});
+  return Fill("adjustment.html#calibration", {{"rows", rows}});
 }
 
 // "25.003 ± 0.004": mean and standard deviation.
@@ -199,20 +211,26 @@ std::string MeanAndSpread(const std::vector<double>& values, int decimals) {
 
 }  // namespace
 
-std::string AdjustmentSection(const BlockRecord& block) {
-  if (!block.adjusted) return "";
+Markup AdjustmentSection(const BlockRecord& block) {
+  if (!block.adjusted) return {};
   const AdjustmentResult& adjusted = *block.adjusted;
-  return "<section>\n<h2>Block adjustment</h2>\n" + Facts(adjusted) + Checks(adjusted) +
-         Photos(adjusted) + Components(adjusted) + Gnss(adjusted) + Parts(adjusted) +
-         Calibration(adjusted) + "</section>\n";
+  return Fill("adjustment.html",
+              {{"warning", adjusted.converged ? Markup() : Fill("adjustment.html#not_converged")},
+               {"facts", Facts(adjusted)},
+               {"checks", Checks(adjusted)},
+               {"photos", Photos(adjusted)},
+               {"groups", Groups(adjusted)},
+               {"gnss", Gnss(adjusted)},
+               {"parts", Parts(adjusted)},
+               {"calibration", Calibration(adjusted)}});
 }
 
-std::string FilmSection(const BlockRecord& block) {
+Markup FilmSection(const BlockRecord& block) {
   std::vector<double> column, row, difference, shear, sigma0;
   int used = 0, marks = 0;
   for (const PhotoRecord& photo : block.photos) {
     if (!photo.interior || !photo.interior->photo_from_pixel) continue;
-    const FilmShape shape = ShapeOf(*photo.interior->photo_from_pixel);
+    const interior::FilmShape shape = interior::ShapeOf(*photo.interior->photo_from_pixel);
     column.push_back(shape.column_um);
     row.push_back(shape.row_um);
     difference.push_back(1e6 * shape.scale_difference);
@@ -223,17 +241,15 @@ std::string FilmSection(const BlockRecord& block) {
       used += mark.state == MarkState::kUsed;
     }
   }
-  if (column.empty()) return "";
-  HtmlTable table({"Of " + std::to_string(column.size()) + " photos", "#Mean ± spread", "Unit"});
-  table.AddRow({"Pixel along columns", MeanAndSpread(column, 3), "µm"});
-  table.AddRow({"Pixel along rows", MeanAndSpread(row, 3), "µm"});
-  table.AddRow({"Columns over rows, less one", MeanAndSpread(difference, 0), "10<sup>−6</sup>"});
-  table.AddRow({"Axes off square", MeanAndSpread(shear, 0), "10<sup>−6</sup> rad"});
-  table.AddRow({"σ<sub>0</sub> of the marks", MeanAndSpread(sigma0, 1), "µm"});
-  return "<section>\n<h2>Film</h2>\n<p class=\"facts\">" + std::to_string(used) + " of " +
-         std::to_string(marks) + " marks used</p>\n" + table.Html() +
-         "<p class=\"note\">Film shrinks by some 10<sup>−4</sup> and unequally along and across; "
-         "a photo far from its roll’s mean was scanned or stored otherwise.</p>\n</section>\n";
+  if (column.empty()) return {};
+  return Fill("film.html", {{"marks_used", used},
+                            {"marks", marks},
+                            {"photos", column.size()},
+                            {"column", MeanAndSpread(column, 3)},
+                            {"row", MeanAndSpread(row, 3)},
+                            {"difference", MeanAndSpread(difference, 0)},
+                            {"shear", MeanAndSpread(shear, 0)},
+                            {"sigma0", MeanAndSpread(sigma0, 1)}});
 }
 
 }  // namespace orient

@@ -1,16 +1,19 @@
 #include "tools/report/html_text.h"
 
+#include <fmt/format.h>
+
+#include <algorithm>
 #include <array>
 #include <cmath>
 #include <cstdint>
-#include <cstdio>
+
+#include "core/base/number_text.h"
 
 namespace orient {
 namespace {
 
 constexpr const char* kReplacement = "\xEF\xBF\xBD";
 constexpr const char* kMinus = "\xE2\x88\x92";
-constexpr const char* kThinSpace = "\xE2\x80\xAF";  // narrow, and no line breaks there
 
 bool IsTrail(unsigned char byte) { return (byte & 0xC0) == 0x80; }
 
@@ -33,9 +36,7 @@ size_t CharacterLength(std::string_view text, size_t i) {
 }
 
 std::string Printed(double number, int decimals) {
-  std::array<char, 400> buffer;
-  const int length = std::snprintf(buffer.data(), buffer.size(), "%.*f", decimals, number);
-  std::string text(buffer.data(), static_cast<size_t>(length));
+  std::string text = Fixed(number, decimals);
   if (text.starts_with('-') && text.find_first_of("123456789") == std::string::npos)
     text.erase(0, 1);  // a rounded zero has no sign
   return text;
@@ -94,6 +95,11 @@ std::string Decimal(const std::optional<double>& number, int decimals) {
   return number ? Decimal(*number, decimals) : kNoValue;
 }
 
+std::string Decimals(const Eigen::Vector3d& numbers, int decimals) {
+  return fmt::format("{} / {} / {}", Decimal(numbers.x(), decimals), Decimal(numbers.y(), decimals),
+                     Decimal(numbers.z(), decimals));
+}
+
 std::string Grouped(double number, int decimals) {
   if (!std::isfinite(number)) return kNoValue;
   const std::string text = Printed(std::abs(number), decimals);
@@ -120,19 +126,8 @@ std::string SvgNumber(double number, int decimals) {
   return text;
 }
 
-std::string Base64(std::string_view bytes) {
-  constexpr std::string_view kDigits =
-      "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789+/";
-  std::string text;
-  text.reserve((bytes.size() + 2) / 3 * 4);
-  for (size_t i = 0; i < bytes.size(); i += 3) {
-    const size_t count = std::min<size_t>(3, bytes.size() - i);
-    std::uint32_t bits = 0;
-    for (size_t k = 0; k < 3; ++k)
-      bits = (bits << 8) | (k < count ? static_cast<unsigned char>(bytes[i + k]) : 0u);
-    for (size_t k = 0; k < 4; ++k) text += k <= count ? kDigits[(bits >> (18 - 6 * k)) & 63u] : '=';
-  }
-  return text;
+std::string Joined(const std::vector<std::string>& texts, std::string_view between) {
+  return fmt::format("{}", fmt::join(texts, between));
 }
 
 std::string PercentEncoded(std::string_view file_name) {

@@ -1,4 +1,4 @@
-#include "tools/new_geopackage.h"
+#include "tools/report/new_geopackage.h"
 
 #include <cpl_conv.h>
 #include <cpl_error.h>
@@ -7,8 +7,8 @@
 #include <cmath>
 #include <filesystem>
 
-#include "core/error.h"
-#include "core/geometry/quiet_gdal.h"
+#include "core/base/error.h"
+#include "core/base/quiet_gdal.h"
 #include "tools/report/html_text.h"
 
 namespace orient {

@@ -9,7 +9,7 @@
 #include <string>
 #include <vector>
 
-#include "core/geometry/crs.h"
+#include "core/terrain/crs.h"
 
 namespace orient {
 

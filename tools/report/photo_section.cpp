@@ -1,11 +1,13 @@
 #include "tools/report/photo_section.h"
 
+#include <fmt/format.h>
+
+#include <algorithm>
 #include <array>
 #include <cmath>
 #include <map>
 
-#include "interior/film_transform.h"
-#include "tools/report/html_table.h"
+#include "interior/orientation/film_transform.h"
 #include "tools/report/html_text.h"
 #include "tools/report/residual_plot.h"
 
@@ -16,17 +18,18 @@ std::string Component(const std::optional<Eigen::Vector2d>& vector, int i, int d
   return vector ? Decimal((*vector)[i], decimals) : kNoValue;
 }
 
-std::string Reasons(const PhotoVerdict& verdict) {
-  if (verdict.reasons.empty()) return "";
-  std::string items;
-  for (const std::string& reason : verdict.reasons) items += "<li>" + Escape(reason) + "</li>\n";
-  return "<ul class=\"messages " + std::string(Name(verdict.status)) + "\">\n" + items + "</ul>\n";
+Markup Messages(const PhotoVerdict& verdict) {
+  if (verdict.reasons.empty()) return {};
+  Markup messages;
+  for (const std::string& reason : verdict.reasons)
+    messages += Fill("photo.html#message", {{"text", reason}});
+  return Fill("photo.html#messages", {{"status", Name(verdict.status)}, {"messages", messages}});
 }
 
-std::string PoseTable(const PhotoVerdict& verdict) {
-  if (!verdict.pose) return "<p class=\"note\">No pose.</p>\n";
+Markup PoseTable(const PhotoVerdict& verdict) {
+  if (!verdict.pose) return Fill("photo.html#no_pose");
   constexpr std::array kNames = {"X", "Y", "Z", "omega", "phi", "kappa"};
-  HtmlTable table({"Element", "#Value", "#Sigma", "Unit"});
+  Markup rows;
   const Vector6d values = verdict.pose->AsVector();
   for (int i = 0; i < 6; ++i) {
     const bool angle = i >= 3;
@@ -36,24 +39,28 @@ std::string PoseTable(const PhotoVerdict& verdict) {
     if (verdict.sigma) sigma = in_file_unit((*verdict.sigma)[i]);
     // A digit more than the sigma shows lets two solutions be compared.
     const int digits = sigma ? std::min(DecimalsForSigma(*sigma), angle ? 7 : 4) : angle ? 5 : 2;
-    table.AddRow({kNames[static_cast<size_t>(i)],
-                  angle ? Decimal(value, digits) : Grouped(value, digits), Decimal(sigma, digits),
-                  angle ? "°" : "m"});
+    rows += Fill("photo.html#pose_element",
+                 {{"element", kNames[static_cast<size_t>(i)]},
+                  {"value", angle ? Decimal(value, digits) : Grouped(value, digits)},
+                  {"sigma", Decimal(sigma, digits)},
+                  {"unit", angle ? "°" : "m"}});
   }
-  return "<h4>Pose</h4>\n" + table.Html() +
-         (verdict.from_table ? "<p class=\"note\">From orientation.csv.</p>\n" : "");
+  const Markup origin = verdict.from_table ? Fill("photo.html#pose_of_table") : Markup();
+  return Fill("photo.html#pose", {{"rows", rows}, {"origin", origin}});
 }
 
-std::string RoundsTable(const ExteriorResult& exterior) {
-  if (exterior.iterations.empty()) return "";
-  HtmlTable table({"Round", "#Searched", "#Matched", "#Window px", "#RMS px"});
+Markup RoundsTable(const ExteriorResult& exterior) {
+  if (exterior.iterations.empty()) return {};
+  Markup rows;
   for (size_t i = 0; i < exterior.iterations.size(); ++i) {
     const LoopRound& round = exterior.iterations[i];
-    table.AddRow({std::to_string(i + 1), std::to_string(round.searched),
-                  std::to_string(round.matched), Decimal(round.window_px, 1),
-                  Decimal(round.rms_px, 2)});
+    rows += Fill("photo.html#round", {{"round", i + 1},
+                                      {"searched", round.searched},
+                                      {"matched", round.matched},
+                                      {"window", Decimal(round.window_px, 1)},
+                                      {"rms", Decimal(round.rms_px, 2)}});
   }
-  return "<h4>Rounds of the loop</h4>\n" + table.Html();
+  return Fill("photo.html#rounds", {{"rows", rows}});
 }
 
 // RMS of the matched patches' residuals: over both coordinates, then of each.
@@ -69,123 +76,139 @@ std::string ResidualStatistics(const ExteriorResult& exterior) {
   }
   if (n == 0) return "";
   const Eigen::Vector2d rms = (sum / n).cwiseSqrt();
-  return "RMS of " + std::to_string(n) + " residuals " + Decimal(rms.norm(), 2) + " px (col " +
-         Decimal(rms.x(), 2) + ", row " + Decimal(rms.y(), 2) + "), largest " +
-         Decimal(largest, 2) + " px";
+  return fmt::format("RMS of {} residuals {} px (col {}, row {}), largest {} px", n,
+                     Decimal(rms.norm(), 2), Decimal(rms.x(), 2), Decimal(rms.y(), 2),
+                     Decimal(largest, 2));
 }
 
 // How often each reason was given: a few lines where there may be hundreds of patches.
-std::string PatchesTable(const ExteriorResult& exterior) {
-  if (exterior.patches.empty()) return "";
+Markup PatchesTable(const ExteriorResult& exterior) {
+  if (exterior.patches.empty()) return {};
   std::map<std::pair<PatchState, std::string>, int> counts;
   for (const PatchResult& patch : exterior.patches) ++counts[{patch.state, patch.reason}];
-  HtmlTable table({"Patches", "#Count", "Reason"});
+  Markup rows;
+  const auto add_row = [&](PatchState state, int count, const std::string& reason) {
+    std::string name(Name(state));
+    std::replace(name.begin(), name.end(), '_', ' ');
+    rows += Fill("photo.html#patches_of_reason",
+                 {{"state", name}, {"count", count}, {"reason", reason}});
+  };
   constexpr size_t kMostReasons = 12;  // reasons that name numbers differ for every patch
   std::map<PatchState, std::pair<size_t, int>> lines;
   for (const auto& [key, count] : counts) {
     auto& [shown, rest] = lines[key.first];
-    std::string state(Name(key.first));
-    if (const size_t gap = state.find('_'); gap != std::string::npos) state[gap] = ' ';
     if (++shown > kMostReasons)
       rest += count;
     else
-      table.AddRow({state, std::to_string(count), Escape(key.second)});
+      add_row(key.first, count, key.second);
   }
   for (const auto& [state, line] : lines)
-    if (line.second > 0)
-      table.AddRow({std::string(Name(state)), std::to_string(line.second), "other reasons"});
-  return "<h4>Patches</h4>\n" + table.Html();
+    if (line.second > 0) add_row(state, line.second, "other reasons");
+  return Fill("photo.html#patches", {{"rows", rows}});
 }
 
-std::string MarksTable(const InteriorResult& interior) {
-  if (interior.marks.empty()) return "";
-  HtmlTable table({"Mark", "State", "#Col px", "#Row px", "#σ col px", "#σ row px",
-                   "#v<sub>x</sub> µm", "#v<sub>y</sub> µm", "#Score"});
-  for (const MarkResult& mark : interior.marks) {
-    std::string state = "<span class=\"mark-";
-    state.append(Name(mark.state)).append("\">").append(Name(mark.state)).append("</span>");
-    table.AddRow({Escape(mark.id), state, Component(mark.pixel, 0, 2), Component(mark.pixel, 1, 2),
-                  Component(mark.sigma_px, 0, 3), Component(mark.sigma_px, 1, 3),
-                  Component(mark.residual_um, 0, 1), Component(mark.residual_um, 1, 1),
-                  Decimal(mark.score, 2)});
-  }
-  return table.Html();
+Markup MarksTable(const InteriorResult& interior) {
+  if (interior.marks.empty()) return {};
+  Markup rows;
+  for (const MarkResult& mark : interior.marks)
+    rows += Fill("photo.html#mark", {{"mark", mark.id},
+                                     {"state", Name(mark.state)},
+                                     {"col", Component(mark.pixel, 0, 2)},
+                                     {"row", Component(mark.pixel, 1, 2)},
+                                     {"sigma_col", Component(mark.sigma_px, 0, 3)},
+                                     {"sigma_row", Component(mark.sigma_px, 1, 3)},
+                                     {"v_x", Component(mark.residual_um, 0, 1)},
+                                     {"v_y", Component(mark.residual_um, 1, 1)},
+                                     {"score", Decimal(mark.score, 2)}});
+  return Fill("photo.html#marks", {{"rows", rows}});
 }
 
 // "25.01 × 25.03 µm per pixel, axes 0.002° off square".
 std::string FilmShapeFact(const Affine2d& photo_from_pixel) {
-  const FilmShape shape = ShapeOf(photo_from_pixel);
-  return Decimal(shape.column_um, 3) + " × " + Decimal(shape.row_um, 3) + " µm per pixel, axes " +
-         Decimal(DegFromRad(std::abs(shape.shear_rad)), 3) + "° off square";
+  const interior::FilmShape shape = interior::ShapeOf(photo_from_pixel);
+  return fmt::format("{} × {} µm per pixel, axes {}° off square", Decimal(shape.column_um, 3),
+                     Decimal(shape.row_um, 3), Decimal(DegFromRad(std::abs(shape.shear_rad)), 3));
 }
 
 std::string InteriorFacts(const InteriorResult& interior) {
   std::vector<std::string> facts;
-  facts.push_back("scan " + Grouped(interior.width, 0) + " × " + Grouped(interior.height, 0) +
-                  " px");
+  facts.push_back(
+      fmt::format("scan {} × {} px", Grouped(interior.width, 0), Grouped(interior.height, 0)));
   if (interior.photo_from_pixel) facts.push_back(FilmShapeFact(*interior.photo_from_pixel));
-  facts.push_back("scan orientation " + (interior.orientation
-                                             ? std::string(Name(*interior.orientation))
-                                             : std::string("open")));
+  facts.push_back(fmt::format("scan orientation {}",
+                              interior.orientation ? Name(*interior.orientation) : "open"));
   if (interior.polarity) facts.push_back(std::string(Name(*interior.polarity)));
-  if (interior.sigma0_um) facts.push_back("sigma0 " + Decimal(*interior.sigma0_um, 1) + " µm");
+  if (interior.sigma0_um)
+    facts.push_back(fmt::format("sigma0 {} µm", Decimal(*interior.sigma0_um, 1)));
   if (interior.margin)
-    facts.push_back("second-best assignment " + Decimal(*interior.margin, 1) + " nats worse");
-  std::string text;
-  for (const std::string& fact : facts) text += (text.empty() ? "" : " · ") + fact;
-  return "<p class=\"facts\">" + text + "</p>\n";
+    facts.push_back(
+        fmt::format("second-best assignment {} nats worse", Decimal(*interior.margin, 1)));
+  return Joined(facts, " · ");
 }
 
-std::string InteriorPart(const PhotoRecord& photo, const PictureHtml& picture) {
-  if (!photo.interior) return "";
-  std::string html = "<h3>Interior orientation " + StatusPill(photo.interior->status) + "</h3>\n" +
-                     InteriorFacts(*photo.interior) + MarksTable(*photo.interior);
-  if (!photo.marks_picture.empty())
-    html += picture(photo.marks_picture, "Fiducial marks with the centres found");
-  return html;
+// Nothing for a photo without this picture.
+Markup PictureOf(const std::string& file_name, const char* alt, const PictureHtml& picture) {
+  return file_name.empty() ? Markup() : picture(file_name, alt);
+}
+
+Markup InteriorPart(const PhotoRecord& photo, const PictureHtml& picture) {
+  if (!photo.interior) return {};
+  return Fill("photo.html#interior",
+              {{"status", Name(photo.interior->status)},
+               {"facts", InteriorFacts(*photo.interior)},
+               {"marks", MarksTable(*photo.interior)},
+               {"picture",
+                PictureOf(photo.marks_picture, "Fiducial marks with the centres found", picture)}});
+}
+
+std::string TiesFact(const TieCount& ties) {
+  std::string fact = fmt::format("{} of {} ties used", ties.used, ties.measured);
+  if (ties.rms_px) fact += fmt::format(", RMS {} px", Decimal(*ties.rms_px, 2));
+  return fact;
 }
 
 std::string ExteriorFacts(const ExteriorResult& exterior, const PhotoVerdict& verdict) {
-  std::string text = std::to_string(verdict.matched) + " of " + std::to_string(verdict.Searched()) +
-                     " patches matched";
-  if (exterior.sigma0_px) text += " · sigma0 " + Decimal(*exterior.sigma0_px, 2) + " px";
-  const std::string statistics = ResidualStatistics(exterior);
-  if (!statistics.empty()) text += " · " + statistics;
-  if (exterior.ties && exterior.ties->measured > 0) {
-    text += " · " + std::to_string(exterior.ties->used) + " of " +
-            std::to_string(exterior.ties->measured) + " ties used";
-    if (exterior.ties->rms_px) text += ", RMS " + Decimal(*exterior.ties->rms_px, 2) + " px";
-  }
+  std::vector<std::string> facts = {
+      fmt::format("{} of {} patches matched", verdict.matched, verdict.Searched())};
+  if (exterior.sigma0_px)
+    facts.push_back(fmt::format("sigma0 {} px", Decimal(*exterior.sigma0_px, 2)));
+  if (std::string statistics = ResidualStatistics(exterior); !statistics.empty())
+    facts.push_back(std::move(statistics));
+  if (exterior.ties && exterior.ties->measured > 0) facts.push_back(TiesFact(*exterior.ties));
   if (exterior.orientation)
-    text += " · scan orientation " + std::string(Name(*exterior.orientation));
-  return "<p class=\"facts\">" + text + "</p>\n";
+    facts.push_back(fmt::format("scan orientation {}", Name(*exterior.orientation)));
+  return Joined(facts, " · ");
 }
 
-std::string ExteriorPart(const PhotoRecord& photo, const PhotoVerdict& verdict,
-                         const PictureHtml& picture) {
-  if (!photo.exterior)
-    return verdict.pose ? "<h3>Exterior orientation</h3>\n" + PoseTable(verdict) : "";
+Markup ExteriorPart(const PhotoRecord& photo, const PhotoVerdict& verdict,
+                    const PictureHtml& picture) {
+  if (!photo.exterior && !verdict.pose) return {};
+  if (!photo.exterior) return Fill("photo.html#exterior_of_table", {{"pose", PoseTable(verdict)}});
   const ExteriorResult& exterior = *photo.exterior;
   const bool scan_known = exterior.width > 0 && exterior.height > 0;
   const int width = scan_known || !photo.interior ? exterior.width : photo.interior->width;
   const int height = scan_known || !photo.interior ? exterior.height : photo.interior->height;
-  std::string html = "<h3>Exterior orientation " + StatusPill(exterior.status) + "</h3>\n" +
-                     ExteriorFacts(exterior, verdict) + "<div class=\"columns\"><div>\n" +
-                     PoseTable(verdict) + RoundsTable(exterior) + PatchesTable(exterior) +
-                     "</div><div>\n" + ResidualPlot(exterior, width, height) + "</div></div>\n";
-  if (!photo.patches_picture.empty())
-    html += picture(photo.patches_picture, "Patches beside their matches");
-  return html;
+  return Fill(
+      "photo.html#exterior",
+      {{"status", Name(exterior.status)},
+       {"facts", ExteriorFacts(exterior, verdict)},
+       {"pose", PoseTable(verdict)},
+       {"rounds", RoundsTable(exterior)},
+       {"patches", PatchesTable(exterior)},
+       {"residuals", ResidualPlot(exterior, width, height)},
+       {"picture", PictureOf(photo.patches_picture, "Patches beside their matches", picture)}});
 }
 
 }  // namespace
 
-std::string PhotoSection(const PhotoRecord& photo, const PhotoVerdict& verdict, size_t number,
-                         const PictureHtml& picture) {
-  return "<section class=\"photo\" id=\"photo-" + std::to_string(number) + "\">\n<h2>" +
-         Escape(photo.name) + " " + StatusPill(verdict.status) +
-         "<a class=\"up\" href=\"#photos\">all photos</a></h2>\n" + Reasons(verdict) +
-         ExteriorPart(photo, verdict, picture) + InteriorPart(photo, picture) + "</section>\n";
+Markup PhotoSection(const PhotoRecord& photo, const PhotoVerdict& verdict, size_t number,
+                    const PictureHtml& picture) {
+  return Fill("photo.html", {{"number", number},
+                             {"photo", photo.name},
+                             {"status", Name(verdict.status)},
+                             {"messages", Messages(verdict)},
+                             {"exterior", ExteriorPart(photo, verdict, picture)},
+                             {"interior", InteriorPart(photo, picture)}});
 }
 
 }  // namespace orient

@@ -1,5 +1,7 @@
 #include "tools/report/picture.h"
 
+#include <cpl_conv.h>
+#include <cpl_string.h>
 #include <cpl_vsi.h>
 #include <gdal_priv.h>
 #include <gdal_utils.h>
@@ -8,10 +10,9 @@
 #include <memory>
 #include <vector>
 
-#include "core/error.h"
-#include "core/files/atomic_write.h"
-#include "core/geometry/quiet_gdal.h"
-#include "tools/report/html_text.h"
+#include "core/base/atomic_write.h"
+#include "core/base/error.h"
+#include "core/base/quiet_gdal.h"
 
 namespace orient {
 namespace {
@@ -41,6 +42,13 @@ class MemoryFile {
   std::uintptr_t Id() const { return reinterpret_cast<std::uintptr_t>(this); }
   std::string path_;
 };
+
+std::string DataUri(const char* type, const std::string& bytes) {
+  const std::unique_ptr<char, void (*)(void*)> base64(
+      CPLBase64Encode(static_cast<int>(bytes.size()), reinterpret_cast<const GByte*>(bytes.data())),
+      &VSIFree);
+  return std::string("data:image/") + type + ";base64," + base64.get();
+}
 
 std::string AsJpeg(GDALDataset* picture) {
   const double scale = std::min({1.0, double{kLargestSide} / picture->GetRasterXSize(),
@@ -95,14 +103,10 @@ std::optional<InlinePicture> LoadPicture(const std::string& path) {
   } catch (const InputError&) {  // a picture is an extra: its photo is reported without
     return std::nullopt;
   }
-  if (png.size() <= kLargestPng) {
-    picture.data_uri = "data:image/png;base64," + Base64(png);
-    return picture;
-  }
-  const std::string jpeg = AsJpeg(dataset.get());
-  if (jpeg.empty()) return std::nullopt;
-  picture.data_uri = jpeg.size() < png.size() ? "data:image/jpeg;base64," + Base64(jpeg)
-                                              : "data:image/png;base64," + Base64(png);
+  const std::string jpeg = png.size() > kLargestPng ? AsJpeg(dataset.get()) : "";
+  if (png.size() > kLargestPng && jpeg.empty()) return std::nullopt;
+  picture.data_uri =
+      jpeg.empty() || jpeg.size() >= png.size() ? DataUri("png", png) : DataUri("jpeg", jpeg);
   return picture;
 }
 

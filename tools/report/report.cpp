@@ -2,16 +2,14 @@
 
 #include <algorithm>
 #include <filesystem>
-#include <numeric>
 
-#include "core/files/atomic_write.h"
+#include "core/base/atomic_write.h"
 #include "tools/report/block_map.h"
 #include "tools/report/block_section.h"
 #include "tools/report/html_text.h"
 #include "tools/report/overview.h"
 #include "tools/report/photo_section.h"
 #include "tools/report/picture.h"
-#include "tools/report/style.h"
 
 namespace orient {
 namespace {
@@ -24,18 +22,17 @@ class PictureAlbum {
  public:
   explicit PictureAlbum(std::string directory) : directory_(std::move(directory)) {}
 
-  std::string Figure(const std::string& file_name, const std::string& alt) {
-    const std::string link =
-        "<a href=\"" + PercentEncoded(file_name) + "\">" + Escape(file_name) + "</a>";
-    if (used_ > kPictureBudget)
-      return "<p class=\"note\">" + Escape(alt) + ": " + link + " beside this report.</p>\n";
+  Markup Figure(const std::string& file_name, const std::string& alt) {
+    std::vector<Filling> fillings = {
+        {"alt", alt}, {"href", PercentEncoded(file_name)}, {"file", file_name}};
+    if (used_ > kPictureBudget) return Fill("report.html#picture_beside", fillings);
     const auto picture = LoadPicture((fs::path(directory_) / file_name).string());
-    if (!picture)
-      return "<p class=\"note\">" + Escape(alt) + ": " + link + " is no readable picture.</p>\n";
+    if (!picture) return Fill("report.html#no_picture", fillings);
     used_ += picture->data_uri.size();
-    return "<figure><img alt=\"" + Escape(alt) + "\" width=\"" + std::to_string(picture->width) +
-           "\" height=\"" + std::to_string(picture->height) + "\" src=\"" + picture->data_uri +
-           "\"/><figcaption>" + Escape(alt) + ". In full: " + link + "</figcaption></figure>\n";
+    fillings.emplace_back("width", picture->width);
+    fillings.emplace_back("height", picture->height);
+    fillings.emplace_back("data_uri", Markup(picture->data_uri));
+    return Fill("report.html#picture", fillings);
   }
 
  private:
@@ -43,23 +40,22 @@ class PictureAlbum {
   size_t used_ = 0;
 };
 
-std::string QuicklookSection(const BlockRecord& block, PictureAlbum* album) {
-  if (block.quicklook_picture.empty()) return "";
-  std::string html = "<section>\n<h2>Orthophotos</h2>\n" +
-                     album->Figure(block.quicklook_picture,
-                                   "Reduced orthophotos, each place from the photo that sees it "
-                                   "nearest to its middle; seams in yellow");
+Markup QuicklookSection(const BlockRecord& block, PictureAlbum* album) {
+  if (block.quicklook_picture.empty()) return {};
+  Markup pictures = album->Figure(block.quicklook_picture,
+                                  "Reduced orthophotos, each place from the photo that sees it "
+                                  "nearest to its middle; seams in yellow");
   if (!block.seams_picture.empty())
-    html += album->Figure(block.seams_picture,
-                          "Places along the seams at full resolution, the two photos in turn like "
-                          "a chequerboard, with the shift between them. A line that breaks where "
-                          "fields meet is an error, or stands above the DEM");
-  return html + "</section>\n";
+    pictures += album->Figure(
+        block.seams_picture,
+        "Places along the seams at full resolution, the two photos in turn like a chequerboard, "
+        "with the shift between them. A line that breaks where fields meet is an error, or stands "
+        "above the DEM");
+  return Fill("report.html#orthophotos", {{"pictures", pictures}});
 }
 
 // Sections in the photos' order, made in the order of need while the album has room.
-std::string PhotoSections(const BlockRecord& block, const BlockVerdict& verdict,
-                          PictureAlbum* album) {
+Markup PhotoSections(const BlockRecord& block, const BlockVerdict& verdict, PictureAlbum* album) {
   std::vector<size_t> order;
   for (const Concern& concern : verdict.concerns) order.push_back(concern.photo);
   for (size_t i = 0; i < block.photos.size(); ++i)
@@ -67,30 +63,33 @@ std::string PhotoSections(const BlockRecord& block, const BlockVerdict& verdict,
   const PictureHtml picture = [&](const std::string& file_name, const std::string& alt) {
     return album->Figure(file_name, alt);
   };
-  std::vector<std::string> sections(block.photos.size());
+  std::vector<Markup> sections(block.photos.size());
   for (const size_t i : order)
     sections[i] = PhotoSection(block.photos[i], verdict.photos[i], i + 1, picture);
-  return std::accumulate(sections.begin(), sections.end(), std::string());
+  Markup all;
+  for (const Markup& section : sections) all += section;
+  return all;
 }
 
 }  // namespace
 
 std::string WriteReport(const BlockRecord& block) {
   const BlockVerdict verdict = Judge(block);
-  std::string html =
-      "<!DOCTYPE html>\n<html lang=\"en\">\n<head>\n<meta charset=\"utf-8\"/>\n"
-      "<meta name=\"viewport\" content=\"width=device-width, initial-scale=1\"/>\n<title>" +
-      Escape(block.title) + " – orientation report</title>\n<style>";
-  html += kReportStyle;
-  html += "</style>\n</head>\n<body>\n";
-  html += SummarySection(block, verdict) + ConcernsSection(block, verdict);
-  html += "<section>\n<h2>Map</h2>\n" + BlockMap(block, verdict) + "</section>\n";
   PictureAlbum album(block.directory);
-  html += QuicklookSection(block, &album) + AdjustmentSection(block) + FilmSection(block);
-  html += PhotosSection(block, verdict) + PhotoSections(block, verdict, &album);
-  html += "</body>\n</html>\n";
+  // The album fills up in the order of this list.
+  const Markup page =
+      Fill("report.html", {{"title", block.title},
+                           {"style", Markup(std::string(ReportFile("report.css")))},
+                           {"summary", SummarySection(block, verdict)},
+                           {"concerns", ConcernsSection(block, verdict)},
+                           {"map", BlockMap(block, verdict)},
+                           {"orthophotos", QuicklookSection(block, &album)},
+                           {"adjustment", AdjustmentSection(block)},
+                           {"film", FilmSection(block)},
+                           {"photos", PhotosSection(block, verdict)},
+                           {"photo_by_photo", PhotoSections(block, verdict, &album)}});
   const std::string path = (fs::path(block.directory) / "report.html").string();
-  WriteFileAtomically(path, html);
+  WriteFileAtomically(path, page.Text() + "\n");
   return path;
 }
 

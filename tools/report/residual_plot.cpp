@@ -1,5 +1,7 @@
 #include "tools/report/residual_plot.h"
 
+#include <fmt/format.h>
+
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <vector>
@@ -96,11 +98,6 @@ Arrows MakeArrows(const ExteriorResult& result, const Frame& frame) {
   return arrows;
 }
 
-std::string Tick(double x, double y, const char* anchor, double value) {
-  return "<text class=\"tick\" x=\"" + SvgNumber(x) + "\" y=\"" + SvgNumber(y) +
-         "\" text-anchor=\"" + anchor + "\">" + Grouped(value, 0) + "</text>\n";
-}
-
 std::string Axes(const Frame& frame) {
   SvgPath grid;
   std::string labels;
@@ -109,13 +106,13 @@ std::string Axes(const Frame& frame) {
   for (double col = step; col < frame.size_px.x(); col += step) {
     const double x = frame.scale * col;
     grid.AddLine({x, 0}, {x, size.y()});
-    labels += Tick(x, -7, "middle", frame.origin_px.x() + col);
+    labels += SvgText("tick", {x, -7}, Grouped(frame.origin_px.x() + col, 0), kCentred);
   }
   for (double row = step; row < frame.size_px.y(); row += step) {
     const double y = frame.scale * row;
     grid.AddLine({0, y}, {size.x(), y});
-    labels += "<g transform=\"translate(-7 " + SvgNumber(y) + ") rotate(-90)\">" +
-              Tick(0, 0, "middle", frame.origin_px.y() + row) + "</g>";
+    labels += fmt::format("<g transform=\"translate(-7 {}) rotate(-90)\">{}</g>", SvgNumber(y),
+                          SvgText("tick", {0, 0}, Grouped(frame.origin_px.y() + row, 0), kCentred));
   }
   return grid.Element("grid") + labels;
 }
@@ -127,48 +124,46 @@ std::string Legend(const Frame& frame, double y) {
   const double length = frame.Arrow({residual_px, 0}).x();
   SvgPath arrow;
   arrow.AddArrow({0, y}, {length, y});
-  return arrow.Element("r-matched") + "<text class=\"tick\" x=\"" + SvgNumber(length + 8) +
-         "\" y=\"" + SvgNumber(y + 4) + "\">" + SvgNumber(residual_px, 6) +
-         "\xE2\x80\xAFpx</text>\n";
+  return arrow.Element("r-matched") +
+         SvgText("tick", {length + 8, y + 4}, SvgNumber(residual_px, 6) + kThinSpace + "px");
 }
 
-std::string Caption(const Frame& frame, const Arrows& arrows) {
-  std::string text = "<figcaption>";
-  if (frame.exaggeration > 0)
-    text += "Residuals (measured minus computed) at " +
-            Grouped(frame.exaggeration, frame.exaggeration < 1 ? 3 : 0) +
-            " times the frame’s scale. ";
-  else
-    text += "Patches over the frame; no residuals are known. ";
-  text +=
-      "<span class=\"key\"><i class=\"dot matched\"></i>matched</span><span class=\"key\">"
-      "<i class=\"cross\">×</i>rejected</span><span class=\"key\"><i class=\"dot not_found\"></i>"
-      "not found, where predicted</span>";
-  if (arrows.cut_count > 0)
-    text += " Dashed: longer than can be shown (" + std::to_string(arrows.cut_count) + ").";
-  return text + "</figcaption>";
+std::string Shapes(const Frame& frame, const Arrows& arrows) {
+  return arrows.not_found.Element("p-not_found") + arrows.rejected_cut.Element("r-rejected cut") +
+         arrows.matched_cut.Element("r-matched cut") + arrows.rejected.Element("r-rejected") +
+         arrows.rejected_start.Element("p-rejected") + arrows.matched.Element("r-matched") +
+         arrows.matched_start.Element("r-start") +
+         Legend(frame, frame.scale * frame.size_px.y() + kMargin);
+}
+
+std::string What(const Frame& frame) {
+  if (frame.exaggeration == 0) return "Patches over the frame; no residuals are known.";
+  return fmt::format("Residuals (measured minus computed) at {} times the frame’s scale.",
+                     Grouped(frame.exaggeration, frame.exaggeration < 1 ? 3 : 0));
+}
+
+std::string Cut(const Arrows& arrows) {
+  if (arrows.cut_count == 0) return "";
+  return fmt::format("Dashed: longer than can be shown ({}).", arrows.cut_count);
 }
 
 }  // namespace
 
-std::string ResidualPlot(const ExteriorResult& result, int width, int height) {
+Markup ResidualPlot(const ExteriorResult& result, int width, int height) {
   const auto frame = MakeFrame(result, width, height);
-  if (!frame || result.patches.empty()) return "";
+  if (!frame || result.patches.empty()) return {};
   const Arrows arrows = MakeArrows(result, *frame);
   const Vector2d size = frame->scale * frame->size_px;
-  const std::string rectangle =
-      "width=\"" + SvgNumber(size.x()) + "\" height=\"" + SvgNumber(size.y()) + "\"";
   // Arrows may leave the frame a little: the drawing has a margin around it.
-  return "<figure class=\"residuals\"><svg viewBox=\"0 0 " + SvgNumber(size.x() + 2 * kMargin) +
-         " " + SvgNumber(size.y() + 2 * kMargin + kLegendHeight) +
-         "\" role=\"img\" aria-label=\"Residual vectors\">\n<g transform=\"translate(" +
-         SvgNumber(kMargin) + " " + SvgNumber(kMargin) + ")\">\n<rect class=\"sheet\" " +
-         rectangle + "/>\n" + Axes(*frame) + "<rect class=\"neat\" " + rectangle + "/>\n" +
-         arrows.not_found.Element("p-not_found") + arrows.rejected_cut.Element("r-rejected cut") +
-         arrows.matched_cut.Element("r-matched cut") + arrows.rejected.Element("r-rejected") +
-         arrows.rejected_start.Element("p-rejected") + arrows.matched.Element("r-matched") +
-         arrows.matched_start.Element("r-start") + Legend(*frame, size.y() + kMargin) +
-         "</g></svg>\n" + Caption(*frame, arrows) + "</figure>\n";
+  return Fill("residuals.html", {{"page_width", SvgNumber(size.x() + 2 * kMargin)},
+                                 {"page_height", SvgNumber(size.y() + 2 * kMargin + kLegendHeight)},
+                                 {"margin", SvgNumber(kMargin)},
+                                 {"width", SvgNumber(size.x())},
+                                 {"height", SvgNumber(size.y())},
+                                 {"grid", Markup(Axes(*frame))},
+                                 {"shapes", Markup(Shapes(*frame, arrows))},
+                                 {"what", What(*frame)},
+                                 {"cut", Cut(arrows)}});
 }
 
 }  // namespace orient

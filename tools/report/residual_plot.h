@@ -1,9 +1,8 @@
 // Residual vectors of one photo over its frame.
 #pragma once
 
-#include <string>
-
 #include "core/files/results.h"
+#include "tools/report/template.h"
 
 namespace orient {
 
@@ -11,6 +10,6 @@ namespace orient {
 // from each patch's pixel, exaggerated by a stated round factor; patches that were not found at
 // their predicted pixel. `width`, `height` [px] of the scan; 0 where unknown, then the patches'
 // extent stands in. Empty where there is nothing to draw.
-std::string ResidualPlot(const ExteriorResult& result, int width, int height);
+Markup ResidualPlot(const ExteriorResult& result, int width, int height);
 
 }  // namespace orient

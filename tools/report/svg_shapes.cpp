@@ -1,5 +1,8 @@
 #include "tools/report/svg_shapes.h"
 
+#include <fmt/format.h>
+
+#include <algorithm>
 #include <cmath>
 #include <stdexcept>
 
@@ -41,7 +44,13 @@ void SvgPath::AddArrow(const Eigen::Vector2d& from, const Eigen::Vector2d& to) {
 
 std::string SvgPath::Element(const std::string& css_class) const {
   if (data_.empty()) return "";
-  return "<path class=\"" + css_class + "\" d=\"" + data_ + "\"/>\n";
+  return fmt::format("<path class=\"{}\" d=\"{}\"/>\n", css_class, data_);
+}
+
+std::string SvgText(const char* css_class, const Eigen::Vector2d& at, const std::string& text,
+                    const std::string& more) {
+  return fmt::format("<text class=\"{}\" x=\"{}\" y=\"{}\"{}>{}</text>\n", css_class,
+                     SvgNumber(at.x()), SvgNumber(at.y()), more, Escape(text));
 }
 
 double RoundNumberBelow(double limit) {

@@ -25,6 +25,11 @@ class SvgPath {
   std::string data_;
 };
 
+// <text class="..." x="..." y="...">text</text>; the text is escaped. `more`: further attributes.
+std::string SvgText(const char* css_class, const Eigen::Vector2d& at, const std::string& text,
+                    const std::string& more = "");
+inline constexpr const char* kCentred = " text-anchor=\"middle\"";
+
 // 1, 2 or 5 times a power of ten, not above `limit` (> 0).
 double RoundNumberBelow(double limit);
 

@@ -2,7 +2,7 @@
 
 #include <algorithm>
 
-#include "core/median.h"
+#include "core/base/median.h"
 #include "tools/report/html_text.h"
 
 namespace orient {
@@ -45,18 +45,18 @@ void CountPatches(const ExteriorResult& exterior, PhotoVerdict* verdict) {
     verdict->sigma = exterior.covariance->diagonal().cwiseMax(0.0).cwiseSqrt();
 }
 
-void AddReasons(const std::string& stage, const std::vector<std::string>& messages,
+void AddReasons(const std::string& stage, const Findings& findings,
                 std::vector<std::string>* reasons) {
-  for (const std::string& message : messages) reasons->push_back(stage + message);
+  for (const std::string& message : Sentences(findings)) reasons->push_back(stage + message);
 }
 
 // Status of the last stage; whatever is missing or damaged makes the photo a failed one.
 void SetStatus(const PhotoRecord& photo, bool block_has_exterior, PhotoVerdict* verdict) {
   verdict->reasons = photo.unreadable;
   if (photo.interior)
-    AddReasons(photo.exterior || block_has_exterior ? "Interior: " : "", photo.interior->messages,
+    AddReasons(photo.exterior || block_has_exterior ? "Interior: " : "", photo.interior->findings,
                &verdict->reasons);
-  if (photo.exterior) AddReasons("", photo.exterior->messages, &verdict->reasons);
+  if (photo.exterior) AddReasons("", photo.exterior->findings, &verdict->reasons);
   if (photo.exterior)
     verdict->status = photo.exterior->status;
   else if (photo.interior && !block_has_exterior)
@@ -87,12 +87,6 @@ PhotoVerdict JudgePhoto(const PhotoRecord& photo, bool block_has_exterior) {
   }
   SetStatus(photo, block_has_exterior, &verdict);
   return verdict;
-}
-
-std::string Joined(const std::vector<std::string>& sentences) {
-  std::string text;
-  for (const std::string& sentence : sentences) text += (text.empty() ? "" : "; ") + sentence;
-  return text;
 }
 
 std::string Times(double value, double usual) {
@@ -139,7 +133,8 @@ std::vector<std::string> Peculiarities(const PhotoRecord& photo, const PhotoVerd
         " above " + Decimal(kConspicuousResidual, 0) + " times the photo's median");
   if (photo.interior && photo.exterior && photo.interior->status == Status::kWeak &&
       verdict.status == Status::kOk)
-    texts.push_back("the interior orientation is weak: " + Joined(photo.interior->messages));
+    texts.push_back("the interior orientation is weak: " +
+                    Joined(Sentences(photo.interior->findings)));
   return texts;
 }
 

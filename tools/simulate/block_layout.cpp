@@ -1,5 +1,7 @@
 #include "tools/simulate/block_layout.h"
 
+#include <fmt/format.h>
+
 #include "core/geometry/collinearity.h"
 
 namespace orient::simulation {
@@ -47,7 +49,7 @@ std::vector<PlannedPhoto> PlanNew(const SimulationOptions& options, const Simula
     const double strip_rad = RadFromDeg(options.kappa_deg);
     const double kappa = strip_rad + (strip % 2 == 0 ? 0 : RadFromDeg(180));
     photos.push_back(
-        {"new_" + std::to_string(strip + 1) + "_" + std::to_string(number + 1),
+        {fmt::format("new_{}_{}", strip + 1, number + 1),
          PoseOver(place, strip_rad, kappa, height, RadFromDeg(options.tilt_deg), random)});
   }
   return photos;
@@ -80,7 +82,7 @@ std::vector<PlannedPhoto> PlanOld(const SimulationOptions& options, const Simula
       const double strip_rad = RadFromDeg(options.kappa_deg);
       const double kappa = strip_rad + RadFromDeg(options.old_kappa_deg + 180.0 * (strip % 2));
       photos.push_back(
-          {"old_" + std::to_string(strip + 1) + "_" + std::to_string(number + 1),
+          {fmt::format("old_{}_{}", strip + 1, number + 1),
            PoseOver(place, strip_rad, kappa, height, RadFromDeg(options.tilt_deg), random)});
     }
   return photos;

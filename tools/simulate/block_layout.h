@@ -4,8 +4,8 @@
 #include <string>
 #include <vector>
 
-#include "core/geometry/ground_surface.h"
 #include "core/geometry/pose.h"
+#include "core/terrain/ground_surface.h"
 #include "tools/simulate/cameras.h"
 #include "tools/simulate/noise.h"
 

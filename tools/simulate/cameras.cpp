@@ -1,5 +1,7 @@
 #include "tools/simulate/cameras.h"
 
+#include <fmt/format.h>
+
 #include <cmath>
 #include <numbers>
 
@@ -121,10 +123,8 @@ SimulatedCamera InPicture(const SimulationOptions& options, bool reseau) {
   if (reseau) {
     for (int row = -5; row <= 5; ++row)
       for (int col = -5; col <= 5; ++col)
-        camera.file.fiducials.push_back({std::to_string(col + 6) + "/" + std::to_string(row + 6),
-                                         {5.0 * col, 5.0 * row},
-                                         "mark",
-                                         std::nullopt});
+        camera.file.fiducials.push_back(
+            {fmt::format("{}/{}", col + 6, row + 6), {5.0 * col, 5.0 * row}, "mark", std::nullopt});
   } else {
     AddMarks({{0, 42.504}, {-57.494, 15}, {0.002, -42.498}, {57.496, 15}, {0, 15}}, &camera.file);
   }

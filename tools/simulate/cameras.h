@@ -2,7 +2,7 @@
 #pragma once
 
 #include "core/files/camera_file.h"
-#include "tools/simulate/simulate.h"
+#include "tools/simulate/simulation_options.h"
 
 namespace orient::simulation {
 

@@ -2,6 +2,7 @@
 
 #include <tbb/parallel_for.h>
 
+#include <algorithm>
 #include <numbers>
 
 #include "tools/simulate/noise.h"

@@ -5,7 +5,7 @@
 #include <vector>
 
 #include "core/files/camera_file.h"
-#include "core/imaging/image.h"
+#include "core/raster/image.h"
 #include "tools/simulate/scan_geometry.h"
 
 namespace orient::simulation {

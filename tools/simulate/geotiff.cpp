@@ -1,12 +1,12 @@
 #include "tools/simulate/geotiff.h"
 
+#include <fmt/format.h>
 #include <gdal_priv.h>
 
-#include <cstdio>
 #include <filesystem>
 
-#include "core/error.h"
-#include "core/geometry/quiet_gdal.h"
+#include "core/base/error.h"
+#include "core/base/quiet_gdal.h"
 
 namespace orient::simulation {
 namespace {
@@ -21,10 +21,9 @@ struct CloseDataset {
 }
 
 void SetResolution(double pixel_size_mm, GDALDataset* dataset) {
-  char per_cm[32];
-  std::snprintf(per_cm, sizeof per_cm, "%.9g", 10 / pixel_size_mm);
-  dataset->SetMetadataItem("TIFFTAG_XRESOLUTION", per_cm);
-  dataset->SetMetadataItem("TIFFTAG_YRESOLUTION", per_cm);
+  const std::string per_cm = fmt::format("{:.9g}", 10 / pixel_size_mm);
+  dataset->SetMetadataItem("TIFFTAG_XRESOLUTION", per_cm.c_str());
+  dataset->SetMetadataItem("TIFFTAG_YRESOLUTION", per_cm.c_str());
   dataset->SetMetadataItem("TIFFTAG_RESOLUTIONUNIT", "3");  // pixels per centimetre
 }
 

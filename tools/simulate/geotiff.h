@@ -8,7 +8,7 @@
 #include <string>
 #include <vector>
 
-#include "core/geometry/crs.h"
+#include "core/terrain/crs.h"
 
 namespace orient::simulation {
 

@@ -1,5 +1,6 @@
 #include "tools/simulate/parcels.h"
 
+#include <algorithm>
 #include <numbers>
 
 #include "tools/simulate/noise.h"

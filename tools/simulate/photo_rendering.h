@@ -3,7 +3,7 @@
 
 #include "core/geometry/camera.h"
 #include "core/geometry/pose.h"
-#include "core/imaging/image.h"
+#include "core/raster/image.h"
 #include "tools/simulate/ground_raster.h"
 #include "tools/simulate/scan_geometry.h"
 #include "tools/simulate/terrain.h"

@@ -2,6 +2,8 @@
 
 #include <tbb/parallel_for.h>
 
+#include <algorithm>
+
 #include "tools/simulate/noise.h"
 
 namespace orient::simulation {

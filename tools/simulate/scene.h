@@ -5,7 +5,7 @@
 #include <cstdint>
 #include <vector>
 
-#include "core/geometry/ground_surface.h"
+#include "core/terrain/ground_surface.h"
 #include "tools/simulate/parcels.h"
 
 namespace orient::simulation {

@@ -3,8 +3,8 @@
 #include <filesystem>
 #include <sstream>
 
-#include "core/error.h"
-#include "core/files/atomic_write.h"
+#include "core/base/atomic_write.h"
+#include "core/base/error.h"
 #include "core/files/orientation_table.h"
 #include "tools/simulate/block_layout.h"
 #include "tools/simulate/geotiff.h"

@@ -1,6 +1,8 @@
-#include <array>
+#include "tools/simulate/simulation_options.h"
 
-#include "tools/simulate/simulate.h"
+#include <fmt/format.h>
+
+#include <array>
 
 namespace orient {
 namespace {
@@ -48,10 +50,10 @@ std::string Plain(double number) {
 std::optional<std::string> SimulationOptions::Check() const {
   for (const Range& range : Ranges(*this))
     if (!(range.value >= range.low && range.value <= range.high))
-      return std::string(range.option) + " " + Plain(range.value) + ": must lie between " +
-             Plain(range.low) + " and " + Plain(range.high);
-  if (strips > photos) return "--strips " + std::to_string(strips) + ": more than --photos";
-  if (bits != 8 && bits != 16) return "--bits " + std::to_string(bits) + ": must be 8 or 16";
+      return fmt::format("{} {}: must lie between {} and {}", range.option, Plain(range.value),
+                         Plain(range.low), Plain(range.high));
+  if (strips > photos) return fmt::format("--strips {}: more than --photos", strips);
+  if (bits != 8 && bits != 16) return fmt::format("--bits {}: must be 8 or 16", bits);
   if (camera == CameraPreset::kDigital &&
       (orientation != ScanOrientation::kR0 || polarity != Polarity::kPositive))
     return "--camera-preset digital: a digital frame is positive and lies one way; leave out "

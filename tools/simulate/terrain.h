@@ -4,7 +4,7 @@
 #include <Eigen/Core>
 #include <cstdint>
 
-#include "core/geometry/ground_surface.h"
+#include "core/terrain/ground_surface.h"
 
 namespace orient::simulation {
 

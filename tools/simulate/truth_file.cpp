@@ -4,7 +4,7 @@
 #include <cmath>
 #include <nlohmann/json.hpp>
 
-#include "core/files/atomic_write.h"
+#include "core/base/atomic_write.h"
 #include "core/geometry/collinearity.h"
 #include "tools/simulate/geotiff.h"
 

@@ -1,9 +1,9 @@
 // Schema version 1: the GeoPackage's own tables, patches with their R-tree, sources, attempts.
 // The BLOBs' layouts stand beside their columns; docs/patchdb.md says the same for SQL users.
 
-#include "patchdb/schema.h"
+#include "patchdb/store/schema.h"
 
-namespace orient {
+namespace orient::patchdb {
 namespace {
 
 constexpr const char* kSql = R"sql(
@@ -119,4 +119,4 @@ INSERT INTO gpkg_extensions VALUES ('patches', 'geom', 'gpkg_rtree_index',
 
 const SchemaStep kSchemaStep1 = {1, "patches, sources, attempts", kSql};
 
-}  // namespace orient
+}  // namespace orient::patchdb

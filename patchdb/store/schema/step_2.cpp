@@ -4,9 +4,9 @@
 // touch the pages of the latter. Run with foreign keys off (SQLite, "Making Other Kinds Of Table
 // Schema Changes").
 
-#include "patchdb/schema.h"
+#include "patchdb/store/schema.h"
 
-namespace orient {
+namespace orient::patchdb {
 namespace {
 
 constexpr const char* kSql = R"sql(
@@ -131,4 +131,4 @@ INSERT INTO gpkg_contents (table_name, data_type, identifier, description) VALUE
 
 const SchemaStep kSchemaStep2 = {2, "state, quality, learning, evidence, provenance", kSql};
 
-}  // namespace orient
+}  // namespace orient::patchdb

@@ -1,9 +1,9 @@
 // Schema version 3: sources are told apart by their content, and may be known before they are
 // harvested; attempts by the photo's content. The table `attempts` is written anew for its key.
 
-#include "patchdb/schema.h"
+#include "patchdb/store/schema.h"
 
-namespace orient {
+namespace orient::patchdb {
 namespace {
 
 constexpr const char* kSql = R"sql(
@@ -45,4 +45,4 @@ ALTER TABLE attempts_3 RENAME TO attempts;
 
 const SchemaStep kSchemaStep3 = {3, "sources and photos told apart by their content", kSql};
 
-}  // namespace orient
+}  // namespace orient::patchdb

@@ -5,9 +5,9 @@
 // Packed heights may have 8 bits since this version (255 unknown): a program that knows only those
 // of 16 must not read them.
 
-#include "patchdb/schema.h"
+#include "patchdb/store/schema.h"
 
-namespace orient {
+namespace orient::patchdb {
 namespace {
 
 constexpr const char* kSql = R"sql(
@@ -36,4 +36,4 @@ INSERT INTO gpkg_contents (table_name, data_type, identifier, description) VALUE
 
 const SchemaStep kSchemaStep4 = {4, "a token that changes with the patches", kSql, true};
 
-}  // namespace orient
+}  // namespace orient::patchdb

@@ -1,12 +1,12 @@
-#include "exterior/block_adjustment.h"
+#include "block/bundle/adjustment.h"
 
 #include <gtest/gtest.h>
 
 #include <cstdio>
 
-#include "tests/exterior/bundle_verdict.h"
+#include "tests/block/bundle/bundle_verdict.h"
 
-namespace orient {
+namespace orient::block {
 namespace {
 
 // What the issue asks for: of the ground sampling distance, RMS.
@@ -148,7 +148,7 @@ TEST(BlockAdjustment, SaysWhereItDidNotComeToRest) {
     const BlockResult result = AdjustBlock(simulation.block, options);
     EXPECT_FALSE(result.converged);
     ASSERT_FALSE(result.messages.empty());
-    EXPECT_NE(result.messages[0].find("did not come to rest"), std::string::npos);
+    EXPECT_NE(result.messages[0].find("did not converge"), std::string::npos);
   }
 }
 
@@ -417,4 +417,4 @@ TEST(SlowBlockAdjustment, KnowsThatPatchesOfOneSourceShareHeightErrors) {
 }
 
 }  // namespace
-}  // namespace orient
+}  // namespace orient::block

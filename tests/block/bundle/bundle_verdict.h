@@ -6,10 +6,10 @@
 #include <cmath>
 #include <vector>
 
-#include "exterior/block_adjustment.h"
+#include "block/bundle/adjustment.h"
 #include "tools/bench/bundle_simulation.h"
 
-namespace orient {
+namespace orient::block {
 
 // RMS of one coordinate, in ground pixels, over ties none of whose rays is a gross error;
 // normalised errors as sums of chi-square, so that several blocks can be taken together.
@@ -127,4 +127,4 @@ inline BundleVerdict JudgeBundle(const BundleSimulation& truth, const BlockResul
   return BundleJudge(truth, result).Verdict();
 }
 
-}  // namespace orient
+}  // namespace orient::block

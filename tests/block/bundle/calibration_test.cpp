@@ -3,10 +3,10 @@
 
 #include <stdexcept>
 
-#include "exterior/block_adjustment.h"
-#include "tests/exterior/bundle_verdict.h"
+#include "block/bundle/adjustment.h"
+#include "tests/block/bundle/bundle_verdict.h"
 
-namespace orient {
+namespace orient::block {
 namespace {
 
 Camera NominalCamera() {
@@ -104,4 +104,4 @@ TEST(BlockCalibration, AddsToARadialTable) {
 }
 
 }  // namespace
-}  // namespace orient
+}  // namespace orient::block

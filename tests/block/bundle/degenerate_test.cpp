@@ -3,10 +3,10 @@
 
 #include <algorithm>
 
-#include "exterior/block_adjustment.h"
-#include "tests/exterior/bundle_verdict.h"
+#include "block/bundle/adjustment.h"
+#include "tests/block/bundle/bundle_verdict.h"
 
-namespace orient {
+namespace orient::block {
 namespace {
 
 BundleSimulationOptions TwoStrips(bool prior) {
@@ -169,4 +169,4 @@ TEST(BlockDegenerate, BrokenPromisesThrow) {
 }
 
 }  // namespace
-}  // namespace orient
+}  // namespace orient::block

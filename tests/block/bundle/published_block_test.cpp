@@ -6,10 +6,10 @@
 #include <map>
 #include <sstream>
 
-#include "exterior/block_adjustment.h"
+#include "block/bundle/adjustment.h"
 #include "tests/support/shared_data.h"
 
-namespace orient {
+namespace orient::block {
 namespace {
 
 std::vector<std::vector<std::string>> Rows(const std::string& path) {
@@ -145,4 +145,4 @@ TEST(PublishedBlock, OfTheRc30AgreesWithinTheRoundingOfOneObservation) {
 }
 
 }  // namespace
-}  // namespace orient
+}  // namespace orient::block

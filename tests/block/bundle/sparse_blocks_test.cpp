@@ -1,11 +1,12 @@
-#include "exterior/sparse_blocks.h"
+#include "block/bundle/sparse_blocks.h"
 
 #include <gtest/gtest.h>
 
 #include <Eigen/Dense>
+#include <cmath>
 #include <random>
 
-namespace orient {
+namespace orient::block {
 namespace {
 
 // A chain of photos, each tied to the next two, and all to the first (as to a camera).
@@ -94,4 +95,4 @@ TEST(SparseBlocks, ADirectionThatNothingFixesIsFound) {
 }
 
 }  // namespace
-}  // namespace orient
+}  // namespace orient::block

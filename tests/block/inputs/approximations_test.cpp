@@ -1,14 +1,14 @@
-#include "tools/approximations.h"
+#include "block/inputs/approximations.h"
 
 #include <gtest/gtest.h>
 
-#include "core/error.h"
-#include "core/files/atomic_write.h"
+#include "core/base/atomic_write.h"
+#include "core/base/error.h"
 #include "core/geometry/rotation.h"
 #include "tests/support/expect_error.h"
 #include "tests/support/shared_data.h"
 
-namespace orient {
+namespace orient::block {
 namespace {
 
 class Approximations : public testing::Test {
@@ -79,4 +79,4 @@ TEST_F(Approximations, WhatAFlightIndexLacksIsNamed) {
 }
 
 }  // namespace
-}  // namespace orient
+}  // namespace orient::block

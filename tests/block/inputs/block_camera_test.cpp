@@ -1,16 +1,16 @@
-#include "tools/block_camera.h"
+#include "block/inputs/block_camera.h"
 
 #include <gtest/gtest.h>
 
 #include <filesystem>
 
-#include "core/error.h"
+#include "core/base/error.h"
 #include "core/geometry/lens.h"
 #include "tests/support/example_camera.h"
 #include "tests/support/expect_error.h"
 #include "tests/support/shared_data.h"
 
-namespace orient {
+namespace orient::block {
 namespace {
 namespace fs = std::filesystem;
 
@@ -45,4 +45,4 @@ TEST(BlockCamera, IsTheOneThatItsTablesPosesNeed) {
 }
 
 }  // namespace
-}  // namespace orient
+}  // namespace orient::block

@@ -1,15 +1,14 @@
-#include "tools/block/block_photos.h"
+#include "block/inputs/block_photos.h"
 
 #include <gtest/gtest.h>
 
-#include "core/error.h"
-#include "core/files/atomic_write.h"
+#include "core/base/atomic_write.h"
+#include "core/base/error.h"
 #include "core/files/orientation_table.h"
 #include "tests/support/shared_data.h"
-#include "tools/block/stage_folder.h"
 #include "tools/simulate/geotiff.h"
 
-namespace orient {
+namespace orient::block {
 namespace {
 
 BlockPhotoFile PhotoAt(const std::string& path) {
@@ -35,22 +34,26 @@ TEST(OpenPhotos, ADamagedNeighbourIsLeftOutADamagedOwnerIsNot) {
   EXPECT_THROW(OpenPhotos(photos, {0, 1, 2}, 1, Camera{}), InputError);
 }
 
-TEST(ReadBlockPhoto, KnowsWhatItsResultWasMadeFrom) {
+TEST(DigestOfPhoto, ChangesWithItsResultAndWhatThatWasMadeFrom) {
   const TemporaryFolder folder;
-  const StageFolder stage(folder / "", ".exterior.json");
-  ExteriorResult failed;
-  failed.photo = "a";
-  WriteExteriorResult(folder / "", failed);
-  const CameraFile camera;
-  const auto made_from = [&] {
-    return ReadBlockPhoto(folder / "a.tif", stage.ResultPath("a"), camera, {}, "").made_from;
+  ExteriorResult result;
+  result.photo = "a";
+  const auto digest = [&] {
+    WriteExteriorResult(folder.Path(), result);
+    const CameraFile camera;
+    return DigestOfPhoto(
+        ReadBlockPhoto(folder / "a.tif", ExteriorResultPath(folder.Path(), "a"), camera, {}, ""));
   };
-  EXPECT_EQ(made_from(), "");
-  stage.Note("a", "one");
-  const std::string one = made_from();
-  stage.Note("a", "two");
-  EXPECT_NE(made_from(), one);
+  const std::string before = digest();
+  EXPECT_EQ(digest(), before);
+  result.made_from = {{"approximation", "one"}};
+  const std::string one = digest();
+  EXPECT_NE(one, before);
+  result.made_from = {{"approximation", "two"}};
+  EXPECT_NE(digest(), one);
+  WriteFileAtomically(folder / "a.tif", "another scan");
+  EXPECT_NE(digest(), one);
 }
 
 }  // namespace
-}  // namespace orient
+}  // namespace orient::block

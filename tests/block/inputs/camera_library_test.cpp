@@ -1,4 +1,4 @@
-#include "tools/camera_library.h"
+#include "block/inputs/camera_library.h"
 
 #include <gtest/gtest.h>
 
@@ -8,15 +8,15 @@
 #include <set>
 #include <sstream>
 
-#include "core/error.h"
-#include "core/files/atomic_write.h"
-#include "patchdb/patch_database.h"
+#include "core/base/atomic_write.h"
+#include "core/base/error.h"
+#include "patchdb/store/patch_database.h"
 #include "tests/support/run_orient.h"
 #include "tests/support/shared_data.h"
-#include "tools/commands.h"
+#include "tools/commands/commands.h"
 #include "tools/simulate/simulate.h"
 
-namespace orient {
+namespace orient::block {
 namespace {
 namespace fs = std::filesystem;
 
@@ -94,7 +94,7 @@ TEST(CameraLibrary, EveryMarkIsDrawnAndUsed) {
     for (const Fiducial& mark : camera.file.fiducials) used.insert(mark.mark);
     EXPECT_EQ(used.size(), camera.file.marks.size()) << camera.path;
     for (const auto& [name, shape] : camera.shapes) {
-      const MarkTemplate drawn = RenderMark(shape, pixel_from_mm);
+      const interior::MarkTemplate drawn = interior::RenderMark(shape, pixel_from_mm);
       float lowest = 2, highest = -2;
       for (const float value : drawn.values.values) {
         if (std::isnan(value)) continue;
@@ -166,7 +166,8 @@ class BlockCommandOnFilm : public testing::Test {
     simulation.gsd_m = 4;
     simulation.objects = false;
     Simulate(simulation, block_);
-    PatchDatabase::Create(block_ + "/patches.gpkg", Crs::Parse(simulation.crs, "simulation"));
+    patchdb::PatchDatabase::Create(block_ + "/patches.gpkg",
+                                   Crs::Parse(simulation.crs, "simulation"));
   }
 
   void Replace(const std::string& from, const std::string& to) const {
@@ -213,4 +214,4 @@ TEST_F(BlockCommandOnFilm, PlansWhatARunWouldDo) {
 }
 
 }  // namespace
-}  // namespace orient
+}  // namespace orient::block

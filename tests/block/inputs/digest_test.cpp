@@ -1,14 +1,14 @@
-#include "tools/made_from.h"
+#include "block/inputs/digest.h"
 
 #include <gtest/gtest.h>
 
 #include <filesystem>
 
-#include "core/files/atomic_write.h"
+#include "core/base/atomic_write.h"
 #include "tests/support/shared_data.h"
 #include "tools/simulate/geotiff.h"
 
-namespace orient {
+namespace orient::block {
 namespace {
 
 void WriteHeights(const std::string& path, float changed) {
@@ -17,6 +17,15 @@ void WriteHeights(const std::string& path, float changed) {
   heights[300 * 1000 + 500] = changed;
   simulation::WriteFloatTiff(path, 1000, 1000, heights,
                              {500000, 5000000, 10, Crs::Parse("EPSG:32635", "test")});
+}
+
+TEST(DigestOf, TellsWhichInputHasWhichContent) {
+  const std::string digest = DigestOf({{"camera", "a"}, {"scan", "b"}});
+  EXPECT_EQ(digest.size(), 16u);
+  EXPECT_EQ(DigestOf({{"scan", "b"}, {"camera", "a"}}), digest);
+  EXPECT_NE(DigestOf({{"camera", "b"}, {"scan", "a"}}), digest);
+  EXPECT_NE(DigestOf({{"camera", "a"}}), digest);
+  EXPECT_NE(DigestOf({{"camera", "a"}, {"dem", "b"}}), digest);
 }
 
 TEST(DigestOfRaster, IsTheSameForTheSameFile) {
@@ -65,4 +74,4 @@ TEST(DigestOfRaster, NoticesWhatAVirtualRasterIsPutTogetherFrom) {
 }
 
 }  // namespace
-}  // namespace orient
+}  // namespace orient::block

@@ -1,11 +1,11 @@
-#include "tools/exposure_date.h"
+#include "block/inputs/exposure_date.h"
 
 #include <gdal_priv.h>
 #include <gtest/gtest.h>
 
 #include "tests/support/shared_data.h"
 
-namespace orient {
+namespace orient::block {
 namespace {
 
 TEST(ExposureDate, IsTheDateOfTheTag) {
@@ -34,4 +34,4 @@ TEST(ExposureDate, OfADigitalPhotoIsItsFilesAndOfFilmUnknown) {
 }
 
 }  // namespace
-}  // namespace orient
+}  // namespace orient::block

@@ -1,16 +1,16 @@
 // The film's own pixel: how finely it was scanned decides whether the earth is taken as flat.
-#include "tools/film_pixel.h"
+#include "block/inputs/film_pixel.h"
 
 #include <gtest/gtest.h>
 
-#include "core/files/atomic_write.h"
+#include "block/stages/exterior_stage.h"
+#include "core/base/atomic_write.h"
 #include "core/files/camera_file.h"
-#include "patchdb/patch_database.h"
+#include "patchdb/store/patch_database.h"
 #include "tests/support/shared_data.h"
-#include "tools/exterior_run.h"
 #include "tools/simulate/simulate.h"
 
-namespace orient {
+namespace orient::block {
 namespace {
 
 // A scan that is nothing but its size.
@@ -68,7 +68,7 @@ TEST(FilmPixel, DecidesWhetherTheEarthIsTakenAsFlat) {
   run.dem = folder / "block/dem.tif";
   run.interior = folder / "block/truth/interior";
   run.patchdb = folder / "patches.gpkg";
-  PatchDatabase::Create(run.patchdb, Crs::Parse(simulation.crs, "simulation"));
+  patchdb::PatchDatabase::Create(run.patchdb, Crs::Parse(simulation.crs, "simulation"));
   const auto k1_scanned_at = [&](int side_px) {
     run.photos = {Scan(folder, "new_1_1", side_px, side_px)};
     return EarthK1OfRun(run);
@@ -85,4 +85,4 @@ TEST(FilmPixel, DecidesWhetherTheEarthIsTakenAsFlat) {
 }
 
 }  // namespace
-}  // namespace orient
+}  // namespace orient::block

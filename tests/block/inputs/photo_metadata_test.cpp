@@ -1,14 +1,14 @@
-#include "tools/photo_metadata.h"
+#include "block/inputs/photo_metadata.h"
 
 #include <gdal_priv.h>
 #include <gtest/gtest.h>
 
-#include "core/files/atomic_write.h"
+#include "block/inputs/block_approximations.h"
+#include "core/base/atomic_write.h"
 #include "core/files/block_file.h"
 #include "tests/support/shared_data.h"
-#include "tools/block/block_approximations.h"
 
-namespace orient {
+namespace orient::block {
 namespace {
 
 TEST(PhotoMetadata, DegreesComeInUpToThreeParts) {
@@ -186,4 +186,4 @@ TEST(PhotoMetadata, OfAFileThatSaysNothingIsNothing) {
 }
 
 }  // namespace
-}  // namespace orient
+}  // namespace orient::block

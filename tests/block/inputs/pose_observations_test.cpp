@@ -1,16 +1,16 @@
-#include "tools/block/pose_observations.h"
+#include "block/inputs/pose_observations.h"
 
 #include <gtest/gtest.h>
 
 #include <numbers>
 
-#include "core/error.h"
-#include "core/files/atomic_write.h"
+#include "core/base/atomic_write.h"
+#include "core/base/error.h"
 #include "core/geometry/rotation.h"
 #include "tests/support/expect_error.h"
 #include "tests/support/shared_data.h"
 
-namespace orient {
+namespace orient::block {
 namespace {
 
 class PoseObservationsOf : public testing::Test {
@@ -106,4 +106,4 @@ TEST_F(PoseObservationsOf, GnssOfWhichNobodySaysHowGoodItIsOrInAnotherCrsIsRefus
 }
 
 }  // namespace
-}  // namespace orient
+}  // namespace orient::block

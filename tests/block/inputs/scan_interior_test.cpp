@@ -1,15 +1,15 @@
-#include "tools/scan_interior.h"
+#include "block/inputs/scan_interior.h"
 
 #include <gtest/gtest.h>
 
 #include <vector>
 
+#include "block/inputs/digest.h"
 #include "core/files/results.h"
-#include "core/imaging/raster.h"
+#include "core/raster/raster.h"
 #include "tests/support/shared_data.h"
-#include "tools/made_from.h"
 
-namespace orient {
+namespace orient::block {
 namespace {
 
 constexpr int kSide = 40;
@@ -32,16 +32,18 @@ TEST(FilmGeometry, IsNotOfAnotherScanOfTheSameSize) {
   interior.orientation = ScanOrientation::kR0;
   interior.possible_orientations = {ScanOrientation::kR0};
   interior.photo_from_pixel = Affine2d{};
-  interior.made_from = MadeFrom{"", "", DigestOfFile(folder / "p.png")};
+  interior.made_from = {{"scan", DigestOfFile(folder / "p.png")}};
   WriteInteriorResult(folder.Path(), interior);
   const std::string path = InteriorResultPath(folder.Path(), "p");
-  EXPECT_EQ(FilmGeometry(camera, {}, Raster::Open(folder / "p.png"), path).failure, "");
+  const auto said = [&] {
+    return JoinedSentences(FilmGeometry(camera, {}, Raster::Open(folder / "p.png"), path).findings);
+  };
+  EXPECT_EQ(said(), "");
   WriteScan(folder / "p.png", 101);
-  const std::string failure =
-      FilmGeometry(camera, {}, Raster::Open(folder / "p.png"), path).failure;
+  const std::string failure = said();
   EXPECT_NE(failure.find("other content"), std::string::npos) << failure;
   EXPECT_NE(failure.find("run 'orient interior' again"), std::string::npos) << failure;
 }
 
 }  // namespace
-}  // namespace orient
+}  // namespace orient::block

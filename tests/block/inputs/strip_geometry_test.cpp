@@ -1,4 +1,4 @@
-#include "tools/strip_geometry.h"
+#include "block/inputs/strip_geometry.h"
 
 #include <gtest/gtest.h>
 #include <rapidcheck.h>
@@ -9,11 +9,11 @@
 #include <numbers>
 #include <random>
 
-#include "core/error.h"
+#include "core/base/error.h"
 #include "core/geometry/rotation.h"
 #include "tests/support/expect_error.h"
 
-namespace orient {
+namespace orient::block {
 namespace {
 
 using Eigen::Vector2d;
@@ -290,4 +290,4 @@ TEST(StripGeometry, TurnsWithTheWorld) {
 }
 
 }  // namespace
-}  // namespace orient
+}  // namespace orient::block

@@ -1,13 +1,13 @@
-#include "tools/contact_sheet.h"
+#include "block/pictures/contact_sheet.h"
 
 #include <gtest/gtest.h>
 
 #include <filesystem>
 
-#include "core/imaging/raster.h"
+#include "core/raster/raster.h"
 #include "tests/support/shared_data.h"
 
-namespace orient {
+namespace orient::block {
 namespace {
 namespace fs = std::filesystem;
 
@@ -77,4 +77,4 @@ TEST(ContactSheet, ACameraWithAHundredMarksHasSmallTiles) {
 }
 
 }  // namespace
-}  // namespace orient
+}  // namespace orient::block

@@ -1,15 +1,15 @@
-#include "tools/block/quicklook.h"
+#include "block/pictures/quicklook.h"
 
 #include <gtest/gtest.h>
 
 #include <cmath>
 #include <filesystem>
 
-#include "core/files/atomic_write.h"
-#include "core/imaging/raster.h"
+#include "core/base/atomic_write.h"
+#include "core/raster/raster.h"
 #include "tests/support/shared_data.h"
 
-namespace orient {
+namespace orient::block {
 namespace {
 
 constexpr int kSide = 400;                                      // px of a photo
@@ -104,4 +104,4 @@ TEST_F(QuicklookTest, WithoutPhotosThereIsNoneAndAnOldOneGoes) {
 }
 
 }  // namespace
-}  // namespace orient
+}  // namespace orient::block

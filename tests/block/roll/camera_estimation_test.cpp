@@ -1,4 +1,4 @@
-#include "interior/camera_estimation.h"
+#include "block/roll/camera_estimation.h"
 
 #include <gtest/gtest.h>
 
@@ -8,7 +8,7 @@
 
 #include "core/geometry/transform2d.h"
 
-namespace orient {
+namespace orient::block {
 namespace {
 
 using Eigen::MatrixXd;
@@ -181,4 +181,4 @@ TEST(CameraEstimation, TwoScansOrThreeMarksAreTooFew) {
 }
 
 }  // namespace
-}  // namespace orient
+}  // namespace orient::block

@@ -1,12 +1,14 @@
-#include "interior/roll.h"
+#include "block/roll/roll.h"
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
+#include <cmath>
 #include <random>
 
-#include "interior/film_transform.h"
+#include "interior/orientation/film_transform.h"
 
-namespace orient {
+namespace orient::block {
 namespace {
 
 using Eigen::Vector2d;
@@ -35,7 +37,7 @@ InteriorResult Photo(const RollSpec& spec, int index, const Eigen::Matrix2d& ext
   InteriorResult result;
   result.photo = std::to_string(1000 + index);
   result.status = Status::kOk;
-  std::vector<MeasuredMark> marks;
+  std::vector<interior::MeasuredMark> marks;
   for (size_t i = 0; i < kPlaces.size(); ++i) {
     const double noise = 1e-3 * std::hypot(spec.noise_um, extra_noise_um);
     const Vector2d seen = film * kPlaces[i] + noise * Vector2d(normal(*random), normal(*random));
@@ -43,7 +45,7 @@ InteriorResult Photo(const RollSpec& spec, int index, const Eigen::Matrix2d& ext
     if (i < spec.camera_error_um.size()) calibrated += 1e-3 * spec.camera_error_um[i];
     marks.push_back({Vector2d(4600 + seen.x() / 0.025, 4600 - seen.y() / 0.025), calibrated});
   }
-  const auto fit = FitFilm(marks, false);
+  const auto fit = interior::FitFilm(marks, false);
   result.photo_from_pixel = fit->photo_from_pixel;
   result.sigma0_um = fit->sigma0_um;
   for (size_t i = 0; i < marks.size(); ++i) {
@@ -114,7 +116,7 @@ TEST(Roll, AFrameOfAnotherScaleShearOrFitIsWeakAndSaysWhy) {
     EXPECT_EQ(results[7].status, Status::kWeak) << c.word;
     EXPECT_EQ(results[7].status_alone, Status::kOk);
     bool said = false;
-    for (const std::string& m : results[7].messages)
+    for (const std::string& m : Sentences(results[7].findings))
       said = said || m.find(c.word) != std::string::npos;
     EXPECT_TRUE(said) << c.word;
   }
@@ -154,13 +156,13 @@ TEST(Roll, ComparingAgainTakesBackWhatNoLongerHolds) {
   const InteriorResult good = results[7];
   results[7] = Photo(spec, 7, 1.01 * Eigen::Matrix2d::Identity(), 0, &random);
   results = Compared(results);
-  const std::vector<std::string> said = results[7].messages;
+  const Findings said = results[7].findings;
   ASSERT_FALSE(said.empty());
   EXPECT_TRUE(CompareWithRoll(StatisticsOfRoll(results), &results).empty()) << "nothing new";
-  EXPECT_EQ(results[7].messages, said) << "nothing is said twice";
+  EXPECT_EQ(results[7].findings, said) << "nothing is said twice";
   EXPECT_EQ(CompareWithRoll(std::nullopt, &results), std::vector<size_t>{7});
   EXPECT_EQ(results[7].status, Status::kOk);
-  EXPECT_TRUE(results[7].messages.empty());
+  EXPECT_TRUE(results[7].findings.empty());
 }
 
 TEST(Roll, APhotoThatIsWeakByItselfStaysSo) {
@@ -213,4 +215,4 @@ TEST(Roll, MarksWithoutErrorLookSystematicInFewerThanOneRollOf200) {
 }
 
 }  // namespace
-}  // namespace orient
+}  // namespace orient::block

@@ -1,4 +1,4 @@
-#include "tools/interior_outputs.h"
+#include "block/stages/interior_outputs.h"
 
 #include <gtest/gtest.h>
 
@@ -8,12 +8,12 @@
 #include <random>
 #include <sstream>
 
-#include "core/files/atomic_write.h"
+#include "core/base/atomic_write.h"
 #include "tests/support/film_frame.h"
 #include "tests/support/shared_data.h"
-#include "tools/commands.h"
+#include "tools/commands/commands.h"
 
-namespace orient {
+namespace orient::block {
 namespace {
 namespace fs = std::filesystem;
 
@@ -63,7 +63,7 @@ TEST(InteriorOutputs, APhotoThatStandsOutIsWeakInItsFileToo) {
   const InteriorResult odd = ReadInteriorResult(InteriorResultPath(folder.Path(), "p21"));
   EXPECT_EQ(odd.status, Status::kWeak);
   EXPECT_EQ(odd.status_alone, Status::kOk);
-  EXPECT_FALSE(odd.messages.empty());
+  EXPECT_FALSE(odd.findings.empty());
   EXPECT_EQ(ReadInteriorResult(InteriorResultPath(folder.Path(), "p10")).status, Status::kOk);
   EXPECT_NE(ReadFile(folder / "interior.csv").find("p21,weak"), std::string::npos);
   EXPECT_EQ(Lines(folder / "marks.csv"), 1 + 12 * 4);
@@ -112,4 +112,4 @@ TEST(InteriorOutputs, ARunOfSeveralScansLeavesTablesSheetAndMicmacFiles) {
 }
 
 }  // namespace
-}  // namespace orient
+}  // namespace orient::block

@@ -1,4 +1,4 @@
-#include "exterior/tie_points.h"
+#include "block/ties/tie_points.h"
 
 #include <gtest/gtest.h>
 
@@ -6,10 +6,10 @@
 #include <random>
 #include <set>
 
-#include "core/imaging/raster.h"
+#include "core/raster/raster.h"
 #include "tests/support/shared_data.h"
 
-namespace orient {
+namespace orient::block {
 namespace {
 
 constexpr int kSide = 420;            // of a photo, px
@@ -96,7 +96,7 @@ class TiePoints : public testing::Test {
                      std::to_string(paths_.size()) + ".png");
     WritePng(paths_.back(), kSide, kSide, 1, grey);
     rasters_.push_back(std::make_unique<Raster>(Raster::Open(paths_.back())));
-    images_.push_back(std::make_unique<PhotoImage>(*rasters_.back(), false));
+    images_.push_back(std::make_unique<exterior::PhotoImage>(*rasters_.back(), false));
     truth_.push_back(truth);
     photos_.push_back(
         {"p" + std::to_string(photos_.size()), truth, Matrix6d::Zero(), images_.back().get()});
@@ -136,7 +136,7 @@ class TiePoints : public testing::Test {
   const GroundSurface surface_ = Hill();
   std::vector<std::string> paths_;
   std::vector<std::unique_ptr<Raster>> rasters_;
-  std::vector<std::unique_ptr<PhotoImage>> images_;
+  std::vector<std::unique_ptr<exterior::PhotoImage>> images_;
   std::vector<PhotoView> truth_;
   std::vector<TiePhoto> photos_;
 };
@@ -222,4 +222,4 @@ TEST_F(TiePoints, TheirCovarianceHoldsWhatTheyMiss) {
 }
 
 }  // namespace
-}  // namespace orient
+}  // namespace orient::block

@@ -1,14 +1,14 @@
-#include "tools/block/calibrated_camera.h"
+#include "block/verdict/calibrated_camera.h"
 
 #include <gtest/gtest.h>
 
 #include <filesystem>
 
+#include "block/inputs/block_camera.h"
 #include "tests/support/example_camera.h"
 #include "tests/support/shared_data.h"
-#include "tools/block_camera.h"
 
-namespace orient {
+namespace orient::block {
 namespace {
 
 BlockResult Calibrated(const Camera& camera) {
@@ -52,4 +52,4 @@ TEST(CalibratedCamera, OfNothingEstimatedGoes) {
 }
 
 }  // namespace
-}  // namespace orient
+}  // namespace orient::block

@@ -1,12 +1,15 @@
+#include "block/verdict/final_results.h"
+
 #include <gtest/gtest.h>
 
 #include <Eigen/Dense>
 
+#include "block/bundle/adjusted_view.h"
+#include "block/stages/adjustment_stage.h"
+#include "core/terrain/view_over_ground.h"
 #include "tools/bench/bundle_simulation.h"
-#include "tools/block/adjustment_stage.h"
-#include "tools/block/view_over_ground.h"
 
-namespace orient {
+namespace orient::block {
 namespace {
 
 // A simulated bundle as the block's stages see it: every photo ok by patches of its own.
@@ -82,18 +85,18 @@ TEST_F(FinalResultsOf, ABlockAtRestAreTheAdjustedPoses) {
 TEST_F(FinalResultsOf, WhatWasWeakForItsPrecisionOnlyIsOkByItsTies) {
   for (BlockPhotoFile& photo : photos_) {
     photo.exterior.status = Status::kWeak;
-    photo.exterior.messages = {"too few places tell how precise the pose is: ..."};
+    photo.exterior.findings = {{Reason::kFewPlaces, Status::kWeak, 9, 12}};
   }
-  photos_[1].exterior.messages.emplace_back("the pose lies 9 sigma from its approximation");
-  photos_[2].exterior.messages = {"the pose is poorly determined: ..."};
+  photos_[1].exterior.findings.push_back({Reason::kContradictsApproximation, Status::kWeak, 9});
+  photos_[2].exterior.findings = {{Reason::kPoorlyDetermined, Status::kWeak, 2, 1}};
   const std::vector<ExteriorResult> results = Results({});
   for (const std::size_t i : {0, 2, 3}) {
     EXPECT_EQ(results[i].status, Status::kOk) << i;
-    EXPECT_TRUE(results[i].messages.empty()) << i;
+    EXPECT_TRUE(results[i].findings.empty()) << i;
   }
   EXPECT_EQ(results[1].status, Status::kWeak);
-  ASSERT_EQ(results[1].messages.size(), 1u);
-  EXPECT_TRUE(results[1].messages[0].starts_with("the pose lies"));
+  ASSERT_EQ(results[1].findings.size(), 1u);
+  EXPECT_EQ(results[1].findings[0].reason, Reason::kContradictsApproximation);
 }
 
 // What is written is interior orientation's film transform and not the one that the adjustment
@@ -132,14 +135,14 @@ TEST_F(FinalResultsOf, TiesWithPhotosThatAreNotDeterminedContradictNobody) {
       adjusted_.result.observations[i].state = ObservationState::kUnusable;
   const ExteriorResult first =
       FinalResults({photos_, {}, simulation_.block.cameras[0], surface_, "", {}}, adjusted_)[0];
-  EXPECT_EQ(first.status, Status::kOk) << testing::PrintToString(first.messages);
+  EXPECT_EQ(first.status, Status::kOk) << testing::PrintToString(Sentences(first.findings));
   adjusted_.result.photos[1].state = PhotoState::kAdjusted;
   const ExteriorResult contradicted =
       FinalResults({photos_, {}, simulation_.block.cameras[0], surface_, "", {}}, adjusted_)[0];
   EXPECT_EQ(contradicted.status, Status::kWeak);
 }
 
-TEST_F(FinalResultsOf, ABlockThatDidNotComeToRestAreThePhotosOwnAndWeak) {
+TEST_F(FinalResultsOf, OfABlockThatDidNotConvergeAreThePhotosOwnAndWeak) {
   BlockOptions options;
   options.max_rounds = options.max_iterations = 1;
   const std::vector<ExteriorResult> results = Results(options);
@@ -147,8 +150,8 @@ TEST_F(FinalResultsOf, ABlockThatDidNotComeToRestAreThePhotosOwnAndWeak) {
   for (std::size_t i = 0; i < results.size(); ++i) {
     EXPECT_EQ(results[i].status, Status::kWeak);
     EXPECT_EQ(results[i].pose->position_m, photos_[i].exterior.pose->position_m);
-    ASSERT_FALSE(results[i].messages.empty());
-    EXPECT_NE(results[i].messages.back().find("did not come to rest"), std::string::npos);
+    ASSERT_FALSE(results[i].findings.empty());
+    EXPECT_EQ(results[i].findings.back().reason, Reason::kBlockNotConverged);
   }
 }
 
@@ -167,7 +170,7 @@ TEST_F(FinalResultsOf, ACalibratedBlockContradictsNoPhoto) {
     photo.pose.position_m.z() += 0.2 / 153 * 1530;
   for (const ExteriorResult& result :
        FinalResults({photos_, {}, simulation_.block.cameras[0], surface_, "", {}}, adjusted_)) {
-    EXPECT_EQ(result.status, Status::kOk) << result.messages.front();
+    EXPECT_EQ(result.status, Status::kOk) << JoinedSentences(result.findings);
   }
 }
 
@@ -175,14 +178,14 @@ TEST_F(FinalResultsOf, ACalibratedBlockContradictsNoPhoto) {
 TEST_F(FinalResultsOf, ObservedPosesMakeNothingOk) {
   std::vector<ExteriorResult> with = Results({}), without = with;
   without[0].status = Status::kWeak;
-  without[0].messages = {"the pose is poorly determined"};
+  without[0].findings = {{.reason = Reason::kStated, .where = "the pose is poorly determined"}};
   without[1].status = Status::kFailed;
   without[1].pose.reset();
   with[2].status = Status::kWeak;
   HoldToControl(without, &with);
   EXPECT_EQ(with[0].status, Status::kWeak);
-  ASSERT_EQ(with[0].messages.size(), 1u);
-  EXPECT_EQ(with[0].messages[0],
+  ASSERT_EQ(with[0].findings.size(), 1u);
+  EXPECT_EQ(Sentence(with[0].findings.at(0)),
             "without GNSS and approximations it is weak: the pose is poorly determined");
   EXPECT_EQ(with[1].status, Status::kFailed);
   EXPECT_FALSE(with[1].pose);
@@ -222,4 +225,4 @@ TEST(ViewOverGround, AnotherCameraShowsTheSameFromAnotherPlace) {
 }
 
 }  // namespace
-}  // namespace orient
+}  // namespace orient::block

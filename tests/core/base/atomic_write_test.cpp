@@ -1,11 +1,11 @@
-#include "core/files/atomic_write.h"
+#include "core/base/atomic_write.h"
 
 #include <gtest/gtest.h>
 #include <unistd.h>
 
 #include <filesystem>
 
-#include "core/error.h"
+#include "core/base/error.h"
 #include "tests/support/expect_error.h"
 #include "tests/support/shared_data.h"
 

@@ -1,4 +1,4 @@
-#include "core/files/folder_lock.h"
+#include "core/base/folder_lock.h"
 
 #include <gtest/gtest.h>
 #include <sys/wait.h>
@@ -7,7 +7,7 @@
 #include <filesystem>
 #include <memory>
 
-#include "core/error.h"
+#include "core/base/error.h"
 #include "tests/support/shared_data.h"
 
 namespace orient {

@@ -1,12 +1,13 @@
-#include "core/files/partial_files.h"
+#include "core/base/partial_files.h"
 
 #include <gtest/gtest.h>
 #include <sys/wait.h>
 #include <unistd.h>
 
 #include <filesystem>
+#include <vector>
 
-#include "core/files/atomic_write.h"
+#include "core/base/atomic_write.h"
 #include "tests/support/shared_data.h"
 
 namespace orient {

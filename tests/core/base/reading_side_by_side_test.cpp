@@ -1,4 +1,4 @@
-#include "core/imaging/reading_side_by_side.h"
+#include "core/base/reading_side_by_side.h"
 
 #include <gtest/gtest.h>
 

@@ -1,4 +1,4 @@
-#include "core/imaging/side_by_side.h"
+#include "core/base/side_by_side.h"
 
 #include <gtest/gtest.h>
 

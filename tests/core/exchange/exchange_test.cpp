@@ -7,14 +7,14 @@
 #include <functional>
 #include <sstream>
 
-#include "core/error.h"
-#include "core/files/atomic_write.h"
-#include "core/files/exchange/asp_pinhole.h"
-#include "core/files/exchange/colmap.h"
-#include "core/files/exchange/frame_adjustments.h"
-#include "core/files/exchange/metashape.h"
-#include "core/files/exchange/micmac_orientation.h"
-#include "core/files/exchange/opensfm.h"
+#include "core/base/atomic_write.h"
+#include "core/base/error.h"
+#include "core/exchange/asp_pinhole.h"
+#include "core/exchange/colmap.h"
+#include "core/exchange/frame_adjustments.h"
+#include "core/exchange/metashape.h"
+#include "core/exchange/micmac_orientation.h"
+#include "core/exchange/opensfm.h"
 #include "core/geometry/collinearity.h"
 #include "tests/support/expect_error.h"
 #include "tests/support/shared_data.h"

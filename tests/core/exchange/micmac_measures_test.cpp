@@ -1,11 +1,11 @@
-#include "core/files/micmac_measures.h"
+#include "core/exchange/micmac_measures.h"
 
 #include <gtest/gtest.h>
 
 #include <random>
 #include <sstream>
 
-#include "core/files/atomic_write.h"
+#include "core/base/atomic_write.h"
 #include "core/geometry/transform2d.h"
 #include "tests/support/shared_data.h"
 

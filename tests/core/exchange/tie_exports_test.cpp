@@ -8,14 +8,14 @@
 #include <map>
 #include <sstream>
 
-#include "core/files/atomic_write.h"
-#include "core/files/exchange/colmap.h"
-#include "core/files/exchange/frame_adjustments.h"
-#include "core/files/exchange/metashape_markers.h"
-#include "core/files/exchange/micmac_homologues.h"
-#include "core/files/exchange/opensfm.h"
-#include "core/files/exchange/text_lines.h"
-#include "core/files/exchange/xml_elements.h"
+#include "core/base/atomic_write.h"
+#include "core/exchange/colmap.h"
+#include "core/exchange/frame_adjustments.h"
+#include "core/exchange/metashape_markers.h"
+#include "core/exchange/micmac_homologues.h"
+#include "core/exchange/opensfm.h"
+#include "core/exchange/text_lines.h"
+#include "core/exchange/xml_elements.h"
 #include "tests/support/shared_data.h"
 
 namespace orient {

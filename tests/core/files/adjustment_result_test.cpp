@@ -4,8 +4,8 @@
 
 #include <limits>
 
-#include "core/error.h"
-#include "core/files/atomic_write.h"
+#include "core/base/atomic_write.h"
+#include "core/base/error.h"
 #include "tests/support/example_adjustment.h"
 #include "tests/support/expect_error.h"
 #include "tests/support/shared_data.h"

@@ -4,8 +4,8 @@
 
 #include <filesystem>
 
-#include "core/error.h"
-#include "core/files/atomic_write.h"
+#include "core/base/atomic_write.h"
+#include "core/base/error.h"
 #include "core/geometry/rotation.h"
 #include "tests/support/expect_error.h"
 #include "tests/support/shared_data.h"

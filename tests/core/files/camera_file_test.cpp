@@ -4,8 +4,8 @@
 
 #include <filesystem>
 
-#include "core/error.h"
-#include "core/files/atomic_write.h"
+#include "core/base/atomic_write.h"
+#include "core/base/error.h"
 #include "core/geometry/rotation.h"
 #include "tests/support/expect_error.h"
 #include "tests/support/shared_data.h"
@@ -281,7 +281,7 @@ TEST(CameraFile, ImpossibleGeometryIsRefused) {
 }
 
 TEST(CameraFile, APrincipalDistanceInAnotherUnitIsRefused) {
-  ExpectRefusedFilm("153.29", "0.15329", {"principal_distance_mm", "0.153290 mm", "millimetres"});
+  ExpectRefusedFilm("153.29", "0.15329", {"principal_distance_mm", "0.15329 mm", "millimetres"});
   ExpectRefusedFilm("153.29", "153290", {"principal_distance_mm", "153290", "millimetres"});
   ExpectRefusedFilm("153.29", "1e-300", {"principal_distance_mm", "millimetres"});
 }

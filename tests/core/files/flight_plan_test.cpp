@@ -2,8 +2,8 @@
 
 #include <gtest/gtest.h>
 
-#include "core/error.h"
-#include "core/files/atomic_write.h"
+#include "core/base/atomic_write.h"
+#include "core/base/error.h"
 #include "core/files/block_file.h"
 #include "core/geometry/rotation.h"
 #include "tests/support/expect_error.h"

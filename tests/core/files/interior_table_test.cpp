@@ -20,7 +20,8 @@ InteriorResult Result() {
   mark.state = MarkState::kUsed;
   mark.pixel = Eigen::Vector2d(12.25, 13.5);
   result.marks = {mark, MarkResult{"2", MarkState::kMissing, {}, {}, {}, {}}};
-  result.messages = {"It says \"no\".", "And, again."};
+  result.findings = {{.reason = Reason::kStated, .where = "It says \"no\"."},
+                     {.reason = Reason::kStated, .where = "And, again."}};
   return result;
 }
 

@@ -8,8 +8,8 @@
 #include <numbers>
 #include <stdexcept>
 
-#include "core/error.h"
-#include "core/files/atomic_write.h"
+#include "core/base/atomic_write.h"
+#include "core/base/error.h"
 #include "tests/support/expect_error.h"
 #include "tests/support/shared_data.h"
 

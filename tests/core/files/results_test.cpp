@@ -2,13 +2,14 @@
 
 #include <gtest/gtest.h>
 
+#include <cmath>
 #include <filesystem>
 #include <limits>
 #include <nlohmann/json.hpp>
 #include <stdexcept>
 
-#include "core/error.h"
-#include "core/files/atomic_write.h"
+#include "core/base/atomic_write.h"
+#include "core/base/error.h"
 #include "tests/support/expect_error.h"
 #include "tests/support/shared_data.h"
 
@@ -33,7 +34,7 @@ InteriorResult ExampleInterior() {
   result.marks.push_back({"1", MarkState::kUsed, Eigen::Vector2d(312.41, 288.07),
                           Eigen::Vector2d(0.02, 0.03), Eigen::Vector2d(1.1, -0.4), 0.93});
   result.marks.push_back({"2", MarkState::kMissing, {}, {}, {}, {}});
-  result.messages = {"mark 2 lies outside the scan"};
+  result.findings = {{.reason = Reason::kStated, .where = "mark 2 lies outside the scan"}};
   return result;
 }
 
@@ -128,7 +129,7 @@ TEST(InteriorResult, Roundtrip) {
   EXPECT_EQ(read.marks[0].residual_um, result.marks[0].residual_um);
   EXPECT_EQ(read.marks[1].state, MarkState::kMissing);
   EXPECT_FALSE(read.marks[1].pixel);
-  EXPECT_EQ(read.messages, result.messages);
+  EXPECT_EQ(read.findings, result.findings);
 }
 
 TEST(InteriorResult, AReseauReadsBackToAHundredthOfAMicrometre) {
@@ -225,11 +226,11 @@ TEST(ExteriorResult, Roundtrip) {
   EXPECT_FALSE(read.patches[1].ncc);
 }
 
-TEST(ExteriorResult, AFreedPrincipalDistanceReadsBack) {
+TEST(ExteriorResult, AnEstimatedPrincipalDistanceReadsBack) {
   const TemporaryFolder folder;
   ExteriorResult result = ExampleExterior();
   EXPECT_FALSE(Written(result).contains("principal_distance_mm"));
-  result.principal_distance = FreedPrincipalDistance{152.31, 0.02, 152.0, 0.5};
+  result.principal_distance = EstimatedPrincipalDistance{152.31, 0.02, 152.0, 0.5};
   WriteExteriorResult(folder.Path(), result);
   const auto read = ReadExteriorResult(folder / "4711.exterior.json").principal_distance;
   ASSERT_TRUE(read);
@@ -272,7 +273,8 @@ INSTANTIATE_TEST_SUITE_P(
                     Damage{"/photo_from_pixel", {{1, 2, 3}}, "2 x 3"},
                     Damage{"/photo_from_pixel/1/2", "x", "photo_from_pixel[1][2]"},
                     Damage{"/marks/0/pixel", {1, 2, 3}, "marks[0].pixel"},
-                    Damage{"/marks", 7, "marks"}, Damage{"/messages/0", 7, "messages[0]"}));
+                    Damage{"/marks", 7, "marks"},
+                    Damage{"/findings/0/code", "fine", "findings[0].code is \"fine\""}));
 
 TEST(InteriorResult, MissingFieldsAndBrokenJsonAreNamed) {
   const TemporaryFolder folder;

@@ -3,9 +3,10 @@
 #include <gtest/gtest.h>
 #include <rapidcheck.h>
 
+#include <cmath>
 #include <numbers>
 
-#include "tests/core/geometry/generators.h"
+#include "tests/support/generators.h"
 
 namespace orient {
 namespace {

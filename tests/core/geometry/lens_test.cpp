@@ -5,7 +5,7 @@
 
 #include <cmath>
 
-#include "tests/core/geometry/generators.h"
+#include "tests/support/generators.h"
 
 namespace orient {
 namespace {

@@ -4,6 +4,7 @@
 #include <rapidcheck.h>
 
 #include <Eigen/Geometry>
+#include <algorithm>
 #include <cmath>
 
 namespace orient {

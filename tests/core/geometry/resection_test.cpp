@@ -3,13 +3,14 @@
 #include <gtest/gtest.h>
 #include <rapidcheck.h>
 
+#include <Eigen/Cholesky>
 #include <algorithm>
 #include <cmath>
 #include <numeric>
 #include <random>
 
 #include "core/geometry/collinearity.h"
-#include "tests/core/geometry/generators.h"
+#include "tests/support/generators.h"
 #include "tests/support/shared_data.h"
 
 namespace orient {

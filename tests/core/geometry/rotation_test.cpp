@@ -7,7 +7,7 @@
 #include <cmath>
 #include <numbers>
 
-#include "tests/core/geometry/generators.h"
+#include "tests/support/generators.h"
 
 namespace orient {
 namespace {

@@ -3,10 +3,11 @@
 #include <gtest/gtest.h>
 #include <rapidcheck.h>
 
+#include <Eigen/Cholesky>
 #include <cmath>
 #include <random>
 
-#include "tests/core/geometry/generators.h"
+#include "tests/support/generators.h"
 #include "tests/support/shared_data.h"
 
 namespace orient {

@@ -1,6 +1,8 @@
 // Examples of textbooks and courses, and a real block, against what their authors printed.
 #include <gtest/gtest.h>
 
+#include <Eigen/QR>
+#include <cmath>
 #include <fstream>
 #include <map>
 #include <sstream>

@@ -1,4 +1,4 @@
-#include "core/imaging/correlation.h"
+#include "core/matching/correlation.h"
 
 #include <gtest/gtest.h>
 #include <rapidcheck/gtest.h>

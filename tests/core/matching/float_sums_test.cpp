@@ -1,4 +1,4 @@
-#include "core/imaging/float_sums.h"
+#include "core/matching/float_sums.h"
 
 #include <gtest/gtest.h>
 

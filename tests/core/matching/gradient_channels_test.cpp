@@ -1,12 +1,13 @@
-#include "core/imaging/gradient_channels.h"
+#include "core/matching/gradient_channels.h"
 
 #include <gtest/gtest.h>
 
+#include <Eigen/LU>
 #include <cmath>
 #include <random>
 
-#include "core/imaging/correlation.h"
-#include "core/imaging/resample.h"
+#include "core/matching/correlation.h"
+#include "core/raster/resample.h"
 #include "tests/support/shared_data.h"
 
 namespace orient {

@@ -1,12 +1,12 @@
-#include "core/imaging/image_correlator.h"
+#include "core/matching/image_correlator.h"
 
 #include <gtest/gtest.h>
 
 #include <cmath>
 #include <stdexcept>
 
-#include "core/imaging/correlation.h"
-#include "core/imaging/gradient_channels.h"
+#include "core/matching/correlation.h"
+#include "core/matching/gradient_channels.h"
 #include "tests/support/shared_data.h"
 #include "tests/support/texture.h"
 

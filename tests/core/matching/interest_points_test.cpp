@@ -1,5 +1,9 @@
-#include "core/imaging/interest_points.h"
+#include "core/matching/interest_points.h"
 
+#include <gtest/gtest.h>
+
+#include <Eigen/Geometry>
+#include <Eigen/LU>
 #include <algorithm>
 
 #include "tests/support/texture.h"

@@ -1,7 +1,8 @@
-#include "core/imaging/keypoints.h"
+#include "core/matching/keypoints.h"
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 #include <random>
 

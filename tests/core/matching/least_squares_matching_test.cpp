@@ -1,11 +1,14 @@
-#include "core/imaging/least_squares_matching.h"
+#include "core/matching/least_squares_matching.h"
+
+#include <gtest/gtest.h>
 
 #include <Eigen/Geometry>
+#include <algorithm>
 #include <random>
 #include <stdexcept>
 
-#include "core/imaging/raster.h"
-#include "core/imaging/resample.h"
+#include "core/raster/raster.h"
+#include "core/raster/resample.h"
 #include "tests/support/shared_data.h"
 #include "tests/support/texture.h"
 

@@ -1,6 +1,8 @@
-#include "core/imaging/spot_correlation.h"
+#include "core/matching/spot_correlation.h"
 
-#include "core/imaging/correlation.h"
+#include <gtest/gtest.h>
+
+#include "core/matching/correlation.h"
 #include "tests/support/texture.h"
 
 namespace orient {

@@ -1,4 +1,4 @@
-#include "core/imaging/png_bands.h"
+#include "core/raster/png_bands.h"
 
 #include <gtest/gtest.h>
 #include <libdeflate.h>
@@ -7,8 +7,8 @@
 #include <random>
 #include <stdexcept>
 
-#include "core/error.h"
-#include "core/imaging/raster.h"
+#include "core/base/error.h"
+#include "core/raster/raster.h"
 #include "tests/support/shared_data.h"
 
 namespace orient {

@@ -1,9 +1,11 @@
+#include <gtest/gtest.h>
+
 #include <filesystem>
 #include <fstream>
 #include <random>
 
-#include "core/error.h"
-#include "core/imaging/raster.h"
+#include "core/base/error.h"
+#include "core/raster/raster.h"
 #include "tests/support/shared_data.h"
 
 namespace orient {

@@ -2,9 +2,9 @@
 #include <filesystem>
 #include <fstream>
 
-#include "core/error.h"
-#include "core/imaging/raster.h"
-#include "tests/core/imaging/gdal_writer.h"
+#include "core/base/error.h"
+#include "core/raster/raster.h"
+#include "tests/core/raster/gdal_writer.h"
 #include "tests/support/shared_data.h"
 
 namespace orient {

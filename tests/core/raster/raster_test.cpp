@@ -1,11 +1,11 @@
-#include "core/imaging/raster.h"
+#include "core/raster/raster.h"
 
 #include <algorithm>
 #include <filesystem>
 #include <thread>
 
-#include "core/imaging/resample.h"
-#include "tests/core/imaging/gdal_writer.h"
+#include "core/raster/resample.h"
+#include "tests/core/raster/gdal_writer.h"
 #include "tests/support/shared_data.h"
 
 namespace orient {

@@ -1,5 +1,6 @@
-#include "core/imaging/resample.h"
+#include "core/raster/resample.h"
 
+#include <gtest/gtest.h>
 #include <rapidcheck/gtest.h>
 
 #include <stdexcept>

@@ -1,10 +1,10 @@
-#include "core/geometry/crs.h"
+#include "core/terrain/crs.h"
 
 #include <gtest/gtest.h>
 
 #include <fstream>
 
-#include "core/error.h"
+#include "core/base/error.h"
 #include "tests/support/shared_data.h"
 
 namespace orient {

@@ -1,14 +1,15 @@
-#include "core/geometry/dem_tiles.h"
+#include "core/terrain/dem_tiles.h"
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <atomic>
 #include <cmath>
 #include <random>
 #include <stdexcept>
 #include <thread>
 
-#include "core/geometry/dem_grid.h"
+#include "core/terrain/dem_grid.h"
 #include "tests/support/shared_data.h"
 
 namespace orient {

@@ -1,9 +1,10 @@
 // Curvature and refraction: the textbooks' numbers, and sizes and signs from first principles (a
 // sphere; Snell's law in a layered atmosphere).
-#include "core/geometry/earth_effects.h"
+#include "core/terrain/earth_effects.h"
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 
 #include "core/geometry/collinearity.h"

@@ -1,7 +1,9 @@
-#include "core/geometry/geocentric.h"
+#include "core/terrain/geocentric.h"
 
 #include <gtest/gtest.h>
 #include <rapidcheck/gtest.h>
+
+#include <cmath>
 
 #include "core/geometry/rotation.h"
 

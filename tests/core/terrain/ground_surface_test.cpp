@@ -1,4 +1,4 @@
-#include "core/geometry/ground_surface.h"
+#include "core/terrain/ground_surface.h"
 
 #include <gtest/gtest.h>
 
@@ -8,8 +8,8 @@
 #include <random>
 #include <thread>
 
-#include "core/error.h"
-#include "tests/core/geometry/dem_files.h"
+#include "core/base/error.h"
+#include "tests/core/terrain/dem_files.h"
 #include "tests/support/shared_data.h"
 
 namespace orient {

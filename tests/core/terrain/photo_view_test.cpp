@@ -1,10 +1,12 @@
-#include "core/geometry/photo_view.h"
+#include "core/terrain/photo_view.h"
 
 #include <gtest/gtest.h>
 #include <rapidcheck.h>
 
-#include "core/geometry/ground_surface.h"
-#include "tests/core/geometry/generators.h"
+#include <cmath>
+
+#include "core/terrain/ground_surface.h"
+#include "tests/support/generators.h"
 
 namespace orient {
 namespace {

@@ -1,4 +1,4 @@
-#include "exterior/attitude_search.h"
+#include "exterior/search/attitude_search.h"
 
 #include <gtest/gtest.h>
 
@@ -8,7 +8,7 @@
 #include "core/geometry/rotation.h"
 #include "tests/exterior/textured_photo.h"
 
-namespace orient {
+namespace orient::exterior {
 namespace {
 
 constexpr int kSide = 260;
@@ -22,12 +22,12 @@ double HeightAt(double x, double y) {
 // A photo of mountains of which half has changed.
 class AttitudeSearch : public testing::Test {
  protected:
-  std::vector<Patch> PatchesOf(const Texture& texture) const {
+  std::vector<patchdb::Patch> PatchesOf(const Texture& texture) const {
     return world_.Patches(texture, 4, kStep_m);
   }
 
   // A position off by a few per cent of the flying height, and any kappa.
-  std::optional<PoseTrack> Search(const std::vector<Patch>& patches, double kappa,
+  std::optional<PoseTrack> Search(const std::vector<patchdb::Patch>& patches, double kappa,
                                   const Eigen::Vector2d& tilt = {0, 0}) {
     const Eigen::Vector3d off(20, -15, 25);
     photo_.prior.pose = {view_.pose.position_m + off, {tilt.x(), tilt.y(), kappa}};
@@ -41,7 +41,7 @@ class AttitudeSearch : public testing::Test {
     PhotoView found = view_;
     found.pose = pose;
     double worst = 0;
-    for (const Patch& patch : PatchesOf(world_.Ground())) {
+    for (const patchdb::Patch& patch : PatchesOf(world_.Ground())) {
       const auto truth = view_.PixelFromGround(patch.ground_m);
       if (!truth || !view_.camera.InFrame(view_.PhotoFromPixel(*truth))) continue;
       worst = std::max(worst, (*found.PixelFromGround(patch.ground_m) - *truth).norm());
@@ -90,4 +90,4 @@ TEST(IsPositionKnown, ToAFewPerCentOfTheFlyingHeight) {
 }
 
 }  // namespace
-}  // namespace orient
+}  // namespace orient::exterior

@@ -1,17 +1,18 @@
-#include "exterior/keypoint_pose.h"
+#include "exterior/search/keypoint_pose.h"
 
 #include <gtest/gtest.h>
 
 #include <Eigen/Dense>
+#include <cmath>
 #include <functional>
 #include <random>
 
 #include "core/geometry/rotation.h"
-#include "exterior/estimate_pose.h"
+#include "exterior/steps/resect.h"
 #include "tests/exterior/digital_view.h"
 #include "tests/support/shared_data.h"
 
-namespace orient {
+namespace orient::exterior {
 namespace {
 
 // A photo over hilly ground and what it shares with two others: `right` keypoints with an error of
@@ -187,4 +188,4 @@ TEST_F(KeypointPoses, OneKeypointInManyPhotosCountsOnce) {
 }
 
 }  // namespace
-}  // namespace orient
+}  // namespace orient::exterior

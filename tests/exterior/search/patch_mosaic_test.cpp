@@ -1,18 +1,19 @@
-#include "exterior/patch_mosaic.h"
+#include "exterior/search/patch_mosaic.h"
 
 #include <gtest/gtest.h>
 
+#include <Eigen/Geometry>
 #include <cmath>
 #include <numbers>
 
-namespace orient {
+namespace orient::exterior {
 namespace {
 
 // Grey values that rise eastwards and northwards, known everywhere.
 double GreyAt(double x_m, double y_m) { return 100 + 0.3 * (x_m - 1000) + 0.1 * (y_m - 2000); }
 
-Patch PatchAt(double x_m, double y_m, double gsd_m, double height_m = 50) {
-  Patch patch;
+patchdb::Patch PatchAt(double x_m, double y_m, double gsd_m, double height_m = 50) {
+  patchdb::Patch patch;
   patch.ground_m = {x_m, y_m, height_m};
   patch.gsd_m = gsd_m;
   patch.chip = Image(21, 21);
@@ -75,4 +76,4 @@ TEST(PatchMosaic, IsNotMadeOfPatchesTooFarApart) {
 }
 
 }  // namespace
-}  // namespace orient
+}  // namespace orient::exterior

@@ -1,8 +1,8 @@
-#include "exterior/vote_cluster.h"
+#include "exterior/search/vote_cluster.h"
 
 #include <gtest/gtest.h>
 
-namespace orient {
+namespace orient::exterior {
 namespace {
 
 TEST(LargestCluster, HoldsTheVotesAroundThePlaceThatMostVotersName) {
@@ -27,4 +27,4 @@ TEST(LargestCluster, CountsAVoterOnceHoweverManyPlacesItNamesThere) {
 TEST(LargestCluster, OfNoVotesIsEmpty) { EXPECT_TRUE(LargestCluster({}, 1).empty()); }
 
 }  // namespace
-}  // namespace orient
+}  // namespace orient::exterior

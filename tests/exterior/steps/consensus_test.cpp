@@ -1,4 +1,4 @@
-#include "exterior/consensus.h"
+#include "exterior/steps/consensus.h"
 
 #include <gtest/gtest.h>
 
@@ -8,7 +8,7 @@
 #include "tests/exterior/digital_view.h"
 #include "tests/support/shared_data.h"
 
-namespace orient {
+namespace orient::exterior {
 namespace {
 
 constexpr double kNoisePx = 0.5;
@@ -119,4 +119,4 @@ TEST(FalseAlarms, AnExpectedNumberOfSupportersIsNoEvidence) {
 }
 
 }  // namespace
-}  // namespace orient
+}  // namespace orient::exterior

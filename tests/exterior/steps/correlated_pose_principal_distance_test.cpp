@@ -4,10 +4,10 @@
 #include <Eigen/Dense>
 #include <cmath>
 
-#include "exterior/correlated_pose.h"
+#include "exterior/steps/correlated_pose.h"
 #include "tests/exterior/digital_view.h"
 
-namespace orient {
+namespace orient::exterior {
 namespace {
 
 constexpr double kNoisePx = 0.1;
@@ -45,7 +45,7 @@ std::optional<CorrelatedPose> Estimate(const Made& made, const PosePrior& prior,
 }
 
 // Normalised errors of the six elements and of the principal distance.
-TEST(FreedDistance, IsAsNearToTheTruthAsItsCovarianceSays) {
+TEST(PrincipalDistance, IsAsNearToTheTruthAsItsCovarianceSays) {
   for (const double relief_m : {0.0, 800.0}) {
     std::mt19937 random(5);
     std::normal_distribution<double> normal;
@@ -54,13 +54,13 @@ TEST(FreedDistance, IsAsNearToTheTruthAsItsCovarianceSays) {
     for (int run = 0; run < kRuns; ++run) {
       const Made made = Make(relief_m, random);
       const PosePrior prior = PriorOf(made.view.pose, {20, 0.01}, random);
-      const auto freed = Estimate(made, prior, kPrior_mm * normal(random));
-      ASSERT_TRUE(freed);
-      const Vector6d off = PoseDifference(freed->pose, made.view.pose);
-      pose_square += off.dot(freed->covariance.ldlt().solve(off)) / 6;
+      const auto estimated = Estimate(made, prior, kPrior_mm * normal(random));
+      ASSERT_TRUE(estimated);
+      const Vector6d off = PoseDifference(estimated->pose, made.view.pose);
+      pose_square += off.dot(estimated->covariance.ldlt().solve(off)) / 6;
       distance_square +=
-          std::pow((freed->principal_distance_mm - made.view.camera.principal_distance_mm) /
-                       freed->principal_distance_sigma_mm,
+          std::pow((estimated->principal_distance_mm - made.view.camera.principal_distance_mm) /
+                       estimated->principal_distance_sigma_mm,
                    2);
     }
     EXPECT_NEAR(std::sqrt(pose_square / kRuns), 1, 0.2) << relief_m;
@@ -68,7 +68,7 @@ TEST(FreedDistance, IsAsNearToTheTruthAsItsCovarianceSays) {
   }
 }
 
-TEST(FreedDistance, ReliefTellsItAndLevelGroundDoesNot) {
+TEST(PrincipalDistance, ReliefTellsItAndLevelGroundDoesNot) {
   std::mt19937 random(6);
   const Made level = Make(0, random), hills = Make(800, random);
   const PosePrior prior = PriorOf(level.view.pose, {20, 0.01}, random);
@@ -81,7 +81,7 @@ TEST(FreedDistance, ReliefTellsItAndLevelGroundDoesNot) {
   EXPECT_GT(open->covariance(2, 2), 9 * told->covariance(2, 2));
 }
 
-TEST(FreedDistance, NeedsFourObservations) {
+TEST(PrincipalDistance, NeedsFourObservations) {
   std::mt19937 random(7);
   Made made = Make(300, random);
   made.observations.resize(3);
@@ -89,4 +89,4 @@ TEST(FreedDistance, NeedsFourObservations) {
 }
 
 }  // namespace
-}  // namespace orient
+}  // namespace orient::exterior

@@ -1,14 +1,15 @@
-#include "exterior/correlated_pose.h"
+#include "exterior/steps/correlated_pose.h"
 
 #include <gtest/gtest.h>
 
 #include <Eigen/Dense>
+#include <cmath>
 #include <random>
 
 #include "tests/exterior/digital_view.h"
 #include "tests/support/shared_data.h"
 
-namespace orient {
+namespace orient::exterior {
 namespace {
 
 constexpr PriorSigma kPriorSigma{100, 0.03};
@@ -249,4 +250,4 @@ TEST(CorrelatedPose, ThreeObservationsAreTooFew) {
 }
 
 }  // namespace
-}  // namespace orient
+}  // namespace orient::exterior

@@ -4,13 +4,13 @@
 
 #include <cstdio>
 
-#include "core/imaging/correlation.h"
-#include "core/imaging/gradient_channels.h"
-#include "core/imaging/interest_points.h"
-#include "exterior/match.h"
+#include "core/matching/correlation.h"
+#include "core/matching/gradient_channels.h"
+#include "core/matching/interest_points.h"
+#include "exterior/steps/match.h"
 #include "tests/support/shared_data.h"
 
-namespace orient {
+namespace orient::exterior {
 namespace {
 
 constexpr int kPatches = 250;
@@ -134,4 +134,4 @@ TEST(SlowEpoch, GradientsFindWhatGreyValuesDoNot) {
 }
 
 }  // namespace
-}  // namespace orient
+}  // namespace orient::exterior

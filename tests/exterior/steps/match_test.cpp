@@ -1,14 +1,14 @@
-#include "exterior/match.h"
+#include "exterior/steps/match.h"
 
 #include <gtest/gtest.h>
 
 #include <filesystem>
 #include <random>
 
-#include "core/imaging/raster.h"
+#include "core/raster/raster.h"
 #include "tests/support/shared_data.h"
 
-namespace orient {
+namespace orient::exterior {
 namespace {
 
 constexpr int kWidth = 240, kHeight = 180;
@@ -90,4 +90,4 @@ TEST_F(Match, AnInvertedPatchIsFoundByItsGradients) {
 }
 
 }  // namespace
-}  // namespace orient
+}  // namespace orient::exterior

@@ -1,18 +1,18 @@
-#include "exterior/patch_observation.h"
+#include "exterior/steps/patch_observation.h"
 
 #include <gtest/gtest.h>
 
-#include "exterior/error_model.h"
+#include "exterior/steps/error_model.h"
 #include "tests/exterior/digital_view.h"
 
-namespace orient {
+namespace orient::exterior {
 namespace {
 
 // Where nothing is known of a patch's heights its own covariance is what it errs; where it is, the
 // heights' share is an error that it has in common with others.
 TEST(PatchObservation, GroundErrsByItselfUnlessItsHeightsAreKnownToErr) {
   const PhotoView view = DigitalView();
-  Patch patch;
+  patchdb::Patch patch;
   patch.source_id = 7;
   patch.ground_m = {1000, 2000, 500};
   patch.covariance_m2 = 4 * Eigen::Matrix3d::Identity();
@@ -33,4 +33,4 @@ TEST(PatchObservation, GroundErrsByItselfUnlessItsHeightsAreKnownToErr) {
 }
 
 }  // namespace
-}  // namespace orient
+}  // namespace orient::exterior

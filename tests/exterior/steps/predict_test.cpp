@@ -1,5 +1,5 @@
 // Which patches are sought where: windows from the pose's covariance, and what is not to be seen.
-#include "exterior/predict.h"
+#include "exterior/steps/predict.h"
 
 #include <gtest/gtest.h>
 
@@ -9,7 +9,7 @@
 
 #include "tests/exterior/digital_view.h"
 
-namespace orient {
+namespace orient::exterior {
 namespace {
 
 constexpr double kTop_m = 5000;  // of the projection centre
@@ -25,8 +25,8 @@ PhotoView VerticalView() {
   return view;
 }
 
-Patch PatchAt(double x_m, double y_m, double z_m = 0) {
-  Patch patch;
+patchdb::Patch PatchAt(double x_m, double y_m, double z_m = 0) {
+  patchdb::Patch patch;
   patch.ground_m = {x_m, y_m, z_m};
   patch.covariance_m2 = Eigen::Vector3d(0.04, 0.04, 0.25).asDiagonal();
   return patch;
@@ -46,8 +46,8 @@ GroundSurface Wall(float wall_m, float datum_m = 0) {
   return GroundSurface::FromGrid(heights, -5000, 5000, 20);
 }
 
-std::map<Unseen, int> NotSeen(const std::vector<Patch>& patches, const PredictionOptions& options,
-                              double sigma_m = 1) {
+std::map<Unseen, int> NotSeen(const std::vector<patchdb::Patch>& patches,
+                              const PredictionOptions& options, double sigma_m = 1) {
   std::vector<UnseenPatch> unseen;
   Predict(VerticalView(), Covariance(sigma_m, 1e-4), patches, options, &unseen);
   std::map<Unseen, int> counts;
@@ -95,7 +95,7 @@ TEST(Predict, SeeksWhatOnlyAnUncertainPoseWouldHide) {
   const GroundSurface surface = Wall(1000);
   PredictionOptions options = kWhole;
   options.surface = &surface;
-  const std::vector<Patch> near_the_edge = {PatchAt(3800, 0)};
+  const std::vector<patchdb::Patch> near_the_edge = {PatchAt(3800, 0)};
   EXPECT_EQ(NotSeen(near_the_edge, options), (Counts{{Unseen::kHidden, 1}}));
   EXPECT_EQ(NotSeen(near_the_edge, options, 500), Counts{});
 }
@@ -119,7 +119,7 @@ TEST(Predict, HidesNothingByHeightsThatAreMissing) {
 
 // Not those at one side.
 TEST(SelectSpread, OfMoreCellsThanWantedTakesSomeAllOverThePhoto) {
-  std::vector<Patch> patches;
+  std::vector<patchdb::Patch> patches;
   for (int i = -12; i <= 12; ++i)
     for (int j = -12; j <= 12; ++j) patches.push_back(PatchAt(380.0 * i, 380.0 * j));
   const auto all = Predict(VerticalView(), Covariance(10, 0), patches, kWhole, nullptr);
@@ -138,4 +138,4 @@ TEST(SelectSpread, OfMoreCellsThanWantedTakesSomeAllOverThePhoto) {
 }
 
 }  // namespace
-}  // namespace orient
+}  // namespace orient::exterior

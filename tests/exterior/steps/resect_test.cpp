@@ -1,4 +1,4 @@
-#include "exterior/estimate_pose.h"
+#include "exterior/steps/resect.h"
 
 #include <gtest/gtest.h>
 
@@ -9,7 +9,7 @@
 #include "tests/exterior/digital_view.h"
 #include "tests/support/shared_data.h"
 
-namespace orient {
+namespace orient::exterior {
 namespace {
 
 constexpr PriorSigma kPriorSigma{50, 0.02};
@@ -159,4 +159,4 @@ TEST(WorstProjectionSigma, IsInfiniteWhereNothingIsKnown) {
 }
 
 }  // namespace
-}  // namespace orient
+}  // namespace orient::exterior

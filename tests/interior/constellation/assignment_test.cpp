@@ -1,14 +1,18 @@
-#include "interior/assignment.h"
+#include "interior/constellation/assignment.h"
 
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
 #include <cstdio>
 #include <numbers>
 #include <random>
 
-#include "interior/acceptance.h"
-#include "tests/interior/p31_scenes.h"
+#include "interior/constellation/set_evidence.h"
+#include "tests/interior/constellation/p31_scenes.h"
 #include "tests/support/shared_data.h"
 
-namespace orient {
+namespace orient::interior {
 namespace {
 
 using Eigen::Vector2d;
@@ -326,4 +330,4 @@ TEST(ChooseAround, AMarkIsNotJudgedByItsOwnCandidate) {
 }
 
 }  // namespace
-}  // namespace orient
+}  // namespace orient::interior

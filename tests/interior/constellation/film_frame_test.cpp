@@ -1,4 +1,4 @@
-#include "interior/film_frame.h"
+#include "interior/constellation/film_frame.h"
 
 #include <gtest/gtest.h>
 
@@ -6,7 +6,7 @@
 #include "tests/support/film_frame.h"
 #include "tests/support/shared_data.h"
 
-namespace orient {
+namespace orient::interior {
 namespace {
 
 using Eigen::Vector2d;
@@ -76,7 +76,7 @@ TEST_P(FrameOnABed, IsOrientedWithAndWithoutItsPixelSize) {
         OrientInterior(Raster::Open(path), spec.camera, ShapesOf(spec.camera), options);
     // Four marks in a square may be those of a camera of any size.
     ASSERT_EQ(result.status, size_um ? Status::kOk : Status::kWeak)
-        << (result.messages.empty() ? "" : result.messages[0]);
+        << JoinedSentences(result.findings);
     for (size_t i = 0; i < result.marks.size(); ++i) {
       ASSERT_TRUE(result.marks[i].pixel);
       EXPECT_LT((*result.marks[i].pixel - corner - frame.mark_pixels[i]).norm(), 0.25);
@@ -86,4 +86,4 @@ TEST_P(FrameOnABed, IsOrientedWithAndWithoutItsPixelSize) {
 INSTANTIATE_TEST_SUITE_P(WhiteBlackAndGrey, FrameOnABed, testing::Values(250.0f, 3.0f, 120.0f));
 
 }  // namespace
-}  // namespace orient
+}  // namespace orient::interior

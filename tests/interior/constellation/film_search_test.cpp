@@ -1,18 +1,22 @@
 // What the scanner's prior lets pass: constellations read as ReadFilm reads them, under both
 // priors.
-#include "interior/film_search.h"
+#include "interior/constellation/film_search.h"
+
+#include <gtest/gtest.h>
 
 #include <Eigen/Geometry>
+#include <algorithm>
 #include <cstdio>
 #include <numbers>
 #include <random>
 
-#include "interior/acceptance.h"
-#include "interior/rival_readings.h"
+#include "interior/constellation/rival_readings.h"
+#include "interior/constellation/set_evidence.h"
+#include "interior/judge.h"
 #include "tests/support/film_frame.h"
 #include "tests/support/shared_data.h"
 
-namespace orient {
+namespace orient::interior {
 namespace {
 
 using Eigen::Vector2d;
@@ -126,7 +130,7 @@ Outcome Orient(const Scene& scene) {
     const Vector2d& place = scene.marks[i].place_mm;
     measured.push_back({reading.candidates[i][outcome.kept[i]].pixel, {place.x(), -place.y()}});
   }
-  outcome.status = Judge(reading, marks, FitFilm(measured, false)).status;
+  outcome.status = StatusOf(Judge(reading, marks, FitFilm(measured, false)));
   return outcome;
 }
 
@@ -243,7 +247,7 @@ TEST(Judge, RejectedMarksBearNoWitness) {
     reading.best.nats = NatsOfSet(reading.marks, reading.prior, reading.best.choice);
     std::printf("%d used: %.1f nats of %.1f, %.1f needed\n", used,
                 NatsOfSet(reading.marks, reading.prior, kept), reading.best.nats, MinSetNats(8));
-    return Judge(reading, marks, FitFilm(measured, false)).status;
+    return StatusOf(Judge(reading, marks, FitFilm(measured, false)));
   };
   EXPECT_EQ(verdict(8), Status::kOk);
   EXPECT_EQ(verdict(5), Status::kFailed);
@@ -258,6 +262,34 @@ FilmReading ReadingOf(const Scene& scene, std::vector<int> choice) {
 }
 
 // Two films in one scan: the marks 0 to 3 say one thing, 4 to 7 another, 5 mm off.
+// Four marks with one clutter candidate beside each.
+FilmReading SquareRead(AssignmentMethod method, double clutter_mm) {
+  FilmReading reading;
+  reading.assignment = method;
+  reading.pixel_size = {kPixel, 0.008};
+  reading.orientations = {ScanOrientation::kR0};
+  reading.prior = PriorOf(Scanner::kDesktop, reading.pixel_size, {5, 5}, 0.06);
+  for (const Vector2d& place :
+       {Vector2d(-106, -106), Vector2d(106, -106), Vector2d(106, 106), Vector2d(-106, 106)}) {
+    AssignmentMark mark;
+    mark.place_mm = place;
+    mark.window_mm2 = 900;
+    const Vector2d seen = place + Vector2d(1.5, -0.5);
+    mark.candidates = {{seen + clutter_mm * Vector2d(place.y(), 106).normalized(), 0}, {seen, 1}};
+    reading.marks.push_back(mark);
+  }
+  Assign(&reading);
+  return reading;
+}
+
+TEST(AssignBySoftassign, FindsTheMarksThatTheExactSearchFinds) {
+  const FilmReading soft = SquareRead(AssignmentMethod::kSoftassign, 4);
+  const FilmReading exact = SquareRead(AssignmentMethod::kExact, 4);
+  EXPECT_EQ(soft.best.choice, std::vector<int>({1, 1, 1, 1}));
+  EXPECT_EQ(soft.best.choice, exact.best.choice);
+  EXPECT_EQ(soft.margin, exact.margin);
+}
+
 TEST(BestOf, ReadingsWithoutCommonMarksAreRivalsWhereTheirTransformsDiffer) {
   Films films(TestSeed());
   const Scene scene = films.Make({.marks = 8, .clutter = 0});
@@ -298,4 +330,4 @@ TEST(Judge, ThreeOfFourMarksAreNeverOk) { ExpectThreeOfFourAreNeverOk(60); }
 TEST(SlowJudge, ThreeOfFourMarksAreNeverOk) { ExpectThreeOfFourAreNeverOk(2000); }
 
 }  // namespace
-}  // namespace orient
+}  // namespace orient::interior

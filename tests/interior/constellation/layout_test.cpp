@@ -1,4 +1,6 @@
-#include "interior/layout.h"
+#include "interior/constellation/layout.h"
+
+#include <gtest/gtest.h>
 
 #include <Eigen/Geometry>
 #include <numbers>
@@ -7,7 +9,7 @@
 #include "interior/interior.h"
 #include "tests/support/film_frame.h"
 
-namespace orient {
+namespace orient::interior {
 namespace {
 
 using Eigen::Vector2d;
@@ -106,4 +108,4 @@ TEST(SearchWindow, IsNeverLessThan15MillimetresExceptAtTheScansBorder) {
 TEST(RectangleOfMarks, NeedsMarks) { EXPECT_THROW(RectangleOfMarks({}), std::invalid_argument); }
 
 }  // namespace
-}  // namespace orient
+}  // namespace orient::interior

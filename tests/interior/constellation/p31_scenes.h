@@ -7,9 +7,9 @@
 #include <vector>
 
 #include "core/geometry/transform2d.h"
-#include "interior/assignment.h"
+#include "interior/constellation/assignment.h"
 
-namespace orient {
+namespace orient::interior {
 
 // Calibrated positions scaled to pixels of 25 um, y down (Table 3).
 inline std::vector<Eigen::Vector2d> P31Marks() {
@@ -117,4 +117,4 @@ class P31Scenes {
   std::mt19937 random_;
 };
 
-}  // namespace orient
+}  // namespace orient::interior

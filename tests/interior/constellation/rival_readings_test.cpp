@@ -1,9 +1,9 @@
 // When two readings of one scan are rivals, and when they say the same.
-#include "interior/rival_readings.h"
+#include "interior/constellation/rival_readings.h"
 
 #include <gtest/gtest.h>
 
-namespace orient {
+namespace orient::interior {
 namespace {
 
 using Eigen::Vector2d;
@@ -80,4 +80,4 @@ TEST(RivalReadings, OfTheSameMarksOrBesideThemOrOfMuchFewerNatsAreNoSecondFilm) 
 }
 
 }  // namespace
-}  // namespace orient
+}  // namespace orient::interior

@@ -1,14 +1,16 @@
-#include "interior/softassign.h"
+#include "interior/constellation/softassign.h"
+
+#include <gtest/gtest.h>
 
 #include <cstdio>
 #include <fstream>
 #include <sstream>
 
-#include "interior/assignment.h"
-#include "tests/interior/p31_scenes.h"
+#include "interior/constellation/assignment.h"
+#include "tests/interior/constellation/p31_scenes.h"
 #include "tests/support/shared_data.h"
 
-namespace orient {
+namespace orient::interior {
 namespace {
 
 using Eigen::Vector2d;
@@ -189,4 +191,4 @@ TEST(SlowP31SoftassignMonteCarlo, TellsHowOftenItIsRight) {
 }
 
 }  // namespace
-}  // namespace orient
+}  // namespace orient::interior

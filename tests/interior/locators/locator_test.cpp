@@ -1,21 +1,22 @@
 // Each locator alone, on windows with one mark whose place is known.
-#include "interior/locator.h"
+#include "interior/locators/locator.h"
 
 #include <gtest/gtest.h>
 
 #include <Eigen/Geometry>
+#include <algorithm>
 #include <cmath>
 #include <numbers>
 #include <random>
 
-#include "core/imaging/correlation.h"
-#include "core/imaging/resample.h"
-#include "interior/hough_locator.h"
-#include "interior/lines_locator.h"
+#include "core/matching/correlation.h"
+#include "core/raster/resample.h"
+#include "interior/locators/hough_locator.h"
+#include "interior/locators/lines_locator.h"
 #include "tests/support/film_frame.h"
 #include "tests/support/shared_data.h"
 
-namespace orient {
+namespace orient::interior {
 namespace {
 
 using Eigen::Matrix2d;
@@ -268,4 +269,4 @@ TEST(LocatorFor, GoesByTheDrawing) {
 }
 
 }  // namespace
-}  // namespace orient
+}  // namespace orient::interior

@@ -1,18 +1,19 @@
 // A cross measured by its lines, on windows whose truth is known.
-#include "interior/cross_position.h"
+#include "interior/marks/cross_position.h"
 
 #include <gtest/gtest.h>
 
 #include <Eigen/Geometry>
+#include <algorithm>
 #include <numbers>
 #include <random>
 
-#include "core/imaging/resample.h"
-#include "interior/subpixel.h"
+#include "core/raster/resample.h"
+#include "interior/marks/subpixel.h"
 #include "tests/support/film_frame.h"
 #include "tests/support/shared_data.h"
 
-namespace orient {
+namespace orient::interior {
 namespace {
 
 using Eigen::Matrix2d;
@@ -260,4 +261,4 @@ TEST_F(CrossPosition, WithoutLinesThereIsNone) {
 }
 
 }  // namespace
-}  // namespace orient
+}  // namespace orient::interior

@@ -1,16 +1,18 @@
-#include "interior/mark_drawing.h"
+#include "interior/marks/mark_drawing.h"
 
+#include <gtest/gtest.h>
 #include <rapidcheck.h>
 
 #include <Eigen/Geometry>
+#include <algorithm>
 #include <cmath>
 #include <numbers>
 #include <stdexcept>
 
-#include "core/imaging/correlation.h"
+#include "core/matching/correlation.h"
 #include "tests/support/film_frame.h"
 
-namespace orient {
+namespace orient::interior {
 namespace {
 
 using Eigen::Matrix2d;
@@ -287,4 +289,4 @@ TEST(MarkRadius, ReachesTheFarthestStroke) {
 }
 
 }  // namespace
-}  // namespace orient
+}  // namespace orient::interior

@@ -1,12 +1,14 @@
-#include "interior/match_precision.h"
+#include "interior/marks/match_precision.h"
+
+#include <gtest/gtest.h>
 
 #include <cmath>
 #include <random>
 
-#include "core/imaging/resample.h"
+#include "core/raster/resample.h"
 #include "tests/support/shared_data.h"
 
-namespace orient {
+namespace orient::interior {
 namespace {
 
 using Eigen::Vector2d;
@@ -67,4 +69,4 @@ TEST(ShiftCovariance, AFlatModelHasNone) {
 }
 
 }  // namespace
-}  // namespace orient
+}  // namespace orient::interior

@@ -1,8 +1,8 @@
-#include "interior/matching_drawing.h"
+#include "interior/marks/matching_drawing.h"
 
 #include <gtest/gtest.h>
 
-namespace orient {
+namespace orient::interior {
 namespace {
 
 using Eigen::Matrix2d;
@@ -72,4 +72,4 @@ TEST(MatchingDrawing, KeepsItsLevels) {
 }
 
 }  // namespace
-}  // namespace orient
+}  // namespace orient::interior

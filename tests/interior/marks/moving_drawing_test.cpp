@@ -1,10 +1,10 @@
-#include "interior/moving_drawing.h"
+#include "interior/marks/moving_drawing.h"
 
 #include <gtest/gtest.h>
 
 #include <cmath>
 
-namespace orient {
+namespace orient::interior {
 namespace {
 
 using Eigen::Index;
@@ -79,4 +79,4 @@ TEST(SharpDrawing, RefusesADrawingThatIsNotAsLargeAsItsPart) {
 }
 
 }  // namespace
-}  // namespace orient
+}  // namespace orient::interior

@@ -1,11 +1,13 @@
 // Which measured marks are wrong, and what is left of them.
-#include "interior/acceptance.h"
+#include "interior/orientation/film_marks.h"
 
 #include <gtest/gtest.h>
 
-#include "interior/reseau.h"
+#include <algorithm>
 
-namespace orient {
+#include "interior/orientation/reseau.h"
+
+namespace orient::interior {
 namespace {
 
 using Eigen::Vector2d;
@@ -91,4 +93,4 @@ TEST(PositionByLines, HoldsWhatMatchingContradictsForUnsureWhateverItsCorrelatio
 }
 
 }  // namespace
-}  // namespace orient
+}  // namespace orient::interior

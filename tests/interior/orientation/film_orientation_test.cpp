@@ -1,14 +1,17 @@
 // Which way the film lies: symbols, data strip and border on whole simulated frames.
-#include "interior/film_orientation.h"
+#include "interior/orientation/film_orientation.h"
 
+#include <gtest/gtest.h>
 #include <rapidcheck.h>
+
+#include <algorithm>
 
 #include "interior/interior.h"
 #include "tests/support/film_frame.h"
 #include "tests/support/film_signs.h"
 #include "tests/support/shared_data.h"
 
-namespace orient {
+namespace orient::interior {
 namespace {
 
 using Eigen::Vector2d;
@@ -202,13 +205,13 @@ TEST(FilmOrientation, WhatIsNotOnTheFilmLeavesItOpen) {
 TEST(FilmOrientation, ContradictingSymbolsLeaveItOpenAndSaySo) {
   CameraFile wrong = NumberedCamera(false);
   std::swap(wrong.fiducials[0].symbol, wrong.fiducials[1].symbol);
-  std::swap(wrong.fiducials[0].symbol, wrong.fiducials[2].symbol);  // no way of lying does that
+  std::swap(wrong.fiducials[0].symbol, wrong.fiducials[2].symbol);  // no scan orientation does that
   const FilmFrame frame = RenderFilmFrame(Spec(NumberedCamera(false), ScanOrientation::kR0));
   const InteriorResult result = Orient(frame, wrong);
   ASSERT_EQ(result.status, Status::kOk);
   EXPECT_EQ(result.possible_orientations.size(), 8u);
-  ASSERT_FALSE(result.messages.empty());
-  EXPECT_NE(result.messages.front().find("contradict"), std::string::npos);
+  ASSERT_FALSE(result.findings.empty());
+  EXPECT_NE(Sentence(result.findings.at(0)).find("contradict"), std::string::npos);
 }
 
 // Marks with symbols whose places are not told; on the film, mark 3 has six lines.
@@ -220,11 +223,9 @@ TEST(FilmOrientation, ASymbolClearlyReadThatNoWayOfLyingHasLeavesItOpenAndIsName
   ASSERT_EQ(result.status, Status::kOk);
   EXPECT_FALSE(result.orientation);
   EXPECT_EQ(result.possible_orientations.size(), 8u);
-  const auto said = std::find_if(
-      result.messages.begin(), result.messages.end(),
-      [](const std::string& message) { return message.find("contradict") != std::string::npos; });
-  ASSERT_NE(said, result.messages.end());
-  EXPECT_NE(said->find("the symbol of mark "), std::string::npos) << *said;
+  EXPECT_TRUE(Has(result.findings, Reason::kSignsContradictory));
+  const std::string said = JoinedSentences(result.findings);
+  EXPECT_NE(said.find("the symbol of mark "), std::string::npos) << said;
 }
 
 TEST(FilmOrientation, TheUsersWordIsDoubtedWhereTheSymbolsSayOtherwise) {
@@ -235,7 +236,7 @@ TEST(FilmOrientation, TheUsersWordIsDoubtedWhereTheSymbolsSayOtherwise) {
   const InteriorResult wrong = Orient(frame, camera, ScanOrientation::kM0);
   EXPECT_EQ(wrong.status, Status::kWeak);
   EXPECT_EQ(wrong.orientation, ScanOrientation::kM0);
-  EXPECT_NE(wrong.messages.back().find("r90"), std::string::npos);
+  EXPECT_NE(Sentence(wrong.findings.back()).find("r90"), std::string::npos);
 }
 
 TEST(Decide, WithoutVotesAllStayOpenInTheirOrder) {
@@ -293,4 +294,4 @@ TEST(Decide, NeverExcludesTheWayThatEveryVoteLikesBest) {
 }
 
 }  // namespace
-}  // namespace orient
+}  // namespace orient::interior

@@ -1,8 +1,8 @@
-#include "interior/film_transform.h"
+#include "interior/orientation/film_transform.h"
 
 #include <gtest/gtest.h>
 
-namespace orient {
+namespace orient::interior {
 namespace {
 
 using Eigen::Vector2d;
@@ -58,4 +58,4 @@ TEST(FilmTransform, MarksAtOnePlaceGiveNone) {
 }
 
 }  // namespace
-}  // namespace orient
+}  // namespace orient::interior

@@ -1,8 +1,9 @@
 // Films whose marks are calibrated off a layout that looks the same in all eight ways.
-#include "interior/layout_vote.h"
+#include "interior/orientation/layout_vote.h"
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cstdio>
 #include <random>
 
@@ -10,7 +11,7 @@
 #include "tests/support/film_frame.h"
 #include "tests/support/shared_data.h"
 
-namespace orient {
+namespace orient::interior {
 namespace {
 
 using Eigen::Vector2d;
@@ -48,11 +49,11 @@ class CalibratedLayout : public testing::Test {
     return OrientInterior(Raster::Open(folder_ / "scan.png"), camera_, ShapesOf(camera_), options);
   }
   static void ExpectRight(const InteriorResult& result) {
-    ASSERT_EQ(result.status, Status::kOk) << result.messages.at(0);
+    ASSERT_EQ(result.status, Status::kOk) << Sentence(result.findings.at(0));
     EXPECT_EQ(result.orientation, ScanOrientation::kR90);
     EXPECT_LT(*result.sigma0_um, 10);
     for (const MarkResult& mark : result.marks) EXPECT_EQ(mark.state, MarkState::kUsed) << mark.id;
-    EXPECT_TRUE(result.messages.empty()) << result.messages.front();
+    EXPECT_TRUE(result.findings.empty()) << Sentence(result.findings.at(0));
   }
   CameraFile camera_ = CalibratedCamera(30, 70, 0.07, 4);
   TemporaryFolder folder_;
@@ -67,8 +68,8 @@ TEST_F(CalibratedLayout, TellsTheOrientationOfAPhotogrammetricScan) {
 TEST_F(CalibratedLayout, ContradictsAWrongOrientationThatIsGiven) {
   const InteriorResult wrong = Orient(ScanOrientation::kR0);
   EXPECT_EQ(wrong.status, Status::kWeak);
-  EXPECT_NE(wrong.messages.back().find("fit a film that lies r90 better"), std::string::npos)
-      << wrong.messages.back();
+  EXPECT_EQ(wrong.findings.back().reason, Reason::kOrientationUnlikeLayout);
+  EXPECT_EQ(wrong.findings.back().where, "r90, not r0");
   EXPECT_EQ(wrong.orientation, ScanOrientation::kR0);
   ExpectRight(Orient(ScanOrientation::kR90));
 }
@@ -144,4 +145,4 @@ TEST(VoteOfLayout, RarelyExcludesTheTruth) { ExpectHonestVotes(300); }
 TEST(SlowVoteOfLayout, RarelyExcludesTheTruth) { ExpectHonestVotes(3000); }
 
 }  // namespace
-}  // namespace orient
+}  // namespace orient::interior

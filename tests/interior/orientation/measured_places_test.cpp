@@ -1,11 +1,11 @@
-#include "interior/measured_places.h"
+#include "interior/orientation/measured_places.h"
 
 #include <gtest/gtest.h>
 
 #include <Eigen/Geometry>
 #include <numbers>
 
-namespace orient {
+namespace orient::interior {
 namespace {
 
 using Eigen::Matrix2d;
@@ -74,4 +74,4 @@ TEST(MeasuredPlaces, AreNotFoundWhereADrawingIsTurnedIntoAnother) {
 }
 
 }  // namespace
-}  // namespace orient
+}  // namespace orient::interior

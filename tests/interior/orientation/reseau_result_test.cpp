@@ -1,13 +1,14 @@
-#include "interior/reseau_result.h"
+#include "interior/orientation/reseau_result.h"
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <random>
 
-#include "interior/reseau.h"
+#include "interior/orientation/reseau.h"
 #include "tests/support/film_frame.h"
 
-namespace orient {
+namespace orient::interior {
 namespace {
 
 using Eigen::Vector2d;
@@ -73,4 +74,4 @@ TEST(ReseauResult, CrossesThatContradictOneAnotherToTheEndStayAsTheyWere) {
 }
 
 }  // namespace
-}  // namespace orient
+}  // namespace orient::interior

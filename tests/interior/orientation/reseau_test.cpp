@@ -1,12 +1,13 @@
-#include "interior/reseau.h"
+#include "interior/orientation/reseau.h"
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 #include <numbers>
 #include <random>
 
-namespace orient {
+namespace orient::interior {
 namespace {
 
 using Eigen::Vector2d;
@@ -199,4 +200,4 @@ TEST(Reseau, WhereMostCrossesAreWrongNothingIsClaimed) {
 }
 
 }  // namespace
-}  // namespace orient
+}  // namespace orient::interior

@@ -1,13 +1,13 @@
-#include "patchdb/control_points.h"
+#include "patchdb/harvest/control_points.h"
 
 #include <gtest/gtest.h>
 
-#include "core/imaging/correlation.h"
-#include "core/imaging/resample.h"
-#include "tests/patchdb/synthetic_ground.h"
+#include "core/matching/correlation.h"
+#include "core/raster/resample.h"
+#include "tests/patchdb/harvest/synthetic_ground.h"
 #include "tests/support/shared_data.h"
 
-namespace orient {
+namespace orient::patchdb {
 namespace {
 
 class ControlPointTest : public testing::Test {
@@ -73,4 +73,4 @@ TEST_F(ControlPointTest, APointAtThePhotosBorderIsRefused) {
 }
 
 }  // namespace
-}  // namespace orient
+}  // namespace orient::patchdb

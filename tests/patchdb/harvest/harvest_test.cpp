@@ -1,23 +1,23 @@
-#include "patchdb/harvest.h"
+#include "patchdb/harvest/harvest.h"
 
 #include <gtest/gtest.h>
 
 #include <algorithm>
 #include <stdexcept>
 
-#include "core/error.h"
+#include "core/base/error.h"
+#include "core/base/median.h"
 #include "core/files/camera_file.h"
 #include "core/files/orientation_table.h"
-#include "core/imaging/correlation.h"
-#include "core/imaging/least_squares_matching.h"
-#include "core/imaging/png_bands.h"
-#include "core/median.h"
-#include "patchdb/rectify.h"
-#include "patchdb/source_view.h"
-#include "tests/patchdb/synthetic_ground.h"
+#include "core/matching/correlation.h"
+#include "core/matching/least_squares_matching.h"
+#include "core/raster/png_bands.h"
+#include "patchdb/harvest/rectify.h"
+#include "patchdb/harvest/source_view.h"
+#include "tests/patchdb/harvest/synthetic_ground.h"
 #include "tests/support/shared_data.h"
 
-namespace orient {
+namespace orient::patchdb {
 namespace {
 
 constexpr double kChipTolerance = 0.05;  // px, of where a chip shows the ground
@@ -344,4 +344,4 @@ TEST(HarvestOfRealPhotos, OrthophotoGivesPatchesAwayFromItsBlackBorder) {
 }
 
 }  // namespace
-}  // namespace orient
+}  // namespace orient::patchdb

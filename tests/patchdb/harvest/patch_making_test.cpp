@@ -4,15 +4,15 @@
 #include <algorithm>
 #include <deque>
 
-#include "core/imaging/least_squares_matching.h"
-#include "core/imaging/png_bands.h"
-#include "core/median.h"
-#include "patchdb/harvest.h"
-#include "patchdb/source_view.h"
-#include "tests/patchdb/synthetic_ground.h"
+#include "core/base/median.h"
+#include "core/matching/least_squares_matching.h"
+#include "core/raster/png_bands.h"
+#include "patchdb/harvest/harvest.h"
+#include "patchdb/harvest/source_view.h"
+#include "tests/patchdb/harvest/synthetic_ground.h"
 #include "tests/support/shared_data.h"
 
-namespace orient {
+namespace orient::patchdb {
 namespace {
 
 // Photos of one place from three sides. The middle one is harvested, and its orientation may be
@@ -104,4 +104,4 @@ TEST_F(PatchMakingTest, ChipsMiddleShowsWhatLiesAtTheGroundPointThoughItsOwnPhot
 }
 
 }  // namespace
-}  // namespace orient
+}  // namespace orient::patchdb

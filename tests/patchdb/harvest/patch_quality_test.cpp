@@ -1,13 +1,13 @@
-#include "patchdb/patch_quality.h"
+#include "patchdb/harvest/patch_quality.h"
 
 #include <gtest/gtest.h>
 
 #include <random>
 
-#include "core/imaging/resample.h"
+#include "core/raster/resample.h"
 #include "tests/support/shared_data.h"
 
-namespace orient {
+namespace orient::patchdb {
 namespace {
 
 Image Noise(int size, double blur_px) {
@@ -120,4 +120,4 @@ TEST(PatchQuality, QualityIsTheWorstMark) {
 }
 
 }  // namespace
-}  // namespace orient
+}  // namespace orient::patchdb

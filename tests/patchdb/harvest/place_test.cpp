@@ -1,14 +1,15 @@
-#include "patchdb/place.h"
+#include "patchdb/harvest/place.h"
 
 #include <gtest/gtest.h>
 
+#include <Eigen/LU>
 #include <random>
 
-#include "patchdb/rectify.h"
-#include "tests/patchdb/synthetic_ground.h"
+#include "patchdb/harvest/rectify.h"
+#include "tests/patchdb/harvest/synthetic_ground.h"
 #include "tests/support/shared_data.h"
 
-namespace orient {
+namespace orient::patchdb {
 namespace {
 
 constexpr double kGsd = 0.11 / 100 * 900;  // of the synthetic view on the level ground
@@ -142,4 +143,4 @@ TEST(PlaceTest, CovarianceIsHonest) {
 }
 
 }  // namespace
-}  // namespace orient
+}  // namespace orient::patchdb

@@ -9,13 +9,13 @@
 #include <random>
 #include <vector>
 
-#include "core/imaging/correlation.h"
-#include "core/imaging/resample.h"
-#include "patchdb/harvest.h"
-#include "tests/patchdb/synthetic_ground.h"
+#include "core/matching/correlation.h"
+#include "core/raster/resample.h"
+#include "patchdb/harvest/harvest.h"
+#include "tests/patchdb/harvest/synthetic_ground.h"
 #include "tests/support/shared_data.h"
 
-namespace orient {
+namespace orient::patchdb {
 namespace {
 
 constexpr double kGsd_m = 0.25;
@@ -195,4 +195,4 @@ TEST(SlowRepeatedTexture, GivesFewPatchesThatAreTakenForTheirNeighbours) {
 }
 
 }  // namespace
-}  // namespace orient
+}  // namespace orient::patchdb

@@ -1,13 +1,13 @@
-#include "patchdb/source_view.h"
+#include "patchdb/harvest/source_view.h"
 
 #include <gtest/gtest.h>
 
-#include "patchdb/place.h"
-#include "patchdb/rectify.h"
-#include "tests/patchdb/synthetic_ground.h"
+#include "patchdb/harvest/place.h"
+#include "patchdb/harvest/rectify.h"
+#include "tests/patchdb/harvest/synthetic_ground.h"
 #include "tests/support/shared_data.h"
 
-namespace orient {
+namespace orient::patchdb {
 namespace {
 
 constexpr double kTooHigh = 3;  // m, of the DEM
@@ -81,4 +81,4 @@ TEST_F(OrthoOfOneFrame, PatchSaysHowItsPlaceMovesWithTheHeightsOfItsOrthophoto) 
 }
 
 }  // namespace
-}  // namespace orient
+}  // namespace orient::patchdb

@@ -9,12 +9,12 @@
 #include <string>
 #include <vector>
 
-#include "core/geometry/ground_surface.h"
-#include "core/geometry/photo_view.h"
-#include "core/imaging/image.h"
-#include "core/imaging/raster.h"
+#include "core/raster/image.h"
+#include "core/raster/raster.h"
+#include "core/terrain/ground_surface.h"
+#include "core/terrain/photo_view.h"
 
-namespace orient {
+namespace orient::patchdb {
 
 // Grey values 0..255: many waves of random direction and a wavelength of 8 m and more, so that
 // bicubic interpolation at 1 m reproduces them.
@@ -99,4 +99,4 @@ inline void WriteOrtho(const std::string& path, const Image& image, const Affine
       << "</PAMDataset>";
 }
 
-}  // namespace orient
+}  // namespace orient::patchdb

@@ -5,19 +5,20 @@
 #include <cstdlib>
 #include <iostream>
 
-#include "patchdb/patch_database.h"
-#include "patchdb/selection.h"
+#include "patchdb/store/patch_database.h"
+#include "patchdb/store/selection.h"
 
 int main(int argc, char** argv) {
   if (argc != 4) return 1;
   try {
-    auto database = orient::PatchDatabase::Open(argv[1], orient::PatchDatabase::Mode::kWrite);
-    const auto ids = orient::ChooseIds(database, {});
+    auto database =
+        orient::patchdb::PatchDatabase::Open(argv[1], orient::patchdb::PatchDatabase::Mode::kWrite);
+    const auto ids = orient::patchdb::ChooseIds(database, {});
     const int first = std::atoi(argv[2]);
     for (int photo = first; photo < first + std::atoi(argv[3]); ++photo) {
-      std::vector<orient::MatchAttempt> attempts;
+      std::vector<orient::patchdb::MatchAttempt> attempts;
       for (const std::int64_t id : ids) {
-        orient::MatchAttempt attempt;
+        orient::patchdb::MatchAttempt attempt;
         attempt.patch_id = id;
         attempt.photo = "learnt-" + std::to_string(photo);
         attempt.state = (id + photo) % 3 == 0 ? "not_found" : "matched";

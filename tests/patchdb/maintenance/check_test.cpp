@@ -5,13 +5,13 @@
 
 #include <filesystem>
 
-#include "core/error.h"
-#include "patchdb/geopackage_geometry.h"
+#include "core/base/error.h"
 #include "patchdb/maintenance/life.h"
+#include "patchdb/store/geopackage_geometry.h"
 #include "tests/support/made_up_patches.h"
 #include "tests/support/shared_data.h"
 
-namespace orient {
+namespace orient::patchdb {
 namespace {
 
 using Mode = PatchDatabase::Mode;
@@ -157,4 +157,4 @@ TEST_F(CheckTest, LookingChangesNothing) {
 }
 
 }  // namespace
-}  // namespace orient
+}  // namespace orient::patchdb

@@ -5,13 +5,13 @@
 
 #include <filesystem>
 
-#include "patchdb/connection.h"
 #include "patchdb/maintenance/check.h"
 #include "patchdb/maintenance/life.h"
+#include "patchdb/store/connection.h"
 #include "tests/support/made_up_patches.h"
 #include "tests/support/shared_data.h"
 
-namespace orient {
+namespace orient::patchdb {
 namespace {
 
 using Mode = PatchDatabase::Mode;
@@ -81,4 +81,4 @@ TEST_F(CompactTest, KeepsOldPagesWhileSomebodyElseReads) {
 }
 
 }  // namespace
-}  // namespace orient
+}  // namespace orient::patchdb

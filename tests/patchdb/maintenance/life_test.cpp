@@ -3,12 +3,12 @@
 #include <SQLiteCpp/SQLiteCpp.h>
 #include <gtest/gtest.h>
 
-#include "core/error.h"
+#include "core/base/error.h"
 #include "patchdb/maintenance/statistics.h"
 #include "tests/support/made_up_patches.h"
 #include "tests/support/shared_data.h"
 
-namespace orient {
+namespace orient::patchdb {
 namespace {
 
 class LifeTest : public testing::Test {
@@ -78,4 +78,4 @@ TEST_F(LifeTest, StatisticsGroupAttemptsByAgeAndMonth) {
 }
 
 }  // namespace
-}  // namespace orient
+}  // namespace orient::patchdb

@@ -2,14 +2,14 @@
 
 #include <gtest/gtest.h>
 
-#include "patchdb/connection.h"
 #include "patchdb/maintenance/check.h"
 #include "patchdb/maintenance/life.h"
 #include "patchdb/maintenance/patch_transform.h"
+#include "patchdb/store/connection.h"
 #include "tests/support/made_up_patches.h"
 #include "tests/support/shared_data.h"
 
-namespace orient {
+namespace orient::patchdb {
 namespace {
 
 class MergeTest : public testing::Test {
@@ -365,4 +365,4 @@ TEST_F(MergeTest, AnotherCrsTurnsPlacePrecisionAndChip) {
 }
 
 }  // namespace
-}  // namespace orient
+}  // namespace orient::patchdb

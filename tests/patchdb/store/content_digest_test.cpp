@@ -1,14 +1,14 @@
 // The text that tells whether what photos were oriented from is still the same.
-#include "patchdb/content_digest.h"
+#include "patchdb/store/content_digest.h"
 
 #include <filesystem>
 
-#include "patchdb/geopackage_geometry.h"
 #include "patchdb/maintenance/check.h"
 #include "patchdb/maintenance/life.h"
-#include "tests/patchdb/patch_database_fixture.h"
+#include "patchdb/store/geopackage_geometry.h"
+#include "tests/patchdb/store/patch_database_fixture.h"
 
-namespace orient {
+namespace orient::patchdb {
 namespace {
 
 using Mode = PatchDatabase::Mode;
@@ -130,4 +130,4 @@ TEST_F(ContentDigestTest, IsMadeAgainByARepair) {
 }
 
 }  // namespace
-}  // namespace orient
+}  // namespace orient::patchdb

@@ -5,10 +5,10 @@
 #include <filesystem>
 #include <random>
 
-#include "patchdb/patch_database.h"
+#include "patchdb/store/patch_database.h"
 #include "tests/support/shared_data.h"
 
-namespace orient {
+namespace orient::patchdb {
 namespace {
 
 // Chips as large as those of photos: noise, which no PNG makes smaller.
@@ -47,4 +47,4 @@ TEST(FileSize, GrowsByHardlyMoreThanTheChips) {
 }
 
 }  // namespace
-}  // namespace orient
+}  // namespace orient::patchdb

@@ -1,10 +1,10 @@
-#include "patchdb/geopackage_geometry.h"
+#include "patchdb/store/geopackage_geometry.h"
 
 #include <gtest/gtest.h>
 
 #include <algorithm>
 
-namespace orient {
+namespace orient::patchdb {
 namespace {
 
 TEST(GeoPackagePoint, Roundtrip) {
@@ -49,4 +49,4 @@ TEST(GeoPackagePoint, OtherGeometriesAndNotANumberAreRefused) {
 }
 
 }  // namespace
-}  // namespace orient
+}  // namespace orient::patchdb

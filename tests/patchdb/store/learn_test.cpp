@@ -1,14 +1,14 @@
 // What a database makes of the attempts that photos report.
-#include "patchdb/learn.h"
+#include "patchdb/store/learn.h"
 
 #include <gtest/gtest.h>
 
-#include "patchdb/learning.h"
 #include "patchdb/maintenance/life.h"
+#include "patchdb/store/learning.h"
 #include "tests/support/made_up_patches.h"
 #include "tests/support/shared_data.h"
 
-namespace orient {
+namespace orient::patchdb {
 namespace {
 
 class LearnTest : public testing::Test {
@@ -86,4 +86,4 @@ TEST_F(LearnTest, PhotosOfOneNameAreToldApartByTheirContent) {
 }
 
 }  // namespace
-}  // namespace orient
+}  // namespace orient::patchdb

@@ -1,4 +1,4 @@
-#include "patchdb/learning.h"
+#include "patchdb/store/learning.h"
 
 #include <gtest/gtest.h>
 
@@ -6,7 +6,7 @@
 
 #include "tests/support/shared_data.h"
 
-namespace orient {
+namespace orient::patchdb {
 namespace {
 
 AttemptOutcome Outcome(const std::string& state, const std::string& photo_status = "ok",
@@ -101,4 +101,4 @@ TEST(Learning, NothingElseRetires) {
 }
 
 }  // namespace
-}  // namespace orient
+}  // namespace orient::patchdb

@@ -6,19 +6,19 @@
 #include <filesystem>
 #include <fstream>
 
-#include "core/error.h"
-#include "patchdb/content_digest.h"
-#include "patchdb/geopackage_geometry.h"
+#include "core/base/error.h"
 #include "patchdb/maintenance/check.h"
-#include "patchdb/older_file.h"
-#include "patchdb/patch_blobs.h"
-#include "patchdb/patch_database.h"
-#include "patchdb/schema.h"
-#include "tests/patchdb/valid_geopackage.h"
+#include "patchdb/store/content_digest.h"
+#include "patchdb/store/geopackage_geometry.h"
+#include "patchdb/store/older_file.h"
+#include "patchdb/store/patch_blobs.h"
+#include "patchdb/store/patch_database.h"
+#include "patchdb/store/schema.h"
+#include "tests/patchdb/store/valid_geopackage.h"
 #include "tests/support/older_patchdb.h"
 #include "tests/support/shared_data.h"
 
-namespace orient {
+namespace orient::patchdb {
 namespace {
 
 using Mode = PatchDatabase::Mode;
@@ -174,4 +174,4 @@ TEST_F(MigrationTest, IsAValidGeoPackageAfterwards) {
 }
 
 }  // namespace
-}  // namespace orient
+}  // namespace orient::patchdb

@@ -1,12 +1,13 @@
-#include "patchdb/patch_blobs.h"
+#include "patchdb/store/patch_blobs.h"
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 
-#include "core/error.h"
+#include "core/base/error.h"
 
-namespace orient {
+namespace orient::patchdb {
 namespace {
 
 Image Ramp(int size, float step) {
@@ -111,4 +112,4 @@ TEST(PatchBlobs, CovarianceRoundtripAndDamage) {
 }
 
 }  // namespace
-}  // namespace orient
+}  // namespace orient::patchdb

@@ -10,14 +10,14 @@
 #include <random>
 #include <stdexcept>
 
-#include "core/error.h"
-#include "patchdb/patch_database.h"
-#include "patchdb/schema.h"
-#include "tests/patchdb/patch_database_fixture.h"
-#include "tests/patchdb/valid_geopackage.h"
+#include "core/base/error.h"
+#include "patchdb/store/patch_database.h"
+#include "patchdb/store/schema.h"
+#include "tests/patchdb/store/patch_database_fixture.h"
+#include "tests/patchdb/store/valid_geopackage.h"
 #include "tests/support/ordinary_user.h"
 
-namespace orient {
+namespace orient::patchdb {
 namespace {
 
 namespace fs = std::filesystem;
@@ -192,4 +192,4 @@ TEST_F(PatchDatabaseFileTest, ANewOneThatTheDiskDoesNotHoldLeavesNothing) {
 }
 
 }  // namespace
-}  // namespace orient
+}  // namespace orient::patchdb

@@ -7,11 +7,11 @@
 #include <functional>
 #include <random>
 
-#include "core/error.h"
-#include "patchdb/patch_database.h"
+#include "core/base/error.h"
+#include "patchdb/store/patch_database.h"
 #include "tests/support/shared_data.h"
 
-namespace orient {
+namespace orient::patchdb {
 
 inline Crs Utm() { return Crs::Parse("EPSG:32635", "test"); }
 
@@ -62,4 +62,4 @@ class PatchDatabaseTest : public testing::Test {
   }
 };
 
-}  // namespace orient
+}  // namespace orient::patchdb

@@ -1,4 +1,4 @@
-#include "patchdb/patch_database.h"
+#include "patchdb/store/patch_database.h"
 
 #include <SQLiteCpp/SQLiteCpp.h>
 #include <gtest/gtest.h>
@@ -11,11 +11,11 @@
 #include <random>
 #include <stdexcept>
 
-#include "core/error.h"
-#include "patchdb/schema.h"
-#include "tests/patchdb/patch_database_fixture.h"
+#include "core/base/error.h"
+#include "patchdb/store/schema.h"
+#include "tests/patchdb/store/patch_database_fixture.h"
 
-namespace orient {
+namespace orient::patchdb {
 namespace {
 
 using Mode = PatchDatabase::Mode;
@@ -361,4 +361,4 @@ TEST_F(PatchDatabaseTest, BadPatchStoresNothing) {
 }
 
 }  // namespace
-}  // namespace orient
+}  // namespace orient::patchdb

@@ -1,8 +1,8 @@
-#include "patchdb/patch.h"
+#include "patchdb/store/patch.h"
 
 #include <gtest/gtest.h>
 
-namespace orient {
+namespace orient::patchdb {
 namespace {
 
 constexpr double kExact = 1e-6;  // float heights of a few hundred metres
@@ -43,4 +43,4 @@ TEST(HeightGrid, UnknownNodeIsUnknownGround) {
 }
 
 }  // namespace
-}  // namespace orient
+}  // namespace orient::patchdb

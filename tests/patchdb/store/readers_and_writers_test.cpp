@@ -6,13 +6,13 @@
 
 #include <filesystem>
 
-#include "patchdb/patch_database.h"
-#include "patchdb/selection.h"
+#include "patchdb/store/patch_database.h"
+#include "patchdb/store/selection.h"
 #include "tests/support/made_up_patches.h"
 #include "tests/support/ordinary_user.h"
 #include "tests/support/shared_data.h"
 
-namespace orient {
+namespace orient::patchdb {
 namespace {
 
 namespace fs = std::filesystem;
@@ -122,4 +122,4 @@ TEST_F(ReadersAndWritersTest, ReadOnlyFolderCanBeRead) {
 }
 
 }  // namespace
-}  // namespace orient
+}  // namespace orient::patchdb

@@ -1,4 +1,4 @@
-#include "patchdb/selection.h"
+#include "patchdb/store/selection.h"
 
 #include <gtest/gtest.h>
 
@@ -6,7 +6,7 @@
 #include "tests/support/made_up_patches.h"
 #include "tests/support/shared_data.h"
 
-namespace orient {
+namespace orient::patchdb {
 namespace {
 
 class SelectionTest : public testing::Test {
@@ -90,4 +90,4 @@ TEST_F(SelectionTest, UnknownIdsChooseNothing) {
 }
 
 }  // namespace
-}  // namespace orient
+}  // namespace orient::patchdb

@@ -9,7 +9,7 @@
 #include <iterator>
 #include <string>
 
-namespace orient {
+namespace orient::patchdb {
 
 // Skips the test where the validator is not installed. Its output goes to a file beside `path`.
 inline void ExpectValidGeoPackage(const std::string& path) {
@@ -25,4 +25,4 @@ inline void ExpectValidGeoPackage(const std::string& path) {
   EXPECT_EQ(status, 0) << std::string((std::istreambuf_iterator<char>(file)), {});
 }
 
-}  // namespace orient
+}  // namespace orient::patchdb

@@ -1,12 +1,13 @@
-#include "tools/command.h"
+#include "tools/commands/command.h"
 
 #include <gtest/gtest.h>
 
 #include <CLI/CLI.hpp>
 #include <functional>
+#include <optional>
 #include <sstream>
 
-#include "core/error.h"
+#include "core/base/error.h"
 
 namespace orient {
 namespace {

@@ -1,4 +1,4 @@
-#include "tools/commands.h"
+#include "tools/commands/commands.h"
 
 #include <gtest/gtest.h>
 

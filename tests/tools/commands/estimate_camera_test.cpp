@@ -8,7 +8,7 @@
 #include "core/files/results.h"
 #include "tests/support/film_frame.h"
 #include "tests/support/shared_data.h"
-#include "tools/commands.h"
+#include "tools/commands/commands.h"
 
 namespace orient {
 namespace {

@@ -129,7 +129,7 @@ TEST_F(InteriorCommandTest, ADamagedScanFailsAlone) {
   EXPECT_EQ(RunOrient(arguments).exit_code, 3);
   const InteriorResult failed = ReadInteriorResult(InteriorResultPath(out_, "broken"));
   EXPECT_EQ(failed.status, Status::kFailed);
-  EXPECT_NE(failed.messages.at(0).find("broken.png"), std::string::npos);
+  EXPECT_NE(Sentence(failed.findings.at(0)).find("broken.png"), std::string::npos);
   EXPECT_EQ(ReadInteriorResult(InteriorResultPath(out_, "4711")).status, Status::kOk);
 }
 

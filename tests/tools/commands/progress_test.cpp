@@ -1,4 +1,4 @@
-#include "tools/progress.h"
+#include "tools/commands/progress.h"
 
 #include <gtest/gtest.h>
 
@@ -23,7 +23,7 @@ TEST(Progress, AtTheEndAndForNothingToDoNoTimeIsLeft) {
 TEST(Progress, ShortRunsAreSilent) {
   testing::internal::CaptureStderr();
   {
-    Progress progress("matching", 3);
+    ProgressLine progress("matching", 3);
     for (int i = 0; i < 3; ++i) progress.Advance();
   }
   EXPECT_EQ(testing::internal::GetCapturedStderr(), "");

@@ -1,12 +1,13 @@
-#include "tools/shared_options.h"
+#include "tools/commands/shared_options.h"
 
 #include <gtest/gtest.h>
 
 #include <CLI/CLI.hpp>
+#include <algorithm>
 #include <filesystem>
 
-#include "core/error.h"
-#include "core/files/atomic_write.h"
+#include "core/base/atomic_write.h"
+#include "core/base/error.h"
 #include "tests/support/shared_data.h"
 
 namespace orient {

@@ -1,4 +1,4 @@
-#include "tools/summary_table.h"
+#include "tools/commands/summary_table.h"
 
 #include <gtest/gtest.h>
 

@@ -1,17 +1,18 @@
 // orient convert: exports that their programs read as Orient meant, and those that they do not.
 #include <gtest/gtest.h>
 
+#include <cmath>
 #include <filesystem>
 #include <functional>
 #include <sstream>
 
-#include "core/error.h"
-#include "core/files/atomic_write.h"
+#include "core/base/atomic_write.h"
+#include "core/base/error.h"
+#include "core/exchange/asp_pinhole.h"
 #include "core/files/camera_file.h"
-#include "core/files/exchange/asp_pinhole.h"
 #include "core/files/orientation_table.h"
 #include "core/files/results.h"
-#include "core/geometry/earth_effects.h"
+#include "core/terrain/earth_effects.h"
 #include "tests/support/example_adjustment.h"
 #include "tests/support/expect_error.h"
 #include "tests/support/run_orient.h"
@@ -383,16 +384,17 @@ TEST_F(WrongConvention, AnotherPoseIsNoConvention) {
 }
 
 // A block's folder: patches are control, ties come from block.json with what the adjustment used.
-TEST_F(ConvertedBlock, OfFreedPrincipalDistancesIsRefused) {
+TEST_F(ConvertedBlock, OfEstimatedPrincipalDistancesIsRefused) {
   ExteriorResult result;
   result.photo = "4711";
   result.status = Status::kOk;
   result.pose = PoseOf(TwoPhotos().block.photos.front());
   result.covariance = Matrix6d::Identity();
-  result.principal_distance = FreedPrincipalDistance{101, 0.1, 100.5, 1};
+  result.principal_distance = EstimatedPrincipalDistance{101, 0.1, 100.5, 1};
   WriteExteriorResult(folder_.Path(), result);
-  ExpectRefused("orientation.csv", {"--to", "colmap"}, 2,
-                {"4711.exterior.json", "was freed", "--principal-distance-sigma-mm"});
+  ExpectRefused(
+      "orientation.csv", {"--to", "colmap"}, 2,
+      {"4711.exterior.json", "was estimated with its pose", "--principal-distance-sigma-mm"});
 }
 
 TEST(Convert, TiesOfTheAdjustmentAreExported) {

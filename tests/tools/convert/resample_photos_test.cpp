@@ -4,20 +4,21 @@
 #include <gdal_priv.h>
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <array>
 #include <cmath>
 #include <filesystem>
 
-#include "core/error.h"
+#include "block/inputs/block_camera.h"
+#include "core/base/error.h"
 #include "core/files/camera_file.h"
 #include "core/files/orientation_table.h"
 #include "core/files/results.h"
 #include "core/geometry/lens.h"
-#include "core/imaging/raster.h"
+#include "core/raster/raster.h"
 #include "tests/support/expect_error.h"
 #include "tests/support/run_orient.h"
 #include "tests/support/shared_data.h"
-#include "tools/block_camera.h"
 #include "tools/convert/convert_source.h"
 
 namespace orient {
@@ -180,7 +181,7 @@ TEST(ResamplePhoto, TakesOutTheLensThatTheBlocksPosesAreTrueWith) {
   CameraFile of_block = given;
   of_block.camera.lens = BrownDistortion{{-2e-4, 0, 0}, {0, 0}};
   WriteCameraFile(folder / "given.toml", given);
-  WriteCameraFile(BlockCameraPath(folder.Path()), of_block);
+  WriteCameraFile(block::BlockCameraPath(folder.Path()), of_block);
   OrientationTable table;
   table.crs = Crs::Parse("EPSG:32635", "test");
   table.rows.push_back({"p", {{500000, 5000000, 900}, {0, 0, 0}}, std::nullopt});
@@ -208,7 +209,7 @@ TEST(ResamplePhoto, OfADamagedScanOrAnotherOneFailsThatPhotoOnly) {
     InteriorResult interior = Interior(ScanOrientation::kR0);
     interior.photo = name;
     WriteScan(scan, interior, 1);
-    interior.made_from = MadeFrom{"", "", name == std::string("other") ? "0123456789abcdef" : ""};
+    if (name == std::string("other")) interior.made_from = {{"scan", "0123456789abcdef"}};
     WriteInteriorResult(folder.Path(), interior);
     table.rows.push_back({name, {{500000, 5000000, 900}, {0, 0, 0}}, std::nullopt});
   }

@@ -1,4 +1,4 @@
-#include "tools/block_geopackage.h"
+#include "tools/report/block_geopackage.h"
 
 #include <cpl_error.h>
 #include <gdal_priv.h>
@@ -7,10 +7,11 @@
 
 #include <filesystem>
 
-#include "core/error.h"
+#include "core/base/error.h"
 #include "core/geometry/rotation.h"
 #include "tests/support/shared_data.h"
 #include "tests/tools/report/example_block.h"
+#include "tools/report/template.h"
 
 namespace orient {
 namespace {
@@ -144,6 +145,7 @@ TEST(BlockGeopackage, EveryLayerHasItsStyle) {
     EXPECT_STREQ(style->GetFieldAsString("f_geometry_column"),
                  dataset->GetLayerByName(name)->GetGeometryColumn());
     EXPECT_EQ(style->GetFieldAsInteger("useAsDefault"), 1);
+    EXPECT_EQ(style->GetFieldAsString("styleQML"), ReportFile(std::string(name) + ".qml"));
   }
 }
 

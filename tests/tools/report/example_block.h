@@ -35,7 +35,7 @@ inline ExteriorResult ExampleExterior(const std::string& photo, Status status) {
   result.width = result.height = 2000;
   result.iterations = {{26, 9, 412.0, 1.9}, {26, 20, 40.0, 0.35}};
   if (status == Status::kFailed) {
-    result.messages = {"only 3 patches agree on a pose"};
+    result.findings = {{.reason = Reason::kStated, .where = "only 3 patches agree on a pose"}};
     return result;
   }
   result.pose = Pose{{500000.25, 5000000.5, 1823.75}, {0.01, -0.02, 1.5}};
@@ -52,7 +52,8 @@ inline ExteriorResult ExampleExterior(const std::string& photo, Status status) {
                     ExamplePatch(15, PatchState::kNotFound, {400, 1500}, {0, 0}),
                     ExamplePatch(16, PatchState::kNotVisible, {2600, 1500}, {0, 0})};
   result.patches[3].reason = "residual too large";
-  if (status == Status::kWeak) result.messages = {"the matches leave the tilt open"};
+  if (status == Status::kWeak)
+    result.findings = {{.reason = Reason::kStated, .where = "the matches leave the tilt open"}};
   return result;
 }
 

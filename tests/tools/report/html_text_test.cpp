@@ -48,11 +48,13 @@ TEST(HtmlText, SigmasShowTwoDigits) {
   EXPECT_EQ(DecimalsForSigma(4200), 0);
 }
 
-TEST(HtmlText, Base64OfTheStandard) {  // RFC 4648, section 10
-  EXPECT_EQ(Base64(""), "");
-  EXPECT_EQ(Base64("f"), "Zg==");
-  EXPECT_EQ(Base64("fo"), "Zm8=");
-  EXPECT_EQ(Base64("foobar"), "Zm9vYmFy");
+TEST(HtmlText, NumbersOfAVectorStandSideBySide) {
+  EXPECT_EQ(Decimals({0.125, -2, 3.004}, 2), "0.12 / −2.00 / 3.00");
+}
+
+TEST(HtmlText, TextsAreJoined) {
+  EXPECT_EQ(Joined({"a", "b"}), "a; b");
+  EXPECT_EQ(Joined({}), "");
 }
 
 TEST(HtmlText, LinksStayInTheFolder) {

@@ -7,11 +7,12 @@
 #include <fstream>
 #include <sstream>
 
-#include "core/error.h"
-#include "core/files/atomic_write.h"
+#include "block/inputs/block_files.h"
+#include "core/base/atomic_write.h"
+#include "core/base/error.h"
 #include "tests/support/shared_data.h"
 #include "tests/tools/report/example_block.h"
-#include "tools/commands.h"
+#include "tools/commands/commands.h"
 
 namespace orient {
 namespace {
@@ -113,6 +114,40 @@ TEST(Report, IsWellFormedOnlyIfTheCheckerCanFail) {
   EXPECT_NE(Malformed("<p>"), "");
 }
 
+TEST(Report, ShowsEveryTemplateFilledIn) {
+  const TemporaryFolder folder;
+  WriteExampleBlock(folder.Path());
+  WriteAdjustmentResult(folder.Path(), ExampleAdjustment());
+  const std::string html = ReadFile(WriteReport(folder.Path()));
+  for (const char* part : {"{{", "<!-- part"}) EXPECT_FALSE(Contains(html, part)) << part;
+}
+
+TEST(Report, SaysWhatGnssSays) {
+  const TemporaryFolder folder;
+  WriteExampleBlock(folder.Path());
+  AdjustmentResult adjusted = ExampleAdjustment();
+  adjusted.converged = false;
+  adjusted.gnss = {{"4711", "used", Eigen::Vector3d(0.3, -0.4, 0.5), 1.0},
+                   {"4712", "rejected", Eigen::Vector3d(9, 9, 9), 9.0}};
+  const Eigen::Vector3d shift(1, -2, 3), sigma(0.1, 0.2, 0.3);
+  adjusted.gnss_strips = {{"east", shift, sigma, std::nullopt, std::nullopt}};
+  WriteAdjustmentResult(folder.Path(), adjusted);
+  const std::string html = ReadFile(WriteReport(folder.Path()));
+  EXPECT_EQ(Malformed(html), "");
+  for (const char* part : {"The adjustment did not converge.", "1 of 2 positions are used",
+                           "residuals 0.30 / 0.40 / 0.50 m", "1.00 ± 0.10 / −2.00 ± 0.20"})
+    EXPECT_TRUE(Contains(html, part)) << part;
+}
+
+TEST(Report, PoseOfTheTableAloneIsShown) {
+  const TemporaryFolder folder;
+  WriteExampleBlock(folder.Path());
+  std::filesystem::remove(folder / "4711.exterior.json");
+  const std::string html = ReadFile(WriteReport(folder.Path()));
+  EXPECT_EQ(Malformed(html), "");
+  EXPECT_TRUE(Contains(html, "From orientation.csv."));
+}
+
 TEST(Report, NeedsNoNetworkAndNoScript) {
   const TemporaryFolder folder;
   WriteExampleBlock(folder.Path());
@@ -133,7 +168,7 @@ TEST(Report, HostileTextStaysText) {
   const std::string name = "a\"><script>alert('1')<&";
   ExteriorResult exterior = ExampleExterior("4711", Status::kWeak);
   exterior.photo = "x<img src=q onerror=1>";
-  exterior.messages = {"<b>message</b>"};
+  exterior.findings = {{.reason = Reason::kStated, .where = "<b>message</b>"}};
   exterior.patches[3].reason = "<i>reason</i>";
   WriteExteriorResult(folder.Path(), exterior);
   InteriorResult interior = ExampleInterior(name.substr(0, name.find('/')));
@@ -159,6 +194,17 @@ TEST(Report, PicturesAreInsideThePage) {
   EXPECT_TRUE(Contains(html, "width=\"700\" height=\"500\" src=\"data:image/jpeg;base64,/9j/"));
   for (const auto& entry : std::filesystem::directory_iterator(folder.Path()))
     EXPECT_NE(entry.path().extension(), ".xml") << "GDAL left something beside the pictures";
+}
+
+TEST(Report, OrthophotosAreShown) {
+  const TemporaryFolder folder;
+  WriteExampleBlock(folder.Path());
+  WritePng(folder / block::kQuicklookFile, 60, 20, false);
+  WritePng(folder / block::kSeamsFile, 50, 20, false);
+  const std::string html = ReadFile(WriteReport(folder.Path()));
+  EXPECT_EQ(Malformed(html), "");
+  EXPECT_TRUE(Contains(html, "<h2>Orthophotos</h2>"));
+  EXPECT_TRUE(Contains(html, "width=\"50\" height=\"20\""));
 }
 
 TEST(Report, FileThatIsNoPictureIsSaidToBeNone) {

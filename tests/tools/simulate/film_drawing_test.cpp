@@ -2,6 +2,8 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
+
 #include "tools/simulate/cameras.h"
 
 namespace orient::simulation {

@@ -1,4 +1,4 @@
-#include "tools/simulate/film_scan.h"
+#include "tests/tools/simulate/film_scan.h"
 
 #include <tbb/parallel_for.h>
 

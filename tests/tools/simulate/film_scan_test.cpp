@@ -1,9 +1,11 @@
 // Scans of single film frames, and what interior orientation makes of them.
-#include "tools/simulate/film_scan.h"
+#include "tests/tools/simulate/film_scan.h"
+
+#include <gtest/gtest.h>
 
 #include <iostream>
 
-#include "core/imaging/raster.h"
+#include "core/raster/raster.h"
 #include "interior/interior.h"
 #include "tests/support/shared_data.h"
 #include "tools/simulate/cameras.h"
@@ -16,7 +18,7 @@ using Eigen::Vector2d;
 struct Setting {
   SimulationOptions options;
   FilmScanOptions film;
-  std::optional<LocatorKind> locator = std::nullopt;
+  std::optional<interior::LocatorKind> locator = std::nullopt;
   std::vector<MarkCondition> damage = {};  // of marks in turn, from another one on in every scan
   int meshes = 5;                          // of a reseau, on every side of its middle
 };
@@ -78,10 +80,10 @@ Scanned ScanAndOrient(const Setting& setting, int number) {
   Scanned scanned{camera, plan, {}, {}};
   WriteFilmScan(path, setting.options, setting.film, scanned.camera, plan);
   scanned.truth = TrueInterior(scanned.camera, plan);
-  InteriorOptions how;
+  interior::InteriorOptions how;
   how.locator = setting.locator;
-  scanned.found =
-      OrientInterior(Raster::Open(path), scanned.camera.file, ShapesOf(scanned.camera.file), how);
+  scanned.found = interior::OrientInterior(Raster::Open(path), scanned.camera.file,
+                                           interior::ShapesOf(scanned.camera.file), how);
   return scanned;
 }
 
@@ -148,7 +150,8 @@ void Add(const Scanned& scan, Tally* tally) {
     ++tally->orientation_wrong;
     return;
   }
-  const auto named = InOrientation(scan.found, scan.camera.file, ShapesOf(scan.camera.file), truth);
+  const auto named = interior::InOrientation(scan.found, scan.camera.file,
+                                             interior::ShapesOf(scan.camera.file), truth);
   AddMarks(scan, named.value(), tally);
   AddBetween(scan, named.value(), tally);
 }
@@ -161,7 +164,7 @@ std::ostream& operator<<(std::ostream& out, const Tally& t) {
              << t.polarity_wrong << "; between crosses " << t.RmsBetween_um() << " um";
 }
 
-// A scan in every way of lying and both polarities, `rounds` times.
+// A scan in every scan orientation and both polarities, `rounds` times.
 Tally AllWays(const Setting& setting, int rounds = 1) {
   Tally tally;
   Setting turned = setting;
@@ -176,7 +179,7 @@ Tally AllWays(const Setting& setting, int rounds = 1) {
   return tally;
 }
 
-// Every way of lying once, positives and negatives in turn: where ways are not the point.
+// Every scan orientation once, positives and negatives in turn: where ways are not the point.
 Tally EveryWayOnce(const Setting& setting) {
   Tally tally;
   Setting turned = setting;
@@ -339,7 +342,7 @@ TEST(SlowSimulatedScans, P31ByItsLinesIsMorePreciseThanByMatching) {
   for (int number = 1; number <= 4; ++number) {
     setting.locator = std::nullopt;
     Add(ScanAndOrient(setting, number), &lines);
-    setting.locator = LocatorKind::kNcc;
+    setting.locator = interior::LocatorKind::kNcc;
     Add(ScanAndOrient(setting, number), &matched);
   }
   std::cout << "lines: " << lines << "\nmatched: " << matched << "\n";

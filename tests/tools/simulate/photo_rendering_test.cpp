@@ -3,7 +3,7 @@
 #include <gtest/gtest.h>
 
 #include "core/geometry/collinearity.h"
-#include "core/geometry/ground_surface.h"
+#include "core/terrain/ground_surface.h"
 
 namespace orient::simulation {
 namespace {

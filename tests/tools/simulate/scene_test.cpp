@@ -2,6 +2,8 @@
 
 #include <gtest/gtest.h>
 
+#include <cmath>
+
 #include "tools/simulate/ground_raster.h"
 
 namespace orient::simulation {

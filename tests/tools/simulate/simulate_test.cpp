@@ -6,14 +6,14 @@
 #include <fstream>
 #include <nlohmann/json.hpp>
 
-#include "core/error.h"
-#include "core/files/atomic_write.h"
+#include "core/base/atomic_write.h"
+#include "core/base/error.h"
 #include "core/files/block_file.h"
 #include "core/files/camera_file.h"
 #include "core/files/orientation_table.h"
-#include "core/geometry/ground_surface.h"
-#include "core/geometry/photo_view.h"
-#include "core/imaging/raster.h"
+#include "core/raster/raster.h"
+#include "core/terrain/ground_surface.h"
+#include "core/terrain/photo_view.h"
 #include "tests/support/expect_error.h"
 #include "tests/support/shared_data.h"
 

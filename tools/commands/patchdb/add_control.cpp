@@ -1,25 +1,25 @@
-#include "tools/patchdb/add_control.h"
+#include "tools/commands/patchdb/add_control.h"
 
 #include <algorithm>
 #include <filesystem>
 #include <map>
 #include <ostream>
 
-#include "core/error.h"
-#include "patchdb/control_points.h"
-#include "tools/harvest_sources.h"
-#include "tools/patchdb/control_table.h"
-#include "tools/summary_table.h"
+#include "block/inputs/harvest_sources.h"
+#include "core/base/error.h"
+#include "patchdb/harvest/control_points.h"
+#include "tools/commands/patchdb/control_table.h"
+#include "tools/commands/summary_table.h"
 
 namespace orient {
 namespace {
 
 // The photos that any point is measured in, open, by the place of their path.
-std::map<std::size_t, OpenSource> OpenMeasured(const std::vector<ControlTablePoint>& points,
-                                               const std::vector<std::string>& paths,
-                                               const HarvestSources& kind,
-                                               const GroundSurface& surface) {
-  std::map<std::size_t, OpenSource> open;
+std::map<std::size_t, block::OpenSource> OpenMeasured(const std::vector<ControlTablePoint>& points,
+                                                      const std::vector<std::string>& paths,
+                                                      const block::HarvestSources& kind,
+                                                      const GroundSurface& surface) {
+  std::map<std::size_t, block::OpenSource> open;
   for (const ControlTablePoint& point : points)
     for (const MeasuredPoint& measured : point.measured)
       for (std::size_t i = 0; i < paths.size(); ++i)
@@ -28,11 +28,10 @@ std::map<std::size_t, OpenSource> OpenMeasured(const std::vector<ControlTablePoi
   return open;
 }
 
-std::vector<ControlSighting> SightingsOf(const ControlTablePoint& point,
-                                         const std::vector<std::string>& paths,
-                                         const std::map<std::size_t, FurtherSource>& sources,
-                                         const std::string& table) {
-  std::vector<ControlSighting> sightings;
+std::vector<patchdb::ControlSighting> SightingsOf(
+    const ControlTablePoint& point, const std::vector<std::string>& paths,
+    const std::map<std::size_t, patchdb::FurtherSource>& sources, const std::string& table) {
+  std::vector<patchdb::ControlSighting> sightings;
   for (const MeasuredPoint& measured : point.measured) {
     const auto source = std::find_if(sources.begin(), sources.end(), [&](const auto& entry) {
       return PhotoName(paths[entry.first]) == measured.photo;
@@ -46,13 +45,14 @@ std::vector<ControlSighting> SightingsOf(const ControlTablePoint& point,
 }
 
 // Evidence can only name photos that the database knows.
-void NameEvidence(const PatchDatabase& database, const std::vector<std::string>& paths,
-                  const PatchSource& about, std::vector<Patch>* patches) {
-  for (Patch& patch : *patches) {
-    std::vector<PatchEvidence> known;
-    for (PatchEvidence evidence : patch.evidence) {
+void NameEvidence(const patchdb::PatchDatabase& database, const std::vector<std::string>& paths,
+                  const patchdb::PatchSource& about, std::vector<patchdb::Patch>* patches) {
+  for (patchdb::Patch& patch : *patches) {
+    std::vector<patchdb::PatchEvidence> known;
+    for (patchdb::PatchEvidence evidence : patch.evidence) {
       const std::string& path = paths[static_cast<std::size_t>(evidence.source_id)];
-      const auto id = database.FindSource(SourceOfFile(SourceKind::kPhoto, path, about)).id;
+      const auto id =
+          database.FindSource(block::SourceOfFile(patchdb::SourceKind::kPhoto, path, about)).id;
       if (!id) continue;
       evidence.source_id = *id;
       known.push_back(evidence);
@@ -63,12 +63,12 @@ void NameEvidence(const PatchDatabase& database, const std::vector<std::string>&
 
 }  // namespace
 
-void AddControlPoints(PatchDatabase& database, const ControlToAdd& control,
-                      const PhotosToHarvest& photos, std::ostream& out) {
+void AddControlPoints(patchdb::PatchDatabase& database, const ControlToAdd& control,
+                      const block::PhotosToHarvest& photos, std::ostream& out) {
   const auto points = ReadControlTable(control.table);
   if (points.empty()) throw InputError(control.table + " names no points");
-  const HarvestOptions options;
-  const auto kind = PhotoSources(photos, options.orientation_sigma_px);
+  const patchdb::HarvestOptions options;
+  const auto kind = block::PhotoSources(photos, options.orientation_sigma_px);
   Bounds bounds = Bounds::OfNothing();
   constexpr double kAround = 1000;  // m; more than a chip covers
   for (const ControlTablePoint& point : points)
@@ -76,29 +76,29 @@ void AddControlPoints(PatchDatabase& database, const ControlToAdd& control,
       bounds.Include(point.point.ground_m.x() + step, point.point.ground_m.y() + step);
   const GroundSurface surface = GroundSurface::FromFile(control.dem, database.GroundCrs(), bounds);
   const auto open = OpenMeasured(points, photos.paths, *kind, surface);
-  std::map<std::size_t, FurtherSource> sources;
+  std::map<std::size_t, patchdb::FurtherSource> sources;
   for (const auto& [i, source] : open)
     sources[i] = {source.raster.get(), source.view.get(), nullptr, static_cast<int>(i)};
-  std::vector<Patch> patches;
+  std::vector<patchdb::Patch> patches;
   SummaryTable refused({"point", "refused because"});
   std::vector<double> gsds;
   for (const ControlTablePoint& point : points) {
-    auto made =
-        MakeControlPatch(point.point, SightingsOf(point, photos.paths, sources, control.table),
-                         surface, control.chip_px);
-    if (const auto* why = std::get_if<ControlRefusal>(&made)) {
+    auto made = patchdb::MakeControlPatch(point.point,
+                                          SightingsOf(point, photos.paths, sources, control.table),
+                                          surface, control.chip_px);
+    if (const auto* why = std::get_if<patchdb::ControlRefusal>(&made)) {
       refused.AddRow({point.point.id, std::string(Name(*why))});
       continue;
     }
-    patches.push_back(std::move(std::get<Patch>(made)));
+    patches.push_back(std::move(std::get<patchdb::Patch>(made)));
     gsds.push_back(patches.back().gsd_m);
   }
   if (patches.size() < points.size()) refused.Print(out);
   if (patches.empty()) throw InputError(control.table + ": none of its points became a patch");
   std::sort(gsds.begin(), gsds.end());
   NameEvidence(database, photos.paths, control.about, &patches);
-  PatchSource source = control.about;
-  source.kind = SourceKind::kGcp;
+  patchdb::PatchSource source = control.about;
+  source.kind = patchdb::SourceKind::kGcp;
   source.name = std::filesystem::path(control.table).filename().string();
   source.gsd_m = gsds[gsds.size() / 2];
   database.AddSource(source, patches);

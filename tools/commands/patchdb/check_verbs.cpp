@@ -3,13 +3,13 @@
 #include <CLI/CLI.hpp>
 #include <ostream>
 
-#include "core/error.h"
+#include "core/base/error.h"
 #include "patchdb/maintenance/check.h"
 #include "patchdb/maintenance/compact.h"
-#include "tools/patchdb/verb.h"
-#include "tools/patchdb_to_write.h"
-#include "tools/progress.h"
-#include "tools/summary_table.h"
+#include "tools/commands/patchdb/verb.h"
+#include "tools/commands/patchdb_to_write.h"
+#include "tools/commands/progress.h"
+#include "tools/commands/summary_table.h"
 
 namespace orient {
 namespace {
@@ -24,11 +24,12 @@ class CheckVerb : public PatchdbVerb {
     return verb;
   }
   void Run(std::ostream& out) override {
-    PatchDatabase database =
-        repair_ ? OpenToWrite(path_, out) : PatchDatabase::Open(path_, PatchDatabase::Mode::kRead);
+    patchdb::PatchDatabase database =
+        repair_ ? OpenToWrite(path_, out)
+                : patchdb::PatchDatabase::Open(path_, patchdb::PatchDatabase::Mode::kRead);
     const auto before = Look(database, repair_);
     const auto after = repair_ && !before.empty() ? Look(database, false) : before;
-    for (const CheckFinding& finding : before) Print(finding, out);
+    for (const patchdb::CheckFinding& finding : before) Print(finding, out);
     if (before.empty()) out << path_ << " is whole\n";
     if (!before.empty() && after.empty()) out << path_ << " is repaired\n";
     if (!after.empty())
@@ -39,19 +40,19 @@ class CheckVerb : public PatchdbVerb {
   }
 
  private:
-  std::vector<CheckFinding> Look(PatchDatabase& database, bool repair) const {
-    CheckOptions options;
+  std::vector<patchdb::CheckFinding> Look(patchdb::PatchDatabase& database, bool repair) const {
+    patchdb::CheckOptions options;
     options.repair = repair;
     options.chips = !quick_;
-    std::unique_ptr<Progress> progress;
+    std::unique_ptr<ProgressLine> progress;
     std::int64_t shown = 0;
-    return CheckDatabase(database, options, [&](std::int64_t done, std::int64_t total) {
-      if (!progress) progress = std::make_unique<Progress>("patches", static_cast<int>(total));
+    return patchdb::CheckDatabase(database, options, [&](std::int64_t done, std::int64_t total) {
+      if (!progress) progress = std::make_unique<ProgressLine>("patches", static_cast<int>(total));
       progress->Advance(static_cast<int>(done - shown));
       shown = done;
     });
   }
-  static void Print(const CheckFinding& finding, std::ostream& out) {
+  static void Print(const patchdb::CheckFinding& finding, std::ostream& out) {
     if (finding.count > 1) out << finding.count << " ";
     out << finding.what;
     if (!finding.repair.empty()) out << " (repair: " << finding.repair << ")";
@@ -69,8 +70,8 @@ class CompactVerb : public PatchdbVerb {
     return verb;
   }
   void Run(std::ostream& out) override {
-    PatchDatabase database = OpenToWrite(path_, out);
-    const CompactResult result = CompactDatabase(database);
+    patchdb::PatchDatabase database = OpenToWrite(path_, out);
+    const patchdb::CompactResult result = patchdb::CompactDatabase(database);
     const auto mega = [](std::uintmax_t bytes) {
       return Fixed(static_cast<double>(bytes) / 1e6, 1);
     };

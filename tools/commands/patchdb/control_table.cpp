@@ -1,11 +1,13 @@
-#include "tools/patchdb/control_table.h"
+#include "tools/commands/patchdb/control_table.h"
+
+#include <fmt/format.h>
 
 #include <algorithm>
 #include <charconv>
 #include <cmath>
 #include <fstream>
 
-#include "core/error.h"
+#include "core/base/error.h"
 
 namespace orient {
 namespace {
@@ -33,14 +35,14 @@ class Lines {
   }
 
   [[noreturn]] void Fail(const std::string& complaint) const {
-    throw InputError(path_ + ", line " + std::to_string(number_) + ": " + complaint);
+    throw InputError(fmt::format("{}, line {}: {}", path_, number_, complaint));
   }
 
   double Number(const std::string& text) const {
     double value = 0;
     const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
     if (error != std::errc() || end != text.data() + text.size() || !std::isfinite(value))
-      Fail("'" + text + "' is not a number");
+      Fail(fmt::format("'{}' is not a number", text));
     return value;
   }
 
@@ -65,8 +67,8 @@ class Lines {
   int number_ = 0;
 };
 
-ControlPoint PointOf(const Lines& lines, const std::vector<std::string>& cells) {
-  ControlPoint point;
+patchdb::ControlPoint PointOf(const Lines& lines, const std::vector<std::string>& cells) {
+  patchdb::ControlPoint point;
   point.id = cells[0];
   for (int i = 0; i < 3; ++i) {
     point.ground_m[i] = lines.Number(cells[static_cast<std::size_t>(1 + i)]);
@@ -89,13 +91,13 @@ std::vector<ControlTablePoint> ReadControlTable(const std::string& path) {
   while (lines.Next(&cells)) {
     if (cells.size() != kColumns || cells[0].empty() || cells[7].empty())
       lines.Fail("a row has ten cells, point and photo not empty");
-    const ControlPoint point = PointOf(lines, cells);
+    const patchdb::ControlPoint point = PointOf(lines, cells);
     auto known = std::find_if(points.begin(), points.end(), [&](const ControlTablePoint& other) {
       return other.point.id == point.id;
     });
     if (known == points.end()) known = points.insert(points.end(), {point, {}});
     if (known->point.ground_m != point.ground_m || known->point.sigma_m != point.sigma_m)
-      lines.Fail("point '" + point.id + "' has other coordinates or sigmas above");
+      lines.Fail(fmt::format("point '{}' has other coordinates or sigmas above", point.id));
     for (const MeasuredPoint& other : known->measured)
       if (other.photo == cells[7])
         lines.Fail("point '" + point.id + "' is measured twice in photo '" + other.photo + "'");

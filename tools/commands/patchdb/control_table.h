@@ -4,7 +4,7 @@
 #include <string>
 #include <vector>
 
-#include "patchdb/control_points.h"
+#include "patchdb/harvest/control_points.h"
 
 namespace orient {
 
@@ -15,7 +15,7 @@ struct MeasuredPoint {
 };
 
 struct ControlTablePoint {
-  ControlPoint point;
+  patchdb::ControlPoint point;
   std::vector<MeasuredPoint> measured;
 };
 

@@ -6,14 +6,14 @@
 #include <nlohmann/json.hpp>
 #include <ostream>
 
-#include "core/error.h"
+#include "core/base/error.h"
 #include "patchdb/maintenance/merge.h"
-#include "tools/patchdb/filter_options.h"
-#include "tools/patchdb/geotiff.h"
-#include "tools/patchdb/spare_databases.h"
-#include "tools/patchdb/summary_csv.h"
-#include "tools/patchdb/verb.h"
-#include "tools/shared_options.h"
+#include "tools/commands/patchdb/filter_options.h"
+#include "tools/commands/patchdb/geotiff.h"
+#include "tools/commands/patchdb/spare_databases.h"
+#include "tools/commands/patchdb/summary_csv.h"
+#include "tools/commands/patchdb/verb.h"
+#include "tools/commands/shared_options.h"
 
 namespace orient {
 namespace {
@@ -49,7 +49,7 @@ class TextFile {
   bool done_ = false;
 };
 
-nlohmann::json Properties(const PatchSummary& patch) {
+nlohmann::json Properties(const patchdb::PatchSummary& patch) {
   nlohmann::json json = {{"id", patch.id},
                          {"x", patch.ground_m.x()},
                          {"y", patch.ground_m.y()},
@@ -95,8 +95,9 @@ class ExportVerb : public PatchdbVerb {
       if (!file.empty()) files.push_back(file);
     RefuseToOverwrite(files, overwrite_);
     RefuseToReplaceDatabase(files);
-    const PatchDatabase database = PatchDatabase::Open(path_, PatchDatabase::Mode::kRead);
-    const PatchFilter filter = choice_.Filter(database);
+    const patchdb::PatchDatabase database =
+        patchdb::PatchDatabase::Open(path_, patchdb::PatchDatabase::Mode::kRead);
+    const patchdb::PatchFilter filter = choice_.Filter(database);
     if (!csv_.empty()) WriteCsv(database, filter, out);
     if (!geojson_.empty()) WriteGeoJson(database, filter, out);
     if (!chips_.empty()) WriteChips(database, filter, out);
@@ -104,12 +105,13 @@ class ExportVerb : public PatchdbVerb {
   }
 
  private:
-  void WriteCsv(const PatchDatabase& database, const PatchFilter& filter, std::ostream& out) const {
+  void WriteCsv(const patchdb::PatchDatabase& database, const patchdb::PatchFilter& filter,
+                std::ostream& out) const {
     TextFile file(csv_);
     PrintSummaryHeader(file.Stream());
     file.Stream() << "\n";
     int count = 0;
-    VisitPatches(database, filter, [&](const PatchSummary& patch) {
+    patchdb::VisitPatches(database, filter, [&](const patchdb::PatchSummary& patch) {
       PrintSummary(patch, file.Stream());
       file.Stream() << "\n";
       ++count;
@@ -118,13 +120,13 @@ class ExportVerb : public PatchdbVerb {
     out << csv_ << ": " << count << " patches\n";
   }
 
-  void WriteGeoJson(const PatchDatabase& database, const PatchFilter& filter,
+  void WriteGeoJson(const patchdb::PatchDatabase& database, const patchdb::PatchFilter& filter,
                     std::ostream& out) const {
     const auto degrees = CoordinateTransform::Between("EPSG:4326", database.GroundCrs().Wkt());
     TextFile file(geojson_);
     file.Stream() << "{\"type\":\"FeatureCollection\",\"features\":[";
     int count = 0;
-    VisitPatches(database, filter, [&](const PatchSummary& patch) {
+    patchdb::VisitPatches(database, filter, [&](const patchdb::PatchSummary& patch) {
       const auto place = degrees(patch.ground_m.head<2>());
       if (!place) return;
       const nlohmann::json feature = {
@@ -139,9 +141,9 @@ class ExportVerb : public PatchdbVerb {
     out << geojson_ << ": " << count << " patches\n";
   }
 
-  void WriteChips(const PatchDatabase& database, const PatchFilter& filter,
+  void WriteChips(const patchdb::PatchDatabase& database, const patchdb::PatchFilter& filter,
                   std::ostream& out) const {
-    const std::vector<std::int64_t> ids = ChooseIds(database, filter);
+    const std::vector<std::int64_t> ids = patchdb::ChooseIds(database, filter);
     std::vector<std::string> files;
     files.reserve(ids.size());
     for (const std::int64_t id : ids)
@@ -164,13 +166,13 @@ class ExportVerb : public PatchdbVerb {
     out << chips_ << ": " << ids.size() << " chips\n";
   }
 
-  void WriteSubset(const PatchDatabase& database, const PatchFilter& filter,
+  void WriteSubset(const patchdb::PatchDatabase& database, const patchdb::PatchFilter& filter,
                    std::ostream& out) const {
-    PatchDatabase subset = PatchDatabase::Create(subset_, database.GroundCrs());
-    MergeOptions options;
-    options.policy = MergePolicy::kCopy;
+    patchdb::PatchDatabase subset = patchdb::PatchDatabase::Create(subset_, database.GroundCrs());
+    patchdb::MergeOptions options;
+    options.policy = patchdb::MergePolicy::kCopy;
     options.filter = filter;
-    const MergeResult result = MergeDatabase(subset, database, options);
+    const patchdb::MergeResult result = patchdb::MergeDatabase(subset, database, options);
     out << subset_ << ": " << result.added << " patches of " << result.sources << " sources, "
         << result.attempts << " attempts\n";
   }

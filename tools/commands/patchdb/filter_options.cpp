@@ -1,4 +1,4 @@
-#include "tools/patchdb/filter_options.h"
+#include "tools/commands/patchdb/filter_options.h"
 
 #include <gdal_priv.h>
 #include <ogrsf_frmts.h>
@@ -8,8 +8,8 @@
 #include <cmath>
 #include <string_view>
 
-#include "core/error.h"
-#include "core/geometry/quiet_gdal.h"
+#include "core/base/error.h"
+#include "core/base/quiet_gdal.h"
 
 namespace orient {
 namespace {
@@ -123,8 +123,8 @@ void FilterOptions::DeclareRetired(CLI::App& app) {
       ->check(WhyNoDate);
 }
 
-PatchFilter FilterOptions::Filter(const PatchDatabase& database) const {
-  PatchFilter filter;
+patchdb::PatchFilter FilterOptions::Filter(const patchdb::PatchDatabase& database) const {
+  patchdb::PatchFilter filter;
   if (!box_.empty()) {
     if (!std::all_of(box_.begin(), box_.end(), [](double value) { return std::isfinite(value); }))
       throw UsageError("--box needs four numbers: west south east north");
@@ -133,7 +133,8 @@ PatchFilter FilterOptions::Filter(const PatchDatabase& database) const {
       throw UsageError("--box is empty; give west south east north in that order");
   }
   if (!polygon_.empty()) filter.polygon = ReadPolygon(polygon_, database.GroundCrs());
-  if (state_ != "all") filter.life = state_ == "active" ? PatchLife::kActive : PatchLife::kRetired;
+  if (state_ != "all")
+    filter.life = state_ == "active" ? patchdb::PatchLife::kActive : patchdb::PatchLife::kRetired;
   filter.ids = ids_;
   filter.source = source_;
   filter.quality_below = max_quality_;

@@ -7,7 +7,7 @@
 #include <string>
 #include <vector>
 
-#include "patchdb/selection.h"
+#include "patchdb/store/selection.h"
 
 namespace orient {
 
@@ -19,7 +19,7 @@ class FilterOptions {
   void DeclareRules(CLI::App& app);    // --id, --source, --max-quality, ...
   void DeclareRetired(CLI::App& app);  // --retired-before
   // Throws InputError: a polygon file that cannot be read; UsageError: an empty box.
-  PatchFilter Filter(const PatchDatabase& database) const;
+  patchdb::PatchFilter Filter(const patchdb::PatchDatabase& database) const;
 
  private:
   std::string state_;

@@ -1,11 +1,11 @@
-#include "tools/patchdb/geotiff.h"
+#include "tools/commands/patchdb/geotiff.h"
 
 #include <gdal_priv.h>
 
 #include <filesystem>
 
-#include "core/error.h"
-#include "core/geometry/quiet_gdal.h"
+#include "core/base/error.h"
+#include "core/base/quiet_gdal.h"
 
 namespace orient {
 namespace {

@@ -5,8 +5,8 @@
 #include <string>
 #include <vector>
 
-#include "core/geometry/crs.h"
-#include "core/imaging/image.h"
+#include "core/raster/image.h"
+#include "core/terrain/crs.h"
 
 namespace orient {
 

@@ -1,32 +1,36 @@
 // orient patchdb harvest, harvest-ortho, add-gcp.
 
 #include <CLI/CLI.hpp>
+#include <array>
+#include <numeric>
 #include <ostream>
 
-#include "core/error.h"
+#include "block/inputs/block_camera.h"
+#include "block/stages/harvest_stage.h"
+#include "core/base/error.h"
 #include "core/files/block_file.h"
 #include "core/files/camera_file.h"
 #include "core/files/orientation_table.h"
-#include "patchdb/patch_database.h"
-#include "tools/block_camera.h"
-#include "tools/earth_option.h"
-#include "tools/harvest_run.h"
-#include "tools/patchdb/add_control.h"
-#include "tools/patchdb/filter_options.h"
-#include "tools/patchdb/verb.h"
-#include "tools/patchdb_to_write.h"
-#include "tools/shared_options.h"
+#include "patchdb/store/patch_database.h"
+#include "tools/commands/earth_option.h"
+#include "tools/commands/patchdb/add_control.h"
+#include "tools/commands/patchdb/filter_options.h"
+#include "tools/commands/patchdb/verb.h"
+#include "tools/commands/patchdb_to_write.h"
+#include "tools/commands/progress.h"
+#include "tools/commands/shared_options.h"
+#include "tools/commands/summary_table.h"
 
 namespace orient {
 namespace {
 
 // What both kinds of harvest are asked for.
 struct HarvestArguments {
-  HarvestRun run;
+  block::HarvestRun run;
   std::string date, provenance, licence;
 
   void Declare(CLI::App& app, const std::string& max_option) {
-    HarvestOptions& options = run.options;
+    patchdb::HarvestOptions& options = run.options;
     options.max_further_views = 0;  // until poses from several views are as good as from one
     app.add_option("--dem", run.dem, "Ground heights: any raster GDAL reads, any projected CRS")
         ->required();
@@ -56,7 +60,7 @@ struct HarvestArguments {
         "--further-views", options.max_further_views,
         "Other sources a patch is sought in: the best so many; 0, each source for itself");
   }
-  const HarvestRun& Checked() {
+  const block::HarvestRun& Checked() {
     if (const auto wrong = run.options.Check()) throw UsageError(*wrong);
     if (!date.empty()) run.about.date = date;
     if (!provenance.empty()) run.about.provenance = provenance;
@@ -65,13 +69,50 @@ struct HarvestArguments {
   }
 };
 
+// A row a source, and how many candidates were refused for which reason.
+void PrintHarvest(const std::vector<block::HarvestedSource>& sources, bool has_surface_model,
+                  std::ostream& out) {
+  SummaryTable table({"source", "patches", "good", "seen twice", "refused", "gsd [m]"});
+  std::array<int, patchdb::kAllRefusals.size()> refused = {};
+  std::ptrdiff_t patches = 0, seen_once = 0;
+  for (const block::HarvestedSource& source : sources) {
+    if (source.known) {
+      table.AddRow({source.name + " (in the database already)", "-", "-", "-", "-", "-"});
+      continue;
+    }
+    for (std::size_t i = 0; i < refused.size(); ++i) refused[i] += source.refused[i];
+    const int all = std::accumulate(source.refused.begin(), source.refused.end(), 0);
+    table.AddRow({source.name, std::to_string(source.patches), std::to_string(source.good),
+                  std::to_string(source.seen_twice), std::to_string(all), Fixed(source.gsd_m, 3)});
+    patches += source.patches;
+    seen_once += source.patches - source.seen_twice;
+  }
+  table.Print(out);
+  SummaryTable reasons({"refused because", "candidates"});
+  bool any = false;
+  for (const patchdb::Refusal refusal : patchdb::kAllRefusals)
+    if (const int count = refused[static_cast<std::size_t>(refusal)]; count > 0) {
+      reasons.AddRow({std::string(Name(refusal)), std::to_string(count)});
+      any = true;
+    }
+  if (any) {
+    out << "\n";
+    reasons.Print(out);
+    out << "\n";
+  }
+  out << patches << " patches added\n";
+  if (!has_surface_model && seen_once > 0)
+    out << "note    without --dsm nothing tells roofs and trees from the ground in the "
+        << seen_once << " of them that one source shows\n";
+}
+
 // Throws UsageError where the orientation is not true with the camera, InputError where it is in
 // another CRS than the database.
 void ReadPhotos(const std::string& camera, const std::vector<std::string>& patterns,
-                const std::string& database_path, const PatchDatabase& database,
-                PhotosToHarvest* photos) {
-  RefuseBlockCamera(camera, photos->earth);
-  RequireCameraOfPoses(camera, photos->orientation_path);
+                const std::string& database_path, const patchdb::PatchDatabase& database,
+                block::PhotosToHarvest* photos) {
+  block::RefuseBlockCamera(camera, photos->earth);
+  block::RequireCameraOfPoses(camera, photos->orientation_path);
   photos->camera = ReadCameraFile(camera).camera;
   photos->orientation = ReadOrientationTable(photos->orientation_path);
   const auto& crs = photos->orientation.crs;
@@ -97,16 +138,17 @@ class HarvestVerb : public PatchdbVerb {
     return verb;
   }
   void Run(std::ostream& out) override {
-    const HarvestRun& run = arguments_.Checked();
-    PatchDatabase database = OpenToWrite(path_, out);
+    const block::HarvestRun& run = arguments_.Checked();
+    patchdb::PatchDatabase database = OpenToWrite(path_, out);
     ReadPhotos(camera_, patterns_, path_, database, &photos_);
-    HarvestPhotos(database, run, photos_, out);
+    ShownProgress progress;
+    PrintHarvest(block::HarvestPhotos(database, run, photos_, &progress), !run.dsm.empty(), out);
   }
 
  private:
   std::string path_, camera_;
   std::vector<std::string> patterns_;
-  PhotosToHarvest photos_;
+  block::PhotosToHarvest photos_;
   HarvestArguments arguments_;
 };
 
@@ -116,14 +158,16 @@ class HarvestOrthoVerb : public PatchdbVerb {
     CLI::App* verb = app.add_subcommand("harvest-ortho", "Cut patches from orthophotos");
     verb->add_option("DB", path_, "Patch database")->required();
     verb->add_option("--ortho", orthos_, "Orthophotos or globs, any projected CRS")->required();
-    arguments_.run.options = OrthoHarvestOptions();
+    arguments_.run.options = patchdb::OrthoHarvestOptions();
     arguments_.Declare(*verb, "--max-per-ortho");
     return verb;
   }
   void Run(std::ostream& out) override {
-    const HarvestRun& run = arguments_.Checked();
-    PatchDatabase database = OpenToWrite(path_, out);
-    HarvestOrthophotos(database, run, ExpandPhotos(orthos_, ""), out);
+    const block::HarvestRun& run = arguments_.Checked();
+    patchdb::PatchDatabase database = OpenToWrite(path_, out);
+    ShownProgress progress;
+    PrintHarvest(block::HarvestOrthophotos(database, run, ExpandPhotos(orthos_, ""), &progress),
+                 !run.dsm.empty(), out);
   }
 
  private:
@@ -156,10 +200,10 @@ class AddGcpVerb : public PatchdbVerb {
     return verb;
   }
   void Run(std::ostream& out) override {
-    HarvestOptions options;
+    patchdb::HarvestOptions options;
     options.chip_px = control_.chip_px;
     if (const auto wrong = options.Check()) throw UsageError(*wrong);
-    PatchDatabase database = OpenToWrite(path_, out);
+    patchdb::PatchDatabase database = OpenToWrite(path_, out);
     ReadPhotos(camera_, patterns_, path_, database, &photos_);
     if (!date_.empty()) control_.about.date = date_;
     if (!provenance_.empty()) control_.about.provenance = provenance_;
@@ -169,7 +213,7 @@ class AddGcpVerb : public PatchdbVerb {
  private:
   std::string path_, camera_, date_, provenance_;
   std::vector<std::string> patterns_;
-  PhotosToHarvest photos_;
+  block::PhotosToHarvest photos_;
   ControlToAdd control_;
 };
 

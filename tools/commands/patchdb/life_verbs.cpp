@@ -4,18 +4,18 @@
 #include <CLI/CLI.hpp>
 #include <ostream>
 
-#include "core/error.h"
+#include "core/base/error.h"
 #include "patchdb/maintenance/life.h"
-#include "tools/patchdb/filter_options.h"
-#include "tools/patchdb/verb.h"
-#include "tools/patchdb_to_write.h"
+#include "tools/commands/patchdb/filter_options.h"
+#include "tools/commands/patchdb/verb.h"
+#include "tools/commands/patchdb_to_write.h"
 
 namespace orient {
 namespace {
 
 class LifeVerb : public PatchdbVerb {
  public:
-  LifeVerb(const char* name, const char* summary, PatchLife before)
+  LifeVerb(const char* name, const char* summary, patchdb::PatchLife before)
       : name_(name), summary_(summary), before_(before) {}
 
   CLI::App* Declare(CLI::App& app) override {
@@ -23,19 +23,20 @@ class LifeVerb : public PatchdbVerb {
     verb->add_option("DB", path_, "Patch database")->required();
     choice_.DeclarePlace(*verb);
     choice_.DeclareRules(*verb);
-    if (before_ == PatchLife::kRetired) choice_.DeclareRetired(*verb);
+    if (before_ == patchdb::PatchLife::kRetired) choice_.DeclareRetired(*verb);
     verb->add_flag("--apply", apply_, "Do it; otherwise only say what would be done");
     DeclareMore(*verb);
     return verb;
   }
   void Run(std::ostream& out) override {
-    PatchDatabase database =
-        apply_ ? OpenToWrite(path_, out) : PatchDatabase::Open(path_, PatchDatabase::Mode::kRead);
-    PatchFilter filter = choice_.Filter(database);
+    patchdb::PatchDatabase database =
+        apply_ ? OpenToWrite(path_, out)
+               : patchdb::PatchDatabase::Open(path_, patchdb::PatchDatabase::Mode::kRead);
+    patchdb::PatchFilter filter = choice_.Filter(database);
     if (!filter.HasRule())
       throw UsageError(std::string(name_) + " needs --id or a rule that says which patches");
     filter.life = before_;
-    const std::vector<std::int64_t> ids = ChooseIds(database, filter);
+    const std::vector<std::int64_t> ids = patchdb::ChooseIds(database, filter);
     if (!apply_) {
       out << ids.size() << " patches would be " << Done() << "; give --apply to do it\n";
       PrintIds(ids, out);
@@ -47,7 +48,7 @@ class LifeVerb : public PatchdbVerb {
  protected:
   virtual void DeclareMore(CLI::App&) {}
   virtual const char* Done() const = 0;
-  virtual int Change(PatchDatabase& database, const std::vector<std::int64_t>& ids) = 0;
+  virtual int Change(patchdb::PatchDatabase& database, const std::vector<std::int64_t>& ids) = 0;
 
  private:
   static void PrintIds(const std::vector<std::int64_t>& ids, std::ostream& out) {
@@ -60,7 +61,7 @@ class LifeVerb : public PatchdbVerb {
 
   const char* name_;
   const char* summary_;
-  PatchLife before_;
+  patchdb::PatchLife before_;
   std::string path_;
   FilterOptions choice_{"all"};
   bool apply_ = false;
@@ -70,15 +71,15 @@ class RetireVerb : public LifeVerb {
  public:
   RetireVerb()
       : LifeVerb("retire", "Take patches out of use; they stay in the database",
-                 PatchLife::kActive) {}
+                 patchdb::PatchLife::kActive) {}
 
  protected:
   void DeclareMore(CLI::App& verb) override {
     verb.add_option("--reason", reason_, "Kept with them");
   }
   const char* Done() const override { return "retired"; }
-  int Change(PatchDatabase& database, const std::vector<std::int64_t>& ids) override {
-    return RetirePatches(database, ids, reason_);
+  int Change(patchdb::PatchDatabase& database, const std::vector<std::int64_t>& ids) override {
+    return patchdb::RetirePatches(database, ids, reason_);
   }
 
  private:
@@ -87,23 +88,25 @@ class RetireVerb : public LifeVerb {
 
 class RestoreVerb : public LifeVerb {
  public:
-  RestoreVerb() : LifeVerb("restore", "Put retired patches to use again", PatchLife::kRetired) {}
+  RestoreVerb()
+      : LifeVerb("restore", "Put retired patches to use again", patchdb::PatchLife::kRetired) {}
 
  protected:
   const char* Done() const override { return "restored"; }
-  int Change(PatchDatabase& database, const std::vector<std::int64_t>& ids) override {
-    return RestorePatches(database, ids);
+  int Change(patchdb::PatchDatabase& database, const std::vector<std::int64_t>& ids) override {
+    return patchdb::RestorePatches(database, ids);
   }
 };
 
 class PruneVerb : public LifeVerb {
  public:
-  PruneVerb() : LifeVerb("prune", "Delete retired patches for good", PatchLife::kRetired) {}
+  PruneVerb()
+      : LifeVerb("prune", "Delete retired patches for good", patchdb::PatchLife::kRetired) {}
 
  protected:
   const char* Done() const override { return "deleted"; }
-  int Change(PatchDatabase& database, const std::vector<std::int64_t>& ids) override {
-    return DeleteRetiredPatches(database, ids);
+  int Change(patchdb::PatchDatabase& database, const std::vector<std::int64_t>& ids) override {
+    return patchdb::DeleteRetiredPatches(database, ids);
   }
 };
 

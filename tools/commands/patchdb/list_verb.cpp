@@ -3,9 +3,9 @@
 #include <CLI/CLI.hpp>
 #include <ostream>
 
-#include "tools/patchdb/filter_options.h"
-#include "tools/patchdb/summary_csv.h"
-#include "tools/patchdb/verb.h"
+#include "tools/commands/patchdb/filter_options.h"
+#include "tools/commands/patchdb/summary_csv.h"
+#include "tools/commands/patchdb/verb.h"
 
 namespace orient {
 namespace {
@@ -19,13 +19,15 @@ class ListVerb : public PatchdbVerb {
     return verb;
   }
   void Run(std::ostream& out) override {
-    const PatchDatabase database = PatchDatabase::Open(path_, PatchDatabase::Mode::kRead);
+    const patchdb::PatchDatabase database =
+        patchdb::PatchDatabase::Open(path_, patchdb::PatchDatabase::Mode::kRead);
     PrintSummaryHeader(out);
     out << "\n";
-    VisitPatches(database, choice_.Filter(database), [&](const PatchSummary& patch) {
-      PrintSummary(patch, out);
-      out << "\n";
-    });
+    patchdb::VisitPatches(database, choice_.Filter(database),
+                          [&](const patchdb::PatchSummary& patch) {
+                            PrintSummary(patch, out);
+                            out << "\n";
+                          });
   }
 
  private:

@@ -4,12 +4,12 @@
 #include <filesystem>
 #include <ostream>
 
-#include "core/error.h"
+#include "core/base/error.h"
 #include "patchdb/maintenance/merge.h"
-#include "tools/patchdb/filter_options.h"
-#include "tools/patchdb/verb.h"
-#include "tools/patchdb_to_write.h"
-#include "tools/progress.h"
+#include "tools/commands/patchdb/filter_options.h"
+#include "tools/commands/patchdb/verb.h"
+#include "tools/commands/patchdb_to_write.h"
+#include "tools/commands/progress.h"
 
 namespace orient {
 namespace {
@@ -29,23 +29,25 @@ class TakeVerb : public PatchdbVerb {
     std::error_code error;
     if (std::filesystem::equivalent(path_, other_, error))
       throw UsageError("DB and OTHER are one file; give two");
-    const PatchDatabase other = PatchDatabase::Open(other_, PatchDatabase::Mode::kRead);
-    PatchDatabase database = OpenToWrite(path_, out);
-    std::unique_ptr<Progress> progress;
-    const MergeResult result = MergeDatabase(database, other, Options(), [&](int, int total) {
-      if (!progress) progress = std::make_unique<Progress>(name_, total);
-      progress->Advance();
-    });
+    const patchdb::PatchDatabase other =
+        patchdb::PatchDatabase::Open(other_, patchdb::PatchDatabase::Mode::kRead);
+    patchdb::PatchDatabase database = OpenToWrite(path_, out);
+    std::unique_ptr<ProgressLine> progress;
+    const patchdb::MergeResult result =
+        patchdb::MergeDatabase(database, other, Options(), [&](int, int total) {
+          if (!progress) progress = std::make_unique<ProgressLine>(name_, total);
+          progress->Advance();
+        });
     progress.reset();
     Print(result, out);
   }
 
  protected:
   virtual void DeclareMore(CLI::App&) {}
-  virtual MergeOptions Options() const = 0;
+  virtual patchdb::MergeOptions Options() const = 0;
 
  private:
-  static void Print(const MergeResult& result, std::ostream& out) {
+  static void Print(const patchdb::MergeResult& result, std::ostream& out) {
     out << result.added << " patches of " << result.sources << " new sources added\n";
     const auto also = [&](std::int64_t count, const char* text) {
       if (count > 0) out << count << text << "\n";
@@ -67,7 +69,7 @@ class MergeVerb : public TakeVerb {
   MergeVerb() : TakeVerb("merge", "Take over the patches of another database") {}
 
  protected:
-  MergeOptions Options() const override { return {}; }
+  patchdb::MergeOptions Options() const override { return {}; }
 };
 
 class UpdateVerb : public TakeVerb {
@@ -78,9 +80,9 @@ class UpdateVerb : public TakeVerb {
   void DeclareMore(CLI::App& verb) override {
     verb.add_flag("--add", add_, "Keep the older views in use beside the newer ones");
   }
-  MergeOptions Options() const override {
-    MergeOptions options;
-    options.policy = add_ ? MergePolicy::kAdd : MergePolicy::kReplace;
+  patchdb::MergeOptions Options() const override {
+    patchdb::MergeOptions options;
+    options.policy = add_ ? patchdb::MergePolicy::kAdd : patchdb::MergePolicy::kReplace;
     return options;
   }
 

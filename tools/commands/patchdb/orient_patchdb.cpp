@@ -5,10 +5,10 @@
 #include <filesystem>
 #include <ostream>
 
-#include "patchdb/patch_database.h"
-#include "tools/commands.h"
-#include "tools/patchdb/verb.h"
-#include "tools/summary_table.h"
+#include "patchdb/store/patch_database.h"
+#include "tools/commands/commands.h"
+#include "tools/commands/patchdb/verb.h"
+#include "tools/commands/summary_table.h"
 
 namespace orient {
 namespace {
@@ -26,7 +26,7 @@ class CreateVerb : public PatchdbVerb {
     std::error_code error;  // WKT is longer than any file's name may be
     const bool is_file = std::filesystem::is_regular_file(crs_, error);
     const Crs crs = is_file ? Crs::FromFile(crs_) : Crs::Parse(crs_, "--crs");
-    PatchDatabase::Create(path_, crs);
+    patchdb::PatchDatabase::Create(path_, crs);
     out << path_ << " made, CRS " << crs.Name() << "\n";
   }
 
@@ -42,8 +42,9 @@ class InfoVerb : public PatchdbVerb {
     return verb;
   }
   void Run(std::ostream& out) override {
-    const PatchDatabase database = PatchDatabase::Open(path_, PatchDatabase::Mode::kRead);
-    const PatchDatabaseInfo info = database.Info();
+    const patchdb::PatchDatabase database =
+        patchdb::PatchDatabase::Open(path_, patchdb::PatchDatabase::Mode::kRead);
+    const patchdb::PatchDatabaseInfo info = database.Info();
     out << "CRS       " << info.crs_name << "\nschema    version " << info.schema_version
         << "\npatches   " << info.patches << "\nretired   " << info.retired << "\nattempts  "
         << info.attempts << "\nsources   " << info.sources << "\n";
@@ -52,7 +53,7 @@ class InfoVerb : public PatchdbVerb {
           << " to " << Fixed(info.extent.max_x, 1) << " " << Fixed(info.extent.max_y, 1) << "\n";
     if (info.sources == 0) return;
     SummaryTable table({"source", "kind", "date", "gsd [m]"});
-    for (const PatchSource& source : database.Sources())
+    for (const patchdb::PatchSource& source : database.Sources())
       table.AddRow(
           {source.name, Name(source.kind), source.date.value_or("-"), Fixed(source.gsd_m, 3)});
     out << "\n";

@@ -1,16 +1,18 @@
 // orient patchdb query: the patches in a box, in a polygon, or that a photo should see.
 
+#include <fmt/format.h>
+
 #include <CLI/CLI.hpp>
 #include <ostream>
 
-#include "core/error.h"
+#include "core/base/error.h"
 #include "core/files/camera_file.h"
 #include "core/files/orientation_table.h"
-#include "core/geometry/photo_view.h"
-#include "tools/patchdb/filter_options.h"
-#include "tools/patchdb/summary_csv.h"
-#include "tools/patchdb/verb.h"
-#include "tools/summary_table.h"
+#include "core/terrain/photo_view.h"
+#include "tools/commands/patchdb/filter_options.h"
+#include "tools/commands/patchdb/summary_csv.h"
+#include "tools/commands/patchdb/verb.h"
+#include "tools/commands/summary_table.h"
 
 namespace orient {
 namespace {
@@ -34,12 +36,13 @@ class QueryVerb : public PatchdbVerb {
     return verb;
   }
   void Run(std::ostream& out) override {
-    const PatchDatabase database = PatchDatabase::Open(path_, PatchDatabase::Mode::kRead);
-    PatchFilter filter = choice_.Filter(database);
+    const patchdb::PatchDatabase database =
+        patchdb::PatchDatabase::Open(path_, patchdb::PatchDatabase::Mode::kRead);
+    patchdb::PatchFilter filter = choice_.Filter(database);
     PrintSummaryHeader(out);
     if (photo_.empty()) {
       out << "\n";
-      return VisitPatches(database, filter, [&](const PatchSummary& patch) {
+      return patchdb::VisitPatches(database, filter, [&](const patchdb::PatchSummary& patch) {
         PrintSummary(patch, out);
         out << "\n";
       });
@@ -48,7 +51,7 @@ class QueryVerb : public PatchdbVerb {
     const Camera camera = ReadCameraFile(camera_).camera;
     const Pose pose = PoseOf(database);
     Narrow(camera, pose, &filter);
-    VisitPatches(database, filter, [&](const PatchSummary& patch) {
+    patchdb::VisitPatches(database, filter, [&](const patchdb::PatchSummary& patch) {
       const auto photo = PhotoFromGround(camera, pose, patch.ground_m);
       if (!photo || !camera.InFrame(*photo)) return;
       PrintSummary(patch, out);
@@ -57,18 +60,18 @@ class QueryVerb : public PatchdbVerb {
   }
 
  private:
-  Pose PoseOf(const PatchDatabase& database) const {
+  Pose PoseOf(const patchdb::PatchDatabase& database) const {
     const OrientationTable table = ReadOrientationTable(orientation_);
     if (table.crs && !table.crs->SameAs(database.GroundCrs()))
-      throw InputError(orientation_ + " is in " + table.crs->Name() + ", " + path_ + " in " +
-                       database.GroundCrs().Name() + "; both must be in one CRS");
+      throw InputError(fmt::format("{} is in {}, {} in {}; both must be in one CRS", orientation_,
+                                   table.crs->Name(), path_, database.GroundCrs().Name()));
     const OrientationRow* row = table.Find(PhotoName(photo_));
     if (row == nullptr)
       throw InputError(orientation_ + " has no row for photo '" + PhotoName(photo_) + "'");
     return row->pose;
   }
   // To what the frame can show at all, so that the spatial index can help.
-  void Narrow(const Camera& camera, const Pose& pose, PatchFilter* filter) const {
+  void Narrow(const Camera& camera, const Pose& pose, patchdb::PatchFilter* filter) const {
     const auto seen = FootprintBounds(camera, pose, kLowestGround_m,
                                       std::min(kHighestGround_m, pose.position_m.z() - 1));
     if (!seen)

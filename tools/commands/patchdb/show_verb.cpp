@@ -3,12 +3,12 @@
 #include <CLI/CLI.hpp>
 #include <ostream>
 
-#include "core/error.h"
-#include "core/imaging/picture_text.h"
-#include "core/imaging/raster.h"
-#include "tools/patchdb/filter_options.h"
-#include "tools/patchdb/spare_databases.h"
-#include "tools/patchdb/verb.h"
+#include "core/base/error.h"
+#include "core/raster/picture_text.h"
+#include "core/raster/raster.h"
+#include "tools/commands/patchdb/filter_options.h"
+#include "tools/commands/patchdb/spare_databases.h"
+#include "tools/commands/patchdb/verb.h"
 
 namespace orient {
 namespace {
@@ -27,12 +27,12 @@ class ChipSheet {
         height_((count + columns_ - 1) / columns_ * kCellHeight),
         rgb_(static_cast<std::size_t>(width_) * static_cast<std::size_t>(height_) * 3, 255) {}
 
-  void Add(const Patch& patch) {
+  void Add(const patchdb::Patch& patch) {
     const int col = next_ % columns_ * kCellWidth + kGap;
     const int row = next_ / columns_ * kCellHeight + kGap;
     ++next_;
     Draw(patch, col, row);
-    const bool active = patch.life == PatchLife::kActive;
+    const bool active = patch.life == patchdb::PatchLife::kActive;
     std::string text = std::to_string(patch.id);
     if (!active) text += " retired";
     DrawText(text, col, row + kTile + kText - 3, 9, active ? kActive : kRetired, width_, &rgb_);
@@ -41,7 +41,7 @@ class ChipSheet {
 
  private:
   // Stretches the grey range of the chip to black and white; nearest pixel; no data stays white.
-  void Draw(const Patch& patch, int left, int top) {
+  void Draw(const patchdb::Patch& patch, int left, int top) {
     float low = std::numeric_limits<float>::infinity(), high = -low;
     for (const float value : patch.chip.values) {
       low = std::fmin(low, value);
@@ -80,8 +80,9 @@ class ShowVerb : public PatchdbVerb {
   }
   void Run(std::ostream& out) override {
     RefuseToReplaceDatabase({picture_});
-    const PatchDatabase database = PatchDatabase::Open(path_, PatchDatabase::Mode::kRead);
-    const auto ids = ChooseIds(database, choice_.Filter(database));
+    const patchdb::PatchDatabase database =
+        patchdb::PatchDatabase::Open(path_, patchdb::PatchDatabase::Mode::kRead);
+    const auto ids = patchdb::ChooseIds(database, choice_.Filter(database));
     if (ids.empty()) throw InputError(path_ + " has no such patches; nothing to show");
     const std::size_t count = std::min(ids.size(), static_cast<std::size_t>(max_));
     ChipSheet sheet(static_cast<int>(count));

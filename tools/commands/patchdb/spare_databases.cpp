@@ -1,9 +1,9 @@
-#include "tools/patchdb/spare_databases.h"
+#include "tools/commands/patchdb/spare_databases.h"
 
 #include <fstream>
 #include <string_view>
 
-#include "core/error.h"
+#include "core/base/error.h"
 
 namespace orient {
 

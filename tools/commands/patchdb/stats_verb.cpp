@@ -4,12 +4,12 @@
 #include <numeric>
 #include <ostream>
 
-#include "core/error.h"
+#include "core/base/error.h"
 #include "patchdb/maintenance/statistics.h"
-#include "tools/patchdb/geotiff.h"
-#include "tools/patchdb/spare_databases.h"
-#include "tools/patchdb/verb.h"
-#include "tools/summary_table.h"
+#include "tools/commands/patchdb/geotiff.h"
+#include "tools/commands/patchdb/spare_databases.h"
+#include "tools/commands/patchdb/verb.h"
+#include "tools/commands/summary_table.h"
 
 namespace orient {
 namespace {
@@ -19,10 +19,11 @@ std::string Share(std::int64_t part, std::int64_t whole) {
   return Fixed(100.0 * static_cast<double>(part) / static_cast<double>(whole), 1);
 }
 
-void PrintSuccesses(const char* title, const std::vector<SuccessCount>& groups, std::ostream& out) {
+void PrintSuccesses(const char* title, const std::vector<patchdb::SuccessCount>& groups,
+                    std::ostream& out) {
   if (groups.empty()) return;
   SummaryTable table({title, "attempts", "matched", "matched [%]"});
-  for (const SuccessCount& group : groups)
+  for (const patchdb::SuccessCount& group : groups)
     table.AddRow({group.group, std::to_string(group.attempts), std::to_string(group.matched),
                   Share(group.matched, group.attempts)});
   out << "\n";
@@ -41,10 +42,11 @@ class StatsVerb : public PatchdbVerb {
   }
   void Run(std::ostream& out) override {
     RefuseToReplaceDatabase({density_});
-    const PatchDatabase database = PatchDatabase::Open(path_, PatchDatabase::Mode::kRead);
-    const PatchStatistics statistics = CountEverything(database);
+    const patchdb::PatchDatabase database =
+        patchdb::PatchDatabase::Open(path_, patchdb::PatchDatabase::Mode::kRead);
+    const patchdb::PatchStatistics statistics = patchdb::CountEverything(database);
     SummaryTable sources({"source", "kind", "date", "patches", "retired"});
-    for (const SourceCount& source : statistics.sources)
+    for (const patchdb::SourceCount& source : statistics.sources)
       sources.AddRow({source.name, source.kind, source.date.empty() ? "-" : source.date,
                       std::to_string(source.patches), std::to_string(source.retired)});
     sources.Print(out);
@@ -52,7 +54,7 @@ class StatsVerb : public PatchdbVerb {
     PrintSuccesses("month", statistics.by_season, out);
     if (!statistics.retired.empty()) {
       SummaryTable reasons({"retired because", "patches"});
-      for (const SuccessCount& reason : statistics.retired)
+      for (const patchdb::SuccessCount& reason : statistics.retired)
         reasons.AddRow(
             {reason.group.empty() ? "-" : reason.group, std::to_string(reason.attempts)});
       out << "\n";
@@ -62,8 +64,8 @@ class StatsVerb : public PatchdbVerb {
   }
 
  private:
-  void PrintDensity(const PatchDatabase& database, std::ostream& out) const {
-    const DensityGrid grid = CountDensity(database, cell_m_);
+  void PrintDensity(const patchdb::PatchDatabase& database, std::ostream& out) const {
+    const patchdb::DensityGrid grid = patchdb::CountDensity(database, cell_m_);
     const auto filled =
         std::count_if(grid.counts.begin(), grid.counts.end(), [](int count) { return count > 0; });
     if (filled > 0) {

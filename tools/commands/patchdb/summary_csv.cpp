@@ -1,7 +1,7 @@
-#include "tools/patchdb/summary_csv.h"
+#include "tools/commands/patchdb/summary_csv.h"
 
 #include "core/files/interior_table.h"
-#include "tools/summary_table.h"
+#include "tools/commands/summary_table.h"
 
 namespace orient {
 namespace {
@@ -16,7 +16,7 @@ void PrintSummaryHeader(std::ostream& out) {
          "retired_reason";
 }
 
-void PrintSummary(const PatchSummary& patch, std::ostream& out) {
+void PrintSummary(const patchdb::PatchSummary& patch, std::ostream& out) {
   out << patch.id << "," << patch.source_id;
   for (int i = 0; i < 3; ++i) out << "," << Fixed(patch.ground_m[i], 3);
   for (int i = 0; i < 3; ++i) out << "," << Fixed(patch.sigma_m[i], 3);
@@ -24,7 +24,7 @@ void PrintSummary(const PatchSummary& patch, std::ostream& out) {
   for (const auto& value : {patch.roundness, patch.distinctness, patch.persistence, patch.relief_px,
                             patch.lean_px, patch.quality})
     out << "," << Cell(value);
-  const SuccessBelief belief = patch.Belief();
+  const patchdb::SuccessBelief belief = patch.Belief();
   out << "," << patch.views << "," << Name(patch.life) << "," << Fixed(belief.Mean(), 3) << ","
       << Fixed(belief.Sigma(), 3) << "," << CsvCell(patch.source_date.value_or("")) << ","
       << CsvCell(patch.source_name) << "," << CsvCell(patch.retired_reason);

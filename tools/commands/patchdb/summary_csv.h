@@ -4,12 +4,12 @@
 #include <ostream>
 #include <string>
 
-#include "patchdb/selection.h"
+#include "patchdb/store/selection.h"
 
 namespace orient {
 
 // Both without the line's end, so that a verb may add columns.
 void PrintSummaryHeader(std::ostream& out);
-void PrintSummary(const PatchSummary& patch, std::ostream& out);
+void PrintSummary(const patchdb::PatchSummary& patch, std::ostream& out);
 
 }  // namespace orient

@@ -1,4 +1,4 @@
-#include "tools/patchdb/verb.h"
+#include "tools/commands/patchdb/verb.h"
 
 namespace orient {
 

@@ -1,10 +1,10 @@
-#include "tools/patchdb/control_table.h"
+#include "tools/commands/patchdb/control_table.h"
 
 #include <gtest/gtest.h>
 
 #include <fstream>
 
-#include "core/error.h"
+#include "core/base/error.h"
 #include "tests/support/shared_data.h"
 
 namespace orient {

@@ -1,4 +1,4 @@
-#include "tools/patchdb/filter_options.h"
+#include "tools/commands/patchdb/filter_options.h"
 
 #include <gtest/gtest.h>
 

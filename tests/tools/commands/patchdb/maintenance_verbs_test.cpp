@@ -4,7 +4,7 @@
 #include <filesystem>
 #include <fstream>
 
-#include "core/imaging/raster.h"
+#include "core/raster/raster.h"
 #include "tests/support/made_up_patches.h"
 #include "tests/support/older_patchdb.h"
 #include "tests/support/run_orient.h"

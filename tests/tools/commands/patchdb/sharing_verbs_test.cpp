@@ -4,8 +4,8 @@
 #include <filesystem>
 #include <fstream>
 
-#include "core/files/atomic_write.h"
-#include "core/imaging/raster.h"
+#include "core/base/atomic_write.h"
+#include "core/raster/raster.h"
 #include "tests/support/made_up_patches.h"
 #include "tests/support/run_orient.h"
 #include "tests/support/shared_data.h"
@@ -40,7 +40,8 @@ TEST_F(SharingVerbsTest, ExportsEveryForm) {
   ASSERT_TRUE(chip.GeoTransform());
   EXPECT_NEAR((*chip.GeoTransform())[0], 500100 - 15.5 * 0.5, 1e-6);
   EXPECT_NEAR((*chip.GeoTransform())[3], 5000000 + 15.5 * 0.5, 1e-6);
-  EXPECT_EQ(PatchDatabase::Open(part, PatchDatabase::Mode::kRead).Info().patches, 2);
+  EXPECT_EQ(patchdb::PatchDatabase::Open(part, patchdb::PatchDatabase::Mode::kRead).Info().patches,
+            2);
   EXPECT_EQ(RunOrient({"patchdb", "export", path_, "--csv", csv}).exit_code, 1);
   EXPECT_EQ(RunOrient({"patchdb", "export", path_}).exit_code, 1);
 }
@@ -48,9 +49,9 @@ TEST_F(SharingVerbsTest, ExportsEveryForm) {
 TEST_F(SharingVerbsTest, MergeAndUpdateSayWhatTheyDid) {
   const std::string other = folder_ / "other.gpkg";
   {
-    PatchDatabase database = PatchDatabase::Create(other, MadeUpCrs());
-    PatchSource source = MadeUpSource("2020.tif", "2020");
-    std::vector<Patch> patches = {MadeUpPatch(500101, 5000000, 77)};
+    patchdb::PatchDatabase database = patchdb::PatchDatabase::Create(other, MadeUpCrs());
+    patchdb::PatchSource source = MadeUpSource("2020.tif", "2020");
+    std::vector<patchdb::Patch> patches = {MadeUpPatch(500101, 5000000, 77)};
     database.AddSource(source, patches);
   }
   const ProgramRun update = RunOrient({"patchdb", "update", path_, other});

@@ -1,0 +1,221 @@
+#include "block/block.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <filesystem>
+#include <map>
+
+#include "block/inputs/approximations.h"
+#include "block/inputs/block_files.h"
+#include "block/stages/adjustment_stage.h"
+#include "block/stages/exterior_inputs.h"
+#include "block/stages/exterior_stage.h"
+#include "block/stages/interior_stage.h"
+#include "block/stages/neighbour_stage.h"
+#include "block/stages/tie_stage.h"
+#include "block/verdict/adjustment_summary.h"
+#include "block/verdict/calibrated_camera.h"
+#include "block/verdict/final_results.h"
+#include "block/verdict/pose_covariance.h"
+#include "core/files/orientation_table.h"
+
+namespace orient::block {
+namespace {
+namespace fs = std::filesystem;
+
+constexpr const char* kNoPoseCovariance =
+    "pose_covariance.csv is not written: it is for blocks whose adjustment converged, of at most "
+    "300 "
+    "photos";
+
+void OrientInteriors(const BlockInputs& inputs, ProgressListener* listener) {
+  ProgressTask progress(listener, "interior orientation",
+                        static_cast<int>(inputs.Block().photos.size()));
+  RunInterior(inputs.Interior(), [&] { progress.Advance(); });
+}
+
+// Each photo by its own patches. What is kept of earlier runs and not of now is done again, and
+// told.
+void OrientExteriors(const BlockInputs& inputs, const ResultStore& results,
+                     ProgressListener* listener, OrientedBlock* block) {
+  ExteriorRunOptions options = inputs.Exterior(results.Folder());
+  options.resume = true;
+  options.next_photos = [&](const std::vector<ExteriorResult>& so_far, OrientationTable* table) {
+    std::vector<std::size_t> next = NextPhotos(inputs, so_far);
+    *table = inputs.Approximations().Table();
+    return next;
+  };
+  ProgressTask progress(listener, "exterior orientation",
+                        static_cast<int>(inputs.Block().photos.size()));
+  std::map<std::string, std::vector<std::string>> changed;
+  RunExterior(
+      options, [&] { progress.Advance(); }, &changed);
+  std::map<std::string, std::string> photos;  // by what of their inputs has changed
+  for (const auto& [photo, what] : changed) {
+    std::string& names = photos[TextOfInputs(what)];
+    names += (names.empty() ? "" : ", ") + photo;
+  }
+  for (const auto& [what, names] : photos)
+    block->messages.push_back(
+        fmt::format("oriented again, since their inputs changed ({}): {}", what, names));
+}
+
+std::vector<BlockPhotoFile> ReadPhotos(const BlockInputs& inputs, const ResultStore& results) {
+  std::vector<BlockPhotoFile> photos;
+  for (const std::string& path : inputs.Block().photos)
+    photos.push_back(ReadBlockPhoto(path, results.PathOf(PhotoName(path)), inputs.Camera(),
+                                    inputs.Marks(), inputs.OutputDirectory()));
+  // An earlier run's picture of a photo that has no patches any more.
+  std::error_code ignored;
+  for (const BlockPhotoFile& photo : photos)
+    if (!photo.HasPose())
+      fs::remove(fs::path(inputs.OutputDirectory()) / (photo.name + ".patches.png"), ignored);
+  return photos;
+}
+
+int CountPosed(const std::vector<BlockPhotoFile>& photos) {
+  return static_cast<int>(std::count_if(photos.begin(), photos.end(),
+                                        [](const BlockPhotoFile& p) { return p.HasPose(); }));
+}
+
+// Photos without patches of their own hang on their neighbours.
+void OrientByNeighbours(const BlockInputs& inputs, const BlockFolder& folder,
+                        ProgressListener* listener, OrientedBlock* block) {
+  const GroundSurface surface = SurfaceUnder(inputs.Block(), block->photos);
+  RunNeighbourStage({inputs.Exterior(""), inputs.Approximations(), inputs.Camera(), inputs.Marks(),
+                     surface, folder.Directory(), folder.StageDirectory("neighbours"), listener},
+                    &block->photos, &block->messages);
+}
+
+std::vector<TieRecord> MeasureTies(const BlockInputs& inputs, const BlockFolder& folder,
+                                   const GroundSurface& surface, ProgressListener* listener,
+                                   OrientedBlock* block) {
+  ProgressTask progress(listener, "tie points", CountPosed(block->photos));
+  const TieStage stage{block->photos,
+                       inputs.Camera().camera,
+                       surface,
+                       inputs.Shared(),
+                       ResultStore(folder.StageDirectory("ties"), ".ties.json"),
+                       inputs.Options().jobs};
+  return RunTieStage(
+      stage, [&] { progress.Advance(); }, &block->messages);
+}
+
+// GNSS and approximations make no photo ok, and keep no block from coming to rest.
+AdjustedBlock AdjustAndJudge(const AdjustmentInputs& inputs, OrientedBlock* block) {
+  AdjustedBlock adjusted = AdjustPhotos(inputs);
+  block->results = FinalResults(inputs, adjusted);
+  if (inputs.known.Empty()) return adjusted;
+  AdjustmentInputs without = inputs;
+  without.known = {};
+  AdjustedBlock by_control = AdjustPhotos(without);
+  std::vector<ExteriorResult> results = FinalResults(without, by_control);
+  if (adjusted.result.converged && !by_control.result.converged) {
+    HoldAllToControl(&block->results);
+    return adjusted;
+  }
+  if (adjusted.result.converged || !by_control.result.converged) {
+    HoldToControl(results, &block->results);
+    return adjusted;
+  }
+  block->results = std::move(results);
+  block->messages.emplace_back(
+      "with GNSS and approximations as observations the block does not converge: adjusted "
+      "without them");
+  return by_control;
+}
+
+void Adjust(const BlockInputs& inputs, const std::vector<TieRecord>& ties,
+            const GroundSurface& surface, OrientedBlock* block) {
+  const BlockAdjustmentChoice& settings = inputs.Block().adjustment;
+  const AdjustmentInputs given{block->photos,
+                               ties,
+                               inputs.Camera().camera,
+                               surface,
+                               inputs.Block().patchdb,
+                               settings,
+                               inputs.Approximations().Observations()};
+  const AdjustedBlock adjusted = AdjustAndJudge(given, block);
+  const std::string& out = inputs.OutputDirectory();
+  WriteCalibratedCamera(out, inputs.Camera(), adjusted.result);
+  if (!WritePoseCovariance(out, settings.pose_covariance, adjusted, block->results))
+    block->messages.emplace_back(kNoPoseCovariance);
+  if (adjusted.result.converged && !adjusted.result.cameras.empty())
+    block->camera.camera = adjusted.result.cameras.front();
+  block->messages.insert(block->messages.end(), adjusted.result.messages.begin(),
+                         adjusted.result.messages.end());
+  block->adjusted = SummaryOf(adjusted, block->messages);
+  block->summary = Summarize(*block->adjusted, block->photos);
+}
+
+// The photos' own results are final, and what an earlier adjustment left is not true any more.
+void TakeOwnResults(const BlockInputs& inputs, OrientedBlock* block) {
+  const std::string& out = inputs.OutputDirectory();
+  block->results = OwnResults(block->photos);
+  fs::remove(AdjustmentResultPath(out));
+  fs::remove(CalibratedCameraPath(out));
+  fs::remove(PoseCovariancePath(out));
+  if (inputs.Block().adjustment.pose_covariance) block->messages.emplace_back(kNoPoseCovariance);
+}
+
+// A final result is made from the whole block, and never kept.
+void ForgetStages(std::vector<ExteriorResult>* results) {
+  for (ExteriorResult& result : *results) {
+    result.made_from.clear();
+    result.earth_k1.reset();
+    result.asked_of_neighbours.reset();
+  }
+}
+
+void AddUnusable(const BlockInputs& inputs, OrientedBlock* block) {
+  for (const UnusablePhoto& photo : inputs.Block().unusable) {
+    ExteriorResult failed;
+    failed.photo = photo.name;
+    failed.findings = {
+        {.reason = Reason::kUnusableInBlock, .at_best = Status::kFailed, .where = photo.reason}};
+    block->results.push_back(std::move(failed));
+  }
+}
+
+void NameNeedlessApproximations(const BlockInputs& inputs, OrientedBlock* block) {
+  const std::vector<std::string>& needless = inputs.Approximations().Needless();
+  const std::vector<std::string>& more = inputs.Approximations().Messages();
+  block->messages.insert(block->messages.end(), more.begin(), more.end());
+  if (needless.empty()) return;
+  if (IsOrientationTable(inputs.Block().approximations)) block->not_there = needless;
+  constexpr std::size_t kMostNames = 5;
+  std::string names;
+  for (std::size_t i = 0; i < std::min(needless.size(), kMostNames); ++i)
+    names += (i > 0 ? ", " : "") + needless[i];
+  if (needless.size() > kMostNames) names += ", ...";
+  block->messages.push_back(inputs.Block().approximations + " has " +
+                            std::to_string(needless.size()) +
+                            (needless.size() == 1 ? " photo that is" : " photos that are") +
+                            " not in the block: " + names);
+}
+
+}  // namespace
+
+OrientedBlock Orient(const BlockInputs& inputs, const BlockFolder& folder,
+                     ProgressListener* listener) {
+  const ResultStore exterior = ExteriorStore(folder.StageDirectory("exterior"));
+  OrientedBlock block;
+  block.camera = inputs.Camera();
+  if (inputs.IsFilm()) OrientInteriors(inputs, listener);
+  OrientExteriors(inputs, exterior, listener, &block);
+  block.photos = ReadPhotos(inputs, exterior);
+  if (inputs.Block().adjustment.ties && block.photos.size() > 1 && CountPosed(block.photos) > 0) {
+    OrientByNeighbours(inputs, folder, listener, &block);
+    const GroundSurface surface = SurfaceUnder(inputs.Block(), block.photos);
+    const auto ties = MeasureTies(inputs, folder, surface, listener, &block);
+    if (!ties.empty()) Adjust(inputs, ties, surface, &block);
+  }
+  if (!block.adjusted) TakeOwnResults(inputs, &block);
+  ForgetStages(&block.results);
+  AddUnusable(inputs, &block);
+  NameNeedlessApproximations(inputs, &block);
+  return block;
+}
+
+}  // namespace orient::block

@@ -1,0 +1,33 @@
+// The output folder of a block while a run works in it.
+#pragma once
+
+#include <string>
+
+#include "core/base/folder_lock.h"
+
+namespace orient::block {
+
+class BlockFolder {
+ public:
+  // Makes the folder, locks it, clears away what killed runs left half-written, and marks it as
+  // unfinished. Without `resume` the results of all stages are forgotten. Throws InputError: it
+  // cannot be made, or another program works in it.
+  BlockFolder(std::string directory, bool resume);
+
+  const std::string& Directory() const { return directory_; }
+  // Where a stage keeps its results ("exterior", "ties").
+  std::string StageDirectory(const std::string& stage) const;
+  // The run is through, and all its files are written.
+  void Finish() const;
+
+ private:
+  std::string directory_;
+  FolderLock lock_;
+};
+
+std::string StageDirectory(const std::string& block_directory, const std::string& stage);
+
+// Whether a run into this folder was interrupted before its end.
+bool IsUnfinished(const std::string& block_directory);
+
+}  // namespace orient::block

@@ -1,0 +1,138 @@
+// What a bundle block adjustment gives: poses, ground points, the state of every observation,
+// tests, and what the result is worth.
+#pragma once
+
+#include <Eigen/Core>
+#include <cstddef>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "core/geometry/camera.h"
+#include "core/geometry/pose.h"
+
+namespace orient::block {
+
+enum class ObservationState {
+  kUsed,
+  kRejected,   // gross error found by snooping
+  kHeldOut,    // of a check patch
+  kAlone,      // its point has no second ray and no control
+  kWeakAngle,  // the rays left of its point meet under next to no angle
+  kUnusable,   // behind the camera, or its photo takes no part
+};
+const char* Name(ObservationState state);
+
+struct ObservationResult {
+  ObservationState state = ObservationState::kUnusable;
+  Eigen::Vector2d residual_px = Eigen::Vector2d::Zero();  // measured - computed
+  double w = 0;           // length of the residual over its standard deviation (chi, 1 or 2 d.o.f.)
+  double redundancy = 0;  // r of its two coordinates together, 0..2; 0: no error of it would show
+};
+
+enum class PhotoState {
+  kAdjusted,
+  kNoDatum,       // its part has too little control and prior for position, attitude and scale
+  kUndetermined,  // too few or too badly placed observations
+};
+const char* Name(PhotoState state);
+
+struct AdjustedPhoto {
+  PhotoState state = PhotoState::kUndetermined;
+  Pose pose;  // the approximation where it is not adjusted
+  Matrix6d covariance = Matrix6d::Zero();
+  int part = 0;                                    // index into BlockResult::parts
+  int observations = 0;                            // used
+  std::optional<Eigen::Vector3d> gnss_residual_m;  // measured - computed
+  double gnss_w = 0, prior_w = 0;  // as w of an observation: chi of 3 and of 6 degrees of freedom
+  bool gnss_rejected = false, prior_rejected = false;
+  // What the film's transform had to give: d(a11 a12 a21 a22 t1 t2), mm.
+  Vector6d interior_correction = Vector6d::Zero();
+};
+
+struct AdjustedPoint {
+  bool adjusted = false;
+  Eigen::Vector3d ground_m = Eigen::Vector3d::Zero();
+  Eigen::Matrix3d covariance_m2 = Eigen::Matrix3d::Zero();
+  int rays = 0;  // used
+  // Control: measured - computed, over its standard deviation (chi of three d.o.f.). The ground of
+  // a control patch whose rays are good and whose residual is not is rejected and the point a tie.
+  Eigen::Vector3d control_residual_m = Eigen::Vector3d::Zero();
+  double control_w = 0;
+  bool control_rejected = false;
+};
+
+// Photos that are connected by ties or by control.
+struct BlockPart {
+  std::vector<std::size_t> photos;
+  int control_points = 0;   // used
+  bool has_datum = false;   // position, attitude and scale follow from control, GNSS and priors
+  bool by_control = false;  // at least three control points not on one line
+  std::string message;      // plain words; empty where nothing is to be said
+};
+
+struct VarianceComponent {
+  std::string group;       // tie image, control image, control ground, gnss, pose prior
+  double factor = 1;       // of the stated variances
+  double redundancy = 0;   // degrees of freedom
+  double sigma0_px = 0;    // image groups: of one coordinate of average stated weight
+  bool estimated = false;  // false: too little redundancy, the stated variances stand
+};
+
+// A check patch: its ground point intersected from the photos, its image predicted.
+struct CheckPatch {
+  std::size_t point = 0;
+  int rays = 0;
+  std::optional<Eigen::Vector3d> ground_residual_m;  // control - intersected; two rays or more
+  std::vector<std::size_t> observations;
+  std::vector<Eigen::Vector2d> image_residuals_px;  // measured - predicted from the control
+};
+
+enum class CalibrationState { kEstimated, kInsignificant, kNotDetermined };
+const char* Name(CalibrationState state);
+
+struct CalibrationParameter {
+  std::size_t camera = 0;
+  std::string name;  // principal_distance_mm, principal_point_x_mm, ..._y_mm, k1, k2, k3
+  double value = 0;  // to be added to the camera's; 0 where it is not estimated
+  double sigma = 0;
+  double t = 0;  // |value| / sigma when it was tested
+  CalibrationState state = CalibrationState::kInsignificant;
+};
+
+struct StripGnss {
+  std::string strip;
+  Eigen::Vector3d shift_m = Eigen::Vector3d::Zero(), shift_sigma_m = Eigen::Vector3d::Zero();
+  // Where the model has it.
+  std::optional<Eigen::Vector3d> drift_m, drift_sigma_m;
+};
+
+struct BlockTimings {  // wall clock, seconds
+  double setup = 0, solve = 0, snooping = 0, covariance = 0;
+  double ceres = 0;  // the part of solve that Ceres reports
+  int solves = 0, iterations = 0;
+};
+
+struct BlockResult {
+  // Poses, tests and what is used converged together; otherwise nothing here may be trusted.
+  bool converged = false;
+  std::vector<AdjustedPhoto> photos;            // as in the block
+  std::vector<AdjustedPoint> points;            // as in the block
+  std::vector<ObservationResult> observations;  // as in the block
+  std::vector<BlockPart> parts;
+  double sigma0 = 0;      // sqrt(v'Pv / redundancy) with the stated weights
+  double redundancy = 0;  // degrees of freedom
+  std::vector<VarianceComponent> components;
+  std::vector<CheckPatch> checks;
+  std::vector<Camera> cameras;  // with the calibration applied
+  std::vector<CalibrationParameter> calibration;
+  std::vector<StripGnss> strips;
+  // Of all adjusted poses together, six rows each in the order of `covariance_photos`; empty where
+  // it was not asked for or would be too large.
+  Eigen::MatrixXd pose_covariance;
+  std::vector<std::size_t> covariance_photos;
+  BlockTimings timings;
+  std::vector<std::string> messages;  // what a person should know, in plain sentences
+};
+
+}  // namespace orient::block

@@ -1,0 +1,43 @@
+// The block adjustment between files: what goes in from the photos' results, ties and the patch
+// database, and what each photo's final result is.
+#pragma once
+
+#include <map>
+#include <string>
+#include <vector>
+
+#include "block/bundle/adjustment.h"
+#include "block/inputs/block_photos.h"
+#include "block/inputs/pose_observations.h"
+#include "block/ties/tie_file.h"
+#include "core/terrain/ground_surface.h"
+
+namespace orient::block {
+
+struct AdjustmentInputs {
+  const std::vector<BlockPhotoFile>& photos;
+  const std::vector<TieRecord>& ties;
+  const Camera& camera;
+  const GroundSurface& surface;
+  std::string patchdb;
+  BlockAdjustmentChoice choice;
+  PoseObservations known = {};
+};
+
+// What was adjusted and what came out; indices of `block` go through `photo_of` to those of the
+// inputs' photos.
+struct AdjustedBlock {
+  BlockToAdjust block;
+  BlockResult result;
+  std::vector<std::size_t> photo_of;
+  std::size_t ties = 0;                       // the first so many points are ties
+  std::map<std::int64_t, std::size_t> patch;  // point of a control patch
+  // Sightings of check patches that their photo's own orientation had told for gross errors, so
+  // that they are not among the checks.
+  int checks_rejected_alone = 0;
+};
+
+// Throws InputError where the patch database cannot be read.
+AdjustedBlock AdjustPhotos(const AdjustmentInputs& inputs);
+
+}  // namespace orient::block

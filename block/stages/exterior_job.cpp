@@ -1,0 +1,222 @@
+#include "block/stages/exterior_job.h"
+
+#include <fmt/format.h>
+
+#include <Eigen/Dense>
+#include <algorithm>
+#include <cmath>
+#include <filesystem>
+
+#include "block/inputs/approximations.h"
+#include "block/inputs/height_check.h"
+#include "block/inputs/scan_interior.h"
+#include "block/pictures/patch_sheet.h"
+#include "core/base/error.h"
+#include "core/files/orientation_table.h"
+#include "core/raster/raster.h"
+#include "core/terrain/footprint.h"
+#include "exterior/judge.h"
+#include "exterior/orient_photo.h"
+#include "exterior/principal_distance.h"
+#include "exterior/search/search_prior.h"
+#include "exterior/steps/predict.h"
+#include "patchdb/store/patch_database.h"
+
+namespace orient::block {
+namespace {
+namespace fs = std::filesystem;
+
+ExteriorResult Failed(const std::string& photo, const Finding& why) {
+  ExteriorResult result;
+  result.photo = photo;
+  result.status = Status::kFailed;
+  result.findings = {why};
+  return result;
+}
+
+Finding Because(Reason reason, std::string where) {
+  return {.reason = reason, .at_best = Status::kFailed, .where = std::move(where)};
+}
+
+Matrix6d PriorCovariance(const OrientationRow& row, const ExteriorRunOptions& options) {
+  return SigmaOfApproximation(row, options.position_sigma_m, options.attitude_sigma_rad,
+                              options.kappa_sigma_rad)
+      .cwiseAbs2()
+      .asDiagonal();
+}
+
+// Empty where the photo's ground has heights, otherwise why not.
+std::optional<Finding> WithoutHeights(const ExteriorSetting& setting, const Pose& pose) {
+  const Ray nadir{pose.position_m, -Eigen::Vector3d::UnitZ()};
+  const auto axis =
+      GroundRayFromPhoto(setting.camera.camera, pose, setting.camera.camera.principal_point_mm);
+  if (axis && setting.surface.Intersect(*axis)) return std::nullopt;
+  if (setting.surface.Intersect(nadir)) return std::nullopt;
+  const Eigen::Vector3d& at = pose.position_m;
+  const auto ground = setting.surface.HeightAt(at.x(), at.y());
+  const std::string& table = setting.options.approximations;
+  if (ground && *ground >= at.z())
+    return Finding{Reason::kBelowGround, Status::kFailed, at.z(), *ground,
+                   table.empty() ? "" : " in " + table};
+  return Because(
+      Reason::kOutsideDem,
+      fmt::format("{} does not cover the photo: it has no height at its centre, x {:.9g}, "
+                  "y {:.9g}",
+                  setting.options.dem, std::round(at.x()), std::round(at.y())));
+}
+
+// What is told about a photo beyond its orientation: for maps, reports and people.
+void Illustrate(const ExteriorSetting& setting, const ScanInterior& interior,
+                const exterior::PhotoImage& image, const std::vector<patchdb::Patch>& patches,
+                ExteriorResult* result) {
+  result->width = image.Width();
+  result->height = image.Height();
+  if (!result->pose) return;
+  const auto position = std::find_if(
+      interior.positions.begin(), interior.positions.end(),
+      [&](const exterior::FilmPosition& p) { return p.orientation == result->orientation; });
+  PhotoView view{setting.camera.camera, position->photo_from_pixel, *result->pose,
+                 position->film_correction};
+  if (const auto& estimated = result->principal_distance)
+    view.camera.principal_distance_mm = estimated->value_mm;
+  result->footprint_m = Footprint(view, setting.surface);
+  const fs::path pictures = setting.options.pictures.value_or(setting.options.out);
+  WritePatchSheet((pictures / (result->photo + ".patches.png")).string(), view, image, patches,
+                  *result);
+}
+
+std::vector<patchdb::Patch> PatchesUnder(const ExteriorSetting& setting,
+                                         const exterior::PhotoToOrient& photo,
+                                         const PosePrior& prior, double sigmas) {
+  const Bounds footprint =
+      exterior::UncertainFootprint(setting.camera.camera, prior, setting.surface.MinHeight(),
+                                   setting.surface.MaxHeight(), sigmas);
+  std::vector<patchdb::Patch> patches =
+      patchdb::PatchDatabase::Open(setting.options.patchdb, patchdb::PatchDatabase::Mode::kRead)
+          .FindPatchesIn(footprint);
+  if (setting.options.further_patches) {
+    const std::vector<patchdb::Patch> further =
+        setting.options.further_patches(photo.name, footprint);
+    patches.insert(patches.end(), further.begin(), further.end());
+  }
+  return patches;
+}
+
+ExteriorResult WithoutPatches(const ExteriorSetting& setting,
+                              const exterior::PhotoToOrient& photo) {
+  return Failed(photo.name, exterior::NoPatches(setting.options.patchdb));
+}
+
+bool AccuracyIsStated(const ExteriorSetting& setting, const OrientationRow& row) {
+  const ExteriorRunOptions& options = setting.options;
+  return options.accuracy_is_stated &&
+         (row.sigma || options.position_sigma_m || options.attitude_sigma_rad);
+}
+
+ExteriorResult OrientAsStated(const ExteriorSetting& setting, const exterior::PhotoToOrient& photo,
+                              const exterior::PhotoImage& image,
+                              std::vector<patchdb::Patch>* patches) {
+  *patches = PatchesUnder(setting, photo, photo.prior, 3);
+  if (patches->empty()) return WithoutPatches(setting, photo);
+  return exterior::OrientPhoto(photo, image, *patches);
+}
+
+// What could not be oriented within the approximation's accuracy, or has none: the whole photo at
+// every kappa, with the patches of a wider region. `before`: what was found without.
+ExteriorResult OrientWidely(const ExteriorSetting& setting, const exterior::PhotoToOrient& photo,
+                            const exterior::PhotoImage& image, const ExteriorResult& before,
+                            bool vague, std::vector<patchdb::Patch>* patches) {
+  constexpr double kSigmas = 2;
+  *patches = PatchesUnder(setting, photo,
+                          exterior::Widened(photo.prior, setting.surface.MeanHeight()), kSigmas);
+  if (patches->empty()) return vague ? WithoutPatches(setting, photo) : before;
+  exterior::OrientPhotoOptions options;
+  options.wide = true;
+  ExteriorResult result = exterior::OrientPhoto(photo, image, *patches, options);
+  if (vague || result.pose) return result;
+  // What was tried in vain after what.
+  result = before;
+  exterior::Add({Reason::kNothingAlikeAfterPrior, Status::kFailed}, &result);
+  return result;
+}
+
+// A DEM's heights that are wrong by less than this many pixels on the ground are not worth a word.
+constexpr double kHeightTolerancePx = 4;
+
+double GroundPixel(const ExteriorSetting& setting, const PhotoView& view) {
+  return view.PixelSize() / view.camera.principal_distance_mm *
+         std::abs(view.pose.position_m.z() - setting.surface.MeanHeight());
+}
+
+Finding WithoutApproximation(const ExteriorRunOptions& options, const std::string& name) {
+  return Because(
+      Reason::kNoApproximation,
+      options.approximations.empty()
+          ? "its file says no position (EXIF), and no strip of the block file has it; give a table "
+            "of approximations, or name it in its strip"
+          : fmt::format("{} has no row '{}'; add one or leave the photo out",
+                        options.approximations, name));
+}
+
+ExteriorResult OrientOne(const ExteriorSetting& setting, const std::string& path) {
+  const std::string name = PhotoName(path);
+  const OrientationRow* row = setting.approximations.Find(name);
+  if (row == nullptr) return Failed(name, WithoutApproximation(setting.options, name));
+  const Raster raster = Raster::Open(path);
+  const bool digital = setting.camera.camera.kind == CameraKind::kDigital;
+  const ScanInterior interior =
+      digital ? DigitalGeometry(setting.camera.camera, raster)
+              : FilmGeometry(setting.camera, setting.marks, raster,
+                             InteriorResultPath(*setting.options.interior, name));
+  if (StatusOf(interior.findings) == Status::kFailed)
+    return Failed(name, interior.findings.front());
+  const PosePrior prior{row->pose, PriorCovariance(*row, setting.options)};
+  const bool vague = exterior::IsVague(setting.camera.camera, prior, setting.surface.MeanHeight());
+  const auto without_heights = WithoutHeights(setting, row->pose);
+  if (!vague && without_heights) return Failed(name, *without_heights);
+
+  const exterior::PhotoImage image(raster, interior.negative);
+  const exterior::PhotoToOrient photo{name,
+                                      setting.camera.camera,
+                                      interior.positions,
+                                      prior,
+                                      AccuracyIsStated(setting, *row),
+                                      CoveredAreas(setting.camera, setting.marks),
+                                      &setting.surface};
+  std::vector<patchdb::Patch> patches;
+  ExteriorResult result;
+  if (!vague) result = OrientAsStated(setting, photo, image, &patches);
+  exterior::OrientPhotoOptions as_oriented;
+  as_oriented.wide = !result.pose;
+  if (!result.pose) result = OrientWidely(setting, photo, image, result, vague, &patches);
+  if (setting.options.principal_distance_sigma_mm)
+    result = exterior::OrientWithPrincipalDistance(photo, image, patches, as_oriented, result,
+                                                   *setting.options.principal_distance_sigma_mm);
+  CheckHeights(setting.surface, patches,
+               kHeightTolerancePx *
+                   GroundPixel(setting, {photo.camera, photo.positions.front().photo_from_pixel,
+                                         prior.pose}),
+               &result);
+  for (const Finding& finding : interior.findings) exterior::Add(finding, &result);
+  Illustrate(setting, interior, image, patches, &result);
+  return result;
+}
+
+}  // namespace
+
+ExteriorResult OrientFromFiles(const ExteriorSetting& setting, const std::string& path) {
+  try {
+    return OrientOne(setting, path);
+  } catch (const InputError& error) {
+    return Failed(PhotoName(path), Because(Reason::kPhotoUnusable, error.what()));
+  } catch (const std::bad_alloc&) {
+    return Failed(PhotoName(path),
+                  Because(Reason::kPhotoUnusable, "out of memory; use fewer --jobs"));
+  } catch (const std::exception& error) {
+    return Failed(PhotoName(path),
+                  Because(Reason::kPhotoUnusable,
+                          std::string("internal error, please report it: ") + error.what()));
+  }
+}
+
+}  // namespace orient::block

@@ -1,0 +1,70 @@
+#include "block/stages/exterior_learning.h"
+
+#include <filesystem>
+
+#include "block/inputs/digest.h"
+#include "block/inputs/exposure_date.h"
+#include "core/base/atomic_write.h"
+#include "core/base/error.h"
+
+namespace orient::block {
+namespace {
+namespace fs = std::filesystem;
+
+patchdb::PatchDatabase OpenForFeedback(const std::string& path) {
+  try {
+    return patchdb::PatchDatabase::Open(path, patchdb::PatchDatabase::Mode::kWrite);
+  } catch (const InputError& error) {
+    throw InputError(std::string(error.what()) +
+                     "; the patch database cannot be written: give --no-feedback, or a copy that "
+                     "can");
+  }
+}
+
+// Returns why the database could not be told; empty: it was, or there was nothing to tell.
+std::string Feedback(patchdb::PatchDatabase& database, const std::string& path, CameraKind kind,
+                     const ExteriorResult& result) {
+  std::vector<patchdb::MatchAttempt> attempts;
+  for (const PatchResult& patch : result.patches)
+    if (patch.state != PatchState::kNotVisible)
+      attempts.push_back({patch.id, result.photo, std::string(Name(patch.state)), patch.ncc,
+                          patch.residual_px, patch.reason, std::nullopt,
+                          std::string(Name(result.status)), patch.predicted, patch.pixel, ""});
+  if (attempts.empty()) return "";
+  try {
+    const std::string digest = DigestOfFile(path);
+    const auto date = ExposureDate(path, kind);
+    for (patchdb::MatchAttempt& attempt : attempts) {
+      attempt.photo_digest = digest;
+      attempt.photo_date = date;
+    }
+    database.RecordAttempts(attempts);
+  } catch (const InputError& error) {
+    return error.what();
+  }
+  return "";
+}
+
+}  // namespace
+
+Learning::Learning(const std::string& patchdb, const std::string& directory, bool resume)
+    : directory_(directory),
+      database_(OpenForFeedback(patchdb)),
+      note_((fs::path(directory) / "not_yet_learnt").string()),
+      interrupted_(resume && fs::exists(note_)) {
+  WriteFileAtomically(note_, "the patch database has not learnt from these results yet\n");
+}
+
+void Learning::Tell(const std::vector<std::string>& photos, const std::vector<char>& fresh,
+                    CameraKind kind, std::vector<ExteriorResult>* results) {
+  for (std::size_t i = 0; i < results->size(); ++i) {
+    if (!fresh[i] && !interrupted_) continue;
+    const std::string why_not = Feedback(database_, photos[i], kind, (*results)[i]);
+    if (why_not.empty()) continue;
+    (*results)[i].findings.push_back({.reason = Reason::kNotLearnt, .where = why_not});
+    WriteExteriorResult(directory_, (*results)[i]);
+  }
+  fs::remove(note_);
+}
+
+}  // namespace orient::block

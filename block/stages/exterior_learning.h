@@ -1,0 +1,36 @@
+// What a run of exterior orientation tells the patch database.
+#pragma once
+
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "core/files/results.h"
+#include "core/geometry/camera.h"
+#include "patchdb/store/patch_database.h"
+
+namespace orient::block {
+
+// The patch database learns when all photos are done: what one photo teaches must not change how
+// the next one is sought, or results would depend on their order and on interruptions. A note in
+// the folder outlives a killed run; the next one tells what that one found, too.
+class Learning {
+ public:
+  // `directory`: of the results; `resume`: what an interrupted run found there is told, too. Throws
+  // InputError where the database cannot be written: before hours of work, not after the first
+  // photo.
+  Learning(const std::string& patchdb, const std::string& directory, bool resume);
+
+  // `photos`: their scans' paths, in the order of the results. `fresh`: results of this run. What
+  // cannot be told does not take a photo's orientation away.
+  void Tell(const std::vector<std::string>& photos, const std::vector<char>& fresh, CameraKind kind,
+            std::vector<ExteriorResult>* results);
+
+ private:
+  std::string directory_;
+  patchdb::PatchDatabase database_;
+  std::string note_;
+  bool interrupted_ = false;  // an earlier run, before it told anything
+};
+
+}  // namespace orient::block

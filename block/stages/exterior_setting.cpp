@@ -1,0 +1,125 @@
+#include "block/stages/exterior_setting.h"
+
+#include <algorithm>
+
+#include "block/inputs/approximations.h"
+#include "block/inputs/block_camera.h"
+#include "block/inputs/film_pixel.h"
+#include "block/inputs/mark_shapes.h"
+#include "core/base/error.h"
+#include "core/base/median.h"
+#include "exterior/steps/predict.h"
+#include "patchdb/store/patch_database.h"
+
+namespace orient::block {
+namespace {
+
+// Where the photos' footprints may lie, so that only that part of the DEM is read.
+Bounds Region(const OrientationTable& table, const Camera& camera,
+              const ExteriorRunOptions& options) {
+  Bounds region = Bounds::OfNothing();
+  for (const std::string& path : options.photos) {
+    const OrientationRow* row = table.Find(PhotoName(path));
+    if (row == nullptr) continue;
+    const double height = std::max(100.0, row->pose.position_m.z() - kLowestGround_m);
+    const Vector6d sigma = SigmaOfApproximation(*row, options.position_sigma_m, std::nullopt);
+    const double reach = 1.5 * height * camera.FrameRadius() / camera.principal_distance_mm +
+                         3 * sigma.head<2>().maxCoeff();
+    region.Include(row->pose.position_m.x() - reach, row->pose.position_m.y() - reach);
+    region.Include(row->pose.position_m.x() + reach, row->pose.position_m.y() + reach);
+  }
+  if (region.Empty() && options.approximations.empty())
+    throw InputError(
+        "nothing says where any of the photos was taken from: their files have no position (EXIF); "
+        "give a table of approximations");
+  if (region.Empty())
+    throw InputError(options.approximations +
+                     ": none of the given photos is in this table; its "
+                     "'filename' column holds file names without folder and extension");
+  return region;
+}
+
+Crs StoredCrs(const ExteriorRunOptions& options) {
+  return patchdb::PatchDatabase::Open(options.patchdb, patchdb::PatchDatabase::Mode::kRead)
+      .GroundCrs();
+}
+
+Crs BlockCrs(const ExteriorRunOptions& options, const OrientationTable& table) {
+  const Crs stored = StoredCrs(options);
+  const Crs crs = options.crs.value_or(table.crs.value_or(stored));
+  if (!crs.SameAs(stored))
+    throw InputError(options.patchdb + ": its CRS is " + stored.Name() + ", the block's is " +
+                     crs.Name() + "; use a patch database in the block's CRS");
+  if (table.crs && !table.crs->SameAs(crs))
+    throw InputError(options.approximations + ": its .prj says " + table.crs->Name() +
+                     ", the block's CRS is " + crs.Name() + "; convert the table to the block's");
+  return crs;
+}
+
+// No approximation is known worse than this.
+constexpr double kLargestSigma_m = 1e6;
+
+// No photo is taken from higher above the ground.
+constexpr double kHighestFlight_m = 30e3;
+
+// The middle one of the run's photos. Heights that cannot be true have no say: what is done about
+// the earth is the same for all photos.
+double FlyingHeight(const OrientationTable& table, const ExteriorRunOptions& options,
+                    double ground_m) {
+  std::vector<double> heights;
+  for (const std::string& path : options.photos)
+    if (const OrientationRow* row = table.Find(PhotoName(path))) {
+      const double above_m = row->pose.position_m.z() - ground_m;
+      if (above_m > 0 && above_m < kHighestFlight_m) heights.push_back(row->pose.position_m.z());
+    }
+  return heights.empty() ? ground_m : UpperMedian(std::move(heights));
+}
+
+}  // namespace
+
+ExteriorSetting PrepareExterior(const ExteriorRunOptions& options) {
+  if (!options.earth_k1) RefuseBlockCamera(options.camera, options.earth);
+  CameraFile camera = ReadCameraFile(options.camera);
+  if (camera.camera.kind == CameraKind::kFilm && !options.interior)
+    throw UsageError(options.camera +
+                     " is a film camera: name the folder with the results of 'orient interior' "
+                     "with --interior");
+  OrientationTable table =
+      options.table ? *options.table
+                    : ReadApproximations(options.approximations,
+                                         options.crs ? *options.crs : StoredCrs(options));
+  const Crs crs = BlockCrs(options, table);
+  GroundSurface surface =
+      GroundSurface::FromFile(options.dem, crs, Region(table, camera.camera, options));
+  interior::MarkShapes marks;
+  if (camera.camera.kind == CameraKind::kFilm) marks = LoadMarkShapes(camera);
+  const double ground_m = surface.MeanHeight();
+  const double own_k1 = camera.camera.earth_k1;
+  camera.camera =
+      options.earth_k1
+          ? WithEarth(camera.camera, *options.earth_k1)
+          : OverEarth(camera.camera, options.earth, FlyingHeight(table, options, ground_m),
+                      ground_m,
+                      FilmPixel_mm(camera.camera, options.photos).value_or(kFilmPixel_mm));
+  const double added_k1 = options.earth_k1.value_or(camera.camera.earth_k1 - own_k1);
+  return {options, std::move(camera), added_k1, std::move(marks), std::move(table),
+          crs,     std::move(surface)};
+}
+
+std::optional<std::string> ExteriorRunOptions::Check() const {
+  if (photos.empty()) return "no photo given";
+  if (position_sigma_m && !(*position_sigma_m > 0 && *position_sigma_m <= kLargestSigma_m))
+    return "position-sigma-m must be positive and at most 1000000";
+  if (attitude_sigma_rad && !(*attitude_sigma_rad > 0 && *attitude_sigma_rad < 3.2))
+    return "attitude-sigma-deg must lie between 0 and 180";
+  if (kappa_sigma_rad && !(*kappa_sigma_rad > 0 && *kappa_sigma_rad < 3.2))
+    return "kappa-sigma-deg must lie between 0 and 180";
+  if (principal_distance_sigma_mm && !(*principal_distance_sigma_mm > 0))
+    return "principal-distance-sigma-mm must be positive";
+  if (jobs < 0) return "jobs must not be negative";
+  return std::nullopt;
+}
+
+double EarthK1OfRun(const ExteriorRunOptions& options) { return PrepareExterior(options).earth_k1; }
+
+}  // namespace orient::block

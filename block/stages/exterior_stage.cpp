@@ -1,0 +1,168 @@
+#include "block/stages/exterior_stage.h"
+
+#include <filesystem>
+#include <map>
+#include <mutex>
+#include <numeric>
+
+#include "block/inputs/block_camera.h"
+#include "block/inputs/block_files.h"
+#include "block/stages/exterior_inputs.h"
+#include "block/stages/exterior_job.h"
+#include "block/stages/exterior_learning.h"
+#include "block/stages/jobs.h"
+#include "core/base/error.h"
+#include "core/base/output_directory.h"
+#include "core/files/adjustment_result.h"
+#include "core/files/camera_file.h"
+#include "core/files/orientation_table.h"
+
+namespace orient::block {
+namespace {
+namespace fs = std::filesystem;
+
+fs::path TablePath(const ExteriorRunOptions& options) {
+  return fs::path(options.out) / "orientation.csv";
+}
+
+OrientationTable TableOf(const std::vector<ExteriorResult>& results, const Crs& crs) {
+  OrientationTable table;
+  table.crs = crs;
+  for (const ExteriorResult& result : results)
+    if (result.pose)
+      table.rows.push_back(
+          {result.photo, *result.pose, Vector6d(result.covariance->diagonal().cwiseSqrt())});
+  return table;
+}
+
+// Goes on in a folder of its own results as the run that made them.
+void GoOnAlone(ExteriorRunOptions* options) {
+  options->inputs = InputsOfRun(*options);
+  options->keep_unsaid = true;
+  if (!options->resume) return;
+  const ResultStore results = ExteriorStore(options->out);
+  const std::vector<std::string> photos = OwnResultsFirst(results, options->photos);
+  RequireSameInputs(results, photos, options->inputs);
+  if (!options->earth_k1) options->earth_k1 = EarthK1Of(results, photos);
+}
+
+// Where each photo asks its neighbours for patches.
+class AskedAreas {
+ public:
+  void Note(const std::string& photo, const Bounds& area) {
+    const std::lock_guard<std::mutex> lock(mutex_);
+    Bounds& all = areas_.try_emplace(photo, Bounds::OfNothing()).first->second;
+    all.Include(area.min_x, area.min_y);
+    all.Include(area.max_x, area.max_y);
+  }
+  std::optional<Bounds> Of(const std::string& photo) {
+    const std::lock_guard<std::mutex> lock(mutex_);
+    const auto found = areas_.find(photo);
+    return found == areas_.end() ? std::nullopt : std::optional(found->second);
+  }
+
+ private:
+  std::mutex mutex_;
+  std::map<std::string, Bounds> areas_;
+};
+
+// `asked` outlives the options.
+void NoteWhatIsAsked(ExteriorRunOptions* options, AskedAreas* asked) {
+  if (!options->further_patches) return;
+  options->further_patches = [asked, lent = options->further_patches](const std::string& photo,
+                                                                      const Bounds& area) {
+    asked->Note(photo, area);
+    return lent(photo, area);
+  };
+}
+
+// What an earlier run left that would not belong to this one's results.
+void RemoveStale(const ExteriorRunOptions& options) {
+  // What a block's run left here is true of other poses.
+  fs::remove(AdjustmentResultPath(options.out));
+  for (const char* file : {kQuicklookFile, kSeamsFile, kCalibratedCameraFile, kPoseCovarianceFile})
+    fs::remove(fs::path(options.out) / file);
+  // What a run that ends early leaves must not lie beside an earlier one's poses.
+  const fs::path table = TablePath(options);
+  std::error_code ignored;
+  if (!fs::equivalent(table, options.approximations, ignored)) fs::remove(table);
+  fs::remove(BlockCameraPath(options.out));
+}
+
+// What came of a run's photos, in their order.
+struct Oriented {
+  std::vector<ExteriorResult> results;
+  std::vector<char> fresh;  // of this run
+  std::map<std::string, std::vector<std::string>> changed;
+};
+
+Job JobOf(const ExteriorSetting& setting, const std::string& path, AskedAreas* asked,
+          ExteriorResult* result) {
+  const Inputs inputs = InputsOfPhoto(setting.options, setting.approximations, path);
+  const auto run = [=, &setting] {
+    *result = OrientFromFiles(setting, path);
+    result->made_from = inputs;
+    result->earth_k1 = setting.earth_k1;
+    result->asked_of_neighbours = asked->Of(result->photo);
+    WriteExteriorResult(setting.options.out, *result);
+  };
+  const auto keep = [=, &setting] {
+    *result = ReadExteriorResult(ExteriorResultPath(setting.options.out, PhotoName(path)));
+  };
+  return {PhotoName(path), inputs, run, keep};
+}
+
+void RunWave(const ExteriorSetting& setting, const std::vector<std::size_t>& wave,
+             AskedAreas* asked, const std::function<void()>& done, Oriented* oriented) {
+  const ExteriorRunOptions& options = setting.options;
+  const ResultStore store = ExteriorStore(options.out);
+  std::vector<Job> jobs;
+  for (const std::size_t i : wave)
+    jobs.push_back(JobOf(setting, options.photos[i], asked, &oriented->results[i]));
+  const auto known =
+      RunJobs(jobs, store, {options.jobs, options.resume, options.keep_unsaid, done});
+  for (std::size_t k = 0; k < wave.size(); ++k) {
+    const std::string& photo = jobs[k].name;
+    const bool kept = known[k].state == ResultState::kCurrent;
+    oriented->fresh[wave[k]] = kept ? 0 : 1;
+    if (!known[k].changed.empty()) oriented->changed[photo] = known[k].changed;
+  }
+}
+
+}  // namespace
+
+std::vector<ExteriorResult> RunExterior(const ExteriorRunOptions& given,
+                                        const std::function<void()>& done,
+                                        std::map<std::string, std::vector<std::string>>* changed) {
+  if (const auto wrong = given.Check()) throw UsageError(*wrong);
+  RequireOwnNames(given.photos);
+  ExteriorRunOptions options = given;
+  if (given.inputs.empty()) GoOnAlone(&options);
+  AskedAreas asked;
+  NoteWhatIsAsked(&options, &asked);
+  ExteriorSetting setting = PrepareExterior(options);
+  MakeOutputDirectory(options.out);
+  RemoveStale(options);
+  std::optional<Learning> learning;
+  if (options.feedback) learning.emplace(options.patchdb, options.out, options.resume);
+  const std::size_t count = options.photos.size();
+  Oriented oriented{std::vector<ExteriorResult>(count), std::vector<char>(count, 0), {}};
+  auto next = [&, begun = false]() mutable {
+    if (options.next_photos) return options.next_photos(oriented.results, &setting.approximations);
+    std::vector<std::size_t> all(begun ? 0 : count);
+    std::iota(all.begin(), all.end(), std::size_t{0});
+    begun = true;
+    return all;
+  };
+  for (std::vector<std::size_t> wave = next(); !wave.empty(); wave = next())
+    RunWave(setting, wave, &asked, done, &oriented);
+  if (learning)
+    learning->Tell(options.photos, oriented.fresh, setting.camera.camera.kind, &oriented.results);
+  WriteOrientationTable(TablePath(options).string(), TableOf(oriented.results, setting.crs));
+  // Photos with a principal distance of their own have no camera in common.
+  if (!options.principal_distance_sigma_mm) WriteBlockCamera(options.out, setting.camera);
+  if (changed) *changed = std::move(oriented.changed);
+  return std::move(oriented.results);
+}
+
+}  // namespace orient::block

@@ -1,0 +1,25 @@
+// Exterior orientation of many photos from files: what `orient exterior` and `orient block` share.
+#pragma once
+
+#include <functional>
+#include <map>
+#include <string>
+#include <vector>
+
+#include "block/stages/exterior_setting.h"
+#include "core/files/results.h"
+
+namespace orient::block {
+
+// Orients the photos side by side, writes each photo's <photo>.exterior.json as soon as it is done
+// and at the end orientation.csv with its .prj (photos that are ok or weak). A resumed run does
+// those again whose inputs have changed; `orient exterior` refuses to where camera, DEM or options
+// have. `done` is called once per photo, from one thread at a time. `changed`: the photos that were
+// done again, with the names of the inputs that had changed. A photo that cannot be read fails, the
+// others go on. Throws InputError for what concerns all photos: camera, tables, DEM, database, CRS,
+// results made with others; UsageError where two photos share a name.
+std::vector<ExteriorResult> RunExterior(
+    const ExteriorRunOptions& options, const std::function<void()>& done = {},
+    std::map<std::string, std::vector<std::string>>* changed = nullptr);
+
+}  // namespace orient::block

@@ -1,0 +1,75 @@
+#include "block/verdict/judge.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "core/base/chi_square.h"
+#include "exterior/judge.h"
+
+namespace orient::block {
+
+namespace {
+
+constexpr int kMinTies = 6;           // of a photo whose own patches are not enough
+constexpr double kMinRedundancy = 6;  // of its ties together: below, none could be told wrong
+constexpr double kWeakSigmaPx = 1.0;  // of a projection anywhere in the frame
+const double kMaxAloneChi2 = ChiSquareLimit(6, 1e-4);
+
+}  // namespace
+
+bool TiesContradict(const TiedPhoto& photo) {
+  return photo.comparable >= kMinTies && 2 * photo.ties_used < photo.comparable;
+}
+
+Finding TiesContradictFinding(Status at_best) { return {Reason::kTiesContradict, at_best}; }
+
+std::optional<Finding> WhyNotTied(const TiedPhoto& photo) {
+  if (photo.ties_used < kMinTies)
+    return Finding{Reason::kFewTies, Status::kFailed, photo.ties_used, kMinTies};
+  if (TiesContradict(photo)) return TiesContradictFinding(Status::kFailed);
+  if (photo.tie_redundancy < kMinRedundancy)
+    return Finding{Reason::kTiesUncontrolled, Status::kFailed, photo.tie_redundancy,
+                   kMinRedundancy};
+  if (!(photo.worst_sigma_px <= kWeakSigmaPx))
+    return Finding{Reason::kTiesImprecise, Status::kFailed, photo.worst_sigma_px, kWeakSigmaPx};
+  return std::nullopt;
+}
+
+Findings JudgeAgainstOwnPatches(const TiedPhoto& photo) {
+  Findings findings;
+  if (!(photo.worst_sigma_px <= kWeakSigmaPx))
+    findings.push_back(
+        {Reason::kPoorlyDetermined, Status::kWeak, photo.worst_sigma_px, kWeakSigmaPx});
+  if (TiesContradict(photo)) findings.push_back(TiesContradictFinding(Status::kWeak));
+  if (photo.moved_chi2 > kMaxAloneChi2)
+    findings.push_back({Reason::kMovedByBlock, Status::kWeak, std::sqrt(photo.moved_chi2),
+                        std::sqrt(kMaxAloneChi2)});
+  return findings;
+}
+
+void LiftImprecision(const TiedPhoto& photo, ExteriorResult* result) {
+  if (result->status != Status::kWeak || photo.ties_used < kMinTies ||
+      photo.tie_redundancy < kMinRedundancy)
+    return;
+  // What else is said of it, ties have not looked at.
+  if (std::erase_if(result->findings, exterior::SpeaksOfPrecision) > 0 && result->findings.empty())
+    result->status = Status::kOk;
+}
+
+void HoldTo(const ExteriorResult& held, ExteriorResult* adjusted) {
+  const std::string why = JoinedSentences(held.findings);
+  if (held.status == Status::kFailed) {
+    const bool failed_anyway = adjusted->status == Status::kFailed;
+    *adjusted = held;
+    if (!failed_anyway)
+      adjusted->findings.insert(adjusted->findings.begin(),
+                                {Reason::kFailedWithoutPriors, Status::kFailed});
+  } else if (held.status == Status::kWeak && adjusted->status == Status::kOk) {
+    exterior::Add({.reason = Reason::kWeakWithoutPriors,
+                   .at_best = Status::kWeak,
+                   .where = why.empty() ? "" : ": " + why},
+                  adjusted);
+  }
+}
+
+}  // namespace orient::block

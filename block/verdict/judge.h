@@ -1,0 +1,39 @@
+// Whether a photo of an adjusted block is ok, weak or failed, and why: every reason of the stage is
+// decided here.
+#pragma once
+
+#include <optional>
+#include <string>
+
+#include "core/files/results.h"
+
+namespace orient::block {
+
+// What the adjustment says of one photo.
+struct TiedPhoto {
+  int ties_used = 0;
+  int comparable = 0;         // of the measured ties: another photo's ray could contradict
+  double tie_redundancy = 0;  // of the used ones together
+  double worst_sigma_px = 0;  // of the adjusted pose's projection, in the frame's worst corner
+  double moved_chi2 = 0;      // from where its own patches put it; six degrees of freedom
+};
+
+// Ties enough, more than half of them contradicting the pose.
+bool TiesContradict(const TiedPhoto& photo);
+Finding TiesContradictFinding(Status at_best);
+
+// Of a photo without control of its own: why it may not be accepted; empty: it may.
+std::optional<Finding> WhyNotTied(const TiedPhoto& photo);
+
+// Of a photo that has a pose by its own patches: what speaks against its pose in the block.
+Findings JudgeAgainstOwnPatches(const TiedPhoto& photo);
+
+// A photo that was weak for nothing but its precision has that of the block, if ties and not only
+// the same few patches give it.
+void LiftImprecision(const TiedPhoto& photo, ExteriorResult* result);
+
+// `adjusted` by GNSS and approximations as observations, too; `held` without them. These make no
+// photo better than it is without.
+void HoldTo(const ExteriorResult& held, ExteriorResult* adjusted);
+
+}  // namespace orient::block

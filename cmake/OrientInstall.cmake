@@ -1,0 +1,54 @@
+# What `cmake --install` lays down: the program with its camera library, and the rooms as libraries
+# (orient::interior, orient::patchdb, orient::exterior, orient::block) with their public headers.
+
+include(CMakePackageConfigHelpers)
+
+# The program finds the library in ../share/orient/cameras from where it lies.
+install(TARGETS orient RUNTIME DESTINATION ${CMAKE_INSTALL_BINDIR})
+install(DIRECTORY data/cameras DESTINATION ${CMAKE_INSTALL_DATADIR}/orient)
+
+# A room's public headers: those named here and all that they include. All others are private.
+set(ORIENT_PUBLIC_HEADERS
+    interior/interior.h interior/camera_choice.h
+    patchdb/store/patch_database.h patchdb/store/selection.h patchdb/harvest/harvest.h
+    exterior/orient_photo.h exterior/steps/predict.h exterior/principal_distance.h
+    block/block.h block/bundle/adjustment.h block/ties/tie_points.h block/roll/roll.h
+    core/base/error.h core/files/camera_file.h core/files/orientation_table.h)
+
+function(orient_headers_with_theirs out)
+  set(known "")
+  set(open ${ARGN})
+  while(open)
+    list(POP_FRONT open header)
+    if(header IN_LIST known)
+      continue()
+    endif()
+    list(APPEND known ${header})
+    file(STRINGS ${PROJECT_SOURCE_DIR}/${header} includes REGEX "^#include \"")
+    foreach(line IN LISTS includes)
+      string(REGEX REPLACE "^#include \"([^\"]+)\".*" "\\1" included "${line}")
+      list(APPEND open ${included})
+    endforeach()
+  endwhile()
+  set(${out} ${known} PARENT_SCOPE)
+endfunction()
+
+orient_headers_with_theirs(headers ${ORIENT_PUBLIC_HEADERS})
+# An include that is new in one of them may make another header public.
+set_property(DIRECTORY APPEND PROPERTY CMAKE_CONFIGURE_DEPENDS ${headers})
+foreach(header IN LISTS headers)
+  get_filename_component(folder ${header} DIRECTORY)
+  install(FILES ${header} DESTINATION ${CMAKE_INSTALL_INCLUDEDIR}/orient/${folder})
+endforeach()
+
+install(TARGETS orient_base orient_geometry orient_terrain orient_raster orient_matching orient_files
+                orient_exchange orient_interior orient_patchdb orient_exterior orient_block
+        EXPORT orient_targets ARCHIVE DESTINATION ${CMAKE_INSTALL_LIBDIR})
+set(package_folder ${CMAKE_INSTALL_LIBDIR}/cmake/orient)
+install(EXPORT orient_targets NAMESPACE orient:: FILE orient-targets.cmake
+        DESTINATION ${package_folder})
+configure_package_config_file(cmake/orient-config.cmake.in orient-config.cmake
+                              INSTALL_DESTINATION ${package_folder})
+write_basic_package_version_file(orient-config-version.cmake COMPATIBILITY SameMinorVersion)
+install(FILES ${PROJECT_BINARY_DIR}/orient-config.cmake
+              ${PROJECT_BINARY_DIR}/orient-config-version.cmake DESTINATION ${package_folder})

@@ -1,0 +1,57 @@
+<!DOCTYPE qgis PUBLIC 'http://mrcc.com/qgis.dtd' 'SYSTEM'>
+<qgis version="3.22" styleCategories="Symbology">
+ <renderer-v2 type="categorizedSymbol" attr="state" symbollevels="0" enableorderby="0" forceraster="0">
+  <categories>
+   <category symbol="0" value="matched" label="matched" render="true"/>
+   <category symbol="1" value="rejected" label="rejected" render="true"/>
+   <category symbol="2" value="not_found" label="not_found" render="true"/>
+   <category symbol="3" value="not_visible" label="not_visible" render="true"/>
+  </categories>
+  <symbols>
+   <symbol type="marker" name="0" alpha="1" clip_to_extent="1" force_rhr="0">
+    <layer class="SimpleMarker" enabled="1" locked="0" pass="0">
+     <Option type="Map">
+      <Option type="QString" name="name" value="circle"/>
+      <Option type="QString" name="color" value="31,98,173,255"/>
+      <Option type="QString" name="outline_color" value="31,98,173,255"/>
+      <Option type="QString" name="size" value="1.6"/>
+      <Option type="QString" name="size_unit" value="MM"/>
+     </Option>
+    </layer>
+   </symbol>
+   <symbol type="marker" name="1" alpha="1" clip_to_extent="1" force_rhr="0">
+    <layer class="SimpleMarker" enabled="1" locked="0" pass="0">
+     <Option type="Map">
+      <Option type="QString" name="name" value="cross2"/>
+      <Option type="QString" name="color" value="192,45,134,255"/>
+      <Option type="QString" name="outline_color" value="192,45,134,255"/>
+      <Option type="QString" name="size" value="2.2"/>
+      <Option type="QString" name="size_unit" value="MM"/>
+     </Option>
+    </layer>
+   </symbol>
+   <symbol type="marker" name="2" alpha="1" clip_to_extent="1" force_rhr="0">
+    <layer class="SimpleMarker" enabled="1" locked="0" pass="0">
+     <Option type="Map">
+      <Option type="QString" name="name" value="circle"/>
+      <Option type="QString" name="color" value="141,151,163,255"/>
+      <Option type="QString" name="outline_color" value="141,151,163,255"/>
+      <Option type="QString" name="size" value="1.2"/>
+      <Option type="QString" name="size_unit" value="MM"/>
+     </Option>
+    </layer>
+   </symbol>
+   <symbol type="marker" name="3" alpha="1" clip_to_extent="1" force_rhr="0">
+    <layer class="SimpleMarker" enabled="1" locked="0" pass="0">
+     <Option type="Map">
+      <Option type="QString" name="name" value="circle"/>
+      <Option type="QString" name="color" value="211,216,222,255"/>
+      <Option type="QString" name="outline_color" value="211,216,222,255"/>
+      <Option type="QString" name="size" value="0.8"/>
+      <Option type="QString" name="size_unit" value="MM"/>
+     </Option>
+    </layer>
+   </symbol>
+  </symbols>
+ </renderer-v2>
+</qgis>

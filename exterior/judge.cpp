@@ -1,0 +1,70 @@
+#include "exterior/judge.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+
+namespace orient::exterior {
+
+std::optional<Finding> WhyNotAccepted(const JudgedPose& pose, const OrientPhotoOptions& options) {
+  const auto failed = [](Reason reason, std::optional<double> value = {},
+                         std::optional<double> limit = {}) {
+    return Finding{reason, Status::kFailed, value, limit};
+  };
+  if (pose.agreeing < options.min_matched)
+    return failed(Reason::kTooFewAgree, pose.agreeing, options.min_matched);
+  if (pose.places < options.min_matched)
+    return failed(Reason::kPatchesOverlap, pose.places, options.min_matched);
+  if (pose.log10_false_alarms > options.max_log10_false_alarms)
+    return failed(Reason::kAgreementMayBeChance, pose.agreeing, pose.sought);
+  if (2 * pose.agreeing < pose.matched)
+    return failed(Reason::kMostContradict, pose.agreeing, pose.matched);
+  return std::nullopt;
+}
+
+Findings Judge(const JudgedPose& pose, const OrientPhotoOptions& options) {
+  Findings findings;
+  const auto weak = [&](Reason reason, double value, double limit) {
+    findings.push_back({reason, Status::kWeak, value, limit});
+  };
+  if (pose.contradicts_prior)
+    findings.push_back({.reason = Reason::kContradictsApproximation,
+                        .at_best = pose.prior_counts ? Status::kWeak : Status::kOk,
+                        .value = pose.prior_sigmas,
+                        .where = "the patches' coordinates are"});
+  if (pose.places < options.weak_matched)
+    weak(Reason::kFewPlaces, pose.places, options.weak_matched);
+  if (pose.spread < options.weak_spread)
+    weak(Reason::kPoorSpread, 100 * pose.spread, 100 * options.weak_spread);
+  if (pose.worst_sigma_px > options.weak_projection_sigma_px)
+    weak(Reason::kPoorlyDetermined, pose.worst_sigma_px, options.weak_projection_sigma_px);
+  return findings;
+}
+
+bool SpeaksOfPrecision(const Finding& finding) {
+  return finding.reason == Reason::kPoorlyDetermined || finding.reason == Reason::kFewPlaces;
+}
+
+Finding NoPatches(const std::string& where) {
+  return {.reason = Reason::kNoPatches, .at_best = Status::kFailed, .where = where};
+}
+
+Finding NothingAlike() { return {Reason::kNothingAlike, Status::kFailed}; }
+
+Finding NoConsensus(const LoopRound& round, bool wide) {
+  if (wide)
+    return {Reason::kNothingAlike, Status::kFailed, round.matched, round.searched,
+            fmt::format(": at best {} of {} places agree, chance could produce that", round.matched,
+                        round.searched)};
+  return {Reason::kNoConsensus, Status::kFailed, round.matched, round.searched,
+          fmt::format("{:.0f} px", round.window_px)};
+}
+
+Finding TooFewPreciseMatches() { return {Reason::kTooFewPreciseMatches, Status::kFailed}; }
+
+void Add(const Finding& finding, ExteriorResult* result) {
+  result->status = std::max(result->status, finding.at_best);
+  result->findings.push_back(finding);
+}
+
+}  // namespace orient::exterior

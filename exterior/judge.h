@@ -1,0 +1,44 @@
+// Whether one photo's exterior orientation is ok, weak or failed, and why: every reason of the
+// stage is decided here.
+#pragma once
+
+#include <optional>
+#include <string>
+
+#include "core/files/results.h"
+#include "exterior/steps/photo_to_orient.h"
+
+namespace orient::exterior {
+
+// What speaks for a pose and against it.
+struct JudgedPose {
+  int sought = 0, matched = 0, agreeing = 0;  // patches at full resolution
+  int places = 0;                             // where they agree; patches that overlap are one
+  double log10_false_alarms = 0;              // of chance having led to as many
+  double spread = 0;          // 1: the agreeing patches lie all over the photo; 0: on a line
+  double worst_sigma_px = 0;  // of the projection, in the frame's worst corner
+  bool contradicts_prior = false;
+  double prior_sigmas = 0;    // how far from the approximation, in its sigmas
+  bool prior_counts = false;  // somebody vouches for its accuracy
+};
+
+// What must hold before a pose is given at all; empty: it holds.
+std::optional<Finding> WhyNotAccepted(const JudgedPose& pose, const OrientPhotoOptions& options);
+// Of an accepted pose: why it is weak, and what else should be known.
+Findings Judge(const JudgedPose& pose, const OrientPhotoOptions& options);
+
+// Whether a finding speaks of precision only: more observations, as ties in a block are, may mend
+// what it says.
+bool SpeaksOfPrecision(const Finding& finding);
+
+// Why there is no pose. `where`: the patch database.
+Finding NoPatches(const std::string& where);
+Finding NothingAlike();
+// `round`: the first one, which found too few that agree.
+Finding NoConsensus(const LoopRound& round, bool wide);
+Finding TooFewPreciseMatches();
+
+// Adds a finding; the status becomes the worst that is allowed then.
+void Add(const Finding& finding, ExteriorResult* result);
+
+}  // namespace orient::exterior

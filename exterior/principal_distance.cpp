@@ -1,0 +1,81 @@
+#include "exterior/principal_distance.h"
+
+#include <algorithm>
+#include <cmath>
+#include <map>
+
+#include "exterior/judge.h"
+#include "exterior/steps/patch_observation.h"
+
+namespace orient::exterior {
+namespace {
+
+constexpr int kMaxRounds = 4;
+constexpr double kSettledSigmas = 0.1;
+constexpr double kUndetermined = 0.7;  // of the prior's sigma is left
+
+const FilmPosition& PositionOf(const PhotoToOrient& photo, const ExteriorResult& result) {
+  return *std::find_if(photo.positions.begin(), photo.positions.end(),
+                       [&](const FilmPosition& p) { return p.orientation == result.orientation; });
+}
+
+std::optional<CorrelatedPose> Free(const PhotoToOrient& photo,
+                                   const std::vector<patchdb::Patch>& patches,
+                                   const ExteriorResult& result,
+                                   const PrincipalDistancePrior& prior) {
+  const FilmPosition& position = PositionOf(photo, result);
+  const PhotoView view = {photo.camera, position.photo_from_pixel, *result.pose,
+                          position.film_correction};
+  std::map<std::int64_t, const patchdb::Patch*> by_id;
+  for (const patchdb::Patch& patch : patches) by_id[patch.id] = &patch;
+  std::vector<PatchObservation> observations;
+  for (const PatchResult& match : result.patches)
+    if (match.state == PatchState::kMatched && match.pixel && match.sigma_px)
+      observations.push_back(ObservationOf(*by_id.at(match.id), *match.pixel,
+                                           match.sigma_px->cwiseAbs2().asDiagonal(), view));
+  if (observations.empty()) return std::nullopt;
+  return EstimateCorrelatedPose(view, photo.prior, observations,
+                                CommonErrorsOf(position, view, observations.front().ground_m.z()),
+                                prior);
+}
+
+// `first` was oriented with a principal distance that its user doubts.
+ExteriorResult NotEstimated(ExteriorResult first) {
+  if (first.pose) Add({Reason::kPrincipalDistanceNotEstimated, Status::kWeak}, &first);
+  return first;
+}
+
+}  // namespace
+
+ExteriorResult OrientWithPrincipalDistance(const PhotoToOrient& photo, const PhotoImage& image,
+                                           const std::vector<patchdb::Patch>& patches,
+                                           const OrientPhotoOptions& options,
+                                           const ExteriorResult& first, double sigma_mm) {
+  const PrincipalDistancePrior prior{photo.camera.principal_distance_mm, sigma_mm};
+  PhotoToOrient now = photo;
+  ExteriorResult result = first;
+  bool settled = false;
+  for (int round = 0; round < kMaxRounds && !settled; ++round) {
+    if (round > 0) result = OrientPhoto(now, image, patches, options);
+    const auto estimated = result.pose ? Free(now, patches, result, prior) : std::nullopt;
+    if (!estimated) return NotEstimated(first);
+    const double moved_mm = estimated->principal_distance_mm - now.camera.principal_distance_mm;
+    result.pose = estimated->pose;
+    result.covariance = estimated->honest_covariance;
+    result.principal_distance = EstimatedPrincipalDistance{estimated->principal_distance_mm,
+                                                           estimated->principal_distance_sigma_mm,
+                                                           prior.value_mm, sigma_mm};
+    settled = std::abs(moved_mm) < kSettledSigmas * estimated->principal_distance_sigma_mm;
+    now.camera.principal_distance_mm = estimated->principal_distance_mm;
+  }
+  if (!settled) Add({Reason::kPrincipalDistanceNotConverged, Status::kWeak}, &result);
+  const double found_sigma_mm = result.principal_distance->sigma_mm;
+  Add({Reason::kPrincipalDistanceEstimated, Status::kOk, result.principal_distance->value_mm,
+       prior.value_mm},
+      &result);
+  if (found_sigma_mm > kUndetermined * sigma_mm)
+    Add({Reason::kPrincipalDistanceUndetermined, Status::kOk, found_sigma_mm, sigma_mm}, &result);
+  return result;
+}
+
+}  // namespace orient::exterior

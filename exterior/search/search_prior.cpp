@@ -1,0 +1,37 @@
+#include "exterior/search/search_prior.h"
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+
+namespace orient::exterior {
+
+bool IsVague(const Camera& camera, const PosePrior& prior, double ground_height_m) {
+  constexpr double kVagueKappa_rad = 12 * std::numbers::pi / 180;
+  constexpr double kShareOfFrame = 0.1;
+  const double height = prior.pose.position_m.z() - ground_height_m;
+  if (height <= 0) return false;  // wrong, not vague
+  const Vector6d sigma = prior.covariance.diagonal().cwiseSqrt();
+  if (sigma[5] > kVagueKappa_rad) return true;
+  const double moved_mm =
+      camera.principal_distance_mm *
+      std::hypot(sigma.head<2>().maxCoeff() / height, sigma.segment<2>(3).maxCoeff());
+  return moved_mm > kShareOfFrame * camera.frame_mm.minCoeff();
+}
+
+PosePrior Widened(const PosePrior& prior, double ground_height_m) {
+  constexpr double kShareOfHeight = 0.3, kScale = 0.1;
+  constexpr double kLeastTilt_rad = 5 * std::numbers::pi / 180;
+  constexpr double kMostTilt_rad = 12 * std::numbers::pi / 180;
+  const double height = std::max(1.0, prior.pose.position_m.z() - ground_height_m);
+  PosePrior wide{prior.pose, Matrix6d(prior.covariance.diagonal().asDiagonal())};
+  for (int i = 0; i < 3; ++i)
+    wide.covariance(i, i) += std::pow((i < 2 ? kShareOfHeight : kScale) * height, 2);
+  for (int i = 3; i < 5; ++i)
+    wide.covariance(i, i) =
+        std::pow(std::clamp(std::sqrt(wide.covariance(i, i)), kLeastTilt_rad, kMostTilt_rad), 2);
+  wide.covariance(5, 5) = std::numbers::pi * std::numbers::pi;
+  return wide;
+}
+
+}  // namespace orient::exterior

@@ -1,0 +1,17 @@
+// Which photos need a search of the whole photo, and what such a search allows for.
+#pragma once
+
+#include "core/geometry/camera.h"
+#include "core/geometry/resection.h"
+
+namespace orient::exterior {
+
+// Whether the prior is too poor for search windows around the patches: kappa is open, or the
+// patches may lie anywhere in the frame. Such a photo needs OrientPhotoOptions::wide.
+bool IsVague(const Camera& camera, const PosePrior& prior, double ground_height_m);
+
+// What a wide search allows for, whatever the prior claims: any kappa, a position wrong by a third
+// of the flying height, and no more tilt than aerial photos have.
+PosePrior Widened(const PosePrior& prior, double ground_height_m);
+
+}  // namespace orient::exterior

@@ -1,0 +1,34 @@
+// Matched patches as observations of a pose: what each errs by itself, and what they share.
+#pragma once
+
+#include <Eigen/Core>
+#include <cstdint>
+
+#include "core/geometry/pose.h"
+
+namespace orient::exterior {
+
+struct PatchObservation {
+  Eigen::Vector3d ground_m;
+  Eigen::Vector2d pixel;           // scan, measured
+  Eigen::Matrix2d covariance_px2;  // of this observation alone
+  // How the ground point moves for each metre by which the heights under its source are wrong, and
+  // how wrong they may be (one sigma); zero where nothing is known.
+  Eigen::Vector3d height_effect = Eigen::Vector3d::Zero();
+  double height_sigma_m = 0;
+  // What it was cut from: observations of one source share smooth errors.
+  std::int64_t source = 0;
+};
+
+struct CommonErrors {
+  // Covariance of photo_from_pixel (a11 a12 a21 a22 t1 t2; mm), zero for digital cameras.
+  Matrix6d interior = Matrix6d::Zero();
+  // Smooth deformation of the film between its marks: one sigma, and the distance in the photo over
+  // which it fades, both in scan pixels; zero for digital cameras.
+  double film_sigma_px = 0;
+  double film_correlation_px = 1;
+  // Distance at which height errors are hardly related any more.
+  double height_correlation_m = 1000;
+};
+
+}  // namespace orient::exterior

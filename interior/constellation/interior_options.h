@@ -1,0 +1,30 @@
+// What a person says of a scan beforehand: whatever is empty is found out.
+#pragma once
+
+#include <optional>
+
+#include "core/files/results.h"
+#include "core/geometry/transform2d.h"
+#include "interior/locators/mark_search.h"
+
+namespace orient::interior {
+
+// What the scanner does to the film: next to nothing, or scales that differ by up to 2.5 % and
+// bends of a tenth of a millimetre (desktop scanners, contact prints).
+enum class Scanner { kPhotogrammetric, kDesktop };
+
+// How candidates are assigned to marks: the exact search of assignment.h, or the published local
+// method (softassign.h), whose answer stands only where no other set is as probable.
+enum class AssignmentMethod { kExact, kSoftassign };
+
+struct InteriorOptions {
+  std::optional<double> pixel_size_um;  // empty: the tag, else from the marks (JudgePixelSize)
+  std::optional<Polarity> polarity;     // empty: found out
+  std::optional<ScanOrientation> orientation;     // empty: found out or left open
+  std::optional<Scanner> scanner = std::nullopt;  // empty: found out
+  // Empty: by the drawing's kind (UsualLocator).
+  std::optional<LocatorKind> locator = std::nullopt;
+  AssignmentMethod assignment = AssignmentMethod::kExact;
+};
+
+}  // namespace orient::interior

@@ -1,0 +1,173 @@
+#include "interior/judge.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include "interior/constellation/set_evidence.h"
+#include "interior/orientation/film_orientation.h"
+
+namespace orient::interior {
+namespace {
+
+constexpr double kMaxScaleDifference = 0.03;
+constexpr double kMaxShear = 0.015;
+// Resolution tags and users are right within a percent, film and prints keep their size as well;
+// like marks of another camera lie 2 % farther out or in.
+constexpr double kMaxOffStatedSize = 0.015;
+constexpr double kStatedSigma = 0.01;             // a larger one: the pixel size was not stated
+constexpr double kMaxSigma0Photogrammetric = 60;  // um
+constexpr double kMaxSigma0Desktop = 350;         // um
+constexpr double kNotableSigma0 = 30;             // um: said, though accepted
+
+int Count(const FilmMarks& marks, MarkState state) {
+  return static_cast<int>(std::count_if(marks.begin(), marks.end(),
+                                        [&](const FilmMark& m) { return m.state == state; }));
+}
+
+Findings JudgeFilm(const FilmReading& reading, const FilmTransform& film) {
+  Findings findings;
+  const auto weak = [&](Reason reason, double value, std::optional<double> limit = {}) {
+    findings.push_back({reason, Status::kWeak, value, limit});
+  };
+  if (std::abs(film.shape.scale_difference) > kMaxScaleDifference)
+    weak(Reason::kScaleDifference, 100 * film.shape.scale_difference, 100 * kMaxScaleDifference);
+  if (std::abs(film.shape.shear_rad) > kMaxShear)
+    weak(Reason::kShear, 1e3 * film.shape.shear_rad, 1e3 * kMaxShear);
+  const double stated_um = 1e3 * reading.pixel_size.pixel_mm;
+  if (reading.pixel_size.sigma < kStatedSigma &&
+      std::abs(film.pixel_um / stated_um - 1) > kMaxOffStatedSize)
+    weak(Reason::kPixelSizeIsNotAsStated, film.pixel_um, stated_um);
+  if (reading.scanner_margin <= kMinMarginNats)
+    weak(Reason::kRivalScanner, reading.scanner_margin, kMinMarginNats);
+  if (reading.orientation_margin < kSureNats)
+    weak(Reason::kRivalScanOrientation, reading.orientation_margin, kSureNats);
+  const double limit =
+      reading.scanner == Scanner::kPhotogrammetric ? kMaxSigma0Photogrammetric : kMaxSigma0Desktop;
+  if (film.sigma0_um > limit)
+    weak(Reason::kLargeSigma0, film.sigma0_um, limit);
+  else if (film.affine && film.sigma0_um > kNotableSigma0)
+    findings.push_back({Reason::kFilmDistorted, Status::kOk, film.sigma0_um, kNotableSigma0});
+  return findings;
+}
+
+// What the used marks alone earn: marks that were rejected bear no witness.
+double NatsOfUsed(const FilmReading& reading, const FilmMarks& marks) {
+  std::vector<int> used(marks.size(), -1);
+  for (size_t i = 0; i < marks.size(); ++i)
+    if (marks[i].state == MarkState::kUsed) used[i] = reading.best.choice[i];
+  return std::min(reading.best.nats, NatsOfSet(reading.marks, reading.prior, used));
+}
+
+// Empty where nothing speaks against the set of marks. `nats`: NatsOfUsed.
+std::optional<Finding> WhyNotThere(const FilmReading& reading, int used, double nats) {
+  const auto failed = [](Reason reason, std::optional<double> value = {},
+                         std::optional<double> limit = {}) {
+    return Finding{reason, Status::kFailed, value, limit};
+  };
+  if (reading.best.Matched() < 3 || used < 3) return failed(Reason::kMarksNotFound, used, 3);
+  const double needed = MinSetNats(static_cast<int>(reading.marks.size()));
+  if (nats < needed) return failed(Reason::kMarksMayBeChance, nats, needed);
+  if (!reading.proven) return failed(Reason::kTooManyReadings);
+  if (reading.margin <= kMinMarginNats)
+    return failed(Reason::kRivalReading, reading.margin, kMinMarginNats);
+  return std::nullopt;
+}
+
+std::string NamesOf(const std::vector<ScanOrientation>& orientations) {
+  std::vector<std::string_view> names;
+  for (const ScanOrientation orientation : orientations) names.push_back(Name(orientation));
+  return fmt::format("{}", fmt::join(names, ", "));
+}
+
+}  // namespace
+
+Findings Judge(const FilmReading& reading, const FilmMarks& marks,
+               const std::optional<FilmTransform>& film) {
+  const int all = static_cast<int>(marks.size());
+  const int used = Count(marks, MarkState::kUsed);
+  const double nats = NatsOfUsed(reading, marks);
+  if (const auto why = WhyNotThere(reading, used, nats)) return {*why};
+  if (!film) return {{Reason::kMarksOnOneLine, Status::kFailed}};
+  Findings findings;
+  if (JudgeSet(all, used, nats, reading.margin) == Status::kWeak)
+    findings.push_back({Reason::kFewMarks, Status::kWeak, used, NeededMarks(all)});
+  const Findings of_film = JudgeFilm(reading, *film);
+  findings.insert(findings.end(), of_film.begin(), of_film.end());
+  return findings;
+}
+
+Finding PixelSizeIsUnsure(const InteriorResult& result) {
+  return {Reason::kPixelSizeUnsure, Status::kWeak, result.pixel_size_um.value_or(0)};
+}
+
+std::optional<Finding> JudgePixelSize(const FilmReading& reading, const InteriorResult& result) {
+  if (!result.pixel_size_um || reading.pixel_size.sigma < kStatedSigma) return std::nullopt;
+  return PixelSizeIsUnsure(result);
+}
+
+std::optional<Finding> JudgeReseau(const InteriorResult& result) {
+  const auto used = std::count_if(result.marks.begin(), result.marks.end(),
+                                  [](const auto& m) { return m.state == MarkState::kUsed; });
+  if (!result.reseau) {
+    if (used < kLeastReseauMarks) return std::nullopt;
+    return Finding{Reason::kReseauContradictory, Status::kWeak};
+  }
+  const int needed = NeededMarks(static_cast<int>(result.marks.size()));
+  const std::string figures = fmt::format("noise {:.1f} um, left-out crosses {:.1f} um",
+                                          result.reseau->noise_um, result.reseau->left_out_rms_um);
+  const int crosses = result.reseau->crosses;
+  if (crosses >= needed)
+    return Finding{Reason::kReseauCorrection, Status::kOk, crosses, needed, figures};
+  return Finding{Reason::kFewReseauCrosses, Status::kWeak, crosses, needed, figures};
+}
+
+std::optional<Finding> JudgeImageSize(const Eigen::Vector2i& image_px,
+                                      const Eigen::Vector2i& camera_px) {
+  if (image_px == camera_px) return std::nullopt;
+  return Finding{.reason = Reason::kImageSizeIsNotTheCameras,
+                 .at_best = Status::kFailed,
+                 .where = fmt::format("{} x {} pixels, the camera's image_px is {} x {}",
+                                      image_px.x(), image_px.y(), camera_px.x(), camera_px.y())};
+}
+
+Finding BlackAndWhite() { return {Reason::kBlackAndWhite, Status::kWeak}; }
+
+std::optional<Finding> JudgeGivenByLayout(ScanOrientation given, ScanOrientation best,
+                                          double nats) {
+  if (nats < kSureNats) return std::nullopt;
+  return Finding{Reason::kOrientationUnlikeLayout, Status::kWeak, nats, kSureNats,
+                 fmt::format("{}, not {}", Name(best), Name(given))};
+}
+
+std::optional<Finding> JudgeGivenBySigns(ScanOrientation given,
+                                         const std::vector<ScanOrientation>& possible) {
+  if (std::find(possible.begin(), possible.end(), given) != possible.end()) return std::nullopt;
+  return Finding{.reason = Reason::kOrientationUnlikeSigns,
+                 .at_best = Status::kWeak,
+                 .where = fmt::format("{}, not {}", NamesOf(possible), Name(given))};
+}
+
+Findings JudgeFound(bool contradictory, const std::string& dissenting,
+                    const std::vector<ScanOrientation>& possible) {
+  Findings findings;
+  if (contradictory)
+    findings.push_back({.reason = Reason::kSignsContradictory, .where = dissenting});
+  else if (!dissenting.empty())
+    findings.push_back({.reason = Reason::kSignNotClear, .where = dissenting});
+  if (possible.size() > 1)
+    findings.push_back({.reason = Reason::kOrientationOpen, .where = NamesOf(possible)});
+  return findings;
+}
+
+void Add(const Findings& findings, InteriorResult* result) {
+  result->findings.insert(result->findings.end(), findings.begin(), findings.end());
+  result->status = std::max(result->status, StatusOf(findings));
+}
+
+void Add(const std::optional<Finding>& finding, InteriorResult* result) {
+  if (finding) Add(Findings{*finding}, result);
+}
+
+}  // namespace orient::interior

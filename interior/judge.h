@@ -1,0 +1,55 @@
+// Whether one scan's interior orientation is ok, weak or failed, and why: every reason of the stage
+// is decided here.
+#pragma once
+
+#include <cstddef>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "core/files/results.h"
+#include "interior/constellation/film_reading.h"
+#include "interior/orientation/film_marks.h"
+#include "interior/orientation/film_transform.h"
+
+namespace orient::interior {
+
+// Accepted are max(4, 60 %) marks with a margin above 3 nats, clear of chance as a set, on a film
+// of plausible scale and shear. Rejected marks count neither as marks nor as evidence. Three of at
+// least four marks are at best weak.
+Findings Judge(const FilmReading& reading, const FilmMarks& marks,
+               const std::optional<FilmTransform>& film);
+
+// Weak: the marks may be those of a smaller or larger camera than the one named (squares of four
+// and rings of eight come in many sizes).
+Finding PixelSizeIsUnsure(const InteriorResult& result);
+// That, where nothing but the marks says what the pixel size is.
+std::optional<Finding> JudgePixelSize(const FilmReading& reading, const InteriorResult& result);
+
+// Of a réseau's correction: crosses enough for a réseau that give none contradict one another.
+std::optional<Finding> JudgeReseau(const InteriorResult& result);
+
+// A digital image that is not as large as its camera's.
+std::optional<Finding> JudgeImageSize(const Eigen::Vector2i& image_px,
+                                      const Eigen::Vector2i& camera_px);
+
+// A threshold moves strokes by up to a pixel, all of a mark together, and nothing shows it.
+Finding BlackAndWhite();
+
+// The marks' calibrated positions against the scan orientation that the user gave: `nats` by which
+// `best` fits better. Empty where that is not sure.
+std::optional<Finding> JudgeGivenByLayout(ScanOrientation given, ScanOrientation best, double nats);
+// Symbols and border against it: `possible` are those that they leave.
+std::optional<Finding> JudgeGivenBySigns(ScanOrientation given,
+                                         const std::vector<ScanOrientation>& possible);
+
+// Of a scan orientation that was to be found out. `dissenting` names those signs that are against
+// the decision; empty: none.
+Findings JudgeFound(bool contradictory, const std::string& dissenting,
+                    const std::vector<ScanOrientation>& possible);
+
+// Adds findings; the status becomes the worst that they allow.
+void Add(const Findings& findings, InteriorResult* result);
+void Add(const std::optional<Finding>& finding, InteriorResult* result);
+
+}  // namespace orient::interior

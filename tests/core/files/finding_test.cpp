@@ -1,0 +1,69 @@
+#include "core/files/finding.h"
+
+#include <gtest/gtest.h>
+
+#include <set>
+
+#include "core/base/atomic_write.h"
+#include "core/files/results.h"
+#include "tests/support/shared_data.h"
+
+namespace orient {
+namespace {
+
+TEST(Finding, EveryReasonHasACodeOfItsOwnAndASentence) {
+  std::set<std::string_view> codes;
+  int place = 0;
+  for (const Reason reason : AllReasons()) {
+    EXPECT_EQ(static_cast<int>(reason), place++) << "the wordings are in the order of Reason";
+    EXPECT_TRUE(codes.insert(Code(reason)).second) << Code(reason);
+    EXPECT_EQ(ReasonFromCode(Code(reason)), reason);
+    EXPECT_FALSE(Sentence({reason, Status::kWeak, 1.5, 2.5, "somewhere"}).empty());
+  }
+}
+
+TEST(Finding, TheSentenceHasItsFigures) {
+  EXPECT_EQ(Sentence({Reason::kFewMarks, Status::kWeak, 3, 4}),
+            "Only 3 marks were found, 4 are needed to be sure.");
+  EXPECT_EQ(Sentence({.reason = Reason::kStated, .where = "as it was {}"}), "as it was {}");
+}
+
+TEST(Finding, TheStatusIsTheWorstThatIsAllowed) {
+  EXPECT_EQ(StatusOf({}), Status::kOk);
+  EXPECT_EQ(StatusOf({{Reason::kFilmDistorted}, {Reason::kFewMarks, Status::kWeak}}),
+            Status::kWeak);
+  EXPECT_EQ(StatusOf({{Reason::kNoPatches, Status::kFailed}, {Reason::kFewMarks, Status::kWeak}}),
+            Status::kFailed);
+}
+
+TEST(Finding, EveryCodeIsOnItsPage) {
+  const std::string page = ReadFile(ProjectFile("docs/findings.md"));
+  for (const Reason reason : AllReasons())
+    EXPECT_NE(page.find("`" + std::string(Code(reason)) + "`"), std::string::npos) << Code(reason);
+}
+
+TEST(Finding, IsReadFromAResultAsItWasWritten) {
+  const TemporaryFolder folder;
+  ExteriorResult result;
+  result.photo = "4711";
+  result.status = Status::kFailed;
+  result.findings = {{Reason::kBelowGround, Status::kFailed, 120.5, 300.25, " in approx.csv"},
+                     {.reason = Reason::kNotLearnt, .where = "disk full"}};
+  WriteExteriorResult(folder.Path(), result);
+  EXPECT_EQ(ReadExteriorResult(ExteriorResultPath(folder.Path(), "4711")).findings,
+            result.findings);
+}
+
+TEST(Finding, OfAResultOfAnotherMakerTheMessagesStand) {
+  const TemporaryFolder folder;
+  const std::string path = folder / "1.exterior.json";
+  WriteFileAtomically(path, R"({"photo": "1", "status": "weak", "iterations": [], "patches": [],
+                               "messages": ["measured by hand"]})");
+  const Findings findings = ReadExteriorResult(path).findings;
+  ASSERT_EQ(findings.size(), 1u);
+  EXPECT_EQ(findings[0].reason, Reason::kStated);
+  EXPECT_EQ(Sentence(findings[0]), "measured by hand");
+}
+
+}  // namespace
+}  // namespace orient

@@ -1,0 +1,31 @@
+#include "tools/commands/patchdb_to_write.h"
+
+#include <ostream>
+
+#include "core/base/error.h"
+#include "patchdb/store/older_file.h"
+
+namespace orient {
+
+patchdb::PatchDatabase OpenToWrite(const std::string& path, std::ostream& out) {
+  const auto older = patchdb::OlderVersion(path);
+  patchdb::PatchDatabase database =
+      patchdb::PatchDatabase::Open(path, patchdb::PatchDatabase::Mode::kWrite);
+  if (older)
+    out << path << ": brought up to date, from schema version " << *older << " to "
+        << database.Info().schema_version << "\n";
+  return database;
+}
+
+void BringUpToDateForFeedback(const std::string& path, std::ostream& out) {
+  if (!patchdb::OlderVersion(path)) return;
+  try {
+    OpenToWrite(path, out);
+  } catch (const InputError& error) {
+    throw InputError(std::string(error.what()) +
+                     "; the patch database cannot be written: give --no-feedback, or a copy that "
+                     "can");
+  }
+}
+
+}  // namespace orient
