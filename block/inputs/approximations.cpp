@@ -95,7 +95,8 @@ class FlightIndex {
         throw InputError(where + " (photo " + row.photo + ") has no place in " + crs_.Name());
       xy = *there;
     }
-    row.pose.position_m << xy, Height(feature, *point, where);
+    const double height = Height(feature, *point, where);
+    row.pose.position_m << xy, height;
     return row;
   }
 
