@@ -25,7 +25,7 @@ struct JudgedPose {
 // What must hold before a pose is given at all; empty: it holds.
 std::optional<Finding> WhyNotAccepted(const JudgedPose& pose, const OrientPhotoOptions& options);
 // Of an accepted pose: why it is weak, and what else should be known.
-Findings Judge(const JudgedPose& pose, const OrientPhotoOptions& options);
+Findings Judge(const JudgedPose& pose);
 
 // Whether a finding speaks of precision only: more observations, as ties in a block are, may mend
 // what it says.

@@ -24,8 +24,7 @@ struct VotingPatch {
 };
 
 struct ConsensusOptions {
-  double sigma_px = 1.0;       // of a right candidate at this reduction, one coordinate
-  double inlier_sigmas = 3.0;  // a candidate within this many sigmas supports the pose
+  double sigma_px = 1.0;  // of a right candidate at this reduction, one coordinate
   int samples = 3000;
   int iterations = 3;  // of a sample's pose, from view.pose
   // How many searches like this one are made before the best of them is believed.

@@ -24,9 +24,7 @@ struct Candidate {
 };
 
 struct CandidateOptions {
-  int max_candidates = 5;
   double min_score = 0.35;
-  double min_gradient_score = 0.2;
   bool gradients = false;
 };
 
@@ -59,17 +57,7 @@ struct PreciseOptions {
   double min_score = 0.6;
   // The second-best place must be this much worse, or the patch is ambiguous.
   double min_score_gap = 0.05;
-  double max_disagreement_px = 1.0;  // between correlation and least squares
-  double max_sigma_px = 0.3;
   bool gradients = false;  // where grey values fail
-
-  // Of gradients: how many times better than the second-best place the best one must be, and how
-  // many times where grey values are best there, too. For patches of 61 px; what exceeds 1 grows
-  // as chance does with fewer pixels. Measured on orthophotos of different years: about 1 % of the
-  // patches are found at a wrong place so.
-  double min_gradient_ratio = 1.4;
-  double min_gradient_ratio_with_grey = 1.1;
-  double max_gradient_sigma_px = 0.5;
 };
 
 // NCC in the window, then least-squares matching from its peak; the two must agree. If asked for,

@@ -37,18 +37,12 @@ struct PhotoToOrient {
   const GroundSurface* surface = nullptr;  // the terrain, which may hide patches; null: none does
 };
 
+// Sides of an aligned patch at a coarse level and at full resolution.
+inline constexpr int kMinSide_px = 15;
+inline constexpr int kMaxSide_px = 61;
+
 struct OrientPhotoOptions {
-  int voting_patches = 160;   // in the coarse rounds
-  int precise_patches = 900;  // at full resolution
-  int max_precise_rounds = 5;
-  int min_side_px = 15;  // of an aligned patch at a coarse level
-  int max_side_px = 61;  // and at full resolution
   double max_log10_false_alarms = -6;
-  int min_matched = 6;                    // fewer are never accepted
-  int weak_matched = 12;                  // fewer places do not tell how precise it is: weak
-  double weak_projection_sigma_px = 1.0;  // a worse-determined pose is weak
-  // Share of the photo over which the matched patches spread; a pose of fewer is weak.
-  double weak_spread = 0.03;
   // The whole photo is searched at every kappa and several scales, whatever the approximation says.
   bool wide = false;
 };
