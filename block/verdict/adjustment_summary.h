@@ -9,7 +9,7 @@
 
 namespace orient::block {
 
-// `messages`: of all stages, the adjustment's own among them.
-AdjustmentResult SummaryOf(const AdjustedBlock& adjusted, const std::vector<std::string>& messages);
+// `findings`: of all stages, the adjustment's own among them.
+AdjustmentResult SummaryOf(const AdjustedBlock& adjusted, const Findings& findings);
 
 }  // namespace orient::block

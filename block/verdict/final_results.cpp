@@ -117,7 +117,7 @@ void UpdatePatches(const AdjustedBlock& adjusted, const std::vector<std::size_t>
          adjusted.result.observations[observation->second].state == ObservationState::kRejected);
     if (!rejected) continue;
     patch.state = PatchState::kRejected;
-    patch.reason = "does not agree with the block";
+    patch.findings = {{.reason = Reason::kPatchContradictsBlock}};
   }
 }
 
