@@ -158,7 +158,6 @@ void FillPatches(const PhotoTask& task, const PreciseRound& round, ExteriorResul
     PatchResult& patch = patches[round.observed[k]];
     const PreciseMatch& match = round.matches[round.observed[k]];
     patch.state = round.estimate->rejected[k] ? PatchState::kRejected : PatchState::kMatched;
-    patch.findings.clear();
     if (round.estimate->rejected[k]) patch.findings = {{.reason = Reason::kPatchContradictsOthers}};
     patch.pixel = match.pixel;
     patch.sigma_px = match.covariance_px2.diagonal().cwiseSqrt();
