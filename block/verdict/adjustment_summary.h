@@ -1,9 +1,6 @@
 // What block.json, the report and block.gpkg say of an adjusted block.
 #pragma once
 
-#include <string>
-#include <vector>
-
 #include "block/stages/adjustment_stage.h"
 #include "core/files/adjustment_result.h"
 
