@@ -60,7 +60,7 @@ PreciseRound MatchAll(const PhotoTask& task, const PhotoView& view, const Matrix
     if (aligned)
       round.matches[i] = MatchPrecisely(*aligned, task.image, radius, options);
     else
-      round.matches[i].reason = "the patch is too small at the photo's resolution";
+      round.matches[i].why_not = {{.reason = Reason::kPatchTooSmall}};
   };
   SideBySide(round.predictions.size(), match);
   // Another season, film or decade: where grey values find few, gradients are worth their cost and
@@ -154,13 +154,13 @@ void FillPatches(const PhotoTask& task, const PreciseRound& round, ExteriorResul
     patches[i].ground_m = task.patches[round.predictions[i].patch].ground_m;
     patches[i].predicted = round.predictions[i].pixel;
     patches[i].state = PatchState::kNotFound;
-    patches[i].reason = match.reason;
+    patches[i].findings = match.why_not;
   }
   for (std::size_t k = 0; k < round.observed.size(); ++k) {
     PatchResult& patch = patches[round.observed[k]];
     const PreciseMatch& match = round.matches[round.observed[k]];
     patch.state = round.estimate->rejected[k] ? PatchState::kRejected : PatchState::kMatched;
-    patch.reason = round.estimate->rejected[k] ? "does not agree with the other patches" : "";
+    if (round.estimate->rejected[k]) patch.findings = {{.reason = Reason::kPatchContradictsOthers}};
     patch.pixel = match.pixel;
     patch.sigma_px = match.covariance_px2.diagonal().cwiseSqrt();
     patch.residual_px = round.estimate->residuals_px[k];
@@ -171,7 +171,7 @@ void FillPatches(const PhotoTask& task, const PreciseRound& round, ExteriorResul
     patch.id = task.patches[unseen.patch].id;
     patch.ground_m = task.patches[unseen.patch].ground_m;
     patch.state = PatchState::kNotVisible;
-    patch.reason = Describe(unseen.why);
+    patch.findings = {{.reason = ReasonOf(unseen.why)}};
     patches.push_back(patch);
   }
   std::sort(patches.begin(), patches.end(),

@@ -8,6 +8,7 @@
 #include <string>
 #include <vector>
 
+#include "core/files/finding.h"
 #include "core/geometry/camera.h"
 #include "core/geometry/pose.h"
 
@@ -68,7 +69,7 @@ struct BlockPart {
   int control_points = 0;   // used
   bool has_datum = false;   // position, attitude and scale follow from control, GNSS and priors
   bool by_control = false;  // at least three control points not on one line
-  std::string message;      // plain words; empty where nothing is to be said
+  std::optional<Finding> finding = {};  // absent where nothing is to be said
 };
 
 struct VarianceComponent {
@@ -107,6 +108,9 @@ struct StripGnss {
   std::optional<Eigen::Vector3d> drift_m, drift_sigma_m;
 };
 
+// Of photos that get a covariance of all poses together.
+inline constexpr std::size_t kMostForFullCovariance = 300;
+
 struct BlockTimings {  // wall clock, seconds
   double setup = 0, solve = 0, snooping = 0, covariance = 0;
   double ceres = 0;  // the part of solve that Ceres reports
@@ -132,7 +136,7 @@ struct BlockResult {
   Eigen::MatrixXd pose_covariance;
   std::vector<std::size_t> covariance_photos;
   BlockTimings timings;
-  std::vector<std::string> messages;  // what a person should know, in plain sentences
+  Findings findings;  // what a person should know of the block as a whole
 };
 
 }  // namespace orient::block

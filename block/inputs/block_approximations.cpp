@@ -85,9 +85,9 @@ BlockApproximations::BlockApproximations(const BlockFile& block, const Camera& c
     for (const std::string& photo : strip.photos)
       if (!photos.contains(photo)) absent.push_back(photo);
   if (!absent.empty())
-    messages_.push_back(
-        fmt::format("the strips have {}{} not there, whose places stay free: {}", absent.size(),
-                    absent.size() == 1 ? " photo that is" : " photos that are", Listed(absent)));
+    remarks_.push_back({.reason = Reason::kStripPhotosAbsent,
+                        .value = static_cast<double>(absent.size()),
+                        .where = Listed(absent)});
   Fill();
 }
 
@@ -159,14 +159,13 @@ void BlockApproximations::ReadFiles() {
     other_lens.push_back(name);
   }
   if (located > 0)
-    messages_.push_back(fmt::format("{}{} located by the GNSS position in {}", located,
-                                    located == 1 ? " photo is" : " photos are",
-                                    located == 1 ? "its own file" : "their own files"));
+    remarks_.push_back(
+        {.reason = Reason::kLocatedByOwnFiles, .value = static_cast<double>(located)});
   if (!other_lens.empty())
-    messages_.push_back(
-        fmt::format("the focal length in photos' files ({:.4g} mm) is not the camera "
-                    "file's principal distance ({:.4g} mm): {}",
-                    focal_length_mm, camera_.principal_distance_mm, Listed(other_lens)));
+    remarks_.push_back({.reason = Reason::kFocalLengthIsNotTheCameras,
+                        .value = focal_length_mm,
+                        .limit = camera_.principal_distance_mm,
+                        .where = Listed(other_lens)});
 }
 
 OrientationRow BlockApproximations::WithSigma(OrientationRow row) const {

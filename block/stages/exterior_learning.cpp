@@ -28,7 +28,7 @@ std::string Feedback(patchdb::PatchDatabase& database, const std::string& path, 
   for (const PatchResult& patch : result.patches)
     if (patch.state != PatchState::kNotVisible)
       attempts.push_back({patch.id, result.photo, std::string(Name(patch.state)), patch.ncc,
-                          patch.residual_px, patch.reason, std::nullopt,
+                          patch.residual_px, JoinedSentences(patch.findings), std::nullopt,
                           std::string(Name(result.status)), patch.predicted, patch.pixel, ""});
   if (attempts.empty()) return "";
   try {

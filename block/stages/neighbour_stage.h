@@ -32,8 +32,8 @@ struct NeighbourStage {
 // lie (keypoint_stage.h); the patches alone accept. Results of earlier runs are kept where what
 // they were made from is the same.
 // `*photos` take over the poses; those that stay failed keep their own result. What stops a round
-// is told in `*messages`.
+// is told in `*findings`.
 void RunNeighbourStage(const NeighbourStage& stage, std::vector<BlockPhotoFile>* photos,
-                       std::vector<std::string>* messages);
+                       Findings* findings);
 
 }  // namespace orient::block

@@ -81,7 +81,7 @@ struct PatchResult {
   std::optional<Eigen::Vector2d> sigma_px;
   std::optional<Eigen::Vector2d> residual_px;
   std::optional<double> ncc;
-  std::string reason;
+  Findings findings;  // why it was not matched, or is not used
 };
 
 // What a photo's own orientation was, where the block adjustment has changed it.

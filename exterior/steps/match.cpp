@@ -46,9 +46,9 @@ Eigen::Vector2d ScanFromPeak(const AlignedPatch& patch, const ImageWindow& windo
   return window.RasterFromImage(peak.position + patch.Centre());
 }
 
-PreciseMatch NotFound(const std::string& reason) {
+PreciseMatch NotFound(Reason reason) {
   PreciseMatch match;
-  match.reason = reason;
+  match.why_not = {{.reason = reason}};
   return match;
 }
 
@@ -85,25 +85,25 @@ bool ComesBack(const AlignedPatch& patch, const ImageWindow& window,
 
 PreciseMatch MatchGrey(const AlignedPatch& patch, const ImageWindow& window,
                        const std::vector<Peak>& peaks, const PreciseOptions& options) {
-  if (peaks.empty()) return NotFound("no correlation peak in the search window");
+  if (peaks.empty()) return NotFound(Reason::kNoCorrelationPeak);
   const Peak& best = peaks.front();
-  if (best.score < options.min_score) return NotFound("best correlation below the threshold");
+  if (best.score < options.min_score) return NotFound(Reason::kLowCorrelation);
   if (peaks.size() > 1 && best.score - peaks[1].score < options.min_score_gap)
-    return NotFound("ambiguous: a second place correlates as well");
+    return NotFound(Reason::kCorrelationAmbiguous);
 
   LsmOptions lsm;
   lsm.geometry = LsmGeometry::kShift;
   lsm.max_shift_px = 2;
   const auto fit = MatchLeastSquares(patch.image, window.image, patch.Centre(),
                                      Affine2d{Eigen::Matrix2d::Identity(), best.position}, lsm);
-  if (!fit) return NotFound("least-squares matching did not converge");
+  if (!fit) return NotFound(Reason::kMatchingNotConverged);
   if (fit->gain <= 0 || fit->correlation < options.min_score)
-    return NotFound("least-squares matching found another texture");
+    return NotFound(Reason::kMatchingOfAnotherTexture);
   const Eigen::Vector2d peak = best.position + patch.Centre();
   if ((fit->position - peak).norm() > kMaxDisagreement_px)
-    return NotFound("correlation and least-squares matching disagree");
+    return NotFound(Reason::kMatchingDisagrees);
   if (std::sqrt(fit->covariance.trace() / 2) > kMaxSigma_px)
-    return NotFound("texture too weak for a precise position");
+    return NotFound(Reason::kTextureTooWeak);
   PreciseMatch match;
   match.pixel = window.RasterFromImage(fit->position);
   match.covariance_px2 = fit->covariance * patch.reduction * patch.reduction;
@@ -124,23 +124,22 @@ PreciseMatch MatchGradients(const AlignedPatch& patch, const ImageWindow& window
                             const std::vector<Peak>& grey) {
   const GradientChannels templ = ChannelsOf(patch.image), image = ChannelsOf(window.image);
   const std::vector<Peak> peaks = PeaksOf(CorrelateChannels(templ, image), 2, 0);
-  if (peaks.empty()) return NotFound("no gradients in the search window");
+  if (peaks.empty()) return NotFound(Reason::kNoGradients);
   const Peak& best = peaks.front();
   const bool agree =
       !grey.empty() && (grey.front().position - best.position).norm() <= kPeakDistance;
   const double ratio =
       RatioFor(patch.image.width, agree ? kMinGradientRatioWithGrey : kMinGradientRatio);
   if (peaks.size() > 1 && best.score < ratio * peaks[1].score)
-    return NotFound("ambiguous: the gradients of a second place are as like");
+    return NotFound(Reason::kGradientsAmbiguous);
 
   const auto fit = MatchChannels(templ, image, best.position, 2);
-  if (!fit) return NotFound("least-squares matching of the gradients did not converge");
+  if (!fit) return NotFound(Reason::kGradientsNotConverged);
   if ((fit->corner - best.position).norm() > kMaxDisagreement_px)
-    return NotFound("correlation and least-squares matching of the gradients disagree");
+    return NotFound(Reason::kGradientsDisagree);
   if (std::sqrt(fit->covariance.trace() / 2) > kMaxGradientSigma_px)
-    return NotFound("gradients too weak for a precise position");
-  if (!ComesBack(patch, window, fit->corner))
-    return NotFound("what was found there is found elsewhere in the patch");
+    return NotFound(Reason::kGradientsTooWeak);
+  if (!ComesBack(patch, window, fit->corner)) return NotFound(Reason::kFoundElsewhereInPatch);
 
   PreciseMatch match;
   match.pixel = window.RasterFromImage(fit->corner + patch.Centre());
@@ -213,7 +212,8 @@ PreciseMatch MatchPrecisely(const AlignedPatch& patch, const PhotoImage& photo,
   if (match.found || !options.gradients) return match;
   PreciseMatch by_gradients = MatchGradients(patch, window, grey);
   if (by_gradients.found) return by_gradients;
-  match.reason += "; " + by_gradients.reason;
+  match.why_not.insert(match.why_not.end(), by_gradients.why_not.begin(),
+                       by_gradients.why_not.end());
   return match;
 }
 

@@ -4,9 +4,9 @@
 
 #include <Eigen/Core>
 #include <optional>
-#include <string>
 #include <vector>
 
+#include "core/files/finding.h"
 #include "exterior/steps/align.h"
 #include "exterior/steps/photo_image.h"
 #include "exterior/steps/predict.h"
@@ -50,7 +50,7 @@ struct PreciseMatch {
   double ncc = 0;                  // at the least-squares position, of grey values or channels
   bool found = false;
   MatchCue cue = MatchCue::kGrey;
-  std::string reason;  // why not
+  Findings why_not;
 };
 
 struct PreciseOptions {

@@ -122,7 +122,8 @@ class BlockCommand : public Command {
         out << ", median shift " << Fixed(*shift, 2) << " px";
       out << "\n";
     }
-    for (const std::string& message : result.messages) out << "note    " << message << "\n";
+    for (const std::string& message : Sentences(result.findings))
+      out << "note    " << message << "\n";
   }
 
   std::string block_path_, library_;

@@ -285,10 +285,11 @@ ExportsOfFolder WriteExportsOf(const std::string& folder, const std::string& cam
   const ConvertSource source = ReadOrientResults(source_options);
   ExportsOfFolder exports{WriteExports(source, options), {}};
   for (const std::string& message : source.messages)
-    exports.messages.push_back("exports: " + message);
+    exports.findings.push_back({.reason = Reason::kExportSource, .where = message});
   for (const WrittenExport& written : exports.written)
     for (const std::string& note : NotesOn(written, source))
-      exports.messages.push_back(fmt::format("export {}: {}", Name(written.format), note));
+      exports.findings.push_back({.reason = Reason::kExportNote,
+                                  .where = fmt::format("{}: {}", Name(written.format), note)});
   return exports;
 }
 

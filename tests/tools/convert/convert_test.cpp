@@ -489,8 +489,9 @@ TEST_F(ConvertedBlock, IsWrittenAndChecked) {
   const ExportsOfFolder exports =
       WriteExportsOf(folder_.Path(), folder_ / "camera.toml", {"metashape", "patb"});
   EXPECT_EQ(exports.written.size(), 2u);
-  ASSERT_EQ(exports.messages.size(), 1u);
-  EXPECT_NE(exports.messages[0].find("export patb: image coordinates are free"), std::string::npos);
+  ASSERT_EQ(exports.findings.size(), 1u);
+  EXPECT_EQ(exports.findings[0].reason, Reason::kExportNote);
+  EXPECT_TRUE(exports.findings[0].where.starts_with("patb: image coordinates are free"));
   EXPECT_TRUE(fs::exists(folder_ / "exports/patb/patb.ori"));
   EXPECT_THROW(WriteExportsOf(folder_.Path(), folder_ / "camera.toml", {"bundler"}), UsageError);
   const ProgramRun again =
