@@ -60,7 +60,7 @@ cv::Mat Split(const Image& image, int reach, cv::Mat* valid) {
   return values;
 }
 
-Tensors ComputeTensors(const Image& image, const InterestOptions& options) {
+Tensors ComputeTensors(const Image& image) {
   Tensors t;
   const int inner = Radius(kDerivativeSigma_px);
   t.window_radius = Radius(kWindowSigma_px);
@@ -230,7 +230,7 @@ class Neighbours {
 
 std::vector<InterestPoint> FindInterestPoints(const Image& image, const InterestOptions& options) {
   if (image.Empty()) return {};
-  const Tensors tensors = ComputeTensors(image, options);
+  const Tensors tensors = ComputeTensors(image);
   Neighbours neighbours(image, options.min_distance_px);
   std::vector<InterestPoint> points;
   for (const Maximum& maximum : Maxima(tensors, options)) {
