@@ -25,9 +25,7 @@ namespace {
 namespace fs = std::filesystem;
 
 constexpr const char* kNoPoseCovariance =
-    "pose_covariance.csv is not written: it is for blocks whose adjustment converged, of at most "
-    "300 "
-    "photos";
+    "pose_covariance.csv is not written: it needs a converged adjustment of at most 300 photos";
 
 void OrientInteriors(const BlockInputs& inputs, ProgressListener* listener) {
   ProgressTask progress(listener, "interior orientation",
@@ -58,7 +56,7 @@ void OrientExteriors(const BlockInputs& inputs, const ResultStore& results,
   }
   for (const auto& [what, names] : photos)
     block->messages.push_back(
-        fmt::format("oriented again, since their inputs changed ({}): {}", what, names));
+        fmt::format("oriented again, as their inputs changed ({}): {}", what, names));
 }
 
 std::vector<BlockPhotoFile> ReadPhotos(const BlockInputs& inputs, const ResultStore& results) {

@@ -275,24 +275,25 @@ void Adjustment::Say() {
   const bool plain = system_.options.gnss == GnssModel::kPlain;
   if (plain && with_gnss > 1 && gnss.size() == with_gnss)
     result_->messages.emplace_back(
-        "GNSS and control patches disagree everywhere: no position is used. One of them lies in "
-        "another datum, or is worse than stated.");
+        "GNSS and control patches disagree everywhere: no position is used. Their datums differ, "
+        "or one is worse than stated.");
   else if (!gnss.empty())
     result_->messages.push_back(fmt::format("GNSS contradicts the block and is not used: {}.",
                                             NamesOf(system_.block, gnss)));
   if (!prior.empty())
     result_->messages.push_back(
-        fmt::format("The approximation is worse than it is said to be, and is no observation: {}.",
+        fmt::format("The approximation is worse than stated and is not used as an observation: {}.",
                     NamesOf(system_.block, prior)));
   const std::string gnss_fits = WorseThanStated(RowKind::kGnss, "GNSS positions fit");
   if (!gnss_fits.empty() && gnss.size() < with_gnss)
     result_->messages.push_back(
-        gnss_fits + (plain ? ", and count so much less: do they lie in another datum than control "
-                             "(model = \"shift\" finds by how much)?"
-                           : ", and count so much less."));
+        gnss_fits + (plain ? ", and their weight is reduced accordingly: does their datum differ "
+                             "from that of control (model = \"shift\" estimates it)?"
+                           : ", and their weight is reduced accordingly."));
   const std::string priors_fit = WorseThanStated(RowKind::kPosePrior, "Approximations fit");
   if (!priors_fit.empty() && prior.size() < with_prior)
-    result_->messages.push_back(priors_fit + ", and count so much less as observations.");
+    result_->messages.push_back(priors_fit +
+                                ", and their weight as observations is reduced accordingly.");
   std::vector<std::size_t> undetermined;
   for (std::size_t i = 0; i < result_->photos.size(); ++i)
     if (result_->photos[i].state == PhotoState::kUndetermined) undetermined.push_back(i);

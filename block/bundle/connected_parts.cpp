@@ -96,16 +96,17 @@ std::string Message(const BlockSystem& system, const BlockPart& part, std::size_
     message = one ? "Photo " : "Photos ";
     message += NamesOf(system.block, part.photos);
     message += one ? " is" : " are";
-    message += " connected with no other photo. ";
+    message += " not connected to any other photo. ";
   }
   const std::string they = parts > 1 ? (one ? "It has " : "They have ") : "The block has ";
   if (!part.has_datum)
     message += they + "too little control for position, attitude and scale.";
   else if (part.control_points == 0)
-    message += they + "no control: its place follows from approximations or GNSS alone.";
+    message += they + "no control: its position follows from approximations or GNSS alone.";
   else if (!part.by_control)
     message +=
-        they + "control on one line or at one place only: approximations or GNSS decide the rest.";
+        they +
+        "control on one line or at one place only: approximations or GNSS determine the rest.";
   if (message.ends_with(' ')) message.pop_back();
   return message;
 }

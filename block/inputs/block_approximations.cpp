@@ -73,8 +73,9 @@ BlockApproximations::BlockApproximations(const BlockFile& block, const Camera& c
         "to observe; give one, or leave observe out");
   if (block.observe_approximations && observations_.approximations.empty())
     throw InputError(
-        "observe = true under [approximate_accuracy], but nobody says how good a table of "
-        "approximations is; give position_m and attitude_deg there, or the table its columns of "
+        "observe = true under [approximate_accuracy], but the accuracy of the table of "
+        "approximations is not stated; give position_m and attitude_deg there, or the table its "
+        "columns of "
         "sigmas, or leave observe out");
   AddGnss(gnss);
   ReadFiles();
@@ -85,9 +86,9 @@ BlockApproximations::BlockApproximations(const BlockFile& block, const Camera& c
     for (const std::string& photo : strip.photos)
       if (!photos.contains(photo)) absent.push_back(photo);
   if (!absent.empty())
-    messages_.push_back(
-        fmt::format("the strips have {}{} not there, whose places stay free: {}", absent.size(),
-                    absent.size() == 1 ? " photo that is" : " photos that are", Listed(absent)));
+    messages_.push_back(fmt::format(
+        "the strips list {}{} not in the block, whose places stay free: {}", absent.size(),
+        absent.size() == 1 ? " photo that is" : " photos that are", Listed(absent)));
   Fill();
 }
 
@@ -206,7 +207,7 @@ void BlockApproximations::Fill() {
   if (located.empty())
     throw InputError(fmt::format(
         "no photo of the strips is located (strip {}: {}): neither {} nor the photos' files (EXIF) "
-        "say where one was; give the position of one",
+        "give a position; give that of one",
         block_.flight.strips.front().name, Listed(block_.flight.strips.front().photos),
         block_.approximations.empty() ? "a table of approximations" : block_.approximations));
   const double ground_m = GroundUnder(located);

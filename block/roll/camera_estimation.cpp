@@ -48,7 +48,7 @@ class Adjustment {
     for (size_t s = 0; s < scans.size(); ++s) {
       if (scans[s].place_mm.size() != start.size())
         throw std::invalid_argument("EstimateCamera: scan " + scans[s].name +
-                                    " does not have one place a mark");
+                                    " does not have one place per mark");
       for (size_t i = 0; i < start.size(); ++i)
         if (scans[s].place_mm[i]) sightings_.push_back({s, i, *scans[s].place_mm[i], true});
     }

@@ -150,7 +150,7 @@ InteriorResult OrientOne(const InteriorRunOptions& options, const RunCameras& ca
     result = {};
     result.findings = {{.reason = Reason::kScanUnusable,
                         .at_best = Status::kFailed,
-                        .where = photo + ": could not be worked on (" + error.what() + ")"}};
+                        .where = photo + ": could not be processed (" + error.what() + ")"}};
   }
   result.photo = name;
   result.made_from = inputs;
@@ -187,7 +187,7 @@ std::vector<std::string> NotesOn(const InteriorRunOptions& options, const Camera
   if (!camera) {
     notes.emplace_back("The photos are not from one camera: no marks.csv" +
                        std::string(options.micmac ? ", no MicMac files" : "") +
-                       ", no comparison with one another. Orient each camera's photos alone.");
+                       ", no comparison with one another. Orient each camera's photos separately.");
     return notes;
   }
   const auto open = std::count_if(results.begin(), results.end(), [](const InteriorResult& r) {

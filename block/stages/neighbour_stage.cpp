@@ -264,7 +264,7 @@ void TellOfKeypoints(const NeighbourStage& stage, const std::map<std::size_t, in
       continue;
     }
     photo.located_by = "located by " + std::to_string(count) +
-                       " keypoints (SIFT) that it shares with photos that are oriented";
+                       " keypoints (SIFT) that it shares with oriented photos";
     CompareWithStated(stage, &photo);
   }
 }
@@ -338,7 +338,7 @@ void RunNeighbourStage(const NeighbourStage& stage, std::vector<BlockPhotoFile>*
   const std::string stopped = RunRounds(stage, &keypoints, photos, &refused);
   keypoints.RemoveUnused();
   if (!stopped.empty())
-    messages->push_back("The photos left could not be tried with their neighbours' patches: " +
+    messages->push_back("The remaining photos could not be tried with their neighbours' patches: " +
                         stopped);
   TellOfThoseInVain(keypoints.InVain(), refused, photos);
 }

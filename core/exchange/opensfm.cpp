@@ -123,7 +123,7 @@ OpensfmCamera ReadCamera(const JsonField& field) {
   if (std::find(known.begin(), known.end(), camera.projection_type) == known.end())
     field.At("projection_type")
         .Fail("\"" + camera.projection_type +
-              "\" cannot be held; known are perspective, simple_radial, radial and brown");
+              "\" is not supported; supported are perspective, simple_radial, radial and brown");
   if (const auto focal = field.FindNumber("focal")) {
     camera.focal_x = camera.focal_y = *focal;
   } else {

@@ -23,7 +23,7 @@ Json FindingJson(const Finding& finding) {
 Finding ReadFinding(const JsonField& field) {
   const JsonField code = field.At("code");
   const auto reason = ReasonFromCode(code.AsString());
-  if (!reason) code.Fail("is \"" + code.AsString() + "\", which no version up to this one knows");
+  if (!reason) code.Fail("is \"" + code.AsString() + "\", which this version does not know");
   Finding finding{*reason, FromName(field.At("at_best"), kStatuses)};
   finding.value = field.FindNumber("value");
   finding.limit = field.FindNumber("limit");

@@ -256,10 +256,11 @@ Finding WhyNoFirstPose(const PhotoTask& task) {
   const FilmPosition& position = task.photo.positions.front();
   const SearchPlan plan = Plan(task, position, task.photo.prior);
   if (plan.predictions.empty())
-    return failed(fmt::format(
-        "its approximation sees none of the {} patches in the region: correct it, or harvest "
-        "patches there",
-        task.patches.size()));
+    return failed(
+        fmt::format("under its approximation none of the {} patches in the region is visible: "
+                    "correct it, or harvest "
+                    "patches there",
+                    task.patches.size()));
   const PhotoView view = task.View(position, task.photo.prior.pose);
   const bool large_enough = std::any_of(
       plan.predictions.begin(), plan.predictions.end(), [&](const PatchPrediction& prediction) {
@@ -273,7 +274,8 @@ Finding WhyNoFirstPose(const PhotoTask& task) {
         LeastSide(task.options)));
   if (plan.WindowPixels(task, plan.coarsest) > kMaxWindowPixels)
     return failed(
-        "its approximation is too uncertain: every patch would be sought in most of the photo; "
+        "its approximation is too uncertain: every patch would be searched for in most of the "
+        "photo; "
         "give a better one, or its true accuracy");
   return failed("fewer than three of the patches have a counterpart in the photo");
 }

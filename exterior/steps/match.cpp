@@ -118,7 +118,7 @@ PreciseMatch MatchGradients(const AlignedPatch& patch, const ImageWindow& window
   const double ratio = RatioFor(
       patch.image.width, agree ? options.min_gradient_ratio_with_grey : options.min_gradient_ratio);
   if (peaks.size() > 1 && best.score < ratio * peaks[1].score)
-    return NotFound("ambiguous: the gradients of a second place are as like");
+    return NotFound("ambiguous: the gradients of a second place fit as well");
 
   const auto fit = MatchChannels(templ, image, best.position, 2);
   if (!fit) return NotFound("least-squares matching of the gradients did not converge");
@@ -127,7 +127,7 @@ PreciseMatch MatchGradients(const AlignedPatch& patch, const ImageWindow& window
   if (std::sqrt(fit->covariance.trace() / 2) > options.max_gradient_sigma_px)
     return NotFound("gradients too weak for a precise position");
   if (!ComesBack(patch, window, fit->corner))
-    return NotFound("what was found there is found elsewhere in the patch");
+    return NotFound("matching back ends elsewhere in the patch");
 
   PreciseMatch match;
   match.pixel = window.RasterFromImage(fit->corner + patch.Centre());

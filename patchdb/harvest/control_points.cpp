@@ -87,7 +87,7 @@ std::string_view Name(ControlRefusal refusal) {
     case ControlRefusal::kContradicted:
       break;
   }
-  return "measured elsewhere than oriented";
+  return "contradicts the orientation";
 }
 
 std::variant<Patch, ControlRefusal> MakeControlPatch(const ControlPoint& point,

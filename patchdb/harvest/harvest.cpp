@@ -126,7 +126,7 @@ double MedianGsd(const Raster& raster, const SourceView& source) {
 int StoredBits(const Raster& raster) {
   if (raster.BitsPerSample() > 16)
     throw InputError(fmt::format(
-        "{} has {} bits a sample; convert it to 8 or 16 bit (gdal_translate -ot UInt16 -scale)",
+        "{} has {} bits per sample; convert it to 8 or 16 bit (gdal_translate -ot UInt16 -scale)",
         raster.Path(), raster.BitsPerSample()));
   return raster.BitsPerSample() > 8 ? 16 : 8;
 }

@@ -380,7 +380,7 @@ TEST_F(WrongConvention, AnotherPoseIsNoConvention) {
       });
   EXPECT_FALSE(check.ok);
   EXPECT_FALSE(check.fits) << Verdict(check);
-  EXPECT_NE(Verdict(check).find("no convention"), std::string::npos) << Verdict(check);
+  EXPECT_NE(Verdict(check).find("no known convention"), std::string::npos) << Verdict(check);
 }
 
 // A block's folder: patches are control, ties come from block.json with what the adjustment used.
