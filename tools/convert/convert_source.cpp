@@ -243,7 +243,7 @@ void NamePhotosCutOff(const ExchangeBlock& block, const std::string& folder,
   if (missing.empty()) return;
   messages->push_back(path + " names " + std::to_string(missing.size()) +
                       " photos that the file beside it lacks, " + *missing.begin() +
-                      " for one: was it cut?");
+                      " for one: was it truncated?");
 }
 
 // Makes of both lists of the files' cameras what they are in the block's ground system, and returns

@@ -50,8 +50,8 @@ Markup QuicklookSection(const BlockRecord& block, PictureAlbum* album) {
         block.seams_picture,
         "Places along the seams at full resolution, the two photos alternating like a "
         "chequerboard, "
-        "with the shift between them. A line that breaks where fields meet is an error, or stands "
-        "above the DEM");
+        "with the shift between them. A line that breaks where squares meet is an error, or an "
+        "object above the DEM");
   return Fill("report.html#orthophotos", {{"pictures", pictures}});
 }
 
