@@ -41,7 +41,7 @@ Findings Judge(const JudgedPose& pose, const OrientPhotoOptions& options) {
   return findings;
 }
 
-bool SpeaksOfPrecision(const Finding& finding) {
+bool ConcernsPrecision(const Finding& finding) {
   return finding.reason == Reason::kPoorlyDetermined || finding.reason == Reason::kFewPlaces;
 }
 

@@ -201,7 +201,7 @@ void SayCameras(const std::vector<KnownCamera>& cameras, const std::vector<size_
 }
 
 // Cameras with the same marks at the same places read a scan alike.
-bool ReadAlike(const KnownCamera& a, const KnownCamera& b) {
+bool HaveSameMarks(const KnownCamera& a, const KnownCamera& b) {
   if (a.file->fiducials.size() != b.file->fiducials.size()) return false;
   constexpr double kPixelPerMm = 20;
   const Matrix2d pixel_from_mm = Vector2d(kPixelPerMm, -kPixelPerMm).asDiagonal();
@@ -255,7 +255,7 @@ CameraChoice OrientWithUnknownCamera(const Raster& scan, const std::vector<Known
         cameras[i].file->fiducials.size() > kMostMarksOfUnknownCamera)
       continue;
     const auto alike = std::find_if(readings.begin(), readings.end(), [&](const auto& known) {
-      return ReadAlike(cameras[known.camera], cameras[i]);
+      return HaveSameMarks(cameras[known.camera], cameras[i]);
     });
     if (alike != readings.end()) {
       readings.push_back({i, alike->result, alike->nats});

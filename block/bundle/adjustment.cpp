@@ -67,7 +67,7 @@ class Adjustment {
   void FillResult();
   void Finish();
   std::string WorseThanStated(RowKind kind, const char* what) const;
-  void Say();
+  void AddMessages();
 
   BlockResult* result_;
   BlockSystem system_;
@@ -261,7 +261,7 @@ std::string Adjustment::WorseThanStated(RowKind kind, const char* what) const {
   return fmt::format("{} {:.0f} times worse than stated", what, factor);
 }
 
-void Adjustment::Say() {
+void Adjustment::AddMessages() {
   for (const BlockPart& part : result_->parts)
     if (!part.message.empty()) result_->messages.push_back(part.message);
   std::vector<std::size_t> gnss, prior;
@@ -324,7 +324,7 @@ void Adjustment::Finish() {
     for (std::size_t i = 0; i < result_->observations.size(); ++i)
       result_->observations[i].state = judgement_.states()[i];
   }
-  Say();
+  AddMessages();
 }
 
 void Adjustment::Run() {

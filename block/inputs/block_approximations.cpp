@@ -18,8 +18,8 @@
 namespace orient::block {
 namespace {
 
-// Of a frame's shorter side on the ground: what is known as well as that need not be sought in the
-// whole photo.
+// Of a frame's shorter side on the ground: what is known as well as that need not be searched for
+// in the whole photo.
 constexpr double kWellKnown = 0.1;
 // A focal length that differs by more is another lens.
 constexpr double kFocalLengthTolerance = 0.03;

@@ -90,7 +90,7 @@ const CameraFile* CameraOfRoll(const RunCameras& cameras,
 
 ResultStore StoreOf(const InteriorRunOptions& options) { return {options.out, ".interior.json"}; }
 
-// One a photo; they differ in the scan only. A scan that cannot be read now is no other one than
+// One per photo; they differ in the scan only. A scan that cannot be read now is no other one than
 // that of a result to be kept.
 std::vector<Inputs> InputsOf(const InteriorRunOptions& options, const RunCameras& cameras) {
   Inputs all;
@@ -117,7 +117,7 @@ std::set<std::string> KeptResults(const InteriorRunOptions& options,
   for (size_t i = 0; options.resume && i < inputs.size(); ++i) {
     const std::string name = PhotoName(options.photos[i]);
     const KnownResult known = store.Check(name, inputs[i]);
-    if (known.state == ResultState::kCurrent || known.state == ResultState::kUnsaid)
+    if (known.state == ResultState::kCurrent || known.state == ResultState::kUnstated)
       kept.insert(name);
     if (known.state == ResultState::kChanged && !options.redo_changed)
       throw UsageError(store.PathOf(name) + " was made from another " +

@@ -84,7 +84,7 @@ std::string BingoOrientation(const ExchangeBlock& block) {
   return text;
 }
 
-// The columns of a heading are told apart by blanks.
+// The columns of a heading are distinguished by blanks.
 std::string OneWord(std::string name) {
   std::replace(name.begin(), name.end(), ' ', '_');
   return name;

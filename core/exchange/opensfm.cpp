@@ -48,7 +48,7 @@ Json ShotJson(const ExchangePhoto& photo, const std::string& camera) {
           {"gps_position", Array(photo.centre)}};
 }
 
-// OpenSfM knows cameras by name: two of one name are told apart.
+// OpenSfM knows cameras by name: two of one name are distinguished.
 std::string CameraName(const ExchangeBlock& block, std::size_t i) {
   return block.cameras[i].name + (block.cameras.size() > 1 ? " #" + std::to_string(i + 1) : "");
 }

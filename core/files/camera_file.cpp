@@ -30,7 +30,7 @@ constexpr double kMinDistanceOverDiagonal = 0.1, kMaxDistanceOverDiagonal = 50;
 constexpr double kMaxMarkSize_mm = 20;  // from one end of a mark to the other
 // Fiducials whose spread across a line is less than this part of that along it lie on one line.
 constexpr double kMinThickness = 0.05;
-// Two marks cannot be told apart when they are nearer than this.
+// Two marks cannot be distinguished when they are nearer than this.
 constexpr double kMinMarkDistance_mm = 1;
 
 template <typename Enum>

@@ -137,7 +137,7 @@ double CellSpacing(const Raster& raster, const HarvestOptions& options) {
   return std::max(options.min_spacing_px, std::sqrt(area / options.max_count));
 }
 
-// So coarse that a cell still has dozens of pixels a side: few patches of a large photo need not
+// So coarse that a cell still has dozens of pixels per side: few patches of a large photo need not
 // see all of its pixels.
 int ReductionFor(double cell_px) {
   constexpr double kPixelsACell = 60;

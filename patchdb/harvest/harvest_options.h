@@ -45,11 +45,11 @@ struct HarvestOptions {
   double orientation_sigma_px = 0.5;  // of the source, where its own covariance is not known
   double pointing_sigma_px = 0.1;     // of an interest point
   std::optional<double> dem_sigma_m;  // empty: a tenth of the DEM's cell
-  int max_further_views = 4;          // other sources a patch is sought in, the best ones
+  int max_further_views = 4;          // other sources a patch is searched for in, the best ones
   double max_height_test = 3.3;       // normal deviate: 1 in 1000 by chance
   double max_sighting_test = ChiSquareLimit(2, 1.00778542904851e-3);  // 13.8: one good patch in 992
   bool colour = false;                       // chips in colour, where the source has some
-  int tile_px = 512;                         // interest points are sought tile by tile
+  int tile_px = 512;                         // interest points are searched for tile by tile
   std::optional<std::string> Check() const;  // what is wrong with the options, if anything
 };
 

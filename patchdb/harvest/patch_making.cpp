@@ -11,7 +11,7 @@
 namespace orient::patchdb {
 namespace {
 
-constexpr int kDistinctnessTemplate = 31;               // px a side
+constexpr int kDistinctnessTemplate = 31;               // px per side
 constexpr int kDistinctnessSearch = 24;                 // px in every direction
 constexpr double kHeightMarginPx = 2;                   // heights reach that far beyond the chip
 constexpr double kMinSearchPx = 20, kMaxSearchPx = 24;  // a roof must be found where it is

@@ -71,7 +71,7 @@ struct HarvestArguments {
   }
 };
 
-// A row a source, and how many candidates were refused for which reason.
+// A row per source, and how many candidates were refused for which reason.
 void PrintHarvest(const std::vector<block::HarvestedSource>& sources, bool has_surface_model,
                   std::ostream& out) {
   SummaryTable table({"source", "patches", "good", "seen twice", "refused", "gsd [m]"});
