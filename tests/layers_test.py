@@ -5,10 +5,10 @@
     layers_test.py --self-test   proves that what is forbidden is found
 
 The table below is the one of docs/design.md: which folder may use which, subfolders included, and
-where each external library may be used. A folder or library not in the table is an error
-too. Beyond the table: no units (a header with its source) include one another in a circle; no two
-headers of a module define a type of one name, since the linker would take one for the other without a
-word; no folder holds more than 40 files, no file more than 400 lines.
+where each external library may be used. A folder or library not in the table is an error too.
+Beyond the table: no units (a header with its source) include one another in a circle; no two
+headers of a module define a type of one name, since the linker would take one for the other without
+a word; no folder holds more than 40 files, no file more than 400 lines.
 """
 
 import pathlib
