@@ -99,7 +99,7 @@ std::vector<TieRecord> MeasureTies(const BlockInputs& inputs, const BlockFolder&
       stage, [&] { progress.Advance(); }, &block->findings);
 }
 
-// GNSS and approximations make no photo ok, and keep no block from coming to rest.
+// GNSS and approximations make no photo ok, and keep no block from converging.
 AdjustedBlock AdjustAndJudge(const AdjustmentInputs& inputs, OrientedBlock* block) {
   AdjustedBlock adjusted = AdjustPhotos(inputs);
   block->results = FinalResults(inputs, adjusted);

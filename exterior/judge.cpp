@@ -47,7 +47,7 @@ Findings Judge(const JudgedPose& pose) {
   return findings;
 }
 
-bool SpeaksOfPrecision(const Finding& finding) {
+bool ConcernsPrecision(const Finding& finding) {
   return finding.reason == Reason::kPoorlyDetermined || finding.reason == Reason::kFewPlaces;
 }
 

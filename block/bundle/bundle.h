@@ -71,11 +71,11 @@ struct BlockOptions {
   double significance = 0.001;  // of the test for gross errors: Baarda's alpha
   // Scale the groups' weights by what their residuals say; false: weights as given.
   bool variance_components = true;
-  // In covariances a stated variance is never taken for less than this share of itself: 1 where
-  // residuals cannot show all errors, because neighbouring observations share some. Weights and
-  // tests go by what the residuals show all the same: else gross errors would pass.
+  // In covariances a stated variance is never reduced below this fraction: 1 where residuals cannot
+  // show all errors, because neighbouring observations share some. Weights and tests follow the
+  // residuals all the same: otherwise gross errors would pass.
   double least_precision_factor = 1e-4;
-  // Lens k1 k2 k3, principal point and principal distance, one set a camera: what the block
+  // Lens k1 k2 k3, principal point and principal distance, one set per camera: what the block
   // determines and what is significant.
   bool self_calibration = false;
   GnssModel gnss = GnssModel::kPlain;

@@ -1,5 +1,5 @@
 // What a bundle block adjustment gives: poses, ground points, the state of every observation,
-// tests, and what the result is worth.
+// tests, and precision.
 #pragma once
 
 #include <Eigen/Core>
@@ -19,7 +19,7 @@ enum class ObservationState {
   kRejected,   // gross error found by snooping
   kHeldOut,    // of a check patch
   kAlone,      // its point has no second ray and no control
-  kWeakAngle,  // the rays left of its point meet under next to no angle
+  kWeakAngle,  // the remaining rays of its point intersect at almost no angle
   kUnusable,   // behind the camera, or its photo takes no part
 };
 const char* Name(ObservationState state);
@@ -47,7 +47,7 @@ struct AdjustedPhoto {
   std::optional<Eigen::Vector3d> gnss_residual_m;  // measured - computed
   double gnss_w = 0, prior_w = 0;  // as w of an observation: chi of 3 and of 6 degrees of freedom
   bool gnss_rejected = false, prior_rejected = false;
-  // What the film's transform had to give: d(a11 a12 a21 a22 t1 t2), mm.
+  // Correction of the film's transform: d(a11 a12 a21 a22 t1 t2), mm.
   Vector6d interior_correction = Vector6d::Zero();
 };
 
@@ -131,8 +131,8 @@ struct BlockResult {
   std::vector<Camera> cameras;  // with the calibration applied
   std::vector<CalibrationParameter> calibration;
   std::vector<StripGnss> strips;
-  // Of all adjusted poses together, six rows each in the order of `covariance_photos`; empty where
-  // it was not asked for or would be too large.
+  // Joint covariance of all adjusted poses, six rows each in the order of `covariance_photos`;
+  // empty where it was not asked for or would be too large.
   Eigen::MatrixXd pose_covariance;
   std::vector<std::size_t> covariance_photos;
   BlockTimings timings;

@@ -1,5 +1,5 @@
 // Which photos of a block are connected, and whether each connected part has a datum. Private to
-// exterior.
+// block.
 #pragma once
 
 #include <vector>

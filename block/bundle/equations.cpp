@@ -29,7 +29,7 @@ Matrix6d RootOf(const Matrix6d& covariance) {
   return eigen.vectors * eigen.values.cwiseMax(0).cwiseSqrt().asDiagonal();
 }
 
-// Six height unknowns a group; the same key always gets the same place.
+// Six height unknowns per group; the same key always gets the same place.
 class HeightPlaces {
  public:
   HeightUnknown Of(const std::string& key, const std::function<int()>& new_group) {

@@ -18,8 +18,8 @@
 namespace orient::block {
 namespace {
 
-// Of a frame's shorter side on the ground: what is known as well as that need not be sought in the
-// whole photo.
+// Of a frame's shorter side on the ground: what is known as well as that need not be searched for
+// in the whole photo.
 constexpr double kWellKnown = 0.1;
 // A focal length that differs by more is another lens.
 constexpr double kFocalLengthTolerance = 0.03;
@@ -73,8 +73,9 @@ BlockApproximations::BlockApproximations(const BlockFile& block, const Camera& c
         "to observe; give one, or leave observe out");
   if (block.observe_approximations && observations_.approximations.empty())
     throw InputError(
-        "observe = true under [approximate_accuracy], but nobody says how good a table of "
-        "approximations is; give position_m and attitude_deg there, or the table its columns of "
+        "observe = true under [approximate_accuracy], but the accuracy of the table of "
+        "approximations is not stated; give position_m and attitude_deg there, or the table its "
+        "columns of "
         "sigmas, or leave observe out");
   AddGnss(gnss);
   ReadFiles();
@@ -205,7 +206,7 @@ void BlockApproximations::Fill() {
   if (located.empty())
     throw InputError(fmt::format(
         "no photo of the strips is located (strip {}: {}): neither {} nor the photos' files (EXIF) "
-        "say where one was; give the position of one",
+        "give a position; give that of one",
         block_.flight.strips.front().name, Listed(block_.flight.strips.front().photos),
         block_.approximations.empty() ? "a table of approximations" : block_.approximations));
   const double ground_m = GroundUnder(located);

@@ -15,9 +15,9 @@ patchdb::PatchDatabase OpenForFeedback(const std::string& path) {
   try {
     return patchdb::PatchDatabase::Open(path, patchdb::PatchDatabase::Mode::kWrite);
   } catch (const InputError& error) {
-    throw InputError(std::string(error.what()) +
-                     "; the patch database cannot be written: give --no-feedback, or a copy that "
-                     "can");
+    throw InputError(
+        std::string(error.what()) +
+        "; the patch database cannot be written: give --no-feedback, or a writable copy");
   }
 }
 

@@ -264,7 +264,7 @@ void TellOfKeypoints(const NeighbourStage& stage, const std::map<std::size_t, in
       continue;
     }
     photo.located_by = "located by " + std::to_string(count) +
-                       " keypoints (SIFT) that it shares with photos that are oriented";
+                       " keypoints (SIFT) that it shares with oriented photos";
     CompareWithStated(stage, &photo);
   }
 }

@@ -1,4 +1,4 @@
-// The jobs of the tie points: one a photo, each written as soon as it is done.
+// The jobs of the tie points: one per photo, each written as soon as it is done.
 #pragma once
 
 #include <functional>

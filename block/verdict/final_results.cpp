@@ -183,7 +183,7 @@ ExteriorResult Final(const AdjustmentInputs& inputs, const AdjustedBlock& adjust
     if (result.pose)
       exterior::Add({.reason = Reason::kBlockNotConverged,
                      .at_best = Status::kWeak,
-                     .where = ": this is what its own patches gave"},
+                     .where = ": this is the result of its own patches"},
                     &result);
     return result;
   }

@@ -49,7 +49,7 @@ Json PatchJson(const PatchResult& patch) {
           {"reason_codes", ReasonCodes(patch.findings)}};
 }
 
-// How many patches were not sought, for each reason.
+// How many patches were not searched for, for each reason.
 Json NotVisibleJson(const std::vector<PatchResult>& patches) {
   std::map<std::string, int> counts;
   for (const PatchResult& patch : patches)

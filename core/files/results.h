@@ -99,8 +99,7 @@ struct TieCount {
   std::optional<double> rms_px;  // of the used ones' residuals
 };
 
-// What a photo says of its camera's principal distance, where that was left free. Not to be told
-// from the film's scale.
+// Principal distance estimated with a photo's pose. Cannot be separated from the film's scale.
 struct EstimatedPrincipalDistance {
   double value_mm = 0, sigma_mm = 0;
   double prior_mm = 0, prior_sigma_mm = 0;

@@ -58,7 +58,7 @@ std::vector<VotingPatch> Seek(const PhotoTask& task, const PhotoView& view,
 // Of one patch in seven, a right sample of three is drawn a few times in so many.
 constexpr int kSamplesOfAll = 20000;
 
-// The pose that most of the patches sought at a level agree on.
+// The pose that most of the patches searched for at a level agree on.
 std::optional<Consensus> Vote(const PhotoView& view, const PosePrior& prior,
                               const std::vector<VotingPatch>& voting, int reduction, double trials,
                               int samples = ConsensusOptions().samples) {
@@ -105,7 +105,7 @@ PosePrior Doubtful(const PosePrior& prior, const std::vector<patchdb::Patch>& pa
 // Pixels of one search window at its resolution: more would take minutes a patch and all memory.
 constexpr double kMaxWindowPixels = 12e6;
 
-// Which patches are sought, how far around, and at which resolution.
+// Which patches are searched for, how far around, and at which resolution.
 struct SearchPlan {
   std::vector<PatchPrediction> predictions;
   double radius_px = 0;
@@ -129,8 +129,8 @@ SearchPlan Plan(const PhotoTask& task, const FilmPosition& position, const PoseP
 }
 
 // In a window as large as the approximation is poor a patch costs much, in one around a pose hardly
-// anything. So a few patches all over the photo are sought first, and more only until they agree on
-// a pose that chance does not explain; it then shows where the others are.
+// anything. So a few patches all over the photo are searched for first, and more only until they
+// agree on a pose that chance does not explain; it then shows where the others are.
 constexpr int kFirstPatches = 12;
 
 // The predictions in batches: those of the first few together are spread over the photo.
@@ -256,10 +256,11 @@ Finding WhyNoFirstPose(const PhotoTask& task) {
   const FilmPosition& position = task.photo.positions.front();
   const SearchPlan plan = Plan(task, position, task.photo.prior);
   if (plan.predictions.empty())
-    return failed(fmt::format(
-        "its approximation sees none of the {} patches in the region: correct it, or harvest "
-        "patches there",
-        task.patches.size()));
+    return failed(
+        fmt::format("under its approximation none of the {} patches in the region is visible: "
+                    "correct it, or harvest "
+                    "patches there",
+                    task.patches.size()));
   const PhotoView view = task.View(position, task.photo.prior.pose);
   const bool large_enough = std::any_of(
       plan.predictions.begin(), plan.predictions.end(), [&](const PatchPrediction& prediction) {
@@ -273,7 +274,8 @@ Finding WhyNoFirstPose(const PhotoTask& task) {
         kLeastSide_px));
   if (plan.WindowPixels(task, plan.coarsest) > kMaxWindowPixels)
     return failed(
-        "its approximation is too uncertain: every patch would be sought in most of the photo; "
+        "its approximation is too uncertain: every patch would be searched for in most of the "
+        "photo; "
         "give a better one, or its true accuracy");
   return failed("fewer than three of the patches have a counterpart in the photo");
 }

@@ -29,7 +29,7 @@ constexpr int kPosesOfASample = 4;
 // That no sample of supporters only was drawn.
 constexpr double kMissed = 1e-4;
 constexpr int kRefinements = 3;
-// Cells of the scan, each way: supporters in one cell err together.
+// Cells of the scan, each way: supporters in one cell have correlated errors.
 constexpr int kCells = 8;
 
 // One position of the film, and what its photo shares with others.

@@ -24,7 +24,7 @@ struct SharedKeypoint {
 
 struct KeypointPoseOptions {
   double sigma_px = 1;  // of a keypoint, one coordinate, scan pixels
-  // Places of the photo, some 24 sigma_px apart: keypoints closer together err together.
+  // Places of the photo, some 24 sigma_px apart: keypoints closer together have correlated errors.
   int min_supporters = 12;
   double max_log10_false_alarms = -6;
   // Where another pose has this share of the best one's supporters, none is believed.

@@ -39,7 +39,7 @@ class Voter {
   // Maximum a posteriori pose of the observations and the prior (Gauss-Newton), and its covariance.
   std::optional<Consensus> Estimate(const std::vector<Observation>& observations, const Pose& start,
                                     int iterations) const;
-  // The candidates that a pose explains, one a patch; returns the score of the pose.
+  // The candidates that a pose explains, one per patch; returns the score of the pose.
   double Score(const Pose& pose, std::vector<Supporter>* supporters) const;
   std::vector<Observation> Observations(const std::vector<Supporter>& supporters) const;
   double RmsPx(const Pose& pose, const std::vector<Supporter>& supporters) const;

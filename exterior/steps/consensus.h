@@ -46,14 +46,14 @@ struct Consensus {
   double log10_false_alarms = 0;
 };
 
-// Poses are sought from view.pose on, the prior may lie elsewhere. Empty when fewer than three
-// patches have candidates, or no sample gives a pose.
+// Poses are searched for from view.pose on, the prior may lie elsewhere. Empty when fewer than
+// three patches have candidates, or no sample gives a pose.
 std::optional<Consensus> FindConsensus(const PhotoView& view, const PosePrior& prior,
                                        const std::vector<VotingPatch>& patches,
                                        const ConsensusOptions& options);
 
-// The same bound as a consensus carries, of supporters among other candidates than it was sought
-// in.
+// The same bound as a consensus carries, of supporters among other candidates than it was searched
+// for in.
 double Log10FalseAlarms(const std::vector<VotingPatch>& patches,
                         const std::vector<Supporter>& supporters, const ConsensusOptions& options);
 

@@ -63,7 +63,7 @@ Image Crop(const Image& image, const Eigen::Vector2i& corner, int side) {
   return crop;
 }
 
-// Of the middle of what was found in the photo, sought in the patch.
+// Of the middle of what was found in the photo, searched for in the patch.
 constexpr double kMiddleShare = 0.6;
 constexpr double kMaxReturn_px = 1.5;
 

@@ -20,7 +20,7 @@ enum class MatchCue { kGrey, kGradients };
 // One place in the photo where a patch may lie.
 struct Candidate {
   Eigen::Vector2d pixel;  // scan, of the patch's ground point
-  double score = 0;       // NCC, or what a correlation of gradients is worth as such
+  double score = 0;       // NCC, or the equivalent for a correlation of gradients
 };
 
 struct CandidateOptions {
@@ -28,7 +28,7 @@ struct CandidateOptions {
   bool gradients = false;
 };
 
-// Where the patch's ground point is sought: within `radius_px` (col, row; scan pixels) of the
+// Where the patch's ground point is searched for: within `radius_px` (col, row; scan pixels) of the
 // prediction, but inside the photo, however little is known of the pose. Scan pixels.
 struct SearchArea {
   Eigen::Vector2d first, last;

@@ -15,7 +15,7 @@
 
 namespace orient::exterior {
 
-// One way in which the film may lie on the scan.
+// One possible scan orientation of the film.
 struct FilmPosition {
   Affine2d photo_from_pixel;
   std::optional<ScanOrientation> orientation;  // none for digital photos
@@ -30,8 +30,8 @@ struct PhotoToOrient {
   Camera camera;
   std::vector<FilmPosition> positions;  // one, or those that interior orientation left open
   PosePrior prior;                      // the approximation and its accuracy
-  // Whether somebody vouches for that accuracy. A pose that contradicts it is then only weak: the
-  // patches' coordinates may be the wrong ones.
+  // Whether that accuracy was stated. A pose that contradicts it is then only weak: the patches'
+  // coordinates may be wrong.
   bool accuracy_is_stated = true;
   std::vector<CoveredArea> covered = {};   // parts of the frame that show no ground
   const GroundSurface* surface = nullptr;  // the terrain, which may hide patches; null: none does

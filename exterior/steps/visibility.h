@@ -1,5 +1,5 @@
 // What of the ground a photo does not show: what lies behind the camera, outside the frame, under a
-// mark or writing, or behind a mountain. Patches there are not sought.
+// mark or writing, or behind a mountain. Patches there are not searched for.
 #pragma once
 
 #include <Eigen/Core>

@@ -128,7 +128,7 @@ double MedianGsd(const Raster& raster, const SourceView& source) {
 int StoredBits(const Raster& raster) {
   if (raster.BitsPerSample() > 16)
     throw InputError(fmt::format(
-        "{} has {} bits a sample; convert it to 8 or 16 bit (gdal_translate -ot UInt16 -scale)",
+        "{} has {} bits per sample; convert it to 8 or 16 bit (gdal_translate -ot UInt16 -scale)",
         raster.Path(), raster.BitsPerSample()));
   return raster.BitsPerSample() > 8 ? 16 : 8;
 }
@@ -139,7 +139,7 @@ double CellSpacing(const Raster& raster, const HarvestOptions& options) {
   return std::max(kMinSpacing_px, std::sqrt(area / options.max_count));
 }
 
-// So coarse that a cell still has dozens of pixels a side: few patches of a large photo need not
+// So coarse that a cell still has dozens of pixels per side: few patches of a large photo need not
 // see all of its pixels.
 int ReductionFor(double cell_px) {
   constexpr double kPixelsACell = 60;

@@ -42,7 +42,7 @@ struct HarvestOptions {
   std::optional<double> dem_sigma_m;         // empty: a tenth of the DEM's cell
   int max_further_views = 4;                 // other sources a patch is sought in, the best ones
   bool colour = false;                       // chips in colour, where the source has some
-  int tile_px = 512;                         // interest points are sought tile by tile
+  int tile_px = 512;                         // interest points are searched for tile by tile
   std::optional<std::string> Check() const;  // what is wrong with the options, if anything
 };
 

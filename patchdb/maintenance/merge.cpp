@@ -123,7 +123,7 @@ class Merge {
   }
 
   // The patch here that shows the same thing at the same place. Active and retired ones are not
-  // joined, so that no place loses what is sought there; unless it is known that the one here
+  // joined, so that no place loses what is searched for there; unless it is known that the one here
   // shows this source's view: then it was retired here, and does not come again.
   std::optional<Twin> FindTwin(const Patch& patch, const PatchSource& source) const {
     const auto source_id = target_.FindSource(source).id;

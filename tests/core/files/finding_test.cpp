@@ -24,7 +24,7 @@ TEST(Finding, EveryReasonHasACodeOfItsOwnAndASentence) {
 
 TEST(Finding, TheSentenceHasItsFigures) {
   EXPECT_EQ(Sentence({Reason::kFewMarks, Status::kWeak, 3, 4}),
-            "Only 3 marks were found, 4 are needed to be sure.");
+            "Only 3 marks were found; 4 are needed.");
   EXPECT_EQ(Sentence({.reason = Reason::kStated, .where = "as it was {}"}), "as it was {}");
 }
 

@@ -211,7 +211,7 @@ TEST(Report, FileThatIsNoPictureIsSaidToBeNone) {
   const TemporaryFolder folder;
   WriteExampleBlock(folder.Path());
   std::ofstream(folder / "4712.marks.png") << "no picture";
-  EXPECT_TRUE(Contains(ReadFile(WriteReport(folder.Path())), "is no readable picture"));
+  EXPECT_TRUE(Contains(ReadFile(WriteReport(folder.Path())), "is not a readable image"));
 }
 
 TEST(Report, InteriorAloneIsEnough) {
@@ -219,7 +219,7 @@ TEST(Report, InteriorAloneIsEnough) {
   WriteInteriorResult(folder.Path(), ExampleInterior("4711"));
   const std::string html = ReadFile(WriteReport(folder.Path()));
   EXPECT_EQ(Malformed(html), "");
-  EXPECT_TRUE(Contains(html, "No photo has a place on the ground yet."));
+  EXPECT_TRUE(Contains(html, "No photo has a position on the ground yet."));
 }
 
 TEST(Report, DamagedResultDoesNotHideTheOthers) {
