@@ -127,4 +127,11 @@ inline BundleVerdict JudgeBundle(const BundleSimulation& truth, const BlockResul
   return BundleJudge(truth, result).Verdict();
 }
 
+inline BundleSimulationOptions SmallBlock(unsigned seed = 1) {
+  BundleSimulationOptions options;
+  options.ties_per_photo = 40;
+  options.seed = seed;
+  return options;
+}
+
 }  // namespace orient::block

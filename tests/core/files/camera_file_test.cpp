@@ -7,6 +7,7 @@
 #include "core/base/atomic_write.h"
 #include "core/base/error.h"
 #include "core/geometry/rotation.h"
+#include "tests/core/files/camera_texts.h"
 #include "tests/support/expect_error.h"
 #include "tests/support/shared_data.h"
 
@@ -14,67 +15,6 @@ namespace orient {
 namespace {
 
 constexpr double kExact = 1e-12;
-
-// A camera file with everything that one may have.
-const std::string kFilm = R"(name = "Wild RC10, 15 UAG 1234"
-kind = "film"
-principal_distance_mm = 153.29
-principal_point_mm = [0.012, -0.004]
-frame_mm = [212.0, 212.0]
-frame_centre_mm = [0.1, 0.0]
-
-[distortion]
-model = "brown"
-k = [1.2e-8, 0.0, 0.0]
-p = [1e-7, 0.0]
-
-[[fiducials]]
-id = "1"
-position_mm = [-106.007, 106.004]
-mark = "corner"
-symbol = { kind = "lines", count = 1 }
-[[fiducials]]
-id = "2"
-position_mm = [106.0, 106.0]
-mark = "corner"
-symbol = { kind = "dots", count = 2, at_mm = [1.0, 2.0], step_mm = [0.5, 0.0] }
-[[fiducials]]
-id = "3"
-position_mm = [106, -106]
-mark = "corner"
-[[fiducials]]
-id = "4"
-position_mm = [-106.0, -106.0]
-mark = "corner"
-
-[marks.corner]
-elements = [
-  { shape = "cross",  length_mm = 2.0, width_mm = 0.06, gap_mm = 0.3, angle_deg = 45 },
-  { shape = "dot",    diameter_mm = 0.12 },
-  { shape = "circle", diameter_mm = 1.6, width_mm = 0.08 },
-]
-background = "dark"
-)";
-
-const std::string kDigital = R"(name = "DMC"
-kind = "digital"
-principal_distance_mm = 120.0
-principal_point_mm = [0.0, 0.0]
-frame_mm = [92.16, 165.888]
-image_px = [640, 1152]
-)";
-
-CameraFile ReadText(const std::string& text) {
-  const TemporaryFolder folder;
-  WriteFileAtomically(folder / "camera.toml", text);
-  return ReadCameraFile(folder / "camera.toml");
-}
-
-std::string Replaced(std::string text, const std::string& from, const std::string& to) {
-  const size_t at = text.find(from);
-  if (at == std::string::npos) throw std::logic_error("the example lacks " + from);
-  return text.replace(at, from.size(), to);
-}
 
 void ExpectRefused(const std::string& text, std::initializer_list<std::string> parts) {
   ExpectError<InputError>([&] { ReadText(text); }, parts);
@@ -339,66 +279,6 @@ TEST(CameraFile, ImpossibleDistortionIsRefused) {
   ExpectRefusedFilm("k = [1.2e-8, 0.0, 0.0]", "k = [1, 2, 3, 4]", {"distortion.k", "4 values"});
   ExpectRefusedFilm("\"brown\"", "\"fisheye\"", {"distortion.model", "fisheye"});
   ExpectRefusedFilm("k = [1.2e-8, 0.0, 0.0]", "k = [0.012, 0.0, 0.0]", {"distortion", "per mm^2"});
-}
-
-TEST(CameraFile, Roundtrip) {
-  const TemporaryFolder folder;
-  CameraFile file = ReadText(kFilm);
-  file.camera.name = "a \"quoted\" \\ name\twith \xC3\xBC";
-  WriteFileAtomically(folder / "notch.png", "");
-  file.marks["n.1"] = {{}, MarkBackground::kImage, MarkImage{folder / "notch.png", 0.025, {7, 8}}};
-  file.fiducials[3].mark = "n.1";
-  WriteCameraFile(folder / "camera.toml", file);
-  const CameraFile read = ReadCameraFile(folder / "camera.toml");
-  EXPECT_EQ(read.camera.name, file.camera.name);
-  EXPECT_EQ(read.camera.principal_point_mm, file.camera.principal_point_mm);
-  EXPECT_EQ(read.camera.frame_centre_mm, file.camera.frame_centre_mm);
-  EXPECT_EQ(std::get<BrownDistortion>(read.camera.lens).k,
-            std::get<BrownDistortion>(file.camera.lens).k);
-  ASSERT_EQ(read.fiducials.size(), 4u);
-  EXPECT_EQ(read.fiducials[1].symbol->step_mm, file.fiducials[1].symbol->step_mm);
-  EXPECT_EQ(read.fiducials[3].mark, "n.1");
-  const auto& cross = std::get<CrossElement>(read.marks.at("corner").elements.at(0));
-  EXPECT_NEAR(cross.angle_rad, RadFromDeg(45), kExact);
-  EXPECT_EQ(read.marks.at("n.1").image->path, folder / "notch.png");
-  EXPECT_EQ(read.marks.at("n.1").image->centre_px, Eigen::Vector2d(7, 8));
-}
-
-TEST(CameraFile, DigitalAndRadialTableRoundtrip) {
-  const TemporaryFolder folder;
-  CameraFile file = ReadText(kDigital);
-  file.camera.lens = RadialTable{{0, 20, 40.5}, {0, 1.2, -0.8}};
-  WriteCameraFile(folder / "camera.toml", file);
-  const CameraFile read = ReadCameraFile(folder / "camera.toml");
-  EXPECT_EQ(read.camera.image_px, file.camera.image_px);
-  EXPECT_EQ(std::get<RadialTable>(read.camera.lens).radius_mm, (std::vector<double>{0, 20, 40.5}));
-}
-
-TEST(CameraFile, WhatMakesTheBorderAsymmetricRoundtrips) {
-  const TemporaryFolder folder;
-  CameraFile file = ReadText(kFilm);
-  EXPECT_FALSE(file.data_strip);
-  EXPECT_TRUE(file.border.empty());
-  file.data_strip = FrameSide::kBottom;
-  file.border = {{BorderSign::kText, {-114, -80}, {-107, 20}},
-                 {BorderSign::kDark, {90, 100}, {106, 106}},
-                 {BorderSign::kBright, {-3, -110}, {3, -106}}};
-  WriteCameraFile(folder / "camera.toml", file);
-  const CameraFile read = ReadCameraFile(folder / "camera.toml");
-  EXPECT_EQ(read.data_strip, FrameSide::kBottom);
-  ASSERT_EQ(read.border.size(), 3u);
-  for (size_t i = 0; i < 3; ++i) {
-    EXPECT_EQ(read.border[i].shows, file.border[i].shows);
-    EXPECT_EQ(read.border[i].from_mm, file.border[i].from_mm);
-    EXPECT_EQ(read.border[i].to_mm, file.border[i].to_mm);
-  }
-}
-
-TEST(CameraFile, CornersOfABorderFeatureMayComeInAnyOrder) {
-  const CameraFile file =
-      ReadText(kFilm + "[[border]]\nshows = \"text\"\nfrom_mm = [-107, -80]\nto_mm = [-114, 20]\n");
-  EXPECT_EQ(file.border.at(0).from_mm, Eigen::Vector2d(-114, -80));
-  EXPECT_EQ(file.border.at(0).to_mm, Eigen::Vector2d(-107, 20));
 }
 
 TEST(CameraFile, ImpossibleBordersAreRefused) {

@@ -17,6 +17,7 @@
 #include "tests/support/expect_error.h"
 #include "tests/support/run_orient.h"
 #include "tests/support/shared_data.h"
+#include "tests/tools/convert/two_photos.h"
 #include "tools/convert/check_exports.h"
 #include "tools/convert/export_record.h"
 #include "tools/convert/ground_frame.h"
@@ -25,42 +26,6 @@
 namespace orient {
 namespace {
 namespace fs = std::filesystem;
-
-Camera LargeFrameCamera() {
-  Camera camera;
-  camera.name = "large frame";
-  camera.kind = CameraKind::kDigital;
-  camera.principal_distance_mm = 100.5;
-  camera.principal_point_mm = {0.12, -0.08};
-  camera.frame_mm = {103.86, 67.824};
-  camera.image_px = Eigen::Vector2i(14425, 9420);
-  camera.lens = BrownDistortion{{1.2e-8, -3e-13, 1e-17}, {2e-7, -1e-7}};
-  return camera;
-}
-
-ConvertSource TwoPhotos() {
-  ConvertSource source;
-  source.cameras = {LargeFrameCamera()};
-  source.block.cameras = {ExchangeCameraOf(source.cameras[0]).camera};
-  source.crs = Crs::Parse("EPSG:32635", "test");
-  source.block.crs = source.crs->Wkt();
-  const auto add = [&](const char* image, const Eigen::Vector3d& at, const Eigen::Vector3d& deg) {
-    ExchangePhoto photo;
-    photo.image = image;
-    SetPose({at, deg * RadFromDeg(1)}, &photo);
-    source.block.photos.push_back(photo);
-    source.ground_height_m.emplace_back(300);
-  };
-  add("4711.tif", {500123.4, 5000321, 3823.9}, {0.12, -0.3, 91.2});
-  add("4712.tif", {501123.4, 5000421, 3830.9}, {2.82, 4.3, -38.2});
-  source.block.points = {
-      {"17", true, {500100, 5000300, 310}, {{0, {7000, 4500}}, {1, {6000, 4000}}}}};
-  return source;
-}
-
-std::vector<ExchangeFormat> AllFormats() {
-  return {kAllExchangeFormats.begin(), kAllExchangeFormats.end()};
-}
 
 // Two photos of a digital camera, as `orient exterior` leaves them, and a command that converts.
 class ConvertedBlock : public testing::Test {
@@ -232,155 +197,6 @@ TEST(Convert, ThereAndBack) {
       EXPECT_LT((*pixel - row.pixel).norm(), other_system ? 0.5 : 5e-3) << Name(written.format);
     }
   }
-}
-
-class WrongConvention : public testing::Test {
- protected:
-  // The export of one format, its file changed by `change`.
-  ExportCheck Changed(ExchangeFormat format, const std::string& file,
-                      const std::function<std::string(const std::string&)>& change) {
-    const auto written = WriteExports(TwoPhotos(), {{format}, folder_.Path(), 0, {}}).front();
-    const std::string path = (fs::path(written.directory) / file).string();
-    const std::string text = ReadFile(path), changed = change(text);
-    EXPECT_NE(text, changed) << "the change found nothing to change";
-    WriteFileAtomically(path, changed);
-    return CheckExport(written.directory, std::nullopt, "");
-  }
-  static void ExpectNamed(const ExportCheck& check, const std::string& what) {
-    EXPECT_FALSE(check.ok);
-    ASSERT_TRUE(check.fits) << Verdict(check);
-    EXPECT_EQ(check.fits->reading.Count(), 1) << Verdict(check);
-    EXPECT_NE(Verdict(check).find(what), std::string::npos) << Verdict(check);
-  }
-
-  TemporaryFolder folder_;
-};
-
-// A file's lines, changed one after another as words.
-std::string ByWords(const std::string& text,
-                    const std::function<void(std::vector<std::string>*)>& change) {
-  std::istringstream lines(text);
-  std::string line, changed;
-  while (std::getline(lines, line)) {
-    std::istringstream stream(line);
-    std::vector<std::string> words;
-    for (std::string word; stream >> word;) words.push_back(word);
-    change(&words);
-    for (std::size_t i = 0; i < words.size(); ++i) changed += (i > 0 ? " " : "") + words[i];
-    changed += "\n";
-  }
-  return changed;
-}
-
-TEST_F(WrongConvention, AnglesInDegreesForGon) {
-  ExpectNamed(Changed(ExchangeFormat::kBingo, "itera.dat",
-                      [](const std::string& text) {
-                        return ByWords(text, [](std::vector<std::string>* words) {
-                          for (std::size_t i = 5; i < words->size(); ++i)
-                            (*words)[i] = ExactNumber(std::stod((*words)[i]) * 0.9);
-                        });
-                      }),
-              "other unit");
-}
-
-TEST_F(WrongConvention, AngleOrder) {
-  // The angles of the same rotations in the order phi, omega, kappa.
-  const ConvertSource source = TwoPhotos();
-  ExpectNamed(Changed(ExchangeFormat::kBingo, "itera.dat",
-                      [&](const std::string& text) {
-                        std::size_t photo = 0;
-                        return ByWords(text, [&](std::vector<std::string>* words) {
-                          const Eigen::Matrix3d r = source.block.photos[photo++].ground_from_photo;
-                          const double omega = std::asin(-r(1, 2));
-                          const double phi = std::atan2(r(0, 2), r(2, 2));
-                          const double kappa = std::atan2(r(1, 0), r(1, 1));
-                          const double gon = 200 / 3.14159265358979323846;
-                          (*words)[5] = ExactNumber(omega * gon);
-                          (*words)[6] = ExactNumber(phi * gon);
-                          (*words)[7] = ExactNumber(kappa * gon);
-                        });
-                      }),
-              "phi, omega, kappa");
-}
-
-TEST_F(WrongConvention, TransposedRotation) {
-  ExpectNamed(Changed(ExchangeFormat::kPatb, "patb.ori",
-                      [](const std::string& text) {
-                        std::istringstream stream(text);
-                        std::vector<std::string> w;
-                        for (std::string word; stream >> word;) w.push_back(word);
-                        std::string changed;
-                        for (std::size_t i = 0; i + 13 < w.size(); i += 14) {
-                          // Number, principal distance, X Y Z, then a11 ... a33.
-                          for (std::size_t j = 0; j < 5; ++j) changed += w[i + j] + " ";
-                          changed += "\n";
-                          for (const std::size_t j : {0, 3, 6, 1, 4}) changed += w[i + 5 + j] + " ";
-                          changed += "\n";
-                          for (const std::size_t j : {7, 2, 5, 8}) changed += w[i + 5 + j] + " ";
-                          changed += "\n";
-                        }
-                        return changed;
-                      }),
-              "transposed");
-}
-
-TEST_F(WrongConvention, CornerForCentre) {
-  ExpectNamed(Changed(ExchangeFormat::kColmap, "cameras.txt",
-                      [](const std::string& text) {
-                        return ByWords(text, [](std::vector<std::string>* words) {
-                          if ((*words)[0] == "#") return;
-                          for (const std::size_t i : {6, 7})
-                            (*words)[i] = ExactNumber(std::stod((*words)[i]) - 0.5);
-                        });
-                      }),
-              "half a pixel too small");
-}
-
-TEST_F(WrongConvention, PrincipalPointsSign) {
-  ExpectNamed(Changed(ExchangeFormat::kOpensfm, "reconstruction.json",
-                      [](const std::string& text) {
-                        return ByWords(text, [](std::vector<std::string>* words) {
-                          if ((*words)[0] != "\"c_x\":" && (*words)[0] != "\"c_y\":") return;
-                          (*words)[1] = ExactNumber(-std::stod((*words)[1])) + ",";
-                        });
-                      }),
-              "other sign");
-}
-
-// Metashape's transform as a program writes it whose cameras look along -z, y up.
-TEST_F(WrongConvention, CamerasAxesUp) {
-  ExpectNamed(Changed(ExchangeFormat::kMetashape, "cameras.xml",
-                      [](const std::string& text) {
-                        return ByWords(text, [](std::vector<std::string>* words) {
-                          const std::string tag = "<transform>";
-                          if (words->size() != 16 || !words->front().starts_with(tag)) return;
-                          for (const std::size_t i : {1, 2, 5, 6, 9, 10})
-                            (*words)[i] = ExactNumber(-std::stod((*words)[i]));
-                        });
-                      }),
-              "y up");
-}
-
-TEST_F(WrongConvention, RowsForColumns) {
-  const auto written =
-      WriteExports(TwoPhotos(), {{ExchangeFormat::kMicmac}, folder_.Path(), 0, {}}).front();
-  const std::string path = (fs::path(written.directory) / "verification.csv").string();
-  auto rows = ReadVerification(path);
-  for (VerificationRow& row : rows) std::swap(row.pixel.x(), row.pixel.y());
-  WriteVerification(written.directory, rows);
-  ExpectNamed(CheckExport(written.directory, std::nullopt, ""), "rows and columns");
-}
-
-TEST_F(WrongConvention, AnotherPoseIsNoConvention) {
-  const ExportCheck check =
-      Changed(ExchangeFormat::kBingo, "itera.dat", [](const std::string& text) {
-        return ByWords(text, [](std::vector<std::string>* words) {
-          (*words)[5] = ExactNumber(std::stod((*words)[5]) + 0.3);
-        });
-      });
-  EXPECT_FALSE(check.ok);
-  EXPECT_FALSE(check.fits) << Verdict(check);
-  EXPECT_NE(Verdict(check).find("no known convention"), std::string::npos) << Verdict(check);
 }
 
 // A block's folder: patches are control, ties come from block.json with what the adjustment used.

@@ -1,0 +1,161 @@
+// GNSS positions and approximations as observations of a block.
+#include <gtest/gtest.h>
+
+#include "block/bundle/adjustment.h"
+#include "tests/block/bundle/bundle_verdict.h"
+
+namespace orient::block {
+namespace {
+
+TEST(BlockAdjustment, FindsTheShiftOfAStripsGnss) {
+  BundleSimulationOptions options = SmallBlock();
+  options.gnss_sigma_m = 0.05;
+  options.gnss_shift_m = {1.5, -0.7, 0.4};
+  const BundleSimulation simulation = SimulateBundle(options);
+  BlockOptions with_shift;
+  with_shift.gnss = GnssModel::kShift;
+  const BlockResult result = AdjustBlock(simulation.block, with_shift);
+  ASSERT_EQ(result.strips.size(), 3u);
+  for (const StripGnss& strip : result.strips) {
+    const Eigen::Vector3d off = strip.shift_m - options.gnss_shift_m;
+    for (int i = 0; i < 3; ++i) EXPECT_LT(std::abs(off[i]), 4 * strip.shift_sigma_m[i]);
+    EXPECT_LT(strip.shift_sigma_m.maxCoeff(), 0.4);
+  }
+  for (const AdjustedPhoto& photo : result.photos)
+    EXPECT_LT(photo.gnss_residual_m.value().norm(), 0.3);
+}
+
+TEST(BlockAdjustment, FindsTheDriftOfAStripsGnss) {
+  BundleSimulationOptions options = SmallBlock();
+  options.gnss_sigma_m = 0.05;
+  BundleSimulation simulation = SimulateBundle(options);
+  const Eigen::Vector3d drift(0.4, -0.2, 0.6);
+  for (BlockPhoto& photo : simulation.block.photos)
+    photo.gnss->position_m += drift * photo.gnss->along_strip;
+  BlockOptions drifting;
+  drifting.gnss = GnssModel::kShiftAndDrift;
+  const BlockResult result = AdjustBlock(simulation.block, drifting);
+  ASSERT_EQ(result.strips.size(), 3u);
+  for (const StripGnss& strip : result.strips) {
+    for (int i = 0; i < 3; ++i)
+      EXPECT_LT(std::abs((*strip.drift_m)[i] - drift[i]), 4 * (*strip.drift_sigma_m)[i]);
+    EXPECT_LT(strip.drift_sigma_m->maxCoeff(), 0.3);
+  }
+}
+
+// Tight ones, that would draw their photos along were they believed.
+TEST(BlockAdjustment, NamesWrongGnssAndWrongApproximations) {
+  BundleSimulationOptions options = SmallBlock();
+  options.gnss_sigma_m = 0.05;
+  options.position_sigma_m = 0.5;
+  options.attitude_sigma_rad = 0.001;
+  BundleSimulation simulation = SimulateBundle(options);
+  BlockOptions with_shift;
+  with_shift.gnss = GnssModel::kShift;
+  BlockToAdjust without = simulation.block;
+  without.photos[3].gnss.reset();
+  without.photos[8].gnss.reset();
+  without.photos[11].prior.reset();
+  const BlockResult right = AdjustBlock(without, with_shift);
+  simulation.block.photos[3].gnss->position_m.x() += 30;
+  simulation.block.photos[8].gnss->position_m.z() -= 1;
+  simulation.block.photos[11].prior->pose.opk_rad[2] += 0.5;
+  const BlockResult result = AdjustBlock(simulation.block, with_shift);
+  for (std::size_t i = 0; i < 15; ++i) {
+    EXPECT_EQ(result.photos[i].gnss_rejected, i == 3 || i == 8) << i;
+    EXPECT_EQ(result.photos[i].prior_rejected, i == 11) << i;
+    EXPECT_LT((result.photos[i].pose.position_m - right.photos[i].pose.position_m).norm(), 0.02);
+  }
+  EXPECT_NEAR(result.photos[3].gnss_residual_m->x(), 30, 0.5);
+  ASSERT_EQ(result.findings.size(), 2u);
+  EXPECT_EQ(result.findings[0],
+            (Finding{.reason = Reason::kGnssRejected, .value = 2, .where = "s0_3 and s1_3"}));
+  EXPECT_EQ(result.findings[1],
+            (Finding{.reason = Reason::kApproximationsRejected, .value = 1, .where = "s2_1"}));
+}
+
+// Without a shift that a strip has alone, a wrong position draws the others of all strips.
+TEST(BlockAdjustment, NamesTheOneWrongPositionAmongThoseThatShareNoShift) {
+  BundleSimulationOptions options = SmallBlock();
+  options.gnss_sigma_m = 0.05;
+  BundleSimulation simulation = SimulateBundle(options);
+  simulation.block.photos[7].gnss->position_m.y() += 3;
+  BlockOptions plain;
+  plain.gnss = GnssModel::kPlain;
+  const BlockResult result = AdjustBlock(simulation.block, plain);
+  for (std::size_t i = 0; i < 15; ++i) EXPECT_EQ(result.photos[i].gnss_rejected, i == 7) << i;
+}
+
+TEST(BlockAdjustment, SaysThatAllGnssLiesInAnotherDatumThanControl) {
+  BundleSimulationOptions options = SmallBlock();
+  options.gnss_sigma_m = 0.05;
+  options.gnss_shift_m = {0, 0, 40};
+  BlockOptions plain;
+  plain.gnss = GnssModel::kPlain;
+  const BlockResult result = AdjustBlock(SimulateBundle(options).block, plain);
+  for (const AdjustedPhoto& photo : result.photos) EXPECT_TRUE(photo.gnss_rejected);
+  ASSERT_EQ(result.findings.size(), 1u);
+  EXPECT_EQ(result.findings[0], (Finding{Reason::kGnssDisagreesEverywhere, Status::kOk, 15}));
+}
+
+TEST(BlockAdjustment, SaysWhatPositionsOfAnotherDatumFit) {
+  BundleSimulationOptions options = SmallBlock();
+  options.gnss_sigma_m = 0.05;
+  options.gnss_shift_m = {3, 0, 0};
+  BlockOptions plain;
+  plain.gnss = GnssModel::kPlain;
+  const BlockResult result = AdjustBlock(SimulateBundle(options).block, plain);
+  ASSERT_EQ(result.findings.size(), 1u);
+  EXPECT_EQ(result.findings[0].reason, Reason::kGnssPerhapsOfAnotherDatum);
+  EXPECT_GT(result.findings[0].value.value(), result.findings[0].limit.value());
+}
+
+// The shift of the strip fits either.
+TEST(BlockAdjustment, BelievesNeitherOfTwoPositionsThatDisagree) {
+  BundleSimulationOptions options = SmallBlock();
+  options.gnss_sigma_m = 0.05;
+  BundleSimulation simulation = SimulateBundle(options);
+  for (const std::size_t i : {0, 3, 4}) simulation.block.photos[i].gnss.reset();
+  simulation.block.photos[2].gnss->position_m.y() += 20;
+  BlockOptions with_shift;
+  with_shift.gnss = GnssModel::kShift;
+  const BlockResult result = AdjustBlock(simulation.block, with_shift);
+  for (std::size_t i = 0; i < 15; ++i)
+    EXPECT_EQ(result.photos[i].gnss_rejected, i == 1 || i == 2) << i;
+}
+
+// What nobody states has no part in the variance component of what is stated.
+TEST(BlockAdjustment, BelievesPositionsWithoutAttitudesNoMoreThanTheyAreWorth) {
+  BundleSimulation simulation = SimulateBundle(SmallBlock());
+  for (BlockPhoto& photo : simulation.block.photos) {
+    photo.prior->covariance.topRows<3>() /= 100;
+    photo.prior->covariance.bottomRightCorner<3, 3>() =
+        Eigen::Matrix3d::Identity() * kOpenAttitude_rad * kOpenAttitude_rad;
+  }
+  const BlockResult result = AdjustBlock(simulation.block);
+  const auto component = std::find_if(result.components.begin(), result.components.end(),
+                                      [](const auto& of) { return of.group == "pose prior"; });
+  ASSERT_NE(component, result.components.end());
+  EXPECT_GT(component->factor, 40);
+  EXPECT_NEAR(component->redundancy, 3 * 15, 5);
+}
+
+TEST(BlockAdjustment, BelievesApproximationsNoMoreThanTheyAreWorth) {
+  const BundleSimulation simulation = SimulateBundle(SmallBlock());
+  BlockToAdjust boasting = simulation.block, silent = simulation.block;
+  for (BlockPhoto& photo : boasting.photos) photo.prior->covariance /= 100;
+  for (BlockPhoto& photo : silent.photos) photo.prior.reset();
+  const BlockResult result = AdjustBlock(boasting), without = AdjustBlock(silent);
+  const auto component = std::find_if(result.components.begin(), result.components.end(),
+                                      [](const auto& of) { return of.group == "pose prior"; });
+  ASSERT_NE(component, result.components.end());
+  EXPECT_GT(component->factor, 40);
+  for (std::size_t i = 0; i < 15; ++i) {
+    EXPECT_FALSE(result.photos[i].prior_rejected);
+    const Vector6d moved = PoseDifference(result.photos[i].pose, without.photos[i].pose);
+    EXPECT_LT(moved.dot(without.photos[i].covariance.ldlt().solve(moved)), 3);
+  }
+}
+
+}  // namespace
+}  // namespace orient::block
