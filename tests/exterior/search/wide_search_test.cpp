@@ -6,7 +6,7 @@
 
 #include "exterior/search/attitude_search.h"
 #include "exterior/search/whole_photo_search.h"
-#include "tests/exterior/textured_photo.h"
+#include "tests/support/textured_photo.h"
 
 namespace orient::exterior {
 namespace {
