@@ -211,6 +211,25 @@ TEST_F(FirstPoseOfTexture, IsThatOfTheFilmPositionThatFitsWhicheverComesFirst) {
   }
 }
 
+// A film that lies so or is stretched: by either the patches agree, by one of them more do.
+TEST_F(FirstPoseOfTexture, OfTwoFilmPositionsThatConvinceIsTheBetter) {
+  const Affine2d right = World().View().photo_from_pixel;
+  Affine2d stretched = right;
+  stretched.A.col(0) *= 1.04;
+  stretched.t.x() *= 1.04;
+  const FilmPosition fits{right, ScanOrientation::kR90};
+  const FilmPosition fits_less{stretched, ScanOrientation::kR0};
+  photo_.positions = {fits_less};
+  ASSERT_TRUE(Find() && Convinces(*Find())) << "else there is nothing to choose from";
+  for (const bool last : {false, true}) {
+    photo_.positions = {fits, fits_less};
+    if (last) std::swap(photo_.positions[0], photo_.positions[1]);
+    const auto track = Find();
+    ASSERT_TRUE(track);
+    EXPECT_EQ(track->position.orientation, ScanOrientation::kR90);
+  }
+}
+
 // What chance explains is handed on as what all patches said, so that it can be told.
 TEST_F(FirstPoseOfTexture, OfPatchesOfAnotherPlaceIsOneThatChanceExplains) {
   patches_ = World().Patches(Texture(6, 6), 4, 85);
