@@ -24,10 +24,9 @@ namespace orient::block {
 namespace {
 namespace fs = std::filesystem;
 
-constexpr const char* kNoPoseCovariance =
-    "pose_covariance.csv is not written: it is for blocks whose adjustment converged, of at most "
-    "300 "
-    "photos";
+Finding NoPoseCovariance() {
+  return {.reason = Reason::kNoPoseCovariance, .limit = kMostForFullCovariance};
+}
 
 void OrientInteriors(const BlockInputs& inputs, ProgressListener* listener) {
   ProgressTask progress(listener, "interior orientation",
@@ -51,14 +50,12 @@ void OrientExteriors(const BlockInputs& inputs, const ResultStore& results,
   std::map<std::string, std::vector<std::string>> changed;
   RunExterior(
       options, [&] { progress.Advance(); }, &changed);
-  std::map<std::string, std::string> photos;  // by what of their inputs has changed
-  for (const auto& [photo, what] : changed) {
-    std::string& names = photos[TextOfInputs(what)];
-    names += (names.empty() ? "" : ", ") + photo;
-  }
+  std::map<std::string, std::vector<std::string>> photos;  // by what of their inputs has changed
+  for (const auto& [photo, what] : changed) photos[TextOfInputs(what)].push_back(photo);
   for (const auto& [what, names] : photos)
-    block->messages.push_back(
-        fmt::format("oriented again, since their inputs changed ({}): {}", what, names));
+    block->findings.push_back({.reason = Reason::kInputsChanged,
+                               .value = static_cast<double>(names.size()),
+                               .where = fmt::format("{}: {}", what, fmt::join(names, ", "))});
 }
 
 std::vector<BlockPhotoFile> ReadPhotos(const BlockInputs& inputs, const ResultStore& results) {
@@ -85,7 +82,7 @@ void OrientByNeighbours(const BlockInputs& inputs, const BlockFolder& folder,
   const GroundSurface surface = SurfaceUnder(inputs.Block(), block->photos);
   RunNeighbourStage({inputs.Exterior(""), inputs.Approximations(), inputs.Camera(), inputs.Marks(),
                      surface, folder.Directory(), folder.StageDirectory("neighbours"), listener},
-                    &block->photos, &block->messages);
+                    &block->photos, &block->findings);
 }
 
 std::vector<TieRecord> MeasureTies(const BlockInputs& inputs, const BlockFolder& folder,
@@ -99,10 +96,10 @@ std::vector<TieRecord> MeasureTies(const BlockInputs& inputs, const BlockFolder&
                        ResultStore(folder.StageDirectory("ties"), ".ties.json"),
                        inputs.Options().jobs};
   return RunTieStage(
-      stage, [&] { progress.Advance(); }, &block->messages);
+      stage, [&] { progress.Advance(); }, &block->findings);
 }
 
-// GNSS and approximations make no photo ok, and keep no block from coming to rest.
+// GNSS and approximations make no photo ok, and keep no block from converging.
 AdjustedBlock AdjustAndJudge(const AdjustmentInputs& inputs, OrientedBlock* block) {
   AdjustedBlock adjusted = AdjustPhotos(inputs);
   block->results = FinalResults(inputs, adjusted);
@@ -120,9 +117,7 @@ AdjustedBlock AdjustAndJudge(const AdjustmentInputs& inputs, OrientedBlock* bloc
     return adjusted;
   }
   block->results = std::move(results);
-  block->messages.emplace_back(
-      "with GNSS and approximations as observations the block does not converge: adjusted "
-      "without them");
+  block->findings.push_back({.reason = Reason::kAdjustedWithoutPriors});
   return by_control;
 }
 
@@ -140,12 +135,12 @@ void Adjust(const BlockInputs& inputs, const std::vector<TieRecord>& ties,
   const std::string& out = inputs.OutputDirectory();
   WriteCalibratedCamera(out, inputs.Camera(), adjusted.result);
   if (!WritePoseCovariance(out, settings.pose_covariance, adjusted, block->results))
-    block->messages.emplace_back(kNoPoseCovariance);
+    block->findings.push_back(NoPoseCovariance());
   if (adjusted.result.converged && !adjusted.result.cameras.empty())
     block->camera.camera = adjusted.result.cameras.front();
-  block->messages.insert(block->messages.end(), adjusted.result.messages.begin(),
-                         adjusted.result.messages.end());
-  block->adjusted = SummaryOf(adjusted, block->messages);
+  block->findings.insert(block->findings.end(), adjusted.result.findings.begin(),
+                         adjusted.result.findings.end());
+  block->adjusted = SummaryOf(adjusted, block->findings);
   block->summary = Summarize(*block->adjusted, block->photos);
 }
 
@@ -156,7 +151,7 @@ void TakeOwnResults(const BlockInputs& inputs, OrientedBlock* block) {
   fs::remove(AdjustmentResultPath(out));
   fs::remove(CalibratedCameraPath(out));
   fs::remove(PoseCovariancePath(out));
-  if (inputs.Block().adjustment.pose_covariance) block->messages.emplace_back(kNoPoseCovariance);
+  if (inputs.Block().adjustment.pose_covariance) block->findings.push_back(NoPoseCovariance());
 }
 
 // A final result is made from the whole block, and never kept.
@@ -180,8 +175,8 @@ void AddUnusable(const BlockInputs& inputs, OrientedBlock* block) {
 
 void NameNeedlessApproximations(const BlockInputs& inputs, OrientedBlock* block) {
   const std::vector<std::string>& needless = inputs.Approximations().Needless();
-  const std::vector<std::string>& more = inputs.Approximations().Messages();
-  block->messages.insert(block->messages.end(), more.begin(), more.end());
+  const Findings& more = inputs.Approximations().Remarks();
+  block->findings.insert(block->findings.end(), more.begin(), more.end());
   if (needless.empty()) return;
   if (IsOrientationTable(inputs.Block().approximations)) block->not_there = needless;
   constexpr std::size_t kMostNames = 5;
@@ -189,10 +184,9 @@ void NameNeedlessApproximations(const BlockInputs& inputs, OrientedBlock* block)
   for (std::size_t i = 0; i < std::min(needless.size(), kMostNames); ++i)
     names += (i > 0 ? ", " : "") + needless[i];
   if (needless.size() > kMostNames) names += ", ...";
-  block->messages.push_back(inputs.Block().approximations + " has " +
-                            std::to_string(needless.size()) +
-                            (needless.size() == 1 ? " photo that is" : " photos that are") +
-                            " not in the block: " + names);
+  block->findings.push_back({.reason = Reason::kApproximationsOfOtherPhotos,
+                             .value = static_cast<double>(needless.size()),
+                             .where = inputs.Block().approximations + ": " + names});
 }
 
 }  // namespace

@@ -45,7 +45,7 @@ BlockFolder::BlockFolder(std::string directory, bool resume)
   RemovePartialFilesOfKilledRuns(directory_);
   if (!resume) fs::remove_all(fs::path(directory_) / "stages");
   MakeOutputDirectory(StageDirectory(""));
-  WriteFileAtomically(UnfinishedPath(directory_), "an interrupted run goes on with --resume\n");
+  WriteFileAtomically(UnfinishedPath(directory_), "continue the interrupted run with --resume\n");
 }
 
 std::string BlockFolder::StageDirectory(const std::string& stage) const {

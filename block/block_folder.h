@@ -10,14 +10,14 @@ namespace orient::block {
 class BlockFolder {
  public:
   // Makes the folder, locks it, clears away what killed runs left half-written, and marks it as
-  // unfinished. Without `resume` the results of all stages are forgotten. Throws InputError: it
-  // cannot be made, or another program works in it.
+  // unfinished. Without `resume` the results of all stages are discarded. Throws InputError if it
+  // cannot be created or another program is using it.
   BlockFolder(std::string directory, bool resume);
 
   const std::string& Directory() const { return directory_; }
   // Where a stage keeps its results ("exterior", "ties").
   std::string StageDirectory(const std::string& stage) const;
-  // The run is through, and all its files are written.
+  // The run is complete, and all its files are written.
   void Finish() const;
 
  private:

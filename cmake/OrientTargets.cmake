@@ -67,6 +67,10 @@ function(orient_benchmark name)
   add_executable(${name} EXCLUDE_FROM_ALL tools/bench/${name}.cpp)
   target_link_libraries(${name} PRIVATE ${ARGN})
   orient_compile_options(${name})
+  if(NOT TARGET benchmarks)
+    add_custom_target(benchmarks)
+  endif()
+  add_dependencies(benchmarks ${name})
 endfunction()
 
 # orient_embed(target folder function patterns ...): the folder's files that match become part of

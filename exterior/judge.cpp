@@ -5,16 +5,24 @@
 #include <algorithm>
 
 namespace orient::exterior {
+namespace {
+
+constexpr int kLeastMatched = 6;       // fewer are never accepted
+constexpr int kPlacesForOk = 12;       // fewer places do not tell how precise it is: weak
+constexpr double kSpreadForOk = 0.03;  // share of the photo over which the matched patches spread
+constexpr double kSigmaForOk_px = 1;   // of the worst place of the photo, projected
+
+}  // namespace
 
 std::optional<Finding> WhyNotAccepted(const JudgedPose& pose, const OrientPhotoOptions& options) {
   const auto failed = [](Reason reason, std::optional<double> value = {},
                          std::optional<double> limit = {}) {
     return Finding{reason, Status::kFailed, value, limit};
   };
-  if (pose.agreeing < options.min_matched)
-    return failed(Reason::kTooFewAgree, pose.agreeing, options.min_matched);
-  if (pose.places < options.min_matched)
-    return failed(Reason::kPatchesOverlap, pose.places, options.min_matched);
+  if (pose.agreeing < kLeastMatched)
+    return failed(Reason::kTooFewAgree, pose.agreeing, kLeastMatched);
+  if (pose.places < kLeastMatched)
+    return failed(Reason::kPatchesOverlap, pose.places, kLeastMatched);
   if (pose.log10_false_alarms > options.max_log10_false_alarms)
     return failed(Reason::kAgreementMayBeChance, pose.agreeing, pose.sought);
   if (2 * pose.agreeing < pose.matched)
@@ -22,7 +30,7 @@ std::optional<Finding> WhyNotAccepted(const JudgedPose& pose, const OrientPhotoO
   return std::nullopt;
 }
 
-Findings Judge(const JudgedPose& pose, const OrientPhotoOptions& options) {
+Findings Judge(const JudgedPose& pose) {
   Findings findings;
   const auto weak = [&](Reason reason, double value, double limit) {
     findings.push_back({reason, Status::kWeak, value, limit});
@@ -32,16 +40,14 @@ Findings Judge(const JudgedPose& pose, const OrientPhotoOptions& options) {
                         .at_best = pose.prior_counts ? Status::kWeak : Status::kOk,
                         .value = pose.prior_sigmas,
                         .where = "the patches' coordinates are"});
-  if (pose.places < options.weak_matched)
-    weak(Reason::kFewPlaces, pose.places, options.weak_matched);
-  if (pose.spread < options.weak_spread)
-    weak(Reason::kPoorSpread, 100 * pose.spread, 100 * options.weak_spread);
-  if (pose.worst_sigma_px > options.weak_projection_sigma_px)
-    weak(Reason::kPoorlyDetermined, pose.worst_sigma_px, options.weak_projection_sigma_px);
+  if (pose.places < kPlacesForOk) weak(Reason::kFewPlaces, pose.places, kPlacesForOk);
+  if (pose.spread < kSpreadForOk) weak(Reason::kPoorSpread, 100 * pose.spread, 100 * kSpreadForOk);
+  if (pose.worst_sigma_px > kSigmaForOk_px)
+    weak(Reason::kPoorlyDetermined, pose.worst_sigma_px, kSigmaForOk_px);
   return findings;
 }
 
-bool SpeaksOfPrecision(const Finding& finding) {
+bool ConcernsPrecision(const Finding& finding) {
   return finding.reason == Reason::kPoorlyDetermined || finding.reason == Reason::kFewPlaces;
 }
 

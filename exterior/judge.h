@@ -10,7 +10,7 @@
 
 namespace orient::exterior {
 
-// What speaks for a pose and against it.
+// The evidence for and against a pose.
 struct JudgedPose {
   int sought = 0, matched = 0, agreeing = 0;  // patches at full resolution
   int places = 0;                             // where they agree; patches that overlap are one
@@ -19,17 +19,17 @@ struct JudgedPose {
   double worst_sigma_px = 0;  // of the projection, in the frame's worst corner
   bool contradicts_prior = false;
   double prior_sigmas = 0;    // how far from the approximation, in its sigmas
-  bool prior_counts = false;  // somebody vouches for its accuracy
+  bool prior_counts = false;  // its accuracy was stated
 };
 
 // What must hold before a pose is given at all; empty: it holds.
 std::optional<Finding> WhyNotAccepted(const JudgedPose& pose, const OrientPhotoOptions& options);
 // Of an accepted pose: why it is weak, and what else should be known.
-Findings Judge(const JudgedPose& pose, const OrientPhotoOptions& options);
+Findings Judge(const JudgedPose& pose);
 
-// Whether a finding speaks of precision only: more observations, as ties in a block are, may mend
-// what it says.
-bool SpeaksOfPrecision(const Finding& finding);
+// Whether a finding concerns precision only: more observations, such as a block's ties, may remedy
+// it.
+bool ConcernsPrecision(const Finding& finding);
 
 // Why there is no pose. `where`: the patch database.
 Finding NoPatches(const std::string& where);

@@ -24,6 +24,9 @@
 namespace orient::exterior {
 namespace {
 
+constexpr int kMaxPreciseRounds = 5;
+constexpr int kPrecisePatches = 900;  // at full resolution
+
 const double kPriorChi2Limit = ChiSquareLimit(6, 1e-4);
 
 // One round at full resolution.
@@ -43,8 +46,7 @@ PreciseRound MatchAll(const PhotoTask& task, const PhotoView& view, const Matrix
   PreciseRound round;
   const auto visible =
       Predict(view, covariance, task.patches, task.Prediction(), &round.not_visible);
-  round.predictions =
-      SelectSpread(visible, task.patches, task.options.precise_patches, task.Prediction());
+  round.predictions = SelectSpread(visible, task.patches, kPrecisePatches, task.Prediction());
   round.matches.resize(round.predictions.size());
   std::vector<double> areas(round.predictions.size(), 0);
   PreciseOptions options;
@@ -53,12 +55,12 @@ PreciseRound MatchAll(const PhotoTask& task, const PhotoView& view, const Matrix
     const Eigen::Vector2d radius =
         prediction.Radius(kWindowSigmas) + Eigen::Vector2d::Constant(margin_px);
     areas[i] = AreaToSearch(prediction.pixel, radius, task.image).Size().prod();
-    const auto aligned = AlignPatch(view, task.patches[prediction.patch], 1,
-                                    task.options.min_side_px, task.options.max_side_px);
+    const auto aligned =
+        AlignPatch(view, task.patches[prediction.patch], 1, kMinSide_px, kMaxSide_px);
     if (aligned)
       round.matches[i] = MatchPrecisely(*aligned, task.image, radius, options);
     else
-      round.matches[i].reason = "the patch is too small at the photo's resolution";
+      round.matches[i].why_not = {{.reason = Reason::kPatchTooSmall}};
   };
   SideBySide(round.predictions.size(), match);
   // Another season, film or decade: where grey values find few, gradients are worth their cost and
@@ -126,7 +128,7 @@ constexpr double kSettledPx = 0.5;
 std::vector<PreciseRound> Refine(const PhotoTask& task, PoseTrack* track) {
   std::vector<PreciseRound> rounds;
   double margin = 2.0 * track->reduction + 4;
-  for (int i = 0; i < task.options.max_precise_rounds; ++i) {
+  for (int i = 0; i < kMaxPreciseRounds; ++i) {
     const PhotoView view = task.View(track->position, track->pose);
     PreciseRound round = MatchAll(task, view, track->covariance, margin);
     Resect(task, *track, view, &round);
@@ -152,13 +154,13 @@ void FillPatches(const PhotoTask& task, const PreciseRound& round, ExteriorResul
     patches[i].ground_m = task.patches[round.predictions[i].patch].ground_m;
     patches[i].predicted = round.predictions[i].pixel;
     patches[i].state = PatchState::kNotFound;
-    patches[i].reason = match.reason;
+    patches[i].findings = match.why_not;
   }
   for (std::size_t k = 0; k < round.observed.size(); ++k) {
     PatchResult& patch = patches[round.observed[k]];
     const PreciseMatch& match = round.matches[round.observed[k]];
     patch.state = round.estimate->rejected[k] ? PatchState::kRejected : PatchState::kMatched;
-    patch.reason = round.estimate->rejected[k] ? "does not agree with the other patches" : "";
+    if (round.estimate->rejected[k]) patch.findings = {{.reason = Reason::kPatchContradictsOthers}};
     patch.pixel = match.pixel;
     patch.sigma_px = match.covariance_px2.diagonal().cwiseSqrt();
     patch.residual_px = round.estimate->residuals_px[k];
@@ -169,7 +171,7 @@ void FillPatches(const PhotoTask& task, const PreciseRound& round, ExteriorResul
     patch.id = task.patches[unseen.patch].id;
     patch.ground_m = task.patches[unseen.patch].ground_m;
     patch.state = PatchState::kNotVisible;
-    patch.reason = Describe(unseen.why);
+    patch.findings = {{.reason = ReasonOf(unseen.why)}};
     patches.push_back(patch);
   }
   std::sort(patches.begin(), patches.end(),
@@ -184,13 +186,13 @@ struct Evidence {
 };
 
 // Agrees: in this round, and still in the last one.
-Evidence CountEvidence(const PhotoTask& task, const PreciseRound& round, const PreciseRound& last) {
+Evidence CountEvidence(const PreciseRound& round, const PreciseRound& last) {
   std::set<std::size_t> at_last;
   for (std::size_t k = 0; k < last.observed.size(); ++k)
     if (!last.estimate->rejected[k]) at_last.insert(last.predictions[last.observed[k]].patch);
   std::map<std::pair<long, long>, bool> squares;
   const auto square = [&](const PatchPrediction& prediction) -> bool& {
-    const Eigen::Vector2d place = prediction.pixel / task.options.max_side_px;
+    const Eigen::Vector2d place = prediction.pixel / kMaxSide_px;
     return squares[{std::lround(std::floor(place.x())), std::lround(std::floor(place.y()))}];
   };
   for (const PatchPrediction& prediction : round.predictions) square(prediction);
@@ -217,10 +219,10 @@ double PreciseFalseAlarms(const PreciseRound& round, const Evidence& evidence) {
 
 // Of the round that proves most: usually the first, whose windows are the largest. Where patches
 // were found there the others only look again.
-double LeastFalseAlarms(const PhotoTask& task, const std::vector<PreciseRound>& rounds) {
+double LeastFalseAlarms(const std::vector<PreciseRound>& rounds) {
   double least = 0;
   for (const PreciseRound& round : rounds)
-    least = std::min(least, PreciseFalseAlarms(round, CountEvidence(task, round, rounds.back())));
+    least = std::min(least, PreciseFalseAlarms(round, CountEvidence(round, rounds.back())));
   return least + std::log10(static_cast<double>(rounds.size()));
 }
 
@@ -252,8 +254,8 @@ JudgedPose ToJudge(const PhotoTask& task, const std::vector<PreciseRound>& round
   judged.sought = static_cast<int>(round.predictions.size());
   judged.matched = static_cast<int>(round.observed.size());
   judged.agreeing = estimate.used;
-  judged.places = CountEvidence(task, round, round).agreeing;
-  judged.log10_false_alarms = LeastFalseAlarms(task, rounds);
+  judged.places = CountEvidence(round, round).agreeing;
+  judged.log10_false_alarms = LeastFalseAlarms(rounds);
   judged.spread = SpreadOf(task, round);
   judged.worst_sigma_px = WorstProjectionSigma(task.View(track.position, estimate.pose),
                                                estimate.honest_covariance, height);
@@ -305,7 +307,7 @@ ExteriorResult OrientPhoto(const PhotoToOrient& photo, const PhotoImage& image,
   result.orientation = track->position.orientation;
   result.iterations = track->rounds;
   FillPatches(task, round, &result);
-  result.findings = Judge(judged, options);
+  result.findings = Judge(judged);
   result.status = StatusOf(result.findings);
   return result;
 }

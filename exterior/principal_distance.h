@@ -1,4 +1,4 @@
-// The loop for a photo whose principal distance is not trusted: orient, free it, orient again.
+// Orientation with the principal distance as an additional unknown.
 #pragma once
 
 #include <vector>
@@ -9,9 +9,9 @@ namespace orient::exterior {
 
 // From a photo that was oriented with the camera as it is (`first`, of the same photo, patches and
 // options): pose, covariance and principal distance estimated together, and the patches matched
-// again under them until it settles. The camera's principal distance is known to `sigma_mm` before.
-// Messages say what it is and where the photo does not tell it. `weak` where it does not settle.
-// Where nothing can be estimated: `first`, at best `weak`.
+// again with them until it converges. `sigma_mm`: prior sigma of the camera's principal distance.
+// Messages give its value, and say if the photo does not determine it. `weak` if it does not
+// converge. Where nothing can be estimated: `first`, at best `weak`.
 ExteriorResult OrientWithPrincipalDistance(const PhotoToOrient& photo, const PhotoImage& image,
                                            const std::vector<patchdb::Patch>& patches,
                                            const OrientPhotoOptions& options,

@@ -190,18 +190,18 @@ void SayCameras(const std::vector<KnownCamera>& cameras, const std::vector<size_
   }
   std::string said = fitting.size() == 1
                          ? "Camera " + names + " of the library."
-                         : "Cameras that fit alike, with one transform: " + names + ".";
-  said += most - least > 1
-              ? " The marks do not tell the principal distance (" + fmt::format("{:.0f}", least) +
-                    " to " + fmt::format("{:.0f}", most) +
-                    " mm): the exterior orientation needs the right one."
-              : " Its principal distance is nominal: the exterior orientation needs "
-                "the calibrated one.";
+                         : "Cameras that fit equally well, with the same transform: " + names + ".";
+  said +=
+      most - least > 1
+          ? " The marks do not determine the principal distance (" + fmt::format("{:.0f}", least) +
+                " to " + fmt::format("{:.0f}", most) +
+                " mm): exterior orientation needs the right one."
+          : " Its principal distance is nominal: exterior orientation needs the calibrated one.";
   result->findings.push_back({.reason = Reason::kCamerasThatFit, .where = said});
 }
 
 // Cameras with the same marks at the same places read a scan alike.
-bool ReadAlike(const KnownCamera& a, const KnownCamera& b) {
+bool HaveSameMarks(const KnownCamera& a, const KnownCamera& b) {
   if (a.file->fiducials.size() != b.file->fiducials.size()) return false;
   constexpr double kPixelPerMm = 20;
   const Matrix2d pixel_from_mm = Vector2d(kPixelPerMm, -kPixelPerMm).asDiagonal();
@@ -228,9 +228,9 @@ CameraChoice ChooseCamera(const std::vector<KnownCamera>& cameras,
   const auto best = std::find_if(sorted.begin(), sorted.end(),
                                  [](const auto& r) { return r.result.status == Status::kOk; });
   if (best == sorted.end())
-    return Unknown(
-        cameras, sorted,
-        "none of the library's " + std::to_string(cameras.size()) + " fits for certain.");
+    return Unknown(cameras, sorted,
+                   "none of the library's " + std::to_string(cameras.size()) +
+                       " cameras fits with certainty.");
   std::vector<size_t> fitting;
   for (const CameraReading& other : sorted) {
     const bool agrees = &other == &*best || Agree(*best, other, cameras);
@@ -238,7 +238,7 @@ CameraChoice ChooseCamera(const std::vector<KnownCamera>& cameras,
     if (!agrees)
       return Unknown(cameras, sorted,
                      cameras[best->camera].name + " fits, and " + cameras[other.camera].name +
-                         ", whose marks lie differently, nearly as well or better.");
+                         ", with other mark positions, nearly as well or better.");
     if (other.result.status == Status::kOk) fitting.push_back(other.camera);
   }
   CameraChoice choice{best->result, best->camera};
@@ -255,7 +255,7 @@ CameraChoice OrientWithUnknownCamera(const Raster& scan, const std::vector<Known
         cameras[i].file->fiducials.size() > kMostMarksOfUnknownCamera)
       continue;
     const auto alike = std::find_if(readings.begin(), readings.end(), [&](const auto& known) {
-      return ReadAlike(cameras[known.camera], cameras[i]);
+      return HaveSameMarks(cameras[known.camera], cameras[i]);
     });
     if (alike != readings.end()) {
       readings.push_back({i, alike->result, alike->nats});

@@ -1,9 +1,9 @@
-// Which of the known cameras a scan is from: each reads the scan, and the choice is made only where
-// the best reading is sure by itself and no camera with another geometry comes near it.
+// Which of the known cameras a scan is from: each is fitted to the scan, and one is chosen only if
+// the best interpretation is certain by itself and no camera with another geometry comes close.
 //
-// Cameras whose marks agree (an RC10 with 15 and with 21 cm lens) give one transform: that is a tie
-// and no doubt. A camera that is not among the known ones is not found out by being the best of the
-// wrong ones: the pixel size is tested as well, where the scan or the user states it.
+// Cameras whose marks agree (an RC10 with 15 and with 21 cm lens) give one transform: that is no
+// ambiguity. An unknown camera is not accepted as the best of the wrong ones: the pixel size is
+// tested as well, where the scan or the user states it.
 #pragma once
 
 #include <optional>
@@ -24,7 +24,7 @@ struct KnownCamera {
   const MarkShapes* shapes = nullptr;
 };
 
-// What one camera makes of the scan.
+// One camera's interpretation of the scan.
 struct CameraReading {
   size_t camera = 0;  // index of the known camera
   InteriorResult result;

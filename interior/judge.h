@@ -43,7 +43,7 @@ std::optional<Finding> JudgeGivenByLayout(ScanOrientation given, ScanOrientation
 std::optional<Finding> JudgeGivenBySigns(ScanOrientation given,
                                          const std::vector<ScanOrientation>& possible);
 
-// Of a scan orientation that was to be found out. `dissenting` names those signs that are against
+// Of a scan orientation that was to be determined. `dissenting` names those signs that are against
 // the decision; empty: none.
 Findings JudgeFound(bool contradictory, const std::string& dissenting,
                     const std::vector<ScanOrientation>& possible);

@@ -1,14 +1,14 @@
 #!/usr/bin/env python3
-"""CTest `layers`: the house keeps to its plan, without an exception list.
+"""CTest `layers`: every include follows the table of modules, without exceptions.
 
     layers_test.py ROOT          checks the sources below ROOT
     layers_test.py --self-test   proves that what is forbidden is found
 
 The table below is the one of docs/design.md: which folder may use which, subfolders included, and
-which library from outside lives where. A folder or library that the table does not know is an error
-too. Beyond the table: no units (a header with its source) include one another in a circle; no two
-headers of a room define a type of one name, since the linker would take one for the other without a
-word; no folder holds more than 40 files, no file more than 400 lines.
+where each external library may be used. A folder or library not in the table is an error too.
+Beyond the table: no units (a header with its source) include one another in a circle; no two
+headers of a module define a type of one name, since the linker would take one for the other without
+a word; no folder holds more than 40 files, no file more than 400 lines.
 """
 
 import pathlib
@@ -167,7 +167,7 @@ def circles(edges):
     return found
 
 
-class House:
+class SourceTree:
     """What is wrong with the sources below a root."""
 
     def __init__(self, root):
@@ -274,13 +274,13 @@ ALLOWED = [
 
 
 def complaints_of(sources):
-    """About a house of these files: {path: text}."""
+    """About a source tree of these files: {path: text}."""
     with tempfile.TemporaryDirectory() as root:
         for path, text in sources.items():
             file = pathlib.Path(root) / path
             file.parent.mkdir(parents=True, exist_ok=True)
             file.write_text(text + "\n", encoding="utf-8")
-        return House(root).found
+        return SourceTree(root).found
 
 
 def check_one(path, line):
@@ -310,11 +310,11 @@ def main(arguments):
     if len(arguments) != 1:
         print(__doc__)
         return 2
-    house = House(arguments[0])
-    if house.files == 0:
-        house.found.append(f"{arguments[0]}: no sources found; is this the project's root?")
-    print("\n".join(house.found) or f"{house.files} files keep to the plan")
-    return 1 if house.found else 0
+    tree = SourceTree(arguments[0])
+    if tree.files == 0:
+        tree.found.append(f"{arguments[0]}: no sources found; is this the project's root?")
+    print("\n".join(tree.found) or f"{tree.files} files follow the table")
+    return 1 if tree.found else 0
 
 
 if __name__ == "__main__":

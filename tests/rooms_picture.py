@@ -1,10 +1,10 @@
 #!/usr/bin/env python3
-"""CTest `rooms_picture`: docs/rooms.svg shows which room uses which, as the includes have it.
+"""CTest `rooms_picture`: docs/rooms.svg shows which module uses which, according to the includes.
 
     rooms_picture.py ROOT            fails where the picture is not what the sources below ROOT give
     rooms_picture.py ROOT --write    draws it
 
-A room stands above all that it uses; every arrow is an include, from above to below.
+A module stands above all that it uses; every arrow is an include, from above to below.
 """
 
 import pathlib
@@ -18,7 +18,7 @@ ROOMS = {
     "exterior": (2.4, 8.9, "one photo's pose, from patches", "#fbeede"),
     "patchdb": (0, 7.8, "control patches in a GeoPackage", "#fbe4e2"),
     "interior": (9.7, 18.3, "fiducial marks; from pixel to film", "#e2f3e4"),
-    "core": (0, 20, "what all rooms stand on", "#eeeeec"),
+    "core": (0, 20, "used by all other modules", "#eeeeec"),
 }
 NO_ROOM = {"bench"}  # folders that are no part of the product
 COLUMN, MARGIN, GAP = 46, 24, 46

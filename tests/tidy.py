@@ -165,14 +165,14 @@ def main(words):
     return 1 if changed & untidy.keys() else 0
 
 
-# --self-test: a house of three sources, and a tool that dislikes the word BAD.
+# --self-test: a tree of three sources, and a tool that dislikes the word BAD.
 TOOL_TEXT = """#!/bin/sh
 [ "$1" != --version ] || { echo made up; exit; }
 for last; do :; done
 echo "$last" >>"$(dirname "$0")/log"
 ! grep BAD "$last"
 """
-HOUSE = {"a/one.cpp": '#include "a/one.h"\n', "a/two.cpp": "int two;\n",
+TREE = {"a/one.cpp": '#include "a/one.h"\n', "a/two.cpp": "int two;\n",
          "b/three.cpp": '#include "b/through.h"\n', "a/one.h": "int one;\n",
          "b/through.h": '#include "a/one.h"\n', ".clang-tidy": "Checks: all\n",
          "build/compile_commands.json": "[]"}
@@ -182,7 +182,7 @@ SOURCES = ["a/one.cpp", "a/two.cpp", "b/three.cpp"]
 class SelfTest:
     def __init__(self, folder):
         self.root, self.wrong = pathlib.Path(folder), []
-        for name, text in {**HOUSE, "tool": TOOL_TEXT}.items():
+        for name, text in {**TREE, "tool": TOOL_TEXT}.items():
             self.write(name, text)
         (self.root / "tool").chmod(0o755)
 

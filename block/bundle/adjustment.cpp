@@ -1,7 +1,5 @@
 #include "block/bundle/adjustment.h"
 
-#include <fmt/format.h>
-
 #include <algorithm>
 #include <chrono>
 #include <cmath>
@@ -66,8 +64,10 @@ class Adjustment {
   bool CalibrationChanges();
   void FillResult();
   void Finish();
-  std::string WorseThanStated(RowKind kind, const char* what) const;
-  void Say();
+  void Say(Reason reason, std::optional<double> value = {}, std::optional<double> limit = {});
+  void SayOf(const std::vector<std::size_t>& photos, Reason reason);
+  void SayWorseThanStated(RowKind kind, Reason reason);
+  void SayAll();
 
   BlockResult* result_;
   BlockSystem system_;
@@ -237,7 +237,7 @@ void Adjustment::Rounds() {
     result_->converged = true;
     return;
   }
-  result_->messages.emplace_back("The adjustment did not converge.");
+  Say(Reason::kAdjustmentNotConverged);
 }
 
 // For covariances, those of the points in tests_ among them; null where they are as weighted.
@@ -254,51 +254,49 @@ bool Adjustment::CalibrationChanges() {
   return TestCalibration(stated ? *stated : *normals_, &system_, &result_->calibration);
 }
 
-// How much worse than stated, where that is too much to pass over in silence.
-std::string Adjustment::WorseThanStated(RowKind kind, const char* what) const {
-  const double factor = std::sqrt(system_.Factor(kind));
-  if (factor < kTooMuchWorse) return "";
-  return fmt::format("{} {:.0f} times worse than stated", what, factor);
+void Adjustment::Say(Reason reason, std::optional<double> value, std::optional<double> limit) {
+  result_->findings.push_back({.reason = reason, .value = value, .limit = limit});
 }
 
-void Adjustment::Say() {
+// Of photos, if there are any.
+void Adjustment::SayOf(const std::vector<std::size_t>& photos, Reason reason) {
+  if (photos.empty()) return;
+  result_->findings.push_back({.reason = reason,
+                               .value = static_cast<double>(photos.size()),
+                               .where = NamesOf(system_.block, photos)});
+}
+
+// How much worse than stated, where that is too much to pass over in silence.
+void Adjustment::SayWorseThanStated(RowKind kind, Reason reason) {
+  const double factor = std::sqrt(system_.Factor(kind));
+  if (!(factor < kTooMuchWorse)) Say(reason, factor, kTooMuchWorse);
+}
+
+void Adjustment::SayAll() {
   for (const BlockPart& part : result_->parts)
-    if (!part.message.empty()) result_->messages.push_back(part.message);
-  std::vector<std::size_t> gnss, prior;
+    if (part.finding) result_->findings.push_back(*part.finding);
+  std::vector<std::size_t> gnss, prior, undetermined;
   std::size_t with_gnss = 0, with_prior = 0;
   for (std::size_t i = 0; i < result_->photos.size(); ++i) {
-    with_gnss += result_->photos[i].gnss_residual_m ? 1 : 0;
+    const AdjustedPhoto& photo = result_->photos[i];
+    with_gnss += photo.gnss_residual_m ? 1 : 0;
     with_prior += system_.prior_row[i] >= 0 ? 1 : 0;
-    if (result_->photos[i].gnss_rejected) gnss.push_back(i);
-    if (result_->photos[i].prior_rejected) prior.push_back(i);
+    if (photo.gnss_rejected) gnss.push_back(i);
+    if (photo.prior_rejected) prior.push_back(i);
+    if (photo.state == PhotoState::kUndetermined) undetermined.push_back(i);
   }
   const bool plain = system_.options.gnss == GnssModel::kPlain;
   if (plain && with_gnss > 1 && gnss.size() == with_gnss)
-    result_->messages.emplace_back(
-        "GNSS and control patches disagree everywhere: no position is used. One of them lies in "
-        "another datum, or is worse than stated.");
-  else if (!gnss.empty())
-    result_->messages.push_back(fmt::format("GNSS contradicts the block and is not used: {}.",
-                                            NamesOf(system_.block, gnss)));
-  if (!prior.empty())
-    result_->messages.push_back(
-        fmt::format("The approximation is worse than it is said to be, and is no observation: {}.",
-                    NamesOf(system_.block, prior)));
-  const std::string gnss_fits = WorseThanStated(RowKind::kGnss, "GNSS positions fit");
-  if (!gnss_fits.empty() && gnss.size() < with_gnss)
-    result_->messages.push_back(
-        gnss_fits + (plain ? ", and count so much less: do they lie in another datum than control "
-                             "(model = \"shift\" finds by how much)?"
-                           : ", and count so much less."));
-  const std::string priors_fit = WorseThanStated(RowKind::kPosePrior, "Approximations fit");
-  if (!priors_fit.empty() && prior.size() < with_prior)
-    result_->messages.push_back(priors_fit + ", and count so much less as observations.");
-  std::vector<std::size_t> undetermined;
-  for (std::size_t i = 0; i < result_->photos.size(); ++i)
-    if (result_->photos[i].state == PhotoState::kUndetermined) undetermined.push_back(i);
-  if (!undetermined.empty())
-    result_->messages.push_back(fmt::format("Too few or too badly placed observations: {}.",
-                                            NamesOf(system_.block, undetermined)));
+    Say(Reason::kGnssDisagreesEverywhere, static_cast<double>(with_gnss));
+  else
+    SayOf(gnss, Reason::kGnssRejected);
+  SayOf(prior, Reason::kApproximationsRejected);
+  if (gnss.size() < with_gnss)
+    SayWorseThanStated(RowKind::kGnss,
+                       plain ? Reason::kGnssPerhapsOfAnotherDatum : Reason::kGnssWorseThanStated);
+  if (prior.size() < with_prior)
+    SayWorseThanStated(RowKind::kPosePrior, Reason::kApproximationsWorseThanStated);
+  SayOf(undetermined, Reason::kPhotosUndetermined);
 }
 
 void Adjustment::FillResult() {
@@ -323,7 +321,7 @@ void Adjustment::Finish() {
     for (std::size_t i = 0; i < result_->observations.size(); ++i)
       result_->observations[i].state = judgement_.states()[i];
   }
-  Say();
+  SayAll();
 }
 
 void Adjustment::Run() {

@@ -1,7 +1,7 @@
-// Bundle block adjustment: poses of all photos and ground points at once, from what the photos show
-// of ties and of control, with what the result is worth. Pure: plain values in, plain values out.
+// Bundle block adjustment: poses of all photos and ground points at once, from the observations of
+// ties and control, with their precision. Pure: plain values in, plain values out.
 //
-// Robust start, then data snooping with local redundancies (Baarda 1968), variance components a
+// Robust start, then data snooping with local redundancies (Baarda 1968), variance components per
 // group (Foerstner 1979, simplified), self-calibration with significance tests. Ceres solves
 // (Triggs et al. 2000: Schur complement); covariances come from a sparse inverse of the reduced
 // normal equations (Takahashi et al. 1973).
@@ -12,7 +12,7 @@
 
 namespace orient::block {
 
-// Throws std::invalid_argument for indices that point nowhere and covariances that are none.
+// Throws std::invalid_argument for indices out of range and invalid covariances.
 BlockResult AdjustBlock(const BlockToAdjust& block, const BlockOptions& options = {});
 
 }  // namespace orient::block

@@ -6,13 +6,10 @@ std::optional<std::string> BlockOptions::Check() const {
   if (!(significance > 0 && significance < 0.5)) return "significance must lie between 0 and 0.5";
   if (!(least_precision_factor > 0 && least_precision_factor <= 1))
     return "least_precision_factor must lie between 0 and 1";
-  if (!(calibration_t > 0)) return "calibration_t must be positive";
-  if (!(gnss_shift_sigma_m > 0) || !(gnss_drift_sigma_m > 0))
-    return "gnss_shift_sigma_m and gnss_drift_sigma_m must be positive";
+  if (!(gnss_shift_sigma_m > 0)) return "gnss_shift_sigma_m must be positive";
   if (!(height_correlation_m > 0)) return "height_correlation_m must be positive";
   if (!(control_shared_everywhere >= 0) || !(control_shared_smoothly >= 0))
     return "control_shared_everywhere and control_shared_smoothly must not be negative";
-  if (!(min_ray_angle_deg >= 0)) return "min_ray_angle_deg must not be negative";
   if (max_rounds < 1 || max_iterations < 1 || threads < 1)
     return "max_rounds, max_iterations and threads must be at least 1";
   return std::nullopt;

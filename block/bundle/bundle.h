@@ -71,27 +71,24 @@ struct BlockOptions {
   double significance = 0.001;  // of the test for gross errors: Baarda's alpha
   // Scale the groups' weights by what their residuals say; false: weights as given.
   bool variance_components = true;
-  // In covariances a stated variance is never taken for less than this share of itself: 1 where
-  // residuals cannot show all errors, because neighbouring observations share some. Weights and
-  // tests go by what the residuals show all the same: else gross errors would pass.
+  // In covariances a stated variance is never reduced below this fraction: 1 where residuals cannot
+  // show all errors, because neighbouring observations share some. Weights and tests follow the
+  // residuals all the same: otherwise gross errors would pass.
   double least_precision_factor = 1e-4;
-  // Lens k1 k2 k3, principal point and principal distance, one set a camera: what the block
+  // Lens k1 k2 k3, principal point and principal distance, one set per camera: what the block
   // determines and what is significant.
   bool self_calibration = false;
-  double calibration_t = 3;  // |value| / sigma from which a parameter is significant
   GnssModel gnss = GnssModel::kPlain;
   double gnss_shift_sigma_m = 10;     // what a shift may be, one sigma
-  double gnss_drift_sigma_m = 1;      // from a strip's middle to its ends
   double height_correlation_m = 500;  // distance at which height errors are hardly related
   // Errors that control patches share and residuals do not show (shadows and crowns to the same
   // side of all things), in shares of what each errs by itself: the same everywhere, and a field a
   // source that fades over height_correlation_m. They widen the covariances of poses, cameras,
   // GNSS parameters and ties (not of control's own ground and of checks) and weigh nothing.
   double control_shared_everywhere = 0, control_shared_smoothly = 0;
-  double min_ray_angle_deg = 1.5;  // ties seen under less from everywhere say nothing
-  bool full_covariance = true;     // of all poses, where there are at most 300 photos
-  int max_rounds = 30;             // of test and adjustment
-  int max_iterations = 50;         // of one adjustment
+  bool full_covariance = true;  // of all poses, where there are at most 300 photos
+  int max_rounds = 30;          // of test and adjustment
+  int max_iterations = 50;      // of one adjustment
   int threads = 1;
   std::optional<std::string> Check() const;  // what is wrong with the options, if anything
 };

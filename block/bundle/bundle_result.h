@@ -1,5 +1,5 @@
 // What a bundle block adjustment gives: poses, ground points, the state of every observation,
-// tests, and what the result is worth.
+// tests, and precision.
 #pragma once
 
 #include <Eigen/Core>
@@ -8,6 +8,7 @@
 #include <string>
 #include <vector>
 
+#include "core/files/finding.h"
 #include "core/geometry/camera.h"
 #include "core/geometry/pose.h"
 
@@ -18,7 +19,7 @@ enum class ObservationState {
   kRejected,   // gross error found by snooping
   kHeldOut,    // of a check patch
   kAlone,      // its point has no second ray and no control
-  kWeakAngle,  // the rays left of its point meet under next to no angle
+  kWeakAngle,  // the remaining rays of its point intersect at almost no angle
   kUnusable,   // behind the camera, or its photo takes no part
 };
 const char* Name(ObservationState state);
@@ -46,7 +47,7 @@ struct AdjustedPhoto {
   std::optional<Eigen::Vector3d> gnss_residual_m;  // measured - computed
   double gnss_w = 0, prior_w = 0;  // as w of an observation: chi of 3 and of 6 degrees of freedom
   bool gnss_rejected = false, prior_rejected = false;
-  // What the film's transform had to give: d(a11 a12 a21 a22 t1 t2), mm.
+  // Correction of the film's transform: d(a11 a12 a21 a22 t1 t2), mm.
   Vector6d interior_correction = Vector6d::Zero();
 };
 
@@ -68,7 +69,7 @@ struct BlockPart {
   int control_points = 0;   // used
   bool has_datum = false;   // position, attitude and scale follow from control, GNSS and priors
   bool by_control = false;  // at least three control points not on one line
-  std::string message;      // plain words; empty where nothing is to be said
+  std::optional<Finding> finding = {};  // absent where nothing is to be said
 };
 
 struct VarianceComponent {
@@ -107,6 +108,9 @@ struct StripGnss {
   std::optional<Eigen::Vector3d> drift_m, drift_sigma_m;
 };
 
+// Of photos that get a covariance of all poses together.
+inline constexpr std::size_t kMostForFullCovariance = 300;
+
 struct BlockTimings {  // wall clock, seconds
   double setup = 0, solve = 0, snooping = 0, covariance = 0;
   double ceres = 0;  // the part of solve that Ceres reports
@@ -127,12 +131,12 @@ struct BlockResult {
   std::vector<Camera> cameras;  // with the calibration applied
   std::vector<CalibrationParameter> calibration;
   std::vector<StripGnss> strips;
-  // Of all adjusted poses together, six rows each in the order of `covariance_photos`; empty where
-  // it was not asked for or would be too large.
+  // Joint covariance of all adjusted poses, six rows each in the order of `covariance_photos`;
+  // empty where it was not asked for or would be too large.
   Eigen::MatrixXd pose_covariance;
   std::vector<std::size_t> covariance_photos;
   BlockTimings timings;
-  std::vector<std::string> messages;  // what a person should know, in plain sentences
+  Findings findings;  // what a person should know of the block as a whole
 };
 
 }  // namespace orient::block

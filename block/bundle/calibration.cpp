@@ -6,6 +6,7 @@
 namespace orient::block {
 namespace {
 
+constexpr double kSignificant_t = 3;  // |value| / sigma from which a parameter is significant
 constexpr std::array<const char*, 6> kNames = {
     "principal_distance_mm", "principal_point_x_mm", "principal_point_y_mm", "k1", "k2", "k3"};
 // Of the sigma that the parameters are held with: what stays near it, the block said nothing of.
@@ -64,7 +65,7 @@ bool TestCalibration(const BlockNormals& normals, BlockSystem* system,
     };
     for (int i; (i = lens.Worst(kNotDetermined, [&](int k) { return lens.Sigma(k); })) >= 0;)
       leave_out(i, CalibrationState::kNotDetermined);
-    const double limit = 1 / system->options.calibration_t;
+    const double limit = 1 / kSignificant_t;
     for (int i; (i = lens.Worst(limit, [&](int k) { return 1 / lens.T(k); })) >= 0;)
       leave_out(i, CalibrationState::kInsignificant);
     unknowns.active = lens.active;

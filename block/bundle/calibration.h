@@ -1,4 +1,4 @@
-// Self-calibration's significance tests. Private to exterior.
+// Self-calibration's significance tests. Private to block.
 #pragma once
 
 #include <vector>
@@ -10,9 +10,10 @@ namespace orient::block {
 // All lens parameters of all cameras are unknowns from here on.
 void StartCalibration(BlockSystem* system);
 
-// Takes out what the block does not determine and then, one by one, what is not significant: each
-// leaves the others where they would be without it (the linear adjustment's exact answer). True
-// where anything went; `parameters` has all of them with their values and tests.
+// Drops the parameters that the block does not determine and then, one by one, those not
+// significant: each leaves the others with the values they have without it (the linear adjustment's
+// exact answer). True where any was dropped; `parameters` has all of them with their values and
+// tests.
 bool TestCalibration(const BlockNormals& normals, BlockSystem* system,
                      std::vector<CalibrationParameter>* parameters);
 

@@ -88,26 +88,22 @@ void AddPhotoPriors(const BlockSystem& system, std::size_t photo, PartDatum* dat
   datum->all.block<3, 3>(3, 3) += angles.inverse();
 }
 
-// What is said of a part that is not as one would wish.
-std::string Message(const BlockSystem& system, const BlockPart& part, std::size_t parts) {
-  std::string message;
-  const bool one = part.photos.size() == 1;
-  if (parts > 1) {
-    message = one ? "Photo " : "Photos ";
-    message += NamesOf(system.block, part.photos);
-    message += one ? " is" : " are";
-    message += " connected with no other photo. ";
-  }
-  const std::string they = parts > 1 ? (one ? "It has " : "They have ") : "The block has ";
-  if (!part.has_datum)
-    message += they + "too little control for position, attitude and scale.";
-  else if (part.control_points == 0)
-    message += they + "no control: its place follows from approximations or GNSS alone.";
-  else if (!part.by_control)
-    message +=
-        they + "control on one line or at one place only: approximations or GNSS decide the rest.";
-  if (message.ends_with(' ')) message.pop_back();
-  return message;
+// What is said of a part that is not as one would wish. `only`: the block is of one part.
+std::optional<Reason> WhatOf(const BlockPart& part, bool only) {
+  if (!part.has_datum) return only ? Reason::kBlockWithoutDatum : Reason::kPartWithoutDatum;
+  if (part.control_points == 0)
+    return only ? Reason::kBlockWithoutControl : Reason::kPartWithoutControl;
+  if (!part.by_control)
+    return only ? Reason::kBlockPoorlyControlled : Reason::kPartPoorlyControlled;
+  return only ? std::nullopt : std::optional(Reason::kPartNotConnected);
+}
+
+std::optional<Finding> FindingOf(const BlockSystem& system, const BlockPart& part, bool only) {
+  const auto reason = WhatOf(part, only);
+  if (!reason) return std::nullopt;
+  return Finding{.reason = *reason,
+                 .value = static_cast<double>(part.photos.size()),
+                 .where = only ? "" : NamesOf(system.block, part.photos)};
 }
 
 void FindDatum(const BlockSystem& system, const std::vector<std::size_t>& control, double reach_m,
@@ -182,7 +178,7 @@ std::vector<BlockPart> FindParts(const BlockSystem& system, const std::vector<bo
     const bool any = std::any_of(parts[i].photos.begin(), parts[i].photos.end(),
                                  [&](std::size_t photo) { return takes_part[photo]; });
     parts[i].has_datum = parts[i].has_datum && any;
-    parts[i].message = Message(system, parts[i], parts.size());
+    parts[i].finding = FindingOf(system, parts[i], parts.size() == 1);
   }
   return parts;
 }

@@ -1,5 +1,5 @@
 // Which photos of a block are connected, and whether each connected part has a datum. Private to
-// exterior.
+// block.
 #pragma once
 
 #include <vector>
@@ -10,7 +10,7 @@ namespace orient::block {
 
 // By the observations that connect (all of them are as many as the block's); `takes_part` of each
 // photo. Every photo is in one part.
-// Fills photos, control_points, has_datum, by_control and message.
+// Fills photos, control_points, has_datum, by_control and finding.
 std::vector<BlockPart> FindParts(const BlockSystem& system, const std::vector<bool>& connects,
                                  const std::vector<bool>& takes_part);
 

@@ -1,7 +1,7 @@
 // The residuals of a block adjustment as Ceres wants them, with analytic derivatives. Unknowns are
 // differences from first values: three a ground point, six of everything else (poses, film, lens,
 // GNSS of a strip, height errors), so that Ceres' Schur elimination meets one size only. Residuals
-// are computed - measured, whitened. Private to exterior.
+// are computed - measured, whitened. Private to block.
 #pragma once
 
 #include <ceres/cost_function.h>

@@ -11,6 +11,8 @@
 namespace orient::block {
 namespace {
 
+constexpr double kMinRayAngle_deg = 1.5;  // ties seen under less from everywhere say nothing
+
 // A gross error leans on the residuals around it. Of a photo's suspects only those at least this
 // much of its worst one (in chi-square) go in the same round.
 constexpr double kNearlyAsBad = 0.1;
@@ -94,8 +96,7 @@ bool BlockJudgement::ScreenPoint(std::size_t point) {
   const bool has_control = system_->control_row_of_point[point] >= 0 && !control_rejected_[point];
   if (!given_up_[point] && !has_control && rows.size() < 2)
     state = ObservationState::kAlone;
-  else if (given_up_[point] ||
-           (!has_control && LargestAngle(rows) < RadFromDeg(system_->options.min_ray_angle_deg)))
+  else if (given_up_[point] || (!has_control && LargestAngle(rows) < RadFromDeg(kMinRayAngle_deg)))
     state = ObservationState::kWeakAngle;
   bool changed = false;
   for (const std::size_t row : rows) {
@@ -239,8 +240,7 @@ bool BlockJudgement::RaysAgree(std::size_t point, const std::vector<std::size_t>
     t += system_->LinearisePoint(system_->rows[row]).residual.squaredNorm();
   // 2 n - 3 degrees of freedom: at most as much as that many would have, in the mean two of them
   // at the limit.
-  return t < kFitsAgain * limits_[1] &&
-         LargestAngle(rows) > RadFromDeg(system_->options.min_ray_angle_deg);
+  return t < kFitsAgain * limits_[1] && LargestAngle(rows) > RadFromDeg(kMinRayAngle_deg);
 }
 
 // GNSS positions and priors, whose photos stay. A wrong one draws what is around it, and the shift

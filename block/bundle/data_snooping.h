@@ -1,5 +1,5 @@
 // Which observations count: the states of all observations, what makes them change, and the test
-// for gross errors. Private to exterior.
+// for gross errors. Private to block.
 #pragma once
 
 #include <vector>

@@ -15,6 +15,8 @@
 namespace orient::block {
 namespace {
 
+constexpr double kGnssDriftSigma_m = 1;  // from a strip's middle to its ends
+
 // What self-calibration may find, one sigma, in units of LensUnknowns: a millimetre. It keeps what
 // a block cannot determine from running away and says nothing about what it can.
 constexpr double kLensSigma = 1.0;
@@ -27,7 +29,7 @@ Matrix6d RootOf(const Matrix6d& covariance) {
   return eigen.vectors * eigen.values.cwiseMax(0).cwiseSqrt().asDiagonal();
 }
 
-// Six height unknowns a group; the same key always gets the same place.
+// Six height unknowns per group; the same key always gets the same place.
 class HeightPlaces {
  public:
   HeightUnknown Of(const std::string& key, const std::function<int()>& new_group) {
@@ -222,7 +224,7 @@ void BlockSystem::AddGnssRows() {
     }
     if (group >= 0) {
       sigma_of_group.resize(groups.size(), Vector6d::Ones());
-      const double drift = options.gnss == GnssModel::kShift ? 1e-6 : options.gnss_drift_sigma_m;
+      const double drift = options.gnss == GnssModel::kShift ? 1e-6 : kGnssDriftSigma_m;
       sigma_of_group[static_cast<std::size_t>(group)]
           << Eigen::Vector3d::Constant(options.gnss_shift_sigma_m),
           Eigen::Vector3d::Constant(drift);

@@ -1,5 +1,5 @@
 // The equations of a block: unknowns, rows, and which of them count at the moment. Private to
-// exterior.
+// block.
 #pragma once
 
 #include <algorithm>
@@ -59,7 +59,7 @@ class BlockSystem {
   std::vector<int> pose_group, film_group;  // of each photo; -1: none
   std::vector<int> lens_group;              // of each camera; -1: none
   std::vector<int> gnss_group;              // of each photo; -1: none
-  int pose_groups = 0;                      // the first ones: one a photo
+  int pose_groups = 0;                      // the first ones: one per photo
   std::vector<int> prior_row, gnss_row;     // of each photo; -1: none
 
   // The image rows come first, one an observation; then the others.

@@ -1,5 +1,5 @@
 // The normal equations of a block with the ground points eliminated, and what follows from their
-// inverse: covariances, local redundancies, and the test of every observation. Private to exterior.
+// inverse: covariances, local redundancies, and the test of every observation. Private to block.
 #pragma once
 
 #include <memory>
@@ -40,10 +40,10 @@ class BlockNormals {
   // Needs equations without open unknowns.
   BlockTests Test();
   // The right side of the reduced equations for each metre (X, Y, Z) by which a control point's
-  // ground is given elsewhere: six rows a group of `groups`. False where the point is left out.
+  // ground is given elsewhere: six rows per group of `groups`. False where the point is left out.
   bool RightSideOfControl(std::size_t point, std::vector<int>* groups,
                           Eigen::MatrixX3d* by_ground) const;
-  // By how much a point moves for each unit of its groups' unknowns: six columns a group. False
+  // By how much a point moves for each unit of its groups' unknowns: six columns per group. False
   // where the point is left out.
   bool FollowsGroups(std::size_t point, std::vector<int>* groups,
                      Eigen::Matrix3Xd* by_groups) const;

@@ -10,7 +10,6 @@ namespace {
 
 constexpr std::array<const char*, kVarianceGroups> kGroupNames = {
     "tie image", "control image", "control ground", "gnss", "pose prior"};
-constexpr std::size_t kMostForFullCovariance = 300;
 
 void FillPhotos(const BlockSystem& system, const BlockJudgement& judgement,
                 const BlockNormals& normals, BlockResult* result) {

@@ -1,4 +1,4 @@
-// What an adjusted block hands back. Private to exterior.
+// What an adjusted block hands back. Private to block.
 #pragma once
 
 #include "block/bundle/data_snooping.h"

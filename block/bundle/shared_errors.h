@@ -1,5 +1,5 @@
 // What errors that control patches share, and that no residual shows, add to the poses' covariances
-// of a block: see unseen_errors.h. Private to exterior.
+// of a block: see unseen_errors.h. Private to block.
 #pragma once
 
 #include "block/bundle/normal_equations.h"

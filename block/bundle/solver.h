@@ -1,5 +1,5 @@
 // Ceres on a block's equations: one problem for all rounds, rows taken out and put back as they
-// are judged. Private to exterior.
+// are judged. Private to block.
 #pragma once
 
 #include <memory>
@@ -24,8 +24,8 @@ class BlockSolver {
   BlockSolver(const BlockSolver&) = delete;
   BlockSolver& operator=(const BlockSolver&) = delete;
 
-  // Moves the system's unknowns. False where Ceres found no way down or was cut off before it came
-  // to rest. Adds to the timings.
+  // Moves the system's unknowns. False where Ceres found no descent or was stopped before it
+  // converged. Adds to the timings.
   bool Solve(const BlockSolve& how, BlockTimings* timings);
 
  private:

@@ -22,7 +22,7 @@ constexpr std::size_t kLeastForMedian = 8;
 // Variance factors that change less than this are left alone.
 constexpr double kSettled = 0.02;
 // A stated variance counts as much as one found from this many degrees of freedom: image and ground
-// of control that few photos see can hardly be told apart, and small groups would run away.
+// of control that few photos see can hardly be distinguished, and small groups would run away.
 constexpr double kStatedRedundancy = 20;
 constexpr double kLeastFactor = 1e-4, kMostFactor = 1e4;
 // From medians, which cannot tell image and ground of control apart.

@@ -86,13 +86,14 @@ class FlightIndex {
     if (row.photo.empty()) throw InputError(where + " has no photo name");
     const OGRGeometry* geometry = feature.GetGeometryRef();
     if (geometry == nullptr || wkbFlatten(geometry->getGeometryType()) != wkbPoint)
-      throw InputError(fmt::format("{} (photo {}) is no point", where, row.photo));
+      throw InputError(fmt::format("{} (photo {}) is not a point", where, row.photo));
     const OGRPoint* point = geometry->toPoint();
     Eigen::Vector2d xy(point->getX(), point->getY());
     if (transform) {
       const auto there = (*transform)(xy);
       if (!there)
-        throw InputError(where + " (photo " + row.photo + ") has no place in " + crs_.Name());
+        throw InputError(where + " (photo " + row.photo + ") cannot be transformed to " +
+                         crs_.Name());
       xy = *there;
     }
     const double height = Height(feature, *point, where);

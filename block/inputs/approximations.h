@@ -9,7 +9,7 @@
 
 namespace orient::block {
 
-// What an approximation is taken to be worth where nobody says.
+// Assumed accuracy of an approximation where it is not stated.
 inline constexpr double kPositionSigma_m = 10;
 inline const double kAttitudeSigma_rad = RadFromDeg(3);
 

@@ -18,8 +18,8 @@
 namespace orient::block {
 namespace {
 
-// Of a frame's shorter side on the ground: what is known as well as that need not be sought in the
-// whole photo.
+// Of a frame's shorter side on the ground: what is known as well as that need not be searched for
+// in the whole photo.
 constexpr double kWellKnown = 0.1;
 // A focal length that differs by more is another lens.
 constexpr double kFocalLengthTolerance = 0.03;
@@ -73,8 +73,9 @@ BlockApproximations::BlockApproximations(const BlockFile& block, const Camera& c
         "to observe; give one, or leave observe out");
   if (block.observe_approximations && observations_.approximations.empty())
     throw InputError(
-        "observe = true under [approximate_accuracy], but nobody says how good a table of "
-        "approximations is; give position_m and attitude_deg there, or the table its columns of "
+        "observe = true under [approximate_accuracy], but the accuracy of the table of "
+        "approximations is not stated; give position_m and attitude_deg there, or the table its "
+        "columns of "
         "sigmas, or leave observe out");
   AddGnss(gnss);
   ReadFiles();
@@ -85,9 +86,9 @@ BlockApproximations::BlockApproximations(const BlockFile& block, const Camera& c
     for (const std::string& photo : strip.photos)
       if (!photos.contains(photo)) absent.push_back(photo);
   if (!absent.empty())
-    messages_.push_back(
-        fmt::format("the strips have {}{} not there, whose places stay free: {}", absent.size(),
-                    absent.size() == 1 ? " photo that is" : " photos that are", Listed(absent)));
+    remarks_.push_back({.reason = Reason::kStripPhotosAbsent,
+                        .value = static_cast<double>(absent.size()),
+                        .where = Listed(absent)});
   Fill();
 }
 
@@ -159,14 +160,13 @@ void BlockApproximations::ReadFiles() {
     other_lens.push_back(name);
   }
   if (located > 0)
-    messages_.push_back(fmt::format("{}{} located by the GNSS position in {}", located,
-                                    located == 1 ? " photo is" : " photos are",
-                                    located == 1 ? "its own file" : "their own files"));
+    remarks_.push_back(
+        {.reason = Reason::kLocatedByOwnFiles, .value = static_cast<double>(located)});
   if (!other_lens.empty())
-    messages_.push_back(
-        fmt::format("the focal length in photos' files ({:.4g} mm) is not the camera "
-                    "file's principal distance ({:.4g} mm): {}",
-                    focal_length_mm, camera_.principal_distance_mm, Listed(other_lens)));
+    remarks_.push_back({.reason = Reason::kFocalLengthIsNotTheCameras,
+                        .value = focal_length_mm,
+                        .limit = camera_.principal_distance_mm,
+                        .where = Listed(other_lens)});
 }
 
 OrientationRow BlockApproximations::WithSigma(OrientationRow row) const {
@@ -206,7 +206,7 @@ void BlockApproximations::Fill() {
   if (located.empty())
     throw InputError(fmt::format(
         "no photo of the strips is located (strip {}: {}): neither {} nor the photos' files (EXIF) "
-        "say where one was; give the position of one",
+        "give a position; give that of one",
         block_.flight.strips.front().name, Listed(block_.flight.strips.front().photos),
         block_.approximations.empty() ? "a table of approximations" : block_.approximations));
   const double ground_m = GroundUnder(located);

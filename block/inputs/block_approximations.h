@@ -28,8 +28,8 @@ class BlockApproximations {
 
   // Of all photos that anything is known of.
   const OrientationTable& Table() const { return table_; }
-  // The block file's own, or what stands for it in messages.
-  const std::vector<std::string>& Messages() const { return messages_; }
+  // What a person should know of them.
+  const Findings& Remarks() const { return remarks_; }
   // Names of the table that are no photo of the block.
   const std::vector<std::string>& Needless() const { return needless_; }
 
@@ -61,7 +61,8 @@ class BlockApproximations {
   PoseObservations observations_;
   OrientationTable table_;                           // known_ and what fills the strips
   std::map<std::string, std::size_t> vague_strips_;  // photos known badly, with their strips
-  std::vector<std::string> messages_, needless_;
+  Findings remarks_;
+  std::vector<std::string> needless_;
 };
 
 }  // namespace orient::block

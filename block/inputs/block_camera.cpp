@@ -36,7 +36,7 @@ std::optional<std::string> OtherBlockCamera(const std::string& directory,
 
 void RequireCameraOfPoses(const std::string& camera, const std::string& table) {
   if (const auto own = OtherBlockCamera(fs::path(table).parent_path().string(), camera))
-    throw UsageError("the poses of " + table + " are true with " + *own +
+    throw UsageError("the poses of " + table + " hold with " + *own +
                      " (calibration, curvature and refraction are in its lens), not with " +
                      camera + "; give --camera " + *own + " --earth flat");
 }

@@ -51,7 +51,7 @@ class Photos : public HarvestSources {
     const auto bounds = FootprintBounds(photos_.camera, row.pose, low_m, high_m);
     if (!bounds)
       throw InputError(photos_.orientation_path + ": photo '" + row.photo +
-                       "' does not look at the ground; check its height and angles");
+                       "' does not point at the ground; check its height and angles");
     return *bounds;
   }
 

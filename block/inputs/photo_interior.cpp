@@ -36,8 +36,7 @@ PhotoInterior PhotoInteriorOf(const Raster& photo, const Camera& camera,
     throw InputError(path + " holds no interior orientation (status " +
                      std::string(Name(interior.status)) + "); leave this photo out");
   if (interior.possible_orientations.size() > 1)
-    throw InputError(path +
-                     " leaves open how the film lies on the scan; repeat 'orient interior' " +
+    throw InputError(path + " leaves the scan orientation open; repeat 'orient interior' " +
                      "with --orientation");
   if (const std::string why =
           WhyOfAnotherScan(interior, path, photo.Path(), photo.Width(), photo.Height());

@@ -24,7 +24,7 @@ PhotoInterior PhotoInteriorOf(const Raster& photo, const Camera& camera,
                               const std::string& interior_directory);
 
 // Why `scan` (of that size) is not the one whose interior orientation `path` holds, and what to do;
-// empty where it is. Scans of one size are told apart by their content, where the result says of
+// empty where it is. Scans of one size are distinguished by their content, where the result says of
 // which it was made.
 std::string WhyOfAnotherScan(const InteriorResult& interior, const std::string& path,
                              const std::string& scan, int width, int height);

@@ -34,8 +34,8 @@ std::vector<OrientationRow> ReadGnss(const BlockFile& block) {
                     block.gnss.positions, table.crs->Name(), block.crs.Name()));
   for (OrientationRow& row : table.rows) {
     if (!row.sigma && !block.gnss.sigma_m)
-      throw InputError(block.gnss.positions + ": nobody says how good the position of " +
-                       row.photo + " is; give columns sigma_x,sigma_y,sigma_z or sigma_m under " +
+      throw InputError(block.gnss.positions + ": the accuracy of the position of " + row.photo +
+                       " is not stated; give columns sigma_x,sigma_y,sigma_z or sigma_m under " +
                        "[gnss]");
     if (!row.sigma) row.sigma = SigmaOfApproximation(row, block.gnss.sigma_m, std::nullopt);
     row.attitude_known = false;

@@ -24,12 +24,12 @@ struct PoseObservations {
 };
 
 // The block's GNSS positions, each with its sigmas; empty where the block has none. Throws
-// InputError where the table cannot be read, is in another CRS or nobody says how good it is.
+// InputError where the table cannot be read, is in another CRS or has no stated accuracy.
 std::vector<OrientationRow> ReadGnss(const BlockFile& block);
 
-// Of rows of a table of approximations, where the block file wants them observed, what somebody
-// says the accuracy of: the table or the block file. Not heights of `computed` photos, which the
-// table lacks. What strips or EXIF say is for where to search.
+// Observations from rows of a table of approximations, if the block file asks for them, where table
+// or block file states the accuracy. Not heights of `computed` photos, which the table lacks. What
+// strips or EXIF say is for where to search.
 PoseObservations ObservationsOf(const BlockFile& block, const std::vector<OrientationRow>& table,
                                 const std::set<std::string>& computed,
                                 const std::vector<OrientationRow>& gnss);

@@ -328,7 +328,7 @@ double FlyingHeightOf(const FlightPlan& plan, const Camera& camera,
     if (row.pose.position_m.z() > ground_m) heights.push_back(row.pose.position_m.z() - ground_m);
   if (heights.empty())
     throw InputError("photo " + located.begin()->first +
-                     ", from which its strip is to be filled, lies below the ground; correct its "
+                     ", from which its strip is located, lies below the ground; correct its "
                      "approximation");
   return UpperMedian(std::move(heights));
 }

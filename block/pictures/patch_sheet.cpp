@@ -14,7 +14,7 @@ namespace {
 using Colour = std::array<unsigned char, 3>;
 
 constexpr int kZoom = 2;
-constexpr int kMaxSide = 41;             // photo pixels a patch
+constexpr int kMaxSide = 41;             // photo pixels per patch
 constexpr int kTile = kMaxSide * kZoom;  // one picture
 constexpr int kGap = 6;                  // around a pair, and its coloured frame within
 constexpr int kColumns = 8;

@@ -20,7 +20,7 @@ constexpr double kCommonAffinity = 1.5e-4;
 constexpr double kContradicted = 16;  // squared sigmas, two coordinates: one good mark in 3000
 constexpr double kLeastNoise_mm = 1e-6;
 constexpr int kFirstRounds = 15, kRounds = 4;
-constexpr int kPose = 4;  // shift, turn, scale; two more for the affinity
+constexpr int kPose = 4;  // shift, rotation, scale; two more for the affinity
 
 using Row2 = Eigen::Matrix<double, 2, 6>;
 
@@ -48,7 +48,7 @@ class Adjustment {
     for (size_t s = 0; s < scans.size(); ++s) {
       if (scans[s].place_mm.size() != start.size())
         throw std::invalid_argument("EstimateCamera: scan " + scans[s].name +
-                                    " does not have one place a mark");
+                                    " does not have one place per mark");
       for (size_t i = 0; i < start.size(); ++i)
         if (scans[s].place_mm[i]) sightings_.push_back({s, i, *scans[s].place_mm[i], true});
     }
@@ -175,7 +175,7 @@ class Adjustment {
     return transform_[seen.scan].A * seen.raw_mm + transform_[seen.scan].t;
   }
 
-  // Normalised columns of shift, turn, scale (and affinity) of the whole constellation.
+  // Normalised columns of shift, rotation, scale (and affinity) of the whole constellation.
   MatrixXd Gauge(const std::vector<size_t>& marks, long columns) const {
     MatrixXd gauge(2 * static_cast<long>(marks.size()), columns);
     for (size_t k = 0; k < marks.size(); ++k)

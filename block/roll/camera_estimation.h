@@ -2,14 +2,14 @@
 //
 // Every scan shows the same marks through a transform of its own. What all scans agree on is the
 // camera: m_i = x_si + J(x_si) p_s + e, with m_i a mark's position, x_si its place on scan s in mm,
-// p_s the scan's shift, turn, scale and affinity (difference of scales, shear), and e the noise of
-// measuring and of the film. Least squares in all of them at once, the scans' parameters eliminated
-// one scan at a time; variances of noise and affinity come from the data; marks that the others
-// contradict are thrown out one by one.
+// p_s the scan's shift, rotation, scale and affinity (difference of scales, shear), and e the noise
+// of measuring and of the film. Least squares in all of them at once, the scans' parameters
+// eliminated one scan at a time; variances of noise and affinity come from the data; marks that the
+// others contradict are thrown out one by one.
 //
-// What no set of scans shows is fixed by the start positions: shift, turn and scale (the nominal
-// format), and the affinity that all scans have in common. A photogrammetric scanner has next to
-// none of that, so there it counts as unknown by 1.5e-4 and enters the precision.
+// What no set of scans shows is fixed by the start positions: shift, rotation and scale (the
+// nominal format), and the affinity that all scans have in common. A photogrammetric scanner has
+// next to none of that, so there it counts as unknown by 1.5e-4 and enters the precision.
 #pragma once
 
 #include <Eigen/Core>

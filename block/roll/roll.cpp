@@ -197,18 +197,18 @@ std::vector<std::string> RollSentences(const RollStatistics& roll) {
     any = true;
     findings.push_back(
         fmt::format("Mark {} lies off its calibrated position by ({:.1f}, {:.1f}) um (sigma "
-                    "{:.1f}, {:.1f}) in the mean of {} photos.",
+                    "{:.1f}, {:.1f}) on average over {} photos.",
                     mark.id, -mark.mean_um.x(), -mark.mean_um.y(), mark.sigma_um.x(),
                     mark.sigma_um.y(), mark.photos));
   }
   if (any && used <= kLeastMarks)
     findings.emplace_back(
-        "With four marks an affine shares one mark's error among all four: which position in the "
-        "camera file is wrong cannot be told.");
+        "With four marks an affine distributes one mark's error over all four: the wrong position "
+        "in the camera file cannot be identified.");
   if (any)
     findings.emplace_back(
-        "The camera file's positions or the scanner's own distortion do that; 'orient interior "
-        "estimate-camera' gives the positions these photos show.");
+        "The camera file's positions or the scanner's distortion cause this; 'orient interior "
+        "estimate-camera' estimates the positions from these photos.");
   return findings;
 }
 

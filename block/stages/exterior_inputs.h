@@ -15,7 +15,7 @@ namespace orient::block {
 ResultStore ExteriorStore(const std::string& directory);
 
 // "camera", "dem", "options": what all results in a folder of `orient exterior` have in common. A
-// run that goes on there keeps them, and says of all that they are true with its own camera.
+// run that goes on there keeps them, and states that all of them hold with its own camera.
 Inputs InputsOfRun(const ExteriorRunOptions& options);
 
 // The photos whose results a run over `paths` goes on from: its own where any is there, otherwise

@@ -149,13 +149,12 @@ double GroundPixel(const ExteriorSetting& setting, const PhotoView& view) {
 }
 
 Finding WithoutApproximation(const ExteriorRunOptions& options, const std::string& name) {
-  return Because(
-      Reason::kNoApproximation,
-      options.approximations.empty()
-          ? "its file says no position (EXIF), and no strip of the block file has it; give a table "
-            "of approximations, or name it in its strip"
-          : fmt::format("{} has no row '{}'; add one or leave the photo out",
-                        options.approximations, name));
+  return Because(Reason::kNoApproximation,
+                 options.approximations.empty()
+                     ? "its file has no position (EXIF), and no strip of the block file lists it; "
+                       "give a table of approximations, or list it in its strip"
+                     : fmt::format("{} has no row '{}'; add one or leave the photo out",
+                                   options.approximations, name));
 }
 
 ExteriorResult OrientOne(const ExteriorSetting& setting, const std::string& path) {

@@ -15,9 +15,9 @@ patchdb::PatchDatabase OpenForFeedback(const std::string& path) {
   try {
     return patchdb::PatchDatabase::Open(path, patchdb::PatchDatabase::Mode::kWrite);
   } catch (const InputError& error) {
-    throw InputError(std::string(error.what()) +
-                     "; the patch database cannot be written: give --no-feedback, or a copy that "
-                     "can");
+    throw InputError(
+        std::string(error.what()) +
+        "; the patch database cannot be written: give --no-feedback, or a writable copy");
   }
 }
 
@@ -28,7 +28,7 @@ std::string Feedback(patchdb::PatchDatabase& database, const std::string& path, 
   for (const PatchResult& patch : result.patches)
     if (patch.state != PatchState::kNotVisible)
       attempts.push_back({patch.id, result.photo, std::string(Name(patch.state)), patch.ncc,
-                          patch.residual_px, patch.reason, std::nullopt,
+                          patch.residual_px, JoinedSentences(patch.findings), std::nullopt,
                           std::string(Name(result.status)), patch.predicted, patch.pixel, ""});
   if (attempts.empty()) return "";
   try {

@@ -12,8 +12,8 @@
 namespace orient::block {
 
 // The patch database learns when all photos are done: what one photo teaches must not change how
-// the next one is sought, or results would depend on their order and on interruptions. A note in
-// the folder outlives a killed run; the next one tells what that one found, too.
+// the next one is searched for, or results would depend on their order and on interruptions. A note
+// in the folder outlives a killed run; the next one tells what that one found, too.
 class Learning {
  public:
   // `directory`: of the results; `resume`: what an interrupted run found there is told, too. Throws

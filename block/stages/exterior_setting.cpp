@@ -30,8 +30,8 @@ Bounds Region(const OrientationTable& table, const Camera& camera,
   }
   if (region.Empty() && options.approximations.empty())
     throw InputError(
-        "nothing says where any of the photos was taken from: their files have no position (EXIF); "
-        "give a table of approximations");
+        "no photo has an approximate position: their files have none (EXIF); give a table of "
+        "approximations");
   if (region.Empty())
     throw InputError(options.approximations +
                      ": none of the given photos is in this table; its "

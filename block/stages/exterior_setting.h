@@ -30,13 +30,12 @@ struct ExteriorRunOptions {
   std::optional<std::string> pictures;  // folder of <photo>.patches.png; otherwise `out`
   std::optional<std::string> interior;  // folder of <photo>.interior.json; film cameras need it
   std::optional<Crs> crs;               // of the block; otherwise the patch database's
-  // One sigma, for photos whose approximation has no sigma columns; 10 m and 3 degrees where
-  // nobody says.
+  // One sigma, for photos whose approximation has no sigma columns; default 10 m and 3 degrees.
   std::optional<double> position_sigma_m;
   std::optional<double> attitude_sigma_rad;
   std::optional<double> kappa_sigma_rad;  // where kappa is known worse than omega and phi
-  // Whether sigmas, the table's too, are what somebody vouches for: a pose that contradicts them is
-  // weak then.
+  // Whether sigmas, including the table's, were stated by the user: a pose that contradicts them is
+  // then weak.
   bool accuracy_is_stated = true;
   // More patches than the database's that lie in a photo's uncertain footprint; called from several
   // threads.
@@ -58,7 +57,7 @@ struct ExteriorRunOptions {
   std::optional<double> principal_distance_sigma_mm;
   bool feedback = true;  // tell the patch database what matched
   // With `resume`, those that do not say what they were made from, too (set by a run alone).
-  bool keep_unsaid = false;
+  bool keep_unstated = false;
   bool resume = false;  // keep results that are there
   int jobs = 0;         // photos at a time; 0: one per core
 

@@ -38,7 +38,7 @@ OrientationTable TableOf(const std::vector<ExteriorResult>& results, const Crs& 
 // Goes on in a folder of its own results as the run that made them.
 void GoOnAlone(ExteriorRunOptions* options) {
   options->inputs = InputsOfRun(*options);
-  options->keep_unsaid = true;
+  options->keep_unstated = true;
   if (!options->resume) return;
   const ResultStore results = ExteriorStore(options->out);
   const std::vector<std::string> photos = OwnResultsFirst(results, options->photos);
@@ -120,7 +120,7 @@ void RunWave(const ExteriorSetting& setting, const std::vector<std::size_t>& wav
   for (const std::size_t i : wave)
     jobs.push_back(JobOf(setting, options.photos[i], asked, &oriented->results[i]));
   const auto known =
-      RunJobs(jobs, store, {options.jobs, options.resume, options.keep_unsaid, done});
+      RunJobs(jobs, store, {options.jobs, options.resume, options.keep_unstated, done});
   for (std::size_t k = 0; k < wave.size(); ++k) {
     const std::string& photo = jobs[k].name;
     const bool kept = known[k].state == ResultState::kCurrent;

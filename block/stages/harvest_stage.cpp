@@ -157,7 +157,7 @@ class Harvester {
   const HarvestSources& kind_;
   const std::vector<std::string>& paths_;
   std::vector<Eigen::Vector2d> taken_m_;
-  std::vector<patchdb::PatchSource> sources_;  // as they are told apart in the database
+  std::vector<patchdb::PatchSource> sources_;  // as they are distinguished in the database
   HarvestTasks tasks_;
 };
 

@@ -36,7 +36,7 @@ void WriteMicmacOutputs(const std::string& directory, const CameraFile& camera,
                         const std::vector<std::string>& photos,
                         const std::vector<InteriorResult>& results) {
   if (photos.size() != results.size())
-    throw std::invalid_argument("WriteMicmacOutputs: one result a photo");
+    throw std::invalid_argument("WriteMicmacOutputs: one result per photo");
   WriteMicmacCamera(directory, camera.fiducials);
   for (size_t i = 0; i < photos.size(); ++i) WriteMicmacImage(directory, photos[i], results[i]);
 }

@@ -90,7 +90,7 @@ const CameraFile* CameraOfRoll(const RunCameras& cameras,
 
 ResultStore StoreOf(const InteriorRunOptions& options) { return {options.out, ".interior.json"}; }
 
-// One a photo; they differ in the scan only. A scan that cannot be read now is no other one than
+// One per photo; they differ in the scan only. A scan that cannot be read now is no other one than
 // that of a result to be kept.
 std::vector<Inputs> InputsOf(const InteriorRunOptions& options, const RunCameras& cameras) {
   Inputs all;
@@ -117,7 +117,7 @@ std::set<std::string> KeptResults(const InteriorRunOptions& options,
   for (size_t i = 0; options.resume && i < inputs.size(); ++i) {
     const std::string name = PhotoName(options.photos[i]);
     const KnownResult known = store.Check(name, inputs[i]);
-    if (known.state == ResultState::kCurrent || known.state == ResultState::kUnsaid)
+    if (known.state == ResultState::kCurrent || known.state == ResultState::kUnstated)
       kept.insert(name);
     if (known.state == ResultState::kChanged && !options.redo_changed)
       throw UsageError(store.PathOf(name) + " was made from another " +
@@ -150,7 +150,7 @@ InteriorResult OrientOne(const InteriorRunOptions& options, const RunCameras& ca
     result = {};
     result.findings = {{.reason = Reason::kScanUnusable,
                         .at_best = Status::kFailed,
-                        .where = photo + ": could not be worked on (" + error.what() + ")"}};
+                        .where = photo + ": could not be processed (" + error.what() + ")"}};
   }
   result.photo = name;
   result.made_from = inputs;
@@ -187,7 +187,7 @@ std::vector<std::string> NotesOn(const InteriorRunOptions& options, const Camera
   if (!camera) {
     notes.emplace_back("The photos are not from one camera: no marks.csv" +
                        std::string(options.micmac ? ", no MicMac files" : "") +
-                       ", no comparison with one another. Orient each camera's photos alone.");
+                       ", no comparison with one another. Orient each camera's photos separately.");
     return notes;
   }
   const auto open = std::count_if(results.begin(), results.end(), [](const InteriorResult& r) {

@@ -32,7 +32,7 @@ std::set<std::string> InteriorsThatStay(const InteriorRunOptions& options);
 
 // Orients the scans side by side; writes each photo's <photo>.interior.json and <photo>.marks.png
 // as soon as it is done, then what the run leaves as a whole (interior_outputs.h). `done` is
-// called once a photo, from one thread at a time. A damaged scan fails its photo only. `notes`
+// called once per photo, from one thread at a time. A damaged scan fails its photo only. `notes`
 // become what a user should know about the run as a whole. Throws UsageError where two photos share
 // a name, or a result to be kept was made from another camera, scan or other options; InputError
 // for what concerns all photos.

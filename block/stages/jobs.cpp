@@ -22,7 +22,7 @@ void RequireOneResultEach(const std::vector<Job>& jobs) {
 }
 
 bool MayBeKept(ResultState state, const JobRun& how) {
-  return state == ResultState::kCurrent || (state == ResultState::kUnsaid && how.keep_unsaid);
+  return state == ResultState::kCurrent || (state == ResultState::kUnstated && how.keep_unstated);
 }
 
 // Whether what is there was kept; false: it is damaged.

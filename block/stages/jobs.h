@@ -23,11 +23,11 @@ struct Job {
 struct JobRun {
   int at_a_time = 0;  // jobs; 0: one per core
   bool keep = true;   // results that are current; otherwise all are dropped before the first job
-  bool keep_unsaid = false;         // those that do not say what they were made from, too
+  bool keep_unstated = false;       // those that do not say what they were made from, too
   std::function<void()> done = {};  // after each job, a kept one too; one call at a time, no throw
 };
 
-// For stages with a job a photo. Throws UsageError where two photos (paths) share a name: they
+// For stages with a job per photo. Throws UsageError where two photos (paths) share a name: they
 // would write the same result.
 void RequireOwnNames(const std::vector<std::string>& photos);
 

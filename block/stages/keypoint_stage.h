@@ -55,7 +55,7 @@ class KeypointStage {
   void RemoveUnused() const;
 
  private:
-  // Of a whole photo, as coarse as they are sought.
+  // Of a whole photo, as coarse as they are searched for.
   struct OfPhoto {
     Keypoints keypoints;  // in scan pixels
     std::vector<exterior::FilmPosition> positions;

@@ -264,7 +264,7 @@ void TellOfKeypoints(const NeighbourStage& stage, const std::map<std::size_t, in
       continue;
     }
     photo.located_by = "located by " + std::to_string(count) +
-                       " keypoints (SIFT) that it shares with photos that are oriented";
+                       " keypoints (SIFT) that it shares with oriented photos";
     CompareWithStated(stage, &photo);
   }
 }
@@ -296,16 +296,16 @@ void TellOfThoseInVain(const std::set<std::size_t>& in_vain,
 // not do, with what keypoints say. Empty, or what stopped a round, where photos that it was to try
 // have no pose: none of them lies on the DEM, say; the others need not suffer for it.
 // `refused`: photos that keypoints located and patches did not confirm there.
-std::string RunRounds(const NeighbourStage& stage, KeypointStage* keypoints,
-                      std::vector<BlockPhotoFile>* photos, std::map<std::size_t, int>* refused) {
+std::optional<Finding> RunRounds(const NeighbourStage& stage, KeypointStage* keypoints,
+                                 std::vector<BlockPhotoFile>* photos,
+                                 std::map<std::size_t, int>* refused) {
   RoundsSoFar rounds;
-  std::string stopped;
+  std::optional<Finding> stopped;
   std::vector<std::size_t> not_tried;
   while (rounds.count < kFurtherRounds + std::ssize(*photos)) {
     LearnFrom(*photos, &stage.approximations);
     Round round;
-    if (stopped.empty())
-      round = {ToBeTried(stage, rounds, *photos), stage.approximations.Table(), {}};
+    if (!stopped) round = {ToBeTried(stage, rounds, *photos), stage.approximations.Table(), {}};
     std::map<std::size_t, int> agreeing;
     if (round.tried.empty()) round = LocatedByKeypoints(stage, *photos, keypoints, &agreeing);
     if (round.tried.empty()) break;
@@ -313,21 +313,21 @@ std::string RunRounds(const NeighbourStage& stage, KeypointStage* keypoints,
       RunRound(stage, round, &rounds, photos);
       TellOfKeypoints(stage, agreeing, photos, refused);
     } catch (const InputError& error) {
-      const bool again = !stopped.empty() || !agreeing.empty();
-      stopped = error.what();
+      const bool again = stopped || !agreeing.empty();
+      stopped = Finding{.reason = Reason::kNeighboursNotTried, .where = error.what()};
       not_tried = round.tried;
       if (again) break;
     }
   }
   const bool all_found = std::all_of(not_tried.begin(), not_tried.end(),
                                      [&](std::size_t i) { return (*photos)[i].HasPose(); });
-  return all_found ? "" : stopped;
+  return all_found ? std::nullopt : stopped;
 }
 
 }  // namespace
 
 void RunNeighbourStage(const NeighbourStage& stage, std::vector<BlockPhotoFile>* photos,
-                       std::vector<std::string>* messages) {
+                       Findings* findings) {
   if (std::none_of(photos->begin(), photos->end(),
                    [](const BlockPhotoFile& photo) { return photo.HasPose(); }))
     return;
@@ -335,11 +335,9 @@ void RunNeighbourStage(const NeighbourStage& stage, std::vector<BlockPhotoFile>*
                            (fs::path(stage.directory) / "keypoints").string(),
                            stage.exterior.inputs, stage.exterior.jobs});
   std::map<std::size_t, int> refused;
-  const std::string stopped = RunRounds(stage, &keypoints, photos, &refused);
+  const auto stopped = RunRounds(stage, &keypoints, photos, &refused);
   keypoints.RemoveUnused();
-  if (!stopped.empty())
-    messages->push_back("The photos left could not be tried with their neighbours' patches: " +
-                        stopped);
+  if (stopped) findings->push_back(*stopped);
   TellOfThoseInVain(keypoints.InVain(), refused, photos);
 }
 

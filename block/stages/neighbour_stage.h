@@ -21,19 +21,19 @@ struct NeighbourStage {
   const interior::MarkShapes& marks;
   const GroundSurface& surface;
   std::string interior_directory;
-  std::string directory;  // a folder a round below it
+  std::string directory;  // a folder per round below it
   ProgressListener* listener = nullptr;
 };
 
-// Rounds: patches of all photos that have a pose are offered to all that have none and see
-// somebody new, until nobody is left to try. Those whose approximations come from strips are tried
-// as these become known (BlockApproximations::Next). Those that are left then, and those of which
+// Rounds: patches of all photos with a pose are offered to all photos without one that have a new
+// neighbour, until none is left to try. Those whose approximations come from strips are tried as
+// these become known (BlockApproximations::Next). Those that are left then, and those of which
 // nothing is known, are tried where keypoints that they share with oriented photos say that they
 // lie (keypoint_stage.h); the patches alone accept. Results of earlier runs are kept where what
 // they were made from is the same.
 // `*photos` take over the poses; those that stay failed keep their own result. What stops a round
-// is told in `*messages`.
+// is told in `*findings`.
 void RunNeighbourStage(const NeighbourStage& stage, std::vector<BlockPhotoFile>* photos,
-                       std::vector<std::string>* messages);
+                       Findings* findings);
 
 }  // namespace orient::block

@@ -31,7 +31,7 @@ KnownResult ResultStore::Check(const std::string& job, const Inputs& now) const 
   if (!fs::exists(PathOf(job), ignored)) return {ResultState::kAbsent, {}};
   const auto then = MadeFrom(job);
   if (!then) return {ResultState::kUnreadable, {}};
-  if (then->empty()) return {ResultState::kUnsaid, {}};
+  if (then->empty()) return {ResultState::kUnstated, {}};
   std::vector<std::string> changed = WhatChanged(*then, now);
   if (changed.empty()) return {ResultState::kCurrent, {}};
   return {ResultState::kChanged, std::move(changed)};

@@ -1,4 +1,4 @@
-// The results of a stage: a file a job, each saying what it was made from (core/files/inputs.h).
+// The results of a stage: a file per job, each saying what it was made from (core/files/inputs.h).
 #pragma once
 
 #include <optional>
@@ -14,7 +14,7 @@ enum class ResultState {
   kAbsent,
   kCurrent,     // made from the inputs of now
   kChanged,     // made from others
-  kUnsaid,      // does not say what it was made from: another maker's, or a block's final one
+  kUnstated,    // does not state what it was made from: another program's, or a block's final one
   kUnreadable,  // damaged
 };
 
@@ -24,7 +24,7 @@ struct KnownResult {
 };
 
 // The only one who says whether a result is there, what it was made from and what has changed
-// since. It writes none: that is the jobs' affair (jobs.h). What is not current is no result.
+// since. It writes none: the jobs do (jobs.h). A result that is not current does not count.
 class ResultStore {
  public:
   // `suffix` of the files' names: ".exterior.json", ".ties.json". The folder need not be there.

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <new>
+#include <optional>
 
 #include "block/inputs/digest.h"
 #include "block/stages/jobs.h"
@@ -52,7 +53,7 @@ std::vector<TieRecord> MeasureTies(const TieStage& stage, std::size_t owner,
 
 // `failure`: why the photo has no ties, which is no result.
 Job JobOf(const TieStage& stage, std::size_t owner, const std::vector<std::string>& digests,
-          std::string* failure) {
+          std::optional<std::string>* failure) {
   const std::string& name = stage.photos[owner].name;
   const std::vector<std::size_t> neighbours = NeighboursOf(stage.photos, owner);
   const Inputs inputs = InputsOf(stage, owner, neighbours, digests);
@@ -60,11 +61,11 @@ Job JobOf(const TieStage& stage, std::size_t owner, const std::vector<std::strin
     try {
       WriteTieFile(stage.store.PathOf(name), name, inputs, MeasureTies(stage, owner, neighbours));
     } catch (const InputError& error) {
-      *failure = name + " gives no tie points: " + error.what();
+      *failure = error.what();
     } catch (const std::bad_alloc&) {
-      *failure = name + " gives no tie points: out of memory; use fewer --jobs";
+      *failure = "out of memory; use fewer --jobs";
     } catch (const std::exception& error) {
-      *failure = name + " gives no tie points: internal error, please report it: " + error.what();
+      *failure = std::string("internal error, please report it: ") + error.what();
     }
   };
   const auto keep = [=, &stage, &name] { ReadTieFile(stage.store.PathOf(name)); };
@@ -74,20 +75,22 @@ Job JobOf(const TieStage& stage, std::size_t owner, const std::vector<std::strin
 }  // namespace
 
 std::vector<TieRecord> RunTieStage(const TieStage& stage, const std::function<void()>& done,
-                                   std::vector<std::string>* messages) {
+                                   Findings* findings) {
   MakeOutputDirectory(stage.store.Folder());
-  std::vector<std::string> digests(stage.photos.size()), failures(stage.photos.size());
+  std::vector<std::string> digests(stage.photos.size());
+  std::vector<std::optional<std::string>> failures(stage.photos.size());
   for (std::size_t i = 0; i < digests.size(); ++i)
     if (stage.photos[i].HasPose()) digests[i] = DigestOfPhoto(stage.photos[i]);
   std::vector<Job> jobs;
   for (std::size_t i = 0; i < digests.size(); ++i)
     if (stage.photos[i].HasPose()) jobs.push_back(JobOf(stage, i, digests, &failures[i]));
   RunJobs(jobs, stage.store, {stage.jobs, true, false, done});
-  for (const std::string& failure : failures)
-    if (!failure.empty()) messages->push_back(failure);
   std::vector<TieRecord> ties;
   for (std::size_t i = 0; i < digests.size(); ++i) {
-    if (!stage.photos[i].HasPose() || !failures[i].empty()) continue;
+    if (failures[i])
+      findings->push_back({.reason = Reason::kNoTiesFromPhoto,
+                           .where = stage.photos[i].name + ": " + *failures[i]});
+    if (!stage.photos[i].HasPose() || failures[i]) continue;
     auto own = ReadTieFile(stage.store.PathOf(stage.photos[i].name));
     ties.insert(ties.end(), std::make_move_iterator(own.begin()),
                 std::make_move_iterator(own.end()));

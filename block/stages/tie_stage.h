@@ -1,4 +1,4 @@
-// The jobs of the tie points: one a photo, each written as soon as it is done.
+// The jobs of the tie points: one per photo, each written as soon as it is done.
 #pragma once
 
 #include <functional>
@@ -22,9 +22,9 @@ struct TieStage {
 };
 
 // Ties of all photos that have a pose and a neighbour; those that are there and current are kept.
-// An image that cannot be read any more leaves its photo without ties and is told in `messages`.
+// An image that cannot be read any more leaves its photo without ties and is told in `*findings`.
 // `done` is called once a photo, from one thread at a time.
 std::vector<TieRecord> RunTieStage(const TieStage& stage, const std::function<void()>& done,
-                                   std::vector<std::string>* messages);
+                                   Findings* findings);
 
 }  // namespace orient::block

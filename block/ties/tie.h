@@ -32,18 +32,10 @@ struct MeasuredTie {
 };
 
 struct TieOptions {
-  int cells = 15;        // of a frame, each way
-  int tries = 3;         // interest points a cell, until one is found in another photo
-  int window_px = 256;   // side of what is searched for interest points, at most a cell
-  int template_px = 35;  // side of a matched window
-  // One sigma of what stands on the surface, in pixels of ground: roofs and crowns are good ties.
-  double height_sigma_px = 5;
-  double max_radius_px = 80;  // of a search window, however little is known of the poses
-  double min_score = 0.65;    // NCC
-  // How far the way back from the other photo may end beside the point that it began at.
-  double max_way_back_px = 0.4;
-  // Matching's covariance knows the grey values' noise only: one sigma of what it does not know.
-  double model_sigma_px = 0.1;
+  int cells = 15;           // of a frame, each way
+  int window_px = 256;      // side of what is searched for interest points, at most a cell
+  int template_px = 35;     // side of a matched window
+  double min_score = 0.65;  // NCC
 };
 
 }  // namespace orient::block

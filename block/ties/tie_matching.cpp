@@ -13,6 +13,13 @@
 namespace orient::block {
 namespace {
 
+// One sigma of what stands on the surface, in pixels of ground: roofs and crowns are good ties.
+constexpr double kHeightSigma_px = 5;
+constexpr double kMaxRadius_px = 80;  // of a search window, however little is known of the poses
+
+// How far the way back from the other photo may end beside the point that it began at.
+constexpr double kMaxWayBack_px = 0.4;
+
 // Where `from` shows what `to` shows is computed on a lattice and linear between its nodes.
 constexpr double kLatticeStep = 5;
 constexpr double kSearchMarginPx = 3;
@@ -92,10 +99,10 @@ std::optional<TieSighting> MatchPlace(const TiePhoto& owner, const TiePhoto& oth
   if (!predicted || !scale || !of_owner) return std::nullopt;
   const double gsd_m = 1 / of_owner->by_ground.leftCols<2>().norm() * std::numbers::sqrt2;
   const Eigen::Matrix2d covariance =
-      DifferenceCovariance(owner, other, place.ground_m, options.height_sigma_px * gsd_m);
+      DifferenceCovariance(owner, other, place.ground_m, kHeightSigma_px * gsd_m);
   const Eigen::Vector2d radius = (exterior::kWindowSigmas * covariance.diagonal().cwiseSqrt() +
                                   Eigen::Vector2d::Constant(kSearchMarginPx))
-                                     .cwiseMin(Eigen::Vector2d::Constant(options.max_radius_px));
+                                     .cwiseMin(Eigen::Vector2d::Constant(kMaxRadius_px));
 
   const exterior::AlignedPatch there =
       AlignWindow(other, owner, surface, *predicted, Eigen::Vector2d::Zero(), options.template_px);
@@ -113,7 +120,7 @@ std::optional<TieSighting> MatchPlace(const TiePhoto& owner, const TiePhoto& oth
       back, *owner.image, Eigen::Vector2d::Constant(kBackRadiusPx), precise);
   if (!returned.found) return std::nullopt;
   const Eigen::Vector2d way_back = returned.pixel - place.pixel;
-  if (way_back.norm() > options.max_way_back_px) return std::nullopt;
+  if (way_back.norm() > kMaxWayBack_px) return std::nullopt;
 
   TieSighting sighting;
   // Both ways say how far the photos are apart, each with the interpolation of the other one.

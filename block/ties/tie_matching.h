@@ -1,5 +1,5 @@
 // One place measured in another photo: the owner's window drawn as the other photo should see it,
-// correlated, matched by least squares, and matched back. Private to exterior.
+// correlated, matched by least squares, and matched back. Private to block.
 #pragma once
 
 #include <optional>

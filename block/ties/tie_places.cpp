@@ -9,6 +9,8 @@
 namespace orient::block {
 namespace {
 
+constexpr int kTriesPerCell = 3;  // interest points a cell, until one is found in another photo
+
 // Of a cell, each way: where its overlaps are looked for.
 constexpr int kProbes = 4;
 // Around a window, so that its border has interest points, too.
@@ -95,7 +97,7 @@ std::vector<TiePlace> PlacesIn(const std::vector<TiePhoto>& photos, std::size_t 
   std::stable_sort(places.begin(), places.end(), [](const TiePlace& a, const TiePlace& b) {
     return a.further.size() > b.further.size();
   });
-  if (std::ssize(places) > options.tries) places.resize(static_cast<std::size_t>(options.tries));
+  if (std::ssize(places) > kTriesPerCell) places.resize(static_cast<std::size_t>(kTriesPerCell));
   return places;
 }
 

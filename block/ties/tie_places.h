@@ -1,5 +1,5 @@
-// Where a photo's tie points are sought: interest points spread over its frame, on the ground that
-// it owns. Private to exterior.
+// Where a photo's tie points are searched for: interest points spread over its frame, on the ground
+// that it owns. Private to block.
 #pragma once
 
 #include <optional>
@@ -20,7 +20,7 @@ struct TiePlace {
 std::optional<Eigen::Vector2d> SeenAt(const TiePhoto& photo, const Eigen::Vector3d& ground_m,
                                       double margin_px);
 
-// One list a cell that has any, the best places first: those that more photos show, then the
+// One list per cell that has any, the best places first: those that more photos show, then the
 // strongest ones.
 std::vector<std::vector<TiePlace>> FindTiePlaces(const std::vector<TiePhoto>& photos,
                                                  std::size_t owner, const GroundSurface& surface,

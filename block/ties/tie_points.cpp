@@ -10,11 +10,13 @@
 namespace orient::block {
 namespace {
 
+// Matching's covariance knows the grey values' noise only: one sigma of what it does not know.
+constexpr double kModelSigma_px = 0.1;
+
 // What two photos' difference is uncertain by, each photo has its half of: then any two photos of
 // the tie differ by as much as any other two.
-void ShareCovariance(const TieOptions& options, MeasuredTie* tie) {
-  const Eigen::Matrix2d model =
-      options.model_sigma_px * options.model_sigma_px * Eigen::Matrix2d::Identity();
+void ShareCovariance(MeasuredTie* tie) {
+  const Eigen::Matrix2d model = kModelSigma_px * kModelSigma_px * Eigen::Matrix2d::Identity();
   double owners = 0;
   for (std::size_t i = 1; i < tie->seen.size(); ++i) {
     Eigen::Matrix2d& covariance = tie->seen[i].covariance_px2;
@@ -39,7 +41,7 @@ std::optional<MeasuredTie> MeasurePlace(const std::vector<TiePhoto>& photos, std
     tie.seen.push_back(*sighting);
   }
   if (tie.seen.size() < 2) return std::nullopt;
-  ShareCovariance(options, &tie);
+  ShareCovariance(&tie);
   return tie;
 }
 

@@ -1,9 +1,9 @@
 // Tie points: places that two or more photos of a block show, measured in all of them.
 //
-// Every photo owns the part of the ground that it sees nearer to its middle than the others do;
-// there one interest point a cell of its frame is sought in every other photo that shows it. So the
-// ties spread over the von Gruber areas and over every overlap, three-fold and side-lap ones too,
-// and no place is measured twice.
+// Every photo owns the part of the ground that it sees nearer to its centre than the others do;
+// there one interest point per cell of its frame is searched for in every other photo that shows
+// it. So the ties spread over the von Gruber areas and over every overlap, three-fold and side-lap
+// ones too, and no place is measured twice.
 #pragma once
 
 #include <cstddef>

@@ -45,7 +45,7 @@ void AddPoints(const AdjustedBlock& adjusted, AdjustmentResult* summary) {
 }
 
 PartResult Part(const AdjustedBlock& adjusted, const BlockPart& part) {
-  PartResult record{{}, part.control_points, part.by_control, part.message};
+  PartResult record{{}, part.control_points, part.by_control, part.finding};
   for (const std::size_t i : part.photos) record.photos.push_back(adjusted.block.photos[i].name);
   return record;
 }
@@ -70,8 +70,7 @@ void AddPoseObservations(const AdjustedBlock& adjusted, AdjustmentResult* summar
 
 }  // namespace
 
-AdjustmentResult SummaryOf(const AdjustedBlock& adjusted,
-                           const std::vector<std::string>& messages) {
+AdjustmentResult SummaryOf(const AdjustedBlock& adjusted, const Findings& findings) {
   const BlockResult& result = adjusted.result;
   AdjustmentResult summary;
   summary.converged = result.converged;
@@ -88,7 +87,7 @@ AdjustmentResult SummaryOf(const AdjustedBlock& adjusted,
     summary.checks.push_back({adjusted.block.points[check.point].id, check.rays,
                               check.ground_residual_m, check.image_residuals_px});
   summary.checks_rejected_alone = adjusted.checks_rejected_alone;
-  summary.messages = messages;
+  summary.findings = findings;
   AddPoints(adjusted, &summary);
   AddPoseObservations(adjusted, &summary);
   return summary;

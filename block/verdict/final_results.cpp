@@ -117,7 +117,7 @@ void UpdatePatches(const AdjustedBlock& adjusted, const std::vector<std::size_t>
          adjusted.result.observations[observation->second].state == ObservationState::kRejected);
     if (!rejected) continue;
     patch.state = PatchState::kRejected;
-    patch.reason = "does not agree with the block";
+    patch.findings = {{.reason = Reason::kPatchContradictsBlock}};
   }
 }
 
@@ -183,14 +183,14 @@ ExteriorResult Final(const AdjustmentInputs& inputs, const AdjustedBlock& adjust
     if (result.pose)
       exterior::Add({.reason = Reason::kBlockNotConverged,
                      .at_best = Status::kWeak,
-                     .where = ": this is what its own patches gave"},
+                     .where = ": this is the result of its own patches"},
                     &result);
     return result;
   }
   if (!adjusted_well || sightings.ties.used == 0) {
-    const bool told = part != nullptr && !part->message.empty();
+    const bool told = part != nullptr && part->finding;
     ExteriorResult result =
-        Own(file, Failing(Reason::kNotConnected, told ? ": " + part->message : ""));
+        Own(file, Failing(Reason::kNotConnected, told ? ": " + Sentence(*part->finding) : ""));
     UseCalibratedCamera(inputs, adjusted, photo, &result);
     result.ties = sightings.ties;
     if (result.status == Status::kOk && TiesContradict(tied))

@@ -52,7 +52,7 @@ void LiftImprecision(const TiedPhoto& photo, ExteriorResult* result) {
       photo.tie_redundancy < kMinRedundancy)
     return;
   // What else is said of it, ties have not looked at.
-  if (std::erase_if(result->findings, exterior::SpeaksOfPrecision) > 0 && result->findings.empty())
+  if (std::erase_if(result->findings, exterior::ConcernsPrecision) > 0 && result->findings.empty())
     result->status = Status::kOk;
 }
 

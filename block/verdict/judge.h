@@ -25,11 +25,11 @@ Finding TiesContradictFinding(Status at_best);
 // Of a photo without control of its own: why it may not be accepted; empty: it may.
 std::optional<Finding> WhyNotTied(const TiedPhoto& photo);
 
-// Of a photo that has a pose by its own patches: what speaks against its pose in the block.
+// Of a photo that has a pose by its own patches: objections to its pose in the block.
 Findings JudgeAgainstOwnPatches(const TiedPhoto& photo);
 
-// A photo that was weak for nothing but its precision has that of the block, if ties and not only
-// the same few patches give it.
+// A photo that was weak only for its precision is judged by that of the block, if it comes from
+// ties and not only from the same few patches.
 void LiftImprecision(const TiedPhoto& photo, ExteriorResult* result);
 
 // `adjusted` by GNSS and approximations as observations, too; `held` without them. These make no

@@ -1,4 +1,4 @@
-// The covariance of all poses of a block together: what neighbours err in common is in it.
+// The joint covariance of all poses of a block, errors common to neighbours included.
 #pragma once
 
 #include <string>

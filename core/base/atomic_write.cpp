@@ -22,7 +22,7 @@ std::string Remedy(int error) {
   switch (error) {
     case ENOENT:
     case ENOTDIR:
-      return "; make its folder first";
+      return "; create its folder first";
     case EACCES:
     case EPERM:
     case EROFS:

@@ -17,7 +17,7 @@ FolderLock::FolderLock(const std::string& folder, const std::string& file_name)
   if (file_ < 0 || flock(file_, LOCK_EX | LOCK_NB) == 0 || errno != EWOULDBLOCK) return;
   close(file_);
   throw InputError(folder +
-                   ": another program is writing into this folder; wait until it is through, or "
+                   ": another program is writing into this folder; wait until it has finished, or "
                    "name another one");
 }
 

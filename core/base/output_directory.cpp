@@ -14,7 +14,7 @@ void MakeOutputDirectory(const std::string& directory) {
   std::error_code error;
   fs::create_directories(directory, error);
   if (error || !fs::is_directory(directory))
-    throw InputError(fmt::format("cannot make the folder {}: {}", directory,
+    throw InputError(fmt::format("cannot create the folder {}: {}", directory,
                                  error ? error.message() : "a file of this name is in the way"));
 }
 

@@ -106,7 +106,7 @@ TsaiLines ReadLines(const std::string& path) {
 AspPinhole ReadOne(const std::string& path) {
   const TsaiLines lines = ReadLines(path);
   if (lines.words.size() < 2 || lines.words[1] != "PINHOLE")
-    throw InputError(path + " is no pinhole camera: its second line must be PINHOLE");
+    throw InputError(path + " is not a pinhole camera: its second line must be PINHOLE");
   AspPinhole pinhole;
   pinhole.image = fs::path(path).stem().string();
   pinhole.fu = lines.Number("fu");
@@ -127,7 +127,8 @@ AspPinhole ReadOne(const std::string& path) {
     pinhole.p2 = lines.Number("p2");
     pinhole.k3 = lines.NumberOr0("k3");
   } else if (model != "NULL") {
-    throw InputError(path + ": the distortion " + model + " cannot be held; known are NULL and " +
+    throw InputError(path + ": the distortion " + model +
+                     " is not supported; supported are NULL and " +
                      "TSAI (convert_pinhole_model makes one)");
   }
   return pinhole;

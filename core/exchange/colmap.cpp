@@ -103,14 +103,14 @@ ColmapCamera ReadCamera(const TextLine& line) {
   const auto model = kModels.find(camera.model);
   if (model == kModels.end())
     line.Fail("the camera model \"" + camera.model +
-              "\" cannot be held; undistort the images to PINHOLE or OPENCV first");
+              "\" is not supported; undistort the images to PINHOLE or OPENCV first");
   for (std::size_t i = 4; i < line.Size(); ++i) camera.params.push_back(line.Number(i, "PARAMS"));
   if (camera.params.size() != model->second)
     line.Fail(fmt::format("{} has {} parameters, not {}", camera.model, model->second,
                           camera.params.size()));
   if (camera.model == "FULL_OPENCV" &&
       (camera.params[9] != 0 || camera.params[10] != 0 || camera.params[11] != 0))
-    line.Fail("FULL_OPENCV with k4 k5 k6 cannot be held: they must be 0");
+    line.Fail("FULL_OPENCV with k4 k5 k6 is not supported: they must be 0");
   return camera;
 }
 

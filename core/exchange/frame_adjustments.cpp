@@ -84,7 +84,7 @@ std::string BingoOrientation(const ExchangeBlock& block) {
   return text;
 }
 
-// The columns of a heading are told apart by blanks.
+// The columns of a heading are distinguished by blanks.
 std::string OneWord(std::string name) {
   std::replace(name.begin(), name.end(), ' ', '_');
   return name;
@@ -220,7 +220,7 @@ std::vector<PatbPhoto> ReadPatb(const std::string& path) {
     const double off = (photo.matrix * photo.matrix.transpose() - Eigen::Matrix3d::Identity())
                            .cwiseAbs()
                            .maxCoeff();
-    if (off > 1e-3) lines[i + 1].Fail("a11 ... a33 are no rotation matrix");
+    if (off > 1e-3) lines[i + 1].Fail("a11 ... a33 are not a rotation matrix");
     photos.push_back(photo);
   }
   if (photos.empty()) throw InputError(file + " holds no photo");

@@ -5,12 +5,12 @@
 // the principal point, without the lens's distortion, x right and y up. So x = -c d0/d2, y = -c
 // d1/d2 with d = R^T (P - P0), R photo to ground.
 //
-// PAT-B orientation, three records a photo (16 columns a value): number, principal distance (mm),
-// X, Y, Z; a11 a12 a13 a21 a22; a23 a31 a32 a33, the rows of R (PCI's "Using Pat-B in OrthoEngine"
-// gives the records). Image coordinates in micrometres, photo by photo ended by -99. BINGO: image
-// coordinates in mm, the same way; orientations as ORIA lines with angles in gon. Plain text: one
-// line a photo, name X Y Z omega phi kappa (degrees), separated by blanks, tabs or commas; # begins
-// a comment.
+// PAT-B orientation, three records per photo (16 columns per value): number, principal distance
+// (mm), X, Y, Z; a11 a12 a13 a21 a22; a23 a31 a32 a33, the rows of R (PCI's "Using Pat-B in
+// OrthoEngine" gives the records). Image coordinates in micrometres, photo by photo ended by -99.
+// BINGO: image coordinates in mm, the same way; orientations as ORIA lines with angles in gon.
+// Plain text: one line a photo, name X Y Z omega phi kappa (degrees), separated by blanks, tabs or
+// commas; # begins a comment.
 #pragma once
 
 #include <Eigen/Core>

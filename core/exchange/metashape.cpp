@@ -131,7 +131,7 @@ MetashapeSensor ReadSensor(const XmlElement& element) {
   }
   const auto type = calibration->attributes.find("type");
   if (type != calibration->attributes.end() && type->second != "frame")
-    throw InputError(fmt::format("{} is of type {}; only frame cameras can be held",
+    throw InputError(fmt::format("{} is of type {}; only frame cameras are supported",
                                  calibration->Where(), type->second));
   const XmlElement* size = calibration->Find("resolution");
   if (size == nullptr) size = &element.At("resolution");
@@ -150,7 +150,7 @@ MetashapeSensor ReadSensor(const XmlElement& element) {
   for (const char* other : {"k4", "p3", "p4"})
     if (Of(*calibration, other) != 0)
       throw InputError(
-          fmt::format("{}: {} is not 0 and cannot be held", calibration->Where(), other));
+          fmt::format("{}: {} is not 0, which is not supported", calibration->Where(), other));
   for (const XmlElement* property : element.All("property"))
     if (property->Attribute("name") == "pixel_width")
       sensor.pixel_mm = AttributeNumber(*property, "value");
@@ -216,7 +216,7 @@ ExchangeBlock ExchangeFromMetashape(const MetashapeChunk& chunk) {
   ExchangeBlock block;
   for (const MetashapeSensor& s : chunk.sensors) {
     if (s.b2 != 0)
-      throw InputError("sensor \"" + s.label + "\": b2 (skew) is not 0 and cannot be held");
+      throw InputError("sensor \"" + s.label + "\": b2 (skew) is not 0, which is not supported");
     ExchangeCamera camera;
     camera.name = s.label;
     camera.width = s.width;

@@ -18,7 +18,8 @@ fs::path Folder(const std::string& directory) {
   const fs::path folder = fs::path(directory) / "Ori-InterneScan";
   std::error_code error;
   fs::create_directories(folder, error);
-  if (error) throw InputError("cannot make the folder " + folder.string() + ": " + error.message());
+  if (error)
+    throw InputError("cannot create the folder " + folder.string() + ": " + error.message());
   return folder;
 }
 

@@ -131,8 +131,9 @@ void ReadRadial(const XmlElement& radial, MicmacCalibration* calibration) {
   for (const XmlElement* c : radial.All("CoeffDist")) calibration->radial.push_back(c->Number());
   for (std::size_t i = 3; i < calibration->radial.size(); ++i)
     if (calibration->radial[i] != 0)
-      throw InputError(fmt::format(
-          "{} has more than three coefficients; only the first three can be held", radial.Where()));
+      throw InputError(
+          fmt::format("{} has more than three coefficients; only the first three are supported",
+                      radial.Where()));
 }
 
 MicmacCalibration ReadCalibration(const std::string& path) {
@@ -155,11 +156,12 @@ MicmacCalibration ReadCalibration(const std::string& path) {
         ReadRadial(model.At("RadialePart"), &calibration);
         for (const char* b : {"b1", "b2"})
           if (const XmlElement* affine = model.Find(b); affine != nullptr && affine->Number() != 0)
-            throw InputError(affine->Where() + ": an affine part cannot be held");
+            throw InputError(affine->Where() + ": an affine part is not supported");
         if (const XmlElement* p = model.Find("P1")) calibration.p1 = p->Number();
         if (const XmlElement* p = model.Find("P2")) calibration.p2 = p->Number();
       } else if (model.name != "ModNoDist") {
-        throw InputError(model.Where() + ": this distortion cannot be held; known are ModNoDist, " +
+        throw InputError(model.Where() +
+                         ": this distortion is not supported; supported are ModNoDist, " +
                          "ModRad and ModPhgrStd");
       }
     }
@@ -206,12 +208,13 @@ void WriteMicmacOrientation(const std::string& directory, const std::string& nam
   const fs::path folder = fs::path(directory) / ("Ori-" + name);
   std::error_code error;
   fs::create_directories(folder, error);
-  if (error) throw InputError("cannot make the folder " + folder.string() + ": " + error.message());
+  if (error)
+    throw InputError("cannot create the folder " + folder.string() + ": " + error.message());
   for (std::size_t i = 0; i < block.cameras.size(); ++i) {
     const ExchangeCamera& camera = block.cameras[i];
     if (std::abs(camera.focal_px.x() / camera.focal_px.y() - 1) > 1e-12)
       throw InputError("the camera '" + camera.name +
-                       "' has no square pixels, which MicMac's files cannot say; resample its " +
+                       "' has no square pixels, as MicMac's files require; resample its " +
                        "images with --images");
     WriteFileAtomically((folder / (CalibrationName(block, i) + ".xml")).string(),
                         CalibrationText(camera));
@@ -235,7 +238,7 @@ MicmacFolder ReadMicmacOrientation(const std::string& directory) {
         root, file.substr(begins.size(), file.size() - begins.size() - ends.size()));
     const XmlElement* internal = root.Below("FileInterne");
     if (internal == nullptr)
-      throw InputError(path + " lacks <FileInterne>: its calibration must be in a file of its own");
+      throw InputError(path + " lacks <FileInterne>: its calibration must be in a separate file");
     const std::string calibration =
         (fs::path(path).parent_path() / fs::path(internal->text).filename()).string();
     const auto known = index.find(calibration);
@@ -254,8 +257,8 @@ ExchangeBlock ExchangeFromMicmac(const MicmacFolder& folder) {
   for (const MicmacCalibration& calibration : folder.calibrations) {
     if ((calibration.centre - calibration.pp).norm() > 1e-9)
       throw InputError(calibration.name +
-                       ".xml: CDist differs from PP: a distortion around another centre than the " +
-                       "principal point cannot be held");
+                       ".xml: CDist differs from PP: a distortion centre other than the " +
+                       "principal point is not supported");
     ExchangeCamera camera;
     camera.name = calibration.name;
     camera.width = calibration.size.x();

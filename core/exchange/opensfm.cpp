@@ -48,7 +48,7 @@ Json ShotJson(const ExchangePhoto& photo, const std::string& camera) {
           {"gps_position", Array(photo.centre)}};
 }
 
-// OpenSfM knows cameras by name: two of one name are told apart.
+// OpenSfM knows cameras by name: two of one name are distinguished.
 std::string CameraName(const ExchangeBlock& block, std::size_t i) {
   return block.cameras[i].name + (block.cameras.size() > 1 ? " #" + std::to_string(i + 1) : "");
 }
@@ -123,7 +123,7 @@ OpensfmCamera ReadCamera(const JsonField& field) {
   if (std::find(known.begin(), known.end(), camera.projection_type) == known.end())
     field.At("projection_type")
         .Fail("\"" + camera.projection_type +
-              "\" cannot be held; known are perspective, simple_radial, radial and brown");
+              "\" is not supported; supported are perspective, simple_radial, radial and brown");
   if (const auto focal = field.FindNumber("focal")) {
     camera.focal_x = camera.focal_y = *focal;
   } else {

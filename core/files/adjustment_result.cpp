@@ -4,7 +4,7 @@
 #include <filesystem>
 
 #include "core/base/atomic_write.h"
-#include "core/files/json_fields.h"
+#include "core/files/result_fields.h"
 
 namespace orient {
 namespace {
@@ -46,7 +46,8 @@ Json PartJson(const PartResult& part) {
   return {{"photos", part.photos},
           {"control_points", part.control_points},
           {"by_control", part.by_control},
-          {"message", part.message}};
+          {"message", part.finding ? Sentence(*part.finding) : ""},
+          {"finding", part.finding ? FindingJson(*part.finding) : Json(nullptr)}};
 }
 
 Json CalibrationJson(const CalibrationResult& parameter) {
@@ -121,8 +122,15 @@ ComponentResult Component(const JsonField& field) {
 }
 
 PartResult Part(const JsonField& field) {
-  return {field.At("photos").AsStrings(), field.At("control_points").AsInt(),
-          field.At("by_control").AsFlag(), field.At("message").AsString()};
+  PartResult part{field.At("photos").AsStrings(),
+                  field.At("control_points").AsInt(),
+                  field.At("by_control").AsFlag(),
+                  {}};
+  if (const auto finding = field.Find("finding"))
+    part.finding = ReadFinding(*finding);
+  else if (std::string message = field.At("message").AsString(); !message.empty())
+    part.finding = Stated(std::move(message));  // of an earlier version
+  return part;
 }
 
 CalibrationResult Calibration(const JsonField& field) {
@@ -170,23 +178,22 @@ std::string AdjustmentResultPath(const std::string& directory) {
 }
 
 void WriteAdjustmentResult(const std::string& directory, const AdjustmentResult& result) {
-  const Json json = {{"converged", result.converged},
-                     {"sigma0", ToJson(result.sigma0)},
-                     {"redundancy", ToJson(result.redundancy)},
-                     {"variance_components", ListJson(result.components, &ComponentJson)},
-                     {"parts", ListJson(result.parts, &PartJson)},
-                     {"calibration", ListJson(result.calibration, &CalibrationJson)},
-                     {"checks",
-                      {{"rms_px", ToJson(result.CheckRmsPx())},
-                       {"rejected_alone", result.checks_rejected_alone},
-                       {"patches", ListJson(result.checks, &CheckJson)}}},
-                     {"messages", result.messages},
-                     {"approximations", ListJson(result.approximations, &PoseObservationJson)},
-                     {"gnss",
-                      {{"positions", ListJson(result.gnss, &PoseObservationJson)},
-                       {"strips", ListJson(result.gnss_strips, &GnssStripJson)}}},
-                     {"ties", ListJson(result.ties, &PointJson)},
-                     {"control", ListJson(result.control, &PointJson)}};
+  Json json = {{"converged", result.converged},
+               {"sigma0", ToJson(result.sigma0)},
+               {"redundancy", ToJson(result.redundancy)},
+               {"variance_components", ListJson(result.components, &ComponentJson)},
+               {"parts", ListJson(result.parts, &PartJson)},
+               {"calibration", ListJson(result.calibration, &CalibrationJson)},
+               {"checks",
+                {{"rms_px", ToJson(result.CheckRmsPx())},
+                 {"rejected_alone", result.checks_rejected_alone},
+                 {"patches", ListJson(result.checks, &CheckJson)}}}};
+  WriteFindings(result.findings, &json);
+  json["approximations"] = ListJson(result.approximations, &PoseObservationJson);
+  json["gnss"] = {{"positions", ListJson(result.gnss, &PoseObservationJson)},
+                  {"strips", ListJson(result.gnss_strips, &GnssStripJson)}};
+  json["ties"] = ListJson(result.ties, &PointJson);
+  json["control"] = ListJson(result.control, &PointJson);
   WriteFileAtomically(AdjustmentResultPath(directory), json.dump(1) + "\n");
 }
 
@@ -203,7 +210,7 @@ AdjustmentResult ReadAdjustmentResult(const std::string& path) {
   result.checks_rejected_alone = static_cast<int>(
       field.At("checks").FindNumber("rejected_alone").value_or(0));  // younger than the others
   result.checks = List(field.At("checks").At("patches"), &Check);
-  result.messages = field.At("messages").AsStrings();
+  result.findings = ReadFindings(field);
   if (const auto known = field.Find("approximations"))  // younger than the others, as GNSS is
     result.approximations = List(*known, &PoseObservation);
   if (const auto gnss = field.Find("gnss")) {

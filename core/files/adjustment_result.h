@@ -7,6 +7,8 @@
 #include <string>
 #include <vector>
 
+#include "core/files/finding.h"
+
 namespace orient {
 
 // What one photo shows of a tie or a control patch.
@@ -44,7 +46,7 @@ struct PartResult {
   std::vector<std::string> photos;
   int control_points = 0;
   bool by_control = false;
-  std::string message;
+  std::optional<Finding> finding;  // absent where nothing is to be said
 };
 
 struct CalibrationResult {
@@ -80,8 +82,8 @@ struct AdjustmentResult {
   std::vector<CalibrationResult> calibration;
   std::vector<CheckResult> checks;
   int checks_rejected_alone =
-      0;  // sightings that are not among them: gross errors of a photo alone
-  std::vector<std::string> messages;
+      0;              // sightings that are not among them: gross errors of a photo alone
+  Findings findings;  // what a person should know of the block as a whole
   std::vector<PointResult> ties, control;
   std::vector<PoseObservationResult> approximations, gnss;
   std::vector<GnssStripResult> gnss_strips;

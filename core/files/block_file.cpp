@@ -146,8 +146,7 @@ void ReadGnss(const TomlTable& root, const std::string& base, BlockFile* block) 
     table->Fail("model", "is \"" + name + "\"; it must be plain, shift or shift_and_drift");
   gnss.model = model->second;
   if (gnss.model == GnssModel::kShiftAndDrift && block->flight.Empty())
-    table->Fail("model",
-                "is \"shift_and_drift\", and drift goes along strips: list them as [[strips]]");
+    table->Fail("model", "is \"shift_and_drift\", but drift is per strip: list them as [[strips]]");
 }
 
 EarthMode ReadEarth(const TomlTable& root) {
@@ -189,8 +188,8 @@ void ReadPhotos(const TomlTable& root, const std::string& base, BlockFile* block
         block->unusable.push_back({name, path + " does not exist; check the block file's photos"});
       else
         block->unusable.push_back({name, *paths.begin() + " and " + *paths.rbegin() +
-                                             " have the same name, so that their results and "
-                                             "approximations are one; rename one"});
+                                             " have the same name, so their results and "
+                                             "approximations would coincide; rename one"});
     }
   } catch (const InputError& error) {
     root.Fail("photos", std::string("cannot be used: ") + error.what());

@@ -43,7 +43,7 @@ struct BlockFile {
   std::vector<UnusablePhoto> unusable;  // not there, or several files of one name
   std::string approximations;           // empty: what the photos' files say, and the strips
   FlightPlan flight;                    // empty: nothing is said of strips
-  // One sigma of approximations without sigma columns; empty where nobody states it.
+  // One sigma of approximations without sigma columns; empty where it is not stated.
   std::optional<double> position_sigma_m;
   std::optional<double> attitude_sigma_rad;
   bool observe_approximations = false;  // as observations of the adjustment, too

@@ -30,7 +30,7 @@ constexpr double kMinDistanceOverDiagonal = 0.1, kMaxDistanceOverDiagonal = 50;
 constexpr double kMaxMarkSize_mm = 20;  // from one end of a mark to the other
 // Fiducials whose spread across a line is less than this part of that along it lie on one line.
 constexpr double kMinThickness = 0.05;
-// Two marks cannot be told apart when they are nearer than this.
+// Two marks cannot be distinguished when they are nearer than this.
 constexpr double kMinMarkDistance_mm = 1;
 
 template <typename Enum>
@@ -188,7 +188,7 @@ std::vector<Fiducial> ReadFiducials(const TomlTable& root, const Camera& camera,
       if (other.id == fiducial.id)
         table.Fail("id", fmt::format("\"{}\" belongs to an earlier fiducial", fiducial.id));
       if ((other.position_mm - fiducial.position_mm).norm() < kMinMarkDistance_mm)
-        table.Fail("position_mm", fmt::format("is the place of fiducial \"{}\"", other.id));
+        table.Fail("position_mm", fmt::format("is also the position of fiducial \"{}\"", other.id));
     }
     fiducials.push_back(std::move(fiducial));
   }
@@ -230,11 +230,11 @@ std::vector<BorderFeature> ReadBorder(const TomlTable& root, const Camera& camer
 void CheckConstellation(const TomlTable& root, const std::vector<Fiducial>& fiducials) {
   if (fiducials.empty()) return;
   if (std::ssize(fiducials) < kMinFiducials)
-    root.Fail("fiducials", "are fewer than three, which no interior orientation can use");
+    root.Fail("fiducials", "are fewer than the three that interior orientation needs");
   std::vector<Eigen::Vector2d> places;
   for (const Fiducial& f : fiducials) places.push_back(f.position_mm);
   if (Thickness(places) < kMinThickness)
-    root.Fail("fiducials", "lie on one line, which no interior orientation can use");
+    root.Fail("fiducials", "lie on one line and determine no interior orientation");
 }
 
 MarkImage ReadMarkImage(const TomlTable& table) {

@@ -53,7 +53,7 @@ enum class FrameSide { kLeft, kRight, kBottom, kTop };  // as the positive is se
 enum class BorderSign { kText, kDark, kBright };
 
 // A rectangle of the photo system in which the frame's border is unlike its mirror images, so that
-// it tells how the film lies.
+// it tells the scan orientation.
 struct BorderFeature {
   BorderSign shows = BorderSign::kText;
   Eigen::Vector2d from_mm = Eigen::Vector2d::Zero();  // least x and y

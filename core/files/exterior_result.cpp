@@ -28,6 +28,14 @@ Json RoundJson(const LoopRound& round) {
           {"rms_px", ToJson(std::optional(round.rms_px))}};
 }
 
+// Without what is stated, which has no other words than its sentence.
+Json ReasonCodes(const Findings& findings) {
+  Json codes = Json::array();
+  for (const Finding& finding : findings)
+    if (finding.reason != Reason::kStated) codes.push_back(Code(finding.reason));
+  return codes;
+}
+
 Json PatchJson(const PatchResult& patch) {
   return {{"id", patch.id},
           {"state", Name(patch.state)},
@@ -37,14 +45,15 @@ Json PatchJson(const PatchResult& patch) {
           {"sigma_px", ToJson(patch.sigma_px)},
           {"residual_px", ToJson(patch.residual_px)},
           {"ncc", ToJson(patch.ncc)},
-          {"reason", patch.reason}};
+          {"reason", JoinedSentences(patch.findings)},
+          {"reason_codes", ReasonCodes(patch.findings)}};
 }
 
-// How many patches were not sought, for each reason.
+// How many patches were not searched for, for each reason.
 Json NotVisibleJson(const std::vector<PatchResult>& patches) {
   std::map<std::string, int> counts;
   for (const PatchResult& patch : patches)
-    if (patch.state == PatchState::kNotVisible) ++counts[patch.reason];
+    if (patch.state == PatchState::kNotVisible) ++counts[JoinedSentences(patch.findings)];
   return counts;
 }
 
@@ -115,6 +124,18 @@ LoopRound ReadRound(const JsonField& field) {
   return round;
 }
 
+// Why a patch was not matched, or is not used: by its codes; without them as stated.
+Findings ReadPatchFindings(const JsonField& patch) {
+  Findings findings;
+  if (const auto codes = patch.Find("reason_codes"))
+    for (const JsonField& code : codes->Elements())
+      findings.push_back({.reason = ReadReason(code)});
+  const auto reason = patch.Find("reason");
+  if (findings.empty() && reason && !reason->AsString().empty())
+    findings.push_back(Stated(reason->AsString()));
+  return findings;
+}
+
 PatchResult ReadPatch(const JsonField& field) {
   PatchResult patch;
   patch.id = field.At("id").AsInteger();
@@ -125,7 +146,7 @@ PatchResult ReadPatch(const JsonField& field) {
   patch.sigma_px = field.FindVector2("sigma_px");
   patch.residual_px = field.FindVector2("residual_px");
   patch.ncc = field.FindNumber("ncc");
-  if (const auto reason = field.Find("reason")) patch.reason = reason->AsString();
+  patch.findings = ReadPatchFindings(field);
   return patch;
 }
 

@@ -44,10 +44,17 @@ const std::vector<Reason>& AllReasons() {
 }
 
 std::string Sentence(const Finding& finding) {
+  const std::string_view where = finding.where;
+  const std::size_t colon = std::min(where.find(": "), where.size());
+  const bool one = finding.value == 1.0;
   return fmt::format(fmt::runtime(WordingOf(finding.reason).sentence),
                      fmt::arg("value", finding.value.value_or(0)),
-                     fmt::arg("limit", finding.limit.value_or(0)),
-                     fmt::arg("where", finding.where));
+                     fmt::arg("limit", finding.limit.value_or(0)), fmt::arg("where", where),
+                     fmt::arg("first", where.substr(0, colon)),
+                     fmt::arg("rest", where.substr(std::min(colon + 2, where.size()))),
+                     fmt::arg("s", one ? "" : "s"), fmt::arg("are", one ? "is" : "are"),
+                     fmt::arg("their", one ? "its" : "their"),
+                     fmt::arg("They_have", one ? "It has" : "They have"));
 }
 
 std::vector<std::string> Sentences(const Findings& findings) {

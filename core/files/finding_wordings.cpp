@@ -14,66 +14,64 @@ const std::vector<Wording>& Wordings() {  // NOLINT(readability-function-size): 
        "The camera's marks were not found: wrong camera file, marks outside the scan, or a "
        "wrong pixel size (--pixel-size-um; in a block file pixel_size_um under [scan])."},
       {Reason::kMarksMayBeChance, "marks_may_be_chance",
-       "What was found may be chance ({value:.1f} nats for the marks, {limit:.1f} are "
-       "needed): wrong camera file, or marks too faint."},
+       "The marks found may be chance ({value:.1f} nats, {limit:.1f} are needed): wrong camera "
+       "file, or marks too faint."},
       {Reason::kTooManyReadings, "too_many_readings",
-       "Too many marks and candidates to be sure that no other reading is as good: give "
-       "orientation, polarity or pixel size, whichever is known (options; in a block file "
+       "Too many marks and candidates to rule out another interpretation: give orientation, "
+       "polarity or pixel size, whichever is known (options; in a block file "
        "[scan])."},
       {Reason::kRivalReading, "rival_reading",
-       "Another reading of the marks is nearly as probable (margin {value:.1f} nats, "
+       "Another interpretation of the marks is nearly as probable (margin {value:.1f} nats, "
        "{limit:.0f} are needed)."},
       {Reason::kMarksOnOneLine, "marks_on_one_line", "The marks found lie on one line."},
       {Reason::kFewMarks, "few_marks",
-       "Only {value:.0f} marks were found, {limit:.0f} are needed to be sure."},
+       "Only {value:.0f} marks were found; {limit:.0f} are needed."},
       {Reason::kScaleDifference, "scale_difference",
        "The scales of the two axes differ by {value:.1f} %: not a plausible film or scanner."},
       {Reason::kShear, "shear",
        "The axes are sheared by {value:.1f} mrad: not a plausible film or scanner."},
       {Reason::kPixelSizeIsNotAsStated, "pixel_size_is_not_as_stated",
-       "By the marks a pixel has {value:.2f} um, by the resolution tag or the stated size "
-       "{limit:.2f} um: another camera's marks, or a wrong resolution."},
+       "The pixel size is {value:.2f} um from the marks, but {limit:.2f} um from the resolution "
+       "tag or as stated: another camera's marks, or a wrong resolution."},
       {Reason::kPixelSizeUnsure, "pixel_size_unsure",
        "The pixel size ({value:.2f} um) follows from the camera alone: a smaller or larger "
-       "camera with similar marks would fit as well; give it (--pixel-size-um; in a block "
+       "camera with similar marks would fit as well; state it (--pixel-size-um; in a block "
        "file pixel_size_um under [scan])."},
       {Reason::kRivalScanner, "rival_scanner",
        "A desktop scan of all these marks, and a photogrammetric one with one mark "
-       "misplaced, are nearly as probable ({value:.1f} nats apart): say which it is with "
+       "misplaced, are almost equally probable ({value:.1f} nats apart): state which with "
        "--scanner."},
       {Reason::kRivalScanOrientation, "rival_scan_orientation",
        "Another scan orientation is nearly as probable ({value:.1f} nats apart, {limit:.0f} "
        "are needed): give --orientation."},
       {Reason::kLargeSigma0, "large_sigma0",
-       "sigma0 of {value:.0f} um is more than film deformation explains."},
+       "sigma0 of {value:.0f} um exceeds what film deformation explains."},
       {Reason::kFilmDistorted, "film_distorted",
        "The scanner or print distorts the film: an affine transform leaves sigma0 = "
        "{value:.0f} um."},
       {Reason::kBlackAndWhite, "black_and_white",
        "The scan is black and white without grey values: marks may be off by a pixel, and "
-       "their precision cannot be told. Scan the film in grey."},
+       "their precision is unknown. Scan the film in grey."},
       {Reason::kReseauContradictory, "reseau_contradictory",
        "The crosses contradict one another: no smooth film deformation explains their "
        "positions."},
       {Reason::kReseauCorrection, "reseau_correction",
        "Corrected by a reseau of {value:.0f} crosses: {where}."},
       {Reason::kFewReseauCrosses, "few_reseau_crosses",
-       "Only {value:.0f} crosses agree with their neighbours, {limit:.0f} are needed to be "
-       "sure ({where})."},
+       "Only {value:.0f} crosses agree with their neighbours; {limit:.0f} are needed ({where})."},
       {Reason::kOrientationUnlikeLayout, "orientation_unlike_layout",
        "The marks' calibrated positions fit scan orientation {where} as given, by {value:.1f} "
        "nats: "
        "check --orientation."},
       {Reason::kOrientationUnlikeSigns, "orientation_unlike_signs",
-       "The film's symbols or border say scan orientation {where} as given: check "
+       "The film's symbols or border show scan orientation {where} as given: check "
        "--orientation."},
       {Reason::kSignsContradictory, "signs_contradictory",
        "The identification symbols, the border or the marks' positions contradict each "
        "other ({where} against the others): check the camera file's symbols, data_strip, "
        "border and fiducials."},
       {Reason::kSignNotClear, "sign_not_clear",
-       "Not clearly read: {where} alone would give another scan orientation than all the "
-       "others."},
+       "Not clearly read: {where} alone contradicts the scan orientation of all the others."},
       {Reason::kOrientationOpen, "orientation_open",
        "The marks leave the scan orientation open ({where}); the transform given is that of the "
        "first."},
@@ -83,30 +81,29 @@ const std::vector<Wording>& Wordings() {  // NOLINT(readability-function-size): 
       {Reason::kNearestCameras, "nearest_cameras", "Nearest: {where}."},
       {Reason::kCamerasThatFit, "cameras_that_fit", "{where}"},
       {Reason::kCameraPixelSizeOff, "camera_pixel_size_off",
-       "With this camera a pixel is {value:.1f} % {where} than stated: perhaps another "
-       "camera, whose marks lie differently."},
+       "With this camera a pixel is {value:.1f} % {where} than stated: perhaps another camera, "
+       "with other mark positions."},
       {Reason::kRollPixelColumns, "roll_pixel_columns",
-       "Unlike the other photos of the roll: its pixels along columns are {value:.3f} um on "
-       "the film, the other photos' {limit:.3f} um."},
+       "Unlike the other photos of the roll: its pixel size along columns is {value:.3f} um on the "
+       "film, theirs {limit:.3f} um."},
       {Reason::kRollPixelRows, "roll_pixel_rows",
-       "Unlike the other photos of the roll: its pixels along rows are {value:.3f} um on "
-       "the film, the other photos' {limit:.3f} um."},
+       "Unlike the other photos of the roll: its pixel size along rows is {value:.3f} um on the "
+       "film, theirs {limit:.3f} um."},
       {Reason::kRollScaleDifference, "roll_scale_difference",
        "Unlike the other photos of the roll: the scales of its two axes differ by "
-       "{value:.2f} %, the other photos' by {limit:.2f} %."},
+       "{value:.2f} %, theirs by {limit:.2f} %."},
       {Reason::kRollShear, "roll_shear",
-       "Unlike the other photos of the roll: its axes are sheared by {value:.2f} mrad, the "
-       "other photos' by {limit:.2f} mrad."},
+       "Unlike the other photos of the roll: its axes are sheared by {value:.2f} mrad, theirs by "
+       "{limit:.2f} mrad."},
       {Reason::kRollSigma0, "roll_sigma0",
-       "Unlike the other photos of the roll: its sigma0 is {value:.1f} um, the other "
-       "photos' {limit:.1f} um."},
+       "Unlike the other photos of the roll: its sigma0 is {value:.1f} um, theirs {limit:.1f} um."},
       {Reason::kPhotoUnusable, "photo_unusable", "{where}"},
       {Reason::kNoApproximation, "no_approximation", "no approximation: {where}"},
       {Reason::kBelowGround, "below_ground",
-       "its approximate position lies below the ground: z {value:.0f}, the ground there "
-       "{limit:.0f}; correct it{where}"},
+       "its approximate position lies below the ground: z {value:.0f}, ground height {limit:.0f}; "
+       "correct it{where}"},
       {Reason::kOutsideDem, "outside_dem",
-       "the DEM {where}; give a DEM that reaches there, or correct the approximation"},
+       "the DEM {where}; give a DEM that does, or correct the approximation"},
       {Reason::kInteriorFailed, "interior_failed", "its interior orientation failed{where}"},
       {Reason::kInteriorWeak, "interior_weak", "its interior orientation is weak"},
       {Reason::kInteriorOfAnotherScan, "interior_of_another_scan", "{where}"},
@@ -117,10 +114,9 @@ const std::vector<Wording>& Wordings() {  // NOLINT(readability-function-size): 
        "correct the approximation"},
       {Reason::kNoFirstPose, "no_first_pose", "{where}"},
       {Reason::kNothingAlike, "nothing_alike",
-       "at no kappa does the photo, searched as a whole, resemble what the patches show "
-       "together{where}"},
+       "searched as a whole, the photo resembles the patches at no kappa{where}"},
       {Reason::kNothingAlikeAfterPrior, "nothing_alike_after_prior",
-       "nor is the photo, searched as a whole, like the patches at any kappa"},
+       "searched as a whole, the photo resembles the patches at no kappa either"},
       {Reason::kNoConsensus, "no_consensus",
        "only {value:.0f} of {limit:.0f} patches agree on a pose within {where} of the "
        "prediction: chance could produce that. Either the approximation is worse than its "
@@ -138,37 +134,36 @@ const std::vector<Wording>& Wordings() {  // NOLINT(readability-function-size): 
       {Reason::kMostContradict, "most_contradict",
        "more than half of the matched patches contradict the pose"},
       {Reason::kContradictsApproximation, "contradicts_approximation",
-       "the pose lies {value:.0f} sigma from its approximation: either that is worse than "
-       "its stated accuracy, or {where} wrong"},
+       "the pose lies {value:.0f} sigma from its approximation: either the approximation is worse "
+       "than stated, or {where} wrong"},
       {Reason::kFewPlaces, "few_places",
-       "too few places tell how precise the pose is: patches agree in {value:.0f} only"},
+       "too few places to judge the precision of the pose: patches agree in only {value:.0f}"},
       {Reason::kPoorSpread, "poor_spread",
-       "the patches that agree lie on {value:.1f} % of the photo: nothing controls the rest "
-       "of it"},
+       "the patches that agree cover {value:.1f} % of the photo: the rest is uncontrolled"},
       {Reason::kPoorlyDetermined, "poorly_determined",
        "the pose is poorly determined: in the worst corner of the frame its projection is "
        "uncertain by {value:.2f} px"},
       {Reason::kPrincipalDistanceNotEstimated, "principal_distance_not_estimated",
-       "the principal distance could not be estimated: the pose is that of the camera file's"},
+       "the principal distance could not be estimated: the pose holds with the camera file's"},
       {Reason::kPrincipalDistanceNotConverged, "principal_distance_not_converged",
        "pose and principal distance did not converge"},
       {Reason::kPrincipalDistanceEstimated, "principal_distance_estimated",
        "the pose holds with a principal distance of {value:.3f} mm, not with the camera "
        "file's {limit:.3f} mm"},
       {Reason::kPrincipalDistanceUndetermined, "principal_distance_undetermined",
-       "the photo does not determine its principal distance: its sigma is still {value:.3f} "
-       "mm of {limit:.3f} mm; on level ground the flying height absorbs it"},
+       "the photo does not determine its principal distance: its sigma is still {value:.3f} mm, "
+       "from {limit:.3f} mm; over level ground the flying height absorbs it"},
       {Reason::kDemHasHoles, "dem_has_holes",
-       "the DEM has no height under {value:.0f} of the {limit:.0f} matched patches: it has "
-       "a hole there, or ends"},
+       "the DEM has no height under {value:.0f} of the {limit:.0f} matched patches: it has a hole "
+       "or ends there"},
       {Reason::kDemUnlikePatches, "dem_unlike_patches",
        "the DEM's heights differ from the matched patches' by {value:.0f} m (one sigma; "
-       "{limit:.0f} m would be expected at most): the patches' coordinates or the DEM's are "
-       "those of another place"},
+       "at most {limit:.0f} m is expected): the patches or the DEM are of another place"},
       {Reason::kDemDatum, "dem_datum",
-       "the DEM lies {value:.0f} m {where} the matched patches (spread {limit:.0f} m): one "
-       "of them has another height datum; the pose has the patches'"},
-      {Reason::kNotLearnt, "not_learnt", "the patch database did not learn from it: {where}"},
+       "the DEM lies {value:.0f} m {where} the matched patches (spread {limit:.0f} m): their "
+       "height datums differ; the pose has the patches'"},
+      {Reason::kNotLearnt, "not_learnt",
+       "its matches were not recorded in the patch database: {where}"},
       {Reason::kUnusableInBlock, "unusable_in_block", "{where}"},
       {Reason::kNoTies, "no_ties", "it has no tie points with its neighbours"},
       {Reason::kNotConnected, "not_connected",
@@ -189,8 +184,8 @@ const std::vector<Wording>& Wordings() {  // NOLINT(readability-function-size): 
       {Reason::kNeighboursWeak, "neighbours_weak",
        "the photos that it depends on are weak themselves"},
       {Reason::kMovedByBlock, "moved_by_block",
-       "the block moved it by {value:.0f} sigma from where its own patches put it: they or "
-       "its ties are wrong"},
+       "the block moved it by {value:.0f} sigma from the pose of its own patches: they or its ties "
+       "are wrong"},
       {Reason::kBlockNotConverged, "block_not_converged",
        "the block's adjustment did not converge{where}"},
       {Reason::kKeypointsUnconfirmed, "keypoints_unconfirmed", "{where}"},
@@ -200,6 +195,104 @@ const std::vector<Wording>& Wordings() {  // NOLINT(readability-function-size): 
        "without GNSS and approximations it is weak{where}"},
       {Reason::kBlockNotConvergedWithoutPriors, "block_not_converged_without_priors",
        "without GNSS and approximations the block's adjustment does not converge"},
+      {Reason::kAdjustmentNotConverged, "adjustment_not_converged",
+       "The adjustment did not converge."},
+      {Reason::kBlockWithoutDatum, "block_without_datum",
+       "The block has too little control for position, attitude and scale."},
+      {Reason::kBlockWithoutControl, "block_without_control",
+       "The block has no control: its place follows from approximations or GNSS alone."},
+      {Reason::kBlockPoorlyControlled, "block_poorly_controlled",
+       "The block has control on one line or at one place only: approximations or GNSS decide "
+       "the rest."},
+      {Reason::kPartWithoutDatum, "part_without_datum",
+       "Photo{s} {where} {are} connected with no other photo. {They_have} too little control "
+       "for position, attitude and scale."},
+      {Reason::kPartWithoutControl, "part_without_control",
+       "Photo{s} {where} {are} connected with no other photo. {They_have} no control: its "
+       "place follows from approximations or GNSS alone."},
+      {Reason::kPartPoorlyControlled, "part_poorly_controlled",
+       "Photo{s} {where} {are} connected with no other photo. {They_have} control on one line "
+       "or at one place only: approximations or GNSS decide the rest."},
+      {Reason::kPartNotConnected, "part_not_connected",
+       "Photo{s} {where} {are} connected with no other photo."},
+      {Reason::kGnssDisagreesEverywhere, "gnss_disagrees_everywhere",
+       "GNSS and control patches disagree everywhere: no position is used. One of them lies "
+       "in another datum, or is worse than stated."},
+      {Reason::kGnssRejected, "gnss_rejected",
+       "GNSS contradicts the block and is not used: {where}."},
+      {Reason::kGnssPerhapsOfAnotherDatum, "gnss_perhaps_of_another_datum",
+       "GNSS positions fit {value:.0f} times worse than stated, and count so much less: do "
+       "they lie in another datum than control (model = \"shift\" finds by how much)?"},
+      {Reason::kGnssWorseThanStated, "gnss_worse_than_stated",
+       "GNSS positions fit {value:.0f} times worse than stated, and count so much less."},
+      {Reason::kApproximationsRejected, "approximations_rejected",
+       "The approximation is worse than it is said to be, and is no observation: {where}."},
+      {Reason::kApproximationsWorseThanStated, "approximations_worse_than_stated",
+       "Approximations fit {value:.0f} times worse than stated, and count so much less as "
+       "observations."},
+      {Reason::kPhotosUndetermined, "photos_undetermined",
+       "Too few or too badly placed observations: {where}."},
+      {Reason::kAdjustedWithoutPriors, "adjusted_without_priors",
+       "with GNSS and approximations as observations the block does not converge: adjusted "
+       "without them"},
+      {Reason::kNoPoseCovariance, "no_pose_covariance",
+       "pose_covariance.csv is not written: it is for blocks whose adjustment converged, of "
+       "at most {limit:.0f} photos"},
+      {Reason::kInputsChanged, "inputs_changed",
+       "oriented again, since their inputs changed ({first}): {rest}"},
+      {Reason::kNoTiesFromPhoto, "no_ties_from_photo", "{first} gives no tie points: {rest}"},
+      {Reason::kNeighboursNotTried, "neighbours_not_tried",
+       "The photos left could not be tried with their neighbours' patches: {where}"},
+      {Reason::kStripPhotosAbsent, "strip_photos_absent",
+       "the strips have {value:.0f} photo{s} that {are} not there, whose places stay free: "
+       "{where}"},
+      {Reason::kLocatedByOwnFiles, "located_by_own_files",
+       "{value:.0f} photo{s} {are} located by the GNSS position in {their} own file{s}"},
+      {Reason::kFocalLengthIsNotTheCameras, "focal_length_is_not_the_cameras",
+       "the focal length in photos' files ({value:.4g} mm) is not the camera file's principal "
+       "distance ({limit:.4g} mm): {where}"},
+      {Reason::kApproximationsOfOtherPhotos, "approximations_of_other_photos",
+       "{first} has {value:.0f} photo{s} that {are} not in the block: {rest}"},
+      {Reason::kOtherPhotosSetAside, "other_photos_set_aside",
+       "what an earlier run left of {value:.0f} photo{s} that {are} not in the block ({rest}) "
+       "was moved to {first}"},
+      {Reason::kPhotoNotInQuicklook, "photo_not_in_quicklook",
+       "photo {where} could not be read for the quicklook"},
+      {Reason::kNoQuicklook, "no_quicklook", "no quicklook: {where}"},
+      {Reason::kExportSource, "export_source", "exports: {where}"},
+      {Reason::kExportNote, "export_note", "export {where}"},
+      {Reason::kPatchBehindCamera, "patch_behind_camera", "behind the camera under the final pose"},
+      {Reason::kPatchOutsidePhoto, "patch_outside_photo", "outside the photo under the final pose"},
+      {Reason::kPatchCovered, "patch_covered", "under a fiducial mark or writing"},
+      {Reason::kPatchHidden, "patch_hidden", "hidden by terrain"},
+      {Reason::kPatchTooSmall, "patch_too_small",
+       "the patch is too small at the photo's resolution"},
+      {Reason::kNoCorrelationPeak, "no_correlation_peak",
+       "no correlation peak in the search window"},
+      {Reason::kLowCorrelation, "low_correlation", "best correlation below the threshold"},
+      {Reason::kCorrelationAmbiguous, "correlation_ambiguous",
+       "ambiguous: a second place correlates as well"},
+      {Reason::kMatchingNotConverged, "matching_not_converged",
+       "least-squares matching did not converge"},
+      {Reason::kMatchingOfAnotherTexture, "matching_of_another_texture",
+       "least-squares matching found another texture"},
+      {Reason::kMatchingDisagrees, "matching_disagrees",
+       "correlation and least-squares matching disagree"},
+      {Reason::kTextureTooWeak, "texture_too_weak", "texture too weak for a precise position"},
+      {Reason::kNoGradients, "no_gradients", "no gradients in the search window"},
+      {Reason::kGradientsAmbiguous, "gradients_ambiguous",
+       "ambiguous: the gradients of a second place are as like"},
+      {Reason::kGradientsNotConverged, "gradients_not_converged",
+       "least-squares matching of the gradients did not converge"},
+      {Reason::kGradientsDisagree, "gradients_disagree",
+       "correlation and least-squares matching of the gradients disagree"},
+      {Reason::kGradientsTooWeak, "gradients_too_weak",
+       "gradients too weak for a precise position"},
+      {Reason::kFoundElsewhereInPatch, "found_elsewhere_in_patch",
+       "what was found there is found elsewhere in the patch"},
+      {Reason::kPatchContradictsOthers, "patch_contradicts_others",
+       "does not agree with the other patches"},
+      {Reason::kPatchContradictsBlock, "patch_contradicts_block", "does not agree with the block"},
   };
   return kWordings;
 }

@@ -8,7 +8,9 @@
 
 namespace orient {
 
-// A sentence with the places {value}, {limit} and {where} of a Finding, formatted as fmt does.
+// A sentence with places for what a Finding has, formatted as fmt does: {value}, {limit}, {where};
+// {first} and {rest} of a where that is "first: rest"; and of as many things as {value} says {s}
+// (of the plural), {are}, {their} and {They_have}.
 struct Wording {
   Reason reason;
   std::string_view code;

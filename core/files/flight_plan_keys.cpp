@@ -51,7 +51,7 @@ void ReadFlight(const TomlTable& root, FlightPlan* plan) {
     plan->flying_height_m = table->PositiveNumber("flying_height_m");
   if (table->Has("scale")) plan->scale = table->PositiveNumber("scale");
   if (plan->scale && plan->flying_height_m)
-    table->Fail("scale", "and flying_height_m say the same; give one of them");
+    table->Fail("scale", "and flying_height_m are alternatives; give one of them");
 }
 
 // The photos that one entry of a strip stands for, in their natural order.
@@ -102,7 +102,7 @@ FlightPlan ReadFlightPlan(const TomlTable& root, const std::vector<std::string>&
       if (!is_new)
         table.Fail("photos", fmt::format("of strip {}: photo {}{}; name it once", strip.name, photo,
                                          other->second == strip.name
-                                             ? " is there twice"
+                                             ? " is listed twice"
                                              : fmt::format(" is in strip {}, too", other->second)));
     }
     plan.strips.push_back(std::move(strip));

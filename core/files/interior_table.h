@@ -9,10 +9,11 @@
 
 namespace orient {
 
-// One row a photo: status, film transform, precision, messages. Empty cells for what is not known.
+// One row per photo: status, film transform, precision, messages. Empty cells for what is not
+// known.
 std::string InteriorTable(const std::vector<InteriorResult>& results);
 
-// One row a mark and photo: where it is on the scan and in the camera, its residual.
+// One row per mark and photo: where it is on the scan and in the camera, its residual.
 std::string MarkTable(const std::vector<InteriorResult>& results,
                       const std::vector<Fiducial>& fiducials);
 

@@ -54,7 +54,7 @@ CircleElement ReadCircle(const TomlTable& table) {
 LineElement ReadLine(const TomlTable& table) {
   const LineElement line{table.Vector2("from_mm"), table.Vector2("to_mm"),
                          table.PositiveNumber("width_mm"), ReadBrightness(table)};
-  if (line.from_mm == line.to_mm) table.Fail("to_mm", "is from_mm; a line has a length");
+  if (line.from_mm == line.to_mm) table.Fail("to_mm", "equals from_mm; a line must have a length");
   return line;
 }
 

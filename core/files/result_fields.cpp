@@ -12,6 +12,8 @@ double Finite(double value) {
   return std::isnan(value) ? kMost : std::clamp(value, -kMost, kMost);
 }
 
+}  // namespace
+
 Json FindingJson(const Finding& finding) {
   Json json = {{"code", Code(finding.reason)}, {"at_best", Name(finding.at_best)}};
   if (finding.value) json["value"] = Finite(*finding.value);
@@ -20,18 +22,19 @@ Json FindingJson(const Finding& finding) {
   return json;
 }
 
-Finding ReadFinding(const JsonField& field) {
-  const JsonField code = field.At("code");
+Reason ReadReason(const JsonField& code) {
   const auto reason = ReasonFromCode(code.AsString());
   if (!reason) code.Fail("is \"" + code.AsString() + "\", which no version up to this one knows");
-  Finding finding{*reason, FromName(field.At("at_best"), kStatuses)};
+  return *reason;
+}
+
+Finding ReadFinding(const JsonField& field) {
+  Finding finding{ReadReason(field.At("code")), FromName(field.At("at_best"), kStatuses)};
   finding.value = field.FindNumber("value");
   finding.limit = field.FindNumber("limit");
   if (const auto where = field.Find("where")) finding.where = where->AsString();
   return finding;
 }
-
-}  // namespace
 
 void WriteFindings(const Findings& findings, Json* json) {
   Json list = Json::array();
@@ -47,7 +50,7 @@ Findings ReadFindings(const JsonField& root) {
     return findings;
   }
   for (std::string& message : root.At("messages").AsStrings())
-    findings.push_back({.reason = Reason::kStated, .where = std::move(message)});
+    findings.push_back(Stated(std::move(message)));
   return findings;
 }
 

@@ -1,4 +1,4 @@
-// What reading and writing results of photos share. Private to core/files.
+// What reading and writing results share. Private to core/files.
 #pragma once
 
 #include <array>
@@ -35,6 +35,13 @@ Json NameOrNull(const std::optional<Enum>& value) {
   return value ? Json(Name(*value)) : Json(nullptr);
 }
 
+Json FindingJson(const Finding& finding);
+Reason ReadReason(const JsonField& code);
+Finding ReadFinding(const JsonField& field);
+// As another maker, or an earlier version, says it.
+inline Finding Stated(std::string message) {
+  return {.reason = Reason::kStated, .where = std::move(message)};
+}
 // "findings" and, for people, "messages".
 void WriteFindings(const Findings& findings, Json* json);
 // Of a result that has no findings (another maker's) the messages, as stated.

@@ -81,7 +81,7 @@ struct PatchResult {
   std::optional<Eigen::Vector2d> sigma_px;
   std::optional<Eigen::Vector2d> residual_px;
   std::optional<double> ncc;
-  std::string reason;
+  Findings findings;  // why it was not matched, or is not used
 };
 
 // What a photo's own orientation was, where the block adjustment has changed it.
@@ -99,8 +99,7 @@ struct TieCount {
   std::optional<double> rms_px;  // of the used ones' residuals
 };
 
-// What a photo says of its camera's principal distance, where that was left free. Not to be told
-// from the film's scale.
+// Principal distance estimated with a photo's pose. Cannot be separated from the film's scale.
 struct EstimatedPrincipalDistance {
   double value_mm = 0, sigma_mm = 0;
   double prior_mm = 0, prior_sigma_mm = 0;

@@ -152,12 +152,12 @@ std::optional<std::vector<double>> TomlTable::FindNumbers(std::string_view key) 
 }
 
 std::optional<std::vector<std::string>> TomlTable::FindTexts(std::string_view key) const {
-  const toml::array* array = FindArray(key, "a list of texts in quotes");
+  const toml::array* array = FindArray(key, "a list of strings in quotes");
   if (array == nullptr) return std::nullopt;
   std::vector<std::string> texts;
   for (const toml::node& node : *array) {
     if (!node.is_string())
-      FailAt(node, NameOf(key), "must hold texts in quotes, not " + Shown(node));
+      FailAt(node, NameOf(key), "must hold strings in quotes, not " + Shown(node));
     texts.push_back(node.as_string()->get());
   }
   return texts;

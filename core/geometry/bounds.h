@@ -25,7 +25,7 @@ struct Bounds {
   bool Contains(double x, double y) const {
     return x >= min_x && x <= max_x && y >= min_y && y <= max_y;
   }
-  // They have an area in common; an edge alone is none.
+  // They overlap in an area; a common edge does not count.
   bool Overlaps(const Bounds& other) const {
     return min_x < other.max_x && other.min_x < max_x && min_y < other.max_y && other.min_y < max_y;
   }

@@ -14,7 +14,7 @@ bool Camera::InFrame(const Eigen::Vector2d& photo_mm, double margin_mm) const {
 Affine2d DigitalPhotoFromPixel(const Camera& camera) {
   if (camera.kind != CameraKind::kDigital || !camera.image_px)
     throw std::invalid_argument("camera '" + camera.name +
-                                "' is no digital camera with a known image size");
+                                "' is not a digital camera with a known image size");
   const Eigen::Vector2d size = camera.image_px->cast<double>();
   if (!(size.minCoeff() > 0) || !(camera.frame_mm.minCoeff() > 0))
     throw std::invalid_argument("camera '" + camera.name + "' has an empty image or sensor");

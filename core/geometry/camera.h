@@ -21,7 +21,7 @@ struct Camera {
   Eigen::Vector2d frame_centre_mm = Eigen::Vector2d::Zero();  // in the photo system
   std::optional<Eigen::Vector2i> image_px;                    // digital only: width, height
   LensDistortion lens;
-  // What of the lens's k1 is curvature and refraction (earth_effects.h), per mm^2; 0: neither is.
+  // Part of the lens's k1 due to curvature and refraction (earth_effects.h), per mm^2; 0: none.
   double earth_k1 = 0;
 
   // Half the frame's diagonal, mm: no image point lies farther from the frame's centre.

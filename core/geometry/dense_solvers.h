@@ -1,4 +1,4 @@
-// Decompositions of small dense matrices of any size. Eigen's would be compiled anew, ten to twenty
+// Decompositions of small dense matrices of any size. Eigen's would be recompiled, ten to twenty
 // seconds each, in every file that names them: here they are compiled once.
 #pragma once
 
@@ -8,10 +8,10 @@ namespace orient {
 
 struct SymmetricEigen {
   Eigen::VectorXd values;   // ascending
-  Eigen::MatrixXd vectors;  // columns of length 1, one a value
+  Eigen::MatrixXd vectors;  // columns of length 1, one per value
 };
 
-// Of a symmetric matrix (the lower triangle is looked at).
+// Of a symmetric matrix (only the lower triangle is used).
 SymmetricEigen EigenOfSymmetric(const Eigen::MatrixXd& symmetric);
 
 // x of `normal` x = `right`, column by column; `normal` symmetric and positive semidefinite (LDLT).

@@ -1,4 +1,4 @@
-// What an affine transform leaves of a film's deformation, as a grid of corrections over the scan:
+// Film deformation remaining after an affine transform, as a grid of corrections over the scan:
 // photo = A pixel + t + correction(pixel).
 #pragma once
 
@@ -19,8 +19,8 @@ struct FilmCorrection {
   Eigen::Vector2d At(const Eigen::Vector2d& pixel) const;
 };
 
-// Both ways between scan and photo system; a null correction is none. The way back solves for the
-// pixel by iteration: a film's correction changes slowly.
+// Both directions between scan and photo system; a null correction is none. The inverse solves for
+// the pixel by iteration: a film's correction changes slowly.
 Eigen::Vector2d PhotoFromPixel(const Affine2d& photo_from_pixel, const FilmCorrection* correction,
                                const Eigen::Vector2d& pixel);
 Eigen::Vector2d PixelFromPhoto(const Affine2d& photo_from_pixel, const FilmCorrection* correction,

@@ -1,4 +1,4 @@
-// Where GNSS says projection centres are, and what it errs along a whole strip.
+// GNSS observations of projection centres, and their systematic errors per strip.
 #pragma once
 
 #include <Eigen/Core>
@@ -8,9 +8,9 @@ namespace orient {
 struct GnssPosition {
   Eigen::Vector3d position_m;  // lever arm already applied
   Eigen::Matrix3d covariance_m2;
-  double along_strip = 0;  // -1 at the strip's first exposure, 1 at its last: what drift goes by
+  double along_strip = 0;  // -1 at the strip's first exposure, 1 at its last: argument of the drift
 };
 
-enum class GnssModel { kPlain, kShift, kShiftAndDrift };  // unknowns a strip
+enum class GnssModel { kPlain, kShift, kShiftAndDrift };  // unknowns per strip
 
 }  // namespace orient

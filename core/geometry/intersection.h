@@ -25,14 +25,14 @@ struct PhotoObservation {
 
 struct IntersectionResult {
   Eigen::Vector3d ground_m;
-  Eigen::Matrix3d covariance_m2;  // inverse normal matrix, a-priori sigma0 = 1, poses taken as true
+  Eigen::Matrix3d covariance_m2;  // inverse normal matrix, a-priori sigma0 = 1, poses error-free
   std::vector<Eigen::Vector2d> residuals_mm;  // measured - computed
   double sigma0 = 0;                          // sqrt(v'Pv / degrees_of_freedom)
   int degrees_of_freedom = 0;
 };
 
 // Least squares by the collinearity equations over two or more photos. Empty when the rays have no
-// common point in front of the cameras or are too nearly parallel to give one.
+// common point in front of the cameras or are too nearly parallel.
 std::optional<IntersectionResult> IntersectPhotos(const std::vector<PhotoObservation>& photos);
 
 }  // namespace orient

@@ -21,8 +21,7 @@ struct Pose {
   static Pose FromVector(const Vector6d& v) { return {v.head<3>(), v.tail<3>()}; }
 };
 
-// What must be added to `from` to come to `to`, the short way round: angles are the same a full
-// turn further, so their differences lie in (-pi, pi].
+// Difference `to` - `from`; those of angles are reduced to (-pi, pi].
 inline Vector6d PoseDifference(const Pose& to, const Pose& from) {
   Vector6d difference = to.AsVector() - from.AsVector();
   for (int i = 3; i < 6; ++i) difference[i] = NormalizeAngle(difference[i]);

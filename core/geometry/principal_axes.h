@@ -8,7 +8,7 @@ namespace orient {
 
 struct PrincipalAxes {
   Eigen::Vector2d values = Eigen::Vector2d::Zero();       // ascending
-  Eigen::Matrix2d vectors = Eigen::Matrix2d::Identity();  // columns of length 1, one a value
+  Eigen::Matrix2d vectors = Eigen::Matrix2d::Identity();  // columns of length 1, one per value
 };
 
 // In closed form. The iterative solver of any size, which this stands for, is no better on two

@@ -25,11 +25,11 @@ struct PosePrior {
   Matrix6d covariance;  // x y z [m] omega phi kappa [rad]
 };
 
-// A prior's standard deviations of elements that nobody states.
+// A prior's standard deviations of elements that are not stated.
 inline constexpr double kOpenPosition_m = 1e5;
 inline constexpr double kOpenAttitude_rad = std::numbers::pi;
 
-// The elements of the pose that the prior says something about.
+// The elements of the pose that the prior constrains.
 std::vector<Eigen::Index> StatedElements(const PosePrior& prior);
 
 // All poses (up to four) from which three ground points are seen at three image points; closed
@@ -50,8 +50,8 @@ struct ResectionOptions {
 struct ResectionResult {
   Pose pose;
   // Inverse normal matrix with the given weights (a-priori sigma0 = 1): not scaled by sigma0. With
-  // a robust loss each weight is lowered by the loss's slope, so that a blunder makes nothing more
-  // certain; likewise in redundancy and sigma0.
+  // a robust loss each weight is lowered by the loss's slope, so that a gross error does not add
+  // certainty; likewise in redundancy and sigma0.
   Matrix6d covariance;
   std::vector<Eigen::Vector2d> residuals_mm;  // measured - computed
   std::vector<double> redundancy;             // r of each observation (sum of its two, 0..2)

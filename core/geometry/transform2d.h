@@ -1,4 +1,4 @@
-// Plane transforms and their estimation; the eight ways in which a film can lie on a scanner.
+// Plane transforms and their estimation; the eight scan orientations of a film.
 #pragma once
 
 #include <Eigen/Core>
@@ -48,8 +48,8 @@ std::optional<TransformFit> FitAffine(const std::vector<PointPair2d>& pairs);
 // transform has a negative determinant: A = [[a, b], [b, -a]], otherwise A = [[a, -b], [b, a]].
 std::optional<TransformFit> FitSimilarity(const std::vector<PointPair2d>& pairs, bool mirrored);
 
-// r90: the scan shows the positive turned counter-clockwise by 90 degrees. m90: first mirrored
-// left-right, then turned.
+// r90: the scan shows the positive rotated counter-clockwise by 90 degrees. m90: first mirrored
+// left-right, then rotated.
 enum class ScanOrientation { kR0, kR90, kR180, kR270, kM0, kM90, kM180, kM270 };
 
 inline constexpr std::array<ScanOrientation, 8> kAllScanOrientations = {

@@ -11,6 +11,12 @@ namespace {
 
 using Eigen::Index;
 
+constexpr double kDerivativeSigma_px = 0.8;  // of the Gaussian before the gradient
+constexpr double kSmoothingSigma_px = 0.6;   // of the channels
+constexpr double kStrengthSigma_px =
+    2.0;                        // of the surroundings whose strength a pixel is compared with
+constexpr double kFloor = 0.2;  // added to that strength, in units of its mean over the image
+
 // The gradient's strength, and strength times cosine and sine of twice its direction.
 struct DoubledAngle {
   Image strength, cosine, sine;
@@ -50,11 +56,11 @@ Image Divided(Image channel, const Image& by, float floor) {
 
 }  // namespace
 
-GradientChannels ChannelsOf(const Image& image, const GradientChannelOptions& options) {
-  const DoubledAngle gradients(GaussianBlur(image, options.derivative_sigma_px));
-  const Image around = GaussianBlur(gradients.strength, options.strength_sigma_px);
-  const float floor = static_cast<float>(options.floor) * MeanOf(gradients.strength);
-  const double sigma = options.smoothing_sigma_px;
+GradientChannels ChannelsOf(const Image& image) {
+  const DoubledAngle gradients(GaussianBlur(image, kDerivativeSigma_px));
+  const Image around = GaussianBlur(gradients.strength, kStrengthSigma_px);
+  const float floor = static_cast<float>(kFloor) * MeanOf(gradients.strength);
+  const double sigma = kSmoothingSigma_px;
   return {{Divided(GaussianBlur(gradients.cosine, sigma), around, floor),
            Divided(GaussianBlur(gradients.sine, sigma), around, floor)}};
 }

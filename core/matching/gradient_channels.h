@@ -20,13 +20,6 @@ namespace orient {
 
 inline constexpr std::size_t kGradientChannels = 2;
 
-struct GradientChannelOptions {
-  double derivative_sigma_px = 0.8;  // of the Gaussian before the gradient
-  double smoothing_sigma_px = 0.6;   // of the channels
-  double strength_sigma_px = 2.0;    // of the surroundings whose strength a pixel is compared with
-  double floor = 0.2;                // added to that strength, in units of its mean over the image
-};
-
 // Gradient strength times cosine and sine of twice its direction. Of the image's size; NaN where
 // the image or one of a pixel's four neighbours is, so also along the border.
 struct GradientChannels {
@@ -35,7 +28,7 @@ struct GradientChannels {
   int Height() const { return channels[0].height; }
 };
 
-GradientChannels ChannelsOf(const Image& image, const GradientChannelOptions& options = {});
+GradientChannels ChannelsOf(const Image& image);
 
 // Cosine of the template's channels and the image's at every position where the template lies
 // inside, in [-1, 1]; the conventions are Correlate's (correlation.h). Right places have about 0.4

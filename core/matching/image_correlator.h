@@ -1,5 +1,5 @@
-// Many templates of one size, each sought over the whole of one image: what of the correlation
-// depends on the image alone is computed once.
+// Many templates of one size, each searched for over the whole of one image: what of the
+// correlation depends on the image alone is computed once.
 #pragma once
 
 #include <memory>

@@ -12,6 +12,10 @@
 namespace orient {
 namespace {
 
+constexpr double kDerivativeSigma_px = 0.7;
+constexpr double kWindowSigma_px = 2.0;
+constexpr double kMinRoundness = 0.5;
+
 // A point farther than this from its maximum is something else.
 constexpr int kMaxMovePx = 2;
 
@@ -56,17 +60,17 @@ cv::Mat Split(const Image& image, int reach, cv::Mat* valid) {
   return values;
 }
 
-Tensors ComputeTensors(const Image& image, const InterestOptions& options) {
+Tensors ComputeTensors(const Image& image) {
   Tensors t;
-  const int inner = Radius(options.derivative_sigma_px);
-  t.window_radius = Radius(options.window_sigma_px);
+  const int inner = Radius(kDerivativeSigma_px);
+  t.window_radius = Radius(kWindowSigma_px);
   const cv::Mat values = Split(image, inner + t.window_radius + kMaxMovePx, &t.valid);
-  const cv::Mat smooth = Gaussian(options.derivative_sigma_px, inner);
-  const cv::Mat slope = GaussianDerivative(options.derivative_sigma_px, inner);
+  const cv::Mat smooth = Gaussian(kDerivativeSigma_px, inner);
+  const cv::Mat slope = GaussianDerivative(kDerivativeSigma_px, inner);
   cv::sepFilter2D(values, t.gx, CV_32F, slope, smooth);
   cv::sepFilter2D(values, t.gy, CV_32F, smooth, slope);
   // Weight 1 in the middle: N is a sum over pixels, its inverse a covariance.
-  cv::Mat window = Gaussian(options.window_sigma_px, t.window_radius);
+  cv::Mat window = Gaussian(kWindowSigma_px, t.window_radius);
   window /= window.at<double>(t.window_radius);
   const auto weighted = [&window](const cv::Mat& a, const cv::Mat& b, cv::Mat* sum) {
     cv::sepFilter2D(a.mul(b), *sum, CV_64F, window, window);
@@ -185,7 +189,7 @@ std::vector<Maximum> Maxima(const Tensors& t, const InterestOptions& options) {
           weight < highest.at<double>(r, c))
         continue;
       const Measure measure = MeasureAt(t, c, r);
-      if (measure.roundness >= options.min_roundness) maxima.push_back({c, r, measure});
+      if (measure.roundness >= kMinRoundness) maxima.push_back({c, r, measure});
     }
   }
   std::stable_sort(maxima.begin(), maxima.end(), [](const Maximum& a, const Maximum& b) {
@@ -226,11 +230,11 @@ class Neighbours {
 
 std::vector<InterestPoint> FindInterestPoints(const Image& image, const InterestOptions& options) {
   if (image.Empty()) return {};
-  const Tensors tensors = ComputeTensors(image, options);
+  const Tensors tensors = ComputeTensors(image);
   Neighbours neighbours(image, options.min_distance_px);
   std::vector<InterestPoint> points;
   for (const Maximum& maximum : Maxima(tensors, options)) {
-    auto point = Locate(tensors, maximum.col, maximum.row, options.window_sigma_px);
+    auto point = Locate(tensors, maximum.col, maximum.row, kWindowSigma_px);
     if (!point) continue;
     if (!neighbours.Take(point->pixel)) continue;
     point->weight = maximum.measure.weight;

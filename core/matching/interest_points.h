@@ -17,9 +17,6 @@ struct InterestPoint {
 };
 
 struct InterestOptions {
-  double derivative_sigma_px = 0.7;
-  double window_sigma_px = 2.0;
-  double min_roundness = 0.5;
   double min_weight_ratio = 0.5;  // of the median weight over the image
   double min_distance_px = 5;
 };

@@ -13,6 +13,9 @@
 namespace orient {
 namespace {
 
+constexpr double kConvergence_px = 1e-3;  // of the reference point and of the template's corners
+constexpr double kMinValidShare =
+    0.6;  // share of template pixels that must meet valid image pixels
 constexpr int kMaxParameters = 8;
 using Parameters = Eigen::Matrix<double, Eigen::Dynamic, 1, 0, kMaxParameters, 1>;
 using Normals =
@@ -147,7 +150,7 @@ class Matcher {
   System SumUp(const State& state) const;
   bool Enough(const System& s) const {
     return s.count > parameters_ &&
-           s.count >= options_.min_valid * static_cast<double>(templ_.pixels.size());
+           s.count >= kMinValidShare * static_cast<double>(templ_.pixels.size());
   }
   // One Gauss-Newton step; the movement of the farthest of reference point and corners, px. Empty:
   // singular.
@@ -315,7 +318,7 @@ std::optional<LsmResult> MatchLeastSquares(const Image& templ, const Image& imag
     if (!movement || (state.position - start * reference).norm() > options.max_shift_px ||
         (state.A - start.A).norm() > options.max_deformation)
       return std::nullopt;
-    if (*movement >= options.convergence_px) continue;
+    if (*movement >= kConvergence_px) continue;
     const System last = matcher.SumUp(state);
     if (!matcher.Enough(last)) return std::nullopt;
     const auto covariance = matcher.PositionCovariance(last);

@@ -21,10 +21,8 @@ struct LsmOptions {
   LsmGeometry geometry = LsmGeometry::kAffine;
   bool radiometric = true;  // estimate offset and gain
   int max_iterations = 30;
-  double convergence_px = 1e-3;  // of the reference point and of the template's corners
   double max_shift_px = 5;       // of the reference point from its start; beyond: no match
   double max_deformation = 0.3;  // Frobenius norm of A - start.A; beyond: no match
-  double min_valid = 0.6;        // share of template pixels that must meet valid image pixels
 };
 
 struct LsmResult {

@@ -61,8 +61,8 @@ struct Header {
 Header ReadHeader(const unsigned char* header, std::size_t bytes) {
   const std::uint32_t width = BigEndian(header), height = BigEndian(header + 4);
   if (width == 0 || height == 0 || width > kLargestSide || height > kLargestSide)
-    throw InputError(fmt::format("PNG chip of {} x {} pixels: at most {} a side are taken", width,
-                                 height, kLargestSide));
+    throw InputError(fmt::format("PNG chip of {} x {} pixels: at most {} per side are accepted",
+                                 width, height, kLargestSide));
   if ((header[8] != 8 && header[8] != 16) || (header[9] != kGrey && header[9] != kColour))
     throw Damaged(bytes, "neither grey nor RGB of 8 or 16 bits");
   if (header[10] != 0 || header[11] != 0 || header[12] != 0)
@@ -106,7 +106,7 @@ Contents ReadChunks(const std::vector<unsigned char>& png) {
       throw Damaged(png.size(), "damaged (a checksum is wrong)");
     const unsigned char* data = &png[type + 4];
     if (at == kSignature.size()) {
-      if (length != 13) throw Damaged(png.size(), "damaged (its header is of another size)");
+      if (length != 13) throw Damaged(png.size(), "damaged (its header has the wrong size)");
       contents.header = ReadHeader(data, png.size());
     }
     if (starts_with(type, "IDAT")) contents.Add({data, length});

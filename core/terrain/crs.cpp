@@ -89,7 +89,7 @@ Crs Crs::Parse(const std::string& definition, const std::string& origin) {
   const char* unit = nullptr;
   const double metres = crs->GetLinearUnits(&unit);
   if (std::abs(metres - 1) > 1e-12)
-    throw InputError(fmt::format("{} counts in '{}', not in metres{}", what,
+    throw InputError(fmt::format("{} is in '{}', not in metres{}", what,
                                  unit == nullptr ? "unknown unit" : unit, remedy));
   if (!IsEastNorth(*crs)) throw InputError(what + " has axes other than east and north" + remedy);
   return Crs(Exported(*crs, "WKT2_2019"));

@@ -19,7 +19,7 @@ namespace orient {
 // Mean radius; what an ellipsoid and its latitudes change of it is below 0.4 % of the effect.
 inline constexpr double kEarthRadius_m = 6371000;
 
-inline constexpr double kFilmPixel_mm = 0.025;  // where nobody knows how it was scanned
+inline constexpr double kFilmPixel_mm = 0.025;  // where it is not known how it was scanned
 
 enum class EarthMode { kAuto, kFlat, kCurved };
 const std::map<std::string, EarthMode>& EarthModes();  // by the names that users give

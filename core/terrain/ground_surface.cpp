@@ -176,7 +176,7 @@ GroundSurface GroundSurface::FromFile(const std::string& path, const Crs& block_
   const auto mapping = frame.MappingTo(corner, extent);
   if (!mapping)
     throw InputError(path +
-                     ": the DEM's CRS bends too much against the block's; reproject the "
+                     ": the DEM's CRS is too curved relative to the block's; reproject the "
                      "DEM with gdalwarp to " +
                      block_crs.Name());
   const double cell_m =

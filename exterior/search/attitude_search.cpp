@@ -38,7 +38,7 @@ class SoughtPatches {
   static std::optional<SoughtPatches> Of(const PhotoTask& task, const Pose& approximate);
 
   int Reduction() const { return reduction_; }
-  // One a patch, its candidates anywhere in the photo; drawn as seen under a pose.
+  // One per patch, its candidates anywhere in the photo; drawn as seen under a pose.
   std::vector<VotingPatch> Seek(const PhotoView& view) const;
 
  private:

@@ -13,12 +13,12 @@ namespace orient::exterior {
 // Whether the prior's position is good enough: patches look nearly as they do from there.
 bool IsPositionKnown(const PosePrior& prior, double ground_height_m);
 
-// How many ways to turn the photo are tried at most, first poses followed up included.
+// Most attitudes tried, first poses followed up included.
 double AttitudeTrials(const PhotoTask& task);
 
-// Empty where no patch can be sought at a level that can be searched whole, or nothing agrees.
-// `trials`: in how many ways a first pose is sought, this search and others together. The caller
-// asks whether chance explains the pose.
+// Empty where no patch can be searched for at a level that can be searched whole, or nothing
+// agrees. `trials`: in how many ways a first pose is searched for, this search and others together.
+// The caller asks whether chance explains the pose.
 std::optional<PoseTrack> SearchAttitudes(const PhotoTask& task, double trials);
 
 }  // namespace orient::exterior

@@ -16,6 +16,8 @@
 namespace orient::exterior {
 namespace {
 
+constexpr int kVotingPatches = 160;  // in the coarse rounds
+
 // The coarsest power of two at which a typical patch still has enough pixels to be told from
 // others, and not so coarse that the window is only a few pixels.
 int CoarsestReduction(const PhotoTask& task, const PhotoView& view,
@@ -27,13 +29,12 @@ int CoarsestReduction(const PhotoTask& task, const PhotoView& view,
   if (sides.empty()) return 1;
   const double side = UpperMedian(std::move(sides));
   int reduction = 1;
-  while (side / (reduction * 2) >= task.options.min_side_px && radius_px / (reduction * 2) > 8)
-    reduction *= 2;
+  while (side / (reduction * 2) >= kMinSide_px && radius_px / (reduction * 2) > 8) reduction *= 2;
   return reduction;
 }
 
 // Of an aligned patch in pixels; below, any two textures correlate.
-int LeastSide(const OrientPhotoOptions& options) { return std::min(options.min_side_px, 11); }
+constexpr int kLeastSide_px = 11;
 
 // Several places for every patch at a coarse level.
 std::vector<VotingPatch> Seek(const PhotoTask& task, const PhotoView& view,
@@ -44,8 +45,7 @@ std::vector<VotingPatch> Seek(const PhotoTask& task, const PhotoView& view,
     const PatchPrediction& prediction = predictions[i];
     const patchdb::Patch& patch = task.patches[prediction.patch];
     voting[i].ground_m = patch.ground_m;
-    const auto aligned =
-        AlignPatch(view, patch, reduction, LeastSide(task.options), task.options.max_side_px);
+    const auto aligned = AlignPatch(view, patch, reduction, kLeastSide_px, kMaxSide_px);
     if (!aligned) return;
     const Eigen::Vector2d radius =
         prediction.Radius(kWindowSigmas) + Eigen::Vector2d::Constant(margin_px);
@@ -58,7 +58,7 @@ std::vector<VotingPatch> Seek(const PhotoTask& task, const PhotoView& view,
 // Of one patch in seven, a right sample of three is drawn a few times in so many.
 constexpr int kSamplesOfAll = 20000;
 
-// The pose that most of the patches sought at a level agree on.
+// The pose that most of the patches searched for at a level agree on.
 std::optional<Consensus> Vote(const PhotoView& view, const PosePrior& prior,
                               const std::vector<VotingPatch>& voting, int reduction, double trials,
                               int samples = ConsensusOptions().samples) {
@@ -76,7 +76,7 @@ void VoteAround(const PhotoTask& task, int reduction, double margin_px, PoseTrac
   const PhotoView view = task.View(track->position, track->pose);
   const auto predictions =
       SelectSpread(Predict(view, track->covariance, task.patches, task.Prediction()), task.patches,
-                   task.options.voting_patches, task.Prediction());
+                   kVotingPatches, task.Prediction());
   const auto consensus = Vote(view, weak, Seek(task, view, predictions, reduction, margin_px),
                               reduction, track->trials);
   // A patch may be too small for this level: a finer one shows it.
@@ -105,7 +105,7 @@ PosePrior Doubtful(const PosePrior& prior, const std::vector<patchdb::Patch>& pa
 // Pixels of one search window at its resolution: more would take minutes a patch and all memory.
 constexpr double kMaxWindowPixels = 12e6;
 
-// Which patches are sought, how far around, and at which resolution.
+// Which patches are searched for, how far around, and at which resolution.
 struct SearchPlan {
   std::vector<PatchPrediction> predictions;
   double radius_px = 0;
@@ -122,15 +122,15 @@ SearchPlan Plan(const PhotoTask& task, const FilmPosition& position, const PoseP
   const PhotoView view = task.View(position, prior.pose);
   SearchPlan plan;
   plan.predictions = SelectSpread(Predict(view, prior.covariance, task.patches, task.Prediction()),
-                                  task.patches, task.options.voting_patches, task.Prediction());
+                                  task.patches, kVotingPatches, task.Prediction());
   plan.radius_px = LargestRadius(plan.predictions, kWindowSigmas);
   plan.coarsest = CoarsestReduction(task, view, plan.predictions, plan.radius_px);
   return plan;
 }
 
 // In a window as large as the approximation is poor a patch costs much, in one around a pose hardly
-// anything. So a few patches all over the photo are sought first, and more only until they agree on
-// a pose that chance does not explain; it then shows where the others are.
+// anything. So a few patches all over the photo are searched for first, and more only until they
+// agree on a pose that chance does not explain; it then shows where the others are.
 constexpr int kFirstPatches = 12;
 
 // The predictions in batches: those of the first few together are spread over the photo.
@@ -256,24 +256,26 @@ Finding WhyNoFirstPose(const PhotoTask& task) {
   const FilmPosition& position = task.photo.positions.front();
   const SearchPlan plan = Plan(task, position, task.photo.prior);
   if (plan.predictions.empty())
-    return failed(fmt::format(
-        "its approximation sees none of the {} patches in the region: correct it, or harvest "
-        "patches there",
-        task.patches.size()));
+    return failed(
+        fmt::format("under its approximation none of the {} patches in the region is visible: "
+                    "correct it, or harvest "
+                    "patches there",
+                    task.patches.size()));
   const PhotoView view = task.View(position, task.photo.prior.pose);
   const bool large_enough = std::any_of(
       plan.predictions.begin(), plan.predictions.end(), [&](const PatchPrediction& prediction) {
         const auto side = PatchSide(view, task.patches[prediction.patch]);
-        return side && *side >= LeastSide(task.options);
+        return side && *side >= kLeastSide_px;
       });
   if (!large_enough)
     return failed(fmt::format(
         "under its approximation the patches are smaller than {} px: its height is wrong, or the "
         "patches are of another scale",
-        LeastSide(task.options)));
+        kLeastSide_px));
   if (plan.WindowPixels(task, plan.coarsest) > kMaxWindowPixels)
     return failed(
-        "its approximation is too uncertain: every patch would be sought in most of the photo; "
+        "its approximation is too uncertain: every patch would be searched for in most of the "
+        "photo; "
         "give a better one, or its true accuracy");
   return failed("fewer than three of the patches have a counterpart in the photo");
 }

@@ -16,6 +16,8 @@
 namespace orient::exterior {
 namespace {
 
+// Of the frame's shorter side: how far supporters spread at least, one sigma across their line.
+constexpr double kMinSpread = 0.04;
 constexpr double kInlierSigmas = 4;
 // Of the frame's shorter side: a sample's points lie farther apart.
 constexpr double kLeastSide = 0.1;
@@ -27,7 +29,7 @@ constexpr int kPosesOfASample = 4;
 // That no sample of supporters only was drawn.
 constexpr double kMissed = 1e-4;
 constexpr int kRefinements = 3;
-// Cells of the scan, each way: supporters in one cell err together.
+// Cells of the scan, each way: supporters in one cell have correlated errors.
 constexpr int kCells = 8;
 
 // One position of the film, and what its photo shares with others.
@@ -259,7 +261,7 @@ std::optional<KeypointPose> PoseIn(const Search& search, const Eigen::Vector2i& 
   if (std::ssize(found.supporters) < options.min_supporters) return std::nullopt;
   Refine(search, &found);
   if (Places(search, found.supporters) < options.min_supporters) return std::nullopt;
-  if (Spread(search, found.supporters) < options.min_spread || ByChance(search, found, scan_px) ||
+  if (Spread(search, found.supporters) < kMinSpread || ByChance(search, found, scan_px) ||
       HasRival(search, found))
     return std::nullopt;
   const auto covariance = HonestCovariance(search, scan_px, &found);

@@ -24,11 +24,9 @@ struct SharedKeypoint {
 
 struct KeypointPoseOptions {
   double sigma_px = 1;  // of a keypoint, one coordinate, scan pixels
-  // Places of the photo, some 24 sigma_px apart: keypoints closer together err together.
+  // Places of the photo, some 24 sigma_px apart: keypoints closer together have correlated errors.
   int min_supporters = 12;
   double max_log10_false_alarms = -6;
-  // Of the frame's shorter side: how far supporters spread at least, one sigma across their line.
-  double min_spread = 0.04;
   // Where another pose has this share of the best one's supporters, none is believed.
   double rival_share = 0.5;
   double max_tilt_rad = 0.35;

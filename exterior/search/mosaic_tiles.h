@@ -15,8 +15,8 @@ namespace orient::exterior {
 class MosaicTiles {
  public:
   // At the coarsest level of the photo, no larger than can be searched whole, at which the patches
-  // are dense enough to make tiles. `gsd_m`: of a scan pixel. Of more tiles than can be sought
-  // those nearest to `middle_m`. Empty: there is no such level.
+  // are dense enough to make tiles. `gsd_m`: of a scan pixel. Of more tiles than can be searched
+  // for those nearest to `middle_m`. Empty: there is no such level.
   static std::optional<MosaicTiles> Of(const std::vector<patchdb::Patch>& patches,
                                        const PhotoImage& photo, double gsd_m,
                                        const Eigen::Vector2d& middle_m);

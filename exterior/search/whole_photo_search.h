@@ -23,8 +23,8 @@ inline int Outwards(int i) { return i % 2 == 0 ? -i / 2 : (i + 1) / 2; }
 
 double MedianGroundHeight(const std::vector<patchdb::Patch>& patches);
 
-// How what is sought lies in the scan, rounded: film turned by a quarter and kappa turned back look
-// the same.
+// How what is searched for lies in the scan, rounded: film turned by a quarter and kappa turned
+// back look the same.
 using Look = std::array<long, 4>;
 
 // Ways the photo may have been taken, by their index.

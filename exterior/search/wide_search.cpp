@@ -87,7 +87,7 @@ std::optional<Eigen::Matrix2d> GroundFromScanAt(const PhotoView& view,
 
 class WideSearch {
  public:
-  // `other_trials`: ways in which a first pose was sought before.
+  // `other_trials`: ways in which a first pose was searched for before.
   WideSearch(const PhotoTask& task, PosePrior wide, double ground_m, double other_trials)
       : task_(task),
         other_trials_(other_trials),

@@ -9,8 +9,8 @@
 
 namespace orient::exterior {
 
-// Empty where the patches make no mosaic that could be sought, or nothing in the photo is like it.
-// The caller asks whether chance explains the pose; every hypothesis tried is counted in.
+// Empty where the patches make no mosaic that could be searched for, or nothing in the photo is
+// like it. The caller asks whether chance explains the pose; every hypothesis tried is counted in.
 std::optional<PoseTrack> SearchWidely(const PhotoTask& task);
 
 }  // namespace orient::exterior

@@ -11,6 +11,7 @@
 namespace orient::exterior {
 namespace {
 
+constexpr double kInlierSigmas = 3.0;  // a candidate within this many sigmas supports the pose
 constexpr int kSampleSize = 3;
 
 struct Observation {
@@ -38,7 +39,7 @@ class Voter {
   // Maximum a posteriori pose of the observations and the prior (Gauss-Newton), and its covariance.
   std::optional<Consensus> Estimate(const std::vector<Observation>& observations, const Pose& start,
                                     int iterations) const;
-  // The candidates that a pose explains, one a patch; returns the score of the pose.
+  // The candidates that a pose explains, one per patch; returns the score of the pose.
   double Score(const Pose& pose, std::vector<Supporter>* supporters) const;
   std::vector<Observation> Observations(const std::vector<Supporter>& supporters) const;
   double RmsPx(const Pose& pose, const std::vector<Supporter>& supporters) const;
@@ -91,7 +92,7 @@ std::optional<Consensus> Voter::Estimate(const std::vector<Observation>& observa
 }
 
 double Voter::Score(const Pose& pose, std::vector<Supporter>* supporters) const {
-  const double reach = options_.inlier_sigmas * options_.sigma_px;
+  const double reach = kInlierSigmas * options_.sigma_px;
   double score = 0;
   if (supporters != nullptr) supporters->clear();
   for (std::size_t i = 0; i < patches_.size(); ++i) {
@@ -183,7 +184,7 @@ double Log10FalseAlarms(int patches, int supporters, double candidates, double p
 
 double Log10FalseAlarms(const std::vector<VotingPatch>& patches,
                         const std::vector<Supporter>& supporters, const ConsensusOptions& options) {
-  const double reach = options.inlier_sigmas * options.sigma_px;
+  const double reach = kInlierSigmas * options.sigma_px;
   double candidates = 0, p = 0, voters = 0;
   for (const VotingPatch& patch : patches) {
     const double count = static_cast<double>(patch.candidates.size());

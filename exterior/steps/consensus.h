@@ -24,8 +24,7 @@ struct VotingPatch {
 };
 
 struct ConsensusOptions {
-  double sigma_px = 1.0;       // of a right candidate at this reduction, one coordinate
-  double inlier_sigmas = 3.0;  // a candidate within this many sigmas supports the pose
+  double sigma_px = 1.0;  // of a right candidate at this reduction, one coordinate
   int samples = 3000;
   int iterations = 3;  // of a sample's pose, from view.pose
   // How many searches like this one are made before the best of them is believed.
@@ -47,14 +46,14 @@ struct Consensus {
   double log10_false_alarms = 0;
 };
 
-// Poses are sought from view.pose on, the prior may lie elsewhere. Empty when fewer than three
-// patches have candidates, or no sample gives a pose.
+// Poses are searched for from view.pose on, the prior may lie elsewhere. Empty when fewer than
+// three patches have candidates, or no sample gives a pose.
 std::optional<Consensus> FindConsensus(const PhotoView& view, const PosePrior& prior,
                                        const std::vector<VotingPatch>& patches,
                                        const ConsensusOptions& options);
 
-// The same bound as a consensus carries, of supporters among other candidates than it was sought
-// in.
+// The same bound as a consensus carries, of supporters among other candidates than it was searched
+// for in.
 double Log10FalseAlarms(const std::vector<VotingPatch>& patches,
                         const std::vector<Supporter>& supporters, const ConsensusOptions& options);
 

@@ -41,9 +41,9 @@ struct CorrelatedPose {
 // Thompson 1971), the heights' between a hundredth and ten times their stated variance, the
 // observations' at least a tenth; covariances are those of Student's distribution. Of more than 250
 // observations every k-th is used: they share their errors, more of them add nothing. With
-// `unknown` the principal distance is a seventh unknown, from the view's camera's. On level ground
-// the flying height takes what it may be, and its sigma stays the prior's; film scale has the same
-// effect and cannot be told from it. Empty: fewer than four observations, or singular.
+// `unknown` the principal distance is a seventh unknown, from the view's camera's. Over level
+// ground the flying height absorbs it, and its sigma stays the prior's; film scale has the same
+// effect and cannot be separated from it. Empty: fewer than four observations, or singular.
 std::optional<CorrelatedPose> EstimateCorrelatedPose(
     const PhotoView& view, const PosePrior& prior,
     const std::vector<PatchObservation>& observations, const CommonErrors& common,

@@ -4,9 +4,9 @@
 
 #include <Eigen/Core>
 #include <optional>
-#include <string>
 #include <vector>
 
+#include "core/files/finding.h"
 #include "exterior/steps/align.h"
 #include "exterior/steps/photo_image.h"
 #include "exterior/steps/predict.h"
@@ -20,17 +20,15 @@ enum class MatchCue { kGrey, kGradients };
 // One place in the photo where a patch may lie.
 struct Candidate {
   Eigen::Vector2d pixel;  // scan, of the patch's ground point
-  double score = 0;       // NCC, or what a correlation of gradients is worth as such
+  double score = 0;       // NCC, or the equivalent for a correlation of gradients
 };
 
 struct CandidateOptions {
-  int max_candidates = 5;
   double min_score = 0.35;
-  double min_gradient_score = 0.2;
   bool gradients = false;
 };
 
-// Where the patch's ground point is sought: within `radius_px` (col, row; scan pixels) of the
+// Where the patch's ground point is searched for: within `radius_px` (col, row; scan pixels) of the
 // prediction, but inside the photo, however little is known of the pose. Scan pixels.
 struct SearchArea {
   Eigen::Vector2d first, last;
@@ -52,24 +50,14 @@ struct PreciseMatch {
   double ncc = 0;                  // at the least-squares position, of grey values or channels
   bool found = false;
   MatchCue cue = MatchCue::kGrey;
-  std::string reason;  // why not
+  Findings why_not;
 };
 
 struct PreciseOptions {
   double min_score = 0.6;
   // The second-best place must be this much worse, or the patch is ambiguous.
   double min_score_gap = 0.05;
-  double max_disagreement_px = 1.0;  // between correlation and least squares
-  double max_sigma_px = 0.3;
   bool gradients = false;  // where grey values fail
-
-  // Of gradients: how many times better than the second-best place the best one must be, and how
-  // many times where grey values are best there, too. For patches of 61 px; what exceeds 1 grows
-  // as chance does with fewer pixels. Measured on orthophotos of different years: about 1 % of the
-  // patches are found at a wrong place so.
-  double min_gradient_ratio = 1.4;
-  double min_gradient_ratio_with_grey = 1.1;
-  double max_gradient_sigma_px = 0.5;
 };
 
 // NCC in the window, then least-squares matching from its peak; the two must agree. If asked for,

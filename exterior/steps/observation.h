@@ -1,4 +1,4 @@
-// Matched patches as observations of a pose: what each errs by itself, and what they share.
+// Matched patches as observations of a pose: individual errors and shared ones.
 #pragma once
 
 #include <Eigen/Core>
@@ -27,7 +27,7 @@ struct CommonErrors {
   // which it fades, both in scan pixels; zero for digital cameras.
   double film_sigma_px = 0;
   double film_correlation_px = 1;
-  // Distance at which height errors are hardly related any more.
+  // Correlation length of height errors.
   double height_correlation_m = 1000;
 };
 

@@ -33,7 +33,7 @@ struct PoseTrack {
   double log10_false_alarms = 0;
   int reduction = 1;  // of the round that led here
   std::vector<LoopRound> rounds;
-  double trials = 1;  // in how many ways a first pose was sought
+  double trials = 1;  // in how many ways a first pose was searched for
 };
 
 // Search windows reach this many sigmas of the prediction.

@@ -15,7 +15,7 @@
 
 namespace orient::exterior {
 
-// One way in which the film may lie on the scan.
+// One possible scan orientation of the film.
 struct FilmPosition {
   Affine2d photo_from_pixel;
   std::optional<ScanOrientation> orientation;  // none for digital photos
@@ -30,25 +30,19 @@ struct PhotoToOrient {
   Camera camera;
   std::vector<FilmPosition> positions;  // one, or those that interior orientation left open
   PosePrior prior;                      // the approximation and its accuracy
-  // Whether somebody vouches for that accuracy. A pose that contradicts it is then only weak: the
-  // patches' coordinates may be the wrong ones.
+  // Whether that accuracy was stated. A pose that contradicts it is then only weak: the patches'
+  // coordinates may be wrong.
   bool accuracy_is_stated = true;
   std::vector<CoveredArea> covered = {};   // parts of the frame that show no ground
   const GroundSurface* surface = nullptr;  // the terrain, which may hide patches; null: none does
 };
 
+// Sides of an aligned patch at a coarse level and at full resolution.
+inline constexpr int kMinSide_px = 15;
+inline constexpr int kMaxSide_px = 61;
+
 struct OrientPhotoOptions {
-  int voting_patches = 160;   // in the coarse rounds
-  int precise_patches = 900;  // at full resolution
-  int max_precise_rounds = 5;
-  int min_side_px = 15;  // of an aligned patch at a coarse level
-  int max_side_px = 61;  // and at full resolution
   double max_log10_false_alarms = -6;
-  int min_matched = 6;                    // fewer are never accepted
-  int weak_matched = 12;                  // fewer places do not tell how precise it is: weak
-  double weak_projection_sigma_px = 1.0;  // a worse-determined pose is weak
-  // Share of the photo over which the matched patches spread; a pose of fewer is weak.
-  double weak_spread = 0.03;
   // The whole photo is searched at every kappa and several scales, whatever the approximation says.
   bool wide = false;
 };

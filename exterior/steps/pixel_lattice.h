@@ -21,7 +21,7 @@ class PixelLattice {
   // NaN next to a node whose place is unknown.
   Eigen::Vector2d At(double col, double row) const;
 
-  // Units of the places a pixel of the drawing, along the square's sides at its middle.
+  // Units of the places per pixel of the drawing, along the square's sides at its middle.
   double Scale() const;
 
   // The middle and half the size of what the nodes cover; empty where nothing is known.

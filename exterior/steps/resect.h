@@ -1,5 +1,5 @@
 // Step 4, resect, second half: the pose from precise matches, with gross errors found by data
-// snooping and a covariance that the residuals support.
+// snooping and a covariance consistent with the residuals.
 #pragma once
 
 #include <Eigen/Core>

@@ -1,9 +1,9 @@
 // What errors that the residuals hardly show, or do not show at all, add to a pose's covariance.
 //
-// Shadows and crowns lie to the same side of all things, so matches err alike, and the pose follows
-// them; heights may be wrong by one value everywhere however well the residuals fit; some patches
-// show a house that no height knows. The estimator need not weigh such errors to be honest about
-// them: its estimate is linear in the observations, so they are propagated through it as it is.
+// Shadows and crowns lie on the same side of every object, so matches have a common error that the
+// pose follows; heights may have a constant error however well the residuals fit; some patches show
+// a building that is in no height model. The estimator need not weight such errors: the estimate is
+// linear in the observations, so they are propagated through it as it is.
 #pragma once
 
 #include <Eigen/Core>

@@ -14,18 +14,18 @@ constexpr int kMaxSteps = 100;  // narrower ridges than the steps may be missed
 
 }  // namespace
 
-std::string Describe(Unseen why) {
+Reason ReasonOf(Unseen why) {
   switch (why) {
     case Unseen::kBehindCamera:
-      return "behind the camera under the final pose";
+      return Reason::kPatchBehindCamera;
     case Unseen::kOutsidePhoto:
-      return "outside the photo under the final pose";
+      return Reason::kPatchOutsidePhoto;
     case Unseen::kCovered:
-      return "under a fiducial mark or writing";
+      return Reason::kPatchCovered;
     case Unseen::kHidden:
-      return "hidden by terrain";
+      return Reason::kPatchHidden;
   }
-  throw std::invalid_argument("Describe: not an Unseen");
+  throw std::invalid_argument("ReasonOf: not an Unseen");
 }
 
 bool HiddenByTerrain(const GroundSurface& surface, const Eigen::Vector3d& projection_centre_m,

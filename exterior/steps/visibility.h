@@ -1,12 +1,12 @@
 // What of the ground a photo does not show: what lies behind the camera, outside the frame, under a
-// mark or writing, or behind a mountain. Patches there are not sought.
+// mark or writing, or behind a mountain. Patches there are not searched for.
 #pragma once
 
 #include <Eigen/Core>
 #include <optional>
-#include <string>
 #include <vector>
 
+#include "core/files/reason.h"
 #include "core/terrain/ground_surface.h"
 #include "core/terrain/photo_view.h"
 
@@ -20,7 +20,7 @@ struct CoveredArea {
 
 enum class Unseen { kBehindCamera, kOutsidePhoto, kCovered, kHidden };
 
-std::string Describe(Unseen why);  // in the words of a patch's `reason`
+Reason ReasonOf(Unseen why);
 
 // Whether the ground between a point and the projection centre rises above the ray that joins them.
 // The heights are the surface's only, the point's too: a patch of another height datum is not

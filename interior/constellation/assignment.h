@@ -1,6 +1,6 @@
 // Which candidate is which mark: the most probable one-to-one assignment with nulls.
 //
-// The marks are one rigid constellation seen through a turn, a scale and a little affinity. All
+// The marks are one rigid constellation seen through a rotation, a scale and a small affinity. All
 // priors are Gaussian and the model is linear in them, so the evidence of a set of candidates is
 // the product of the innovations of a Kalman filter; branch and bound over the marks finds the best
 // set exactly. Everything is measured against "each of these candidates is clutter", in nats.
@@ -46,7 +46,7 @@ struct AssignmentAnswer {
   // The best assignment that gives some mark another candidate than `best` does, within 30 nats of
   // it; all -1 where there is none.
   Assignment second;
-  // False where the search was stopped before it was through: `best` is then the best set seen.
+  // False where the search was stopped before it was complete: `best` is then the best set seen.
   bool proven = true;
 };
 
@@ -65,7 +65,7 @@ Affine2d TransformOf(const std::vector<AssignmentMark>& marks, const Constellati
 double GainOfMark(const std::vector<AssignmentMark>& marks, const ConstellationPrior& prior,
                   const std::vector<int>& choice, int mark);
 
-// Squared distance of the mark's candidate from where the others put it, in their sigmas
+// Squared distance of the mark's candidate from the prediction of the others, in their sigmas
 // (chi-square with two degrees of freedom).
 double LeaveOneOutChiSquare(const std::vector<AssignmentMark>& marks,
                             const ConstellationPrior& prior, const std::vector<int>& choice,

@@ -1,5 +1,5 @@
-// One reading of a scan: which candidate is which mark, in which scan orientation, at what pixel
-// size and with what polarity; and what is known of the constellation beforehand.
+// One interpretation of a scan: which candidate is which mark, in which scan orientation, at what
+// pixel size and with what polarity; and what is known of the constellation beforehand.
 #pragma once
 
 #include <limits>
@@ -34,7 +34,7 @@ struct FilmReading {
   Eigen::Vector2d middle_px = Eigen::Vector2d::Zero();
   OrientationClass orientations;
   Polarity polarity = Polarity::kPositive;
-  // As the class's scan orientations are not told apart yet, with what their calibrated layouts
+  // As the class's scan orientations are not distinguished yet, with what their calibrated layouts
   // differ by.
   ConstellationPrior prior;
   Eigen::Vector2d free_mm = Eigen::Vector2d::Zero();  // of PriorOf
@@ -46,7 +46,7 @@ struct FilmReading {
   std::vector<std::vector<MarkCandidate>> candidates;
   Assignment best;
   Assignment second;   // AssignmentAnswer's
-  bool proven = true;  // the search was through; otherwise the margin is 0
+  bool proven = true;  // the search was complete; otherwise the margin is 0
   double margin = 0;   // nats to the second-best reading of any kind, "no marks at all" included
   // Nats to the same reading under the other scanner's prior where that one uses other marks: four
   // marks of a desktop scan, or a photogrammetric scan with one of them misplaced.

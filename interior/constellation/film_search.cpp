@@ -102,8 +102,8 @@ class Reader {
     return places;
   }
 
-  // A layout told apart by one mark has the other windows in common in every scan orientation: what
-  // was searched once is known.
+  // A layout distinguished by one mark has the other windows in common in every scan orientation:
+  // what was searched once is known.
   std::vector<MarkCandidates> Candidates(const Setting& setting) {
     const std::vector<Place> places = Places(setting);
     std::vector<const Place*> fresh;

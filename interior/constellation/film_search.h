@@ -1,5 +1,5 @@
-// Where on the scan is the constellation of marks, in which way does it lie, at what pixel size and
-// with what polarity: the most probable of all readings, and by how much.
+// The constellation of marks on the scan, its scan orientation, pixel size and polarity: the most
+// probable interpretation, and by how much.
 #pragma once
 
 #include <optional>

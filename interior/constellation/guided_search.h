@@ -1,5 +1,5 @@
-// The marks of a camera with a réseau: a few outer ones are searched as usual, the others where
-// these say that they are.
+// The marks of a camera with a réseau: a few outer ones are searched for as usual, the others where
+// these predict them.
 #pragma once
 
 #include <vector>
@@ -18,7 +18,7 @@ std::vector<size_t> AnchorMarks(const std::vector<Fiducial>& fiducials);
 std::vector<Eigen::Vector2d> MeshShifts(const std::vector<Fiducial>& fiducials);
 
 // As ReadFilm. The windows of all other marks are 3 mm wide and lie where the anchors' transform
-// puts them, so that dense crosses are never taken for their neighbours. What the anchors leave
+// puts them, so that dense crosses are never confused with their neighbours. What the anchors leave
 // open, all marks together decide: orientations, other readings of the anchors that are nearly as
 // probable, and the film lying a mesh farther on, where a row of crosses on the border is missing.
 // The margin is that of all marks together. Where the anchors are not found no mark is assigned.

@@ -1,4 +1,4 @@
-// What a person says of a scan beforehand: whatever is empty is found out.
+// What the user states about a scan; what is empty is determined.
 #pragma once
 
 #include <optional>
@@ -19,9 +19,9 @@ enum class AssignmentMethod { kExact, kSoftassign };
 
 struct InteriorOptions {
   std::optional<double> pixel_size_um;  // empty: the tag, else from the marks (JudgePixelSize)
-  std::optional<Polarity> polarity;     // empty: found out
-  std::optional<ScanOrientation> orientation;     // empty: found out or left open
-  std::optional<Scanner> scanner = std::nullopt;  // empty: found out
+  std::optional<Polarity> polarity;     // empty: determined
+  std::optional<ScanOrientation> orientation;     // empty: determined or left open
+  std::optional<Scanner> scanner = std::nullopt;  // empty: determined
   // Empty: by the drawing's kind (UsualLocator).
   std::optional<LocatorKind> locator = std::nullopt;
   AssignmentMethod assignment = AssignmentMethod::kExact;

@@ -12,8 +12,10 @@ using Eigen::Matrix2d;
 using Eigen::Vector2d;
 using Weights = std::vector<std::vector<double>>;
 
-constexpr int kMostRounds = 30;         // of Sinkhorn and of solves a temperature
-constexpr double kSinkhornEnd = 1e-6;   // largest change of a weight
+constexpr double kCooling = 0.93;
+constexpr double kOutlierWeight = 0.10539922456186433;  // e^-2.25: (3 sigma0)^2 / last_temperature
+constexpr int kMostRounds = 30;                         // of Sinkhorn and of solves a temperature
+constexpr double kSinkhornEnd = 1e-6;                   // largest change of a weight
 constexpr double kTransformEnd = 1e-5;  // of the unit: largest change at a mark (the paper's)
 
 struct Moments {
@@ -137,9 +139,9 @@ double LargestChange(const std::vector<SoftassignMark>& marks, const Affine2d& a
 SoftassignAnswer SoftassignAsPublished(const std::vector<SoftassignMark>& marks,
                                        const SoftassignOptions& options) {
   SoftassignAnswer answer;
-  for (double t = options.first_temperature; t >= options.last_temperature; t *= options.cooling) {
+  for (double t = options.first_temperature; t >= options.last_temperature; t *= kCooling) {
     answer.weights = RawWeights(marks, answer.transform, t);
-    NormaliseMarks(options.outlier_weight, &answer.weights);
+    NormaliseMarks(kOutlierWeight, &answer.weights);
     if (answer.solves == 0) answer.first_weights = answer.weights;
     answer.transform = Solve(marks, answer.weights, options.model, answer.transform);
     ++answer.solves;
@@ -151,13 +153,13 @@ SoftassignAnswer SoftassignAsPublished(const std::vector<SoftassignMark>& marks,
 SoftassignAnswer Softassign(const std::vector<SoftassignMark>& marks,
                             const SoftassignOptions& options) {
   SoftassignAnswer answer;
-  for (double t = options.first_temperature; t >= options.last_temperature; t *= options.cooling) {
-    const bool last = t * options.cooling < options.last_temperature;
+  for (double t = options.first_temperature; t >= options.last_temperature; t *= kCooling) {
+    const bool last = t * kCooling < options.last_temperature;
     const SoftassignModel model = last ? options.model : SoftassignModel::kSimilarity;
     double change = 1;
     for (int round = 0; round < kMostRounds && change > kTransformEnd; ++round) {
       answer.weights = RawWeights(marks, answer.transform, t);
-      Sinkhorn(options.outlier_weight, &answer.weights);
+      Sinkhorn(kOutlierWeight, &answer.weights);
       if (answer.solves == 0) answer.first_weights = answer.weights;
       const Affine2d before = answer.transform;
       answer.transform = Solve(marks, answer.weights, model, before);

@@ -27,8 +27,6 @@ struct SoftassignOptions {
   SoftassignModel model = SoftassignModel::kSimilarity;
   double first_temperature = 217.0 * 217.0;  // (diameter of the search range)^2
   double last_temperature = 1.0;             // (2 sigma0)^2 of a candidate
-  double cooling = 0.93;
-  double outlier_weight = 0.10539922456186433;  // e^-2.25: (3 sigma0)^2 / last_temperature
 };
 
 struct SoftassignAnswer {

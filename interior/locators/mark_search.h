@@ -30,7 +30,7 @@ struct MarkSearch {
   Eigen::Matrix2d pixel_from_mm;  // linear part of scan pixel from photo mm, unturned
   int max_count = 20;             // candidates of either polarity
   double min_ncc = 0.25;  // below it the drawing is not recognised, and counts only feed clutter
-  std::vector<double> turns_rad = {-0.07, 0.0, 0.07};  // the film's turn on the scanner
+  std::vector<double> turns_rad = {-0.07, 0.0, 0.07};  // the film's rotation on the scanner
 };
 
 class Locator {

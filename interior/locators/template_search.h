@@ -12,7 +12,7 @@
 
 namespace orient::interior {
 
-// The mark as a template at one size and turn.
+// The mark as a template at one size and rotation.
 using TemplateMaker = std::function<MarkTemplate(const Eigen::Matrix2d& pixel_from_mm)>;
 
 // The window is read once, area-averaged to about 32 pixels over the mark; slow brightness is taken

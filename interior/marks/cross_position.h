@@ -22,7 +22,7 @@ struct MeasuredCross {
 // `start`: within two pixels or so of the mark's centre, beside which the cross may lie (at_mm), as
 // may the result; strokes drawn with a brightness of 0 or less are dark on a positive.
 // `pixel_from_mm`: linear part of scan pixel from
-// photo mm, turn and scale as found.
+// photo mm, rotation and scale as found.
 //
 // The profile is taken down the columns (along the rows for the steeper stroke), one for every
 // pixel along the stroke, so that no grey value is interpolated. With g1 and g2 its first and half
@@ -31,9 +31,10 @@ struct MeasuredCross {
 // of the grey values), without points more than three sigmas off, and the profiles are taken anew
 // at them until they stay.
 //
-// The covariance comes from what the points leave at the lines; neighbours on a line err together
-// (grain through the blur, the picture's own edges), so their autocovariance enters.
-// What undersampling may do to strokes of about two pixels or less enters as a systematic error.
+// The covariance comes from what the points leave at the lines; neighbours on a line have
+// correlated errors (grain through the blur, the picture's own edges), so their autocovariance
+// enters. What undersampling may do to strokes of about two pixels or less enters as a systematic
+// error.
 //
 // Empty where less than half of a stroke is seen, or nothing converges within `max_shift_px` of
 // `start`.

@@ -51,7 +51,7 @@ struct MarkTemplate {
   Eigen::Vector2d centre = Eigen::Vector2d::Zero();  // the mark's centre, pixels of `values`
 };
 
-// `pixel_from_mm` is the linear part of pixel from photo mm: size, turn and mirroring at once.
+// `pixel_from_mm` is the linear part of pixel from photo mm: size, rotation and mirroring at once.
 // Throws std::invalid_argument where it is singular, or the drawing has neither elements nor a
 // picture.
 MarkTemplate RenderMark(const MarkShape& shape, const Eigen::Matrix2d& pixel_from_mm,

@@ -1,4 +1,4 @@
-// How precise a match is when neighbouring pixels err together.
+// How precise a match is when neighbouring pixels have correlated errors.
 #pragma once
 
 #include <Eigen/Core>

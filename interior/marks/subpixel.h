@@ -20,8 +20,8 @@ struct MarkPosition {
   double blur_sigma_px = 0;  // of the scan, as it fits best
 };
 
-// Matches one mark's drawing at one size and turn with the scan at full resolution. The drawing is
-// rendered once for all places where the mark is measured.
+// Matches one mark's drawing at one size and rotation with the scan at full resolution. The drawing
+// is rendered once for all places where the mark is measured.
 //
 // scan(p) = offset + gain * drawing(p - shift) + noise (Gruen 1985, Foerstner 1982). The scan is
 // held fast and the drawing moves under it: the other way round the scan would be interpolated,
@@ -29,8 +29,8 @@ struct MarkPosition {
 // same for all pixels, so that the spline through the drawing is a separable filter of four taps.
 class MarkMeasurer {
  public:
-  // `pixel_from_mm`: linear part of scan pixel from photo mm, turn and scale as found. `shape` must
-  // outlive the measurer.
+  // `pixel_from_mm`: linear part of scan pixel from photo mm, rotation and scale as found. `shape`
+  // must outlive the measurer.
   MarkMeasurer(const MarkShape& shape, const Eigen::Matrix2d& pixel_from_mm);
   ~MarkMeasurer();
   MarkMeasurer(MarkMeasurer&&) noexcept;

@@ -13,10 +13,10 @@
 
 namespace orient::interior {
 
-// Measures the assigned marks by least-squares matching with the drawing at the size and turn that
-// the reading found; bare crosses in the picture by their lines instead, unless another locator is
-// `wanted` (cross_position.h); rejects wrong marks. What is among the scan's `known` places is not
-// measured again, all others join them.
+// Measures the assigned marks by least-squares matching with the drawing at the size and rotation
+// that the reading found; bare crosses in the picture by their lines instead, unless another
+// locator is `wanted` (cross_position.h); rejects wrong marks. What is among the scan's `known`
+// places is not measured again, all others join them.
 FilmMarks MeasureMarks(const Raster& scan, const CameraFile& camera, const MarkShapes& shapes,
                        const FilmReading& reading, std::optional<LocatorKind> wanted,
                        MeasuredPlaces* known);

@@ -27,12 +27,12 @@ struct OrientationDecision {
   std::vector<ScanOrientation> possible;  // the likeliest first
   // A quarter of the votes or more, or one that was clearly read, stood against the rest.
   bool contradictory = false;
-  std::vector<size_t> dissenting;  // votes against the likeliest way, whether outvoted or not
+  std::vector<size_t> dissenting;  // votes against the likeliest orientation, outvoted or not
 };
 
-// Ways of lying that are `kSureNats` less likely than the best are excluded; none where the votes
-// contradict each other. A dissenting vote was clearly read where it says yes to another way and no
-// to the likeliest one with 2 nats each: four to five times its noise.
+// Scan orientations that are `kSureNats` less likely than the best are excluded; none where the
+// votes contradict each other. A dissenting vote was clearly read where it says yes to another way
+// and no to the likeliest one with 2 nats each: four to five times its noise.
 inline constexpr double kSureNats = 5.0;
 OrientationDecision Decide(const OrientationClass& open, const std::vector<OrientationVote>& votes);
 

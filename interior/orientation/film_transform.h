@@ -1,5 +1,5 @@
 // The film's transform from measured marks: similarity, then affine; marks that the others
-// contradict are thrown out; what remains must be a plausible film.
+// contradict are rejected; the rest must be a plausible film.
 #pragma once
 
 #include <Eigen/Core>
@@ -15,8 +15,8 @@ struct MeasuredMark {
   Eigen::Vector2d photo_mm = Eigen::Vector2d::Zero();  // calibrated
 };
 
-// What one photo's affine says of scanner and film. Turning, mirroring and shifting the film
-// changes none of it.
+// Scanner and film parameters from one photo's affine, invariant to rotating, mirroring and
+// shifting the film.
 struct FilmShape {
   double column_um = 0, row_um = 0;  // pixel size along the scan's columns axis, and along rows
   double scale_difference = 0;       // (column - row) / mean

@@ -1,5 +1,6 @@
-// What the marks' calibrated positions say of how the film lies, where their layout looks the same
-// in several ways: crosses calibrated 70 um off a symmetric layout fit one scan orientation only.
+// What the marks' calibrated positions say of the scan orientation, where their layout looks the
+// same in several ways: crosses calibrated 70 um off a symmetric layout fit one scan orientation
+// only.
 #pragma once
 
 #include <optional>

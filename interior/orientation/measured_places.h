@@ -38,7 +38,7 @@ class MeasuredPlaces {
                    const Eigen::Matrix2d& b) const;
 
   std::vector<Measured> measured_;
-  // Whether a drawing is turned into itself, found out once; by the turn's numbers.
+  // Whether a drawing is turned into itself, determined once; by the turn's numbers.
   using Turned = std::pair<const MarkShape*, std::array<double, 4>>;
   mutable std::map<Turned, bool> symmetric_;
 };

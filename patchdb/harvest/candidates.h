@@ -33,8 +33,8 @@ struct CandidateSearch {
   double cell_m = 0;
   int per_cell = 4;   // the strongest are kept
   int tile_px = 512;  // of the reduced raster
-  // Raster pixels per pixel of the image that points are sought in: where few are wanted, those
-  // that survive the pyramid's first levels are seen there, in a fraction of the time.
+  // Raster pixels per pixel of the image that points are searched for in: where few are wanted,
+  // those that survive the pyramid's first levels are seen there, in a fraction of the time.
   int reduction = 1;
   // Points elsewhere do not count; called from several threads. Empty: all count.
   std::function<bool(const Eigen::Vector3d& ground_m)> wanted;

@@ -15,7 +15,7 @@ namespace {
 constexpr double kPointingPx = 0.5;  // of a measurement by hand
 const double kMaxContradiction = ChiSquareLimit(2, 1.00778542904851e-3);  // 13.8, as for patches
 constexpr double kHeightMarginPx = 2;
-constexpr int kSurroundings = 79, kTemplate = 31;  // px a side, of the autocorrelation
+constexpr int kSurroundings = 79, kTemplate = 31;  // px per side, of the autocorrelation
 
 // A sighting with what the orientation says of it.
 struct Judged {
@@ -87,7 +87,7 @@ std::string_view Name(ControlRefusal refusal) {
     case ControlRefusal::kContradicted:
       break;
   }
-  return "measured elsewhere than oriented";
+  return "contradicts the orientation";
 }
 
 std::variant<Patch, ControlRefusal> MakeControlPatch(const ControlPoint& point,

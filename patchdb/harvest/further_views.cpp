@@ -8,7 +8,11 @@
 namespace orient::patchdb {
 namespace {
 
-constexpr int kCoverageCells = 256;  // a side, of the longer one
+constexpr int kCore_px = 21;               // odd; alone, these must match at the same place
+constexpr double kMaxDisagreement_px = 1;  // of correlation and least squares
+constexpr double kMaxSigma_px = 0.3;
+constexpr double kModelSigma_px = 0.1;  // what a match errs beyond grey-value noise
+constexpr int kCoverageCells = 256;     // a side, of the longer one
 constexpr double kPeakDistance = 2.5;
 constexpr int kWindowMargin = 5;  // chip pixels around the searched area, for interpolation
 
@@ -30,22 +34,21 @@ std::optional<ChipMatch> MatchChips(const Image& templ, const Image& window,
   const auto fit = MatchLeastSquares(templ, window, centre,
                                      {Eigen::Matrix2d::Identity(), peaks[0].position}, lsm);
   if (!fit || fit->gain <= 0 || fit->correlation < options.min_score) return std::nullopt;
-  if ((fit->position - peaks[0].position - centre).norm() > options.max_disagreement_px)
+  if ((fit->position - peaks[0].position - centre).norm() > kMaxDisagreement_px)
     return std::nullopt;
-  if (std::sqrt(fit->covariance.trace() / 2) > options.max_sigma_px) return std::nullopt;
+  if (std::sqrt(fit->covariance.trace() / 2) > kMaxSigma_px) return std::nullopt;
   return ChipMatch{fit->position - Eigen::Vector2d::Constant(0.5 * window.width), fit->covariance};
 }
 
 // The best place of the template's middle alone is where the whole template lies.
 bool CoreAgrees(const Image& templ, const Image& window, const ChipMatch& match,
                 const MatchOptions& options) {
-  const int side = std::min(options.core_px, templ.width);
+  const int side = std::min(kCore_px, templ.width);
   const auto peaks = FindPeaks(Correlate(MiddleOf(templ, side, side), window), 1, kPeakDistance,
                                options.min_score);
   if (peaks.empty()) return false;
   const Eigen::Vector2d corner_of_no_shift = Eigen::Vector2d::Constant(0.5 * (window.width - side));
-  return (peaks[0].position - corner_of_no_shift - match.shift).norm() <=
-         options.max_disagreement_px;
+  return (peaks[0].position - corner_of_no_shift - match.shift).norm() <= kMaxDisagreement_px;
 }
 
 }  // namespace
@@ -101,8 +104,7 @@ std::optional<Sighting> FindIn(const FurtherSource& source, const Patch& patch,
   Eigen::Matrix2d by_chip = by_ground->leftCols<2>() * gsd;
   by_chip.col(1) *= -1;  // rows count southwards
   Sighting sighting{source.view, *pixel, by_chip * match->covariance * by_chip.transpose()};
-  sighting.covariance_px2 +=
-      Eigen::Matrix2d::Identity() * (options.model_sigma_px * options.model_sigma_px);
+  sighting.covariance_px2 += Eigen::Matrix2d::Identity() * (kModelSigma_px * kModelSigma_px);
   return sighting;
 }
 

@@ -42,13 +42,9 @@ std::optional<double> ViewingPenalty(const FurtherSource& source, const Eigen::V
 
 struct MatchOptions {
   int template_px = 41;         // odd; the middle of the chip, whose parallax is its ground point's
-  int core_px = 21;             // odd; alone, these must match at the same place
   double radius_px = 6;         // of the search, chip pixels
   double min_score = 0.7;       // of the template, and of its core
   double min_score_gap = 0.05;  // to the second-best place
-  double max_disagreement_px = 1;  // of correlation and least squares
-  double max_sigma_px = 0.3;
-  double model_sigma_px = 0.1;  // what a match errs beyond grey-value noise
 };
 
 // Where another source shows what the patch's chip shows in its middle: the source is rectified

@@ -15,6 +15,8 @@
 namespace orient::patchdb {
 namespace {
 
+constexpr double kMinSpacing_px = 30;      // where spacing_px is empty: half a chip
+constexpr int kTriesPerCell = 4;           // candidates looked at, strongest first
 constexpr double kDefaultDemSigma = 0.1;   // of the DEM's cell
 constexpr int kGsdSamples = 7;             // a side, over the source
 constexpr std::size_t kCellsAtOnce = 256;  // made in parallel before their order decides
@@ -59,7 +61,7 @@ class PatchCutter {
   // The cells' candidates in rounds: all that are next are made in parallel, then taken in the
   // cells' order. So the number of threads changes nothing.
   void Cut(std::vector<OpenCell>& cells) {
-    for (std::size_t round = 0; static_cast<int>(round) < maker_.options.tries_per_cell; ++round) {
+    for (std::size_t round = 0; static_cast<int>(round) < kTriesPerCell; ++round) {
       std::vector<OpenCell*> open;
       for (OpenCell& cell : cells)
         if (!cell.patch && round < cell.candidates->size() &&
@@ -126,7 +128,7 @@ double MedianGsd(const Raster& raster, const SourceView& source) {
 int StoredBits(const Raster& raster) {
   if (raster.BitsPerSample() > 16)
     throw InputError(fmt::format(
-        "{} has {} bits a sample; convert it to 8 or 16 bit (gdal_translate -ot UInt16 -scale)",
+        "{} has {} bits per sample; convert it to 8 or 16 bit (gdal_translate -ot UInt16 -scale)",
         raster.Path(), raster.BitsPerSample()));
   return raster.BitsPerSample() > 8 ? 16 : 8;
 }
@@ -134,10 +136,10 @@ int StoredBits(const Raster& raster) {
 double CellSpacing(const Raster& raster, const HarvestOptions& options) {
   if (options.spacing_px) return *options.spacing_px;
   const double area = static_cast<double>(raster.Width()) * raster.Height();
-  return std::max(options.min_spacing_px, std::sqrt(area / options.max_count));
+  return std::max(kMinSpacing_px, std::sqrt(area / options.max_count));
 }
 
-// So coarse that a cell still has dozens of pixels a side: few patches of a large photo need not
+// So coarse that a cell still has dozens of pixels per side: few patches of a large photo need not
 // see all of its pixels.
 int ReductionFor(double cell_px) {
   constexpr double kPixelsACell = 60;
@@ -157,7 +159,7 @@ HarvestResult Harvest(const Raster& raster, const SourceView& source, const Grou
   const double cell_px = CellSpacing(raster, options);
   CandidateSearch search;
   search.cell_m = cell_px * result.gsd_m;
-  search.per_cell = options.tries_per_cell;
+  search.per_cell = kTriesPerCell;
   search.tile_px = options.tile_px;
   search.reduction = ReductionFor(cell_px);
   if (!context.further.empty())
@@ -209,12 +211,10 @@ std::optional<std::string> HarvestOptions::Check() const {
     return "the chip's side must be an odd number of pixels from 15 to 501";
   if (spacing_px && !(*spacing_px >= 1)) return "the spacing must be at least 1 pixel";
   if (max_count < 1) return "the number of patches must be positive";
-  if (!(min_spacing_px >= 1)) return "the smallest spacing must be at least 1 pixel";
-  if (tries_per_cell < 1 || tile_px < 64) return "tries a cell and tile size must be positive";
+  if (tile_px < 64) return "a tile must have at least 64 pixels a side";
   if (max_further_views < 0) return "the number of further views must not be negative";
   if (!(max_lean_px > 0)) return "the lean must be positive";
-  if (!(orientation_sigma_px > 0) || !(pointing_sigma_px > 0) ||
-      (dem_sigma_m && !(*dem_sigma_m > 0)))
+  if (!(orientation_sigma_px > 0) || (dem_sigma_m && !(*dem_sigma_m > 0)))
     return "a sigma must be positive";
   return std::nullopt;
 }

@@ -35,21 +35,14 @@ struct HarvestOptions {
   int chip_px = 61;                  // odd; side of a chip
   std::optional<double> spacing_px;  // side of a grid cell in source pixels; empty: from max_count
   int max_count = 800;               // cells a source, where spacing_px is empty
-  double min_spacing_px = 30;        // where spacing_px is empty: half a chip
-  int tries_per_cell = 4;            // candidates looked at, strongest first
-  double min_contrast = 2;           // standard deviation, in levels of 8 bit of the value range
   double min_distinctness = 0.2;
   int min_persistence = 2;
-  double max_relief_px = 60;          // height spread in chip pixels: about 45 degrees of slope
-  double max_lean_px = 4;             // of what stands in the surface model
-  double orientation_sigma_px = 0.5;  // of the source, where its own covariance is not known
-  double pointing_sigma_px = 0.1;     // of an interest point
-  std::optional<double> dem_sigma_m;  // empty: a tenth of the DEM's cell
-  int max_further_views = 4;          // other sources a patch is sought in, the best ones
-  double max_height_test = 3.3;       // normal deviate: 1 in 1000 by chance
-  double max_sighting_test = ChiSquareLimit(2, 1.00778542904851e-3);  // 13.8: one good patch in 992
+  double max_lean_px = 4;                    // of what stands in the surface model
+  double orientation_sigma_px = 0.5;         // of the source, where its own covariance is not known
+  std::optional<double> dem_sigma_m;         // empty: a tenth of the DEM's cell
+  int max_further_views = 4;                 // other sources a patch is sought in, the best ones
   bool colour = false;                       // chips in colour, where the source has some
-  int tile_px = 512;                         // interest points are sought tile by tile
+  int tile_px = 512;                         // interest points are searched for tile by tile
   std::optional<std::string> Check() const;  // what is wrong with the options, if anything
 };
 

@@ -11,6 +11,12 @@
 namespace orient::patchdb {
 namespace {
 
+constexpr double kMinContrast = 2;    // standard deviation, in levels of 8 bit of the value range
+constexpr double kMaxRelief_px = 60;  // height spread in chip pixels: about 45 degrees of slope
+constexpr double kPointingSigma_px = 0.1;  // of an interest point
+constexpr double kMaxHeightTest = 3.3;     // normal deviate: 1 in 1000 by chance
+// 13.8: one good patch in 992
+const double kMaxSightingTest = ChiSquareLimit(2, 1.00778542904851e-3);
 constexpr int kDistinctnessTemplate = 31;               // px a side
 constexpr int kDistinctnessSearch = 24;                 // px in every direction
 constexpr double kHeightMarginPx = 2;                   // heights reach that far beyond the chip
@@ -43,7 +49,7 @@ Outcome AddGround(const PatchMaker& maker, const InterestCandidate& candidate, P
   const double spread = HeightSpread(patch.heights);
   if (std::isnan(spread)) return Refusal::kNoHeight;
   patch.relief_px = spread / *gsd;
-  if (*patch.relief_px > maker.options.max_relief_px) return Refusal::kRelief;
+  if (*patch.relief_px > kMaxRelief_px) return Refusal::kRelief;
   return std::nullopt;
 }
 
@@ -71,7 +77,7 @@ void AddColour(const PatchMaker& maker, const InterestCandidate& candidate, Patc
 // What is measured on grey values.
 Outcome AddTexture(const PatchMaker& maker, const InterestCandidate& candidate, Patch& patch) {
   const HarvestOptions& options = maker.options;
-  if (Contrast(patch.chip) < LevelsOf8Bit(options.min_contrast, maker.bits)) return Refusal::kFlat;
+  if (Contrast(patch.chip) < LevelsOf8Bit(kMinContrast, maker.bits)) return Refusal::kFlat;
   patch.roundness = candidate.roundness;
   patch.energy = TextureEnergy(patch.chip);
   patch.persistence = Persistence(patch.chip);
@@ -121,7 +127,7 @@ struct Sightings {
 
 Outcome Search(const PatchMaker& maker, const InterestCandidate& candidate, const Patch& patch,
                Sightings& sightings) {
-  const double pointing = maker.options.pointing_sigma_px;
+  const double pointing = kPointingSigma_px;
   sightings.all = {
       {&maker.source, candidate.pixel, Eigen::Matrix2d::Identity() * (pointing * pointing)}};
   const auto seeing = WhoElseSees(maker, patch);
@@ -145,8 +151,8 @@ Outcome Locate(const PatchMaker& maker, const InterestCandidate& candidate,
                const Sightings& sightings, Patch& patch) {
   const auto place = EstimatePlace(sightings.all, patch.heights, patch.ground_m, maker.dem_sigma_m);
   if (!place) return Refusal::kRelief;
-  if (std::abs(place->height_test) > maker.options.max_height_test) return Refusal::kOtherHeight;
-  if (place->sighting_test > maker.options.max_sighting_test) return Refusal::kDisagreement;
+  if (std::abs(place->height_test) > kMaxHeightTest) return Refusal::kOtherHeight;
+  if (place->sighting_test > kMaxSightingTest) return Refusal::kDisagreement;
   patch.covariance_m2 = place->covariance_m2;
   patch.height_effect = place->height_effect;
   patch.height_sigma_m = maker.dem_sigma_m;

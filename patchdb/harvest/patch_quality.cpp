@@ -14,7 +14,7 @@ namespace {
 
 constexpr double kMainPeakRadius = 4;  // px, of the autocorrelation
 constexpr int kPersistenceMargin = 4;  // px of search around the template on every level
-constexpr int kMinTemplate = 7;        // px a side; below, any two textures correlate
+constexpr int kMinTemplate = 7;        // px per side; below, any two textures correlate
 constexpr double kMinScore = 0.7;
 constexpr double kMaxError = 0.5;  // px
 constexpr double kNoiseShare = 0.1;

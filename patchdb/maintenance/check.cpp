@@ -23,26 +23,26 @@ struct Rule {
   const char* repair;
 };
 constexpr Rule kRules[] = {
-    {"patches of a source that is not there",
+    {"patches whose source is missing",
      "SELECT count(*) FROM patches WHERE source_id NOT IN (SELECT id FROM sources)",
      "a source named 'lost <number>' is added",
      "INSERT INTO sources (id, kind, name, gsd_m) SELECT DISTINCT source_id, 'photo', 'lost ' || "
      "source_id, coalesce(min(gsd_m), 0) FROM patches WHERE source_id NOT IN (SELECT id FROM "
      "sources) GROUP BY source_id"},
-    {"attempts of a patch that is not there",
+    {"attempts whose patch is missing",
      "SELECT count(*) FROM attempts WHERE patch_id NOT IN (SELECT id FROM patches)",
      "they are deleted", "DELETE FROM attempts WHERE patch_id NOT IN (SELECT id FROM patches)"},
-    {"evidence of a patch or source that is not there",
+    {"evidence whose patch or source is missing",
      "SELECT count(*) FROM evidence WHERE patch_id NOT IN (SELECT id FROM patches) OR source_id "
      "NOT "
      "IN (SELECT id FROM sources)",
      "it is deleted",
      "DELETE FROM evidence WHERE patch_id NOT IN (SELECT id FROM patches) OR source_id NOT IN "
      "(SELECT id FROM sources)"},
-    {"successors that are not there, or of active patches",
+    {"successors that are missing, or of active patches",
      "SELECT count(*) FROM patches WHERE superseded_by IS NOT NULL AND (superseded_by NOT IN "
      "(SELECT id FROM patches) OR state = 'active' OR superseded_by = id)",
-     "they are forgotten",
+     "they are cleared",
      "UPDATE patches SET superseded_by = NULL WHERE superseded_by IS NOT NULL AND (superseded_by "
      "NOT IN (SELECT id FROM patches) OR state = 'active' OR superseded_by = id)"},
     {"retired patches without a reason",
@@ -53,7 +53,7 @@ constexpr Rule kRules[] = {
     {"patches whose count of views is wrong",
      "SELECT count(*) FROM patches AS p WHERE views <> 1 + (SELECT count(*) FROM evidence AS e "
      "WHERE e.patch_id = p.id AND e.source_id <> p.source_id)",
-     "they are counted again",
+     "they are recounted",
      "UPDATE patches SET views = 1 + (SELECT count(*) FROM evidence AS e WHERE e.patch_id = "
      "patches.id AND e.source_id <> patches.source_id)"},
     {"patches that the spatial index lacks or puts elsewhere",
@@ -61,16 +61,16 @@ constexpr Rule kRules[] = {
      "ST_MinX(p.geom) IS NOT NULL AND NOT ST_IsEmpty(p.geom) AND (r.id IS NULL OR NOT (r.minx <= "
      "ST_MinX(p.geom) AND r.maxx >= ST_MinX(p.geom) AND r.miny <= ST_MinY(p.geom) AND r.maxy >= "
      "ST_MinY(p.geom)))",
-     "the index is made anew", nullptr},
+     "the index is rebuilt", nullptr},
     {"entries of the spatial index without a patch",
      "SELECT count(*) FROM rtree_patches_geom WHERE id NOT IN (SELECT id FROM patches)",
-     "the index is made anew", nullptr},
+     "the index is rebuilt", nullptr},
     {"patches outside the extent that the file states",
      "SELECT count(*) FROM rtree_patches_geom AS r, gpkg_contents AS c WHERE c.table_name = "
      "'patches' AND (c.min_x IS NULL OR r.maxx < c.min_x OR r.minx > c.max_x OR r.maxy < c.min_y "
      "OR "
      "r.miny > c.max_y)",
-     "the extent is measured again",
+     "the extent is recomputed",
      "UPDATE gpkg_contents SET (min_x, min_y, max_x, max_y) = (SELECT min(minx), min(miny), "
      "max(maxx), max(maxy) FROM rtree_patches_geom) WHERE table_name = 'patches'"},
 };
@@ -140,15 +140,15 @@ class Check {
     const int version = static_cast<int>(connection_.Number(sql::kSchemaVersion));
     const std::vector<SchemaObject> missing = MissingObjects(connection_, version);
     for (const SchemaObject& object : missing)
-      Find(fmt::format("no {} {} as its schema wants it", object.type, object.name), 1,
+      Find(fmt::format("no {} {} as the schema requires", object.type, object.name), 1,
            IsBeyondRepair(object)   ? ""
-           : object.type == "table" ? "it is made, empty"
-                                    : "it is made");
+           : object.type == "table" ? "it is created, empty"
+                                    : "it is created");
     if (std::any_of(missing.begin(), missing.end(), IsBeyondRepair)) return false;
     if (options_.repair) MakeObjects(connection_, missing);
     if (!options_.repair && HasTable(missing)) return false;
     if (!LacksToken(connection_, version)) return true;
-    Find("no token of what the patches are", 1, "it is made");
+    Find("no content token", 1, "it is created");
     if (options_.repair) RenewToken(connection_);
     return true;
   }
@@ -161,7 +161,7 @@ class Check {
         const std::string text = rows.getColumn(0).getString();
         if (text == "ok") continue;
         const bool index = std::string(pragma).starts_with("SELECT");
-        Find("the file: " + text, 1, index ? "the index is made anew" : "");
+        Find("the file: " + text, 1, index ? "the index is rebuilt" : "");
         remake_index_ = remake_index_ || index;
       }
     }
@@ -194,8 +194,8 @@ class Check {
         successors[rows->getColumn(0).getInt64()] = rows->getColumn(1).getInt64();
     }
     const std::vector<std::int64_t> loops = InCircles(successors);
-    Find("patches that succeed themselves in a circle", static_cast<std::int64_t>(loops.size()),
-         "the successors are forgotten");
+    Find("patches that supersede one another in a circle", static_cast<std::int64_t>(loops.size()),
+         "the successors are cleared");
     if (!options_.repair) return;
     for (const std::int64_t id : loops) {
       const Query forget = connection_.Prepare(kForgetSuccessor);
@@ -257,7 +257,7 @@ class Check {
       }
     }
     Find("patches whose weights are not those of their attempts",
-         static_cast<std::int64_t>(wrong.size()), "they are weighed again");
+         static_cast<std::int64_t>(wrong.size()), "they are recomputed");
     if (!options_.repair) return;
     for (const std::int64_t id : wrong) LearnAnew(connection_, id, false);
   }

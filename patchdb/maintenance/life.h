@@ -12,10 +12,10 @@ namespace orient::patchdb {
 // Each is one transaction and answers how many patches it changed. Ids that are not there, or in
 // that state already, change nothing. Throws InputError like the members of PatchDatabase.
 
-// They stay in the database with all their history, but are sought no longer.
+// They stay in the database with all their history, but are searched for no longer.
 int RetirePatches(PatchDatabase& database, const std::vector<std::int64_t>& ids,
                   const std::string& reason);
-// They are sought again, and begin a new epoch: what failed before counts less from now on.
+// They are searched for again, and begin a new epoch: what failed before counts less from now on.
 int RestorePatches(PatchDatabase& database, const std::vector<std::int64_t>& ids);
 // Deletes retired patches with their attempts and evidence, for good. Active ones are left alone.
 int DeleteRetiredPatches(PatchDatabase& database, const std::vector<std::int64_t>& ids);

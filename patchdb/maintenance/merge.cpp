@@ -14,6 +14,10 @@
 namespace orient::patchdb {
 namespace {
 
+constexpr double kSamePlace_px = 3;   // of the coarser chip: duplicates lie that near ...
+constexpr double kSameLookNcc = 0.7;  // ... and correlate at least so well
+constexpr double kSameAreaShare =
+    0.5;  // kReplace, kAdd: of the coarser chip's half side, how near the
 constexpr int kLookSearch_px = 3;
 constexpr double kCoarsest = 8;  // pixels and chips of a place differ by less
 constexpr double kSameView_px = 0.25;
@@ -119,15 +123,15 @@ class Merge {
   }
 
   // The patch here that shows the same thing at the same place. Active and retired ones are not
-  // joined, so that no place loses what is sought there; unless it is known that the one here
+  // joined, so that no place loses what is searched for there; unless it is known that the one here
   // shows this source's view: then it was retired here, and does not come again.
   std::optional<Twin> FindTwin(const Patch& patch, const PatchSource& source) const {
     const auto source_id = target_.FindSource(source).id;
     std::optional<Twin> twin;
-    double best = options_.same_look_ncc;
+    double best = kSameLookNcc;
     for (const NearPatch& near :
-         rows_.PatchesNear(patch.ground_m, kCoarsest * options_.same_place_px * patch.gsd_m)) {
-      if (near.distance_m > options_.same_place_px * std::max(near.gsd_m, patch.gsd_m)) continue;
+         rows_.PatchesNear(patch.ground_m, kCoarsest * kSamePlace_px * patch.gsd_m)) {
+      if (near.distance_m > kSamePlace_px * std::max(near.gsd_m, patch.gsd_m)) continue;
       auto candidate = target_.ReadPatch(near.id);
       if (!candidate) continue;
       if (candidate->source_id == source_id && near.distance_m < kSameView_px * patch.gsd_m)
@@ -196,7 +200,7 @@ class Merge {
   // knows.
   std::optional<std::vector<std::int64_t>> OlderNear(const Patch& patch,
                                                      const PatchSource& source) const {
-    const double share = 0.5 * options_.same_area_share, side_m = patch.chip.width * patch.gsd_m;
+    const double share = 0.5 * kSameAreaShare, side_m = patch.chip.width * patch.gsd_m;
     std::vector<std::int64_t> older;
     for (const NearPatch& near : rows_.PatchesNear(patch.ground_m, kCoarsest * share * side_m)) {
       if (near.distance_m > share * std::max(side_m, near.chip_px * near.gsd_m)) continue;

@@ -18,11 +18,8 @@ enum class MergePolicy {
 
 struct MergeOptions {
   MergePolicy policy = MergePolicy::kMerge;
-  PatchFilter filter;            // of the other database
-  double same_place_px = 3;      // of the coarser chip: duplicates lie that near ...
-  double same_look_ncc = 0.7;    // ... and correlate at least so well
-  double same_area_share = 0.5;  // kReplace, kAdd: of the coarser chip's half side, how near the
-                                 // older one lies
+  PatchFilter filter;  // of the other database
+                       // older one lies
 };
 
 struct MergeResult {

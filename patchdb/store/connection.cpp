@@ -77,13 +77,13 @@ InputError ErrorOfFile(const std::string& path, const char* doing, const SQLite:
       text += doing;
       text += " fails: the database is being written by ";
       text += holder.empty() ? "another program" : holder;
-      text += "; try again when it is through";
+      text += "; try again when it has finished";
       return InputError(text);
     }
     case SQLITE_FULL:
       text += ": ";
       text += doing;
-      text += " fails: the disk is full; nothing of it was stored";
+      text += " fails: the disk is full; nothing was stored";
       return InputError(text);
     case SQLITE_IOERR:
       text += ": ";

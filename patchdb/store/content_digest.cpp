@@ -28,8 +28,8 @@ std::string ContentOf(const PatchDatabase& database) {
         token = row->getColumn(0).getString();
     if (!token)
       throw InputError(database.Path() +
-                       " is damaged: it does not note that patches change; 'orient patchdb check "
-                       "--repair' mends that");
+                       " is damaged: it does not record changes of patches; 'orient patchdb check "
+                       "--repair' repairs that");
     return *token + database.GroundCrs().Wkt();
   });
 }

@@ -10,7 +10,7 @@
 namespace orient::patchdb {
 namespace {
 
-constexpr std::size_t kNeighbours = 8;  // the nearest that were sought in the same photo
+constexpr std::size_t kNeighbours = 8;  // the nearest that were searched for in the same photo
 
 struct SoughtPatch {
   std::size_t attempt = 0;
@@ -43,7 +43,7 @@ NeighbourCount CountNeighbours(const std::vector<SoughtPatch>& sought, const Sou
   return neighbours;
 }
 
-// Per attempt; empty where the patch was not sought or has no place.
+// Per attempt; empty where the patch was not searched for or has no place.
 std::vector<std::optional<NeighbourCount>> Neighbours(Connection& connection,
                                                       const std::vector<MatchAttempt>& attempts) {
   std::map<std::string, std::vector<SoughtPatch>> photos;

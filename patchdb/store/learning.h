@@ -9,13 +9,13 @@
 
 namespace orient::patchdb {
 
-// One patch sought in one photo, as far as learning cares.
+// One patch searched for in one photo, as far as learning cares.
 struct AttemptOutcome {
   std::string state;                        // PatchState's name
   std::optional<std::string> photo_status;  // ok, weak, failed
   std::optional<std::string> photo_date;    // ISO 8601
   int epoch = 1;                            // of the patch at that time
-  // The nearest patches sought in the same photo, and how many of them matched.
+  // The nearest patches searched for in the same photo, and how many of them matched.
   std::optional<int> neighbours_sought, neighbours_matched;
 };
 

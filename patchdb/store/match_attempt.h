@@ -1,4 +1,4 @@
-// One patch sought in one photo.
+// One patch searched for in one photo.
 #pragma once
 
 #include <Eigen/Core>
@@ -8,7 +8,7 @@
 
 namespace orient::patchdb {
 
-// One patch sought in one photo: what a photo's orientation reports back.
+// One patch searched for in one photo: what a photo's orientation reports back.
 struct MatchAttempt {
   std::int64_t patch_id = 0;
   std::string photo;

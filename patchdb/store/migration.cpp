@@ -99,7 +99,7 @@ void BringUpToDate(Connection& connection, int version, const std::string& path)
   // Another program may have been quicker.
   RunSchemaSteps(connection, CheckedSchemaVersion(connection, path));
   if (connection.Number(kBroken) > broken)
-    throw InputError(path + " is damaged: it cannot be brought up to date without losing rows");
+    throw InputError(path + " is damaged: it cannot be upgraded without losing rows");
   transaction.commit();
   database.exec("PRAGMA foreign_keys = ON");
 }

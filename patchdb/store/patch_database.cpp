@@ -81,10 +81,10 @@ struct PatchDatabase::Impl {
   GroundSystem Prepare() {
     const int version = CheckedSchemaVersion(connection, path);
     if (mode == Mode::kRead && !ReadableAsItIs(version))
-      throw InputError(fmt::format(
-          "{} has the older schema version {}, this program uses {}; 'orient patchdb check FILE "
-          "--repair' brings it up to date (on a copy where the file may not be written)",
-          path, version, CurrentSchemaVersion()));
+      throw InputError(
+          fmt::format("{} has the older schema version {}, this program uses {}; 'orient patchdb "
+                      "check FILE --repair' upgrades it (on a copy if the file may not be written)",
+                      path, version, CurrentSchemaVersion()));
     if (mode == Mode::kWrite) BringUpToDate(connection, version, path);
     return ReadGroundSystem(connection, path);
   }
@@ -142,21 +142,21 @@ PatchDatabase PatchDatabase::Create(const std::string& path, const Crs& crs) {
   const std::string unfinished = path + ".unfinished";
   fs::remove(unfinished, error);
   try {
-    WithFile(path, "making the database", [&] { WriteNewDatabase(unfinished, crs); });
+    WithFile(path, "creating the database", [&] { WriteNewDatabase(unfinished, crs); });
   } catch (const InputError&) {
     for (const char* suffix : {"", "-wal", "-shm", "-journal"})
       fs::remove(unfinished + suffix, error);
     throw;
   }
   fs::rename(unfinished, path, error);
-  if (error) throw InputError(path + " cannot be made: " + error.message());
+  if (error) throw InputError(path + " cannot be created: " + error.message());
   return Open(path, Mode::kWrite);
 }
 
 PatchDatabase PatchDatabase::Open(const std::string& path, Mode mode, double wait_s) {
   std::error_code error;
   if (!fs::exists(path, error))
-    throw InputError(path + " does not exist; make it with 'orient patchdb create'");
+    throw InputError(path + " does not exist; create it with 'orient patchdb create'");
   if (!fs::is_regular_file(path, error)) throw InputError(path + " is not a file");
   return WithFile(path, "opening the database",
                   [&] { return PatchDatabase(std::make_unique<Impl>(path, mode, wait_s)); });

@@ -96,7 +96,8 @@ bool Holds(const PatchFilter& filter, const PatchSummary& patch) {
   if (filter.bounds && !filter.bounds->Contains(place.x(), place.y())) return false;
   if (!filter.polygon.empty() && !InsideRings(filter.polygon, place)) return false;
   if (!filter.success_below) return true;
-  // The belief in a patch that was never sought is its quality's, which has a rule of its own.
+  // The belief in a patch that was never searched for is its quality's, which has a rule of its
+  // own.
   return patch.weights.success + patch.weights.failure > 0 &&
          patch.Belief().Mean() < *filter.success_below;
 }

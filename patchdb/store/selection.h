@@ -34,7 +34,7 @@ struct PatchSummary {
 };
 
 // What is set must hold for a patch to be chosen; unknown values never hold: nothing is known of
-// the success of a patch that was never sought.
+// the success of a patch that was never searched for.
 struct PatchFilter {
   std::optional<Bounds> bounds;
   // Inside by the even-odd rule over all rings; coordinates of the database's CRS.

@@ -60,7 +60,7 @@ TEST_F(ChangedBlock, WhatIsDoneAgainIsNamedWithTheReason) {
   table.rows[1].pose.position_m.x() += 1;
   WriteOrientationTable(Path("approx.csv"), table);
   const std::string said = Block({"--resume"}).out;
-  EXPECT_NE(said.find("oriented again, since their inputs changed (approximation): " +
+  EXPECT_NE(said.find("oriented again, as their inputs changed (approximation): " +
                       table.rows[1].photo + "\n"),
             std::string::npos)
       << said;
@@ -129,14 +129,14 @@ TEST_F(ChangedBlock, HeldOutPatchesCheckItAndItsPosesAreSaidToErrTogether) {
 
 TEST_F(BadInput, ApproximationsOfNoStatedAccuracyCannotBeObserved) {
   Edit("block.toml", "position_m = 3\nattitude_deg = 0.5\n", "observe = true\n");
-  ExpectRefused(Block(), 2, {"observe", "[approximate_accuracy]", "nobody says how good"});
+  ExpectRefused(Block(), 2, {"observe", "[approximate_accuracy]", "is not stated"});
 }
 
 TEST_F(BadInput, WithoutAnythingThatLocatesAPhotoThereIsNothingToDo) {
   Edit("block.toml", "approximations = \"approx.csv\"\n", "");
   ExpectRefused(Block(), 2, {"EXIF", "give a table of approximations"});
   Write("block.toml", ReadFile(Path("block.toml")) + "[[strips]]\nphotos = [\"new_*\"]\n");
-  ExpectRefused(Block(), 2, {"strip 1", "new_1_1, new_1_2", "located", "give the position"});
+  ExpectRefused(Block(), 2, {"strip 1", "new_1_1, new_1_2", "located", "give that of one"});
 }
 
 // Digital photos in a row, each 890 x 667 px.
@@ -180,7 +180,7 @@ TEST_F(SlowBadBlock, OfTwoPartsTheOneWithoutControlFailsAndIsNamed) {
     fs::remove(Path("scans/" + std::string(photo) + ".tif"));
   const ProgramRun whole = Block();
   EXPECT_EQ(whole.exit_code, 3) << whole.out << whole.err;  // two scans are missing
-  EXPECT_NE(whole.out.find("Photos new_1_1 and new_1_2 are connected with no other photo"),
+  EXPECT_NE(whole.out.find("Photos new_1_1 and new_1_2 are not connected to any other photo"),
             std::string::npos)
       << whole.out;
   RetireEastOf("new_1_3", "new_1_4");

@@ -234,7 +234,7 @@ TEST_F(BadInput, FileThatIsNoPatchDatabaseIsNamed) {
 
 TEST_F(BadInput, OutputFolderThatCannotBeMadeIsNamed) {
   Edit("block.toml", "directory = \"out\"", "directory = \"camera.toml/out\"");
-  ExpectRefused(Block(), 2, {"cannot make the folder", Path("camera.toml/out")});
+  ExpectRefused(Block(), 2, {"cannot create the folder", Path("camera.toml/out")});
 }
 
 TEST_F(BadInput, ReadOnlyOutputFolderIsNamed) {
@@ -246,7 +246,7 @@ TEST_F(BadInput, ReadOnlyOutputFolderIsNamed) {
 }
 
 TEST_F(BadInput, PatchDatabaseOfAnOlderProgramIsBroughtUpToDateWhereTheRunTellsIt) {
-  const std::string words = "brought up to date, from schema version 3 to 4";
+  const std::string words = "upgraded from schema version 3 to 4";
   const std::string patches = Path("patches.gpkg"), scan = Path("scans/new_1_1.tif");
   MakeVersion3(patches);
   for (const ProgramRun& run : {Block(), Exterior({scan, "--overwrite", "--no-feedback"})}) {

@@ -12,11 +12,12 @@ inline AdjustmentResult ExampleAdjustment() {
   result.sigma0 = 0.93;
   result.redundancy = 41;
   result.components = {{"tie image", 1.44, 30, 0.24, true}, {"control ground", 1.0, 3, 0.0, false}};
-  result.parts = {{{"4711", "4712"}, 1, true, ""},
-                  {{"4713"}, 0, false, "Photo 4713 hangs on none."}};
+  result.parts = {
+      {{"4711", "4712"}, 1, true, {}},
+      {{"4713"}, 0, false, Finding{Reason::kPartWithoutControl, Status::kOk, 1, {}, "4713"}}};
   result.calibration = {{"k1", 1.5e-8, 4e-9, 3.75, "estimated"}};
   result.checks = {{16, 2, Eigen::Vector3d(0.3, -0.4, 0.8), {{0.3, 0.4}, {-0.3, 0.4}}}};
-  result.messages = {"ties that contradict <nothing>"};
+  result.findings = {{.reason = Reason::kGnssRejected, .value = 1, .where = "<4713>"}};
   for (const std::int64_t id : {1, 2}) {
     PointResult tie;
     tie.id = id;

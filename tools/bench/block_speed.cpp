@@ -38,9 +38,9 @@ void Measure(int photos) {
   const auto simulation = orient::SimulateBundle(BlockOf(photos));
   malloc_trim(0);
   const double before_mb = PeakMegabytes();
-  orient::BlockOptions options;
+  orient::block::BlockOptions options;
   options.least_precision_factor = 1;
-  const orient::BlockResult result = orient::AdjustBlock(simulation.block, options);
+  const orient::block::BlockResult result = orient::block::AdjustBlock(simulation.block, options);
   const auto& t = result.timings;
   const double total = t.solve + t.snooping;
   double worst_mm = 0;
@@ -49,7 +49,7 @@ void Measure(int photos) {
     if (result.points[i].adjusted && !simulation.block.points[i].control) ++ties;
   for (std::size_t i = 0; i < simulation.gross.size(); ++i) {
     gross += simulation.gross[i] ? 1 : 0;
-    rejected += result.observations[i].state == orient::ObservationState::kRejected ? 1 : 0;
+    rejected += result.observations[i].state == orient::block::ObservationState::kRejected ? 1 : 0;
   }
   for (std::size_t i = 0; i < result.photos.size(); ++i)
     worst_mm = std::max(

@@ -327,7 +327,7 @@ void CountPatches(const World& world, const GroundMask& change, const GroundMask
         change.Touches(*patch.ground_m, half_m) || standing.Touches(*patch.ground_m, half_m);
     (changed ? tally->changed : tally->unchanged) += 1;
     (changed ? tally->changed_matched : tally->unchanged_matched) += matched ? 1 : 0;
-    if (!changed && !matched) tally->why_not[patch.reason] += 1;
+    if (!changed && !matched) tally->why_not[JoinedSentences(patch.findings)] += 1;
     if (matched && (*patch.pixel - *truth.PixelFromGround(*patch.ground_m)).norm() > kFalseMatch_px)
       tally->false_matches += 1;
   }

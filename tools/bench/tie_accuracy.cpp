@@ -21,6 +21,7 @@
 #include <vector>
 
 #include "block/ties/tie_matching.h"
+#include "block/ties/tie_points.h"
 #include "core/files/camera_file.h"
 #include "core/files/orientation_table.h"
 #include "core/geometry/intersection.h"

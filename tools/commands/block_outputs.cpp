@@ -59,10 +59,10 @@ std::optional<block::Quicklook> Illustrate(const BlockFile& block, block::Orient
     auto quicklook = MakeQuicklook(block, *oriented);
     if (!quicklook) return std::nullopt;
     for (const std::string& photo : quicklook->left_out)
-      oriented->messages.push_back("photo " + photo + " could not be read for the quicklook");
+      oriented->findings.push_back({.reason = Reason::kPhotoNotInQuicklook, .where = photo});
     return quicklook;
   } catch (const std::exception& error) {
-    oriented->messages.push_back(std::string("no quicklook: ") + error.what());
+    oriented->findings.push_back({.reason = Reason::kNoQuicklook, .where = error.what()});
     return std::nullopt;
   }
 }
@@ -75,8 +75,8 @@ void WriteExportsTo(const BlockFile& block, block::OrientedBlock* result) {
   const std::string& out = block.output_directory;
   try {
     const ExportsOfFolder exports = WriteExportsOf(out, block::BlockCameraPath(out), block.formats);
-    result->messages.insert(result->messages.end(), exports.messages.begin(),
-                            exports.messages.end());
+    result->findings.insert(result->findings.end(), exports.findings.begin(),
+                            exports.findings.end());
   } catch (const InputError& error) {
     throw InputError(fmt::format("the block is done and written to {}, but not exported: {}", out,
                                  error.what()));
@@ -99,7 +99,7 @@ fs::path FreshFolder(const fs::path& path) {
 }
 
 // Returns what is told of it, if anything was moved.
-std::optional<std::string> SetOtherPhotosAside(const BlockFile& block) {
+std::optional<Finding> SetOtherPhotosAside(const BlockFile& block) {
   const fs::path out(block.output_directory);
   std::set<std::string> photos, others;
   for (const std::string& path : block.photos) photos.insert(PhotoName(path));
@@ -111,16 +111,12 @@ std::optional<std::string> SetOtherPhotosAside(const BlockFile& block) {
   if (others.empty()) return std::nullopt;
   const fs::path aside = FreshFolder(out / "not_in_block");
   MakeOutputDirectory(aside.string());
-  std::string names;
-  for (const std::string& photo : others) {
-    names.append(names.empty() ? "" : ", ").append(photo);
+  for (const std::string& photo : others)
     for (const char* file : kPhotoFiles)
       fs::rename(out / (photo + file), aside / (photo + file), ignored);
-  }
-  return (others.size() == 1 ? "what an earlier run left of a photo that is not in the block ("
-                             : "what an earlier run left of " + std::to_string(others.size()) +
-                                   " photos that are not in the block (") +
-         names + ") was moved to " + aside.string();
+  return Finding{.reason = Reason::kOtherPhotosSetAside,
+                 .value = static_cast<double>(others.size()),
+                 .where = fmt::format("{}: {}", aside.string(), fmt::join(others, ", "))};
 }
 
 }  // namespace
@@ -129,7 +125,7 @@ std::optional<block::Quicklook> WriteBlockOutputs(const BlockFile& block, bool q
                                                   block::OrientedBlock* oriented) {
   block::OrientedBlock& result = *oriented;
   const std::string& out = block.output_directory;
-  if (const auto told = SetOtherPhotosAside(block)) result.messages.push_back(*told);
+  if (const auto told = SetOtherPhotosAside(block)) result.findings.push_back(*told);
   RemoveStale(block);
   OrientationTable table;
   table.crs = block.crs;
@@ -144,13 +140,13 @@ std::optional<block::Quicklook> WriteBlockOutputs(const BlockFile& block, bool q
   std::optional<block::Quicklook> pictures;
   if (quicklook) pictures = Illustrate(block, &result);
   if (result.adjusted) {
-    result.adjusted->messages = result.messages;
+    result.adjusted->findings = result.findings;
     WriteAdjustmentResult(out, *result.adjusted);
   }
   WriteBlockGeopackage(out, block.crs, result.results,
                        result.adjusted ? &*result.adjusted : nullptr);
   BlockRecord record = ReadBlockRecord(out, result.adjusted);
-  record.notes = result.messages;
+  record.notes = Sentences(result.findings);
   WriteReport(record);
   WriteExportsTo(block, &result);
   return pictures;

@@ -9,7 +9,7 @@
 namespace orient {
 
 // The photos' results, tables, GeoPackage, report and exports, with `quicklook` pictures of the
-// orthophotos, too; adds to the block's messages. Results that an earlier run left of photos that
+// orthophotos, too; adds to the block's findings. Results that an earlier run left of photos that
 // are not in the block any more go to the folder not_in_block below: what is read there is the
 // block. Throws InputError for an export that cannot be made, when all else is written.
 std::optional<block::Quicklook> WriteBlockOutputs(const BlockFile& block, bool quicklook,

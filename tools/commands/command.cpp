@@ -14,8 +14,8 @@ constexpr const char* kVerbose = "--verbose";
 
 // What `orient` is, for whoever types its name alone.
 constexpr const char* kDescription =
-    "Orients scans of aerial film photos without a click: interior orientation by fiducial marks,\n"
-    "exterior orientation by patches of known ground position, then the whole block.";
+    "Orients scans of aerial film photos automatically: interior orientation from fiducial marks,\n"
+    "exterior orientation from patches of known ground position, then the whole block.";
 
 void PrepareSubcommands(CLI::App& app) {
   for (CLI::App* nested : app.get_subcommands(nullptr)) {

@@ -28,8 +28,8 @@ constexpr double kPhotogrammetricAffinity = 5e-4;
 size_t IndexOf(const std::string& id, const CameraFile& camera, const std::string& path) {
   for (size_t i = 0; i < camera.fiducials.size(); ++i)
     if (camera.fiducials[i].id == id) return i;
-  throw InputError(path + " has a mark \"" + id + "\", which the camera file does not know; give " +
-                   "the camera file the photos were oriented with");
+  throw InputError(path + " has a mark \"" + id + "\", which is not in the camera file; give " +
+                   "the camera file with which the photos were oriented");
 }
 
 // Pixels to millimetres by the pixel size and the way the film lies alone: the affine transform
@@ -82,8 +82,8 @@ block::CameraEstimate Estimate(const Scans& scans, const CameraFile& camera,
     estimate = block::EstimateCamera(scans.scans, start, *common);
   }
   if (!estimate)
-    throw InputError("the photos show too little: at least three of them must have three marks, " +
-                     std::string("and four marks must be seen in two or more"));
+    throw InputError("too few observations: at least three photos must have three marks, " +
+                     std::string("and four marks must be seen in two photos or more"));
   return *estimate;
 }
 
@@ -101,35 +101,34 @@ void Print(const CameraFile& camera, const block::CameraEstimate& estimate,
   out << estimate.scans << " scans, " << estimate.measured << " marks measured, "
       << estimate.rejected << " of them rejected; noise " << Fixed(estimate.noise_um, 1)
       << " um, affinity from scan to scan " << Fixed(1e4 * estimate.affinity, 2) << "e-4\n";
-  out << "Shift, turn and scale are those of the start file: scans do not show them.\n";
+  out << "Shift, rotation and scale are those of the start file: scans cannot determine them.\n";
   if (common == block::CommonAffinity::kUnknown)
     out << "The scans have an affinity in common (difference of scales "
         << Fixed(100 * estimate.mean_difference, 3) << " %, shear "
         << Fixed(1e3 * estimate.mean_shear, 2)
-        << " mrad), which cannot be told from the camera's shape: the result keeps the affine "
-           "shape "
-           "of the start file.\n";
+        << " mrad), which cannot be separated from the camera's shape: the start file's affine "
+           "shape is kept.\n";
   else
-    out << "The scanner is taken to be photogrammetric: its own affinity of 1.5e-4 is in the "
+    out << "The scanner is assumed to be photogrammetric: its own affinity of 1.5e-4 is in the "
            "sigmas.\n";
   if (open > 0)
-    out << "How the film lay is open in " << open
-        << " photos; they are taken to have lain alike. Give 'orient interior' --orientation where "
-           "they did not.\n";
+    out << "The scan orientation is open in " << open
+        << " photos; it is assumed to be the same for all. Give 'orient interior' --orientation if "
+           "not.\n";
 }
 
 }  // namespace
 
 void EstimateCameraCommand::Setup(CLI::App& interior) {
-  app_ = interior.add_subcommand("estimate-camera",
-                                 "Mark positions of a camera without certificate, from its photos");
+  app_ = interior.add_subcommand(
+      "estimate-camera", "Estimate the mark positions of a camera without calibration certificate");
   app_->add_option("DIR", directories_, "Folders with results of 'orient interior'")->required();
   app_->add_option("--camera", start_,
-                   "Camera file, or name in the library, the photos were oriented with")
+                   "Camera file, or library name, with which the photos were oriented")
       ->required();
   app_->add_option("--out", out_, "Camera file to write")->required();
   app_->add_option("--scanner", scanner_,
-                   "photogrammetric: the scans tell the camera's affine shape")
+                   "photogrammetric: the scans determine the camera's affine shape")
       ->check(CLI::IsMember({"auto", "photogrammetric", "desktop"}))
       ->capture_default_str();
   AddCameraLibraryOption(*app_, &library_);
@@ -143,7 +142,7 @@ ExitCode EstimateCameraCommand::Run(std::ostream& out) const {
   RefuseToOverwrite({out_}, overwrite_);
   CameraFile camera = ReadCameraFile(block::FindCameraFile(start_, library_));
   if (camera.fiducials.empty())
-    throw InputError(start_ + ": has no fiducials, of which positions could be estimated");
+    throw InputError(start_ + ": has no fiducials whose positions could be estimated");
   const Scans scans = ReadScans(directories_, camera);
   block::CommonAffinity common = block::CommonAffinity::kUnknown;
   const block::CameraEstimate estimate = Estimate(scans, camera, scanner_, &common);

@@ -8,7 +8,7 @@
 
 namespace orient {
 
-// One row a photo: status, patches matched of searched, sigma0, precision, the first message.
+// One row per photo: status, patches matched of searched, sigma0, precision, the first message.
 void PrintExteriorSummary(const std::vector<ExteriorResult>& results, std::ostream& out);
 
 // No photo failed. A weak one is oriented.

@@ -28,16 +28,15 @@ class BlockCommand : public Command {
  public:
   std::string Name() const override { return "block"; }
   std::string Summary() const override {
-    return "Orient a block: interior, exterior, report, in one command";
+    return "Orient a block in one command: interior, exterior, adjustment, report";
   }
 
   void Setup(CLI::App& app) override {
     app.add_option("BLOCK", block_path_, "Block file (TOML)")->required();
-    app.add_flag("--resume", resume_, "Keep the results that are there, do the others");
+    app.add_flag("--resume", resume_, "Keep existing results and do the others");
     AddOverwriteOption(app, &overwrite_);
     app.add_flag("--plan", plan_, "Print what would be done and stop");
-    app.add_flag("--no-feedback", no_feedback_,
-                 "Do not tell the patch database which patches were found");
+    app.add_flag("--no-feedback", no_feedback_, "Leave the patch database unchanged");
     app.add_flag("--quicklook", quicklook_,
                  "Also draw reduced orthophotos and the seams between them");
     AddCameraLibraryOption(app, &library_);
@@ -57,8 +56,7 @@ class BlockCommand : public Command {
       return ExitCode::kAllDone;
     }
     RefuseToOverwrite(Results(options.block), overwrite_ || options.resume, "--resume");
-    if (options.resume && !resume_)
-      out << "goes on with the interrupted run in " << directory << "\n";
+    if (options.resume && !resume_) out << "continues the interrupted run in " << directory << "\n";
     for (const UnusablePhoto& photo : options.block.unusable)
       out << "cannot  " << photo.name << ": " << photo.reason << "\n";
     if (options.feedback) BringUpToDateForFeedback(options.block.patchdb, out);
@@ -82,8 +80,8 @@ class BlockCommand : public Command {
       if (ExchangeFormatFromName(format)) continue;
       std::string known;
       for (const ExchangeFormat one : kAllExchangeFormats) known += " " + orient::Name(one);
-      throw InputError(fmt::format("{}: output.formats has \"{}\"; what can be written is{}",
-                                   block_path_, format, known));
+      throw InputError(fmt::format("{}: output.formats has \"{}\"; the formats are{}", block_path_,
+                                   format, known));
     }
   }
 
@@ -106,7 +104,7 @@ class BlockCommand : public Command {
                                 std::ostream& out) {
     if (const auto& block = result.summary) {
       out << "\nblock   " << block->photos << " photos by " << block->ties << " tie points ("
-          << block->sightings << " sightings, " << block->rejected << " rejected, sigma0 "
+          << block->sightings << " observations, " << block->rejected << " rejected, sigma0 "
           << Fixed(block->tie_sigma0_px, 2) << " px)";
       if (block->by_neighbours > 0)
         out << ", " << block->by_neighbours << " of them without enough patches of their own";
@@ -117,12 +115,13 @@ class BlockCommand : public Command {
     }
     if (quicklook) {
       out << "seams   " << quicklook->Measured() << " of " << quicklook->seams.size()
-          << " places between orthophotos measured";
+          << " places along seams measured";
       if (const auto shift = quicklook->MedianShiftPx())
         out << ", median shift " << Fixed(*shift, 2) << " px";
       out << "\n";
     }
-    for (const std::string& message : result.messages) out << "note    " << message << "\n";
+    for (const std::string& message : Sentences(result.findings))
+      out << "note    " << message << "\n";
   }
 
   std::string block_path_, library_;

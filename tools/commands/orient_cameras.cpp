@@ -19,7 +19,7 @@ class CamerasCommand : public Command {
  public:
   std::string Name() const override { return "cameras"; }
   std::string Summary() const override {
-    return "List the camera library: names for --camera, what --camera auto knows";
+    return "List the camera library: names for --camera, and what --camera auto tries";
   }
 
   void Setup(CLI::App& app) override { AddCameraLibraryOption(app, &library_); }

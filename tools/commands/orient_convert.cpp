@@ -33,7 +33,7 @@ class ConvertCommand : public Command {
  public:
   std::string Name() const override { return "convert"; }
   std::string Summary() const override {
-    return "Oriented blocks for other programs and from them, with a check of what they mean";
+    return "Convert oriented blocks to and from other programs' files, and check such files";
   }
 
   void Setup(CLI::App& app) override {
@@ -44,13 +44,13 @@ class ConvertCommand : public Command {
     app.add_option("--from", from_, "The input's format")
         ->check(CLI::IsMember(FormatNames()))
         ->default_str("opk");
-    app.add_option("--to", to_, "Formats to write, each into a folder of its name")
+    app.add_option("--to", to_, "Formats to write, each into its own folder")
         ->check(CLI::IsMember(FormatNames()))
         ->delimiter(',')
         ->allow_extra_args(false);
     app.add_option("--camera", source_.camera,
-                   "Camera file (TOML), or a name of the camera library; for other programs' "
-                   "files the camera of their images");
+                   "Camera file (TOML) or a name from the camera library; for other programs' "
+                   "files, the camera of their images");
     AddCameraLibraryOption(app, &library_);
     app.add_option("--interior", source_.interior,
                    "Folder with the results of 'orient interior' (default: INPUT)");
@@ -61,31 +61,32 @@ class ConvertCommand : public Command {
                    "Pixel size of film photos' images (default: the scans' mean)")
         ->check(CLI::Range(0.5, 1000.0));
     app.add_flag("--remove-distortion", source_.remove_distortion,
-                 "Take the lens's distortion out of film photos' images, too");
+                 "Also remove the lens distortion from film photos' images");
     app.add_option("--image-extension", source_.image_extension,
                    "Extension of the images' names in the files written")
         ->capture_default_str();
-    app.add_option("--crs", source_.crs, "The block's CRS where no .prj names it");
+    app.add_option("--crs", source_.crs, "The block's CRS, if no .prj names it");
     app.add_option("--geoid-m", source_.geoid_m,
                    "Height of the geoid above the ellipsoid, added to heights for geocentric and "
                    "topocentric formats (default 0)");
     app.add_option("--ground-height-m", source_.ground_height_m,
-                   "Mean height of the ground where the input does not tell");
+                   "Mean ground height, if the input does not give it");
     app.add_option("--origin", origin_,
-                   "What is subtracted from ground coordinates (COLMAP, Metashape, OpenSfM)")
+                   "Origin subtracted from ground coordinates (COLMAP, Metashape, OpenSfM)")
         ->expected(3);
     app.add_flag("--check", check_,
-                 "Project the verification points of INPUT's exports by the formulas of their "
-                 "programs, and name conventions that do not fit");
-    app.add_option("--points", points_, "Verification points (default: verification.csv beside)");
-    app.add_option("--out", out_, "Folder for results; made where it is missing");
+                 "Project the verification points of INPUT's exports by their programs' formulas, "
+                 "and name conventions that do not fit");
+    app.add_option("--points", points_,
+                   "Verification points (default: verification.csv beside the files)");
+    app.add_option("--out", out_, "Folder for the results; created if missing");
     AddOverwriteOption(app, &overwrite_);
   }
 
   ExitCode Run(std::ostream& out) override {
     if (check_) return Check(out);
     if (to_.empty() && images_.empty())
-      throw UsageError("say what to write with --to, --images, or check with --check");
+      throw UsageError("give --to or --images to write files, or --check to check them");
     if (out_.empty()) throw UsageError("name a folder for the results with --out");
     Prepare();
     const ConvertSource source = Read();

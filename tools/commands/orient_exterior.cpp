@@ -26,34 +26,33 @@ class ExteriorCommand : public Command {
   void Setup(CLI::App& app) override {
     AddPhotosOption(app, &patterns_);
     app.add_option("--camera", options_.camera,
-                   "Camera file (TOML), or a name of the camera library")
+                   "Camera file (TOML) or a name from the camera library")
         ->required();
     AddCameraLibraryOption(app, &library_);
     app.add_option("--approximations", options_.approximations,
-                   "Approximate orientation (OPK CSV, its .prj beside it)")
+                   "Approximate orientations (OPK CSV with its .prj beside it)")
         ->required();
-    app.add_option("--dem", options_.dem, "Ground heights, any raster GDAL reads")->required();
+    app.add_option("--dem", options_.dem, "Ground heights: any raster GDAL reads")->required();
     app.add_option("--patchdb", options_.patchdb, "Patch database")->required();
     app.add_option("--interior", options_.interior,
-                   "Folder with the results of 'orient interior'; film photos need it");
+                   "Folder with the results of 'orient interior'; required for film photos");
     app.add_option("--position-sigma-m", options_.position_sigma_m,
                    "One sigma of approximate positions without sigma columns, metres "
-                   "(10 where nobody says)");
+                   "(default 10)");
     app.add_option("--attitude-sigma-deg", attitude_sigma_deg_,
                    "One sigma of approximate angles without sigma columns, degrees "
-                   "(3 where nobody says)");
+                   "(default 3)");
     app.add_option("--kappa-sigma-deg", kappa_sigma_deg_,
-                   "One sigma of approximate kappas without sigma columns, where it is not that of "
-                   "omega and phi; 180: unknown");
+                   "One sigma of approximate kappas without sigma columns, if it differs from that "
+                   "of omega and phi; 180: unknown");
     AddEarthOption(app, &options_.earth);
     app.add_option("--principal-distance-sigma-mm", options_.principal_distance_sigma_mm,
                    "Estimate the principal distance with each photo's pose; one sigma of the "
                    "camera file's, mm");
-    app.add_flag("--no-feedback", no_feedback_,
-                 "Do not tell the patch database which patches were found");
+    app.add_flag("--no-feedback", no_feedback_, "Leave the patch database unchanged");
     AddJobsOption(app, &options_.jobs);
     AddOutputOptions(app, &output_);
-    app.add_flag("--resume", options_.resume, "Keep the results that are there, do the others");
+    app.add_flag("--resume", options_.resume, "Keep existing results and do the others");
   }
 
   ExitCode Run(std::ostream& out) override {

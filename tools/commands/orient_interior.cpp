@@ -29,30 +29,30 @@ class InteriorCommand : public Command {
  public:
   std::string Name() const override { return "interior"; }
   std::string Summary() const override {
-    return "Interior orientation: find the fiducial marks, pixel to film";
+    return "Interior orientation: measure the fiducial marks, pixel to film";
   }
 
   void Setup(CLI::App& app) override {
     // A required positional would take the subcommand's name for a photo; Run asks for it.
     AddPhotosOption(app, &patterns_)->required(false);
     app.add_option("--camera", camera_,
-                   "Camera file (TOML), a name of the camera library, or auto: find out")
+                   "Camera file (TOML), a name from the camera library, or auto: identify it")
         ->required();
     AddCameraLibraryOption(app, &library_);
     AddOutputOptions(app, &output_);
-    app.add_flag("--resume", resume_, "Keep the results that exist, do the other photos");
+    app.add_flag("--resume", resume_, "Keep existing results and process the other photos");
     AddScanOptions(app, &scan_);
     AddScannerOption(app);
     app.add_option("--assignment", assignment_,
                    "How candidates are assigned to marks; softassign is the published method")
         ->check(CLI::IsMember({"exact", "softassign"}))
         ->capture_default_str();
-    app.add_option("--locator", locator_, "How marks are searched")
+    app.add_option("--locator", locator_, "How marks are located")
         ->check(CLI::IsMember({"auto", "hough", "ncc", "lines"}))
         ->capture_default_str();
     AddJobsOption(app, &jobs_);
     estimate_camera_.Setup(app);
-    app.add_flag("--micmac", micmac_, "Write the marks for MicMac too (DIR/Ori-InterneScan)");
+    app.add_flag("--micmac", micmac_, "Also write the marks for MicMac (DIR/Ori-InterneScan)");
   }
 
   ExitCode Run(std::ostream& out) override {
@@ -92,7 +92,7 @@ class InteriorCommand : public Command {
              if (text == "photogrammetric") scanner_ = interior::Scanner::kPhotogrammetric;
              if (text == "desktop") scanner_ = interior::Scanner::kDesktop;
            },
-           "How much the scanner or print deforms the film; found out by default")
+           "How much the scanner or print deforms the film; determined by default")
         ->check(CLI::IsMember({"auto", "photogrammetric", "desktop"}))
         ->default_str("auto");
   }

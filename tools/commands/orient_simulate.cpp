@@ -27,7 +27,9 @@ CLI::Option* AddNamed(CLI::App& app, const char* option, Enum* value,
 class SimulateCommand : public Command {
  public:
   std::string Name() const override { return "simulate"; }
-  std::string Summary() const override { return "Make a small photo block whose truth is known"; }
+  std::string Summary() const override {
+    return "Simulate a small photo block whose truth is known";
+  }
   void Setup(CLI::App& app) override;
   ExitCode Run(std::ostream& out) override;
 
@@ -44,8 +46,7 @@ class SimulateCommand : public Command {
 
 void SimulateCommand::Setup(CLI::App& app) {
   AddOutputOptions(app, &output_);
-  app.add_option("--seed", options_.seed, "Everything random derives from it")
-      ->capture_default_str();
+  app.add_option("--seed", options_.seed, "Seed of everything random")->capture_default_str();
   SetupBlock(app);
   SetupScans(app);
   SetupOldPhotos(app);
@@ -55,12 +56,13 @@ void SimulateCommand::SetupBlock(CLI::App& app) {
   const auto add = [&](const char* name, auto& value, const char* help) {
     app.add_option(name, value, help)->capture_default_str()->group("Block");
   };
-  add("--photos", options_.photos, "Photos to orient");
-  add("--strips", options_.strips, "Strips that they lie in");
-  add("--gsd-m", options_.gsd_m, "Pixel of these photos on the ground, m");
+  add("--photos", options_.photos, "Number of photos to orient");
+  add("--strips", options_.strips, "Number of strips");
+  add("--gsd-m", options_.gsd_m, "Ground sample distance of these photos, m");
   add("--forward-overlap", options_.forward_overlap, "Within a strip, share of a photo");
   add("--side-overlap", options_.side_overlap, "Between strips, share of a photo");
-  add("--kappa", options_.kappa_deg, "Of the first strip, degrees; every other one flies back");
+  add("--kappa", options_.kappa_deg,
+      "Of the first strip, degrees; every other strip is flown back");
   add("--tilt-deg", options_.tilt_deg, "Sigma of omega and phi, degrees");
   add("--relief-m", options_.relief_m, "Highest minus lowest ground, m");
   add("--dem-cell-m", options_.dem_cell_m, "Cell of the DEM, m");
@@ -90,21 +92,21 @@ void SimulateCommand::SetupScans(CLI::App& app) {
       ->group("Camera and scans");
   app.add_option("--pixel-size-um", options_.pixel_size_um, "Of the scans; default the preset's")
       ->group("Camera and scans");
-  add("--scan-orientation", scan_orientation_, "How the film lies on the scanner")
+  add("--scan-orientation", scan_orientation_, "Scan orientation of the film")
       ->check(CLI::IsMember({"r0", "r90", "r180", "r270", "m0", "m90", "m180", "m270", "random"}));
   const std::map<std::string, Polarity> polarities = {{"positive", Polarity::kPositive},
                                                       {"negative", Polarity::kNegative}};
   AddNamed(app, "--polarity", &options_.polarity, polarities, "positive or negative")
       ->default_str("positive")
       ->group("Camera and scans");
-  add("--bits", options_.bits, "Of a grey value, 8 or 16");
-  add("--scan-rotation-deg", options_.scan_rotation_deg, "Sigma of the film's turn, degrees");
+  add("--bits", options_.bits, "Per grey value, 8 or 16");
+  add("--scan-rotation-deg", options_.scan_rotation_deg, "Sigma of the film's rotation, degrees");
   add("--film-shrink-ppm", options_.film_shrink_ppm, "Sigma of the film's affine deformation");
-  add("--film-bend-um", options_.film_bend_um, "Its smooth rest, root mean square");
-  add("--grain", options_.grain, "Sigma in grey values of 8 bit");
+  add("--film-bend-um", options_.film_bend_um, "The rest of its deformation, smooth, RMS");
+  add("--grain", options_.grain, "Sigma in 8-bit grey values");
   add("--blur-px", options_.blur_px, "Sigma of the scanner's point spread");
-  add("--missing-marks", options_.missing_marks, "Fiducial marks that are not there");
-  add("--dirty-marks", options_.dirty_marks, "Fiducial marks under a hair and a blot");
+  add("--missing-marks", options_.missing_marks, "Number of missing fiducial marks");
+  add("--dirty-marks", options_.dirty_marks, "Number of fiducial marks under a hair and a blot");
   app.add_flag("--mark-symbols", options_.mark_symbols, "Number the marks by lines beside them")
       ->group("Camera and scans");
 }
@@ -113,11 +115,11 @@ void SimulateCommand::SetupOldPhotos(CLI::App& app) {
   const auto add = [&](const char* name, auto& value, const char* help) {
     app.add_option(name, value, help)->capture_default_str()->group("Old photos");
   };
-  add("--old-gsd-ratio", options_.old_gsd_ratio, "Their pixel on the ground / the new one");
-  add("--old-height-ratio", options_.old_height_ratio, "Their height above ground / the new one");
+  add("--old-gsd-ratio", options_.old_gsd_ratio, "Their ground sample distance / the new photos'");
+  add("--old-height-ratio", options_.old_height_ratio, "Their flying height / the new photos'");
   add("--old-kappa", options_.old_kappa_deg, "Their kappa relative to the new photos, degrees");
   app.add_flag("--old-film", options_.old_film, "Scanned film, not digital")->group("Old photos");
-  app.add_flag("--ortho", options_.ortho, "Also an orthophoto of the old date")
+  app.add_flag("--ortho", options_.ortho, "Also make an orthophoto of the old date")
       ->group("Old photos");
 }
 

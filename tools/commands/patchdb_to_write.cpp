@@ -12,7 +12,7 @@ patchdb::PatchDatabase OpenToWrite(const std::string& path, std::ostream& out) {
   patchdb::PatchDatabase database =
       patchdb::PatchDatabase::Open(path, patchdb::PatchDatabase::Mode::kWrite);
   if (older)
-    out << path << ": brought up to date, from schema version " << *older << " to "
+    out << path << ": upgraded from schema version " << *older << " to "
         << database.Info().schema_version << "\n";
   return database;
 }
@@ -22,9 +22,9 @@ void BringUpToDateForFeedback(const std::string& path, std::ostream& out) {
   try {
     OpenToWrite(path, out);
   } catch (const InputError& error) {
-    throw InputError(std::string(error.what()) +
-                     "; the patch database cannot be written: give --no-feedback, or a copy that "
-                     "can");
+    throw InputError(
+        std::string(error.what()) +
+        "; the patch database cannot be written: give --no-feedback, or a writable copy");
   }
 }
 

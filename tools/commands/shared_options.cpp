@@ -15,27 +15,28 @@ CLI::Option* AddPhotosOption(CLI::App& app, std::vector<std::string>* patterns) 
 }
 
 CLI::Option* AddJobsOption(CLI::App& app, int* jobs) {
-  return app.add_option("--jobs", *jobs, "Photos worked on at the same time; 0: one a processor")
+  return app.add_option("--jobs", *jobs, "Photos processed at the same time; 0: one per processor")
       ->check(CLI::Range(0, 1024));
 }
 
 CLI::Option* AddCameraLibraryOption(CLI::App& app, std::string* folder) {
   return app.add_option("--camera-library", *folder,
-                        "Folder of camera files; the program's own library where absent");
+                        "Folder of the camera library, if not the program's own");
 }
 
 void AddOverwriteOption(CLI::App& app, bool* overwrite) {
-  app.add_flag("--overwrite", *overwrite, "Replace results that are there already");
+  app.add_flag("--overwrite", *overwrite, "Replace existing results");
 }
 
 void AddOutputOptions(CLI::App& app, OutputOptions* output) {
-  app.add_option("--out", output->directory, "Folder for the results; it is made")->required();
+  app.add_option("--out", output->directory, "Folder for the results; created if missing")
+      ->required();
   AddOverwriteOption(app, &output->overwrite);
 }
 
 void AddScanOptions(CLI::App& app, ScanOptions* scan) {
   app.add_option("--pixel-size-um", scan->pixel_size_um,
-                 "Size of a scan pixel in micrometres, 1 to 1000; found out where absent")
+                 "Pixel size of the scan in micrometres, 1 to 1000; determined if not given")
       ->check(CLI::Range(1.0, 1000.0));
   app.add_option_function<std::string>(
          "--polarity",
@@ -44,7 +45,7 @@ void AddScanOptions(CLI::App& app, ScanOptions* scan) {
            if (text == "positive") scan->polarity = Polarity::kPositive;
            if (text == "negative") scan->polarity = Polarity::kNegative;
          },
-         "Whether the scan shows bright ground bright")
+         "Polarity of the scan; auto: determined")
       ->check(CLI::IsMember({"auto", "positive", "negative"}))
       ->default_str("auto");
   std::vector<std::string> names = {"auto"};
@@ -53,7 +54,7 @@ void AddScanOptions(CLI::App& app, ScanOptions* scan) {
   app.add_option_function<std::string>(
          "--orientation",
          [scan](const std::string& text) { scan->orientation = ScanOrientationFromName(text); },
-         "How the film lay on the scanner: turned counter-clockwise, m: mirrored first")
+         "Scan orientation: rotated counter-clockwise, m: mirrored first")
       ->check(CLI::IsMember(names))
       ->default_str("auto");
 }

@@ -15,7 +15,7 @@ namespace orient {
 // PHOTO...: scans or globs; expand them in Run() with ExpandPhotos(patterns, "").
 CLI::Option* AddPhotosOption(CLI::App& app, std::vector<std::string>* patterns);
 
-// --jobs N: photos worked on at the same time; 0 (the default) is one a processor.
+// --jobs N: photos worked on at the same time; 0 (the default) is one per processor.
 CLI::Option* AddJobsOption(CLI::App& app, int* jobs);
 
 // --camera-library DIR.

@@ -74,7 +74,7 @@ ExportCheck CheckExport(const std::string& directory, std::optional<ExchangeForm
   const std::string record = ReadExportRecord(directory).format;
   if (!format) format = ExchangeFormatFromName(record);
   if (!format)
-    throw InputError(directory + " does not say its format (no export.json); name it with --from");
+    throw InputError(directory + " does not name its format (no export.json); name it with --from");
   const std::string path = points.empty() ? VerificationPath(directory) : points;
   const std::vector<VerificationRow> rows = ReadVerification(path);
   const auto files = OpenProgramFiles(*format, directory);
@@ -122,7 +122,7 @@ std::string Verdict(const ExportCheck& check) {
   if (check.fits)
     return fmt::format("{}; it fits to {:.2g} px if {}", text, check.fits->largest_px,
                        Describe(check.fits->reading));
-  return text + "; no convention that is known fits: a pose, the camera or the points are others";
+  return text + "; no known convention fits: a pose, the camera or the points differ";
 }
 
 }  // namespace orient

@@ -100,8 +100,8 @@ CameraFile CameraOfPoses(const ConvertSourceOptions& options, std::vector<std::s
     return ReadCameraFile(options.camera);
   }
   if (!options.camera.empty() && block::OtherBlockCamera(FolderOf(options.input), options.camera))
-    messages->push_back(fmt::format("the poses are true with {}, which is used instead of {}", own,
-                                    options.camera));
+    messages->push_back(
+        fmt::format("the poses hold with {}, which is used instead of {}", own, options.camera));
   return ReadCameraFile(own);
 }
 
@@ -187,11 +187,11 @@ ConvertSource ReadOrientResults(const ConvertSourceOptions& options) {
     std::optional<ExteriorResult> exterior;
     if (fs::exists(path)) exterior = ReadExteriorResult(path);
     if (exterior && exterior->principal_distance)
-      throw InputError(fmt::format(
-          "{}: the photo's principal distance was estimated with its pose ({:g} mm); put the value "
-          "that is true into "
-          "the camera file and orient without --principal-distance-sigma-mm before converting",
-          path, exterior->principal_distance->value_mm));
+      throw InputError(
+          fmt::format("{}: the photo's principal distance was estimated with its pose ({:g} mm); "
+                      "put the right value into the camera file and orient without "
+                      "--principal-distance-sigma-mm before converting",
+                      path, exterior->principal_distance->value_mm));
     auto height = MeanGround(exterior);
     if (!height) height = options.ground_height_m;
     const bool seen = !film || fs::exists(InteriorResultPath(interior, row.photo));
@@ -243,7 +243,7 @@ void NamePhotosCutOff(const ExchangeBlock& block, const std::string& folder,
   if (missing.empty()) return;
   messages->push_back(path + " names " + std::to_string(missing.size()) +
                       " photos that the file beside it lacks, " + *missing.begin() +
-                      " for one: was it cut?");
+                      " for one: was it truncated?");
 }
 
 // Makes of both lists of the files' cameras what they are in the block's ground system, and returns

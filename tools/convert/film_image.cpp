@@ -24,7 +24,7 @@ FilmImage::FilmImage(const CameraFile& camera, const std::string& photo,
                      std::string(Name(result.status)) + "); leave this photo out");
   if (result.possible_orientations.size() > 1) {
     if (!orientation)
-      throw InputError(path + " leaves open how the film lies on the scan; repeat " +
+      throw InputError(path + " leaves the scan orientation open; repeat " +
                        "'orient interior' with --orientation");
     const auto turned =
         interior::InOrientation(result, camera, block::LoadMarkShapes(camera), *orientation);

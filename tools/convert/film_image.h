@@ -17,7 +17,7 @@ namespace orient {
 class FilmImage {
  public:
   // `camera` is the photo's, `image` the one of ImageCamera(). Of a film photo the interior
-  // orientation is read from `interior_directory`; where it leaves open how the film lies,
+  // orientation is read from `interior_directory`; where it leaves open the scan orientation,
   // `orientation` says. Throws InputError naming the photo.
   FilmImage(const CameraFile& camera, const std::string& photo,
             const std::string& interior_directory, std::optional<ScanOrientation> orientation,

@@ -350,9 +350,9 @@ std::string Describe(const Reading& reading) {
     if (differs) text += std::string(text.empty() ? "" : ", ") + what;
   };
   add(reading.transposed, "the rotation is transposed");
-  add(reading.phi_omega_kappa, "the angles turn phi, omega, kappa");
+  add(reading.phi_omega_kappa, "the angles are in the order phi, omega, kappa");
   add(reading.other_unit, "the angles are in the other unit (degrees, gon)");
-  add(reading.turned_axes, "the camera's y and z axes are turned (y up against y down)");
+  add(reading.turned_axes, "the camera's y and z axes are flipped (y up or down)");
   add(reading.mirrored_principal, "the principal point's offset has the other sign");
   add(reading.swapped, "rows and columns are exchanged");
   add(reading.half_pixels > 0,

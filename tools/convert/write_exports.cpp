@@ -109,7 +109,7 @@ GroundFrame FrameOf(const ConvertSource& source, const ExportOptions& options,
   if (format == ExchangeFormat::kAsp) return frame;
   Eigen::Vector3d origin = options.origin.value_or(RoundOrigin(source.block));
   const auto at = frame.GeodeticFromBlock(origin);
-  if (!at) throw InputError("PROJ finds no latitude and longitude for the block's middle");
+  if (!at) throw InputError("PROJ finds no latitude and longitude for the block's centre");
   return GroundFrame::Topocentric(*source.crs, options.geoid_m, *at);
 }
 
@@ -263,10 +263,10 @@ std::vector<std::string> NotesOn(const WrittenExport& written, const ConvertSour
   const ExchangeFormat format = written.format;
   if (lens && (format == ExchangeFormat::kPatb || format == ExchangeFormat::kBingo))
     notes.emplace_back(
-        "image coordinates are free of all that camera.toml has in its lens (distortion, and where "
-        "they are there curvature and refraction): leave the program's own corrections off");
+        "image coordinates are free of all that camera.toml has in its lens (distortion, curvature "
+        "and refraction if included): leave the program's own corrections off");
   if (lens && (format == ExchangeFormat::kOpk || format == ExchangeFormat::kOri))
-    notes.emplace_back("the format holds no camera: its poses are true with camera.toml beside it");
+    notes.emplace_back("the format holds no camera: its poses hold with camera.toml beside it");
   return notes;
 }
 
@@ -276,7 +276,7 @@ ExportsOfFolder WriteExportsOf(const std::string& folder, const std::string& cam
   options.out = (fs::path(folder) / block::kExportsFolder).string();
   for (const std::string& name : formats) {
     const auto format = ExchangeFormatFromName(name);
-    if (!format) throw UsageError("\"" + name + "\" is no format that blocks can be written in");
+    if (!format) throw UsageError("\"" + name + "\" is not a format that can be written");
     options.formats.push_back(*format);
   }
   ConvertSourceOptions source_options;
@@ -285,10 +285,11 @@ ExportsOfFolder WriteExportsOf(const std::string& folder, const std::string& cam
   const ConvertSource source = ReadOrientResults(source_options);
   ExportsOfFolder exports{WriteExports(source, options), {}};
   for (const std::string& message : source.messages)
-    exports.messages.push_back("exports: " + message);
+    exports.findings.push_back({.reason = Reason::kExportSource, .where = message});
   for (const WrittenExport& written : exports.written)
     for (const std::string& note : NotesOn(written, source))
-      exports.messages.push_back(fmt::format("export {}: {}", Name(written.format), note));
+      exports.findings.push_back({.reason = Reason::kExportNote,
+                                  .where = fmt::format("{}: {}", Name(written.format), note)});
   return exports;
 }
 

@@ -6,6 +6,7 @@
 #include <string>
 #include <vector>
 
+#include "core/files/finding.h"
 #include "tools/convert/check_exports.h"
 #include "tools/convert/convert_source.h"
 
@@ -40,7 +41,7 @@ std::vector<std::string> NotesOn(const WrittenExport& written, const ConvertSour
 
 struct ExportsOfFolder {
   std::vector<WrittenExport> written;
-  std::vector<std::string> messages;  // of the source, and notes
+  Findings findings;  // of the source, and notes
 };
 
 // The same of the folder that `orient block` or `orient exterior` wrote, into

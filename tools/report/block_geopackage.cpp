@@ -115,7 +115,7 @@ void WritePatches(const std::vector<ExteriorResult>& results, NewGeopackage* fil
       row.Set("residual_row_px", Component(patch.residual_px, 1));
       row.Set("sigma_col_px", Component(patch.sigma_px, 0));
       row.Set("sigma_row_px", Component(patch.sigma_px, 1));
-      row.Set("reason", patch.reason);
+      row.Set("reason", JoinedSentences(patch.findings));
       layer.Write(std::move(row));
     }
 }

@@ -132,7 +132,7 @@ BlockRecord ReadBlockRecord(const std::string& directory,
     block.adjusted = std::move(adjusted);
   else
     AddAdjustment(directory, &block);
-  if (block.adjusted) block.notes = block.adjusted->messages;
+  if (block.adjusted) block.notes = Sentences(block.adjusted->findings);
   AddQuicklook(directory, &block);
   if (photos.empty())
     throw InputError(directory +

@@ -165,7 +165,7 @@ Markup Checks(const AdjustmentResult& adjusted) {
 
 Markup Parts(const AdjustmentResult& adjusted) {
   const bool all_said = std::all_of(adjusted.parts.begin(), adjusted.parts.end(),
-                                    [](const PartResult& part) { return part.message.empty(); });
+                                    [](const PartResult& part) { return !part.finding; });
   if (adjusted.parts.size() < 2 && all_said) return {};
   Markup rows;
   for (const PartResult& part : adjusted.parts) {
@@ -175,10 +175,11 @@ Markup Parts(const AdjustmentResult& adjusted) {
       names.resize(kMostNames);
       names.push_back("…");
     }
-    rows += Fill("adjustment.html#part", {{"names", Joined(names, ", ")},
-                                          {"photos", part.photos.size()},
-                                          {"control", part.control_points},
-                                          {"message", part.message}});
+    rows +=
+        Fill("adjustment.html#part", {{"names", Joined(names, ", ")},
+                                      {"photos", part.photos.size()},
+                                      {"control", part.control_points},
+                                      {"message", part.finding ? Sentence(*part.finding) : ""}});
   }
   return Fill("adjustment.html#parts", {{"rows", rows}});
 }

@@ -85,7 +85,8 @@ std::string ResidualStatistics(const ExteriorResult& exterior) {
 Markup PatchesTable(const ExteriorResult& exterior) {
   if (exterior.patches.empty()) return {};
   std::map<std::pair<PatchState, std::string>, int> counts;
-  for (const PatchResult& patch : exterior.patches) ++counts[{patch.state, patch.reason}];
+  for (const PatchResult& patch : exterior.patches)
+    ++counts[{patch.state, JoinedSentences(patch.findings)}];
   Markup rows;
   const auto add_row = [&](PatchState state, int count, const std::string& reason) {
     std::string name(Name(state));

@@ -44,13 +44,14 @@ Markup QuicklookSection(const BlockRecord& block, PictureAlbum* album) {
   if (block.quicklook_picture.empty()) return {};
   Markup pictures = album->Figure(block.quicklook_picture,
                                   "Reduced orthophotos, each place from the photo that sees it "
-                                  "nearest to its middle; seams in yellow");
+                                  "nearest to its centre; seams in yellow");
   if (!block.seams_picture.empty())
     pictures += album->Figure(
         block.seams_picture,
-        "Places along the seams at full resolution, the two photos in turn like a chequerboard, "
-        "with the shift between them. A line that breaks where fields meet is an error, or stands "
-        "above the DEM");
+        "Places along the seams at full resolution, the two photos alternating like a "
+        "chequerboard, "
+        "with the shift between them. A line that breaks where squares meet is an error, or an "
+        "object above the DEM");
   return Fill("report.html#orthophotos", {{"pictures", pictures}});
 }
 

@@ -66,7 +66,7 @@ void SetStatus(const PhotoRecord& photo, bool block_has_exterior, PhotoVerdict* 
   if (!photo.interior && !photo.exterior && photo.table_row) {
     verdict->status = Status::kWeak;
     verdict->reasons.push_back(
-        "only orientation.csv knows this photo: nothing here says how good its orientation is");
+        "only orientation.csv has this photo: the quality of its orientation is unknown");
   }
   const bool interior_failed = photo.interior && photo.interior->status == Status::kFailed;
   if (interior_failed && verdict->status != Status::kFailed) {

@@ -92,7 +92,7 @@ SimulatedCamera Wild(const SimulationOptions& options, bool rc30) {
 }
 
 // 23 cm film with marks in the middle of the sides; the data strip and an exposed tongue in the
-// rebate tell how the film lies.
+// rebate tell the scan orientation.
 SimulatedCamera Lmk(const SimulationOptions& options) {
   SimulatedCamera camera = FilmCamera("Simulated Zeiss LMK", 152.011, {-0.007, 0.004}, {222, 222},
                                       {CrossElement{2.2, 0.08, 0.4, 0}, DotElement{0.1}});

@@ -35,7 +35,7 @@ bool InSymbol(const MarkSymbol& symbol, const Eigen::Vector2d& at_mm);
 
 // Turns the scene's tones into the positive (0 black, 1 white), draws the film around them and
 // blurs both (a Gaussian of sigma `blur_px`): marks before the scan's pixels average, as a
-// scanner's optics do, and what is one value a pixel already, the picture and the rebate,
+// scanner's optics do, and what is one value per pixel already, the picture and the rebate,
 // afterwards. `image` shows the scan from its pixel `origin` on; by default all of it.
 void DrawFilm(const FilmFrame& film, const ScanGeometry& scan, double blur_px, Image* image,
               const Eigen::Vector2i& origin = Eigen::Vector2i::Zero());

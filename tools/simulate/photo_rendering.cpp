@@ -113,7 +113,7 @@ float PhotoRenderer::PixelTone(const RaySlope& slope, const RaySlope& per_col,
   double below_top = 0;
   float share = 1;
   if (MeetObject(point, slope, &point, &below_top) && below_top > kWallStep_m) share = kWallShare;
-  // Four samples a pixel; the raster's bilinear interpolation fills the area between them.
+  // Four samples per pixel; the raster's bilinear interpolation fills the area between them.
   const double depth = pose_.position_m.z() - point.z();
   float sum = 0;
   for (const double dc : {-0.25, 0.25})

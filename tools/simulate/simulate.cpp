@@ -121,7 +121,7 @@ void PrepareFolder(const SimulationOptions& options, const fs::path& directory) 
   for (const char* folder : {"scans", "old/photos", "old/interior", "truth/interior"}) {
     fs::create_directories(directory / folder, error);
     if (error)
-      throw InputError(directory.string() + ": cannot make the folder (" + error.message() + ")");
+      throw InputError(directory.string() + ": cannot create the folder (" + error.message() + ")");
   }
 }
 
@@ -214,7 +214,7 @@ std::string Quoted(const std::string& text) {
 void WriteBlockFile(const Block& block) {
   const SimulationOptions& options = block.options;
   std::ostringstream text;
-  text << "# A simulated block; what is true of it is in truth.json.\n"
+  text << "# A simulated block; its truth is in truth.json.\n"
        << "crs = " << Quoted(options.crs) << "\n"
        << "dem = \"dem.tif\"\npatchdb = \"patches.gpkg\"\ncamera = \"camera.toml\"\n"
        << "photos = [\"scans/*.tif\"]\napproximations = \"approx.csv\"\n\n"

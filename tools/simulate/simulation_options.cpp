@@ -56,7 +56,7 @@ std::optional<std::string> SimulationOptions::Check() const {
   if (bits != 8 && bits != 16) return fmt::format("--bits {}: must be 8 or 16", bits);
   if (camera == CameraPreset::kDigital &&
       (orientation != ScanOrientation::kR0 || polarity != Polarity::kPositive))
-    return "--camera-preset digital: a digital frame is positive and lies one way; leave out "
+    return "--camera-preset digital: a digital frame is positive and upright; leave out "
            "--polarity and --scan-orientation";
   return std::nullopt;
 }

@@ -42,7 +42,7 @@ struct SimulationOptions {
   std::optional<ScanOrientation> orientation = ScanOrientation::kR0;
   Polarity polarity = Polarity::kPositive;
   int bits = 8;
-  double scan_rotation_deg = 0.5;  // sigma of the film's turn on the scanner
+  double scan_rotation_deg = 0.5;  // sigma of the film's rotation on the scanner
   double film_shrink_ppm = 300;    // sigma of the affine film deformation
   double film_bend_um = 2;         // the smooth rest of it, root mean square over the frame
   double grain = 3;                // sigma in grey values of 8 bit

@@ -1,4 +1,4 @@
-// Schema version 3: sources are told apart by their content, and may be known before they are
+// Schema version 3: sources are distinguished by their content, and may be known before they are
 // harvested; attempts by the photo's content. The table `attempts` is written anew for its key.
 
 #include "patchdb/store/schema.h"

@@ -29,7 +29,7 @@ TEST(BlockAdjustment, CarriesControlUnderFourPhotosThroughTheWholeBlock) {
     EXPECT_LT(verdict.worst_photo_horizontal, kHorizontalGsd);
     EXPECT_LT(verdict.worst_photo_height, kHeightGsd);
     EXPECT_NEAR(result.sigma0, 1, 0.05);
-    EXPECT_TRUE(result.messages.empty()) << result.messages[0];
+    EXPECT_TRUE(result.findings.empty()) << JoinedSentences(result.findings);
   }
 }
 
@@ -147,8 +147,8 @@ TEST(BlockAdjustment, SaysWhereItDidNotComeToRest) {
   for (const BlockOptions& options : {few_rounds, few_iterations}) {
     const BlockResult result = AdjustBlock(simulation.block, options);
     EXPECT_FALSE(result.converged);
-    ASSERT_FALSE(result.messages.empty());
-    EXPECT_NE(result.messages[0].find("did not converge"), std::string::npos);
+    ASSERT_FALSE(result.findings.empty());
+    EXPECT_EQ(result.findings[0].reason, Reason::kAdjustmentNotConverged);
   }
 }
 
@@ -258,11 +258,11 @@ TEST(BlockAdjustment, NamesWrongGnssAndWrongApproximations) {
     EXPECT_LT((result.photos[i].pose.position_m - right.photos[i].pose.position_m).norm(), 0.02);
   }
   EXPECT_NEAR(result.photos[3].gnss_residual_m->x(), 30, 0.5);
-  ASSERT_EQ(result.messages.size(), 2u);
-  EXPECT_NE(result.messages[0].find("GNSS contradicts the block and is not used: s0_3 and s1_3"),
-            std::string::npos)
-      << result.messages[0];
-  EXPECT_NE(result.messages[1].find("s2_1"), std::string::npos) << result.messages[1];
+  ASSERT_EQ(result.findings.size(), 2u);
+  EXPECT_EQ(result.findings[0],
+            (Finding{.reason = Reason::kGnssRejected, .value = 2, .where = "s0_3 and s1_3"}));
+  EXPECT_EQ(result.findings[1],
+            (Finding{.reason = Reason::kApproximationsRejected, .value = 1, .where = "s2_1"}));
 }
 
 // Without a shift that a strip has alone, a wrong position draws the others of all strips.
@@ -285,10 +285,8 @@ TEST(BlockAdjustment, SaysThatAllGnssLiesInAnotherDatumThanControl) {
   plain.gnss = GnssModel::kPlain;
   const BlockResult result = AdjustBlock(SimulateBundle(options).block, plain);
   for (const AdjustedPhoto& photo : result.photos) EXPECT_TRUE(photo.gnss_rejected);
-  ASSERT_EQ(result.messages.size(), 1u);
-  EXPECT_NE(result.messages[0].find("GNSS and control patches disagree everywhere"),
-            std::string::npos)
-      << result.messages[0];
+  ASSERT_EQ(result.findings.size(), 1u);
+  EXPECT_EQ(result.findings[0], (Finding{Reason::kGnssDisagreesEverywhere, Status::kOk, 15}));
 }
 
 TEST(BlockAdjustment, SaysWhatPositionsOfAnotherDatumFit) {
@@ -298,10 +296,9 @@ TEST(BlockAdjustment, SaysWhatPositionsOfAnotherDatumFit) {
   BlockOptions plain;
   plain.gnss = GnssModel::kPlain;
   const BlockResult result = AdjustBlock(SimulateBundle(options).block, plain);
-  ASSERT_EQ(result.messages.size(), 1u);
-  EXPECT_NE(result.messages[0].find("times worse than stated"), std::string::npos)
-      << result.messages[0];
-  EXPECT_NE(result.messages[0].find("another datum"), std::string::npos) << result.messages[0];
+  ASSERT_EQ(result.findings.size(), 1u);
+  EXPECT_EQ(result.findings[0].reason, Reason::kGnssPerhapsOfAnotherDatum);
+  EXPECT_GT(result.findings[0].value.value(), result.findings[0].limit.value());
 }
 
 // The shift of the strip fits either.

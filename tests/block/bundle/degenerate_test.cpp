@@ -39,10 +39,11 @@ void PartStrips(BundleSimulation* simulation) {
   });
 }
 
-bool Says(const BlockResult& result, const std::string& words) {
-  return std::any_of(result.messages.begin(), result.messages.end(), [&](const std::string& said) {
-    return said.find(words) != std::string::npos;
-  });
+// The photos of which it is said.
+std::string SaidOf(const BlockResult& result, Reason reason) {
+  for (const Finding& finding : result.findings)
+    if (finding.reason == reason) return finding.where;
+  return "nobody";
 }
 
 TEST(BlockDegenerate, UnconnectedPartsAreNamedAndTheOneWithControlIsAdjusted) {
@@ -55,8 +56,8 @@ TEST(BlockDegenerate, UnconnectedPartsAreNamedAndTheOneWithControlIsAdjusted) {
   EXPECT_TRUE(result.parts[0].has_datum);
   EXPECT_TRUE(result.parts[0].by_control);
   EXPECT_FALSE(result.parts[1].has_datum);
-  EXPECT_TRUE(Says(result, "s1_0"));
-  EXPECT_TRUE(Says(result, "too little control"));
+  EXPECT_EQ(SaidOf(result, Reason::kPartNotConnected), "s0_0, s0_1, s0_2 and s0_3");
+  EXPECT_EQ(SaidOf(result, Reason::kPartWithoutDatum), "s1_0, s1_1, s1_2 and s1_3");
   EXPECT_LT(JudgeBundle(simulation, result).height_gsd, 1.5);
 }
 
@@ -68,7 +69,7 @@ TEST(BlockDegenerate, AStripWithoutControlHangsOnItsApproximationsAndThatIsSaid)
   EXPECT_TRUE(result.parts[0].by_control);
   EXPECT_FALSE(result.parts[1].by_control);
   EXPECT_EQ(result.parts[1].control_points, 0);
-  EXPECT_TRUE(Says(result, "no control"));
+  EXPECT_EQ(SaidOf(result, Reason::kPartWithoutControl), "s1_0, s1_1, s1_2 and s1_3");
   for (std::size_t i = 4; i < 8; ++i) {
     EXPECT_EQ(result.photos[i].state, PhotoState::kAdjusted);
     EXPECT_GT(std::sqrt(result.photos[i].covariance(0, 0)), 0.5);  // the prior says 3 m
@@ -85,7 +86,7 @@ TEST(BlockDegenerate, ABlockWithoutAnyDatumIsNotAdjusted) {
     EXPECT_EQ(result.photos[i].state, PhotoState::kNoDatum);
     EXPECT_EQ(result.photos[i].pose.position_m, simulation.block.photos[i].approximate.position_m);
   }
-  EXPECT_TRUE(Says(result, "too little control"));
+  EXPECT_TRUE(Has(result.findings, Reason::kBlockWithoutDatum));
 }
 
 TEST(BlockDegenerate, ControlOnOneLineGivesNoDatum) {
@@ -104,7 +105,8 @@ TEST(BlockDegenerate, APhotoThatNobodySharesAnythingWithIsNamed) {
   const BlockResult result = AdjustBlock(simulation.block);
   for (std::size_t i = 0; i < 8; ++i)
     EXPECT_EQ(result.photos[i].state, i == 6 ? PhotoState::kUndetermined : PhotoState::kAdjusted);
-  EXPECT_TRUE(Says(result, "s1_2"));
+  EXPECT_EQ(SaidOf(result, Reason::kPartWithoutDatum), "s1_2");
+  EXPECT_EQ(SaidOf(result, Reason::kPhotosUndetermined), "s1_2");
 }
 
 TEST(BlockDegenerate, APhotoOnTwoTiesIsUndeterminedAndTheOthersAreNot) {

@@ -153,9 +153,13 @@ TEST(BlockApproximations, FilmIsNotLocatedByTheDeviceThatReproducedIt) {
   Camera camera;
   camera.principal_distance_mm = 100;
   camera.kind = CameraKind::kDigital;
-  EXPECT_EQ(BlockApproximations(block, camera).Table().rows.size(), 1u);
+  const BlockApproximations located(block, camera);
+  EXPECT_EQ(located.Table().rows.size(), 1u);
+  EXPECT_EQ(located.Remarks(), (Findings{{.reason = Reason::kLocatedByOwnFiles, .value = 1}}));
   camera.kind = CameraKind::kFilm;
-  EXPECT_TRUE(BlockApproximations(block, camera).Table().rows.empty());
+  const BlockApproximations film(block, camera);
+  EXPECT_TRUE(film.Table().rows.empty());
+  EXPECT_TRUE(film.Remarks().empty());
 }
 
 TEST(BlockApproximations, AWeakPoseFarFromItsApproximationTeachesNothing) {

@@ -104,7 +104,7 @@ TEST(Roll, AFrameOfAnotherScaleShearOrFitIsWeakAndSaysWhy) {
   sheared(0, 1) = 0.002;
   Eigen::Matrix2d stretched = Eigen::Matrix2d::Identity();
   stretched(1, 1) = 1.002;
-  for (const Case& c : {Case{larger, 0, "pixels along"}, Case{sheared, 0, "sheared"},
+  for (const Case& c : {Case{larger, 0, "pixel size along"}, Case{sheared, 0, "sheared"},
                         Case{stretched, 0, "scales of its two axes"},
                         Case{Eigen::Matrix2d::Identity(), 40, "sigma0"}}) {
     RollSpec spec;

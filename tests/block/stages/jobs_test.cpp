@@ -119,7 +119,7 @@ TEST_F(RunJobsTest, AResultThatDoesNotSayWhatItWasMadeFromIsKeptWhereThatIsWante
   WriteFileAtomically(store_.PathOf("a"), "{}");
   EXPECT_EQ(RunJobs({job}, store_, {1, true, true})[0].state, ResultState::kCurrent);
   EXPECT_EQ(runs_, 0);
-  EXPECT_EQ(RunJobs({job}, store_)[0].state, ResultState::kUnsaid);
+  EXPECT_EQ(RunJobs({job}, store_)[0].state, ResultState::kUnstated);
   EXPECT_EQ(runs_, 1);
 }
 

@@ -35,7 +35,7 @@ TEST_F(ResultStoreTest, KnowsWhatIsAbsentCurrentAndChanged) {
 
 TEST_F(ResultStoreTest, AResultThatDoesNotSayWhatItWasMadeFromIsAStateOfItsOwn) {
   WriteFileAtomically(store_.PathOf("p"), "{\"photo\": \"p\"}");
-  EXPECT_EQ(store_.Check("p", kInputs).state, ResultState::kUnsaid);
+  EXPECT_EQ(store_.Check("p", kInputs).state, ResultState::kUnstated);
 }
 
 TEST_F(ResultStoreTest, ADamagedResultIsUnreadable) {

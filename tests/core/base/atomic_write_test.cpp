@@ -58,7 +58,7 @@ TEST(AtomicWrite, LeftoversOfAKilledRunAreNotInTheWay) {
 TEST(AtomicWrite, AMissingFolderIsNamedWithWhatToDo) {
   const TemporaryFolder folder;
   ExpectError<InputError>([&] { WriteFileAtomically(folder / "no/a.json", "x"); },
-                          {folder / "no/a.json", "make its folder"});
+                          {folder / "no/a.json", "create its folder"});
 }
 
 TEST(AtomicWrite, AMissingFileIsNamed) {

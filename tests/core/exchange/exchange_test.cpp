@@ -367,7 +367,7 @@ TEST(Exchange, BrokenFilesAreNamedByLineAndValue) {
   WriteFileAtomically(folder / "patb.ori", "4711 1 2 3\n1 0 0 0 1\n");
   ExpectError<InputError>([&] { ReadPatb(folder.Path()); }, {"patb.ori, line 1", "three lines"});
   WriteFileAtomically(folder / "patb.ori", "4711 1 2 3\n1 0 0 0 2\n0 0 0 1\n");
-  ExpectError<InputError>([&] { ReadPatb(folder.Path()); }, {"line 2", "no rotation"});
+  ExpectError<InputError>([&] { ReadPatb(folder.Path()); }, {"line 2", "not a rotation"});
   WriteFileAtomically(folder / "itera.dat", "ORIA 1 2 3 4 5 6\n");
   ExpectError<InputError>([&] { ReadBingo(folder.Path()); }, {"itera.dat, line 1", "an angle"});
   WriteFileAtomically(folder / "cameras.xml", "<document>\n<chunk>\n</document>");

@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include <limits>
+#include <nlohmann/json.hpp>
 
 #include "core/base/atomic_write.h"
 #include "core/base/error.h"
@@ -22,9 +23,10 @@ TEST(AdjustmentResult, ComesBackAsItWasWritten) {
   EXPECT_EQ(read.sigma0, written.sigma0);
   ASSERT_EQ(read.components.size(), 2u);
   EXPECT_EQ(read.components[0].factor, 1.44);
-  EXPECT_EQ(read.parts[1].message, written.parts[1].message);
+  EXPECT_FALSE(read.parts[0].finding);
+  EXPECT_EQ(read.parts[1].finding, written.parts[1].finding);
   EXPECT_EQ(read.calibration[0].sigma, 4e-9);
-  EXPECT_EQ(read.messages, written.messages);
+  EXPECT_EQ(read.findings, written.findings);
   ASSERT_EQ(read.ties.size(), 2u);
   EXPECT_FALSE(read.ties[0].control);
   EXPECT_EQ(read.ties[1].seen[1].state, "rejected");
@@ -59,6 +61,34 @@ TEST(AdjustmentResult, KeepsWhatWasKnownOfPosesAndReadsFilesWithout) {
   text.replace(text.find("\"approximations\""), 16, "\"something else\"");
   WriteFileAtomically(folder / "block.json", text);
   EXPECT_TRUE(ReadAdjustmentResult(folder / "block.json").gnss.empty());
+}
+
+TEST(AdjustmentResult, HasSentencesBesideItsCodes) {
+  const TemporaryFolder folder;
+  WriteAdjustmentResult(folder.Path(), ExampleAdjustment());
+  const auto json = nlohmann::json::parse(ReadFile(folder / "block.json"));
+  EXPECT_EQ(json["findings"], nlohmann::json::parse(R"([{"code": "gnss_rejected",
+      "at_best": "ok", "value": 1.0, "where": "<4713>"}])"));
+  EXPECT_EQ(json["messages"],
+            nlohmann::json::parse(R"(["GNSS contradicts the block and is not used: <4713>."])"));
+  EXPECT_EQ(json["parts"][0]["message"], "");
+  EXPECT_EQ(json["parts"][1]["finding"]["code"], "part_without_control");
+  EXPECT_EQ(json["parts"][1]["message"], Sentence(*ExampleAdjustment().parts[1].finding));
+}
+
+TEST(AdjustmentResult, OfAnEarlierVersionTheMessagesStand) {
+  const TemporaryFolder folder;
+  WriteAdjustmentResult(folder.Path(), ExampleAdjustment());
+  auto json = nlohmann::json::parse(ReadFile(folder / "block.json"));
+  json.erase("findings");
+  for (auto& part : json["parts"]) part.erase("finding");
+  WriteFileAtomically(folder / "block.json", json.dump());
+  const AdjustmentResult read = ReadAdjustmentResult(folder / "block.json");
+  ASSERT_EQ(read.findings.size(), 1u);
+  EXPECT_EQ(read.findings[0].reason, Reason::kStated);
+  EXPECT_EQ(Sentences(read.findings), Sentences(ExampleAdjustment().findings));
+  EXPECT_FALSE(read.parts[0].finding);
+  EXPECT_EQ(Sentence(read.parts[1].finding.value()), json["parts"][1]["message"]);
 }
 
 TEST(AdjustmentResult, ChecksHaveTheRmsOfTheirVectors) {

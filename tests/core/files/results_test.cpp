@@ -52,11 +52,17 @@ ExteriorResult ExampleExterior() {
   result.height = 9100;
   result.footprint_m = {{0, 0, 5}, {1, 0, 5}, {1, 1, 6}, {0, 0, 5}};
   result.iterations = {{26, 9, 412.0, 1.9}, {26, 21, 30.5, 0.4}};
-  result.patches.push_back({17, PatchState::kMatched, Eigen::Vector3d(500100.5, 5000300, 410),
-                            Eigen::Vector2d(401, 512), Eigen::Vector2d(398.21, 515.66),
-                            Eigen::Vector2d(0.08, 0.07), Eigen::Vector2d(0.11, -0.2), 0.87, ""});
+  result.patches.push_back({17,
+                            PatchState::kMatched,
+                            Eigen::Vector3d(500100.5, 5000300, 410),
+                            Eigen::Vector2d(401, 512),
+                            Eigen::Vector2d(398.21, 515.66),
+                            Eigen::Vector2d(0.08, 0.07),
+                            Eigen::Vector2d(0.11, -0.2),
+                            0.87,
+                            {}});
   result.patches.push_back(
-      {18, PatchState::kNotVisible, {}, {}, {}, {}, {}, {}, "outside the frame"});
+      {18, PatchState::kNotVisible, {}, {}, {}, {}, {}, {}, {{Reason::kPatchHidden}}});
   return result;
 }
 
@@ -192,8 +198,11 @@ TEST(ExteriorResult, FieldsAreThoseOfTheConventions) {
       "window_px": 412.0, "rms_px": 1.9})"));
   EXPECT_EQ(json["patches"][0], nlohmann::json::parse(R"({"id": 17, "state": "matched",
       "ground": [500100.5, 5000300.0, 410.0], "predicted": [401.0, 512.0], "pixel": [398.21, 515.66], "sigma_px": [0.08, 0.07],
-      "residual_px": [0.11, -0.2], "ncc": 0.87, "reason": ""})"));
+      "residual_px": [0.11, -0.2], "ncc": 0.87, "reason": "", "reason_codes": []})"));
   EXPECT_EQ(json["patches"][1]["state"], "not_visible");
+  EXPECT_EQ(json["patches"][1]["reason"], "hidden by terrain");
+  EXPECT_EQ(json["patches"][1]["reason_codes"], nlohmann::json::parse(R"(["patch_hidden"])"));
+  EXPECT_EQ(json["not_visible"], nlohmann::json::parse(R"({"hidden by terrain": 1})"));
   EXPECT_TRUE(json["messages"].empty());
 }
 
@@ -222,8 +231,23 @@ TEST(ExteriorResult, Roundtrip) {
   EXPECT_EQ(read.patches[0].ground_m, result.patches[0].ground_m);
   EXPECT_FALSE(read.patches[1].ground_m);
   EXPECT_EQ(read.patches[0].sigma_px, result.patches[0].sigma_px);
-  EXPECT_EQ(read.patches[1].reason, "outside the frame");
+  EXPECT_TRUE(read.patches[0].findings.empty());
+  EXPECT_EQ(read.patches[1].findings, result.patches[1].findings);
   EXPECT_FALSE(read.patches[1].ncc);
+}
+
+TEST(ExteriorResult, APatchKeepsAllItsReasonsOrWhatAnotherMakerStates) {
+  const TemporaryFolder folder;
+  ExteriorResult result = ExampleExterior();
+  result.patches[0].findings = {{Reason::kLowCorrelation}, {Reason::kGradientsAmbiguous}};
+  result.patches[1].findings = {{.reason = Reason::kStated, .where = "outside the frame"}};
+  EXPECT_EQ(Written(result)["patches"][0]["reason"],
+            "best correlation below the threshold; "
+            "ambiguous: the gradients of a second place are as like");
+  WriteExteriorResult(folder.Path(), result);
+  const ExteriorResult read = ReadExteriorResult(folder / "4711.exterior.json");
+  EXPECT_EQ(read.patches[0].findings, result.patches[0].findings);
+  EXPECT_EQ(read.patches[1].findings, result.patches[1].findings);
 }
 
 TEST(ExteriorResult, AnEstimatedPrincipalDistanceReadsBack) {

@@ -71,7 +71,7 @@ TEST_F(Match, ASearchAreaEndsAtThePhotosBorder) {
 TEST_F(Match, APatchOnTheBorderIsFoundThere) {
   const Eigen::Vector2d truth(kWidth - 10.5, 90.5);
   const auto match = MatchPrecisely(PatchAt(truth, {225.5, 84.5}), *photo_, {12, 12}, {});
-  ASSERT_TRUE(match.found) << match.reason;
+  ASSERT_TRUE(match.found) << JoinedSentences(match.why_not);
   EXPECT_LT((match.pixel - truth).norm(), kTolerancePx);
 }
 
@@ -84,7 +84,7 @@ TEST_F(Match, AnInvertedPatchIsFoundByItsGradients) {
   EXPECT_FALSE(MatchPrecisely(patch, *photo_, {10, 10}, options).found);
   options.gradients = true;
   const PreciseMatch match = MatchPrecisely(patch, *photo_, {10, 10}, options);
-  ASSERT_TRUE(match.found) << match.reason;
+  ASSERT_TRUE(match.found) << JoinedSentences(match.why_not);
   EXPECT_EQ(match.cue, MatchCue::kGradients);
   EXPECT_LT((match.pixel - truth).norm(), 0.1);
 }

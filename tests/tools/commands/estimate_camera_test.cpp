@@ -111,7 +111,7 @@ TEST_F(EstimateCameraTest, ADesktopScannersAffinityIsSaidToBeUnknown) {
   WriteResults(20, 0.01);
   const Outcome outcome = Estimate();
   ASSERT_EQ(outcome.code, 0) << outcome.err;
-  EXPECT_NE(outcome.out.find("cannot be told"), std::string::npos) << outcome.out;
+  EXPECT_NE(outcome.out.find("cannot be separated"), std::string::npos) << outcome.out;
   EXPECT_GT(MovedX(ReadCameraFile(out_), camera_), 0.02);
   for (const Fiducial& f : ReadCameraFile(out_).fiducials)
     EXPECT_LT(f.sigma_mm->maxCoeff(), 0.002) << "no scanner's affinity in it";

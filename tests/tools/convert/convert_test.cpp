@@ -380,7 +380,7 @@ TEST_F(WrongConvention, AnotherPoseIsNoConvention) {
       });
   EXPECT_FALSE(check.ok);
   EXPECT_FALSE(check.fits) << Verdict(check);
-  EXPECT_NE(Verdict(check).find("no convention"), std::string::npos) << Verdict(check);
+  EXPECT_NE(Verdict(check).find("no known convention"), std::string::npos) << Verdict(check);
 }
 
 // A block's folder: patches are control, ties come from block.json with what the adjustment used.
@@ -474,7 +474,7 @@ TEST_F(ConvertedBlock, ReadsNoDamagedOriLine) {
   WriteFileAtomically(path, whole.substr(0, last_line));
   const ProgramRun cut = Convert("out/ori", {"--from", "ori", "--to", "opk"});
   EXPECT_EQ(cut.exit_code, 0) << cut.err;
-  EXPECT_NE(cut.out.find("4712 for one: was it cut?"), std::string::npos) << cut.out;
+  EXPECT_NE(cut.out.find("4712 for one: was it truncated?"), std::string::npos) << cut.out;
 }
 
 TEST_F(ConvertedBlock, IsWrittenAndChecked) {
@@ -489,8 +489,9 @@ TEST_F(ConvertedBlock, IsWrittenAndChecked) {
   const ExportsOfFolder exports =
       WriteExportsOf(folder_.Path(), folder_ / "camera.toml", {"metashape", "patb"});
   EXPECT_EQ(exports.written.size(), 2u);
-  ASSERT_EQ(exports.messages.size(), 1u);
-  EXPECT_NE(exports.messages[0].find("export patb: image coordinates are free"), std::string::npos);
+  ASSERT_EQ(exports.findings.size(), 1u);
+  EXPECT_EQ(exports.findings[0].reason, Reason::kExportNote);
+  EXPECT_TRUE(exports.findings[0].where.starts_with("patb: image coordinates are free"));
   EXPECT_TRUE(fs::exists(folder_ / "exports/patb/patb.ori"));
   EXPECT_THROW(WriteExportsOf(folder_.Path(), folder_ / "camera.toml", {"bundler"}), UsageError);
   const ProgramRun again =

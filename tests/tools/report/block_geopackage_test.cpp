@@ -87,7 +87,7 @@ TEST(BlockGeopackage, PatchesKeepStateResidualAndReason) {
   layer->SetAttributeFilter("photo = '4711' AND patch = 14");
   const OGRFeatureUniquePtr patch(layer->GetNextFeature());
   EXPECT_STREQ(patch->GetFieldAsString("state"), "rejected");
-  EXPECT_STREQ(patch->GetFieldAsString("reason"), "residual too large");
+  EXPECT_STREQ(patch->GetFieldAsString("reason"), "does not agree with the other patches");
   EXPECT_EQ(patch->GetFieldAsDouble("residual_col_px"), 9.0);
   EXPECT_EQ(patch->GetFieldAsDouble("residual_row_px"), 4.0);
 }

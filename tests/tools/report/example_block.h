@@ -51,7 +51,7 @@ inline ExteriorResult ExampleExterior(const std::string& photo, Status status) {
                     ExamplePatch(14, PatchState::kRejected, {1000, 1000}, {9.0, 4.0}),
                     ExamplePatch(15, PatchState::kNotFound, {400, 1500}, {0, 0}),
                     ExamplePatch(16, PatchState::kNotVisible, {2600, 1500}, {0, 0})};
-  result.patches[3].reason = "residual too large";
+  result.patches[3].findings = {{.reason = Reason::kPatchContradictsOthers}};
   if (status == Status::kWeak)
     result.findings = {{.reason = Reason::kStated, .where = "the matches leave the tilt open"}};
   return result;

@@ -71,9 +71,9 @@ TEST(Report, SaysWhatAPersonAsks) {
   EXPECT_EQ(Malformed(html), "");
   for (const char* part :
        {"Look at this first", "only 3 patches agree on a pose", "the matches leave the tilt open",
-        "EPSG:32635", "UTM zone 35N", "residual too large", "312.41", "1\u202F823.75",
-        "Rounds of the loop", "at 200 times the frame’s scale", ">200\xE2\x80\xAFm<",
-        "scan orientation r0"})
+        "EPSG:32635", "UTM zone 35N", "does not agree with the other patches", "312.41",
+        "1\u202F823.75", "Rounds of the loop", "at 200 times the frame’s scale",
+        ">200\xE2\x80\xAFm<", "scan orientation r0"})
     EXPECT_TRUE(Contains(html, part)) << part;
 }
 
@@ -83,10 +83,10 @@ TEST(Report, SaysWhatTheBlockAdjustmentSays) {
   WriteAdjustmentResult(folder.Path(), ExampleAdjustment());
   const std::string html = ReadFile(WriteReport(folder.Path()));
   EXPECT_EQ(Malformed(html), "");
-  for (const char* part :
-       {"Block adjustment", "2 tie points", "1 held out", "0.50 px (RMS of 2",
-        "0.30 / 0.40 / 0.80 m", "tie image", ">1.20<", "Photo 4713 hangs on none.", "1.5e-08",
-        "ties that contradict &lt;nothing&gt;", "tie point</span>", "p-tie"})
+  for (const char* part : {"Block adjustment", "2 tie points", "1 held out", "0.50 px (RMS of 2",
+                           "0.30 / 0.40 / 0.80 m", "tie image", ">1.20<",
+                           "Photo 4713 is connected with no other photo.", "1.5e-08",
+                           "is not used: &lt;4713&gt;.", "tie point</span>", "p-tie"})
     EXPECT_TRUE(Contains(html, part)) << part;
 }
 
@@ -169,7 +169,7 @@ TEST(Report, HostileTextStaysText) {
   ExteriorResult exterior = ExampleExterior("4711", Status::kWeak);
   exterior.photo = "x<img src=q onerror=1>";
   exterior.findings = {{.reason = Reason::kStated, .where = "<b>message</b>"}};
-  exterior.patches[3].reason = "<i>reason</i>";
+  exterior.patches[3].findings = {{.reason = Reason::kStated, .where = "<i>reason</i>"}};
   WriteExteriorResult(folder.Path(), exterior);
   InteriorResult interior = ExampleInterior(name.substr(0, name.find('/')));
   interior.marks[0].id = "<u>1</u>";
@@ -211,7 +211,7 @@ TEST(Report, FileThatIsNoPictureIsSaidToBeNone) {
   const TemporaryFolder folder;
   WriteExampleBlock(folder.Path());
   std::ofstream(folder / "4712.marks.png") << "no picture";
-  EXPECT_TRUE(Contains(ReadFile(WriteReport(folder.Path())), "is no readable picture"));
+  EXPECT_TRUE(Contains(ReadFile(WriteReport(folder.Path())), "is not a readable image"));
 }
 
 TEST(Report, InteriorAloneIsEnough) {
@@ -219,7 +219,7 @@ TEST(Report, InteriorAloneIsEnough) {
   WriteInteriorResult(folder.Path(), ExampleInterior("4711"));
   const std::string html = ReadFile(WriteReport(folder.Path()));
   EXPECT_EQ(Malformed(html), "");
-  EXPECT_TRUE(Contains(html, "No photo has a place on the ground yet."));
+  EXPECT_TRUE(Contains(html, "No photo has a position on the ground yet."));
 }
 
 TEST(Report, DamagedResultDoesNotHideTheOthers) {

@@ -61,7 +61,7 @@ TEST(Template, MarkupGrowsByLines) {
 
 TEST(Template, FileEndsWhereItsFirstPartBegins) {
   EXPECT_EQ(Fill("map.html#empty").Text(),
-            "<p class=\"note\">No photo has a place on the ground yet.</p>");
+            "<p class=\"note\">No photo has a position on the ground yet.</p>");
   const std::string photo = Fill("photo.html", {{"number", 7},
                                                 {"photo", "a<b"},
                                                 {"status", "ok"},

@@ -38,7 +38,7 @@ std::vector<patchdb::ControlSighting> SightingsOf(
     });
     if (source == sources.end())
       throw InputError(table + ": point '" + point.point.id + "' is measured in photo '" +
-                       measured.photo + "', which was not given; name it or take the row out");
+                       measured.photo + "', which was not given; name it or remove the row");
     sightings.push_back({&source->second, measured.pixel});
   }
   return sightings;
@@ -66,7 +66,7 @@ void NameEvidence(const patchdb::PatchDatabase& database, const std::vector<std:
 void AddControlPoints(patchdb::PatchDatabase& database, const ControlToAdd& control,
                       const block::PhotosToHarvest& photos, std::ostream& out) {
   const auto points = ReadControlTable(control.table);
-  if (points.empty()) throw InputError(control.table + " names no points");
+  if (points.empty()) throw InputError(control.table + " holds no points");
   const patchdb::HarvestOptions options;
   const auto kind = block::PhotoSources(photos, options.orientation_sigma_px);
   Bounds bounds = Bounds::OfNothing();

@@ -17,10 +17,11 @@ namespace {
 class CheckVerb : public PatchdbVerb {
  public:
   CLI::App* Declare(CLI::App& app) override {
-    CLI::App* verb = app.add_subcommand("check", "Look for damage: file, index, references, chips");
+    CLI::App* verb =
+        app.add_subcommand("check", "Check for damage: file, index, references, chips");
     verb->add_option("DB", path_, "Patch database")->required();
-    verb->add_flag("--repair", repair_, "Mend what can be mended; no patch is deleted");
-    verb->add_flag("--quick", quick_, "Leave the chips unread");
+    verb->add_flag("--repair", repair_, "Repair what can be repaired; no patch is deleted");
+    verb->add_flag("--quick", quick_, "Skip the chips");
     return verb;
   }
   void Run(std::ostream& out) override {
@@ -30,13 +31,13 @@ class CheckVerb : public PatchdbVerb {
     const auto before = Look(database, repair_);
     const auto after = repair_ && !before.empty() ? Look(database, false) : before;
     for (const patchdb::CheckFinding& finding : before) Print(finding, out);
-    if (before.empty()) out << path_ << " is whole\n";
+    if (before.empty()) out << path_ << " is intact\n";
     if (!before.empty() && after.empty()) out << path_ << " is repaired\n";
     if (!after.empty())
-      throw InputError(path_ + " is damaged: " + after.front().what +
-                       (repair_ ? "; this cannot be repaired: take what 'orient patchdb export' "
-                                  "can still read"
-                                : "; 'orient patchdb check --repair' mends what can be mended"));
+      throw InputError(
+          path_ + " is damaged: " + after.front().what +
+          (repair_ ? "; this cannot be repaired: save what 'orient patchdb export' can still read"
+                   : "; 'orient patchdb check --repair' repairs what can be repaired"));
   }
 
  private:
@@ -65,7 +66,7 @@ class CheckVerb : public PatchdbVerb {
 class CompactVerb : public PatchdbVerb {
  public:
   CLI::App* Declare(CLI::App& app) override {
-    CLI::App* verb = app.add_subcommand("compact", "Write the file anew without gaps");
+    CLI::App* verb = app.add_subcommand("compact", "Rewrite the file without gaps");
     verb->add_option("DB", path_, "Patch database")->required();
     return verb;
   }
@@ -78,8 +79,8 @@ class CompactVerb : public PatchdbVerb {
     out << path_ << ": " << mega(result.before) << " MB before, " << mega(result.after)
         << " MB now\n";
     if (result.old_pages)
-      out << "Its pages keep their old size: another program has the file open. Compact it again "
-             "when none has.\n";
+      out << "The page size is unchanged: another program has the file open. Compact it again when "
+             "none has.\n";
   }
 
  private:

@@ -90,14 +90,15 @@ std::vector<ControlTablePoint> ReadControlTable(const std::string& path) {
   std::vector<ControlTablePoint> points;
   while (lines.Next(&cells)) {
     if (cells.size() != kColumns || cells[0].empty() || cells[7].empty())
-      lines.Fail("a row has ten cells, point and photo not empty");
+      lines.Fail("a row must have ten cells, point and photo not empty");
     const patchdb::ControlPoint point = PointOf(lines, cells);
     auto known = std::find_if(points.begin(), points.end(), [&](const ControlTablePoint& other) {
       return other.point.id == point.id;
     });
     if (known == points.end()) known = points.insert(points.end(), {point, {}});
     if (known->point.ground_m != point.ground_m || known->point.sigma_m != point.sigma_m)
-      lines.Fail(fmt::format("point '{}' has other coordinates or sigmas above", point.id));
+      lines.Fail(
+          fmt::format("point '{}' has other coordinates or sigmas in an earlier row", point.id));
     for (const MeasuredPoint& other : known->measured)
       if (other.photo == cells[7])
         lines.Fail("point '" + point.id + "' is measured twice in photo '" + other.photo + "'");

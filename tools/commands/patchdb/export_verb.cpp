@@ -75,12 +75,12 @@ std::string Dumped(const nlohmann::json& json) {
 class ExportVerb : public PatchdbVerb {
  public:
   CLI::App* Declare(CLI::App& app) override {
-    CLI::App* verb = app.add_subcommand("export", "Give patches to other programs");
+    CLI::App* verb = app.add_subcommand("export", "Export patches for other programs");
     verb->add_option("DB", path_, "Patch database")->required();
     verb->add_option("--geojson", geojson_, "File to write: points in longitude, latitude");
     verb->add_option("--csv", csv_, "File to write: the columns of 'list'");
-    verb->add_option("--chips", chips_, "Folder to write: <id>.tif, a GeoTIFF a chip");
-    verb->add_option("--subset", subset_, "Patch database to make of the chosen patches");
+    verb->add_option("--chips", chips_, "Folder to write: <id>.tif, one GeoTIFF per chip");
+    verb->add_option("--subset", subset_, "Patch database to create from the chosen patches");
     choice_.DeclarePlace(*verb);
     choice_.DeclareRules(*verb);
     choice_.DeclareState(*verb);

@@ -43,7 +43,7 @@ void ToCrs(const std::string& definition, const Crs& crs, const std::string& pat
   for (Ring& ring : *rings)
     for (Eigen::Vector2d& point : ring) {
       const auto there = transform(point);
-      if (!there) throw InputError(path + ": its polygon cannot be told in " + crs.Name());
+      if (!there) throw InputError(path + ": its polygon cannot be transformed to " + crs.Name());
       point = *there;
     }
 }
@@ -71,7 +71,7 @@ std::string WhyNoDate(const std::string& date) {
   };
   const bool known_length = date.size() == 4 || date.size() == 7 || date.size() == 10;
   if (known_length && has_shape() && lies_in(5, "12") && lies_in(8, "31")) return "";
-  return date + " is no date like 1961, 1961-07 or 1961-07-30";
+  return date + " is not a date like 1961, 1961-07 or 1961-07-30";
 }
 
 std::vector<Ring> ReadPolygon(const std::string& path, const Crs& crs) {
@@ -101,7 +101,7 @@ void FilterOptions::DeclarePlace(CLI::App& app) {
 }
 
 void FilterOptions::DeclareState(CLI::App& app) {
-  app.add_option("--state", state_, "Of which state")
+  app.add_option("--state", state_, "State of the patches")
       ->check(CLI::IsMember({"active", "retired", "all"}));
 }
 
@@ -113,7 +113,7 @@ void FilterOptions::DeclareRules(CLI::App& app) {
   app.add_option("--max-success", max_success_,
                  "Expected to succeed in less than this share of attempts (0 .. 1)")
       ->check(CLI::Range(0.0, 1.0));
-  app.add_option("--min-failures", min_failures_, "At least so many failed attempts (weighted)");
+  app.add_option("--min-failures", min_failures_, "At least this many failed attempts (weighted)");
   app.add_option("--older-than", older_than_, "Source taken before this date (ISO 8601)")
       ->check(WhyNoDate);
 }

@@ -34,31 +34,33 @@ struct HarvestArguments {
     options.max_further_views = 0;  // until poses from several views are as good as from one
     app.add_option("--dem", run.dem, "Ground heights: any raster GDAL reads, any projected CRS")
         ->required();
-    app.add_option("--dsm", run.dsm,
-                   "Heights with buildings and trees, to refuse what stands: any raster likewise");
+    app.add_option(
+        "--dsm", run.dsm,
+        "Surface model with buildings and trees, to refuse patches of them: any raster likewise");
     app.add_option("--date", date, "Date of the images, ISO 8601 (1961, 1961-07-30)")
         ->check(WhyNoDate);
     app.add_option("--provenance", provenance, "Who made the images, from what");
-    app.add_option("--licence", licence, "Under which licence");
+    app.add_option("--licence", licence, "Licence of the images");
     app.add_option("--chip-px", options.chip_px, "Side of a chip in pixels, odd");
     app.add_flag("--colour", options.colour,
-                 "Keep the colours of chips, too: about twice as much to store and to read");
+                 "Keep chips in colour: about twice as much to store and read");
     app.add_option("--spacing-px", options.spacing_px,
-                   "Distance between patches in source pixels; otherwise from " + max_option);
+                   "Distance between patches in source pixels; default: from " + max_option);
     app.add_option(max_option, options.max_count,
-                   "Grid cells, so about the most patches, a source");
+                   "Grid cells per source: about the largest number of patches");
     app.add_option("--dem-sigma-m", options.dem_sigma_m,
-                   "Precision of the DEM's heights in metres; otherwise a tenth of its cell");
+                   "Precision of the DEM's heights in metres; default: a tenth of its cell");
+    app.add_option("--orientation-sigma-px", options.orientation_sigma_px,
+                   "Precision of the source's orientation in its pixels, if no sigmas are given");
     app.add_option(
-        "--orientation-sigma-px", options.orientation_sigma_px,
-        "Precision of the source's orientation in its pixels, where no sigmas are given");
-    app.add_option("--min-distinctness", options.min_distinctness,
-                   "Refuse what fits nearly as well at a second place: 0 nothing, 1 everything");
-    app.add_option("--max-lean-px", options.max_lean_px,
-                   "Refuse what the DSM has so far above or below the ground, in chip pixels");
+        "--min-distinctness", options.min_distinctness,
+        "Refuse patches that fit nearly as well at a second place: 0 nothing, 1 everything");
+    app.add_option(
+        "--max-lean-px", options.max_lean_px,
+        "Refuse patches that the DSM has this far above or below the ground, in chip pixels");
     app.add_option(
         "--further-views", options.max_further_views,
-        "Other sources a patch is sought in: the best so many; 0, each source for itself");
+        "Also measure each place in up to this many other sources; 0: every source by itself");
   }
   const block::HarvestRun& Checked() {
     if (const auto wrong = run.options.Check()) throw UsageError(*wrong);
@@ -69,7 +71,7 @@ struct HarvestArguments {
   }
 };
 
-// A row a source, and how many candidates were refused for which reason.
+// A row per source, and how many candidates were refused for which reason.
 void PrintHarvest(const std::vector<block::HarvestedSource>& sources, bool has_surface_model,
                   std::ostream& out) {
   SummaryTable table({"source", "patches", "good", "seen twice", "refused", "gsd [m]"});
@@ -102,8 +104,8 @@ void PrintHarvest(const std::vector<block::HarvestedSource>& sources, bool has_s
   }
   out << patches << " patches added\n";
   if (!has_surface_model && seen_once > 0)
-    out << "note    without --dsm nothing tells roofs and trees from the ground in the "
-        << seen_once << " of them that one source shows\n";
+    out << "note    without --dsm roofs and trees cannot be distinguished from the ground in the "
+        << seen_once << " of them that only one source shows\n";
 }
 
 // Throws UsageError where the orientation is not true with the camera, InputError where it is in

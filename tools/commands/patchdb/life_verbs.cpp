@@ -24,7 +24,7 @@ class LifeVerb : public PatchdbVerb {
     choice_.DeclarePlace(*verb);
     choice_.DeclareRules(*verb);
     if (before_ == patchdb::PatchLife::kRetired) choice_.DeclareRetired(*verb);
-    verb->add_flag("--apply", apply_, "Do it; otherwise only say what would be done");
+    verb->add_flag("--apply", apply_, "Do it; otherwise only report what would be done");
     DeclareMore(*verb);
     return verb;
   }
@@ -34,7 +34,7 @@ class LifeVerb : public PatchdbVerb {
                : patchdb::PatchDatabase::Open(path_, patchdb::PatchDatabase::Mode::kRead);
     patchdb::PatchFilter filter = choice_.Filter(database);
     if (!filter.HasRule())
-      throw UsageError(std::string(name_) + " needs --id or a rule that says which patches");
+      throw UsageError(std::string(name_) + " needs --id or a rule that chooses patches");
     filter.life = before_;
     const std::vector<std::int64_t> ids = patchdb::ChooseIds(database, filter);
     if (!apply_) {
@@ -75,7 +75,7 @@ class RetireVerb : public LifeVerb {
 
  protected:
   void DeclareMore(CLI::App& verb) override {
-    verb.add_option("--reason", reason_, "Kept with them");
+    verb.add_option("--reason", reason_, "Reason, kept with the patches");
   }
   const char* Done() const override { return "retired"; }
   int Change(patchdb::PatchDatabase& database, const std::vector<std::int64_t>& ids) override {
@@ -89,7 +89,7 @@ class RetireVerb : public LifeVerb {
 class RestoreVerb : public LifeVerb {
  public:
   RestoreVerb()
-      : LifeVerb("restore", "Put retired patches to use again", patchdb::PatchLife::kRetired) {}
+      : LifeVerb("restore", "Return retired patches to use", patchdb::PatchLife::kRetired) {}
 
  protected:
   const char* Done() const override { return "restored"; }
@@ -101,7 +101,7 @@ class RestoreVerb : public LifeVerb {
 class PruneVerb : public LifeVerb {
  public:
   PruneVerb()
-      : LifeVerb("prune", "Delete retired patches for good", patchdb::PatchLife::kRetired) {}
+      : LifeVerb("prune", "Delete retired patches permanently", patchdb::PatchLife::kRetired) {}
 
  protected:
   const char* Done() const override { return "deleted"; }

@@ -20,15 +20,15 @@ class TakeVerb : public PatchdbVerb {
 
   CLI::App* Declare(CLI::App& app) override {
     CLI::App* verb = app.add_subcommand(name_, summary_);
-    verb->add_option("DB", path_, "Patch database that grows")->required();
-    verb->add_option("OTHER", other_, "Patch database that is read")->required();
+    verb->add_option("DB", path_, "Patch database to add to")->required();
+    verb->add_option("OTHER", other_, "Patch database to read")->required();
     DeclareMore(*verb);
     return verb;
   }
   void Run(std::ostream& out) override {
     std::error_code error;
     if (std::filesystem::equivalent(path_, other_, error))
-      throw UsageError("DB and OTHER are one file; give two");
+      throw UsageError("DB and OTHER are the same file; give two");
     const patchdb::PatchDatabase other =
         patchdb::PatchDatabase::Open(other_, patchdb::PatchDatabase::Mode::kRead);
     patchdb::PatchDatabase database = OpenToWrite(path_, out);
@@ -52,7 +52,7 @@ class TakeVerb : public PatchdbVerb {
     const auto also = [&](std::int64_t count, const char* text) {
       if (count > 0) out << count << text << "\n";
     };
-    also(result.duplicates, " were there already; what was known of them is joined");
+    also(result.duplicates, " were there already; their histories were joined");
     also(result.improved, " of these got the better view");
     also(result.superseded, " older ones retired, superseded by a newer view");
     also(result.not_newer, " left out: the view here is as new");
@@ -66,7 +66,7 @@ class TakeVerb : public PatchdbVerb {
 
 class MergeVerb : public TakeVerb {
  public:
-  MergeVerb() : TakeVerb("merge", "Take over the patches of another database") {}
+  MergeVerb() : TakeVerb("merge", "Add the patches of another database") {}
 
  protected:
   patchdb::MergeOptions Options() const override { return {}; }

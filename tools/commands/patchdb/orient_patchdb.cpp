@@ -16,8 +16,8 @@ namespace {
 class CreateVerb : public PatchdbVerb {
  public:
   CLI::App* Declare(CLI::App& app) override {
-    CLI::App* verb = app.add_subcommand("create", "Make an empty patch database");
-    verb->add_option("DB", path_, "GeoPackage to make")->required();
+    CLI::App* verb = app.add_subcommand("create", "Create an empty patch database");
+    verb->add_option("DB", path_, "GeoPackage to create")->required();
     verb->add_option("--crs", crs_, "Ground CRS: EPSG:32635, WKT, a PROJ string, or a .prj file")
         ->required();
     return verb;
@@ -27,7 +27,7 @@ class CreateVerb : public PatchdbVerb {
     const bool is_file = std::filesystem::is_regular_file(crs_, error);
     const Crs crs = is_file ? Crs::FromFile(crs_) : Crs::Parse(crs_, "--crs");
     patchdb::PatchDatabase::Create(path_, crs);
-    out << path_ << " made, CRS " << crs.Name() << "\n";
+    out << path_ << " created, CRS " << crs.Name() << "\n";
   }
 
  private:
@@ -37,7 +37,7 @@ class CreateVerb : public PatchdbVerb {
 class InfoVerb : public PatchdbVerb {
  public:
   CLI::App* Declare(CLI::App& app) override {
-    CLI::App* verb = app.add_subcommand("info", "Say what a patch database holds");
+    CLI::App* verb = app.add_subcommand("info", "Summarise a patch database");
     verb->add_option("DB", path_, "Patch database")->required();
     return verb;
   }
@@ -76,7 +76,7 @@ class PatchdbCommand : public Command {
   }
   std::string Name() const override { return "patchdb"; }
   std::string Summary() const override {
-    return "Make, fill and look after the database of control patches";
+    return "Create, fill and maintain the database of control patches";
   }
   void Setup(CLI::App& app) override {
     app.require_subcommand(1);

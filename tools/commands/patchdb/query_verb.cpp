@@ -21,13 +21,13 @@ class QueryVerb : public PatchdbVerb {
  public:
   CLI::App* Declare(CLI::App& app) override {
     CLI::App* verb =
-        app.add_subcommand("query", "Print the patches of a place, or that a photo should see");
+        app.add_subcommand("query", "Print the patches of an area, or those a photo should show");
     verb->add_option("DB", path_, "Patch database")->required();
     choice_.DeclarePlace(*verb);
     choice_.DeclareRules(*verb);
     choice_.DeclareState(*verb);
     auto* photo =
-        verb->add_option("--photo", photo_, "Seen by this photo of the orientation table");
+        verb->add_option("--photo", photo_, "In the frame of this photo of the orientation table");
     auto* camera = verb->add_option("--camera", camera_, "Camera file of the photo");
     auto* table = verb->add_option("--orientation", orientation_, "Orientation table (OPK CSV)");
     photo->needs(camera)->needs(table);
@@ -75,7 +75,7 @@ class QueryVerb : public PatchdbVerb {
     const auto seen = FootprintBounds(camera, pose, kLowestGround_m,
                                       std::min(kHighestGround_m, pose.position_m.z() - 1));
     if (!seen)
-      throw InputError(orientation_ + ": photo '" + photo_ + "' does not look at the ground; " +
+      throw InputError(orientation_ + ": photo '" + photo_ + "' does not point at the ground; " +
                        "check its height and angles");
     if (!filter->bounds) {
       filter->bounds = seen;

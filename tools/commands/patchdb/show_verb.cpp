@@ -68,10 +68,10 @@ class ChipSheet {
 class ShowVerb : public PatchdbVerb {
  public:
   CLI::App* Declare(CLI::App& app) override {
-    CLI::App* verb = app.add_subcommand("show", "Draw chips with their numbers on one picture");
+    CLI::App* verb = app.add_subcommand("show", "Draw chips with their numbers in one image");
     verb->add_option("DB", path_, "Patch database")->required();
     verb->add_option("--out", picture_, "PNG to write")->required();
-    verb->add_option("--max", max_, "At most so many chips, evenly from all that are chosen")
+    verb->add_option("--max", max_, "At most this many chips, evenly from all that are chosen")
         ->check(CLI::Range(1, 10000));
     choice_.DeclarePlace(*verb);
     choice_.DeclareRules(*verb);

@@ -35,7 +35,7 @@ class StatsVerb : public PatchdbVerb {
   CLI::App* Declare(CLI::App& app) override {
     CLI::App* verb = app.add_subcommand("stats", "Count sources, successes and density");
     verb->add_option("DB", path_, "Patch database")->required();
-    verb->add_option("--density", density_, "GeoTIFF to write: active patches a cell");
+    verb->add_option("--density", density_, "GeoTIFF to write: active patches per cell");
     verb->add_option("--cell-m", cell_m_, "Side of its cells in metres")
         ->check(CLI::Range(0.01, 1e7));
     return verb;
@@ -72,10 +72,10 @@ class StatsVerb : public PatchdbVerb {
       const double patches = std::accumulate(grid.counts.begin(), grid.counts.end(), 0.0);
       out << "\n"
           << filled << " cells of " << Fixed(cell_m_, 0) << " m have active patches, "
-          << Fixed(patches / static_cast<double>(filled), 1) << " each in the mean\n";
+          << Fixed(patches / static_cast<double>(filled), 1) << " each on average\n";
     }
     if (density_.empty()) return;
-    if (grid.counts.empty()) throw InputError(path_ + " has no patches to make a map of");
+    if (grid.counts.empty()) throw InputError(path_ + " has no patches to map");
     GeoTiff map;
     map.width = grid.width;
     map.height = grid.height;

@@ -14,7 +14,7 @@ TEST(WhyNoDate, NamesWhatIsNone) {
   for (const char* text : {"", "61", "19610730", "1961-7", "1961-00", "1961-13", "1961-07-00",
                            "1961-07-32", "1961/07/30", "1961-07-", "1961-07-3", "1961-07-301",
                            "196a", "-961", "1961-0:", "30.7.1961"})
-    EXPECT_NE(WhyNoDate(text).find("no date"), std::string::npos) << text;
+    EXPECT_NE(WhyNoDate(text).find("not a date"), std::string::npos) << text;
 }
 
 }  // namespace

@@ -73,12 +73,12 @@ TEST_F(MaintenanceVerbsTest, OnlyWhatWritesBringsAnOlderFileUpToDateAndSaysSo) {
   EXPECT_EQ(Orient({"check"}).exit_code, 0);
   EXPECT_TRUE(Contains(Orient({"retire", "--id", "3"}).out, "1 patches would be retired"));
   EXPECT_TRUE(Contains(Orient({"info"}).out, "version 3"));
-  const std::string words = "patches.gpkg: brought up to date, from schema version 3 to 4\n";
+  const std::string words = "patches.gpkg: upgraded from schema version 3 to 4\n";
   const ProgramRun first = Orient({"retire", "--id", "3", "--apply"});
   EXPECT_TRUE(Contains(first.out, words)) << first.out << first.err;
   EXPECT_TRUE(Contains(first.out, "1 patches retired")) << first.out;
   EXPECT_TRUE(Contains(Orient({"info"}).out, "version 4"));
-  EXPECT_FALSE(Contains(Orient({"restore", "--id", "3", "--apply"}).out, "up to date"));
+  EXPECT_FALSE(Contains(Orient({"restore", "--id", "3", "--apply"}).out, "upgraded"));
   EXPECT_EQ(Orient({"check"}).exit_code, 0);
 }
 

@@ -78,7 +78,7 @@ TEST_F(PatchdbCommandOnRealPhotos, HarvestsOnceAndSaysSoTheSecondTime) {
   };
   const ProgramRun first = harvest();
   EXPECT_EQ(first.exit_code, 0) << first.err;
-  EXPECT_TRUE(Contains(first.out, "without --dsm nothing tells roofs")) << first.out;
+  EXPECT_TRUE(Contains(first.out, "without --dsm roofs and trees cannot")) << first.out;
   const ProgramRun list = RunOrient({"patchdb", "list", database_});
   const auto lines = std::count(list.out.begin(), list.out.end(), '\n');
   EXPECT_GT(lines, 50);

@@ -65,7 +65,7 @@ TEST_F(SharingVerbsTest, MergeAndUpdateSayWhatTheyDid) {
 }
 
 TEST_F(SharingVerbsTest, CheckAndCompact) {
-  EXPECT_TRUE(Contains(RunOrient({"patchdb", "check", path_}).out, "is whole"));
+  EXPECT_TRUE(Contains(RunOrient({"patchdb", "check", path_}).out, "is intact"));
   EXPECT_EQ(RunOrient({"patchdb", "check", path_, "--repair"}).exit_code, 0);
   EXPECT_EQ(RunOrient({"patchdb", "compact", path_}).exit_code, 0);
   std::filesystem::resize_file(path_, std::filesystem::file_size(path_) / 2);
