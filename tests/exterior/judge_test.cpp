@@ -35,7 +35,7 @@ void ExpectOnly(const Findings& findings, const Finding& expected) {
 class ExteriorJudge : public testing::Test {
  protected:
   std::optional<Finding> WhyNot() const { return WhyNotAccepted(pose_, options_); }
-  Findings Judged() const { return Judge(pose_, options_); }
+  Findings Judged() const { return Judge(pose_); }
 
   JudgedPose pose_ = GoodPose();
   OrientPhotoOptions options_;
@@ -91,14 +91,9 @@ TEST_F(ExteriorJudge, OfSeveralObjectionsTheFirstIsSaid) {
   EXPECT_EQ(reason(), Reason::kTooFewAgree);
 }
 
-TEST_F(ExteriorJudge, TheLimitsAreTheOptions) {
-  options_.min_matched = 81;
-  EXPECT_EQ(WhyNot(), (Finding{Reason::kTooFewAgree, Status::kFailed, 80, 81}));
-  options_.min_matched = 6;
+TEST_F(ExteriorJudge, HowRareChanceMustBeIsAnOption) {
   options_.max_log10_false_alarms = -51;
   EXPECT_EQ(WhyNot(), (Finding{Reason::kAgreementMayBeChance, Status::kFailed, 80, 100}));
-  options_.weak_matched = 61;
-  ExpectOnly(Judged(), {Reason::kFewPlaces, Status::kWeak, 60, 61});
 }
 
 TEST_F(ExteriorJudge, ElevenPlacesAreWeakAndTwelveAreNot) {
@@ -161,10 +156,10 @@ TEST_F(ExteriorJudge, AllThatMakesAPoseWeakIsSaid) {
                                           Reason::kPoorSpread, Reason::kPoorlyDetermined}));
 }
 
-TEST(SpeaksOfPrecision, FewPlacesAndAPoorlyDeterminedPoseAndNothingElse) {
+TEST(ConcernsPrecision, FewPlacesAndAPoorlyDeterminedPoseAndNothingElse) {
   std::vector<Reason> of_precision;
   for (const Reason reason : AllReasons())
-    if (SpeaksOfPrecision({reason, Status::kWeak})) of_precision.push_back(reason);
+    if (ConcernsPrecision({reason, Status::kWeak})) of_precision.push_back(reason);
   EXPECT_EQ(of_precision, (std::vector<Reason>{Reason::kFewPlaces, Reason::kPoorlyDetermined}));
 }
 

@@ -31,13 +31,13 @@ class TieStageOf : public testing::Test {
     }
   }
 
-  // The number of ties; `messages_` and `done_` are of this run.
+  // The number of ties; `findings_` and `done_` are of this run.
   std::size_t Run() {
-    messages_.clear();
+    findings_.clear();
     done_ = 0;
     const TieStage stage{photos_, camera_, surface_, inputs_, store_, 1};
     return RunTieStage(
-               stage, [&] { ++done_; }, &messages_)
+               stage, [&] { ++done_; }, &findings_)
         .size();
   }
   // As if a run had found one.
@@ -54,14 +54,14 @@ class TieStageOf : public testing::Test {
   std::vector<BlockPhotoFile> photos_;
   Inputs inputs_ = {{"camera", "1"}, {"dem", "2"}};
   const ResultStore store_{folder_ / "ties", ".ties.json"};
-  std::vector<std::string> messages_;
+  Findings findings_;
   int done_ = 0;
 };
 
 TEST_F(TieStageOf, PhotosWithoutNeighboursHaveResultsWithoutTies) {
   EXPECT_EQ(Run(), 0u);
   EXPECT_EQ(store_.Jobs(), (std::vector<std::string>{"a", "b", "c"}));
-  EXPECT_TRUE(messages_.empty());
+  EXPECT_TRUE(findings_.empty());
   EXPECT_EQ(done_, 3);
 }
 
@@ -105,16 +105,18 @@ TEST_F(TieStageOf, WhatTouchesAPhotoNewlyOrHasChangedIsOneOfItsInputs) {
   // The scans are none: the two that touch now give no ties.
   photos_[1].footprint.Include(100, 100);
   EXPECT_EQ(Run(), 1u) << "only c, which has no part in it";
-  EXPECT_EQ(messages_.size(), 2u);
+  EXPECT_EQ(findings_.size(), 2u);
 }
 
 TEST_F(TieStageOf, AnImageThatCannotBeReadLeavesItsPhotoWithoutTiesAndIsTold) {
   photos_[1].footprint.Include(100, 100);  // touches a
   Run();
-  ASSERT_EQ(messages_.size(), 2u);
-  EXPECT_EQ(messages_[0].find("a gives no tie points: "), 0u) << messages_[0];
-  EXPECT_NE(messages_[0].find("a.tif"), std::string::npos);
-  EXPECT_EQ(messages_[1].find("b gives no tie points: "), 0u) << messages_[1];
+  ASSERT_EQ(findings_.size(), 2u);
+  for (const std::size_t i : {0, 1}) {
+    EXPECT_EQ(findings_[i].reason, Reason::kNoTiesFromPhoto);
+    EXPECT_EQ(findings_[i].where.find(photos_[i].name + ": "), 0u) << findings_[i].where;
+    EXPECT_NE(findings_[i].where.find(photos_[i].path), std::string::npos) << findings_[i].where;
+  }
   EXPECT_EQ(store_.Jobs(), std::vector<std::string>{"c"}) << "the others are tried again next time";
   EXPECT_EQ(done_, 3);
 }
@@ -124,7 +126,7 @@ TEST_F(TieStageOf, ADamagedResultIsDoneAgain) {
   WriteFileAtomically(store_.PathOf("b"), "{");
   PutTie("a");
   EXPECT_EQ(Run(), 1u);
-  EXPECT_TRUE(messages_.empty());
+  EXPECT_TRUE(findings_.empty());
   EXPECT_TRUE(ReadTieFile(store_.PathOf("b")).empty());
 }
 
@@ -132,7 +134,7 @@ TEST_F(TieStageOf, OfNoPhotosIsNothing) {
   photos_.clear();
   EXPECT_EQ(Run(), 0u);
   EXPECT_TRUE(store_.Jobs().empty());
-  EXPECT_TRUE(messages_.empty());
+  EXPECT_TRUE(findings_.empty());
 }
 
 }  // namespace

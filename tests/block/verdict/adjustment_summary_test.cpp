@@ -104,27 +104,29 @@ TEST(AdjustmentSummary, PoseObservationsAreThoseOfPhotosThatHadSomeAndWereAdjust
   EXPECT_TRUE(summary.gnss.empty());
 }
 
-TEST(AdjustmentSummary, PartsChecksAndMessagesHaveNames) {
+TEST(AdjustmentSummary, PartsAndChecksHaveNamesAndFindingsStand) {
   AdjustedBlock adjusted = Adjusted();
   BlockPart part;
   part.photos = {1, 0};
   part.control_points = 1;
-  part.message = "hangs on little";
+  const Finding of_part{.reason = Reason::kStated, .where = "hangs on little"};
+  part.finding = of_part;
   adjusted.result.parts = {part};
   CheckPatch check;
   check.point = 3;
   check.rays = 1;
   adjusted.result.checks = {check};
   adjusted.checks_rejected_alone = 7;
-  const AdjustmentResult summary = SummaryOf(adjusted, {"of all stages"});
+  const Finding of_all_stages{.reason = Reason::kStated, .where = "of all stages"};
+  const AdjustmentResult summary = SummaryOf(adjusted, {of_all_stages});
   ASSERT_EQ(summary.parts.size(), 1u);
   EXPECT_EQ(summary.parts[0].photos, (std::vector<std::string>{"4712", "4711"}));
-  EXPECT_EQ(summary.parts[0].message, "hangs on little");
+  EXPECT_EQ(summary.parts[0].finding, of_part);
   EXPECT_FALSE(summary.parts[0].by_control);
   ASSERT_EQ(summary.checks.size(), 1u);
   EXPECT_EQ(summary.checks[0].id, 30) << "the patch's number, not its place";
   EXPECT_EQ(summary.checks_rejected_alone, 7);
-  EXPECT_EQ(summary.messages, std::vector<std::string>{"of all stages"});
+  EXPECT_EQ(summary.findings, Findings{of_all_stages});
 }
 
 }  // namespace
