@@ -130,6 +130,27 @@ TEST_F(TieStageOf, ADamagedResultIsDoneAgain) {
   EXPECT_TRUE(ReadTieFile(store_.PathOf("b")).empty());
 }
 
+TEST_F(TieStageOf, AResultThatSaysWhatItWasMadeFromAndIsDamagedIsDoneAgain) {
+  Run();
+  PutTie("a");
+  std::string text = ReadFile(store_.PathOf("a"));
+  const std::size_t ties = text.find("\"ties\"");
+  ASSERT_NE(ties, std::string::npos);
+  WriteFileAtomically(store_.PathOf("a"), text.replace(ties, 6, "\"lost\""));
+  ASSERT_TRUE(store_.MadeFrom("a"));
+  EXPECT_EQ(Run(), 0u);
+  EXPECT_TRUE(ReadTieFile(store_.PathOf("a")).empty());
+}
+
+TEST_F(TieStageOf, OfAnotherMethodIsDoneAgain) {
+  Run();
+  Inputs made_from = store_.MadeFrom("a").value();
+  ASSERT_EQ(made_from.count("method"), 1u);
+  made_from["method"] = "of yesterday";
+  WriteTieFile(store_.PathOf("a"), "a", made_from, {{{1, 2, 3}, {}}});
+  EXPECT_EQ(Run(), 0u);
+}
+
 TEST_F(TieStageOf, OfNoPhotosIsNothing) {
   photos_.clear();
   EXPECT_EQ(Run(), 0u);
