@@ -82,6 +82,9 @@ TEST_F(SearchedWidely, APhotoWhosePositionIsNotKnownIsFoundByTilesThatCountAlone
   EXPECT_LT(track->log10_false_alarms, options_.max_log10_false_alarms);
   EXPECT_LT(WorstError(track->pose), 12);
   EXPECT_EQ(track->trials, TileTrials());
+  const auto by_attitude = SearchAttitudes(Task(), track->trials);
+  ASSERT_TRUE(by_attitude);
+  EXPECT_NE(track->pose.AsVector(), by_attitude->pose.AsVector()) << "which was not asked";
 }
 
 TEST_F(SearchedWidely, EveryFilmPositionCounts) {
