@@ -7,7 +7,7 @@
 #include <vector>
 
 #include "core/geometry/rotation.h"
-#include "tests/exterior/textured_photo.h"
+#include "tests/support/textured_photo.h"
 
 namespace orient::exterior {
 namespace {

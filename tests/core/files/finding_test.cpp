@@ -5,7 +5,9 @@
 #include <set>
 
 #include "core/base/atomic_write.h"
+#include "core/base/error.h"
 #include "core/files/results.h"
+#include "tests/support/expect_error.h"
 #include "tests/support/shared_data.h"
 
 namespace orient {
@@ -20,6 +22,11 @@ TEST(Finding, EveryReasonHasACodeOfItsOwnAndASentence) {
     EXPECT_EQ(ReasonFromCode(Code(reason)), reason);
     EXPECT_FALSE(Sentence({reason, Status::kWeak, 1.5, 2.5, "somewhere"}).empty());
   }
+}
+
+TEST(Finding, ACodeThatNoReasonHasIsNone) {
+  for (const char* code : {"", "no_such_reason", "Stated", "stated ", "state"})
+    EXPECT_EQ(ReasonFromCode(code), std::nullopt) << code;
 }
 
 TEST(Finding, TheSentenceHasItsFigures) {
@@ -60,6 +67,21 @@ TEST(Finding, TheStatusIsTheWorstThatIsAllowed) {
             Status::kFailed);
 }
 
+TEST(Finding, TheStatusOfASingleFindingIsItsOwn) {
+  for (const Status status : {Status::kOk, Status::kWeak, Status::kFailed})
+    EXPECT_EQ(StatusOf({{Reason::kStated, status}}), status);
+}
+
+TEST(Finding, SentencesAreJoinedInTheirOrder) {
+  const Findings findings = {{.reason = Reason::kStated, .where = "one"},
+                             {.reason = Reason::kScanUnusable, .where = "two"}};
+  EXPECT_EQ(Sentences(findings), (std::vector<std::string>{"one", "two"}));
+  EXPECT_EQ(JoinedSentences(findings), "one; two");
+  EXPECT_EQ(JoinedSentences({}), "");
+  EXPECT_TRUE(Has(findings, Reason::kScanUnusable));
+  EXPECT_FALSE(Has(findings, Reason::kPhotoUnusable));
+}
+
 TEST(Finding, EveryCodeIsOnItsPage) {
   const std::string page = ReadFile(ProjectFile("docs/findings.md"));
   for (const Reason reason : AllReasons())
@@ -76,6 +98,14 @@ TEST(Finding, IsReadFromAResultAsItWasWritten) {
   WriteExteriorResult(folder.Path(), result);
   EXPECT_EQ(ReadExteriorResult(ExteriorResultPath(folder.Path(), "4711")).findings,
             result.findings);
+}
+
+TEST(Finding, OfAReasonThatThisVersionDoesNotKnowIsRefused) {
+  const TemporaryFolder folder;
+  const std::string path = folder / "1.exterior.json";
+  WriteFileAtomically(path, R"({"photo": "1", "status": "weak", "iterations": [], "patches": [],
+                               "findings": [{"code": "of_tomorrow", "at_best": "weak"}]})");
+  ExpectError<InputError>([&] { ReadExteriorResult(path); }, {"1.exterior.json", "of_tomorrow"});
 }
 
 TEST(Finding, OfAResultOfAnotherMakerTheMessagesStand) {

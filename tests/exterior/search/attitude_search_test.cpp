@@ -6,7 +6,7 @@
 #include <numbers>
 
 #include "core/geometry/rotation.h"
-#include "tests/exterior/textured_photo.h"
+#include "tests/support/textured_photo.h"
 
 namespace orient::exterior {
 namespace {

@@ -1,0 +1,129 @@
+#include "exterior/search/wide_search.h"
+
+#include <gtest/gtest.h>
+
+#include <numbers>
+
+#include "exterior/search/attitude_search.h"
+#include "exterior/search/whole_photo_search.h"
+#include "tests/support/textured_photo.h"
+
+namespace orient::exterior {
+namespace {
+
+constexpr int kSide = 400;
+constexpr double kFlyingHeight_m = 2 * kSide;
+
+double HeightAt(double x, double y) { return 30 * std::sin(x / 130) * std::cos(y / 170); }
+
+// Drawn once for all tests.
+const TexturedPhoto& World() {
+  static const TexturedPhoto world(kSide, HeightAt, false);
+  return world;
+}
+
+// So many that tiles of them can be sought; cut once for all tests.
+const std::vector<patchdb::Patch>& DensePatches() {
+  static const std::vector<patchdb::Patch> patches = World().Patches(World().Ground(), 10, 60);
+  return patches;
+}
+
+// The photo at another kappa, with a position said to be good to some metres.
+class SearchedWidely : public testing::Test {
+ protected:
+  SearchedWidely() { Approximate(20); }
+
+  void Approximate(double sigma_m) {
+    photo_.prior.pose = World().View().pose;
+    photo_.prior.pose.position_m += Eigen::Vector3d(15, -10, 12);
+    photo_.prior.pose.opk_rad = {0, 0, photo_.prior.pose.opk_rad.z() + 2};
+    Vector6d sigma;
+    sigma << sigma_m, sigma_m, 20, 0.05, 0.05, std::numbers::pi;
+    photo_.prior.covariance = sigma.cwiseAbs2().asDiagonal();
+  }
+  PhotoTask Task() const { return {photo_, World().File(), patches_, options_}; }
+  double WorstError(const Pose& pose) const {
+    const PhotoView& truly = World().View();
+    PhotoView found = truly;
+    found.pose = pose;
+    double worst = 0;
+    for (const patchdb::Patch& patch : patches_) {
+      const auto truth = truly.PixelFromGround(patch.ground_m);
+      if (!truth || !truly.camera.InFrame(truly.PhotoFromPixel(*truth))) continue;
+      worst = std::max(worst, (*found.PixelFromGround(patch.ground_m) - *truth).norm());
+    }
+    return worst;
+  }
+  // Three scales, 24 kappas and all film positions, and two of each followed up twice at most.
+  double TileTrials() const {
+    return 3.0 * kKappas * static_cast<double>(photo_.positions.size()) * (1 + 2 * 2);
+  }
+
+  PhotoToOrient photo_ = World().ToOrient();
+  OrientPhotoOptions options_;
+  std::vector<patchdb::Patch> patches_ = DensePatches();
+};
+
+TEST_F(SearchedWidely, APhotoWhosePositionIsKnownIsFoundByItsAttitudeAndBothSearchesCount) {
+  const auto track = SearchWidely(Task());
+  ASSERT_TRUE(track);
+  EXPECT_LT(track->log10_false_alarms, options_.max_log10_false_alarms);
+  EXPECT_LT(WorstError(track->pose), 5);
+  EXPECT_EQ(track->trials, TileTrials() + AttitudeTrials(Task()));
+  const auto by_attitude = SearchAttitudes(Task(), track->trials);
+  ASSERT_TRUE(by_attitude);
+  EXPECT_EQ(track->pose.AsVector(), by_attitude->pose.AsVector());
+}
+
+TEST_F(SearchedWidely, APhotoWhosePositionIsNotKnownIsFoundByTilesThatCountAlone) {
+  Approximate(0.09 * kFlyingHeight_m);
+  const auto track = SearchWidely(Task());
+  ASSERT_TRUE(track);
+  EXPECT_LT(track->log10_false_alarms, options_.max_log10_false_alarms);
+  EXPECT_LT(WorstError(track->pose), 12);
+  EXPECT_EQ(track->trials, TileTrials());
+  const auto by_attitude = SearchAttitudes(Task(), track->trials);
+  ASSERT_TRUE(by_attitude);
+  EXPECT_NE(track->pose.AsVector(), by_attitude->pose.AsVector()) << "which was not asked";
+}
+
+TEST_F(SearchedWidely, EveryFilmPositionCounts) {
+  Approximate(0.09 * kFlyingHeight_m);
+  photo_.positions.push_back(photo_.positions.front());
+  const auto track = SearchWidely(Task());
+  ASSERT_TRUE(track);
+  EXPECT_EQ(track->trials, TileTrials());
+  EXPECT_EQ(track->trials, 2 * 360);
+}
+
+TEST_F(SearchedWidely, APhotoOfAnotherPlaceDoesNotConvince) {
+  patches_ = World().Patches(Texture(6, 6), 10, 60);
+  const auto track = SearchWidely(Task());
+  if (track) {
+    EXPECT_GT(track->log10_false_alarms, options_.max_log10_false_alarms);
+  }
+}
+
+// A few small patches cannot be assembled into tiles.
+TEST_F(SearchedWidely, FewPatchesAndAnUnknownPositionAreNotSought) {
+  patches_.resize(6);
+  Approximate(0.09 * kFlyingHeight_m);
+  EXPECT_FALSE(SearchWidely(Task()));
+}
+
+TEST_F(SearchedWidely, APhotoFromBelowTheGroundIsNotSought) {
+  photo_.prior.pose.position_m.z() = -50;
+  EXPECT_FALSE(SearchWidely(Task()));
+  photo_.prior.pose.position_m.z() = MedianGroundHeight(patches_);
+  EXPECT_FALSE(SearchWidely(Task()));
+}
+
+TEST_F(SearchedWidely, AnAttitudeSaidToBeTiltedIsTriedTwice) {
+  EXPECT_EQ(AttitudeTrials(Task()), kKappas + 6);
+  photo_.prior.pose.opk_rad = {0.4, 0, 0};
+  photo_.prior.covariance(3, 3) = photo_.prior.covariance(4, 4) = 0.04;
+  EXPECT_EQ(AttitudeTrials(Task()), 2 * (kKappas + 6)) << "straight down first";
+}
+
+}  // namespace
+}  // namespace orient::exterior
