@@ -1,0 +1,287 @@
+#!/usr/bin/env python3
+"""How often, how precisely and how fast photos are oriented from worse and worse starts.
+
+    worlds.py PROGRAM FOLDER [--worlds parcels turned mountain] [--harvests default 60 60+views 30]
+              [--starts 1m 10m 30m 100m] [--kappa known unknown] [--draws 5] [--seed 1] [--jobs 0]
+              [--again]
+    worlds.py --self-test        Proves the geometry: on a made-up photo, on the worlds if present.
+
+PROGRAM is a path to `orient`. The worlds, blocks of another simulator, are read at
+$ORIENT_SHARED_DATA/worlds (otherwise ../shared/data/worlds beside the project). FOLDER keeps, per
+world, interior orientations and one patch database a harvest, made once by whichever program came
+first (delete FOLDER/WORLD and give --again to have all made anew). FOLDER/worlds.json keeps all
+runs; those that the same program did are not repeated, unless --again. Ctrl-C loses the current run
+only.
+
+A start is the one sigma of Gaussian errors of the true poses: 1m with 1', 10m with 3 degrees, 30m
+and 100m with 10 degrees. A draw's random numbers are the same for all starts, scaled, and for all
+harvests. Unknown kappa is drawn from the full circle instead and run with --kappa-sigma-deg 180.
+
+RMS px: over the whole frame on the DEM's ground, both coordinates together, in scan pixels, between
+where film transform and pose found put ground points and where they truly are. Photos with status
+ok and more than 1 px are `wrong`. Processor seconds are those of `orient exterior`, divided by its
+photos; memory is its peak, which grows with --jobs. The finding is the most frequent one that made
+photos fail (or weak, if none failed). worlds.json has every photo, and its numbers of patches:
+visible are those searched for, correlating those matched or rejected, matched those used.
+"""
+
+import argparse
+import collections
+import hashlib
+import itertools
+import json
+import os
+import pathlib
+import random
+import shutil
+import statistics
+import subprocess
+import sys
+
+sys.dont_write_bytecode = True  # beside the sources
+from result_jobs import CONSOLE, Job, JobFailed, harvest, moved_table, shared_data  # noqa: E402
+from world_truth import Truth, self_test  # noqa: E402
+
+WORLDS = ["parcels", "turned", "mountain"]
+HARVESTS = {"default": [], "60": ["--max-per-photo", 60], "30": ["--max-per-photo", 30],
+            "60+views": ["--max-per-photo", 60, "--further-views", 3]}
+STARTS = {"1m": (1, 1 / 60), "10m": (10, 3), "30m": (30, 10), "100m": (100, 10)}  # best first
+KAPPAS = ["known", "unknown"]
+WRONG_PX = 1.0
+RECORD = "worlds.json"
+# What tells runs apart; program: a digest.
+Run = collections.namedtuple("Run", "program world harvest start kappa seed draw")
+
+
+class World:
+    def __init__(self, place, home):
+        self.place, self.home, self.name, self.truth = place, home, place.name, Truth(place)
+
+    def prepare(self, program, harvests):
+        """Interior orientations and patch databases, those that are not there yet; yields names."""
+        place, home, old = self.place, self.home, sorted((self.place / "old_scans").glob("*.tif"))
+        home.mkdir(parents=True, exist_ok=True)
+        job, works = Job(program, home, place), {}
+        for kind in ("old_", ""):
+            scan = next(iter(self.truth.all[f"{kind}photos"].values()))
+            camera = place / ("camera_old.toml" if kind else "camera.toml")
+            works[f"{kind}interior"] = lambda out, kind=kind, scan=scan, camera=camera: job.run(
+                "interior", *sorted((place / f"{kind}scans").glob("*.tif")), "--camera", camera,
+                "--orientation", scan["d4"], "--pixel-size-um", scan["pixel_size_um"],
+                "--out", out)
+        for kind in harvests:
+            works[f"patches_{kind}.gpkg"] = lambda out, kind=kind: harvest(
+                job, out, f"EPSG:{self.truth.all['epsg']}", *old, "--interior", "old_interior",
+                "--camera", place / "camera_old.toml", "--orientation",
+                place / "old_orientation.csv", "--dem", place / "dem.tif", *HARVESTS[kind])
+        for name, work in works.items():
+            if (home / name).exists():
+                continue
+            for rest in home.glob("unfinished*"):
+                shutil.rmtree(rest) if rest.is_dir() else rest.unlink()
+            print(f"{self.name}: {name}", file=sys.stderr, flush=True)
+            unfinished = f"unfinished{pathlib.Path(name).suffix}"
+            work(unfinished)
+            os.replace(home / unfinished, home / name)
+            yield f"{self.name}/{name}"
+
+    def approximations(self, run):
+        def drawn(photo, _):
+            chance = random.Random(f"{run.seed} {run.draw} {self.name} {photo}")
+            truth, (position_m, attitude_deg) = self.truth.photos[photo]["eo"], STARTS[run.start]
+            row = [truth[of] + position_m * chance.gauss(0, 1) for of in "xyz"]
+            row += [truth[of] + attitude_deg * chance.gauss(0, 1)
+                    for of in ("omega", "phi", "kappa")]
+            anywhere = chance.uniform(-180, 180)
+            return row[:5] + [anywhere] if run.kappa == "unknown" else row
+        return moved_table((self.place / "approx_coarse.csv").read_text(encoding="utf-8"), drawn)
+
+    def judged(self, photo, folder):
+        result = json.loads((folder / f"{photo}.exterior.json").read_text(encoding="utf-8"))
+        rms_px = None
+        if result.get("pose") and result["status"] != "failed":
+            film = self.home / "interior" / f"{photo}.interior.json"
+            film = json.loads(film.read_text(encoding="utf-8"))["photo_from_pixel"]
+            rms_px = self.truth.rms_px(photo, result["pose"], film)
+        states = collections.Counter(patch["state"] for patch in result.get("patches", []))
+        return {"status": result["status"], "rms_px": rms_px,
+                "wrong": result["status"] == "ok" and rms_px > WRONG_PX,
+                "visible": sum(states.values()) - states["not_visible"],
+                "correlating": states["matched"] + states["rejected"], "matched": states["matched"],
+                "findings": [finding["code"] for finding in result["findings"]
+                             if finding["at_best"] == result["status"] != "ok"]}
+
+    def run(self, program, run, jobs):
+        """One `orient exterior` of all photos; run: a Run."""
+        folder = self.home / "exterior" / "_".join([run.program[:8], *map(str, run[2:])])
+        folder.mkdir(parents=True, exist_ok=True)
+        for rest in folder.glob("*.exterior.json"):
+            rest.unlink()
+        (folder / "approx.csv").write_text(self.approximations(run), encoding="utf-8")
+        shutil.copyfile(self.place / "approx_coarse.prj", folder / "approx.prj")
+        position_m, attitude_deg = STARTS[run.start]
+        line = [program, "exterior", *sorted((self.place / "scans").glob("*.tif")),
+                "--camera", self.place / "camera.toml", "--dem", self.place / "dem.tif",
+                "--approximations", folder / "approx.csv", "--interior", self.home / "interior",
+                "--patchdb", self.home / f"patches_{run.harvest}.gpkg", "--no-feedback",
+                "--position-sigma-m", position_m, "--attitude-sigma-deg", attitude_deg,
+                "--out", folder, "--overwrite", "--jobs", jobs]
+        line += ["--kappa-sigma-deg", 180] if run.kappa == "unknown" else []
+        code, used = measured(line, folder / CONSOLE)
+        if code in (1, 2):  # usage or input: nothing that a benchmark tells
+            raise JobFailed(f"orient exterior: exit code {code}, see {folder / CONSOLE}")
+        died = {"status": "failed", "rms_px": None, "wrong": False, "visible": 0, "correlating": 0,
+                "matched": 0, "findings": [f"exit_code_{code}"]}
+        names = self.truth.photos
+        return {**run._asdict(), "jobs": jobs, "exit_code": code,
+                "seconds_per_photo": (used.ru_utime + used.ru_stime) / len(names),
+                "memory_mb": used.ru_maxrss / (2**20 if sys.platform == "darwin" else 2**10),
+                "photos": {photo: self.judged(photo, folder) if code in (0, 3) else died
+                           for photo in names}}
+
+
+def measured(line, console):
+    """Runs a program: its exit code, what it used."""
+    with open(console, "w", encoding="utf-8") as file:
+        child = subprocess.Popen([str(word) for word in line], stdout=file, stderr=file)
+        try:
+            _, state, used = os.wait4(child.pid, 0)
+        except KeyboardInterrupt:
+            child.kill()
+            child.wait()
+            raise
+    child.returncode = os.waitstatus_to_exitcode(state)
+    return child.returncode, used
+
+
+class Record:
+    """FOLDER/worlds.json: `runs`, and which program made what else is in FOLDER."""
+
+    def __init__(self, path):
+        self.path, self.made, self.runs = path, {}, {}
+        if path.exists():
+            told = json.loads(path.read_text(encoding="utf-8"))
+            self.made = told["made"]
+            self.runs = {Run(*(run[of] for of in Run._fields)): run for run in told["runs"]}
+
+    def write(self):
+        text = json.dumps({"made": self.made, "runs": list(self.runs.values())}, indent=1)
+        self.path.with_suffix(".new").write_text(text + "\n", encoding="utf-8")
+        os.replace(self.path.with_suffix(".new"), self.path)
+
+
+def photos_of(runs):
+    return [photo for run in runs for photo in run["photos"].values()]
+
+
+def rate_of_ok(runs):
+    return statistics.fmean(photo["status"] == "ok" for photo in photos_of(runs))
+
+
+def violations(groups):
+    """Where a better start, or a known kappa, made fewer photos ok; of the draws that both have."""
+    found = []
+    for (better, runs), (poorer, others) in itertools.permutations(groups.items(), 2):
+        differs = [i for i, (a, b) in enumerate(zip(better, poorer)) if a != b]
+        ranks = [(list(STARTS).index(key[2]), KAPPAS.index(key[3])) for key in (better, poorer)]
+        draws = {run["draw"] for run in runs} & {run["draw"] for run in others}
+        if differs in ([2], [3]) and ranks[0] < ranks[1] and draws:
+            rates = [rate_of_ok([run for run in part if run["draw"] in draws])
+                     for part in (runs, others)]
+            if rates[0] < rates[1]:
+                found.append(f"  {' '.join(better)} {rates[0]:.0%},"
+                             f" {' '.join(poorer)} {rates[1]:.0%}")
+    return found
+
+
+def report(groups):
+    """groups: the runs of each (world, harvest, start, kappa)."""
+    print(f"{'world':9}{'harvest':9}{'start':6}{'kappa':8}|{'photos':>7}{'ok':>5}{'weak':>5}"
+          f"{'failed':>7}{'wrong':>6}{'RMS px':>8}{'s median':>9}{'s max':>7}{'MB':>6}  finding")
+    for key, runs in groups.items():
+        photos, seconds = photos_of(runs), [run["seconds_per_photo"] for run in runs]
+        count = collections.Counter(photo["status"] for photo in photos)
+        rms = [photo["rms_px"] for photo in photos if photo["status"] == "ok"]
+        worst = "failed" if count["failed"] else "weak"
+        codes = collections.Counter(code for photo in photos if photo["status"] == worst
+                                    for code in photo["findings"]).most_common(1)
+        print("{:9}{:9}{:6}{:8}|".format(*key) + f"{len(photos):7}{count['ok']:5}{count['weak']:5}"
+              f"{count['failed']:7}{sum(photo['wrong'] for photo in photos):6}"
+              f"{f'{statistics.median(rms):.2f}' if rms else '-':>8}"
+              f"{statistics.median(seconds):9.1f}{max(seconds):7.1f}"
+              f"{max(run['memory_mb'] for run in runs):6.0f}"
+              + "".join(f"  {code} ({times})" for code, times in codes))
+    runs = [run for part in groups.values() for run in part]
+    wrong, found = sum(photo["wrong"] for photo in photos_of(runs)), violations(groups)
+    print(f"rate of ok: {rate_of_ok(runs):.1%} of {len(photos_of(runs))} photos; wrong: {wrong}\n"
+          "a better start never lowers the rate:", f"{len(found)} violations" if found else "true")
+    print("".join(f"{line}\n" for line in found), end="")
+
+
+def work(told, program, folder, wanted, record):
+    """What is wanted and not done yet."""
+    data, worlds = shared_data() / "worlds", {}
+    digest = wanted[0].program
+    for name in dict.fromkeys(told.worlds):
+        worlds[name] = World(data / name, folder / name)
+        for made in worlds[name].prepare(program, dict.fromkeys(told.harvests)):
+            record.made[made] = digest
+            record.write()
+    others = [made for made, by in record.made.items()
+              if by != digest and made.split("/")[0] in worlds]
+    if others:
+        print(f"made by another program: {', '.join(others)}", file=sys.stderr)
+    for number, run in enumerate(wanted, 1):
+        if run in record.runs and not told.again:
+            continue
+        record.runs[run] = worlds[run.world].run(program, run, told.jobs)
+        record.write()
+        states = [photo["status"] for photo in record.runs[run]["photos"].values()]
+        print(f"{number} of {len(wanted)}: {' '.join(map(str, run[1:5]))} draw {run.draw}:"
+              f" {' '.join(states)}", file=sys.stderr, flush=True)
+
+
+def main(arguments):
+    if arguments == ["--self-test"]:
+        return self_test(shared_data() / "worlds")
+    parser = argparse.ArgumentParser(
+        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("program", type=pathlib.Path)
+    parser.add_argument("folder", type=pathlib.Path)
+    for name, choices in (("worlds", WORLDS), ("harvests", HARVESTS), ("starts", STARTS),
+                          ("kappa", KAPPAS)):
+        parser.add_argument(f"--{name}", nargs="+", choices=choices, default=list(choices))
+    for name, value in (("draws", 5), ("seed", 1), ("jobs", 0)):
+        parser.add_argument(f"--{name}", type=int, default=value)
+    parser.add_argument("--again", action="store_true")
+    told = parser.parse_args(arguments)
+    program, folder, data = told.program.resolve(), told.folder.resolve(), shared_data() / "worlds"
+    if not os.access(program, os.X_OK) or not program.is_file():
+        sys.exit(f"{program}: no such program")
+    absent = [name for name in told.worlds if not (data / name / "truth.json").is_file()]
+    if absent:
+        sys.exit(f"no {', '.join(absent)} in {data}: set ORIENT_SHARED_DATA to the shared data")
+    if told.draws < 1:
+        sys.exit("--draws: at least 1")
+    digest = hashlib.sha256(program.read_bytes()).hexdigest()
+    record = Record(folder / RECORD)
+    parts = [dict.fromkeys(part) for part in (told.worlds, told.harvests, told.starts, told.kappa)]
+    wanted = [Run(digest, *key, told.seed, draw) for draw in range(1, told.draws + 1)
+              for key in itertools.product(*parts)]
+    stopped = None
+    try:
+        work(told, program, folder, wanted, record)
+    except KeyboardInterrupt:
+        stopped = "interrupted: the same command continues"
+    except JobFailed as failure:
+        stopped = str(failure)
+    groups = {key: [record.runs[run] for run in wanted if run[1:5] == key and run in record.runs]
+              for key in itertools.product(*parts)}
+    groups = {key: runs for key, runs in groups.items() if runs}
+    if groups:
+        report(groups)
+    return stopped
+
+
+if __name__ == "__main__":
+    sys.exit(main(sys.argv[1:]))
