@@ -42,7 +42,7 @@ Findings Judge(const JudgedPose& pose) {
                         .where = "the patches' coordinates are"});
   if (pose.places < kPlacesForOk) weak(Reason::kFewPlaces, pose.places, kPlacesForOk);
   if (pose.spread < kSpreadForOk) weak(Reason::kPoorSpread, 100 * pose.spread, 100 * kSpreadForOk);
-  if (pose.worst_sigma_px > kSigmaForOk_px)
+  if (!(pose.worst_sigma_px <= kSigmaForOk_px))
     weak(Reason::kPoorlyDetermined, pose.worst_sigma_px, kSigmaForOk_px);
   return findings;
 }

@@ -51,9 +51,9 @@ void LiftImprecision(const TiedPhoto& photo, ExteriorResult* result) {
   if (result->status != Status::kWeak || photo.ties_used < kMinTies ||
       photo.tie_redundancy < kMinRedundancy)
     return;
-  // What else is said of it, ties have not looked at.
-  if (std::erase_if(result->findings, exterior::ConcernsPrecision) > 0 && result->findings.empty())
-    result->status = Status::kOk;
+  // Ties say nothing about the other findings.
+  if (std::erase_if(result->findings, exterior::ConcernsPrecision) > 0)
+    result->status = StatusOf(result->findings);
 }
 
 void HoldTo(const ExteriorResult& held, ExteriorResult* adjusted) {

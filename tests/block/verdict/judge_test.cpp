@@ -201,6 +201,15 @@ TEST_F(LiftImprecisionOf, AnotherObjectionStands) {
   ExpectOnly(result_.findings, spread_);
 }
 
+// Weak without a reason would be nobody's judgement.
+TEST_F(LiftImprecisionOf, ARemarkKeepsNoPhotoWeak) {
+  const Finding holes{Reason::kDemHasHoles, Status::kOk, 3, 90};
+  result_ = Weak({few_, holes});
+  Lift(WellTied());
+  EXPECT_EQ(result_.status, Status::kOk);
+  ExpectOnly(result_.findings, holes);
+}
+
 TEST_F(LiftImprecisionOf, APhotoThatSaysNothingOfItsPrecisionStaysAsItIs) {
   for (const Findings& findings : {Findings{spread_}, Findings{}}) {
     result_ = Weak(findings);
