@@ -27,7 +27,7 @@ struct OrientedBlock {
   // Photos that a table of approximations names and that are not there: a scan may be missing. A
   // flight index shows the whole flight, of which a block may be a part.
   std::vector<std::string> not_there;
-  Findings findings;  // what a person should know of the block as a whole
+  Findings findings;  // what a person should know about the block as a whole
 };
 
 // Runs all stages in `folder`; see docs/block.md for what they leave there. What is there already

@@ -1,4 +1,4 @@
-# What `cmake --install` lays down: the program with its camera library, and the rooms as libraries
+# What `cmake --install` installs: the program, its camera library, and the modules as libraries
 # (orient::interior, orient::patchdb, orient::exterior, orient::block) with their public headers.
 
 include(CMakePackageConfigHelpers)
@@ -7,7 +7,7 @@ include(CMakePackageConfigHelpers)
 install(TARGETS orient RUNTIME DESTINATION ${CMAKE_INSTALL_BINDIR})
 install(DIRECTORY data/cameras DESTINATION ${CMAKE_INSTALL_DATADIR}/orient)
 
-# A room's public headers: those named here and all that they include. All others are private.
+# A module's public headers: those named here and all that they include. All others are private.
 set(ORIENT_PUBLIC_HEADERS
     interior/interior.h interior/camera_choice.h
     patchdb/store/patch_database.h patchdb/store/selection.h patchdb/harvest/harvest.h

@@ -45,8 +45,8 @@ function(orient_precompiled name)
   target_precompile_headers(${name} PRIVATE ${its_HEADERS})
 endfunction()
 
-# orient_library(orient_room folder PUBLIC ... PRIVATE ...): every .cpp of the folder and its
-# subfolders, but for main.cpp and benchmarks, linked with what follows; also as orient::room.
+# orient_library(orient_module folder PUBLIC ... PRIVATE ...): every .cpp of the folder and its
+# subfolders, but for main.cpp and benchmarks, linked with what follows; also as orient::module.
 function(orient_library name folder)
   file(GLOB_RECURSE sources CONFIGURE_DEPENDS ${PROJECT_SOURCE_DIR}/${folder}/*.cpp)
   list(FILTER sources EXCLUDE REGEX "/main\\.cpp$|/bench/")

@@ -8,7 +8,7 @@ namespace orient::exterior {
 namespace {
 
 constexpr int kLeastMatched = 6;       // fewer are never accepted
-constexpr int kPlacesForOk = 12;       // fewer places do not tell how precise it is: weak
+constexpr int kPlacesForOk = 12;       // fewer places do not determine its precision: weak
 constexpr double kSpreadForOk = 0.03;  // share of the photo over which the matched patches spread
 constexpr double kSigmaForOk_px = 1;   // of the worst place of the photo, projected
 

@@ -24,8 +24,8 @@ EXTERIOR = ["exterior/steps", "exterior/search", "exterior"]
 BLOCK = ["block/roll", "block/bundle", "block/ties", "block/inputs", "block/pictures",
          "block/stages", "block/verdict", "block"]
 
-# folder: (folders it may include besides its own, libraries from outside). Within a room the folders
-# stand in the order in which they build on one another.
+# folder: (folders it may include besides its own, libraries from outside). Within a module the
+# folders stand in the order in which they build on one another.
 TABLE = {
     "core/base": ([], {"Boost.Math", "fmt", "GDAL", "TBB"}),
     "core/geometry": (["core/base"], {"Eigen", "Ceres"}),
@@ -95,7 +95,7 @@ VAGUE_NAME = re.compile(r"(^|_)(utils?|common|misc)(_|$)")
 
 
 def folder_of(path):
-    """The folder of the table that a file lies in: its own, or the room of tests or examples."""
+    """The folder of the table that a file lies in: its own, or the module of tests or examples."""
     folder = path.rpartition("/")[0]
     if folder.split("/")[0] in ("tests", "examples"):
         return folder.split("/")[0]

@@ -80,11 +80,12 @@ struct BlockOptions {
   bool self_calibration = false;
   GnssModel gnss = GnssModel::kPlain;
   double gnss_shift_sigma_m = 10;     // what a shift may be, one sigma
-  double height_correlation_m = 500;  // distance at which height errors are hardly related
-  // Errors that control patches share and residuals do not show (shadows and crowns to the same
-  // side of all things), in shares of what each errs by itself: the same everywhere, and a field a
-  // source that fades over height_correlation_m. They widen the covariances of poses, cameras,
-  // GNSS parameters and ties (not of control's own ground and of checks) and weigh nothing.
+  double height_correlation_m = 500;  // correlation length of height errors
+  // Errors that control patches share and residuals do not show (shadows and crowns on the same
+  // side of every object), as fractions of each patch's own error: the same everywhere, and a field
+  // per source with correlation length height_correlation_m. They enlarge the covariances of poses,
+  // cameras, GNSS parameters and ties (not of control's own ground and of checks) and do not affect
+  // weights.
   double control_shared_everywhere = 0, control_shared_smoothly = 0;
   bool full_covariance = true;  // of all poses, where there are at most 300 photos
   int max_rounds = 30;          // of test and adjustment

@@ -34,7 +34,7 @@ struct ObservationResult {
 enum class PhotoState {
   kAdjusted,
   kNoDatum,       // its part has too little control and prior for position, attitude and scale
-  kUndetermined,  // too few or too badly placed observations
+  kUndetermined,  // too few or poorly distributed observations
 };
 const char* Name(PhotoState state);
 
@@ -69,7 +69,7 @@ struct BlockPart {
   int control_points = 0;   // used
   bool has_datum = false;   // position, attitude and scale follow from control, GNSS and priors
   bool by_control = false;  // at least three control points not on one line
-  std::optional<Finding> finding = {};  // absent where nothing is to be said
+  std::optional<Finding> finding = {};  // absent if there is nothing to report
 };
 
 struct VarianceComponent {
@@ -108,7 +108,7 @@ struct StripGnss {
   std::optional<Eigen::Vector3d> drift_m, drift_sigma_m;
 };
 
-// Of photos that get a covariance of all poses together.
+// The most photos for which a joint covariance of all poses is computed.
 inline constexpr std::size_t kMostForFullCovariance = 300;
 
 struct BlockTimings {  // wall clock, seconds
@@ -136,7 +136,7 @@ struct BlockResult {
   Eigen::MatrixXd pose_covariance;
   std::vector<std::size_t> covariance_photos;
   BlockTimings timings;
-  Findings findings;  // what a person should know of the block as a whole
+  Findings findings;  // what a person should know about the block as a whole
 };
 
 }  // namespace orient::block

@@ -88,7 +88,7 @@ void AddPhotoPriors(const BlockSystem& system, std::size_t photo, PartDatum* dat
   datum->all.block<3, 3>(3, 3) += angles.inverse();
 }
 
-// What is said of a part that is not as one would wish. `only`: the block is of one part.
+// What is reported of a part with a deficiency. `only`: the block has one part.
 std::optional<Reason> WhatOf(const BlockPart& part, bool only) {
   if (!part.has_datum) return only ? Reason::kBlockWithoutDatum : Reason::kPartWithoutDatum;
   if (part.control_points == 0)

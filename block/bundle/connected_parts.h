@@ -9,8 +9,8 @@
 namespace orient::block {
 
 // By the observations that connect (all of them are as many as the block's); `takes_part` of each
-// photo. Every photo is in one part.
-// Fills photos, control_points, has_datum, by_control and finding.
+// photo. Every photo is in one part. Fills photos, control_points,
+// has_datum, by_control and finding.
 std::vector<BlockPart> FindParts(const BlockSystem& system, const std::vector<bool>& connects,
                                  const std::vector<bool>& takes_part);
 

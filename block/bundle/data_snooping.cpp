@@ -11,7 +11,7 @@
 namespace orient::block {
 namespace {
 
-constexpr double kMinRayAngle_deg = 1.5;  // ties seen under less from everywhere say nothing
+constexpr double kMinRayAngle_deg = 1.5;  // ties with smaller angles everywhere are not used
 
 // A gross error leans on the residuals around it. Of a photo's suspects only those at least this
 // much of its worst one (in chi-square) go in the same round.

@@ -28,7 +28,7 @@ class BlockApproximations {
 
   // Of all photos that anything is known of.
   const OrientationTable& Table() const { return table_; }
-  // What a person should know of them.
+  // What a person should know about them.
   const Findings& Remarks() const { return remarks_; }
   // Names of the table that are no photo of the block.
   const std::vector<std::string>& Needless() const { return needless_; }

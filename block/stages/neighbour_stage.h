@@ -30,9 +30,8 @@ struct NeighbourStage {
 // these become known (BlockApproximations::Next). Those that are left then, and those of which
 // nothing is known, are tried where keypoints that they share with oriented photos say that they
 // lie (keypoint_stage.h); the patches alone accept. Results of earlier runs are kept where what
-// they were made from is the same.
-// `*photos` take over the poses; those that stay failed keep their own result. What stops a round
-// is told in `*findings`.
+// they were made from is the same. `*photos` take over the poses; those that stay failed keep their
+// own result. What stops a round is reported in `*findings`.
 void RunNeighbourStage(const NeighbourStage& stage, std::vector<BlockPhotoFile>* photos,
                        Findings* findings);
 

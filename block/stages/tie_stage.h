@@ -22,8 +22,8 @@ struct TieStage {
 };
 
 // Ties of all photos that have a pose and a neighbour; those that are there and current are kept.
-// An image that cannot be read any more leaves its photo without ties and is told in `*findings`.
-// `done` is called once a photo, from one thread at a time.
+// An image that cannot be read any more leaves its photo without ties and is reported in
+// `*findings`. `done` is called once per photo, from one thread at a time.
 std::vector<TieRecord> RunTieStage(const TieStage& stage, const std::function<void()>& done,
                                    Findings* findings);
 

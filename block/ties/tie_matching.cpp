@@ -17,7 +17,7 @@ namespace {
 constexpr double kHeightSigma_px = 5;
 constexpr double kMaxRadius_px = 80;  // of a search window, however little is known of the poses
 
-// How far the way back from the other photo may end beside the point that it began at.
+// Largest distance between the starting point and the result of matching back.
 constexpr double kMaxWayBack_px = 0.4;
 
 // Where `from` shows what `to` shows is computed on a lattice and linear between its nodes.

@@ -9,7 +9,7 @@
 namespace orient::block {
 namespace {
 
-constexpr int kTriesPerCell = 3;  // interest points a cell, until one is found in another photo
+constexpr int kTriesPerCell = 3;  // interest points per cell, until one is found in another photo
 
 // Of a cell, each way: where its overlaps are looked for.
 constexpr int kProbes = 4;

@@ -10,7 +10,7 @@
 namespace orient::block {
 namespace {
 
-// Matching's covariance knows the grey values' noise only: one sigma of what it does not know.
+// Matching's covariance includes grey-value noise only: one sigma of the rest.
 constexpr double kModelSigma_px = 0.1;
 
 // What two photos' difference is uncertain by, each photo has its half of: then any two photos of

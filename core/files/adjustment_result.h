@@ -46,7 +46,7 @@ struct PartResult {
   std::vector<std::string> photos;
   int control_points = 0;
   bool by_control = false;
-  std::optional<Finding> finding;  // absent where nothing is to be said
+  std::optional<Finding> finding;  // absent if there is nothing to report
 };
 
 struct CalibrationResult {
@@ -83,7 +83,7 @@ struct AdjustmentResult {
   std::vector<CheckResult> checks;
   int checks_rejected_alone =
       0;              // sightings that are not among them: gross errors of a photo alone
-  Findings findings;  // what a person should know of the block as a whole
+  Findings findings;  // what a person should know about the block as a whole
   std::vector<PointResult> ties, control;
   std::vector<PoseObservationResult> approximations, gnss;
   std::vector<GnssStripResult> gnss_strips;

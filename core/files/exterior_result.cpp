@@ -28,7 +28,7 @@ Json RoundJson(const LoopRound& round) {
           {"rms_px", ToJson(std::optional(round.rms_px))}};
 }
 
-// Without what is stated, which has no other words than its sentence.
+// Without stated reasons: these consist of a sentence only.
 Json ReasonCodes(const Findings& findings) {
   Json codes = Json::array();
   for (const Finding& finding : findings)

@@ -14,12 +14,11 @@ const std::vector<Wording>& Wordings() {  // NOLINT(readability-function-size): 
        "The camera's marks were not found: wrong camera file, marks outside the scan, or a "
        "wrong pixel size (--pixel-size-um; in a block file pixel_size_um under [scan])."},
       {Reason::kMarksMayBeChance, "marks_may_be_chance",
-       "The marks found may be chance ({value:.1f} nats, {limit:.1f} are needed): wrong camera "
-       "file, or marks too faint."},
+       "The marks found may be due to chance ({value:.1f} nats, {limit:.1f} are needed): wrong "
+       "camera file, or marks too faint."},
       {Reason::kTooManyReadings, "too_many_readings",
        "Too many marks and candidates to rule out another interpretation: give orientation, "
-       "polarity or pixel size, whichever is known (options; in a block file "
-       "[scan])."},
+       "polarity or pixel size, whichever is known (options; in a block file [scan])."},
       {Reason::kRivalReading, "rival_reading",
        "Another interpretation of the marks is nearly as probable (margin {value:.1f} nats, "
        "{limit:.0f} are needed)."},
@@ -27,9 +26,9 @@ const std::vector<Wording>& Wordings() {  // NOLINT(readability-function-size): 
       {Reason::kFewMarks, "few_marks",
        "Only {value:.0f} marks were found; {limit:.0f} are needed."},
       {Reason::kScaleDifference, "scale_difference",
-       "The scales of the two axes differ by {value:.1f} %: not a plausible film or scanner."},
+       "The scales of the two axes differ by {value:.1f} %: implausible for film or scanner."},
       {Reason::kShear, "shear",
-       "The axes are sheared by {value:.1f} mrad: not a plausible film or scanner."},
+       "The axes are sheared by {value:.1f} mrad: implausible for film or scanner."},
       {Reason::kPixelSizeIsNotAsStated, "pixel_size_is_not_as_stated",
        "The pixel size is {value:.2f} um from the marks, but {limit:.2f} um from the resolution "
        "tag or as stated: another camera's marks, or a wrong resolution."},
@@ -38,8 +37,8 @@ const std::vector<Wording>& Wordings() {  // NOLINT(readability-function-size): 
        "camera with similar marks would fit as well; state it (--pixel-size-um; in a block "
        "file pixel_size_um under [scan])."},
       {Reason::kRivalScanner, "rival_scanner",
-       "A desktop scan of all these marks, and a photogrammetric one with one mark "
-       "misplaced, are almost equally probable ({value:.1f} nats apart): state which with "
+       "A desktop scan of all these marks and a photogrammetric one with one mark "
+       "misplaced are almost equally probable ({value:.1f} nats apart): state which with "
        "--scanner."},
       {Reason::kRivalScanOrientation, "rival_scan_orientation",
        "Another scan orientation is nearly as probable ({value:.1f} nats apart, {limit:.0f} "
@@ -51,7 +50,7 @@ const std::vector<Wording>& Wordings() {  // NOLINT(readability-function-size): 
        "{value:.0f} um."},
       {Reason::kBlackAndWhite, "black_and_white",
        "The scan is black and white without grey values: marks may be off by a pixel, and "
-       "their precision is unknown. Scan the film in grey."},
+       "their precision is unknown. Scan the film in greyscale."},
       {Reason::kReseauContradictory, "reseau_contradictory",
        "The crosses contradict one another: no smooth film deformation explains their "
        "positions."},
@@ -60,18 +59,17 @@ const std::vector<Wording>& Wordings() {  // NOLINT(readability-function-size): 
       {Reason::kFewReseauCrosses, "few_reseau_crosses",
        "Only {value:.0f} crosses agree with their neighbours; {limit:.0f} are needed ({where})."},
       {Reason::kOrientationUnlikeLayout, "orientation_unlike_layout",
-       "The marks' calibrated positions fit scan orientation {where} as given, by {value:.1f} "
-       "nats: "
+       "The marks' calibrated positions fit scan orientation {where} as given ({value:.1f} nats): "
        "check --orientation."},
       {Reason::kOrientationUnlikeSigns, "orientation_unlike_signs",
        "The film's symbols or border show scan orientation {where} as given: check "
        "--orientation."},
       {Reason::kSignsContradictory, "signs_contradictory",
-       "The identification symbols, the border or the marks' positions contradict each "
-       "other ({where} against the others): check the camera file's symbols, data_strip, "
-       "border and fiducials."},
+       "Identification symbols, border and mark positions contradict one another ({where} "
+       "against the others): check the camera file's symbols, data_strip, border and fiducials."},
       {Reason::kSignNotClear, "sign_not_clear",
-       "Not clearly read: {where} alone contradicts the scan orientation of all the others."},
+       "Not clearly read: {where} alone contradicts the scan orientation that all the others "
+       "indicate."},
       {Reason::kOrientationOpen, "orientation_open",
        "The marks leave the scan orientation open ({where}); the transform given is that of the "
        "first."},
@@ -114,9 +112,9 @@ const std::vector<Wording>& Wordings() {  // NOLINT(readability-function-size): 
        "correct the approximation"},
       {Reason::kNoFirstPose, "no_first_pose", "{where}"},
       {Reason::kNothingAlike, "nothing_alike",
-       "searched as a whole, the photo resembles the patches at no kappa{where}"},
+       "the search of the whole photo found nothing like the patches at any kappa{where}"},
       {Reason::kNothingAlikeAfterPrior, "nothing_alike_after_prior",
-       "searched as a whole, the photo resembles the patches at no kappa either"},
+       "the search of the whole photo found nothing like the patches at any kappa either"},
       {Reason::kNoConsensus, "no_consensus",
        "only {value:.0f} of {limit:.0f} patches agree on a pose within {where} of the "
        "prediction: chance could produce that. Either the approximation is worse than its "
@@ -137,7 +135,7 @@ const std::vector<Wording>& Wordings() {  // NOLINT(readability-function-size): 
        "the pose lies {value:.0f} sigma from its approximation: either the approximation is worse "
        "than stated, or {where} wrong"},
       {Reason::kFewPlaces, "few_places",
-       "too few places to judge the precision of the pose: patches agree in only {value:.0f}"},
+       "too few places to judge the precision of the pose: patches agree at only {value:.0f}"},
       {Reason::kPoorSpread, "poor_spread",
        "the patches that agree cover {value:.1f} % of the photo: the rest is uncontrolled"},
       {Reason::kPoorlyDetermined, "poorly_determined",
@@ -151,14 +149,14 @@ const std::vector<Wording>& Wordings() {  // NOLINT(readability-function-size): 
        "the pose holds with a principal distance of {value:.3f} mm, not with the camera "
        "file's {limit:.3f} mm"},
       {Reason::kPrincipalDistanceUndetermined, "principal_distance_undetermined",
-       "the photo does not determine its principal distance: its sigma is still {value:.3f} mm, "
-       "from {limit:.3f} mm; over level ground the flying height absorbs it"},
+       "the photo does not determine its principal distance: its sigma is still {value:.3f} mm "
+       "({limit:.3f} mm a priori); over level ground the flying height absorbs it"},
       {Reason::kDemHasHoles, "dem_has_holes",
        "the DEM has no height under {value:.0f} of the {limit:.0f} matched patches: it has a hole "
        "or ends there"},
       {Reason::kDemUnlikePatches, "dem_unlike_patches",
        "the DEM's heights differ from the matched patches' by {value:.0f} m (one sigma; "
-       "at most {limit:.0f} m is expected): the patches or the DEM are of another place"},
+       "at most {limit:.0f} m is expected): the patches or the DEM belong to another place"},
       {Reason::kDemDatum, "dem_datum",
        "the DEM lies {value:.0f} m {where} the matched patches (spread {limit:.0f} m): their "
        "height datums differ; the pose has the patches'"},
@@ -174,7 +172,7 @@ const std::vector<Wording>& Wordings() {  // NOLINT(readability-function-size): 
       {Reason::kTiesContradict, "ties_contradict",
        "more than half of its tie points contradict its pose"},
       {Reason::kTiesUncontrolled, "ties_uncontrolled",
-       "its tie points do not control one another: most connect it to one other photo only"},
+       "its tie points do not check one another: most connect it to one other photo only"},
       {Reason::kTiesImprecise, "ties_imprecise",
        "its tie points determine its pose poorly: in the worst corner of the frame its "
        "projection is uncertain by {value:.2f} px"},
@@ -200,69 +198,71 @@ const std::vector<Wording>& Wordings() {  // NOLINT(readability-function-size): 
       {Reason::kBlockWithoutDatum, "block_without_datum",
        "The block has too little control for position, attitude and scale."},
       {Reason::kBlockWithoutControl, "block_without_control",
-       "The block has no control: its place follows from approximations or GNSS alone."},
+       "The block has no control: its position follows from approximations or GNSS alone."},
       {Reason::kBlockPoorlyControlled, "block_poorly_controlled",
-       "The block has control on one line or at one place only: approximations or GNSS decide "
+       "The block has control on one line or at one place only: approximations or GNSS determine "
        "the rest."},
       {Reason::kPartWithoutDatum, "part_without_datum",
-       "Photo{s} {where} {are} connected with no other photo. {They_have} too little control "
+       "Photo{s} {where} {are} not connected to any other photo. {They_have} too little control "
        "for position, attitude and scale."},
       {Reason::kPartWithoutControl, "part_without_control",
-       "Photo{s} {where} {are} connected with no other photo. {They_have} no control: its "
-       "place follows from approximations or GNSS alone."},
+       "Photo{s} {where} {are} not connected to any other photo. {They_have} no control: {their} "
+       "position follows from approximations or GNSS alone."},
       {Reason::kPartPoorlyControlled, "part_poorly_controlled",
-       "Photo{s} {where} {are} connected with no other photo. {They_have} control on one line "
-       "or at one place only: approximations or GNSS decide the rest."},
+       "Photo{s} {where} {are} not connected to any other photo. {They_have} control on one line "
+       "or at one place only: approximations or GNSS determine the rest."},
       {Reason::kPartNotConnected, "part_not_connected",
-       "Photo{s} {where} {are} connected with no other photo."},
+       "Photo{s} {where} {are} not connected to any other photo."},
       {Reason::kGnssDisagreesEverywhere, "gnss_disagrees_everywhere",
-       "GNSS and control patches disagree everywhere: no position is used. One of them lies "
-       "in another datum, or is worse than stated."},
+       "GNSS and control patches disagree everywhere: no position is used. Their datums "
+       "differ, or one is worse than stated."},
       {Reason::kGnssRejected, "gnss_rejected",
        "GNSS contradicts the block and is not used: {where}."},
       {Reason::kGnssPerhapsOfAnotherDatum, "gnss_perhaps_of_another_datum",
-       "GNSS positions fit {value:.0f} times worse than stated, and count so much less: do "
-       "they lie in another datum than control (model = \"shift\" finds by how much)?"},
+       "GNSS positions fit {value:.0f} times worse than stated, and their weight is reduced "
+       "accordingly: does their datum differ from that of control (model = \"shift\" estimates "
+       "it)?"},
       {Reason::kGnssWorseThanStated, "gnss_worse_than_stated",
-       "GNSS positions fit {value:.0f} times worse than stated, and count so much less."},
+       "GNSS positions fit {value:.0f} times worse than stated, and their weight is reduced "
+       "accordingly."},
       {Reason::kApproximationsRejected, "approximations_rejected",
-       "The approximation is worse than it is said to be, and is no observation: {where}."},
+       "The approximation is worse than stated and is not used as an observation: {where}."},
       {Reason::kApproximationsWorseThanStated, "approximations_worse_than_stated",
-       "Approximations fit {value:.0f} times worse than stated, and count so much less as "
-       "observations."},
+       "Approximations fit {value:.0f} times worse than stated, and their weight as observations "
+       "is reduced accordingly."},
       {Reason::kPhotosUndetermined, "photos_undetermined",
-       "Too few or too badly placed observations: {where}."},
+       "Too few or poorly distributed observations: {where}."},
       {Reason::kAdjustedWithoutPriors, "adjusted_without_priors",
        "with GNSS and approximations as observations the block does not converge: adjusted "
        "without them"},
       {Reason::kNoPoseCovariance, "no_pose_covariance",
-       "pose_covariance.csv is not written: it is for blocks whose adjustment converged, of "
-       "at most {limit:.0f} photos"},
+       "pose_covariance.csv is not written: it needs a converged adjustment of at most "
+       "{limit:.0f} photos"},
       {Reason::kInputsChanged, "inputs_changed",
-       "oriented again, since their inputs changed ({first}): {rest}"},
+       "oriented again, as their inputs changed ({first}): {rest}"},
       {Reason::kNoTiesFromPhoto, "no_ties_from_photo", "{first} gives no tie points: {rest}"},
       {Reason::kNeighboursNotTried, "neighbours_not_tried",
-       "The photos left could not be tried with their neighbours' patches: {where}"},
+       "The remaining photos could not be tried with their neighbours' patches: {where}"},
       {Reason::kStripPhotosAbsent, "strip_photos_absent",
-       "the strips have {value:.0f} photo{s} that {are} not there, whose places stay free: "
+       "the strips list {value:.0f} photo{s} that {are} not in the block, whose places stay free: "
        "{where}"},
       {Reason::kLocatedByOwnFiles, "located_by_own_files",
        "{value:.0f} photo{s} {are} located by the GNSS position in {their} own file{s}"},
       {Reason::kFocalLengthIsNotTheCameras, "focal_length_is_not_the_cameras",
-       "the focal length in photos' files ({value:.4g} mm) is not the camera file's principal "
+       "the focal length in the photos' files ({value:.4g} mm) is not the camera file's principal "
        "distance ({limit:.4g} mm): {where}"},
       {Reason::kApproximationsOfOtherPhotos, "approximations_of_other_photos",
-       "{first} has {value:.0f} photo{s} that {are} not in the block: {rest}"},
+       "{first} lists {value:.0f} photo{s} that {are} not in the block: {rest}"},
       {Reason::kOtherPhotosSetAside, "other_photos_set_aside",
-       "what an earlier run left of {value:.0f} photo{s} that {are} not in the block ({rest}) "
-       "was moved to {first}"},
+       "an earlier run's results of {value:.0f} photo{s} that {are} not in the block ({rest}) "
+       "were moved to {first}"},
       {Reason::kPhotoNotInQuicklook, "photo_not_in_quicklook",
        "photo {where} could not be read for the quicklook"},
       {Reason::kNoQuicklook, "no_quicklook", "no quicklook: {where}"},
       {Reason::kExportSource, "export_source", "exports: {where}"},
       {Reason::kExportNote, "export_note", "export {where}"},
-      {Reason::kPatchBehindCamera, "patch_behind_camera", "behind the camera under the final pose"},
-      {Reason::kPatchOutsidePhoto, "patch_outside_photo", "outside the photo under the final pose"},
+      {Reason::kPatchBehindCamera, "patch_behind_camera", "behind the camera in the final pose"},
+      {Reason::kPatchOutsidePhoto, "patch_outside_photo", "outside the photo in the final pose"},
       {Reason::kPatchCovered, "patch_covered", "under a fiducial mark or writing"},
       {Reason::kPatchHidden, "patch_hidden", "hidden by terrain"},
       {Reason::kPatchTooSmall, "patch_too_small",
@@ -281,7 +281,7 @@ const std::vector<Wording>& Wordings() {  // NOLINT(readability-function-size): 
       {Reason::kTextureTooWeak, "texture_too_weak", "texture too weak for a precise position"},
       {Reason::kNoGradients, "no_gradients", "no gradients in the search window"},
       {Reason::kGradientsAmbiguous, "gradients_ambiguous",
-       "ambiguous: the gradients of a second place are as like"},
+       "ambiguous: the gradients of a second place fit as well"},
       {Reason::kGradientsNotConverged, "gradients_not_converged",
        "least-squares matching of the gradients did not converge"},
       {Reason::kGradientsDisagree, "gradients_disagree",
@@ -289,7 +289,7 @@ const std::vector<Wording>& Wordings() {  // NOLINT(readability-function-size): 
       {Reason::kGradientsTooWeak, "gradients_too_weak",
        "gradients too weak for a precise position"},
       {Reason::kFoundElsewhereInPatch, "found_elsewhere_in_patch",
-       "what was found there is found elsewhere in the patch"},
+       "matching back ends elsewhere in the patch"},
       {Reason::kPatchContradictsOthers, "patch_contradicts_others",
        "does not agree with the other patches"},
       {Reason::kPatchContradictsBlock, "patch_contradicts_block", "does not agree with the block"},

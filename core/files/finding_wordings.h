@@ -1,4 +1,4 @@
-// What each reason is called in files, and how it is told to people. Private to core/files.
+// Each reason's code in files and its sentence for people. Private to core/files.
 #pragma once
 
 #include <string_view>
@@ -8,9 +8,9 @@
 
 namespace orient {
 
-// A sentence with places for what a Finding has, formatted as fmt does: {value}, {limit}, {where};
-// {first} and {rest} of a where that is "first: rest"; and of as many things as {value} says {s}
-// (of the plural), {are}, {their} and {They_have}.
+// A sentence in fmt's format with placeholders for a Finding's fields: {value}, {limit}, {where};
+// {first} and {rest} if where is "first: rest"; and, singular or plural as {value} requires, {s},
+// {are}, {their} and {They_have}.
 struct Wording {
   Reason reason;
   std::string_view code;

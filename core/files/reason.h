@@ -1,11 +1,11 @@
-// Every reason that a result may give for its status, or for what a person should know of it.
+// Every reason that a result may give for its status, and everything else worth reporting about it.
 #pragma once
 
 namespace orient {
 
 // docs/findings.md says of each what it means and what to do.
 enum class Reason {
-  kStated,  // what a result of another maker says
+  kStated,  // the message of another program's result
   // Of one scan's interior orientation.
   kScanUnusable,
   kImageSizeIsNotTheCameras,

@@ -24,7 +24,7 @@ Json FindingJson(const Finding& finding) {
 
 Reason ReadReason(const JsonField& code) {
   const auto reason = ReasonFromCode(code.AsString());
-  if (!reason) code.Fail("is \"" + code.AsString() + "\", which no version up to this one knows");
+  if (!reason) code.Fail("is \"" + code.AsString() + "\", which this version does not know");
   return *reason;
 }
 

@@ -38,13 +38,13 @@ Json NameOrNull(const std::optional<Enum>& value) {
 Json FindingJson(const Finding& finding);
 Reason ReadReason(const JsonField& code);
 Finding ReadFinding(const JsonField& field);
-// As another maker, or an earlier version, says it.
+// As another program, or an earlier version, states it.
 inline Finding Stated(std::string message) {
   return {.reason = Reason::kStated, .where = std::move(message)};
 }
 // "findings" and, for people, "messages".
 void WriteFindings(const Findings& findings, Json* json);
-// Of a result that has no findings (another maker's) the messages, as stated.
+// Of a result that has no findings (another program's) the messages, as stated.
 Findings ReadFindings(const JsonField& root);
 
 inline std::string TextOf(const Json& json) { return json.dump(2) + "\n"; }

@@ -13,8 +13,8 @@ using Eigen::Index;
 
 constexpr double kDerivativeSigma_px = 0.8;  // of the Gaussian before the gradient
 constexpr double kSmoothingSigma_px = 0.6;   // of the channels
-constexpr double kStrengthSigma_px =
-    2.0;                        // of the surroundings whose strength a pixel is compared with
+// Of the surroundings whose strength a pixel is compared with.
+constexpr double kStrengthSigma_px = 2.0;
 constexpr double kFloor = 0.2;  // added to that strength, in units of its mean over the image
 
 // The gradient's strength, and strength times cosine and sine of twice its direction.

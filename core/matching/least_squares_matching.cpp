@@ -14,8 +14,8 @@ namespace orient {
 namespace {
 
 constexpr double kConvergence_px = 1e-3;  // of the reference point and of the template's corners
-constexpr double kMinValidShare =
-    0.6;  // share of template pixels that must meet valid image pixels
+// Share of template pixels that must meet valid image pixels.
+constexpr double kMinValidShare = 0.6;
 constexpr int kMaxParameters = 8;
 using Parameters = Eigen::Matrix<double, Eigen::Dynamic, 1, 0, kMaxParameters, 1>;
 using Normals =

@@ -14,9 +14,9 @@ constexpr double kMaxDisagreement_px = 1.0;  // between correlation and least sq
 constexpr double kMaxSigma_px = 0.3;
 
 // Of gradients: how many times better than the second-best place the best one must be, and how
-// many times where grey values are best there, too. For patches of 61 px; what exceeds 1 grows
-// as chance does with fewer pixels. Measured on orthophotos of different years: about 1 % of the
-// patches are found at a wrong place so.
+// many times where grey values are best there, too. For patches of 61 px; the excess over 1 grows
+// with fewer pixels as chance does. Measured on orthophotos of different years: with these, about
+// 1 % of the patches are found at a wrong place.
 constexpr double kMinGradientRatio = 1.4;
 constexpr double kMinGradientRatioWithGrey = 1.1;
 constexpr double kMaxGradientSigma_px = 0.5;

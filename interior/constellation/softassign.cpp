@@ -14,7 +14,7 @@ using Weights = std::vector<std::vector<double>>;
 
 constexpr double kCooling = 0.93;
 constexpr double kOutlierWeight = 0.10539922456186433;  // e^-2.25: (3 sigma0)^2 / last_temperature
-constexpr int kMostRounds = 30;                         // of Sinkhorn and of solves a temperature
+constexpr int kMostRounds = 30;                         // of Sinkhorn and of solves per temperature
 constexpr double kSinkhornEnd = 1e-6;                   // largest change of a weight
 constexpr double kTransformEnd = 1e-5;  // of the unit: largest change at a mark (the paper's)
 

@@ -1,5 +1,5 @@
 // In which of the ways that the marks leave open does the film lie? Identification symbols and the
-// border's asymmetry decide, or leave it open; they never decide where they contradict each other.
+// border's asymmetry decide, or leave it open; they never decide where they contradict one another.
 #pragma once
 
 #include <optional>
@@ -31,7 +31,7 @@ struct OrientationDecision {
 };
 
 // Scan orientations that are `kSureNats` less likely than the best are excluded; none where the
-// votes contradict each other. A dissenting vote was clearly read where it says yes to another way
+// votes contradict one another. A dissenting vote was clearly read where it says yes to another way
 // and no to the likeliest one with 2 nats each: four to five times its noise.
 inline constexpr double kSureNats = 5.0;
 OrientationDecision Decide(const OrientationClass& open, const std::vector<OrientationVote>& votes);

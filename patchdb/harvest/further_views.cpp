@@ -11,8 +11,8 @@ namespace {
 constexpr int kCore_px = 21;               // odd; alone, these must match at the same place
 constexpr double kMaxDisagreement_px = 1;  // of correlation and least squares
 constexpr double kMaxSigma_px = 0.3;
-constexpr double kModelSigma_px = 0.1;  // what a match errs beyond grey-value noise
-constexpr int kCoverageCells = 256;     // a side, of the longer one
+constexpr double kModelSigma_px = 0.1;  // of a match, beyond grey-value noise
+constexpr int kCoverageCells = 256;     // along the longer side
 constexpr double kPeakDistance = 2.5;
 constexpr int kWindowMargin = 5;  // chip pixels around the searched area, for interpolation
 

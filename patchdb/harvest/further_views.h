@@ -14,7 +14,7 @@
 
 namespace orient::patchdb {
 
-// Where a raster holds data, on a grid of about 256 cells a side: an orthophoto's frame has black
+// Where a raster holds data, on a grid of about 256 cells per side: an orthophoto's frame has black
 // corners that its georeference knows nothing of.
 class Coverage {
  public:

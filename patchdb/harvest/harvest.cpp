@@ -211,7 +211,7 @@ std::optional<std::string> HarvestOptions::Check() const {
     return "the chip's side must be an odd number of pixels from 15 to 501";
   if (spacing_px && !(*spacing_px >= 1)) return "the spacing must be at least 1 pixel";
   if (max_count < 1) return "the number of patches must be positive";
-  if (tile_px < 64) return "a tile must have at least 64 pixels a side";
+  if (tile_px < 64) return "a tile must have at least 64 pixels per side";
   if (max_further_views < 0) return "the number of further views must not be negative";
   if (!(max_lean_px > 0)) return "the lean must be positive";
   if (!(orientation_sigma_px > 0) || (dem_sigma_m && !(*dem_sigma_m > 0)))

@@ -34,15 +34,15 @@ std::string_view Name(Refusal refusal);  // "no height", ...
 struct HarvestOptions {
   int chip_px = 61;                  // odd; side of a chip
   std::optional<double> spacing_px;  // side of a grid cell in source pixels; empty: from max_count
-  int max_count = 800;               // cells a source, where spacing_px is empty
+  int max_count = 800;               // cells per source, where spacing_px is empty
   double min_distinctness = 0.2;
   int min_persistence = 2;
-  double max_lean_px = 4;                    // of what stands in the surface model
-  double orientation_sigma_px = 0.5;         // of the source, where its own covariance is not known
-  std::optional<double> dem_sigma_m;         // empty: a tenth of the DEM's cell
-  int max_further_views = 4;                 // other sources a patch is sought in, the best ones
-  bool colour = false;                       // chips in colour, where the source has some
-  int tile_px = 512;                         // interest points are searched for tile by tile
+  double max_lean_px = 4;             // of what stands in the surface model
+  double orientation_sigma_px = 0.5;  // of the source, where its own covariance is not known
+  std::optional<double> dem_sigma_m;  // empty: a tenth of the DEM's cell
+  int max_further_views = 4;          // other sources a patch is searched for in, the best ones
+  bool colour = false;                // chips in colour, where the source has some
+  int tile_px = 512;                  // interest points are searched for tile by tile
   std::optional<std::string> Check() const;  // what is wrong with the options, if anything
 };
 

@@ -17,7 +17,7 @@ constexpr double kPointingSigma_px = 0.1;  // of an interest point
 constexpr double kMaxHeightTest = 3.3;     // normal deviate: 1 in 1000 by chance
 // 13.8: one good patch in 992
 const double kMaxSightingTest = ChiSquareLimit(2, 1.00778542904851e-3);
-constexpr int kDistinctnessTemplate = 31;               // px a side
+constexpr int kDistinctnessTemplate = 31;               // px per side
 constexpr int kDistinctnessSearch = 24;                 // px in every direction
 constexpr double kHeightMarginPx = 2;                   // heights reach that far beyond the chip
 constexpr double kMinSearchPx = 20, kMaxSearchPx = 24;  // a roof must be found where it is

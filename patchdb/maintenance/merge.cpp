@@ -16,8 +16,8 @@ namespace {
 
 constexpr double kSamePlace_px = 3;   // of the coarser chip: duplicates lie that near ...
 constexpr double kSameLookNcc = 0.7;  // ... and correlate at least so well
-constexpr double kSameAreaShare =
-    0.5;  // kReplace, kAdd: of the coarser chip's half side, how near the
+// kReplace, kAdd: how near the older one lies, as a share of the coarser chip's half side.
+constexpr double kSameAreaShare = 0.5;
 constexpr int kLookSearch_px = 3;
 constexpr double kCoarsest = 8;  // pixels and chips of a place differ by less
 constexpr double kSameView_px = 0.25;

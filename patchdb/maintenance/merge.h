@@ -19,7 +19,6 @@ enum class MergePolicy {
 struct MergeOptions {
   MergePolicy policy = MergePolicy::kMerge;
   PatchFilter filter;  // of the other database
-                       // older one lies
 };
 
 struct MergeResult {

@@ -178,7 +178,7 @@ auto OfPatch(std::int64_t id, const Work& work) {
 void CheckPatch(const Patch& patch) {
   if (patch.chip.width < 1 || patch.chip.height < 1 || patch.chip.width > 4096 ||
       patch.chip.height > 4096)
-    throw std::invalid_argument("a patch needs a chip of 1 to 4096 pixels a side");
+    throw std::invalid_argument("a patch needs a chip of 1 to 4096 pixels per side");
   if (!patch.colour.empty() &&
       (patch.colour.size() != 3 ||
        std::any_of(patch.colour.begin(), patch.colour.end(), [&](const Image& band) {

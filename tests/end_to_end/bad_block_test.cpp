@@ -22,7 +22,7 @@ TEST_F(ChangedBlock, APhotoThatLeavesTheBlockIsSetAsideAndMayComeBack) {
   Edit("block.toml", "scans/*.tif", "scans/new_1_1.tif");
   const ProgramRun without = Block({"--resume"});
   EXPECT_EQ(without.exit_code, 3) << without.out << without.err;  // the table still has it
-  EXPECT_NE(without.out.find("(new_1_2) was moved to " + Path("out/not_in_block")),
+  EXPECT_NE(without.out.find("(new_1_2) were moved to " + Path("out/not_in_block")),
             std::string::npos)
       << without.out;
   EXPECT_EQ(ReadFile(Path("out/not_in_block/new_1_2.exterior.json")), result);
@@ -47,9 +47,9 @@ TEST_F(ChangedBlock, RowsForPhotosThatAreNotThereAreNamed) {
   WriteOrientationTable(Path("approx.csv"), table);
   const ProgramRun run = Block();
   EXPECT_EQ(run.exit_code, 3) << run.out << run.err;
-  EXPECT_NE(
-      run.out.find(Path("approx.csv") + " has 2 photos that are not in the block: ghost, phantom"),
-      std::string::npos)
+  EXPECT_NE(run.out.find(Path("approx.csv") +
+                         " lists 2 photos that are not in the block: ghost, phantom"),
+            std::string::npos)
       << run.out;
 }
 

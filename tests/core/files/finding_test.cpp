@@ -42,17 +42,17 @@ TEST(Finding, TheSentenceSpeaksOfOneOrMany) {
   EXPECT_EQ(said(1), "1 photo is located by the GNSS position in its own file");
   EXPECT_EQ(said(2), "2 photos are located by the GNSS position in their own files");
   EXPECT_EQ(Sentence({.reason = Reason::kPartWithoutDatum, .value = 2, .where = "a and b"}),
-            "Photos a and b are connected with no other photo. They have too little control for "
+            "Photos a and b are not connected to any other photo. They have too little control for "
             "position, attitude and scale.");
   EXPECT_EQ(Sentence({.reason = Reason::kPartNotConnected, .value = 1, .where = "a"}),
-            "Photo a is connected with no other photo.");
+            "Photo a is not connected to any other photo.");
 }
 
 TEST(Finding, TheSentenceSaysOfWhatAndWhat) {
   EXPECT_EQ(Sentence({.reason = Reason::kApproximationsOfOtherPhotos,
                       .value = 2,
                       .where = "out/approx.csv: ghost, phantom"}),
-            "out/approx.csv has 2 photos that are not in the block: ghost, phantom");
+            "out/approx.csv lists 2 photos that are not in the block: ghost, phantom");
   EXPECT_EQ(Sentence({.reason = Reason::kNoTiesFromPhoto, .where = "4711: it: is lost"}),
             "4711 gives no tie points: it: is lost");
   EXPECT_EQ(Sentence({.reason = Reason::kNoTiesFromPhoto, .where = "4711"}),

@@ -243,7 +243,7 @@ TEST(ExteriorResult, APatchKeepsAllItsReasonsOrWhatAnotherMakerStates) {
   result.patches[1].findings = {{.reason = Reason::kStated, .where = "outside the frame"}};
   EXPECT_EQ(Written(result)["patches"][0]["reason"],
             "best correlation below the threshold; "
-            "ambiguous: the gradients of a second place are as like");
+            "ambiguous: the gradients of a second place fit as well");
   WriteExteriorResult(folder.Path(), result);
   const ExteriorResult read = ReadExteriorResult(folder / "4711.exterior.json");
   EXPECT_EQ(read.patches[0].findings, result.patches[0].findings);

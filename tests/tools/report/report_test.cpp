@@ -85,7 +85,7 @@ TEST(Report, SaysWhatTheBlockAdjustmentSays) {
   EXPECT_EQ(Malformed(html), "");
   for (const char* part : {"Block adjustment", "2 tie points", "1 held out", "0.50 px (RMS of 2",
                            "0.30 / 0.40 / 0.80 m", "tie image", ">1.20<",
-                           "Photo 4713 is connected with no other photo.", "1.5e-08",
+                           "Photo 4713 is not connected to any other photo.", "1.5e-08",
                            "is not used: &lt;4713&gt;.", "tie point</span>", "p-tie"})
     EXPECT_TRUE(Contains(html, part)) << part;
 }
