@@ -148,7 +148,7 @@ TEST_F(SlowWrongInput, EndsInAClearStateAndSaysWhatMayBeWrong) {
   const ExteriorResult clouds = Orient();
   EXPECT_EQ(clouds.status, Status::kFailed);
   EXPECT_FALSE(clouds.pose);
-  ExpectSaid(clouds, "searched as a whole");
+  ExpectSaid(clouds, "the search of the whole photo");
 
   ChangeScene();
   const ExteriorResult changed = Orient();
