@@ -247,7 +247,7 @@ TEST(CameraFile, ImpossibleFiducialsAreRefused) {
   std::string two = kFilm;
   two.erase(two.find("[[fiducials]]\nid = \"3\""),
             two.find("[marks.corner]") - two.find("[[fiducials]]\nid = \"3\""));
-  ExpectRefused(two, {"fiducials", "fewer than three"});
+  ExpectRefused(two, {"fiducials", "fewer than the three"});
 }
 
 TEST(CameraFile, FiducialsOnOneLineAreRefused) {
