@@ -57,6 +57,8 @@ Finding NoPatches(const std::string& where) {
 
 Finding NothingAlike() { return {Reason::kNothingAlike, Status::kFailed}; }
 
+Finding NotSearchedAsAWhole() { return {Reason::kNotSearchedAsAWhole, Status::kFailed}; }
+
 Finding NoConsensus(const LoopRound& round, bool wide) {
   if (wide)
     return {Reason::kNothingAlike, Status::kFailed, round.matched, round.searched,
@@ -66,7 +68,11 @@ Finding NoConsensus(const LoopRound& round, bool wide) {
           fmt::format("{:.0f} px", round.window_px)};
 }
 
-Finding TooFewPreciseMatches() { return {Reason::kTooFewPreciseMatches, Status::kFailed}; }
+Finding NoPreciseResection(int matched, int sought) {
+  if (matched < kLeastMatched)
+    return {Reason::kTooFewPreciseMatches, Status::kFailed, matched, kLeastMatched};
+  return {Reason::kMatchesAgreeOnNoPose, Status::kFailed, matched, sought};
+}
 
 void Add(const Finding& finding, ExteriorResult* result) {
   result->status = std::max(result->status, finding.at_best);

@@ -36,7 +36,10 @@ Finding NoPatches(const std::string& where);
 Finding NothingAlike();
 // `round`: the first one, which found too few that agree.
 Finding NoConsensus(const LoopRound& round, bool wide);
-Finding TooFewPreciseMatches();
+// At full resolution, of so many patches matched among those that were searched for.
+Finding NoPreciseResection(int matched, int sought);
+// A search of the whole photo that could not be made.
+Finding NotSearchedAsAWhole();
 
 // Adds a finding; the status becomes the worst that is allowed then.
 void Add(const Finding& finding, ExteriorResult* result);

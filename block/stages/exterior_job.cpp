@@ -135,8 +135,11 @@ ExteriorResult OrientWidely(const ExteriorSetting& setting, const exterior::Phot
   ExteriorResult result = exterior::OrientPhoto(photo, image, *patches, options);
   if (vague || result.pose) return result;
   // What was tried in vain after what.
+  const bool searched = !Has(result.findings, Reason::kNotSearchedAsAWhole);
   result = before;
-  exterior::Add({Reason::kNothingAlikeAfterPrior, Status::kFailed}, &result);
+  exterior::Add(
+      {searched ? Reason::kNothingAlikeAfterPrior : Reason::kNotSearchedAsAWhole, Status::kFailed},
+      &result);
   return result;
 }
 

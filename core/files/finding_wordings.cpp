@@ -115,12 +115,18 @@ const std::vector<Wording>& Wordings() {  // NOLINT(readability-function-size): 
        "the search of the whole photo found nothing like the patches at any kappa{where}"},
       {Reason::kNothingAlikeAfterPrior, "nothing_alike_after_prior",
        "the search of the whole photo found nothing like the patches at any kappa either"},
+      {Reason::kNotSearchedAsAWhole, "not_searched_as_a_whole",
+       "the photo was not searched as a whole: it is too large for patches of their size, and they "
+       "are too sparse to be joined; give a better approximation, or harvest more densely"},
       {Reason::kNoConsensus, "no_consensus",
        "only {value:.0f} of {limit:.0f} patches agree on a pose within {where} of the "
        "prediction: chance could produce that. Either the approximation is worse than its "
        "stated accuracy, or the patches do not show this place, or the scene has changed"},
       {Reason::kTooFewPreciseMatches, "too_few_precise_matches",
-       "too few patches could be matched precisely"},
+       "at full resolution only {value:.0f} patches could be matched, at least {limit:.0f} are "
+       "needed"},
+      {Reason::kMatchesAgreeOnNoPose, "matches_agree_on_no_pose",
+       "at full resolution {value:.0f} of {limit:.0f} patches were matched, but no pose fits them"},
       {Reason::kTooFewAgree, "too_few_agree",
        "only {value:.0f} patches agree, at least {limit:.0f} are needed"},
       {Reason::kPatchesOverlap, "patches_overlap",

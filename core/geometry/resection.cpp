@@ -18,6 +18,8 @@ constexpr double kSingular = 1e-13;
 // An adjustment has converged when the next step would move the pose by less than this part of its
 // own standard deviation.
 constexpr double kConverged = 1e-4;
+// With many gross errors a robust loss may stall; begun anew from where it stalled it converges.
+constexpr int kAttempts = 4;
 
 using RowMajor26 = Eigen::Matrix<double, 2, 6, Eigen::RowMajor>;
 
@@ -256,15 +258,16 @@ std::optional<ResectionResult> Resect(const Camera& camera,
     adjustment.prior = std::make_unique<PriorCost>(*options.prior, adjustment.unknowns);
   if (options.robust_scale > 0)
     adjustment.loss = std::make_unique<ceres::CauchyLoss>(options.robust_scale);
-  Minimise(&adjustment, options.max_iterations);
-
-  Normal normal;
-  if (!BuildNormal(adjustment, &normal)) return std::nullopt;
-  const auto inverse = InverseNormal(normal.matrix);
-  if (!inverse) return std::nullopt;
-  const double next_step = std::sqrt(normal.gradient.dot(*inverse * normal.gradient));
-  if (!(next_step < kConverged)) return std::nullopt;
-  return Evaluate(adjustment, normal, *inverse, camera, observations);
+  for (int attempt = 0; attempt < (adjustment.loss ? kAttempts : 1); ++attempt) {
+    Minimise(&adjustment, options.max_iterations);
+    Normal normal;
+    if (!BuildNormal(adjustment, &normal)) return std::nullopt;
+    const auto inverse = InverseNormal(normal.matrix);
+    if (!inverse) return std::nullopt;
+    const double next_step = std::sqrt(normal.gradient.dot(*inverse * normal.gradient));
+    if (next_step < kConverged) return Evaluate(adjustment, normal, *inverse, camera, observations);
+  }
+  return std::nullopt;
 }
 
 }  // namespace orient

@@ -183,24 +183,41 @@ ChannelCorrelator::ChannelCorrelator(const Image& image, int side) {
   prepared_ = std::make_shared<Prepared>(std::move(prepared));
 }
 
-Image ChannelCorrelator::Scores(const Image& templ) const {
+struct ChannelCorrelator::Template {
+  std::array<cv::Mat, kGradientChannels> spectra;
+  double scale = 0;  // zero: too little data, or no gradients
+};
+
+std::shared_ptr<const ChannelCorrelator::Template> ChannelCorrelator::Prepare(
+    const Image& templ) const {
   const Places& places = prepared_->places;
   places.Check(templ);
   const GradientChannels channels = ChannelsOf(templ);
   const int count = CountOf(channels.channels[0]);
-  const cv::Size size = prepared_->spectra[0].size();
-  cv::Mat sum = cv::Mat::zeros(size, CV_32F), product;
+  Template prepared;
   double squares = 0;
   for (std::size_t k = 0; k < kGradientChannels; ++k) {
     const cv::Mat values = FilledLess(0, channels.channels[k]);
     squares += cv::norm(values, cv::NORM_L2SQR);
-    cv::mulSpectrums(prepared_->spectra[k], SpectrumOf(values, size), product, 0, true);
+    prepared.spectra[k] = SpectrumOf(values, prepared_->spectra[0].size());
+  }
+  if (count >= kLeastData * places.Pixels())
+    prepared.scale = std::sqrt(squares * count / places.Pixels());
+  return std::make_shared<Template>(std::move(prepared));
+}
+
+Image ChannelCorrelator::Scores(const std::shared_ptr<const Template>& templ) const {
+  const Places& places = prepared_->places;
+  if (templ->spectra[0].size() != prepared_->spectra[0].size())
+    throw std::invalid_argument("a template prepared for images of another size");
+  if (!(templ->scale > 0)) return {places.width, places.height, kNoData};
+  cv::Mat sum, product;
+  cv::mulSpectrums(prepared_->spectra[0], templ->spectra[0], sum, 0, true);
+  for (std::size_t k = 1; k < kGradientChannels; ++k) {
+    cv::mulSpectrums(prepared_->spectra[k], templ->spectra[k], product, 0, true);
     sum += product;
   }
-  if (count < kLeastData * places.Pixels() || !(squares > 0))
-    return {places.width, places.height, kNoData};
-  return places.Ratios(ProductsOf(sum, places.height), std::sqrt(squares * count / places.Pixels()),
-                       prepared_->strength);
+  return places.Ratios(ProductsOf(sum, places.height), templ->scale, prepared_->strength);
 }
 
 }  // namespace orient

@@ -31,7 +31,12 @@ class ImageCorrelator {
 class ChannelCorrelator {
  public:
   ChannelCorrelator(const Image& image, int side);
-  Image Scores(const Image& templ) const;
+  Image Scores(const Image& templ) const { return Scores(Prepare(templ)); }
+
+  // A template, prepared once for all images of this one's size.
+  struct Template;
+  std::shared_ptr<const Template> Prepare(const Image& templ) const;
+  Image Scores(const std::shared_ptr<const Template>& templ) const;
 
  private:
   struct Prepared;

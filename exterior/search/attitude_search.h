@@ -4,9 +4,7 @@
 // and the patches vote for tilt. Private to exterior.
 #pragma once
 
-#include <optional>
-
-#include "exterior/steps/photo_task.h"
+#include "exterior/search/whole_photo_search.h"
 
 namespace orient::exterior {
 
@@ -16,9 +14,9 @@ bool IsPositionKnown(const PosePrior& prior, double ground_height_m);
 // Most attitudes tried, first poses followed up included.
 double AttitudeTrials(const PhotoTask& task);
 
-// Empty where no patch can be searched for at a level that can be searched whole, or nothing
-// agrees. `trials`: in how many ways a first pose is searched for, this search and others together.
-// The caller asks whether chance explains the pose.
-std::optional<PoseTrack> SearchAttitudes(const PhotoTask& task, double trials);
+// Not searched where no patch can be searched for at a level that can be searched whole. `trials`:
+// in how many ways a first pose is searched for, this search and others together. The caller asks
+// whether chance explains the pose.
+WholePhotoSearch SearchAttitudes(const PhotoTask& task, double trials);
 
 }  // namespace orient::exterior

@@ -42,6 +42,13 @@ inline constexpr int kFollowedRounds = 2;
 // The first that convinces, else the best; empty where no way gives a pose.
 std::optional<PoseTrack> TryWays(const WaysToTry& ways);
 
+// What came of a search of the whole photo; whether there was one at all: what was not searched was
+// not found.
+struct WholePhotoSearch {
+  std::optional<PoseTrack> track = {};
+  bool searched = false;
+};
+
 // What is needed to take a cluster of votes for a pose.
 struct ClusterConsensus {
   const std::vector<VotingPatch>& voting;

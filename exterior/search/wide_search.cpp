@@ -94,7 +94,7 @@ class WideSearch {
         wide_(std::move(wide)),
         hypotheses_(Hypotheses(task, wide_, ground_m)) {}
 
-  std::optional<PoseTrack> Run();
+  WholePhotoSearch Run();
   double Trials() const {  // of this search and those before
     return other_trials_ +
            static_cast<double>((1 + kFollowed * kFollowedRounds) * hypotheses_.size());
@@ -120,11 +120,12 @@ class WideSearch {
   std::map<Look, std::vector<VotingPatch>> sought_;
 };
 
-std::optional<PoseTrack> WideSearch::Run() {
+WholePhotoSearch WideSearch::Run() {
   tiles_ = MosaicTiles::Of(task_.patches, task_.image, GsdOf(task_, hypotheses_.front()),
                            wide_.pose.position_m.head<2>());
-  if (!tiles_) return std::nullopt;
-  std::optional<PoseTrack> best;
+  if (!tiles_) return {};
+  WholePhotoSearch search{.searched = true};
+  std::optional<PoseTrack>& best = search.track;
   for (auto first = hypotheses_.begin(); first != hypotheses_.end();) {
     const auto end = std::find_if(first, hypotheses_.end(), [&](const Hypothesis& hypothesis) {
       return hypothesis.height_m != first->height_m;
@@ -135,7 +136,7 @@ std::optional<PoseTrack> WideSearch::Run() {
     if (best && Convinces(*best)) break;
     first = end;
   }
-  return best;
+  return search;
 }
 
 std::optional<PoseTrack> WideSearch::TryAll(const std::vector<Hypothesis>& hypotheses) {
@@ -217,19 +218,21 @@ std::optional<PoseTrack> WideSearch::TryAgain(const Hypothesis& hypothesis,
 
 }  // namespace
 
-std::optional<PoseTrack> SearchWidely(const PhotoTask& task) {
+WholePhotoSearch SearchWidely(const PhotoTask& task) {
   const double ground_m = MedianGroundHeight(task.patches);
-  if (!(task.photo.prior.pose.position_m.z() > ground_m)) return std::nullopt;
-  const bool position_known = IsPositionKnown(task.photo.prior, ground_m);
-  const double before = position_known ? AttitudeTrials(task) : 0;
-  WideSearch places(task, Widened(task.photo.prior, ground_m), ground_m, before);
-  std::optional<PoseTrack> turned;
-  if (position_known) turned = SearchAttitudes(task, places.Trials());
+  if (!(task.photo.prior.pose.position_m.z() > ground_m)) return {};
+  WideSearch places(task, Widened(task.photo.prior, ground_m), ground_m, AttitudeTrials(task));
+  WholePhotoSearch turned = SearchAttitudes(task, places.Trials());
   const double limit = task.options.max_log10_false_alarms;
-  if (turned && turned->log10_false_alarms < limit) return turned;
-  auto found = places.Run();
-  if (!turned || (found && found->log10_false_alarms < turned->log10_false_alarms)) return found;
-  return turned;
+  if (turned.track && turned.track->log10_false_alarms < limit) return turned;
+  // From a known position single patches show more than tiles of them all.
+  if (turned.searched && IsPositionKnown(task.photo.prior, ground_m)) return turned;
+  WholePhotoSearch found = places.Run();
+  found.searched |= turned.searched;
+  if (turned.track &&
+      !(found.track && found.track->log10_false_alarms < turned.track->log10_false_alarms))
+    found.track = std::move(turned.track);
+  return found;
 }
 
 }  // namespace orient::exterior

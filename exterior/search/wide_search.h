@@ -5,12 +5,13 @@
 
 #include <optional>
 
-#include "exterior/steps/photo_task.h"
+#include "exterior/search/whole_photo_search.h"
 
 namespace orient::exterior {
 
-// Empty where the patches make no mosaic that could be searched for, or nothing in the photo is
-// like it. The caller asks whether chance explains the pose; every hypothesis tried is counted in.
-std::optional<PoseTrack> SearchWidely(const PhotoTask& task);
+// Not searched where the patches make no mosaic that could be searched for, and the photo is too
+// large to be searched for single ones. The caller asks whether chance explains the pose; every
+// hypothesis tried is counted in.
+WholePhotoSearch SearchWidely(const PhotoTask& task);
 
 }  // namespace orient::exterior

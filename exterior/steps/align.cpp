@@ -62,37 +62,22 @@ double SideOf(const patchdb::Patch& patch, const Eigen::Matrix2d& chip_per_pixel
   return chip_side / chip_per_pixel.cwiseAbs().rowwise().sum().maxCoeff();
 }
 
-}  // namespace
-
-std::optional<double> PatchSide(const PhotoView& view, const patchdb::Patch& patch) {
-  const auto pixel = view.PixelFromGround(patch.ground_m);
-  const auto scale = pixel ? ChipFromPixelScale(view, patch, *pixel) : std::nullopt;
-  if (!scale) return std::nullopt;
-  return SideOf(patch, *scale);
+// In image pixels, whichever way the chip is turned.
+double WidthOf(const patchdb::Patch& patch, const Eigen::Matrix2d& chip_per_pixel) {
+  const double chip_side = std::min(patch.chip.width, patch.chip.height) - 2.0;
+  return chip_side / std::sqrt(std::abs(chip_per_pixel.determinant()));
 }
 
-std::optional<AlignedPatch> AlignPatch(const PhotoView& view, const patchdb::Patch& patch,
-                                       double reduction, int min_side, int max_side) {
-  const auto pixel = view.PixelFromGround(patch.ground_m);
-  if (!pixel) return std::nullopt;
-  const auto scale = ChipFromPixelScale(view, patch, *pixel);
-  if (!scale) return std::nullopt;
-  const Eigen::Matrix2d chip_per_pixel = *scale * reduction;
-
-  const double largest = SideOf(patch, chip_per_pixel);
-  if (!(largest >= min_side)) return std::nullopt;
-  int side = static_cast<int>(std::min<double>(max_side, std::floor(largest)));
-  if (side % 2 == 0) --side;
-  if (side < min_side) return std::nullopt;
-
+AlignedPatch Draw(const PhotoView& view, const patchdb::Patch& patch, const Eigen::Vector2d& pixel,
+                  const Eigen::Matrix2d& chip_per_pixel, double reduction, int side) {
   const double chip_per_side = chip_per_pixel.colwise().norm().mean();
   const int samples = SamplesOfPixel(chip_per_side, kMaxSupersampling);
 
   AlignedPatch aligned;
   aligned.reduction = reduction;
-  aligned.predicted_px = *pixel;
+  aligned.predicted_px = pixel;
   aligned.image = Image(side, side, kNoData);
-  const Eigen::Vector2d origin = *pixel - Eigen::Vector2d::Constant(reduction * side / 2.0);
+  const Eigen::Vector2d origin = pixel - Eigen::Vector2d::Constant(reduction * side / 2.0);
   const PixelLattice lattice(
       side, kLatticeStep, [&](const Eigen::Vector2d& pixels) -> std::optional<Eigen::Vector2d> {
         const auto offset = OffsetAt(view, patch, origin + reduction * pixels);
@@ -104,6 +89,44 @@ std::optional<AlignedPatch> AlignPatch(const PhotoView& view, const patchdb::Pat
     for (int col = 0; col < side; ++col)
       aligned.image.At(col, row) = MeanOverPixel(patch.chip, col, row, samples, in_chip);
   return aligned;
+}
+
+}  // namespace
+
+std::optional<double> PatchSide(const PhotoView& view, const patchdb::Patch& patch) {
+  const auto pixel = view.PixelFromGround(patch.ground_m);
+  const auto scale = pixel ? ChipFromPixelScale(view, patch, *pixel) : std::nullopt;
+  if (!scale) return std::nullopt;
+  return SideOf(patch, *scale);
+}
+
+std::optional<double> PatchWidth(const PhotoView& view, const patchdb::Patch& patch) {
+  const auto pixel = view.PixelFromGround(patch.ground_m);
+  const auto scale = pixel ? ChipFromPixelScale(view, patch, *pixel) : std::nullopt;
+  if (!scale) return std::nullopt;
+  return WidthOf(patch, *scale);
+}
+
+std::optional<AlignedPatch> AlignPatch(const PhotoView& view, const patchdb::Patch& patch,
+                                       double reduction, int min_side, int max_side) {
+  const auto pixel = view.PixelFromGround(patch.ground_m);
+  const auto scale = pixel ? ChipFromPixelScale(view, patch, *pixel) : std::nullopt;
+  if (!scale) return std::nullopt;
+  const Eigen::Matrix2d chip_per_pixel = *scale * reduction;
+  const double largest = SideOf(patch, chip_per_pixel);
+  if (!(largest >= min_side)) return std::nullopt;
+  int side = static_cast<int>(std::min<double>(max_side, std::floor(largest)));
+  if (side % 2 == 0) --side;
+  if (side < min_side) return std::nullopt;
+  return Draw(view, patch, *pixel, chip_per_pixel, reduction, side);
+}
+
+std::optional<AlignedPatch> AlignWholePatch(const PhotoView& view, const patchdb::Patch& patch,
+                                            double reduction, int side) {
+  const auto pixel = view.PixelFromGround(patch.ground_m);
+  const auto scale = pixel ? ChipFromPixelScale(view, patch, *pixel) : std::nullopt;
+  if (!scale) return std::nullopt;
+  return Draw(view, patch, *pixel, *scale * reduction, reduction, side);
 }
 
 }  // namespace orient::exterior

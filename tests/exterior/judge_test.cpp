@@ -168,7 +168,10 @@ TEST(WithoutPose, FailsForWhatIsSaid) {
       NoPatches("city.gpkg"),
       (Finding{.reason = Reason::kNoPatches, .at_best = Status::kFailed, .where = "city.gpkg"}));
   EXPECT_EQ(NothingAlike(), (Finding{Reason::kNothingAlike, Status::kFailed}));
-  EXPECT_EQ(TooFewPreciseMatches(), (Finding{Reason::kTooFewPreciseMatches, Status::kFailed}));
+  EXPECT_EQ(NoPreciseResection(5, 40),
+            (Finding{Reason::kTooFewPreciseMatches, Status::kFailed, 5, 6}));
+  EXPECT_EQ(NoPreciseResection(6, 40),
+            (Finding{Reason::kMatchesAgreeOnNoPose, Status::kFailed, 6, 40}));
 }
 
 // `window_px` of a wide search is the photo, and no accuracy that could be wrong.

@@ -1,0 +1,52 @@
+#include "exterior/search/photo_level.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "core/matching/correlation.h"
+
+namespace orient::exterior {
+namespace {
+
+constexpr int kTile_px = 288;          // of the level; its spectrum is quickly computed
+constexpr double kPeakDistance = 2.5;  // pixels of the level
+
+}  // namespace
+
+PhotoLevel::PhotoLevel(const PhotoImage& photo, int reduction, int side)
+    : reduction_(reduction), side_(side) {
+  // Every place lies in one tile only: what neighbours share is a template less one pixel. The last
+  // ones reach beyond the photo, so that all are of one size.
+  const int step = kTile_px - (side - 1);
+  const Eigen::Vector2d middle = Eigen::Vector2d::Constant(side / 2.0);
+  for (int row = 0; (row + side) * reduction <= photo.Height(); row += step)
+    for (int col = 0; (col + side) * reduction <= photo.Width(); col += step) {
+      const Eigen::Vector2d first(col, row);
+      const Eigen::Vector2d half = Eigen::Vector2d::Constant(kTile_px / 2.0);
+      ImageWindow window = photo.Around(reduction * (first + half), reduction * half, reduction);
+      ChannelCorrelator search(window.image, side);
+      tiles_.push_back({reduction * (first + middle),
+                        reduction * (first + middle + Eigen::Vector2d::Constant(step)),
+                        std::move(window), std::move(search)});
+    }
+}
+
+PhotoLevel::Places PhotoLevel::Find(const Image& image, const Eigen::Vector2d& around_px,
+                                    double radius_px, int at_most, double min_score) const {
+  const Eigen::Vector2d middle = Eigen::Vector2d::Constant(side_ / 2.0);
+  const auto templ = tiles_.front().search.Prepare(image);
+  Places places;
+  for (const Tile& tile : tiles_) {
+    const Eigen::Vector2d nearest = around_px.cwiseMax(tile.first_px).cwiseMin(tile.last_px);
+    if ((nearest - around_px).norm() > radius_px) continue;
+    places.area_px2 += (tile.last_px - tile.first_px).prod();
+    for (const Peak& peak : FindPeaks(tile.search.Scores(templ), at_most, kPeakDistance, min_score))
+      places.best.push_back({tile.window.RasterFromImage(peak.position + middle), peak.score});
+  }
+  std::stable_sort(places.best.begin(), places.best.end(),
+                   [](const Candidate& a, const Candidate& b) { return a.score > b.score; });
+  if (std::ssize(places.best) > at_most) places.best.resize(static_cast<std::size_t>(at_most));
+  return places;
+}
+
+}  // namespace orient::exterior

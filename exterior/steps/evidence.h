@@ -1,0 +1,26 @@
+// What the matches at full resolution prove: whether chance could have made as many agree. Private
+// to exterior.
+#pragma once
+
+#include <vector>
+
+#include "exterior/steps/precise_round.h"
+
+namespace orient::exterior {
+
+// Patches that overlap show the same ground and are one piece of evidence: counted are the squares
+// of a patch's size in which there are some.
+struct Evidence {
+  int sought = 0, agreeing = 0;
+};
+
+// Agrees: in this round, and still in the last one.
+Evidence CountEvidence(const PreciseRound& round, const PreciseRound& last);
+
+// log10 of how many such agreements chance is expected to make, in the round that proves most. As
+// if every patch were found somewhere in its window; where that proves less than `enough`, with the
+// frequency with which decoys (MatchDecoys) are found.
+double LeastFalseAlarms(const PhotoTask& task, const std::vector<PreciseRound>& rounds,
+                        double enough);
+
+}  // namespace orient::exterior

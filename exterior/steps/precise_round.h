@@ -1,0 +1,45 @@
+// One round of matching and resection at full resolution. Private to exterior.
+#pragma once
+
+#include <optional>
+#include <vector>
+
+#include "exterior/steps/match.h"
+#include "exterior/steps/photo_task.h"
+#include "exterior/steps/predict.h"
+#include "exterior/steps/resect.h"
+
+namespace orient::exterior {
+
+struct PreciseRound {
+  PhotoView view;        // under which the patches were drawn and searched for
+  double margin_px = 0;  // of the windows, beyond what the view's covariance says
+  std::vector<PatchPrediction> predictions;
+  std::vector<UnseenPatch> not_visible;
+  std::vector<PreciseMatch> matches;     // one per prediction
+  bool by_gradients = false;             // what grey values did not find was searched for so
+  std::vector<std::size_t> observed;     // the predictions that were found
+  std::optional<PoseEstimate> estimate;  // over the observed
+  bool contradicts_prior = false;        // the estimate then does without it
+  double window_px = 0;
+  double mean_window_px2 = 0;
+};
+
+// Matches the patches that a view shows around where it shows them.
+PreciseRound MatchAll(const PhotoTask& task, const PhotoView& view, const Matrix6d& covariance,
+                      double margin_px);
+
+// The pose from the round's matches; none where too few agree.
+void Resect(const PhotoTask& task, const PoseTrack& track, PreciseRound* round);
+
+// Patches that cannot be where they are searched for, and how many are found all the same.
+struct DecoyMatches {
+  int sought = 0, found = 0;
+};
+
+// How often this photo's texture shows by chance what a patch of this kind looks like: in the
+// round's windows, by its rules, each patch mirrored, and each with the image of another one. The
+// more frequent of the two.
+DecoyMatches MatchDecoys(const PhotoTask& task, const PreciseRound& round);
+
+}  // namespace orient::exterior
