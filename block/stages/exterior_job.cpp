@@ -132,6 +132,7 @@ ExteriorResult OrientWidely(const ExteriorSetting& setting, const exterior::Phot
   if (patches->empty()) return vague ? WithoutPatches(setting, photo) : before;
   exterior::OrientPhotoOptions options;
   options.wide = true;
+  options.prior_failed = !vague;
   ExteriorResult result = exterior::OrientPhoto(photo, image, *patches, options);
   if (vague || result.pose) return result;
   // What was tried in vain after what.

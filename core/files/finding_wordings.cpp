@@ -116,8 +116,9 @@ const std::vector<Wording>& Wordings() {  // NOLINT(readability-function-size): 
       {Reason::kNothingAlikeAfterPrior, "nothing_alike_after_prior",
        "the search of the whole photo found nothing like the patches at any kappa either"},
       {Reason::kNotSearchedAsAWhole, "not_searched_as_a_whole",
-       "the photo was not searched as a whole: it is too large for patches of their size, and they "
-       "are too sparse to be joined; give a better approximation, or harvest more densely"},
+       "the photo could not be searched as a whole: too few patches can be drawn large enough at a "
+       "level that can be searched, and they make no mosaic; give a better approximation, or "
+       "harvest more densely"},
       {Reason::kNoConsensus, "no_consensus",
        "only {value:.0f} of {limit:.0f} patches agree on a pose within {where} of the "
        "prediction: chance could produce that. Either the approximation is worse than its "

@@ -283,8 +283,10 @@ std::vector<AttitudeSearch::Way> AttitudeSearch::Ways() const {
   const Matrix6d& stated = task_.photo.prior.covariance;
   const double height = wide_.pose.position_m.z() - ground_m_;
   const auto unlikely = [&](const Way& way) {
-    return std::pow(way.kappa_rad - wide_.pose.opk_rad.z(), 2) / stated(5, 5) +
-           std::pow(way.height_m - height, 2) / stated(2, 2);
+    return std::pow(way.kappa_rad - wide_.pose.opk_rad.z(), 2) /
+               (stated(5, 5) + kKappaStep_rad * kKappaStep_rad) +
+           std::pow(way.height_m - height, 2) /
+               (stated(2, 2) + std::pow((kHeightStep - 1) * height, 2));
   };
   std::stable_sort(ways.begin(), ways.end(),
                    [&](const Way& a, const Way& b) { return unlikely(a) < unlikely(b); });

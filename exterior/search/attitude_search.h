@@ -11,7 +11,7 @@ namespace orient::exterior {
 // Whether the prior's position is good enough: patches look nearly as they do from there.
 bool IsPositionKnown(const PosePrior& prior, double ground_height_m);
 
-// Most attitudes tried, first poses followed up included.
+// Most attitudes and heights tried, first poses followed up included.
 double AttitudeTrials(const PhotoTask& task);
 
 // Not searched where no patch can be searched for at a level that can be searched whole. `trials`:

@@ -25,6 +25,7 @@ PhotoLevel::PhotoLevel(const PhotoImage& photo, int reduction, int side)
       const Eigen::Vector2d half = Eigen::Vector2d::Constant(kTile_px / 2.0);
       ImageWindow window = photo.Around(reduction * (first + half), reduction * half, reduction);
       ChannelCorrelator search(window.image, side);
+      window.image = {};  // the correlator has what it needs
       tiles_.push_back({reduction * (first + middle),
                         reduction * (first + middle + Eigen::Vector2d::Constant(step)),
                         std::move(window), std::move(search)});
@@ -39,13 +40,26 @@ PhotoLevel::Places PhotoLevel::Find(const Image& image, const Eigen::Vector2d& a
   for (const Tile& tile : tiles_) {
     const Eigen::Vector2d nearest = around_px.cwiseMax(tile.first_px).cwiseMin(tile.last_px);
     if ((nearest - around_px).norm() > radius_px) continue;
-    places.area_px2 += (tile.last_px - tile.first_px).prod();
-    for (const Peak& peak : FindPeaks(tile.search.Scores(templ), at_most, kPeakDistance, min_score))
+    const Image scores = tile.search.Scores(templ);
+    // Without what lies beyond the photo and what is flat.
+    const auto searched = std::count_if(scores.values.begin(), scores.values.end(),
+                                        [](float score) { return !std::isnan(score); });
+    places.area_px2 += static_cast<double>(searched) * reduction_ * reduction_;
+    for (const Peak& peak : FindPeaks(scores, at_most, kPeakDistance, min_score))
       places.best.push_back({tile.window.RasterFromImage(peak.position + middle), peak.score});
   }
   std::stable_sort(places.best.begin(), places.best.end(),
                    [](const Candidate& a, const Candidate& b) { return a.score > b.score; });
-  if (std::ssize(places.best) > at_most) places.best.resize(static_cast<std::size_t>(at_most));
+  // A peak at a seam has a shoulder in the next tile.
+  std::vector<Candidate> apart;
+  for (const Candidate& place : places.best) {
+    if (std::ssize(apart) >= at_most) break;
+    const bool shoulder = std::any_of(apart.begin(), apart.end(), [&](const Candidate& better) {
+      return (better.pixel - place.pixel).norm() < kPeakDistance * reduction_;
+    });
+    if (!shoulder) apart.push_back(place);
+  }
+  places.best = std::move(apart);
   return places;
 }
 

@@ -1,5 +1,6 @@
-// A whole photo at one level, searched for small images by the orientation of their gradients: tile
-// by tile, so that memory depends on the tile only. Private to exterior.
+// A whole photo at one level, searched for small images by the orientation of their gradients: in
+// tiles, so that only some need be searched. What they know takes some 20 bytes per pixel of the
+// level. Private to exterior.
 #pragma once
 
 #include <vector>

@@ -225,8 +225,9 @@ WholePhotoSearch SearchWidely(const PhotoTask& task) {
   WholePhotoSearch turned = SearchAttitudes(task, places.Trials());
   const double limit = task.options.max_log10_false_alarms;
   if (turned.track && turned.track->log10_false_alarms < limit) return turned;
-  // From a known position single patches show more than tiles of them all.
-  if (turned.searched && IsPositionKnown(task.photo.prior, ground_m)) return turned;
+  // From a position that is truly known single patches show more than tiles of them all.
+  if (turned.searched && !task.options.prior_failed && IsPositionKnown(task.photo.prior, ground_m))
+    return turned;
   WholePhotoSearch found = places.Run();
   found.searched |= turned.searched;
   if (turned.track &&

@@ -12,6 +12,8 @@
 namespace orient::exterior {
 namespace {
 
+constexpr int kFewest = 6;  // places that agree: of fewer no pose is accepted anyway
+
 // Each supporter had what area gross errors pass in, or that of three sigma where residuals say
 // that it ought to be larger. `found_by_chance`: how often a patch is found where it cannot be.
 double FalseAlarms(const PreciseRound& round, const Evidence& evidence, double found_by_chance) {
@@ -29,16 +31,12 @@ Evidence CountEvidence(const PreciseRound& round, const PreciseRound& last) {
   std::set<std::size_t> at_last;
   for (std::size_t k = 0; k < last.observed.size(); ++k)
     if (!last.estimate->rejected[k]) at_last.insert(last.predictions[last.observed[k]].patch);
-  std::map<std::pair<long, long>, bool> squares;
-  const auto square = [&](const PatchPrediction& prediction) -> bool& {
-    const Eigen::Vector2d place = prediction.pixel / kMaxSide_px;
-    return squares[{std::lround(std::floor(place.x())), std::lround(std::floor(place.y()))}];
-  };
-  for (const PatchPrediction& prediction : round.predictions) square(prediction);
+  std::map<Square, bool> squares;
+  for (const PatchPrediction& prediction : round.predictions) squares[SquareOf(prediction)];
   for (std::size_t k = 0; k < round.observed.size(); ++k) {
     const PatchPrediction& prediction = round.predictions[round.observed[k]];
     if (!round.estimate->rejected[k] && at_last.count(prediction.patch) > 0)
-      square(prediction) = true;
+      squares[SquareOf(prediction)] = true;
   }
   Evidence evidence{static_cast<int>(squares.size()), 0};
   for (const auto& [place, agrees] : squares) evidence.agreeing += agrees ? 1 : 0;
@@ -58,11 +56,12 @@ double LeastFalseAlarms(const PhotoTask& task, const std::vector<PreciseRound>& 
     proves_most = &round;
     least = std::min(least, of_round);
   }
-  if (least + tried <= enough) return least + tried;
+  const Evidence evidence = CountEvidence(*proves_most, rounds.back());
+  if (least + tried <= enough || evidence.agreeing < kFewest) return least + tried;
   // So high that it is exceeded once in a thousand.
   const DecoyMatches decoys = MatchDecoys(task, *proves_most);
   const double rate = UpperBoundOfRate(decoys.found, decoys.sought, 0.001);
-  return FalseAlarms(*proves_most, CountEvidence(*proves_most, rounds.back()), rate) + tried;
+  return FalseAlarms(*proves_most, evidence, rate) + tried;
 }
 
 }  // namespace orient::exterior

@@ -45,6 +45,8 @@ struct OrientPhotoOptions {
   double max_log10_false_alarms = -6;
   // The whole photo is searched at every kappa and several scales, whatever the approximation says.
   bool wide = false;
+  // The search within the stated accuracy found nothing: it may be wrong.
+  bool prior_failed = false;
 };
 
 }  // namespace orient::exterior

@@ -2,7 +2,9 @@
 
 #include <Eigen/Dense>
 #include <algorithm>
+#include <cmath>
 #include <functional>
+#include <set>
 
 #include "core/base/chi_square.h"
 #include "core/base/side_by_side.h"
@@ -109,32 +111,57 @@ void Resect(const PhotoTask& task, const PoseTrack& track, PreciseRound* round) 
   round->contradicts_prior = round->estimate->prior_chi2 > kPriorChi2Limit;
 }
 
+Square SquareOf(const PatchPrediction& prediction) {
+  const Eigen::Vector2d place = (prediction.pixel / kMaxSide_px).array().floor();
+  return {std::lround(place.x()), std::lround(place.y())};
+}
+
 DecoyMatches MatchDecoys(const PhotoTask& task, const PreciseRound& round) {
   const std::vector<PatchPrediction>& predictions = round.predictions;
+  std::set<Square> squares;
+  std::vector<std::size_t> apart;
+  for (std::size_t i = 0; i < predictions.size(); ++i)
+    if (squares.insert(SquareOf(predictions[i])).second) apart.push_back(i);
   std::vector<std::size_t> which;
-  const std::size_t step = 1 + (predictions.size() - 1) / kDecoys;
-  for (std::size_t i = 0; i < predictions.size(); i += step) which.push_back(i);
+  const std::size_t count = std::min(apart.size(), kDecoys);
+  for (std::size_t k = 0; k < count; ++k) which.push_back(apart[k * apart.size() / count]);
+
   const auto mirrored = [&](std::size_t i) -> std::optional<AlignedPatch> {
     auto drawn = Drawn(task, round.view, predictions[i]);
     if (drawn) drawn = Mirrored(std::move(*drawn));
     return drawn;
   };
-  const auto exchanged = [&](std::size_t i) -> std::optional<AlignedPatch> {
-    const std::size_t other = (i + predictions.size() / 2) % predictions.size();
-    const auto here = Drawn(task, round.view, predictions[i]);
-    auto drawn = Drawn(task, round.view, predictions[other]);
-    if (here && drawn) drawn->predicted_px = here->predicted_px;
-    return here ? drawn : std::nullopt;
+  // Few windows: several images in each.
+  const std::size_t images =
+      std::clamp<std::size_t>(kDecoys / std::max<std::size_t>(count, 1), 1, 4);
+  const auto exchanged = [&](std::size_t i, std::size_t image) -> std::optional<AlignedPatch> {
+    const std::size_t all = predictions.size(), from = i + (image + 1) * all / (images + 1);
+    const Eigen::Array2d clear =
+        WindowRadius(predictions[i], round.margin_px).array() + kMaxSide_px;
+    for (std::size_t k = 0; k < all; ++k) {
+      const PatchPrediction& other = predictions[(from + k) % all];
+      if (((other.pixel - predictions[i].pixel).array().abs() <= clear).all()) continue;
+      auto drawn = Drawn(task, round.view, other);
+      if (drawn) drawn->predicted_px = predictions[i].pixel;
+      return drawn;
+    }
+    return std::nullopt;
   };
-  DecoyMatches most;
-  for (const Drawing& drawing : {Drawing(mirrored), Drawing(exchanged)}) {
+  const auto add = [&](const Drawing& drawing, DecoyMatches* decoys) {
     std::vector<PreciseMatch> matches;
     MatchDrawn(task, round, which, drawing, &matches);
-    const auto found = std::count_if(matches.begin(), matches.end(),
-                                     [](const PreciseMatch& match) { return match.found; });
-    most = {static_cast<int>(which.size()), std::max(most.found, static_cast<int>(found))};
-  }
-  return most;
+    for (const PreciseMatch& match : matches) {
+      decoys->sought += Has(match.why_not, Reason::kPatchTooSmall) ? 0 : 1;
+      decoys->found += match.found ? 1 : 0;
+    }
+  };
+  DecoyMatches of_mirrored, of_exchanged;
+  add(mirrored, &of_mirrored);
+  for (std::size_t image = 0; image < images; ++image)
+    add([&](std::size_t i) { return exchanged(i, image); }, &of_exchanged);
+  const bool mirrored_more =
+      of_mirrored.found * of_exchanged.sought > of_exchanged.found * of_mirrored.sought;
+  return mirrored_more || of_exchanged.sought == 0 ? of_mirrored : of_exchanged;
 }
 
 }  // namespace orient::exterior

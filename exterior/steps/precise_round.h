@@ -2,6 +2,7 @@
 #pragma once
 
 #include <optional>
+#include <utility>
 #include <vector>
 
 #include "exterior/steps/match.h"
@@ -32,14 +33,19 @@ PreciseRound MatchAll(const PhotoTask& task, const PhotoView& view, const Matrix
 // The pose from the round's matches; none where too few agree.
 void Resect(const PhotoTask& task, const PoseTrack& track, PreciseRound* round);
 
+// Patches in one square of a patch's size overlap and are one piece of evidence.
+using Square = std::pair<long, long>;
+Square SquareOf(const PatchPrediction& prediction);
+
 // Patches that cannot be where they are searched for, and how many are found all the same.
 struct DecoyMatches {
   int sought = 0, found = 0;
 };
 
 // How often this photo's texture shows by chance what a patch of this kind looks like: in the
-// round's windows, by its rules, each patch mirrored, and each with the image of another one. The
-// more frequent of the two.
+// windows of the round, one per square, a patch mirrored, and one with the image of another patch
+// from outside the window; with gradients where grey values find few. The more frequent of the two,
+// of those that could be drawn.
 DecoyMatches MatchDecoys(const PhotoTask& task, const PreciseRound& round);
 
 }  // namespace orient::exterior

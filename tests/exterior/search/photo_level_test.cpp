@@ -44,6 +44,15 @@ TEST(PhotoLevel, SearchesOnlyTheTilesWithinReach) {
   EXPECT_LT(near_only.area_px2, 0.3 * everywhere.area_px2);
 }
 
+// What tiles reach beyond the photo was not searched.
+TEST(PhotoLevel, AreaIsNotMoreThanThePhotos) {
+  const PhotoLevel level(World().File(), 1, kSide);
+  const Eigen::Vector2d middle(310.5, 310.5);
+  const double area_px2 = level.Find(CutOut(middle), middle, 1e4, 1, 0.5).area_px2;
+  EXPECT_LE(area_px2, 620 * 620);
+  EXPECT_GT(area_px2, 0.9 * 620 * 620);
+}
+
 TEST(PhotoLevel, SaysPlacesInScanPixelsOfAnyLevel) {
   const PhotoLevel level(World().File(), 2, kSide);
   const Eigen::Vector2d middle(301, 201);

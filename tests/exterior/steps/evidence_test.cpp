@@ -42,8 +42,8 @@ TEST_F(RoundOfTexture, FindsWhatIsThereAndHardlyADecoy) {
   const int sought = static_cast<int>(round.predictions.size());
   ASSERT_GT(sought, 30);
   EXPECT_GT(Found(round), 0.9 * sought);
-  EXPECT_EQ(decoys_.sought, sought);
-  EXPECT_LT(decoys_.found, 0.2 * sought);
+  EXPECT_GT(decoys_.sought, 0.5 * sought);
+  EXPECT_LT(decoys_.found, 0.2 * decoys_.sought);
 }
 
 // The patches are then decoys themselves.
