@@ -19,8 +19,6 @@ namespace {
 constexpr double kKnownPerHeight = 0.08;  // one sigma of the position
 // Approximations are often worse than they are said to be.
 constexpr double kDoubtPerHeight = 0.03;
-// Between heights that are tried where the position is not known.
-constexpr double kHeightStep = 1.2;
 constexpr std::size_t kPatches = 60;
 constexpr double kCells = 8;        // along the photo's longer side, with about one of them each
 constexpr std::size_t kFewest = 4;  // of them
@@ -208,17 +206,11 @@ Pose Tilted(const Pose& pose, const Eigen::Vector2d& shift) {
   return {pose.position_m, OpkFromRotation(tilt.toRotationMatrix() * pose.GroundFromPhoto())};
 }
 
-// Of the flying height, outwards from the approximate one: its position is known, or nothing is.
-std::vector<double> HeightFactors(const PhotoTask& task) {
+// The position is known, or its height is not either.
+std::vector<double> HeightsToTry(const PhotoTask& task) {
   const double ground_m = MedianGroundHeight(task.patches);
   if (IsPositionKnown(task.photo.prior, ground_m)) return {1};
-  const double height = task.photo.prior.pose.position_m.z() - ground_m;
-  const double sigma = std::sqrt(task.photo.prior.covariance(2, 2)) / height;
-  const double reach = std::log1p(2 * std::min(sigma, 0.5));
-  const int each_way = std::max(1, static_cast<int>(std::lround(reach / std::log(kHeightStep))));
-  std::vector<double> factors;
-  for (int i = 0; i < 2 * each_way + 1; ++i) factors.push_back(std::pow(kHeightStep, Outwards(i)));
-  return factors;
+  return HeightFactors(task.photo.prior, ground_m);
 }
 
 class AttitudeSearch {
@@ -275,7 +267,7 @@ PosePrior AttitudeSearch::WideOf(const PhotoTask& task, const Pose& approximate)
 // The likely ones first.
 std::vector<AttitudeSearch::Way> AttitudeSearch::Ways() const {
   std::vector<Way> ways;
-  for (const double factor : HeightFactors(task_))
+  for (const double factor : HeightsToTry(task_))
     for (int k = 0; k < kKappas; ++k)
       for (const FilmPosition& position : task_.photo.positions)
         ways.push_back({&position, wide_.pose.opk_rad.z() + Outwards(k) * kKappaStep_rad,
@@ -379,7 +371,7 @@ bool IsPositionKnown(const PosePrior& prior, double ground_height_m) {
 
 double AttitudeTrials(const PhotoTask& task) {
   const double ways =
-      static_cast<double>(HeightFactors(task).size() * kKappas * task.photo.positions.size());
+      static_cast<double>(HeightsToTry(task).size() * kKappas * task.photo.positions.size());
   return static_cast<double>(ApproximatePoses(task.photo.prior).size()) *
          (ways + static_cast<double>(kFollowed) * kFollowedRounds);
 }

@@ -34,4 +34,17 @@ PosePrior Widened(const PosePrior& prior, double ground_height_m) {
   return wide;
 }
 
+std::vector<double> HeightFactors(const PosePrior& prior, double ground_height_m) {
+  const double height = prior.pose.position_m.z() - ground_height_m;
+  const double sigma = std::sqrt(prior.covariance(2, 2)) / height;
+  const double reach = std::log1p(2 * std::min(sigma, 0.5));
+  const int steps = std::max(1, static_cast<int>(std::lround(reach / std::log(kHeightStep))));
+  std::vector<double> factors = {1};
+  for (int i = 1; i <= steps; ++i) {
+    factors.push_back(std::pow(kHeightStep, i));
+    factors.push_back(std::pow(kHeightStep, -i));
+  }
+  return factors;
+}
+
 }  // namespace orient::exterior

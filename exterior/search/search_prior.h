@@ -1,6 +1,8 @@
 // Which photos need a search of the whole photo, and what such a search allows for.
 #pragma once
 
+#include <vector>
+
 #include "core/geometry/camera.h"
 #include "core/geometry/resection.h"
 
@@ -13,5 +15,9 @@ bool IsVague(const Camera& camera, const PosePrior& prior, double ground_height_
 // What a wide search allows for, whatever the prior claims: any kappa, a position wrong by a third
 // of the flying height, and no more tilt than aerial photos have.
 PosePrior Widened(const PosePrior& prior, double ground_height_m);
+
+// Flying heights to try where the stated one is uncertain, as parts of it, outwards from 1.
+inline constexpr double kHeightStep = 1.2;
+std::vector<double> HeightFactors(const PosePrior& prior, double ground_height_m);
 
 }  // namespace orient::exterior
