@@ -48,13 +48,13 @@ double LeastFalseAlarms(const PhotoTask& task, const std::vector<PreciseRound>& 
   const double tried = std::log10(static_cast<double>(rounds.size()));
   // Usually the first, whose windows are the largest: where patches were found there the others
   // only look again.
-  const PreciseRound* proves_most = nullptr;
+  const PreciseRound* proves_most = &rounds.front();
   double least = 0;
   for (const PreciseRound& round : rounds) {
     const double of_round = FalseAlarms(round, CountEvidence(round, rounds.back()), 1);
-    if (proves_most != nullptr && of_round >= least) continue;
+    if (of_round >= least) continue;
     proves_most = &round;
-    least = std::min(least, of_round);
+    least = of_round;
   }
   const Evidence evidence = CountEvidence(*proves_most, rounds.back());
   if (least + tried <= enough || evidence.agreeing < kFewest) return least + tried;
