@@ -4,29 +4,31 @@
 
 #include <algorithm>
 
+#include "exterior/steps/evidence.h"
+
 namespace orient::exterior {
 namespace {
 
-constexpr int kLeastMatched = 6;       // fewer are never accepted
 constexpr int kPlacesForOk = 12;       // fewer places do not determine its precision: weak
 constexpr double kSpreadForOk = 0.03;  // share of the photo over which the matched patches spread
 constexpr double kSigmaForOk_px = 1;   // of the worst place of the photo, projected
 
 }  // namespace
 
-std::optional<Finding> WhyNotAccepted(const JudgedPose& pose, const OrientPhotoOptions& options) {
+std::optional<Finding> WhyNotAccepted(const JudgedMatches& matches,
+                                      const OrientPhotoOptions& options) {
   const auto failed = [](Reason reason, std::optional<double> value = {},
                          std::optional<double> limit = {}) {
     return Finding{reason, Status::kFailed, value, limit};
   };
-  if (pose.agreeing < kLeastMatched)
-    return failed(Reason::kTooFewAgree, pose.agreeing, kLeastMatched);
-  if (pose.places < kLeastMatched)
-    return failed(Reason::kPatchesOverlap, pose.places, kLeastMatched);
-  if (pose.log10_false_alarms > options.max_log10_false_alarms)
-    return failed(Reason::kAgreementMayBeChance, pose.agreeing, pose.sought);
-  if (2 * pose.agreeing < pose.matched)
-    return failed(Reason::kMostContradict, pose.agreeing, pose.matched);
+  if (matches.agreeing < kFewestAgreeing)
+    return failed(Reason::kTooFewAgree, matches.agreeing, kFewestAgreeing);
+  if (matches.places < kFewestAgreeing)
+    return failed(Reason::kPatchesOverlap, matches.places, kFewestAgreeing);
+  if (matches.log10_false_alarms > options.max_log10_false_alarms)
+    return failed(Reason::kAgreementMayBeChance, matches.agreeing, matches.sought);
+  if (2 * matches.agreeing < matches.matched)
+    return failed(Reason::kMostContradict, matches.agreeing, matches.matched);
   return std::nullopt;
 }
 
@@ -69,8 +71,8 @@ Finding NoConsensus(const LoopRound& round, bool wide) {
 }
 
 Finding NoPreciseResection(int matched, int sought) {
-  if (matched < kLeastMatched)
-    return {Reason::kTooFewPreciseMatches, Status::kFailed, matched, kLeastMatched};
+  if (matched < kFewestAgreeing)
+    return {Reason::kTooFewPreciseMatches, Status::kFailed, matched, kFewestAgreeing};
   return {Reason::kMatchesAgreeOnNoPose, Status::kFailed, matched, sought};
 }
 

@@ -10,11 +10,16 @@
 
 namespace orient::exterior {
 
-// The evidence for and against a pose.
-struct JudgedPose {
+// The evidence for and against a pose: what was found before its truth was assumed.
+struct JudgedMatches {
   int sought = 0, matched = 0, agreeing = 0;  // patches at full resolution
   int places = 0;                             // where they agree; patches that overlap are one
   double log10_false_alarms = 0;              // of chance having led to as many
+};
+
+// How well an accepted pose is determined.
+struct JudgedPose {
+  int places = 0;             // where patches agree
   double spread = 0;          // 1: the agreeing patches lie all over the photo; 0: on a line
   double worst_sigma_px = 0;  // of the projection, in the frame's worst corner
   bool contradicts_prior = false;
@@ -23,7 +28,8 @@ struct JudgedPose {
 };
 
 // What must hold before a pose is given at all; empty: it holds.
-std::optional<Finding> WhyNotAccepted(const JudgedPose& pose, const OrientPhotoOptions& options);
+std::optional<Finding> WhyNotAccepted(const JudgedMatches& matches,
+                                      const OrientPhotoOptions& options);
 // Of an accepted pose: why it is weak, and what else should be known.
 Findings Judge(const JudgedPose& pose);
 

@@ -23,6 +23,11 @@ double RmsPx(const PoseEstimate& estimate) {
   return std::sqrt(sum / std::max(estimate.used, 1));
 }
 
+LoopRound Told(const PreciseRound& round) {
+  return {static_cast<int>(round.predictions.size()), round.estimate->used, round.window_px,
+          RmsPx(*round.estimate)};
+}
+
 // How far a round's pose moves the patches from where the pose before it saw them.
 double LargestMove(const PhotoTask& task, const PhotoView& before, const PreciseRound& round) {
   PhotoView after = before;
@@ -50,8 +55,7 @@ std::vector<PreciseRound> Refine(const PhotoTask& task, PoseTrack* track) {
       break;
     }
     const double moved_px = LargestMove(task, view, round);
-    track->rounds.push_back({static_cast<int>(round.predictions.size()), round.estimate->used,
-                             round.window_px, RmsPx(*round.estimate)});
+    track->rounds.push_back(Told(round));
     track->pose = round.estimate->pose;
     track->covariance = round.estimate->covariance;
     rounds.push_back(std::move(round));
@@ -112,19 +116,24 @@ double SpreadOf(const PhotoTask& task, const PreciseRound& round) {
   return 12 * std::sqrt(std::max(0.0, moments.determinant())) / area;
 }
 
-JudgedPose ToJudge(const PhotoTask& task, const std::vector<PreciseRound>& rounds,
-                   const PoseTrack& track) {
+JudgedMatches ToJudge(const PhotoTask& task, const std::vector<PreciseRound>& rounds) {
   const PreciseRound& round = rounds.back();
+  JudgedMatches judged;
+  judged.sought = static_cast<int>(round.predictions.size());
+  judged.matched = static_cast<int>(round.observed.size());
+  judged.agreeing = round.estimate->used;
+  judged.places = CountEvidence(round, round).agreeing;
+  judged.log10_false_alarms = LeastFalseAlarms(task, rounds, task.options.max_log10_false_alarms);
+  return judged;
+}
+
+JudgedPose ToJudge(const PhotoTask& task, const PreciseRound& round, const PoseTrack& track) {
   const PoseEstimate& estimate = *round.estimate;
   double height = 0;
   for (const PatchPrediction& p : round.predictions)
     height += task.patches[p.patch].ground_m.z() / static_cast<double>(round.predictions.size());
   JudgedPose judged;
-  judged.sought = static_cast<int>(round.predictions.size());
-  judged.matched = static_cast<int>(round.observed.size());
-  judged.agreeing = estimate.used;
   judged.places = CountEvidence(round, round).agreeing;
-  judged.log10_false_alarms = LeastFalseAlarms(task, rounds, task.options.max_log10_false_alarms);
   judged.spread = SpreadOf(task, round);
   judged.worst_sigma_px = WorstProjectionSigma(task.View(track.position, estimate.pose),
                                                estimate.honest_covariance, height);
@@ -169,15 +178,16 @@ ExteriorResult OrientPhoto(const PhotoToOrient& photo, const PhotoImage& image,
   Descend(task, &*track);
   if (chance()) return no_consensus();
   const std::vector<PreciseRound> rounds = Refine(task, &*track);
-  const PreciseRound& round = rounds.back();
-  if (!round.estimate)
+  const PreciseRound& settled = rounds.back();
+  if (!settled.estimate)
     return Failed(photo,
-                  NoPreciseResection(static_cast<int>(round.observed.size()),
-                                     static_cast<int>(round.predictions.size())),
+                  NoPreciseResection(static_cast<int>(settled.observed.size()),
+                                     static_cast<int>(settled.predictions.size())),
                   &*track);
-  const JudgedPose judged = ToJudge(task, rounds, *track);
-  if (const auto objection = WhyNotAccepted(judged, options))
+  if (const auto objection = WhyNotAccepted(ToJudge(task, rounds), options))
     return Failed(photo, *objection, &*track);
+  const PreciseRound round = Complete(task, *track, settled);
+  track->rounds.push_back(Told(round));
 
   ExteriorResult result;
   result.photo = photo.name;
@@ -187,7 +197,7 @@ ExteriorResult OrientPhoto(const PhotoToOrient& photo, const PhotoImage& image,
   result.orientation = track->position.orientation;
   result.iterations = track->rounds;
   FillPatches(task, round, &result);
-  result.findings = Judge(judged);
+  result.findings = Judge(ToJudge(task, round, *track));
   result.status = StatusOf(result.findings);
   return result;
 }

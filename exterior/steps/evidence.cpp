@@ -12,8 +12,6 @@
 namespace orient::exterior {
 namespace {
 
-constexpr int kFewest = 6;  // places that agree: of fewer no pose is accepted anyway
-
 // Each supporter had what area gross errors pass in, or that of three sigma where residuals say
 // that it ought to be larger. `found_by_chance`: how often a patch is found where it cannot be.
 double FalseAlarms(const PreciseRound& round, const Evidence& evidence, double found_by_chance) {
@@ -57,7 +55,7 @@ double LeastFalseAlarms(const PhotoTask& task, const std::vector<PreciseRound>& 
     least = of_round;
   }
   const Evidence evidence = CountEvidence(*proves_most, rounds.back());
-  if (least + tried <= enough || evidence.agreeing < kFewest) return least + tried;
+  if (least + tried <= enough || evidence.agreeing < kFewestAgreeing) return least + tried;
   // So high that it is exceeded once in a thousand.
   const DecoyMatches decoys = MatchDecoys(task, *proves_most);
   const double rate = UpperBoundOfRate(decoys.found, decoys.sought, 0.001);

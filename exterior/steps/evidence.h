@@ -8,6 +8,8 @@
 
 namespace orient::exterior {
 
+inline constexpr int kFewestAgreeing = 6;  // of fewer no pose is accepted
+
 // Patches that overlap show the same ground and are one piece of evidence: counted are the squares
 // of a patch's size in which there are some.
 struct Evidence {

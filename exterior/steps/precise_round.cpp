@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 #include <functional>
+#include <map>
 #include <set>
 
 #include "core/base/chi_square.h"
@@ -16,7 +17,8 @@ namespace orient::exterior {
 namespace {
 
 constexpr int kPrecisePatches = 900;
-constexpr std::size_t kDecoys = 200;  // of either kind, at most
+constexpr double kCloseMargin_px = 1.5;  // of windows around a settled pose, beyond its sigmas
+constexpr std::size_t kDecoys = 200;     // of either kind, at most
 
 const double kPriorChi2Limit = ChiSquareLimit(6, 1e-4);
 
@@ -109,6 +111,42 @@ void Resect(const PhotoTask& task, const PoseTrack& track, PreciseRound* round) 
   const Vector6d off = PoseDifference(round->estimate->pose, prior.pose);
   round->estimate->prior_chi2 = off.dot(prior.covariance.ldlt().solve(off));
   round->contradicts_prior = round->estimate->prior_chi2 > kPriorChi2Limit;
+}
+
+PreciseRound Complete(const PhotoTask& task, const PoseTrack& track, const PreciseRound& settled) {
+  PreciseRound round = settled;
+  round.view = task.View(track.position, track.pose);
+  round.margin_px = kCloseMargin_px;
+  std::map<std::size_t, PatchPrediction> visible;  // by patch
+  for (const PatchPrediction& prediction :
+       Predict(round.view, track.covariance, task.patches, task.Prediction()))
+    visible[prediction.patch] = prediction;
+  std::vector<bool> stands(round.matches.size(), false);
+  for (std::size_t k = 0; k < settled.observed.size(); ++k)
+    stands[settled.observed[k]] = !settled.estimate->rejected[k];
+  std::vector<std::size_t> open;
+  for (std::size_t i = 0; i < stands.size(); ++i) {
+    const auto now = visible.find(round.predictions[i].patch);
+    if (stands[i] || now == visible.end()) continue;
+    round.predictions[i] = now->second;
+    open.push_back(i);
+  }
+  // So close, a second place nearly as good says how well the patch is determined, not which it is.
+  PreciseOptions close;
+  close.min_score_gap = 0;
+  SideBySide(open.size(), [&](std::size_t k) {
+    const PatchPrediction& prediction = round.predictions[open[k]];
+    const auto drawn = Drawn(task, round.view, prediction);
+    if (!drawn) return;
+    const PreciseMatch match =
+        MatchPrecisely(*drawn, task.image, WindowRadius(prediction, kCloseMargin_px), close);
+    if (match.found) round.matches[open[k]] = match;
+  });
+  round.window_px = LargestRadius(round.predictions, kWindowSigmas) + kCloseMargin_px;
+  round.observed.clear();
+  round.estimate.reset();
+  Resect(task, track, &round);
+  return round.estimate ? round : settled;
 }
 
 Square SquareOf(const PatchPrediction& prediction) {

@@ -33,6 +33,11 @@ PreciseRound MatchAll(const PhotoTask& task, const PhotoView& view, const Matrix
 // The pose from the round's matches; none where too few agree.
 void Resect(const PhotoTask& task, const PoseTrack& track, PreciseRound* round);
 
+// What the round's pose rejects or did not find, searched for once more close to where that pose
+// sees it: in a window that small another place no longer competes. Nothing of it is evidence for
+// the pose. The round as it was where the pose does not stand.
+PreciseRound Complete(const PhotoTask& task, const PoseTrack& track, const PreciseRound& settled);
+
 // Patches in one square of a patch's size overlap and are one piece of evidence.
 using Square = std::pair<long, long>;
 Square SquareOf(const PatchPrediction& prediction);

@@ -5,6 +5,7 @@
 #include <cmath>
 #include <limits>
 #include <numbers>
+#include <numeric>
 
 #include "core/base/chi_square.h"
 #include "core/base/median.h"
@@ -110,6 +111,50 @@ void FillResiduals(const PhotoView& view, const std::vector<PatchObservation>& o
   }
 }
 
+constexpr int kAddedNoisePasses = 3;
+constexpr double kMostAdded_px = 2;
+
+// Least-squares matching knows its images' noise, not what has changed on the ground nor relief too
+// small for the chip's heights: the best textures, whose noise moves them least, would be believed
+// most and everything else passed beside their surplus. The variance, the same for all, which makes
+// the median residual what it should be is added; px^2.
+double AddedVariance(const PhotoView& view, const std::vector<ControlObservation>& control,
+                     const std::vector<Eigen::Vector2d>& residuals_mm, double already_px2) {
+  const Eigen::Matrix2d pixel_mm2 = view.photo_from_pixel.A * view.photo_from_pixel.A.transpose();
+  const auto factor = [&](double added_px2) {
+    std::vector<ControlObservation> with = control;
+    for (ControlObservation& c : with) c.covariance_mm2 += (added_px2 - already_px2) * pixel_mm2;
+    return MedianVarianceFactor(with, residuals_mm);
+  };
+  if (factor(0) <= 1) return 0;
+  double low = 0, high = kMostAdded_px * kMostAdded_px;
+  for (int i = 0; i < 40; ++i) {
+    const double middle = (low + high) / 2;
+    (factor(middle) > 1 ? low : high) = middle;
+  }
+  return high;
+}
+
+std::vector<PatchObservation> WithAddedVariance(const PhotoView& view, const PosePrior& prior,
+                                                std::vector<PatchObservation> observations) {
+  std::vector<std::size_t> all(observations.size());
+  std::iota(all.begin(), all.end(), std::size_t{0});
+  ResectionOptions robust;
+  robust.prior = prior;
+  robust.robust_scale = kCauchyScale;
+  double added_px2 = 0;
+  for (int i = 0; i < kAddedNoisePasses; ++i) {
+    const auto control = Control(view, observations, all, 1);
+    const auto fit = Resect(view.camera, control, view.pose, robust);
+    if (!fit) break;
+    const double now_px2 = AddedVariance(view, control, fit->residuals_mm, added_px2);
+    for (PatchObservation& o : observations)
+      o.covariance_px2 += (now_px2 - added_px2) * Eigen::Matrix2d::Identity();
+    added_px2 = now_px2;
+  }
+  return observations;
+}
+
 struct Snooped {
   ResectionResult fit;
   std::vector<std::size_t> used;
@@ -169,9 +214,10 @@ std::optional<Fit> SnoopAndFit(const PhotoView& view, const PosePrior& prior,
 }  // namespace
 
 std::optional<PoseEstimate> EstimatePose(const PhotoView& view, const PosePrior& prior,
-                                         const std::vector<PatchObservation>& observations,
+                                         const std::vector<PatchObservation>& matched,
                                          const CommonErrors& common) {
-  if (observations.size() < kMinObservations) return std::nullopt;
+  if (matched.size() < kMinObservations) return std::nullopt;
+  const std::vector<PatchObservation> observations = WithAddedVariance(view, prior, matched);
   auto fit = SnoopAndFit(view, prior, observations, common);
   if (!fit) return std::nullopt;
   // Heights worse than stated made good observations look like gross errors: again with what the

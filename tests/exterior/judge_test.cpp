@@ -14,12 +14,12 @@ double JustBelow(double value) { return std::nextafter(value, -kInfinity); }
 double JustAbove(double value) { return std::nextafter(value, kInfinity); }
 
 // Against which nothing speaks.
+JudgedMatches GoodMatches() {
+  return {.sought = 100, .matched = 80, .agreeing = 80, .places = 60, .log10_false_alarms = -50};
+}
 JudgedPose GoodPose() {
   JudgedPose pose;
-  pose.sought = 100;
-  pose.matched = pose.agreeing = 80;
   pose.places = 60;
-  pose.log10_false_alarms = -50;
   pose.spread = 0.5;
   pose.worst_sigma_px = 0.2;
   pose.prior_counts = true;
@@ -34,9 +34,10 @@ void ExpectOnly(const Findings& findings, const Finding& expected) {
 
 class ExteriorJudge : public testing::Test {
  protected:
-  std::optional<Finding> WhyNot() const { return WhyNotAccepted(pose_, options_); }
+  std::optional<Finding> WhyNot() const { return WhyNotAccepted(matches_, options_); }
   Findings Judged() const { return Judge(pose_); }
 
+  JudgedMatches matches_ = GoodMatches();
   JudgedPose pose_ = GoodPose();
   OrientPhotoOptions options_;
 };
@@ -47,47 +48,47 @@ TEST_F(ExteriorJudge, APoseAgainstWhichNothingSpeaksIsAcceptedWithoutFindings) {
 }
 
 TEST_F(ExteriorJudge, FivePatchesAreTooFewAndSixAreNot) {
-  pose_.matched = pose_.agreeing = pose_.places = 6;
+  matches_.matched = matches_.agreeing = matches_.places = 6;
   EXPECT_EQ(WhyNot(), std::nullopt);
-  pose_.agreeing = pose_.places = 5;
+  matches_.agreeing = matches_.places = 5;
   EXPECT_EQ(WhyNot(), (Finding{Reason::kTooFewAgree, Status::kFailed, 5, 6}));
 }
 
 TEST_F(ExteriorJudge, SixPatchesInFivePlacesOverlap) {
-  pose_.matched = pose_.agreeing = 6;
-  pose_.places = 5;
+  matches_.matched = matches_.agreeing = 6;
+  matches_.places = 5;
   EXPECT_EQ(WhyNot(), (Finding{Reason::kPatchesOverlap, Status::kFailed, 5, 6}));
 }
 
 TEST_F(ExteriorJudge, OnceInAMillionIsNoChanceAndMoreOftenIs) {
-  pose_.log10_false_alarms = -6;
+  matches_.log10_false_alarms = -6;
   EXPECT_EQ(WhyNot(), std::nullopt);
-  pose_.log10_false_alarms = JustAbove(-6);
+  matches_.log10_false_alarms = JustAbove(-6);
   EXPECT_EQ(WhyNot(), (Finding{Reason::kAgreementMayBeChance, Status::kFailed, 80, 100}));
 }
 
 TEST_F(ExteriorJudge, HalfOfTheMatchedPatchesMayContradictAndNotMore) {
-  pose_.agreeing = 30;
-  pose_.matched = 60;
+  matches_.agreeing = 30;
+  matches_.matched = 60;
   EXPECT_EQ(WhyNot(), std::nullopt);
-  pose_.matched = 61;
+  matches_.matched = 61;
   EXPECT_EQ(WhyNot(), (Finding{Reason::kMostContradict, Status::kFailed, 30, 61}));
 }
 
 TEST_F(ExteriorJudge, NoPatchAtAllIsTooFew) {
-  pose_ = {};
+  matches_ = {};
   EXPECT_EQ(WhyNot(), (Finding{Reason::kTooFewAgree, Status::kFailed, 0, 6}));
 }
 
 TEST_F(ExteriorJudge, OfSeveralObjectionsTheFirstIsSaid) {
   const auto reason = [&] { return WhyNot().value_or(Finding{Reason::kStated}).reason; };
-  pose_.matched = 1000;
+  matches_.matched = 1000;
   EXPECT_EQ(reason(), Reason::kMostContradict);
-  pose_.log10_false_alarms = 0;
+  matches_.log10_false_alarms = 0;
   EXPECT_EQ(reason(), Reason::kAgreementMayBeChance);
-  pose_.places = 1;
+  matches_.places = 1;
   EXPECT_EQ(reason(), Reason::kPatchesOverlap);
-  pose_.agreeing = 1;
+  matches_.agreeing = 1;
   EXPECT_EQ(reason(), Reason::kTooFewAgree);
 }
 

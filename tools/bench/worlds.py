@@ -49,6 +49,7 @@ STARTS = {"1m": (1, 1 / 60), "10m": (10, 3), "30m": (30, 10), "100m": (100, 10)}
 KAPPAS = ["known", "unknown"]
 WRONG_PX = 1.0
 RECORD = "worlds.json"
+TRUTH = "truth.csv"  # of a world's photos, for exterior_matches
 # What tells runs apart; program: a digest.
 Run = collections.namedtuple("Run", "program world harvest start kappa seed draw")
 
@@ -61,6 +62,10 @@ class World:
         """Interior orientations and patch databases, those that are not there yet; yields names."""
         place, home, old = self.place, self.home, sorted((self.place / "old_scans").glob("*.tif"))
         home.mkdir(parents=True, exist_ok=True)
+        poses = {photo: [of["eo"][name] for name in ("x", "y", "z", "omega", "phi", "kappa")]
+                 for photo, of in self.truth.photos.items()}
+        (home / TRUTH).write_text(self.table(lambda photo, _: poses[photo]), encoding="utf-8")
+        shutil.copyfile(place / "approx_coarse.prj", home / pathlib.Path(TRUTH).with_suffix(".prj"))
         job, works = Job(program, home, place), {}
         for kind in ("old_", ""):
             scan = next(iter(self.truth.all[f"{kind}photos"].values()))
@@ -94,7 +99,11 @@ class World:
                     for of in ("omega", "phi", "kappa")]
             anywhere = chance.uniform(-180, 180)
             return row[:5] + [anywhere] if run.kappa == "unknown" else row
-        return moved_table((self.place / "approx_coarse.csv").read_text(encoding="utf-8"), drawn)
+        return self.table(drawn)
+
+    def table(self, elements):
+        """Of orientations, as `moved_table` makes it."""
+        return moved_table((self.place / "approx_coarse.csv").read_text(encoding="utf-8"), elements)
 
     def judged(self, photo, folder):
         result = json.loads((folder / f"{photo}.exterior.json").read_text(encoding="utf-8"))
