@@ -5,6 +5,8 @@
 #include <opencv2/features2d.hpp>
 #include <opencv2/imgproc.hpp>
 
+#include "core/geometry/rotation.h"
+
 namespace orient {
 namespace {
 
@@ -96,8 +98,18 @@ Keypoints Keypoints::Of(const std::vector<std::size_t>& which) const {
     chosen.descriptors.row(std::ssize(chosen.pixels)) =
         descriptors.row(static_cast<Eigen::Index>(i));
     chosen.pixels.push_back(pixels[i]);
+    chosen.sizes_px.push_back(sizes_px[i]);
+    chosen.angles_rad.push_back(angles_rad[i]);
   }
   return chosen;
+}
+
+void Keypoints::Append(const Keypoints& others) {
+  descriptors.conservativeResize(descriptors.rows() + others.descriptors.rows(), kDescriptorSize);
+  descriptors.bottomRows(others.descriptors.rows()) = others.descriptors;
+  pixels.insert(pixels.end(), others.pixels.begin(), others.pixels.end());
+  sizes_px.insert(sizes_px.end(), others.sizes_px.begin(), others.sizes_px.end());
+  angles_rad.insert(angles_rad.end(), others.angles_rad.begin(), others.angles_rad.end());
 }
 
 Keypoints FindKeypoints(const Image& image, int most) {
@@ -112,6 +124,8 @@ Keypoints FindKeypoints(const Image& image, int most) {
   found.descriptors.resize(std::ssize(points), kDescriptorSize);
   for (std::size_t i = 0; i < points.size(); ++i) {
     found.pixels.emplace_back(points[i].pt.x + kOffset_px, points[i].pt.y + kOffset_px);
+    found.sizes_px.push_back(points[i].size);
+    found.angles_rad.push_back(RadFromDeg(points[i].angle));
     for (int k = 0; k < kDescriptorSize; ++k)
       found.descriptors(static_cast<Eigen::Index>(i), k) =
           cv::saturate_cast<std::uint8_t>(descriptors.at<float>(static_cast<int>(i), k));

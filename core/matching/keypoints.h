@@ -14,12 +14,15 @@ inline constexpr int kDescriptorSize = 128;
 
 struct Keypoints {
   std::vector<Eigen::Vector2d> pixels;  // of the image
+  std::vector<double> sizes_px;         // diameter of what is described
+  std::vector<double> angles_rad;       // in which it is directed, from columns towards rows
   // A row a keypoint.
   Eigen::Matrix<std::uint8_t, Eigen::Dynamic, kDescriptorSize, Eigen::RowMajor> descriptors;
 
   std::size_t Size() const { return pixels.size(); }
   // Those of these indices.
   Keypoints Of(const std::vector<std::size_t>& which) const;
+  void Append(const Keypoints& others);
 };
 
 // The strongest ones, at most about `most`. What is no data is no feature, nor is its border. The

@@ -243,6 +243,18 @@ std::optional<PoseTrack> FirstPose(const PhotoTask& task) {
   return best;
 }
 
+std::optional<PoseTrack> Confirmed(const PhotoTask& task, const PoseTrack& rough) {
+  const PhotoView view = task.View(rough.position, rough.pose);
+  const auto predictions = Predict(view, rough.covariance, task.patches, task.Prediction());
+  if (predictions.empty()) return std::nullopt;
+  PoseTrack track = rough;
+  const int coarsest =
+      CoarsestReduction(task, view, predictions, LargestRadius(predictions, kWindowSigmas));
+  VoteAround(task, std::min(coarsest, 4), 2.0 * rough.reduction, &track);
+  if (track.rounds.empty()) return std::nullopt;
+  return track;
+}
+
 void Descend(const PhotoTask& task, PoseTrack* track) {
   for (int reduction = track->reduction / 2; reduction > 1; reduction /= 2)
     VoteAround(task, reduction, 1.5 * track->reduction, track);

@@ -16,6 +16,9 @@ std::optional<PoseTrack> FirstPose(const PhotoTask& task);
 // What is wrong with the approximation or the patches, where there is no first pose.
 Finding WhyNoFirstPose(const PhotoTask& task);
 
+// The pose that the patches around a rough one agree on; empty where too few do.
+std::optional<PoseTrack> Confirmed(const PhotoTask& task, const PoseTrack& rough);
+
 // Halves the reduction until full resolution is the next.
 void Descend(const PhotoTask& task, PoseTrack* track);
 

@@ -7,6 +7,7 @@
 #include <numbers>
 
 #include "exterior/search/attitude_search.h"
+#include "exterior/search/keypoint_search.h"
 #include "exterior/search/mosaic_tiles.h"
 #include "exterior/search/search_prior.h"
 #include "exterior/search/whole_photo_search.h"
@@ -221,9 +222,12 @@ std::optional<PoseTrack> WideSearch::TryAgain(const Hypothesis& hypothesis,
 WholePhotoSearch SearchWidely(const PhotoTask& task) {
   const double ground_m = MedianGroundHeight(task.patches);
   if (!(task.photo.prior.pose.position_m.z() > ground_m)) return {};
-  WideSearch places(task, Widened(task.photo.prior, ground_m), ground_m, AttitudeTrials(task));
-  WholePhotoSearch turned = SearchAttitudes(task, places.Trials());
+  WideSearch places(task, Widened(task.photo.prior, ground_m), ground_m,
+                    KeypointTrials(task) + AttitudeTrials(task));
   const double limit = task.options.max_log10_false_alarms;
+  WholePhotoSearch alike = SearchByKeypoints(task, places.Trials());
+  if (alike.track && alike.track->log10_false_alarms < limit) return alike;
+  WholePhotoSearch turned = SearchAttitudes(task, places.Trials());
   if (turned.track && turned.track->log10_false_alarms < limit) return turned;
   // From a position that is truly known single patches show more than tiles of them all.
   if (turned.searched && !task.options.prior_failed && IsPositionKnown(task.photo.prior, ground_m))

@@ -1,0 +1,296 @@
+#include "exterior/search/keypoint_search.h"
+
+#include <Eigen/Dense>
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <numbers>
+
+#include "core/base/median.h"
+#include "core/base/side_by_side.h"
+#include "core/matching/keypoints.h"
+#include "exterior/search/first_pose.h"
+#include "exterior/search/keypoint_pose.h"
+#include "exterior/search/search_prior.h"
+
+namespace orient::exterior {
+namespace {
+
+// Levels that are searched, the coarser first: most photos are found there at a quarter of the
+// cost.
+constexpr std::array kMostPixels = {3e6, 12e6};
+constexpr double kLeastChip_px = 24;  // of the level: half of it is border
+constexpr int kPhotoKeypoints = 20000;
+constexpr std::size_t kPatches = 900;
+constexpr int kChipKeypoints = 40, kKeptOfChip = 20;
+// Keypoints are looked for in tiles of the level: OpenCV's scale space takes 180 bytes a pixel.
+constexpr int kTile_px = 1000, kOverlap_px = 32;
+// The smallest that SIFT finds, diameter in pixels.
+constexpr double kSmallest_px = 3;
+constexpr double kRatio = 0.9;  // of the nearest descriptor's distance to the second's
+// Matches of one pose turn and scale alike: of so many turns, each so wide, the fullest are tried.
+constexpr int kTurns = 36;
+constexpr double kTurnReach_rad = 20 * std::numbers::pi / 180;
+constexpr int kTried = 3;
+constexpr double kScaleReach = 1.5;  // factor
+constexpr int kFewest = 5;           // places that agree: patches will prove it or not
+
+int ReductionFor(const PhotoImage& photo, double most_pixels) {
+  const double pixels = static_cast<double>(photo.Width()) * photo.Height();
+  return std::max(1, static_cast<int>(std::ceil(std::sqrt(pixels / most_pixels))));
+}
+
+// Keypoints, scan pixels, sizes and all.
+Keypoints OfPhoto(const PhotoImage& photo, int reduction) {
+  const int width = photo.Width() / reduction, height = photo.Height() / reduction;
+  const double pixels = static_cast<double>(width) * height;
+  Keypoints all;
+  all.descriptors.resize(0, kDescriptorSize);
+  const int step = kTile_px - 2 * kOverlap_px;
+  for (int row = 0; row < height; row += step)
+    for (int col = 0; col < width; col += step) {
+      const Eigen::Vector2d first(col, row);
+      const Eigen::Vector2d last =
+          (first + Eigen::Vector2d::Constant(step)).cwiseMin(Eigen::Vector2d(width, height));
+      const ImageWindow window = photo.Around(
+          reduction * (first + last) / 2,
+          reduction * ((last - first) / 2 + Eigen::Vector2d::Constant(kOverlap_px)), reduction);
+      const double share = (last - first).prod() / pixels;
+      Keypoints found = FindKeypoints(
+          window.image, static_cast<int>(std::ceil(kPhotoKeypoints * std::min(1.2 * share, 1.0))));
+      std::vector<std::size_t> inside;
+      for (std::size_t i = 0; i < found.Size(); ++i) {
+        found.pixels[i] = window.RasterFromImage(found.pixels[i]);
+        found.sizes_px[i] *= reduction;
+        const Eigen::Array2d at = found.pixels[i] / reduction;
+        if ((at >= first.array()).all() && (at < last.array()).all()) inside.push_back(i);
+      }
+      all.Append(found.Of(inside));
+    }
+  return all;
+}
+
+// Keypoints of the patches' chips, at least so large on the ground; sizes in metres.
+struct ChipKeypoints {
+  Keypoints keypoints;
+  std::vector<Eigen::Vector3d> ground_m;
+};
+
+double ChipWidth(const patchdb::Patch& patch) {
+  return std::min(patch.chip.width, patch.chip.height) * patch.gsd_m;
+}
+
+// At most kPatches, spread over the region.
+std::vector<std::size_t> PatchesToShow(const std::vector<patchdb::Patch>& patches,
+                                       double least_width_m) {
+  Bounds region = Bounds::OfNothing();
+  for (const patchdb::Patch& patch : patches)
+    region.Include(patch.ground_m.x(), patch.ground_m.y());
+  PredictionOptions options;
+  options.width_px = static_cast<int>(std::ceil(region.max_x - region.min_x)) + 1;
+  options.height_px = static_cast<int>(std::ceil(region.max_y - region.min_y)) + 1;
+  std::vector<PatchPrediction> places;
+  for (std::size_t i = 0; i < patches.size(); ++i)
+    if (ChipWidth(patches[i]) >= least_width_m)
+      places.push_back(
+          {i,
+           {patches[i].ground_m.x() - region.min_x, patches[i].ground_m.y() - region.min_y},
+           Eigen::Matrix2d::Zero()});
+  std::vector<std::size_t> chosen;
+  for (const PatchPrediction& place :
+       SelectSpread(places, patches, static_cast<int>(kPatches), options))
+    chosen.push_back(place.patch);
+  return chosen;
+}
+
+Image Mirrored(Image image) {
+  for (int row = 0; row < image.height; ++row)
+    std::reverse(image.Row(row), image.Row(row) + image.width);
+  return image;
+}
+
+// `mirrored`: as a photo shows them that was scanned through its back.
+ChipKeypoints OfPatches(const std::vector<patchdb::Patch>& patches,
+                        const std::vector<std::size_t>& which, double least_size_m, bool mirrored) {
+  std::vector<Keypoints> found(which.size());
+  SideBySide(which.size(), [&](std::size_t k) {
+    const patchdb::Patch& patch = patches[which[k]];
+    const Keypoints all =
+        FindKeypoints(mirrored ? Mirrored(patch.chip) : patch.chip, kChipKeypoints);
+    std::vector<std::size_t> large;
+    for (std::size_t i = 0; i < all.Size() && large.size() < kKeptOfChip; ++i)
+      if (all.sizes_px[i] * patch.gsd_m >= least_size_m) large.push_back(i);
+    found[k] = all.Of(large);
+  });
+  ChipKeypoints of;
+  of.keypoints.descriptors.resize(0, kDescriptorSize);
+  for (std::size_t k = 0; k < which.size(); ++k) {
+    const patchdb::Patch& patch = patches[which[k]];
+    for (std::size_t i = 0; i < found[k].Size(); ++i) {
+      Eigen::Vector2d offset =
+          found[k].pixels[i] - Eigen::Vector2d(patch.chip.width, patch.chip.height) / 2;
+      if (mirrored) offset.x() = -offset.x();
+      const double east = offset.x() * patch.gsd_m, north = -offset.y() * patch.gsd_m;
+      const double height = patch.heights.At(east, north);
+      of.ground_m.emplace_back(patch.ground_m.x() + east, patch.ground_m.y() + north,
+                               std::isnan(height) ? patch.ground_m.z() : height);
+      found[k].sizes_px[i] *= patch.gsd_m;
+    }
+    of.keypoints.Append(found[k]);
+  }
+  return of;
+}
+
+// A pair that looks alike: what it says of how the photo lies.
+struct Pair {
+  KeypointMatch match;
+  double turn_rad = 0;  // from chip to scan
+  double gsd_m = 0;     // of a scan pixel
+};
+
+std::vector<Pair> Pairs(const Keypoints& photo, const Keypoints& chips) {
+  std::vector<Pair> pairs;
+  for (const KeypointMatch& match : MatchKeypoints(chips, photo, kRatio))
+    pairs.push_back({match, photo.angles_rad[match.second] - chips.angles_rad[match.first],
+                     chips.sizes_px[match.first] / photo.sizes_px[match.second]});
+  return pairs;
+}
+
+// Those of the turns that most agree on, the fullest turn first.
+std::vector<std::vector<Pair>> ByTurn(std::vector<Pair> pairs) {
+  std::vector<std::vector<Pair>> tried;
+  for (int i = 0; i < kTried; ++i) {
+    std::vector<Pair> fullest;
+    for (int turn = 0; turn < kTurns; ++turn) {
+      std::vector<Pair> near;
+      const double middle = 2 * std::numbers::pi * turn / kTurns;
+      std::copy_if(pairs.begin(), pairs.end(), std::back_inserter(near), [&](const Pair& pair) {
+        return std::abs(NormalizeAngle(pair.turn_rad - middle)) <= kTurnReach_rad;
+      });
+      if (near.size() > fullest.size()) fullest = std::move(near);
+    }
+    if (fullest.size() < kFewest) break;
+    std::erase_if(pairs, [&](const Pair& pair) {
+      return std::any_of(fullest.begin(), fullest.end(),
+                         [&](const Pair& taken) { return taken.match.first == pair.match.first; });
+    });
+    tried.push_back(std::move(fullest));
+  }
+  return tried;
+}
+
+class KeypointSearch {
+ public:
+  KeypointSearch(const PhotoTask& task, double trials)
+      : task_(task), trials_(trials), ground_m_(MedianGroundHeight(task.patches)) {}
+
+  WholePhotoSearch Run() {
+    WholePhotoSearch search;
+    int before = 0;
+    for (const double most_pixels : kMostPixels) {
+      const int reduction = ReductionFor(task_.image, most_pixels);
+      if (reduction == before) break;
+      before = reduction;
+      SearchLevel(reduction, &search);
+      if (search.track && Convinces(*search.track)) break;
+    }
+    return search;
+  }
+
+ private:
+  void SearchLevel(int reduction, WholePhotoSearch* search) const;
+  void Try(const Keypoints& photo, const ChipKeypoints& chips, int reduction, bool mirrored,
+           WholePhotoSearch* search) const;
+  std::optional<PoseTrack> Follow(const std::vector<SharedKeypoint>& shared,
+                                  const std::vector<FilmPosition>& positions, int reduction) const;
+  bool Convinces(const PoseTrack& track) const {
+    return track.log10_false_alarms < task_.options.max_log10_false_alarms;
+  }
+  double Height() const { return task_.photo.prior.pose.position_m.z() - ground_m_; }
+  double Gsd() const {
+    return task_.View(task_.photo.positions.front(), {}).PixelSize() * Height() /
+           task_.photo.camera.principal_distance_mm;
+  }
+
+  const PhotoTask& task_;
+  double trials_;
+  double ground_m_;
+};
+
+bool IsMirrored(const FilmPosition& position) {
+  // Scans have rows downwards, the photo's y upwards.
+  return position.photo_from_pixel.A.determinant() > 0;
+}
+
+void KeypointSearch::SearchLevel(int reduction, WholePhotoSearch* search) const {
+  const double gsd_m = Gsd() * reduction;
+  const auto which = PatchesToShow(task_.patches, kLeastChip_px * gsd_m);
+  if (which.empty()) return;
+  search->searched = true;
+  const Keypoints photo = OfPhoto(task_.image, reduction);
+  for (const bool mirrored : {false, true}) {
+    const auto& positions = task_.photo.positions;
+    if (std::none_of(positions.begin(), positions.end(),
+                     [&](const FilmPosition& p) { return IsMirrored(p) == mirrored; }))
+      continue;
+    const ChipKeypoints chips =
+        OfPatches(task_.patches, which, kSmallest_px * gsd_m / kScaleReach, mirrored);
+    Try(photo, chips, reduction, mirrored, search);
+    if (search->track && Convinces(*search->track)) return;
+  }
+}
+
+void KeypointSearch::Try(const Keypoints& photo, const ChipKeypoints& chips, int reduction,
+                         bool mirrored, WholePhotoSearch* search) const {
+  std::vector<FilmPosition> positions;
+  for (const FilmPosition& position : task_.photo.positions)
+    if (IsMirrored(position) == mirrored) positions.push_back(position);
+  const double sigma = std::sqrt(task_.photo.prior.covariance(2, 2)) / Height();
+  const double reach = std::log(kScaleReach) + std::log1p(2 * std::min(sigma, 0.5));
+  std::vector<Pair> pairs = Pairs(photo, chips.keypoints);
+  std::erase_if(pairs,
+                [&](const Pair& pair) { return std::abs(std::log(pair.gsd_m / Gsd())) > reach; });
+  for (const std::vector<Pair>& turned : ByTurn(std::move(pairs))) {
+    std::vector<SharedKeypoint> shared;
+    for (const Pair& pair : turned)
+      shared.push_back({photo.pixels[pair.match.second], chips.ground_m[pair.match.first], {}});
+    auto track = Follow(shared, positions, reduction);
+    if (!track || (search->track && search->track->log10_false_alarms <= track->log10_false_alarms))
+      continue;
+    search->track = std::move(track);
+    if (Convinces(*search->track)) return;
+  }
+}
+
+// The pose that the keypoints agree on, if patches around it agree, too.
+std::optional<PoseTrack> KeypointSearch::Follow(const std::vector<SharedKeypoint>& shared,
+                                                const std::vector<FilmPosition>& positions,
+                                                int reduction) const {
+  KeypointPoseOptions options;
+  options.sigma_px = 1.5 * reduction;
+  options.min_supporters = kFewest;
+  options.max_log10_false_alarms = 0;
+  options.rival_share = 1;
+  const Eigen::Vector2i scan_px(task_.image.Width(), task_.image.Height());
+  const auto found = PoseFromKeypoints(task_.photo.camera, positions, scan_px, shared, options);
+  if (!found) return std::nullopt;
+  const PoseTrack rough{.position = positions[found->position],
+                        .pose = found->pose,
+                        .covariance = 4 * found->covariance,
+                        .reduction = reduction,
+                        .rounds = {},
+                        .trials = trials_};
+  return Confirmed(task_, rough);
+}
+
+}  // namespace
+
+double KeypointTrials(const PhotoTask& task) {
+  return static_cast<double>(kMostPixels.size() * kTried * task.photo.positions.size());
+}
+
+WholePhotoSearch SearchByKeypoints(const PhotoTask& task, double trials) {
+  return KeypointSearch(task, trials).Run();
+}
+
+}  // namespace orient::exterior
