@@ -4,7 +4,6 @@
 #include <algorithm>
 #include <cmath>
 #include <map>
-#include <numbers>
 
 #include "exterior/search/attitude_search.h"
 #include "exterior/search/mosaic_tiles.h"
@@ -14,8 +13,6 @@
 namespace orient::exterior {
 namespace {
 
-constexpr double kScaleStep = 1.2;
-constexpr double kAllowedScale = 1.2;  // wrong by so much, even if the height is said to be known
 // Tilt, and what the steps of kappa and scale leave, move a photo's tiles against one another by
 // up to this share of the flying height.
 constexpr double kClusterPerHeight = 0.15;
@@ -45,14 +42,11 @@ double GsdOf(const PhotoTask& task, const Hypothesis& hypothesis) {
 // Kappas outwards from the approximate one, before that at another scale.
 std::vector<Hypothesis> Hypotheses(const PhotoTask& task, const PosePrior& wide, double ground_m) {
   const double height = wide.pose.position_m.z() - ground_m;
-  const double sigma = std::sqrt(wide.covariance(2, 2)) / height;
-  const double reach = std::max(std::log(kAllowedScale), std::log1p(2 * std::min(sigma, 0.5)));
-  const int scales = std::max(1, static_cast<int>(std::lround(reach / std::log(kScaleStep))));
   std::vector<Hypothesis> hypotheses;
-  for (int s = 0; s < 2 * scales + 1; ++s)
+  for (const double factor : HeightFactors(wide, ground_m))
     for (int k = 0; k < kKappas; ++k)
       for (const FilmPosition& position : task.photo.positions) {
-        Hypothesis hypothesis{&position, wide.pose, height * std::pow(kScaleStep, Outwards(s))};
+        Hypothesis hypothesis{&position, wide.pose, height * factor};
         hypothesis.pose.opk_rad.z() += Outwards(k) * kKappaStep_rad;
         hypothesis.pose.position_m.z() = ground_m + hypothesis.height_m;
         hypotheses.push_back(hypothesis);
@@ -181,7 +175,7 @@ const std::vector<VotingPatch>& WideSearch::Sought(const Hypothesis& hypothesis)
 // The hypothesis stands for what lies within its steps of kappa and scale.
 PosePrior WideSearch::PriorOf(const Hypothesis& hypothesis) const {
   PosePrior prior{hypothesis.pose, wide_.covariance};
-  prior.covariance(2, 2) = std::pow((kScaleStep - 1) * hypothesis.height_m, 2);
+  prior.covariance(2, 2) = std::pow((kHeightStep - 1) * hypothesis.height_m, 2);
   prior.covariance(5, 5) = kKappaStep_rad * kKappaStep_rad;
   return prior;
 }
