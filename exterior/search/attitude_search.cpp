@@ -383,9 +383,7 @@ WholePhotoSearch SearchAttitudes(const PhotoTask& task, double trials) {
     const auto sought = SoughtPatches::Of(task, approximate);
     if (!sought) continue;
     search.searched = true;
-    auto found = AttitudeSearch(task, *sought, approximate, trials).Run();
-    if (found && (!best || found->log10_false_alarms < best->log10_false_alarms))
-      best = std::move(found);
+    KeepBetter(AttitudeSearch(task, *sought, approximate, trials).Run(), &best);
     if (best && best->log10_false_alarms < task.options.max_log10_false_alarms) break;
   }
   return search;

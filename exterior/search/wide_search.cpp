@@ -124,9 +124,7 @@ WholePhotoSearch WideSearch::Run() {
     const auto end = std::find_if(first, hypotheses_.end(), [&](const Hypothesis& hypothesis) {
       return hypothesis.height_m != first->height_m;
     });
-    auto track = TryAll({first, end});
-    if (track && (!best || track->log10_false_alarms < best->log10_false_alarms))
-      best = std::move(track);
+    KeepBetter(TryAll({first, end}), &best);
     if (best && Convinces(*best)) break;
     first = end;
   }
@@ -223,11 +221,9 @@ WholePhotoSearch SearchWidely(const PhotoTask& task) {
   if (turned.searched && !task.options.prior_failed && IsPositionKnown(task.photo.prior, ground_m))
     return turned;
   WholePhotoSearch found = places.Run();
-  found.searched |= turned.searched;
-  if (turned.track &&
-      !(found.track && found.track->log10_false_alarms < turned.track->log10_false_alarms))
-    found.track = std::move(turned.track);
-  return found;
+  KeepBetter(std::move(found.track), &turned.track);
+  turned.searched |= found.searched;
+  return turned;
 }
 
 }  // namespace orient::exterior

@@ -135,6 +135,26 @@ TEST(TryWays, ATryAgainThatConvincesEndsTheSearch) {
   EXPECT_EQ(test.followed, (Tried{0}));
 }
 
+TEST(KeepBetter, OfEqualPosesKeepsTheEarlierAndOfNoneWhatWasThere) {
+  const auto track = [](double log10_false_alarms, int reduction) {
+    PoseTrack made;
+    made.log10_false_alarms = log10_false_alarms;
+    made.reduction = reduction;
+    return made;
+  };
+  std::optional<PoseTrack> best;
+  KeepBetter(std::nullopt, &best);
+  EXPECT_FALSE(best);
+  KeepBetter(track(-3, 1), &best);
+  KeepBetter(track(-3, 2), &best);
+  KeepBetter(track(-2, 3), &best);
+  KeepBetter(std::nullopt, &best);
+  ASSERT_TRUE(best);
+  EXPECT_EQ(best->reduction, 1);
+  KeepBetter(track(-4, 4), &best);
+  EXPECT_EQ(best->reduction, 4);
+}
+
 TEST(Outwards, CountsEveryKappaOnceFromTheMiddle) {
   std::vector<int> first;
   for (int i = 0; i < 5; ++i) first.push_back(Outwards(i));
