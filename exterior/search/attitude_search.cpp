@@ -38,7 +38,8 @@ constexpr std::size_t kFollowed = 3;
 // Level and patches of one search; the patches are drawn in one size.
 class SoughtPatches {
  public:
-  static std::optional<SoughtPatches> Of(const PhotoTask& task, const Pose& approximate);
+  static std::optional<SoughtPatches> Of(const PhotoTask& task, double ground_m,
+                                         const Pose& approximate);
 
   int Reduction() const { return level_.Reduction(); }
   // One per patch, its candidates where a camera may see it whose pose is the prior's but for what
@@ -46,10 +47,12 @@ class SoughtPatches {
   std::vector<VotingPatch> Seek(const PhotoView& view, const PosePrior& prior) const;
 
  private:
-  SoughtPatches(const PhotoTask& task, std::vector<std::size_t> patches, PhotoLevel level)
-      : task_(task), patches_(std::move(patches)), level_(std::move(level)) {}
+  SoughtPatches(const PhotoTask& task, double ground_m, std::vector<std::size_t> patches,
+                PhotoLevel level)
+      : task_(task), ground_m_(ground_m), patches_(std::move(patches)), level_(std::move(level)) {}
 
   const PhotoTask& task_;
+  double ground_m_;
   std::vector<std::size_t> patches_;
   PhotoLevel level_;
 };
@@ -134,7 +137,8 @@ int FinestReduction(const PhotoImage& photo) {
   return reduction;
 }
 
-std::optional<SoughtPatches> SoughtPatches::Of(const PhotoTask& task, const Pose& approximate) {
+std::optional<SoughtPatches> SoughtPatches::Of(const PhotoTask& task, double ground_m,
+                                               const Pose& approximate) {
   const PhotoView view = WithoutLens(task.View(task.photo.positions.front(), approximate));
   const std::vector<AroundPhoto> around = PatchesAround(task, view);
   if (around.empty()) return std::nullopt;
@@ -149,11 +153,11 @@ std::optional<SoughtPatches> SoughtPatches::Of(const PhotoTask& task, const Pose
   std::vector<std::size_t> patches = Conspicuous(task, view, around, reduction, side);
   const int shorter = std::min(task.image.Width(), task.image.Height());
   if (patches.size() < kFewest || shorter < 2 * side * reduction) return std::nullopt;
-  return SoughtPatches(task, std::move(patches), PhotoLevel(task.image, reduction, side));
+  return SoughtPatches(task, ground_m, std::move(patches), PhotoLevel(task.image, reduction, side));
 }
 
 std::vector<VotingPatch> SoughtPatches::Seek(const PhotoView& view, const PosePrior& prior) const {
-  const double height = view.pose.position_m.z() - MedianGroundHeight(task_.patches);
+  const double height = view.pose.position_m.z() - ground_m_;
   const Vector6d sigma = prior.covariance.diagonal().cwiseSqrt();
   const double turned = kWindowSigmas * std::hypot(sigma.segment<2>(3).maxCoeff(),
                                                    sigma.head<2>().maxCoeff() / height);
@@ -207,18 +211,19 @@ Pose Tilted(const Pose& pose, const Eigen::Vector2d& shift) {
 }
 
 // The position is known, or its height is not either.
-std::vector<double> HeightsToTry(const PhotoTask& task) {
-  const double ground_m = MedianGroundHeight(task.patches);
+std::vector<double> HeightsToTry(const PhotoTask& task, double ground_m) {
   if (IsPositionKnown(task.photo.prior, ground_m)) return {1};
   return HeightFactors(task.photo.prior, ground_m);
 }
 
 class AttitudeSearch {
  public:
-  AttitudeSearch(const PhotoTask& task, const SoughtPatches& sought, const Pose& approximate,
-                 double trials)
-      : task_(task), sought_(sought), wide_(WideOf(task, approximate)) {
-    ground_m_ = MedianGroundHeight(task.patches);
+  AttitudeSearch(const PhotoTask& task, double ground_m, const SoughtPatches& sought,
+                 const Pose& approximate, double trials)
+      : task_(task),
+        ground_m_(ground_m),
+        sought_(sought),
+        wide_(WideOf(task, ground_m, approximate)) {
     options_.sigma_px = 0.5 + 0.6 * sought.Reduction();
     options_.samples = 1000;
     options_.iterations = 5;
@@ -234,7 +239,7 @@ class AttitudeSearch {
   };
   PhotoView ViewOf(const Way& way) const;
   Look LookOf(const Way& way) const;
-  static PosePrior WideOf(const PhotoTask& task, const Pose& approximate);
+  static PosePrior WideOf(const PhotoTask& task, double ground_m, const Pose& approximate);
   std::vector<Way> Ways() const;
   const std::vector<VotingPatch>& Sought(const Way& way, const PhotoView& view);
   std::optional<PoseTrack> TryFirst(const Way& way);
@@ -243,16 +248,15 @@ class AttitudeSearch {
                                  const std::vector<VotingPatch>& voting) const;
 
   const PhotoTask& task_;
+  double ground_m_;
   const SoughtPatches& sought_;
   PosePrior wide_;
-  double ground_m_ = 0;
   ConsensusOptions options_;
   std::map<Look, std::vector<VotingPatch>> found_;
 };
 
 // Any tilt that aerial photos have, at the position as far as it is known.
-PosePrior AttitudeSearch::WideOf(const PhotoTask& task, const Pose& approximate) {
-  const double ground_m = MedianGroundHeight(task.patches);
+PosePrior AttitudeSearch::WideOf(const PhotoTask& task, double ground_m, const Pose& approximate) {
   const double height = approximate.position_m.z() - ground_m;
   PosePrior wide = Widened({approximate, task.photo.prior.covariance}, ground_m);
   if (IsPositionKnown(task.photo.prior, ground_m))
@@ -267,7 +271,7 @@ PosePrior AttitudeSearch::WideOf(const PhotoTask& task, const Pose& approximate)
 // The likely ones first.
 std::vector<AttitudeSearch::Way> AttitudeSearch::Ways() const {
   std::vector<Way> ways;
-  for (const double factor : HeightsToTry(task_))
+  for (const double factor : HeightsToTry(task_, ground_m_))
     for (int k = 0; k < kKappas; ++k)
       for (const FilmPosition& position : task_.photo.positions)
         ways.push_back({&position, wide_.pose.opk_rad.z() + Outwards(k) * kKappaStep_rad,
@@ -369,21 +373,21 @@ bool IsPositionKnown(const PosePrior& prior, double ground_height_m) {
          std::sqrt(prior.covariance.diagonal().head<3>().maxCoeff()) <= kKnownPerHeight * height;
 }
 
-double AttitudeTrials(const PhotoTask& task) {
-  const double ways =
-      static_cast<double>(HeightsToTry(task).size() * kKappas * task.photo.positions.size());
+double AttitudeTrials(const PhotoTask& task, double ground_height_m) {
+  const double ways = static_cast<double>(HeightsToTry(task, ground_height_m).size() * kKappas *
+                                          task.photo.positions.size());
   return static_cast<double>(ApproximatePoses(task.photo.prior).size()) *
          (ways + static_cast<double>(kFollowed) * kFollowedRounds);
 }
 
-WholePhotoSearch SearchAttitudes(const PhotoTask& task, double trials) {
+WholePhotoSearch SearchAttitudes(const PhotoTask& task, double ground_height_m, double trials) {
   WholePhotoSearch search;
   std::optional<PoseTrack>& best = search.track;
   for (const Pose& approximate : ApproximatePoses(task.photo.prior)) {
-    const auto sought = SoughtPatches::Of(task, approximate);
+    const auto sought = SoughtPatches::Of(task, ground_height_m, approximate);
     if (!sought) continue;
     search.searched = true;
-    KeepBetter(AttitudeSearch(task, *sought, approximate, trials).Run(), &best);
+    KeepBetter(AttitudeSearch(task, ground_height_m, *sought, approximate, trials).Run(), &best);
     if (best && best->log10_false_alarms < task.options.max_log10_false_alarms) break;
   }
   return search;

@@ -12,11 +12,11 @@ namespace orient::exterior {
 bool IsPositionKnown(const PosePrior& prior, double ground_height_m);
 
 // Most attitudes and heights tried, first poses followed up included.
-double AttitudeTrials(const PhotoTask& task);
+double AttitudeTrials(const PhotoTask& task, double ground_height_m);
 
 // Not searched where no patch can be searched for at a level that can be searched whole. `trials`:
 // in how many ways a first pose is searched for, this search and others together. The caller asks
 // whether chance explains the pose.
-WholePhotoSearch SearchAttitudes(const PhotoTask& task, double trials);
+WholePhotoSearch SearchAttitudes(const PhotoTask& task, double ground_height_m, double trials);
 
 }  // namespace orient::exterior

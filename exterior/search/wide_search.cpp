@@ -213,8 +213,9 @@ std::optional<PoseTrack> WideSearch::TryAgain(const Hypothesis& hypothesis,
 WholePhotoSearch SearchWidely(const PhotoTask& task) {
   const double ground_m = MedianGroundHeight(task.patches);
   if (!(task.photo.prior.pose.position_m.z() > ground_m)) return {};
-  WideSearch places(task, Widened(task.photo.prior, ground_m), ground_m, AttitudeTrials(task));
-  WholePhotoSearch turned = SearchAttitudes(task, places.Trials());
+  WideSearch places(task, Widened(task.photo.prior, ground_m), ground_m,
+                    AttitudeTrials(task, ground_m));
+  WholePhotoSearch turned = SearchAttitudes(task, ground_m, places.Trials());
   const double limit = task.options.max_log10_false_alarms;
   if (turned.track && turned.track->log10_false_alarms < limit) return turned;
   // From a position that is truly known single patches show more than tiles of them all.

@@ -34,7 +34,9 @@ class AttitudeSearch : public testing::Test {
     Vector6d sigma;
     sigma << 25, 25, 25, 0.17, 0.17, std::numbers::pi;
     photo_.prior.covariance = sigma.cwiseAbs2().asDiagonal();
-    return SearchAttitudes({photo_, world_.File(), patches, options_}, 100).track;
+    return SearchAttitudes({photo_, world_.File(), patches, options_}, MedianGroundHeight(patches),
+                           100)
+        .track;
   }
 
   double WorstError(const Pose& pose) const {
