@@ -65,7 +65,8 @@ PhotoView WithoutLens(PhotoView view) {
 }
 
 struct AroundPhoto {
-  PatchPrediction prediction;
+  std::size_t patch = 0;  // index into the patches
+  Eigen::Vector2d pixel;  // scan
   double width_px = 0;
 };
 
@@ -77,7 +78,7 @@ std::vector<AroundPhoto> PatchesAround(const PhotoTask& task, const PhotoView& v
     const auto photo = PhotoFromGround(camera, view.pose, task.patches[i].ground_m);
     if (!photo || (*photo - camera.frame_centre_mm).norm() > camera.FrameRadius()) continue;
     if (const auto width_px = PatchWidth(view, task.patches[i]))
-      around.push_back({{i, view.PixelFromPhoto(*photo), Eigen::Matrix2d::Zero()}, *width_px});
+      around.push_back({i, view.PixelFromPhoto(*photo), *width_px});
   }
   return around;
 }
@@ -102,8 +103,7 @@ std::vector<std::size_t> Conspicuous(const PhotoTask& task, const PhotoView& vie
   std::vector<double> structure(around.size(), 0);
   SideBySide(around.size(), [&](std::size_t i) {
     if (around[i].width_px < 0.95 * side * reduction) return;
-    const auto drawn =
-        AlignWholePatch(view, task.patches[around[i].prediction.patch], reduction, side);
+    const auto drawn = AlignWholePatch(view, task.patches[around[i].patch], reduction, side);
     if (drawn) structure[i] = Structure(drawn->image);
   });
   std::vector<std::size_t> order;
@@ -111,21 +111,19 @@ std::vector<std::size_t> Conspicuous(const PhotoTask& task, const PhotoView& vie
     if (structure[i] > 0) order.push_back(i);
   std::stable_sort(order.begin(), order.end(),
                    [&](std::size_t a, std::size_t b) { return structure[a] > structure[b]; });
+  // The best of every cell, then the second best of every cell, until there are enough.
   const double cell_px = std::max(task.image.Width(), task.image.Height()) / kCells;
-  std::map<std::pair<long, long>, int> taken;
+  std::map<std::pair<long, long>, int> ranked;
+  std::vector<int> rank(around.size(), 0);
+  for (const std::size_t i : order) {
+    const Eigen::Vector2d cell = around[i].pixel / cell_px;
+    rank[i] = ranked[{std::lround(cell.x()), std::lround(cell.y())}]++;
+  }
+  std::stable_sort(order.begin(), order.end(),
+                   [&](std::size_t a, std::size_t b) { return rank[a] < rank[b]; });
   std::vector<std::size_t> chosen;
-  for (int per_cell = 1; chosen.size() < kPatches && per_cell <= static_cast<int>(order.size());
-       ++per_cell)
-    for (const std::size_t i : order) {
-      const Eigen::Vector2d cell = around[i].prediction.pixel / cell_px;
-      int& count = taken[{std::lround(cell.x()), std::lround(cell.y())}];
-      const std::size_t patch = around[i].prediction.patch;
-      if (chosen.size() >= kPatches || count >= per_cell ||
-          std::find(chosen.begin(), chosen.end(), patch) != chosen.end())
-        continue;
-      ++count;
-      chosen.push_back(patch);
-    }
+  for (std::size_t k = 0; k < std::min(order.size(), kPatches); ++k)
+    chosen.push_back(around[order[k]].patch);
   return chosen;
 }
 
