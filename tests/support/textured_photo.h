@@ -16,6 +16,9 @@
 
 namespace orient::exterior {
 
+// Hills of 30 m, for photos from some hundred metres.
+inline double HillsAt(double x, double y) { return 30 * std::sin(x / 130) * std::cos(y / 170); }
+
 class TexturedPhoto {
  public:
   static constexpr double kGsd_m = 2;
@@ -42,6 +45,19 @@ class TexturedPhoto {
   const PhotoView& View() const { return view_; }
   const PhotoImage& File() const { return *image_; }
   const Texture& Ground() const { return texture_; }
+
+  // Pixels by which a pose moves the patches that the photo shows from where they are.
+  double WorstError(const Pose& pose, const std::vector<patchdb::Patch>& patches) const {
+    PhotoView found = view_;
+    found.pose = pose;
+    double worst = 0;
+    for (const patchdb::Patch& patch : patches) {
+      const auto truth = view_.PixelFromGround(patch.ground_m);
+      if (!truth || !view_.camera.InFrame(view_.PhotoFromPixel(*truth))) continue;
+      worst = std::max(worst, (*found.PixelFromGround(patch.ground_m) - *truth).norm());
+    }
+    return worst;
+  }
 
   // The prior is the caller's.
   PhotoToOrient ToOrient() const {

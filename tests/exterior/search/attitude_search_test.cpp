@@ -40,15 +40,7 @@ class AttitudeSearch : public testing::Test {
   }
 
   double WorstError(const Pose& pose) const {
-    PhotoView found = view_;
-    found.pose = pose;
-    double worst = 0;
-    for (const patchdb::Patch& patch : PatchesOf(world_.Ground())) {
-      const auto truth = view_.PixelFromGround(patch.ground_m);
-      if (!truth || !view_.camera.InFrame(view_.PhotoFromPixel(*truth))) continue;
-      worst = std::max(worst, (*found.PixelFromGround(patch.ground_m) - *truth).norm());
-    }
-    return worst;
+    return world_.WorstError(pose, PatchesOf(world_.Ground()));
   }
 
   const TexturedPhoto world_{kSide, HeightAt, true};

@@ -15,11 +15,9 @@ constexpr int kSide = 400;
 constexpr double kWays = 3;  // as stated, finer, doubtful
 constexpr int kFirstPatches = 12, kVotingPatches = 160;
 
-double HeightAt(double x, double y) { return 30 * std::sin(x / 130) * std::cos(y / 170); }
-
 // Drawn once for all tests.
 const TexturedPhoto& World() {
-  static const TexturedPhoto world(kSide, HeightAt, false);
+  static const TexturedPhoto world(kSide, HillsAt, false);
   return world;
 }
 
@@ -45,7 +43,7 @@ patchdb::Patch TwiceAsLarge(patchdb::Patch patch) {
   for (int row = 0; row < kNodes; ++row)
     for (int col = 0; col < kNodes; ++col)
       patch.heights.heights_m.push_back(static_cast<float>(
-          HeightAt(x + kStep_m * (col - kNodes / 2), y - kStep_m * (row - kNodes / 2))));
+          HillsAt(x + kStep_m * (col - kNodes / 2), y - kStep_m * (row - kNodes / 2))));
   return patch;
 }
 
@@ -116,18 +114,7 @@ class FirstPoseOfTexture : public testing::Test {
   bool Convinces(const PoseTrack& track) const {
     return track.log10_false_alarms < options_.max_log10_false_alarms;
   }
-  double WorstError(const Pose& pose) const {
-    const PhotoView& truly = World().View();
-    PhotoView found = truly;
-    found.pose = pose;
-    double worst = 0;
-    for (const patchdb::Patch& patch : patches_) {
-      const auto truth = truly.PixelFromGround(patch.ground_m);
-      if (!truth || !truly.camera.InFrame(truly.PhotoFromPixel(*truth))) continue;
-      worst = std::max(worst, (*found.PixelFromGround(patch.ground_m) - *truth).norm());
-    }
-    return worst;
-  }
+  double WorstError(const Pose& pose) const { return World().WorstError(pose, patches_); }
 
   const Pose truth_ = World().View().pose;
   PhotoToOrient photo_ = World().ToOrient();

@@ -14,11 +14,9 @@ namespace {
 constexpr int kSide = 400;
 constexpr double kFlyingHeight_m = 2 * kSide;
 
-double HeightAt(double x, double y) { return 30 * std::sin(x / 130) * std::cos(y / 170); }
-
 // Drawn once for all tests.
 const TexturedPhoto& World() {
-  static const TexturedPhoto world(kSide, HeightAt, false);
+  static const TexturedPhoto world(kSide, HillsAt, false);
   return world;
 }
 
@@ -42,18 +40,7 @@ class SearchedWidely : public testing::Test {
     photo_.prior.covariance = sigma.cwiseAbs2().asDiagonal();
   }
   PhotoTask Task() const { return {photo_, World().File(), patches_, options_}; }
-  double WorstError(const Pose& pose) const {
-    const PhotoView& truly = World().View();
-    PhotoView found = truly;
-    found.pose = pose;
-    double worst = 0;
-    for (const patchdb::Patch& patch : patches_) {
-      const auto truth = truly.PixelFromGround(patch.ground_m);
-      if (!truth || !truly.camera.InFrame(truly.PhotoFromPixel(*truth))) continue;
-      worst = std::max(worst, (*found.PixelFromGround(patch.ground_m) - *truth).norm());
-    }
-    return worst;
-  }
+  double WorstError(const Pose& pose) const { return World().WorstError(pose, patches_); }
   // Three scales, 24 kappas and all film positions, and two of each followed up twice at most.
   double TileTrials() const {
     return 3.0 * kKappas * static_cast<double>(photo_.positions.size()) * (1 + 2 * 2);
