@@ -83,7 +83,7 @@ class TexturedPhoto {
   static constexpr int kChip = 51;
 
   patchdb::Patch PatchAt(const Texture& texture, double x, double y) const {
-    constexpr int kNodes = 15;
+    constexpr int kNodes = 15, kMiddle = kNodes / 2;
     constexpr double kStep_m = 10;
     patchdb::Patch patch;
     patch.ground_m = {x, y, height_(x, y)};
@@ -98,7 +98,7 @@ class TexturedPhoto {
     for (int row = 0; row < kNodes; ++row)
       for (int col = 0; col < kNodes; ++col)
         patch.heights.heights_m.push_back(static_cast<float>(
-            height_(x + kStep_m * (col - kNodes / 2), y - kStep_m * (row - kNodes / 2))));
+            height_(x + kStep_m * (col - kMiddle), y - kStep_m * (row - kMiddle))));
     return patch;
   }
 

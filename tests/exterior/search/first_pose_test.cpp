@@ -29,7 +29,7 @@ Affine2d UpsideDown(const Affine2d& photo_from_pixel) {
 
 // The patch with a chip twice as large: it can be searched for at a level coarser.
 patchdb::Patch TwiceAsLarge(patchdb::Patch patch) {
-  constexpr int kChip = 101, kNodes = 25;
+  constexpr int kChip = 101, kNodes = 25, kMiddle = kNodes / 2;
   constexpr double kStep_m = 10, kGsd_m = TexturedPhoto::kGsd_m;
   const double x = patch.ground_m.x(), y = patch.ground_m.y();
   patch.chip = Image(kChip, kChip);
@@ -43,7 +43,7 @@ patchdb::Patch TwiceAsLarge(patchdb::Patch patch) {
   for (int row = 0; row < kNodes; ++row)
     for (int col = 0; col < kNodes; ++col)
       patch.heights.heights_m.push_back(static_cast<float>(
-          HillsAt(x + kStep_m * (col - kNodes / 2), y - kStep_m * (row - kNodes / 2))));
+          HillsAt(x + kStep_m * (col - kMiddle), y - kStep_m * (row - kMiddle))));
   return patch;
 }
 

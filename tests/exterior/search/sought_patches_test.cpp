@@ -23,7 +23,7 @@ class SoughtPatchesOfTexture : public testing::Test {
   const TexturedPhoto world_{260, [](double, double) { return 0.0; }, false};
   const PhotoView& view_ = world_.View();
   const PhotoToOrient photo_ = world_.ToOrient();
-  const OrientPhotoOptions options_;
+  OrientPhotoOptions options_;
   const std::vector<patchdb::Patch> patches_ = world_.Patches(world_.Ground(), 5, 50);
   const PhotoTask task_{photo_, world_.File(), patches_, options_};
   std::shared_ptr<const PhotoLevel> level_;

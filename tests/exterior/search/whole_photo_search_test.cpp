@@ -179,7 +179,8 @@ class ClusterOfVotes : public testing::Test {
     std::uniform_real_distribution<double> col(50, 590), row(50, 1100);
     for (int i = 0; i < 12; ++i) {
       VotingPatch patch;
-      const double x = 1000 + 400.0 * (i % 4 - 1.5), y = 2000 + 500.0 * (i / 4 - 1);
+      const int row_of_four = i / 4;
+      const double x = 1000 + 400.0 * (i % 4 - 1.5), y = 2000 + 500.0 * (row_of_four - 1);
       patch.ground_m = {x, y, 400.0 + 40 * (i % 3)};
       patch.window_px2 = 640 * 1152;
       patch.candidates = {{*view_.PixelFromGround(patch.ground_m), 0.8},
