@@ -9,17 +9,11 @@
 
 #include "core/base/atomic_write.h"
 #include "core/base/error.h"
+#include "core/base/trimmed.h"
 #include "core/exchange/text_lines.h"
 
 namespace orient {
 namespace {
-
-std::string Trimmed(const std::string& text) {
-  const char* blank = " \t\r\n";
-  const auto first = text.find_first_not_of(blank);
-  if (first == std::string::npos) return "";
-  return text.substr(first, text.find_last_not_of(blank) - first + 1);
-}
 
 // One file's elements, each with its line. A document type is skipped and nothing that it declares
 // is believed: only the five named entities and numbers of characters mean something.

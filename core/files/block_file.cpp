@@ -246,23 +246,10 @@ BlockFile ReadBlockFile(const std::string& path) {
                   .dem = ExistingFile(root, "dem", base),
                   .patchdb = ExistingFile(root, "patchdb", base),
                   .camera = CameraFileOrName(root, base),
-                  .photos = {},
-                  .unusable = {},
                   .approximations = root.Has("approximations")
                                         ? ExistingFile(root, "approximations", base)
                                         : std::string(),
-                  .flight = {},
-                  .position_sigma_m = std::nullopt,
-                  .attitude_sigma_rad = std::nullopt,
-                  .observe_approximations = false,
-                  .pixel_size_um = std::nullopt,
-                  .polarity = std::nullopt,
-                  .orientation = std::nullopt,
-                  .earth = ReadEarth(root),
-                  .output_directory = "",
-                  .formats = {},
-                  .adjustment = {},
-                  .gnss = {}};
+                  .earth = ReadEarth(root)};
   ReadPhotos(root, base, &block);
   block.flight = ReadFlightPlan(root, NamesOf(block));
   ReadGnss(root, base, &block);

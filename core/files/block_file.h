@@ -36,25 +36,25 @@ struct UnusablePhoto {
 
 struct BlockFile {
   Crs crs;
-  std::string dem;  // paths are resolved against the block file's folder
-  std::string patchdb;
-  std::string camera;                   // or a name of the camera library
-  std::vector<std::string> photos;      // globs expanded, sorted, without duplicates
-  std::vector<UnusablePhoto> unusable;  // not there, or several files of one name
-  std::string approximations;           // empty: what the photos' files say, and the strips
-  FlightPlan flight;                    // empty: nothing is said of strips
+  std::string dem = {};  // paths are resolved against the block file's folder
+  std::string patchdb = {};
+  std::string camera = {};                   // or a name of the camera library
+  std::vector<std::string> photos = {};      // globs expanded, sorted, without duplicates
+  std::vector<UnusablePhoto> unusable = {};  // not there, or several files of one name
+  std::string approximations = {};           // empty: what the photos' files say, and the strips
+  FlightPlan flight = {};                    // empty: nothing is said of strips
   // One sigma of approximations without sigma columns; empty where it is not stated.
-  std::optional<double> position_sigma_m;
-  std::optional<double> attitude_sigma_rad;
+  std::optional<double> position_sigma_m = {};
+  std::optional<double> attitude_sigma_rad = {};
   bool observe_approximations = false;  // as observations of the adjustment, too
-  std::optional<double> pixel_size_um;
-  std::optional<Polarity> polarity;            // empty: auto
-  std::optional<ScanOrientation> orientation;  // empty: auto
-  EarthMode earth = EarthMode::kAuto;          // curvature and refraction
-  std::string output_directory;
-  std::vector<std::string> formats;  // of exports, as orient convert --to takes them
-  BlockAdjustmentChoice adjustment;
-  GnssChoice gnss;
+  std::optional<double> pixel_size_um = {};
+  std::optional<Polarity> polarity = {};            // empty: auto
+  std::optional<ScanOrientation> orientation = {};  // empty: auto
+  EarthMode earth = EarthMode::kAuto;               // curvature and refraction
+  std::string output_directory = {};
+  std::vector<std::string> formats = {};  // of exports, as orient convert --to takes them
+  BlockAdjustmentChoice adjustment = {};
+  GnssChoice gnss = {};
 };
 
 // Throws InputError: wrong keys, a photo in two strips, a glob that matches nothing, no photo that

@@ -11,16 +11,10 @@
 
 #include "core/base/error.h"
 #include "core/base/quiet_gdal.h"
+#include "core/base/trimmed.h"
 
 namespace orient {
 namespace {
-
-std::string Trimmed(const std::string& text) {
-  const char* blank = " \t\r\n";
-  const auto first = text.find_first_not_of(blank);
-  if (first == std::string::npos) return "";
-  return text.substr(first, text.find_last_not_of(blank) - first + 1);
-}
 
 std::string Quoted(const std::string& text) {
   constexpr std::size_t kLongest = 80;
@@ -79,7 +73,7 @@ std::string Exported(const OGRSpatialReference& crs, const char* format) {
 
 Crs Crs::Parse(const std::string& definition, const std::string& origin) {
   const QuietGdal quiet;
-  const std::string text = Trimmed(definition);
+  const std::string text(Trimmed(definition));
   const auto crs = text.empty() ? std::nullopt : Understand(text);
   const std::string what = origin + ": the CRS " + Quoted(text);
   const std::string remedy = "; give a projected CRS in metres, for example EPSG:32635";
@@ -114,7 +108,7 @@ std::string Crs::Name() const {
   const QuietGdal quiet;
   char* text = nullptr;
   const bool ok = crs.exportToProj4(&text) == OGRERR_NONE && text != nullptr;
-  const std::string proj = ok ? Trimmed(text) : "";
+  const std::string proj(ok ? Trimmed(text) : "");
   CPLFree(text);
   return proj.empty() ? name : proj.substr(0, proj.find(" +no_defs"));
 }

@@ -9,6 +9,7 @@
 
 #include "core/base/median.h"
 #include "core/base/side_by_side.h"
+#include "exterior/search/whole_photo_search.h"
 #include "exterior/steps/align.h"
 #include "exterior/steps/consensus.h"
 #include "exterior/steps/match.h"
@@ -213,9 +214,6 @@ std::optional<PoseTrack> FirstPose(const PhotoTask& task) {
   const PosePrior& prior = task.photo.prior;
   const PosePrior doubtful = Doubtful(prior, task.patches);
   const std::array ways = {std::pair(&prior, 1), std::pair(&prior, 2), std::pair(&doubtful, 1)};
-  const auto better = [](const PoseTrack& one, const std::optional<PoseTrack>& other) {
-    return !other || one.log10_false_alarms < other->log10_false_alarms;
-  };
   std::optional<PoseTrack> best;  // of those that chance explains
   for (const auto& [assumed, finer] : ways) {
     std::vector<FirstSearch> searches;
@@ -230,10 +228,9 @@ std::optional<PoseTrack> FirstPose(const PhotoTask& task) {
       for (FirstSearch& search : searches) {
         const auto track = search.Done() ? std::nullopt : search.Next(trials);
         if (!track) continue;
-        if (search.Done() && better(*track, best)) best = track;
-        if (track->log10_false_alarms < task.options.max_log10_false_alarms &&
-            better(*track, found))
-          found = track;
+        if (search.Done()) KeepBetter(track, &best);
+        if (track->log10_false_alarms < task.options.max_log10_false_alarms)
+          KeepBetter(track, &found);
       }
       if (!found) continue;
       if (batch + 1 < batches) VoteAround(task, found->reduction, 3.0 * found->reduction, &*found);

@@ -181,8 +181,8 @@ std::vector<std::vector<Pair>> ByTurn(std::vector<Pair> pairs) {
 
 class KeypointSearch {
  public:
-  KeypointSearch(const PhotoTask& task, double trials)
-      : task_(task), trials_(trials), ground_m_(MedianGroundHeight(task.patches)) {}
+  KeypointSearch(const PhotoTask& task, double ground_m, double trials)
+      : task_(task), trials_(trials), ground_m_(ground_m) {}
 
   WholePhotoSearch Run() {
     WholePhotoSearch search;
@@ -289,8 +289,8 @@ double KeypointTrials(const PhotoTask& task) {
   return static_cast<double>(kMostPixels.size() * kTried * task.photo.positions.size());
 }
 
-WholePhotoSearch SearchByKeypoints(const PhotoTask& task, double trials) {
-  return KeypointSearch(task, trials).Run();
+WholePhotoSearch SearchByKeypoints(const PhotoTask& task, double ground_height_m, double trials) {
+  return KeypointSearch(task, ground_height_m, trials).Run();
 }
 
 }  // namespace orient::exterior

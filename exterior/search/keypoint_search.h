@@ -14,6 +14,6 @@ double KeypointTrials(const PhotoTask& task);
 
 // Not searched where no chip is large enough. `trials`: in how many ways a first pose is searched
 // for, this search and others together. The caller asks whether chance explains the pose.
-WholePhotoSearch SearchByKeypoints(const PhotoTask& task, double trials);
+WholePhotoSearch SearchByKeypoints(const PhotoTask& task, double ground_height_m, double trials);
 
 }  // namespace orient::exterior

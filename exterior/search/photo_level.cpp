@@ -2,7 +2,9 @@
 
 #include <algorithm>
 #include <cmath>
+#include <optional>
 
+#include "core/base/side_by_side.h"
 #include "core/matching/correlation.h"
 
 namespace orient::exterior {
@@ -18,18 +20,22 @@ PhotoLevel::PhotoLevel(const PhotoImage& photo, int reduction, int side)
   // Every place lies in one tile only: what neighbours share is a template less one pixel. The last
   // ones reach beyond the photo, so that all are of one size.
   const int step = kTile_px - (side - 1);
-  const Eigen::Vector2d middle = Eigen::Vector2d::Constant(side / 2.0);
+  std::vector<Eigen::Vector2d> corners;
   for (int row = 0; (row + side) * reduction <= photo.Height(); row += step)
-    for (int col = 0; (col + side) * reduction <= photo.Width(); col += step) {
-      const Eigen::Vector2d first(col, row);
-      const Eigen::Vector2d half = Eigen::Vector2d::Constant(kTile_px / 2.0);
-      ImageWindow window = photo.Around(reduction * (first + half), reduction * half, reduction);
-      ChannelCorrelator search(window.image, side);
-      window.image = {};  // the correlator has what it needs
-      tiles_.push_back({reduction * (first + middle),
-                        reduction * (first + middle + Eigen::Vector2d::Constant(step)),
-                        std::move(window), std::move(search)});
-    }
+    for (int col = 0; (col + side) * reduction <= photo.Width(); col += step)
+      corners.emplace_back(col, row);
+  const Eigen::Vector2d middle = Eigen::Vector2d::Constant(side / 2.0);
+  const Eigen::Vector2d half = Eigen::Vector2d::Constant(kTile_px / 2.0);
+  std::vector<std::optional<Tile>> tiles(corners.size());
+  SideBySide(tiles.size(), [&](std::size_t i) {
+    ImageWindow window = photo.Around(reduction * (corners[i] + half), reduction * half, reduction);
+    ChannelCorrelator search(window.image, side);
+    window.image = {};  // the correlator has what it needs
+    tiles[i].emplace(Tile{reduction * (corners[i] + middle),
+                          reduction * (corners[i] + middle + Eigen::Vector2d::Constant(step)),
+                          std::move(window), std::move(search)});
+  });
+  for (std::optional<Tile>& tile : tiles) tiles_.push_back(std::move(*tile));
 }
 
 PhotoLevel::Places PhotoLevel::Find(const Image& image, const Eigen::Vector2d& around_px,

@@ -16,7 +16,8 @@ bool IsVague(const Camera& camera, const PosePrior& prior, double ground_height_
 // of the flying height, and no more tilt than aerial photos have.
 PosePrior Widened(const PosePrior& prior, double ground_height_m);
 
-// Flying heights to try where the stated one is uncertain, as parts of it, outwards from 1.
+// Flying heights to try where the stated one is uncertain, as parts of it, outwards from 1; one
+// step to each side even if it is said to be known.
 inline constexpr double kHeightStep = 1.2;
 std::vector<double> HeightFactors(const PosePrior& prior, double ground_height_m);
 

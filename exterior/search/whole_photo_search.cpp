@@ -17,10 +17,6 @@ bool Convinces(const WaysToTry& ways, const PoseTrack& track) {
   return track.log10_false_alarms < ways.max_log10_false_alarms;
 }
 
-bool IsBetter(const PoseTrack& a, const PoseTrack& b) {
-  return a.log10_false_alarms < b.log10_false_alarms;
-}
-
 PoseTrack FollowUp(const WaysToTry& ways, Try from) {
   for (int round = 0; round < kFollowedRounds && !Convinces(ways, from.track); ++round) {
     auto again = ways.again(from.way, from.track);
@@ -37,6 +33,10 @@ double MedianGroundHeight(const std::vector<patchdb::Patch>& patches) {
   return UpperMedian(std::move(heights));
 }
 
+void KeepBetter(std::optional<PoseTrack> track, std::optional<PoseTrack>* best) {
+  if (track && (!*best || IsBetter(*track, **best))) *best = std::move(track);
+}
+
 std::optional<PoseTrack> TryWays(const WaysToTry& ways) {
   std::vector<Try> tries;
   for (std::size_t way = 0; way < ways.count; ++way) {
@@ -51,8 +51,7 @@ std::optional<PoseTrack> TryWays(const WaysToTry& ways) {
   std::set<Look> followed;
   for (std::size_t i = 0; i < tries.size() && followed.size() < ways.followed; ++i) {
     if (!followed.insert(ways.look(tries[i].way)).second) continue;
-    PoseTrack track = FollowUp(ways, std::move(tries[i]));
-    if (!best || IsBetter(track, *best)) best = std::move(track);
+    KeepBetter(FollowUp(ways, std::move(tries[i])), &best);
     if (Convinces(ways, *best)) break;
   }
   return best;

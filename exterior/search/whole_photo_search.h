@@ -1,6 +1,6 @@
-// What the searches of a whole photo for a first pose share (attitude_search.h, wide_search.h):
-// the order in which ways to take the photo are tried, and the best followed up. Private to
-// exterior.
+// What the searches for a first pose share (attitude_search.h, wide_search.h, first_pose.h): which
+// of two poses is better, and for a whole photo the order in which ways to take it are tried, and
+// the best followed up. Private to exterior.
 #pragma once
 
 #include <array>
@@ -26,6 +26,14 @@ double MedianGroundHeight(const std::vector<patchdb::Patch>& patches);
 // How what is searched for lies in the scan, rounded: film turned by a quarter and kappa turned
 // back look the same.
 using Look = std::array<long, 4>;
+
+// Chance explains `a` less.
+inline bool IsBetter(const PoseTrack& a, const PoseTrack& b) {
+  return a.log10_false_alarms < b.log10_false_alarms;
+}
+
+// `track`, where there is one and it is better than what was there.
+void KeepBetter(std::optional<PoseTrack> track, std::optional<PoseTrack>* best);
 
 // Ways the photo may have been taken, by their index.
 struct WaysToTry {

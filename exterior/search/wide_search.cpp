@@ -4,7 +4,6 @@
 #include <algorithm>
 #include <cmath>
 #include <map>
-#include <numbers>
 
 #include "exterior/search/attitude_search.h"
 #include "exterior/search/keypoint_search.h"
@@ -15,8 +14,6 @@
 namespace orient::exterior {
 namespace {
 
-constexpr double kScaleStep = 1.2;
-constexpr double kAllowedScale = 1.2;  // wrong by so much, even if the height is said to be known
 // Tilt, and what the steps of kappa and scale leave, move a photo's tiles against one another by
 // up to this share of the flying height.
 constexpr double kClusterPerHeight = 0.15;
@@ -46,14 +43,11 @@ double GsdOf(const PhotoTask& task, const Hypothesis& hypothesis) {
 // Kappas outwards from the approximate one, before that at another scale.
 std::vector<Hypothesis> Hypotheses(const PhotoTask& task, const PosePrior& wide, double ground_m) {
   const double height = wide.pose.position_m.z() - ground_m;
-  const double sigma = std::sqrt(wide.covariance(2, 2)) / height;
-  const double reach = std::max(std::log(kAllowedScale), std::log1p(2 * std::min(sigma, 0.5)));
-  const int scales = std::max(1, static_cast<int>(std::lround(reach / std::log(kScaleStep))));
   std::vector<Hypothesis> hypotheses;
-  for (int s = 0; s < 2 * scales + 1; ++s)
+  for (const double factor : HeightFactors(wide, ground_m))
     for (int k = 0; k < kKappas; ++k)
       for (const FilmPosition& position : task.photo.positions) {
-        Hypothesis hypothesis{&position, wide.pose, height * std::pow(kScaleStep, Outwards(s))};
+        Hypothesis hypothesis{&position, wide.pose, height * factor};
         hypothesis.pose.opk_rad.z() += Outwards(k) * kKappaStep_rad;
         hypothesis.pose.position_m.z() = ground_m + hypothesis.height_m;
         hypotheses.push_back(hypothesis);
@@ -131,9 +125,7 @@ WholePhotoSearch WideSearch::Run() {
     const auto end = std::find_if(first, hypotheses_.end(), [&](const Hypothesis& hypothesis) {
       return hypothesis.height_m != first->height_m;
     });
-    auto track = TryAll({first, end});
-    if (track && (!best || track->log10_false_alarms < best->log10_false_alarms))
-      best = std::move(track);
+    KeepBetter(TryAll({first, end}), &best);
     if (best && Convinces(*best)) break;
     first = end;
   }
@@ -182,7 +174,7 @@ const std::vector<VotingPatch>& WideSearch::Sought(const Hypothesis& hypothesis)
 // The hypothesis stands for what lies within its steps of kappa and scale.
 PosePrior WideSearch::PriorOf(const Hypothesis& hypothesis) const {
   PosePrior prior{hypothesis.pose, wide_.covariance};
-  prior.covariance(2, 2) = std::pow((kScaleStep - 1) * hypothesis.height_m, 2);
+  prior.covariance(2, 2) = std::pow((kHeightStep - 1) * hypothesis.height_m, 2);
   prior.covariance(5, 5) = kKappaStep_rad * kKappaStep_rad;
   return prior;
 }
@@ -223,21 +215,19 @@ WholePhotoSearch SearchWidely(const PhotoTask& task) {
   const double ground_m = MedianGroundHeight(task.patches);
   if (!(task.photo.prior.pose.position_m.z() > ground_m)) return {};
   WideSearch places(task, Widened(task.photo.prior, ground_m), ground_m,
-                    KeypointTrials(task) + AttitudeTrials(task));
+                    KeypointTrials(task) + AttitudeTrials(task, ground_m));
   const double limit = task.options.max_log10_false_alarms;
-  WholePhotoSearch alike = SearchByKeypoints(task, places.Trials());
+  WholePhotoSearch alike = SearchByKeypoints(task, ground_m, places.Trials());
   if (alike.track && alike.track->log10_false_alarms < limit) return alike;
-  WholePhotoSearch turned = SearchAttitudes(task, places.Trials());
+  WholePhotoSearch turned = SearchAttitudes(task, ground_m, places.Trials());
   if (turned.track && turned.track->log10_false_alarms < limit) return turned;
   // From a position that is truly known single patches show more than tiles of them all.
   if (turned.searched && !task.options.prior_failed && IsPositionKnown(task.photo.prior, ground_m))
     return turned;
   WholePhotoSearch found = places.Run();
-  found.searched |= turned.searched;
-  if (turned.track &&
-      !(found.track && found.track->log10_false_alarms < turned.track->log10_false_alarms))
-    found.track = std::move(turned.track);
-  return found;
+  KeepBetter(std::move(found.track), &turned.track);
+  turned.searched |= found.searched;
+  return turned;
 }
 
 }  // namespace orient::exterior

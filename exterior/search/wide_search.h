@@ -1,6 +1,7 @@
-// The first round where the approximation is too poor for a search window around each patch: the
-// whole photo is searched, at every kappa and several scales, for tiles of the mosaic that the
-// patches make together, and the tiles vote. Private to exterior.
+// The first round where the approximation is too poor for a search window around each patch: at
+// every kappa single patches are searched for (attitude_search.h). Where they show no pose and the
+// position is not truly known, the whole photo is searched, at every kappa and several scales, for
+// tiles of the mosaic that the patches make together, and the tiles vote. Private to exterior.
 #pragma once
 
 #include <optional>
@@ -9,9 +10,9 @@
 
 namespace orient::exterior {
 
-// Not searched where the patches make no mosaic that could be searched for, and the photo is too
-// large to be searched for single ones. The caller asks whether chance explains the pose; every
-// hypothesis tried is counted in.
+// Not searched from below the ground, nor where neither single patches nor tiles can be searched
+// for. The caller asks whether chance explains the pose; every hypothesis of both searches is
+// counted in, tried or not.
 WholePhotoSearch SearchWidely(const PhotoTask& task);
 
 }  // namespace orient::exterior

@@ -40,44 +40,49 @@ Eigen::Vector2d ChipFromOffset(const patchdb::Patch& patch, const Eigen::Vector2
           patch.chip.height / 2.0 - offset.y() / patch.gsd_m};
 }
 
-// d chip / d scan pixel at the patch's point.
-std::optional<Eigen::Matrix2d> ChipFromPixelScale(const PhotoView& view,
-                                                  const patchdb::Patch& patch,
-                                                  const Eigen::Vector2d& pixel) {
-  Eigen::Matrix2d scale;
+// Where a patch's point lies in the scan, and d chip / d scan pixel there.
+struct PatchInScan {
+  Eigen::Vector2d pixel;
+  Eigen::Matrix2d chip_per_pixel;
+};
+
+// Empty where the point is not seen.
+std::optional<PatchInScan> InScan(const PhotoView& view, const patchdb::Patch& patch) {
+  const auto pixel = view.PixelFromGround(patch.ground_m);
+  if (!pixel) return std::nullopt;
+  PatchInScan in_scan{*pixel, {}};
   for (int axis = 0; axis < 2; ++axis) {
     const Eigen::Vector2d step = Eigen::Vector2d::Unit(axis);
-    const auto ahead = OffsetAt(view, patch, pixel + step);
-    const auto behind = OffsetAt(view, patch, pixel - step);
+    const auto ahead = OffsetAt(view, patch, *pixel + step);
+    const auto behind = OffsetAt(view, patch, *pixel - step);
     if (!ahead || !behind) return std::nullopt;
-    scale.col(axis) = (ChipFromOffset(patch, *ahead) - ChipFromOffset(patch, *behind)) / 2;
+    in_scan.chip_per_pixel.col(axis) =
+        (ChipFromOffset(patch, *ahead) - ChipFromOffset(patch, *behind)) / 2;
   }
-  return scale;
+  return in_scan;
 }
 
-// Side of the largest square, in image pixels, that the chip covers. A chip pixel of its rim is
-// left to interpolation.
+// Less a chip pixel of its rim, which is left to interpolation.
+double ChipSide(const patchdb::Patch& patch) {
+  return std::min(patch.chip.width, patch.chip.height) - 2.0;
+}
+
+// Side of the largest square, in image pixels, that the chip covers.
 double SideOf(const patchdb::Patch& patch, const Eigen::Matrix2d& chip_per_pixel) {
-  const double chip_side = std::min(patch.chip.width, patch.chip.height) - 2.0;
-  return chip_side / chip_per_pixel.cwiseAbs().rowwise().sum().maxCoeff();
+  return ChipSide(patch) / chip_per_pixel.cwiseAbs().rowwise().sum().maxCoeff();
 }
 
-// In image pixels, whichever way the chip is turned.
-double WidthOf(const patchdb::Patch& patch, const Eigen::Matrix2d& chip_per_pixel) {
-  const double chip_side = std::min(patch.chip.width, patch.chip.height) - 2.0;
-  return chip_side / std::sqrt(std::abs(chip_per_pixel.determinant()));
-}
-
-AlignedPatch Draw(const PhotoView& view, const patchdb::Patch& patch, const Eigen::Vector2d& pixel,
-                  const Eigen::Matrix2d& chip_per_pixel, double reduction, int side) {
+AlignedPatch Draw(const PhotoView& view, const patchdb::Patch& patch, const PatchInScan& in_scan,
+                  double reduction, int side) {
+  const Eigen::Matrix2d chip_per_pixel = in_scan.chip_per_pixel * reduction;
   const double chip_per_side = chip_per_pixel.colwise().norm().mean();
   const int samples = SamplesOfPixel(chip_per_side, kMaxSupersampling);
 
   AlignedPatch aligned;
   aligned.reduction = reduction;
-  aligned.predicted_px = pixel;
+  aligned.predicted_px = in_scan.pixel;
   aligned.image = Image(side, side, kNoData);
-  const Eigen::Vector2d origin = pixel - Eigen::Vector2d::Constant(reduction * side / 2.0);
+  const Eigen::Vector2d origin = in_scan.pixel - Eigen::Vector2d::Constant(reduction * side / 2.0);
   const PixelLattice lattice(
       side, kLatticeStep, [&](const Eigen::Vector2d& pixels) -> std::optional<Eigen::Vector2d> {
         const auto offset = OffsetAt(view, patch, origin + reduction * pixels);
@@ -94,39 +99,34 @@ AlignedPatch Draw(const PhotoView& view, const patchdb::Patch& patch, const Eige
 }  // namespace
 
 std::optional<double> PatchSide(const PhotoView& view, const patchdb::Patch& patch) {
-  const auto pixel = view.PixelFromGround(patch.ground_m);
-  const auto scale = pixel ? ChipFromPixelScale(view, patch, *pixel) : std::nullopt;
-  if (!scale) return std::nullopt;
-  return SideOf(patch, *scale);
+  const auto in_scan = InScan(view, patch);
+  if (!in_scan) return std::nullopt;
+  return SideOf(patch, in_scan->chip_per_pixel);
 }
 
 std::optional<double> PatchWidth(const PhotoView& view, const patchdb::Patch& patch) {
-  const auto pixel = view.PixelFromGround(patch.ground_m);
-  const auto scale = pixel ? ChipFromPixelScale(view, patch, *pixel) : std::nullopt;
-  if (!scale) return std::nullopt;
-  return WidthOf(patch, *scale);
+  const auto in_scan = InScan(view, patch);
+  if (!in_scan) return std::nullopt;
+  return ChipSide(patch) / std::sqrt(std::abs(in_scan->chip_per_pixel.determinant()));
 }
 
 std::optional<AlignedPatch> AlignPatch(const PhotoView& view, const patchdb::Patch& patch,
                                        double reduction, int min_side, int max_side) {
-  const auto pixel = view.PixelFromGround(patch.ground_m);
-  const auto scale = pixel ? ChipFromPixelScale(view, patch, *pixel) : std::nullopt;
-  if (!scale) return std::nullopt;
-  const Eigen::Matrix2d chip_per_pixel = *scale * reduction;
-  const double largest = SideOf(patch, chip_per_pixel);
+  const auto in_scan = InScan(view, patch);
+  if (!in_scan) return std::nullopt;
+  const double largest = SideOf(patch, in_scan->chip_per_pixel * reduction);
   if (!(largest >= min_side)) return std::nullopt;
   int side = static_cast<int>(std::min<double>(max_side, std::floor(largest)));
   if (side % 2 == 0) --side;
   if (side < min_side) return std::nullopt;
-  return Draw(view, patch, *pixel, chip_per_pixel, reduction, side);
+  return Draw(view, patch, *in_scan, reduction, side);
 }
 
 std::optional<AlignedPatch> AlignWholePatch(const PhotoView& view, const patchdb::Patch& patch,
                                             double reduction, int side) {
-  const auto pixel = view.PixelFromGround(patch.ground_m);
-  const auto scale = pixel ? ChipFromPixelScale(view, patch, *pixel) : std::nullopt;
-  if (!scale) return std::nullopt;
-  return Draw(view, patch, *pixel, *scale * reduction, reduction, side);
+  const auto in_scan = InScan(view, patch);
+  if (!in_scan) return std::nullopt;
+  return Draw(view, patch, *in_scan, reduction, side);
 }
 
 }  // namespace orient::exterior

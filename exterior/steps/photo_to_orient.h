@@ -43,9 +43,10 @@ inline constexpr int kMaxSide_px = 61;
 
 struct OrientPhotoOptions {
   double max_log10_false_alarms = -6;
-  // The whole photo is searched at every kappa and several scales, whatever the approximation says.
+  // Searched at every kappa and beyond the stated accuracy (search/wide_search.h), not in windows
+  // around the patches (search/first_pose.h).
   bool wide = false;
-  // The search within the stated accuracy found nothing: it may be wrong.
+  // With `wide`: the search within the stated accuracy found nothing; it may be wrong.
   bool prior_failed = false;
 };
 

@@ -2,6 +2,7 @@
 
 #include <gtest/gtest.h>
 
+#include <Eigen/Dense>
 #include <numbers>
 #include <string>
 #include <vector>
@@ -11,8 +12,6 @@
 
 namespace orient::exterior {
 namespace {
-
-double HeightAt(double x, double y) { return 30 * std::sin(x / 130) * std::cos(y / 170); }
 
 // A photo off by 10 m (5 pixels) and a degree or so.
 class OrientPhotoOfTexture : public testing::Test {
@@ -35,7 +34,7 @@ class OrientPhotoOfTexture : public testing::Test {
     return count;
   }
 
-  const TexturedPhoto world_{400, HeightAt, false};
+  const TexturedPhoto world_{400, HillsAt, false};
 };
 
 TEST_F(OrientPhotoOfTexture, IsOkWithTwentyFivePatches) {

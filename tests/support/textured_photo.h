@@ -16,6 +16,9 @@
 
 namespace orient::exterior {
 
+// Hills of 30 m, for photos from some hundred metres.
+inline double HillsAt(double x, double y) { return 30 * std::sin(x / 130) * std::cos(y / 170); }
+
 class TexturedPhoto {
  public:
   static constexpr double kGsd_m = 2;
@@ -43,6 +46,19 @@ class TexturedPhoto {
   const PhotoImage& File() const { return *image_; }
   const Texture& Ground() const { return texture_; }
 
+  // Pixels by which a pose moves the patches that the photo shows from where they are.
+  double WorstError(const Pose& pose, const std::vector<patchdb::Patch>& patches) const {
+    PhotoView found = view_;
+    found.pose = pose;
+    double worst = 0;
+    for (const patchdb::Patch& patch : patches) {
+      const auto truth = view_.PixelFromGround(patch.ground_m);
+      if (!truth || !view_.camera.InFrame(view_.PhotoFromPixel(*truth))) continue;
+      worst = std::max(worst, (*found.PixelFromGround(patch.ground_m) - *truth).norm());
+    }
+    return worst;
+  }
+
   // The prior is the caller's.
   PhotoToOrient ToOrient() const {
     PhotoToOrient photo;
@@ -67,7 +83,7 @@ class TexturedPhoto {
   static constexpr int kChip = 51;
 
   patchdb::Patch PatchAt(const Texture& texture, double x, double y) const {
-    constexpr int kNodes = 15;
+    constexpr int kNodes = 15, kMiddle = kNodes / 2;
     constexpr double kStep_m = 10;
     patchdb::Patch patch;
     patch.ground_m = {x, y, height_(x, y)};
@@ -82,7 +98,7 @@ class TexturedPhoto {
     for (int row = 0; row < kNodes; ++row)
       for (int col = 0; col < kNodes; ++col)
         patch.heights.heights_m.push_back(static_cast<float>(
-            height_(x + kStep_m * (col - kNodes / 2), y - kStep_m * (row - kNodes / 2))));
+            height_(x + kStep_m * (col - kMiddle), y - kStep_m * (row - kMiddle))));
     return patch;
   }
 

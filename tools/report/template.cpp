@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <stdexcept>
 
+#include "core/base/trimmed.h"
 #include "tools/report/html_text.h"
 
 namespace orient {
@@ -12,13 +13,6 @@ namespace {
 
 [[noreturn]] void Fail(std::string_view name, const std::string& why) {
   throw std::logic_error(fmt::format("template {}: {}", name, why));
-}
-
-std::string_view Trimmed(std::string_view text) {
-  constexpr std::string_view kBlank = " \t\r\n";
-  const size_t first = text.find_first_not_of(kBlank);
-  if (first == std::string_view::npos) return {};
-  return text.substr(first, text.find_last_not_of(kBlank) + 1 - first);
 }
 
 // What `name` says of its file: "file" or "file#part".

@@ -33,25 +33,7 @@ class PoseObservationsOf : public testing::Test {
   }
 
   const TemporaryFolder folder_;
-  BlockFile block_{.crs = Crs::Parse("EPSG:32635", "test"),
-                   .dem = "",
-                   .patchdb = "",
-                   .camera = "",
-                   .photos = {},
-                   .unusable = {},
-                   .approximations = "",
-                   .flight = {},
-                   .position_sigma_m = std::nullopt,
-                   .attitude_sigma_rad = std::nullopt,
-                   .observe_approximations = false,
-                   .pixel_size_um = std::nullopt,
-                   .polarity = std::nullopt,
-                   .orientation = std::nullopt,
-                   .earth = EarthMode::kAuto,
-                   .output_directory = "",
-                   .formats = {},
-                   .adjustment = {},
-                   .gnss = {}};
+  BlockFile block_{.crs = Crs::Parse("EPSG:32635", "test")};
 };
 
 TEST_F(PoseObservationsOf, ApproximationsAreObservedAsFarAsSomebodySaysHowGoodTheyAre) {

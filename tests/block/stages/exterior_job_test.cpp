@@ -2,7 +2,6 @@
 
 #include <gtest/gtest.h>
 
-#include <cmath>
 #include <filesystem>
 #include <numbers>
 
@@ -13,11 +12,10 @@
 namespace orient::block {
 namespace {
 
+using exterior::HillsAt;
 using exterior::TexturedPhoto;
 
 constexpr int kSide = 260;
-
-double HeightAt(double x, double y) { return 30 * std::sin(x / 130) * std::cos(y / 170); }
 
 // Made once for all tests: a photo, and patch databases of its ground and of another place's.
 class Ground {
@@ -51,7 +49,7 @@ class Ground {
   }
 
  public:
-  const TexturedPhoto world{kSide, HeightAt, false};
+  const TexturedPhoto world{kSide, HillsAt, false};
   const std::string photo = folder_ / "4711.png";
   const std::string patchdb = folder_ / "patches.gpkg", empty = folder_ / "empty.gpkg",
                     of_another_place = folder_ / "elsewhere.gpkg";
@@ -67,7 +65,7 @@ Eigen::MatrixXf Heights() {
   for (int row = 0; row < 150; ++row)
     for (int col = 0; col < 150; ++col)
       heights(row, col) =
-          static_cast<float>(HeightAt(20 * (col + 0.5) - 1500, 1500 - 20 * (row + 0.5)));
+          static_cast<float>(HillsAt(20 * (col + 0.5) - 1500, 1500 - 20 * (row + 0.5)));
   return heights;
 }
 
@@ -207,7 +205,7 @@ TEST_F(OrientFromFilesTest, AnApproximationBelowTheGroundIsSaidToBeThere) {
   const ExteriorResult result = Orient();
   ExpectFailed(result, {Reason::kBelowGround});
   EXPECT_EQ(result.findings[0].value, -40);
-  EXPECT_NEAR(*result.findings[0].limit, HeightAt(200, 100), 1);
+  EXPECT_NEAR(*result.findings[0].limit, HillsAt(200, 100), 1);
   EXPECT_EQ(result.findings[0].where, " in approx.csv");
 }
 

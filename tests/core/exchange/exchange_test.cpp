@@ -4,7 +4,6 @@
 
 #include <Eigen/Geometry>
 #include <cmath>
-#include <functional>
 #include <sstream>
 
 #include "core/base/atomic_write.h"
@@ -87,37 +86,48 @@ Eigen::Vector3d PointBefore(const ExchangePhoto& photo, const ExchangeCamera& ca
          GroundFromCamera(photo) * Eigen::Vector3d(ray.x(), ray.y(), 1) * Uniform(100, 3000);
 }
 
-using RoundTrip = std::function<ExchangeBlock(const std::string&, const ExchangeBlock&)>;
+// Doubles are written in full. What remains is the conversion's own rounding: about 20 000 px times
+// 1e-13.
+constexpr double kExact_px = 1e-8;
 
-void CompareProjections(const RoundTrip& trip, double tolerance_px) {
+// One format.
+struct RoundTrip {
+  std::string name;
+  void (*write)(const std::string& folder, const ExchangeBlock& block);
+  ExchangeBlock (*read)(const std::string& folder);
+  bool poses_only = false;  // the camera is the caller's
+  double tolerance_px = kExact_px;
+};
+
+void CompareProjections(const RoundTrip& format) {
   const Scene scene = AnyScene();
   const TemporaryFolder folder;
   const ExchangeBlock& block = scene.block;
-  const ExchangeBlock read = trip(folder.Path(), block);
+  format.write(folder.Path(), block);
+  ExchangeBlock read = format.read(folder.Path());
+  if (format.poses_only) read.cameras = block.cameras;
   RC_ASSERT(read.photos.size() == block.photos.size());
   for (std::size_t i = 0; i < block.photos.size(); ++i) {
     const Eigen::Vector3d ground = PointBefore(block.photos[i], block.cameras[0]);
     const auto before = PixelFromGround(block, i, ground), after = PixelFromGround(read, i, ground);
     RC_ASSERT(before && after);
-    RC_ASSERT((*before - *after).norm() < tolerance_px);
+    RC_ASSERT((*before - *after).norm() < format.tolerance_px);
     RC_ASSERT(read.photos[i].image.substr(0, 3) == block.photos[i].image.substr(0, 3));
   }
 }
 
+class Format : public testing::TestWithParam<RoundTrip> {};
+
 // Twelve blocks of three photos: every one writes and flushes files.
-void ExpectSameProjection(const RoundTrip& trip, double tolerance_px) {
+TEST_P(Format, ReadsWhatItWrote) {
   rc::detail::TestParams params = rc::detail::configuration().testParams;
   params.maxSuccess = 12;
-  const auto result = rc::detail::checkTestable([&] { CompareProjections(trip, tolerance_px); },
+  const auto result = rc::detail::checkTestable([&] { CompareProjections(GetParam()); },
                                                 rc::detail::TestMetadata(), params);
   std::ostringstream text;
   rc::detail::printResultMessage(result, text);
   EXPECT_TRUE(result.is<rc::detail::SuccessResult>()) << text.str();
 }
-
-// Doubles are written in full. What remains is the conversion's own rounding: about 20 000 px times
-// 1e-13.
-constexpr double kExact_px = 1e-8;
 
 RC_GTEST_PROP(Exchange, CameraProjectsAsOrientsCollinearityDoes, ()) {
   const Scene scene = AnyScene();
@@ -134,85 +144,33 @@ RC_GTEST_PROP(Exchange, CameraProjectsAsOrientsCollinearityDoes, ()) {
   RC_ASSERT((DigitalPhotoFromPixel(again).Inverse() * *again_mm - own).norm() < kExact_px);
 }
 
-TEST(Exchange, ColmapReadsWhatItWrote) {
-  ExpectSameProjection(
-      [](const std::string& folder, const ExchangeBlock& block) {
-        WriteColmap(folder, block);
-        return ExchangeFromColmap(ReadColmap(folder));
-      },
-      kExact_px);
-}
+using Folder = const std::string&;
+// Its columns are sixteen wide; all others write numbers in full.
+constexpr double kPatb_px = 1e-5;
 
-TEST(Exchange, OpensfmReadsWhatItWrote) {
-  ExpectSameProjection(
-      [](const std::string& folder, const ExchangeBlock& block) {
-        WriteOpensfm(folder, block);
-        return ExchangeFromOpensfm(ReadOpensfm(folder));
-      },
-      kExact_px);
-}
-
-TEST(Exchange, MicmacReadsWhatItWrote) {
-  ExpectSameProjection(
-      [](const std::string& folder, const ExchangeBlock& block) {
-        WriteMicmacOrientation(folder, "Test", block);
-        return ExchangeFromMicmac(ReadMicmacOrientation(folder));
-      },
-      kExact_px);
-}
-
-TEST(Exchange, MetashapeReadsWhatItWrote) {
-  ExpectSameProjection(
-      [](const std::string& folder, const ExchangeBlock& block) {
-        WriteMetashape(folder, block);
-        return ExchangeFromMetashape(ReadMetashape(folder));
-      },
-      kExact_px);
-}
-
-TEST(Exchange, AspReadsWhatItWrote) {
-  ExpectSameProjection(
-      [](const std::string& folder, const ExchangeBlock& block) {
-        WriteAsp(folder, block);
-        return ExchangeFromAsp(ReadAsp(folder));
-      },
-      kExact_px);
-}
-
-// Poses only: the camera is the caller's. BINGO's angles are written in full, PAT-B's columns are
-// sixteen wide.
-TEST(Exchange, BingoReadsWhatItWrote) {
-  ExpectSameProjection(
-      [](const std::string& folder, const ExchangeBlock& block) {
-        WriteBingo(folder, block);
-        ExchangeBlock read = ExchangeFromBingo(ReadBingo(folder), ReadPhotoNumbers(folder));
-        read.cameras = block.cameras;
-        return read;
-      },
-      kExact_px);
-}
-
-TEST(Exchange, OriReadsWhatItWrote) {
-  ExpectSameProjection(
-      [](const std::string& folder, const ExchangeBlock& block) {
-        WriteOri(folder, block);
-        ExchangeBlock read = ExchangeFromOri(ReadOri(folder));
-        read.cameras = block.cameras;
-        return read;
-      },
-      kExact_px);
-}
-
-TEST(Exchange, PatbReadsWhatItWrote) {
-  ExpectSameProjection(
-      [](const std::string& folder, const ExchangeBlock& block) {
-        WritePatb(folder, block);
-        ExchangeBlock read = ExchangeFromPatb(ReadPatb(folder), ReadPhotoNumbers(folder));
-        read.cameras = block.cameras;
-        return read;
-      },
-      1e-5);
-}
+INSTANTIATE_TEST_SUITE_P(
+    Exchange, Format,
+    testing::Values(
+        RoundTrip{"Colmap", WriteColmap,
+                  [](Folder at) { return ExchangeFromColmap(ReadColmap(at)); }},
+        RoundTrip{"Opensfm", WriteOpensfm,
+                  [](Folder at) { return ExchangeFromOpensfm(ReadOpensfm(at)); }},
+        RoundTrip{"Micmac",
+                  [](Folder at, const ExchangeBlock& block) {
+                    WriteMicmacOrientation(at, "Test", block);
+                  },
+                  [](Folder at) { return ExchangeFromMicmac(ReadMicmacOrientation(at)); }},
+        RoundTrip{"Metashape", WriteMetashape,
+                  [](Folder at) { return ExchangeFromMetashape(ReadMetashape(at)); }},
+        RoundTrip{"Asp", WriteAsp, [](Folder at) { return ExchangeFromAsp(ReadAsp(at)); }},
+        RoundTrip{"Bingo", WriteBingo,
+                  [](Folder at) { return ExchangeFromBingo(ReadBingo(at), ReadPhotoNumbers(at)); },
+                  true},
+        RoundTrip{"Ori", WriteOri, [](Folder at) { return ExchangeFromOri(ReadOri(at)); }, true},
+        RoundTrip{"Patb", WritePatb,
+                  [](Folder at) { return ExchangeFromPatb(ReadPatb(at), ReadPhotoNumbers(at)); },
+                  true, kPatb_px}),
+    [](const auto& format) { return format.param.name; });
 
 TEST(Exchange, RadialTableIsFittedAndTheDifferenceSaid) {
   Camera camera;

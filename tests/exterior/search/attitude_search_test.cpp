@@ -34,19 +34,13 @@ class AttitudeSearch : public testing::Test {
     Vector6d sigma;
     sigma << 25, 25, 25, 0.17, 0.17, std::numbers::pi;
     photo_.prior.covariance = sigma.cwiseAbs2().asDiagonal();
-    return SearchAttitudes({photo_, world_.File(), patches, options_}, 100).track;
+    return SearchAttitudes({photo_, world_.File(), patches, options_}, MedianGroundHeight(patches),
+                           100)
+        .track;
   }
 
   double WorstError(const Pose& pose) const {
-    PhotoView found = view_;
-    found.pose = pose;
-    double worst = 0;
-    for (const patchdb::Patch& patch : PatchesOf(world_.Ground())) {
-      const auto truth = view_.PixelFromGround(patch.ground_m);
-      if (!truth || !view_.camera.InFrame(view_.PhotoFromPixel(*truth))) continue;
-      worst = std::max(worst, (*found.PixelFromGround(patch.ground_m) - *truth).norm());
-    }
-    return worst;
+    return world_.WorstError(pose, PatchesOf(world_.Ground()));
   }
 
   const TexturedPhoto world_{kSide, HeightAt, true};

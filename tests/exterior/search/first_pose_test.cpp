@@ -3,9 +3,9 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
-#include <random>
 
 #include "exterior/steps/align.h"
+#include "tests/exterior/search/photo_of_noise.h"
 #include "tests/support/textured_photo.h"
 
 namespace orient::exterior {
@@ -15,11 +15,9 @@ constexpr int kSide = 400;
 constexpr double kWays = 3;  // as stated, finer, doubtful
 constexpr int kFirstPatches = 12, kVotingPatches = 160;
 
-double HeightAt(double x, double y) { return 30 * std::sin(x / 130) * std::cos(y / 170); }
-
 // Drawn once for all tests.
 const TexturedPhoto& World() {
-  static const TexturedPhoto world(kSide, HeightAt, false);
+  static const TexturedPhoto world(kSide, HillsAt, false);
   return world;
 }
 
@@ -31,7 +29,7 @@ Affine2d UpsideDown(const Affine2d& photo_from_pixel) {
 
 // The patch with a chip twice as large: it can be searched for at a level coarser.
 patchdb::Patch TwiceAsLarge(patchdb::Patch patch) {
-  constexpr int kChip = 101, kNodes = 25;
+  constexpr int kChip = 101, kNodes = 25, kMiddle = kNodes / 2;
   constexpr double kStep_m = 10, kGsd_m = TexturedPhoto::kGsd_m;
   const double x = patch.ground_m.x(), y = patch.ground_m.y();
   patch.chip = Image(kChip, kChip);
@@ -45,7 +43,7 @@ patchdb::Patch TwiceAsLarge(patchdb::Patch patch) {
   for (int row = 0; row < kNodes; ++row)
     for (int col = 0; col < kNodes; ++col)
       patch.heights.heights_m.push_back(static_cast<float>(
-          HeightAt(x + kStep_m * (col - kNodes / 2), y - kStep_m * (row - kNodes / 2))));
+          HillsAt(x + kStep_m * (col - kMiddle), y - kStep_m * (row - kMiddle))));
   return patch;
 }
 
@@ -116,18 +114,7 @@ class FirstPoseOfTexture : public testing::Test {
   bool Convinces(const PoseTrack& track) const {
     return track.log10_false_alarms < options_.max_log10_false_alarms;
   }
-  double WorstError(const Pose& pose) const {
-    const PhotoView& truly = World().View();
-    PhotoView found = truly;
-    found.pose = pose;
-    double worst = 0;
-    for (const patchdb::Patch& patch : patches_) {
-      const auto truth = truly.PixelFromGround(patch.ground_m);
-      if (!truth || !truly.camera.InFrame(truly.PhotoFromPixel(*truth))) continue;
-      worst = std::max(worst, (*found.PixelFromGround(patch.ground_m) - *truth).norm());
-    }
-    return worst;
-  }
+  double WorstError(const Pose& pose) const { return World().WorstError(pose, patches_); }
 
   const Pose truth_ = World().View().pose;
   PhotoToOrient photo_ = World().ToOrient();
@@ -309,65 +296,6 @@ TEST_F(FirstPoseOfTexture, OfPatchesSmallerThanElevenPixelsIsNoneAndThatIsSaid) 
   }
   EXPECT_TRUE(enough && too_small);
 }
-
-// Of a photo by itself, seen from straight above: a pixel shows a metre of level ground.
-class PhotoOfNoise {
- public:
-  // Grey but for 7 x 7 places of noise, of which there are patches.
-  explicit PhotoOfNoise(int side_px, bool blank = false) {
-    std::vector<unsigned char> grey(static_cast<std::size_t>(side_px) * side_px, 128);
-    camera_.kind = CameraKind::kDigital;
-    camera_.principal_distance_mm = 60;
-    camera_.frame_mm = {60, 60};
-    camera_.image_px = Eigen::Vector2i(side_px, side_px);
-    std::mt19937 random(1);
-    const double middle = side_px / 2.0;
-    for (int i = -3; i <= 3; ++i)
-      for (int j = -3; j <= 3; ++j) {
-        patchdb::Patch patch;
-        patch.id = std::ssize(patches_) + 1;
-        patch.gsd_m = 1;
-        patch.chip = Image(kChip, kChip);
-        const int first_col = side_px / 2 + i * side_px / 8,
-                  first_row = side_px / 2 + j * side_px / 8;
-        patch.ground_m = {first_col + kChip / 2.0 - middle, middle - first_row - kChip / 2.0, 0};
-        for (int row = 0; row < kChip; ++row)
-          for (int col = 0; col < kChip; ++col) {
-            const auto value = static_cast<unsigned char>(random() % 256);
-            patch.chip.At(col, row) = value;
-            if (!blank)
-              grey[static_cast<std::size_t>(first_row + row) * side_px + first_col + col] = value;
-          }
-        patch.heights = {3, 50, std::vector<float>(9, 0)};
-        patches_.push_back(std::move(patch));
-      }
-    const std::string path = folder_ / "photo.png";
-    WritePng(path, side_px, side_px, 1, grey);
-    raster_.emplace(Raster::Open(path));
-    image_.emplace(*raster_, false);
-    photo_.camera = camera_;
-    photo_.positions.push_back({DigitalPhotoFromPixel(camera_), std::nullopt});
-    photo_.prior.pose = {{0, 0, static_cast<double>(side_px)}, {0, 0, 0}};
-  }
-
-  // One sigma: as a shift of all patches.
-  void SetSigma(double sigma_px) {
-    Vector6d sigma;
-    sigma << sigma_px, sigma_px, 1, 1e-4, 1e-4, 1e-4;
-    photo_.prior.covariance = sigma.cwiseAbs2().asDiagonal();
-  }
-  PhotoTask Task() const { return {photo_, *image_, patches_, options_}; }
-
- private:
-  static constexpr int kChip = 29;  // too small for another level than full resolution
-  Camera camera_;
-  std::vector<patchdb::Patch> patches_;
-  TemporaryFolder folder_;
-  std::optional<Raster> raster_;
-  std::optional<PhotoImage> image_;
-  PhotoToOrient photo_;
-  OrientPhotoOptions options_;
-};
 
 TEST(FirstPose, OfABlankPhotoIsNone) {
   PhotoOfNoise photo(600, true);

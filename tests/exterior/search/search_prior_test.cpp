@@ -118,5 +118,20 @@ TEST(Widened, BelowTheGroundStillAllowsSomething) {
   EXPECT_NEAR(SigmaOfWidened(prior)[0], 0.3, 1e-9) << "as a metre above it";
 }
 
+TEST(HeightFactors, GoOutwardsAsFarAsTheHeightIsUncertainButOneStepAtLeast) {
+  PosePrior prior = PriorOf(10, 0.01, 0.01);
+  prior.covariance(2, 2) = 0;
+  const std::vector<double> known = HeightFactors(prior, kGround_m);
+  ASSERT_EQ(known.size(), 3u);
+  EXPECT_EQ(known[0], 1);
+  EXPECT_DOUBLE_EQ(known[1], 1.2);
+  EXPECT_DOUBLE_EQ(known[2], 1 / 1.2);
+  prior.covariance(2, 2) = 1e12;  // twice the height and half of it: four steps of a fifth
+  const std::vector<double> factors = HeightFactors(prior, kGround_m);
+  ASSERT_EQ(factors.size(), 9u);
+  EXPECT_NEAR(factors[7], 2.0736, 1e-12);
+  EXPECT_NEAR(factors[8] * factors[7], 1, 1e-12);
+}
+
 }  // namespace
 }  // namespace orient::exterior

@@ -135,6 +135,26 @@ TEST(TryWays, ATryAgainThatConvincesEndsTheSearch) {
   EXPECT_EQ(test.followed, (Tried{0}));
 }
 
+TEST(KeepBetter, OfEqualPosesKeepsTheEarlierAndOfNoneWhatWasThere) {
+  const auto track = [](double log10_false_alarms, int reduction) {
+    PoseTrack made;
+    made.log10_false_alarms = log10_false_alarms;
+    made.reduction = reduction;
+    return made;
+  };
+  std::optional<PoseTrack> best;
+  KeepBetter(std::nullopt, &best);
+  EXPECT_FALSE(best);
+  KeepBetter(track(-3, 1), &best);
+  KeepBetter(track(-3, 2), &best);
+  KeepBetter(track(-2, 3), &best);
+  KeepBetter(std::nullopt, &best);
+  ASSERT_TRUE(best);
+  EXPECT_EQ(best->reduction, 1);
+  KeepBetter(track(-4, 4), &best);
+  EXPECT_EQ(best->reduction, 4);
+}
+
 TEST(Outwards, CountsEveryKappaOnceFromTheMiddle) {
   std::vector<int> first;
   for (int i = 0; i < 5; ++i) first.push_back(Outwards(i));
@@ -159,7 +179,8 @@ class ClusterOfVotes : public testing::Test {
     std::uniform_real_distribution<double> col(50, 590), row(50, 1100);
     for (int i = 0; i < 12; ++i) {
       VotingPatch patch;
-      const double x = 1000 + 400.0 * (i % 4 - 1.5), y = 2000 + 500.0 * (i / 4 - 1);
+      const int row_of_four = i / 4;
+      const double x = 1000 + 400.0 * (i % 4 - 1.5), y = 2000 + 500.0 * (row_of_four - 1);
       patch.ground_m = {x, y, 400.0 + 40 * (i % 3)};
       patch.window_px2 = 640 * 1152;
       patch.candidates = {{*view_.PixelFromGround(patch.ground_m), 0.8},

@@ -14,11 +14,9 @@ namespace {
 constexpr int kSide = 400;
 constexpr double kFlyingHeight_m = 2 * kSide;
 
-double HeightAt(double x, double y) { return 30 * std::sin(x / 130) * std::cos(y / 170); }
-
 // Drawn once for all tests.
 const TexturedPhoto& World() {
-  static const TexturedPhoto world(kSide, HeightAt, false);
+  static const TexturedPhoto world(kSide, HillsAt, false);
   return world;
 }
 
@@ -42,22 +40,12 @@ class SearchedWidely : public testing::Test {
     photo_.prior.covariance = sigma.cwiseAbs2().asDiagonal();
   }
   PhotoTask Task() const { return {photo_, World().File(), patches_, options_}; }
-  double WorstError(const Pose& pose) const {
-    const PhotoView& truly = World().View();
-    PhotoView found = truly;
-    found.pose = pose;
-    double worst = 0;
-    for (const patchdb::Patch& patch : patches_) {
-      const auto truth = truly.PixelFromGround(patch.ground_m);
-      if (!truth || !truly.camera.InFrame(truly.PhotoFromPixel(*truth))) continue;
-      worst = std::max(worst, (*found.PixelFromGround(patch.ground_m) - *truth).norm());
-    }
-    return worst;
-  }
+  double WorstError(const Pose& pose) const { return World().WorstError(pose, patches_); }
   // Three scales, 24 kappas and all film positions, and two of each followed up twice at most.
   double TileTrials() const {
     return 3.0 * kKappas * static_cast<double>(photo_.positions.size()) * (1 + 2 * 2);
   }
+  double TurnTrials() const { return AttitudeTrials(Task(), MedianGroundHeight(patches_)); }
 
   void ExpectNotSearched() const {
     const WholePhotoSearch search = SearchWidely(Task());
@@ -75,8 +63,9 @@ TEST_F(SearchedWidely, APhotoWhosePositionIsKnownIsFoundByItsAttitudeAndBothSear
   ASSERT_TRUE(track);
   EXPECT_LT(track->log10_false_alarms, options_.max_log10_false_alarms);
   EXPECT_LT(WorstError(track->pose), 5);
-  EXPECT_EQ(track->trials, TileTrials() + AttitudeTrials(Task()));
-  const auto by_attitude = SearchAttitudes(Task(), track->trials).track;
+  EXPECT_EQ(track->trials, TileTrials() + TurnTrials());
+  const auto by_attitude =
+      SearchAttitudes(Task(), MedianGroundHeight(patches_), track->trials).track;
   ASSERT_TRUE(by_attitude);
   EXPECT_EQ(track->pose.AsVector(), by_attitude->pose.AsVector());
 }
@@ -87,10 +76,10 @@ TEST_F(SearchedWidely, APhotoWhosePositionIsNotKnownIsFoundByPatchesAtSeveralHei
   ASSERT_TRUE(track);
   EXPECT_LT(track->log10_false_alarms, options_.max_log10_false_alarms);
   EXPECT_LT(WorstError(track->pose), 12);
-  EXPECT_EQ(track->trials, TileTrials() + AttitudeTrials(Task()));
-  const double ways = AttitudeTrials(Task());
+  EXPECT_EQ(track->trials, TileTrials() + TurnTrials());
+  const double ways = TurnTrials();
   Approximate(20);
-  EXPECT_GT(ways, 2 * AttitudeTrials(Task())) << "heights count";
+  EXPECT_GT(ways, 2 * TurnTrials()) << "heights count";
 }
 
 TEST_F(SearchedWidely, EveryFilmPositionCounts) {
@@ -98,7 +87,7 @@ TEST_F(SearchedWidely, EveryFilmPositionCounts) {
   photo_.positions.push_back(photo_.positions.front());
   const auto track = SearchWidely(Task()).track;
   ASSERT_TRUE(track);
-  EXPECT_EQ(track->trials, TileTrials() + AttitudeTrials(Task()));
+  EXPECT_EQ(track->trials, TileTrials() + TurnTrials());
   EXPECT_EQ(TileTrials(), 2 * 360);
 }
 
@@ -125,10 +114,10 @@ TEST_F(SearchedWidely, APhotoFromBelowTheGroundIsNotSought) {
 }
 
 TEST_F(SearchedWidely, AnAttitudeSaidToBeTiltedIsTriedTwice) {
-  EXPECT_EQ(AttitudeTrials(Task()), kKappas + 6);
+  EXPECT_EQ(TurnTrials(), kKappas + 6);
   photo_.prior.pose.opk_rad = {0.4, 0, 0};
   photo_.prior.covariance(3, 3) = photo_.prior.covariance(4, 4) = 0.04;
-  EXPECT_EQ(AttitudeTrials(Task()), 2 * (kKappas + 6)) << "straight down first";
+  EXPECT_EQ(TurnTrials(), 2 * (kKappas + 6)) << "straight down first";
 }
 
 }  // namespace

@@ -2,15 +2,11 @@
 
 #include <gtest/gtest.h>
 
-#include <cmath>
-
 #include "core/base/binomial.h"
 #include "tests/support/textured_photo.h"
 
 namespace orient::exterior {
 namespace {
-
-double HeightAt(double x, double y) { return 30 * std::sin(x / 130) * std::cos(y / 170); }
 
 // Matched under the true pose, in windows of 20 pixels.
 class RoundOfTexture : public testing::Test {
@@ -31,7 +27,7 @@ class RoundOfTexture : public testing::Test {
     return found;
   }
 
-  const TexturedPhoto world_{400, HeightAt, false};
+  const TexturedPhoto world_{400, HillsAt, false};
   PhotoToOrient photo_ = world_.ToOrient();
   OrientPhotoOptions options_;
   DecoyMatches decoys_;
