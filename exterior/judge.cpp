@@ -57,7 +57,11 @@ Finding NoPatches(const std::string& where) {
   return {.reason = Reason::kNoPatches, .at_best = Status::kFailed, .where = where};
 }
 
-Finding NothingAlike() { return {Reason::kNothingAlike, Status::kFailed}; }
+Finding NothingAlike(bool complete) {
+  return {.reason = Reason::kNothingAlike,
+          .at_best = Status::kFailed,
+          .where = complete ? "" : " of those that could be tried in reasonable time"};
+}
 
 Finding NotSearchedAsAWhole() { return {Reason::kNotSearchedAsAWhole, Status::kFailed}; }
 

@@ -39,7 +39,8 @@ bool ConcernsPrecision(const Finding& finding);
 
 // Why there is no pose. `where`: the patch database.
 Finding NoPatches(const std::string& where);
-Finding NothingAlike();
+// `complete`: all kappas, heights and places were searched, not as many as are affordable.
+Finding NothingAlike(bool complete);
 // `round`: the first one, which found too few that agree.
 Finding NoConsensus(const LoopRound& round, bool wide);
 // At full resolution, of so many patches matched among those that were searched for.

@@ -167,7 +167,8 @@ ExteriorResult OrientPhoto(const PhotoToOrient& photo, const PhotoImage& image,
     search.track = FirstPose(task);
   std::optional<PoseTrack>& track = search.track;
   if (!track && options.wide)
-    return Failed(photo, search.searched ? NothingAlike() : NotSearchedAsAWhole(), nullptr);
+    return Failed(photo, search.searched ? NothingAlike(search.complete) : NotSearchedAsAWhole(),
+                  nullptr);
   if (!track) return Failed(photo, WhyNoFirstPose(task), nullptr);
   const auto chance = [&] { return track->log10_false_alarms > options.max_log10_false_alarms; };
   const auto no_consensus = [&] {

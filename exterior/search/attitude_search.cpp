@@ -23,6 +23,7 @@ constexpr double kDoubtPerHeight = 0.03;
 constexpr double kCluster = 0.15;
 // The best are drawn again under the pose that they led to.
 constexpr std::size_t kFollowed = 3;
+constexpr double kMostCorrelated = 3e8;  // pixels: some 12 s of a processor
 
 // What each candidate says of the tilt, as a shift in a level photo of principal distance one.
 std::vector<PlaneVote> TiltVotes(const PhotoView& view, const std::vector<VotingPatch>& voting) {
@@ -60,11 +61,12 @@ std::vector<double> HeightsToTry(const PhotoTask& task, double ground_m) {
 class AttitudeSearch {
  public:
   AttitudeSearch(const PhotoTask& task, double ground_m, const SoughtPatches& sought,
-                 const Pose& approximate, double trials)
+                 const Pose& approximate, double trials, SearchBudget* budget)
       : task_(task),
         ground_m_(ground_m),
         sought_(sought),
-        wide_(WideOf(task, ground_m, approximate)) {
+        wide_(WideOf(task, ground_m, approximate)),
+        budget_(budget) {
     options_.sigma_px = 0.5 + 0.6 * sought.Reduction();
     options_.samples = 1000;
     options_.iterations = 5;
@@ -92,6 +94,7 @@ class AttitudeSearch {
   double ground_m_;
   const SoughtPatches& sought_;
   PosePrior wide_;
+  SearchBudget* budget_;
   ConsensusOptions options_;
   std::map<Look, std::vector<VotingPatch>> found_;
 };
@@ -152,7 +155,9 @@ const std::vector<VotingPatch>& AttitudeSearch::Sought(const Way& way, const Pho
   const Look look = LookOf(way);
   const auto known = found_.find(look);
   if (known != found_.end()) return known->second;
-  return found_.emplace(look, sought_.Seek(view, wide_)).first->second;
+  std::vector<VotingPatch> voting = sought_.Seek(view, wide_);
+  budget_->Spend(voting, sought_.Reduction());
+  return found_.emplace(look, std::move(voting)).first->second;
 }
 
 std::optional<PoseTrack> AttitudeSearch::TryFirst(const Way& way) {
@@ -190,6 +195,7 @@ std::optional<PoseTrack> AttitudeSearch::Run() {
   to_try.again = [&](std::size_t i, const PoseTrack& track) { return TryAgain(ways[i], track); };
   to_try.followed = kFollowed;
   to_try.max_log10_false_alarms = task_.options.max_log10_false_alarms;
+  to_try.budget = budget_;
   return TryWays(to_try);
 }
 
@@ -223,15 +229,18 @@ double AttitudeTrials(const PhotoTask& task, double ground_height_m) {
 
 WholePhotoSearch SearchAttitudes(const PhotoTask& task, double ground_height_m, double trials) {
   WholePhotoSearch search;
+  SearchBudget budget(kMostCorrelated);
   std::optional<PoseTrack>& best = search.track;
   std::shared_ptr<const PhotoLevel> level;
   for (const Pose& approximate : ApproximatePoses(task.photo.prior)) {
     const auto sought = SoughtPatches::Of(task, ground_height_m, approximate, &level);
     if (!sought) continue;
     search.searched = true;
-    KeepBetter(AttitudeSearch(task, ground_height_m, *sought, approximate, trials).Run(), &best);
+    KeepBetter(AttitudeSearch(task, ground_height_m, *sought, approximate, trials, &budget).Run(),
+               &best);
     if (best && best->log10_false_alarms < task.options.max_log10_false_alarms) break;
   }
+  search.complete = !budget.Spent();
   return search;
 }
 

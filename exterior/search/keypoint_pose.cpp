@@ -177,7 +177,7 @@ int Places(const Search& search, const std::vector<std::size_t>& which) {
   return static_cast<int>(places.size());
 }
 
-bool ByChance(const Search& search, const Found& found, const Eigen::Vector2i& scan_px) {
+double FalseAlarms(const Search& search, const Found& found, const Eigen::Vector2i& scan_px) {
   std::vector<std::size_t> all(search.shared.size());
   std::iota(all.begin(), all.end(), std::size_t{0});
   const int agreeing = Places(search, found.supporters);
@@ -188,8 +188,7 @@ bool ByChance(const Search& search, const Found& found, const Eigen::Vector2i& s
   const double p = std::min(1.0, grounds * std::numbers::pi * reach_px * reach_px / area_px2);
   const double trials =
       static_cast<double>(search.positions) * kPosesOfASample * search.options.searches;
-  return Log10FalseAlarms(places, agreeing, grounds, p) + std::log10(trials) >
-         search.options.max_log10_false_alarms;
+  return Log10FalseAlarms(places, agreeing, grounds, p) + std::log10(trials);
 }
 
 // Whether what does not support the pose supports another one nearly as well: a place that repeats
@@ -261,12 +260,14 @@ std::optional<KeypointPose> PoseIn(const Search& search, const Eigen::Vector2i& 
   if (std::ssize(found.supporters) < options.min_supporters) return std::nullopt;
   Refine(search, &found);
   if (Places(search, found.supporters) < options.min_supporters) return std::nullopt;
-  if (Spread(search, found.supporters) < kMinSpread || ByChance(search, found, scan_px) ||
-      HasRival(search, found))
+  const double log10_false_alarms = FalseAlarms(search, found, scan_px);
+  if (Spread(search, found.supporters) < kMinSpread ||
+      log10_false_alarms > options.max_log10_false_alarms || HasRival(search, found))
     return std::nullopt;
   const auto covariance = HonestCovariance(search, scan_px, &found);
   if (!covariance || !IsAerial(found.pose, options.max_tilt_rad)) return std::nullopt;
-  return KeypointPose{found.pose, *covariance, static_cast<int>(found.supporters.size()), 0};
+  return KeypointPose{found.pose, *covariance, static_cast<int>(found.supporters.size()), 0,
+                      log10_false_alarms};
 }
 
 }  // namespace

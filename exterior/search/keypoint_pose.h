@@ -40,6 +40,8 @@ struct KeypointPose {
   Matrix6d covariance;       // honest for an approximation: supporters close together count once
   int supporters = 0;        // keypoints
   std::size_t position = 0;  // index into the photo's film positions
+  // log10 of how many poses chance is expected to let so many agree on.
+  double log10_false_alarms = 0;
 };
 
 // RANSAC over three-point resections (Fischler & Bolles 1981), then least squares. `scan_px`: width

@@ -24,7 +24,7 @@ constexpr int kPhotoKeypoints = 20000;
 constexpr std::size_t kPatches = 900;
 constexpr int kChipKeypoints = 40, kKeptOfChip = 20;
 // Keypoints are looked for in tiles of the level: OpenCV's scale space takes 180 bytes a pixel.
-constexpr int kTile_px = 1000, kOverlap_px = 32;
+constexpr int kTile_px = 640, kOverlap_px = 32;
 // The smallest that SIFT finds, diameter in pixels.
 constexpr double kSmallest_px = 3;
 constexpr double kRatio = 0.9;  // of the nearest descriptor's distance to the second's
@@ -271,12 +271,14 @@ std::optional<PoseTrack> KeypointSearch::Follow(const std::vector<SharedKeypoint
   options.min_supporters = kFewest;
   options.max_log10_false_alarms = 0;
   options.rival_share = 1;
+  options.searches = static_cast<int>(kMostPixels.size()) * kTried;
   const Eigen::Vector2i scan_px(task_.image.Width(), task_.image.Height());
   const auto found = PoseFromKeypoints(task_.photo.camera, positions, scan_px, shared, options);
   if (!found) return std::nullopt;
   const PoseTrack rough{.position = positions[found->position],
                         .pose = found->pose,
                         .covariance = 4 * found->covariance,
+                        .log10_false_alarms = found->log10_false_alarms,
                         .reduction = reduction,
                         .rounds = {},
                         .trials = trials_};

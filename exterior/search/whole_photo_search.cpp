@@ -37,9 +37,19 @@ void KeepBetter(std::optional<PoseTrack> track, std::optional<PoseTrack>* best) 
   if (track && (!*best || IsBetter(*track, **best))) *best = std::move(track);
 }
 
+void WholePhotoSearch::Add(WholePhotoSearch another) {
+  KeepBetter(std::move(another.track), &track);
+  searched |= another.searched;
+  complete &= another.complete;
+}
+
+void SearchBudget::Spend(const std::vector<VotingPatch>& sought, int reduction) {
+  for (const VotingPatch& patch : sought) left_ -= patch.window_px2 / (reduction * reduction);
+}
+
 std::optional<PoseTrack> TryWays(const WaysToTry& ways) {
   std::vector<Try> tries;
-  for (std::size_t way = 0; way < ways.count; ++way) {
+  for (std::size_t way = 0; way < ways.count && !ways.budget->Spent(); ++way) {
     auto track = ways.first(way);
     if (!track) continue;
     if (Convinces(ways, *track)) return track;

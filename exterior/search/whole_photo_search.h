@@ -35,6 +35,18 @@ inline bool IsBetter(const PoseTrack& a, const PoseTrack& b) {
 // `track`, where there is one and it is better than what was there.
 void KeepBetter(std::optional<PoseTrack> track, std::optional<PoseTrack>* best);
 
+// What a search of the whole photo may cost: in correlated pixels of its level, not in seconds, so
+// that a photo ends the same on every machine.
+class SearchBudget {
+ public:
+  explicit SearchBudget(double pixels) : left_(pixels) {}
+  void Spend(const std::vector<VotingPatch>& sought, int reduction);
+  bool Spent() const { return left_ <= 0; }
+
+ private:
+  double left_;
+};
+
 // Ways the photo may have been taken, by their index.
 struct WaysToTry {
   std::size_t count = 0;
@@ -44,17 +56,21 @@ struct WaysToTry {
   std::function<std::optional<PoseTrack>(std::size_t, const PoseTrack&)> again;
   std::size_t followed = 0;  // so many of the best are tried again, all of another look
   double max_log10_false_alarms = 0;
+  const SearchBudget* budget = nullptr;  // once it is spent no further way is tried
 };
 inline constexpr int kFollowedRounds = 2;
 
 // The first that convinces, else the best; empty where no way gives a pose.
 std::optional<PoseTrack> TryWays(const WaysToTry& ways);
 
-// What came of a search of the whole photo; whether there was one at all: what was not searched was
-// not found.
+// What came of a search of the whole photo; whether there was one at all, and of all that might
+// be: what was not searched was not found.
 struct WholePhotoSearch {
   std::optional<PoseTrack> track = {};
   bool searched = false;
+  bool complete = true;
+
+  void Add(WholePhotoSearch another);
 };
 
 // What is needed to take a cluster of votes for a pose.

@@ -21,6 +21,7 @@ constexpr double kClusterPerHeight = 0.15;
 // Of each scale the best hypotheses are followed: under the pose that a few tiles agree on the
 // others look more like the photo, and that pose may have another scale.
 constexpr std::size_t kFollowed = 2;
+constexpr double kMostCorrelated = 2e8;  // pixels: some 5 s of a processor
 
 // One way the photo may have been taken.
 struct Hypothesis {
@@ -112,6 +113,7 @@ class WideSearch {
   PosePrior wide_;
   std::vector<Hypothesis> hypotheses_;
   std::optional<MosaicTiles> tiles_;
+  SearchBudget budget_{kMostCorrelated};
   std::map<Look, std::vector<VotingPatch>> sought_;
 };
 
@@ -119,16 +121,18 @@ WholePhotoSearch WideSearch::Run() {
   tiles_ = MosaicTiles::Of(task_.patches, task_.image, GsdOf(task_, hypotheses_.front()),
                            wide_.pose.position_m.head<2>());
   if (!tiles_) return {};
-  WholePhotoSearch search{.searched = true};
+  WholePhotoSearch search;
+  search.searched = true;
   std::optional<PoseTrack>& best = search.track;
   for (auto first = hypotheses_.begin(); first != hypotheses_.end();) {
     const auto end = std::find_if(first, hypotheses_.end(), [&](const Hypothesis& hypothesis) {
       return hypothesis.height_m != first->height_m;
     });
     KeepBetter(TryAll({first, end}), &best);
-    if (best && Convinces(*best)) break;
+    if ((best && Convinces(*best)) || budget_.Spent()) break;
     first = end;
   }
+  search.complete = !budget_.Spent();
   return search;
 }
 
@@ -142,6 +146,7 @@ std::optional<PoseTrack> WideSearch::TryAll(const std::vector<Hypothesis>& hypot
   };
   to_try.followed = kFollowed;
   to_try.max_log10_false_alarms = task_.options.max_log10_false_alarms;
+  to_try.budget = &budget_;
   return TryWays(to_try);
 }
 
@@ -168,6 +173,7 @@ const std::vector<VotingPatch>& WideSearch::Sought(const Hypothesis& hypothesis)
   if (known != sought_.end()) return known->second;
   const Eigen::Matrix2d shape = GroundFromScan(task_, hypothesis);
   auto voting = tiles_->Seek([&](const Eigen::Vector3d&) { return shape; });
+  budget_.Spend(voting, tiles_->Reduction());
   return sought_.emplace(look, std::move(voting)).first->second;
 }
 
@@ -217,17 +223,17 @@ WholePhotoSearch SearchWidely(const PhotoTask& task) {
   WideSearch places(task, Widened(task.photo.prior, ground_m), ground_m,
                     KeypointTrials(task) + AttitudeTrials(task, ground_m));
   const double limit = task.options.max_log10_false_alarms;
-  WholePhotoSearch alike = SearchByKeypoints(task, ground_m, places.Trials());
-  if (alike.track && alike.track->log10_false_alarms < limit) return alike;
-  WholePhotoSearch turned = SearchAttitudes(task, ground_m, places.Trials());
-  if (turned.track && turned.track->log10_false_alarms < limit) return turned;
+  const auto convinces = [&](const WholePhotoSearch& search) {
+    return search.track && search.track->log10_false_alarms < limit;
+  };
+  WholePhotoSearch search = SearchByKeypoints(task, ground_m, places.Trials());
+  if (convinces(search)) return search;
+  search.Add(SearchAttitudes(task, ground_m, places.Trials()));
   // From a position that is truly known single patches show more than tiles of them all.
-  if (turned.searched && !task.options.prior_failed && IsPositionKnown(task.photo.prior, ground_m))
-    return turned;
-  WholePhotoSearch found = places.Run();
-  KeepBetter(std::move(found.track), &turned.track);
-  turned.searched |= found.searched;
-  return turned;
+  const bool known = !task.options.prior_failed && IsPositionKnown(task.photo.prior, ground_m);
+  if (convinces(search) || (search.searched && known)) return search;
+  search.Add(places.Run());
+  return search;
 }
 
 }  // namespace orient::exterior

@@ -168,7 +168,8 @@ TEST(WithoutPose, FailsForWhatIsSaid) {
   EXPECT_EQ(
       NoPatches("city.gpkg"),
       (Finding{.reason = Reason::kNoPatches, .at_best = Status::kFailed, .where = "city.gpkg"}));
-  EXPECT_EQ(NothingAlike(), (Finding{Reason::kNothingAlike, Status::kFailed}));
+  EXPECT_EQ(NothingAlike(true), (Finding{Reason::kNothingAlike, Status::kFailed}));
+  EXPECT_NE(NothingAlike(false), NothingAlike(true));  // what was not searched was not "not found"
   EXPECT_EQ(NoPreciseResection(5, 40),
             (Finding{Reason::kTooFewPreciseMatches, Status::kFailed, 5, 6}));
   EXPECT_EQ(NoPreciseResection(6, 40),

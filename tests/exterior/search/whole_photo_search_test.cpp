@@ -38,11 +38,13 @@ class WaysOfTest {
   }
 
   std::optional<double> Try() {
+    ways.budget = &budget;
     const auto track = TryWays(ways);
     return track ? std::optional(track->log10_false_alarms) : std::nullopt;
   }
 
   WaysToTry ways;
+  SearchBudget budget{1};
   std::map<std::size_t, std::vector<std::optional<double>>> again;  // by way, of its rounds
   std::vector<std::size_t> tried, followed;
   std::vector<double> from;  // what each try again started with
