@@ -15,6 +15,9 @@ namespace orient::exterior {
 namespace {
 
 constexpr int kMaxPreciseRounds = 5;
+// The best pose of a search of the whole photo that chance explains no better is judged at full
+// resolution, where the ways that were tried count against it.
+constexpr double kWorthAJudgement = -1;
 
 double RmsPx(const PoseEstimate& estimate) {
   double sum = 0;
@@ -116,14 +119,17 @@ double SpreadOf(const PhotoTask& task, const PreciseRound& round) {
   return 12 * std::sqrt(std::max(0.0, moments.determinant())) / area;
 }
 
-JudgedMatches ToJudge(const PhotoTask& task, const std::vector<PreciseRound>& rounds) {
+JudgedMatches ToJudge(const PhotoTask& task, const std::vector<PreciseRound>& rounds,
+                      const PoseTrack& track) {
   const PreciseRound& round = rounds.back();
   JudgedMatches judged;
   judged.sought = static_cast<int>(round.predictions.size());
   judged.matched = static_cast<int>(round.observed.size());
   judged.agreeing = round.estimate->used;
   judged.places = CountEvidence(round, round).agreeing;
-  judged.log10_false_alarms = LeastFalseAlarms(task, rounds, task.options.max_log10_false_alarms);
+  const double ways = task.options.wide ? std::log10(track.trials) : 0;
+  judged.log10_false_alarms =
+      ways + LeastFalseAlarms(task, rounds, task.options.max_log10_false_alarms - ways);
   return judged;
 }
 
@@ -177,7 +183,8 @@ ExteriorResult OrientPhoto(const PhotoToOrient& photo, const PhotoImage& image,
   // What a wide search leaves open at its level, patches may show at a finer one.
   if (!options.wide && chance()) return no_consensus();
   Descend(task, &*track);
-  if (chance()) return no_consensus();
+  if (chance() && !(options.wide && track->log10_false_alarms < kWorthAJudgement))
+    return no_consensus();
   const std::vector<PreciseRound> rounds = Refine(task, &*track);
   const PreciseRound& settled = rounds.back();
   if (!settled.estimate)
@@ -185,7 +192,7 @@ ExteriorResult OrientPhoto(const PhotoToOrient& photo, const PhotoImage& image,
                   NoPreciseResection(static_cast<int>(settled.observed.size()),
                                      static_cast<int>(settled.predictions.size())),
                   &*track);
-  if (const auto objection = WhyNotAccepted(ToJudge(task, rounds), options))
+  if (const auto objection = WhyNotAccepted(ToJudge(task, rounds, *track), options))
     return Failed(photo, *objection, &*track);
   const PreciseRound round = Complete(task, *track, settled);
   track->rounds.push_back(Told(round));

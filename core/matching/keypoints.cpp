@@ -2,8 +2,10 @@
 
 #include <algorithm>
 #include <cmath>
+#include <functional>
 #include <opencv2/features2d.hpp>
 #include <opencv2/imgproc.hpp>
+#include <utility>
 
 #include "core/geometry/rotation.h"
 
@@ -89,6 +91,20 @@ struct Nearest {
   }
 };
 
+// Calls with the index of each first keypoint and its cosines with all second ones.
+template <typename Work>
+void ForEachCosines(const Keypoints& first, const Keypoints& second, const Work& work) {
+  if (first.Size() == 0 || second.Size() == 0) return;
+  const Unit a = Rooted(first), b = Rooted(second);
+  constexpr Eigen::Index kRows = 256;  // of products at a time
+  for (Eigen::Index begin = 0; begin < a.rows(); begin += kRows) {
+    const Eigen::Index rows = std::min(kRows, a.rows() - begin);
+    const Eigen::MatrixXf cosines = b * a.middleRows(begin, rows).transpose();
+    for (Eigen::Index i = 0; i < rows; ++i)
+      work(static_cast<std::size_t>(begin + i), cosines.col(i));
+  }
+}
+
 }  // namespace
 
 Keypoints Keypoints::Of(const std::vector<std::size_t>& which) const {
@@ -136,26 +152,35 @@ Keypoints FindKeypoints(const Image& image, int most) {
 std::vector<KeypointMatch> MatchKeypoints(const Keypoints& first, const Keypoints& second,
                                           double ratio) {
   std::vector<KeypointMatch> matches;
-  if (first.Size() == 0 || second.Size() == 0) return matches;
-  const Unit a = Rooted(first), b = Rooted(second);
   std::vector<Nearest> of_first(first.Size()), of_second(second.Size());
-  constexpr Eigen::Index kRows = 256;  // of products at a time
-  for (Eigen::Index begin = 0; begin < a.rows(); begin += kRows) {
-    const Eigen::Index rows = std::min(kRows, a.rows() - begin);
-    const Eigen::MatrixXf cosines = b * a.middleRows(begin, rows).transpose();
-    for (Eigen::Index i = 0; i < rows; ++i)
-      for (Eigen::Index j = 0; j < b.rows(); ++j) {
-        const float cosine = cosines(j, i);
-        of_first[static_cast<std::size_t>(begin + i)].Take(j, cosine);
-        of_second[static_cast<std::size_t>(j)].Take(begin + i, cosine);
-      }
-  }
+  ForEachCosines(first, second, [&](std::size_t i, const auto& cosines) {
+    for (Eigen::Index j = 0; j < cosines.size(); ++j) {
+      of_first[i].Take(j, cosines[j]);
+      of_second[static_cast<std::size_t>(j)].Take(static_cast<Eigen::Index>(i), cosines[j]);
+    }
+  });
   for (std::size_t i = 0; i < of_first.size(); ++i) {
     if (!of_first[i].Stands(ratio)) continue;
     const auto j = static_cast<std::size_t>(of_first[i].index);
     if (of_second[j].index == static_cast<Eigen::Index>(i) && of_second[j].Stands(ratio))
       matches.push_back({i, j});
   }
+  return matches;
+}
+
+std::vector<KeypointMatch> NearestKeypoints(const Keypoints& first, const Keypoints& second,
+                                            std::size_t count) {
+  std::vector<KeypointMatch> matches;
+  ForEachCosines(first, second, [&](std::size_t i, const auto& cosines) {
+    std::vector<std::pair<float, std::size_t>> best;  // descending
+    for (Eigen::Index j = 0; j < cosines.size(); ++j) {
+      if (best.size() == count && cosines[j] <= best.back().first) continue;
+      if (best.size() == count) best.pop_back();
+      const std::pair here(cosines[j], static_cast<std::size_t>(j));
+      best.insert(std::upper_bound(best.begin(), best.end(), here, std::greater<>()), here);
+    }
+    for (const auto& [cosine, j] : best) matches.push_back({i, j});
+  });
   return matches;
 }
 

@@ -39,4 +39,9 @@ struct KeypointMatch {
 std::vector<KeypointMatch> MatchKeypoints(const Keypoints& first, const Keypoints& second,
                                           double ratio = 0.8);
 
+// Of each first keypoint the `count` second ones nearest to it (the same distance), the nearest
+// first, those of one keypoint together.
+std::vector<KeypointMatch> NearestKeypoints(const Keypoints& first, const Keypoints& second,
+                                            std::size_t count);
+
 }  // namespace orient

@@ -28,6 +28,9 @@ constexpr int kTile_px = 640, kOverlap_px = 32;
 // The smallest that SIFT finds, diameter in pixels.
 constexpr double kSmallest_px = 3;
 constexpr double kRatio = 0.9;  // of the nearest descriptor's distance to the second's
+// Or so many of the nearest, where two of a chip agree on its middle: pixels of the level.
+constexpr std::size_t kNearest = 4;
+constexpr double kAgree_px = 6;
 // Matches of one pose turn and scale alike: of so many turns, each so wide, the fullest are tried.
 constexpr int kTurns = 36;
 constexpr double kTurnReach_rad = 20 * std::numbers::pi / 180;
@@ -72,7 +75,9 @@ Keypoints OfPhoto(const PhotoImage& photo, int reduction) {
 
 // Keypoints of the patches' chips, at least so large on the ground; sizes in metres.
 struct ChipKeypoints {
-  Keypoints keypoints;
+  Keypoints keypoints;  // chip by chip
+  std::vector<std::size_t> chip;
+  std::vector<Eigen::Vector2d> offset_m;  // from the chip's middle, to the right and down
   std::vector<Eigen::Vector3d> ground_m;
 };
 
@@ -127,10 +132,12 @@ ChipKeypoints OfPatches(const std::vector<patchdb::Patch>& patches,
   for (std::size_t k = 0; k < which.size(); ++k) {
     const patchdb::Patch& patch = patches[which[k]];
     for (std::size_t i = 0; i < found[k].Size(); ++i) {
-      Eigen::Vector2d offset =
-          found[k].pixels[i] - Eigen::Vector2d(patch.chip.width, patch.chip.height) / 2;
-      if (mirrored) offset.x() = -offset.x();
-      const double east = offset.x() * patch.gsd_m, north = -offset.y() * patch.gsd_m;
+      const Eigen::Vector2d offset_m =
+          patch.gsd_m *
+          (found[k].pixels[i] - Eigen::Vector2d(patch.chip.width, patch.chip.height) / 2);
+      const double east = mirrored ? -offset_m.x() : offset_m.x(), north = -offset_m.y();
+      of.chip.push_back(k);
+      of.offset_m.push_back(offset_m);
       const double height = patch.heights.At(east, north);
       of.ground_m.emplace_back(patch.ground_m.x() + east, patch.ground_m.y() + north,
                                std::isnan(height) ? patch.ground_m.z() : height);
@@ -144,16 +151,50 @@ ChipKeypoints OfPatches(const std::vector<patchdb::Patch>& patches,
 // A pair that looks alike: what it says of how the photo lies.
 struct Pair {
   KeypointMatch match;
-  double turn_rad = 0;  // from chip to scan
-  double gsd_m = 0;     // of a scan pixel
+  double turn_rad = 0;        // from chip to scan
+  double gsd_m = 0;           // of a scan pixel
+  Eigen::Vector2d middle_px;  // of the chip in the scan
 };
 
-std::vector<Pair> Pairs(const Keypoints& photo, const Keypoints& chips) {
+std::vector<Pair> Pairs(const Keypoints& photo, const ChipKeypoints& chips,
+                        const std::vector<KeypointMatch>& matches) {
   std::vector<Pair> pairs;
-  for (const KeypointMatch& match : MatchKeypoints(chips, photo, kRatio))
-    pairs.push_back({match, photo.angles_rad[match.second] - chips.angles_rad[match.first],
-                     chips.sizes_px[match.first] / photo.sizes_px[match.second]});
+  for (const KeypointMatch& match : matches) {
+    Pair pair{match,
+              photo.angles_rad[match.second] - chips.keypoints.angles_rad[match.first],
+              chips.keypoints.sizes_px[match.first] / photo.sizes_px[match.second],
+              {}};
+    pair.middle_px = photo.pixels[match.second] -
+                     Eigen::Rotation2Dd(pair.turn_rad) * chips.offset_m[match.first] / pair.gsd_m;
+    pairs.push_back(pair);
+  }
   return pairs;
+}
+
+// Whether two keypoints of a chip say the same of where it lies, and how.
+bool Agree(const Pair& a, const Pair& b, double reach_px) {
+  return a.match.first != b.match.first && a.match.second != b.match.second &&
+         (a.middle_px - b.middle_px).norm() <= reach_px &&
+         std::abs(NormalizeAngle(a.turn_rad - b.turn_rad)) <= kTurnReach_rad &&
+         std::abs(std::log(a.gsd_m / b.gsd_m)) <= std::log(kScaleReach);
+}
+
+// Those with which another one of their chip agrees. A descriptor's nearest ones are seldom right
+// where years lie between, two that agree seldom wrong.
+std::vector<Pair> Agreeing(const std::vector<Pair>& pairs, const ChipKeypoints& chips,
+                           double reach_px) {
+  std::vector<Pair> agreeing;
+  for (auto first = pairs.begin(); first != pairs.end();) {
+    const std::size_t chip = chips.chip[first->match.first];
+    const auto end = std::find_if(
+        first, pairs.end(), [&](const Pair& pair) { return chips.chip[pair.match.first] != chip; });
+    std::copy_if(first, end, std::back_inserter(agreeing), [&](const Pair& pair) {
+      return std::any_of(first, end,
+                         [&](const Pair& other) { return Agree(pair, other, reach_px); });
+    });
+    first = end;
+  }
+  return agreeing;
 }
 
 // Those of the turns that most agree on, the fullest turn first.
@@ -247,7 +288,11 @@ void KeypointSearch::Try(const Keypoints& photo, const ChipKeypoints& chips, int
     if (IsMirrored(position) == mirrored) positions.push_back(position);
   const double sigma = std::sqrt(task_.photo.prior.covariance(2, 2)) / Height();
   const double reach = std::log(kScaleReach) + std::log1p(2 * std::min(sigma, 0.5));
-  std::vector<Pair> pairs = Pairs(photo, chips.keypoints);
+  std::vector<Pair> pairs = Pairs(photo, chips, MatchKeypoints(chips.keypoints, photo, kRatio));
+  for (const Pair& pair :
+       Agreeing(Pairs(photo, chips, NearestKeypoints(chips.keypoints, photo, kNearest)), chips,
+                kAgree_px * reduction))
+    pairs.push_back(pair);
   std::erase_if(pairs,
                 [&](const Pair& pair) { return std::abs(std::log(pair.gsd_m / Gsd())) > reach; });
   for (const std::vector<Pair>& turned : ByTurn(std::move(pairs))) {
@@ -271,6 +316,7 @@ std::optional<PoseTrack> KeypointSearch::Follow(const std::vector<SharedKeypoint
   options.min_supporters = kFewest;
   options.max_log10_false_alarms = 0;
   options.rival_share = 1;
+  options.samples = 10000;
   options.searches = static_cast<int>(kMostPixels.size()) * kTried;
   const Eigen::Vector2i scan_px(task_.image.Width(), task_.image.Height());
   const auto found = PoseFromKeypoints(task_.photo.camera, positions, scan_px, shared, options);
