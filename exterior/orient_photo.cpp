@@ -127,7 +127,8 @@ JudgedMatches ToJudge(const PhotoTask& task, const std::vector<PreciseRound>& ro
   judged.matched = static_cast<int>(round.observed.size());
   judged.agreeing = round.estimate->used;
   judged.places = CountEvidence(round, round).agreeing;
-  const double ways = task.options.wide ? std::log10(track.trials) : 0;
+  const bool proven = track.log10_false_alarms <= task.options.max_log10_false_alarms;
+  const double ways = proven ? 0 : std::log10(track.trials);
   judged.log10_false_alarms =
       ways + LeastFalseAlarms(task, rounds, task.options.max_log10_false_alarms - ways);
   return judged;

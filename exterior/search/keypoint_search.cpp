@@ -8,6 +8,7 @@
 
 #include "core/base/median.h"
 #include "core/base/side_by_side.h"
+#include "core/geometry/collinearity.h"
 #include "core/matching/keypoints.h"
 #include "exterior/search/first_pose.h"
 #include "exterior/search/keypoint_pose.h"
@@ -34,9 +35,10 @@ constexpr double kAgree_px = 6;
 // Matches of one pose turn and scale alike: of so many turns, each so wide, the fullest are tried.
 constexpr int kTurns = 36;
 constexpr double kTurnReach_rad = 20 * std::numbers::pi / 180;
-constexpr int kTried = 3;
+constexpr int kTried = 5;
 constexpr double kScaleReach = 1.5;  // factor
-constexpr int kFewest = 5;           // places that agree: patches will prove it or not
+constexpr double kUsualTilt_rad = 5 * std::numbers::pi / 180;
+constexpr int kFewest = 5;  // places that agree: patches will prove it or not
 
 int ReductionFor(const PhotoImage& photo, double most_pixels) {
   const double pixels = static_cast<double>(photo.Width()) * photo.Height();
@@ -244,6 +246,8 @@ class KeypointSearch {
            WholePhotoSearch* search) const;
   std::optional<PoseTrack> Follow(const std::vector<SharedKeypoint>& shared,
                                   const std::vector<FilmPosition>& positions, int reduction) const;
+  bool MayBe(const Pair& pair, const Keypoints& photo, const ChipKeypoints& chips,
+             const FilmPosition& position) const;
   bool Convinces(const PoseTrack& track) const {
     return track.log10_false_alarms < task_.options.max_log10_false_alarms;
   }
@@ -281,6 +285,34 @@ void KeypointSearch::SearchLevel(int reduction, WholePhotoSearch* search) const 
   }
 }
 
+// Kappa of a photo that turns what lies on the ground so.
+double KappaOf(double turn_rad, const FilmPosition& position) {
+  // Chips have rows downwards, the ground's y upwards; a mirrored photo's chips are mirrored.
+  const Eigen::Vector2d chip_from_ground(IsMirrored(position) ? -1 : 1, -1);
+  const Eigen::Matrix2d photo_from_ground = position.photo_from_pixel.A *
+                                            Eigen::Rotation2Dd(turn_rad).toRotationMatrix() *
+                                            chip_from_ground.asDiagonal();
+  return -std::atan2(photo_from_ground(1, 0) - photo_from_ground(0, 1), photo_from_ground.trace());
+}
+
+// Whether a pair lies where the stated accuracy lets it, given the kappa that it says.
+bool KeypointSearch::MayBe(const Pair& pair, const Keypoints& photo, const ChipKeypoints& chips,
+                           const FilmPosition& position) const {
+  const PosePrior& prior = task_.photo.prior;
+  Pose pose = prior.pose;
+  pose.opk_rad.z() = KappaOf(pair.turn_rad, position);
+  const PhotoView view = task_.View(position, pose);
+  const auto photo_mm = PhotoFromGround(view.camera, pose, chips.ground_m[pair.match.first]);
+  if (!photo_mm) return false;
+  const Vector6d sigma = prior.covariance.diagonal().cwiseSqrt();
+  const double tilt = std::min(sigma.segment<2>(3).maxCoeff(), kUsualTilt_rad);
+  const double off_axis_mm = (*photo_mm - view.camera.principal_point_mm).norm();
+  const double reach_mm = kWindowSigmas * std::hypot(tilt, sigma.head<2>().maxCoeff() / Height()) *
+                              view.camera.principal_distance_mm +
+                          (kTurnReach_rad + kWindowSigmas * sigma[2] / Height()) * off_axis_mm;
+  return (*photo_mm - view.PhotoFromPixel(photo.pixels[pair.match.second])).norm() <= reach_mm;
+}
+
 void KeypointSearch::Try(const Keypoints& photo, const ChipKeypoints& chips, int reduction,
                          bool mirrored, WholePhotoSearch* search) const {
   std::vector<FilmPosition> positions;
@@ -293,8 +325,15 @@ void KeypointSearch::Try(const Keypoints& photo, const ChipKeypoints& chips, int
        Agreeing(Pairs(photo, chips, NearestKeypoints(chips.keypoints, photo, kNearest)), chips,
                 kAgree_px * reduction))
     pairs.push_back(pair);
-  std::erase_if(pairs,
-                [&](const Pair& pair) { return std::abs(std::log(pair.gsd_m / Gsd())) > reach; });
+  const auto may_be = [&](const Pair& pair) {
+    return task_.options.prior_failed ||
+           std::any_of(positions.begin(), positions.end(), [&](const FilmPosition& position) {
+             return MayBe(pair, photo, chips, position);
+           });
+  };
+  std::erase_if(pairs, [&](const Pair& pair) {
+    return std::abs(std::log(pair.gsd_m / Gsd())) > reach || !may_be(pair);
+  });
   for (const std::vector<Pair>& turned : ByTurn(std::move(pairs))) {
     std::vector<SharedKeypoint> shared;
     for (const Pair& pair : turned)
