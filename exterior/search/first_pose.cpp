@@ -248,7 +248,7 @@ std::optional<PoseTrack> Confirmed(const PhotoTask& task, const PoseTrack& rough
   const int coarsest =
       CoarsestReduction(task, view, predictions, LargestRadius(predictions, kWindowSigmas));
   VoteAround(task, std::min(coarsest, 4), 2.0 * rough.reduction, &track);
-  if (track.rounds.empty()) return std::nullopt;
+  if (track.rounds.size() == rough.rounds.size()) return std::nullopt;
   return track;
 }
 

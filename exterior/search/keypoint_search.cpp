@@ -4,13 +4,12 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <map>
 #include <numbers>
 
-#include "core/base/median.h"
-#include "core/base/side_by_side.h"
 #include "core/geometry/collinearity.h"
-#include "core/matching/keypoints.h"
 #include "exterior/search/first_pose.h"
+#include "exterior/search/keypoint_pairs.h"
 #include "exterior/search/keypoint_pose.h"
 #include "exterior/search/search_prior.h"
 
@@ -21,205 +20,16 @@ namespace {
 // cost.
 constexpr std::array kMostPixels = {3e6, 12e6};
 constexpr double kLeastChip_px = 24;  // of the level: half of it is border
-constexpr int kPhotoKeypoints = 20000;
-constexpr std::size_t kPatches = 900;
-constexpr int kChipKeypoints = 40, kKeptOfChip = 20;
-// Keypoints are looked for in tiles of the level: OpenCV's scale space takes 180 bytes a pixel.
-constexpr int kTile_px = 640, kOverlap_px = 32;
 // The smallest that SIFT finds, diameter in pixels.
 constexpr double kSmallest_px = 3;
-constexpr double kRatio = 0.9;  // of the nearest descriptor's distance to the second's
-// Or so many of the nearest, where two of a chip agree on its middle: pixels of the level.
-constexpr std::size_t kNearest = 4;
-constexpr double kAgree_px = 6;
-// Matches of one pose turn and scale alike: of so many turns, each so wide, the fullest are tried.
-constexpr int kTurns = 36;
-constexpr double kTurnReach_rad = 20 * std::numbers::pi / 180;
+// Of the turns that pairs tell, the fullest are tried.
 constexpr int kTried = 5;
-constexpr double kScaleReach = 1.5;  // factor
 constexpr double kUsualTilt_rad = 5 * std::numbers::pi / 180;
 constexpr int kFewest = 5;  // places that agree: patches will prove it or not
 
 int ReductionFor(const PhotoImage& photo, double most_pixels) {
   const double pixels = static_cast<double>(photo.Width()) * photo.Height();
   return std::max(1, static_cast<int>(std::ceil(std::sqrt(pixels / most_pixels))));
-}
-
-// Keypoints, scan pixels, sizes and all.
-Keypoints OfPhoto(const PhotoImage& photo, int reduction) {
-  const int width = photo.Width() / reduction, height = photo.Height() / reduction;
-  const double pixels = static_cast<double>(width) * height;
-  Keypoints all;
-  all.descriptors.resize(0, kDescriptorSize);
-  const int step = kTile_px - 2 * kOverlap_px;
-  for (int row = 0; row < height; row += step)
-    for (int col = 0; col < width; col += step) {
-      const Eigen::Vector2d first(col, row);
-      const Eigen::Vector2d last =
-          (first + Eigen::Vector2d::Constant(step)).cwiseMin(Eigen::Vector2d(width, height));
-      const ImageWindow window = photo.Around(
-          reduction * (first + last) / 2,
-          reduction * ((last - first) / 2 + Eigen::Vector2d::Constant(kOverlap_px)), reduction);
-      const double share = (last - first).prod() / pixels;
-      Keypoints found = FindKeypoints(
-          window.image, static_cast<int>(std::ceil(kPhotoKeypoints * std::min(1.2 * share, 1.0))));
-      std::vector<std::size_t> inside;
-      for (std::size_t i = 0; i < found.Size(); ++i) {
-        found.pixels[i] = window.RasterFromImage(found.pixels[i]);
-        found.sizes_px[i] *= reduction;
-        const Eigen::Array2d at = found.pixels[i] / reduction;
-        if ((at >= first.array()).all() && (at < last.array()).all()) inside.push_back(i);
-      }
-      all.Append(found.Of(inside));
-    }
-  return all;
-}
-
-// Keypoints of the patches' chips, at least so large on the ground; sizes in metres.
-struct ChipKeypoints {
-  Keypoints keypoints;  // chip by chip
-  std::vector<std::size_t> chip;
-  std::vector<Eigen::Vector2d> offset_m;  // from the chip's middle, to the right and down
-  std::vector<Eigen::Vector3d> ground_m;
-};
-
-double ChipWidth(const patchdb::Patch& patch) {
-  return std::min(patch.chip.width, patch.chip.height) * patch.gsd_m;
-}
-
-// At most kPatches, spread over the region.
-std::vector<std::size_t> PatchesToShow(const std::vector<patchdb::Patch>& patches,
-                                       double least_width_m) {
-  Bounds region = Bounds::OfNothing();
-  for (const patchdb::Patch& patch : patches)
-    region.Include(patch.ground_m.x(), patch.ground_m.y());
-  PredictionOptions options;
-  options.width_px = static_cast<int>(std::ceil(region.max_x - region.min_x)) + 1;
-  options.height_px = static_cast<int>(std::ceil(region.max_y - region.min_y)) + 1;
-  std::vector<PatchPrediction> places;
-  for (std::size_t i = 0; i < patches.size(); ++i)
-    if (ChipWidth(patches[i]) >= least_width_m)
-      places.push_back(
-          {i,
-           {patches[i].ground_m.x() - region.min_x, patches[i].ground_m.y() - region.min_y},
-           Eigen::Matrix2d::Zero()});
-  std::vector<std::size_t> chosen;
-  for (const PatchPrediction& place :
-       SelectSpread(places, patches, static_cast<int>(kPatches), options))
-    chosen.push_back(place.patch);
-  return chosen;
-}
-
-Image Mirrored(Image image) {
-  for (int row = 0; row < image.height; ++row)
-    std::reverse(image.Row(row), image.Row(row) + image.width);
-  return image;
-}
-
-// `mirrored`: as a photo shows them that was scanned through its back.
-ChipKeypoints OfPatches(const std::vector<patchdb::Patch>& patches,
-                        const std::vector<std::size_t>& which, double least_size_m, bool mirrored) {
-  std::vector<Keypoints> found(which.size());
-  SideBySide(which.size(), [&](std::size_t k) {
-    const patchdb::Patch& patch = patches[which[k]];
-    const Keypoints all =
-        FindKeypoints(mirrored ? Mirrored(patch.chip) : patch.chip, kChipKeypoints);
-    std::vector<std::size_t> large;
-    for (std::size_t i = 0; i < all.Size() && large.size() < kKeptOfChip; ++i)
-      if (all.sizes_px[i] * patch.gsd_m >= least_size_m) large.push_back(i);
-    found[k] = all.Of(large);
-  });
-  ChipKeypoints of;
-  of.keypoints.descriptors.resize(0, kDescriptorSize);
-  for (std::size_t k = 0; k < which.size(); ++k) {
-    const patchdb::Patch& patch = patches[which[k]];
-    for (std::size_t i = 0; i < found[k].Size(); ++i) {
-      const Eigen::Vector2d offset_m =
-          patch.gsd_m *
-          (found[k].pixels[i] - Eigen::Vector2d(patch.chip.width, patch.chip.height) / 2);
-      const double east = mirrored ? -offset_m.x() : offset_m.x(), north = -offset_m.y();
-      of.chip.push_back(k);
-      of.offset_m.push_back(offset_m);
-      const double height = patch.heights.At(east, north);
-      of.ground_m.emplace_back(patch.ground_m.x() + east, patch.ground_m.y() + north,
-                               std::isnan(height) ? patch.ground_m.z() : height);
-      found[k].sizes_px[i] *= patch.gsd_m;
-    }
-    of.keypoints.Append(found[k]);
-  }
-  return of;
-}
-
-// A pair that looks alike: what it says of how the photo lies.
-struct Pair {
-  KeypointMatch match;
-  double turn_rad = 0;        // from chip to scan
-  double gsd_m = 0;           // of a scan pixel
-  Eigen::Vector2d middle_px;  // of the chip in the scan
-};
-
-std::vector<Pair> Pairs(const Keypoints& photo, const ChipKeypoints& chips,
-                        const std::vector<KeypointMatch>& matches) {
-  std::vector<Pair> pairs;
-  for (const KeypointMatch& match : matches) {
-    Pair pair{match,
-              photo.angles_rad[match.second] - chips.keypoints.angles_rad[match.first],
-              chips.keypoints.sizes_px[match.first] / photo.sizes_px[match.second],
-              {}};
-    pair.middle_px = photo.pixels[match.second] -
-                     Eigen::Rotation2Dd(pair.turn_rad) * chips.offset_m[match.first] / pair.gsd_m;
-    pairs.push_back(pair);
-  }
-  return pairs;
-}
-
-// Whether two keypoints of a chip say the same of where it lies, and how.
-bool Agree(const Pair& a, const Pair& b, double reach_px) {
-  return a.match.first != b.match.first && a.match.second != b.match.second &&
-         (a.middle_px - b.middle_px).norm() <= reach_px &&
-         std::abs(NormalizeAngle(a.turn_rad - b.turn_rad)) <= kTurnReach_rad &&
-         std::abs(std::log(a.gsd_m / b.gsd_m)) <= std::log(kScaleReach);
-}
-
-// Those with which another one of their chip agrees. A descriptor's nearest ones are seldom right
-// where years lie between, two that agree seldom wrong.
-std::vector<Pair> Agreeing(const std::vector<Pair>& pairs, const ChipKeypoints& chips,
-                           double reach_px) {
-  std::vector<Pair> agreeing;
-  for (auto first = pairs.begin(); first != pairs.end();) {
-    const std::size_t chip = chips.chip[first->match.first];
-    const auto end = std::find_if(
-        first, pairs.end(), [&](const Pair& pair) { return chips.chip[pair.match.first] != chip; });
-    std::copy_if(first, end, std::back_inserter(agreeing), [&](const Pair& pair) {
-      return std::any_of(first, end,
-                         [&](const Pair& other) { return Agree(pair, other, reach_px); });
-    });
-    first = end;
-  }
-  return agreeing;
-}
-
-// Those of the turns that most agree on, the fullest turn first.
-std::vector<std::vector<Pair>> ByTurn(std::vector<Pair> pairs) {
-  std::vector<std::vector<Pair>> tried;
-  for (int i = 0; i < kTried; ++i) {
-    std::vector<Pair> fullest;
-    for (int turn = 0; turn < kTurns; ++turn) {
-      std::vector<Pair> near;
-      const double middle = 2 * std::numbers::pi * turn / kTurns;
-      std::copy_if(pairs.begin(), pairs.end(), std::back_inserter(near), [&](const Pair& pair) {
-        return std::abs(NormalizeAngle(pair.turn_rad - middle)) <= kTurnReach_rad;
-      });
-      if (near.size() > fullest.size()) fullest = std::move(near);
-    }
-    if (fullest.size() < kFewest) break;
-    std::erase_if(pairs, [&](const Pair& pair) {
-      return std::any_of(fullest.begin(), fullest.end(),
-                         [&](const Pair& taken) { return taken.match.first == pair.match.first; });
-    });
-    tried.push_back(std::move(fullest));
-  }
-  return tried;
 }
 
 class KeypointSearch {
@@ -246,6 +56,10 @@ class KeypointSearch {
            WholePhotoSearch* search) const;
   std::optional<PoseTrack> Follow(const std::vector<SharedKeypoint>& shared,
                                   const std::vector<FilmPosition>& positions, int reduction) const;
+  std::optional<PoseTrack> FollowChips(const std::vector<Pair>& turned, const ChipKeypoints& chips,
+                                       const FilmPosition& position, int reduction) const;
+  std::vector<std::size_t> PatchesAround() const;
+  double ReachMm(const PhotoView& view, const Eigen::Vector2d& photo_mm) const;
   bool MayBe(const Pair& pair, const Keypoints& photo, const ChipKeypoints& chips,
              const FilmPosition& position) const;
   bool Convinces(const PoseTrack& track) const {
@@ -262,55 +76,58 @@ class KeypointSearch {
   double ground_m_;
 };
 
-bool IsMirrored(const FilmPosition& position) {
-  // Scans have rows downwards, the photo's y upwards.
-  return position.photo_from_pixel.A.determinant() > 0;
+// Those that the photo may show, whichever way it is turned.
+std::vector<std::size_t> KeypointSearch::PatchesAround() const {
+  const PhotoView view = task_.View(task_.photo.positions.front(), task_.photo.prior.pose);
+  std::vector<std::size_t> around;
+  for (std::size_t i = 0; i < task_.patches.size(); ++i) {
+    const auto photo_mm = PhotoFromGround(view.camera, view.pose, task_.patches[i].ground_m);
+    const bool far = photo_mm && (*photo_mm - view.camera.frame_centre_mm).norm() >
+                                     view.camera.FrameRadius() + ReachMm(view, *photo_mm);
+    if (!far || task_.options.prior_failed) around.push_back(i);
+  }
+  return around;
 }
 
 void KeypointSearch::SearchLevel(int reduction, WholePhotoSearch* search) const {
   const double gsd_m = Gsd() * reduction;
-  const auto which = PatchesToShow(task_.patches, kLeastChip_px * gsd_m);
+  const auto which = PatchesToShow(task_.patches, PatchesAround(), kLeastChip_px * gsd_m);
   if (which.empty()) return;
   search->searched = true;
-  const Keypoints photo = OfPhoto(task_.image, reduction);
+  const Keypoints photo = KeypointsOf(task_.image, reduction);
   for (const bool mirrored : {false, true}) {
     const auto& positions = task_.photo.positions;
     if (std::none_of(positions.begin(), positions.end(),
                      [&](const FilmPosition& p) { return IsMirrored(p) == mirrored; }))
       continue;
     const ChipKeypoints chips =
-        OfPatches(task_.patches, which, kSmallest_px * gsd_m / kScaleReach, mirrored);
+        KeypointsOf(task_.patches, which, kSmallest_px * gsd_m / kScaleReach, mirrored);
     Try(photo, chips, reduction, mirrored, search);
     if (search->track && Convinces(*search->track)) return;
   }
 }
 
-// Kappa of a photo that turns what lies on the ground so.
-double KappaOf(double turn_rad, const FilmPosition& position) {
-  // Chips have rows downwards, the ground's y upwards; a mirrored photo's chips are mirrored.
-  const Eigen::Vector2d chip_from_ground(IsMirrored(position) ? -1 : 1, -1);
-  const Eigen::Matrix2d photo_from_ground = position.photo_from_pixel.A *
-                                            Eigen::Rotation2Dd(turn_rad).toRotationMatrix() *
-                                            chip_from_ground.asDiagonal();
-  return -std::atan2(photo_from_ground(1, 0) - photo_from_ground(0, 1), photo_from_ground.trace());
+// How far from where the prior's position and tilt put it, kappa being known to some degrees, a
+// point may lie.
+double KeypointSearch::ReachMm(const PhotoView& view, const Eigen::Vector2d& photo_mm) const {
+  const Vector6d sigma = task_.photo.prior.covariance.diagonal().cwiseSqrt();
+  const double tilt = std::min(sigma.segment<2>(3).maxCoeff(), kUsualTilt_rad);
+  const double off_axis_mm = (photo_mm - view.camera.principal_point_mm).norm();
+  return kWindowSigmas * std::hypot(tilt, sigma.head<2>().maxCoeff() / Height()) *
+             view.camera.principal_distance_mm +
+         (kTurnReach_rad + kWindowSigmas * sigma[2] / Height()) * off_axis_mm;
 }
 
 // Whether a pair lies where the stated accuracy lets it, given the kappa that it says.
 bool KeypointSearch::MayBe(const Pair& pair, const Keypoints& photo, const ChipKeypoints& chips,
                            const FilmPosition& position) const {
-  const PosePrior& prior = task_.photo.prior;
-  Pose pose = prior.pose;
+  Pose pose = task_.photo.prior.pose;
   pose.opk_rad.z() = KappaOf(pair.turn_rad, position);
   const PhotoView view = task_.View(position, pose);
   const auto photo_mm = PhotoFromGround(view.camera, pose, chips.ground_m[pair.match.first]);
   if (!photo_mm) return false;
-  const Vector6d sigma = prior.covariance.diagonal().cwiseSqrt();
-  const double tilt = std::min(sigma.segment<2>(3).maxCoeff(), kUsualTilt_rad);
-  const double off_axis_mm = (*photo_mm - view.camera.principal_point_mm).norm();
-  const double reach_mm = kWindowSigmas * std::hypot(tilt, sigma.head<2>().maxCoeff() / Height()) *
-                              view.camera.principal_distance_mm +
-                          (kTurnReach_rad + kWindowSigmas * sigma[2] / Height()) * off_axis_mm;
-  return (*photo_mm - view.PhotoFromPixel(photo.pixels[pair.match.second])).norm() <= reach_mm;
+  return (*photo_mm - view.PhotoFromPixel(photo.pixels[pair.match.second])).norm() <=
+         ReachMm(view, *photo_mm);
 }
 
 void KeypointSearch::Try(const Keypoints& photo, const ChipKeypoints& chips, int reduction,
@@ -320,11 +137,7 @@ void KeypointSearch::Try(const Keypoints& photo, const ChipKeypoints& chips, int
     if (IsMirrored(position) == mirrored) positions.push_back(position);
   const double sigma = std::sqrt(task_.photo.prior.covariance(2, 2)) / Height();
   const double reach = std::log(kScaleReach) + std::log1p(2 * std::min(sigma, 0.5));
-  std::vector<Pair> pairs = Pairs(photo, chips, MatchKeypoints(chips.keypoints, photo, kRatio));
-  for (const Pair& pair :
-       Agreeing(Pairs(photo, chips, NearestKeypoints(chips.keypoints, photo, kNearest)), chips,
-                kAgree_px * reduction))
-    pairs.push_back(pair);
+  std::vector<Pair> pairs = AlikePairs(photo, chips, reduction);
   const auto may_be = [&](const Pair& pair) {
     return task_.options.prior_failed ||
            std::any_of(positions.begin(), positions.end(), [&](const FilmPosition& position) {
@@ -334,16 +147,54 @@ void KeypointSearch::Try(const Keypoints& photo, const ChipKeypoints& chips, int
   std::erase_if(pairs, [&](const Pair& pair) {
     return std::abs(std::log(pair.gsd_m / Gsd())) > reach || !may_be(pair);
   });
-  for (const std::vector<Pair>& turned : ByTurn(std::move(pairs))) {
+  for (const std::vector<Pair>& turned : ByTurn(std::move(pairs), kTried, kFewest)) {
     std::vector<SharedKeypoint> shared;
     for (const Pair& pair : turned)
       shared.push_back({photo.pixels[pair.match.second], chips.ground_m[pair.match.first], {}});
-    auto track = Follow(shared, positions, reduction);
-    if (!track || (search->track && search->track->log10_false_alarms <= track->log10_false_alarms))
-      continue;
-    search->track = std::move(track);
-    if (Convinces(*search->track)) return;
+    KeepBetter(Follow(shared, positions, reduction), &search->track);
+    for (const FilmPosition& position : positions)
+      if (!search->track || !Convinces(*search->track))
+        KeepBetter(FollowChips(turned, chips, position, reduction), &search->track);
+    if (search->track && Convinces(*search->track)) return;
   }
+}
+
+// The pose that the chips agree on, each with the places where its keypoints say that its middle
+// lies: less precise than keypoints, but where the prior says much, few need agree.
+std::optional<PoseTrack> KeypointSearch::FollowChips(const std::vector<Pair>& turned,
+                                                     const ChipKeypoints& chips,
+                                                     const FilmPosition& position,
+                                                     int reduction) const {
+  const PosePrior& stated = task_.photo.prior;
+  const bool doubted = task_.options.prior_failed;
+  PosePrior prior = doubted ? Widened(stated, ground_m_) : stated;
+  prior.pose.opk_rad.z() = KappaOf(turned.front().turn_rad, position);
+  prior.covariance.row(5).setZero();
+  prior.covariance.col(5).setZero();
+  prior.covariance(5, 5) = kTurnReach_rad * kTurnReach_rad;
+  const PhotoView view = task_.View(position, prior.pose);
+  const double whole_px2 = static_cast<double>(task_.image.Width()) * task_.image.Height();
+  std::map<std::size_t, VotingPatch> by_chip;
+  for (const Pair& pair : turned) {
+    const std::size_t index = chips.chip[pair.match.first];
+    VotingPatch& chip = by_chip[index];
+    chip.ground_m = chips.middles_m[index];
+    chip.candidates.push_back({pair.middle_px, 1});
+    const auto photo_mm = PhotoFromGround(view.camera, view.pose, chip.ground_m);
+    const double reach_px = photo_mm ? ReachMm(view, *photo_mm) / view.PixelSize() : 0;
+    chip.window_px2 = doubted || !photo_mm
+                          ? whole_px2
+                          : std::min(whole_px2, std::numbers::pi * reach_px * reach_px);
+  }
+  std::vector<VotingPatch> voting;
+  for (auto& [index, chip] : by_chip) voting.push_back(std::move(chip));
+  ConsensusOptions options;
+  options.sigma_px = 1.0 + 2.0 * reduction;
+  options.iterations = 5;
+  options.trials = trials_;
+  const auto consensus = FindConsensus(view, prior, voting, options);
+  if (!consensus) return std::nullopt;
+  return Confirmed(task_, TrackOf(task_, position, *consensus, voting.size(), reduction, trials_));
 }
 
 // The pose that the keypoints agree on, if patches around it agree, too.
@@ -373,7 +224,9 @@ std::optional<PoseTrack> KeypointSearch::Follow(const std::vector<SharedKeypoint
 }  // namespace
 
 double KeypointTrials(const PhotoTask& task) {
-  return static_cast<double>(kMostPixels.size() * kTried * task.photo.positions.size());
+  constexpr int kPosesOfATurn = 2;
+  return static_cast<double>(kMostPixels.size() * kTried * kPosesOfATurn *
+                             task.photo.positions.size());
 }
 
 WholePhotoSearch SearchByKeypoints(const PhotoTask& task, double ground_height_m, double trials) {

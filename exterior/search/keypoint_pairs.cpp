@@ -1,0 +1,208 @@
+#include "exterior/search/keypoint_pairs.h"
+
+#include <Eigen/Dense>
+#include <algorithm>
+#include <cmath>
+
+#include "core/base/side_by_side.h"
+#include "core/geometry/bounds.h"
+#include "core/geometry/rotation.h"
+#include "exterior/steps/predict.h"
+
+namespace orient::exterior {
+namespace {
+
+constexpr int kPhotoKeypoints = 20000;
+constexpr int kMostPatches = 900;
+constexpr int kChipKeypoints = 40, kKeptOfChip = 20;
+// Keypoints are looked for in tiles of the level: OpenCV's scale space takes 180 bytes a pixel.
+constexpr int kTile_px = 640, kOverlap_px = 32;
+constexpr double kRatio = 0.9;  // of the nearest descriptor's distance to the second's
+// Or so many of the nearest, where two of a chip agree on its middle: pixels of the level.
+constexpr std::size_t kNearest = 4;
+constexpr double kAgree_px = 6;
+constexpr int kTurns = 36;
+
+double ChipWidth(const patchdb::Patch& patch) {
+  return std::min(patch.chip.width, patch.chip.height) * patch.gsd_m;
+}
+
+Image Mirrored(Image image) {
+  for (int row = 0; row < image.height; ++row)
+    std::reverse(image.Row(row), image.Row(row) + image.width);
+  return image;
+}
+
+std::vector<Pair> PairsOf(const Keypoints& photo, const ChipKeypoints& chips,
+                          const std::vector<KeypointMatch>& matches) {
+  std::vector<Pair> pairs;
+  for (const KeypointMatch& match : matches) {
+    Pair pair{match,
+              photo.angles_rad[match.second] - chips.keypoints.angles_rad[match.first],
+              chips.keypoints.sizes_px[match.first] / photo.sizes_px[match.second],
+              {}};
+    pair.middle_px = photo.pixels[match.second] -
+                     Eigen::Rotation2Dd(pair.turn_rad) * chips.offset_m[match.first] / pair.gsd_m;
+    pairs.push_back(pair);
+  }
+  return pairs;
+}
+
+// Whether two keypoints of a chip say the same of where it lies, and how.
+bool Agree(const Pair& a, const Pair& b, double reach_px) {
+  return a.match.first != b.match.first && a.match.second != b.match.second &&
+         (a.middle_px - b.middle_px).norm() <= reach_px &&
+         std::abs(NormalizeAngle(a.turn_rad - b.turn_rad)) <= kTurnReach_rad &&
+         std::abs(std::log(a.gsd_m / b.gsd_m)) <= std::log(kScaleReach);
+}
+
+// Those with which another one of their chip agrees.
+std::vector<Pair> Agreeing(const std::vector<Pair>& pairs, const ChipKeypoints& chips,
+                           double reach_px) {
+  std::vector<Pair> agreeing;
+  for (auto first = pairs.begin(); first != pairs.end();) {
+    const std::size_t chip = chips.chip[first->match.first];
+    const auto end = std::find_if(
+        first, pairs.end(), [&](const Pair& pair) { return chips.chip[pair.match.first] != chip; });
+    std::copy_if(first, end, std::back_inserter(agreeing), [&](const Pair& pair) {
+      return std::any_of(first, end,
+                         [&](const Pair& other) { return Agree(pair, other, reach_px); });
+    });
+    first = end;
+  }
+  return agreeing;
+}
+
+}  // namespace
+
+bool IsMirrored(const FilmPosition& position) {
+  // Scans have rows downwards, the photo's y upwards.
+  return position.photo_from_pixel.A.determinant() > 0;
+}
+
+double KappaOf(double turn_rad, const FilmPosition& position) {
+  // Chips have rows downwards, the ground's y upwards; a mirrored photo's chips are mirrored.
+  const Eigen::Vector2d chip_from_ground(IsMirrored(position) ? -1 : 1, -1);
+  const Eigen::Matrix2d photo_from_ground = position.photo_from_pixel.A *
+                                            Eigen::Rotation2Dd(turn_rad).toRotationMatrix() *
+                                            chip_from_ground.asDiagonal();
+  return -std::atan2(photo_from_ground(1, 0) - photo_from_ground(0, 1), photo_from_ground.trace());
+}
+
+Keypoints KeypointsOf(const PhotoImage& photo, int reduction) {
+  const int width = photo.Width() / reduction, height = photo.Height() / reduction;
+  const double pixels = static_cast<double>(width) * height;
+  Keypoints all;
+  all.descriptors.resize(0, kDescriptorSize);
+  const int step = kTile_px - 2 * kOverlap_px;
+  for (int row = 0; row < height; row += step)
+    for (int col = 0; col < width; col += step) {
+      const Eigen::Vector2d first(col, row);
+      const Eigen::Vector2d last =
+          (first + Eigen::Vector2d::Constant(step)).cwiseMin(Eigen::Vector2d(width, height));
+      const ImageWindow window = photo.Around(
+          reduction * (first + last) / 2,
+          reduction * ((last - first) / 2 + Eigen::Vector2d::Constant(kOverlap_px)), reduction);
+      const double share = (last - first).prod() / pixels;
+      Keypoints found = FindKeypoints(
+          window.image, static_cast<int>(std::ceil(kPhotoKeypoints * std::min(1.2 * share, 1.0))));
+      std::vector<std::size_t> inside;
+      for (std::size_t i = 0; i < found.Size(); ++i) {
+        found.pixels[i] = window.RasterFromImage(found.pixels[i]);
+        found.sizes_px[i] *= reduction;
+        const Eigen::Array2d at = found.pixels[i] / reduction;
+        if ((at >= first.array()).all() && (at < last.array()).all()) inside.push_back(i);
+      }
+      all.Append(found.Of(inside));
+    }
+  return all;
+}
+
+std::vector<std::size_t> PatchesToShow(const std::vector<patchdb::Patch>& patches,
+                                       const std::vector<std::size_t>& which,
+                                       double least_width_m) {
+  Bounds region = Bounds::OfNothing();
+  for (const std::size_t i : which)
+    region.Include(patches[i].ground_m.x(), patches[i].ground_m.y());
+  std::vector<PatchPrediction> places;
+  for (const std::size_t i : which)
+    if (ChipWidth(patches[i]) >= least_width_m)
+      places.push_back(
+          {i,
+           {patches[i].ground_m.x() - region.min_x, patches[i].ground_m.y() - region.min_y},
+           Eigen::Matrix2d::Zero()});
+  if (places.empty()) return {};
+  PredictionOptions options;
+  options.width_px = static_cast<int>(std::ceil(region.max_x - region.min_x)) + 1;
+  options.height_px = static_cast<int>(std::ceil(region.max_y - region.min_y)) + 1;
+  std::vector<std::size_t> chosen;
+  for (const PatchPrediction& place : SelectSpread(places, patches, kMostPatches, options))
+    chosen.push_back(place.patch);
+  return chosen;
+}
+
+ChipKeypoints KeypointsOf(const std::vector<patchdb::Patch>& patches,
+                          const std::vector<std::size_t>& which, double least_size_m,
+                          bool mirrored) {
+  std::vector<Keypoints> found(which.size());
+  SideBySide(which.size(), [&](std::size_t k) {
+    const patchdb::Patch& patch = patches[which[k]];
+    const Keypoints all =
+        FindKeypoints(mirrored ? Mirrored(patch.chip) : patch.chip, kChipKeypoints);
+    std::vector<std::size_t> large;
+    for (std::size_t i = 0; i < all.Size() && large.size() < kKeptOfChip; ++i)
+      if (all.sizes_px[i] * patch.gsd_m >= least_size_m) large.push_back(i);
+    found[k] = all.Of(large);
+  });
+  ChipKeypoints of;
+  of.keypoints.descriptors.resize(0, kDescriptorSize);
+  for (std::size_t k = 0; k < which.size(); ++k) {
+    const patchdb::Patch& patch = patches[which[k]];
+    of.middles_m.push_back(patch.ground_m);
+    for (std::size_t i = 0; i < found[k].Size(); ++i) {
+      const Eigen::Vector2d offset_m =
+          patch.gsd_m *
+          (found[k].pixels[i] - Eigen::Vector2d(patch.chip.width, patch.chip.height) / 2);
+      const double east = mirrored ? -offset_m.x() : offset_m.x(), north = -offset_m.y();
+      of.chip.push_back(k);
+      of.offset_m.push_back(offset_m);
+      const double height = patch.heights.At(east, north);
+      of.ground_m.emplace_back(patch.ground_m.x() + east, patch.ground_m.y() + north,
+                               std::isnan(height) ? patch.ground_m.z() : height);
+      found[k].sizes_px[i] *= patch.gsd_m;
+    }
+    of.keypoints.Append(found[k]);
+  }
+  return of;
+}
+
+std::vector<Pair> AlikePairs(const Keypoints& photo, const ChipKeypoints& chips, int reduction) {
+  std::vector<Pair> alike = PairsOf(photo, chips, MatchKeypoints(chips.keypoints, photo, kRatio));
+  const auto nearest = PairsOf(photo, chips, NearestKeypoints(chips.keypoints, photo, kNearest));
+  for (const Pair& pair : Agreeing(nearest, chips, kAgree_px * reduction)) alike.push_back(pair);
+  return alike;
+}
+
+std::vector<std::vector<Pair>> ByTurn(std::vector<Pair> pairs, int turns, std::size_t fewest) {
+  std::vector<std::vector<Pair>> tried;
+  for (int i = 0; i < turns; ++i) {
+    std::vector<Pair> fullest;
+    for (int turn = 0; turn < kTurns; ++turn) {
+      std::vector<Pair> near;
+      const double middle = 2 * std::numbers::pi * turn / kTurns;
+      std::copy_if(pairs.begin(), pairs.end(), std::back_inserter(near), [&](const Pair& pair) {
+        return std::abs(NormalizeAngle(pair.turn_rad - middle)) <= kTurnReach_rad;
+      });
+      if (near.size() > fullest.size()) fullest = std::move(near);
+    }
+    if (fullest.size() < fewest) break;
+    std::erase_if(pairs, [&](const Pair& pair) {
+      return std::any_of(fullest.begin(), fullest.end(),
+                         [&](const Pair& taken) { return taken.match.first == pair.match.first; });
+    });
+    tried.push_back(std::move(fullest));
+  }
+  return tried;
+}
+
+}  // namespace orient::exterior
