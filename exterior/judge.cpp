@@ -57,19 +57,27 @@ Finding NoPatches(const std::string& where) {
   return {.reason = Reason::kNoPatches, .at_best = Status::kFailed, .where = where};
 }
 
+namespace {
+
+std::string AsFarAsSearched(bool complete) {
+  return complete ? "" : " of those that could be tried at reasonable cost";
+}
+
+}  // namespace
+
 Finding NothingAlike(bool complete) {
   return {.reason = Reason::kNothingAlike,
           .at_best = Status::kFailed,
-          .where = complete ? "" : " of those that could be tried in reasonable time"};
+          .where = AsFarAsSearched(complete)};
 }
 
 Finding NotSearchedAsAWhole() { return {Reason::kNotSearchedAsAWhole, Status::kFailed}; }
 
-Finding NoConsensus(const LoopRound& round, bool wide) {
+Finding NoConsensus(const LoopRound& round, bool wide, bool complete) {
   if (wide)
     return {Reason::kNothingAlike, Status::kFailed, round.matched, round.searched,
-            fmt::format(": at best {} of {} places agree, chance could produce that", round.matched,
-                        round.searched)};
+            fmt::format("{}: at best {} of {} places agree, chance could produce that",
+                        AsFarAsSearched(complete), round.matched, round.searched)};
   return {Reason::kNoConsensus, Status::kFailed, round.matched, round.searched,
           fmt::format("{:.0f} px", round.window_px)};
 }

@@ -41,8 +41,9 @@ bool ConcernsPrecision(const Finding& finding);
 Finding NoPatches(const std::string& where);
 // `complete`: all kappas, heights and places were searched, not as many as are affordable.
 Finding NothingAlike(bool complete);
-// `round`: the first one, which found too few that agree.
-Finding NoConsensus(const LoopRound& round, bool wide);
+// `round`: the first one, which found too few that agree; `complete`: as above, of a search of the
+// whole photo.
+Finding NoConsensus(const LoopRound& round, bool wide, bool complete);
 // At full resolution, of so many patches matched among those that were searched for.
 Finding NoPreciseResection(int matched, int sought);
 // A search of the whole photo that could not be made.

@@ -179,7 +179,8 @@ ExteriorResult OrientPhoto(const PhotoToOrient& photo, const PhotoImage& image,
   if (!track) return Failed(photo, WhyNoFirstPose(task), nullptr);
   const auto chance = [&] { return track->log10_false_alarms > options.max_log10_false_alarms; };
   const auto no_consensus = [&] {
-    return Failed(photo, NoConsensus(track->rounds.front(), options.wide), &*track);
+    return Failed(photo, NoConsensus(track->rounds.front(), options.wide, search.complete),
+                  &*track);
   };
   // What a wide search leaves open at its level, patches may show at a finer one.
   if (!options.wide && chance()) return no_consensus();

@@ -179,14 +179,16 @@ TEST(WithoutPose, FailsForWhatIsSaid) {
 // `window_px` of a wide search is the photo, and no accuracy that could be wrong.
 TEST(WithoutPose, NoConsensusNamesTheWindowUnlessTheWholePhotoWasSearched) {
   const LoopRound round{40, 7, 123.4, 1.5};
-  EXPECT_EQ(NoConsensus(round, false),
+  EXPECT_EQ(NoConsensus(round, false, true),
             (Finding{Reason::kNoConsensus, Status::kFailed, 7, 40, "123 px"}));
-  const Finding wide = NoConsensus(round, true);
+  const Finding wide = NoConsensus(round, true, true);
   EXPECT_EQ(wide.reason, Reason::kNothingAlike);
   EXPECT_EQ(wide.at_best, Status::kFailed);
   EXPECT_EQ(wide.value, 7);
   EXPECT_EQ(wide.limit, 40);
-  EXPECT_NE(Sentence(wide).find("at best 7 of 40 places agree"), std::string::npos);
+  EXPECT_NE(Sentence(wide).find("kappa: at best 7 of 40 places agree"), std::string::npos);
+  EXPECT_NE(Sentence(NoConsensus(round, true, false)).find("that could be tried"),
+            std::string::npos);
 }
 
 TEST(AddToExterior, TheStatusBecomesTheWorstAndNeverBetter) {

@@ -6,6 +6,9 @@
 #include <cmath>
 #include <random>
 
+#include "core/base/median.h"
+#include "core/geometry/rotation.h"
+
 namespace orient {
 namespace {
 
@@ -50,6 +53,45 @@ TEST(Keypoints, OfATurnedAndScaledImageAreTheSamePlaces) {
   }
   EXPECT_GT(right, matches.size() * 9 / 10);
   EXPECT_LT((mean / static_cast<double>(right)).norm(), 0.25);  // no half pixel is lost
+}
+
+TEST(Keypoints, SayHowTheImageIsTurnedAndScaled) {
+  const auto turned = [](const Eigen::Vector2d& p) -> Eigen::Vector2d {
+    return Eigen::Vector2d(150, 150) +
+           Eigen::Rotation2Dd(2.0) * (1.3 * (p - Eigen::Vector2d(100, 100)));
+  };
+  const Keypoints a = FindKeypoints(Blobs(200, [](const auto& p) { return p; }), 1000);
+  const Keypoints b = FindKeypoints(Blobs(300, turned, 1.3), 1000);
+  std::vector<double> turns, scales;
+  for (const KeypointMatch& match : MatchKeypoints(a, b)) {
+    turns.push_back(NormalizeAngle(b.angles_rad[match.second] - a.angles_rad[match.first] - 2.0));
+    scales.push_back(b.sizes_px[match.second] / a.sizes_px[match.first]);
+  }
+  ASSERT_GT(turns.size(), 20u);
+  EXPECT_NEAR(UpperMedian(turns), 0, 0.05);  // from columns towards rows
+  EXPECT_NEAR(UpperMedian(scales), 1.3, 0.05);
+}
+
+TEST(Keypoints, TheNearestOnesComeInOrderAndFromOneKeypointTogether) {
+  const Keypoints a = FindKeypoints(Blobs(200, [](const auto& p) { return p; }), 1000);
+  const auto matches = NearestKeypoints(a, a, 3);
+  ASSERT_EQ(matches.size(), 3 * a.Size());
+  for (std::size_t i = 0; i < matches.size(); ++i) EXPECT_EQ(matches[i].first, i / 3);
+  for (std::size_t i = 0; i < a.Size(); ++i)  // itself, or one with the same descriptor
+    EXPECT_EQ(a.descriptors.row(static_cast<Eigen::Index>(matches[3 * i].second)),
+              a.descriptors.row(static_cast<Eigen::Index>(i)));
+  EXPECT_TRUE(NearestKeypoints(Keypoints{}, a, 3).empty());
+}
+
+TEST(Keypoints, AppendedAreThoseOfBoth) {
+  const Keypoints a = FindKeypoints(Blobs(200, [](const auto& p) { return p; }), 1000);
+  Keypoints both = a.Of({0, 1});
+  both.Append(a.Of({5}));
+  ASSERT_EQ(both.Size(), 3u);
+  EXPECT_EQ(both.pixels[2], a.pixels[5]);
+  EXPECT_EQ(both.sizes_px[2], a.sizes_px[5]);
+  EXPECT_EQ(both.angles_rad[2], a.angles_rad[5]);
+  EXPECT_EQ(both.descriptors.row(2), a.descriptors.row(5));
 }
 
 TEST(Keypoints, AreNoneWhereThereIsNoContrastAndNoneBesideNoData) {

@@ -80,6 +80,20 @@ TEST(TryWays, OfNoWayThatGivesAPoseIsNone) {
   EXPECT_TRUE(test.followed.empty());
 }
 
+TEST(TryWays, OnceTheBudgetIsSpentNoFurtherWayIsTried) {
+  WaysOfTest ways({-1, -2, -9});
+  ways.budget = SearchBudget(150);
+  const auto first = ways.ways.first;
+  ways.ways.first = [&](std::size_t way) {
+    ways.budget.Spend({{.ground_m = Eigen::Vector3d::Zero(), .candidates = {}, .window_px2 = 400}},
+                      2);
+    return first(way);
+  };
+  ways.Try();
+  EXPECT_EQ(ways.tried, (std::vector<std::size_t>{0, 1}));
+  EXPECT_TRUE(ways.budget.Spent());
+}
+
 TEST(TryWays, OfNoWaysIsNone) { EXPECT_EQ(WaysOfTest({}).Try(), std::nullopt); }
 
 TEST(TryWays, TheBestAreFollowedTwiceEachTheBestFirst) {

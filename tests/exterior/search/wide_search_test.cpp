@@ -5,6 +5,7 @@
 #include <numbers>
 
 #include "exterior/search/attitude_search.h"
+#include "exterior/search/keypoint_search.h"
 #include "exterior/search/whole_photo_search.h"
 #include "tests/support/textured_photo.h"
 
@@ -46,6 +47,7 @@ class SearchedWidely : public testing::Test {
     return 3.0 * kKappas * static_cast<double>(photo_.positions.size()) * (1 + 2 * 2);
   }
   double TurnTrials() const { return AttitudeTrials(Task(), MedianGroundHeight(patches_)); }
+  double AllTrials() const { return TileTrials() + TurnTrials() + KeypointTrials(Task()); }
 
   void ExpectNotSearched() const {
     const WholePhotoSearch search = SearchWidely(Task());
@@ -58,16 +60,16 @@ class SearchedWidely : public testing::Test {
   std::vector<patchdb::Patch> patches_ = DensePatches();
 };
 
-TEST_F(SearchedWidely, APhotoWhosePositionIsKnownIsFoundByItsAttitudeAndBothSearchesCount) {
+TEST_F(SearchedWidely, APhotoWhosePositionIsKnownIsFoundByItsKeypointsAndAllSearchesCount) {
   const auto track = SearchWidely(Task()).track;
   ASSERT_TRUE(track);
   EXPECT_LT(track->log10_false_alarms, options_.max_log10_false_alarms);
   EXPECT_LT(WorstError(track->pose), 5);
-  EXPECT_EQ(track->trials, TileTrials() + TurnTrials());
-  const auto by_attitude =
-      SearchAttitudes(Task(), MedianGroundHeight(patches_), track->trials).track;
-  ASSERT_TRUE(by_attitude);
-  EXPECT_EQ(track->pose.AsVector(), by_attitude->pose.AsVector());
+  EXPECT_EQ(track->trials, AllTrials());
+  const auto by_keypoints =
+      SearchByKeypoints(Task(), MedianGroundHeight(patches_), track->trials).track;
+  ASSERT_TRUE(by_keypoints);
+  EXPECT_EQ(track->pose.AsVector(), by_keypoints->pose.AsVector());
 }
 
 TEST_F(SearchedWidely, APhotoWhosePositionIsNotKnownIsFoundByPatchesAtSeveralHeights) {
@@ -76,7 +78,7 @@ TEST_F(SearchedWidely, APhotoWhosePositionIsNotKnownIsFoundByPatchesAtSeveralHei
   ASSERT_TRUE(track);
   EXPECT_LT(track->log10_false_alarms, options_.max_log10_false_alarms);
   EXPECT_LT(WorstError(track->pose), 12);
-  EXPECT_EQ(track->trials, TileTrials() + TurnTrials());
+  EXPECT_EQ(track->trials, AllTrials());
   const double ways = TurnTrials();
   Approximate(20);
   EXPECT_GT(ways, 2 * TurnTrials()) << "heights count";
@@ -87,7 +89,7 @@ TEST_F(SearchedWidely, EveryFilmPositionCounts) {
   photo_.positions.push_back(photo_.positions.front());
   const auto track = SearchWidely(Task()).track;
   ASSERT_TRUE(track);
-  EXPECT_EQ(track->trials, TileTrials() + TurnTrials());
+  EXPECT_EQ(track->trials, AllTrials());
   EXPECT_EQ(TileTrials(), 2 * 360);
 }
 
@@ -99,9 +101,13 @@ TEST_F(SearchedWidely, APhotoOfAnotherPlaceDoesNotConvince) {
   }
 }
 
-// A few small patches cannot be assembled into tiles.
-TEST_F(SearchedWidely, FewPatchesAndAnUnknownPositionAreNotSought) {
-  patches_.resize(6);
+// A few small patches cannot be assembled into tiles, nor do their chips show keypoints.
+TEST_F(SearchedWidely, FewSmallPatchesAndAnUnknownPositionAreNotSought) {
+  patches_.resize(3);
+  for (patchdb::Patch& patch : patches_) {
+    patch.chip.values.resize(21 * 21);
+    patch.chip.width = patch.chip.height = 21;
+  }
   Approximate(0.09 * kFlyingHeight_m);
   ExpectNotSearched();
 }
