@@ -5,9 +5,9 @@
 //                    --results EX
 //
 // The truth (a table of true poses) says where each patch lies and how it looks there: the best
-// correlation within 0.75 px of that place is its true correlation. EX holds the photos' results from
-// whichever start; patches that lie more than 1 px from where they truly are, beyond three of their
-// own sigmas, are false. Counted are the patches whose centre the photo shows.
+// correlation within 0.75 px of that place is its true correlation. EX holds the photos' results
+// from whichever start; patches that lie more than 1 px from where they truly are, beyond three of
+// their own sigmas, are false. Counted are the patches whose centre the photo shows.
 #include <CLI/CLI.hpp>
 #include <algorithm>
 #include <array>
