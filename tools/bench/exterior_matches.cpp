@@ -138,7 +138,7 @@ void Run(const Files& in) {
 }  // namespace
 }  // namespace orient
 
-int main(int argc, char** argv) {
+int main(int argc, char** argv) try {
   orient::Files in;
   CLI::App app("Counts the matched patches by their true correlation");
   app.add_option("--photos", in.photos)->required();
@@ -149,11 +149,9 @@ int main(int argc, char** argv) {
   app.add_option("--patchdb", in.patchdb)->required();
   app.add_option("--results", in.results)->required();
   CLI11_PARSE(app, argc, argv);
-  try {
-    orient::Run(in);
-  } catch (const std::exception& error) {
-    std::fprintf(stderr, "exterior_matches: %s\n", error.what());
-    return 2;
-  }
+  orient::Run(in);
   return 0;
+} catch (const std::exception& error) {
+  std::fprintf(stderr, "exterior_matches: %s\n", error.what());
+  return 2;
 }
