@@ -152,6 +152,12 @@ Image MiddleOf(const Image& image, int width, int height) {
   return part;
 }
 
+Image Mirrored(Image image) {
+  for (int row = 0; row < image.height; ++row)
+    std::reverse(image.Row(row), image.Row(row) + image.width);
+  return image;
+}
+
 Image GaussianBlur(const Image& image, double sigma_px) {
   if (!(sigma_px >= 0)) throw std::invalid_argument("GaussianBlur: a negative sigma");
   if (image.Empty() || sigma_px == 0) return image;

@@ -23,6 +23,9 @@ bool SampleBicubicWithGradient(const Image& image, const Eigen::Vector2d& pixel,
 // difference in size is odd). Not larger than the image.
 Image MiddleOf(const Image& image, int width, int height);
 
+// Columns from right to left.
+Image Mirrored(Image image);
+
 // Gaussian blur, NaN-aware (normalised convolution; NaN pixels stay NaN).
 Image GaussianBlur(const Image& image, double sigma_px);
 

@@ -7,6 +7,7 @@
 #include "core/base/side_by_side.h"
 #include "core/geometry/bounds.h"
 #include "core/geometry/rotation.h"
+#include "core/raster/resample.h"
 #include "exterior/steps/predict.h"
 
 namespace orient::exterior {
@@ -25,12 +26,6 @@ constexpr int kTurns = 36;
 
 double ChipWidth(const patchdb::Patch& patch) {
   return std::min(patch.chip.width, patch.chip.height) * patch.gsd_m;
-}
-
-Image Mirrored(Image image) {
-  for (int row = 0; row < image.height; ++row)
-    std::reverse(image.Row(row), image.Row(row) + image.width);
-  return image;
 }
 
 std::vector<Pair> PairsOf(const Keypoints& photo, const ChipKeypoints& chips,

@@ -183,7 +183,8 @@ double FalseAlarms(const Search& search, const Found& found, const Eigen::Vector
   const int agreeing = Places(search, found.supporters);
   const int places = std::max(agreeing, Places(search, all));
   const double reach_px = kInlierSigmas * search.options.sigma_px;
-  const double area_px2 = scan_px.cast<double>().prod();
+  const double area_px2 =
+      search.options.area_px2 > 0 ? search.options.area_px2 : scan_px.cast<double>().prod();
   const double grounds = static_cast<double>(search.shared.size()) / places;
   const double p = std::min(1.0, grounds * std::numbers::pi * reach_px * reach_px / area_px2);
   const double trials =

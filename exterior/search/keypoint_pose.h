@@ -31,6 +31,8 @@ struct KeypointPoseOptions {
   double rival_share = 0.5;
   double max_tilt_rad = 0.35;
   int samples = 4000;
+  // Of the scan, in which a keypoint that is shared may lie for all that is known; all of it if 0.
+  double area_px2 = 0;
   int searches = 1;  // among more and more keypoints, the first pose of which is believed
   std::uint32_t seed = 1;
 };

@@ -54,12 +54,15 @@ class KeypointSearch {
   void SearchLevel(int reduction, WholePhotoSearch* search) const;
   void Try(const Keypoints& photo, const ChipKeypoints& chips, int reduction, bool mirrored,
            WholePhotoSearch* search) const;
-  std::optional<PoseTrack> Follow(const std::vector<SharedKeypoint>& shared,
+  std::optional<PoseTrack> Follow(const std::vector<Pair>& turned, const Keypoints& photo,
+                                  const ChipKeypoints& chips,
                                   const std::vector<FilmPosition>& positions, int reduction) const;
   std::optional<PoseTrack> FollowChips(const std::vector<Pair>& turned, const ChipKeypoints& chips,
                                        const FilmPosition& position, int reduction) const;
   std::vector<std::size_t> PatchesAround() const;
   double ReachMm(const PhotoView& view, const Eigen::Vector2d& photo_mm) const;
+  PhotoView ViewTurned(const FilmPosition& position, double turn_rad) const;
+  double WindowPx2(const PhotoView& view, const Eigen::Vector3d& ground_m) const;
   bool MayBe(const Pair& pair, const Keypoints& photo, const ChipKeypoints& chips,
              const FilmPosition& position) const;
   bool Convinces(const PoseTrack& track) const {
@@ -118,13 +121,28 @@ double KeypointSearch::ReachMm(const PhotoView& view, const Eigen::Vector2d& pho
          (kTurnReach_rad + kWindowSigmas * sigma[2] / Height()) * off_axis_mm;
 }
 
+// As approximated, but for kappa.
+PhotoView KeypointSearch::ViewTurned(const FilmPosition& position, double turn_rad) const {
+  PhotoView view = task_.View(position, task_.photo.prior.pose);
+  view.pose.opk_rad.z() = KappaOf(turn_rad, position);
+  return view;
+}
+
+// The area of the scan in which the stated accuracy lets a point lie, kappa being known to some
+// degrees.
+double KeypointSearch::WindowPx2(const PhotoView& view, const Eigen::Vector3d& ground_m) const {
+  const double whole_px2 = static_cast<double>(task_.image.Width()) * task_.image.Height();
+  const auto photo_mm = PhotoFromGround(view.camera, view.pose, ground_m);
+  if (task_.options.prior_failed || !photo_mm) return whole_px2;
+  const double reach_px = ReachMm(view, *photo_mm) / view.PixelSize();
+  return std::min(whole_px2, std::numbers::pi * reach_px * reach_px);
+}
+
 // Whether a pair lies where the stated accuracy lets it, given the kappa that it says.
 bool KeypointSearch::MayBe(const Pair& pair, const Keypoints& photo, const ChipKeypoints& chips,
                            const FilmPosition& position) const {
-  Pose pose = task_.photo.prior.pose;
-  pose.opk_rad.z() = KappaOf(pair.turn_rad, position);
-  const PhotoView view = task_.View(position, pose);
-  const auto photo_mm = PhotoFromGround(view.camera, pose, chips.ground_m[pair.match.first]);
+  const PhotoView view = ViewTurned(position, pair.turn_rad);
+  const auto photo_mm = PhotoFromGround(view.camera, view.pose, chips.ground_m[pair.match.first]);
   if (!photo_mm) return false;
   return (*photo_mm - view.PhotoFromPixel(photo.pixels[pair.match.second])).norm() <=
          ReachMm(view, *photo_mm);
@@ -148,10 +166,7 @@ void KeypointSearch::Try(const Keypoints& photo, const ChipKeypoints& chips, int
     return std::abs(std::log(pair.gsd_m / Gsd())) > reach || !may_be(pair);
   });
   for (const std::vector<Pair>& turned : ByTurn(std::move(pairs), kTried, kFewest)) {
-    std::vector<SharedKeypoint> shared;
-    for (const Pair& pair : turned)
-      shared.push_back({photo.pixels[pair.match.second], chips.ground_m[pair.match.first], {}});
-    KeepBetter(Follow(shared, positions, reduction), &search->track);
+    KeepBetter(Follow(turned, photo, chips, positions, reduction), &search->track);
     for (const FilmPosition& position : positions)
       if (!search->track || !Convinces(*search->track))
         KeepBetter(FollowChips(turned, chips, position, reduction), &search->track);
@@ -166,25 +181,19 @@ std::optional<PoseTrack> KeypointSearch::FollowChips(const std::vector<Pair>& tu
                                                      const FilmPosition& position,
                                                      int reduction) const {
   const PosePrior& stated = task_.photo.prior;
-  const bool doubted = task_.options.prior_failed;
-  PosePrior prior = doubted ? Widened(stated, ground_m_) : stated;
-  prior.pose.opk_rad.z() = KappaOf(turned.front().turn_rad, position);
+  PosePrior prior = task_.options.prior_failed ? Widened(stated, ground_m_) : stated;
+  const PhotoView view = ViewTurned(position, turned.front().turn_rad);
+  prior.pose = view.pose;
   prior.covariance.row(5).setZero();
   prior.covariance.col(5).setZero();
   prior.covariance(5, 5) = kTurnReach_rad * kTurnReach_rad;
-  const PhotoView view = task_.View(position, prior.pose);
-  const double whole_px2 = static_cast<double>(task_.image.Width()) * task_.image.Height();
   std::map<std::size_t, VotingPatch> by_chip;
   for (const Pair& pair : turned) {
     const std::size_t index = chips.chip[pair.match.first];
     VotingPatch& chip = by_chip[index];
     chip.ground_m = chips.middles_m[index];
     chip.candidates.push_back({pair.middle_px, 1});
-    const auto photo_mm = PhotoFromGround(view.camera, view.pose, chip.ground_m);
-    const double reach_px = photo_mm ? ReachMm(view, *photo_mm) / view.PixelSize() : 0;
-    chip.window_px2 = doubted || !photo_mm
-                          ? whole_px2
-                          : std::min(whole_px2, std::numbers::pi * reach_px * reach_px);
+    chip.window_px2 = WindowPx2(view, chip.ground_m);
   }
   std::vector<VotingPatch> voting;
   for (auto& [index, chip] : by_chip) voting.push_back(std::move(chip));
@@ -198,15 +207,25 @@ std::optional<PoseTrack> KeypointSearch::FollowChips(const std::vector<Pair>& tu
 }
 
 // The pose that the keypoints agree on, if patches around it agree, too.
-std::optional<PoseTrack> KeypointSearch::Follow(const std::vector<SharedKeypoint>& shared,
+std::optional<PoseTrack> KeypointSearch::Follow(const std::vector<Pair>& turned,
+                                                const Keypoints& photo, const ChipKeypoints& chips,
                                                 const std::vector<FilmPosition>& positions,
                                                 int reduction) const {
+  const PhotoView view = ViewTurned(positions.front(), turned.front().turn_rad);
+  std::vector<SharedKeypoint> shared;
+  double area_px2 = 0;
+  for (const Pair& pair : turned) {
+    const Eigen::Vector3d& ground_m = chips.ground_m[pair.match.first];
+    shared.push_back({photo.pixels[pair.match.second], ground_m, {}});
+    area_px2 += WindowPx2(view, ground_m) / static_cast<double>(turned.size());
+  }
   KeypointPoseOptions options;
   options.sigma_px = 1.5 * reduction;
   options.min_supporters = kFewest;
   options.max_log10_false_alarms = 0;
   options.rival_share = 1;
   options.samples = 10000;
+  options.area_px2 = area_px2;
   options.searches = static_cast<int>(kMostPixels.size()) * kTried;
   const Eigen::Vector2i scan_px(task_.image.Width(), task_.image.Height());
   const auto found = PoseFromKeypoints(task_.photo.camera, positions, scan_px, shared, options);

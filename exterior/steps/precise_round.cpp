@@ -9,6 +9,7 @@
 
 #include "core/base/chi_square.h"
 #include "core/base/side_by_side.h"
+#include "core/raster/resample.h"
 #include "exterior/steps/align.h"
 #include "exterior/steps/error_model.h"
 #include "exterior/steps/patch_observation.h"
@@ -56,12 +57,6 @@ bool MatchDrawn(const PhotoTask& task, const PreciseRound& round,
   options.gradients = round.by_gradients || 2 * missing.size() > matches->size();
   if (options.gradients) SideBySide(missing.size(), [&](std::size_t i) { match(missing[i]); });
   return options.gradients;
-}
-
-AlignedPatch Mirrored(AlignedPatch patch) {
-  for (int row = 0; row < patch.image.height; ++row)
-    std::reverse(patch.image.Row(row), patch.image.Row(row) + patch.image.width);
-  return patch;
 }
 
 }  // namespace
@@ -166,7 +161,7 @@ DecoyMatches MatchDecoys(const PhotoTask& task, const PreciseRound& round) {
 
   const auto mirrored = [&](std::size_t i) -> std::optional<AlignedPatch> {
     auto drawn = Drawn(task, round.view, predictions[i]);
-    if (drawn) drawn = Mirrored(std::move(*drawn));
+    if (drawn) drawn->image = Mirrored(std::move(drawn->image));
     return drawn;
   };
   // Few windows: several images in each.

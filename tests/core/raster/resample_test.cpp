@@ -24,6 +24,13 @@ TEST(MiddleOf, KeepsTheMiddlePixel) {
   EXPECT_EQ(MiddleOf(RampImage(), 30, 20).values, RampImage().values);
 }
 
+TEST(Mirrored, ColumnsCountFromTheOtherSideAndRowsStay) {
+  const Image image = RampImage(31, 21), mirrored = Mirrored(image);
+  EXPECT_EQ(mirrored.At(0, 4), image.At(30, 4));
+  EXPECT_EQ(mirrored.At(15, 20), image.At(15, 20));
+  EXPECT_EQ(Mirrored(mirrored).values, image.values);
+}
+
 TEST(Sample, RampIsExactInTheCornerConvention) {
   const Image image = RampImage();
   for (const Eigen::Vector2d& p : {Eigen::Vector2d(0.5, 0.5), Eigen::Vector2d(29.5, 19.5),
