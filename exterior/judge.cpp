@@ -60,7 +60,7 @@ Finding NoPatches(const std::string& where) {
 namespace {
 
 std::string AsFarAsSearched(bool complete) {
-  return complete ? "" : " of those that could be tried at reasonable cost";
+  return complete ? "" : "; not all of them could be tried at reasonable cost";
 }
 
 }  // namespace

@@ -15,8 +15,8 @@ namespace orient::exterior {
 namespace {
 
 constexpr int kMaxPreciseRounds = 5;
-// The best pose of a search of the whole photo that chance explains no better is judged at full
-// resolution, where the ways that were tried count against it.
+// The best pose of a search of the whole photo is judged at full resolution if chance explains it
+// less often than this; the ways tried then count against it.
 constexpr double kWorthAJudgement = -1;
 
 double RmsPx(const PoseEstimate& estimate) {
@@ -134,13 +134,15 @@ JudgedMatches ToJudge(const PhotoTask& task, const std::vector<PreciseRound>& ro
   return judged;
 }
 
-JudgedPose ToJudge(const PhotoTask& task, const PreciseRound& round, const PoseTrack& track) {
+// `settled`: what was found before the pose was assumed; `round`: with what was found close to it.
+JudgedPose ToJudge(const PhotoTask& task, const PreciseRound& settled, const PreciseRound& round,
+                   const PoseTrack& track) {
   const PoseEstimate& estimate = *round.estimate;
   double height = 0;
   for (const PatchPrediction& p : round.predictions)
     height += task.patches[p.patch].ground_m.z() / static_cast<double>(round.predictions.size());
   JudgedPose judged;
-  judged.places = CountEvidence(round, round).agreeing;
+  judged.places = CountEvidence(settled, settled).agreeing;
   judged.spread = SpreadOf(task, round);
   judged.worst_sigma_px = WorstProjectionSigma(task.View(track.position, estimate.pose),
                                                estimate.honest_covariance, height);
@@ -207,7 +209,7 @@ ExteriorResult OrientPhoto(const PhotoToOrient& photo, const PhotoImage& image,
   result.orientation = track->position.orientation;
   result.iterations = track->rounds;
   FillPatches(task, round, &result);
-  result.findings = Judge(ToJudge(task, round, *track));
+  result.findings = Judge(ToJudge(task, settled, round, *track));
   result.status = StatusOf(result.findings);
   return result;
 }

@@ -136,11 +136,11 @@ ExteriorResult OrientWidely(const ExteriorSetting& setting, const exterior::Phot
   ExteriorResult result = exterior::OrientPhoto(photo, image, *patches, options);
   if (vague || result.pose) return result;
   // What was tried in vain after what.
-  const bool searched = !Has(result.findings, Reason::kNotSearchedAsAWhole);
+  Finding why = result.findings.front();
+  if (why.reason == Reason::kNothingAlike)
+    why = Because(Reason::kNothingAlikeAfterPrior, why.where);
   result = before;
-  exterior::Add(
-      {searched ? Reason::kNothingAlikeAfterPrior : Reason::kNotSearchedAsAWhole, Status::kFailed},
-      &result);
+  exterior::Add(why, &result);
   return result;
 }
 

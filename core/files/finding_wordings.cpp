@@ -114,7 +114,7 @@ const std::vector<Wording>& Wordings() {  // NOLINT(readability-function-size): 
       {Reason::kNothingAlike, "nothing_alike",
        "the search of the whole photo found nothing like the patches at any kappa{where}"},
       {Reason::kNothingAlikeAfterPrior, "nothing_alike_after_prior",
-       "the search of the whole photo found nothing like the patches at any kappa either"},
+       "the search of the whole photo found nothing like the patches at any kappa either{where}"},
       {Reason::kNotSearchedAsAWhole, "not_searched_as_a_whole",
        "the photo could not be searched as a whole: too few patches can be drawn large enough at a "
        "level that can be searched, and they make no mosaic; give a better approximation, or "

@@ -26,7 +26,7 @@ constexpr double kMaxStepPx = 2;
 // Least share of the position's information that both images agree upon. Noise gives gradients too,
 // in every direction, but not the same ones on both sides: along an edge and in flat ground little
 // is common.
-constexpr double kMinCommonInformation = 0.05;
+constexpr double kMinCommonInformation = 0.2;
 // Of the weaker to the stronger direction, of the position's information and of the template's
 // smoothed gradients: below, it is an edge, ten times worse known along than across.
 constexpr double kMinDirectionRatio = 0.01;

@@ -233,6 +233,7 @@ WholePhotoSearch SearchAttitudes(const PhotoTask& task, double ground_height_m, 
   std::optional<PoseTrack>& best = search.track;
   std::shared_ptr<const PhotoLevel> level;
   for (const Pose& approximate : ApproximatePoses(task.photo.prior)) {
+    if (budget.Spent()) break;
     const auto sought = SoughtPatches::Of(task, ground_height_m, approximate, &level);
     if (!sought) continue;
     search.searched = true;

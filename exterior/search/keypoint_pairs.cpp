@@ -192,8 +192,9 @@ std::vector<std::vector<Pair>> ByTurn(std::vector<Pair> pairs, int turns, std::s
     }
     if (fullest.size() < fewest) break;
     std::erase_if(pairs, [&](const Pair& pair) {
-      return std::any_of(fullest.begin(), fullest.end(),
-                         [&](const Pair& taken) { return taken.match.first == pair.match.first; });
+      return std::any_of(fullest.begin(), fullest.end(), [&](const Pair& taken) {
+        return taken.match.first == pair.match.first && taken.match.second == pair.match.second;
+      });
     });
     tried.push_back(std::move(fullest));
   }

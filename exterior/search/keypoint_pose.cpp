@@ -255,6 +255,14 @@ std::vector<SharedKeypoint> OfTheGround(const Camera& camera,
   return of_the_ground;
 }
 
+double RmsPx(const Search& search, const Found& found) {
+  double sum_mm2 = 0;
+  for (const std::size_t i : found.supporters)
+    if (const auto seen = PhotoFromGround(search.camera, found.pose, search.shared[i].ground_m))
+      sum_mm2 += (*seen - search.photo_mm[i]).squaredNorm();
+  return std::sqrt(sum_mm2 / static_cast<double>(found.supporters.size())) / search.pixel_mm;
+}
+
 std::optional<KeypointPose> PoseIn(const Search& search, const Eigen::Vector2i& scan_px) {
   Found found = Ransac(search);
   const KeypointPoseOptions& options = search.options;
@@ -267,8 +275,8 @@ std::optional<KeypointPose> PoseIn(const Search& search, const Eigen::Vector2i& 
     return std::nullopt;
   const auto covariance = HonestCovariance(search, scan_px, &found);
   if (!covariance || !IsAerial(found.pose, options.max_tilt_rad)) return std::nullopt;
-  return KeypointPose{found.pose, *covariance, static_cast<int>(found.supporters.size()), 0,
-                      log10_false_alarms};
+  return KeypointPose{found.pose, *covariance,        static_cast<int>(found.supporters.size()),
+                      0,          log10_false_alarms, RmsPx(search, found)};
 }
 
 }  // namespace

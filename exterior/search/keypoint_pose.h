@@ -44,6 +44,7 @@ struct KeypointPose {
   std::size_t position = 0;  // index into the photo's film positions
   // log10 of how many poses chance is expected to let so many agree on.
   double log10_false_alarms = 0;
+  double rms_px = 0;  // of the supporters
 };
 
 // RANSAC over three-point resections (Fischler & Bolles 1981), then least squares. `scan_px`: width

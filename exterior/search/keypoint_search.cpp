@@ -226,16 +226,18 @@ std::optional<PoseTrack> KeypointSearch::Follow(const std::vector<Pair>& turned,
   options.rival_share = 1;
   options.samples = 10000;
   options.area_px2 = area_px2;
-  options.searches = static_cast<int>(kMostPixels.size()) * kTried;
+  options.searches = static_cast<int>(trials_);
   const Eigen::Vector2i scan_px(task_.image.Width(), task_.image.Height());
   const auto found = PoseFromKeypoints(task_.photo.camera, positions, scan_px, shared, options);
   if (!found) return std::nullopt;
+  const LoopRound round{static_cast<int>(shared.size()), found->supporters,
+                        std::max(task_.image.Width(), task_.image.Height()) / 2.0, found->rms_px};
   const PoseTrack rough{.position = positions[found->position],
                         .pose = found->pose,
                         .covariance = 4 * found->covariance,
                         .log10_false_alarms = found->log10_false_alarms,
                         .reduction = reduction,
-                        .rounds = {},
+                        .rounds = {round},
                         .trials = trials_};
   return Confirmed(task_, rough);
 }

@@ -228,10 +228,12 @@ WholePhotoSearch SearchWidely(const PhotoTask& task) {
   };
   WholePhotoSearch search = SearchByKeypoints(task, ground_m, places.Trials());
   if (convinces(search)) return search;
-  search.Add(SearchAttitudes(task, ground_m, places.Trials()));
+  WholePhotoSearch turned = SearchAttitudes(task, ground_m, places.Trials());
+  const bool by_patches = turned.searched;
+  search.Add(std::move(turned));
   // From a position that is truly known single patches show more than tiles of them all.
   const bool known = !task.options.prior_failed && IsPositionKnown(task.photo.prior, ground_m);
-  if (convinces(search) || (search.searched && known)) return search;
+  if (convinces(search) || (by_patches && known)) return search;
   search.Add(places.Run());
   return search;
 }

@@ -21,6 +21,8 @@ constexpr int kPrecisePatches = 900;
 constexpr double kCloseMargin_px = 1.5;  // of windows around a settled pose, beyond its sigmas
 constexpr std::size_t kDecoys = 200;     // of either kind, at most
 
+// Beyond, more patches do not make the same pose more precise, but make another one.
+const double kMovedChi2Limit = ChiSquareLimit(6, 1e-3);
 const double kPriorChi2Limit = ChiSquareLimit(6, 1e-4);
 
 Eigen::Vector2d WindowRadius(const PatchPrediction& prediction, double margin_px) {
@@ -85,6 +87,9 @@ PreciseRound MatchAll(const PhotoTask& task, const PhotoView& view, const Matrix
 }
 
 void Resect(const PhotoTask& task, const PoseTrack& track, PreciseRound* round) {
+  round->observed.clear();
+  round->estimate.reset();
+  round->contradicts_prior = false;
   std::vector<PatchObservation> observations;
   for (std::size_t i = 0; i < round->matches.size(); ++i) {
     if (!round->matches[i].found) continue;
@@ -112,6 +117,7 @@ PreciseRound Complete(const PhotoTask& task, const PoseTrack& track, const Preci
   PreciseRound round = settled;
   round.view = task.View(track.position, track.pose);
   round.margin_px = kCloseMargin_px;
+  round.window_px = 0;
   std::map<std::size_t, PatchPrediction> visible;  // by patch
   for (const PatchPrediction& prediction :
        Predict(round.view, track.covariance, task.patches, task.Prediction()))
@@ -125,6 +131,8 @@ PreciseRound Complete(const PhotoTask& task, const PoseTrack& track, const Preci
     if (stands[i] || now == visible.end()) continue;
     round.predictions[i] = now->second;
     open.push_back(i);
+    round.window_px =
+        std::max(round.window_px, WindowRadius(round.predictions[i], kCloseMargin_px).maxCoeff());
   }
   // So close, a second place nearly as good says how well the patch is determined, not which it is.
   PreciseOptions close;
@@ -137,11 +145,12 @@ PreciseRound Complete(const PhotoTask& task, const PoseTrack& track, const Preci
         MatchPrecisely(*drawn, task.image, WindowRadius(prediction, kCloseMargin_px), close);
     if (match.found) round.matches[open[k]] = match;
   });
-  round.window_px = LargestRadius(round.predictions, kWindowSigmas) + kCloseMargin_px;
-  round.observed.clear();
-  round.estimate.reset();
   Resect(task, track, &round);
-  return round.estimate ? round : settled;
+  if (!round.estimate) return settled;
+  const Vector6d moved = PoseDifference(round.estimate->pose, settled.estimate->pose);
+  const bool stays =
+      moved.dot(settled.estimate->honest_covariance.ldlt().solve(moved)) <= kMovedChi2Limit;
+  return stays ? round : settled;
 }
 
 Square SquareOf(const PatchPrediction& prediction) {

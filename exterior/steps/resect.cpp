@@ -114,10 +114,7 @@ void FillResiduals(const PhotoView& view, const std::vector<PatchObservation>& o
 constexpr int kAddedNoisePasses = 3;
 constexpr double kMostAdded_px = 2;
 
-// Least-squares matching knows its images' noise, not what has changed on the ground nor relief too
-// small for the chip's heights: the best textures, whose noise moves them least, would be believed
-// most and everything else passed beside their surplus. The variance, the same for all, which makes
-// the median residual what it should be is added; px^2.
+// The variance which, added to all, makes the median residual what it should be; px^2.
 double AddedVariance(const PhotoView& view, const std::vector<ControlObservation>& control,
                      const std::vector<Eigen::Vector2d>& residuals_mm, double already_px2) {
   const Eigen::Matrix2d pixel_mm2 = view.photo_from_pixel.A * view.photo_from_pixel.A.transpose();
@@ -135,24 +132,44 @@ double AddedVariance(const PhotoView& view, const std::vector<ControlObservation
   return high;
 }
 
+// Log likelihood of the residuals, gross errors counting alike, where covariances are the control's
+// times a factor.
+double LogLikelihood(const std::vector<ControlObservation>& control,
+                     const std::vector<Eigen::Vector2d>& residuals_mm, double factor) {
+  double sum = 0;
+  for (std::size_t i = 0; i < control.size(); ++i)
+    sum -= std::min(Chi2(control[i], residuals_mm[i]) / factor, kChi2Limit) / 2 +
+           std::log(factor * factor * control[i].covariance_mm2.determinant()) / 2;
+  return sum;
+}
+
+// Least-squares matching knows its images' noise, not what has changed on the ground nor relief too
+// small for the chip's heights. Where residuals speak for a variance common to all rather than for
+// a factor, it is added: the best textures, whose noise moves them least, would be believed most
+// otherwise, and gross errors pass beside their residuals.
 std::vector<PatchObservation> WithAddedVariance(const PhotoView& view, const PosePrior& prior,
-                                                std::vector<PatchObservation> observations) {
-  std::vector<std::size_t> all(observations.size());
+                                                const std::vector<PatchObservation>& matched) {
+  std::vector<std::size_t> all(matched.size());
   std::iota(all.begin(), all.end(), std::size_t{0});
   ResectionOptions robust;
   robust.prior = prior;
   robust.robust_scale = kCauchyScale;
-  double added_px2 = 0;
-  for (int i = 0; i < kAddedNoisePasses; ++i) {
-    const auto control = Control(view, observations, all, 1);
+  std::vector<PatchObservation> with = matched;
+  double added_px2 = 0, of_factor = 0, of_sum = -std::numeric_limits<double>::infinity();
+  for (int i = 0; i <= kAddedNoisePasses; ++i) {
+    const auto control = Control(view, with, all, 1);
     const auto fit = Resect(view.camera, control, view.pose, robust);
-    if (!fit) break;
+    if (!fit) return matched;
+    const double factor = MedianVarianceFactor(control, fit->residuals_mm);
+    (i == 0 ? of_factor : of_sum) =
+        LogLikelihood(control, fit->residuals_mm, std::max(factor, 1.0));
     const double now_px2 = AddedVariance(view, control, fit->residuals_mm, added_px2);
-    for (PatchObservation& o : observations)
+    if (now_px2 == 0) return matched;
+    for (PatchObservation& o : with)
       o.covariance_px2 += (now_px2 - added_px2) * Eigen::Matrix2d::Identity();
     added_px2 = now_px2;
   }
-  return observations;
+  return of_sum > of_factor ? with : matched;
 }
 
 struct Snooped {

@@ -164,7 +164,7 @@ TEST_F(SlowWideSearch, FindsNothingInClouds) {
   const ExteriorResult result = Orient(folder_ / (PhotoName(ngi_->Photo("0253")) + ".tif"));
   EXPECT_EQ(result.status, Status::kFailed);
   EXPECT_FALSE(result.pose);
-  ExpectSaid(result, "resemble");
+  ExpectSaid(result, "nothing like");
 }
 
 TEST_F(WideSearch, OfApproximationsOfAnotherPlaceSaysThatThereAreNoPatches) {
