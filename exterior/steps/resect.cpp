@@ -113,6 +113,9 @@ void FillResiduals(const PhotoView& view, const std::vector<PatchObservation>& o
 
 constexpr int kAddedNoisePasses = 3;
 constexpr double kMostAdded_px = 2;
+// Log likelihood by which a factor must explain the residuals better than a sum: few of them hardly
+// tell, and of the two only the sum keeps gross errors from hiding among poor textures.
+constexpr double kClearlyBetter = 5;
 
 // The variance which, added to all, makes the median residual what it should be; px^2.
 double AddedVariance(const PhotoView& view, const std::vector<ControlObservation>& control,
@@ -144,8 +147,8 @@ double LogLikelihood(const std::vector<ControlObservation>& control,
 }
 
 // Least-squares matching knows its images' noise, not what has changed on the ground nor relief too
-// small for the chip's heights. Where residuals speak for a variance common to all rather than for
-// a factor, it is added: the best textures, whose noise moves them least, would be believed most
+// small for the chip's heights. Unless residuals clearly speak for a factor, a variance common to
+// all is added: the best textures, whose noise moves them least, would be believed most
 // otherwise, and gross errors pass beside their residuals.
 std::vector<PatchObservation> WithAddedVariance(const PhotoView& view, const PosePrior& prior,
                                                 const std::vector<PatchObservation>& matched) {
@@ -169,7 +172,7 @@ std::vector<PatchObservation> WithAddedVariance(const PhotoView& view, const Pos
       o.covariance_px2 += (now_px2 - added_px2) * Eigen::Matrix2d::Identity();
     added_px2 = now_px2;
   }
-  return of_sum > of_factor ? with : matched;
+  return of_sum > of_factor - kClearlyBetter ? with : matched;
 }
 
 struct Snooped {
