@@ -134,15 +134,15 @@ JudgedMatches ToJudge(const PhotoTask& task, const std::vector<PreciseRound>& ro
   return judged;
 }
 
-// `settled`: what was found before the pose was assumed; `round`: with what was found close to it.
-JudgedPose ToJudge(const PhotoTask& task, const PreciseRound& settled, const PreciseRound& round,
+// `round`: with what was found close to the pose; `places`: without, for that assumes the pose.
+JudgedPose ToJudge(const PhotoTask& task, const PreciseRound& round, int places,
                    const PoseTrack& track) {
   const PoseEstimate& estimate = *round.estimate;
   double height = 0;
   for (const PatchPrediction& p : round.predictions)
     height += task.patches[p.patch].ground_m.z() / static_cast<double>(round.predictions.size());
   JudgedPose judged;
-  judged.places = CountEvidence(settled, settled).agreeing;
+  judged.places = places;
   judged.spread = SpreadOf(task, round);
   judged.worst_sigma_px = WorstProjectionSigma(task.View(track.position, estimate.pose),
                                                estimate.honest_covariance, height);
@@ -196,7 +196,8 @@ ExteriorResult OrientPhoto(const PhotoToOrient& photo, const PhotoImage& image,
                   NoPreciseResection(static_cast<int>(settled.observed.size()),
                                      static_cast<int>(settled.predictions.size())),
                   &*track);
-  if (const auto objection = WhyNotAccepted(ToJudge(task, rounds, *track), options))
+  const JudgedMatches matches = ToJudge(task, rounds, *track);
+  if (const auto objection = WhyNotAccepted(matches, options))
     return Failed(photo, *objection, &*track);
   const PreciseRound round = Complete(task, *track, settled);
   track->rounds.push_back(Told(round));
@@ -209,7 +210,7 @@ ExteriorResult OrientPhoto(const PhotoToOrient& photo, const PhotoImage& image,
   result.orientation = track->position.orientation;
   result.iterations = track->rounds;
   FillPatches(task, round, &result);
-  result.findings = Judge(ToJudge(task, settled, round, *track));
+  result.findings = Judge(ToJudge(task, round, matches.places, *track));
   result.status = StatusOf(result.findings);
   return result;
 }

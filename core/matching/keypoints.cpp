@@ -105,6 +105,47 @@ void ForEachCosines(const Keypoints& first, const Keypoints& second, const Work&
   }
 }
 
+// Nearest to one another, and clearly nearer than to others.
+class Distinct {
+ public:
+  Distinct(std::size_t first, std::size_t second) : of_first_(first), of_second_(second) {}
+
+  template <typename Cosines>
+  void Take(std::size_t i, const Cosines& cosines) {
+    for (Eigen::Index j = 0; j < cosines.size(); ++j) {
+      of_first_[i].Take(j, cosines[j]);
+      of_second_[static_cast<std::size_t>(j)].Take(static_cast<Eigen::Index>(i), cosines[j]);
+    }
+  }
+
+  std::vector<KeypointMatch> Matches(double ratio) const {
+    std::vector<KeypointMatch> matches;
+    for (std::size_t i = 0; i < of_first_.size(); ++i) {
+      if (!of_first_[i].Stands(ratio)) continue;
+      const auto j = static_cast<std::size_t>(of_first_[i].index);
+      if (of_second_[j].index == static_cast<Eigen::Index>(i) && of_second_[j].Stands(ratio))
+        matches.push_back({i, j});
+    }
+    return matches;
+  }
+
+ private:
+  std::vector<Nearest> of_first_, of_second_;
+};
+
+template <typename Cosines>
+void TakeNearest(std::size_t i, const Cosines& cosines, std::size_t count,
+                 std::vector<KeypointMatch>* matches) {
+  std::vector<std::pair<float, std::size_t>> best;  // descending
+  for (Eigen::Index j = 0; j < cosines.size(); ++j) {
+    if (best.size() == count && cosines[j] <= best.back().first) continue;
+    if (best.size() == count) best.pop_back();
+    const std::pair here(cosines[j], static_cast<std::size_t>(j));
+    best.insert(std::upper_bound(best.begin(), best.end(), here, std::greater<>()), here);
+  }
+  for (const auto& [cosine, j] : best) matches->push_back({i, j});
+}
+
 }  // namespace
 
 Keypoints Keypoints::Of(const std::vector<std::size_t>& which) const {
@@ -151,37 +192,22 @@ Keypoints FindKeypoints(const Image& image, int most) {
 
 std::vector<KeypointMatch> MatchKeypoints(const Keypoints& first, const Keypoints& second,
                                           double ratio) {
-  std::vector<KeypointMatch> matches;
-  std::vector<Nearest> of_first(first.Size()), of_second(second.Size());
-  ForEachCosines(first, second, [&](std::size_t i, const auto& cosines) {
-    for (Eigen::Index j = 0; j < cosines.size(); ++j) {
-      of_first[i].Take(j, cosines[j]);
-      of_second[static_cast<std::size_t>(j)].Take(static_cast<Eigen::Index>(i), cosines[j]);
-    }
-  });
-  for (std::size_t i = 0; i < of_first.size(); ++i) {
-    if (!of_first[i].Stands(ratio)) continue;
-    const auto j = static_cast<std::size_t>(of_first[i].index);
-    if (of_second[j].index == static_cast<Eigen::Index>(i) && of_second[j].Stands(ratio))
-      matches.push_back({i, j});
-  }
-  return matches;
+  Distinct distinct(first.Size(), second.Size());
+  ForEachCosines(first, second,
+                 [&](std::size_t i, const auto& cosines) { distinct.Take(i, cosines); });
+  return distinct.Matches(ratio);
 }
 
-std::vector<KeypointMatch> NearestKeypoints(const Keypoints& first, const Keypoints& second,
-                                            std::size_t count) {
-  std::vector<KeypointMatch> matches;
+AlikeKeypoints CompareKeypoints(const Keypoints& first, const Keypoints& second, double ratio,
+                                std::size_t count) {
+  AlikeKeypoints alike;
+  Distinct distinct(first.Size(), second.Size());
   ForEachCosines(first, second, [&](std::size_t i, const auto& cosines) {
-    std::vector<std::pair<float, std::size_t>> best;  // descending
-    for (Eigen::Index j = 0; j < cosines.size(); ++j) {
-      if (best.size() == count && cosines[j] <= best.back().first) continue;
-      if (best.size() == count) best.pop_back();
-      const std::pair here(cosines[j], static_cast<std::size_t>(j));
-      best.insert(std::upper_bound(best.begin(), best.end(), here, std::greater<>()), here);
-    }
-    for (const auto& [cosine, j] : best) matches.push_back({i, j});
+    distinct.Take(i, cosines);
+    TakeNearest(i, cosines, count, &alike.nearest);
   });
-  return matches;
+  alike.distinct = distinct.Matches(ratio);
+  return alike;
 }
 
 }  // namespace orient

@@ -39,9 +39,15 @@ struct KeypointMatch {
 std::vector<KeypointMatch> MatchKeypoints(const Keypoints& first, const Keypoints& second,
                                           double ratio = 0.8);
 
-// Of each first keypoint the `count` second ones nearest to it (the same distance), the nearest
-// first, those of one keypoint together.
-std::vector<KeypointMatch> NearestKeypoints(const Keypoints& first, const Keypoints& second,
-                                            std::size_t count);
+// What one comparison of all descriptors tells.
+struct AlikeKeypoints {
+  std::vector<KeypointMatch> distinct;  // as MatchKeypoints
+  // Of each first keypoint the second ones nearest to it (the same distance), the nearest first,
+  // those of one keypoint together.
+  std::vector<KeypointMatch> nearest;
+};
+// `count`: of the nearest, at least one.
+AlikeKeypoints CompareKeypoints(const Keypoints& first, const Keypoints& second, double ratio,
+                                std::size_t count);
 
 }  // namespace orient

@@ -202,7 +202,6 @@ std::optional<PoseTrack> AttitudeSearch::Run() {
 // Where the patches are drawn. Aerial photos look down but for some degrees: an approximation that
 // is less certain says less of the tilt than this does. As it stands it comes second, for obliques.
 std::vector<Pose> ApproximatePoses(const PosePrior& prior) {
-  constexpr double kUsualTilt_rad = 5 * std::numbers::pi / 180;
   const double usual = kUsualTilt_rad * kUsualTilt_rad;
   const double stated = prior.covariance.diagonal().segment<2>(3).maxCoeff();
   const Eigen::Vector2d tilt = prior.pose.opk_rad.head<2>();
@@ -239,7 +238,7 @@ WholePhotoSearch SearchAttitudes(const PhotoTask& task, double ground_height_m, 
     search.searched = true;
     KeepBetter(AttitudeSearch(task, ground_height_m, *sought, approximate, trials, &budget).Run(),
                &best);
-    if (best && best->log10_false_alarms < task.options.max_log10_false_alarms) break;
+    if (Convinces(best, task.options)) break;
   }
   search.complete = !budget.Spent();
   return search;

@@ -172,10 +172,11 @@ ChipKeypoints KeypointsOf(const std::vector<patchdb::Patch>& patches,
 }
 
 std::vector<Pair> AlikePairs(const Keypoints& photo, const ChipKeypoints& chips, int reduction) {
-  std::vector<Pair> alike = PairsOf(photo, chips, MatchKeypoints(chips.keypoints, photo, kRatio));
-  const auto nearest = PairsOf(photo, chips, NearestKeypoints(chips.keypoints, photo, kNearest));
-  for (const Pair& pair : Agreeing(nearest, chips, kAgree_px * reduction)) alike.push_back(pair);
-  return alike;
+  const AlikeKeypoints alike = CompareKeypoints(chips.keypoints, photo, kRatio, kNearest);
+  std::vector<Pair> pairs = PairsOf(photo, chips, alike.distinct);
+  const auto nearest = PairsOf(photo, chips, alike.nearest);
+  for (const Pair& pair : Agreeing(nearest, chips, kAgree_px * reduction)) pairs.push_back(pair);
+  return pairs;
 }
 
 std::vector<std::vector<Pair>> ByTurn(std::vector<Pair> pairs, int turns, std::size_t fewest) {

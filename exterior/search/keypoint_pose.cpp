@@ -214,22 +214,28 @@ bool HasRival(const Search& search, const Found& found) {
   return off > 3 * search.Reach();
 }
 
+// Of the supporters' residuals.
+double SquaresMm2(const Search& search, const Found& found) {
+  double sum_mm2 = 0;
+  for (const std::size_t i : found.supporters)
+    if (const auto seen = PhotoFromGround(search.camera, found.pose, search.shared[i].ground_m))
+      sum_mm2 += (*seen - search.photo_mm[i]).squaredNorm();
+  return sum_mm2;
+}
+
 // Supporters in one cell of the scan see the same error of surface and neighbour: they count once.
 std::optional<Matrix6d> HonestCovariance(const Search& search, const Eigen::Vector2i& scan_px,
                                          Found* found) {
   std::set<std::pair<int, int>> cells;
-  double sum_mm2 = 0;
   for (const std::size_t i : found->supporters) {
     const Eigen::Vector2d cell =
         kCells * search.shared[i].pixel.cwiseQuotient(scan_px.cast<double>());
     cells.insert({static_cast<int>(std::floor(cell.x())), static_cast<int>(std::floor(cell.y()))});
-    if (const auto seen = PhotoFromGround(search.camera, found->pose, search.shared[i].ground_m))
-      sum_mm2 += (*seen - search.photo_mm[i]).squaredNorm();
   }
   const auto count = static_cast<double>(found->supporters.size());
   const double least = std::pow(search.options.sigma_px * search.pixel_mm / 2, 2);
-  const double variance =
-      std::max(least, sum_mm2 / (2 * count - 6)) * count / static_cast<double>(cells.size());
+  const double variance = std::max(least, SquaresMm2(search, *found) / (2 * count - 6)) * count /
+                          static_cast<double>(cells.size());
   std::vector<ControlObservation> observed;
   for (const std::size_t i : found->supporters) observed.push_back(Observed(search, i, variance));
   const auto adjusted = Resect(search.camera, observed, found->pose);
@@ -256,11 +262,8 @@ std::vector<SharedKeypoint> OfTheGround(const Camera& camera,
 }
 
 double RmsPx(const Search& search, const Found& found) {
-  double sum_mm2 = 0;
-  for (const std::size_t i : found.supporters)
-    if (const auto seen = PhotoFromGround(search.camera, found.pose, search.shared[i].ground_m))
-      sum_mm2 += (*seen - search.photo_mm[i]).squaredNorm();
-  return std::sqrt(sum_mm2 / static_cast<double>(found.supporters.size())) / search.pixel_mm;
+  return std::sqrt(SquaresMm2(search, found) / static_cast<double>(found.supporters.size())) /
+         search.pixel_mm;
 }
 
 std::optional<KeypointPose> PoseIn(const Search& search, const Eigen::Vector2i& scan_px) {

@@ -33,7 +33,7 @@ struct KeypointPoseOptions {
   int samples = 4000;
   // Of the scan, in which a keypoint that is shared may lie for all that is known; all of it if 0.
   double area_px2 = 0;
-  int searches = 1;  // among more and more keypoints, the first pose of which is believed
+  int searches = 1;  // whose first pose not made by chance is believed
   std::uint32_t seed = 1;
 };
 

@@ -11,6 +11,7 @@
 #include "exterior/search/first_pose.h"
 #include "exterior/search/keypoint_pairs.h"
 #include "exterior/search/keypoint_pose.h"
+#include "exterior/search/photo_level.h"
 #include "exterior/search/search_prior.h"
 
 namespace orient::exterior {
@@ -24,13 +25,7 @@ constexpr double kLeastChip_px = 24;  // of the level: half of it is border
 constexpr double kSmallest_px = 3;
 // Of the turns that pairs tell, the fullest are tried.
 constexpr int kTried = 5;
-constexpr double kUsualTilt_rad = 5 * std::numbers::pi / 180;
 constexpr int kFewest = 5;  // places that agree: patches will prove it or not
-
-int ReductionFor(const PhotoImage& photo, double most_pixels) {
-  const double pixels = static_cast<double>(photo.Width()) * photo.Height();
-  return std::max(1, static_cast<int>(std::ceil(std::sqrt(pixels / most_pixels))));
-}
 
 class KeypointSearch {
  public:
@@ -41,11 +36,11 @@ class KeypointSearch {
     WholePhotoSearch search;
     int before = 0;
     for (const double most_pixels : kMostPixels) {
-      const int reduction = ReductionFor(task_.image, most_pixels);
+      const int reduction = FinestReduction(task_.image, most_pixels);
       if (reduction == before) break;
       before = reduction;
       SearchLevel(reduction, &search);
-      if (search.track && Convinces(*search.track)) break;
+      if (Convinces(search.track, task_.options)) break;
     }
     return search;
   }
@@ -65,9 +60,6 @@ class KeypointSearch {
   double WindowPx2(const PhotoView& view, const Eigen::Vector3d& ground_m) const;
   bool MayBe(const Pair& pair, const Keypoints& photo, const ChipKeypoints& chips,
              const FilmPosition& position) const;
-  bool Convinces(const PoseTrack& track) const {
-    return track.log10_false_alarms < task_.options.max_log10_false_alarms;
-  }
   double Height() const { return task_.photo.prior.pose.position_m.z() - ground_m_; }
   double Gsd() const {
     return task_.View(task_.photo.positions.front(), {}).PixelSize() * Height() /
@@ -106,7 +98,7 @@ void KeypointSearch::SearchLevel(int reduction, WholePhotoSearch* search) const 
     const ChipKeypoints chips =
         KeypointsOf(task_.patches, which, kSmallest_px * gsd_m / kScaleReach, mirrored);
     Try(photo, chips, reduction, mirrored, search);
-    if (search->track && Convinces(*search->track)) return;
+    if (Convinces(search->track, task_.options)) return;
   }
 }
 
@@ -155,6 +147,7 @@ void KeypointSearch::Try(const Keypoints& photo, const ChipKeypoints& chips, int
     if (IsMirrored(position) == mirrored) positions.push_back(position);
   const double sigma = std::sqrt(task_.photo.prior.covariance(2, 2)) / Height();
   const double reach = std::log(kScaleReach) + std::log1p(2 * std::min(sigma, 0.5));
+  const double gsd_m = Gsd();
   std::vector<Pair> pairs = AlikePairs(photo, chips, reduction);
   const auto may_be = [&](const Pair& pair) {
     return task_.options.prior_failed ||
@@ -163,14 +156,14 @@ void KeypointSearch::Try(const Keypoints& photo, const ChipKeypoints& chips, int
            });
   };
   std::erase_if(pairs, [&](const Pair& pair) {
-    return std::abs(std::log(pair.gsd_m / Gsd())) > reach || !may_be(pair);
+    return std::abs(std::log(pair.gsd_m / gsd_m)) > reach || !may_be(pair);
   });
   for (const std::vector<Pair>& turned : ByTurn(std::move(pairs), kTried, kFewest)) {
     KeepBetter(Follow(turned, photo, chips, positions, reduction), &search->track);
     for (const FilmPosition& position : positions)
-      if (!search->track || !Convinces(*search->track))
+      if (!Convinces(search->track, task_.options))
         KeepBetter(FollowChips(turned, chips, position, reduction), &search->track);
-    if (search->track && Convinces(*search->track)) return;
+    if (Convinces(search->track, task_.options)) return;
   }
 }
 
@@ -190,10 +183,12 @@ std::optional<PoseTrack> KeypointSearch::FollowChips(const std::vector<Pair>& tu
   std::map<std::size_t, VotingPatch> by_chip;
   for (const Pair& pair : turned) {
     const std::size_t index = chips.chip[pair.match.first];
-    VotingPatch& chip = by_chip[index];
-    chip.ground_m = chips.middles_m[index];
-    chip.candidates.push_back({pair.middle_px, 1});
-    chip.window_px2 = WindowPx2(view, chip.ground_m);
+    const auto [chip, fresh] = by_chip.try_emplace(index);
+    if (fresh) {
+      chip->second.ground_m = chips.middles_m[index];
+      chip->second.window_px2 = WindowPx2(view, chip->second.ground_m);
+    }
+    chip->second.candidates.push_back({pair.middle_px, 1});
   }
   std::vector<VotingPatch> voting;
   for (auto& [index, chip] : by_chip) voting.push_back(std::move(chip));

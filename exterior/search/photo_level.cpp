@@ -15,6 +15,13 @@ constexpr double kPeakDistance = 2.5;  // pixels of the level
 
 }  // namespace
 
+int FinestReduction(const PhotoImage& photo, double most_pixels) {
+  int reduction = 1;
+  const double pixels = static_cast<double>(photo.Width()) * photo.Height();
+  while (pixels > most_pixels * reduction * reduction) ++reduction;
+  return reduction;
+}
+
 PhotoLevel::PhotoLevel(const PhotoImage& photo, int reduction, int side)
     : reduction_(reduction), side_(side) {
   // Every place lies in one tile only: what neighbours share is a template less one pixel. The last

@@ -11,6 +11,9 @@
 
 namespace orient::exterior {
 
+// Of the finest level that has no more pixels than that.
+int FinestReduction(const PhotoImage& photo, double most_pixels);
+
 class PhotoLevel {
  public:
   // For images of `side` pixels of the level, odd.

@@ -1,12 +1,16 @@
 // Which photos need a search of the whole photo, and what such a search allows for.
 #pragma once
 
+#include <numbers>
 #include <vector>
 
 #include "core/geometry/camera.h"
 #include "core/geometry/resection.h"
 
 namespace orient::exterior {
+
+// Of aerial photos, one sigma.
+inline constexpr double kUsualTilt_rad = 5 * std::numbers::pi / 180;
 
 // Whether the prior is too poor for search windows around the patches: kappa is open, or the
 // patches may lie anywhere in the frame. Such a photo needs OrientPhotoOptions::wide.

@@ -93,14 +93,6 @@ std::vector<std::size_t> Conspicuous(const PhotoTask& task, const PhotoView& vie
   return chosen;
 }
 
-// The finest level that can be searched whole.
-int FinestReduction(const PhotoImage& photo) {
-  int reduction = 1;
-  const double pixels = static_cast<double>(photo.Width()) * photo.Height();
-  while (pixels > kMaxPixels * reduction * reduction) ++reduction;
-  return reduction;
-}
-
 }  // namespace
 
 std::optional<SoughtPatches> SoughtPatches::Of(const PhotoTask& task, double ground_m,
@@ -114,7 +106,8 @@ std::optional<SoughtPatches> SoughtPatches::Of(const PhotoTask& task, double gro
   // Most of them, for the smallest are too small.
   const auto small = widths.begin() + static_cast<std::ptrdiff_t>(widths.size() / 4);
   std::nth_element(widths.begin(), small, widths.end());
-  const int reduction = std::max(FinestReduction(task.image), static_cast<int>(*small / kMostSide));
+  const int reduction =
+      std::max(FinestReduction(task.image, kMaxPixels), static_cast<int>(*small / kMostSide));
   const int fitting = static_cast<int>(*small / reduction);
   const int side = std::clamp(fitting - (fitting % 2 == 0 ? 1 : 0), kLeastSide, kMostSide);
   std::vector<std::size_t> patches = Conspicuous(task, view, around, reduction, side);

@@ -1,4 +1,5 @@
-// What the searches for a first pose share (attitude_search.h, wide_search.h, first_pose.h): which
+// What the searches for a first pose share (keypoint_search.h, attitude_search.h, wide_search.h,
+// first_pose.h): which
 // of two poses is better, and for a whole photo the order in which ways to take it are tried, and
 // the best followed up. Private to exterior.
 #pragma once
@@ -30,6 +31,11 @@ using Look = std::array<long, 4>;
 // Chance explains `a` less.
 inline bool IsBetter(const PoseTrack& a, const PoseTrack& b) {
   return a.log10_false_alarms < b.log10_false_alarms;
+}
+
+// Chance hardly explains it.
+inline bool Convinces(const std::optional<PoseTrack>& track, const OrientPhotoOptions& options) {
+  return track && track->log10_false_alarms < options.max_log10_false_alarms;
 }
 
 // `track`, where there is one and it is better than what was there.

@@ -104,9 +104,6 @@ class WideSearch {
   std::optional<PoseTrack> TryAs(const Hypothesis& hypothesis);
   std::optional<PoseTrack> TryAgain(const Hypothesis& hypothesis, const PoseTrack& track) const;
   ConsensusOptions Options() const;
-  bool Convinces(const PoseTrack& track) const {
-    return track.log10_false_alarms < task_.options.max_log10_false_alarms;
-  }
 
   const PhotoTask& task_;
   double other_trials_;
@@ -129,7 +126,7 @@ WholePhotoSearch WideSearch::Run() {
       return hypothesis.height_m != first->height_m;
     });
     KeepBetter(TryAll({first, end}), &best);
-    if ((best && Convinces(*best)) || budget_.Spent()) break;
+    if (Convinces(best, task_.options) || budget_.Spent()) break;
     first = end;
   }
   search.complete = !budget_.Spent();
@@ -222,18 +219,14 @@ WholePhotoSearch SearchWidely(const PhotoTask& task) {
   if (!(task.photo.prior.pose.position_m.z() > ground_m)) return {};
   WideSearch places(task, Widened(task.photo.prior, ground_m), ground_m,
                     KeypointTrials(task) + AttitudeTrials(task, ground_m));
-  const double limit = task.options.max_log10_false_alarms;
-  const auto convinces = [&](const WholePhotoSearch& search) {
-    return search.track && search.track->log10_false_alarms < limit;
-  };
   WholePhotoSearch search = SearchByKeypoints(task, ground_m, places.Trials());
-  if (convinces(search)) return search;
+  if (Convinces(search.track, task.options)) return search;
   WholePhotoSearch turned = SearchAttitudes(task, ground_m, places.Trials());
   const bool by_patches = turned.searched;
   search.Add(std::move(turned));
   // From a position that is truly known single patches show more than tiles of them all.
   const bool known = !task.options.prior_failed && IsPositionKnown(task.photo.prior, ground_m);
-  if (convinces(search) || (by_patches && known)) return search;
+  if (Convinces(search.track, task.options) || (by_patches && known)) return search;
   search.Add(places.Run());
   return search;
 }

@@ -1,7 +1,8 @@
-// The first round where the approximation is too poor for a search window around each patch: at
-// every kappa single patches are searched for (attitude_search.h). Where they show no pose and the
-// position is not truly known, the whole photo is searched, at every kappa and several scales, for
-// tiles of the mosaic that the patches make together, and the tiles vote. Private to exterior.
+// The first round where the approximation is too poor for a search window around each patch: its
+// keypoints are compared with the patches' (keypoint_search.h); then single patches are searched
+// for at every kappa (attitude_search.h). Where they show no pose and the position is not truly
+// known, the whole photo is searched, at every kappa and several scales, for tiles of the mosaic
+// that the patches make together, and the tiles vote. Private to exterior.
 #pragma once
 
 #include <optional>
@@ -10,9 +11,9 @@
 
 namespace orient::exterior {
 
-// Not searched from below the ground, nor where neither single patches nor tiles can be searched
-// for. The caller asks whether chance explains the pose; every hypothesis of both searches is
-// counted in, tried or not.
+// Not searched from below the ground, nor where neither keypoints nor single patches nor tiles can
+// be searched for. The caller asks whether chance explains the pose; every hypothesis of all
+// searches is counted in, tried or not.
 WholePhotoSearch SearchWidely(const PhotoTask& task);
 
 }  // namespace orient::exterior

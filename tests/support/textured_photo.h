@@ -125,4 +125,10 @@ class TexturedPhoto {
   std::optional<PhotoImage> image_;
 };
 
+// Of hills, square, 400 pixels; drawn once for all tests.
+inline const TexturedPhoto& PhotoOfHills() {
+  static const TexturedPhoto photo(400, HillsAt, false);
+  return photo;
+}
+
 }  // namespace orient::exterior

@@ -15,6 +15,7 @@
 #include <cstdio>
 #include <filesystem>
 #include <map>
+#include <stdexcept>
 
 #include "block/inputs/photo_interior.h"
 #include "core/base/side_by_side.h"
@@ -101,7 +102,9 @@ void Run(const Files& in) {
     const std::string name = std::filesystem::path(path).stem().string();
     const Raster raster = Raster::Open(path);
     const block::PhotoInterior interior = block::PhotoInteriorOf(raster, camera, in.interior);
-    const PosePrior pose{truth.Find(name)->pose, Matrix6d(1e-12 * Matrix6d::Identity())};
+    const OrientationRow* row = truth.Find(name);
+    if (row == nullptr) throw std::runtime_error(in.truth + " has no row '" + name + "'");
+    const PosePrior pose{row->pose, Matrix6d(1e-12 * Matrix6d::Identity())};
     const PhotoView view{camera, interior.photo_from_pixel, pose.pose, interior.film_correction};
     const std::vector<patchdb::Patch> patches = db.FindPatchesIn(
         exterior::UncertainFootprint(camera, pose, surface.MinHeight(), surface.MaxHeight()));

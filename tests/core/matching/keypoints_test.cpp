@@ -75,13 +75,13 @@ TEST(Keypoints, SayHowTheImageIsTurnedAndScaled) {
 
 TEST(Keypoints, TheNearestOnesComeInOrderAndFromOneKeypointTogether) {
   const Keypoints a = FindKeypoints(Blobs(200, [](const auto& p) { return p; }), 1000);
-  const auto matches = NearestKeypoints(a, a, 3);
+  const auto matches = CompareKeypoints(a, a, 0.8, 3).nearest;
   ASSERT_EQ(matches.size(), 3 * a.Size());
   for (std::size_t i = 0; i < matches.size(); ++i) EXPECT_EQ(matches[i].first, i / 3);
   for (std::size_t i = 0; i < a.Size(); ++i)  // itself, or one with the same descriptor
     EXPECT_EQ(a.descriptors.row(static_cast<Eigen::Index>(matches[3 * i].second)),
               a.descriptors.row(static_cast<Eigen::Index>(i)));
-  EXPECT_TRUE(NearestKeypoints(Keypoints{}, a, 3).empty());
+  EXPECT_TRUE(CompareKeypoints(Keypoints{}, a, 0.8, 3).nearest.empty());
 }
 
 TEST(Keypoints, AppendedAreThoseOfBoth) {

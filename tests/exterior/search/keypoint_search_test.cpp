@@ -10,20 +10,11 @@
 namespace orient::exterior {
 namespace {
 
-constexpr int kSide = 400;
-constexpr double kFlyingHeight_m = 2 * kSide;
-
-// Drawn once for all tests.
-const TexturedPhoto& World() {
-  static const TexturedPhoto world(kSide, HillsAt, false);
-  return world;
-}
-
 // A photo of which neither kappa nor, to a tenth of the flying height, the position is known.
 class KeypointSearched : public testing::Test {
  protected:
   KeypointSearched() {
-    photo_.prior.pose = World().View().pose;
+    photo_.prior.pose = PhotoOfHills().View().pose;
     photo_.prior.pose.position_m += Eigen::Vector3d(70, -50, 40);
     photo_.prior.pose.opk_rad = {0, 0, -1};
     Vector6d sigma;
@@ -38,41 +29,42 @@ class KeypointSearched : public testing::Test {
     EXPECT_TRUE(search.searched);
     ASSERT_TRUE(search.track);
     EXPECT_LT(search.track->log10_false_alarms, options_.max_log10_false_alarms);
-    EXPECT_LT(World().WorstError(search.track->pose, patches_), 6);
+    EXPECT_LT(PhotoOfHills().WorstError(search.track->pose, patches_), 6);
   }
 
-  PhotoToOrient photo_ = World().ToOrient();
+  PhotoToOrient photo_ = PhotoOfHills().ToOrient();
   OrientPhotoOptions options_;
-  std::vector<patchdb::Patch> patches_ = World().Patches(World().Ground(), 5, 110);
+  std::vector<patchdb::Patch> patches_ = PhotoOfHills().Patches(PhotoOfHills().Ground(), 5, 110);
 };
 
 TEST_F(KeypointSearched, APhotoIsFoundAtAnyKappaAndAPoorPosition) {
   for (const double kappa : {0.0, 1.5, 3.0, -2.0}) {
     photo_.prior.pose.opk_rad.z() = kappa;
-    ExpectFound(Search(World().File()));
+    ExpectFound(Search(PhotoOfHills().File()));
   }
 }
 
 TEST_F(KeypointSearched, APhotoIsFoundWhereItsStatedAccuracyFailed) {
   photo_.prior.covariance *= 1e-4;
   options_.prior_failed = true;
-  ExpectFound(Search(World().File()));
+  ExpectFound(Search(PhotoOfHills().File()));
 }
 
 // Scanned through its back: columns count from the other side.
 TEST_F(KeypointSearched, AMirroredScanIsFoundByMirroredChips) {
-  const Eigen::Vector2d half = Eigen::Vector2d::Constant(kSide / 2.0);
-  const ImageWindow upright = World().File().Around(half, half, 1);
+  const int side = PhotoOfHills().File().Width();
+  const Eigen::Vector2d half = Eigen::Vector2d::Constant(side / 2.0);
+  const ImageWindow upright = PhotoOfHills().File().Around(half, half, 1);
   std::vector<unsigned char> grey;
-  for (int row = 0; row < kSide; ++row)
-    for (int col = kSide; col-- > 0;)
+  for (int row = 0; row < side; ++row)
+    for (int col = side; col-- > 0;)
       grey.push_back(static_cast<unsigned char>(upright.image.At(col, row)));
   const TemporaryFolder folder;
   const std::string path = folder / "mirrored.png";
-  WritePng(path, kSide, kSide, 1, grey);
+  WritePng(path, side, side, 1, grey);
   const Raster raster = Raster::Open(path);
   Affine2d& photo_from_pixel = photo_.positions.front().photo_from_pixel;
-  photo_from_pixel.t += kSide * photo_from_pixel.A.col(0);
+  photo_from_pixel.t += side * photo_from_pixel.A.col(0);
   photo_from_pixel.A.col(0) *= -1;
   ExpectFound(Search(PhotoImage(raster, false)));
 }
@@ -84,14 +76,14 @@ TEST_F(KeypointSearched, OfTwoFilmPositionsTheTrueOneIsFound) {
   wrong.photo_from_pixel.A.col(1) *= -1;  // and mirrored, which nothing does
   wrong.photo_from_pixel.t.y() *= -1;
   photo_.positions.insert(photo_.positions.begin(), wrong);
-  const WholePhotoSearch search = Search(World().File());
+  const WholePhotoSearch search = Search(PhotoOfHills().File());
   ExpectFound(search);
   EXPECT_EQ(search.track->position.photo_from_pixel.A, photo_.positions[1].photo_from_pixel.A);
 }
 
 TEST_F(KeypointSearched, PatchesOfAnotherPlaceDoNotConvince) {
-  patches_ = World().Patches(Texture(6, 6), 5, 110);
-  const WholePhotoSearch search = Search(World().File());
+  patches_ = PhotoOfHills().Patches(Texture(6, 6), 5, 110);
+  const WholePhotoSearch search = Search(PhotoOfHills().File());
   EXPECT_TRUE(search.searched);
   if (search.track) {
     EXPECT_GT(search.track->log10_false_alarms, options_.max_log10_false_alarms);
@@ -103,7 +95,7 @@ TEST_F(KeypointSearched, ChipsTooSmallForKeypointsAreNotSearchedFor) {
     patch.chip.values.resize(21 * 21);
     patch.chip.width = patch.chip.height = 21;
   }
-  const WholePhotoSearch search = Search(World().File());
+  const WholePhotoSearch search = Search(PhotoOfHills().File());
   EXPECT_FALSE(search.searched);
   EXPECT_FALSE(search.track);
 }

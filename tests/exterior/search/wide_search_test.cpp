@@ -12,18 +12,12 @@
 namespace orient::exterior {
 namespace {
 
-constexpr int kSide = 400;
-constexpr double kFlyingHeight_m = 2 * kSide;
-
-// Drawn once for all tests.
-const TexturedPhoto& World() {
-  static const TexturedPhoto world(kSide, HillsAt, false);
-  return world;
-}
+constexpr double kFlyingHeight_m = 800;
 
 // So many that tiles of them can be sought; cut once for all tests.
 const std::vector<patchdb::Patch>& DensePatches() {
-  static const std::vector<patchdb::Patch> patches = World().Patches(World().Ground(), 10, 60);
+  static const std::vector<patchdb::Patch> patches =
+      PhotoOfHills().Patches(PhotoOfHills().Ground(), 10, 60);
   return patches;
 }
 
@@ -33,15 +27,15 @@ class SearchedWidely : public testing::Test {
   SearchedWidely() { Approximate(20); }
 
   void Approximate(double sigma_m) {
-    photo_.prior.pose = World().View().pose;
+    photo_.prior.pose = PhotoOfHills().View().pose;
     photo_.prior.pose.position_m += Eigen::Vector3d(15, -10, 12);
     photo_.prior.pose.opk_rad = {0, 0, photo_.prior.pose.opk_rad.z() + 2};
     Vector6d sigma;
     sigma << sigma_m, sigma_m, 20, 0.05, 0.05, std::numbers::pi;
     photo_.prior.covariance = sigma.cwiseAbs2().asDiagonal();
   }
-  PhotoTask Task() const { return {photo_, World().File(), patches_, options_}; }
-  double WorstError(const Pose& pose) const { return World().WorstError(pose, patches_); }
+  PhotoTask Task() const { return {photo_, PhotoOfHills().File(), patches_, options_}; }
+  double WorstError(const Pose& pose) const { return PhotoOfHills().WorstError(pose, patches_); }
   // Three scales, 24 kappas and all film positions, and two of each followed up twice at most.
   double TileTrials() const {
     return 3.0 * kKappas * static_cast<double>(photo_.positions.size()) * (1 + 2 * 2);
@@ -55,7 +49,7 @@ class SearchedWidely : public testing::Test {
     EXPECT_FALSE(search.track);
   }
 
-  PhotoToOrient photo_ = World().ToOrient();
+  PhotoToOrient photo_ = PhotoOfHills().ToOrient();
   OrientPhotoOptions options_;
   std::vector<patchdb::Patch> patches_ = DensePatches();
 };
@@ -94,7 +88,7 @@ TEST_F(SearchedWidely, EveryFilmPositionCounts) {
 }
 
 TEST_F(SearchedWidely, APhotoOfAnotherPlaceDoesNotConvince) {
-  patches_ = World().Patches(Texture(6, 6), 10, 60);
+  patches_ = PhotoOfHills().Patches(Texture(6, 6), 10, 60);
   const auto track = SearchWidely(Task()).track;
   if (track) {
     EXPECT_GT(track->log10_false_alarms, options_.max_log10_false_alarms);
