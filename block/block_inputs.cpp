@@ -88,6 +88,8 @@ ExteriorRunOptions BlockInputs::Exterior(const std::string& directory) const {
   options.crs = block.crs;
   options.position_sigma_m = block.position_sigma_m;
   options.attitude_sigma_rad = block.attitude_sigma_rad;
+  options.date = block.date;
+  options.target_m = block.target_m;
   options.earth = block.earth;
   options.earth_k1 = earth_k1_;
   options.inputs = shared_;

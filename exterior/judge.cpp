@@ -9,11 +9,36 @@
 namespace orient::exterior {
 namespace {
 
-constexpr int kPlacesForOk = 12;       // fewer places do not determine its precision: weak
+constexpr int kPlacesForOk = 10;       // fewer places do not determine its precision: weak
+constexpr int kUsualPatches = 100;     // with fewer a search depends on each of them
+constexpr double kUsualSide_px = 25;   // narrower ones are easily taken for one another
 constexpr double kSpreadForOk = 0.03;  // share of the photo over which the matched patches spread
-constexpr double kSigmaForOk_px = 1;   // of the worst place of the photo, projected
+
+std::string Told(const ResidualTrend& trend) {
+  const auto of_kind = [&] {
+    switch (trend.kind) {
+      case TrendKind::kShift:
+        return "shift";
+      case TrendKind::kScale:
+        return "change of scale";
+      case TrendKind::kRotation:
+        return "rotation";
+      case TrendKind::kRadial:
+        return "radial distortion";
+      case TrendKind::kQuadrants:
+        return "shift that differs by quadrant";
+    }
+    return "";
+  };
+  return trend.source ? fmt::format("{} of the patches from source {}", of_kind(), *trend.source)
+                      : fmt::format("{}", of_kind());
+}
 
 }  // namespace
+
+double FalseAlarmLimit(bool proven_before, const OrientPhotoOptions& options) {
+  return options.max_log10_false_alarms / (proven_before ? 2 : 1);
+}
 
 std::optional<Finding> WhyNotAccepted(const JudgedMatches& matches,
                                       const OrientPhotoOptions& options) {
@@ -25,7 +50,7 @@ std::optional<Finding> WhyNotAccepted(const JudgedMatches& matches,
     return failed(Reason::kTooFewAgree, matches.agreeing, kFewestAgreeing);
   if (matches.places < kFewestAgreeing)
     return failed(Reason::kPatchesOverlap, matches.places, kFewestAgreeing);
-  if (matches.log10_false_alarms > options.max_log10_false_alarms)
+  if (matches.log10_false_alarms > FalseAlarmLimit(matches.proven_before, options))
     return failed(Reason::kAgreementMayBeChance, matches.agreeing, matches.sought);
   if (2 * matches.agreeing < matches.matched)
     return failed(Reason::kMostContradict, matches.agreeing, matches.matched);
@@ -44,8 +69,22 @@ Findings Judge(const JudgedPose& pose) {
                         .where = "the patches' coordinates are"});
   if (pose.places < kPlacesForOk) weak(Reason::kFewPlaces, pose.places, kPlacesForOk);
   if (pose.spread < kSpreadForOk) weak(Reason::kPoorSpread, 100 * pose.spread, 100 * kSpreadForOk);
-  if (!(pose.worst_sigma_px <= kSigmaForOk_px))
-    weak(Reason::kPoorlyDetermined, pose.worst_sigma_px, kSigmaForOk_px);
+  if (!(pose.worst_sigma_px <= pose.target_px))
+    weak(Reason::kPoorlyDetermined, pose.worst_sigma_px, pose.target_px);
+  for (const ResidualTrend& trend : pose.trends)
+    findings.push_back(
+        {.reason = Reason::kResidualTrend, .value = trend.rms_px, .where = Told(trend)});
+  return findings;
+}
+
+Findings Remedies(const TriedPatches& tried) {
+  Findings findings;
+  if (tried.visible < kUsualPatches)
+    findings.push_back(
+        {.reason = Reason::kHarvestMoreDensely, .value = tried.visible, .limit = kUsualPatches});
+  if (tried.side_px && *tried.side_px < kUsualSide_px)
+    findings.push_back(
+        {.reason = Reason::kHarvestLargerChips, .value = *tried.side_px, .limit = kUsualSide_px});
   return findings;
 }
 

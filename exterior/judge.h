@@ -7,6 +7,7 @@
 
 #include "core/files/results.h"
 #include "exterior/steps/photo_to_orient.h"
+#include "exterior/steps/residual_trends.h"
 
 namespace orient::exterior {
 
@@ -15,6 +16,13 @@ struct JudgedMatches {
   int sought = 0, matched = 0, agreeing = 0;  // patches at full resolution
   int places = 0;                             // where they agree; patches that overlap are one
   double log10_false_alarms = 0;              // of chance having led to as many
+  bool proven_before = false;                 // by the search that led to the pose, at its level
+};
+
+// What a photo that failed had to go by.
+struct TriedPatches {
+  int visible = 0;                     // patches that it may show
+  std::optional<double> side_px = {};  // of a typical one in the photo
 };
 
 // How well an accepted pose is determined.
@@ -22,16 +30,25 @@ struct JudgedPose {
   int places = 0;             // where patches agree
   double spread = 0;          // 1: the agreeing patches lie all over the photo; 0: on a line
   double worst_sigma_px = 0;  // of the projection, in the frame's worst corner
+  double target_px = 1;       // what that may be at most
   bool contradicts_prior = false;
   double prior_sigmas = 0;    // how far from the approximation, in its sigmas
   bool prior_counts = false;  // its accuracy was stated
+  std::vector<ResidualTrend> trends;
 };
+
+// log10 of how often chance may lead to a pose that is accepted: as the options say, or half as
+// many decimals where the search has proven the pose at its level already.
+double FalseAlarmLimit(bool proven_before, const OrientPhotoOptions& options);
 
 // What must hold before a pose is given at all; empty: it holds.
 std::optional<Finding> WhyNotAccepted(const JudgedMatches& matches,
                                       const OrientPhotoOptions& options);
 // Of an accepted pose: why it is weak, and what else should be known.
 Findings Judge(const JudgedPose& pose);
+
+// What to do about a photo that failed, by what was measured: remarks.
+Findings Remedies(const TriedPatches& tried);
 
 // Whether a finding concerns precision only: more observations, such as a block's ties, may remedy
 // it.

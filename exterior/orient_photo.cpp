@@ -3,7 +3,9 @@
 #include <Eigen/Dense>
 #include <algorithm>
 #include <cmath>
+#include <map>
 
+#include "core/base/median.h"
 #include "exterior/judge.h"
 #include "exterior/search/first_pose.h"
 #include "exterior/search/wide_search.h"
@@ -17,7 +19,7 @@ namespace {
 constexpr int kMaxPreciseRounds = 5;
 // The best pose of a search of the whole photo is judged at full resolution if chance explains it
 // less often than this; the ways tried then count against it.
-constexpr double kWorthAJudgement = -1;
+constexpr double kWorthAJudgement = 2;
 
 double RmsPx(const PoseEstimate& estimate) {
   double sum = 0;
@@ -69,6 +71,17 @@ std::vector<PreciseRound> Refine(const PhotoTask& task, PoseTrack* track) {
   return rounds;
 }
 
+void TellPlace(const PreciseMatch& match, double added_px2, PatchResult* patch) {
+  patch->pixel = match.pixel;
+  patch->sigma_px = (match.covariance_px2.diagonal().array() + added_px2).sqrt().matrix();
+  patch->ncc = match.ncc;
+}
+
+void TellRejected(PatchResult* patch) {
+  patch->state = PatchState::kRejected;
+  patch->findings = {{.reason = Reason::kPatchContradictsOthers}};
+}
+
 void FillPatches(const PhotoTask& task, const PreciseRound& round, ExteriorResult* result) {
   std::vector<PatchResult> patches(round.predictions.size());
   for (std::size_t i = 0; i < round.predictions.size(); ++i) {
@@ -81,13 +94,11 @@ void FillPatches(const PhotoTask& task, const PreciseRound& round, ExteriorResul
   }
   for (std::size_t k = 0; k < round.observed.size(); ++k) {
     PatchResult& patch = patches[round.observed[k]];
-    const PreciseMatch& match = round.matches[round.observed[k]];
-    patch.state = round.estimate->rejected[k] ? PatchState::kRejected : PatchState::kMatched;
-    if (round.estimate->rejected[k]) patch.findings = {{.reason = Reason::kPatchContradictsOthers}};
-    patch.pixel = match.pixel;
-    patch.sigma_px = match.covariance_px2.diagonal().cwiseSqrt();
-    patch.residual_px = round.estimate->residuals_px[k];
-    patch.ncc = match.ncc;
+    patch.state = PatchState::kMatched;
+    if (!round.estimate || round.estimate->rejected[k]) TellRejected(&patch);
+    TellPlace(round.matches[round.observed[k]], round.estimate ? round.estimate->added_px2 : 0,
+              &patch);
+    if (round.estimate) patch.residual_px = round.estimate->residuals_px[k];
   }
   for (const UnseenPatch& unseen : round.not_visible) {
     PatchResult patch;
@@ -100,6 +111,26 @@ void FillPatches(const PhotoTask& task, const PreciseRound& round, ExteriorResul
   std::sort(patches.begin(), patches.end(),
             [](const PatchResult& a, const PatchResult& b) { return a.id < b.id; });
   result->patches = std::move(patches);
+}
+
+// A patch that was found in a larger window and contradicts the pose is not searched for so far
+// away again: it is told all the same.
+void NameContradicting(const PhotoView& view, const std::vector<PreciseRound>& rounds,
+                       const PhotoTask& task, ExteriorResult* result) {
+  std::map<std::int64_t, const PreciseMatch*> found;  // by patch, where it was found last
+  for (const PreciseRound& round : rounds)
+    for (std::size_t i = 0; i < round.matches.size(); ++i)
+      if (round.matches[i].found)
+        found[task.patches[round.predictions[i].patch].id] = &round.matches[i];
+  for (PatchResult& patch : result->patches) {
+    const auto match = found.find(patch.id);
+    if (patch.state != PatchState::kNotFound || match == found.end()) continue;
+    const auto expected = view.PixelFromGround(*patch.ground_m);
+    if (!expected) continue;
+    TellRejected(&patch);
+    TellPlace(*match->second, 0, &patch);
+    patch.residual_px = *patch.pixel - *expected;
+  }
 }
 
 // 1: as patches all over the photo do; 0: they lie on a line.
@@ -119,6 +150,17 @@ double SpreadOf(const PhotoTask& task, const PreciseRound& round) {
   return 12 * std::sqrt(std::max(0.0, moments.determinant())) / area;
 }
 
+TriedPatches ToRemedy(const PhotoTask& task, const PreciseRound& round) {
+  TriedPatches tried;
+  tried.visible = static_cast<int>(round.predictions.size());
+  std::vector<double> sides_px;
+  for (const PatchPrediction& p : round.predictions)
+    if (const auto side_px = PatchSide(round.view, task.patches[p.patch]))
+      sides_px.push_back(*side_px);
+  if (!sides_px.empty()) tried.side_px = Median(std::move(sides_px));
+  return tried;
+}
+
 JudgedMatches ToJudge(const PhotoTask& task, const std::vector<PreciseRound>& rounds,
                       const PoseTrack& track) {
   const PreciseRound& round = rounds.back();
@@ -127,38 +169,78 @@ JudgedMatches ToJudge(const PhotoTask& task, const std::vector<PreciseRound>& ro
   judged.matched = static_cast<int>(round.observed.size());
   judged.agreeing = round.estimate->used;
   judged.places = CountEvidence(round, round).agreeing;
-  const bool proven = track.log10_false_alarms <= task.options.max_log10_false_alarms;
-  const double ways = proven ? 0 : std::log10(track.trials);
-  judged.log10_false_alarms =
-      ways + LeastFalseAlarms(task, rounds, task.options.max_log10_false_alarms - ways);
+  judged.proven_before = track.log10_false_alarms <= task.options.max_log10_false_alarms;
+  const double ways = judged.proven_before ? 0 : std::log10(track.trials);
+  const double enough = FalseAlarmLimit(judged.proven_before, task.options);
+  judged.log10_false_alarms = ways + LeastFalseAlarms(task, rounds, enough - ways);
   return judged;
+}
+
+double MeanHeight(const PhotoTask& task, const PreciseRound& round) {
+  double sum = 0;
+  for (const PatchPrediction& p : round.predictions) sum += task.patches[p.patch].ground_m.z();
+  return sum / static_cast<double>(round.predictions.size());
+}
+
+// What is asked of the pose on the ground. No control is better than half of its own pixel, nor
+// does anybody see less than a pixel of the photo.
+double Target_m(const PhotoTask& task, const PreciseRound& round, double ground_pixel_m) {
+  if (task.options.target_m) return *task.options.target_m;
+  std::vector<double> resolutions_m;
+  for (const PatchPrediction& p : round.predictions)
+    resolutions_m.push_back(task.patches[p.patch].gsd_m);
+  return std::max(ground_pixel_m, 0.5 * Median(std::move(resolutions_m)));
 }
 
 // `round`: with what was found close to the pose; `places`: without, for that assumes the pose.
 JudgedPose ToJudge(const PhotoTask& task, const PreciseRound& round, int places,
-                   const PoseTrack& track) {
+                   const PoseTrack& track, double target_m) {
   const PoseEstimate& estimate = *round.estimate;
-  double height = 0;
-  for (const PatchPrediction& p : round.predictions)
-    height += task.patches[p.patch].ground_m.z() / static_cast<double>(round.predictions.size());
+  const double height_m = MeanHeight(task, round);
+  const PhotoView view = task.View(track.position, estimate.pose);
   JudgedPose judged;
   judged.places = places;
   judged.spread = SpreadOf(task, round);
-  judged.worst_sigma_px = WorstProjectionSigma(task.View(track.position, estimate.pose),
-                                               estimate.honest_covariance, height);
+  judged.worst_sigma_px = WorstProjectionSigma(view, estimate.honest_covariance, height_m);
+  judged.target_px = target_m / view.GroundPixel(height_m);
+  judged.trends = estimate.trends;
   judged.contradicts_prior = round.contradicts_prior;
   judged.prior_sigmas = std::sqrt(std::max(0.0, estimate.prior_chi2));
   judged.prior_counts = task.photo.accuracy_is_stated || task.options.wide;
   return judged;
 }
 
-ExteriorResult Failed(const PhotoToOrient& photo, const Finding& why, const PoseTrack* track) {
+ExteriorResult Failed(const PhotoTask& task, const Finding& why) {
   ExteriorResult result;
-  result.photo = photo.name;
+  result.photo = task.photo.name;
   result.status = Status::kFailed;
-  if (track != nullptr) result.iterations = track->rounds;
   result.findings = {why};
   return result;
+}
+
+// `tried`: the patches that were searched for; `rounds`: what came before.
+ExteriorResult Failed(const PhotoTask& task, const Finding& why, const PreciseRound& tried,
+                      const std::vector<LoopRound>& rounds) {
+  ExteriorResult result = Failed(task, why);
+  result.iterations = rounds;
+  FillPatches(task, tried, &result);
+  for (const Finding& remedy : Remedies(ToRemedy(task, tried))) result.findings.push_back(remedy);
+  return result;
+}
+
+// Before anything was matched at full resolution. `track`: how far it came; null: nowhere. The
+// patches are those that it shows, none of which was found where others were, too.
+ExteriorResult FailedEarly(const PhotoTask& task, const Finding& why, const PoseTrack* track) {
+  const PosePrior& prior = task.photo.prior;
+  PreciseRound tried;
+  tried.view = track != nullptr ? task.View(track->position, track->pose)
+                                : task.View(task.photo.positions.front(), prior.pose);
+  tried.predictions = Predict(tried.view, track != nullptr ? track->covariance : prior.covariance,
+                              task.patches, task.Prediction(), &tried.not_visible);
+  tried.matches.resize(tried.predictions.size());
+  for (PreciseMatch& match : tried.matches)
+    match.why_not = {{.reason = Reason::kPatchFoundWithNoOthers}};
+  return Failed(task, why, tried, track != nullptr ? track->rounds : std::vector<LoopRound>());
 }
 
 }  // namespace
@@ -167,7 +249,7 @@ ExteriorResult OrientPhoto(const PhotoToOrient& photo, const PhotoImage& image,
                            const std::vector<patchdb::Patch>& patches,
                            const OrientPhotoOptions& options) {
   const PhotoTask task{photo, image, patches, options};
-  if (patches.empty()) return Failed(photo, NoPatches("the patch database"), nullptr);
+  if (patches.empty()) return Failed(task, NoPatches("the patch database"));
 
   WholePhotoSearch search;
   if (options.wide)
@@ -176,13 +258,13 @@ ExteriorResult OrientPhoto(const PhotoToOrient& photo, const PhotoImage& image,
     search.track = FirstPose(task);
   std::optional<PoseTrack>& track = search.track;
   if (!track && options.wide)
-    return Failed(photo, search.searched ? NothingAlike(search.complete) : NotSearchedAsAWhole(),
-                  nullptr);
-  if (!track) return Failed(photo, WhyNoFirstPose(task), nullptr);
+    return FailedEarly(
+        task, search.searched ? NothingAlike(search.complete) : NotSearchedAsAWhole(), nullptr);
+  if (!track) return FailedEarly(task, WhyNoFirstPose(task), nullptr);
   const auto chance = [&] { return track->log10_false_alarms > options.max_log10_false_alarms; };
   const auto no_consensus = [&] {
-    return Failed(photo, NoConsensus(track->rounds.front(), options.wide, search.complete),
-                  &*track);
+    return FailedEarly(task, NoConsensus(track->rounds.front(), options.wide, search.complete),
+                       &*track);
   };
   // What a wide search leaves open at its level, patches may show at a finer one.
   if (!options.wide && chance()) return no_consensus();
@@ -192,13 +274,13 @@ ExteriorResult OrientPhoto(const PhotoToOrient& photo, const PhotoImage& image,
   const std::vector<PreciseRound> rounds = Refine(task, &*track);
   const PreciseRound& settled = rounds.back();
   if (!settled.estimate)
-    return Failed(photo,
+    return Failed(task,
                   NoPreciseResection(static_cast<int>(settled.observed.size()),
                                      static_cast<int>(settled.predictions.size())),
-                  &*track);
+                  settled, track->rounds);
   const JudgedMatches matches = ToJudge(task, rounds, *track);
   if (const auto objection = WhyNotAccepted(matches, options))
-    return Failed(photo, *objection, &*track);
+    return Failed(task, *objection, settled, track->rounds);
   const PreciseRound round = Complete(task, *track, settled);
   track->rounds.push_back(Told(round));
 
@@ -210,7 +292,11 @@ ExteriorResult OrientPhoto(const PhotoToOrient& photo, const PhotoImage& image,
   result.orientation = track->position.orientation;
   result.iterations = track->rounds;
   FillPatches(task, round, &result);
-  result.findings = Judge(ToJudge(task, round, matches.places, *track));
+  NameContradicting(task.View(track->position, *result.pose), rounds, task, &result);
+  const double ground_pixel_m =
+      task.View(track->position, *result.pose).GroundPixel(MeanHeight(task, round));
+  result.target_m = Target_m(task, round, ground_pixel_m);
+  result.findings = Judge(ToJudge(task, round, matches.places, *track, *result.target_m));
   result.status = StatusOf(result.findings);
   return result;
 }

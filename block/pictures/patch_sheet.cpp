@@ -121,7 +121,9 @@ void WritePatchSheet(const std::string& path, const PhotoView& view,
   Sheet sheet(std::min(count, kColumns) * kCellWidth, rows * kCellHeight);
   for (int i = 0; i < count; ++i) {
     const PatchResult& patch = chosen[static_cast<std::size_t>(i)];
-    DrawPair(view, photo, *by_id.at(patch.id), patch, (i % kColumns) * kCellWidth,
+    const auto known = by_id.find(patch.id);
+    if (known == by_id.end()) continue;
+    DrawPair(view, photo, *known->second, patch, (i % kColumns) * kCellWidth,
              (i / kColumns) * kCellHeight, &sheet);
   }
   sheet.Write(path);

@@ -19,11 +19,12 @@ std::string ValueIn(const Inputs& inputs, const std::string& name) {
   return found == inputs.end() ? "unknown" : found->second;
 }
 
-// Of approximations without sigmas.
+// Of approximations without sigmas, and what is asked of the result.
 std::string AccuracyText(const ExteriorRunOptions& options) {
   std::string text = "position " + NumberOrDash(options.position_sigma_m) + " m, attitude " +
                      NumberOrDash(options.attitude_sigma_rad) + " rad";
   if (options.kappa_sigma_rad) text += ", kappa " + NumberOrDash(options.kappa_sigma_rad) + " rad";
+  if (options.target_m) text += ", target " + NumberOrDash(options.target_m) + " m";
   return text + (options.accuracy_is_stated ? "" : ", not vouched for");
 }
 

@@ -11,6 +11,7 @@
 #include "block/inputs/height_check.h"
 #include "block/inputs/scan_interior.h"
 #include "block/pictures/patch_sheet.h"
+#include "core/base/environment_error.h"
 #include "core/base/error.h"
 #include "core/files/orientation_table.h"
 #include "core/raster/raster.h"
@@ -65,24 +66,29 @@ std::optional<Finding> WithoutHeights(const ExteriorSetting& setting, const Pose
                   setting.options.dem, std::round(at.x()), std::round(at.y())));
 }
 
-// What is told about a photo beyond its orientation: for maps, reports and people.
+// What is told about a photo beyond its orientation: for maps, reports and people. Of one that
+// failed the patches are drawn as its approximation sees them.
 void Illustrate(const ExteriorSetting& setting, const ScanInterior& interior,
                 const exterior::PhotoImage& image, const std::vector<patchdb::Patch>& patches,
-                ExteriorResult* result) {
+                const Pose& approximation, ExteriorResult* result) {
   result->width = image.Width();
   result->height = image.Height();
-  if (!result->pose) return;
-  const auto position = std::find_if(
+  auto position = std::find_if(
       interior.positions.begin(), interior.positions.end(),
       [&](const exterior::FilmPosition& p) { return p.orientation == result->orientation; });
-  PhotoView view{setting.camera.camera, position->photo_from_pixel, *result->pose,
-                 position->film_correction};
+  if (position == interior.positions.end()) position = interior.positions.begin();
+  PhotoView view{setting.camera.camera, position->photo_from_pixel,
+                 result->pose.value_or(approximation), position->film_correction};
   if (const auto& estimated = result->principal_distance)
     view.camera.principal_distance_mm = estimated->value_mm;
-  result->footprint_m = Footprint(view, setting.surface);
+  if (result->pose) result->footprint_m = Footprint(view, setting.surface);
   const fs::path pictures = setting.options.pictures.value_or(setting.options.out);
-  WritePatchSheet((pictures / (result->photo + ".patches.png")).string(), view, image, patches,
-                  *result);
+  try {
+    WritePatchSheet((pictures / (result->photo + ".patches.png")).string(), view, image, patches,
+                    *result);
+  } catch (const InputError& error) {  // a picture does not cost the pose
+    result->findings.push_back({.reason = Reason::kPictureNotWritten, .where = error.what()});
+  }
 }
 
 std::vector<patchdb::Patch> PatchesUnder(const ExteriorSetting& setting,
@@ -113,12 +119,18 @@ bool AccuracyIsStated(const ExteriorSetting& setting, const OrientationRow& row)
          (row.sigma || options.position_sigma_m || options.attitude_sigma_rad);
 }
 
+exterior::OrientPhotoOptions OptionsOf(const ExteriorSetting& setting) {
+  exterior::OrientPhotoOptions options;
+  options.target_m = setting.options.target_m;
+  return options;
+}
+
 ExteriorResult OrientAsStated(const ExteriorSetting& setting, const exterior::PhotoToOrient& photo,
                               const exterior::PhotoImage& image,
                               std::vector<patchdb::Patch>* patches) {
   *patches = PatchesUnder(setting, photo, photo.prior, 3);
   if (patches->empty()) return WithoutPatches(setting, photo);
-  return exterior::OrientPhoto(photo, image, *patches);
+  return exterior::OrientPhoto(photo, image, *patches, OptionsOf(setting));
 }
 
 // What could not be oriented within the approximation's accuracy, or has none: the whole photo at
@@ -130,7 +142,7 @@ ExteriorResult OrientWidely(const ExteriorSetting& setting, const exterior::Phot
   *patches = PatchesUnder(setting, photo,
                           exterior::Widened(photo.prior, setting.surface.MeanHeight()), kSigmas);
   if (patches->empty()) return vague ? WithoutPatches(setting, photo) : before;
-  exterior::OrientPhotoOptions options;
+  exterior::OrientPhotoOptions options = OptionsOf(setting);
   options.wide = true;
   options.prior_failed = !vague;
   ExteriorResult result = exterior::OrientPhoto(photo, image, *patches, options);
@@ -140,17 +152,12 @@ ExteriorResult OrientWidely(const ExteriorSetting& setting, const exterior::Phot
   if (why.reason == Reason::kNothingAlike)
     why = Because(Reason::kNothingAlikeAfterPrior, why.where);
   result = before;
-  exterior::Add(why, &result);
+  result.findings.insert(result.findings.begin() + 1, why);  // what to do remains the end
   return result;
 }
 
 // A DEM's heights that are wrong by less than this many pixels on the ground are not worth a word.
 constexpr double kHeightTolerancePx = 4;
-
-double GroundPixel(const ExteriorSetting& setting, const PhotoView& view) {
-  return view.PixelSize() / view.camera.principal_distance_mm *
-         std::abs(view.pose.position_m.z() - setting.surface.MeanHeight());
-}
 
 Finding WithoutApproximation(const ExteriorRunOptions& options, const std::string& name) {
   return Because(Reason::kNoApproximation,
@@ -189,19 +196,17 @@ ExteriorResult OrientOne(const ExteriorSetting& setting, const std::string& path
   std::vector<patchdb::Patch> patches;
   ExteriorResult result;
   if (!vague) result = OrientAsStated(setting, photo, image, &patches);
-  exterior::OrientPhotoOptions as_oriented;
+  exterior::OrientPhotoOptions as_oriented = OptionsOf(setting);
   as_oriented.wide = !result.pose;
   if (!result.pose) result = OrientWidely(setting, photo, image, result, vague, &patches);
   if (setting.options.principal_distance_sigma_mm)
     result = exterior::OrientWithPrincipalDistance(photo, image, patches, as_oriented, result,
                                                    *setting.options.principal_distance_sigma_mm);
+  const PhotoView expected{photo.camera, photo.positions.front().photo_from_pixel, prior.pose};
   CheckHeights(setting.surface, patches,
-               kHeightTolerancePx *
-                   GroundPixel(setting, {photo.camera, photo.positions.front().photo_from_pixel,
-                                         prior.pose}),
-               &result);
+               kHeightTolerancePx * expected.GroundPixel(setting.surface.MeanHeight()), &result);
   for (const Finding& finding : interior.findings) exterior::Add(finding, &result);
-  Illustrate(setting, interior, image, patches, &result);
+  Illustrate(setting, interior, image, patches, row->pose, &result);
   return result;
 }
 
@@ -212,10 +217,8 @@ ExteriorResult OrientFromFiles(const ExteriorSetting& setting, const std::string
     return OrientOne(setting, path);
   } catch (const InputError& error) {
     return Failed(PhotoName(path), Because(Reason::kPhotoUnusable, error.what()));
-  } catch (const std::bad_alloc&) {
-    return Failed(PhotoName(path),
-                  Because(Reason::kPhotoUnusable, "out of memory; use fewer --jobs"));
   } catch (const std::exception& error) {
+    RethrowOfEnvironment();
     return Failed(PhotoName(path),
                   Because(Reason::kPhotoUnusable,
                           std::string("internal error, please report it: ") + error.what()));

@@ -3,7 +3,6 @@
 #include <filesystem>
 
 #include "block/inputs/digest.h"
-#include "block/inputs/exposure_date.h"
 #include "core/base/atomic_write.h"
 #include "core/base/error.h"
 
@@ -22,8 +21,8 @@ patchdb::PatchDatabase OpenForFeedback(const std::string& path) {
 }
 
 // Returns why the database could not be told; empty: it was, or there was nothing to tell.
-std::string Feedback(patchdb::PatchDatabase& database, const std::string& path, CameraKind kind,
-                     const ExteriorResult& result) {
+std::string Feedback(patchdb::PatchDatabase& database, const std::string& path,
+                     const std::optional<std::string>& date, const ExteriorResult& result) {
   std::vector<patchdb::MatchAttempt> attempts;
   for (const PatchResult& patch : result.patches)
     if (patch.state != PatchState::kNotVisible)
@@ -33,7 +32,6 @@ std::string Feedback(patchdb::PatchDatabase& database, const std::string& path, 
   if (attempts.empty()) return "";
   try {
     const std::string digest = DigestOfFile(path);
-    const auto date = ExposureDate(path, kind);
     for (patchdb::MatchAttempt& attempt : attempts) {
       attempt.photo_digest = digest;
       attempt.photo_date = date;
@@ -55,11 +53,12 @@ Learning::Learning(const std::string& patchdb, const std::string& directory, boo
   WriteFileAtomically(note_, "the patch database has not learnt from these results yet\n");
 }
 
-void Learning::Tell(const std::vector<std::string>& photos, const std::vector<char>& fresh,
-                    CameraKind kind, std::vector<ExteriorResult>* results) {
+void Learning::Tell(const std::vector<std::string>& photos,
+                    const std::vector<std::optional<std::string>>& dates,
+                    const std::vector<char>& fresh, std::vector<ExteriorResult>* results) {
   for (std::size_t i = 0; i < results->size(); ++i) {
     if (!fresh[i] && !interrupted_) continue;
-    const std::string why_not = Feedback(database_, photos[i], kind, (*results)[i]);
+    const std::string why_not = Feedback(database_, photos[i], dates[i], (*results)[i]);
     if (why_not.empty()) continue;
     (*results)[i].findings.push_back({.reason = Reason::kNotLearnt, .where = why_not});
     WriteExteriorResult(directory_, (*results)[i]);

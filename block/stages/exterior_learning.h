@@ -6,7 +6,6 @@
 #include <vector>
 
 #include "core/files/results.h"
-#include "core/geometry/camera.h"
 #include "patchdb/store/patch_database.h"
 
 namespace orient::block {
@@ -21,9 +20,11 @@ class Learning {
   // photo.
   Learning(const std::string& patchdb, const std::string& directory, bool resume);
 
-  // `photos`: their scans' paths, in the order of the results. `fresh`: results of this run. What
-  // cannot be told does not take a photo's orientation away.
-  void Tell(const std::vector<std::string>& photos, const std::vector<char>& fresh, CameraKind kind,
+  // `photos`: their scans' paths, in the order of the results, `dates` of their exposures where
+  // these are known. `fresh`: results of this run. What cannot be told does not take a photo's
+  // orientation away.
+  void Tell(const std::vector<std::string>& photos,
+            const std::vector<std::optional<std::string>>& dates, const std::vector<char>& fresh,
             std::vector<ExteriorResult>* results);
 
  private:

@@ -6,6 +6,7 @@
 #include "block/inputs/block_camera.h"
 #include "block/inputs/film_pixel.h"
 #include "block/inputs/mark_shapes.h"
+#include "core/base/date.h"
 #include "core/base/error.h"
 #include "core/base/median.h"
 #include "exterior/steps/predict.h"
@@ -114,6 +115,8 @@ std::optional<std::string> ExteriorRunOptions::Check() const {
     return "attitude-sigma-deg must lie between 0 and 180";
   if (kappa_sigma_rad && !(*kappa_sigma_rad > 0 && *kappa_sigma_rad < 3.2))
     return "kappa-sigma-deg must lie between 0 and 180";
+  if (target_m && !(*target_m > 0)) return "target-m must be positive";
+  if (date && !WhyNoDate(*date).empty()) return WhyNoDate(*date);
   if (principal_distance_sigma_mm && !(*principal_distance_sigma_mm > 0))
     return "principal-distance-sigma-mm must be positive";
   if (jobs < 0) return "jobs must not be negative";

@@ -34,6 +34,10 @@ struct ExteriorRunOptions {
   std::optional<double> position_sigma_m;
   std::optional<double> attitude_sigma_rad;
   std::optional<double> kappa_sigma_rad;  // where kappa is known worse than omega and phi
+  std::optional<std::string> date;        // of exposures without one in the table, ISO 8601
+  // Accuracy on the ground (one sigma, anywhere in the frame) that makes a photo ok; otherwise
+  // exterior::DefaultTarget.
+  std::optional<double> target_m;
   // Whether sigmas, including the table's, were stated by the user: a pose that contradicts them is
   // then weak.
   bool accuracy_is_stated = true;

@@ -7,6 +7,7 @@
 
 #include "block/inputs/block_camera.h"
 #include "block/inputs/block_files.h"
+#include "block/inputs/exposure_date.h"
 #include "block/stages/exterior_inputs.h"
 #include "block/stages/exterior_job.h"
 #include "block/stages/exterior_learning.h"
@@ -129,6 +130,17 @@ void RunWave(const ExteriorSetting& setting, const std::vector<std::size_t>& wav
   }
 }
 
+// Of the exposures: as the table says, or the run's options, or a digital photo's file.
+std::vector<std::optional<std::string>> DatesOf(const ExteriorSetting& setting) {
+  std::vector<std::optional<std::string>> dates;
+  for (const std::string& path : setting.options.photos) {
+    const OrientationRow* row = setting.approximations.Find(PhotoName(path));
+    dates.push_back(row != nullptr && row->date ? row->date : setting.options.date);
+    if (!dates.back()) dates.back() = ExposureDate(path, setting.camera.camera.kind);
+  }
+  return dates;
+}
+
 }  // namespace
 
 std::vector<ExteriorResult> RunExterior(const ExteriorRunOptions& given,
@@ -156,8 +168,7 @@ std::vector<ExteriorResult> RunExterior(const ExteriorRunOptions& given,
   };
   for (std::vector<std::size_t> wave = next(); !wave.empty(); wave = next())
     RunWave(setting, wave, &asked, done, &oriented);
-  if (learning)
-    learning->Tell(options.photos, oriented.fresh, setting.camera.camera.kind, &oriented.results);
+  if (learning) learning->Tell(options.photos, DatesOf(setting), oriented.fresh, &oriented.results);
   WriteOrientationTable(TablePath(options).string(), TableOf(oriented.results, setting.crs));
   // Photos with a principal distance of their own have no camera in common.
   if (!options.principal_distance_sigma_mm) WriteBlockCamera(options.out, setting.camera);

@@ -10,6 +10,7 @@
 #include "block/inputs/mark_shapes.h"
 #include "block/stages/interior_outputs.h"
 #include "block/stages/jobs.h"
+#include "core/base/environment_error.h"
 #include "core/base/error.h"
 #include "core/base/output_directory.h"
 #include "core/files/orientation_table.h"
@@ -147,6 +148,7 @@ InteriorResult OrientOne(const InteriorRunOptions& options, const RunCameras& ca
     result.findings = {
         {.reason = Reason::kScanUnusable, .at_best = Status::kFailed, .where = error.what()}};
   } catch (const std::exception& error) {
+    RethrowOfEnvironment();
     result = {};
     result.findings = {{.reason = Reason::kScanUnusable,
                         .at_best = Status::kFailed,

@@ -13,6 +13,7 @@
 #include "block/inputs/digest.h"
 #include "block/stages/jobs.h"
 #include "core/base/atomic_write.h"
+#include "core/base/environment_error.h"
 #include "core/base/error.h"
 #include "core/base/output_directory.h"
 
@@ -176,7 +177,8 @@ void KeypointStage::Prepare(const Lenders& which, const std::vector<BlockPhotoFi
     tbb::parallel_for(std::size_t{0}, absent.size(), [&](std::size_t k) {
       try {
         found[k] = Find(photos[absent[k]]);
-      } catch (const std::exception&) {  // one that cannot be read, or is too much, shows nothing
+      } catch (const std::exception&) {  // one that cannot be read shows nothing
+        RethrowOfEnvironment();
       }
     });
   });

@@ -6,6 +6,7 @@
 
 #include "block/inputs/digest.h"
 #include "block/stages/jobs.h"
+#include "core/base/environment_error.h"
 #include "core/base/error.h"
 #include "core/base/output_directory.h"
 
@@ -62,9 +63,8 @@ Job JobOf(const TieStage& stage, std::size_t owner, const std::vector<std::strin
       WriteTieFile(stage.store.PathOf(name), name, inputs, MeasureTies(stage, owner, neighbours));
     } catch (const InputError& error) {
       *failure = error.what();
-    } catch (const std::bad_alloc&) {
-      *failure = "out of memory; use fewer --jobs";
     } catch (const std::exception& error) {
+      RethrowOfEnvironment();
       *failure = std::string("internal error, please report it: ") + error.what();
     }
   };

@@ -92,12 +92,6 @@ Finding Failing(Reason reason, std::string where = {}) {
   return {.reason = reason, .at_best = Status::kFailed, .where = std::move(where)};
 }
 
-double WorstSigma(const AdjustmentInputs& inputs, const PhotoView& view,
-                  const Matrix6d& covariance) {
-  return exterior::WorstProjectionSigma(view, covariance,
-                                        GroundHeightUnder(inputs.surface, view.camera, view.pose));
-}
-
 // Patches as the adjusted pose sees them.
 void UpdatePatches(const AdjustedBlock& adjusted, const std::vector<std::size_t>& observations,
                    const PhotoView& view, ExteriorResult* result) {
@@ -198,13 +192,14 @@ ExteriorResult Final(const AdjustmentInputs& inputs, const AdjustedBlock& adjust
     return result;
   }
   const PhotoView view = WithOwnFilm(inputs, adjusted, photo);
-  tied.worst_sigma_px = WorstSigma(inputs, view, now.covariance);
-  if (file.by_neighbours) {
-    if (const auto objection = WhyNotTied(tied)) {
-      ExteriorResult result = FailedFrom(file, *objection);
-      result.ties = sightings.ties;
-      return result;
-    }
+  const double height_m = GroundHeightUnder(inputs.surface, view.camera, view.pose);
+  tied.worst_sigma_px = exterior::WorstProjectionSigma(view, now.covariance, height_m);
+  if (file.exterior.target_m) tied.target_px = *file.exterior.target_m / view.GroundPixel(height_m);
+  const Findings left_open = file.by_neighbours ? JudgeTied(tied) : Findings();
+  if (StatusOf(left_open) == Status::kFailed) {
+    ExteriorResult result = FailedFrom(file, left_open.front());
+    result.ties = sightings.ties;
+    return result;
   }
   ExteriorResult result = file.exterior;
   result.alone = AloneOf(file.by_neighbours ? file.alone : file.exterior);
@@ -220,6 +215,7 @@ ExteriorResult Final(const AdjustmentInputs& inputs, const AdjustedBlock& adjust
     result.findings.insert(
         result.findings.begin(),
         {.reason = Reason::kOrientedByNeighbours, .value = sightings.ties.used, .where = located});
+    for (const Finding& finding : left_open) exterior::Add(finding, &result);
   } else {
     tied.moved_chi2 = MovedChi2(inputs, file, view, result);
     for (const Finding& finding : JudgeAgainstOwnPatches(tied)) exterior::Add(finding, &result);

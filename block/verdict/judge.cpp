@@ -12,7 +12,8 @@ namespace {
 
 constexpr int kMinTies = 6;           // of a photo whose own patches are not enough
 constexpr double kMinRedundancy = 6;  // of its ties together: below, none could be told wrong
-constexpr double kWeakSigmaPx = 1.0;  // of a projection anywhere in the frame
+// Of the target: a pose from ties less precise than that is none.
+constexpr double kMostTargets = 3;
 const double kMaxAloneChi2 = ChiSquareLimit(6, 1e-4);
 
 }  // namespace
@@ -23,23 +24,23 @@ bool TiesContradict(const TiedPhoto& photo) {
 
 Finding TiesContradictFinding(Status at_best) { return {Reason::kTiesContradict, at_best}; }
 
-std::optional<Finding> WhyNotTied(const TiedPhoto& photo) {
+Findings JudgeTied(const TiedPhoto& photo) {
   if (photo.ties_used < kMinTies)
-    return Finding{Reason::kFewTies, Status::kFailed, photo.ties_used, kMinTies};
-  if (TiesContradict(photo)) return TiesContradictFinding(Status::kFailed);
+    return {{Reason::kFewTies, Status::kFailed, photo.ties_used, kMinTies}};
+  if (TiesContradict(photo)) return {TiesContradictFinding(Status::kFailed)};
   if (photo.tie_redundancy < kMinRedundancy)
-    return Finding{Reason::kTiesUncontrolled, Status::kFailed, photo.tie_redundancy,
-                   kMinRedundancy};
-  if (!(photo.worst_sigma_px <= kWeakSigmaPx))
-    return Finding{Reason::kTiesImprecise, Status::kFailed, photo.worst_sigma_px, kWeakSigmaPx};
-  return std::nullopt;
+    return {{Reason::kTiesUncontrolled, Status::kFailed, photo.tie_redundancy, kMinRedundancy}};
+  if (photo.worst_sigma_px <= photo.target_px) return {};
+  const bool useful = photo.worst_sigma_px <= kMostTargets * photo.target_px;
+  return {{Reason::kTiesImprecise, useful ? Status::kWeak : Status::kFailed, photo.worst_sigma_px,
+           photo.target_px}};
 }
 
 Findings JudgeAgainstOwnPatches(const TiedPhoto& photo) {
   Findings findings;
-  if (!(photo.worst_sigma_px <= kWeakSigmaPx))
+  if (!(photo.worst_sigma_px <= photo.target_px))
     findings.push_back(
-        {Reason::kPoorlyDetermined, Status::kWeak, photo.worst_sigma_px, kWeakSigmaPx});
+        {Reason::kPoorlyDetermined, Status::kWeak, photo.worst_sigma_px, photo.target_px});
   if (TiesContradict(photo)) findings.push_back(TiesContradictFinding(Status::kWeak));
   if (photo.moved_chi2 > kMaxAloneChi2)
     findings.push_back({Reason::kMovedByBlock, Status::kWeak, std::sqrt(photo.moved_chi2),

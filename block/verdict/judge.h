@@ -15,6 +15,7 @@ struct TiedPhoto {
   int comparable = 0;         // of the measured ties: another photo's ray could contradict
   double tie_redundancy = 0;  // of the used ones together
   double worst_sigma_px = 0;  // of the adjusted pose's projection, in the frame's worst corner
+  double target_px = 1;       // what that may be at most in a photo that is ok
   double moved_chi2 = 0;      // from where its own patches put it; six degrees of freedom
 };
 
@@ -22,8 +23,9 @@ struct TiedPhoto {
 bool TiesContradict(const TiedPhoto& photo);
 Finding TiesContradictFinding(Status at_best);
 
-// Of a photo without control of its own: why it may not be accepted; empty: it may.
-std::optional<Finding> WhyNotTied(const TiedPhoto& photo);
+// Of a photo without control of its own: what its ties leave open. A pose is given unless one of
+// them is a failure.
+Findings JudgeTied(const TiedPhoto& photo);
 
 // Of a photo that has a pose by its own patches: objections to its pose in the block.
 Findings JudgeAgainstOwnPatches(const TiedPhoto& photo);

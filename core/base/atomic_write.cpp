@@ -13,6 +13,7 @@
 #include <memory>
 #include <stdexcept>
 
+#include "core/base/environment_error.h"
 #include "core/base/error.h"
 
 namespace orient {
@@ -36,7 +37,10 @@ std::string Remedy(int error) {
 }
 
 [[noreturn]] void FailToWrite(const std::string& path, int error) {
-  throw InputError(fmt::format("cannot write {}: {}{}", path, std::strerror(error), Remedy(error)));
+  const std::string what =
+      fmt::format("cannot write {}: {}{}", path, std::strerror(error), Remedy(error));
+  if (IsOfEnvironment(error)) throw EnvironmentError(what);
+  throw InputError(what);
 }
 
 // A file beside the target that nobody else writes; closed and removed unless renamed.

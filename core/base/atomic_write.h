@@ -6,8 +6,8 @@
 
 namespace orient {
 
-// Writes beside `path`, flushes to disk and renames. Throws InputError naming path and cause (no
-// space, read-only folder).
+// Writes beside `path`, flushes to disk and renames. Throws InputError naming path and cause (a
+// read-only folder), EnvironmentError where there is no space or the device fails.
 void WriteFileAtomically(const std::string& path, std::string_view contents);
 
 // Whole contents; throws InputError naming the path.

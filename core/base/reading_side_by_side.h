@@ -36,8 +36,9 @@ auto WorkWhileReading(const Next& next, const Work& work) {
       failure.Keep(i - 1);
     }
   };
+  tbb::task_group_context context(tbb::task_group_context::isolated);  // as SideBySide's
   tbb::this_task_arena::isolate([&] {
-    tbb::task_group group;
+    tbb::task_group group(context);
     std::size_t count = 0;
     for (bool more = true; more;) {
       Batch& batch = batches.emplace_back(Batch{count});

@@ -43,15 +43,20 @@ class FirstFailure {
 template <typename Work>
 void SideBySide(std::size_t count, const Work& work) {
   FirstFailure failure;
+  // Its own context: work around it that is cancelled must not take pieces out of it unseen.
+  tbb::task_group_context context(tbb::task_group_context::isolated);
   tbb::this_task_arena::isolate([&] {
-    tbb::parallel_for(std::size_t{0}, count, [&](std::size_t i) {
-      if (failure.IsBefore(i)) return;
-      try {
-        work(i);
-      } catch (...) {
-        failure.Keep(i);
-      }
-    });
+    tbb::parallel_for(
+        std::size_t{0}, count,
+        [&](std::size_t i) {
+          if (failure.IsBefore(i)) return;
+          try {
+            work(i);
+          } catch (...) {
+            failure.Keep(i);
+          }
+        },
+        context);
   });
   failure.Rethrow();
 }

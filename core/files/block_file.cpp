@@ -9,6 +9,7 @@
 #include <set>
 #include <system_error>
 
+#include "core/base/date.h"
 #include "core/base/error.h"
 #include "core/files/flight_plan_keys.h"
 #include "core/files/orientation_table.h"
@@ -240,7 +241,7 @@ BlockFile ReadBlockFile(const std::string& path) {
   const TomlTable root(
       document, path, "",
       {"crs", "dem", "patchdb", "camera", "photos", "approximations", "approximate_accuracy",
-       "scan", "output", "block", "earth", "flight", "strips", "gnss"});
+       "scan", "output", "block", "earth", "flight", "strips", "gnss", "date", "target_m"});
   const std::string base = fs::path(path).parent_path().string();
   BlockFile block{.crs = Crs::Parse(root.Text("crs"), path + ", crs"),
                   .dem = ExistingFile(root, "dem", base),
@@ -257,6 +258,10 @@ BlockFile ReadBlockFile(const std::string& path) {
   ReadAccuracy(root, &block);
   ReadAdjustment(root, &block);
   ReadScan(root, &block);
+  block.date = root.FindText("date");
+  if (block.date && !WhyNoDate(*block.date).empty())
+    root.Fail("date", "is " + WhyNoDate(*block.date));
+  if (root.Has("target_m")) block.target_m = root.PositiveNumber("target_m");
   return block;
 }
 

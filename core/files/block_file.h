@@ -46,7 +46,9 @@ struct BlockFile {
   // One sigma of approximations without sigma columns; empty where it is not stated.
   std::optional<double> position_sigma_m = {};
   std::optional<double> attitude_sigma_rad = {};
-  bool observe_approximations = false;  // as observations of the adjustment, too
+  std::optional<std::string> date = {};  // of photos without one in the table, ISO 8601
+  std::optional<double> target_m = {};   // accuracy on the ground that makes a photo ok
+  bool observe_approximations = false;   // as observations of the adjustment, too
   std::optional<double> pixel_size_um = {};
   std::optional<Polarity> polarity = {};            // empty: auto
   std::optional<ScanOrientation> orientation = {};  // empty: auto

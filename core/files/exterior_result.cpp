@@ -90,6 +90,7 @@ Json ExteriorJson(const ExteriorResult& result) {
   WriteFindings(result.findings, &json);
   if (result.alone) json["alone"] = AloneJson(*result.alone);
   if (!result.made_from.empty()) json["made_from"] = result.made_from;
+  if (result.target_m) json["target_m"] = *result.target_m;
   if (result.earth_k1) json["earth_k1"] = *result.earth_k1;
   if (const auto& area = result.asked_of_neighbours)
     json["asked_of_neighbours"] = {{"x", {area->min_x, area->max_x}},
@@ -191,6 +192,7 @@ ExteriorResult ReadExteriorResult(const std::string& path) {
     result.patches.push_back(ReadPatch(field));
   if (const auto alone = root.Find("alone")) result.alone = ReadAlone(*alone);
   result.made_from = root.FindTexts("made_from");
+  result.target_m = root.FindNumber("target_m");
   result.earth_k1 = root.FindNumber("earth_k1");
   if (const auto area = root.Find("asked_of_neighbours")) {
     const Eigen::Vector2d x = area->At("x").AsVector2(), y = area->At("y").AsVector2();

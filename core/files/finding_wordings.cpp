@@ -138,6 +138,12 @@ const std::vector<Wording>& Wordings() {  // NOLINT(readability-function-size): 
        "produce that"},
       {Reason::kMostContradict, "most_contradict",
        "more than half of the matched patches contradict the pose"},
+      {Reason::kHarvestMoreDensely, "harvest_more_densely",
+       "only {value:.0f} patches lie under the photo: harvest more densely there "
+       "(--max-per-photo), or from more photos"},
+      {Reason::kHarvestLargerChips, "harvest_larger_chips",
+       "a patch is only {value:.0f} px wide in this photo: harvest larger chips (--chip-px), or "
+       "from images at its scale"},
       {Reason::kContradictsApproximation, "contradicts_approximation",
        "the pose lies {value:.0f} sigma from its approximation: either the approximation is worse "
        "than stated, or {where} wrong"},
@@ -147,7 +153,9 @@ const std::vector<Wording>& Wordings() {  // NOLINT(readability-function-size): 
        "the patches that agree cover {value:.1f} % of the photo: the rest is uncontrolled"},
       {Reason::kPoorlyDetermined, "poorly_determined",
        "the pose is poorly determined: in the worst corner of the frame its projection is "
-       "uncertain by {value:.2f} px"},
+       "uncertain by {value:.2f} px, the target is {limit:.2f} px"},
+      {Reason::kResidualTrend, "residual_trend",
+       "the residuals show a {where} of {value:.2f} px (RMS); the covariance allows for it"},
       {Reason::kPrincipalDistanceNotEstimated, "principal_distance_not_estimated",
        "the principal distance could not be estimated: the pose holds with the camera file's"},
       {Reason::kPrincipalDistanceNotConverged, "principal_distance_not_converged",
@@ -169,6 +177,7 @@ const std::vector<Wording>& Wordings() {  // NOLINT(readability-function-size): 
        "height datums differ; the pose has the patches'"},
       {Reason::kNotLearnt, "not_learnt",
        "its matches were not recorded in the patch database: {where}"},
+      {Reason::kPictureNotWritten, "picture_not_written", "its picture is missing: {where}"},
       {Reason::kUnusableInBlock, "unusable_in_block", "{where}"},
       {Reason::kNoTies, "no_ties", "it has no tie points with its neighbours"},
       {Reason::kNotConnected, "not_connected",
@@ -182,7 +191,7 @@ const std::vector<Wording>& Wordings() {  // NOLINT(readability-function-size): 
        "its tie points do not check one another: most connect it to one other photo only"},
       {Reason::kTiesImprecise, "ties_imprecise",
        "its tie points determine its pose poorly: in the worst corner of the frame its "
-       "projection is uncertain by {value:.2f} px"},
+       "projection is uncertain by {value:.2f} px, the target is {limit:.2f} px"},
       {Reason::kOrientedByNeighbours, "oriented_by_neighbours",
        "oriented by {value:.0f} tie points with its neighbours; its own patches were not "
        "enough{where}"},
@@ -297,6 +306,8 @@ const std::vector<Wording>& Wordings() {  // NOLINT(readability-function-size): 
        "gradients too weak for a precise position"},
       {Reason::kFoundElsewhereInPatch, "found_elsewhere_in_patch",
        "matching back ends elsewhere in the patch"},
+      {Reason::kPatchFoundWithNoOthers, "patch_found_with_no_others",
+       "found nowhere that agrees with the other patches"},
       {Reason::kPatchContradictsOthers, "patch_contradicts_others",
        "does not agree with the other patches"},
       {Reason::kPatchContradictsBlock, "patch_contradicts_block", "does not agree with the block"},

@@ -13,6 +13,7 @@
 #include <stdexcept>
 
 #include "core/base/atomic_write.h"
+#include "core/base/date.h"
 #include "core/base/error.h"
 
 namespace orient {
@@ -23,6 +24,7 @@ constexpr std::array<const char*, 7> kColumns = {"filename", "x",   "y",    "z",
                                                  "omega",    "phi", "kappa"};
 constexpr std::array<const char*, 6> kSigmaColumns = {"sigma_x",     "sigma_y",   "sigma_z",
                                                       "sigma_omega", "sigma_phi", "sigma_kappa"};
+constexpr const char* kDateColumn = "date";
 constexpr const char* kHeader = "filename,x,y,z,omega,phi,kappa";
 
 struct Cell {
@@ -191,6 +193,15 @@ std::optional<Vector6d> ReadSigma(const TableText& text, const Columns& columns,
   return sigma;
 }
 
+std::optional<std::string> ReadDate(const TableText& text, const Columns& columns,
+                                    const std::vector<Cell>& cells) {
+  const auto column = columns.index.find(kDateColumn);
+  if (column == columns.index.end() || cells[column->second].text.empty()) return std::nullopt;
+  const Cell& cell = cells[column->second];
+  if (const std::string wrong = WhyNoDate(cell.text); !wrong.empty()) text.Fail(cell, wrong);
+  return cell.text;
+}
+
 OrientationRow ReadRow(const TableText& text, const Columns& columns,
                        const std::vector<Cell>& cells) {
   if (cells.size() != columns.count)
@@ -212,6 +223,7 @@ OrientationRow ReadRow(const TableText& text, const Columns& columns,
     }
   }
   row.sigma = ReadSigma(text, columns, cells);
+  row.date = ReadDate(text, columns, cells);
   return row;
 }
 

@@ -14,8 +14,9 @@ namespace orient {
 struct OrientationRow {
   std::string photo;  // file name without its extension
   Pose pose;
-  std::optional<Vector6d> sigma;  // x y z [m] omega phi kappa [rad]
-  bool attitude_known = true;     // false: the angles are zero and say nothing of kappa
+  std::optional<Vector6d> sigma;         // x y z [m] omega phi kappa [rad]
+  bool attitude_known = true;            // false: the angles are zero and say nothing of kappa
+  std::optional<std::string> date = {};  // of the exposure, ISO 8601 (1961, 1961-07-30)
 };
 
 struct OrientationTable {
@@ -29,7 +30,8 @@ struct OrientationTable {
 // sigma_z only, omega and phi are taken to be good to 3 degrees and kappa for unknown).
 enum class Attitudes { kRequired, kMayBeAbsent };
 
-// Throws InputError naming file, line, column and value; a photo named twice is an error.
+// A column `date` is read where there is one; its cells may be empty. Throws InputError naming
+// file, line, column and value; a photo named twice is an error.
 OrientationTable ReadOrientationTable(const std::string& path,
                                       Attitudes attitudes = Attitudes::kRequired);
 

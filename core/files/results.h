@@ -112,6 +112,7 @@ struct ExteriorResult {
   std::optional<Pose> pose;
   std::optional<Matrix6d> covariance;
   std::optional<double> sigma0_px;
+  std::optional<double> target_m;              // accuracy on the ground that the status refers to
   std::optional<ScanOrientation> orientation;  // the scan orientation used
   std::optional<EstimatedPrincipalDistance> principal_distance;
   std::vector<Eigen::Vector3d> footprint_m;  // the frame's outline on the ground, closed ring

@@ -25,6 +25,10 @@ double PhotoView::PixelSize() const {
   return std::sqrt(std::abs(photo_from_pixel.A.determinant()));
 }
 
+double PhotoView::GroundPixel(double height_m) const {
+  return PixelSize() / camera.principal_distance_mm * std::abs(pose.position_m.z() - height_m);
+}
+
 std::optional<Bounds> FootprintBounds(const Camera& camera, const Pose& pose, double min_height_m,
                                       double max_height_m) {
   constexpr int kPointsAlongSide = 8;

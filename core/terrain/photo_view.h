@@ -40,6 +40,8 @@ struct PhotoView {
                                                  const GroundSurface& surface) const;
   // Mean pixel size in the photo system, mm.
   double PixelSize() const;
+  // What a pixel of a vertical photo shows of level ground at this height, metres.
+  double GroundPixel(double height_m) const;
 };
 
 // What of the ground the camera's frame can show when all heights lie in [min_height_m,

@@ -23,7 +23,7 @@ constexpr double kDoubtPerHeight = 0.03;
 constexpr double kCluster = 0.15;
 // The best are drawn again under the pose that they led to.
 constexpr std::size_t kFollowed = 3;
-constexpr double kMostCorrelated = 4.5e8;  // pixels: some 15 s of a processor
+constexpr double kMostCorrelated = 2e8;  // pixels: some 7 s of a processor
 
 // What each candidate says of the tilt, as a shift in a level photo of principal distance one.
 std::vector<PlaneVote> TiltVotes(const PhotoView& view, const std::vector<VotingPatch>& voting) {

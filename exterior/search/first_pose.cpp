@@ -70,14 +70,15 @@ std::optional<Consensus> Vote(const PhotoView& view, const PosePrior& prior,
   return FindConsensus(view, prior, voting, options);
 }
 
-// All patches around where the track's pose sees them, at a level; the track as it was where too
-// few agree.
-void VoteAround(const PhotoTask& task, int reduction, double margin_px, PoseTrack* track) {
+// Patches around where the track's pose sees them, at a level; the track as it was where too few
+// agree.
+void VoteAround(const PhotoTask& task, int reduction, double margin_px, PoseTrack* track,
+                int most_patches = kVotingPatches) {
   const PosePrior weak = Weakened({track->pose, task.photo.prior.covariance});
   const PhotoView view = task.View(track->position, track->pose);
   const auto predictions =
       SelectSpread(Predict(view, track->covariance, task.patches, task.Prediction()), task.patches,
-                   kVotingPatches, task.Prediction());
+                   most_patches, task.Prediction());
   const auto consensus = Vote(view, weak, Seek(task, view, predictions, reduction, margin_px),
                               reduction, track->trials);
   // A patch may be too small for this level: a finer one shows it.
@@ -240,6 +241,10 @@ std::optional<PoseTrack> FirstPose(const PhotoTask& task) {
   return best;
 }
 
+// Most rough poses are wrong: some of the patches tell. Of these so many agree around a right one,
+// three or four around any.
+constexpr int kProbingPatches = 40, kWorthAllPatches = 6;
+
 std::optional<PoseTrack> Confirmed(const PhotoTask& task, const PoseTrack& rough) {
   const PhotoView view = task.View(rough.position, rough.pose);
   const auto predictions = Predict(view, rough.covariance, task.patches, task.Prediction());
@@ -247,7 +252,14 @@ std::optional<PoseTrack> Confirmed(const PhotoTask& task, const PoseTrack& rough
   PoseTrack track = rough;
   const int coarsest =
       CoarsestReduction(task, view, predictions, LargestRadius(predictions, kWindowSigmas));
-  VoteAround(task, std::min(coarsest, 4), 2.0 * rough.reduction, &track);
+  const int reduction = std::min(coarsest, 4);
+  if (std::ssize(predictions) > 2 * kProbingPatches) {
+    PoseTrack probe = rough;
+    VoteAround(task, reduction, 2.0 * rough.reduction, &probe, kProbingPatches);
+    const bool found = probe.rounds.size() > rough.rounds.size();
+    if (!found || probe.rounds.back().matched < kWorthAllPatches) return std::nullopt;
+  }
+  VoteAround(task, reduction, 2.0 * rough.reduction, &track);
   if (track.rounds.size() == rough.rounds.size()) return std::nullopt;
   return track;
 }

@@ -6,6 +6,7 @@
 #include <cmath>
 #include <map>
 #include <numbers>
+#include <set>
 
 #include "core/geometry/collinearity.h"
 #include "exterior/search/first_pose.h"
@@ -19,7 +20,11 @@ namespace {
 
 // Levels that are searched, the coarser first: most photos are found there at a quarter of the
 // cost.
-constexpr std::array kMostPixels = {3e6, 12e6};
+struct Level {
+  double most_pixels;
+  int batches;  // of patches: of a region much larger than the photo many lie beside it
+};
+constexpr std::array kLevels = {Level{3e6, 1}, Level{12e6, 3}};
 constexpr double kLeastChip_px = 24;  // of the level: half of it is border
 // The smallest that SIFT finds, diameter in pixels.
 constexpr double kSmallest_px = 3;
@@ -35,18 +40,20 @@ class KeypointSearch {
   WholePhotoSearch Run() {
     WholePhotoSearch search;
     int before = 0;
-    for (const double most_pixels : kMostPixels) {
+    for (const auto& [most_pixels, batches] : kLevels) {
       const int reduction = FinestReduction(task_.image, most_pixels);
       if (reduction == before) break;
       before = reduction;
-      SearchLevel(reduction, &search);
+      SearchLevel(reduction, batches, &search);
       if (Convinces(search.track, task_.options)) break;
     }
     return search;
   }
 
  private:
-  void SearchLevel(int reduction, WholePhotoSearch* search) const;
+  void SearchLevel(int reduction, int batches, WholePhotoSearch* search) const;
+  void SearchBatch(const Keypoints& photo, const std::vector<std::size_t>& which, int reduction,
+                   WholePhotoSearch* search) const;
   void Try(const Keypoints& photo, const ChipKeypoints& chips, int reduction, bool mirrored,
            WholePhotoSearch* search) const;
   std::optional<PoseTrack> Follow(const std::vector<Pair>& turned, const Keypoints& photo,
@@ -84,19 +91,32 @@ std::vector<std::size_t> KeypointSearch::PatchesAround() const {
   return around;
 }
 
-void KeypointSearch::SearchLevel(int reduction, WholePhotoSearch* search) const {
-  const double gsd_m = Gsd() * reduction;
-  const auto which = PatchesToShow(task_.patches, PatchesAround(), kLeastChip_px * gsd_m);
-  if (which.empty()) return;
-  search->searched = true;
-  const Keypoints photo = KeypointsOf(task_.image, reduction);
+void KeypointSearch::SearchLevel(int reduction, int batches, WholePhotoSearch* search) const {
+  std::vector<std::size_t> around = PatchesAround();
+  std::optional<Keypoints> photo;
+  for (int batch = 0; batch < batches; ++batch) {
+    const std::vector<std::size_t> which =
+        PatchesToShow(task_.patches, around, kLeastChip_px * Gsd() * reduction);
+    if (which.empty()) return;
+    search->searched = true;
+    if (!photo) photo = KeypointsOf(task_.image, reduction);
+    SearchBatch(*photo, which, reduction, search);
+    if (Convinces(search->track, task_.options)) return;
+    std::erase_if(around, [&, sought = std::set(which.begin(), which.end())](std::size_t i) {
+      return sought.count(i) > 0;
+    });
+  }
+}
+
+void KeypointSearch::SearchBatch(const Keypoints& photo, const std::vector<std::size_t>& which,
+                                 int reduction, WholePhotoSearch* search) const {
   for (const bool mirrored : {false, true}) {
     const auto& positions = task_.photo.positions;
     if (std::none_of(positions.begin(), positions.end(),
                      [&](const FilmPosition& p) { return IsMirrored(p) == mirrored; }))
       continue;
     const ChipKeypoints chips =
-        KeypointsOf(task_.patches, which, kSmallest_px * gsd_m / kScaleReach, mirrored);
+        KeypointsOf(task_.patches, which, kSmallest_px * Gsd() * reduction / kScaleReach, mirrored);
     Try(photo, chips, reduction, mirrored, search);
     if (Convinces(search->track, task_.options)) return;
   }
@@ -241,8 +261,10 @@ std::optional<PoseTrack> KeypointSearch::Follow(const std::vector<Pair>& turned,
 
 double KeypointTrials(const PhotoTask& task) {
   constexpr int kPosesOfATurn = 2;
-  return static_cast<double>(kMostPixels.size() * kTried * kPosesOfATurn *
-                             task.photo.positions.size());
+  int batches = 0;
+  for (const Level& level : kLevels) batches += level.batches;
+  return static_cast<double>(batches * kTried * kPosesOfATurn) *
+         static_cast<double>(task.photo.positions.size());
 }
 
 WholePhotoSearch SearchByKeypoints(const PhotoTask& task, double ground_height_m, double trials) {

@@ -1,7 +1,6 @@
 // What the searches for a first pose share (keypoint_search.h, attitude_search.h, wide_search.h,
-// first_pose.h): which
-// of two poses is better, and for a whole photo the order in which ways to take it are tried, and
-// the best followed up. Private to exterior.
+// first_pose.h): which of two poses is better, and for a whole photo the order in which ways to
+// take it are tried, and the best followed up. Private to exterior.
 #pragma once
 
 #include <array>

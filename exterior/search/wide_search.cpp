@@ -21,7 +21,7 @@ constexpr double kClusterPerHeight = 0.15;
 // Of each scale the best hypotheses are followed: under the pose that a few tiles agree on the
 // others look more like the photo, and that pose may have another scale.
 constexpr std::size_t kFollowed = 2;
-constexpr double kMostCorrelated = 2e8;  // pixels: some 5 s of a processor
+constexpr double kMostCorrelated = 1e8;  // pixels: some 3 s of a processor
 
 // One way the photo may have been taken.
 struct Hypothesis {

@@ -16,6 +16,7 @@
 #include "core/geometry/resection.h"
 #include "core/terrain/photo_view.h"
 #include "exterior/steps/observation.h"
+#include "exterior/steps/residual_trends.h"
 
 namespace orient::exterior {
 
@@ -32,6 +33,7 @@ struct CorrelatedPose {
   // variances.
   double noise_factor = 1;
   double height_factor = 1;
+  std::vector<ResidualTrend> trends;  // of the residuals; in the honest covariance
   // Estimated with the pose where it is an unknown: what it leaves open is in the pose's
   // covariances. Sigma with what residuals do not show.
   double principal_distance_mm = 0, principal_distance_sigma_mm = 0;
@@ -40,7 +42,7 @@ struct CorrelatedPose {
 // Gauss-Newton from view.pose, variance components by restricted maximum likelihood (Patterson &
 // Thompson 1971), the heights' between a hundredth and ten times their stated variance, the
 // observations' at least a tenth; covariances are those of Student's distribution. Of more than 250
-// observations every k-th is used: they share their errors, more of them add nothing. With
+// observations neighbours are averaged: they share their errors. With
 // `unknown` the principal distance is a seventh unknown, from the view's camera's. Over level
 // ground the flying height absorbs it, and its sigma stays the prior's; film scale has the same
 // effect and cannot be separated from it. Empty: fewer than four observations, or singular.

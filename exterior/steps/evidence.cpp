@@ -4,6 +4,7 @@
 #include <cmath>
 #include <map>
 #include <numbers>
+#include <numeric>
 #include <set>
 
 #include "core/base/binomial.h"
@@ -12,15 +13,51 @@
 namespace orient::exterior {
 namespace {
 
-// Each supporter had what area gross errors pass in, or that of three sigma where residuals say
-// that it ought to be larger. `found_by_chance`: how often a patch is found where it cannot be.
-double FalseAlarms(const PreciseRound& round, const Evidence& evidence, double found_by_chance) {
+constexpr int kOfAPose = 3;   // places make a pose
+constexpr double kTests = 3;  // by as many bounds a round may prove a pose
+
+// Within which a gross error would agree: as data snooping has it, or three sigma where residuals
+// say that it ought to be more. Of the k-th observation.
+double AgreeingArea(const PreciseRound& round, std::size_t k) {
   const double reach = 3 * std::max(round.estimate->sigma0_px, 0.2);
-  const double area = std::max(std::numbers::pi * reach * reach, round.estimate->passing_px2);
+  return std::max(std::numbers::pi * reach * reach, round.estimate->passing_px2[k]);
+}
+
+double Mean(const std::vector<double>& values) {
+  return std::accumulate(values.begin(), values.end(), 0.0) /
+         static_cast<double>(std::max<std::size_t>(values.size(), 1));
+}
+
+// Each supporter had the mean of the areas. `found_by_chance`: how often a patch is found where it
+// cannot be.
+double FalseAlarms(const PreciseRound& round, const Evidence& evidence, double found_by_chance) {
+  std::vector<double> areas_px2;
+  for (std::size_t k = 0; k < round.observed.size(); ++k)
+    areas_px2.push_back(AgreeingArea(round, k));
   const double in_a_square = found_by_chance * static_cast<double>(round.predictions.size()) /
                              std::max(evidence.sought, 1);
-  const double p = std::min(1.0, in_a_square * area / round.mean_window_px2);
+  const double p = std::min(1.0, in_a_square * Mean(areas_px2) / Mean(round.windows_px2));
   return Log10FalseAlarms(evidence.sought, evidence.agreeing, in_a_square, p);
+}
+
+// Of what was found, wherever: each place at random in its window would agree as often as its own
+// area has it, much of the window for a poor texture and little for a good one. The three that make
+// a pose agree for nothing; they are taken to be those that prove most.
+double FalseAlarmsOfFound(const PreciseRound& round, const Evidence& evidence) {
+  std::map<Square, double> squares;
+  for (std::size_t k = 0; k < round.observed.size(); ++k) {
+    const std::size_t i = round.observed[k];
+    squares[SquareOf(round.predictions[i])] += AgreeingArea(round, k) / round.windows_px2[i];
+  }
+  std::vector<double> chances;
+  for (const auto& [place, chance] : squares) chances.push_back(std::min(chance, 1.0));
+  if (std::ssize(chances) <= kOfAPose || evidence.agreeing <= kOfAPose) return 0;
+  std::sort(chances.begin(), chances.end());
+  const auto found = static_cast<double>(chances.size());
+  const double log_poses =
+      std::lgamma(found + 1) - std::lgamma(found - kOfAPose + 1) - std::lgamma(kOfAPose + 1.0);
+  chances.erase(chances.begin(), chances.begin() + kOfAPose);
+  return (LogTailBound(chances, evidence.agreeing - kOfAPose) + log_poses) / std::numbers::ln10;
 }
 
 }  // namespace
@@ -43,13 +80,15 @@ Evidence CountEvidence(const PreciseRound& round, const PreciseRound& last) {
 
 double LeastFalseAlarms(const PhotoTask& task, const std::vector<PreciseRound>& rounds,
                         double enough) {
-  const double tried = std::log10(static_cast<double>(rounds.size()));
+  const double tried = std::log10(kTests * static_cast<double>(rounds.size()));
   // Usually the first, whose windows are the largest: where patches were found there the others
   // only look again.
   const PreciseRound* proves_most = &rounds.front();
   double least = 0;
   for (const PreciseRound& round : rounds) {
-    const double of_round = FalseAlarms(round, CountEvidence(round, rounds.back()), 1);
+    const Evidence evidence = CountEvidence(round, rounds.back());
+    const double of_round =
+        std::min(FalseAlarms(round, evidence, 1), FalseAlarmsOfFound(round, evidence));
     if (of_round >= least) continue;
     proves_most = &round;
     least = of_round;
@@ -59,7 +98,7 @@ double LeastFalseAlarms(const PhotoTask& task, const std::vector<PreciseRound>& 
   // So high that it is exceeded once in a thousand.
   const DecoyMatches decoys = MatchDecoys(task, *proves_most);
   const double rate = UpperBoundOfRate(decoys.found, decoys.sought, 0.001);
-  return FalseAlarms(*proves_most, evidence, rate) + tried;
+  return std::min(least, FalseAlarms(*proves_most, evidence, rate)) + tried;
 }
 
 }  // namespace orient::exterior

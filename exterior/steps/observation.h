@@ -16,6 +16,9 @@ struct PatchObservation {
   // how wrong they may be (one sigma); zero where nothing is known.
   Eigen::Vector3d height_effect = Eigen::Vector3d::Zero();
   double height_sigma_m = 0;
+  // Of that covariance, what the ground point's own coordinates bring in, mean of both axes: unlike
+  // matches, surveyed points have nothing in common that residuals would not show.
+  double ground_px2 = 0;
   // What it was cut from: observations of one source share smooth errors.
   std::int64_t source = 0;
 };

@@ -21,7 +21,9 @@ PatchObservation ObservationOf(const patchdb::Patch& patch, const Eigen::Vector2
   }
   if (const auto d = PhotoFromGroundWithDerivatives(view.camera, view.pose, patch.ground_m)) {
     const Eigen::Matrix<double, 2, 3> by_ground = view.photo_from_pixel.A.inverse() * d->by_ground;
-    observation.covariance_px2 += by_ground * patch.covariance_m2 * by_ground.transpose();
+    const Eigen::Matrix2d of_ground = by_ground * patch.covariance_m2 * by_ground.transpose();
+    observation.covariance_px2 += of_ground;
+    observation.ground_px2 = of_ground.trace() / 2;
   }
   return observation;
 }

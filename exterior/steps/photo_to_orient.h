@@ -46,6 +46,9 @@ struct OrientPhotoOptions {
   // Searched at every kappa and beyond the stated accuracy (search/wide_search.h), not in windows
   // around the patches (search/first_pose.h).
   bool wide = false;
+  // Accuracy on the ground, one sigma anywhere in the frame, that makes the photo ok; otherwise a
+  // pixel of the photo, or half a pixel of the patches where these are coarser.
+  std::optional<double> target_m;
   // With `wide`: the search within the stated accuracy found nothing; it may be wrong.
   bool prior_failed = false;
 };

@@ -76,7 +76,7 @@ PreciseRound MatchAll(const PhotoTask& task, const PhotoView& view, const Matrix
     const PatchPrediction& prediction = round.predictions[i];
     const auto area =
         AreaToSearch(prediction.pixel, WindowRadius(prediction, margin_px), task.image);
-    round.mean_window_px2 += area.Size().prod() / static_cast<double>(round.predictions.size());
+    round.windows_px2.push_back(std::max(area.Size().prod(), 1.0));
     all.push_back(i);
   }
   round.window_px = LargestRadius(round.predictions, kWindowSigmas) + margin_px;

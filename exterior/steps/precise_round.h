@@ -23,7 +23,7 @@ struct PreciseRound {
   std::optional<PoseEstimate> estimate;  // over the observed
   bool contradicts_prior = false;        // the estimate then does without it
   double window_px = 0;
-  double mean_window_px2 = 0;
+  std::vector<double> windows_px2;  // one per prediction: where it was searched for
 };
 
 // Matches the patches that a view shows around where it shows them.

@@ -91,13 +91,15 @@ double MeanSigmaPx(const std::vector<PatchObservation>& observations,
   return std::sqrt(sum / static_cast<double>(used.size()));
 }
 
-// Of the ellipse in which an observation's squared residual stays below the limit, mean of all.
-double PassingArea(const PhotoView& view, const std::vector<PatchObservation>& observations,
-                   double variance_factor) {
-  double sum = 0;
+// Of the ellipses in which observations' squared residuals stay below the limit.
+std::vector<double> PassingAreas(const PhotoView& view,
+                                 const std::vector<PatchObservation>& observations,
+                                 double variance_factor) {
+  std::vector<double> areas_px2;
   for (const PatchObservation& o : observations)
-    sum += std::sqrt(Covariance(view, o, variance_factor).determinant());
-  return std::numbers::pi * kChi2Limit * sum / static_cast<double>(observations.size());
+    areas_px2.push_back(std::numbers::pi * kChi2Limit *
+                        std::sqrt(Covariance(view, o, variance_factor).determinant()));
+  return areas_px2;
 }
 
 void FillResiduals(const PhotoView& view, const std::vector<PatchObservation>& observations,
@@ -146,12 +148,22 @@ double LogLikelihood(const std::vector<ControlObservation>& control,
   return sum;
 }
 
+std::vector<PatchObservation> Added(std::vector<PatchObservation> observations,
+                                    double variance_px2) {
+  for (PatchObservation& o : observations) {
+    o.covariance_px2 += variance_px2 * Eigen::Matrix2d::Identity();
+    // Each surveyed point was measured in its image by itself.
+    if (o.height_sigma_m == 0) o.ground_px2 += variance_px2;
+  }
+  return observations;
+}
+
 // Least-squares matching knows its images' noise, not what has changed on the ground nor relief too
 // small for the chip's heights. Unless residuals clearly speak for a factor, a variance common to
 // all is added: the best textures, whose noise moves them least, would be believed most
-// otherwise, and gross errors pass beside their residuals.
-std::vector<PatchObservation> WithAddedVariance(const PhotoView& view, const PosePrior& prior,
-                                                const std::vector<PatchObservation>& matched) {
+// otherwise, and gross errors pass beside their residuals. Px^2.
+double VarianceToAdd(const PhotoView& view, const PosePrior& prior,
+                     const std::vector<PatchObservation>& matched) {
   std::vector<std::size_t> all(matched.size());
   std::iota(all.begin(), all.end(), std::size_t{0});
   ResectionOptions robust;
@@ -162,17 +174,16 @@ std::vector<PatchObservation> WithAddedVariance(const PhotoView& view, const Pos
   for (int i = 0; i <= kAddedNoisePasses; ++i) {
     const auto control = Control(view, with, all, 1);
     const auto fit = Resect(view.camera, control, view.pose, robust);
-    if (!fit) return matched;
+    if (!fit) return 0;
     const double factor = MedianVarianceFactor(control, fit->residuals_mm);
     (i == 0 ? of_factor : of_sum) =
         LogLikelihood(control, fit->residuals_mm, std::max(factor, 1.0));
     const double now_px2 = AddedVariance(view, control, fit->residuals_mm, added_px2);
-    if (now_px2 == 0) return matched;
-    for (PatchObservation& o : with)
-      o.covariance_px2 += (now_px2 - added_px2) * Eigen::Matrix2d::Identity();
+    if (now_px2 == 0) return 0;
+    with = Added(matched, now_px2);
     added_px2 = now_px2;
   }
-  return of_sum > of_factor - kClearlyBetter ? with : matched;
+  return of_sum > of_factor - kClearlyBetter ? added_px2 : 0;
 }
 
 struct Snooped {
@@ -237,7 +248,8 @@ std::optional<PoseEstimate> EstimatePose(const PhotoView& view, const PosePrior&
                                          const std::vector<PatchObservation>& matched,
                                          const CommonErrors& common) {
   if (matched.size() < kMinObservations) return std::nullopt;
-  const std::vector<PatchObservation> observations = WithAddedVariance(view, prior, matched);
+  const double added_px2 = VarianceToAdd(view, prior, matched);
+  const std::vector<PatchObservation> observations = Added(matched, added_px2);
   auto fit = SnoopAndFit(view, prior, observations, common);
   if (!fit) return std::nullopt;
   // Heights worse than stated made good observations look like gross errors: again with what the
@@ -257,6 +269,7 @@ std::optional<PoseEstimate> EstimatePose(const PhotoView& view, const PosePrior&
   const CorrelatedPose& correlated = fit->correlated;
 
   PoseEstimate estimate;
+  estimate.added_px2 = added_px2;
   estimate.pose = correlated.pose;
   estimate.covariance = correlated.covariance;
   estimate.honest_covariance = correlated.honest_covariance;
@@ -266,8 +279,9 @@ std::optional<PoseEstimate> EstimatePose(const PhotoView& view, const PosePrior&
   estimate.rejected.assign(observations.size(), true);
   for (const std::size_t i : snooped.used) estimate.rejected[i] = false;
   estimate.used = static_cast<int>(snooped.used.size());
+  estimate.trends = correlated.trends;
   FillResiduals(view, observations, &estimate);
-  estimate.passing_px2 = PassingArea(view, doubted, snooped.variance_factor);
+  estimate.passing_px2 = PassingAreas(view, doubted, snooped.variance_factor);
   return estimate;
 }
 

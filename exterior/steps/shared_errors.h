@@ -9,8 +9,9 @@
 
 namespace orient::exterior {
 
-// Every k-th, so that at most 250 remain: more share their errors and add nothing.
-std::vector<PatchObservation> Thinned(const std::vector<PatchObservation>& all);
+// Neighbours of one source together, so that there are at most 250 groups; by their numbers. More
+// would share their errors and take time with the cube of their number.
+std::vector<std::vector<std::size_t>> Grouped(const std::vector<PatchObservation>& all);
 
 // Correlation of the height errors under any two observations, each twice for col and row.
 Eigen::MatrixXd HeightCorrelation(const std::vector<PatchObservation>& observations,

@@ -9,20 +9,29 @@
 namespace orient::exterior {
 namespace {
 
-// For an error of one pixel that fades over the ground, the same correlation in col and row.
+// For an error of one pixel that fades over the ground, the same correlation in col and row; none
+// between sources where each has its own.
 Eigen::MatrixXd SmoothCorrelation(const std::vector<PatchObservation>& observations,
-                                  double length_m) {
+                                  double length_m, bool by_source) {
   const Eigen::Index n = std::ssize(observations);
   Eigen::MatrixXd correlation = Eigen::MatrixXd::Zero(n, n);
   for (Eigen::Index i = 0; i < n; ++i)
     for (Eigen::Index j = 0; j < n; ++j) {
       const PatchObservation& one = observations[static_cast<std::size_t>(i)];
       const PatchObservation& other = observations[static_cast<std::size_t>(j)];
-      if (one.source != other.source) continue;
+      if (by_source && one.source != other.source) continue;
       const double distance = (one.ground_m - other.ground_m).head<2>().norm() / length_m;
       correlation(i, j) = std::exp(-distance * distance);
     }
   return correlation;
+}
+
+// What an error of one pixel in either coordinate, so correlated, does to the unknowns.
+Eigen::MatrixXd Propagated(const Eigen::MatrixXd& by_observation,
+                           const Eigen::MatrixXd& correlation) {
+  const auto by_col = by_observation(Eigen::all, Eigen::seq(0, Eigen::last, 2)).eval();
+  const auto by_row = by_observation(Eigen::all, Eigen::seq(1, Eigen::last, 2)).eval();
+  return by_col * correlation * by_col.transpose() + by_row * correlation * by_row.transpose();
 }
 
 }  // namespace
@@ -33,21 +42,26 @@ Eigen::MatrixXd CovarianceOfUnseenErrors(const LinearEstimator& estimator,
   const auto& gain = estimator.by_observation;
   const auto by_col = gain(Eigen::all, Eigen::seq(0, Eigen::last, 2)).eval();
   const auto by_row = gain(Eigen::all, Eigen::seq(1, Eigen::last, 2)).eval();
-  const double own_px2 = estimator.noise_px2.mean();
 
   const Eigen::VectorXd shift_col = by_col.rowwise().sum(), shift_row = by_row.rowwise().sum();
   const Eigen::MatrixXd everywhere =
       shift_col * shift_col.transpose() + shift_row * shift_row.transpose();
-  const Eigen::MatrixXd correlation = SmoothCorrelation(observations, correlation_m);
   const Eigen::MatrixXd smooth =
-      by_col * correlation * by_col.transpose() + by_row * correlation * by_row.transpose();
+      Propagated(gain, SmoothCorrelation(observations, correlation_m, true));
   const Eigen::VectorXd common_height = gain * estimator.by_height_px;
   const Eigen::MatrixXd heights = common_height * common_height.transpose();
   // Good residuals are no sign that what all heights have in common is small.
   const double missing_height = std::max(1 - estimator.height_factor, 0.0);
-  return own_px2 * (kSharedEverywhere * kSharedEverywhere * everywhere +
-                    kSharedSmoothly * kSharedSmoothly * smooth) +
+  return estimator.own_px2 * (kSharedEverywhere * kSharedEverywhere * everywhere +
+                              kSharedSmoothly * kSharedSmoothly * smooth) +
          kCommonHeightShare * missing_height * heights;
+}
+
+Eigen::MatrixXd CovarianceOfTrends(const LinearEstimator& estimator,
+                                   const std::vector<PatchObservation>& observations,
+                                   double variance_px2, double correlation_m) {
+  return variance_px2 * Propagated(estimator.by_observation,
+                                   SmoothCorrelation(observations, correlation_m, false));
 }
 
 }  // namespace orient::exterior

@@ -19,6 +19,7 @@ namespace orient::exterior {
 struct LinearEstimator {
   Eigen::MatrixXd by_observation;  // d unknowns / d pixel
   Eigen::VectorXd noise_px2;       // variances of the observations' own errors, by the residuals
+  double own_px2 = 0;              // of a single match, mean; its ground point's coordinates apart
   Eigen::VectorXd by_height_px;    // per stated standard deviation of the height error
   double height_factor = 1;        // the heights' variance in the adjustment over the stated one
 };
@@ -27,5 +28,11 @@ struct LinearEstimator {
 Eigen::MatrixXd CovarianceOfUnseenErrors(const LinearEstimator& estimator,
                                          const std::vector<PatchObservation>& observations,
                                          double correlation_m);
+
+// The same of errors that the residuals do show, as trends (residual_trends.h) of this variance in
+// one coordinate: what fades like them over the ground, and the pose has followed unseen.
+Eigen::MatrixXd CovarianceOfTrends(const LinearEstimator& estimator,
+                                   const std::vector<PatchObservation>& observations,
+                                   double variance_px2, double correlation_m);
 
 }  // namespace orient::exterior

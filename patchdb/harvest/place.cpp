@@ -1,6 +1,7 @@
 #include "patchdb/harvest/place.h"
 
 #include <Eigen/LU>
+#include <algorithm>
 
 #include "core/geometry/principal_axes.h"
 
@@ -50,16 +51,23 @@ bool AddSighting(const Sighting& sighting, const Unknowns& at, Linearised* syste
   return true;
 }
 
+// By east (axis 0) or north (1). The grid is as wide as the chip, and of a coarse DEM it has few
+// nodes: the difference is taken within it.
+double Slope(const HeightGrid& heights, const Eigen::Vector2d& at, int axis) {
+  const double reach = (heights.size - 1) / 2.0 * heights.step_m;
+  Eigen::Vector2d before = at, after = at;
+  before[axis] = std::max(at[axis] - heights.step_m, -reach);
+  after[axis] = std::min(at[axis] + heights.step_m, reach);
+  return (heights.At(after.x(), after.y()) - heights.At(before.x(), before.y())) /
+         (after[axis] - before[axis]);
+}
+
 // Of the surface: Z - h(X, Y) is 0.
 bool AddHeight(const HeightGrid& heights, const Eigen::Vector3d& start_m, double sigma_m,
                const Unknowns& at, Linearised* system) {
-  const double east = at.x() - start_m.x(), north = at.y() - start_m.y(), step = heights.step_m;
-  const double height = heights.At(east, north);
-  const double by_east =
-      (heights.At(east + step, north) - heights.At(east - step, north)) / (2 * step);
-  const double by_north =
-      (heights.At(east, north + step) - heights.At(east, north - step)) / (2 * step);
-  system->by_height << -by_east, -by_north, 1, 0;
+  const Eigen::Vector2d off = (at.head<3>() - start_m).head<2>();
+  const double height = heights.At(off.x(), off.y());
+  system->by_height << -Slope(heights, off, 0), -Slope(heights, off, 1), 1, 0;
   system->height_residual = height - at.z();
   if (!system->by_height.allFinite() || !std::isfinite(height)) return false;
   const double weight = 1 / (sigma_m * sigma_m);

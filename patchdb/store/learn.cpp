@@ -83,6 +83,21 @@ std::optional<int> EpochOf(Connection& connection, std::int64_t patch_id) {
   return row->getColumn(0).getInt();
 }
 
+// Photos that are oriented teach, and are not to be oriented again for that: the token of what the
+// patches are (content_digest.h) stays.
+void RetireQuietly(Connection& connection, std::int64_t patch_id, const std::string& reason) {
+  const Query known = connection.Prepare(sql::kContentToken);
+  const std::string token = known->executeStep() ? known->getColumn(0).getString() : "";
+  known->reset();
+  const Query retire = connection.Prepare(sql::kRetire);
+  retire->bind(1, patch_id);
+  retire->bind(2, reason);
+  retire->exec();
+  const Query keep = connection.Prepare(sql::kSetContentToken);
+  keep->bind(1, token.data(), static_cast<int>(token.size()));
+  keep->exec();
+}
+
 }  // namespace
 
 SuccessWeights WeightsOf(Connection& connection, std::int64_t patch_id) {
@@ -102,10 +117,7 @@ void LearnAnew(Connection& connection, std::int64_t patch_id, bool may_retire) {
   update->exec();
   const auto reason = may_retire ? WhyRetire(outcomes, epoch) : std::nullopt;
   if (!reason) return;
-  const Query retire = connection.Prepare(sql::kRetire);
-  retire->bind(1, patch_id);
-  retire->bind(2, *reason);
-  retire->exec();
+  RetireQuietly(connection, patch_id, *reason);
 }
 
 void Learn(Connection& connection, const std::vector<MatchAttempt>& attempts) {

@@ -19,6 +19,7 @@ extern const SchemaStep kSchemaStep1;
 extern const SchemaStep kSchemaStep2;
 extern const SchemaStep kSchemaStep3;
 extern const SchemaStep kSchemaStep4;
+extern const SchemaStep kSchemaStep5;
 
 const std::vector<SchemaStep>& SchemaSteps();
 int CurrentSchemaVersion();  // of this program

@@ -120,6 +120,8 @@ inline constexpr const char* kAttemptsOf =
 inline constexpr const char* kSetWeights =
     "UPDATE patches SET success_weight = ?2, failure_weight = ?3 WHERE id = ?1 AND "
     "(success_weight <> ?2 OR failure_weight <> ?3)";
+inline constexpr const char* kContentToken = "SELECT token FROM orient_content";
+inline constexpr const char* kSetContentToken = "UPDATE orient_content SET token = ?1";
 inline constexpr const char* kRetire =
     "UPDATE patches SET state = 'retired', retired_reason = ?2, retired_on = date('now') "
     "WHERE id = ?1 AND state = 'active'";

@@ -246,7 +246,7 @@ TEST_F(BadInput, ReadOnlyOutputFolderIsNamed) {
 }
 
 TEST_F(BadInput, PatchDatabaseOfAnOlderProgramIsBroughtUpToDateWhereTheRunTellsIt) {
-  const std::string words = "upgraded from schema version 3 to 4";
+  const std::string words = "upgraded from schema version 3 to 5";
   const std::string patches = Path("patches.gpkg"), scan = Path("scans/new_1_1.tif");
   MakeVersion3(patches);
   for (const ProgramRun& run : {Block(), Exterior({scan, "--overwrite", "--no-feedback"})}) {

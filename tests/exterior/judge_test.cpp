@@ -61,6 +61,12 @@ TEST_F(ExteriorJudge, SixPatchesInFivePlacesOverlap) {
 }
 
 TEST_F(ExteriorJudge, OnceInAMillionIsNoChanceAndMoreOftenIs) {
+  matches_.proven_before = true;
+  matches_.log10_false_alarms = -3;
+  EXPECT_EQ(WhyNot(), std::nullopt);
+  matches_.log10_false_alarms = JustAbove(-3);
+  EXPECT_EQ(WhyNot(), (Finding{Reason::kAgreementMayBeChance, Status::kFailed, 80, 100}));
+  matches_.proven_before = false;
   matches_.log10_false_alarms = -6;
   EXPECT_EQ(WhyNot(), std::nullopt);
   matches_.log10_false_alarms = JustAbove(-6);
@@ -97,11 +103,11 @@ TEST_F(ExteriorJudge, HowRareChanceMustBeIsAnOption) {
   EXPECT_EQ(WhyNot(), (Finding{Reason::kAgreementMayBeChance, Status::kFailed, 80, 100}));
 }
 
-TEST_F(ExteriorJudge, ElevenPlacesAreWeakAndTwelveAreNot) {
-  pose_.places = 12;
+TEST_F(ExteriorJudge, NinePlacesAreWeakAndTenAreNot) {
+  pose_.places = 10;
   EXPECT_TRUE(Judged().empty());
-  pose_.places = 11;
-  ExpectOnly(Judged(), {Reason::kFewPlaces, Status::kWeak, 11, 12});
+  pose_.places = 9;
+  ExpectOnly(Judged(), {Reason::kFewPlaces, Status::kWeak, 9, 10});
 }
 
 TEST_F(ExteriorJudge, PatchesOnLessThanThreePercentOfThePhotoAreWeak) {

@@ -1,5 +1,6 @@
 #include "tests/support/ngi.h"
 
+#include <Eigen/Dense>
 #include <cmath>
 #include <filesystem>
 #include <stdexcept>
@@ -71,6 +72,11 @@ double Ngi::AngleErrorDeg(const ExteriorResult& result) const {
         std::max(largest, std::abs(NormalizeAngle(result.pose->opk_rad[i] -
                                                   published.Find(result.photo)->pose.opk_rad[i])));
   return DegFromRad(largest);
+}
+
+double Ngi::NormalisedError(const ExteriorResult& result) const {
+  const Vector6d off = PoseDifference(*result.pose, published.Find(result.photo)->pose);
+  return std::sqrt(off.dot(result.covariance->ldlt().solve(off)) / 6);
 }
 
 }  // namespace orient

@@ -31,6 +31,9 @@ struct Ngi {
   double FrameRms(const ExteriorResult& result) const;
   double PositionError(const ExteriorResult& result) const;
   double AngleErrorDeg(const ExteriorResult& result) const;
+  // RMS of the pose's six errors, decorrelated and divided by their sigmas: 1 where these are
+  // honest.
+  double NormalisedError(const ExteriorResult& result) const;
 };
 
 }  // namespace orient

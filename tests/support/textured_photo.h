@@ -67,6 +67,9 @@ class TexturedPhoto {
     return photo;
   }
 
+  // Of this photo's own ground, its number open.
+  patchdb::Patch Patch(double x, double y) const { return PatchAt(texture_, x, y); }
+
   // (2 n + 1)^2 of them about the origin, with chips of any texture.
   std::vector<patchdb::Patch> Patches(const Texture& texture, int n, double step_m) const {
     std::vector<patchdb::Patch> patches;

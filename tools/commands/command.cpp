@@ -5,6 +5,7 @@
 #include <new>
 #include <ostream>
 
+#include "core/base/environment_error.h"
 #include "core/base/error.h"
 
 namespace orient {
@@ -87,7 +88,8 @@ std::unique_ptr<CLI::App> MakeParser(const CommandList& commands) {
   parser->require_subcommand(1);
   parser->footer(
       "Exit codes: 0 all done, 1 bad usage, 2 bad input, 3 done but some photos not\n"
-      "oriented. 'orient COMMAND --help' explains a command.");
+      "oriented, 4 disk or memory full: the same command goes on when there is room.\n"
+      "'orient COMMAND --help' explains a command.");
   for (const auto& command : commands) {
     CLI::App* app = parser->add_subcommand(command->Name(), command->Summary());
     command->Setup(*app);
@@ -115,7 +117,9 @@ int RunProgram(const CommandList& commands, const std::vector<std::string>& argu
   } catch (const InputError& error) {
     return fail(error.what(), ExitCode::kBadInput);
   } catch (const std::bad_alloc&) {
-    return fail("out of memory; use fewer --jobs", ExitCode::kBadInput);
+    return fail("out of memory; use fewer --jobs", ExitCode::kMachineRefused);
+  } catch (const EnvironmentError& error) {
+    return fail(error.what(), ExitCode::kMachineRefused);
   } catch (const std::exception& error) {
     return fail(std::string("internal error, please report it: ") + error.what(),
                 ExitCode::kBadInput);

@@ -15,7 +15,13 @@
 
 namespace orient {
 
-enum class ExitCode { kAllDone = 0, kBadUsage = 1, kBadInput = 2, kSomeNotOriented = 3 };
+enum class ExitCode {
+  kAllDone = 0,
+  kBadUsage = 1,
+  kBadInput = 2,
+  kSomeNotOriented = 3,
+  kMachineRefused = 4
+};
 
 class Command {
  public:

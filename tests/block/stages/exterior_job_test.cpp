@@ -159,13 +159,14 @@ TEST_F(OrientFromFilesTest, AnApproximationThatIsWrongIsSearchedWholeNextAndTheP
 
 TEST_F(OrientFromFilesTest, WhatIsFoundNeitherWayIsToldInTheOrderOfTheSearches) {
   options_.patchdb = TheGround().of_another_place;
-  ExpectFailed(Orient(), {Reason::kNoConsensus, Reason::kNothingAlikeAfterPrior});
+  ExpectFailed(Orient(), {Reason::kNoConsensus, Reason::kNothingAlikeAfterPrior,
+                          Reason::kHarvestMoreDensely});
 }
 
 TEST_F(OrientFromFilesTest, WhatIsNotFoundInTheWholePhotoIsToldOnce) {
   options_.patchdb = TheGround().of_another_place;
   SetSigma(20, 0.1, std::numbers::pi);
-  ExpectFailed(Orient(), {Reason::kNothingAlike});
+  ExpectFailed(Orient(), {Reason::kNothingAlike, Reason::kHarvestMoreDensely});
 }
 
 // Ten metres and three degrees that nobody stated are no reason to doubt the patches.

@@ -41,7 +41,12 @@ class LearningOfARun : public testing::Test {
 
   void Run(const std::vector<char>& fresh, bool resume) {
     Learning learning(patchdb_, folder_.Path(), resume);
-    learning.Tell(photos_, fresh, CameraKind::kFilm, &results_);
+    learning.Tell(photos_, dates_, fresh, &results_);
+  }
+  std::string DatesOfAttempts() const {
+    return SQLite::Database(patchdb_, SQLite::OPEN_READONLY)
+        .execAndGet("SELECT group_concat(DISTINCT photo_date) FROM attempts")
+        .getString();
   }
   std::int64_t Attempts() const {
     return patchdb::PatchDatabase::Open(patchdb_, patchdb::PatchDatabase::Mode::kRead)
@@ -55,6 +60,7 @@ class LearningOfARun : public testing::Test {
   const TemporaryFolder folder_;
   const std::string patchdb_ = folder_ / "patches.gpkg";
   std::vector<std::string> photos_;
+  std::vector<std::optional<std::string>> dates_ = {std::nullopt, std::nullopt};
   std::vector<ExteriorResult> results_;
 };
 
@@ -62,6 +68,12 @@ TEST_F(LearningOfARun, TellsOfEveryPatchThatWasSoughtAndNotOfThoseOutOfSight) {
   Run({1, 1}, false);
   EXPECT_EQ(Attempts(), 8);
   for (const ExteriorResult& result : results_) EXPECT_TRUE(result.findings.empty());
+}
+
+TEST_F(LearningOfARun, TellsWhenThePhotosWereTaken) {
+  dates_ = {"1961", "1998-07-30"};
+  Run({1, 1}, false);
+  EXPECT_EQ(DatesOfAttempts(), "1961,1998-07-30");
 }
 
 TEST_F(LearningOfARun, ResultsThatWereKeptAreNotToldAgain) {
@@ -104,7 +116,7 @@ TEST_F(LearningOfARun, WhatCannotBeToldIsSaidAndThePhotoStaysOk) {
   Learning learning(patchdb_, folder_.Path(), false);
   results_[1].patches.clear();
   SQLite::Database(patchdb_, SQLite::OPEN_READWRITE).exec("DROP TABLE attempts");
-  learning.Tell(photos_, {1, 1}, CameraKind::kFilm, &results_);
+  learning.Tell(photos_, dates_, {1, 1}, &results_);
   ASSERT_EQ(results_[0].findings.size(), 1u);
   EXPECT_EQ(results_[0].findings[0].reason, Reason::kNotLearnt);
   EXPECT_NE(results_[0].findings[0].where.find("patches.gpkg"), std::string::npos);

@@ -58,58 +58,62 @@ TEST(TiesContradict, IsSaidAsTheCallerAllows) {
             (Finding{Reason::kTiesContradict, Status::kFailed}));
 }
 
-TEST(WhyNotTied, NothingSpeaksAgainstAWellTiedPhoto) {
-  EXPECT_EQ(WhyNotTied(WellTied()), std::nullopt);
-}
+TEST(JudgeTied, NothingSpeaksAgainstAWellTiedPhoto) { EXPECT_TRUE(JudgeTied(WellTied()).empty()); }
 
-TEST(WhyNotTied, FiveTiesAreTooFewAndSixAreNot) {
+TEST(JudgeTied, FiveTiesAreTooFewAndSixAreNot) {
   TiedPhoto photo = WellTied();
   photo.ties_used = photo.comparable = 6;
-  EXPECT_EQ(WhyNotTied(photo), std::nullopt);
+  EXPECT_TRUE(JudgeTied(photo).empty());
   photo.ties_used = 5;
-  EXPECT_EQ(WhyNotTied(photo), (Finding{Reason::kFewTies, Status::kFailed, 5, 6}));
+  ExpectOnly(JudgeTied(photo), {Reason::kFewTies, Status::kFailed, 5, 6});
 }
 
-TEST(WhyNotTied, NoTiesAreTooFew) {
-  EXPECT_EQ(WhyNotTied({}), (Finding{Reason::kFewTies, Status::kFailed, 0, 6}));
+TEST(JudgeTied, NoTiesAreTooFew) {
+  ExpectOnly(JudgeTied({}), {Reason::kFewTies, Status::kFailed, 0, 6});
 }
 
-TEST(WhyNotTied, TiesThatContradictFail) {
+TEST(JudgeTied, TiesThatContradictFail) {
   TiedPhoto photo = WellTied();
   photo.comparable = 81;
-  EXPECT_EQ(WhyNotTied(photo), (Finding{Reason::kTiesContradict, Status::kFailed}));
+  ExpectOnly(JudgeTied(photo), {Reason::kTiesContradict, Status::kFailed});
 }
 
-TEST(WhyNotTied, TiesBelowARedundancyOfSixControlNothing) {
+TEST(JudgeTied, TiesBelowARedundancyOfSixControlNothing) {
   TiedPhoto photo = WellTied();
   photo.tie_redundancy = 6;
-  EXPECT_EQ(WhyNotTied(photo), std::nullopt);
+  EXPECT_TRUE(JudgeTied(photo).empty());
   photo.tie_redundancy = JustBelow(6);
-  EXPECT_EQ(WhyNotTied(photo),
-            (Finding{Reason::kTiesUncontrolled, Status::kFailed, JustBelow(6), 6}));
+  ExpectOnly(JudgeTied(photo), {Reason::kTiesUncontrolled, Status::kFailed, JustBelow(6), 6});
 }
 
-TEST(WhyNotTied, AProjectionUncertainByMoreThanAPixelFails) {
+TEST(JudgeTied, AProjectionLessCertainThanTheTargetIsWeakAndThreeTimesSoFails) {
   TiedPhoto photo = WellTied();
-  photo.worst_sigma_px = 1;
-  EXPECT_EQ(WhyNotTied(photo), std::nullopt);
-  photo.worst_sigma_px = JustAbove(1);
-  EXPECT_EQ(WhyNotTied(photo), (Finding{Reason::kTiesImprecise, Status::kFailed, JustAbove(1), 1}));
-}
-
-TEST(WhyNotTied, AProjectionOfUnknownPrecisionFails) {
-  TiedPhoto photo = WellTied();
-  for (const double unknown : {kInfinity, kNaN}) {
-    photo.worst_sigma_px = unknown;
-    const auto why = WhyNotTied(photo);
-    ASSERT_TRUE(why) << unknown;
-    EXPECT_EQ(why->reason, Reason::kTiesImprecise);
+  for (const double target : {1.0, 0.5}) {
+    photo.target_px = photo.worst_sigma_px = target;
+    EXPECT_TRUE(JudgeTied(photo).empty());
+    photo.worst_sigma_px = JustAbove(target);
+    ExpectOnly(JudgeTied(photo),
+               {Reason::kTiesImprecise, Status::kWeak, JustAbove(target), target});
+    photo.worst_sigma_px = JustAbove(3 * target);
+    ExpectOnly(JudgeTied(photo),
+               {Reason::kTiesImprecise, Status::kFailed, JustAbove(3 * target), target});
   }
 }
 
-TEST(WhyNotTied, OfSeveralObjectionsTheFirstIsSaid) {
+TEST(JudgeTied, AProjectionOfUnknownPrecisionFails) {
   TiedPhoto photo = WellTied();
-  const auto reason = [&] { return WhyNotTied(photo).value_or(Finding{Reason::kStated}).reason; };
+  for (const double unknown : {kInfinity, kNaN}) {
+    photo.worst_sigma_px = unknown;
+    const Findings why = JudgeTied(photo);
+    ASSERT_EQ(why.size(), 1u) << unknown;
+    EXPECT_EQ(why.front().reason, Reason::kTiesImprecise);
+    EXPECT_EQ(why.front().at_best, Status::kFailed);
+  }
+}
+
+TEST(JudgeTied, OfSeveralObjectionsTheFirstIsSaid) {
+  TiedPhoto photo = WellTied();
+  const auto reason = [&] { return JudgeTied(photo).front().reason; };
   photo.worst_sigma_px = 9;
   EXPECT_EQ(reason(), Reason::kTiesImprecise);
   photo.tie_redundancy = 0;

@@ -1,6 +1,7 @@
 #include "core/base/side_by_side.h"
 
 #include <gtest/gtest.h>
+#include <tbb/parallel_for.h>
 
 #include <stdexcept>
 #include <string>
@@ -29,6 +30,22 @@ TEST(SideBySide, ThrowsWhatTheFirstPieceThrowsWhicheverThreadIsQuicker) {
       message = error.what();
     }
     ASSERT_EQ(message, "piece 3");
+  }
+}
+
+// As when the photo beside it throws: what is done must be done whole.
+TEST(SideBySide, DoesEveryPieceWhereTheWorkAroundItIsCancelled) {
+  for (int round = 0; round < 20; ++round) {
+    tbb::task_group_context around;
+    tbb::parallel_for(
+        0, 2,
+        [&](int) {
+          around.cancel_group_execution();
+          std::vector<int> own(1000, 0);
+          SideBySide(own.size(), [&](std::size_t i) { own[i] = 1; });
+          EXPECT_EQ(own, std::vector<int>(own.size(), 1));
+        },
+        around);
   }
 }
 

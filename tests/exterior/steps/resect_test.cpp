@@ -134,7 +134,7 @@ TEST(EstimatePose, PassingAreaIsThatInWhichObservationsPassHoweverWellTheOthersF
   };
   const auto estimate = EstimatePose(view, PriorOf(view.pose, kPriorSigma, random), observations);
   ASSERT_TRUE(estimate);
-  const double radius = std::sqrt(estimate->passing_px2 / std::numbers::pi);
+  const double radius = std::sqrt(estimate->passing_px2[0] / std::numbers::pi);
   EXPECT_TRUE(passes(0.9 * radius));
   EXPECT_FALSE(passes(1.3 * radius));
 }

@@ -62,6 +62,21 @@ TEST(PlaceTest, PoseCovarianceCarriesThrough) {
   EXPECT_NEAR(place->covariance_m2(1, 1), 0, 1e-4);
 }
 
+// Its nodes are as far apart as the chip is wide: from the middle a whole step still lies within
+// the grid, from anywhere else it would not.
+TEST(PlaceTest, ACoarseDemLocatesAPlaceBesideTheMiddleOfItsGrid) {
+  const GroundSurface level = Level();
+  const auto left = MakePhotoSource(VerticalView(-150), std::nullopt, 0.1, level);
+  const auto right = MakePhotoSource(VerticalView(150), std::nullopt, 0.1, level);
+  const Eigen::Vector3d truth(500501, 5000499, 300), start(500500, 5000500, 300);
+  const HeightGrid heights = CutHeights(level, start.head<2>(), 15, 20);
+  ASSERT_LE((heights.size - 1) / 2.0, 1.0);
+  const auto place =
+      EstimatePlace({Seen(*left, truth, 0.1), Seen(*right, truth, 0.1)}, heights, start, 2.0);
+  ASSERT_TRUE(place);
+  EXPECT_LT((place->ground_m - truth).norm(), 0.01);
+}
+
 TEST(PlaceTest, TwoViewsIntersectAndTheDemHardlyCounts) {
   const GroundSurface level = Level();
   const auto left = MakePhotoSource(VerticalView(-150), std::nullopt, 0.1, level);

@@ -4,6 +4,7 @@
 #include <gtest/gtest.h>
 
 #include "patchdb/maintenance/life.h"
+#include "patchdb/store/content_digest.h"
 #include "patchdb/store/learning.h"
 #include "tests/support/made_up_patches.h"
 #include "tests/support/shared_data.h"
@@ -44,8 +45,10 @@ TEST_F(LearnTest, ThirdPhotoRetiresAndRestoreBringsBackForGood) {
   Seek("a");
   Seek("b");
   EXPECT_EQ(Middle().life, PatchLife::kActive);
+  const std::string content = ContentOf(database_);
   Seek("c");
   EXPECT_EQ(Middle().life, PatchLife::kRetired);
+  EXPECT_EQ(ContentOf(database_), content) << "photos that taught are not old for it";
   EXPECT_NE(Middle().retired_reason.find("3 photos"), std::string::npos);
   EXPECT_EQ(database_.Info().retired, 1);
 

@@ -30,10 +30,6 @@ class FilterOptions {
   std::optional<double> max_quality_, max_success_, min_failures_;
 };
 
-// For CLI11: what is wrong with a date; empty for 1961, 1961-07 and 1961-07-30. Dates are compared
-// as text, so others would compare as anything.
-std::string WhyNoDate(const std::string& date);
-
 // Outer and inner rings of all polygons in any vector file GDAL reads, in `crs`. Throws InputError
 // naming the file: not readable, no polygon, no CRS that leads to `crs`.
 std::vector<std::vector<Eigen::Vector2d>> ReadPolygon(const std::string& path, const Crs& crs);

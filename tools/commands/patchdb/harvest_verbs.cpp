@@ -7,6 +7,7 @@
 
 #include "block/inputs/block_camera.h"
 #include "block/stages/harvest_stage.h"
+#include "core/base/date.h"
 #include "core/base/error.h"
 #include "core/files/block_file.h"
 #include "core/files/camera_file.h"

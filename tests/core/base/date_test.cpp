@@ -1,4 +1,4 @@
-#include "tools/commands/patchdb/filter_options.h"
+#include "core/base/date.h"
 
 #include <gtest/gtest.h>
 
