@@ -20,6 +20,11 @@ constexpr int kMaxPreciseRounds = 5;
 // The best pose of a search of the whole photo is judged at full resolution if chance explains it
 // less often than this; the ways tried then count against it.
 constexpr double kWorthAJudgement = 2;
+// Ground that repeats itself shows much of what is sought beside its true place, and shows it
+// worse: a pose of which no more agree, and no better, is compared with those beyond the window.
+constexpr double kShareBeyondDoubt = 0.67;  // agreeing of those sought
+constexpr double kRmsBeyondDoubt_px = 0.5;
+constexpr double kTimesStated = 4;  // how far beyond
 
 double RmsPx(const PoseEstimate& estimate) {
   double sum = 0;
@@ -243,6 +248,60 @@ ExteriorResult FailedEarly(const PhotoTask& task, const Finding& why, const Pose
   return Failed(task, why, tried, track != nullptr ? track->rounds : std::vector<LoopRound>());
 }
 
+// A pose and what the patches show of it.
+struct SettledPose {
+  PoseTrack track;
+  std::vector<PreciseRound> rounds;
+  JudgedMatches matches;
+
+  const PreciseRound& Last() const { return rounds.back(); }
+};
+
+bool MayBeARepetition(const SettledPose& pose) {
+  return pose.matches.agreeing < kShareBeyondDoubt * pose.matches.sought &&
+         RmsPx(*pose.Last().estimate) > kRmsBeyondDoubt_px;
+}
+
+// The pose that is found where the approximation may be some times worse than it states, judged
+// against that approximation; empty where it would not be accepted.
+std::optional<SettledPose> FoundBeyond(const PhotoTask& task) {
+  PhotoToOrient photo = task.photo;
+  photo.prior.covariance *= kTimesStated * kTimesStated;
+  const PhotoTask beyond{photo, task.image, task.patches, task.options};
+  auto track = FirstPose(beyond);
+  if (!track || track->log10_false_alarms > task.options.max_log10_false_alarms)
+    return std::nullopt;
+  SettledPose found{*std::move(track), {}, {}};
+  Descend(beyond, &found.track);
+  if (found.track.log10_false_alarms > task.options.max_log10_false_alarms) return std::nullopt;
+  found.rounds = Refine(beyond, &found.track);
+  if (!found.Last().estimate) return std::nullopt;
+  Resect(task, found.track, &found.rounds.back());
+  if (!found.Last().estimate) return std::nullopt;
+  found.matches = ToJudge(task, found.rounds, found.track);
+  if (WhyNotAccepted(found.matches, task.options)) return std::nullopt;
+  return found;
+}
+
+ExteriorResult Told(const PhotoTask& task, SettledPose pose) {
+  const PreciseRound round = Complete(task, pose.track, pose.Last());
+  pose.track.rounds.push_back(Told(round));
+  ExteriorResult result;
+  result.photo = task.photo.name;
+  result.pose = round.estimate->pose;
+  result.covariance = round.estimate->honest_covariance;
+  result.sigma0_px = round.estimate->sigma0_px;
+  result.orientation = pose.track.position.orientation;
+  result.iterations = pose.track.rounds;
+  FillPatches(task, round, &result);
+  const PhotoView view = task.View(pose.track.position, *result.pose);
+  NameContradicting(view, pose.rounds, task, &result);
+  result.target_m = Target_m(task, round, view.GroundPixel(MeanHeight(task, round)));
+  result.findings = Judge(ToJudge(task, round, pose.matches.places, pose.track, *result.target_m));
+  result.status = StatusOf(result.findings);
+  return result;
+}
+
 }  // namespace
 
 ExteriorResult OrientPhoto(const PhotoToOrient& photo, const PhotoImage& image,
@@ -271,34 +330,21 @@ ExteriorResult OrientPhoto(const PhotoToOrient& photo, const PhotoImage& image,
   Descend(task, &*track);
   if (chance() && !(options.wide && track->log10_false_alarms < kWorthAJudgement))
     return no_consensus();
-  const std::vector<PreciseRound> rounds = Refine(task, &*track);
-  const PreciseRound& settled = rounds.back();
+  SettledPose pose{*std::move(track), {}, {}};
+  pose.rounds = Refine(task, &pose.track);
+  const PreciseRound& settled = pose.Last();
   if (!settled.estimate)
     return Failed(task,
                   NoPreciseResection(static_cast<int>(settled.observed.size()),
                                      static_cast<int>(settled.predictions.size())),
-                  settled, track->rounds);
-  const JudgedMatches matches = ToJudge(task, rounds, *track);
-  if (const auto objection = WhyNotAccepted(matches, options))
-    return Failed(task, *objection, settled, track->rounds);
-  const PreciseRound round = Complete(task, *track, settled);
-  track->rounds.push_back(Told(round));
-
-  ExteriorResult result;
-  result.photo = photo.name;
-  result.pose = round.estimate->pose;
-  result.covariance = round.estimate->honest_covariance;
-  result.sigma0_px = round.estimate->sigma0_px;
-  result.orientation = track->position.orientation;
-  result.iterations = track->rounds;
-  FillPatches(task, round, &result);
-  NameContradicting(task.View(track->position, *result.pose), rounds, task, &result);
-  const double ground_pixel_m =
-      task.View(track->position, *result.pose).GroundPixel(MeanHeight(task, round));
-  result.target_m = Target_m(task, round, ground_pixel_m);
-  result.findings = Judge(ToJudge(task, round, matches.places, *track, *result.target_m));
-  result.status = StatusOf(result.findings);
-  return result;
+                  settled, pose.track.rounds);
+  pose.matches = ToJudge(task, pose.rounds, pose.track);
+  if (const auto objection = WhyNotAccepted(pose.matches, options))
+    return Failed(task, *objection, settled, pose.track.rounds);
+  if (!options.wide && MayBeARepetition(pose))
+    if (auto beyond = FoundBeyond(task); beyond && beyond->matches.agreeing > pose.matches.agreeing)
+      return Told(task, *std::move(beyond));
+  return Told(task, std::move(pose));
 }
 
 }  // namespace orient::exterior
