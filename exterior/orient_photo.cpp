@@ -21,10 +21,13 @@ constexpr int kMaxPreciseRounds = 5;
 // less often than this; the ways tried then count against it.
 constexpr double kWorthAJudgement = 2;
 // Ground that repeats itself shows much of what is sought beside its true place, and shows it
-// worse: a pose of which no more agree, and no better, is compared with those beyond the window.
+// worse. A pose of which no more agree, and no better, is compared with what is easily found beyond
+// the window, for its true place shows nearly all; at the edge of what the approximation allows,
+// with whatever is found there.
 constexpr double kShareBeyondDoubt = 0.67;  // agreeing of those sought
 constexpr double kRmsBeyondDoubt_px = 0.5;
-constexpr double kTimesStated = 4;  // how far beyond
+constexpr double kChi2AtEdge = 10.6;  // of six coordinates: one right approximation in ten
+constexpr double kTimesStated = 4;    // how far beyond
 
 double RmsPx(const PoseEstimate& estimate) {
   double sum = 0;
@@ -264,11 +267,11 @@ bool MayBeARepetition(const SettledPose& pose) {
 
 // The pose that is found where the approximation may be some times worse than it states, judged
 // against that approximation; empty where it would not be accepted.
-std::optional<SettledPose> FoundBeyond(const PhotoTask& task) {
+std::optional<SettledPose> FoundBeyond(const PhotoTask& task, bool at_edge) {
   PhotoToOrient photo = task.photo;
   photo.prior.covariance *= kTimesStated * kTimesStated;
   const PhotoTask beyond{photo, task.image, task.patches, task.options};
-  auto track = FirstPose(beyond);
+  auto track = at_edge ? FirstPose(beyond) : EasyFirstPose(beyond);
   if (!track || track->log10_false_alarms > task.options.max_log10_false_alarms)
     return std::nullopt;
   SettledPose found{*std::move(track), {}, {}};
@@ -342,7 +345,8 @@ ExteriorResult OrientPhoto(const PhotoToOrient& photo, const PhotoImage& image,
   if (const auto objection = WhyNotAccepted(pose.matches, options))
     return Failed(task, *objection, settled, pose.track.rounds);
   if (!options.wide && MayBeARepetition(pose))
-    if (auto beyond = FoundBeyond(task); beyond && beyond->matches.agreeing > pose.matches.agreeing)
+    if (auto beyond = FoundBeyond(task, settled.estimate->prior_chi2 > kChi2AtEdge);
+        beyond && beyond->matches.agreeing > pose.matches.agreeing)
       return Told(task, *std::move(beyond));
   return Told(task, std::move(pose));
 }

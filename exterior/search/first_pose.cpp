@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <limits>
 
 #include "core/base/median.h"
 #include "core/base/side_by_side.h"
@@ -207,38 +208,53 @@ class FirstSearch {
   std::vector<VotingPatch> voting_;
 };
 
+// From one prior at one resolution. Every way the film may lie is tried in the same manner before
+// any is tried harder: the wrong ones never succeed. `ways`: how many such searches there are.
+// `best`: of the poses that chance explains.
+std::optional<PoseTrack> SearchFrom(const PhotoTask& task, const PosePrior& prior, int finer,
+                                    std::size_t ways, std::size_t most_batches,
+                                    std::optional<PoseTrack>* best) {
+  std::vector<FirstSearch> searches;
+  std::size_t batches = 0;
+  for (const FilmPosition& position : task.photo.positions) {
+    searches.emplace_back(task, position, prior, finer);
+    batches = std::max(batches, searches.back().BatchCount());
+  }
+  const auto trials = static_cast<double>(ways * searches.size() * batches);
+  for (std::size_t batch = 0; batch < std::min(batches, most_batches); ++batch) {
+    std::optional<PoseTrack> found;
+    for (FirstSearch& search : searches) {
+      const auto track = search.Done() ? std::nullopt : search.Next(trials);
+      if (!track) continue;
+      if (search.Done()) KeepBetter(track, best);
+      if (track->log10_false_alarms < task.options.max_log10_false_alarms)
+        KeepBetter(track, &found);
+    }
+    if (!found) continue;
+    if (batch + 1 < batches) VoteAround(task, found->reduction, 3.0 * found->reduction, &*found);
+    return found;
+  }
+  return std::nullopt;
+}
+
 }  // namespace
 
-// Every way the film may lie is tried in the same manner before any is tried harder: the wrong ones
-// never succeed.
 std::optional<PoseTrack> FirstPose(const PhotoTask& task) {
   const PosePrior& prior = task.photo.prior;
   const PosePrior doubtful = Doubtful(prior, task.patches);
   const std::array ways = {std::pair(&prior, 1), std::pair(&prior, 2), std::pair(&doubtful, 1)};
-  std::optional<PoseTrack> best;  // of those that chance explains
-  for (const auto& [assumed, finer] : ways) {
-    std::vector<FirstSearch> searches;
-    std::size_t batches = 0;
-    for (const FilmPosition& position : task.photo.positions) {
-      searches.emplace_back(task, position, *assumed, finer);
-      batches = std::max(batches, searches.back().BatchCount());
-    }
-    const auto trials = static_cast<double>(ways.size() * searches.size() * batches);
-    for (std::size_t batch = 0; batch < batches; ++batch) {
-      std::optional<PoseTrack> found;
-      for (FirstSearch& search : searches) {
-        const auto track = search.Done() ? std::nullopt : search.Next(trials);
-        if (!track) continue;
-        if (search.Done()) KeepBetter(track, &best);
-        if (track->log10_false_alarms < task.options.max_log10_false_alarms)
-          KeepBetter(track, &found);
-      }
-      if (!found) continue;
-      if (batch + 1 < batches) VoteAround(task, found->reduction, 3.0 * found->reduction, &*found);
+  std::optional<PoseTrack> best;
+  for (const auto& [assumed, finer] : ways)
+    if (auto found = SearchFrom(task, *assumed, finer, ways.size(),
+                                std::numeric_limits<std::size_t>::max(), &best))
       return found;
-    }
-  }
   return best;
+}
+
+std::optional<PoseTrack> EasyFirstPose(const PhotoTask& task) {
+  constexpr int kBatches = 2;
+  std::optional<PoseTrack> unproven;
+  return SearchFrom(task, task.photo.prior, 1, 1, kBatches, &unproven);
 }
 
 // Most rough poses are wrong: some of the patches tell. Of these so many agree around a right one,
