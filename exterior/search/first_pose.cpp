@@ -253,6 +253,11 @@ std::optional<PoseTrack> FirstPose(const PhotoTask& task) {
 
 std::optional<PoseTrack> EasyFirstPose(const PhotoTask& task) {
   constexpr int kBatches = 2;
+  constexpr double kMostPixels = 1.5e6;  // of a window
+  for (const FilmPosition& position : task.photo.positions) {
+    const SearchPlan plan = Plan(task, position, task.photo.prior);
+    if (plan.WindowPixels(task, plan.coarsest) > kMostPixels) return std::nullopt;
+  }
   std::optional<PoseTrack> unproven;
   return SearchFrom(task, task.photo.prior, 1, 1, kBatches, &unproven);
 }

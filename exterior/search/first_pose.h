@@ -13,8 +13,8 @@ namespace orient::exterior {
 // WhyNoFirstPose.
 std::optional<PoseTrack> FirstPose(const PhotoTask& task);
 
-// The same from the prior as it stands, where a few patches at the coarsest resolution are enough
-// to show what chance does not explain: a hundredth of the work where they do not.
+// The same from the prior as it stands, where a few patches at the coarsest resolution and in
+// windows of moderate size are enough to show what chance does not explain; empty otherwise.
 std::optional<PoseTrack> EasyFirstPose(const PhotoTask& task);
 
 // What is wrong with the approximation or the patches, where there is no first pose.
