@@ -8,6 +8,7 @@
 
 #include "block/inputs/approximations.h"
 #include "block/inputs/block_files.h"
+#include "block/inputs/persons_word.h"
 #include "block/stages/adjustment_stage.h"
 #include "block/stages/exterior_inputs.h"
 #include "block/stages/exterior_stage.h"
@@ -17,6 +18,7 @@
 #include "block/verdict/adjustment_summary.h"
 #include "block/verdict/calibrated_camera.h"
 #include "block/verdict/final_results.h"
+#include "block/verdict/point_table.h"
 #include "block/verdict/pose_covariance.h"
 #include "core/files/orientation_table.h"
 
@@ -130,7 +132,8 @@ void Adjust(const BlockInputs& inputs, const std::vector<TieRecord>& ties,
                                surface,
                                inputs.Block().patchdb,
                                settings,
-                               inputs.Approximations().Observations()};
+                               inputs.Approximations().Observations(),
+                               &inputs.Said()};
   const AdjustedBlock adjusted = AdjustAndJudge(given, block);
   const std::string& out = inputs.OutputDirectory();
   WriteCalibratedCamera(out, inputs.Camera(), adjusted.result);
@@ -140,6 +143,9 @@ void Adjust(const BlockInputs& inputs, const std::vector<TieRecord>& ties,
     block->camera.camera = adjusted.result.cameras.front();
   block->findings.insert(block->findings.end(), adjusted.result.findings.begin(),
                          adjusted.result.findings.end());
+  const PointTable points = TableOfPoints(adjusted.surveyed, adjusted.block, adjusted.result);
+  WritePointTable(out, points);
+  block->control_points = TextOf(points);
   block->adjusted = SummaryOf(adjusted, block->findings);
   block->summary = Summarize(*block->adjusted, block->photos);
 }
@@ -151,6 +157,7 @@ void TakeOwnResults(const BlockInputs& inputs, OrientedBlock* block) {
   fs::remove(AdjustmentResultPath(out));
   fs::remove(CalibratedCameraPath(out));
   fs::remove(PoseCovariancePath(out));
+  fs::remove(PointTablePath(out));
   if (inputs.Block().adjustment.pose_covariance) block->findings.push_back(NoPoseCovariance());
 }
 
@@ -206,6 +213,7 @@ OrientedBlock Orient(const BlockInputs& inputs, const BlockFolder& folder,
     if (!ties.empty()) Adjust(inputs, ties, surface, &block);
   }
   if (!block.adjusted) TakeOwnResults(inputs, &block);
+  for (ExteriorResult& result : block.results) ApplyVerdict(inputs.Said(), &result);
   ForgetStages(&block.results);
   AddUnusable(inputs, &block);
   NameNeedlessApproximations(inputs, &block);

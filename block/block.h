@@ -24,6 +24,7 @@ struct OrientedBlock {
   // Absent where there was nothing to adjust:
   std::optional<AdjustmentResult> adjusted;
   std::optional<BlockSummary> summary;
+  std::vector<std::string> control_points;  // what is told of surveyed points
   // Photos that a table of approximations names and that are not there: a scan may be missing. A
   // flight index shows the whole flight, of which a block may be a part.
   std::vector<std::string> not_there;

@@ -38,6 +38,7 @@ std::string FlightText(const FlightPlan& flight) {
 
 BlockInputs::BlockInputs(BlockRunOptions options)
     : options_(std::move(options)), camera_(ReadCameraFile(options_.block.camera)) {
+  if (!options_.block.measurements.empty()) said_ = ReadMeasurements(options_.block.measurements);
   if (IsFilm()) marks_ = LoadMarkShapes(camera_);
   const BlockFile& block = options_.block;
   approximations_ = std::make_unique<BlockApproximations>(block, camera_.camera);
@@ -67,6 +68,7 @@ InteriorRunOptions BlockInputs::Interior() const {
   options.camera = block.camera;
   options.out = block.output_directory;
   options.scan = {block.pixel_size_um, block.polarity, block.orientation};
+  options.measurements = said_;
   options.resume = options_.resume;
   options.redo_changed = true;
   options.jobs = options_.jobs;
@@ -80,6 +82,7 @@ ExteriorRunOptions BlockInputs::Exterior(const std::string& directory) const {
   options.camera = block.camera;
   options.approximations = block.approximations;
   options.table = approximations_->Table();
+  options.measurements = said_;
   options.dem = block.dem;
   options.patchdb = block.patchdb;
   options.out = directory;

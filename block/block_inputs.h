@@ -13,6 +13,7 @@
 #include "core/files/block_file.h"
 #include "core/files/camera_file.h"
 #include "core/files/results.h"
+#include "core/measurements/measurements.h"
 #include "interior/marks/mark_drawing.h"
 
 namespace orient::block {
@@ -39,6 +40,7 @@ class BlockInputs {
   const CameraFile& Camera() const { return camera_; }
   const interior::MarkShapes& Marks() const { return marks_; }  // empty for a digital camera
   bool IsFilm() const { return camera_.camera.kind == CameraKind::kFilm; }
+  const Measurements& Said() const { return said_; }  // what people measured and decided
   // They learn as photos are oriented.
   BlockApproximations& Approximations() const { return *approximations_; }
   // What all photos' results are made from: camera with the earth in its lens, DEM, CRS, flight ...
@@ -52,6 +54,7 @@ class BlockInputs {
   void DecideOnTheEarth();
 
   BlockRunOptions options_;
+  Measurements said_;
   CameraFile camera_;
   interior::MarkShapes marks_;
   std::optional<double> earth_k1_;  // in camera_ since it is decided

@@ -42,7 +42,8 @@ foreach(header IN LISTS headers)
 endforeach()
 
 install(TARGETS orient_base orient_geometry orient_terrain orient_raster orient_matching orient_files
-                orient_exchange orient_interior orient_patchdb orient_exterior orient_block
+                orient_measurements orient_exchange orient_interior orient_patchdb orient_exterior
+                orient_ortho orient_block
         EXPORT orient_targets ARCHIVE DESTINATION ${CMAKE_INSTALL_LIBDIR})
 set(package_folder ${CMAKE_INSTALL_LIBDIR}/cmake/orient)
 install(EXPORT orient_targets NAMESPACE orient:: FILE orient-targets.cmake

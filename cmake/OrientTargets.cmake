@@ -28,6 +28,13 @@ if(ORIENT_SANITIZE)
   add_link_options(-fsanitize=address,undefined)
 endif()
 
+# For libFuzzer (preset `fuzz`), with what GCC's sanitizers do not look at.
+option(ORIENT_FUZZ "Build orient_fuzz; needs Clang" OFF)
+if(ORIENT_FUZZ)
+  add_compile_options(-fsanitize=fuzzer-no-link,float-cast-overflow
+                      -fno-sanitize-recover=float-cast-overflow -D_GLIBCXX_ASSERTIONS)
+endif()
+
 # Warnings are errors where CMAKE_COMPILE_WARNING_AS_ERROR says so (preset `ci`).
 function(orient_compile_options target)
   target_compile_options(${target} PRIVATE -Wall -Wextra -Wpedantic -Wshadow -Wconversion

@@ -6,6 +6,7 @@
 #include <map>
 
 #include "core/base/median.h"
+#include "core/terrain/pixel_derivatives.h"
 #include "exterior/judge.h"
 #include "exterior/search/first_pose.h"
 #include "exterior/search/wide_search.h"
@@ -41,18 +42,28 @@ LoopRound Told(const PreciseRound& round) {
           RmsPx(*round.estimate)};
 }
 
-// How far a round's pose moves the patches from where the pose before it saw them.
-double LargestMove(const PhotoTask& task, const PhotoView& before, const PreciseRound& round) {
-  PhotoView after = before;
+// How far a round's pose moves a patch's edges against its middle, from how it was drawn: shifted
+// alone it looks as it did. Scan pixels, the largest.
+double LargestDistortion(const PhotoTask& task, const PreciseRound& round) {
+  constexpr double kEdge_px = kMaxSide_px / 2.0;
+  PhotoView after = round.view;
   after.pose = round.estimate->pose;
   double largest = 0;
-  for (const PatchPrediction& prediction : round.predictions)
-    if (const auto pixel = after.PixelFromGround(task.patches[prediction.patch].ground_m))
-      largest = std::max(largest, (*pixel - prediction.pixel).norm());
+  for (const PatchPrediction& prediction : round.predictions) {
+    const Eigen::Vector3d& ground_m = task.patches[prediction.patch].ground_m;
+    const auto drawn = PixelFromGroundWithDerivatives(round.view, ground_m);
+    const auto now = PixelFromGroundWithDerivatives(after, ground_m);
+    if (!drawn || !now) continue;
+    const Eigen::Matrix2d change =
+        now->by_ground.leftCols<2>() * drawn->by_ground.leftCols<2>().inverse() -
+        Eigen::Matrix2d::Identity();
+    largest = std::max(largest, kEdge_px * change.norm());
+  }
   return largest;
 }
 
-constexpr double kSettledPx = 0.5;
+// Drawn from a pose that distorts them by no more, every patch would match where it did.
+constexpr double kSettledPx = 0.1;
 
 // Rounds at full resolution until nothing more is won; the last one is the result. The first one
 // without an estimate: no pose.
@@ -67,13 +78,12 @@ std::vector<PreciseRound> Refine(const PhotoTask& task, PoseTrack* track) {
       if (rounds.empty()) rounds.push_back(std::move(round));
       break;
     }
-    const double moved_px = LargestMove(task, view, round);
+    const double distorted_px = LargestDistortion(task, round);
     track->rounds.push_back(Told(round));
     track->pose = round.estimate->pose;
     track->covariance = round.estimate->covariance;
     rounds.push_back(std::move(round));
-    // Drawn from so near a pose, every patch would match where it did.
-    if (moved_px < kSettledPx) break;
+    if (distorted_px < kSettledPx) break;
     margin = 4;
   }
   return rounds;

@@ -6,6 +6,7 @@
 #include <stdexcept>
 
 #include "core/base/error.h"
+#include "interior/constellation/clicked_film.h"
 #include "interior/constellation/film_search.h"
 #include "interior/constellation/guided_search.h"
 #include "interior/constellation/layout.h"
@@ -94,16 +95,6 @@ bool IsBlackAndWhite(const Raster& scan, const std::vector<MarkResult>& marks) {
   return true;
 }
 
-// The scan orientations that look like `orientation` to the marks, that one first.
-OrientationClass ClassOf(const CameraFile& camera, const MarkShapes& shapes,
-                         ScanOrientation orientation) {
-  OrientationClass members = {orientation};
-  for (const ScanOrientation other : kAllScanOrientations)
-    if (other != orientation && Relabel(camera.fiducials, shapes, orientation, other))
-      members.push_back(other);
-  return members;
-}
-
 constexpr const char* kLayoutName = "the marks' calibrated positions";
 
 // "the symbols of marks 2, 5 and the border": whose votes stand against the scan orientation that
@@ -145,11 +136,18 @@ JudgedFilm JudgeReading(const Raster& scan, const CameraFile& camera, const Mark
   result.width = scan.Width();
   result.height = scan.Height();
   judged.marks = MeasureMarks(scan, camera, shapes, reading, options.locator, known);
+  if (!options.clicks.empty()) TakeExactClicks(camera, reading, options.clicks, &judged.marks);
   const bool mirrored = IsMirrored(reading.orientations.front());
   const auto film = FitFilm(UsedMarks(camera, judged.marks), mirrored);
   const Findings findings = Judge(reading, judged.marks, film);
   result.status = Status::kOk;
   Add(findings, &result);
+  if (result.status != Status::kFailed) {
+    std::vector<std::string> perhaps_wrong;
+    for (const size_t i : PerhapsWrong(reading, judged.marks))
+      perhaps_wrong.push_back(camera.fiducials[i].id);
+    Add(JudgeRejected(perhaps_wrong), &result);
+  }
   result.margin = std::max(reading.margin, 0.0);
   result.marks = MarkResults(camera, judged.marks);
   if (result.status == Status::kFailed) return judged;
@@ -177,7 +175,7 @@ InteriorResult WithOrientationGiven(const Raster& scan, const CameraFile& camera
   InteriorResult result = judged.result;
   result.possible_orientations = {orientation};
   result.orientation = orientation;
-  const OrientationClass alike = ClassOf(camera, shapes, orientation);
+  const OrientationClass alike = WaysAlike(camera.fiducials, shapes, orientation);
   Add(CheckByLayout(alike, VoteOfLayout(camera, reading, judged.marks, alike, options.scanner)),
       &result);
   const auto votes = VotesOfFilm(scan, camera, shapes, result, alike);
@@ -214,6 +212,7 @@ InteriorResult WithOrientationFound(const Raster& scan, const CameraFile& camera
     result.orientation = std::nullopt;
   }
   result.possible_orientations = decision.possible;
+  result.orientation_nats = decision.nats;
   Add(JudgeFound(decision.contradictory,
                  DissentingNames(camera, shapes, open, chosen, votes, decision.dissenting),
                  decision.possible),
@@ -222,12 +221,16 @@ InteriorResult WithOrientationFound(const Raster& scan, const CameraFile& camera
   return result;
 }
 
-InteriorResult OrientFilm(const Raster& scan, const CameraFile& camera, const MarkShapes& shapes,
-                          const InteriorOptions& options, double* nats) {
+// By the marks that the program finds.
+InteriorResult OrientBySearch(const Raster& scan, const CameraFile& camera,
+                              const MarkShapes& shapes, const InteriorOptions& options,
+                              double* nats) {
   const bool reseau = std::ssize(camera.fiducials) >= kLeastReseauMarks;
   FilmReading reading = reseau ? ReadFilmByAnchors(scan, camera, shapes, options)
                                : ReadFilm(scan, camera, shapes, options,
                                           nats ? SearchRange::kWhole : SearchRange::kNearby);
+  // What pictures of marks alone tell apart is open.
+  if (!reseau) reading.orientations = reading.alike;
   MeasuredPlaces measured;
   const JudgedFilm judged = JudgeReading(scan, camera, shapes, options, reading, &measured);
   InteriorResult result = judged.result;
@@ -239,6 +242,67 @@ InteriorResult OrientFilm(const Raster& scan, const CameraFile& camera, const Ma
     *nats = reading.best.nats;
   else  // among cameras, whoever compares them judges it
     Add(JudgePixelSize(reading, result), &result);
+  return result;
+}
+
+// By the marks that a person clicked and those that are found from there; empty where that fails.
+std::optional<InteriorResult> OrientByClicks(const Raster& scan, const CameraFile& camera,
+                                             const MarkShapes& shapes,
+                                             const InteriorOptions& options) {
+  const auto reading = ReadFilmByClicks(scan, camera, shapes, options);
+  if (!reading) return std::nullopt;
+  MeasuredPlaces measured;
+  const JudgedFilm judged = JudgeReading(scan, camera, shapes, options, *reading, &measured);
+  if (!judged.result.photo_from_pixel) return std::nullopt;
+  InteriorOptions named = options;
+  named.orientation = reading->orientations.front();
+  InteriorResult result = WithOrientationGiven(scan, camera, shapes, named, *reading, judged);
+  Add(JudgePixelSize(*reading, result), &result);
+  return result;
+}
+
+// In the possible scan orientation in which most clicks name the marks that are there, with what is
+// wrong of them; unchanged where none does, or several do alike.
+InteriorResult AsClicked(const InteriorResult& found, const CameraFile& camera,
+                         const MarkShapes& shapes, const std::vector<MarkClick>& clicks) {
+  InteriorResult best = found;
+  std::ptrdiff_t most = 0;
+  bool alike = false;
+  const auto& possible = found.possible_orientations;
+  const bool all_mirrored = std::all_of(possible.begin(), possible.end(), IsMirrored);
+  for (const ScanOrientation orientation : possible) {
+    if (IsMirrored(orientation) && !all_mirrored) continue;  // confused marks look like that
+    const auto turned = InOrientation(found, camera, shapes, orientation);
+    if (!turned) continue;
+    const auto agreeing =
+        std::count_if(turned->marks.begin(), turned->marks.end(), [&](const MarkResult& mark) {
+          const MarkClick* click = ClickOn(clicks, mark.id);
+          return click && mark.pixel && (*mark.pixel - click->pixel).norm() < ClickReach_px(*click);
+        });
+    alike = agreeing == most || (alike && agreeing < most);
+    if (agreeing <= most) continue;
+    most = agreeing;
+    best = *turned;
+  }
+  if (most == 0 || alike) best = found;
+  Add(most > 0 && alike ? Findings{AllClicksContradicted(clicks)} : JudgeClicks(clicks, best),
+      &best);
+  return best;
+}
+
+// What a person clicked comes first. Where it explains no film, and the program finds one, the
+// clicks are told for wrong.
+InteriorResult OrientFilm(const Raster& scan, const CameraFile& camera, const MarkShapes& shapes,
+                          const InteriorOptions& options, double* nats) {
+  if (options.clicks.empty()) return OrientBySearch(scan, camera, shapes, options, nats);
+  InteriorOptions without = options;
+  without.clicks.clear();
+  const auto clicked = OrientByClicks(scan, camera, shapes, options);
+  if (!clicked)
+    return AsClicked(OrientBySearch(scan, camera, shapes, without, nats), camera, shapes,
+                     options.clicks);
+  InteriorResult result = *clicked;
+  Add(JudgeClicks(options.clicks, result), &result);
   return result;
 }
 
@@ -287,6 +351,7 @@ std::optional<InteriorResult> InOrientation(const InteriorResult& result, const 
     return std::nullopt;
   InteriorResult turned = result;
   turned.possible_orientations = {orientation};
+  turned.orientation_nats = {};
   turned.orientation = orientation;
   if (camera.camera.kind == CameraKind::kDigital || orientation == possible.front()) return turned;
 

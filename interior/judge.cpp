@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "interior/constellation/clicked_film.h"
 #include "interior/constellation/set_evidence.h"
 #include "interior/orientation/film_orientation.h"
 
@@ -20,11 +21,6 @@ constexpr double kStatedSigma = 0.01;             // a larger one: the pixel siz
 constexpr double kMaxSigma0Photogrammetric = 60;  // um
 constexpr double kMaxSigma0Desktop = 350;         // um
 constexpr double kNotableSigma0 = 30;             // um: said, though accepted
-
-int Count(const FilmMarks& marks, MarkState state) {
-  return static_cast<int>(std::count_if(marks.begin(), marks.end(),
-                                        [&](const FilmMark& m) { return m.state == state; }));
-}
 
 Findings JudgeFilm(const FilmReading& reading, const FilmTransform& film) {
   Findings findings;
@@ -98,6 +94,13 @@ Findings Judge(const FilmReading& reading, const FilmMarks& marks,
   return findings;
 }
 
+std::optional<Finding> JudgeRejected(const std::vector<std::string>& perhaps_wrong) {
+  if (perhaps_wrong.empty()) return std::nullopt;
+  return Finding{.reason = Reason::kWrongMarkUnclear,
+                 .at_best = Status::kWeak,
+                 .where = fmt::format("{}", fmt::join(perhaps_wrong, ", "))};
+}
+
 Finding PixelSizeIsUnsure(const InteriorResult& result) {
   return {Reason::kPixelSizeUnsure, Status::kWeak, result.pixel_size_um.value_or(0)};
 }
@@ -159,6 +162,46 @@ Findings JudgeFound(bool contradictory, const std::string& dissenting,
   if (possible.size() > 1)
     findings.push_back({.reason = Reason::kOrientationOpen, .where = NamesOf(possible)});
   return findings;
+}
+
+Findings JudgeClicks(const std::vector<MarkClick>& clicks, const InteriorResult& result) {
+  std::vector<std::string> off, unseen, contradicted;
+  int exact = 0, used = 0;
+  for (const MarkResult& mark : result.marks) {
+    const bool is_used = mark.state == MarkState::kUsed;
+    if (is_used) ++used;
+    const MarkClick* click = ClickOn(clicks, mark.id);
+    if (!click) continue;
+    if (click->exact && is_used) ++exact;
+    const double off_px = mark.pixel ? (*mark.pixel - click->pixel).norm() : 0;
+    if (is_used && off_px > ClickReach_px(*click))
+      off.push_back(fmt::format("{} ({:.0f} px)", mark.id, off_px));
+    else if (!is_used)
+      (mark.state == MarkState::kRejected ? contradicted : unseen).push_back(mark.id);
+  }
+  Findings findings;
+  const auto tell = [&](Reason reason, const std::vector<std::string>& marks) {
+    if (!marks.empty())
+      findings.push_back({.reason = reason,
+                          .value = static_cast<double>(marks.size()),
+                          .where = fmt::format("{}", fmt::join(marks, ", "))});
+  };
+  tell(Reason::kClickOffMark, off);
+  tell(Reason::kClickContradicted, contradicted);
+  tell(Reason::kClickNotSeen, unseen);
+  const int needed = NeededMarks(static_cast<int>(result.marks.size()));
+  if (exact > 0)
+    findings.push_back(
+        {Reason::kExactClicks, used - exact < needed ? Status::kWeak : Status::kOk, exact, needed});
+  return findings;
+}
+
+Finding AllClicksContradicted(const std::vector<MarkClick>& clicks) {
+  std::vector<std::string> marks;
+  for (const MarkClick& click : clicks) marks.push_back(click.mark);
+  return {.reason = Reason::kClickContradicted,
+          .value = static_cast<double>(marks.size()),
+          .where = fmt::format("{}", fmt::join(marks, ", "))};
 }
 
 void Add(const Findings& findings, InteriorResult* result) {

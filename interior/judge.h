@@ -20,6 +20,9 @@ namespace orient::interior {
 Findings Judge(const FilmReading& reading, const FilmMarks& marks,
                const std::optional<FilmTransform>& film);
 
+// Weak where other marks, these, may be wrong in a rejected one's stead (PerhapsWrong).
+std::optional<Finding> JudgeRejected(const std::vector<std::string>& perhaps_wrong);
+
 // Weak: the marks may be those of a smaller or larger camera than the one named (squares of four
 // and rings of eight come in many sizes).
 Finding PixelSizeIsUnsure(const InteriorResult& result);
@@ -47,6 +50,13 @@ std::optional<Finding> JudgeGivenBySigns(ScanOrientation given,
 // the decision; empty: none.
 Findings JudgeFound(bool contradictory, const std::string& dissenting,
                     const std::vector<ScanOrientation>& possible);
+
+// What a person clicked against what the scan shows: `result` has the marks under the camera's
+// names. Marks that rest on exact clicks alone make no scan ok.
+Findings JudgeClicks(const std::vector<MarkClick>& clicks, const InteriorResult& result);
+
+// Of clicks that fit the scan in several ways, a part of them each.
+Finding AllClicksContradicted(const std::vector<MarkClick>& clicks);
 
 // Adds findings; the status becomes the worst that they allow.
 void Add(const Findings& findings, InteriorResult* result);

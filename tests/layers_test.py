@@ -17,7 +17,7 @@ import sys
 import tempfile
 
 CORE = ["core/base", "core/geometry", "core/terrain", "core/raster", "core/matching", "core/files",
-        "core/exchange"]
+        "core/measurements", "core/exchange"]
 INTERIOR = ["interior/marks", "interior/locators", "interior/constellation", "interior/orientation",
             "interior"]
 EXTERIOR = ["exterior/steps", "exterior/search", "exterior"]
@@ -34,7 +34,9 @@ TABLE = {
     "core/matching": (["core/base", "core/geometry", "core/raster"], {"Eigen", "OpenCV"}),
     "core/files": (["core/base", "core/geometry", "core/terrain"],
                    {"Eigen", "toml++", "nlohmann-json"}),
-    "core/exchange": (["core/base", "core/geometry", "core/terrain", "core/files"],
+    "core/measurements": (["core/base", "core/geometry", "core/files"], {"Eigen"}),
+    "core/exchange": (["core/base", "core/geometry", "core/terrain", "core/files",
+                       "core/measurements"],
                       {"Eigen", "nlohmann-json", "pugixml"}),
     "patchdb/store": (["core/base", "core/geometry", "core/terrain", "core/raster"],
                       {"Eigen", "SQLite"}),
@@ -46,11 +48,12 @@ TABLE = {
     "tools/simulate": (CORE[:-1], {"Eigen", "GDAL", "TBB", "nlohmann-json"}),
     "tools/report": (CORE + INTERIOR + ["block/inputs"], {"Eigen", "GDAL"}),
     "tools/convert": (CORE + INTERIOR + ["block/inputs"], {"Eigen", "GDAL", "TBB", "nlohmann-json"}),
-    "tools/commands": (CORE + INTERIOR + EXTERIOR + BLOCK
+    "tools/commands": (CORE + INTERIOR + EXTERIOR + BLOCK + ["ortho"]
                        + ["patchdb/store", "patchdb/harvest", "patchdb/maintenance"]
                        + ["tools/simulate", "tools/report", "tools/convert"],
                        {"Eigen", "GDAL", "CLI11", "nlohmann-json"}),
 }
+TABLE["ortho"] = (CORE[:-1], {"Eigen", "GDAL"})
 for _order, _below, _libraries in (
         (INTERIOR, CORE[:-1], {"Eigen"}),
         (EXTERIOR, CORE[:-1] + ["patchdb/store"], {"Eigen"}),
@@ -88,7 +91,7 @@ LIBRARIES = {
     "RapidCheck": r"rapidcheck(\.h$|/)",
 }
 # The C++ standard library has neither a folder nor an extension; of POSIX we use these.
-STANDARD = re.compile(r"^([a-z_0-9]+|(unistd|fcntl|fnmatch|glob|malloc|signal)\.h|sys/[a-z]+\.h)$")
+STANDARD = re.compile(r"^([a-z_0-9]+|(unistd|fcntl|fnmatch|glob|malloc|signal|dlfcn|execinfo|dirent)\.h|sys/[a-z]+\.h)$")
 INCLUDE = re.compile(r'^\s*#\s*include\s*([<"])([^>"]+)[>"]')
 DEFINED_TYPE = re.compile(r"^(?:struct|class|enum class) (\w+)\s*(?:final\s*)?(?:[:{]|$)")
 VAGUE_NAME = re.compile(r"(^|_)(utils?|common|misc)(_|$)")

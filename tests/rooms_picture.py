@@ -13,12 +13,13 @@ import sys
 
 # room: its left and right end, in COLUMN px; what it is there for; its colour.
 ROOMS = {
-    "tools": (0, 20, "the program: commands, simulator, report, other programs' formats", "#e8e6f4"),
+    "tools": (0, 24, "the program: commands, simulator, report, other programs' formats", "#e8e6f4"),
     "block": (1.2, 17, "a whole survey: stages, ties, bundle adjustment, verdict", "#e3edf8"),
     "exterior": (2.4, 8.9, "one photo's pose, from patches", "#fbeede"),
     "patchdb": (0, 7.8, "control patches in a GeoPackage", "#fbe4e2"),
     "interior": (9.7, 18.3, "fiducial marks; from pixel to film", "#e2f3e4"),
-    "core": (0, 20, "used by all other modules", "#eeeeec"),
+    "ortho": (18.8, 23.2, "orthophotos, mosaics", "#f3f0d8"),
+    "core": (0, 24, "used by all other modules", "#eeeeec"),
 }
 NO_ROOM = {"bench"}  # folders that are no part of the product
 COLUMN, MARGIN, GAP = 46, 24, 46

@@ -42,6 +42,9 @@ struct GroundControl {
   Eigen::Vector3d height_effect = Eigen::Vector3d::Zero();
   double height_sigma_m = 0;
   std::string source;  // patches of one source share height errors
+  // One sigma by which the source may be displaced as a whole, and as much again towards its
+  // border: see BlockOptions::control_shared_everywhere. Zero: none.
+  double source_sigma_m = 0;
 };
 
 // A tie (no control) or a control patch.
@@ -50,6 +53,9 @@ struct BlockPoint {
   std::optional<Eigen::Vector3d> approximate_m;  // intersected from the photos where absent
   std::optional<GroundControl> control;
   bool held_out = false;  // control that only checks: nothing of it enters the adjustment
+  // Measured by a person or another program, the ground point by survey: groups of their own, and
+  // none of the errors that patches share.
+  bool by_hand = false;
 };
 
 struct ImageObservation {

@@ -73,7 +73,8 @@ struct BlockPart {
 };
 
 struct VarianceComponent {
-  std::string group;       // tie image, control image, control ground, gnss, pose prior
+  std::string group;       // tie image, control image, control ground, gnss, pose prior, measured
+                           // image, surveyed ground
   double factor = 1;       // of the stated variances
   double redundancy = 0;   // degrees of freedom
   double sigma0_px = 0;    // image groups: of one coordinate of average stated weight

@@ -14,7 +14,10 @@ void Intersect(const BlockSystem& system, const BlockResult& result, CheckPatch*
     const PhotoView view = AdjustedView(system.block, result, photo);
     seen.push_back({&result.cameras[system.block.photos[photo].camera], view.pose,
                     view.PhotoFromPixel(system.block.observations[i].pixel),
-                    system.ImageCovariance(i) * system.PrecisionFactor(RowKind::kControlImage)});
+                    system.ImageCovariance(i) *
+                        system.PrecisionFactor(system.block.points[check->point].by_hand
+                                                   ? RowKind::kMeasuredImage
+                                                   : RowKind::kControlImage)});
   }
   if (const auto met = IntersectPhotos(seen))
     check->ground_residual_m = system.block.points[check->point].control->ground_m - met->ground_m;

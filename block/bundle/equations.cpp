@@ -129,6 +129,7 @@ void BlockSystem::AddImageRows() {
     if (block.points[o.point].held_out) continue;
     BlockRows& row = rows[i];
     row.kind = block.points[o.point].control ? RowKind::kControlImage : RowKind::kTieImage;
+    if (block.points[o.point].by_hand) row.kind = RowKind::kMeasuredImage;
     row.cost = MakeImageCost(images_[o.photo], start_m_[o.point],
                              {o.pixel, photo_mm_[i], ImageCovariance(i)},
                              &weight.at(static_cast<std::size_t>(row.kind)));
@@ -144,6 +145,7 @@ void BlockSystem::AddImageRows() {
 }
 
 void BlockSystem::AddControlRows() {
+  const double cell_m = exterior::kShortHeightCorrelation * options.height_correlation_m;
   HeightPlaces common, cells;
   const auto new_group = [this] { return NewGroup(); };
   for (std::size_t i = 0; i < block.points.size(); ++i) {
@@ -156,14 +158,14 @@ void BlockSystem::AddControlRows() {
     HeightUnknown of_source, of_cell;
     if (term.effect_m.squaredNorm() > 0) {
       of_source = common.Of(control->source, new_group);
-      of_cell = cells.Of(CellKey(*control, options.height_correlation_m), new_group);
+      of_cell = cells.Of(CellKey(*control, cell_m), new_group);
       term.common_element = of_source.element;
       term.cell_element = of_cell.element;
     }
     control_row_of_point[i] = static_cast<int>(rows.size());
     for (const bool third : {false, true}) {
       BlockRows row;
-      row.kind = RowKind::kControlGround;
+      row.kind = block.points[i].by_hand ? RowKind::kSurveyedGround : RowKind::kControlGround;
       row.cost = MakeControlCost(term, third, &weight.at(static_cast<std::size_t>(row.kind)));
       row.active = true;
       row.point = static_cast<int>(i);

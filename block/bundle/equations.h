@@ -15,8 +15,25 @@
 namespace orient::block {
 
 // Groups of variance components.
-enum class RowKind { kTieImage, kControlImage, kControlGround, kGnss, kPosePrior, kParameter };
-inline constexpr std::size_t kVarianceGroups = 5;  // all but the last
+enum class RowKind {
+  kTieImage,
+  kControlImage,
+  kControlGround,
+  kGnss,
+  kPosePrior,
+  kMeasuredImage,
+  kSurveyedGround,
+  kParameter
+};
+inline constexpr std::size_t kVarianceGroups = 7;  // all but the last
+
+inline bool IsImage(RowKind kind) {
+  return kind == RowKind::kTieImage || kind == RowKind::kControlImage ||
+         kind == RowKind::kMeasuredImage;
+}
+inline bool IsGround(RowKind kind) {
+  return kind == RowKind::kControlGround || kind == RowKind::kSurveyedGround;
+}
 
 struct BlockRows {
   std::unique_ptr<ceres::CostFunction> cost;  // null: an observation that takes no part

@@ -178,7 +178,7 @@ bool BlockNormals::RightSideOfControl(std::size_t point, std::vector<int>* group
   Eigen::MatrixX3d of_groups = Eigen::MatrixX3d::Zero(e->weight.cols(), 3);
   for (std::size_t k = 0; k < e->active; ++k) {
     const BlockRows& row = system_.rows[e->rows[k]];
-    if (row.kind != RowKind::kControlGround) continue;
+    if (!IsGround(row.kind)) continue;
     const PointRows& linear = e->linear[k];
     of_point += e->loss_weight[k] * linear.by_point.transpose() * linear.by_point;
     for (std::size_t g = 0; g < Index(row.group_count); ++g)
@@ -264,7 +264,7 @@ void BlockNormals::TestPoint(std::size_t point, BlockTests* tests) const {
   tests->point_covariance[point] = inverse.point;
   for (std::size_t k = 0; k < e->rows.size(); ++k) {
     const BlockRows& row = system_.rows[e->rows[k]];
-    if (row.kind == RowKind::kControlGround) continue;
+    if (IsGround(row.kind)) continue;
     const PlacedRows rows = e->RowsAt(k, row);
     tests->of_row[e->rows[k]] = TestOf<2>(e->linear[k].residual, inverse.Between(rows, rows),
                                           e->loss_weight[k], k < e->active);
@@ -277,7 +277,7 @@ RowTest BlockNormals::TestControl(const PointEquations& e, const PointInverse& i
   std::array<std::size_t, 2> at = {};
   std::size_t found = 0;
   for (std::size_t k = 0; k < e.rows.size(); ++k)
-    if (system_.rows[e.rows[k]].kind == RowKind::kControlGround) at.at(found++) = k;
+    if (IsGround(system_.rows[e.rows[k]].kind)) at.at(found++) = k;
   Eigen::Matrix4d N;
   Eigen::Vector4d v;
   for (int a = 0; a < 2; ++a)

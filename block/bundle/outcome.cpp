@@ -9,7 +9,8 @@ namespace orient::block {
 namespace {
 
 constexpr std::array<const char*, kVarianceGroups> kGroupNames = {
-    "tie image", "control image", "control ground", "gnss", "pose prior"};
+    "tie image",  "control image",  "control ground", "gnss",
+    "pose prior", "measured image", "surveyed ground"};
 
 void FillPhotos(const BlockSystem& system, const BlockJudgement& judgement,
                 const BlockNormals& normals, BlockResult* result) {
@@ -81,7 +82,7 @@ void FillComponents(const BlockSystem& system, const BlockTests& tests, BlockRes
     VarianceComponent component{kGroupNames.at(k), system.Factor(kind), sums.at(k).redundancy};
     component.estimated =
         system.options.variance_components && sums.at(k).redundancy >= kLeastGroupRedundancy;
-    if (kind == RowKind::kTieImage || kind == RowKind::kControlImage)
+    if (IsImage(kind))
       component.sigma0_px = std::sqrt(component.factor) * MeanSigmaPx(system, kind);
     result->components.push_back(component);
   }
@@ -163,11 +164,13 @@ std::array<KindSums, kVarianceGroups> SumsOf(const BlockSystem& system, const Bl
   };
   for (std::size_t i = 0; i < system.rows.size(); ++i) {
     const BlockRows& row = system.rows[i];
-    if (row.active && row.kind != RowKind::kParameter && row.kind != RowKind::kControlGround)
+    if (row.active && row.kind != RowKind::kParameter && !IsGround(row.kind))
       add(row.kind, tests.of_row[i]);
   }
   for (std::size_t i = 0; i < system.points.size(); ++i)
-    if (system.HasControl(i)) add(RowKind::kControlGround, tests.of_control[i]);
+    if (system.HasControl(i))
+      add(system.block.points[i].by_hand ? RowKind::kSurveyedGround : RowKind::kControlGround,
+          tests.of_control[i]);
   return sums;
 }
 

@@ -4,6 +4,7 @@
 #include <oneapi/tbb/task_arena.h>
 
 #include <Eigen/Dense>
+#include <algorithm>
 #include <array>
 #include <cmath>
 #include <map>
@@ -12,6 +13,7 @@
 #include <string>
 
 #include "block/bundle/outcome.h"
+#include "core/geometry/bounds.h"
 
 namespace orient::block {
 namespace {
@@ -23,7 +25,8 @@ constexpr std::size_t kWaves = 16;
 struct ControlPoint {
   const std::string* source = nullptr;
   Eigen::Vector2d place_m;
-  double sigma_m = 0;          // of its ground and of what its images say of it, one coordinate
+  double sigma_m = 0;  // of its ground and of what its images say of it, one coordinate
+  double source_sigma_m = 0;
   Eigen::MatrixX3d by_ground;  // reduced right side for each metre of its ground
   std::vector<int> groups;     // of its rows, six each
 };
@@ -57,11 +60,12 @@ std::vector<ControlPoint> UsedControl(const BlockSystem& system, const BlockNorm
                                       double shown) {
   std::vector<ControlPoint> control;
   for (std::size_t i = 0; i < system.points.size(); ++i) {
-    if (!system.HasControl(i)) continue;
+    if (!system.HasControl(i) || system.block.points[i].by_hand) continue;
     const GroundControl& given = *system.block.points[i].control;
     ControlPoint point;
     point.source = &given.source;
     point.place_m = given.ground_m.head<2>();
+    point.source_sigma_m = given.source_sigma_m;
     const double ground = given.covariance_m2.topLeftCorner<2, 2>().trace() / 2;
     point.sigma_m = std::sqrt(
         shown * (system.Factor(RowKind::kControlGround) * ground + ImageVariance(system, i)));
@@ -92,28 +96,62 @@ class Field {
   std::array<Eigen::Vector3d, kWaves> waves_;
 };
 
+// The ground that a source's control covers.
+using Areas = std::map<std::string, Bounds>;
+
+Areas AreasOf(const std::vector<ControlPoint>& control) {
+  Areas areas;
+  for (const ControlPoint& point : control)
+    areas.try_emplace(*point.source, Bounds::OfNothing())
+        .first->second.Include(point.place_m.x(), point.place_m.y());
+  return areas;
+}
+
+// What the points of one source share: smooth fields, and its shift and linear deformation.
+class SourceErrors {
+ public:
+  SourceErrors(const Bounds& area, double length_m, std::mt19937* random)
+      : middle_((area.min_x + area.max_x) / 2, (area.min_y + area.max_y) / 2),
+        half_m_(std::max({area.max_x - area.min_x, area.max_y - area.min_y, 1e-3}) / 2),
+        fields_{Field(length_m, random), Field(length_m, random)} {
+    std::normal_distribution<double> normal;
+    for (double& element : linear_.reshaped()) element = normal(*random);
+  }
+  Eigen::Vector2d Smooth(const Eigen::Vector2d& place_m) const {
+    return {fields_[0].At(place_m), fields_[1].At(place_m)};
+  }
+  Eigen::Vector2d Linear(const Eigen::Vector2d& place_m) const {
+    return linear_ * ((place_m - middle_) / half_m_).homogeneous();
+  }
+
+ private:
+  Eigen::Vector2d middle_;
+  double half_m_;
+  std::array<Field, 2> fields_;
+  Eigen::Matrix<double, 2, 3> linear_;
+};
+
 // What all unknowns' right sides become by one draw of the errors.
 Eigen::VectorXd Draw(const BlockSystem& system, const std::vector<ControlPoint>& control,
-                     std::mt19937* random) {
+                     const Areas& areas, std::mt19937* random) {
+  const BlockOptions& options = system.options;
   std::normal_distribution<double> normal;
   const Eigen::Vector2d everywhere(normal(*random), normal(*random));
-  std::map<std::string, std::array<Field, 2>> fields;
-  const double length_m = system.options.height_correlation_m;
+  std::map<std::string, SourceErrors> sources;
   Eigen::VectorXd right =
       Eigen::VectorXd::Zero(6 * static_cast<Eigen::Index>(system.groups.size()));
   for (const ControlPoint& point : control) {
-    auto field = fields.find(*point.source);
-    if (field == fields.end())
-      field = fields
-                  .emplace(*point.source,
-                           std::array<Field, 2>{Field(length_m, random), Field(length_m, random)})
-                  .first;
+    auto source = sources.find(*point.source);
+    if (source == sources.end())
+      source = sources
+                   .emplace(*point.source, SourceErrors(areas.at(*point.source),
+                                                        options.height_correlation_m, random))
+                   .first;
     Eigen::Vector3d shift = Eigen::Vector3d::Zero();
-    for (int i = 0; i < 2; ++i)
-      shift[i] =
-          point.sigma_m * (system.options.control_shared_everywhere * everywhere[i] +
-                           system.options.control_shared_smoothly *
-                               field->second.at(static_cast<std::size_t>(i)).At(point.place_m));
+    shift.head<2>() =
+        point.sigma_m * (options.control_shared_everywhere * everywhere +
+                         options.control_shared_smoothly * source->second.Smooth(point.place_m)) +
+        point.source_sigma_m * source->second.Linear(point.place_m);
     const Eigen::VectorXd of_point = point.by_ground * shift;
     for (std::size_t g = 0; g < point.groups.size(); ++g)
       right.segment<6>(6 * static_cast<Eigen::Index>(point.groups[g])) +=
@@ -126,10 +164,11 @@ Eigen::VectorXd Draw(const BlockSystem& system, const std::vector<ControlPoint>&
 // covariance.
 Eigen::MatrixXd Moved(const BlockSystem& system, const BlockNormals& normals,
                       const std::vector<ControlPoint>& control) {
+  const Areas areas = AreasOf(control);
   std::mt19937 random(1);
   Eigen::MatrixXd moved(6 * static_cast<Eigen::Index>(system.groups.size()), kDraws);
   for (int draw = 0; draw < kDraws; ++draw)
-    moved.col(draw) = normals.cholesky().Solve(Draw(system, control, &random));
+    moved.col(draw) = normals.cholesky().Solve(Draw(system, control, areas, &random));
   return moved / std::sqrt(kDraws);
 }
 
@@ -198,7 +237,11 @@ void AddToTies(const BlockSystem& system, const BlockNormals& normals, const Eig
 void AddSharedControlErrors(const BlockSystem& system, const BlockNormals& normals,
                             const BlockTests& tests, BlockResult* result) {
   const BlockOptions& options = system.options;
-  if (options.control_shared_everywhere <= 0 && options.control_shared_smoothly <= 0) return;
+  const bool of_sources =
+      std::any_of(system.block.points.begin(), system.block.points.end(),
+                  [](const BlockPoint& p) { return p.control && p.control->source_sigma_m > 0; });
+  if (options.control_shared_everywhere <= 0 && options.control_shared_smoothly <= 0 && !of_sources)
+    return;
   const std::vector<ControlPoint> control =
       UsedControl(system, normals, ShownByResiduals(system, tests));
   if (control.empty()) return;

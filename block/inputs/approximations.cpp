@@ -13,6 +13,7 @@
 #include <set>
 
 #include "core/base/error.h"
+#include "core/base/open_dataset.h"
 #include "core/base/quiet_gdal.h"
 
 namespace orient::block {
@@ -35,7 +36,7 @@ class FlightIndex {
   FlightIndex(const std::string& path, const Crs& crs, Heights heights)
       : path_(path), crs_(crs), heights_(heights) {
     RegisterGdalDrivers();
-    dataset_.reset(GDALDataset::Open(path.c_str(), GDAL_OF_VECTOR | GDAL_OF_READONLY));
+    dataset_ = OpenVectorDataset(path);
     if (!dataset_)
       throw InputError(
           path + ": neither an OPK CSV nor a vector file that GDAL reads: " + CPLGetLastErrorMsg());
@@ -144,7 +145,9 @@ Vector6d SigmaOfApproximation(const OrientationRow& row, std::optional<double> p
 OrientationTable ReadApproximations(const std::string& path, const Crs& crs, Heights heights) {
   if (IsOrientationTable(path)) return ReadOrientationTable(path, Attitudes::kMayBeAbsent);
   const QuietGdal quiet;
-  return FlightIndex(path, crs, heights).Read();
+  OrientationTable table = FlightIndex(path, crs, heights).Read();
+  quiet.ThrowFaults();
+  return table;
 }
 
 }  // namespace orient::block

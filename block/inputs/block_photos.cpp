@@ -87,7 +87,7 @@ OpenPhotos::OpenPhotos(const std::vector<BlockPhotoFile>& photos,
     const BlockPhotoFile& photo = photos[i];
     if (i == owner) owner_ = photos_.size();
     try {
-      rasters_.push_back(std::make_unique<Raster>(Raster::Open(photo.path)));
+      rasters_.push_back(std::make_unique<Raster>(Raster::OpenScan(photo.path)));
     } catch (const InputError&) {
       if (i == owner) throw;
       continue;  // told where it is itself the owner

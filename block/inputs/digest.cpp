@@ -10,6 +10,7 @@
 #include <set>
 #include <sstream>
 
+#include "core/base/open_dataset.h"
 #include "core/base/quiet_gdal.h"
 
 namespace orient::block {
@@ -21,8 +22,7 @@ struct CloseFile {
 
 // A raster's files and, through those that are rasters themselves, theirs.
 void CollectFiles(const std::string& path, std::set<std::string>* files) {
-  const GDALDatasetUniquePtr dataset(
-      GDALDataset::Open(path.c_str(), GDAL_OF_RASTER | GDAL_OF_READONLY));
+  const GDALDatasetUniquePtr dataset = OpenRasterDataset(path);
   if (!dataset) return;
   const CPLStringList list(dataset->GetFileList());
   const bool made_of_others = dataset->GetDriverName() == std::string("VRT");
@@ -58,7 +58,10 @@ std::string DigestOf(const Inputs& inputs) {
 }
 
 std::string DigestOfFile(const std::string& path) {
+  RegisterGdalDrivers();
+  const QuietGdal quiet;
   const std::unique_ptr<VSILFILE, CloseFile> file(VSIFOpenL(path.c_str(), "rb"));
+  quiet.ThrowFaults();
   if (!file || VSIFSeekL(file.get(), 0, SEEK_END) != 0) return "";
   const vsi_l_offset length = VSIFTellL(file.get());
   std::string seen = std::to_string(length);
@@ -69,6 +72,7 @@ std::string DigestOfFile(const std::string& path) {
     if (VSIFSeekL(file.get(), from, SEEK_SET) != 0) return "";
     seen.append(piece, 0, VSIFReadL(piece.data(), 1, kPiece, file.get()));
   }
+  quiet.ThrowFaults();
   return Digest(seen);
 }
 

@@ -5,6 +5,7 @@
 
 #include <cstdio>
 
+#include "core/base/open_dataset.h"
 #include "core/base/quiet_gdal.h"
 
 namespace orient::block {
@@ -24,8 +25,7 @@ std::optional<std::string> DateOfTag(const std::string& tag) {
 std::optional<std::string> ExposureDate(const std::string& path, CameraKind kind) {
   if (kind == CameraKind::kFilm) return std::nullopt;
   const QuietGdal quiet;
-  const GDALDatasetUniquePtr dataset(
-      GDALDataset::Open(path.c_str(), GDAL_OF_RASTER | GDAL_OF_READONLY));
+  const GDALDatasetUniquePtr dataset = OpenRasterDataset(path);
   std::optional<std::string> date;
   // GDAL's TIFF driver keeps EXIF apart, that for JPEG does not.
   for (const auto& [name, domain] :
@@ -34,6 +34,7 @@ std::optional<std::string> ExposureDate(const std::string& path, CameraKind kind
     const char* tag = dataset && !date ? dataset->GetMetadataItem(name, domain) : nullptr;
     if (tag != nullptr) date = DateOfTag(tag);
   }
+  quiet.ThrowFaults();
   return date;
 }
 

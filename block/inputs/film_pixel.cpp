@@ -14,7 +14,7 @@ std::optional<double> FilmPixel_mm(const Camera& camera, const std::vector<std::
   std::vector<double> pixels_mm;
   for (std::size_t i = 0; i < scans.size() && pixels_mm.size() < kEnough; ++i) {
     try {
-      const Raster scan = Raster::Open(scans[i]);
+      const Raster scan = Raster::OpenScan(scans[i]);
       const int shorter = std::min(scan.Width(), scan.Height());
       const int longer = std::max(scan.Width(), scan.Height());
       pixels_mm.push_back(

@@ -7,6 +7,7 @@
 #include <sstream>
 #include <vector>
 
+#include "core/base/open_dataset.h"
 #include "core/base/quiet_gdal.h"
 #include "core/geometry/rotation.h"
 
@@ -30,8 +31,7 @@ std::vector<double> NumbersOf(std::string tag) {
 
 class Tags {
  public:
-  explicit Tags(const std::string& path)
-      : dataset_(GDALDataset::Open(path.c_str(), GDAL_OF_RASTER | GDAL_OF_READONLY)) {}
+  explicit Tags(const std::string& path) : dataset_(OpenRasterDataset(path)) {}
 
   // GDAL's TIFF driver keeps EXIF apart, that for JPEG does not.
   std::string Find(const char* name) {
@@ -91,6 +91,7 @@ PhotoMetadata ReadPhotoMetadata(const std::string& path) {
   metadata.focal_length_mm = tags.FindNumber("EXIF_FocalLength");
   if (metadata.focal_length_mm && !(*metadata.focal_length_mm > 0))
     metadata.focal_length_mm.reset();
+  quiet.ThrowFaults();
   return metadata;
 }
 

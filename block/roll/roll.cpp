@@ -167,7 +167,8 @@ std::vector<size_t> CompareWithRoll(const std::optional<RollStatistics>& roll,
     InteriorResult& result = (*results)[i];
     const InteriorResult before = result;
     Forget(&result);
-    const Findings findings = roll ? WhyItStandsOut(*roll, result) : Findings();
+    const bool compared = roll && !Has(result.findings, Reason::kAcceptedByPerson);
+    const Findings findings = compared ? WhyItStandsOut(*roll, result) : Findings();
     if (!findings.empty() && result.status == Status::kOk) {
       result.status_alone = Status::kOk;
       result.status = Status::kWeak;

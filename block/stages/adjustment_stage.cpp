@@ -3,6 +3,7 @@
 #include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <cmath>
+#include <set>
 
 #include "core/terrain/view_over_ground.h"
 #include "exterior/steps/error_model.h"
@@ -86,6 +87,7 @@ void AddTies(const AdjustmentInputs& inputs, const std::map<std::string, std::si
       if (const auto photo = index.find(seen.photo); photo != index.end())
         block.observations.push_back({photo->second, point, seen.pixel, seen.covariance_px2});
   }
+  if (inputs.measured) AddMeasuredTies(*inputs.measured, &block);
   adjusted->ties = block.points.size();
 }
 
@@ -123,6 +125,9 @@ void AddPatches(const AdjustmentInputs& inputs, AdjustedBlock* adjusted) {
   const patchdb::PatchDatabase database =
       patchdb::PatchDatabase::Open(inputs.patchdb, patchdb::PatchDatabase::Mode::kRead);
   const double cell_m = CheckCell(MeanFootprintSide(inputs.photos));
+  std::set<std::int64_t> surveyed;
+  for (const patchdb::PatchSource& source : database.Sources())
+    if (source.kind == patchdb::SourceKind::kGcp) surveyed.insert(source.id);
   for (std::size_t i = 0; i < block.photos.size(); ++i) {
     for (const PatchResult& match : inputs.photos[adjusted->photo_of[i]].exterior.patches) {
       if (match.id < 0 || !match.pixel || !match.sigma_px) continue;
@@ -132,6 +137,8 @@ void AddPatches(const AdjustmentInputs& inputs, AdjustedBlock* adjusted) {
         continue;
       }
       if (match.state != PatchState::kMatched) continue;
+      // An edge would need the covariance of both axes, which the result does not hold.
+      if (match.sigma_px->maxCoeff() > exterior::kLeastSigmaOfEdge_px) continue;
       auto point = adjusted->patch.find(match.id);
       if (point == adjusted->patch.end()) {
         const auto patch = database.ReadPatch(match.id);
@@ -139,6 +146,10 @@ void AddPatches(const AdjustmentInputs& inputs, AdjustedBlock* adjusted) {
         BlockPoint control =
             ControlOf(*patch, HeldOut(patch->ground_m, cell_m, inputs.choice.check_share));
         LeaveOutHeights(&*control.control);
+        if (!surveyed.contains(patch->source_id))
+          control.control->source_sigma_m =
+              exterior::kSharedBySource *
+              std::sqrt(control.control->covariance_m2.topLeftCorner<2, 2>().trace() / 2);
         point = adjusted->patch.emplace(match.id, block.points.size()).first;
         block.points.push_back(std::move(control));
       }
@@ -213,6 +224,7 @@ AdjustedBlock AdjustPhotos(const AdjustmentInputs& inputs) {
   AddPhotos(inputs, &adjusted, &index);
   AddTies(inputs, index, &adjusted);
   AddPatches(inputs, &adjusted);
+  if (inputs.measured) adjusted.surveyed = AddSurveyedPoints(*inputs.measured, &adjusted.block);
   BlockOptions options;
   options.self_calibration = inputs.choice.self_calibration;
   options.full_covariance = inputs.choice.pose_covariance;

@@ -9,7 +9,9 @@
 #include "block/bundle/adjustment.h"
 #include "block/inputs/block_photos.h"
 #include "block/inputs/pose_observations.h"
+#include "block/stages/measured_points.h"
 #include "block/ties/tie_file.h"
+#include "core/measurements/measurements.h"
 #include "core/terrain/ground_surface.h"
 
 namespace orient::block {
@@ -22,6 +24,8 @@ struct AdjustmentInputs {
   std::string patchdb;
   BlockAdjustmentChoice choice;
   PoseObservations known = {};
+  // What people measured: surveyed points, and ties seen in two photos or more. Null: nothing.
+  const Measurements* measured = nullptr;
 };
 
 // What was adjusted and what came out; indices of `block` go through `photo_of` to those of the
@@ -31,6 +35,7 @@ struct AdjustedBlock {
   BlockResult result;
   std::vector<std::size_t> photo_of;
   std::size_t ties = 0;                       // the first so many points are ties
+  std::vector<SurveyedPoint> surveyed;        // of those that people measured
   std::map<std::int64_t, std::size_t> patch;  // point of a control patch
   // Sightings of check patches that their photo's own orientation had told for gross errors, so
   // that they are not among the checks.

@@ -5,6 +5,7 @@
 #include <algorithm>
 
 #include "block/inputs/digest.h"
+#include "block/inputs/persons_word.h"
 #include "core/base/error.h"
 
 namespace orient::block {
@@ -84,6 +85,7 @@ Inputs InputsOfPhoto(const ExteriorRunOptions& options, const OrientationTable& 
   inputs["scan"] = DigestOfFile(path);
   inputs["approximation"] = Digest(TextOf(approximations.Find(name)));
   inputs["accuracy"] = AccuracyText(options);
+  AddMeasurements(TextOfPoints(options.measurements, name), &inputs);
   if (options.interior)
     inputs["interior"] = DigestOfFile(InteriorResultPath(*options.interior, name));
   return inputs;

@@ -9,6 +9,7 @@
 
 #include "block/inputs/approximations.h"
 #include "block/inputs/height_check.h"
+#include "block/inputs/persons_word.h"
 #include "block/inputs/scan_interior.h"
 #include "block/pictures/patch_sheet.h"
 #include "core/base/environment_error.h"
@@ -19,8 +20,10 @@
 #include "exterior/judge.h"
 #include "exterior/orient_photo.h"
 #include "exterior/principal_distance.h"
+#include "exterior/search/point_resection.h"
 #include "exterior/search/search_prior.h"
 #include "exterior/steps/predict.h"
+#include "exterior/steps/resect.h"
 #include "patchdb/store/patch_database.h"
 
 namespace orient::block {
@@ -40,8 +43,10 @@ Finding Because(Reason reason, std::string where) {
 }
 
 Matrix6d PriorCovariance(const OrientationRow& row, const ExteriorRunOptions& options) {
+  constexpr double kExact = 1e-9;  // metres, radians: nothing is known better
   return SigmaOfApproximation(row, options.position_sigma_m, options.attitude_sigma_rad,
                               options.kappa_sigma_rad)
+      .cwiseMax(kExact)
       .cwiseAbs2()
       .asDiagonal();
 }
@@ -168,21 +173,112 @@ Finding WithoutApproximation(const ExteriorRunOptions& options, const std::strin
                                    options.approximations, name));
 }
 
+// What starts a photo's search: its approximation, or its measured ground points.
+struct Start {
+  std::optional<PosePrior> prior;
+  bool stated = false;  // the prior's accuracy
+  std::optional<exterior::PointPose> by_points;
+  Findings findings;  // of the points
+};
+
+Start StartOf(const ExteriorSetting& setting, const std::string& name, const OrientationRow* row,
+              ScanInterior* interior) {
+  Start start;
+  if (row != nullptr) {
+    start.prior = PosePrior{row->pose, PriorCovariance(*row, setting.options)};
+    start.stated = AccuracyIsStated(setting, *row);
+  }
+  const auto points = PointsOf(setting.options.measurements, name, interior->positions.front());
+  if (points.empty()) return start;
+  exterior::PointResection resection =
+      exterior::ResectByPoints(setting.camera.camera, interior->positions, start.prior, points);
+  start.findings = std::move(resection.findings);
+  if (!resection.found) return start;
+  start.by_points = std::move(resection.found);
+  interior->positions = {start.by_points->position};
+  start.prior = PosePrior{start.by_points->pose, start.by_points->covariance};
+  start.stated = true;
+  return start;
+}
+
+// The photo's pose by its measured points, where patches gave none. `result`: what was tried.
+void OrientByPoints(const ExteriorSetting& setting, const exterior::PhotoToOrient& photo,
+                    const exterior::PointPose& by_points, ExteriorResult* result) {
+  const PhotoView view{photo.camera, by_points.position.photo_from_pixel, by_points.pose,
+                       by_points.position.film_correction};
+  const double height_m = setting.surface.MeanHeight();
+  const double pixel_m = view.GroundPixel(height_m);
+  result->pose = by_points.pose;
+  result->covariance = by_points.covariance;
+  result->orientation = by_points.position.orientation;
+  result->target_m = setting.options.target_m.value_or(pixel_m);
+  result->findings = {exterior::JudgePointsAlone(
+      by_points, exterior::WorstProjectionSigma(view, by_points.covariance, height_m),
+      *result->target_m / pixel_m)};
+  result->status = StatusOf(result->findings);
+}
+
+// What the photo's measured points say of its pose.
+void CompareWithPoints(const ExteriorSetting& setting, const exterior::PhotoToOrient& photo,
+                       const Start& start, ExteriorResult* result) {
+  if (start.by_points && result->pose && !Has(result->findings, Reason::kByPointsAlone))
+    exterior::Add(
+        {.reason = Reason::kStartedByPoints, .value = static_cast<double>(start.by_points->Used())},
+        result);
+  const exterior::FilmPosition& position = photo.positions.front();
+  auto points = PointsOf(setting.options.measurements, photo.name, position);
+  for (std::size_t i = points.size(); i-- > 0 && start.by_points;)
+    if (points[i].control && !start.by_points->used[i])
+      points.erase(points.begin() + static_cast<std::ptrdiff_t>(i));  // named already
+  for (Finding finding : start.findings) {
+    if (result->pose) finding.at_best = Status::kOk;  // by other means
+    exterior::Add(finding, result);
+  }
+  if (!result->pose || points.empty()) return;
+  const PhotoView view{photo.camera, position.photo_from_pixel, *result->pose,
+                       position.film_correction};
+  if (const auto off = exterior::JudgePointsUnder(view, *result->covariance, points))
+    exterior::Add(*off, result);
+}
+
+// By patches, within the prior's accuracy or beyond.
+ExteriorResult OrientByPatches(const ExteriorSetting& setting, const exterior::PhotoToOrient& photo,
+                               const exterior::PhotoImage& image, bool vague, const Start& start,
+                               std::vector<patchdb::Patch>* patches) {
+  ExteriorResult result;
+  if (!vague) result = OrientAsStated(setting, photo, image, patches);
+  exterior::OrientPhotoOptions as_oriented = OptionsOf(setting);
+  as_oriented.wide = !result.pose;
+  if (!result.pose && start.by_points)
+    OrientByPoints(setting, photo, *start.by_points, &result);
+  else if (!result.pose)
+    result = OrientWidely(setting, photo, image, result, vague, patches);
+  if (setting.options.principal_distance_sigma_mm && !Has(result.findings, Reason::kByPointsAlone))
+    result = exterior::OrientWithPrincipalDistance(photo, image, *patches, as_oriented, result,
+                                                   *setting.options.principal_distance_sigma_mm);
+  return result;
+}
+
 ExteriorResult OrientOne(const ExteriorSetting& setting, const std::string& path) {
   const std::string name = PhotoName(path);
   const OrientationRow* row = setting.approximations.Find(name);
-  if (row == nullptr) return Failed(name, WithoutApproximation(setting.options, name));
-  const Raster raster = Raster::Open(path);
+  if (row == nullptr && setting.options.measurements.ImagePointsOf(name).empty())
+    return Failed(name, WithoutApproximation(setting.options, name));
+  const Raster raster = Raster::OpenScan(path);
   const bool digital = setting.camera.camera.kind == CameraKind::kDigital;
-  const ScanInterior interior =
-      digital ? DigitalGeometry(setting.camera.camera, raster)
-              : FilmGeometry(setting.camera, setting.marks, raster,
-                             InteriorResultPath(*setting.options.interior, name));
+  ScanInterior interior = digital
+                              ? DigitalGeometry(setting.camera.camera, raster)
+                              : FilmGeometry(setting.camera, setting.marks, raster,
+                                             InteriorResultPath(*setting.options.interior, name));
   if (StatusOf(interior.findings) == Status::kFailed)
     return Failed(name, interior.findings.front());
-  const PosePrior prior{row->pose, PriorCovariance(*row, setting.options)};
+  const Start start = StartOf(setting, name, row, &interior);
+  if (!start.prior)
+    return Failed(name, start.findings.empty() ? WithoutApproximation(setting.options, name)
+                                               : start.findings.front());
+  const PosePrior& prior = *start.prior;
   const bool vague = exterior::IsVague(setting.camera.camera, prior, setting.surface.MeanHeight());
-  const auto without_heights = WithoutHeights(setting, row->pose);
+  const auto without_heights = WithoutHeights(setting, prior.pose);
   if (!vague && without_heights) return Failed(name, *without_heights);
 
   const exterior::PhotoImage image(raster, interior.negative);
@@ -190,23 +286,18 @@ ExteriorResult OrientOne(const ExteriorSetting& setting, const std::string& path
                                       setting.camera.camera,
                                       interior.positions,
                                       prior,
-                                      AccuracyIsStated(setting, *row),
+                                      start.stated,
                                       CoveredAreas(setting.camera, setting.marks),
                                       &setting.surface};
   std::vector<patchdb::Patch> patches;
-  ExteriorResult result;
-  if (!vague) result = OrientAsStated(setting, photo, image, &patches);
-  exterior::OrientPhotoOptions as_oriented = OptionsOf(setting);
-  as_oriented.wide = !result.pose;
-  if (!result.pose) result = OrientWidely(setting, photo, image, result, vague, &patches);
-  if (setting.options.principal_distance_sigma_mm)
-    result = exterior::OrientWithPrincipalDistance(photo, image, patches, as_oriented, result,
-                                                   *setting.options.principal_distance_sigma_mm);
+  ExteriorResult result = OrientByPatches(setting, photo, image, vague, start, &patches);
+  CompareWithPoints(setting, photo, start, &result);
   const PhotoView expected{photo.camera, photo.positions.front().photo_from_pixel, prior.pose};
   CheckHeights(setting.surface, patches,
                kHeightTolerancePx * expected.GroundPixel(setting.surface.MeanHeight()), &result);
   for (const Finding& finding : interior.findings) exterior::Add(finding, &result);
-  Illustrate(setting, interior, image, patches, row->pose, &result);
+  ApplyVerdict(setting.options.measurements, &result);
+  Illustrate(setting, interior, image, patches, prior.pose, &result);
   return result;
 }
 

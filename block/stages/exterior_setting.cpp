@@ -15,6 +15,19 @@
 namespace orient::block {
 namespace {
 
+// Where the photos lie that show measured ground points: a frame's size around these, at the
+// smallest scale that photos are taken at.
+void IncludePoints(const ExteriorRunOptions& options, const Camera& camera, Bounds* region) {
+  constexpr double kSmallestScale = 1e5;
+  const double reach = 2e-3 * kSmallestScale * camera.FrameRadius();
+  for (const std::string& path : options.photos)
+    for (const auto& seen : options.measurements.ImagePointsOf(PhotoName(path)))
+      if (const GroundPoint* point = options.measurements.Point(seen.point)) {
+        region->Include(point->ground_m.x() - reach, point->ground_m.y() - reach);
+        region->Include(point->ground_m.x() + reach, point->ground_m.y() + reach);
+      }
+}
+
 // Where the photos' footprints may lie, so that only that part of the DEM is read.
 Bounds Region(const OrientationTable& table, const Camera& camera,
               const ExteriorRunOptions& options) {
@@ -29,6 +42,7 @@ Bounds Region(const OrientationTable& table, const Camera& camera,
     region.Include(row->pose.position_m.x() - reach, row->pose.position_m.y() - reach);
     region.Include(row->pose.position_m.x() + reach, row->pose.position_m.y() + reach);
   }
+  IncludePoints(options, camera, &region);
   if (region.Empty() && options.approximations.empty())
     throw InputError(
         "no photo has an approximate position: their files have none (EXIF); give a table of "
@@ -63,16 +77,43 @@ constexpr double kLargestSigma_m = 1e6;
 // No photo is taken from higher above the ground.
 constexpr double kHighestFlight_m = 30e3;
 
+// Of a photo of which nothing but measured points is known: by the scale at which it shows the two
+// that lie farthest apart. Empty with fewer.
+std::optional<double> HeightByPoints(const ExteriorRunOptions& options, const Camera& camera,
+                                     const std::string& photo, double pixel_mm) {
+  struct Seen {
+    Eigen::Vector2d photo_mm;
+    Eigen::Vector3d ground_m;
+  };
+  std::vector<Seen> seen;
+  for (const ImagePointMeasurement& point : options.measurements.ImagePointsOf(photo))
+    if (const GroundPoint* ground = options.measurements.Point(point.point))
+      seen.push_back({point.pixel ? pixel_mm * *point.pixel : *point.photo_mm, ground->ground_m});
+  double farthest_mm = 0, apart_m = 0, ground_m = 0;
+  for (const Seen& a : seen)
+    for (const Seen& b : seen) {
+      const double apart_mm = (a.photo_mm - b.photo_mm).norm();
+      if (apart_mm <= farthest_mm) continue;
+      farthest_mm = apart_mm;
+      apart_m = (a.ground_m - b.ground_m).head<2>().norm();
+      ground_m = (a.ground_m.z() + b.ground_m.z()) / 2;
+    }
+  if (farthest_mm == 0) return std::nullopt;
+  return ground_m + apart_m / farthest_mm * camera.principal_distance_mm;
+}
+
 // The middle one of the run's photos. Heights that cannot be true have no say: what is done about
 // the earth is the same for all photos.
 double FlyingHeight(const OrientationTable& table, const ExteriorRunOptions& options,
-                    double ground_m) {
+                    const Camera& camera, double pixel_mm, double ground_m) {
   std::vector<double> heights;
-  for (const std::string& path : options.photos)
-    if (const OrientationRow* row = table.Find(PhotoName(path))) {
-      const double above_m = row->pose.position_m.z() - ground_m;
-      if (above_m > 0 && above_m < kHighestFlight_m) heights.push_back(row->pose.position_m.z());
-    }
+  for (const std::string& path : options.photos) {
+    const OrientationRow* row = table.Find(PhotoName(path));
+    const std::optional<double> height_m =
+        row ? row->pose.position_m.z() : HeightByPoints(options, camera, PhotoName(path), pixel_mm);
+    if (height_m && *height_m > ground_m && *height_m < ground_m + kHighestFlight_m)
+      heights.push_back(*height_m);
+  }
   return heights.empty() ? ground_m : UpperMedian(std::move(heights));
 }
 
@@ -96,12 +137,14 @@ ExteriorSetting PrepareExterior(const ExteriorRunOptions& options) {
   if (camera.camera.kind == CameraKind::kFilm) marks = LoadMarkShapes(camera);
   const double ground_m = surface.MeanHeight();
   const double own_k1 = camera.camera.earth_k1;
-  camera.camera =
-      options.earth_k1
-          ? WithEarth(camera.camera, *options.earth_k1)
-          : OverEarth(camera.camera, options.earth, FlyingHeight(table, options, ground_m),
-                      ground_m,
-                      FilmPixel_mm(camera.camera, options.photos).value_or(kFilmPixel_mm));
+  const double pixel_mm = camera.camera.kind == CameraKind::kDigital
+                              ? DigitalPhotoFromPixel(camera.camera).A(0, 0)
+                              : FilmPixel_mm(camera.camera, options.photos).value_or(kFilmPixel_mm);
+  camera.camera = options.earth_k1
+                      ? WithEarth(camera.camera, *options.earth_k1)
+                      : OverEarth(camera.camera, options.earth,
+                                  FlyingHeight(table, options, camera.camera, pixel_mm, ground_m),
+                                  ground_m, pixel_mm);
   const double added_k1 = options.earth_k1.value_or(camera.camera.earth_k1 - own_k1);
   return {options, std::move(camera), added_k1, std::move(marks), std::move(table),
           crs,     std::move(surface)};

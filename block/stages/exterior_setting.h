@@ -11,6 +11,7 @@
 #include "core/files/orientation_table.h"
 #include "core/files/results.h"
 #include "core/geometry/bounds.h"
+#include "core/measurements/measurements.h"
 #include "core/terrain/crs.h"
 #include "core/terrain/earth_effects.h"
 #include "core/terrain/ground_surface.h"
@@ -24,6 +25,7 @@ struct ExteriorRunOptions {
   std::string camera;
   std::string approximations;             // of a file; empty: `table` is not from one
   std::optional<OrientationTable> table;  // instead of what the file says
+  Measurements measurements;              // what people said of the photos
   std::string dem;
   std::string patchdb;
   std::string out;

@@ -22,20 +22,6 @@ namespace orient::block {
 namespace {
 namespace fs = std::filesystem;
 
-fs::path TablePath(const ExteriorRunOptions& options) {
-  return fs::path(options.out) / "orientation.csv";
-}
-
-OrientationTable TableOf(const std::vector<ExteriorResult>& results, const Crs& crs) {
-  OrientationTable table;
-  table.crs = crs;
-  for (const ExteriorResult& result : results)
-    if (result.pose)
-      table.rows.push_back(
-          {result.photo, *result.pose, Vector6d(result.covariance->diagonal().cwiseSqrt())});
-  return table;
-}
-
 // Goes on in a folder of its own results as the run that made them.
 void GoOnAlone(ExteriorRunOptions* options) {
   options->inputs = InputsOfRun(*options);
@@ -84,7 +70,7 @@ void RemoveStale(const ExteriorRunOptions& options) {
   for (const char* file : {kQuicklookFile, kSeamsFile, kCalibratedCameraFile, kPoseCovarianceFile})
     fs::remove(fs::path(options.out) / file);
   // What a run that ends early leaves must not lie beside an earlier one's poses.
-  const fs::path table = TablePath(options);
+  const fs::path table = PoseTablePath(options.out);
   std::error_code ignored;
   if (!fs::equivalent(table, options.approximations, ignored)) fs::remove(table);
   fs::remove(BlockCameraPath(options.out));
@@ -169,11 +155,26 @@ std::vector<ExteriorResult> RunExterior(const ExteriorRunOptions& given,
   for (std::vector<std::size_t> wave = next(); !wave.empty(); wave = next())
     RunWave(setting, wave, &asked, done, &oriented);
   if (learning) learning->Tell(options.photos, DatesOf(setting), oriented.fresh, &oriented.results);
-  WriteOrientationTable(TablePath(options).string(), TableOf(oriented.results, setting.crs));
+  WritePoseTable(options.out, oriented.results, setting.crs);
   // Photos with a principal distance of their own have no camera in common.
   if (!options.principal_distance_sigma_mm) WriteBlockCamera(options.out, setting.camera);
   if (changed) *changed = std::move(oriented.changed);
   return std::move(oriented.results);
+}
+
+std::string PoseTablePath(const std::string& directory) {
+  return (fs::path(directory) / "orientation.csv").string();
+}
+
+void WritePoseTable(const std::string& directory, const std::vector<ExteriorResult>& results,
+                    const Crs& crs) {
+  OrientationTable table;
+  table.crs = crs;
+  for (const ExteriorResult& result : results)
+    if (result.pose)
+      table.rows.push_back(
+          {result.photo, *result.pose, Vector6d(result.covariance->diagonal().cwiseSqrt())});
+  WriteOrientationTable(PoseTablePath(directory), table);
 }
 
 }  // namespace orient::block

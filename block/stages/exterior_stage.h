@@ -8,6 +8,7 @@
 
 #include "block/stages/exterior_setting.h"
 #include "core/files/results.h"
+#include "core/terrain/crs.h"
 
 namespace orient::block {
 
@@ -21,5 +22,10 @@ namespace orient::block {
 std::vector<ExteriorResult> RunExterior(
     const ExteriorRunOptions& options, const std::function<void()>& done = {},
     std::map<std::string, std::vector<std::string>>* changed = nullptr);
+
+// The table of a folder's poses, orientation.csv, and its writing: of the photos that have one.
+std::string PoseTablePath(const std::string& directory);
+void WritePoseTable(const std::string& directory, const std::vector<ExteriorResult>& results,
+                    const Crs& crs);
 
 }  // namespace orient::block

@@ -20,9 +20,11 @@ void WriteInteriorOutputs(const std::string& directory, const CameraFile* camera
       WriteInteriorResult(directory, (*results)[i]);
   std::vector<InteriorResult> all = earlier;
   all.insert(all.end(), results->begin(), results->end());
-  const std::filesystem::path folder(directory);
-  const std::string marks = (folder / "marks.csv").string();
-  WriteFileAtomically((folder / "interior.csv").string(), InteriorTable(all));
+  const auto path = [&](const char* file) {
+    return (std::filesystem::path(directory) / file).string();
+  };
+  const std::string marks = path(kMarkTable);
+  WriteFileAtomically(path(kInteriorTable), InteriorTable(all));
   if (camera)
     WriteFileAtomically(marks, MarkTable(all, camera->fiducials));
   else

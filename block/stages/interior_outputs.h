@@ -9,6 +9,10 @@
 
 namespace orient::block {
 
+// Names in DIR, beside contact_sheet.png.
+inline constexpr const char* kInteriorTable = "interior.csv";
+inline constexpr const char* kMarkTable = "marks.csv";
+
 // Compares the photos with one another (block/roll/roll.h), writes the results of those that change
 // anew, and then DIR/interior.csv, DIR/marks.csv and the contact sheet, which show `earlier`
 // results of the same camera too. Where the photos have no camera in common (null) they are not

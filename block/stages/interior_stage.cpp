@@ -1,5 +1,7 @@
 #include "block/stages/interior_stage.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <filesystem>
 #include <map>
@@ -8,6 +10,8 @@
 #include "block/inputs/camera_library.h"
 #include "block/inputs/digest.h"
 #include "block/inputs/mark_shapes.h"
+#include "block/inputs/persons_word.h"
+#include "block/roll/roll_orientation.h"
 #include "block/stages/interior_outputs.h"
 #include "block/stages/jobs.h"
 #include "core/base/environment_error.h"
@@ -58,11 +62,21 @@ RunCameras LoadCameras(const InteriorRunOptions& options) {
   return cameras;
 }
 
+// The camera of the run, or the one that a person named for this photo.
+std::optional<size_t> NamedCamera(const RunCameras& cameras, const Decision* decided) {
+  if (cameras.named) return 0;
+  if (!decided) return std::nullopt;
+  const auto found = std::find_if(cameras.all.begin(), cameras.all.end(),
+                                  [&](const auto& c) { return c.name == decided->value; });
+  return found - cameras.all.begin();
+}
+
 interior::CameraChoice Orient(const Raster& scan, const RunCameras& cameras,
+                              std::optional<size_t> named,
                               const interior::InteriorOptions& options) {
-  if (cameras.named) {
-    const LibraryCamera& camera = cameras.all.front();
-    return {interior::OrientInterior(scan, camera.file, camera.shapes, options), 0};
+  if (named) {
+    const LibraryCamera& camera = cameras.all[*named];
+    return {interior::OrientInterior(scan, camera.file, camera.shapes, options), named};
   }
   std::vector<interior::KnownCamera> known;
   for (const LibraryCamera& camera : cameras.all)
@@ -72,9 +86,9 @@ interior::CameraChoice Orient(const Raster& scan, const RunCameras& cameras,
 
 // The camera of all photos: the one that was named, or one that fits them all. Null where there is
 // none.
-const CameraFile* CameraOfRoll(const RunCameras& cameras,
-                               const std::vector<InteriorResult>& results) {
-  if (cameras.named) return &cameras.all.front().file;
+const LibraryCamera* CameraOfRoll(const RunCameras& cameras,
+                                  const std::vector<InteriorResult>& results) {
+  if (cameras.named) return &cameras.all.front();
   bool any = false;
   std::set<std::string> fitting;
   for (const InteriorResult& result : results) {
@@ -86,7 +100,12 @@ const CameraFile* CameraOfRoll(const RunCameras& cameras,
   }
   const auto found = std::find_if(cameras.all.begin(), cameras.all.end(),
                                   [&](const auto& c) { return fitting.contains(c.name); });
-  return found == cameras.all.end() ? nullptr : &found->file;
+  return found == cameras.all.end() ? nullptr : &*found;
+}
+
+// By the name in the library, or the path of the file.
+bool NamesCamera(const std::string& decided, const std::string& camera) {
+  return decided == camera || decided == fs::path(camera).stem().string();
 }
 
 ResultStore StoreOf(const InteriorRunOptions& options) { return {options.out, ".interior.json"}; }
@@ -101,6 +120,7 @@ std::vector<Inputs> InputsOf(const InteriorRunOptions& options, const RunCameras
       {{"camera", DigestOf(all)}, {"options", DigestOfOptions(options.scan)}, {"scan", ""}});
   for (size_t i = 0; i < inputs.size(); ++i) {
     inputs[i]["scan"] = DigestOfFile(options.photos[i]);
+    AddMeasurements(TextOfMarks(options.measurements, PhotoName(options.photos[i])), &inputs[i]);
     if (!options.resume || !inputs[i]["scan"].empty()) continue;
     const auto then = StoreOf(options).MadeFrom(PhotoName(options.photos[i]));
     if (then && WhatChanged(*then, inputs[i]) == std::vector<std::string>{"scan"})
@@ -110,7 +130,7 @@ std::vector<Inputs> InputsOf(const InteriorRunOptions& options, const RunCameras
 }
 
 // The photos whose results are there to be kept. Throws UsageError where one was made from
-// something else and is not to be done again.
+// something else and is not to be done again; what a person says anew is done again always.
 std::set<std::string> KeptResults(const InteriorRunOptions& options,
                                   const std::vector<Inputs>& inputs) {
   std::set<std::string> kept;
@@ -120,7 +140,8 @@ std::set<std::string> KeptResults(const InteriorRunOptions& options,
     const KnownResult known = store.Check(name, inputs[i]);
     if (known.state == ResultState::kCurrent || known.state == ResultState::kUnstated)
       kept.insert(name);
-    if (known.state == ResultState::kChanged && !options.redo_changed)
+    const bool said = known.changed == std::vector<std::string>{"measurements"};
+    if (known.state == ResultState::kChanged && !said && !options.redo_changed)
       throw UsageError(store.PathOf(name) + " was made from another " +
                        TextOfInputs(known.changed) +
                        "; choose another folder, or --overwrite to do all photos again");
@@ -136,9 +157,13 @@ InteriorResult OrientOne(const InteriorRunOptions& options, const RunCameras& ca
   InteriorResult result;
   std::optional<interior::Picture> picture;
   try {
-    const Raster scan = Raster::Open(photo);
-    const interior::CameraChoice choice = Orient(scan, cameras, options.scan);
+    const Raster scan = Raster::OpenScan(photo);
+    const Decision* decided = options.measurements.DecisionOn(name, DecisionKind::kCamera);
+    const interior::CameraChoice choice =
+        Orient(scan, cameras, NamedCamera(cameras, decided),
+               WithMarksOf(options.measurements, name, options.scan));
     result = choice.result;
+    if (decided && !cameras.named) result.cameras = {decided->value};
     if (choice.camera && !result.marks.empty()) {
       const LibraryCamera& camera = cameras.all[*choice.camera];
       picture = Draw(camera.file, camera.shapes, scan, result);
@@ -155,10 +180,16 @@ InteriorResult OrientOne(const InteriorRunOptions& options, const RunCameras& ca
                         .where = photo + ": could not be processed (" + error.what() + ")"}};
   }
   result.photo = name;
+  ApplyVerdict(options.measurements, &result);
   result.made_from = inputs;
-  if (picture)
-    WritePng((fs::path(options.out) / (name + ".marks.png")).string(), picture->width,
-             picture->height, 3, picture->rgb);
+  if (picture) {
+    try {
+      WritePng((fs::path(options.out) / (name + ".marks.png")).string(), picture->width,
+               picture->height, 3, picture->rgb);
+    } catch (const InputError& error) {  // a picture does not cost the transform
+      result.findings.push_back({.reason = Reason::kPictureNotWritten, .where = error.what()});
+    }
+  }
   WriteInteriorResult(options.out, result);
   return result;
 }
@@ -183,23 +214,80 @@ std::vector<InteriorResult> EarlierResults(const InteriorRunOptions& options,
   return earlier;
 }
 
-std::vector<std::string> NotesOn(const InteriorRunOptions& options, const CameraFile* camera,
+// Throws UsageError where the tables in the folder are of none of these results, nor of `earlier`.
+void RefuseOthersTables(const InteriorRunOptions& options,
+                        const std::vector<InteriorResult>& earlier) {
+  const ResultStore store = StoreOf(options);
+  const auto exists = [](const fs::path& path) { return fs::exists(fs::symlink_status(path)); };
+  const bool own =
+      std::any_of(options.photos.begin(), options.photos.end(),
+                  [&](const auto& photo) { return exists(store.PathOf(PhotoName(photo))); });
+  if (own || !earlier.empty()) return;
+  for (const char* file : {kInteriorTable, kMarkTable, "contact_sheet.png"})
+    if (const fs::path path = fs::path(options.out) / file; exists(path))
+      throw UsageError(path.string() +
+                       " exists already and is of other photos, not of this camera; choose another "
+                       "folder or give --overwrite");
+}
+
+// Throws UsageError where what a person said of a photo does not go with the run's camera.
+void RequireKnownCameras(const InteriorRunOptions& options, const RunCameras& cameras) {
+  for (const std::string& path : options.photos) {
+    const std::string photo = PhotoName(path);
+    const Decision* decided = options.measurements.DecisionOn(photo, DecisionKind::kCamera);
+    const std::string files = options.measurements.folder;
+    if (decided && cameras.named && !NamesCamera(decided->value, options.camera))
+      throw UsageError(fmt::format(
+          "{} says that photo {} is of camera {}, and this run's is {}; orient it in a run of its "
+          "own",
+          files, photo, decided->value, options.camera));
+    if (decided && !cameras.named && NamedCamera(cameras, decided) == cameras.all.size())
+      throw UsageError(fmt::format(
+          "{} says that photo {} is of camera {}, which the camera library does not have; take a "
+          "name that 'orient cameras' prints",
+          files, photo, decided->value));
+    if (!decided && !cameras.named && !options.measurements.MarksOf(photo).empty())
+      throw UsageError(fmt::format(
+          "marks of photo {} are clicked in {}, but its camera is to be found out; name it with "
+          "--camera, or decide on the photo's camera in decisions.csv",
+          photo, files));
+  }
+}
+
+bool IsOpen(const InteriorResult& result) {
+  return result.photo_from_pixel && result.possible_orientations.size() > 1;
+}
+
+// Photos whose marks would be named as if they lay in different ways, though some may lie in any.
+bool MixesOrientations(const std::vector<InteriorResult>& results) {
+  std::set<ScanOrientation> named;
+  for (const InteriorResult& result : results)
+    if (result.photo_from_pixel && !result.possible_orientations.empty())
+      named.insert(result.possible_orientations.front());
+  return named.size() > 1 && std::any_of(results.begin(), results.end(), IsOpen);
+}
+
+std::vector<std::string> NotesOn(const InteriorRunOptions& options, bool one_camera,
                                  const std::vector<InteriorResult>& results) {
   std::vector<std::string> notes;
-  if (!camera) {
+  if (!one_camera) {
     notes.emplace_back("The photos are not from one camera: no marks.csv" +
                        std::string(options.micmac ? ", no MicMac files" : "") +
                        ", no comparison with one another. Orient each camera's photos separately.");
     return notes;
   }
-  const auto open = std::count_if(results.begin(), results.end(), [](const InteriorResult& r) {
-    return r.photo_from_pixel && r.possible_orientations.size() > 1;
-  });
-  if (options.micmac && open > 0)
-    notes.push_back(
-        "MicMac files: " + std::to_string(open) +
-        " photos have an open scan orientation, and their marks carry the names of the first "
-        "possible one; give --orientation.");
+  const auto open = std::count_if(results.begin(), results.end(), IsOpen);
+  if (open == 0) return notes;
+  notes.push_back("The scan orientation of " + std::to_string(open) +
+                  " photos is open: the transforms in their result files are those of the first "
+                  "possible one. Exterior orientation tries them all; --orientation settles it.");
+  if (options.micmac)
+    notes.emplace_back(MixesOrientations(results)
+                           ? "No MicMac files: photos whose scan orientation is open may lie "
+                             "otherwise than the others, and their marks' names would be mixed; "
+                             "give --orientation."
+                           : "MicMac files: where the scan orientation is open, marks carry the "
+                             "names of the first possible one, the same for all photos.");
   return notes;
 }
 
@@ -214,9 +302,11 @@ std::vector<InteriorResult> RunInterior(const InteriorRunOptions& options,
                                         std::vector<std::string>* notes) {
   RequireOwnNames(options.photos);
   const RunCameras cameras = LoadCameras(options);
+  RequireKnownCameras(options, cameras);
   MakeOutputDirectory(options.out);
   const std::vector<Inputs> inputs = InputsOf(options, cameras);
   KeptResults(options, inputs);  // or it refuses, before the work
+  if (!options.redo_changed) RefuseOthersTables(options, EarlierResults(options, inputs));
   const ResultStore store = StoreOf(options);
   std::vector<InteriorResult> results(options.photos.size());
   std::vector<Job> jobs;
@@ -226,10 +316,16 @@ std::vector<InteriorResult> RunInterior(const InteriorRunOptions& options,
          [&, i] { results[i] = OrientOne(options, cameras, options.photos[i], inputs[i]); },
          [&, i] { results[i] = ReadInteriorResult(store.PathOf(PhotoName(options.photos[i]))); }});
   RunJobs(jobs, store, {options.jobs, options.resume, true, done});
-  const CameraFile* camera = CameraOfRoll(cameras, results);
-  WriteInteriorOutputs(options.out, camera, EarlierResults(options, inputs), &results);
-  if (options.micmac && camera) WriteMicmacOutputs(options.out, *camera, options.photos, results);
-  if (notes) *notes = NotesOn(options, camera, results);
+  const LibraryCamera* camera = CameraOfRoll(cameras, results);
+  if (camera)
+    for (const size_t i :
+         OrientAsRoll(camera->file, camera->shapes, options.roll_lies_alike, &results))
+      WriteInteriorResult(options.out, results[i]);
+  WriteInteriorOutputs(options.out, camera ? &camera->file : nullptr,
+                       EarlierResults(options, inputs), &results);
+  if (options.micmac && camera && !MixesOrientations(results))
+    WriteMicmacOutputs(options.out, camera->file, options.photos, results);
+  if (notes) *notes = NotesOn(options, camera != nullptr, results);
   return results;
 }
 

@@ -8,6 +8,7 @@
 
 #include "core/files/camera_file.h"
 #include "core/files/results.h"
+#include "core/measurements/measurements.h"
 #include "interior/interior.h"
 
 namespace orient::block {
@@ -21,10 +22,14 @@ struct InteriorRunOptions {
   std::string camera_library;       // folder; for kAutoCamera alone, where empty the program's own
   std::string out;
   interior::InteriorOptions scan;
+  Measurements measurements;  // what people said of the photos
   bool resume = false;        // keep results that are there
-  bool redo_changed = false;  // those made from something else are done again, not an error
-  int jobs = 0;               // photos at a time; 0: one per core
-  bool micmac = false;        // also write MicMac's Ori-InterneScan
+  // Results made from something else are done again, tables of other results replaced: no error.
+  bool redo_changed = false;
+  int jobs = 0;         // photos at a time; 0: one per core
+  bool micmac = false;  // also write MicMac's Ori-InterneScan
+  // Photos lie alike on the scanner: together they decide what single ones leave open.
+  bool roll_lies_alike = false;
 };
 
 // The photos whose results a resumed run would keep. Throws as RunInterior does.
@@ -34,7 +39,9 @@ std::set<std::string> InteriorsThatStay(const InteriorRunOptions& options);
 // as soon as it is done, then what the run leaves as a whole (interior_outputs.h). `done` is
 // called once per photo, from one thread at a time. A damaged scan fails its photo only. `notes`
 // become what a user should know about the run as a whole. Throws UsageError where two photos share
-// a name, or a result to be kept was made from another camera, scan or other options; InputError
+// a name, a result to be kept was made from another camera, scan or other options, a photo's marks
+// were clicked but its camera is to be found out or was decided to be another one, or tables in the
+// folder are of none of this run's results nor of any that they can join; InputError
 // for what concerns all photos.
 std::vector<InteriorResult> RunInterior(const InteriorRunOptions& options,
                                         const std::function<void()>& done = {},

@@ -3,6 +3,8 @@
 #include <tbb/parallel_for.h>
 #include <tbb/task_arena.h>
 
+#include <algorithm>
+#include <cctype>
 #include <exception>
 #include <mutex>
 #include <set>
@@ -57,10 +59,15 @@ KnownResult RunJob(const Job& job, const ResultStore& store, const JobRun& how,
 
 void RequireOwnNames(const std::vector<std::string>& photos) {
   std::set<std::string> names;
-  for (const std::string& photo : photos)
-    if (!names.insert(PhotoName(photo)).second)
-      throw UsageError("two photos are named " + PhotoName(photo) +
+  for (const std::string& photo : photos) {
+    const std::string name = PhotoName(photo);
+    if (std::any_of(name.begin(), name.end(), [](unsigned char c) { return std::iscntrl(c) != 0; }))
+      throw UsageError("the name of the photo " + photo +
+                       " holds a line break or another control character; rename it");
+    if (!names.insert(name).second)
+      throw UsageError("two photos are named " + name +
                        " and would write the same result; orient them in separate runs");
+  }
 }
 
 std::vector<KnownResult> RunJobs(const std::vector<Job>& jobs, const ResultStore& store,

@@ -28,7 +28,7 @@ struct JobRun {
 };
 
 // For stages with a job per photo. Throws UsageError where two photos (paths) share a name: they
-// would write the same result.
+// would write the same result. Names with control characters have no place in tables.
 void RequireOwnNames(const std::vector<std::string>& photos);
 
 // Keeps the results that are current; drops the others, runs their jobs side by side and ends when

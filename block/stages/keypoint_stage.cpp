@@ -7,19 +7,16 @@
 #include <bit>
 #include <cmath>
 #include <exception>
-#include <nlohmann/json.hpp>
 #include <numbers>
 
 #include "block/inputs/digest.h"
 #include "block/stages/jobs.h"
-#include "core/base/atomic_write.h"
 #include "core/base/environment_error.h"
 #include "core/base/error.h"
 #include "core/base/output_directory.h"
 
 namespace orient::block {
 namespace {
-using Json = nlohmann::ordered_json;
 
 // To be raised where the method changes.
 constexpr const char* kMethod = "keypoints 3";
@@ -44,36 +41,6 @@ bool ShowsGround(const Eigen::Vector2d& photo_mm, const Camera& camera,
     return (photo_mm.array() >= area.from_mm.array() - margin_mm).all() &&
            (photo_mm.array() <= area.to_mm.array() + margin_mm).all();
   });
-}
-
-// `found`: empty where the search was in vain, which is a result, too.
-void WriteKeypointResult(const std::string& path, const Inputs& made_from,
-                         const std::optional<KeypointApproximation>& found) {
-  Json json = {{"made_from", made_from}};
-  if (found) {
-    const Vector6d pose = found->row.pose.AsVector(), sigma = found->row.sigma.value();
-    json["keypoints"] = found->keypoints;
-    json["pose"] = std::vector<double>(pose.begin(), pose.end());
-    json["sigma"] = std::vector<double>(sigma.begin(), sigma.end());
-  }
-  WriteFileAtomically(path, json.dump(1) + "\n");
-}
-
-std::optional<KeypointApproximation> ReadKeypointResult(const std::string& path,
-                                                        const std::string& photo) {
-  try {
-    const Json json = Json::parse(ReadFile(path));
-    if (!json.contains("keypoints")) return std::nullopt;
-    Vector6d pose, sigma;
-    for (int i = 0; i < 6; ++i) {
-      pose[i] = json.at("pose").at(i).get<double>();
-      sigma[i] = json.at("sigma").at(i).get<double>();
-    }
-    return KeypointApproximation{{photo, {pose.head<3>(), pose.tail<3>()}, sigma},
-                                 json.at("keypoints").get<int>()};
-  } catch (const Json::exception& error) {
-    throw InputError(path + ": " + error.what() + "; remove the file and run the block again");
-  }
 }
 
 // The indices below `count`, each first part of them spread evenly (van der Corput 1935).
@@ -127,7 +94,7 @@ std::vector<std::size_t> LendersFor(std::size_t photo, const std::vector<BlockPh
 
 KeypointStage::OfPhoto KeypointStage::Find(const BlockPhotoFile& photo) const {
   const Camera& camera = setting_.camera.camera;
-  const Raster raster = Raster::Open(photo.path);
+  const Raster raster = Raster::OpenScan(photo.path);
   const ScanInterior interior =
       camera.kind == CameraKind::kDigital
           ? DigitalGeometry(camera, raster)

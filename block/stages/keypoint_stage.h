@@ -13,8 +13,8 @@
 
 #include "block/inputs/block_photos.h"
 #include "block/inputs/scan_interior.h"
+#include "block/stages/keypoint_file.h"
 #include "block/stages/result_store.h"
-#include "core/files/orientation_table.h"
 #include "core/matching/keypoints.h"
 #include "core/terrain/ground_surface.h"
 #include "exterior/search/keypoint_pose.h"
@@ -29,11 +29,6 @@ struct KeypointSetting {
   std::string directory;  // for results
   Inputs inputs;          // what all photos share
   int jobs = 0;
-};
-
-struct KeypointApproximation {
-  OrientationRow row;
-  int keypoints = 0;  // that agree on it
 };
 
 class KeypointStage {

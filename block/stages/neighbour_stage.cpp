@@ -59,7 +59,7 @@ class NeighbourPatches {
     }
     std::vector<patchdb::Patch> patches;
     try {
-      const Raster raster = Raster::Open(photos_[i].path);
+      const Raster raster = Raster::OpenScan(photos_[i].path);
       patchdb::HarvestOptions options;
       options.max_count = kPatchesOfAPhoto;
       patches = patchdb::HarvestPhoto(raster, photos_[i].View(stage_.camera.camera),
@@ -97,9 +97,10 @@ Inputs InputsOfRound(const NeighbourStage& stage, const std::vector<BlockPhotoFi
   return inputs;
 }
 
-// Whether the photo could be tried if anything were known of it: a scan, a film transform.
+// Whether the photo could be tried if anything were known of it: a scan, a film transform. Not
+// where a person has rejected it.
 bool MayBeTried(const BlockPhotoFile& photo, const NeighbourStage& stage) {
-  if (photo.HasPose()) return false;
+  if (photo.HasPose() || Has(photo.exterior.findings, Reason::kRejectedByPerson)) return false;
   std::error_code ignored;
   if (!fs::exists(photo.path, ignored)) return false;
   if (stage.camera.camera.kind == CameraKind::kDigital) return true;

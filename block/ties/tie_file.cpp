@@ -30,8 +30,9 @@ TieRecord ReadTie(const Json& json) {
     sighting.photo = seen.at("photo").get<std::string>();
     for (int i = 0; i < 2; ++i) sighting.pixel[i] = seen.at("pixel").at(i).get<double>();
     const Json& c = seen.at("covariance_px2");
-    const double cross = c.at(1).get<double>();
-    sighting.covariance_px2 << c.at(0).get<double>(), cross, cross, c.at(2).get<double>();
+    const double col = c.at(0).get<double>(), cross = c.at(1).get<double>();
+    const double row = c.at(2).get<double>();
+    sighting.covariance_px2 << col, cross, cross, row;
     sighting.ncc = seen.at("ncc").get<double>();
     tie.seen.push_back(sighting);
   }

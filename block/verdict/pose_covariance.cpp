@@ -7,7 +7,7 @@
 
 #include "block/inputs/block_files.h"
 #include "core/base/atomic_write.h"
-#include "core/files/interior_table.h"
+#include "core/base/csv_cell.h"
 
 namespace orient::block {
 namespace fs = std::filesystem;

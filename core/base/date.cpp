@@ -1,5 +1,7 @@
 #include "core/base/date.h"
 
+#include <charconv>
+#include <chrono>
 #include <string_view>
 
 namespace orient {
@@ -11,11 +13,15 @@ std::string WhyNoDate(const std::string& date) {
       if (kShape[i] == '-' ? date[i] != '-' : date[i] < '0' || date[i] > '9') return false;
     return true;
   };
-  const auto lies_in = [&](std::size_t at, std::string_view last) {
-    return date.size() <= at || (date.substr(at, 2) >= "01" && date.substr(at, 2) <= last);
+  const auto number = [&](std::size_t at, std::size_t digits, int otherwise) {
+    if (date.size() > at) std::from_chars(&date[at], &date[at] + digits, otherwise);
+    return otherwise;
+  };
+  const auto exists = [&] {
+    return (std::chrono::year(number(0, 4, 0)) / number(5, 2, 1) / number(8, 2, 1)).ok();
   };
   const bool known_length = date.size() == 4 || date.size() == 7 || date.size() == 10;
-  if (known_length && has_shape() && lies_in(5, "12") && lies_in(8, "31")) return "";
+  if (known_length && has_shape() && exists()) return "";
   return date + " is not a date like 1961, 1961-07 or 1961-07-30";
 }
 

@@ -4,6 +4,7 @@
 #pragma once
 
 #include <stdexcept>
+#include <string>
 
 namespace orient {
 
@@ -18,5 +19,9 @@ bool IsOfEnvironment(int error);
 // To be called in a handler that makes a verdict of exceptions: throws on what the machine refused,
 // memory included, and returns for all others.
 void RethrowOfEnvironment();
+
+// After a library failed without saying why: throws EnvironmentError where there is no moderate
+// amount of memory to be had, or no file can be opened any more. Then it says nothing of its input.
+void ThrowIfMachineIsShort();
 
 }  // namespace orient

@@ -5,7 +5,8 @@
 
 namespace orient {
 
-// Makes the folder and those above it. Throws InputError naming it.
+// Makes the folder and those above it; removes what killed programs left half written in it. Throws
+// InputError naming it, EnvironmentError where there is no room.
 void MakeOutputDirectory(const std::string& directory);
 
 }  // namespace orient

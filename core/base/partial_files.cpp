@@ -32,12 +32,10 @@ pid_t ProcessOf(std::string_view digits) {
 pid_t WriterOf(std::string_view name) {
   for (const std::string_view beside : {"-journal", "-wal", "-shm"})
     if (TakeEnd(&name, beside)) break;
-  const bool geopackage = TakeEnd(&name, ".part.gpkg");
-  if (!geopackage && !TakeEnd(&name, ".part")) return 0;
+  if (!TakeEnd(&name, ".part")) return 0;
   const std::size_t dot = name.rfind('.');
   if (dot == std::string_view::npos) return 0;
-  std::string_view number = name.substr(dot + 1);
-  if (geopackage) return ProcessOf(number);
+  const std::string_view number = name.substr(dot + 1);
   const std::size_t hyphen = number.find('-');
   if (hyphen == std::string_view::npos) return 0;
   const std::string_view count = number.substr(hyphen + 1);

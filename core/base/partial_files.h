@@ -1,5 +1,5 @@
-// What killed programs leave of files that were to appear whole (core/base/atomic_write.h and
-// GeoPackages): <name>.<process>-<n>.part, <name>.<process>.part.gpkg and its journal.
+// What killed programs leave of files that were to appear whole (core/base/new_file.h):
+// <name>.<process>-<n>.part, and SQLite's logs of such a file.
 #pragma once
 
 #include <string>

@@ -9,13 +9,17 @@
 #include <mutex>
 #include <string>
 
+#include "core/base/gdal_faults.h"
+
 namespace orient {
 
 class QuietGdal {
  public:
   QuietGdal() {
     CPLErrorReset();
-    CPLPushErrorHandler(CPLQuietErrorHandler);
+    CPLPushErrorHandler([](CPLErr level, CPLErrorNum number, const char* text) {
+      if (level >= CE_Failure) NoteGdalError(number, text);
+    });
   }
   ~QuietGdal() { CPLPopErrorHandler(); }
   QuietGdal(const QuietGdal&) = delete;
@@ -27,12 +31,20 @@ class QuietGdal {
     if (message.empty()) return message;
     return std::string(" (").append(message).append(")");
   }
+  // What the machine refused meanwhile is no fault of a file: throws EnvironmentError.
+  void ThrowFaults() const { faults_.ThrowIfAny(); }
+
+ private:
+  GdalFaults faults_;
 };
 
-// Registers GDAL's drivers, once a process.
+// Registers GDAL's drivers and watches its files, once a process.
 inline void RegisterGdalDrivers() {
   static std::once_flag once;
-  std::call_once(once, GDALAllRegister);
+  std::call_once(once, [] {
+    WatchGdalFiles();
+    GDALAllRegister();
+  });
 }
 
 }  // namespace orient

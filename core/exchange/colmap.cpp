@@ -166,7 +166,7 @@ ColmapModel ReadColmap(const std::string& directory) {
     for (std::size_t j = 0; j < 4; ++j) image.qvec[static_cast<int>(j)] = line.Number(1 + j, "Q");
     for (std::size_t j = 0; j < 3; ++j) image.tvec[static_cast<int>(j)] = line.Number(5 + j, "T");
     image.camera = line.Count(8, "CAMERA_ID");
-    image.name = line.Word(9, "NAME");
+    image.name = line.Rest(9, "NAME");
     if (!model.cameras.contains(image.camera))
       line.Fail(fmt::format("camera {} is not in cameras.txt", image.camera));
     if (!(image.qvec.norm() > 0.5)) line.Fail("the quaternion is not of unit length");

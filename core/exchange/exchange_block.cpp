@@ -7,6 +7,7 @@
 #include <cmath>
 #include <stdexcept>
 
+#include "core/base/error.h"
 #include "core/geometry/lens.h"
 
 namespace orient {
@@ -79,6 +80,24 @@ std::optional<Eigen::Vector2d> ExchangeCamera::PixelFromCameraPoint(
   const double dv = p[1] * (r2 + 2 * v * v) + 2 * p[0] * u * v;
   return Eigen::Vector2d(principal_px.x() + focal_px.x() * (u * radial + du),
                          principal_px.y() + focal_px.y() * (v * radial + dv));
+}
+
+void RequireSound(const ExchangeBlock& block, const std::string& origin) {
+  constexpr double kRounding = 1e-3;
+  for (const ExchangePhoto& photo : block.photos) {
+    const Eigen::Matrix3d& r = photo.ground_from_photo;
+    if (!photo.centre.allFinite() || !r.allFinite())
+      throw InputError(origin + ": the pose of photo " + photo.image + " is no finite number");
+    const Eigen::Matrix3d off = r * r.transpose() - Eigen::Matrix3d::Identity();
+    if (!(off.cwiseAbs().maxCoeff() <= kRounding) || !(r.determinant() > 0))
+      throw InputError(origin + ": the matrix of photo " + photo.image + " is no rotation");
+  }
+  for (const ExchangeCamera& camera : block.cameras)
+    if (!camera.focal_px.allFinite() || !camera.principal_px.allFinite() ||
+        !(camera.focal_px.minCoeff() >= 0) || std::min(camera.width, camera.height) < 0 ||
+        (camera.width == 0) != (camera.height == 0))
+      throw InputError(origin + ": the camera '" + camera.name +
+                       "' has an impossible size, focal length or principal point");
 }
 
 Pose PoseOf(const ExchangePhoto& photo) {

@@ -73,6 +73,10 @@ struct ExchangeBlock {
   std::optional<Eigen::Vector3d> reference_lla;
 };
 
+// Throws InputError naming `origin` and what it is about: a pose that is not finite, a matrix that
+// is no rotation (to 1e-3: files round), a camera that is not finite or sees backwards.
+void RequireSound(const ExchangeBlock& block, const std::string& origin);
+
 // A photo's own pose, and the other way.
 Pose PoseOf(const ExchangePhoto& photo);
 void SetPose(const Pose& pose, ExchangePhoto* photo);

@@ -187,7 +187,7 @@ void WriteOri(const std::string& directory, const ExchangeBlock& block) {
   std::string text =
       "# photo X Y Z omega phi kappa; metres, degrees; R = Rx(omega) Ry(phi) Rz(kappa)\n";
   for (const ExchangePhoto& photo : block.photos) {
-    text += NameOf(photo);
+    text += QuotedWord(NameOf(photo));
     const Eigen::Vector3d opk = OpkFromRotation(photo.ground_from_photo);
     for (const double x : {photo.centre.x(), photo.centre.y(), photo.centre.z(), DegFromRad(opk[0]),
                            DegFromRad(opk[1]), DegFromRad(opk[2])}) {
@@ -252,7 +252,8 @@ std::vector<OriPhoto> ReadOri(const std::string& path) {
     photo.name = line.Word(0, "the photo's name");
     if (line.Size() > 7)
       line.Fail("the line has " + std::to_string(line.Size()) +
-                " words; a photo's name, x, y, z, omega, phi and kappa are expected");
+                " words; a photo's name (in quotes where it has blanks), x, y, z, omega, phi and "
+                "kappa are expected");
     for (std::size_t j = 0; j < 3; ++j) {
       photo.centre[static_cast<int>(j)] = line.Number(1 + j, "a coordinate");
       photo.opk_deg[static_cast<int>(j)] = line.Number(4 + j, "an angle");
@@ -271,7 +272,7 @@ std::map<std::string, std::string> ReadPhotoNumbers(const std::string& path) {
   std::map<std::string, std::string> names;
   if (!fs::exists(file)) return names;
   for (const TextLine& line : ReadTextLines(file.string()))
-    names[line.Word(0, "a number")] = line.Word(1, "a photo");
+    names[line.Word(0, "a number")] = line.Rest(1, "a photo");
   return names;
 }
 

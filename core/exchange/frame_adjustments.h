@@ -10,7 +10,7 @@
 // OrthoEngine" gives the records). Image coordinates in micrometres, photo by photo ended by -99.
 // BINGO: image coordinates in mm, the same way; orientations as ORIA lines with angles in gon.
 // Plain text: one line a photo, name X Y Z omega phi kappa (degrees), separated by blanks, tabs or
-// commas; # begins a comment.
+// commas, a name that holds some of these in double quotes; # begins a comment.
 #pragma once
 
 #include <Eigen/Core>

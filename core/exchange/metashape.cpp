@@ -116,9 +116,13 @@ double AttributeNumber(const XmlElement& element, const char* key) {
   return ParseNumber(element.Attribute(key), element.Where(), key);
 }
 
+int AttributeCount(const XmlElement& element, const char* key) {
+  return WholeNumber(AttributeNumber(element, key), element.Where(), key);
+}
+
 MetashapeSensor ReadSensor(const XmlElement& element) {
   MetashapeSensor sensor;
-  sensor.id = static_cast<int>(AttributeNumber(element, "id"));
+  sensor.id = AttributeCount(element, "id");
   const auto label = element.attributes.find("label");
   if (label != element.attributes.end()) sensor.label = label->second;
   const auto calibrations = element.All("calibration");
@@ -135,8 +139,8 @@ MetashapeSensor ReadSensor(const XmlElement& element) {
                                  calibration->Where(), type->second));
   const XmlElement* size = calibration->Find("resolution");
   if (size == nullptr) size = &element.At("resolution");
-  sensor.width = static_cast<int>(AttributeNumber(*size, "width"));
-  sensor.height = static_cast<int>(AttributeNumber(*size, "height"));
+  sensor.width = AttributeCount(*size, "width");
+  sensor.height = AttributeCount(*size, "height");
   sensor.f = calibration->At("f").Number();
   sensor.cx = Of(*calibration, "cx");
   sensor.cy = Of(*calibration, "cy");
@@ -173,7 +177,7 @@ void CollectCameras(const XmlElement& element, MetashapeChunk* chunk) {
     if (transform == nullptr) continue;  // not aligned
     MetashapeCamera camera;
     camera.label = child.Attribute("label");
-    camera.sensor = static_cast<int>(AttributeNumber(child, "sensor_id"));
+    camera.sensor = AttributeCount(child, "sensor_id");
     camera.transform = Eigen::Matrix<double, 4, 4, Eigen::RowMajor>(transform->Numbers(16).data());
     chunk->cameras.push_back(camera);
   }

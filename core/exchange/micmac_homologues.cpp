@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "core/base/atomic_write.h"
+#include "core/base/output_directory.h"
 
 namespace orient {
 namespace {
@@ -40,7 +41,7 @@ void WriteMicmacHomologues(const std::string& directory, const ExchangeBlock& bl
   for (const ExchangePhoto& photo : block.photos) RemoveOld(FolderOf(directory, photo));
   for (const auto& [photos, text] : pairs) {
     const fs::path folder = FolderOf(directory, block.photos[photos.first]);
-    fs::create_directories(folder);
+    MakeOutputDirectory(folder.string());
     WriteFileAtomically((folder / (block.photos[photos.second].image + ".txt")).string(), text);
   }
 }

@@ -7,7 +7,7 @@
 #include <limits>
 
 #include "core/base/atomic_write.h"
-#include "core/base/error.h"
+#include "core/base/output_directory.h"
 #include "core/exchange/xml_elements.h"
 
 namespace orient {
@@ -16,10 +16,7 @@ namespace fs = std::filesystem;
 
 fs::path Folder(const std::string& directory) {
   const fs::path folder = fs::path(directory) / "Ori-InterneScan";
-  std::error_code error;
-  fs::create_directories(folder, error);
-  if (error)
-    throw InputError("cannot create the folder " + folder.string() + ": " + error.message());
+  MakeOutputDirectory(folder.string());
   return folder;
 }
 

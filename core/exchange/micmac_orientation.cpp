@@ -9,6 +9,7 @@
 
 #include "core/base/atomic_write.h"
 #include "core/base/error.h"
+#include "core/base/output_directory.h"
 #include "core/exchange/text_lines.h"
 #include "core/exchange/xml_elements.h"
 
@@ -146,7 +147,9 @@ MicmacCalibration ReadCalibration(const std::string& path) {
   calibration.name = fs::path(path).stem().string();
   calibration.pp = Vector2(element->At("PP"));
   calibration.f = element->At("F").Number();
-  calibration.size = Vector2(element->At("SzIm")).cast<int>();
+  const XmlElement& size = element->At("SzIm");
+  for (int i = 0; i < 2; ++i)
+    calibration.size[i] = WholeNumber(Vector2(size)[i], size.Where(), "a size");
   calibration.centre = calibration.pp;
   for (const XmlElement* distortion : element->All("CalibDistortion"))
     for (const XmlElement& model : distortion->children) {
@@ -206,10 +209,7 @@ std::vector<std::string> OrientationFiles(const std::string& directory) {
 void WriteMicmacOrientation(const std::string& directory, const std::string& name,
                             const ExchangeBlock& block) {
   const fs::path folder = fs::path(directory) / ("Ori-" + name);
-  std::error_code error;
-  fs::create_directories(folder, error);
-  if (error)
-    throw InputError("cannot create the folder " + folder.string() + ": " + error.message());
+  MakeOutputDirectory(folder.string());
   for (std::size_t i = 0; i < block.cameras.size(); ++i) {
     const ExchangeCamera& camera = block.cameras[i];
     if (std::abs(camera.focal_px.x() / camera.focal_px.y() - 1) > 1e-12)

@@ -23,7 +23,56 @@ std::vector<std::string> Words(const std::string& line) {
   return words;
 }
 
+// Where a first word in quotes ends: behind its closing quote. 0 where there is none.
+std::size_t EndOfQuoted(const std::string& line) {
+  const std::size_t first = line.find_first_not_of(" \t");
+  if (first == std::string::npos || line[first] != '"') return 0;
+  std::size_t i = first + 1;
+  for (; i < line.size(); ++i) {
+    if (line[i] != '"') continue;
+    if (i + 1 == line.size() || line[i + 1] != '"') return i + 1;
+    ++i;
+  }
+  return 0;
+}
+
+std::string Unquoted(const std::string& quoted) {
+  const std::size_t first = quoted.find('"') + 1;
+  std::string word;
+  for (std::size_t i = first; i + 1 < quoted.size(); ++i) {
+    word += quoted[i];
+    i += quoted[i] == '"' ? 1 : 0;
+  }
+  return word;
+}
+
 }  // namespace
+
+std::string QuotedWord(const std::string& word) {
+  if (word.find_first_of(" \t,\"") == std::string::npos && !word.starts_with('#')) return word;
+  std::string quoted = "\"";
+  for (const char c : word) quoted += c == '"' ? std::string("\"\"") : std::string(1, c);
+  return quoted + '"';
+}
+
+TextLine::TextLine(std::string file, int number, const std::string& line)
+    : file_(std::move(file)), number_(number), line_(line) {
+  std::size_t at = EndOfQuoted(line);
+  if (at > 0) {
+    words_.push_back(Unquoted(line.substr(0, at)));
+    begins_.push_back(0);
+  }
+  for (const std::string& word : Words(line.substr(at))) {
+    begins_.push_back(line_.find(word, at));
+    at = begins_.back() + word.size();
+    words_.push_back(word);
+  }
+}
+
+std::string TextLine::Rest(std::size_t i, const std::string& what) const {
+  Word(i, what);
+  return line_.substr(begins_[i], line_.find_last_not_of(" \t\r") + 1 - begins_[i]);
+}
 
 const std::string& TextLine::Word(std::size_t i, const std::string& what) const {
   if (i >= words_.size())
@@ -36,10 +85,7 @@ double TextLine::Number(std::size_t i, const std::string& what) const {
 }
 
 int TextLine::Count(std::size_t i, const std::string& what) const {
-  const double number = Number(i, what);
-  if (number != std::floor(number) || std::abs(number) > 1e9)
-    Fail(fmt::format("{} is \"{}\"; it must be a whole number", what, Word(i, what)));
-  return static_cast<int>(number);
+  return WholeNumber(Number(i, what), fmt::format("{}, line {}", file_, number_), what);
 }
 
 void TextLine::Fail(const std::string& complaint) const {
@@ -52,10 +98,11 @@ std::vector<TextLine> ReadAllTextLines(const std::string& path, const std::strin
   std::vector<TextLine> lines;
   std::string line;
   for (int number = 1; std::getline(stream, line); ++number) {
-    std::replace(line.begin(), line.end(), blank, ' ');
-    std::vector<std::string> words = Words(line);
-    if (!words.empty() && comments.find(words.front().front()) != std::string::npos) continue;
-    lines.emplace_back(path, number, std::move(words));
+    std::replace(line.begin() + static_cast<std::ptrdiff_t>(EndOfQuoted(line)), line.end(), blank,
+                 ' ');
+    const std::size_t first = line.find_first_not_of(" \t\r");
+    if (first != std::string::npos && comments.find(line[first]) != std::string::npos) continue;
+    lines.emplace_back(path, number, line);
   }
   return lines;
 }
@@ -76,6 +123,12 @@ double ParseNumber(const std::string& word, const std::string& where, const std:
   if (first == last || error != std::errc() || end != last || !std::isfinite(number))
     throw InputError(fmt::format("{}: {} is \"{}\"; it must be a number", where, what, word));
   return number;
+}
+
+int WholeNumber(double number, const std::string& where, const std::string& what) {
+  if (number != std::floor(number) || std::abs(number) > 1e9)
+    throw InputError(fmt::format("{}: {} is {}; it must be a whole number", where, what, number));
+  return static_cast<int>(number);
 }
 
 std::vector<double> ParseNumbers(const std::string& text, const std::string& where,

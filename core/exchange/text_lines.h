@@ -7,15 +7,17 @@
 
 namespace orient {
 
-// One line's words, split at blanks and tabs, knowing where they stand.
+// One line's words, split at blanks and tabs, knowing where they stand. A first word in double
+// quotes may hold some; a quote in it is doubled.
 class TextLine {
  public:
-  TextLine(std::string file, int number, std::vector<std::string> words)
-      : file_(std::move(file)), number_(number), words_(std::move(words)) {}
+  TextLine(std::string file, int number, const std::string& line);
 
   std::size_t Size() const { return words_.size(); }
   // Word `i`; throws InputError naming what is missing.
   const std::string& Word(std::size_t i, const std::string& what) const;
+  // From word `i` to the line's end, with the blanks between: a name may hold some.
+  std::string Rest(std::size_t i, const std::string& what) const;
   double Number(std::size_t i, const std::string& what) const;
   int Count(std::size_t i, const std::string& what) const;
   // Throws InputError "<file>, line <n>: <complaint>".
@@ -24,8 +26,13 @@ class TextLine {
  private:
   std::string file_;
   int number_;
+  std::string line_;
   std::vector<std::string> words_;
+  std::vector<std::size_t> begins_;  // of the words in the line
 };
+
+// As the first word of a line: in quotes where it needs them.
+std::string QuotedWord(const std::string& word);
 
 // All lines that hold anything but a comment, which begins with one of `comments`. Throws
 // InputError where the file cannot be read.
@@ -37,6 +44,8 @@ std::vector<TextLine> ReadAllTextLines(const std::string& path, const std::strin
 
 // A number as the line would read it. Throws InputError "<where>: <what> is "<word>" ...".
 double ParseNumber(const std::string& word, const std::string& where, const std::string& what);
+// A number that counts something. Throws InputError where it is no whole one, or beyond 1e9.
+int WholeNumber(double number, const std::string& where, const std::string& what);
 // All numbers of a text.
 std::vector<double> ParseNumbers(const std::string& text, const std::string& where,
                                  const std::string& what);

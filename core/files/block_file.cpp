@@ -7,8 +7,10 @@
 #include <filesystem>
 #include <map>
 #include <set>
+#include <sstream>
 #include <system_error>
 
+#include "core/base/atomic_write.h"
 #include "core/base/date.h"
 #include "core/base/error.h"
 #include "core/files/flight_plan_keys.h"
@@ -150,6 +152,17 @@ void ReadGnss(const TomlTable& root, const std::string& base, BlockFile* block) 
     table->Fail("model", "is \"shift_and_drift\", but drift is per strip: list them as [[strips]]");
 }
 
+void ReadOrtho(const TomlTable& root, BlockFile* block) {
+  const auto table = root.FindTable("ortho", {"gsd_m", "dem_sigma_m", "mosaic", "weak"});
+  if (!table) return;
+  OrthoChoice ortho;
+  if (table->Has("gsd_m")) ortho.gsd_m = table->PositiveNumber("gsd_m");
+  if (table->Has("dem_sigma_m")) ortho.dem_sigma_m = table->PositiveNumber("dem_sigma_m");
+  ortho.mosaic = table->FindFlag("mosaic").value_or(ortho.mosaic);
+  ortho.weak = table->FindFlag("weak").value_or(ortho.weak);
+  block->ortho = ortho;
+}
+
 EarthMode ReadEarth(const TomlTable& root) {
   const std::string earth = root.FindText("earth").value_or("auto");
   const auto mode = EarthModes().find(earth);
@@ -215,12 +228,40 @@ void ReadOutput(const TomlTable& root, const std::string& base, BlockFile* block
   if (table) block->formats = table->FindTexts("formats").value_or(std::vector<std::string>());
 }
 
+// "@FILE" becomes the file's lines but for empty ones and comments (#), unless a photo is called
+// so.
+std::vector<std::string> WithListed(const std::vector<std::string>& patterns,
+                                    const std::string& base) {
+  std::vector<std::string> all;
+  for (const std::string& pattern : patterns) {
+    if (!pattern.starts_with('@') || Exists(Resolve(base, pattern))) {
+      all.push_back(pattern);
+      continue;
+    }
+    std::istringstream lines(ReadFile(Resolve(base, pattern.substr(1))));
+    for (std::string line; std::getline(lines, line);) {
+      line.erase(line.find_last_not_of(" \t\r") + 1);
+      if (!line.empty() && line.front() != '#') all.push_back(line);
+    }
+  }
+  return all;
+}
+
+// A definition, or the file (.prj) that holds one.
+Crs ReadCrs(const TomlTable& root, const std::string& base, const std::string& path) {
+  const std::string given = root.Text("crs");
+  const std::string file = Resolve(base, given);
+  std::error_code ignored;
+  return fs::is_regular_file(file, ignored) ? Crs::FromFile(file)
+                                            : Crs::Parse(given, path + ", crs");
+}
+
 }  // namespace
 
 std::vector<std::string> ExpandPhotos(const std::vector<std::string>& patterns,
                                       const std::string& base) {
   std::vector<std::string> photos;
-  for (const std::string& pattern : patterns) {
+  for (const std::string& pattern : WithListed(patterns, base)) {
     const std::vector<std::string> found = Matches(pattern, base);
     photos.insert(photos.end(), found.begin(), found.end());
   }
@@ -238,26 +279,30 @@ std::vector<std::string> ExpandPhotos(const std::vector<std::string>& patterns,
 
 BlockFile ReadBlockFile(const std::string& path) {
   const toml::table document = ParseTomlFile(path);
-  const TomlTable root(
-      document, path, "",
-      {"crs", "dem", "patchdb", "camera", "photos", "approximations", "approximate_accuracy",
-       "scan", "output", "block", "earth", "flight", "strips", "gnss", "date", "target_m"});
+  const TomlTable root(document, path, "",
+                       {"crs", "dem", "patchdb", "camera", "photos", "approximations",
+                        "approximate_accuracy", "scan", "output", "block", "earth", "flight",
+                        "strips", "gnss", "date", "target_m", "ortho", "measurements"});
   const std::string base = fs::path(path).parent_path().string();
-  BlockFile block{.crs = Crs::Parse(root.Text("crs"), path + ", crs"),
-                  .dem = ExistingFile(root, "dem", base),
-                  .patchdb = ExistingFile(root, "patchdb", base),
+  const bool measured =
+      root.Has("measurements") && !root.Has("patchdb") && !root.Has("photos") && !root.Has("dem");
+  BlockFile block{.crs = ReadCrs(root, base, path),
+                  .dem = measured ? "" : ExistingFile(root, "dem", base),
+                  .patchdb = measured ? "" : ExistingFile(root, "patchdb", base),
                   .camera = CameraFileOrName(root, base),
                   .approximations = root.Has("approximations")
                                         ? ExistingFile(root, "approximations", base)
                                         : std::string(),
                   .earth = ReadEarth(root)};
-  ReadPhotos(root, base, &block);
+  if (!measured) ReadPhotos(root, base, &block);
+  if (root.Has("measurements")) block.measurements = ExistingFile(root, "measurements", base);
   block.flight = ReadFlightPlan(root, NamesOf(block));
   ReadGnss(root, base, &block);
   ReadOutput(root, base, &block);
   ReadAccuracy(root, &block);
   ReadAdjustment(root, &block);
   ReadScan(root, &block);
+  ReadOrtho(root, &block);
   block.date = root.FindText("date");
   if (block.date && !WhyNoDate(*block.date).empty())
     root.Fail("date", "is " + WhyNoDate(*block.date));

@@ -29,6 +29,14 @@ struct GnssChoice {
   GnssModel model = GnssModel::kShift;
 };
 
+// Orthophotos after the block's run.
+struct OrthoChoice {
+  std::optional<double> gsd_m;  // empty: what the photos' pixels show
+  double dem_sigma_m = 0;       // accuracy of the heights
+  bool mosaic = true;
+  bool weak = false;  // also of photos that are weak
+};
+
 // A photo that the block file names and that cannot be worked on: it fails by itself.
 struct UnusablePhoto {
   std::string name, reason;
@@ -53,18 +61,22 @@ struct BlockFile {
   std::optional<Polarity> polarity = {};            // empty: auto
   std::optional<ScanOrientation> orientation = {};  // empty: auto
   EarthMode earth = EarthMode::kAuto;               // curvature and refraction
+  std::string measurements = {};  // folder of what people measured and decided; empty: none
   std::string output_directory = {};
+  // By image measurements alone: neither photos nor a patch database.
+  bool ByMeasurementsAlone() const { return patchdb.empty(); }
   std::vector<std::string> formats = {};  // of exports, as orient convert --to takes them
   BlockAdjustmentChoice adjustment = {};
   GnssChoice gnss = {};
+  std::optional<OrthoChoice> ortho = {};  // empty: none are made
 };
 
 // Throws InputError: wrong keys, a photo in two strips, a glob that matches nothing, no photo that
 // can be worked on.
 BlockFile ReadBlockFile(const std::string& path);
 
-// Globs ("scans/*.tif") and plain paths, relative to `base`; a pattern without a match throws
-// InputError. /vsi paths pass through.
+// Globs ("scans/*.tif"), plain paths and "@FILE", a file with one of these a line, relative to
+// `base`; a pattern without a match throws InputError. /vsi paths pass through.
 std::vector<std::string> ExpandPhotos(const std::vector<std::string>& patterns,
                                       const std::string& base);
 

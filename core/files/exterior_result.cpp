@@ -172,7 +172,7 @@ ExteriorResult ReadExteriorResult(const std::string& path) {
   const Json json = ParseJsonFile(path);
   const JsonField root(json, path);
   ExteriorResult result;
-  result.photo = root.At("photo").AsString();
+  result.photo = ReadPhotoName(root);
   result.status = FromName(root.At("status"), kStatuses);
   if (const auto scan = root.Find("scan")) {
     result.width = scan->At("width").AsInt();

@@ -25,6 +25,9 @@ const std::vector<Wording>& Wordings() {  // NOLINT(readability-function-size): 
       {Reason::kMarksOnOneLine, "marks_on_one_line", "The marks found lie on one line."},
       {Reason::kFewMarks, "few_marks",
        "Only {value:.0f} marks were found; {limit:.0f} are needed."},
+      {Reason::kWrongMarkUnclear, "wrong_mark_unclear",
+       "A mark contradicts the others, which are too few to tell whether it is wrong or one of "
+       "these: {where}."},
       {Reason::kScaleDifference, "scale_difference",
        "The scales of the two axes differ by {value:.1f} %: implausible for film or scanner."},
       {Reason::kShear, "shear",
@@ -73,6 +76,9 @@ const std::vector<Wording>& Wordings() {  // NOLINT(readability-function-size): 
       {Reason::kOrientationOpen, "orientation_open",
        "The marks leave the scan orientation open ({where}); the transform given is that of the "
        "first."},
+      {Reason::kOrientationOfRoll, "orientation_of_roll",
+       "The scan orientation is that of the other photos of the roll; alone the photo leaves it "
+       "open ({where}). Should they lie differently, give --roll differing."},
       {Reason::kCameraUnknown, "camera_unknown",
        "The camera is unknown: {where} Name the camera with --camera, or draw its marks "
        "(cameras)."},
@@ -81,6 +87,21 @@ const std::vector<Wording>& Wordings() {  // NOLINT(readability-function-size): 
       {Reason::kCameraPixelSizeOff, "camera_pixel_size_off",
        "With this camera a pixel is {value:.1f} % {where} than stated: perhaps another camera, "
        "with other mark positions."},
+      {Reason::kClickOffMark, "click_off_mark",
+       "Clicked beside the mark that was measured there: {where}. The measurement counts; look at "
+       "these clicks."},
+      {Reason::kClickContradicted, "click_contradicted",
+       "The other marks, or what is seen there, contradict the clicks on {where}: not used; marks "
+       "confused?"},
+      {Reason::kClickNotSeen, "click_not_seen",
+       "Nothing that agrees with the other marks is seen where {where} was clicked: not used. "
+       "Where "
+       "only the eye sees the mark, call the click exact."},
+      {Reason::kExactClicks, "exact_clicks",
+       "{value:.0f} marks are as a person clicked them, exactly; {limit:.0f} measured marks are "
+       "needed."},
+      {Reason::kAcceptedByPerson, "accepted_by_person", "Accepted by {where}."},
+      {Reason::kRejectedByPerson, "rejected_by_person", "Rejected by {where}."},
       {Reason::kRollPixelColumns, "roll_pixel_columns",
        "Unlike the other photos of the roll: its pixel size along columns is {value:.3f} um on the "
        "film, theirs {limit:.3f} um."},
@@ -156,6 +177,24 @@ const std::vector<Wording>& Wordings() {  // NOLINT(readability-function-size): 
        "uncertain by {value:.2f} px, the target is {limit:.2f} px"},
       {Reason::kResidualTrend, "residual_trend",
        "the residuals show a {where} of {value:.2f} px (RMS); the covariance allows for it"},
+      {Reason::kPointsContradictOneAnother, "points_contradict_one_another",
+       "the measured ground points contradict one another, and nothing tells which is wrong: "
+       "{where}; "
+       "measure one more, or look at these"},
+      {Reason::kPointsOnNoPose, "points_on_no_pose",
+       "no pose shows the measured ground points {where} where they were measured"},
+      {Reason::kTooFewPoints, "too_few_points",
+       "{value:.0f} ground points were measured; {limit:.0f} are needed, or three and an "
+       "approximation"},
+      {Reason::kPointsWrong, "points_wrong",
+       "measured in a wrong place, or with wrong coordinates, and not used: {where}"},
+      {Reason::kPointsOffPose, "points_off_pose",
+       "measured ground points that lie elsewhere under the pose: {where}"},
+      {Reason::kByPointsAlone, "by_points_alone",
+       "oriented by {value:.0f} measured ground points alone ({limit:.0f} are needed without "
+       "patches): {where}"},
+      {Reason::kStartedByPoints, "started_by_points",
+       "the search began with a pose by {value:.0f} measured ground points"},
       {Reason::kPrincipalDistanceNotEstimated, "principal_distance_not_estimated",
        "the principal distance could not be estimated: the pose holds with the camera file's"},
       {Reason::kPrincipalDistanceNotConverged, "principal_distance_not_converged",

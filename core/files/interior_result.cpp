@@ -50,8 +50,11 @@ Json InteriorJson(const InteriorResult& result) {
                   result.photo, "photo_from_pixel");
   Json marks = Json::array();
   for (const MarkResult& mark : result.marks) marks.push_back(MarkJson(mark));
-  Json possible = Json::array();
-  for (const ScanOrientation o : result.possible_orientations) possible.push_back(Name(o));
+  const auto names = [](const std::vector<ScanOrientation>& orientations) {
+    Json list = Json::array();
+    for (const ScanOrientation o : orientations) list.push_back(Name(o));
+    return list;
+  };
   Json json = {{"photo", result.photo},
                {"status", Name(result.status)},
                {"status_alone", NameOrNull(result.status_alone)},
@@ -61,12 +64,15 @@ Json InteriorJson(const InteriorResult& result) {
                  {"pixel_size_um", ToJson(result.pixel_size_um)},
                  {"polarity", NameOrNull(result.polarity)},
                  {"orientation", NameOrNull(result.orientation)},
-                 {"possible_orientations", std::move(possible)}}},
+                 {"possible_orientations", names(result.possible_orientations)}}},
                {"photo_from_pixel", TransformJson(result.photo_from_pixel)},
                {"reseau", ReseauJson(result.reseau)},
                {"sigma0_um", ToJson(result.sigma0_um)},
                {"margin", ToJson(result.margin)},
                {"marks", std::move(marks)}};
+  if (!result.orientation_nats.empty()) json["scan"]["orientation_nats"] = result.orientation_nats;
+  if (!result.orientations_alone.empty())
+    json["scan"]["orientations_alone"] = names(result.orientations_alone);
   WriteFindings(result.findings, &json);
   if (!result.cameras.empty()) json["camera"] = result.cameras;
   if (!result.made_from.empty()) json["made_from"] = result.made_from;
@@ -110,9 +116,16 @@ void ReadScan(const JsonField& scan, InteriorResult* result) {
   if (const auto field = scan.Find("polarity")) result->polarity = FromName(*field, kPolarities);
   if (const auto field = scan.Find("orientation"))
     result->orientation = FromName(*field, kAllScanOrientations);
-  if (const auto field = scan.Find("possible_orientations"))
-    for (const JsonField& name : field->Elements())
-      result->possible_orientations.push_back(FromName(name, kAllScanOrientations));
+  const auto orientations = [&](const char* key, std::vector<ScanOrientation>* list) {
+    if (const auto field = scan.Find(key))
+      for (const JsonField& name : field->Elements())
+        list->push_back(FromName(name, kAllScanOrientations));
+  };
+  orientations("possible_orientations", &result->possible_orientations);
+  orientations("orientations_alone", &result->orientations_alone);
+  if (const auto field = scan.Find("orientation_nats"))
+    for (const JsonField& nats : field->Elements())
+      result->orientation_nats.push_back(nats.AsNumber());
 }
 
 }  // namespace
@@ -125,7 +138,7 @@ InteriorResult ReadInteriorResult(const std::string& path) {
   const Json json = ParseJsonFile(path);
   const JsonField root(json, path);
   InteriorResult result;
-  result.photo = root.At("photo").AsString();
+  result.photo = ReadPhotoName(root);
   result.status = FromName(root.At("status"), kStatuses);
   if (const auto field = root.Find("status_alone"))
     result.status_alone = FromName(*field, kStatuses);
@@ -133,6 +146,7 @@ InteriorResult ReadInteriorResult(const std::string& path) {
   if (const auto field = root.Find("photo_from_pixel")) {
     const Eigen::MatrixXd matrix = field->AsMatrix(2, 3);
     result.photo_from_pixel = Affine2d{matrix.leftCols<2>(), matrix.col(2)};
+    if (!result.photo_from_pixel->IsInvertible()) field->Fail("is singular: it is no transform");
   }
   if (const auto field = root.Find("reseau")) result.reseau = ReadReseau(*field);
   result.sigma0_um = root.FindNumber("sigma0_um");

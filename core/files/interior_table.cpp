@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "core/base/csv_cell.h"
 #include "core/files/used_marks.h"
 
 namespace orient {
@@ -48,12 +49,17 @@ Cells PhotoCells(const InteriorResult& r) {
                  std::to_string(r.height),
                  Number(r.pixel_size_um, 9),
                  NameOrNone(r.polarity),
-                 NameOrNone(r.orientation)};
+                 r.possible_orientations.size() > 1 ? "open" : NameOrNone(r.orientation)};
+  std::vector<std::string_view> possible;
+  for (const ScanOrientation orientation : r.possible_orientations)
+    possible.push_back(Name(orientation));
+  cells.push_back(fmt::format("{}", fmt::join(possible, " ")));
+  // That of the first of several possible orientations is no result.
+  const bool known = r.photo_from_pixel && r.possible_orientations.size() <= 1;
   for (const int row : {0, 1})
     for (const int col : {0, 1})
-      cells.push_back(r.photo_from_pixel ? Number(r.photo_from_pixel->A(row, col), 12) : "");
-  for (const int row : {0, 1})
-    cells.push_back(r.photo_from_pixel ? Number(r.photo_from_pixel->t[row], 12) : "");
+      cells.push_back(known ? Number(r.photo_from_pixel->A(row, col), 12) : "");
+  for (const int row : {0, 1}) cells.push_back(known ? Number(r.photo_from_pixel->t[row], 12) : "");
   cells.push_back(Fraction(r.sigma0_um, 2));
   cells.push_back(Fraction(r.margin, 2));
   cells.push_back(std::to_string(CountUsedMarks(r)));
@@ -64,19 +70,10 @@ Cells PhotoCells(const InteriorResult& r) {
 
 }  // namespace
 
-std::string CsvCell(const std::string& text) {
-  if (text.find_first_of(",\"\r\n") == std::string::npos) return text;
-  std::string cell = "\"";
-  for (const char c : text) {
-    if (c == '"') cell += '"';
-    cell += c;
-  }
-  return cell + "\"";
-}
-
 std::string InteriorTable(const std::vector<InteriorResult>& results) {
   std::string text =
-      "photo,status,scan_width,scan_height,pixel_size_um,polarity,orientation,a11,a12,a21,a22,t1,"
+      "photo,status,scan_width,scan_height,pixel_size_um,polarity,orientation,possible_"
+      "orientations,a11,a12,a21,a22,t1,"
       "t2,sigma0_um,margin,marks_used,marks,messages\n";
   for (const InteriorResult& result : results) text += Row(PhotoCells(result));
   return text;

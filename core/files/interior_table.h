@@ -17,7 +17,4 @@ std::string InteriorTable(const std::vector<InteriorResult>& results);
 std::string MarkTable(const std::vector<InteriorResult>& results,
                       const std::vector<Fiducial>& fiducials);
 
-// A cell as RFC 4180 wants it: quoted where it holds a comma, a quote or a line's end.
-std::string CsvCell(const std::string& text);
-
 }  // namespace orient

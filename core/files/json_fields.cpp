@@ -3,12 +3,26 @@
 #include <fmt/format.h>
 
 #include <cmath>
+#include <cstdint>
 #include <limits>
 
 #include "core/base/atomic_write.h"
 #include "core/base/error.h"
 
 namespace orient {
+namespace {
+
+// For a message. Of a list or an object only that: writing it out would follow its depth, which a
+// stranger's file may make as large as it likes.
+std::string Shown(const Json& value) {
+  if (value.is_array()) return "a list";
+  if (value.is_object()) return "an object";
+  constexpr std::size_t kLongest = 80;
+  const std::string text = value.dump();
+  return text.size() <= kLongest ? text : text.substr(0, kLongest) + "...";
+}
+
+}  // namespace
 
 void JsonField::Fail(const std::string& complaint) const {
   throw InputError(fmt::format("{}: {} {}", file_,
@@ -38,41 +52,44 @@ std::vector<JsonField> JsonField::Elements() const {
 }
 
 std::string JsonField::AsString() const {
-  if (!value_.is_string()) Fail("must be text, not " + value_.dump());
+  if (!value_.is_string()) Fail("must be text, not " + Shown(value_));
   return value_.get<std::string>();
 }
 
 double JsonField::AsNumber() const {
-  if (!value_.is_number()) Fail("must be a number, not " + value_.dump());
+  if (!value_.is_number()) Fail("must be a number, not " + Shown(value_));
   return value_.get<double>();
 }
 
 std::int64_t JsonField::AsInteger() const {
-  if (!value_.is_number_integer()) Fail("must be a whole number, not " + value_.dump());
+  if (!value_.is_number_integer()) Fail("must be a whole number, not " + Shown(value_));
+  constexpr auto kLargest = static_cast<std::uint64_t>(std::numeric_limits<std::int64_t>::max());
+  if (value_.is_number_unsigned() && value_.get<std::uint64_t>() > kLargest)
+    Fail("is out of range: " + Shown(value_));
   return value_.get<std::int64_t>();
 }
 
 int JsonField::AsInt() const {
   const std::int64_t number = AsInteger();
   if (number < std::numeric_limits<int>::min() || number > std::numeric_limits<int>::max())
-    Fail("is out of range: " + value_.dump());
+    Fail("is out of range: " + Shown(value_));
   return static_cast<int>(number);
 }
 
 bool JsonField::AsFlag() const {
-  if (!value_.is_boolean()) Fail("must be true or false, not " + value_.dump());
+  if (!value_.is_boolean()) Fail("must be true or false, not " + Shown(value_));
   return value_.get<bool>();
 }
 
 Eigen::Vector2d JsonField::AsVector2() const {
   const std::vector<JsonField> elements = Elements();
-  if (elements.size() != 2) Fail("must be a pair of numbers, not " + value_.dump());
+  if (elements.size() != 2) Fail("must be a pair of numbers, not " + Shown(value_));
   return {elements[0].AsNumber(), elements[1].AsNumber()};
 }
 
 Eigen::Vector3d JsonField::AsVector3() const {
   const std::vector<JsonField> elements = Elements();
-  if (elements.size() != 3) Fail("must be three numbers, not " + value_.dump());
+  if (elements.size() != 3) Fail("must be three numbers, not " + Shown(value_));
   return {elements[0].AsNumber(), elements[1].AsNumber(), elements[2].AsNumber()};
 }
 

@@ -4,7 +4,6 @@
 
 #include <algorithm>
 #include <array>
-#include <charconv>
 #include <cmath>
 #include <filesystem>
 #include <map>
@@ -13,8 +12,10 @@
 #include <stdexcept>
 
 #include "core/base/atomic_write.h"
+#include "core/base/column_names.h"
+#include "core/base/csv_cell.h"
 #include "core/base/date.h"
-#include "core/base/error.h"
+#include "core/base/table_text.h"
 
 namespace orient {
 namespace {
@@ -24,94 +25,9 @@ constexpr std::array<const char*, 7> kColumns = {"filename", "x",   "y",    "z",
                                                  "omega",    "phi", "kappa"};
 constexpr std::array<const char*, 6> kSigmaColumns = {"sigma_x",     "sigma_y",   "sigma_z",
                                                       "sigma_omega", "sigma_phi", "sigma_kappa"};
+constexpr int kLargestSigma = 1000000;  // metres, degrees
 constexpr const char* kDateColumn = "date";
 constexpr const char* kHeader = "filename,x,y,z,omega,phi,kappa";
-
-struct Cell {
-  std::string text;
-  size_t column = 1;  // of the cell's first character in its line, from 1
-};
-
-// Reads one line after another and knows where it is.
-class TableText {
- public:
-  TableText(std::string path, std::string text) : path_(std::move(path)), text_(std::move(text)) {
-    constexpr std::string_view kByteOrderMark = "\xEF\xBB\xBF";
-    if (text_.starts_with(kByteOrderMark)) position_ = kByteOrderMark.size();
-  }
-
-  // Cells of the next line that holds anything; comment lines start with '#'. False at the end.
-  bool NextLine(std::vector<Cell>* cells) {
-    while (position_ < text_.size()) {
-      const size_t end = std::min(text_.find('\n', position_), text_.size());
-      std::string line = text_.substr(position_, end - position_);
-      position_ = end + 1;
-      ++line_;
-      if (!line.empty() && line.back() == '\r') line.pop_back();
-      const size_t first = line.find_first_not_of(" \t");
-      if (first == std::string::npos || line[first] == '#') continue;
-      *cells = Split(line);
-      return true;
-    }
-    return false;
-  }
-
-  [[noreturn]] void Fail(const std::string& complaint) const {
-    throw InputError(fmt::format("{}, line {}: {}", path_, line_, complaint));
-  }
-  [[noreturn]] void Fail(const Cell& cell, const std::string& complaint) const {
-    throw InputError(
-        fmt::format("{}, line {}, column {}: {}", path_, line_, cell.column, complaint));
-  }
-
- private:
-  static std::string Trimmed(const std::string& text) {
-    const size_t first = text.find_first_not_of(" \t");
-    if (first == std::string::npos) return "";
-    return text.substr(first, text.find_last_not_of(" \t") - first + 1);
-  }
-
-  // RFC 4180: a quoted cell may hold commas and doubled quotes (no line breaks, they have no place
-  // in a photo's name).
-  std::vector<Cell> Split(const std::string& line) const {
-    std::vector<Cell> cells;
-    for (size_t i = 0; i <= line.size(); ++i) {  // i: first character of a cell
-      size_t first = std::min(line.find_first_not_of(" \t", i), line.size());
-      Cell cell{"", first + 1};
-      if (first < line.size() && line[first] == '"') {
-        i = ReadQuoted(line, first, &cell);
-      } else {
-        const size_t comma = std::min(line.find(',', i), line.size());
-        cell = {Trimmed(line.substr(i, comma - i)), (first < comma ? first : i) + 1};
-        i = comma;
-      }
-      cells.push_back(std::move(cell));
-    }
-    return cells;
-  }
-
-  // Returns where the cell's comma (or the line's end) stands.
-  size_t ReadQuoted(const std::string& line, size_t quote, Cell* cell) const {
-    size_t i = quote + 1;
-    for (; i < line.size(); ++i) {
-      if (line[i] == '"') {
-        if (i + 1 >= line.size() || line[i + 1] != '"') break;
-        ++i;
-      }
-      cell->text += line[i];
-    }
-    if (i >= line.size()) Fail(*cell, "the quote is never closed; add a \" at the cell's end");
-    i = std::min(line.find_first_not_of(" \t", i + 1), line.size());
-    if (i < line.size() && line[i] != ',')
-      Fail(*cell, "text follows the closing quote; double a quote that belongs to the name");
-    return i;
-  }
-
-  std::string path_;
-  std::string text_;
-  size_t position_ = 0;
-  int line_ = 0;
-};
 
 // Where each known column stands in this table.
 struct Columns {
@@ -133,17 +49,49 @@ void RequireColumns(const TableText& text, Attitudes attitudes, Columns* columns
     text.Fail(std::string("the header has no column \"") + *missing + "\"; it is " + kHeader);
 }
 
+std::vector<std::string> TextsOf(const std::vector<TableCell>& cells) {
+  std::vector<std::string> texts;
+  for (const TableCell& cell : cells) texts.push_back(cell.text);
+  return texts;
+}
+
+// Whether these are at least a photo's name and position.
+bool IsHeader(const std::vector<TableCell>& cells) {
+  std::optional<size_t> twice;
+  const auto places = ColumnPlaces(TextsOf(cells), &twice);
+  return std::all_of(kColumns.begin(), kColumns.begin() + 4,
+                     [&](const char* name) { return places.contains(name); });
+}
+
+// The first line that is no comment, or a comment that is a header ("#Label,X/Easting,..."); sets
+// the table's delimiter: the one by which the header is one, a comma by default.
+std::vector<TableCell> HeaderCells(TableText* text) {
+  std::string line;
+  while (text->NextText(&line)) {
+    const bool comment = TableText::IsComment(line);
+    if (comment) line[line.find('#')] = ' ';
+    for (const char delimiter : {',', ';', '\t'}) {
+      text->SetDelimiter(delimiter);
+      // An apostrophe or a quote in a comment closes nowhere.
+      if (comment && line.find('"') != std::string::npos) continue;
+      if (std::vector<TableCell> cells = text->Split(line); IsHeader(cells)) return cells;
+    }
+    text->SetDelimiter(',');
+    if (!comment) return text->Split(line);
+  }
+  text->Fail(fmt::format("the table is empty; it starts with the header {}", kHeader));
+}
+
 Columns ReadHeader(TableText* text, Attitudes attitudes) {
-  std::vector<Cell> cells;
-  if (!text->NextLine(&cells))
-    text->Fail(std::string("the table is empty; it starts with the header ") + kHeader);
+  const std::vector<TableCell> cells = HeaderCells(text);
   Columns columns;
   columns.count = cells.size();
-  for (size_t i = 0; i < cells.size(); ++i) columns.index.emplace(cells[i].text, i);
+  std::optional<size_t> twice;
+  columns.index = ColumnPlaces(TextsOf(cells), &twice);
   RequireColumns(*text, attitudes, &columns);
-  for (size_t i = 0; i < cells.size(); ++i)
-    if (columns.index.at(cells[i].text) != i)
-      text->Fail(cells[i], fmt::format("the column \"{}\" appears twice", cells[i].text));
+  if (twice)
+    text->Fail(cells[*twice],
+               fmt::format("the column \"{}\" appears twice", ColumnName(cells[*twice].text)));
   const auto known = [&](const char* name) { return columns.index.contains(name); };
   columns.sigmas = static_cast<size_t>(
       std::find_if_not(kSigmaColumns.begin(), kSigmaColumns.end(), known) - kSigmaColumns.begin());
@@ -156,18 +104,6 @@ Columns ReadHeader(TableText* text, Attitudes attitudes) {
   return columns;
 }
 
-double ParseNumber(const TableText& text, const Cell& cell, const std::string& name) {
-  const char* first = cell.text.data();
-  const char* last = first + cell.text.size();
-  if (first != last && *first == '+') ++first;
-  double number = 0;
-  const auto [end, error] = std::from_chars(first, last, number);
-  if (first == last || error != std::errc() || end != last || !std::isfinite(number))
-    text.Fail(cell, name + " is \"" + cell.text +
-                        "\"; it must be a number with a point as its decimal mark");
-  return number;
-}
-
 // Of photos that look down, of which nobody knows which way they were flown.
 Vector6d OpenAttitude() {
   Vector6d sigma = Vector6d::Zero();
@@ -176,9 +112,9 @@ Vector6d OpenAttitude() {
 }
 
 std::optional<Vector6d> ReadSigma(const TableText& text, const Columns& columns,
-                                  const std::vector<Cell>& cells) {
+                                  const std::vector<TableCell>& cells) {
   if (columns.sigmas == 0) return std::nullopt;
-  const auto cell = [&](size_t i) -> const Cell& {
+  const auto cell = [&](size_t i) -> const TableCell& {
     return cells[columns.index.at(kSigmaColumns[i])];
   };
   size_t empty = 0;
@@ -186,34 +122,46 @@ std::optional<Vector6d> ReadSigma(const TableText& text, const Columns& columns,
   if (empty == columns.sigmas) return std::nullopt;
   Vector6d sigma = OpenAttitude();
   for (size_t i = 0; i < columns.sigmas; ++i) {
-    const double value = ParseNumber(text, cell(i), kSigmaColumns[i]);
-    if (value <= 0) text.Fail(cell(i), std::string(kSigmaColumns[i]) + " must be positive");
+    const double value = text.Number(cell(i), kSigmaColumns[i]);
+    if (!(value > 0 && value <= kLargestSigma))
+      text.Fail(cell(i),
+                fmt::format("{} must be positive and at most {}", kSigmaColumns[i], kLargestSigma));
     sigma[static_cast<Eigen::Index>(i)] = i < 3 ? value : RadFromDeg(value);
   }
   return sigma;
 }
 
 std::optional<std::string> ReadDate(const TableText& text, const Columns& columns,
-                                    const std::vector<Cell>& cells) {
+                                    const std::vector<TableCell>& cells) {
   const auto column = columns.index.find(kDateColumn);
   if (column == columns.index.end() || cells[column->second].text.empty()) return std::nullopt;
-  const Cell& cell = cells[column->second];
+  const TableCell& cell = cells[column->second];
   if (const std::string wrong = WhyNoDate(cell.text); !wrong.empty()) text.Fail(cell, wrong);
   return cell.text;
 }
 
+// A table that names files means the photos; other points are parts of a name.
+std::string WithoutImageEnding(const std::string& name) {
+  static const std::set<std::string> endings = {".tif", ".tiff", ".jpg", ".jpeg", ".png",
+                                                ".jp2", ".img",  ".bmp", ".ecw",  ".sid"};
+  std::string ending = fs::path(name).extension().string();
+  std::transform(ending.begin(), ending.end(), ending.begin(),
+                 [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
+  return endings.contains(ending) ? PhotoName(name) : name;
+}
+
 OrientationRow ReadRow(const TableText& text, const Columns& columns,
-                       const std::vector<Cell>& cells) {
+                       const std::vector<TableCell>& cells) {
   if (cells.size() != columns.count)
     text.Fail(fmt::format("the line has {} cells and the header {}", cells.size(), columns.count));
   OrientationRow row;
-  const Cell& name = cells[columns.index.at("filename")];
-  row.photo = name.text;
+  const TableCell& name = cells[columns.index.at("filename")];
+  row.photo = WithoutImageEnding(std::string(TextOfCell(name.text)));
   if (row.photo.empty()) text.Fail(name, "the photo has no name");
   row.attitude_known = columns.has_angles;
   for (size_t i = 1; i < (columns.has_angles ? kColumns.size() : 4); ++i) {
-    const Cell& cell = cells[columns.index.at(kColumns[i])];
-    const double value = ParseNumber(text, cell, kColumns[i]);
+    const TableCell& cell = cells[columns.index.at(kColumns[i])];
+    const double value = text.Number(cell, kColumns[i]);
     if (i <= 3) {
       row.pose.position_m[static_cast<Eigen::Index>(i - 1)] = value;
     } else if (std::abs(value) > 360) {
@@ -238,12 +186,10 @@ constexpr int kDegreeDecimals = 9;
 std::string Quoted(const std::string& name) {
   if (name.find_first_of("\n\r") != std::string::npos)
     throw std::invalid_argument("WriteOrientationTable: a photo's name holds a line break");
-  const bool plain = name.find_first_of(",\"") == std::string::npos && !name.starts_with('#') &&
-                     !name.starts_with(' ') && !name.ends_with(' ');
-  if (plain) return name;
-  std::string quoted = "\"";
-  for (const char c : name) quoted += c == '"' ? std::string("\"\"") : std::string(1, c);
-  return quoted + "\"";
+  const std::string cell = CsvCell(name);
+  const bool bare = !cell.starts_with('"');
+  const bool quotes = name.starts_with('#') || name.starts_with(' ') || name.ends_with(' ');
+  return bare && quotes ? "\"" + cell + "\"" : cell;
 }
 
 std::string RowText(const OrientationRow& row, bool with_sigma) {
@@ -275,11 +221,11 @@ const OrientationRow* OrientationTable::Find(const std::string& photo) const {
 }
 
 OrientationTable ReadOrientationTable(const std::string& path, Attitudes attitudes) {
-  TableText text(path, ReadFile(path));
+  TableText text(path);
   const Columns columns = ReadHeader(&text, attitudes);
   OrientationTable table;
   std::set<std::string> names;
-  std::vector<Cell> cells;
+  std::vector<TableCell> cells;
   while (text.NextLine(&cells)) {
     table.rows.push_back(ReadRow(text, columns, cells));
     if (!names.insert(table.rows.back().photo).second)

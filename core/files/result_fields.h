@@ -5,6 +5,7 @@
 #include <optional>
 #include <stdexcept>
 #include <string>
+#include <string_view>
 
 #include "core/files/json_fields.h"
 #include "core/files/results.h"
@@ -20,6 +21,16 @@ Enum FromName(const JsonField& field, const std::array<Enum, n>& values) {
     known += (known.empty() ? "" : ", ") + std::string(Name(value));
   }
   field.Fail("is \"" + text + "\"; it must be one of " + known);
+}
+
+// The photo that a result is of. It becomes a file's name: one that leads into another folder is
+// none.
+inline std::string ReadPhotoName(const JsonField& root) {
+  const JsonField field = root.At("photo");
+  const std::string name = field.AsString();
+  if (name.empty() || name.find_first_of(std::string_view("/\0", 2)) != std::string::npos)
+    field.Fail("is \"" + name + "\"; it must be a photo's name, without a folder");
+  return name;
 }
 
 inline constexpr std::array kStatuses = {Status::kOk, Status::kWeak, Status::kFailed};

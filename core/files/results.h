@@ -55,6 +55,11 @@ struct InteriorResult {
   // What the marks leave open, the likeliest first; photo_from_pixel and the marks' ids are those
   // of the first. One element where the orientation is known, none when failed.
   std::vector<ScanOrientation> possible_orientations;
+  // By how many nats each of them (or of orientations_alone, where the roll decided) is less
+  // probable than the likeliest, negative; empty where nothing was looked for.
+  std::vector<double> orientation_nats;
+  // What the photo alone leaves open; empty where the other photos of the roll changed nothing.
+  std::vector<ScanOrientation> orientations_alone;
   std::optional<Affine2d> photo_from_pixel;  // absent when failed
   std::optional<ReseauResult> reseau;        // absent without a reseau
   std::optional<double> sigma0_um;

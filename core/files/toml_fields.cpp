@@ -51,7 +51,7 @@ std::string Shown(const toml::node& node) {
 
 }  // namespace
 
-std::string NearestWord(std::string_view word, std::initializer_list<std::string_view> known) {
+std::string NearestWord(std::string_view word, const std::vector<std::string_view>& known) {
   const auto distance = [&](std::string_view other) { return EditDistance(word, other); };
   const auto nearest = std::min_element(
       known.begin(), known.end(),
@@ -62,8 +62,32 @@ std::string NearestWord(std::string_view word, std::initializer_list<std::string
   return std::string(*nearest);
 }
 
+namespace {
+
+// The parser follows a dotted key by recursion: one of thousands of parts would end the program.
+void RefuseDeepKeys(const std::string& path, const std::string& text) {
+  constexpr int kMostParts = 64;
+  int line = 1, dots = 0;
+  char quote = 0;
+  for (const char c : text) {
+    if (c == '\n') ++line;
+    if (c == '\n' || (quote == 0 && (c == '=' || c == '{' || c == ','))) dots = 0;
+    if (c == '\n') quote = 0;
+    if (quote == 0 && (c == '"' || c == '\''))
+      quote = c;
+    else if (c == quote)
+      quote = 0;
+    if (quote == 0 && c == '.' && ++dots > kMostParts)
+      throw InputError(fmt::format("{}, line {}: a key of more than {} parts; check the file", path,
+                                   line, kMostParts));
+  }
+}
+
+}  // namespace
+
 toml::table ParseTomlFile(const std::string& path) {
   const std::string text = ReadFile(path);
+  RefuseDeepKeys(path, text);
   try {
     return toml::parse(text, path);
   } catch (const toml::parse_error& error) {

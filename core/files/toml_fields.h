@@ -70,6 +70,6 @@ class TomlTable {
 };
 
 // The known word with the smallest edit distance, empty where none is near enough to be meant.
-std::string NearestWord(std::string_view word, std::initializer_list<std::string_view> known);
+std::string NearestWord(std::string_view word, const std::vector<std::string_view>& known);
 
 }  // namespace orient

@@ -127,10 +127,13 @@ TransformFit Adjust(const std::vector<PointPair2d>& pairs, const Centred& centre
 
 }  // namespace
 
-Affine2d Affine2d::Inverse() const {
+bool Affine2d::IsInvertible() const {
   const double determinant = A.determinant();
-  if (!(std::abs(determinant) > 1e-14 * A.squaredNorm()))
-    throw std::invalid_argument("a singular affine transform has no inverse");
+  return std::isnormal(determinant) && std::abs(determinant) > 1e-14 * A.squaredNorm();
+}
+
+Affine2d Affine2d::Inverse() const {
+  if (!IsInvertible()) throw std::invalid_argument("a singular affine transform has no inverse");
   Affine2d inverse;
   inverse.A = A.inverse();
   inverse.t = -(inverse.A * t);

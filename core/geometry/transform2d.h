@@ -17,7 +17,9 @@ struct Affine2d {
   Eigen::Vector2d operator*(const Eigen::Vector2d& source) const { return A * source + t; }
   // (a * b) applies b first.
   Affine2d operator*(const Affine2d& other) const { return {A * other.A, A * other.t + t}; }
-  // Throws std::invalid_argument where A is singular.
+  // Whether A has an inverse that a double can hold.
+  bool IsInvertible() const;
+  // Throws std::invalid_argument where it is not.
   Affine2d Inverse() const;
 };
 

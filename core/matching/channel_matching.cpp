@@ -19,39 +19,18 @@ constexpr double kMaxStep_px = 1;
 constexpr int kBlock_px = 6;
 constexpr double kMinDirectionRatio = 0.01;  // of information along to across an edge
 
-// One pixel of one channel of the template.
-struct ChannelPixel {
-  Eigen::Vector2d place;     // in the template
-  Eigen::Vector2d gradient;  // of the template
-  double value = 0;
-  std::size_t channel = 0, block = 0;
+// One channel of the template, at the centres of its pixels.
+struct TemplateChannel {
+  SplineSamples samples;
+  const SplineImage image;  // the other side's
 };
-
-std::vector<ChannelPixel> PixelsOf(const GradientChannels& templ) {
-  const int blocks_a_row = (templ.Width() + kBlock_px - 1) / kBlock_px;
-  std::vector<ChannelPixel> pixels;
-  for (std::size_t k = 0; k < kGradientChannels; ++k) {
-    const Image& channel = templ.channels[k];
-    const SplineImage spline(channel, {0, 0, channel.width, channel.height});
-    for (int row = 0; row < channel.height; ++row)
-      for (int col = 0; col < channel.width; ++col) {
-        ChannelPixel pixel;
-        pixel.place = Eigen::Vector2d(col + 0.5, row + 0.5);
-        if (!spline.Sample(pixel.place, &pixel.value, &pixel.gradient)) continue;
-        pixel.channel = k;
-        pixel.block = static_cast<std::size_t>((row / kBlock_px) * blocks_a_row + col / kBlock_px);
-        pixels.push_back(pixel);
-      }
-  }
-  return pixels;
-}
 
 // Sums over the pixels that meet data with the template's corner at one place.
 struct ChannelSums {
   Eigen::Matrix2d normals = Eigen::Matrix2d::Zero();
   Eigen::Vector2d right = Eigen::Vector2d::Zero();
   double tt = 0, ti = 0, ii = 0;
-  std::size_t count = 0;
+  double count = 0;
   double Gain() const { return ti / tt; }
   double Correlation() const { return ti / std::sqrt(tt * ii); }
 };
@@ -60,29 +39,38 @@ class ChannelMatcher {
  public:
   ChannelMatcher(const GradientChannels& templ, const GradientChannels& image,
                  const Eigen::Vector2d& start, double max_shift_px)
-      : pixels_(PixelsOf(templ)) {
+      : cols_(templ.Width()), rows_(templ.Height()) {
     const double margin = max_shift_px + 8;
     const PixelWindow part{static_cast<int>(std::floor(start.x() - margin)),
                            static_cast<int>(std::floor(start.y() - margin)),
-                           static_cast<int>(std::ceil(templ.Width() + 2 * margin)),
-                           static_cast<int>(std::ceil(templ.Height() + 2 * margin))};
-    for (const Image& channel : image.channels) splines_.emplace_back(channel, part);
-    for (const ChannelPixel& pixel : pixels_) blocks_ = std::max(blocks_, pixel.block + 1);
+                           static_cast<int>(std::ceil(cols_ + 2 * margin)),
+                           static_cast<int>(std::ceil(rows_ + 2 * margin))};
+    for (std::size_t k = 0; k < kGradientChannels; ++k) {
+      const SplineImage spline(templ.channels[k], {0, 0, cols_, rows_});
+      channels_.push_back({spline.SampleGrid({0.5, 0.5}, cols_, rows_), {image.channels[k], part}});
+      count_ += channels_.back().samples.known.sum();
+    }
   }
 
   std::optional<ChannelSums> SumUp(const Eigen::Vector2d& corner) const {
     ChannelSums s;
     Eigen::Vector2d with_value = Eigen::Vector2d::Zero(), with_templ = Eigen::Vector2d::Zero();
-    ForEach(corner, [&](const ChannelPixel& pixel, double value) {
-      s.normals += pixel.gradient * pixel.gradient.transpose();
-      with_value += pixel.gradient * value;
-      with_templ += pixel.gradient * pixel.value;
-      s.tt += pixel.value * pixel.value;
-      s.ti += pixel.value * value;
-      s.ii += value * value;
-      ++s.count;
-    });
-    if (2 * s.count < pixels_.size() || !(s.ti > 0)) return std::nullopt;
+    for (const TemplateChannel& channel : channels_) {
+      const SplineSamples image = ImageAt(channel, corner);
+      const Eigen::ArrayXd known = image.known * channel.samples.known;
+      const Eigen::ArrayXd value = known * image.value, templ = known * channel.samples.value;
+      Eigen::MatrixX2d gradient(known.size(), 2);
+      gradient << (known * channel.samples.by_col).matrix(),
+          (known * channel.samples.by_row).matrix();
+      s.normals += gradient.transpose() * gradient;
+      with_value += gradient.transpose() * value.matrix();
+      with_templ += gradient.transpose() * templ.matrix();
+      s.tt += templ.square().sum();
+      s.ti += (templ * value).sum();
+      s.ii += value.square().sum();
+      s.count += known.sum();
+    }
+    if (2 * s.count < count_ || !(s.ti > 0)) return std::nullopt;
     // With the gain that fits best the template is subtracted from the image.
     s.right = with_value - s.Gain() * with_templ;
     return s;
@@ -92,31 +80,37 @@ class ChannelMatcher {
                                             const ChannelSums& s) const {
     const PrincipalAxes axes = AxesOf(s.normals);
     if (!(axes.values[0] > kMinDirectionRatio * axes.values[1])) return std::nullopt;
-    std::vector<Eigen::Vector2d> sums(blocks_, Eigen::Vector2d::Zero());
-    ForEach(corner, [&](const ChannelPixel& pixel, double value) {
-      sums[pixel.block] += pixel.gradient * (value - s.Gain() * pixel.value);
-    });
+    const int blocks_a_row = (cols_ + kBlock_px - 1) / kBlock_px;
+    const int block_rows = (rows_ + kBlock_px - 1) / kBlock_px;
+    std::vector<Eigen::Vector2d> sums(static_cast<std::size_t>(blocks_a_row * block_rows),
+                                      Eigen::Vector2d::Zero());
+    for (const TemplateChannel& channel : channels_) {
+      const SplineSamples image = ImageAt(channel, corner);
+      const SplineSamples& templ = channel.samples;
+      for (Eigen::Index i = 0; i < image.known.size(); ++i) {
+        const auto row = static_cast<int>(i) / cols_, col = static_cast<int>(i) % cols_;
+        const double residual =
+            image.known[i] * templ.known[i] * (image.value[i] - s.Gain() * templ.value[i]);
+        sums[static_cast<std::size_t>((row / kBlock_px) * blocks_a_row + col / kBlock_px)] +=
+            residual * Eigen::Vector2d(templ.by_col[i], templ.by_row[i]);
+      }
+    }
     Eigen::Matrix2d spread = Eigen::Matrix2d::Zero();
     for (const Eigen::Vector2d& sum : sums) spread += sum * sum.transpose();
     // The two coordinates and the gain are estimated from these blocks.
-    const double blocks = static_cast<double>(blocks_);
+    const double blocks = static_cast<double>(sums.size());
     const Eigen::Matrix2d inverse = s.normals.inverse() / s.Gain();
     return Eigen::Matrix2d(blocks / std::max(blocks - 3, 1.0) * inverse * spread * inverse);
   }
 
  private:
-  template <typename Work>
-  void ForEach(const Eigen::Vector2d& corner, const Work& work) const {
-    Eigen::Vector2d unused;
-    for (const ChannelPixel& pixel : pixels_) {
-      double value = 0;
-      if (splines_[pixel.channel].Sample(corner + pixel.place, &value, &unused)) work(pixel, value);
-    }
+  SplineSamples ImageAt(const TemplateChannel& channel, const Eigen::Vector2d& corner) const {
+    return channel.image.SampleGrid(corner + Eigen::Vector2d(0.5, 0.5), cols_, rows_);
   }
 
-  std::vector<ChannelPixel> pixels_;
-  std::vector<SplineImage> splines_;
-  std::size_t blocks_ = 0;
+  int cols_ = 0, rows_ = 0;
+  std::vector<TemplateChannel> channels_;
+  double count_ = 0;  // of the template's pixels that are known
 };
 
 }  // namespace

@@ -91,31 +91,14 @@ struct Nearest {
   }
 };
 
-// Calls with the index of each first keypoint and its cosines with all second ones.
-template <typename Work>
-void ForEachCosines(const Keypoints& first, const Keypoints& second, const Work& work) {
-  if (first.Size() == 0 || second.Size() == 0) return;
-  const Unit a = Rooted(first), b = Rooted(second);
-  constexpr Eigen::Index kRows = 256;  // of products at a time
-  for (Eigen::Index begin = 0; begin < a.rows(); begin += kRows) {
-    const Eigen::Index rows = std::min(kRows, a.rows() - begin);
-    const Eigen::MatrixXf cosines = b * a.middleRows(begin, rows).transpose();
-    for (Eigen::Index i = 0; i < rows; ++i)
-      work(static_cast<std::size_t>(begin + i), cosines.col(i));
-  }
-}
-
 // Nearest to one another, and clearly nearer than to others.
 class Distinct {
  public:
   Distinct(std::size_t first, std::size_t second) : of_first_(first), of_second_(second) {}
 
-  template <typename Cosines>
-  void Take(std::size_t i, const Cosines& cosines) {
-    for (Eigen::Index j = 0; j < cosines.size(); ++j) {
-      of_first_[i].Take(j, cosines[j]);
-      of_second_[static_cast<std::size_t>(j)].Take(static_cast<Eigen::Index>(i), cosines[j]);
-    }
+  void Take(std::size_t i, std::size_t j, float cosine) {
+    of_first_[i].Take(static_cast<Eigen::Index>(j), cosine);
+    of_second_[j].Take(static_cast<Eigen::Index>(i), cosine);
   }
 
   std::vector<KeypointMatch> Matches(double ratio) const {
@@ -133,18 +116,22 @@ class Distinct {
   std::vector<Nearest> of_first_, of_second_;
 };
 
-template <typename Cosines>
-void TakeNearest(std::size_t i, const Cosines& cosines, std::size_t count,
-                 std::vector<KeypointMatch>* matches) {
-  std::vector<std::pair<float, std::size_t>> best;  // descending
-  for (Eigen::Index j = 0; j < cosines.size(); ++j) {
-    if (best.size() == count && cosines[j] <= best.back().first) continue;
-    if (best.size() == count) best.pop_back();
-    const std::pair here(cosines[j], static_cast<std::size_t>(j));
-    best.insert(std::upper_bound(best.begin(), best.end(), here, std::greater<>()), here);
+// The `most` best ones, descending.
+class NearestFew {
+ public:
+  explicit NearestFew(std::size_t most) : most_(most) {}
+  void Take(std::size_t j, float cosine) {
+    if (best_.size() == most_ && cosine <= best_.back().first) return;
+    if (best_.size() == most_) best_.pop_back();
+    const std::pair here(cosine, j);
+    best_.insert(std::upper_bound(best_.begin(), best_.end(), here, std::greater<>()), here);
   }
-  for (const auto& [cosine, j] : best) matches->push_back({i, j});
-}
+  const std::vector<std::pair<float, std::size_t>>& Best() const { return best_; }
+
+ private:
+  std::size_t most_;
+  std::vector<std::pair<float, std::size_t>> best_;
+};
 
 }  // namespace
 
@@ -192,20 +179,47 @@ Keypoints FindKeypoints(const Image& image, int most) {
 
 std::vector<KeypointMatch> MatchKeypoints(const Keypoints& first, const Keypoints& second,
                                           double ratio) {
+  if (first.Size() == 0 || second.Size() == 0) return {};
+  const Unit a = Rooted(first), b = Rooted(second);
   Distinct distinct(first.Size(), second.Size());
-  ForEachCosines(first, second,
-                 [&](std::size_t i, const auto& cosines) { distinct.Take(i, cosines); });
+  constexpr Eigen::Index kRows = 256;  // of products at a time
+  for (Eigen::Index begin = 0; begin < a.rows(); begin += kRows) {
+    const Eigen::Index rows = std::min(kRows, a.rows() - begin);
+    const Eigen::MatrixXf cosines = b * a.middleRows(begin, rows).transpose();
+    for (Eigen::Index i = 0; i < rows; ++i)
+      for (Eigen::Index j = 0; j < b.rows(); ++j)
+        distinct.Take(static_cast<std::size_t>(begin + i), static_cast<std::size_t>(j),
+                      cosines(j, i));
+  }
   return distinct.Matches(ratio);
 }
 
-AlikeKeypoints CompareKeypoints(const Keypoints& first, const Keypoints& second, double ratio,
-                                std::size_t count) {
+AlikeKeypoints CompareKeypoints(const Keypoints& first, const Keypoints& second,
+                                const Comparable& comparable, double ratio, std::size_t count) {
+  // So many descriptors of the second stay in the processor's cache while a block of the first is
+  // compared with them.
+  constexpr std::size_t kBlock = 256, kTile = 512;
   AlikeKeypoints alike;
+  const Unit a = Rooted(first), b = Rooted(second);
   Distinct distinct(first.Size(), second.Size());
-  ForEachCosines(first, second, [&](std::size_t i, const auto& cosines) {
-    distinct.Take(i, cosines);
-    TakeNearest(i, cosines, count, &alike.nearest);
-  });
+  for (std::size_t begin = 0; begin < first.Size(); begin += kBlock) {
+    const std::size_t size = std::min(kBlock, first.Size() - begin);
+    std::vector<std::vector<std::size_t>> candidates;
+    for (std::size_t i = 0; i < size; ++i) candidates.push_back(comparable(begin + i));
+    std::vector<NearestFew> nearest(size, NearestFew(count));
+    std::vector<std::size_t> next(size, 0);
+    for (std::size_t end = kTile; end < second.Size() + kTile; end += kTile)
+      for (std::size_t i = 0; i < size; ++i)
+        for (; next[i] < candidates[i].size() && candidates[i][next[i]] < end; ++next[i]) {
+          const std::size_t j = candidates[i][next[i]];
+          const float cosine =
+              a.row(static_cast<Eigen::Index>(begin + i)).dot(b.row(static_cast<Eigen::Index>(j)));
+          distinct.Take(begin + i, j, cosine);
+          nearest[i].Take(j, cosine);
+        }
+    for (std::size_t i = 0; i < size; ++i)
+      for (const auto& [cosine, j] : nearest[i].Best()) alike.nearest.push_back({begin + i, j});
+  }
   alike.distinct = distinct.Matches(ratio);
   return alike;
 }

@@ -4,6 +4,7 @@
 
 #include <Eigen/Core>
 #include <cstdint>
+#include <functional>
 #include <vector>
 
 #include "core/raster/image.h"
@@ -39,15 +40,18 @@ struct KeypointMatch {
 std::vector<KeypointMatch> MatchKeypoints(const Keypoints& first, const Keypoints& second,
                                           double ratio = 0.8);
 
-// What one comparison of all descriptors tells.
+// Indices of the second keypoints with which one of the first is compared, ascending.
+using Comparable = std::function<std::vector<std::size_t>(std::size_t first)>;
+
+// What one comparison of descriptors tells.
 struct AlikeKeypoints {
-  std::vector<KeypointMatch> distinct;  // as MatchKeypoints
+  std::vector<KeypointMatch> distinct;  // as MatchKeypoints, of those compared
   // Of each first keypoint the second ones nearest to it (the same distance), the nearest first,
   // those of one keypoint together.
   std::vector<KeypointMatch> nearest;
 };
 // `count`: of the nearest, at least one.
-AlikeKeypoints CompareKeypoints(const Keypoints& first, const Keypoints& second, double ratio,
-                                std::size_t count);
+AlikeKeypoints CompareKeypoints(const Keypoints& first, const Keypoints& second,
+                                const Comparable& comparable, double ratio, std::size_t count);
 
 }  // namespace orient

@@ -4,10 +4,11 @@
 #include <algorithm>
 #include <cmath>
 #include <stdexcept>
+#include <utility>
 #include <vector>
 
 #include "core/geometry/principal_axes.h"
-#include "core/raster/resample.h"
+#include "core/matching/lsm_template.h"
 #include "core/raster/spline_image.h"
 
 namespace orient {
@@ -33,22 +34,6 @@ constexpr double kMinDirectionRatio = 0.01;
 // Correlation times the square root of the number of pixels. Chance gives 1; with eight parameters
 // to play with, 4 is not rare.
 constexpr double kMinSignificance = 6;
-// Below this standard deviation relative to the mean a template is flat.
-constexpr double kFlat = 1e-6;
-
-struct TemplatePixel {
-  Eigen::Vector2d u;         // from the reference point, in units of the template's half size
-  double value = 0;          // normalised: mean 0, deviation 1
-  Eigen::Vector2d gradient;  // of that value, per template pixel
-};
-
-struct Template {
-  std::vector<TemplatePixel> pixels;
-  double mean = 0, deviation = 0;
-  double half_size = 1;
-  std::vector<Eigen::Vector2d> corners;  // from the reference point, template pixels
-};
-
 struct State {
   Eigen::Vector2d position;
   Eigen::Matrix2d A;
@@ -68,64 +53,14 @@ struct System {
   double sum = 0, sum_of_squares = 0, t = 0, tt = 0, product = 0;  // for the correlation
 };
 
-// Gradients in one direction only. A sharp edge's pixel stairs look like information along it: the
-// smoothed template has none.
-bool IsEdge(const Image& templ) {
-  constexpr double kSigma = 1;
-  // The blur is one-sided at the border; a small template has to live with that.
-  const int margin = std::min(templ.width, templ.height) > 12 ? 3 : 1;
-  const Image smooth = GaussianBlur(templ, kSigma);
-  Eigen::Matrix2d sum = Eigen::Matrix2d::Zero();
-  for (int r = margin; r + margin < templ.height; ++r) {
-    for (int c = margin; c + margin < templ.width; ++c) {
-      const Eigen::Vector2d gradient(double(smooth.At(c + 1, r)) - double(smooth.At(c - 1, r)),
-                                     double(smooth.At(c, r + 1)) - double(smooth.At(c, r - 1)));
-      if (gradient.allFinite()) sum += gradient * gradient.transpose();
-    }
-  }
-  const PrincipalAxes axes = AxesOf(sum);
-  return !(axes.values[0] > kMinDirectionRatio * axes.values[1]);
-}
-
-std::optional<Template> Prepare(const Image& image, const Eigen::Vector2d& reference) {
-  Template t;
-  double sum = 0, squares = 0;
-  for (const float value : image.values)
-    if (std::isfinite(value)) sum += double(value), t.mean += 1;
-  if (t.mean < 2) return std::nullopt;
-  const double count = t.mean;
-  t.mean = sum / count;
-  for (const float value : image.values)
-    if (std::isfinite(value)) squares += (double(value) - t.mean) * (double(value) - t.mean);
-  t.deviation = std::sqrt(squares / count);
-  if (!(t.deviation > kFlat * std::abs(t.mean))) return std::nullopt;
-  if (IsEdge(image)) return std::nullopt;
-  t.half_size = std::max(image.width, image.height) / 2.0;
-  const SplineImage spline(image, {0, 0, image.width, image.height});
-  // The outer ring has no neighbours on one side, hence no gradient.
-  for (int r = 1; r + 1 < image.height; ++r) {
-    for (int c = 1; c + 1 < image.width; ++c) {
-      if (!std::isfinite(image.At(c, r))) continue;
-      TemplatePixel pixel;
-      const Eigen::Vector2d centre(c + 0.5, r + 0.5);
-      pixel.u = (centre - reference) / t.half_size;
-      pixel.value = (double(image.At(c, r)) - t.mean) / t.deviation;
-      double unused = 0;
-      if (!spline.Sample(centre, &unused, &pixel.gradient)) continue;
-      pixel.gradient /= t.deviation;
-      t.pixels.push_back(pixel);
-    }
-  }
-  for (const double x : {0.0, double(image.width)})
-    for (const double y : {0.0, double(image.height)})
-      t.corners.push_back(Eigen::Vector2d(x, y) - reference);
-  return t;
-}
+using Direction = std::optional<Eigen::Vector2d>;
 
 class Matcher {
  public:
-  Matcher(const Template& templ, const SplineImage& image, const LsmOptions& options)
-      : templ_(templ), image_(image), options_(options) {
+  // `along`: of an edge; what lies in that direction is left open.
+  Matcher(const LsmTemplate& templ, const SplineImage& image, const LsmOptions& options,
+          const Direction& along)
+      : templ_(templ), image_(image), options_(options), along_(along) {
     geometric_ = options.geometry == LsmGeometry::kShift        ? 2
                  : options.geometry == LsmGeometry::kSimilarity ? 4
                                                                 : 6;
@@ -149,8 +84,7 @@ class Matcher {
 
   System SumUp(const State& state) const;
   bool Enough(const System& s) const {
-    return s.count > parameters_ &&
-           s.count >= kMinValidShare * static_cast<double>(templ_.pixels.size());
+    return s.count > parameters_ && s.count >= kMinValidShare * templ_.known.sum();
   }
   // One Gauss-Newton step; the movement of the farthest of reference point and corners, px. Empty:
   // singular.
@@ -161,55 +95,103 @@ class Matcher {
   }
 
  private:
-  void Row(const Eigen::Vector2d& gradient, const TemplatePixel& pixel, const Eigen::Matrix2d& A,
-           Parameters* row) const;
+  // A row a pixel, a column a parameter.
+  using Design =
+      Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, 0, Eigen::Dynamic, kMaxParameters>;
+  SplineSamples ImageAt(const State& state) const;
+  void LeaveOpen(System* s) const;
+  Design DesignOf(const Eigen::ArrayXd& by_col, const Eigen::ArrayXd& by_row,
+                  const Eigen::ArrayXd& known, const Eigen::Matrix2d& A) const;
 
-  const Template& templ_;
+  const LsmTemplate& templ_;
   const SplineImage& image_;
   const LsmOptions& options_;
+  Direction along_;
   int geometric_ = 0, parameters_ = 0;
 };
 
-void Matcher::Row(const Eigen::Vector2d& g, const TemplatePixel& pixel, const Eigen::Matrix2d& A,
-                  Parameters* row) const {
-  row->head<2>() = g;
-  if (options_.geometry == LsmGeometry::kSimilarity) {
-    const Eigen::Vector2d w = A * pixel.u;
-    row->segment<2>(2) << g.dot(w), g.y() * w.x() - g.x() * w.y();
-  } else if (options_.geometry == LsmGeometry::kAffine) {
-    row->segment<4>(2) << g.x() * pixel.u, g.y() * pixel.u;
+// Where the template's pixels lie under the state; shifts alone keep them on a grid.
+SplineSamples Matcher::ImageAt(const State& state) const {
+  if (state.A.isIdentity(0))
+    return image_.SampleGrid(state.position + templ_.first, templ_.cols, templ_.rows);
+  const Eigen::Index count = templ_.known.size();
+  SplineSamples samples{Eigen::ArrayXd::Zero(count), Eigen::ArrayXd::Zero(count),
+                        Eigen::ArrayXd::Zero(count), Eigen::ArrayXd::Zero(count)};
+  Eigen::Vector2d gradient;
+  for (Eigen::Index i = 0; i < count; ++i) {
+    if (templ_.known[i] == 0) continue;
+    const Eigen::Vector2d u(templ_.u[i], templ_.v[i]);
+    if (!image_.Sample(state.position + templ_.half_size * (state.A * u), &samples.value[i],
+                       &gradient))
+      continue;
+    samples.by_col[i] = gradient.x();
+    samples.by_row[i] = gradient.y();
+    samples.known[i] = 1;
   }
-  if (options_.radiometric) row->tail<2>() << -1, -pixel.value;
+  return samples;
+}
+
+Matcher::Design Matcher::DesignOf(const Eigen::ArrayXd& by_col, const Eigen::ArrayXd& by_row,
+                                  const Eigen::ArrayXd& known, const Eigen::Matrix2d& A) const {
+  Design design(known.size(), parameters_);
+  const Eigen::ArrayXd col = by_col * known, row = by_row * known;
+  design.col(0) = col;
+  design.col(1) = row;
+  if (options_.geometry == LsmGeometry::kSimilarity) {
+    const Eigen::ArrayXd x = A(0, 0) * templ_.u + A(0, 1) * templ_.v;
+    const Eigen::ArrayXd y = A(1, 0) * templ_.u + A(1, 1) * templ_.v;
+    design.col(2) = col * x + row * y;
+    design.col(3) = row * x - col * y;
+  } else if (options_.geometry == LsmGeometry::kAffine) {
+    design.col(2) = col * templ_.u;
+    design.col(3) = col * templ_.v;
+    design.col(4) = row * templ_.u;
+    design.col(5) = row * templ_.v;
+  }
+  if (options_.radiometric) {
+    design.col(parameters_ - 2) = -known;
+    design.col(parameters_ - 1) = -known * templ_.value;
+  }
+  return design;
 }
 
 System Matcher::SumUp(const State& state) const {
-  System s;
-  s.templ = s.common = Normals::Zero(parameters_, parameters_);
-  s.right = Parameters::Zero(parameters_);
-  Parameters from_image(parameters_), from_template(parameters_);
+  const SplineSamples image = ImageAt(state);
+  const Eigen::ArrayXd known = image.known * templ_.known;
   const Eigen::Matrix2d turn = state.gain * state.A.inverse().transpose();
-  for (const TemplatePixel& pixel : templ_.pixels) {
-    double value = 0;
-    Eigen::Vector2d gradient;
-    const Eigen::Vector2d place = state.position + templ_.half_size * (state.A * pixel.u);
-    if (!image_.Sample(place, &value, &gradient)) continue;
-    Row(gradient, pixel, state.A, &from_image);
-    Row(turn * pixel.gradient, pixel, state.A, &from_template);
-    const double residual = value - state.offset - state.gain * pixel.value;
-    s.templ.selfadjointView<Eigen::Lower>().rankUpdate(from_template);
-    s.common.selfadjointView<Eigen::Lower>().rankUpdate(from_image, from_template, 0.5);
-    s.right -= residual * from_template;
-    s.squares += residual * residual;
-    ++s.count;
-    s.sum += value;
-    s.sum_of_squares += value * value;
-    s.t += pixel.value;
-    s.tt += pixel.value * pixel.value;
-    s.product += value * pixel.value;
-  }
-  s.templ = Normals(s.templ.selfadjointView<Eigen::Lower>());
-  s.common = Normals(s.common.selfadjointView<Eigen::Lower>());
+  const Design from_image = DesignOf(image.by_col, image.by_row, known, state.A);
+  const Design from_template =
+      DesignOf(turn(0, 0) * templ_.by_col + turn(0, 1) * templ_.by_row,
+               turn(1, 0) * templ_.by_col + turn(1, 1) * templ_.by_row, known, state.A);
+  const Eigen::ArrayXd value = known * image.value, templ = known * templ_.value;
+  const Eigen::VectorXd residuals = value - known * state.offset - state.gain * templ;
+  System s;
+  s.templ = from_template.transpose() * from_template;
+  const Normals product = from_image.transpose() * from_template;
+  s.common = 0.5 * (product + product.transpose());
+  s.right = -from_template.transpose() * residuals;
+  s.squares = residuals.squaredNorm();
+  s.count = static_cast<int>(known.sum());
+  s.sum = value.sum();
+  s.sum_of_squares = value.square().sum();
+  s.t = templ.sum();
+  s.tt = templ.square().sum();
+  s.product = (value * templ).sum();
+  if (along_) LeaveOpen(&s);
   return s;
+}
+
+// Nothing moves along the edge, and next to nothing is known there.
+void Matcher::LeaveOpen(System* s) const {
+  const Eigen::Matrix2d along = *along_ * along_->transpose();
+  const Eigen::Matrix2d across = Eigen::Matrix2d::Identity() - along;
+  const double information = std::pow(Sigma0(*s) / kOpenAlongEdge_px, 2);
+  for (Normals* normals : {&s->templ, &s->common}) {
+    normals->topRows<2>() = across * normals->topRows<2>().eval();
+    normals->leftCols<2>() = normals->leftCols<2>().eval() * across;
+    normals->topLeftCorner<2, 2>() += information * along;
+  }
+  s->right.head<2>() = across * s->right.head<2>().eval();
 }
 
 std::optional<double> Matcher::Step(const System& s, State* state) const {
@@ -254,9 +236,9 @@ std::optional<Eigen::Matrix2d> Matcher::PositionCovariance(const System& s) cons
   const auto templ = PositionInformation(s.templ), common = PositionInformation(s.common);
   if (!templ || !common) return std::nullopt;
   const PrincipalAxes of_templ = AxesOf(*templ), of_common = AxesOf(*common);
-  const double weakest = of_common.values[0];
-  if (!(weakest > kMinCommonInformation * of_templ.values[0]) ||
-      !(weakest > kMinDirectionRatio * of_common.values[1]))
+  const Eigen::Index weakest = along_ ? 1 : 0;
+  if (!(of_common.values[weakest] > kMinCommonInformation * of_templ.values[weakest]) ||
+      !(of_common.values[weakest] > kMinDirectionRatio * of_common.values[1]))
     return std::nullopt;
   const Eigen::LLT<Normals> solver(s.common);
   const Normals spread = 0.5 * (s.templ + s.common);
@@ -267,7 +249,7 @@ std::optional<Eigen::Matrix2d> Matcher::PositionCovariance(const System& s) cons
 }
 
 // The part of the image that the template may come to see.
-PixelWindow Neighbourhood(const Template& templ, const State& state, const LsmOptions& options) {
+PixelWindow Neighbourhood(const LsmTemplate& templ, const State& state, const LsmOptions& options) {
   double reach = 0;
   for (const Eigen::Vector2d& corner : templ.corners)
     reach = std::max(reach, (state.A * corner).norm() + options.max_deformation * corner.norm());
@@ -287,7 +269,7 @@ double Correlation(const System& s) {
   return std::clamp((s.product - s.sum * s.t / n) / std::sqrt(vi * vt), -1.0, 1.0);
 }
 
-LsmResult ResultOf(const State& state, const Template& templ, const Eigen::Vector2d& reference) {
+LsmResult ResultOf(const State& state, const LsmTemplate& templ, const Eigen::Vector2d& reference) {
   LsmResult result;
   result.image_from_template = {state.A, state.position - state.A * reference};
   result.position = state.position;
@@ -296,20 +278,10 @@ LsmResult ResultOf(const State& state, const Template& templ, const Eigen::Vecto
   return result;
 }
 
-}  // namespace
-
-std::optional<LsmResult> MatchLeastSquares(const Image& templ, const Image& image,
-                                           const Eigen::Vector2d& reference, const Affine2d& start,
-                                           const LsmOptions& options) {
+std::optional<LsmResult> Iterate(const Matcher& matcher, const LsmTemplate& templ,
+                                 const Eigen::Vector2d& reference, const Affine2d& start,
+                                 const LsmOptions& options) {
   State state{start * reference, start.A};
-  if (!state.position.allFinite() || !(std::abs(start.A.determinant()) > 1e-6))
-    throw std::invalid_argument("MatchLeastSquares: the start is singular or not finite");
-  const std::optional<Template> prepared = Prepare(templ, reference);
-  if (!prepared) return std::nullopt;
-  const Eigen::Vector2d image_size(image.width, image.height);
-  if ((state.position - image_size / 2).cwiseAbs().maxCoeff() > 1e6) return std::nullopt;
-  const SplineImage spline(image, Neighbourhood(*prepared, state, options));
-  const Matcher matcher(*prepared, spline, options);
   if (!matcher.StartRadiometry(&state)) return std::nullopt;
   for (int iteration = 1; iteration <= options.max_iterations; ++iteration) {
     const System system = matcher.SumUp(state);
@@ -325,7 +297,7 @@ std::optional<LsmResult> MatchLeastSquares(const Image& templ, const Image& imag
     const double correlation = Correlation(last);
     if (!covariance || std::abs(correlation) * std::sqrt(last.count) < kMinSignificance)
       return std::nullopt;
-    LsmResult result = ResultOf(state, *prepared, reference);
+    LsmResult result = ResultOf(state, templ, reference);
     result.covariance = *covariance;
     result.correlation = correlation;
     result.sigma0 = matcher.Sigma0(last);
@@ -333,6 +305,35 @@ std::optional<LsmResult> MatchLeastSquares(const Image& templ, const Image& imag
     return result;
   }
   return std::nullopt;
+}
+
+}  // namespace
+
+std::optional<LsmResult> MatchLeastSquares(const Image& templ, const Image& image,
+                                           const Eigen::Vector2d& reference, const Affine2d& start,
+                                           const LsmOptions& options) {
+  const State state{start * reference, start.A};
+  if (!state.position.allFinite() || !(std::abs(start.A.determinant()) > 1e-6))
+    throw std::invalid_argument("MatchLeastSquares: the start is singular or not finite");
+  const bool edges = options.edges && options.geometry == LsmGeometry::kShift;
+  const PrincipalAxes gradients = GradientAxes(templ);
+  const bool is_edge = !(gradients.values[0] > kMinDirectionRatio * gradients.values[1]);
+  if (is_edge && !edges) return std::nullopt;
+  const std::optional<LsmTemplate> prepared = PrepareTemplate(templ, reference);
+  if (!prepared) return std::nullopt;
+  const Eigen::Vector2d image_size(image.width, image.height);
+  if ((state.position - image_size / 2).cwiseAbs().maxCoeff() > 1e6) return std::nullopt;
+  const SplineImage spline(image, Neighbourhood(*prepared, state, options));
+  if (!is_edge) {
+    const Matcher matcher(*prepared, spline, options, std::nullopt);
+    auto result = Iterate(matcher, *prepared, reference, start, options);
+    if (result || !edges) return result;
+  }
+  const Eigen::Vector2d along = gradients.vectors.col(0);
+  auto result =
+      Iterate(Matcher(*prepared, spline, options, along), *prepared, reference, start, options);
+  if (result) result->along = along;
+  return result;
 }
 
 }  // namespace orient

@@ -17,12 +17,18 @@ namespace orient {
 
 enum class LsmGeometry { kShift, kSimilarity, kAffine };
 
+// One sigma of what an edge leaves open: as good as nothing.
+inline constexpr double kOpenAlongEdge_px = 50;
+
 struct LsmOptions {
   LsmGeometry geometry = LsmGeometry::kAffine;
   bool radiometric = true;  // estimate offset and gain
   int max_iterations = 30;
   double max_shift_px = 5;       // of the reference point from its start; beyond: no match
   double max_deformation = 0.3;  // Frobenius norm of A - start.A; beyond: no match
+  // Of a shift: a template with texture in one direction only, an edge, is a match, too, across it;
+  // so is any other that does not match in both directions, across its weaker one.
+  bool edges = false;
 };
 
 struct LsmResult {
@@ -32,6 +38,9 @@ struct LsmResult {
   // Of that position, px^2: sigma0^2 times the inverse normal matrix, enlarged for what the noise
   // adds to the gradients. True for white noise of independent images.
   Eigen::Matrix2d covariance;
+  // Of such a match, the direction that is left open (length 1): along it the position is the
+  // start's, and the covariance says that nothing is known.
+  std::optional<Eigen::Vector2d> along;
   double offset = 0, gain = 1;  // image = offset + gain * template
   double correlation = 0;       // at the solution
   double sigma0 = 0;            // of a grey value, units of the image
@@ -40,8 +49,8 @@ struct LsmResult {
 
 // `reference` is the point of interest in the template (usually its centre); `start` is the first
 // image_from_template. NaN pixels of either side take no part. Empty when it diverges, leaves the
-// image, is flat or singular (an edge fixes one direction only), does not converge, or correlates
-// no better than chance. Judge by `correlation` whether it is the same object. Throws
+// image, is flat or singular (an edge fixes one direction only; see `edges`), does not converge, or
+// correlates no better than chance. Judge by `correlation` whether it is the same object. Throws
 // std::invalid_argument where the start is singular or not finite.
 std::optional<LsmResult> MatchLeastSquares(const Image& templ, const Image& image,
                                            const Eigen::Vector2d& reference, const Affine2d& start,

@@ -8,8 +8,10 @@
 #include <utility>
 
 #include "core/base/error.h"
+#include "core/base/open_dataset.h"
 #include "core/raster/colour_bands.h"
 #include "core/raster/reading_errors.h"
+#include "core/raster/window_reader.h"
 
 namespace orient {
 namespace {
@@ -38,28 +40,25 @@ struct ColourRaster::Impl {
   std::string path;
   mutable std::mutex mutex;  // GDAL datasets are not for two threads at a time
   GDALDatasetUniquePtr dataset;
-  std::vector<GDALRasterBand*> bands;  // one with a palette, or three
   std::vector<PaletteColour> palette;
 
-  Image ReadBand(GDALRasterBand* band, const PixelWindow& inside) const {
-    const ReadingErrors errors;
+  std::unique_ptr<WindowReader> windows;  // of the bands
+
+  Image ReadBand(std::size_t band, const PixelWindow& inside) const {
     Image values(inside.width, inside.height);
-    const CPLErr result = band->RasterIO(GF_Read, inside.col, inside.row, inside.width,
-                                         inside.height, values.values.data(), inside.width,
-                                         inside.height, GDT_Float32, 0, 0, nullptr);
-    if (result == CE_None && !errors.Failed()) return values;
-    dataset->FlushCache(false);
-    throw InputError(path + ": cannot read its colours (" + errors.Message() +
+    const auto why_not = windows->Read(band, inside, values.values.data());
+    if (!why_not) return values;
+    throw InputError(path + ": cannot read its colours (" + *why_not +
                      "); the file is damaged or truncated: copy or scan it again");
   }
 
   std::vector<Image> ReadColours(const PixelWindow& inside) const {
     std::vector<Image> colours;
     if (palette.empty()) {
-      for (GDALRasterBand* band : bands) colours.push_back(ReadBand(band, inside));
+      for (std::size_t i = 0; i < kColours; ++i) colours.push_back(ReadBand(i, inside));
       return colours;
     }
-    const Image indices = ReadBand(bands[0], inside);
+    const Image indices = ReadBand(0, inside);
     colours.assign(kColours, Image(inside.width, inside.height, kNoData));
     for (std::size_t i = 0; i < indices.values.size(); ++i) {
       const auto index = static_cast<std::size_t>(std::max(0.0f, indices.values[i]));
@@ -80,13 +79,14 @@ std::optional<ColourRaster> ColourRaster::Open(const std::string& path) {
   const ReadingErrors errors;
   auto impl = std::make_unique<Impl>();
   impl->path = path;
-  impl->dataset.reset(GDALDataset::Open(path.c_str(), GDAL_OF_RASTER | GDAL_OF_READONLY));
+  impl->dataset = OpenRasterDataset(path);
   if (impl->dataset == nullptr) throw InputError(path + ": cannot be opened a second time");
-  impl->bands = ColourBands(impl->dataset.get());
-  if (impl->bands.size() < kColours) {
-    impl->palette = PaletteOf(impl->bands[0]);
+  const std::vector<GDALRasterBand*> bands = ColourBands(impl->dataset.get());
+  if (bands.size() < kColours) {
+    impl->palette = PaletteOf(bands[0]);
     if (impl->palette.empty()) return std::nullopt;
   }
+  impl->windows = std::make_unique<WindowReader>(impl->dataset.get(), bands);
   return ColourRaster(std::move(impl));
 }
 

@@ -119,7 +119,14 @@ void GreyReader::ChooseBands() {
   const GDALDataType type = base.colours[0]->GetRasterDataType();
   if (inverted != nullptr && base.colours.size() == 1 && (type == GDT_Byte || type == GDT_UInt16))
     white_is_ = static_cast<float>((1 << BitsPerSample(base.colours[0])) - 1);
-  levels_.push_back(base);
+  AddLevel(base);
+}
+
+void GreyReader::AddLevel(Level level) {
+  std::vector<GDALRasterBand*> bands = level.colours;
+  if (level.mask != nullptr) bands.push_back(level.mask);
+  level.windows = std::make_shared<WindowReader>(dataset_, std::move(bands));
+  levels_.push_back(std::move(level));
 }
 
 void GreyReader::ReadPalette() {
@@ -154,7 +161,7 @@ void GreyReader::AddOverviews() {
     level.row_scale = OverviewScale(kind, base.height, level.height);
     level.col_origin = OverviewOrigin(kind, level.col_scale);
     level.row_origin = OverviewOrigin(kind, level.row_scale);
-    if (level.col_scale > 1 && level.row_scale > 1) levels_.push_back(level);
+    if (level.col_scale > 1 && level.row_scale > 1) AddLevel(level);
   }
 }
 
@@ -167,20 +174,20 @@ const GreyReader::Level& GreyReader::LevelFor(double reduction) const {
   return *best;
 }
 
-void GreyReader::ReadBand(GDALRasterBand* band, const Block& block, const PixelWindow& asked,
-                          float* values) const {
-  const ReadingErrors errors;
-  const CPLErr result =
-      band->RasterIO(GF_Read, block.col, block.row, block.width, block.height, values, block.width,
-                     block.height, GDT_Float32, 0, 0, nullptr);
-  if (result == CE_None && !errors.Failed()) return;
-  // What was made up must not come back from the cache next time. An overview is its own dataset.
+void GreyReader::ReadBand(const Level& level, std::size_t band, const Block& block,
+                          const PixelWindow& asked, float* values) const {
+  const std::optional<std::string> why_not =
+      level.windows->Read(band, {block.col, block.row, block.width, block.height}, values);
+  if (!why_not) return;
+  const ReadingErrors flushing_may_speak;
   dataset_->FlushCache(false);
-  if (band->GetDataset() != nullptr) band->GetDataset()->FlushCache(false);
-  throw InputError(
-      fmt::format("{}: cannot read the window col {} row {} size {} x {} ({}); the file is damaged "
-                  "or truncated: copy or scan it again",
-                  path_, asked.col, asked.row, asked.width, asked.height, errors.Message()));
+  const bool progressive = why_not->find("require libjpeg to allocate") != std::string::npos;
+  throw InputError(fmt::format(
+      "{}: cannot read the window col {} row {} size {} x {} ({}); {}", path_, asked.col, asked.row,
+      asked.width, asked.height, *why_not,
+      progressive ? "a progressive JPEG of this size has no windows: write it in tiles "
+                    "(gdal_translate -co TILED=YES --config GDAL_ALLOW_LARGE_LIBJPEG_MEM_ALLOC YES)"
+                  : "the file is damaged or truncated: copy or scan it again"));
 }
 
 bool GreyReader::IsGrey() const {
@@ -222,18 +229,18 @@ void GreyReader::ReadLevel(const Level& level, const Block& block, const PixelWi
   if (grey->width != block.width || grey->height != block.height)
     *grey = Image(block.width, block.height);
   if (IsGrey()) {
-    ReadBand(level.colours[0], block, asked, grey->values.data());
+    ReadBand(level, 0, block, asked, grey->values.data());
   } else {
     std::vector<Image> colours;
-    for (GDALRasterBand* band : level.colours) {
+    for (std::size_t band = 0; band < level.colours.size(); ++band) {
       colours.emplace_back(block.width, block.height);
-      ReadBand(band, block, asked, colours.back().values.data());
+      ReadBand(level, band, block, asked, colours.back().values.data());
     }
     ToGrey(colours, grey);
   }
   if (level.mask == nullptr) return;
   Image mask(block.width, block.height);
-  ReadBand(level.mask, block, asked, mask.values.data());
+  ReadBand(level, level.colours.size(), block, asked, mask.values.data());
   for (size_t i = 0; i < grey->values.size(); ++i)
     if (mask.values[i] == 0) grey->values[i] = kNoData;
 }

@@ -2,11 +2,14 @@
 // Internal to core/raster; Raster adds the lock.
 #pragma once
 
+#include <cstddef>
+#include <memory>
 #include <string>
 #include <vector>
 
 #include "core/raster/area_average.h"
 #include "core/raster/image.h"
+#include "core/raster/window_reader.h"
 
 class GDALDataset;
 class GDALRasterBand;
@@ -29,6 +32,7 @@ class GreyReader {
     int width = 0, height = 0;
     double col_scale = 1, row_scale = 1;    // raster pixels per level pixel
     double col_origin = 0, row_origin = 0;  // raster pixel of the level's (0, 0)
+    std::shared_ptr<WindowReader> windows;  // of the colours, then of the mask
   };
   struct Block {  // of a level's pixels
     int col = 0, row = 0, width = 0, height = 0;
@@ -40,12 +44,13 @@ class GreyReader {
   void ChooseBands();
   void ReadPalette();
   void AddOverviews();
+  void AddLevel(Level level);
   const Level& LevelFor(double reduction) const;
   ImageWindow ReadUnreduced(const PixelWindow& window) const;
   // Into `grey`, whose memory is used again where its size is the block's.
   void ReadLevel(const Level& level, const Block& block, const PixelWindow& asked,
                  Image* grey) const;
-  void ReadBand(GDALRasterBand* band, const Block& block, const PixelWindow& asked,
+  void ReadBand(const Level& level, std::size_t band, const Block& block, const PixelWindow& asked,
                 float* values) const;
   // The values read are grey values as they stand.
   bool IsGrey() const;

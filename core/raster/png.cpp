@@ -1,18 +1,14 @@
 // PNG files.
 #include <fmt/format.h>
 
-#include <filesystem>
-#include <fstream>
 #include <stdexcept>
 
-#include "core/base/error.h"
+#include "core/base/atomic_write.h"
 #include "core/raster/png_bands.h"
 #include "core/raster/raster.h"
 
 namespace orient {
 namespace {
-
-namespace fs = std::filesystem;
 
 // The bands of interleaved values.
 std::vector<Image> Bands(int width, int height, int channels,
@@ -33,17 +29,7 @@ std::vector<Image> Bands(int width, int height, int channels,
 void WritePng(const std::string& path, int width, int height, int channels,
               const std::vector<unsigned char>& values) {
   const std::vector<unsigned char> png = EncodePngBands(Bands(width, height, channels, values), 8);
-  const std::string beside = path + ".part";
-  std::ofstream file(beside, std::ios::binary | std::ios::trunc);
-  file.write(reinterpret_cast<const char*>(png.data()), static_cast<std::streamsize>(png.size()));
-  file.close();
-  std::error_code error;
-  if (file) fs::rename(beside, path, error);
-  if (file && !error) return;
-  std::error_code ignored;  // the failure below is what the user needs to know
-  fs::remove(beside, ignored);
-  throw InputError(fmt::format(
-      "{}: cannot be written; check that the folder exists, is writable and has space", path));
+  WriteFileAtomically(path, {reinterpret_cast<const char*>(png.data()), png.size()});
 }
 
 }  // namespace orient

@@ -11,6 +11,7 @@
 #include <cstring>
 #include <limits>
 #include <memory>
+#include <new>
 #include <opencv2/core.hpp>
 #include <opencv2/imgcodecs.hpp>
 #include <span>
@@ -122,8 +123,8 @@ std::vector<unsigned char> Unpack(const Contents& contents, std::size_t bytes) {
   thread_local const Unpacker unpacker(libdeflate_alloc_decompressor(),
                                        libdeflate_free_decompressor);
   std::vector<unsigned char> rows(contents.header.RowBytes() * contents.header.height);
-  if (!unpacker ||
-      libdeflate_zlib_decompress(unpacker.get(), contents.packed.data(), contents.packed.size(),
+  if (!unpacker) throw std::bad_alloc();
+  if (libdeflate_zlib_decompress(unpacker.get(), contents.packed.data(), contents.packed.size(),
                                  rows.data(), rows.size(), nullptr) != LIBDEFLATE_SUCCESS)
     throw Damaged(bytes, "damaged (its picture cannot be decoded)");
   return rows;

@@ -5,12 +5,15 @@
 #include <fmt/format.h>
 #include <gdal_priv.h>
 
+#include <algorithm>
 #include <cstdlib>
 #include <mutex>
 #include <stdexcept>
 #include <utility>
 
+#include "core/base/environment_error.h"
 #include "core/base/error.h"
+#include "core/base/open_dataset.h"
 #include "core/base/quiet_gdal.h"
 #include "core/raster/grey_reader.h"
 #include "core/raster/reading_errors.h"
@@ -43,9 +46,9 @@ Raster Raster::Open(const std::string& path) {
   const ReadingErrors errors;
   // Of uncompressed rows only the window's part is read; by default it would be all of every row.
   const CPLConfigOptionSetter direct("GTIFF_DIRECT_IO", "YES", true);
-  GDALDatasetUniquePtr dataset(
-      GDALDataset::Open(path.c_str(), GDAL_OF_RASTER | GDAL_OF_READONLY | GDAL_OF_VERBOSE_ERROR));
+  GDALDatasetUniquePtr dataset = OpenRasterDataset(path);
   if (dataset == nullptr) {
+    ThrowIfMachineIsShort();
     VSIStatBufL info;
     if (VSIStatExL(path.c_str(), &info, VSI_STAT_EXISTS_FLAG) != 0)
       throw InputError(path + ": no such image; check the path");
@@ -54,7 +57,34 @@ Raster Raster::Open(const std::string& path) {
   }
   if (dataset->GetRasterCount() == 0)
     throw InputError(path + ": holds no image bands; name one of its subdatasets instead");
-  return Raster(std::make_unique<Impl>(path, std::move(dataset)));
+  RequireSmallBlocks(dataset.get(), path);
+  const GdalFaults faults;  // overviews and masks are opened when they are asked for
+  auto impl = std::make_unique<Impl>(path, std::move(dataset));
+  faults.ThrowIfAny();
+  return Raster(std::move(impl));
+}
+
+Raster Raster::OpenScan(const std::string& path) {
+  constexpr int kLongestSide = 300000;  // 1.5 m of film at 5 um
+  constexpr double kMostPixels = 1e10;
+  constexpr double kManyPixels = 1e8;          // fewer are soon read
+  constexpr double kMostPixelsPerByte = 4000;  // what packs nothing but one grey value
+  Raster scan = Open(path);
+  const double pixels = double(scan.Width()) * scan.Height();
+  if (std::max(scan.Width(), scan.Height()) > kLongestSide || pixels > kMostPixels)
+    throw InputError(
+        fmt::format("{}: declares {} x {} pixels, more than the scan of a photo has; check the "
+                    "file, or cut the photo out of it",
+                    path, scan.Width(), scan.Height()));
+  VSIStatBufL info;
+  const bool is_file = VSIStatL(path.c_str(), &info) == 0 &&
+                       scan.impl_->dataset->GetDriverName() != std::string("VRT");
+  if (is_file && pixels > kManyPixels && pixels > kMostPixelsPerByte * double(info.st_size))
+    throw InputError(
+        fmt::format("{}: declares {} x {} pixels but has {} bytes; the file is damaged or "
+                    "empty: copy or scan it again",
+                    path, scan.Width(), scan.Height(), static_cast<long long>(info.st_size)));
+  return scan;
 }
 
 int Raster::Width() const { return impl_->dataset->GetRasterXSize(); }
@@ -74,21 +104,22 @@ std::optional<std::array<double, 6>> Raster::GeoTransform() const {
   const std::lock_guard lock(impl_->mutex);
   const ReadingErrors errors;
   std::array<double, 6> g{};
-  if (impl_->dataset->GetGeoTransform(g.data()) != CE_None) return std::nullopt;
+  const CPLErr result = Watched([&] { return impl_->dataset->GetGeoTransform(g.data()); });
+  if (result != CE_None) return std::nullopt;
   return g;
 }
 
 std::string Raster::CrsWkt() const {
   const std::lock_guard lock(impl_->mutex);
   const ReadingErrors errors;
-  const char* wkt = impl_->dataset->GetProjectionRef();
+  const char* wkt = Watched([&] { return impl_->dataset->GetProjectionRef(); });
   return wkt == nullptr ? std::string() : std::string(wkt);
 }
 
 std::optional<double> Raster::DpiTag() const {
   const std::lock_guard lock(impl_->mutex);
   const ReadingErrors errors;
-  return ReadDpiTag(impl_->dataset.get(), impl_->path);
+  return Watched([&] { return ReadDpiTag(impl_->dataset.get(), impl_->path); });
 }
 
 ImageWindow Raster::ReadGrey(const PixelWindow& window, double reduction) const {
@@ -96,6 +127,10 @@ ImageWindow Raster::ReadGrey(const PixelWindow& window, double reduction) const 
     throw std::invalid_argument(fmt::format("ReadGrey: the window of {} is empty", Path()));
   if (!(reduction >= 1))
     throw std::invalid_argument(fmt::format("ReadGrey: a reduction of {} is below 1", reduction));
+  constexpr double kMostCells = 1 << 27;
+  if (window.width / reduction * (window.height / reduction) > kMostCells)
+    throw InputError(fmt::format("{}: {} x {} pixels do not fit into memory at once; cut it",
+                                 Path(), window.width, window.height));
   const std::lock_guard lock(impl_->mutex);
   return impl_->grey.Read(window, reduction);
 }

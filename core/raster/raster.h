@@ -15,8 +15,12 @@ namespace orient {
 // Read-only; reading is serialised by an internal lock, so one object may be shared by threads.
 class Raster {
  public:
-  // Throws InputError naming the path: missing, not an image, no bands.
+  // Throws InputError naming the path: missing, not an image, no bands, in tiles or strips too
+  // large for reading windows; EnvironmentError where the machine cannot read it.
   static Raster Open(const std::string& path);
+  // A photo's scan: also throws where the file declares a size that no scan has, or far more pixels
+  // than it has bytes.
+  static Raster OpenScan(const std::string& path);
   Raster(Raster&&) noexcept;
   Raster& operator=(Raster&&) noexcept;
   ~Raster();
@@ -47,7 +51,8 @@ class Raster {
   std::unique_ptr<Impl> impl_;
 };
 
-// Writes 8-bit grey or RGB PNG (1 or 3 interleaved channels) beside and renames. For pictures.
+// Writes 8-bit grey or RGB PNG (1 or 3 interleaved channels). For pictures. Throws like
+// WriteFileAtomically.
 void WritePng(const std::string& path, int width, int height, int channels,
               const std::vector<unsigned char>& values);
 

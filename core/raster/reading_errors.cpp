@@ -2,8 +2,11 @@
 
 #include <cpl_conv.h>
 #include <cpl_error.h>
+#include <gdal_priv.h>
 
 #include <algorithm>
+
+#include "core/base/gdal_faults.h"
 
 namespace orient {
 namespace {
@@ -16,8 +19,9 @@ bool TellsOfLostPixels(const std::string& text) {
          text.find("Corrupt JPEG data") != std::string::npos;
 }
 
-void CPL_STDCALL Collect(CPLErr level, CPLErrorNum, const char* text) {
+void CPL_STDCALL Collect(CPLErr level, CPLErrorNum number, const char* text) {
   if (level < CE_Warning) return;
+  if (level >= CE_Failure) NoteGdalError(number, text);
   static_cast<ReadingErrors*>(CPLGetErrorHandlerUserData())->Add(level >= CE_Failure, text);
 }
 
@@ -50,6 +54,20 @@ void ReadingErrors::Add(bool is_error, const char* text) {
 std::string ReadingErrors::Message() const {
   if (!error_.empty()) return error_;
   return warning_.empty() ? "GDAL gives no reason" : warning_;
+}
+
+std::optional<std::string> ReadWindow(GDALRasterBand* band, const PixelWindow& window, void* values,
+                                      GDALDataType type) {
+  return Watched([&]() -> std::optional<std::string> {
+    const ReadingErrors errors;
+    const CPLErr result =
+        band->RasterIO(GF_Read, window.col, window.row, window.width, window.height, values,
+                       window.width, window.height, type, 0, 0, nullptr);
+    if (result == CE_None && !errors.Failed()) return std::nullopt;
+    // What was made up must not come back from the cache next time. An overview is its own dataset.
+    if (band->GetDataset() != nullptr) band->GetDataset()->FlushCache(false);
+    return errors.Message();
+  });
 }
 
 }  // namespace orient

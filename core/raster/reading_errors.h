@@ -1,8 +1,13 @@
 // What GDAL says while pixels are read, caught instead of printed, with what counts as an error
-// there. Internal to core/imaging.
+// there. Internal to core/raster.
 #pragma once
 
+#include <gdal_priv.h>
+
+#include <optional>
 #include <string>
+
+#include "core/raster/image.h"
 
 namespace orient {
 
@@ -29,5 +34,10 @@ class ReadingErrors {
   std::string error_;
   std::string warning_;
 };
+
+// The values of a window inside the band, row by row, or why the file does not give them; then
+// nothing of it stays in GDAL's cache. Throws EnvironmentError where the machine is at fault.
+std::optional<std::string> ReadWindow(GDALRasterBand* band, const PixelWindow& window, void* values,
+                                      GDALDataType type);
 
 }  // namespace orient

@@ -181,6 +181,16 @@ std::vector<Image> BuildPyramid(const Image& image, int levels) {
   return pyramid;
 }
 
+Image EnlargeBy(const Image& image, int factor) {
+  if (factor < 1) throw std::invalid_argument("EnlargeBy: a factor below 1");
+  if (image.Empty() || factor == 1) return image;
+  Image result(factor * image.width, factor * image.height);
+  const cv::Mat source(image.height, image.width, CV_32F, const_cast<float*>(image.values.data()));
+  cv::Mat target(result.height, result.width, CV_32F, result.values.data());
+  cv::resize(source, target, target.size(), 0, 0, cv::INTER_CUBIC);
+  return result;
+}
+
 Image ReduceBy(const Image& image, double factor) {
   if (!(factor >= 1)) throw std::invalid_argument("ReduceBy: a factor below 1");
   if (image.Empty() || factor == 1) return image;

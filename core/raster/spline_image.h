@@ -1,13 +1,17 @@
-// Interpolating cubic B-spline through a part of an image (Unser 1999). Internal to core/imaging.
+// Interpolating cubic B-spline through a part of an image (Unser 1999).
 #pragma once
 
 #include <Eigen/Core>
-#include <vector>
 
 #include "core/raster/image.h"
-#include "core/raster/raster.h"
 
 namespace orient {
+
+// At places a pixel apart, one row of them after the other; zero where nothing is known.
+struct SplineSamples {
+  Eigen::ArrayXd value, by_col, by_row;  // the latter: gradient, per pixel
+  Eigen::ArrayXd known;                  // 1 or 0
+};
 
 // Far closer to the ideal interpolation than a local cubic: a match does not lean towards whole
 // or half pixels. Positions are pixels of the whole image.
@@ -21,13 +25,18 @@ class SplineImage {
   // of the 4 x 4 pixels around it is NaN.
   bool Sample(const Eigen::Vector2d& pixel, double* value, Eigen::Vector2d* gradient) const;
 
+  // The same at `first`, the places right of it and those below, many times as fast.
+  SplineSamples SampleGrid(const Eigen::Vector2d& first, int cols, int rows) const;
+
  private:
-  void FillGaps();
-  void MarkSupport();
+  using Grid = Eigen::Array<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
+  static void FilterDown(Grid* samples);
+  static void FillGaps(Grid* samples);
+  void MarkSupport(const Grid& samples);
 
   int col_ = 0, row_ = 0, width_ = 0, height_ = 0;
-  std::vector<double> coefficients_;
-  std::vector<char> valid_;  // of the cell to the lower right of each pixel centre
+  Grid coefficients_;
+  Grid valid_;  // 1 or 0, of the cell to the lower right of each pixel centre
 };
 
 }  // namespace orient

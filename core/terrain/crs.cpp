@@ -5,10 +5,11 @@
 
 #include <cmath>
 #include <cstdlib>
-#include <fstream>
-#include <iterator>
+#include <filesystem>
 #include <stdexcept>
 
+#include "core/base/atomic_write.h"
+#include "core/base/environment_error.h"
 #include "core/base/error.h"
 #include "core/base/quiet_gdal.h"
 #include "core/base/trimmed.h"
@@ -29,8 +30,10 @@ std::optional<OGRSpatialReference> Understand(const std::string& definition) {
   OGRSpatialReference crs;
   if (crs.SetFromUserInput(definition.c_str(),
                            OGRSpatialReference::SET_FROM_USER_INPUT_LIMITATIONS_get()) !=
-      OGRERR_NONE)
+      OGRERR_NONE) {
+    ThrowIfMachineIsShort();  // PROJ reads a database of its own
     return std::nullopt;
+  }
   crs.StripVertical();
   crs.SetAxisMappingStrategy(OAMS_TRADITIONAL_GIS_ORDER);
   return crs;
@@ -90,12 +93,10 @@ Crs Crs::Parse(const std::string& definition, const std::string& origin) {
 }
 
 Crs Crs::FromFile(const std::string& path) {
-  std::ifstream file(path, std::ios::binary);
-  if (!file)
-    throw InputError(path +
-                     ": the file with the CRS cannot be read; write its WKT or EPSG code there");
-  const std::string text((std::istreambuf_iterator<char>(file)), std::istreambuf_iterator<char>());
-  return Parse(text, path);
+  std::error_code error;
+  if (!std::filesystem::is_regular_file(path, error))
+    throw InputError(path + ": there is no file with the CRS; write its WKT or EPSG code there");
+  return Parse(ReadFile(path), path);
 }
 
 std::string Crs::Wkt1() const { return Exported(Known(wkt_), "WKT1_GDAL"); }
@@ -150,6 +151,7 @@ CoordinateTransform CoordinateTransform::Between(const std::string& target_defin
   const QuietGdal quiet;
   auto impl = std::make_unique<Impl>();
   impl->transform.reset(OGRCreateCoordinateTransformation(&source, &target));
+  if (!impl->transform) ThrowIfMachineIsShort();
   if (!impl->transform)
     throw InputError("there is no transform from the CRS " + Quoted(source.GetName()) + " to " +
                      Quoted(target.GetName()) + quiet.Message());

@@ -7,7 +7,9 @@
 #include <cmath>
 #include <limits>
 
+#include "core/base/environment_error.h"
 #include "core/base/error.h"
+#include "core/base/open_dataset.h"
 #include "core/base/quiet_gdal.h"
 
 namespace orient {
@@ -29,30 +31,34 @@ struct DemRaster::Impl {
 DemRaster::DemRaster(const std::string& path) : path_(path), impl_(std::make_unique<Impl>()) {
   RegisterGdalDrivers();
   const QuietGdal quiet;
-  impl_->dataset.reset(GDALDataset::Open(path.c_str(), GDAL_OF_RASTER | GDAL_OF_READONLY));
+  impl_->dataset = OpenRasterDataset(path);
   if (!impl_->dataset)
     throw InputError(path + ": the DEM cannot be opened" + quiet.Message() +
                      "; name a raster of ground heights that GDAL reads");
-  double g[6];
-  if (impl_->dataset->GetGeoTransform(g) != CE_None || g[1] * g[5] - g[2] * g[4] == 0)
+  double g[6] = {};
+  const bool placed = impl_->dataset->GetGeoTransform(g) == CE_None;
+  Affine2d dem_from_corner;
+  dem_from_corner.A << g[1], g[2], g[4], g[5];
+  dem_from_corner.t << g[0], g[3];
+  if (!placed || !dem_from_corner.IsInvertible())
     throw InputError(path +
                      ": the DEM has no georeference; write one, for example with "
                      "gdal_translate -a_ullr");
   const OGRSpatialReference* crs = impl_->dataset->GetSpatialRef();
+  quiet.ThrowFaults();
+  if (crs == nullptr) ThrowIfMachineIsShort();
   if (crs == nullptr)
     throw InputError(path + ": the DEM has no CRS; write it, for example with gdal_edit.py -a_srs");
   const char* const options[] = {"FORMAT=WKT2_2019", nullptr};
   char* wkt = nullptr;
   if (crs->exportToWkt(&wkt, options) == OGRERR_NONE) wkt_ = wkt;
   CPLFree(wkt);
-  Affine2d dem_from_corner;
-  dem_from_corner.A << g[1], g[2], g[4], g[5];
-  dem_from_corner.t << g[0], g[3];
   node_from_dem_ = dem_from_corner.Inverse();
   node_from_dem_.t -= Eigen::Vector2d(0.5, 0.5);
 
   if (impl_->dataset->GetRasterCount() < 1)
     throw InputError(path + ": the DEM has no band of heights");
+  RequireSmallBlocks(impl_->dataset.get(), path);
   impl_->band = impl_->dataset->GetRasterBand(1);
   const std::string unit = impl_->band->GetUnitType();
   if (InFeet(unit))
@@ -74,8 +80,11 @@ std::vector<float> DemRaster::Read(int column, int row, int columns, int rows) c
         "{}: {} x {} heights do not fit into memory; cut the DEM to the block or coarsen it", path_,
         columns, rows));
   std::vector<float> heights(size);
-  if (impl_->band->RasterIO(GF_Read, column, row, columns, rows, heights.data(), columns, rows,
-                            GDT_Float32, 0, 0) != CE_None)
+  const CPLErr result = Watched([&] {
+    return impl_->band->RasterIO(GF_Read, column, row, columns, rows, heights.data(), columns, rows,
+                                 GDT_Float32, 0, 0);
+  });
+  if (result != CE_None)
     throw InputError(fmt::format("{}: the heights cannot be read{}; the file may be damaged", path_,
                                  quiet.Message()));
   int has_nodata = 0;

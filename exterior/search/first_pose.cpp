@@ -6,10 +6,13 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <iterator>
 #include <limits>
+#include <tuple>
 
 #include "core/base/median.h"
 #include "core/base/side_by_side.h"
+#include "exterior/search/search_prior.h"
 #include "exterior/search/whole_photo_search.h"
 #include "exterior/steps/align.h"
 #include "exterior/steps/consensus.h"
@@ -93,20 +96,11 @@ void VoteAround(const PhotoTask& task, int reduction, double margin_px, PoseTrac
        LargestRadius(predictions, kWindowSigmas) + margin_px, consensus->rms_px});
 }
 
-// Approximations are often worse than they are said to be: twice, and in position a few per cent
-// of the flying height, which is what a map or a forgotten datum shift makes of it.
-PosePrior Doubtful(const PosePrior& prior, const std::vector<patchdb::Patch>& patches) {
-  constexpr double kShareOfHeight = 0.03;
-  const double height = std::abs(prior.pose.position_m.z() - patches.front().ground_m.z());
-  PosePrior wide = prior;
-  wide.covariance *= 4;
-  wide.covariance.topLeftCorner<3, 3>() +=
-      std::pow(kShareOfHeight * height, 2) * Eigen::Matrix3d::Identity();
-  return wide;
-}
-
 // Pixels of one search window at its resolution: more would take minutes a patch and all memory.
-constexpr double kMaxWindowPixels = 12e6;
+constexpr double kMaxWindowPixels = 3e6;
+
+// Of all windows that a first pose is searched in, at their resolution: minutes of a processor.
+constexpr double kMaxSearchedPixels = 1e10;
 
 // Which patches are searched for, how far around, and at which resolution.
 struct SearchPlan {
@@ -174,10 +168,11 @@ class FirstSearch {
   bool Done() const { return done_ == batches_.size(); }
 
   // Looks for the next batch of patches; the pose that they and those before agree on, if any.
-  std::optional<PoseTrack> Next(double trials) {
-    const std::vector<PatchPrediction>& batch = batches_[done_++];
-    for (VotingPatch& patch : Seek(task_, view_, batch, reduction_, reduction_))
-      voting_.push_back(std::move(patch));
+  std::optional<PoseTrack> Next(double trials, SearchBudget* budget) {
+    std::vector<VotingPatch> sought = Seek(task_, view_, batches_[done_++], reduction_, reduction_);
+    budget->Spend(sought, reduction_);
+    voting_.insert(voting_.end(), std::make_move_iterator(sought.begin()),
+                   std::make_move_iterator(sought.end()));
     // The last batch is the last chance, shared by the ways that the film may lie.
     const int least = ConsensusOptions().samples;
     const int of_all = kSamplesOfAll / static_cast<int>(task_.photo.positions.size());
@@ -210,10 +205,10 @@ class FirstSearch {
 
 // From one prior at one resolution. Every way the film may lie is tried in the same manner before
 // any is tried harder: the wrong ones never succeed. `ways`: how many such searches there are.
-// `best`: of the poses that chance explains.
+// `best`: of the poses that chance explains. Nothing is tried any more once the budget is spent.
 std::optional<PoseTrack> SearchFrom(const PhotoTask& task, const PosePrior& prior, int finer,
                                     std::size_t ways, std::size_t most_batches,
-                                    std::optional<PoseTrack>* best) {
+                                    SearchBudget* budget, std::optional<PoseTrack>* best) {
   std::vector<FirstSearch> searches;
   std::size_t batches = 0;
   for (const FilmPosition& position : task.photo.positions) {
@@ -224,7 +219,8 @@ std::optional<PoseTrack> SearchFrom(const PhotoTask& task, const PosePrior& prio
   for (std::size_t batch = 0; batch < std::min(batches, most_batches); ++batch) {
     std::optional<PoseTrack> found;
     for (FirstSearch& search : searches) {
-      const auto track = search.Done() ? std::nullopt : search.Next(trials);
+      const auto track =
+          search.Done() || budget->Spent() ? std::nullopt : search.Next(trials, budget);
       if (!track) continue;
       if (search.Done()) KeepBetter(track, best);
       if (track->log10_false_alarms < task.options.max_log10_false_alarms)
@@ -241,12 +237,15 @@ std::optional<PoseTrack> SearchFrom(const PhotoTask& task, const PosePrior& prio
 
 std::optional<PoseTrack> FirstPose(const PhotoTask& task) {
   const PosePrior& prior = task.photo.prior;
-  const PosePrior doubtful = Doubtful(prior, task.patches);
-  const std::array ways = {std::pair(&prior, 1), std::pair(&prior, 2), std::pair(&doubtful, 1)};
+  const PosePrior doubtful = Doubtful(prior, task.patches.front().ground_m.z());
+  // Finer or farther a patch costs four times as much; keypoints follow where some do not tell.
+  constexpr std::size_t kAll = std::numeric_limits<std::size_t>::max(), kFew = 3;
+  const std::array ways = {std::tuple(&prior, 1, kAll), std::tuple(&prior, 2, kFew),
+                           std::tuple(&doubtful, 1, kFew)};
   std::optional<PoseTrack> best;
-  for (const auto& [assumed, finer] : ways)
-    if (auto found = SearchFrom(task, *assumed, finer, ways.size(),
-                                std::numeric_limits<std::size_t>::max(), &best))
+  SearchBudget budget(kMaxSearchedPixels);
+  for (const auto& [assumed, finer, batches] : ways)
+    if (auto found = SearchFrom(task, *assumed, finer, ways.size(), batches, &budget, &best))
       return found;
   return best;
 }
@@ -258,22 +257,25 @@ std::optional<PoseTrack> EasyFirstPose(const PhotoTask& task) {
     const SearchPlan plan = Plan(task, position, task.photo.prior);
     if (plan.WindowPixels(task, plan.coarsest) > kMostPixels) return std::nullopt;
   }
+  SearchBudget budget(kMaxSearchedPixels);
   std::optional<PoseTrack> unproven;
-  return SearchFrom(task, task.photo.prior, 1, 1, kBatches, &unproven);
+  return SearchFrom(task, task.photo.prior, 1, 1, kBatches, &budget, &unproven);
 }
 
 // Most rough poses are wrong: some of the patches tell. Of these so many agree around a right one,
 // three or four around any.
 constexpr int kProbingPatches = 40, kWorthAllPatches = 6;
+// Of the resolution: a pose that says less of where patches lie says nothing.
+constexpr double kFarthest_px = 200;
 
 std::optional<PoseTrack> Confirmed(const PhotoTask& task, const PoseTrack& rough) {
   const PhotoView view = task.View(rough.position, rough.pose);
   const auto predictions = Predict(view, rough.covariance, task.patches, task.Prediction());
   if (predictions.empty()) return std::nullopt;
   PoseTrack track = rough;
-  const int coarsest =
-      CoarsestReduction(task, view, predictions, LargestRadius(predictions, kWindowSigmas));
-  const int reduction = std::min(coarsest, 4);
+  const double radius_px = LargestRadius(predictions, kWindowSigmas);
+  const int reduction = std::min(CoarsestReduction(task, view, predictions, radius_px), 4);
+  if (radius_px > kFarthest_px * reduction) return std::nullopt;
   if (std::ssize(predictions) > 2 * kProbingPatches) {
     PoseTrack probe = rough;
     VoteAround(task, reduction, 2.0 * rough.reduction, &probe, kProbingPatches);
@@ -319,7 +321,8 @@ Finding WhyNoFirstPose(const PhotoTask& task) {
         "its approximation is too uncertain: every patch would be searched for in most of the "
         "photo; "
         "give a better one, or its true accuracy");
-  return failed("fewer than three of the patches have a counterpart in the photo");
+  return failed(
+      "fewer than three of the patches that were searched for have a counterpart in the photo");
 }
 
 }  // namespace orient::exterior

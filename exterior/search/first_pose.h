@@ -10,7 +10,8 @@
 namespace orient::exterior {
 
 // From the prior to a first pose; the caller asks whether chance explains it. Empty: see
-// WhyNoFirstPose.
+// WhyNoFirstPose. Ends by itself: in so many pixels, not seconds, so that it ends the same
+// everywhere.
 std::optional<PoseTrack> FirstPose(const PhotoTask& task);
 
 // The same from the prior as it stands, where a few patches at the coarsest resolution and in

@@ -3,6 +3,7 @@
 #include <Eigen/Dense>
 #include <algorithm>
 #include <cmath>
+#include <numeric>
 
 #include "core/base/side_by_side.h"
 #include "core/geometry/bounds.h"
@@ -14,13 +15,12 @@ namespace orient::exterior {
 namespace {
 
 constexpr int kPhotoKeypoints = 20000;
-constexpr int kMostPatches = 900;
 constexpr int kChipKeypoints = 40, kKeptOfChip = 20;
 // Keypoints are looked for in tiles of the level: OpenCV's scale space takes 180 bytes a pixel.
 constexpr int kTile_px = 640, kOverlap_px = 32;
 constexpr double kRatio = 0.9;  // of the nearest descriptor's distance to the second's
 // Or so many of the nearest, where two of a chip agree on its middle: pixels of the level.
-constexpr std::size_t kNearest = 4;
+constexpr std::size_t kNearest = 1;
 constexpr double kAgree_px = 6;
 constexpr int kTurns = 36;
 
@@ -110,12 +110,16 @@ Keypoints KeypointsOf(const PhotoImage& photo, int reduction) {
       }
       all.Append(found.Of(inside));
     }
-  return all;
+  std::vector<std::size_t> by_size(all.Size());
+  std::iota(by_size.begin(), by_size.end(), std::size_t{0});
+  std::stable_sort(by_size.begin(), by_size.end(),
+                   [&](std::size_t a, std::size_t b) { return all.sizes_px[a] < all.sizes_px[b]; });
+  return all.Of(by_size);
 }
 
 std::vector<std::size_t> PatchesToShow(const std::vector<patchdb::Patch>& patches,
-                                       const std::vector<std::size_t>& which,
-                                       double least_width_m) {
+                                       const std::vector<std::size_t>& which, double least_width_m,
+                                       int most) {
   Bounds region = Bounds::OfNothing();
   for (const std::size_t i : which)
     region.Include(patches[i].ground_m.x(), patches[i].ground_m.y());
@@ -131,24 +135,29 @@ std::vector<std::size_t> PatchesToShow(const std::vector<patchdb::Patch>& patche
   options.width_px = static_cast<int>(std::ceil(region.max_x - region.min_x)) + 1;
   options.height_px = static_cast<int>(std::ceil(region.max_y - region.min_y)) + 1;
   std::vector<std::size_t> chosen;
-  for (const PatchPrediction& place : SelectSpread(places, patches, kMostPatches, options))
+  for (const PatchPrediction& place : SelectSpread(places, patches, most, options))
     chosen.push_back(place.patch);
   return chosen;
 }
 
 ChipKeypoints KeypointsOf(const std::vector<patchdb::Patch>& patches,
-                          const std::vector<std::size_t>& which, double least_size_m,
-                          bool mirrored) {
-  std::vector<Keypoints> found(which.size());
-  SideBySide(which.size(), [&](std::size_t k) {
-    const patchdb::Patch& patch = patches[which[k]];
-    const Keypoints all =
-        FindKeypoints(mirrored ? Mirrored(patch.chip) : patch.chip, kChipKeypoints);
-    std::vector<std::size_t> large;
-    for (std::size_t i = 0; i < all.Size() && large.size() < kKeptOfChip; ++i)
-      if (all.sizes_px[i] * patch.gsd_m >= least_size_m) large.push_back(i);
-    found[k] = all.Of(large);
+                          const std::vector<std::size_t>& which, double least_size_m, bool mirrored,
+                          KeypointsByPatch* of_chips) {
+  std::vector<std::size_t> fresh;
+  for (const std::size_t i : which)
+    if (of_chips->try_emplace(i).second) fresh.push_back(i);
+  SideBySide(fresh.size(), [&](std::size_t k) {
+    const Image& chip = patches[fresh[k]].chip;
+    of_chips->at(fresh[k]) = FindKeypoints(mirrored ? Mirrored(chip) : chip, kChipKeypoints);
   });
+  std::vector<Keypoints> found;
+  for (const std::size_t i : which) {
+    const Keypoints& all = of_chips->at(i);
+    std::vector<std::size_t> large;
+    for (std::size_t k = 0; k < all.Size() && large.size() < kKeptOfChip; ++k)
+      if (all.sizes_px[k] * patches[i].gsd_m >= least_size_m) large.push_back(k);
+    found.push_back(all.Of(large));
+  }
   ChipKeypoints of;
   of.keypoints.descriptors.resize(0, kDescriptorSize);
   for (std::size_t k = 0; k < which.size(); ++k) {
@@ -171,8 +180,10 @@ ChipKeypoints KeypointsOf(const std::vector<patchdb::Patch>& patches,
   return of;
 }
 
-std::vector<Pair> AlikePairs(const Keypoints& photo, const ChipKeypoints& chips, int reduction) {
-  const AlikeKeypoints alike = CompareKeypoints(chips.keypoints, photo, kRatio, kNearest);
+std::vector<Pair> AlikePairs(const Keypoints& photo, const ChipKeypoints& chips,
+                             const Comparable& comparable, int reduction) {
+  const AlikeKeypoints alike =
+      CompareKeypoints(chips.keypoints, photo, comparable, kRatio, kNearest);
   std::vector<Pair> pairs = PairsOf(photo, chips, alike.distinct);
   const auto nearest = PairsOf(photo, chips, alike.nearest);
   for (const Pair& pair : Agreeing(nearest, chips, kAgree_px * reduction)) pairs.push_back(pair);

@@ -3,6 +3,7 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <map>
 #include <numbers>
 #include <vector>
 
@@ -38,23 +39,29 @@ bool IsMirrored(const FilmPosition& position);
 // Kappa of a photo, its film lying so, that turns what lies on the ground so.
 double KappaOf(double turn_rad, const FilmPosition& position);
 
-// Of the whole photo at a reduction; pixels and sizes in scan pixels.
+// Of the whole photo at a reduction, the smallest first; pixels and sizes in scan pixels.
 Keypoints KeypointsOf(const PhotoImage& photo, int reduction);
 
-// Of these, those whose chips are at least so wide, as many as can be searched for, spread over the
-// region.
+// Of these, those whose chips are at least so wide, at most `most`, spread over the region.
 std::vector<std::size_t> PatchesToShow(const std::vector<patchdb::Patch>& patches,
-                                       const std::vector<std::size_t>& which, double least_width_m);
+                                       const std::vector<std::size_t>& which, double least_width_m,
+                                       int most);
 
-// Of these patches' chips, at least so large on the ground. `mirrored`: as IsMirrored.
+// Those of each chip, whatever their size; by the patch's index.
+using KeypointsByPatch = std::map<std::size_t, Keypoints>;
+
+// Of these patches' chips, at least so large on the ground. `mirrored`: as IsMirrored. `found`:
+// those of the patches that are there already, and those found now.
 ChipKeypoints KeypointsOf(const std::vector<patchdb::Patch>& patches,
-                          const std::vector<std::size_t>& which, double least_size_m,
-                          bool mirrored);
+                          const std::vector<std::size_t>& which, double least_size_m, bool mirrored,
+                          KeypointsByPatch* found);
 
-// Pairs whose descriptors are nearer to one another than to others (Lowe 2004), and those of the
-// nearest few with which another one of their chip agrees on where it lies: where years lie between
-// the nearest one is seldom right, two that agree are seldom wrong.
-std::vector<Pair> AlikePairs(const Keypoints& photo, const ChipKeypoints& chips, int reduction);
+// Pairs whose descriptors are nearer to one another than to others (Lowe 2004), and nearest
+// ones with which another one of their chip agrees on where it lies: where years lie between the
+// nearest one is seldom right, two that agree are seldom wrong.
+// Only what is `comparable` is compared, photo's keypoints with one of the chips'.
+std::vector<Pair> AlikePairs(const Keypoints& photo, const ChipKeypoints& chips,
+                             const Comparable& comparable, int reduction);
 
 // The pairs of the `turns` turns with most of them, the fullest first, each with `fewest` at least.
 std::vector<std::vector<Pair>> ByTurn(std::vector<Pair> pairs, int turns, std::size_t fewest);

@@ -7,24 +7,26 @@
 #include <map>
 #include <numbers>
 #include <set>
+#include <utility>
 
 #include "core/geometry/collinearity.h"
 #include "exterior/search/first_pose.h"
 #include "exterior/search/keypoint_pairs.h"
 #include "exterior/search/keypoint_pose.h"
 #include "exterior/search/photo_level.h"
+#include "exterior/search/possible_pairs.h"
 #include "exterior/search/search_prior.h"
 
 namespace orient::exterior {
 namespace {
 
 // Levels that are searched, the coarser first: most photos are found there at a quarter of the
-// cost.
+// cost, and by few patches. Of a region much larger than the photo many lie beside it.
 struct Level {
   double most_pixels;
-  int batches;  // of patches: of a region much larger than the photo many lie beside it
+  std::vector<int> batches;  // numbers of patches
 };
-constexpr std::array kLevels = {Level{3e6, 1}, Level{12e6, 3}};
+const std::array kLevels = {Level{3e6, {300, 600}}, Level{12e6, {900, 900}}};
 constexpr double kLeastChip_px = 24;  // of the level: half of it is border
 // The smallest that SIFT finds, diameter in pixels.
 constexpr double kSmallest_px = 3;
@@ -32,27 +34,56 @@ constexpr double kSmallest_px = 3;
 constexpr int kTried = 5;
 constexpr int kFewest = 5;  // places that agree: patches will prove it or not
 
-class KeypointSearch {
+// Keypoints of the photo's levels and of chips, found once.
+class FoundKeypoints {
  public:
-  KeypointSearch(const PhotoTask& task, double ground_m, double trials)
-      : task_(task), trials_(trials), ground_m_(ground_m) {}
+  explicit FoundKeypoints(const PhotoTask& task) : task_(task) {}
 
-  WholePhotoSearch Run() {
-    WholePhotoSearch search;
-    int before = 0;
-    for (const auto& [most_pixels, batches] : kLevels) {
-      const int reduction = FinestReduction(task_.image, most_pixels);
-      if (reduction == before) break;
-      before = reduction;
-      SearchLevel(reduction, batches, &search);
-      if (Convinces(search.track, task_.options)) break;
-    }
-    return search;
+  const Keypoints& OfPhoto(int reduction) {
+    const auto [at, fresh] = photo_.try_emplace(reduction);
+    if (fresh) at->second = KeypointsOf(task_.image, reduction);
+    return at->second;
+  }
+  ChipKeypoints OfChips(const std::vector<std::size_t>& which, double least_size_m, bool mirrored) {
+    return KeypointsOf(task_.patches, which, least_size_m, mirrored, &chips_[mirrored ? 1 : 0]);
   }
 
  private:
-  void SearchLevel(int reduction, int batches, WholePhotoSearch* search) const;
-  void SearchBatch(const Keypoints& photo, const std::vector<std::size_t>& which, int reduction,
+  const PhotoTask& task_;
+  std::map<int, Keypoints> photo_;
+  std::array<KeypointsByPatch, 2> chips_;  // as they are, mirrored
+};
+
+// With an approximation that is believed, or with none.
+class KeypointSearch {
+ public:
+  // `prior`: of the pose; `believed`: its accuracy says which pairs may be.
+  KeypointSearch(const PhotoTask& task, FoundKeypoints* found, PosePrior prior, bool believed,
+                 double ground_m, double trials)
+      : task_(task),
+        found_(found),
+        prior_(std::move(prior)),
+        believed_(believed),
+        trials_(trials),
+        ground_m_(ground_m) {}
+
+  void Run(WholePhotoSearch* search) const {
+    int before = 0;
+    // Where any pair may be, fine levels have too many.
+    const auto end = believed_ ? kLevels.end() : kLevels.begin() + 1;
+    for (auto level = kLevels.begin(); level != end; ++level) {
+      const auto& [most_pixels, batches] = *level;
+      const int reduction = FinestReduction(task_.image, most_pixels);
+      if (reduction == before) break;
+      before = reduction;
+      SearchLevel(reduction, batches, search);
+      if (Convinces(search->track, task_.options)) break;
+    }
+  }
+
+ private:
+  void SearchLevel(int reduction, const std::vector<int>& batches, WholePhotoSearch* search) const;
+  void SearchBatch(const std::vector<std::size_t>& which, int reduction,
                    WholePhotoSearch* search) const;
   void Try(const Keypoints& photo, const ChipKeypoints& chips, int reduction, bool mirrored,
            WholePhotoSearch* search) const;
@@ -65,42 +96,42 @@ class KeypointSearch {
   double ReachMm(const PhotoView& view, const Eigen::Vector2d& photo_mm) const;
   PhotoView ViewTurned(const FilmPosition& position, double turn_rad) const;
   double WindowPx2(const PhotoView& view, const Eigen::Vector3d& ground_m) const;
-  bool MayBe(const Pair& pair, const Keypoints& photo, const ChipKeypoints& chips,
-             const FilmPosition& position) const;
-  double Height() const { return task_.photo.prior.pose.position_m.z() - ground_m_; }
+  double Height() const { return prior_.pose.position_m.z() - ground_m_; }
   double Gsd() const {
     return task_.View(task_.photo.positions.front(), {}).PixelSize() * Height() /
            task_.photo.camera.principal_distance_mm;
   }
 
   const PhotoTask& task_;
+  FoundKeypoints* found_;
+  PosePrior prior_;
+  bool believed_;
   double trials_;
   double ground_m_;
 };
 
 // Those that the photo may show, whichever way it is turned.
 std::vector<std::size_t> KeypointSearch::PatchesAround() const {
-  const PhotoView view = task_.View(task_.photo.positions.front(), task_.photo.prior.pose);
+  const PhotoView view = task_.View(task_.photo.positions.front(), prior_.pose);
   std::vector<std::size_t> around;
   for (std::size_t i = 0; i < task_.patches.size(); ++i) {
     const auto photo_mm = PhotoFromGround(view.camera, view.pose, task_.patches[i].ground_m);
     const bool far = photo_mm && (*photo_mm - view.camera.frame_centre_mm).norm() >
                                      view.camera.FrameRadius() + ReachMm(view, *photo_mm);
-    if (!far || task_.options.prior_failed) around.push_back(i);
+    if (!far || !believed_) around.push_back(i);
   }
   return around;
 }
 
-void KeypointSearch::SearchLevel(int reduction, int batches, WholePhotoSearch* search) const {
+void KeypointSearch::SearchLevel(int reduction, const std::vector<int>& batches,
+                                 WholePhotoSearch* search) const {
   std::vector<std::size_t> around = PatchesAround();
-  std::optional<Keypoints> photo;
-  for (int batch = 0; batch < batches; ++batch) {
+  for (const int patches : batches) {
     const std::vector<std::size_t> which =
-        PatchesToShow(task_.patches, around, kLeastChip_px * Gsd() * reduction);
+        PatchesToShow(task_.patches, around, kLeastChip_px * Gsd() * reduction, patches);
     if (which.empty()) return;
     search->searched = true;
-    if (!photo) photo = KeypointsOf(task_.image, reduction);
-    SearchBatch(*photo, which, reduction, search);
+    SearchBatch(which, reduction, search);
     if (Convinces(search->track, task_.options)) return;
     std::erase_if(around, [&, sought = std::set(which.begin(), which.end())](std::size_t i) {
       return sought.count(i) > 0;
@@ -108,16 +139,16 @@ void KeypointSearch::SearchLevel(int reduction, int batches, WholePhotoSearch* s
   }
 }
 
-void KeypointSearch::SearchBatch(const Keypoints& photo, const std::vector<std::size_t>& which,
-                                 int reduction, WholePhotoSearch* search) const {
+void KeypointSearch::SearchBatch(const std::vector<std::size_t>& which, int reduction,
+                                 WholePhotoSearch* search) const {
   for (const bool mirrored : {false, true}) {
     const auto& positions = task_.photo.positions;
     if (std::none_of(positions.begin(), positions.end(),
                      [&](const FilmPosition& p) { return IsMirrored(p) == mirrored; }))
       continue;
     const ChipKeypoints chips =
-        KeypointsOf(task_.patches, which, kSmallest_px * Gsd() * reduction / kScaleReach, mirrored);
-    Try(photo, chips, reduction, mirrored, search);
+        found_->OfChips(which, kSmallest_px * Gsd() * reduction / kScaleReach, mirrored);
+    Try(found_->OfPhoto(reduction), chips, reduction, mirrored, search);
     if (Convinces(search->track, task_.options)) return;
   }
 }
@@ -125,7 +156,7 @@ void KeypointSearch::SearchBatch(const Keypoints& photo, const std::vector<std::
 // How far from where the prior's position and tilt put it, kappa being known to some degrees, a
 // point may lie.
 double KeypointSearch::ReachMm(const PhotoView& view, const Eigen::Vector2d& photo_mm) const {
-  const Vector6d sigma = task_.photo.prior.covariance.diagonal().cwiseSqrt();
+  const Vector6d sigma = prior_.covariance.diagonal().cwiseSqrt();
   const double tilt = std::min(sigma.segment<2>(3).maxCoeff(), kUsualTilt_rad);
   const double off_axis_mm = (photo_mm - view.camera.principal_point_mm).norm();
   return kWindowSigmas * std::hypot(tilt, sigma.head<2>().maxCoeff() / Height()) *
@@ -135,7 +166,7 @@ double KeypointSearch::ReachMm(const PhotoView& view, const Eigen::Vector2d& pho
 
 // As approximated, but for kappa.
 PhotoView KeypointSearch::ViewTurned(const FilmPosition& position, double turn_rad) const {
-  PhotoView view = task_.View(position, task_.photo.prior.pose);
+  PhotoView view = task_.View(position, prior_.pose);
   view.pose.opk_rad.z() = KappaOf(turn_rad, position);
   return view;
 }
@@ -145,19 +176,9 @@ PhotoView KeypointSearch::ViewTurned(const FilmPosition& position, double turn_r
 double KeypointSearch::WindowPx2(const PhotoView& view, const Eigen::Vector3d& ground_m) const {
   const double whole_px2 = static_cast<double>(task_.image.Width()) * task_.image.Height();
   const auto photo_mm = PhotoFromGround(view.camera, view.pose, ground_m);
-  if (task_.options.prior_failed || !photo_mm) return whole_px2;
+  if (!believed_ || !photo_mm) return whole_px2;
   const double reach_px = ReachMm(view, *photo_mm) / view.PixelSize();
   return std::min(whole_px2, std::numbers::pi * reach_px * reach_px);
-}
-
-// Whether a pair lies where the stated accuracy lets it, given the kappa that it says.
-bool KeypointSearch::MayBe(const Pair& pair, const Keypoints& photo, const ChipKeypoints& chips,
-                           const FilmPosition& position) const {
-  const PhotoView view = ViewTurned(position, pair.turn_rad);
-  const auto photo_mm = PhotoFromGround(view.camera, view.pose, chips.ground_m[pair.match.first]);
-  if (!photo_mm) return false;
-  return (*photo_mm - view.PhotoFromPixel(photo.pixels[pair.match.second])).norm() <=
-         ReachMm(view, *photo_mm);
 }
 
 void KeypointSearch::Try(const Keypoints& photo, const ChipKeypoints& chips, int reduction,
@@ -165,19 +186,18 @@ void KeypointSearch::Try(const Keypoints& photo, const ChipKeypoints& chips, int
   std::vector<FilmPosition> positions;
   for (const FilmPosition& position : task_.photo.positions)
     if (IsMirrored(position) == mirrored) positions.push_back(position);
-  const double sigma = std::sqrt(task_.photo.prior.covariance(2, 2)) / Height();
+  const double sigma = std::sqrt(prior_.covariance(2, 2)) / Height();
   const double reach = std::log(kScaleReach) + std::log1p(2 * std::min(sigma, 0.5));
-  const double gsd_m = Gsd();
-  std::vector<Pair> pairs = AlikePairs(photo, chips, reduction);
-  const auto may_be = [&](const Pair& pair) {
-    return task_.options.prior_failed ||
-           std::any_of(positions.begin(), positions.end(), [&](const FilmPosition& position) {
-             return MayBe(pair, photo, chips, position);
-           });
-  };
-  std::erase_if(pairs, [&](const Pair& pair) {
-    return std::abs(std::log(pair.gsd_m / gsd_m)) > reach || !may_be(pair);
-  });
+  PossiblePairs possible(photo, chips, Gsd(), std::exp(reach));
+  if (believed_)
+    for (const FilmPosition& position : positions) {
+      const PhotoView view = task_.View(position, prior_.pose);
+      possible.LetPassNear(
+          view, position, kTurnReach_rad + kWindowSigmas * std::sqrt(prior_.covariance(5, 5)),
+          [&](const Eigen::Vector2d& photo_mm) { return ReachMm(view, photo_mm); });
+    }
+  std::vector<Pair> pairs = AlikePairs(
+      photo, chips, [&](std::size_t i) { return possible.Of(i); }, reduction);
   for (const std::vector<Pair>& turned : ByTurn(std::move(pairs), kTried, kFewest)) {
     KeepBetter(Follow(turned, photo, chips, positions, reduction), &search->track);
     for (const FilmPosition& position : positions)
@@ -193,8 +213,7 @@ std::optional<PoseTrack> KeypointSearch::FollowChips(const std::vector<Pair>& tu
                                                      const ChipKeypoints& chips,
                                                      const FilmPosition& position,
                                                      int reduction) const {
-  const PosePrior& stated = task_.photo.prior;
-  PosePrior prior = task_.options.prior_failed ? Widened(stated, ground_m_) : stated;
+  PosePrior prior = prior_;
   const PhotoView view = ViewTurned(position, turned.front().turn_rad);
   prior.pose = view.pose;
   prior.covariance.row(5).setZero();
@@ -261,14 +280,27 @@ std::optional<PoseTrack> KeypointSearch::Follow(const std::vector<Pair>& turned,
 
 double KeypointTrials(const PhotoTask& task) {
   constexpr int kPosesOfATurn = 2;
-  int batches = 0;
-  for (const Level& level : kLevels) batches += level.batches;
-  return static_cast<double>(batches * kTried * kPosesOfATurn) *
+  std::size_t batches = 0;
+  for (const Level& level : kLevels) batches += level.batches.size();
+  const int searches = task.options.prior_failed ? 2 : 1;
+  return static_cast<double>(batches) * searches * kTried * kPosesOfATurn *
          static_cast<double>(task.photo.positions.size());
 }
 
 WholePhotoSearch SearchByKeypoints(const PhotoTask& task, double ground_height_m, double trials) {
-  return KeypointSearch(task, ground_height_m, trials).Run();
+  const PosePrior& stated = task.photo.prior;
+  FoundKeypoints found(task);
+  WholePhotoSearch search;
+  if (!task.options.prior_failed) {
+    KeypointSearch(task, &found, stated, true, ground_height_m, trials).Run(&search);
+    return search;
+  }
+  KeypointSearch(task, &found, Doubtful(stated, ground_height_m), true, ground_height_m, trials)
+      .Run(&search);
+  if (!Convinces(search.track, task.options))
+    KeypointSearch(task, &found, Widened(stated, ground_height_m), false, ground_height_m, trials)
+        .Run(&search);
+  return search;
 }
 
 }  // namespace orient::exterior

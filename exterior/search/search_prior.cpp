@@ -19,6 +19,16 @@ bool IsVague(const Camera& camera, const PosePrior& prior, double ground_height_
   return moved_mm > kShareOfFrame * camera.frame_mm.minCoeff();
 }
 
+PosePrior Doubtful(const PosePrior& prior, double ground_height_m) {
+  constexpr double kShareOfHeight = 0.03;
+  const double height = std::abs(prior.pose.position_m.z() - ground_height_m);
+  PosePrior wide = prior;
+  wide.covariance *= 4;
+  wide.covariance.topLeftCorner<3, 3>() +=
+      std::pow(kShareOfHeight * height, 2) * Eigen::Matrix3d::Identity();
+  return wide;
+}
+
 PosePrior Widened(const PosePrior& prior, double ground_height_m) {
   constexpr double kShareOfHeight = 0.3, kScale = 0.1;
   constexpr double kLeastTilt_rad = 5 * std::numbers::pi / 180;

@@ -16,6 +16,10 @@ inline constexpr double kUsualTilt_rad = 5 * std::numbers::pi / 180;
 // patches may lie anywhere in the frame. Such a photo needs OrientPhotoOptions::wide.
 bool IsVague(const Camera& camera, const PosePrior& prior, double ground_height_m);
 
+// Approximations are often worse than they are said to be: twice, and in position a few per cent of
+// the flying height, which is what a map or a forgotten datum shift makes of it.
+PosePrior Doubtful(const PosePrior& prior, double ground_height_m);
+
 // What a wide search allows for, whatever the prior claims: any kappa, a position wrong by a third
 // of the flying height, and no more tilt than aerial photos have.
 PosePrior Widened(const PosePrior& prior, double ground_height_m);

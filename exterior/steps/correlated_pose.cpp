@@ -3,9 +3,12 @@
 #include <Eigen/Dense>
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
+#include "core/base/median.h"
 #include "core/geometry/collinearity.h"
-#include "core/terrain/pixel_derivatives.h"
+#include "exterior/steps/error_model.h"
+#include "exterior/steps/linearised_matches.h"
 #include "exterior/steps/shared_errors.h"
 #include "exterior/steps/unseen_errors.h"
 
@@ -19,115 +22,10 @@ constexpr int kIterations = 4, kIterationsWithDistance = 6;
 constexpr double kLeastNoiseFactor = 0.1;
 // Heights that the residuals hardly show keep their stated variance.
 constexpr double kLeastHeightRedundancy = 0.5;
-
-// The linearised problem about one pose; two rows (col, row) an observation.
-struct Linearised {
-  Eigen::MatrixXd by_unknowns;  // the pose's six, and the principal distance where it is an unknown
-  Eigen::Matrix<double, Eigen::Dynamic, 6> by_interior;
-  Eigen::VectorXd by_height;  // px per standard deviation of the height error
-  Eigen::VectorXd residuals;  // measured - computed, px
-};
-
-std::optional<Linearised> Linearise(const PhotoView& view,
-                                    const std::vector<PatchObservation>& observations,
-                                    Eigen::Index unknowns) {
-  const Affine2d pixel_from_photo = view.photo_from_pixel.Inverse();
-  const Eigen::Index rows = 2 * static_cast<Eigen::Index>(observations.size());
-  Linearised system{Eigen::MatrixXd(rows, unknowns), Eigen::MatrixXd(rows, 6),
-                    Eigen::VectorXd(rows), Eigen::VectorXd(rows)};
-  for (Eigen::Index i = 0; i < rows / 2; ++i) {
-    const PatchObservation& o = observations[static_cast<std::size_t>(i)];
-    const auto d = PixelFromGroundWithDerivatives(view, o.ground_m);
-    if (!d) return std::nullopt;
-    system.by_unknowns.block<2, 6>(2 * i, 0) = d->by_pose;
-    if (unknowns > 6) system.by_unknowns.block<2, 1>(2 * i, 6) = d->by_principal_distance;
-    // photo = A pixel + t: an error of A and t shows in the pixel as -A^-1 (dA pixel + dt).
-    Eigen::Matrix<double, 2, 6> affine;
-    affine << o.pixel.x(), o.pixel.y(), 0, 0, 1, 0, 0, 0, o.pixel.x(), o.pixel.y(), 0, 1;
-    system.by_interior.middleRows<2>(2 * i) = -pixel_from_photo.A * affine;
-    system.by_height.segment<2>(2 * i) = d->by_ground * o.height_effect * o.height_sigma_m;
-    system.residuals.segment<2>(2 * i) = o.pixel - view.PixelFromPhoto(d->photo_mm);
-  }
-  return system;
-}
-
-// Single matches, and the groups of them whose weighted means are the observations.
-struct GroupedMatches {
-  const std::vector<PatchObservation>& all;
-  std::vector<std::vector<std::size_t>> groups;
-  std::vector<PatchObservation> means;  // of the groups; their covariances have both axes alike
-};
-
-double OwnVariance(const PatchObservation& match) { return match.covariance_px2.trace() / 2; }
-
-GroupedMatches Group(const std::vector<PatchObservation>& all) {
-  GroupedMatches grouped{all, Grouped(all), {}};
-  for (const std::vector<std::size_t>& group : grouped.groups) {
-    PatchObservation mean = all[group.front()];
-    mean.ground_m.setZero();
-    mean.pixel.setZero();
-    double weights = 0;
-    for (const std::size_t i : group) {
-      const double weight = 1 / OwnVariance(all[i]);
-      mean.ground_m += weight * all[i].ground_m;
-      mean.pixel += weight * all[i].pixel;
-      weights += weight;
-    }
-    mean.ground_m /= weights;
-    mean.pixel /= weights;
-    mean.covariance_px2 = Eigen::Matrix2d::Identity() / weights;
-    grouped.means.push_back(mean);
-  }
-  return grouped;
-}
-
-Eigen::VectorXd NoiseVariances(const std::vector<PatchObservation>& observations) {
-  Eigen::VectorXd variances(2 * std::ssize(observations));
-  for (Eigen::Index i = 0; i < std::ssize(observations); ++i)
-    variances.segment<2>(2 * i).setConstant(OwnVariance(observations[static_cast<std::size_t>(i)]));
-  return variances;
-}
-
-// The linearised problem of the means: the matches' equations, averaged.
-std::optional<Linearised> Linearise(const PhotoView& view, const GroupedMatches& matches,
-                                    Eigen::Index unknowns) {
-  const auto single = Linearise(view, matches.all, unknowns);
-  if (!single || matches.groups.size() == matches.all.size()) return single;
-  const Eigen::Index rows = 2 * std::ssize(matches.groups);
-  Linearised mean{Eigen::MatrixXd::Zero(rows, unknowns), Eigen::MatrixXd::Zero(rows, 6),
-                  Eigen::VectorXd::Zero(rows), Eigen::VectorXd::Zero(rows)};
-  for (Eigen::Index g = 0; g < rows / 2; ++g) {
-    const auto group = static_cast<std::size_t>(g);
-    for (const std::size_t i : matches.groups[group]) {
-      const double share = OwnVariance(matches.means[group]) / OwnVariance(matches.all[i]);
-      const Eigen::Index from = 2 * static_cast<Eigen::Index>(i);
-      mean.by_unknowns.middleRows<2>(2 * g) += share * single->by_unknowns.middleRows<2>(from);
-      mean.by_interior.middleRows<2>(2 * g) += share * single->by_interior.middleRows<2>(from);
-      mean.by_height.segment<2>(2 * g) += share * single->by_height.segment<2>(from);
-      mean.residuals.segment<2>(2 * g) += share * single->residuals.segment<2>(from);
-    }
-  }
-  return mean;
-}
-
-// Covariance of the film's deformation at any two observations, the same in col and row.
-Eigen::MatrixXd FilmCovariance(const std::vector<PatchObservation>& observations,
-                               const CommonErrors& common) {
-  const Eigen::Index n = static_cast<Eigen::Index>(observations.size());
-  Eigen::MatrixXd covariance = Eigen::MatrixXd::Zero(2 * n, 2 * n);
-  if (common.film_sigma_px <= 0) return covariance;
-  for (Eigen::Index i = 0; i < n; ++i)
-    for (Eigen::Index j = 0; j < n; ++j) {
-      const double distance = (observations[static_cast<std::size_t>(i)].pixel -
-                               observations[static_cast<std::size_t>(j)].pixel)
-                                  .norm() /
-                              common.film_correlation_px;
-      covariance.block<2, 2>(2 * i, 2 * j) = Eigen::Matrix2d::Identity() *
-                                             std::pow(common.film_sigma_px, 2) *
-                                             std::exp(-distance * distance);
-    }
-  return covariance;
-}
+// Log likelihood by which residuals must prefer a long correlation of height errors.
+constexpr double kClearlyBetter = 3;
+// Spacing of matches, in short correlation lengths, at which they show such a correlation.
+constexpr double kCloseEnough = 0.5;
 
 // A variance that so many degrees of freedom tell is uncertain itself: errors follow Student's
 // distribution, whose variance is larger by this.
@@ -174,21 +72,28 @@ void Move(const Eigen::VectorXd& step, PhotoView* now) {
 // fifth only.
 constexpr double kTrustInSurvey = 30;
 
-// The two variance components after a step. `left`: what of the residuals' weights is left once the
-// unknowns have followed. `stated`: redundancy that the stated variances are worth. Returns the
-// noise's redundancy.
+// Of the variances stated.
+struct Components {
+  double noise = 1;
+  OfHeights<double> heights = {1, 1};
+};
+
+// After a step. `left`: what of the residuals' weights is left once the unknowns have followed.
+// `stated`: redundancy that the stated variances are worth. Returns the noise's redundancy.
 double UpdateComponents(const Eigen::VectorXd& weighted, const Eigen::MatrixXd& left,
-                        const Eigen::MatrixXd& noise, const Eigen::MatrixXd& heights, double stated,
-                        CorrelatedPose* estimate) {
-  const Eigen::MatrixXd of_noise = estimate->noise_factor * noise;
-  const Eigen::MatrixXd of_heights = estimate->height_factor * heights;
+                        const Eigen::MatrixXd& noise, const OfHeights<Eigen::MatrixXd>& heights,
+                        double stated, Components* components) {
+  const Eigen::MatrixXd of_noise = components->noise * noise;
   const double redundancy = left.cwiseProduct(of_noise).sum();
-  const double by_residuals = estimate->noise_factor * Component(weighted, left, of_noise);
-  estimate->noise_factor =
+  const double by_residuals = components->noise * Component(weighted, left, of_noise);
+  for (std::size_t kind = 0; kind < kHeightKinds; ++kind) {
+    double& factor = components->heights[kind];
+    const Eigen::MatrixXd of_heights = factor * heights[kind];
+    if (left.cwiseProduct(of_heights).sum() > kLeastHeightRedundancy)
+      factor = std::clamp(factor * Component(weighted, left, of_heights), 0.01, 10.0);
+  }
+  components->noise =
       std::max((redundancy * by_residuals + stated) / (redundancy + stated), kLeastNoiseFactor);
-  if (left.cwiseProduct(of_heights).sum() > kLeastHeightRedundancy)
-    estimate->height_factor =
-        std::clamp(estimate->height_factor * Component(weighted, left, of_heights), 0.01, 10.0);
   return redundancy + stated;
 }
 
@@ -208,16 +113,22 @@ Variances VariancesOf(const std::vector<PatchObservation>& matches) {
   return variances;
 }
 
+// A residual along an edge is none.
 std::vector<ResidualTrend> TrendsOf(const std::vector<PatchObservation>& observations,
                                     const Eigen::VectorXd& residuals) {
   TrendInput input;
   for (Eigen::Index i = 0; i < std::ssize(observations); ++i) {
     const PatchObservation& observation = observations[static_cast<std::size_t>(i)];
+    if (IsOfEdge(observation.covariance_px2)) continue;
     input.pixels.push_back(observation.pixel);
     input.residuals_px.emplace_back(residuals.segment<2>(2 * i));
     input.sources.push_back(observation.source);
   }
   return FindTrends(input);
+}
+
+double LogDeterminant(const Eigen::LLT<Eigen::MatrixXd>& matrix) {
+  return 2 * matrix.matrixLLT().diagonal().array().log().sum();
 }
 
 // What does not change from step to step.
@@ -226,16 +137,20 @@ struct Model {
   const CommonErrors& common;
   const PosePrior& prior;
   const UnknownDistance& unknown;
-  Eigen::MatrixXd noise, correlation, film, prior_information;
+  Eigen::MatrixXd noise;  // what was measured, with a variance component
+  Eigen::MatrixXd fixed;  // the film's deformation and what edges leave open: without
+  Eigen::MatrixXd prior_information;
+  OfHeights<Eigen::MatrixXd> correlation;
 };
 
 // One step of Gauss-Newton with the variance components as they are.
 struct Step {
   Linearised system;
-  Eigen::MatrixXd heights;                 // covariance, px^2
+  OfHeights<Eigen::MatrixXd> heights;      // covariances, px^2
   Eigen::LLT<Eigen::MatrixXd> covariance;  // of all observations
   Eigen::MatrixXd weighted_design, known;  // the latter: covariance of the unknowns
-  Eigen::VectorXd step;
+  double log_determinant = 0;              // of the normals
+  Eigen::VectorXd step, prior_minus_now;
 
   Eigen::VectorXd Residuals() const { return system.residuals - system.by_unknowns * step; }
   // What of the residuals' weights is left once the unknowns have followed.
@@ -244,56 +159,128 @@ struct Step {
     return covariance.solve(Eigen::MatrixXd::Identity(rows, rows)) -
            weighted_design * known * weighted_design.transpose();
   }
+  // Restricted, but for a constant.
+  double LogLikelihood(const Eigen::MatrixXd& prior_information) const {
+    const Eigen::VectorXd residuals = Residuals(), off = prior_minus_now - step;
+    return -(residuals.dot(covariance.solve(residuals)) + off.dot(prior_information * off) +
+             LogDeterminant(covariance) + log_determinant) /
+           2;
+  }
 };
 
 std::optional<Step> StepFrom(const PhotoView& now, const Model& model,
-                             const CorrelatedPose& estimate) {
+                             const Components& components) {
   const Eigen::Index unknowns = model.prior_information.rows();
   const auto system = Linearise(now, model.matches, unknowns);
   if (!system) return std::nullopt;
-  Step step{*system, {}, {}, {}, {}, {}};
-  step.heights =
-      system->by_height.asDiagonal() * model.correlation * system->by_height.asDiagonal();
-  step.covariance.compute(
-      estimate.noise_factor * model.noise + estimate.height_factor * step.heights + model.film +
-      system->by_interior * model.common.interior * system->by_interior.transpose());
+  Step step{*system, {}, {}, {}, {}, 0, {}, PriorMinusNow(model.prior, model.unknown, now)};
+  Eigen::MatrixXd covariance =
+      components.noise * model.noise + model.fixed +
+      system->by_interior * model.common.interior * system->by_interior.transpose();
+  for (std::size_t kind = 0; kind < kHeightKinds; ++kind) {
+    const auto by_height = system->by_height[kind].asDiagonal();
+    step.heights[kind] = by_height * model.correlation[kind] * by_height;
+    covariance += components.heights[kind] * step.heights[kind];
+  }
+  step.covariance.compute(covariance);
   if (step.covariance.info() != Eigen::Success) return std::nullopt;
   step.weighted_design = step.covariance.solve(system->by_unknowns);
   const Eigen::LLT<Eigen::MatrixXd> normals(system->by_unknowns.transpose() * step.weighted_design +
                                             model.prior_information);
   if (normals.info() != Eigen::Success) return std::nullopt;
-  step.step =
-      normals.solve(step.weighted_design.transpose() * system->residuals +
-                    model.prior_information * PriorMinusNow(model.prior, model.unknown, now));
+  step.log_determinant = LogDeterminant(normals);
+  step.step = normals.solve(step.weighted_design.transpose() * system->residuals +
+                            model.prior_information * step.prior_minus_now);
   step.known = normals.solve(Eigen::MatrixXd::Identity(unknowns, unknowns));
   return step;
 }
 
-// The unknowns' covariance, first with what the residuals show only. Trends are noted.
+// The unknowns' covariance, first with what the residuals show only.
 struct Covariances {
   Eigen::MatrixXd known, honest;
 };
 
-Covariances CovariancesOf(const Step& step, const Model& model, const Variances& of_matches,
-                          double redundancy, CorrelatedPose* estimate) {
+// Where the adjustment has ended.
+struct Adjusted {
+  PhotoView view;
+  Components components;
+  double redundancy = 0;  // of the noise
+  Step last;
+  double log_likelihood = 0;
+};
+
+std::optional<Adjusted> Adjust(const PhotoView& view, const Model& model, double stated) {
+  Adjusted adjusted{view, {}, 0, {Linearised(0, 0), {}, {}, {}, {}, 0, {}, {}}, 0};
+  const int iterations = model.unknown ? kIterationsWithDistance : kIterations;
+  for (int i = 0; i < iterations; ++i) {
+    auto step = StepFrom(adjusted.view, model, adjusted.components);
+    if (!step) return std::nullopt;
+    Move(step->step, &adjusted.view);
+    adjusted.log_likelihood = step->LogLikelihood(model.prior_information);
+    adjusted.redundancy =
+        UpdateComponents(step->covariance.solve(step->Residuals()), step->Left(), model.noise,
+                         step->heights, stated, &adjusted.components);
+    adjusted.last = *std::move(step);
+  }
+  return adjusted;
+}
+
+// From each to its nearest.
+double MedianSpacing_m(const std::vector<PatchObservation>& observations) {
+  std::vector<double> nearest_m(observations.size(), std::numeric_limits<double>::infinity());
+  for (std::size_t i = 0; i < observations.size(); ++i)
+    for (std::size_t j = 0; j < i; ++j) {
+      const double distance_m =
+          (observations[i].ground_m - observations[j].ground_m).head<2>().norm();
+      nearest_m[i] = std::min(nearest_m[i], distance_m);
+      nearest_m[j] = std::min(nearest_m[j], distance_m);
+    }
+  return UpperMedian(std::move(nearest_m));
+}
+
+// Where matches lie close enough to show it, errors of heights fade over a short distance, as those
+// of a DEM too coarse for its terrain, unless the residuals clearly speak for a long one; elsewhere
+// over the long one, which promises less. The surface's, where an orthophoto does not show heights,
+// are such a DEM's.
+std::optional<Adjusted> AdjustAsResidualsSay(const PhotoView& view, Model* model, double stated) {
+  const double length_m = model->common.height_correlation_m;
+  const auto correlation = [&](HeightFading fading) {
+    return HeightCorrelation(model->matches.means, fading, length_m);
+  };
+  model->correlation = {correlation(HeightFading::kLong), correlation(HeightFading::kShort)};
+  auto as_long = Adjust(view, *model, stated);
+  if (MedianSpacing_m(model->matches.means) > kCloseEnough * kShortHeightCorrelation * length_m)
+    return as_long;
+  model->correlation[0] = model->correlation[1];
+  auto as_short = Adjust(view, *model, stated);
+  if (!as_short) return as_long;
+  if (!as_long || as_long->log_likelihood < as_short->log_likelihood + kClearlyBetter)
+    return as_short;
+  return as_long;
+}
+
+// Trends are noted.
+Covariances CovariancesOf(const Adjusted& adjusted, const Model& model, const Variances& of_matches,
+                          CorrelatedPose* estimate) {
+  const Step& step = adjusted.last;
   const std::vector<PatchObservation>& observations = model.matches.means;
   const double fade_m = model.common.height_correlation_m;
-  const double student = Student(redundancy);
-  const double factor = student * estimate->noise_factor;
+  const double student = Student(adjusted.redundancy);
+  const double factor = student * adjusted.components.noise;
   const LinearEstimator estimator{step.known * step.weighted_design.transpose(),
-                                  factor * model.noise.diagonal(), factor * of_matches.own_px2,
-                                  step.system.by_height, estimate->height_factor};
+                                  factor * of_matches.own_px2, step.system.by_height,
+                                  adjusted.components.heights};
   Covariances covariances{step.known, {}};
-  covariances.known += (1 - 1 / student) * estimator.by_observation *
-                       estimator.noise_px2.asDiagonal() * estimator.by_observation.transpose();
+  covariances.known += (factor - factor / student) * estimator.by_observation * model.noise *
+                       estimator.by_observation.transpose();
   const Eigen::VectorXd residuals = step.Residuals();
   estimate->trends = TrendsOf(observations, residuals);
   // The covariance holds those that heights and film explain, not those of what remains as noise.
   const auto unexplained = TrendsOf(
-      observations, estimate->noise_factor *
-                        model.noise.diagonal().cwiseProduct(step.covariance.solve(residuals)));
-  covariances.honest =
-      covariances.known + CovarianceOfUnseenErrors(estimator, observations, fade_m);
+      observations, adjusted.components.noise * model.noise * step.covariance.solve(residuals));
+  covariances.honest = covariances.known +
+                       CovarianceOfUnseenErrors(estimator, observations, fade_m) +
+                       CovarianceOfSources(estimator, observations, model.common.half_frame_px);
   if (!unexplained.empty())
     covariances.honest += CovarianceOfTrends(estimator, observations,
                                              std::pow(unexplained.front().rms_px, 2), fade_m);
@@ -307,35 +294,28 @@ std::optional<CorrelatedPose> EstimateCorrelatedPose(
     const CommonErrors& common, const std::optional<PrincipalDistancePrior>& unknown) {
   if (all.size() < kMinObservations) return std::nullopt;
   const GroupedMatches matches = Group(all);
-  const Model model{matches,
-                    common,
-                    prior,
-                    unknown,
-                    NoiseVariances(matches.means).asDiagonal(),
-                    HeightCorrelation(matches.means, common.height_correlation_m),
-                    FilmCovariance(matches.means, common),
-                    PriorInformation(prior, unknown)};
+  const OwnCovariances own = OwnCovariancesOf(matches.means);
+  Model model{matches,
+              common,
+              prior,
+              unknown,
+              own.measured,
+              FilmCovariance(matches.means, common) + own.open,
+              PriorInformation(prior, unknown),
+              {}};
   const Variances of_matches = VariancesOf(all);
+  const auto adjusted = AdjustAsResidualsSay(view, &model, of_matches.stated);
+  if (!adjusted) return std::nullopt;
   CorrelatedPose estimate;
-  PhotoView now = view;
-  Covariances covariances;
-  const int iterations = unknown ? kIterationsWithDistance : kIterations;
-  for (int i = 0; i < iterations; ++i) {
-    const auto step = StepFrom(now, model, estimate);
-    if (!step) return std::nullopt;
-    Move(step->step, &now);
-    const double redundancy =
-        UpdateComponents(step->covariance.solve(step->Residuals()), step->Left(), model.noise,
-                         step->heights, of_matches.stated, &estimate);
-    if (i + 1 == iterations)
-      covariances = CovariancesOf(*step, model, of_matches, redundancy, &estimate);
-  }
-  if (!covariances.honest.allFinite() || !(now.camera.principal_distance_mm > 0))
-    return std::nullopt;
-  estimate.pose = now.pose;
+  const Covariances covariances = CovariancesOf(*adjusted, model, of_matches, &estimate);
+  const double distance_mm = adjusted->view.camera.principal_distance_mm;
+  if (!covariances.honest.allFinite() || !(distance_mm > 0)) return std::nullopt;
+  estimate.pose = adjusted->view.pose;
+  estimate.noise_factor = adjusted->components.noise;
+  estimate.height_factor = adjusted->components.heights[0];
   estimate.covariance = covariances.known.topLeftCorner<6, 6>();
   estimate.honest_covariance = covariances.honest.topLeftCorner<6, 6>();
-  estimate.principal_distance_mm = now.camera.principal_distance_mm;
+  estimate.principal_distance_mm = distance_mm;
   if (unknown) estimate.principal_distance_sigma_mm = std::sqrt(covariances.honest(6, 6));
   return estimate;
 }

@@ -7,6 +7,10 @@ namespace orient::exterior {
 // change of the scene add what no single match can see: one sigma of a coordinate, scan pixels.
 inline constexpr double kModelSigmaPx = 0.1;
 
+// An edge is known across its direction only (LsmResult::along): one of its axes has a larger sigma
+// than this, no other match has.
+inline constexpr double kLeastSigmaOfEdge_px = 10;
+
 // Terrain and its errors resemble themselves over about this share of the flying height.
 inline constexpr double kHeightCorrelationPerHeight = 0.3;
 
@@ -14,9 +18,18 @@ inline constexpr double kHeightCorrelationPerHeight = 0.3;
 // the rest fades with distance.
 inline constexpr double kCommonHeightShare = 0.5;
 
+// Or over this share of that distance, and more smoothly, as exp(-(distance / length)^2): the error
+// of a DEM too coarse for its terrain. Matches much farther apart cannot tell it from noise.
+inline constexpr double kShortHeightCorrelation = 0.2;
+
 // Film bends slowly: its errors at two places resemble one another by exp(-(distance / length)^2),
 // the length being this share of the frame's shorter side.
 inline constexpr double kFilmCorrelationPerFrame = 0.4;
+
+// Of the standard deviation that a patch's ground point has by its source's orientation: what the
+// source has as a whole, as a shift, and as much again at its border as a linear deformation. As
+// four real orthophotos have (NGI: a fifth of a pixel, where half of one is stated by default).
+inline constexpr double kSharedBySource = 0.3;
 
 // What patches' matches share and residuals do not show, in shares of an observation's own standard
 // deviation: what all have in common, and what those of one source share smoothly over the ground.

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "core/geometry/principal_axes.h"
 #include "core/matching/correlation.h"
 #include "core/matching/gradient_channels.h"
 #include "core/matching/least_squares_matching.h"
@@ -83,6 +84,20 @@ bool ComesBack(const AlignedPatch& patch, const ImageWindow& window,
   return !peaks.empty() && (peaks.front().position - expected).norm() <= kMaxReturn_px;
 }
 
+// Where the correlation's peak and least squares differ along the weaker axis only, the stronger
+// one is a match as an edge's is.
+void LeaveWeakestOpen(LsmResult* fit) {
+  if (fit->along) return;
+  const Eigen::Vector2d along = AxesOf(fit->covariance).vectors.col(1);
+  fit->covariance += std::pow(kOpenAlongEdge_px, 2) * along * along.transpose();
+  fit->along = along;
+}
+
+// Of an offset, what the match knows.
+Eigen::Vector2d Across(const LsmResult& fit, const Eigen::Vector2d& offset) {
+  return fit.along ? offset - *fit.along * fit.along->dot(offset) : offset;
+}
+
 PreciseMatch MatchGrey(const AlignedPatch& patch, const ImageWindow& window,
                        const std::vector<Peak>& peaks, const PreciseOptions& options) {
   if (peaks.empty()) return NotFound(Reason::kNoCorrelationPeak);
@@ -94,16 +109,21 @@ PreciseMatch MatchGrey(const AlignedPatch& patch, const ImageWindow& window,
   LsmOptions lsm;
   lsm.geometry = LsmGeometry::kShift;
   lsm.max_shift_px = 2;
-  const auto fit = MatchLeastSquares(patch.image, window.image, patch.Centre(),
-                                     Affine2d{Eigen::Matrix2d::Identity(), best.position}, lsm);
+  lsm.edges = options.edges;
+  auto fit = MatchLeastSquares(patch.image, window.image, patch.Centre(),
+                               Affine2d{Eigen::Matrix2d::Identity(), best.position}, lsm);
   if (!fit) return NotFound(Reason::kMatchingNotConverged);
   if (fit->gain <= 0 || fit->correlation < options.min_score)
     return NotFound(Reason::kMatchingOfAnotherTexture);
   const Eigen::Vector2d peak = best.position + patch.Centre();
-  if ((fit->position - peak).norm() > kMaxDisagreement_px)
+  if (options.edges && (fit->position - peak).norm() > kMaxDisagreement_px) LeaveWeakestOpen(&*fit);
+  if (Across(*fit, fit->position - peak).norm() > kMaxDisagreement_px)
     return NotFound(Reason::kMatchingDisagrees);
-  if (std::sqrt(fit->covariance.trace() / 2) > kMaxSigma_px)
-    return NotFound(Reason::kTextureTooWeak);
+  const double variance =
+      options.edges ? AxesOf(fit->covariance).values[0] : fit->covariance.trace() / 2;
+  if (std::sqrt(variance) > kMaxSigma_px) return NotFound(Reason::kTextureTooWeak);
+  const Eigen::Vector2d predicted = window.ImageFromRaster(patch.predicted_px);
+  fit->position = predicted + Across(*fit, fit->position - predicted);
   PreciseMatch match;
   match.pixel = window.RasterFromImage(fit->position);
   match.covariance_px2 = fit->covariance * patch.reduction * patch.reduction;

@@ -58,6 +58,9 @@ struct PreciseOptions {
   // The second-best place must be this much worse, or the patch is ambiguous.
   double min_score_gap = 0.05;
   bool gradients = false;  // where grey values fail
+  // An edge counts, too, across its direction: along it the place is the predicted one, and the
+  // covariance says so. For windows in which no other place competes.
+  bool edges = false;
 };
 
 // NCC in the window, then least-squares matching from its peak; the two must agree. If asked for,

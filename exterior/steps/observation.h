@@ -16,8 +16,16 @@ struct PatchObservation {
   // how wrong they may be (one sigma); zero where nothing is known.
   Eigen::Vector3d height_effect = Eigen::Vector3d::Zero();
   double height_sigma_m = 0;
-  // Of that covariance, what the ground point's own coordinates bring in, mean of both axes: unlike
-  // matches, surveyed points have nothing in common that residuals would not show.
+  // One sigma of the ground point's own height where that effect does not hold it: an orthophoto
+  // does not show heights, and the surface's error is another than that of the heights with which
+  // it was made.
+  double surface_sigma_m = 0;
+  // One sigma in the photo of how far its source may be displaced as a whole, and as much again
+  // towards its border; orthophotos'. What photos have in common is in what all matches share.
+  double source_sigma_px = 0;
+  // Of that covariance's OwnVariance (linearised_matches.h), what the ground point's own
+  // coordinates bring in: unlike matches, surveyed points have nothing in common that residuals
+  // would not show.
   double ground_px2 = 0;
   // What it was cut from: observations of one source share smooth errors.
   std::int64_t source = 0;
@@ -30,7 +38,9 @@ struct CommonErrors {
   // which it fades, both in scan pixels; zero for digital cameras.
   double film_sigma_px = 0;
   double film_correlation_px = 1;
-  // Correlation length of height errors.
+  // Half of the frame's longer side, scan pixels.
+  double half_frame_px = 1000;
+  // Correlation length of height errors, and of others that fade over the ground.
   double height_correlation_m = 1000;
 };
 

@@ -6,8 +6,16 @@
 
 #include "core/geometry/collinearity.h"
 #include "exterior/steps/error_model.h"
+#include "exterior/steps/linearised_matches.h"
 
 namespace orient::exterior {
+namespace {
+
+// What a patch rises by for each metre that its source's heights do: about all of it in a photo,
+// next to nothing in an orthophoto.
+constexpr double kShowsHeights = 0.5;
+
+}  // namespace
 
 PatchObservation ObservationOf(const patchdb::Patch& patch, const Eigen::Vector2d& pixel,
                                const Eigen::Matrix2d& covariance_px2, const PhotoView& view) {
@@ -17,13 +25,22 @@ PatchObservation ObservationOf(const patchdb::Patch& patch, const Eigen::Vector2
   if (patch.height_effect && patch.height_sigma_m) {
     observation.height_effect = *patch.height_effect;
     observation.height_sigma_m = *patch.height_sigma_m;
+    if (patch.height_effect->z() < kShowsHeights) {
+      const Eigen::Vector3d by_heights = *patch.height_effect * *patch.height_sigma_m;
+      const Eigen::Matrix3d rest = patch.covariance_m2 - by_heights * by_heights.transpose();
+      observation.surface_sigma_m = std::sqrt(patch.covariance_m2(2, 2));
+      observation.source_sigma_px =
+          kSharedBySource * std::sqrt(std::max(rest.topLeftCorner<2, 2>().trace() / 2, 0.0)) /
+          view.GroundPixel(patch.ground_m.z());
+    }
     return observation;
   }
   if (const auto d = PhotoFromGroundWithDerivatives(view.camera, view.pose, patch.ground_m)) {
     const Eigen::Matrix<double, 2, 3> by_ground = view.photo_from_pixel.A.inverse() * d->by_ground;
     const Eigen::Matrix2d of_ground = by_ground * patch.covariance_m2 * by_ground.transpose();
+    const double without_ground_px2 = OwnVariance(observation);
     observation.covariance_px2 += of_ground;
-    observation.ground_px2 = of_ground.trace() / 2;
+    observation.ground_px2 = OwnVariance(observation) - without_ground_px2;
   }
   return observation;
 }
@@ -34,6 +51,7 @@ CommonErrors CommonErrorsOf(const FilmPosition& position, const PhotoView& view,
   common.film_sigma_px = position.film_sigma_mm / view.PixelSize();
   common.film_correlation_px =
       kFilmCorrelationPerFrame * view.camera.frame_mm.minCoeff() / view.PixelSize();
+  common.half_frame_px = view.camera.frame_mm.maxCoeff() / view.PixelSize() / 2;
   common.height_correlation_m =
       std::max(kHeightCorrelationPerHeight * std::abs(view.pose.position_m.z() - ground_m), 1.0);
   return common;

@@ -137,13 +137,14 @@ PreciseRound Complete(const PhotoTask& task, const PoseTrack& track, const Preci
   // So close, a second place nearly as good says how well the patch is determined, not which it is.
   PreciseOptions close;
   close.min_score_gap = 0;
+  close.edges = true;
   SideBySide(open.size(), [&](std::size_t k) {
     const PatchPrediction& prediction = round.predictions[open[k]];
     const auto drawn = Drawn(task, round.view, prediction);
     if (!drawn) return;
     const PreciseMatch match =
         MatchPrecisely(*drawn, task.image, WindowRadius(prediction, kCloseMargin_px), close);
-    if (match.found) round.matches[open[k]] = match;
+    if (match.found || !round.matches[open[k]].found) round.matches[open[k]] = match;
   });
   Resect(task, track, &round);
   if (!round.estimate) return settled;

@@ -11,6 +11,7 @@
 #include "core/base/median.h"
 #include "core/geometry/collinearity.h"
 #include "core/terrain/pixel_derivatives.h"
+#include "exterior/steps/linearised_matches.h"
 
 namespace orient::exterior {
 namespace {
@@ -33,7 +34,9 @@ Eigen::Matrix2d Covariance(const PhotoView& view, const PatchObservation& o,
   const auto d = PixelFromGroundWithDerivatives(view, o.ground_m);
   if (!d) return covariance;
   const Eigen::Vector2d by_height = d->by_ground * o.height_effect * o.height_sigma_m;
-  return covariance + variance_factor * by_height * by_height.transpose();
+  const Eigen::Vector2d by_surface = d->by_ground.col(2) * o.surface_sigma_m;
+  return covariance + variance_factor *
+                          (by_height * by_height.transpose() + by_surface * by_surface.transpose());
 }
 
 std::vector<ControlObservation> Control(const PhotoView& view,
@@ -54,11 +57,13 @@ double Chi2(const ControlObservation& control, const Eigen::Vector2d& residual_m
 }
 
 // Robust: half of the residuals may be gross errors. The median of chi-square with two degrees of
-// freedom is 2 ln 2.
+// freedom is 2 ln 2; edges have one and take no part.
 double MedianVarianceFactor(const std::vector<ControlObservation>& control,
                             const std::vector<Eigen::Vector2d>& residuals) {
   std::vector<double> chi2;
-  for (std::size_t i = 0; i < control.size(); ++i) chi2.push_back(Chi2(control[i], residuals[i]));
+  for (std::size_t i = 0; i < control.size(); ++i)
+    if (!IsOfEdge(control[i].covariance_mm2)) chi2.push_back(Chi2(control[i], residuals[i]));
+  if (chi2.empty()) return 1;
   return UpperMedian(std::move(chi2)) / (2 * std::log(2.0));
 }
 
@@ -87,7 +92,7 @@ bool RemoveWorst(const std::vector<double>& chi2, std::vector<std::size_t>* used
 double MeanSigmaPx(const std::vector<PatchObservation>& observations,
                    const std::vector<std::size_t>& used) {
   double sum = 0;
-  for (const std::size_t i : used) sum += observations[i].covariance_px2.trace() / 2;
+  for (const std::size_t i : used) sum += OwnVariance(observations[i]);
   return std::sqrt(sum / static_cast<double>(used.size()));
 }
 

@@ -44,8 +44,9 @@ std::vector<std::vector<std::size_t>> Grouped(const std::vector<PatchObservation
 }
 
 Eigen::MatrixXd HeightCorrelation(const std::vector<PatchObservation>& observations,
-                                  double length_m) {
-  const Eigen::Index n = static_cast<Eigen::Index>(observations.size());
+                                  HeightFading fading, double length_m) {
+  const double short_m = kShortHeightCorrelation * length_m;
+  const auto n = std::ssize(observations);
   Eigen::MatrixXd correlation(2 * n, 2 * n);
   for (Eigen::Index i = 0; i < n; ++i)
     for (Eigen::Index j = 0; j <= i; ++j) {
@@ -53,12 +54,32 @@ Eigen::MatrixXd HeightCorrelation(const std::vector<PatchObservation>& observati
                                observations[static_cast<std::size_t>(j)].ground_m)
                                   .head<2>()
                                   .norm();
-      const double value =
-          kCommonHeightShare + (1 - kCommonHeightShare) * std::exp(-distance / length_m);
+      const double fades = fading == HeightFading::kLong
+                               ? std::exp(-distance / length_m)
+                               : std::exp(-std::pow(distance / short_m, 2));
+      const double value = kCommonHeightShare + (1 - kCommonHeightShare) * fades;
       correlation.block<2, 2>(2 * i, 2 * j).setConstant(value);
       correlation.block<2, 2>(2 * j, 2 * i).setConstant(value);
     }
   return correlation;
+}
+
+Eigen::MatrixXd FilmCovariance(const std::vector<PatchObservation>& observations,
+                               const CommonErrors& common) {
+  const Eigen::Index n = static_cast<Eigen::Index>(observations.size());
+  Eigen::MatrixXd covariance = Eigen::MatrixXd::Zero(2 * n, 2 * n);
+  if (common.film_sigma_px <= 0) return covariance;
+  for (Eigen::Index i = 0; i < n; ++i)
+    for (Eigen::Index j = 0; j < n; ++j) {
+      const double distance = (observations[static_cast<std::size_t>(i)].pixel -
+                               observations[static_cast<std::size_t>(j)].pixel)
+                                  .norm() /
+                              common.film_correlation_px;
+      covariance.block<2, 2>(2 * i, 2 * j) = Eigen::Matrix2d::Identity() *
+                                             std::pow(common.film_sigma_px, 2) *
+                                             std::exp(-distance * distance);
+    }
+  return covariance;
 }
 
 }  // namespace orient::exterior

@@ -13,8 +13,16 @@ namespace orient::exterior {
 // would share their errors and take time with the cube of their number.
 std::vector<std::vector<std::size_t>> Grouped(const std::vector<PatchObservation>& all);
 
+// How what is not common to all height errors fades with distance: over `length_m`, as survey and
+// datum errors do, or over a fifth of it, as those of a DEM too coarse for its terrain.
+enum class HeightFading { kLong, kShort };
+
 // Correlation of the height errors under any two observations, each twice for col and row.
 Eigen::MatrixXd HeightCorrelation(const std::vector<PatchObservation>& observations,
-                                  double length_m);
+                                  HeightFading fading, double length_m);
+
+// Covariance of the film's deformation at any two observations, the same in col and row.
+Eigen::MatrixXd FilmCovariance(const std::vector<PatchObservation>& observations,
+                               const CommonErrors& common);
 
 }  // namespace orient::exterior

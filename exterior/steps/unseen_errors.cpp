@@ -3,6 +3,7 @@
 #include <Eigen/Dense>
 #include <algorithm>
 #include <cmath>
+#include <map>
 
 #include "exterior/steps/error_model.h"
 
@@ -48,13 +49,42 @@ Eigen::MatrixXd CovarianceOfUnseenErrors(const LinearEstimator& estimator,
       shift_col * shift_col.transpose() + shift_row * shift_row.transpose();
   const Eigen::MatrixXd smooth =
       Propagated(gain, SmoothCorrelation(observations, correlation_m, true));
-  const Eigen::VectorXd common_height = gain * estimator.by_height_px;
-  const Eigen::MatrixXd heights = common_height * common_height.transpose();
+  Eigen::MatrixXd covariance =
+      estimator.own_px2 * (kSharedEverywhere * kSharedEverywhere * everywhere +
+                           kSharedSmoothly * kSharedSmoothly * smooth);
   // Good residuals are no sign that what all heights have in common is small.
-  const double missing_height = std::max(1 - estimator.height_factor, 0.0);
-  return estimator.own_px2 * (kSharedEverywhere * kSharedEverywhere * everywhere +
-                              kSharedSmoothly * kSharedSmoothly * smooth) +
-         kCommonHeightShare * missing_height * heights;
+  for (std::size_t kind = 0; kind < kHeightKinds; ++kind) {
+    const Eigen::VectorXd common = gain * estimator.by_height_px[kind];
+    const double missing = std::max(1 - estimator.height_factors[kind], 0.0);
+    covariance += kCommonHeightShare * missing * common * common.transpose();
+  }
+  return covariance;
+}
+
+Eigen::MatrixXd CovarianceOfSources(const LinearEstimator& estimator,
+                                    const std::vector<PatchObservation>& observations,
+                                    double half_px) {
+  std::map<std::int64_t, std::vector<Eigen::Index>> of_source;
+  for (Eigen::Index i = 0; i < std::ssize(observations); ++i)
+    of_source[observations[static_cast<std::size_t>(i)].source].push_back(i);
+  const Eigen::Index unknowns = estimator.by_observation.rows();
+  Eigen::MatrixXd covariance = Eigen::MatrixXd::Zero(unknowns, unknowns);
+  for (const auto& [source, members] : of_source) {
+    const auto at = [&](Eigen::Index i) -> const PatchObservation& {
+      return observations[static_cast<std::size_t>(i)];
+    };
+    Eigen::Vector2d middle = Eigen::Vector2d::Zero();
+    for (const Eigen::Index i : members) middle += at(i).pixel / std::ssize(members);
+    Eigen::MatrixXd by_source = Eigen::MatrixXd::Zero(unknowns, 6);
+    for (const Eigen::Index i : members) {
+      const Eigen::Vector3d place = ((at(i).pixel - middle) / half_px).homogeneous();
+      for (Eigen::Index k = 0; k < 3; ++k)
+        by_source.middleCols<2>(2 * k) +=
+            at(i).source_sigma_px * place[k] * estimator.by_observation.middleCols<2>(2 * i);
+    }
+    covariance += by_source * by_source.transpose();
+  }
+  return covariance;
 }
 
 Eigen::MatrixXd CovarianceOfTrends(const LinearEstimator& estimator,

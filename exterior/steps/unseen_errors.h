@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "core/geometry/pose.h"
+#include "exterior/steps/linearised_matches.h"
 #include "exterior/steps/observation.h"
 
 namespace orient::exterior {
@@ -18,16 +19,22 @@ namespace orient::exterior {
 // row) for each of them.
 struct LinearEstimator {
   Eigen::MatrixXd by_observation;  // d unknowns / d pixel
-  Eigen::VectorXd noise_px2;       // variances of the observations' own errors, by the residuals
   double own_px2 = 0;              // of a single match, mean; its ground point's coordinates apart
-  Eigen::VectorXd by_height_px;    // per stated standard deviation of the height error
-  double height_factor = 1;        // the heights' variance in the adjustment over the stated one
+  OfHeights<Eigen::VectorXd> by_height_px;  // per stated standard deviation of the height error
+  // The heights' variances in the adjustment over the stated ones.
+  OfHeights<double> height_factors = {1, 1};
 };
 
 // To be added to the unknowns' covariance of the adjustment; positive semidefinite.
 Eigen::MatrixXd CovarianceOfUnseenErrors(const LinearEstimator& estimator,
                                          const std::vector<PatchObservation>& observations,
                                          double correlation_m);
+
+// The same of sources that are displaced and deformed as a whole: their source_sigma_px, over their
+// middle and over `half_px` from it.
+Eigen::MatrixXd CovarianceOfSources(const LinearEstimator& estimator,
+                                    const std::vector<PatchObservation>& observations,
+                                    double half_px);
 
 // The same of errors that the residuals do show, as trends (residual_trends.h) of this variance in
 // one coordinate: what fades like them over the ground, and the pose has followed unseen.

@@ -73,7 +73,7 @@ double FixedGain(const AssignmentMark& mark, const AssignmentCandidate& candidat
                  const ConstellationPrior& prior) {
   const double clutter = static_cast<double>(mark.candidates.size()) / mark.window_mm2;
   return std::log(prior.found / (1 - prior.found)) - std::log(clutter) +
-         std::clamp(candidate.score_nats, -kScoreLimit, kScoreLimit);
+         std::clamp(candidate.score_nats, -kScoreLimit, kScoreLimit) + candidate.click_nats;
 }
 
 // What is known once every mark but one is matched: no candidate is ever predicted better.

@@ -17,6 +17,7 @@ namespace orient::interior {
 struct AssignmentCandidate {
   Eigen::Vector2d position_mm = Eigen::Vector2d::Zero();  // scan axes, origin at the scan's centre
   double score_nats = 0;  // log-likelihood ratio of its score; clipped to +-1.5
+  double click_nats = 0;  // what a person's click there adds; not clipped
 };
 
 struct AssignmentMark {

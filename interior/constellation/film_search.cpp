@@ -27,6 +27,7 @@ struct Setting {
   ScanRegion region;
   PixelSizeGuess pixel_size;
   OrientationClass orientations;
+  OrientationClass alike = {};  // of FilmReading
   SearchRange range = SearchRange::kWhole;
 };
 
@@ -34,6 +35,17 @@ std::vector<OrientationClass> ClassesToTry(const CameraFile& camera, const MarkS
                                            const InteriorOptions& options) {
   if (options.orientation) return {{*options.orientation}};
   return OrientationClasses(camera.fiducials, shapes);
+}
+
+// For each class all ways that the marks cannot tell from it.
+std::vector<OrientationClass> AlikeToEach(const CameraFile& camera, const MarkShapes& shapes,
+                                          const InteriorOptions& options,
+                                          const std::vector<OrientationClass>& classes) {
+  if (options.orientation) return classes;
+  std::vector<OrientationClass> alike;
+  for (const OrientationClass& members : classes)
+    alike.push_back(WaysAlike(camera.fiducials, shapes, members.front()));
+  return alike;
 }
 
 class Reader {
@@ -98,6 +110,8 @@ class Reader {
       const int look = alike ? -1 : static_cast<int>(orientation);
       places.push_back(
           {{mark.mark, w.col, w.row, w.width, w.height, p, look}, &shape, {w, axes / p}});
+      // A size that is only tried is not worth it.
+      places.back().search.interpolate = setting.pixel_size.sigma < kLadderSigma;
     }
     return places;
   }
@@ -125,6 +139,7 @@ class Reader {
     FilmReading reading;
     reading.pixel_size = setting.pixel_size;
     reading.orientations = setting.orientations;
+    reading.alike = setting.alike;
     reading.polarity = polarity;
     reading.scanner = scanner;
     reading.assignment = assignment;
@@ -212,6 +227,7 @@ class FilmReadings {
         scan_(scan),
         options_(options),
         classes_(ClassesToTry(camera, shapes, options)),
+        alike_(AlikeToEach(camera, shapes, options, classes_)),
         reader_(scan, camera, shapes, options.locator) {}
 
   FilmReading Best(SearchRange first) {
@@ -301,9 +317,9 @@ class FilmReadings {
       const Vector2d size = Sorted(region.size_px) * pixel_size.pixel_mm;
       const bool whole = region.size_px == whole_.size_px;
       if (!whole && (size.array() < kLeastOfRectangle * marks.array()).any()) continue;
-      for (const OrientationClass& orientations : classes_)
+      for (size_t k = 0; k < classes_.size(); ++k)
         for (FilmReading& reading :
-             reader_.Read({region, pixel_size, orientations, range}, options_))
+             reader_.Read({region, pixel_size, classes_[k], alike_[k], range}, options_))
           readings_.push_back(std::move(reading));
     }
     return readings_.size() > before;
@@ -315,7 +331,7 @@ class FilmReadings {
   MarkRectangle rectangle_;
   const Raster& scan_;
   const InteriorOptions& options_;
-  std::vector<OrientationClass> classes_;
+  std::vector<OrientationClass> classes_, alike_;
   Reader reader_;
   std::vector<FilmReading> readings_;
 };

@@ -1,7 +1,10 @@
 // What the user states about a scan; what is empty is determined.
 #pragma once
 
+#include <Eigen/Core>
 #include <optional>
+#include <string>
+#include <vector>
 
 #include "core/files/results.h"
 #include "core/geometry/transform2d.h"
@@ -17,6 +20,14 @@ enum class Scanner { kPhotogrammetric, kDesktop };
 // method (softassign.h), whose answer stands only where no other set is as probable.
 enum class AssignmentMethod { kExact, kSoftassign };
 
+// A mark that a person has clicked on this scan.
+struct MarkClick {
+  std::string mark;  // its id in the camera file
+  Eigen::Vector2d pixel = Eigen::Vector2d::Zero();
+  double sigma_px = 1;  // of each coordinate
+  bool exact = false;   // the click is the measurement; nothing is measured around it
+};
+
 struct InteriorOptions {
   std::optional<double> pixel_size_um;  // empty: the tag, else from the marks (JudgePixelSize)
   std::optional<Polarity> polarity;     // empty: determined
@@ -25,6 +36,7 @@ struct InteriorOptions {
   // Empty: by the drawing's kind (UsualLocator).
   std::optional<LocatorKind> locator = std::nullopt;
   AssignmentMethod assignment = AssignmentMethod::kExact;
+  std::vector<MarkClick> clicks = {};  // at most one a mark, of marks that the camera has
 };
 
 }  // namespace orient::interior

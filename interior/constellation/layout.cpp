@@ -44,9 +44,11 @@ int NearestMark(const std::vector<Fiducial>& fiducials, const Vector2d& photo_mm
   return nearest;
 }
 
-std::optional<std::vector<int>> Relabel(const std::vector<Fiducial>& fiducials,
-                                        ScanOrientation base, ScanOrientation other,
-                                        MarkLikeness* likeness) {
+// same(mark, other mark, turn): whether the one looks like the other after the turn.
+template <typename Same>
+std::optional<std::vector<int>> RelabelWhere(const std::vector<Fiducial>& fiducials,
+                                             ScanOrientation base, ScanOrientation other,
+                                             const Same& same) {
   const Vector2d centre = RectangleOfMarks(fiducials).centre_mm;
   const Matrix2d turn = PhotoTurn(base, other);
   std::vector<int> relabel;
@@ -55,7 +57,7 @@ std::optional<std::vector<int>> Relabel(const std::vector<Fiducial>& fiducials,
   for (const Fiducial& mark : fiducials) {
     const Vector2d turned = turn * (mark.position_mm - centre) + centre;
     const int i = NearestMark(fiducials, turned);
-    if (taken[i] || !likeness->Same(mark.mark, fiducials[i].mark, turn)) return std::nullopt;
+    if (taken[i] || !same(mark.mark, fiducials[i].mark, turn)) return std::nullopt;
     taken[i] = true;
     relabel.push_back(i);
     pairs.push_back({turned, fiducials[i].position_mm});
@@ -86,7 +88,21 @@ std::optional<std::vector<int>> Relabel(const std::vector<Fiducial>& fiducials,
                                         const MarkShapes& shapes, ScanOrientation base,
                                         ScanOrientation other) {
   MarkLikeness likeness(shapes);
-  return Relabel(fiducials, base, other, &likeness);
+  return RelabelWhere(
+      fiducials, base, other,
+      [&](const std::string& mark, const std::string& turned, const Matrix2d& turn) {
+        return shapes.at(mark).picture || shapes.at(turned).picture ||
+               likeness.Same(mark, turned, turn);
+      });
+}
+
+OrientationClass WaysAlike(const std::vector<Fiducial>& fiducials, const MarkShapes& shapes,
+                           ScanOrientation orientation) {
+  OrientationClass ways = {orientation};
+  for (const ScanOrientation other : kAllScanOrientations)
+    if (other != orientation && Relabel(fiducials, shapes, orientation, other))
+      ways.push_back(other);
+  return ways;
 }
 
 std::vector<int> RelabelAlike(const std::vector<Fiducial>& fiducials, ScanOrientation base,
@@ -102,10 +118,13 @@ std::vector<int> RelabelAlike(const std::vector<Fiducial>& fiducials, ScanOrient
 std::vector<OrientationClass> OrientationClasses(const std::vector<Fiducial>& fiducials,
                                                  const MarkShapes& shapes) {
   MarkLikeness likeness(shapes);
+  const auto same = [&](const std::string& mark, const std::string& turned, const Matrix2d& turn) {
+    return likeness.Same(mark, turned, turn);
+  };
   std::vector<OrientationClass> classes;
   for (const ScanOrientation orientation : kAllScanOrientations) {
     const auto known = std::find_if(classes.begin(), classes.end(), [&](const auto& members) {
-      return Relabel(fiducials, members.front(), orientation, &likeness).has_value();
+      return RelabelWhere(fiducials, members.front(), orientation, same).has_value();
     });
     if (known != classes.end())
       known->push_back(orientation);

@@ -35,7 +35,8 @@ Eigen::Matrix2d PhotoTurn(ScanOrientation base, ScanOrientation other);
 
 // relabel[i] is the index of the mark that lies where mark i would lie, were the film lying in
 // `other` and not in `base`. Empty when the layout or a mark's drawing shows the difference, even
-// through a scanner whose two scales differ by 2.5 %.
+// through a scanner whose two scales differ by 2.5 %. Pictures of marks show none: what differs in
+// them may be the photo that they were cut from.
 std::optional<std::vector<int>> Relabel(const std::vector<Fiducial>& fiducials,
                                         const MarkShapes& shapes, ScanOrientation base,
                                         ScanOrientation other);
@@ -44,11 +45,15 @@ std::optional<std::vector<int>> Relabel(const std::vector<Fiducial>& fiducials,
 std::vector<int> RelabelAlike(const std::vector<Fiducial>& fiducials, ScanOrientation base,
                               ScanOrientation other);
 
-// Scan orientations that the marks cannot tell apart, the unmirrored first; the first one stands
-// for its class.
+// Scan orientations that look the same in a search, the unmirrored first; the first one stands for
+// its class. Pictures of marks count by their looks here: they are searched for as they would lie.
 using OrientationClass = std::vector<ScanOrientation>;
 std::vector<OrientationClass> OrientationClasses(const std::vector<Fiducial>& fiducials,
                                                  const MarkShapes& shapes);
+
+// All scan orientations that the marks cannot tell from this one, which comes first.
+OrientationClass WaysAlike(const std::vector<Fiducial>& fiducials, const MarkShapes& shapes,
+                           ScanOrientation orientation);
 
 // How far the layout is from looking the same in all ways of a class, at most of its members and
 // seen from the first one: the coordinates' root mean square that an affine leaves, and the

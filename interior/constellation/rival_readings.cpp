@@ -56,11 +56,28 @@ double Overlap(const std::vector<Vector2d>& a, const std::vector<Vector2d>& b) {
   return both.volume() / std::max(std::min(box_a.volume(), box_b.volume()), 1e-9);
 }
 
+// Every place of the fewer is one of the others.
+bool LieTogether(const std::vector<Vector2d>& a, const std::vector<Vector2d>& b,
+                 double tolerance_px) {
+  if (b.size() < a.size()) return LieTogether(b, a, tolerance_px);
+  return std::all_of(a.begin(), a.end(), [&](const Vector2d& place) {
+    return std::any_of(b.begin(), b.end(), [&](const Vector2d& other) {
+      return (place - other).norm() <= tolerance_px;
+    });
+  });
+}
+
 }  // namespace
 
 bool SaysTheSame(const FilmReading& a, const FilmReading& b) {
-  if (a.orientations != b.orientations || a.polarity != b.polarity) return false;
+  if (a.polarity != b.polarity) return false;
+  const bool same_way = a.orientations == b.orientations;
+  if (!same_way &&
+      std::find(a.alike.begin(), a.alike.end(), b.orientations.front()) == a.alike.end())
+    return false;
   if (a.best.Matched() == 0 || b.best.Matched() == 0) return true;
+  if (!same_way && std::min(a.best.Matched(), b.best.Matched()) >= 3)
+    return LieTogether(Places(a, a.best), Places(b, b.best), kSamePlace_mm / a.pixel_size.pixel_mm);
   const double tolerance_px = kSamePlace_mm / a.pixel_size.pixel_mm;
   std::vector<Vector2d> shared;
   for (size_t i = 0; i < a.marks.size(); ++i) {

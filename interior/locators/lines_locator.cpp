@@ -17,6 +17,8 @@ using Eigen::Matrix2d;
 using Eigen::Vector2d;
 
 constexpr double kPixelsOverStroke = 2.5;
+// Strokes of this many pixels are enlarged so many times; still thinner ones show no profile.
+constexpr double kLeastStroke_px = 0.6, kMostStroke_px = 1.67, kEnlarged = 2;
 constexpr double kPerpendicular = 0.05;   // what the arms' angle may differ from 90 degrees
 constexpr double kStraightEnough = 0.05;  // rad from the scan's axes: no turning needed
 
@@ -192,7 +194,7 @@ LinesLocator::~LinesLocator() = default;
 
 const std::vector<LinesLocator::TurnedMark>& LinesLocator::TurnsOf(
     const MarkShape& shape, const Vector2d& cross_mm, const Matrix2d& window_from_mm,
-    const std::vector<double>& turns_rad) const {
+    const std::vector<double>& turns_rad, double blur_px) const {
   const Matrix2d& m = window_from_mm;
   Key key{&shape, {m(0, 0), m(0, 1), m(1, 0), m(1, 1)}};
   key.second.insert(key.second.end(), turns_rad.begin(), turns_rad.end());
@@ -200,6 +202,7 @@ const std::vector<LinesLocator::TurnedMark>& LinesLocator::TurnsOf(
   const auto known = made_.find(key);
   if (known != made_.end()) return known->second;
   RenderOptions render;
+  render.blur_sigma_px = blur_px;
   render.background_sigma_px = kBackgroundSigmaMm * std::sqrt(std::abs(m.determinant()));
   std::vector<TurnedMark> turns;
   for (const double turn : turns_rad) {
@@ -218,7 +221,10 @@ MarkCandidates LinesLocator::Find(ScanWindows& scan, const MarkShape& shape,
   result.searched_mm2 = search.window.width * pixel_mm * search.window.height * pixel_mm;
   result.coarse_pixel_mm = pixel_mm;
   if (cross == nullptr || search.window.width <= 0 || search.window.height <= 0) return result;
-  const double reduction = std::max(1.0, cross->width_mm / kPixelsOverStroke / pixel_mm);
+  const double stroke_px = cross->width_mm / pixel_mm;
+  const bool thin =
+      search.interpolate && stroke_px >= kLeastStroke_px && stroke_px < kMostStroke_px;
+  const double reduction = thin ? 1 / kEnlarged : std::max(1.0, stroke_px / kPixelsOverStroke);
   const Matrix2d window_from_mm = search.pixel_from_mm / reduction;
   result.coarse_pixel_mm = reduction * pixel_mm;
   const double px_per_mm = 1 / result.coarse_pixel_mm;
@@ -235,7 +241,8 @@ MarkCandidates LinesLocator::Find(ScanWindows& scan, const MarkShape& shape,
   const auto down = FindLineSegments(Transposed(turned.image), lines);
 
   const std::vector<TurnedMark>& turns =
-      TurnsOf(shape, cross->at_mm, window_from_mm, search.turns_rad);
+      TurnsOf(shape, cross->at_mm, window_from_mm, search.turns_rad,
+              RenderOptions().blur_sigma_px / std::min(reduction, 1.0));
   const SpotImage spots(flat);
   const auto found = [&](bool bright) {
     // A cross drawn darker than what is around it is so on a positive.

@@ -37,7 +37,8 @@ class LinesLocator : public Locator {
 
   const std::vector<TurnedMark>& TurnsOf(const MarkShape& shape, const Eigen::Vector2d& cross_mm,
                                          const Eigen::Matrix2d& window_from_mm,
-                                         const std::vector<double>& turns_rad) const;
+                                         const std::vector<double>& turns_rad,
+                                         double blur_px) const;
 
   // A camera's marks mostly share one drawing: it is rendered once.
   mutable std::mutex mutex_;

@@ -29,7 +29,8 @@ struct MarkSearch {
   PixelWindow window;             // where the mark's centre may lie; its arms may lie outside
   Eigen::Matrix2d pixel_from_mm;  // linear part of scan pixel from photo mm, unturned
   int max_count = 20;             // candidates of either polarity
-  double min_ncc = 0.25;  // below it the drawing is not recognised, and counts only feed clutter
+  double min_ncc = 0.25;     // below it the drawing is not recognised, and counts only feed clutter
+  bool interpolate = false;  // thin strokes: takes four times as long
   std::vector<double> turns_rad = {-0.07, 0.0, 0.07};  // the film's rotation on the scanner
 };
 

@@ -1,5 +1,10 @@
 #include "interior/locators/scan_windows.h"
 
+#include <algorithm>
+#include <cmath>
+
+#include "core/raster/resample.h"
+
 namespace orient::interior {
 
 const ImageWindow& ScanWindows::Read(const PixelWindow& w, double reduction) {
@@ -10,7 +15,11 @@ const ImageWindow& ScanWindows::Read(const PixelWindow& w, double reduction) {
     if (known != read_.end()) return known->second;
   }
   // The raster has its own lock: others may work on what they have meanwhile.
-  ImageWindow window = scan_.ReadGrey(w, reduction);
+  ImageWindow window = scan_.ReadGrey(w, std::max(reduction, 1.0));
+  if (reduction < 1) {
+    window.image = EnlargeBy(window.image, static_cast<int>(std::lround(1 / reduction)));
+    window.scale *= reduction;
+  }
   const std::lock_guard lock(mutex_);
   return read_.try_emplace(key, std::move(window)).first->second;
 }

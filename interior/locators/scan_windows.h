@@ -14,6 +14,8 @@ class ScanWindows {
  public:
   explicit ScanWindows(const Raster& scan) : scan_(scan) {}
 
+  // A reduction below 1, one over a whole number, enlarges: strokes of a pixel look different
+  // wherever they lie in the grid, and interpolated ones the same.
   const ImageWindow& Read(const PixelWindow& window, double reduction);
   const Raster& Scan() const { return scan_; }
 

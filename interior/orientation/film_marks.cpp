@@ -1,10 +1,13 @@
 #include "interior/orientation/film_marks.h"
 
 #include <Eigen/LU>
+#include <algorithm>
 #include <map>
+#include <set>
 
 #include "core/base/median.h"
 #include "core/base/side_by_side.h"
+#include "interior/constellation/clicked_film.h"
 #include "interior/locators/lines_locator.h"
 #include "interior/locators/locator.h"
 #include "interior/orientation/reseau.h"
@@ -17,11 +20,6 @@ using Eigen::Vector2d;
 
 constexpr double kMinCorrelation = 0.45;
 constexpr double kMinOfMedianCorrelation = 0.6;
-
-int Count(const FilmMarks& marks, MarkState state) {
-  return static_cast<int>(std::count_if(marks.begin(), marks.end(),
-                                        [&](const FilmMark& m) { return m.state == state; }));
-}
 
 // Linear part of scan pixel from photo mm, as the assigned candidates show it.
 Matrix2d PixelFromMm(const CameraFile& camera, const FilmReading& reading) {
@@ -111,26 +109,30 @@ struct Measured {
   std::vector<int> choice;
 };
 
-Measured AsAssignment(const Vector2d& scan_middle, const FilmReading& reading,
-                      const FilmMarks& marks) {
+Measured AsAssignment(const FilmReading& reading, const FilmMarks& marks) {
   Measured result{reading.marks, std::vector<int>(marks.size(), -1)};
   for (size_t i = 0; i < marks.size(); ++i) {
     if (marks[i].state != MarkState::kUsed) continue;
     result.choice[i] = reading.best.choice[i];
     result.marks[i].candidates[result.choice[i]].position_mm =
-        (marks[i].position->pixel - scan_middle) * reading.pixel_size.pixel_mm;
+        (marks[i].position->pixel - reading.middle_px) * reading.pixel_size.pixel_mm;
   }
   return result;
 }
 
-void RejectContradicted(const Vector2d& scan_middle, const FilmReading& reading, FilmMarks* marks) {
-  const Measured measured = AsAssignment(scan_middle, reading, *marks);
+void RejectContradicted(const FilmReading& reading, FilmMarks* marks) {
+  const Measured measured = AsAssignment(reading, *marks);
   const std::vector<int> kept = WithoutContradicted(measured.marks, reading.prior, measured.choice);
   for (size_t i = 0; i < marks->size(); ++i)
     if (measured.choice[i] >= 0 && kept[i] < 0) (*marks)[i].state = MarkState::kRejected;
 }
 
 }  // namespace
+
+int Count(const FilmMarks& marks, MarkState state) {
+  return static_cast<int>(std::count_if(marks.begin(), marks.end(),
+                                        [&](const FilmMark& m) { return m.state == state; }));
+}
 
 FilmMarks MeasureMarks(const Raster& scan, const CameraFile& camera, const MarkShapes& shapes,
                        const FilmReading& reading, std::optional<LocatorKind> wanted,
@@ -171,7 +173,7 @@ FilmMarks WithoutWrongMarks(const FilmReading& reading, const FilmMarks& measure
   const auto judged = [&](bool by_strokes) {
     FilmMarks marks = measured;
     RejectUnlike(by_strokes, &marks);
-    RejectContradicted(reading.middle_px, reading, &marks);
+    RejectContradicted(reading, &marks);
     return marks;
   };
   // Without neighbours enough there is no reseau, and nothing that tells so sharply; whom clear
@@ -181,6 +183,42 @@ FilmMarks WithoutWrongMarks(const FilmReading& reading, const FilmMarks& measure
     if (Count(marks, MarkState::kUsed) >= kLeastReseauMarks) return marks;
   }
   return judged(false);
+}
+
+void TakeExactClicks(const CameraFile& camera, const FilmReading& reading,
+                     const std::vector<MarkClick>& clicks, FilmMarks* marks) {
+  for (size_t i = 0; i < marks->size(); ++i) {
+    const MarkClick* click = ClickOn(clicks, camera.fiducials[i].id);
+    if (!click || !click->exact) continue;
+    const int choice = reading.best.choice[i];
+    const bool chosen = choice >= 0 && reading.candidates[i][choice].pixel == click->pixel;
+    FilmMark& mark = (*marks)[i];
+    mark.state = chosen ? MarkState::kUsed : MarkState::kRejected;
+    mark.position =
+        MarkPosition{click->pixel, click->sigma_px * click->sigma_px * Matrix2d::Identity(), 0, 0};
+  }
+  RejectContradicted(reading, marks);
+}
+
+std::vector<size_t> PerhapsWrong(const FilmReading& reading, const FilmMarks& marks) {
+  if (Count(marks, MarkState::kUsed) >= kLeastReseauMarks) return {};
+  FilmMarks with_rejected = marks;
+  for (FilmMark& mark : with_rejected)
+    if (mark.state == MarkState::kRejected && mark.position) mark.state = MarkState::kUsed;
+  const Measured all = AsAssignment(reading, with_rejected);
+  const std::vector<int> used = AsAssignment(reading, marks).choice;
+  std::set<size_t> perhaps;
+  for (size_t rejected = 0; rejected < marks.size(); ++rejected) {
+    if (used[rejected] >= 0 || all.choice[rejected] < 0) continue;
+    for (size_t i = 0; i < marks.size(); ++i) {
+      if (used[i] < 0) continue;
+      std::vector<int> instead = used;
+      instead[rejected] = all.choice[rejected];
+      instead[i] = -1;
+      if (WithoutContradicted(all.marks, reading.prior, instead) == instead) perhaps.insert(i);
+    }
+  }
+  return {perhaps.begin(), perhaps.end()};
 }
 
 std::vector<MeasuredMark> UsedMarks(const CameraFile& camera, const FilmMarks& marks) {

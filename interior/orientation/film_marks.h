@@ -13,6 +13,9 @@
 
 namespace orient::interior {
 
+// How many are in this state.
+int Count(const FilmMarks& marks, MarkState state);
+
 // Measures the assigned marks by least-squares matching with the drawing at the size and rotation
 // that the reading found; bare crosses in the picture by their lines instead, unless another
 // locator is `wanted` (cross_position.h); rejects wrong marks. What is among the scan's `known`
@@ -32,6 +35,15 @@ MarkPosition PositionByLines(const MarkPosition& matched, const MeasuredCross& c
 // beside them correlates with the drawing: its neighbours tell its place to some micrometres
 // (reseau.h). Where fewer than a reseau's marks are left of them, correlation counts for all.
 FilmMarks WithoutWrongMarks(const FilmReading& reading, const FilmMarks& measured);
+
+// Exact clicks in place of what was measured there: used where the reading chose the click and the
+// other marks do not contradict it, rejected otherwise.
+void TakeExactClicks(const CameraFile& camera, const FilmReading& reading,
+                     const std::vector<MarkClick>& clicks, FilmMarks* marks);
+
+// Marks in use any of which may be wrong in a rejected one's stead: without it, and with that one,
+// none contradicts the others. With few marks snooping cannot tell them apart (separability).
+std::vector<size_t> PerhapsWrong(const FilmReading& reading, const FilmMarks& marks);
 
 std::vector<MeasuredMark> UsedMarks(const CameraFile& camera, const FilmMarks& marks);
 

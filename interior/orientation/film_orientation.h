@@ -24,8 +24,10 @@ struct OrientationVote {
 };
 
 struct OrientationDecision {
-  std::vector<ScanOrientation> possible;  // the likeliest first
-  // A quarter of the votes or more, or one that was clearly read, stood against the rest.
+  std::vector<ScanOrientation> possible;  // the likeliest first; as given where contradictory
+  std::vector<double> nats;               // of each of these less the likeliest's
+  // A quarter of the votes or more, or one that was clearly read without seven others to outvote
+  // it, stood against the rest.
   bool contradictory = false;
   std::vector<size_t> dissenting;  // votes against the likeliest orientation, outvoted or not
 };

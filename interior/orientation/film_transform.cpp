@@ -11,6 +11,10 @@ namespace {
 
 using Eigen::Vector2d;
 
+// Three marks from which a similarity departs by more are from a scanner whose scales differ, or a
+// print: what it leaves would be wrong all over the frame.
+constexpr double kMostOfSimilarity_um = 300;
+
 double Rms(const std::vector<Vector2d>& residuals) {
   double sum = 0;
   for (const Vector2d& v : residuals) sum += v.squaredNorm();
@@ -45,14 +49,17 @@ std::optional<FilmTransform> FitFilm(const std::vector<MeasuredMark>& marks, boo
   for (const MeasuredMark& mark : marks) pairs.push_back({mark.pixel, mark.photo_mm});
   // photo y points up and rows down, so an unmirrored scan has the negative determinant.
   const auto similarity = FitSimilarity(pairs, !mirrored);
-  const auto affine = marks.size() >= 4 ? FitAffine(pairs) : similarity;
-  if (!similarity || !affine) return std::nullopt;
+  if (!similarity) return std::nullopt;
+  const double similarity_rms_um = 1e3 * Rms(similarity->residuals);
+  const bool affinity_shows = marks.size() >= 4 || similarity_rms_um > kMostOfSimilarity_um;
+  const auto affine = affinity_shows ? FitAffine(pairs) : similarity;
+  if (!affine) return std::nullopt;
   FilmTransform film;
   film.affine = marks.size() >= 4;
   film.photo_from_pixel = affine->transform;
   for (const Vector2d& v : affine->residuals) film.residual_um.push_back(1e3 * v);
   film.sigma0_um = film.affine ? 1e3 * affine->sigma0 : 0;
-  film.similarity_rms_um = 1e3 * Rms(similarity->residuals);
+  film.similarity_rms_um = similarity_rms_um;
   film.pixel_um = 1e3 * std::sqrt(std::abs(film.photo_from_pixel.A.determinant()));
   film.shape = ShapeOf(film.photo_from_pixel);
   return film;

@@ -26,7 +26,7 @@ FilmShape ShapeOf(const Affine2d& photo_from_pixel);
 
 struct FilmTransform {
   Affine2d photo_from_pixel;
-  bool affine = false;                       // false: only a similarity (three marks)
+  bool affine = false;                       // false: by three marks, which leave no redundancy
   std::vector<Eigen::Vector2d> residual_um;  // of every mark: calibrated - photo_from_pixel * pixel
   double sigma0_um = 0;                      // sqrt(v'v / (2n - 6)); 0 with three marks
   double similarity_rms_um = 0;              // what a similarity leaves
@@ -34,7 +34,8 @@ struct FilmTransform {
   FilmShape shape;
 };
 
-// Affine for four marks or more, similarity (mirrored as told) for three. Empty below three, and
+// Affine for four marks or more; similarity (mirrored as told) for three, but the affine through
+// them where a similarity leaves more than 0.3 mm. Empty below three, and
 // where the marks lie on one line: their spread (root mean square, photo system) across it is less
 // than a twentieth of that along it, and measuring noise would decide the transform.
 std::optional<FilmTransform> FitFilm(const std::vector<MeasuredMark>& marks, bool mirrored);

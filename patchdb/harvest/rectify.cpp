@@ -10,7 +10,7 @@ constexpr double kMaxStretch = 4;   // of the source's window against the chip, 
 constexpr int kMaxLatticeStep = 4;  // chip pixels
 // As many as the DEM's own: between nodes a chip's heights depart from the DEM's by as much as the
 // DEM's do from the ground, and in the middle, where its point lies, not at all.
-constexpr double kNodesPerCell = 1;
+constexpr double kNodesPerCell = 2;
 
 Eigen::Vector3d GroundAt(const HeightGrid& heights, const Eigen::Vector3d& centre, double east,
                          double north) {

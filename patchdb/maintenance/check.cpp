@@ -139,6 +139,10 @@ class Check {
   bool Schema() {
     const int version = static_cast<int>(connection_.Number(sql::kSchemaVersion));
     const std::vector<SchemaObject> missing = MissingObjects(connection_, version);
+    for (const SchemaObject& object : ForeignObjects(connection_, version))
+      Find(fmt::format("the {} {} is none of a patch database's and is not run", object.type,
+                       object.name),
+           1, "");
     for (const SchemaObject& object : missing)
       Find(fmt::format("no {} {} as the schema requires", object.type, object.name), 1,
            IsBeyondRepair(object)   ? ""
@@ -165,6 +169,7 @@ class Check {
         remake_index_ = remake_index_ || index;
       }
     }
+    if (connection_.DeviceFailed()) throw SQLite::Exception("disk I/O error", SQLITE_IOERR);
   }
 
   void Apply(const Rule& rule) {
@@ -276,7 +281,7 @@ std::vector<CheckFinding> CheckDatabase(
     const std::function<void(std::int64_t, std::int64_t)>& progress) {
   std::vector<CheckFinding> findings;
   if (!options.repair)
-    return WithFile(database.Path(), "checking",
+    return WithFile(database.Sql(), "checking",
                     [&] { return Check(database, options).Run(progress); });
   database.Write("repairing", [&](Connection& connection) {
     // A repair touches rows whose references are broken until it is through.

@@ -49,7 +49,7 @@ bool RenewPages(SQLite::Database& file) {
 
 CompactResult CompactDatabase(PatchDatabase& database) {
   namespace fs = std::filesystem;
-  return WithFile(database.Path(), "compacting", [&] {
+  return WithFile(database.Sql(), "compacting", [&] {
     CompactResult result;
     Connection& connection = database.Sql();
     SQLite::Database& file = connection.Database();

@@ -1,5 +1,6 @@
 #include "patchdb/maintenance/patch_transform.h"
 
+#include <Eigen/Dense>
 #include <algorithm>
 
 namespace orient::patchdb {

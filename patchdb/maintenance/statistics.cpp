@@ -65,7 +65,7 @@ DensityGrid EmptyGrid(const Bounds& bounds, double cell_m, const std::string& pa
 }  // namespace
 
 PatchStatistics CountEverything(const PatchDatabase& database) {
-  return WithFile(database.Path(), "counting", [&] {
+  return WithFile(database.Sql(), "counting", [&] {
     Connection& connection = database.Sql();
     PatchStatistics statistics;
     const Query sources = connection.Prepare(kSources);
@@ -82,7 +82,7 @@ PatchStatistics CountEverything(const PatchDatabase& database) {
 }
 
 DensityGrid CountDensity(const PatchDatabase& database, double cell_m) {
-  return WithFile(database.Path(), "counting", [&]() -> DensityGrid {
+  return WithFile(database.Sql(), "counting", [&]() -> DensityGrid {
     Connection& connection = database.Sql();
     const Query extent = connection.Prepare(kExtent);
     if (!extent->executeStep() || extent->getColumn(0).isNull()) return {};

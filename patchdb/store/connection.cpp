@@ -1,10 +1,16 @@
 #include "patchdb/store/connection.h"
 
+#include <fcntl.h>
+#include <fmt/format.h>
+#include <unistd.h>
+
 #include <cctype>
 #include <filesystem>
 #include <iomanip>
 #include <sstream>
+#include <string_view>
 
+#include "core/base/environment_error.h"
 #include "patchdb/store/geopackage_geometry.h"
 #include "patchdb/store/lock_holder.h"
 
@@ -63,51 +69,88 @@ void RollBack(const std::string& path, int wait_ms) {
   SQLite::Database(path, SQLite::OPEN_READWRITE, wait_ms).exec("BEGIN IMMEDIATE; ROLLBACK");
 }
 
+// What triggers do here: keep the spatial index, the token of the content, the count of features.
+// One that does anything else is a stranger's, whatever its name; also one that would ask on and
+// on. `within`: the trigger, or a part of a statement that has a name. Triggers of other names than
+// these are not let in (migration.h).
+int AuthorizeTrigger(void*, int action, const char* table, const char*, const char*,
+                     const char* within) {
+  const std::string_view trigger = within == nullptr ? "" : within;
+  const bool is_trigger = trigger.starts_with("rtree_") || trigger.starts_with("trigger_") ||
+                          trigger.starts_with("orient_content_");
+  if (!is_trigger || action == SQLITE_READ || action == SQLITE_FUNCTION) return SQLITE_OK;
+  const bool changes =
+      action == SQLITE_INSERT || action == SQLITE_UPDATE || action == SQLITE_DELETE;
+  const std::string_view name = table == nullptr ? "" : table;
+  const bool kept =
+      name == "rtree_patches_geom" || name == "orient_content" || name == "gpkg_ogr_contents";
+  return changes && kept ? SQLITE_OK : SQLITE_DENY;
+}
+
+// With its log, so that only the machine can be in the way.
+bool MayBeOpened(const std::string& path) {
+  const std::string folder = std::filesystem::path(path).parent_path().string();
+  const auto may = [](const std::string& what, int how) {
+    return faccessat(AT_FDCWD, what.c_str(), how, AT_EACCESS) == 0;
+  };
+  return may(path, R_OK | W_OK) && may(folder.empty() ? "." : folder, W_OK | X_OK);
+}
+
+// Of the last call to the system that failed; 0: none did.
+int ErrorOf(sqlite3* database, int which_file) {
+  sqlite3_file* file = nullptr;
+  int error = 0;
+  if (sqlite3_file_control(database, "main", which_file, &file) == SQLITE_OK && file != nullptr &&
+      file->pMethods != nullptr)
+    file->pMethods->xFileControl(file, SQLITE_FCNTL_LAST_ERRNO, &error);
+  return error;
+}
+
 }  // namespace
 
-InputError ErrorOfFile(const std::string& path, const char* doing, const SQLite::Exception& error) {
-  std::string text = path;
+void ThrowErrorOfFile(const std::string& path, const char* doing, const SQLite::Exception& error) {
   switch (error.getErrorCode()) {
     case SQLITE_NOTADB:
-      return InputError(path +
-                        " is not a patch database; name one made with 'orient patchdb create'");
+      throw InputError(path +
+                       " is not a patch database; name one made with 'orient patchdb create'");
     case SQLITE_BUSY: {
       const std::string holder = LockHolder(path);
-      text += ": ";
-      text += doing;
-      text += " fails: the database is being written by ";
-      text += holder.empty() ? "another program" : holder;
-      text += "; try again when it has finished";
-      return InputError(text);
+      throw InputError(fmt::format(
+          "{}: {} fails: the database is being written by {}; try again when it has finished", path,
+          doing, holder.empty() ? "another program" : holder));
     }
     case SQLITE_FULL:
-      text += ": ";
-      text += doing;
-      text += " fails: the disk is full; nothing was stored";
-      return InputError(text);
+      throw EnvironmentError(
+          fmt::format("{}: {} fails: the disk is full; nothing was stored", path, doing));
     case SQLITE_IOERR:
-      text += ": ";
-      text += doing;
-      text += " fails: the disk is full, or cannot be read or written (";
-      text += error.what();
-      text += ")";
-      return InputError(text);
+      throw EnvironmentError(
+          fmt::format("{}: {} fails: the disk is full, or cannot be read or written ({})", path,
+                      doing, error.what()));
+    case SQLITE_CORRUPT:
+      throw InputError(fmt::format(
+          "{}: {} fails: the file is damaged ({}); take a copy of it from elsewhere, or save what "
+          "can be read with 'orient patchdb export --subset'",
+          path, doing, error.what()));
+    case SQLITE_AUTH:
+      throw InputError(fmt::format(
+          "{}: {} fails: a trigger in it does what none of a patch database's does; copy the "
+          "patches without it: 'orient patchdb export FILE --subset NEW'",
+          path, doing));
+    case SQLITE_NOMEM:
+      throw EnvironmentError(
+          fmt::format("{}: {} fails: out of memory; use fewer --jobs", path, doing));
     case SQLITE_READONLY:
     case SQLITE_CANTOPEN:
-      text += ": ";
-      text += doing;
-      text += " fails: ";
-      text += error.what();
-      text +=
-          "; the file and its folder must be readable, and writable for commands that write or "
-          "where a program that was killed left a -wal file";
-      return InputError(text);
+      if (MayBeOpened(path))
+        throw EnvironmentError(fmt::format(
+            "{}: {} fails: {}, though you may write it; is the disk full, are too many files open?",
+            path, doing, error.what()));
+      throw InputError(fmt::format(
+          "{}: {} fails: {}; the file and its folder must be readable, and writable for commands "
+          "that write or where a program that was killed left a -wal file",
+          path, doing, error.what()));
     default:
-      text += ": ";
-      text += doing;
-      text += " fails: ";
-      text += error.what();
-      return InputError(text);
+      throw InputError(fmt::format("{}: {} fails: {}", path, doing, error.what()));
   }
 }
 
@@ -135,10 +178,23 @@ Connection::Connection(const std::string& path, Mode mode, double wait_s)
   });
 }
 
+// A file from elsewhere may hold any view, trigger or table. No view is ever run, triggers by
+// writers only (migration.h says which) and only as far as they do what ours do, and no value is
+// larger than any of a patch database.
+void Connection::Harden() {
+  constexpr int kMostBytes = 64 << 20;
+  sqlite3* handle = database_->getHandle();
+  sqlite3_db_config(handle, SQLITE_DBCONFIG_DEFENSIVE, 1, nullptr);
+  sqlite3_db_config(handle, SQLITE_DBCONFIG_ENABLE_VIEW, 0, nullptr);
+  sqlite3_db_config(handle, SQLITE_DBCONFIG_ENABLE_TRIGGER, mode_ == Mode::kRead ? 0 : 1, nullptr);
+  sqlite3_limit(handle, SQLITE_LIMIT_LENGTH, kMostBytes);
+  sqlite3_set_authorizer(handle, AuthorizeTrigger, nullptr);
+}
+
 void Connection::Set() {
   RegisterSpatialFunctions(database_->getHandle());
-  // A file from elsewhere may hold any view. Writing needs its triggers to reach the R-tree,
-  // which SQLite does not count as innocuous.
+  Harden();
+  // Writing needs its triggers to reach the R-tree, which SQLite does not count as innocuous.
   if (mode_ == Mode::kRead) database_->exec("PRAGMA trusted_schema = OFF");
   database_->exec("PRAGMA cell_size_check = ON");
   // Of effect in a file that is still empty only.
@@ -174,6 +230,12 @@ Query Connection::Prepare(const char* sql) {
   found->second.reset();
   found->second.clearBindings();
   return Query(found->second);
+}
+
+bool Connection::DeviceFailed() const {
+  sqlite3* handle = database_->getHandle();
+  return IsOfEnvironment(ErrorOf(handle, SQLITE_FCNTL_FILE_POINTER)) ||
+         IsOfEnvironment(ErrorOf(handle, SQLITE_FCNTL_JOURNAL_POINTER));
 }
 
 std::int64_t Connection::Number(const char* sql) {

@@ -44,12 +44,16 @@ class Connection {
   Connection(const Connection&) = delete;
   Connection& operator=(const Connection&) = delete;
 
+  const std::string& Path() const { return path_; }
   SQLite::Database& Database() { return *database_; }
   // Prepared once a text; without bindings.
   Query Prepare(const char* sql);
   std::int64_t Number(const char* sql);  // of the first row and column; NULL is 0
+  // Whether the file could not be read: SQLite then calls it damaged.
+  bool DeviceFailed() const;
 
  private:
+  void Harden();
   void Set();
 
   std::string path_;
@@ -59,16 +63,30 @@ class Connection {
   std::map<std::string, SQLite::Statement> statements_;
 };
 
-// What a user can do about an error of SQLite: who holds the file, that the disk is full, ...
-InputError ErrorOfFile(const std::string& path, const char* doing, const SQLite::Exception& error);
+// What a user can do about an error of SQLite: InputError (who holds the file, that it is damaged),
+// EnvironmentError where the disk is full or cannot be read, or memory is out.
+[[noreturn]] void ThrowErrorOfFile(const std::string& path, const char* doing,
+                                   const SQLite::Exception& error);
 
-// Runs `work`; what SQLite throws becomes an InputError naming the file and what was being done.
+// Runs `work`; what SQLite throws becomes an error naming the file and what was being done.
 template <typename Work>
 auto WithFile(const std::string& path, const char* doing, Work&& work) {
   try {
     return work();
   } catch (const SQLite::Exception& error) {
-    throw ErrorOfFile(path, doing, error);
+    ThrowErrorOfFile(path, doing, error);
+  }
+}
+
+// The same with a file that is open.
+template <typename Work>
+auto WithFile(const Connection& connection, const char* doing, Work&& work) {
+  try {
+    return work();
+  } catch (const SQLite::Exception& error) {
+    const bool device = error.getErrorCode() == SQLITE_CORRUPT && connection.DeviceFailed();
+    ThrowErrorOfFile(connection.Path(), doing,
+                     device ? SQLite::Exception(error.what(), SQLITE_IOERR) : error);
   }
 }
 

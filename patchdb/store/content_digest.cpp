@@ -18,7 +18,7 @@ constexpr int kAllKeepers = 5;
 }  // namespace
 
 std::string ContentOf(const PatchDatabase& database) {
-  return WithFile(database.Path(), "read", [&] {
+  return WithFile(database.Sql(), "read", [&] {
     Connection& connection = database.Sql();
     if (connection.Number(sql::kSchemaVersion) < kFirstSchemaWithToken)
       return connection.Database().execAndGet("SELECT hex(randomblob(16))").getString();

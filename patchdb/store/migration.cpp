@@ -3,6 +3,8 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <iterator>
+#include <string_view>
 
 #include "core/base/error.h"
 #include "patchdb/store/schema.h"
@@ -14,6 +16,9 @@ namespace {
 constexpr const char* kObjects =
     "SELECT type, name, sql FROM sqlite_master WHERE sql IS NOT NULL AND name NOT GLOB 'sqlite_*' "
     "AND NOT (type = 'table' AND name GLOB 'rtree_patches_geom_*')";
+// What GeoPackage 1.4 and programs that write GeoPackages add.
+constexpr const char* kTriggersOfGis[] = {"rtree_patches_geom_", "trigger_insert_feature_count_",
+                                          "trigger_delete_feature_count_"};
 constexpr int kFirstPrivateSrsId = 100000;  // for a CRS without an EPSG code
 
 int AddCrs(Connection& connection, const Crs& crs) {
@@ -43,10 +48,7 @@ void RunSchemaSteps(Connection& connection, int version, int last = CurrentSchem
   }
 }
 
-}  // namespace
-
-void WriteNewDatabase(const std::string& path, const Crs& crs) {
-  Connection connection(path, Connection::Mode::kCreate);
+void FillNewDatabase(Connection& connection, const Crs& crs) {
   SQLite::Database& database = connection.Database();
   database.exec("PRAGMA application_id = " + std::to_string(kGeoPackageApplicationId));
   database.exec("PRAGMA user_version = " + std::to_string(kGeoPackageVersion));
@@ -61,8 +63,13 @@ void WriteNewDatabase(const std::string& path, const Crs& crs) {
   }
   database.exec(sql::kRegisterAttributes);
   transaction.commit();
-  // All in the one file, or an error: it is given its name next.
-  database.exec("PRAGMA journal_mode = DELETE");
+}
+
+}  // namespace
+
+void WriteNewDatabase(const std::string& path, const Crs& crs) {
+  Connection connection(path, Connection::Mode::kCreate);
+  WithFile(connection, "creating the database", [&] { FillNewDatabase(connection, crs); });
 }
 
 int CheckedSchemaVersion(Connection& connection, const std::string& path) {
@@ -102,6 +109,31 @@ void BringUpToDate(Connection& connection, int version, const std::string& path)
     throw InputError(path + " is damaged: it cannot be upgraded without losing rows");
   transaction.commit();
   database.exec("PRAGMA foreign_keys = ON");
+}
+
+std::vector<SchemaObject> ForeignObjects(Connection& connection, int version) {
+  std::vector<SchemaObject> foreign = ObjectsOf(connection);
+  const std::vector<SchemaObject> ours = ObjectsOfVersion(version);
+  std::erase_if(foreign, [&](const SchemaObject& object) {
+    if (object.type == "view") return false;
+    if (object.type != "trigger") return true;
+    const bool known = std::any_of(ours.begin(), ours.end(), [&](const SchemaObject& other) {
+      return other.type == object.type && other.name == object.name;
+    });
+    const std::string_view name = object.name;
+    return known || std::any_of(std::begin(kTriggersOfGis), std::end(kTriggersOfGis),
+                                [&](const char* of_gis) { return name.starts_with(of_gis); });
+  });
+  return foreign;
+}
+
+void RefuseForeignTriggers(Connection& connection, int version, const std::string& path) {
+  for (const SchemaObject& object : ForeignObjects(connection, version))
+    if (object.type == "trigger")
+      throw InputError(fmt::format(
+          "{} holds the trigger {}, which is none of a patch database's and would run with every "
+          "change; copy the patches without it: 'orient patchdb export FILE --subset NEW'",
+          path, object.name));
 }
 
 std::vector<SchemaObject> ObjectsOf(Connection& connection) {

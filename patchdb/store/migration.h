@@ -27,6 +27,12 @@ struct SchemaObject {
   std::string type, name, sql;
 };
 
+// Views, and triggers that neither the schema nor a GIS makes: a stranger's code. Views are never
+// run (Connection), triggers by writers only, which refuse the file.
+std::vector<SchemaObject> ForeignObjects(Connection& connection, int version);
+// Throws InputError naming file and trigger.
+void RefuseForeignTriggers(Connection& connection, int version, const std::string& path);
+
 // Those that a file has; of a whole one those that its version has, beside the GeoPackage's own
 // tables. What the spatial index and SQLite keep for themselves is left out.
 std::vector<SchemaObject> ObjectsOf(Connection& connection);

@@ -11,8 +11,8 @@ namespace orient::patchdb {
 std::optional<int> OlderVersion(const std::string& path) {
   std::error_code error;
   if (!std::filesystem::is_regular_file(path, error)) return std::nullopt;
-  return WithFile(path, "opening the database", [&]() -> std::optional<int> {
-    Connection connection(path, Connection::Mode::kRead);
+  Connection connection(path, Connection::Mode::kRead);
+  return WithFile(connection, "opening the database", [&]() -> std::optional<int> {
     const int version = CheckedSchemaVersion(connection, path);
     if (version == CurrentSchemaVersion()) return std::nullopt;
     return version;

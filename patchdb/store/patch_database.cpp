@@ -9,6 +9,8 @@
 #include <utility>
 
 #include "core/base/error.h"
+#include "core/base/new_file.h"
+#include "core/base/partial_files.h"
 #include "core/base/reading_side_by_side.h"
 #include "patchdb/store/connection.h"
 #include "patchdb/store/learn.h"
@@ -62,6 +64,15 @@ std::vector<Patch> ReadPatches(SQLite::Statement& rows, const std::string& path)
   }
 }
 
+// SQLite's own files beside a database that did not come to be.
+struct RemoverOfLogs {
+  std::string path;
+  ~RemoverOfLogs() {
+    std::error_code ignored;
+    for (const char* suffix : {"-wal", "-shm", "-journal"}) fs::remove(path + suffix, ignored);
+  }
+};
+
 }  // namespace
 
 struct PatchDatabase::Impl {
@@ -76,7 +87,7 @@ struct PatchDatabase::Impl {
         connection(file,
                    open_mode == Mode::kRead ? Connection::Mode::kRead : Connection::Mode::kWrite,
                    wait_s),
-        ground(Prepare()) {}
+        ground(WithFile(connection, "opening the database", [&] { return Prepare(); })) {}
 
   GroundSystem Prepare() {
     const int version = CheckedSchemaVersion(connection, path);
@@ -85,7 +96,10 @@ struct PatchDatabase::Impl {
           fmt::format("{} has the older schema version {}, this program uses {}; 'orient patchdb "
                       "check FILE --repair' upgrades it (on a copy if the file may not be written)",
                       path, version, CurrentSchemaVersion()));
-    if (mode == Mode::kWrite) BringUpToDate(connection, version, path);
+    if (mode == Mode::kWrite) {
+      RefuseForeignTriggers(connection, version, path);
+      BringUpToDate(connection, version, path);
+    }
     return ReadGroundSystem(connection, path);
   }
 
@@ -135,22 +149,32 @@ PatchDatabase& PatchDatabase::operator=(PatchDatabase&&) noexcept = default;
 PatchDatabase::~PatchDatabase() = default;
 
 PatchDatabase PatchDatabase::Create(const std::string& path, const Crs& crs) {
+  return Create(path, crs, [](PatchDatabase&) {});
+}
+
+PatchDatabase PatchDatabase::Create(const std::string& path, const Crs& crs,
+                                    const std::function<void(PatchDatabase&)>& fill) {
   std::error_code error;
   if (fs::exists(path, error))
     throw InputError(path + " exists already; give another name or delete it first");
-  // Made beside and renamed: a crash leaves no half database under the name that was asked for.
-  const std::string unfinished = path + ".unfinished";
-  fs::remove(unfinished, error);
+  RemovePartialFiles(fs::absolute(path).parent_path().string());
+  NewFile file(path);
+  const RemoverOfLogs remover{file.PartialPath()};
+  WithFile(path, "creating the database", [&] { WriteNewDatabase(file.PartialPath(), crs); });
+  {
+    PatchDatabase database = Open(file.PartialPath(), Mode::kWrite);
+    fill(database);
+    // All in the one file, or an error: it is given its name next.
+    WithFile(database.Sql(), "creating the database",
+             [&] { database.Sql().Database().exec("PRAGMA journal_mode = DELETE"); });
+  }
+  file.KeepAsNew();
   try {
-    WithFile(path, "creating the database", [&] { WriteNewDatabase(unfinished, crs); });
-  } catch (const InputError&) {
-    for (const char* suffix : {"", "-wal", "-shm", "-journal"})
-      fs::remove(unfinished + suffix, error);
+    return Open(path, Mode::kWrite);
+  } catch (const std::runtime_error&) {  // the same command is to succeed when it is run again
+    fs::remove(path, error);
     throw;
   }
-  fs::rename(unfinished, path, error);
-  if (error) throw InputError(path + " cannot be created: " + error.message());
-  return Open(path, Mode::kWrite);
 }
 
 PatchDatabase PatchDatabase::Open(const std::string& path, Mode mode, double wait_s) {
@@ -158,8 +182,7 @@ PatchDatabase PatchDatabase::Open(const std::string& path, Mode mode, double wai
   if (!fs::exists(path, error))
     throw InputError(path + " does not exist; create it with 'orient patchdb create'");
   if (!fs::is_regular_file(path, error)) throw InputError(path + " is not a file");
-  return WithFile(path, "opening the database",
-                  [&] { return PatchDatabase(std::make_unique<Impl>(path, mode, wait_s)); });
+  return PatchDatabase(std::make_unique<Impl>(path, mode, wait_s));
 }
 
 const std::string& PatchDatabase::Path() const { return impl_->path; }
@@ -168,7 +191,7 @@ int PatchDatabase::SrsId() const { return impl_->ground.srs_id; }
 const Crs& PatchDatabase::GroundCrs() const { return impl_->ground.crs; }
 
 PatchDatabaseInfo PatchDatabase::Info() const {
-  return WithFile(impl_->path, "reading its summary", [&] {
+  return WithFile(impl_->connection, "reading its summary", [&] {
     PatchDatabaseInfo info;
     info.crs_name = impl_->ground.crs.Name();
     info.schema_version = static_cast<int>(impl_->connection.Number(sql::kSchemaVersion));
@@ -245,7 +268,7 @@ PatchSource PatchDatabase::StoreSource(const PatchSource& source, bool harvested
 
 std::vector<Patch> PatchDatabase::FindPatchesIn(const Bounds& bounds, int max_count) const {
   constexpr double kEveryPatch = 65536;
-  return WithFile(impl_->path, "finding patches", [&] {
+  return WithFile(impl_->connection, "finding patches", [&] {
     const auto count = [&](const char* sql) {
       const Query row = impl_->connection.Prepare(sql);
       BindBounds(bounds, *row);
@@ -267,7 +290,7 @@ std::vector<Patch> PatchDatabase::FindPatchesIn(const Bounds& bounds, int max_co
 }
 
 std::vector<Patch> PatchDatabase::ListPatches(std::int64_t after_id, int count) const {
-  return WithFile(impl_->path, "listing patches", [&] {
+  return WithFile(impl_->connection, "listing patches", [&] {
     const Query rows = impl_->connection.Prepare(sql::kPatchesAfter);
     rows->bind(1, after_id);
     rows->bind(2, count);
@@ -276,7 +299,7 @@ std::vector<Patch> PatchDatabase::ListPatches(std::int64_t after_id, int count) 
 }
 
 std::optional<Patch> PatchDatabase::ReadPatch(std::int64_t id) const {
-  return WithFile(impl_->path, "reading a patch", [&]() -> std::optional<Patch> {
+  return WithFile(impl_->connection, "reading a patch", [&]() -> std::optional<Patch> {
     const Query row = impl_->connection.Prepare(sql::kPatch);
     row->bind(1, id);
     if (!row->executeStep()) return std::nullopt;
@@ -294,7 +317,7 @@ std::optional<Patch> PatchDatabase::ReadPatch(std::int64_t id) const {
 }
 
 std::vector<PatchSource> PatchDatabase::Sources() const {
-  return WithFile(impl_->path, "listing sources", [&] {
+  return WithFile(impl_->connection, "listing sources", [&] {
     const Query rows = impl_->connection.Prepare(sql::kSources);
     std::vector<PatchSource> sources;
     while (rows->executeStep()) sources.push_back(ReadSourceRow(*rows));
@@ -303,7 +326,7 @@ std::vector<PatchSource> PatchDatabase::Sources() const {
 }
 
 KnownSource PatchDatabase::FindSource(const PatchSource& source) const {
-  return WithFile(impl_->path, "looking for a source", [&] {
+  return WithFile(impl_->connection, "looking for a source", [&] {
     KnownSource known{std::nullopt, false, source.name};
     for (int number = 2;; ++number) {
       const Query row = impl_->connection.Prepare(sql::kSourceNamed);
@@ -327,7 +350,7 @@ void PatchDatabase::GrowExtent(const Eigen::Vector2d& place_m) {
 
 int PatchDatabase::Write(const char* doing, const std::function<int(Connection&)>& work) {
   impl_->RequireWriting();
-  return WithFile(impl_->path, doing, [&] {
+  return WithFile(impl_->connection, doing, [&] {
     SQLite::Transaction transaction(impl_->connection.Database(),
                                     SQLite::TransactionBehavior::IMMEDIATE);
     const int changed = work(impl_->connection);

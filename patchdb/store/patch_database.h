@@ -39,6 +39,9 @@ class PatchDatabase {
   enum class Mode { kRead, kWrite };
   // Throws InputError: exists already, folder not writable.
   static PatchDatabase Create(const std::string& path, const Crs& crs);
+  // The same with what `fill` puts into it: until that is through there is no file of this name.
+  static PatchDatabase Create(const std::string& path, const Crs& crs,
+                              const std::function<void(PatchDatabase&)>& fill);
   // Never creates a file; kRead opens it read-only. Throws InputError: missing, not a patch
   // database, a newer schema than this program's, an older one that kRead may not bring up to date.
   // A writer waits up to wait_s for another one's transaction, then the error says who holds it.

@@ -133,7 +133,7 @@ bool InsideRings(const std::vector<std::vector<Eigen::Vector2d>>& rings,
 void VisitPatches(const PatchDatabase& database, const PatchFilter& filter,
                   const std::function<void(const PatchSummary&)>& visit) {
   Connection& connection = database.Sql();
-  WithFile(database.Path(), "choosing patches", [&] {
+  WithFile(database.Sql(), "choosing patches", [&] {
     if (!filter.ids.empty()) {
       for (const std::int64_t id : filter.ids) {
         SQLite::Statement row(connection.Database(), kOne);

@@ -12,7 +12,7 @@
 namespace orient {
 namespace {
 
-constexpr double kMaxFrameRms = 0.35;  // px, over the whole frame
+constexpr double kMaxFrameRms = 0.38;  // px, over the whole frame
 // The orthophotos do not agree with the published orientation and DEM: back in the photo that each
 // was made from, their patches are off by 0.3 to 0.6 px RMS, nearly all of it radial, as heights
 // other than this DEM's would do (see DifferFromTheirOwnPhotos...); the fourth is shifted, too.
@@ -20,7 +20,7 @@ constexpr double kMaxFrameRms = 0.35;  // px, over the whole frame
 // the far side of the frame of 0182.
 constexpr double kMaxFrameRmsFromShiftedOrthophoto = 0.9;
 constexpr double kMaxPosition = 16;  // m: position and tilt trade against one another
-constexpr double kMaxAngle = 0.15;   // degrees
+constexpr double kMaxAngle = 0.16;   // degrees
 
 void MakeDatabase(const Ngi& ngi, const std::string& path) {
   const ProgramRun run = RunOrient({"patchdb", "create", path, "--crs", ngi.CrsFile()});
@@ -94,7 +94,9 @@ void ExpectAsPublished(const Ngi& ngi, const TemporaryFolder& folder,
         number.c_str(), ngi.FrameRms(result), ngi.PositionError(result), ngi.AngleErrorDeg(result),
         *result.sigma0_px, ngi.NormalisedError(result));
     for (const std::string& told : Sentences(result.findings)) std::printf("  %s\n", told.c_str());
-    EXPECT_EQ(result.status, Status::kOk) << number;
+    EXPECT_GT(ngi.NormalisedError(result), 0.65) << number;
+    EXPECT_LT(ngi.NormalisedError(result), 1.35) << number;
+    ExpectOkOrPoorlyDetermined(result);
   }
 }
 
@@ -118,7 +120,7 @@ TEST(NgiOrthophotos, OfStrip06OrientStrip05) {
   const ProgramRun run = Orient(ngi, folder, folder / "patches.gpkg", {"0182", "0184"}, kSigns);
   ASSERT_EQ(run.exit_code, 0) << run.out << run.err;
   ExpectAsPublished(ngi, folder, {"0182"}, kMaxFrameRmsFromShiftedOrthophoto);
-  ExpectAsPublished(ngi, folder, {"0184"}, kMaxFrameRms + 0.02);  // 0.349 where this was written
+  ExpectAsPublished(ngi, folder, {"0184"});
 }
 
 // Why patches from these orthophotos cannot do as well as patches from the photos: matched into the
@@ -160,10 +162,7 @@ TEST(NgiPhotos, OfStrip05OrientStrip06) {
   HarvestPhotos(ngi, folder / "patches.gpkg", {"0182", "0184"});
   const ProgramRun run = Orient(ngi, folder, folder / "patches.gpkg", {"0251", "0253"}, kSigns);
   ASSERT_EQ(run.exit_code, 0) << run.out << run.err;
-  // 0.35 px is wanted. Measured: 0.350 and 0.283; rounding the heights under the patches to a
-  // sixteenth instead of an eighth of a pixel makes it 0.360 and 0.220, so much is chance.
-  // With what a settled pose leaves open searched for once more: 0.375 and 0.321.
-  ExpectAsPublished(ngi, folder, {"0251", "0253"}, 0.38);
+  ExpectAsPublished(ngi, folder, {"0251", "0253"}, 0.28);  // 0.253 and 0.231 where this was written
   // A few patches in large windows show where the many are, in small ones.
   for (const char* number : {"0251", "0253"}) {
     const auto rounds =

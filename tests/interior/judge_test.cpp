@@ -403,5 +403,14 @@ TEST(AddToInterior, NoFindingChangesNothing) {
   EXPECT_TRUE(result.findings.empty());
 }
 
+TEST(JudgeRejected, IsWeakWhereAnotherMarkMayBeTheWrongOne) {
+  EXPECT_FALSE(JudgeRejected({}));
+  const auto finding = JudgeRejected({"2", "5"});
+  ASSERT_TRUE(finding);
+  EXPECT_EQ(finding->reason, Reason::kWrongMarkUnclear);
+  EXPECT_EQ(finding->at_best, Status::kWeak);
+  EXPECT_EQ(finding->where, "2, 5");
+}
+
 }  // namespace
 }  // namespace orient::interior

@@ -1,9 +1,10 @@
 #!/usr/bin/env python3
-"""CTest `patchdb_hostile`: damaged and hostile patch databases never crash, hang, or escape.
+"""CTest `patchdb_hostile` (quick) and `patchdb_hostile_all` (slow): damaged and hostile patch databases
+never crash, hang, or escape.
 
-    patchdb_hostile_test.py ORIENT [INPUTS [PROGRAM [FIRST]]]
+    hostile_test.py ORIENT [INPUTS [PROGRAM [FIRST]]]
 
-INPUTS: 300 unless told; about 3 s each. PROGRAM: what is run on them, ORIENT unless told; best one with
+INPUTS: 10 unless told, two of each kind; about a second each. PROGRAM: what is run on them, ORIENT unless told; best one with
 sanitizers (cmake --build --preset release --target orient_sanitized), whose findings fail the test.
 FIRST: number of the first input, 0 unless told; every number is an input of its own.
 
@@ -156,6 +157,6 @@ def main(orient, inputs, program, first):
 
 if __name__ == "__main__":
     ORIENT = str(pathlib.Path(sys.argv[1]).resolve())
-    main(ORIENT, int(sys.argv[2]) if len(sys.argv) > 2 else 300,
+    main(ORIENT, int(sys.argv[2]) if len(sys.argv) > 2 else 10,
          str(pathlib.Path(sys.argv[3]).resolve()) if len(sys.argv) > 3 else ORIENT,
          int(sys.argv[4]) if len(sys.argv) > 4 else 0)

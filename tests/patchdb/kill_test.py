@@ -1,16 +1,17 @@
 #!/usr/bin/env python3
-"""CTest `patchdb_kill` (slow): a patch database survives kill -9 at any moment.
+"""CTest `patchdb_kill` (quick) and `patchdb_kill_all` (slow): a patch database survives kill -9.
 
-    patchdb_kill_test.py ORIENT LEARNER [KILLS [SEED]]
+    kill_test.py ORIENT LEARNER INJECTOR [KILLS [SEED]]
 
 ORIENT: the program; LEARNER: tests/patchdb/learner/main.cpp, which reports attempts as `orient exterior`
-does; KILLS: 200 unless told, of programs in the middle of their work (those that ended before are not
-counted); SEED: another one kills at other moments. A database is harvested into, merged into, updated, pruned and learns,
-by programs that are killed at random moments. After every kill `orient patchdb check` must pass and
-everything reported done before must be there.
+does; INJECTOR: tests/faults/injector.cpp, which kills them at the n-th call that writes, with half of it
+in the file; KILLS: 18 unless told (runs that ended before that call are not counted); SEED: another one
+kills at other calls. A database is harvested into, merged into, updated, pruned and learns. After every
+kill `orient patchdb check` must pass and everything reported done before must be there.
 """
 
 import collections
+import os
 import pathlib
 import random
 import signal
@@ -18,7 +19,6 @@ import sqlite3
 import subprocess
 import sys
 import tempfile
-import time
 
 import made_up
 
@@ -51,8 +51,8 @@ def learnt_is_whole(database, printed, attempts_each):
 
 
 class Rounds:
-    def __init__(self, orient, learner, folder):
-        self.orient, self.learner, self.folder = orient, learner, folder
+    def __init__(self, orient, learner, injector, folder):
+        self.orient, self.learner, self.injector, self.folder = orient, learner, injector, folder
         self.database = folder / "patches.gpkg"
         self.photos = {}  # attempts reported as stored, by photo
         self.killed = collections.Counter()  # by command
@@ -66,32 +66,37 @@ class Rounds:
                          ["patchdb", "update", "DB", others[2]], ["patchdb", "merge", "DB", others[3]],
                          ["patchdb", "retire", "DB", *restore], ["patchdb", "restore", "DB", *restore],
                          ["patchdb", "check", "DB", "--repair"], ["patchdb", "compact", "DB"]]
-        self.times = [self.duration(words) for words in self.commands]
+        self.calls = [self.count_calls(words) for words in self.commands]
 
     def program(self, words, database, first):
         if words == ["LEARN"]:
             return [self.learner, database, str(first), "8"]
         return [self.orient, *[str(database if word == "DB" else word) for word in words]]
 
-    def duration(self, words):
-        copy = self.folder / "timed.gpkg"
+    def environment(self, call):
+        """Of a program that dies at this call; 0: at none."""
+        return {**os.environ, "LD_PRELOAD": self.injector, "ORIENT_FAULT_FOLDER": str(self.folder),
+                "ORIENT_FAULT_KIND": "kill", "ORIENT_FAULT_AT": str(call),
+                "ORIENT_FAULT_COUNT": str(self.folder / "count")}
+
+    def count_calls(self, words):
+        copy = self.folder / "counted.gpkg"
         copy.write_bytes(self.start)
-        begin = time.monotonic()
-        subprocess.run(self.program(words, copy, 0), check=True, capture_output=True, timeout=300)
+        subprocess.run(self.program(words, copy, 0), check=True, capture_output=True, timeout=300,
+                       env=self.environment(0))
         copy.unlink()
-        return time.monotonic() - begin
+        return int(dict(map(str.split, (self.folder / "count").read_text().splitlines()))["kill"])
 
     def kill_one(self, round_, done):
         number = round_ % len(self.commands)
         words = self.commands[number]
-        child = subprocess.Popen(self.program(words, self.database, 8 * round_),
-                                 stdout=subprocess.PIPE, stderr=subprocess.DEVNULL, text=True)
-        time.sleep(random.uniform(0, 1.1) * self.times[number])
-        child.kill()
-        printed = child.communicate()[0]
+        call = random.randint(1, self.calls[number])
+        child = subprocess.run(self.program(words, self.database, 8 * round_), capture_output=True,
+                               text=True, timeout=300, check=False, env=self.environment(call))
+        printed = child.stdout
         name = "learn" if words == ["LEARN"] else words[1]
         self.killed[name] += child.returncode == -signal.SIGKILL
-        assert child.returncode in (0, -signal.SIGKILL), f"{words}: exit {child.returncode}"
+        assert child.returncode in (0, -signal.SIGKILL), f"{words}, call {call}: {child.stderr}"
         made_up.run(self.orient, "patchdb", "check", self.database)
         if words == ["LEARN"]:
             learnt_is_whole(self.database, printed, self.photos)
@@ -127,10 +132,10 @@ class Rounds:
         return whole
 
 
-def main(orient, learner, kills, seed):
+def main(orient, learner, injector, kills, seed):
     random.seed(seed)
     with tempfile.TemporaryDirectory() as name:
-        rounds = Rounds(orient, learner, pathlib.Path(name))
+        rounds = Rounds(orient, learner, injector, pathlib.Path(name))
         done = count(orient, rounds.database)
         round_ = 0
         while rounds.killed.total() < kills:
@@ -147,5 +152,5 @@ def main(orient, learner, kills, seed):
 
 
 if __name__ == "__main__":
-    main(sys.argv[1], sys.argv[2], int(sys.argv[3]) if len(sys.argv) > 3 else 200,
-         int(sys.argv[4]) if len(sys.argv) > 4 else 20250417)
+    main(*sys.argv[1:4], int(sys.argv[4]) if len(sys.argv) > 4 else 18,
+         int(sys.argv[5]) if len(sys.argv) > 5 else 20250417)

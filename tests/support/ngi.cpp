@@ -1,6 +1,9 @@
 #include "tests/support/ngi.h"
 
+#include <gtest/gtest.h>
+
 #include <Eigen/Dense>
+#include <algorithm>
 #include <cmath>
 #include <filesystem>
 #include <stdexcept>
@@ -77,6 +80,14 @@ double Ngi::AngleErrorDeg(const ExteriorResult& result) const {
 double Ngi::NormalisedError(const ExteriorResult& result) const {
   const Vector6d off = PoseDifference(*result.pose, published.Find(result.photo)->pose);
   return std::sqrt(off.dot(result.covariance->ldlt().solve(off)) / 6);
+}
+
+void ExpectOkOrPoorlyDetermined(const ExteriorResult& result) {
+  if (result.status == Status::kOk) return;
+  EXPECT_EQ(result.status, Status::kWeak) << result.photo;
+  EXPECT_TRUE(std::any_of(result.findings.begin(), result.findings.end(), [](const Finding& told) {
+    return told.reason == Reason::kPoorlyDetermined;
+  })) << result.photo;
 }
 
 }  // namespace orient

@@ -36,4 +36,8 @@ struct Ngi {
   double NormalisedError(const ExteriorResult& result) const;
 };
 
+// Patches of one strip lie in two fifths of the other's frames, and orthophotos are displaced as a
+// whole: what that leaves of the far corners may be more than a pixel. Nothing else may be wrong.
+void ExpectOkOrPoorlyDetermined(const ExteriorResult& result);
+
 }  // namespace orient

@@ -25,6 +25,7 @@ struct BundleSimulationOptions {
   double height_sigma_m = 0;  // of what control patches share, see GroundControl
   // What control patches of one source err together, in shares of what each errs by itself.
   double control_shared_everywhere = 0, control_shared_smoothly = 0;
+  double source_sigma_m = 0;  // of their source as a whole, see GroundControl
   double position_sigma_m = 3, attitude_sigma_rad = 0.01;  // of the approximations
   bool prior = true;                                       // the approximations as prior
   double gnss_sigma_m = 0;                                 // 0: no GNSS
@@ -202,6 +203,7 @@ class BundleSimulator {
                        Eigen::Vector3d(Normal(sigma.x()), Normal(sigma.y()), Normal(sigma.z()));
     if (options_.height_sigma_m > 0) AddHeightError(&control);
     AddSharedError(&control);
+    if (options_.source_sigma_m > 0) DisplaceSource(&control);
     simulation_.block.points[point].control = control;
     if (!options_.control_seen_by_all) {
       Observe(photo, point, options_.gross_control);
@@ -228,6 +230,18 @@ class BundleSimulator {
     control->height_sigma_m = options_.height_sigma_m;
     control->ground_m += control->height_effect * options_.height_sigma_m * std::sqrt(0.5) *
                          (common_height_ + field);
+  }
+
+  // A shift, and what it grows by to the block's border.
+  void DisplaceSource(block::GroundControl* control) {
+    if (source_error_.isZero())
+      for (double& element : source_error_.reshaped()) element = Normal(options_.source_sigma_m);
+    const Eigen::Vector2d half((options_.photos_in_strip - 1) * Base() / 2,
+                               (options_.strips - 1) * StripStep() / 2);
+    const Eigen::Vector2d place =
+        control->ground_m.head<2>() - Eigen::Vector2d(kEast, kNorth) - half;
+    control->ground_m.head<2>() += source_error_ * (place / half.maxCoeff()).homogeneous();
+    control->source_sigma_m = options_.source_sigma_m;
   }
 
   // Over the ground, as waves with the correlation exp(-(d / 500 m)^2).
@@ -259,6 +273,7 @@ class BundleSimulator {
   std::vector<Eigen::Vector3d> waves_, shared_waves_;
   std::array<double, 2> shared_everywhere_ = {};
   double common_height_ = 0;
+  Eigen::Matrix<double, 2, 3> source_error_ = Eigen::Matrix<double, 2, 3>::Zero();
   std::mt19937 random_;
   std::normal_distribution<double> normal_;
   std::vector<Affine2d> true_film_;

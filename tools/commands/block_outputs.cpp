@@ -8,9 +8,10 @@
 
 #include "block/inputs/block_camera.h"
 #include "block/inputs/block_files.h"
+#include "block/stages/exterior_stage.h"
+#include "core/base/environment_error.h"
 #include "core/base/error.h"
 #include "core/base/output_directory.h"
-#include "core/files/orientation_table.h"
 #include "tools/convert/write_exports.h"
 #include "tools/report/block_geopackage.h"
 #include "tools/report/block_record.h"
@@ -62,6 +63,7 @@ std::optional<block::Quicklook> Illustrate(const BlockFile& block, block::Orient
       oriented->findings.push_back({.reason = Reason::kPhotoNotInQuicklook, .where = photo});
     return quicklook;
   } catch (const std::exception& error) {
+    RethrowOfEnvironment();
     oriented->findings.push_back({.reason = Reason::kNoQuicklook, .where = error.what()});
     return std::nullopt;
   }
@@ -127,15 +129,8 @@ std::optional<block::Quicklook> WriteBlockOutputs(const BlockFile& block, bool q
   const std::string& out = block.output_directory;
   if (const auto told = SetOtherPhotosAside(block)) result.findings.push_back(*told);
   RemoveStale(block);
-  OrientationTable table;
-  table.crs = block.crs;
-  for (const ExteriorResult& photo : result.results) {
-    WriteExteriorResult(out, photo);
-    if (photo.pose)
-      table.rows.push_back(
-          {photo.photo, *photo.pose, Vector6d(photo.covariance->diagonal().cwiseSqrt())});
-  }
-  WriteOrientationTable((fs::path(out) / "orientation.csv").string(), table);
+  for (const ExteriorResult& photo : result.results) WriteExteriorResult(out, photo);
+  block::WritePoseTable(out, result.results, block.crs);
   block::WriteBlockCamera(out, result.camera);
   std::optional<block::Quicklook> pictures;
   if (quicklook) pictures = Illustrate(block, &result);

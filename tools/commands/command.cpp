@@ -1,12 +1,18 @@
 #include "tools/commands/command.h"
 
+#include <fmt/format.h>
+
 #include <CLI/CLI.hpp>
 #include <algorithm>
+#include <cmath>
+#include <cstdlib>
+#include <filesystem>
 #include <new>
 #include <ostream>
 
 #include "core/base/environment_error.h"
 #include "core/base/error.h"
+#include "core/files/toml_fields.h"
 
 namespace orient {
 namespace {
@@ -18,7 +24,30 @@ constexpr const char* kDescription =
     "Orients scans of aerial film photos automatically: interior orientation from fiducial marks,\n"
     "exterior orientation from patches of known ground position, then the whole block.";
 
+// CLI11's ranges let nan through.
+std::string WhyNotFinite(const std::string& text) {
+  char* end = nullptr;
+  const double value = std::strtod(text.c_str(), &end);
+  const bool finite =
+      std::isfinite(value) || end == text.c_str();  // no number at all: told as such
+  return finite ? "" : text + " is not a finite number";
+}
+
+void RefuseInfinities(CLI::App& app) {
+  for (CLI::Option* option : app.get_options())
+    if (option->get_type_name().starts_with("FLOAT")) option->check(WhyNotFinite);
+}
+
+// One makes all anew, the other keeps what is there.
+void RefuseOverwriteWithResume(CLI::App& app) {
+  CLI::Option* resume = app.get_option_no_throw("--resume");
+  CLI::Option* overwrite = app.get_option_no_throw("--overwrite");
+  if (resume != nullptr && overwrite != nullptr) resume->excludes(overwrite);
+}
+
 void PrepareSubcommands(CLI::App& app) {
+  RefuseInfinities(app);
+  RefuseOverwriteWithResume(app);
   for (CLI::App* nested : app.get_subcommands(nullptr)) {
     nested->fallthrough();  // so that `patchdb create DB --verbose` works
     PrepareSubcommands(*nested);
@@ -58,12 +87,47 @@ std::string AskedCommand(const CLI::App& app) {
   return name;
 }
 
-int ReportParseError(const CLI::App& parser, const CLI::ParseError& error, std::ostream& out,
+const CLI::App& AskedApp(const CLI::App& app) {
+  const auto nested = app.get_subcommands();
+  return nested.empty() ? app : AskedApp(*nested.front());
+}
+
+// What is known here and written nearly like one of these words; empty where none is.
+std::string DidYouMean(const CLI::App& parser, const std::vector<std::string>& arguments) {
+  const CLI::App& app = AskedApp(parser);
+  std::vector<std::string> names;
+  for (const CLI::App* nested : app.get_subcommands(nullptr)) names.push_back(nested->get_name());
+  for (const CLI::Option* option : app.get_options())
+    for (const std::string& name : option->get_lnames()) names.push_back("--" + name);
+  const std::vector<std::string_view> known(names.begin(), names.end());
+  for (const std::string& argument : arguments) {
+    const std::string word = argument.substr(0, argument.find('='));
+    if (std::find(names.begin(), names.end(), word) != names.end()) continue;
+    const bool is_command = !word.starts_with("--") && !app.get_subcommands(nullptr).empty();
+    const std::string nearest = NearestWord(word, known);
+    if (!nearest.empty() && (is_command || word.starts_with("--")) &&
+        nearest.starts_with("--") == word.starts_with("--"))
+      return fmt::format("'{}': did you mean {}?\n", argument, nearest);
+  }
+  return "";
+}
+
+int ReportParseError(const CLI::App& parser, const CLI::ParseError& error,
+                     const std::vector<std::string>& arguments, std::ostream& out,
                      std::ostream& err) {
   if (error.get_exit_code() == static_cast<int>(CLI::ExitCodes::Success))
     return parser.exit(error, out, err);  // --help and --version are no errors
-  err << "orient: " << error.what() << "\nTry '" << AskedCommand(parser) << " --help'.\n";
+  err << "orient: " << error.what() << "\n"
+      << DidYouMean(parser, arguments) << "Try '" << AskedCommand(parser) << " --help'.\n";
   return static_cast<int>(ExitCode::kBadUsage);
+}
+
+// `orient help patchdb create` is `orient patchdb create --help`.
+std::vector<std::string> WithoutHelpCommand(std::vector<std::string> arguments) {
+  if (arguments.empty() || arguments.front() != "help") return arguments;
+  arguments.erase(arguments.begin());
+  arguments.emplace_back("--help");
+  return arguments;
 }
 
 ExitCode RunCommand(const CLI::App& parser, const CommandList& commands, std::ostream& out,
@@ -81,15 +145,17 @@ ExitCode RunCommand(const CLI::App& parser, const CommandList& commands, std::os
 
 }  // namespace
 
+std::string ProgramVersion() { return ORIENT_VERSION; }
+
 std::unique_ptr<CLI::App> MakeParser(const CommandList& commands) {
   auto parser = std::make_unique<CLI::App>(kDescription, "orient");
   parser->option_defaults()->always_capture_default();
-  parser->set_version_flag("--version", "orient " ORIENT_VERSION);
+  parser->set_version_flag("--version", "orient " + ProgramVersion());
   parser->require_subcommand(1);
   parser->footer(
       "Exit codes: 0 all done, 1 bad usage, 2 bad input, 3 done but some photos not\n"
       "oriented, 4 disk or memory full: the same command goes on when there is room.\n"
-      "'orient COMMAND --help' explains a command.");
+      "'orient help COMMAND' explains a command.");
   for (const auto& command : commands) {
     CLI::App* app = parser->add_subcommand(command->Name(), command->Summary());
     command->Setup(*app);
@@ -107,19 +173,25 @@ int RunProgram(const CommandList& commands, const std::vector<std::string>& argu
     return static_cast<int>(code);
   };
   try {
-    std::vector<std::string> reversed(arguments.rbegin(), arguments.rend());  // as CLI11 wants it
-    parser->parse(std::move(reversed));
-    return static_cast<int>(RunCommand(*parser, commands, out, err));
+    try {
+      std::vector<std::string> reversed = WithoutHelpCommand(arguments);
+      std::reverse(reversed.begin(), reversed.end());  // as CLI11 wants it
+      parser->parse(std::move(reversed));
+      return static_cast<int>(RunCommand(*parser, commands, out, err));
+    } catch (const std::exception&) {
+      RethrowOfEnvironment();
+      throw;
+    }
+  } catch (const EnvironmentError& error) {
+    return fail(error.what(), ExitCode::kMachineRefused);
   } catch (const CLI::ParseError& error) {
-    return ReportParseError(*parser, error, out, err);
+    return ReportParseError(*parser, error, arguments, out, err);
   } catch (const UsageError& error) {
     return fail(error.what(), ExitCode::kBadUsage);
   } catch (const InputError& error) {
     return fail(error.what(), ExitCode::kBadInput);
-  } catch (const std::bad_alloc&) {
-    return fail("out of memory; use fewer --jobs", ExitCode::kMachineRefused);
-  } catch (const EnvironmentError& error) {
-    return fail(error.what(), ExitCode::kMachineRefused);
+  } catch (const std::filesystem::filesystem_error& error) {
+    return fail(error.path1().string() + ": " + error.code().message(), ExitCode::kBadInput);
   } catch (const std::exception& error) {
     return fail(std::string("internal error, please report it: ") + error.what(),
                 ExitCode::kBadInput);

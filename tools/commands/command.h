@@ -38,6 +38,9 @@ class Command {
   virtual ExitCode Run(std::ostream& out) = 0;
 };
 
+// "0.1.0".
+std::string ProgramVersion();
+
 using CommandList = std::vector<std::unique_ptr<Command>>;
 
 // Parses, runs, and says on `err` what went wrong. Returns the process's exit code.

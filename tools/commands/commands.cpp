@@ -9,10 +9,12 @@ CommandList MakeCommands() {
   commands.push_back(MakePatchdbCommand());
   commands.push_back(MakeExteriorCommand());
   commands.push_back(MakeBlockCommand());
+  commands.push_back(MakeOrthoCommand());
   commands.push_back(MakeConvertCommand());
   commands.push_back(MakeSimulateCommand());
   commands.push_back(MakeReportCommand());
   commands.push_back(MakeCamerasCommand());
+  commands.push_back(MakeMeasurementsCommand());
   return commands;
 }
 

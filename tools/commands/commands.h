@@ -8,12 +8,14 @@ namespace orient {
 
 std::unique_ptr<Command> MakeBlockCommand();
 std::unique_ptr<Command> MakeCamerasCommand();
+std::unique_ptr<Command> MakeMeasurementsCommand();
 std::unique_ptr<Command> MakeConvertCommand();
 std::unique_ptr<Command> MakeExteriorCommand();
 
 CommandList MakeCommands();
 
 std::unique_ptr<Command> MakeInteriorCommand();
+std::unique_ptr<Command> MakeOrthoCommand();
 std::unique_ptr<Command> MakePatchdbCommand();
 std::unique_ptr<Command> MakeSimulateCommand();
 std::unique_ptr<Command> MakeReportCommand();

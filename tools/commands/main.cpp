@@ -5,6 +5,7 @@
 
 int main(int argc, char** argv) {
   orient::KeepReleasedMemory();
+  orient::BoundBlockCache();
   return orient::RunProgram(orient::MakeCommands(), std::vector<std::string>(argv + 1, argv + argc),
                             std::cout, std::cerr);
 }

@@ -1,6 +1,10 @@
 #include "tools/commands/memory.h"
 
+#include <cpl_conv.h>
+#include <gdal.h>
 #include <malloc.h>
+
+#include <algorithm>
 
 namespace orient {
 
@@ -8,6 +12,12 @@ void KeepReleasedMemory() {
   constexpr int kMegabyte = 1 << 20;
   mallopt(M_MMAP_THRESHOLD, 32 * kMegabyte);  // the most that glibc takes
   mallopt(M_TRIM_THRESHOLD, 256 * kMegabyte);
+}
+
+void BoundBlockCache(int megabytes) {
+  const GIntBig most = GIntBig{megabytes} << 20;
+  if (CPLGetConfigOption("GDAL_CACHEMAX", nullptr) == nullptr)
+    GDALSetCacheMax64(std::min(GDALGetCacheMax64(), most));
 }
 
 }  // namespace orient

@@ -9,4 +9,8 @@ namespace orient {
 // alone, as it holds for the whole program.
 void KeepReleasedMemory();
 
+// GDAL keeps decoded pixels in a twentieth of the machine's memory: at most half a gigabyte, unless
+// the environment says otherwise (GDAL_CACHEMAX). For `main` alone, too.
+void BoundBlockCache(int megabytes = 512);
+
 }  // namespace orient

@@ -14,6 +14,8 @@
 #include "tools/commands/block_outputs.h"
 #include "tools/commands/commands.h"
 #include "tools/commands/exterior_summary.h"
+#include "tools/commands/measured_block.h"
+#include "tools/commands/ortho_run.h"
 #include "tools/commands/patchdb_to_write.h"
 #include "tools/commands/progress.h"
 #include "tools/commands/shared_options.h"
@@ -47,6 +49,8 @@ class BlockCommand : public Command {
     block::BlockRunOptions options{.block = ReadBlockFile(block_path_)};
     CheckFormats(options.block.formats);
     options.block.camera = block::FindCameraFile(options.block.camera, library_);
+    if (options.block.ByMeasurementsAlone())
+      return AdjustMeasuredBlock(options.block, overwrite_ || resume_, out);
     options.feedback = !no_feedback_;
     options.jobs = jobs_;
     const std::string& directory = options.block.output_directory;
@@ -65,15 +69,39 @@ class BlockCommand : public Command {
     ShownProgress progress;
     block::OrientedBlock result = block::Orient(inputs, folder, &progress);
     const auto quicklook = WriteBlockOutputs(options.block, quicklook_, &result);
-    folder.Finish();
     PrintExteriorSummary(result.results, out);
     PrintBlockSummary(result, quicklook, out);
+    MakeOrthophotosOf(options.block, out);
+    folder.Finish();
     out << "\nreport  " << fs::absolute(fs::path(directory) / "report.html").string() << "\n";
     return AllOriented(result.results) && result.not_there.empty() ? ExitCode::kAllDone
                                                                    : ExitCode::kSomeNotOriented;
   }
 
  private:
+  void MakeOrthophotosOf(const BlockFile& block, std::ostream& out) const {
+    if (!block.ortho) return;
+    out << "\n";
+    OrthoRunOptions run{.source = {.poses = block.output_directory,
+                                   .scans = block.photos,
+                                   .dem = block.dem,
+                                   .weak = block.ortho->weak},
+                        .out = (fs::path(block.output_directory) / "ortho").string(),
+                        .gsd_m = block.ortho->gsd_m,
+                        .dem_sigma_m = block.ortho->dem_sigma_m,
+                        .jobs = jobs_,
+                        .mosaic = block.ortho->mosaic,
+                        .overwrite = overwrite_,
+                        .resume = !overwrite_};
+    try {
+      MakeOrthophotos(run, out);
+    } catch (const InputError& error) {
+      throw InputError(
+          fmt::format("the block is done and written to {}, but not its orthophotos: {}",
+                      block.output_directory, error.what()));
+    }
+  }
+
   // Before the work, not after it.
   void CheckFormats(const std::vector<std::string>& formats) const {
     for (const std::string& format : formats) {
@@ -120,6 +148,7 @@ class BlockCommand : public Command {
         out << ", median shift " << Fixed(*shift, 2) << " px";
       out << "\n";
     }
+    for (const std::string& line : result.control_points) out << line << "\n";
     for (const std::string& message : Sentences(result.findings))
       out << "note    " << message << "\n";
   }

@@ -1,9 +1,13 @@
 // orient exterior: poses of photos from control patches.
 #include <algorithm>
+#include <filesystem>
 #include <ostream>
 
+#include "block/inputs/block_files.h"
 #include "block/inputs/camera_library.h"
 #include "block/stages/exterior_stage.h"
+#include "core/base/error.h"
+#include "core/files/adjustment_result.h"
 #include "core/files/block_file.h"
 #include "core/files/orientation_table.h"
 #include "tools/commands/commands.h"
@@ -30,8 +34,9 @@ class ExteriorCommand : public Command {
         ->required();
     AddCameraLibraryOption(app, &library_);
     app.add_option("--approximations", options_.approximations,
-                   "Approximate orientations (OPK CSV with its .prj beside it)")
-        ->required();
+                   "Approximate orientations (OPK CSV with its .prj beside it); required where "
+                   "no ground points are measured");
+    AddMeasurementsOption(app, &options_.measurements);
     app.add_option("--dem", options_.dem, "Ground heights: any raster GDAL reads")->required();
     app.add_option("--patchdb", options_.patchdb, "Patch database")->required();
     app.add_option("--interior", options_.interior,
@@ -66,14 +71,15 @@ class ExteriorCommand : public Command {
     options_.photos = ExpandPhotos(patterns_, "");
     options_.camera = block::FindCameraFile(options_.camera, library_);
     options_.out = output_.directory;
+    if (options_.approximations.empty()) {
+      if (options_.measurements.image_points.empty())
+        throw UsageError("--approximations is required where no ground points are measured");
+      options_.table = OrientationTable();
+    }
     if (attitude_sigma_deg_) options_.attitude_sigma_rad = RadFromDeg(*attitude_sigma_deg_);
     if (kappa_sigma_deg_) options_.kappa_sigma_rad = RadFromDeg(*kappa_sigma_deg_);
     options_.feedback = !no_feedback_;
-    std::vector<std::string> results;
-    for (const std::string& photo : options_.photos)
-      results.push_back(ExteriorResultPath(options_.out, PhotoName(photo)));
-    RefuseToOverwrite(results, output_.overwrite || options_.resume, "--resume");
-
+    RefuseToReplace();
     if (options_.feedback) BringUpToDateForFeedback(options_.patchdb, out);
     ProgressLine progress("exterior orientation", static_cast<int>(options_.photos.size()));
     const auto done = block::RunExterior(options_, [&] { progress.Advance(); });
@@ -83,6 +89,33 @@ class ExteriorCommand : public Command {
   }
 
  private:
+  // What the run writes, and what it removes since it would be true of other poses.
+  void RefuseToReplace() const {
+    const auto path = [&](const char* file) {
+      return (std::filesystem::path(options_.out) / file).string();
+    };
+    std::vector<std::string> results = {path("orientation.csv")};
+    for (const std::string& photo : options_.photos)
+      results.push_back(ExteriorResultPath(options_.out, PhotoName(photo)));
+    RefuseToOverwrite(results, output_.overwrite || options_.resume, "--resume");
+    if (options_.resume && !output_.overwrite) RefuseOtherPhotos(results.front());
+    RefuseToOverwrite(
+        {AdjustmentResultPath(options_.out), path(block::kQuicklookFile), path(block::kSeamsFile),
+         path(block::kCalibratedCameraFile), path(block::kPoseCovarianceFile)},
+        output_.overwrite);
+  }
+
+  // The table of a resumed run is of its own photos.
+  void RefuseOtherPhotos(const std::string& table) const {
+    if (!std::filesystem::exists(table)) return;
+    for (const OrientationRow& row : ReadOrientationTable(table).rows)
+      if (std::none_of(options_.photos.begin(), options_.photos.end(),
+                       [&](const std::string& photo) { return PhotoName(photo) == row.photo; }))
+        throw UsageError(table + " also has the photo " + row.photo +
+                         ", and would be replaced; name all of its photos, choose another folder, "
+                         "or give --overwrite");
+  }
+
   std::vector<std::string> patterns_;
   block::ExteriorRunOptions options_;
   std::string library_;

@@ -21,8 +21,18 @@
 namespace orient {
 namespace {
 
-std::string First(const Findings& findings) {
-  return findings.empty() ? "" : Sentence(findings.front());
+// Of several the first, and how many more the result file has.
+std::string Messages(const Findings& findings) {
+  if (findings.empty()) return "";
+  const std::string first = Sentence(findings.front());
+  return findings.size() == 1 ? first : fmt::format("{} (+{} more)", first, findings.size() - 1);
+}
+
+// "r0", or that it is open.
+std::string Orientation(const InteriorResult& result) {
+  if (result.orientation) return std::string(orient::Name(*result.orientation));
+  const size_t possible = result.possible_orientations.size();
+  return possible == 0 ? "-" : fmt::format("open ({})", possible);
 }
 
 class InteriorCommand : public Command {
@@ -43,12 +53,18 @@ class InteriorCommand : public Command {
     app.add_flag("--resume", resume_, "Keep existing results and process the other photos");
     AddScanOptions(app, &scan_);
     AddScannerOption(app);
+    AddMeasurementsOption(app, &measurements_);
     app.add_option("--assignment", assignment_,
                    "How candidates are assigned to marks; softassign is the published method")
         ->check(CLI::IsMember({"exact", "softassign"}))
         ->capture_default_str();
     app.add_option("--locator", locator_, "How marks are located")
         ->check(CLI::IsMember({"auto", "hough", "ncc", "lines"}))
+        ->capture_default_str();
+    app.add_option("--roll", roll_,
+                   "Do the photos lie alike on the scanner, so that together they decide the "
+                   "orientation that single ones leave open?")
+        ->check(CLI::IsMember({"alike", "differing"}))
         ->capture_default_str();
     AddJobsOption(app, &jobs_);
     estimate_camera_.Setup(app);
@@ -66,9 +82,12 @@ class InteriorCommand : public Command {
     options.out = output_.directory;
     options.scan = {scan_.pixel_size_um, scan_.polarity, scan_.orientation, scanner_,
                     Locator(),           Assignment()};
+    options.measurements = measurements_;
     options.resume = resume_;
+    options.redo_changed = output_.overwrite;
     options.jobs = jobs_;
     options.micmac = micmac_;
+    options.roll_lies_alike = roll_ == "alike";
     std::vector<std::string> paths;
     for (const std::string& photo : options.photos)
       paths.push_back(InteriorResultPath(options.out, PhotoName(photo)));
@@ -110,12 +129,14 @@ class InteriorCommand : public Command {
   }
 
   static ExitCode Summarise(const std::vector<InteriorResult>& results, std::ostream& out) {
-    SummaryTable table({"photo", "status", "marks", "sigma0 um", "margin", "pixel um", "message"});
+    SummaryTable table(
+        {"photo", "status", "marks", "lies", "sigma0 um", "margin", "pixel um", "message"});
     bool all = true;
     for (const InteriorResult& r : results) {
       table.AddRow({r.photo, std::string(orient::Name(r.status)),
-                    fmt::format("{}/{}", CountUsedMarks(r), r.marks.size()), Fixed(r.sigma0_um, 1),
-                    Fixed(r.margin, 1), Fixed(r.pixel_size_um, 2), First(r.findings)});
+                    fmt::format("{}/{}", CountUsedMarks(r), r.marks.size()), Orientation(r),
+                    Fixed(r.sigma0_um, 1), Fixed(r.margin, 1), Fixed(r.pixel_size_um, 2),
+                    Messages(r.findings)});
       all = all && r.status != Status::kFailed;
     }
     table.Print(out);
@@ -131,8 +152,10 @@ class InteriorCommand : public Command {
   bool resume_ = false;
   ScanOptions scan_;
   std::optional<interior::Scanner> scanner_;
+  Measurements measurements_;
   std::string locator_ = "auto";
   std::string assignment_ = "exact";
+  std::string roll_ = "alike";
   int jobs_ = 0;
   bool micmac_ = false;
   EstimateCameraCommand estimate_camera_;

@@ -23,16 +23,30 @@ std::string DurationText(double seconds) {
 
 }  // namespace
 
-std::string ProgressText(const std::string& what, int done, int total, double elapsed_s) {
+std::string ProgressText(const std::string& what, int done, int total, double elapsed_s,
+                         double since_step_s) {
+  constexpr double kLong_s = 60;
   std::string text = fmt::format("{}  {} of {}", what, done, total);
   if (total > 0) text += fmt::format(", {} %", 100LL * done / total);
   if (done > 0 && done < total)
     text += fmt::format(", {} left", DurationText(elapsed_s * (total - done) / done));
+  if (since_step_s >= kLong_s && done < total)
+    text += fmt::format(", the next one takes {} already", DurationText(since_step_s));
   return text;
 }
 
 ProgressLine::ProgressLine(std::string what, int total)
-    : what_(std::move(what)), total_(total), is_terminal_(isatty(STDERR_FILENO) == 1) {}
+    : what_(std::move(what)),
+      total_(total),
+      is_terminal_(isatty(STDERR_FILENO) == 1),
+      watch_([this](const std::stop_token& stop) { Watch(stop); }) {}
+
+void ProgressLine::Watch(const std::stop_token& stop) {
+  std::unique_lock lock(mutex_);
+  while (!finished_.wait_for(lock, stop, kLogInterval, [] { return false; }) &&
+         !stop.stop_requested())
+    if (const auto now = Clock::now(); now - last_shown_ >= kLogInterval) Show(now);
+}
 
 ProgressLine::~ProgressLine() { Finish(); }
 
@@ -40,13 +54,16 @@ void ProgressLine::Advance(int steps) {
   const std::lock_guard lock(mutex_);
   done_ += steps;
   const Clock::time_point now = Clock::now();
+  last_step_ = now;
   const auto interval = is_terminal_ ? Clock::duration(kTerminalInterval) : kLogInterval;
   if (now - start_ >= kSilence && now - last_shown_ >= interval) Show(now);
 }
 
 void ProgressLine::Show(Clock::time_point now) {
-  const double elapsed_s = std::chrono::duration<double>(now - start_).count();
-  const std::string text = ProgressText(what_, done_, total_, elapsed_s);
+  const auto seconds = [now](Clock::time_point from) {
+    return std::chrono::duration<double>(now - from).count();
+  };
+  const std::string text = ProgressText(what_, done_, total_, seconds(start_), seconds(last_step_));
   if (is_terminal_)
     std::fprintf(stderr, "%s%s", kEraseLine, text.c_str());
   else
@@ -57,6 +74,7 @@ void ProgressLine::Show(Clock::time_point now) {
 }
 
 void ProgressLine::Finish() {
+  watch_.request_stop();
   const std::lock_guard lock(mutex_);
   if (shown_ && is_terminal_) std::fputs(kEraseLine, stderr);
   shown_ = false;

@@ -2,17 +2,20 @@
 #pragma once
 
 #include <chrono>
+#include <condition_variable>
 #include <mutex>
 #include <optional>
+#include <stop_token>
 #include <string>
+#include <thread>
 
 #include "core/base/progress.h"
 
 namespace orient {
 
 // Silent for the first two seconds. On a terminal one line is rewritten; elsewhere (a log) a line
-// appears every half minute. Safe to advance from several threads. The line is taken away by
-// Finish() or at the end of life.
+// appears every half minute, also where nothing has advanced: then it says for how long. Safe to
+// advance from several threads. The line is taken away by Finish() or at the end of life.
 class ProgressLine {
  public:
   ProgressLine(std::string what, int total);  // "interior orientation", photos
@@ -26,6 +29,7 @@ class ProgressLine {
  private:
   using Clock = std::chrono::steady_clock;
   void Show(Clock::time_point now);
+  void Watch(const std::stop_token& stop);
 
   std::string what_;
   int total_;
@@ -34,7 +38,10 @@ class ProgressLine {
   bool shown_ = false;
   Clock::time_point start_ = Clock::now();
   Clock::time_point last_shown_ = start_;
+  Clock::time_point last_step_ = start_;
   std::mutex mutex_;
+  std::condition_variable_any finished_;
+  std::jthread watch_;
 };
 
 // A line for each task of a run.
@@ -49,6 +56,8 @@ class ShownProgress : public ProgressListener {
 };
 
 // "interior orientation  12 of 40, 30 %, 2 min 5 s left". Without a step done no time is known.
-std::string ProgressText(const std::string& what, int done, int total, double elapsed_s);
+// After a minute without one: ", the next one takes 1 min 30 s already".
+std::string ProgressText(const std::string& what, int done, int total, double elapsed_s,
+                         double since_step_s = 0);
 
 }  // namespace orient

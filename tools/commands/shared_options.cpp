@@ -28,6 +28,14 @@ void AddOverwriteOption(CLI::App& app, bool* overwrite) {
   app.add_flag("--overwrite", *overwrite, "Replace existing results");
 }
 
+void AddMeasurementsOption(CLI::App& app, Measurements* measurements) {
+  app.add_option_function<std::string>(
+      "--measurements",
+      [measurements](const std::string& folder) { *measurements = ReadMeasurements(folder); },
+      "Folder with what people measured and decided: marks.csv, image_points.csv, points.csv, "
+      "decisions.csv");
+}
+
 void AddOutputOptions(CLI::App& app, OutputOptions* output) {
   app.add_option("--out", output->directory, "Folder for the results; created if missing")
       ->required();
@@ -64,7 +72,7 @@ void RefuseToOverwrite(const std::vector<std::string>& results, bool overwrite,
   if (overwrite) return;
   std::error_code error;
   const auto existing = std::find_if(results.begin(), results.end(), [&](const std::string& path) {
-    return fs::exists(path, error);
+    return fs::exists(fs::symlink_status(path, error));  // a link that leads nowhere, too
   });
   if (existing == results.end()) return;
   throw UsageError(*existing + " exists already; choose another folder or give --overwrite" +

@@ -9,6 +9,7 @@
 #include "core/base/output_directory.h"
 #include "core/files/results.h"
 #include "core/geometry/transform2d.h"
+#include "core/measurements/measurements.h"
 
 namespace orient {
 
@@ -20,6 +21,9 @@ CLI::Option* AddJobsOption(CLI::App& app, int* jobs);
 
 // --camera-library DIR.
 CLI::Option* AddCameraLibraryOption(CLI::App& app, std::string* folder);
+
+// --measurements DIR: what people measured and decided; nothing where the option is not given.
+void AddMeasurementsOption(CLI::App& app, Measurements* measurements);
 
 // --out DIR, required, and --overwrite.
 struct OutputOptions {

@@ -218,6 +218,14 @@ ConvertSource ReadOrientResults(const ConvertSourceOptions& options) {
 
 namespace {
 
+void RequireFinite(const ExchangePhoto& photo, const std::string& input) {
+  if (!photo.centre.allFinite() || !photo.ground_from_photo.allFinite())
+    throw InputError(
+        fmt::format("{}: position and rotation of photo {} are no finite numbers; the "
+                    "file is damaged",
+                    input, photo.image));
+}
+
 void RequireDistinctPhotos(const ExchangeBlock& block, const std::string& input) {
   std::set<std::string> names;
   for (const ExchangePhoto& photo : block.photos)
@@ -319,6 +327,7 @@ ConvertSource ReadForeign(ExchangeFormat format, const ConvertSourceOptions& giv
       throw InputError(fmt::format("{}: photo {} does not see the ground at the height {} m",
                                    given.input, photo.image, ExactNumber(*height)));
     photo = reframed->photo;
+    RequireFinite(photo, given.input);
     source.ground_height_m.push_back(height);
   }
   block.reference_lla.reset();

@@ -51,6 +51,7 @@ ForeignBlock ReadForeignBlock(ExchangeFormat format, const std::string& input,
       foreign.geocentric = true;
       break;
   }
+  RequireSound(foreign.block, input);
   return foreign;
 }
 

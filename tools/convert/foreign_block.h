@@ -16,7 +16,7 @@ struct ForeignBlock {
   Eigen::Vector3d frame_origin = Eigen::Vector3d::Zero();  // to be added to the file's coordinates
 };
 
-// Throws InputError naming file, line and value.
+// Throws InputError naming file, line and value, also where what was read cannot be (RequireSound).
 ForeignBlock ReadForeignBlock(ExchangeFormat format, const std::string& input,
                               const ExportRecord& record);
 

@@ -5,17 +5,17 @@
 
 #include <algorithm>
 #include <cmath>
-#include <filesystem>
 #include <vector>
 
 #include "core/base/error.h"
+#include "core/base/new_file.h"
+#include "core/base/open_dataset.h"
 #include "core/base/quiet_gdal.h"
 #include "core/raster/image.h"
 #include "core/raster/resample.h"
 
 namespace orient {
 namespace {
-namespace fs = std::filesystem;
 
 constexpr int kBlock = 512;       // side of the blocks worked on, px
 constexpr double kAverage = 1.2;  // reductions from here on average over areas
@@ -82,29 +82,15 @@ std::vector<float> Sample(const BlockMap& block, const Image& part, double facto
   return values;
 }
 
-// What did not become an image.
-class FileRemover {
- public:
-  explicit FileRemover(std::string path) : path_(std::move(path)) {}
-  ~FileRemover() {
-    std::error_code ignored;
-    fs::remove(path_, ignored);
-  }
-  FileRemover(const FileRemover&) = delete;
-  FileRemover& operator=(const FileRemover&) = delete;
-
- private:
-  std::string path_;
-};
-
 [[noreturn]] void Fail(const std::string& path, const char* what, const QuietGdal& quiet) {
+  quiet.ThrowFaults();
   throw InputError(path + ": " + what + quiet.Message());
 }
 
 GDALDatasetUniquePtr OpenScan(const std::string& path, const FilmImage& film,
                               const QuietGdal& quiet) {
   RegisterGdalDrivers();
-  GDALDatasetUniquePtr scan(GDALDataset::Open(path.c_str(), GDAL_OF_RASTER | GDAL_OF_READONLY));
+  GDALDatasetUniquePtr scan = OpenRasterDataset(path);
   if (!scan || scan->GetRasterCount() == 0) Fail(path, "not an image that GDAL can read", quiet);
   film.RequireScan(path, scan->GetRasterXSize(), scan->GetRasterYSize());
   if (scan->GetRasterBand(1)->GetColorTable() != nullptr)
@@ -178,20 +164,19 @@ ResampledPhoto ResamplePhoto(const std::string& scan_path, const FilmImage& film
                              const Camera& image, const std::string& path) {
   const QuietGdal quiet;
   const GDALDatasetUniquePtr scan = OpenScan(scan_path, film, quiet);
-  const std::string beside = path + ".part";
-  const FileRemover remover(beside);
+  NewFile file(path);
   {
-    const GDALDatasetUniquePtr made = MakeImage(beside, scan.get(), image, quiet);
+    const GDALDatasetUniquePtr made = MakeImage(file.PartialPath(), scan.get(), image, quiet);
     const double factor = Reduction(film, image);
     for (int row = 0; row < image.image_px->y(); row += kBlock)
       for (int col = 0; col < image.image_px->x(); col += kBlock)
         CopyBlock(MapBlock(film, image, col, row, factor), factor, scan.get(), made.get(),
                   scan_path, quiet);
+    CPLErrorReset();
     made->FlushCache();
+    if (CPLGetLastErrorType() >= CE_Failure) file.Fail("GDAL failed" + quiet.Message());
   }
-  std::error_code error;
-  fs::rename(beside, path, error);
-  if (error) throw InputError(path + " cannot be written: " + error.message());
+  file.Keep();
   return {path, image.image_px->x(), image.image_px->y(), scan->GetRasterCount(),
           LargestDifference(film, image)};
 }

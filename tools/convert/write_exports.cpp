@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 #include <filesystem>
+#include <map>
 
 #include "block/inputs/block_files.h"
 #include "core/base/error.h"
@@ -159,6 +160,22 @@ ExchangeBlock Framed(const ConvertSource& source, const std::vector<Verified>& v
   return block;
 }
 
+// Most formats name images without folder and ending.
+void RequireOwnNames(const ExchangeBlock& block, ExchangeFormat format) {
+  if (format == ExchangeFormat::kColmap || format == ExchangeFormat::kOpensfm ||
+      format == ExchangeFormat::kMicmac)
+    return;
+  std::map<std::string, std::string> images;
+  for (const ExchangePhoto& photo : block.photos) {
+    const auto [known, is_new] = images.emplace(fs::path(photo.image).stem().string(), photo.image);
+    if (!is_new)
+      throw InputError(
+          fmt::format("the images {} and {} would have one name in files of the format "
+                      "{}; rename one of them",
+                      known->second, photo.image, Name(format)));
+  }
+}
+
 void WriteOpk(const std::string& directory, const ConvertSource& source) {
   OrientationTable table;
   table.crs = source.crs;
@@ -214,6 +231,34 @@ void WriteCamera(const std::string& directory, const Camera& camera, std::size_t
   WriteCameraFile((fs::path(directory) / name).string(), {camera, {}, {}, std::nullopt, {}});
 }
 
+WrittenExport WriteExport(const ConvertSource& source, const std::vector<Verified>& verified,
+                          const ExportOptions& options, ExchangeFormat format) {
+  RequireOwnNames(source.block, format);
+  WrittenExport written{format, ExportDirectory(options, format), 0, 0};
+  const GroundFrame frame = FrameOf(source, options, format);
+  const ExchangeBlock block = Framed(source, verified, frame, &written);
+  MakeOutputDirectory(written.directory);
+  WriteFormat(written.directory, format, block, source);
+  const bool adds_origin = format == ExchangeFormat::kMetashape;
+  const Eigen::Vector3d world = adds_origin ? frame.Origin() : Eigen::Vector3d::Zero();
+  WriteVerification(written.directory, Rows(source, verified, block, world));
+  ExportRecord record{
+      Name(format), source.crs, frame.Origin(), options.geoid_m, MeanGroundHeight(source), {}};
+  const std::vector<Camera> cameras = CamerasIn(frame, source);
+  for (std::size_t i = 0; i < cameras.size(); ++i) {
+    WriteCamera(written.directory, cameras[i], i, cameras.size());
+    const double c2 = cameras[i].principal_distance_mm * cameras[i].principal_distance_mm;
+    record.earth.push_back(
+        {c2 * cameras[i].earth_k1, c2 * CurvatureIn(frame, source, source.cameras[i])});
+  }
+  WriteExportRecord(written.directory, record);
+  written.check = CheckExport(written.directory, format, "");
+  if (!written.check.ok)
+    throw InputError(written.directory + ": what was written does not project as it should (" +
+                     Verdict(written.check) + "); do not use it");
+  return written;
+}
+
 }  // namespace
 
 std::string ExportDirectory(const ExportOptions& options, ExchangeFormat format) {
@@ -223,31 +268,16 @@ std::string ExportDirectory(const ExportOptions& options, ExchangeFormat format)
 std::vector<WrittenExport> WriteExports(const ConvertSource& source, const ExportOptions& options) {
   const std::vector<Verified> verified = VerificationPoints(source);
   std::vector<WrittenExport> all;
+  std::string failed, done;
   for (const ExchangeFormat format : options.formats) {
-    WrittenExport written{format, ExportDirectory(options, format), 0, 0};
-    const GroundFrame frame = FrameOf(source, options, format);
-    const ExchangeBlock block = Framed(source, verified, frame, &written);
-    MakeOutputDirectory(written.directory);
-    WriteFormat(written.directory, format, block, source);
-    const bool adds_origin = format == ExchangeFormat::kMetashape;
-    const Eigen::Vector3d world = adds_origin ? frame.Origin() : Eigen::Vector3d::Zero();
-    WriteVerification(written.directory, Rows(source, verified, block, world));
-    ExportRecord record{
-        Name(format), source.crs, frame.Origin(), options.geoid_m, MeanGroundHeight(source), {}};
-    const std::vector<Camera> cameras = CamerasIn(frame, source);
-    for (std::size_t i = 0; i < cameras.size(); ++i) {
-      WriteCamera(written.directory, cameras[i], i, cameras.size());
-      const double c2 = cameras[i].principal_distance_mm * cameras[i].principal_distance_mm;
-      record.earth.push_back(
-          {c2 * cameras[i].earth_k1, c2 * CurvatureIn(frame, source, source.cameras[i])});
+    try {
+      all.push_back(WriteExport(source, verified, options, format));
+      done += (done.empty() ? "" : ", ") + Name(format);
+    } catch (const InputError& error) {
+      failed += (failed.empty() ? "" : "; ") + Name(format) + ": " + error.what();
     }
-    WriteExportRecord(written.directory, record);
-    written.check = CheckExport(written.directory, format, "");
-    if (!written.check.ok)
-      throw InputError(written.directory + ": what was written does not project as it should (" +
-                       Verdict(written.check) + "); do not use it");
-    all.push_back(written);
   }
+  if (!failed.empty()) throw InputError(failed + (done.empty() ? "" : "; written: " + done));
   return all;
 }
 

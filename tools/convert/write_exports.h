@@ -33,7 +33,8 @@ std::string ExportDirectory(const ExportOptions& options, ExchangeFormat format)
 
 // Writes <out>/<format>/ with the format's files, verification.csv and export.json for each format,
 // and checks them. Throws InputError: a format that needs a CRS or a ground height which the block
-// has not; files that do not project as they should.
+// has not; files that do not project as they should. What concerns one format is thrown when all
+// the others are written, and names them.
 std::vector<WrittenExport> WriteExports(const ConvertSource& source, const ExportOptions& options);
 
 // What whoever uses an export must know of it, in plain words; may be empty.

@@ -2,17 +2,17 @@
 
 #include <cpl_conv.h>
 #include <cpl_error.h>
-#include <unistd.h>
+#include <cpl_vsi.h>
+#include <fmt/format.h>
 
 #include <cmath>
-#include <filesystem>
 
+#include "core/base/atomic_write.h"
 #include "core/base/error.h"
 #include "core/base/quiet_gdal.h"
 #include "tools/report/html_text.h"
 
 namespace orient {
-namespace fs = std::filesystem;
 
 void NewLayer::Row::Set(const char* field, const std::string& text) {
   feature_->SetField(field, ValidText(text).c_str());
@@ -33,27 +33,22 @@ void NewLayer::Write(Row row) {
 
 NewGeopackage::NewGeopackage(const std::string& path, const Crs& crs)
     : path_(path),
-      // GDAL wants the ending .gpkg for the file to be a valid GeoPackage.
-      partial_(fs::path(path).replace_extension().string() + "." + std::to_string(getpid()) +
-               ".part.gpkg") {
+      // One name space for the whole process; GDAL wants the ending .gpkg.
+      in_memory_(fmt::format("/vsimem/{}.gpkg", fmt::ptr(this))) {
   RegisterGdalDrivers();
   if (crs_.importFromWkt(crs.Wkt().c_str()) != OGRERR_NONE)
     throw InputError(path + ": the block's CRS cannot be written: " + CPLGetLastErrorMsg());
   crs_.SetAxisMappingStrategy(OAMS_TRADITIONAL_GIS_ORDER);
   GDALDriver* driver = GetGDALDriverManager()->GetDriverByName("GPKG");
   if (driver == nullptr) Fail("this GDAL has no GeoPackage driver; install GDAL with SQLite");
-  fs::remove(partial_);
-  dataset_.reset(driver->Create(partial_.c_str(), 0, 0, 0, GDT_Unknown, nullptr));
-  if (!dataset_)
-    Fail(std::string(CPLGetLastErrorMsg()) + "; choose a folder that you may write to");
+  dataset_.reset(driver->Create(in_memory_.c_str(), 0, 0, 0, GDT_Unknown, nullptr));
+  if (!dataset_) Fail(CPLGetLastErrorMsg());
   if (dataset_->StartTransaction() != OGRERR_NONE) Fail(CPLGetLastErrorMsg());
 }
 
 NewGeopackage::~NewGeopackage() {
   dataset_.reset();
-  std::error_code ignored;  // after the rename it is gone already
-  fs::remove(partial_, ignored);
-  fs::remove(partial_ + "-journal", ignored);
+  VSIUnlink(in_memory_.c_str());
 }
 
 NewLayer NewGeopackage::AddLayer(const char* name, OGRwkbGeometryType type, const char* description,
@@ -74,9 +69,10 @@ void NewGeopackage::Finish() {
   CPLErrorReset();
   dataset_.reset();  // writes the spatial indexes
   if (CPLGetLastErrorType() >= CE_Failure) Fail(CPLGetLastErrorMsg());
-  std::error_code error;
-  fs::rename(partial_, path_, error);
-  if (error) Fail(error.message());
+  vsi_l_offset size = 0;
+  const GByte* bytes = VSIGetMemFileBuffer(in_memory_.c_str(), &size, FALSE);
+  if (bytes == nullptr) Fail("GDAL lost it");
+  WriteFileAtomically(path_, {reinterpret_cast<const char*>(bytes), static_cast<size_t>(size)});
 }
 
 void NewGeopackage::Fail(const std::string& why) const {

@@ -45,8 +45,8 @@ class NewLayer {
   std::string path_;
 };
 
-// The new file under another name, renamed at the end; removed where that is never reached. All
-// members throw InputError naming the file where it cannot be written.
+// Made in memory, since SQLite would write files of its own beside it. All members throw InputError
+// naming the file where it cannot be written.
 class NewGeopackage {
  public:
   NewGeopackage(const std::string& path, const Crs& crs);
@@ -62,7 +62,7 @@ class NewGeopackage {
  private:
   [[noreturn]] void Fail(const std::string& why) const;
 
-  std::string path_, partial_;
+  std::string path_, in_memory_;
   OGRSpatialReference crs_;
   GDALDatasetUniquePtr dataset_;
 };

@@ -95,6 +95,7 @@ std::optional<InlinePicture> LoadPicture(const std::string& path) {
   const char* const drivers[] = {"PNG", nullptr};
   const GDALDatasetUniquePtr dataset(
       GDALDataset::Open(path.c_str(), GDAL_OF_RASTER | GDAL_OF_READONLY, drivers));
+  quiet.ThrowFaults();
   if (!dataset || dataset->GetRasterCount() == 0) return std::nullopt;
   InlinePicture picture{"", dataset->GetRasterXSize(), dataset->GetRasterYSize()};
   std::string png;
@@ -104,6 +105,7 @@ std::optional<InlinePicture> LoadPicture(const std::string& path) {
     return std::nullopt;
   }
   const std::string jpeg = png.size() > kLargestPng ? AsJpeg(dataset.get()) : "";
+  quiet.ThrowFaults();
   if (png.size() > kLargestPng && jpeg.empty()) return std::nullopt;
   picture.data_uri =
       jpeg.empty() || jpeg.size() >= png.size() ? DataUri("png", png) : DataUri("jpeg", jpeg);

@@ -5,6 +5,7 @@
 
 #include "core/base/atomic_write.h"
 #include "core/base/error.h"
+#include "core/base/output_directory.h"
 #include "core/files/orientation_table.h"
 #include "tools/simulate/block_layout.h"
 #include "tools/simulate/geotiff.h"
@@ -106,23 +107,27 @@ Block PlanEverything(const SimulationOptions& options, const std::string& direct
   return block;
 }
 
+// Says that a folder is a simulation's, though there is no truth.json yet.
+fs::path UnfinishedPath(const fs::path& directory) { return directory / "unfinished_simulation"; }
+
+void RefuseOthersFolder(const SimulationOptions& options, const fs::path& directory) {
+  std::error_code error;
+  if (!fs::exists(directory) || fs::is_empty(directory, error)) return;
+  if (!options.overwrite)
+    throw UsageError(directory.string() + ": not empty; give another --out or --overwrite");
+  if (!fs::exists(directory / "truth.json") && !fs::exists(UnfinishedPath(directory)))
+    throw UsageError(directory.string() +
+                     ": not empty and not made by a simulation; give another --out");
+}
+
 // Empties what an earlier simulation made; anything else in the way is refused.
 void PrepareFolder(const SimulationOptions& options, const fs::path& directory) {
-  std::error_code error;
-  if (fs::exists(directory) && !fs::is_empty(directory, error)) {
-    if (!options.overwrite)
-      throw UsageError(directory.string() + ": not empty; give another --out or --overwrite");
-    if (!fs::exists(directory / "truth.json"))
-      throw UsageError(directory.string() +
-                       ": not empty and not made by a simulation; give another --out");
-    for (const char* folder : {"scans", "old", "truth"}) fs::remove_all(directory / folder, error);
-    fs::remove(directory / "truth.json", error);
-  }
-  for (const char* folder : {"scans", "old/photos", "old/interior", "truth/interior"}) {
-    fs::create_directories(directory / folder, error);
-    if (error)
-      throw InputError(directory.string() + ": cannot create the folder (" + error.message() + ")");
-  }
+  RefuseOthersFolder(options, directory);
+  MakeOutputDirectory(directory.string());
+  WriteFileAtomically(UnfinishedPath(directory).string(), "to be repeated with --overwrite\n");
+  for (const char* old : {"scans", "old", "truth", "truth.json"}) fs::remove_all(directory / old);
+  for (const char* folder : {"scans", "old/photos", "old/interior", "truth/interior"})
+    MakeOutputDirectory((directory / folder).string());
 }
 
 GroundRaster RenderEpoch(const Block& block, bool old) {
@@ -266,6 +271,7 @@ SimulationSummary Simulate(const SimulationOptions& options, const std::string& 
   summary.buildings = static_cast<int>(block.scene.buildings.size());
   summary.trees = static_cast<int>(block.scene.trees.size());
   WriteTruth(summary.truth_file, truth);
+  fs::remove(UnfinishedPath(out_dir));
   return summary;
 }
 

@@ -239,6 +239,28 @@ TEST(BlockAdjustment, PropagatesWhatControlErrsTogether) {
   EXPECT_GT(naive.PointChi(), 1.2 * all.PointChi());
 }
 
+// The poses follow their source wherever it is; their covariances hold where it may be.
+TEST(BlockAdjustment, PropagatesThatASourceMayBeDisplaced) {
+  BundleVerdict all, naive;
+  for (unsigned seed = 1; seed <= 8; ++seed) {
+    BundleSimulationOptions simulated = SmallBlock(seed);
+    simulated.ties_per_photo = 20;
+    simulated.source_sigma_m = 0.3;
+    BundleSimulation simulation = SimulateBundle(simulated);
+    const BlockResult wide = AdjustBlock(simulation.block);
+    all.Add(JudgeBundle(simulation, wide));
+    for (BlockPoint& point : simulation.block.points)
+      if (point.control) point.control->source_sigma_m = 0;
+    const BlockResult plain = AdjustBlock(simulation.block);
+    naive.Add(JudgeBundle(simulation, plain));
+    for (std::size_t i = 0; i < wide.photos.size(); ++i)
+      EXPECT_EQ(wide.photos[i].pose.AsVector(), plain.photos[i].pose.AsVector());
+  }
+  EXPECT_GT(all.PoseChi(), 0.7);
+  EXPECT_LT(all.PoseChi(), 1.25);
+  EXPECT_GT(naive.PoseChi(), 1.5);
+}
+
 TEST(SlowBlockAdjustment, KnowsThatPatchesOfOneSourceShareHeightErrors) {
   BundleVerdict all, naive;
   for (unsigned seed = 1; seed <= 6; ++seed) {

@@ -126,6 +126,7 @@ TEST_F(RunJobsTest, AResultThatDoesNotSayWhatItWasMadeFromIsKeptWhereThatIsWante
 TEST_F(RunJobsTest, NoTwoJobsWriteOneResult) {
   EXPECT_THROW(RunJobs({Counted("a", {}), Counted("a", {})}, store_), std::invalid_argument);
   EXPECT_THROW(RequireOwnNames({"one/p.tif", "two/p.tif"}), UsageError);
+  EXPECT_THROW(RequireOwnNames({"one/p\nq.tif"}), UsageError) << "no table can name it";
   RequireOwnNames({"one/p.tif", "one/q.tif"});
   EXPECT_TRUE(RunJobs({}, store_).empty());
 }

@@ -44,6 +44,16 @@ TEST(EnvironmentError, MemoryThatIsOutIsNoVerdictAndADamagedFileIsOne) {
   EXPECT_FALSE(IsRethrown(std::logic_error("a mistake of ours")));
 }
 
+TEST(EnvironmentError, AMachineThatOpensNoFileAnyMoreIsShort) {
+  ThrowIfMachineIsShort();
+  rlimit before{};
+  ASSERT_EQ(getrlimit(RLIMIT_NOFILE, &before), 0);
+  const rlimit none{0, before.rlim_max};
+  ASSERT_EQ(setrlimit(RLIMIT_NOFILE, &none), 0);
+  EXPECT_THROW(ThrowIfMachineIsShort(), EnvironmentError);
+  setrlimit(RLIMIT_NOFILE, &before);
+}
+
 // As on a full disk: no file may grow beyond the limit.
 TEST(EnvironmentError, AFileThatTheDiskDoesNotHoldIsOneAndLeavesNothing) {
   const TemporaryFolder folder;

@@ -27,13 +27,13 @@ TEST(PartialFiles, OfEndedProgramsAreRemovedAndNothingElse) {
   const std::string ended = std::to_string(EndedProcess()), here = std::to_string(getpid());
   fs::create_directories(folder / "below");
   for (const std::string& name :
-       {"block.json." + ended + "-0.part", "block." + ended + ".part.gpkg",
-        "block." + ended + ".part.gpkg-journal", "a.b.ties.json." + ended + "-3.part"})
+       {"block.json." + ended + "-0.part", "new.gpkg." + ended + "-0.part-wal",
+        "a.b.ties.json." + ended + "-3.part"})
     WriteFileAtomically(folder / name, "half");
   const std::vector<std::string> kept = {"block.json",
                                          "block.json." + here + "-0.part",
                                          "spare.part",
-                                         "block." + here + ".part.gpkg",
+                                         "new.gpkg." + here + "-0.part-wal",
                                          "a." + ended + ".tif",
                                          "archive." + ended + "-01.part",
                                          "below/a.json." + ended + "-0.part"};

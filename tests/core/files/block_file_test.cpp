@@ -47,6 +47,27 @@ std::string Replaced(std::string text, const std::string& from, const std::strin
   return text.replace(text.find(from), from.size(), to);
 }
 
+TEST_F(BlockFileTest, OrthophotosAreMadeWhereTheyAreAskedFor) {
+  EXPECT_FALSE(ReadText(kBlock).ortho);
+  const BlockFile block = ReadText(kBlock + "[ortho]\n");
+  ASSERT_TRUE(block.ortho);
+  EXPECT_TRUE(block.ortho->mosaic);
+  EXPECT_FALSE(block.ortho->gsd_m);
+  const BlockFile more =
+      ReadText(kBlock + "[ortho]\ngsd_m = 0.25\ndem_sigma_m = 2.0\nmosaic = false\nweak = true\n");
+  EXPECT_EQ(more.ortho->gsd_m, 0.25);
+  EXPECT_EQ(more.ortho->dem_sigma_m, 2);
+  EXPECT_FALSE(more.ortho->mosaic);
+  EXPECT_TRUE(more.ortho->weak);
+  ExpectRefused(kBlock + "[ortho]\ngsd_m = 0\n", {"gsd_m"});
+  ExpectRefused(kBlock + "[ortho]\ngsd = 1\n", {"gsd", "did you mean gsd_m"});
+}
+
+TEST_F(BlockFileTest, TheCrsMayBeAFileThatHoldsIt) {
+  WriteFileAtomically(folder_ / "block.prj", "EPSG:25832\n");
+  EXPECT_EQ(ReadText(Replaced(kBlock, "EPSG:32635", "block.prj")).crs.Epsg(), 25832);
+}
+
 TEST_F(BlockFileTest, PathsAreRelativeToTheBlockFile) {
   const BlockFile block = ReadText(kBlock);
   EXPECT_EQ(block.crs.Epsg(), 32635);
@@ -177,6 +198,16 @@ TEST_F(BlockFileTest, ExpandedPhotosAreSortedWithoutDuplicates) {
   EXPECT_EQ(ExpandPhotos({folder_ / "scans/?.tif"}, "").size(), 2u);
   EXPECT_EQ(ExpandPhotos({"/vsis3/bucket/a.tif"}, folder_.Path()),
             std::vector<std::string>{"/vsis3/bucket/a.tif"});
+}
+
+TEST_F(BlockFileTest, AFileMayListThePhotos) {
+  WriteFileAtomically(folder_ / "list.txt", "# of 1961\r\nscans/b.tif\r\n\nscans/a.* \n");
+  EXPECT_EQ(ExpandPhotos({"@list.txt"}, folder_.Path()),
+            (std::vector<std::string>{folder_ / "scans/a.tif", folder_ / "scans/b.tif"}));
+  ExpectError<InputError>([&] { ExpandPhotos({"@none.txt"}, folder_.Path()); }, {"none.txt"});
+  WriteFileAtomically(folder_ / "scans/@odd.tif", "");
+  EXPECT_EQ(ExpandPhotos({"@odd.tif"}, folder_ / "scans"),
+            std::vector<std::string>{folder_ / "scans/@odd.tif"});
 }
 
 TEST_F(BlockFileTest, AFolderIsNoPhoto) {

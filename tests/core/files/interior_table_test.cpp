@@ -58,6 +58,13 @@ TEST(InteriorTable, ARowHoldsStatusTransformAndQuotedText) {
   EXPECT_NE(text.find("\"It says \"\"no\"\". And, again.\""), std::string::npos) << text;
 }
 
+TEST(InteriorTable, TheTransformOfTheFirstOfSeveralOrientationsIsNoResult) {
+  InteriorResult open = Result();
+  open.possible_orientations = {ScanOrientation::kM90, ScanOrientation::kR0};
+  const std::string text = InteriorTable({open});
+  EXPECT_NE(text.find(",open,m90 r0,,,,,,,4.12,"), std::string::npos) << text;
+}
+
 TEST(InteriorTable, AMarksRowHoldsWhereItIsInScanAndCamera) {
   const std::string text =
       MarkTable({Result()}, {{"2", {5, 6}, "m", {}}, {"1", {-106.004, 105.5}, "m", {}}});

@@ -69,6 +69,37 @@ TEST(OrientationTable, ColumnsAreFoundByNameInAnyOrderBesideOthers) {
   EXPECT_DOUBLE_EQ(table.rows[0].pose.opk_rad.z(), RadFromDeg(3));
 }
 
+TEST(OrientationTable, HeadersOfOtherProgramsAreUnderstood) {
+  for (const std::string text :
+       {"#Label,X/Easting,Y/Northing,Z/Altitude,Omega,Phi,Kappa\np.tif,10,20,30,1,2,3\n",
+        "# flown \"low\", in 1961\nName;X;Y;Z;O;P;K;Camera\np;10;20;30;1;2;3;RC10\n",
+        "ImageId\tID\tEasting\tNorthing\tHeight\tOmega[deg]\tPhi [deg]\tKappa (deg)\n"
+        "\tp\t10\t20\t30\t1\t2\t3\n",
+        "FILENAME,X [m],Y [m],Z [m],OMEGA,PHI,KAPPA,id\nfolder/p.JPG,10,20,30,1,2,3,7\n"}) {
+    const OrientationTable table = ReadText(text);
+    ASSERT_EQ(table.rows.size(), 1u) << text;
+    EXPECT_EQ(table.rows[0].photo, "p") << text;
+    EXPECT_EQ(table.rows[0].pose.position_m, Eigen::Vector3d(10, 20, 30)) << text;
+    EXPECT_DOUBLE_EQ(table.rows[0].pose.opk_rad.z(), RadFromDeg(3)) << text;
+  }
+}
+
+TEST(OrientationTable, OtherUnitsAndTwoColumnsOfOneMeaningAreRefused) {
+  ExpectRefused("filename,x,y,z,omega[gon],phi[gon],kappa[gon]\np,1,2,3,0,0,0\n",
+                {"no column \"omega\""});
+  ExpectRefused("filename,x/longitude,y/latitude,z,omega,phi,kappa\np,1,2,3,0,0,0\n",
+                {"no column \"x\""});
+  ExpectRefused("filename,x,Easting,y,z,omega,phi,kappa\np,1,1,2,3,0,0,0\n", {"\"x\"", "twice"});
+}
+
+TEST(OrientationTable, OnlyAnImagesEndingIsNoPartOfItsName) {
+  const OrientationTable table =
+      ReadText(kHeader + "4711.a,1,2,3,0,0,0\n17.5,1,2,3,0,0,0\nb c.TIFF,1,2,3,0,0,0\n");
+  EXPECT_EQ(table.rows.at(0).photo, "4711.a");
+  EXPECT_EQ(table.rows.at(1).photo, "17.5");
+  EXPECT_EQ(table.rows.at(2).photo, "b c");
+}
+
 TEST(OrientationTable, SigmasAreReadWhereTheyAre) {
   const OrientationTable table = ReadText(
       "filename,x,y,z,omega,phi,kappa,sigma_x,sigma_y,sigma_z,sigma_omega,sigma_phi,sigma_kappa\n"
@@ -119,6 +150,17 @@ TEST(OrientationTable, SigmasMustBePositive) {
       "filename,x,y,z,omega,phi,kappa,sigma_x,sigma_y,sigma_z,sigma_omega,sigma_phi,sigma_kappa\n"
       "a,1,2,3,0,0,0,0.1,0,0.3,1,2,3\n",
       {"line 2", "sigma_y", "positive"});
+  ExpectRefused(
+      "filename,x,y,z,omega,phi,kappa,sigma_x,sigma_y,sigma_z,sigma_omega,sigma_phi,sigma_kappa\n"
+      "a,1,2,3,0,0,0,0.1,1e308,0.3,1,2,3\n",
+      {"line 2", "sigma_y", "at most"});
+}
+
+TEST(OrientationTable, ANameThatASpreadsheetTakesForAFormulaComesBack) {
+  const TemporaryFolder folder;
+  WriteOrientationTable(folder / "t.csv", {{{"=1+1", Pose{}, std::nullopt}}, std::nullopt});
+  EXPECT_NE(ReadFile(folder / "t.csv").find("'=1+1,"), std::string::npos);
+  EXPECT_EQ(ReadOrientationTable(folder / "t.csv").rows[0].photo, "=1+1");
 }
 
 RC_GTEST_PROP(OrientationTable, RoundtripKeepsTheWrittenDigits, ()) {

@@ -97,6 +97,17 @@ TEST(InteriorResult, FieldsAreThoseOfTheConventions) {
   EXPECT_EQ(json["messages"], nlohmann::json::parse(R"(["mark 2 lies outside the scan"])"));
 }
 
+TEST(InteriorResult, WhatTheRollDecidedIsReadAsItWasWritten) {
+  InteriorResult result = ExampleInterior();
+  result.orientations_alone = {ScanOrientation::kM0, ScanOrientation::kR90};
+  result.orientation_nats = {0, -1.5};
+  const TemporaryFolder folder;
+  WriteInteriorResult(folder.Path(), result);
+  const InteriorResult read = ReadInteriorResult(InteriorResultPath(folder.Path(), result.photo));
+  EXPECT_EQ(read.orientations_alone, result.orientations_alone);
+  EXPECT_EQ(read.orientation_nats, result.orientation_nats);
+}
+
 TEST(InteriorResult, AnOpenOrientationIsNull) {
   InteriorResult result = ExampleInterior();
   result.orientation.reset();
@@ -173,6 +184,17 @@ TEST(InteriorResult, AFailedPhotoHasNullsAndReadsBackEmpty) {
   EXPECT_EQ(read.status, Status::kFailed);
   EXPECT_FALSE(read.photo_from_pixel || read.polarity || read.orientation || read.margin);
   EXPECT_TRUE(read.marks.empty());
+}
+
+TEST(InteriorResult, ATransformWithoutAnInverseIsNotRead) {
+  const TemporaryFolder folder;
+  InteriorResult result = ExampleInterior();
+  for (const double factor : {0.0, 1e200}) {
+    result.photo_from_pixel->A.setConstant(factor);
+    WriteInteriorResult(folder.Path(), result);
+    ExpectError<InputError>([&] { ReadInteriorResult(folder / "4711.interior.json"); },
+                            {"4711.interior.json", "photo_from_pixel"});
+  }
 }
 
 TEST(InteriorResult, ATransformThatIsNotFiniteIsNeverWritten) {
@@ -293,12 +315,25 @@ INSTANTIATE_TEST_SUITE_P(
     InteriorResult, DamagedResult,
     testing::Values(Damage{"/status", "fine", "status is \"fine\""},
                     Damage{"/scan/width", 9200.5, "scan.width"},
+                    Damage{"/scan/width", 18446744073709551615u, "scan.width is out of range"},
                     Damage{"/scan/orientation", "r45", "scan.orientation"},
                     Damage{"/photo_from_pixel", {{1, 2, 3}}, "2 x 3"},
                     Damage{"/photo_from_pixel/1/2", "x", "photo_from_pixel[1][2]"},
+                    Damage{"/photo_from_pixel", {{1, 2, 3}, {2, 4, 6}}, "singular"},
+                    Damage{"/photo", "../4711", "photo is \"../4711\""},
+                    Damage{"/photo", "", "photo"},
                     Damage{"/marks/0/pixel", {1, 2, 3}, "marks[0].pixel"},
                     Damage{"/marks", 7, "marks"},
                     Damage{"/findings/0/code", "fine", "findings[0].code is \"fine\""}));
+
+TEST(InteriorResult, AListNestedAMillionDeepIsNoText) {
+  constexpr std::size_t kDepth = 1000000;
+  const TemporaryFolder folder;
+  const std::string path = folder / "4711.interior.json";
+  WriteFileAtomically(path,
+                      "{\"photo\": " + std::string(kDepth, '[') + std::string(kDepth, ']') + "}");
+  ExpectError<InputError>([&] { ReadInteriorResult(path); }, {path, "photo", "a list"});
+}
 
 TEST(InteriorResult, MissingFieldsAndBrokenJsonAreNamed) {
   const TemporaryFolder folder;

@@ -2,8 +2,24 @@
 
 #include <gtest/gtest.h>
 
+#include "core/base/atomic_write.h"
+#include "core/base/error.h"
+#include "tests/support/expect_error.h"
+#include "tests/support/shared_data.h"
+
 namespace orient {
 namespace {
+
+TEST(ParseTomlFile, AKeyOfThousandsOfPartsIsRefused) {
+  const TemporaryFolder folder;
+  std::string key = "a";
+  for (int i = 0; i < 200000; ++i) key += ".a";
+  WriteFileAtomically(folder / "deep.toml", "b = 1\n" + key + " = 1\n");
+  ExpectError<InputError>([&] { ParseTomlFile(folder / "deep.toml"); },
+                          {folder / "deep.toml", "line 2"});
+  WriteFileAtomically(folder / "deep.toml", "c = '" + key + "'\na.b.c = 1\n[d.e]\n");
+  EXPECT_EQ(ParseTomlFile(folder / "deep.toml").size(), 3u);
+}
 
 TEST(NearestWord, ATypoFindsItsKey) {
   const auto nearest = [](std::string_view word) {

@@ -5,6 +5,7 @@
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
+#include <numeric>
 #include <random>
 
 #include "core/base/median.h"
@@ -73,15 +74,32 @@ TEST(Keypoints, SayHowTheImageIsTurnedAndScaled) {
   EXPECT_NEAR(UpperMedian(scales), 1.3, 0.05);
 }
 
+Comparable AllOf(const Keypoints& keypoints) {
+  std::vector<std::size_t> all(keypoints.Size());
+  std::iota(all.begin(), all.end(), std::size_t{0});
+  return [all](std::size_t) { return all; };
+}
+
 TEST(Keypoints, TheNearestOnesComeInOrderAndFromOneKeypointTogether) {
   const Keypoints a = FindKeypoints(Blobs(200, [](const auto& p) { return p; }), 1000);
-  const auto matches = CompareKeypoints(a, a, 0.8, 3).nearest;
+  const auto matches = CompareKeypoints(a, a, AllOf(a), 0.8, 3).nearest;
   ASSERT_EQ(matches.size(), 3 * a.Size());
   for (std::size_t i = 0; i < matches.size(); ++i) EXPECT_EQ(matches[i].first, i / 3);
   for (std::size_t i = 0; i < a.Size(); ++i)  // itself, or one with the same descriptor
     EXPECT_EQ(a.descriptors.row(static_cast<Eigen::Index>(matches[3 * i].second)),
               a.descriptors.row(static_cast<Eigen::Index>(i)));
-  EXPECT_TRUE(CompareKeypoints(Keypoints{}, a, 0.8, 3).nearest.empty());
+  EXPECT_TRUE(CompareKeypoints(Keypoints{}, a, AllOf(a), 0.8, 3).nearest.empty());
+}
+
+TEST(Keypoints, OnlyThoseThatMayBeAreCompared) {
+  const Keypoints a = FindKeypoints(Blobs(200, [](const auto& p) { return p; }), 1000);
+  const auto next = [&](std::size_t i) { return std::vector<std::size_t>{(i + 1) % a.Size()}; };
+  const AlikeKeypoints alike = CompareKeypoints(a, a, next, 0.8, 3);
+  ASSERT_EQ(alike.nearest.size(), a.Size());
+  for (const KeypointMatch& match : alike.nearest)
+    EXPECT_EQ(match.second, (match.first + 1) % a.Size());
+  const AlikeKeypoints all = CompareKeypoints(a, a, AllOf(a), 0.8, 1);
+  EXPECT_EQ(all.distinct.size(), MatchKeypoints(a, a).size());
 }
 
 TEST(Keypoints, AppendedAreThoseOfBoth) {

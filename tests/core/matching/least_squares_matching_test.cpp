@@ -217,6 +217,35 @@ TEST(LeastSquaresMatchingEdge, SingularDirectionIsNoMatch) {
   }
 }
 
+// Asked for edges, it is one across its direction: there the shift is right, and its precision
+// holds; along it nothing moves, and nothing is claimed.
+TEST(LeastSquaresMatchingEdge, IsAMatchAcrossItsDirectionWhereAsked) {
+  std::mt19937 random(TestSeed());
+  const Eigen::Vector2d normal = Eigen::Vector2d(1, 0.4).normalized();
+  const Eigen::Vector2d direction(-normal.y(), normal.x());
+  const Eigen::Vector2d reference(12.5, 12.5), start(17, 17), shift(17.3, 16.8);
+  LsmOptions options;
+  options.geometry = LsmGeometry::kShift;
+  options.edges = true;
+  double squares = 0;
+  constexpr int kRuns = 60;
+  for (int run = 0; run < kRuns; ++run) {
+    const Image templ = WithNoise(EdgeImage(25, 25, {0, 0}, 1.5), 2, &random);
+    const Image image = WithNoise(EdgeImage(60, 60, shift, 1.5), 2, &random);
+    const auto fit = MatchLeastSquares(templ, image, reference, {kIdentity, start}, options);
+    ASSERT_TRUE(fit);
+    ASSERT_TRUE(fit->along);
+    EXPECT_NEAR(std::abs(fit->along->dot(direction)), 1, 1e-3);
+    const Eigen::Vector2d off = fit->position - reference - shift;
+    EXPECT_NEAR((fit->position - reference - start).dot(*fit->along), 0, 1e-6);
+    EXPECT_GT(std::sqrt(direction.dot(fit->covariance * direction)), 0.9 * kOpenAlongEdge_px);
+    const Eigen::Vector2d across(-fit->along->y(), fit->along->x());
+    squares += std::pow(across.dot(off), 2) / across.dot(fit->covariance * across);
+  }
+  EXPECT_LT(std::sqrt(squares / kRuns), 1.3);
+  EXPECT_GT(std::sqrt(squares / kRuns), 0.6);
+}
+
 TEST(LeastSquaresMatchingFlat, FlatSideIsNoMatch) {
   const Pair pair = MakePair(1, kIdentity, {45, 40});
   const Affine2d start = StartAt(pair, {0, 0}, kIdentity);

@@ -160,7 +160,19 @@ TEST(Reduce, FinestDetailIsNotAliased) {
   for (int c = 2; c < 30; ++c) EXPECT_LT(std::abs(half.At(c, 2)), 0.15);
 }
 
+TEST(Enlarge, KeepsPlacesAndValues) {
+  const Image ramp = Draw(16, 12, [](const auto& p) { return 3 * p.x() - 2 * p.y(); });
+  const Image large = EnlargeBy(ramp, 3);
+  ASSERT_EQ(large.width, 48);
+  ASSERT_EQ(large.height, 36);
+  for (int row = 9; row < 27; ++row)
+    for (int col = 9; col < 39; ++col)
+      EXPECT_NEAR(large.At(col, row), 3 * (col + 0.5) / 3 - 2 * (row + 0.5) / 3, 0.2);
+  EXPECT_EQ(EnlargeBy(ramp, 1).values, ramp.values);
+}
+
 TEST(Reduce, BrokenPromisesAreRefused) {
+  EXPECT_THROW(EnlargeBy(Image(4, 4), 0), std::invalid_argument);
   EXPECT_THROW(ReduceBy(Image(4, 4), 0.5), std::invalid_argument);
   EXPECT_THROW(BuildPyramid(Image(4, 4), 0), std::invalid_argument);
   EXPECT_THROW(GaussianBlur(Image(4, 4), -1), std::invalid_argument);

@@ -304,9 +304,9 @@ TEST(FirstPose, OfABlankPhotoIsNone) {
   EXPECT_NE(WhyNoFirstPose(photo.Task()).where.find("fewer than three"), std::string::npos);
 }
 
-// Twelve million pixels a patch: 3464 squared is less, 3465 squared is more.
+// Three million pixels a patch: 1732 squared is less, 1733 squared is more.
 TEST(FirstPose, IsNotSoughtInWindowsThatWouldTakeMinutes) {
-  PhotoOfNoise large(3465);
+  PhotoOfNoise large(1733);
   large.SetSigma(5);
   const auto track = FirstPose(large.Task());
   ASSERT_TRUE(track) << "small windows of a large photo are no matter";
@@ -314,7 +314,7 @@ TEST(FirstPose, IsNotSoughtInWindowsThatWouldTakeMinutes) {
   large.SetSigma(1000);  // three of them are more than half of the photo
   EXPECT_FALSE(FirstPose(large.Task()));
   EXPECT_NE(WhyNoFirstPose(large.Task()).where.find("too uncertain"), std::string::npos);
-  PhotoOfNoise smaller(3464);
+  PhotoOfNoise smaller(1732);
   smaller.SetSigma(1000);
   EXPECT_EQ(WhyNoFirstPose(smaller.Task()).where.find("too uncertain"), std::string::npos);
 }

@@ -97,11 +97,68 @@ TEST(CorrelatedPose, PrecisionHoldsForEightPatches) {
   EXPECT_NEAR(std::sqrt(squares / kRuns), 1, 0.08);
 }
 
+// Along an edge the point lies where it was predicted, and the covariance says that it is open.
+TEST(CorrelatedPose, PrecisionHoldsWhereHalfOfThePatchesAreEdges) {
+  std::mt19937 random(TestSeed());
+  std::uniform_real_distribution<double> any(-3, 3);
+  constexpr int kRuns = 100;
+  constexpr double kOpen_px = 5;
+  double squares = 0, information = 0;
+  for (int run = 0; run < kRuns; ++run) {
+    PhotoView view = DigitalView();
+    const Pose truth = view.pose;
+    auto observations = Observe(view, 0, 80, random);
+    for (PatchObservation& o : observations) o.height_sigma_m = 0;
+    std::vector<PatchObservation> corners(observations.begin() + 40, observations.end());
+    const PosePrior prior = PriorOf(truth, {10, 0.003}, random);
+    const PhotoView predicting{view.camera, view.photo_from_pixel, prior.pose, {}};
+    for (std::size_t i = 0; i < 40; ++i) {
+      PatchObservation& o = observations[i];
+      const double angle = any(random);
+      const Eigen::Vector2d along(std::cos(angle), std::sin(angle));
+      o.covariance_px2 += kOpen_px * kOpen_px * along * along.transpose();
+      const Eigen::Vector2d off = *predicting.PixelFromGround(o.ground_m) - o.pixel;
+      if (off.norm() < kOpen_px) o.pixel += along * along.dot(off);
+    }
+    const auto estimate = EstimateCorrelatedPose(view, prior, observations, {});
+    const auto less = EstimateCorrelatedPose(view, prior, corners, {});
+    ASSERT_TRUE(estimate && less);
+    const Vector6d error = PoseDifference(estimate->pose, truth);
+    squares += error.dot(estimate->covariance.ldlt().solve(error)) / 6;
+    information += std::log(less->covariance.determinant() / estimate->covariance.determinant());
+  }
+  EXPECT_GT(std::sqrt(squares / kRuns), 0.8);
+  EXPECT_LT(std::sqrt(squares / kRuns), 1.2);
+  EXPECT_GT(information / kRuns, 1) << "edges tell nothing";
+}
+
 TEST(CorrelatedPose, NoiseFactorIsWhatTheResidualsSay) {
   std::mt19937 random(TestSeed());
   PhotoView view = DigitalView();
   auto observations = Observe(view, 0, 300, random);
   for (PatchObservation& o : observations) o.height_sigma_m = 0;
+  const auto estimate =
+      EstimateCorrelatedPose(view, PriorOf(view.pose, kPriorSigma, random), observations, {});
+  ASSERT_TRUE(estimate);
+  EXPECT_NEAR(std::sqrt(estimate->noise_factor) * 0.1, kNoisePx, 0.1 * kNoisePx);
+}
+
+// Along an edge nothing was measured that could fit well.
+TEST(CorrelatedPose, NoiseFactorDoesNotFallWithTheShareOfEdges) {
+  constexpr double kOpen_px = 5;
+  std::mt19937 random(TestSeed());
+  std::uniform_real_distribution<double> any(-3, 3);
+  PhotoView view = DigitalView();
+  auto observations = Observe(view, 0, 240, random);
+  for (std::size_t i = 0; i < observations.size(); ++i) {
+    PatchObservation& o = observations[i];
+    o.height_sigma_m = 0;
+    if (i % 3 == 0) continue;
+    const double angle = any(random);
+    const Eigen::Vector2d along(std::cos(angle), std::sin(angle));
+    o.covariance_px2 += kOpen_px * kOpen_px * along * along.transpose();
+    o.pixel += along * along.dot(*view.PixelFromGround(o.ground_m) - o.pixel);
+  }
   const auto estimate =
       EstimateCorrelatedPose(view, PriorOf(view.pose, kPriorSigma, random), observations, {});
   ASSERT_TRUE(estimate);

@@ -76,6 +76,35 @@ TEST_F(Match, APatchOnTheBorderIsFoundThere) {
 }
 
 // Grey values cannot: their correlation is -1 at the right place.
+// A step from dark to bright, and little else.
+TEST(MatchOfAnEdge, IsWhereItIsPredictedAlongIt) {
+  const std::string path =
+      testing::TempDir() + "/orient_edge_" + std::to_string(TestSeed()) + ".png";
+  std::mt19937 random(TestSeed());
+  std::vector<unsigned char> grey(kWidth * kHeight);
+  for (int row = 0; row < kHeight; ++row)
+    for (int col = 0; col < kWidth; ++col)
+      grey[static_cast<std::size_t>(row * kWidth + col)] = static_cast<unsigned char>(
+          120 + 80 * std::tanh((col - 100.3) / 1.5) + static_cast<double>(random() % 3));
+  WritePng(path, kWidth, kHeight, 1, grey);
+  const Raster raster = Raster::Open(path);
+  const PhotoImage photo(raster, false);
+  AlignedPatch patch;
+  patch.image = photo.Around({100.5, 60.5}, Eigen::Vector2d::Constant(kSide / 2.0), 1).image;
+  patch.predicted_px = {101.5, 90.5};
+  PreciseOptions options;
+  options.min_score_gap = 0;
+  EXPECT_FALSE(MatchPrecisely(patch, photo, {3, 3}, options).found);
+  options.edges = true;
+  const PreciseMatch match = MatchPrecisely(patch, photo, {3, 3}, options);
+  std::filesystem::remove(path);
+  ASSERT_TRUE(match.found);
+  EXPECT_NEAR(match.pixel.x(), 100.5, 0.1);
+  EXPECT_NEAR(match.pixel.y(), 90.5, 0.1);
+  EXPECT_LT(std::sqrt(match.covariance_px2(0, 0)), 0.2);
+  EXPECT_GT(std::sqrt(match.covariance_px2(1, 1)), 40);
+}
+
 TEST_F(Match, AnInvertedPatchIsFoundByItsGradients) {
   const Eigen::Vector2d truth(60.5, 130.5);
   AlignedPatch patch = PatchAt(truth, {64.5, 127.5});

@@ -2,7 +2,10 @@
 
 #include <gtest/gtest.h>
 
+#include <cmath>
+
 #include "exterior/steps/error_model.h"
+#include "exterior/steps/linearised_matches.h"
 #include "tests/exterior/digital_view.h"
 
 namespace orient::exterior {
@@ -30,6 +33,41 @@ TEST(PatchObservation, GroundErrsByItselfUnlessItsHeightsAreKnownToErr) {
   EXPECT_NEAR(shared.covariance_px2(0, 0), 0.01 + model, 1e-12);
   EXPECT_EQ(shared.height_effect, Eigen::Vector3d(0.1, 0, 1));
   EXPECT_EQ(shared.height_sigma_m, 2);
+}
+
+// A spot height: known to centimetres in plan, to metres in height, and not under the photo.
+TEST(PatchObservation, ASurveyedPointLeavesItsMatchWhatIsTheMatchsOwn) {
+  const PhotoView view = DigitalView();
+  patchdb::Patch patch;
+  patch.ground_m = {-200, -100, 500};
+  const Eigen::Matrix2d match = 0.01 * Eigen::Matrix2d::Identity();
+  const double own_px2 = OwnVariance(ObservationOf(patch, {10, 20}, match, view));
+  patch.covariance_m2 = Eigen::Vector3d(0.01, 0.01, 900).asDiagonal();
+  const PatchObservation surveyed = ObservationOf(patch, {10, 20}, match, view);
+  EXPECT_GT(surveyed.covariance_px2.trace(), 10 * own_px2);
+  EXPECT_GE(surveyed.ground_px2, 0);
+  EXPECT_NEAR(OwnVariance(surveyed) - surveyed.ground_px2, own_px2, 1e-9);
+}
+
+// A photo's patch moves up with the heights it was cut with; an orthophoto's stays where it is, and
+// the surface errs by itself.
+TEST(PatchObservation, OnlyAnOrthophotosSurfaceErrsByItself) {
+  const PhotoView view = DigitalView();
+  patchdb::Patch patch;
+  patch.ground_m = {1000, 2000, 500};
+  patch.covariance_m2 = Eigen::Vector3d(4, 4, 9).asDiagonal();
+  patch.height_sigma_m = 3;
+  patch.height_effect = Eigen::Vector3d(0.1, 0, 1);
+  const Eigen::Matrix2d match = 0.01 * Eigen::Matrix2d::Identity();
+  const PatchObservation of_photo = ObservationOf(patch, {10, 20}, match, view);
+  EXPECT_EQ(of_photo.surface_sigma_m, 0);
+  EXPECT_EQ(of_photo.source_sigma_px, 0);
+  patch.height_effect = Eigen::Vector3d(0.1, 0, 0);
+  const PatchObservation of_orthophoto = ObservationOf(patch, {10, 20}, match, view);
+  EXPECT_NEAR(of_orthophoto.surface_sigma_m, 3, 1e-12);
+  // The part of two metres in either coordinate that its heights do not explain.
+  const double metres = kSharedBySource * std::sqrt((4 - 0.09 + 4) / 2);
+  EXPECT_NEAR(of_orthophoto.source_sigma_px, metres / view.GroundPixel(500), 1e-9);
 }
 
 }  // namespace

@@ -265,17 +265,26 @@ TEST(Decide, OneOfFourVotesAgainstIsAContradictionOneUnclearOfFiveIsNamedOnly) {
   EXPECT_EQ(Decide(open, votes).dissenting, std::vector<size_t>{3});
 }
 
-TEST(Decide, OneClearVoteAgainstAnyNumberLeavesItOpen) {
+TEST(Decide, SevenVotesOutvoteOneClearlyReadWhichIsNamedFewerLeaveItOpen) {
   const OrientationClass open = {ScanOrientation::kR0, ScanOrientation::kR180};
   for (const OrientationVote& clear : {OrientationVote{{-3, 3}}, OrientationVote{{-2, 2}},
                                        OrientationVote{{0, 0}, std::nullopt, true}}) {
-    std::vector<OrientationVote> votes(9, {{3, -3}});
-    votes.insert(votes.begin() + 4, clear);
-    const OrientationDecision decision = Decide(open, votes);
-    EXPECT_TRUE(decision.contradictory);
-    EXPECT_EQ(decision.possible, open);
-    EXPECT_EQ(decision.dissenting, std::vector<size_t>{4});
+    for (const size_t others : {6, 7}) {
+      std::vector<OrientationVote> votes(others, {{3, -3}});
+      votes.insert(votes.begin() + 4, clear);
+      const OrientationDecision decision = Decide(open, votes);
+      EXPECT_EQ(decision.contradictory, others < 7);
+      EXPECT_EQ(decision.possible, others < 7 ? open : OrientationClass{ScanOrientation::kR0});
+      EXPECT_EQ(decision.dissenting, std::vector<size_t>{4});
+    }
   }
+}
+
+TEST(Decide, TwoClearVotesOfNineLeaveItOpen) {
+  const OrientationClass open = {ScanOrientation::kR0, ScanOrientation::kR180};
+  std::vector<OrientationVote> votes(7, {{3, -3}});
+  votes.insert(votes.end(), 2, {{-3, 3}});
+  EXPECT_TRUE(Decide(open, votes).contradictory);
 }
 
 TEST(Decide, NeverExcludesTheWayThatEveryVoteLikesBest) {

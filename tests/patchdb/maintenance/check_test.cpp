@@ -41,6 +41,15 @@ class CheckTest : public testing::Test {
 
 TEST_F(CheckTest, WholeDatabaseHasNoFindings) { EXPECT_TRUE(Look(false).empty()); }
 
+TEST_F(CheckTest, AStrangersViewsAndTriggersAreNamed) {
+  Damage("CREATE VIEW spare AS SELECT 1");
+  Damage("CREATE TRIGGER surprise AFTER DELETE ON attempts BEGIN DELETE FROM sources; END");
+  std::string found;
+  for (const CheckFinding& finding : Look(false)) found += finding.what + "\n";
+  EXPECT_NE(found.find("view spare"), std::string::npos) << found;
+  EXPECT_NE(found.find("trigger surprise"), std::string::npos) << found;
+}
+
 TEST_F(CheckTest, EveryDamageIsFoundRepairedAndNoPatchIsLost) {
   const char* circle =
       "UPDATE patches SET state = 'retired', retired_reason = 'x', superseded_by = id % 3 + 1 "

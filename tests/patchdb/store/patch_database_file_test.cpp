@@ -3,14 +3,19 @@
 #include <gtest/gtest.h>
 #include <sys/resource.h>
 
+#include <atomic>
 #include <csignal>
 #include <cstdlib>
 #include <filesystem>
 #include <fstream>
 #include <random>
 #include <stdexcept>
+#include <thread>
+#include <vector>
 
+#include "core/base/environment_error.h"
 #include "core/base/error.h"
+#include "patchdb/maintenance/life.h"
 #include "patchdb/store/patch_database.h"
 #include "patchdb/store/schema.h"
 #include "tests/patchdb/store/patch_database_fixture.h"
@@ -52,6 +57,69 @@ TEST_F(PatchDatabaseFileTest, MistypedPathNeverMakesAFile) {
               std::string::npos);
   EXPECT_FALSE(fs::exists(path_));
   EXPECT_TRUE(fs::is_empty(folder_.Path()));
+}
+
+TEST_F(PatchDatabaseFileTest, OfManyThatCreateItAtOnceOneSucceeds) {
+  std::atomic<int> made = 0;
+  std::vector<std::thread> creators;
+  for (int i = 0; i < 4; ++i)
+    creators.emplace_back([&] {
+      if (WhatIsWrong([&] { PatchDatabase::Create(path_, Utm()); }).empty()) ++made;
+    });
+  for (std::thread& creator : creators) creator.join();
+  EXPECT_EQ(made, 1);
+  EXPECT_EQ(PatchDatabase::Open(path_, Mode::kRead).Info().patches, 0);
+}
+
+TEST_F(PatchDatabaseFileTest, WhatIsFilledBeforeItHasItsNameAppearsWholeOrNotAtAll) {
+  const auto fail = [](PatchDatabase& database) {
+    PatchSource source = Photo("4711.tif");
+    std::vector<Patch> patches = {SomePatch(500000, 5000000)};
+    database.AddSource(source, patches);
+    throw InputError("half way");
+  };
+  EXPECT_EQ(WhatIsWrong([&] { PatchDatabase::Create(path_, Utm(), fail); }), "half way");
+  EXPECT_TRUE(fs::is_empty(folder_.Path()));
+  PatchDatabase::Create(path_, Utm(), [](PatchDatabase& database) {
+    PatchSource source = Photo("4711.tif");
+    std::vector<Patch> patches = {SomePatch(500000, 5000000)};
+    database.AddSource(source, patches);
+  });
+  EXPECT_EQ(PatchDatabase::Open(path_, Mode::kRead).Info().patches, 1);
+}
+
+// A view that never ends in the place of a table of ours.
+TEST_F(PatchDatabaseFileTest, AStrangersViewIsNotRun) {
+  Filled(3);
+  Execute("DROP TABLE attempts");
+  Execute(
+      "CREATE VIEW attempts AS WITH RECURSIVE n(patch_id) AS (SELECT 1 UNION ALL SELECT patch_id + "
+      "1 FROM n) SELECT patch_id FROM n");
+  EXPECT_NE(WhatIsWrong([&] { PatchDatabase::Open(path_, Mode::kRead).Info(); }).find(path_),
+            std::string::npos);
+}
+
+TEST_F(PatchDatabaseFileTest, AStrangersTriggerIsNamedAndNotRun) {
+  Filled(3);
+  Execute("CREATE TRIGGER surprise AFTER UPDATE ON patches BEGIN DELETE FROM sources; END");
+  const std::string message = WhatIsWrong([&] { PatchDatabase::Open(path_, Mode::kWrite); });
+  EXPECT_NE(message.find("surprise"), std::string::npos) << message;
+  EXPECT_EQ(PatchDatabase::Open(path_, Mode::kRead).Info().patches, 3);
+}
+
+TEST_F(PatchDatabaseFileTest, AStrangersTriggerInAnothersNameDoesNotRun) {
+  Filled(3);
+  Execute("DROP TRIGGER orient_content_update");
+  for (const char* name : {"orient_content_update", "rtree_patches_geom_more"}) {
+    Execute(std::string("CREATE TRIGGER ") + name +
+            " AFTER UPDATE ON patches BEGIN DELETE FROM attempts; DELETE FROM sources; END");
+    auto database = PatchDatabase::Open(path_, Mode::kWrite);
+    const std::string message = WhatIsWrong([&] { RetirePatches(database, {1}, "by hand"); });
+    EXPECT_NE(message.find("trigger"), std::string::npos) << message;
+    EXPECT_EQ(database.Info().retired, 0);
+    EXPECT_EQ(database.Info().sources, 1);
+    Execute(std::string("DROP TRIGGER ") + name);
+  }
 }
 
 TEST_F(PatchDatabaseFileTest, CreateNeverOverwrites) {
@@ -182,8 +250,12 @@ TEST_F(PatchDatabaseFileTest, ANewOneThatTheDiskDoesNotHoldLeavesNothing) {
   const auto handler = std::signal(SIGXFSZ, SIG_IGN);
   const rlimit small{400000, before.rlim_max};
   ASSERT_EQ(setrlimit(RLIMIT_FSIZE, &small), 0);
-  const std::string why = WhatIsWrong(
-      [&] { PatchDatabase::Create(folder_ / "new.gpkg", Crs::Parse("EPSG:32635", "test")); });
+  std::string why;  // the machine's fault, not the input's
+  try {
+    PatchDatabase::Create(folder_ / "new.gpkg", Utm());
+  } catch (const EnvironmentError& error) {
+    why = error.what();
+  }
   setrlimit(RLIMIT_FSIZE, &before);
   std::signal(SIGXFSZ, handler);
   EXPECT_NE(why.find("full"), std::string::npos) << why;

@@ -103,9 +103,27 @@ TEST(Command, BadUsageIsCodeOneAndNamesWhatIsWrongAndWhereHelpIs) {
   const Outcome wrong = RunWith({"measure", "a.txt", "--scale", "big"});
   EXPECT_EQ(wrong.code, 1);
   EXPECT_TRUE(Contains(wrong.err, "big")) << wrong.err;
+  for (const char* number : {"nan", "inf", "-1e999"})
+    EXPECT_EQ(RunWith({"measure", "a.txt", std::string("--scale=") + number}).code, 1) << number;
   EXPECT_EQ(RunWith({"measure"}).code, 1) << "a required argument is missing";
   EXPECT_EQ(RunWith({"juggle"}).code, 1) << "no such command";
   EXPECT_EQ(unknown.out, "") << "nothing ran";
+}
+
+TEST(Command, HelpIsACommandToo) {
+  EXPECT_EQ(RunWith({"help"}).out, RunWith({"--help"}).out);
+  EXPECT_EQ(RunWith({"help", "store", "create"}).out, RunWith({"store", "create", "--help"}).out);
+  EXPECT_EQ(RunWith({"help", "measure"}).code, 0);
+}
+
+TEST(Command, WhatIsWrittenNearlyRightIsNamed) {
+  EXPECT_TRUE(Contains(RunWith({"measur", "a.txt"}).err, "did you mean measure?"));
+  EXPECT_TRUE(Contains(RunWith({"store", "craete", "x"}).err, "did you mean create?"));
+  const Outcome option = RunWith({"measure", "a.txt", "--scael=3"});
+  EXPECT_TRUE(Contains(option.err, "'--scael=3': did you mean --scale?")) << option.err;
+  EXPECT_FALSE(Contains(RunWith({"juggle"}).err, "did you mean")) << "nothing is like it";
+  EXPECT_FALSE(Contains(RunWith({"measure", "fats", "--scale", "big"}).err, "did you mean"))
+      << "a file's name is no option";
 }
 
 TEST(Command, EveryExceptionHasItsExitCodeAndOneLine) {

@@ -48,6 +48,17 @@ TEST(Commands, EveryOptionSaysWhatItIs) {
   ExpectDescriptions(*MakeParser(commands));
 }
 
+TEST(Commands, OverwriteAndResumeContradictOneAnother) {
+  const CommandList commands = MakeCommands();
+  const auto parser = MakeParser(commands);
+  for (const char* command : {"interior", "exterior", "block", "ortho"}) {
+    CLI::App* app = parser->get_subcommand(command);
+    EXPECT_TRUE(
+        app->get_option("--resume")->get_excludes().contains(app->get_option("--overwrite")))
+        << command;
+  }
+}
+
 TEST(Commands, NamesAreUnique) {
   std::set<std::string> names;
   for (const auto& command : MakeCommands())

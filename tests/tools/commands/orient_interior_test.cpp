@@ -1,8 +1,10 @@
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <filesystem>
 #include <fstream>
 
+#include "core/base/atomic_write.h"
 #include "core/files/results.h"
 #include "tests/support/film_frame.h"
 #include "tests/support/run_orient.h"
@@ -108,6 +110,39 @@ TEST_F(InteriorResumed, AnotherPhotoOfTheCameraJoinsTheTables) {
   const std::string text{std::istreambuf_iterator<char>(table), {}};
   EXPECT_NE(text.find("4711,ok"), std::string::npos) << text;
   EXPECT_NE(text.find("4712,ok"), std::string::npos) << text;
+}
+
+TEST_F(InteriorCommandTest, AnOpenOrientationIsSeenInTheTables) {
+  const ProgramRun run = RunOrient(Arguments(scan_));
+  ASSERT_EQ(run.exit_code, 0);
+  EXPECT_NE(run.out.find("open (8)"), std::string::npos) << run.out;
+  EXPECT_NE(run.out.find("--orientation settles it"), std::string::npos) << run.out;
+  EXPECT_NE(ReadFile(out_ + "/interior.csv").find(",open,r0 "), std::string::npos);
+}
+
+TEST_F(InteriorCommandTest, TablesOfAnotherCameraAreNotReplacedUnlessAsked) {
+  ASSERT_EQ(RunOrient(Arguments(scan_)).exit_code, 0);
+  CameraFile other = RingCamera(30, 70);
+  other.camera.name = "another";
+  WriteCameraFile(camera_, other);
+  const std::string second = folder_ / "4712.png", before = ReadFile(out_ + "/interior.csv");
+  fs::copy(scan_, second);
+  std::vector<std::string> arguments = Arguments(second);
+  const ProgramRun refused = RunOrient(arguments);
+  EXPECT_EQ(refused.exit_code, 1) << refused.err;
+  EXPECT_NE(refused.err.find("interior.csv"), std::string::npos) << refused.err;
+  EXPECT_EQ(ReadFile(out_ + "/interior.csv"), before);
+  arguments.emplace_back("--overwrite");
+  EXPECT_EQ(RunOrient(arguments).exit_code, 0);
+}
+
+TEST_F(InteriorCommandTest, APictureThatCannotBeWrittenDoesNotCostTheTransform) {
+  fs::create_directories(out_ + "/4711.marks.png/in the way");
+  EXPECT_EQ(RunOrient(Arguments(scan_)).exit_code, 0);
+  const InteriorResult result = ReadInteriorResult(InteriorResultPath(out_, "4711"));
+  EXPECT_EQ(result.status, Status::kOk);
+  EXPECT_TRUE(std::any_of(result.findings.begin(), result.findings.end(),
+                          [](const Finding& f) { return f.reason == Reason::kPictureNotWritten; }));
 }
 
 TEST_F(InteriorCommandTest, TheScannerMayBeNamed) {

@@ -11,6 +11,12 @@ TEST(Progress, TextSaysHowFarAndHowLong) {
   EXPECT_EQ(ProgressText("matching", 3, 4, 30), "matching  3 of 4, 75 %, 10 s left");
 }
 
+TEST(Progress, AStepThatTakesLongIsNamed) {
+  EXPECT_EQ(ProgressText("matching", 0, 40, 90, 90),
+            "matching  0 of 40, 0 %, the next one takes 1 min 30 s already");
+  EXPECT_EQ(ProgressText("matching", 40, 40, 90, 90), "matching  40 of 40, 100 %");
+}
+
 TEST(Progress, WithoutAStepDoneNoTimeIsKnown) {
   EXPECT_EQ(ProgressText("matching", 0, 40, 5), "matching  0 of 40, 0 %");
 }

@@ -47,6 +47,12 @@ TEST(SharedOptions, ImpossibleScanOptionsAreRefused) {
   EXPECT_THROW(Parsed({"--orientation", "r45"}), CLI::ValidationError);
 }
 
+TEST(SharedOptions, ALinkThatLeadsNowhereIsNotReplacedEither) {
+  const TemporaryFolder folder;
+  std::filesystem::create_symlink("nowhere", folder / "a");
+  EXPECT_THROW(RefuseToOverwrite({folder / "a"}, false), UsageError);
+}
+
 TEST(SharedOptions, ResultsAreNotOverwrittenWithoutBeingAsked) {
   const TemporaryFolder folder;
   const std::string there = folder / "a.json", absent = folder / "b.json";

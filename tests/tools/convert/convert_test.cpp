@@ -4,6 +4,7 @@
 #include <cmath>
 #include <filesystem>
 #include <functional>
+#include <set>
 #include <sstream>
 
 #include "core/base/atomic_write.h"
@@ -71,6 +72,60 @@ TEST(Convert, EveryFormatProjectsByItsProgramsFormulas) {
     EXPECT_LT(check.declared.largest_px, other_system ? 0.5 : 1e-2) << Verdict(check);
     EXPECT_EQ(written.largest_px > 0, other_system);
   }
+}
+
+// Every format's way there and back.
+TEST(Convert, NamesMayHoldBlanksUmlautsAndQuotes) {
+  const TemporaryFolder folder;
+  ConvertSource source = TwoPhotos();
+  source.block.photos[0].image = "Flug 3,  Bild \"Süd\".tif";
+  source.block.photos[1].image = "#1 d'Évian & 50%.tif";
+  WriteCameraFile(folder / "camera.toml", {source.cameras[0], {}, {}, std::nullopt, {}});
+  for (const WrittenExport& written : WriteExports(source, {AllFormats(), folder.Path(), 0, {}})) {
+    EXPECT_TRUE(CheckExport(written.directory, std::nullopt, "").ok) << written.directory;
+    ConvertSourceOptions back;
+    back.input = written.directory;
+    back.camera = folder / "camera.toml";
+    const ConvertSource read = ReadForeign(written.format, back);
+    std::set<std::string> names;
+    for (const ExchangePhoto& photo : read.block.photos) names.insert(PhotoName(photo.image + "."));
+    for (const ExchangePhoto& photo : source.block.photos)
+      EXPECT_TRUE(names.contains(photo.image) || names.contains(PhotoName(photo.image)))
+          << photo.image << " in " << written.directory;
+  }
+}
+
+// In two folders.
+ConvertSource TwoOfOneName() {
+  ConvertSource source = TwoPhotos();
+  source.block.photos[0].image = "north/1.tif";
+  source.block.photos[1].image = "south/1.tif";
+  return source;
+}
+
+TEST(Convert, OneFormatThatFailsDoesNotTakeTheOthersAlong) {
+  const TemporaryFolder folder;
+  const ConvertSource source = TwoOfOneName();
+  ExpectError<InputError>(
+      [&] {
+        WriteExports(source, {{ExchangeFormat::kPatb, ExchangeFormat::kColmap, ExchangeFormat::kAsp,
+                               ExchangeFormat::kMicmac},
+                              folder.Path(),
+                              0,
+                              {}});
+      },
+      {"patb: ", "asp: ", "written: colmap"});
+  EXPECT_TRUE(CheckExport(folder / "colmap", std::nullopt, "").ok);
+}
+
+TEST(Convert, ImagesOfTwoFoldersDoNotBecomeOneFile) {
+  const TemporaryFolder folder;
+  const ConvertSource source = TwoOfOneName();
+  ExpectError<InputError>(
+      [&] {
+        WriteExports(source, {{ExchangeFormat::kAsp}, folder.Path(), 0, std::nullopt});
+      },
+      {"north/1.tif", "south/1.tif", "asp"});
 }
 
 // What UTM does to a large frame from 3500 m: the scale is held by the pose, what remains is the
@@ -275,6 +330,16 @@ TEST_F(ConvertedBlock, NeedsPlausibleOptions) {
     words.insert(words.end(), wrong.begin(), wrong.end());
     ExpectRefused("orientation.csv", words, 1, {wrong.front()});
   }
+}
+
+TEST_F(ConvertedBlock, ReadsNoPositionThatIsNotFinite) {
+  ASSERT_EQ(Convert("orientation.csv", {"--to", "metashape"}).exit_code, 0);
+  const std::string path = folder_ / "out/metashape/cameras.xml";
+  std::string text = ReadFile(path);
+  const std::size_t scale = text.find('>', text.find("<scale")) + 1;
+  text.replace(scale, text.find('<', scale) - scale, "1e308");
+  WriteFileAtomically(path, text);
+  ExpectRefused("out/metashape", {"--from", "metashape", "--to", "opk"}, 2, {"4711", "finite"});
 }
 
 TEST_F(ConvertedBlock, ReadsNoDamagedOriLine) {

@@ -5,8 +5,9 @@
 #include <algorithm>
 #include <charconv>
 #include <cmath>
-#include <fstream>
+#include <sstream>
 
+#include "core/base/atomic_write.h"
 #include "core/base/error.h"
 
 namespace orient {
@@ -17,14 +18,12 @@ constexpr std::size_t kColumns = 10;
 
 class Lines {
  public:
-  explicit Lines(const std::string& path) : path_(path), file_(path) {
-    if (!file_) throw InputError(path + " cannot be read; check the path");
-  }
+  explicit Lines(const std::string& path) : path_(path), text_(ReadFile(path)) {}
 
   // Cells of the next line that holds anything; false at the end.
   bool Next(std::vector<std::string>* cells) {
     std::string line;
-    while (std::getline(file_, line)) {
+    while (std::getline(text_, line)) {
       ++number_;
       if (!line.empty() && line.back() == '\r') line.pop_back();
       if (line.find_first_not_of(" \t") == std::string::npos || line[0] == '#') continue;
@@ -63,7 +62,7 @@ class Lines {
   }
 
   std::string path_;
-  std::ifstream file_;
+  std::istringstream text_;
   int number_ = 0;
 };
 

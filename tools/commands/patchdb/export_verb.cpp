@@ -2,11 +2,12 @@
 
 #include <CLI/CLI.hpp>
 #include <filesystem>
-#include <fstream>
 #include <nlohmann/json.hpp>
 #include <ostream>
+#include <sstream>
 
 #include "core/base/error.h"
+#include "core/base/new_file.h"
 #include "patchdb/maintenance/merge.h"
 #include "tools/commands/patchdb/filter_options.h"
 #include "tools/commands/patchdb/geotiff.h"
@@ -23,30 +24,26 @@ namespace fs = std::filesystem;
 // Written beside and renamed, line by line, whatever its length.
 class TextFile {
  public:
-  explicit TextFile(std::string path)
-      : path_(std::move(path)), beside_(path_ + ".part"), file_(beside_, std::ios::binary) {}
-  ~TextFile() {
-    std::error_code ignored;
-    if (!done_) fs::remove(beside_, ignored);
+  explicit TextFile(const std::string& path) : file_(path) {}
+  std::ostream& Stream() { return text_; }
+  void EndLine() {
+    constexpr std::streamoff kMuch = 1 << 20;
+    text_ << "\n";
+    if (text_.tellp() > kMuch) Flush();
   }
-  TextFile(const TextFile&) = delete;
-  TextFile& operator=(const TextFile&) = delete;
-  std::ostream& Stream() { return file_; }
   void Finish() {
-    file_.close();
-    std::error_code error;
-    if (file_) fs::rename(beside_, path_, error);
-    if (!file_ || error)
-      throw InputError(path_ +
-                       " cannot be written; check that its folder exists, is writable and "
-                       "has space");
-    done_ = true;
+    Flush();
+    file_.Keep();
   }
 
  private:
-  std::string path_, beside_;
-  std::ofstream file_;
-  bool done_ = false;
+  void Flush() {
+    file_.Write(text_.str());
+    text_.str("");
+  }
+
+  NewFile file_;
+  std::ostringstream text_;
 };
 
 nlohmann::json Properties(const patchdb::PatchSummary& patch) {
@@ -109,11 +106,11 @@ class ExportVerb : public PatchdbVerb {
                 std::ostream& out) const {
     TextFile file(csv_);
     PrintSummaryHeader(file.Stream());
-    file.Stream() << "\n";
+    file.EndLine();
     int count = 0;
     patchdb::VisitPatches(database, filter, [&](const patchdb::PatchSummary& patch) {
       PrintSummary(patch, file.Stream());
-      file.Stream() << "\n";
+      file.EndLine();
       ++count;
     });
     file.Finish();
@@ -134,7 +131,9 @@ class ExportVerb : public PatchdbVerb {
           {"geometry",
            {{"type", "Point"}, {"coordinates", {place->x(), place->y(), patch.ground_m.z()}}}},
           {"properties", Properties(patch)}};
-      file.Stream() << (count++ == 0 ? "\n" : ",\n") << Dumped(feature);
+      if (count++ > 0) file.Stream() << ",";
+      file.EndLine();
+      file.Stream() << Dumped(feature);
     });
     file.Stream() << "\n]}\n";
     file.Finish();
@@ -168,11 +167,14 @@ class ExportVerb : public PatchdbVerb {
 
   void WriteSubset(const patchdb::PatchDatabase& database, const patchdb::PatchFilter& filter,
                    std::ostream& out) const {
-    patchdb::PatchDatabase subset = patchdb::PatchDatabase::Create(subset_, database.GroundCrs());
     patchdb::MergeOptions options;
     options.policy = patchdb::MergePolicy::kCopy;
     options.filter = filter;
-    const patchdb::MergeResult result = patchdb::MergeDatabase(subset, database, options);
+    patchdb::MergeResult result;
+    patchdb::PatchDatabase::Create(subset_, database.GroundCrs(),
+                                   [&](patchdb::PatchDatabase& subset) {
+                                     result = patchdb::MergeDatabase(subset, database, options);
+                                   });
     out << subset_ << ": " << result.added << " patches of " << result.sources << " sources, "
         << result.attempts << " attempts\n";
   }

@@ -10,6 +10,7 @@
 
 #include "core/base/date.h"
 #include "core/base/error.h"
+#include "core/base/open_dataset.h"
 #include "core/base/quiet_gdal.h"
 
 namespace orient {
@@ -63,7 +64,7 @@ std::string WktOf(const OGRSpatialReference& crs) {
 std::vector<Ring> ReadPolygon(const std::string& path, const Crs& crs) {
   RegisterGdalDrivers();
   const QuietGdal quiet;
-  const GDALDatasetUniquePtr file(GDALDataset::Open(path.c_str(), GDAL_OF_VECTOR));
+  const GDALDatasetUniquePtr file = OpenVectorDataset(path);
   if (file == nullptr)
     throw InputError(path + " cannot be read as polygons" + quiet.Message() +
                      "; give a file of a vector format that GDAL reads");

@@ -2,15 +2,11 @@
 
 #include <gdal_priv.h>
 
-#include <filesystem>
-
-#include "core/base/error.h"
+#include "core/base/new_file.h"
 #include "core/base/quiet_gdal.h"
 
 namespace orient {
 namespace {
-
-namespace fs = std::filesystem;
 
 GDALDataType TypeOf(int bits) {
   if (bits == 8) return GDT_Byte;
@@ -49,17 +45,10 @@ bool Write(const std::string& path, const GeoTiff& raster, const Crs& crs) {
 void WriteGeoTiff(const std::string& path, const GeoTiff& raster, const Crs& crs) {
   RegisterGdalDrivers();
   const QuietGdal quiet;
-  const std::string beside = path + ".part";
-  std::error_code error;
-  if (Write(beside, raster, crs)) {
-    fs::rename(beside, path, error);
-    if (!error) return;
-  }
-  const std::string why = quiet.Message();
-  std::error_code ignored;
-  fs::remove(beside, ignored);
-  throw InputError(path + " cannot be written" + why +
-                   "; check that its folder exists, is writable and has space");
+  NewFile file(path);
+  if (!Write(file.PartialPath(), raster, crs))
+    file.Fail("GDAL failed" + quiet.Message() + "; check that its folder is writable");
+  file.Keep();
 }
 
 }  // namespace orient

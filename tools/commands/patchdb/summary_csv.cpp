@@ -1,6 +1,6 @@
 #include "tools/commands/patchdb/summary_csv.h"
 
-#include "core/files/interior_table.h"
+#include "core/base/csv_cell.h"
 #include "tools/commands/summary_table.h"
 
 namespace orient {

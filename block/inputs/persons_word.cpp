@@ -1,0 +1,89 @@
+#include "block/inputs/persons_word.h"
+
+#include <Eigen/LU>
+#include <cmath>
+
+#include "block/inputs/digest.h"
+
+namespace orient::block {
+namespace {
+
+Finding Said(Reason reason, const Decision& decision, Status at_best) {
+  return {.reason = reason, .at_best = at_best, .where = TextOf(decision)};
+}
+
+// True where the photo is rejected.
+template <typename Result>
+bool Judge(const Measurements& said, Result* result) {
+  std::erase_if(result->findings, [](const Finding& finding) {  // of an earlier stage
+    return finding.reason == Reason::kAcceptedByPerson ||
+           finding.reason == Reason::kRejectedByPerson;
+  });
+  const Decision* accepted = said.DecisionOn(result->photo, DecisionKind::kAccept);
+  if (accepted && result->status != Status::kFailed) {
+    for (Finding& finding : result->findings) finding.at_best = Status::kOk;
+    result->findings.insert(result->findings.begin(),
+                            Said(Reason::kAcceptedByPerson, *accepted, Status::kOk));
+    result->status = Status::kOk;
+  }
+  const Decision* rejected = said.DecisionOn(result->photo, DecisionKind::kReject);
+  if (!rejected) return false;
+  result->findings.insert(result->findings.begin(),
+                          Said(Reason::kRejectedByPerson, *rejected, Status::kFailed));
+  result->status = Status::kFailed;
+  return true;
+}
+
+}  // namespace
+
+interior::InteriorOptions WithMarksOf(const Measurements& said, const std::string& photo,
+                                      interior::InteriorOptions options) {
+  for (const MarkMeasurement& mark : said.MarksOf(photo))
+    options.clicks.push_back({mark.mark, mark.pixel, mark.sigma_px, mark.exact});
+  if (const auto orientation = said.OrientationOf(photo)) options.orientation = orientation;
+  if (const auto polarity = said.PolarityOf(photo)) options.polarity = polarity;
+  if (const auto pixel_um = said.PixelSizeOf_um(photo)) options.pixel_size_um = pixel_um;
+  return options;
+}
+
+std::vector<exterior::MeasuredPoint> PointsOf(const Measurements& said, const std::string& photo,
+                                              const exterior::FilmPosition& position) {
+  std::vector<exterior::MeasuredPoint> points;
+  const double pixel_mm = std::sqrt(std::abs(position.photo_from_pixel.A.determinant()));
+  for (const ImagePointMeasurement& seen : said.ImagePointsOf(photo)) {
+    const GroundPoint* point = said.Point(seen.point);
+    if (point == nullptr) continue;
+    exterior::MeasuredPoint to;
+    to.name = point->name;
+    to.ground_m = point->ground_m;
+    to.sigma_m = point->sigma_m;
+    to.pixel = seen.pixel ? *seen.pixel
+                          : PixelFromPhoto(position.photo_from_pixel,
+                                           position.film_correction.get(), *seen.photo_mm);
+    to.sigma_px = seen.pixel ? seen.sigma : seen.sigma / pixel_mm;
+    to.control = point->role == PointRole::kControl;
+    points.push_back(std::move(to));
+  }
+  return points;
+}
+
+void AddMeasurements(const std::string& text, Inputs* inputs) {
+  if (!text.empty()) (*inputs)["measurements"] = Digest(text);
+}
+
+void ApplyVerdict(const Measurements& said, InteriorResult* result) {
+  if (!Judge(said, result)) return;
+  result->photo_from_pixel.reset();
+  result->reseau.reset();
+  result->possible_orientations.clear();
+  result->orientation.reset();
+}
+
+void ApplyVerdict(const Measurements& said, ExteriorResult* result) {
+  if (!Judge(said, result)) return;
+  result->pose.reset();
+  result->covariance.reset();
+  result->footprint_m.clear();
+}
+
+}  // namespace orient::block

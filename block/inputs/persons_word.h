@@ -1,0 +1,32 @@
+// What people measured and decided (core/measurements) as the stages take it.
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "core/files/inputs.h"
+#include "core/files/results.h"
+#include "core/measurements/measurements.h"
+#include "exterior/search/point_resection.h"
+#include "interior/constellation/interior_options.h"
+
+namespace orient::block {
+
+// The run's options with what was said of this photo: its clicked marks, and how it lies.
+interior::InteriorOptions WithMarksOf(const Measurements& said, const std::string& photo,
+                                      interior::InteriorOptions options);
+
+// The photo's measured points whose ground coordinates are known. What was measured in the photo
+// system is carried to the scan by `position`.
+std::vector<exterior::MeasuredPoint> PointsOf(const Measurements& said, const std::string& photo,
+                                              const exterior::FilmPosition& position);
+
+// Adds "measurements", where there are any for the photo: results of others stay current.
+void AddMeasurements(const std::string& text, Inputs* inputs);
+
+// Accepted: what made the result weak allows ok. Rejected: it failed, and has neither transform nor
+// pose. Both say who decided it. A failed result cannot be accepted.
+void ApplyVerdict(const Measurements& said, InteriorResult* result);
+void ApplyVerdict(const Measurements& said, ExteriorResult* result);
+
+}  // namespace orient::block

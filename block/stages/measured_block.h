@@ -1,0 +1,35 @@
+// A block by image measurements alone: no scans, no patches, no terrain. What another program or a
+// person measured is adjusted and judged as any block is.
+#pragma once
+
+#include <vector>
+
+#include "block/stages/adjustment_stage.h"
+#include "core/files/camera_file.h"
+#include "core/files/orientation_table.h"
+#include "core/files/results.h"
+#include "core/measurements/measurements.h"
+
+namespace orient::block {
+
+struct MeasuredBlockInputs {
+  const CameraFile& camera;
+  const Measurements& measured;
+  OrientationTable approximations = {};  // of some photos, or none
+  bool self_calibration = false;
+  bool pose_covariance = false;
+};
+
+struct MeasuredBlock {
+  AdjustedBlock adjusted;
+  std::vector<ExteriorResult> results;  // of all photos that were measured, by name
+  Findings findings;                    // of the block as a whole
+};
+
+// First poses by resection from surveyed points, and from those that photos oriented before
+// intersect; otherwise the approximation. Then the bundle adjustment. A film photo measured in
+// pixels needs its fiducial marks measured, too. Throws InputError: no image points, a photo of
+// such film without four measured marks.
+MeasuredBlock AdjustMeasurements(const MeasuredBlockInputs& inputs);
+
+}  // namespace orient::block

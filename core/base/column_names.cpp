@@ -1,0 +1,60 @@
+#include "core/base/column_names.h"
+
+#include <algorithm>
+#include <array>
+#include <cctype>
+#include <string_view>
+
+namespace orient {
+namespace {
+
+const std::map<std::string, std::string>& Synonyms() {
+  static const std::map<std::string, std::string> synonyms = {
+      {"easting", "x"}, {"east", "x"},       {"x/easting", "x"}, {"northing", "y"},
+      {"north", "y"},   {"y/northing", "y"}, {"height", "z"},    {"altitude", "z"},
+      {"alt", "z"},     {"z/altitude", "z"}, {"z/height", "z"},  {"elevation", "z"},
+      {"o", "omega"},   {"p", "phi"},        {"k", "kappa"},     {"x0", "x"},
+      {"y0", "y"},      {"z0", "z"},         {"sx", "sigma_x"},  {"sy", "sigma_y"},
+      {"sz", "sigma_z"}};
+  return synonyms;
+}
+
+std::string Lower(std::string text) {
+  std::transform(text.begin(), text.end(), text.begin(),
+                 [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
+  return text;
+}
+
+// "x [m]", "omega(deg)" without the unit, where it is the one of Orient's tables.
+std::string WithoutUnit(const std::string& name) {
+  static constexpr std::array<std::string_view, 6> kUnits = {"[m]",   "(m)",      "[deg]",
+                                                             "(deg)", "[degree]", "(degree)"};
+  for (const std::string_view unit : kUnits)
+    if (name.ends_with(unit)) {
+      const std::string bare = name.substr(0, name.size() - unit.size());
+      return bare.substr(0, bare.find_last_not_of(' ') + 1);
+    }
+  return name;
+}
+
+}  // namespace
+
+std::string ColumnName(const std::string& written) {
+  const std::string name = WithoutUnit(Lower(written));
+  const auto known = Synonyms().find(name);
+  return known == Synonyms().end() ? name : known->second;
+}
+
+std::map<std::string, std::size_t> ColumnPlaces(const std::vector<std::string>& written,
+                                                std::optional<std::size_t>* twice) {
+  constexpr std::array kPhoto = {"filename", "photo", "image", "label", "name", "id"};
+  std::map<std::string, std::size_t> places;
+  for (std::size_t i = 0; i < written.size(); ++i)
+    if (!places.emplace(ColumnName(written[i]), i).second && !*twice) *twice = i;
+  for (const char* name : kPhoto)
+    if (const auto place = places.find(name); place != places.end())
+      places.emplace("filename", place->second);
+  return places;
+}
+
+}  // namespace orient

@@ -1,0 +1,37 @@
+#include "core/base/csv_cell.h"
+
+#include <charconv>
+
+namespace orient {
+namespace {
+
+// Also behind apostrophes: so that TextOfCell can tell which one was added.
+bool IsFormula(std::string_view text) {
+  const std::size_t first = text.find_first_not_of('\'');
+  if (first == std::string_view::npos ||
+      std::string_view("=+-@").find(text[first]) == std::string_view::npos)
+    return false;
+  double number = 0;
+  const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), number);
+  return error != std::errc() || end != text.data() + text.size();
+}
+
+}  // namespace
+
+std::string CsvCell(const std::string& text) {
+  const std::string cell = IsFormula(text) ? "'" + text : text;
+  if (cell.find_first_of(",\"\r\n") == std::string::npos) return cell;
+  std::string quoted = "\"";
+  for (const char c : cell) {
+    if (c == '"') quoted += '"';
+    quoted += c;
+  }
+  return quoted + "\"";
+}
+
+std::string_view TextOfCell(std::string_view cell) {
+  if (cell.starts_with('\'') && IsFormula(cell)) cell.remove_prefix(1);
+  return cell;
+}
+
+}  // namespace orient

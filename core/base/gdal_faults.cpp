@@ -1,0 +1,210 @@
+#include "core/base/gdal_faults.h"
+
+#include <cpl_error.h>
+#include <cpl_string.h>
+#include <cpl_vsi_virtual.h>
+#include <fmt/format.h>
+#include <sys/stat.h>
+
+#include <cerrno>
+#include <cstdint>
+#include <cstring>
+#include <memory>
+#include <string_view>
+
+#include "core/base/environment_error.h"
+
+namespace orient {
+namespace {
+
+// As errno: the last fault of this thread, and how many there were.
+struct Faults {
+  std::size_t files = 0, memory = 0;
+  std::string what;
+};
+
+Faults& OfThisThread() {
+  thread_local Faults faults;
+  return faults;
+}
+
+void Note(const char* doing, const std::string& path, const char* why) {
+  Faults& faults = OfThisThread();
+  ++faults.files;
+  faults.what = fmt::format("cannot {} {}: {}", doing, path, why);
+}
+
+void Note(const char* doing, const std::string& path, int error) {
+  if (IsOfEnvironment(error)) Note(doing, path, std::strerror(error));
+}
+
+class WatchedFile final : public VSIVirtualHandle {
+ public:
+  WatchedFile(VSIVirtualHandle* file, const char* path, bool writes, bool remote)
+      : file_(file), path_(path), writes_(writes), remote_(remote) {}
+
+  size_t Read(void* bytes, size_t size, size_t count) override {
+    if (broken_) return 0;
+    const vsi_l_offset at = file_->Tell();
+    size_t done = file_->Read(bytes, size, count);
+    // libtiff crashes where it cannot read back what it has just written.
+    if (done < count && writes_ && file_->Eof() == 0 && file_->Seek(at, SEEK_SET) == 0)
+      done = file_->Read(bytes, size, count);
+    if (done < count && (remote_ ? !IsAtEnd() : file_->Eof() == 0 && IsRegular()))
+      Note("read", path_, EIO);
+    return done;
+  }
+  int ReadMultiRange(int count, void** data, const vsi_l_offset* at, const size_t* sizes) override {
+    // In one piece only where that is quicker: the others come through Read.
+    if (!remote_) return VSIVirtualHandle::ReadMultiRange(count, data, at, sizes);
+    const int result = file_->ReadMultiRange(count, data, at, sizes);
+    if (result != 0) Note("read", path_, EIO);
+    return result;
+  }
+  size_t PRead(void* bytes, size_t size, vsi_l_offset at) const override {
+    errno = 0;
+    const size_t done = file_->PRead(bytes, size, at);
+    if (done != size) Note("read", path_, errno);
+    return done;
+  }
+  size_t Write(const void* bytes, size_t size, size_t count) override {
+    errno = 0;
+    const size_t done = file_->Write(bytes, size, count);
+    broken_ = broken_ || done < count;
+    if (done < count) Note("write", path_, errno);
+    return done;
+  }
+  int Flush() override {
+    return Noted([&] { return file_->Flush(); });
+  }
+  int Close() override {
+    return Noted([&] { return file_->Close(); });
+  }
+  int Truncate(vsi_l_offset size) override {
+    return Noted([&] { return file_->Truncate(size); });
+  }
+
+  int Seek(vsi_l_offset at, int from) override { return file_->Seek(at, from); }
+  vsi_l_offset Tell() override { return file_->Tell(); }
+  int Eof() override { return file_->Eof(); }
+  bool HasPRead() const override { return file_->HasPRead(); }
+  void* GetNativeFileDescriptor() override { return file_->GetNativeFileDescriptor(); }
+  VSIRangeStatus GetRangeStatus(vsi_l_offset at, vsi_l_offset size) override {
+    return file_->GetRangeStatus(at, size);
+  }
+
+ private:
+  template <class Work>
+  int Noted(const Work& work) {
+    errno = 0;
+    const int result = work();
+    if (result != 0) Note("write", path_, errno);
+    return result;
+  }
+
+  // Folders cannot be read either.
+  bool IsRegular() {
+    struct stat info {};
+    const auto descriptor = reinterpret_cast<std::intptr_t>(file_->GetNativeFileDescriptor());
+    return fstat(static_cast<int>(descriptor), &info) == 0 && S_ISREG(info.st_mode);
+  }
+
+  // A server that does not answer is an end of the file to GDAL.
+  bool IsAtEnd() {
+    const vsi_l_offset at = file_->Tell();
+    const bool known = file_->Seek(0, SEEK_END) == 0;
+    const vsi_l_offset size = file_->Tell();
+    file_->Seek(at, SEEK_SET);
+    return known && at >= size;
+  }
+
+  std::unique_ptr<VSIVirtualHandle> file_;
+  std::string path_;
+  bool writes_, remote_;
+  // Could not be written: libtiff would look for ever for what it believes to be in it.
+  bool broken_ = false;
+};
+
+// A handler of GDAL's, and all it does but what it opens.
+class WatchedFiles final : public VSIFilesystemHandler {
+ public:
+  WatchedFiles(VSIFilesystemHandler* files, bool remote) : files_(files), remote_(remote) {}
+
+  VSIVirtualHandle* Open(const char* path, const char* access, bool tell,
+                         CSLConstList options) override {
+    errno = 0;
+    VSIErrorReset();
+    VSIVirtualHandle* file = files_->Open(path, access, tell || remote_, options);
+    const bool writes = std::strpbrk(access, "wa+") != nullptr;
+    if (file != nullptr) return new WatchedFile(file, path, writes, remote_);
+    const int error = errno;
+    if (!remote_)
+      Note("open", path, error);
+    else if (const std::string_view said = VSIGetLastErrorMsg();
+             !said.empty() && said.find("response code: 4") == std::string_view::npos)
+      Note("open", path, said.data());
+    errno = error;
+    return nullptr;
+  }
+  int Stat(const char* path, VSIStatBufL* status, int flags) override {
+    return files_->Stat(path, status, flags);
+  }
+  int Unlink(const char* path) override { return files_->Unlink(path); }
+  int Rename(const char* from, const char* to) override { return files_->Rename(from, to); }
+  int Mkdir(const char* path, long mode) override { return files_->Mkdir(path, mode); }
+  int Rmdir(const char* path) override { return files_->Rmdir(path); }
+  char** ReadDirEx(const char* path, int most) override { return files_->ReadDirEx(path, most); }
+  VSIDIR* OpenDir(const char* path, int depth, const char* const* options) override {
+    return files_->OpenDir(path, depth, options);
+  }
+  int IsCaseSensitive(const char* path) override { return files_->IsCaseSensitive(path); }
+  GIntBig GetDiskFreeSpace(const char* path) override { return files_->GetDiskFreeSpace(path); }
+  int SupportsSparseFiles(const char* path) override { return files_->SupportsSparseFiles(path); }
+  int HasOptimizedReadMultiRange(const char* path) override {
+    return files_->HasOptimizedReadMultiRange(path);
+  }
+  bool IsLocal(const char* path) override { return files_->IsLocal(path); }
+  const char* GetActualURL(const char* path) override { return files_->GetActualURL(path); }
+  const char* GetOptions() override { return files_->GetOptions(); }
+
+ private:
+  std::unique_ptr<VSIFilesystemHandler> files_;
+  bool remote_;
+};
+
+}  // namespace
+
+void WatchGdalFiles() {
+  for (const char* place : {"", "/vsicurl/", "/vsis3/", "/vsigs/", "/vsiaz/"}) {
+    VSIFilesystemHandler* files = VSIFileManager::GetHandler(place);
+    const bool remote = *place != '\0';
+    // A GDAL without a network gives the file system's own, which is watched already.
+    if (remote && files == VSIFileManager::GetHandler("")) continue;
+    auto owned = std::make_unique<WatchedFiles>(files, remote);
+    WatchedFiles* watched = owned.release();  // GDAL's, as `files` was
+    VSIFileManager::InstallHandler(place, watched);
+    if (VSIFileManager::GetHandler("/vsicurl?") == files)  // the same one by another name
+      VSIFileManager::InstallHandler("/vsicurl?", watched);
+  }
+}
+
+void NoteGdalError(int number, const char* text) {
+  const std::string_view said = text;
+  for (const char* memory : {"memory", "No space for", "annot allocate"})
+    if (number == CPLE_OutOfMemory || said.find(memory) != std::string_view::npos) {
+      ++OfThisThread().memory;
+      return;
+    }
+}
+
+GdalFaults::GdalFaults()
+    : files_before_(OfThisThread().files), memory_before_(OfThisThread().memory) {}
+
+void GdalFaults::ThrowIfAny() const {
+  if (OfThisThread().files > files_before_) throw EnvironmentError(OfThisThread().what);
+  if (OutOfMemory()) ThrowIfMachineIsShort();
+}
+
+bool GdalFaults::OutOfMemory() const { return OfThisThread().memory > memory_before_; }
+
+}  // namespace orient

@@ -1,0 +1,216 @@
+// The four files of what people measured and decided.
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include <algorithm>
+#include <array>
+#include <filesystem>
+#include <set>
+#include <stdexcept>
+
+#include "core/base/atomic_write.h"
+#include "core/base/csv_cell.h"
+#include "core/base/error.h"
+#include "core/base/table_text.h"
+#include "core/base/trimmed.h"
+#include "core/measurements/measurements.h"
+
+namespace orient {
+namespace {
+namespace fs = std::filesystem;
+
+std::string PathIn(const std::string& folder, const char* file) {
+  return (fs::path(folder) / file).string();
+}
+
+SaidBy Said(const NamedTable& table) { return {table.Text("by"), table.Text("when")}; }
+
+// What was said already, so that nothing is said twice.
+class SaidOnce {
+ public:
+  // Throws InputError at this cell, where the key was there before.
+  void Add(const NamedTable& table, const std::string& column, const std::string& key,
+           const std::string& what) {
+    if (!keys_.insert(key).second)
+      table.Fail(column, what + " a second time; keep one of the lines");
+  }
+
+ private:
+  std::set<std::string> keys_;
+};
+
+std::vector<MarkMeasurement> ReadMarks(const std::string& path) {
+  NamedTable table(path, {"photo", "mark", "col", "row", "sigma"}, {"exact", "by", "when"});
+  std::vector<MarkMeasurement> marks;
+  SaidOnce once;
+  while (table.Next()) {
+    MarkMeasurement mark;
+    mark.photo = table.Name("photo");
+    mark.mark = table.Name("mark");
+    once.Add(table, "mark", mark.photo + "\n" + mark.mark,
+             fmt::format("mark {} of photo {} is measured", mark.mark, mark.photo));
+    mark.pixel = {table.Number("col"), table.Number("row")};
+    mark.sigma_px = table.PositiveNumber("sigma");
+    const std::string exact = table.Text("exact");
+    if (!exact.empty() && exact != "yes" && exact != "no")
+      table.Fail("exact", fmt::format("exact is \"{}\"; it must be yes or no", exact));
+    mark.exact = exact == "yes";
+    mark.said = Said(table);
+    marks.push_back(std::move(mark));
+  }
+  return marks;
+}
+
+std::vector<ImagePointMeasurement> ReadImagePoints(const std::string& path) {
+  NamedTable table(path, {"photo", "point", "sigma"}, {"col", "row", "x_mm", "y_mm", "by", "when"});
+  const bool in_pixels = table.Has("col") && table.Has("row");
+  if (in_pixels == (table.Has("x_mm") && table.Has("y_mm")) ||
+      table.Has("col") != table.Has("row") || table.Has("x_mm") != table.Has("y_mm"))
+    throw InputError(path +
+                     ", line 1: give either the columns col,row (pixels of the scan) or x_mm,y_mm "
+                     "(photo system)");
+  std::vector<ImagePointMeasurement> points;
+  SaidOnce once;
+  while (table.Next()) {
+    ImagePointMeasurement seen;
+    seen.photo = table.Name("photo");
+    seen.point = table.Name("point");
+    once.Add(table, "point", seen.photo + "\n" + seen.point,
+             fmt::format("point {} of photo {} is measured", seen.point, seen.photo));
+    if (in_pixels)
+      seen.pixel = {table.Number("col"), table.Number("row")};
+    else
+      seen.photo_mm = {table.Number("x_mm"), table.Number("y_mm")};
+    seen.sigma = table.PositiveNumber("sigma");
+    points.push_back(std::move(seen));
+  }
+  return points;
+}
+
+std::vector<GroundPoint> ReadPoints(const std::string& path) {
+  NamedTable table(path, {"point", "x", "y", "z", "sigma_x", "sigma_y", "sigma_z", "role"},
+                   {"by", "when"});
+  std::vector<GroundPoint> points;
+  SaidOnce once;
+  while (table.Next()) {
+    GroundPoint point;
+    point.name = table.Name("point");
+    once.Add(table, "point", point.name, fmt::format("point {} is given", point.name));
+    point.ground_m = {table.Number("x"), table.Number("y"), table.Number("z")};
+    point.sigma_m = {table.PositiveNumber("sigma_x"), table.PositiveNumber("sigma_y"),
+                     table.PositiveNumber("sigma_z")};
+    const std::string role = table.Text("role");
+    if (role != "control" && role != "check")
+      table.Fail("role", fmt::format("role is \"{}\"; it must be control or check", role));
+    point.role = role == "check" ? PointRole::kCheck : PointRole::kControl;
+    points.push_back(std::move(point));
+  }
+  return points;
+}
+
+DecisionKind KindIn(const NamedTable& table) {
+  const std::string name = table.Text("decision");
+  for (int kind = 0; kind <= static_cast<int>(DecisionKind::kPixelSize); ++kind)
+    if (Name(static_cast<DecisionKind>(kind)) == name) return static_cast<DecisionKind>(kind);
+  table.Fail("decision", fmt::format("the decision is \"{}\"; it must be accept, reject, "
+                                     "orientation, polarity, camera or pixel_size",
+                                     name));
+}
+
+std::vector<Decision> ReadDecisions(const std::string& path) {
+  NamedTable table(path, {"photo", "decision", "value", "reason"}, {"by", "when"});
+  std::vector<Decision> decisions;
+  SaidOnce once;
+  while (table.Next()) {
+    Decision decision;
+    decision.photo = table.Name("photo");
+    decision.kind = KindIn(table);
+    decision.value = table.Text("value");
+    decision.reason = table.Text("reason");
+    decision.said = Said(table);
+    if (const std::string why = WhyNoDecision(decision.kind, decision.value); !why.empty())
+      table.Fail("value", fmt::format("the value \"{}\" {}", decision.value, why));
+    const bool verdict =
+        decision.kind == DecisionKind::kAccept || decision.kind == DecisionKind::kReject;
+    once.Add(table, "decision",
+             decision.photo + "\n" + (verdict ? "verdict" : std::string(Name(decision.kind))),
+             fmt::format("{} is decided on photo {}",
+                         verdict ? "accept or reject" : std::string(Name(decision.kind)),
+                         decision.photo));
+    decisions.push_back(std::move(decision));
+  }
+  return decisions;
+}
+
+// Of pixels, millimetres and metres: finer than anybody measures.
+std::string Text(double value) { return fmt::format("{:.12g}", value); }
+
+// Not taken for a comment, nor trimmed.
+std::string Cell(const std::string& text) {
+  const std::string cell = CsvCell(text);
+  const bool bare = !cell.starts_with('"');
+  const bool quotes = text.starts_with('#') || Trimmed(text) != text;
+  return bare && quotes ? "\"" + cell + "\"" : cell;
+}
+
+std::string Ending(const SaidBy& said) {
+  return "," + Cell(said.by) + "," + Cell(said.when) + "\n";
+}
+
+}  // namespace
+
+Measurements ReadMeasurements(const std::string& folder) {
+  const std::array files = {kMarksFile, kImagePointsFile, kPointsFile, kDecisionsFile};
+  std::error_code ignored;
+  const auto there = [&](const char* file) { return fs::exists(PathIn(folder, file), ignored); };
+  if (std::none_of(files.begin(), files.end(), there))
+    throw InputError(fmt::format("{} holds none of the files {}", folder, fmt::join(files, ", ")));
+  Measurements all;
+  all.folder = folder;
+  if (there(kMarksFile)) all.marks = ReadMarks(PathIn(folder, kMarksFile));
+  if (there(kImagePointsFile)) all.image_points = ReadImagePoints(PathIn(folder, kImagePointsFile));
+  if (there(kPointsFile)) all.points = ReadPoints(PathIn(folder, kPointsFile));
+  if (there(kDecisionsFile)) all.decisions = ReadDecisions(PathIn(folder, kDecisionsFile));
+  return all;
+}
+
+void WriteMarks(const std::string& folder, const std::vector<MarkMeasurement>& marks) {
+  std::string text = "photo,mark,col,row,sigma,exact,by,when\n";
+  for (const MarkMeasurement& mark : marks)
+    text += fmt::format("{},{},{},{},{},{}{}", Cell(mark.photo), Cell(mark.mark),
+                        Text(mark.pixel.x()), Text(mark.pixel.y()), Text(mark.sigma_px),
+                        mark.exact ? "yes" : "no", Ending(mark.said));
+  WriteFileAtomically(PathIn(folder, kMarksFile), text);
+}
+
+void WriteImagePoints(const std::string& folder, const std::vector<ImagePointMeasurement>& points) {
+  const bool in_mm = !points.empty() && points.front().photo_mm;
+  std::string text = in_mm ? "photo,point,x_mm,y_mm,sigma\n" : "photo,point,col,row,sigma\n";
+  for (const ImagePointMeasurement& seen : points) {
+    const auto& at = in_mm ? seen.photo_mm : seen.pixel;
+    if (!at) throw std::invalid_argument("WriteImagePoints: pixels and millimetres in one table");
+    text += fmt::format("{},{},{},{},{}\n", Cell(seen.photo), Cell(seen.point), Text(at->x()),
+                        Text(at->y()), Text(seen.sigma));
+  }
+  WriteFileAtomically(PathIn(folder, kImagePointsFile), text);
+}
+
+void WritePoints(const std::string& folder, const std::vector<GroundPoint>& points) {
+  std::string text = "point,x,y,z,sigma_x,sigma_y,sigma_z,role\n";
+  for (const GroundPoint& point : points)
+    text += fmt::format("{},{},{},{},{},{},{},{}\n", Cell(point.name), Text(point.ground_m.x()),
+                        Text(point.ground_m.y()), Text(point.ground_m.z()), Text(point.sigma_m.x()),
+                        Text(point.sigma_m.y()), Text(point.sigma_m.z()),
+                        point.role == PointRole::kCheck ? "check" : "control");
+  WriteFileAtomically(PathIn(folder, kPointsFile), text);
+}
+
+void WriteDecisions(const std::string& folder, const std::vector<Decision>& decisions) {
+  std::string text = "photo,decision,value,reason,by,when\n";
+  for (const Decision& one : decisions)
+    text += fmt::format("{},{},{},{}{}", Cell(one.photo), Name(one.kind), Cell(one.value),
+                        Cell(one.reason), Ending(one.said));
+  WriteFileAtomically(PathIn(folder, kDecisionsFile), text);
+}
+
+}  // namespace orient

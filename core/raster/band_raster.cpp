@@ -1,0 +1,123 @@
+#include "core/raster/band_raster.h"
+
+#include <gdal_priv.h>
+
+#include <cstdlib>
+#include <mutex>
+#include <utility>
+
+#include "core/base/error.h"
+#include "core/base/open_dataset.h"
+#include "core/raster/raster.h"
+#include "core/raster/reading_errors.h"
+#include "core/raster/window_reader.h"
+
+namespace orient {
+namespace {
+
+int BitsOf(GDALRasterBand* band) {
+  const char* bits = band->GetMetadataItem("NBITS", "IMAGE_STRUCTURE");
+  if (bits != nullptr && std::atoi(bits) > 0) return std::atoi(bits);
+  return GDALGetDataTypeSizeBits(band->GetRasterDataType());
+}
+
+void RequireUsable(GDALDataset* dataset, const std::string& path) {
+  const GDALDataType type = dataset->GetRasterBand(1)->GetRasterDataType();
+  for (int i = 1; i <= dataset->GetRasterCount(); ++i) {
+    GDALRasterBand* band = dataset->GetRasterBand(i);
+    if (band->GetColorTable() != nullptr)
+      throw InputError(path + ": has a palette, whose values cannot be interpolated; convert it " +
+                       "with gdal_translate -expand rgb (or gray)");
+    if (band->GetRasterDataType() != type)
+      throw InputError(path + ": its bands are of different types; convert it with gdal_translate");
+  }
+  if (type != GDT_Byte && type != GDT_UInt16 && type != GDT_Int16 && type != GDT_Float32)
+    throw InputError(path + ": holds values of the type " + GDALGetDataTypeName(type) +
+                     "; convert it with gdal_translate -ot UInt16 (or Float32)");
+}
+
+}  // namespace
+
+struct BandRaster::Impl {
+  std::string path;
+  mutable std::mutex mutex;  // GDAL datasets are not for two threads at a time
+  GDALDatasetUniquePtr dataset;
+  BandFormat format;
+  bool white_is_zero = false;
+  std::unique_ptr<WindowReader> windows;
+
+  // Closing may speak too.
+  ~Impl() {
+    const ReadingErrors errors;
+    windows.reset();
+    dataset.reset();
+  }
+
+  [[noreturn]] void Fail(const std::string& why) const {
+    throw InputError(path + ": cannot be read (" + why +
+                     "); the file is damaged or truncated: copy or scan it again");
+  }
+};
+
+BandRaster::BandRaster(std::unique_ptr<Impl> impl) : impl_(std::move(impl)) {}
+BandRaster::BandRaster(BandRaster&&) noexcept = default;
+BandRaster& BandRaster::operator=(BandRaster&&) noexcept = default;
+BandRaster::~BandRaster() = default;
+
+BandRaster BandRaster::Open(const std::string& path) {
+  static_cast<void>(Raster::OpenScan(path));  // says what is wrong with it, if anything
+  const ReadingErrors errors;
+  auto impl = std::make_unique<Impl>();
+  impl->path = path;
+  impl->dataset = OpenRasterDataset(path);
+  if (impl->dataset == nullptr) throw InputError(path + ": cannot be opened a second time");
+  GDALDataset* dataset = impl->dataset.get();
+  RequireUsable(dataset, path);
+  GDALRasterBand* first = dataset->GetRasterBand(1);
+  const int count = dataset->GetRasterCount();
+  impl->format = {count, first->GetRasterDataType(), BitsOf(first), {}};
+  std::vector<GDALRasterBand*> bands;
+  for (int i = 1; i <= count; ++i) {
+    bands.push_back(dataset->GetRasterBand(i));
+    impl->format.colours.push_back(bands.back()->GetColorInterpretation());
+  }
+  const bool inverted = dataset->GetMetadataItem("MINISWHITE", "IMAGE_STRUCTURE") != nullptr ||
+                        first->GetMetadataItem("MINISWHITE", "IMAGE_STRUCTURE") != nullptr;
+  impl->white_is_zero = inverted && count == 1 && GDALDataTypeIsInteger(first->GetRasterDataType());
+  impl->windows = std::make_unique<WindowReader>(dataset, bands);
+  return BandRaster(std::move(impl));
+}
+
+int BandRaster::Width() const { return impl_->dataset->GetRasterXSize(); }
+int BandRaster::Height() const { return impl_->dataset->GetRasterYSize(); }
+const BandFormat& BandRaster::Format() const { return impl_->format; }
+
+std::string BandRaster::Metadata(const std::string& name) const {
+  const std::lock_guard lock(impl_->mutex);
+  const char* value = impl_->dataset->GetMetadataItem(name.c_str());
+  return value == nullptr ? std::string() : std::string(value);
+}
+
+std::vector<Image> BandRaster::Read(const PixelWindow& window) const {
+  const std::lock_guard lock(impl_->mutex);
+  std::vector<Image> bands;
+  for (std::size_t band = 0; band < impl_->format.colours.size(); ++band) {
+    Image& image = bands.emplace_back(window.width, window.height);
+    if (const auto why = impl_->windows->Read(band, window, image.values.data())) impl_->Fail(*why);
+    const float white = static_cast<float>((1 << impl_->format.bits) - 1);
+    if (impl_->white_is_zero)
+      for (float& value : image.values) value = white - value;
+  }
+  return bands;
+}
+
+std::vector<std::uint8_t> BandRaster::ReadMask(const PixelWindow& window) const {
+  const std::lock_guard lock(impl_->mutex);
+  std::vector<std::uint8_t> mask(static_cast<std::size_t>(window.width) *
+                                 static_cast<std::size_t>(window.height));
+  GDALRasterBand* band = impl_->dataset->GetRasterBand(1)->GetMaskBand();
+  if (const auto why = ReadWindow(band, window, mask.data(), GDT_Byte)) impl_->Fail(*why);
+  return mask;
+}
+
+}  // namespace orient

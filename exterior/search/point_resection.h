@@ -1,0 +1,59 @@
+// A photo's pose from ground points that a person measured in it: wrong ones are found and named,
+// and never part of the pose.
+#pragma once
+
+#include <Eigen/Core>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "core/files/finding.h"
+#include "exterior/steps/photo_to_orient.h"
+
+namespace orient::exterior {
+
+struct MeasuredPoint {
+  std::string name;
+  Eigen::Vector3d ground_m = Eigen::Vector3d::Zero();
+  Eigen::Vector3d sigma_m = Eigen::Vector3d::Zero();
+  Eigen::Vector2d pixel = Eigen::Vector2d::Zero();
+  double sigma_px = 1;  // of each coordinate
+  bool control = true;  // false: compared with the pose, and no part of it
+};
+
+struct PointPose {
+  FilmPosition position;  // the one of the photo's that explains the points best
+  Pose pose;
+  Matrix6d covariance = Matrix6d::Zero();  // of the stated sigmas, larger where residuals are
+  std::vector<bool> used = {};             // of every point
+  // Measured - computed, of every point; NaN behind the camera.
+  std::vector<Eigen::Vector2d> residuals_px = {};
+  double least_redundancy = 0;  // of a used point's two coordinates together, 0..2
+  int Used() const;
+};
+
+struct PointResection {
+  std::optional<PointPose> found;  // empty: why, is the only finding
+  Findings findings;               // wrong points by name
+};
+
+// Without `prior` four points at least; five, to find a wrong one. With it three, and four. It is
+// asked only where the points alone do not tell which of them are wrong. Sets of points are
+// tested as a whole (chi-square, one in ten thousand); of several that pass without so many points,
+// the best is taken if it is beyond doubt, and none otherwise.
+PointResection ResectByPoints(const Camera& camera, const std::vector<FilmPosition>& positions,
+                              const std::optional<PosePrior>& prior,
+                              const std::vector<MeasuredPoint>& points);
+
+// How many points make a photo ok without patches.
+inline constexpr int kLeastPointsAlone = 6;
+
+// By points alone, where no patch tells more: ok with enough of them that check one another, and
+// a pose precise to `target_px` all over the frame (`worst_sigma_px`); otherwise weak.
+Finding JudgePointsAlone(const PointPose& pose, double worst_sigma_px, double target_px);
+
+// Which points lie elsewhere under a pose found by other means; absent: none does.
+std::optional<Finding> JudgePointsUnder(const PhotoView& view, const Matrix6d& covariance,
+                                        const std::vector<MeasuredPoint>& points);
+
+}  // namespace orient::exterior

@@ -1,0 +1,167 @@
+#include "ortho/mosaic.h"
+
+#include <algorithm>
+#include <limits>
+#include <optional>
+#include <utility>
+
+#include "core/base/error.h"
+#include "core/base/side_by_side.h"
+#include "core/raster/band_raster.h"
+#include "ortho/new_cog.h"
+
+namespace orient::ortho {
+namespace {
+
+struct OpenPart {
+  const MosaicPart& part;
+  BandRaster raster;
+};
+
+std::vector<OpenPart> Open(const std::vector<MosaicPart>& parts) {
+  if (parts.empty()) throw InputError("no orthophoto to make a mosaic of");
+  std::vector<OpenPart> open;
+  for (const MosaicPart& part : parts) {
+    open.push_back({part, BandRaster::Open(part.path)});
+    const MosaicPart& first = parts.front();
+    if (open.back().raster.Format() != open.front().raster.Format())
+      throw InputError(first.path + " and " + part.path +
+                       " differ in bands or bits and make no mosaic; make one of each kind");
+    if (part.grid.gsd_m != first.grid.gsd_m)
+      throw InputError(first.path + " and " + part.path +
+                       " differ in their pixel size; make them anew with one --gsd-m");
+  }
+  return open;
+}
+
+MapGrid Around(const std::vector<MosaicPart>& parts) {
+  MapGrid all = parts.front().grid;
+  std::int64_t east = all.west + all.width, south = all.north - all.height;
+  for (const MosaicPart& part : parts) {
+    const MapGrid& grid = part.grid;
+    all.west = std::min(all.west, grid.west);
+    all.north = std::max(all.north, grid.north);
+    east = std::max(east, grid.west + grid.width);
+    south = std::min(south, grid.north - grid.height);
+  }
+  all.width = static_cast<int>(east - all.west);
+  all.height = static_cast<int>(all.north - south);
+  return all;
+}
+
+// The part of `window` (of `all`) that lies in `grid`, in the latter's pixels.
+PixelWindow InGrid(const MapGrid& all, const PixelWindow& window, const MapGrid& grid) {
+  const int right = static_cast<int>(all.west - grid.west),
+            down = static_cast<int>(grid.north - all.north);
+  const int left = std::max(window.col + right, 0), top = std::max(window.row + down, 0);
+  return {left, top, std::min(window.col + right + window.width, grid.width) - left,
+          std::min(window.row + down + window.height, grid.height) - top};
+}
+
+// The index into `parts` of each polygon's photo.
+std::vector<int> PartsOf(const Seamlines& seamlines, const std::vector<MosaicPart>& parts) {
+  std::vector<int> indices;
+  for (const std::string& photo : seamlines.Photos()) {
+    const auto part = std::find_if(parts.begin(), parts.end(),
+                                   [&](const MosaicPart& one) { return one.name == photo; });
+    if (part == parts.end())
+      throw InputError("the seamlines name the photo " + photo +
+                       ", of which there is no orthophoto; delete its polygon or add the photo");
+    indices.push_back(static_cast<int>(part - parts.begin()));
+  }
+  return indices;
+}
+
+class MosaicTile {
+ public:
+  MosaicTile(const MapGrid& all, const PixelWindow& window, int bands)
+      : all_(all),
+        window_(window),
+        values_(static_cast<std::size_t>(bands), Image(window.width, window.height)),
+        mask_(Size(), 0),
+        rank_(Size(), std::numeric_limits<double>::infinity()) {}
+
+  // As the seamlines say everywhere.
+  bool Complete() const {
+    return std::all_of(rank_.begin(), rank_.end(), [](double rank) { return rank < 0; });
+  }
+
+  // Takes of the part, number `index`, what has been seen from nowhere nearer by.
+  void Add(const OpenPart& open, int index, const std::vector<int>& chosen) {
+    const MapGrid& grid = open.part.grid;
+    const PixelWindow from = InGrid(all_, window_, grid);
+    if (from.width <= 0 || from.height <= 0) return;
+    const std::vector<std::uint8_t> mask = open.raster.ReadMask(from);
+    if (std::none_of(mask.begin(), mask.end(), [](std::uint8_t one) { return one != 0; })) return;
+    const std::vector<Image> values = open.raster.Read(from);
+    const int left = static_cast<int>(from.col + grid.west - all_.west - window_.col);
+    const int top = static_cast<int>(from.row + all_.north - grid.north - window_.row);
+    for (int row = 0; row < from.height; ++row)
+      for (int col = 0; col < from.width; ++col) {
+        if (mask[static_cast<std::size_t>(row) * from.width + col] == 0) continue;
+        const std::size_t to = static_cast<std::size_t>(top + row) * window_.width + left + col;
+        const Eigen::Vector2d at = grid.GroundFromPixel(from.col + col + 0.5, from.row + row + 0.5);
+        const double rank = chosen[to] == index ? -1 : (at - open.part.nadir_m).squaredNorm();
+        if (!(rank < rank_[to])) continue;
+        rank_[to] = rank;
+        mask_[to] = 255;
+        for (std::size_t band = 0; band < values.size(); ++band)
+          values_[band].values[to] = values[band].At(col, row);
+      }
+  }
+
+  void WriteTo(NewCog* file) const {
+    if (std::any_of(mask_.begin(), mask_.end(), [](std::uint8_t one) { return one != 0; }))
+      file->Write(window_, values_, mask_);
+  }
+
+ private:
+  std::size_t Size() const {
+    return static_cast<std::size_t>(window_.width) * static_cast<std::size_t>(window_.height);
+  }
+
+  const MapGrid& all_;
+  PixelWindow window_;
+  std::vector<Image> values_;
+  std::vector<std::uint8_t> mask_;
+  std::vector<double> rank_;  // of what is shown: -1 as the seamlines say, else by its nadir
+};
+
+void DrawTile(const std::vector<OpenPart>& open, const std::vector<int>& chosen, MosaicTile* tile) {
+  const auto is_chosen = [&](int index) {
+    return std::find(chosen.begin(), chosen.end(), index) != chosen.end();
+  };
+  for (int i = 0; i < static_cast<int>(open.size()); ++i)
+    if (is_chosen(i)) tile->Add(open[static_cast<std::size_t>(i)], i, chosen);
+  if (tile->Complete()) return;
+  for (int i = 0; i < static_cast<int>(open.size()); ++i)
+    if (!is_chosen(i)) tile->Add(open[static_cast<std::size_t>(i)], i, chosen);
+}
+
+}  // namespace
+
+MapGrid MakeMosaic(const std::vector<MosaicPart>& parts, const Seamlines& seamlines, const Crs& crs,
+                   const std::map<std::string, std::string>& metadata, int threads,
+                   const std::string& path, ProgressListener* listener) {
+  const std::vector<OpenPart> open = Open(parts);
+  const std::vector<int> part_of_polygon = PartsOf(seamlines, parts);
+  const MapGrid all = Around(parts);
+  const BandFormat& format = open.front().raster.Format();
+  NewCog file(path, format, all, crs);
+  const std::vector<PixelWindow> tiles = TilesOf(all);
+  ProgressTask progress(listener, "mosaic", static_cast<int>(tiles.size()));
+  const auto draw = [&](std::size_t i) {
+    std::vector<int> chosen = seamlines.PhotoAt(all, tiles[i]);
+    for (int& polygon : chosen)
+      if (polygon >= 0) polygon = part_of_polygon[static_cast<std::size_t>(polygon)];
+    MosaicTile tile(all, tiles[i], format.bands);
+    DrawTile(open, chosen, &tile);
+    tile.WriteTo(&file);
+    progress.Advance();
+  };
+  OnThreads(threads, [&] { SideBySide(tiles.size(), draw); });
+  file.Finish(metadata, threads);
+  return all;
+}
+
+}  // namespace orient::ortho

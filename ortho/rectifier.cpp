@@ -1,0 +1,171 @@
+#include "ortho/rectifier.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "core/raster/resample.h"
+#include "core/terrain/footprint.h"
+
+namespace orient::ortho {
+namespace {
+
+using Eigen::Vector2d;
+using Eigen::Vector3d;
+
+constexpr double kAverage = 1.2;  // scan pixels per map pixel from which on areas are averaged
+
+std::size_t SizeOf(const PixelWindow& window) {
+  return static_cast<std::size_t>(window.width) * static_cast<std::size_t>(window.height);
+}
+
+// The part of the scan that interpolation at the places seen needs; of no width where there is
+// none.
+PixelWindow ScanWindow(const Rectifier::Places& places, double factor, const BandRaster& scan) {
+  Bounds bounds = Bounds::OfNothing();
+  for (std::size_t i = 0; i < places.shown.size(); ++i)
+    if (places.shown[i] == Shown::kSeen)
+      bounds.Include(places.scan_px[i].x(), places.scan_px[i].y());
+  if (bounds.min_x > bounds.max_x) return {};
+  const double margin = 3 * std::max(1.0, factor);
+  const auto clipped = [](double value, int size) {
+    return static_cast<int>(std::clamp(value, 0.0, static_cast<double>(size)));
+  };
+  PixelWindow window;
+  window.col = clipped(std::floor(bounds.min_x - margin), scan.Width());
+  window.row = clipped(std::floor(bounds.min_y - margin), scan.Height());
+  window.width = clipped(std::ceil(bounds.max_x + margin), scan.Width()) - window.col;
+  window.height = clipped(std::ceil(bounds.max_y + margin), scan.Height()) - window.row;
+  return window;
+}
+
+// Scan pixels between two neighbouring pixels of the window, the mean over it.
+double Reduction(const Rectifier::Places& places, const PixelWindow& window) {
+  double sum = 0;
+  int count = 0;
+  constexpr int kStep = 16;
+  for (int row = 0; row < window.height; row += kStep)
+    for (int col = 0; col + 1 < window.width; col += kStep) {
+      const std::size_t i = static_cast<std::size_t>(row) * window.width + col;
+      if (places.shown[i] != Shown::kSeen || places.shown[i + 1] != Shown::kSeen) continue;
+      sum += (places.scan_px[i + 1] - places.scan_px[i]).norm();
+      ++count;
+    }
+  return count == 0 ? 1 : sum / count;
+}
+
+// Interpolation overshoots.
+float Clamped(const BandFormat& format, float value, bool negative) {
+  constexpr int kFirstSigned = 3;  // GDT_Int16 and what follows
+  if (format.type >= kFirstSigned) return value;
+  const float most = static_cast<float>((1 << format.bits) - 1);
+  return std::clamp(negative ? most - value : value, 0.0f, most);
+}
+
+}  // namespace
+
+Rectifier::Rectifier(const PhotoView& view, const GroundSurface& surface, const BandRaster& scan,
+                     const RectifierOptions& options)
+    : surface_(surface),
+      scan_(scan),
+      negative_(options.negative),
+      centre_m_(view.pose.position_m),
+      photo_from_ground_(view.pose.GroundFromPhoto().transpose()),
+      principal_distance_mm_(view.camera.principal_distance_mm),
+      table_(view, options.border_mm, options.marks),
+      hidden_(surface, view.pose.position_m) {}
+
+Rectifier::Places Rectifier::PlacesOf(const MapGrid& grid, const PixelWindow& window) const {
+  Places places{std::vector<Vector2d>(SizeOf(window)),
+                std::vector<Shown>(SizeOf(window), Shown::kNothing)};
+  std::vector<double> heights(SizeOf(window));
+  std::size_t i = 0;
+  for (int row = 0; row < window.height; ++row)
+    for (int col = 0; col < window.width; ++col, ++i) {
+      const Vector2d at = grid.GroundFromPixel(window.col + col + 0.5, window.row + row + 0.5);
+      const auto height = surface_.HeightAt(at.x(), at.y());
+      if (!height) continue;
+      const Vector3d d = photo_from_ground_ * (Vector3d(at.x(), at.y(), *height) - centre_m_);
+      if (!(d.z() < 0)) continue;
+      const auto pixel = table_.PixelOf(d.head<2>() * (-principal_distance_mm_ / d.z()));
+      if (!pixel) continue;
+      places.scan_px[i] = *pixel;
+      places.shown[i] = Shown::kSeen;
+      heights[i] = *height;
+    }
+  if (hidden_.MayHide(grid.BoundsOf(window))) MarkHidden(grid, window, heights, &places);
+  return places;
+}
+
+// As finely as half the surface's cells: it knows no more.
+void Rectifier::MarkHidden(const MapGrid& grid, const PixelWindow& window,
+                           const std::vector<double>& heights, Places* places) const {
+  const int step = std::max(1, static_cast<int>(0.5 * surface_.CellSize() / grid.gsd_m));
+  const auto index = [&](int col, int row) {
+    return static_cast<std::size_t>(row) * window.width + col;
+  };
+  // Blocks begin at multiples of the step, whatever the window.
+  for (int top = -(window.row % step); top < window.height; top += step)
+    for (int left = -(window.col % step); left < window.width; left += step) {
+      const int row = std::clamp(top + step / 2, 0, window.height - 1);
+      const int col = std::clamp(left + step / 2, 0, window.width - 1);
+      if (places->shown[index(col, row)] == Shown::kNothing) continue;
+      const Vector2d at = grid.GroundFromPixel(window.col + col + 0.5, window.row + row + 0.5);
+      if (!hidden_.Hides({at.x(), at.y(), heights[index(col, row)]})) continue;
+      for (int r = std::max(top, 0); r < std::min(top + step, window.height); ++r)
+        for (int c = std::max(left, 0); c < std::min(left + step, window.width); ++c)
+          if (Shown& shown = places->shown[index(c, r)]; shown == Shown::kSeen)
+            shown = Shown::kHidden;
+    }
+}
+
+OrthoTile Rectifier::Draw(const MapGrid& grid, const PixelWindow& window) const {
+  const Places places = PlacesOf(grid, window);
+  OrthoTile tile{window, {}, places.shown};
+  const double factor = Reduction(places, window);
+  const PixelWindow from = ScanWindow(places, factor, scan_);
+  tile.values.assign(static_cast<std::size_t>(scan_.Format().bands),
+                     Image(window.width, window.height));
+  if (from.width <= 0 || from.height <= 0) {
+    std::replace(tile.shown.begin(), tile.shown.end(), Shown::kSeen, Shown::kNothing);
+    return tile;
+  }
+  const double scale = factor > kAverage ? factor : 1;
+  std::vector<Image> parts = scan_.Read(from);
+  for (std::size_t band = 0; band < parts.size(); ++band) {
+    const Image part = scale > 1 ? ReduceBy(parts[band], scale) : std::move(parts[band]);
+    Image& values = tile.values[band];
+    for (std::size_t i = 0; i < tile.shown.size(); ++i) {
+      if (places.shown[i] != Shown::kSeen) continue;
+      const float value =
+          SampleBicubic(part, (places.scan_px[i] - Vector2d(from.col, from.row)) / scale);
+      if (std::isfinite(value))
+        values.values[i] = Clamped(scan_.Format(), value, negative_);
+      else
+        tile.shown[i] = Shown::kNothing;  // beside the scan
+    }
+  }
+  return tile;
+}
+
+std::optional<Bounds> ShownGround(const PhotoView& view, const GroundSurface& surface) {
+  const auto most =
+      FootprintBounds(view.camera, view.pose, surface.MinHeight(), surface.MaxHeight());
+  const Bounds extent = surface.Extent();
+  Bounds shown = most.value_or(extent);
+  const std::vector<Vector3d> outline = Footprint(view, surface);
+  if (!outline.empty()) {
+    Bounds seen = Bounds::OfNothing();
+    for (const Vector3d& point : outline) seen.Include(point.x(), point.y());
+    // Between the outline's points relief may reach out.
+    const double margin = 0.05 * std::max(seen.max_x - seen.min_x, seen.max_y - seen.min_y);
+    shown = {std::max(shown.min_x, seen.min_x - margin), std::max(shown.min_y, seen.min_y - margin),
+             std::min(shown.max_x, seen.max_x + margin),
+             std::min(shown.max_y, seen.max_y + margin)};
+  }
+  shown = {std::max(shown.min_x, extent.min_x), std::max(shown.min_y, extent.min_y),
+           std::min(shown.max_x, extent.max_x), std::min(shown.max_y, extent.max_y)};
+  if (shown.Empty()) return std::nullopt;
+  return shown;
+}
+
+}  // namespace orient::ortho

@@ -1,0 +1,104 @@
+#include "core/base/gdal_faults.h"
+
+#include <cpl_error.h>
+#include <fcntl.h>
+#include <gdal_priv.h>
+#include <gtest/gtest.h>
+#include <sys/resource.h>
+#include <unistd.h>
+
+#include "core/base/atomic_write.h"
+#include "core/base/environment_error.h"
+#include "core/base/open_dataset.h"
+#include "core/base/quiet_gdal.h"
+#include "core/raster/raster.h"
+#include "tests/support/expect_error.h"
+#include "tests/support/shared_data.h"
+
+namespace orient {
+namespace {
+
+// With an overview in a file of its own, of another grey value.
+void WriteTiff(const std::string& path) {
+  RegisterGdalDrivers();
+  GDALDriver* driver = GetGDALDriverManager()->GetDriverByName("GTiff");
+  GDALDatasetUniquePtr file(driver->Create(path.c_str(), 512, 512, 1, GDT_Byte, nullptr));
+  ASSERT_NE(file, nullptr);
+  file.reset();
+  file.reset(GDALDataset::Open(path.c_str(), GDAL_OF_RASTER | GDAL_OF_READONLY));
+  ASSERT_NE(file, nullptr);
+  int half = 2;
+  ASSERT_EQ(file->BuildOverviews("AVERAGE", 1, &half, 0, nullptr, nullptr, nullptr), CE_None);
+  file.reset(GDALDataset::Open((path + ".ovr").c_str(), GDAL_OF_RASTER | GDAL_OF_UPDATE));
+  ASSERT_NE(file, nullptr);
+  file->GetRasterBand(1)->Fill(9);
+}
+
+// `count` files may be opened further.
+class FewFiles {
+ public:
+  explicit FewFiles(rlim_t count) {
+    const int next = open("/dev/null", O_RDONLY);
+    close(next);
+    getrlimit(RLIMIT_NOFILE, &before_);
+    const rlimit few{static_cast<rlim_t>(next) + count, before_.rlim_max};
+    setrlimit(RLIMIT_NOFILE, &few);
+  }
+  ~FewFiles() { setrlimit(RLIMIT_NOFILE, &before_); }
+  FewFiles(const FewFiles&) = delete;
+  FewFiles& operator=(const FewFiles&) = delete;
+
+ private:
+  rlimit before_{};
+};
+
+TEST(GdalFaults, ARasterIsNotOpenedWithoutTheOverviewsThatItHas) {
+  const TemporaryFolder folder;
+  WriteTiff(folder / "a.tif");
+  int refused = 0;
+  for (rlim_t count = 0; count < 4; ++count) {
+    const FewFiles few(count);
+    try {
+      const Raster raster = Raster::Open(folder / "a.tif");
+      EXPECT_EQ(raster.ReadGrey({0, 0, 64, 64}, 2).image.At(5, 5), 9) << count;
+    } catch (const EnvironmentError& error) {
+      EXPECT_NE(std::string(error.what()).find("a.tif"), std::string::npos);
+      ++refused;
+    }
+  }
+  EXPECT_GT(refused, 1);
+  EXPECT_LT(refused, 4);
+}
+
+TEST(GdalFaults, AFileThatIsAbsentOrAFolderIsNone) {
+  const TemporaryFolder folder;
+  const QuietGdal quiet;
+  EXPECT_EQ(OpenRasterDataset(folder / "absent.tif"), nullptr);
+  EXPECT_EQ(OpenRasterDataset(folder / ""), nullptr);
+  quiet.ThrowFaults();
+}
+
+TEST(GdalFaults, WhatHadNoMemoryIsDoneOnceMore) {
+  int tries = 0;
+  const auto work = [&tries](int failures) {
+    return [&tries, failures] {
+      if (++tries <= failures) NoteGdalError(CPLE_AppDefined, "No space for tile buffer");
+      return tries;
+    };
+  };
+  EXPECT_EQ(Watched(work(0)), 1);
+  tries = 0;
+  EXPECT_EQ(Watched(work(1)), 2);
+  tries = 0;
+  EXPECT_EQ(Watched(work(9)), 2) << "there is memory: the file asks for too much";
+}
+
+TEST(GdalFaults, OfBeforeDoNotCount) {
+  NoteGdalError(CPLE_OutOfMemory, "");
+  const GdalFaults faults;
+  EXPECT_FALSE(faults.OutOfMemory());
+  faults.ThrowIfAny();
+}
+
+}  // namespace
+}  // namespace orient

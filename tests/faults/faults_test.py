@@ -1,0 +1,136 @@
+#!/usr/bin/env python3
+"""CTest `faults` (quick) and `faults_all` (slow): the machine fails at the n-th call.
+
+    faults_test.py ORIENT INJECTOR [--every] [--only COMMAND] [--kind KIND] [--at N] [--threads N]
+
+Every command that reads or writes files runs undisturbed and then again and again with one call that
+fails (injector.cpp), or all from one on ("write+"): every one with --every, else one of most kinds. Then
+the exit code is as documented and the message names a file; nothing false is there and nothing that
+does not belong there; the same command, run again, gives the undisturbed result to the last byte. On
+one thread a case can be repeated with --only, --kind and --at. --processes: cases tried at a time.
+"""
+
+import argparse
+import collections
+import concurrent.futures
+import os
+import pathlib
+import sys
+import tempfile
+import zlib
+
+from world import World, holds_changes, is_log, without_times
+
+KINDS = ["write", "write+", "read", "memory"]
+DONE, BAD_INPUT, MACHINE = 0, 2, 4
+# Say that a run is to be continued.
+IN_PROGRESS = {"unfinished", "unfinished_simulation", "not_yet_learnt"}
+
+
+class Cases:
+    """The faults of one command in one copy of the world."""
+
+    def __init__(self, world, injector, name, threads, first_cpu=0):
+        self.world, self.injector, self.name = world, injector, name
+        self.cpus = {(first_cpu + i) % os.cpu_count() for i in range(threads)}
+        self.command = world.commands(threads)[name]
+        count = world.here.with_suffix(".count")
+        done = self.run("none", 0, count)
+        assert done.returncode == DONE, f"{name}: {done.stdout}{done.stderr}"
+        self.expected, self.said = world.result(), without_times(done.stdout)
+        self.calls = {kind: int(n) for kind, n in map(str.split, count.read_text().splitlines())}
+
+    def run(self, kind, at, count=None):
+        self.world.renew(self.command)
+        return self.world.run(self.command.words, self.injector, kind.rstrip("+"), at, kind.endswith("+"),
+                              count, self.cpus)
+
+    def chosen(self, kind, every):
+        calls = self.calls[kind.rstrip("+")]
+        if every:
+            return range(1, calls + 1)
+        chance = zlib.crc32(f"{self.name} {kind}".encode())
+        other = "write" if zlib.crc32(self.name.encode()) % 2 else "write+"
+        return [] if calls == 0 or kind == other else [chance % calls + 1]
+
+    def try_one(self, kind, at):
+        """The exit code, and what is wrong after the n-th call of this kind has failed."""
+        done = self.run(kind, at)
+        text = (done.stdout + done.stderr).strip()[-300:]
+        wrong = list(self.wrong_after(kind, done))
+        if done.returncode != DONE:
+            again = self.world.run([*self.command.words, *self.command.again], cpus=self.cpus)
+            if again.returncode != DONE:
+                wrong.append(f"cannot be repeated: {again.stderr.strip()[-300:]}")
+            wrong += [f"{file} is left in the end" for file in self.world.files() if is_log(file)]
+            wrong += [f"{file} differs in the end" for file in self.differing()]
+        return done.returncode, [f"{self.name}, {kind} {at}: {line} ({text})" for line in wrong]
+
+    def wrong_after(self, kind, done):
+        if done.returncode not in (DONE, BAD_INPUT, MACHINE):
+            yield f"exit code {done.returncode}"
+        if done.returncode != DONE and str(self.world.here) not in done.stderr \
+                and "memory" not in done.stderr:
+            yield "no file is named"
+        if "internal error" in done.stdout + done.stderr:
+            yield "an internal error"
+        for file in self.world.files() - self.expected.keys():
+            kept = done.returncode != DONE or kind == "write+" or not holds_changes(self.world.here / file)
+            if file.name not in IN_PROGRESS and not (is_log(file) and kept):
+                yield f"{file} is left"
+        if done.returncode == DONE:
+            yield from (f"exit code 0 and another {file}" for file in self.differing())
+            if without_times(done.stdout) != self.said:
+                yield "exit code 0 and another output"
+
+    def differing(self):
+        now = self.world.result()
+        return sorted(str(f) for f in now.keys() | self.expected.keys() if now.get(f) != self.expected.get(f))
+
+
+def work(asked, start, number):
+    """Every asked.processes-th case, beginning with `number`: (tried, wrong)."""
+    tried = wrong = place = 0
+    for name in [asked.only] if asked.only else World(asked.orient, start, start).commands(1):
+        cases = Cases(World(asked.orient, start, start.parent / f"here{number}"), asked.injector, name,
+                      asked.threads, number)
+        for kind in [asked.kind] if asked.kind else KINDS:
+            codes = collections.Counter()
+            for at in [asked.at] if asked.at else cases.chosen(kind, asked.every):
+                place += 1
+                if place % asked.processes != number:
+                    continue
+                code, lines = cases.try_one(kind, at)
+                codes[code] += 1
+                wrong += bool(lines)
+                for line in lines:
+                    print(line, flush=True)
+            tried += codes.total()
+            print(f"{name}, {kind}: {codes.total()} tried of {cases.calls[kind.rstrip('+')]}; exit codes "
+                  f"{dict(codes)}", flush=True)
+    return tried, wrong
+
+
+def main():
+    parser = argparse.ArgumentParser()
+    parser.add_argument("orient")
+    parser.add_argument("injector")
+    parser.add_argument("--every", action="store_true")
+    parser.add_argument("--only")
+    parser.add_argument("--kind")
+    parser.add_argument("--at", type=int)
+    parser.add_argument("--threads", type=int, default=1)
+    parser.add_argument("--processes", type=int, default=1)
+    asked = parser.parse_args()
+    with tempfile.TemporaryDirectory() as temporary:
+        start = pathlib.Path(temporary) / "start"
+        World(asked.orient, start, start).make()
+        with concurrent.futures.ThreadPoolExecutor(asked.processes) as pool:
+            done = list(pool.map(lambda number: work(asked, start, number), range(asked.processes)))
+    tried, wrong = (sum(column) for column in zip(*done))
+    print(f"{tried} faults, {wrong} wrong")
+    return 1 if wrong else 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())

@@ -1,0 +1,95 @@
+#!/usr/bin/env python3
+"""CTest `faults_network`: a scan that does not arrive is no photo's result.
+
+    network_test.py ORIENT
+
+A server in this process answers some requests for a scan and then fails, in one of two ways. `orient
+interior` ends with exit code 4 and stores nothing; with the server well again it gives the result that
+the file itself gives; a scan that is not there fails alone.
+"""
+
+import http.server
+import pathlib
+import re
+import subprocess
+import sys
+import tempfile
+import threading
+
+MACHINE, SOME_FAILED = 4, 3
+
+
+class Handler(http.server.BaseHTTPRequestHandler):
+    protocol_version = "HTTP/1.1"
+
+    def log_message(self, *_):
+        pass
+
+    def do_HEAD(self):
+        self.answer(False)
+
+    def do_GET(self):
+        self.answer(True)
+
+    def answer(self, with_body):
+        server = self.server
+        server.left -= 1
+        if server.left < 0 and server.drops:
+            self.close_connection = True
+            return self.connection.close()
+        path = server.folder / self.path.lstrip("/")
+        if server.left < 0 or not path.is_file():
+            return self.reply(503 if server.left < 0 else 404, b"", {}, True)
+        data = path.read_bytes()
+        asked = re.match(r"bytes=(\d+)-(\d+)", self.headers.get("Range", ""))
+        if not asked:
+            return self.reply(200, data, {}, with_body)
+        first, last = int(asked[1]), min(int(asked[2]), len(data) - 1)
+        head = {"Content-Range": f"bytes {first}-{last}/{len(data)}"}
+        return self.reply(206, data[first:last + 1], head, with_body)
+
+    def reply(self, code, body, head, with_body):
+        self.send_response(code)
+        for name, value in {**head, "Accept-Ranges": "bytes", "Content-Length": str(len(body))}.items():
+            self.send_header(name, value)
+        self.end_headers()
+        if with_body:
+            self.wfile.write(body)
+
+
+def interior(orient, folder, scan, out):
+    return subprocess.run([orient, "interior", scan, "--camera", folder / "camera.toml", "--out", out],
+                          capture_output=True, text=True, check=False, timeout=120)
+
+
+def main(orient):
+    with tempfile.TemporaryDirectory() as temporary:
+        folder = pathlib.Path(temporary)
+        subprocess.run([orient, "simulate", "--out", folder / "made", "--photos", "1", "--gsd-m", "1.5",
+                        "--pixel-size-um", "150", "--bare"], check=True, capture_output=True)
+        folder = folder / "made"
+        server = http.server.ThreadingHTTPServer(("127.0.0.1", 0), Handler)
+        server.folder = folder / "scans"
+        threading.Thread(target=server.serve_forever, daemon=True).start()
+        here = f"/vsicurl/http://127.0.0.1:{server.server_port}"
+        for number, (left, drops) in enumerate([(0, False), (2, False), (5, True), (1, True)]):
+            server.left, server.drops = left, drops
+            done = interior(orient, folder, f"{here}/new_1_1.tif", folder / f"out{number}")
+            assert done.returncode == MACHINE and here in done.stderr, done.stdout + done.stderr
+            assert not list((folder / f"out{number}").glob("*.json")), "a fault became a result"
+        server.left = 10**6
+        done = interior(orient, folder, f"{here}/absent.tif", folder / "absent")
+        assert done.returncode == SOME_FAILED, done.stdout + done.stderr
+        results = []
+        for place in (here, folder / "scans"):
+            done = interior(orient, folder, f"{place}/new_1_1.tif", folder / "out0")
+            assert done.returncode == 0, done.stdout + done.stderr
+            results.append((folder / "out0/new_1_1.interior.json").read_bytes())
+            for path in (folder / "out0").iterdir():
+                path.unlink()
+        assert results[0] == results[1], "another result over the network"
+        server.shutdown()
+
+
+if __name__ == "__main__":
+    main(sys.argv[1])

@@ -1,0 +1,193 @@
+#!/usr/bin/env python3
+"""Whether the tests notice what is made wrong on purpose.
+
+    mutate.py ROOM|NAME ...   makes mutants (all of a room, or those whose name holds the word), one
+                              at a time, and shows which test kills each; what is known is not made
+                              again while table, source and tests stay as they are
+    mutate.py --all           all of them
+    mutate.py --self-test     proves that every mutant can still be made
+
+A mutant is one text of one source in place of another: the tables beside this file, <room>.toml.
+It is made in a copy of the sources (build/mutation), where only what depends on it is built anew.
+Killed by: the compiler's tests first, that is those of the source's own test file, then its room's,
+then those of the rooms above, each until one fails. A test that runs for more than ten minutes kills
+it, too. A mutant with a `reason` is known to survive: the reason says why that is no harm.
+"""
+
+import hashlib
+import json
+import os
+import pathlib
+import re
+import subprocess
+import sys
+import time
+import tomllib
+
+ROOT = pathlib.Path(__file__).resolve().parent.parent.parent
+TABLES = ROOT / "tests/mutation"
+PLACE = ROOT / "build/mutation"
+SOURCES, BUILD, RECORD = PLACE / "sources", PLACE / "build", PLACE / "killed.json"
+LEAST = 120
+# The tests of a room, its own first; what is not a test_... is a CTest of that name.
+TESTS = {"core": ["test_core", "fuzz_corpus", "test_patchdb", "test_interior", "test_exterior",
+                  "test_tools", "test_block", "test_end_to_end"],
+         "interior": ["test_interior", "test_block", "test_tools", "test_end_to_end"],
+         "patchdb": ["test_patchdb", "fuzz_corpus", "test_exterior", "test_tools", "test_block",
+                     "test_end_to_end"],
+         "exterior": ["test_exterior", "test_block", "test_end_to_end"],
+         "block": ["test_block", "test_tools", "test_end_to_end"],
+         "tools": ["test_tools", "test_block", "test_end_to_end"]}
+MOST_SECONDS = 600
+QUICK = "-Slow*:*/Slow*"
+
+
+def mutants():
+    """All of the tables, each with its room."""
+    found = []
+    for room in TESTS:
+        with open(TABLES / f"{room}.toml", "rb") as file:
+            found += [{**mutant, "room": room} for mutant in tomllib.load(file)["mutant"]]
+    return found
+
+
+def mutated(mutant):
+    """The source's text with the mutant in it."""
+    text = (ROOT / mutant["file"]).read_text(encoding="utf-8")
+    count = text.count(mutant["old"])
+    if count != 1:
+        raise ValueError(f"{mutant['name']}: its text stands {count} times in {mutant['file']}")
+    return text.replace(mutant["old"], mutant["new"])
+
+
+def self_test():
+    wrong = []
+    all_of_them = mutants()
+    for mutant in all_of_them:
+        try:
+            if mutated(mutant) == (ROOT / mutant["file"]).read_text(encoding="utf-8"):
+                wrong.append(f"{mutant['name']}: changes nothing")
+        except (OSError, ValueError) as error:
+            wrong.append(str(error))
+        if not mutant["file"].startswith(mutant["room"] + "/"):
+            wrong.append(f"{mutant['name']}: {mutant['file']} is not of {mutant['room']}")
+    names = [mutant["name"] for mutant in all_of_them]
+    wrong += [f"{name}: twice" for name in sorted(set(names)) if names.count(name) > 1]
+    if len(names) < LEAST:
+        wrong.append(f"{len(names)} mutants; at least {LEAST}")
+    print("\n".join(wrong) or f"{len(names)} mutants can be made")
+    return 1 if wrong else 0
+
+
+def run(line, log, seconds=None):
+    """The exit code; None where time was up."""
+    with open(log, "w", encoding="utf-8") as file:
+        try:
+            return subprocess.run(line, stdout=file, stderr=file, check=False, cwd=SOURCES,
+                                  timeout=seconds).returncode
+        except subprocess.TimeoutExpired:
+            return None
+
+
+def copy_sources():
+    """Only what differs: an unchanged file keeps its time, and is not built again."""
+    names = subprocess.run(["git", "-C", ROOT, "ls-files", "-co", "--exclude-standard"], check=True,
+                           capture_output=True, text=True).stdout.split("\n")
+    for name in filter(None, names):
+        there, here = SOURCES / name, (ROOT / name).read_bytes()
+        if not there.exists() or there.read_bytes() != here:
+            there.parent.mkdir(parents=True, exist_ok=True)
+            there.write_bytes(here)
+
+
+def build(targets):
+    code = run(["cmake", "--build", BUILD, "-j", str(os.cpu_count()), "--target", *targets],
+               PLACE / "build.log")
+    return code == 0
+
+
+def own_suites(mutant):
+    """A filter for the suites of the source's own test file; empty where it has none."""
+    stem = pathlib.Path(mutant["file"]).with_suffix("")
+    suites = set()
+    for path in (ROOT / "tests" / stem.parent).glob(f"{stem.name}*_test.cpp"):
+        suites |= set(re.findall(r"^(?:TEST|TEST_F|TEST_P|RC_GTEST_PROP|RC_GTEST_FIXTURE_PROP)\((\w+),",
+                                 path.read_text(encoding="utf-8"), re.MULTILINE))
+    return ":".join(f"{suite}.*:*/{suite}.*" for suite in sorted(suites))
+
+
+def failing_test(test, only=""):
+    """Its name; empty where all pass."""
+    log = PLACE / "test.log"
+    if not test.startswith("test_"):
+        code = run([BUILD / f"tests/fuzz/{test}", SOURCES / "tests/fuzz/corpus"], log, MOST_SECONDS)
+        return "" if code == 0 else test
+    code = run([BUILD / f"tests/{test}", f"--gtest_filter={only}{QUICK if only else '*' + QUICK}",
+                "--gtest_fail_fast", "--gtest_brief=1"], log, MOST_SECONDS)
+    if code == 0:
+        return ""
+    text = log.read_text(encoding="utf-8", errors="replace")
+    failed = re.search(r"^\[  FAILED  \] ([^\s,]+)", text, re.MULTILINE)
+    return failed.group(1) if failed else f"{test} " + ("hangs" if code is None else "ends early")
+
+
+def killer(mutant):
+    """What kills a mutant; None: nothing."""
+    tests = TESTS[mutant["room"]]
+    for place, test in enumerate(tests):
+        if not build([test] + (["orient"] if test == "test_end_to_end" else [])):
+            return "the compiler"
+        suites = own_suites(mutant) if place == 0 else ""
+        found = (failing_test(test, suites) if suites else "") or failing_test(test)
+        if found:
+            return found
+    return None
+
+
+def digest_of(mutant):
+    return hashlib.sha256(json.dumps([mutated(mutant), mutant["name"]]).encode()).hexdigest()
+
+
+def judge(chosen):
+    PLACE.mkdir(parents=True, exist_ok=True)
+    known = json.loads(RECORD.read_text(encoding="utf-8")) if RECORD.exists() else {}
+    copy_sources()
+    if not BUILD.exists():
+        subprocess.run(["cmake", "-S", SOURCES, "-B", BUILD, "-G", "Ninja",
+                        "-DCMAKE_BUILD_TYPE=Release", "-DCMAKE_CXX_FLAGS_RELEASE=-O2 -DNDEBUG"],
+                       check=True, stdout=subprocess.DEVNULL)
+    survivors = 0
+    for mutant in chosen:
+        digest = digest_of(mutant)
+        if digest not in known:
+            start, path = time.monotonic(), SOURCES / mutant["file"]
+            whole = path.read_bytes()
+            try:
+                path.write_text(mutated(mutant), encoding="utf-8")
+                known[digest] = {"by": killer(mutant), "seconds": round(time.monotonic() - start)}
+            finally:
+                path.write_bytes(whole)
+            RECORD.write_text(json.dumps(known, indent=1), encoding="utf-8")
+        by = known[digest]["by"]
+        survivors += by is None and "reason" not in mutant
+        print(f"{mutant['room']:9} {mutant['name']:65} "
+              + (by or ("SURVIVES" if "reason" not in mutant else f"survives: {mutant['reason']}")),
+              flush=True)
+    killed = sum(known[digest_of(mutant)]["by"] is not None for mutant in chosen)
+    print(f"{killed} of {len(chosen)} mutants killed, {survivors} survive without a reason")
+    return 1 if survivors else 0
+
+
+def main(words):
+    if not words:
+        sys.exit(__doc__)
+    if words == ["--self-test"]:
+        return self_test()
+    chosen = [mutant for mutant in mutants()
+              if words == ["--all"] or any(word == mutant["room"] or word in mutant["name"]
+                                           for word in words)]
+    return judge(chosen)
+
+
+if __name__ == "__main__":
+    sys.exit(main(sys.argv[1:]))

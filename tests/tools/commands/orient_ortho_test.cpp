@@ -1,0 +1,174 @@
+// orient ortho as a user runs it, on photos of hills whose grey values say where they come from.
+#include <gtest/gtest.h>
+
+#include <filesystem>
+
+#include "block/inputs/block_camera.h"
+#include "core/base/atomic_write.h"
+#include "core/files/orientation_table.h"
+#include "core/files/results.h"
+#include "core/raster/band_raster.h"
+#include "ortho/seamlines.h"
+#include "tests/support/hilly_view.h"
+#include "tests/support/run_orient.h"
+#include "tests/support/shared_data.h"
+
+namespace orient {
+namespace {
+namespace fs = std::filesystem;
+
+constexpr int kSide = 100;  // px
+
+class OrientOrtho : public ::testing::Test {
+ protected:
+  OrientOrtho() {
+    CameraFile camera;
+    camera.camera.name = "digital";
+    camera.camera.kind = CameraKind::kDigital;
+    camera.camera.principal_distance_mm = 150;
+    camera.camera.frame_mm = {210, 210};
+    camera.camera.image_px = Eigen::Vector2i(kSide, kSide);
+    WriteCameraFile(Path("camera.toml"), camera);
+    block::WriteBlockCamera(folder_.Path(), camera);
+    ortho::WriteHills(Path("dem.tif"), crs_);
+    fs::create_directory(Path("scans"));
+    AddPhoto("west", 4700, Status::kOk);
+    AddPhoto("a b 'east'", 5200, Status::kOk);
+    AddPhoto("shaky", 5000, Status::kWeak);
+    table_.crs = crs_;
+    WriteOrientationTable(Path("orientation.csv"), table_);
+  }
+
+  void AddPhoto(const std::string& name, double x, Status status) {
+    const CameraFile camera = ReadCameraFile(Path("camera.toml"));
+    const PhotoView view{
+        camera.camera, DigitalPhotoFromPixel(camera.camera), {{x, 3000, 900}, {0.01, -0.02, 0.3}}};
+    ortho::WriteScan(
+        Path("scans/" + name + ".tif"), view, ortho::Hills(),
+        [](double east, double) { return 20 * (east - 3500); }, kSide);
+    ExteriorResult result;
+    result.photo = name;
+    result.status = status;
+    result.width = result.height = kSide;
+    result.pose = view.pose;
+    result.covariance = Matrix6d(1e-6 * Matrix6d::Identity());
+    if (status == Status::kWeak)
+      result.findings = {{.reason = Reason::kFewPlaces, .at_best = Status::kWeak, .value = 3}};
+    WriteExteriorResult(folder_.Path(), result);
+    table_.rows.push_back({name, view.pose, std::nullopt});
+  }
+
+  std::string Path(const std::string& name) const { return folder_ / name; }
+
+  ProgramRun Run(const std::vector<std::string>& further, const std::string& input = "") const {
+    std::vector<std::string> arguments = {"ortho", input.empty() ? folder_.Path() : Path(input),
+                                          Path("scans/*.tif"), "--dem", Path("dem.tif")};
+    arguments.insert(arguments.end(), further.begin(), further.end());
+    return RunOrient(arguments);
+  }
+
+  bool Exists(const std::string& name) const { return fs::exists(Path(name)); }
+
+  TemporaryFolder folder_;
+  Crs crs_ = Crs::Parse("EPSG:32635", "test");
+  OrientationTable table_;
+};
+
+TEST_F(OrientOrtho, MakesOrthophotosOfWhatIsOkAndNamesTheRest) {
+  const ProgramRun run = Run({"--mosaic"});
+  EXPECT_EQ(run.exit_code, 3) << run.err;
+  EXPECT_NE(run.out.find("left out  shaky: is weak (--weak"), std::string::npos) << run.out;
+  EXPECT_TRUE(Exists("ortho/west.ortho.tif"));
+  EXPECT_TRUE(Exists("ortho/a b 'east'.ortho.tif"));
+  EXPECT_FALSE(Exists("ortho/shaky.ortho.tif"));
+  const auto seamlines = ortho::Seamlines::FromFile(Path("ortho/seamlines.gpkg"), crs_);
+  EXPECT_EQ(seamlines.Photos(), (std::vector<std::string>{"a b 'east'", "west"}));
+  const BandRaster mosaic = BandRaster::Open(Path("ortho/mosaic.tif"));
+  EXPECT_GT(mosaic.Width(), BandRaster::Open(Path("ortho/west.ortho.tif")).Width());
+  EXPECT_EQ(mosaic.Metadata("TIFFTAG_SOFTWARE"), "orient " + ProgramVersion());
+}
+
+TEST_F(OrientOrtho, WeakPhotosAreTakenWhenAsked) {
+  EXPECT_EQ(Run({"--weak", "--gsd-m", "10"}).exit_code, 0);
+  EXPECT_TRUE(Exists("ortho/shaky.ortho.tif"));
+  EXPECT_EQ(BandRaster::Open(Path("ortho/shaky.ortho.tif")).Metadata("ORIENT_GSD_M"), "10");
+}
+
+TEST_F(OrientOrtho, ResumeKeepsWhatWasMadeFromTheSame) {
+  Run({"--gsd-m", "10"});
+  EXPECT_EQ(Run({"--gsd-m", "10"}).exit_code, 1) << "what is there is not overwritten";
+  fs::remove(Path("ortho/west.ortho.tif"));
+  const std::string east = ReadFile(Path("ortho/a b 'east'.ortho.tif"));
+  const ProgramRun again = Run({"--gsd-m", "10", "--resume"});
+  EXPECT_TRUE(Exists("ortho/west.ortho.tif"));
+  EXPECT_NE(again.out.find("'east'.ortho.tif: 1"), std::string::npos) << again.out;
+  EXPECT_NE(again.out.find("kept"), std::string::npos) << again.out;
+  EXPECT_EQ(ReadFile(Path("ortho/a b 'east'.ortho.tif")), east);
+  EXPECT_EQ(Run({"--gsd-m", "12", "--resume"}).out.find("kept"), std::string::npos);
+  ExteriorResult moved = ReadExteriorResult(ExteriorResultPath(folder_.Path(), "west"));
+  moved.pose->position_m.x() += 5;
+  WriteExteriorResult(folder_.Path(), moved);
+  const ProgramRun after = Run({"--gsd-m", "12", "--resume"});
+  EXPECT_EQ(after.out.find("kept"), after.out.rfind("kept")) << "one of the two: " << after.out;
+}
+
+TEST_F(OrientOrtho, SeamlinesAreReadBack) {
+  Run({"--mosaic", "--gsd-m", "5"});
+  const std::string nearest = ReadFile(Path("ortho/mosaic.tif"));
+  ortho::Seamlines::ByNearestNadir(
+      {{"west",
+        {4700, 3000},
+        {{3500, 1500}, {6500, 1500}, {6500, 4500}, {3500, 4500}, {3500, 1500}}}})
+      .Write(Path("edited.gpkg"), crs_);
+  const ProgramRun run = Run({"--seams", Path("edited.gpkg"), "--gsd-m", "5", "--resume"});
+  EXPECT_EQ(run.exit_code, 3) << run.err;
+  EXPECT_NE(ReadFile(Path("ortho/mosaic.tif")), nearest);
+}
+
+// Edited where they are; drawn anew only when that is asked for.
+TEST_F(OrientOrtho, ResumeKeepsTheSeamlinesThatAreThere) {
+  Run({"--mosaic", "--gsd-m", "10"});
+  const std::string made = ReadFile(Path("ortho/seamlines.gpkg"));
+  ortho::Seamlines::ByNearestNadir(
+      {{"west",
+        {4700, 3000},
+        {{3500, 1500}, {6500, 1500}, {6500, 4500}, {3500, 4500}, {3500, 1500}}}})
+      .Write(Path("ortho/seamlines.gpkg"), crs_);
+  const std::string edited = ReadFile(Path("ortho/seamlines.gpkg"));
+  const ProgramRun run = Run({"--mosaic", "--gsd-m", "10", "--resume"});
+  EXPECT_EQ(ReadFile(Path("ortho/seamlines.gpkg")), edited);
+  EXPECT_NE(run.out.find("no polygon of a b 'east'"), std::string::npos) << run.out;
+  EXPECT_EQ(Run({"--mosaic", "--gsd-m", "10"}).exit_code, 1);
+  Run({"--mosaic", "--gsd-m", "10", "--overwrite"});
+  EXPECT_EQ(ReadFile(Path("ortho/seamlines.gpkg")), made);
+}
+
+TEST_F(OrientOrtho, ATableOfPosesDoesAsWell) {
+  const ProgramRun run = Run({"--gsd-m", "10", "--out", Path("from_table")}, "orientation.csv");
+  EXPECT_EQ(run.exit_code, 0) << run.err;
+  EXPECT_TRUE(Exists("from_table/shaky.ortho.tif")) << "a table knows no status";
+  EXPECT_EQ(run.out.find("CE90"), std::string::npos) << "nor an accuracy: " << run.out;
+}
+
+TEST_F(OrientOrtho, WhatIsMissingIsAskedFor) {
+  EXPECT_NE(RunOrient({"ortho", folder_.Path()}).err.find("scans"), std::string::npos);
+  EXPECT_NE(RunOrient({"ortho", folder_.Path(), Path("scans/west.tif")}).err.find("--dem"),
+            std::string::npos);
+  EXPECT_EQ(Run({"--overwrite", "--resume"}).exit_code, 1);
+  fs::remove(Path("orientation.prj"));
+  EXPECT_NE(Run({}).err.find(".prj"), std::string::npos);
+  fs::remove(block::BlockCameraPath(folder_.Path()));
+  EXPECT_NE(Run({}).err.find("--camera"), std::string::npos);
+}
+
+TEST_F(OrientOrtho, AnotherScanThanTheOrientedOneIsLeftOut) {
+  simulation::WriteGreyTiff(Path("scans/west.tif"), 90, 90, std::vector<std::uint16_t>(8100, 9), 16,
+                            std::nullopt, std::nullopt);
+  const ProgramRun run = Run({"--gsd-m", "10"});
+  EXPECT_EQ(run.exit_code, 3);
+  EXPECT_NE(run.out.find("left out  west"), std::string::npos) << run.out;
+  EXPECT_FALSE(Exists("ortho/west.ortho.tif"));
+}
+
+}  // namespace
+}  // namespace orient

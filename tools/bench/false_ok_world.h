@@ -1,0 +1,193 @@
+// The worlds of false_ok: simulated blocks drawn at random, and what the program is given of them,
+// which is at first what is true and is then falsified (false_ok_faults.h).
+#pragma once
+
+#include <array>
+#include <cmath>
+#include <filesystem>
+#include <functional>
+#include <map>
+#include <numbers>
+#include <random>
+#include <sstream>
+#include <string>
+#include <vector>
+
+#include "core/base/error.h"
+#include "core/files/camera_file.h"
+#include "core/files/orientation_table.h"
+#include "patchdb/store/patch_database.h"
+#include "tools/commands/commands.h"
+#include "tools/simulate/simulate.h"
+
+namespace orient::false_ok {
+namespace fs = std::filesystem;
+
+// Random numbers that are the same with every library.
+class Chance {
+ public:
+  explicit Chance(std::uint32_t seed) : random_(seed) {}
+  std::uint32_t Number() { return static_cast<std::uint32_t>(random_()); }
+  double Between(double low, double high) { return low + (high - low) * Number() / 4294967296.0; }
+  // Evenly in the logarithm.
+  double Scale(double low, double high) { return std::exp(Between(std::log(low), std::log(high))); }
+  bool Happens(double probability) { return Between(0, 1) < probability; }
+  double Signed(double low, double high) {
+    return Happens(0.5) ? Scale(low, high) : -Scale(low, high);
+  }
+  template <typename List>
+  auto& OneOf(List& list) {
+    return list[Number() % std::size(list)];
+  }
+  // Of a standard deviation of 1 (Box and Muller 1958).
+  double Normal() {
+    const double radius = std::sqrt(-2 * std::log(1 - Between(0, 1)));
+    return radius * std::cos(2 * std::numbers::pi * Between(0, 1));
+  }
+
+ private:
+  std::mt19937 random_;
+};
+
+// Of an `orient` command; what it says is kept in `said`.
+inline int Run(const std::vector<std::string>& words, std::string* said = nullptr) {
+  std::ostringstream out;
+  const int code = RunProgram(MakeCommands(), words, out, out);
+  if (said) *said = out.str();
+  return code;
+}
+
+inline void RunWell(const std::vector<std::string>& words) {
+  std::string said;
+  if (Run(words, &said) != 0) throw InputError("orient " + words[0] + ": " + said);
+}
+
+// Photos of some 350 to 1200 pixels a side.
+inline SimulationOptions DrawnBlock(Chance& chance) {
+  SimulationOptions o;
+  constexpr std::array kCameras = {
+      CameraPreset::kDemo,    CameraPreset::kDemo,    CameraPreset::kDemo,    CameraPreset::kDemo,
+      CameraPreset::kDigital, CameraPreset::kDigital, CameraPreset::kDigital, CameraPreset::kUmk};
+  o.camera = chance.OneOf(kCameras);
+  o.pixel_size_um = o.camera == CameraPreset::kUmk ? 150 : chance.Scale(90, 170);
+  o.photos = 2;
+  o.gsd_m = chance.Scale(0.4, 1.2);
+  o.kappa_deg = chance.Between(-180, 180);
+  o.tilt_deg = chance.Between(0, 3);
+  o.relief_m = chance.Scale(10, 250);
+  o.dem_cell_m = 10;
+  o.change = chance.Between(0, 0.5);
+  o.objects = chance.Happens(0.3);
+  o.earth = EarthMode::kFlat;
+  const bool film = o.camera != CameraPreset::kDigital;
+  if (film && chance.Happens(0.5)) o.orientation.reset();
+  if (film && chance.Happens(0.3)) o.polarity = Polarity::kNegative;
+  o.scan_rotation_deg = chance.Between(0, 1.5);
+  o.film_shrink_ppm = chance.Between(0, 600);
+  o.film_bend_um = chance.Between(0, 8);
+  o.grain = chance.Scale(1, 12);
+  o.blur_px = chance.Between(0.3, 1.2);
+  o.missing_marks = film && chance.Happens(0.1) ? 1 : 0;
+  o.dirty_marks = film && chance.Happens(0.3) ? 1 : 0;
+  o.mark_symbols = film && chance.Happens(0.3);
+  o.old_gsd_ratio = chance.Scale(0.7, 1.6);
+  o.old_height_ratio = chance.Between(1, 2);
+  o.old_kappa_deg = chance.Between(-180, 180);
+  o.overwrite = true;
+  return o;
+}
+
+using PixelMap = std::function<Eigen::Vector2d(const Eigen::Vector2d&)>;
+
+// What a picture shows: a photo of a simulated block, and where the simulator's pixels are in it.
+struct Shown {
+  std::string folder, photo;
+  PixelMap moved = [](const Eigen::Vector2d& pixel) { return pixel; };
+};
+
+// What the program is given, and what is true of it.
+struct Trial {
+  std::string folder;                         // of what is falsified, and of the results
+  std::map<std::string, std::string> photos;  // names, with the scan that is in each one's place
+  std::string camera, dem, patchdb;
+  OrientationTable approximations;
+  std::vector<std::string> interior_words, exterior_words;
+  std::map<std::string, Shown> shows;
+  // The patches or photos have nothing to do with one another: no pose is right.
+  bool unrelated = false;
+  // The transform to the photo system is not to be judged: the camera's marks are wrong.
+  bool marks_are_wrong = false;
+};
+
+class World {
+ public:
+  World(const std::string& folder, std::uint32_t number) : folder_(folder), chance_(number) {
+    options_ = DrawnBlock(chance_);
+    options_.seed = number;
+    patches_ = static_cast<int>(chance_.Scale(15, 80));
+    Make(options_, folder_);
+  }
+
+  const std::string& Folder() const { return folder_; }
+  const SimulationOptions& Options() const { return options_; }
+  Chance& Random() { return chance_; }
+  bool Digital() const { return options_.camera == CameraPreset::kDigital; }
+
+  // Another ground under the same flight, made when first asked for.
+  const std::string& Elsewhere() {
+    if (elsewhere_.empty()) {
+      SimulationOptions other = options_;
+      other.seed += 1000003;
+      elsewhere_ = folder_ + "_elsewhere";
+      Make(other, elsewhere_);
+    }
+    return elsewhere_;
+  }
+  // Removes all of it.
+  void Remove() const {
+    fs::remove_all(folder_);
+    if (!elsewhere_.empty()) fs::remove_all(elsewhere_);
+  }
+
+  // All as it is, with the errors of approximations that the program is told.
+  Trial True(int number) {
+    Trial trial;
+    trial.folder = folder_ + "/trial_" + std::to_string(number);
+    fs::create_directories(trial.folder);
+    trial.camera = folder_ + "/camera.toml";
+    trial.dem = folder_ + "/dem.tif";
+    trial.patchdb = folder_ + "/patches.gpkg";
+    trial.exterior_words = {"--earth", "flat"};
+    trial.approximations = ReadOrientationTable(folder_ + "/truth/orientation.csv");
+    for (OrientationRow& row : trial.approximations.rows) {
+      trial.photos[row.photo] = folder_ + "/scans/" + row.photo + ".tif";
+      trial.shows[row.photo] = {folder_, row.photo};
+      Vector6d pose = row.pose.AsVector();
+      for (int i = 0; i < 6; ++i) pose[i] += kSigma[i] * chance_.Normal();
+      row.pose = Pose::FromVector(pose);
+      row.sigma = kSigma;
+    }
+    return trial;
+  }
+  // Of approximations: 10 m and 3 degrees.
+  inline static const Vector6d kSigma =
+      (Vector6d() << 10, 10, 10, Eigen::Vector3d::Constant(3 * std::numbers::pi / 180)).finished();
+
+ private:
+  void Make(const SimulationOptions& options, const std::string& folder) const {
+    fs::remove_all(folder);  // of a run that was ended
+    Simulate(options, folder);
+    const std::string patches = folder + "/patches.gpkg";
+    RunWell({"patchdb", "create", patches, "--crs", options.crs});
+    RunWell({"patchdb", "harvest", patches, "--camera", folder + "/old/camera.toml",
+             "--orientation", folder + "/old/orientation.csv", "--dem", folder + "/dem.tif",
+             "--max-per-photo", std::to_string(patches_), folder + "/old/photos/*.tif"});
+  }
+
+  std::string folder_, elsewhere_;
+  Chance chance_;
+  SimulationOptions options_;
+  int patches_ = 0;  // of an old photo
+};
+
+}  // namespace orient::false_ok

@@ -1,0 +1,84 @@
+// orient measurements: what other programs measured, as files of measurements.
+#include <fmt/format.h>
+
+#include <CLI/CLI.hpp>
+#include <filesystem>
+#include <ostream>
+
+#include "core/base/error.h"
+#include "core/base/output_directory.h"
+#include "core/exchange/measured_files.h"
+#include "tools/commands/commands.h"
+#include "tools/commands/shared_options.h"
+
+namespace orient {
+namespace {
+namespace fs = std::filesystem;
+
+class MeasurementsCommand : public Command {
+ public:
+  std::string Name() const override { return "measurements"; }
+  std::string Summary() const override {
+    return "Read other programs' image and ground points into files of measurements";
+  }
+
+  void Setup(CLI::App& app) override {
+    app.add_option("FILE", files_, "Files of one format")->required();
+    app.add_option("--from", from_, "Whose files they are")
+        ->required()
+        ->check(CLI::IsMember({"metashape", "micmac", "patb", "bingo"}));
+    app.add_option("--sigma", sigma_.image,
+                   "One sigma of image coordinates: pixels, of PAT-B and BINGO mm")
+        ->required();
+    app.add_option("--ground-sigma-m", sigma_.ground_m,
+                   "One sigma of ground coordinates for which the file states none, metres")
+        ->capture_default_str();
+    app.add_flag("--marks", marks_, "The image points are fiducial marks");
+    AddOutputOptions(app, &output_);
+  }
+
+  ExitCode Run(std::ostream& out) override {
+    if (!(sigma_.image > 0 && sigma_.ground_m > 0))
+      throw UsageError("--sigma and --ground-sigma-m must be positive");
+    Measurements all;
+    for (const std::string& file : files_)
+      AddMeasuredFile(file, *MeasuredFormatFromName(from_), sigma_, &all);
+    if (marks_) TakeForMarks(&all);
+    const auto path = [&](const char* file) {
+      return (fs::path(output_.directory) / file).string();
+    };
+    RefuseToOverwrite({path(kMarksFile), path(kImagePointsFile), path(kPointsFile)},
+                      output_.overwrite);
+    MakeOutputDirectory(output_.directory);
+    if (!all.marks.empty()) WriteMarks(output_.directory, all.marks);
+    if (!all.image_points.empty()) WriteImagePoints(output_.directory, all.image_points);
+    if (!all.points.empty()) WritePoints(output_.directory, all.points);
+    const Measurements read = ReadMeasurements(output_.directory);  // nothing twice
+    out << fmt::format("{} marks, {} image points, {} ground points\n", read.marks.size(),
+                       read.image_points.size(), read.points.size());
+    return ExitCode::kAllDone;
+  }
+
+ private:
+  void TakeForMarks(Measurements* all) const {
+    for (const ImagePointMeasurement& seen : all->image_points) {
+      if (!seen.pixel) throw UsageError("--marks: " + from_ + " measures no marks on scans");
+      all->marks.push_back({seen.photo, seen.point, *seen.pixel, seen.sigma, false, {}});
+    }
+    all->image_points.clear();
+  }
+
+  std::vector<std::string> files_;
+  std::string from_;
+  MeasuredSigma sigma_;
+  bool marks_ = false;
+  OutputOptions output_;
+};
+
+}  // namespace
+
+std::unique_ptr<Command> MakeMeasurementsCommand() {
+  return std::make_unique<MeasurementsCommand>();
+}
+
+}  // namespace orient

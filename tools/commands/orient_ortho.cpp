@@ -1,0 +1,100 @@
+// orient ortho: orthophotos of oriented photos, and their mosaic.
+#include <CLI/CLI.hpp>
+#include <filesystem>
+#include <ostream>
+
+#include "block/inputs/camera_library.h"
+#include "core/base/error.h"
+#include "core/files/block_file.h"
+#include "tools/commands/commands.h"
+#include "tools/commands/memory.h"
+#include "tools/commands/ortho_run.h"
+#include "tools/commands/shared_options.h"
+#include "tools/convert/convert_source.h"
+
+namespace orient {
+namespace {
+namespace fs = std::filesystem;
+
+class OrthoCommand : public Command {
+ public:
+  std::string Name() const override { return "ortho"; }
+  std::string Summary() const override {
+    return "Orthophotos of oriented photos over a DEM or DSM, and their mosaic";
+  }
+
+  void Setup(CLI::App& app) override {
+    app.add_option(
+           "INPUT", input_,
+           "Block file (TOML), the folder of 'orient block' or 'orient exterior', or an OPK "
+           "CSV")
+        ->required();
+    app.add_option("PHOTO", patterns_,
+                   "Scans (globs are expanded); for a block file, all of its photos by default");
+    app.add_option("--dem", options_.source.dem,
+                   "Ground heights: any raster GDAL reads (default: the block file's)");
+    app.add_option("--camera", options_.source.camera,
+                   "Camera file (TOML), where the folder does not hold the poses' own");
+    app.add_option("--interior", options_.source.interior,
+                   "Folder with the results of 'orient interior' (default: the poses' folder)");
+    app.add_option("--gsd-m", options_.gsd_m,
+                   "Pixel size on the ground, metres (default: what the photos' pixels show, the "
+                   "median, in two digits)")
+        ->check(CLI::PositiveNumber);
+    app.add_option("--border-mm", options_.border_mm,
+                   "Width of the frame's border that is not shown, mm (default: 1 % of film "
+                   "frames, nothing of digital ones)")
+        ->check(CLI::Range(0.0, 50.0));
+    app.add_option("--dem-sigma-m", options_.dem_sigma_m,
+                   "Accuracy of the heights, one sigma, metres: a part of the stated CE90")
+        ->check(CLI::Range(0.0, 1000.0));
+    app.add_flag("--weak", options_.source.weak, "Also photos whose orientation is weak");
+    app.add_flag("--mosaic", options_.mosaic,
+                 "Also make a mosaic, mosaic.tif, and its seamlines.gpkg");
+    app.add_option("--seams", options_.seams,
+                   "Seamlines of the mosaic: a seamlines.gpkg, perhaps edited (default: to the "
+                   "photo of the nearest nadir)");
+    app.add_option("--out", options_.out,
+                   "Folder for the results (default: 'ortho' beside the poses)");
+    AddOverwriteOption(app, &options_.overwrite);
+    app.add_flag("--resume", options_.resume,
+                 "Keep existing results, edited seamlines too, and do the others");
+    AddJobsOption(app, &options_.jobs);
+  }
+
+  ExitCode Run(std::ostream& out) override {
+    constexpr int kCache_MB = 64;  // decoded pixels are used once
+    BoundBlockCache(kCache_MB);
+    Prepare();
+    return MakeOrthophotos(options_, out) ? ExitCode::kAllDone : ExitCode::kSomeNotOriented;
+  }
+
+ private:
+  void Prepare() {
+    OrthoSource& source = options_.source;
+    if (fs::path(input_).extension() == ".toml") {
+      const BlockFile block = ReadBlockFile(input_);
+      source.poses = block.output_directory;
+      source.scans = block.photos;
+      if (source.dem.empty()) source.dem = block.dem;
+    } else {
+      source.poses = input_;
+    }
+    if (!patterns_.empty()) source.scans = ExpandPhotos(patterns_, "");
+    if (source.scans.empty()) throw UsageError("name the photos' scans after " + input_);
+    if (source.dem.empty()) throw UsageError("name the ground heights with --dem");
+    if (!source.camera.empty()) source.camera = block::FindCameraFile(source.camera, "");
+    if (options_.out.empty()) options_.out = (fs::path(FolderOf(source.poses)) / "ortho").string();
+    if (!options_.seams.empty()) options_.mosaic = true;
+  }
+
+  std::string input_;
+  std::vector<std::string> patterns_;
+  OrthoRunOptions options_;
+};
+
+}  // namespace
+
+std::unique_ptr<Command> MakeOrthoCommand() { return std::make_unique<OrthoCommand>(); }
+
+}  // namespace orient

@@ -1,0 +1,159 @@
+#include "tools/commands/ortho_photos.h"
+
+#include <fmt/format.h>
+
+#include <filesystem>
+
+#include "block/inputs/block_camera.h"
+#include "block/inputs/block_photos.h"
+#include "block/inputs/digest.h"
+#include "block/inputs/mark_shapes.h"
+#include "block/inputs/photo_interior.h"
+#include "block/stages/exterior_stage.h"
+#include "core/base/atomic_write.h"
+#include "core/base/error.h"
+#include "core/files/orientation_table.h"
+#include "core/raster/raster.h"
+#include "tools/convert/convert_source.h"
+
+namespace orient {
+namespace {
+namespace fs = std::filesystem;
+
+CameraFile CameraOf(const OrthoSource& source) {
+  const std::string folder = FolderOf(source.poses), own = block::BlockCameraPath(folder);
+  if (source.camera.empty() && !fs::exists(own))
+    throw UsageError("name the photos' camera file with --camera: " + folder +
+                     " does not hold the one that its poses are true with");
+  if (source.camera.empty()) return ReadCameraFile(own);
+  if (const auto other = block::OtherBlockCamera(folder, source.camera))
+    throw UsageError("the poses in " + folder + " hold with " + *other + ", not with " +
+                     source.camera + "; leave --camera out");
+  return ReadCameraFile(source.camera);
+}
+
+// What all photos are read with.
+struct Shared {
+  const OrthoSource& source;
+  OrientationTable table;
+  bool is_folder;
+  std::string interior, dem;  // the latter's digest
+  CameraFile camera;
+  interior::MarkShapes marks;
+};
+
+Shared ReadShared(const OrthoSource& source) {
+  const bool is_folder = fs::is_directory(source.poses);
+  const std::string table = is_folder ? block::PoseTablePath(source.poses) : source.poses;
+  const CameraFile camera = CameraOf(source);
+  const bool film = camera.camera.kind == CameraKind::kFilm;
+  return {source,
+          ReadOrientationTable(table),
+          is_folder,
+          source.interior.empty() ? FolderOf(source.poses) : source.interior,
+          block::DigestOfRaster(source.dem),
+          camera,
+          film ? block::LoadMarkShapes(camera) : interior::MarkShapes()};
+}
+
+// As all of these throws InputError with what keeps the photo from an orthophoto.
+ortho::OrientedPhoto FromResult(const Shared& shared, const std::string& scan) {
+  const std::string name = PhotoName(scan);
+  const std::string result = ExteriorResultPath(shared.source.poses, name);
+  if (!fs::exists(result)) throw InputError("is not oriented: there is no " + result);
+  const block::BlockPhotoFile photo =
+      block::ReadBlockPhoto(scan, result, shared.camera, shared.marks, shared.interior);
+  const Status status = photo.exterior.status;
+  const std::string why = JoinedSentences(photo.exterior.findings);
+  if (!photo.HasPose() || status == Status::kFailed)
+    throw InputError("is not oriented: " + (why.empty() ? result + " has no pose" : why));
+  if (status == Status::kWeak && !shared.source.weak)
+    throw InputError("is weak (--weak takes it nevertheless): " + why);
+  ortho::OrientedPhoto oriented{
+      name, scan, photo.View(shared.camera.camera), photo.exterior.covariance, {}, photo.negative};
+  if (const auto& estimated = photo.exterior.principal_distance)
+    oriented.view.camera.principal_distance_mm = estimated->value_mm;
+  return oriented;
+}
+
+ortho::OrientedPhoto FromTable(const Shared& shared, const std::string& scan,
+                               const block::PhotoInterior& interior) {
+  const std::string name = PhotoName(scan);
+  const OrientationRow* row = shared.table.Find(name);
+  if (row == nullptr) throw InputError("is not in " + shared.source.poses);
+  ortho::OrientedPhoto oriented{
+      name,
+      scan,
+      {shared.camera.camera, interior.photo_from_pixel, row->pose, interior.film_correction}};
+  if (row->sigma) oriented.covariance = Matrix6d(row->sigma->cwiseAbs2().asDiagonal());
+  const std::string path = InteriorResultPath(shared.interior, name);
+  if (shared.camera.camera.kind == CameraKind::kFilm)
+    oriented.negative = ReadInteriorResult(path).polarity == Polarity::kNegative;
+  return oriented;
+}
+
+// The marks with their dark surroundings, and what lies between them and the frame's edge where
+// they are next to it.
+std::vector<Bounds> MarksIn(const Shared& shared) {
+  constexpr double kSurroundings = 1.6;  // of the mark's radius
+  const Camera& camera = shared.camera.camera;
+  const Eigen::Vector2d low = camera.frame_centre_mm - 0.5 * camera.frame_mm;
+  const Eigen::Vector2d high = low + camera.frame_mm;
+  std::vector<Bounds> marks;
+  for (const Fiducial& fiducial : shared.camera.fiducials) {
+    const auto shape = shared.marks.find(fiducial.mark);
+    if (shape == shared.marks.end()) continue;
+    const double half = kSurroundings * interior::MarkRadius(shape->second);
+    const Eigen::Vector2d& at = fiducial.position_mm;
+    const auto from = [&](int i) { return at[i] - low[i] < 2 * half ? low[i] : at[i] - half; };
+    const auto to = [&](int i) { return high[i] - at[i] < 2 * half ? high[i] : at[i] + half; };
+    marks.push_back({from(0), from(1), to(0), to(1)});
+  }
+  return marks;
+}
+
+ortho::OrientedPhoto Read(const Shared& shared, const std::string& scan) {
+  // That this is the scan which was oriented:
+  const block::PhotoInterior interior =
+      block::PhotoInteriorOf(Raster::OpenScan(scan), shared.camera.camera, shared.interior);
+  ortho::OrientedPhoto photo =
+      shared.is_folder ? FromResult(shared, scan) : FromTable(shared, scan, interior);
+  photo.marks = MarksIn(shared);
+  return photo;
+}
+
+std::string DigestOf(const Shared& shared, const ortho::OrientedPhoto& photo) {
+  const auto digest = [](const std::string& path) {
+    return fs::exists(path) ? block::Digest(ReadFile(path)) : "";
+  };
+  const OrientationRow* row = shared.table.Find(photo.name);
+  return block::DigestOf(
+      {{"scan", block::DigestOfFile(photo.scan)},
+       {"camera", block::DigestOfCamera(shared.camera)},
+       {"dem", shared.dem},
+       {"pose", block::TextOf(row)},
+       {"exterior", digest(ExteriorResultPath(FolderOf(shared.source.poses), photo.name))},
+       {"interior", digest(InteriorResultPath(shared.interior, photo.name))}});
+}
+
+}  // namespace
+
+OrthoPhotos ReadOrthoPhotos(const OrthoSource& source) {
+  const Shared shared = ReadShared(source);
+  if (!shared.table.crs)
+    throw InputError(source.poses +
+                     ": the table of orientations has no .prj beside it that names "
+                     "its CRS; write one, or orient anew");
+  OrthoPhotos found{*shared.table.crs, {}, {}, {}};
+  for (const std::string& scan : source.scans) {
+    try {
+      found.photos.push_back(Read(shared, scan));
+      found.made_from.push_back(DigestOf(shared, found.photos.back()));
+    } catch (const InputError& error) {
+      found.left_out.push_back(fmt::format("{}: {}", PhotoName(scan), error.what()));
+    }
+  }
+  return found;
+}
+
+}  // namespace orient

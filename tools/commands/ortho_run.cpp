@@ -1,0 +1,166 @@
+#include "tools/commands/ortho_run.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <filesystem>
+#include <ostream>
+
+#include "core/base/error.h"
+#include "core/base/median.h"
+#include "core/base/output_directory.h"
+#include "core/raster/band_raster.h"
+#include "ortho/mosaic.h"
+#include "tools/commands/command.h"
+#include "tools/commands/progress.h"
+#include "tools/commands/shared_options.h"
+
+namespace orient {
+namespace {
+namespace fs = std::filesystem;
+
+class OrthoRun {
+ public:
+  explicit OrthoRun(const OrthoRunOptions& options) : options_(options) {}
+
+  bool Do(std::ostream& out) {
+    const OrthoPhotos found = ReadOrthoPhotos(options_.source);
+    for (const std::string& why : found.left_out) out << "left out  " << why << "\n";
+    if (found.photos.empty()) throw InputError("no photo to make an orthophoto of");
+    RefuseToReplace(found);
+    MakeOutputDirectory(options_.out);
+    const double gsd_m = options_.gsd_m ? *options_.gsd_m : NaturalGsd(found);
+    bool all = found.left_out.empty();
+    std::vector<ortho::MosaicPart> parts;
+    for (std::size_t i = 0; i < found.photos.size(); ++i) {
+      try {
+        parts.push_back(MakeOne(found, i, gsd_m, out));
+      } catch (const InputError& error) {
+        out << "failed    " << found.photos[i].name << ": " << error.what() << "\n";
+        all = false;
+      }
+    }
+    if (options_.mosaic && !parts.empty()) MakeMosaic(found, parts, out);
+    return all;
+  }
+
+ private:
+  std::string PathOf(const std::string& file) const {
+    return (fs::path(options_.out) / file).string();
+  }
+  std::string SeamsPath() const { return PathOf("seamlines.gpkg"); }
+  std::string OrthoPath(const std::string& photo) const { return PathOf(photo + ".ortho.tif"); }
+
+  void RefuseToReplace(const OrthoPhotos& found) const {
+    std::vector<std::string> results;
+    for (const ortho::OrientedPhoto& photo : found.photos) results.push_back(OrthoPath(photo.name));
+    if (options_.mosaic) results.push_back(PathOf("mosaic.tif"));
+    if (options_.mosaic && options_.seams.empty()) results.push_back(SeamsPath());
+    RefuseToOverwrite(results, options_.overwrite || options_.resume, "--resume");
+  }
+
+  double NaturalGsd(const OrthoPhotos& found) const {
+    std::vector<double> sizes;
+    for (const ortho::OrientedPhoto& photo : found.photos)
+      sizes.push_back(ortho::NaturalGsd(
+          photo.view, ortho::SurfaceUnderPhoto(photo.view, options_.source.dem, found.crs)));
+    return std::stod(fmt::format("{:.2g}", Median(sizes)));
+  }
+
+  ortho::OrthoOptions OptionsFor(const OrthoPhotos& found, std::size_t i, double gsd_m) const {
+    constexpr double kFilmBorder = 0.01;  // of the frame: numbers, the shadow of its edge
+    const Camera& camera = found.photos[i].view.camera;
+    const bool film = camera.kind == CameraKind::kFilm;
+    ortho::OrthoOptions options{
+        options_.source.dem,
+        found.crs,
+        gsd_m,
+        options_.dem_sigma_m,
+        options_.border_mm.value_or(film ? kFilmBorder * camera.frame_mm.minCoeff() : 0),
+        options_.jobs,
+        Metadata()};
+    options.metadata["ORIENT_MADE_FROM"] =
+        fmt::format("{}, pixel {:.9g} m, border {:.9g} mm, heights {:.9g} m", found.made_from[i],
+                    gsd_m, options.border_mm, options_.dem_sigma_m);
+    return options;
+  }
+
+  static std::map<std::string, std::string> Metadata() {
+    return {{"TIFFTAG_SOFTWARE", "orient " + ProgramVersion()}};
+  }
+
+  ortho::MosaicPart MakeOne(const OrthoPhotos& found, std::size_t i, double gsd_m,
+                            std::ostream& out) {
+    const ortho::OrientedPhoto& photo = found.photos[i];
+    const ortho::OrthoOptions options = OptionsFor(found, i, gsd_m);
+    const ortho::OrthoPlan plan = ortho::PlanOrthophoto(photo, options);
+    const std::string path = OrthoPath(photo.name);
+    const Eigen::Vector2d nadir = photo.view.pose.position_m.head<2>();
+    std::string hidden = "kept";
+    if (!IsCurrent(path, options)) {
+      ShownProgress progress;
+      const ortho::OrthoShares shares =
+          ortho::MakeOrthophoto(photo, options, plan, path, &progress);
+      hidden = fmt::format("{:.2f} % hidden", 100 * shares.hidden);
+    }
+    seam_photos_.push_back({photo.name, nadir, plan.outline_m});
+    out << fmt::format("{}: {} x {} px of {:g} m, {}", path, plan.grid.width, plan.grid.height,
+                       gsd_m, hidden);
+    if (plan.accuracy)
+      out << fmt::format(", CE90 {:.2g} m (worst {:.2g} m)", plan.accuracy->median_m,
+                         plan.accuracy->worst_m);
+    out << "\n";
+    return {photo.name, path, plan.grid, nadir};
+  }
+
+  bool IsCurrent(const std::string& path, const ortho::OrthoOptions& options) const {
+    if (!options_.resume || !fs::exists(path)) return false;
+    try {
+      constexpr const char* kMadeFrom = "ORIENT_MADE_FROM";
+      return BandRaster::Open(path).Metadata(kMadeFrom) == options.metadata.at(kMadeFrom);
+    } catch (const InputError&) {  // damaged
+      return false;
+    }
+  }
+
+  // Those that are there may have been edited.
+  ortho::Seamlines Seams(const OrthoPhotos& found, std::ostream& out) const {
+    const bool kept = options_.seams.empty() && options_.resume && fs::exists(SeamsPath());
+    const std::string from = kept ? SeamsPath() : options_.seams;
+    if (from.empty()) {
+      auto seamlines = ortho::Seamlines::ByNearestNadir(seam_photos_);
+      seamlines.Write(SeamsPath(), found.crs);
+      return seamlines;
+    }
+    auto seamlines = ortho::Seamlines::FromFile(from, found.crs);
+    const std::vector<std::string>& named = seamlines.Photos();
+    out << from << ": " << named.size() << (kept ? " polygons, kept\n" : " polygons\n");
+    for (const ortho::SeamPhoto& photo : seam_photos_)
+      if (std::find(named.begin(), named.end(), photo.name) == named.end())
+        out << "note      " << from << " has no polygon of " << photo.name
+            << ", which only fills gaps\n";
+    return seamlines;
+  }
+
+  void MakeMosaic(const OrthoPhotos& found, const std::vector<ortho::MosaicPart>& parts,
+                  std::ostream& out) const {
+    const ortho::Seamlines seamlines = Seams(found, out);
+    ShownProgress progress;
+    const std::string path = PathOf("mosaic.tif");
+    const ortho::MapGrid grid =
+        ortho::MakeMosaic(parts, seamlines, found.crs, Metadata(), options_.jobs, path, &progress);
+    out << fmt::format("{}: {} x {} px of {:g} m from {} photos\n", path, grid.width, grid.height,
+                       grid.gsd_m, parts.size());
+  }
+
+  const OrthoRunOptions& options_;
+  std::vector<ortho::SeamPhoto> seam_photos_;
+};
+
+}  // namespace
+
+bool MakeOrthophotos(const OrthoRunOptions& options, std::ostream& out) {
+  return OrthoRun(options).Do(out);
+}
+
+}  // namespace orient
