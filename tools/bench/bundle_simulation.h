@@ -8,6 +8,8 @@
 #include <string>
 #include <vector>
 
+#include <Eigen/Geometry>
+
 #include "block/bundle/adjustment.h"
 #include "core/geometry/collinearity.h"
 
