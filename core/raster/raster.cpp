@@ -4,8 +4,10 @@
 #include <cpl_vsi.h>
 #include <fmt/format.h>
 #include <gdal_priv.h>
+#include <unistd.h>
 
 #include <algorithm>
+#include <cerrno>
 #include <cstdlib>
 #include <mutex>
 #include <stdexcept>
@@ -52,6 +54,8 @@ Raster Raster::Open(const std::string& path) {
     VSIStatBufL info;
     if (VSIStatExL(path.c_str(), &info, VSI_STAT_EXISTS_FLAG) != 0)
       throw InputError(path + ": no such image; check the path");
+    if (access(path.c_str(), R_OK) != 0 && errno == EACCES)
+      throw InputError(path + ": may not be read by you; ask for permission to read it");
     throw InputError(path + ": not an image that GDAL can read (" + errors.Message() +
                      "); convert it to TIFF or copy it again");
   }

@@ -4,10 +4,12 @@
 #include <Eigen/LU>
 #include <algorithm>
 #include <cmath>
+#include <iterator>
 #include <map>
 #include <tuple>
 
 #include "core/base/side_by_side.h"
+#include "interior/constellation/marks_beyond_windows.h"
 #include "interior/constellation/rival_readings.h"
 #include "interior/constellation/set_evidence.h"
 #include "interior/locators/locator.h"
@@ -61,6 +63,11 @@ class Reader {
         scan_px_(scan.Width(), scan.Height()) {
     for (const LocatorKind kind : {LocatorKind::kHough, LocatorKind::kNcc, LocatorKind::kLines})
       locators_[kind] = MakeLocator(kind);
+  }
+
+  // These again, with marks that lie outside their windows.
+  std::vector<FilmReading> BeyondWindows(const std::vector<FilmReading>& readings) {
+    return ReadingsBeyondWindows(readings, camera_, shapes_, locator_, &windows_);
   }
 
   // Readings of one setting: both polarities, both kinds of scanner, unless the user named one.
@@ -240,11 +247,11 @@ class FilmReadings {
       readings_.clear();
     }
     if (readings_.empty()) Add(whole_);
-    FilmReading best = Choose();
+    FilmReading best = ChooseAlsoBeyondWindows();
     const bool sure = best.best.nats >= kAcceptedNats && best.margin > kSureMargin;
     if (on_bed || sure) return best;
     AddFilmOnBed();
-    return Choose();
+    return ChooseAlsoBeyondWindows();
   }
 
   // The best one, and all that say something else; every reading's second set of marks is another
@@ -326,6 +333,12 @@ class FilmReadings {
   }
 
   FilmReading Choose() const { return BestOf(readings_); }
+
+  FilmReading ChooseAlsoBeyondWindows() {
+    std::vector<FilmReading> more = reader_.BeyondWindows(readings_);
+    std::move(more.begin(), more.end(), std::back_inserter(readings_));
+    return Choose();
+  }
 
   ScanRegion whole_;
   MarkRectangle rectangle_;

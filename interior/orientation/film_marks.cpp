@@ -2,6 +2,7 @@
 
 #include <Eigen/LU>
 #include <algorithm>
+#include <cmath>
 #include <map>
 #include <set>
 
@@ -127,6 +128,34 @@ void RejectContradicted(const FilmReading& reading, FilmMarks* marks) {
     if (measured.choice[i] >= 0 && kept[i] < 0) (*marks)[i].state = MarkState::kRejected;
 }
 
+// The marks that RejectUnlike rejected and that the others confirm. A cross in the picture's
+// texture, or with a stroke of about a pixel, correlates little with its drawing wherever it is; a
+// wrong place as close as this to where at least three others put it is rare by chance, and no
+// gross error.
+void TakeBackConfirmed(const FilmReading& reading, const FilmMarks& measured, FilmMarks* marks) {
+  constexpr int kLeastOthers = 3;
+  constexpr double kLeastCorrelation = 0.25;
+  static const double kConfirmed = ChiSquareLimit(2, 0.1);
+  if (Count(*marks, MarkState::kUsed) < kLeastOthers) return;
+  const Measured kept = AsAssignment(reading, *marks), all = AsAssignment(reading, measured);
+  std::vector<int> choice = kept.choice;
+  for (size_t i = 0; i < marks->size(); ++i) {
+    const FilmMark& mark = measured[i];
+    if (kept.choice[i] >= 0 || all.choice[i] < 0) continue;
+    const double sigma_mm =
+        reading.pixel_size.pixel_mm * std::sqrt(mark.position->covariance.diagonal().maxCoeff());
+    if (mark.position->correlation < kLeastCorrelation || sigma_mm > reading.prior.point_mm)
+      continue;
+    std::vector<int> with = choice;
+    with[i] = all.choice[i];
+    if (LeaveOneOutChiSquare(all.marks, reading.prior, with, static_cast<int>(i)) > kConfirmed ||
+        WithoutContradicted(all.marks, reading.prior, with) != with)
+      continue;
+    choice = with;
+    (*marks)[i].state = MarkState::kUsed;
+  }
+}
+
 }  // namespace
 
 int Count(const FilmMarks& marks, MarkState state) {
@@ -182,7 +211,9 @@ FilmMarks WithoutWrongMarks(const FilmReading& reading, const FilmMarks& measure
     FilmMarks marks = judged(true);
     if (Count(marks, MarkState::kUsed) >= kLeastReseauMarks) return marks;
   }
-  return judged(false);
+  FilmMarks marks = judged(false);
+  TakeBackConfirmed(reading, measured, &marks);
+  return marks;
 }
 
 void TakeExactClicks(const CameraFile& camera, const FilmReading& reading,

@@ -33,7 +33,9 @@ MarkPosition PositionByLines(const MarkPosition& matched, const MeasuredCross& c
 // contradict (leave-one-out chi-square above 11.8) and that are not surely marks (gain below 3
 // nats). A reseau's cross whose strokes are clear looks like the mark, however little the picture
 // beside them correlates with the drawing: its neighbours tell its place to some micrometres
-// (reseau.h). Where fewer than a reseau's marks are left of them, correlation counts for all.
+// (reseau.h). Where fewer than a reseau's marks are left of them, correlation counts for all;
+// but a mark that looks unlike is taken back where at least three others put it within their 90 %
+// region (chi-square with two degrees of freedom) and its own sigma is no larger than theirs.
 FilmMarks WithoutWrongMarks(const FilmReading& reading, const FilmMarks& measured);
 
 // Exact clicks in place of what was measured there: used where the reading chose the click and the

@@ -102,6 +102,38 @@ TEST_F(InteriorOfSimulatedFrame, EveryOrientationIsAmongThePossibleOnes) {
                            i % 3 == 0 ? Polarity::kNegative : Polarity::kPositive);
 }
 
+// Two marks are cut off with the scan's left side, and the film's turn takes others out of their
+// windows; the marks between show where.
+TEST_F(InteriorOfSimulatedFrame, MarksOfATurnedFilmThatIsCutOffAreFoundOutsideTheirWindows) {
+  CameraFile camera = RingCamera();
+  for (const Vector2d& side :
+       {Vector2d(-110, 0), Vector2d(110, 0), Vector2d(0, 110), Vector2d(0, -110)})
+    camera.fiducials.push_back(
+        {std::to_string(camera.fiducials.size() + 1), side, "corner", std::nullopt});
+  FilmFrameSpec spec = Spec(camera, 8);
+  spec.turn_rad = 0.07;
+  const FilmFrame frame = RenderFilmFrame(spec);
+  std::vector<double> cols;
+  for (const Vector2d& mark : frame.mark_pixels) cols.push_back(mark.x());
+  std::sort(cols.begin(), cols.end());
+  const int cut = static_cast<int>(cols[1] + 20);
+  Image scan(frame.scan.width - cut, frame.scan.height, 0.0f);
+  for (int row = 0; row < scan.height; ++row)
+    for (int col = 0; col < scan.width; ++col) scan.At(col, row) = frame.scan.At(col + cut, row);
+  const InteriorResult result = Orient(scan, camera);
+  ASSERT_EQ(result.status, Status::kOk);
+  EXPECT_EQ(std::count_if(result.marks.begin(), result.marks.end(),
+                          [](const auto& mark) { return mark.state == MarkState::kUsed; }),
+            6);
+  const auto turned = InOrientation(result, camera, ShapesOf(camera), ScanOrientation::kR0);
+  ASSERT_TRUE(turned);
+  for (size_t i = 0; i < camera.fiducials.size(); ++i) {
+    if (turned->marks[i].state != MarkState::kUsed) continue;
+    const Vector2d truth = frame.mark_pixels[i] - Vector2d(cut, 0);
+    EXPECT_LT((*turned->marks[i].pixel - truth).norm(), kMarkTolerancePx) << i;
+  }
+}
+
 TEST_F(SlowInteriorOfSimulatedFrame, EveryOrientationInBothPolaritiesIsAmongThePossibleOnes) {
   for (const ScanOrientation orientation : kAllScanOrientations)
     for (const Polarity polarity : {Polarity::kPositive, Polarity::kNegative})

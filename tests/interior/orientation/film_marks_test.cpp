@@ -73,6 +73,35 @@ TEST(WrongMarks, WhatClearStrokesContradictedIsJudgedAnewWhereTheyMakeNoReseau) 
   EXPECT_EQ(left[0].state, MarkState::kUsed);
 }
 
+// In the picture's texture or at a stroke of a pixel a mark correlates little; its place tells.
+TEST(WrongMarks, AMarkThatLooksUnlikeIsTakenBackWhereTheOthersPutIt) {
+  std::vector<Cross> crosses(10);
+  crosses[7] = {{0.02, -0.01}, 0.35, false};
+  const auto [reading, marks] = Reseau(crosses);
+  EXPECT_EQ(Used(WithoutWrongMarks(reading, marks)), 10);
+}
+
+TEST(WrongMarks, AMarkThatLooksUnlikeStaysRejectedUnlessTheOthersConfirmIt) {
+  const auto state = [](const Cross& cross, double sigma_px) {
+    std::vector<Cross> crosses(10);
+    crosses[7] = cross;
+    auto [reading, marks] = Reseau(crosses);
+    marks[7].position->covariance = sigma_px * sigma_px * Eigen::Matrix2d::Identity();
+    return WithoutWrongMarks(reading, marks)[7].state;
+  };
+  EXPECT_EQ(state({{0.02, 0}, 0.35, false}, 0.1), MarkState::kUsed);
+  EXPECT_EQ(state({{0.08, 0}, 0.35, false}, 0.1), MarkState::kRejected);  // 2.7 sigma off
+  EXPECT_EQ(state({{0.02, 0}, 0.20, false}, 0.1), MarkState::kRejected);  // resembles nothing
+  EXPECT_EQ(state({{0.02, 0}, 0.35, false}, 2.0), MarkState::kRejected);  // may be anywhere there
+}
+
+TEST(WrongMarks, TwoMarksConfirmNoThird) {
+  std::vector<Cross> crosses(3);
+  crosses[1] = {Vector2d::Zero(), 0.35, false};
+  const auto [reading, marks] = Reseau(crosses);
+  EXPECT_EQ(Used(WithoutWrongMarks(reading, marks)), 2);
+}
+
 TEST(PositionByLines, HoldsWhatMatchingContradictsForUnsureWhateverItsCorrelation) {
   MarkPosition matched;
   matched.pixel = {100, 100};
