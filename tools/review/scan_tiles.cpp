@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <iterator>
 
 #include "core/raster/overviews.h"
 #include "core/raster/png_bands.h"
@@ -54,17 +55,24 @@ struct Stretch {
   float black = 0, white = 255;
 };
 
-Stretch StretchOf(const Raster& scan, double overview) {
+// From some of its rows: enough for percentiles, and soon read.
+Stretch StretchOf(const Raster& scan) {
+  constexpr int kRows = 32;
   const int bits = scan.BitsPerSample();
   if (bits <= 8) return {0, static_cast<float>((1 << bits) - 1)};
-  const int reduction = 1 << (LevelsOf(scan) - 1);
-  std::vector<float> values =
-      Reduced(scan, overview, {0, 0, scan.Width(), scan.Height()}, reduction).values;
-  std::erase_if(values, [](float value) { return std::isnan(value); });
+  std::vector<float> values;
+  for (int i = 0; i < std::min(kRows, scan.Height()); ++i) {
+    const int row = static_cast<int>((i + 0.5) * scan.Height() / std::min(kRows, scan.Height()));
+    const Image line = scan.ReadGrey({0, row, scan.Width(), 1}).image;
+    std::copy_if(line.values.begin(), line.values.end(), std::back_inserter(values),
+                 [](float value) { return !std::isnan(value); });
+  }
   if (values.empty()) return {};
-  std::sort(values.begin(), values.end());
   const auto at = [&](double share) {
-    return values[static_cast<std::size_t>(share * static_cast<double>(values.size() - 1))];
+    const auto nth = values.begin() +
+                     static_cast<std::ptrdiff_t>(share * static_cast<double>(values.size() - 1));
+    std::nth_element(values.begin(), nth, values.end());
+    return *nth;
   };
   const float black = at(0.005), white = at(0.995);
   return {black, std::max(white, std::nextafter(black, INFINITY))};
@@ -107,7 +115,7 @@ struct ScanTiles::Scan {
       : raster(Raster::OpenScan(path)),
         overview(CoarsestOverview(path)),
         levels(LevelsOf(raster)),
-        stretch(StretchOf(raster, overview)) {}
+        stretch(StretchOf(raster)) {}
 
   Raster raster;
   double overview;

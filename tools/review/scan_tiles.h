@@ -38,8 +38,8 @@ class ScanTiles {
   // Empty for a name that is not known. Throws InputError where the file cannot be read.
   std::optional<ScanSize> Size(const std::string& scan);
   // 8-bit grey PNG, smaller than 256 x 256 at the scan's right and lower edge. More than 8 bits are
-  // stretched between the 0.5 and 99.5 percentiles of the whole scan. Empty where there is no such
-  // scan or tile. Throws InputError where the file is damaged there.
+  // stretched between the 0.5 and 99.5 percentiles of 32 of the scan's rows. Empty where there is
+  // no such scan or tile. Throws InputError where the file is damaged there.
   std::shared_ptr<const std::string> Tile(const std::string& scan, const TilePlace& place);
 
  private:

@@ -31,7 +31,8 @@ TEST_F(MeasurementFiles, AreReadAsTheyWereWritten) {
       {"a,1", "3", {12.25, 80.5}, 0.5, false, {"J. Smith", "2024-05-01"}},
       {"b", "=cmd", {1, 2}, 1, true, {}}};
   WriteMarks(folder_.Path(), marks);
-  WriteImagePoints(folder_.Path(), {{"b", "p1", Eigen::Vector2d(3, 4), std::nullopt, 0.25, {"J"}}});
+  WriteImagePoints(folder_.Path(),
+                   {{"b", "p1", Eigen::Vector2d(3, 4), std::nullopt, 0.25, {"J", ""}}});
   WritePoints(folder_.Path(),
               {{"p1", {500000, 5e6, 12.5}, {1, 1, 2}, PointRole::kCheck, {"K, L", "2024"}}});
   WriteDecisions(folder_.Path(), {{"b", DecisionKind::kOrientation, "r90", "see strip", {}}});
