@@ -11,6 +11,7 @@
 #include "block/block.h"
 #include "block/inputs/block_files.h"
 #include "block/inputs/camera_library.h"
+#include "block/stages/interior_stage.h"
 #include "core/base/error.h"
 #include "core/files/block_file.h"
 #include "tools/commands/block_outputs.h"
@@ -52,7 +53,9 @@ class ReviewCommand : public Command {
                    "Heights of points clicked in the map; by default the block file's");
     app.add_option("--camera", options_.camera,
                    "Camera file (TOML) or a name from the camera library: shows where marks and "
-                   "frame are expected; by default the block file's");
+                   "frame are expected, and orients scans of orient interior again; by default the "
+                   "block file's");
+    AddScanOptions(app, &scan_);
     app.add_option("--by", by_, "Who says it, as the files record it (default: the user's name)");
     app.add_option("--port", port_, "Port on 127.0.0.1; 0: one that is free")
         ->check(CLI::Range(0, 65535))
@@ -65,7 +68,12 @@ class ReviewCommand : public Command {
   }
 
   ExitCode Run(std::ostream& out) override {
-    if (!block_path_.empty()) TakeFromBlock(out);
+    if (!block_path_.empty()) {
+      if (scan_.pixel_size_um || scan_.polarity || scan_.orientation)
+        throw UsageError(
+            "--pixel-size-um, --polarity and --orientation are the block file's with --block");
+      TakeFromBlock(out);
+    }
     for (const std::string& photo : ExpandPhotos(patterns_, "")) options_.scans.push_back(photo);
     if (measurements_.empty())
       throw UsageError(
@@ -73,6 +81,8 @@ class ReviewCommand : public Command {
           "measurements = \"DIR\"");
     if (!options_.camera.empty())
       options_.camera = block::FindCameraFile(options_.camera, library_);
+    if (!options_.run_again && !options_.camera.empty() && !options_.scans.empty())
+      options_.run_again = [this](ProgressListener* listener) { MeasureAgain(listener); };
     options_.measurements = measurements_;
     const char* user = std::getenv("USER");
     options_.by = by_ ? *by_ : user == nullptr ? "" : user;
@@ -128,6 +138,24 @@ class ReviewCommand : public Command {
     folder.Finish();
   }
 
+  // As orient interior --resume does.
+  void MeasureAgain(ProgressListener* listener) const {
+    block::InteriorRunOptions options;
+    options.photos = options_.scans;
+    options.camera = options_.camera;
+    options.out = options_.directory;
+    options.scan.pixel_size_um = scan_.pixel_size_um;
+    options.scan.polarity = scan_.polarity;
+    options.scan.orientation = scan_.orientation;
+    if (!SaidNothing()) options.measurements = ReadMeasurements(measurements_);
+    options.resume = true;
+    options.jobs = jobs_;
+    options.roll_lies_alike = true;
+    ProgressTask progress(listener, "interior orientation",
+                          static_cast<int>(options.photos.size()));
+    block::RunInterior(options, [&] { progress.Advance(); });
+  }
+
   // A folder without any of the files is an error to whoever reads it.
   bool SaidNothing() const {
     for (const char* file : {kMarksFile, kImagePointsFile, kPointsFile, kDecisionsFile})
@@ -138,6 +166,7 @@ class ReviewCommand : public Command {
   ReviewOptions options_;
   std::vector<std::string> patterns_;
   std::string block_path_, measurements_, library_;
+  ScanOptions scan_;
   std::optional<std::string> by_;
   int port_ = 0;
   int jobs_ = 0;

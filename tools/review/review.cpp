@@ -267,7 +267,9 @@ Reply Review::Undo(const std::string& body) {
 
 Reply Review::Start() {
   if (!options_.run_again)
-    return Error(422, "nothing can be oriented again here: give --block BLOCK.toml");
+    return Error(422,
+                 "nothing can be oriented again here: start with --block BLOCK.toml, or, after "
+                 "orient interior, with its scans and --camera");
   if (!run_again_.Start()) return Error(409, "a run is under way");
   return GetProgress();
 }

@@ -13,6 +13,7 @@ import socket
 import subprocess
 import sys
 import tempfile
+import time
 
 from review_server import MARKUP, make_folder, running
 
@@ -121,6 +122,46 @@ def killed_programs_lose_no_word(orient, folder, words, kills):
     assert not list((folder / "said").glob("*.part"))
 
 
+def interiors_are_measured_again(orient, folder):
+    """Rejected, a scan of `orient interior` fails when it is done again, and only then."""
+    def status():
+        return {photo["name"]: photo["status"] for photo in server.get("api/list")["photos"]}
+
+    def again():
+        code, _, body = server.ask("POST", "api/again", "{}")
+        assert code == 200, body
+        while (progress := server.get("api/progress"))["running"]:
+            time.sleep(0.05)
+        return progress["error"]
+
+    world = folder / "world"
+    scan = ["--pixel-size-um", 150, "--polarity", "positive", "--orientation", "r0"]
+    camera = ["--camera", world / "camera.toml"]
+    done = {"check": True, "capture_output": True}
+    subprocess.run([orient, "simulate", "--out", world, "--photos", "2", "--gsd-m", "3",
+                    "--pixel-size-um", "150", "--bare"], **done)
+    scans = sorted((world / "scans").glob("*.tif"))
+    subprocess.run([orient, "interior", *scans, *camera, "--out", folder / "films",
+                    *map(str, scan)], **done)
+    words = [folder / "films", *scans, *camera, "--measurements",
+             folder / "said_of_films"]
+    with running(orient, *words, *scan) as server:
+        before = status()
+        assert set(before.values()) == {"ok"}, before
+        photo = sorted(before)[0]
+        assert server.say({"decisions": [{"photo": photo, "decision": "reject", "value": "",
+                                          "reason": "cloud"}]}) == 200
+        assert status() == before
+        assert again() == ""
+        assert status() == {**before, photo: "failed"}
+        version = json.dumps({"version": server.get("api/list")["version"]})
+        assert server.ask("POST", "api/undo", version)[0] == 200
+        assert again() == "" and status() == before
+    with running(orient, *words) as server:  # without the scan options of the run
+        assert "made from another" in again()
+        assert status() == before
+
+
 def wrong_starts_are_refused(orient, folder, words, server):
     def said_on_stderr(*more):
         done = subprocess.run([orient, "review", *map(str, more)], capture_output=True, text=True,
@@ -153,6 +194,8 @@ def main(orient, more=None):
             two_windows_do_not_lose_words(server, said)
             wrong_starts_are_refused(orient, folder, words, server)
         killed_programs_lose_no_word(orient, folder, words, kills)
+        if more:
+            interiors_are_measured_again(orient, folder)
     print("strangers are refused, words are kept")
 
 
