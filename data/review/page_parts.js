@@ -45,7 +45,8 @@ function showList(list, current, choose) {
   });
   at('photos').replaceChildren(...rows);
   const toSee = list.photos.filter((photo) => photo.status !== 'ok' || isDone(photo));
-  at('reviewed').textContent = list.photos.length + ' photos, ' + (toSee.length ?
+  at('reviewed').textContent = (list.photos.length === 1 ? '1 photo, ' :
+    list.photos.length + ' photos, ') + (toSee.length ?
     toSee.filter(isDone).length + ' of ' + toSee.length + ' reviewed' : 'all ok');
   at('title').textContent = list.title;
   at('undo').disabled = !list.undo;

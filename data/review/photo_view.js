@@ -35,7 +35,7 @@ function exaggerationOf(found, width) {
   const lengths = found.filter((one) => one.residual_px && one.state !== 'rejected')
       .map((one) => Math.hypot(...one.residual_px)).sort((a, b) => a - b);
   const most = lengths[Math.floor(0.9 * lengths.length)];
-  if (!(most > 0)) return 1;
+  if (!(most > 1e-6)) return 1;  // as many observations as unknowns: residuals are rounding
   const wanted = 0.05 * width / most;
   const power = 10 ** Math.floor(Math.log10(wanted));
   return Math.max(1, [5, 2, 1].find((step) => step * power <= wanted) * power);

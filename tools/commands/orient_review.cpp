@@ -79,6 +79,10 @@ class ReviewCommand : public Command {
       throw UsageError(
           "where shall it be written what is said? Give --measurements DIR, or a block file with "
           "measurements = \"DIR\"");
+    // Runs write a table of marks to OUT that has the name of the measured ones.
+    if (fs::weakly_canonical(measurements_) == fs::weakly_canonical(options_.directory))
+      throw UsageError("--measurements must not be " + options_.directory +
+                       " itself: runs write their own marks.csv there; name another folder");
     if (!options_.camera.empty())
       options_.camera = block::FindCameraFile(options_.camera, library_);
     if (!options_.run_again && !options_.camera.empty() && !options_.scans.empty())

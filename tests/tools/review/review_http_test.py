@@ -83,7 +83,8 @@ def resident_mb(server):
 def many_requests_are_answered(server, names, number):
     paths = ["api/list", "", "leaflet.js", f"tile/{names[0]}/0/0/0", "api/photo/z", "api/map"]
     with concurrent.futures.ThreadPoolExecutor(100) as pool:
-        answers = list(pool.map(lambda i: server.ask("GET", paths[i % len(paths)])[0], range(number)))
+        answers = list(pool.map(lambda i: server.ask("GET", paths[i % len(paths)])[0],
+                                range(number)))
     assert set(answers) == {200}, set(answers)
     # Connections that ask nothing do not keep others waiting for long.
     silent = [socket.create_connection((server.host, server.port)) for _ in range(30)]
@@ -174,6 +175,8 @@ def wrong_starts_are_refused(orient, folder, words, server):
     assert code == 1 and "port" in text, (code, text)
     code, text = said_on_stderr(folder / "out")
     assert code == 1 and "--measurements" in text
+    code, text = said_on_stderr(folder / "out", "--measurements", folder / "out/")
+    assert code == 1 and "marks.csv" in text
     assert said_on_stderr(folder / "scans", "--measurements", folder / "other")[0] == 2
 
 
