@@ -48,9 +48,11 @@ TABLE = {
     "tools/simulate": (CORE[:-1], {"Eigen", "GDAL", "TBB", "nlohmann-json"}),
     "tools/report": (CORE + INTERIOR + ["block/inputs"], {"Eigen", "GDAL"}),
     "tools/convert": (CORE + INTERIOR + ["block/inputs"], {"Eigen", "GDAL", "TBB", "nlohmann-json"}),
+    "tools/review": (CORE + ["block/inputs", "tools/report"],
+                     {"Eigen", "nlohmann-json", "cpp-httplib"}),
     "tools/commands": (CORE + INTERIOR + EXTERIOR + BLOCK + ["ortho"]
                        + ["patchdb/store", "patchdb/harvest", "patchdb/maintenance"]
-                       + ["tools/simulate", "tools/report", "tools/convert"],
+                       + ["tools/simulate", "tools/report", "tools/convert", "tools/review"],
                        {"Eigen", "GDAL", "CLI11", "nlohmann-json"}),
 }
 TABLE["ortho"] = (CORE[:-1], {"Eigen", "GDAL"})
@@ -84,6 +86,7 @@ LIBRARIES = {
     "toml++": r"toml\+\+/",
     "nlohmann-json": r"nlohmann/",
     "libdeflate": r"libdeflate\.h$",
+    "cpp-httplib": r"httplib\.h$",
     "pugixml": r"pugixml\.hpp$",
     "SQLite": r"(SQLiteCpp/|sqlite3\.h$)",
     "CLI11": r"CLI/",

@@ -82,6 +82,7 @@ std::vector<ImagePointMeasurement> ReadImagePoints(const std::string& path) {
     else
       seen.photo_mm = {table.Number("x_mm"), table.Number("y_mm")};
     seen.sigma = table.PositiveNumber("sigma");
+    seen.said = Said(table);
     points.push_back(std::move(seen));
   }
   return points;
@@ -103,6 +104,7 @@ std::vector<GroundPoint> ReadPoints(const std::string& path) {
     if (role != "control" && role != "check")
       table.Fail("role", fmt::format("role is \"{}\"; it must be control or check", role));
     point.role = role == "check" ? PointRole::kCheck : PointRole::kControl;
+    point.said = Said(table);
     points.push_back(std::move(point));
   }
   return points;
@@ -185,23 +187,24 @@ void WriteMarks(const std::string& folder, const std::vector<MarkMeasurement>& m
 
 void WriteImagePoints(const std::string& folder, const std::vector<ImagePointMeasurement>& points) {
   const bool in_mm = !points.empty() && points.front().photo_mm;
-  std::string text = in_mm ? "photo,point,x_mm,y_mm,sigma\n" : "photo,point,col,row,sigma\n";
+  std::string text =
+      in_mm ? "photo,point,x_mm,y_mm,sigma,by,when\n" : "photo,point,col,row,sigma,by,when\n";
   for (const ImagePointMeasurement& seen : points) {
     const auto& at = in_mm ? seen.photo_mm : seen.pixel;
     if (!at) throw std::invalid_argument("WriteImagePoints: pixels and millimetres in one table");
-    text += fmt::format("{},{},{},{},{}\n", Cell(seen.photo), Cell(seen.point), Text(at->x()),
-                        Text(at->y()), Text(seen.sigma));
+    text += fmt::format("{},{},{},{},{}{}", Cell(seen.photo), Cell(seen.point), Text(at->x()),
+                        Text(at->y()), Text(seen.sigma), Ending(seen.said));
   }
   WriteFileAtomically(PathIn(folder, kImagePointsFile), text);
 }
 
 void WritePoints(const std::string& folder, const std::vector<GroundPoint>& points) {
-  std::string text = "point,x,y,z,sigma_x,sigma_y,sigma_z,role\n";
+  std::string text = "point,x,y,z,sigma_x,sigma_y,sigma_z,role,by,when\n";
   for (const GroundPoint& point : points)
-    text += fmt::format("{},{},{},{},{},{},{},{}\n", Cell(point.name), Text(point.ground_m.x()),
+    text += fmt::format("{},{},{},{},{},{},{},{}{}", Cell(point.name), Text(point.ground_m.x()),
                         Text(point.ground_m.y()), Text(point.ground_m.z()), Text(point.sigma_m.x()),
                         Text(point.sigma_m.y()), Text(point.sigma_m.z()),
-                        point.role == PointRole::kCheck ? "check" : "control");
+                        point.role == PointRole::kCheck ? "check" : "control", Ending(point.said));
   WriteFileAtomically(PathIn(folder, kPointsFile), text);
 }
 

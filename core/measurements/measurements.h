@@ -32,6 +32,7 @@ struct ImagePointMeasurement {
   std::string photo, point;
   std::optional<Eigen::Vector2d> pixel, photo_mm;  // one of them
   double sigma = 1;                                // of each coordinate, pixels or mm
+  SaidBy said = {};
 };
 
 enum class PointRole { kControl, kCheck };
@@ -42,6 +43,7 @@ struct GroundPoint {
   Eigen::Vector3d ground_m = Eigen::Vector3d::Zero();
   Eigen::Vector3d sigma_m = Eigen::Vector3d::Ones();
   PointRole role = PointRole::kControl;
+  SaidBy said = {};
 };
 
 enum class DecisionKind { kAccept, kReject, kOrientation, kPolarity, kCamera, kPixelSize };

@@ -13,6 +13,7 @@ CommandList MakeCommands() {
   commands.push_back(MakeConvertCommand());
   commands.push_back(MakeSimulateCommand());
   commands.push_back(MakeReportCommand());
+  commands.push_back(MakeReviewCommand());
   commands.push_back(MakeCamerasCommand());
   commands.push_back(MakeMeasurementsCommand());
   return commands;

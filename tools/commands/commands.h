@@ -19,5 +19,6 @@ std::unique_ptr<Command> MakeOrthoCommand();
 std::unique_ptr<Command> MakePatchdbCommand();
 std::unique_ptr<Command> MakeSimulateCommand();
 std::unique_ptr<Command> MakeReportCommand();
+std::unique_ptr<Command> MakeReviewCommand();
 
 }  // namespace orient

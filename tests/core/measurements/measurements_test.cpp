@@ -31,8 +31,10 @@ TEST_F(MeasurementFiles, AreReadAsTheyWereWritten) {
       {"a,1", "3", {12.25, 80.5}, 0.5, false, {"J. Smith", "2024-05-01"}},
       {"b", "=cmd", {1, 2}, 1, true, {}}};
   WriteMarks(folder_.Path(), marks);
-  WriteImagePoints(folder_.Path(), {{"b", "p1", Eigen::Vector2d(3, 4), std::nullopt, 0.25}});
-  WritePoints(folder_.Path(), {{"p1", {500000, 5e6, 12.5}, {1, 1, 2}, PointRole::kCheck}});
+  WriteImagePoints(folder_.Path(),
+                   {{"b", "p1", Eigen::Vector2d(3, 4), std::nullopt, 0.25, {"J", ""}}});
+  WritePoints(folder_.Path(),
+              {{"p1", {500000, 5e6, 12.5}, {1, 1, 2}, PointRole::kCheck, {"K, L", "2024"}}});
   WriteDecisions(folder_.Path(), {{"b", DecisionKind::kOrientation, "r90", "see strip", {}}});
   const Measurements read = Read();
   ASSERT_EQ(read.marks.size(), 2u);
@@ -44,8 +46,10 @@ TEST_F(MeasurementFiles, AreReadAsTheyWereWritten) {
   EXPECT_TRUE(read.marks[1].exact);
   ASSERT_EQ(read.image_points.size(), 1u);
   EXPECT_EQ(*read.image_points[0].pixel, Eigen::Vector2d(3, 4));
+  EXPECT_EQ(read.image_points[0].said.by, "J");
   ASSERT_NE(read.Point("p1"), nullptr);
   EXPECT_EQ(read.Point("p1")->role, PointRole::kCheck);
+  EXPECT_EQ(read.Point("p1")->said.by, "K, L");
   EXPECT_EQ(read.Point("p2"), nullptr);
   EXPECT_EQ(read.OrientationOf("b"), ScanOrientation::kR90);
   EXPECT_FALSE(read.OrientationOf("a,1"));

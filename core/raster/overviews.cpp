@@ -1,0 +1,27 @@
+#include "core/raster/overviews.h"
+
+#include <gdal_priv.h>
+
+#include <algorithm>
+
+#include "core/base/open_dataset.h"
+#include "core/base/quiet_gdal.h"
+#include "core/raster/reading_errors.h"
+
+namespace orient {
+
+double CoarsestOverview(const std::string& path) {
+  RegisterGdalDrivers();
+  const ReadingErrors errors;
+  const GDALDatasetUniquePtr dataset = OpenRasterDataset(path);
+  if (dataset == nullptr || dataset->GetRasterCount() == 0) return 1;
+  GDALRasterBand* band = dataset->GetRasterBand(1);
+  double coarsest = 1;
+  for (int i = 0; band->GetColorTable() == nullptr && i < band->GetOverviewCount(); ++i)
+    if (GDALRasterBand* overview = band->GetOverview(i))
+      coarsest = std::max(coarsest, std::min(double(band->GetXSize()) / overview->GetXSize(),
+                                             double(band->GetYSize()) / overview->GetYSize()));
+  return coarsest;
+}
+
+}  // namespace orient

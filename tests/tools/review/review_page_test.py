@@ -1,0 +1,319 @@
+#!/usr/bin/env python3
+"""CTest `review_page` (slow): the page of `orient review` in a real browser, by mouse and by keys.
+
+    review_page_test.py ORIENT [PICTURES]    PICTURES: folder for screenshots of what was seen
+
+Needs Debian's chromium, chromium-driver and python3-selenium; is skipped (exit code 77) without.
+A simulated block of three photos is oriented; on the page a mark is measured, a ground point is
+taken from photo and map, decisions are made, taken back, withdrawn, and carried out.
+"""
+
+import os
+import pathlib
+import shutil
+import subprocess
+import sys
+import tempfile
+import time
+
+from review_server import make_folder, running
+
+SKIPPED = 77
+DEBIAN_PYTHON = "/usr/bin/python3"  # whose package selenium is
+FLAGS = ["--headless", "--no-sandbox", "--disable-gpu", "--disable-quic", "--no-first-run",
+         "--disable-background-networking", "--disable-component-update", "--disable-sync"]
+
+
+def make_block(orient, folder):
+    def do(*words):
+        subprocess.run([orient, *map(str, words)], check=True, capture_output=True)
+
+    block = folder / "block"
+    do("simulate", "--out", block, "--photos", 3, "--gsd-m", 1.5, "--pixel-size-um", 100,
+       "--position-error-m", 3, "--attitude-error-deg", 0.5, "--ortho", "--bare")
+    old = block / "old"
+    do("patchdb", "create", block / "patches.gpkg", "--crs", "EPSG:32635")
+    do("patchdb", "harvest", block / "patches.gpkg", "--camera", old / "camera.toml",
+       "--orientation", old / "orientation.csv", "--interior", old / "interior",
+       *sorted((old / "photos").glob("*.tif")), "--dem", block / "dem.tif", "--date", 1990,
+       "--max-per-photo", 60)
+    (block / "said").mkdir()
+    (block / "said/decisions.csv").write_text("photo,decision,value,reason\n", encoding="utf-8")
+    text = (block / "block.toml").read_text(encoding="utf-8")
+    (block / "block.toml").write_text('measurements = "said"\n' + text, encoding="utf-8")
+    do("block", block / "block.toml")
+    return block
+
+
+class Page:
+    """What a person sees and does; every wait has an end."""
+
+    def __init__(self, browser, keys, actions):
+        self.browser, self.keys, self.actions = browser, keys, actions
+
+    def open(self, address):
+        self.browser.get(address)
+        self.until(lambda: self.text("name") != "No photo", "a photo is shown")
+
+    def until(self, true, what, seconds=60):
+        end = time.monotonic() + seconds
+        while not true():
+            assert time.monotonic() < end, f"not seen: {what}; message: {self.text('message')}"
+            time.sleep(0.1)
+
+    def at(self, name):
+        return self.browser.find_element("id", name)
+
+    def text(self, name):
+        return self.browser.execute_script(
+            f"const e = document.getElementById('{name}'); return e.hidden ? '' : e.textContent")
+
+    def press(self, *keys):
+        self.actions(self.browser).send_keys(*keys).perform()
+
+    def type(self, name, text):
+        self.at(name).clear()
+        self.at(name).send_keys(text)
+
+    def click_stage(self, name, dx=0, dy=0):
+        self.actions(self.browser).move_to_element_with_offset(self.at(name), dx, dy).click().perform()
+
+    def said(self, text):
+        self.until(lambda: self.text("message") == text, text)
+
+    def script(self, text):
+        return self.browser.execute_script("return " + text)
+
+    def errors(self):
+        return [entry for entry in self.browser.get_log("browser") if entry["level"] == "SEVERE"]
+
+    def foreign_requests(self):
+        return self.script("performance.getEntries().map((e) => e.name).filter((n) => "
+                           "n.includes('://') && !n.startsWith(location.origin + '/'))")
+
+    def picture(self, folder, name):
+        if folder:
+            self.browser.save_screenshot(str(folder / f"{name}.png"))
+
+
+def looks_and_moves(page, names, pictures):
+    photos = page.browser.find_elements("css selector", "#photos button")
+    assert len(photos) == len(names), [photo.text for photo in photos]
+    first = page.text("name")
+    page.press("n")
+    page.until(lambda: page.text("name") != first, "the next photo")
+    page.press("p")
+    page.until(lambda: page.text("name") == first, "the photo before")
+    page.until(lambda: page.script("[...document.querySelectorAll('#photo_view img.leaflet-tile')]"
+                                   ".filter((i) => i.complete && i.naturalWidth > 0).length > 0"),
+               "tiles of the scan")
+    page.picture(pictures, "photo")
+    page.press("?")
+    page.until(lambda: page.script("document.getElementById('help_dialog').open"), "help")
+    page.press(page.keys.ESCAPE)
+    page.until(lambda: not page.script("document.getElementById('help_dialog').open"), "no help")
+
+
+def measures_a_mark_by_mouse(page, said):
+    photo = page.text("name")
+    page.press("m")
+    mark = page.at("mark").get_attribute("value")
+    assert mark
+    page.click_stage("photo_view", 30, 20)
+    page.said(f"Written: mark {mark} of photo {photo}")
+    assert f"{photo},{mark}," in (said / "marks.csv").read_text(encoding="utf-8")
+    page.press("u")
+    page.said(f"Taken back: mark {mark} of photo {photo}")
+    assert not (said / "marks.csv").exists()
+
+
+def measure_by_keys(page, mark, pixel):
+    """Moved under the cross."""
+    while page.at("mark").get_attribute("value") != mark or not page.script("review.mode"):
+        page.press("m")
+    page.browser.execute_script(
+        "photoView.map.setView(photoView.placeOf(arguments[0]), 0, {animate: false})", list(pixel))
+    page.press(page.keys.ARROW_RIGHT, page.keys.ARROW_LEFT, page.keys.ENTER)
+    page.said(f"Written: mark {mark} of photo {page.text('name')}")
+
+
+def measures_a_mark_by_keys(page, said):
+    """At the very pixel where it was found."""
+    photo = page.text("name")
+    mark, pixel = page.script("[review.photo.interior.marks[0].id, "
+                              "review.photo.interior.marks[0].pixel]")
+    measure_by_keys(page, mark, pixel)
+    line = [row for row in (said / "marks.csv").read_text(encoding="utf-8").splitlines()
+            if row.startswith(f"{photo},{mark},")][0].split(",")
+    assert abs(float(line[2]) - pixel[0]) < 2 and abs(float(line[3]) - pixel[1]) < 2, (line, pixel)
+
+
+def measures_a_ground_point(page, said, pictures):
+    """In the photo by a click, on the orthophoto by a click; its height is the DEM's."""
+    photo = page.text("name")
+    page.press("g")
+    page.click_stage("photo_view")
+    page.until(lambda: page.at("point_form").is_displayed(), "the point's form")
+    page.press(page.keys.ESCAPE, "t")  # leaves the field; the map
+    page.until(lambda: page.script("review.showsMap"), "the map")
+    page.until(lambda: page.script("[...document.querySelectorAll('#map_view img.leaflet-tile')]"
+                                   ".filter((i) => i.complete && i.naturalWidth).length > 0"),
+               "the orthophoto")
+    page.picture(pictures, "map")
+    page.click_stage("map_view", 5, 5)
+    page.until(lambda: page.at("z").get_attribute("value") != "", "a height")
+    page.type("point", "corner <b>of</b> a field")
+    page.at("save_point").click()
+    page.said(f"Written: point corner <b>of</b> a field of photo {photo}")
+    points = (said / "points.csv").read_text(encoding="utf-8")
+    assert "corner <b>of</b> a field" in points and ",control,tester," in points, points
+    assert f"{photo},corner" in (said / "image_points.csv").read_text(encoding="utf-8")
+    assert not page.browser.find_elements("css selector", "#said b, .leaflet-tooltip b")
+    page.press("t", "u")
+    page.said(f"Taken back: point corner <b>of</b> a field of photo {photo}")
+
+
+def orients_again(page, said):
+    """Rejected and done again it fails; taken back and done again it is what it was."""
+    photo, before = page.text("name"), page.text("status")
+    page.type("why", "cloud, <script>alert(1)</script>")
+    page.press(page.keys.ESCAPE, "r")
+    page.said(f"Written: reject of photo {photo}")
+    page.until(lambda: page.at("pending").is_displayed(), "said, not done")
+    page.press("d")
+    page.said("Oriented again.")
+    assert page.text("status") == "failed" and "cloud, <script>" in page.text("reasons")
+    assert not page.at("pending").is_displayed()
+    page.browser.find_element("css selector", "#said li:last-child button").click()  # Withdraw
+    page.said(f"Written: no reject of photo {photo}")
+    page.press("d")
+    page.said("Oriented again.")
+    assert page.text("status") == before, page.text("reasons")
+
+
+def filters(page):
+    all_photos = len(page.browser.find_elements("css selector", "#photos button"))
+    page.browser.execute_script("const s = document.getElementById('state'); s.value = 'failed';"
+                                "s.dispatchEvent(new Event('change'))")
+    failed = len(page.browser.find_elements("css selector", "#photos button"))
+    assert failed == page.script("review.list.photos.filter((p) => p.status === 'failed').length")
+    assert failed < all_photos
+    page.browser.execute_script("const s = document.getElementById('state'); s.value = '';"
+                                "s.dispatchEvent(new Event('change'))")
+
+
+def a_second_window_is_told(page, server, said):
+    photo = page.text("name")
+    assert server.say({"decisions": [{"photo": photo, "decision": "polarity", "value": "negative",
+                                      "reason": "other window"}]}) == 200
+    page.press("r")
+    page.until(lambda: "another window" in page.text("message"), "a word about the other window")
+    page.until(lambda: "other window" in page.text("said"), "what the other window said")
+    text = (said / "decisions.csv").read_text(encoding="utf-8")
+    assert "reject" not in text and "negative" in text
+
+
+def narrow_screens_have_all(page, pictures):
+    page.browser.execute_cdp_cmd("Emulation.setDeviceMetricsOverride", {
+        "width": 400, "height": 800, "deviceScaleFactor": 1, "mobile": False})
+    page.browser.refresh()
+    page.until(lambda: page.text("name") != "No photo", "a photo is shown")
+    time.sleep(0.5)
+    assert page.script("document.documentElement.scrollWidth") <= 400
+    page.picture(pictures, "narrow")
+    page.browser.execute_script("document.querySelector('aside').scrollIntoView()")
+    page.picture(pictures, "narrow_panel")
+    page.browser.execute_cdp_cmd("Emulation.clearDeviceMetricsOverride", {})
+
+
+def a_failed_frame_becomes_weak(page, orient, folder, pictures):
+    """A curled print of a real film: three marks by eye (of four, one cannot be seen)."""
+    root = pathlib.Path(__file__).resolve().parents[3]
+    data = pathlib.Path(os.environ.get("ORIENT_SHARED_DATA", root / "../shared/data"))
+    scan = data / "film/0cec8b13.jpg"
+    if not scan.exists():
+        print("not tried on a real frame: real data absent (ORIENT_SHARED_DATA): film/0cec8b13.jpg")
+        return
+    camera = ["--camera", root / "data/cameras/wild_rc8_23.toml"]
+    subprocess.run([orient, "interior", scan, *camera, "--out", folder / "film"], check=False,
+                   capture_output=True)
+    with running(orient, folder / "film", scan, *camera, "--measurements", folder / "eye") as server:
+        page.open(server.address)
+        assert page.text("status") == "failed"
+        for mark, pixel in (("1", (68.5, 1780.2)), ("3", (78.8, 84.3)), ("2", (1734.8, 103.6))):
+            measure_by_keys(page, mark, pixel)
+        page.press("d")
+        page.said("Oriented again.")
+        assert page.text("status") == "weak", page.text("reasons")
+        page.picture(pictures, "film")
+        assert not page.errors() and not page.foreign_requests()
+
+
+def markup_in_names_does_nothing(page, orient, folder, pictures):
+    names = make_folder(folder)
+    with running(orient, folder / "out", *(folder / "scans").iterdir(), "--measurements",
+                 folder / "said") as server:
+        page.open(server.address)
+        looks_and_moves(page, names, None)
+        listed = page.text("photos")
+        assert all(name in listed for name in names), listed
+        assert not page.browser.find_elements("css selector", "img[src='x'], img[onerror]")
+        filters(page)
+        page.picture(pictures, "markup")
+        assert not page.errors() and not page.foreign_requests()
+
+
+def start_browser():
+    from selenium import webdriver
+    from selenium.webdriver.chrome.service import Service
+    options = webdriver.ChromeOptions()
+    for flag in [*FLAGS, "--window-size=1400,900"]:
+        options.add_argument(flag)
+    options.set_capability("goog:loggingPrefs", {"browser": "ALL"})
+    return webdriver.Chrome(options=options, service=Service(shutil.which("chromedriver")))
+
+
+def main(orient, pictures=None):
+    try:
+        from selenium.webdriver.common.action_chains import ActionChains
+        from selenium.webdriver.common.keys import Keys
+    except ImportError:
+        if sys.executable != DEBIAN_PYTHON and pathlib.Path(DEBIAN_PYTHON).exists():
+            os.execv(DEBIAN_PYTHON, [DEBIAN_PYTHON, *sys.argv])
+        print("skipped: python3-selenium is not installed")
+        return SKIPPED
+    if not shutil.which("chromium") or not shutil.which("chromedriver"):
+        print("skipped: chromium or chromium-driver is not installed")
+        return SKIPPED
+    pictures = pathlib.Path(pictures) if pictures else None
+    browser = start_browser()
+    try:
+        page = Page(browser, Keys, ActionChains)
+        with tempfile.TemporaryDirectory() as name:
+            block = make_block(orient, pathlib.Path(name))
+            said = block / "said"
+            with running(orient, block / "out", "--block", block / "block.toml", "--ortho",
+                         block / "old/ortho.tif", "--by", "tester") as server:
+                page.open(server.address)
+                looks_and_moves(page, ["new_1_1", "new_1_2", "new_1_3"], pictures)
+                measures_a_mark_by_mouse(page, said)
+                measures_a_mark_by_keys(page, said)
+                measures_a_ground_point(page, said, pictures)
+                orients_again(page, said)
+                page.picture(pictures, "done_again")
+                assert not page.errors(), page.errors()
+                a_second_window_is_told(page, server, said)
+                narrow_screens_have_all(page, pictures)
+                assert not page.foreign_requests(), page.foreign_requests()
+        with tempfile.TemporaryDirectory() as name:
+            browser.get_log("browser")  # the refusal above is told there, too
+            markup_in_names_does_nothing(page, orient, pathlib.Path(name), pictures)
+            a_failed_frame_becomes_weak(page, orient, pathlib.Path(name), pictures)
+    finally:
+        browser.quit()
+    print("the page does what it says")
+    return 0
+
+
+if __name__ == "__main__":
+    sys.exit(main(*sys.argv[1:]))

@@ -1,0 +1,277 @@
+#include "tools/review/review.h"
+
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include <charconv>
+#include <chrono>
+#include <cmath>
+#include <ctime>
+#include <filesystem>
+#include <nlohmann/json.hpp>
+
+#include "core/base/atomic_write.h"
+#include "core/base/error.h"
+#include "core/files/orientation_table.h"
+#include "tools/review/page_words.h"
+
+namespace orient {
+namespace {
+namespace fs = std::filesystem;
+using Json = nlohmann::ordered_json;
+
+constexpr const char* kViewer = "/usr/share/javascript/leaflet";
+constexpr const char* kOrtho = "ortho";
+
+Reply Answer(int status, const Json& json) {
+  return {status, "application/json",
+          std::make_shared<const std::string>(
+              json.dump(-1, ' ', false, Json::error_handler_t::replace))};
+}
+
+Reply Error(int status, const std::string& message) { return Answer(status, {{"error", message}}); }
+
+Reply NotThere() { return Error(404, "there is no such page"); }
+
+Reply JsonText(std::string text) {
+  return {200, "application/json", std::make_shared<const std::string>(std::move(text))};
+}
+
+// Whatever is wrong with a file or a word is said to the page; the server goes on.
+template <typename Action>
+Reply Answered(const Action& action) {
+  try {
+    return action();
+  } catch (const InputError& error) {
+    return Error(422, error.what());
+  } catch (const UsageError& error) {
+    return Error(422, error.what());
+  } catch (const std::exception& error) {
+    return Error(500, error.what());
+  }
+}
+
+std::map<std::string, std::string> ByName(const std::vector<std::string>& paths) {
+  std::map<std::string, std::string> scans;
+  for (const std::string& path : paths)
+    if (const auto [at, added] = scans.emplace(PhotoName(path), path); !added && at->second != path)
+      throw UsageError(fmt::format("{} and {} have one name; name one of them", at->second, path));
+  return scans;
+}
+
+std::string Today() {
+  const std::time_t now = std::time(nullptr);
+  std::tm utc{};
+  gmtime_r(&now, &utc);
+  return fmt::format("{:04}-{:02}-{:02}T{:02}:{:02}:{:02}Z", utc.tm_year + 1900, utc.tm_mon + 1,
+                     utc.tm_mday, utc.tm_hour, utc.tm_min, utc.tm_sec);
+}
+
+template <typename Value>
+std::optional<Value> NumberOf(const std::string& text) {
+  Value value{};
+  const char* last = text.data() + text.size();
+  const auto [end, error] = std::from_chars(text.data(), last, value);
+  if (error != std::errc() || end != last) return std::nullopt;
+  return value;
+}
+
+std::string TypeOf(const std::string& file) {
+  if (file.ends_with(".html")) return "text/html; charset=utf-8";
+  if (file.ends_with(".css")) return "text/css; charset=utf-8";
+  if (file.ends_with(".js")) return "text/javascript; charset=utf-8";
+  return file.ends_with(".svg") ? "image/svg+xml" : "image/png";
+}
+
+// Footprints and centres with a margin: heights are wanted there.
+Bounds WantedGround(const BlockRecord& block) {
+  Bounds bounds = Bounds::OfNothing();
+  for (const PhotoRecord& photo : block.photos) {
+    if (!photo.exterior) continue;
+    for (const Eigen::Vector3d& corner : photo.exterior->footprint_m)
+      bounds.Include(corner.x(), corner.y());
+    if (photo.exterior->pose)
+      bounds.Include(photo.exterior->pose->position_m.x(), photo.exterior->pose->position_m.y());
+  }
+  const double margin = std::max(bounds.max_x - bounds.min_x, bounds.max_y - bounds.min_y);
+  return {bounds.min_x - margin, bounds.min_y - margin, bounds.max_x + margin,
+          bounds.max_y + margin};
+}
+
+}  // namespace
+
+Review::Review(ReviewOptions options)
+    : options_(std::move(options)),
+      states_(options_.directory),
+      said_(options_.measurements),
+      scans_(ByName(options_.scans)),
+      ortho_({{kOrtho, options_.ortho}}),
+      run_again_(options_.run_again) {
+  states_.Now();
+  ReadViewer();
+  if (!options_.ortho.empty()) ReadOrtho();
+  if (!options_.camera.empty()) camera_ = ReadCameraFile(options_.camera);
+}
+
+void Review::ReadViewer() {
+  const auto add = [&](const std::string& name, std::string_view contents, bool keep) {
+    files_[name] = {200, TypeOf(name), std::make_shared<const std::string>(contents), keep};
+  };
+  for (const EmbeddedFile& file : ReviewFiles()) add(std::string(file.name), file.contents, false);
+  for (const char* name :
+       {"leaflet.js", "leaflet.css", "images/layers.png", "images/layers-2x.png"}) {
+    const fs::path path = fs::path(kViewer) / name;
+    if (!fs::exists(path))
+      throw InputError(path.string() +
+                       " is not there; install the viewer: apt-get install libjs-leaflet");
+    add(name, ReadFile(path.string()), true);
+  }
+}
+
+void Review::ReadOrtho() {
+  const Raster raster = Raster::Open(options_.ortho);
+  const auto g = raster.GeoTransform();
+  if (!g || (*g)[2] != 0 || (*g)[4] != 0 || !((*g)[1] > 0 && (*g)[5] < 0))
+    throw InputError(options_.ortho +
+                     ": has no georeference with north up; make one with gdalwarp");
+  const auto& crs = states_.Now()->block.crs;
+  if (crs && !raster.CrsWkt().empty() && !SameHorizontalCrs(raster.CrsWkt(), crs->Wkt()))
+    throw InputError(fmt::format("{}: is not in the block's CRS, {}; make one with gdalwarp",
+                                 options_.ortho, crs->Name()));
+  ground_ = {ortho_.Size(kOrtho).value(), (*g)[0], (*g)[3], (*g)[1], -(*g)[5]};
+}
+
+Reply Review::Get(const WebPath& path, const std::map<std::string, std::string>& query) {
+  return Answered([&]() -> Reply {
+    const std::string joined = fmt::format("{}", fmt::join(path, "/"));
+    const auto file = files_.find(joined.empty() ? "index.html" : joined);
+    if (file != files_.end()) return file->second;
+    if (path.size() == 5 && path[0] == "tile") return GetTile(&scans_, path[1], path);
+    if (path.size() == 5 && path[0] == "ground" && ground_) return GetTile(&ortho_, kOrtho, path);
+    return path.size() >= 2 && path[0] == "api" ? GetData(path, query) : NotThere();
+  });
+}
+
+Reply Review::GetData(const WebPath& path, const std::map<std::string, std::string>& query) {
+  if (path.size() == 3 && path[1] == "photo") return GetPhoto(path[2]);
+  if (path.size() != 2) return NotThere();
+  if (path[1] == "height") return GetHeight(query);
+  if (path[1] == "progress") return GetProgress();
+  const auto state = states_.Now();
+  const auto [said, version] = said_.Read();
+  if (path[1] == "list")
+    return JsonText(ListJson(*state, said, version, said_.LatestAbout(), scans_));
+  if (path[1] == "map") return JsonText(MapJson(*state, said, ground_));
+  return NotThere();
+}
+
+Reply Review::GetPhoto(const std::string& name) {
+  const auto state = states_.Now();
+  const PhotoRecord* photo = state->Photo(name);
+  if (photo == nullptr) return Error(404, "there is no such photo");
+  ShownScan scan;
+  try {
+    scan.size = scans_.Size(name);
+    if (!scan.size)
+      scan.why_not = "its scan was not named; name it after OUT, or in the block file";
+  } catch (const InputError& error) {
+    scan.why_not = error.what();
+  }
+  return JsonText(
+      PhotoJson(*state, said_.Read().first, *photo, scan, camera_ ? &*camera_ : nullptr));
+}
+
+Reply Review::GetHeight(const std::map<std::string, std::string>& query) {
+  const auto number = [&](const char* key) {
+    const auto found = query.find(key);
+    return found == query.end() ? std::nullopt : NumberOf<double>(found->second);
+  };
+  const auto x = number("x"), y = number("y");
+  if (!x || !y) return Error(400, "x and y must be numbers");
+  const auto state = states_.Now();
+  if (options_.dem.empty() || !state->block.crs) return Answer(200, {{"z", nullptr}});
+  const std::lock_guard lock(surface_mutex_);
+  if (!surface_)
+    surface_ = GroundSurface::FromFile(options_.dem, *state->block.crs, WantedGround(state->block));
+  const auto height = surface_->HeightAt(*x, *y);
+  return Answer(200, {{"z", height ? Json(*height) : Json()}});
+}
+
+Reply Review::GetProgress() const {
+  const RunProgress now = run_again_.Progress();
+  return Answer(200, {{"offered", options_.run_again != nullptr},
+                      {"running", now.running},
+                      {"runs", now.runs},
+                      {"task", now.task},
+                      {"done", now.done},
+                      {"total", now.total},
+                      {"error", now.error}});
+}
+
+Reply Review::GetTile(ScanTiles* tiles, const std::string& scan, const WebPath& place) {
+  const auto level = NumberOf<int>(place[2]), col = NumberOf<int>(place[3]),
+             row = NumberOf<int>(place[4]);
+  if (!level || !col || !row) return Error(400, "level, column and row must be whole numbers");
+  auto png = tiles->Tile(scan, {*level, *col, *row});
+  if (png == nullptr) return Error(404, "there is no such tile");
+  return {200, "image/png", std::move(png), true};
+}
+
+Reply Review::Post(const WebPath& path, const std::string& body) {
+  return Answered([&] {
+    if (path == WebPath{"api", "say"}) return Say(body);
+    if (path == WebPath{"api", "undo"}) return Undo(body);
+    if (path == WebPath{"api", "again"}) return Start();
+    return NotThere();
+  });
+}
+
+// Throws InputError where the word cannot be true of this block.
+void Review::RequireSayable(const Word& word) {
+  const auto state = states_.Now();
+  for (const std::string& photo : PhotosOf(word))
+    if (state->Photo(photo) == nullptr)
+      throw InputError(fmt::format("{} has no photo \"{}\"", options_.directory, photo));
+  for (const Decision& decision : word.decisions) {
+    const auto index = state->Photo(decision.photo) - state->block.photos.data();
+    const Status status = state->verdict.photos.at(static_cast<std::size_t>(index)).status;
+    if (decision.kind == DecisionKind::kAccept && status == Status::kFailed)
+      throw InputError(
+          fmt::format("photo {} has failed and has nothing to accept; measure marks or "
+                      "ground points in it, and orient it again",
+                      decision.photo));
+  }
+}
+
+Reply Review::Say(const std::string& body) {
+  const PageWord said = WordOfPage(body, {options_.by, Today()});
+  RequireSayable(said.word);
+  if (said_.Say(said.version, said.word) == SayOutcome::kOtherVersion)
+    return Error(409,
+                 "another window has said something meanwhile; this one now shows it: please "
+                 "look, and say it again");
+  return Answer(200, {{"version", said_.Read().second}});
+}
+
+Reply Review::Undo(const std::string& body) {
+  switch (said_.Undo(WordOfPage(body, {}).version)) {
+    case SayOutcome::kSaid:
+      return Answer(200, {{"version", said_.Read().second}});
+    case SayOutcome::kNothing:
+      return Error(409, "nothing has been said since the review began");
+    case SayOutcome::kOtherVersion:
+      break;
+  }
+  return Error(409, "the files have changed since this was said; this window now shows them");
+}
+
+Reply Review::Start() {
+  if (!options_.run_again)
+    return Error(422,
+                 "nothing can be oriented again here: start with --block BLOCK.toml, or, after "
+                 "orient interior, with its scans and --camera");
+  if (!run_again_.Start()) return Error(409, "a run is under way");
+  return GetProgress();
+}
+
+}  // namespace orient

@@ -1,0 +1,236 @@
+#include "tools/review/said_folder.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <filesystem>
+
+#include "block/inputs/digest.h"
+#include "core/base/atomic_write.h"
+#include "core/base/error.h"
+#include "core/base/output_directory.h"
+#include "core/base/trimmed.h"
+
+namespace orient {
+namespace {
+namespace fs = std::filesystem;
+
+constexpr std::array kFiles = {kMarksFile, kImagePointsFile, kPointsFile, kDecisionsFile};
+constexpr std::size_t kLongestName = 200, kLongestReason = 2000;
+
+std::string Made(const std::string& folder) {
+  MakeOutputDirectory(folder);
+  return folder;
+}
+
+std::string VersionOf(const std::map<std::string, std::string>& files) {
+  std::string all;
+  for (const auto& [name, text] : files) all += fmt::format("{} {}\n", name, text.size()) + text;
+  return block::Digest(all);
+}
+
+void RequireText(const std::string& what, const std::string& text, std::size_t longest) {
+  if (text.size() > longest)
+    throw InputError(fmt::format("{} has more than {} characters; shorten it", what, longest));
+  if (Trimmed(text) != text)
+    throw InputError(fmt::format("{} \"{}\" has blanks around it; leave them out", what, text));
+  const auto is_control = [](char c) { return static_cast<unsigned char>(c) < 32 || c == 127; };
+  if (std::any_of(text.begin(), text.end(), is_control))
+    throw InputError(what + " has line breaks or control characters in it; leave them out");
+}
+
+void RequireName(const std::string& what, const std::string& name) {
+  if (name.empty()) throw InputError(what + " has no name; give it one");
+  RequireText("the name of " + what, name, kLongestName);
+}
+
+void RequireNumber(const std::string& what, double number) {
+  if (!std::isfinite(number) || std::abs(number) > 1e9)
+    throw InputError(fmt::format("{} is {}; it must be a number below 1e9", what, number));
+}
+
+void RequireSigma(double sigma) {
+  if (!(sigma > 0 && sigma <= 1e6))
+    throw InputError(fmt::format("sigma is {}; it must be positive", sigma));
+}
+
+void RequireSaid(const SaidBy& said) {
+  RequireText("the name of who says it", said.by, kLongestName);
+  RequireText("the date", said.when, kLongestName);
+}
+
+// Throws InputError where the files could not be read again with this in them.
+void RequireRight(const Word& word) {
+  for (const MarkMeasurement& mark : word.marks) {
+    RequireName("the photo", mark.photo);
+    RequireName("the mark", mark.mark);
+    for (const double number : mark.pixel) RequireNumber("the mark's pixel", number);
+    RequireSigma(mark.sigma_px);
+    RequireSaid(mark.said);
+  }
+  for (const ImagePointMeasurement& seen : word.image_points) {
+    RequireName("the photo", seen.photo);
+    RequireName("the point", seen.point);
+    for (const double number : seen.pixel.value()) RequireNumber("the point's pixel", number);
+    RequireSigma(seen.sigma);
+    RequireSaid(seen.said);
+  }
+  for (const GroundPoint& point : word.points) {
+    RequireName("the point", point.name);
+    for (const double number : point.ground_m) RequireNumber("the point's coordinate", number);
+    for (const double sigma : point.sigma_m) RequireSigma(sigma);
+    RequireSaid(point.said);
+  }
+  for (const Decision& decision : word.decisions) {
+    RequireName("the photo", decision.photo);
+    RequireText("the value", decision.value, kLongestName);
+    RequireText("the reason", decision.reason, kLongestReason);
+    RequireSaid(decision.said);
+    if (const std::string why = WhyNoDecision(decision.kind, decision.value); !why.empty())
+      throw InputError(
+          fmt::format("the value \"{}\" of {} {}", decision.value, Name(decision.kind), why));
+  }
+}
+
+bool IsVerdict(DecisionKind kind) {
+  return kind == DecisionKind::kAccept || kind == DecisionKind::kReject;
+}
+
+void Decide(const Word& word, std::vector<Decision>* all) {
+  for (const auto& [photo, kind] : word.no_decisions)
+    std::erase_if(*all, [&, p = photo, k = kind](const Decision& one) {
+      return one.photo == p && one.kind == k;
+    });
+  for (const Decision& said : word.decisions) {
+    std::erase_if(*all, [&](const Decision& one) {
+      return one.photo == said.photo &&
+             (one.kind == said.kind || (IsVerdict(one.kind) && IsVerdict(said.kind)));
+    });
+    all->push_back(said);
+  }
+}
+
+// `key`: photo and name of one of them.
+template <typename Measured, typename Key>
+void Measure(const std::vector<Measured>& said,
+             const std::vector<std::pair<std::string, std::string>>& not_any_more, const Key& key,
+             std::vector<Measured>* all) {
+  for (const auto& gone : not_any_more)
+    std::erase_if(*all, [&](const Measured& one) { return key(one) == gone; });
+  for (const Measured& one : said) {
+    std::erase_if(*all, [&](const Measured& other) { return key(other) == key(one); });
+    all->push_back(one);
+  }
+}
+
+void Add(const Word& word, Measurements* all) {
+  const auto mark = [](const MarkMeasurement& m) { return std::pair(m.photo, m.mark); };
+  const auto seen = [](const ImagePointMeasurement& m) { return std::pair(m.photo, m.point); };
+  const auto point = [](const GroundPoint& p) { return std::pair(std::string(), p.name); };
+  Measure(word.marks, word.no_marks, mark, &all->marks);
+  Measure(word.image_points, word.no_image_points, seen, &all->image_points);
+  Measure(word.points, {}, point, &all->points);
+  Decide(word, &all->decisions);
+  if (!word.image_points.empty() && all->image_points.front().photo_mm)
+    throw InputError(fmt::format(
+        "{} in {} is measured in the photo system (x_mm, y_mm), and a click is in pixels; put the "
+        "clicks into a folder of their own with --measurements",
+        kImagePointsFile, all->folder));
+}
+
+// Ground before image: a point that is not seen yet does no harm.
+std::vector<std::string> FilesOf(const Word& word) {
+  std::vector<std::string> files;
+  if (!word.points.empty()) files.emplace_back(kPointsFile);
+  if (!word.image_points.empty() || !word.no_image_points.empty())
+    files.emplace_back(kImagePointsFile);
+  if (!word.marks.empty() || !word.no_marks.empty()) files.emplace_back(kMarksFile);
+  if (!word.decisions.empty() || !word.no_decisions.empty()) files.emplace_back(kDecisionsFile);
+  return files;
+}
+
+}  // namespace
+
+SaidFolder::SaidFolder(const std::string& folder)
+    : folder_(Made(folder)), lock_(folder_, ".orient-review.lock"), at_start_(ReadFiles()) {
+  Parsed(at_start_);
+}
+
+SaidFolder::Files SaidFolder::ReadFiles() const {
+  Files files;
+  for (const char* file : kFiles) {
+    const fs::path path = fs::path(folder_) / file;
+    if (fs::exists(path)) files[file] = ReadFile(path.string());
+  }
+  return files;
+}
+
+Measurements SaidFolder::Parsed(const Files& files) const {
+  if (!files.empty()) return ReadMeasurements(folder_);
+  Measurements nothing;
+  nothing.folder = folder_;
+  return nothing;
+}
+
+std::pair<Measurements, std::string> SaidFolder::Read() const {
+  const std::lock_guard lock(mutex_);
+  const Files files = ReadFiles();
+  return {Parsed(files), VersionOf(files)};
+}
+
+void SaidFolder::CopyBeforeReview(const std::string& file, const Files& now) const {
+  const std::string copy = (fs::path(folder_) / (file + ".before_review")).string();
+  if (at_start_.contains(file) && now.contains(file) && !fs::exists(copy))
+    WriteFileAtomically(copy, now.at(file));
+}
+
+void SaidFolder::Write(const std::string& file, const Measurements& all) const {
+  if (file == kMarksFile) WriteMarks(folder_, all.marks);
+  if (file == kImagePointsFile) WriteImagePoints(folder_, all.image_points);
+  if (file == kPointsFile) WritePoints(folder_, all.points);
+  if (file == kDecisionsFile) WriteDecisions(folder_, all.decisions);
+}
+
+SayOutcome SaidFolder::Say(const std::string& version, const Word& word) {
+  RequireRight(word);
+  const std::lock_guard lock(mutex_);
+  const Files now = ReadFiles();
+  if (VersionOf(now) != version) return SayOutcome::kOtherVersion;
+  Measurements all = Parsed(now);
+  Add(word, &all);
+  Said said{word.about, {}, {}};
+  for (const std::string& file : FilesOf(word)) {
+    CopyBeforeReview(file, now);
+    Write(file, all);
+    said.before[file] = now.contains(file) ? std::optional(now.at(file)) : std::nullopt;
+  }
+  said.version_after = VersionOf(ReadFiles());
+  history_.push_back(std::move(said));
+  return SayOutcome::kSaid;
+}
+
+SayOutcome SaidFolder::Undo(const std::string& version) {
+  const std::lock_guard lock(mutex_);
+  if (history_.empty()) return SayOutcome::kNothing;
+  const std::string now = VersionOf(ReadFiles());
+  const Said& latest = history_.back();
+  if (now != version || now != latest.version_after) return SayOutcome::kOtherVersion;
+  for (const auto& [file, before] : latest.before) {
+    const std::string path = (fs::path(folder_) / file).string();
+    if (before)
+      WriteFileAtomically(path, *before);
+    else
+      fs::remove(path);
+  }
+  history_.pop_back();
+  return SayOutcome::kSaid;
+}
+
+std::string SaidFolder::LatestAbout() const {
+  const std::lock_guard lock(mutex_);
+  return history_.empty() ? std::string() : history_.back().about;
+}
+
+}  // namespace orient

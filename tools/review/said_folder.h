@@ -1,0 +1,81 @@
+// A folder of measurements (docs/measurements.md) while a person adds to it: every word is on disk
+// before it is confirmed, nobody's word is overwritten unseen, and each can be taken back.
+#pragma once
+
+#include <map>
+#include <mutex>
+#include <optional>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "core/base/folder_lock.h"
+#include "core/measurements/measurements.h"
+
+namespace orient {
+
+// What a person says with one action. What was said of the same thing before is replaced.
+struct Word {
+  std::vector<MarkMeasurement> marks;
+  std::vector<ImagePointMeasurement> image_points;
+  std::vector<GroundPoint> points;
+  std::vector<Decision> decisions;  // accept and reject replace one another
+  // What is not said any more: photo and mark, photo and point, photo and kind.
+  std::vector<std::pair<std::string, std::string>> no_marks, no_image_points;
+  std::vector<std::pair<std::string, DecisionKind>> no_decisions;
+
+  std::string about;  // for messages: "mark 3 of photo 4711"
+};
+
+enum class SayOutcome {
+  kSaid,
+  kOtherVersion,  // somebody said something since the version was read; nothing was written
+  kNothing        // there is nothing to take back
+};
+
+// Safe from several threads. As long as it lives, no other program's SaidFolder has the folder;
+// files that are edited by hand meanwhile are another version.
+class SaidFolder {
+ public:
+  // Makes the folder where it is not there. Throws InputError where it cannot, where another review
+  // is open on it, or where a file in it is wrong.
+  explicit SaidFolder(const std::string& folder);
+
+  const std::string& Folder() const { return folder_; }
+
+  // All that is said now, and its version: a text that is another one when any of the files is.
+  // Throws InputError where a file is wrong.
+  std::pair<Measurements, std::string> Read() const;
+
+  // Adds to what `version` says. Throws InputError for names and numbers that the files cannot
+  // hold, or points in pixels beside points in the photo system; nothing is written then. Before a
+  // file is changed that was there when the review began, it is copied to <file>.before_review,
+  // unless that is there: comments in it are not kept.
+  SayOutcome Say(const std::string& version, const Word& word);
+
+  // Takes the latest word back that was said through this object and not taken back yet.
+  SayOutcome Undo(const std::string& version);
+  // What Undo would take back; empty where there is nothing.
+  std::string LatestAbout() const;
+
+ private:
+  // Contents of the files by their names; those that are absent are missing.
+  using Files = std::map<std::string, std::string>;
+  struct Said {
+    std::string about, version_after;
+    std::map<std::string, std::optional<std::string>> before;  // of the files that were changed
+  };
+
+  Files ReadFiles() const;
+  Measurements Parsed(const Files& files) const;
+  void CopyBeforeReview(const std::string& file, const Files& now) const;
+  void Write(const std::string& file, const Measurements& all) const;
+
+  std::string folder_;
+  FolderLock lock_;
+  Files at_start_;
+  mutable std::mutex mutex_;
+  std::vector<Said> history_;
+};
+
+}  // namespace orient
