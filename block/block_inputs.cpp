@@ -97,7 +97,7 @@ ExteriorRunOptions BlockInputs::Exterior(const std::string& directory) const {
   options.earth_k1 = earth_k1_;
   options.inputs = shared_;
   options.inputs["patches"] = patches_;
-  options.feedback = options_.feedback;
+  options.learn = options_.learn;
   options.jobs = options_.jobs;
   return options;
 }

@@ -21,7 +21,7 @@ namespace orient::block {
 struct BlockRunOptions {
   BlockFile block;  // its camera is the path of a file
   bool resume = false;
-  bool feedback = true;
+  bool learn = false;  // tell the patch database what matched
   int jobs = 0;
 };
 

@@ -10,13 +10,13 @@ namespace orient::block {
 namespace {
 namespace fs = std::filesystem;
 
-patchdb::PatchDatabase OpenForFeedback(const std::string& path) {
+patchdb::PatchDatabase OpenToLearn(const std::string& path) {
   try {
     return patchdb::PatchDatabase::Open(path, patchdb::PatchDatabase::Mode::kWrite);
   } catch (const InputError& error) {
     throw InputError(
         std::string(error.what()) +
-        "; the patch database cannot be written: give --no-feedback, or a writable copy");
+        "; the patch database cannot be written: leave out --learn, or give a writable copy");
   }
 }
 
@@ -47,7 +47,7 @@ std::string Feedback(patchdb::PatchDatabase& database, const std::string& path,
 
 Learning::Learning(const std::string& patchdb, const std::string& directory, bool resume)
     : directory_(directory),
-      database_(OpenForFeedback(patchdb)),
+      database_(OpenToLearn(patchdb)),
       note_((fs::path(directory) / "not_yet_learnt").string()),
       interrupted_(resume && fs::exists(note_)) {
   WriteFileAtomically(note_, "the patch database has not learnt from these results yet\n");

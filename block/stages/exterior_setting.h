@@ -61,7 +61,7 @@ struct ExteriorRunOptions {
   // One sigma of the camera file's principal distance, which each photo then estimates for itself;
   // otherwise it is taken as true.
   std::optional<double> principal_distance_sigma_mm;
-  bool feedback = true;  // tell the patch database what matched
+  bool learn = false;  // tell the patch database what matched
   // With `resume`, those that do not say what they were made from, too (set by a run alone).
   bool keep_unstated = false;
   bool resume = false;  // keep results that are there

@@ -142,7 +142,7 @@ std::vector<ExteriorResult> RunExterior(const ExteriorRunOptions& given,
   MakeOutputDirectory(options.out);
   RemoveStale(options);
   std::optional<Learning> learning;
-  if (options.feedback) learning.emplace(options.patchdb, options.out, options.resume);
+  if (options.learn) learning.emplace(options.patchdb, options.out, options.resume);
   const std::size_t count = options.photos.size();
   Oriented oriented{std::vector<ExteriorResult>(count), std::vector<char>(count, 0), {}};
   auto next = [&, begun = false]() mutable {

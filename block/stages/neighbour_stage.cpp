@@ -165,7 +165,7 @@ ExteriorRunOptions OptionsOf(const NeighbourStage& stage, const Round& what,
   for (const std::size_t i : what.tried) options.photos.push_back(photos[i].path);
   options.pictures.reset();  // beside the round's results: they show no control patches
   options.resume = true;
-  options.feedback = false;
+  options.learn = false;  // these patches are none of the database's
   options.table = what.table;
   if (!what.located.empty()) options.accuracy_is_stated = false;
   options.inputs = InputsOfRound(stage, photos, what.located);

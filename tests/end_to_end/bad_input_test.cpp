@@ -10,6 +10,7 @@
 #include "core/files/orientation_table.h"
 #include "core/files/results.h"
 #include "core/terrain/earth_effects.h"
+#include "patchdb/store/patch_database.h"
 #include "tests/end_to_end/spoilt_block.h"
 #include "tests/support/older_patchdb.h"
 #include "tests/support/ordinary_user.h"
@@ -249,23 +250,37 @@ TEST_F(BadInput, PatchDatabaseOfAnOlderProgramIsBroughtUpToDateWhereTheRunTellsI
   const std::string words = "upgraded from schema version 3 to 5";
   const std::string patches = Path("patches.gpkg"), scan = Path("scans/new_1_1.tif");
   MakeVersion3(patches);
-  for (const ProgramRun& run : {Block(), Exterior({scan, "--overwrite", "--no-feedback"})}) {
+  for (const ProgramRun& run : {Block(), Exterior({scan, "--overwrite"})}) {
     EXPECT_EQ(run.exit_code, 3) << run.err;  // no patches
     EXPECT_EQ(run.out.find(words), std::string::npos) << run.out;
   }
   EXPECT_NE(RunOrient({"patchdb", "info", patches}).out.find("version 3"), std::string::npos);
-  EXPECT_NE(Exterior({scan, "--overwrite"}).out.find(words), std::string::npos);
+  EXPECT_NE(Exterior({scan, "--overwrite", "--learn"}).out.find(words), std::string::npos);
   MakeVersion3(patches);
-  const ProgramRun block = RunOrient({"block", Path("block.toml"), "--overwrite"});
+  const ProgramRun block = RunOrient({"block", Path("block.toml"), "--overwrite", "--learn"});
   EXPECT_NE(block.out.find(words), std::string::npos) << block.out << block.err;
 }
 
 TEST_F(BadInput, PatchDatabaseThatMayNotLearnIsNamed) {
   const OrdinaryUser user(Path(".."));
   fs::permissions(Path("patches.gpkg"), fs::perms::owner_read);
-  ExpectRefused(Exterior({Path("scans/new_1_1.tif")}), 2,
-                {Path("patches.gpkg"), "cannot be written", "--no-feedback"});
-  EXPECT_EQ(Exterior({Path("scans/new_1_1.tif"), "--no-feedback"}).exit_code, 3);
+  ExpectRefused(Exterior({Path("scans/new_1_1.tif"), "--learn"}), 2,
+                {Path("patches.gpkg"), "cannot be written", "leave out --learn"});
+  EXPECT_EQ(Exterior({Path("scans/new_1_1.tif")}).exit_code, 3);
+}
+
+TEST_F(BadPhoto, TeachesThePatchDatabaseOnlyWhereAskedTo) {
+  const std::string scan = Path("scans/new_1_1.tif"), patches = Path("patches.gpkg");
+  const std::string before = ReadFile(patches);
+  ASSERT_EQ(Exterior({scan}).exit_code, 0);
+  const std::string result = ReadFile(Path("out/new_1_1.exterior.json"));
+  EXPECT_EQ(ReadFile(patches), before);
+  ASSERT_EQ(Exterior({scan, "--overwrite", "--learn"}).exit_code, 0);
+  EXPECT_EQ(ReadFile(Path("out/new_1_1.exterior.json")), result);
+  const patchdb::PatchDatabase taught =
+      patchdb::PatchDatabase::Open(patches, patchdb::PatchDatabase::Mode::kRead);
+  EXPECT_GT(taught.Info().attempts, 0);
+  EXPECT_EQ(Exterior({scan, "--overwrite", "--learn", "--no-feedback"}).exit_code, 1);
 }
 
 // The command line: exit code 1.

@@ -32,8 +32,8 @@ int RunAndKill(const std::string& block_file, const std::string& out, const std:
                int results) {
   const pid_t child = fork();
   if (child == 0) {
-    execl(ORIENT_PROGRAM, "orient", "block", block_file.c_str(), "--resume", "--jobs", "1",
-          static_cast<char*>(nullptr));
+    execl(ORIENT_PROGRAM, "orient", "block", block_file.c_str(), "--resume", "--learn", "--jobs",
+          "1", static_cast<char*>(nullptr));
     _exit(127);
   }
   int status = 0;
@@ -61,7 +61,7 @@ TEST(SlowResume, KilledBlockEndsAsAnUndisturbedOne) {
   HarvestOldPhotos(folder / "block", folder / "block/patches.gpkg", 200);
   fs::copy(folder / "block", folder / "killed", fs::copy_options::recursive);
 
-  const ProgramRun undisturbed = RunOrient({"block", folder / "block/block.toml"});
+  const ProgramRun undisturbed = RunOrient({"block", folder / "block/block.toml", "--learn"});
   ASSERT_EQ(undisturbed.exit_code, 0) << undisturbed.out << undisturbed.err;
 
   const std::string out = folder / "killed/out";
@@ -75,7 +75,7 @@ TEST(SlowResume, KilledBlockEndsAsAnUndisturbedOne) {
   EXPECT_FALSE(fs::exists(out + "/orientation.csv"));
 
   // An interrupted run goes on without being asked to.
-  const ProgramRun resumed = RunOrient({"block", block});
+  const ProgramRun resumed = RunOrient({"block", block, "--learn"});
   EXPECT_EQ(resumed.exit_code, 0) << resumed.out << resumed.err;
   EXPECT_EQ(resumed.out.find("oriented again"), std::string::npos) << resumed.out;
   const std::string expected = ReadFile(folder / "block/out/orientation.csv");

@@ -52,7 +52,7 @@ class BadInput : public testing::Test {
     Write(name, Replaced(ReadFile(Path(name)), from, to));
   }
   ProgramRun Block(const std::vector<std::string>& further = {}) const {
-    std::vector<std::string> arguments = {"block", Path("block.toml"), "--no-feedback"};
+    std::vector<std::string> arguments = {"block", Path("block.toml")};
     arguments.insert(arguments.end(), further.begin(), further.end());
     return RunOrient(arguments);
   }

@@ -181,7 +181,6 @@ Cost Ours(const Data& data, const std::string& database) {
     options.patchdb = database;
     options.interior = data.At("truth/interior");
     options.out = data.At("out");
-    options.feedback = false;
     const ExteriorResult result = block::RunExterior(options).front();
     int matched = 0;
     for (const PatchResult& patch : result.patches)

@@ -152,7 +152,6 @@ void Run(TrialOptions options) {
   fs::create_directory(folder);
   options.run.approximations = folder / "start.csv";
   options.run.out = folder / "out";
-  options.run.feedback = false;
   std::mt19937 random(options.seed);
   const std::string true_patches = options.run.patchdb;
   std::map<std::string, Counts> counts;

@@ -144,7 +144,6 @@ struct World {
     run.patchdb = folder + "/" + patches_of + ".gpkg";
     run.interior = folder + "/interior";
     run.out = folder + "/out_" + name;
-    run.feedback = false;
     return run;
   }
 

@@ -38,7 +38,7 @@ class BlockCommand : public Command {
     app.add_flag("--resume", resume_, "Keep existing results and do the others");
     AddOverwriteOption(app, &overwrite_);
     app.add_flag("--plan", plan_, "Print what would be done and stop");
-    app.add_flag("--no-feedback", no_feedback_, "Leave the patch database unchanged");
+    AddLearnOption(app, &learn_);
     app.add_flag("--quicklook", quicklook_,
                  "Also draw reduced orthophotos and the seams between them");
     AddCameraLibraryOption(app, &library_);
@@ -51,7 +51,7 @@ class BlockCommand : public Command {
     options.block.camera = block::FindCameraFile(options.block.camera, library_);
     if (options.block.ByMeasurementsAlone())
       return AdjustMeasuredBlock(options.block, overwrite_ || resume_, out);
-    options.feedback = !no_feedback_;
+    options.learn = learn_;
     options.jobs = jobs_;
     const std::string& directory = options.block.output_directory;
     options.resume = !overwrite_ && (resume_ || block::IsUnfinished(directory));
@@ -63,7 +63,7 @@ class BlockCommand : public Command {
     if (options.resume && !resume_) out << "continues the interrupted run in " << directory << "\n";
     for (const UnusablePhoto& photo : options.block.unusable)
       out << "cannot  " << photo.name << ": " << photo.reason << "\n";
-    if (options.feedback) BringUpToDateForFeedback(options.block.patchdb, out);
+    if (options.learn) BringUpToDateToLearn(options.block.patchdb, out);
     const block::BlockInputs inputs(options);
     const block::BlockFolder folder(directory, options.resume);
     ShownProgress progress;
@@ -157,7 +157,7 @@ class BlockCommand : public Command {
   bool resume_ = false;
   bool overwrite_ = false;
   bool plan_ = false;
-  bool no_feedback_ = false;
+  bool learn_ = false;
   bool quicklook_ = false;
   int jobs_ = 0;
 };

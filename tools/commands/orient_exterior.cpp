@@ -61,7 +61,7 @@ class ExteriorCommand : public Command {
     app.add_option("--date", options_.date,
                    "Date of exposure of photos without one in the table of approximations, "
                    "ISO 8601 (1961, 1961-07-30)");
-    app.add_flag("--no-feedback", no_feedback_, "Leave the patch database unchanged");
+    AddLearnOption(app, &options_.learn);
     AddJobsOption(app, &options_.jobs);
     AddOutputOptions(app, &output_);
     app.add_flag("--resume", options_.resume, "Keep existing results and do the others");
@@ -78,9 +78,8 @@ class ExteriorCommand : public Command {
     }
     if (attitude_sigma_deg_) options_.attitude_sigma_rad = RadFromDeg(*attitude_sigma_deg_);
     if (kappa_sigma_deg_) options_.kappa_sigma_rad = RadFromDeg(*kappa_sigma_deg_);
-    options_.feedback = !no_feedback_;
     RefuseToReplace();
-    if (options_.feedback) BringUpToDateForFeedback(options_.patchdb, out);
+    if (options_.learn) BringUpToDateToLearn(options_.patchdb, out);
     ProgressLine progress("exterior orientation", static_cast<int>(options_.photos.size()));
     const auto done = block::RunExterior(options_, [&] { progress.Advance(); });
     progress.Finish();
@@ -121,7 +120,6 @@ class ExteriorCommand : public Command {
   std::string library_;
   OutputOptions output_;
   std::optional<double> attitude_sigma_deg_, kappa_sigma_deg_;
-  bool no_feedback_ = false;
 };
 
 }  // namespace

@@ -17,14 +17,14 @@ patchdb::PatchDatabase OpenToWrite(const std::string& path, std::ostream& out) {
   return database;
 }
 
-void BringUpToDateForFeedback(const std::string& path, std::ostream& out) {
+void BringUpToDateToLearn(const std::string& path, std::ostream& out) {
   if (!patchdb::OlderVersion(path)) return;
   try {
     OpenToWrite(path, out);
   } catch (const InputError& error) {
     throw InputError(
         std::string(error.what()) +
-        "; the patch database cannot be written: give --no-feedback, or a writable copy");
+        "; the patch database cannot be written: leave out --learn, or give a writable copy");
   }
 }
 

@@ -13,6 +13,6 @@ patchdb::PatchDatabase OpenToWrite(const std::string& path, std::ostream& out);
 
 // Of the run of an exterior orientation that will tell the database: before anything is read of a
 // file of an older program. Throws InputError, with the remedy, where it cannot be written.
-void BringUpToDateForFeedback(const std::string& path, std::ostream& out);
+void BringUpToDateToLearn(const std::string& path, std::ostream& out);
 
 }  // namespace orient

@@ -19,6 +19,14 @@ CLI::Option* AddJobsOption(CLI::App& app, int* jobs) {
       ->check(CLI::Range(0, 1024));
 }
 
+void AddLearnOption(CLI::App& app, bool* learn) {
+  CLI::Option* option = app.add_flag(
+      "--learn", *learn, "Record in the patch database which patches matched; may retire patches");
+  app.add_flag("--no-feedback")
+      ->description("Leave the patch database unchanged: the default")
+      ->excludes(option);
+}
+
 CLI::Option* AddCameraLibraryOption(CLI::App& app, std::string* folder) {
   return app.add_option("--camera-library", *folder,
                         "Folder of the camera library, if not the program's own");

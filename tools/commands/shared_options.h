@@ -19,6 +19,10 @@ CLI::Option* AddPhotosOption(CLI::App& app, std::vector<std::string>* patterns);
 // --jobs N: photos worked on at the same time; 0 (the default) is one per processor.
 CLI::Option* AddJobsOption(CLI::App& app, int* jobs);
 
+// --learn, and --no-feedback, which is the default: a run that teaches the patch database changes
+// what the next one starts from, so the same command would not give the same numbers twice.
+void AddLearnOption(CLI::App& app, bool* learn);
+
 // --camera-library DIR.
 CLI::Option* AddCameraLibraryOption(CLI::App& app, std::string* folder);
 

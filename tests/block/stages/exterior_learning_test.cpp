@@ -144,7 +144,7 @@ TEST_F(LearningOfARun, APhotoWhoseScanIsGoneTeachesNevertheless) {
 
 TEST_F(LearningOfARun, ADatabaseThatIsNotThereStopsTheRunBeforeItBegins) {
   ExpectError<InputError>([&] { Learning(folder_ / "none.gpkg", folder_.Path(), false); },
-                          {"none.gpkg", "--no-feedback"});
+                          {"none.gpkg", "--learn"});
   EXPECT_FALSE(NoteIsThere()) << "no run was begun";
 }
 
