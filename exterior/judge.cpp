@@ -57,6 +57,11 @@ std::optional<Finding> WhyNotAccepted(const JudgedMatches& matches,
   return std::nullopt;
 }
 
+std::optional<ProjectionSigma> ProjectionSigmaOf(double worst_sigma_px, double ground_pixel_m) {
+  if (!std::isfinite(worst_sigma_px)) return std::nullopt;
+  return ProjectionSigma{worst_sigma_px, worst_sigma_px * ground_pixel_m};
+}
+
 Findings Judge(const JudgedPose& pose) {
   Findings findings;
   const auto weak = [&](Reason reason, double value, double limit) {

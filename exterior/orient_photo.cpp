@@ -309,8 +309,12 @@ ExteriorResult Told(const PhotoTask& task, SettledPose pose) {
   FillPatches(task, round, &result);
   const PhotoView view = task.View(pose.track.position, *result.pose);
   NameContradicting(view, pose.rounds, task, &result);
-  result.target_m = Target_m(task, round, view.GroundPixel(MeanHeight(task, round)));
-  result.findings = Judge(ToJudge(task, round, pose.matches.places, pose.track, *result.target_m));
+  const double pixel_m = view.GroundPixel(MeanHeight(task, round));
+  result.target_m = Target_m(task, round, pixel_m);
+  const JudgedPose judged =
+      ToJudge(task, round, pose.matches.places, pose.track, *result.target_m);
+  result.projection_sigma = ProjectionSigmaOf(judged.worst_sigma_px, pixel_m);
+  result.findings = Judge(judged);
   result.status = StatusOf(result.findings);
   return result;
 }

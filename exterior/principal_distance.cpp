@@ -62,6 +62,9 @@ ExteriorResult OrientWithPrincipalDistance(const PhotoToOrient& photo, const Pho
     const double moved_mm = estimated->principal_distance_mm - now.camera.principal_distance_mm;
     result.pose = estimated->pose;
     result.covariance = estimated->honest_covariance;
+    // The principal distance compensates for much of the height's error, which this covariance
+    // alone does not say.
+    result.projection_sigma.reset();
     result.principal_distance = EstimatedPrincipalDistance{estimated->principal_distance_mm,
                                                            estimated->principal_distance_sigma_mm,
                                                            prior.value_mm, sigma_mm};

@@ -78,6 +78,7 @@ ExteriorResult FailedFrom(const BlockPhotoFile& photo, const Finding& why) {
   result.status = Status::kFailed;
   result.pose.reset();
   result.covariance.reset();
+  result.projection_sigma.reset();
   result.footprint_m.clear();
   result.findings.insert(result.findings.begin(), why);
   return result;
@@ -193,8 +194,9 @@ ExteriorResult Final(const AdjustmentInputs& inputs, const AdjustedBlock& adjust
   }
   const PhotoView view = WithOwnFilm(inputs, adjusted, photo);
   const double height_m = GroundHeightUnder(inputs.surface, view.camera, view.pose);
+  const double pixel_m = view.GroundPixel(height_m);
   tied.worst_sigma_px = exterior::WorstProjectionSigma(view, now.covariance, height_m);
-  if (file.exterior.target_m) tied.target_px = *file.exterior.target_m / view.GroundPixel(height_m);
+  if (file.exterior.target_m) tied.target_px = *file.exterior.target_m / pixel_m;
   const Findings left_open = file.by_neighbours ? JudgeTied(tied) : Findings();
   if (StatusOf(left_open) == Status::kFailed) {
     ExteriorResult result = FailedFrom(file, left_open.front());
@@ -205,6 +207,7 @@ ExteriorResult Final(const AdjustmentInputs& inputs, const AdjustedBlock& adjust
   result.alone = AloneOf(file.by_neighbours ? file.alone : file.exterior);
   result.pose = view.pose;
   result.covariance = now.covariance;
+  result.projection_sigma = exterior::ProjectionSigmaOf(tied.worst_sigma_px, pixel_m);
   result.ties = sightings.ties;
   result.sigma0_px = sightings.sigma0_px;
   result.footprint_m = Footprint(view, inputs.surface);

@@ -91,6 +91,8 @@ Json ExteriorJson(const ExteriorResult& result) {
   if (result.alone) json["alone"] = AloneJson(*result.alone);
   if (!result.made_from.empty()) json["made_from"] = result.made_from;
   if (result.target_m) json["target_m"] = *result.target_m;
+  if (const auto& sigma = result.projection_sigma)
+    json["projection_sigma"] = {{"px", sigma->px}, {"m", sigma->m}};
   if (result.earth_k1) json["earth_k1"] = *result.earth_k1;
   if (const auto& area = result.asked_of_neighbours)
     json["asked_of_neighbours"] = {{"x", {area->min_x, area->max_x}},
@@ -193,6 +195,9 @@ ExteriorResult ReadExteriorResult(const std::string& path) {
   if (const auto alone = root.Find("alone")) result.alone = ReadAlone(*alone);
   result.made_from = root.FindTexts("made_from");
   result.target_m = root.FindNumber("target_m");
+  if (const auto sigma = root.Find("projection_sigma"))
+    result.projection_sigma =
+        ProjectionSigma{sigma->At("px").AsNumber(), sigma->At("m").AsNumber()};
   result.earth_k1 = root.FindNumber("earth_k1");
   if (const auto area = root.Find("asked_of_neighbours")) {
     const Eigen::Vector2d x = area->At("x").AsVector2(), y = area->At("y").AsVector2();

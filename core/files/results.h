@@ -110,13 +110,20 @@ struct EstimatedPrincipalDistance {
   double prior_mm = 0, prior_sigma_mm = 0;
 };
 
+// With what one-sigma uncertainty, of one coordinate, a pose projects ground points into the frame,
+// where that is largest: in pixels of the scan, and in metres on level ground.
+struct ProjectionSigma {
+  double px = 0, m = 0;
+};
+
 struct ExteriorResult {
   std::string photo;
   Status status = Status::kFailed;
   int width = 0, height = 0;  // of the scan
   std::optional<Pose> pose;
   std::optional<Matrix6d> covariance;
-  std::optional<double> sigma0_px;
+  std::optional<double> sigma0_px;                  // of one coordinate of a match, not of the pose
+  std::optional<ProjectionSigma> projection_sigma;  // absent where it is unbounded or not known
   std::optional<double> target_m;              // accuracy on the ground that the status refers to
   std::optional<ScanOrientation> orientation;  // the scan orientation used
   std::optional<EstimatedPrincipalDistance> principal_distance;

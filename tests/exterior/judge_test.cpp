@@ -122,6 +122,14 @@ TEST_F(ExteriorJudge, PatchesOnALineAreWeak) {
   ExpectOnly(Judged(), {Reason::kPoorSpread, Status::kWeak, 0, 100 * 0.03});
 }
 
+TEST(ProjectionSigma, IsToldInPixelsAndOnTheGroundUnlessItIsUnbounded) {
+  const auto sigma = ProjectionSigmaOf(0.5, 0.3);
+  ASSERT_TRUE(sigma);
+  EXPECT_EQ(sigma->px, 0.5);
+  EXPECT_EQ(sigma->m, 0.5 * 0.3);
+  EXPECT_FALSE(ProjectionSigmaOf(std::numeric_limits<double>::infinity(), 0.3));
+}
+
 TEST_F(ExteriorJudge, AProjectionUncertainByMoreThanAPixelIsWeak) {
   pose_.worst_sigma_px = 1;
   EXPECT_TRUE(Judged().empty());

@@ -5,10 +5,8 @@
 #include <algorithm>
 #include <cmath>
 #include <map>
-#include <numeric>
 
 #include "core/base/median.h"
-#include "interior/orientation/film_transform.h"
 #include "tools/report/html_text.h"
 
 namespace orient {
@@ -53,8 +51,8 @@ std::string Facts(const AdjustmentResult& adjusted) {
   const auto manifold = std::count_if(adjusted.ties.begin(), adjusted.ties.end(),
                                       [](const PointResult& tie) { return tie.rays >= 3; });
   return fmt::format(
-      "{} tie {} ({} in three photos or more) · {} control patches · sigma0 {} with {} degrees of "
-      "freedom",
+      "{} tie {} ({} in three photos or more) · {} control patches · residuals {} times what was "
+      "stated (standard deviation of unit weight), {} degrees of freedom",
       n, n == 1 ? "point" : "points", manifold, adjusted.control.size(),
       Decimal(adjusted.sigma0, 2), Decimal(adjusted.redundancy, 0));
 }
@@ -199,17 +197,6 @@ Markup Calibration(const AdjustmentResult& adjusted) {
   return Fill("adjustment.html#calibration", {{"rows", rows}});
 }
 
-// "25.003 ± 0.004": mean and standard deviation.
-std::string MeanAndSpread(const std::vector<double>& values, int decimals) {
-  if (values.empty()) return kNoValue;
-  const auto n = static_cast<double>(values.size());
-  const double mean = std::accumulate(values.begin(), values.end(), 0.0) / n;
-  double squares = 0;
-  for (const double value : values) squares += (value - mean) * (value - mean);
-  if (values.size() < 2) return Decimal(mean, decimals);
-  return Decimal(mean, decimals) + " ± " + Decimal(std::sqrt(squares / (n - 1)), decimals);
-}
-
 }  // namespace
 
 Markup AdjustmentSection(const BlockRecord& block) {
@@ -224,33 +211,6 @@ Markup AdjustmentSection(const BlockRecord& block) {
                {"gnss", Gnss(adjusted)},
                {"parts", Parts(adjusted)},
                {"calibration", Calibration(adjusted)}});
-}
-
-Markup FilmSection(const BlockRecord& block) {
-  std::vector<double> column, row, difference, shear, sigma0;
-  int used = 0, marks = 0;
-  for (const PhotoRecord& photo : block.photos) {
-    if (!photo.interior || !photo.interior->photo_from_pixel) continue;
-    const interior::FilmShape shape = interior::ShapeOf(*photo.interior->photo_from_pixel);
-    column.push_back(shape.column_um);
-    row.push_back(shape.row_um);
-    difference.push_back(1e6 * shape.scale_difference);
-    shear.push_back(1e6 * shape.shear_rad);
-    if (photo.interior->sigma0_um) sigma0.push_back(*photo.interior->sigma0_um);
-    for (const MarkResult& mark : photo.interior->marks) {
-      ++marks;
-      used += mark.state == MarkState::kUsed;
-    }
-  }
-  if (column.empty()) return {};
-  return Fill("film.html", {{"marks_used", used},
-                            {"marks", marks},
-                            {"photos", column.size()},
-                            {"column", MeanAndSpread(column, 3)},
-                            {"row", MeanAndSpread(row, 3)},
-                            {"difference", MeanAndSpread(difference, 0)},
-                            {"shear", MeanAndSpread(shear, 0)},
-                            {"sigma0", MeanAndSpread(sigma0, 1)}});
 }
 
 }  // namespace orient

@@ -10,7 +10,4 @@ namespace orient {
 // the folder has no block.json.
 Markup AdjustmentSection(const BlockRecord& block);
 
-// How the film of all photos lies against its calibrated marks. Empty without film.
-Markup FilmSection(const BlockRecord& block);
-
 }  // namespace orient

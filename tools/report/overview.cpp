@@ -22,13 +22,28 @@ Markup Tile(const std::string& value, const std::string& unit, const char* name,
 }
 
 Markup PrecisionTile(const BlockRecord& block, const BlockVerdict& verdict) {
-  if (!verdict.least_precise) return Tile(kNoValue, "", "worst precision");
+  if (!verdict.least_precise) return Tile(kNoValue, "", "σ of a projection centre, worst");
   const size_t photo = *verdict.least_precise;
   const double sigma_m = verdict.photos[photo].sigma->head<3>().maxCoeff();
   return Tile(Decimal(sigma_m, DecimalsForSigma(sigma_m)), kThinSpace + std::string("m"),
-              "worst sigma of a coordinate",
+              "σ of a projection centre, worst",
               Fill("overview.html#tile_photo",
                    {{"number", photo + 1}, {"photo", block.photos[photo].name}}));
+}
+
+// What the poses are good for, in the middle of the photos and at worst.
+Markup ProjectionTile(const BlockRecord& block, const BlockVerdict& verdict) {
+  const char* name = "projection σ anywhere in the frame, median";
+  if (!verdict.median_projection) return Tile(kNoValue, "", name);
+  const auto [px, m] = *verdict.median_projection;
+  const std::string space = kThinSpace;
+  const size_t worst = *verdict.worst_projection;
+  return Tile(Decimal(px, 2),
+              fmt::format("{}px · {}{}m", space, Decimal(m, DecimalsForSigma(m)), space), name,
+              Fill("overview.html#tile_worst",
+                   {{"value", Decimal(verdict.photos[worst].projection->px, 2) + space + "px"},
+                    {"number", worst + 1},
+                    {"photo", block.photos[worst].name}}));
 }
 
 Markup StatusTile(int count, Status status) {
@@ -54,11 +69,15 @@ std::string Sigmas(const Eigen::Vector3d& sigma, int most_decimals) {
 std::string PartOf(int part, int whole) { return fmt::format("{} / {}", part, whole); }
 
 Markup ExteriorCells(const PhotoVerdict& photo, bool searched) {
+  const auto& projection = photo.projection;
   return Fill(
       "overview.html#photo_exterior",
       {{"matched", searched ? PartOf(photo.matched, photo.Searched()) : kNoValue},
        {"rejected", searched ? std::to_string(photo.rejected) : kNoValue},
        {"sigma0_px", Decimal(photo.sigma0_px, 2)},
+       {"projection_px", projection ? Decimal(projection->px, 2) : kNoValue},
+       {"projection_m",
+        projection ? Decimal(projection->m, DecimalsForSigma(projection->m)) : kNoValue},
        {"sigma_m", photo.sigma ? Sigmas(photo.sigma->head<3>(), 4) : kNoValue},
        {"sigma_deg", photo.sigma ? Sigmas(DegFromRad(1) * photo.sigma->tail<3>(), 6) : kNoValue}});
 }
@@ -101,11 +120,12 @@ Markup SummarySection(const BlockRecord& block, const BlockVerdict& verdict) {
   tiles += StatusTile(verdict.weak, Status::kWeak);
   tiles += StatusTile(verdict.failed, Status::kFailed);
   if (block.HasExterior()) {
-    tiles += Tile(Decimal(verdict.median_sigma0_px, 2), space + "px", "median sigma0");
+    tiles += ProjectionTile(block, verdict);
     tiles += PatchesTile(verdict);
   }
   if (verdict.median_sigma0_um)
-    tiles += Tile(Decimal(verdict.median_sigma0_um, 1), space + "µm", "median sigma0 of the marks");
+    tiles +=
+        Tile(Decimal(verdict.median_sigma0_um, 1), space + "µm", "sigma0 of the marks, median");
   if (block.HasExterior() || verdict.least_precise) tiles += PrecisionTile(block, verdict);
   return Fill("overview.html", {{"title", block.title}, {"facts", Facts(block)}, {"tiles", tiles}});
 }

@@ -140,7 +140,7 @@ std::string InteriorFacts(const InteriorResult& interior) {
                               interior.orientation ? Name(*interior.orientation) : "open"));
   if (interior.polarity) facts.push_back(std::string(Name(*interior.polarity)));
   if (interior.sigma0_um)
-    facts.push_back(fmt::format("sigma0 {} µm", Decimal(*interior.sigma0_um, 1)));
+    facts.push_back(fmt::format("sigma0 of the marks {} µm", Decimal(*interior.sigma0_um, 1)));
   if (interior.margin)
     facts.push_back(
         fmt::format("second-best assignment {} nats worse", Decimal(*interior.margin, 1)));
@@ -172,7 +172,10 @@ std::string ExteriorFacts(const ExteriorResult& exterior, const PhotoVerdict& ve
   std::vector<std::string> facts = {
       fmt::format("{} of {} patches matched", verdict.matched, verdict.Searched())};
   if (exterior.sigma0_px)
-    facts.push_back(fmt::format("sigma0 {} px", Decimal(*exterior.sigma0_px, 2)));
+    facts.push_back(fmt::format("sigma0 of the matches {} px", Decimal(*exterior.sigma0_px, 2)));
+  if (const auto& sigma = exterior.projection_sigma)
+    facts.push_back(fmt::format("projection σ at worst {} px, {} m", Decimal(sigma->px, 2),
+                                Decimal(sigma->m, DecimalsForSigma(sigma->m))));
   if (std::string statistics = ResidualStatistics(exterior); !statistics.empty())
     facts.push_back(std::move(statistics));
   if (exterior.ties && exterior.ties->measured > 0) facts.push_back(TiesFact(*exterior.ties));

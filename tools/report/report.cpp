@@ -6,6 +6,7 @@
 #include "core/base/atomic_write.h"
 #include "tools/report/block_map.h"
 #include "tools/report/block_section.h"
+#include "tools/report/film_section.h"
 #include "tools/report/html_text.h"
 #include "tools/report/overview.h"
 #include "tools/report/photo_section.h"

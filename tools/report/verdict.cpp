@@ -20,6 +20,21 @@ std::optional<double> MedianSigma0(const std::vector<PhotoVerdict>& photos,
   return Median(std::move(values));
 }
 
+void SummarizeProjections(BlockVerdict* verdict) {
+  std::vector<double> px, m;
+  for (size_t i = 0; i < verdict->photos.size(); ++i) {
+    const PhotoVerdict& photo = verdict->photos[i];
+    if (photo.status == Status::kFailed || !photo.projection) continue;
+    px.push_back(photo.projection->px);
+    m.push_back(photo.projection->m);
+    const auto& worst = verdict->worst_projection;
+    if (!worst || photo.projection->px > verdict->photos[*worst].projection->px)
+      verdict->worst_projection = i;
+  }
+  if (!px.empty())
+    verdict->median_projection = ProjectionSigma{Median(std::move(px)), Median(std::move(m))};
+}
+
 double LargestPositionSigma(const PhotoVerdict& photo) {
   return photo.sigma ? photo.sigma->head<3>().maxCoeff() : 0.0;
 }
@@ -40,6 +55,7 @@ void CountPatches(const ExteriorResult& exterior, PhotoVerdict* verdict) {
     verdict->not_visible += patch.state == PatchState::kNotVisible;
   }
   verdict->sigma0_px = exterior.sigma0_px;
+  verdict->projection = exterior.projection_sigma;
   verdict->pose = exterior.pose;
   if (exterior.covariance)
     verdict->sigma = exterior.covariance->diagonal().cwiseMax(0.0).cwiseSqrt();
@@ -117,7 +133,7 @@ std::vector<std::string> Peculiarities(const PhotoRecord& photo, const PhotoVerd
     return value && usual && *usual > 0 && *value > k * *usual;
   };
   if (outstanding(verdict.sigma0_px, block.median_sigma0_px, kConspicuousSigma0))
-    texts.push_back("sigma0 is " + Decimal(*verdict.sigma0_px, 2) + " px, " +
+    texts.push_back("sigma0 of the matches is " + Decimal(*verdict.sigma0_px, 2) + " px, " +
                     Times(*verdict.sigma0_px, *block.median_sigma0_px));
   if (outstanding(verdict.sigma0_um, block.median_sigma0_um, kConspicuousSigma0))
     texts.push_back("sigma0 of the marks is " + Decimal(*verdict.sigma0_um, 1) + " µm, " +
@@ -176,6 +192,7 @@ BlockVerdict Judge(const BlockRecord& block) {
     verdict.searched += judged.Searched();
   }
   verdict.median_sigma0_px = MedianSigma0(verdict.photos, &PhotoVerdict::sigma0_px);
+  SummarizeProjections(&verdict);
   verdict.median_sigma0_um = MedianSigma0(verdict.photos, &PhotoVerdict::sigma0_um);
   for (size_t i = 0; i < verdict.photos.size(); ++i) {
     const PhotoVerdict& photo = verdict.photos[i];

@@ -16,7 +16,8 @@ struct PhotoVerdict {
   std::vector<std::string> reasons;  // of both stages and of the files
   int marks_used = 0, marks = 0;
   int matched = 0, not_found = 0, rejected = 0, not_visible = 0;
-  std::optional<double> sigma0_um, sigma0_px;
+  std::optional<double> sigma0_um, sigma0_px;  // of the marks, of the matches
+  std::optional<ProjectionSigma> projection;
   std::optional<Pose> pose;
   std::optional<Vector6d> sigma;  // x y z [m] omega phi kappa [rad]
   bool from_table = false;        // pose and sigma come from orientation.csv, no result file has it
@@ -36,6 +37,8 @@ struct BlockVerdict {
   int ok = 0, weak = 0, failed = 0;
   int matched = 0, searched = 0;
   std::optional<double> median_sigma0_px, median_sigma0_um;
+  std::optional<ProjectionSigma> median_projection;  // each by itself
+  std::optional<size_t> worst_projection;            // the photo with the largest one, px
   std::optional<size_t> least_precise;  // the photo with the largest sigma of a coordinate
 };
 

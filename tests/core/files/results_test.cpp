@@ -47,6 +47,7 @@ ExteriorResult ExampleExterior() {
   result.covariance = Matrix6d::Identity() * 0.25;
   (*result.covariance)(0, 5) = (*result.covariance)(5, 0) = 1e-7;
   result.sigma0_px = 0.31;
+  result.projection_sigma = ProjectionSigma{0.42, 0.21};
   result.orientation = ScanOrientation::kM180;
   result.width = 9200;
   result.height = 9100;
@@ -216,6 +217,7 @@ TEST(ExteriorResult, FieldsAreThoseOfTheConventions) {
   ASSERT_EQ(json["covariance"].size(), 6u);
   EXPECT_EQ(json["covariance"][0][5], 1e-7);
   EXPECT_EQ(json["sigma0_px"], 0.31);
+  EXPECT_EQ(json["projection_sigma"], nlohmann::json::parse(R"({"px": 0.42, "m": 0.21})"));
   EXPECT_EQ(json["iterations"][0], nlohmann::json::parse(R"({"searched": 26, "matched": 9,
       "window_px": 412.0, "rms_px": 1.9})"));
   EXPECT_EQ(json["patches"][0], nlohmann::json::parse(R"({"id": 17, "state": "matched",
@@ -244,6 +246,8 @@ TEST(ExteriorResult, Roundtrip) {
   EXPECT_EQ(read.pose->position_m, result.pose->position_m);
   EXPECT_LT((read.pose->opk_rad - result.pose->opk_rad).norm(), kExact);
   EXPECT_EQ(*read.covariance, *result.covariance);
+  EXPECT_EQ(read.projection_sigma->px, 0.42);
+  EXPECT_EQ(read.projection_sigma->m, 0.21);
   EXPECT_EQ(read.height, 9100);
   EXPECT_EQ(read.footprint_m, result.footprint_m);
   ASSERT_EQ(read.iterations.size(), 2u);

@@ -43,6 +43,7 @@ inline ExteriorResult ExampleExterior(const std::string& photo, Status status) {
   covariance.topLeftCorner<3, 3>() = Eigen::Matrix3d::Identity() * 0.16;
   result.covariance = covariance;
   result.sigma0_px = 0.31;
+  result.projection_sigma = ProjectionSigma{0.42, 0.21};
   for (const auto& [x, y] : {std::pair{-1, -1}, {1, -1}, {1, 1}, {-1, 1}, {-1, -1}})
     result.footprint_m.push_back({500000.0 + 500 * x, 5000000.0 + 500 * y, 400});
   result.patches = {ExamplePatch(11, PatchState::kMatched, {200, 300}, {0.5, 0.0}),

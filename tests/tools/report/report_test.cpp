@@ -98,6 +98,41 @@ TEST(Report, SaysHowTheFilmLies) {
   EXPECT_TRUE(Contains(html, "25.000 ± 0.000"));
 }
 
+TEST(Report, NamesEachPrecisionApartAndLeadsWithTheProjections) {
+  const TemporaryFolder folder;
+  WriteExampleBlock(folder.Path());
+  WriteAdjustmentResult(folder.Path(), ExampleAdjustment());
+  ExteriorResult worst = ExampleExterior("4712", Status::kWeak);
+  worst.projection_sigma = ProjectionSigma{0.82, 0.41};
+  WriteExteriorResult(folder.Path(), worst);
+  const std::string html = ReadFile(WriteReport(folder.Path()));
+  const std::string tiles = html.substr(0, html.find("Look at this first"));
+  for (const char* part : {">0.62<small>\u202Fpx · 0.31\u202Fm<", "worst 0.82\u202Fpx",
+                           "projection σ anywhere in the frame, median"})
+    EXPECT_TRUE(Contains(tiles, part)) << part << tiles;
+  EXPECT_FALSE(Contains(tiles, ">0.31<")) << "a match's precision is not the pose's";
+  for (const char* part : {"sigma0 of the matches 0.31 px", "projection σ at worst 0.42 px, 0.21 m",
+                           "sigma0 of the marks 4.1 µm", "residuals 0.93 times what was"})
+    EXPECT_TRUE(Contains(html, part)) << part;
+}
+
+// The mean of two cameras' pixel sizes is no camera's.
+TEST(Report, PhotosOfOtherCamerasOrPixelSizesHaveFilmTablesOfTheirOwn) {
+  const TemporaryFolder folder;
+  WriteExampleBlock(folder.Path());
+  InteriorResult other = ExampleInterior("4712");
+  other.made_from["camera"] = "another";
+  WriteInteriorResult(folder.Path(), other);
+  InteriorResult coarse = ExampleInterior("4714");
+  coarse.photo_from_pixel = Affine2d{Eigen::Vector2d(0.05, -0.05).asDiagonal(), {-25, 25}};
+  WriteInteriorResult(folder.Path(), coarse);
+  const std::string html = ReadFile(WriteReport(folder.Path()));
+  EXPECT_EQ(Malformed(html), "");
+  for (const char* part : {"2 photos, 4711 to 4713 · 2 of 4 marks used", "1 photo, 4712 · 1 of 2",
+                           "1 photo, 4714 · 1 of 2", ">50.000<", ">25.000<"})
+    EXPECT_TRUE(Contains(html, part)) << part;
+}
+
 TEST(Report, DamagedBlockFileIsNamedAndTheRestIsShown) {
   const TemporaryFolder folder;
   WriteExampleBlock(folder.Path());
