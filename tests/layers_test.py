@@ -48,9 +48,10 @@ TABLE = {
     "tools/simulate": (CORE[:-1], {"Eigen", "GDAL", "TBB", "nlohmann-json"}),
     "tools/report": (CORE + INTERIOR + ["block/inputs"], {"Eigen", "GDAL"}),
     "tools/convert": (CORE + INTERIOR + ["block/inputs"], {"Eigen", "GDAL", "TBB", "nlohmann-json"}),
+    "tools/console": (["core/base"], set()),
     "tools/commands": (CORE + INTERIOR + EXTERIOR + BLOCK + ["ortho"]
                        + ["patchdb/store", "patchdb/harvest", "patchdb/maintenance"]
-                       + ["tools/simulate", "tools/report", "tools/convert"],
+                       + ["tools/simulate", "tools/report", "tools/convert", "tools/console"],
                        {"Eigen", "GDAL", "CLI11", "nlohmann-json"}),
 }
 TABLE["ortho"] = (CORE[:-1], {"Eigen", "GDAL"})
