@@ -64,6 +64,7 @@ for _order, _below, _libraries in (
         TABLE[_folder] = (_below + _order[:_place], _libraries)
 TABLE["tools/commands/patchdb"] = (TABLE["tools/commands"][0] + ["tools/commands"],
                                    TABLE["tools/commands"][1])
+TABLE["tools/completion"] = (["tools/commands"], {"CLI11"})
 PRODUCT = list(TABLE)
 # What a benchmark compares with may be another library's.
 TABLE["tools/bench"] = (PRODUCT, TABLE["tools/commands"][1] | {"OpenCV", "TBB"})
