@@ -20,6 +20,7 @@ add_custom_command(
   VERBATIM)
 add_custom_target(orient_manuals ALL DEPENDS ${manuals}/made)
 
+set(CMAKE_INSTALL_DEFAULT_COMPONENT_NAME orient)
 install(DIRECTORY ${manuals}/man1 DESTINATION ${CMAKE_INSTALL_MANDIR})
 install(FILES ${manuals}/orient.bash RENAME orient
         DESTINATION ${CMAKE_INSTALL_DATADIR}/bash-completion/completions)
