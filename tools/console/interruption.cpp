@@ -5,8 +5,8 @@
 
 #include <csignal>
 #include <cstdio>
+#include <exception>
 #include <mutex>
-#include <system_error>
 #include <thread>
 #include <utility>
 
@@ -57,7 +57,7 @@ void WatchForInterruption() {
   if (pthread_sigmask(SIG_BLOCK, &awaited, &before) != 0) return;
   try {
     std::thread(Wait, awaited).detach();
-  } catch (const std::system_error&) {  // no thread: the signals end the program without a word
+  } catch (const std::exception&) {  // no thread: the signals end the program without a word
     pthread_sigmask(SIG_SETMASK, &before, nullptr);
   }
 }
