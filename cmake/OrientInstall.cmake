@@ -3,10 +3,15 @@
 
 include(CMakePackageConfigHelpers)
 
+# Two parts, as OrientPackage makes two packages of them: `orient`, the program and all that belongs
+# to it, and `liborient-dev`.
+set(CMAKE_INSTALL_DEFAULT_COMPONENT_NAME orient)
+
 # The program finds the library in ../share/orient/cameras from where it lies.
 install(TARGETS orient RUNTIME DESTINATION ${CMAKE_INSTALL_BINDIR})
 install(DIRECTORY data/cameras DESTINATION ${CMAKE_INSTALL_DATADIR}/orient)
 
+set(CMAKE_INSTALL_DEFAULT_COMPONENT_NAME liborient-dev)
 # A module's public headers: those named here and all that they include. All others are private.
 set(ORIENT_PUBLIC_HEADERS
     interior/interior.h interior/camera_choice.h

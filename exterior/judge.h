@@ -41,8 +41,8 @@ struct JudgedPose {
 // many decimals where the search has proven the pose at its level already.
 double FalseAlarmLimit(bool proven_before, const OrientPhotoOptions& options);
 
-// What the result says of a pose's projection; empty where it is unbounded. `ground_pixel_m`: what a
-// pixel shows of level ground.
+// What the result says of a pose's projection; empty where it is unbounded. `ground_pixel_m`: what
+// a pixel shows of level ground.
 std::optional<ProjectionSigma> ProjectionSigmaOf(double worst_sigma_px, double ground_pixel_m);
 
 // What must hold before a pose is given at all; empty: it holds.

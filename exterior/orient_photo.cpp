@@ -311,8 +311,7 @@ ExteriorResult Told(const PhotoTask& task, SettledPose pose) {
   NameContradicting(view, pose.rounds, task, &result);
   const double pixel_m = view.GroundPixel(MeanHeight(task, round));
   result.target_m = Target_m(task, round, pixel_m);
-  const JudgedPose judged =
-      ToJudge(task, round, pose.matches.places, pose.track, *result.target_m);
+  const JudgedPose judged = ToJudge(task, round, pose.matches.places, pose.track, *result.target_m);
   result.projection_sigma = ProjectionSigmaOf(judged.worst_sigma_px, pixel_m);
   result.findings = Judge(judged);
   result.status = StatusOf(result.findings);

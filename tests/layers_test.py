@@ -50,9 +50,11 @@ TABLE = {
     "tools/convert": (CORE + INTERIOR + ["block/inputs"], {"Eigen", "GDAL", "TBB", "nlohmann-json"}),
     "tools/review": (CORE + ["block/inputs", "tools/report"],
                      {"Eigen", "nlohmann-json", "cpp-httplib"}),
+    "tools/console": (["core/base"], set()),
     "tools/commands": (CORE + INTERIOR + EXTERIOR + BLOCK + ["ortho"]
                        + ["patchdb/store", "patchdb/harvest", "patchdb/maintenance"]
-                       + ["tools/simulate", "tools/report", "tools/convert", "tools/review"],
+                       + ["tools/simulate", "tools/report", "tools/convert", "tools/review",
+                          "tools/console"],
                        {"Eigen", "GDAL", "CLI11", "nlohmann-json"}),
 }
 TABLE["ortho"] = (CORE[:-1], {"Eigen", "GDAL"})
@@ -65,6 +67,7 @@ for _order, _below, _libraries in (
         TABLE[_folder] = (_below + _order[:_place], _libraries)
 TABLE["tools/commands/patchdb"] = (TABLE["tools/commands"][0] + ["tools/commands"],
                                    TABLE["tools/commands"][1])
+TABLE["tools/completion"] = (["tools/commands"], {"CLI11"})
 PRODUCT = list(TABLE)
 # What a benchmark compares with may be another library's.
 TABLE["tools/bench"] = (PRODUCT, TABLE["tools/commands"][1] | {"OpenCV", "TBB"})

@@ -214,8 +214,7 @@ void OrientByPoints(const ExteriorSetting& setting, const exterior::PhotoToOrien
   result->target_m = setting.options.target_m.value_or(pixel_m);
   const double worst_px = exterior::WorstProjectionSigma(view, by_points.covariance, height_m);
   result->projection_sigma = exterior::ProjectionSigmaOf(worst_px, pixel_m);
-  result->findings = {
-      exterior::JudgePointsAlone(by_points, worst_px, *result->target_m / pixel_m)};
+  result->findings = {exterior::JudgePointsAlone(by_points, worst_px, *result->target_m / pixel_m)};
   result->status = StatusOf(result->findings);
 }
 

@@ -122,7 +122,7 @@ struct ExteriorResult {
   int width = 0, height = 0;  // of the scan
   std::optional<Pose> pose;
   std::optional<Matrix6d> covariance;
-  std::optional<double> sigma0_px;  // of one coordinate of a match, not of the pose
+  std::optional<double> sigma0_px;                  // of one coordinate of a match, not of the pose
   std::optional<ProjectionSigma> projection_sigma;  // absent where it is unbounded or not known
   std::optional<double> target_m;              // accuracy on the ground that the status refers to
   std::optional<ScanOrientation> orientation;  // the scan orientation used

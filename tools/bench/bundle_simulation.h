@@ -2,13 +2,12 @@
 // truth and with errors of known size. For the block adjustment's tests and its benchmark.
 #pragma once
 
+#include <Eigen/Geometry>
 #include <array>
 #include <cmath>
 #include <random>
 #include <string>
 #include <vector>
-
-#include <Eigen/Geometry>
 
 #include "block/bundle/adjustment.h"
 #include "core/geometry/collinearity.h"

@@ -7,17 +7,23 @@
 #include <cmath>
 #include <cstdlib>
 #include <filesystem>
+#include <functional>
 #include <new>
+#include <optional>
 #include <ostream>
 
 #include "core/base/environment_error.h"
 #include "core/base/error.h"
 #include "core/files/toml_fields.h"
+#include "tools/console/interruption.h"
+#include "tools/console/run_output.h"
 
 namespace orient {
 namespace {
 
 constexpr const char* kVerbose = "--verbose";
+constexpr const char* kQuiet = "--quiet";
+constexpr const char* kLog = "--log";
 
 // What `orient` is, for whoever types its name alone.
 constexpr const char* kDescription =
@@ -130,6 +136,35 @@ std::vector<std::string> WithoutHelpCommand(std::vector<std::string> arguments) 
   return arguments;
 }
 
+RunOutputOptions OutputOf(const CLI::App& parser) {
+  const CLI::App* asked = parser.get_subcommands().front();
+  RunOutputOptions options;
+  options.quiet = asked->count(kQuiet) > 0;
+  if (asked->count(kLog) > 0) options.log = asked->get_option(kLog)->results().back();
+  return options;
+}
+
+// "orient 0.1.0: orient block 'my block.toml'".
+std::string CommandText(const std::vector<std::string>& arguments) {
+  std::string text = "orient " + ProgramVersion() + ": orient";
+  for (const std::string& argument : arguments)
+    text += argument.find_first_of(" '\"*?") == std::string::npos && !argument.empty()
+                ? " " + argument
+                : " '" + argument + "'";
+  return text;
+}
+
+// What to do after a run that was ended half-way.
+std::string HowToGoOn(const CLI::App& parser) {
+  const CLI::App& app = AskedApp(parser);
+  const auto has = [&](const char* name) { return app.get_option_no_throw(name) != nullptr; };
+  if (has("--resume"))
+    return std::string("what is finished is kept; the same command with --resume") +
+           (app.count("--overwrite") > 0 ? " instead of --overwrite" : "") + " goes on";
+  if (has("--overwrite")) return "repeat the command with --overwrite";
+  return "what is finished is kept, nothing stays half done; repeat the command";
+}
+
 ExitCode RunCommand(const CLI::App& parser, const CommandList& commands, std::ostream& out,
                     std::ostream& err) {
   const CLI::App* asked = parser.get_subcommands().front();
@@ -160,24 +195,27 @@ std::unique_ptr<CLI::App> MakeParser(const CommandList& commands) {
     CLI::App* app = parser->add_subcommand(command->Name(), command->Summary());
     command->Setup(*app);
     app->add_flag(kVerbose)->description("Print every option's effective value first");
+    app->add_flag(kQuiet)->description("Print errors only");
+    app->add_option(kLog)->type_name("FILE")->description(
+        "Append what is said, with times, to this file");
     PrepareSubcommands(*app);
   }
   return parser;
 }
 
-int RunProgram(const CommandList& commands, const std::vector<std::string>& arguments,
-               std::ostream& out, std::ostream& err) {
-  const std::unique_ptr<CLI::App> parser = MakeParser(commands);
+namespace {
+
+// What `work` returns, or the exit code of what it throws, which is told on the stream that `err`
+// names then.
+int Guarded(const CLI::App& parser, const std::vector<std::string>& arguments, std::ostream& out,
+            const std::function<std::ostream&()>& err, const std::function<int()>& work) {
   const auto fail = [&err](const std::string& message, ExitCode code) {
-    err << "orient: " << message << "\n";
+    err() << "orient: " << message << "\n";
     return static_cast<int>(code);
   };
   try {
     try {
-      std::vector<std::string> reversed = WithoutHelpCommand(arguments);
-      std::reverse(reversed.begin(), reversed.end());  // as CLI11 wants it
-      parser->parse(std::move(reversed));
-      return static_cast<int>(RunCommand(*parser, commands, out, err));
+      return work();
     } catch (const std::exception&) {
       RethrowOfEnvironment();
       throw;
@@ -185,7 +223,7 @@ int RunProgram(const CommandList& commands, const std::vector<std::string>& argu
   } catch (const EnvironmentError& error) {
     return fail(error.what(), ExitCode::kMachineRefused);
   } catch (const CLI::ParseError& error) {
-    return ReportParseError(*parser, error, arguments, out, err);
+    return ReportParseError(parser, error, arguments, out, err());
   } catch (const UsageError& error) {
     return fail(error.what(), ExitCode::kBadUsage);
   } catch (const InputError& error) {
@@ -196,6 +234,27 @@ int RunProgram(const CommandList& commands, const std::vector<std::string>& argu
     return fail(std::string("internal error, please report it: ") + error.what(),
                 ExitCode::kBadInput);
   }
+}
+
+}  // namespace
+
+int RunProgram(const CommandList& commands, const std::vector<std::string>& arguments,
+               std::ostream& out, std::ostream& err) {
+  const std::unique_ptr<CLI::App> parser = MakeParser(commands);
+  std::optional<RunOutput> output;  // once the command line says where words go
+  const int code = Guarded(
+      *parser, arguments, out, [&]() -> std::ostream& { return output ? output->Err() : err; },
+      [&] {
+        std::vector<std::string> reversed = WithoutHelpCommand(arguments);
+        std::reverse(reversed.begin(), reversed.end());  // as CLI11 wants it
+        parser->parse(std::move(reversed));
+        output.emplace(OutputOf(*parser), CommandText(arguments), out, err);
+        SetWhatToDoAfterInterruption(HowToGoOn(*parser));
+        return static_cast<int>(RunCommand(*parser, commands, output->Out(), output->Err()));
+      });
+  SetWhatToDoAfterInterruption("");
+  if (output) output->End(code);
+  return code;
 }
 
 }  // namespace orient

@@ -2,8 +2,10 @@
 
 #include "tools/commands/commands.h"
 #include "tools/commands/memory.h"
+#include "tools/console/interruption.h"
 
 int main(int argc, char** argv) {
+  orient::WatchForInterruption();
   orient::KeepReleasedMemory();
   orient::BoundBlockCache();
   return orient::RunProgram(orient::MakeCommands(), std::vector<std::string>(argv + 1, argv + argc),

@@ -5,6 +5,9 @@
 
 #include <cmath>
 #include <cstdio>
+#include <utility>
+
+#include "tools/console/run_output.h"
 
 namespace orient {
 namespace {
@@ -12,14 +15,6 @@ namespace {
 constexpr std::chrono::seconds kSilence(2);
 constexpr std::chrono::milliseconds kTerminalInterval(200);
 constexpr std::chrono::seconds kLogInterval(30);
-constexpr const char* kEraseLine = "\r\033[K";
-
-std::string DurationText(double seconds) {
-  const long whole = std::lround(seconds);
-  if (whole >= 3600) return fmt::format("{} h {} min", whole / 3600, whole % 3600 / 60);
-  if (whole >= 60) return fmt::format("{} min {} s", whole / 60, whole % 60);
-  return std::to_string(whole) + " s";
-}
 
 }  // namespace
 
@@ -64,13 +59,18 @@ void ProgressLine::Show(Clock::time_point now) {
     return std::chrono::duration<double>(now - from).count();
   };
   const std::string text = ProgressText(what_, done_, total_, seconds(start_), seconds(last_step_));
+  last_shown_ = now;
+  if (now - last_logged_ >= kLogInterval) {
+    LogLine(text);
+    last_logged_ = now;
+  }
+  if (RunIsQuiet()) return;
   if (is_terminal_)
     std::fprintf(stderr, "%s%s", kEraseLine, text.c_str());
   else
     std::fprintf(stderr, "%s\n", text.c_str());
   std::fflush(stderr);
   shown_ = true;
-  last_shown_ = now;
 }
 
 void ProgressLine::Finish() {
@@ -78,6 +78,9 @@ void ProgressLine::Finish() {
   const std::lock_guard lock(mutex_);
   if (shown_ && is_terminal_) std::fputs(kEraseLine, stderr);
   shown_ = false;
+  if (std::exchange(finished_once_, true)) return;
+  const std::chrono::duration<double> passed = Clock::now() - start_;
+  LogLine(fmt::format("{}  {} of {} in {}", what_, done_, total_, DurationText(passed.count())));
 }
 
 }  // namespace orient

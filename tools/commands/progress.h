@@ -15,7 +15,8 @@ namespace orient {
 
 // Silent for the first two seconds. On a terminal one line is rewritten; elsewhere (a log) a line
 // appears every half minute, also where nothing has advanced: then it says for how long. Safe to
-// advance from several threads. The line is taken away by Finish() or at the end of life.
+// advance from several threads. The line is taken away by Finish() or at the end of life. A log
+// (--log) has a line every half minute and one at the end; with --quiet nothing is shown.
 class ProgressLine {
  public:
   ProgressLine(std::string what, int total);  // "interior orientation", photos
@@ -36,8 +37,10 @@ class ProgressLine {
   int done_ = 0;
   bool is_terminal_;
   bool shown_ = false;
+  bool finished_once_ = false;
   Clock::time_point start_ = Clock::now();
   Clock::time_point last_shown_ = start_;
+  Clock::time_point last_logged_ = start_;
   Clock::time_point last_step_ = start_;
   std::mutex mutex_;
   std::condition_variable_any finished_;

@@ -22,7 +22,8 @@ CLI::Option* AddJobsOption(CLI::App& app, int* jobs) {
 void AddLearnOption(CLI::App& app, bool* learn) {
   CLI::Option* option = app.add_flag(
       "--learn", *learn, "Record in the patch database which patches matched; may retire patches");
-  app.add_flag("--no-feedback", "Leave the patch database unchanged: the default")
+  app.add_flag("--no-feedback")
+      ->description("Leave the patch database unchanged: the default")
       ->excludes(option);
 }
 

@@ -76,8 +76,9 @@ void Include(const InteriorResult& interior, std::vector<Roll>* rolls) {
 // "3 photos, 4711 to 4713, wild_rc10".
 std::string Heading(const Roll& roll) {
   const auto photos = roll.column_um.size();
-  std::string text = photos == 1 ? "1 photo, " + roll.first
-                                 : fmt::format("{} photos, {} to {}", photos, roll.first, roll.last);
+  std::string text = photos == 1
+                         ? "1 photo, " + roll.first
+                         : fmt::format("{} photos, {} to {}", photos, roll.first, roll.last);
   if (!roll.cameras.empty()) text += ", " + Joined(roll.cameras, " or ");
   return text;
 }

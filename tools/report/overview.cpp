@@ -76,7 +76,8 @@ Markup ExteriorCells(const PhotoVerdict& photo, bool searched) {
        {"rejected", searched ? std::to_string(photo.rejected) : kNoValue},
        {"sigma0_px", Decimal(photo.sigma0_px, 2)},
        {"projection_px", projection ? Decimal(projection->px, 2) : kNoValue},
-       {"projection_m", projection ? Decimal(projection->m, DecimalsForSigma(projection->m)) : kNoValue},
+       {"projection_m",
+        projection ? Decimal(projection->m, DecimalsForSigma(projection->m)) : kNoValue},
        {"sigma_m", photo.sigma ? Sigmas(photo.sigma->head<3>(), 4) : kNoValue},
        {"sigma_deg", photo.sigma ? Sigmas(DegFromRad(1) * photo.sigma->tail<3>(), 6) : kNoValue}});
 }
@@ -123,7 +124,8 @@ Markup SummarySection(const BlockRecord& block, const BlockVerdict& verdict) {
     tiles += PatchesTile(verdict);
   }
   if (verdict.median_sigma0_um)
-    tiles += Tile(Decimal(verdict.median_sigma0_um, 1), space + "µm", "sigma0 of the marks, median");
+    tiles +=
+        Tile(Decimal(verdict.median_sigma0_um, 1), space + "µm", "sigma0 of the marks, median");
   if (block.HasExterior() || verdict.least_precise) tiles += PrecisionTile(block, verdict);
   return Fill("overview.html", {{"title", block.title}, {"facts", Facts(block)}, {"tiles", tiles}});
 }

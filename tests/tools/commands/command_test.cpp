@@ -5,9 +5,12 @@
 #include <CLI/CLI.hpp>
 #include <functional>
 #include <optional>
+#include <regex>
 #include <sstream>
 
+#include "core/base/atomic_write.h"
 #include "core/base/error.h"
+#include "tests/support/shared_data.h"
 
 namespace orient {
 namespace {
@@ -73,6 +76,50 @@ Outcome RunWith(
 
 bool Contains(const std::string& text, const std::string& part) {
   return text.find(part) != std::string::npos;
+}
+
+TEST(Command, QuietPrintsErrorsOnly) {
+  const Outcome well = RunWith({"measure", "a.txt", "--quiet"});
+  EXPECT_EQ(well.code, 0);
+  EXPECT_EQ(well.out + well.err, "");
+  EXPECT_EQ(RunWith({"store", "create", "a.db", "--quiet"}).out, "");
+  const Outcome wrong = RunWith({"measure", "a.txt", "--quiet"},
+                                []() -> ExitCode { throw InputError("a.txt is empty"); });
+  EXPECT_EQ(wrong.code, 2);
+  EXPECT_EQ(wrong.err, "orient: a.txt is empty\n");
+}
+
+TEST(Command, TheLogHasTheCommandWhatWasSaidAndTheExitCodeWithTimes) {
+  const TemporaryFolder folder;
+  const std::string log = folder / "run.log";
+  RunWith({"measure", "my file.txt", "--quiet", "--log", log});
+  const Outcome wrong = RunWith({"measure", "b.txt", "--log", log},
+                                []() -> ExitCode { throw InputError("b.txt is empty"); });
+  EXPECT_EQ(wrong.err, "orient: b.txt is empty\n") << "it is shown as well";
+  std::istringstream lines(ReadFile(log));
+  const std::string time = "^[0-9]{4}-[0-9]{2}-[0-9]{2}T[0-9]{2}:[0-9]{2}:[0-9]{2}Z ";
+  for (const char* expected :
+       {"orient [0-9.]+: orient measure 'my file.txt' --quiet --log .*", "measured my file.txt",
+        "ended with exit code 0 after 0 s", "orient [0-9.]+: orient measure b.txt --log .*",
+        "measured b.txt", "orient: b.txt is empty", "ended with exit code 2 after 0 s"}) {
+    std::string line;
+    ASSERT_TRUE(std::getline(lines, line)) << expected;
+    EXPECT_TRUE(std::regex_match(line, std::regex(time + expected))) << line;
+  }
+}
+
+TEST(Command, AFileThatIsNoLogIsNotAddedTo) {
+  const TemporaryFolder folder;
+  const std::string table = folder / "table.csv";
+  WriteFileAtomically(table, "filename,x,y,z,omega,phi,kappa\n");
+  const Outcome outcome = RunWith({"measure", "a.txt", "--log", table});
+  EXPECT_EQ(outcome.code, 1);
+  EXPECT_TRUE(Contains(outcome.err, "table.csv exists and is no log of orient")) << outcome.err;
+  EXPECT_EQ(outcome.out, "");
+  EXPECT_EQ(ReadFile(table), "filename,x,y,z,omega,phi,kappa\n");
+  const Outcome nowhere = RunWith({"measure", "a.txt", "--log", folder / "none/run.log"});
+  EXPECT_EQ(nowhere.code, 2);
+  EXPECT_TRUE(Contains(nowhere.err, "none/run.log: the log cannot be written")) << nowhere.err;
 }
 
 TEST(Command, ARunThatGoesWellPrintsNothingOnTheErrorStream) {

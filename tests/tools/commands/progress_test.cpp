@@ -2,6 +2,13 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
+#include <sstream>
+
+#include "core/base/atomic_write.h"
+#include "tests/support/shared_data.h"
+#include "tools/console/run_output.h"
+
 namespace orient {
 namespace {
 
@@ -24,6 +31,21 @@ TEST(Progress, WithoutAStepDoneNoTimeIsKnown) {
 TEST(Progress, AtTheEndAndForNothingToDoNoTimeIsLeft) {
   EXPECT_EQ(ProgressText("matching", 40, 40, 5), "matching  40 of 40, 100 %");
   EXPECT_EQ(ProgressText("matching", 0, 0, 5), "matching  0 of 0");
+}
+
+TEST(Progress, ALogHasALineAtTheEndOfATask) {
+  const TemporaryFolder folder;
+  std::ostringstream out, err;
+  {
+    RunOutput output({.log = folder / "run.log", .quiet = true}, "orient 0: orient", out, err);
+    ProgressLine progress("matching", 3);
+    progress.Advance(3);
+    progress.Finish();
+  }
+  const std::string log = ReadFile(folder / "run.log");
+  EXPECT_NE(log.find("Z matching  3 of 3 in 0 s\n"), std::string::npos) << log;
+  EXPECT_EQ(std::count(log.begin(), log.end(), '\n'), 2) << log;
+  EXPECT_EQ(out.str() + err.str(), "");
 }
 
 TEST(Progress, ShortRunsAreSilent) {

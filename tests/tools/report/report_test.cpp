@@ -110,7 +110,7 @@ TEST(Report, NamesEachPrecisionApartAndLeadsWithTheProjections) {
   for (const char* part : {">0.62<small>\u202Fpx · 0.31\u202Fm<", "worst 0.82\u202Fpx",
                            "projection σ anywhere in the frame, median"})
     EXPECT_TRUE(Contains(tiles, part)) << part << tiles;
-  EXPECT_FALSE(Contains(tiles, "0.31")) << "a match's precision is not the pose's";
+  EXPECT_FALSE(Contains(tiles, ">0.31<")) << "a match's precision is not the pose's";
   for (const char* part : {"sigma0 of the matches 0.31 px", "projection σ at worst 0.42 px, 0.21 m",
                            "sigma0 of the marks 4.1 µm", "residuals 0.93 times what was"})
     EXPECT_TRUE(Contains(html, part)) << part;

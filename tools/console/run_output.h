@@ -1,0 +1,49 @@
+// Where the words of a run go: to standard output and the error stream as they come, and with their
+// times into a log (--log), or nowhere else (--quiet).
+#pragma once
+
+#include <memory>
+#include <ostream>
+#include <string>
+#include <string_view>
+
+namespace orient {
+
+struct RunOutputOptions {
+  std::string log;     // a file to append to; empty: none
+  bool quiet = false;  // standard output and progress are not shown; errors are
+};
+
+// Of one run of a command, from its construction to the end of its life.
+class RunOutput {
+ public:
+  // `command`: the command line, for the log's first line. Throws UsageError where the log is a
+  // file of another kind, InputError where it cannot be written.
+  RunOutput(const RunOutputOptions& options, const std::string& command, std::ostream& out,
+            std::ostream& err);
+  ~RunOutput();
+  RunOutput(const RunOutput&) = delete;
+  RunOutput& operator=(const RunOutput&) = delete;
+
+  std::ostream& Out();
+  std::ostream& Err();
+  // The log's last line; `err` hears of a log that could not be written.
+  void End(int exit_code);
+
+ private:
+  struct Streams;
+  std::unique_ptr<Streams> streams_;
+};
+
+// Takes what stands in a terminal's line away.
+inline constexpr const char* kEraseLine = "\r\033[K";
+
+// "1 h 3 min", "2 min 5 s", "12 s".
+std::string DurationText(double seconds);
+
+// Of the run that lives now (a process has one at a time): a line for the log alone, nothing where
+// there is no log; from any thread.
+void LogLine(std::string_view text);
+bool RunIsQuiet();
+
+}  // namespace orient
