@@ -61,8 +61,7 @@ class ReviewCommand : public Command {
         ->check(CLI::Range(0, 65535))
         ->capture_default_str();
     app.add_flag("--open", open_, "Open the page in the browser");
-    app.add_flag("--no-feedback", no_feedback_,
-                 "Leave the patch database unchanged by photos that are oriented again");
+    AddLearnOption(app, &learn_);
     AddCameraLibraryOption(app, &library_);
     AddJobsOption(app, &jobs_);
   }
@@ -129,10 +128,10 @@ class ReviewCommand : public Command {
     block::BlockRunOptions options{.block = ReadBlockFile(block_path_), .resume = true};
     options.block.camera = block::FindCameraFile(options.block.camera, library_);
     options.block.measurements = SaidNothing() ? "" : measurements_;
-    options.feedback = !no_feedback_;
+    options.learn = learn_;
     options.jobs = jobs_;
     std::ostringstream unheard;
-    if (options.feedback) BringUpToDateForFeedback(options.block.patchdb, unheard);
+    if (options.learn) BringUpToDateToLearn(options.block.patchdb, unheard);
     const block::BlockInputs inputs(options);
     const block::BlockFolder folder(options.block.output_directory, true);
     block::OrientedBlock result = block::Orient(inputs, folder, listener);
@@ -175,7 +174,7 @@ class ReviewCommand : public Command {
   int port_ = 0;
   int jobs_ = 0;
   bool open_ = false;
-  bool no_feedback_ = false;
+  bool learn_ = false;
 };
 
 }  // namespace
