@@ -95,16 +95,10 @@ class OtherPlace {
   int databases_ = 0;
 };
 
-TEST(FalseAccept, PatchesShiftedAtRandomOrientNoPhoto) {
-  ORIENT_REQUIRE_SHARED_DATA(data, "ngi");
-  OtherPlace place(data);
-  place.ExpectNothingFound(1);
-}
-
 TEST(SlowFalseAccept, PatchesShiftedAtRandomOrientNoPhotoWhateverTheSeed) {
   ORIENT_REQUIRE_SHARED_DATA(data, "ngi");
   OtherPlace place(data);
-  for (unsigned seed = 2; seed <= 11; ++seed) place.ExpectNothingFound(seed);
+  for (unsigned seed = 1; seed <= 11; ++seed) place.ExpectNothingFound(seed);
 }
 
 // All patches agree with one another here, on a pose that is wrong by 500 m: only the stated
