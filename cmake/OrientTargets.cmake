@@ -21,8 +21,7 @@ endif()
 # as long again. Under a sanitizer Eigen would align memory by itself, and not every caller free it so.
 option(ORIENT_SANITIZE "Build with address and undefined-behaviour sanitizer" OFF)
 if(ORIENT_SANITIZE)
-  # GDAL hides the type information of its drivers' classes, which vptr takes for a fault.
-  add_compile_options(-fsanitize=address,undefined -fno-sanitize=vptr -fno-omit-frame-pointer
+  add_compile_options(-fsanitize=address,undefined -fno-omit-frame-pointer
                       -fno-sanitize=null,alignment,object-size,pointer-overflow
                       -fno-sanitize-recover=undefined)
   add_compile_definitions(EIGEN_MALLOC_ALREADY_ALIGNED=1)

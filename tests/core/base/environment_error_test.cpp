@@ -11,6 +11,7 @@
 
 #include "core/base/atomic_write.h"
 #include "core/base/error.h"
+#include "tests/support/few_files.h"
 #include "tests/support/shared_data.h"
 
 namespace orient {
@@ -45,13 +46,10 @@ TEST(EnvironmentError, MemoryThatIsOutIsNoVerdictAndADamagedFileIsOne) {
 }
 
 TEST(EnvironmentError, AMachineThatOpensNoFileAnyMoreIsShort) {
+  ORIENT_REQUIRE_FEW_FILES();
   ThrowIfMachineIsShort();
-  rlimit before{};
-  ASSERT_EQ(getrlimit(RLIMIT_NOFILE, &before), 0);
-  const rlimit none{0, before.rlim_max};
-  ASSERT_EQ(setrlimit(RLIMIT_NOFILE, &none), 0);
+  const FewFiles none(0);
   EXPECT_THROW(ThrowIfMachineIsShort(), EnvironmentError);
-  setrlimit(RLIMIT_NOFILE, &before);
 }
 
 // As on a full disk: no file may grow beyond the limit.

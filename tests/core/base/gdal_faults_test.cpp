@@ -1,11 +1,8 @@
 #include "core/base/gdal_faults.h"
 
 #include <cpl_error.h>
-#include <fcntl.h>
 #include <gdal_priv.h>
 #include <gtest/gtest.h>
-#include <sys/resource.h>
-#include <unistd.h>
 
 #include "core/base/atomic_write.h"
 #include "core/base/environment_error.h"
@@ -13,6 +10,7 @@
 #include "core/base/quiet_gdal.h"
 #include "core/raster/raster.h"
 #include "tests/support/expect_error.h"
+#include "tests/support/few_files.h"
 #include "tests/support/shared_data.h"
 
 namespace orient {
@@ -34,25 +32,8 @@ void WriteTiff(const std::string& path) {
   file->GetRasterBand(1)->Fill(9);
 }
 
-// `count` files may be opened further.
-class FewFiles {
- public:
-  explicit FewFiles(rlim_t count) {
-    const int next = open("/dev/null", O_RDONLY);
-    close(next);
-    getrlimit(RLIMIT_NOFILE, &before_);
-    const rlimit few{static_cast<rlim_t>(next) + count, before_.rlim_max};
-    setrlimit(RLIMIT_NOFILE, &few);
-  }
-  ~FewFiles() { setrlimit(RLIMIT_NOFILE, &before_); }
-  FewFiles(const FewFiles&) = delete;
-  FewFiles& operator=(const FewFiles&) = delete;
-
- private:
-  rlimit before_{};
-};
-
 TEST(GdalFaults, ARasterIsNotOpenedWithoutTheOverviewsThatItHas) {
+  ORIENT_REQUIRE_FEW_FILES();
   const TemporaryFolder folder;
   WriteTiff(folder / "a.tif");
   int refused = 0;
