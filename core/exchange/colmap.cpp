@@ -4,9 +4,11 @@
 
 #include <Eigen/Geometry>
 #include <filesystem>
+#include <set>
 
 #include "core/base/atomic_write.h"
 #include "core/base/error.h"
+#include "core/exchange/colmap_binary.h"
 #include "core/exchange/text_lines.h"
 
 namespace orient {
@@ -54,6 +56,24 @@ std::string ImageText(const ExchangeBlock& block, std::size_t i) {
   return text;
 }
 
+std::size_t PhotosOf(const ExchangePoint& point) {
+  std::set<std::size_t> photos;
+  for (const ExchangeObservation& seen : point.observations) photos.insert(seen.photo);
+  return photos.size();
+}
+
+// Mean distance between a point's pixels and where its photos show it; -1, COLMAP's word for
+// unknown, where one does not.
+double ReprojectionError(const ExchangeBlock& block, const ExchangePoint& point) {
+  double sum = 0;
+  for (const ExchangeObservation& seen : point.observations) {
+    const auto pixel = PixelFromGround(block, seen.photo, point.ground);
+    if (!pixel) return -1;
+    sum += (*pixel - seen.pixel).norm();
+  }
+  return sum / static_cast<double>(point.observations.size());
+}
+
 // images.txt's second lines and points3D.txt name one another: an observation's index in its image.
 struct Tracks {
   std::vector<std::string> points2d;  // a photo's line
@@ -66,9 +86,10 @@ Tracks TracksOf(const ExchangeBlock& block) {
   std::vector<int> count(block.photos.size(), 0);
   for (std::size_t i = 0; i < block.points.size(); ++i) {
     const ExchangePoint& point = block.points[i];
+    if (PhotosOf(point) < 2) continue;
     const std::string id = std::to_string(i + 1);
     tracks.points3d += id + Joined({point.ground.x(), point.ground.y(), point.ground.z()});
-    tracks.points3d += " 128 128 128 0";
+    tracks.points3d += " 128 128 128" + Joined({ReprojectionError(block, point)});
     for (const ExchangeObservation& seen : point.observations) {
       std::string& line = tracks.points2d[seen.photo];
       if (!line.empty()) line += ' ';
@@ -90,28 +111,34 @@ std::string VerificationComments(const ExchangeBlock& block) {
   return text;
 }
 
-// How many parameters each model that we know has.
-const std::map<std::string, std::size_t> kModels = {{"SIMPLE_PINHOLE", 3}, {"PINHOLE", 4},
-                                                    {"SIMPLE_RADIAL", 4},  {"RADIAL", 5},
-                                                    {"OPENCV", 8},         {"FULL_OPENCV", 12}};
-
 ColmapCamera ReadCamera(const TextLine& line) {
   ColmapCamera camera;
   camera.model = line.Word(1, "MODEL");
   camera.width = line.Count(2, "WIDTH");
   camera.height = line.Count(3, "HEIGHT");
-  const auto model = kModels.find(camera.model);
-  if (model == kModels.end())
+  const auto model = ColmapModels().find(camera.model);
+  if (model == ColmapModels().end())
     line.Fail("the camera model \"" + camera.model +
               "\" is not supported; undistort the images to PINHOLE or OPENCV first");
   for (std::size_t i = 4; i < line.Size(); ++i) camera.params.push_back(line.Number(i, "PARAMS"));
   if (camera.params.size() != model->second)
     line.Fail(fmt::format("{} has {} parameters, not {}", camera.model, model->second,
                           camera.params.size()));
-  if (camera.model == "FULL_OPENCV" &&
-      (camera.params[9] != 0 || camera.params[10] != 0 || camera.params[11] != 0))
-    line.Fail("FULL_OPENCV with k4 k5 k6 is not supported: they must be 0");
   return camera;
+}
+
+// What text and binary models have to meet alike.
+void RequireSupported(const ColmapModel& model, const std::string& directory) {
+  for (const auto& [id, camera] : model.cameras)
+    if (camera.model == "FULL_OPENCV" &&
+        (camera.params[9] != 0 || camera.params[10] != 0 || camera.params[11] != 0))
+      throw InputError(fmt::format("{}: camera {}: FULL_OPENCV with k4 k5 k6 is not supported: they "
+                                   "must be 0",
+                                   directory, id));
+  for (const ColmapImage& image : model.images)
+    if (!model.cameras.contains(image.camera))
+      throw InputError(fmt::format("{}: image {}: there is no camera {}", directory, image.name,
+                                   image.camera));
 }
 
 ExchangeCamera ExchangeCameraFrom(int id, const ColmapCamera& colmap) {
@@ -132,6 +159,37 @@ ExchangeCamera ExchangeCameraFrom(int id, const ColmapCamera& colmap) {
   return camera;
 }
 
+// Every image has two lines, the second of which (its points) may be empty, and the file's last one
+// missing: none may be skipped but comments.
+template <typename Visit>  // void(const TextLine& image, const TextLine* points)
+void ForEachImage(const std::string& directory, const Visit& visit) {
+  const auto lines = ReadAllTextLines((fs::path(directory) / "images.txt").string(), "#");
+  for (std::size_t i = 0; i < lines.size(); i += 2) {
+    const bool last = i + 1 == lines.size();
+    if (lines[i].Size() == 0) {
+      if (last) break;
+      lines[i].Fail("an image's line is expected here; each image has two lines");
+    }
+    visit(lines[i], last ? nullptr : &lines[i + 1]);
+  }
+}
+
+ColmapModel ReadTextColmap(const std::string& directory) {
+  ColmapModel model;
+  for (const TextLine& line : ReadTextLines((fs::path(directory) / "cameras.txt").string()))
+    model.cameras[line.Count(0, "CAMERA_ID")] = ReadCamera(line);
+  ForEachImage(directory, [&](const TextLine& line, const TextLine* /*points*/) {
+    ColmapImage image;
+    for (std::size_t j = 0; j < 4; ++j) image.qvec[static_cast<int>(j)] = line.Number(1 + j, "Q");
+    for (std::size_t j = 0; j < 3; ++j) image.tvec[static_cast<int>(j)] = line.Number(5 + j, "T");
+    image.camera = line.Count(8, "CAMERA_ID");
+    image.name = line.Rest(9, "NAME");
+    if (!(image.qvec.norm() > 0.5)) line.Fail("the quaternion is not of unit length");
+    model.images.push_back(image);
+  });
+  return model;
+}
+
 }  // namespace
 
 void WriteColmap(const std::string& directory, const ExchangeBlock& block) {
@@ -150,29 +208,36 @@ void WriteColmap(const std::string& directory, const ExchangeBlock& block) {
                           OriginComment(block) + tracks.points3d);
 }
 
+const std::map<std::string, std::size_t>& ColmapModels() {
+  static const std::map<std::string, std::size_t> models = {
+      {"SIMPLE_PINHOLE", 3}, {"PINHOLE", 4}, {"SIMPLE_RADIAL", 4},
+      {"RADIAL", 5},         {"OPENCV", 8},  {"FULL_OPENCV", 12}};
+  return models;
+}
+
 ColmapModel ReadColmap(const std::string& directory) {
-  ColmapModel model;
-  for (const TextLine& line : ReadTextLines((fs::path(directory) / "cameras.txt").string()))
-    model.cameras[line.Count(0, "CAMERA_ID")] = ReadCamera(line);
-  // Every image has two lines, the second of which may be empty: none may be skipped but comments.
-  const auto lines = ReadAllTextLines((fs::path(directory) / "images.txt").string(), "#");
-  for (std::size_t i = 0; i < lines.size(); i += 2) {
-    const TextLine& line = lines[i];
-    if (line.Size() == 0) {
-      if (i + 1 == lines.size()) break;  // the file's last line
-      line.Fail("an image's line is expected here; each image has two lines");
-    }
-    ColmapImage image;
-    for (std::size_t j = 0; j < 4; ++j) image.qvec[static_cast<int>(j)] = line.Number(1 + j, "Q");
-    for (std::size_t j = 0; j < 3; ++j) image.tvec[static_cast<int>(j)] = line.Number(5 + j, "T");
-    image.camera = line.Count(8, "CAMERA_ID");
-    image.name = line.Rest(9, "NAME");
-    if (!model.cameras.contains(image.camera))
-      line.Fail(fmt::format("camera {} is not in cameras.txt", image.camera));
-    if (!(image.qvec.norm() > 0.5)) line.Fail("the quaternion is not of unit length");
-    model.images.push_back(image);
-  }
+  ColmapModel model =
+      HoldsBinaryColmap(directory) ? ReadBinaryColmap(directory) : ReadTextColmap(directory);
+  RequireSupported(model, directory);
   return model;
+}
+
+std::vector<ColmapObservation> ReadColmapObservations(const std::string& directory) {
+  if (HoldsBinaryColmap(directory)) return ReadBinaryColmapObservations(directory);
+  const std::string path = (fs::path(directory) / "points3D.txt").string();
+  if (!fs::exists(path)) return {};
+  std::map<std::string, Eigen::Vector3d> points;
+  for (const TextLine& line : ReadTextLines(path))
+    points[line.Word(0, "POINT3D_ID")] = {line.Number(1, "X"), line.Number(2, "Y"),
+                                          line.Number(3, "Z")};
+  std::vector<ColmapObservation> observations;
+  ForEachImage(directory, [&](const TextLine& head, const TextLine* seen) {
+    for (std::size_t i = 0; seen && i + 2 < seen->Size(); i += 3)
+      if (const auto point = points.find(seen->Word(i + 2, "POINT3D_ID")); point != points.end())
+        observations.push_back({head.Rest(9, "NAME"), point->second,
+                                {seen->Number(i, "X"), seen->Number(i + 1, "Y")}});
+  });
+  return observations;
 }
 
 ExchangeBlock ExchangeFromColmap(const ColmapModel& model) {

@@ -1,5 +1,5 @@
-// COLMAP's text model: cameras.txt, images.txt, points3D.txt
-// (https://colmap.github.io/format.html).
+// COLMAP's model: cameras, images and points3D as .txt, or as the .bin that its programs write
+// (https://colmap.github.io/format.html; src/colmap/scene/reconstruction_io.cc).
 //
 // Per image a unit quaternion QW QX QY QZ (Hamilton) and a translation T that take world points to
 // the camera system: x right, y down, z forward; the centre is -R^T T. Pixels count from the outer
@@ -26,18 +26,28 @@ struct ColmapImage {
   Eigen::Vector4d qvec = Eigen::Vector4d(1, 0, 0, 0);  // w x y z, world to camera
   Eigen::Vector3d tvec = Eigen::Vector3d::Zero();
 };
+// A point of the model in an image.
+struct ColmapObservation {
+  std::string image;
+  Eigen::Vector3d ground = Eigen::Vector3d::Zero();
+  Eigen::Vector2d pixel = Eigen::Vector2d::Zero();
+};
 struct ColmapModel {
   std::map<int, ColmapCamera> cameras;
   std::vector<ColmapImage> images;
 };
 
 // Writes the three files below `directory`: camera models PINHOLE, OPENCV or FULL_OPENCV, whichever
-// holds the distortion. Control points and ties become points3D.
+// holds the distortion. Control points and ties become points3D if two photos see them: COLMAP's
+// bundle adjustment takes no others.
 void WriteColmap(const std::string& directory, const ExchangeBlock& block);
 
-// Throws InputError naming file, line and value. Models: SIMPLE_PINHOLE, PINHOLE, SIMPLE_RADIAL,
-// RADIAL, OPENCV, FULL_OPENCV (with k4 k5 k6 = 0).
+// The .bin files where there are both, as COLMAP does. Throws InputError naming file, line (or byte)
+// and value. Models: SIMPLE_PINHOLE, PINHOLE, SIMPLE_RADIAL, RADIAL, OPENCV, FULL_OPENCV (with
+// k4 k5 k6 = 0).
 ColmapModel ReadColmap(const std::string& directory);
+// Of images and points3D; empty without the latter.
+std::vector<ColmapObservation> ReadColmapObservations(const std::string& directory);
 ExchangeBlock ExchangeFromColmap(const ColmapModel& model);
 
 }  // namespace orient

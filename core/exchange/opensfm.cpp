@@ -5,10 +5,12 @@
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <filesystem>
+#include <sstream>
 #include <stdexcept>
 
 #include "core/base/atomic_write.h"
 #include "core/base/error.h"
+#include "core/exchange/text_lines.h"
 #include "core/files/json_fields.h"
 #include "core/terrain/geocentric.h"
 
@@ -37,10 +39,10 @@ Json CameraJson(const ExchangeCamera& camera) {
 }
 
 Json ShotJson(const ExchangePhoto& photo, const std::string& camera) {
-  const CameraFromGround pose = CameraFromGroundOf(photo);
-  const Eigen::AngleAxisd turn{Eigen::Quaterniond(pose.rotation)};
-  return {{"rotation", Array(turn.angle() * turn.axis())},
-          {"translation", Array(pose.translation)},
+  OpensfmShot shot;
+  SetCameraFromGround(CameraFromGroundOf(photo), &shot);
+  return {{"rotation", Array(shot.rotation)},
+          {"translation", Array(shot.translation)},
           {"camera", camera},
           {"orientation", 1},
           {"capture_time", 0.0},
@@ -140,11 +142,74 @@ OpensfmCamera ReadCamera(const JsonField& field) {
   return camera;
 }
 
+// OpenSfM gives a photo without GPS the position 0 0 0 and a dilution of 999999, and ours is 1.
+std::optional<Eigen::Vector3d> GpsOf(const JsonField& shot) {
+  constexpr double kNoGps = 1e5;
+  if (shot.FindNumber("gps_dop").value_or(0) > kNoGps) return std::nullopt;
+  return shot.FindVector3("gps_position");
+}
+
 std::string ReconstructionPath(const std::string& directory) {
   return (fs::path(directory) / "reconstruction.json").string();
 }
 
+OpensfmReconstruction FirstReconstruction(const Json& json, const std::string& directory) {
+  const std::string path = ReconstructionPath(directory);
+  const auto all = JsonField(json, path).Elements();
+  if (all.empty()) throw InputError(path + " holds no reconstruction");
+  const JsonField& first = all.front();
+  OpensfmReconstruction reconstruction;
+  reconstruction.others = all.size() - 1;
+  const JsonField cameras = first.At("cameras"), shots = first.At("shots");
+  for (const auto& item : json.at(0).at("cameras").items())
+    reconstruction.cameras[item.key()] = ReadCamera(cameras.At(item.key()));
+  for (const auto& item : json.at(0).at("shots").items()) {
+    const JsonField field = shots.At(item.key());
+    OpensfmShot shot{item.key(), field.At("camera").AsString(), field.At("rotation").AsVector3(),
+                     field.At("translation").AsVector3(), GpsOf(field)};
+    if (!reconstruction.cameras.contains(shot.camera))
+      field.At("camera").Fail(fmt::format("\"{}\" is not among the cameras", shot.camera));
+    reconstruction.shots.push_back(std::move(shot));
+  }
+  if (const auto lla = first.Find("reference_lla"))
+    reconstruction.reference_lla =
+        Eigen::Vector3d(lla->At("latitude").AsNumber(), lla->At("longitude").AsNumber(),
+                        lla->At("altitude").AsNumber());
+  return reconstruction;
+}
+
+std::map<std::string, Eigen::Vector3d> PointsOf(const Json& json, const std::string& directory) {
+  std::map<std::string, Eigen::Vector3d> points;
+  const JsonField first = JsonField(json, ReconstructionPath(directory)).Elements().front();
+  const auto field = first.Find("points");
+  if (!field) return points;
+  for (const auto& item : json.at(0).at("points").items())
+    points[item.key()] = field->At(item.key()).At("coordinates").AsVector3();
+  return points;
+}
+
+std::vector<std::string> TabbedCells(const std::string& line) {
+  std::vector<std::string> cells;
+  std::istringstream words(line);
+  for (std::string cell; std::getline(words, cell, '\t');) cells.push_back(cell);
+  return cells;
+}
+
 }  // namespace
+
+CameraFromGround CameraFromGroundOf(const OpensfmShot& shot) {
+  const double angle = shot.rotation.norm();
+  CameraFromGround camera{Eigen::Matrix3d::Identity(), shot.translation};
+  if (angle > 0)
+    camera.rotation = Eigen::AngleAxisd(angle, shot.rotation / angle).toRotationMatrix();
+  return camera;
+}
+
+void SetCameraFromGround(const CameraFromGround& camera, OpensfmShot* shot) {
+  const Eigen::AngleAxisd turn{Eigen::Quaterniond(camera.rotation)};
+  shot->rotation = turn.angle() * turn.axis();
+  shot->translation = camera.translation;
+}
 
 void WriteOpensfm(const std::string& directory, const ExchangeBlock& block) {
   if (!block.reference_lla)
@@ -164,28 +229,38 @@ void WriteOpensfm(const std::string& directory, const ExchangeBlock& block) {
 }
 
 OpensfmReconstruction ReadOpensfm(const std::string& directory) {
-  const std::string path = ReconstructionPath(directory);
-  const Json json = ParseJsonFile(path);
-  const auto all = JsonField(json, path).Elements();
-  if (all.empty()) throw InputError(path + " holds no reconstruction");
-  const JsonField& first = all.front();
-  OpensfmReconstruction reconstruction;
-  const JsonField cameras = first.At("cameras"), shots = first.At("shots");
-  for (const auto& item : json.at(0).at("cameras").items())
-    reconstruction.cameras[item.key()] = ReadCamera(cameras.At(item.key()));
-  for (const auto& item : json.at(0).at("shots").items()) {
-    const JsonField field = shots.At(item.key());
-    OpensfmShot shot{item.key(), field.At("camera").AsString(), field.At("rotation").AsVector3(),
-                     field.At("translation").AsVector3()};
-    if (!reconstruction.cameras.contains(shot.camera))
-      field.At("camera").Fail(fmt::format("\"{}\" is not among the cameras", shot.camera));
-    reconstruction.shots.push_back(std::move(shot));
+  return FirstReconstruction(ParseJsonFile(ReconstructionPath(directory)), directory);
+}
+
+std::vector<OpensfmObservation> ReadOpensfmObservations(const std::string& directory) {
+  const std::string path = (fs::path(directory) / "tracks.csv").string();
+  if (!fs::exists(path)) return {};
+  const Json json = ParseJsonFile(ReconstructionPath(directory));
+  const OpensfmReconstruction reconstruction = FirstReconstruction(json, directory);
+  std::map<std::string, const OpensfmCamera*> cameras;
+  for (const OpensfmShot& shot : reconstruction.shots)
+    cameras[shot.image] = &reconstruction.cameras.at(shot.camera);
+  const std::map<std::string, Eigen::Vector3d> points = PointsOf(json, directory);
+  std::vector<OpensfmObservation> observations;
+  std::istringstream lines(ReadFile(path));
+  std::string line;
+  for (int number = 1; std::getline(lines, line); ++number) {
+    if (line.empty() || line.starts_with("OPENSFM_TRACKS_VERSION")) continue;
+    const std::string where = fmt::format("{}, line {}", path, number);
+    const std::vector<std::string> cells = TabbedCells(line);
+    if (cells.size() < 5)
+      throw InputError(where + ": image, track, feature, x, y are expected, separated by tabs");
+    const auto camera = cameras.find(cells[0]);
+    const auto point = points.find(cells[1]);
+    if (camera == cameras.end() || point == points.end()) continue;
+    const Eigen::Vector2d normalised(ParseNumber(cells[3], where, "x"),
+                                     ParseNumber(cells[4], where, "y"));
+    const OpensfmCamera& c = *camera->second;
+    const Eigen::Vector2d middle = 0.5 * Eigen::Vector2d(c.width, c.height);
+    observations.push_back(
+        {cells[0], point->second, LargerSide(c.width, c.height) * normalised + middle});
   }
-  if (const auto lla = first.Find("reference_lla"))
-    reconstruction.reference_lla =
-        Eigen::Vector3d(lla->At("latitude").AsNumber(), lla->At("longitude").AsNumber(),
-                        lla->At("altitude").AsNumber());
-  return reconstruction;
+  return observations;
 }
 
 ExchangeBlock ExchangeFromOpensfm(const OpensfmReconstruction& reconstruction) {
@@ -207,14 +282,10 @@ ExchangeBlock ExchangeFromOpensfm(const OpensfmReconstruction& reconstruction) {
     block.cameras.push_back(camera);
   }
   for (const OpensfmShot& shot : reconstruction.shots) {
-    const double angle = shot.rotation.norm();
-    CameraFromGround camera{Eigen::Matrix3d::Identity(), shot.translation};
-    if (angle > 0)
-      camera.rotation = Eigen::AngleAxisd(angle, shot.rotation / angle).toRotationMatrix();
     ExchangePhoto photo;
     photo.image = shot.image;
     photo.camera = index.at(shot.camera);
-    SetCameraFromGround(camera, &photo);
+    SetCameraFromGround(CameraFromGroundOf(shot), &photo);
     block.photos.push_back(photo);
   }
   return block;

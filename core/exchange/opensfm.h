@@ -5,7 +5,7 @@
 // down, z forward. Normalised image coordinates have their origin in the image's middle and the
 // larger side as unit: x_n = (col - width / 2) / max(width, height) in our pixels (theirs have
 // whole numbers at the pixels' centres). World is topocentric: east, north, up at reference_lla
-// (WGS 84).
+// (WGS 84); OpenDroneMap leaves files of one name whose world is projected.
 #pragma once
 
 #include <Eigen/Core>
@@ -27,10 +27,22 @@ struct OpensfmCamera {
 struct OpensfmShot {
   std::string image, camera;
   Eigen::Vector3d rotation = Eigen::Vector3d::Zero(), translation = Eigen::Vector3d::Zero();
+  // What the flight recorded; topocentric whatever the poses are in. Empty where nothing was.
+  std::optional<Eigen::Vector3d> gps_position;
+};
+CameraFromGround CameraFromGroundOf(const OpensfmShot& shot);
+void SetCameraFromGround(const CameraFromGround& camera, OpensfmShot* shot);
+
+// A point of the reconstruction in an image.
+struct OpensfmObservation {
+  std::string image;
+  Eigen::Vector3d ground = Eigen::Vector3d::Zero();
+  Eigen::Vector2d pixel = Eigen::Vector2d::Zero();  // ours: the first centre is 0.5
 };
 struct OpensfmReconstruction {
   std::map<std::string, OpensfmCamera> cameras;
   std::vector<OpensfmShot> shots;
+  std::size_t others = 0;  // further reconstructions of the file, each in a system of its own
   std::optional<Eigen::Vector3d> reference_lla;  // latitude, longitude, altitude
 };
 
@@ -42,6 +54,9 @@ void WriteOpensfm(const std::string& directory, const ExchangeBlock& block);
 
 // Of the first reconstruction. Throws InputError naming file and field.
 OpensfmReconstruction ReadOpensfm(const std::string& directory);
+// Of tracks.csv beside it (version 1 or 2), for tracks that are points of the first reconstruction;
+// empty where there is no such file.
+std::vector<OpensfmObservation> ReadOpensfmObservations(const std::string& directory);
 ExchangeBlock ExchangeFromOpensfm(const OpensfmReconstruction& reconstruction);
 
 }  // namespace orient

@@ -17,7 +17,7 @@ Reader ReaderOf(ExchangeFormat format, const std::vector<std::string>& files) {
       const std::string path = FileWith(folder + "/" + files[i], i < parts.size() ? parts[i] : "");
       if (i >= parts.size()) std::filesystem::remove(path);
     }
-    const ForeignBlock foreign = ReadForeignBlock(format, Folder() + "/" + folder, {});
+    const ForeignBlock foreign = ReadForeignBlock(format, Folder() + "/" + folder, {}, {});
     for (const ExchangePhoto& photo : foreign.block.photos) {
       Require(photo.camera < foreign.block.cameras.size(), photo.image + " has a camera");
       Require(PoseOf(photo).AsVector().allFinite(), photo.image + " has a pose");

@@ -74,6 +74,9 @@ class ConvertCommand : public Command {
     app.add_option("--origin", origin_,
                    "Origin subtracted from ground coordinates (COLMAP, Metashape, OpenSfM)")
         ->expected(3);
+    app.add_option("--offset", offset_,
+                   "With --from opensfm: the poses are projected, minus this X Y (OpenDroneMap)")
+        ->expected(2);
     app.add_flag("--check", check_,
                  "Project the verification points of INPUT's exports by their programs' formulas, "
                  "and name conventions that do not fit");
@@ -102,6 +105,11 @@ class ConvertCommand : public Command {
   void Prepare() {
     if (!source_.camera.empty()) source_.camera = block::FindCameraFile(source_.camera, library_);
     if (!origin_.empty()) source_.origin = Eigen::Vector3d(origin_.data());
+    if (!offset_.empty()) {
+      if (From() != ExchangeFormat::kOpensfm)
+        throw UsageError("--offset needs --from opensfm; other formats take --origin");
+      source_.opensfm_offset = Eigen::Vector2d(offset_.data());
+    }
     RequirePlausible();
     if (!source_.image_extension.empty() && source_.image_extension.front() != '.')
       source_.image_extension.insert(0, ".");
@@ -124,6 +132,7 @@ class ConvertCommand : public Command {
                                      value, -most, most));
     };
     for (const double coordinate : origin_) require("--origin", coordinate, 1e8);
+    for (const double coordinate : offset_) require("--offset", coordinate, 1e8);
     require("--geoid-m", source_.geoid_m.value_or(0), 200);
     require("--ground-height-m", source_.ground_height_m.value_or(0), 1e4);
   }
@@ -205,8 +214,9 @@ class ConvertCommand : public Command {
     bool all = true;
     std::optional<ExchangeFormat> format;
     if (!from_.empty()) format = From();
+    const bool one = !points_.empty() || format;
     for (const std::string& folder :
-         points_.empty() ? ExportFolders(source_.input) : std::vector<std::string>{source_.input}) {
+         one ? std::vector<std::string>{source_.input} : ExportFolders(source_.input)) {
       const ExportCheck check = CheckExport(folder, format, points_);
       out << folder << ": " << Verdict(check) << "\n";
       all = all && check.ok;
@@ -217,7 +227,7 @@ class ConvertCommand : public Command {
   ConvertSourceOptions source_;
   std::string from_, library_, points_, out_;
   std::vector<std::string> to_, images_;
-  std::vector<double> origin_;
+  std::vector<double> origin_, offset_;
   bool check_ = false, overwrite_ = false;
 };
 

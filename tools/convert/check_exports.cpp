@@ -6,6 +6,7 @@
 #include <cmath>
 #include <filesystem>
 #include <limits>
+#include <utility>
 
 #include "core/base/error.h"
 #include "tools/convert/export_record.h"
@@ -32,6 +33,30 @@ ReadingFit Fit(const ProgramFiles& files, const std::vector<VerificationRow>& ro
   }
   fit.rms_px = std::sqrt(fit.rms_px / static_cast<double>(rows.size()));
   return fit;
+}
+
+// What an adjustment measured; an image in which a point lies behind the camera is far off.
+ReadingFit FitMeasured(const ProgramFiles& files, const std::vector<MeasuredPoint>& points,
+                       const Reading& reading) {
+  std::vector<double> distances;
+  double squares = 0;
+  for (const MeasuredPoint& point : points) {
+    const auto seen = files.Project(point.image, point.ground, 1, reading);
+    distances.push_back(seen ? (*seen - point.pixel).norm() : kNever);
+    squares += distances.back() * distances.back();
+  }
+  std::sort(distances.begin(), distances.end());
+  return {reading, std::sqrt(squares / static_cast<double>(points.size())), distances.back(),
+          distances[distances.size() / 2]};
+}
+
+// Evenly over all of them: as many as tell.
+std::vector<MeasuredPoint> Thinned(std::vector<MeasuredPoint> points) {
+  constexpr std::size_t kMost = 2000;
+  const std::size_t step = points.size() / kMost + 1;
+  std::vector<MeasuredPoint> thinned;
+  for (std::size_t i = 0; i < points.size(); i += step) thinned.push_back(points[i]);
+  return thinned;
 }
 
 // All combinations of what a format's files could mean.
@@ -67,6 +92,38 @@ std::optional<ReadingFit> BestOther(const ProgramFiles& files,
   });
 }
 
+ExportCheck CheckMeasured(const ProgramFiles& files, ExportCheck check) {
+  const std::vector<MeasuredPoint> points = Thinned(files.OwnPoints());
+  if (points.empty())
+    throw InputError(check.directory + " holds neither verification.csv nor image measurements of " +
+                     "points: nothing to check its poses with; give verification points by --points");
+  check.points = points.size();
+  check.measured = true;
+  check.declared = FitMeasured(files, points, {});
+  ReadingFit best = check.declared;
+  for (const Reading& reading : Candidates(files.Choices())) {
+    const ReadingFit fit = FitMeasured(files, points, reading);
+    if (fit.median_px < best.median_px) best = fit;
+  }
+  const bool better = 3 * best.median_px < check.declared.median_px;
+  check.ok = !better && check.declared.median_px <= kMeasuredFits_px;
+  if (better && best.median_px <= kMeasuredFits_px) check.fits = best;
+  return check;
+}
+
+std::string VerdictOfMeasured(const ExportCheck& check) {
+  std::string text = fmt::format("{:<10} {:4} of its own measurements  ", Name(check.format),
+                                 check.points);
+  if (std::isfinite(check.declared.median_px))
+    text += fmt::format("median {:.2g} px: ", check.declared.median_px);
+  if (check.ok) return text + "fits";
+  text += "DOES NOT FIT";
+  if (check.fits)
+    return fmt::format("{}; it fits to {:.2g} px if {}", text, check.fits->median_px,
+                       Describe(check.fits->reading));
+  return text + "; no known convention fits: poses, camera and points are not of one adjustment";
+}
+
 }  // namespace
 
 ExportCheck CheckExport(const std::string& directory, std::optional<ExchangeFormat> format,
@@ -76,11 +133,12 @@ ExportCheck CheckExport(const std::string& directory, std::optional<ExchangeForm
   if (!format)
     throw InputError(directory + " does not name its format (no export.json); name it with --from");
   const std::string path = points.empty() ? VerificationPath(directory) : points;
-  const std::vector<VerificationRow> rows = ReadVerification(path);
   const auto files = OpenProgramFiles(*format, directory);
   ExportCheck check;
   check.format = *format;
   check.directory = directory;
+  if (points.empty() && !fs::exists(path)) return CheckMeasured(*files, std::move(check));
+  const std::vector<VerificationRow> rows = ReadVerification(path);
   check.points = rows.size();
   check.declared = Fit(*files, rows, {});
   check.ok = check.declared.largest_px <= kFits_px;
@@ -104,11 +162,13 @@ std::vector<std::string> ExportFolders(const std::string& directory) {
     if (entry.is_directory() && holds(entry.path())) folders.push_back(entry.path().string());
   std::sort(folders.begin(), folders.end());
   if (folders.empty())
-    throw InputError(directory + " holds no export: no verification.csv there or directly below");
+    throw InputError(directory + " holds no export: no verification.csv there or directly below; " +
+                     "name another program's format with --from");
   return folders;
 }
 
 std::string Verdict(const ExportCheck& check) {
+  if (check.measured) return VerdictOfMeasured(check);
   std::string text = fmt::format("{:<10} {:4} points  ", Name(check.format), check.points);
   if (std::isfinite(check.declared.rms_px))
     text += fmt::format("rms {:.2g} px, largest {:.2g} px: ", check.declared.rms_px,

@@ -291,9 +291,11 @@ std::vector<ExchangeCamera> BringIntoTheBlocksGround(const ConvertSourceOptions&
 ConvertSource ReadForeign(ExchangeFormat format, const ConvertSourceOptions& given) {
   if (format == ExchangeFormat::kOpk) return ReadOrientResults(given);
   const ExportRecord record = ReadExportRecord(FolderOf(given.input));
-  ForeignBlock foreign = ReadForeignBlock(format, given.input, record);
   ConvertSource source;
   source.crs = BlockCrs(given, record.crs);
+  ForeignBlock foreign =
+      ReadForeignBlock(format, given.input, record, {source.crs, given.opensfm_offset});
+  source.messages = foreign.messages;
   if (given.origin) foreign.frame_origin = *given.origin;
   ExchangeBlock& block = foreign.block;
   RequireDistinctPhotos(block, given.input);

@@ -37,6 +37,8 @@ struct ConvertSourceOptions {
   std::optional<double> ground_height_m;
   // What was subtracted from the ground coordinates of formats that cannot say it (COLMAP).
   std::optional<Eigen::Vector3d> origin;
+  // Of an OpenSfM reconstruction whose poses are projected: see opensfm_ground.h.
+  std::optional<Eigen::Vector2d> opensfm_offset;
 };
 
 // The camera of the image into which photos of `camera` are resampled: the photo system's pixel

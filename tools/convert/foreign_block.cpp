@@ -1,6 +1,9 @@
 #include "tools/convert/foreign_block.h"
 
+#include <fmt/format.h>
+
 #include <stdexcept>
+#include <utility>
 
 #include "core/base/error.h"
 #include "core/exchange/asp_pinhole.h"
@@ -9,11 +12,29 @@
 #include "core/exchange/metashape.h"
 #include "core/exchange/micmac_orientation.h"
 #include "core/exchange/opensfm.h"
+#include "tools/convert/opensfm_ground.h"
 
 namespace orient {
+namespace {
+
+ExchangeBlock OpensfmBlock(const std::string& input, const ForeignOptions& options,
+                           std::vector<std::string>* messages) {
+  OpensfmReconstruction read = ReadOpensfm(input);
+  if (!read.reference_lla)
+    throw InputError(input + ": reconstruction.json lacks reference_lla: where the " +
+                     "reconstruction lies on the earth is not known");
+  if (read.others > 0)
+    messages->push_back(fmt::format("the first of {} reconstructions was read; each of the others "
+                                    "has a system of its own",
+                                    read.others + 1));
+  return ExchangeFromOpensfm(
+      TopocentricOpensfm(std::move(read), {input, options.crs, options.offset}, messages));
+}
+
+}  // namespace
 
 ForeignBlock ReadForeignBlock(ExchangeFormat format, const std::string& input,
-                              const ExportRecord& record) {
+                              const ExportRecord& record, const ForeignOptions& options) {
   ForeignBlock foreign;
   switch (format) {
     case ExchangeFormat::kOpk:
@@ -41,10 +62,7 @@ ForeignBlock ReadForeignBlock(ExchangeFormat format, const std::string& input,
       foreign.frame_origin = record.origin;
       break;
     case ExchangeFormat::kOpensfm:
-      foreign.block = ExchangeFromOpensfm(ReadOpensfm(input));
-      if (!foreign.block.reference_lla)
-        throw InputError(input + ": reconstruction.json lacks reference_lla: where the " +
-                         "reconstruction lies on the earth is not known");
+      foreign.block = OpensfmBlock(input, options, &foreign.messages);
       break;
     case ExchangeFormat::kAsp:
       foreign.block = ExchangeFromAsp(ReadAsp(input));

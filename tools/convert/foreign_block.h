@@ -1,7 +1,9 @@
 // Another program's files as an exchange block in their own ground system.
 #pragma once
 
+#include <optional>
 #include <string>
+#include <vector>
 
 #include "core/exchange/exchange_block.h"
 #include "tools/convert/exchange_format.h"
@@ -14,10 +16,17 @@ struct ForeignBlock {
   bool geocentric =
       false;  // else topocentric where block.reference_lla says so, else the block's CRS
   Eigen::Vector3d frame_origin = Eigen::Vector3d::Zero();  // to be added to the file's coordinates
+  std::vector<std::string> messages;  // what was taken for granted, what was left out
+};
+
+// What the file may not say itself.
+struct ForeignOptions {
+  std::optional<Crs> crs;                 // the block's
+  std::optional<Eigen::Vector2d> offset;  // of an OpenSfM reconstruction that is projected
 };
 
 // Throws InputError naming file, line and value, also where what was read cannot be (RequireSound).
 ForeignBlock ReadForeignBlock(ExchangeFormat format, const std::string& input,
-                              const ExportRecord& record);
+                              const ExportRecord& record, const ForeignOptions& options);
 
 }  // namespace orient

@@ -1,0 +1,206 @@
+// The ground system of an OpenSfM reconstruction: its own, or the one OpenDroneMap puts in its place.
+#include "tools/convert/opensfm_ground.h"
+
+#include <gtest/gtest.h>
+
+#include <Eigen/Dense>
+#include <filesystem>
+#include <nlohmann/json.hpp>
+#include <random>
+
+#include "core/base/atomic_write.h"
+#include "core/base/error.h"
+#include "core/terrain/geocentric.h"
+#include "tests/support/expect_error.h"
+#include "tests/support/shared_data.h"
+#include "tests/tools/convert/two_photos.h"
+
+namespace orient {
+namespace {
+namespace fs = std::filesystem;
+using Eigen::Matrix3d;
+using Eigen::Vector3d;
+using Json = nlohmann::ordered_json;
+
+constexpr int kPhotos = 24;
+constexpr double kHeight_m = 300;
+const Eigen::Vector2d kOffset(580000, 5003000);
+
+// A strip flown to and fro, 80 km east of the central meridian: a convergence of 0.7 degrees.
+ConvertSource Flight(double east_m) {
+  ConvertSource source = TwoPhotos();
+  source.block.photos.clear();
+  source.block.points.clear();
+  source.ground_height_m.assign(kPhotos, kHeight_m);
+  for (int i = 0; i < kPhotos; ++i) {
+    ExchangePhoto photo;
+    photo.image = std::to_string(100 + i) + ".tif";
+    const int column = i / 6, row = i % 6;
+    SetPose({{east_m + 400 * column, 5003000 + 250.0 * row, 1500 + 3.0 * i},
+             {0.02, -0.01 * row, column % 2 == 0 ? 1.5 : -1.6}},
+            &photo);
+    source.block.photos.push_back(photo);
+  }
+  return source;
+}
+
+Vector3d ToVector(const Json& v) { return {v[0], v[1], v[2]}; }
+Json ToArray(const Vector3d& v) { return {v.x(), v.y(), v.z()}; }
+
+class OpensfmGround : public testing::Test {
+ protected:
+  // As OpenSfM leaves a flight with GPS of some decimetres.
+  void Write(const ConvertSource& source) {
+    WriteExports(source, {{ExchangeFormat::kOpensfm}, folder_.Path(), 0, {}});
+    fs::remove(fs::path(Input()) / "export.json");
+    std::mt19937 random(7);
+    std::normal_distribution<double> noise(0, 0.6);
+    Json json = Read();
+    for (auto& shot : json[0]["shots"])
+      shot["gps_position"] =
+          ToArray(ToVector(shot["gps_position"]) + Vector3d(noise(random), noise(random), 2));
+    Store(json);
+  }
+
+  // opensfm/actions/export_geocoords.py: the rows of A and b are differences of projected points.
+  void ExportGeocoords() {
+    Json json = Read();
+    const Json lla = json[0]["reference_lla"];
+    const Topocentric local({RadFromDeg(lla["latitude"]), RadFromDeg(lla["longitude"]),
+                             lla["altitude"].get<double>()});
+    const CoordinateTransform transform = CoordinateTransform::Between("EPSG:32635", "EPSG:4326");
+    const auto projected = [&](const Vector3d& p) {
+      const Geodetic at = GeodeticFromGeocentric(local.GeocentricFromLocal(p));
+      const auto xy = *transform({DegFromRad(at.longitude_rad), DegFromRad(at.latitude_rad)});
+      return Vector3d(xy.x(), xy.y(), at.height_m);
+    };
+    const Vector3d zero = projected(Vector3d::Zero());
+    Matrix3d a;
+    for (int i = 0; i < 3; ++i) a.col(i) = projected(Vector3d::Unit(i)) - zero;
+    const Vector3d b = zero - Vector3d(kOffset.x(), kOffset.y(), 0);
+    for (auto& shot : json[0]["shots"]) {
+      const Vector3d turn = ToVector(shot["rotation"]), t = ToVector(shot["translation"]);
+      const Matrix3d r = Eigen::AngleAxisd(turn.norm(), turn.normalized()).toRotationMatrix();
+      const Vector3d centre = a * (-r.transpose() * t) + b;
+      const Matrix3d turned = Eigen::Quaterniond(r * a.inverse()).normalized().toRotationMatrix();
+      const Eigen::AngleAxisd axis(turned);
+      shot["rotation"] = ToArray(axis.angle() * axis.axis());
+      shot["translation"] = ToArray(-turned * centre);
+    }
+    Store(json);
+  }
+
+  void WithoutGps() {
+    Json json = Read();
+    for (auto& shot : json[0]["shots"]) shot["gps_dop"] = 999999.0;
+    Store(json);
+  }
+
+  ConvertSource ReadBack(const std::optional<Eigen::Vector2d>& offset = {}) const {
+    ConvertSourceOptions options;
+    options.input = Input();
+    options.crs = "EPSG:32635";
+    options.ground_height_m = kHeight_m;
+    options.opensfm_offset = offset;
+    return ReadForeign(ExchangeFormat::kOpensfm, options);
+  }
+
+  // OpenSfM's step is a metre: the derivative at the origin instead of the projection itself bends
+  // a block of 1.5 km by some centimetres.
+  static void ExpectSame(const ConvertSource& read, const ConvertSource& written,
+                         double tolerance_m) {
+    ASSERT_EQ(read.block.photos.size(), written.block.photos.size());
+    for (std::size_t i = 0; i < read.block.photos.size(); ++i) {
+      const ExchangePhoto &a = read.block.photos[i], &b = written.block.photos[i];
+      EXPECT_LT((a.centre - b.centre).norm(), tolerance_m) << a.image;
+      EXPECT_LT((a.ground_from_photo - b.ground_from_photo).norm(), 2e-4) << a.image;
+    }
+  }
+
+  static bool Says(const ConvertSource& read, const std::string& part) {
+    for (const std::string& message : read.messages)
+      if (message.find(part) != std::string::npos) return true;
+    return false;
+  }
+
+  std::string Input() const { return folder_ / "opensfm"; }
+
+  Json Read() const { return Json::parse(ReadFile(Path())); }
+  void Store(const Json& json) const { WriteFileAtomically(Path(), json.dump()); }
+  std::string Path() const { return (fs::path(Input()) / "reconstruction.json").string(); }
+
+  const TemporaryFolder folder_;
+};
+
+TEST_F(OpensfmGround, OpensfmsOwnIsTopocentric) {
+  const ConvertSource flight = Flight(580000);
+  Write(flight);
+  const ConvertSource read = ReadBack();
+  ExpectSame(read, flight, 0.05);
+  EXPECT_TRUE(Says(read, "the poses are topocentric"));
+}
+
+TEST_F(OpensfmGround, OpenDroneMapsIsProjectedAndItsCoordsHoldTheOffset) {
+  const ConvertSource flight = Flight(580000);
+  Write(flight);
+  ExportGeocoords();
+  WriteFileAtomically(folder_ / "opensfm/coords.txt", "WGS84 UTM 35N\n580000 5003000\n1 2 3\n");
+  const ConvertSource read = ReadBack();
+  ExpectSame(read, flight, 0.05);
+  EXPECT_TRUE(Says(read, "the poses are in a projected system minus an offset"));
+}
+
+TEST_F(OpensfmGround, WithoutTheOffsetAProjectedOneIsRefused) {
+  const ConvertSource flight = Flight(580000);
+  Write(flight);
+  ExportGeocoords();
+  ExpectError<InputError>([&] { ReadBack(); }, {"projected system minus an offset", "--offset"});
+  ExpectSame(ReadBack(kOffset), flight, 0.05);
+  // Another block's offset.
+  ExpectError<InputError>([&] { ReadBack(kOffset + Eigen::Vector2d(2000, 0)); },
+                          {"neither as topocentric", "2000 m away"});
+}
+
+TEST_F(OpensfmGround, WhatFitsNeitherIsRefused) {
+  Write(Flight(580000));
+  Json json = Read();
+  for (auto& shot : json[0]["shots"]) {
+    const Vector3d gps = ToVector(shot["gps_position"]);
+    shot["gps_position"] = ToArray({-gps.y(), gps.x(), gps.z()});
+  }
+  Store(json);
+  ExpectError<InputError>([&] { ReadBack(); }, {"gps_position", "neither", "90.0"});
+}
+
+TEST_F(OpensfmGround, OnTheCentralMeridianNothingTellsAndThatIsSaid) {
+  const ConvertSource flight = Flight(500000 - 600);
+  Write(flight);
+  const ConvertSource read = ReadBack();
+  ExpectSame(read, flight, 0.05);
+  EXPECT_TRUE(Says(read, "might as well be projected"));
+}
+
+TEST_F(OpensfmGround, WithoutGpsTheFormatsDefinitionHoldsAndThatIsSaid) {
+  const ConvertSource flight = Flight(580000);
+  Write(flight);
+  WithoutGps();
+  const ConvertSource read = ReadBack();
+  ExpectSame(read, flight, 0.05);
+  EXPECT_TRUE(Says(read, "no GPS positions"));
+  // What OpenDroneMap keeps beside its own.
+  fs::copy_file(Path(), fs::path(Input()) / "reconstruction.topocentric.json");
+  ExportGeocoords();
+  ExpectError<InputError>([&] { ReadBack(); }, {"--offset"});
+  ExpectSame(ReadBack(kOffset), flight, 0.05);
+}
+
+TEST_F(OpensfmGround, FurtherReconstructionsAreNamed) {
+  Write(Flight(580000));
+  Json json = Read();
+  json.push_back(json[0]);
+  Store(json);
+  EXPECT_TRUE(Says(ReadBack(), "the first of 2 reconstructions"));
+}
+
+}  // namespace
+}  // namespace orient
