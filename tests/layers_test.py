@@ -46,7 +46,7 @@ TABLE = {
     "patchdb/harvest": (["core/base", "core/geometry", "core/terrain", "core/raster",
                          "core/matching", "patchdb/store"], {"Eigen"}),
     "tools/simulate": (CORE[:-1], {"Eigen", "GDAL", "TBB", "nlohmann-json"}),
-    "tools/report": (CORE + INTERIOR + ["block/inputs"], {"Eigen", "GDAL"}),
+    "tools/report": (CORE + INTERIOR + ["block/inputs"], {"Eigen", "GDAL", "nlohmann-json"}),
     "tools/convert": (CORE + INTERIOR + ["block/inputs"], {"Eigen", "GDAL", "TBB", "nlohmann-json"}),
     "tools/review": (CORE + ["block/inputs", "tools/report"],
                      {"Eigen", "nlohmann-json", "cpp-httplib"}),

@@ -22,6 +22,9 @@ namespace orient {
 namespace {
 namespace fs = std::filesystem;
 
+// The patch database that a run makes, in its output directory.
+constexpr const char* kControlDatabase = "control.gpkg";
+
 bool IsVirtual(const std::string& path) { return path.starts_with("/vsi"); }
 
 std::string Resolve(const std::string& base, const std::string& path) {
@@ -163,6 +166,40 @@ void ReadOrtho(const TomlTable& root, BlockFile* block) {
   block->ortho = ortho;
 }
 
+// In the output directory, which has been read.
+void ReadControl(const TomlTable& root, const std::string& base, BlockFile* block) {
+  const auto table =
+      root.FindTable("control", {"orthophotos", "photos", "camera", "orientation", "interior",
+                                 "dsm", "dem_sigma_m", "date"});
+  if (!table) return;
+  if (root.Has("patchdb"))
+    root.Fail("patchdb", "is given, and so is [control]; the one is a database that is there, the "
+                         "other has one made: leave one of them out");
+  ControlChoice control;
+  if (table->Has("orthophotos") == table->Has("photos"))
+    table->Fail("orthophotos", "or photos must be given, one of them");
+  const char* key = table->Has("photos") ? "photos" : "orthophotos";
+  auto& images = table->Has("photos") ? control.photos : control.orthophotos;
+  try {
+    images = ExpandPhotos(*table->FindTexts(key), base);
+  } catch (const InputError& error) {
+    table->Fail(key, std::string("cannot be used: ") + error.what());
+  }
+  if (images.empty()) table->Fail(key, "is empty");
+  if (table->Has("photos")) {
+    control.camera = CameraFileOrName(*table, base);
+    control.orientation = ExistingFile(*table, "orientation", base);
+    if (table->Has("interior")) control.interior = ExistingFile(*table, "interior", base);
+  }
+  if (table->Has("dsm")) control.dsm = ExistingFile(*table, "dsm", base);
+  if (table->Has("dem_sigma_m")) control.dem_sigma_m = table->PositiveNumber("dem_sigma_m");
+  control.date = table->FindText("date");
+  if (control.date && !WhyNoDate(*control.date).empty())
+    table->Fail("date", "is " + WhyNoDate(*control.date));
+  block->control = std::move(control);
+  block->patchdb = (fs::path(block->output_directory) / kControlDatabase).string();
+}
+
 EarthMode ReadEarth(const TomlTable& root) {
   const std::string earth = root.FindText("earth").value_or("auto");
   const auto mode = EarthModes().find(earth);
@@ -282,13 +319,16 @@ BlockFile ReadBlockFile(const std::string& path) {
   const TomlTable root(document, path, "",
                        {"crs", "dem", "patchdb", "camera", "photos", "approximations",
                         "approximate_accuracy", "scan", "output", "block", "earth", "flight",
-                        "strips", "gnss", "date", "target_m", "ortho", "measurements"});
+                        "strips", "gnss", "date", "target_m", "ortho", "measurements",
+                        "control"});
   const std::string base = fs::path(path).parent_path().string();
   const bool measured =
-      root.Has("measurements") && !root.Has("patchdb") && !root.Has("photos") && !root.Has("dem");
+      root.Has("measurements") && !root.Has("patchdb") && !root.Has("control") &&
+                        !root.Has("photos") && !root.Has("dem");
   BlockFile block{.crs = ReadCrs(root, base, path),
                   .dem = measured ? "" : ExistingFile(root, "dem", base),
-                  .patchdb = measured ? "" : ExistingFile(root, "patchdb", base),
+                  .patchdb = measured || root.Has("control") ? ""
+                                                             : ExistingFile(root, "patchdb", base),
                   .camera = CameraFileOrName(root, base),
                   .approximations = root.Has("approximations")
                                         ? ExistingFile(root, "approximations", base)
@@ -299,6 +339,7 @@ BlockFile ReadBlockFile(const std::string& path) {
   block.flight = ReadFlightPlan(root, NamesOf(block));
   ReadGnss(root, base, &block);
   ReadOutput(root, base, &block);
+  ReadControl(root, base, &block);
   ReadAccuracy(root, &block);
   ReadAdjustment(root, &block);
   ReadScan(root, &block);

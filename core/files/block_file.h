@@ -37,6 +37,16 @@ struct OrthoChoice {
   bool weak = false;  // also of photos that are weak
 };
 
+// Images of known ground from which the run makes its patch database: orthophotos, or photos with
+// their camera, orientation table and, for film, folder of interior orientations.
+struct ControlChoice {
+  std::vector<std::string> orthophotos, photos;
+  std::string camera, orientation, interior;
+  std::string dsm;  // empty: none
+  std::optional<double> dem_sigma_m;  // empty: a tenth of the DEM's cell
+  std::optional<std::string> date;  // of the images, ISO 8601
+};
+
 // A photo that the block file names and that cannot be worked on: it fails by itself.
 struct UnusablePhoto {
   std::string name, reason;
@@ -45,7 +55,8 @@ struct UnusablePhoto {
 struct BlockFile {
   Crs crs;
   std::string dem = {};  // paths are resolved against the block file's folder
-  std::string patchdb = {};
+  std::string patchdb = {};  // with `control` in the output directory: the run makes it
+  std::optional<ControlChoice> control = {};
   std::string camera = {};                   // or a name of the camera library
   std::vector<std::string> photos = {};      // globs expanded, sorted, without duplicates
   std::vector<UnusablePhoto> unusable = {};  // not there, or several files of one name

@@ -1,11 +1,10 @@
 <!DOCTYPE qgis PUBLIC 'http://mrcc.com/qgis.dtd' 'SYSTEM'>
-<qgis version="3.22" styleCategories="Symbology">
+<qgis version="3.22" styleCategories="Symbology|MapTips">
  <renderer-v2 type="categorizedSymbol" attr="state" symbollevels="0" enableorderby="0" forceraster="0">
   <categories>
    <category symbol="0" value="matched" label="matched" render="true"/>
    <category symbol="1" value="rejected" label="rejected" render="true"/>
    <category symbol="2" value="not_found" label="not_found" render="true"/>
-   <category symbol="3" value="not_visible" label="not_visible" render="true"/>
   </categories>
   <symbols>
    <symbol type="marker" name="0" alpha="1" clip_to_extent="1" force_rhr="0">
@@ -41,17 +40,7 @@
      </Option>
     </layer>
    </symbol>
-   <symbol type="marker" name="3" alpha="1" clip_to_extent="1" force_rhr="0">
-    <layer class="SimpleMarker" enabled="1" locked="0" pass="0">
-     <Option type="Map">
-      <Option type="QString" name="name" value="circle"/>
-      <Option type="QString" name="color" value="211,216,222,255"/>
-      <Option type="QString" name="outline_color" value="211,216,222,255"/>
-      <Option type="QString" name="size" value="0.8"/>
-      <Option type="QString" name="size_unit" value="MM"/>
-     </Option>
-    </layer>
-   </symbol>
   </symbols>
  </renderer-v2>
+ <mapTip>&lt;b&gt;[% "patch" %]&lt;/b&gt; in [% "photo" %]: [% "state" %]&lt;br&gt;[% coalesce("reason", '') %]&lt;br&gt;residual [% round("residual_col_px", 2) %] / [% round("residual_row_px", 2) %] px</mapTip>
 </qgis>

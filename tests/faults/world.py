@@ -34,6 +34,8 @@ def tables(path):
 
 def digest(path):
     content = repr(tables(path)).encode() if path.suffix == ".gpkg" else path.read_bytes()
+    if path.suffix == ".html":  # when, and by which command
+        content = re.sub(rb'<section id="made">.*?</section>', b"", content, flags=re.DOTALL)
     return hashlib.sha256(content).hexdigest()
 
 
@@ -199,7 +201,8 @@ class World:
 
     def result(self):
         """Digests of all that is here, the world's paths and times of day left out."""
-        return {name: digest(self.here / name) for name in self.files() if not is_log(name)}
+        return {name: digest(self.here / name) for name in self.files()
+                if not is_log(name) and name.name != "run.json"}
 
 
 def without_times(text):

@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdlib>
+#include <ctime>
 #include <filesystem>
 #include <functional>
 #include <new>
@@ -144,9 +145,9 @@ RunOutputOptions OutputOf(const CLI::App& parser) {
   return options;
 }
 
-// "orient 0.1.0: orient block 'my block.toml'".
+// "orient block 'my block.toml'".
 std::string CommandText(const std::vector<std::string>& arguments) {
-  std::string text = "orient " + ProgramVersion() + ": orient";
+  std::string text = "orient";
   for (const std::string& argument : arguments)
     text += argument.find_first_of(" '\"*?") == std::string::npos && !argument.empty()
                 ? " " + argument
@@ -165,13 +166,14 @@ std::string HowToGoOn(const CLI::App& parser) {
   return "what is finished is kept, nothing stays half done; repeat the command";
 }
 
-ExitCode RunCommand(const CLI::App& parser, const CommandList& commands, std::ostream& out,
-                    std::ostream& err) {
+ExitCode RunCommand(const CLI::App& parser, const CommandList& commands,
+                    const Invocation& invocation, std::ostream& out, std::ostream& err) {
   const CLI::App* asked = parser.get_subcommands().front();
   if (asked->count(kVerbose) > 0) PrintOptions(*asked, "orient " + asked->get_name(), err);
   const auto command = std::find_if(commands.begin(), commands.end(), [&](const auto& candidate) {
     return candidate->Name() == asked->get_name();
   });
+  (*command)->Begin(invocation);
   const ExitCode code = (*command)->Run(out);
   out.flush();
   if (!out) throw InputError("cannot write to standard output; is the disk full?");
@@ -248,9 +250,11 @@ int RunProgram(const CommandList& commands, const std::vector<std::string>& argu
         std::vector<std::string> reversed = WithoutHelpCommand(arguments);
         std::reverse(reversed.begin(), reversed.end());  // as CLI11 wants it
         parser->parse(std::move(reversed));
-        output.emplace(OutputOf(*parser), CommandText(arguments), out, err);
+        const Invocation invocation{"orient " + ProgramVersion(), CommandText(arguments),
+                                    std::time(nullptr)};
+        output.emplace(OutputOf(*parser), invocation.program + ": " + invocation.command, out, err);
         SetWhatToDoAfterInterruption(HowToGoOn(*parser));
-        return static_cast<int>(RunCommand(*parser, commands, output->Out(), output->Err()));
+        return static_cast<int>(RunCommand(*parser, commands, invocation, output->Out(), output->Err()));
       });
   SetWhatToDoAfterInterruption("");
   if (output) output->End(code);

@@ -11,7 +11,10 @@
 #include <iosfwd>
 #include <memory>
 #include <string>
+#include <utility>
 #include <vector>
+
+#include "tools/commands/record_run.h"
 
 namespace orient {
 
@@ -36,6 +39,15 @@ class Command {
 
   // Throws UsageError, InputError. `out` is standard output.
   virtual ExitCode Run(std::ostream& out) = 0;
+
+  // Before Run(): how the program was called.
+  void Begin(Invocation invocation) { invocation_ = std::move(invocation); }
+
+ protected:
+  const Invocation& Invoked() const { return invocation_; }
+
+ private:
+  Invocation invocation_;
 };
 
 // "0.1.0".

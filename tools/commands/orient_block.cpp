@@ -11,6 +11,7 @@
 #include "core/base/error.h"
 #include "core/files/block_file.h"
 #include "core/files/orientation_table.h"
+#include "tools/commands/block_control.h"
 #include "tools/commands/block_outputs.h"
 #include "tools/commands/commands.h"
 #include "tools/commands/exterior_summary.h"
@@ -55,6 +56,11 @@ class BlockCommand : public Command {
     options.jobs = jobs_;
     const std::string& directory = options.block.output_directory;
     options.resume = !overwrite_ && (resume_ || block::IsUnfinished(directory));
+    if (plan_ && NeedsBlockControl(options.block)) {
+      out << "control  " << options.block.patchdb
+          << " is made first; the plan for the photos depends on it\n";
+      return ExitCode::kAllDone;
+    }
     if (plan_) {
       for (const std::string& line : PlanBlock(block::BlockInputs(options))) out << line << "\n";
       return ExitCode::kAllDone;
@@ -63,11 +69,17 @@ class BlockCommand : public Command {
     if (options.resume && !resume_) out << "continues the interrupted run in " << directory << "\n";
     for (const UnusablePhoto& photo : options.block.unusable)
       out << "cannot  " << photo.name << ": " << photo.reason << "\n";
+    MakeBlockControl(options.block, library_, out);
     if (options.learn) BringUpToDateToLearn(options.block.patchdb, out);
     const block::BlockInputs inputs(options);
     const block::BlockFolder folder(directory, options.resume);
     ShownProgress progress;
     block::OrientedBlock result = block::Orient(inputs, folder, &progress);
+    RecordRun(Invoked(), directory, "block",
+              {FileInput("block file", block_path_), FileInput("camera", options.block.camera),
+               RasterInput("DEM", options.block.dem),
+               FileInput("patch database", options.block.patchdb),
+               FileInput("approximations", options.block.approximations)});
     const auto quicklook = WriteBlockOutputs(options.block, quicklook_, &result);
     PrintExteriorSummary(result.results, out);
     PrintBlockSummary(result, quicklook, out);

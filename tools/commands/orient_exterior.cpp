@@ -83,6 +83,10 @@ class ExteriorCommand : public Command {
     ProgressLine progress("exterior orientation", static_cast<int>(options_.photos.size()));
     const auto done = block::RunExterior(options_, [&] { progress.Advance(); });
     progress.Finish();
+    RecordRun(Invoked(), options_.out, "exterior",
+              {FileInput("camera", options_.camera), RasterInput("DEM", options_.dem),
+               FileInput("patch database", options_.patchdb),
+               FileInput("approximations", options_.approximations)});
     PrintExteriorSummary(done, out);
     return AllOriented(done) ? ExitCode::kAllDone : ExitCode::kSomeNotOriented;
   }

@@ -97,6 +97,8 @@ class InteriorCommand : public Command {
     const auto results = block::RunInterior(
         options, [&] { progress.Advance(); }, &notes);
     progress.Finish();
+    RecordRun(Invoked(), options.out, "interior",
+              {FileInput("camera", camera_ == block::kAutoCamera ? "" : options.camera)});
     const ExitCode code = Summarise(results, out);
     for (const std::string& note : notes) out << note << "\n";
     return code;

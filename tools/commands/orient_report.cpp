@@ -8,6 +8,7 @@
 #include "tools/commands/commands.h"
 #include "tools/report/block_geopackage.h"
 #include "tools/report/report.h"
+#include "tools/report/report_json.h"
 
 namespace orient {
 namespace {
@@ -22,11 +23,13 @@ class ReportCommand : public Command {
   void Setup(CLI::App& app) override {
     app.add_option("DIR", directory_, "Output folder of orient interior, exterior or block")
         ->required();
+    app.add_flag("--json", json_, "Also write the figures for programs, report.json");
   }
 
   ExitCode Run(std::ostream& out) override {
     const BlockRecord block = ReadBlockRecord(directory_);
     out << WriteReport(block) << "\n";
+    if (json_) out << WriteReportJson(block) << "\n";
     if (block.crs)
       out << WriteBlockGeopackage(directory_, *block.crs, ExteriorResults(block),
                                   block.adjusted ? &*block.adjusted : nullptr)
@@ -49,6 +52,7 @@ class ReportCommand : public Command {
   }
 
   std::string directory_;
+  bool json_ = false;
 };
 
 }  // namespace

@@ -39,7 +39,8 @@ void WritePose(const ExteriorResult& result, NewLayer::Row* row) {
   }
 }
 
-void WritePhotos(const std::vector<ExteriorResult>& results, NewGeopackage* file) {
+void WritePhotos(const fs::path& directory, const std::vector<ExteriorResult>& results,
+                 NewGeopackage* file) {
   NewLayer layer = file->AddLayer("photos", wkbPoint25D, "Projection centres",
                                   {{"name", OFTString},
                                    {"status", OFTString},
@@ -55,7 +56,8 @@ void WritePhotos(const std::vector<ExteriorResult>& results, NewGeopackage* file
                                    {"sigma0_px", OFTReal},
                                    {"matched", OFTInteger},
                                    {"searched", OFTInteger},
-                                   {"message", OFTString}});
+                                   {"message", OFTString},
+                                   {"picture", OFTString}});
   for (const ExteriorResult& result : results) {
     std::int64_t matched = 0, searched = 0;
     for (const PatchResult& patch : result.patches) {
@@ -70,6 +72,8 @@ void WritePhotos(const std::vector<ExteriorResult>& results, NewGeopackage* file
     row.SetInteger("matched", matched);
     row.SetInteger("searched", searched);
     row.Set("message", JoinedSentences(result.findings));
+    const std::string picture = result.photo + ".patches.png";
+    if (fs::exists(directory / picture)) row.Set("picture", picture);
     layer.Write(std::move(row));
   }
 }
@@ -105,6 +109,7 @@ void WritePatches(const std::vector<ExteriorResult>& results, NewGeopackage* fil
                                    {"reason", OFTString}});
   for (const ExteriorResult& result : results)
     for (const PatchResult& patch : result.patches) {
+      if (patch.state == PatchState::kNotVisible) continue;  // most of them, drawn over the others
       NewLayer::Row row = layer.NewRow();
       if (patch.ground_m) row.SetGeometry(Point(*patch.ground_m));
       row.SetInteger("patch", patch.id);
@@ -255,7 +260,7 @@ std::string WriteBlockGeopackage(const std::string& directory, const Crs& crs,
   const std::string path = (fs::path(directory) / "block.gpkg").string();
   const QuietGdal quiet;
   NewGeopackage file(path, crs);
-  WritePhotos(results, &file);
+  WritePhotos(directory, results, &file);
   WriteFootprints(results, &file);
   WritePatches(results, &file);
   WriteResiduals(results, adjusted, &file);

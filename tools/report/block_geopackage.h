@@ -12,9 +12,10 @@ namespace orient {
 
 // Writes directory/block.gpkg whole or not at all and returns its path. Layers, in `crs`, each with
 // its spatial index:
-//   photos      PointZ: projection centres; a photo without a pose has no geometry
+//   photos      PointZ: projection centres; a photo without a pose has no geometry; `picture`
+//               names the file beside, if there is one
 //   footprints  Polygon: the frames' outlines on the ground
-//   patches     PointZ: every patch once for each photo that looked for it
+//   patches     PointZ: every patch once for each photo that looked for it and could see it
 //   residuals   LineString: residuals of matched and rejected patches and of ties on the ground,
 //               from the point into the direction measured - computed, exaggerated by the column
 //               `exaggeration`; `kind` says whether `patch` is the id of a patch or of a tie

@@ -129,6 +129,12 @@ std::map<std::int64_t, const PatchResult*> BestOutcomes(const BlockRecord& block
   return best;
 }
 
+// More dots than that cannot be told apart, and make the page slow.
+constexpr size_t kMostDots = 20000;
+
+// Every how many-th of them is drawn.
+size_t DotStep(size_t count) { return count / (kMostDots + 1) + 1; }
+
 // Smaller where there are many, so that the map under them can still be seen.
 double DotSize(size_t count, const Sheet& sheet) {
   constexpr double kSmallest = 1.2, kLargest = 5, kPartOfSpacing = 0.3;
@@ -144,7 +150,10 @@ std::string Patches(const BlockRecord& block, const Sheet& sheet) {
   const auto outcomes = BestOutcomes(block);
   const double dot = DotSize(outcomes.size(), sheet);
   SvgPath matched, rejected, not_found, not_visible;
+  const size_t step = DotStep(outcomes.size());
+  size_t number = 0;
   for (const auto& [id, patch] : outcomes) {
+    if (number++ % step != 0) continue;
     const Vector2d xy = patch->ground_m->head<2>();
     if (!sheet.ground.contains(xy)) continue;
     const Vector2d at = sheet.At(xy);
@@ -161,7 +170,9 @@ std::string Ties(const BlockRecord& block, const Sheet& sheet) {
   if (!block.adjusted) return "";
   const std::vector<PointResult>& ties = block.adjusted->ties;
   SvgPath dots;
-  for (const PointResult& tie : ties) {
+  const size_t step = DotStep(ties.size());
+  for (size_t i = 0; i < ties.size(); i += step) {
+    const PointResult& tie = ties[i];
     if (!tie.ground_m) continue;
     const Vector2d xy = tie.ground_m->head<2>();
     if (sheet.ground.contains(xy)) dots.AddDot(sheet.At(xy));
@@ -230,7 +241,8 @@ size_t Characters(const std::string& text) {
       std::count_if(text.begin(), text.end(), [](char c) { return (c & 0xC0) != 0x80; }));
 }
 
-Labels PhotoLabels(const BlockRecord& block, const BlockVerdict& verdict, const Sheet& sheet) {
+Labels PhotoLabels(const BlockRecord& block, const BlockVerdict& verdict, const PhotoLinks& links,
+                   const Sheet& sheet) {
   const size_t prefix = SharedPrefix(block);
   LabelLayout layout(sheet);
   Labels labels;
@@ -253,7 +265,7 @@ Labels PhotoLabels(const BlockRecord& block, const BlockVerdict& verdict, const 
       continue;
     }
     labels.svg +=
-        fmt::format("<a href=\"#photo-{}\">{}</a>", i + 1,
+        fmt::format("<a href=\"{}\">{}</a>", Escape(links.To(block, i)),
                     SvgText("label", *at + Vector2d(0, 0.35 * kLabelSize), text, kCentred));
   }
   return labels;
@@ -311,6 +323,11 @@ std::string Notes(const BlockRecord& block, const Labels& labels) {
   if (const size_t prefix = SharedPrefix(block); prefix > 0)
     text += fmt::format("Names are without their common beginning “{}”. ",
                         block.photos.front().name.substr(0, prefix));
+  const size_t patches = BestOutcomes(block).size();
+  if (DotStep(patches) > 1)
+    text += fmt::format("Of {} patches every {}th is drawn. ", patches, DotStep(patches));
+  const size_t ties = block.adjusted ? block.adjusted->ties.size() : 0;
+  if (DotStep(ties) > 1) text += fmt::format("Of {} ties every {}th is drawn. ", ties, DotStep(ties));
   if (labels.left_out > 0)
     text += fmt::format("{} names are left out where they would overlap. ", labels.left_out);
   return text + NamesNote("Not in the map, without a pose", labels.nowhere) +
@@ -319,11 +336,11 @@ std::string Notes(const BlockRecord& block, const Labels& labels) {
 
 }  // namespace
 
-Markup BlockMap(const BlockRecord& block, const BlockVerdict& verdict) {
+Markup BlockMap(const BlockRecord& block, const BlockVerdict& verdict, const PhotoLinks& links) {
   const Box extent = GroundExtent(block, verdict);
   if (extent.isEmpty()) return Fill("map.html#empty");
   const Sheet sheet = MakeSheet(extent);
-  const Labels labels = PhotoLabels(block, verdict, sheet);
+  const Labels labels = PhotoLabels(block, verdict, links, sheet);
   return Fill(
       "map.html",
       {{"page_width", SvgNumber(kWidth)},

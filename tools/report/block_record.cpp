@@ -134,6 +134,7 @@ BlockRecord ReadBlockRecord(const std::string& directory,
     AddAdjustment(directory, &block);
   if (block.adjusted) block.notes = Sentences(block.adjusted->findings);
   AddQuicklook(directory, &block);
+  block.runs = ReadRunRecords(directory);
   if (photos.empty())
     throw InputError(directory +
                      ": the folder holds no results (<photo>.interior.json, "

@@ -1,6 +1,7 @@
 // Everything an output folder says about a block: what the report and block.gpkg are made from.
 #pragma once
 
+#include <map>
 #include <optional>
 #include <string>
 #include <vector>
@@ -9,6 +10,7 @@
 #include "core/files/orientation_table.h"
 #include "core/files/results.h"
 #include "core/terrain/crs.h"
+#include "tools/report/run_record.h"
 
 namespace orient {
 
@@ -29,6 +31,7 @@ struct BlockRecord {
   std::vector<PhotoRecord> photos;               // by name
   std::optional<AdjustmentResult> adjusted;      // of block.json
   std::string quicklook_picture, seams_picture;  // file names in the folder, empty where absent
+  std::map<std::string, RunRecord> runs;         // of run.json, by stage
   std::vector<std::string> notes;                // about the block as a whole
   std::vector<std::string> unreadable;  // about orientation.csv, orientation.prj and block.json
 

@@ -9,6 +9,8 @@
 namespace orient {
 namespace {
 
+constexpr size_t kMostConcerns = 200;
+
 // `unit` stands smaller behind a value that there is.
 Markup Tile(const std::string& value, const std::string& unit, const char* name,
             const Markup& note = {}, std::string_view css_class = "") {
@@ -21,18 +23,20 @@ Markup Tile(const std::string& value, const std::string& unit, const char* name,
                {"note", note}});
 }
 
-Markup PrecisionTile(const BlockRecord& block, const BlockVerdict& verdict) {
+Markup PrecisionTile(const BlockRecord& block, const BlockVerdict& verdict,
+                     const PhotoLinks& links) {
   if (!verdict.least_precise) return Tile(kNoValue, "", "σ of a projection centre, worst");
   const size_t photo = *verdict.least_precise;
   const double sigma_m = verdict.photos[photo].sigma->head<3>().maxCoeff();
   return Tile(Decimal(sigma_m, DecimalsForSigma(sigma_m)), kThinSpace + std::string("m"),
               "σ of a projection centre, worst",
               Fill("overview.html#tile_photo",
-                   {{"number", photo + 1}, {"photo", block.photos[photo].name}}));
+                   {{"href", links.To(block, photo)}, {"photo", block.photos[photo].name}}));
 }
 
 // What the poses are good for, in the middle of the photos and at worst.
-Markup ProjectionTile(const BlockRecord& block, const BlockVerdict& verdict) {
+Markup ProjectionTile(const BlockRecord& block, const BlockVerdict& verdict,
+                      const PhotoLinks& links) {
   const char* name = "projection σ anywhere in the frame, median";
   if (!verdict.median_projection) return Tile(kNoValue, "", name);
   const auto [px, m] = *verdict.median_projection;
@@ -42,7 +46,7 @@ Markup ProjectionTile(const BlockRecord& block, const BlockVerdict& verdict) {
               fmt::format("{}px · {}{}m", space, Decimal(m, DecimalsForSigma(m)), space), name,
               Fill("overview.html#tile_worst",
                    {{"value", Decimal(verdict.photos[worst].projection->px, 2) + space + "px"},
-                    {"number", worst + 1},
+                    {"href", links.To(block, worst)},
                     {"photo", block.photos[worst].name}}));
 }
 
@@ -82,13 +86,14 @@ Markup ExteriorCells(const PhotoVerdict& photo, bool searched) {
        {"sigma_deg", photo.sigma ? Sigmas(DegFromRad(1) * photo.sigma->tail<3>(), 6) : kNoValue}});
 }
 
-Markup PhotoRow(const BlockRecord& block, const PhotoVerdict& photo, size_t i, bool with_exterior) {
+Markup PhotoRow(const BlockRecord& block, const PhotoVerdict& photo, size_t i, bool with_exterior,
+                const std::string& href) {
   Markup more;
   if (photo.reasons.size() > 1)
     more = Fill("overview.html#more_messages", {{"count", photo.reasons.size() - 1}});
   const bool searched = block.photos[i].exterior.has_value();
   return Fill("overview.html#photo",
-              {{"number", i + 1},
+              {{"href", href},
                {"photo", block.photos[i].name},
                {"status", Name(photo.status)},
                {"marks", photo.marks > 0 ? PartOf(photo.marks_used, photo.marks) : kNoValue},
@@ -114,50 +119,58 @@ std::string Facts(const BlockRecord& block) {
 
 }  // namespace
 
-Markup SummarySection(const BlockRecord& block, const BlockVerdict& verdict) {
+Markup SummarySection(const BlockRecord& block, const BlockVerdict& verdict,
+                      const PhotoLinks& links) {
   const std::string space = kThinSpace;
   Markup tiles = StatusTile(verdict.ok, Status::kOk);
   tiles += StatusTile(verdict.weak, Status::kWeak);
   tiles += StatusTile(verdict.failed, Status::kFailed);
   if (block.HasExterior()) {
-    tiles += ProjectionTile(block, verdict);
+    tiles += ProjectionTile(block, verdict, links);
     tiles += PatchesTile(verdict);
   }
   if (verdict.median_sigma0_um)
     tiles +=
         Tile(Decimal(verdict.median_sigma0_um, 1), space + "µm", "sigma0 of the marks, median");
-  if (block.HasExterior() || verdict.least_precise) tiles += PrecisionTile(block, verdict);
+  if (block.HasExterior() || verdict.least_precise) tiles += PrecisionTile(block, verdict, links);
   return Fill("overview.html", {{"title", block.title}, {"facts", Facts(block)}, {"tiles", tiles}});
 }
 
-Markup ConcernsSection(const BlockRecord& block, const BlockVerdict& verdict) {
+Markup ConcernsSection(const BlockRecord& block, const BlockVerdict& verdict,
+                       const PhotoLinks& links) {
   Markup concerns;
   for (const std::string& problem : block.unreadable)
     concerns += BlockConcern("failed", "file", problem);
   for (const std::string& note : block.notes) concerns += BlockConcern("look", "block", note);
-  for (const Concern& concern : verdict.concerns) {
+  const size_t shown = std::min(verdict.concerns.size(), kMostConcerns);
+  for (size_t i = 0; i < shown; ++i) {
+    const Concern& concern = verdict.concerns[i];
     const Status status = verdict.photos[concern.photo].status;
     const std::string_view kind = status == Status::kOk ? "look" : Name(status);
     concerns += Fill("overview.html#photo_concern", {{"class", kind},
                                                      {"kind", kind},
-                                                     {"number", concern.photo + 1},
+                                                     {"href", links.To(block, concern.photo)},
                                                      {"photo", block.photos[concern.photo].name},
                                                      {"text", concern.text}});
   }
+  if (shown < verdict.concerns.size())
+    concerns += Fill("overview.html#more_concerns",
+                     {{"count", verdict.concerns.size() - shown}, {"href", "#photos"}});
   if (concerns.Empty()) return Fill("overview.html#no_concerns");
   return Fill("overview.html#concerns", {{"concerns", concerns}});
 }
 
-Markup PhotosSection(const BlockRecord& block, const BlockVerdict& verdict) {
+Markup PhotosSection(const BlockRecord& block, const BlockVerdict& verdict, const PhotoRows& rows) {
   const bool with_exterior =
       std::any_of(verdict.photos.begin(), verdict.photos.end(),
                   [](const PhotoVerdict& photo) { return photo.pose.has_value(); }) ||
       block.HasExterior();
-  Markup rows;
-  for (size_t i = 0; i < block.photos.size(); ++i)
-    rows += PhotoRow(block, verdict.photos[i], i, with_exterior);
+  Markup lines;
+  for (size_t i = rows.begin; i < rows.end; ++i)
+    lines += PhotoRow(block, verdict.photos[i], i, with_exterior, rows.href(i));
   const Markup columns = with_exterior ? Fill("overview.html#photos_exterior") : Markup();
-  return Fill("overview.html#photos", {{"exterior_columns", columns}, {"rows", rows}});
+  return Fill("overview.html#photos",
+              {{"exterior_columns", columns}, {"rows", lines}, {"pages", rows.pages}});
 }
 
 }  // namespace orient

@@ -205,9 +205,10 @@ Markup ExteriorPart(const PhotoRecord& photo, const PhotoVerdict& verdict,
 
 }  // namespace
 
-Markup PhotoSection(const PhotoRecord& photo, const PhotoVerdict& verdict, size_t number,
+Markup PhotoSection(const PhotoRecord& photo, const PhotoVerdict& verdict, const PhotoPlace& place,
                     const PictureHtml& picture) {
-  return Fill("photo.html", {{"number", number},
+  return Fill("photo.html", {{"number", place.number},
+                             {"all", place.all},
                              {"photo", photo.name},
                              {"status", Name(verdict.status)},
                              {"messages", Messages(verdict)},

@@ -13,8 +13,13 @@ namespace orient {
 // file is no picture.
 using PictureHtml = std::function<Markup(const std::string& file_name, const std::string& alt)>;
 
-// A <section id="photo-<number>">. `number` counts from 1.
-Markup PhotoSection(const PhotoRecord& photo, const PhotoVerdict& verdict, size_t number,
+struct PhotoPlace {
+  size_t number = 1;  // of the block's photos, from 1
+  std::string all;    // link to the list of all photos
+};
+
+// A <section id="photo-<number>">.
+Markup PhotoSection(const PhotoRecord& photo, const PhotoVerdict& verdict, const PhotoPlace& place,
                     const PictureHtml& picture);
 
 }  // namespace orient

@@ -2,13 +2,18 @@
 
 #include <algorithm>
 #include <filesystem>
+#include <functional>
+#include <set>
 
 #include "core/base/atomic_write.h"
+#include "core/base/output_directory.h"
+#include "core/base/side_by_side.h"
 #include "tools/report/block_map.h"
 #include "tools/report/block_section.h"
 #include "tools/report/film_section.h"
 #include "tools/report/html_text.h"
 #include "tools/report/overview.h"
+#include "tools/report/photo_links.h"
 #include "tools/report/photo_section.h"
 #include "tools/report/picture.h"
 
@@ -16,19 +21,26 @@ namespace orient {
 namespace {
 namespace fs = std::filesystem;
 
-// A page that a browser opens at once. Photos that deserve a look get their pictures first.
-constexpr size_t kPictureBudget = 48 * 1024 * 1024;  // bytes of HTML
+constexpr size_t kMostOnOnePage = 100;  // photos
+constexpr size_t kMostRows = 500;       // of a list
+// A page that can be mailed, and that a browser opens at once.
+constexpr size_t kLargestPage = 4 * 1024 * 1024;
 
+// Pictures of the output folder, `up` from the page ("../"), inside it while there is room. What the
+// page asks for first gets it.
 class PictureAlbum {
  public:
-  explicit PictureAlbum(std::string directory) : directory_(std::move(directory)) {}
+  PictureAlbum(std::string directory, std::string up)
+      : directory_(std::move(directory)), up_(std::move(up)) {}
 
   Markup Figure(const std::string& file_name, const std::string& alt) {
     std::vector<Filling> fillings = {
-        {"alt", alt}, {"href", PercentEncoded(file_name)}, {"file", file_name}};
-    if (used_ > kPictureBudget) return Fill("report.html#picture_beside", fillings);
+        {"alt", alt}, {"href", up_ + PercentEncoded(file_name)}, {"file", file_name}};
+    if (full_) return Fill("report.html#picture_beside", fillings);
     const auto picture = LoadPicture((fs::path(directory_) / file_name).string());
     if (!picture) return Fill("report.html#no_picture", fillings);
+    full_ = used_ + picture->data_uri.size() > kLargestPage;
+    if (full_) return Fill("report.html#picture_beside", fillings);
     used_ += picture->data_uri.size();
     fillings.emplace_back("width", picture->width);
     fillings.emplace_back("height", picture->height);
@@ -36,9 +48,12 @@ class PictureAlbum {
     return Fill("report.html#picture", fillings);
   }
 
+  bool Full() const { return full_; }
+
  private:
-  std::string directory_;
+  std::string directory_, up_;
   size_t used_ = 0;
+  bool full_ = false;
 };
 
 Markup QuicklookSection(const BlockRecord& block, PictureAlbum* album) {
@@ -56,44 +71,169 @@ Markup QuicklookSection(const BlockRecord& block, PictureAlbum* album) {
   return Fill("report.html#orthophotos", {{"pictures", pictures}});
 }
 
-// Sections in the photos' order, made in the order of need while the album has room.
-Markup PhotoSections(const BlockRecord& block, const BlockVerdict& verdict, PictureAlbum* album) {
-  std::vector<size_t> order;
-  for (const Concern& concern : verdict.concerns) order.push_back(concern.photo);
-  for (size_t i = 0; i < block.photos.size(); ++i)
-    if (std::find(order.begin(), order.end(), i) == order.end()) order.push_back(i);
-  const PictureHtml picture = [&](const std::string& file_name, const std::string& alt) {
-    return album->Figure(file_name, alt);
-  };
-  std::vector<Markup> sections(block.photos.size());
-  for (const size_t i : order)
-    sections[i] = PhotoSection(block.photos[i], verdict.photos[i], i + 1, picture);
-  Markup all;
-  for (const Markup& section : sections) all += section;
-  return all;
+Markup InputsTable(const RunRecord& run) {
+  if (run.inputs.empty()) return {};
+  Markup rows;
+  for (const RunInput& input : run.inputs)
+    rows += Fill("report.html#run_input",
+                 {{"what", input.what}, {"path", input.path}, {"digest", input.digest}});
+  return Fill("report.html#run_inputs", {{"rows", rows}});
 }
+
+Markup MadeSection(const BlockRecord& block) {
+  Markup runs;
+  for (const auto& [stage, run] : block.runs)
+    runs += Fill("report.html#run", {{"program", run.program},
+                                     {"started", run.started},
+                                     {"seconds", Decimal(run.seconds, 0)},
+                                     {"command", run.command},
+                                     {"inputs", InputsTable(run)}});
+  if (runs.Empty()) return {};
+  return Fill("report.html#made", {{"runs", runs}});
+}
+
+class Report {
+ public:
+  explicit Report(const BlockRecord& block) : block_(block), verdict_(Judge(block)) {}
+
+  std::string Write() {
+    const fs::path pages = fs::path(block_.directory) / kPhotoPages;
+    PictureAlbum album(block_.directory, "");
+    const Markup quicklook = QuicklookSection(block_, &album);
+    const Markup photos =
+        block_.photos.size() <= kMostOnOnePage ? PhotoSections(&album) : Markup();
+    links_.apart = block_.photos.size() > kMostOnOnePage || album.Full();
+    if (links_.apart) WritePages(pages);
+    const std::string path = (fs::path(block_.directory) / "report.html").string();
+    WriteFileAtomically(path, FirstPage(quicklook, links_.apart ? Markup() : photos).Text() + "\n");
+    RemoveOthers(pages);
+    return path;
+  }
+
+ private:
+  // Pages of an earlier run, of photos that are not in the block any more.
+  void RemoveOthers(const fs::path& pages) const {
+    std::set<fs::path> ours;
+    for (const PhotoRecord& photo : block_.photos)
+      if (links_.apart) ours.insert(pages / PhotoPageFile(photo));
+    for (size_t first = kMostRows; links_.apart && first < block_.photos.size(); first += kMostRows)
+      ours.insert(ListPath(pages, first));
+    std::error_code ignored;
+    std::vector<fs::path> others;
+    for (const auto& entry : fs::recursive_directory_iterator(pages, ignored))
+      if (entry.path().extension() == ".html" && !ours.contains(entry.path()))
+        others.push_back(entry.path());
+    for (const fs::path& other : others) fs::remove(other, ignored);
+    fs::remove(pages / "lists", ignored);  // where they are empty
+    fs::remove(pages, ignored);
+  }
+
+  static fs::path ListPath(const fs::path& pages, size_t first) {
+    return pages / "lists" / (std::to_string(first / kMostRows) + ".html");
+  }
+
+  Markup FirstPage(const Markup& quicklook, const Markup& photos) const {
+    return Fill("report.html",
+                {{"title", block_.title},
+                 {"style", Style()},
+                 {"summary", SummarySection(block_, verdict_, links_)},
+                 {"concerns", ConcernsSection(block_, verdict_, links_)},
+                 {"map", BlockMap(block_, verdict_, links_)},
+                 {"orthophotos", quicklook},
+                 {"adjustment", AdjustmentSection(block_)},
+                 {"film", FilmSection(block_)},
+                 {"photos", Rows(0, [&](size_t i) { return links_.To(block_, i); },
+                                 std::string(kPhotoPages) + "/lists/")},
+                 {"made", MadeSection(block_)},
+                 {"photo_by_photo", photos}});
+  }
+
+  // Sections in the photos' order, made in the order of need while the album has room.
+  Markup PhotoSections(PictureAlbum* album) const {
+    std::vector<size_t> order;
+    for (const Concern& concern : verdict_.concerns) order.push_back(concern.photo);
+    for (size_t i = 0; i < block_.photos.size(); ++i)
+      if (std::find(order.begin(), order.end(), i) == order.end()) order.push_back(i);
+    std::vector<Markup> sections(block_.photos.size());
+    for (const size_t i : order) sections[i] = PhotoPart(i, "#photos", album);
+    Markup all;
+    for (const Markup& section : sections) all += section;
+    return all;
+  }
+
+  Markup PhotoPart(size_t i, const std::string& all, PictureAlbum* album) const {
+    const PictureHtml picture = [&](const std::string& file_name, const std::string& alt) {
+      return album->Figure(file_name, alt);
+    };
+    return PhotoSection(block_.photos[i], verdict_.photos[i], {i + 1, all}, picture);
+  }
+
+  // The rows of one list; `lists` is where the other lists lie, from the page.
+  Markup Rows(size_t begin, const std::function<std::string(size_t)>& href,
+              const std::string& lists) const {
+    const size_t count = block_.photos.size();
+    Markup links;
+    for (size_t first = kMostRows; count > kMostRows && first < count; first += kMostRows)
+      links += Fill("overview.html#photo_page",
+                    {{"href", lists + std::to_string(first / kMostRows) + ".html"},
+                     {"first", first + 1},
+                     {"last", std::min(first + kMostRows, count)}});
+    const Markup pages =
+        links.Empty() ? Markup() : Fill("overview.html#photo_pages", {{"links", links}});
+    return PhotosSection(block_, verdict_,
+                         {begin, std::min(begin + kMostRows, count), href, pages});
+  }
+
+  void WritePages(const fs::path& pages) const {
+    MakeOutputDirectory(pages.string());
+    SideBySide(block_.photos.size(), [&](size_t i) { WritePhotoPage(pages, i); });
+    if (block_.photos.size() <= kMostRows) return;
+    MakeOutputDirectory((pages / "lists").string());
+    for (size_t first = kMostRows; first < block_.photos.size(); first += kMostRows) {
+      const Markup rows = Rows(
+          first,
+          [&](size_t i) { return "../" + PercentEncoded(PhotoPageFile(block_.photos[i])); }, "");
+      WriteBelow(ListPath(pages, first).string(), "../../report.html", "photos", rows);
+    }
+  }
+
+  void WritePhotoPage(const fs::path& pages, size_t i) const {
+    PictureAlbum album(block_.directory, "../");
+    Markup contents = PhotoPart(i, "../report.html#photos", &album);
+    const auto neighbour = [&](size_t other) {
+      return Fill("report.html#neighbour",
+                  {{"href", PercentEncoded(PhotoPageFile(block_.photos[other]))},
+                   {"text", block_.photos[other].name}});
+    };
+    contents +=
+        Fill("report.html#neighbours",
+             {{"before", i > 0 ? neighbour(i - 1) : Markup()},
+              {"after", i + 1 < block_.photos.size() ? neighbour(i + 1) : Markup()}});
+    WriteBelow((pages / PhotoPageFile(block_.photos[i])).string(), "../report.html",
+               block_.photos[i].name, contents);
+  }
+
+  void WriteBelow(const std::string& path, const std::string& report, const std::string& title,
+                  const Markup& contents) const {
+    WriteFileAtomically(path, Fill("report.html#below", {{"title", title},
+                                                         {"style", Style()},
+                                                         {"report", report},
+                                                         {"block", block_.title},
+                                                         {"contents", contents}})
+                                      .Text() +
+                                  "\n");
+  }
+
+  static Markup Style() { return Markup(std::string(ReportFile("report.css"))); }
+
+  const BlockRecord& block_;
+  BlockVerdict verdict_;
+  PhotoLinks links_;
+};
 
 }  // namespace
 
-std::string WriteReport(const BlockRecord& block) {
-  const BlockVerdict verdict = Judge(block);
-  PictureAlbum album(block.directory);
-  // The album fills up in the order of this list.
-  const Markup page =
-      Fill("report.html", {{"title", block.title},
-                           {"style", Markup(std::string(ReportFile("report.css")))},
-                           {"summary", SummarySection(block, verdict)},
-                           {"concerns", ConcernsSection(block, verdict)},
-                           {"map", BlockMap(block, verdict)},
-                           {"orthophotos", QuicklookSection(block, &album)},
-                           {"adjustment", AdjustmentSection(block)},
-                           {"film", FilmSection(block)},
-                           {"photos", PhotosSection(block, verdict)},
-                           {"photo_by_photo", PhotoSections(block, verdict, &album)}});
-  const std::string path = (fs::path(block.directory) / "report.html").string();
-  WriteFileAtomically(path, page.Text() + "\n");
-  return path;
-}
+std::string WriteReport(const BlockRecord& block) { return Report(block).Write(); }
 
 std::string WriteReport(const std::string& directory) {
   return WriteReport(ReadBlockRecord(directory));

@@ -7,7 +7,9 @@
 
 namespace orient {
 
-// One self-contained page: no network, no script, pictures inside. Returns its path. Throws
+// Up to 100 photos one self-contained page: no network, no script, pictures inside. For more, or
+// where that page would become too large to be mailed, each photo has a page of its own in the
+// folder report_photos, and long lists of photos are divided. Returns the first page's path. Throws
 // InputError where it cannot be written.
 std::string WriteReport(const BlockRecord& block);
 

@@ -47,6 +47,35 @@ std::string Replaced(std::string text, const std::string& from, const std::strin
   return text.replace(text.find(from), from.size(), to);
 }
 
+TEST_F(BlockFileTest, ControlImagesTakeTheDatabasesPlace) {
+  for (const char* file : {"base_1.tif", "base_2.tif", "old.csv"})
+    WriteFileAtomically(folder_ / file, "");
+  const std::string without = Replaced(kBlock, "patchdb = \"patches.gpkg\"\n", "");
+  const BlockFile block =
+      ReadText(without + "control = { orthophotos = [\"base_*.tif\"], date = \"1999\" }\n");
+  ASSERT_TRUE(block.control);
+  EXPECT_EQ(block.control->orthophotos.size(), 2u);
+  EXPECT_EQ(block.control->date, "1999");
+  EXPECT_EQ(block.patchdb, folder_ / "out/control.gpkg");
+  EXPECT_FALSE(block.ByMeasurementsAlone());
+  const BlockFile old = ReadText(without + "[control]\nphotos = [\"base_1.tif\"]\ncamera = "
+                                           "\"wild_rc8\"\norientation = \"old.csv\"\n");
+  EXPECT_EQ(old.control->photos.size(), 1u);
+  EXPECT_EQ(old.control->camera, "wild_rc8");
+}
+
+TEST_F(BlockFileTest, ControlImagesThatDoNotGoTogetherAreRefused) {
+  const std::string without = Replaced(kBlock, "patchdb = \"patches.gpkg\"\n", "");
+  WriteFileAtomically(folder_ / "base.tif", "");
+  ExpectRefused(kBlock + "control = { orthophotos = [\"base.tif\"] }\n",
+                {"patchdb", "leave one of them out"});
+  ExpectRefused(without + "[control]\ndate = \"1999\"\n", {"orthophotos", "photos must be given"});
+  ExpectRefused(without + "[control]\northophotos = [\"none*.tif\"]\n", {"orthophotos", "none*"});
+  ExpectRefused(without + "[control]\nphotos = [\"base.tif\"]\n", {"camera"});
+  ExpectRefused(without + "[control]\northophotos = [\"base.tif\"]\ndate = \"May\"\n", {"date"});
+  ExpectRefused(without, {"patchdb"});
+}
+
 TEST_F(BlockFileTest, OrthophotosAreMadeWhereTheyAreAskedFor) {
   EXPECT_FALSE(ReadText(kBlock).ortho);
   const BlockFile block = ReadText(kBlock + "[ortho]\n");

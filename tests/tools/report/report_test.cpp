@@ -3,8 +3,10 @@
 #include <gdal_priv.h>
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <filesystem>
 #include <fstream>
+#include <nlohmann/json.hpp>
 #include <sstream>
 
 #include "block/inputs/block_files.h"
@@ -13,6 +15,8 @@
 #include "tests/support/shared_data.h"
 #include "tests/tools/report/example_block.h"
 #include "tools/commands/commands.h"
+#include "tools/report/report_json.h"
+#include "tools/report/run_record.h"
 
 namespace orient {
 namespace {
@@ -287,6 +291,105 @@ TEST(Report, HundredsOfPatchesStaySmall) {
                                             {10.0 + 1.9 * i, 37.0 * (i % 50) + 5}, {0.2, -0.1}));
   WriteExteriorResult(folder.Path(), exterior);
   EXPECT_LT(ReadFile(WriteReport(folder.Path())).size(), kLargest);
+}
+
+std::vector<std::string> HtmlIn(const std::string& folder) {
+  std::vector<std::string> files;
+  if (std::filesystem::exists(folder))
+    for (const auto& entry : std::filesystem::recursive_directory_iterator(folder))
+      if (entry.path().extension() == ".html") files.push_back(entry.path().string());
+  std::sort(files.begin(), files.end());
+  return files;
+}
+
+// Every link to a file of ours leads somewhere.
+void ExpectLinksLead(const std::string& page) {
+  const std::string html = ReadFile(page);
+  EXPECT_EQ(Malformed(html), "") << page;
+  for (size_t at = html.find("href=\""); at != std::string::npos; at = html.find("href=\"", at)) {
+    at += 6;
+    const std::string link = html.substr(at, html.find_first_of("\"#", at) - at);
+    if (link.empty()) continue;
+    EXPECT_TRUE(std::filesystem::exists(std::filesystem::path(page).parent_path() / link))
+        << link << " of " << page;
+  }
+}
+
+TEST(Report, ManyPhotosHaveAPageEach) {
+  constexpr int kPhotos = 1100;
+  const TemporaryFolder folder;
+  ExteriorResult photo = ExampleExterior("", Status::kOk);
+  for (int i = 0; i < kPhotos; ++i) {
+    photo.photo = std::to_string(1000 + i);
+    WriteExteriorResult(folder.Path(), photo);
+  }
+  WritePng(folder / "1007.patches.png", 60, 20, false);
+  const std::string first = WriteReport(folder.Path());
+  ExpectLinksLead(first);
+  EXPECT_FALSE(Contains(ReadFile(first), "#photo-"));
+  EXPECT_TRUE(Contains(ReadFile(first), "501 to 1000"));
+  const auto pages = HtmlIn(folder / "report_photos");
+  EXPECT_EQ(pages.size(), kPhotos + 2u);  // two lists
+  for (const char* page : {"1000.html", "1007.html", "2099.html", "lists/1.html", "lists/2.html"})
+    ExpectLinksLead(folder / ("report_photos/" + std::string(page)));
+  EXPECT_TRUE(Contains(ReadFile(folder / "report_photos/1007.html"), "data:image/png"));
+  // The same folder with three photos left.
+  for (int i = 3; i < kPhotos; ++i)
+    std::filesystem::remove(ExteriorResultPath(folder.Path(), std::to_string(1000 + i)));
+  EXPECT_TRUE(Contains(ReadFile(WriteReport(folder.Path())), "#photo-1"));
+  EXPECT_FALSE(std::filesystem::exists(folder / "report_photos"));
+}
+
+TEST(Report, PicturesThatWouldMakeThePageTooLargeGoToPages) {
+  constexpr size_t kLargest = 5 * 1024 * 1024;
+  const TemporaryFolder folder;
+  for (int i = 0; i < 40; ++i) {
+    const std::string name = std::to_string(1000 + i);
+    WriteExteriorResult(folder.Path(), ExampleExterior(name, Status::kOk));
+    if (i == 0) WritePng(folder / (name + ".patches.png"), 700, 500, true);
+    if (i > 0)
+      std::filesystem::copy_file(folder / "1000.patches.png", folder / (name + ".patches.png"));
+  }
+  const std::string first = WriteReport(folder.Path());
+  EXPECT_LT(ReadFile(first).size(), kLargest);
+  EXPECT_EQ(HtmlIn(folder / "report_photos").size(), 40u);
+  for (const std::string& page : HtmlIn(folder / "report_photos"))
+    EXPECT_TRUE(Contains(ReadFile(page), "data:image/jpeg")) << page;
+}
+
+TEST(Report, SaysHowItWasMade) {
+  const TemporaryFolder folder;
+  WriteExampleBlock(folder.Path());
+  WriteRunRecord(folder.Path(), "interior", {"orient 0.1.0", "orient interior", "2026-01-01", 1, {}});
+  WriteRunRecord(folder.Path(), "block",
+                 {"orient 0.1.0",
+                  "orient block '<b>.toml'",
+                  "2026-01-02T03:04:05Z",
+                  12,
+                  {{"DEM", "dem & more.tif", "0123456789abcdef"}}});
+  const std::string html = ReadFile(WriteReport(folder.Path()));
+  EXPECT_EQ(Malformed(html), "");
+  for (const char* part : {"How it was made", "orient block &#39;&lt;b&gt;.toml&#39;", "12 s",
+                           "2026-01-02T03:04:05Z", "dem &amp; more.tif", "0123456789abcdef",
+                           "orient interior"})
+    EXPECT_TRUE(Contains(html, part)) << part;
+  std::ofstream(folder / "run.json") << "{";
+  EXPECT_FALSE(Contains(ReadFile(WriteReport(folder.Path())), "How it was made"));
+}
+
+TEST(Report, TheSameFiguresForPrograms) {
+  const TemporaryFolder folder;
+  WriteExampleBlock(folder.Path());
+  const auto json = nlohmann::json::parse(ReadFile(WriteReportJson(ReadBlockRecord(folder.Path()))));
+  EXPECT_EQ(json["ok"], 1);
+  EXPECT_EQ(json["failed"], 1);
+  EXPECT_NEAR(json["projection_sigma_median"]["px"].get<double>(), 0.42, 1e-12);
+  ASSERT_EQ(json["photos"].size(), 3u);
+  EXPECT_EQ(json["photos"][0]["status"], "ok");
+  EXPECT_EQ(json["photos"][0]["patches"]["matched"], 3);
+  EXPECT_NEAR(json["photos"][0]["pose"]["sigma_x_m"].get<double>(), 0.4, 1e-12);
+  EXPECT_TRUE(json["photos"][2]["pose"].is_null());
+  EXPECT_EQ(json["look_at_first"][0]["photo"], "4713");
 }
 
 TEST(Report, EmptyFolderIsAnInputError) {

@@ -1,0 +1,80 @@
+// A block whose file names images of known ground: the run makes its patch database itself.
+#include <gtest/gtest.h>
+
+#include <filesystem>
+
+#include "core/base/atomic_write.h"
+#include "tests/end_to_end/simulated_block.h"
+#include "tests/support/shared_data.h"
+
+namespace orient {
+namespace {
+namespace fs = std::filesystem;
+
+class BlockControl : public testing::Test {
+ protected:
+  BlockControl() {
+    SimulationOptions options;
+    options.photos = 2;
+    options.gsd_m = 0.9;
+    options.pixel_size_um = 90;
+    options.objects = false;
+    options.position_error_m = 3;
+    options.attitude_error_deg = 0.5;
+    Simulate(options, Block());
+    std::string text = ReadFile(BlockPath());
+    const std::string patchdb = "patchdb = \"patches.gpkg\"\n";
+    const auto at = text.find(patchdb);
+    if (at == std::string::npos) throw std::runtime_error("no patchdb in " + text);
+    text.erase(at, patchdb.size());
+    text += "\n[control]\nphotos = [\"old/photos/*.tif\"]\ncamera = \"old/camera.toml\"\n"
+            "orientation = \"old/orientation.csv\"\n";
+    WriteFileAtomically(BlockPath(), text);
+  }
+
+  std::string Block() const { return folder_ / "block"; }
+  std::string BlockPath() const { return Block() + "/block.toml"; }
+  std::string Database() const { return Block() + "/out/control.gpkg"; }
+
+  static bool Harvests(const ProgramRun& run) {
+    return run.out.find("patches added") != std::string::npos;
+  }
+
+  const TemporaryFolder folder_;
+};
+
+TEST_F(BlockControl, IsMadeOnceAndAnewWhereItsImagesHaveChanged) {
+  const ProgramRun planned = RunOrient({"block", BlockPath(), "--plan"});
+  EXPECT_EQ(planned.exit_code, 0) << planned.err;
+  EXPECT_NE(planned.out.find("control.gpkg is made first"), std::string::npos) << planned.out;
+  EXPECT_FALSE(fs::exists(Database()));
+
+  const ProgramRun first = RunOrient({"block", BlockPath()});
+  EXPECT_EQ(first.exit_code, 0) << first.out << first.err;
+  EXPECT_TRUE(Harvests(first)) << first.out;
+  const auto made = fs::last_write_time(Database());
+  for (const char* photo : {"new_1_1", "new_1_2"})
+    EXPECT_EQ(ReadExteriorResult(ExteriorResultPath(Block() + "/out", photo)).status, Status::kOk)
+        << photo;
+
+  const ProgramRun again = RunOrient({"block", BlockPath(), "--resume"});
+  EXPECT_EQ(again.exit_code, 0) << again.err;
+  EXPECT_FALSE(Harvests(again)) << again.out;
+  EXPECT_EQ(fs::last_write_time(Database()), made);
+
+  // Another date of the images: another database.
+  WriteFileAtomically(BlockPath(), ReadFile(BlockPath()) + "date = \"1999\"\n");
+  const ProgramRun other = RunOrient({"block", BlockPath(), "--resume"});
+  EXPECT_EQ(other.exit_code, 0) << other.err;
+  EXPECT_TRUE(Harvests(other)) << other.out;
+
+  // A photo that is missing is named before anything is made.
+  fs::remove(Block() + "/old/orientation.csv");
+  const ProgramRun missing = RunOrient({"block", BlockPath(), "--resume"});
+  EXPECT_EQ(missing.exit_code, 2);
+  EXPECT_NE(missing.err.find("orientation.csv, which does not exist"), std::string::npos)
+      << missing.err;
+}
+
+}  // namespace
+}  // namespace orient

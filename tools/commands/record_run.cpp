@@ -1,0 +1,29 @@
+#include "tools/commands/record_run.h"
+
+#include <fmt/chrono.h>
+#include <fmt/format.h>
+
+#include "block/inputs/digest.h"
+
+namespace orient {
+
+RunInput FileInput(const std::string& what, const std::string& path) {
+  return {what, path, path.empty() ? "" : block::DigestOfFile(path)};
+}
+
+RunInput RasterInput(const std::string& what, const std::string& path) {
+  return {what, path, path.empty() ? "" : block::DigestOfRaster(path)};
+}
+
+void RecordRun(const Invocation& invocation, const std::string& directory, const std::string& stage,
+               const std::vector<RunInput>& inputs) {
+  RunRecord record{invocation.program, invocation.command,
+                   fmt::format("{:%Y-%m-%dT%H:%M:%SZ}", fmt::gmtime(invocation.started)),
+                   std::difftime(std::time(nullptr), invocation.started),
+                   {}};
+  for (const RunInput& input : inputs)
+    if (!input.path.empty()) record.inputs.push_back(input);
+  WriteRunRecord(directory, stage, record);
+}
+
+}  // namespace orient
