@@ -1,11 +1,15 @@
 #include "block/inputs/harvest_sources.h"
 
+#include <filesystem>
+
 #include "block/inputs/photo_interior.h"
 #include "core/base/error.h"
+#include "core/files/results.h"
 #include "patchdb/harvest/source_view.h"
 
 namespace orient::block {
 namespace {
+namespace fs = std::filesystem;
 
 class Photos : public HarvestSources {
  public:
@@ -48,7 +52,7 @@ class Photos : public HarvestSources {
   }
 
   Bounds Footprint(const OrientationRow& row, double low_m, double high_m) const {
-    const auto bounds = FootprintBounds(photos_.camera, row.pose, low_m, high_m);
+    const auto bounds = FootprintBounds(photos_.camera.camera, row.pose, low_m, high_m);
     if (!bounds)
       throw InputError(photos_.orientation_path + ": photo '" + row.photo +
                        "' does not point at the ground; check its height and angles");
@@ -56,12 +60,20 @@ class Photos : public HarvestSources {
   }
 
   PhotoView View(std::size_t source, const Raster& raster, const GroundSurface& surface) const {
-    const PhotoInterior interior = PhotoInteriorOf(raster, photos_.camera, photos_.interior_folder);
+    const PhotoInterior interior = PhotoInteriorOf(
+        raster, photos_.camera, photos_.interior_folder, ScanOrientationOf(photos_.paths[source]));
     const Pose& pose = RowOf(photos_.paths[source]).pose;
-    PhotoView view{photos_.camera, interior.photo_from_pixel, pose, interior.film_correction};
+    PhotoView view{photos_.camera.camera, interior.photo_from_pixel, pose, interior.film_correction};
     view.camera = OverEarth(view.camera, photos_.earth, pose.position_m.z(), surface.MeanHeight(),
                             view.PixelSize());
     return view;
+  }
+
+  std::optional<ScanOrientation> ScanOrientationOf(const std::string& photo) const {
+    const std::string folder = fs::path(photos_.orientation_path).parent_path().string();
+    const std::string result = ExteriorResultPath(folder, PhotoName(photo));
+    if (!fs::exists(result)) return std::nullopt;
+    return ReadExteriorResult(result).orientation;
   }
 
   std::optional<Matrix6d> Covariance(std::size_t source) const {

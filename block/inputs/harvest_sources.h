@@ -5,8 +5,8 @@
 #include <string>
 #include <vector>
 
+#include "core/files/camera_file.h"
 #include "core/files/orientation_table.h"
-#include "core/geometry/camera.h"
 #include "core/terrain/earth_effects.h"
 #include "patchdb/harvest/harvest.h"
 
@@ -14,8 +14,10 @@ namespace orient::block {
 
 struct PhotosToHarvest {
   std::vector<std::string> paths;
-  Camera camera;
+  CameraFile camera;
   OrientationTable orientation;
+  // Results of an exterior orientation beside it say in which scan orientation a photo was
+  // oriented whose marks leave that open.
   std::string orientation_path;
   std::string interior_folder;         // empty: a digital camera
   EarthMode earth = EarthMode::kAuto;  // what the orientation was made with

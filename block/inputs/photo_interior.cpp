@@ -1,9 +1,13 @@
 #include "block/inputs/photo_interior.h"
 
+#include <fmt/format.h>
+
 #include "block/inputs/digest.h"
+#include "block/inputs/mark_shapes.h"
 #include "core/base/error.h"
 #include "core/files/orientation_table.h"
 #include "core/files/results.h"
+#include "interior/interior.h"
 
 namespace orient::block {
 namespace {
@@ -19,30 +23,55 @@ void RequireSize(const Raster& photo, int width, int height) {
                      "; give the camera or the image that belongs to it");
 }
 
+std::string PathOf(const Raster& photo, const std::string& interior_directory) {
+  if (interior_directory.empty())
+    throw InputError(photo.Path() + " is a film photo: give the folder of its interior " +
+                     "orientation with --interior (made by 'orient interior')");
+  return InteriorResultPath(interior_directory, PhotoName(photo.Path()));
+}
+
 }  // namespace
 
 PhotoInterior PhotoInteriorOf(const Raster& photo, const Camera& camera,
                               const std::string& interior_directory) {
-  if (camera.kind == CameraKind::kDigital) {
-    if (camera.image_px) RequireSize(photo, camera.image_px->x(), camera.image_px->y());
-    return {DigitalPhotoFromPixel(camera)};
-  }
-  if (interior_directory.empty())
-    throw InputError(photo.Path() + " is a film photo: give the folder of its interior " +
-                     "orientation with --interior (made by 'orient interior')");
-  const std::string path = InteriorResultPath(interior_directory, PhotoName(photo.Path()));
+  return PhotoInteriorOf(photo, CameraFile{camera, {}, {}, std::nullopt, {}}, interior_directory,
+                         std::nullopt);
+}
+
+PhotoInterior PhotoInteriorOf(const Raster& photo, const CameraFile& camera,
+                              const std::string& interior_directory,
+                              const std::optional<ScanOrientation>& orientation) {
+  RequireOrientedScan(photo, camera.camera, interior_directory);
+  if (camera.camera.kind == CameraKind::kDigital) return {DigitalPhotoFromPixel(camera.camera)};
+  const std::string path = PathOf(photo, interior_directory);
   const InteriorResult interior = ReadInteriorResult(path);
   if (!interior.photo_from_pixel)
     throw InputError(path + " holds no interior orientation (status " +
                      std::string(Name(interior.status)) + "); leave this photo out");
-  if (interior.possible_orientations.size() > 1)
+  if (interior.possible_orientations.size() <= 1)
+    return {*interior.photo_from_pixel, CorrectionOf(interior)};
+  if (!orientation)
     throw InputError(path + " leaves the scan orientation open; repeat 'orient interior' " +
                      "with --orientation");
-  if (const std::string why =
-          WhyOfAnotherScan(interior, path, photo.Path(), photo.Width(), photo.Height());
-      !why.empty())
-    throw InputError(why);
-  return {*interior.photo_from_pixel, CorrectionOf(interior)};
+  const auto turned =
+      interior::InOrientation(interior, camera, LoadMarkShapes(camera), *orientation);
+  if (!turned || !turned->photo_from_pixel)
+    throw InputError(fmt::format("{} excludes the scan orientation {} in which the photo was "
+                                 "oriented; orient it again",
+                                 path, Name(*orientation)));
+  return {*turned->photo_from_pixel, CorrectionOf(*turned)};
+}
+
+void RequireOrientedScan(const Raster& photo, const Camera& camera,
+                         const std::string& interior_directory) {
+  if (camera.kind == CameraKind::kDigital) {
+    if (camera.image_px) RequireSize(photo, camera.image_px->x(), camera.image_px->y());
+    return;
+  }
+  const std::string path = PathOf(photo, interior_directory);
+  const std::string why = WhyOfAnotherScan(ReadInteriorResult(path), path, photo.Path(),
+                                           photo.Width(), photo.Height());
+  if (!why.empty()) throw InputError(why);
 }
 
 std::string WhyOfAnotherScan(const InteriorResult& interior, const std::string& path,

@@ -2,8 +2,10 @@
 #pragma once
 
 #include <memory>
+#include <optional>
 #include <string>
 
+#include "core/files/camera_file.h"
 #include "core/files/results.h"
 #include "core/geometry/camera.h"
 #include "core/geometry/film_correction.h"
@@ -22,6 +24,17 @@ struct PhotoInterior {
 // than the camera's or the oriented scan's, no interior orientation, a failed one.
 PhotoInterior PhotoInteriorOf(const Raster& photo, const Camera& camera,
                               const std::string& interior_directory);
+
+// The same of a photo whose scan orientation the exterior orientation has found: where the marks
+// leave it open, that one. Throws InputError, too, where the marks exclude it.
+PhotoInterior PhotoInteriorOf(const Raster& photo, const CameraFile& camera,
+                              const std::string& interior_directory,
+                              const std::optional<ScanOrientation>& orientation);
+
+// Throws InputError where `photo` is of another size than the camera's images, or not the scan whose
+// interior orientation is in the folder.
+void RequireOrientedScan(const Raster& photo, const Camera& camera,
+                         const std::string& interior_directory);
 
 // Why `scan` (of that size) is not the one whose interior orientation `path` holds, and what to do;
 // empty where it is. Scans of one size are distinguished by their content, where the result says of

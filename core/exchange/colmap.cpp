@@ -116,8 +116,8 @@ ColmapCamera ReadCamera(const TextLine& line) {
   camera.model = line.Word(1, "MODEL");
   camera.width = line.Count(2, "WIDTH");
   camera.height = line.Count(3, "HEIGHT");
-  const auto model = ColmapModels().find(camera.model);
-  if (model == ColmapModels().end())
+  const auto model = kColmapModels.find(camera.model);
+  if (model == kColmapModels.end())
     line.Fail("the camera model \"" + camera.model +
               "\" is not supported; undistort the images to PINHOLE or OPENCV first");
   for (std::size_t i = 4; i < line.Size(); ++i) camera.params.push_back(line.Number(i, "PARAMS"));
@@ -132,13 +132,14 @@ void RequireSupported(const ColmapModel& model, const std::string& directory) {
   for (const auto& [id, camera] : model.cameras)
     if (camera.model == "FULL_OPENCV" &&
         (camera.params[9] != 0 || camera.params[10] != 0 || camera.params[11] != 0))
-      throw InputError(fmt::format("{}: camera {}: FULL_OPENCV with k4 k5 k6 is not supported: they "
-                                   "must be 0",
-                                   directory, id));
+      throw InputError(
+          fmt::format("{}: camera {}: FULL_OPENCV with k4 k5 k6 is not supported: they "
+                      "must be 0",
+                      directory, id));
   for (const ColmapImage& image : model.images)
     if (!model.cameras.contains(image.camera))
-      throw InputError(fmt::format("{}: image {}: there is no camera {}", directory, image.name,
-                                   image.camera));
+      throw InputError(
+          fmt::format("{}: image {}: there is no camera {}", directory, image.name, image.camera));
 }
 
 ExchangeCamera ExchangeCameraFrom(int id, const ColmapCamera& colmap) {
@@ -208,13 +209,6 @@ void WriteColmap(const std::string& directory, const ExchangeBlock& block) {
                           OriginComment(block) + tracks.points3d);
 }
 
-const std::map<std::string, std::size_t>& ColmapModels() {
-  static const std::map<std::string, std::size_t> models = {
-      {"SIMPLE_PINHOLE", 3}, {"PINHOLE", 4}, {"SIMPLE_RADIAL", 4},
-      {"RADIAL", 5},         {"OPENCV", 8},  {"FULL_OPENCV", 12}};
-  return models;
-}
-
 ColmapModel ReadColmap(const std::string& directory) {
   ColmapModel model =
       HoldsBinaryColmap(directory) ? ReadBinaryColmap(directory) : ReadTextColmap(directory);
@@ -234,7 +228,8 @@ std::vector<ColmapObservation> ReadColmapObservations(const std::string& directo
   ForEachImage(directory, [&](const TextLine& head, const TextLine* seen) {
     for (std::size_t i = 0; seen && i + 2 < seen->Size(); i += 3)
       if (const auto point = points.find(seen->Word(i + 2, "POINT3D_ID")); point != points.end())
-        observations.push_back({head.Rest(9, "NAME"), point->second,
+        observations.push_back({head.Rest(9, "NAME"),
+                                point->second,
                                 {seen->Number(i, "X"), seen->Number(i + 1, "Y")}});
   });
   return observations;

@@ -6,45 +6,22 @@
 // corner of the upper-left pixel, its centre is (0.5, 0.5), as ours do.
 #pragma once
 
-#include <Eigen/Core>
-#include <map>
 #include <string>
 #include <vector>
 
+#include "core/exchange/colmap_model.h"
 #include "core/exchange/exchange_block.h"
 
 namespace orient {
-
-struct ColmapCamera {
-  std::string model;  // as in the file: "OPENCV"
-  int width = 0, height = 0;
-  std::vector<double> params;
-};
-struct ColmapImage {
-  std::string name;
-  int camera = 0;
-  Eigen::Vector4d qvec = Eigen::Vector4d(1, 0, 0, 0);  // w x y z, world to camera
-  Eigen::Vector3d tvec = Eigen::Vector3d::Zero();
-};
-// A point of the model in an image.
-struct ColmapObservation {
-  std::string image;
-  Eigen::Vector3d ground = Eigen::Vector3d::Zero();
-  Eigen::Vector2d pixel = Eigen::Vector2d::Zero();
-};
-struct ColmapModel {
-  std::map<int, ColmapCamera> cameras;
-  std::vector<ColmapImage> images;
-};
 
 // Writes the three files below `directory`: camera models PINHOLE, OPENCV or FULL_OPENCV, whichever
 // holds the distortion. Control points and ties become points3D if two photos see them: COLMAP's
 // bundle adjustment takes no others.
 void WriteColmap(const std::string& directory, const ExchangeBlock& block);
 
-// The .bin files where there are both, as COLMAP does. Throws InputError naming file, line (or byte)
-// and value. Models: SIMPLE_PINHOLE, PINHOLE, SIMPLE_RADIAL, RADIAL, OPENCV, FULL_OPENCV (with
-// k4 k5 k6 = 0).
+// The .bin files where there are both, as COLMAP does. Throws InputError naming file, line (or
+// byte) and value. Models: SIMPLE_PINHOLE, PINHOLE, SIMPLE_RADIAL, RADIAL, OPENCV, FULL_OPENCV
+// (with k4 k5 k6 = 0).
 ColmapModel ReadColmap(const std::string& directory);
 // Of images and points3D; empty without the latter.
 std::vector<ColmapObservation> ReadColmapObservations(const std::string& directory);

@@ -19,7 +19,7 @@ static_assert(std::endian::native == std::endian::little);
 
 // src/colmap/sensor/models.h: a model's number is its place.
 constexpr std::array<const char*, 7> kModelOfNumber = {
-    "SIMPLE_PINHOLE", "PINHOLE", "SIMPLE_RADIAL", "RADIAL",
+    "SIMPLE_PINHOLE", "PINHOLE",        "SIMPLE_RADIAL", "RADIAL",
     "OPENCV",         "OPENCV_FISHEYE", "FULL_OPENCV"};
 // Images and cameras that we count with.
 constexpr std::uint64_t kLargestSide = 1000000;
@@ -83,18 +83,18 @@ std::map<int, ColmapCamera> ReadCameras(const std::string& directory) {
     ColmapCamera camera;
     if (number >= 0 && number < static_cast<int>(kModelOfNumber.size()))
       camera.model = kModelOfNumber[static_cast<std::size_t>(number)];
-    const auto known = ColmapModels().find(camera.model);
-    if (known == ColmapModels().end())
-      bytes.Fail(fmt::format("camera model {} is not supported; undistort the images to PINHOLE or "
-                             "OPENCV first",
-                             camera.model.empty() ? std::to_string(number) : camera.model));
+    const auto known = kColmapModels.find(camera.model);
+    if (known == kColmapModels.end())
+      bytes.Fail(
+          fmt::format("camera model {} is not supported; undistort the images to PINHOLE or "
+                      "OPENCV first",
+                      camera.model.empty() ? std::to_string(number) : camera.model));
     for (int* side : {&camera.width, &camera.height}) {
       const auto value = bytes.Next<std::uint64_t>("WIDTH and HEIGHT");
       if (value > kLargestSide) bytes.Fail(fmt::format("an image {} pixels wide", value));
       *side = static_cast<int>(value);
     }
-    for (std::size_t k = 0; k < known->second; ++k)
-      camera.params.push_back(bytes.Number("PARAMS"));
+    for (std::size_t k = 0; k < known->second; ++k) camera.params.push_back(bytes.Number("PARAMS"));
     cameras[id] = camera;
   }
   return cameras;

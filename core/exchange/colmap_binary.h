@@ -4,18 +4,15 @@
 // zero byte (src/colmap/scene/reconstruction_io.cc).
 #pragma once
 
-#include <map>
 #include <string>
+#include <vector>
 
-#include "core/exchange/colmap.h"
+#include "core/exchange/colmap_model.h"
 
 namespace orient {
 
 // Whether `directory` holds a binary model.
 bool HoldsBinaryColmap(const std::string& directory);
-
-// How many parameters each camera model has that we know.
-const std::map<std::string, std::size_t>& ColmapModels();
 
 // Both throw InputError naming file, byte and what is wrong.
 ColmapModel ReadBinaryColmap(const std::string& directory);

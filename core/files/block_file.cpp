@@ -168,13 +168,13 @@ void ReadOrtho(const TomlTable& root, BlockFile* block) {
 
 // In the output directory, which has been read.
 void ReadControl(const TomlTable& root, const std::string& base, BlockFile* block) {
-  const auto table =
-      root.FindTable("control", {"orthophotos", "photos", "camera", "orientation", "interior",
-                                 "dsm", "dem_sigma_m", "date"});
+  const auto table = root.FindTable("control", {"orthophotos", "photos", "camera", "orientation",
+                                                "interior", "dsm", "dem_sigma_m", "date"});
   if (!table) return;
   if (root.Has("patchdb"))
-    root.Fail("patchdb", "is given, and so is [control]; the one is a database that is there, the "
-                         "other has one made: leave one of them out");
+    root.Fail("patchdb",
+              "is given, and so is [control]; the one is a database that is there, the "
+              "other has one made: leave one of them out");
   ControlChoice control;
   if (table->Has("orthophotos") == table->Has("photos"))
     table->Fail("orthophotos", "or photos must be given, one of them");
@@ -319,21 +319,18 @@ BlockFile ReadBlockFile(const std::string& path) {
   const TomlTable root(document, path, "",
                        {"crs", "dem", "patchdb", "camera", "photos", "approximations",
                         "approximate_accuracy", "scan", "output", "block", "earth", "flight",
-                        "strips", "gnss", "date", "target_m", "ortho", "measurements",
-                        "control"});
+                        "strips", "gnss", "date", "target_m", "ortho", "measurements", "control"});
   const std::string base = fs::path(path).parent_path().string();
-  const bool measured =
-      root.Has("measurements") && !root.Has("patchdb") && !root.Has("control") &&
+  const bool measured = root.Has("measurements") && !root.Has("patchdb") && !root.Has("control") &&
                         !root.Has("photos") && !root.Has("dem");
-  BlockFile block{.crs = ReadCrs(root, base, path),
-                  .dem = measured ? "" : ExistingFile(root, "dem", base),
-                  .patchdb = measured || root.Has("control") ? ""
-                                                             : ExistingFile(root, "patchdb", base),
-                  .camera = CameraFileOrName(root, base),
-                  .approximations = root.Has("approximations")
-                                        ? ExistingFile(root, "approximations", base)
-                                        : std::string(),
-                  .earth = ReadEarth(root)};
+  BlockFile block{
+      .crs = ReadCrs(root, base, path),
+      .dem = measured ? "" : ExistingFile(root, "dem", base),
+      .patchdb = measured || root.Has("control") ? "" : ExistingFile(root, "patchdb", base),
+      .camera = CameraFileOrName(root, base),
+      .approximations =
+          root.Has("approximations") ? ExistingFile(root, "approximations", base) : std::string(),
+      .earth = ReadEarth(root)};
   if (!measured) ReadPhotos(root, base, &block);
   if (root.Has("measurements")) block.measurements = ExistingFile(root, "measurements", base);
   block.flight = ReadFlightPlan(root, NamesOf(block));

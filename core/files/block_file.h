@@ -42,9 +42,9 @@ struct OrthoChoice {
 struct ControlChoice {
   std::vector<std::string> orthophotos, photos;
   std::string camera, orientation, interior;
-  std::string dsm;  // empty: none
+  std::string dsm;                    // empty: none
   std::optional<double> dem_sigma_m;  // empty: a tenth of the DEM's cell
-  std::optional<std::string> date;  // of the images, ISO 8601
+  std::optional<std::string> date;    // of the images, ISO 8601
 };
 
 // A photo that the block file names and that cannot be worked on: it fails by itself.
@@ -54,7 +54,7 @@ struct UnusablePhoto {
 
 struct BlockFile {
   Crs crs;
-  std::string dem = {};  // paths are resolved against the block file's folder
+  std::string dem = {};      // paths are resolved against the block file's folder
   std::string patchdb = {};  // with `control` in the output directory: the run makes it
   std::optional<ControlChoice> control = {};
   std::string camera = {};                   // or a name of the camera library

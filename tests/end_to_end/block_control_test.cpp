@@ -27,8 +27,9 @@ class BlockControl : public testing::Test {
     const auto at = text.find(patchdb);
     if (at == std::string::npos) throw std::runtime_error("no patchdb in " + text);
     text.erase(at, patchdb.size());
-    text += "\n[control]\nphotos = [\"old/photos/*.tif\"]\ncamera = \"old/camera.toml\"\n"
-            "orientation = \"old/orientation.csv\"\n";
+    text +=
+        "\n[control]\nphotos = [\"old/photos/*.tif\"]\ncamera = \"old/camera.toml\"\n"
+        "orientation = \"old/orientation.csv\"\n";
     WriteFileAtomically(BlockPath(), text);
   }
 

@@ -254,7 +254,8 @@ int RunProgram(const CommandList& commands, const std::vector<std::string>& argu
                                     std::time(nullptr)};
         output.emplace(OutputOf(*parser), invocation.program + ": " + invocation.command, out, err);
         SetWhatToDoAfterInterruption(HowToGoOn(*parser));
-        return static_cast<int>(RunCommand(*parser, commands, invocation, output->Out(), output->Err()));
+        return static_cast<int>(
+            RunCommand(*parser, commands, invocation, output->Out(), output->Err()));
       });
   SetWhatToDoAfterInterruption("");
   if (output) output->End(code);

@@ -113,11 +113,13 @@ std::vector<Bounds> MarksIn(const Shared& shared) {
 }
 
 ortho::OrientedPhoto Read(const Shared& shared, const std::string& scan) {
-  // That this is the scan which was oriented:
-  const block::PhotoInterior interior =
-      block::PhotoInteriorOf(Raster::OpenScan(scan), shared.camera.camera, shared.interior);
+  const Raster raster = Raster::OpenScan(scan);
+  const Camera& camera = shared.camera.camera;
+  block::RequireOrientedScan(raster, camera, shared.interior);
   ortho::OrientedPhoto photo =
-      shared.is_folder ? FromResult(shared, scan) : FromTable(shared, scan, interior);
+      shared.is_folder
+          ? FromResult(shared, scan)
+          : FromTable(shared, scan, block::PhotoInteriorOf(raster, camera, shared.interior));
   photo.marks = MarksIn(shared);
   return photo;
 }

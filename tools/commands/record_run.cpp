@@ -17,7 +17,8 @@ RunInput RasterInput(const std::string& what, const std::string& path) {
 
 void RecordRun(const Invocation& invocation, const std::string& directory, const std::string& stage,
                const std::vector<RunInput>& inputs) {
-  RunRecord record{invocation.program, invocation.command,
+  RunRecord record{invocation.program,
+                   invocation.command,
                    fmt::format("{:%Y-%m-%dT%H:%M:%SZ}", fmt::gmtime(invocation.started)),
                    std::difftime(std::time(nullptr), invocation.started),
                    {}};

@@ -9,6 +9,8 @@
 #include <utility>
 
 #include "core/base/error.h"
+#include "core/exchange/colmap.h"
+#include "core/exchange/opensfm.h"
 #include "tools/convert/export_record.h"
 
 namespace orient {
@@ -35,12 +37,35 @@ ReadingFit Fit(const ProgramFiles& files, const std::vector<VerificationRow>& ro
   return fit;
 }
 
+// A ground point of the files and the pixel (Orient's) at which an image saw it.
+struct OwnPoint {
+  std::string image;
+  Eigen::Vector3d ground = Eigen::Vector3d::Zero();
+  Eigen::Vector2d pixel = Eigen::Vector2d::Zero();
+};
+
+template <typename Observation>
+std::vector<OwnPoint> Points(const std::vector<Observation>& observations) {
+  std::vector<OwnPoint> points;
+  points.reserve(observations.size());
+  for (const Observation& seen : observations)
+    points.push_back({seen.image, seen.ground, seen.pixel});
+  return points;
+}
+
+// Empty for formats whose files hold none that we read.
+std::vector<OwnPoint> OwnPoints(ExchangeFormat format, const std::string& directory) {
+  if (format == ExchangeFormat::kColmap) return Points(ReadColmapObservations(directory));
+  if (format == ExchangeFormat::kOpensfm) return Points(ReadOpensfmObservations(directory));
+  return {};
+}
+
 // What an adjustment measured; an image in which a point lies behind the camera is far off.
-ReadingFit FitMeasured(const ProgramFiles& files, const std::vector<MeasuredPoint>& points,
+ReadingFit FitMeasured(const ProgramFiles& files, const std::vector<OwnPoint>& points,
                        const Reading& reading) {
   std::vector<double> distances;
   double squares = 0;
-  for (const MeasuredPoint& point : points) {
+  for (const OwnPoint& point : points) {
     const auto seen = files.Project(point.image, point.ground, 1, reading);
     distances.push_back(seen ? (*seen - point.pixel).norm() : kNever);
     squares += distances.back() * distances.back();
@@ -51,10 +76,10 @@ ReadingFit FitMeasured(const ProgramFiles& files, const std::vector<MeasuredPoin
 }
 
 // Evenly over all of them: as many as tell.
-std::vector<MeasuredPoint> Thinned(std::vector<MeasuredPoint> points) {
+std::vector<OwnPoint> Thinned(std::vector<OwnPoint> points) {
   constexpr std::size_t kMost = 2000;
   const std::size_t step = points.size() / kMost + 1;
-  std::vector<MeasuredPoint> thinned;
+  std::vector<OwnPoint> thinned;
   for (std::size_t i = 0; i < points.size(); i += step) thinned.push_back(points[i]);
   return thinned;
 }
@@ -93,10 +118,11 @@ std::optional<ReadingFit> BestOther(const ProgramFiles& files,
 }
 
 ExportCheck CheckMeasured(const ProgramFiles& files, ExportCheck check) {
-  const std::vector<MeasuredPoint> points = Thinned(files.OwnPoints());
+  const std::vector<OwnPoint> points = Thinned(OwnPoints(check.format, check.directory));
   if (points.empty())
-    throw InputError(check.directory + " holds neither verification.csv nor image measurements of " +
-                     "points: nothing to check its poses with; give verification points by --points");
+    throw InputError(
+        check.directory + " holds neither verification.csv nor image measurements of " +
+        "points: nothing to check its poses with; give verification points by --points");
   check.points = points.size();
   check.measured = true;
   check.declared = FitMeasured(files, points, {});
@@ -112,8 +138,8 @@ ExportCheck CheckMeasured(const ProgramFiles& files, ExportCheck check) {
 }
 
 std::string VerdictOfMeasured(const ExportCheck& check) {
-  std::string text = fmt::format("{:<10} {:4} of its own measurements  ", Name(check.format),
-                                 check.points);
+  std::string text =
+      fmt::format("{:<10} {:4} of its own measurements  ", Name(check.format), check.points);
   if (std::isfinite(check.declared.median_px))
     text += fmt::format("median {:.2g} px: ", check.declared.median_px);
   if (check.ok) return text + "fits";

@@ -24,9 +24,10 @@ ExchangeBlock OpensfmBlock(const std::string& input, const ForeignOptions& optio
     throw InputError(input + ": reconstruction.json lacks reference_lla: where the " +
                      "reconstruction lies on the earth is not known");
   if (read.others > 0)
-    messages->push_back(fmt::format("the first of {} reconstructions was read; each of the others "
-                                    "has a system of its own",
-                                    read.others + 1));
+    messages->push_back(
+        fmt::format("the first of {} reconstructions was read; each of the others "
+                    "has a system of its own",
+                    read.others + 1));
   return ExchangeFromOpensfm(
       TopocentricOpensfm(std::move(read), {input, options.crs, options.offset}, messages));
 }

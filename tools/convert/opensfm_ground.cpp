@@ -33,8 +33,8 @@ struct Projected {
 };
 
 Projected ProjectionAt(const Crs& crs, const Eigen::Vector3d& lla, const Eigen::Vector2d& offset) {
-  const GroundFrame frame = GroundFrame::Topocentric(
-      crs, 0, {RadFromDeg(lla.x()), RadFromDeg(lla.y()), lla.z()});
+  const GroundFrame frame =
+      GroundFrame::Topocentric(crs, 0, {RadFromDeg(lla.x()), RadFromDeg(lla.y()), lla.z()});
   const auto projected = [&](const Eigen::Vector3d& local) {
     const auto point = frame.BlockFromFile(local);
     if (!point)
@@ -54,17 +54,28 @@ Eigen::Vector3d CentreOf(const OpensfmShot& shot) {
   return -camera.rotation.transpose() * camera.translation;
 }
 
-Eigen::Matrix3d NearestRotation(const Eigen::Matrix3d& matrix) {
-  const Eigen::JacobiSVD<Eigen::Matrix3d> svd(matrix, Eigen::ComputeFullU | Eigen::ComputeFullV);
-  return svd.matrixU() * svd.matrixV().transpose();
+// What OpenSfM stores of a matrix that is nearly a rotation: its quaternion's, which differs from
+// the nearest rotation.
+Eigen::Matrix3d Stored(const Eigen::Matrix3d& matrix) {
+  return Eigen::Quaterniond(matrix).normalized().toRotationMatrix();
 }
 
+// The rotation R with Stored(R A^-1) = `stored`. A is a rotation but for some 1e-3.
+Eigen::Matrix3d BeforeProjection(const Eigen::Matrix3d& stored, const Eigen::Matrix3d& a) {
+  const Eigen::Matrix3d inverse = a.inverse();
+  Eigen::Matrix3d rotation = Stored(stored * a);
+  constexpr int kMostSteps = 20;
+  for (int i = 0; i < kMostSteps; ++i)
+    rotation = Stored(stored * Stored(rotation * inverse).transpose() * rotation);
+  return rotation;
+}
+
+// t' = -R A^-1 (A c + b), whichever of its versions wrote it.
 OpensfmReconstruction Topocentrically(OpensfmReconstruction reconstruction, const Projected& p) {
-  const Eigen::Matrix3d inverse = p.a.inverse();
   for (OpensfmShot& shot : reconstruction.shots) {
-    const Eigen::Matrix3d rotation = NearestRotation(CameraFromGroundOf(shot).rotation * p.a);
-    const Eigen::Vector3d centre = inverse * (CentreOf(shot) - p.b);
-    SetCameraFromGround({rotation, -rotation * centre}, &shot);
+    const CameraFromGround projected = CameraFromGroundOf(shot);
+    const Eigen::Matrix3d rotation = BeforeProjection(projected.rotation, p.a);
+    SetCameraFromGround({rotation, projected.translation + rotation * p.a.inverse() * p.b}, &shot);
   }
   return reconstruction;
 }
@@ -94,7 +105,8 @@ std::optional<FitToGps> Fit(const OpensfmReconstruction& reconstruction) {
   if (gps.size() < kFewest) return std::nullopt;
   const auto n = static_cast<double>(gps.size());
   std::complex<double> gps_mean = 0, centres_mean = 0;
-  for (std::size_t i = 0; i < gps.size(); ++i) gps_mean += gps[i] / n, centres_mean += centres[i] / n;
+  for (std::size_t i = 0; i < gps.size(); ++i)
+    gps_mean += gps[i] / n, centres_mean += centres[i] / n;
   std::complex<double> product = 0;
   double spread = 0;
   for (std::size_t i = 0; i < gps.size(); ++i) {
@@ -125,7 +137,8 @@ struct Coords {
 
 std::optional<Coords> CoordsBeside(const std::string& input) {
   const fs::path folder = fs::absolute(input).lexically_normal();
-  for (const fs::path& path : {folder / "coords.txt", folder / "../odm_georeferencing/coords.txt"}) {
+  for (const fs::path& path :
+       {folder / "coords.txt", folder / "../odm_georeferencing/coords.txt"}) {
     if (!fs::exists(path)) continue;
     std::istringstream text(ReadFile(path.string()));
     Coords coords;
@@ -136,8 +149,8 @@ std::optional<Coords> CoordsBeside(const std::string& input) {
     char half = 0;
     if (std::sscanf(first.c_str(), "WGS84 UTM %d%c", &zone, &half) == 2 && zone >= 1 &&
         zone <= 60 && (half == 'N' || half == 'S'))
-      coords.crs = Crs::Parse(fmt::format("EPSG:{}", (half == 'N' ? 32600 : 32700) + zone),
-                              coords.path);
+      coords.crs =
+          Crs::Parse(fmt::format("EPSG:{}", (half == 'N' ? 32600 : 32700) + zone), coords.path);
     if (!(text >> coords.offset.x() >> coords.offset.y()))
       throw InputError(coords.path + ": the second line must be the offset, two numbers");
     return coords;
@@ -166,8 +179,8 @@ class Decision {
     offset_ = options.offset;
     if (!offset_ && coords_) offset_ = coords_->offset;
     if (crs_ && read_.reference_lla) {
-      projection_ = ProjectionAt(*crs_, *read_.reference_lla,
-                                 offset_.value_or(Eigen::Vector2d::Zero()));
+      projection_ =
+          ProjectionAt(*crs_, *read_.reference_lla, offset_.value_or(Eigen::Vector2d::Zero()));
       back_ = Topocentrically(read_, *projection_);
       projected_ = Fit(*back_);
     }
@@ -177,8 +190,9 @@ class Decision {
   OpensfmReconstruction Make() {
     if (Which() == Ground::kTopocentric) return std::move(read_);
     if (!projection_)
-      throw InputError(options_.input + " holds projected coordinates; name the block's projected "
-                                        "CRS with --crs");
+      throw InputError(options_.input +
+                       " holds projected coordinates; name the block's projected "
+                       "CRS with --crs");
     // Without an offset the coordinates may be whole: then they lie where the GPS says.
     if (!offset_ && !(projected_ && projected_->Sound(true)))
       throw InputError(fmt::format(
@@ -227,7 +241,8 @@ class Decision {
     const double between = RadFromDeg(topocentric_->turn_deg - projected_->turn_deg);
     messages_->push_back(fmt::format(
         "the poses are taken for topocentric, as OpenSfM defines them; by the shots' GPS positions "
-        "they might as well be projected, as OpenDroneMap's are (--offset), which differs by {:.2f} "
+        "they might as well be projected, as OpenDroneMap's are (--offset), which differs by "
+        "{:.2f} "
         "m at the block's edge",
         std::abs(between) * topocentric_->radius_m * std::sqrt(2.0)));
     return Ground::kTopocentric;
@@ -241,9 +256,9 @@ class Decision {
         taken.shots, Turned(taken));
     const auto& other = ground == Ground::kTopocentric ? projected_ : topocentric_;
     if (other)
-      text += fmt::format("; taken for {} they would be {}",
-                          ground == Ground::kTopocentric ? "projected" : "topocentric",
-                          Turned(*other));
+      text +=
+          fmt::format("; taken for {} they would be {}",
+                      ground == Ground::kTopocentric ? "projected" : "topocentric", Turned(*other));
     messages_->push_back(text);
     return ground;
   }
@@ -253,8 +268,9 @@ class Decision {
                        "topocentric" + Told(topocentric_);
     text += " nor as projected minus an offset";
     text += projected_ ? Told(projected_) : " (needs --crs)";
-    throw InputError(text + "; give the CRS of the reconstruction with --crs, or the offset of its "
-                            "coordinates with --offset");
+    throw InputError(text +
+                     "; give the CRS of the reconstruction with --crs, or the offset of its "
+                     "coordinates with --offset");
   }
 
   static std::string Told(const std::optional<FitToGps>& fit) {

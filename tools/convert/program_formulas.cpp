@@ -51,21 +51,11 @@ const Photo& PhotoOf(const std::map<std::string, Photo>& photos, const std::stri
   return found->second;
 }
 
-template <typename Observation>
-std::vector<MeasuredPoint> Measured(const std::vector<Observation>& observations) {
-  std::vector<MeasuredPoint> points;
-  points.reserve(observations.size());
-  for (const Observation& seen : observations)
-    points.push_back({seen.image, seen.ground, seen.pixel});
-  return points;
-}
-
 // ---- COLMAP: src/colmap/sensor/models.h --------------------------------------------------------
 
 class ColmapFiles : public ProgramFiles {
  public:
-  explicit ColmapFiles(const std::string& directory)
-      : directory_(directory), model_(ReadColmap(directory)) {
+  explicit ColmapFiles(const std::string& directory) : model_(ReadColmap(directory)) {
     for (const ColmapImage& image : model_.images) images_[image.name] = image;
   }
   ReadingChoices Choices() const override { return {false, true, true}; }
@@ -82,9 +72,6 @@ class ColmapFiles : public ProgramFiles {
     const Vector3d p = reading.transposed ? Vector3d(r.transpose() * (ground - image.tvec))
                                           : Vector3d(r * ground + image.tvec);
     return Image(camera, CameraAxes(p, reading), reading);
-  }
-  std::vector<MeasuredPoint> OwnPoints() const override {
-    return Measured(ReadColmapObservations(directory_));
   }
 
  private:
@@ -111,7 +98,6 @@ class ColmapFiles : public ProgramFiles {
                    reading);
   }
 
-  std::string directory_;
   ColmapModel model_;
   std::map<std::string, ColmapImage> images_;
 };
@@ -120,8 +106,7 @@ class ColmapFiles : public ProgramFiles {
 
 class OpensfmFiles : public ProgramFiles {
  public:
-  explicit OpensfmFiles(const std::string& directory)
-      : directory_(directory), reconstruction_(ReadOpensfm(directory)) {
+  explicit OpensfmFiles(const std::string& directory) : reconstruction_(ReadOpensfm(directory)) {
     for (const OpensfmShot& shot : reconstruction_.shots) shots_[shot.image] = shot;
   }
   ReadingChoices Choices() const override { return {false, true, true}; }
@@ -152,12 +137,8 @@ class OpensfmFiles : public ProgramFiles {
                     side * (v + principal.y()) + 0.5 * (c.height - 1)},
                    0, reading);
   }
-  std::vector<MeasuredPoint> OwnPoints() const override {
-    return Measured(ReadOpensfmObservations(directory_));
-  }
 
  private:
-  std::string directory_;
   OpensfmReconstruction reconstruction_;
   std::map<std::string, OpensfmShot> shots_;
 };

@@ -7,7 +7,6 @@
 #include <memory>
 #include <optional>
 #include <string>
-#include <vector>
 
 #include "tools/convert/convert_source.h"
 
@@ -33,13 +32,6 @@ struct ReadingChoices {
   bool angles = false, matrix = false, pixels = false;
 };
 
-// A ground point of the files and the pixel (Orient's) at which an image saw it.
-struct MeasuredPoint {
-  std::string image;
-  Eigen::Vector3d ground = Eigen::Vector3d::Zero();
-  Eigen::Vector2d pixel = Eigen::Vector2d::Zero();
-};
-
 class ProgramFiles {
  public:
   virtual ~ProgramFiles() = default;
@@ -52,8 +44,6 @@ class ProgramFiles {
                                                  const Eigen::Vector3d& ground,
                                                  double principal_distance_mm,
                                                  const Reading& reading) const = 0;
-  // The files' own points where their images measured them; empty where they hold none.
-  virtual std::vector<MeasuredPoint> OwnPoints() const { return {}; }
 };
 
 // Throws InputError where the files cannot be read.

@@ -327,7 +327,8 @@ std::string Notes(const BlockRecord& block, const Labels& labels) {
   if (DotStep(patches) > 1)
     text += fmt::format("Of {} patches every {}th is drawn. ", patches, DotStep(patches));
   const size_t ties = block.adjusted ? block.adjusted->ties.size() : 0;
-  if (DotStep(ties) > 1) text += fmt::format("Of {} ties every {}th is drawn. ", ties, DotStep(ties));
+  if (DotStep(ties) > 1)
+    text += fmt::format("Of {} ties every {}th is drawn. ", ties, DotStep(ties));
   if (labels.left_out > 0)
     text += fmt::format("{} names are left out where they would overlap. ", labels.left_out);
   return text + NamesNote("Not in the map, without a pose", labels.nowhere) +

@@ -1,5 +1,7 @@
 #include "tools/report/report.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <filesystem>
 #include <functional>
@@ -26,8 +28,8 @@ constexpr size_t kMostRows = 500;       // of a list
 // A page that can be mailed, and that a browser opens at once.
 constexpr size_t kLargestPage = 4 * 1024 * 1024;
 
-// Pictures of the output folder, `up` from the page ("../"), inside it while there is room. What the
-// page asks for first gets it.
+// Pictures of the output folder, `up` from the page ("../"), inside it while there is room. What
+// the page asks for first gets it.
 class PictureAlbum {
  public:
   PictureAlbum(std::string directory, std::string up)
@@ -100,8 +102,7 @@ class Report {
     const fs::path pages = fs::path(block_.directory) / kPhotoPages;
     PictureAlbum album(block_.directory, "");
     const Markup quicklook = QuicklookSection(block_, &album);
-    const Markup photos =
-        block_.photos.size() <= kMostOnOnePage ? PhotoSections(&album) : Markup();
+    const Markup photos = block_.photos.size() <= kMostOnOnePage ? PhotoSections(&album) : Markup();
     links_.apart = block_.photos.size() > kMostOnOnePage || album.Full();
     if (links_.apart) WritePages(pages);
     const std::string path = (fs::path(block_.directory) / "report.html").string();
@@ -129,23 +130,23 @@ class Report {
   }
 
   static fs::path ListPath(const fs::path& pages, size_t first) {
-    return pages / "lists" / (std::to_string(first / kMostRows) + ".html");
+    return pages / "lists" / fmt::format("{}.html", first / kMostRows);
   }
 
   Markup FirstPage(const Markup& quicklook, const Markup& photos) const {
-    return Fill("report.html",
-                {{"title", block_.title},
-                 {"style", Style()},
-                 {"summary", SummarySection(block_, verdict_, links_)},
-                 {"concerns", ConcernsSection(block_, verdict_, links_)},
-                 {"map", BlockMap(block_, verdict_, links_)},
-                 {"orthophotos", quicklook},
-                 {"adjustment", AdjustmentSection(block_)},
-                 {"film", FilmSection(block_)},
-                 {"photos", Rows(0, [&](size_t i) { return links_.To(block_, i); },
-                                 std::string(kPhotoPages) + "/lists/")},
-                 {"made", MadeSection(block_)},
-                 {"photo_by_photo", photos}});
+    return Fill("report.html", {{"title", block_.title},
+                                {"style", Style()},
+                                {"summary", SummarySection(block_, verdict_, links_)},
+                                {"concerns", ConcernsSection(block_, verdict_, links_)},
+                                {"map", BlockMap(block_, verdict_, links_)},
+                                {"orthophotos", quicklook},
+                                {"adjustment", AdjustmentSection(block_)},
+                                {"film", FilmSection(block_)},
+                                {"photos", Rows(
+                                               0, [&](size_t i) { return links_.To(block_, i); },
+                                               fmt::format("{}/lists/", kPhotoPages))},
+                                {"made", MadeSection(block_)},
+                                {"photo_by_photo", photos}});
   }
 
   // Sections in the photos' order, made in the order of need while the album has room.
@@ -175,7 +176,7 @@ class Report {
     Markup links;
     for (size_t first = kMostRows; count > kMostRows && first < count; first += kMostRows)
       links += Fill("overview.html#photo_page",
-                    {{"href", lists + std::to_string(first / kMostRows) + ".html"},
+                    {{"href", fmt::format("{}{}.html", lists, first / kMostRows)},
                      {"first", first + 1},
                      {"last", std::min(first + kMostRows, count)}});
     const Markup pages =
@@ -192,7 +193,10 @@ class Report {
     for (size_t first = kMostRows; first < block_.photos.size(); first += kMostRows) {
       const Markup rows = Rows(
           first,
-          [&](size_t i) { return "../" + PercentEncoded(PhotoPageFile(block_.photos[i])); }, "");
+          [&](size_t i) {
+            return fmt::format("../{}", PercentEncoded(PhotoPageFile(block_.photos[i])));
+          },
+          "");
       WriteBelow(ListPath(pages, first).string(), "../../report.html", "photos", rows);
     }
   }
@@ -205,10 +209,9 @@ class Report {
                   {{"href", PercentEncoded(PhotoPageFile(block_.photos[other]))},
                    {"text", block_.photos[other].name}});
     };
-    contents +=
-        Fill("report.html#neighbours",
-             {{"before", i > 0 ? neighbour(i - 1) : Markup()},
-              {"after", i + 1 < block_.photos.size() ? neighbour(i + 1) : Markup()}});
+    contents += Fill("report.html#neighbours",
+                     {{"before", i > 0 ? neighbour(i - 1) : Markup()},
+                      {"after", i + 1 < block_.photos.size() ? neighbour(i + 1) : Markup()}});
     WriteBelow((pages / PhotoPageFile(block_.photos[i])).string(), "../report.html",
                block_.photos[i].name, contents);
   }

@@ -7,8 +7,8 @@
 
 namespace orient {
 
-// Returns its path. Lengths in m, angles in degrees, residuals in px; absent figures are null. Throws
-// InputError where it cannot be written.
+// Returns its path. Lengths in m, angles in degrees, residuals in px; absent figures are null.
+// Throws InputError where it cannot be written.
 std::string WriteReportJson(const BlockRecord& block);
 
 }  // namespace orient

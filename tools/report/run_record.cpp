@@ -14,8 +14,8 @@ std::string PathIn(const std::string& directory) {
 }
 
 RunRecord RecordOf(const Json& json) {
-  RunRecord record{json.at("program"), json.at("command"), json.at("started"), json.at("seconds"),
-                   {}};
+  RunRecord record{
+      json.at("program"), json.at("command"), json.at("started"), json.at("seconds"), {}};
   for (const Json& input : json.at("inputs"))
     record.inputs.push_back({input.at("what"), input.at("path"), input.at("digest")});
   return record;

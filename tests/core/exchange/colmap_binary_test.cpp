@@ -7,6 +7,7 @@
 
 #include "core/base/atomic_write.h"
 #include "core/base/error.h"
+#include "core/exchange/colmap.h"
 #include "tests/support/expect_error.h"
 #include "tests/support/shared_data.h"
 

@@ -58,8 +58,9 @@ TEST_F(BlockFileTest, ControlImagesTakeTheDatabasesPlace) {
   EXPECT_EQ(block.control->date, "1999");
   EXPECT_EQ(block.patchdb, folder_ / "out/control.gpkg");
   EXPECT_FALSE(block.ByMeasurementsAlone());
-  const BlockFile old = ReadText(without + "[control]\nphotos = [\"base_1.tif\"]\ncamera = "
-                                           "\"wild_rc8\"\norientation = \"old.csv\"\n");
+  const BlockFile old = ReadText(without +
+                                 "[control]\nphotos = [\"base_1.tif\"]\ncamera = "
+                                 "\"wild_rc8\"\norientation = \"old.csv\"\n");
   EXPECT_EQ(old.control->photos.size(), 1u);
   EXPECT_EQ(old.control->camera, "wild_rc8");
 }

@@ -360,7 +360,8 @@ TEST(Report, PicturesThatWouldMakeThePageTooLargeGoToPages) {
 TEST(Report, SaysHowItWasMade) {
   const TemporaryFolder folder;
   WriteExampleBlock(folder.Path());
-  WriteRunRecord(folder.Path(), "interior", {"orient 0.1.0", "orient interior", "2026-01-01", 1, {}});
+  WriteRunRecord(folder.Path(), "interior",
+                 {"orient 0.1.0", "orient interior", "2026-01-01", 1, {}});
   WriteRunRecord(folder.Path(), "block",
                  {"orient 0.1.0",
                   "orient block '<b>.toml'",
@@ -369,9 +370,9 @@ TEST(Report, SaysHowItWasMade) {
                   {{"DEM", "dem & more.tif", "0123456789abcdef"}}});
   const std::string html = ReadFile(WriteReport(folder.Path()));
   EXPECT_EQ(Malformed(html), "");
-  for (const char* part : {"How it was made", "orient block &#39;&lt;b&gt;.toml&#39;", "12 s",
-                           "2026-01-02T03:04:05Z", "dem &amp; more.tif", "0123456789abcdef",
-                           "orient interior"})
+  for (const char* part :
+       {"How it was made", "orient block &#39;&lt;b&gt;.toml&#39;", "12 s", "2026-01-02T03:04:05Z",
+        "dem &amp; more.tif", "0123456789abcdef", "orient interior"})
     EXPECT_TRUE(Contains(html, part)) << part;
   std::ofstream(folder / "run.json") << "{";
   EXPECT_FALSE(Contains(ReadFile(WriteReport(folder.Path())), "How it was made"));
@@ -380,7 +381,8 @@ TEST(Report, SaysHowItWasMade) {
 TEST(Report, TheSameFiguresForPrograms) {
   const TemporaryFolder folder;
   WriteExampleBlock(folder.Path());
-  const auto json = nlohmann::json::parse(ReadFile(WriteReportJson(ReadBlockRecord(folder.Path()))));
+  const auto json =
+      nlohmann::json::parse(ReadFile(WriteReportJson(ReadBlockRecord(folder.Path()))));
   EXPECT_EQ(json["ok"], 1);
   EXPECT_EQ(json["failed"], 1);
   EXPECT_NEAR(json["projection_sigma_median"]["px"].get<double>(), 0.42, 1e-12);

@@ -1,4 +1,4 @@
-#include "tools/commands/block_control.h"
+#include "tools/commands/block/block_control.h"
 
 #include <fmt/format.h>
 
@@ -13,7 +13,7 @@
 #include "core/base/output_directory.h"
 #include "core/files/inputs.h"
 #include "patchdb/store/patch_database.h"
-#include "tools/commands/patchdb/harvested.h"
+#include "tools/commands/harvested.h"
 #include "tools/commands/progress.h"
 
 namespace orient {
@@ -60,8 +60,8 @@ block::HarvestRun RunOf(const BlockFile& block) {
 }  // namespace
 
 bool NeedsBlockControl(const BlockFile& block) {
-  return block.control && (!fs::exists(block.patchdb) ||
-                           ReadMadeFrom(RecordPath(block)) != InputsOf(block));
+  return block.control &&
+         (!fs::exists(block.patchdb) || ReadMadeFrom(RecordPath(block)) != InputsOf(block));
 }
 
 void MakeBlockControl(const BlockFile& block, const std::string& camera_library,
@@ -72,21 +72,20 @@ void MakeBlockControl(const BlockFile& block, const std::string& camera_library,
   for (const char* suffix : {"", "-wal", "-shm", ".json"}) fs::remove(block.patchdb + suffix);
   const block::HarvestRun run = RunOf(block);
   std::vector<block::HarvestedSource> sources;
-  patchdb::PatchDatabase::Create(
-      block.patchdb, block.crs, [&](patchdb::PatchDatabase& database) {
-        ShownProgress progress;
-        if (!control.orthophotos.empty()) {
-          sources = block::HarvestOrthophotos(database, run, control.orthophotos, &progress);
-          return;
-        }
-        block::PhotosToHarvest photos;
-        photos.orientation_path = control.orientation;
-        photos.interior_folder = control.interior;
-        photos.earth = block.earth;
-        ReadPhotosToHarvest(block::FindCameraFile(control.camera, camera_library), control.photos,
-                            block.patchdb, database, &photos);
-        sources = block::HarvestPhotos(database, run, photos, &progress);
-      });
+  patchdb::PatchDatabase::Create(block.patchdb, block.crs, [&](patchdb::PatchDatabase& database) {
+    ShownProgress progress;
+    if (!control.orthophotos.empty()) {
+      sources = block::HarvestOrthophotos(database, run, control.orthophotos, &progress);
+      return;
+    }
+    block::PhotosToHarvest photos;
+    photos.orientation_path = control.orientation;
+    photos.interior_folder = control.interior;
+    photos.earth = block.earth;
+    ReadPhotosToHarvest(block::FindCameraFile(control.camera, camera_library), control.photos,
+                        block.patchdb, database, &photos);
+    sources = block::HarvestPhotos(database, run, photos, &progress);
+  });
   WriteRecord(block, InputsOf(block));
   out << "control " << block.patchdb << "\n";
   PrintHarvest(sources, !run.dsm.empty(), out);

@@ -17,7 +17,7 @@ void PrintHarvest(const std::vector<block::HarvestedSource>& sources, bool has_s
 // Fills `photos`, whose orientation_path and earth are given. Throws UsageError where the
 // orientation is not true with the camera, InputError where it is in another CRS than the database.
 void ReadPhotosToHarvest(const std::string& camera, const std::vector<std::string>& patterns,
-                         const std::string& database_path,
-                         const patchdb::PatchDatabase& database, block::PhotosToHarvest* photos);
+                         const std::string& database_path, const patchdb::PatchDatabase& database,
+                         block::PhotosToHarvest* photos);
 
 }  // namespace orient

@@ -1,4 +1,4 @@
-#include "tools/commands/measured_block.h"
+#include "tools/commands/block/measured_block.h"
 
 #include <fmt/format.h>
 

@@ -11,11 +11,11 @@
 #include "core/base/error.h"
 #include "core/files/block_file.h"
 #include "core/files/orientation_table.h"
-#include "tools/commands/block_control.h"
+#include "tools/commands/block/block_control.h"
+#include "tools/commands/block/measured_block.h"
 #include "tools/commands/block_outputs.h"
 #include "tools/commands/commands.h"
 #include "tools/commands/exterior_summary.h"
-#include "tools/commands/measured_block.h"
 #include "tools/commands/ortho_run.h"
 #include "tools/commands/patchdb_to_write.h"
 #include "tools/commands/progress.h"
@@ -75,11 +75,11 @@ class BlockCommand : public Command {
     const block::BlockFolder folder(directory, options.resume);
     ShownProgress progress;
     block::OrientedBlock result = block::Orient(inputs, folder, &progress);
-    RecordRun(Invoked(), directory, "block",
-              {FileInput("block file", block_path_), FileInput("camera", options.block.camera),
-               RasterInput("DEM", options.block.dem),
-               FileInput("patch database", options.block.patchdb),
-               FileInput("approximations", options.block.approximations)});
+    RecordRun(
+        Invoked(), directory, "block",
+        {FileInput("block file", block_path_), FileInput("camera", options.block.camera),
+         RasterInput("DEM", options.block.dem), FileInput("patch database", options.block.patchdb),
+         FileInput("approximations", options.block.approximations)});
     const auto quicklook = WriteBlockOutputs(options.block, quicklook_, &result);
     PrintExteriorSummary(result.results, out);
     PrintBlockSummary(result, quicklook, out);

@@ -1,4 +1,4 @@
-#include "tools/commands/patchdb/harvested.h"
+#include "tools/commands/harvested.h"
 
 #include <array>
 #include <numeric>
@@ -50,11 +50,11 @@ void PrintHarvest(const std::vector<block::HarvestedSource>& sources, bool has_s
 }
 
 void ReadPhotosToHarvest(const std::string& camera, const std::vector<std::string>& patterns,
-                const std::string& database_path, const patchdb::PatchDatabase& database,
-                block::PhotosToHarvest* photos) {
+                         const std::string& database_path, const patchdb::PatchDatabase& database,
+                         block::PhotosToHarvest* photos) {
   block::RefuseBlockCamera(camera, photos->earth);
   block::RequireCameraOfPoses(camera, photos->orientation_path);
-  photos->camera = ReadCameraFile(camera).camera;
+  photos->camera = ReadCameraFile(camera);
   photos->orientation = ReadOrientationTable(photos->orientation_path);
   const auto& crs = photos->orientation.crs;
   if (crs && !crs->SameAs(database.GroundCrs()))
