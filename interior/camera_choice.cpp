@@ -219,6 +219,37 @@ bool HaveSameMarks(const KnownCamera& a, const KnownCamera& b) {
   return true;
 }
 
+bool CanBeRead(const KnownCamera& camera) {
+  return camera.file->camera.kind == CameraKind::kFilm &&
+         camera.file->fiducials.size() <= kMostMarksOfUnknownCamera;
+}
+
+// Whether the camera's frame would be a small part of the scan: a film on a large scanner bed,
+// which is sought everywhere. That takes as long as all other cameras together, and is worth it
+// only where none of those fits.
+bool IsLostOn(const Raster& scan, const Camera& camera, std::optional<double> pixel_um) {
+  constexpr double kMostScanSides = 1.6;  // of the frame's side
+  if (!pixel_um) return false;
+  const double scan_mm = 1e-3 * *pixel_um * std::max(scan.Width(), scan.Height());
+  return scan_mm > kMostScanSides * camera.frame_mm.maxCoeff();
+}
+
+// Adds the camera's reading; that of a camera with the same marks is taken over.
+void ReadWith(const Raster& scan, const std::vector<KnownCamera>& cameras, size_t camera,
+              const InteriorOptions& options, std::vector<CameraReading>* readings) {
+  const auto alike = std::find_if(readings->begin(), readings->end(), [&](const auto& known) {
+    return HaveSameMarks(cameras[known.camera], cameras[camera]);
+  });
+  if (alike != readings->end()) {
+    readings->push_back({camera, alike->result, alike->nats});
+    return;
+  }
+  double nats = 0;
+  InteriorResult result =
+      OrientInterior(scan, *cameras[camera].file, *cameras[camera].shapes, options, &nats);
+  readings->push_back({camera, std::move(result), nats});
+}
+
 }  // namespace
 
 CameraChoice ChooseCamera(const std::vector<KnownCamera>& cameras,
@@ -249,25 +280,16 @@ CameraChoice ChooseCamera(const std::vector<KnownCamera>& cameras,
 
 CameraChoice OrientWithUnknownCamera(const Raster& scan, const std::vector<KnownCamera>& cameras,
                                      const InteriorOptions& options) {
-  std::vector<CameraReading> readings;
-  for (size_t i = 0; i < cameras.size(); ++i) {
-    if (cameras[i].file->camera.kind == CameraKind::kDigital ||
-        cameras[i].file->fiducials.size() > kMostMarksOfUnknownCamera)
-      continue;
-    const auto alike = std::find_if(readings.begin(), readings.end(), [&](const auto& known) {
-      return HaveSameMarks(cameras[known.camera], cameras[i]);
-    });
-    if (alike != readings.end()) {
-      readings.push_back({i, alike->result, alike->nats});
-      continue;
-    }
-    double nats = 0;
-    InteriorResult result =
-        OrientInterior(scan, *cameras[i].file, *cameras[i].shapes, options, &nats);
-    readings.push_back({i, std::move(result), nats});
-  }
   std::optional<double> stated_um = options.pixel_size_um;
   if (!stated_um && scan.DpiTag() && *scan.DpiTag() > 0) stated_um = 25400 / *scan.DpiTag();
+  std::vector<CameraReading> readings;
+  for (const bool lost : {false, true}) {
+    const bool found = std::any_of(readings.begin(), readings.end(),
+                                   [](const auto& r) { return r.result.status == Status::kOk; });
+    for (size_t i = 0; !found && i < cameras.size(); ++i)
+      if (CanBeRead(cameras[i]) && IsLostOn(scan, cameras[i].file->camera, stated_um) == lost)
+        ReadWith(scan, cameras, i, options, &readings);
+  }
   return ChooseCamera(cameras, readings, stated_um);
 }
 
