@@ -12,6 +12,8 @@ namespace orient::block {
 namespace {
 namespace fs = std::filesystem;
 
+constexpr const char* kLock = ".orient-block.lock";
+
 std::string UnfinishedPath(const std::string& out) { return StageDirectory(out, "unfinished"); }
 
 // In the folders that are a run's own.
@@ -41,11 +43,21 @@ std::string StageDirectory(const std::string& block_directory, const std::string
 }
 
 BlockFolder::BlockFolder(std::string directory, bool resume)
-    : directory_(Made(std::move(directory))), lock_(directory_, ".orient-block.lock") {
+    : directory_(Made(std::move(directory))), lock_(directory_, kLock) {
   RemovePartialFilesOfKilledRuns(directory_);
   if (!resume) fs::remove_all(fs::path(directory_) / "stages");
+  MarkUnfinished();
+}
+
+BlockFolder::BlockFolder(std::string directory)
+    : directory_(Made(std::move(directory))), lock_(directory_, kLock, FolderLock::Mode::kShared) {
+  MarkUnfinished();
+}
+
+void BlockFolder::MarkUnfinished() const {
   MakeOutputDirectory(StageDirectory(""));
-  WriteFileAtomically(UnfinishedPath(directory_), "continue the interrupted run with --resume\n");
+  if (!IsUnfinished(directory_))
+    WriteFileAtomically(UnfinishedPath(directory_), "continue the interrupted run with --resume\n");
 }
 
 std::string BlockFolder::StageDirectory(const std::string& stage) const {

@@ -14,6 +14,9 @@ class BlockFolder {
   // cannot be created or another program is using it.
   BlockFolder(std::string directory, bool resume);
 
+  // For one of several runs that each do a part: they share the folder, and nothing is discarded.
+  explicit BlockFolder(std::string directory);
+
   const std::string& Directory() const { return directory_; }
   // Where a stage keeps its results ("exterior", "ties").
   std::string StageDirectory(const std::string& stage) const;
@@ -21,6 +24,8 @@ class BlockFolder {
   void Finish() const;
 
  private:
+  void MarkUnfinished() const;
+
   std::string directory_;
   FolderLock lock_;
 };

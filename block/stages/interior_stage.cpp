@@ -316,6 +316,7 @@ std::vector<InteriorResult> RunInterior(const InteriorRunOptions& options,
          [&, i] { results[i] = OrientOne(options, cameras, options.photos[i], inputs[i]); },
          [&, i] { results[i] = ReadInteriorResult(store.PathOf(PhotoName(options.photos[i]))); }});
   RunJobs(jobs, store, {options.jobs, options.resume, true, done});
+  if (options.results_only) return results;
   const LibraryCamera* camera = CameraOfRoll(cameras, results);
   if (camera)
     for (const size_t i :

@@ -28,6 +28,8 @@ struct InteriorRunOptions {
   bool redo_changed = false;
   int jobs = 0;         // photos at a time; 0: one per core
   bool micmac = false;  // also write MicMac's Ori-InterneScan
+  // A part of a run: each photo's own result, and nothing of the photos together.
+  bool results_only = false;
   // Photos lie alike on the scanner: together they decide what single ones leave open.
   bool roll_lies_alike = false;
 };

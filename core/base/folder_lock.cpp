@@ -11,10 +11,12 @@
 
 namespace orient {
 
-FolderLock::FolderLock(const std::string& folder, const std::string& file_name)
-    : path_((std::filesystem::path(folder) / file_name).string()) {
+FolderLock::FolderLock(const std::string& folder, const std::string& file_name, Mode mode)
+    : path_((std::filesystem::path(folder) / file_name).string()), mode_(mode) {
   file_ = open(path_.c_str(), O_CREAT | O_RDWR | O_CLOEXEC, 0644);
-  if (file_ < 0 || flock(file_, LOCK_EX | LOCK_NB) == 0 || errno != EWOULDBLOCK) return;
+  if (file_ < 0 || flock(file_, (mode == Mode::kAlone ? LOCK_EX : LOCK_SH) | LOCK_NB) == 0 ||
+      errno != EWOULDBLOCK)
+    return;
   close(file_);
   throw InputError(folder +
                    ": another program is writing into this folder; wait until it has finished, or "
@@ -23,7 +25,8 @@ FolderLock::FolderLock(const std::string& folder, const std::string& file_name)
 
 FolderLock::~FolderLock() {
   if (file_ < 0) return;
-  unlink(path_.c_str());
+  // Others that share it would hold a file without a name, and one that wants it alone another.
+  if (mode_ == Mode::kAlone) unlink(path_.c_str());
   close(file_);
 }
 

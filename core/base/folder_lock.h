@@ -1,4 +1,4 @@
-// One program at a time writes into a folder.
+// One program at a time writes into a folder, or several that agree to share it.
 #pragma once
 
 #include <string>
@@ -9,8 +9,9 @@ namespace orient {
 // the folder, which goes with it. File systems that know no locks are written to without one.
 class FolderLock {
  public:
-  // Throws InputError where another program holds it.
-  FolderLock(const std::string& folder, const std::string& file_name);
+  enum class Mode { kAlone, kShared };
+  // Throws InputError where another program holds it, of kShared only where one holds it alone.
+  FolderLock(const std::string& folder, const std::string& file_name, Mode mode = Mode::kAlone);
   ~FolderLock();
   FolderLock(const FolderLock&) = delete;
   FolderLock& operator=(const FolderLock&) = delete;
@@ -18,6 +19,7 @@ class FolderLock {
  private:
   std::string path_;
   int file_ = -1;
+  Mode mode_;
 };
 
 }  // namespace orient

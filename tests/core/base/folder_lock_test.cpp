@@ -14,11 +14,11 @@ namespace orient {
 namespace {
 
 // Whether another process gets the lock.
-bool OthersGetIt(const std::string& folder) {
+bool OthersGetIt(const std::string& folder, FolderLock::Mode mode = FolderLock::Mode::kAlone) {
   const pid_t child = fork();
   if (child == 0) {
     try {
-      const FolderLock lock(folder, "lock");
+      const FolderLock lock(folder, "lock", mode);
       _exit(0);
     } catch (const InputError&) {
       _exit(1);
@@ -38,6 +38,17 @@ TEST(FolderLock, KeepsOthersOutWhileItLivesAndLeavesNothing) {
   }
   EXPECT_FALSE(std::filesystem::exists(folder / "lock"));
   EXPECT_TRUE(OthersGetIt(folder / ""));
+}
+
+TEST(FolderLock, SharedKeepsOutOnlyThoseWhoWantItAlone) {
+  const TemporaryFolder folder;
+  {
+    const FolderLock lock(folder / "", "lock", FolderLock::Mode::kShared);
+    EXPECT_TRUE(OthersGetIt(folder / "", FolderLock::Mode::kShared));
+    EXPECT_FALSE(OthersGetIt(folder / ""));
+  }
+  const FolderLock lock(folder / "", "lock");
+  EXPECT_FALSE(OthersGetIt(folder / "", FolderLock::Mode::kShared));
 }
 
 TEST(FolderLock, OfAKilledProgramHoldsNobodyUp) {

@@ -63,6 +63,7 @@ TEST(Template, FileEndsWhereItsFirstPartBegins) {
   EXPECT_EQ(Fill("map.html#empty").Text(),
             "<p class=\"note\">No photo has a position on the ground yet.</p>");
   const std::string photo = Fill("photo.html", {{"number", 7},
+                                                {"all", "#photos"},
                                                 {"photo", "a<b"},
                                                 {"status", "ok"},
                                                 {"messages", Markup()},

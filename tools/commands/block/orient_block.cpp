@@ -7,9 +7,12 @@
 
 #include "block/block.h"
 #include "block/inputs/camera_library.h"
+#include "block/part.h"
 #include "block/plan.h"
+#include "block/stages/exterior_stage.h"
 #include "core/base/error.h"
 #include "core/files/block_file.h"
+#include "core/files/camera_file.h"
 #include "core/files/orientation_table.h"
 #include "tools/commands/block/block_control.h"
 #include "tools/commands/block/measured_block.h"
@@ -39,6 +42,11 @@ class BlockCommand : public Command {
     app.add_flag("--resume", resume_, "Keep existing results and do the others");
     AddOverwriteOption(app, &overwrite_);
     app.add_flag("--plan", plan_, "Print what would be done and stop");
+    app.add_option("--stage", stage_,
+                   "Only this stage, for runs that share the work: control, interior, exterior")
+        ->check(CLI::IsMember({"control", "interior", "exterior"}));
+    app.add_option("--part", part_, "Of the stage's photos the K-th part of N, as K/N");
+    app.add_flag("--status", status_, "Print what is done, and what is left, and stop");
     AddLearnOption(app, &learn_);
     app.add_flag("--quicklook", quicklook_,
                  "Also draw reduced orthophotos and the seams between them");
@@ -52,8 +60,11 @@ class BlockCommand : public Command {
     options.block.camera = block::FindCameraFile(options.block.camera, library_);
     if (options.block.ByMeasurementsAlone())
       return AdjustMeasuredBlock(options.block, overwrite_ || resume_, out);
+    if (!part_.empty() && stage_.empty()) throw UsageError("--part needs --stage");
+    if (status_) return PrintStatus(options.block, out);
     options.learn = learn_;
     options.jobs = jobs_;
+    if (!stage_.empty()) return RunStage(std::move(options), out);
     const std::string& directory = options.block.output_directory;
     options.resume = !overwrite_ && (resume_ || block::IsUnfinished(directory));
     if (plan_ && NeedsBlockControl(options.block)) {
@@ -91,6 +102,63 @@ class BlockCommand : public Command {
   }
 
  private:
+  // One stage, or a part of it; the run of the whole block takes over what it leaves.
+  ExitCode RunStage(block::BlockRunOptions options, std::ostream& out) const {
+    if (overwrite_ || plan_) throw UsageError("--stage goes with neither --overwrite nor --plan");
+    const auto part = part_.empty() ? block::PhotosOfPart() : block::PhotosOfPartFromText(part_);
+    if (!part)
+      throw UsageError(fmt::format("--part is {}; it must be K/N, with K from 1 to N", part_));
+    const std::string& directory = options.block.output_directory;
+    if (stage_ == "control") {
+      if (!part->IsAll()) throw UsageError("--stage control has no parts");
+      MakeBlockControl(options.block, library_, out);
+      return ExitCode::kAllDone;
+    }
+    if (NeedsBlockControl(options.block))
+      throw UsageError(options.block.patchdb + " is not there yet: run --stage control first");
+    if (!resume_ && !block::IsUnfinished(directory))
+      RefuseToOverwrite(Results(options.block), false, "--resume");
+    options.resume = true;
+    options.learn = false;
+    const block::BlockInputs inputs(options);
+    const block::BlockFolder folder(directory);
+    ShownProgress progress;
+    const auto stage =
+        stage_ == "interior" ? block::BlockStage::kInterior : block::BlockStage::kExterior;
+    const block::PartOutcome outcome = block::RunPart(inputs, folder, stage, *part, &progress);
+    out << fmt::format("{}{}: {} done, {} of them failed", stage_, part->IsAll() ? "" : " " + part_,
+                       outcome.done, outcome.failed);
+    out << (outcome.left > 0 ? fmt::format("; {} wait for photos of other parts: run this part "
+                                           "again when those are done\n",
+                                           outcome.left)
+                             : "\n");
+    return ExitCode::kAllDone;
+  }
+
+  static ExitCode PrintStatus(const BlockFile& block, std::ostream& out) {
+    const bool film = ReadCameraFile(block.camera).camera.kind == CameraKind::kFilm;
+    SummaryTable table(
+        {"stage", "photos", "ok", "weak", "failed", "left", "an hour", "hours left"});
+    for (const block::StageStatus& status :
+         block::StatusOf(block.photos, block.output_directory, film)) {
+      std::string per_hour = "-", hours = "-";
+      if (status.per_hour) {
+        per_hour = Fixed(*status.per_hour, 0);
+        hours = Fixed(static_cast<double>(status.Left()) / *status.per_hour, 2);
+      }
+      table.AddRow({block::Name(status.stage), std::to_string(status.photos),
+                    std::to_string(status.ok), std::to_string(status.weak),
+                    std::to_string(status.failed + status.unreadable),
+                    std::to_string(status.Left()), per_hour, hours});
+    }
+    table.Print(out);
+    const bool finished = fs::exists(block::PoseTablePath(block.output_directory)) &&
+                          !block::IsUnfinished(block.output_directory);
+    out << (finished ? "finished\n"
+                     : "not finished: orient block without --stage adjusts and writes the rest\n");
+    return ExitCode::kAllDone;
+  }
+
   void MakeOrthophotosOf(const BlockFile& block, std::ostream& out) const {
     if (!block.ortho) return;
     out << "\n";
@@ -165,10 +233,11 @@ class BlockCommand : public Command {
       out << "note    " << message << "\n";
   }
 
-  std::string block_path_, library_;
+  std::string block_path_, library_, stage_, part_;
   bool resume_ = false;
   bool overwrite_ = false;
   bool plan_ = false;
+  bool status_ = false;
   bool learn_ = false;
   bool quicklook_ = false;
   int jobs_ = 0;
