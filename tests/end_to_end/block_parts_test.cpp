@@ -49,6 +49,16 @@ std::map<std::string, std::string> Contents(const std::string& out) {
   return contents;
 }
 
+std::vector<std::string> Differences(const std::string& a, const std::string& b) {
+  const auto one = Contents(a), other = Contents(b);
+  std::vector<std::string> names;
+  for (const auto& [name, text] : one)
+    if (!other.contains(name) || other.at(name) != text) names.push_back(name);
+  for (const auto& [name, text] : other)
+    if (!one.contains(name)) names.push_back(name);
+  return names;
+}
+
 class BlockParts : public testing::Test {
  protected:
   BlockParts() {
@@ -62,6 +72,8 @@ class BlockParts : public testing::Test {
     Simulate(options, folder_ / "one");
     HarvestOldPhotos(folder_ / "one", folder_ / "one/patches.gpkg", 200);
     fs::copy(folder_ / "one", folder_ / "parts", fs::copy_options::recursive);
+    // Results say of what DEM they were made: of content and time of change.
+    fs::last_write_time(folder_ / "parts/dem.tif", fs::last_write_time(folder_ / "one/dem.tif"));
   }
 
   std::vector<std::vector<std::string>> Parts(const std::string& stage, int of) const {
@@ -97,7 +109,7 @@ TEST_F(BlockParts, TogetherAreTheBlock) {
   const ProgramRun whole = RunOrient({"block", Path()});
   EXPECT_EQ(whole.exit_code, 0) << whole.out << whole.err;
   EXPECT_EQ(fs::last_write_time(kept), made);
-  EXPECT_EQ(Contents(folder_ / "parts/out"), Contents(folder_ / "one/out"));
+  EXPECT_EQ(Differences(folder_ / "parts/out", folder_ / "one/out"), std::vector<std::string>());
   EXPECT_NE(RunOrient({"block", Path(), "--status"}).out.find("finished\n"), std::string::npos);
 }
 

@@ -96,12 +96,16 @@ std::string Grid(const Sheet& sheet) {
   return lines.Element("grid") + labels;
 }
 
+// `corners_only`: of a ring with as many points on each of four sides, where there are so many
+// footprints that relief along their sides cannot be seen.
 std::string Footprint(const std::vector<Eigen::Vector3d>& ring, const Sheet& sheet, Status status,
-                      const std::string& name) {
+                      const std::string& name, bool corners_only) {
   if (ring.size() < 3) return "";
   std::vector<std::string> points;
-  for (const Eigen::Vector3d& corner : ring) {
-    const Vector2d at = sheet.At(corner.head<2>());
+  const size_t step = corners_only ? std::max<size_t>(1, (ring.size() - 1) / 4) : 1;
+  // A polygon closes itself.
+  for (size_t i = 0; i + 1 < ring.size(); i += step) {
+    const Vector2d at = sheet.At(ring[i].head<2>());
     points.push_back(SvgNumber(at.x()) + "," + SvgNumber(at.y()));
   }
   return fmt::format(
@@ -128,6 +132,8 @@ std::map<std::int64_t, const PatchResult*> BestOutcomes(const BlockRecord& block
   }
   return best;
 }
+
+constexpr size_t kManyPhotos = 1000;
 
 // More dots than that cannot be told apart, and make the page slow.
 constexpr size_t kMostDots = 20000;
@@ -300,9 +306,12 @@ std::string PhotoShapes(const BlockRecord& block, const BlockVerdict& verdict, c
     for (size_t i = 0; i < block.photos.size(); ++i) {
       if (verdict.photos[i].status != status) continue;
       const PhotoRecord& photo = block.photos[i];
-      if (photo.exterior) svg += Footprint(photo.exterior->footprint_m, sheet, status, photo.name);
+      if (photo.exterior)
+        svg += Footprint(photo.exterior->footprint_m, sheet, status, photo.name,
+                         block.photos.size() > kManyPhotos);
       if (!verdict.photos[i].pose) continue;
       const Vector2d at = sheet.At(verdict.photos[i].pose->position_m.head<2>());
+      if (block.photos.size() > kManyPhotos) continue;  // the footprints' middles
       centres.AddLine(at - Vector2d(5, 0), at + Vector2d(5, 0));
       centres.AddLine(at - Vector2d(0, 5), at + Vector2d(0, 5));
     }
@@ -323,6 +332,8 @@ std::string Notes(const BlockRecord& block, const Labels& labels) {
   if (const size_t prefix = SharedPrefix(block); prefix > 0)
     text += fmt::format("Names are without their common beginning “{}”. ",
                         block.photos.front().name.substr(0, prefix));
+  if (block.photos.size() > kManyPhotos)
+    text += "Projection centres of so many photos are left out. ";
   const size_t patches = BestOutcomes(block).size();
   if (DotStep(patches) > 1)
     text += fmt::format("Of {} patches every {}th is drawn. ", patches, DotStep(patches));
