@@ -60,10 +60,12 @@ class Photos : public HarvestSources {
   }
 
   PhotoView View(std::size_t source, const Raster& raster, const GroundSurface& surface) const {
-    const PhotoInterior interior = PhotoInteriorOf(
-        raster, photos_.camera, photos_.interior_folder, ScanOrientationOf(photos_.paths[source]));
+    const PhotoInterior interior =
+        PhotoInteriorOf(raster, photos_.camera, photos_.interior_folder,
+                        [&] { return ScanOrientationOf(photos_.paths[source]); });
     const Pose& pose = RowOf(photos_.paths[source]).pose;
-    PhotoView view{photos_.camera.camera, interior.photo_from_pixel, pose, interior.film_correction};
+    PhotoView view{photos_.camera.camera, interior.photo_from_pixel, pose,
+                   interior.film_correction};
     view.camera = OverEarth(view.camera, photos_.earth, pose.position_m.z(), surface.MeanHeight(),
                             view.PixelSize());
     return view;
@@ -73,7 +75,14 @@ class Photos : public HarvestSources {
     const std::string folder = fs::path(photos_.orientation_path).parent_path().string();
     const std::string result = ExteriorResultPath(folder, PhotoName(photo));
     if (!fs::exists(result)) return std::nullopt;
-    return ReadExteriorResult(result).orientation;
+    const ExteriorResult exterior = ReadExteriorResult(result);
+    // The table's pose need not be this result's: in another scan orientation kappa is another.
+    constexpr double kSame_m = 0.01, kSame_rad = 1e-5;
+    const Pose& row = RowOf(photo).pose;
+    const bool same = exterior.pose &&
+                      (exterior.pose->position_m - row.position_m).norm() < kSame_m &&
+                      (exterior.pose->opk_rad - row.opk_rad).norm() < kSame_rad;
+    return same ? exterior.orientation : std::nullopt;
   }
 
   std::optional<Matrix6d> Covariance(std::size_t source) const {

@@ -35,12 +35,12 @@ std::string PathOf(const Raster& photo, const std::string& interior_directory) {
 PhotoInterior PhotoInteriorOf(const Raster& photo, const Camera& camera,
                               const std::string& interior_directory) {
   return PhotoInteriorOf(photo, CameraFile{camera, {}, {}, std::nullopt, {}}, interior_directory,
-                         std::nullopt);
+                         [] { return std::nullopt; });
 }
 
 PhotoInterior PhotoInteriorOf(const Raster& photo, const CameraFile& camera,
                               const std::string& interior_directory,
-                              const std::optional<ScanOrientation>& orientation) {
+                              const std::function<std::optional<ScanOrientation>()>& orientation) {
   RequireOrientedScan(photo, camera.camera, interior_directory);
   if (camera.camera.kind == CameraKind::kDigital) return {DigitalPhotoFromPixel(camera.camera)};
   const std::string path = PathOf(photo, interior_directory);
@@ -50,15 +50,16 @@ PhotoInterior PhotoInteriorOf(const Raster& photo, const CameraFile& camera,
                      std::string(Name(interior.status)) + "); leave this photo out");
   if (interior.possible_orientations.size() <= 1)
     return {*interior.photo_from_pixel, CorrectionOf(interior)};
-  if (!orientation)
+  const std::optional<ScanOrientation> found = orientation();
+  if (!found)
     throw InputError(path + " leaves the scan orientation open; repeat 'orient interior' " +
                      "with --orientation");
-  const auto turned =
-      interior::InOrientation(interior, camera, LoadMarkShapes(camera), *orientation);
+  const auto turned = interior::InOrientation(interior, camera, LoadMarkShapes(camera), *found);
   if (!turned || !turned->photo_from_pixel)
-    throw InputError(fmt::format("{} excludes the scan orientation {} in which the photo was "
-                                 "oriented; orient it again",
-                                 path, Name(*orientation)));
+    throw InputError(
+        fmt::format("{} excludes the scan orientation {} in which the photo was "
+                    "oriented; orient it again",
+                    path, Name(*found)));
   return {*turned->photo_from_pixel, CorrectionOf(*turned)};
 }
 
@@ -69,8 +70,8 @@ void RequireOrientedScan(const Raster& photo, const Camera& camera,
     return;
   }
   const std::string path = PathOf(photo, interior_directory);
-  const std::string why = WhyOfAnotherScan(ReadInteriorResult(path), path, photo.Path(),
-                                           photo.Width(), photo.Height());
+  const std::string why =
+      WhyOfAnotherScan(ReadInteriorResult(path), path, photo.Path(), photo.Width(), photo.Height());
   if (!why.empty()) throw InputError(why);
 }
 

@@ -1,6 +1,7 @@
 // Where a photo's pixels lie on the film or sensor: what every stage after the interior one needs.
 #pragma once
 
+#include <functional>
 #include <memory>
 #include <optional>
 #include <string>
@@ -25,14 +26,14 @@ struct PhotoInterior {
 PhotoInterior PhotoInteriorOf(const Raster& photo, const Camera& camera,
                               const std::string& interior_directory);
 
-// The same of a photo whose scan orientation the exterior orientation has found: where the marks
-// leave it open, that one. Throws InputError, too, where the marks exclude it.
+// The same of a photo whose scan orientation the exterior orientation may have found: `orientation`
+// is asked where the marks leave it open. Throws InputError, too, where the marks exclude it.
 PhotoInterior PhotoInteriorOf(const Raster& photo, const CameraFile& camera,
                               const std::string& interior_directory,
-                              const std::optional<ScanOrientation>& orientation);
+                              const std::function<std::optional<ScanOrientation>()>& orientation);
 
-// Throws InputError where `photo` is of another size than the camera's images, or not the scan whose
-// interior orientation is in the folder.
+// Throws InputError where `photo` is of another size than the camera's images, or not the scan
+// whose interior orientation is in the folder.
 void RequireOrientedScan(const Raster& photo, const Camera& camera,
                          const std::string& interior_directory);
 

@@ -2,6 +2,7 @@
 
 #include <fcntl.h>
 #include <sys/file.h>
+#include <sys/stat.h>
 #include <unistd.h>
 
 #include <cerrno>
@@ -11,12 +12,32 @@
 
 namespace orient {
 
+namespace {
+
+// Whether `file` still has the name under which it was opened: one that held it alone takes the
+// name away at its end, perhaps between opening and locking.
+bool HasName(int file, const std::string& path) {
+  struct stat own {
+  }, named{};
+  return fstat(file, &own) == 0 && stat(path.c_str(), &named) == 0 && own.st_ino == named.st_ino &&
+         own.st_dev == named.st_dev;
+}
+
+}  // namespace
+
 FolderLock::FolderLock(const std::string& folder, const std::string& file_name, Mode mode)
     : path_((std::filesystem::path(folder) / file_name).string()), mode_(mode) {
-  file_ = open(path_.c_str(), O_CREAT | O_RDWR | O_CLOEXEC, 0644);
-  if (file_ < 0 || flock(file_, (mode == Mode::kAlone ? LOCK_EX : LOCK_SH) | LOCK_NB) == 0 ||
-      errno != EWOULDBLOCK)
-    return;
+  constexpr int kMostTries = 100;
+  for (int i = 0; i < kMostTries; ++i) {
+    file_ = open(path_.c_str(), O_CREAT | O_RDWR | O_CLOEXEC, 0644);
+    if (file_ < 0) return;
+    if (flock(file_, (mode == Mode::kAlone ? LOCK_EX : LOCK_SH) | LOCK_NB) != 0) {
+      if (errno != EWOULDBLOCK) return;
+      break;
+    }
+    if (HasName(file_, path_)) return;
+    close(file_);
+  }
   close(file_);
   throw InputError(folder +
                    ": another program is writing into this folder; wait until it has finished, or "

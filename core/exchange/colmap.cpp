@@ -202,6 +202,9 @@ void WriteColmap(const std::string& directory, const ExchangeBlock& block) {
                        OriginComment(block) + VerificationComments(block);
   for (std::size_t i = 0; i < block.photos.size(); ++i)
     images += ImageText(block, i) + tracks.points2d[i] + "\n";
+  // What COLMAP made of an earlier export would be read before the text.
+  for (const char* file : {"cameras.bin", "images.bin", "points3D.bin", "rigs.bin", "frames.bin"})
+    fs::remove(fs::path(directory) / file);
   WriteFileAtomically((fs::path(directory) / "cameras.txt").string(), cameras);
   WriteFileAtomically((fs::path(directory) / "images.txt").string(), images);
   WriteFileAtomically((fs::path(directory) / "points3D.txt").string(),

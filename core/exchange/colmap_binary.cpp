@@ -43,12 +43,25 @@ class Bytes {
     return number;
   }
 
+  int Side(const char* what) {
+    const auto side = Next<std::uint64_t>(what);
+    if (side > kLargestSide) Fail(fmt::format("{} is {} pixels", what, side));
+    return static_cast<int>(side);
+  }
+
   // How many records of at least `size` bytes follow.
   std::uint64_t Count(const char* what, std::size_t size) {
     const auto count = Next<std::uint64_t>(what);
     if (count > (bytes_.size() - at_) / size)
       Fail(fmt::format("{} is {}: so many are not in the file", what, count));
     return count;
+  }
+
+  void RequireEnd() const {
+    if (at_ != bytes_.size())
+      Fail(
+          fmt::format("{} bytes follow the last record; the count at the file's beginning is wrong",
+                      bytes_.size() - at_));
   }
 
   std::string Name() {
@@ -89,14 +102,12 @@ std::map<int, ColmapCamera> ReadCameras(const std::string& directory) {
           fmt::format("camera model {} is not supported; undistort the images to PINHOLE or "
                       "OPENCV first",
                       camera.model.empty() ? std::to_string(number) : camera.model));
-    for (int* side : {&camera.width, &camera.height}) {
-      const auto value = bytes.Next<std::uint64_t>("WIDTH and HEIGHT");
-      if (value > kLargestSide) bytes.Fail(fmt::format("an image {} pixels wide", value));
-      *side = static_cast<int>(value);
-    }
+    camera.width = bytes.Side("WIDTH");
+    camera.height = bytes.Side("HEIGHT");
     for (std::size_t k = 0; k < known->second; ++k) camera.params.push_back(bytes.Number("PARAMS"));
-    cameras[id] = camera;
+    if (!cameras.emplace(id, camera).second) bytes.Fail(fmt::format("a second camera {}", id));
   }
+  bytes.RequireEnd();
   return cameras;
 }
 
@@ -133,6 +144,7 @@ std::vector<ColmapImage> ReadImages(const std::string& directory,
     images.push_back(std::move(image));
     if (seen) seen->push_back(std::move(of_image));
   }
+  bytes.RequireEnd();
   return images;
 }
 
@@ -150,13 +162,14 @@ std::map<std::uint64_t, Eigen::Vector3d> ReadPoints(const std::string& path) {
     for (std::uint64_t k = 0; k < rays; ++k) bytes.Next<std::uint64_t>("TRACK");
     points[id] = ground;
   }
+  bytes.RequireEnd();
   return points;
 }
 
 }  // namespace
 
 bool HoldsBinaryColmap(const std::string& directory) {
-  return fs::exists(PathOf(directory, "images.bin")) &&
+  return fs::exists(PathOf(directory, "images.bin")) ||
          fs::exists(PathOf(directory, "cameras.bin"));
 }
 

@@ -4,6 +4,7 @@
 
 #include <Eigen/Geometry>
 #include <algorithm>
+#include <cmath>
 #include <filesystem>
 #include <sstream>
 #include <stdexcept>
@@ -153,6 +154,13 @@ std::string ReconstructionPath(const std::string& directory) {
   return (fs::path(directory) / "reconstruction.json").string();
 }
 
+double NumberWithin(const JsonField& field, double most) {
+  const double number = field.AsNumber();
+  if (!(std::abs(number) <= most))
+    field.Fail(fmt::format("is {}; it must lie between {} and {}", number, -most, most));
+  return number;
+}
+
 OpensfmReconstruction FirstReconstruction(const Json& json, const std::string& directory) {
   const std::string path = ReconstructionPath(directory);
   const auto all = JsonField(json, path).Elements();
@@ -172,9 +180,9 @@ OpensfmReconstruction FirstReconstruction(const Json& json, const std::string& d
     reconstruction.shots.push_back(std::move(shot));
   }
   if (const auto lla = first.Find("reference_lla"))
-    reconstruction.reference_lla =
-        Eigen::Vector3d(lla->At("latitude").AsNumber(), lla->At("longitude").AsNumber(),
-                        lla->At("altitude").AsNumber());
+    reconstruction.reference_lla = Eigen::Vector3d(NumberWithin(lla->At("latitude"), 90),
+                                                   NumberWithin(lla->At("longitude"), 180),
+                                                   NumberWithin(lla->At("altitude"), 1e5));
   return reconstruction;
 }
 

@@ -22,7 +22,7 @@ namespace orient {
 namespace {
 namespace fs = std::filesystem;
 
-// The patch database that a run makes, in its output directory.
+// Stands for the patch database that a run makes in its output directory, until it is named.
 constexpr const char* kControlDatabase = "control.gpkg";
 
 bool IsVirtual(const std::string& path) { return path.starts_with("/vsi"); }
@@ -186,6 +186,9 @@ void ReadControl(const TomlTable& root, const std::string& base, BlockFile* bloc
     table->Fail(key, std::string("cannot be used: ") + error.what());
   }
   if (images.empty()) table->Fail(key, "is empty");
+  for (const char* of_photos : {"camera", "orientation", "interior"})
+    if (table->Has("orthophotos") && table->Has(of_photos))
+      table->Fail(of_photos, "is for photos; orthophotos need none");
   if (table->Has("photos")) {
     control.camera = CameraFileOrName(*table, base);
     control.orientation = ExistingFile(*table, "orientation", base);

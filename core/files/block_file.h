@@ -55,7 +55,7 @@ struct UnusablePhoto {
 struct BlockFile {
   Crs crs;
   std::string dem = {};      // paths are resolved against the block file's folder
-  std::string patchdb = {};  // with `control` in the output directory: the run makes it
+  std::string patchdb = {};  // with `control`: made by the run, which names it
   std::optional<ControlChoice> control = {};
   std::string camera = {};                   // or a name of the camera library
   std::vector<std::string> photos = {};      // globs expanded, sorted, without duplicates

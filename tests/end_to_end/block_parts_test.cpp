@@ -124,8 +124,10 @@ TEST_F(BlockParts, WhatCannotBeAPartIsRefused) {
   for (const char* part : {"0/3", "4/3", "3", "a/b", "1/", "/2", "1/2/3", "-1/2", "1/0"})
     refused({"--stage", "interior", "--part", part}, "must be K/N");
   refused({"--part", "1/2"}, "--part needs --stage");
-  refused({"--stage", "interior", "--overwrite"}, "--stage goes with neither");
-  refused({"--stage", "control", "--part", "1/2"}, "no parts");
+  refused({"--stage", "interior", "--overwrite"}, "--stage goes with none");
+  refused({"--stage", "interior", "--learn"}, "--stage goes with none");
+  refused({"--stage", "control"}, "has no [control]");
+  refused({"--status", "--stage", "interior"}, "give it alone");
   refused({"--stage", "exterior"}, "run --stage interior first");
 }
 

@@ -11,7 +11,6 @@
 #include "core/files/block_file.h"
 #include "core/files/orientation_table.h"
 #include "tools/commands/commands.h"
-#include "tools/commands/earth_option.h"
 #include "tools/commands/exterior_summary.h"
 #include "tools/commands/patchdb_to_write.h"
 #include "tools/commands/progress.h"

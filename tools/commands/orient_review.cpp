@@ -14,6 +14,7 @@
 #include "block/stages/interior_stage.h"
 #include "core/base/error.h"
 #include "core/files/block_file.h"
+#include "tools/commands/block_control.h"
 #include "tools/commands/block_outputs.h"
 #include "tools/commands/commands.h"
 #include "tools/commands/patchdb_to_write.h"
@@ -127,6 +128,8 @@ class ReviewCommand : public Command {
   void OrientAgain(ProgressListener* listener) const {
     block::BlockRunOptions options{.block = ReadBlockFile(block_path_), .resume = true};
     options.block.camera = block::FindCameraFile(options.block.camera, library_);
+    if (!FindBlockControl(library_, &options.block))
+      throw InputError(options.block.patchdb + " is not there: run orient block first");
     options.block.measurements = SaidNothing() ? "" : measurements_;
     options.learn = learn_;
     options.jobs = jobs_;

@@ -7,7 +7,6 @@
 #include <ostream>
 
 #include "tools/commands/commands.h"
-#include "tools/commands/earth_option.h"
 #include "tools/commands/progress.h"
 #include "tools/commands/shared_options.h"
 #include "tools/commands/summary_table.h"

@@ -4,6 +4,7 @@
 #include <fmt/format.h>
 
 #include "block/inputs/digest.h"
+#include "core/base/error.h"
 
 namespace orient {
 
@@ -24,7 +25,10 @@ void RecordRun(const Invocation& invocation, const std::string& directory, const
                    {}};
   for (const RunInput& input : inputs)
     if (!input.path.empty()) record.inputs.push_back(input);
-  WriteRunRecord(directory, stage, record);
+  try {
+    WriteRunRecord(directory, stage, record);
+  } catch (const InputError&) {  // no result depends on it
+  }
 }
 
 }  // namespace orient

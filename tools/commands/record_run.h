@@ -19,7 +19,8 @@ struct Invocation {
 RunInput FileInput(const std::string& what, const std::string& path);
 RunInput RasterInput(const std::string& what, const std::string& path);
 
-// Inputs without a path are left out.
+// Inputs without a path are left out. Where the file cannot be written there is none: no result
+// depends on it.
 void RecordRun(const Invocation& invocation, const std::string& directory, const std::string& stage,
                const std::vector<RunInput>& inputs);
 

@@ -10,6 +10,7 @@
 #include "core/files/results.h"
 #include "core/geometry/transform2d.h"
 #include "core/measurements/measurements.h"
+#include "core/terrain/earth_effects.h"
 
 namespace orient {
 
@@ -25,6 +26,9 @@ void AddLearnOption(CLI::App& app, bool* learn);
 
 // --camera-library DIR.
 CLI::Option* AddCameraLibraryOption(CLI::App& app, std::string* folder);
+
+// --earth auto|flat|curved.
+CLI::Option* AddEarthOption(CLI::App& app, EarthMode* mode);
 
 // --measurements DIR: what people measured and decided; nothing where the option is not given.
 void AddMeasurementsOption(CLI::App& app, Measurements* measurements);

@@ -1,11 +1,13 @@
 #include "tools/convert/check_exports.h"
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include <algorithm>
 #include <cmath>
 #include <filesystem>
 #include <limits>
+#include <map>
 #include <utility>
 
 #include "core/base/error.h"
@@ -44,44 +46,63 @@ struct OwnPoint {
   Eigen::Vector2d pixel = Eigen::Vector2d::Zero();
 };
 
+// By image; of those that measured nothing, nothing.
+using OwnPoints = std::map<std::string, std::vector<OwnPoint>>;
+
 template <typename Observation>
-std::vector<OwnPoint> Points(const std::vector<Observation>& observations) {
-  std::vector<OwnPoint> points;
-  points.reserve(observations.size());
+OwnPoints PointsOf(const ExchangeBlock& block, const std::string& directory,
+                   const std::vector<Observation>& observations) {
+  RequireSound(block, directory);
+  OwnPoints points;
+  for (const ExchangePhoto& photo : block.photos) points[photo.image];
   for (const Observation& seen : observations)
-    points.push_back({seen.image, seen.ground, seen.pixel});
+    points[seen.image].push_back({seen.image, seen.ground, seen.pixel});
   return points;
 }
 
 // Empty for formats whose files hold none that we read.
-std::vector<OwnPoint> OwnPoints(ExchangeFormat format, const std::string& directory) {
-  if (format == ExchangeFormat::kColmap) return Points(ReadColmapObservations(directory));
-  if (format == ExchangeFormat::kOpensfm) return Points(ReadOpensfmObservations(directory));
+OwnPoints ReadOwnPoints(ExchangeFormat format, const std::string& directory) {
+  if (format == ExchangeFormat::kColmap)
+    return PointsOf(ExchangeFromColmap(ReadColmap(directory)), directory,
+                    ReadColmapObservations(directory));
+  if (format == ExchangeFormat::kOpensfm)
+    return PointsOf(ExchangeFromOpensfm(ReadOpensfm(directory)), directory,
+                    ReadOpensfmObservations(directory));
   return {};
 }
 
-// What an adjustment measured; an image in which a point lies behind the camera is far off.
-ReadingFit FitMeasured(const ProgramFiles& files, const std::vector<OwnPoint>& points,
-                       const Reading& reading) {
+double MedianDistance(const ProgramFiles& files, const std::vector<OwnPoint>& points,
+                      const Reading& reading) {
   std::vector<double> distances;
-  double squares = 0;
   for (const OwnPoint& point : points) {
     const auto seen = files.Project(point.image, point.ground, 1, reading);
-    distances.push_back(seen ? (*seen - point.pixel).norm() : kNever);
-    squares += distances.back() * distances.back();
+    const double distance = seen ? (*seen - point.pixel).norm() : kNever;
+    distances.push_back(std::isfinite(distance) ? distance : kNever);
   }
-  std::sort(distances.begin(), distances.end());
-  return {reading, std::sqrt(squares / static_cast<double>(points.size())), distances.back(),
-          distances[distances.size() / 2]};
+  const auto middle = distances.begin() + std::ssize(distances) / 2;
+  std::nth_element(distances.begin(), middle, distances.end());
+  return *middle;
 }
 
-// Evenly over all of them: as many as tell.
-std::vector<OwnPoint> Thinned(std::vector<OwnPoint> points) {
-  constexpr std::size_t kMost = 2000;
-  const std::size_t step = points.size() / kMost + 1;
-  std::vector<OwnPoint> thinned;
-  for (std::size_t i = 0; i < points.size(); i += step) thinned.push_back(points[i]);
-  return thinned;
+// The median of the images' medians, so that none weighs more for its many points.
+ReadingFit FitMeasured(const ProgramFiles& files, const OwnPoints& points, const Reading& reading) {
+  std::vector<double> medians;
+  for (const auto& [image, seen] : points)
+    if (!seen.empty()) medians.push_back(MedianDistance(files, seen, reading));
+  std::sort(medians.begin(), medians.end());
+  return {reading, 0, medians.back(), medians[medians.size() / 2]};
+}
+
+// Of each image evenly over all of its points: as many as tell.
+OwnPoints Thinned(OwnPoints points) {
+  constexpr std::size_t kMost = 200;
+  for (auto& [image, seen] : points) {
+    const std::size_t step = seen.size() / kMost + 1;
+    std::vector<OwnPoint> thinned;
+    for (std::size_t i = 0; i < seen.size(); i += step) thinned.push_back(seen[i]);
+    seen = std::move(thinned);
+  }
+  return points;
 }
 
 // All combinations of what a format's files could mean.
@@ -118,12 +139,15 @@ std::optional<ReadingFit> BestOther(const ProgramFiles& files,
 }
 
 ExportCheck CheckMeasured(const ProgramFiles& files, ExportCheck check) {
-  const std::vector<OwnPoint> points = Thinned(OwnPoints(check.format, check.directory));
-  if (points.empty())
+  const OwnPoints points = Thinned(ReadOwnPoints(check.format, check.directory));
+  for (const auto& [image, seen] : points) {
+    check.points += seen.size();
+    if (seen.empty()) check.unchecked.push_back(image);
+  }
+  if (check.points == 0)
     throw InputError(
         check.directory + " holds neither verification.csv nor image measurements of " +
         "points: nothing to check its poses with; give verification points by --points");
-  check.points = points.size();
   check.measured = true;
   check.declared = FitMeasured(files, points, {});
   ReadingFit best = check.declared;
@@ -132,9 +156,20 @@ ExportCheck CheckMeasured(const ProgramFiles& files, ExportCheck check) {
     if (fit.median_px < best.median_px) best = fit;
   }
   const bool better = 3 * best.median_px < check.declared.median_px;
-  check.ok = !better && check.declared.median_px <= kMeasuredFits_px;
   if (better && best.median_px <= kMeasuredFits_px) check.fits = best;
+  for (const auto& [image, seen] : points)
+    if (!seen.empty() && !(MedianDistance(files, seen, {}) <= kMeasuredFits_px))
+      check.off.push_back(image);
+  check.ok = !better && check.off.empty();
   return check;
+}
+
+std::string Images(const std::vector<std::string>& names) {
+  constexpr std::size_t kMost = 5;
+  const std::size_t shown = std::min(names.size(), kMost);
+  return fmt::format("{} ({}{})", names.size(),
+                     fmt::join(names.begin(), names.begin() + static_cast<long>(shown), ", "),
+                     shown < names.size() ? ", ..." : "");
 }
 
 std::string VerdictOfMeasured(const ExportCheck& check) {
@@ -142,12 +177,17 @@ std::string VerdictOfMeasured(const ExportCheck& check) {
       fmt::format("{:<10} {:4} of its own measurements  ", Name(check.format), check.points);
   if (std::isfinite(check.declared.median_px))
     text += fmt::format("median {:.2g} px: ", check.declared.median_px);
-  if (check.ok) return text + "fits";
-  text += "DOES NOT FIT";
+  text += check.ok ? "fits" : "DOES NOT FIT";
   if (check.fits)
-    return fmt::format("{}; it fits to {:.2g} px if {}", text, check.fits->median_px,
-                       Describe(check.fits->reading));
-  return text + "; no known convention fits: poses, camera and points are not of one adjustment";
+    text += fmt::format("; it fits to {:.2g} px if {}", check.fits->median_px,
+                        Describe(check.fits->reading));
+  else if (!check.off.empty())
+    text += fmt::format("; the pose, camera and points of {} images are not of one adjustment",
+                        Images(check.off));
+  if (!check.unchecked.empty())
+    text +=
+        fmt::format("; not checked, for they measured nothing: {} images", Images(check.unchecked));
+  return text;
 }
 
 }  // namespace

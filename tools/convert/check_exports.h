@@ -21,15 +21,16 @@ struct ExportCheck {
   ExchangeFormat format = ExchangeFormat::kOpk;
   std::string directory;
   std::size_t points = 0;
-  bool measured = false;           // the points are the files' own, where their images saw them
-  ReadingFit declared;             // infinite where the program sees no point at all
+  bool measured = false;  // the points are the files' own, where their images saw them
+  std::vector<std::string> off, unchecked;  // images whose measured points do not fit; without any
+  ReadingFit declared;                      // infinite where the program sees no point at all
   std::optional<ReadingFit> fits;  // another reading that does fit, where the declared one does not
   bool ok = false;
 };
 
 // Up to here a difference is rounding or the ground system's curvature.
 inline constexpr double kFits_px = 0.1, kAlmost_px = 0.5;
-// The median residual that an adjustment of image measurements may leave.
+// The median residual that an adjustment of image measurements may leave in an image.
 inline constexpr double kMeasuredFits_px = 2;
 
 // Checks the files of `directory`; `format` empty: the one of its export.json. `points`:

@@ -215,8 +215,17 @@ class Decision {
   }
 
   Ground Said() {
-    if (projected_ && !projected_->Sound(true)) Refuse();
-    return Ground::kProjected;
+    if (!projected_ || !topocentric_) return Ground::kProjected;
+    const double difference = std::abs(projected_->turn_deg) - std::abs(topocentric_->turn_deg);
+    const bool fits_less = topocentric_->Sound(true) && difference > kApart * projected_->sigma_deg;
+    if (fits_less)
+      throw InputError(
+          fmt::format("{}: --offset says that the poses are projected, but then they "
+                      "are {} against the shots' gps_position, and as topocentric {}; "
+                      "leave --offset out",
+                      options_.input, Turned(*projected_), Turned(*topocentric_)));
+    if (!projected_->Sound(true)) Refuse();
+    return Take(Ground::kProjected);
   }
 
   Ground WithoutGps() {
@@ -254,6 +263,7 @@ class Decision {
         "the poses are {}: against the GPS positions of {} shots they are then {}",
         ground == Ground::kTopocentric ? "topocentric" : "in a projected system minus an offset",
         taken.shots, Turned(taken));
+    text += fmt::format(" and {:.1f} m away on average", taken.shift_m);
     const auto& other = ground == Ground::kTopocentric ? projected_ : topocentric_;
     if (other)
       text +=

@@ -17,7 +17,8 @@ struct PhotoLinks {
   std::string To(const BlockRecord& block, std::size_t photo) const;
 };
 
-// The file's name, not percent-encoded.
-std::string PhotoPageFile(const PhotoRecord& photo);
+// The file's name, not percent-encoded: the photo's, or its number where that is no name of a file
+// in this folder (a table may say anything).
+std::string PhotoPageFile(const BlockRecord& block, std::size_t photo);
 
 }  // namespace orient

@@ -4,10 +4,12 @@
 
 #include <algorithm>
 #include <filesystem>
+#include <fstream>
 #include <functional>
 #include <set>
 
 #include "core/base/atomic_write.h"
+#include "core/base/error.h"
 #include "core/base/output_directory.h"
 #include "core/base/side_by_side.h"
 #include "tools/report/block_map.h"
@@ -25,6 +27,8 @@ namespace fs = std::filesystem;
 
 constexpr size_t kMostOnOnePage = 100;  // photos
 constexpr size_t kMostRows = 500;       // of a list
+// In the head of each page below, see report.html.
+constexpr const char* kGenerator = "<meta name=\"generator\" content=\"orient report\"/>";
 // A page that can be mailed, and that a browser opens at once.
 constexpr size_t kLargestPage = 4 * 1024 * 1024;
 
@@ -114,19 +118,34 @@ class Report {
  private:
   // Pages of an earlier run, of photos that are not in the block any more.
   void RemoveOthers(const fs::path& pages) const {
+    std::error_code ignored;
+    if (!fs::is_directory(fs::symlink_status(pages, ignored))) return;
     std::set<fs::path> ours;
-    for (const PhotoRecord& photo : block_.photos)
-      if (links_.apart) ours.insert(pages / PhotoPageFile(photo));
+    for (size_t i = 0; links_.apart && i < block_.photos.size(); ++i)
+      ours.insert(pages / PhotoPageFile(block_, i));
     for (size_t first = kMostRows; links_.apart && first < block_.photos.size(); first += kMostRows)
       ours.insert(ListPath(pages, first));
+    for (const fs::path& folder : {pages / "lists", pages}) {
+      std::vector<fs::path> others;
+      std::error_code error;
+      for (fs::directory_iterator entry(folder, error), end; !error && entry != end;
+           entry.increment(error))
+        if (!ours.contains(entry->path()) && IsPageOfOurs(entry->path()))
+          others.push_back(entry->path());
+      for (const fs::path& other : others) fs::remove(other, ignored);
+      fs::remove(folder, ignored);  // where it is empty
+    }
+  }
+
+  // By its head; a person may have put something of their own beside.
+  static bool IsPageOfOurs(const fs::path& path) {
     std::error_code ignored;
-    std::vector<fs::path> others;
-    for (const auto& entry : fs::recursive_directory_iterator(pages, ignored))
-      if (entry.path().extension() == ".html" && !ours.contains(entry.path()))
-        others.push_back(entry.path());
-    for (const fs::path& other : others) fs::remove(other, ignored);
-    fs::remove(pages / "lists", ignored);  // where they are empty
-    fs::remove(pages, ignored);
+    if (path.extension() != ".html" || !fs::is_regular_file(fs::symlink_status(path, ignored)))
+      return false;
+    constexpr size_t kHead = 400;
+    std::string head(kHead, ' ');
+    std::ifstream(path).read(head.data(), kHead);
+    return head.find(kGenerator) != std::string::npos;
   }
 
   static fs::path ListPath(const fs::path& pages, size_t first) {
@@ -186,6 +205,8 @@ class Report {
   }
 
   void WritePages(const fs::path& pages) const {
+    if (fs::is_symlink(pages))
+      throw InputError(pages.string() + " is a link; remove it: the report's pages belong there");
     MakeOutputDirectory(pages.string());
     SideBySide(block_.photos.size(), [&](size_t i) { WritePhotoPage(pages, i); });
     if (block_.photos.size() <= kMostRows) return;
@@ -193,9 +214,7 @@ class Report {
     for (size_t first = kMostRows; first < block_.photos.size(); first += kMostRows) {
       const Markup rows = Rows(
           first,
-          [&](size_t i) {
-            return fmt::format("../{}", PercentEncoded(PhotoPageFile(block_.photos[i])));
-          },
+          [&](size_t i) { return fmt::format("../{}", PercentEncoded(PhotoPageFile(block_, i))); },
           "");
       WriteBelow(ListPath(pages, first).string(), "../../report.html", "photos", rows);
     }
@@ -205,15 +224,14 @@ class Report {
     PictureAlbum album(block_.directory, "../");
     Markup contents = PhotoPart(i, "../report.html#photos", &album);
     const auto neighbour = [&](size_t other) {
-      return Fill("report.html#neighbour",
-                  {{"href", PercentEncoded(PhotoPageFile(block_.photos[other]))},
-                   {"text", block_.photos[other].name}});
+      return Fill("report.html#neighbour", {{"href", PercentEncoded(PhotoPageFile(block_, other))},
+                                            {"text", block_.photos[other].name}});
     };
     contents += Fill("report.html#neighbours",
                      {{"before", i > 0 ? neighbour(i - 1) : Markup()},
                       {"after", i + 1 < block_.photos.size() ? neighbour(i + 1) : Markup()}});
-    WriteBelow((pages / PhotoPageFile(block_.photos[i])).string(), "../report.html",
-               block_.photos[i].name, contents);
+    WriteBelow((pages / PhotoPageFile(block_, i)).string(), "../report.html", block_.photos[i].name,
+               contents);
   }
 
   void WriteBelow(const std::string& path, const std::string& report, const std::string& title,

@@ -46,7 +46,7 @@ void WriteRunRecord(const std::string& directory, const std::string& stage,
 std::map<std::string, RunRecord> ReadRunRecords(const std::string& directory) {
   const std::string path = PathIn(directory);
   std::map<std::string, RunRecord> records;
-  if (!fs::exists(path)) return records;
+  if (!fs::is_regular_file(path)) return records;
   try {
     const Json json = Json::parse(ReadFile(path));
     for (const auto& item : json.items()) records[item.key()] = RecordOf(item.value());

@@ -43,7 +43,8 @@ class OpenInterior : public testing::Test {
 
   PhotoInterior Read(const std::optional<ScanOrientation>& orientation) {
     WriteInteriorResult(folder_.Path(), interior_);
-    return PhotoInteriorOf(Raster::Open(folder_ / "p.png"), camera_, folder_.Path(), orientation);
+    return PhotoInteriorOf(Raster::Open(folder_ / "p.png"), camera_, folder_.Path(),
+                           [&] { return orientation; });
   }
 
   const TemporaryFolder folder_;

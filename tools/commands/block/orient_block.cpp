@@ -14,8 +14,8 @@
 #include "core/files/block_file.h"
 #include "core/files/camera_file.h"
 #include "core/files/orientation_table.h"
-#include "tools/commands/block/block_control.h"
 #include "tools/commands/block/measured_block.h"
+#include "tools/commands/block_control.h"
 #include "tools/commands/block_outputs.h"
 #include "tools/commands/commands.h"
 #include "tools/commands/exterior_summary.h"
@@ -58,16 +58,16 @@ class BlockCommand : public Command {
     block::BlockRunOptions options{.block = ReadBlockFile(block_path_)};
     CheckFormats(options.block.formats);
     options.block.camera = block::FindCameraFile(options.block.camera, library_);
+    RequireOptionsTogether(options.block);
+    if (status_) return PrintStatus(options.block, out);
     if (options.block.ByMeasurementsAlone())
       return AdjustMeasuredBlock(options.block, overwrite_ || resume_, out);
-    if (!part_.empty() && stage_.empty()) throw UsageError("--part needs --stage");
-    if (status_) return PrintStatus(options.block, out);
     options.learn = learn_;
     options.jobs = jobs_;
     if (!stage_.empty()) return RunStage(std::move(options), out);
     const std::string& directory = options.block.output_directory;
     options.resume = !overwrite_ && (resume_ || block::IsUnfinished(directory));
-    if (plan_ && NeedsBlockControl(options.block)) {
+    if (plan_ && !FindBlockControl(library_, &options.block)) {
       out << "control  " << options.block.patchdb
           << " is made first; the plan for the photos depends on it\n";
       return ExitCode::kAllDone;
@@ -80,7 +80,7 @@ class BlockCommand : public Command {
     if (options.resume && !resume_) out << "continues the interrupted run in " << directory << "\n";
     for (const UnusablePhoto& photo : options.block.unusable)
       out << "cannot  " << photo.name << ": " << photo.reason << "\n";
-    MakeBlockControl(options.block, library_, out);
+    MakeBlockControl(library_, &options.block, out);
     if (options.learn) BringUpToDateToLearn(options.block.patchdb, out);
     const block::BlockInputs inputs(options);
     const block::BlockFolder folder(directory, options.resume);
@@ -102,43 +102,83 @@ class BlockCommand : public Command {
   }
 
  private:
-  // One stage, or a part of it; the run of the whole block takes over what it leaves.
+  std::vector<RunInput> RecordedInputs(const BlockFile& block) const {
+    std::vector<RunInput> inputs = {
+        FileInput("block file", block_path_), FileInput("camera", block.camera),
+        RasterInput("DEM", block.dem), FileInput("patch database", block.patchdb),
+        FileInput("approximations", block.approximations)};
+    if (!block.control) return inputs;
+    for (const std::string& path : block.control->orthophotos)
+      inputs.push_back(RasterInput("control orthophoto", path));
+    for (const std::string& path : block.control->photos)
+      inputs.push_back(FileInput("control photo", path));
+    inputs.push_back(FileInput("control orientation", block.control->orientation));
+    if (!block.control->dsm.empty()) inputs.push_back(RasterInput("DSM", block.control->dsm));
+    return inputs;
+  }
+
+  void RequireOptionsTogether(const BlockFile& block) const {
+    const auto refuse = [](const std::string& why) { throw UsageError(why); };
+    if (!part_.empty() && stage_.empty()) refuse("--part needs --stage");
+    if (status_ && (!stage_.empty() || overwrite_ || plan_ || learn_ || quicklook_))
+      refuse("--status prints and stops; give it alone");
+    if (stage_.empty() && !status_) return;
+    if (block.ByMeasurementsAlone())
+      refuse(block_path_ + " names no photos; --stage and --status are for blocks of photos");
+    if (overwrite_ || plan_ || learn_ || quicklook_)
+      refuse("--stage goes with none of --overwrite, --plan, --learn, --quicklook");
+    if (stage_ == "control" && !block.control)
+      refuse(block_path_ + " has no [control] that --stage control could make");
+    if (stage_ == "control" && !part_.empty()) refuse("--stage control has no parts");
+  }
+
   ExitCode RunStage(block::BlockRunOptions options, std::ostream& out) const {
-    if (overwrite_ || plan_) throw UsageError("--stage goes with neither --overwrite nor --plan");
     const auto part = part_.empty() ? block::PhotosOfPart() : block::PhotosOfPartFromText(part_);
     if (!part)
       throw UsageError(fmt::format("--part is {}; it must be K/N, with K from 1 to N", part_));
-    const std::string& directory = options.block.output_directory;
     if (stage_ == "control") {
-      if (!part->IsAll()) throw UsageError("--stage control has no parts");
-      MakeBlockControl(options.block, library_, out);
+      if (FindBlockControl(library_, &options.block)) out << options.block.patchdb << " is there\n";
+      MakeBlockControl(library_, &options.block, out);
       return ExitCode::kAllDone;
     }
-    if (NeedsBlockControl(options.block))
+    if (!FindBlockControl(library_, &options.block))
       throw UsageError(options.block.patchdb + " is not there yet: run --stage control first");
+    const std::string& directory = options.block.output_directory;
+    // Parts leave none of these.
     if (!resume_ && !block::IsUnfinished(directory))
-      RefuseToOverwrite(Results(options.block), false, "--resume");
+      RefuseToOverwrite(Tables(directory), false, "--resume");
     options.resume = true;
-    options.learn = false;
     const block::BlockInputs inputs(options);
-    const block::BlockFolder folder(directory);
+    // The photos of a roll are compared by one run at a time.
+    return part->IsAll() ? RunPart(inputs, block::BlockFolder(directory, true), *part, out)
+                         : RunPart(inputs, block::BlockFolder(directory), *part, out);
+  }
+
+  // The stage's part; the run of the whole block takes over what it leaves.
+  ExitCode RunPart(const block::BlockInputs& inputs, const block::BlockFolder& folder,
+                   const block::PhotosOfPart& part, std::ostream& out) const {
     ShownProgress progress;
     const auto stage =
         stage_ == "interior" ? block::BlockStage::kInterior : block::BlockStage::kExterior;
-    const block::PartOutcome outcome = block::RunPart(inputs, folder, stage, *part, &progress);
-    out << fmt::format("{}{}: {} done, {} of them failed", stage_, part->IsAll() ? "" : " " + part_,
+    const block::PartOutcome outcome = block::RunPart(inputs, folder, stage, part, &progress);
+    if (part.IsAll()) RecordRun(Invoked(), folder.Directory(), stage_, {});
+    out << fmt::format("{}{}: {} done, {} of them failed", stage_, part.IsAll() ? "" : " " + part_,
                        outcome.done, outcome.failed);
-    out << (outcome.left > 0 ? fmt::format("; {} wait for photos of other parts: run this part "
-                                           "again when those are done\n",
-                                           outcome.left)
-                             : "\n");
-    return ExitCode::kAllDone;
+    if (outcome.left == 0) {
+      out << "\n";
+      return ExitCode::kAllDone;
+    }
+    out << fmt::format(
+        "; {} wait for photos of other parts: run this part again when those are "
+        "done\n",
+        outcome.left);
+    return ExitCode::kSomeNotOriented;
   }
 
   static ExitCode PrintStatus(const BlockFile& block, std::ostream& out) {
     const bool film = ReadCameraFile(block.camera).camera.kind == CameraKind::kFilm;
     SummaryTable table(
-        {"stage", "photos", "ok", "weak", "failed", "left", "an hour", "hours left"});
+        {"stage", "photos", "ok", "weak", "failed", "left", "per hour", "hours to go"});
     for (const block::StageStatus& status :
          block::StatusOf(block.photos, block.output_directory, film)) {
       std::string per_hour = "-", hours = "-";
@@ -202,9 +242,16 @@ class BlockCommand : public Command {
     for (const UnusablePhoto& photo : block.unusable)
       results.push_back(ExteriorResultPath(block.output_directory, photo.name));
     // Of another block's photos, perhaps.
-    for (const char* file : {"orientation.csv", "block.json", "block.gpkg"})
-      results.push_back((fs::path(block.output_directory) / file).string());
+    for (const std::string& table : Tables(block.output_directory)) results.push_back(table);
     return results;
+  }
+
+  // What only the run of a whole block leaves.
+  static std::vector<std::string> Tables(const std::string& directory) {
+    std::vector<std::string> tables;
+    for (const char* file : {"orientation.csv", "block.json", "block.gpkg"})
+      tables.push_back((fs::path(directory) / file).string());
+    return tables;
   }
 
   static void PrintBlockSummary(const block::OrientedBlock& result,

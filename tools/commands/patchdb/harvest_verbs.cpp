@@ -8,7 +8,6 @@
 #include "core/base/error.h"
 #include "core/files/block_file.h"
 #include "patchdb/store/patch_database.h"
-#include "tools/commands/earth_option.h"
 #include "tools/commands/harvested.h"
 #include "tools/commands/patchdb/add_control.h"
 #include "tools/commands/patchdb/filter_options.h"
