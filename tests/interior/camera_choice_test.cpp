@@ -281,5 +281,24 @@ INSTANTIATE_TEST_SUITE_P(Film, SlowLibraryOnRealFrame,
                                          FrameAndFamily{"0cec8b13", "wild_rc"},
                                          FrameAndFamily{"0b4cb981", "zeiss_rmk"}));
 
+// Without a drawing of its marks a camera that is tried ends the run.
+TEST(UnknownCamera, FilmThatWouldBeLostOnTheScanIsNotSoughtWhereAnotherFits) {
+  FilmFrameSpec spec;
+  spec.camera = RingCamera();
+  const FilmFrame frame = RenderFilmFrame(spec);
+  const TemporaryFolder folder;
+  WriteScan(folder / "scan.png", frame.scan);
+  const MarkShapes right = ShapesOf(spec.camera), none;
+  CameraFile small = RingCamera(40, 100);
+  InteriorOptions options;
+  options.pixel_size_um = 1e3 * spec.pixel_mm;
+  const Raster scan = Raster::Open(folder / "scan.png");
+  const CameraChoice choice = OrientWithUnknownCamera(
+      scan, {{"small", &small, &none}, {"right", &spec.camera, &right}}, options);
+  EXPECT_EQ(choice.camera, 1u);
+  EXPECT_THROW(OrientWithUnknownCamera(scan, {{"small", &small, &none}}, options),
+               std::invalid_argument);
+}
+
 }  // namespace
 }  // namespace orient::interior

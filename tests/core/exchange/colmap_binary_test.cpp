@@ -98,6 +98,18 @@ TEST_F(BinaryModel, CutOffAnywhereItIsRefused) {
   }
 }
 
+TEST_F(BinaryModel, CountsTooSmallForTheFileAreNamed) {
+  Write("images.bin", images_.Text() + "more");
+  ExpectError<InputError>([&] { ReadColmap(folder_.Path()); }, {"images.bin", "4 bytes follow"});
+}
+
+TEST_F(BinaryModel, IsTakenAwayByAnExportToItsFolder) {
+  ExchangeBlock block = ExchangeFromColmap(ReadColmap(folder_.Path()));
+  block.photos[0].image = "other.tif";
+  WriteColmap(folder_.Path(), block);
+  EXPECT_EQ(ReadColmap(folder_.Path()).images.at(0).name, "other.tif");
+}
+
 TEST_F(BinaryModel, CountsBeyondTheFileAreNamed) {
   Write("images.bin", Bytes().Add<std::uint64_t>(1ull << 60).Text());
   ExpectError<InputError>([&] { ReadColmap(folder_.Path()); },

@@ -163,6 +163,20 @@ TEST_F(OpensfmGround, WithoutTheOffsetAProjectedOneIsRefused) {
                           {"neither as topocentric", "200"});
 }
 
+TEST_F(OpensfmGround, AnOffsetOfATopocentricOneIsRefused) {
+  Write(Flight(580000));
+  ExpectError<InputError>([&] { ReadBack(kOffset); },
+                          {"--offset", "topocentric", "leave --offset"});
+}
+
+TEST_F(OpensfmGround, ReferencesOffTheEarthAreNamed) {
+  Write(Flight(580000));
+  Json json = Read();
+  json[0]["reference_lla"]["latitude"] = 95;
+  Store(json);
+  ExpectError<InputError>([&] { ReadBack(); }, {"latitude", "95"});
+}
+
 TEST_F(OpensfmGround, WhatFitsNeitherIsRefused) {
   Write(Flight(580000));
   Json json = Read();

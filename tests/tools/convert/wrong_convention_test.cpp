@@ -6,6 +6,7 @@
 #include <sstream>
 
 #include "core/base/atomic_write.h"
+#include "core/exchange/colmap.h"
 #include "tests/support/shared_data.h"
 #include "tests/tools/convert/two_photos.h"
 #include "tools/convert/check_exports.h"
@@ -162,6 +163,33 @@ TEST_F(WrongConvention, AnotherPoseIsNoConvention) {
   EXPECT_FALSE(check.ok);
   EXPECT_FALSE(check.fits) << Verdict(check);
   EXPECT_NE(Verdict(check).find("no known convention"), std::string::npos) << Verdict(check);
+}
+
+// Files without verification points: COLMAP's own, of photos whose points were measured.
+TEST(OwnMeasurements, ImagesWhosePosesDoNotFitAreNamed) {
+  const TemporaryFolder folder;
+  ConvertSource source = TwoPhotos();
+  source.block.points.clear();
+  for (int i = 0; i < 30; ++i) {
+    ExchangePoint point{
+        std::to_string(i), false, {500300.0 + 20 * i, 5000200.0 + 15 * (i % 7), 310.0 + i}, {}};
+    for (const std::size_t photo : {0u, 1u})
+      if (const auto pixel = PixelFromGround(source.block, photo, point.ground))
+        point.observations.push_back({photo, *pixel});
+    source.block.points.push_back(point);
+  }
+  ExchangePhoto idle = source.block.photos[0];
+  idle.image = "4713.tif";
+  source.block.photos.push_back(idle);
+  WriteColmap(folder.Path(), source.block);
+  const ExportCheck good = CheckExport(folder.Path(), ExchangeFormat::kColmap, "");
+  EXPECT_TRUE(good.ok) << Verdict(good);
+  EXPECT_EQ(good.unchecked, std::vector<std::string>{"4713.tif"}) << Verdict(good);
+  source.block.photos[1].centre.x() += 30;
+  WriteColmap(folder.Path(), source.block);
+  const ExportCheck bad = CheckExport(folder.Path(), ExchangeFormat::kColmap, "");
+  EXPECT_FALSE(bad.ok) << Verdict(bad);
+  EXPECT_EQ(bad.off, std::vector<std::string>{"4712.tif"}) << Verdict(bad);
 }
 
 }  // namespace

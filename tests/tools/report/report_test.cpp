@@ -340,6 +340,25 @@ TEST(Report, ManyPhotosHaveAPageEach) {
   EXPECT_FALSE(std::filesystem::exists(folder / "report_photos"));
 }
 
+// orientation.csv may say anything, and a person may keep notes beside the pages.
+TEST(Report, PagesStayInTheirFolderAndLeaveOthersFilesAlone) {
+  const TemporaryFolder folder;
+  std::filesystem::create_directory(folder / "out");
+  std::string table = "filename,x,y,z,omega,phi,kappa\n";
+  for (int i = 0; i < 101; ++i) table += std::to_string(i) + ",1,2,3,0,0,0\n";
+  WriteFileAtomically(folder / "out/orientation.csv", table + "../../evil,1,2,3,0,0,0\n");
+  std::filesystem::create_directories(folder / "out/report_photos/mine");
+  for (const char* note : {"report_photos/notes.html", "report_photos/mine/notes.html"})
+    WriteFileAtomically(folder / ("out/" + std::string(note)), "<p>mine</p>");
+  WriteReport(folder / "out");
+  EXPECT_EQ(HtmlIn(folder.Path()).size(), 1u + 102u + 2u);
+  EXPECT_FALSE(std::filesystem::exists(folder / "evil.html"));
+  WriteFileAtomically(folder / "out/orientation.csv",
+                      "filename,x,y,z,omega,phi,kappa\n1,1,2,3,0,0,0\n");
+  WriteReport(folder / "out");
+  EXPECT_EQ(HtmlIn(folder.Path()).size(), 1u + 2u);
+}
+
 TEST(Report, PicturesThatWouldMakeThePageTooLargeGoToPages) {
   constexpr size_t kLargest = 5 * 1024 * 1024;
   const TemporaryFolder folder;
