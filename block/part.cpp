@@ -1,7 +1,5 @@
 #include "block/part.h"
 
-#include <fmt/format.h>
-
 #include <algorithm>
 #include <charconv>
 #include <chrono>

@@ -6,10 +6,12 @@
 #include <gdal_priv.h>
 
 #include <cstdint>
+#include <filesystem>
 #include <memory>
 #include <set>
 #include <sstream>
 
+#include "core/base/atomic_write.h"
 #include "core/base/open_dataset.h"
 #include "core/base/quiet_gdal.h"
 
@@ -74,6 +76,10 @@ std::string DigestOfFile(const std::string& path) {
   }
   quiet.ThrowFaults();
   return Digest(seen);
+}
+
+std::string DigestOfContents(const std::string& path) {
+  return std::filesystem::exists(path) ? Digest(ReadFile(path)) : "";
 }
 
 std::string DigestOfRaster(const std::string& path) {

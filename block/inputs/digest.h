@@ -22,6 +22,9 @@ std::string DigestOf(const Inputs& inputs);
 // it cannot be read. Whatever GDAL reads, /vsi paths too.
 std::string DigestOfFile(const std::string& path);
 
+// Of all of a file that is read as a whole, a table or a result; empty where there is none.
+std::string DigestOfContents(const std::string& path);
+
 // Of a raster's files, those that it is put together from too (a VRT's): length, time of change and
 // pieces of each, for heights may be corrected in place and in the middle of a file. Empty where it
 // cannot be read.

@@ -30,6 +30,19 @@ std::string PathOf(const Raster& photo, const std::string& interior_directory) {
   return InteriorResultPath(interior_directory, PhotoName(photo.Path()));
 }
 
+// Of a film photo; `path`: of its file. Throws InputError where it is another scan's.
+InteriorResult ReadOwnInterior(const Raster& photo, const std::string& path) {
+  InteriorResult interior = ReadInteriorResult(path);
+  const std::string why =
+      WhyOfAnotherScan(interior, path, photo.Path(), photo.Width(), photo.Height());
+  if (!why.empty()) throw InputError(why);
+  return interior;
+}
+
+void RequireImageOf(const Raster& photo, const Camera& digital) {
+  if (digital.image_px) RequireSize(photo, digital.image_px->x(), digital.image_px->y());
+}
+
 }  // namespace
 
 PhotoInterior PhotoInteriorOf(const Raster& photo, const Camera& camera,
@@ -41,10 +54,12 @@ PhotoInterior PhotoInteriorOf(const Raster& photo, const Camera& camera,
 PhotoInterior PhotoInteriorOf(const Raster& photo, const CameraFile& camera,
                               const std::string& interior_directory,
                               const std::function<std::optional<ScanOrientation>()>& orientation) {
-  RequireOrientedScan(photo, camera.camera, interior_directory);
-  if (camera.camera.kind == CameraKind::kDigital) return {DigitalPhotoFromPixel(camera.camera)};
+  if (camera.camera.kind == CameraKind::kDigital) {
+    RequireImageOf(photo, camera.camera);
+    return {DigitalPhotoFromPixel(camera.camera)};
+  }
   const std::string path = PathOf(photo, interior_directory);
-  const InteriorResult interior = ReadInteriorResult(path);
+  const InteriorResult interior = ReadOwnInterior(photo, path);
   if (!interior.photo_from_pixel)
     throw InputError(path + " holds no interior orientation (status " +
                      std::string(Name(interior.status)) + "); leave this photo out");
@@ -65,14 +80,10 @@ PhotoInterior PhotoInteriorOf(const Raster& photo, const CameraFile& camera,
 
 void RequireOrientedScan(const Raster& photo, const Camera& camera,
                          const std::string& interior_directory) {
-  if (camera.kind == CameraKind::kDigital) {
-    if (camera.image_px) RequireSize(photo, camera.image_px->x(), camera.image_px->y());
-    return;
-  }
-  const std::string path = PathOf(photo, interior_directory);
-  const std::string why =
-      WhyOfAnotherScan(ReadInteriorResult(path), path, photo.Path(), photo.Width(), photo.Height());
-  if (!why.empty()) throw InputError(why);
+  if (camera.kind == CameraKind::kDigital)
+    RequireImageOf(photo, camera);
+  else
+    ReadOwnInterior(photo, PathOf(photo, interior_directory));
 }
 
 std::string WhyOfAnotherScan(const InteriorResult& interior, const std::string& path,

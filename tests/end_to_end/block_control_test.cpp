@@ -16,14 +16,7 @@ namespace fs = std::filesystem;
 class BlockControl : public testing::Test {
  protected:
   BlockControl() {
-    SimulationOptions options;
-    options.photos = 2;
-    options.gsd_m = 0.9;
-    options.pixel_size_um = 90;
-    options.objects = false;
-    options.position_error_m = 3;
-    options.attitude_error_deg = 0.5;
-    Simulate(options, Block());
+    Simulate(QuickFilm(2), Block());
     std::string text = ReadFile(BlockPath());
     const std::string patchdb = "patchdb = \"patches.gpkg\"\n";
     const auto at = text.find(patchdb);
@@ -62,6 +55,7 @@ TEST_F(BlockControl, IsMadeOnceAndAnotherWhereWhatItIsOfHasChanged) {
   const ProgramRun first = RunOrient({"block", BlockPath()});
   EXPECT_EQ(first.exit_code, 0) << first.out << first.err;
   EXPECT_TRUE(Harvests(first)) << first.out;
+  EXPECT_NE(ReadFile(Block() + "/out/run.json").find("control photo"), std::string::npos);
   ASSERT_EQ(Databases().size(), 1u);
   const std::string database = Databases().front();
   const auto made = fs::last_write_time(database);

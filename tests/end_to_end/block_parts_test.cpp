@@ -62,14 +62,7 @@ std::vector<std::string> Differences(const std::string& a, const std::string& b)
 class BlockParts : public testing::Test {
  protected:
   BlockParts() {
-    SimulationOptions options;
-    options.photos = 4;
-    options.gsd_m = 0.9;
-    options.pixel_size_um = 90;
-    options.objects = false;
-    options.position_error_m = 3;
-    options.attitude_error_deg = 0.5;
-    Simulate(options, folder_ / "one");
+    Simulate(QuickFilm(4), folder_ / "one");
     HarvestOldPhotos(folder_ / "one", folder_ / "one/patches.gpkg", 200);
     fs::copy(folder_ / "one", folder_ / "parts", fs::copy_options::recursive);
     // Results say of what DEM they were made: of content and time of change.

@@ -81,6 +81,18 @@ inline void HarvestOldPhotos(const std::string& block, const std::string& databa
        std::to_string(max_per_photo), block + "/old/photos/*.tif"});
 }
 
+// Film photos on bare ground, quick to orient.
+inline SimulationOptions QuickFilm(int photos) {
+  SimulationOptions options;
+  options.photos = photos;
+  options.gsd_m = 0.9;
+  options.pixel_size_um = 90;
+  options.objects = false;
+  options.position_error_m = 3;
+  options.attitude_error_deg = 0.5;
+  return options;
+}
+
 inline SimulationSummary MakeBlock(const SimulationOptions& options, const std::string& folder) {
   const SimulationSummary summary = Simulate(options, folder);
   HarvestOldPhotos(folder, folder + "/patches.gpkg");

@@ -8,7 +8,6 @@
 #include "block/inputs/camera_library.h"
 #include "block/inputs/digest.h"
 #include "block/stages/harvest_stage.h"
-#include "core/base/atomic_write.h"
 #include "core/base/folder_lock.h"
 #include "core/base/output_directory.h"
 #include "core/files/camera_file.h"
@@ -23,24 +22,21 @@ namespace orient {
 namespace {
 namespace fs = std::filesystem;
 
-std::string DigestOfText(const std::string& path) {
-  return fs::exists(path) ? block::Digest(ReadFile(path)) : "";
-}
-
 // Of the photos' poses, and what says how their scans lie.
 void AddPhotos(const ControlChoice& control, const std::string& camera_library, Inputs* inputs) {
   const std::string folder = fs::path(control.orientation).parent_path().string();
-  (*inputs)["orientation"] = DigestOfText(control.orientation);
+  (*inputs)["orientation"] = block::DigestOfContents(control.orientation);
   (*inputs)["crs of the orientation"] =
-      DigestOfText(fs::path(control.orientation).replace_extension(".prj").string());
+      block::DigestOfContents(fs::path(control.orientation).replace_extension(".prj").string());
   (*inputs)["camera"] =
       block::DigestOfCamera(ReadCameraFile(block::FindCameraFile(control.camera, camera_library)));
   for (std::size_t i = 0; i < control.photos.size(); ++i) {
     const std::string name = PhotoName(control.photos[i]);
     (*inputs)[fmt::format("photo {}", i)] = name + block::DigestOfFile(control.photos[i]);
     (*inputs)[fmt::format("interior {}", i)] =
-        DigestOfText(InteriorResultPath(control.interior, name));
-    (*inputs)[fmt::format("exterior {}", i)] = DigestOfText(ExteriorResultPath(folder, name));
+        block::DigestOfContents(InteriorResultPath(control.interior, name));
+    (*inputs)[fmt::format("exterior {}", i)] =
+        block::DigestOfContents(ExteriorResultPath(folder, name));
   }
 }
 

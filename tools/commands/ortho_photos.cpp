@@ -115,7 +115,7 @@ std::vector<Bounds> MarksIn(const Shared& shared) {
 ortho::OrientedPhoto Read(const Shared& shared, const std::string& scan) {
   const Raster raster = Raster::OpenScan(scan);
   const Camera& camera = shared.camera.camera;
-  block::RequireOrientedScan(raster, camera, shared.interior);
+  if (shared.is_folder) block::RequireOrientedScan(raster, camera, shared.interior);
   ortho::OrientedPhoto photo =
       shared.is_folder
           ? FromResult(shared, scan)
@@ -125,17 +125,15 @@ ortho::OrientedPhoto Read(const Shared& shared, const std::string& scan) {
 }
 
 std::string DigestOf(const Shared& shared, const ortho::OrientedPhoto& photo) {
-  const auto digest = [](const std::string& path) {
-    return fs::exists(path) ? block::Digest(ReadFile(path)) : "";
-  };
   const OrientationRow* row = shared.table.Find(photo.name);
   return block::DigestOf(
       {{"scan", block::DigestOfFile(photo.scan)},
        {"camera", block::DigestOfCamera(shared.camera)},
        {"dem", shared.dem},
        {"pose", block::TextOf(row)},
-       {"exterior", digest(ExteriorResultPath(FolderOf(shared.source.poses), photo.name))},
-       {"interior", digest(InteriorResultPath(shared.interior, photo.name))}});
+       {"exterior",
+        block::DigestOfContents(ExteriorResultPath(FolderOf(shared.source.poses), photo.name))},
+       {"interior", block::DigestOfContents(InteriorResultPath(shared.interior, photo.name))}});
 }
 
 }  // namespace

@@ -114,14 +114,16 @@ std::string Footprint(const std::vector<Eigen::Vector3d>& ring, const Sheet& she
 }
 
 // What one patch was worth to the block: its best outcome in any photo.
-std::map<std::int64_t, const PatchResult*> BestOutcomes(const BlockRecord& block) {
+using Outcomes = std::map<std::int64_t, const PatchResult*>;
+
+Outcomes BestOutcomes(const BlockRecord& block) {
   const auto rank = [](PatchState state) {
     return state == PatchState::kMatched    ? 0
            : state == PatchState::kRejected ? 1
            : state == PatchState::kNotFound ? 2
                                             : 3;
   };
-  std::map<std::int64_t, const PatchResult*> best;
+  Outcomes best;
   for (const PhotoRecord& photo : block.photos) {
     if (!photo.exterior) continue;
     for (const PatchResult& patch : photo.exterior->patches) {
@@ -152,8 +154,7 @@ std::string DotsOfSize(double dot, const std::string& shapes) {
   return fmt::format("<g style=\"--dot:{}px\">{}</g>\n", SvgNumber(dot), shapes);
 }
 
-std::string Patches(const BlockRecord& block, const Sheet& sheet) {
-  const auto outcomes = BestOutcomes(block);
+std::string Patches(const Outcomes& outcomes, const Sheet& sheet) {
   const double dot = DotSize(outcomes.size(), sheet);
   SvgPath matched, rejected, not_found, not_visible;
   const size_t step = DotStep(outcomes.size());
@@ -327,14 +328,14 @@ std::string NamesNote(const char* before, std::vector<std::string> names) {
                      more > 0 ? fmt::format(" and {} more", more) : "");
 }
 
-std::string Notes(const BlockRecord& block, const Labels& labels) {
+// `patches`: how many there are.
+std::string Notes(const BlockRecord& block, size_t patches, const Labels& labels) {
   std::string text;
   if (const size_t prefix = SharedPrefix(block); prefix > 0)
     text += fmt::format("Names are without their common beginning “{}”. ",
                         block.photos.front().name.substr(0, prefix));
   if (block.photos.size() > kManyPhotos)
     text += "Projection centres of so many photos are left out. ";
-  const size_t patches = BestOutcomes(block).size();
   if (DotStep(patches) > 1)
     text += fmt::format("Of {} patches every {}th is drawn. ", patches, DotStep(patches));
   const size_t ties = block.adjusted ? block.adjusted->ties.size() : 0;
@@ -353,20 +354,21 @@ Markup BlockMap(const BlockRecord& block, const BlockVerdict& verdict, const Pho
   if (extent.isEmpty()) return Fill("map.html#empty");
   const Sheet sheet = MakeSheet(extent);
   const Labels labels = PhotoLabels(block, verdict, links, sheet);
-  return Fill(
-      "map.html",
-      {{"page_width", SvgNumber(kWidth)},
-       {"page_height", SvgNumber(sheet.height + kTop + kBottom)},
-       {"left", SvgNumber(kLeft)},
-       {"top", SvgNumber(kTop)},
-       {"width", SvgNumber(sheet.width)},
-       {"height", SvgNumber(sheet.height)},
-       {"grid", Markup(Grid(sheet))},
-       {"shapes", Markup(PhotoShapes(block, verdict, sheet) + Ties(block, sheet) +
-                         Patches(block, sheet) + labels.svg + ScaleBar(sheet) + NorthArrow(sheet))},
-       {"key_of_ties", block.adjusted ? Fill("map.html#key_of_ties") : Markup()},
-       {"crs", block.crs ? " in " + block.crs->Name() : ""},
-       {"notes", Notes(block, labels)}});
+  const Outcomes outcomes = BestOutcomes(block);
+  return Fill("map.html",
+              {{"page_width", SvgNumber(kWidth)},
+               {"page_height", SvgNumber(sheet.height + kTop + kBottom)},
+               {"left", SvgNumber(kLeft)},
+               {"top", SvgNumber(kTop)},
+               {"width", SvgNumber(sheet.width)},
+               {"height", SvgNumber(sheet.height)},
+               {"grid", Markup(Grid(sheet))},
+               {"shapes", Markup(PhotoShapes(block, verdict, sheet) + Ties(block, sheet) +
+                                 Patches(outcomes, sheet) + labels.svg + ScaleBar(sheet) +
+                                 NorthArrow(sheet))},
+               {"key_of_ties", block.adjusted ? Fill("map.html#key_of_ties") : Markup()},
+               {"crs", block.crs ? " in " + block.crs->Name() : ""},
+               {"notes", Notes(block, outcomes.size(), labels)}});
 }
 
 }  // namespace orient

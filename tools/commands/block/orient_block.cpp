@@ -86,11 +86,7 @@ class BlockCommand : public Command {
     const block::BlockFolder folder(directory, options.resume);
     ShownProgress progress;
     block::OrientedBlock result = block::Orient(inputs, folder, &progress);
-    RecordRun(
-        Invoked(), directory, "block",
-        {FileInput("block file", block_path_), FileInput("camera", options.block.camera),
-         RasterInput("DEM", options.block.dem), FileInput("patch database", options.block.patchdb),
-         FileInput("approximations", options.block.approximations)});
+    RecordRun(Invoked(), directory, "block", RecordedInputs(options.block));
     const auto quicklook = WriteBlockOutputs(options.block, quicklook_, &result);
     PrintExteriorSummary(result.results, out);
     PrintBlockSummary(result, quicklook, out);
@@ -137,8 +133,10 @@ class BlockCommand : public Command {
     if (!part)
       throw UsageError(fmt::format("--part is {}; it must be K/N, with K from 1 to N", part_));
     if (stage_ == "control") {
-      if (FindBlockControl(library_, &options.block)) out << options.block.patchdb << " is there\n";
-      MakeBlockControl(library_, &options.block, out);
+      if (FindBlockControl(library_, &options.block))
+        out << options.block.patchdb << " is there\n";
+      else
+        MakeBlockControl(library_, &options.block, out);
       return ExitCode::kAllDone;
     }
     if (!FindBlockControl(library_, &options.block))
