@@ -17,7 +17,7 @@ set(CPACK_PACKAGING_INSTALL_PREFIX /usr)
 set(CPACK_INSTALL_DEFAULT_DIRECTORY_PERMISSIONS OWNER_READ OWNER_WRITE OWNER_EXECUTE GROUP_READ
     GROUP_EXECUTE WORLD_READ WORLD_EXECUTE)
 set(CPACK_STRIP_FILES ON)
-set(CPACK_COMPONENTS_ALL orient liborient-dev)
+set(CPACK_COMPONENTS_ALL orient liborient-dev python3-orient)
 set(CPACK_DEB_COMPONENT_INSTALL ON)
 set(CPACK_DEBIAN_FILE_NAME DEB-DEFAULT)
 set(CPACK_DEBIAN_PACKAGE_CONTROL_STRICT_PERMISSION ON)
@@ -39,12 +39,25 @@ set(CPACK_COMPONENT_LIBORIENT-DEV_DESCRIPTION
 Static libraries and headers of orient's modules, for find_package(orient):
 interior orientation, patch database, exterior orientation, block adjustment.")
 
+# Its extension is built for one minor version of Python 3, Debian's.
+math(EXPR next_python "${Python3_VERSION_MINOR} + 1")
+set(CPACK_DEBIAN_PYTHON3-ORIENT_PACKAGE_NAME python3-orient)
+set(CPACK_DEBIAN_PYTHON3-ORIENT_PACKAGE_SECTION python)
+set(CPACK_DEBIAN_PYTHON3-ORIENT_PACKAGE_SHLIBDEPS ON)
+set(CPACK_DEBIAN_PYTHON3-ORIENT_PACKAGE_DEPENDS "python3 (>= 3.${Python3_VERSION_MINOR}), \
+python3 (<< 3.${next_python}), python3-numpy, orient (= ${PROJECT_VERSION})")
+set(CPACK_DEBIAN_PYTHON3-ORIENT_PACKAGE_SUGGESTS python3-geopandas)
+set(CPACK_COMPONENT_PYTHON3-ORIENT_DESCRIPTION
+    "automatic orientation of aerial film photos (Python module)
+Runs orient's commands, reads their results as NumPy arrays and GeoDataFrames,
+and projects between scans and ground with a photo's whole geometry.")
+
 # What Debian wants of every package.
 set(package_files ${PROJECT_BINARY_DIR}/package)
 configure_file(cmake/package/copyright ${package_files}/copyright COPYONLY)
 configure_file(cmake/package/changelog.in ${package_files}/changelog @ONLY)
 execute_process(COMMAND gzip -9nkf ${package_files}/changelog COMMAND_ERROR_IS_FATAL ANY)
-foreach(package orient liborient-dev)
+foreach(package orient liborient-dev python3-orient)
   install(FILES ${package_files}/copyright ${package_files}/changelog.gz
           DESTINATION ${CMAKE_INSTALL_DATADIR}/doc/${package} COMPONENT ${package})
 endforeach()

@@ -16,6 +16,11 @@ if(CCACHE)
   endif()
 endif()
 
+# The libraries become part of Python's module (python/), and what reuses a precompiled header must be
+# compiled as that was: so all of it is position-independent. Nothing of ours is ever replaced at
+# load time, which the compiler would have to allow for.
+add_compile_options(-fPIC -fno-semantic-interposition)
+
 # What address and undefined-behaviour sanitizer look at (preset `asan`). Null, misaligned and
 # out-of-object accesses are the former's already; asking twice makes Eigen's templates compile half
 # as long again. Under a sanitizer Eigen would align memory by itself, and not every caller free it so.

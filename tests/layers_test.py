@@ -51,10 +51,11 @@ TABLE = {
     "tools/review": (CORE + ["block/inputs", "tools/report"],
                      {"Eigen", "nlohmann-json", "cpp-httplib"}),
     "tools/console": (["core/base"], set()),
+    "tools/cluster": (CORE + ["tools/report"], {"nlohmann-json"}),
     "tools/commands": (CORE + INTERIOR + EXTERIOR + BLOCK + ["ortho"]
                        + ["patchdb/store", "patchdb/harvest", "patchdb/maintenance"]
                        + ["tools/simulate", "tools/report", "tools/convert", "tools/review",
-                          "tools/console"],
+                          "tools/console", "tools/cluster"],
                        {"Eigen", "GDAL", "CLI11", "nlohmann-json"}),
 }
 TABLE["ortho"] = (CORE[:-1], {"Eigen", "GDAL"})
@@ -69,6 +70,7 @@ for _folder in ("tools/commands/block", "tools/commands/patchdb"):
     TABLE[_folder] = (TABLE["tools/commands"][0] + ["tools/commands"], TABLE["tools/commands"][1])
 TABLE["tools/completion"] = (["tools/commands"], {"CLI11"})
 PRODUCT = list(TABLE)
+TABLE["python"] = (PRODUCT, {"Eigen", "pybind11"})
 # What a benchmark compares with may be another library's.
 TABLE["tools/bench"] = (PRODUCT, TABLE["tools/commands"][1] | {"OpenCV", "TBB"})
 TABLE["examples"] = (PRODUCT, {"Eigen"})
@@ -91,6 +93,7 @@ LIBRARIES = {
     "libdeflate": r"libdeflate\.h$",
     "cpp-httplib": r"httplib\.h$",
     "pugixml": r"pugixml\.hpp$",
+    "pybind11": r"pybind11/",
     "SQLite": r"(SQLiteCpp/|sqlite3\.h$)",
     "CLI11": r"CLI/",
     "GoogleTest": r"(gtest|gmock)/",

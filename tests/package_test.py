@@ -23,10 +23,15 @@ WANTED = {
     "liborient-dev": ({"usr/include/orient/block/block.h", "usr/lib/liborient_block.a",
                        "usr/lib/cmake/orient/orient-config.cmake",
                        "usr/share/doc/liborient-dev/copyright"}, (".md", ".toml", ".1.gz")),
+    "python3-orient": ({"usr/lib/python3/dist-packages/orient/__init__.py",
+                        "usr/lib/python3/dist-packages/orient/_native.pyi",
+                        "usr/lib/python3/dist-packages/orient/py.typed",
+                        "usr/share/doc/python3-orient/copyright"}, (".h", ".a", ".md", ".1.gz")),
 }
 # What the program is linked with is found; what the headers need is named.
 DEPENDS = {"orient": ("libgdal", "libopencv-core", "libc6"),
-           "liborient-dev": ("libeigen3-dev", "libceres-dev", "libtomlplusplus-dev")}
+           "liborient-dev": ("libeigen3-dev", "libceres-dev", "libtomlplusplus-dev"),
+           "python3-orient": ("python3-numpy", "libgdal", "orient (=")}
 
 
 def output_of(*words):

@@ -9,6 +9,7 @@ CommandList MakeCommands() {
   commands.push_back(MakePatchdbCommand());
   commands.push_back(MakeExteriorCommand());
   commands.push_back(MakeBlockCommand());
+  commands.push_back(MakeSlurmCommand());
   commands.push_back(MakeOrthoCommand());
   commands.push_back(MakeConvertCommand());
   commands.push_back(MakeSimulateCommand());

@@ -20,5 +20,6 @@ std::unique_ptr<Command> MakePatchdbCommand();
 std::unique_ptr<Command> MakeSimulateCommand();
 std::unique_ptr<Command> MakeReportCommand();
 std::unique_ptr<Command> MakeReviewCommand();
+std::unique_ptr<Command> MakeSlurmCommand();
 
 }  // namespace orient

@@ -16,6 +16,7 @@
 #include "tools/commands/shared_options.h"
 #include "tools/convert/check_exports.h"
 #include "tools/convert/convert_source.h"
+#include "tools/convert/program_folders.h"
 #include "tools/convert/resample_photos.h"
 #include "tools/convert/write_exports.h"
 
@@ -54,9 +55,10 @@ class ConvertCommand : public Command {
     AddCameraLibraryOption(app, &library_);
     app.add_option("--interior", source_.interior,
                    "Folder with the results of 'orient interior' (default: INPUT)");
-    app.add_option("--images", images_,
-                   "Scans of film photos (globs are expanded): resampled into the photo system, "
-                   "into OUT/images");
+    app.add_option(
+        "--images", images_,
+        "The photos (globs are expanded), for OUT/images and the programs' folders: scans "
+        "of film are resampled into the photo system, digital images linked");
     app.add_option("--pixel-size-um", source_.pixel_size_um,
                    "Pixel size of film photos' images (default: the scans' mean)")
         ->check(CLI::Range(0.5, 1000.0));
@@ -95,7 +97,7 @@ class ConvertCommand : public Command {
     const ConvertSource source = Read();
     for (const std::string& message : source.messages) out << "note: " << message << "\n";
     if (!to_.empty()) Write(source, out);
-    const bool all = images_.empty() || Resample(source, out);
+    const bool all = images_.empty() || MakeImages(source, out);
     return all ? ExitCode::kAllDone : ExitCode::kSomeNotOriented;
   }
 
@@ -169,11 +171,18 @@ class ConvertCommand : public Command {
   }
 
   // Whether all could be made.
+  bool MakeImages(const ConvertSource& source, std::ostream& out) const {
+    const bool film = source.camera_of_poses->camera.kind == CameraKind::kFilm;
+    bool all = true;
+    if (film)
+      all = Resample(source, out);
+    else
+      LinkDigitalImages(out_, images_, source_.image_extension);
+    LinkImagesForPrograms(out_, Formats());
+    return all;
+  }
+
   bool Resample(const ConvertSource& source, std::ostream& out) const {
-    const CameraFile& camera = *source.camera_of_poses;
-    if (camera.camera.kind != CameraKind::kFilm)
-      throw UsageError(
-          "--images resamples film photos; a digital camera's images stay as they are");
     const std::string interior = source_.interior.value_or(FolderOf(source_.input));
     const std::string folder = (fs::path(out_) / "images").string();
     MakeOutputDirectory(folder);

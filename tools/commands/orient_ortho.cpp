@@ -11,6 +11,7 @@
 #include "tools/commands/ortho_run.h"
 #include "tools/commands/shared_options.h"
 #include "tools/convert/convert_source.h"
+#include "tools/report/block_project.h"
 
 namespace orient {
 namespace {
@@ -66,7 +67,9 @@ class OrthoCommand : public Command {
     constexpr int kCache_MB = 64;  // decoded pixels are used once
     BoundBlockCache(kCache_MB);
     Prepare();
-    return MakeOrthophotos(options_, out) ? ExitCode::kAllDone : ExitCode::kSomeNotOriented;
+    const bool all = MakeOrthophotos(options_, out);
+    WriteBlockProject(FolderOf(options_.source.poses));
+    return all ? ExitCode::kAllDone : ExitCode::kSomeNotOriented;
   }
 
  private:

@@ -7,6 +7,7 @@
 #include "core/base/error.h"
 #include "tools/commands/commands.h"
 #include "tools/report/block_geopackage.h"
+#include "tools/report/block_project.h"
 #include "tools/report/report.h"
 #include "tools/report/report_json.h"
 
@@ -17,7 +18,7 @@ class ReportCommand : public Command {
  public:
   std::string Name() const override { return "report"; }
   std::string Summary() const override {
-    return "Write report.html and block.gpkg of a finished block";
+    return "Write report.html, block.gpkg and block.qgz of a finished block";
   }
 
   void Setup(CLI::App& app) override {
@@ -33,7 +34,8 @@ class ReportCommand : public Command {
     if (block.crs)
       out << WriteBlockGeopackage(directory_, *block.crs, ExteriorResults(block),
                                   block.adjusted ? &*block.adjusted : nullptr)
-          << "\n";
+          << "\n"
+          << WriteBlockProject(directory_) << "\n";
     RefuseDamaged(block);
     return ExitCode::kAllDone;
   }

@@ -7,6 +7,7 @@
 #include <cstdio>
 #include <utility>
 
+#include "tools/console/progress_watcher.h"
 #include "tools/console/run_output.h"
 
 namespace orient {
@@ -48,6 +49,7 @@ ProgressLine::~ProgressLine() { Finish(); }
 void ProgressLine::Advance(int steps) {
   const std::lock_guard lock(mutex_);
   done_ += steps;
+  TellProgress(what_, done_, total_);
   const Clock::time_point now = Clock::now();
   last_step_ = now;
   const auto interval = is_terminal_ ? Clock::duration(kTerminalInterval) : kLogInterval;
@@ -64,7 +66,7 @@ void ProgressLine::Show(Clock::time_point now) {
     LogLine(text);
     last_logged_ = now;
   }
-  if (RunIsQuiet()) return;
+  if (RunIsQuiet() || ProgressIsWatched()) return;
   if (is_terminal_)
     std::fprintf(stderr, "%s%s", kEraseLine, text.c_str());
   else

@@ -25,6 +25,7 @@
 #include "tools/commands/shared_options.h"
 #include "tools/commands/summary_table.h"
 #include "tools/convert/convert_source.h"
+#include "tools/report/block_project.h"
 
 namespace orient {
 namespace {
@@ -91,6 +92,7 @@ class BlockCommand : public Command {
     PrintExteriorSummary(result.results, out);
     PrintBlockSummary(result, quicklook, out);
     MakeOrthophotosOf(options.block, out);
+    WriteBlockProject(directory);
     folder.Finish();
     out << "\nreport  " << fs::absolute(fs::path(directory) / "report.html").string() << "\n";
     return AllOriented(result.results) && result.not_there.empty() ? ExitCode::kAllDone

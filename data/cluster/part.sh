@@ -1,0 +1,23 @@
+#!/bin/bash
+#SBATCH --job-name=orient-{{{stage}}}
+#SBATCH --array=1-{{{parts}}}
+#SBATCH --cpus-per-task=1
+#SBATCH --mem={{{megabytes}}}M
+#SBATCH --time={{{minutes}}}
+#SBATCH --requeue
+#SBATCH --output={{{logs}}}/{{{stage}}}_%a.log
+#SBATCH --open-mode=append{{{more}}}
+# Every {{{parts}}}th photo of the block, beginning with the one of the array task's number. What is
+# done is kept, whoever did it: a task may be repeated at any time, and what a lost one has left the
+# next job does.
+set -u
+{{{orient}}} block {{{block}}} --stage {{{stage}}} --part "$SLURM_ARRAY_TASK_ID/{{{parts}}}" --jobs 1
+code=$?
+# 3: some photos wait for those of other parts.
+if [ $code -eq 3 ]; then exit 0; fi
+# 4: the machine refused (disk, memory, quota). The same task, later, perhaps elsewhere.
+if [ $code -eq 4 ] && [ -n "${SLURM_JOB_ID:-}" ] && [ "${SLURM_RESTART_COUNT:-0}" -lt 5 ]; then
+  sleep 60
+  scontrol requeue "$SLURM_JOB_ID"
+fi
+exit $code

@@ -1,0 +1,14 @@
+#!/bin/bash
+# Submits the block's jobs to Slurm. Each waits for those before it to end, however they end: what a
+# lost task has left undone is done by the next job. Where that cannot be, it says so and fails.
+set -euo pipefail
+cd "$(dirname "$0")"
+mkdir -p logs
+after=""
+submit() {  # its script
+  local id
+  id=$(sbatch --parsable ${after:+--dependency=afterany:$after} "$1")
+  echo "${id%%;*}  $1"
+  after=${id%%;*}
+}
+{{{jobs}}}

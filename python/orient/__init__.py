@@ -1,0 +1,162 @@
+"""Orient in Python: run its commands, read what they leave, and go between scan and ground.
+
+    import orient
+
+    orient.run("block", "block.toml", progress=print)
+    block = orient.Block("out")
+    print(block.names, block.statuses, block.positions)
+    geometry = block.geometry("4711")
+    pixels = geometry.pixels(ground)            # (n, 3) metres in the block's CRS -> (n, 2)
+    ground = geometry.ground(pixels, orient.Surface("dem.tif", block.crs))
+
+Everything here is the program's own: the commands are those of `orient`, numbers come from its
+result files, and projection is the one that the adjustment used. Coordinates, angles (radians) and
+pixels are those of docs/conventions.md; what is absent is NaN in arrays and None elsewhere.
+"""
+
+import json
+import pathlib
+from typing import Any, Callable, NamedTuple, Optional
+
+import numpy as np
+
+from ._native import (ExteriorResult, Finding, InputError, InteriorResult, MachineError,
+                      PhotoGeometry, Surface, UsageError, read_exterior, read_interior)
+from . import _native
+
+__version__: str = _native.version
+__all__ = ["Block", "ExteriorResult", "Finding", "InputError", "InteriorResult", "MachineError",
+           "PhotoGeometry", "Poses", "Run", "Surface", "UsageError", "read_exterior",
+           "read_interior", "read_poses", "run"]
+
+
+class Run(NamedTuple):
+    """What a command said. `all_done` is False where some photos were not oriented."""
+
+    all_done: bool
+    output: str  # standard output
+    messages: str  # the error stream
+
+
+def run(command: str, *arguments: Any, progress: Optional[Callable[[str, int, int], Any]] = None,
+        **options: Any) -> Run:
+    """Runs `orient COMMAND ARGUMENTS --OPTIONS` in this process.
+
+    `pixel_size_um=20` is --pixel-size-um 20, `overwrite=True` the flag, a list several values.
+    Nested commands are words: run("patchdb", "create", "p.gpkg", crs="EPSG:32635").
+    `progress(task, done, total)` is called in this thread as the command goes on; what it raises,
+    and Ctrl-C, end the command at its next step: what is finished is kept.
+
+    Raises UsageError, InputError or MachineError where the program would end with 1, 2 or 4.
+    """
+    words = [command, *map(str, arguments)]
+    for name, value in options.items():
+        words += _option("--" + name.rstrip("_").replace("_", "-"), value)
+    code, output, messages = _native.run(words, progress)
+    refusal = {1: UsageError, 2: InputError, 4: MachineError}.get(code)
+    if refusal:
+        raise refusal(messages.strip().removeprefix("orient: "))
+    return Run(code == 0, output, messages)
+
+
+def _option(name: str, value: Any) -> list[str]:
+    if value is None or value is False:
+        return []
+    if value is True:
+        return [name]
+    values = value if isinstance(value, (list, tuple, np.ndarray)) else [value]
+    return [name, *map(str, values)]
+
+
+class Poses(NamedTuple):
+    """A table of orientations (`orientation.csv`)."""
+
+    photos: list[str]
+    positions: np.ndarray  # (n, 3) metres
+    angles: np.ndarray  # (n, 3) omega, phi, kappa in radians
+    sigmas: np.ndarray  # (n, 6) of both
+    crs: Optional[str]  # WKT
+
+
+def read_poses(path: Any) -> Poses:
+    """Reads an OPK CSV with the .prj beside it."""
+    table = _native.read_poses(str(path))
+    return Poses(table["photos"], table["poses"][:, :3], table["poses"][:, 3:], table["sigmas"],
+                 table["crs"])
+
+
+class Block:
+    """The results in a folder of `orient block` or `orient exterior`."""
+
+    def __init__(self, folder: Any):
+        self.folder = pathlib.Path(folder)
+        paths = sorted(self.folder.glob("*.exterior.json"))
+        if not paths:
+            raise InputError(f"{self.folder} holds no *.exterior.json; is it the output folder of "
+                             "orient block or orient exterior?")
+        self.photos: tuple[ExteriorResult, ...] = tuple(read_exterior(str(path)) for path in paths)
+        self._by_name = {photo.photo: photo for photo in self.photos}
+
+    def __repr__(self) -> str:
+        return f"<Block {self.folder}: {len(self.photos)} photos>"
+
+    def __len__(self) -> int:
+        return len(self.photos)
+
+    def __getitem__(self, name: str) -> ExteriorResult:
+        return self._by_name[name]
+
+    @property
+    def names(self) -> list[str]:
+        return [photo.photo for photo in self.photos]
+
+    @property
+    def statuses(self) -> list[str]:
+        """ok, weak or failed."""
+        return [photo.status for photo in self.photos]
+
+    @property
+    def positions(self) -> np.ndarray:
+        """Projection centres, (n, 3) metres."""
+        return np.array([photo.pose[:3] for photo in self.photos])
+
+    @property
+    def angles(self) -> np.ndarray:
+        """Omega, phi, kappa, (n, 3) radians."""
+        return np.array([photo.pose[3:] for photo in self.photos])
+
+    @property
+    def covariances(self) -> np.ndarray:
+        """(n, 6, 6): metres and radians."""
+        return np.array([photo.covariance for photo in self.photos])
+
+    @property
+    def crs(self) -> Optional[str]:
+        """WKT, from the .prj beside the table of poses."""
+        return read_poses(self.folder / "orientation.csv").crs
+
+    @property
+    def adjustment(self) -> Optional[dict]:
+        """block.json, where the block was adjusted: ties, checks, variance components."""
+        path = self.folder / "block.json"
+        return json.loads(path.read_text(encoding="utf-8")) if path.exists() else None
+
+    def interior(self, name: str) -> InteriorResult:
+        """The interior orientation of a film photo."""
+        return read_interior(str(self.folder / f"{name}.interior.json"))
+
+    def geometry(self, name: str) -> PhotoGeometry:
+        """The way between a photo's scan and the ground."""
+        return PhotoGeometry.of_result(str(self.folder), name)
+
+    def geodataframe(self) -> Any:
+        """A GeoDataFrame of the photos: footprints, with pose, status and reasons; needs geopandas."""
+        import geopandas
+        import shapely.geometry
+        names = ("x", "y", "z", "omega", "phi", "kappa")
+        rows = [{"photo": photo.photo, "status": photo.status,
+                 "reasons": "; ".join(map(str, photo.findings)), **dict(zip(names, photo.pose))}
+                for photo in self.photos]
+        outlines = [shapely.geometry.Polygon(photo.footprint_m) if len(photo.footprint_m) else None
+                    for photo in self.photos]
+        return geopandas.GeoDataFrame(rows, geometry=outlines, crs=self.crs)

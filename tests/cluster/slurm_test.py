@@ -1,0 +1,116 @@
+#!/usr/bin/env python3
+"""CTest `slurm`: a block by `orient slurm --submit`, whose nodes and jobs are killed, is the block that
+one machine makes, byte for byte.
+
+    slurm_test.py ORIENT [PHOTOS [SEED]]
+
+Skipped (77) without Debian's slurm-wlm and munge, or without root.
+"""
+
+import os
+import pathlib
+import random
+import shutil
+import signal
+import subprocess
+import sys
+import tempfile
+import time
+
+from slurm_on_one_machine import SlurmOnOneMachine, why_not_here
+
+SKIPPED = 77
+KILLED_JOBS = 4
+KILLED_NODES = 2
+MOST_SECONDS = 3000
+# Of the run, not of the block.
+OF_THE_RUN = {"run.json", "report.html", "block.gpkg", "block.qgz"}
+
+
+def run(*words, codes=(0,)):
+    done = subprocess.run([str(word) for word in words], capture_output=True, text=True, check=False)
+    if done.returncode not in codes:
+        sys.exit(f"{' '.join(map(str, words))}: {done.returncode}\n{done.stdout}{done.stderr}")
+    return done.stdout
+
+
+def make_block(orient, folder, photos):
+    run(orient, "simulate", "--out", folder, "--photos", photos, "--camera-preset", "digital",
+        "--pixel-size-um", 60, "--gsd-m", 0.8, "--relief-m", 50)
+    old = folder / "old"
+    run(orient, "patchdb", "create", folder / "patches.gpkg", "--crs", "EPSG:32635")
+    run(orient, "patchdb", "harvest", folder / "patches.gpkg", "--camera", old / "camera.toml",
+        "--orientation", old / "orientation.csv", "--interior", old / "interior",
+        "--dem", folder / "dem.tif", *sorted((old / "photos").glob("*.tif")))
+
+
+def contents(out):
+    return {str(path.relative_to(out)): path.read_bytes() for path in sorted(out.rglob("*"))
+            if path.is_file() and path.name not in OF_THE_RUN
+            and path.relative_to(out).parts[0] != "slurm"}
+
+
+def orient_processes(orient, block):
+    """Of jobs: parts of this block that run now."""
+    found = []
+    for process in pathlib.Path("/proc").iterdir():
+        try:
+            words = (process / "cmdline").read_bytes().split(b"\0") if process.name.isdigit() else []
+        except OSError:
+            continue
+        if len(words) > 2 and words[0].decode() == str(orient) and words[2].decode() == str(block):
+            found.append(int(process.name))
+    return found
+
+
+def disturb(slurm, orient, block, draw):
+    """Kills jobs and nodes until as many are killed as shall be, or all is done."""
+    jobs, nodes = KILLED_JOBS, KILLED_NODES
+    until = time.monotonic() + MOST_SECONDS
+    down = None
+    while slurm.waiting_or_running():
+        if time.monotonic() > until:
+            sys.exit(f"the jobs have not ended after {MOST_SECONDS} s:\n{slurm.run('squeue')}")
+        time.sleep(draw.uniform(0.2, 1.5))
+        running = orient_processes(orient, block)
+        if jobs > 0 and running and draw.random() < 0.5:
+            os.kill(draw.choice(running), signal.SIGKILL)
+            jobs -= 1
+        elif nodes > 0 and down is None and running and draw.random() < 0.3:
+            down = (draw.choice(["n1", "n2"]), time.monotonic() + 15)
+            slurm.kill_node(down[0])
+            nodes -= 1
+        if down is not None and time.monotonic() > down[1]:
+            slurm.start_node(down[0])
+            down = None
+    print(f"killed: {KILLED_JOBS - jobs} jobs, {KILLED_NODES - nodes} nodes")
+
+
+def main(orient, photos="60", seed="1"):
+    reason = why_not_here()
+    if reason:
+        print(reason)
+        return SKIPPED
+    orient = pathlib.Path(orient).resolve()
+    with tempfile.TemporaryDirectory() as temporary:
+        one, many = pathlib.Path(temporary) / "one", pathlib.Path(temporary) / "many"
+        make_block(orient, one, photos)
+        shutil.copytree(one, many)
+        run(orient, "block", one / "block.toml", codes=(0, 3))
+        block = many / "block.toml"
+        with SlurmOnOneMachine(pathlib.Path(temporary) / "slurm") as slurm:
+            os.environ["SLURM_CONF"] = slurm.environment["SLURM_CONF"]
+            print(run(orient, "slurm", block, "--parts", 12, "--submit"))
+            disturb(slurm, orient, block, random.Random(int(seed)))
+        print(run(orient, "block", block, "--status"))
+        expected, made = contents(one / "out"), contents(many / "out")
+        other = sorted(name for name in expected.keys() | made.keys()
+                       if expected.get(name) != made.get(name))
+        for log in sorted((many / "out/slurm/logs").glob("*.log")) if other else []:
+            print(f"== {log.name}\n{log.read_text()}")
+        print(f"{len(other)} of {len(expected)} files are other than those of one machine", *other[:20])
+        return 1 if other or not expected else 0
+
+
+if __name__ == "__main__":
+    sys.exit(main(*sys.argv[1:]))

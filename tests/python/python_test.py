@@ -1,0 +1,179 @@
+#!/usr/bin/env python3
+"""CTest `python`: what the package `orient` promises beside what its example shows.
+
+    python_test.py PACKAGES   the folder that holds the package `orient`
+"""
+
+import inspect
+import json
+import math
+import pathlib
+import re
+import signal
+import sys
+import tempfile
+import threading
+import unittest
+
+sys.path.insert(0, sys.argv.pop(1))
+import numpy as np  # noqa: E402
+
+import orient  # noqa: E402
+from orient import _native  # noqa: E402
+
+CAMERA = """
+name = "digital"
+kind = "digital"
+principal_distance_mm = 100.0
+principal_point_mm = [0.1, -0.05]
+frame_mm = [60.0, 40.0]
+image_px = [6000, 4000]
+
+[distortion]
+model = "brown"
+k = [1e-8, 0.0, 0.0]
+p = [0.0, 0.0]
+"""
+
+
+class Commands(unittest.TestCase):
+    @classmethod
+    def setUpClass(cls):
+        cls.temporary = tempfile.TemporaryDirectory()
+        cls.folder = pathlib.Path(cls.temporary.name)
+        orient.run("simulate", out=cls.folder / "block", photos=1, camera_preset="digital",
+                   pixel_size_um=80, gsd_m=1, relief_m=30, bare=True, earth="flat")
+
+    @classmethod
+    def tearDownClass(cls):
+        cls.temporary.cleanup()
+
+    def test_bad_words_are_usage_errors_with_the_programs_message(self):
+        with self.assertRaisesRegex(orient.UsageError, "overwite.*did you mean --overwrite"):
+            orient.run("interior", "x.tif", overwite=True)
+
+    def test_missing_files_are_input_errors(self):
+        with self.assertRaisesRegex(orient.InputError, "nowhere.toml"):
+            orient.run("block", self.folder / "nowhere.toml")
+
+    def test_output_and_messages_are_returned(self):
+        said = orient.run("cameras", "list")
+        self.assertTrue(said.all_done)
+        self.assertIn("rc10", said.output)
+
+    def test_what_progress_raises_ends_the_command(self):
+        class Enough(Exception):
+            pass
+
+        def stop(task, done, total):
+            raise Enough(task)
+        out = self.folder / "stopped"
+        with self.assertRaises(Enough):
+            orient.run("simulate", out=out, photos=2, camera_preset="digital", pixel_size_um=80,
+                       gsd_m=1, bare=True, progress=stop)
+        self.assertTrue(orient.run("cameras", "list").all_done, "the next command runs")
+
+    def test_control_c_is_a_keyboard_interrupt(self):
+        main = threading.main_thread().ident
+        timer = threading.Timer(0.5, lambda: signal.pthread_kill(main, signal.SIGINT))
+        timer.start()
+        with self.assertRaises(KeyboardInterrupt):
+            orient.run("simulate", out=self.folder / "interrupted", photos=40, gsd_m=0.3)
+        timer.join()
+
+    def test_one_command_at_a_time(self):
+        seen = []
+
+        def another(*_):
+            try:
+                orient.run("cameras", "list")
+            except RuntimeError as error:
+                seen.append(str(error))
+        orient.run("simulate", out=self.folder / "second", photos=1, camera_preset="digital",
+                   pixel_size_um=80, gsd_m=1, bare=True, progress=another)
+        self.assertTrue(seen and "another command" in seen[0], seen)
+
+
+class Results(unittest.TestCase):
+    def setUp(self):
+        self.temporary = tempfile.TemporaryDirectory()
+        self.folder = pathlib.Path(self.temporary.name)
+
+    def tearDown(self):
+        self.temporary.cleanup()
+
+    def test_a_photo_without_a_pose_has_nan(self):
+        result = {"photo": "4711", "status": "failed",
+                  "findings": [{"code": "approximation_missing", "at_best": "failed"}]}
+        (self.folder / "4711.exterior.json").write_text(json.dumps(result), encoding="utf-8")
+        try:
+            block = orient.Block(self.folder)
+        except orient.InputError as error:
+            self.skipTest(f"the format has changed: {error}")
+        self.assertTrue(np.isnan(block.positions).all() and block.positions.shape == (1, 3))
+        self.assertEqual(block.covariances.shape, (1, 6, 6))
+
+    def test_an_empty_folder_is_no_block(self):
+        with self.assertRaisesRegex(orient.InputError, "holds no"):
+            orient.Block(self.folder)
+
+    def test_damaged_results_are_named(self):
+        (self.folder / "4711.exterior.json").write_text("{", encoding="utf-8")
+        with self.assertRaisesRegex(orient.InputError, "4711.exterior.json"):
+            orient.Block(self.folder)
+
+
+class Geometry(unittest.TestCase):
+    def setUp(self):
+        with tempfile.NamedTemporaryFile("w", suffix=".toml") as file:
+            file.write(CAMERA)
+            file.flush()
+            self.pose = np.array([1000.0, 2000, 1500, 0.02, -0.03, 1.2])
+            self.photo = orient.PhotoGeometry.of_pose(file.name, self.pose)
+
+    def test_pixels_are_those_of_the_collinearity_equations(self):
+        omega, phi, kappa = self.pose[3:]
+        cos, sin = math.cos, math.sin
+        about_x = np.array([[1, 0, 0], [0, cos(omega), -sin(omega)], [0, sin(omega), cos(omega)]])
+        about_y = np.array([[cos(phi), 0, sin(phi)], [0, 1, 0], [-sin(phi), 0, cos(phi)]])
+        about_z = np.array([[cos(kappa), -sin(kappa), 0], [sin(kappa), cos(kappa), 0], [0, 0, 1]])
+        ground = np.array([[1050.0, 2080, 12], [900, 1900, -5]])
+        d = (ground - self.pose[:3]) @ (about_x @ about_y @ about_z)
+        reduced = -100 * d[:, :2] / d[:, 2:]
+        r2 = (reduced ** 2).sum(axis=1, keepdims=True)
+        # x = xp + reduced + its distortion; a pixel is 0.01 mm, the frame's centre (3000, 2000).
+        photo = np.array([0.1, -0.05]) + reduced * (1 + 1e-8 * r2)
+        expected = np.array([3000, 2000]) + photo * [100, -100]
+        np.testing.assert_allclose(self.photo.pixels(ground), expected, atol=1e-3)
+
+    def test_rays_lead_back_to_the_ground(self):
+        ground = np.array([[1050.0, 2080, 12], [900, 1900, -5]])
+        rays = self.photo.rays(self.photo.pixels(ground))
+        way = ground - self.pose[:3]
+        np.testing.assert_allclose(rays, way / np.linalg.norm(way, axis=1, keepdims=True), atol=1e-9)
+
+    def test_what_is_not_shown_is_nan(self):
+        self.assertTrue(np.isnan(self.photo.pixels([[90000.0, 0, 0], [1000, 2000, 9000]])).all())
+
+    def test_other_shapes_are_refused(self):
+        with self.assertRaisesRegex(ValueError, r"\(n, 3\)"):
+            self.photo.pixels(np.zeros((4, 2)))
+
+
+class Stubs(unittest.TestCase):
+    def test_the_stubs_name_all_that_is_there(self):
+        stubs = pathlib.Path(_native.__file__).with_name("_native.pyi").read_text(encoding="utf-8")
+        for name, member in inspect.getmembers(_native):
+            if name.startswith("_"):
+                continue
+            self.assertRegex(stubs, rf"(class|def) {name}\b|^{name}:", name)
+            if not inspect.isclass(member) or issubclass(member, Exception):
+                continue
+            body = re.search(rf"^class {name}.*?(?=^\S)", stubs, re.MULTILINE | re.DOTALL).group(0)
+            for attribute in vars(member):
+                if not attribute.startswith("_"):
+                    self.assertRegex(body, rf"def {attribute}\b", f"{name}.{attribute}")
+
+
+if __name__ == "__main__":
+    unittest.main()

@@ -1,0 +1,167 @@
+#include "tools/cluster/job_scripts.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <filesystem>
+#include <set>
+#include <span>
+#include <stdexcept>
+
+#include "core/base/atomic_write.h"
+#include "core/base/embedded_file.h"
+#include "core/base/output_directory.h"
+#include "tools/report/template.h"
+
+namespace orient {
+
+std::span<const EmbeddedFile> ClusterFiles();  // data/cluster; made by orient_embed()
+
+namespace {
+namespace fs = std::filesystem;
+
+std::string_view ScriptTemplate(const std::string& name) {
+  for (const EmbeddedFile& file : ClusterFiles())
+    if (file.name == name) return file.contents;
+  throw std::logic_error("there is no data/cluster/" + name);
+}
+
+// `fillings` are text of a shell, or have been made its words.
+std::string Filled(const std::string& name,
+                   const std::vector<std::pair<std::string_view, std::string>>& fillings) {
+  std::vector<Markup> texts;
+  texts.reserve(fillings.size());
+  std::vector<Filling> filled;
+  for (const auto& [place, text] : fillings) filled.emplace_back(place, texts.emplace_back(text));
+  return FillText(name, ScriptTemplate(name), filled).Text() + "\n";
+}
+
+// Slurm reads its lines itself: no shell takes quotes away there.
+std::string MoreLines(const BlockJobs& jobs) {
+  std::string lines;
+  if (!jobs.partition.empty()) lines += "\n#SBATCH --partition=" + jobs.partition;
+  if (!jobs.account.empty()) lines += "\n#SBATCH --account=" + jobs.account;
+  return lines;
+}
+
+// Blanks must be escaped in Slurm's file name patterns, and a % stands for something.
+std::string LogFolder(const BlockJobs& jobs) {
+  std::string escaped;
+  for (const char c : (fs::path(jobs.folder) / "logs").string()) {
+    if (c == ' ' || c == '\\') escaped += '\\';
+    if (c == '%') escaped += '%';
+    escaped += c;
+  }
+  return escaped;
+}
+
+std::string BlockWords(const BlockJobs& jobs) {
+  const std::string library =
+      jobs.camera_library.empty() ? "" : " --camera-library " + ShellWord(jobs.camera_library);
+  return ShellWord(jobs.block) + library;
+}
+
+JobScript Part(const BlockJobs& jobs, const std::string& stage, const JobNeeds& needs) {
+  return {stage + ".sh", jobs.parts,
+          Filled("part.sh", {{"stage", stage},
+                             {"parts", std::to_string(jobs.parts)},
+                             {"megabytes", std::to_string(needs.megabytes)},
+                             {"minutes", SlurmTime(needs.minutes)},
+                             {"logs", LogFolder(jobs)},
+                             {"more", MoreLines(jobs)},
+                             {"orient", ShellWord(jobs.program)},
+                             {"block", BlockWords(jobs)}})};
+}
+
+JobScript Whole(const BlockJobs& jobs, const std::string& name, const std::string& what,
+                const std::string& options) {
+  return {name + ".sh", 0,
+          Filled("whole.sh", {{"name", name},
+                              {"what", what},
+                              {"options", options + fmt::format(" --jobs {}", jobs.cpus)},
+                              {"cpus", std::to_string(jobs.cpus)},
+                              {"megabytes", std::to_string(jobs.whole.megabytes)},
+                              {"minutes", SlurmTime(jobs.whole.minutes)},
+                              {"logs", LogFolder(jobs)},
+                              {"more", MoreLines(jobs)},
+                              {"orient", ShellWord(jobs.program)},
+                              {"block", BlockWords(jobs)}})};
+}
+
+std::string SubmitScript(const std::vector<JobScript>& chain) {
+  std::string jobs;
+  for (const JobScript& script : chain)
+    jobs += (jobs.empty() ? "submit " : "\nsubmit ") + script.file;
+  return Filled("submit.sh", {{"jobs", jobs}});
+}
+
+std::string LocalScript(const BlockJobs& plan, const std::vector<JobScript>& chain) {
+  std::string jobs;
+  for (const JobScript& script : chain) {
+    if (!jobs.empty()) jobs += "\n";
+    jobs += script.tasks > 0 ? fmt::format("array {} {}", script.file, script.tasks)
+                             : "submit " + script.file;
+  }
+  return Filled("local.sh", {{"jobs", jobs}, {"at_once", std::to_string(plan.cpus)}});
+}
+
+}  // namespace
+
+std::string ShellWord(const std::string& text) {
+  constexpr std::string_view kPlain =
+      "abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRSTUVWXYZ"
+      "0123456789_-./,:=+@%";
+  if (!text.empty() && text.find_first_not_of(kPlain) == std::string::npos) return text;
+  std::string quoted = "'";
+  for (const char c : text) quoted += c == '\'' ? std::string("'\\''") : std::string(1, c);
+  return quoted + "'";
+}
+
+std::string SlurmTime(int minutes) {
+  const int days = minutes / (24 * 60), hours = minutes / 60 % 24;
+  return fmt::format("{}-{:02}:{:02}:00", days, hours, minutes % 60);
+}
+
+std::vector<JobScript> JobChain(const BlockJobs& jobs) {
+  std::vector<JobScript> chain;
+  if (jobs.control)
+    chain.push_back(Whole(jobs, "control", "The control patches that the block file tells to make.",
+                          "--stage control"));
+  if (jobs.film) {
+    chain.push_back(Part(jobs, "interior", jobs.interior));
+    chain.push_back(Whole(jobs, "roll",
+                          "What is left of interior orientation, and the photos of the roll "
+                          "compared with each other.",
+                          "--stage interior"));
+  }
+  for (int i = 0; i < jobs.rounds; ++i) chain.push_back(Part(jobs, "exterior", jobs.exterior));
+  chain.push_back(
+      Whole(jobs, "whole", "What is left: neighbours, ties, adjustment, report.", "--resume"));
+  return chain;
+}
+
+std::vector<std::string> JobScriptPaths(const BlockJobs& jobs) {
+  std::set<std::string> files = {"submit.sh", "local.sh"};
+  for (const JobScript& script : JobChain(jobs)) files.insert(script.file);
+  std::vector<std::string> paths;
+  for (const std::string& file : files) paths.push_back((fs::path(jobs.folder) / file).string());
+  return paths;
+}
+
+std::vector<std::string> WriteJobScripts(const BlockJobs& jobs) {
+  MakeOutputDirectory((fs::path(jobs.folder) / "logs").string());
+  const std::vector<JobScript> chain = JobChain(jobs);
+  const auto write = [&](const std::string& file, const std::string& text) {
+    const fs::path path = fs::path(jobs.folder) / file;
+    WriteFileAtomically(path.string(), text);
+    constexpr auto kExecutable =
+        fs::perms::owner_exec | fs::perms::group_exec | fs::perms::others_exec;
+    fs::permissions(path, kExecutable, fs::perm_options::add);
+  };
+  for (const JobScript& script : chain) write(script.file, script.text);
+  write("submit.sh", SubmitScript(chain));
+  write("local.sh", LocalScript(jobs, chain));
+  return JobScriptPaths(jobs);
+}
+
+}  // namespace orient

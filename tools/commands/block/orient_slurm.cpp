@@ -1,0 +1,179 @@
+// orient slurm: a block's stages as jobs of Slurm.
+#include <fmt/format.h>
+
+#include <CLI/CLI.hpp>
+#include <algorithm>
+#include <cmath>
+#include <filesystem>
+#include <ostream>
+
+#include "block/block_folder.h"
+#include "block/inputs/camera_library.h"
+#include "core/base/error.h"
+#include "core/files/block_file.h"
+#include "core/files/camera_file.h"
+#include "core/files/orientation_table.h"
+#include "core/files/results.h"
+#include "tools/cluster/job_scripts.h"
+#include "tools/cluster/measured_job.h"
+#include "tools/commands/block_control.h"
+#include "tools/commands/commands.h"
+#include "tools/commands/shared_options.h"
+
+namespace orient {
+namespace {
+namespace fs = std::filesystem;
+
+constexpr int kMostTasks = 1000;     // of an array, as Slurm is set up by default
+constexpr double kPart_s = 20 * 60;  // of work that a part is to hold
+constexpr double kMargin = 3;        // asked for over what was measured
+constexpr int kMeasured = 2;         // photos
+
+// Where nothing was measured.
+constexpr StageNeeds kUnknown = {60, 1500};
+
+class SlurmCommand : public Command {
+ public:
+  std::string Name() const override { return "slurm"; }
+  std::string Summary() const override {
+    return "Write, and submit, the jobs that orient a block on a Slurm cluster";
+  }
+
+  void Setup(CLI::App& app) override {
+    app.add_option("BLOCK", block_path_, "Block file (TOML)")->required();
+    app.add_flag("--submit", submit_, "Also submit them; with --engine local run them");
+    app.add_option("--engine", engine_, "What --submit gives them to")
+        ->check(CLI::IsMember({"slurm", "local"}))
+        ->capture_default_str();
+    app.add_option("--parts", parts_,
+                   "Tasks of a stage (default: so that each works for some twenty minutes)")
+        ->check(CLI::Range(1, kMostTasks));
+    app.add_option("--rounds", rounds_,
+                   "How often exterior orientation goes over the photos before the whole block's "
+                   "run (default: 1, of photos located by strips 3)")
+        ->check(CLI::Range(1, 20));
+    app.add_option("--cpus", jobs_.cpus, "Cores of the whole block's run")
+        ->check(CLI::Range(1, 1024))
+        ->capture_default_str();
+    app.add_option("--time", minutes_, "Minutes that a task may take (default: as measured)")
+        ->check(CLI::Range(1, 60 * 24 * 30));
+    app.add_option("--memory", megabytes_, "Megabytes of a task (default: as measured)")
+        ->check(CLI::Range(100, 1000000));
+    app.add_flag("--no-measure", no_measure_,
+                 "Do not orient the first photos here to measure time and memory");
+    app.add_option("--partition", jobs_.partition, "Slurm's partition");
+    app.add_option("--account", jobs_.account, "Slurm's account");
+    AddCameraLibraryOption(app, &library_);
+    AddOverwriteOption(app, &overwrite_);
+  }
+
+  ExitCode Run(std::ostream& out) override {
+    BlockFile block = ReadBlockFile(block_path_);
+    if (block.ByMeasurementsAlone() || block.photos.empty())
+      throw UsageError(block_path_ + " names no photos that jobs could share");
+    for (const std::string* word : {&jobs_.partition, &jobs_.account})
+      if (word->find_first_of(" \t\r\n") != std::string::npos)
+        throw UsageError("'" + *word + "' is not a name of Slurm's");
+    block.camera = block::FindCameraFile(block.camera, library_);
+    jobs_.program = OwnProgram();
+    jobs_.block = fs::canonical(block_path_).string();
+    jobs_.folder = (fs::absolute(block.output_directory) / "slurm").lexically_normal().string();
+    if (!library_.empty()) jobs_.camera_library = fs::absolute(library_).string();
+    jobs_.control = block.control.has_value();
+    jobs_.film = ReadCameraFile(block.camera).camera.kind == CameraKind::kFilm;
+    constexpr int kRoundsOfStrips = 3;
+    jobs_.rounds = rounds_.value_or(block.flight.Empty() ? 1 : kRoundsOfStrips);
+    RefuseToOverwrite(JobScriptPaths(jobs_), overwrite_);
+    AskFor(&block, out);
+    for (const std::string& path : WriteJobScripts(jobs_)) out << path << "\n";
+    return submit_ ? Submit(out) : ExitCode::kAllDone;
+  }
+
+ private:
+  // What a photo takes: measured now on the first photos, or as it was measured before.
+  StageNeeds Needs(const BlockFile& block, const std::string& stage, std::ostream& out) const {
+    const std::size_t parts = std::max<std::size_t>(1, block.photos.size() / kMeasured);
+    const auto before = ReadStageNeeds(jobs_.folder, stage);
+    if (before || no_measure_) return before.value_or(kUnknown);
+    const std::size_t undone = Undone(block, stage, parts);
+    if (undone == 0) return kUnknown;
+    std::vector<std::string> words = {jobs_.program, "block", jobs_.block, "--stage", stage};
+    words.insert(words.end(), {"--part", fmt::format("1/{}", parts), "--jobs", "1", "--quiet"});
+    if (!library_.empty()) words.insert(words.end(), {"--camera-library", jobs_.camera_library});
+    const MeasuredJob job = RunMeasured(words);
+    if (job.exit_code != 0 && job.exit_code != static_cast<int>(ExitCode::kSomeNotOriented))
+      throw InputError("the first photos cannot be oriented (see above): jobs would fail likewise");
+    const StageNeeds needs{job.seconds / static_cast<double>(undone), job.megabytes};
+    WriteStageNeeds(jobs_.folder, stage, needs);
+    out << fmt::format("measured  {} orientation: {:.1f} s a photo, {:.0f} MB\n", stage,
+                       needs.seconds, needs.megabytes);
+    return needs;
+  }
+
+  // Photos of the first of `parts` that have no result yet.
+  static std::size_t Undone(const BlockFile& block, const std::string& stage, std::size_t parts) {
+    std::size_t undone = 0;
+    for (std::size_t i = 0; i < block.photos.size(); i += parts) {
+      const std::string photo = PhotoName(block.photos[i]), out = block.output_directory;
+      const std::string path =
+          stage == "interior" ? InteriorResultPath(out, photo)
+                              : ExteriorResultPath(block::StageDirectory(out, "exterior"), photo);
+      undone += fs::exists(path) ? 0 : 1;
+    }
+    return undone;
+  }
+
+  // Parts, times and memory.
+  void AskFor(BlockFile* block, std::ostream& out) {
+    const bool there = FindBlockControl(library_, block);
+    StageNeeds interior{0, 0};
+    if (jobs_.film) interior = Needs(*block, "interior", out);
+    const StageNeeds exterior = there ? Needs(*block, "exterior", out) : kUnknown;
+    if (!there)
+      out << "note      the control patches are made by the first job: exterior orientation was "
+             "not measured\n";
+    const auto photos = static_cast<double>(block->photos.size());
+    const double slower = std::max(interior.seconds, exterior.seconds);
+    const double of_part = std::clamp(kPart_s / slower, 1.0, photos);
+    jobs_.parts = parts_.value_or(
+        static_cast<int>(std::clamp(std::ceil(photos / of_part), 1.0, double{kMostTasks})));
+    const double each = std::ceil(photos / jobs_.parts);
+    const auto asked = [&](const StageNeeds& needs) {
+      constexpr double kStart_min = 10, kStart_MB = 200, kMoreMemory = 1.5;
+      return JobNeeds{
+          minutes_.value_or(static_cast<int>(kStart_min + kMargin * each * needs.seconds / 60)),
+          megabytes_.value_or(static_cast<int>(kStart_MB + kMoreMemory * needs.megabytes))};
+    };
+    jobs_.interior = asked(interior);
+    jobs_.exterior = asked(exterior);
+    // Ties take a photo about as long as its exterior orientation; the adjustment holds all of
+    // them.
+    constexpr double kWhole_min = 60, kWhole_MB = 2000, kPhoto_MB = 0.4;
+    jobs_.whole = {
+        static_cast<int>(kWhole_min + kMargin * photos * exterior.seconds / 60 / jobs_.cpus),
+        static_cast<int>(kWhole_MB + kPhoto_MB * photos +
+                         jobs_.cpus * std::max(exterior.megabytes, interior.megabytes))};
+  }
+
+  ExitCode Submit(std::ostream& out) const {
+    const std::string script =
+        (fs::path(jobs_.folder) / (engine_ == "local" ? "local.sh" : "submit.sh")).string();
+    out.flush();
+    const MeasuredJob job = RunMeasured({"/bin/bash", script});
+    if (job.exit_code != 0)
+      throw InputError(
+          fmt::format("{} ended with {}; the logs lie beside it", script, job.exit_code));
+    return ExitCode::kAllDone;
+  }
+
+  std::string block_path_, engine_ = "slurm", library_;
+  std::optional<int> parts_, rounds_, minutes_, megabytes_;
+  bool submit_ = false, no_measure_ = false, overwrite_ = false;
+  BlockJobs jobs_;
+};
+
+}  // namespace
+
+std::unique_ptr<Command> MakeSlurmCommand() { return std::make_unique<SlurmCommand>(); }
+
+}  // namespace orient

@@ -1,0 +1,22 @@
+// Who hears how far a run's tasks are in place of the terminal: a program that has Orient within
+// it.
+#pragma once
+
+#include <string>
+
+namespace orient {
+
+class ProgressWatcher {
+ public:
+  virtual ~ProgressWatcher() = default;
+  // "interior orientation", photos; from several threads, one at a time for a task. What it throws
+  // ends the run: what is finished is kept, what is not stays to be done.
+  virtual void Heard(const std::string& task, int done, int total) = 0;
+};
+
+// From now on, in place of the terminal; null: nobody. Like the run's output this is the process's.
+void WatchProgress(ProgressWatcher* watcher);
+bool ProgressIsWatched();
+void TellProgress(const std::string& task, int done, int total);
+
+}  // namespace orient
