@@ -42,7 +42,7 @@ class Commands(unittest.TestCase):
         cls.temporary = tempfile.TemporaryDirectory()
         cls.folder = pathlib.Path(cls.temporary.name)
         orient.run("simulate", out=cls.folder / "block", photos=1, camera_preset="digital",
-                   pixel_size_um=80, gsd_m=1, relief_m=30, bare=True, earth="flat")
+                   pixel_size_um=240, gsd_m=3, relief_m=30, bare=True, earth="flat")
 
     @classmethod
     def tearDownClass(cls):
@@ -57,9 +57,9 @@ class Commands(unittest.TestCase):
             orient.run("block", self.folder / "nowhere.toml")
 
     def test_output_and_messages_are_returned(self):
-        said = orient.run("cameras", "list")
+        said = orient.run("--version")
         self.assertTrue(said.all_done)
-        self.assertIn("rc10", said.output)
+        self.assertEqual(said.output, f"orient {orient.__version__}\n")
 
     def test_what_progress_raises_ends_the_command(self):
         class Enough(Exception):
@@ -69,16 +69,17 @@ class Commands(unittest.TestCase):
             raise Enough(task)
         out = self.folder / "stopped"
         with self.assertRaises(Enough):
-            orient.run("simulate", out=out, photos=2, camera_preset="digital", pixel_size_um=80,
-                       gsd_m=1, bare=True, progress=stop)
-        self.assertTrue(orient.run("cameras", "list").all_done, "the next command runs")
+            orient.run("simulate", out=out, photos=2, camera_preset="digital", pixel_size_um=240,
+                       gsd_m=3, bare=True, progress=stop)
+        self.assertTrue(orient.run("--version").all_done, "the next command runs")
 
     def test_control_c_is_a_keyboard_interrupt(self):
         main = threading.main_thread().ident
         timer = threading.Timer(0.5, lambda: signal.pthread_kill(main, signal.SIGINT))
         timer.start()
         with self.assertRaises(KeyboardInterrupt):
-            orient.run("simulate", out=self.folder / "interrupted", photos=40, gsd_m=0.3)
+            orient.run("simulate", out=self.folder / "interrupted", photos=40, camera_preset="digital",
+                       pixel_size_um=120, gsd_m=1.5)
         timer.join()
 
     def test_one_command_at_a_time(self):
@@ -86,11 +87,11 @@ class Commands(unittest.TestCase):
 
         def another(*_):
             try:
-                orient.run("cameras", "list")
+                orient.run("--version")
             except RuntimeError as error:
                 seen.append(str(error))
         orient.run("simulate", out=self.folder / "second", photos=1, camera_preset="digital",
-                   pixel_size_um=80, gsd_m=1, bare=True, progress=another)
+                   pixel_size_um=240, gsd_m=3, bare=True, progress=another)
         self.assertTrue(seen and "another command" in seen[0], seen)
 
 
@@ -103,13 +104,13 @@ class Results(unittest.TestCase):
         self.temporary.cleanup()
 
     def test_a_photo_without_a_pose_has_nan(self):
-        result = {"photo": "4711", "status": "failed",
-                  "findings": [{"code": "approximation_missing", "at_best": "failed"}]}
+        result = {"photo": "4711", "status": "failed", "pose": None, "covariance": None,
+                  "sigma0_px": None, "iterations": [], "patches": [], "messages": [],
+                  "findings": [{"code": "no_approximation", "at_best": "failed"}]}
         (self.folder / "4711.exterior.json").write_text(json.dumps(result), encoding="utf-8")
-        try:
-            block = orient.Block(self.folder)
-        except orient.InputError as error:
-            self.skipTest(f"the format has changed: {error}")
+        block = orient.Block(self.folder)
+        self.assertEqual(block.statuses, ["failed"])
+        self.assertIn("approximat", str(block["4711"].findings[0]))
         self.assertTrue(np.isnan(block.positions).all() and block.positions.shape == (1, 3))
         self.assertEqual(block.covariances.shape, (1, 6, 6))
 
@@ -166,7 +167,7 @@ class Stubs(unittest.TestCase):
         for name, member in inspect.getmembers(_native):
             if name.startswith("_"):
                 continue
-            self.assertRegex(stubs, rf"(class|def) {name}\b|^{name}:", name)
+            self.assertRegex(stubs, rf"(?m)^((class|def) {name}\b|{name}:)", name)
             if not inspect.isclass(member) or issubclass(member, Exception):
                 continue
             body = re.search(rf"^class {name}.*?(?=^\S)", stubs, re.MULTILINE | re.DOTALL).group(0)

@@ -96,16 +96,17 @@ Markup ProjectText(const std::string& title, const Contents& contents) {
   Markup tree, order, layers;
   for (const Layer& layer : contents.layers) {
     const std::string style = WithinStyle(layer.style);
-    tree += Fill("project.qgs#tree", {{"id", layer.id},
+    const std::string id = "orient_block_" + layer.id;  // QGIS makes others of ten letters or less
+    tree += Fill("project.qgs#tree", {{"id", id},
                                       {"title", layer.title},
                                       {"source", layer.source},
                                       {"provider", layer.is_raster ? "gdal" : "ogr"},
                                       {"checked", layer.shown ? "Qt::Checked" : "Qt::Unchecked"}});
-    order += Fill("project.qgs#order", {{"id", layer.id}});
+    order += Fill("project.qgs#order", {{"id", id}});
     layers += Fill("project.qgs#layer",
                    {{"type", layer.is_raster ? "raster" : "vector"},
                     {"labels", style.find("<labeling") == std::string::npos ? "0" : "1"},
-                    {"id", layer.id},
+                    {"id", id},
                     {"title", layer.title},
                     {"source", layer.source},
                     {"provider", layer.is_raster ? "gdal" : "ogr"},
