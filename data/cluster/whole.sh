@@ -12,8 +12,11 @@ set -u
 code=$?
 # 3: done, but some photos were not oriented; the report says why.
 if [ $code -eq 3 ]; then exit 0; fi
-if [ $code -eq 4 ] && [ -n "${SLURM_JOB_ID:-}" ] && [ "${SLURM_RESTART_COUNT:-0}" -lt 5 ]; then
-  sleep 60
-  scontrol requeue "$SLURM_JOB_ID"
+# Killed, or 4: the machine refused (disk, memory, quota). The same again, later, perhaps elsewhere.
+if [ $code -eq 4 ] || [ $code -gt 128 ]; then
+  if [ -n "${SLURM_JOB_ID:-}" ] && [ "${SLURM_RESTART_COUNT:-0}" -lt 5 ]; then
+    [ $code -gt 128 ] || sleep 60
+    scontrol requeue "$SLURM_JOB_ID"
+  fi
 fi
 exit $code

@@ -10,12 +10,14 @@
 //   ORIENT_FAULT_ON      1: every later one fails, too
 //   ORIENT_FAULT_TRACE   set: who made the call that fails is told on standard error
 //   ORIENT_FAULT_COUNT   file that is given the number of calls of each kind at the end
+//   ORIENT_FAULT_NO_LOCKS  set: the file system knows no locks, as NFS without its lock daemon
 //
 // Nothing is flushed to the disk indeed, which would only take time: the machine does not fail.
 #include <dirent.h>
 #include <dlfcn.h>
 #include <execinfo.h>
 #include <fcntl.h>
+#include <sys/file.h>
 #include <sys/stat.h>
 #include <sys/types.h>
 #include <unistd.h>
@@ -267,6 +269,12 @@ int renameat2(int from_folder, const char* from, int to_folder, const char* to,
 int mkdir(const char* path, mode_t mode) {
   if (FailsWriting(Below(path))) return -1;
   return REAL(mkdir)(path, mode);
+}
+
+int flock(int file, int operation) {
+  if (std::getenv("ORIENT_FAULT_NO_LOCKS") == nullptr) return REAL(flock)(file, operation);
+  errno = ENOLCK;
+  return -1;
 }
 
 int unlink(const char* path) {

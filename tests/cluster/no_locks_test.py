@@ -1,0 +1,62 @@
+#!/usr/bin/env python3
+"""CTest `parts_without_locks`: where the file system knows no locks, parts side by side, each done
+twice at once, still make the block that one run makes, byte for byte.
+
+    no_locks_test.py ORIENT INJECTOR
+"""
+
+import os
+import pathlib
+import shutil
+import subprocess
+import sys
+import tempfile
+
+from slurm_test import contents, run
+
+PARTS = 4  # each by two processes
+
+
+def make_film_block(orient, folder):
+    run(orient, "simulate", "--out", folder, "--photos", 4, "--pixel-size-um", 60, "--gsd-m", 0.8)
+    old = folder / "old"
+    run(orient, "patchdb", "create", folder / "patches.gpkg", "--crs", "EPSG:32635")
+    run(orient, "patchdb", "harvest", folder / "patches.gpkg", "--camera", old / "camera.toml",
+        "--orientation", old / "orientation.csv", "--interior", old / "interior",
+        "--dem", folder / "dem.tif", *sorted((old / "photos").glob("*.tif")))
+
+
+def side_by_side(orient, block, stage, environment):
+    words = [str(orient), "block", str(block), "--stage", stage, "--jobs", "1", "--part"]
+    runs = [subprocess.Popen(words + [f"{part}/{PARTS}"], env=environment, text=True,
+                             stdout=subprocess.PIPE, stderr=subprocess.STDOUT)
+            for part in range(1, PARTS + 1) for _ in range(2)]
+    for one in runs:
+        said = one.communicate()[0]
+        if one.returncode != 0:
+            sys.exit(f"{stage}: exit code {one.returncode}\n{said}")
+
+
+def main(orient, injector):
+    orient = pathlib.Path(orient).resolve()
+    environment = {**os.environ, "LD_PRELOAD": injector, "ORIENT_FAULT_NO_LOCKS": "1"}
+    with tempfile.TemporaryDirectory() as temporary:
+        one, many = pathlib.Path(temporary) / "one", pathlib.Path(temporary) / "many"
+        make_film_block(orient, one)
+        shutil.copytree(one, many)
+        run(orient, "block", one / "block.toml", codes=(0, 3))
+        block = many / "block.toml"
+        side_by_side(orient, block, "interior", environment)
+        run("env", f"LD_PRELOAD={injector}", "ORIENT_FAULT_NO_LOCKS=1", orient, "block", block,
+            "--stage", "interior")
+        side_by_side(orient, block, "exterior", environment)
+        run(orient, "block", block, codes=(0, 3))
+        expected, made = contents(one / "out"), contents(many / "out")
+        other = sorted(name for name in expected.keys() | made.keys()
+                       if expected.get(name) != made.get(name))
+        print(f"{len(other)} of {len(expected)} files are other than those of one run", *other[:20])
+        return 1 if other or not expected else 0
+
+
+if __name__ == "__main__":
+    sys.exit(main(*sys.argv[1:]))
