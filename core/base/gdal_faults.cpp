@@ -1,5 +1,6 @@
 #include "core/base/gdal_faults.h"
 
+#include <cpl_conv.h>
 #include <cpl_error.h>
 #include <cpl_string.h>
 #include <cpl_vsi_virtual.h>
@@ -13,6 +14,7 @@
 #include <string_view>
 
 #include "core/base/environment_error.h"
+#include "core/base/remote_files.h"
 
 namespace orient {
 namespace {
@@ -38,10 +40,21 @@ void Note(const char* doing, const std::string& path, int error) {
   if (IsOfEnvironment(error)) Note(doing, path, std::strerror(error));
 }
 
+// Of an answer that broke off GDAL keeps the half, and of a refused one that there is no such file.
+// What it keeps of a remote file is forgotten when one that is opened "not cached" is closed
+// (VSICurlPartialClearCache() knows GDAL's own handlers alone, not those that watch them).
+void Forget(VSIFilesystemHandler* files, const char* path) {
+  const CPLConfigOptionSetter not_cached(
+      "CPL_VSIL_CURL_NON_CACHED", "/vsicurl/http:/vsicurl/https:/vsis3/:/vsigs/:/vsiaz/", false);
+  delete files->Open(path, "rb", false, nullptr);
+}
+
 class WatchedFile final : public VSIVirtualHandle {
  public:
-  WatchedFile(VSIVirtualHandle* file, const char* path, bool writes, bool remote)
-      : file_(file), path_(path), writes_(writes), remote_(remote) {}
+  // `files` is what opened it; it can be asked for a remote one again.
+  WatchedFile(VSIVirtualHandle* file, VSIFilesystemHandler* files, const char* path, bool writes,
+              bool remote)
+      : file_(file), files_(files), path_(path), writes_(writes), remote_(remote) {}
 
   size_t Read(void* bytes, size_t size, size_t count) override {
     if (broken_) return 0;
@@ -50,6 +63,14 @@ class WatchedFile final : public VSIVirtualHandle {
     // libtiff crashes where it cannot read back what it has just written.
     if (done < count && writes_ && file_->Eof() == 0 && file_->Seek(at, SEEK_SET) == 0)
       done = file_->Read(bytes, size, count);
+    if (done < count && remote_ && !IsAtEnd())
+      Patiently([&] {
+        auto again = OpenAgain();
+        if (again == nullptr || again->Seek(at, SEEK_SET) != 0) return false;
+        file_ = std::move(again);
+        done = file_->Read(bytes, size, count);
+        return done == count || IsAtEnd();
+      });
     if (done < count && (remote_ ? !IsAtEnd() : file_->Eof() == 0 && IsRegular()))
       Note("read", path_, EIO);
     return done;
@@ -57,14 +78,22 @@ class WatchedFile final : public VSIVirtualHandle {
   int ReadMultiRange(int count, void** data, const vsi_l_offset* at, const size_t* sizes) override {
     // In one piece only where that is quicker: the others come through Read.
     if (!remote_) return VSIVirtualHandle::ReadMultiRange(count, data, at, sizes);
-    const int result = file_->ReadMultiRange(count, data, at, sizes);
+    // All at once nothing is asked for again: one of many is soon refused. Then one by one.
+    int result = file_->ReadMultiRange(count, data, at, sizes);
+    if (result != 0) result = VSIVirtualHandle::ReadMultiRange(count, data, at, sizes);
     if (result != 0) Note("read", path_, EIO);
     return result;
   }
   size_t PRead(void* bytes, size_t size, vsi_l_offset at) const override {
     errno = 0;
-    const size_t done = file_->PRead(bytes, size, at);
-    if (done != size) Note("read", path_, errno);
+    size_t done = file_->PRead(bytes, size, at);
+    if (done != size && remote_)
+      Patiently([&] {
+        const auto again = OpenAgain();
+        if (again != nullptr) done = again->PRead(bytes, size, at);
+        return done == size;
+      });
+    if (done != size) Note("read", path_, remote_ ? EIO : errno);
     return done;
   }
   size_t Write(const void* bytes, size_t size, size_t count) override {
@@ -94,6 +123,11 @@ class WatchedFile final : public VSIVirtualHandle {
   }
 
  private:
+  std::unique_ptr<VSIVirtualHandle> OpenAgain() const {
+    Forget(files_, path_.c_str());
+    return std::unique_ptr<VSIVirtualHandle>(files_->Open(path_.c_str(), "rb", true, nullptr));
+  }
+
   template <class Work>
   int Noted(const Work& work) {
     errno = 0;
@@ -119,6 +153,7 @@ class WatchedFile final : public VSIVirtualHandle {
   }
 
   std::unique_ptr<VSIVirtualHandle> file_;
+  VSIFilesystemHandler* files_;
   std::string path_;
   bool writes_, remote_;
   // Could not be written: libtiff would look for ever for what it believes to be in it.
@@ -132,17 +167,22 @@ class WatchedFiles final : public VSIFilesystemHandler {
 
   VSIVirtualHandle* Open(const char* path, const char* access, bool tell,
                          CSLConstList options) override {
-    errno = 0;
-    VSIErrorReset();
-    VSIVirtualHandle* file = files_->Open(path, access, tell || remote_, options);
+    VSIVirtualHandle* file = nullptr;
+    int error = 0;
+    const auto open = [&] {
+      errno = 0;
+      VSIErrorReset();
+      file = files_->Open(path, access, tell || remote_, options);
+      error = errno;
+      return file != nullptr || !remote_ || !Unanswered();
+    };
+    if (!open()) Patiently([&] { return Forget(files_.get(), path), open(); });
     const bool writes = std::strpbrk(access, "wa+") != nullptr;
-    if (file != nullptr) return new WatchedFile(file, path, writes, remote_);
-    const int error = errno;
+    if (file != nullptr) return new WatchedFile(file, files_.get(), path, writes, remote_);
     if (!remote_)
       Note("open", path, error);
-    else if (const std::string_view said = VSIGetLastErrorMsg();
-             !said.empty() && said.find("response code: 4") == std::string_view::npos)
-      Note("open", path, said.data());
+    else if (Unanswered())
+      Note("open", path, VSIGetLastErrorMsg());
     errno = error;
     return nullptr;
   }
@@ -168,6 +208,12 @@ class WatchedFiles final : public VSIFilesystemHandler {
   const char* GetOptions() override { return files_->GetOptions(); }
 
  private:
+  // Neither the file nor that there is none (404), or none for us (401, 403).
+  static bool Unanswered() {
+    const std::string_view said = VSIGetLastErrorMsg();
+    return !said.empty() && said.find("response code: 4") == std::string_view::npos;
+  }
+
   std::unique_ptr<VSIFilesystemHandler> files_;
   bool remote_;
 };
@@ -175,6 +221,7 @@ class WatchedFiles final : public VSIFilesystemHandler {
 }  // namespace
 
 void WatchGdalFiles() {
+  AskPatiently();
   for (const char* place : {"", "/vsicurl/", "/vsis3/", "/vsigs/", "/vsiaz/"}) {
     VSIFilesystemHandler* files = VSIFileManager::GetHandler(place);
     const bool remote = *place != '\0';

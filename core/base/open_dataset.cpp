@@ -13,6 +13,7 @@
 
 #include "core/base/error.h"
 #include "core/base/quiet_gdal.h"
+#include "core/base/remote_files.h"
 
 namespace orient {
 namespace {
@@ -60,9 +61,10 @@ void RequireNoPipe(const std::string& path) {
     throw InputError(path + ": is a pipe, a socket or a device; give a file");
 }
 
-GDALDatasetUniquePtr Open(const std::string& path, unsigned kind,
+GDALDatasetUniquePtr Open(const std::string& name, unsigned kind,
                           const std::vector<const char*>& formats, const char* virtual_format) {
   RegisterGdalDrivers();
+  const std::string path = GdalName(name);
   const unsigned flags = kind | GDAL_OF_READONLY | GDAL_OF_VERBOSE_ERROR;
   const auto open = [&](char** drivers) {
     return Watched(

@@ -13,6 +13,7 @@
 #include "core/base/atomic_write.h"
 #include "core/base/date.h"
 #include "core/base/error.h"
+#include "core/base/remote_files.h"
 #include "core/files/flight_plan_keys.h"
 #include "core/files/orientation_table.h"
 #include "core/files/toml_fields.h"
@@ -25,10 +26,8 @@ namespace fs = std::filesystem;
 // Stands for the patch database that a run makes in its output directory, until it is named.
 constexpr const char* kControlDatabase = "control.gpkg";
 
-bool IsVirtual(const std::string& path) { return path.starts_with("/vsi"); }
-
 std::string Resolve(const std::string& base, const std::string& path) {
-  if (IsVirtual(path)) return path;
+  if (const std::string name = GdalName(path); IsVirtual(name)) return name;
   return (fs::path(base) / path).lexically_normal().string();
 }
 
@@ -48,7 +47,19 @@ std::string Escaped(const std::string& text) {
   return escaped;
 }
 
+bool IsPattern(const std::string& text) { return text.find_first_of("*?[") != std::string::npos; }
+
+// Of an address only the last part may be one: what follows a ? is a question to the server.
+bool IsRemotePattern(const std::string& name) {
+  return IsRemote(name) && name.substr(name.rfind('/')).find_first_of("*[") != std::string::npos;
+}
+
 std::vector<std::string> Matches(const std::string& pattern, const std::string& base) {
+  if (const std::string remote = GdalName(pattern); IsRemotePattern(remote)) {
+    const std::vector<std::string> found = RemoteMatches(remote);
+    if (found.empty()) throw InputError("no photo matches " + pattern + "; check the spelling");
+    return found;
+  }
   if (const std::string plain = Resolve(base, pattern); IsVirtual(plain) || Exists(plain)) {
     std::error_code ignored;
     if (!IsVirtual(plain) && fs::is_directory(plain, ignored))
@@ -210,8 +221,6 @@ EarthMode ReadEarth(const TomlTable& root) {
     root.Fail("earth", fmt::format("is \"{}\"; it must be auto, flat or curved", earth));
   return mode->second;
 }
-
-bool IsPattern(const std::string& text) { return text.find_first_of("*?[") != std::string::npos; }
 
 using PathsByName = std::map<std::string, std::set<std::string>>;
 

@@ -1,0 +1,81 @@
+#include "core/base/remote_files.h"
+
+#include <cpl_conv.h>
+#include <cpl_string.h>
+#include <cpl_vsi.h>
+#include <fmt/format.h>
+#include <fnmatch.h>
+
+#include <algorithm>
+#include <array>
+#include <chrono>
+#include <thread>
+#include <utility>
+
+#include "core/base/environment_error.h"
+#include "core/base/quiet_gdal.h"
+
+namespace orient {
+namespace {
+
+using Names = std::pair<const char*, const char*>;
+
+constexpr std::array<Names, 5> kPlaces = {Names{"s3://", "/vsis3/"},
+                                          {"gs://", "/vsigs/"},
+                                          {"az://", "/vsiaz/"},
+                                          {"http://", "/vsicurl/http://"},
+                                          {"https://", "/vsicurl/https://"}};
+
+constexpr std::array<const char*, 5> kRemote = {"/vsicurl/", "/vsicurl?", "/vsis3/", "/vsigs/",
+                                                "/vsiaz/"};
+
+}  // namespace
+
+std::string GdalName(const std::string& name) {
+  for (const auto& [scheme, place] : kPlaces)
+    if (name.starts_with(scheme)) return place + name.substr(std::string(scheme).size());
+  return name;
+}
+
+bool IsVirtual(const std::string& gdal_name) { return gdal_name.starts_with("/vsi"); }
+
+bool IsRemote(const std::string& gdal_name) {
+  return std::any_of(kRemote.begin(), kRemote.end(),
+                     [&](const char* place) { return gdal_name.starts_with(place); });
+}
+
+std::vector<std::string> RemoteMatches(const std::string& pattern) {
+  const std::size_t slash = pattern.rfind('/');
+  const std::string folder = pattern.substr(0, slash), name = pattern.substr(slash + 1);
+  RegisterGdalDrivers();
+  const QuietGdal quiet;
+  const CPLStringList listed(VSIReadDir(folder.c_str()));
+  if (listed.Count() == 0)
+    throw EnvironmentError(
+        fmt::format("{} cannot be listed, or holds nothing; name the photos one by one, or in a "
+                    "file (@FILE)",
+                    folder));
+  std::vector<std::string> found;
+  for (int i = 0; i < listed.Count(); ++i)
+    if (fnmatch(name.c_str(), listed[i], FNM_PERIOD) == 0)
+      found.push_back(folder + "/" + listed[i]);
+  std::sort(found.begin(), found.end());
+  return found;
+}
+
+void AskPatiently() {
+  constexpr std::array<Names, 5> kSettings = {Names{"GDAL_HTTP_MAX_RETRY", "5"},
+                                              {"GDAL_HTTP_RETRY_DELAY", "0.5"},
+                                              {"GDAL_HTTP_CONNECTTIMEOUT", "20"},
+                                              // Less than a kilobyte a second for half a minute.
+                                              {"GDAL_HTTP_LOW_SPEED_LIMIT", "1000"},
+                                              {"GDAL_HTTP_LOW_SPEED_TIME", "30"}};
+  for (const auto& [key, value] : kSettings)
+    if (CPLGetConfigOption(key, nullptr) == nullptr) CPLSetConfigOption(key, value);
+}
+
+void PauseBefore(int attempt) {
+  std::this_thread::sleep_for(std::chrono::milliseconds(250 << attempt));
+}
+
+}  // namespace orient

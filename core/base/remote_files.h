@@ -1,0 +1,40 @@
+// Files in object storage and on web servers: their names, and what is to be expected of a network.
+#pragma once
+
+#include <string>
+#include <vector>
+
+namespace orient {
+
+// "s3://bucket/scan.tif" as GDAL calls it, "/vsis3/bucket/scan.tif"; likewise gs://, az://, http://
+// and https://. Other names are returned as they are.
+std::string GdalName(const std::string& name);
+
+// By its name: one that GDAL reads by itself (/vsi...), in the network or not; one in the network.
+bool IsVirtual(const std::string& gdal_name);
+bool IsRemote(const std::string& gdal_name);
+
+// The files of a remote folder that match a shell's pattern in the last part of `pattern`, sorted.
+// Throws EnvironmentError where the folder cannot be listed: a web server may not let one.
+std::vector<std::string> RemoteMatches(const std::string& pattern);
+
+// How GDAL asks: again where a server is busy, and not for ever where it says nothing. What the
+// environment says (GDAL_HTTP_...) comes first.
+void AskPatiently();
+
+// Calls `attempt` until it returns true, four times at most, with pauses that grow.
+template <typename Attempt>
+bool Patiently(const Attempt& attempt);
+void PauseBefore(int attempt);
+
+template <typename Attempt>
+bool Patiently(const Attempt& attempt) {
+  constexpr int kAttempts = 4;
+  for (int i = 0; i < kAttempts; ++i) {
+    if (i > 0) PauseBefore(i);
+    if (attempt()) return true;
+  }
+  return false;
+}
+
+}  // namespace orient

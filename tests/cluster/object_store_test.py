@@ -1,0 +1,103 @@
+#!/usr/bin/env python3
+"""CTest `object_store`: scans on an unreliable web server give the results that local ones give.
+
+    object_store_test.py ORIENT [DELAY_S [PHOTOS [PIXEL_UM]]]
+
+5 % of the requests are answered by 503, 1 % of the answers break off. Then the server refuses all:
+the run ends with 4, no photo has failed, and the same command goes on when it is back. Says how many
+bytes were read.
+"""
+
+import json
+import pathlib
+import re
+import subprocess
+import sys
+import tempfile
+
+from object_store import ObjectStore
+
+BUSY, CUT = 0.05, 0.01
+# Where a result says of which file it was made: the same content under another name.
+OF_THE_PLACE = {"run.json", "report.html", "block.gpkg", "block.qgz"}
+
+
+def run(*words, codes=(0,)):
+    done = subprocess.run([str(word) for word in words], capture_output=True, text=True, check=False)
+    if done.returncode not in codes:
+        sys.exit(f"{' '.join(map(str, words))}: {done.returncode}\n{done.stdout}{done.stderr}")
+    return done
+
+
+def make_block(orient, folder, photos, pixel_um):
+    run(orient, "simulate", "--out", folder, "--photos", photos, "--pixel-size-um", pixel_um)
+    old = folder / "old"
+    run(orient, "patchdb", "create", folder / "patches.gpkg", "--crs", "EPSG:32635")
+    run(orient, "patchdb", "harvest", folder / "patches.gpkg", "--camera", old / "camera.toml",
+        "--orientation", old / "orientation.csv", "--interior", old / "interior",
+        "--dem", folder / "dem.tif", *sorted((old / "photos").glob("*.tif")))
+
+
+def with_scans(folder, name, photos, out):
+    text = (folder / "block.toml").read_text()
+    text = re.sub(r"photos = .*", f"photos = {json.dumps(photos)}", text)
+    text = text.replace('directory = "out"', f'directory = "{out}"')
+    (folder / name).write_text(text)
+    return folder / name
+
+
+def contents(out):
+    return {str(path.relative_to(out)): path.read_bytes() for path in sorted(out.rglob("*"))
+            if path.is_file() and path.name not in OF_THE_PLACE}
+
+
+def statuses(out):
+    return sorted(json.loads(path.read_text())["status"] for path in out.glob("*.interior.json"))
+
+
+def main(orient, delay_s="0.02", photos="3", pixel_um="25"):
+    orient = pathlib.Path(orient).resolve()
+    found = []
+    with tempfile.TemporaryDirectory() as temporary:
+        folder = pathlib.Path(temporary) / "block"
+        make_block(orient, folder, photos, pixel_um)
+        run(orient, "block", folder / "block.toml")
+        expected = contents(folder / "out")
+        scans = sum(scan.stat().st_size for scan in (folder / "scans").glob("*.tif"))
+        with ObjectStore(folder, BUSY, CUT, float(delay_s)) as store:
+            # Asterisk in an address: the server lists its folder.
+            block = with_scans(folder, "remote.toml", [store.url + "/scans/*.tif"], "remote")
+            for stage in ("interior", "exterior"):
+                run(orient, "block", block, "--stage", stage)
+            share = store.bytes_sent / scans
+            print(f"interior and exterior: {store.requests} requests, {store.faults} faults, "
+                  f"{store.bytes_sent / 1e6:.1f} MB, {100 * share:.0f} % of the scans")
+            run(orient, "block", block)
+            print(f"block: {store.requests} requests, {store.faults} faults, "
+                  f"{store.bytes_sent / 1e6:.1f} MB")
+            if store.faults == 0:
+                found.append("there was no fault: nothing was tried")
+        made = contents(folder / "remote")
+        other = sorted(name for name in expected.keys() | made.keys()
+                       if expected.get(name) != made.get(name))
+        if other:
+            found.append(f"{len(other)} of {len(expected)} files are other: {other[:10]}")
+
+        store = ObjectStore(folder, busy=1)
+        with store:
+            names = [f"{store.url}/scans/{scan.name}" for scan in (folder / "scans").glob("*.tif")]
+            block = with_scans(folder, "silent.toml", sorted(names), "silent")
+            silent = run("env", "GDAL_HTTP_MAX_RETRY=0", orient, "block", block, codes=range(256))
+            if silent.returncode != 4 or statuses(folder / "silent"):
+                found.append(f"a server that refuses: exit code {silent.returncode}, "
+                             f"{statuses(folder / 'silent')}: {silent.stderr}")
+            store.busy = 0
+            back = run(orient, "block", block, codes=range(256))
+            if back.returncode != 0 or set(statuses(folder / "silent")) != {"ok"}:
+                found.append(f"when it is back: {back.returncode} {back.stdout}{back.stderr}")
+    print("\n".join(found) or "scans on a web server give what local ones give")
+    return 1 if found else 0
+
+
+if __name__ == "__main__":
+    sys.exit(main(*sys.argv[1:]))
