@@ -179,15 +179,28 @@ class WatchedFiles final : public VSIFilesystemHandler {
     if (!open()) Patiently([&] { return Forget(files_.get(), path), open(); });
     const bool writes = std::strpbrk(access, "wa+") != nullptr;
     if (file != nullptr) return new WatchedFile(file, files_.get(), path, writes, remote_);
-    if (!remote_)
+    if (!remote_) {
       Note("open", path, error);
-    else if (Unanswered())
+    } else if (Unanswered()) {
       Note("open", path, VSIGetLastErrorMsg());
+      Forget(files_.get(), path);
+    }
     errno = error;
     return nullptr;
   }
   int Stat(const char* path, VSIStatBufL* status, int flags) override {
-    return files_->Stat(path, status, flags);
+    if (!remote_) return files_->Stat(path, status, flags);
+    int result = -1;
+    const auto ask = [&] {
+      VSIErrorReset();
+      result = files_->Stat(path, status, flags | VSI_STAT_SET_ERROR_FLAG);
+      return result == 0 || !Unanswered();
+    };
+    if (!ask() && !Patiently([&] { return Forget(files_.get(), path), ask(); })) {
+      Note("ask for", path, VSIGetLastErrorMsg());
+      Forget(files_.get(), path);
+    }
+    return result;
   }
   int Unlink(const char* path) override { return files_->Unlink(path); }
   int Rename(const char* from, const char* to) override { return files_->Rename(from, to); }

@@ -1,6 +1,7 @@
 #include "core/base/remote_files.h"
 
 #include <cpl_conv.h>
+#include <cpl_error.h>
 #include <cpl_string.h>
 #include <cpl_vsi.h>
 #include <fmt/format.h>
@@ -13,7 +14,6 @@
 #include <utility>
 
 #include "core/base/environment_error.h"
-#include "core/base/quiet_gdal.h"
 
 namespace orient {
 namespace {
@@ -47,8 +47,8 @@ bool IsRemote(const std::string& gdal_name) {
 std::vector<std::string> RemoteMatches(const std::string& pattern) {
   const std::size_t slash = pattern.rfind('/');
   const std::string folder = pattern.substr(0, slash), name = pattern.substr(slash + 1);
-  RegisterGdalDrivers();
-  const QuietGdal quiet;
+  AskPatiently();
+  const CPLErrorHandlerPusher quiet(CPLQuietErrorHandler);
   const CPLStringList listed(VSIReadDir(folder.c_str()));
   if (listed.Count() == 0)
     throw EnvironmentError(
@@ -64,7 +64,7 @@ std::vector<std::string> RemoteMatches(const std::string& pattern) {
 }
 
 void AskPatiently() {
-  constexpr std::array<Names, 5> kSettings = {Names{"GDAL_HTTP_MAX_RETRY", "5"},
+  constexpr std::array<Names, 5> kSettings = {Names{"GDAL_HTTP_MAX_RETRY", "3"},
                                               {"GDAL_HTTP_RETRY_DELAY", "0.5"},
                                               {"GDAL_HTTP_CONNECTTIMEOUT", "20"},
                                               // Less than a kilobyte a second for half a minute.
