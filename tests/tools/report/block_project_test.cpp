@@ -16,7 +16,7 @@ namespace {
 namespace fs = std::filesystem;
 
 std::string ProjectIn(const std::string& qgz) {
-  VSILFILE* file = VSIFOpenL(("/vsizip/" + qgz + "/block.qgs").c_str(), "rb");
+  VSILFILE* file = VSIFOpenL(("/vsizip/{" + qgz + "}/block.qgs").c_str(), "rb");
   if (file == nullptr) return "";
   std::string text(1 << 20, '\0');
   text.resize(VSIFReadL(text.data(), 1, text.size(), file));

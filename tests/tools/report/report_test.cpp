@@ -432,8 +432,12 @@ TEST(ReportCommand, WritesPageAndGeopackageAndNamesThem) {
   WriteExampleBlock(folder.Path());
   std::string out, err;
   EXPECT_EQ(RunReport(folder.Path(), &out, &err), 0) << err;
-  EXPECT_EQ(out, (folder / "report.html") + "\n" + (folder / "block.gpkg") + "\n");
-  EXPECT_TRUE(std::filesystem::exists(folder / "block.gpkg"));
+  std::string paths;
+  for (const char* file : {"report.html", "block.gpkg", "block.qgz"}) {
+    paths += (folder / file) + "\n";
+    EXPECT_TRUE(std::filesystem::exists(folder / file)) << file;
+  }
+  EXPECT_EQ(out, paths);
 }
 
 TEST(ReportCommand, WithoutCrsThereIsNoGeopackage) {
