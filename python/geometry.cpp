@@ -42,15 +42,23 @@ PhotoView OfPose(const std::string& camera_path, const Array& pose) {
   if (camera.kind != CameraKind::kDigital)
     throw InputError(camera_path + " is a film camera: its photos need their interior orientation");
   const auto rows = ToRows<6>(pose, "pose");
+  if (rows.size() != 1) throw py::value_error("pose must be one pose: six numbers");
   return {camera, DigitalPhotoFromPixel(camera), Pose::FromVector(rows.front())};
 }
 
-// Outside the camera's frame the lens is not known: NaN there, and behind the camera.
+// Outside the camera's frame the lens is not known: NaN there, and behind the camera. The frame's
+// corners belong to it, whatever rounding makes of them.
+constexpr double kRounding_mm = 1e-6;
+
+bool Shows(const PhotoView& view, const Eigen::Vector2d& pixel) {
+  return view.camera.InFrame(view.PhotoFromPixel(pixel), kRounding_mm);
+}
+
 Array PixelsOf(const PhotoView& view, const Array& ground) {
   std::vector<std::optional<Eigen::Vector2d>> pixels;
   for (const Eigen::Vector3d& point : ToRows<3>(ground, "ground points")) {
     const auto photo_mm = PhotoFromGround(view.camera, view.pose, point);
-    const bool shown = photo_mm && view.camera.InFrame(*photo_mm);
+    const bool shown = photo_mm && view.camera.InFrame(*photo_mm, kRounding_mm);
     pixels.push_back(shown ? std::optional(view.PixelFromPhoto(*photo_mm)) : std::nullopt);
   }
   return Rows<2>(pixels);
@@ -66,7 +74,9 @@ Array PhotoFromPixels(const PhotoView& view, const Array& pixels) {
 Array RaysOf(const PhotoView& view, const Array& pixels) {
   std::vector<std::optional<Eigen::Vector3d>> directions;
   for (const Eigen::Vector2d& pixel : ToRows<2>(pixels, "pixels")) {
-    const auto ray = GroundRayFromPhoto(view.camera, view.pose, view.PhotoFromPixel(pixel));
+    const auto ray = Shows(view, pixel) ? GroundRayFromPhoto(view.camera, view.pose,
+                                                             view.PhotoFromPixel(pixel))
+                                        : std::nullopt;
     directions.push_back(ray ? std::optional(ray->direction) : std::nullopt);
   }
   return Rows<3>(directions);
@@ -75,7 +85,7 @@ Array RaysOf(const PhotoView& view, const Array& pixels) {
 Array GroundOf(const PhotoView& view, const Array& pixels, const GroundSurface& surface) {
   std::vector<std::optional<Eigen::Vector3d>> ground;
   for (const Eigen::Vector2d& pixel : ToRows<2>(pixels, "pixels"))
-    ground.push_back(view.GroundFromPixel(pixel, surface));
+    ground.push_back(Shows(view, pixel) ? view.GroundFromPixel(pixel, surface) : std::nullopt);
   return Rows<3>(ground);
 }
 

@@ -7,6 +7,7 @@
 #include <fmt/format.h>
 #include <sys/stat.h>
 
+#include <algorithm>
 #include <cerrno>
 #include <cstdint>
 #include <cstring>
@@ -54,7 +55,9 @@ class WatchedFile final : public VSIVirtualHandle {
   // `files` is what opened it; it can be asked for a remote one again.
   WatchedFile(VSIVirtualHandle* file, VSIFilesystemHandler* files, const char* path, bool writes,
               bool remote)
-      : file_(file), files_(files), path_(path), writes_(writes), remote_(remote) {}
+      : file_(file), files_(files), path_(path), writes_(writes), remote_(remote) {
+    if (remote) remote_size_ = SizeOf(*file_);
+  }
 
   size_t Read(void* bytes, size_t size, size_t count) override {
     if (broken_) return 0;
@@ -87,13 +90,18 @@ class WatchedFile final : public VSIVirtualHandle {
   size_t PRead(void* bytes, size_t size, vsi_l_offset at) const override {
     errno = 0;
     size_t done = file_->PRead(bytes, size, at);
-    if (done != size && remote_)
+    if (!remote_) {
+      if (done != size) Note("read", path_, errno);
+      return done;
+    }
+    const size_t there = at < remote_size_ ? std::min<vsi_l_offset>(size, remote_size_ - at) : 0;
+    if (done < there)
       Patiently([&] {
         const auto again = OpenAgain();
         if (again != nullptr) done = again->PRead(bytes, size, at);
-        return done == size;
+        return done >= there;
       });
-    if (done != size) Note("read", path_, remote_ ? EIO : errno);
+    if (done < there) Note("read", path_, EIO);
     return done;
   }
   size_t Write(const void* bytes, size_t size, size_t count) override {
@@ -123,9 +131,19 @@ class WatchedFile final : public VSIVirtualHandle {
   }
 
  private:
+  // Null where the server does not answer, or now has a file of another size.
   std::unique_ptr<VSIVirtualHandle> OpenAgain() const {
     Forget(files_, path_.c_str());
-    return std::unique_ptr<VSIVirtualHandle>(files_->Open(path_.c_str(), "rb", true, nullptr));
+    std::unique_ptr<VSIVirtualHandle> again(files_->Open(path_.c_str(), "rb", true, nullptr));
+    if (again != nullptr && SizeOf(*again) != remote_size_) again.reset();
+    return again;
+  }
+
+  static vsi_l_offset SizeOf(VSIVirtualHandle& file) {
+    file.Seek(0, SEEK_END);
+    const vsi_l_offset size = file.Tell();
+    file.Seek(0, SEEK_SET);
+    return size;
   }
 
   template <class Work>
@@ -144,18 +162,13 @@ class WatchedFile final : public VSIVirtualHandle {
   }
 
   // A server that does not answer is an end of the file to GDAL.
-  bool IsAtEnd() {
-    const vsi_l_offset at = file_->Tell();
-    const bool known = file_->Seek(0, SEEK_END) == 0;
-    const vsi_l_offset size = file_->Tell();
-    file_->Seek(at, SEEK_SET);
-    return known && at >= size;
-  }
+  bool IsAtEnd() { return file_->Tell() >= remote_size_; }
 
   std::unique_ptr<VSIVirtualHandle> file_;
   VSIFilesystemHandler* files_;
   std::string path_;
   bool writes_, remote_;
+  vsi_l_offset remote_size_ = 0;  // as it was when the file was opened
   // Could not be written: libtiff would look for ever for what it believes to be in it.
   bool broken_ = false;
 };
@@ -221,10 +234,15 @@ class WatchedFiles final : public VSIFilesystemHandler {
   const char* GetOptions() override { return files_->GetOptions(); }
 
  private:
-  // Neither the file nor that there is none (404), or none for us (401, 403).
+  // The server has said neither that here is the file, nor that there is none (404, 410) or none for
+  // us (401, 403): it is busy (429, 503), slow (408), or says nothing.
   static bool Unanswered() {
     const std::string_view said = VSIGetLastErrorMsg();
-    return !said.empty() && said.find("response code: 4") == std::string_view::npos;
+    constexpr std::string_view kCode = "response code: ";
+    const std::size_t at = said.find(kCode);
+    if (said.empty() || at == std::string_view::npos) return !said.empty();
+    const std::string_view code = said.substr(at + kCode.size(), 3);
+    return code != "401" && code != "403" && code != "404" && code != "410";
   }
 
   std::unique_ptr<VSIFilesystemHandler> files_;

@@ -9,7 +9,9 @@
 
 #include <algorithm>
 #include <array>
+#include <charconv>
 #include <chrono>
+#include <regex>
 #include <thread>
 #include <utility>
 
@@ -44,6 +46,28 @@ bool IsRemote(const std::string& gdal_name) {
                      [&](const char* place) { return gdal_name.starts_with(place); });
 }
 
+std::string WithoutEscapes(const std::string& gdal_name) {
+  const std::size_t folder = gdal_name.find("://");
+  std::string name;
+  const std::string path =
+      folder == std::string::npos ? gdal_name : gdal_name.substr(0, gdal_name.find('?', folder));
+  for (std::size_t i = 0; i < path.size(); ++i) {
+    int code = 0;
+    const char* end = path.data() + std::min(i + 3, path.size());
+    const bool escape =
+        path[i] == '%' && i + 2 < path.size() &&
+        std::from_chars(path.data() + i + 1, end, code, 16).ptr == end && code > 0;
+    name += escape ? static_cast<char>(code) : path[i];
+    if (escape) i += 2;
+  }
+  return name;
+}
+
+std::string WithoutSecrets(const std::string& text) {
+  static const std::regex user("(https?://)[^/@\\s]*@"), question("(https?://[^?\\s]*)\\?[^\\s']*");
+  return std::regex_replace(std::regex_replace(text, user, "$1"), question, "$1");
+}
+
 std::vector<std::string> RemoteMatches(const std::string& pattern) {
   const std::size_t slash = pattern.rfind('/');
   const std::string folder = pattern.substr(0, slash), name = pattern.substr(slash + 1);
@@ -75,7 +99,7 @@ void AskPatiently() {
 }
 
 void PauseBefore(int attempt) {
-  std::this_thread::sleep_for(std::chrono::milliseconds(250 << attempt));
+  std::this_thread::sleep_for(std::chrono::milliseconds(100 << attempt));
 }
 
 }  // namespace orient

@@ -14,6 +14,13 @@ std::string GdalName(const std::string& name);
 bool IsVirtual(const std::string& gdal_name);
 bool IsRemote(const std::string& gdal_name);
 
+// What the name of a remote file is apart from the address: without the question behind a ?, with
+// the characters that %20 and the like stand for. "roll 7/1.tif" of ".../roll%207/1.tif?sig=a/b".
+std::string WithoutEscapes(const std::string& gdal_name);
+
+// An address as it may be written down: without user, password and question (signatures).
+std::string WithoutSecrets(const std::string& text);
+
 // The files of a remote folder that match a shell's pattern in the last part of `pattern`, sorted.
 // Throws EnvironmentError where the folder cannot be listed: a web server may not let one.
 std::vector<std::string> RemoteMatches(const std::string& pattern);

@@ -49,9 +49,10 @@ std::string Escaped(const std::string& text) {
 
 bool IsPattern(const std::string& text) { return text.find_first_of("*?[") != std::string::npos; }
 
-// Of an address only the last part may be one: what follows a ? is a question to the server.
+// Of an address only the last part may be one, and no part of a question to the server.
 bool IsRemotePattern(const std::string& name) {
-  return IsRemote(name) && name.substr(name.rfind('/')).find_first_of("*[") != std::string::npos;
+  return IsRemote(name) && name.find('?') == std::string::npos &&
+         name.substr(name.rfind('/')).find_first_of("*[") != std::string::npos;
 }
 
 std::vector<std::string> Matches(const std::string& pattern, const std::string& base) {

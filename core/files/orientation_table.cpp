@@ -15,6 +15,7 @@
 #include "core/base/column_names.h"
 #include "core/base/csv_cell.h"
 #include "core/base/date.h"
+#include "core/base/remote_files.h"
 #include "core/base/table_text.h"
 
 namespace orient {
@@ -250,6 +251,8 @@ void WriteOrientationTable(const std::string& path, const OrientationTable& tabl
   WriteFileAtomically(path, text);
 }
 
-std::string PhotoName(const std::string& path) { return fs::path(path).stem().string(); }
+std::string PhotoName(const std::string& path) {
+  return fs::path(IsRemote(path) ? WithoutEscapes(path) : path).stem().string();
+}
 
 }  // namespace orient

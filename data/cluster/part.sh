@@ -5,11 +5,10 @@
 #SBATCH --mem={{{megabytes}}}M
 #SBATCH --time={{{minutes}}}
 #SBATCH --requeue
-#SBATCH --output={{{logs}}}/{{{stage}}}_%a.log
+#SBATCH --output="{{{logs}}}/{{{stage}}}_%a.log"
 #SBATCH --open-mode=append{{{more}}}
-# Every {{{parts}}}th photo of the block, beginning with the one of the array task's number. What is
-# done is kept, whoever did it: a task may be repeated at any time, and what a lost one has left the
-# next job does.
+# Task K does the photos K, K + {{{parts}}}, K + 2 x {{{parts}}} ... of the block. What is done is kept,
+# whoever did it: a task may be repeated at any time, and what a lost one has left the next job does.
 set -u
 {{{orient}}} block {{{block}}} --stage {{{stage}}} --part "$SLURM_ARRAY_TASK_ID/{{{parts}}}" --jobs 1
 code=$?

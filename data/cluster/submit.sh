@@ -5,10 +5,15 @@ set -euo pipefail
 cd "$(dirname "$0")"
 mkdir -p logs
 after=""
+submitted=()
+# Half a chain is of no use.
+trap '[ ${#submitted[@]} -eq 0 ] || scancel "${submitted[@]}"' ERR
 submit() {  # its script
   local id
   id=$(sbatch --parsable ${after:+--dependency=afterany:$after} "$1")
-  echo "${id%%;*}  $1"
   after=${id%%;*}
+  submitted+=("$after")
+  echo "$after  $1"
 }
+set -E
 {{{jobs}}}

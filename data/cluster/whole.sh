@@ -4,7 +4,7 @@
 #SBATCH --mem={{{megabytes}}}M
 #SBATCH --time={{{minutes}}}
 #SBATCH --requeue
-#SBATCH --output={{{logs}}}/{{{name}}}.log
+#SBATCH --output="{{{logs}}}/{{{name}}}.log"
 #SBATCH --open-mode=append{{{more}}}
 # {{{what}}}
 set -u

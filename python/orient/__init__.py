@@ -15,13 +15,15 @@ pixels are those of docs/conventions.md; what is absent is NaN in arrays and Non
 """
 
 import json
+import os
 import pathlib
-from typing import Any, Callable, NamedTuple, Optional
+from collections.abc import Iterable
+from typing import Any, Callable, Iterator, NamedTuple, Optional
 
 import numpy as np
 
 from ._native import (ExteriorResult, Finding, InputError, InteriorResult, MachineError,
-                      PhotoGeometry, Surface, UsageError, read_exterior, read_interior)
+                      PhotoGeometry, Surface, UsageError)
 from . import _native
 
 __version__: str = _native.version
@@ -49,6 +51,8 @@ def run(command: str, *arguments: Any, progress: Optional[Callable[[str, int, in
 
     Raises UsageError, InputError or MachineError where the program would end with 1, 2 or 4.
     """
+    if command == "review":
+        raise UsageError("orient review serves until it is stopped: run it from a shell")
     words = [command, *map(str, arguments)]
     for name, value in options.items():
         words += _option("--" + name.rstrip("_").replace("_", "-"), value)
@@ -60,12 +64,24 @@ def run(command: str, *arguments: Any, progress: Optional[Callable[[str, int, in
 
 
 def _option(name: str, value: Any) -> list[str]:
-    if value is None or value is False:
+    if isinstance(value, (bool, np.bool_)):
+        return [name] if value else []
+    if value is None:
         return []
-    if value is True:
-        return [name]
-    values = value if isinstance(value, (list, tuple, np.ndarray)) else [value]
-    return [name, *map(str, values)]
+    if isinstance(value, (str, bytes, os.PathLike)) or not isinstance(value, Iterable):
+        return [name, str(value)]
+    values = [str(one) for one in value]
+    return [name, *values] if values else []
+
+
+def read_exterior(path: Any) -> ExteriorResult:
+    """Reads a photo's <photo>.exterior.json."""
+    return _native.read_exterior(str(path))
+
+
+def read_interior(path: Any) -> InteriorResult:
+    """Reads a photo's <photo>.interior.json."""
+    return _native.read_interior(str(path))
 
 
 class Poses(NamedTuple):
@@ -86,15 +102,19 @@ def read_poses(path: Any) -> Poses:
 
 
 class Block:
-    """The results in a folder of `orient block` or `orient exterior`."""
+    """The results in a folder of `orient block` or `orient exterior`.
 
-    def __init__(self, folder: Any):
+    `interior` is the folder of film photos' interior orientations, where it is another one.
+    """
+
+    def __init__(self, folder: Any, interior: Any = None):
         self.folder = pathlib.Path(folder)
+        self.interior_folder = pathlib.Path(interior) if interior is not None else self.folder
         paths = sorted(self.folder.glob("*.exterior.json"))
         if not paths:
             raise InputError(f"{self.folder} holds no *.exterior.json; is it the output folder of "
                              "orient block or orient exterior?")
-        self.photos: tuple[ExteriorResult, ...] = tuple(read_exterior(str(path)) for path in paths)
+        self.photos: tuple[ExteriorResult, ...] = tuple(read_exterior(path) for path in paths)
         self._by_name = {photo.photo: photo for photo in self.photos}
 
     def __repr__(self) -> str:
@@ -102,6 +122,12 @@ class Block:
 
     def __len__(self) -> int:
         return len(self.photos)
+
+    def __iter__(self) -> Iterator[ExteriorResult]:
+        return iter(self.photos)
+
+    def __contains__(self, name: object) -> bool:
+        return name in self._by_name
 
     def __getitem__(self, name: str) -> ExteriorResult:
         return self._by_name[name]
@@ -132,8 +158,9 @@ class Block:
 
     @property
     def crs(self) -> Optional[str]:
-        """WKT, from the .prj beside the table of poses."""
-        return read_poses(self.folder / "orientation.csv").crs
+        """WKT, from the .prj beside the table of poses; None where there is none."""
+        table = self.folder / "orientation.csv"
+        return read_poses(table).crs if table.exists() else None
 
     @property
     def adjustment(self) -> Optional[dict]:
@@ -143,11 +170,11 @@ class Block:
 
     def interior(self, name: str) -> InteriorResult:
         """The interior orientation of a film photo."""
-        return read_interior(str(self.folder / f"{name}.interior.json"))
+        return read_interior(self.interior_folder / f"{name}.interior.json")
 
     def geometry(self, name: str) -> PhotoGeometry:
         """The way between a photo's scan and the ground."""
-        return PhotoGeometry.of_result(str(self.folder), name)
+        return PhotoGeometry.of_result(str(self.folder), name, str(self.interior_folder))
 
     def geodataframe(self) -> Any:
         """A GeoDataFrame of the photos: footprints, with pose, status and reasons; needs geopandas."""

@@ -2,7 +2,7 @@
 
     with ObjectStore(folder, busy=0.05, cut=0.01, delay_s=0.2) as store: store.url, store.bytes_sent
 
-`busy` is the share of requests answered by 503, `cut` that of answers that break off half-way; which
+`busy` is the share of requests answered by 503 (or `code`), `cut` that of answers that break off half-way; which
 ones they are follows from `seed` and the number of the request. As a script it serves FOLDER until it
 is interrupted:
 
@@ -35,7 +35,7 @@ class Handler(http.server.BaseHTTPRequestHandler):
         name = urllib.parse.unquote(urllib.parse.urlsplit(self.path).path).lstrip("/")
         path = (store.folder / name).resolve()
         if fault == "busy":
-            return self.end(503)
+            return self.end(store.code)
         if not path.is_relative_to(store.folder) or not path.exists():
             return self.end(404)
         if path.is_dir():
@@ -59,6 +59,7 @@ class Handler(http.server.BaseHTTPRequestHandler):
             contents = file.read(last - first + 1)
         if fault == "cut":
             contents = contents[:len(contents) // 2]
+            store.cuts += 1
             self.close_connection = True
         store.sent(len(contents))
         try:
@@ -92,7 +93,8 @@ class ObjectStore:
     def __init__(self, folder, busy=0.0, cut=0.0, delay_s=0.0, seed=1):
         self.folder = pathlib.Path(folder).resolve()
         self.busy, self.cut, self.delay_s, self.seed = busy, cut, delay_s, seed
-        self.requests = self.bytes_sent = self.faults = 0
+        self.code = 503
+        self.requests = self.bytes_sent = self.faults = self.cuts = 0
         self._lock = threading.Lock()
         self._server = http.server.ThreadingHTTPServer(("127.0.0.1", 0), Handler)
         self._server.store = self

@@ -84,6 +84,8 @@ def disturb(slurm, orient, block, draw):
             slurm.start_node(down[0])
             down = None
     print(f"killed: {KILLED_JOBS - jobs} jobs, {KILLED_NODES - nodes} nodes")
+    if jobs == KILLED_JOBS or nodes == KILLED_NODES:
+        sys.exit("the jobs ended before one of them and a node were killed: give more photos")
 
 
 def main(orient, photos="60", seed="1"):

@@ -56,6 +56,17 @@ class Commands(unittest.TestCase):
         with self.assertRaisesRegex(orient.InputError, "nowhere.toml"):
             orient.run("block", self.folder / "nowhere.toml")
 
+    def test_values_of_all_kinds_become_words(self):
+        self.assertEqual(orient._option("--a", np.True_), ["--a"])
+        self.assertEqual(orient._option("--a", False), [])
+        self.assertEqual(orient._option("--a", (str(i) for i in range(2))), ["--a", "0", "1"])
+        self.assertEqual(orient._option("--a", []), [])
+        self.assertEqual(orient._option("--a", pathlib.Path("x y")), ["--a", "x y"])
+
+    def test_a_command_that_serves_is_for_a_shell(self):
+        with self.assertRaisesRegex(orient.UsageError, "shell"):
+            orient.run("review", self.folder)
+
     def test_output_and_messages_are_returned(self):
         said = orient.run("--version")
         self.assertTrue(said.all_done)
@@ -113,6 +124,9 @@ class Results(unittest.TestCase):
         self.assertIn("approximat", str(block["4711"].findings[0]))
         self.assertTrue(np.isnan(block.positions).all() and block.positions.shape == (1, 3))
         self.assertEqual(block.covariances.shape, (1, 6, 6))
+        self.assertEqual([photo.photo for photo in block], ["4711"])
+        self.assertTrue("4711" in block and "4712" not in block)
+        self.assertIsNone(block.crs)
 
     def test_an_empty_folder_is_no_block(self):
         with self.assertRaisesRegex(orient.InputError, "holds no"):
@@ -126,9 +140,11 @@ class Results(unittest.TestCase):
 
 class Geometry(unittest.TestCase):
     def setUp(self):
-        with tempfile.NamedTemporaryFile("w", suffix=".toml") as file:
+        with tempfile.NamedTemporaryFile("w", suffix=".toml", delete=False) as file:
             file.write(CAMERA)
             file.flush()
+            self.camera = file.name
+            self.addCleanup(pathlib.Path(file.name).unlink)
             self.pose = np.array([1000.0, 2000, 1500, 0.02, -0.03, 1.2])
             self.photo = orient.PhotoGeometry.of_pose(file.name, self.pose)
 
@@ -155,10 +171,16 @@ class Geometry(unittest.TestCase):
 
     def test_what_is_not_shown_is_nan(self):
         self.assertTrue(np.isnan(self.photo.pixels([[90000.0, 0, 0], [1000, 2000, 9000]])).all())
+        self.assertTrue(np.isnan(self.photo.rays([[1e6, 1e6], [-2, 10]])).all())
+        self.assertFalse(np.isnan(self.photo.rays([[0, 0], [6000, 4000]])).any(), "its corners")
 
     def test_other_shapes_are_refused(self):
         with self.assertRaisesRegex(ValueError, r"\(n, 3\)"):
             self.photo.pixels(np.zeros((4, 2)))
+        self.assertEqual(self.photo.pixels(np.zeros((0, 3))).shape, (0, 2))
+        for shape in ((0, 6), (2, 6)):
+            with self.assertRaisesRegex(ValueError, "one pose"):
+                orient.PhotoGeometry.of_pose(self.camera, np.zeros(shape))
 
 
 class Stubs(unittest.TestCase):

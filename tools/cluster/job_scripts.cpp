@@ -10,6 +10,7 @@
 
 #include "core/base/atomic_write.h"
 #include "core/base/embedded_file.h"
+#include "core/base/error.h"
 #include "core/base/output_directory.h"
 #include "tools/report/template.h"
 
@@ -44,13 +45,15 @@ std::string MoreLines(const BlockJobs& jobs) {
   return lines;
 }
 
-// Blanks must be escaped in Slurm's file name patterns, and a % stands for something.
+// Within the quotes of Slurm's own line, where a % stands for something.
 std::string LogFolder(const BlockJobs& jobs) {
   std::string escaped;
   for (const char c : (fs::path(jobs.folder) / "logs").string()) {
-    if (c == ' ' || c == '\\') escaped += '\\';
-    if (c == '%') escaped += '%';
-    escaped += c;
+    if (static_cast<unsigned char>(c) < ' ' || c == '"' || c == '\\' || c == '\x7f')
+      throw InputError(fmt::format("the name of the output folder {} has a character that Slurm does "
+                                   "not take for its logs; name another one",
+                                   jobs.folder));
+    escaped += c == '%' ? "%%" : std::string(1, c);
   }
   return escaped;
 }
@@ -74,14 +77,14 @@ JobScript Part(const BlockJobs& jobs, const std::string& stage, const JobNeeds& 
 }
 
 JobScript Whole(const BlockJobs& jobs, const std::string& name, const std::string& what,
-                const std::string& options) {
+                const std::string& options, const JobNeeds& needs) {
   return {name + ".sh", 0,
           Filled("whole.sh", {{"name", name},
                               {"what", what},
                               {"options", options + fmt::format(" --jobs {}", jobs.cpus)},
                               {"cpus", std::to_string(jobs.cpus)},
-                              {"megabytes", std::to_string(jobs.whole.megabytes)},
-                              {"minutes", SlurmTime(jobs.whole.minutes)},
+                              {"megabytes", std::to_string(needs.megabytes)},
+                              {"minutes", SlurmTime(needs.minutes)},
                               {"logs", LogFolder(jobs)},
                               {"more", MoreLines(jobs)},
                               {"orient", ShellWord(jobs.program)},
@@ -126,17 +129,18 @@ std::vector<JobScript> JobChain(const BlockJobs& jobs) {
   std::vector<JobScript> chain;
   if (jobs.control)
     chain.push_back(Whole(jobs, "control", "The control patches that the block file tells to make.",
-                          "--stage control"));
+                          "--stage control", jobs.whole));
   if (jobs.film) {
     chain.push_back(Part(jobs, "interior", jobs.interior));
     chain.push_back(Whole(jobs, "roll",
                           "What is left of interior orientation, and the photos of the roll "
                           "compared with each other.",
-                          "--stage interior"));
+                          "--stage interior", jobs.roll));
   }
   for (int i = 0; i < jobs.rounds; ++i) chain.push_back(Part(jobs, "exterior", jobs.exterior));
   chain.push_back(
-      Whole(jobs, "whole", "What is left: neighbours, ties, adjustment, report.", "--resume"));
+      Whole(jobs, "whole", "What is left: neighbours, ties, adjustment, report.", "--resume",
+            jobs.whole));
   return chain;
 }
 

@@ -21,7 +21,8 @@ struct BlockJobs {
   int parts = 1;               // of a stage, at most Slurm's largest array
   int rounds = 1;  // of exterior orientation, where photos wait for those of other parts
   int cpus = 1;    // of the run of the whole block
-  JobNeeds interior, exterior, whole;  // the former of one part
+  JobNeeds interior, exterior;  // of one part
+  JobNeeds roll, whole;         // of all photos
   std::string partition, account;      // empty: Slurm's own choice
 };
 
@@ -33,7 +34,8 @@ struct JobScript {
 };
 
 // control, interior and roll of film, exterior as often as there are rounds, whole. Scripts that
-// occur several times have the same text.
+// occur several times have the same text. Throws InputError where the folder's name is none for
+// Slurm.
 std::vector<JobScript> JobChain(const BlockJobs& jobs);
 
 // Writes the chain's scripts, submit.sh and local.sh into `jobs.folder`, all executable; returns

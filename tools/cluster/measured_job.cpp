@@ -7,12 +7,15 @@
 
 #include <cerrno>
 #include <chrono>
+#include <cstdlib>
 #include <cstring>
 #include <filesystem>
 #include <nlohmann/json.hpp>
+#include <sstream>
 
 #include "core/base/atomic_write.h"
 #include "core/base/environment_error.h"
+#include "core/base/error.h"
 #include "core/base/output_directory.h"
 
 namespace orient {
@@ -46,8 +49,10 @@ MeasuredJob RunMeasured(const std::vector<std::string>& words) {
   }
   int status = 0;
   struct rusage used {};
-  while (wait4(child, &status, 0, &used) < 0 && errno == EINTR) {
-  }
+  while (wait4(child, &status, 0, &used) < 0)
+    if (errno != EINTR)
+      throw EnvironmentError(
+          fmt::format("cannot wait for {}: {}", words.front(), std::strerror(errno)));
   constexpr double kMegabyte_kB = 1024;
   return {std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count(),
           static_cast<double>(used.ru_maxrss) / kMegabyte_kB,
@@ -69,10 +74,23 @@ std::optional<StageNeeds> ReadStageNeeds(const std::string& folder, const std::s
     return of_stage.contains(key) && of_stage[key].is_number() ? of_stage[key].get<double>() : 0.0;
   };
   const StageNeeds needs{number("seconds_per_photo"), number("megabytes")};
-  if (needs.seconds <= 0 || needs.megabytes <= 0) return std::nullopt;
+  constexpr double kDay_s = 86400, kMost_MB = 1e6;  // whoever wrote it
+  if (!(needs.seconds > 0 && needs.seconds < kDay_s)) return std::nullopt;
+  if (!(needs.megabytes > 0 && needs.megabytes < kMost_MB)) return std::nullopt;
   return needs;
 }
 
-std::string OwnProgram() { return fs::read_symlink("/proc/self/exe").string(); }
+std::string OwnProgram() {
+  const fs::path own = fs::read_symlink("/proc/self/exe");
+  if (own.filename() == "orient") return own.string();
+  const char* path = std::getenv("PATH");
+  std::istringstream folders(path != nullptr ? path : "");
+  for (std::string folder; std::getline(folders, folder, ':');)
+    if (const fs::path program = fs::path(folder) / "orient";
+        access(program.c_str(), X_OK) == 0 && !fs::is_directory(program))
+      return fs::absolute(program).string();
+  throw UsageError("this is " + own.string() +
+                   ", and there is no orient in PATH that jobs could run; add its folder");
+}
 
 }  // namespace orient

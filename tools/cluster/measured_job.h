@@ -21,11 +21,12 @@ MeasuredJob RunMeasured(const std::vector<std::string>& words);
 struct StageNeeds {
   double seconds = 0, megabytes = 0;
 };
-// <folder>/measured.json. Reading is empty where it is not there, or says nothing of the stage.
+// <folder>/measured.json. Reading is empty where it is not there, or says nothing credible.
 void WriteStageNeeds(const std::string& folder, const std::string& stage, const StageNeeds& needs);
 std::optional<StageNeeds> ReadStageNeeds(const std::string& folder, const std::string& stage);
 
-// The running program's own path.
+// The program that jobs are to run: this one, or where it is within another (Python) the `orient`
+// of PATH. Throws UsageError where there is none.
 std::string OwnProgram();
 
 }  // namespace orient

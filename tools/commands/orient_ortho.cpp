@@ -68,11 +68,20 @@ class OrthoCommand : public Command {
     BoundBlockCache(kCache_MB);
     Prepare();
     const bool all = MakeOrthophotos(options_, out);
-    WriteBlockProject(FolderOf(options_.source.poses));
+    ShowInProject(out);
     return all ? ExitCode::kAllDone : ExitCode::kSomeNotOriented;
   }
 
  private:
+  // The block's project for QGIS, which lists its orthophotos; it costs none of them.
+  void ShowInProject(std::ostream& out) const {
+    try {
+      WriteBlockProject(FolderOf(options_.source.poses));
+    } catch (const InputError& error) {
+      out << "note      block.qgz does not show them: " << error.what() << "\n";
+    }
+  }
+
   void Prepare() {
     OrthoSource& source = options_.source;
     if (fs::path(input_).extension() == ".toml") {

@@ -34,8 +34,9 @@ class ReportCommand : public Command {
     if (block.crs)
       out << WriteBlockGeopackage(directory_, *block.crs, ExteriorResults(block),
                                   block.adjusted ? &*block.adjusted : nullptr)
-          << "\n"
-          << WriteBlockProject(directory_) << "\n";
+          << "\n";
+    if (const std::string project = WriteBlockProject(directory_); !project.empty())
+      out << project << "\n";
     RefuseDamaged(block);
     return ExitCode::kAllDone;
   }

@@ -5,6 +5,7 @@
 
 #include "block/inputs/digest.h"
 #include "core/base/error.h"
+#include "core/base/remote_files.h"
 
 namespace orient {
 
@@ -19,7 +20,7 @@ RunInput RasterInput(const std::string& what, const std::string& path) {
 void RecordRun(const Invocation& invocation, const std::string& directory, const std::string& stage,
                const std::vector<RunInput>& inputs) {
   RunRecord record{invocation.program,
-                   invocation.command,
+                   WithoutSecrets(invocation.command),
                    fmt::format("{:%Y-%m-%dT%H:%M:%SZ}", fmt::gmtime(invocation.started)),
                    std::difftime(std::time(nullptr), invocation.started),
                    {}};

@@ -33,29 +33,35 @@ bool WantsImagesBeside(ExchangeFormat format) {
 
 }  // namespace
 
+void RequireDigitalImages(const std::vector<std::string>& images, const std::string& extension) {
+  for (const std::string& image : images) {
+    if (fs::path(image).extension() != extension)
+      throw UsageError(fmt::format("{} does not end in {}, as the files written name it; give "
+                                   "--image-extension",
+                                   image, extension));
+    if (!fs::exists(image))
+      throw InputError(image + " is no file here that could be linked; copy it");
+  }
+}
+
 void LinkDigitalImages(const std::string& out, const std::vector<std::string>& images,
                        const std::string& extension) {
-  for (const std::string& image : images)
-    if (fs::path(image).extension() != extension)
-      throw UsageError(
-          fmt::format("{} does not end in {}, as the files written name it; give "
-                      "--image-extension",
-                      image, extension));
   const fs::path folder = fs::path(out) / "images";
   MakeOutputDirectory(folder.string());
   for (const std::string& image : images)
     Link(fs::canonical(image), folder / (PhotoName(image) + extension));
 }
 
-void LinkImagesForPrograms(const std::string& out, const std::vector<ExchangeFormat>& formats) {
+void LinkImagesForPrograms(const std::string& out, const std::vector<ExchangeFormat>& formats,
+                           const ExchangeBlock& block) {
   const fs::path images = fs::path(out) / "images";
   for (const ExchangeFormat format : formats) {
     const fs::path folder = fs::path(out) / Name(format);
     if (WantsFolder(format)) Link("../images", folder / "images");
     if (!WantsImagesBeside(format)) continue;
-    for (const auto& entry : fs::directory_iterator(images))
-      if (entry.path().extension() != ".toml")
-        Link(fs::path("../images") / entry.path().filename(), folder / entry.path().filename());
+    for (const ExchangePhoto& photo : block.photos)
+      if (fs::exists(images / photo.image))
+        Link(fs::path("../images") / photo.image, folder / photo.image);
   }
 }
 

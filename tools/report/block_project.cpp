@@ -144,6 +144,16 @@ std::string Zipped(const std::string& name, const std::string& contents, const s
   return zipped;
 }
 
+// One that was changed in QGIS is its user's: QGIS dates what it saves.
+bool WasSavedByQgis(const std::string& path) {
+  VSILFILE* file = VSIFOpenL(("/vsizip/{" + path + "}").c_str(), "rb");
+  if (file == nullptr) return true;  // none of ours
+  std::string beginning(4096, '\0');
+  beginning.resize(VSIFReadL(beginning.data(), 1, beginning.size(), file));
+  VSIFCloseL(file);
+  return beginning.find("saveDateTime") != std::string::npos;
+}
+
 }  // namespace
 
 std::string WriteBlockProject(const std::string& directory) {
@@ -152,7 +162,8 @@ std::string WriteBlockProject(const std::string& directory) {
   Contents contents = ReadGeopackage(folder);
   AddOrthophotos(folder, &contents);
   const std::string path = (folder / "block.qgz").string();
-  const std::string title = fs::absolute(folder).lexically_normal().filename().string();
+  if (fs::exists(path) && WasSavedByQgis(path)) return "";
+  const std::string title = fs::canonical(folder).filename().string();
   WriteFileAtomically(path, Zipped("block.qgs", ProjectText(title, contents).Text(), path));
   return path;
 }

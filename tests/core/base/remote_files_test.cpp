@@ -25,10 +25,26 @@ TEST(RemoteFiles, OnlyNamesOfTheNetworkAreRemote) {
   EXPECT_FALSE(IsVirtual("scans/1.tif") || IsRemote("https://host/1.tif"));
 }
 
+TEST(RemoteFiles, NamesAreReadWithoutEscapesAndQuestions) {
+  EXPECT_EQ(WithoutEscapes("/vsicurl/http://h/roll%207/x%231.tif?sig=a/b%20"),
+            "/vsicurl/http://h/roll 7/x#1.tif");
+  EXPECT_EQ(WithoutEscapes("/vsis3/b/50%.tif"), "/vsis3/b/50%.tif");
+  EXPECT_EQ(WithoutEscapes("/vsis3/b/%zz%2"), "/vsis3/b/%zz%2");
+}
+
+TEST(RemoteFiles, SecretsAreNotWrittenDown) {
+  EXPECT_EQ(WithoutSecrets("orient interior 'https://me:pw@h/1.tif?X-Sig=abc' --out o"),
+            "orient interior 'https://h/1.tif' --out o");
+  EXPECT_EQ(WithoutSecrets("orient interior scans/what?.tif"), "orient interior scans/what?.tif");
+}
+
 TEST(RemoteFiles, PatienceEndsWithTheFirstAnswerOrTheLastAttempt) {
   int attempts = 0;
   EXPECT_TRUE(Patiently([&] { return ++attempts == 2; }));
   EXPECT_EQ(attempts, 2);
+  attempts = 0;
+  EXPECT_FALSE(Patiently([&] { return ++attempts == 0; }));
+  EXPECT_EQ(attempts, 4);
 }
 
 }  // namespace

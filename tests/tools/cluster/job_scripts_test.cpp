@@ -8,6 +8,7 @@
 #include <fstream>
 
 #include "core/base/atomic_write.h"
+#include "core/base/error.h"
 #include "tests/support/shared_data.h"
 #include "tools/cluster/measured_job.h"
 
@@ -68,7 +69,7 @@ TEST(JobScripts, AskForWhatTheyAreToldTo) {
   for (const char* line :
        {"#SBATCH --array=1-7\n", "#SBATCH --time=0-01:30:00\n", "#SBATCH --mem=750M\n",
         "#SBATCH --partition=long\n", "#SBATCH --account=archive\n", "#SBATCH --requeue\n",
-        "#SBATCH --output=/data/out/slurm/logs/exterior_%a.log\n"})
+        "#SBATCH --output=\"/data/out/slurm/logs/exterior_%a.log\"\n"})
     EXPECT_NE(text.find(line), std::string::npos) << line << "\n" << text;
 }
 
@@ -98,6 +99,47 @@ TEST(JobScripts, KeepNamesWithBlanksAndQuotesWhole) {
                        "><--stage><interior><--part><3/7>"),
             std::string::npos)
       << words;
+}
+
+TEST(JobScripts, AFolderThatSlurmCannotNameIsRefused) {
+  BlockJobs jobs = ExampleJobs("/data/50 % # of us/slurm");
+  EXPECT_NE(
+      JobChain(jobs)[0].text.find("--output=\"/data/50 %% # of us/slurm/logs/interior_%a.log\""),
+      std::string::npos);
+  for (const char* folder : {"/o\n$(touch x)\n/slurm", "/a\"b/slurm", "/a\\b/slurm"}) {
+    jobs.folder = folder;
+    EXPECT_THROW(JobChain(jobs), InputError) << folder;
+  }
+}
+
+TEST(JobScripts, NoJobOfSomebodyElseIsRepeated) {
+  const TemporaryFolder folder;
+  std::ofstream(folder / "scontrol")
+      << "#!/bin/bash\necho \"$@\" >>'" << folder.Path() << "/repeated'\n";
+  std::ofstream(folder / "orient") << "#!/bin/bash\nkill -KILL $$\n";
+  for (const char* file : {"scontrol", "orient"})
+    fs::permissions(folder / file, fs::perms::owner_all);
+  BlockJobs jobs = ExampleJobs(folder / "slurm");
+  jobs.program = folder / "orient";
+  WriteJobScripts(jobs);
+  const std::string run = "SLURM_JOB_ID=777 PATH=" + folder.Path() + ":$PATH bash " +
+                          ShellWord(folder / "slurm/local.sh") + " 2>/dev/null";
+  EXPECT_NE(std::system(run.c_str()), 0) << "the last job was killed";
+  EXPECT_FALSE(fs::exists(folder / "repeated"));
+}
+
+TEST(JobScripts, HalfAChainIsNotLeftInTheQueue) {
+  const TemporaryFolder folder;
+  std::ofstream(folder / "sbatch") << "#!/bin/bash\n[[ $* != *roll.sh ]] && echo 101\n";
+  std::ofstream(folder / "scancel")
+      << "#!/bin/bash\necho \"$@\" >'" << folder.Path() << "/cancelled'\n";
+  for (const char* file : {"sbatch", "scancel"})
+    fs::permissions(folder / file, fs::perms::owner_all);
+  WriteJobScripts(ExampleJobs(folder / "slurm"));
+  const std::string run = "PATH=" + folder.Path() + ":$PATH bash " +
+                          ShellWord(folder / "slurm/submit.sh") + " >/dev/null 2>&1";
+  EXPECT_NE(std::system(run.c_str()), 0);
+  EXPECT_EQ(ReadFile(folder / "cancelled"), "101\n");
 }
 
 TEST(JobScripts, ALostTaskDoesNotEndTheChain) {

@@ -6,6 +6,7 @@
 #include <filesystem>
 #include <fstream>
 
+#include "core/base/atomic_write.h"
 #include "core/base/error.h"
 #include "tests/support/shared_data.h"
 #include "tests/tools/report/example_block.h"
@@ -62,6 +63,22 @@ TEST(BlockProject, ShowsTheMosaicOrElseTheOrthophotos) {
   const std::string with_mosaic = ProjectIn(WriteBlockProject(block));
   EXPECT_EQ(Count(with_mosaic, "providerKey=\"gdal\" checked=\"Qt::Checked\""), 1u);
   EXPECT_EQ(Count(with_mosaic, "<maplayer type=\"raster\""), 3u);
+}
+
+TEST(BlockProject, OneThatAUserHasSavedStays) {
+  const TemporaryFolder folder;
+  const std::string path = WriteBlockProject(BlockIn(folder));
+  EXPECT_EQ(WriteBlockProject(folder.Path()), path) << "its own is made anew";
+  const std::string saved = folder / "saved.zip";
+  VSILFILE* file = VSIFOpenL(("/vsizip/" + saved + "/block.qgs").c_str(), "wb");
+  ASSERT_NE(file, nullptr);
+  const std::string text = "<qgis saveDateTime=\"2026-11-25T12:00:00\" version=\"3.22\"/>";
+  VSIFWriteL(text.data(), 1, text.size(), file);
+  VSIFCloseL(file);
+  fs::rename(saved, path);
+  const std::string before = ReadFile(path);
+  EXPECT_EQ(WriteBlockProject(folder.Path()), "");
+  EXPECT_EQ(ReadFile(path), before);
 }
 
 TEST(BlockProject, IsNotWrittenWithoutAGeopackage) {

@@ -27,7 +27,7 @@ namespace fs = std::filesystem;
 constexpr int kMostTasks = 1000;     // of an array, as Slurm is set up by default
 constexpr double kPart_s = 20 * 60;  // of work that a part is to hold
 constexpr double kMargin = 3;        // asked for over what was measured
-constexpr int kMeasured = 2;         // photos
+constexpr std::size_t kMeasured = 2;  // photos
 
 // Where nothing was measured.
 constexpr StageNeeds kUnknown = {60, 1500};
@@ -59,6 +59,12 @@ class SlurmCommand : public Command {
         ->check(CLI::Range(1, 60 * 24 * 30));
     app.add_option("--memory", megabytes_, "Megabytes of a task (default: as measured)")
         ->check(CLI::Range(100, 1000000));
+    app.add_option("--whole-time", whole_minutes_,
+                   "Minutes of the jobs that concern all photos (default: by their number)")
+        ->check(CLI::Range(1, 60 * 24 * 30));
+    app.add_option("--whole-memory", whole_megabytes_,
+                   "Megabytes of these jobs (default: by the number of photos)")
+        ->check(CLI::Range(100, 10000000));
     app.add_flag("--no-measure", no_measure_,
                  "Do not orient the first photos here to measure time and memory");
     app.add_option("--partition", jobs_.partition, "Slurm's partition");
@@ -76,7 +82,7 @@ class SlurmCommand : public Command {
         throw UsageError("'" + *word + "' is not a name of Slurm's");
     block.camera = block::FindCameraFile(block.camera, library_);
     jobs_.program = OwnProgram();
-    jobs_.block = fs::canonical(block_path_).string();
+    jobs_.block = fs::absolute(block_path_).lexically_normal().string();
     jobs_.folder = (fs::absolute(block.output_directory) / "slurm").lexically_normal().string();
     if (!library_.empty()) jobs_.camera_library = fs::absolute(library_).string();
     jobs_.control = block.control.has_value();
@@ -90,23 +96,39 @@ class SlurmCommand : public Command {
   }
 
  private:
-  // What a photo takes: measured now on the first photos, or as it was measured before.
+  // What a photo takes: measured now on two photos, or as it was measured before.
   StageNeeds Needs(const BlockFile& block, const std::string& stage, std::ostream& out) const {
-    const std::size_t parts = std::max<std::size_t>(1, block.photos.size() / kMeasured);
     const auto before = ReadStageNeeds(jobs_.folder, stage);
-    if (before || no_measure_) return before.value_or(kUnknown);
-    const std::size_t undone = Undone(block, stage, parts);
-    if (undone == 0) return kUnknown;
+    if (before && !overwrite_) return Told(stage, *before, "measured before", out);
+    const bool asked = minutes_ && megabytes_ && parts_;
+    const auto measured = asked || no_measure_ ? std::nullopt : Measure(block, stage);
+    if (measured) return Told(stage, *measured, "measured", out);
+    if (before) return Told(stage, *before, "measured before", out);
+    return asked ? kUnknown : Told(stage, kUnknown, "not measured, taken for", out);
+  }
+
+  static StageNeeds Told(const std::string& stage, const StageNeeds& needs, const char* whence,
+                         std::ostream& out) {
+    out << fmt::format("{} orientation, {}: {:.1f} s a photo, {:.0f} MB\n", stage, whence,
+                       needs.seconds, needs.megabytes);
+    return needs;
+  }
+
+  // Empty where no photo was done: they are done already, or wait for others.
+  std::optional<StageNeeds> Measure(const BlockFile& block, const std::string& stage) const {
+    const std::size_t parts = (block.photos.size() + kMeasured - 1) / kMeasured;
+    const std::size_t before = Undone(block, stage, parts);
+    if (before == 0) return std::nullopt;
     std::vector<std::string> words = {jobs_.program, "block", jobs_.block, "--stage", stage};
     words.insert(words.end(), {"--part", fmt::format("1/{}", parts), "--jobs", "1", "--quiet"});
     if (!library_.empty()) words.insert(words.end(), {"--camera-library", jobs_.camera_library});
     const MeasuredJob job = RunMeasured(words);
     if (job.exit_code != 0 && job.exit_code != static_cast<int>(ExitCode::kSomeNotOriented))
       throw InputError("the first photos cannot be oriented (see above): jobs would fail likewise");
-    const StageNeeds needs{job.seconds / static_cast<double>(undone), job.megabytes};
+    const std::size_t done = before - Undone(block, stage, parts);
+    if (done == 0) return std::nullopt;
+    const StageNeeds needs{job.seconds / static_cast<double>(done), job.megabytes};
     WriteStageNeeds(jobs_.folder, stage, needs);
-    out << fmt::format("measured  {} orientation: {:.1f} s a photo, {:.0f} MB\n", stage,
-                       needs.seconds, needs.megabytes);
     return needs;
   }
 
@@ -146,13 +168,17 @@ class SlurmCommand : public Command {
     };
     jobs_.interior = asked(interior);
     jobs_.exterior = asked(exterior);
-    // Ties take a photo about as long as its exterior orientation; the adjustment holds all of
-    // them.
     constexpr double kWhole_min = 60, kWhole_MB = 2000, kPhoto_MB = 0.4;
-    jobs_.whole = {
-        static_cast<int>(kWhole_min + kMargin * photos * exterior.seconds / 60 / jobs_.cpus),
-        static_cast<int>(kWhole_MB + kPhoto_MB * photos +
-                         jobs_.cpus * std::max(exterior.megabytes, interior.megabytes))};
+    const double most_MB = std::max(exterior.megabytes, interior.megabytes);
+    const auto of_all = [&](double minutes) {
+      return JobNeeds{
+          whole_minutes_.value_or(static_cast<int>(kWhole_min + minutes)),
+          whole_megabytes_.value_or(
+              static_cast<int>(kWhole_MB + kPhoto_MB * photos + jobs_.cpus * most_MB))};
+    };
+    // Ties take a photo about as long as its exterior orientation; the adjustment holds all of them.
+    jobs_.whole = of_all(kMargin * photos * exterior.seconds / 60 / jobs_.cpus);
+    jobs_.roll = of_all(kMargin * each * interior.seconds / 60);  // and a part that was lost
   }
 
   ExitCode Submit(std::ostream& out) const {
@@ -161,13 +187,16 @@ class SlurmCommand : public Command {
     out.flush();
     const MeasuredJob job = RunMeasured({"/bin/bash", script});
     if (job.exit_code != 0)
-      throw InputError(
-          fmt::format("{} ended with {}; the logs lie beside it", script, job.exit_code));
+      throw InputError(engine_ == "local"
+                           ? fmt::format("{} has not oriented the block (see above)", script)
+                           : fmt::format("{} could not submit all jobs (see above); none is left in "
+                                         "the queue",
+                                         script));
     return ExitCode::kAllDone;
   }
 
   std::string block_path_, engine_ = "slurm", library_;
-  std::optional<int> parts_, rounds_, minutes_, megabytes_;
+  std::optional<int> parts_, rounds_, minutes_, megabytes_, whole_minutes_, whole_megabytes_;
   bool submit_ = false, no_measure_ = false, overwrite_ = false;
   BlockJobs jobs_;
 };
