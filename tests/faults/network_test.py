@@ -9,6 +9,7 @@ the file itself gives; a scan that is not there fails alone.
 """
 
 import http.server
+import os
 import pathlib
 import re
 import subprocess
@@ -59,7 +60,8 @@ class Handler(http.server.BaseHTTPRequestHandler):
 
 def interior(orient, folder, scan, out):
     return subprocess.run([orient, "interior", scan, "--camera", folder / "camera.toml", "--out", out],
-                          capture_output=True, text=True, check=False, timeout=120)
+                          capture_output=True, text=True, check=False, timeout=120,
+                          env={**os.environ, "GDAL_HTTP_MAX_RETRY": "0"})  # orient's own remain
 
 
 def main(orient):
