@@ -54,9 +54,8 @@ std::string WithoutEscapes(const std::string& gdal_name) {
   for (std::size_t i = 0; i < path.size(); ++i) {
     int code = 0;
     const char* end = path.data() + std::min(i + 3, path.size());
-    const bool escape =
-        path[i] == '%' && i + 2 < path.size() &&
-        std::from_chars(path.data() + i + 1, end, code, 16).ptr == end && code > 0;
+    const bool escape = path[i] == '%' && i + 2 < path.size() &&
+                        std::from_chars(path.data() + i + 1, end, code, 16).ptr == end && code > 0;
     name += escape ? static_cast<char>(code) : path[i];
     if (escape) i += 2;
   }
@@ -88,12 +87,15 @@ std::vector<std::string> RemoteMatches(const std::string& pattern) {
 }
 
 void AskPatiently() {
-  constexpr std::array<Names, 5> kSettings = {Names{"GDAL_HTTP_MAX_RETRY", "3"},
+  constexpr std::array<Names, 6> kSettings = {Names{"GDAL_HTTP_MAX_RETRY", "3"},
                                               {"GDAL_HTTP_RETRY_DELAY", "0.5"},
                                               {"GDAL_HTTP_CONNECTTIMEOUT", "20"},
                                               // Less than a kilobyte a second for half a minute.
                                               {"GDAL_HTTP_LOW_SPEED_LIMIT", "1000"},
-                                              {"GDAL_HTTP_LOW_SPEED_TIME", "30"}};
+                                              {"GDAL_HTTP_LOW_SPEED_TIME", "30"},
+                                              // Of what was sent nothing is asked for twice, also
+                                              // by another thread: a scan's windows overlap.
+                                              {"CPL_VSIL_CURL_CACHE_SIZE", "134217728"}};
   for (const auto& [key, value] : kSettings)
     if (CPLGetConfigOption(key, nullptr) == nullptr) CPLSetConfigOption(key, value);
 }

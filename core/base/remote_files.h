@@ -25,8 +25,9 @@ std::string WithoutSecrets(const std::string& text);
 // Throws EnvironmentError where the folder cannot be listed: a web server may not let one.
 std::vector<std::string> RemoteMatches(const std::string& pattern);
 
-// How GDAL asks: again where a server is busy, and not for ever where it says nothing. What the
-// environment says (GDAL_HTTP_...) comes first.
+// How GDAL asks: again where a server is busy, not for ever where it says nothing, and nothing
+// twice (128 MB are kept). What the environment says (GDAL_HTTP_..., CPL_VSIL_CURL_...) comes
+// first.
 void AskPatiently();
 
 // Calls `attempt` until it returns true, four times at most, with pauses that grow.
