@@ -74,9 +74,9 @@ Array PhotoFromPixels(const PhotoView& view, const Array& pixels) {
 Array RaysOf(const PhotoView& view, const Array& pixels) {
   std::vector<std::optional<Eigen::Vector3d>> directions;
   for (const Eigen::Vector2d& pixel : ToRows<2>(pixels, "pixels")) {
-    const auto ray = Shows(view, pixel) ? GroundRayFromPhoto(view.camera, view.pose,
-                                                             view.PhotoFromPixel(pixel))
-                                        : std::nullopt;
+    const auto ray = Shows(view, pixel)
+                         ? GroundRayFromPhoto(view.camera, view.pose, view.PhotoFromPixel(pixel))
+                         : std::nullopt;
     directions.push_back(ray ? std::optional(ray->direction) : std::nullopt);
   }
   return Rows<3>(directions);

@@ -234,8 +234,8 @@ class WatchedFiles final : public VSIFilesystemHandler {
   const char* GetOptions() override { return files_->GetOptions(); }
 
  private:
-  // The server has said neither that here is the file, nor that there is none (404, 410) or none for
-  // us (401, 403): it is busy (429, 503), slow (408), or says nothing.
+  // The server has said neither that here is the file, nor that there is none (404, 410) or none
+  // for us (401, 403): it is busy (429, 503), slow (408), or says nothing.
   static bool Unanswered() {
     const std::string_view said = VSIGetLastErrorMsg();
     constexpr std::string_view kCode = "response code: ";

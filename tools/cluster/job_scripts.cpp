@@ -50,9 +50,10 @@ std::string LogFolder(const BlockJobs& jobs) {
   std::string escaped;
   for (const char c : (fs::path(jobs.folder) / "logs").string()) {
     if (static_cast<unsigned char>(c) < ' ' || c == '"' || c == '\\' || c == '\x7f')
-      throw InputError(fmt::format("the name of the output folder {} has a character that Slurm does "
-                                   "not take for its logs; name another one",
-                                   jobs.folder));
+      throw InputError(
+          fmt::format("the name of the output folder {} has a character that Slurm does "
+                      "not take for its logs; name another one",
+                      jobs.folder));
     escaped += c == '%' ? "%%" : std::string(1, c);
   }
   return escaped;
@@ -138,9 +139,8 @@ std::vector<JobScript> JobChain(const BlockJobs& jobs) {
                           "--stage interior", jobs.roll));
   }
   for (int i = 0; i < jobs.rounds; ++i) chain.push_back(Part(jobs, "exterior", jobs.exterior));
-  chain.push_back(
-      Whole(jobs, "whole", "What is left: neighbours, ties, adjustment, report.", "--resume",
-            jobs.whole));
+  chain.push_back(Whole(jobs, "whole", "What is left: neighbours, ties, adjustment, report.",
+                        "--resume", jobs.whole));
   return chain;
 }
 

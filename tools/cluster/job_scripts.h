@@ -21,9 +21,9 @@ struct BlockJobs {
   int parts = 1;               // of a stage, at most Slurm's largest array
   int rounds = 1;  // of exterior orientation, where photos wait for those of other parts
   int cpus = 1;    // of the run of the whole block
-  JobNeeds interior, exterior;  // of one part
-  JobNeeds roll, whole;         // of all photos
-  std::string partition, account;      // empty: Slurm's own choice
+  JobNeeds interior, exterior;     // of one part
+  JobNeeds roll, whole;            // of all photos
+  std::string partition, account;  // empty: Slurm's own choice
 };
 
 // One job of the chain, in its order; each waits for the one before it.

@@ -96,7 +96,8 @@ class ConvertCommand : public Command {
     Prepare();
     const ConvertSource source = Read();
     for (const std::string& message : source.messages) out << "note: " << message << "\n";
-    const bool film = !source.camera_of_poses || source.camera_of_poses->camera.kind == CameraKind::kFilm;
+    const bool film =
+        !source.camera_of_poses || source.camera_of_poses->camera.kind == CameraKind::kFilm;
     if (!images_.empty() && !film) RequireDigitalImages(images_, source_.image_extension);
     if (!to_.empty()) Write(source, out);
     const bool all = images_.empty() || MakeImages(source, out);

@@ -36,9 +36,10 @@ bool WantsImagesBeside(ExchangeFormat format) {
 void RequireDigitalImages(const std::vector<std::string>& images, const std::string& extension) {
   for (const std::string& image : images) {
     if (fs::path(image).extension() != extension)
-      throw UsageError(fmt::format("{} does not end in {}, as the files written name it; give "
-                                   "--image-extension",
-                                   image, extension));
+      throw UsageError(
+          fmt::format("{} does not end in {}, as the files written name it; give "
+                      "--image-extension",
+                      image, extension));
     if (!fs::exists(image))
       throw InputError(image + " is no file here that could be linked; copy it");
   }

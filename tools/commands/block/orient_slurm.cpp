@@ -24,9 +24,9 @@ namespace orient {
 namespace {
 namespace fs = std::filesystem;
 
-constexpr int kMostTasks = 1000;     // of an array, as Slurm is set up by default
-constexpr double kPart_s = 20 * 60;  // of work that a part is to hold
-constexpr double kMargin = 3;        // asked for over what was measured
+constexpr int kMostTasks = 1000;      // of an array, as Slurm is set up by default
+constexpr double kPart_s = 20 * 60;   // of work that a part is to hold
+constexpr double kMargin = 3;         // asked for over what was measured
 constexpr std::size_t kMeasured = 2;  // photos
 
 // Where nothing was measured.
@@ -171,12 +171,12 @@ class SlurmCommand : public Command {
     constexpr double kWhole_min = 60, kWhole_MB = 2000, kPhoto_MB = 0.4;
     const double most_MB = std::max(exterior.megabytes, interior.megabytes);
     const auto of_all = [&](double minutes) {
-      return JobNeeds{
-          whole_minutes_.value_or(static_cast<int>(kWhole_min + minutes)),
-          whole_megabytes_.value_or(
-              static_cast<int>(kWhole_MB + kPhoto_MB * photos + jobs_.cpus * most_MB))};
+      return JobNeeds{whole_minutes_.value_or(static_cast<int>(kWhole_min + minutes)),
+                      whole_megabytes_.value_or(
+                          static_cast<int>(kWhole_MB + kPhoto_MB * photos + jobs_.cpus * most_MB))};
     };
-    // Ties take a photo about as long as its exterior orientation; the adjustment holds all of them.
+    // Ties take a photo about as long as its exterior orientation; the adjustment holds all of
+    // them.
     jobs_.whole = of_all(kMargin * photos * exterior.seconds / 60 / jobs_.cpus);
     jobs_.roll = of_all(kMargin * each * interior.seconds / 60);  // and a part that was lost
   }
@@ -187,11 +187,12 @@ class SlurmCommand : public Command {
     out.flush();
     const MeasuredJob job = RunMeasured({"/bin/bash", script});
     if (job.exit_code != 0)
-      throw InputError(engine_ == "local"
-                           ? fmt::format("{} has not oriented the block (see above)", script)
-                           : fmt::format("{} could not submit all jobs (see above); none is left in "
-                                         "the queue",
-                                         script));
+      throw InputError(
+          engine_ == "local"
+              ? fmt::format("{} has not oriented the block (see above)", script)
+              : fmt::format("{} could not submit all jobs (see above); none is left in "
+                            "the queue",
+                            script));
     return ExitCode::kAllDone;
   }
 
