@@ -14,7 +14,6 @@
 namespace orient::python {
 namespace {
 namespace py = pybind11;
-using py::literals::operator""_a;
 
 template <typename Value>
 std::optional<std::string> NameOf(const std::optional<Value>& value) {
@@ -53,13 +52,14 @@ py::dict Patches(const ExteriorResult& result) {
     states.emplace_back(Name(patch.state));
   }
   return py::dict(
-      "id"_a = py::array_t<std::int64_t>(static_cast<py::ssize_t>(ids.size()), ids.data()),
-      "state"_a = states, "ground_m"_a = Column<3>(result.patches, &PatchResult::ground_m),
-      "predicted_px"_a = Column<2>(result.patches, &PatchResult::predicted),
-      "pixel"_a = Column<2>(result.patches, &PatchResult::pixel),
-      "sigma_px"_a = Column<2>(result.patches, &PatchResult::sigma_px),
-      "residual_px"_a = Column<2>(result.patches, &PatchResult::residual_px),
-      "ncc"_a = Column(result.patches, &PatchResult::ncc));
+      py::arg("id") = py::array_t<std::int64_t>(static_cast<py::ssize_t>(ids.size()), ids.data()),
+      py::arg("state") = states,
+      py::arg("ground_m") = Column<3>(result.patches, &PatchResult::ground_m),
+      py::arg("predicted_px") = Column<2>(result.patches, &PatchResult::predicted),
+      py::arg("pixel") = Column<2>(result.patches, &PatchResult::pixel),
+      py::arg("sigma_px") = Column<2>(result.patches, &PatchResult::sigma_px),
+      py::arg("residual_px") = Column<2>(result.patches, &PatchResult::residual_px),
+      py::arg("ncc") = Column(result.patches, &PatchResult::ncc));
 }
 
 py::dict Marks(const InteriorResult& result) {
@@ -68,11 +68,11 @@ py::dict Marks(const InteriorResult& result) {
     ids.push_back(mark.id);
     states.emplace_back(Name(mark.state));
   }
-  return py::dict("id"_a = ids, "state"_a = states,
-                  "pixel"_a = Column<2>(result.marks, &MarkResult::pixel),
-                  "sigma_px"_a = Column<2>(result.marks, &MarkResult::sigma_px),
-                  "residual_um"_a = Column<2>(result.marks, &MarkResult::residual_um),
-                  "score"_a = Column(result.marks, &MarkResult::score));
+  return py::dict(py::arg("id") = ids, py::arg("state") = states,
+                  py::arg("pixel") = Column<2>(result.marks, &MarkResult::pixel),
+                  py::arg("sigma_px") = Column<2>(result.marks, &MarkResult::sigma_px),
+                  py::arg("residual_um") = Column<2>(result.marks, &MarkResult::residual_um),
+                  py::arg("score") = Column(result.marks, &MarkResult::score));
 }
 
 Array Footprint(const ExteriorResult& result) {
@@ -175,8 +175,8 @@ py::dict ReadPoses(const std::string& path) {
   }
   std::optional<std::string> crs;
   if (table.crs) crs = table.crs->Wkt();
-  return py::dict("photos"_a = photos, "poses"_a = Rows<6>(poses), "sigmas"_a = Rows<6>(sigmas),
-                  "crs"_a = crs);
+  return py::dict(py::arg("photos") = photos, py::arg("poses") = Rows<6>(poses),
+                  py::arg("sigmas") = Rows<6>(sigmas), py::arg("crs") = crs);
 }
 
 }  // namespace

@@ -19,7 +19,7 @@ import tempfile
 
 OPTION = re.compile(r"--[a-z][a-z0-9-]*")
 # These say the same everywhere; docs/README.md explains them once.
-EVERYWHERE = {"--help", "--verbose", "--quiet", "--log"}
+EVERYWHERE = {"--help", "--verbose", "--quiet", "--log", "--log-json"}
 
 MOST_LINES = 200
 MOST_COLUMNS = 100

@@ -50,7 +50,7 @@ TABLE = {
     "tools/convert": (CORE + INTERIOR + ["block/inputs"], {"Eigen", "GDAL", "TBB", "nlohmann-json"}),
     "tools/review": (CORE + ["block/inputs", "tools/report"],
                      {"Eigen", "nlohmann-json", "cpp-httplib"}),
-    "tools/console": (["core/base"], set()),
+    "tools/console": (["core/base"], {"nlohmann-json"}),
     "tools/cluster": (CORE + ["tools/report"], {"nlohmann-json"}),
     "tools/commands": (CORE + INTERIOR + EXTERIOR + BLOCK + ["ortho"]
                        + ["patchdb/store", "patchdb/harvest", "patchdb/maintenance"]

@@ -92,7 +92,7 @@ def complaints_about_man(folder, commands, command_line):
         found += complaints_about_page(name, text)
         path = name.partition("-")[2]
         for option in commands[path].options if path else []:
-            everywhere = option in ("--help", "--verbose", "--quiet", "--log")
+            everywhere = option in ("--help", "--verbose", "--quiet", "--log", "--log-json")
             if not everywhere and option.replace("-", "\\-") not in text:
                 found.append(f"{name}.1: {option} is missing")
     return found

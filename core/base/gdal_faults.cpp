@@ -253,6 +253,7 @@ class WatchedFiles final : public VSIFilesystemHandler {
 
 void WatchGdalFiles() {
   AskPatiently();
+  // NOLINTNEXTLINE(clang-analyzer-cplusplus.NewDeleteLeaks): handlers are GDAL's once installed
   for (const char* place : {"", "/vsicurl/", "/vsis3/", "/vsigs/", "/vsiaz/"}) {
     VSIFilesystemHandler* files = VSIFileManager::GetHandler(place);
     const bool remote = *place != '\0';

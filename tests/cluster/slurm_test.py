@@ -47,7 +47,7 @@ def make_block(orient, folder, photos):
 def contents(out):
     return {str(path.relative_to(out)): path.read_bytes() for path in sorted(out.rglob("*"))
             if path.is_file() and path.name not in OF_THE_RUN
-            and path.relative_to(out).parts[0] != "slurm"}
+            and path.relative_to(out).parts[0] not in ("slurm", "report_photos")}
 
 
 def orient_processes(orient, block):

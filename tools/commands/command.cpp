@@ -25,6 +25,7 @@ namespace {
 constexpr const char* kVerbose = "--verbose";
 constexpr const char* kQuiet = "--quiet";
 constexpr const char* kLog = "--log";
+constexpr const char* kLogJson = "--log-json";
 
 // What `orient` is, for whoever types its name alone.
 constexpr const char* kDescription =
@@ -142,6 +143,7 @@ RunOutputOptions OutputOf(const CLI::App& parser) {
   RunOutputOptions options;
   options.quiet = asked->count(kQuiet) > 0;
   if (asked->count(kLog) > 0) options.log = asked->get_option(kLog)->results().back();
+  if (asked->count(kLogJson) > 0) options.log_json = asked->get_option(kLogJson)->results().back();
   return options;
 }
 
@@ -200,6 +202,8 @@ std::unique_ptr<CLI::App> MakeParser(const CommandList& commands) {
     app->add_flag(kQuiet)->description("Print errors only");
     app->add_option(kLog)->type_name("FILE")->description(
         "Append what is said, with times, to this file");
+    app->add_option(kLogJson)->type_name("FILE")->description(
+        "The same for programs: a JSON object a line");
     PrepareSubcommands(*app);
   }
   return parser;

@@ -63,7 +63,7 @@ void ProgressLine::Show(Clock::time_point now) {
   const std::string text = ProgressText(what_, done_, total_, seconds(start_), seconds(last_step_));
   last_shown_ = now;
   if (now - last_logged_ >= kLogInterval) {
-    LogLine(text);
+    LogProgress(text, what_, done_, total_);
     last_logged_ = now;
   }
   if (RunIsQuiet() || ProgressIsWatched()) return;
@@ -82,7 +82,8 @@ void ProgressLine::Finish() {
   shown_ = false;
   if (std::exchange(finished_once_, true)) return;
   const std::chrono::duration<double> passed = Clock::now() - start_;
-  LogLine(fmt::format("{}  {} of {} in {}", what_, done_, total_, DurationText(passed.count())));
+  LogProgress(fmt::format("{}  {} of {} in {}", what_, done_, total_, DurationText(passed.count())),
+              what_, done_, total_);
 }
 
 }  // namespace orient

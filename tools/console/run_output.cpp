@@ -9,8 +9,10 @@
 #include <fstream>
 #include <memory>
 #include <mutex>
+#include <nlohmann/json.hpp>
 #include <optional>
 #include <streambuf>
+#include <vector>
 
 #include "core/base/error.h"
 
@@ -20,23 +22,47 @@ namespace {
 // "2026-11-25T06:33:12Z ": every line begins so, and a log's first line goes on with kProgram.
 constexpr std::size_t kTimeLength = 21;
 constexpr std::string_view kProgram = "orient ";
+constexpr std::string_view kJsonBegin = "{\"time\":\"";
 
 std::string TimeText() {
   return fmt::format("{:%Y-%m-%dT%H:%M:%SZ} ", fmt::gmtime(std::time(nullptr)));
 }
 
+// What a line of a log says. In JSON, whatever is not there is left out.
+struct Entry {
+  std::string_view event;  // command, said, error, progress, end
+  std::string_view text;
+  std::string task = {};  // of progress
+  std::optional<int> done = {}, total = {}, exit_code = {};
+  std::optional<double> seconds = {};
+};
+
+std::string Json(const Entry& entry) {
+  std::string time = TimeText();
+  time.pop_back();
+  nlohmann::ordered_json json = {{"time", time}, {"event", entry.event}};
+  if (!entry.task.empty()) json["task"] = entry.task;
+  if (entry.done) json["done"] = *entry.done;
+  if (entry.total) json["total"] = *entry.total;
+  if (entry.exit_code) json["exit_code"] = *entry.exit_code;
+  if (entry.seconds) json["seconds"] = *entry.seconds;
+  json["text"] = entry.text;
+  return json.dump(-1, ' ', false, nlohmann::ordered_json::error_handler_t::replace);
+}
+
 // Lines with their times at the end of a file.
 class Log {
  public:
-  explicit Log(const std::string& path) : path_(path) {
+  Log(const std::string& path, bool json) : path_(path), json_(json) {
     RefuseOtherFiles();
     file_.open(path, std::ios::app);
     if (!file_)
       throw InputError(path + ": the log cannot be written; name a file in a folder that exists");
   }
-  void Line(std::string_view text) {
+  void Write(const Entry& entry) {
+    const std::string line = json_ ? Json(entry) : TimeText() + std::string(entry.text);
     const std::lock_guard lock(mutex_);
-    file_ << TimeText() << text << '\n' << std::flush;
+    file_ << line << '\n' << std::flush;
   }
   bool Failed() const { return !file_; }
   const std::string& Path() const { return path_; }
@@ -47,26 +73,44 @@ class Log {
     std::ifstream there(path_);
     std::string line;
     if (!there || !std::getline(there, line)) return;
-    if (line.size() > kTimeLength && line.compare(kTimeLength, kProgram.size(), kProgram) == 0)
+    if (json_ ? line.starts_with(kJsonBegin)
+              : line.size() > kTimeLength &&
+                    line.compare(kTimeLength, kProgram.size(), kProgram) == 0)
       return;
-    throw UsageError(path_ + " exists and is no log of orient; choose another file for --log");
+    throw UsageError(fmt::format("{} exists and is no log of orient; choose another file for {}",
+                                 path_, json_ ? "--log-json" : "--log"));
   }
 
   std::string path_;
+  bool json_;
   std::ofstream file_;
   std::mutex mutex_;
 };
 
+using Logs = std::vector<std::unique_ptr<Log>>;
+
+Logs OpenLogs(const RunOutputOptions& options) {
+  Logs logs;
+  if (!options.log.empty()) logs.push_back(std::make_unique<Log>(options.log, false));
+  if (!options.log_json.empty()) logs.push_back(std::make_unique<Log>(options.log_json, true));
+  return logs;
+}
+
+void WriteTo(const Logs& logs, const Entry& entry) {
+  for (const auto& log : logs) log->Write(entry);
+}
+
 std::mutex current_mutex;
-Log* current_log = nullptr;
+const Logs* current_logs = nullptr;
 bool current_quiet = false;
 
-// Passes what is written on to `shown` (null: to nobody) and its lines to the log.
+// Passes what is written on to `shown` (null: to nobody) and its lines to the logs.
 class Tee : public std::streambuf {
  public:
-  Tee(std::streambuf* shown, Log* log) : shown_(shown), log_(log) {}
+  Tee(std::streambuf* shown, const Logs& logs, std::string_view event)
+      : shown_(shown), logs_(logs), event_(event) {}
   ~Tee() override {
-    if (!line_.empty()) log_->Line(line_);
+    if (!line_.empty()) WriteTo(logs_, {event_, line_});
   }
 
  protected:
@@ -78,24 +122,25 @@ class Tee : public std::streambuf {
     return shown_->sputc(character);
   }
   std::streamsize xsputn(const char* text, std::streamsize size) override {
-    for (std::streamsize i = 0; i < size && log_ != nullptr; ++i) Keep(text[i]);
+    for (std::streamsize i = 0; i < size && !logs_.empty(); ++i) Keep(text[i]);
     return shown_ == nullptr ? size : shown_->sputn(text, size);
   }
   int sync() override { return shown_ == nullptr ? 0 : shown_->pubsync(); }
 
  private:
   void Keep(char character) {
-    if (log_ == nullptr) return;
+    if (logs_.empty()) return;
     if (character != '\n') {
       line_ += character;
       return;
     }
-    log_->Line(line_);
+    WriteTo(logs_, {event_, line_});
     line_.clear();
   }
 
   std::streambuf* shown_;
-  Log* log_;
+  const Logs& logs_;
+  std::string_view event_;
   std::string line_;
 };
 
@@ -110,14 +155,14 @@ std::string DurationText(double seconds) {
 
 struct RunOutput::Streams {
   Streams(const RunOutputOptions& options, std::ostream& shown_out, std::ostream& shown_err)
-      : log(options.log.empty() ? nullptr : std::make_unique<Log>(options.log)),
-        out_tee(options.quiet ? nullptr : shown_out.rdbuf(), log.get()),
-        err_tee(shown_err.rdbuf(), log.get()),
+      : logs(OpenLogs(options)),
+        out_tee(options.quiet ? nullptr : shown_out.rdbuf(), logs, "said"),
+        err_tee(shown_err.rdbuf(), logs, "error"),
         out(&out_tee),
         err(&err_tee),
         told(shown_err) {}
 
-  std::unique_ptr<Log> log;
+  Logs logs;
   Tee out_tee, err_tee;
   std::ostream out, err;
   std::ostream& told;  // the error stream itself
@@ -127,15 +172,15 @@ struct RunOutput::Streams {
 RunOutput::RunOutput(const RunOutputOptions& options, const std::string& command, std::ostream& out,
                      std::ostream& err)
     : streams_(std::make_unique<Streams>(options, out, err)) {
-  if (streams_->log) streams_->log->Line(command);
+  WriteTo(streams_->logs, {"command", command});
   const std::lock_guard lock(current_mutex);
-  current_log = streams_->log.get();
+  current_logs = &streams_->logs;
   current_quiet = options.quiet;
 }
 
 RunOutput::~RunOutput() {
   const std::lock_guard lock(current_mutex);
-  current_log = nullptr;
+  current_logs = nullptr;
   current_quiet = false;
 }
 
@@ -143,19 +188,27 @@ std::ostream& RunOutput::Out() { return streams_->out; }
 std::ostream& RunOutput::Err() { return streams_->err; }
 
 void RunOutput::End(int exit_code) {
-  Log* log = streams_->log.get();
-  if (log == nullptr) return;
   const std::chrono::duration<double> passed = std::chrono::steady_clock::now() - streams_->begin;
-  log->Line(
-      fmt::format("ended with exit code {} after {}", exit_code, DurationText(passed.count())));
-  if (log->Failed())
-    streams_->told << "orient: " << log->Path()
-                   << ": the log could not be written to its end; is the disk full?\n";
+  const std::string text =
+      fmt::format("ended with exit code {} after {}", exit_code, DurationText(passed.count()));
+  WriteTo(streams_->logs,
+          {.event = "end", .text = text, .exit_code = exit_code, .seconds = passed.count()});
+  for (const auto& log : streams_->logs)
+    if (log->Failed())
+      streams_->told << "orient: " << log->Path()
+                     << ": the log could not be written to its end; is the disk full?\n";
 }
 
 void LogLine(std::string_view text) {
   const std::lock_guard lock(current_mutex);
-  if (current_log != nullptr) current_log->Line(text);
+  if (current_logs != nullptr) WriteTo(*current_logs, {"error", text});
+}
+
+void LogProgress(std::string_view text, const std::string& task, int done, int total) {
+  const std::lock_guard lock(current_mutex);
+  if (current_logs == nullptr) return;
+  WriteTo(*current_logs,
+          {.event = "progress", .text = text, .task = task, .done = done, .total = total});
 }
 
 bool RunIsQuiet() {

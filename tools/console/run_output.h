@@ -10,8 +10,9 @@
 namespace orient {
 
 struct RunOutputOptions {
-  std::string log;     // a file to append to; empty: none
-  bool quiet = false;  // standard output and progress are not shown; errors are
+  std::string log = {};       // a file to append to; empty: none
+  bool quiet = false;         // standard output and progress are not shown; errors are
+  std::string log_json = {};  // as `log` for programs: a JSON object a line
 };
 
 // Of one run of a command, from its construction to the end of its life.
@@ -41,9 +42,11 @@ inline constexpr const char* kEraseLine = "\r\033[K";
 // "1 h 3 min", "2 min 5 s", "12 s".
 std::string DurationText(double seconds);
 
-// Of the run that lives now (a process has one at a time): a line for the log alone, nothing where
-// there is no log; from any thread.
+// Of the run that lives now (a process has one at a time): a line for the logs alone, nothing where
+// there is none; from any thread.
 void LogLine(std::string_view text);
+// How far a task is; `text` says it in words.
+void LogProgress(std::string_view text, const std::string& task, int done, int total);
 bool RunIsQuiet();
 
 }  // namespace orient

@@ -146,11 +146,14 @@ std::string Zipped(const std::string& name, const std::string& contents, const s
 
 // One that was changed in QGIS is its user's: QGIS dates what it saves.
 bool WasSavedByQgis(const std::string& path) {
+  const QuietGdal quiet;
   VSILFILE* file = VSIFOpenL(("/vsizip/{" + path + "}").c_str(), "rb");
+  quiet.ThrowFaults();
   if (file == nullptr) return true;  // none of ours
   std::string beginning(4096, '\0');
   beginning.resize(VSIFReadL(beginning.data(), 1, beginning.size(), file));
   VSIFCloseL(file);
+  quiet.ThrowFaults();
   return beginning.find("saveDateTime") != std::string::npos;
 }
 

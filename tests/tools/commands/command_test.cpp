@@ -4,6 +4,7 @@
 
 #include <CLI/CLI.hpp>
 #include <functional>
+#include <nlohmann/json.hpp>
 #include <optional>
 #include <regex>
 #include <sstream>
@@ -106,6 +107,35 @@ TEST(Command, TheLogHasTheCommandWhatWasSaidAndTheExitCodeWithTimes) {
     ASSERT_TRUE(std::getline(lines, line)) << expected;
     EXPECT_TRUE(std::regex_match(line, std::regex(time + expected))) << line;
   }
+}
+
+TEST(Command, TheLogForProgramsHasAnObjectALine) {
+  const TemporaryFolder folder;
+  const std::string log = folder / "run.jsonl";
+  RunWith({"measure", "a \"quoted\".txt", "--log-json", log});
+  RunWith({"measure", "b.txt", "--log-json", log},
+          []() -> ExitCode { throw InputError("b.txt is empty"); });
+  std::istringstream lines(ReadFile(log));
+  const std::vector<std::pair<std::string, std::string>> expected = {
+      {"command", "orient measure 'a \"quoted\".txt'"},
+      {"said", "measured a \"quoted\".txt"},
+      {"end", "exit code 0"},
+      {"command", "measure b.txt"},
+      {"said", "measured b.txt"},
+      {"error", "orient: b.txt is empty"},
+      {"end", "exit code 2"}};
+  for (const auto& [event, text] : expected) {
+    std::string line;
+    ASSERT_TRUE(std::getline(lines, line)) << text;
+    const auto json = nlohmann::json::parse(line);
+    EXPECT_EQ(json.at("event"), event) << line;
+    EXPECT_TRUE(Contains(json.at("text").get<std::string>(), text)) << line;
+    EXPECT_EQ(json.at("time").get<std::string>().size(), 20u) << line;
+    EXPECT_EQ(json.contains("exit_code"), event == "end") << line;
+  }
+  const Outcome other = RunWith({"measure", "a.txt", "--log", log});
+  EXPECT_TRUE(Contains(other.err, "is no log of orient; choose another file for --log"))
+      << other.err;
 }
 
 TEST(Command, AFileThatIsNoLogIsNotAddedTo) {

@@ -10,10 +10,12 @@
 #include "block/part.h"
 #include "block/plan.h"
 #include "block/stages/exterior_stage.h"
+#include "core/base/atomic_write.h"
 #include "core/base/error.h"
 #include "core/files/block_file.h"
 #include "core/files/camera_file.h"
 #include "core/files/orientation_table.h"
+#include "tools/commands/block/block_metrics.h"
 #include "tools/commands/block/measured_block.h"
 #include "tools/commands/block_control.h"
 #include "tools/commands/block_outputs.h"
@@ -48,6 +50,8 @@ class BlockCommand : public Command {
         ->check(CLI::IsMember({"control", "interior", "exterior"}));
     app.add_option("--part", part_, "Of the stage's photos the K-th part of N, as K/N");
     app.add_flag("--status", status_, "Print what is done, and what is left, and stop");
+    app.add_option("--metrics", metrics_,
+                   "With --status: also write it for a monitor (Prometheus text format)");
     AddLearnOption(app, &learn_);
     app.add_flag("--quicklook", quicklook_,
                  "Also draw reduced orthophotos and the seams between them");
@@ -118,6 +122,7 @@ class BlockCommand : public Command {
   void RequireOptionsTogether(const BlockFile& block) const {
     const auto refuse = [](const std::string& why) { throw UsageError(why); };
     if (!part_.empty() && stage_.empty()) refuse("--part needs --stage");
+    if (!metrics_.empty() && !status_) refuse("--metrics needs --status");
     if (status_ && (!stage_.empty() || overwrite_ || plan_ || learn_ || quicklook_))
       refuse("--status prints and stops; give it alone");
     if (stage_.empty() && !status_) return;
@@ -175,12 +180,13 @@ class BlockCommand : public Command {
     return ExitCode::kSomeNotOriented;
   }
 
-  static ExitCode PrintStatus(const BlockFile& block, std::ostream& out) {
+  ExitCode PrintStatus(const BlockFile& block, std::ostream& out) const {
     const bool film = ReadCameraFile(block.camera).camera.kind == CameraKind::kFilm;
     SummaryTable table(
         {"stage", "photos", "ok", "weak", "failed", "left", "per hour", "hours to go"});
-    for (const block::StageStatus& status :
-         block::StatusOf(block.photos, block.output_directory, film)) {
+    const std::vector<block::StageStatus> stages =
+        block::StatusOf(block.photos, block.output_directory, film);
+    for (const block::StageStatus& status : stages) {
       std::string per_hour = "-", hours = "-";
       if (status.per_hour) {
         per_hour = Fixed(*status.per_hour, 0);
@@ -194,6 +200,7 @@ class BlockCommand : public Command {
     table.Print(out);
     const bool finished = fs::exists(block::PoseTablePath(block.output_directory)) &&
                           !block::IsUnfinished(block.output_directory);
+    if (!metrics_.empty()) WriteFileAtomically(metrics_, MetricsText(stages, finished));
     out << (finished ? "finished\n"
                      : "not finished: orient block without --stage adjusts and writes the rest\n");
     return ExitCode::kAllDone;
@@ -280,7 +287,7 @@ class BlockCommand : public Command {
       out << "note    " << message << "\n";
   }
 
-  std::string block_path_, library_, stage_, part_;
+  std::string block_path_, library_, stage_, part_, metrics_;
   bool resume_ = false;
   bool overwrite_ = false;
   bool plan_ = false;
