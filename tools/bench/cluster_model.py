@@ -1,7 +1,7 @@
 #!/usr/bin/env python3
 """Where does an archive of ten million photos stop scaling? A model, fed with what was measured.
 
-    cluster_model.py [--photo-s 2.4] [--start-s 0.3] [--start-us-per-photo 60] [--whole-s 2.5]
+    cluster_model.py [--photo-s 2.7] [--start-s 0.1] [--start-us-per-photo 170] [--whole-s 2.7]
                      [--photo-mb 30] [--store-gb-s 2] [--fails-per-1000-h 10]
 
 Photos come in blocks; a block is `orient slurm`'s chain: parts of a stage, each of which first reads
@@ -76,10 +76,10 @@ def simulate(workers, block, measured, draw):
 def main():
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     for name, default, what in (
-            ("photo-s", 2.4, "interior and exterior orientation of a photo"),
-            ("start-s", 0.3, "of a part before its first photo"),
-            ("start-us-per-photo", 60, "more for each photo of the block"),
-            ("whole-s", 2.5, "of a photo in the run of the whole block"),
+            ("photo-s", 2.7, "interior and exterior orientation of a photo"),
+            ("start-s", 0.1, "of a part before its first photo"),
+            ("start-us-per-photo", 170, "more for each photo of the block"),
+            ("whole-s", 2.7, "of a photo in the run of the whole block"),
             ("photo-mb", 30, "read from the store for a photo"),
             ("store-gb-s", 2, "that the store sends to all workers together"),
             ("fails-per-1000-h", 10, "failures of a worker in 1,000 hours")):

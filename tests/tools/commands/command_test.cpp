@@ -225,14 +225,14 @@ TEST(Command, SomePhotosNotOrientedIsCodeThree) {
 TEST(Command, VerbosePrintsEveryOptionsEffectiveValueFirst) {
   const Outcome outcome = RunWith({"measure", "a.txt", "--verbose", "--fast"});
   EXPECT_EQ(outcome.code, 0);
-  EXPECT_TRUE(Contains(outcome.err, "FILE       a.txt\n")) << outcome.err;
-  EXPECT_TRUE(Contains(outcome.err, "--scale    2.5  (default)\n")) << outcome.err;
-  EXPECT_TRUE(Contains(outcome.err, "--limit    (not given)\n")) << outcome.err;
-  EXPECT_TRUE(Contains(outcome.err, "--fast     yes\n")) << outcome.err;
+  EXPECT_TRUE(Contains(outcome.err, "FILE        a.txt\n")) << outcome.err;
+  EXPECT_TRUE(Contains(outcome.err, "--scale     2.5  (default)\n")) << outcome.err;
+  EXPECT_TRUE(Contains(outcome.err, "--limit     (not given)\n")) << outcome.err;
+  EXPECT_TRUE(Contains(outcome.err, "--fast      yes\n")) << outcome.err;
   const Outcome given = RunWith({"measure", "a.txt", "--verbose", "--scale=7", "--limit", "9"});
-  EXPECT_TRUE(Contains(given.err, "--scale    7\n")) << given.err;
-  EXPECT_TRUE(Contains(given.err, "--limit    9\n")) << given.err;
-  EXPECT_TRUE(Contains(given.err, "--fast     no\n")) << given.err;
+  EXPECT_TRUE(Contains(given.err, "--scale     7\n")) << given.err;
+  EXPECT_TRUE(Contains(given.err, "--limit     9\n")) << given.err;
+  EXPECT_TRUE(Contains(given.err, "--fast      no\n")) << given.err;
 }
 
 TEST(Command, VerboseReachesNestedCommands) {
