@@ -33,10 +33,12 @@
 #include <cstring>
 
 extern "C" {
+// NOLINTBEGIN(bugprone-reserved-identifier): glibc's own
 void* __libc_malloc(size_t size);
 void* __libc_calloc(size_t count, size_t size);
 void* __libc_realloc(void* memory, size_t size);
 void* __libc_memalign(size_t alignment, size_t size);
+// NOLINTEND(bugprone-reserved-identifier)
 }
 
 namespace {
@@ -62,7 +64,7 @@ template <class Function>
 Function Real(Function, const char* name) {
   return reinterpret_cast<Function>(dlsym(RTLD_NEXT, name));
 }
-#define REAL(function) Real(&function, #function)
+#define REAL(function) Real(&(function), #function)
 
 bool Below(const char* path) {
   return plan.folder != nullptr && path != nullptr &&
@@ -154,8 +156,8 @@ __attribute__((constructor)) void Read() {
   plan.at = at == nullptr ? 0 : std::atol(at);
   plan.on = on != nullptr && on[0] == '1';
   if (kind == nullptr) return;
-  for (char i = 0; i < kNone; ++i)
-    if (std::strcmp(kind, kNames[static_cast<size_t>(i)]) == 0) plan.kind = static_cast<Kind>(i);
+  for (size_t i = 0; i < kNames.size(); ++i)
+    if (std::strcmp(kind, kNames[i]) == 0) plan.kind = static_cast<Kind>(i);
 }
 
 __attribute__((destructor)) void Tell() {

@@ -6,6 +6,7 @@
 #include <chrono>
 #include <cmath>
 #include <ctime>
+#include <exception>
 #include <fstream>
 #include <memory>
 #include <mutex>
@@ -110,7 +111,10 @@ class Tee : public std::streambuf {
   Tee(std::streambuf* shown, const Logs& logs, std::string_view event)
       : shown_(shown), logs_(logs), event_(event) {}
   ~Tee() override {
-    if (!line_.empty()) WriteTo(logs_, {event_, line_});
+    try {
+      if (!line_.empty()) WriteTo(logs_, {event_, line_});
+    } catch (const std::exception&) {  // no memory: the run has ended all the same
+    }
   }
 
  protected:
