@@ -50,7 +50,8 @@ PartOutcome RunInteriorPart(const BlockInputs& inputs, const PhotosOfPart& part,
 void RequireInteriors(const BlockInputs& inputs, const PhotosOfPart& part) {
   const std::vector<std::string>& photos = inputs.Block().photos;
   for (std::size_t i = 0; inputs.IsFilm() && i < photos.size(); ++i) {
-    const std::string result = InteriorResultPath(inputs.OutputDirectory(), PhotoName(photos[i]));
+    const std::string result =
+        ResultPathOf(BlockStage::kInterior, inputs.OutputDirectory(), PhotoName(photos[i]));
     if (part.Has(i) && !fs::exists(result))
       throw UsageError(result +
                        " is not there: run --stage interior first, all parts of it and "
@@ -128,6 +129,12 @@ std::string Name(BlockStage stage) {
   return stage == BlockStage::kInterior ? "interior" : "exterior";
 }
 
+std::string ResultPathOf(BlockStage stage, const std::string& directory, const std::string& photo) {
+  return stage == BlockStage::kInterior
+             ? InteriorResultPath(directory, photo)
+             : ExteriorResultPath(StageDirectory(directory, "exterior"), photo);
+}
+
 std::optional<PhotosOfPart> PhotosOfPartFromText(const std::string& text) {
   PhotosOfPart part;
   const char* end = text.data() + text.size();
@@ -155,15 +162,12 @@ std::vector<StageStatus> StatusOf(const std::vector<std::string>& photos,
     status.photos = photos.size();
     std::vector<fs::file_time_type> times;
     for (const std::string& photo : photos) {
-      const bool interior = stage == BlockStage::kInterior;
-      const std::string path =
-          interior ? InteriorResultPath(directory, PhotoName(photo))
-                   : ExteriorResultPath(StageDirectory(directory, "exterior"), PhotoName(photo));
+      const std::string path = ResultPathOf(stage, directory, PhotoName(photo));
       std::error_code absent;
       const auto time = fs::last_write_time(path, absent);
       if (absent) continue;
       times.push_back(time);
-      if (interior)
+      if (stage == BlockStage::kInterior)
         Count(path, &ReadInteriorResult, &status);
       else
         Count(path, &ReadExteriorResult, &status);

@@ -19,6 +19,8 @@ namespace orient::block {
 enum class BlockStage { kInterior, kExterior };
 inline constexpr std::array kBlockStages = {BlockStage::kInterior, BlockStage::kExterior};
 std::string Name(BlockStage stage);  // "interior", "exterior"
+// Where the stage leaves a photo's result, below the block's output folder.
+std::string ResultPathOf(BlockStage stage, const std::string& directory, const std::string& photo);
 
 // Every `of`-th photo of the block, beginning with the `number`-th.
 struct PhotosOfPart {

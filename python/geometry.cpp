@@ -30,10 +30,7 @@ PhotoView OfResult(const std::string& folder, const std::string& photo,
                             interior.empty() ? folder : interior);
   if (!read.HasPose())
     throw InputError(photo + " has no pose: " + JoinedSentences(read.exterior.findings));
-  PhotoView view = read.View(camera.camera);
-  if (const auto& estimated = read.exterior.principal_distance)
-    view.camera.principal_distance_mm = estimated->value_mm;
-  return view;
+  return read.ViewOfResult(camera.camera);
 }
 
 // Of a digital camera: all that there is to know is the camera and the pose.
@@ -50,15 +47,15 @@ PhotoView OfPose(const std::string& camera_path, const Array& pose) {
 // corners belong to it, whatever rounding makes of them.
 constexpr double kRounding_mm = 1e-6;
 
-bool Shows(const PhotoView& view, const Eigen::Vector2d& pixel) {
-  return view.camera.InFrame(view.PhotoFromPixel(pixel), kRounding_mm);
+bool Shows(const PhotoView& view, const Eigen::Vector2d& photo_mm) {
+  return view.camera.InFrame(photo_mm, kRounding_mm);
 }
 
 Array PixelsOf(const PhotoView& view, const Array& ground) {
   std::vector<std::optional<Eigen::Vector2d>> pixels;
   for (const Eigen::Vector3d& point : ToRows<3>(ground, "ground points")) {
     const auto photo_mm = PhotoFromGround(view.camera, view.pose, point);
-    const bool shown = photo_mm && view.camera.InFrame(*photo_mm, kRounding_mm);
+    const bool shown = photo_mm && Shows(view, *photo_mm);
     pixels.push_back(shown ? std::optional(view.PixelFromPhoto(*photo_mm)) : std::nullopt);
   }
   return Rows<2>(pixels);
@@ -74,9 +71,9 @@ Array PhotoFromPixels(const PhotoView& view, const Array& pixels) {
 Array RaysOf(const PhotoView& view, const Array& pixels) {
   std::vector<std::optional<Eigen::Vector3d>> directions;
   for (const Eigen::Vector2d& pixel : ToRows<2>(pixels, "pixels")) {
-    const auto ray = Shows(view, pixel)
-                         ? GroundRayFromPhoto(view.camera, view.pose, view.PhotoFromPixel(pixel))
-                         : std::nullopt;
+    const Eigen::Vector2d photo_mm = view.PhotoFromPixel(pixel);
+    const auto ray =
+        Shows(view, photo_mm) ? GroundRayFromPhoto(view.camera, view.pose, photo_mm) : std::nullopt;
     directions.push_back(ray ? std::optional(ray->direction) : std::nullopt);
   }
   return Rows<3>(directions);
@@ -85,7 +82,8 @@ Array RaysOf(const PhotoView& view, const Array& pixels) {
 Array GroundOf(const PhotoView& view, const Array& pixels, const GroundSurface& surface) {
   std::vector<std::optional<Eigen::Vector3d>> ground;
   for (const Eigen::Vector2d& pixel : ToRows<2>(pixels, "pixels"))
-    ground.push_back(Shows(view, pixel) ? view.GroundFromPixel(pixel, surface) : std::nullopt);
+    ground.push_back(Shows(view, view.PhotoFromPixel(pixel)) ? view.GroundFromPixel(pixel, surface)
+                                                             : std::nullopt);
   return Rows<3>(ground);
 }
 

@@ -33,6 +33,14 @@ struct BlockPhotoFile {
   PhotoView View(const Camera& camera) const {
     return {camera, position.photo_from_pixel, *exterior.pose, position.film_correction};
   }
+  // With the principal distance that was estimated with the pose, where it was: what the photo
+  // shows by its own result.
+  PhotoView ViewOfResult(const Camera& camera) const {
+    PhotoView view = View(camera);
+    if (exterior.principal_distance)
+      view.camera.principal_distance_mm = exterior.principal_distance->value_mm;
+    return view;
+  }
 };
 
 // Reads an exterior result and, where it has a pose, the film position that belongs to it. A photo

@@ -30,11 +30,9 @@ std::vector<std::string> RemoteMatches(const std::string& pattern);
 // first.
 void AskPatiently();
 
-// Calls `attempt` until it returns true, four times at most, with pauses that grow.
-template <typename Attempt>
-bool Patiently(const Attempt& attempt);
 void PauseBefore(int attempt);
 
+// Calls `attempt` until it returns true, four times at most, with pauses that grow.
 template <typename Attempt>
 bool Patiently(const Attempt& attempt) {
   constexpr int kAttempts = 4;

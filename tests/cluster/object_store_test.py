@@ -11,32 +11,13 @@ bytes were read.
 import json
 import pathlib
 import re
-import subprocess
 import sys
 import tempfile
 
 from object_store import ObjectStore
+from simulated_block import complaints_about_difference, make_block, run
 
 BUSY, CUT = 0.05, 0.01
-# Where a result says of which file it was made: the same content under another name.
-OF_THE_PLACE = {"run.json", "report.html", "block.gpkg", "block.qgz"}
-
-
-def run(*words, codes=(0,)):
-    done = subprocess.run([str(word) for word in words], capture_output=True, text=True, check=False)
-    if done.returncode not in codes:
-        sys.exit(f"{' '.join(map(str, words))}: {done.returncode}\n{done.stdout}{done.stderr}")
-    return done
-
-
-def make_block(orient, folder, photos, pixel_um):
-    run(orient, "simulate", "--out", folder, "--photos", photos, "--pixel-size-um", pixel_um)
-    old = folder / "old"
-    run(orient, "patchdb", "create", folder / "patches.gpkg", "--crs", "EPSG:32635")
-    run(orient, "patchdb", "harvest", folder / "patches.gpkg", "--camera", old / "camera.toml",
-        "--orientation", old / "orientation.csv", "--interior", old / "interior",
-        "--dem", folder / "dem.tif", *sorted((old / "photos").glob("*.tif")))
-
 
 def with_scans(folder, name, photos, out):
     text = (folder / "block.toml").read_text()
@@ -44,11 +25,6 @@ def with_scans(folder, name, photos, out):
     text = text.replace('directory = "out"', f'directory = "{out}"')
     (folder / name).write_text(text)
     return folder / name
-
-
-def contents(out):
-    return {str(path.relative_to(out)): path.read_bytes() for path in sorted(out.rglob("*"))
-            if path.is_file() and path.name not in OF_THE_PLACE}
 
 
 def statuses(out):
@@ -85,9 +61,8 @@ def main(orient, delay_s="0.02", photos="3", pixel_um="25"):
     found = []
     with tempfile.TemporaryDirectory() as temporary:
         folder = pathlib.Path(temporary) / "block"
-        make_block(orient, folder, photos, pixel_um)
+        make_block(orient, folder, photos, "--pixel-size-um", pixel_um)
         run(orient, "block", folder / "block.toml")
-        expected = contents(folder / "out")
         scans = sum(scan.stat().st_size for scan in (folder / "scans").glob("*.tif"))
         with ObjectStore(folder, BUSY, CUT, float(delay_s)) as store:
             # Asterisk in an address: the server lists its folder.
@@ -102,12 +77,7 @@ def main(orient, delay_s="0.02", photos="3", pixel_um="25"):
                   f"{store.bytes_sent / 1e6:.1f} MB")
             if store.cuts == 0 or store.faults <= store.cuts:
                 found.append("not both kinds of faults have occurred: nothing was tried")
-        made = contents(folder / "remote")
-        other = sorted(name for name in expected.keys() | made.keys()
-                       if expected.get(name) != made.get(name))
-        if other:
-            found.append(f"{len(other)} of {len(expected)} files are other: {other[:10]}")
-
+        found += complaints_about_difference(folder / "out", folder / "remote")
         found += complaints_about_refusals(orient, folder)
     print("\n".join(found) or "scans on a web server give what local ones give")
     return 1 if found else 0

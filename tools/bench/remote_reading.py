@@ -16,7 +16,8 @@ import tempfile
 
 sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[2] / "tests/cluster"))
 from object_store import ObjectStore  # noqa: E402
-from object_store_test import run, with_scans  # noqa: E402
+from object_store_test import with_scans  # noqa: E402
+from simulated_block import harvest, run  # noqa: E402
 
 LAYOUTS = {"tiles of 256, no overviews": None, "COG, tiles of 512": "512", "COG, tiles of 256": "256"}
 SCAN = "scans/new_1_1.tif"
@@ -26,16 +27,6 @@ def simulate(orient, folder):
     if not (folder / SCAN).exists():
         run(orient, "simulate", "--out", folder, "--photos", 1, "--camera-preset", "rc30",
             "--pixel-size-um", 25)
-
-
-def harvest(orient, folder, patches):
-    database, old = folder / "patches.gpkg", folder / "old"
-    database.unlink(missing_ok=True)
-    run(orient, "patchdb", "create", database, "--crs", "EPSG:32635")
-    run(orient, "patchdb", "harvest", database, "--max-per-photo", patches,
-        "--camera", old / "camera.toml", "--orientation", old / "orientation.csv",
-        "--interior", old / "interior", "--dem", folder / "dem.tif",
-        *sorted((old / "photos").glob("*.tif")))
 
 
 def write_layout(folder, block_size):
@@ -68,7 +59,7 @@ def measure(orient, folder):
     print("| layout | patches a photo | interior: requests, share | exterior: requests, share |")
     print("|---|---|---|---|")
     for patches in (800, 150):
-        harvest(orient, folder, patches)
+        harvest(orient, folder, "--max-per-photo", patches)
         for name, block_size in LAYOUTS.items():
             (a, interior), (b, exterior) = shares(orient, folder, write_layout(folder, block_size))
             print(f"| {name} | {patches} | {a}, {100 * interior:.0f} % | {b}, "

@@ -18,7 +18,7 @@ import tempfile
 import time
 
 sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[2] / "tests/cluster"))
-from slurm_test import make_block, run  # noqa: E402
+from simulated_block import SMALL_DIGITAL, make_block, run  # noqa: E402
 
 
 def seconds_of(orient, block, parts):
@@ -68,7 +68,7 @@ def main(orient, photos="24"):
     orient = pathlib.Path(orient).resolve()
     with tempfile.TemporaryDirectory() as temporary:
         folder = pathlib.Path(temporary) / "block"
-        make_block(orient, folder, photos)
+        make_block(orient, folder, photos, *SMALL_DIGITAL)
         efficiency(orient, folder, int(photos))
         for many in (2000, 20000):
             print(f"a part with nothing to do, block of {many} photos: "

@@ -65,31 +65,46 @@ std::string BlockWords(const BlockJobs& jobs) {
   return ShellWord(jobs.block) + library;
 }
 
+// What one job does; an array's where there are tasks.
+struct Work {
+  std::string name;
+  int tasks = 0;
+  std::string what, options;
+  int cpus = 1;
+  JobNeeds needs;
+};
+
+JobScript ScriptOf(const BlockJobs& jobs, const Work& work) {
+  const bool array = work.tasks > 0;
+  const std::string tasks = array ? fmt::format("\n#SBATCH --array=1-{}", work.tasks) : "";
+  return {work.name + ".sh", work.tasks,
+          Filled("job.sh", {{"name", work.name},
+                            {"cpus", std::to_string(work.cpus)},
+                            {"megabytes", std::to_string(work.needs.megabytes)},
+                            {"minutes", SlurmTime(work.needs.minutes)},
+                            {"logs", LogFolder(jobs)},
+                            {"log", work.name + (array ? "_%a" : "")},
+                            {"more", MoreLines(jobs) + tasks},
+                            {"what", work.what},
+                            {"orient", ShellWord(jobs.program)},
+                            {"block", BlockWords(jobs)},
+                            {"options", work.options}})};
+}
+
 JobScript Part(const BlockJobs& jobs, const std::string& stage, const JobNeeds& needs) {
-  return {stage + ".sh", jobs.parts,
-          Filled("part.sh", {{"stage", stage},
-                             {"parts", std::to_string(jobs.parts)},
-                             {"megabytes", std::to_string(needs.megabytes)},
-                             {"minutes", SlurmTime(needs.minutes)},
-                             {"logs", LogFolder(jobs)},
-                             {"more", MoreLines(jobs)},
-                             {"orient", ShellWord(jobs.program)},
-                             {"block", BlockWords(jobs)}})};
+  const std::string what = fmt::format(
+      "Task K does the photos K, K + {0}, K + 2 x {0} ... of the block. What is done is kept,\n"
+      "# whoever did it: a task may be repeated at any time, and what a lost one has left the next "
+      "job does.",
+      jobs.parts);
+  const std::string options =
+      fmt::format("--stage {} --part \"$SLURM_ARRAY_TASK_ID/{}\"", stage, jobs.parts);
+  return ScriptOf(jobs, {stage, jobs.parts, what, options, 1, needs});
 }
 
 JobScript Whole(const BlockJobs& jobs, const std::string& name, const std::string& what,
                 const std::string& options, const JobNeeds& needs) {
-  return {name + ".sh", 0,
-          Filled("whole.sh", {{"name", name},
-                              {"what", what},
-                              {"options", options + fmt::format(" --jobs {}", jobs.cpus)},
-                              {"cpus", std::to_string(jobs.cpus)},
-                              {"megabytes", std::to_string(needs.megabytes)},
-                              {"minutes", SlurmTime(needs.minutes)},
-                              {"logs", LogFolder(jobs)},
-                              {"more", MoreLines(jobs)},
-                              {"orient", ShellWord(jobs.program)},
-                              {"block", BlockWords(jobs)}})};
+  return ScriptOf(jobs, {name, 0, what, options, jobs.cpus, needs});
 }
 
 std::string SubmitScript(const std::vector<JobScript>& chain) {

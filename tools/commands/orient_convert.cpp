@@ -96,9 +96,7 @@ class ConvertCommand : public Command {
     Prepare();
     const ConvertSource source = Read();
     for (const std::string& message : source.messages) out << "note: " << message << "\n";
-    const bool film =
-        !source.camera_of_poses || source.camera_of_poses->camera.kind == CameraKind::kFilm;
-    if (!images_.empty() && !film) RequireDigitalImages(images_, source_.image_extension);
+    if (!images_.empty() && !IsFilm(source)) RequireDigitalImages(images_, source_.image_extension);
     if (!to_.empty()) Write(source, out);
     const bool all = images_.empty() || MakeImages(source, out);
     return all ? ExitCode::kAllDone : ExitCode::kSomeNotOriented;
@@ -173,14 +171,14 @@ class ConvertCommand : public Command {
     }
   }
 
+  static bool IsFilm(const ConvertSource& source) {
+    return source.camera_of_poses->camera.kind == CameraKind::kFilm;
+  }
+
   // Whether all could be made.
   bool MakeImages(const ConvertSource& source, std::ostream& out) const {
-    const bool film = source.camera_of_poses->camera.kind == CameraKind::kFilm;
-    bool all = true;
-    if (film)
-      all = Resample(source, out);
-    else
-      LinkDigitalImages(out_, images_, source_.image_extension);
+    const bool all = !IsFilm(source) || Resample(source, out);
+    if (!IsFilm(source)) LinkDigitalImages(out_, images_, source_.image_extension);
     LinkImagesForPrograms(out_, Formats(), source.block);
     return all;
   }

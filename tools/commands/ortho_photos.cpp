@@ -69,11 +69,8 @@ ortho::OrientedPhoto FromResult(const Shared& shared, const std::string& scan) {
     throw InputError("is not oriented: " + (why.empty() ? result + " has no pose" : why));
   if (status == Status::kWeak && !shared.source.weak)
     throw InputError("is weak (--weak takes it nevertheless): " + why);
-  ortho::OrientedPhoto oriented{
-      name, scan, photo.View(shared.camera.camera), photo.exterior.covariance, {}, photo.negative};
-  if (const auto& estimated = photo.exterior.principal_distance)
-    oriented.view.camera.principal_distance_mm = estimated->value_mm;
-  return oriented;
+  return {name, scan,          photo.ViewOfResult(shared.camera.camera), photo.exterior.covariance,
+          {},   photo.negative};
 }
 
 ortho::OrientedPhoto FromTable(const Shared& shared, const std::string& scan,

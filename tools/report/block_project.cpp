@@ -7,7 +7,6 @@
 #include <algorithm>
 #include <cmath>
 #include <filesystem>
-#include <map>
 #include <vector>
 
 #include "core/base/atomic_write.h"
@@ -41,12 +40,17 @@ std::string WithinStyle(const std::string& file) {
   return text.substr(begin, text.rfind("</qgis>") - begin);
 }
 
+struct Table {
+  std::string name, title;
+  bool shown;
+};
+
 // Those that are drawn over others come first.
-const std::map<std::string, std::string> kTitles = {{"photos", "photos"},
-                                                    {"patches", "patches"},
-                                                    {"residuals", "residuals x 100"},
-                                                    {"ties", "tie points"},
-                                                    {"footprints", "footprints"}};
+const std::vector<Table> kTables = {{"photos", "photos", true},
+                                    {"residuals", "residuals x 100", false},
+                                    {"patches", "patches", true},
+                                    {"ties", "tie points", false},
+                                    {"footprints", "footprints", true}};
 
 Contents ReadGeopackage(const fs::path& directory) {
   const std::string path = (directory / "block.gpkg").string();
@@ -54,12 +58,11 @@ Contents ReadGeopackage(const fs::path& directory) {
   const GDALDatasetUniquePtr dataset = OpenVectorDataset(path);
   if (!dataset) throw InputError("cannot read " + path + "; 'orient report' writes it again");
   Contents contents;
-  for (const std::string name : {"photos", "residuals", "patches", "ties", "footprints"}) {
-    OGRLayer* layer = dataset->GetLayerByName(name.c_str());
+  for (const Table& table : kTables) {
+    OGRLayer* layer = dataset->GetLayerByName(table.name.c_str());
     if (layer == nullptr) continue;
-    const bool shown = name == "photos" || name == "patches" || name == "footprints";
-    contents.layers.push_back(
-        {name, kTitles.at(name), "./block.gpkg|layername=" + name, false, shown, name + ".qml"});
+    contents.layers.push_back({table.name, table.title, "./block.gpkg|layername=" + table.name,
+                               false, table.shown, table.name + ".qml"});
     OGREnvelope extent;
     if (layer->GetExtent(&extent) == OGRERR_NONE) contents.extent.Merge(extent);
     if (!contents.crs.empty() || layer->GetSpatialRef() == nullptr) continue;

@@ -9,7 +9,6 @@ Skipped (77) without Debian's python3-qgis.
 import os
 import pathlib
 import shutil
-import subprocess
 import sys
 import tempfile
 
@@ -25,23 +24,15 @@ except ImportError:
     print("python3-qgis is not installed")
     sys.exit(SKIPPED)
 
+sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[2] / "cluster"))
+from simulated_block import make_block, run  # noqa: E402
+
 WITH_STYLES = {"photos", "patches", "footprints", "residuals x 100"}
 
 
-def run(*words):
-    done = subprocess.run([str(word) for word in words], capture_output=True, text=True, check=False)
-    if done.returncode != 0:
-        sys.exit(f"{' '.join(map(str, words))}\n{done.stdout}{done.stderr}")
-
-
-def make_block(orient, folder):
-    run(orient, "simulate", "--out", folder, "--photos", 3, "--camera-preset", "digital",
-        "--pixel-size-um", 40, "--gsd-m", 0.5, "--relief-m", 50)
-    old = folder / "old"
-    run(orient, "patchdb", "create", folder / "patches.gpkg", "--crs", "EPSG:32635")
-    run(orient, "patchdb", "harvest", folder / "patches.gpkg", "--camera", old / "camera.toml",
-        "--orientation", old / "orientation.csv", "--interior", old / "interior",
-        "--dem", folder / "dem.tif", *sorted((old / "photos").glob("*.tif")))
+def make_finished_block(orient, folder):
+    make_block(orient, folder, 3, "--camera-preset", "digital", "--pixel-size-um", 40, "--gsd-m", 0.5,
+               "--relief-m", 50)
     run(orient, "block", folder / "block.toml")
     run(orient, "ortho", folder / "block.toml", "--mosaic")
     # The project must not depend on where it was made.
@@ -99,7 +90,7 @@ def draw(project, layers, picture):
 
 def main(orient, picture=None):
     with tempfile.TemporaryDirectory() as temporary:
-        folder = make_block(orient, pathlib.Path(temporary) / "block")
+        folder = make_finished_block(orient, pathlib.Path(temporary) / "block")
         application = QgsApplication([], False)
         application.initQgis()
         project, found = QgsProject.instance(), []

@@ -7,13 +7,12 @@
 #include <filesystem>
 #include <ostream>
 
-#include "block/block_folder.h"
 #include "block/inputs/camera_library.h"
+#include "block/part.h"
 #include "core/base/error.h"
 #include "core/files/block_file.h"
 #include "core/files/camera_file.h"
 #include "core/files/orientation_table.h"
-#include "core/files/results.h"
 #include "tools/cluster/job_scripts.h"
 #include "tools/cluster/measured_job.h"
 #include "tools/commands/block_control.h"
@@ -97,64 +96,63 @@ class SlurmCommand : public Command {
 
  private:
   // What a photo takes: measured now on two photos, or as it was measured before.
-  StageNeeds Needs(const BlockFile& block, const std::string& stage, std::ostream& out) const {
-    const auto before = ReadStageNeeds(jobs_.folder, stage);
+  StageNeeds Needs(const BlockFile& file, block::BlockStage stage, std::ostream& out) const {
+    const auto before = ReadStageNeeds(jobs_.folder, block::Name(stage));
     if (before && !overwrite_) return Told(stage, *before, "measured before", out);
     const bool asked = minutes_ && megabytes_ && parts_;
-    const auto measured = asked || no_measure_ ? std::nullopt : Measure(block, stage);
+    const auto measured = asked || no_measure_ ? std::nullopt : Measure(file, stage);
     if (measured) return Told(stage, *measured, "measured", out);
     if (before) return Told(stage, *before, "measured before", out);
     return asked ? kUnknown : Told(stage, kUnknown, "not measured, taken for", out);
   }
 
-  static StageNeeds Told(const std::string& stage, const StageNeeds& needs, const char* whence,
+  static StageNeeds Told(block::BlockStage stage, const StageNeeds& needs, const char* whence,
                          std::ostream& out) {
-    out << fmt::format("{} orientation, {}: {:.1f} s a photo, {:.0f} MB\n", stage, whence,
-                       needs.seconds, needs.megabytes);
+    out << fmt::format("{} orientation, {}: {:.1f} s a photo, {:.0f} MB\n", block::Name(stage),
+                       whence, needs.seconds, needs.megabytes);
     return needs;
   }
 
   // Empty where no photo was done: they are done already, or wait for others.
-  std::optional<StageNeeds> Measure(const BlockFile& block, const std::string& stage) const {
-    const std::size_t parts = (block.photos.size() + kMeasured - 1) / kMeasured;
-    const std::size_t before = Undone(block, stage, parts);
+  std::optional<StageNeeds> Measure(const BlockFile& file, block::BlockStage stage) const {
+    const std::size_t parts = (file.photos.size() + kMeasured - 1) / kMeasured;
+    const std::size_t before = Undone(file, stage, parts);
     if (before == 0) return std::nullopt;
-    std::vector<std::string> words = {jobs_.program, "block", jobs_.block, "--stage", stage};
+    std::vector<std::string> words = {jobs_.program, "block", jobs_.block, "--stage",
+                                      block::Name(stage)};
     words.insert(words.end(), {"--part", fmt::format("1/{}", parts), "--jobs", "1", "--quiet"});
     if (!library_.empty()) words.insert(words.end(), {"--camera-library", jobs_.camera_library});
     const MeasuredJob job = RunMeasured(words);
     if (job.exit_code != 0 && job.exit_code != static_cast<int>(ExitCode::kSomeNotOriented))
       throw InputError("the first photos cannot be oriented (see above): jobs would fail likewise");
-    const std::size_t done = before - Undone(block, stage, parts);
+    const std::size_t done = before - Undone(file, stage, parts);
     if (done == 0) return std::nullopt;
     const StageNeeds needs{job.seconds / static_cast<double>(done), job.megabytes};
-    WriteStageNeeds(jobs_.folder, stage, needs);
+    WriteStageNeeds(jobs_.folder, block::Name(stage), needs);
     return needs;
   }
 
   // Photos of the first of `parts` that have no result yet.
-  static std::size_t Undone(const BlockFile& block, const std::string& stage, std::size_t parts) {
+  static std::size_t Undone(const BlockFile& file, block::BlockStage stage, std::size_t parts) {
     std::size_t undone = 0;
-    for (std::size_t i = 0; i < block.photos.size(); i += parts) {
-      const std::string photo = PhotoName(block.photos[i]), out = block.output_directory;
+    for (std::size_t i = 0; i < file.photos.size(); i += parts) {
       const std::string path =
-          stage == "interior" ? InteriorResultPath(out, photo)
-                              : ExteriorResultPath(block::StageDirectory(out, "exterior"), photo);
+          block::ResultPathOf(stage, file.output_directory, PhotoName(file.photos[i]));
       undone += fs::exists(path) ? 0 : 1;
     }
     return undone;
   }
 
   // Parts, times and memory.
-  void AskFor(BlockFile* block, std::ostream& out) {
-    const bool there = FindBlockControl(library_, block);
+  void AskFor(BlockFile* file, std::ostream& out) {
+    const bool there = FindBlockControl(library_, file);
     StageNeeds interior{0, 0};
-    if (jobs_.film) interior = Needs(*block, "interior", out);
-    const StageNeeds exterior = there ? Needs(*block, "exterior", out) : kUnknown;
+    if (jobs_.film) interior = Needs(*file, block::BlockStage::kInterior, out);
+    const StageNeeds exterior = there ? Needs(*file, block::BlockStage::kExterior, out) : kUnknown;
     if (!there)
       out << "note      the control patches are made by the first job: exterior orientation was "
              "not measured\n";
-    const auto photos = static_cast<double>(block->photos.size());
+    const auto photos = static_cast<double>(file->photos.size());
     const double slower = std::max(interior.seconds, exterior.seconds);
     const double of_part = std::clamp(kPart_s / slower, 1.0, photos);
     jobs_.parts = parts_.value_or(

@@ -4,13 +4,13 @@
 #SBATCH --mem={{{megabytes}}}M
 #SBATCH --time={{{minutes}}}
 #SBATCH --requeue
-#SBATCH --output="{{{logs}}}/{{{name}}}.log"
+#SBATCH --output="{{{logs}}}/{{{log}}}.log"
 #SBATCH --open-mode=append{{{more}}}
 # {{{what}}}
 set -u
-{{{orient}}} block {{{block}}} {{{options}}}
+{{{orient}}} block {{{block}}} {{{options}}} --jobs {{{cpus}}}
 code=$?
-# 3: done, but some photos were not oriented; the report says why.
+# 3: done, but some photos were not oriented (the report says why), or wait for those of other parts.
 if [ $code -eq 3 ]; then exit 0; fi
 # Killed, or 4: the machine refused (disk, memory, quota). The same again, later, perhaps elsewhere.
 if [ $code -eq 4 ] || [ $code -gt 128 ]; then
