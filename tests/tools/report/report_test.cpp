@@ -7,14 +7,12 @@
 #include <filesystem>
 #include <fstream>
 #include <nlohmann/json.hpp>
-#include <sstream>
 
 #include "block/inputs/block_files.h"
 #include "core/base/atomic_write.h"
 #include "core/base/error.h"
 #include "tests/support/shared_data.h"
 #include "tests/tools/report/example_block.h"
-#include "tools/commands/commands.h"
 #include "tools/report/report_json.h"
 #include "tools/report/run_record.h"
 
@@ -417,47 +415,6 @@ TEST(Report, EmptyFolderIsAnInputError) {
   const TemporaryFolder folder;
   EXPECT_THROW(WriteReport(folder.Path()), InputError);
   EXPECT_THROW(WriteReport(folder / "absent"), InputError);
-}
-
-int RunReport(const std::string& directory, std::string* out, std::string* err) {
-  std::ostringstream out_stream, err_stream;
-  const int code = RunProgram(MakeCommands(), {"report", directory}, out_stream, err_stream);
-  *out = out_stream.str();
-  *err = err_stream.str();
-  return code;
-}
-
-TEST(ReportCommand, WritesPageAndGeopackageAndNamesThem) {
-  const TemporaryFolder folder;
-  WriteExampleBlock(folder.Path());
-  std::string out, err;
-  EXPECT_EQ(RunReport(folder.Path(), &out, &err), 0) << err;
-  std::string paths;
-  for (const char* file : {"report.html", "block.gpkg", "block.qgz"}) {
-    paths += (folder / file) + "\n";
-    EXPECT_TRUE(std::filesystem::exists(folder / file)) << file;
-  }
-  EXPECT_EQ(out, paths);
-}
-
-TEST(ReportCommand, WithoutCrsThereIsNoGeopackage) {
-  const TemporaryFolder folder;
-  WriteExampleBlock(folder.Path());
-  std::filesystem::remove(folder / "orientation.prj");
-  std::string out, err;
-  EXPECT_EQ(RunReport(folder.Path(), &out, &err), 0) << err;
-  EXPECT_EQ(out, (folder / "report.html") + "\n");
-  EXPECT_FALSE(std::filesystem::exists(folder / "block.gpkg"));
-}
-
-TEST(ReportCommand, DamagedFileIsBadInputButTheReportIsThere) {
-  const TemporaryFolder folder;
-  WriteExampleBlock(folder.Path());
-  std::ofstream(folder / "4714.exterior.json") << "{";
-  std::string out, err;
-  EXPECT_EQ(RunReport(folder.Path(), &out, &err), 2);
-  EXPECT_TRUE(Contains(err, "4714.exterior.json"));
-  EXPECT_TRUE(std::filesystem::exists(folder / "report.html"));
 }
 
 }  // namespace
