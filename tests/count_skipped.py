@@ -1,24 +1,36 @@
 #!/usr/bin/env python3
-"""Says how many tests were skipped, which nobody sees in hundreds of lines.
+"""Says how many tests ran and how many were skipped, which nobody sees in hundreds of lines.
 
     count_skipped.py TESTS.xml    what `ctest --output-junit` wrote
 """
 
+import re
 import sys
 import xml.etree.ElementTree
 
 NO_DATA = "real data absent (ORIENT_SHARED_DATA)"  # the tests' own words
+# A suite of GoogleTest is one test of CTest; with --gtest_brief it says so at its end.
+PASSED = re.compile(r"^\[  PASSED  \] (\d+) tests?\.$", re.MULTILINE)
+SKIPPED = re.compile(r"^(\S+:\d+): Skipped\n(.*)$", re.MULTILINE)
 
 
 def main(path):
-    skipped = [case for case in xml.etree.ElementTree.parse(path).iter("testcase")
-               if case.find("skipped") is not None]
-    without_data = [case for case in skipped if NO_DATA in (case.findtext("system-out") or "")]
-    print(f"{len(skipped)} tests skipped, {len(without_data)} of them for lack of "
+    passed, skipped = 0, []
+    for case in xml.etree.ElementTree.parse(path).iter("testcase"):
+        output = case.findtext("system-out") or ""
+        if case.find("skipped") is not None:
+            skipped.append((case.get("name"), output))
+        elif PASSED.search(output):
+            passed += int(PASSED.search(output)[1])
+            skipped += SKIPPED.findall(output)
+        elif case.find("failure") is None:
+            passed += 1
+    without_data = [test for test in skipped if NO_DATA in test[1]]
+    print(f"{passed} tests passed, {len(skipped)} skipped, {len(without_data)} of them for lack of "
           "ORIENT_SHARED_DATA")
-    for case in skipped:
-        if case not in without_data:
-            print(f"  skipped for another reason: {case.get('name')}")
+    for test in skipped:
+        if test not in without_data:
+            print(f"  skipped for another reason: {test[0]}")
 
 
 if __name__ == "__main__":
