@@ -1,5 +1,7 @@
 #include "ortho/mosaic.h"
 
+#include <gdal.h>
+
 #include <algorithm>
 #include <limits>
 #include <optional>
@@ -72,6 +74,22 @@ std::vector<int> PartsOf(const Seamlines& seamlines, const std::vector<MosaicPar
   return indices;
 }
 
+// The values that a format holds.
+struct ValueRange {
+  float least, greatest;
+
+  static ValueRange Of(const BandFormat& format) {
+    if (format.type == GDT_Byte || format.type == GDT_UInt16)
+      return {0, static_cast<float>((1 << format.bits) - 1)};
+    if (format.type == GDT_Int16) return {-32768, 32767};
+    return {std::numeric_limits<float>::lowest(), std::numeric_limits<float>::max()};
+  }
+  float In(const Tone& tone, float value) const {
+    const double shown = tone.gain * static_cast<double>(value) + tone.offset;
+    return std::clamp(static_cast<float>(shown), least, greatest);
+  }
+};
+
 class MosaicTile {
  public:
   MosaicTile(const MapGrid& all, const PixelWindow& window, int bands)
@@ -93,7 +111,8 @@ class MosaicTile {
     if (from.width <= 0 || from.height <= 0) return;
     const std::vector<std::uint8_t> mask = open.raster.ReadMask(from);
     if (std::none_of(mask.begin(), mask.end(), [](std::uint8_t one) { return one != 0; })) return;
-    const std::vector<Image> values = open.raster.Read(from);
+    std::vector<Image> values = open.raster.Read(from);
+    Show(open, &values);
     const int left = static_cast<int>(from.col + grid.west - all_.west - window_.col);
     const int top = static_cast<int>(from.row + all_.north - grid.north - window_.row);
     for (int row = 0; row < from.height; ++row)
@@ -116,6 +135,13 @@ class MosaicTile {
   }
 
  private:
+  // Their values in the part's tones.
+  static void Show(const OpenPart& open, std::vector<Image>* bands) {
+    const ValueRange range = ValueRange::Of(open.raster.Format());
+    for (std::size_t band = 0; band < open.part.tones.size(); ++band)
+      for (float& value : (*bands)[band].values) value = range.In(open.part.tones[band], value);
+  }
+
   std::size_t Size() const {
     return static_cast<std::size_t>(window_.width) * static_cast<std::size_t>(window_.height);
   }

@@ -71,6 +71,18 @@ Geometry PartOf(const std::vector<SeamPhoto>& photos, const std::vector<Geometry
   return part;
 }
 
+// Integers in memory.
+GDALDatasetUniquePtr LabelRaster(const MapGrid& grid, const PixelWindow& window) {
+  RegisterGdalDrivers();
+  GDALDatasetUniquePtr memory(GetGDALDriverManager()->GetDriverByName("MEM")->Create(
+      "", window.width, window.height, 1, GDT_Int32, nullptr));
+  if (!memory) throw InputError("no memory for the seamlines");
+  const Bounds bounds = grid.BoundsOf(window);
+  std::array<double, 6> transform = {bounds.min_x, grid.gsd_m, 0, bounds.max_y, 0, -grid.gsd_m};
+  memory->SetGeoTransform(transform.data());
+  return memory;
+}
+
 OGRSpatialReference ReferenceOf(const Crs& crs) {
   OGRSpatialReference reference;
   reference.importFromWkt(crs.Wkt().c_str());
@@ -104,6 +116,33 @@ Seamlines Seamlines::ByNearestNadir(const std::vector<SeamPhoto>& photos) {
   auto impl = std::make_unique<Impl>();
   for (std::size_t i = 0; i < photos.size(); ++i)
     impl->Add(photos[i].name, PartOf(photos, shown, i, reach));
+  return Seamlines(std::move(impl));
+}
+
+Seamlines Seamlines::OfCells(const std::vector<std::string>& photos, const MapGrid& cells,
+                             const std::vector<int>& photo_of_cell) {
+  const QuietGdal quiet;
+  const GDALDatasetUniquePtr labels = LabelRaster(cells, {0, 0, cells.width, cells.height});
+  GDALRasterBand* band = labels->GetRasterBand(1);
+  std::vector<int> values = photo_of_cell;  // GDAL's functions take no constant
+  const GDALDatasetUniquePtr shapes(
+      GetGDALDriverManager()->GetDriverByName("Memory")->Create("", 0, 0, 0, GDT_Unknown, nullptr));
+  OGRLayer* layer = shapes->CreateLayer("cells", nullptr, wkbPolygon, nullptr);
+  OGRFieldDefn column("label", OFTInteger);
+  if (band->RasterIO(GF_Write, 0, 0, cells.width, cells.height, values.data(), cells.width,
+                     cells.height, GDT_Int32, 0, 0, nullptr) != CE_None ||
+      layer == nullptr || layer->CreateField(&column) != OGRERR_NONE ||
+      GDALPolygonize(band, nullptr, layer, 0, nullptr, nullptr, nullptr) != CE_None)
+    throw InputError("seamlines cannot be drawn" + quiet.Message());
+  std::vector<OGRMultiPolygon> of_photos(photos.size());
+  for (const auto& feature : *layer) {
+    const int label = feature->GetFieldAsInteger(0);
+    if (label >= 0)
+      of_photos[static_cast<std::size_t>(label)].addGeometry(feature->GetGeometryRef());
+  }
+  auto impl = std::make_unique<Impl>();
+  for (std::size_t i = 0; i < photos.size(); ++i)
+    impl->Add(photos[i], Geometry(of_photos[i].clone()));
   return Seamlines(std::move(impl));
 }
 
@@ -173,11 +212,8 @@ std::vector<int> Seamlines::PhotoAt(const MapGrid& grid, const PixelWindow& wind
   const QuietGdal quiet;
   std::vector<int> labels(
       static_cast<std::size_t>(window.width) * static_cast<std::size_t>(window.height), -1);
-  const GDALDatasetUniquePtr memory(GetGDALDriverManager()->GetDriverByName("MEM")->Create(
-      "", window.width, window.height, 1, GDT_Int32, nullptr));
+  const GDALDatasetUniquePtr memory = LabelRaster(grid, window);
   const Bounds bounds = grid.BoundsOf(window);
-  std::array<double, 6> transform = {bounds.min_x, grid.gsd_m, 0, bounds.max_y, 0, -grid.gsd_m};
-  memory->SetGeoTransform(transform.data());
   memory->GetRasterBand(1)->Fill(-1);
   std::vector<OGRGeometryH> shapes;
   std::vector<double> values;

@@ -25,6 +25,9 @@ class Seamlines {
   // Every place of the ground to the photo, of those that show it, whose nadir is the nearest: its
   // lines run where both photos look equally steeply, and houses lean least.
   static Seamlines ByNearestNadir(const std::vector<SeamPhoto>& photos);
+  // The outlines of cells: `photo_of_cell` is an index into `photos`, row by row, -1 for nobody's.
+  static Seamlines OfCells(const std::vector<std::string>& photos, const MapGrid& cells,
+                           const std::vector<int>& photo_of_cell);
   // Throws InputError naming the file: not readable, no such layer or column, another CRS.
   static Seamlines FromFile(const std::string& path, const Crs& crs);
 

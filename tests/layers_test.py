@@ -58,7 +58,7 @@ TABLE = {
                           "tools/console", "tools/cluster"],
                        {"Eigen", "GDAL", "CLI11", "nlohmann-json"}),
 }
-TABLE["ortho"] = (CORE[:-1], {"Eigen", "GDAL"})
+TABLE["ortho"] = (CORE[:-1], {"Eigen", "GDAL", "OpenCV"})
 for _order, _below, _libraries in (
         (INTERIOR, CORE[:-1], {"Eigen"}),
         (EXTERIOR, CORE[:-1] + ["patchdb/store"], {"Eigen"}),

@@ -168,13 +168,16 @@ void ReadGnss(const TomlTable& root, const std::string& base, BlockFile* block) 
 }
 
 void ReadOrtho(const TomlTable& root, BlockFile* block) {
-  const auto table = root.FindTable("ortho", {"gsd_m", "dem_sigma_m", "mosaic", "weak"});
+  const auto table = root.FindTable(
+      "ortho", {"gsd_m", "dem_sigma_m", "mosaic", "weak", "least_difference", "balance"});
   if (!table) return;
   OrthoChoice ortho;
   if (table->Has("gsd_m")) ortho.gsd_m = table->PositiveNumber("gsd_m");
   if (table->Has("dem_sigma_m")) ortho.dem_sigma_m = table->PositiveNumber("dem_sigma_m");
   ortho.mosaic = table->FindFlag("mosaic").value_or(ortho.mosaic);
   ortho.weak = table->FindFlag("weak").value_or(ortho.weak);
+  ortho.least_difference = table->FindFlag("least_difference").value_or(ortho.least_difference);
+  ortho.balance = table->FindFlag("balance").value_or(ortho.balance);
   block->ortho = ortho;
 }
 

@@ -34,7 +34,9 @@ struct OrthoChoice {
   std::optional<double> gsd_m;  // empty: what the photos' pixels show
   double dem_sigma_m = 0;       // accuracy of the heights
   bool mosaic = true;
-  bool weak = false;  // also of photos that are weak
+  bool weak = false;              // also of photos that are weak
+  bool least_difference = false;  // the mosaic's seamlines run where the photos differ least
+  bool balance = false;           // the photos have one tone in the mosaic
 };
 
 // Images of known ground from which the run makes its patch database: orthophotos, or photos with

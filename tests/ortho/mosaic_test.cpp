@@ -106,6 +106,19 @@ TEST_F(Mosaic, EditedSeamlinesCount) {
   EXPECT_EQ(At(400.5, 0.5), 20);
 }
 
+TEST_F(Mosaic, ShowsPartsInTheirTonesAsFarAsTheFormatGoes) {
+  Add("a", 0, 10);
+  Add("b", 500, 200);
+  parts_[0].tones = {{1.5, 2.6}};
+  parts_[1].tones = {{1.5, 0}};
+  Make(Seamlines::ByNearestNadir(outlines_));
+  EXPECT_EQ(At(0.5, 0.5), 18) << "17.6";
+  EXPECT_EQ(At(500.5, 0.5), 255) << "300";
+  parts_[1].tones = {{1, -300}};
+  Make(Seamlines::ByNearestNadir(outlines_));
+  EXPECT_EQ(At(500.5, 0.5), 0) << "black, not without data";
+}
+
 TEST_F(Mosaic, IsTheSameForAnyNumberOfThreads) {
   Add("a", 0, 10, 60);
   Add("b", 500, 20);

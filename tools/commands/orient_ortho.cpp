@@ -55,6 +55,12 @@ class OrthoCommand : public Command {
     app.add_option("--seams", options_.seams,
                    "Seamlines of the mosaic: a seamlines.gpkg, perhaps edited (default: to the "
                    "photo of the nearest nadir)");
+    app.add_flag("--least-difference", options_.least_difference,
+                 "Let the mosaic's seamlines run where the photos differ least, near those of the "
+                 "nearest nadir");
+    app.add_flag("--balance", options_.balance,
+                 "Give the photos one tone in the mosaic: a gain and an offset each, from their "
+                 "overlaps");
     app.add_option("--out", options_.out,
                    "Folder for the results (default: 'ortho' beside the poses)");
     AddOverwriteOption(app, &options_.overwrite);
@@ -97,7 +103,11 @@ class OrthoCommand : public Command {
     if (source.dem.empty()) throw UsageError("name the ground heights with --dem");
     if (!source.camera.empty()) source.camera = block::FindCameraFile(source.camera, "");
     if (options_.out.empty()) options_.out = (fs::path(FolderOf(source.poses)) / "ortho").string();
-    if (!options_.seams.empty()) options_.mosaic = true;
+    if (!options_.seams.empty() && options_.least_difference)
+      throw UsageError("--seams says where the seamlines run, --least-difference looks for it; " +
+                       std::string("name one of them"));
+    if (!options_.seams.empty() || options_.least_difference || options_.balance)
+      options_.mosaic = true;
   }
 
   std::string input_;

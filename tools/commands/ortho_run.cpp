@@ -6,11 +6,16 @@
 #include <filesystem>
 #include <ostream>
 
+#include "core/base/atomic_write.h"
+#include "core/base/csv_cell.h"
 #include "core/base/error.h"
 #include "core/base/median.h"
 #include "core/base/output_directory.h"
 #include "core/raster/band_raster.h"
 #include "ortho/mosaic.h"
+#include "ortho/mosaic_cells.h"
+#include "ortho/seam_search.h"
+#include "ortho/tone_balance.h"
 #include "tools/commands/command.h"
 #include "tools/commands/progress.h"
 #include "tools/commands/shared_options.h"
@@ -49,6 +54,7 @@ class OrthoRun {
     return (fs::path(options_.out) / file).string();
   }
   std::string SeamsPath() const { return PathOf("seamlines.gpkg"); }
+  std::string TonesPath() const { return PathOf("mosaic_tones.csv"); }
   std::string OrthoPath(const std::string& photo) const { return PathOf(photo + ".ortho.tif"); }
 
   void RefuseToReplace(const OrthoPhotos& found) const {
@@ -56,6 +62,7 @@ class OrthoRun {
     for (const ortho::OrientedPhoto& photo : found.photos) results.push_back(OrthoPath(photo.name));
     if (options_.mosaic) results.push_back(PathOf("mosaic.tif"));
     if (options_.mosaic && options_.seams.empty()) results.push_back(SeamsPath());
+    if (options_.balance) results.push_back(TonesPath());
     RefuseToOverwrite(results, options_.overwrite || options_.resume, "--resume");
   }
 
@@ -124,28 +131,62 @@ class OrthoRun {
   }
 
   // Those that are there may have been edited.
-  ortho::Seamlines Seams(const OrthoPhotos& found, std::ostream& out) const {
+  std::string GivenSeams() const {
     const bool kept = options_.seams.empty() && options_.resume && fs::exists(SeamsPath());
-    const std::string from = kept ? SeamsPath() : options_.seams;
-    if (from.empty()) {
-      auto seamlines = ortho::Seamlines::ByNearestNadir(seam_photos_);
-      seamlines.Write(SeamsPath(), found.crs);
-      return seamlines;
-    }
-    auto seamlines = ortho::Seamlines::FromFile(from, found.crs);
+    return kept ? SeamsPath() : options_.seams;
+  }
+
+  ortho::Seamlines ReadSeams(const OrthoPhotos& found, const std::string& path,
+                             std::ostream& out) const {
+    auto seamlines = ortho::Seamlines::FromFile(path, found.crs);
     const std::vector<std::string>& named = seamlines.Photos();
-    out << from << ": " << named.size() << (kept ? " polygons, kept\n" : " polygons\n");
+    out << path << ": " << named.size() << " polygons" << (options_.seams.empty() ? ", kept" : "")
+        << "\n";
     for (const ortho::SeamPhoto& photo : seam_photos_)
       if (std::find(named.begin(), named.end(), photo.name) == named.end())
-        out << "note      " << from << " has no polygon of " << photo.name
+        out << "note      " << path << " has no polygon of " << photo.name
             << ", which only fills gaps\n";
     return seamlines;
   }
 
-  void MakeMosaic(const OrthoPhotos& found, const std::vector<ortho::MosaicPart>& parts,
+  ortho::Seamlines DrawSeams(const OrthoPhotos& found,
+                             const std::vector<ortho::PhotoCells>& cells) const {
+    auto seamlines = options_.least_difference
+                         ? ortho::SeamlinesOfLeastDifference(seam_photos_, cells)
+                         : ortho::Seamlines::ByNearestNadir(seam_photos_);
+    seamlines.Write(SeamsPath(), found.crs);
+    return seamlines;
+  }
+
+  void Balance(const std::vector<ortho::PhotoCells>& cells, std::vector<ortho::MosaicPart>* parts,
+               std::ostream& out) const {
+    ortho::BalancedTones balanced = ortho::BalanceTones(cells);
+    std::string table = "photo,band,gain,offset\n";
+    for (std::size_t i = 0; i < parts->size(); ++i) {
+      (*parts)[i].tones = std::move(balanced.tones[i]);
+      int band = 0;
+      for (const ortho::Tone& tone : (*parts)[i].tones)
+        table += fmt::format("{},{},{:.6g},{:.6g}\n", CsvCell((*parts)[i].name), ++band, tone.gain,
+                             tone.offset);
+    }
+    WriteFileAtomically(TonesPath(), table);
+    out << fmt::format(
+        "{}: overlapping photos differ by {:.3g} grey values in the median, {:.3g} "
+        "before\n",
+        TonesPath(), balanced.after, balanced.before);
+  }
+
+  void MakeMosaic(const OrthoPhotos& found, std::vector<ortho::MosaicPart> parts,
                   std::ostream& out) const {
-    const ortho::Seamlines seamlines = Seams(found, out);
     ShownProgress progress;
+    const std::string given = GivenSeams();
+    std::vector<ortho::PhotoCells> cells;
+    if (options_.balance || (options_.least_difference && given.empty()))
+      cells = ortho::ReadCells(parts, options_.jobs, &progress);
+    if (options_.balance) Balance(cells, &parts, out);
+    const ortho::Seamlines seamlines =
+        given.empty() ? DrawSeams(found, cells) : ReadSeams(found, given, out);
+    cells.clear();
     const std::string path = PathOf("mosaic.tif");
     const ortho::MapGrid grid =
         ortho::MakeMosaic(parts, seamlines, found.crs, Metadata(), options_.jobs, path, &progress);

@@ -18,6 +18,8 @@ struct OrthoRunOptions {
   double dem_sigma_m = 0;
   int jobs = 0;
   bool mosaic = false;
+  bool least_difference = false;  // the seamlines, where none are given
+  bool balance = false;           // the photos' tones in the mosaic
   bool overwrite = false;
   bool resume = false;  // keep what was made from the same, and the seamlines that are there
 };

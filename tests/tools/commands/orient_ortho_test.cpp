@@ -1,6 +1,7 @@
 // orient ortho as a user runs it, on photos of hills whose grey values say where they come from.
 #include <gtest/gtest.h>
 
+#include <cstdio>
 #include <filesystem>
 
 #include "block/inputs/block_camera.h"
@@ -141,6 +142,41 @@ TEST_F(OrientOrtho, ResumeKeepsTheSeamlinesThatAreThere) {
   EXPECT_EQ(Run({"--mosaic", "--gsd-m", "10"}).exit_code, 1);
   Run({"--mosaic", "--gsd-m", "10", "--overwrite"});
   EXPECT_EQ(ReadFile(Path("ortho/seamlines.gpkg")), made);
+}
+
+// The ground's grey values say where it lies, so the photos agree but for the interpolation; one of
+// them gets darker and flatter.
+TEST_F(OrientOrtho, BalanceGivesThePhotosOneTone) {
+  const CameraFile camera = ReadCameraFile(Path("camera.toml"));
+  const PhotoView view{
+      camera.camera, DigitalPhotoFromPixel(camera.camera), {{4700, 3000, 900}, {0.01, -0.02, 0.3}}};
+  ortho::WriteScan(
+      Path("scans/west.tif"), view, ortho::Hills(),
+      [](double east, double) { return 14 * (east - 3500) - 2000; }, kSide);
+  const ProgramRun run = Run({"--balance", "--gsd-m", "10"});
+  EXPECT_EQ(run.exit_code, 3) << run.err;
+  EXPECT_NE(run.out.find("overlapping photos differ by "), std::string::npos) << run.out;
+  const std::string tones = ReadFile(Path("ortho/mosaic_tones.csv"));
+  double of_east = 0, of_west = 0, offset = 0;
+  ASSERT_EQ(std::sscanf(tones.c_str(), "photo,band,gain,offset\na b 'east',1,%lf,%lf\nwest,1,%lf,",
+                        &of_east, &offset, &of_west),
+            3)
+      << tones;
+  EXPECT_NEAR(of_west / of_east, 20.0 / 14, 0.05);
+}
+
+TEST_F(OrientOrtho, SeamlinesOfLeastDifferenceAreSoughtAndCanBeEdited) {
+  Run({"--mosaic", "--gsd-m", "10"});
+  const std::string nearest = ReadFile(Path("ortho/seamlines.gpkg"));
+  const ProgramRun run = Run({"--least-difference", "--gsd-m", "10", "--overwrite"});
+  EXPECT_EQ(run.exit_code, 3) << run.err;
+  const std::string sought = ReadFile(Path("ortho/seamlines.gpkg"));
+  EXPECT_NE(sought, nearest);
+  EXPECT_EQ(ortho::Seamlines::FromFile(Path("ortho/seamlines.gpkg"), crs_).Photos().size(), 2U);
+  const ProgramRun again = Run({"--least-difference", "--gsd-m", "10", "--resume"});
+  EXPECT_NE(again.out.find("polygons, kept"), std::string::npos) << again.out;
+  EXPECT_EQ(ReadFile(Path("ortho/seamlines.gpkg")), sought);
+  EXPECT_EQ(Run({"--least-difference", "--seams", Path("ortho/seamlines.gpkg")}).exit_code, 1);
 }
 
 TEST_F(OrientOrtho, ATableOfPosesDoesAsWell) {

@@ -218,6 +218,8 @@ class BlockCommand : public Command {
                         .dem_sigma_m = block.ortho->dem_sigma_m,
                         .jobs = jobs_,
                         .mosaic = block.ortho->mosaic,
+                        .least_difference = block.ortho->least_difference,
+                        .balance = block.ortho->balance,
                         .overwrite = overwrite_,
                         .resume = !overwrite_};
     try {

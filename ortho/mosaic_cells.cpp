@@ -1,0 +1,130 @@
+#include "ortho/mosaic_cells.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "core/base/error.h"
+#include "core/base/side_by_side.h"
+#include "core/raster/band_raster.h"
+#include "ortho/new_cog.h"
+
+namespace orient::ortho {
+namespace {
+
+std::int64_t FloorOf(std::int64_t pixels, int side) {
+  const std::int64_t whole = pixels / side;
+  return whole - (pixels % side < 0 ? 1 : 0);
+}
+
+MapGrid CellsAround(const MapGrid& pixels, int side) {
+  MapGrid cells;
+  cells.gsd_m = pixels.gsd_m * side;
+  cells.west = FloorOf(pixels.west, side);
+  cells.north = -FloorOf(-pixels.north, side);
+  cells.width = static_cast<int>(FloorOf(pixels.west + pixels.width - 1, side) - cells.west) + 1;
+  cells.height = static_cast<int>(cells.north - FloorOf(pixels.north - pixels.height, side));
+  return cells;
+}
+
+// Sums up one photo's pixels.
+class CellSums {
+ public:
+  CellSums(const MapGrid& pixels, int side, std::size_t bands)
+      : pixels_(pixels), side_(side), grid_(CellsAround(pixels, side)), sums_(bands) {
+    const std::size_t cells =
+        static_cast<std::size_t>(grid_.width) * static_cast<std::size_t>(grid_.height);
+    for (std::vector<double>& sums : sums_) sums.assign(cells, 0);
+    counts_.assign(cells, 0);
+  }
+
+  void Add(const PixelWindow& tile, const std::vector<Image>& values,
+           const std::vector<std::uint8_t>& mask) {
+    std::size_t pixel = 0;
+    for (int row = 0; row < tile.height; ++row)
+      for (int col = 0; col < tile.width; ++col, ++pixel) {
+        if (mask[pixel] == 0) continue;
+        const std::size_t cell = CellAt(tile.col + col, tile.row + row);
+        ++counts_[cell];
+        for (std::size_t band = 0; band < sums_.size(); ++band)
+          sums_[band][cell] += static_cast<double>(values[band].values[pixel]);
+      }
+  }
+
+  PhotoCells Means() const {
+    PhotoCells cells{grid_, {}};
+    for (const std::vector<double>& sums : sums_) {
+      Image& band = cells.bands.emplace_back(grid_.width, grid_.height, kNoData);
+      for (std::size_t i = 0; i < sums.size(); ++i)
+        if (2 * counts_[i] >= side_ * side_)
+          band.values[i] = static_cast<float>(sums[i] / counts_[i]);
+    }
+    return cells;
+  }
+
+ private:
+  std::size_t CellAt(int col, int row) const {
+    const std::int64_t across = FloorOf(pixels_.west + col, side_) - grid_.west;
+    const std::int64_t down = grid_.north + FloorOf(row - pixels_.north, side_);
+    return static_cast<std::size_t>(down * grid_.width + across);
+  }
+
+  const MapGrid& pixels_;
+  int side_;
+  MapGrid grid_;
+  std::vector<std::vector<double>> sums_;
+  std::vector<int> counts_;
+};
+
+PhotoCells CellsOf(const MosaicPart& part, int side, int bands) {
+  const BandRaster raster = BandRaster::Open(part.path);
+  if (raster.Format().bands != bands)
+    throw InputError(part.path + " differs in its number of bands; make mosaics of each kind");
+  CellSums sums(part.grid, side, static_cast<std::size_t>(bands));
+  for (const PixelWindow& tile : TilesOf(part.grid))
+    sums.Add(tile, raster.Read(tile), raster.ReadMask(tile));
+  return sums.Means();
+}
+
+}  // namespace
+
+int CellSide(const std::vector<MosaicPart>& parts, int bands) {
+  constexpr int kInARow = 1000;
+  constexpr double kMostValues = 64e6;
+  double pixels = 0;
+  int side = 1;
+  for (const MosaicPart& part : parts) {
+    pixels += 1.0 * part.grid.width * part.grid.height;
+    side = std::max(side, (std::max(part.grid.width, part.grid.height) + kInARow - 1) / kInARow);
+  }
+  return std::max(side, static_cast<int>(std::ceil(std::sqrt(pixels * bands / kMostValues))));
+}
+
+std::vector<PhotoCells> ReadCells(const std::vector<MosaicPart>& parts, int threads,
+                                  ProgressListener* listener) {
+  if (parts.empty()) return {};
+  const int bands = BandRaster::Open(parts.front().path).Format().bands;
+  const int side = CellSide(parts, bands);
+  std::vector<PhotoCells> cells(parts.size());
+  ProgressTask progress(listener, "overlaps", static_cast<int>(parts.size()));
+  const auto read = [&](std::size_t i) {
+    cells[i] = CellsOf(parts[i], side, bands);
+    progress.Advance();
+  };
+  OnThreads(threads, [&] { SideBySide(parts.size(), read); });
+  return cells;
+}
+
+CommonCells Common(const MapGrid& first, const MapGrid& second) {
+  const std::int64_t west = std::max(first.west, second.west),
+                     north = std::min(first.north, second.north),
+                     east = std::min(first.west + first.width, second.west + second.width),
+                     south = std::max(first.north - first.height, second.north - second.height);
+  if (east <= west || north <= south) return {};
+  const auto window = [&](const MapGrid& grid) {
+    return PixelWindow{static_cast<int>(west - grid.west), static_cast<int>(grid.north - north),
+                       static_cast<int>(east - west), static_cast<int>(north - south)};
+  };
+  return {window(first), window(second)};
+}
+
+}  // namespace orient::ortho
