@@ -9,6 +9,7 @@
 #include "tools/commands/commands.h"
 #include "tools/commands/memory.h"
 #include "tools/commands/ortho_run.h"
+#include "tools/commands/record_run.h"
 #include "tools/commands/shared_options.h"
 #include "tools/convert/convert_source.h"
 #include "tools/report/block_project.h"
@@ -74,6 +75,11 @@ class OrthoCommand : public Command {
     BoundBlockCache(kCache_MB);
     Prepare();
     const bool all = MakeOrthophotos(options_, out);
+    RecordRun(Invoked(), options_.out, "ortho",
+              {FileInput(options_.source.poses == input_ ? "poses" : "block file",
+                         fs::is_directory(input_) ? "" : input_),
+               FileInput("camera", options_.source.camera), RasterInput("DEM", options_.source.dem),
+               FileInput("seamlines", options_.seams)});
     ShowInProject(out);
     return all ? ExitCode::kAllDone : ExitCode::kSomeNotOriented;
   }

@@ -12,6 +12,7 @@
 #include "tools/report/block_styles.h"
 #include "tools/report/html_text.h"
 #include "tools/report/new_geopackage.h"
+#include "tools/report/run_record.h"
 
 namespace orient {
 namespace {
@@ -266,6 +267,8 @@ std::string WriteBlockGeopackage(const std::string& directory, const Crs& crs,
   WriteResiduals(results, adjusted, &file);
   if (adjusted != nullptr) WriteTies(*adjusted, &file);
   WriteStyles(adjusted != nullptr, &file);
+  for (const auto& [stage, run] : ReadRunRecords(directory))
+    file.Describe("orient_" + stage, JsonOf(run).dump());
   file.Finish();
   return path;
 }

@@ -64,6 +64,11 @@ NewLayer NewGeopackage::AddLayer(const char* name, OGRwkbGeometryType type, cons
   return NewLayer(layer, path_);
 }
 
+void NewGeopackage::Describe(const std::string& name, const std::string& text) {
+  if (dataset_->SetMetadataItem(name.c_str(), ValidText(text).c_str()) != CE_None)
+    Fail(CPLGetLastErrorMsg());
+}
+
 void NewGeopackage::Finish() {
   if (dataset_->CommitTransaction() != OGRERR_NONE) Fail(CPLGetLastErrorMsg());
   CPLErrorReset();

@@ -24,7 +24,8 @@ struct RunRecord {
 // As run.json and report.json hold it.
 nlohmann::ordered_json JsonOf(const RunRecord& record);
 
-// Replaces the record of an earlier run of the same stage ("interior", "exterior", "block").
+// Replaces the record of an earlier run of the same stage ("interior", "exterior", "block",
+// "ortho").
 void WriteRunRecord(const std::string& directory, const std::string& stage,
                     const RunRecord& record);
 

@@ -13,6 +13,7 @@
 #include "tests/support/hilly_view.h"
 #include "tests/support/run_orient.h"
 #include "tests/support/shared_data.h"
+#include "tools/report/run_record.h"
 
 namespace orient {
 namespace {
@@ -87,6 +88,10 @@ TEST_F(OrientOrtho, MakesOrthophotosOfWhatIsOkAndNamesTheRest) {
   const BandRaster mosaic = BandRaster::Open(Path("ortho/mosaic.tif"));
   EXPECT_GT(mosaic.Width(), BandRaster::Open(Path("ortho/west.ortho.tif")).Width());
   EXPECT_EQ(mosaic.Metadata("TIFFTAG_SOFTWARE"), "orient " + ProgramVersion());
+  const RunRecord made = ReadRunRecords(Path("ortho")).at("ortho");
+  EXPECT_EQ(made.program, "orient " + ProgramVersion());
+  ASSERT_EQ(made.inputs.size(), 1U);
+  EXPECT_EQ(made.inputs[0].path, Path("dem.tif"));
 }
 
 TEST_F(OrientOrtho, WeakPhotosAreTakenWhenAsked) {

@@ -11,6 +11,7 @@
 #include "core/geometry/rotation.h"
 #include "tests/support/shared_data.h"
 #include "tests/tools/report/example_block.h"
+#include "tools/report/run_record.h"
 #include "tools/report/template.h"
 
 namespace orient {
@@ -128,6 +129,21 @@ TEST(BlockGeopackage, TiesHaveTheirPlacePrecisionAndResiduals) {
 }
 
 // QGIS reads styles by these columns and takes none where one is absent.
+TEST(BlockGeopackage, NamesProgramCommandAndInputs) {
+  const TemporaryFolder folder;
+  WriteRunRecord(folder.Path(), "block",
+                 {"orient 1.2",
+                  "orient block 'ü.toml'",
+                  "2024-05-06T07:08:09Z",
+                  3,
+                  {{"DEM", "dem.tif", "abc"}}});
+  const auto dataset = WriteAndOpen(folder, ExampleResults());
+  const char* run = dataset->GetMetadataItem("orient_block");
+  ASSERT_NE(run, nullptr);
+  EXPECT_EQ(nlohmann::ordered_json::parse(run), JsonOf(ReadRunRecords(folder.Path()).at("block")));
+  EXPECT_NE(std::string(run).find("orient 1.2"), std::string::npos);
+}
+
 TEST(BlockGeopackage, EveryLayerHasItsStyle) {
   const TemporaryFolder folder;
   const AdjustmentResult adjusted = ExampleAdjustment();
