@@ -50,6 +50,28 @@ Markup ProjectionTile(const BlockRecord& block, const BlockVerdict& verdict,
                     {"photo", block.photos[worst].name}}));
 }
 
+// What a map made with the poses is good for.
+Markup GroundTile(const BlockRecord& block, const BlockVerdict& verdict, const PhotoLinks& links) {
+  const char* name = "CE90 on the ground, median photo";
+  if (!verdict.median_projection) return Tile(kNoValue, "", name);
+  const auto text = [](const ProjectionSigma& sigma) {
+    const double ce90_m = Ce90_m(sigma);
+    return Decimal(ce90_m, DecimalsForSigma(ce90_m));
+  };
+  const std::string metres = kThinSpace + std::string("m");
+  const size_t worst = *verdict.worst_projection;
+  return Tile(
+      text(*verdict.median_projection), metres, name,
+      Fill("overview.html#tile_worst", {{"value", text(*verdict.photos[worst].projection) + metres},
+                                        {"href", links.To(block, worst)},
+                                        {"photo", block.photos[worst].name}}));
+}
+
+Markup HeightTile(double le90_m) {
+  return Tile(Decimal(le90_m, DecimalsForSigma(le90_m)), kThinSpace + std::string("m"),
+              "LE90 of a tie point, median");
+}
+
 Markup StatusTile(int count, Status status) {
   const std::string name(Name(status));
   return Tile(std::to_string(count), "", name.c_str(), {}, count > 0 ? name : "none");
@@ -126,6 +148,8 @@ Markup SummarySection(const BlockRecord& block, const BlockVerdict& verdict,
   tiles += StatusTile(verdict.weak, Status::kWeak);
   tiles += StatusTile(verdict.failed, Status::kFailed);
   if (block.HasExterior()) {
+    tiles += GroundTile(block, verdict, links);
+    if (verdict.median_le90_m) tiles += HeightTile(*verdict.median_le90_m);
     tiles += ProjectionTile(block, verdict, links);
     tiles += PatchesTile(verdict);
   }

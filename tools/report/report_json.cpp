@@ -38,6 +38,10 @@ Json PoseJson(const PhotoVerdict& photo) {
   return json;
 }
 
+Json Ce90(const std::optional<ProjectionSigma>& sigma) {
+  return sigma ? Json(Ce90_m(*sigma)) : Json(nullptr);
+}
+
 Json PhotoJson(const PhotoRecord& record, const PhotoVerdict& photo) {
   return {{"photo", record.name},
           {"status", Name(photo.status)},
@@ -50,6 +54,7 @@ Json PhotoJson(const PhotoRecord& record, const PhotoVerdict& photo) {
             {"rejected", photo.rejected},
             {"not_visible", photo.not_visible}}},
           {"matches_sigma0_px", Or(photo.sigma0_px)},
+          {"ground_ce90_m", Ce90(photo.projection)},
           {"projection_sigma", Projection(photo.projection)},
           {"pose", PoseJson(photo)}};
 }
@@ -63,6 +68,8 @@ std::string WriteReportJson(const BlockRecord& block) {
                {"ok", verdict.ok},
                {"weak", verdict.weak},
                {"failed", verdict.failed},
+               {"ground_ce90_m_median", Ce90(verdict.median_projection)},
+               {"ties_le90_m_median", Or(verdict.median_le90_m)},
                {"projection_sigma_median", Projection(verdict.median_projection)},
                {"projection_sigma_worst_photo", Named(block, verdict.worst_projection)},
                {"least_precise_photo", Named(block, verdict.least_precise)},

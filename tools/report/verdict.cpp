@@ -35,6 +35,14 @@ void SummarizeProjections(BlockVerdict* verdict) {
     verdict->median_projection = ProjectionSigma{Median(std::move(px)), Median(std::move(m))};
 }
 
+void SummarizeHeights(const std::vector<PointResult>& ties, BlockVerdict* verdict) {
+  constexpr double kLinear = 1.6449;  // of a normal distribution
+  std::vector<double> sigmas;
+  for (const PointResult& tie : ties)
+    if (tie.sigma_m) sigmas.push_back(tie.sigma_m->z());
+  if (!sigmas.empty()) verdict->median_le90_m = kLinear * Median(std::move(sigmas));
+}
+
 double LargestPositionSigma(const PhotoVerdict& photo) {
   return photo.sigma ? photo.sigma->head<3>().maxCoeff() : 0.0;
 }
@@ -179,6 +187,11 @@ void ListConcerns(const BlockRecord& block, BlockVerdict* verdict) {
 
 }  // namespace
 
+double Ce90_m(const ProjectionSigma& sigma) {
+  constexpr double kCircular = 2.1460;
+  return kCircular * sigma.m;
+}
+
 BlockVerdict Judge(const BlockRecord& block) {
   BlockVerdict verdict;
   const bool has_exterior = block.HasExterior();
@@ -193,6 +206,7 @@ BlockVerdict Judge(const BlockRecord& block) {
   }
   verdict.median_sigma0_px = MedianSigma0(verdict.photos, &PhotoVerdict::sigma0_px);
   SummarizeProjections(&verdict);
+  if (block.adjusted) SummarizeHeights(block.adjusted->ties, &verdict);
   verdict.median_sigma0_um = MedianSigma0(verdict.photos, &PhotoVerdict::sigma0_um);
   for (size_t i = 0; i < verdict.photos.size(); ++i) {
     const PhotoVerdict& photo = verdict.photos[i];

@@ -31,6 +31,11 @@ struct Concern {
   std::string text;
 };
 
+// The radius about its place on level ground of known height in which a point of the photo lies
+// with 90 % probability, where the frame is least certain (NSSDA: 2.1460 times a coordinate's
+// sigma).
+double Ce90_m(const ProjectionSigma& sigma);
+
 struct BlockVerdict {
   std::vector<PhotoVerdict> photos;  // as BlockRecord::photos
   std::vector<Concern> concerns;     // failed, weak, then conspicuous photos
@@ -39,6 +44,7 @@ struct BlockVerdict {
   std::optional<double> median_sigma0_px, median_sigma0_um;
   std::optional<ProjectionSigma> median_projection;  // each by itself
   std::optional<size_t> worst_projection;            // the photo with the largest one, px
+  std::optional<double> median_le90_m;               // of tie points
   std::optional<size_t> least_precise;  // the photo with the largest sigma of a coordinate
 };
 

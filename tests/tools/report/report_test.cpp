@@ -109,8 +109,9 @@ TEST(Report, NamesEachPrecisionApartAndLeadsWithTheProjections) {
   WriteExteriorResult(folder.Path(), worst);
   const std::string html = ReadFile(WriteReport(folder.Path()));
   const std::string tiles = html.substr(0, html.find("Look at this first"));
-  for (const char* part : {">0.62<small>\u202Fpx · 0.31\u202Fm<", "worst 0.82\u202Fpx",
-                           "projection σ anywhere in the frame, median"})
+  for (const char* part : {">0.67<small>\u202Fm<", "worst 0.88\u202Fm", "CE90 on the ground",
+                           "LE90 of a tie point", ">0.62<small>\u202Fpx · 0.31\u202Fm<",
+                           "worst 0.82\u202Fpx", "projection σ anywhere in the frame, median"})
     EXPECT_TRUE(Contains(tiles, part)) << part << tiles;
   EXPECT_FALSE(Contains(tiles, ">0.31<")) << "a match's precision is not the pose's";
   for (const char* part : {"sigma0 of the matches 0.31 px", "projection σ at worst 0.42 px, 0.21 m",
@@ -403,6 +404,9 @@ TEST(Report, TheSameFiguresForPrograms) {
   EXPECT_EQ(json["ok"], 1);
   EXPECT_EQ(json["failed"], 1);
   EXPECT_NEAR(json["projection_sigma_median"]["px"].get<double>(), 0.42, 1e-12);
+  EXPECT_NEAR(json["ground_ce90_m_median"].get<double>(), 2.146 * 0.21, 1e-12);
+  EXPECT_NEAR(json["photos"][0]["ground_ce90_m"].get<double>(), 2.146 * 0.21, 1e-12);
+  EXPECT_TRUE(json["ties_le90_m_median"].is_null()) << "no block adjustment";
   ASSERT_EQ(json["photos"].size(), 3u);
   EXPECT_EQ(json["photos"][0]["status"], "ok");
   EXPECT_EQ(json["photos"][0]["patches"]["matched"], 3);
