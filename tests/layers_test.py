@@ -48,14 +48,15 @@ TABLE = {
     "tools/simulate": (CORE[:-1], {"Eigen", "GDAL", "TBB", "nlohmann-json"}),
     "tools/report": (CORE + INTERIOR + ["block/inputs"], {"Eigen", "GDAL", "nlohmann-json"}),
     "tools/convert": (CORE + INTERIOR + ["block/inputs"], {"Eigen", "GDAL", "TBB", "nlohmann-json"}),
+    "tools/report/gis": (CORE + ["tools/report"], {"GDAL", "nlohmann-json"}),
     "tools/review": (CORE + ["block/inputs", "tools/report"],
                      {"Eigen", "nlohmann-json", "cpp-httplib"}),
     "tools/console": (["core/base"], {"nlohmann-json"}),
     "tools/cluster": (CORE + ["tools/report"], {"nlohmann-json"}),
     "tools/commands": (CORE + INTERIOR + EXTERIOR + BLOCK + ["ortho"]
                        + ["patchdb/store", "patchdb/harvest", "patchdb/maintenance"]
-                       + ["tools/simulate", "tools/report", "tools/convert", "tools/review",
-                          "tools/console", "tools/cluster"],
+                       + ["tools/simulate", "tools/report", "tools/report/gis", "tools/convert",
+                          "tools/review", "tools/console", "tools/cluster"],
                        {"Eigen", "GDAL", "CLI11", "nlohmann-json"}),
 }
 TABLE["ortho"] = (CORE[:-1], {"Eigen", "GDAL", "OpenCV"})

@@ -13,8 +13,8 @@
 #include "core/base/error.h"
 #include "core/base/output_directory.h"
 #include "tools/convert/write_exports.h"
-#include "tools/report/block_geopackage.h"
 #include "tools/report/block_record.h"
+#include "tools/report/gis/block_geopackage.h"
 #include "tools/report/report.h"
 
 namespace orient {

@@ -12,7 +12,7 @@
 #include "tools/commands/record_run.h"
 #include "tools/commands/shared_options.h"
 #include "tools/convert/convert_source.h"
-#include "tools/report/block_project.h"
+#include "tools/report/gis/block_project.h"
 
 namespace orient {
 namespace {

@@ -6,8 +6,8 @@
 
 #include "core/base/error.h"
 #include "tools/commands/commands.h"
-#include "tools/report/block_geopackage.h"
-#include "tools/report/block_project.h"
+#include "tools/report/gis/block_geopackage.h"
+#include "tools/report/gis/block_project.h"
 #include "tools/report/report.h"
 #include "tools/report/report_json.h"
 

@@ -16,6 +16,7 @@
 #include "tools/report/block_section.h"
 #include "tools/report/film_section.h"
 #include "tools/report/html_text.h"
+#include "tools/report/overlap_map.h"
 #include "tools/report/overview.h"
 #include "tools/report/photo_links.h"
 #include "tools/report/photo_section.h"
@@ -158,6 +159,7 @@ class Report {
                                 {"summary", SummarySection(block_, verdict_, links_)},
                                 {"concerns", ConcernsSection(block_, verdict_, links_)},
                                 {"map", BlockMap(block_, verdict_, links_)},
+                                {"overlap", OverlapMap(block_, verdict_)},
                                 {"orthophotos", quicklook},
                                 {"adjustment", AdjustmentSection(block_)},
                                 {"film", FilmSection(block_)},

@@ -27,7 +27,7 @@
 #include "tools/commands/shared_options.h"
 #include "tools/commands/summary_table.h"
 #include "tools/convert/convert_source.h"
-#include "tools/report/block_project.h"
+#include "tools/report/gis/block_project.h"
 
 namespace orient {
 namespace {

@@ -1,4 +1,4 @@
-#include "tools/report/block_project.h"
+#include "tools/report/gis/block_project.h"
 
 #include <cpl_vsi.h>
 #include <gtest/gtest.h>
@@ -10,7 +10,7 @@
 #include "core/base/error.h"
 #include "tests/support/shared_data.h"
 #include "tests/tools/report/example_block.h"
-#include "tools/report/block_geopackage.h"
+#include "tools/report/gis/block_geopackage.h"
 
 namespace orient {
 namespace {

@@ -1,4 +1,4 @@
-#include "tools/report/block_geopackage.h"
+#include "tools/report/gis/block_geopackage.h"
 
 #include <cpl_error.h>
 #include <gdal_priv.h>

@@ -1,4 +1,4 @@
-#include "tools/report/block_styles.h"
+#include "tools/report/gis/block_styles.h"
 
 #include <string>
 

@@ -1,7 +1,7 @@
 // How block.gpkg looks in QGIS: its table layer_styles.
 #pragma once
 
-#include "tools/report/new_geopackage.h"
+#include "tools/report/gis/new_geopackage.h"
 
 namespace orient {
 

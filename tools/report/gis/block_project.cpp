@@ -1,4 +1,4 @@
-#include "tools/report/block_project.h"
+#include "tools/report/gis/block_project.h"
 
 #include <cpl_vsi.h>
 #include <fmt/format.h>

@@ -1,4 +1,4 @@
-#include "tools/report/new_geopackage.h"
+#include "tools/report/gis/new_geopackage.h"
 
 #include <cpl_conv.h>
 #include <cpl_error.h>

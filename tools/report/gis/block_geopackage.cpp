@@ -1,4 +1,4 @@
-#include "tools/report/block_geopackage.h"
+#include "tools/report/gis/block_geopackage.h"
 
 #include <ogrsf_frmts.h>
 
@@ -9,9 +9,9 @@
 #include <utility>
 
 #include "core/base/quiet_gdal.h"
-#include "tools/report/block_styles.h"
+#include "tools/report/gis/block_styles.h"
+#include "tools/report/gis/new_geopackage.h"
 #include "tools/report/html_text.h"
-#include "tools/report/new_geopackage.h"
 #include "tools/report/run_record.h"
 
 namespace orient {

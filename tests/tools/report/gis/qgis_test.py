@@ -24,7 +24,7 @@ except ImportError:
     print("python3-qgis is not installed")
     sys.exit(SKIPPED)
 
-sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[2] / "cluster"))
+sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[3] / "cluster"))
 from simulated_block import make_block, run  # noqa: E402
 
 WITH_STYLES = {"photos", "patches", "footprints", "residuals x 100"}
