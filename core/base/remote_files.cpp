@@ -16,6 +16,7 @@
 #include <utility>
 
 #include "core/base/environment_error.h"
+#include "core/base/error.h"
 
 namespace orient {
 namespace {
@@ -37,6 +38,12 @@ std::string GdalName(const std::string& name) {
   for (const auto& [scheme, place] : kPlaces)
     if (name.starts_with(scheme)) return place + name.substr(std::string(scheme).size());
   return name;
+}
+
+std::string TypedName(const std::string& gdal_name) {
+  for (const auto& [scheme, place] : kPlaces)
+    if (gdal_name.starts_with(place)) return scheme + gdal_name.substr(std::string(place).size());
+  return gdal_name;
 }
 
 bool IsVirtual(const std::string& gdal_name) { return gdal_name.starts_with("/vsi"); }
@@ -70,6 +77,9 @@ std::string WithoutSecrets(const std::string& text) {
 std::vector<std::string> RemoteMatches(const std::string& pattern) {
   const std::size_t slash = pattern.rfind('/');
   const std::string folder = pattern.substr(0, slash), name = pattern.substr(slash + 1);
+  if (folder.find('*') != std::string::npos)  // [ stands in addresses, [::1]
+    throw InputError(fmt::format("{}: only the last part of an address may hold a pattern",
+                                 WithoutSecrets(TypedName(pattern))));
   AskPatiently();
   const CPLErrorHandlerPusher quiet(CPLQuietErrorHandler);
   const CPLStringList listed(VSIReadDir(folder.c_str()));
@@ -77,7 +87,7 @@ std::vector<std::string> RemoteMatches(const std::string& pattern) {
     throw EnvironmentError(
         fmt::format("{} cannot be listed, or holds nothing; name the photos one by one, or in a "
                     "file (@FILE)",
-                    folder));
+                    WithoutSecrets(TypedName(folder))));
   std::vector<std::string> found;
   for (int i = 0; i < listed.Count(); ++i)
     if (fnmatch(name.c_str(), listed[i], FNM_PERIOD) == 0)

@@ -10,6 +10,9 @@ namespace orient {
 // and https://. Other names are returned as they are.
 std::string GdalName(const std::string& name);
 
+// The other way round, for messages.
+std::string TypedName(const std::string& gdal_name);
+
 // By its name: one that GDAL reads by itself (/vsi...), in the network or not; one in the network.
 bool IsVirtual(const std::string& gdal_name);
 bool IsRemote(const std::string& gdal_name);
@@ -22,7 +25,8 @@ std::string WithoutEscapes(const std::string& gdal_name);
 std::string WithoutSecrets(const std::string& text);
 
 // The files of a remote folder that match a shell's pattern in the last part of `pattern`, sorted.
-// Throws EnvironmentError where the folder cannot be listed: a web server may not let one.
+// Throws InputError for a pattern in the folder's name, EnvironmentError where the folder cannot be
+// listed: a web server may not let one.
 std::vector<std::string> RemoteMatches(const std::string& pattern);
 
 // How GDAL asks: again where a server is busy, not for ever where it says nothing, and nothing

@@ -49,10 +49,11 @@ std::string Escaped(const std::string& text) {
 
 bool IsPattern(const std::string& text) { return text.find_first_of("*?[") != std::string::npos; }
 
-// Of an address only the last part may be one, and no part of a question to the server.
+// No part of a question to the server is one. [ stands in addresses, too.
 bool IsRemotePattern(const std::string& name) {
   return IsRemote(name) && name.find('?') == std::string::npos &&
-         name.substr(name.rfind('/')).find_first_of("*[") != std::string::npos;
+         (name.find('*') != std::string::npos ||
+          name.find('[', name.rfind('/')) != std::string::npos);
 }
 
 std::vector<std::string> Matches(const std::string& pattern, const std::string& base) {

@@ -2,6 +2,9 @@
 
 #include <gtest/gtest.h>
 
+#include "core/base/error.h"
+#include "tests/support/expect_error.h"
+
 namespace orient {
 namespace {
 
@@ -11,6 +14,17 @@ TEST(RemoteFiles, AddressesBecomeGdalsNames) {
   EXPECT_EQ(GdalName("az://container/1.tif"), "/vsiaz/container/1.tif");
   EXPECT_EQ(GdalName("https://host/1.tif?sig=a/b"), "/vsicurl/https://host/1.tif?sig=a/b");
   EXPECT_EQ(GdalName("http://host:8080/1.tif"), "/vsicurl/http://host:8080/1.tif");
+}
+
+TEST(RemoteFiles, MessagesNameTheAddressThatWasTyped) {
+  for (const char* name : {"s3://bucket/roll 7/1.tif", "gs://b/1.tif", "az://c/1.tif",
+                           "https://host/1.tif", "http://host:8080/1.tif", "scans/1.tif"})
+    EXPECT_EQ(TypedName(GdalName(name)), name);
+}
+
+TEST(RemoteFiles, APatternInTheFolderOfAnAddressIsRefused) {
+  ExpectError<InputError>([] { RemoteMatches("/vsis3/bucket/roll*/1_*.tif"); },
+                          {"s3://bucket/roll*/1_*.tif", "only the last part"});
 }
 
 TEST(RemoteFiles, OtherNamesStay) {
