@@ -26,8 +26,6 @@ namespace py = pybind11;
 // How often the caller's thread looks for Ctrl-C while the command works.
 constexpr std::chrono::milliseconds kLook(100);
 
-struct Stopped : std::exception {};
-
 struct Step {
   std::string task;
   int done, total;

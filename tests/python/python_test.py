@@ -90,8 +90,11 @@ class Commands(unittest.TestCase):
         timer.start()
         with self.assertRaises(KeyboardInterrupt):
             orient.run("simulate", out=self.folder / "interrupted", photos=40, camera_preset="digital",
-                       pixel_size_um=120, gsd_m=1.5)
+                       pixel_size_um=120, gsd_m=1.5, log=self.folder / "interrupted.log")
         timer.join()
+        log = (self.folder / "interrupted.log").read_text(encoding="utf-8")
+        self.assertIn("stopped", log)
+        self.assertNotIn("internal error", log)
 
     def test_one_command_at_a_time(self):
         seen = []

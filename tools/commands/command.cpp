@@ -17,6 +17,7 @@
 #include "core/base/error.h"
 #include "core/files/toml_fields.h"
 #include "tools/console/interruption.h"
+#include "tools/console/progress_watcher.h"
 #include "tools/console/run_output.h"
 
 namespace orient {
@@ -236,6 +237,10 @@ int Guarded(const CLI::App& parser, const std::vector<std::string>& arguments, s
     return fail(error.what(), ExitCode::kBadInput);
   } catch (const std::filesystem::filesystem_error& error) {
     return fail(error.path1().string() + ": " + error.code().message(), ExitCode::kBadInput);
+  } catch (const Stopped&) {
+    constexpr int kInterrupted = 130;  // as a shell says it of Ctrl-C
+    err() << "orient: stopped\n";
+    return kInterrupted;
   } catch (const std::exception& error) {
     return fail(std::string("internal error, please report it: ") + error.what(),
                 ExitCode::kBadInput);

@@ -2,9 +2,15 @@
 // it.
 #pragma once
 
+#include <exception>
 #include <string>
 
 namespace orient {
+
+// What a watcher throws to end the run.
+struct Stopped : std::exception {
+  const char* what() const noexcept override { return "stopped"; }
+};
 
 class ProgressWatcher {
  public:
