@@ -23,23 +23,37 @@ inline std::string Replaced(std::string text, const std::string& from, const std
   return text.replace(at, from.size(), to);
 }
 
-// A digital block of two photos. Every test is a process of its own, so what it needs is small.
+// A digital block of two photos, made once for all tests of a process. Its photos are oriented when
+// nothing is wrong, or so small that none could be.
+inline std::string SoundBlock(bool photos_can_be_oriented) {
+  static const TemporaryFolder folder;
+  const std::string block = folder / (photos_can_be_oriented ? "oriented" : "small");
+  if (std::filesystem::exists(block)) return block;
+  SimulationOptions options;
+  options.camera = CameraPreset::kDigital;
+  options.photos = 2;
+  options.gsd_m = 0.75;
+  options.pixel_size_um = photos_can_be_oriented ? 60 : 400;  // 890 x 667 px
+  options.objects = false;
+  options.position_error_m = 3;
+  options.attitude_error_deg = 0.5;
+  Simulate(options, block);
+  const std::string database = block + "/patches.gpkg";
+  if (photos_can_be_oriented) {
+    HarvestOldPhotos(block, database, 150);
+    return block;
+  }
+  const ProgramRun run = RunOrient({"patchdb", "create", database, "--crs", "EPSG:32635"});
+  if (run.exit_code != 0) throw std::runtime_error(run.err);
+  return block;
+}
+
+// For what is refused before any photo is looked at.
 class BadInput : public testing::Test {
  protected:
-  // So small that no photo could be oriented: for what is refused before any photo is looked at.
-  explicit BadInput(double pixel_size_um = 400) {
-    SimulationOptions options;
-    options.camera = CameraPreset::kDigital;
-    options.photos = 2;
-    options.gsd_m = 0.75;
-    options.pixel_size_um = pixel_size_um;
-    options.objects = false;
-    options.position_error_m = 3;
-    options.attitude_error_deg = 0.5;
-    Simulate(options, block_);
-    const ProgramRun run =
-        RunOrient({"patchdb", "create", Path("patches.gpkg"), "--crs", "EPSG:32635"});
-    if (run.exit_code != 0) throw std::runtime_error(run.err);
+  explicit BadInput(bool photos_can_be_oriented = false) {
+    std::filesystem::copy(SoundBlock(photos_can_be_oriented), block_,
+                          std::filesystem::copy_options::recursive);
   }
 
   std::string Path(const std::string& name) const { return block_ + "/" + name; }
@@ -84,10 +98,7 @@ class BadInput : public testing::Test {
 // The same with photos that are oriented when nothing is wrong.
 class BadPhoto : public BadInput {
  protected:
-  BadPhoto() : BadInput(60) {  // 890 x 667 px
-    std::filesystem::remove(Path("patches.gpkg"));
-    HarvestOldPhotos(block_, Path("patches.gpkg"), 150);
-  }
+  BadPhoto() : BadInput(true) {}
 
   // Each by itself: in a block the one may find the other.
   ProgramRun Both() const {
