@@ -42,7 +42,7 @@ class CellSums {
     std::size_t pixel = 0;
     for (int row = 0; row < tile.height; ++row)
       for (int col = 0; col < tile.width; ++col, ++pixel) {
-        if (mask[pixel] == 0) continue;
+        if (mask[pixel] == 0 || !AllFinite(values, pixel)) continue;
         const std::size_t cell = CellAt(tile.col + col, tile.row + row);
         ++counts_[cell];
         for (std::size_t band = 0; band < sums_.size(); ++band)
@@ -62,6 +62,10 @@ class CellSums {
   }
 
  private:
+  static bool AllFinite(const std::vector<Image>& bands, std::size_t pixel) {
+    return std::all_of(bands.begin(), bands.end(),
+                       [&](const Image& band) { return std::isfinite(band.values[pixel]); });
+  }
   std::size_t CellAt(int col, int row) const {
     const std::int64_t across = FloorOf(pixels_.west + col, side_) - grid_.west;
     const std::int64_t down = grid_.north + FloorOf(row - pixels_.north, side_);
@@ -89,14 +93,21 @@ PhotoCells CellsOf(const MosaicPart& part, int side, int bands) {
 
 int CellSide(const std::vector<MosaicPart>& parts, int bands) {
   constexpr int kInARow = 1000;
-  constexpr double kMostValues = 64e6;
+  constexpr double kMostValues = 64e6, kMostPlaces = 16e6;
   double pixels = 0;
   int side = 1;
+  Bounds all = Bounds::OfNothing();  // in pixels
   for (const MosaicPart& part : parts) {
-    pixels += 1.0 * part.grid.width * part.grid.height;
-    side = std::max(side, (std::max(part.grid.width, part.grid.height) + kInARow - 1) / kInARow);
+    const MapGrid& grid = part.grid;
+    pixels += 1.0 * grid.width * grid.height;
+    side = std::max(side, (std::max(grid.width, grid.height) + kInARow - 1) / kInARow);
+    all.Include(static_cast<double>(grid.west), static_cast<double>(grid.north));
+    all.Include(static_cast<double>(grid.west + grid.width),
+                static_cast<double>(grid.north - grid.height));
   }
-  return std::max(side, static_cast<int>(std::ceil(std::sqrt(pixels * bands / kMostValues))));
+  const double places = (all.max_x - all.min_x) * (all.max_y - all.min_y);
+  const double least = std::sqrt(std::max(pixels * bands / kMostValues, places / kMostPlaces));
+  return std::max(side, static_cast<int>(std::ceil(least)));
 }
 
 std::vector<PhotoCells> ReadCells(const std::vector<MosaicPart>& parts, int threads,

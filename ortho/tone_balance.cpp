@@ -4,17 +4,17 @@
 #include <Eigen/SparseCore>
 #include <algorithm>
 #include <cmath>
+#include <utility>
 
 #include "core/base/median.h"
 
 namespace orient::ortho {
 namespace {
 
-// A cell as two photos show it.
-struct Shared {
-  int first, second;
-  double of_first, of_second;
-};
+using Cells = std::vector<Eigen::Vector2d>;  // grey values of both photos
+
+constexpr double kLargestGain = 2.5;
+constexpr double kMad = 1.4826;  // a normal distribution's sigma in median absolute deviations
 
 struct Overlap {
   int first, second;
@@ -32,179 +32,269 @@ std::vector<Overlap> OverlapsOf(const std::vector<PhotoCells>& photos) {
   return overlaps;
 }
 
-// Evenly over each overlap; tones need no more than a few thousand cells of it, and fewer where
-// there are many overlaps.
-std::vector<Shared> SharedCells(const std::vector<PhotoCells>& photos,
-                                const std::vector<Overlap>& overlaps, std::size_t band) {
-  constexpr double kOfAll = 4e6, kMostOfOne = 2500, kLeastOfOne = 100;
-  const double most =
-      std::clamp(kOfAll / (1.0 + static_cast<double>(overlaps.size())), kLeastOfOne, kMostOfOne);
-  std::vector<Shared> shared;
-  for (const Overlap& overlap : overlaps) {
-    const auto& [a, b] = overlap.cells;
-    const Image& first = photos[static_cast<std::size_t>(overlap.first)].bands[band];
-    const Image& second = photos[static_cast<std::size_t>(overlap.second)].bands[band];
-    const int step =
-        std::max(1, static_cast<int>(std::ceil(std::sqrt(1.0 * a.width * a.height / most))));
-    for (int row = step / 2; row < a.height; row += step)
-      for (int col = step / 2; col < a.width; col += step) {
-        const double of_first = static_cast<double>(first.At(a.col + col, a.row + row));
-        const double of_second = static_cast<double>(second.At(b.col + col, b.row + row));
-        if (!std::isnan(of_first + of_second))
-          shared.push_back({overlap.first, overlap.second, of_first, of_second});
-      }
-  }
-  return shared;
-}
-
-// Mean and spread of the values of both photos in each cell, as they are.
-struct Moments {
-  double mean = 0, spread = 0;
-
-  static Moments Of(const std::vector<Shared>& shared) {
-    Moments all;
-    double squares = 0;
-    const double count = 2.0 * static_cast<double>(shared.size());
-    for (const Shared& cell : shared) all.mean += (cell.of_first + cell.of_second) / count;
-    for (const Shared& cell : shared)
-      for (const double value : {cell.of_first, cell.of_second})
-        squares += (value - all.mean) * (value - all.mean);
-    all.spread = std::sqrt(squares / std::max(count, 1.0));
-    return all;
-  }
-};
-
-double Difference(const Shared& cell, const std::vector<Tone>& tones) {
-  const Tone &a = tones[static_cast<std::size_t>(cell.first)],
-             &b = tones[static_cast<std::size_t>(cell.second)];
-  return a.gain * cell.of_first + a.offset - b.gain * cell.of_second - b.offset;
-}
-
-std::vector<double> Differences(const std::vector<Shared>& shared, const std::vector<Tone>& tones) {
-  std::vector<double> all;
-  for (const Shared& cell : shared) all.push_back(std::abs(Difference(cell, tones)));
-  return all;
-}
-
-// The normal equations of gains and offsets, two unknowns a photo.
-class ToneEquations {
- public:
-  explicit ToneEquations(std::size_t photos)
-      : size_(2 * static_cast<int>(photos)), right_(Eigen::VectorXd::Zero(size_)) {}
-
-  // The two values are equal, with this weight. Cells of one pair come one after the other.
-  void Add(const Shared& cell, double weight) {
-    if (cell.first != first_ || cell.second != second_) EndPair();
-    first_ = cell.first;
-    second_ = cell.second;
-    const Eigen::Vector4d factors(cell.of_first, 1, -cell.of_second, -1);
-    of_pair_ += weight * factors * factors.transpose();
-  }
-
-  // The photo keeps its own gain and offset, with these weights.
-  void Hold(int photo, double of_gain, double of_offset) {
-    entries_.emplace_back(2 * photo, 2 * photo, of_gain);
-    entries_.emplace_back(2 * photo + 1, 2 * photo + 1, of_offset);
-    right_[2 * photo] += of_gain;
-  }
-
-  std::vector<Tone> Solve() {
-    EndPair();
-    Eigen::SparseMatrix<double> normal(size_, size_);
-    normal.setFromTriplets(entries_.begin(), entries_.end());
-    const Eigen::SimplicialLDLT<Eigen::SparseMatrix<double>> solver(normal);
-    const Eigen::VectorXd x = solver.solve(right_);
-    std::vector<Tone> tones;
-    for (int i = 0; i < size_; i += 2) tones.push_back({x[i], x[i + 1]});
-    return tones;
-  }
-
- private:
-  void EndPair() {
-    const int unknowns[] = {2 * first_, 2 * first_ + 1, 2 * second_, 2 * second_ + 1};
-    for (int i = 0; i < 4 && first_ >= 0; ++i)
-      for (int j = 0; j < 4; ++j) entries_.emplace_back(unknowns[i], unknowns[j], of_pair_(i, j));
-    of_pair_.setZero();
-  }
-
-  int size_;
-  int first_ = -1, second_ = -1;
-  Eigen::Matrix4d of_pair_ = Eigen::Matrix4d::Zero();
-  std::vector<Eigen::Triplet<double>> entries_;
-  Eigen::VectorXd right_;
-};
-
-// Equal values want small gains: the mean gain is 1 again, as is the tones' mean offset 0, both of
-// values about their mean.
-void KeepTheWhole(std::vector<Tone>* tones) {
-  double gain = 0, offset = 0;
-  for (const Tone& tone : *tones) gain += tone.gain, offset += tone.offset;
-  const auto count = static_cast<double>(tones->size());
-  for (Tone& tone : *tones) {
-    tone.offset = (tone.offset - offset / count) * count / gain;
-    tone.gain *= count / gain;
-  }
-}
-
-// The tones of cells in units of their spread about their mean.
-std::vector<Tone> AdjustTones(const std::vector<Shared>& shared, std::size_t photos) {
-  constexpr int kRoundsOfOffsets = 3, kRounds = 15;
-  constexpr double kTukey = 4.685, kLeastSigma = 1e-6;
-  constexpr double kHold = 0.01, kHoldFirmly = 1e6;  // of a photo's weight in its overlaps
-  std::vector<Tone> tones(photos);
-  for (int round = 0; round < kRounds; ++round) {
-    const double sigma = std::max(1.4826 * UpperMedian(Differences(shared, tones)), kLeastSigma);
-    ToneEquations equations(photos);
-    std::vector<double> weights(photos, 1);
-    for (const Shared& cell : shared) {
-      const double off = Difference(cell, tones) / (kTukey * sigma);
-      if (std::abs(off) >= 1) continue;
-      const double weight = (1 - off * off) * (1 - off * off);
-      equations.Add(cell, weight);
-      weights[static_cast<std::size_t>(cell.first)] += weight;
-      weights[static_cast<std::size_t>(cell.second)] += weight;
+// At most so many, evenly over the overlap: tones need no more.
+Cells CellsOf(const std::vector<PhotoCells>& photos, const Overlap& overlap, std::size_t band,
+              double most) {
+  const auto& [a, b] = overlap.cells;
+  const Image& first = photos[static_cast<std::size_t>(overlap.first)].bands[band];
+  const Image& second = photos[static_cast<std::size_t>(overlap.second)].bands[band];
+  const int step =
+      std::max(1, static_cast<int>(std::ceil(std::sqrt(1.0 * a.width * a.height / most))));
+  Cells cells;
+  for (int row = step / 2; row < a.height; row += step)
+    for (int col = step / 2; col < a.width; col += step) {
+      const Eigen::Vector2d values(static_cast<double>(first.At(a.col + col, a.row + row)),
+                                   static_cast<double>(second.At(b.col + col, b.row + row)));
+      if (values.allFinite()) cells.push_back(values);
     }
-    for (std::size_t i = 0; i < photos; ++i)
-      equations.Hold(static_cast<int>(i),
-                     (round < kRoundsOfOffsets ? kHoldFirmly : kHold) * weights[i],
-                     kHold * weights[i]);
-    tones = equations.Solve();
-    KeepTheWhole(&tones);
+  return cells;
+}
+
+// Mean, spread and correlation of two photos' values.
+struct Moments {
+  Eigen::Vector2d mean = Eigen::Vector2d::Zero(), spread = Eigen::Vector2d::Zero();
+  double correlation = 0;
+
+  // What the second value is in the first photo's terms.
+  double Ratio() const { return HasContrast() ? spread[0] / spread[1] : 1; }
+  bool HasContrast() const {
+    constexpr double kLeast = 1e-4;  // of the values
+    return spread.minCoeff() > kLeast * mean.cwiseAbs().maxCoeff();
   }
+  double Difference(const Eigen::Vector2d& cell) const {
+    return cell[0] - mean[0] - Ratio() * (cell[1] - mean[1]);
+  }
+};
+
+Moments RobustMoments(const Cells& cells) {
+  Moments moments;
+  for (int i = 0; i < 2; ++i) {
+    std::vector<double> values;
+    for (const Eigen::Vector2d& cell : cells) values.push_back(cell[i]);
+    moments.mean[i] = Median(values);
+    for (double& value : values) value = std::abs(value - moments.mean[i]);
+    moments.spread[i] = kMad * Median(std::move(values));
+  }
+  return moments;
+}
+
+Moments MomentsOf(const Cells& cells) {
+  Moments moments;
+  const auto count = static_cast<double>(cells.size());
+  for (const Eigen::Vector2d& cell : cells) moments.mean += cell / count;
+  Eigen::Vector2d squares = Eigen::Vector2d::Zero();
+  double product = 0;
+  for (const Eigen::Vector2d& cell : cells) {
+    const Eigen::Vector2d off = cell - moments.mean;
+    squares += off.cwiseAbs2() / count;
+    product += off[0] * off[1] / count;
+  }
+  moments.spread = squares.cwiseSqrt();
+  if (squares.minCoeff() > 0) moments.correlation = product / std::sqrt(squares.prod());
+  return moments;
+}
+
+// Of the cells that have not changed between the two photos.
+Moments MomentsOfTheUnchanged(const Cells& cells) {
+  constexpr int kRounds = 8;
+  constexpr double kLimit = 3;
+  Moments moments = RobustMoments(cells);
+  for (int round = 0; round < kRounds; ++round) {
+    std::vector<double> off;
+    for (const Eigen::Vector2d& cell : cells) off.push_back(std::abs(moments.Difference(cell)));
+    const double limit = kLimit * kMad * UpperMedian(std::move(off));
+    Cells kept;
+    for (const Eigen::Vector2d& cell : cells)
+      if (std::abs(moments.Difference(cell)) <= limit) kept.push_back(cell);
+    moments = MomentsOf(kept);
+  }
+  return moments;
+}
+
+// What an overlap says of its two photos in one band.
+struct Agreement {
+  int first, second;
+  Moments moments;
+  double weight;  // of its means
+};
+
+double MedianDifference(const Cells& cells, const Tone& first, const Tone& second) {
+  std::vector<double> off;
+  for (const Eigen::Vector2d& cell : cells)
+    off.push_back(
+        std::abs(first.gain * cell[0] + first.offset - second.gain * cell[1] - second.offset));
+  return Median(std::move(off));
+}
+
+// `first` - `second` = `difference`, of one unknown a photo.
+struct Equation {
+  int first, second;
+  double difference, weight;
+};
+
+// The unknowns by least squares with Huber's weights, held near 0.
+Eigen::VectorXd Adjust(const std::vector<Equation>& equations, std::size_t photos,
+                       double least_sigma) {
+  constexpr int kRounds = 30;
+  constexpr double kHuber = 1.345, kHold = 1e-3;
+  const auto size = static_cast<Eigen::Index>(photos);
+  Eigen::VectorXd x = Eigen::VectorXd::Zero(size), hold = Eigen::VectorXd::Constant(size, kHold);
+  for (const Equation& one : equations)
+    for (const int photo : {one.first, one.second}) hold[photo] += kHold * one.weight;
+  for (int round = 0; round < kRounds && !equations.empty(); ++round) {
+    std::vector<double> off;
+    for (const Equation& one : equations)
+      off.push_back(std::abs(x[one.first] - x[one.second] - one.difference));
+    const double sigma = std::max(kMad * UpperMedian(off), least_sigma);
+    std::vector<Eigen::Triplet<double>> entries;
+    for (Eigen::Index i = 0; i < size; ++i)
+      entries.emplace_back(static_cast<int>(i), static_cast<int>(i), hold[i]);
+    Eigen::VectorXd right = Eigen::VectorXd::Zero(size);
+    for (std::size_t i = 0; i < equations.size(); ++i) {
+      const Equation& one = equations[i];
+      const double weight = one.weight * std::min(1.0, kHuber * sigma / std::max(off[i], 1e-300));
+      entries.emplace_back(one.first, one.first, weight);
+      entries.emplace_back(one.second, one.second, weight);
+      entries.emplace_back(one.first, one.second, -weight);
+      entries.emplace_back(one.second, one.first, -weight);
+      right[one.first] += weight * one.difference;
+      right[one.second] -= weight * one.difference;
+    }
+    Eigen::SparseMatrix<double> normal(size, size);
+    normal.setFromTriplets(entries.begin(), entries.end());
+    x = Eigen::SimplicialLDLT<Eigen::SparseMatrix<double>>(normal).solve(right);
+  }
+  return x;
+}
+
+// Their logarithms: a gain is positive.
+Eigen::VectorXd LogGains(const std::vector<Agreement>& agreements, std::size_t photos) {
+  constexpr double kLeastCorrelation = 0.3;  // below, spreads are not of the same ground
+  constexpr double kLeastSigma = 0.01;
+  std::vector<Equation> equations;
+  for (const Agreement& one : agreements)
+    if (one.moments.HasContrast() && one.moments.correlation > kLeastCorrelation)
+      equations.push_back({one.first, one.second,
+                           std::log(one.moments.spread[1] / one.moments.spread[0]),
+                           one.weight * one.moments.correlation * one.moments.correlation});
+  return Adjust(equations, photos, kLeastSigma);
+}
+
+// Of a photo's values in its overlaps; the gain turns about it, so that the offset is a shift of
+// the photo's brightness.
+std::vector<double> MeansOf(const std::vector<Agreement>& agreements, std::size_t photos) {
+  std::vector<double> sums(photos), weights(photos);
+  for (const Agreement& one : agreements)
+    for (const auto& [photo, mean] :
+         {std::pair{one.first, one.moments.mean[0]}, std::pair{one.second, one.moments.mean[1]}}) {
+      sums[static_cast<std::size_t>(photo)] += one.weight * mean;
+      weights[static_cast<std::size_t>(photo)] += one.weight;
+    }
+  for (std::size_t i = 0; i < photos; ++i)
+    if (weights[i] > 0) sums[i] /= weights[i];
+  return sums;
+}
+
+// `bounded` learns of photos whose gain is limited.
+std::vector<Tone> TonesOfBand(const std::vector<Agreement>& agreements, std::size_t photos,
+                              std::vector<bool>* bounded) {
+  const Eigen::VectorXd log_gains = LogGains(agreements, photos);
+  const std::vector<double> means = MeansOf(agreements, photos);
+  std::vector<Tone> tones(photos);
+  for (std::size_t i = 0; i < photos; ++i) {
+    const double free = std::exp(log_gains[static_cast<Eigen::Index>(i)]);
+    tones[i].gain = std::clamp(free, 1 / kLargestGain, kLargestGain);
+    if (tones[i].gain != free) (*bounded)[i] = true;
+    tones[i].offset = (1 - tones[i].gain) * means[i];
+  }
+  std::vector<Equation> equations;
+  std::vector<double> spreads;
+  for (const Agreement& one : agreements) {
+    const Tone &first = tones[static_cast<std::size_t>(one.first)],
+               &second = tones[static_cast<std::size_t>(one.second)];
+    equations.push_back({one.first, one.second,
+                         second.gain * one.moments.mean[1] + second.offset -
+                             first.gain * one.moments.mean[0] - first.offset,
+                         one.weight});
+    spreads.push_back(one.moments.spread.maxCoeff());
+  }
+  constexpr double kLeastSigma = 0.01;  // of the usual spread
+  const double spread = spreads.empty() ? 1 : std::max(UpperMedian(spreads), 1e-9);
+  const Eigen::VectorXd shifts = Adjust(equations, photos, kLeastSigma * spread);
+  for (std::size_t i = 0; i < photos; ++i) tones[i].offset += shifts[static_cast<Eigen::Index>(i)];
   return tones;
 }
 
-std::vector<Tone> TonesOfBand(const std::vector<Shared>& shared, std::size_t photos) {
-  const Moments own = Moments::Of(shared);
-  if (own.spread == 0) return std::vector<Tone>(photos);
-  std::vector<Shared> scaled = shared;
-  for (Shared& cell : scaled)
-    for (double* value : {&cell.of_first, &cell.of_second})
-      *value = (*value - own.mean) / own.spread;
-  std::vector<Tone> tones = AdjustTones(scaled, photos);
-  for (Tone& tone : tones) tone.offset = own.mean + own.spread * tone.offset - tone.gain * own.mean;
-  return tones;
+// The overlaps of all photos, and how many cells of each are looked at.
+struct Overlaps {
+  std::vector<Overlap> all;
+  double most_cells;
+};
+
+Overlaps OverlapsToLookAt(const std::vector<PhotoCells>& photos) {
+  constexpr double kOfAll = 4e6, kMostOfOne = 2500, kLeastOfOne = 100;
+  Overlaps overlaps{OverlapsOf(photos), kMostOfOne};
+  overlaps.most_cells = std::clamp(kOfAll / (1.0 + static_cast<double>(overlaps.all.size())),
+                                   kLeastOfOne, kMostOfOne);
+  return overlaps;
+}
+
+// Calls visit(overlap, cells) where there are enough of them.
+template <typename Visit>
+void ForEachOverlap(const std::vector<PhotoCells>& photos, const Overlaps& overlaps,
+                    std::size_t band, const Visit& visit) {
+  constexpr std::size_t kFewest = 10;
+  for (const Overlap& overlap : overlaps.all)
+    if (const Cells cells = CellsOf(photos, overlap, band, overlaps.most_cells);
+        cells.size() >= kFewest)
+      visit(overlap, cells);
+}
+
+std::vector<int> Indices(const std::vector<bool>& chosen) {
+  std::vector<int> indices;
+  for (std::size_t i = 0; i < chosen.size(); ++i)
+    if (chosen[i]) indices.push_back(static_cast<int>(i));
+  return indices;
 }
 
 }  // namespace
 
 BalancedTones BalanceTones(const std::vector<PhotoCells>& photos) {
+  const Overlaps overlaps = OverlapsToLookAt(photos);
   BalancedTones result;
   result.tones.resize(photos.size());
-  const std::size_t bands = photos.empty() ? 0 : photos.front().bands.size();
-  const std::vector<Overlap> overlaps = OverlapsOf(photos);
+  std::vector<bool> alone(photos.size(), true), bounded(photos.size(), false);
   std::vector<double> before, after;
+  const std::size_t bands = photos.empty() ? 0 : photos.front().bands.size();
   for (std::size_t band = 0; band < bands; ++band) {
-    const std::vector<Shared> shared = SharedCells(photos, overlaps, band);
-    const std::vector<Tone> tones = TonesOfBand(shared, photos.size());
+    std::vector<Agreement> agreements;
+    ForEachOverlap(photos, overlaps, band, [&](const Overlap& overlap, const Cells& cells) {
+      agreements.push_back({overlap.first, overlap.second, MomentsOfTheUnchanged(cells),
+                            static_cast<double>(cells.size())});
+      for (const int photo : {overlap.first, overlap.second})
+        alone[static_cast<std::size_t>(photo)] = false;
+    });
+    const std::vector<Tone> tones = TonesOfBand(agreements, photos.size(), &bounded);
     for (std::size_t i = 0; i < photos.size(); ++i) result.tones[i].push_back(tones[i]);
-    for (double one : Differences(shared, std::vector<Tone>(photos.size()))) before.push_back(one);
-    for (double one : Differences(shared, tones)) after.push_back(one);
+    ForEachOverlap(photos, overlaps, band, [&](const Overlap& overlap, const Cells& cells) {
+      before.push_back(MedianDifference(cells, {}, {}));
+      after.push_back(MedianDifference(cells, tones[static_cast<std::size_t>(overlap.first)],
+                                       tones[static_cast<std::size_t>(overlap.second)]));
+    });
   }
-  if (before.empty()) return result;
-  result.before = Median(before);
-  result.after = Median(after);
+  result.alone = Indices(alone);
+  result.bounded = Indices(bounded);
+  if (!before.empty()) result.before = Median(std::move(before));
+  if (!after.empty()) result.after = Median(std::move(after));
   return result;
+}
+
+void ShowInTones(const std::vector<std::vector<Tone>>& tones, std::vector<PhotoCells>* photos) {
+  for (std::size_t i = 0; i < photos->size(); ++i)
+    for (std::size_t band = 0; band < tones[i].size(); ++band)
+      for (float& value : (*photos)[i].bands[band].values)
+        value = static_cast<float>(tones[i][band].gain * static_cast<double>(value) +
+                                   tones[i][band].offset);
 }
 
 }  // namespace orient::ortho

@@ -179,6 +179,9 @@ void ReadOrtho(const TomlTable& root, BlockFile* block) {
   ortho.weak = table->FindFlag("weak").value_or(ortho.weak);
   ortho.least_difference = table->FindFlag("least_difference").value_or(ortho.least_difference);
   ortho.balance = table->FindFlag("balance").value_or(ortho.balance);
+  for (const char* of_mosaic : {"least_difference", "balance"})
+    if (!ortho.mosaic && table->Has(of_mosaic))
+      table->Fail(of_mosaic, "is for the mosaic, which mosaic = false leaves out");
   block->ortho = ortho;
 }
 

@@ -86,6 +86,12 @@ TEST_F(Cells, OfManyPhotosAreLarger) {
   EXPECT_EQ(CellSide(std::vector<MosaicPart>(64, part), 4), 2);
 }
 
+TEST_F(Cells, OfPhotosFarApartAreLarger) {
+  const MosaicPart here{"a", "", Grid(0, 0, 1000, 1000), {0, 0}},
+      there{"b", "", Grid(39000, -39000, 1000, 1000), {0, 0}};
+  EXPECT_EQ(CellSide({here, there}, 1), 10) << "40,000 x 40,000 px";
+}
+
 TEST_F(Cells, OfOtherBandsAreRefused) {
   const MosaicPart grey = Write(Grid(0, 0, 20, 20), 0), colour = Write(Grid(0, 0, 20, 20), 0, 3);
   ExpectError<InputError>([&] { ReadCells({grey, colour}, 1, nullptr); }, {"2.tif", "bands"});

@@ -76,15 +76,18 @@ class OrthoCommand : public Command {
     Prepare();
     const bool all = MakeOrthophotos(options_, out);
     RecordRun(Invoked(), options_.out, "ortho",
-              {FileInput(options_.source.poses == input_ ? "poses" : "block file",
-                         fs::is_directory(input_) ? "" : input_),
-               FileInput("camera", options_.source.camera), RasterInput("DEM", options_.source.dem),
-               FileInput("seamlines", options_.seams)});
+              {FileInput("poses", PosesFile()), FileInput("camera", options_.source.camera),
+               RasterInput("DEM", options_.source.dem), FileInput("seamlines", options_.seams)});
     ShowInProject(out);
     return all ? ExitCode::kAllDone : ExitCode::kSomeNotOriented;
   }
 
  private:
+  std::string PosesFile() const {
+    const fs::path poses(options_.source.poses);
+    return (fs::is_directory(poses) ? poses / "orientation.csv" : poses).string();
+  }
+
   // The block's project for QGIS, which lists its orthophotos; it costs none of them.
   void ShowInProject(std::ostream& out) const {
     try {

@@ -158,9 +158,11 @@ class OrthoRun {
     return seamlines;
   }
 
-  void Balance(const std::vector<ortho::PhotoCells>& cells, std::vector<ortho::MosaicPart>* parts,
+  // The parts and their cells get their tones.
+  void Balance(std::vector<ortho::PhotoCells>* cells, std::vector<ortho::MosaicPart>* parts,
                std::ostream& out) const {
-    ortho::BalancedTones balanced = ortho::BalanceTones(cells);
+    ortho::BalancedTones balanced = ortho::BalanceTones(*cells);
+    ortho::ShowInTones(balanced.tones, cells);
     std::string table = "photo,band,gain,offset\n";
     for (std::size_t i = 0; i < parts->size(); ++i) {
       (*parts)[i].tones = std::move(balanced.tones[i]);
@@ -170,10 +172,24 @@ class OrthoRun {
                              tone.offset);
     }
     WriteFileAtomically(TonesPath(), table);
-    out << fmt::format(
-        "{}: overlapping photos differ by {:.3g} grey values in the median, {:.3g} "
-        "before\n",
-        TonesPath(), balanced.after, balanced.before);
+    if (balanced.before)
+      out << fmt::format(
+          "{}: overlapping photos differ by {:.3g} grey values in the median, {:.3g} "
+          "before\n",
+          TonesPath(), *balanced.after, *balanced.before);
+    for (const int photo : balanced.alone)
+      out << "note      " << (*parts)[static_cast<std::size_t>(photo)].name
+          << " overlaps no other photo and keeps its own tone\n";
+    for (const int photo : balanced.bounded)
+      out << "note      " << (*parts)[static_cast<std::size_t>(photo)].name
+          << " differs so much from its neighbours in contrast that its gain is bounded\n";
+  }
+
+  // A table of tones that the mosaic does not show would be false.
+  void RemoveTones(std::ostream& out) const {
+    if (options_.balance || !fs::remove(TonesPath())) return;
+    out << "note      the mosaic was balanced before, and is not without --balance; " << TonesPath()
+        << " is removed\n";
   }
 
   void MakeMosaic(const OrthoPhotos& found, std::vector<ortho::MosaicPart> parts,
@@ -183,13 +199,19 @@ class OrthoRun {
     std::vector<ortho::PhotoCells> cells;
     if (options_.balance || (options_.least_difference && given.empty()))
       cells = ortho::ReadCells(parts, options_.jobs, &progress);
-    if (options_.balance) Balance(cells, &parts, out);
+    if (options_.balance) Balance(&cells, &parts, out);
+    if (options_.least_difference && given.empty())
+      out << fmt::format("{}: sought in cells of {:g} m\n", SeamsPath(), cells.front().grid.gsd_m);
+    if (options_.least_difference && !given.empty())
+      out << "note      " << given
+          << " is there and is kept; --overwrite, or without the file, other lines are sought\n";
     const ortho::Seamlines seamlines =
         given.empty() ? DrawSeams(found, cells) : ReadSeams(found, given, out);
     cells.clear();
     const std::string path = PathOf("mosaic.tif");
     const ortho::MapGrid grid =
         ortho::MakeMosaic(parts, seamlines, found.crs, Metadata(), options_.jobs, path, &progress);
+    RemoveTones(out);
     out << fmt::format("{}: {} x {} px of {:g} m from {} photos\n", path, grid.width, grid.height,
                        grid.gsd_m, parts.size());
   }

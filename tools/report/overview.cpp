@@ -59,7 +59,7 @@ Markup GroundTile(const BlockRecord& block, const BlockVerdict& verdict, const P
     return Decimal(ce90_m, DecimalsForSigma(ce90_m));
   };
   const std::string metres = kThinSpace + std::string("m");
-  const size_t worst = *verdict.worst_projection;
+  const size_t worst = *verdict.worst_on_ground;
   return Tile(
       text(*verdict.median_projection), metres, name,
       Fill("overview.html#tile_worst", {{"value", text(*verdict.photos[worst].projection) + metres},

@@ -69,6 +69,7 @@ std::string WriteReportJson(const BlockRecord& block) {
                {"weak", verdict.weak},
                {"failed", verdict.failed},
                {"ground_ce90_m_median", Ce90(verdict.median_projection)},
+               {"ground_ce90_m_worst_photo", Named(block, verdict.worst_on_ground)},
                {"ties_le90_m_median", Or(verdict.median_le90_m)},
                {"projection_sigma_median", Projection(verdict.median_projection)},
                {"projection_sigma_worst_photo", Named(block, verdict.worst_projection)},

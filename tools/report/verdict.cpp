@@ -30,6 +30,9 @@ void SummarizeProjections(BlockVerdict* verdict) {
     const auto& worst = verdict->worst_projection;
     if (!worst || photo.projection->px > verdict->photos[*worst].projection->px)
       verdict->worst_projection = i;
+    const auto& on_ground = verdict->worst_on_ground;
+    if (!on_ground || photo.projection->m > verdict->photos[*on_ground].projection->m)
+      verdict->worst_on_ground = i;
   }
   if (!px.empty())
     verdict->median_projection = ProjectionSigma{Median(std::move(px)), Median(std::move(m))};

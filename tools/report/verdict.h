@@ -44,6 +44,7 @@ struct BlockVerdict {
   std::optional<double> median_sigma0_px, median_sigma0_um;
   std::optional<ProjectionSigma> median_projection;  // each by itself
   std::optional<size_t> worst_projection;            // the photo with the largest one, px
+  std::optional<size_t> worst_on_ground;             // the same, m
   std::optional<double> median_le90_m;               // of tie points
   std::optional<size_t> least_precise;  // the photo with the largest sigma of a coordinate
 };

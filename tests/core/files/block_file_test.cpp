@@ -84,12 +84,13 @@ TEST_F(BlockFileTest, OrthophotosAreMadeWhereTheyAreAskedFor) {
   EXPECT_TRUE(block.ortho->mosaic);
   EXPECT_FALSE(block.ortho->gsd_m);
   const BlockFile more =
-      ReadText(kBlock +
-               "[ortho]\ngsd_m = 0.25\ndem_sigma_m = 2.0\nmosaic = false\nweak = true\n"
-               "least_difference = true\nbalance = true\n");
+      ReadText(kBlock + "[ortho]\ngsd_m = 0.25\ndem_sigma_m = 2.0\nmosaic = false\nweak = true\n");
   EXPECT_EQ(more.ortho->gsd_m, 0.25);
   EXPECT_EQ(more.ortho->dem_sigma_m, 2);
-  EXPECT_TRUE(more.ortho->least_difference && more.ortho->balance);
+  const BlockFile even = ReadText(kBlock + "[ortho]\nleast_difference = true\nbalance = true\n");
+  EXPECT_TRUE(even.ortho->least_difference && even.ortho->balance);
+  ExpectRefused(kBlock + "[ortho]\nmosaic = false\nbalance = true\n",
+                {"balance", "mosaic = false"});
   EXPECT_FALSE(more.ortho->mosaic);
   EXPECT_TRUE(more.ortho->weak);
   ExpectRefused(kBlock + "[ortho]\ngsd_m = 0\n", {"gsd_m"});

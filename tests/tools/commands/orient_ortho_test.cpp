@@ -69,6 +69,25 @@ class OrientOrtho : public ::testing::Test {
     return RunOrient(arguments);
   }
 
+  // The photo "west" as if developed flatter and darker.
+  void DarkenWest() const {
+    const CameraFile camera = ReadCameraFile(Path("camera.toml"));
+    const PhotoView view{camera.camera,
+                         DigitalPhotoFromPixel(camera.camera),
+                         {{4700, 3000, 900}, {0.01, -0.02, 0.3}}};
+    ortho::WriteScan(
+        Path("scans/west.tif"), view, ortho::Hills(),
+        [](double east, double) { return 14 * (east - 3500) - 2000; }, kSide);
+  }
+
+  // Which photo each place of a grid over both belongs to.
+  std::vector<int> LabelsOf(const std::string& seamlines) const {
+    WriteFileAtomically(Path("read.gpkg"), seamlines);
+    const auto grid = ortho::MapGrid::Around({4000, 2300, 5900, 3700}, 10);
+    return ortho::Seamlines::FromFile(Path("read.gpkg"), crs_)
+        .PhotoAt(grid, {0, 0, grid.width, grid.height});
+  }
+
   bool Exists(const std::string& name) const { return fs::exists(Path(name)); }
 
   TemporaryFolder folder_;
@@ -90,8 +109,9 @@ TEST_F(OrientOrtho, MakesOrthophotosOfWhatIsOkAndNamesTheRest) {
   EXPECT_EQ(mosaic.Metadata("TIFFTAG_SOFTWARE"), "orient " + ProgramVersion());
   const RunRecord made = ReadRunRecords(Path("ortho")).at("ortho");
   EXPECT_EQ(made.program, "orient " + ProgramVersion());
-  ASSERT_EQ(made.inputs.size(), 1U);
-  EXPECT_EQ(made.inputs[0].path, Path("dem.tif"));
+  ASSERT_EQ(made.inputs.size(), 2U);
+  EXPECT_EQ(made.inputs[0].path, Path("orientation.csv"));
+  EXPECT_EQ(made.inputs[1].path, Path("dem.tif"));
 }
 
 TEST_F(OrientOrtho, WeakPhotosAreTakenWhenAsked) {
@@ -152,12 +172,7 @@ TEST_F(OrientOrtho, ResumeKeepsTheSeamlinesThatAreThere) {
 // The ground's grey values say where it lies, so the photos agree but for the interpolation; one of
 // them gets darker and flatter.
 TEST_F(OrientOrtho, BalanceGivesThePhotosOneTone) {
-  const CameraFile camera = ReadCameraFile(Path("camera.toml"));
-  const PhotoView view{
-      camera.camera, DigitalPhotoFromPixel(camera.camera), {{4700, 3000, 900}, {0.01, -0.02, 0.3}}};
-  ortho::WriteScan(
-      Path("scans/west.tif"), view, ortho::Hills(),
-      [](double east, double) { return 14 * (east - 3500) - 2000; }, kSide);
+  DarkenWest();
   const ProgramRun run = Run({"--balance", "--gsd-m", "10"});
   EXPECT_EQ(run.exit_code, 3) << run.err;
   EXPECT_NE(run.out.find("overlapping photos differ by "), std::string::npos) << run.out;
@@ -168,6 +183,21 @@ TEST_F(OrientOrtho, BalanceGivesThePhotosOneTone) {
             3)
       << tones;
   EXPECT_NEAR(of_west / of_east, 20.0 / 14, 0.05);
+  const ProgramRun without = Run({"--mosaic", "--gsd-m", "10", "--resume"});
+  EXPECT_NE(without.out.find("not without --balance"), std::string::npos) << without.out;
+  EXPECT_FALSE(Exists("ortho/mosaic_tones.csv"));
+}
+
+// Another gain is no reason for a line to run elsewhere, where the photos get one tone.
+TEST_F(OrientOrtho, SeamlinesAreSoughtInTheTonesOfTheMosaic) {
+  ASSERT_EQ(Run({"--balance", "--least-difference", "--gsd-m", "10"}).exit_code, 3);
+  const std::string balanced = ReadFile(Path("ortho/seamlines.gpkg"));
+  DarkenWest();
+  ASSERT_EQ(Run({"--balance", "--least-difference", "--gsd-m", "10", "--overwrite"}).exit_code, 3);
+  const auto before = LabelsOf(balanced), after = LabelsOf(ReadFile(Path("ortho/seamlines.gpkg")));
+  int moved = 0;
+  for (std::size_t i = 0; i < before.size(); ++i) moved += before[i] != after[i];
+  EXPECT_LT(moved, static_cast<int>(before.size()) / 50);
 }
 
 TEST_F(OrientOrtho, SeamlinesOfLeastDifferenceAreSoughtAndCanBeEdited) {
@@ -180,6 +210,7 @@ TEST_F(OrientOrtho, SeamlinesOfLeastDifferenceAreSoughtAndCanBeEdited) {
   EXPECT_EQ(ortho::Seamlines::FromFile(Path("ortho/seamlines.gpkg"), crs_).Photos().size(), 2U);
   const ProgramRun again = Run({"--least-difference", "--gsd-m", "10", "--resume"});
   EXPECT_NE(again.out.find("polygons, kept"), std::string::npos) << again.out;
+  EXPECT_NE(again.out.find("is kept; --overwrite"), std::string::npos) << again.out;
   EXPECT_EQ(ReadFile(Path("ortho/seamlines.gpkg")), sought);
   EXPECT_EQ(Run({"--least-difference", "--seams", Path("ortho/seamlines.gpkg")}).exit_code, 1);
 }
