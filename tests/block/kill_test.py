@@ -3,7 +3,7 @@
 
     kill_test.py ORIENT INJECTOR [KILLS [SEED]]
 
-KILLS: 6 unless told; SEED: another one kills at other calls. A small simulated block is oriented
+KILLS: 3 unless told; SEED: another one kills at other calls. A small simulated block is oriented
 undisturbed, with quicklook, export and a patch database that learns. Then again and again: each time the
 program dies at a call that writes (tests/faults/injector.cpp), with half of it in the file; every
 third time once more when it goes on; then it is left to end. What is in the folders and in the patch
@@ -73,5 +73,5 @@ def main(orient, injector, kills, seed):
 
 
 if __name__ == "__main__":
-    main(sys.argv[1], sys.argv[2], int(sys.argv[3]) if len(sys.argv) > 3 else 6,
+    main(sys.argv[1], sys.argv[2], int(sys.argv[3]) if len(sys.argv) > 3 else 3,
          int(sys.argv[4]) if len(sys.argv) > 4 else 1)

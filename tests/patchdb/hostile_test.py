@@ -4,8 +4,8 @@ never crash, hang, or escape.
 
     hostile_test.py ORIENT [INPUTS [PROGRAM [FIRST]]]
 
-INPUTS: 10 unless told, two of each kind; about a second each. PROGRAM: what is run on them, ORIENT unless told; best one with
-sanitizers (cmake --build --preset release --target orient_sanitized), whose findings fail the test.
+INPUTS: 5 unless told, one of each kind; some seconds each. PROGRAM: what is run on them, ORIENT
+unless told; best one with sanitizers (preset `asan`), whose findings fail the test.
 FIRST: number of the first input, 0 unless told; every number is an input of its own.
 
 Truncated and overwritten files, wrong types in columns, huge sizes, NaN coordinates, SQL in names,
@@ -157,6 +157,6 @@ def main(orient, inputs, program, first):
 
 if __name__ == "__main__":
     ORIENT = str(pathlib.Path(sys.argv[1]).resolve())
-    main(ORIENT, int(sys.argv[2]) if len(sys.argv) > 2 else 10,
+    main(ORIENT, int(sys.argv[2]) if len(sys.argv) > 2 else 5,
          str(pathlib.Path(sys.argv[3]).resolve()) if len(sys.argv) > 3 else ORIENT,
          int(sys.argv[4]) if len(sys.argv) > 4 else 0)
