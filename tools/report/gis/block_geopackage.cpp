@@ -253,6 +253,17 @@ void WriteTies(const AdjustmentResult& adjusted, NewGeopackage* file) {
   }
 }
 
+// Program and inputs of run.json; without its times, and how it was called, the same block gives
+// the same file.
+void DescribeRuns(const std::string& directory, NewGeopackage* file) {
+  for (const auto& [stage, run] : ReadRunRecords(directory)) {
+    const nlohmann::ordered_json json = JsonOf(run);
+    file->Describe("orient_" + stage, nlohmann::ordered_json{{"program", json.at("program")},
+                                                             {"inputs", json.at("inputs")}}
+                                          .dump());
+  }
+}
+
 }  // namespace
 
 std::string WriteBlockGeopackage(const std::string& directory, const Crs& crs,
@@ -267,8 +278,7 @@ std::string WriteBlockGeopackage(const std::string& directory, const Crs& crs,
   WriteResiduals(results, adjusted, &file);
   if (adjusted != nullptr) WriteTies(*adjusted, &file);
   WriteStyles(adjusted != nullptr, &file);
-  for (const auto& [stage, run] : ReadRunRecords(directory))
-    file.Describe("orient_" + stage, JsonOf(run).dump());
+  DescribeRuns(directory, &file);
   file.Finish();
   return path;
 }

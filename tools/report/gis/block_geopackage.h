@@ -20,8 +20,9 @@ namespace orient {
 //               from the point into the direction measured - computed, exaggerated by the column
 //               `exaggeration`; `kind` says whether `patch` is the id of a patch or of a tie
 //   ties        PointZ: every tie point of the block adjustment, where there was one
-// and `layer_styles`, which QGIS reads by itself. The file's metadata hold the commands of
-// run.json: program version, inputs. Angles are in degrees, lengths in m, residuals in px. Columns
+// and `layer_styles`, which QGIS reads by itself. The file's metadata name program version and
+// inputs as run.json does.
+// Angles are in degrees, lengths in m, residuals in px. Columns
 // without a value are NULL. Throws InputError naming the file where it cannot be written.
 std::string WriteBlockGeopackage(const std::string& directory, const Crs& crs,
                                  const std::vector<ExteriorResult>& results,

@@ -129,19 +129,18 @@ TEST(BlockGeopackage, TiesHaveTheirPlacePrecisionAndResiduals) {
 }
 
 // QGIS reads styles by these columns and takes none where one is absent.
-TEST(BlockGeopackage, NamesProgramCommandAndInputs) {
+TEST(BlockGeopackage, NamesProgramAndInputsAndNoTimes) {
   const TemporaryFolder folder;
-  WriteRunRecord(folder.Path(), "block",
-                 {"orient 1.2",
-                  "orient block 'ü.toml'",
-                  "2024-05-06T07:08:09Z",
-                  3,
-                  {{"DEM", "dem.tif", "abc"}}});
+  RunRecord record{
+      "orient 1.2", "orient block", "2024-05-06T07:08:09Z", 3, {{"DEM", "dem ü.tif", "abc"}}};
+  WriteRunRecord(folder.Path(), "block", record);
   const auto dataset = WriteAndOpen(folder, ExampleResults());
   const char* run = dataset->GetMetadataItem("orient_block");
   ASSERT_NE(run, nullptr);
-  EXPECT_EQ(nlohmann::ordered_json::parse(run), JsonOf(ReadRunRecords(folder.Path()).at("block")));
-  EXPECT_NE(std::string(run).find("orient 1.2"), std::string::npos);
+  const auto json = nlohmann::json::parse(run);
+  EXPECT_EQ(json.at("program"), "orient 1.2");
+  EXPECT_EQ(json.at("inputs").at(0).at("path"), "dem ü.tif");
+  EXPECT_EQ(json.size(), 2U) << "no times: the same block has the same tables";
 }
 
 TEST(BlockGeopackage, EveryLayerHasItsStyle) {
