@@ -28,7 +28,8 @@ inline PhotoView HillyView() {
   film.origin_px = {0, 0};
   film.step_px = {210, 210};
   film.columns = film.rows = 3;
-  for (int i = 0; i < 9; ++i) film.correction_mm.emplace_back(0.1 * (i % 3), 0.05 * (i / 3 - 1));
+  for (int row = 0; row < 3; ++row)
+    for (int col = 0; col < 3; ++col) film.correction_mm.emplace_back(0.1 * col, 0.05 * (row - 1));
   view.film_correction = std::make_shared<const FilmCorrection>(film);
   return view;
 }
