@@ -2,6 +2,7 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <algorithm>
 #include <array>
 #include <cmath>
 #include <cstdint>
@@ -27,6 +28,25 @@ struct MapGrid {
     grid.width = static_cast<int>(std::llround(std::ceil(bounds.max_x / gsd_m)) - grid.west);
     grid.height = static_cast<int>(grid.north - std::llround(std::floor(bounds.min_y / gsd_m)));
     return grid;
+  }
+
+  // All pixels of this grid and of another one of the same pixel size.
+  MapGrid With(const MapGrid& other) const {
+    MapGrid all = *this;
+    all.west = std::min(west, other.west);
+    all.north = std::max(north, other.north);
+    all.width = static_cast<int>(std::max(west + width, other.west + other.width) - all.west);
+    all.height = static_cast<int>(all.north - std::min(north - height, other.north - other.height));
+    return all;
+  }
+  // The part of `window` (of this grid) that lies in `other`, in the other's pixels; width or
+  // height is not positive where there is none.
+  PixelWindow WindowIn(const MapGrid& other, const PixelWindow& window) const {
+    const int right = static_cast<int>(west - other.west),
+              down = static_cast<int>(other.north - north);
+    const int left = std::max(window.col + right, 0), top = std::max(window.row + down, 0);
+    return {left, top, std::min(window.col + right + window.width, other.width) - left,
+            std::min(window.row + down + window.height, other.height) - top};
   }
 
   Eigen::Vector2d GroundFromPixel(double col, double row) const {

@@ -38,26 +38,8 @@ std::vector<OpenPart> Open(const std::vector<MosaicPart>& parts) {
 
 MapGrid Around(const std::vector<MosaicPart>& parts) {
   MapGrid all = parts.front().grid;
-  std::int64_t east = all.west + all.width, south = all.north - all.height;
-  for (const MosaicPart& part : parts) {
-    const MapGrid& grid = part.grid;
-    all.west = std::min(all.west, grid.west);
-    all.north = std::max(all.north, grid.north);
-    east = std::max(east, grid.west + grid.width);
-    south = std::min(south, grid.north - grid.height);
-  }
-  all.width = static_cast<int>(east - all.west);
-  all.height = static_cast<int>(all.north - south);
+  for (const MosaicPart& part : parts) all = all.With(part.grid);
   return all;
-}
-
-// The part of `window` (of `all`) that lies in `grid`, in the latter's pixels.
-PixelWindow InGrid(const MapGrid& all, const PixelWindow& window, const MapGrid& grid) {
-  const int right = static_cast<int>(all.west - grid.west),
-            down = static_cast<int>(grid.north - all.north);
-  const int left = std::max(window.col + right, 0), top = std::max(window.row + down, 0);
-  return {left, top, std::min(window.col + right + window.width, grid.width) - left,
-          std::min(window.row + down + window.height, grid.height) - top};
 }
 
 // The index into `parts` of each polygon's photo.
@@ -85,8 +67,7 @@ struct ValueRange {
     return {std::numeric_limits<float>::lowest(), std::numeric_limits<float>::max()};
   }
   float In(const Tone& tone, float value) const {
-    const double shown = tone.gain * static_cast<double>(value) + tone.offset;
-    return std::clamp(static_cast<float>(shown), least, greatest);
+    return std::clamp(static_cast<float>(tone.Shown(static_cast<double>(value))), least, greatest);
   }
 };
 
@@ -107,7 +88,7 @@ class MosaicTile {
   // Takes of the part, number `index`, what has been seen from nowhere nearer by.
   void Add(const OpenPart& open, int index, const std::vector<int>& chosen) {
     const MapGrid& grid = open.part.grid;
-    const PixelWindow from = InGrid(all_, window_, grid);
+    const PixelWindow from = all_.WindowIn(grid, window_);
     if (from.width <= 0 || from.height <= 0) return;
     const std::vector<std::uint8_t> mask = open.raster.ReadMask(from);
     if (std::none_of(mask.begin(), mask.end(), [](std::uint8_t one) { return one != 0; })) return;

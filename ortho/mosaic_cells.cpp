@@ -96,16 +96,14 @@ int CellSide(const std::vector<MosaicPart>& parts, int bands) {
   constexpr double kMostValues = 64e6, kMostPlaces = 16e6;
   double pixels = 0;
   int side = 1;
-  Bounds all = Bounds::OfNothing();  // in pixels
+  MapGrid all = parts.front().grid;
   for (const MosaicPart& part : parts) {
     const MapGrid& grid = part.grid;
     pixels += 1.0 * grid.width * grid.height;
     side = std::max(side, (std::max(grid.width, grid.height) + kInARow - 1) / kInARow);
-    all.Include(static_cast<double>(grid.west), static_cast<double>(grid.north));
-    all.Include(static_cast<double>(grid.west + grid.width),
-                static_cast<double>(grid.north - grid.height));
+    all = all.With(grid);
   }
-  const double places = (all.max_x - all.min_x) * (all.max_y - all.min_y);
+  const double places = 1.0 * all.width * all.height;
   const double least = std::sqrt(std::max(pixels * bands / kMostValues, places / kMostPlaces));
   return std::max(side, static_cast<int>(std::ceil(least)));
 }
@@ -126,16 +124,9 @@ std::vector<PhotoCells> ReadCells(const std::vector<MosaicPart>& parts, int thre
 }
 
 CommonCells Common(const MapGrid& first, const MapGrid& second) {
-  const std::int64_t west = std::max(first.west, second.west),
-                     north = std::min(first.north, second.north),
-                     east = std::min(first.west + first.width, second.west + second.width),
-                     south = std::max(first.north - first.height, second.north - second.height);
-  if (east <= west || north <= south) return {};
-  const auto window = [&](const MapGrid& grid) {
-    return PixelWindow{static_cast<int>(west - grid.west), static_cast<int>(grid.north - north),
-                       static_cast<int>(east - west), static_cast<int>(north - south)};
-  };
-  return {window(first), window(second)};
+  const PixelWindow in_first = second.WindowIn(first, {0, 0, second.width, second.height});
+  if (in_first.width <= 0 || in_first.height <= 0) return {};
+  return {in_first, first.WindowIn(second, {0, 0, first.width, first.height})};
 }
 
 }  // namespace orient::ortho

@@ -12,6 +12,8 @@ namespace orient::ortho {
 // Grey values as a mosaic shows them: gain * value + offset.
 struct Tone {
   double gain = 1, offset = 0;
+
+  double Shown(double value) const { return gain * value + offset; }
 };
 
 // A file that MakeOrthophoto wrote, of whatever grid of the mosaic's pixel size.

@@ -19,16 +19,9 @@ constexpr double kStrip = 0.25;  // of the distance of two nadirs, on either sid
 constexpr double kLength = 0.2, kFarther = 0.2;
 
 MapGrid Around(const std::vector<PhotoCells>& cells) {
-  Bounds bounds = Bounds::OfNothing();
-  for (const PhotoCells& photo : cells) {
-    const Bounds all = photo.grid.AllBounds();
-    bounds.Include(all.min_x, all.min_y);
-    bounds.Include(all.max_x, all.max_y);
-  }
-  const double half = 0.5 * cells.front().grid.gsd_m;  // the bounds are whole cells
-  return MapGrid::Around(
-      {bounds.min_x + half, bounds.min_y + half, bounds.max_x - half, bounds.max_y - half},
-      cells.front().grid.gsd_m);
+  MapGrid all = cells.front().grid;
+  for (const PhotoCells& photo : cells) all = all.With(photo.grid);
+  return all;
 }
 
 // Which cells each photo may still show.

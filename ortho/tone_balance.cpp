@@ -14,7 +14,6 @@ namespace {
 using Cells = std::vector<Eigen::Vector2d>;  // grey values of both photos
 
 constexpr double kLargestGain = 2.5;
-constexpr double kMad = 1.4826;  // a normal distribution's sigma in median absolute deviations
 
 struct Overlap {
   int first, second;
@@ -71,9 +70,9 @@ Moments RobustMoments(const Cells& cells) {
   for (int i = 0; i < 2; ++i) {
     std::vector<double> values;
     for (const Eigen::Vector2d& cell : cells) values.push_back(cell[i]);
-    moments.mean[i] = Median(values);
-    for (double& value : values) value = std::abs(value - moments.mean[i]);
-    moments.spread[i] = kMad * Median(std::move(values));
+    const RobustValue robust = Robust(std::move(values));
+    moments.mean[i] = robust.median;
+    moments.spread[i] = robust.sigma;
   }
   return moments;
 }
@@ -102,7 +101,7 @@ Moments MomentsOfTheUnchanged(const Cells& cells) {
   for (int round = 0; round < kRounds; ++round) {
     std::vector<double> off;
     for (const Eigen::Vector2d& cell : cells) off.push_back(std::abs(moments.Difference(cell)));
-    const double limit = kLimit * kMad * UpperMedian(std::move(off));
+    const double limit = kLimit * kSigmaOfMedianDeviation * UpperMedian(std::move(off));
     Cells kept;
     for (const Eigen::Vector2d& cell : cells)
       if (std::abs(moments.Difference(cell)) <= limit) kept.push_back(cell);
@@ -121,8 +120,7 @@ struct Agreement {
 double MedianDifference(const Cells& cells, const Tone& first, const Tone& second) {
   std::vector<double> off;
   for (const Eigen::Vector2d& cell : cells)
-    off.push_back(
-        std::abs(first.gain * cell[0] + first.offset - second.gain * cell[1] - second.offset));
+    off.push_back(std::abs(first.Shown(cell[0]) - second.Shown(cell[1])));
   return Median(std::move(off));
 }
 
@@ -145,7 +143,7 @@ Eigen::VectorXd Adjust(const std::vector<Equation>& equations, std::size_t photo
     std::vector<double> off;
     for (const Equation& one : equations)
       off.push_back(std::abs(x[one.first] - x[one.second] - one.difference));
-    const double sigma = std::max(kMad * UpperMedian(off), least_sigma);
+    const double sigma = std::max(kSigmaOfMedianDeviation * UpperMedian(off), least_sigma);
     std::vector<Eigen::Triplet<double>> entries;
     for (Eigen::Index i = 0; i < size; ++i)
       entries.emplace_back(static_cast<int>(i), static_cast<int>(i), hold[i]);
@@ -213,8 +211,7 @@ std::vector<Tone> TonesOfBand(const std::vector<Agreement>& agreements, std::siz
     const Tone &first = tones[static_cast<std::size_t>(one.first)],
                &second = tones[static_cast<std::size_t>(one.second)];
     equations.push_back({one.first, one.second,
-                         second.gain * one.moments.mean[1] + second.offset -
-                             first.gain * one.moments.mean[0] - first.offset,
+                         second.Shown(one.moments.mean[1]) - first.Shown(one.moments.mean[0]),
                          one.weight});
     spreads.push_back(one.moments.spread.maxCoeff());
   }
@@ -293,8 +290,7 @@ void ShowInTones(const std::vector<std::vector<Tone>>& tones, std::vector<PhotoC
   for (std::size_t i = 0; i < photos->size(); ++i)
     for (std::size_t band = 0; band < tones[i].size(); ++band)
       for (float& value : (*photos)[i].bands[band].values)
-        value = static_cast<float>(tones[i][band].gain * static_cast<double>(value) +
-                                   tones[i][band].offset);
+        value = static_cast<float>(tones[i][band].Shown(static_cast<double>(value)));
 }
 
 }  // namespace orient::ortho

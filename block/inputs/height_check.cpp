@@ -13,7 +13,6 @@ namespace {
 constexpr std::size_t kEnough = 6;
 constexpr double kMissing = 0.3;
 constexpr double kSigmas = 3;
-constexpr double kNormalFromMedian = 1.4826;
 
 struct Differences {
   std::vector<double> above_m;  // DEM - patch
@@ -41,7 +40,7 @@ Differences Compare(const GroundSurface& dem, const std::vector<patchdb::Patch>&
 
 double SpreadAbout(double middle, std::vector<double> values) {
   for (double& value : values) value = std::abs(value - middle);
-  return kNormalFromMedian * UpperMedian(std::move(values));
+  return kSigmaOfMedianDeviation * UpperMedian(std::move(values));
 }
 
 }  // namespace

@@ -22,15 +22,6 @@ constexpr double kPhotogrammetricAffinity = 5e-4;
 constexpr double kPhotogrammetricSigma0_um = 30;
 constexpr double kLeastSystematic_um = 1;
 constexpr double kChanceOfOneRoll = 1e-3;  // that any of a roll's marks looks systematic by chance
-RobustValue Robust(const std::vector<double>& values) {
-  RobustValue robust;
-  robust.median = Median(values);
-  std::vector<double> deviations;
-  for (const double value : values) deviations.push_back(std::abs(value - robust.median));
-  robust.sigma = 1.4826 * Median(deviations);
-  return robust;
-}
-
 bool Counts(const InteriorResult& result) {
   return result.status != Status::kFailed && result.photo_from_pixel && result.sigma0_um &&
          std::isfinite(*result.sigma0_um) && CountUsedMarks(result) >= kLeastMarks;

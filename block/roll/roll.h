@@ -12,14 +12,10 @@
 #include <string>
 #include <vector>
 
+#include "core/base/median.h"
 #include "core/files/results.h"
 
 namespace orient::block {
-
-struct RobustValue {
-  double median = 0;
-  double sigma = 0;  // 1.4826 times the median absolute deviation
-};
 
 // What all photos of the roll leave at one mark. With an affine transform of few marks an error of
 // one mark's calibrated position is shared by all of them.

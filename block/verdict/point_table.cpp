@@ -7,6 +7,7 @@
 #include <map>
 
 #include "core/base/atomic_write.h"
+#include "core/base/chi_square.h"
 #include "core/base/csv_cell.h"
 
 namespace orient::block {
@@ -51,7 +52,6 @@ void FillImageRms(const BlockToAdjust& block, const BlockResult& result,
 }
 
 PointAccuracy AccuracyOf(const std::string& role, const std::vector<PointRow>& rows) {
-  constexpr double kCircular = 2.1460, kLinear = 1.6449;
   PointAccuracy accuracy{.role = role};
   for (const PointRow& row : rows) {
     if (row.role != role || row.state == "rejected" || !row.residual_m) continue;
@@ -60,8 +60,8 @@ PointAccuracy AccuracyOf(const std::string& role, const std::vector<PointRow>& r
   }
   if (accuracy.points == 0) return accuracy;
   accuracy.rmse_m = (accuracy.rmse_m / accuracy.points).cwiseSqrt();
-  accuracy.ce90_m = kCircular * 0.5 * (accuracy.rmse_m.x() + accuracy.rmse_m.y());
-  accuracy.le90_m = kLinear * accuracy.rmse_m.z();
+  accuracy.ce90_m = kCircularError90 * 0.5 * (accuracy.rmse_m.x() + accuracy.rmse_m.y());
+  accuracy.le90_m = kLinearError90 * accuracy.rmse_m.z();
   return accuracy;
 }
 

@@ -1,8 +1,10 @@
-// Medians of a few values.
+// Medians of a few values, and what is made of them.
 #pragma once
 
 #include <algorithm>
+#include <cmath>
 #include <cstddef>
+#include <utility>
 #include <vector>
 
 namespace orient {
@@ -21,6 +23,23 @@ inline double Median(std::vector<double> values) {
   std::nth_element(values.begin(), middle, values.end());
   if (values.size() % 2 == 1) return *middle;
   return 0.5 * (*middle + *std::max_element(values.begin(), middle));
+}
+
+// A normal distribution's sigma, as a multiple of the median absolute deviation.
+inline constexpr double kSigmaOfMedianDeviation = 1.4826;
+
+struct RobustValue {
+  double median = 0;
+  double sigma = 0;  // from the median absolute deviation
+};
+
+// `values` is not empty.
+inline RobustValue Robust(std::vector<double> values) {
+  RobustValue robust;
+  robust.median = Median(values);
+  for (double& value : values) value = std::abs(value - robust.median);
+  robust.sigma = kSigmaOfMedianDeviation * Median(std::move(values));
+  return robust;
 }
 
 }  // namespace orient

@@ -198,7 +198,7 @@ bool StrokeFit::WithoutOutliers() {
     std::vector<double> sizes;
     for (size_t i = 0; i < profiles_.size(); ++i)
       if (use_[i]) sizes.push_back(std::abs(Left(i, move_)));
-    const double noise = 1.4826 * UpperMedian(std::move(sizes));
+    const double noise = kSigmaOfMedianDeviation * UpperMedian(std::move(sizes));
     const double limit = kOutlierSigmas * noise;
     if (round == 0) Weigh(noise);
     size_t kept = 0;

@@ -113,8 +113,9 @@ class OrthoCommand : public Command {
     if (!source.camera.empty()) source.camera = block::FindCameraFile(source.camera, "");
     if (options_.out.empty()) options_.out = (fs::path(FolderOf(source.poses)) / "ortho").string();
     if (!options_.seams.empty() && options_.least_difference)
-      throw UsageError("--seams says where the seamlines run, --least-difference looks for it; " +
-                       std::string("name one of them"));
+      throw UsageError(
+          "--seams says where the seamlines run, --least-difference looks for it; name one of "
+          "them");
     if (!options_.seams.empty() || options_.least_difference || options_.balance)
       options_.mosaic = true;
   }

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 
+#include "core/base/chi_square.h"
 #include "core/base/median.h"
 #include "tools/report/html_text.h"
 
@@ -27,23 +28,22 @@ void SummarizeProjections(BlockVerdict* verdict) {
     if (photo.status == Status::kFailed || !photo.projection) continue;
     px.push_back(photo.projection->px);
     m.push_back(photo.projection->m);
-    const auto& worst = verdict->worst_projection;
-    if (!worst || photo.projection->px > verdict->photos[*worst].projection->px)
-      verdict->worst_projection = i;
-    const auto& on_ground = verdict->worst_on_ground;
-    if (!on_ground || photo.projection->m > verdict->photos[*on_ground].projection->m)
-      verdict->worst_on_ground = i;
+    const auto keep_worst = [&](double ProjectionSigma::*sigma, std::optional<size_t>* worst) {
+      if (!*worst || *photo.projection.*sigma > *verdict->photos[**worst].projection.*sigma)
+        *worst = i;
+    };
+    keep_worst(&ProjectionSigma::px, &verdict->worst_projection);
+    keep_worst(&ProjectionSigma::m, &verdict->worst_on_ground);
   }
   if (!px.empty())
     verdict->median_projection = ProjectionSigma{Median(std::move(px)), Median(std::move(m))};
 }
 
 void SummarizeHeights(const std::vector<PointResult>& ties, BlockVerdict* verdict) {
-  constexpr double kLinear = 1.6449;  // of a normal distribution
   std::vector<double> sigmas;
   for (const PointResult& tie : ties)
     if (tie.sigma_m) sigmas.push_back(tie.sigma_m->z());
-  if (!sigmas.empty()) verdict->median_le90_m = kLinear * Median(std::move(sigmas));
+  if (!sigmas.empty()) verdict->median_le90_m = kLinearError90 * Median(std::move(sigmas));
 }
 
 double LargestPositionSigma(const PhotoVerdict& photo) {
@@ -190,10 +190,7 @@ void ListConcerns(const BlockRecord& block, BlockVerdict* verdict) {
 
 }  // namespace
 
-double Ce90_m(const ProjectionSigma& sigma) {
-  constexpr double kCircular = 2.1460;
-  return kCircular * sigma.m;
-}
+double Ce90_m(const ProjectionSigma& sigma) { return kCircularError90 * sigma.m; }
 
 BlockVerdict Judge(const BlockRecord& block) {
   BlockVerdict verdict;

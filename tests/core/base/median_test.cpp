@@ -24,6 +24,12 @@ TEST(UpperMedian, OfAnEvenNumberIsTheGreaterOfTheTwoInTheMiddle) {
   EXPECT_EQ(UpperMedian({8, 1, 2, 5}), 5);
 }
 
+TEST(Robust, SigmaIsThatOfMostValues) {
+  const RobustValue robust = Robust({9, -1, 4, 5, 100});
+  EXPECT_EQ(robust.median, 5);
+  EXPECT_EQ(robust.sigma, 4 * kSigmaOfMedianDeviation);
+}
+
 TEST(Median, IsThatOfTheSortedValues) {
   EXPECT_TRUE(rc::check([] {
     const auto whole = *rc::gen::nonEmpty<std::vector<int>>();
