@@ -17,6 +17,7 @@
 #include "interior/orientation/measured_places.h"
 #include "interior/orientation/reseau.h"
 #include "interior/orientation/reseau_result.h"
+#include "interior/orientation/vote_names.h"
 
 namespace orient::interior {
 namespace {
@@ -51,16 +52,22 @@ void CheckFilmCamera(const CameraFile& camera, const MarkShapes& shapes) {
       throw std::invalid_argument("OrientInterior: no drawing for mark " + f.mark);
 }
 
-void FillTransform(const FilmTransform& film, const FilmMarks& marks, InteriorResult* result) {
+void FillTransform(const CameraFile& camera, const FilmTransform& film, const FilmMarks& marks,
+                   InteriorResult* result) {
   result->photo_from_pixel = film.photo_from_pixel;
   result->pixel_size_um = film.pixel_um;
   if (film.affine) result->sigma0_um = film.sigma0_um;
   size_t used = 0;
   for (size_t i = 0; i < marks.size(); ++i)
     if (marks[i].state == MarkState::kUsed) result->marks[i].residual_um = film.residual_um[used++];
+  const Affine2d pixel_from_photo = film.photo_from_pixel.Inverse();
+  for (size_t i = 0; i < marks.size(); ++i)
+    if (marks[i].state != MarkState::kUsed)
+      result->marks[i].expected = pixel_from_photo * camera.fiducials[i].position_mm;
 }
 
-std::vector<MarkResult> MarkResults(const CameraFile& camera, const FilmMarks& marks) {
+std::vector<MarkResult> MarkResults(const CameraFile& camera, const FilmReading& reading,
+                                    const FilmMarks& marks) {
   std::vector<MarkResult> results;
   for (size_t i = 0; i < marks.size(); ++i) {
     MarkResult mark;
@@ -70,6 +77,10 @@ std::vector<MarkResult> MarkResults(const CameraFile& camera, const FilmMarks& m
       mark.pixel = marks[i].position->pixel;
       mark.sigma_px = Vector2d(marks[i].position->covariance.diagonal().cwiseSqrt());
       mark.score = marks[i].position->correlation;
+    }
+    if (mark.state != MarkState::kUsed && !reading.windows.empty()) {
+      const PixelWindow& w = reading.windows[i];
+      mark.window = {w.col, w.row, w.width, w.height};
     }
     results.push_back(mark);
   }
@@ -93,33 +104,6 @@ bool IsBlackAndWhite(const Raster& scan, const std::vector<MarkResult>& marks) {
     }
   }
   return true;
-}
-
-constexpr const char* kLayoutName = "the marks' calibrated positions";
-
-// "the symbols of marks 2, 5 and the border": whose votes stand against the scan orientation that
-// the decision holds for the likeliest. `open`: as given to Decide; its first way named the marks.
-std::string DissentingNames(const CameraFile& camera, const MarkShapes& shapes,
-                            const OrientationClass& open, ScanOrientation named,
-                            const std::vector<OrientationVote>& votes,
-                            const std::vector<size_t>& dissenting) {
-  const auto relabel = Relabel(camera.fiducials, shapes, open.front(), named);
-  std::string marks;
-  bool border = false, layout = false;
-  int count = 0;
-  for (const size_t i : dissenting) {
-    layout = layout || votes[i].layout;
-    border = border || (!votes[i].mark && !votes[i].layout);
-    if (!votes[i].mark) continue;
-    const size_t mark = relabel ? static_cast<size_t>((*relabel)[*votes[i].mark]) : *votes[i].mark;
-    if (count++ > 0) marks += ", ";
-    marks += camera.fiducials[mark].id;
-  }
-  std::string names;
-  if (count > 0) names = (count > 1 ? "the symbols of marks " : "the symbol of mark ") + marks;
-  if (border) names += names.empty() ? "the border" : " and the border";
-  if (layout) names += names.empty() ? kLayoutName : " and " + std::string(kLayoutName);
-  return names;
 }
 
 // One reading, its marks measured and judged.
@@ -149,9 +133,9 @@ JudgedFilm JudgeReading(const Raster& scan, const CameraFile& camera, const Mark
     Add(JudgeRejected(perhaps_wrong), &result);
   }
   result.margin = std::max(reading.margin, 0.0);
-  result.marks = MarkResults(camera, judged.marks);
+  result.marks = MarkResults(camera, reading, judged.marks);
   if (result.status == Status::kFailed) return judged;
-  FillTransform(*film, judged.marks, &result);
+  FillTransform(camera, *film, judged.marks, &result);
   CorrectFilm(camera, mirrored, &result);
   Add(JudgeReseau(result), &result);
   if (IsBlackAndWhite(scan, result.marks)) Add(Findings{BlackAndWhite()}, &result);
@@ -213,10 +197,11 @@ InteriorResult WithOrientationFound(const Raster& scan, const CameraFile& camera
   }
   result.possible_orientations = decision.possible;
   result.orientation_nats = decision.nats;
-  Add(JudgeFound(decision.contradictory,
-                 DissentingNames(camera, shapes, open, chosen, votes, decision.dissenting),
-                 decision.possible),
+  const VoteNames names(camera, shapes, open.front(), chosen);
+  result.orientation_evidence = names.Evidence(votes, open);
+  Add(JudgeFound(decision.contradictory, names.Of(votes, decision.dissenting), decision.possible),
       &result);
+  Add(JudgeOffScan(names.OffScan(votes), decision.possible), &result);
   if (decision.possible.size() == 1) result.orientation = chosen;
   return result;
 }

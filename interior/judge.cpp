@@ -164,6 +164,12 @@ Findings JudgeFound(bool contradictory, const std::string& dissenting,
   return findings;
 }
 
+std::optional<Finding> JudgeOffScan(const std::string& features,
+                                    const std::vector<ScanOrientation>& possible) {
+  if (features.empty() || possible.size() < 2) return std::nullopt;
+  return Finding{.reason = Reason::kBorderOffScan, .where = features};
+}
+
 Findings JudgeClicks(const std::vector<MarkClick>& clicks, const InteriorResult& result) {
   std::vector<std::string> off, unseen, contradicted;
   int exact = 0, used = 0;

@@ -51,6 +51,11 @@ std::optional<Finding> JudgeGivenBySigns(ScanOrientation given,
 Findings JudgeFound(bool contradictory, const std::string& dissenting,
                     const std::vector<ScanOrientation>& possible);
 
+// What of the camera file's border lies outside the scan, where that could have told the scan
+// orientation. `features`: empty for none.
+std::optional<Finding> JudgeOffScan(const std::string& features,
+                                    const std::vector<ScanOrientation>& possible);
+
 // What a person clicked against what the scan shows: `result` has the marks under the camera's
 // names. Marks that rest on exact clicks alone make no scan ok.
 Findings JudgeClicks(const std::vector<MarkClick>& clicks, const InteriorResult& result);

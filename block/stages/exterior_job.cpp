@@ -12,6 +12,7 @@
 #include "block/inputs/persons_word.h"
 #include "block/inputs/scan_interior.h"
 #include "block/pictures/patch_sheet.h"
+#include "block/pictures/scan_overview.h"
 #include "core/base/environment_error.h"
 #include "core/base/error.h"
 #include "core/files/orientation_table.h"
@@ -71,9 +72,17 @@ std::optional<Finding> WithoutHeights(const ExteriorSetting& setting, const Pose
                   setting.options.dem, std::round(at.x()), std::round(at.y())));
 }
 
+fs::path PicturesOf(const ExteriorSetting& setting) {
+  return setting.options.pictures.value_or(setting.options.out);
+}
+
+std::string OverviewPath(const ExteriorSetting& setting, const std::string& photo) {
+  return (PicturesOf(setting) / (photo + kPatchesOverview)).string();
+}
+
 // What is told about a photo beyond its orientation: for maps, reports and people. Of one that
 // failed the patches are drawn as its approximation sees them.
-void Illustrate(const ExteriorSetting& setting, const ScanInterior& interior,
+void Illustrate(const ExteriorSetting& setting, const ScanInterior& interior, const Raster& raster,
                 const exterior::PhotoImage& image, const std::vector<patchdb::Patch>& patches,
                 const Pose& approximation, ExteriorResult* result) {
   result->width = image.Width();
@@ -87,10 +96,13 @@ void Illustrate(const ExteriorSetting& setting, const ScanInterior& interior,
   if (const auto& estimated = result->principal_distance)
     view.camera.principal_distance_mm = estimated->value_mm;
   if (result->pose) result->footprint_m = Footprint(view, setting.surface);
-  const fs::path pictures = setting.options.pictures.value_or(setting.options.out);
+  const fs::path pictures = PicturesOf(setting);
   try {
     WritePatchSheet((pictures / (result->photo + ".patches.png")).string(), view, image, patches,
                     *result);
+    const auto items = OverviewOf(*result);
+    if (result->status != Status::kOk && !items.empty())
+      WriteScanOverview(OverviewPath(setting, result->photo), raster, items);
   } catch (const InputError& error) {  // a picture does not cost the pose
     result->findings.push_back({.reason = Reason::kPictureNotWritten, .where = error.what()});
   }
@@ -297,13 +309,15 @@ ExteriorResult OrientOne(const ExteriorSetting& setting, const std::string& path
                kHeightTolerancePx * expected.GroundPixel(setting.surface.MeanHeight()), &result);
   for (const Finding& finding : interior.findings) exterior::Add(finding, &result);
   ApplyVerdict(setting.options.measurements, &result);
-  Illustrate(setting, interior, image, patches, prior.pose, &result);
+  Illustrate(setting, interior, raster, image, patches, prior.pose, &result);
   return result;
 }
 
 }  // namespace
 
 ExteriorResult OrientFromFiles(const ExteriorSetting& setting, const std::string& path) {
+  std::error_code ignored;  // an earlier run's picture
+  fs::remove(OverviewPath(setting, PhotoName(path)), ignored);
   try {
     return OrientOne(setting, path);
   } catch (const InputError& error) {

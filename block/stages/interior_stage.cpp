@@ -11,6 +11,7 @@
 #include "block/inputs/digest.h"
 #include "block/inputs/mark_shapes.h"
 #include "block/inputs/persons_word.h"
+#include "block/pictures/scan_overview.h"
 #include "block/roll/roll_orientation.h"
 #include "block/stages/interior_outputs.h"
 #include "block/stages/jobs.h"
@@ -149,6 +150,23 @@ std::set<std::string> KeptResults(const InteriorRunOptions& options,
   return kept;
 }
 
+// The marks, and the whole scan where the photo is not ok. A picture does not cost the transform.
+void WritePictures(const InteriorRunOptions& options, const std::string& photo,
+                   const std::optional<interior::Picture>& marks, InteriorResult* result) {
+  const auto path = [&](const char* ending) {
+    return (fs::path(options.out) / (result->photo + ending)).string();
+  };
+  std::error_code ignored;
+  fs::remove(path(kMarksOverview), ignored);  // of an earlier run
+  try {
+    if (marks) WritePng(path(".marks.png"), marks->width, marks->height, 3, marks->rgb);
+    if (marks && result->status != Status::kOk)
+      WriteScanOverview(path(kMarksOverview), Raster::OpenScan(photo), OverviewOf(*result));
+  } catch (const InputError& error) {
+    result->findings.push_back({.reason = Reason::kPictureNotWritten, .where = error.what()});
+  }
+}
+
 // Whatever a scan does to the program fails this photo only; a result that cannot be written ends
 // the run.
 InteriorResult OrientOne(const InteriorRunOptions& options, const RunCameras& cameras,
@@ -182,14 +200,7 @@ InteriorResult OrientOne(const InteriorRunOptions& options, const RunCameras& ca
   result.photo = name;
   ApplyVerdict(options.measurements, &result);
   result.made_from = inputs;
-  if (picture) {
-    try {
-      WritePng((fs::path(options.out) / (name + ".marks.png")).string(), picture->width,
-               picture->height, 3, picture->rgb);
-    } catch (const InputError& error) {  // a picture does not cost the transform
-      result.findings.push_back({.reason = Reason::kPictureNotWritten, .where = error.what()});
-    }
-  }
+  WritePictures(options, photo, picture, &result);
   WriteInteriorResult(options.out, result);
   return result;
 }

@@ -74,5 +74,7 @@ CameraFile ReadCameraFile(const std::string& path);
 void WriteCameraFile(const std::string& path, const CameraFile& camera);
 // What would be written, with pictures of marks named relative to `folder`.
 std::string CameraFileText(const CameraFile& camera, const std::string& folder);
+// An element as it stands there: "{ shape = "dot", diameter_mm = 0.2 }".
+std::string ElementText(const MarkElement& element);
 
 }  // namespace orient

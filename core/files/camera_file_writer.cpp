@@ -99,12 +99,6 @@ struct ShapeText {
   }
 };
 
-std::string ElementText(const MarkElement& element) {
-  const double brightness = BrightnessOf(element);
-  return fmt::format("{{ shape = {}{} }}", std::visit(ShapeText(), element),
-                     brightness == 1 ? "" : ", brightness = " + Text(brightness));
-}
-
 std::string CameraText(const Camera& camera) {
   std::string text = fmt::format("name = {}\nkind = ", Text(camera.name));
   text += camera.kind == CameraKind::kFilm ? "\"film\"" : "\"digital\"";
@@ -158,6 +152,12 @@ std::string MarkText(const std::string& name, const MarkDrawing& mark, const fs:
 }
 
 }  // namespace
+
+std::string ElementText(const MarkElement& element) {
+  const double brightness = BrightnessOf(element);
+  return fmt::format("{{ shape = {}{} }}", std::visit(ShapeText(), element),
+                     brightness == 1 ? "" : ", brightness = " + Text(brightness));
+}
 
 std::string CameraFileText(const CameraFile& camera, const std::string& folder) {
   std::string text = CameraText(camera.camera);

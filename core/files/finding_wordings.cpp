@@ -76,6 +76,9 @@ const std::vector<Wording>& Wordings() {  // NOLINT(readability-function-size): 
       {Reason::kOrientationOpen, "orientation_open",
        "The marks leave the scan orientation open ({where}); the transform given is that of the "
        "first."},
+      {Reason::kBorderOffScan, "border_off_scan",
+       "Outside the scan, and so without effect on the scan orientation: {where}. Scan the film "
+       "with its border, or correct data_strip and border in the camera file."},
       {Reason::kOrientationOfRoll, "orientation_of_roll",
        "The scan orientation is that of the other photos of the roll; alone the photo leaves it "
        "open ({where}). Should they lie differently, give --roll differing."},

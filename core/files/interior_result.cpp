@@ -10,12 +10,25 @@ constexpr std::array kPolarities = {Polarity::kPositive, Polarity::kNegative};
 constexpr std::array kMarkStates = {MarkState::kUsed, MarkState::kRejected, MarkState::kMissing};
 
 Json MarkJson(const MarkResult& mark) {
-  return {{"id", mark.id},
-          {"state", Name(mark.state)},
-          {"pixel", ToJson(mark.pixel)},
-          {"sigma_px", ToJson(mark.sigma_px)},
-          {"residual_um", ToJson(mark.residual_um)},
-          {"score", ToJson(mark.score)}};
+  Json json = {{"id", mark.id},
+               {"state", Name(mark.state)},
+               {"pixel", ToJson(mark.pixel)},
+               {"sigma_px", ToJson(mark.sigma_px)},
+               {"residual_um", ToJson(mark.residual_um)},
+               {"score", ToJson(mark.score)}};
+  if (mark.expected) json["expected"] = ToJson(mark.expected);
+  if (const auto& w = mark.window) json["window"] = {w->col, w->row, w->width, w->height};
+  return json;
+}
+
+Json EvidenceJson(const std::vector<OrientationEvidence>& evidence) {
+  Json list = Json::array();
+  for (const OrientationEvidence& said : evidence) {
+    Json nats = Json::object();
+    for (const auto& [orientation, value] : said.nats) nats[std::string(Name(orientation))] = value;
+    list.push_back({{"by", said.by}, {"nats", std::move(nats)}});
+  }
+  return list;
 }
 
 Json TransformJson(const std::optional<Affine2d>& photo_from_pixel) {
@@ -71,6 +84,8 @@ Json InteriorJson(const InteriorResult& result) {
                {"margin", ToJson(result.margin)},
                {"marks", std::move(marks)}};
   if (!result.orientation_nats.empty()) json["scan"]["orientation_nats"] = result.orientation_nats;
+  if (!result.orientation_evidence.empty())
+    json["scan"]["orientation_evidence"] = EvidenceJson(result.orientation_evidence);
   if (!result.orientations_alone.empty())
     json["scan"]["orientations_alone"] = names(result.orientations_alone);
   WriteFindings(result.findings, &json);
@@ -87,7 +102,22 @@ MarkResult ReadMark(const JsonField& field) {
   mark.sigma_px = field.FindVector2("sigma_px");
   mark.residual_um = field.FindVector2("residual_um");
   mark.score = field.FindNumber("score");
+  mark.expected = field.FindVector2("expected");
+  if (const auto window = field.Find("window")) {
+    const std::vector<JsonField> values = window->Elements();
+    if (values.size() != 4) window->Fail("must be column, row, width and height");
+    mark.window =
+        SearchedWindow{values[0].AsInt(), values[1].AsInt(), values[2].AsInt(), values[3].AsInt()};
+  }
   return mark;
+}
+
+OrientationEvidence ReadEvidence(const JsonField& field) {
+  OrientationEvidence said{field.At("by").AsString(), {}};
+  for (const ScanOrientation orientation : kAllScanOrientations)
+    if (const auto nats = field.At("nats").FindNumber(std::string(Name(orientation))))
+      said.nats.emplace_back(orientation, *nats);
+  return said;
 }
 
 ReseauResult ReadReseau(const JsonField& field) {
@@ -126,6 +156,9 @@ void ReadScan(const JsonField& scan, InteriorResult* result) {
   if (const auto field = scan.Find("orientation_nats"))
     for (const JsonField& nats : field->Elements())
       result->orientation_nats.push_back(nats.AsNumber());
+  if (const auto field = scan.Find("orientation_evidence"))
+    for (const JsonField& said : field->Elements())
+      result->orientation_evidence.push_back(ReadEvidence(said));
 }
 
 }  // namespace

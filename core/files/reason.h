@@ -33,6 +33,7 @@ enum class Reason {
   kSignsContradictory,
   kSignNotClear,
   kOrientationOpen,
+  kBorderOffScan,
   kOrientationOfRoll,
   kCameraUnknown,
   kNearestCameras,

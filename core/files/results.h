@@ -6,6 +6,7 @@
 #include <optional>
 #include <string>
 #include <string_view>
+#include <utility>
 #include <vector>
 
 #include "core/files/finding.h"
@@ -25,6 +26,11 @@ std::string_view Name(Polarity polarity);  // "positive", "negative"
 std::string_view Name(MarkState state);    // "used", "rejected", "missing"
 std::string_view Name(PatchState state);   // "matched", "not_found", "rejected", "not_visible"
 
+// A window of the scan, pixels; it may reach beyond the scan.
+struct SearchedWindow {
+  int col = 0, row = 0, width = 0, height = 0;
+};
+
 struct MarkResult {
   std::string id;
   MarkState state = MarkState::kMissing;
@@ -32,6 +38,16 @@ struct MarkResult {
   std::optional<Eigen::Vector2d> sigma_px;
   std::optional<Eigen::Vector2d> residual_um;  // photo system, measured - computed
   std::optional<double> score;                 // NCC
+  // Of a mark that is not used: where the transform expects it, and where it was looked for.
+  std::optional<Eigen::Vector2d> expected;
+  std::optional<SearchedWindow> window;
+};
+
+// What one symbol, the data strip, a feature of the border or the marks' calibrated positions say
+// of the scan orientation.
+struct OrientationEvidence {
+  std::string by;  // "symbol of mark 3", "data strip", "border 1", "mark positions"
+  std::vector<std::pair<ScanOrientation, double>> nats;  // all 0: could not be read
 };
 
 // A reseau's crosses as a local correction: photo = photo_from_pixel * pixel + correction.
@@ -58,6 +74,7 @@ struct InteriorResult {
   // By how many nats each of them (or of orientations_alone, where the roll decided) is less
   // probable than the likeliest, negative; empty where nothing was looked for.
   std::vector<double> orientation_nats;
+  std::vector<OrientationEvidence> orientation_evidence;  // empty where nothing was looked for
   // What the photo alone leaves open; empty where the other photos of the roll changed nothing.
   std::vector<ScanOrientation> orientations_alone;
   std::optional<Affine2d> photo_from_pixel;  // absent when failed

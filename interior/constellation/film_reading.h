@@ -46,6 +46,7 @@ struct FilmReading {
   AssignmentMethod assignment = AssignmentMethod::kExact;
   std::vector<AssignmentMark> marks;
   std::vector<std::vector<MarkCandidate>> candidates;
+  std::vector<PixelWindow> windows;  // where each mark was looked for; empty: not by windows
   Assignment best;
   Assignment second;   // AssignmentAnswer's
   bool proven = true;  // the search was complete; otherwise the margin is 0

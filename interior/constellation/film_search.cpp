@@ -72,7 +72,10 @@ class Reader {
 
   // Readings of one setting: both polarities, both kinds of scanner, unless the user named one.
   std::vector<FilmReading> Read(const Setting& setting, const InteriorOptions& options) {
-    const auto found = Candidates(setting);
+    const std::vector<Place> places = Places(setting);
+    const auto found = Candidates(places);
+    std::vector<PixelWindow> windows;
+    for (const Place& place : places) windows.push_back(place.search.window);
     std::vector<FilmReading> readings;
     for (const Polarity polarity : {Polarity::kPositive, Polarity::kNegative}) {
       if (options.polarity && *options.polarity != polarity) continue;
@@ -80,6 +83,7 @@ class Reader {
         if (options.scanner.value_or(scanner) == scanner)
           readings.push_back(ReadAs(setting, found, polarity, scanner, options.assignment));
     }
+    for (FilmReading& reading : readings) reading.windows = windows;
     return readings;
   }
 
@@ -125,8 +129,7 @@ class Reader {
 
   // A layout distinguished by one mark has the other windows in common in every scan orientation:
   // what was searched once is known.
-  std::vector<MarkCandidates> Candidates(const Setting& setting) {
-    const std::vector<Place> places = Places(setting);
+  std::vector<MarkCandidates> Candidates(const std::vector<Place>& places) {
     std::vector<const Place*> fresh;
     for (const Place& place : places)
       if (searched_.try_emplace(place.key).second) fresh.push_back(&place);

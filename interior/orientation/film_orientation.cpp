@@ -145,8 +145,11 @@ class FilmVotes {
     std::vector<OrientationVote> votes;
     const auto tone = MiddleTone();
     if (!tone) return votes;
-    for (const BorderFeature& feature : BorderFeatures(camera_))
+    for (const BorderFeature& feature : BorderFeatures(camera_)) {
+      const size_t index = votes.size();
       votes.push_back(OfFeature(feature, *tone));
+      votes.back().feature = index;
+    }
     return votes;
   }
 
@@ -177,7 +180,25 @@ class FilmVotes {
     std::vector<SignSeen> seen;
     for (const BorderPlace& place : places)
       seen.push_back(LookFor(feature.shows, place, scan_, pixel_from_photo_, tone, marks));
-    return {NatsOfFeature(feature.shows, seen, place_of)};
+    OrientationVote vote{NatsOfFeature(feature.shows, seen, place_of)};
+    vote.off_scan = std::none_of(places.begin(), places.end(),
+                                 [&](const BorderPlace& place) { return IsOnScan(place); });
+    return vote;
+  }
+
+  // At least half of it.
+  bool IsOnScan(const BorderPlace& place) const {
+    constexpr int kSamples = 10;  // per axis
+    int inside = 0;
+    for (int j = 0; j < kSamples; ++j)
+      for (int i = 0; i < kSamples; ++i) {
+        const Vector2d share = Vector2d(i + 0.5, j + 0.5) / kSamples;
+        const Vector2d at =
+            pixel_from_photo_ *
+            Vector2d(place.low_mm + share.cwiseProduct(place.high_mm - place.low_mm));
+        if (at.minCoeff() >= 0 && at.x() < scan_.Width() && at.y() < scan_.Height()) ++inside;
+      }
+    return 2 * inside >= kSamples * kSamples;
   }
 
   // Where the feature lies in the photo axes assumed when measuring; the marks' rectangle keeps its

@@ -8,6 +8,7 @@
 
 #include "block/inputs/block_camera.h"
 #include "block/inputs/block_files.h"
+#include "block/pictures/scan_overview.h"
 #include "block/stages/exterior_stage.h"
 #include "core/base/environment_error.h"
 #include "core/base/error.h"
@@ -22,8 +23,9 @@ namespace {
 namespace fs = std::filesystem;
 
 // Files of a photo in the output folder.
-constexpr const char* kPhotoFiles[] = {".exterior.json", ".interior.json", ".patches.png",
-                                       ".marks.png"};
+constexpr const char* kPhotoFiles[] = {".exterior.json",      ".interior.json",
+                                       ".patches.png",        ".marks.png",
+                                       block::kMarksOverview, block::kPatchesOverview};
 
 std::optional<block::Quicklook> MakeQuicklook(const BlockFile& block,
                                               const block::OrientedBlock& oriented) {
@@ -50,7 +52,8 @@ void RemoveStale(const BlockFile& block) {
   for (const char* file : {block::kQuicklookFile, block::kSeamsFile, block::kExportsFolder})
     fs::remove_all(out / file, ignored);
   for (const UnusablePhoto& photo : block.unusable)
-    for (const char* file : {".patches.png", ".marks.png", ".interior.json"})
+    for (const char* file : {".patches.png", ".marks.png", ".interior.json", block::kMarksOverview,
+                             block::kPatchesOverview})
       fs::remove(out / (photo.name + file), ignored);
 }
 

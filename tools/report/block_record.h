@@ -21,6 +21,7 @@ struct PhotoRecord {
   std::optional<OrientationRow> table_row;  // of orientation.csv
   std::string marks_picture;                // file names in the folder, empty where absent
   std::string patches_picture;
+  std::string marks_overview, patches_overview;  // of the whole scan, where the photo was not ok
   std::vector<std::string> unreadable;  // what is wrong with a damaged result file
 };
 

@@ -152,6 +152,13 @@ Markup PictureOf(const std::string& file_name, const char* alt, const PictureHtm
   return file_name.empty() ? Markup() : picture(file_name, alt);
 }
 
+// Where was looked on a scan that is not ok, and what was taken.
+Markup OverviewPart(Status status, const std::string& file_name, const char* part,
+                    const PictureHtml& picture) {
+  if (status == Status::kOk || file_name.empty()) return {};
+  return Fill(part, {{"picture", picture(file_name, "The scan and where was looked on it")}});
+}
+
 Markup InteriorPart(const PhotoRecord& photo, const PictureHtml& picture) {
   if (!photo.interior) return {};
   return Fill("photo.html#interior",
@@ -159,7 +166,9 @@ Markup InteriorPart(const PhotoRecord& photo, const PictureHtml& picture) {
                {"facts", InteriorFacts(*photo.interior)},
                {"marks", MarksTable(*photo.interior)},
                {"picture",
-                PictureOf(photo.marks_picture, "Fiducial marks with the centres found", picture)}});
+                PictureOf(photo.marks_picture, "Fiducial marks with the centres found", picture)},
+               {"overview", OverviewPart(photo.interior->status, photo.marks_overview,
+                                         "photo.html#marks_overview", picture)}});
 }
 
 std::string TiesFact(const TieCount& ties) {
@@ -200,7 +209,9 @@ Markup ExteriorPart(const PhotoRecord& photo, const PhotoVerdict& verdict,
        {"rounds", RoundsTable(exterior)},
        {"patches", PatchesTable(exterior)},
        {"residuals", ResidualPlot(exterior, width, height)},
-       {"picture", PictureOf(photo.patches_picture, "Patches beside their matches", picture)}});
+       {"picture", PictureOf(photo.patches_picture, "Patches beside their matches", picture)},
+       {"overview", OverviewPart(exterior.status, photo.patches_overview,
+                                 "photo.html#patches_overview", picture)}});
 }
 
 }  // namespace

@@ -109,6 +109,37 @@ TEST(InteriorResult, WhatTheRollDecidedIsReadAsItWasWritten) {
   EXPECT_EQ(read.orientation_nats, result.orientation_nats);
 }
 
+TEST(InteriorResult, WhereAMarkWasLookedForIsReadAsItWasWritten) {
+  InteriorResult result = ExampleInterior();
+  result.marks[1].expected = Eigen::Vector2d(8800.5, -12.25);
+  result.marks[1].window = SearchedWindow{8500, -300, 600, 610};
+  const TemporaryFolder folder;
+  WriteInteriorResult(folder.Path(), result);
+  const InteriorResult read = ReadInteriorResult(InteriorResultPath(folder.Path(), result.photo));
+  EXPECT_FALSE(read.marks[0].expected);
+  EXPECT_FALSE(read.marks[0].window);
+  EXPECT_EQ(read.marks[1].expected, result.marks[1].expected);
+  ASSERT_TRUE(read.marks[1].window);
+  EXPECT_EQ(read.marks[1].window->col, 8500);
+  EXPECT_EQ(read.marks[1].window->row, -300);
+  EXPECT_EQ(read.marks[1].window->width, 600);
+  EXPECT_EQ(read.marks[1].window->height, 610);
+}
+
+TEST(InteriorResult, EvidenceOfTheOrientationIsReadAsItWasWritten) {
+  InteriorResult result = ExampleInterior();
+  result.orientation_evidence = {
+      {"symbol of mark 3", {{ScanOrientation::kR0, 2.5}, {ScanOrientation::kM90, -7}}},
+      {"data strip", {{ScanOrientation::kR0, 0}, {ScanOrientation::kM90, 0}}}};
+  const TemporaryFolder folder;
+  WriteInteriorResult(folder.Path(), result);
+  const InteriorResult read = ReadInteriorResult(InteriorResultPath(folder.Path(), result.photo));
+  ASSERT_EQ(read.orientation_evidence.size(), 2u);
+  EXPECT_EQ(read.orientation_evidence[0].by, "symbol of mark 3");
+  EXPECT_EQ(read.orientation_evidence[0].nats, result.orientation_evidence[0].nats);
+  EXPECT_EQ(read.orientation_evidence[1].nats, result.orientation_evidence[1].nats);
+}
+
 TEST(InteriorResult, AnOpenOrientationIsNull) {
   InteriorResult result = ExampleInterior();
   result.orientation.reset();

@@ -1,9 +1,11 @@
-// orient cameras: what is in the camera library.
+// orient cameras: what is in the camera library, and cameras that are not.
 #include <CLI/CLI.hpp>
 #include <ostream>
 
 #include "block/inputs/camera_library.h"
 #include "interior/camera_choice.h"
+#include "tools/commands/cameras/new_camera_command.h"
+#include "tools/commands/cameras/try_camera_command.h"
 #include "tools/commands/commands.h"
 #include "tools/commands/shared_options.h"
 #include "tools/commands/summary_table.h"
@@ -19,12 +21,19 @@ class CamerasCommand : public Command {
  public:
   std::string Name() const override { return "cameras"; }
   std::string Summary() const override {
-    return "List the camera library: names for --camera, and what --camera auto tries";
+    return "List the camera library; make a camera file from a scan, try one on a scan";
   }
 
-  void Setup(CLI::App& app) override { AddCameraLibraryOption(app, &library_); }
+  void Setup(CLI::App& app) override {
+    AddCameraLibraryOption(app, &library_);
+    new_.Setup(app);
+    try_.Setup(app);
+    app.require_subcommand(0, 1);
+  }
 
   ExitCode Run(std::ostream& out) override {
+    if (new_.Asked()) return new_.Run(out);
+    if (try_.Asked()) return try_.Run(out);
     const std::string folder = block::CameraLibraryFolder(library_);
     SummaryTable table({"name", "marks", "c mm", "auto", "camera"});
     for (const block::LibraryCamera& camera : block::ReadCameraLibrary(folder))
@@ -38,6 +47,8 @@ class CamerasCommand : public Command {
 
  private:
   std::string library_;
+  NewCameraCommand new_;
+  TryCameraCommand try_;
 };
 
 }  // namespace

@@ -1,0 +1,40 @@
+// The whole scan of a photo that is not ok: where was looked for what, and what was taken for it.
+#pragma once
+
+#include <Eigen/Core>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "core/files/results.h"
+#include "core/raster/raster.h"
+
+namespace orient::block {
+
+// What a photo's files are called after its name.
+inline constexpr const char* kMarksOverview = ".marks_overview.png";
+inline constexpr const char* kPatchesOverview = ".patches_overview.png";
+
+enum class OverviewState { kUsed, kRejected, kNotFound };
+
+// A mark or a patch. All places in pixels of the scan.
+struct OverviewItem {
+  std::string label;  // empty: none is written
+  OverviewState state = OverviewState::kNotFound;
+  std::optional<SearchedWindow> window;     // where it was looked for
+  std::optional<Eigen::Vector2d> expected;  // where the transform or the pose has it
+  std::optional<Eigen::Vector2d> found;
+};
+
+// Fiducial marks, those not found as well.
+std::vector<OverviewItem> OverviewOf(const InteriorResult& result);
+// Patches that could be visible.
+std::vector<OverviewItem> OverviewOf(const ExteriorResult& result);
+
+// Writes a PNG of at most 900 pixels a side: windows as frames, expected places as small circles,
+// a line from there to a cross where something was found; green used, red rejected, yellow not
+// found. Throws InputError where the scan cannot be read or the file not written.
+void WriteScanOverview(const std::string& path, const Raster& scan,
+                       const std::vector<OverviewItem>& items);
+
+}  // namespace orient::block

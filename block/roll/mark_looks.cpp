@@ -1,0 +1,246 @@
+#include "block/roll/mark_looks.h"
+
+#include <fmt/format.h>
+
+#include <Eigen/LU>
+#include <algorithm>
+#include <cmath>
+#include <optional>
+#include <utility>
+
+#include "core/base/error.h"
+#include "core/base/median.h"
+#include "core/base/side_by_side.h"
+#include "core/matching/correlation.h"
+#include "core/raster/resample.h"
+#include "interior/marks/mark_drawing.h"
+
+namespace orient::block {
+namespace {
+
+using Eigen::Matrix2d;
+using Eigen::Vector2d;
+using Elements = std::vector<MarkElement>;
+using Fit = std::optional<interior::FittedDrawing>;
+
+constexpr size_t kMostFitted = 3;    // sightings of a mark, or marks of a look, that are fitted to
+constexpr double kAsWell = 0.06;     // of the correlation, that another mark's drawing may cost
+constexpr double kLeastDrawn = 0.7;  // correlation of a drawing; marks below have a picture
+
+double MeanCorrelation(const interior::FittedDrawing& fitted) {
+  double sum = 0;
+  for (const double correlation : fitted.correlation) sum += correlation;
+  return sum / static_cast<double>(fitted.correlation.size());
+}
+
+std::string LookName(const MarkSeen& mark) { return "mark_" + mark.id; }
+
+std::vector<interior::SeenMark> FirstSeen(const MarkSeen& mark) {
+  std::vector<interior::SeenMark> seen;
+  for (const Sighting& sighting : mark.sightings)
+    if (seen.size() < kMostFitted) seen.push_back(sighting.seen);
+  return seen;
+}
+
+// Whether a mark is explained by another one's drawing about as well as by its own.
+bool IsExplained(const MarkSeen& mark, const Elements& own, const Elements& others) {
+  const double radius = std::max(interior::RadiusOf(own), interior::RadiusOf(others));
+  const auto seen = FirstSeen(mark);
+  return MeanCorrelation(interior::LocateDrawing(others, seen, radius)) >=
+         MeanCorrelation(interior::LocateDrawing(own, seen, radius)) - kAsWell;
+}
+
+// explained[k][i]: does the drawing of mark k explain mark i?
+using Explained = std::vector<std::vector<bool>>;
+
+Explained WhoExplainsWhom(const std::vector<Fit>& fits, const std::vector<MarkSeen>& marks) {
+  Explained explained(fits.size(), std::vector<bool>(fits.size(), false));
+  SideBySide(fits.size(), [&](size_t k) {
+    for (size_t i = 0; i < fits.size() && fits[k]; ++i)
+      explained[k][i] =
+          i == k || (fits[i] && IsExplained(marks[i], fits[i]->elements, fits[k]->elements));
+  });
+  return explained;
+}
+
+// The mark whose drawing explains most of the marks left, and these marks; marks of one camera look
+// alike more often than not.
+std::pair<size_t, std::vector<size_t>> BestExplanation(const Explained& explained,
+                                                       const std::vector<Fit>& fits,
+                                                       const std::vector<bool>& left) {
+  std::pair<size_t, std::vector<size_t>> best;
+  for (size_t k = 0; k < fits.size(); ++k) {
+    std::vector<size_t> marks;
+    for (size_t i = 0; i < fits.size(); ++i)
+      if (left[i] && explained[k][i]) marks.push_back(i);
+    const bool better = marks.size() > best.second.size() ||
+                        (!marks.empty() && marks.size() == best.second.size() &&
+                         MeanCorrelation(*fits[k]) > MeanCorrelation(*fits[best.first]));
+    if (better) best = {k, marks};
+  }
+  return best;
+}
+
+// Each group's drawing is fitted anew to all of its marks, up to kMostFitted.
+std::vector<Look> DrawnLooks(const std::vector<Fit>& fits, std::vector<MarkSeen>* marks) {
+  const Explained explained = WhoExplainsWhom(fits, *marks);
+  std::vector<bool> left;
+  for (const Fit& fit : fits) left.push_back(fit.has_value());
+  std::vector<Look> looks;
+  std::vector<std::vector<size_t>> members;
+  while (std::find(left.begin(), left.end(), true) != left.end()) {
+    const auto [k, explains] = BestExplanation(explained, fits, left);
+    for (const size_t i : explains) {
+      (*marks)[i].look = looks.size();
+      left[i] = false;
+    }
+    looks.emplace_back();
+    looks.back().name = LookName((*marks)[k]);
+    looks.back().elements = fits[k]->elements;
+    members.push_back(explains);
+  }
+  SideBySide(looks.size(), [&](size_t k) {
+    if (members[k].size() < 2) return;
+    std::vector<interior::SeenMark> seen;
+    for (const size_t i : members[k])
+      if (seen.size() < kMostFitted) seen.push_back((*marks)[i].sightings.front().seen);
+    const auto fitted = interior::FitDrawing(seen);
+    if (!fitted) return;
+    const double radius =
+        std::max(interior::RadiusOf(fitted->elements), interior::RadiusOf(looks[k].elements));
+    const auto score = [&](const Elements& elements) {
+      return MeanCorrelation(interior::LocateDrawing(elements, seen, radius));
+    };
+    if (score(fitted->elements) > score(looks[k].elements)) looks[k].elements = fitted->elements;
+  });
+  return looks;
+}
+
+// The part of the scan around `centre` (pixels of the image) as the positive shows it upright.
+Image Upright(const interior::SeenMark& seen, const Vector2d& centre, double pixel_mm,
+              int half_px) {
+  Image picture(2 * half_px + 1, 2 * half_px + 1);
+  for (int row = 0; row < picture.height; ++row)
+    for (int col = 0; col < picture.width; ++col) {
+      const Vector2d mm = pixel_mm * Vector2d(col - half_px, half_px - row);
+      picture.At(col, row) = SampleBicubic(seen.image, centre + seen.pixel_from_mm * mm);
+    }
+  return picture;
+}
+
+// Where a further scan shows the picture, pixels of its image: the best within the click's reach.
+Vector2d PlaceOfPicture(const Image& picture, const interior::SeenMark& seen, double pixel_mm) {
+  const int reach = static_cast<int>(std::ceil(seen.reach_px));
+  if (reach == 0) return seen.near;
+  const Image around = Upright(seen, seen.near, pixel_mm, picture.width / 2 + reach);
+  const auto peaks = FindPeaks(CorrelateSpatial(picture, around), 1, 1, -1.0);
+  if (peaks.empty()) return seen.near;
+  const Vector2d shift = peaks[0].position - Vector2d::Constant(reach);
+  return seen.near + seen.pixel_from_mm * (pixel_mm * Vector2d(shift.x(), -shift.y()));
+}
+
+// To 0 .. 255, its edges included; throws where the picture reaches beyond the scan.
+Image Stretched(Image picture, const std::string& mark) {
+  const auto finite = [](float value) { return std::isfinite(value); };
+  if (!std::all_of(picture.values.begin(), picture.values.end(), finite))
+    throw InputError(
+        fmt::format("mark {} is at the scan's edge: no picture of it can be cut out; "
+                    "leave it out, or make --template-radius-mm smaller",
+                    mark));
+  const auto [low, high] = std::minmax_element(picture.values.begin(), picture.values.end());
+  const float from = *low, step = 255.0f / std::max(*high - *low, 1e-6f);
+  for (float& value : picture.values) value = (value - from) * step;
+  return picture;
+}
+
+// Cut out at the first scan's click, and averaged with the others.
+Look PictureOf(MarkSeen* mark, double radius_mm) {
+  const interior::SeenMark& first = mark->sightings.front().seen;
+  const double pixel_mm = 1 / std::sqrt(std::abs(first.pixel_from_mm.determinant()));
+  const int half_px = std::max(3, static_cast<int>(std::ceil(radius_mm / pixel_mm)));
+  const Image upright = Upright(first, first.near, pixel_mm, half_px);
+  Image sum = upright;
+  for (size_t k = 1; k < mark->sightings.size(); ++k) {
+    Sighting& sighting = mark->sightings[k];
+    const Vector2d centre = PlaceOfPicture(upright, sighting.seen, pixel_mm);
+    sighting.place = sighting.origin + centre;
+    const Image further = Upright(sighting.seen, centre, pixel_mm, half_px);
+    for (size_t i = 0; i < sum.values.size(); ++i) sum.values[i] += further.values[i];
+  }
+  Look look;
+  look.name = LookName(*mark);
+  look.picture = Stretched(std::move(sum), mark->id);
+  look.pixel_mm = pixel_mm;
+  look.centre_px = Vector2d::Constant(half_px + 0.5);
+  return look;
+}
+
+// On all scans.
+void Measure(const Look& look, MarkSeen* mark) {
+  std::vector<interior::SeenMark> seen;
+  for (const Sighting& sighting : mark->sightings) seen.push_back(sighting.seen);
+  const auto located = interior::LocateDrawing(look.elements, seen);
+  for (size_t k = 0; k < seen.size(); ++k)
+    mark->sightings[k].place = mark->sightings[k].origin + located.centre[k];
+  mark->correlation = MeanCorrelation(located);
+}
+
+// Whether the surroundings of a drawn mark are a picture: there is more in them than a fifth of the
+// mark's contrast.
+bool LiesInPicture(const std::vector<MarkElement>& elements, const Sighting& sighting) {
+  constexpr double kNearest_mm = 0.15, kFarthest_mm = 0.7, kPicture = 0.2;
+  const MarkDrawing drawing{elements, MarkBackground::kDark, std::nullopt};
+  const Matrix2d mm_from_pixel = sighting.seen.pixel_from_mm.inverse();
+  const Vector2d centre = sighting.place - sighting.origin;
+  std::vector<double> strokes, surroundings;
+  const Image& image = sighting.seen.image;
+  for (int row = 0; row < image.height; ++row)
+    for (int col = 0; col < image.width; ++col) {
+      const Vector2d mm = mm_from_pixel * (Vector2d(col + 0.5, row + 0.5) - centre);
+      const double distance = interior::StrokeDistance(drawing, mm);
+      const auto value = static_cast<double>(image.At(col, row));
+      if (!std::isfinite(value)) continue;
+      if (distance < 0) strokes.push_back(value);
+      if (distance > kNearest_mm && distance < kFarthest_mm) surroundings.push_back(value);
+    }
+  if (strokes.empty() || surroundings.size() < 10) return false;
+  const double contrast = std::abs(Median(strokes) - Median(surroundings));
+  return Robust(surroundings).sigma > kPicture * contrast;
+}
+
+// By the majority of what is seen of them.
+MarkBackground BackgroundOf(const Look& look, size_t index, const std::vector<MarkSeen>& marks) {
+  int in_picture = 0, seen = 0;
+  for (const MarkSeen& mark : marks)
+    for (const Sighting& sighting : mark.sightings) {
+      if (mark.look != index) continue;
+      ++seen;
+      if (LiesInPicture(look.elements, sighting)) ++in_picture;
+    }
+  return 2 * in_picture > seen ? MarkBackground::kImage : MarkBackground::kDark;
+}
+
+}  // namespace
+
+std::vector<Look> FindLooks(double picture_radius_mm, std::vector<MarkSeen>* marks) {
+  std::vector<Fit> fits(marks->size());
+  SideBySide(marks->size(), [&](size_t i) {
+    fits[i] = interior::FitDrawing(FirstSeen((*marks)[i]));
+    if (fits[i] && MeanCorrelation(*fits[i]) < kLeastDrawn) fits[i].reset();
+  });
+  std::vector<Look> looks = DrawnLooks(fits, marks);
+  for (size_t i = 0; i < marks->size(); ++i) {
+    MarkSeen& mark = (*marks)[i];
+    if (fits[i]) {
+      Measure(looks[mark.look], &mark);
+    } else {
+      mark.look = looks.size();
+      looks.push_back(PictureOf(&mark, picture_radius_mm));
+    }
+  }
+  for (size_t k = 0; k < looks.size(); ++k)
+    if (!looks[k].elements.empty()) looks[k].background = BackgroundOf(looks[k], k, *marks);
+  return looks;
+}
+
+}  // namespace orient::block

@@ -1,0 +1,30 @@
+// orient cameras try: a camera file's drawings held against a scan.
+#pragma once
+
+#include <CLI/App.hpp>
+#include <iosfwd>
+#include <string>
+
+#include "core/measurements/measurements.h"
+#include "tools/commands/command.h"
+#include "tools/commands/shared_options.h"
+
+namespace orient {
+
+// Nested in `orient cameras`.
+class TryCameraCommand {
+ public:
+  void Setup(CLI::App& cameras);
+  bool Asked() const { return app_ != nullptr && app_->parsed(); }
+  // Throws UsageError, InputError.
+  ExitCode Run(std::ostream& out) const;
+
+ private:
+  CLI::App* app_ = nullptr;
+  std::string camera_, scan_path_, out_, library_;
+  Measurements measurements_;
+  ScanOptions scan_;
+  bool overwrite_ = false;
+};
+
+}  // namespace orient
