@@ -19,10 +19,10 @@ struct OrientationVote {
   // could not be read.
   std::vector<double> nats;
   std::optional<size_t> mark = std::nullopt;  // whose symbol it is; else the border or the layout
-  std::optional<size_t> feature = std::nullopt;  // of BorderFeatures (film_border.h)
-  bool off_scan = false;   // the feature lies outside the scan, however the film may lie
   bool fits_none = false;  // clearly read, and something that no scan orientation has there
   bool layout = false;     // what the marks' calibrated positions say
+  std::optional<size_t> feature = std::nullopt;  // of BorderFeatures (film_border.h)
+  bool off_scan = false;  // the feature lies outside the scan, however the film may lie
 };
 
 struct OrientationDecision {

@@ -208,9 +208,11 @@ TEST(NewCameraOfRealFilm, ReadsTheOtherFrameOfTheCamera) {
   options.principal_distance_mm = 152.75;
   options.pixel_size_um = 127;
   const NewCamera made = MakeCamera(scans, options);
+  interior::InteriorOptions desktop;
+  desktop.scanner = interior::Scanner::kDesktop;
   const InteriorResult result =
       interior::OrientInterior(Raster::Open(folder + "/5bdd5cf4.jpg"), made.file,
-                               interior::ShapesOf(made.file, made.pictures));
+                               interior::ShapesOf(made.file, made.pictures), desktop);
   EXPECT_EQ(result.status, Status::kOk) << JoinedSentences(result.findings);
   const auto hand = HandMarks(folder, "5bdd5cf4");
   for (const MarkResult& mark : result.marks) {
