@@ -191,8 +191,22 @@ std::vector<std::pair<size_t, size_t>> Opposites(const Positions& marks, const V
   return pairs;
 }
 
+// The middle of the longest side of three marks that stand at three corners of a rectangle; else
+// empty.
+std::optional<Vector2d> MiddleOfThree(const Positions& marks) {
+  constexpr double kRightAngle = 0.2;  // cosine: 12 degrees off
+  if (marks.size() != 3) return std::nullopt;
+  for (size_t i = 0; i < 3; ++i) {
+    const Vector2d &one = marks[(i + 1) % 3], &other = marks[(i + 2) % 3];
+    const Vector2d a = (one - marks[i]).normalized(), b = (other - marks[i]).normalized();
+    if (std::abs(a.dot(b)) < kRightAngle) return Vector2d((one + other) / 2);
+  }
+  return std::nullopt;
+}
+
 // Where the lines between opposite marks meet, by least squares; the mean without two of them.
 Vector2d Meet(const Positions& marks) {
+  if (const auto middle = MiddleOfThree(marks)) return *middle;
   const Vector2d mean = std::accumulate(marks.begin(), marks.end(), Vector2d(Vector2d::Zero())) /
                         static_cast<double>(marks.size());
   Eigen::Matrix2d normal = Eigen::Matrix2d::Zero();

@@ -20,7 +20,7 @@ struct MarkDistance {
 struct MarkLayout {
   // The axes are those of the first scan, turned so that opposite marks lie on them or on their
   // diagonals; the origin is where the lines between opposite marks meet (the indicated principal
-  // point), or the marks' mean where no two are opposite each other.
+  // point), of three corners of a rectangle its middle, or the marks' mean where neither is there.
   std::vector<Eigen::Vector2d> position_mm;
   // Of the marks to one another: the origin, the axes and, without distances, the scale are taken
   // for true.

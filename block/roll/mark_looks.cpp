@@ -23,9 +23,10 @@ using Eigen::Vector2d;
 using Elements = std::vector<MarkElement>;
 using Fit = std::optional<interior::FittedDrawing>;
 
-constexpr size_t kMostFitted = 3;    // sightings of a mark, or marks of a look, that are fitted to
+constexpr size_t kMostFitted = 4;    // sightings of a mark, or marks of a look, that are fitted to
 constexpr double kAsWell = 0.06;     // of the correlation, that another mark's drawing may cost
-constexpr double kLeastDrawn = 0.7;  // correlation of a drawing; marks below have a picture
+constexpr double kLeastDrawn = 0.7;  // mean correlation of a drawing; marks below have a picture
+constexpr double kLeastShared = 0.55;  // the same of a drawing that two marks or more have
 
 double MeanCorrelation(const interior::FittedDrawing& fitted) {
   double sum = 0;
@@ -42,78 +43,117 @@ std::vector<interior::SeenMark> FirstSeen(const MarkSeen& mark) {
   return seen;
 }
 
-// Whether a mark is explained by another one's drawing about as well as by its own.
-bool IsExplained(const MarkSeen& mark, const Elements& own, const Elements& others) {
-  const double radius = std::max(interior::RadiusOf(own), interior::RadiusOf(others));
-  const auto seen = FirstSeen(mark);
-  return MeanCorrelation(interior::LocateDrawing(others, seen, radius)) >=
-         MeanCorrelation(interior::LocateDrawing(own, seen, radius)) - kAsWell;
+// The drawing's mean correlation with a mark, over the surroundings that both drawings need.
+double ScoreBeside(const Elements& drawing, const Elements& other, const MarkSeen& mark) {
+  const double radius = std::max(interior::RadiusOf(drawing), interior::RadiusOf(other));
+  return MeanCorrelation(interior::LocateDrawing(drawing, FirstSeen(mark), radius));
 }
 
-// explained[k][i]: does the drawing of mark k explain mark i?
-using Explained = std::vector<std::vector<bool>>;
-
-Explained WhoExplainsWhom(const std::vector<Fit>& fits, const std::vector<MarkSeen>& marks) {
-  Explained explained(fits.size(), std::vector<bool>(fits.size(), false));
-  SideBySide(fits.size(), [&](size_t k) {
-    for (size_t i = 0; i < fits.size() && fits[k]; ++i)
-      explained[k][i] =
-          i == k || (fits[i] && IsExplained(marks[i], fits[i]->elements, fits[k]->elements));
-  });
-  return explained;
-}
-
-// The mark whose drawing explains most of the marks left, and these marks; marks of one camera look
-// alike more often than not.
-std::pair<size_t, std::vector<size_t>> BestExplanation(const Explained& explained,
-                                                       const std::vector<Fit>& fits,
-                                                       const std::vector<bool>& left) {
-  std::pair<size_t, std::vector<size_t>> best;
-  for (size_t k = 0; k < fits.size(); ++k) {
-    std::vector<size_t> marks;
-    for (size_t i = 0; i < fits.size(); ++i)
-      if (left[i] && explained[k][i]) marks.push_back(i);
-    const bool better = marks.size() > best.second.size() ||
-                        (!marks.empty() && marks.size() == best.second.size() &&
-                         MeanCorrelation(*fits[k]) > MeanCorrelation(*fits[best.first]));
-    if (better) best = {k, marks};
+// Drawings that may be those of the camera's marks: each mark's own, and the one of all together.
+class Candidates {
+ public:
+  Candidates(const std::vector<Fit>& fits, const std::vector<MarkSeen>& marks) : marks_(marks) {
+    for (const Fit& fit : fits) drawings_.push_back(fit ? fit->elements : Elements());
+    std::vector<interior::SeenMark> all;
+    for (const MarkSeen& mark : marks)
+      if (all.size() < kMostFitted) all.push_back(mark.sightings.front().seen);
+    const Fit together = interior::FitDrawing(all);
+    drawings_.push_back(together ? together->elements : Elements());
+    explained_.assign(drawings_.size(), std::vector<bool>(marks.size(), false));
+    SideBySide(drawings_.size(), [&](size_t k) {
+      for (size_t i = 0; i < marks_.size(); ++i) explained_[k][i] = Explains(k, i);
+    });
   }
-  return best;
+
+  const Elements& Drawing(size_t k) const { return drawings_[k]; }
+
+  // The drawing that explains most of the marks left, and these marks, for marks of one camera look
+  // alike more often than not; of several the one that explains them best. None where nothing is
+  // explained.
+  std::pair<size_t, std::vector<size_t>> Best(const std::vector<bool>& left) const {
+    std::pair<size_t, std::vector<size_t>> best;
+    for (size_t k = 0; k < drawings_.size(); ++k) {
+      std::vector<size_t> marks;
+      for (size_t i = 0; i < marks_.size(); ++i)
+        if (left[i] && explained_[k][i]) marks.push_back(i);
+      if (marks.empty() || marks.size() < best.second.size()) continue;
+      if (marks.size() > best.second.size() || IsBetter(k, best.first, marks)) best = {k, marks};
+    }
+    return best;
+  }
+
+ private:
+  bool Explains(size_t k, size_t i) const {
+    const Elements &drawing = drawings_[k], &own = drawings_[i];
+    if (k == i || drawing.empty()) return !drawing.empty();
+    const double score = ScoreBeside(drawing, own, marks_[i]);
+    return score >= (own.empty() ? kLeastShared : ScoreBeside(own, drawing, marks_[i]) - kAsWell);
+  }
+
+  bool IsBetter(size_t k, size_t than, const std::vector<size_t>& marks) const {
+    double gain = 0;
+    for (const size_t i : marks)
+      gain += ScoreBeside(drawings_[k], drawings_[than], marks_[i]) -
+              ScoreBeside(drawings_[than], drawings_[k], marks_[i]);
+    return gain > 0;
+  }
+
+  const std::vector<MarkSeen>& marks_;
+  std::vector<Elements> drawings_;
+  std::vector<std::vector<bool>> explained_;  // per drawing and mark
+};
+
+// Fitted anew to all of a group's marks, up to kMostFitted, where that explains them better.
+Elements Refined(const Elements& drawing, const std::vector<const MarkSeen*>& group) {
+  std::vector<interior::SeenMark> seen;
+  for (const MarkSeen* mark : group)
+    if (seen.size() < kMostFitted) seen.push_back(mark->sightings.front().seen);
+  const auto fitted = seen.size() > 1 ? interior::FitDrawing(seen) : std::nullopt;
+  if (!fitted) return drawing;
+  const double radius = std::max(interior::RadiusOf(fitted->elements), interior::RadiusOf(drawing));
+  const auto score = [&](const Elements& elements) {
+    return MeanCorrelation(interior::LocateDrawing(elements, seen, radius));
+  };
+  return score(fitted->elements) > score(drawing) ? fitted->elements : drawing;
 }
 
-// Each group's drawing is fitted anew to all of its marks, up to kMostFitted.
-std::vector<Look> DrawnLooks(const std::vector<Fit>& fits, std::vector<MarkSeen>* marks) {
-  const Explained explained = WhoExplainsWhom(fits, *marks);
-  std::vector<bool> left;
-  for (const Fit& fit : fits) left.push_back(fit.has_value());
+// On all scans.
+void Measure(const Elements& drawing, MarkSeen* mark) {
+  std::vector<interior::SeenMark> seen;
+  for (const Sighting& sighting : mark->sightings) seen.push_back(sighting.seen);
+  const auto located = interior::LocateDrawing(drawing, seen);
+  for (size_t k = 0; k < seen.size(); ++k)
+    mark->sightings[k].place = mark->sightings[k].origin + located.centre[k];
+  mark->correlation = MeanCorrelation(located);
+}
+
+// Looks of elements, and the marks measured that have them; the others are left.
+std::vector<Look> DrawnLooks(const std::vector<Fit>& fits, std::vector<MarkSeen>* marks,
+                             std::vector<bool>* left) {
+  const Candidates candidates(fits, *marks);
   std::vector<Look> looks;
-  std::vector<std::vector<size_t>> members;
-  while (std::find(left.begin(), left.end(), true) != left.end()) {
-    const auto [k, explains] = BestExplanation(explained, fits, left);
-    for (const size_t i : explains) {
+  std::vector<bool> open(marks->size(), true);
+  for (;;) {
+    const auto [k, explained] = candidates.Best(open);
+    if (explained.empty()) return looks;
+    std::vector<const MarkSeen*> group;
+    for (const size_t i : explained) group.push_back(&(*marks)[i]);
+    const Elements drawing = Refined(candidates.Drawing(k), group);
+    double mean = 0;
+    for (const size_t i : explained) {
+      open[i] = false;
+      Measure(drawing, &(*marks)[i]);
+      mean += (*marks)[i].correlation / static_cast<double>(explained.size());
+    }
+    if (mean < (explained.size() > 1 ? kLeastShared : kLeastDrawn)) continue;
+    for (const size_t i : explained) {
       (*marks)[i].look = looks.size();
-      left[i] = false;
+      (*left)[i] = false;
     }
     looks.emplace_back();
-    looks.back().name = LookName((*marks)[k]);
-    looks.back().elements = fits[k]->elements;
-    members.push_back(explains);
+    looks.back().name = LookName((*marks)[explained.front()]);
+    looks.back().elements = drawing;
   }
-  SideBySide(looks.size(), [&](size_t k) {
-    if (members[k].size() < 2) return;
-    std::vector<interior::SeenMark> seen;
-    for (const size_t i : members[k])
-      if (seen.size() < kMostFitted) seen.push_back((*marks)[i].sightings.front().seen);
-    const auto fitted = interior::FitDrawing(seen);
-    if (!fitted) return;
-    const double radius =
-        std::max(interior::RadiusOf(fitted->elements), interior::RadiusOf(looks[k].elements));
-    const auto score = [&](const Elements& elements) {
-      return MeanCorrelation(interior::LocateDrawing(elements, seen, radius));
-    };
-    if (score(fitted->elements) > score(looks[k].elements)) looks[k].elements = fitted->elements;
-  });
-  return looks;
 }
 
 // The part of the scan around `centre` (pixels of the image) as the positive shows it upright.
@@ -175,16 +215,6 @@ Look PictureOf(MarkSeen* mark, double radius_mm) {
   return look;
 }
 
-// On all scans.
-void Measure(const Look& look, MarkSeen* mark) {
-  std::vector<interior::SeenMark> seen;
-  for (const Sighting& sighting : mark->sightings) seen.push_back(sighting.seen);
-  const auto located = interior::LocateDrawing(look.elements, seen);
-  for (size_t k = 0; k < seen.size(); ++k)
-    mark->sightings[k].place = mark->sightings[k].origin + located.centre[k];
-  mark->correlation = MeanCorrelation(located);
-}
-
 // Whether the surroundings of a drawn mark are a picture: there is more in them than a fifth of the
 // mark's contrast.
 bool LiesInPicture(const std::vector<MarkElement>& elements, const Sighting& sighting) {
@@ -224,22 +254,19 @@ MarkBackground BackgroundOf(const Look& look, size_t index, const std::vector<Ma
 
 std::vector<Look> FindLooks(double picture_radius_mm, std::vector<MarkSeen>* marks) {
   std::vector<Fit> fits(marks->size());
-  SideBySide(marks->size(), [&](size_t i) {
-    fits[i] = interior::FitDrawing(FirstSeen((*marks)[i]));
-    if (fits[i] && MeanCorrelation(*fits[i]) < kLeastDrawn) fits[i].reset();
-  });
-  std::vector<Look> looks = DrawnLooks(fits, marks);
+  SideBySide(marks->size(),
+             [&](size_t i) { fits[i] = interior::FitDrawing(FirstSeen((*marks)[i])); });
+  std::vector<bool> left(marks->size(), true);
+  std::vector<Look> looks = DrawnLooks(fits, marks, &left);
+  for (size_t k = 0; k < looks.size(); ++k) looks[k].background = BackgroundOf(looks[k], k, *marks);
   for (size_t i = 0; i < marks->size(); ++i) {
+    if (!left[i]) continue;
     MarkSeen& mark = (*marks)[i];
-    if (fits[i]) {
-      Measure(looks[mark.look], &mark);
-    } else {
-      mark.look = looks.size();
-      looks.push_back(PictureOf(&mark, picture_radius_mm));
-    }
+    mark.correlation = 0;
+    mark.look = looks.size();
+    for (Sighting& sighting : mark.sightings) sighting.place = sighting.origin + sighting.seen.near;
+    looks.push_back(PictureOf(&mark, picture_radius_mm));
   }
-  for (size_t k = 0; k < looks.size(); ++k)
-    if (!looks[k].elements.empty()) looks[k].background = BackgroundOf(looks[k], k, *marks);
   return looks;
 }
 

@@ -43,7 +43,7 @@ struct NewCameraOptions {
   ScanOrientation orientation = ScanOrientation::kR0;  // of the scans; positions determine it
   Polarity polarity = Polarity::kPositive;
   bool photogrammetric = false;   // the scanner: its errors are below 20 um, else 150 um
-  double template_radius_mm = 1;  // of marks that no drawing describes
+  double template_radius_mm = 2;  // of marks that no drawing describes
 };
 
 struct NewMark {

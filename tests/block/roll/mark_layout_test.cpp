@@ -105,6 +105,13 @@ TEST(MarkLayout, OfTwoMarksIsNone) {
   EXPECT_FALSE(EstimateLayout({Scan({{-100, 0}, {100, 0}}, 0, 1, 0, 1)}, {}, 0.02));
 }
 
+TEST(MarkLayout, OfThreeCornersHasItsOriginInTheRectanglesMiddle) {
+  const std::vector<Vector2d> marks(kCorners.begin(), kCorners.begin() + 3);
+  const auto layout = EstimateLayout({Scan(marks, 0, 1, 0, 1)}, {}, 0.02);
+  ASSERT_TRUE(layout);
+  EXPECT_LT(LargestError(*layout, marks), 1e-6);
+}
+
 TEST(MarkLayout, OfFiveMarksHasItsOriginWhereTheOuterFourMeet) {
   std::vector<Vector2d> marks = kCorners;
   marks.emplace_back(0.7, -0.4);

@@ -32,7 +32,7 @@ class NewCameraCommand {
   std::string out_, name_, positions_, distances_, scanner_ = "desktop";
   Measurements measurements_;
   ScanOptions scan_;
-  double principal_distance_mm_ = 0, template_radius_mm_ = 1;
+  double principal_distance_mm_ = 0, template_radius_mm_ = 2;
   bool overwrite_ = false;
 };
 
