@@ -258,7 +258,6 @@ std::vector<Look> FindLooks(double picture_radius_mm, std::vector<MarkSeen>* mar
              [&](size_t i) { fits[i] = interior::FitDrawing(FirstSeen((*marks)[i])); });
   std::vector<bool> left(marks->size(), true);
   std::vector<Look> looks = DrawnLooks(fits, marks, &left);
-  for (size_t k = 0; k < looks.size(); ++k) looks[k].background = BackgroundOf(looks[k], k, *marks);
   for (size_t i = 0; i < marks->size(); ++i) {
     if (!left[i]) continue;
     MarkSeen& mark = (*marks)[i];
@@ -267,6 +266,8 @@ std::vector<Look> FindLooks(double picture_radius_mm, std::vector<MarkSeen>* mar
     for (Sighting& sighting : mark.sightings) sighting.place = sighting.origin + sighting.seen.near;
     looks.push_back(PictureOf(&mark, picture_radius_mm));
   }
+  for (size_t k = 0; k < looks.size(); ++k)
+    if (!looks[k].elements.empty()) looks[k].background = BackgroundOf(looks[k], k, *marks);
   return looks;
 }
 

@@ -76,7 +76,7 @@ bool ReachesBeyondTheOthers(const Elements& elements) {
   return hidden > 1.05 * shown;
 }
 
-double Rounded(double length_mm) { return std::round(length_mm / 0.005) * 0.005; }
+double Rounded(double length_mm) { return std::round(length_mm * 200) / 200; }
 
 // Into the half-open interval around 0 in which every orientation occurs once, to a tenth of a
 // degree; near a multiple of `usual` that.
