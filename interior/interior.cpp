@@ -52,18 +52,13 @@ void CheckFilmCamera(const CameraFile& camera, const MarkShapes& shapes) {
       throw std::invalid_argument("OrientInterior: no drawing for mark " + f.mark);
 }
 
-void FillTransform(const CameraFile& camera, const FilmTransform& film, const FilmMarks& marks,
-                   InteriorResult* result) {
+void FillTransform(const FilmTransform& film, const FilmMarks& marks, InteriorResult* result) {
   result->photo_from_pixel = film.photo_from_pixel;
   result->pixel_size_um = film.pixel_um;
   if (film.affine) result->sigma0_um = film.sigma0_um;
   size_t used = 0;
   for (size_t i = 0; i < marks.size(); ++i)
     if (marks[i].state == MarkState::kUsed) result->marks[i].residual_um = film.residual_um[used++];
-  const Affine2d pixel_from_photo = film.photo_from_pixel.Inverse();
-  for (size_t i = 0; i < marks.size(); ++i)
-    if (marks[i].state != MarkState::kUsed)
-      result->marks[i].expected = pixel_from_photo * camera.fiducials[i].position_mm;
 }
 
 std::vector<MarkResult> MarkResults(const CameraFile& camera, const FilmReading& reading,
@@ -135,7 +130,7 @@ JudgedFilm JudgeReading(const Raster& scan, const CameraFile& camera, const Mark
   result.margin = std::max(reading.margin, 0.0);
   result.marks = MarkResults(camera, reading, judged.marks);
   if (result.status == Status::kFailed) return judged;
-  FillTransform(camera, *film, judged.marks, &result);
+  FillTransform(*film, judged.marks, &result);
   CorrectFilm(camera, mirrored, &result);
   Add(JudgeReseau(result), &result);
   if (IsBlackAndWhite(scan, result.marks)) Add(Findings{BlackAndWhite()}, &result);
@@ -164,6 +159,8 @@ InteriorResult WithOrientationGiven(const Raster& scan, const CameraFile& camera
       &result);
   const auto votes = VotesOfFilm(scan, camera, shapes, result, alike);
   const auto decision = Decide(alike, votes);
+  result.orientation_evidence =
+      VoteNames(camera, shapes, orientation, orientation).Evidence(votes, alike);
   Add(JudgeGivenBySigns(orientation, decision.possible), &result);
   return result;
 }
@@ -291,6 +288,18 @@ InteriorResult OrientFilm(const Raster& scan, const CameraFile& camera, const Ma
   return result;
 }
 
+// Where the transform has the marks that are not used.
+void SetExpected(const CameraFile& camera, InteriorResult* result) {
+  if (!result->photo_from_pixel) return;
+  const Affine2d pixel_from_photo = result->photo_from_pixel->Inverse();
+  for (size_t i = 0; i < result->marks.size(); ++i) {
+    MarkResult& mark = result->marks[i];
+    mark.expected.reset();
+    if (mark.state != MarkState::kUsed)
+      mark.expected = Vector2d(pixel_from_photo * camera.fiducials[i].position_mm);
+  }
+}
+
 // Measured marks under their new names: the fiducial each one is in the other orientation.
 std::vector<MarkResult> Renamed(const std::vector<MarkResult>& marks, const CameraFile& camera,
                                 const std::vector<int>& relabel) {
@@ -325,7 +334,9 @@ InteriorResult OrientInterior(const Raster& scan, const CameraFile& camera,
   if (nats) *nats = 0;
   if (camera.camera.kind == CameraKind::kDigital) return OrientDigital(scan, camera.camera);
   CheckFilmCamera(camera, shapes);
-  return OrientFilm(scan, camera, shapes, options, nats);
+  InteriorResult result = OrientFilm(scan, camera, shapes, options, nats);
+  SetExpected(camera, &result);
+  return result;
 }
 
 std::optional<InteriorResult> InOrientation(const InteriorResult& result, const CameraFile& camera,
@@ -347,6 +358,8 @@ std::optional<InteriorResult> InOrientation(const InteriorResult& result, const 
   if (!FitUsedMarks(camera, mirrored, &turned)) return std::nullopt;
   CorrectFilm(camera, mirrored, &turned);
   if (result.reseau && !turned.reseau) return std::nullopt;  // no smooth film in this orientation
+  SetExpected(camera, &turned);
+  RenameSymbols(camera, *relabel, &turned.orientation_evidence);
   return turned;
 }
 

@@ -14,9 +14,10 @@ using Eigen::Vector2d;
 using Colour = std::array<unsigned char, 3>;
 
 constexpr int kLargestSide = 900;
+// As on the contact sheet.
 constexpr Colour kUsed{60, 220, 60};
-constexpr Colour kRejected{255, 70, 50};
-constexpr Colour kNotFound{255, 210, 0};
+constexpr Colour kRejected{255, 140, 0};
+constexpr Colour kNotFound{255, 60, 60};
 
 Colour ColourOf(OverviewState state) {
   if (state == OverviewState::kUsed) return kUsed;
@@ -44,7 +45,9 @@ class Canvas {
 
   void Line(const Vector2d& from, const Vector2d& to, const Colour& colour) {
     const Vector2d a = from / reduced_, b = to / reduced_;
-    const int steps = std::clamp(static_cast<int>(std::ceil((b - a).norm())), 1, 4 * kLargestSide);
+    if (!a.allFinite() || !b.allFinite()) return;
+    const auto steps =
+        static_cast<int>(std::clamp(std::ceil((b - a).norm()), 1.0, 4.0 * kLargestSide));
     for (int i = 0; i <= steps; ++i) Set(a + (b - a) * i / steps, colour);
   }
 

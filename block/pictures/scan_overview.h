@@ -1,4 +1,5 @@
-// The whole scan of a photo that is not ok: where was looked for what, and what was taken for it.
+// The whole scan of a photo that is not ok: where marks or patches were searched for, and what was
+// found.
 #pragma once
 
 #include <Eigen/Core>
@@ -21,7 +22,7 @@ enum class OverviewState { kUsed, kRejected, kNotFound };
 struct OverviewItem {
   std::string label;  // empty: none is written
   OverviewState state = OverviewState::kNotFound;
-  std::optional<SearchedWindow> window;     // where it was looked for
+  std::optional<SearchedWindow> window;     // where it was searched for
   std::optional<Eigen::Vector2d> expected;  // where the transform or the pose has it
   std::optional<Eigen::Vector2d> found;
 };
@@ -32,8 +33,8 @@ std::vector<OverviewItem> OverviewOf(const InteriorResult& result);
 std::vector<OverviewItem> OverviewOf(const ExteriorResult& result);
 
 // Writes a PNG of at most 900 pixels a side: windows as frames, expected places as small circles,
-// a line from there to a cross where something was found; green used, red rejected, yellow not
-// found. Throws InputError where the scan cannot be read or the file not written.
+// a line from there to a cross where something was found; green used, orange rejected, red
+// not found. Throws InputError where the scan cannot be read or the file not written.
 void WriteScanOverview(const std::string& path, const Raster& scan,
                        const std::vector<OverviewItem>& items);
 

@@ -68,19 +68,48 @@ class Equations {
       : normal_(MatrixXd::Zero(unknowns, unknowns)), right_(VectorXd::Zero(unknowns)) {}
 
   using Row = std::vector<std::pair<Eigen::Index, double>>;
-  void Add(const Row& row, double misclosure, double sigma) {
+  // `what`: of an observation; none for a condition.
+  void Add(const Row& row, double misclosure, double sigma,
+           const std::optional<LayoutContradiction>& what = std::nullopt) {
+    if (what) observations_.push_back({row, misclosure, sigma, *what});
     const double weight = 1 / (sigma * sigma);
     for (const auto& [i, a] : row) {
       right_[i] += weight * a * misclosure;
       for (const auto& [j, b] : row) normal_(i, j) += weight * a * b;
     }
   }
+  // At the solution: every observation's residual over its sigma.
+  std::optional<LayoutContradiction> Worst() const {
+    constexpr double kCritical = 5, kLeastRedundancy = 1e-4;
+    const MatrixXd covariance = normal_.inverse();
+    std::optional<LayoutContradiction> worst;
+    double largest = kCritical;
+    for (const Observation& o : observations_) {
+      double explained = 0;
+      for (const auto& [i, a] : o.row)
+        for (const auto& [j, b] : o.row) explained += a * b * covariance(i, j);
+      const double redundancy = 1 - explained / (o.sigma * o.sigma);
+      if (redundancy < kLeastRedundancy) continue;
+      const double w = std::abs(o.residual) / (o.sigma * std::sqrt(redundancy));
+      if (w <= largest) continue;
+      largest = w;
+      worst = o.what;
+      worst->off_mm = std::abs(o.residual) / redundancy;
+    }
+    return worst;
+  }
   const MatrixXd& Normal() const { return normal_; }
   VectorXd Solution() const { return normal_.ldlt().solve(right_); }
 
  private:
+  struct Observation {
+    Row row;
+    double residual, sigma;
+    LayoutContradiction what;
+  };
   MatrixXd normal_;
   VectorXd right_;
+  std::vector<Observation> observations_;
 };
 
 // Unknowns: x and y of every mark, then of every scan a, b (A = [[a, -b], [b, a]]) and its shift.
@@ -97,7 +126,7 @@ class LayoutAdjustment {
   Equations Linearised() const {
     Equations equations(2 * marks_ + 4 * std::ssize(scans_));
     for (size_t s = 0; s < scans_.size(); ++s) AddScan(s, &equations);
-    for (const MarkDistance& distance : distances_) AddDistance(distance, &equations);
+    for (size_t d = 0; d < distances_.size(); ++d) AddDistance(d, &equations);
     AddDatum(&equations);
     return equations;
   }
@@ -127,25 +156,27 @@ class LayoutAdjustment {
     const Eigen::Index at = 2 * marks_ + 4 * static_cast<Eigen::Index>(s);
     for (Eigen::Index i = 0; i < marks_; ++i) {
       if (!scans_[s].place_mm[i]) continue;
+      const LayoutContradiction what{s, static_cast<size_t>(i), std::nullopt, 0};
       const Vector2d& p = state_.position_mm[i];
       const Vector2d misclosure = *scans_[s].place_mm[i] - transform * p;
       const Eigen::Matrix2d& A = transform.A;
       equations->Add(
           {{2 * i, A(0, 0)}, {2 * i + 1, A(0, 1)}, {at, p.x()}, {at + 1, -p.y()}, {at + 2, 1}},
-          misclosure.x(), scan_sigma_mm_);
+          misclosure.x(), scan_sigma_mm_, what);
       equations->Add(
           {{2 * i, A(1, 0)}, {2 * i + 1, A(1, 1)}, {at, p.y()}, {at + 1, p.x()}, {at + 3, 1}},
-          misclosure.y(), scan_sigma_mm_);
+          misclosure.y(), scan_sigma_mm_, what);
     }
   }
 
-  void AddDistance(const MarkDistance& d, Equations* equations) const {
+  void AddDistance(size_t index, Equations* equations) const {
+    const MarkDistance& d = distances_[index];
     const Vector2d along = (state_.position_mm[d.to] - state_.position_mm[d.from]).normalized();
     const auto from = 2 * static_cast<Eigen::Index>(d.from);
     const auto to = 2 * static_cast<Eigen::Index>(d.to);
     equations->Add(
         {{from, -along.x()}, {from + 1, -along.y()}, {to, along.x()}, {to + 1, along.y()}},
-        Residual(d), d.sigma_mm);
+        Residual(d), d.sigma_mm, LayoutContradiction{std::nullopt, std::nullopt, index, 0});
   }
 
   // The marks as a whole keep place, direction and, without distances, size: what is left to be
@@ -173,22 +204,37 @@ class LayoutAdjustment {
   Start state_;
 };
 
+Vector2d MeanOf(const Positions& marks) {
+  return std::accumulate(marks.begin(), marks.end(), Vector2d(Vector2d::Zero())) /
+         static_cast<double>(marks.size());
+}
+
 double AngleOf(const Vector2d& v) { return std::atan2(v.y(), v.x()); }
 
-// Pairs of marks that lie opposite each other, seen from their mean; marks near it have none.
-std::vector<std::pair<size_t, size_t>> Opposites(const Positions& marks, const Vector2d& mean) {
+// Pairs of marks that lie opposite each other, seen from `middle`; marks near it have none.
+std::vector<std::pair<size_t, size_t>> Opposites(const Positions& marks, const Vector2d& middle) {
   constexpr double kNear = 0.2, kStraight = 12 * std::numbers::pi / 180;
   double largest = 0;
-  for (const Vector2d& p : marks) largest = std::max(largest, (p - mean).norm());
+  for (const Vector2d& p : marks) largest = std::max(largest, (p - middle).norm());
   std::vector<std::pair<size_t, size_t>> pairs;
   for (size_t i = 0; i < marks.size(); ++i)
     for (size_t j = i + 1; j < marks.size(); ++j) {
-      const Vector2d a = marks[i] - mean, b = mean - marks[j];
+      const Vector2d a = marks[i] - middle, b = middle - marks[j];
       if (std::min(a.norm(), b.norm()) < kNear * largest) continue;
       if (std::abs(std::remainder(AngleOf(a) - AngleOf(b), 2 * std::numbers::pi)) < kStraight)
         pairs.emplace_back(i, j);
     }
   return pairs;
+}
+
+// The middle of the marks' bounding box, which a missing mark moves little.
+Vector2d MiddleOfBox(const Positions& marks) {
+  Vector2d low = marks.front(), high = marks.front();
+  for (const Vector2d& p : marks) {
+    low = low.cwiseMin(p);
+    high = high.cwiseMax(p);
+  }
+  return (low + high) / 2;
 }
 
 // The middle of the longest side of three marks that stand at three corners of a rectangle; else
@@ -204,21 +250,29 @@ std::optional<Vector2d> MiddleOfThree(const Positions& marks) {
   return std::nullopt;
 }
 
-// Where the lines between opposite marks meet, by least squares; the mean without two of them.
-Vector2d Meet(const Positions& marks) {
-  if (const auto middle = MiddleOfThree(marks)) return *middle;
-  const Vector2d mean = std::accumulate(marks.begin(), marks.end(), Vector2d(Vector2d::Zero())) /
-                        static_cast<double>(marks.size());
+// Where the lines between opposite marks, as seen from `middle`, meet, by least squares; empty
+// where no two of them cross at a fair angle.
+std::optional<Vector2d> MeetAbout(const Positions& marks, const Vector2d& middle) {
+  constexpr double kLeastDeterminant = 0.1;
   Eigen::Matrix2d normal = Eigen::Matrix2d::Zero();
   Vector2d right = Vector2d::Zero();
-  for (const auto& [i, j] : Opposites(marks, mean)) {
+  for (const auto& [i, j] : Opposites(marks, middle)) {
     const Vector2d along = (marks[j] - marks[i]).normalized();
     const Vector2d across(-along.y(), along.x());
     normal += across * across.transpose();
     right += across * across.dot(marks[i]);
   }
-  constexpr double kLeastDeterminant = 0.1;  // of two lines that cross at a fair angle
-  return normal.determinant() < kLeastDeterminant ? mean : Vector2d(normal.inverse() * right);
+  if (normal.determinant() < kLeastDeterminant) return std::nullopt;
+  return Vector2d(normal.inverse() * right);
+}
+
+// The same from the middle of the marks' box, and again from where they met.
+std::optional<Vector2d> Meet(const Positions& marks) {
+  constexpr int kRounds = 3;
+  if (const auto middle = MiddleOfThree(marks)) return middle;
+  std::optional<Vector2d> met = MiddleOfBox(marks);
+  for (int round = 0; round < kRounds && met; ++round) met = MeetAbout(marks, *met);
+  return met;
 }
 
 // By how much the marks are turned against axes and diagonals, as far as they lie on them.
@@ -254,10 +308,14 @@ std::optional<MarkLayout> EstimateLayout(const std::vector<ScanOfMarks>& scans,
   if (!(change <= kConverged_mm)) return std::nullopt;
 
   MarkLayout layout;
-  const Vector2d origin = Meet(adjustment.position_mm());
+  const auto meet = Meet(adjustment.position_mm());
+  layout.origin_known = meet.has_value();
+  const Vector2d origin = meet.value_or(MeanOf(adjustment.position_mm()));
   for (const Vector2d& p : adjustment.position_mm()) layout.position_mm.emplace_back(p - origin);
   const Eigen::Matrix2d turn = Eigen::Rotation2Dd(-TurnOf(layout.position_mm)).toRotationMatrix();
-  const MatrixXd covariance = adjustment.Linearised().Normal().inverse();
+  const Equations equations = adjustment.Linearised();
+  const MatrixXd covariance = equations.Normal().inverse();
+  layout.contradiction = equations.Worst();
   for (size_t i = 0; i < layout.position_mm.size(); ++i) {
     layout.position_mm[i] = turn * layout.position_mm[i];
     const auto at = 2 * static_cast<Eigen::Index>(i);

@@ -17,6 +17,13 @@ struct MarkDistance {
   double sigma_mm = 0.01;
 };
 
+// The observation that fits the others least, where it is off by more than five of its residual's
+// sigmas (data snooping): a mark's place on a scan, or a distance.
+struct LayoutContradiction {
+  std::optional<size_t> scan, mark, distance;
+  double off_mm = 0;  // its residual
+};
+
 struct MarkLayout {
   // The axes are those of the first scan, turned so that opposite marks lie on them or on their
   // diagonals; the origin is where the lines between opposite marks meet (the indicated principal
@@ -26,6 +33,8 @@ struct MarkLayout {
   // for true.
   std::vector<Eigen::Vector2d> sigma_mm;
   std::vector<double> distance_residual_mm;  // stated - adjusted
+  bool origin_known = true;                  // false: it is the marks' mean
+  std::optional<LayoutContradiction> contradiction;
 };
 
 // Least squares in all places and distances at once, every scan with a shift, rotation and scale of

@@ -122,8 +122,11 @@ void Measure(const Elements& drawing, MarkSeen* mark) {
   std::vector<interior::SeenMark> seen;
   for (const Sighting& sighting : mark->sightings) seen.push_back(sighting.seen);
   const auto located = interior::LocateDrawing(drawing, seen);
-  for (size_t k = 0; k < seen.size(); ++k)
-    mark->sightings[k].place = mark->sightings[k].origin + located.centre[k];
+  for (size_t k = 0; k < seen.size(); ++k) {
+    Sighting& sighting = mark->sightings[k];
+    const bool measured = located.correlation[k] > 0 && sighting.seen.reach_px > 0;
+    if (measured) sighting.place = sighting.window.RasterFromImage(located.centre[k]);
+  }
   mark->correlation = MeanCorrelation(located);
 }
 
@@ -173,43 +176,60 @@ Vector2d PlaceOfPicture(const Image& picture, const interior::SeenMark& seen, do
   const int reach = static_cast<int>(std::ceil(seen.reach_px));
   if (reach == 0) return seen.near;
   const Image around = Upright(seen, seen.near, pixel_mm, picture.width / 2 + reach);
-  const auto peaks = FindPeaks(CorrelateSpatial(picture, around), 1, 1, -1.0);
+  const auto peaks = FindPeaks(Correlate(picture, around), 1, 1, -1.0);
   if (peaks.empty()) return seen.near;
   const Vector2d shift = peaks[0].position - Vector2d::Constant(reach);
   return seen.near + seen.pixel_from_mm * (pixel_mm * Vector2d(shift.x(), -shift.y()));
 }
 
-// To 0 .. 255, its edges included; throws where the picture reaches beyond the scan.
-Image Stretched(Image picture, const std::string& mark) {
-  const auto finite = [](float value) { return std::isfinite(value); };
-  if (!std::all_of(picture.values.begin(), picture.values.end(), finite))
-    throw InputError(
-        fmt::format("mark {} is at the scan's edge: no picture of it can be cut out; "
-                    "leave it out, or make --template-radius-mm smaller",
-                    mark));
+bool IsWhole(const Image& picture) {
+  return std::all_of(picture.values.begin(), picture.values.end(),
+                     [](float value) { return std::isfinite(value); });
+}
+
+// To mean 0 and variance 1: scans differ in contrast.
+Image Standardised(Image picture) {
+  const auto count = static_cast<Eigen::Index>(picture.values.size());
+  Eigen::Map<Eigen::ArrayXf> values(picture.values.data(), count);
+  values -= values.mean();
+  values /= std::max(std::sqrt(values.square().mean()), 1e-6f);
+  return picture;
+}
+
+// To 0 .. 255.
+Image Stretched(Image picture) {
   const auto [low, high] = std::minmax_element(picture.values.begin(), picture.values.end());
   const float from = *low, step = 255.0f / std::max(*high - *low, 1e-6f);
   for (float& value : picture.values) value = (value - from) * step;
   return picture;
 }
 
-// Cut out at the first scan's click, and averaged with the others.
+// Cut out at the first scan's click, and averaged with the others, as far as these hold it whole.
 Look PictureOf(MarkSeen* mark, double radius_mm) {
-  const interior::SeenMark& first = mark->sightings.front().seen;
+  const Sighting& at_first = mark->sightings.front();
+  const interior::SeenMark& first = at_first.seen;
   const double pixel_mm = 1 / std::sqrt(std::abs(first.pixel_from_mm.determinant()));
   const int half_px = std::max(3, static_cast<int>(std::ceil(radius_mm / pixel_mm)));
   const Image upright = Upright(first, first.near, pixel_mm, half_px);
-  Image sum = upright;
+  if (!IsWhole(upright))
+    throw InputError(
+        fmt::format("no drawing explains mark {}, and a picture of it, {:g} mm to each side, would "
+                    "reach beyond the scan of photo {}: leave the mark out, or make "
+                    "--template-radius-mm smaller",
+                    mark->id, radius_mm, at_first.photo));
+  Image sum = Standardised(upright);
   for (size_t k = 1; k < mark->sightings.size(); ++k) {
     Sighting& sighting = mark->sightings[k];
     const Vector2d centre = PlaceOfPicture(upright, sighting.seen, pixel_mm);
-    sighting.place = sighting.origin + centre;
-    const Image further = Upright(sighting.seen, centre, pixel_mm, half_px);
+    sighting.place = sighting.window.RasterFromImage(centre);
+    Image further = Upright(sighting.seen, centre, pixel_mm, half_px);
+    if (!IsWhole(further)) continue;
+    further = Standardised(std::move(further));
     for (size_t i = 0; i < sum.values.size(); ++i) sum.values[i] += further.values[i];
   }
   Look look;
   look.name = LookName(*mark);
-  look.picture = Stretched(std::move(sum), mark->id);
+  look.picture = Stretched(std::move(sum));
   look.pixel_mm = pixel_mm;
   look.centre_px = Vector2d::Constant(half_px + 0.5);
   return look;
@@ -221,7 +241,7 @@ bool LiesInPicture(const std::vector<MarkElement>& elements, const Sighting& sig
   constexpr double kNearest_mm = 0.15, kFarthest_mm = 0.7, kPicture = 0.2;
   const MarkDrawing drawing{elements, MarkBackground::kDark, std::nullopt};
   const Matrix2d mm_from_pixel = sighting.seen.pixel_from_mm.inverse();
-  const Vector2d centre = sighting.place - sighting.origin;
+  const Vector2d centre = sighting.window.ImageFromRaster(sighting.place);
   std::vector<double> strokes, surroundings;
   const Image& image = sighting.seen.image;
   for (int row = 0; row < image.height; ++row)
@@ -263,7 +283,8 @@ std::vector<Look> FindLooks(double picture_radius_mm, std::vector<MarkSeen>* mar
     MarkSeen& mark = (*marks)[i];
     mark.correlation = 0;
     mark.look = looks.size();
-    for (Sighting& sighting : mark.sightings) sighting.place = sighting.origin + sighting.seen.near;
+    for (Sighting& sighting : mark.sightings)
+      sighting.place = sighting.window.RasterFromImage(sighting.seen.near);
     looks.push_back(PictureOf(&mark, picture_radius_mm));
   }
   for (size_t k = 0; k < looks.size(); ++k)

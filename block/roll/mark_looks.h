@@ -14,9 +14,11 @@ namespace orient::block {
 // A mark on one scan.
 struct Sighting {
   size_t scan = 0;
+  std::string photo;
   interior::SeenMark seen;
-  Eigen::Vector2d origin = Eigen::Vector2d::Zero();  // of seen.image on the scan
-  Eigen::Vector2d place = Eigen::Vector2d::Zero();   // on the scan: clicked, then measured
+  ImageWindow
+      window;  // where seen.image lies on the scan, and its scale; without pixels of its own
+  Eigen::Vector2d place = Eigen::Vector2d::Zero();  // on the scan: clicked, then measured
 };
 
 struct MarkSeen {
@@ -39,7 +41,7 @@ struct Look {
 // Marks that look alike have one drawing of elements; those that no drawing explains have a picture
 // each, `picture_radius_mm` to a side, cut out where the first scan was clicked and averaged with
 // the others. Sets every mark's look, and measures its place on all scans. Throws InputError naming
-// a mark that is too near the scan's edge for a picture.
+// photo and mark where a picture would reach beyond the scan.
 std::vector<Look> FindLooks(double picture_radius_mm, std::vector<MarkSeen>* marks);
 
 }  // namespace orient::block

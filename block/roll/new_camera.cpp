@@ -6,9 +6,10 @@
 #include <algorithm>
 #include <cmath>
 
+#include "block/roll/clicked_scale.h"
+#include "block/roll/mark_layout.h"
 #include "block/roll/mark_looks.h"
 #include "core/base/error.h"
-#include "core/base/median.h"
 #include "core/geometry/transform2d.h"
 
 namespace orient::block {
@@ -41,137 +42,135 @@ size_t IndexOf(const std::string& id, const std::vector<std::string>& ids) {
   return static_cast<size_t>(found - ids.begin());
 }
 
-const interior::MarkClick* ClickOn(const ClickedScan& scan, const std::string& mark) {
-  const auto found = std::find_if(scan.clicks.begin(), scan.clicks.end(),
-                                  [&](const auto& click) { return click.mark == mark; });
-  return found == scan.clicks.end() ? nullptr : &*found;
-}
-
-// The linear part of photo mm from the scan's pixels, as the stated positions have it.
-Matrix2d ByPositions(const ClickedScan& scan, const std::vector<StatedPosition>& positions) {
-  constexpr double kLargest_mm = 3;  // a print curls by millimetres
-  std::vector<PointPair2d> pairs;
-  std::vector<std::string> names;
-  for (const StatedPosition& stated : positions)
-    if (const auto* click = ClickOn(scan, stated.mark)) {
-      pairs.push_back({click->pixel, stated.position_mm});
-      names.push_back(stated.mark);
-    }
-  if (pairs.size() < 3)
+// How far around a click its mark is looked for. Throws InputError where the click is too vague.
+double ReachOf(const interior::MarkClick& click, const std::string& photo) {
+  constexpr double kLeast_px = 4, kMostSigma_px = 4;
+  if (click.sigma_px > kMostSigma_px)
     throw InputError(
-        fmt::format("photo {} has {} clicked marks with stated positions; three are "
-                    "needed on every scan",
-                    scan.photo, pairs.size()));
-  const auto straight = FitSimilarity(pairs, false), mirrored = FitSimilarity(pairs, true);
-  if (!straight || !mirrored)
-    throw InputError(fmt::format("photo {}: the clicked marks lie at one place", scan.photo));
-  const TransformFit& fit = straight->sigma0 <= mirrored->sigma0 ? *straight : *mirrored;
-  size_t worst = 0;
-  for (size_t i = 0; i < pairs.size(); ++i)
-    if (fit.residuals[i].norm() > fit.residuals[worst].norm()) worst = i;
-  if (fit.residuals[worst].norm() > kLargest_mm)
-    throw InputError(
-        fmt::format("photo {}: the clicks contradict the stated positions; mark {} is "
-                    "{:.1f} mm off. Are two marks confused?",
-                    scan.photo, names[worst], fit.residuals[worst].norm()));
-  return fit.transform.A;
+        fmt::format("mark {} of photo {} is clicked with a sigma of {:g} px; {:g} px at "
+                    "most, so that no neighbour is taken for it",
+                    click.mark, photo, click.sigma_px, kMostSigma_px));
+  return click.exact ? 0.0 : std::max(kLeast_px, 3 * click.sigma_px);
 }
 
-// Millimetres a pixel, as the stated distances have it.
-std::optional<double> PixelByDistances(const ClickedScan& scan,
-                                       const std::vector<StatedDistance>& distances) {
-  constexpr double kLargestDeviation = 0.05;  // prints shrink by up to 2.5 % in one direction
-  std::vector<double> sizes;
-  std::vector<const StatedDistance*> stated;
-  for (const StatedDistance& d : distances) {
-    const auto *from = ClickOn(scan, d.from), *to = ClickOn(scan, d.to);
-    if (from == nullptr || to == nullptr) continue;
-    const double length_px = (to->pixel - from->pixel).norm();
-    if (!(length_px > 1))
-      throw InputError(fmt::format("photo {}: marks {} and {} are clicked at one place", scan.photo,
-                                   d.from, d.to));
-    sizes.push_back(d.distance_mm / length_px);
-    stated.push_back(&d);
+// A mark's surroundings on a scan, in pixels of 10 um or coarser.
+Sighting Cut(const ClickedScan& scan, const interior::MarkClick& click,
+             const Matrix2d& mm_from_pixel, const NewCameraOptions& options) {
+  constexpr double kFinest_mm = 0.01;
+  const double pixel_mm = std::sqrt(std::abs(mm_from_pixel.determinant()));
+  const double reduced = std::max(1.0, kFinest_mm / pixel_mm);
+  const double radius_mm =
+      std::max(1.1 * interior::kLargestFittedRadius_mm, 1.5 * options.template_radius_mm);
+  Sighting sighting;
+  sighting.photo = scan.photo;
+  sighting.place = click.pixel;
+  const double reach_px = ReachOf(click, scan.photo);
+  const int half = static_cast<int>(std::ceil(radius_mm / pixel_mm + reach_px + 2 * reduced));
+  sighting.window = scan.raster.ReadGrey(
+      {static_cast<int>(std::floor(click.pixel.x())) - half,
+       static_cast<int>(std::floor(click.pixel.y())) - half, 2 * half + 1, 2 * half + 1},
+      reduced);
+  sighting.seen.image = sighting.window.image;
+  sighting.window.image = {};  // its place and scale remain
+  if (options.polarity == Polarity::kNegative)
+    for (float& value : sighting.seen.image.values) value = -value;
+  sighting.seen.near = sighting.window.ImageFromRaster(click.pixel);
+  sighting.seen.pixel_from_mm = mm_from_pixel.inverse() / sighting.window.scale;
+  sighting.seen.reach_px = reach_px / sighting.window.scale;
+  return sighting;
+}
+
+std::vector<MarkSeen> CutMarks(const std::vector<ClickedScan>& scans,
+                               const std::vector<std::string>& ids,
+                               const std::vector<Matrix2d>& mm_from_pixel,
+                               const NewCameraOptions& options) {
+  std::vector<MarkSeen> marks;
+  for (const std::string& id : ids) {
+    MarkSeen mark{id, {}, 0, 0};
+    for (size_t s = 0; s < scans.size(); ++s)
+      if (const auto* click = ClickOn(scans[s], id)) {
+        mark.sightings.push_back(Cut(scans[s], *click, mm_from_pixel[s], options));
+        mark.sightings.back().scan = s;
+      }
+    marks.push_back(std::move(mark));
   }
-  if (sizes.empty()) return std::nullopt;
-  const double median = Median(sizes);
-  for (size_t i = 0; i < sizes.size(); ++i)
-    if (std::abs(sizes[i] / median - 1) > kLargestDeviation)
-      throw InputError(fmt::format(
-          "photo {}: the distance from {} to {}, {:.3f} mm, contradicts the others by {:.0f} %: "
-          "mistyped, or marks confused?",
-          scan.photo, stated[i]->from, stated[i]->to, stated[i]->distance_mm,
-          100 * std::abs(sizes[i] / median - 1)));
-  return median;
+  return marks;
 }
 
-Matrix2d MmFromPixel(const ClickedScan& scan, const NewCameraOptions& options) {
-  if (!options.positions.empty()) return ByPositions(scan, options.positions);
-  std::optional<double> pixel_mm = PixelByDistances(scan, options.distances);
-  if (!pixel_mm && options.pixel_size_um) pixel_mm = *options.pixel_size_um / 1000;
-  if (const auto dpi = scan.raster.DpiTag(); !pixel_mm && dpi) pixel_mm = 25.4 / *dpi;
-  if (!pixel_mm)
-    throw InputError(scan.photo +
-                     ": nothing tells the scale; give --positions, --distances or "
-                     "--pixel-size-um");
-  return *pixel_mm * PhotoFromPixelAxes(options.orientation);
-}
-
-// A mark's surroundings on all scans that show it.
-std::vector<Sighting> Cut(const std::vector<ClickedScan>& scans, const std::string& id,
-                          const std::vector<Matrix2d>& pixel_from_mm, Polarity polarity) {
-  std::vector<Sighting> sightings;
-  for (size_t s = 0; s < scans.size(); ++s) {
-    for (const interior::MarkClick& click : scans[s].clicks) {
-      if (click.mark != id) continue;
-      const double pixels_per_mm = std::sqrt(std::abs(pixel_from_mm[s].determinant()));
-      Sighting sighting;
-      sighting.scan = s;
-      sighting.place = click.pixel;
-      sighting.seen.reach_px = click.exact ? 0.0 : std::max(4.0, 3 * click.sigma_px);
-      const int half = static_cast<int>(std::ceil(
-          1.1 * interior::kLargestFittedRadius_mm * pixels_per_mm + sighting.seen.reach_px + 2));
-      const int col = static_cast<int>(std::floor(click.pixel.x())) - half;
-      const int row = static_cast<int>(std::floor(click.pixel.y())) - half;
-      const ImageWindow window = scans[s].raster.ReadGrey({col, row, 2 * half + 1, 2 * half + 1});
-      sighting.seen.image = window.image;
-      if (polarity == Polarity::kNegative)
-        for (float& value : sighting.seen.image.values) value = -value;
-      sighting.origin = window.origin;
-      sighting.seen.near = click.pixel - window.origin;
-      sighting.seen.pixel_from_mm = pixel_from_mm[s];
-      sightings.push_back(std::move(sighting));
-    }
-  }
-  return sightings;
-}
-
-// Places of the marks on every scan in millimetres, by its scale and orientation alone.
-std::vector<ScanOfMarks> PlacesOf(const std::vector<ClickedScan>& scans,
-                                  const std::vector<Matrix2d>& mm_from_pixel,
-                                  const std::vector<MarkSeen>& marks) {
+// Places of the clicks on every scan in millimetres, by its scale and orientation alone.
+std::vector<ScanOfMarks> ClickedPlaces(const std::vector<ClickedScan>& scans,
+                                       const std::vector<Matrix2d>& mm_from_pixel,
+                                       const std::vector<std::string>& ids) {
   std::vector<ScanOfMarks> places;
-  for (const ClickedScan& scan : scans)
-    places.push_back({scan.photo, std::vector<std::optional<Vector2d>>(marks.size())});
+  for (size_t s = 0; s < scans.size(); ++s) {
+    places.push_back({scans[s].photo, std::vector<std::optional<Vector2d>>(ids.size())});
+    for (size_t i = 0; i < ids.size(); ++i)
+      if (const auto* click = ClickOn(scans[s], ids[i]))
+        places.back().place_mm[i] = Vector2d(mm_from_pixel[s] * click->pixel);
+  }
+  return places;
+}
+
+// The same of the marks as they were measured.
+std::vector<ScanOfMarks> MeasuredPlaces(std::vector<ScanOfMarks> places,
+                                        const std::vector<Matrix2d>& mm_from_pixel,
+                                        const std::vector<MarkSeen>& marks) {
   for (size_t i = 0; i < marks.size(); ++i)
     for (const Sighting& sighting : marks[i].sightings)
       places[sighting.scan].place_mm[i] = Vector2d(mm_from_pixel[sighting.scan] * sighting.place);
   return places;
 }
 
+// What the adjustment of the places finds contradictory, named.
+[[noreturn]] void ThrowContradiction(const LayoutContradiction& found,
+                                     const std::vector<ScanOfMarks>& places,
+                                     const std::vector<std::string>& ids,
+                                     const NewCameraOptions& options) {
+  if (found.distance) {
+    const StatedDistance& d = options.distances[*found.distance];
+    throw InputError(fmt::format(
+        "the distance from {} to {}, {:.3f} mm, contradicts the scans and the other distances by "
+        "{:.2f} mm: mistyped, or marks confused?",
+        d.from, d.to, d.distance_mm, found.off_mm));
+  }
+  throw InputError(fmt::format(
+      "mark {} of photo {} lies {:.1f} mm from where the other marks, scans and distances have it: "
+      "are two marks confused, or a distance mistyped?",
+      ids[found.mark.value()], places[found.scan.value()].name, found.off_mm));
+}
+
+// `clicks_mm`: what the places may be off by as clicks; 0 for measured ones.
 MarkLayout LayoutOf(const std::vector<ScanOfMarks>& places, const std::vector<std::string>& ids,
-                    const NewCameraOptions& options) {
-  constexpr double kPhotogrammetric_mm = 0.02, kDesktop_mm = 0.15;
+                    const NewCameraOptions& options, double clicks_mm) {
+  // Desktop scans and prints have two scales that differ by up to 1.4 % or more.
+  constexpr double kPhotogrammetric_mm = 0.02, kDesktop_mm = 0.5;
   std::vector<MarkDistance> distances;
   for (const StatedDistance& d : options.distances)
     distances.push_back({IndexOf(d.from, ids), IndexOf(d.to, ids), d.distance_mm, d.sigma_mm});
-  const auto layout = EstimateLayout(places, distances,
-                                     options.photogrammetric ? kPhotogrammetric_mm : kDesktop_mm);
+  // What a scanner does to all scans alike does not become less with their number.
+  const double scanner_mm = (options.photogrammetric ? kPhotogrammetric_mm : kDesktop_mm) *
+                            std::sqrt(static_cast<double>(places.size()));
+  const auto layout = EstimateLayout(places, distances, std::hypot(scanner_mm, clicks_mm));
   if (!layout)
     throw InputError(
         "the clicked marks do not give a layout: every scan needs two marks that are "
-        "clicked on another one, too, and no two marks may lie at one place");
+        "clicked on another one, too");
+  if (layout->contradiction) ThrowContradiction(*layout->contradiction, places, ids, options);
   return *layout;
+}
+
+// Every scan as the marks' layout lies on it, its rotation included.
+std::vector<Matrix2d> Upright(const std::vector<ScanOfMarks>& places, const MarkLayout& layout,
+                              const std::vector<Matrix2d>& mm_from_pixel) {
+  std::vector<Matrix2d> upright;
+  for (size_t s = 0; s < places.size(); ++s) {
+    std::vector<PointPair2d> pairs;
+    for (size_t i = 0; i < layout.position_mm.size(); ++i)
+      if (places[s].place_mm[i]) pairs.push_back({*places[s].place_mm[i], layout.position_mm[i]});
+    const auto fit = FitSimilarity(pairs, false);
+    upright.emplace_back(fit ? Matrix2d(fit->transform.A * mm_from_pixel[s]) : mm_from_pixel[s]);
+  }
+  return upright;
 }
 
 Vector2d StatedFor(const std::string& id, const std::vector<StatedPosition>& positions) {
@@ -197,50 +196,77 @@ Vector2d ExtentOf(const std::vector<Fiducial>& fiducials) {
   return (20 * half).array().round() / 10;
 }
 
+// The camera file's marks and drawings.
+void AddMarks(const std::vector<MarkSeen>& marks, const std::vector<Look>& looks,
+              const MarkLayout& layout, NewCamera* made) {
+  for (const Look& look : looks) {
+    made->file.marks[look.name] = DrawingOf(look);
+    if (look.elements.empty()) made->pictures[look.name] = look.picture;
+  }
+  for (size_t i = 0; i < marks.size(); ++i) {
+    const MarkSeen& seen = marks[i];
+    Fiducial fiducial{seen.id, Rounded(layout.position_mm[i]), looks[seen.look].name, std::nullopt};
+    if (!layout.sigma_mm.empty()) fiducial.sigma_mm = Rounded(layout.sigma_mm[i]);
+    made->file.fiducials.push_back(fiducial);
+    const Sighting& first = seen.sightings.front();
+    made->marks.push_back({seen.id, fiducial.mark, seen.correlation,
+                           static_cast<int>(seen.sightings.size()),
+                           first.scan == 0 ? std::optional(first.place) : std::nullopt});
+  }
+}
+
+// Throws InputError for two marks at one place, or all on one line.
+void RequireApart(const std::vector<Vector2d>& positions, const std::vector<std::string>& ids) {
+  constexpr double kLeast_mm = 1;
+  double widest = 0;
+  for (size_t i = 0; i < ids.size(); ++i)
+    for (size_t j = i + 1; j < ids.size(); ++j) {
+      const Vector2d side = positions[j] - positions[i];
+      if (side.norm() < kLeast_mm)
+        throw InputError(fmt::format("marks {} and {} lie at one place", ids[i], ids[j]));
+      for (const Vector2d& other : positions) {
+        const Vector2d to = other - positions[i];
+        widest = std::max(widest, std::abs(side.x() * to.y() - side.y() * to.x()) / side.norm());
+      }
+    }
+  if (widest < 5 * kLeast_mm) throw InputError("all marks lie on one line; click others, too");
+}
+
 }  // namespace
 
 NewCamera MakeCamera(const std::vector<ClickedScan>& scans, const NewCameraOptions& options) {
+  constexpr double kClick_px = 2;
   const std::vector<std::string> ids = MarkIds(scans);
-  for (const StatedDistance& d : options.distances) IndexOf(d.from, ids), IndexOf(d.to, ids);
-  std::vector<Matrix2d> mm_from_pixel, pixel_from_mm;
-  for (const ClickedScan& scan : scans) {
-    mm_from_pixel.push_back(MmFromPixel(scan, options));
-    pixel_from_mm.emplace_back(mm_from_pixel.back().inverse());
-  }
-  std::vector<MarkSeen> marks;
-  for (const std::string& id : ids)
-    marks.push_back({id, Cut(scans, id, pixel_from_mm, options.polarity), 0, 0});
-  const std::vector<Look> looks = FindLooks(options.template_radius_mm, &marks);
-
+  std::vector<Matrix2d> mm_from_pixel;
   NewCamera made;
+  for (const ClickedScan& scan : scans) {
+    const ClickedScale scale = ScaleOf(scan, options);
+    if (mm_from_pixel.empty()) made.scale_from = scale.from;
+    mm_from_pixel.push_back(scale.mm_from_pixel);
+  }
+  made.pixel_size_um = 1e3 * std::sqrt(std::abs(mm_from_pixel.front().determinant()));
+  // What can be found wrong is, before the fit, which takes a while.
+  const auto clicked = ClickedPlaces(scans, mm_from_pixel, ids);
+  const bool stated = !options.positions.empty();
+  MarkLayout layout;
+  for (const std::string& id : ids)
+    if (stated) layout.position_mm.push_back(StatedFor(id, options.positions));
+  if (!stated) layout = LayoutOf(clicked, ids, options, 1e-3 * kClick_px * made.pixel_size_um);
+  RequireApart(layout.position_mm, ids);
+  const std::vector<Matrix2d> upright =
+      stated ? mm_from_pixel : Upright(clicked, layout, mm_from_pixel);
+
+  std::vector<MarkSeen> marks = CutMarks(scans, ids, upright, options);
+  const std::vector<Look> looks = FindLooks(options.template_radius_mm, &marks);
+  if (!stated) layout = LayoutOf(MeasuredPlaces(clicked, mm_from_pixel, marks), ids, options, 0);
   made.file.camera.name = options.name;
   made.file.camera.kind = CameraKind::kFilm;
   made.file.camera.principal_distance_mm = options.principal_distance_mm;
-  for (const Look& look : looks) {
-    made.file.marks[look.name] = DrawingOf(look);
-    if (look.elements.empty()) made.pictures[look.name] = look.picture;
-  }
-  MarkLayout layout;
-  if (options.positions.empty())
-    layout = LayoutOf(PlacesOf(scans, mm_from_pixel, marks), ids, options);
-  for (size_t i = 0; i < ids.size(); ++i) {
-    Fiducial fiducial{ids[i], Vector2d::Zero(), looks[marks[i].look].name, std::nullopt};
-    if (options.positions.empty()) {
-      fiducial.position_mm = Rounded(layout.position_mm[i]);
-      fiducial.sigma_mm = Rounded(layout.sigma_mm[i]);
-    } else {
-      fiducial.position_mm = StatedFor(ids[i], options.positions);
-    }
-    made.file.fiducials.push_back(fiducial);
-    NewMark mark{ids[i], fiducial.mark, marks[i].correlation,
-                 static_cast<int>(marks[i].sightings.size()), std::nullopt};
-    if (marks[i].sightings.front().scan == 0) mark.first_place = marks[i].sightings.front().place;
-    made.marks.push_back(std::move(mark));
-  }
+  AddMarks(marks, looks, layout, &made);
   made.file.camera.frame_mm = options.frame_mm ? *options.frame_mm : ExtentOf(made.file.fiducials);
   made.distance_residual_mm = layout.distance_residual_mm;
-  made.first_mm_from_pixel = mm_from_pixel.front();
-  made.pixel_size_um = 1e3 * std::sqrt(std::abs(mm_from_pixel.front().determinant()));
+  made.origin_known = layout.origin_known;
+  made.first_mm_from_pixel = upright.front();
   return made;
 }
 

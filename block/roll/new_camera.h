@@ -8,47 +8,15 @@
 #include <string>
 #include <vector>
 
-#include "block/roll/mark_layout.h"
+#include "block/roll/new_camera_inputs.h"
 #include "core/files/camera_file.h"
-#include "core/files/results.h"
-#include "core/raster/raster.h"
-#include "interior/constellation/interior_options.h"
+#include "core/raster/image.h"
 
 namespace orient::block {
 
-struct ClickedScan {
-  std::string photo;
-  Raster raster;
-  std::vector<interior::MarkClick> clicks;
-};
-
-// A calibrated position, as the report states it.
-struct StatedPosition {
-  std::string mark;
-  Eigen::Vector2d position_mm = Eigen::Vector2d::Zero();
-};
-
-struct StatedDistance {
-  std::string from, to;
-  double distance_mm = 0, sigma_mm = 0.01;
-};
-
-struct NewCameraOptions {
-  std::string name;
-  double principal_distance_mm = 0;
-  std::optional<Eigen::Vector2d> frame_mm;             // empty: the marks' extent
-  std::vector<StatedPosition> positions;               // of all marks, or empty
-  std::vector<StatedDistance> distances;               // used where there are no positions
-  std::optional<double> pixel_size_um;                 // needed where there are neither
-  ScanOrientation orientation = ScanOrientation::kR0;  // of the scans; positions determine it
-  Polarity polarity = Polarity::kPositive;
-  bool photogrammetric = false;   // the scanner: its errors are below 20 um, else 150 um
-  double template_radius_mm = 2;  // of marks that no drawing describes
-};
-
 struct NewMark {
   std::string id, drawing;
-  double correlation = 0;  // of its drawing with the scans, mean; 0 for a picture on one scan
+  double correlation = 0;  // of its drawing with the scans, mean; 0 for a picture
   int scans = 0;           // that show it
   std::optional<Eigen::Vector2d> first_place;  // on the first scan, pixels, where it was clicked
 };
@@ -59,13 +27,16 @@ struct NewCamera {
   std::vector<NewMark> marks;                // in the order of the file's fiducials
   std::vector<double> distance_residual_mm;  // stated - adjusted, of the options' distances
   double pixel_size_um = 0;                  // of the first scan
+  std::string scale_from;                    // ClickedScale::from of the first scan
+  bool origin_known = true;                  // see MarkLayout
   Eigen::Matrix2d first_mm_from_pixel = Eigen::Matrix2d::Identity();  // linear part, of that scan
 };
 
-// Marks that look alike have one drawing of elements (interior/marks/drawing_fit.h), the others a
-// picture, cut out and averaged over the scans. Throws InputError naming the mark and the remedy:
-// fewer than three marks, clicks that contradict the stated positions or distances, marks at the
-// scan's edge, a scale that nothing tells.
+// Marks that look alike have one drawing of elements (mark_looks.h), the others a picture, cut out
+// and averaged over the scans. Throws InputError naming photo, mark and remedy: fewer than three
+// marks, clicks beside the scan or at one place, clicks that contradict one another, the stated
+// positions or the distances, marks too near the scan's edge for a picture, a scale that nothing
+// tells.
 NewCamera MakeCamera(const std::vector<ClickedScan>& scans, const NewCameraOptions& options);
 
 }  // namespace orient::block

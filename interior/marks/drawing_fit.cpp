@@ -45,7 +45,7 @@ class Window {
       const bool too_thin = ThinnestStroke(shape) * view.pixels_per_mm < 0.3;
       if (!drawable || radius > half_mm_ || too_thin) continue;
       const MarkTemplate drawn = Rendered(shape, view);
-      const auto peaks = FindPeaks(CorrelateSpatial(drawn.values, view.image), 1, 1, -1.0);
+      const auto peaks = FindPeaks(Correlate(drawn.values, view.image), 1, 1, -1.0);
       if (peaks.empty()) continue;
       located.correlation.back() = peaks[0].score;
       located.centre.back() = view.origin + view.reduced * (peaks[0].position + drawn.centre);
@@ -89,9 +89,9 @@ class Window {
     view.reduced = std::max(1.0, half_mm_ * full / most_px);
     view.pixel_from_mm = mark.pixel_from_mm / view.reduced;
     view.pixels_per_mm = full / view.reduced;
-    const double half_px = std::ceil(half_mm_ * view.pixels_per_mm * 1.03 + 0.5) +
-                           std::ceil(mark.reach_px / view.reduced);
-    view.independent = 4 * half_px * half_px / kPixelsPerError;
+    const double template_px = std::ceil(half_mm_ * view.pixels_per_mm * 1.03 + 0.5);
+    const double half_px = template_px + std::ceil(mark.reach_px / view.reduced);
+    view.independent = 4 * template_px * template_px / kPixelsPerError;
     const int side = static_cast<int>(std::ceil((2 * half_px + 2) * view.reduced));
     const int col = static_cast<int>(std::floor(mark.near.x() - 0.5 * side));
     const int row = static_cast<int>(std::floor(mark.near.y() - 0.5 * side));
@@ -256,8 +256,9 @@ std::optional<FittedDrawing> FitDrawing(const std::vector<SeenMark>& marks) {
   const Window window = WindowOf(Drawn(parts), marks, kPixelsMeasured);
   Improve(window, &parts);
   Prune(window, &parts);
-  Elements elements = Drawn(parts);
-  RoundLengths(&elements);
+  Elements elements = Drawn(parts), rounded = elements;
+  RoundLengths(&rounded);
+  if (IsDrawable(rounded)) elements = rounded;
   FittedDrawing fitted = LocateDrawing(elements, marks);
   if (Mean(fitted.correlation) < kLeastCorrelation) return std::nullopt;
   return fitted;

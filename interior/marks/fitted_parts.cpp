@@ -78,8 +78,7 @@ bool ReachesBeyondTheOthers(const Elements& elements) {
 
 double Rounded(double length_mm) { return std::round(length_mm * 200) / 200; }
 
-// Into the half-open interval around 0 in which every orientation occurs once, to a tenth of a
-// degree; near a multiple of `usual` that.
+// To a tenth of a degree, or to a multiple of `usual` nearby; into [0, turns_into_itself).
 double Rounded(double angle, double turns_into_itself, double usual) {
   constexpr double kNearly = 4 * kPi / 180, kTenth = kPi / 1800;
   angle = std::round(angle / kTenth) * kTenth;
@@ -101,12 +100,12 @@ struct Rounder {
     e.width_mm = std::max(Rounded(e.width_mm), 0.005);
   }
   void operator()(WedgeElement& e) const {
-    e.base_mm = Rounded(e.base_mm);
-    e.depth_mm = Rounded(e.depth_mm);
+    e.base_mm = std::max(Rounded(e.base_mm), 0.005);
+    e.depth_mm = std::max(Rounded(e.depth_mm), 0.005);
     e.angle_rad = Rounded(e.angle_rad, 2 * kPi, kPi / 4);
   }
   void operator()(CheckerElement& e) const {
-    e.size_mm = Rounded(e.size_mm);
+    e.size_mm = std::max(Rounded(e.size_mm), 0.005);
     e.angle_rad = Rounded(e.angle_rad, kPi, kPi / 4);
   }
   void operator()(LineElement&) const {}

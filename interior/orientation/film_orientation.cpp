@@ -181,8 +181,8 @@ class FilmVotes {
     for (const BorderPlace& place : places)
       seen.push_back(LookFor(feature.shows, place, scan_, pixel_from_photo_, tone, marks));
     OrientationVote vote{NatsOfFeature(feature.shows, seen, place_of)};
-    vote.off_scan = std::none_of(places.begin(), places.end(),
-                                 [&](const BorderPlace& place) { return IsOnScan(place); });
+    vote.off_scan = IsSilent(vote) && std::none_of(places.begin(), places.end(),
+                                                   [&](const auto& p) { return IsOnScan(p); });
     return vote;
   }
 

@@ -89,6 +89,7 @@ FilmReading ReadingIn(const CameraFile& camera, const FilmReading& reading,
   for (size_t i = 0; i < relabel.size(); ++i) {
     renamed.marks[relabel[i]] = placed[i];
     renamed.candidates[relabel[i]] = reading.candidates[i];
+    if (!reading.windows.empty()) renamed.windows[relabel[i]] = reading.windows[i];
     renamed.best.choice[relabel[i]] = reading.best.choice[i];
   }
   if (std::ssize(renamed.marks) >= kLeastReseauMarks) {

@@ -6,6 +6,11 @@
 #include <algorithm>
 
 namespace orient::interior {
+namespace {
+
+std::string SymbolOf(const std::string& mark) { return "symbol of mark " + mark; }
+
+}  // namespace
 
 VoteNames::VoteNames(const CameraFile& camera, const MarkShapes& shapes, ScanOrientation first,
                      ScanOrientation chosen)
@@ -56,11 +61,21 @@ std::string VoteNames::MarkOf(const OrientationVote& vote) const {
 }
 
 std::string VoteNames::NameOf(const OrientationVote& vote) const {
-  if (vote.mark) return "symbol of mark " + MarkOf(vote);
+  if (vote.mark) return SymbolOf(MarkOf(vote));
   if (vote.layout || !vote.feature) return "mark positions";
   // The data strip follows the camera file's own features (BorderFeatures).
   if (*vote.feature >= camera_.border.size()) return "data strip";
   return fmt::format("border {}", *vote.feature + 1);
+}
+
+void RenameSymbols(const CameraFile& camera, const std::vector<int>& relabel,
+                   std::vector<OrientationEvidence>* evidence) {
+  for (OrientationEvidence& said : *evidence)
+    for (size_t i = 0; i < relabel.size(); ++i)
+      if (said.by == SymbolOf(camera.fiducials[i].id)) {
+        said.by = SymbolOf(camera.fiducials[relabel[i]].id);
+        break;
+      }
 }
 
 }  // namespace orient::interior

@@ -31,4 +31,8 @@ class VoteNames {
   std::optional<std::vector<int>> relabel_;
 };
 
+// Evidence() of marks that get other names: relabel[i] is the mark that mark i becomes.
+void RenameSymbols(const CameraFile& camera, const std::vector<int>& relabel,
+                   std::vector<OrientationEvidence>* evidence);
+
 }  // namespace orient::interior

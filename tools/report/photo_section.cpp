@@ -152,11 +152,11 @@ Markup PictureOf(const std::string& file_name, const char* alt, const PictureHtm
   return file_name.empty() ? Markup() : picture(file_name, alt);
 }
 
-// Where was looked on a scan that is not ok, and what was taken.
+// The whole scan of a photo that is not ok, with what was searched for on it.
 Markup OverviewPart(Status status, const std::string& file_name, const char* part,
                     const PictureHtml& picture) {
   if (status == Status::kOk || file_name.empty()) return {};
-  return Fill(part, {{"picture", picture(file_name, "The scan and where was looked on it")}});
+  return Fill(part, {{"picture", picture(file_name, "The whole scan with the search windows")}});
 }
 
 Markup InteriorPart(const PhotoRecord& photo, const PictureHtml& picture) {

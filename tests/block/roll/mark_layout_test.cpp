@@ -101,6 +101,58 @@ TEST(MarkLayout, OfAMarkThatNoScanShowsIsNone) {
   EXPECT_FALSE(EstimateLayout({scan}, {}, 0.02));
 }
 
+// Any of eight marks may be missing: corners and sides.
+TEST(MarkLayout, OfSevenOfEightMarksHasItsOriginInTheMiddle) {
+  std::vector<Vector2d> all = kCorners;
+  for (const Vector2d& side :
+       {Vector2d(110, 0), Vector2d(-110, 0), Vector2d(0, 110), Vector2d(0, -110)})
+    all.push_back(side);
+  for (size_t missing = 0; missing < all.size(); ++missing) {
+    std::vector<Vector2d> marks = all;
+    marks.erase(marks.begin() + static_cast<std::ptrdiff_t>(missing));
+    const auto layout = EstimateLayout({Scan(marks, 0, 1, 0, 1)}, {}, 0.02);
+    ASSERT_TRUE(layout);
+    EXPECT_TRUE(layout->origin_known);
+    EXPECT_LT(LargestError(*layout, marks), 1e-6) << missing;
+  }
+}
+
+TEST(MarkLayout, OfFourCornersAndOneSideHasItsOriginInTheMiddle) {
+  std::vector<Vector2d> marks = kCorners;
+  marks.emplace_back(0, 113);
+  const auto layout = EstimateLayout({Scan(marks, 0, 1, 0, 1)}, {}, 0.02);
+  ASSERT_TRUE(layout);
+  EXPECT_LT(LargestError(*layout, marks), 1e-6);
+}
+
+TEST(MarkLayout, WithoutOppositeMarksSaysThatItsOriginIsNotKnown) {
+  const std::vector<Vector2d> marks = {{-100, 0}, {0, 100}, {90, 60}};
+  const auto layout = EstimateLayout({Scan(marks, 0, 1, 0, 1)}, {}, 0.02);
+  ASSERT_TRUE(layout);
+  EXPECT_FALSE(layout->origin_known);
+}
+
+TEST(MarkLayout, NamesThePlaceThatTheOthersContradict) {
+  ScanOfMarks second = Scan(kCorners, 0.01, 1, 0.01, 2);
+  *second.place_mm[2] += Vector2d(0.4, 0);
+  const auto layout = EstimateLayout(
+      {Scan(kCorners, 0, 1, 0.01, 1), second, Scan(kCorners, 0, 1, 0.01, 3)}, {}, 0.02);
+  ASSERT_TRUE(layout && layout->contradiction);
+  EXPECT_EQ(layout->contradiction->scan, std::optional<size_t>(1));
+  EXPECT_EQ(layout->contradiction->mark, std::optional<size_t>(2));
+  EXPECT_NEAR(layout->contradiction->off_mm, 0.4, 0.15);
+}
+
+TEST(MarkLayout, OfNoiseAloneContradictsNothing) {
+  for (unsigned draw = 0; draw < 100; ++draw) {
+    const auto layout = EstimateLayout(
+        {Scan(kCorners, 0, 1, 0.05, 3 * draw), Scan(kCorners, 0.01, 1, 0.05, 3 * draw + 1)},
+        {Between(0, 1), Between(2, 3)}, 0.05);
+    ASSERT_TRUE(layout);
+    EXPECT_FALSE(layout->contradiction);
+  }
+}
+
 TEST(MarkLayout, OfTwoMarksIsNone) {
   EXPECT_FALSE(EstimateLayout({Scan({{-100, 0}, {100, 0}}, 0, 1, 0, 1)}, {}, 0.02));
 }

@@ -31,6 +31,12 @@ FilmFrameSpec Film(unsigned seed) {
   return spec;
 }
 
+std::vector<ClickedScan> One(ClickedScan scan) {
+  std::vector<ClickedScan> scans;
+  scans.push_back(std::move(scan));
+  return scans;
+}
+
 class NewCameraTest : public testing::Test {
  protected:
   // Clicked up to two pixels beside the marks.
@@ -77,7 +83,7 @@ class NewCameraTest : public testing::Test {
 };
 
 TEST_F(NewCameraTest, OfOneScanReadsAnother) {
-  const NewCamera made = MakeCamera({Clicked(Film(1), "first")}, Options());
+  const NewCamera made = MakeCamera(One(Clicked(Film(1), "first")), Options());
   ASSERT_EQ(made.file.fiducials.size(), 4u);
   EXPECT_EQ(made.file.marks.size(), 1u);  // four marks of one look
   EXPECT_TRUE(made.pictures.empty());
@@ -94,7 +100,7 @@ TEST_F(NewCameraTest, WithDistancesNeedsNoPixelSize) {
   NewCameraOptions options = Options();
   options.pixel_size_um.reset();
   options.distances = {{"1", "2", 50 * std::sqrt(2.0)}, {"3", "4", 50 * std::sqrt(2.0)}};
-  const NewCamera made = MakeCamera({Clicked(Film(2), "first")}, options);
+  const NewCamera made = MakeCamera(One(Clicked(Film(2), "first")), options);
   EXPECT_NEAR(made.pixel_size_um, 1e3 * kPixelMm, 0.1);
   for (const double residual : made.distance_residual_mm) EXPECT_LT(std::abs(residual), 0.01);
 }
@@ -106,7 +112,10 @@ TEST_F(NewCameraTest, WithStatedPositionsReadsAScanThatLiesOtherwise) {
   options.pixel_size_um.reset();
   for (const Fiducial& f : spec.camera.fiducials)
     options.positions.push_back({f.id, f.position_mm});
-  const NewCamera made = MakeCamera({Clicked(spec, "first")}, options);
+  ExpectError<InputError>([&] { MakeCamera(One(Clicked(spec, "first")), options); },
+                          {"mirrored", "--orientation m0"});
+  options.orientation = ScanOrientation::kM0;  // that it is mirrored; the positions tell the rest
+  const NewCamera made = MakeCamera(One(Clicked(spec, "first")), options);
   EXPECT_NEAR(made.pixel_size_um, 1e3 * kPixelMm, 0.1);
   EXPECT_EQ(made.file.fiducials[0].position_mm, spec.camera.fiducials[0].position_mm);
   ExpectItReads(made, Film(4));
@@ -117,7 +126,7 @@ TEST_F(NewCameraTest, OfANegativeDrawsWhatIsBrightOnThePositive) {
   spec.polarity = Polarity::kNegative;
   NewCameraOptions options = Options();
   options.polarity = Polarity::kNegative;
-  const NewCamera made = MakeCamera({Clicked(spec, "first")}, options);
+  const NewCamera made = MakeCamera(One(Clicked(spec, "first")), options);
   ASSERT_EQ(made.file.marks.size(), 1u);
   for (const MarkElement& element : made.file.marks.begin()->second.elements)
     EXPECT_EQ(BrightnessOf(element), 1);
@@ -132,8 +141,7 @@ TEST_F(NewCameraTest, WhatNoDrawingExplainsBecomesAPicture) {
   NewCameraOptions options = Options();
   ClickedScan first = Clicked(spec, "first");
   first.clicks.resize(3);  // all that is needed, and quicker
-  std::vector<ClickedScan> scans;
-  scans.push_back(std::move(first));
+  const auto scans = One(std::move(first));
   const NewCamera made = MakeCamera(scans, options);
   for (const auto& [name, picture] : made.pictures) {
     EXPECT_TRUE(made.file.marks.at(name).image.has_value()) << name;
@@ -148,32 +156,87 @@ TEST_F(NewCameraTest, ConfusedMarksContradictStatedPositions) {
   NewCameraOptions options = Options();
   for (const Fiducial& f : RingCamera(25, 60).fiducials)
     options.positions.push_back({f.id, f.position_mm});
-  std::vector<ClickedScan> scans;
-  scans.push_back(std::move(scan));
+  const auto scans = One(std::move(scan));
   ExpectError<InputError>([&] { MakeCamera(scans, options); }, {"first", "contradict", "mark"});
 }
 
 TEST_F(NewCameraTest, AMistypedDistanceIsNamed) {
   NewCameraOptions options = Options();
   options.distances = {{"1", "2", 70.71}, {"3", "4", 70.71}, {"1", "3", 40.0}};
-  std::vector<ClickedScan> scans;
-  scans.push_back(Clicked(Film(1), "first"));
+  const auto scans = One(Clicked(Film(1), "first"));
   ExpectError<InputError>([&] { MakeCamera(scans, options); }, {"from 1 to 3", "40.000"});
+}
+
+TEST_F(NewCameraTest, MarksConfusedOnASecondScanAreNamed) {
+  std::vector<ClickedScan> scans = One(Clicked(Film(1), "first"));
+  scans.push_back(Clicked(Film(2), "second"));
+  std::swap(scans[1].clicks[1].mark, scans[1].clicks[3].mark);
+  ExpectError<InputError>([&] { MakeCamera(scans, Options()); }, {"mark", "photo", "confused"});
+}
+
+TEST_F(NewCameraTest, ADistanceThatTheScansContradictIsNamed) {
+  NewCameraOptions options = Options();
+  options.distances = {{"1", "2", 70.711}, {"3", "4", 70.711}, {"1", "3", 51.0}};
+  const auto scans = One(Clicked(Film(1), "first"));
+  ExpectError<InputError>([&] { MakeCamera(scans, options); }, {"mistyped"});
+}
+
+TEST_F(NewCameraTest, ExactClicksAreTheMeasurement) {
+  ClickedScan scan = Clicked(Film(1), "first");
+  for (interior::MarkClick& click : scan.clicks) click.exact = true;
+  const std::vector<interior::MarkClick> clicks = scan.clicks;
+  const NewCamera made = MakeCamera(One(std::move(scan)), Options());
+  for (size_t i = 0; i < clicks.size(); ++i)
+    EXPECT_EQ(made.marks[i].first_place, std::optional(clicks[i].pixel));
+}
+
+TEST_F(NewCameraTest, AVagueClickIsRefused) {
+  ClickedScan scan = Clicked(Film(1), "first");
+  scan.clicks[2].sigma_px = 30000;
+  const auto scans = One(std::move(scan));
+  ExpectError<InputError>([&] { MakeCamera(scans, Options()); }, {"mark 3", "first", "30000"});
+}
+
+TEST_F(NewCameraTest, TwoMarksAtOnePlaceAreNamed) {
+  ClickedScan scan = Clicked(Film(1), "first");
+  scan.clicks[2].pixel = scan.clicks[0].pixel;
+  const auto scans = One(std::move(scan));
+  ExpectError<InputError>([&] { MakeCamera(scans, Options()); }, {"marks 1 and 3", "one place"});
+}
+
+TEST_F(NewCameraTest, MarksOnOneLineAreRefused) {
+  ClickedScan scan = Clicked(Film(1), "first");
+  scan.clicks.resize(3);
+  scan.clicks[2].pixel = (scan.clicks[0].pixel + scan.clicks[1].pixel) / 2;
+  const auto scans = One(std::move(scan));
+  ExpectError<InputError>([&] { MakeCamera(scans, Options()); }, {"one line"});
+}
+
+// A second scan that lies otherwise shows the same marks.
+TEST_F(NewCameraTest, OfScansThatLieDifferentlyHasOneDrawing) {
+  std::vector<ClickedScan> scans = One(Clicked(Film(1), "first"));
+  FilmFrameSpec turned = Film(2);
+  turned.orientation = ScanOrientation::kR90;
+  scans.push_back(Clicked(turned, "second"));
+  const NewCamera made = MakeCamera(scans, Options());
+  EXPECT_EQ(made.file.marks.size(), 1u);
+  for (const NewMark& mark : made.marks) {
+    EXPECT_EQ(mark.scans, 2);
+    EXPECT_GT(mark.correlation, 0.9);
+  }
 }
 
 TEST_F(NewCameraTest, WithoutAnyScaleSaysWhatToGive) {
   NewCameraOptions options = Options();
   options.pixel_size_um.reset();
-  std::vector<ClickedScan> scans;
-  scans.push_back(Clicked(Film(1), "first"));
+  const auto scans = One(Clicked(Film(1), "first"));
   ExpectError<InputError>([&] { MakeCamera(scans, options); }, {"scale", "--pixel-size-um"});
 }
 
 TEST_F(NewCameraTest, OfTwoMarksIsRefused) {
   ClickedScan scan = Clicked(Film(1), "first");
   scan.clicks.resize(2);
-  std::vector<ClickedScan> scans;
-  scans.push_back(std::move(scan));
+  const auto scans = One(std::move(scan));
   ExpectError<InputError>([&] { MakeCamera(scans, Options()); }, {"2 marks", "three"});
 }
 

@@ -76,15 +76,55 @@ std::string PathBeside(const std::string& camera_path, const std::string& ending
   return fs::path(camera_path).replace_extension().string() + ending;
 }
 
-void WritePictures(const std::string& camera_path, block::NewCamera* made) {
-  for (const auto& [name, picture] : made->pictures) {
-    MarkImage& image = made->file.marks.at(name).image.value();
-    image.path = PathBeside(camera_path, "_" + name + ".png");
+// Names the pictures of the marks: a mark's id may be anything, so they are numbered.
+void NamePictures(const std::string& camera_path, block::NewCamera* made) {
+  int number = 0;
+  for (const auto& [name, picture] : made->pictures)
+    made->file.marks.at(name).image.value().path =
+        PathBeside(camera_path, fmt::format("_mark_{}.png", ++number));
+}
+
+std::vector<std::string> PicturePaths(const block::NewCamera& made) {
+  std::vector<std::string> paths;
+  for (const auto& [name, picture] : made.pictures)
+    paths.push_back(made.file.marks.at(name).image.value().path);
+  return paths;
+}
+
+void WritePictures(const block::NewCamera& made) {
+  for (const auto& [name, picture] : made.pictures) {
     std::vector<unsigned char> grey;
     for (const float value : picture.values)
       grey.push_back(static_cast<unsigned char>(std::lround(std::clamp(value, 0.0f, 255.0f))));
-    WritePng(image.path, picture.width, picture.height, 1, grey);
+    WritePng(made.file.marks.at(name).image.value().path, picture.width, picture.height, 1, grey);
   }
+}
+
+// As a user's own run reads it: what it refuses is told now. Removes a file that is refused.
+void RequireReadable(const std::string& path) {
+  try {
+    ReadCameraFile(path);
+  } catch (const InputError&) {
+    std::error_code ignored;
+    fs::remove(path, ignored);
+    throw;
+  }
+}
+
+void RequireFolderOf(const std::string& path) {
+  const fs::path folder = fs::absolute(path).parent_path();
+  if (!fs::is_directory(folder))
+    throw InputError(folder.string() + ": no such folder; create it, or choose another --out");
+}
+
+bool AllAreDark(const CameraFile& camera) {
+  bool any = false;
+  for (const auto& [name, drawing] : camera.marks)
+    for (const MarkElement& element : drawing.elements) {
+      any = true;
+      if (BrightnessOf(element) > 0) return false;
+    }
+  return any;
 }
 
 // The first scan's marks with their drawings, where they were clicked there.
@@ -128,7 +168,8 @@ void Print(const block::NewCamera& made, const std::vector<block::StatedDistance
 void NewCameraCommand::Setup(CLI::App& cameras) {
   app_ = cameras.add_subcommand(
       "new", "Make a camera file from scans on which the fiducial marks were clicked");
-  app_->add_option("SCAN", scans_, "Scans of one camera, best of all of one roll")->required();
+  app_->add_option("SCAN", scans_, "Scans of one camera, preferably of one roll, twelve at most")
+      ->required();
   app_->add_option("--out", out_, "Camera file to write (.toml)")->required();
   app_->add_option("--principal-distance-mm", principal_distance_mm_,
                    "Principal distance in millimetres")
@@ -163,6 +204,11 @@ void NewCameraCommand::AddTableOptions() {
 }
 
 std::vector<block::ClickedScan> NewCameraCommand::Scans() const {
+  constexpr size_t kMostScans = 12;
+  if (scans_.size() > kMostScans)
+    throw UsageError(
+        fmt::format("{} scans; give {} at most, then 'orient interior estimate-camera'",
+                    scans_.size(), kMostScans));
   if (!clicks_.empty() && scans_.size() > 1)
     throw UsageError("--mark is for one SCAN; for several give --measurements with marks.csv");
   std::vector<block::ClickedScan> scans;
@@ -202,21 +248,35 @@ block::NewCameraOptions NewCameraCommand::Options() const {
 }
 
 ExitCode NewCameraCommand::Run(std::ostream& out) const {
+  constexpr double kLargestFrame_mm = 320;
   const std::string overview = PathBeside(out_, ".marks.png");
+  RequireFolderOf(out_);
   RefuseToOverwrite({out_, overview}, overwrite_);
   const block::NewCameraOptions options = Options();
   const std::vector<block::ClickedScan> scans = Scans();
   block::NewCamera made = MakeCamera(scans, options);
-  WriteOverview(overview, made, scans.front(), options.polarity == Polarity::kNegative);
-  WritePictures(out_, &made);
+  NamePictures(out_, &made);
+  RefuseToOverwrite(PicturePaths(made), overwrite_);
+  WritePictures(made);
   WriteCameraFile(out_, made.file);
+  RequireReadable(out_);
+  WriteOverview(overview, made, scans.front(), options.polarity == Polarity::kNegative);
   Print(made, options.distances, out);
   out << "\nscale     " << Fixed(made.pixel_size_um, 2) << " um a pixel on " << scans.front().photo
-      << "\ncamera    " << out_ << "\npicture   " << overview
+      << ", from " << made.scale_from << "\ncamera    " << out_ << "\npicture   " << overview
       << ": every outline should lie on its mark\n";
+  const Eigen::Vector2d& frame = made.file.camera.frame_mm;
   if (!options.frame_mm)
-    out << "The frame is taken to end at the marks (" << Fixed(made.file.camera.frame_mm.x(), 1)
-        << " x " << Fixed(made.file.camera.frame_mm.y(), 1) << " mm); give --frame-mm if not.\n";
+    out << "The frame is taken to end at the marks (" << Fixed(frame.x(), 1) << " x "
+        << Fixed(frame.y(), 1) << " mm); give --frame-mm if not.\n";
+  if (frame.maxCoeff() > kLargestFrame_mm)
+    out << "No film of aerial cameras is that large: check the scale and the positions' origin.\n";
+  if (!made.origin_known)
+    out << "No two pairs of marks lie opposite each other: the origin is the marks' mean, not the "
+           "principal point. Give --positions, or correct principal_point_mm in the file.\n";
+  if (AllAreDark(made.file))
+    out << "All marks are drawn darker than their surroundings on the positive: is the scan a "
+           "negative (--polarity negative)?\n";
   return ExitCode::kAllDone;
 }
 

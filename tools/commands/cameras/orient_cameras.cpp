@@ -33,7 +33,7 @@ class CamerasCommand : public Command {
 
   ExitCode Run(std::ostream& out) override {
     if (new_.Asked()) return new_.Run(out);
-    if (try_.Asked()) return try_.Run(out);
+    if (try_.Asked()) return try_.Run(library_, out);
     const std::string folder = block::CameraLibraryFolder(library_);
     SummaryTable table({"name", "marks", "c mm", "auto", "camera"});
     for (const block::LibraryCamera& camera : block::ReadCameraLibrary(folder))

@@ -47,9 +47,7 @@ std::vector<interior::DrawnMark> DrawnMarks(const InteriorResult& result, const 
   std::vector<interior::DrawnMark> drawn;
   for (size_t i = 0; i < result.marks.size(); ++i) {
     const MarkResult& mark = result.marks[i];
-    std::optional<Vector2d> pixel = mark.pixel;
-    if (!pixel && result.photo_from_pixel)
-      pixel = result.photo_from_pixel->Inverse() * camera.fiducials[i].position_mm;
+    const std::optional<Vector2d>& pixel = mark.pixel ? mark.pixel : mark.expected;
     if (!pixel) continue;
     drawn.push_back(
         {mark.id, shapes.at(camera.fiducials[i].mark), *pixel, mark.state == MarkState::kUsed});
@@ -143,9 +141,10 @@ void TryCameraCommand::Setup(CLI::App& cameras) {
   AddOverwriteOption(*app_, &overwrite_);
 }
 
-ExitCode TryCameraCommand::Run(std::ostream& out) const {
+ExitCode TryCameraCommand::Run(const std::string& library, std::ostream& out) const {
   RefuseToOverwrite({out_}, overwrite_);
-  const CameraFile camera = ReadCameraFile(block::FindCameraFile(camera_, library_));
+  const CameraFile camera =
+      ReadCameraFile(block::FindCameraFile(camera_, library_.empty() ? library : library_));
   if (camera.camera.kind == CameraKind::kDigital)
     throw InputError(camera_ + " is a digital camera, which has no fiducial marks to try");
   const interior::MarkShapes shapes = block::LoadMarkShapes(camera);
@@ -164,10 +163,17 @@ ExitCode TryCameraCommand::Run(std::ostream& out) const {
     return ExitCode::kSomeNotOriented;
   }
   const Matrix2d pixel_from_mm = PixelFromMm(result, scan, options);
-  const bool negative = result.polarity == Polarity::kNegative;
+  const bool negative = result.polarity.value_or(options.polarity.value_or(Polarity::kPositive)) ==
+                        Polarity::kNegative;
   const interior::Picture picture = DrawDrawings(scan, drawn, pixel_from_mm, negative);
   WritePng(out_, picture.width, picture.height, 3, picture.rgb);
-  PrintBetterDrawings(camera, result, scan, pixel_from_mm, out);
+  if (result.photo_from_pixel)
+    PrintBetterDrawings(camera, result, scan, pixel_from_mm, out);
+  else
+    out << fmt::format(
+        "There is no transform: the outlines are drawn at {:.1f} um a pixel, upright{}.\n",
+        1e3 / std::sqrt(std::abs(pixel_from_mm.determinant())),
+        options.orientation ? " as --orientation says" : "");
   out << "picture   " << out_ << "\n";
   return result.status == Status::kFailed ? ExitCode::kSomeNotOriented : ExitCode::kAllDone;
 }

@@ -16,8 +16,8 @@ class TryCameraCommand {
  public:
   void Setup(CLI::App& cameras);
   bool Asked() const { return app_ != nullptr && app_->parsed(); }
-  // Throws UsageError, InputError.
-  ExitCode Run(std::ostream& out) const;
+  // `library`: of the command above, where none of its own is given. Throws UsageError, InputError.
+  ExitCode Run(const std::string& library, std::ostream& out) const;
 
  private:
   CLI::App* app_ = nullptr;
