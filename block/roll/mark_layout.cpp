@@ -270,9 +270,13 @@ std::optional<Vector2d> MeetAbout(const Positions& marks, const Vector2d& middle
 std::optional<Vector2d> Meet(const Positions& marks) {
   constexpr int kRounds = 3;
   if (const auto middle = MiddleOfThree(marks)) return middle;
-  std::optional<Vector2d> met = MiddleOfBox(marks);
-  for (int round = 0; round < kRounds && met; ++round) met = MeetAbout(marks, *met);
-  return met;
+  Vector2d middle = MiddleOfBox(marks);
+  for (int round = 0; round < kRounds; ++round) {
+    const auto met = MeetAbout(marks, middle);
+    if (!met) return std::nullopt;
+    middle = *met;
+  }
+  return middle;
 }
 
 // By how much the marks are turned against axes and diagonals, as far as they lie on them.

@@ -208,7 +208,7 @@ double Mean(const std::vector<double>& values) {
   return sum / static_cast<double>(values.size());
 }
 
-constexpr int kPixelsSearched = 28, kPixelsMeasured = 60;
+constexpr int kPixelsSearched = 24, kPixelsMeasured = 60;
 
 // From the strokes to a little beyond them.
 Window WindowOf(const Elements& elements, const std::vector<SeenMark>& marks, int most_px) {

@@ -19,7 +19,7 @@ namespace {
 
 using Eigen::Vector2d;
 
-constexpr double kPixelMm = 0.04;
+constexpr double kPixelMm = 0.08;  // coarse: quick to fit
 
 FilmFrameSpec Film(unsigned seed) {
   FilmFrameSpec spec;

@@ -31,9 +31,15 @@ InteriorResult ExampleInterior() {
       Affine2d{(Eigen::Matrix2d() << 0.025, 0.001, 0.002, -0.0251).finished(), {-115.0, 115.5}};
   result.sigma0_um = 4.1;
   result.margin = 9.3;
-  result.marks.push_back({"1", MarkState::kUsed, Eigen::Vector2d(312.41, 288.07),
-                          Eigen::Vector2d(0.02, 0.03), Eigen::Vector2d(1.1, -0.4), 0.93});
-  result.marks.push_back({"2", MarkState::kMissing, {}, {}, {}, {}});
+  result.marks.push_back({"1",
+                          MarkState::kUsed,
+                          Eigen::Vector2d(312.41, 288.07),
+                          Eigen::Vector2d(0.02, 0.03),
+                          Eigen::Vector2d(1.1, -0.4),
+                          0.93,
+                          {},
+                          {}});
+  result.marks.push_back({"2", MarkState::kMissing, {}, {}, {}, {}, {}, {}});
   result.findings = {{.reason = Reason::kStated, .where = "mark 2 lies outside the scan"}};
   return result;
 }

@@ -31,7 +31,7 @@ Film FilmOf(const Elements& elements, double pixel_mm, double clicked_px = 1.5,
   spec.pixel_mm = pixel_mm;
   spec.dark_corners = background == MarkBackground::kDark;
   Film film{RenderFilmFrame(spec), {}};
-  for (size_t i = 0; i < film.frame.mark_pixels.size(); ++i) {
+  for (size_t i = 0; i < 2; ++i) {  // enough, and quicker than four
     const double sign = i % 2 == 0 ? 1 : -1;
     const Vector2d near = film.frame.mark_pixels[i] + Vector2d(clicked_px, -sign * clicked_px);
     film.seen.push_back({film.frame.scan, near, film.frame.pixel_from_photo.A, 4});
@@ -42,7 +42,7 @@ Film FilmOf(const Elements& elements, double pixel_mm, double clicked_px = 1.5,
 // How alike two drawings look, as the scans show them.
 double Likeness(const Elements& a, const Elements& b) {
   const FittedDrawing located = [&] {
-    const Film film = FilmOf(a, 0.02, 0);
+    const Film film = FilmOf(a, 0.04, 0);
     return LocateDrawing(b, {film.seen.begin(), film.seen.begin() + 1});
   }();
   return located.correlation.front();
@@ -59,31 +59,31 @@ void ExpectFitted(const Elements& truth, double pixel_mm) {
   }
 }
 
-TEST(FitDrawing, FindsACross) { ExpectFitted({CrossElement{2.4, 0.12, 0, 0}}, 0.03); }
+TEST(FitDrawing, FindsACross) { ExpectFitted({CrossElement{2.4, 0.12, 0, 0}}, 0.06); }
 
 TEST(FitDrawing, FindsADiagonalOpenCrossInACircle) {
   ExpectFitted({CircleElement{1.7, 0.2}, CrossElement{3.52, 0.13, 0.56, std::numbers::pi / 4}},
-               0.04);
+               0.07);
 }
 
 TEST(FitDrawing, FindsACircleWithADot) {
-  ExpectFitted({CircleElement{2.0, 0.15}, DotElement{0.2}}, 0.03);
+  ExpectFitted({CircleElement{2.0, 0.15}, DotElement{0.2}}, 0.06);
 }
 
-TEST(FitDrawing, FindsASmallDot) { ExpectFitted({DotElement{0.25}}, 0.03); }
+TEST(FitDrawing, FindsASmallDot) { ExpectFitted({DotElement{0.25}}, 0.06); }
 
 TEST(FitDrawing, FindsADarkCrossOnADisc) {
   CrossElement cross{1.2, 0.1, 0, 0};
   cross.brightness = 0;
-  ExpectFitted({DotElement{1.6}, cross}, 0.03);
+  ExpectFitted({DotElement{1.6}, cross}, 0.06);
 }
 
 TEST(FitDrawing, FindsAWedge) {
-  ExpectFitted({WedgeElement{1.4, 1.4, std::numbers::pi / 2}}, 0.03);
+  ExpectFitted({WedgeElement{1.4, 1.4, std::numbers::pi / 2}}, 0.06);
 }
 
 TEST(FitDrawing, LengthsAreThoseOfTheMark) {
-  const auto fitted = FitDrawing(FilmOf({CrossElement{2.4, 0.12, 0, 0}}, 0.03).seen);
+  const auto fitted = FitDrawing(FilmOf({CrossElement{2.4, 0.12, 0, 0}}, 0.06).seen);
   ASSERT_TRUE(fitted);
   ASSERT_EQ(fitted->elements.size(), 1u);
   const auto* cross = std::get_if<CrossElement>(fitted->elements.data());

@@ -26,7 +26,7 @@ class CamerasCommandTest : public testing::Test {
   CamerasCommandTest() {
     FilmFrameSpec spec;
     spec.camera = RingCamera(25, 60);
-    spec.pixel_mm = 0.05;
+    spec.pixel_mm = 0.08;
     frame_ = RenderFilmFrame(spec);
     WriteScan(scan_, frame_.scan);
     for (size_t i = 0; i < frame_.mark_pixels.size(); ++i)
@@ -75,7 +75,7 @@ class CamerasCommandTest : public testing::Test {
 
 TEST_F(CamerasCommandTest, WhatNewWritesTryReads) {
   std::vector<std::string> arguments = clicks_;
-  arguments.insert(arguments.end(), {"--pixel-size-um", "50", "--frame-mm", "60", "60"});
+  arguments.insert(arguments.end(), {"--pixel-size-um", "80", "--frame-mm", "60", "60"});
   Expect(New(arguments), 0, "every outline should lie on its mark");
   const CameraFile camera = ReadCameraFile(camera_);
   EXPECT_EQ(camera.fiducials.size(), 4u);
@@ -102,24 +102,24 @@ TEST_F(CamerasCommandTest, MarksAreReadFromMeasurements) {
 }
 
 TEST_F(CamerasCommandTest, AMarkThatCannotBeReadIsUsage) {
-  Expect(New({"--mark", "1=12", "--pixel-size-um", "50"}), 1, "ID=COL,ROW");
-  Expect(New({"--mark", "=1,2", "--pixel-size-um", "50"}), 1, "ID=COL,ROW");
-  Expect(New({"--mark", "1=a,b", "--pixel-size-um", "50"}), 1, "ID=COL,ROW");
+  Expect(New({"--mark", "1=12", "--pixel-size-um", "80"}), 1, "ID=COL,ROW");
+  Expect(New({"--mark", "=1,2", "--pixel-size-um", "80"}), 1, "ID=COL,ROW");
+  Expect(New({"--mark", "1=a,b", "--pixel-size-um", "80"}), 1, "ID=COL,ROW");
 }
 
 TEST_F(CamerasCommandTest, AMarkTwiceIsUsage) {
-  Expect(New({"--mark", "1=12,13", "--mark", "1=40,50", "--pixel-size-um", "50"}), 1, "twice");
+  Expect(New({"--mark", "1=12,13", "--mark", "1=40,50", "--pixel-size-um", "80"}), 1, "twice");
 }
 
 TEST_F(CamerasCommandTest, AMarkOutsideTheScanIsNamed) {
   std::vector<std::string> arguments = clicks_;
-  arguments.insert(arguments.end(), {"--mark", "far=90000,5", "--pixel-size-um", "50"});
+  arguments.insert(arguments.end(), {"--mark", "far=90000,5", "--pixel-size-um", "80"});
   Expect(New(arguments), 2, "far");
   EXPECT_FALSE(std::filesystem::exists(camera_));
 }
 
 TEST_F(CamerasCommandTest, AnUnclickedScanSaysHowToClick) {
-  Expect(New({"--pixel-size-um", "50"}), 2, "--mark ID=COL,ROW");
+  Expect(New({"--pixel-size-um", "80"}), 2, "--mark ID=COL,ROW");
 }
 
 TEST_F(CamerasCommandTest, ATableOfPositionsWithoutAColumnIsNamed) {
