@@ -26,7 +26,8 @@ using Fit = std::optional<interior::FittedDrawing>;
 constexpr size_t kMostFitted = 4;    // sightings of a mark, or marks of a look, that are fitted to
 constexpr double kAsWell = 0.06;     // of the correlation, that another mark's drawing may cost
 constexpr double kLeastDrawn = 0.7;  // mean correlation of a drawing; marks below have a picture
-constexpr double kLeastShared = 0.55;  // the same of a drawing that two marks or more have
+constexpr double kLeastShared = 0.65;  // the same of a drawing that so many marks have:
+constexpr size_t kSharedBy = 3;
 
 double MeanCorrelation(const interior::FittedDrawing& fitted) {
   double sum = 0;
@@ -148,7 +149,7 @@ std::vector<Look> DrawnLooks(const std::vector<Fit>& fits, std::vector<MarkSeen>
       Measure(drawing, &(*marks)[i]);
       mean += (*marks)[i].correlation / static_cast<double>(explained.size());
     }
-    if (mean < (explained.size() > 1 ? kLeastShared : kLeastDrawn)) continue;
+    if (mean < (explained.size() >= kSharedBy ? kLeastShared : kLeastDrawn)) continue;
     for (const size_t i : explained) {
       (*marks)[i].look = looks.size();
       (*left)[i] = false;

@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <utility>
 
 #include "core/matching/correlation.h"
 #include "core/raster/resample.h"
@@ -23,6 +24,26 @@ MarkShape ShapeOf(const Elements& elements) {
   MarkShape shape;
   shape.drawing.elements = elements;
   return shape;
+}
+
+// Without the plane that fits the values best: fog and vignetting are no part of a mark.
+Image WithoutSlope(Image image) {
+  Eigen::Matrix3d normal = Eigen::Matrix3d::Zero();
+  Eigen::Vector3d right = Eigen::Vector3d::Zero();
+  const auto place = [](int col, int row) { return Eigen::Vector3d(1, col, row); };
+  for (int row = 0; row < image.height; ++row)
+    for (int col = 0; col < image.width; ++col) {
+      const auto value = static_cast<double>(image.At(col, row));
+      if (!std::isfinite(value)) continue;
+      normal += place(col, row) * place(col, row).transpose();
+      right += value * place(col, row);
+    }
+  if (std::abs(normal.determinant()) < 1e-6) return image;
+  const Eigen::Vector3d plane = normal.inverse() * right;
+  for (int row = 0; row < image.height; ++row)
+    for (int col = 0; col < image.width; ++col)
+      image.At(col, row) -= static_cast<float>(plane.dot(place(col, row)));
+  return image;
 }
 
 // The marks seen within `half_mm` of their centre, at no more than `most_px` pixels from the middle
@@ -100,7 +121,7 @@ class Window {
       for (int c = std::max(0, -col); c < side && c + col < mark.image.width; ++c)
         cut.At(c, r) = mark.image.At(c + col, r + row);
     view.origin = Vector2d(col, row);
-    view.image = view.reduced > 1 ? ReduceBy(cut, view.reduced) : cut;
+    view.image = WithoutSlope(view.reduced > 1 ? ReduceBy(cut, view.reduced) : cut);
     return view;
   }
 
@@ -109,7 +130,9 @@ class Window {
     options.margin_mm = half_mm_ - MarkRadius(shape);
     options.supersampling = 3;
     options.whole_square = true;
-    return RenderMark(shape, view.pixel_from_mm, options);
+    MarkTemplate drawn = RenderMark(shape, view.pixel_from_mm, options);
+    drawn.values = WithoutSlope(std::move(drawn.values));
+    return drawn;
   }
 
   double half_mm_;

@@ -73,7 +73,9 @@ inline InteriorResult ExampleInterior(const std::string& photo) {
                   Eigen::Vector2d(312.41, 288.07),
                   Eigen::Vector2d(0.02, 0.02),
                   Eigen::Vector2d(1.1, -0.4),
-                  0.93};
+                  0.93,
+                  {},
+                  {}};
   MarkResult missing;
   missing.id = "2";
   result.marks = {used, missing};
