@@ -30,17 +30,18 @@ Matrix2d ByPositions(const ClickedScan& scan, const NewCameraOptions& options) {
         fmt::format("photo {} has {} clicked marks with stated positions; three are "
                     "needed on every scan",
                     scan.photo, pairs.size()));
-  const auto straight = FitSimilarity(pairs, false), mirrored = FitSimilarity(pairs, true);
-  if (!straight || !mirrored)
+  // Rows count downwards: the transform from the scan of an unmirrored film has a negative
+  // determinant.
+  const auto upright = FitSimilarity(pairs, true), mirrored = FitSimilarity(pairs, false);
+  if (!upright || !mirrored)
     throw InputError(fmt::format("photo {}: the clicked marks lie at one place", scan.photo));
-  const bool may_be_mirrored = IsMirrored(options.orientation);
-  if (!may_be_mirrored && mirrored->sigma0 < 0.2 * straight->sigma0)
+  const bool fits_mirrored = mirrored->sigma0 < 0.2 * upright->sigma0;
+  if (fits_mirrored && !IsMirrored(options.orientation))
     throw InputError(
         fmt::format("photo {}: the clicks fit the stated positions mirrored only. Are two marks "
                     "confused? For a scan that is mirrored give --orientation m0",
                     scan.photo));
-  const TransformFit& fit =
-      may_be_mirrored && mirrored->sigma0 < straight->sigma0 ? *mirrored : *straight;
+  const TransformFit& fit = fits_mirrored ? *mirrored : *upright;
   size_t worst = 0;
   for (size_t i = 0; i < pairs.size(); ++i)
     if (fit.residuals[i].norm() > fit.residuals[worst].norm()) worst = i;

@@ -23,7 +23,7 @@ using Eigen::Vector2d;
 using Elements = std::vector<MarkElement>;
 using Fit = std::optional<interior::FittedDrawing>;
 
-constexpr size_t kMostFitted = 4;    // sightings of a mark, or marks of a look, that are fitted to
+constexpr size_t kMostFitted = 3;    // sightings of a mark, or marks of a look, that are fitted to
 constexpr double kAsWell = 0.06;     // of the correlation, that another mark's drawing may cost
 constexpr double kLeastDrawn = 0.7;  // mean correlation of a drawing; marks below have a picture
 constexpr double kLeastShared = 0.65;  // the same of a drawing that so many marks have:
@@ -50,20 +50,27 @@ double ScoreBeside(const Elements& drawing, const Elements& other, const MarkSee
   return MeanCorrelation(interior::LocateDrawing(drawing, FirstSeen(mark), radius));
 }
 
-// Drawings that may be those of the camera's marks: each mark's own, and the one of all together.
+// Drawings that may be those of the camera's marks: each mark's own, and, where none of these
+// explains all of them, the one of all together.
 class Candidates {
  public:
   Candidates(const std::vector<Fit>& fits, const std::vector<MarkSeen>& marks) : marks_(marks) {
     for (const Fit& fit : fits) drawings_.push_back(fit ? fit->elements : Elements());
+    explained_.assign(drawings_.size(), std::vector<bool>(marks.size(), false));
+    SideBySide(drawings_.size(), [&](size_t k) { Explain(k); });
+    const auto everything = [](const std::vector<bool>& marks_explained) {
+      return std::find(marks_explained.begin(), marks_explained.end(), false) ==
+             marks_explained.end();
+    };
+    if (std::any_of(explained_.begin(), explained_.end(), everything)) return;
     std::vector<interior::SeenMark> all;
     for (const MarkSeen& mark : marks)
-      if (all.size() < kMostFitted) all.push_back(mark.sightings.front().seen);
+      if (all.size() <= kMostFitted) all.push_back(mark.sightings.front().seen);
     const Fit together = interior::FitDrawing(all);
-    drawings_.push_back(together ? together->elements : Elements());
-    explained_.assign(drawings_.size(), std::vector<bool>(marks.size(), false));
-    SideBySide(drawings_.size(), [&](size_t k) {
-      for (size_t i = 0; i < marks_.size(); ++i) explained_[k][i] = Explains(k, i);
-    });
+    if (!together) return;
+    drawings_.push_back(together->elements);
+    explained_.emplace_back(marks.size(), false);
+    Explain(drawings_.size() - 1);
   }
 
   const Elements& Drawing(size_t k) const { return drawings_[k]; }
@@ -84,6 +91,10 @@ class Candidates {
   }
 
  private:
+  void Explain(size_t k) {
+    for (size_t i = 0; i < marks_.size(); ++i) explained_[k][i] = Explains(k, i);
+  }
+
   bool Explains(size_t k, size_t i) const {
     const Elements &drawing = drawings_[k], &own = drawings_[i];
     if (k == i || drawing.empty()) return !drawing.empty();
