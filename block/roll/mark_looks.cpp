@@ -282,6 +282,24 @@ MarkBackground BackgroundOf(const Look& look, size_t index, const std::vector<Ma
   return 2 * in_picture > seen ? MarkBackground::kImage : MarkBackground::kDark;
 }
 
+// A mark that no drawing explains well of a camera most of whose marks have one: that one, where it
+// is recognised. Measures the mark there.
+bool JoinsALook(const std::vector<Look>& looks, const std::vector<MarkSeen>& marks,
+                const std::vector<bool>& left, MarkSeen* mark) {
+  constexpr double kRecognised = 0.5;
+  for (size_t k = 0; k < looks.size(); ++k) {
+    size_t members = 0;
+    for (size_t i = 0; i < marks.size(); ++i)
+      if (!left[i] && marks[i].look == k) ++members;
+    if (members < kSharedBy || looks[k].elements.empty()) continue;
+    Measure(looks[k].elements, mark);
+    if (mark->correlation < kRecognised) continue;
+    mark->look = k;
+    return true;
+  }
+  return false;
+}
+
 }  // namespace
 
 std::vector<Look> FindLooks(double picture_radius_mm, std::vector<MarkSeen>* marks) {
@@ -293,6 +311,7 @@ std::vector<Look> FindLooks(double picture_radius_mm, std::vector<MarkSeen>* mar
   for (size_t i = 0; i < marks->size(); ++i) {
     if (!left[i]) continue;
     MarkSeen& mark = (*marks)[i];
+    if (JoinsALook(looks, *marks, left, &mark)) continue;
     mark.correlation = 0;
     mark.look = looks.size();
     for (Sighting& sighting : mark.sightings)
