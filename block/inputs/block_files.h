@@ -9,4 +9,8 @@ inline constexpr const char* kCalibratedCameraFile = "calibrated_camera.toml";
 inline constexpr const char* kPoseCovarianceFile = "pose_covariance.csv";
 inline constexpr const char* kExportsFolder = "exports";
 
+// Of a photo, after its name: the whole scan where the photo is not ok.
+inline constexpr const char* kMarksOverview = ".marks_overview.png";
+inline constexpr const char* kPatchesOverview = ".patches_overview.png";
+
 }  // namespace orient::block

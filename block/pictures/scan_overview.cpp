@@ -5,6 +5,7 @@
 #include <cmath>
 #include <numbers>
 
+#include "core/raster/grey_range.h"
 #include "core/raster/picture_text.h"
 
 namespace orient::block {
@@ -34,7 +35,8 @@ class Canvas {
     width_ = grey.width;
     height_ = grey.height;
     rgb_.assign(3 * grey.values.size(), 255);
-    const auto [low, high] = Range(grey);
+    const auto [low, brightest] = GreyRange(grey);
+    const float high = std::max(brightest, low + 1e-6f);
     for (size_t i = 0; i < grey.values.size(); ++i) {
       if (std::isnan(grey.values[i])) continue;
       const float share = (grey.values[i] - low) / (high - low);
@@ -86,21 +88,6 @@ class Canvas {
   void Save(const std::string& path) const { WritePng(path, width_, height_, 3, rgb_); }
 
  private:
-  // Without the darkest and brightest hundredth.
-  static std::pair<float, float> Range(const Image& image) {
-    std::vector<float> values;
-    for (const float value : image.values)
-      if (!std::isnan(value)) values.push_back(value);
-    if (values.empty()) return {0.0f, 1.0f};
-    const auto at = [&](size_t index) {
-      const auto place = values.begin() + static_cast<std::ptrdiff_t>(index);
-      std::nth_element(values.begin(), place, values.end());
-      return *place;
-    };
-    const float low = at(values.size() / 100), high = at(values.size() - 1 - values.size() / 100);
-    return {low, std::max(high, low + 1e-6f)};
-  }
-
   bool Inside(const Vector2d& place) const {
     return place.minCoeff() >= 0 && place.x() < width_ && place.y() < height_;
   }

@@ -12,10 +12,6 @@
 
 namespace orient::block {
 
-// What a photo's files are called after its name.
-inline constexpr const char* kMarksOverview = ".marks_overview.png";
-inline constexpr const char* kPatchesOverview = ".patches_overview.png";
-
 enum class OverviewState { kUsed, kRejected, kNotFound };
 
 // A mark or a patch. All places in pixels of the scan.

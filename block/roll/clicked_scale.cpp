@@ -2,13 +2,13 @@
 
 #include <fmt/format.h>
 
-#include <algorithm>
 #include <cmath>
 #include <optional>
 #include <vector>
 
 #include "core/base/error.h"
 #include "core/base/median.h"
+#include "interior/constellation/clicked_film.h"
 
 namespace orient::block {
 namespace {
@@ -21,7 +21,7 @@ Matrix2d ByPositions(const ClickedScan& scan, const NewCameraOptions& options) {
   std::vector<PointPair2d> pairs;
   std::vector<std::string> names;
   for (const StatedPosition& stated : options.positions)
-    if (const auto* click = ClickOn(scan, stated.mark)) {
+    if (const auto* click = interior::ClickOn(scan.clicks, stated.mark)) {
       pairs.push_back({click->pixel, stated.position_mm});
       names.push_back(stated.mark);
     }
@@ -60,7 +60,8 @@ std::optional<double> PixelByDistances(const ClickedScan& scan,
   std::vector<double> sizes;
   std::vector<const StatedDistance*> stated;
   for (const StatedDistance& d : distances) {
-    const auto *from = ClickOn(scan, d.from), *to = ClickOn(scan, d.to);
+    const auto *from = interior::ClickOn(scan.clicks, d.from),
+               *to = interior::ClickOn(scan.clicks, d.to);
     if (from == nullptr || to == nullptr) continue;
     const double length_px = (to->pixel - from->pixel).norm();
     if (!(length_px > 1))
@@ -82,12 +83,6 @@ std::optional<double> PixelByDistances(const ClickedScan& scan,
 }
 
 }  // namespace
-
-const interior::MarkClick* ClickOn(const ClickedScan& scan, const std::string& mark) {
-  const auto found = std::find_if(scan.clicks.begin(), scan.clicks.end(),
-                                  [&](const auto& click) { return click.mark == mark; });
-  return found == scan.clicks.end() ? nullptr : &*found;
-}
 
 ClickedScale ScaleOf(const ClickedScan& scan, const NewCameraOptions& options) {
   if (!options.positions.empty()) return {ByPositions(scan, options), "stated positions"};

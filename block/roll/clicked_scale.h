@@ -18,7 +18,4 @@ struct ClickedScale {
 // what is stated, or nothing tells the scale.
 ClickedScale ScaleOf(const ClickedScan& scan, const NewCameraOptions& options);
 
-// Null where nobody clicked it.
-const interior::MarkClick* ClickOn(const ClickedScan& scan, const std::string& mark);
-
 }  // namespace orient::block

@@ -29,32 +29,29 @@ constexpr double kLeastDrawn = 0.7;  // mean correlation of a drawing; marks bel
 constexpr double kLeastShared = 0.65;  // the same of a drawing that so many marks have:
 constexpr size_t kSharedBy = 3;
 
-double MeanCorrelation(const interior::FittedDrawing& fitted) {
-  double sum = 0;
-  for (const double correlation : fitted.correlation) sum += correlation;
-  return sum / static_cast<double>(fitted.correlation.size());
-}
-
 std::string LookName(const MarkSeen& mark) { return "mark_" + mark.id; }
 
-std::vector<interior::SeenMark> FirstSeen(const MarkSeen& mark) {
-  std::vector<interior::SeenMark> seen;
+// A mark's first sightings, to which drawings are fitted and held.
+using Seen = std::vector<interior::SeenMark>;
+
+Seen FirstSeen(const MarkSeen& mark) {
+  Seen seen;
   for (const Sighting& sighting : mark.sightings)
     if (seen.size() < kMostFitted) seen.push_back(sighting.seen);
   return seen;
 }
 
 // The drawing's mean correlation with a mark, over the surroundings that both drawings need.
-double ScoreBeside(const Elements& drawing, const Elements& other, const MarkSeen& mark) {
+double ScoreBeside(const Elements& drawing, const Elements& other, const Seen& mark) {
   const double radius = std::max(interior::RadiusOf(drawing), interior::RadiusOf(other));
-  return MeanCorrelation(interior::LocateDrawing(drawing, FirstSeen(mark), radius));
+  return interior::LocateDrawing(drawing, mark, radius).MeanCorrelation();
 }
 
 // Drawings that may be those of the camera's marks: each mark's own, and, where none of these
 // explains all of them, the one of all together.
 class Candidates {
  public:
-  Candidates(const std::vector<Fit>& fits, const std::vector<MarkSeen>& marks) : marks_(marks) {
+  Candidates(const std::vector<Fit>& fits, const std::vector<Seen>& marks) : marks_(marks) {
     for (const Fit& fit : fits) drawings_.push_back(fit ? fit->elements : Elements());
     explained_.assign(drawings_.size(), std::vector<bool>(marks.size(), false));
     SideBySide(drawings_.size(), [&](size_t k) { Explain(k); });
@@ -63,9 +60,9 @@ class Candidates {
              marks_explained.end();
     };
     if (std::any_of(explained_.begin(), explained_.end(), everything)) return;
-    std::vector<interior::SeenMark> all;
-    for (const MarkSeen& mark : marks)
-      if (all.size() <= kMostFitted) all.push_back(mark.sightings.front().seen);
+    Seen all;
+    for (const Seen& mark : marks)
+      if (all.size() <= kMostFitted) all.push_back(mark.front());
     const Fit together = interior::FitDrawing(all);
     if (!together) return;
     drawings_.push_back(together->elements);
@@ -110,7 +107,7 @@ class Candidates {
     return gain > 0;
   }
 
-  const std::vector<MarkSeen>& marks_;
+  const std::vector<Seen>& marks_;
   std::vector<Elements> drawings_;
   std::vector<std::vector<bool>> explained_;  // per drawing and mark
 };
@@ -124,7 +121,7 @@ Elements Refined(const Elements& drawing, const std::vector<const MarkSeen*>& gr
   if (!fitted) return drawing;
   const double radius = std::max(interior::RadiusOf(fitted->elements), interior::RadiusOf(drawing));
   const auto score = [&](const Elements& elements) {
-    return MeanCorrelation(interior::LocateDrawing(elements, seen, radius));
+    return interior::LocateDrawing(elements, seen, radius).MeanCorrelation();
   };
   return score(fitted->elements) > score(drawing) ? fitted->elements : drawing;
 }
@@ -139,13 +136,12 @@ void Measure(const Elements& drawing, MarkSeen* mark) {
     const bool measured = located.correlation[k] > 0 && sighting.seen.reach_px > 0;
     if (measured) sighting.place = sighting.window.RasterFromImage(located.centre[k]);
   }
-  mark->correlation = MeanCorrelation(located);
+  mark->correlation = located.MeanCorrelation();
 }
 
 // Looks of elements, and the marks measured that have them; the others are left.
-std::vector<Look> DrawnLooks(const std::vector<Fit>& fits, std::vector<MarkSeen>* marks,
+std::vector<Look> DrawnLooks(const Candidates& candidates, std::vector<MarkSeen>* marks,
                              std::vector<bool>* left) {
-  const Candidates candidates(fits, *marks);
   std::vector<Look> looks;
   std::vector<bool> open(marks->size(), true);
   for (;;) {
@@ -303,11 +299,12 @@ bool JoinsALook(const std::vector<Look>& looks, const std::vector<MarkSeen>& mar
 }  // namespace
 
 std::vector<Look> FindLooks(double picture_radius_mm, std::vector<MarkSeen>* marks) {
-  std::vector<Fit> fits(marks->size());
-  SideBySide(marks->size(),
-             [&](size_t i) { fits[i] = interior::FitDrawing(FirstSeen((*marks)[i])); });
+  std::vector<Seen> seen;
+  for (const MarkSeen& mark : *marks) seen.push_back(FirstSeen(mark));
+  std::vector<Fit> fits(seen.size());
+  SideBySide(seen.size(), [&](size_t i) { fits[i] = interior::FitDrawing(seen[i]); });
   std::vector<bool> left(marks->size(), true);
-  std::vector<Look> looks = DrawnLooks(fits, marks, &left);
+  std::vector<Look> looks = DrawnLooks(Candidates(fits, seen), marks, &left);
   for (size_t i = 0; i < marks->size(); ++i) {
     if (!left[i]) continue;
     MarkSeen& mark = (*marks)[i];

@@ -16,8 +16,7 @@ struct Sighting {
   size_t scan = 0;
   std::string photo;
   interior::SeenMark seen;
-  ImageWindow
-      window;  // where seen.image lies on the scan, and its scale; without pixels of its own
+  ImageWindow window;  // of seen.image on the scan, without pixels of its own
   Eigen::Vector2d place = Eigen::Vector2d::Zero();  // on the scan: clicked, then measured
 };
 

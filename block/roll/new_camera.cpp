@@ -11,6 +11,7 @@
 #include "block/roll/mark_looks.h"
 #include "core/base/error.h"
 #include "core/geometry/transform2d.h"
+#include "interior/constellation/clicked_film.h"
 
 namespace orient::block {
 namespace {
@@ -58,25 +59,16 @@ Sighting Cut(const ClickedScan& scan, const interior::MarkClick& click,
              const Matrix2d& mm_from_pixel, const NewCameraOptions& options) {
   constexpr double kFinest_mm = 0.01;
   const double pixel_mm = std::sqrt(std::abs(mm_from_pixel.determinant()));
-  const double reduced = std::max(1.0, kFinest_mm / pixel_mm);
-  const double radius_mm =
-      std::max(1.1 * interior::kLargestFittedRadius_mm, 1.5 * options.template_radius_mm);
+  interior::CutOptions cut;
+  cut.radius_mm = std::max(cut.radius_mm, 1.5 * options.template_radius_mm);
+  cut.reach_px = ReachOf(click, scan.photo);
+  cut.reduction = std::max(1.0, kFinest_mm / pixel_mm);
+  cut.negative = options.polarity == Polarity::kNegative;
   Sighting sighting;
   sighting.photo = scan.photo;
+  sighting.seen =
+      interior::CutMark(scan.raster, click.pixel, mm_from_pixel.inverse(), cut, &sighting.window);
   sighting.place = click.pixel;
-  const double reach_px = ReachOf(click, scan.photo);
-  const int half = static_cast<int>(std::ceil(radius_mm / pixel_mm + reach_px + 2 * reduced));
-  sighting.window = scan.raster.ReadGrey(
-      {static_cast<int>(std::floor(click.pixel.x())) - half,
-       static_cast<int>(std::floor(click.pixel.y())) - half, 2 * half + 1, 2 * half + 1},
-      reduced);
-  sighting.seen.image = sighting.window.image;
-  sighting.window.image = {};  // its place and scale remain
-  if (options.polarity == Polarity::kNegative)
-    for (float& value : sighting.seen.image.values) value = -value;
-  sighting.seen.near = sighting.window.ImageFromRaster(click.pixel);
-  sighting.seen.pixel_from_mm = mm_from_pixel.inverse() / sighting.window.scale;
-  sighting.seen.reach_px = reach_px / sighting.window.scale;
   return sighting;
 }
 
@@ -88,7 +80,7 @@ std::vector<MarkSeen> CutMarks(const std::vector<ClickedScan>& scans,
   for (const std::string& id : ids) {
     MarkSeen mark{id, {}, 0, 0};
     for (size_t s = 0; s < scans.size(); ++s)
-      if (const auto* click = ClickOn(scans[s], id)) {
+      if (const auto* click = interior::ClickOn(scans[s].clicks, id)) {
         mark.sightings.push_back(Cut(scans[s], *click, mm_from_pixel[s], options));
         mark.sightings.back().scan = s;
       }
@@ -105,7 +97,7 @@ std::vector<ScanOfMarks> ClickedPlaces(const std::vector<ClickedScan>& scans,
   for (size_t s = 0; s < scans.size(); ++s) {
     places.push_back({scans[s].photo, std::vector<std::optional<Vector2d>>(ids.size())});
     for (size_t i = 0; i < ids.size(); ++i)
-      if (const auto* click = ClickOn(scans[s], ids[i]))
+      if (const auto* click = interior::ClickOn(scans[s].clicks, ids[i]))
         places.back().place_mm[i] = Vector2d(mm_from_pixel[s] * click->pixel);
   }
   return places;

@@ -8,6 +8,7 @@
 #include <filesystem>
 
 #include "block/inputs/approximations.h"
+#include "block/inputs/block_files.h"
 #include "block/inputs/height_check.h"
 #include "block/inputs/persons_word.h"
 #include "block/inputs/scan_interior.h"

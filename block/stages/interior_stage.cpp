@@ -7,6 +7,7 @@
 #include <map>
 #include <set>
 
+#include "block/inputs/block_files.h"
 #include "block/inputs/camera_library.h"
 #include "block/inputs/digest.h"
 #include "block/inputs/mark_shapes.h"
@@ -151,7 +152,7 @@ std::set<std::string> KeptResults(const InteriorRunOptions& options,
 }
 
 // The marks, and the whole scan where the photo is not ok. A picture does not cost the transform.
-void WritePictures(const InteriorRunOptions& options, const std::string& photo,
+void WritePictures(const InteriorRunOptions& options, const std::optional<Raster>& scan,
                    const std::optional<interior::Picture>& marks, InteriorResult* result) {
   const auto path = [&](const char* ending) {
     return (fs::path(options.out) / (result->photo + ending)).string();
@@ -161,7 +162,7 @@ void WritePictures(const InteriorRunOptions& options, const std::string& photo,
   try {
     if (marks) WritePng(path(".marks.png"), marks->width, marks->height, 3, marks->rgb);
     if (marks && result->status != Status::kOk)
-      WriteScanOverview(path(kMarksOverview), Raster::OpenScan(photo), OverviewOf(*result));
+      WriteScanOverview(path(kMarksOverview), *scan, OverviewOf(*result));
   } catch (const InputError& error) {
     result->findings.push_back({.reason = Reason::kPictureNotWritten, .where = error.what()});
   }
@@ -173,18 +174,19 @@ InteriorResult OrientOne(const InteriorRunOptions& options, const RunCameras& ca
                          const std::string& photo, const Inputs& inputs) {
   const std::string name = PhotoName(photo);
   InteriorResult result;
+  std::optional<Raster> scan;
   std::optional<interior::Picture> picture;
   try {
-    const Raster scan = Raster::OpenScan(photo);
+    scan = Raster::OpenScan(photo);
     const Decision* decided = options.measurements.DecisionOn(name, DecisionKind::kCamera);
     const interior::CameraChoice choice =
-        Orient(scan, cameras, NamedCamera(cameras, decided),
+        Orient(*scan, cameras, NamedCamera(cameras, decided),
                WithMarksOf(options.measurements, name, options.scan));
     result = choice.result;
     if (decided && !cameras.named) result.cameras = {decided->value};
     if (choice.camera && !result.marks.empty()) {
       const LibraryCamera& camera = cameras.all[*choice.camera];
-      picture = Draw(camera.file, camera.shapes, scan, result);
+      picture = Draw(camera.file, camera.shapes, *scan, result);
     }
   } catch (const InputError& error) {
     result = {};
@@ -200,7 +202,7 @@ InteriorResult OrientOne(const InteriorRunOptions& options, const RunCameras& ca
   result.photo = name;
   ApplyVerdict(options.measurements, &result);
   result.made_from = inputs;
-  WritePictures(options, photo, picture, &result);
+  WritePictures(options, scan, picture, &result);
   WriteInteriorResult(options.out, result);
   return result;
 }

@@ -225,12 +225,6 @@ void Prune(const Window& window, Parts* parts) {
   }
 }
 
-double Mean(const std::vector<double>& values) {
-  double sum = 0;
-  for (const double value : values) sum += value;
-  return sum / static_cast<double>(values.size());
-}
-
 constexpr int kPixelsSearched = 24, kPixelsMeasured = 60;
 
 // From the strokes to a little beyond them.
@@ -249,7 +243,7 @@ Parts FitInLargestWindow(const std::vector<SeenMark>& marks) {
     Parts parts = FitIn(window);
     if (parts.empty()) continue;
     Prune(window, &parts);
-    fits.emplace_back(parts, Mean(window.Locate(Drawn(parts)).correlation));
+    fits.emplace_back(parts, window.Locate(Drawn(parts)).MeanCorrelation());
     best = std::max(best, fits.back().second);
   }
   if (fits.empty()) return {};
@@ -270,6 +264,32 @@ Parts FittedAnew(const Parts& parts, const std::vector<SeenMark>& marks) {
 
 }  // namespace
 
+SeenMark CutMark(const Raster& scan, const Vector2d& pixel, const Eigen::Matrix2d& pixel_from_mm,
+                 const CutOptions& options, ImageWindow* window) {
+  const double pixels_per_mm = std::sqrt(std::abs(pixel_from_mm.determinant()));
+  const int half = static_cast<int>(
+      std::ceil(options.radius_mm * pixels_per_mm + options.reach_px + 2 * options.reduction));
+  ImageWindow cut =
+      scan.ReadGrey({static_cast<int>(std::floor(pixel.x())) - half,
+                     static_cast<int>(std::floor(pixel.y())) - half, 2 * half + 1, 2 * half + 1},
+                    options.reduction);
+  SeenMark seen;
+  seen.near = cut.ImageFromRaster(pixel);
+  seen.pixel_from_mm = pixel_from_mm / cut.scale;
+  seen.reach_px = options.reach_px / cut.scale;
+  seen.image = std::move(cut.image);
+  if (options.negative)
+    for (float& value : seen.image.values) value = -value;
+  if (window != nullptr) *window = {Image(), cut.origin, cut.scale};
+  return seen;
+}
+
+double FittedDrawing::MeanCorrelation() const {
+  double sum = 0;
+  for (const double one : correlation) sum += one;
+  return sum / static_cast<double>(correlation.size());
+}
+
 std::optional<FittedDrawing> FitDrawing(const std::vector<SeenMark>& marks) {
   constexpr double kLeastCorrelation = 0.5;
   if (marks.empty()) return std::nullopt;
@@ -283,7 +303,7 @@ std::optional<FittedDrawing> FitDrawing(const std::vector<SeenMark>& marks) {
   RoundLengths(&rounded);
   if (IsDrawable(rounded)) elements = rounded;
   FittedDrawing fitted = LocateDrawing(elements, marks);
-  if (Mean(fitted.correlation) < kLeastCorrelation) return std::nullopt;
+  if (fitted.MeanCorrelation() < kLeastCorrelation) return std::nullopt;
   return fitted;
 }
 

@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "core/raster/grey_range.h"
 #include "core/raster/picture_text.h"
 #include "core/raster/resample.h"
 
@@ -28,19 +29,9 @@ void SetPixel(Picture* picture, int col, int row, Colour colour) {
   p[2] = colour.b;
 }
 
-// Darkest and brightest hundredth, so that a speck of dust does not flatten a faint mark.
-std::pair<float, float> Range(const Image& image) {
-  std::vector<float> values;
-  for (const float v : image.values)
-    if (!std::isnan(v)) values.push_back(v);
-  if (values.empty()) return {0.0f, 1.0f};
-  std::sort(values.begin(), values.end());
-  const size_t edge = values.size() / 100;
-  return {values[edge], std::max(values[values.size() - 1 - edge], values[edge] + 1.0f)};
-}
-
 void DrawTile(const Image& image, double enlarged, int left, int top, Picture* picture) {
-  const auto [low, high] = Range(image);
+  const auto [low, brightest] = GreyRange(image);
+  const float high = std::max(brightest, low + 1.0f);
   for (int row = 0; row < kTile; ++row) {
     for (int col = 0; col < kTile; ++col) {
       const float value = SampleBilinear(image, Vector2d(col + 0.5, row + 0.5) / enlarged);

@@ -8,7 +8,6 @@
 
 #include "block/inputs/block_camera.h"
 #include "block/inputs/block_files.h"
-#include "block/pictures/scan_overview.h"
 #include "block/stages/exterior_stage.h"
 #include "core/base/environment_error.h"
 #include "core/base/error.h"

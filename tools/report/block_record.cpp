@@ -16,8 +16,6 @@ constexpr std::string_view kInterior = ".interior.json";
 constexpr std::string_view kExterior = ".exterior.json";
 constexpr std::string_view kMarks = ".marks.png";
 constexpr std::string_view kPatches = ".patches.png";
-constexpr std::string_view kMarksOverview = ".marks_overview.png";
-constexpr std::string_view kPatchesOverview = ".patches_overview.png";
 
 using Photos = std::map<std::string, PhotoRecord>;
 
@@ -67,8 +65,8 @@ void AddPictures(const std::string& directory, PhotoRecord* photo) {
   };
   photo->marks_picture = existing(kMarks);
   photo->patches_picture = existing(kPatches);
-  photo->marks_overview = existing(kMarksOverview);
-  photo->patches_overview = existing(kPatchesOverview);
+  photo->marks_overview = existing(block::kMarksOverview);
+  photo->patches_overview = existing(block::kPatchesOverview);
 }
 
 void AddTable(const std::string& directory, Photos* photos, BlockRecord* block) {

@@ -55,42 +55,20 @@ std::vector<interior::DrawnMark> DrawnMarks(const InteriorResult& result, const 
   return drawn;
 }
 
-interior::SeenMark Seen(const Raster& scan, const Vector2d& pixel, const Matrix2d& pixel_from_mm,
-                        bool negative) {
-  const double pixels_per_mm = std::sqrt(std::abs(pixel_from_mm.determinant()));
-  const int half =
-      static_cast<int>(std::ceil(1.1 * interior::kLargestFittedRadius_mm * pixels_per_mm + 6));
-  const ImageWindow window =
-      scan.ReadGrey({static_cast<int>(std::floor(pixel.x())) - half,
-                     static_cast<int>(std::floor(pixel.y())) - half, 2 * half + 1, 2 * half + 1});
-  interior::SeenMark seen;
-  seen.image = window.image;
-  if (negative)
-    for (float& value : seen.image.values) value = -value;
-  seen.near = window.ImageFromRaster(pixel);
-  seen.pixel_from_mm = pixel_from_mm;
-  return seen;
-}
-
-double Mean(const std::vector<double>& values) {
-  double sum = 0;
-  for (const double value : values) sum += value;
-  return sum / static_cast<double>(values.size());
-}
-
 // For every drawing of elements whose used marks another drawing explains better: that drawing.
 void PrintBetterDrawings(const CameraFile& camera, const InteriorResult& result, const Raster& scan,
                          const Matrix2d& pixel_from_mm, std::ostream& out) {
   constexpr size_t kMostMarks = 3;
   constexpr double kClearlyBetter = 0.02;
-  const bool negative = result.polarity == Polarity::kNegative;
+  interior::CutOptions cut;
+  cut.negative = result.polarity == Polarity::kNegative;
   std::map<std::string, std::vector<interior::SeenMark>> by_drawing;
   for (size_t i = 0; i < result.marks.size(); ++i) {
     const std::string& drawing = camera.fiducials[i].mark;
     if (result.marks[i].state != MarkState::kUsed || camera.marks.at(drawing).image) continue;
     auto& seen = by_drawing[drawing];
     if (seen.size() < kMostMarks)
-      seen.push_back(Seen(scan, *result.marks[i].pixel, pixel_from_mm, negative));
+      seen.push_back(CutMark(scan, *result.marks[i].pixel, pixel_from_mm, cut));
   }
   for (const auto& [name, seen] : by_drawing) {
     const auto& elements = camera.marks.at(name).elements;
@@ -99,8 +77,8 @@ void PrintBetterDrawings(const CameraFile& camera, const InteriorResult& result,
     // Both over the same surroundings: those of the larger of the two.
     const double radius =
         std::max(interior::RadiusOf(elements), interior::RadiusOf(fitted->elements));
-    const double present = Mean(interior::LocateDrawing(elements, seen, radius).correlation);
-    const double better = Mean(interior::LocateDrawing(fitted->elements, seen, radius).correlation);
+    const double present = interior::LocateDrawing(elements, seen, radius).MeanCorrelation();
+    const double better = interior::LocateDrawing(fitted->elements, seen, radius).MeanCorrelation();
     if (better < present + kClearlyBetter) {
       out << fmt::format("{}: correlates by {:.3f}; no other drawing is clearly better\n", name,
                          present);
