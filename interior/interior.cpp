@@ -74,8 +74,8 @@ std::vector<MarkResult> MarkResults(const CameraFile& camera, const FilmReading&
       mark.score = marks[i].position->correlation;
     }
     if (mark.state != MarkState::kUsed && !reading.windows.empty()) {
-      const PixelWindow& w = reading.windows[i];
-      mark.window = {w.col, w.row, w.width, w.height};
+      const PixelWindow& w = reading.windows.at(i);
+      if (w.width > 0) mark.window = {w.col, w.row, w.width, w.height};
     }
     results.push_back(mark);
   }

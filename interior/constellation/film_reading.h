@@ -46,7 +46,8 @@ struct FilmReading {
   AssignmentMethod assignment = AssignmentMethod::kExact;
   std::vector<AssignmentMark> marks;
   std::vector<std::vector<MarkCandidate>> candidates;
-  std::vector<PixelWindow> windows;  // where each mark was looked for; empty: not by windows
+  // Where each mark was looked for; of no width: it was not. None at all: not by windows.
+  std::vector<PixelWindow> windows;
   Assignment best;
   Assignment second;   // AssignmentAnswer's
   bool proven = true;  // the search was complete; otherwise the margin is 0

@@ -64,6 +64,7 @@ class GuidedSearch {
     const MarkRectangle rectangle = RectangleOfMarks(camera_.fiducials);
     full.marks.assign(count, {});
     full.candidates.assign(count, {});
+    full.windows.assign(count, {});
     std::vector<int> trusted(count, -1);
     const std::vector<PointPair2d> anchors = AnchorsIn(orientations.front());
     const auto pixel_from_photo = FitAffine(anchors);
@@ -73,6 +74,7 @@ class GuidedSearch {
       full.marks[i].place_mm = PlaceOnScan(mark.position_mm, rectangle, orientations.front());
       if (!pixel_from_photo) continue;
       const Vector2d place = mark.position_mm - shift_mm;
+      full.windows[i] = WindowAround(pixel_from_photo->transform * place);
       full.candidates[i] =
           Candidates(found_.at(KeyOf(mark.mark, place, orientations.front())), &full.marks[i]);
       trusted[i] = AnchorAmong(full.candidates[i], place, anchors);
@@ -131,14 +133,16 @@ class GuidedSearch {
     });
   }
 
+  PixelWindow WindowAround(const Vector2d& predicted_px) const {
+    const int half = static_cast<int>(std::ceil(kWindowHalf_mm / reading_.pixel_size.pixel_mm));
+    return {static_cast<int>(std::floor(predicted_px.x())) - half,
+            static_cast<int>(std::floor(predicted_px.y())) - half, 2 * half + 1, 2 * half + 1};
+  }
+
   MarkCandidates Find(const MarkShape& shape, const Vector2d& place,
                       const Affine2d& pixel_from_photo) {
-    const Vector2d predicted = pixel_from_photo * place;
-    const int half = static_cast<int>(std::ceil(kWindowHalf_mm / reading_.pixel_size.pixel_mm));
     MarkSearch search;
-    search.window = {static_cast<int>(std::floor(predicted.x())) - half,
-                     static_cast<int>(std::floor(predicted.y())) - half, 2 * half + 1,
-                     2 * half + 1};
+    search.window = WindowAround(pixel_from_photo * place);
     search.pixel_from_mm = pixel_from_photo.A;
     search.turns_rad = {0};  // the anchors have told the turn
     return locators_.at(LocatorFor(shape, locator_))->Find(windows_, shape, search);

@@ -160,6 +160,22 @@ TEST(ReseauPhoto, AnchorsAMeshOffAreCorrectedByAllCrosses) {
   EXPECT_LT((*result.marks[12].pixel - frame.mark_pixels[12]).norm(), 0.2);
 }
 
+// The anchors have their own, larger windows; each cross is looked for in one where they put it.
+TEST(ReseauPhoto, AMissingCrossNamesItsWindowAroundItsPlace) {
+  FilmFrame frame;
+  const InteriorResult result = OrientWithout({0, 7, 24}, &frame);
+  ASSERT_EQ(result.status, Status::kOk) << Sentence(result.findings.at(0));
+  for (const size_t i : {0, 7, 24}) {
+    const MarkResult& mark = result.marks.at(i);
+    ASSERT_NE(mark.state, MarkState::kUsed);
+    ASSERT_TRUE(mark.window) << mark.id;
+    const Vector2d middle(mark.window->col + 0.5 * mark.window->width,
+                          mark.window->row + 0.5 * mark.window->height);
+    EXPECT_LT((middle - frame.mark_pixels[i]).norm(), 3) << mark.id;
+    EXPECT_LT(mark.window->width, 40) << mark.id;
+  }
+}
+
 TEST(ReseauPhoto, WithoutAWholeRowTheFilmMayLieAMeshOffAndIsNotOk) {
   FilmFrame frame;
   const InteriorResult result = OrientWithout({0, 5, 10, 15, 20}, &frame);
