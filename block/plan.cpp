@@ -50,10 +50,14 @@ std::set<std::string> KeptExteriors(const BlockInputs& inputs,
 
 }  // namespace
 
+std::string PlanLine(bool keep, const std::string& what) {
+  return (keep ? "keep  " : "do    ") + what;
+}
+
 std::vector<std::string> PlanBlock(const BlockInputs& inputs) {
   std::vector<std::string> lines;
   const auto line = [&](bool keep, const std::string& what) {
-    lines.push_back((keep ? "keep  " : "do    ") + what);
+    lines.push_back(PlanLine(keep, what));
   };
   const std::set<std::string> interiors = KeptInteriors(inputs);
   const std::set<std::string> exteriors = KeptExteriors(inputs, interiors);

@@ -8,7 +8,10 @@
 
 namespace orient::block {
 
-// One line per photo and stage: "do" or "keep". Throws as the run does.
+// "do    <what>" or "keep  <what>".
+std::string PlanLine(bool keep, const std::string& what);
+
+// One line per photo and stage. Throws as the run does.
 std::vector<std::string> PlanBlock(const BlockInputs& inputs);
 
 }  // namespace orient::block

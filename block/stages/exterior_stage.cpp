@@ -127,15 +127,42 @@ std::vector<std::optional<std::string>> DatesOf(const ExteriorSetting& setting) 
   return dates;
 }
 
-}  // namespace
-
-std::vector<ExteriorResult> RunExterior(const ExteriorRunOptions& given,
-                                        const std::function<void()>& done,
-                                        std::map<std::string, std::vector<std::string>>* changed) {
+// Throws where the run would not begin.
+ExteriorRunOptions CheckedOptions(const ExteriorRunOptions& given) {
   if (const auto wrong = given.Check()) throw UsageError(*wrong);
   RequireOwnNames(given.photos);
   ExteriorRunOptions options = given;
   if (given.inputs.empty()) GoOnAlone(&options);
+  return options;
+}
+
+}  // namespace
+
+std::set<std::string> ExteriorsThatStay(const ExteriorRunOptions& given) {
+  const ExteriorRunOptions options = CheckedOptions(given);
+  const ExteriorSetting setting = PrepareExterior(options);
+  const ResultStore store = ExteriorStore(options.out);
+  std::set<std::string> kept;
+  for (std::size_t i = 0; options.resume && i < options.photos.size(); ++i) {
+    const std::string name = PhotoName(options.photos[i]);
+    const ResultState state =
+        store.Check(name, InputsOfPhoto(options, setting.approximations, options.photos[i])).state;
+    if (state != ResultState::kCurrent &&
+        !(options.keep_unstated && state == ResultState::kUnstated))
+      continue;
+    try {
+      ReadExteriorResult(store.PathOf(name));
+      kept.insert(name);
+    } catch (const InputError&) {  // damaged: done again
+    }
+  }
+  return kept;
+}
+
+std::vector<ExteriorResult> RunExterior(const ExteriorRunOptions& given,
+                                        const std::function<void()>& done,
+                                        std::map<std::string, std::vector<std::string>>* changed) {
+  ExteriorRunOptions options = CheckedOptions(given);
   AskedAreas asked;
   NoteWhatIsAsked(&options, &asked);
   ExteriorSetting setting = PrepareExterior(options);

@@ -3,6 +3,7 @@
 
 #include <functional>
 #include <map>
+#include <set>
 #include <string>
 #include <vector>
 
@@ -22,6 +23,10 @@ namespace orient::block {
 std::vector<ExteriorResult> RunExterior(
     const ExteriorRunOptions& options, const std::function<void()>& done = {},
     std::map<std::string, std::vector<std::string>>* changed = nullptr);
+
+// The photos whose results a resumed run would keep. Reads what all photos share; throws as
+// RunExterior does.
+std::set<std::string> ExteriorsThatStay(const ExteriorRunOptions& options);
 
 // The table of a folder's poses, orientation.csv, and its writing: of the photos that have one.
 std::string PoseTablePath(const std::string& directory);

@@ -187,6 +187,15 @@ patchdb::PatchSource SourceOfFile(patchdb::SourceKind kind, const std::string& p
   return source;
 }
 
+std::vector<bool> AreHarvested(const patchdb::PatchDatabase& database, patchdb::SourceKind kind,
+                               const std::vector<std::string>& paths,
+                               const patchdb::PatchSource& about) {
+  std::vector<bool> harvested;
+  for (const std::string& path : paths)
+    harvested.push_back(database.FindSource(SourceOfFile(kind, path, about)).harvested);
+  return harvested;
+}
+
 std::vector<HarvestedSource> HarvestPhotos(patchdb::PatchDatabase& database, const HarvestRun& run,
                                            const PhotosToHarvest& photos,
                                            ProgressListener* listener) {

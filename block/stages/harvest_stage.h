@@ -34,6 +34,11 @@ struct HarvestedSource {
 patchdb::PatchSource SourceOfFile(patchdb::SourceKind kind, const std::string& path,
                                   const patchdb::PatchSource& about);
 
+// Which of these sources are harvested already: a run leaves them alone.
+std::vector<bool> AreHarvested(const patchdb::PatchDatabase& database, patchdb::SourceKind kind,
+                               const std::vector<std::string>& paths,
+                               const patchdb::PatchSource& about);
+
 // Every source is one transaction; those in the database already are left alone, but give evidence.
 // `listener` may be null. Throw InputError where an input is wrong: before anything is stored where
 // that can be known.

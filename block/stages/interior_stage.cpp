@@ -304,22 +304,47 @@ std::vector<std::string> NotesOn(const InteriorRunOptions& options, bool one_cam
   return notes;
 }
 
+// What a run knows before the first photo.
+struct PreparedRun {
+  RunCameras cameras;
+  std::vector<Inputs> inputs;  // per photo
+  std::set<std::string> kept;  // photos
+};
+
+PreparedRun Prepare(const InteriorRunOptions& options) {
+  RequireOwnNames(options.photos);
+  PreparedRun run;
+  run.cameras = LoadCameras(options);
+  RequireKnownCameras(options, run.cameras);
+  run.inputs = InputsOf(options, run.cameras);
+  run.kept = KeptResults(options, run.inputs);
+  if (!options.redo_changed) RefuseOthersTables(options, EarlierResults(options, run.inputs));
+  return run;
+}
+
 }  // namespace
 
 std::set<std::string> InteriorsThatStay(const InteriorRunOptions& options) {
-  return KeptResults(options, InputsOf(options, LoadCameras(options)));
+  std::set<std::string> kept = Prepare(options).kept;
+  const ResultStore store = StoreOf(options);
+  std::erase_if(kept, [&](const std::string& photo) {
+    try {
+      ReadInteriorResult(store.PathOf(photo));
+      return false;
+    } catch (const InputError&) {  // damaged: done again
+      return true;
+    }
+  });
+  return kept;
 }
 
 std::vector<InteriorResult> RunInterior(const InteriorRunOptions& options,
                                         const std::function<void()>& done,
                                         std::vector<std::string>* notes) {
-  RequireOwnNames(options.photos);
-  const RunCameras cameras = LoadCameras(options);
-  RequireKnownCameras(options, cameras);
+  const PreparedRun prepared = Prepare(options);
+  const RunCameras& cameras = prepared.cameras;
+  const std::vector<Inputs>& inputs = prepared.inputs;
   MakeOutputDirectory(options.out);
-  const std::vector<Inputs> inputs = InputsOf(options, cameras);
-  KeptResults(options, inputs);  // or it refuses, before the work
-  if (!options.redo_changed) RefuseOthersTables(options, EarlierResults(options, inputs));
   const ResultStore store = StoreOf(options);
   std::vector<InteriorResult> results(options.photos.size());
   std::vector<Job> jobs;

@@ -297,6 +297,8 @@ TEST_F(BadInput, DamagedResultIsMadeAgainOnResume) {
   fs::create_directory(Path("out"));
   for (const char* damaged : {"{\"photo\": ", "{\"made_from\": \"0123456789abcdef\"}"}) {
     Write("out/new_1_2.exterior.json", damaged);
+    EXPECT_EQ(Exterior({Path("scans/new_1_2.tif"), "--resume", "--plan"}).out,
+              "do    exterior  new_1_2\n");
     EXPECT_EQ(Exterior({Path("scans/new_1_2.tif"), "--resume"}).exit_code, 3);  // no patches
     EXPECT_FALSE(ReadExteriorResult(ExteriorResultPath(Path("out"), "new_1_2")).made_from.empty());
   }
@@ -313,6 +315,9 @@ TEST_F(BadPhoto, OfAnotherApproximationIsDoneAgainOnResume) {
   for (OrientationRow& row : table.rows)
     if (row.photo == "new_1_2") row.pose.position_m.x() += 1;
   WriteOrientationTable(Path("approx.csv"), table);
+  EXPECT_EQ(Exterior({one, two, "--resume", "--plan"}).out,
+            "keep  exterior  new_1_1\ndo    exterior  new_1_2\n");
+  EXPECT_EQ(written("new_1_2"), second);
   ASSERT_EQ(Exterior({one, two, "--resume"}).exit_code, 0);
   EXPECT_EQ(written("new_1_1"), first);
   EXPECT_GT(written("new_1_2"), second);

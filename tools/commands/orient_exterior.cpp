@@ -64,6 +64,7 @@ class ExteriorCommand : public Command {
     AddJobsOption(app, &options_.jobs);
     AddOutputOptions(app, &output_);
     app.add_flag("--resume", options_.resume, "Keep existing results and do the others");
+    AddPlanOption(app, &plan_);
   }
 
   ExitCode Run(std::ostream& out) override {
@@ -78,6 +79,10 @@ class ExteriorCommand : public Command {
     if (attitude_sigma_deg_) options_.attitude_sigma_rad = RadFromDeg(*attitude_sigma_deg_);
     if (kappa_sigma_deg_) options_.kappa_sigma_rad = RadFromDeg(*kappa_sigma_deg_);
     RefuseToReplace();
+    if (plan_) {
+      PrintPlan("exterior", options_.photos, block::ExteriorsThatStay(options_), out);
+      return ExitCode::kAllDone;
+    }
     if (options_.learn) BringUpToDateToLearn(options_.patchdb, out);
     ProgressLine progress("exterior orientation", static_cast<int>(options_.photos.size()));
     const auto done = block::RunExterior(options_, [&] { progress.Advance(); });
@@ -122,6 +127,7 @@ class ExteriorCommand : public Command {
   block::ExteriorRunOptions options_;
   std::string library_;
   OutputOptions output_;
+  bool plan_ = false;
   std::optional<double> attitude_sigma_deg_, kappa_sigma_deg_;
 };
 

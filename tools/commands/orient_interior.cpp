@@ -51,6 +51,7 @@ class InteriorCommand : public Command {
     AddCameraLibraryOption(app, &library_);
     AddOutputOptions(app, &output_);
     app.add_flag("--resume", resume_, "Keep existing results and process the other photos");
+    AddPlanOption(app, &plan_);
     AddScanOptions(app, &scan_);
     AddScannerOption(app);
     AddMeasurementsOption(app, &measurements_);
@@ -92,6 +93,10 @@ class InteriorCommand : public Command {
     for (const std::string& photo : options.photos)
       paths.push_back(InteriorResultPath(options.out, PhotoName(photo)));
     RefuseToOverwrite(paths, output_.overwrite || resume_, "--resume");
+    if (plan_) {
+      PrintPlan("interior", options.photos, block::InteriorsThatStay(options), out);
+      return ExitCode::kAllDone;
+    }
     ProgressLine progress("interior orientation", static_cast<int>(options.photos.size()));
     std::vector<std::string> notes;
     const auto results = block::RunInterior(
@@ -152,6 +157,7 @@ class InteriorCommand : public Command {
   std::string library_;
   OutputOptions output_;
   bool resume_ = false;
+  bool plan_ = false;
   ScanOptions scan_;
   std::optional<interior::Scanner> scanner_;
   Measurements measurements_;

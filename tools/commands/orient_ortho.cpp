@@ -67,6 +67,7 @@ class OrthoCommand : public Command {
     AddOverwriteOption(app, &options_.overwrite);
     app.add_flag("--resume", options_.resume,
                  "Keep existing results, edited seamlines too, and do the others");
+    AddPlanOption(app, &options_.plan);
     AddJobsOption(app, &options_.jobs);
   }
 
@@ -75,6 +76,7 @@ class OrthoCommand : public Command {
     BoundBlockCache(kCache_MB);
     Prepare();
     const bool all = MakeOrthophotos(options_, out);
+    if (options_.plan) return ExitCode::kAllDone;
     RecordRun(Invoked(), options_.out, "ortho",
               {FileInput("poses", PosesFile()), FileInput("camera", options_.source.camera),
                RasterInput("DEM", options_.source.dem), FileInput("seamlines", options_.seams)});

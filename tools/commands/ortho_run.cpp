@@ -6,6 +6,7 @@
 #include <filesystem>
 #include <ostream>
 
+#include "block/plan.h"
 #include "core/base/atomic_write.h"
 #include "core/base/csv_cell.h"
 #include "core/base/error.h"
@@ -33,8 +34,12 @@ class OrthoRun {
     for (const std::string& why : found.left_out) out << "left out  " << why << "\n";
     if (found.photos.empty()) throw InputError("no photo to make an orthophoto of");
     RefuseToReplace(found);
-    MakeOutputDirectory(options_.out);
     const double gsd_m = options_.gsd_m ? *options_.gsd_m : NaturalGsd(found);
+    if (options_.plan) {
+      TellPlan(found, gsd_m, out);
+      return true;
+    }
+    MakeOutputDirectory(options_.out);
     bool all = found.left_out.empty();
     std::vector<ortho::MosaicPart> parts;
     for (std::size_t i = 0; i < found.photos.size(); ++i) {
@@ -64,6 +69,22 @@ class OrthoRun {
     if (options_.mosaic && options_.seams.empty()) results.push_back(SeamsPath());
     if (options_.balance) results.push_back(TonesPath());
     RefuseToOverwrite(results, options_.overwrite || options_.resume, "--resume");
+  }
+
+  void TellPlan(const OrthoPhotos& found, double gsd_m, std::ostream& out) const {
+    for (std::size_t i = 0; i < found.photos.size(); ++i) {
+      const ortho::OrthoOptions options = OptionsFor(found, i, gsd_m);
+      const ortho::MapGrid grid = ortho::PlanOrthophoto(found.photos[i], options).grid;
+      const std::string path = OrthoPath(found.photos[i].name);
+      out << block::PlanLine(IsCurrent(path, options),
+                             fmt::format("ortho     {}: {} x {} px of {:g} m", path, grid.width,
+                                         grid.height, gsd_m))
+          << "\n";
+    }
+    if (!options_.mosaic) return;
+    if (const std::string seams = GivenSeams(); !seams.empty())
+      out << block::PlanLine(true, "seams     " + seams) << "\n";
+    out << block::PlanLine(false, "mosaic    " + PathOf("mosaic.tif")) << "\n";
   }
 
   double NaturalGsd(const OrthoPhotos& found) const {

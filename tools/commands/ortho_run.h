@@ -21,6 +21,7 @@ struct OrthoRunOptions {
   bool least_difference = false;  // the seamlines, where none are given
   bool balance = false;           // the photos' tones in the mosaic
   bool overwrite = false;
+  bool plan = false;    // only tell what would be done
   bool resume = false;  // keep what was made from the same, and the seamlines that are there
 };
 

@@ -3,9 +3,12 @@
 #include <CLI/CLI.hpp>
 #include <algorithm>
 #include <filesystem>
+#include <ostream>
 #include <system_error>
 
+#include "block/plan.h"
 #include "core/base/error.h"
+#include "core/files/orientation_table.h"
 
 namespace orient {
 namespace fs = std::filesystem;
@@ -34,6 +37,18 @@ CLI::Option* AddCameraLibraryOption(CLI::App& app, std::string* folder) {
 
 void AddOverwriteOption(CLI::App& app, bool* overwrite) {
   app.add_flag("--overwrite", *overwrite, "Replace existing results");
+}
+
+void AddPlanOption(CLI::App& app, bool* plan) {
+  app.add_flag("--plan", *plan, "Print what would be done and stop");
+}
+
+void PrintPlan(const std::string& stage, const std::vector<std::string>& photos,
+               const std::set<std::string>& kept, std::ostream& out) {
+  for (const std::string& path : photos) {
+    const std::string name = PhotoName(path);
+    out << block::PlanLine(kept.contains(name), stage + "  " + name) << "\n";
+  }
 }
 
 void AddMeasurementsOption(CLI::App& app, Measurements* measurements) {

@@ -2,7 +2,9 @@
 #pragma once
 
 #include <CLI/App.hpp>
+#include <iosfwd>
 #include <optional>
+#include <set>
 #include <string>
 #include <vector>
 
@@ -40,6 +42,12 @@ struct OutputOptions {
 };
 void AddOutputOptions(CLI::App& app, OutputOptions* output);
 void AddOverwriteOption(CLI::App& app, bool* overwrite);
+
+// --plan: print what would be done and stop. PrintPlan has a line per photo (paths): whether the
+// stage would be done, or its result kept (photos' names).
+void AddPlanOption(CLI::App& app, bool* plan);
+void PrintPlan(const std::string& stage, const std::vector<std::string>& photos,
+               const std::set<std::string>& kept, std::ostream& out);
 
 // --pixel-size-um, --polarity and --orientation of a scan; empty means auto.
 struct ScanOptions {

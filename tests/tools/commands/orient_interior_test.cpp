@@ -71,6 +71,17 @@ class InteriorResumed : public InteriorCommandTest {
   }
 };
 
+TEST_F(InteriorResumed, APlanTellsWhatTheRunWouldDo) {
+  EXPECT_EQ(Resume({"--plan"}).out, "keep  interior  4711\n");
+  ExpectRefused(Resume({"--plan", "--polarity", "positive"}), "options");
+  std::vector<std::string> anew = Arguments(scan_);
+  anew.insert(anew.end(), {"--plan", "--overwrite"});
+  EXPECT_EQ(RunOrient(anew).out, "do    interior  4711\n");
+  WriteFileAtomically(InteriorResultPath(out_, "4711"), "{");
+  EXPECT_EQ(Resume({"--plan"}).out, "do    interior  4711\n");
+  EXPECT_EQ(ReadFile(InteriorResultPath(out_, "4711")), "{");
+}
+
 TEST_F(InteriorResumed, TakesNothingOverFromAnotherCamera) {
   CameraFile camera = RingCamera(30, 70);
   camera.fiducials[0].position_mm.x() += 0.01;

@@ -125,6 +125,10 @@ TEST_F(OrientOrtho, ResumeKeepsWhatWasMadeFromTheSame) {
   EXPECT_EQ(Run({"--gsd-m", "10"}).exit_code, 1) << "what is there is not overwritten";
   fs::remove(Path("ortho/west.ortho.tif"));
   const std::string east = ReadFile(Path("ortho/a b 'east'.ortho.tif"));
+  const ProgramRun plan = Run({"--gsd-m", "10", "--resume", "--plan"});
+  EXPECT_NE(plan.out.find("do    ortho     " + Path("ortho/west.ortho.tif")), std::string::npos);
+  EXPECT_NE(plan.out.find("keep  ortho     "), std::string::npos) << plan.out;
+  EXPECT_FALSE(Exists("ortho/west.ortho.tif"));
   const ProgramRun again = Run({"--gsd-m", "10", "--resume"});
   EXPECT_TRUE(Exists("ortho/west.ortho.tif"));
   EXPECT_NE(again.out.find("'east'.ortho.tif: 1"), std::string::npos) << again.out;

@@ -44,7 +44,7 @@ class BlockCommand : public Command {
     app.add_option("BLOCK", block_path_, "Block file (TOML)")->required();
     app.add_flag("--resume", resume_, "Keep existing results and do the others");
     AddOverwriteOption(app, &overwrite_);
-    app.add_flag("--plan", plan_, "Print what would be done and stop");
+    AddPlanOption(app, &plan_);
     app.add_option("--stage", stage_,
                    "Only this stage, for runs that share the work: control, interior, exterior")
         ->check(CLI::IsMember({"control", "interior", "exterior"}));

@@ -3,6 +3,7 @@
 #include <CLI/CLI.hpp>
 #include <ostream>
 
+#include "block/plan.h"
 #include "block/stages/harvest_stage.h"
 #include "core/base/date.h"
 #include "core/base/error.h"
@@ -19,10 +20,19 @@
 namespace orient {
 namespace {
 
+void PrintHarvestPlan(const patchdb::PatchDatabase& database, patchdb::SourceKind kind,
+                      const std::vector<std::string>& paths, const patchdb::PatchSource& about,
+                      std::ostream& out) {
+  const std::vector<bool> harvested = block::AreHarvested(database, kind, paths, about);
+  for (std::size_t i = 0; i < paths.size(); ++i)
+    out << block::PlanLine(harvested[i], "harvest   " + paths[i]) << "\n";
+}
+
 // What both kinds of harvest are asked for.
 struct HarvestArguments {
   block::HarvestRun run;
   std::string date, provenance, licence;
+  bool plan = false;
 
   void Declare(CLI::App& app, const std::string& max_option) {
     patchdb::HarvestOptions& options = run.options;
@@ -56,6 +66,12 @@ struct HarvestArguments {
     app.add_option(
         "--further-views", options.max_further_views,
         "Also measure each place in up to this many other sources; 0: every source by itself");
+    AddPlanOption(app, &plan);
+  }
+  // A plan writes nothing.
+  patchdb::PatchDatabase Open(const std::string& path, std::ostream& out) const {
+    return plan ? patchdb::PatchDatabase::Open(path, patchdb::PatchDatabase::Mode::kRead)
+                : OpenToWrite(path, out);
   }
   const block::HarvestRun& Checked() {
     if (const auto wrong = run.options.Check()) throw UsageError(*wrong);
@@ -83,8 +99,10 @@ class HarvestVerb : public PatchdbVerb {
   }
   void Run(std::ostream& out) override {
     const block::HarvestRun& run = arguments_.Checked();
-    patchdb::PatchDatabase database = OpenToWrite(path_, out);
+    patchdb::PatchDatabase database = arguments_.Open(path_, out);
     ReadPhotosToHarvest(camera_, patterns_, path_, database, &photos_);
+    if (arguments_.plan)
+      return PrintHarvestPlan(database, patchdb::SourceKind::kPhoto, photos_.paths, run.about, out);
     ShownProgress progress;
     PrintHarvest(block::HarvestPhotos(database, run, photos_, &progress), !run.dsm.empty(), out);
   }
@@ -108,10 +126,12 @@ class HarvestOrthoVerb : public PatchdbVerb {
   }
   void Run(std::ostream& out) override {
     const block::HarvestRun& run = arguments_.Checked();
-    patchdb::PatchDatabase database = OpenToWrite(path_, out);
+    patchdb::PatchDatabase database = arguments_.Open(path_, out);
+    const std::vector<std::string> paths = ExpandPhotos(orthos_, "");
+    if (arguments_.plan)
+      return PrintHarvestPlan(database, patchdb::SourceKind::kOrthophoto, paths, run.about, out);
     ShownProgress progress;
-    PrintHarvest(block::HarvestOrthophotos(database, run, ExpandPhotos(orthos_, ""), &progress),
-                 !run.dsm.empty(), out);
+    PrintHarvest(block::HarvestOrthophotos(database, run, paths, &progress), !run.dsm.empty(), out);
   }
 
  private:

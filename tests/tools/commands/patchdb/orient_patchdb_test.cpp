@@ -62,26 +62,41 @@ class PatchdbCommandOnRealPhotos : public PatchdbCommandTest {
     const auto ngi = SharedData("ngi");
     if (!ngi) GTEST_SKIP() << "real data absent (ORIENT_SHARED_DATA): ngi";
     ngi_ = *ngi;
+    photo_ = ngi_ + "/photos/3324c_2015_1004_05_0182_RGB.tif";
     RunOrient({"patchdb", "create", database_, "--crs", ngi_ + "/published_orientation.prj"});
   }
-  ProgramRun Harvest(const std::string& orientation, const std::string& dem) {
-    return RunOrient({"patchdb", "harvest", database_, "--camera", ngi_ + "/camera.toml",
-                      "--orientation", orientation, "--dem", dem, "--spacing-px", "80",
-                      ngi_ + "/photos/3324c_2015_1004_05_0182_RGB.tif"});
+  ProgramRun Harvest(const std::string& orientation, const std::string& dem,
+                     const std::vector<std::string>& more = {}) {
+    std::vector<std::string> words = {"patchdb",
+                                      "harvest",
+                                      database_,
+                                      "--camera",
+                                      ngi_ + "/camera.toml",
+                                      "--orientation",
+                                      orientation,
+                                      "--dem",
+                                      dem,
+                                      "--spacing-px",
+                                      "80",
+                                      photo_};
+    words.insert(words.end(), more.begin(), more.end());
+    return RunOrient(words);
   }
-  std::string ngi_;
+  std::string ngi_, photo_;
 };
 
 TEST_F(PatchdbCommandOnRealPhotos, HarvestsOnceAndSaysSoTheSecondTime) {
-  const auto harvest = [&] {
-    return Harvest(ngi_ + "/published_orientation.csv", ngi_ + "/dem.tif");
+  const auto harvest = [&](const std::vector<std::string>& more = {}) {
+    return Harvest(ngi_ + "/published_orientation.csv", ngi_ + "/dem.tif", more);
   };
+  EXPECT_EQ(harvest({"--plan"}).out, "do    harvest   " + photo_ + "\n");
   const ProgramRun first = harvest();
   EXPECT_EQ(first.exit_code, 0) << first.err;
   EXPECT_TRUE(Contains(first.out, "without --dsm roofs and trees cannot")) << first.out;
   const ProgramRun list = RunOrient({"patchdb", "list", database_});
   const auto lines = std::count(list.out.begin(), list.out.end(), '\n');
   EXPECT_GT(lines, 50);
+  EXPECT_EQ(harvest({"--plan"}).out, "keep  harvest   " + photo_ + "\n");
   const ProgramRun second = harvest();
   EXPECT_EQ(second.exit_code, 0) << second.err;
   EXPECT_TRUE(Contains(second.out, "in the database already")) << second.out;
