@@ -41,7 +41,7 @@ BlockInputs::BlockInputs(BlockRunOptions options)
   if (!options_.block.measurements.empty()) said_ = ReadMeasurements(options_.block.measurements);
   if (IsFilm()) marks_ = LoadMarkShapes(camera_);
   const BlockFile& block = options_.block;
-  approximations_ = std::make_unique<BlockApproximations>(block, camera_.camera);
+  approximations_ = std::make_unique<BlockApproximations>(block, camera_.camera, said_);
   DecideOnTheEarth();
   shared_ = {{"method", kMethod},
              {"camera", DigestOfCamera(camera_)},

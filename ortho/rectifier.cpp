@@ -74,23 +74,61 @@ Rectifier::Rectifier(const PhotoView& view, const GroundSurface& surface, const 
       table_(view, options.border_mm, options.marks),
       hidden_(surface, view.pose.position_m) {}
 
+Rectifier::Place Rectifier::PlaceOf(const Vector2d& ground_m) const {
+  const auto height = surface_.HeightAt(ground_m.x(), ground_m.y());
+  if (!height) return {};
+  const Vector3d d =
+      photo_from_ground_ * (Vector3d(ground_m.x(), ground_m.y(), *height) - centre_m_);
+  if (!(d.z() < 0)) return {};
+  const auto pixel = table_.PixelOf(d.head<2>() * (-principal_distance_mm_ / d.z()));
+  if (!pixel) return {};
+  return {*pixel, *height, true};
+}
+
+// Between places not farther apart than half a cell of the surface on a straight line, where the
+// one in their middle lies on it: the surface has one bend between them at most, and what that
+// moves a place by is at most twice what it moves the one in the middle.
+std::vector<Rectifier::Place> Rectifier::PlacesOfRow(const MapGrid& grid, const PixelWindow& window,
+                                                     int row) const {
+  constexpr int kMostStep = 16, kLeastStep = 4;
+  constexpr double kStraight_px = 0.01;
+  const int half =
+      std::min(kMostStep, static_cast<int>(0.5 * surface_.CellSize() / grid.gsd_m)) / 2;
+  const int step = std::max(2 * half, 1);
+  const auto place = [&](int col) {
+    return PlaceOf(grid.GroundFromPixel(window.col + col + 0.5, window.row + row + 0.5));
+  };
+  std::vector<Place> places(static_cast<std::size_t>(window.width));
+  int col = 0;
+  if (step >= kLeastStep && window.width > 0) places[0] = place(0);
+  for (; step >= kLeastStep && col + step < window.width; col += step) {
+    Place* from = &places[static_cast<std::size_t>(col)];
+    const Place middle = place(col + half), to = place(col + step);
+    from[step] = to;
+    const bool straight =
+        from->seen && middle.seen && to.seen &&
+        (middle.scan_px - 0.5 * (from->scan_px + to.scan_px)).norm() < kStraight_px;
+    for (int i = 1; i < step; ++i) {
+      const double t = static_cast<double>(i) / step;
+      from[i] = straight ? Place{(1 - t) * from->scan_px + t * to.scan_px,
+                                 (1 - t) * from->height + t * to.height, true}
+                         : place(col + i);
+    }
+  }
+  for (; col < window.width; ++col) places[static_cast<std::size_t>(col)] = place(col);
+  return places;
+}
+
 Rectifier::Places Rectifier::PlacesOf(const MapGrid& grid, const PixelWindow& window) const {
   Places places{std::vector<Vector2d>(SizeOf(window)),
                 std::vector<Shown>(SizeOf(window), Shown::kNothing)};
   std::vector<double> heights(SizeOf(window));
   std::size_t i = 0;
   for (int row = 0; row < window.height; ++row)
-    for (int col = 0; col < window.width; ++col, ++i) {
-      const Vector2d at = grid.GroundFromPixel(window.col + col + 0.5, window.row + row + 0.5);
-      const auto height = surface_.HeightAt(at.x(), at.y());
-      if (!height) continue;
-      const Vector3d d = photo_from_ground_ * (Vector3d(at.x(), at.y(), *height) - centre_m_);
-      if (!(d.z() < 0)) continue;
-      const auto pixel = table_.PixelOf(d.head<2>() * (-principal_distance_mm_ / d.z()));
-      if (!pixel) continue;
-      places.scan_px[i] = *pixel;
-      places.shown[i] = Shown::kSeen;
-      heights[i] = *height;
+    for (const Place& place : PlacesOfRow(grid, window, row)) {
+      places.scan_px[i] = place.scan_px;
+      if (place.seen) places.shown[i] = Shown::kSeen;
+      heights[i++] = place.height;
     }
   if (hidden_.MayHide(grid.BoundsOf(window))) MarkHidden(grid, window, heights, &places);
   return places;

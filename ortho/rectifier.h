@@ -46,6 +46,14 @@ class Rectifier {
   OrthoTile Draw(const MapGrid& grid, const PixelWindow& window) const;
 
  private:
+  // Of one point of the ground.
+  struct Place {
+    Eigen::Vector2d scan_px = Eigen::Vector2d::Zero();
+    double height = 0;
+    bool seen = false;
+  };
+  Place PlaceOf(const Eigen::Vector2d& ground_m) const;
+  std::vector<Place> PlacesOfRow(const MapGrid& grid, const PixelWindow& window, int row) const;
   void MarkHidden(const MapGrid& grid, const PixelWindow& window,
                   const std::vector<double>& heights, Places* places) const;
 

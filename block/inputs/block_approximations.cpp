@@ -8,6 +8,7 @@
 #include <set>
 
 #include "block/inputs/approximations.h"
+#include "block/inputs/persons_word.h"
 #include "block/inputs/photo_metadata.h"
 #include "block/inputs/strip_geometry.h"
 #include "core/base/error.h"
@@ -62,7 +63,8 @@ bool TeachesStrip(const ExteriorResult& result, const OrientationRow* before) {
   return !before->attitude_known || std::abs(turned) <= kMostSigmas * sigma[5];
 }
 
-BlockApproximations::BlockApproximations(const BlockFile& block, const Camera& camera)
+BlockApproximations::BlockApproximations(const BlockFile& block, const Camera& camera,
+                                         const Measurements& said)
     : block_(block), camera_(camera) {
   if (!block.approximations.empty()) ReadTable();
   const std::vector<OrientationRow> gnss = ReadGnss(block);
@@ -79,8 +81,10 @@ BlockApproximations::BlockApproximations(const BlockFile& block, const Camera& c
         "sigmas, or leave observe out");
   AddGnss(gnss);
   ReadFiles();
-  std::set<std::string> photos;
-  for (const std::string& path : block.photos) photos.insert(PhotoName(path));
+  std::vector<std::string> names;
+  for (const std::string& path : block.photos) names.push_back(PhotoName(path));
+  TakePositionsSaid(said, names, block.position_sigma_m, block.attitude_sigma_rad, &known_);
+  const std::set<std::string> photos(names.begin(), names.end());
   std::vector<std::string> absent;
   for (const FlightStrip& strip : block.flight.strips)
     for (const std::string& photo : strip.photos)

@@ -12,6 +12,7 @@
 #include "core/files/orientation_table.h"
 #include "core/files/results.h"
 #include "core/geometry/camera.h"
+#include "core/measurements/measurements.h"
 
 namespace orient::block {
 
@@ -22,9 +23,10 @@ bool TeachesStrip(const ExteriorResult& result, const OrientationRow* before);
 
 class BlockApproximations {
  public:
-  // Reads the table, and GNSS and files of photos that it does not have. Throws InputError for a
-  // table that cannot be read, and for strips of which no photo is located.
-  BlockApproximations(const BlockFile& block, const Camera& camera);
+  // Reads the table, and GNSS and files of photos that it does not have; where a person says that a
+  // photo was taken counts before these. Throws InputError for a table that cannot be read, and for
+  // strips of which no photo is located.
+  BlockApproximations(const BlockFile& block, const Camera& camera, const Measurements& said = {});
 
   // Of all photos that anything is known of.
   const OrientationTable& Table() const { return table_; }

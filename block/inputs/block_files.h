@@ -12,5 +12,7 @@ inline constexpr const char* kExportsFolder = "exports";
 // Of a photo, after its name: the whole scan where the photo is not ok.
 inline constexpr const char* kMarksOverview = ".marks_overview.png";
 inline constexpr const char* kPatchesOverview = ".patches_overview.png";
+// The scan, small.
+inline constexpr const char* kThumbnail = ".thumbnail.png";
 
 }  // namespace orient::block

@@ -1,9 +1,12 @@
 #include "block/inputs/persons_word.h"
 
 #include <Eigen/LU>
+#include <algorithm>
 #include <cmath>
 
+#include "block/inputs/approximations.h"
 #include "block/inputs/digest.h"
+#include "core/base/median.h"
 
 namespace orient::block {
 namespace {
@@ -44,6 +47,32 @@ interior::InteriorOptions WithMarksOf(const Measurements& said, const std::strin
   if (const auto polarity = said.PolarityOf(photo)) options.polarity = polarity;
   if (const auto pixel_um = said.PixelSizeOf_um(photo)) options.pixel_size_um = pixel_um;
   return options;
+}
+
+void TakePositionsSaid(const Measurements& said, const std::vector<std::string>& photos,
+                       std::optional<double> position_sigma_m,
+                       std::optional<double> attitude_sigma_rad,
+                       std::vector<OrientationRow>* rows) {
+  std::vector<double> heights;
+  for (const OrientationRow& row : *rows)
+    if (std::isfinite(row.pose.position_m.z())) heights.push_back(row.pose.position_m.z());
+  for (const std::string& photo : photos) {
+    const auto position = said.PositionOf(photo);
+    if (!position) continue;
+    auto row = std::find_if(rows->begin(), rows->end(),
+                            [&](const OrientationRow& one) { return one.photo == photo; });
+    const bool known = row != rows->end();
+    if (!known && heights.empty()) continue;
+    if (!known) {
+      rows->push_back({.photo = photo, .pose = {}, .sigma = {}, .attitude_known = false});
+      row = rows->end() - 1;
+      row->pose.position_m.z() = Median(heights);
+    }
+    Vector6d sigma = SigmaOfApproximation(*row, position_sigma_m, attitude_sigma_rad);
+    row->pose.position_m.head<2>() = position->ground_m;
+    sigma.head(known ? 2 : 3).setConstant(position->sigma_m);
+    row->sigma = sigma;
+  }
 }
 
 std::vector<exterior::MeasuredPoint> PointsOf(const Measurements& said, const std::string& photo,

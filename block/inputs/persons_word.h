@@ -1,10 +1,12 @@
 // What people measured and decided (core/measurements) as the stages take it.
 #pragma once
 
+#include <optional>
 #include <string>
 #include <vector>
 
 #include "core/files/inputs.h"
+#include "core/files/orientation_table.h"
 #include "core/files/results.h"
 #include "core/measurements/measurements.h"
 #include "exterior/search/point_resection.h"
@@ -15,6 +17,13 @@ namespace orient::block {
 // The run's options with what was said of this photo: its clicked marks, and how it lies.
 interior::InteriorOptions WithMarksOf(const Measurements& said, const std::string& photo,
                                       interior::InteriorOptions options);
+
+// Where a person says that photos were taken, in place of what `rows` have of them; the accuracy of
+// height and angles is the row's, or these (SigmaOfApproximation). A photo that no row knows gets
+// the rows' median height and unknown angles; none where no row has a height.
+void TakePositionsSaid(const Measurements& said, const std::vector<std::string>& photos,
+                       std::optional<double> position_sigma_m,
+                       std::optional<double> attitude_sigma_rad, std::vector<OrientationRow>* rows);
 
 // The photo's measured points whose ground coordinates are known. What was measured in the photo
 // system is carried to the scan by `position`.

@@ -14,7 +14,7 @@ namespace {
 using Eigen::Vector2d;
 using Colour = std::array<unsigned char, 3>;
 
-constexpr int kLargestSide = 900;
+constexpr int kLargestSide = 900, kThumbnailSide = 240;
 // As on the contact sheet.
 constexpr Colour kUsed{60, 220, 60};
 constexpr Colour kRejected{255, 140, 0};
@@ -28,9 +28,9 @@ Colour ColourOf(OverviewState state) {
 // The reduced scan, in which lines are drawn. Places in pixels of the scan.
 class Canvas {
  public:
-  explicit Canvas(const Raster& scan)
+  Canvas(const Raster& scan, int largest_side)
       : reduced_(std::max(
-            1.0, std::max(scan.Width(), scan.Height()) / static_cast<double>(kLargestSide))) {
+            1.0, std::max(scan.Width(), scan.Height()) / static_cast<double>(largest_side))) {
     const Image grey = scan.ReadGrey({0, 0, scan.Width(), scan.Height()}, reduced_).image;
     width_ = grey.width;
     height_ = grey.height;
@@ -143,13 +143,17 @@ std::vector<OverviewItem> OverviewOf(const ExteriorResult& result) {
 
 void WriteScanOverview(const std::string& path, const Raster& scan,
                        const std::vector<OverviewItem>& items) {
-  Canvas canvas(scan);
+  Canvas canvas(scan, kLargestSide);
   // What is used last, on top.
   for (const OverviewState state :
        {OverviewState::kNotFound, OverviewState::kRejected, OverviewState::kUsed})
     for (const OverviewItem& item : items)
       if (item.state == state) Draw(item, &canvas);
   canvas.Save(path);
+}
+
+void WriteThumbnail(const std::string& path, const Raster& scan) {
+  Canvas(scan, kThumbnailSide).Save(path);
 }
 
 }  // namespace orient::block

@@ -34,4 +34,7 @@ std::vector<OverviewItem> OverviewOf(const ExteriorResult& result);
 void WriteScanOverview(const std::string& path, const Raster& scan,
                        const std::vector<OverviewItem>& items);
 
+// Writes the scan as a PNG of at most 240 pixels a side; reads all of it. Throws as above.
+void WriteThumbnail(const std::string& path, const Raster& scan);
+
 }  // namespace orient::block

@@ -304,6 +304,7 @@ ExteriorResult OrientOne(const ExteriorSetting& setting, const std::string& path
                                       &setting.surface};
   std::vector<patchdb::Patch> patches;
   ExteriorResult result = OrientByPatches(setting, photo, image, vague, start, &patches);
+  result.approximation = StartingPose{prior.pose, prior.covariance.diagonal().cwiseSqrt()};
   CompareWithPoints(setting, photo, start, &result);
   const PhotoView expected{photo.camera, photo.positions.front().photo_from_pixel, prior.pose};
   CheckHeights(setting.surface, patches,

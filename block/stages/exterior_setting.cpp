@@ -6,6 +6,7 @@
 #include "block/inputs/block_camera.h"
 #include "block/inputs/film_pixel.h"
 #include "block/inputs/mark_shapes.h"
+#include "block/inputs/persons_word.h"
 #include "core/base/date.h"
 #include "core/base/error.h"
 #include "core/base/median.h"
@@ -130,6 +131,12 @@ ExteriorSetting PrepareExterior(const ExteriorRunOptions& options) {
       options.table ? *options.table
                     : ReadApproximations(options.approximations,
                                          options.crs ? *options.crs : StoredCrs(options));
+  if (!options.table) {
+    std::vector<std::string> photos;
+    for (const std::string& path : options.photos) photos.push_back(PhotoName(path));
+    TakePositionsSaid(options.measurements, photos, options.position_sigma_m,
+                      options.attitude_sigma_rad, &table.rows);
+  }
   const Crs crs = BlockCrs(options, table);
   GroundSurface surface =
       GroundSurface::FromFile(options.dem, crs, Region(table, camera.camera, options));

@@ -19,6 +19,13 @@ Json PoseJson(const std::optional<Pose>& pose) {
           {"omega", degrees(0)},       {"phi", degrees(1)},         {"kappa", degrees(2)}};
 }
 
+Json StartJson(const StartingPose& start) {
+  Json json = PoseJson(start.pose), sigma = Json::array();
+  for (int i = 0; i < 6; ++i) sigma.push_back(i < 3 ? start.sigma[i] : DegFromRad(start.sigma[i]));
+  json["sigma"] = std::move(sigma);
+  return json;
+}
+
 Json VectorJson(const Eigen::Vector3d& v) { return Json::array({v.x(), v.y(), v.z()}); }
 
 Json RoundJson(const LoopRound& round) {
@@ -88,6 +95,7 @@ Json ExteriorJson(const ExteriorResult& result) {
                {"patches", std::move(patches)},
                {"not_visible", NotVisibleJson(result.patches)}};
   WriteFindings(result.findings, &json);
+  if (result.approximation) json["approximation"] = StartJson(*result.approximation);
   if (result.alone) json["alone"] = AloneJson(*result.alone);
   if (!result.made_from.empty()) json["made_from"] = result.made_from;
   if (result.target_m) json["target_m"] = *result.target_m;
@@ -115,6 +123,17 @@ Pose ReadPose(const JsonField& field) {
   pose.opk_rad = {RadFromDeg(number("omega")), RadFromDeg(number("phi")),
                   RadFromDeg(number("kappa"))};
   return pose;
+}
+
+StartingPose ReadStart(const JsonField& field) {
+  StartingPose start{ReadPose(field)};
+  const std::vector<JsonField> sigma = field.At("sigma").Elements();
+  if (sigma.size() != 6) field.At("sigma").Fail("must have six numbers");
+  for (int i = 0; i < 6; ++i) {
+    const double value = sigma[static_cast<std::size_t>(i)].AsNumber();
+    start.sigma[i] = i < 3 ? value : RadFromDeg(value);
+  }
+  return start;
 }
 
 LoopRound ReadRound(const JsonField& field) {
@@ -192,6 +211,7 @@ ExteriorResult ReadExteriorResult(const std::string& path) {
     result.iterations.push_back(ReadRound(field));
   for (const JsonField& field : root.At("patches").Elements())
     result.patches.push_back(ReadPatch(field));
+  if (const auto start = root.Find("approximation")) result.approximation = ReadStart(*start);
   if (const auto alone = root.Find("alone")) result.alone = ReadAlone(*alone);
   result.made_from = root.FindTexts("made_from");
   result.target_m = root.FindNumber("target_m");

@@ -26,7 +26,7 @@ std::string_view Name(Polarity polarity);  // "positive", "negative"
 std::string_view Name(MarkState state);    // "used", "rejected", "missing"
 std::string_view Name(PatchState state);   // "matched", "not_found", "rejected", "not_visible"
 
-// A window of the scan, pixels; it may reach beyond the scan.
+// A window of the scan, pixels; around marks expected near its edge it may reach beyond the scan.
 struct SearchedWindow {
   int col = 0, row = 0, width = 0, height = 0;
 };
@@ -39,8 +39,8 @@ struct MarkResult {
   std::optional<Eigen::Vector2d> residual_um;  // photo system, measured - computed
   std::optional<double> score;                 // NCC
   // Of a mark that is not used: where the transform expects it, and where it was looked for.
-  std::optional<Eigen::Vector2d> expected;
-  std::optional<SearchedWindow> window;
+  std::optional<Eigen::Vector2d> expected = {};
+  std::optional<SearchedWindow> window = {};
 };
 
 // What one symbol, the data strip, a feature of the border or the marks' calibrated positions say
@@ -133,12 +133,19 @@ struct ProjectionSigma {
   double px = 0, m = 0;
 };
 
+// Where the orientation of a photo started: its approximation or the pose by its ground points.
+struct StartingPose {
+  Pose pose;
+  Vector6d sigma = Vector6d::Zero();  // x y z, omega phi kappa; metres, radians; pi: unknown
+};
+
 struct ExteriorResult {
   std::string photo;
   Status status = Status::kFailed;
   int width = 0, height = 0;  // of the scan
   std::optional<Pose> pose;
   std::optional<Matrix6d> covariance;
+  std::optional<StartingPose> approximation;
   std::optional<double> sigma0_px;                  // of one coordinate of a match, not of the pose
   std::optional<ProjectionSigma> projection_sigma;  // absent where it is unbounded or not known
   std::optional<double> target_m;              // accuracy on the ground that the status refers to

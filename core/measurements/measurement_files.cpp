@@ -112,10 +112,9 @@ std::vector<GroundPoint> ReadPoints(const std::string& path) {
 
 DecisionKind KindIn(const NamedTable& table) {
   const std::string name = table.Text("decision");
-  for (int kind = 0; kind <= static_cast<int>(DecisionKind::kPixelSize); ++kind)
-    if (Name(static_cast<DecisionKind>(kind)) == name) return static_cast<DecisionKind>(kind);
+  if (const auto kind = DecisionKindFromName(name)) return *kind;
   table.Fail("decision", fmt::format("the decision is \"{}\"; it must be accept, reject, "
-                                     "orientation, polarity, camera or pixel_size",
+                                     "orientation, polarity, camera, pixel_size or position",
                                      name));
 }
 

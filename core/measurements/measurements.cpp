@@ -5,6 +5,8 @@
 #include <algorithm>
 #include <array>
 #include <charconv>
+#include <cmath>
+#include <sstream>
 
 namespace orient {
 namespace {
@@ -13,12 +15,13 @@ struct NamedKind {
   DecisionKind kind;
   const char* name;
 };
-constexpr std::array<NamedKind, 6> kKinds = {{{DecisionKind::kAccept, "accept"},
+constexpr std::array<NamedKind, 7> kKinds = {{{DecisionKind::kAccept, "accept"},
                                               {DecisionKind::kReject, "reject"},
                                               {DecisionKind::kOrientation, "orientation"},
                                               {DecisionKind::kPolarity, "polarity"},
                                               {DecisionKind::kCamera, "camera"},
-                                              {DecisionKind::kPixelSize, "pixel_size"}}};
+                                              {DecisionKind::kPixelSize, "pixel_size"},
+                                              {DecisionKind::kPosition, "position"}}};
 
 template <typename Said>
 std::vector<Said> OfPhoto(const std::vector<Said>& all, const std::string& photo) {
@@ -36,16 +39,38 @@ std::optional<double> NumberOf(const std::string& text) {
   return number;
 }
 
-std::string TextOfDecisions(const Measurements& measurements, const std::string& photo) {
+// "X Y SIGMA".
+std::optional<SaidPosition> PositionIn(const std::string& text) {
+  std::istringstream words(text);
+  std::string x, y, sigma, more;
+  if (!(words >> x >> y >> sigma) || words >> more) return std::nullopt;
+  const auto east = NumberOf(x), north = NumberOf(y), sigma_m = NumberOf(sigma);
+  constexpr double kFarthest_m = 1e9, kLargestSigma_m = 1e6;
+  if (!east || !north || !sigma_m || !(std::abs(*east) < kFarthest_m) ||
+      !(std::abs(*north) < kFarthest_m) || !(*sigma_m > 0 && *sigma_m <= kLargestSigma_m))
+    return std::nullopt;
+  return SaidPosition{{*east, *north}, *sigma_m};
+}
+
+std::string TextOfDecisions(const Measurements& measurements, const std::string& photo,
+                            bool with_position) {
   std::string text;
   for (const Decision& decision : OfPhoto(measurements.decisions, photo))
-    text += fmt::format("{} {};", Name(decision.kind), decision.value);
+    if (with_position || decision.kind != DecisionKind::kPosition)
+      text += fmt::format("{} {};", Name(decision.kind), decision.value);
   return text;
 }
 
 }  // namespace
 
 std::string_view Name(DecisionKind kind) { return kKinds.at(static_cast<std::size_t>(kind)).name; }
+
+std::optional<DecisionKind> DecisionKindFromName(const std::string& name) {
+  const auto found = std::find_if(kKinds.begin(), kKinds.end(),
+                                  [&](const NamedKind& kind) { return name == kind.name; });
+  if (found == kKinds.end()) return std::nullopt;
+  return found->kind;
+}
 
 std::vector<MarkMeasurement> Measurements::MarksOf(const std::string& photo) const {
   return OfPhoto(marks, photo);
@@ -84,8 +109,13 @@ std::optional<double> Measurements::PixelSizeOf_um(const std::string& photo) con
   return decision ? NumberOf(decision->value) : std::nullopt;
 }
 
+std::optional<SaidPosition> Measurements::PositionOf(const std::string& photo) const {
+  const Decision* decision = DecisionOn(photo, DecisionKind::kPosition);
+  return decision ? PositionIn(decision->value) : std::nullopt;
+}
+
 std::string TextOfMarks(const Measurements& measurements, const std::string& photo) {
-  std::string text = TextOfDecisions(measurements, photo);
+  std::string text = TextOfDecisions(measurements, photo, false);
   for (const MarkMeasurement& mark : measurements.MarksOf(photo))
     text += fmt::format("{} {:.6g} {:.6g} {:.4g} {:d};", mark.mark, mark.pixel.x(), mark.pixel.y(),
                         mark.sigma_px, mark.exact);
@@ -93,7 +123,7 @@ std::string TextOfMarks(const Measurements& measurements, const std::string& pho
 }
 
 std::string TextOfPoints(const Measurements& measurements, const std::string& photo) {
-  std::string text = TextOfDecisions(measurements, photo);
+  std::string text = TextOfDecisions(measurements, photo, true);
   for (const ImagePointMeasurement& seen : measurements.ImagePointsOf(photo)) {
     const GroundPoint* point = measurements.Point(seen.point);
     if (point == nullptr) continue;
@@ -120,6 +150,8 @@ std::string WhyNoDecision(DecisionKind kind, const std::string& value) {
       return value == "positive" || value == "negative" ? "" : "must be positive or negative";
     case DecisionKind::kCamera:
       return value.empty() ? "must be a camera file or a name from the camera library" : "";
+    case DecisionKind::kPosition:
+      return PositionIn(value) ? "" : "must be x, y and one sigma in metres, with blanks between";
     case DecisionKind::kPixelSize:
       break;
   }

@@ -46,15 +46,31 @@ struct GroundPoint {
   SaidBy said = {};
 };
 
-enum class DecisionKind { kAccept, kReject, kOrientation, kPolarity, kCamera, kPixelSize };
-std::string_view Name(DecisionKind kind);  // "accept", "reject", "orientation", ... "pixel_size"
+enum class DecisionKind {
+  kAccept,
+  kReject,
+  kOrientation,
+  kPolarity,
+  kCamera,
+  kPixelSize,
+  kPosition
+};
+std::string_view Name(DecisionKind kind);  // "accept", "reject", "orientation", ... "position"
+std::optional<DecisionKind> DecisionKindFromName(const std::string& name);
 
 struct Decision {
   std::string photo;
   DecisionKind kind = DecisionKind::kAccept;
-  std::string value;  // "r90", "negative", a camera's name, micrometres; empty: accept and reject
+  // "r90", "negative", a camera's name, micrometres, "X Y SIGMA"; empty: accept and reject.
+  std::string value;
   std::string reason;
   SaidBy said;
+};
+
+// Roughly where a photo was taken, in the block's CRS.
+struct SaidPosition {
+  Eigen::Vector2d ground_m = Eigen::Vector2d::Zero();
+  double sigma_m = 1;  // of each coordinate
 };
 
 struct Measurements {
@@ -73,6 +89,7 @@ struct Measurements {
   std::optional<ScanOrientation> OrientationOf(const std::string& photo) const;
   std::optional<Polarity> PolarityOf(const std::string& photo) const;
   std::optional<double> PixelSizeOf_um(const std::string& photo) const;
+  std::optional<SaidPosition> PositionOf(const std::string& photo) const;
 };
 
 inline constexpr const char* kMarksFile = "marks.csv";
@@ -93,7 +110,7 @@ void WritePoints(const std::string& folder, const std::vector<GroundPoint>& poin
 void WriteDecisions(const std::string& folder, const std::vector<Decision>& decisions);
 
 // All that is said of a photo's marks, and of how it lies: a text that changes when it does; empty
-// where nothing is. Who said it and when is no part of it.
+// where nothing is. Who said it and when is no part of it, nor where the photo was taken.
 std::string TextOfMarks(const Measurements& measurements, const std::string& photo);
 // The same of its ground points with their coordinates.
 std::string TextOfPoints(const Measurements& measurements, const std::string& photo);

@@ -31,12 +31,17 @@ Taps LinearTaps(int below, double t, int size) {
 }
 
 // Catmull-Rom: Keys' cubic with a = -1/2.
-Taps CubicTaps(int below, double t) {
+std::array<double, kTaps> CubicWeights(double t) {
   const double t2 = t * t, t3 = t2 * t;
+  return {-0.5 * t3 + t2 - 0.5 * t, 1.5 * t3 - 2.5 * t2 + 1, -1.5 * t3 + 2 * t2 + 0.5 * t,
+          0.5 * t3 - 0.5 * t2};
+}
+
+Taps CubicTaps(int below, double t) {
+  const double t2 = t * t;
   return {below - 1,
           4,
-          {-0.5 * t3 + t2 - 0.5 * t, 1.5 * t3 - 2.5 * t2 + 1, -1.5 * t3 + 2 * t2 + 0.5 * t,
-           0.5 * t3 - 0.5 * t2},
+          CubicWeights(t),
           {-1.5 * t2 + 2 * t - 0.5, 4.5 * t2 - 5 * t, -4.5 * t2 + 4 * t + 0.5, 1.5 * t2 - t}};
 }
 
@@ -77,6 +82,19 @@ bool Sum(const Image& image, const Taps& x, const Taps& y, float* value, Eigen::
   return true;
 }
 
+// The value alone, where no pixel is NaN: several times as fast as Sum, and the same to the bit.
+double SumOfSixteen(const Image& image, int col, int row, double tx, double ty) {
+  const std::array<double, kTaps> x = CubicWeights(tx), y = CubicWeights(ty);
+  double v = 0;
+  for (int j = 0; j < kTaps; ++j) {
+    const float* p = image.Row(row - 1 + j) + col - 1;
+    double sum = 0;
+    for (int i = 0; i < kTaps; ++i) sum += x[static_cast<size_t>(i)] * double(p[i]);
+    v += y[static_cast<size_t>(j)] * sum;
+  }
+  return v;
+}
+
 bool Sample(const Image& image, const Eigen::Vector2d& pixel, bool cubic, float* value,
             Eigen::Vector2f* slope) {
   int col = 0, row = 0;
@@ -84,6 +102,11 @@ bool Sample(const Image& image, const Eigen::Vector2d& pixel, bool cubic, float*
   if (!Locate(pixel.x(), image.width, &col, &tx) || !Locate(pixel.y(), image.height, &row, &ty))
     return false;
   cubic = cubic && HasCubicSupport(col, image.width) && HasCubicSupport(row, image.height);
+  if (cubic && slope == nullptr) {
+    const double v = SumOfSixteen(image, col, row, tx, ty);
+    *value = static_cast<float>(v);
+    if (!std::isnan(v)) return true;
+  }
   const Taps x = cubic ? CubicTaps(col, tx) : LinearTaps(col, tx, image.width);
   const Taps y = cubic ? CubicTaps(row, ty) : LinearTaps(row, ty, image.height);
   return Sum(image, x, y, value, slope);

@@ -3,8 +3,11 @@
 
 const STATUS_COLOURS = {ok: '#2a7d34', weak: '#b36b00', failed: '#b3261e'};
 
+const HANDLE = L.divIcon({className: 'handle', iconSize: [18, 18]});
+
 class MapView {
-  constructor(container, clicked, chosen) {
+  // `placed`: a photo's handle was dragged to a place of the ground.
+  constructor(container, clicked, chosen, placed) {
     this.map = L.map(container, {
       crs: L.CRS.Simple, minZoom: -20, maxZoom: 6, attributionControl: false, preferCanvas: true,
       keyboard: false, zoomAnimation: false, fadeAnimation: false, markerZoomAnimation: false,
@@ -12,6 +15,7 @@ class MapView {
     this.map.setView([0, 0], 0);
     this.map.on('click', (event) => clicked(this.groundOf(event.latlng)));
     this.chosen = chosen;
+    this.placed = placed;
     this.drawn = L.layerGroup().addTo(this.map);
     this.grid = null;  // from ground to map units
   }
@@ -39,7 +43,8 @@ class MapView {
 
   // Map units are the orthophoto's pixels, or metres from the first photo.
   begin(map) {
-    const places = map.photos.flatMap((p) => p.footprint.length ? p.footprint : [p.centre]);
+    const places = map.photos.flatMap((p) => p.footprint.length ? p.footprint :
+      [p.centre || p.said_at || p.start]);
     if (map.ground) {
       this.grid = map.ground;
       rasterTiles('ground/ortho', map.ground).addTo(this.map);
@@ -65,9 +70,31 @@ class MapView {
       L.polygon(photo.footprint.map((corner) => this.placeOf(corner)), style).addTo(this.drawn)
           .on('click', choose);
     }
+    // Where a person says that it was taken, or where the run began or ended.
+    const at = photo.said_at || photo.centre || photo.start;
+    if (!photo.centre && at) {
+      L.circleMarker(this.placeOf(at), {...style, radius: 6, fill: false, dashArray: '3 3'})
+          .bindTooltip(element('span', text + ', roughly')).on('click', choose).addTo(this.drawn);
+    }
+    if (isCurrent && at) {
+      L.marker(this.placeOf(at), {icon: HANDLE, draggable: true, keyboard: false})
+          .bindTooltip(element('span', 'drag it to where ' + photo.name + ' was taken'))
+          .on('dragend', (event) => this.placed(this.groundOf(event.target.getLatLng())))
+          .addTo(this.drawn);
+    }
     if (photo.centre) {
       L.circleMarker(this.placeOf(photo.centre), {...style, radius: 6, fillOpacity: 0.6})
           .bindTooltip(element('span', text)).on('click', choose).addTo(this.drawn);
     }
+  }
+
+  // A tenth of a footprint's longer side, the median one's: as well as a photo is placed by eye.
+  roughly(map) {
+    const sides = map.photos.filter((photo) => photo.footprint.length).map((photo) => {
+      const range = (i) => Math.max(...photo.footprint.map((corner) => corner[i])) -
+          Math.min(...photo.footprint.map((corner) => corner[i]));
+      return Math.max(range(0), range(1));
+    }).sort((a, b) => a - b);
+    return sides.length ? Math.ceil(0.1 * sides[Math.floor(sides.length / 2)]) : 500;
   }
 }

@@ -113,6 +113,7 @@ const VALUES = {
   polarity: ['positive', 'negative'],
   pixel_size: [],
   camera: [],
+  position: [],
 };
 
 function showValues(photo) {

@@ -5,10 +5,10 @@ const review = {list: null, photo: null, map: null, mode: null, showsMap: false,
   pixel: null, runs: 0};
 const photoView = new PhotoView('photo_view', (pixel) => measureAt(pixel));
 const mapView = new MapView('map_view', (ground) => takeGround(ground), (name) => {
-  if (review.pixel) return false;
+  if (review.pixel || review.mode === 'place') return false;
   guarded(() => choose(name));
   return true;
-});
+}, (ground) => guarded(() => sayPosition(ground)));
 
 // One action after another; what goes wrong is told, and the page shows what is true now.
 let latest = Promise.resolve();
@@ -125,6 +125,25 @@ function measurePoint() {
   enterMode('point', 'Click the ground point, or move it under the cross and press Enter');
 }
 
+// Where the photo was taken, roughly: an approximation.
+function placePhoto() {
+  if (!review.photo) return;
+  leaveMode();
+  review.mode = 'place';
+  at('hint').textContent = 'Click where ' + review.photo.name +
+      ' was taken, or move it under the cross and press Enter';
+  document.body.classList.add('measuring');
+  showTab(true);
+}
+
+async function sayPosition(ground) {
+  if (!at('place_sigma').value.trim()) at('place_sigma').value = mapView.roughly(review.map);
+  const sigma = numberIn('place_sigma');
+  leaveMode();
+  const value = ground[0].toFixed(1) + ' ' + ground[1].toFixed(1) + ' ' + sigma;
+  await decide('position', value, at('why').value.trim());
+}
+
 function measureAt(pixel) {
   const {scan} = review.photo || {};
   if (!review.mode || !scan) return;
@@ -181,6 +200,7 @@ async function fillGround(ground) {
 
 function takeGround(ground) {
   if (review.pixel && ground) guarded(() => fillGround(ground));
+  if (review.mode === 'place' && ground) guarded(() => sayPosition(ground));
 }
 
 const numberIn = (id) => {
@@ -212,7 +232,8 @@ function showTab(map) {
   at('map_view').classList.toggle('away', !map);
   at('show_photo').setAttribute('aria-selected', String(!map));
   at('show_map').setAttribute('aria-selected', String(map));
-  const measures = map ? Boolean(review.pixel) : Boolean(review.mode);
+  const places = review.mode === 'place';
+  const measures = map ? Boolean(review.pixel) || places : Boolean(review.mode) && !places;
   at('crosshair').hidden = !measures;
   at('no_scan').classList.toggle('away', map);
 }
@@ -270,6 +291,7 @@ const KEYS = {
   r: () => at('reject').click(),
   m: measureMark,
   g: measurePoint,
+  o: placePhoto,
   u: () => at('undo').click(),
   d: () => at('again').hidden || at('again').click(),
   t: () => showTab(!review.showsMap),
@@ -303,6 +325,7 @@ function begin() {
   onClick('decide', () => guarded(() => decide(at('kind').value, at('value').value.trim(), why())));
   onClick('measure', measureMark);
   onClick('ground', measurePoint);
+  onClick('place', placePhoto);
   onClick('undo', () => guarded(undo));
   onClick('again', () => guarded(again));
   onClick('help', KEYS['?']);

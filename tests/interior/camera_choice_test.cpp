@@ -71,14 +71,9 @@ CameraReading Reading(const Cameras& cameras, size_t camera, double nats,
   result.photo_from_pixel =
       Affine2d{Eigen::Matrix2d(Vector2d(p, -p).asDiagonal()), Vector2d(-1200 * p, 1200 * p)};
   for (const Fiducial& f : cameras.Known()[camera].file->fiducials)
-    result.marks.push_back({f.id,
-                            MarkState::kUsed,
+    result.marks.push_back({f.id, MarkState::kUsed,
                             Vector2d(f.position_mm.x() / p + 1200, 1200 - f.position_mm.y() / p),
-                            std::nullopt,
-                            std::nullopt,
-                            std::nullopt,
-                            {},
-                            {}});
+                            std::nullopt, std::nullopt, std::nullopt});
   return reading;
 }
 

@@ -8,10 +8,13 @@
 
 #include "block/inputs/block_camera.h"
 #include "block/inputs/block_files.h"
+#include "block/pictures/scan_overview.h"
 #include "block/stages/exterior_stage.h"
 #include "core/base/environment_error.h"
 #include "core/base/error.h"
 #include "core/base/output_directory.h"
+#include "core/base/side_by_side.h"
+#include "core/raster/raster.h"
 #include "tools/convert/write_exports.h"
 #include "tools/report/block_record.h"
 #include "tools/report/gis/block_geopackage.h"
@@ -22,9 +25,9 @@ namespace {
 namespace fs = std::filesystem;
 
 // Files of a photo in the output folder.
-constexpr const char* kPhotoFiles[] = {".exterior.json",      ".interior.json",
-                                       ".patches.png",        ".marks.png",
-                                       block::kMarksOverview, block::kPatchesOverview};
+constexpr const char* kPhotoFiles[] = {
+    ".exterior.json",      ".interior.json",        ".patches.png",   ".marks.png",
+    block::kMarksOverview, block::kPatchesOverview, block::kThumbnail};
 
 std::optional<block::Quicklook> MakeQuicklook(const BlockFile& block,
                                               const block::OrientedBlock& oriented) {
@@ -54,6 +57,21 @@ void RemoveStale(const BlockFile& block) {
     for (const char* file : {".patches.png", ".marks.png", ".interior.json", block::kMarksOverview,
                              block::kPatchesOverview})
       fs::remove(out / (photo.name + file), ignored);
+  for (const std::string& path : block.photos)
+    fs::remove(out / (PhotoName(path) + block::kThumbnail), ignored);
+}
+
+// Of the scans that can be read.
+void WriteThumbnails(const BlockFile& block) {
+  SideBySide(block.photos.size(), [&](std::size_t i) {
+    const std::string& path = block.photos[i];
+    try {
+      block::WriteThumbnail(
+          (fs::path(block.output_directory) / (PhotoName(path) + block::kThumbnail)).string(),
+          Raster::OpenScan(path));
+    } catch (const InputError&) {  // the photo's own result says so
+    }
+  });
 }
 
 // A picture that cannot be drawn costs no result.
@@ -135,7 +153,10 @@ std::optional<block::Quicklook> WriteBlockOutputs(const BlockFile& block, bool q
   block::WritePoseTable(out, result.results, block.crs);
   block::WriteBlockCamera(out, result.camera);
   std::optional<block::Quicklook> pictures;
-  if (quicklook) pictures = Illustrate(block, &result);
+  if (quicklook) {
+    WriteThumbnails(block);
+    pictures = Illustrate(block, &result);
+  }
   if (result.adjusted) {
     result.adjusted->findings = result.findings;
     WriteAdjustmentResult(out, *result.adjusted);

@@ -7,7 +7,9 @@
 #include <cmath>
 #include <map>
 
+#include "tools/report/approximation_moves.h"
 #include "tools/report/html_text.h"
+#include "tools/report/map_sheet.h"
 #include "tools/report/svg_shapes.h"
 
 namespace orient {
@@ -16,24 +18,8 @@ namespace {
 using Eigen::Vector2d;
 using Box = Eigen::AlignedBox2d;
 
-// Sizes in the SVG's units; the page shows about 1 unit as 1 CSS pixel.
-constexpr double kWidth = 1000, kLongestHeight = 720;
-constexpr double kLeft = 34, kRight = 12, kTop = 12, kBottom = 34;
-constexpr double kPadding = 0.05;  // of the extent, around what is drawn
-constexpr double kTickReach = 34;  // half a coordinate's width: it must not leave the drawing
 constexpr double kLabelSize = 12;  // of the CSS class; a character is about this part as wide:
 constexpr double kLabelAdvance = 0.58 * kLabelSize;
-
-// Ground to SVG, north up.
-struct Sheet {
-  Box ground;
-  double scale = 1;  // units per metre
-  double width = 0, height = 0;
-
-  Vector2d At(const Vector2d& xy) const {
-    return {(xy.x() - ground.min().x()) * scale, (ground.max().y() - xy.y()) * scale};
-  }
-};
 
 // No projected CRS has larger coordinates; a damaged result must not blow up the map.
 constexpr double kLargestCoordinate_m = 1e8;
@@ -58,42 +44,6 @@ Box GroundExtent(const BlockRecord& block, const BlockVerdict& verdict) {
   for (size_t i = 0; i < block.photos.size() && box.isEmpty(); ++i)
     ExtendByPhoto(block.photos[i], verdict.photos[i], &box);
   return box;
-}
-
-Sheet MakeSheet(Box ground) {
-  constexpr double kSmallest_m = 10;  // a single projection centre has no extent
-  const Vector2d pad = (kPadding * ground.sizes()).cwiseMax(kSmallest_m);
-  ground = Box(Vector2d(ground.min() - pad), Vector2d(ground.max() + pad));
-  Sheet sheet;
-  sheet.width = kWidth - kLeft - kRight;
-  sheet.scale = std::min(sheet.width / ground.sizes().x(), kLongestHeight / ground.sizes().y());
-  sheet.height = std::max(ground.sizes().y() * sheet.scale, 120.0);
-  // What is left over beside a narrow block is ground as well.
-  const Vector2d half(0.5 * sheet.width / sheet.scale, 0.5 * sheet.height / sheet.scale);
-  const Vector2d centre = ground.center();
-  sheet.ground = Box(Vector2d(centre - half), Vector2d(centre + half));
-  return sheet;
-}
-
-std::string Grid(const Sheet& sheet) {
-  SvgPath lines;
-  std::string labels;
-  const double step = RoundNumberBelow(sheet.ground.sizes().maxCoeff() / 4);
-  const double x0 = std::ceil(sheet.ground.min().x() / step) * step;
-  for (double x = x0; x < sheet.ground.max().x(); x += step) {
-    const double at = sheet.At({x, 0}).x();
-    lines.AddLine({at, 0}, {at, sheet.height});
-    if (at + kTickReach < sheet.width + kRight && at > kTickReach - kLeft)
-      labels += SvgText("tick", {at, sheet.height + 16}, Grouped(x, 0), kCentred);
-  }
-  const double y0 = std::ceil(sheet.ground.min().y() / step) * step;
-  for (double y = y0; y < sheet.ground.max().y(); y += step) {
-    const double at = sheet.At({0, y}).y();
-    lines.AddLine({0, at}, {sheet.width, at});
-    const std::string turned = fmt::format(" transform=\"rotate(-90 -8 {})\"", SvgNumber(at));
-    labels += SvgText("tick", {-8, at}, Grouped(y, 0), kCentred + turned);
-  }
-  return lines.Element("grid") + labels;
 }
 
 // `corners_only`: of a ring with as many points on each of four sides, where there are so many
@@ -278,27 +228,6 @@ Labels PhotoLabels(const BlockRecord& block, const BlockVerdict& verdict, const 
   return labels;
 }
 
-std::string ScaleBar(const Sheet& sheet) {
-  const double length_m = RoundNumberBelow(0.2 * sheet.width / sheet.scale);
-  const double length = length_m * sheet.scale, x = sheet.width - 16, y = sheet.height - 16;
-  const bool kilometres = length_m >= 1000;
-  const std::string text = SvgNumber(kilometres ? length_m / 1000 : length_m, 3) + kThinSpace +
-                           (kilometres ? "km" : "m");
-  SvgPath bar;
-  bar.AddLine({x - length, y}, {x, y});
-  bar.AddLine({x - length, y - 4}, {x - length, y + 4});
-  bar.AddLine({x, y - 4}, {x, y + 4});
-  return bar.Element("halo") + bar.Element("bar") +
-         SvgText("label", {x - length / 2, y - 7}, text, kCentred);
-}
-
-std::string NorthArrow(const Sheet& sheet) {
-  const double x = sheet.width - 24;
-  SvgPath arrow;
-  arrow.AddArrow({x, 52}, {x, 26});
-  return arrow.Element("halo") + arrow.Element("bar") + SvgText("label", {x, 20}, "N", kCentred);
-}
-
 // What deserves a look lies on top.
 std::string PhotoShapes(const BlockRecord& block, const BlockVerdict& verdict, const Sheet& sheet) {
   std::string svg;
@@ -317,6 +246,45 @@ std::string PhotoShapes(const BlockRecord& block, const BlockVerdict& verdict, c
       centres.AddLine(at - Vector2d(0, 5), at + Vector2d(0, 5));
     }
   return svg + centres.Element("centre");
+}
+
+// From the approximations to the poses, enlarged until the longest can be seen well.
+struct MoveArrows {
+  std::string svg;
+  double times = 0;  // 0: none
+  CommonMove common;
+};
+
+MoveArrows ArrowsOf(const std::vector<ApproximationMove>& moves, const Sheet& sheet) {
+  constexpr double kLongest = 60, kShortest = 1;  // SVG units
+  double longest_m = 0;
+  for (const ApproximationMove& move : moves)
+    longest_m = std::max(longest_m, (move.to_m - move.from_m).head<2>().norm());
+  if (!(longest_m > 0) || moves.size() > kManyPhotos) return {};
+  MoveArrows arrows;
+  arrows.times = std::max(1.0, RoundNumberBelow(kLongest / (longest_m * sheet.scale)));
+  arrows.common = CommonMoveOf(moves);
+  SvgPath path;
+  for (const ApproximationMove& move : moves) {
+    const Vector2d to = move.to_m.head<2>();
+    const Vector2d from = to + arrows.times * (move.from_m.head<2>() - to);
+    if ((sheet.At(from) - sheet.At(to)).norm() > kShortest)
+      path.AddArrow(sheet.At(from), sheet.At(to));
+  }
+  arrows.svg = path.Element("halo") + path.Element("move");
+  return arrows;
+}
+
+std::string MovesNote(const MoveArrows& arrows, size_t moves) {
+  if (arrows.times == 0) return "";
+  const auto metres = [](const Eigen::Vector3d& v) {
+    return fmt::format("X {} m, Y {} m, Z {} m", Decimal(v.x(), 2), Decimal(v.y(), 2),
+                       Decimal(v.z(), 2));
+  };
+  return fmt::format(
+      "From the approximations the {} projection centres moved by {} in the mean, "
+      "and by {} (RMS) about it. ",
+      moves, metres(arrows.common.mean_m), metres(arrows.common.rms_about_mean_m));
 }
 
 std::string NamesNote(const char* before, std::vector<std::string> names) {
@@ -355,20 +323,26 @@ Markup BlockMap(const BlockRecord& block, const BlockVerdict& verdict, const Pho
   const Sheet sheet = MakeSheet(extent);
   const Labels labels = PhotoLabels(block, verdict, links, sheet);
   const Outcomes outcomes = BestOutcomes(block);
+  const auto moves = ApproximationMoves(block, verdict);
+  const MoveArrows arrows = ArrowsOf(moves, sheet);
+  const Markup key_of_moves =
+      arrows.times == 0 ? Markup()
+                        : Fill("map.html#key_of_moves", {{"times", Grouped(arrows.times, 0)}});
   return Fill("map.html",
-              {{"page_width", SvgNumber(kWidth)},
-               {"page_height", SvgNumber(sheet.height + kTop + kBottom)},
-               {"left", SvgNumber(kLeft)},
-               {"top", SvgNumber(kTop)},
+              {{"page_width", SvgNumber(kSheetPageWidth)},
+               {"page_height", SvgNumber(sheet.height + kSheetTop + kSheetBottom)},
+               {"left", SvgNumber(kSheetLeft)},
+               {"top", SvgNumber(kSheetTop)},
                {"width", SvgNumber(sheet.width)},
                {"height", SvgNumber(sheet.height)},
-               {"grid", Markup(Grid(sheet))},
+               {"grid", Markup(SheetGrid(sheet))},
                {"shapes", Markup(PhotoShapes(block, verdict, sheet) + Ties(block, sheet) +
-                                 Patches(outcomes, sheet) + labels.svg + ScaleBar(sheet) +
-                                 NorthArrow(sheet))},
+                                 Patches(outcomes, sheet) + arrows.svg + labels.svg +
+                                 ScaleBar(sheet) + NorthArrow(sheet))},
+               {"key_of_moves", key_of_moves},
                {"key_of_ties", block.adjusted ? Fill("map.html#key_of_ties") : Markup()},
                {"crs", block.crs ? " in " + block.crs->Name() : ""},
-               {"notes", Notes(block, outcomes.size(), labels)}});
+               {"notes", MovesNote(arrows, moves.size()) + Notes(block, outcomes.size(), labels)}});
 }
 
 }  // namespace orient

@@ -67,6 +67,7 @@ void AddPictures(const std::string& directory, PhotoRecord* photo) {
   photo->patches_picture = existing(kPatches);
   photo->marks_overview = existing(block::kMarksOverview);
   photo->patches_overview = existing(block::kPatchesOverview);
+  photo->thumbnail = existing(block::kThumbnail);
 }
 
 void AddTable(const std::string& directory, Photos* photos, BlockRecord* block) {

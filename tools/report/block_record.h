@@ -22,6 +22,7 @@ struct PhotoRecord {
   std::string marks_picture;                // file names in the folder, empty where absent
   std::string patches_picture;
   std::string marks_overview, patches_overview;  // of the whole scan, where the photo was not ok
+  std::string thumbnail;                         // of the scan
   std::vector<std::string> unreadable;           // what is wrong with a damaged result file
 };
 

@@ -6,6 +6,7 @@
 #include <array>
 #include <cmath>
 #include <map>
+#include <numbers>
 
 #include "interior/orientation/film_transform.h"
 #include "tools/report/html_text.h"
@@ -26,7 +27,17 @@ Markup Messages(const PhotoVerdict& verdict) {
   return Fill("photo.html#messages", {{"status", Name(verdict.status)}, {"messages", messages}});
 }
 
-Markup PoseTable(const PhotoVerdict& verdict) {
+// By how much a pose's element (index) departs from the approximation, in its unit of the file.
+std::string FromApproximation(const PhotoVerdict& verdict, const StartingPose* start, int i,
+                              int digits) {
+  if (start == nullptr) return kNoValue;
+  const double moved = verdict.pose->AsVector()[i] - start->pose.AsVector()[i];
+  if (i < 3) return Decimal(moved, digits);
+  constexpr double kUnknown = 0.99 * std::numbers::pi;
+  return start->sigma[i] > kUnknown ? kNoValue : Decimal(DegFromRad(NormalizeAngle(moved)), digits);
+}
+
+Markup PoseTable(const PhotoVerdict& verdict, const StartingPose* start) {
   if (!verdict.pose) return Fill("photo.html#no_pose");
   constexpr std::array kNames = {"X", "Y", "Z", "omega", "phi", "kappa"};
   Markup rows;
@@ -43,6 +54,7 @@ Markup PoseTable(const PhotoVerdict& verdict) {
                  {{"element", kNames[static_cast<size_t>(i)]},
                   {"value", angle ? Decimal(value, digits) : Grouped(value, digits)},
                   {"sigma", Decimal(sigma, digits)},
+                  {"moved", FromApproximation(verdict, start, i, std::min(digits, 3))},
                   {"unit", angle ? "°" : "m"}});
   }
   const Markup origin = verdict.from_table ? Fill("photo.html#pose_of_table") : Markup();
@@ -196,7 +208,8 @@ std::string ExteriorFacts(const ExteriorResult& exterior, const PhotoVerdict& ve
 Markup ExteriorPart(const PhotoRecord& photo, const PhotoVerdict& verdict,
                     const PictureHtml& picture) {
   if (!photo.exterior && !verdict.pose) return {};
-  if (!photo.exterior) return Fill("photo.html#exterior_of_table", {{"pose", PoseTable(verdict)}});
+  if (!photo.exterior)
+    return Fill("photo.html#exterior_of_table", {{"pose", PoseTable(verdict, nullptr)}});
   const ExteriorResult& exterior = *photo.exterior;
   const bool scan_known = exterior.width > 0 && exterior.height > 0;
   const int width = scan_known || !photo.interior ? exterior.width : photo.interior->width;
@@ -205,7 +218,7 @@ Markup ExteriorPart(const PhotoRecord& photo, const PhotoVerdict& verdict,
       "photo.html#exterior",
       {{"status", Name(exterior.status)},
        {"facts", ExteriorFacts(exterior, verdict)},
-       {"pose", PoseTable(verdict)},
+       {"pose", PoseTable(verdict, exterior.approximation ? &*exterior.approximation : nullptr)},
        {"rounds", RoundsTable(exterior)},
        {"patches", PatchesTable(exterior)},
        {"residuals", ResidualPlot(exterior, width, height)},
@@ -222,6 +235,7 @@ Markup PhotoSection(const PhotoRecord& photo, const PhotoVerdict& verdict, const
                              {"all", place.all},
                              {"photo", photo.name},
                              {"status", Name(verdict.status)},
+                             {"thumbnail", PictureOf(photo.thumbnail, "The scan", picture)},
                              {"messages", Messages(verdict)},
                              {"exterior", ExteriorPart(photo, verdict, picture)},
                              {"interior", InteriorPart(photo, picture)}});

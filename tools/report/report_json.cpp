@@ -4,6 +4,7 @@
 #include <nlohmann/json.hpp>
 
 #include "core/base/atomic_write.h"
+#include "tools/report/approximation_moves.h"
 #include "tools/report/html_text.h"
 #include "tools/report/verdict.h"
 
@@ -42,6 +43,16 @@ Json Ce90(const std::optional<ProjectionSigma>& sigma) {
   return sigma ? Json(Ce90_m(*sigma)) : Json(nullptr);
 }
 
+// Of all photos together; null where no photo says where it started.
+Json MovesJson(const std::vector<ApproximationMove>& moves) {
+  if (moves.empty()) return nullptr;
+  const CommonMove common = CommonMoveOf(moves);
+  const auto xyz = [](const Eigen::Vector3d& v) { return Json::array({v.x(), v.y(), v.z()}); };
+  return {{"photos", moves.size()},
+          {"mean_m", xyz(common.mean_m)},
+          {"rms_about_mean_m", xyz(common.rms_about_mean_m)}};
+}
+
 Json PhotoJson(const PhotoRecord& record, const PhotoVerdict& photo) {
   return {{"photo", record.name},
           {"status", Name(photo.status)},
@@ -77,6 +88,7 @@ std::string WriteReportJson(const BlockRecord& block) {
                {"patches", {{"matched", verdict.matched}, {"searched", verdict.searched}}},
                {"marks_sigma0_um_median", Or(verdict.median_sigma0_um)},
                {"matches_sigma0_px_median", Or(verdict.median_sigma0_px)},
+               {"moved_from_approximations", MovesJson(ApproximationMoves(block, verdict))},
                {"notes", block.notes},
                {"unreadable", block.unreadable},
                {"look_at_first", Json::array()},

@@ -53,8 +53,7 @@ bool FlagAt(const Json& element, const char* key) {
 }
 
 DecisionKind KindNamed(const std::string& name) {
-  for (int kind = 0; kind <= static_cast<int>(DecisionKind::kPixelSize); ++kind)
-    if (Name(static_cast<DecisionKind>(kind)) == name) return static_cast<DecisionKind>(kind);
+  if (const auto kind = DecisionKindFromName(name)) return *kind;
   throw InputError(fmt::format("there is no decision \"{}\"", name));
 }
 

@@ -208,11 +208,16 @@ std::string MapJson(const ReviewState& state, const Measurements& said,
     if (photo.exterior)
       for (const Eigen::Vector3d& corner : photo.exterior->footprint_m)
         footprint.push_back({corner.x(), corner.y()});
-    if (!pose && footprint.empty()) continue;
-    photos.push_back({{"name", photo.name},
-                      {"status", Name(state.verdict.photos[i].status)},
-                      {"centre", pose ? Numbers(pose->position_m) : Json()},
-                      {"footprint", footprint}});
+    const auto said_at = said.PositionOf(photo.name);
+    const bool started = photo.exterior && photo.exterior->approximation;
+    if (!pose && footprint.empty() && !said_at && !started) continue;
+    photos.push_back(
+        {{"name", photo.name},
+         {"status", Name(state.verdict.photos[i].status)},
+         {"centre", pose ? Numbers(pose->position_m) : Json()},
+         {"start", started ? Numbers(photo.exterior->approximation->pose.position_m) : Json()},
+         {"said_at", said_at ? Numbers(said_at->ground_m) : Json()},
+         {"footprint", footprint}});
   }
   for (const GroundPoint& point : said.points)
     points.push_back({{"point", point.name},

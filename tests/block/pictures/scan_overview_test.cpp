@@ -3,6 +3,7 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <array>
 #include <cmath>
 
@@ -34,6 +35,18 @@ class ScanOverview : public testing::Test {
 
   TemporaryFolder folder_;
 };
+
+TEST_F(ScanOverview, AThumbnailIsTheScanMadeSmall) {
+  Image halves(1800, 900, 50);
+  for (int row = 0; row < 900; ++row) std::fill_n(halves.Row(row) + 900, 900, 200.0f);
+  WriteScan(folder_ / "scan.png", halves);
+  WriteThumbnail(folder_ / "t.png", Raster::Open(folder_ / "scan.png"));
+  const Raster picture = Raster::Open(folder_ / "t.png");
+  EXPECT_EQ(picture.Width(), 240);
+  EXPECT_EQ(picture.Height(), 120);
+  const Image grey = picture.ReadGrey({0, 0, 240, 120}).image;
+  EXPECT_LT(grey.At(60, 60), grey.At(180, 60));
+}
 
 TEST_F(ScanOverview, AUsedMarkIsAGreenCrossOpenAtItsCentre) {
   const std::vector<OverviewItem> items = {

@@ -25,14 +25,9 @@ class RollOrientation : public testing::Test {
     photo.photo_from_pixel = Affine2d{Eigen::Vector2d(0.1, -0.1).asDiagonal(), {-35, 35}};
     photo.possible_orientations = kAll;
     for (const Fiducial& f : camera_.fiducials)
-      photo.marks.push_back({f.id,
-                             MarkState::kUsed,
+      photo.marks.push_back({f.id, MarkState::kUsed,
                              photo.photo_from_pixel->Inverse() * f.position_mm,
-                             Eigen::Vector2d(0.02, 0.02),
-                             std::nullopt,
-                             0.9,
-                             {},
-                             {}});
+                             Eigen::Vector2d(0.02, 0.02), std::nullopt, 0.9});
     InteriorResult named = InOrientation(photo, camera_, shapes_, possible.front()).value();
     named.possible_orientations = possible;
     named.orientation_nats = nats;

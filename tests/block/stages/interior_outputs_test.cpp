@@ -45,14 +45,9 @@ std::vector<InteriorResult> Roll() {
     if (i == 11) result.photo_from_pixel->A(0, 0) *= 1.01;
     result.sigma0_um = 4 + 0.3 * normal(random);
     for (int mark = 0; mark < 4; ++mark) {
-      result.marks.push_back({std::to_string(mark + 1),
-                              MarkState::kUsed,
-                              Eigen::Vector2d(100 * mark, 50),
-                              Eigen::Vector2d(0.1, 0.1),
-                              Eigen::Vector2d(normal(random), normal(random)),
-                              0.9,
-                              {},
-                              {}});
+      result.marks.push_back({std::to_string(mark + 1), MarkState::kUsed,
+                              Eigen::Vector2d(100 * mark, 50), Eigen::Vector2d(0.1, 0.1),
+                              Eigen::Vector2d(normal(random), normal(random)), 0.9});
     }
     results.push_back(result);
   }

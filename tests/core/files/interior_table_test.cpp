@@ -19,7 +19,7 @@ InteriorResult Result() {
   mark.id = "1";
   mark.state = MarkState::kUsed;
   mark.pixel = Eigen::Vector2d(12.25, 13.5);
-  result.marks = {mark, MarkResult{"2", MarkState::kMissing, {}, {}, {}, {}, {}, {}}};
+  result.marks = {mark, MarkResult{"2", MarkState::kMissing, {}, {}, {}, {}}};
   result.findings = {{.reason = Reason::kStated, .where = "It says \"no\"."},
                      {.reason = Reason::kStated, .where = "And, again."}};
   return result;

@@ -31,15 +31,9 @@ InteriorResult ExampleInterior() {
       Affine2d{(Eigen::Matrix2d() << 0.025, 0.001, 0.002, -0.0251).finished(), {-115.0, 115.5}};
   result.sigma0_um = 4.1;
   result.margin = 9.3;
-  result.marks.push_back({"1",
-                          MarkState::kUsed,
-                          Eigen::Vector2d(312.41, 288.07),
-                          Eigen::Vector2d(0.02, 0.03),
-                          Eigen::Vector2d(1.1, -0.4),
-                          0.93,
-                          {},
-                          {}});
-  result.marks.push_back({"2", MarkState::kMissing, {}, {}, {}, {}, {}, {}});
+  result.marks.push_back({"1", MarkState::kUsed, Eigen::Vector2d(312.41, 288.07),
+                          Eigen::Vector2d(0.02, 0.03), Eigen::Vector2d(1.1, -0.4), 0.93});
+  result.marks.push_back({"2", MarkState::kMissing, {}, {}, {}, {}});
   result.findings = {{.reason = Reason::kStated, .where = "mark 2 lies outside the scan"}};
   return result;
 }
@@ -52,6 +46,8 @@ ExteriorResult ExampleExterior() {
       Pose{{500123.4, 5000321.0, 1823.9}, {RadFromDeg(0.12), RadFromDeg(-0.3), RadFromDeg(91.2)}};
   result.covariance = Matrix6d::Identity() * 0.25;
   (*result.covariance)(0, 5) = (*result.covariance)(5, 0) = 1e-7;
+  result.approximation = StartingPose{*result.pose, Vector6d::Constant(0.5)};
+  result.approximation->pose.position_m.x() -= 3;
   result.sigma0_px = 0.31;
   result.projection_sigma = ProjectionSigma{0.42, 0.21};
   result.orientation = ScanOrientation::kM180;
@@ -253,6 +249,9 @@ TEST(ExteriorResult, FieldsAreThoseOfTheConventions) {
   EXPECT_NEAR(json["pose"]["kappa"].get<double>(), 91.2, kExact * 100);
   ASSERT_EQ(json["covariance"].size(), 6u);
   EXPECT_EQ(json["covariance"][0][5], 1e-7);
+  EXPECT_EQ(json["approximation"]["x"], 500120.4);
+  EXPECT_EQ(json["approximation"]["sigma"][1], 0.5);
+  EXPECT_NEAR(json["approximation"]["sigma"][5].get<double>(), DegFromRad(0.5), kExact * 100);
   EXPECT_EQ(json["sigma0_px"], 0.31);
   EXPECT_EQ(json["projection_sigma"], nlohmann::json::parse(R"({"px": 0.42, "m": 0.21})"));
   EXPECT_EQ(json["iterations"][0], nlohmann::json::parse(R"({"searched": 26, "matched": 9,
@@ -282,6 +281,9 @@ TEST(ExteriorResult, Roundtrip) {
   EXPECT_EQ(read.orientation, ScanOrientation::kM180);
   EXPECT_EQ(read.pose->position_m, result.pose->position_m);
   EXPECT_LT((read.pose->opk_rad - result.pose->opk_rad).norm(), kExact);
+  ASSERT_TRUE(read.approximation);
+  EXPECT_EQ(read.approximation->pose.position_m.x(), 500120.4);
+  EXPECT_LT((read.approximation->sigma - result.approximation->sigma).norm(), kExact);
   EXPECT_EQ(*read.covariance, *result.covariance);
   EXPECT_EQ(read.projection_sigma->px, 0.42);
   EXPECT_EQ(read.projection_sigma->m, 0.21);

@@ -69,14 +69,8 @@ InteriorResult MarksOnly(const FilmFrame& frame, const FilmFrameSpec& spec) {
   for (const ScanOrientation other : kAllScanOrientations)
     if (other != spec.orientation) truth.possible_orientations.push_back(other);
   for (size_t i = 0; i < frame.mark_pixels.size(); ++i)
-    truth.marks.push_back({spec.camera.fiducials[i].id,
-                           MarkState::kUsed,
-                           frame.mark_pixels[i],
-                           Vector2d(0.02, 0.02),
-                           std::nullopt,
-                           0.9,
-                           {},
-                           {}});
+    truth.marks.push_back({spec.camera.fiducials[i].id, MarkState::kUsed, frame.mark_pixels[i],
+                           Vector2d(0.02, 0.02), std::nullopt, 0.9});
   return InOrientation(truth, spec.camera, ShapesOf(spec.camera), ScanOrientation::kR0).value();
 }
 

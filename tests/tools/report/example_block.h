@@ -2,6 +2,7 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <numbers>
 #include <string>
 #include <utility>
 
@@ -42,6 +43,9 @@ inline ExteriorResult ExampleExterior(const std::string& photo, Status status) {
   Matrix6d covariance = Matrix6d::Identity() * 1e-8;
   covariance.topLeftCorner<3, 3>() = Eigen::Matrix3d::Identity() * 0.16;
   result.covariance = covariance;
+  StartingPose start{*result.pose, Vector6d::Constant(std::numbers::pi)};
+  start.pose.position_m += Eigen::Vector3d(-12.5, 4, status == Status::kOk ? 0 : 2);
+  result.approximation = start;
   result.sigma0_px = 0.31;
   result.projection_sigma = ProjectionSigma{0.42, 0.21};
   for (const auto& [x, y] : {std::pair{-1, -1}, {1, -1}, {1, 1}, {-1, 1}, {-1, -1}})
@@ -73,9 +77,7 @@ inline InteriorResult ExampleInterior(const std::string& photo) {
                   Eigen::Vector2d(312.41, 288.07),
                   Eigen::Vector2d(0.02, 0.02),
                   Eigen::Vector2d(1.1, -0.4),
-                  0.93,
-                  {},
-                  {}};
+                  0.93};
   MarkResult missing;
   missing.id = "2";
   result.marks = {used, missing};

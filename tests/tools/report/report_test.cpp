@@ -75,7 +75,8 @@ TEST(Report, SaysWhatAPersonAsks) {
        {"Look at this first", "only 3 patches agree on a pose", "the matches leave the tilt open",
         "EPSG:32635", "UTM zone 35N", "does not agree with the other patches", "312.41",
         "1\u202F823.75", "Rounds of the loop", "at 200 times the frame’s scale",
-        ">200\xE2\x80\xAFm<", "scan orientation r0"})
+        ">200\xE2\x80\xAFm<", "scan orientation r0", "from its approximation, enlarged",
+        "the 2 projection centres moved by X 12.50 m, Y −4.00 m, Z −1.00 m in the mean"})
     EXPECT_TRUE(Contains(html, part)) << part;
 }
 
@@ -412,6 +413,8 @@ TEST(Report, TheSameFiguresForPrograms) {
   EXPECT_EQ(json["photos"][0]["patches"]["matched"], 3);
   EXPECT_NEAR(json["photos"][0]["pose"]["sigma_x_m"].get<double>(), 0.4, 1e-12);
   EXPECT_TRUE(json["photos"][2]["pose"].is_null());
+  EXPECT_EQ(json["moved_from_approximations"], nlohmann::json::parse(R"({"photos": 2,
+      "mean_m": [12.5, -4.0, -1.0], "rms_about_mean_m": [0.0, 0.0, 1.0]})"));
   EXPECT_EQ(json["look_at_first"][0]["photo"], "4713");
 }
 

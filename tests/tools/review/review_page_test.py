@@ -5,9 +5,11 @@
 
 Needs Debian's chromium, chromium-driver and python3-selenium; is skipped (exit code 77) without.
 A simulated block of three photos is oriented; on the page a mark is measured, a ground point is
-taken from photo and map, decisions are made, taken back, withdrawn, and carried out.
+taken from photo and map, a photo is placed in the map, decisions are made, taken back, withdrawn,
+and carried out.
 """
 
+import json
 import os
 import pathlib
 import shutil
@@ -191,6 +193,36 @@ def orients_again(page, said):
     assert page.text("status") == before, page.text("reasons")
 
 
+def places_a_photo(page, said, block):
+    """Under the cross by keys, then by its handle; oriented again it starts from there."""
+    photo = page.text("name")
+    own = "review.map.photos.find((p) => p.name === review.photo.name)"
+    page.press("o")
+    page.until(lambda: page.script("review.showsMap"), "the map")
+    x, y = page.script(own + ".centre.slice(0, 2)")
+    page.browser.execute_script(
+        "mapView.map.setView(mapView.placeOf(arguments[0]), -1, {animate: false})", [x + 30, y - 20])
+    page.press(page.keys.ENTER)
+    page.until(lambda: page.text("message").startswith("Written: position "), "its position")
+    first = page.script(own + ".said_at")
+    assert abs(first[0] - x - 30) < 5 and abs(first[1] - y + 20) < 5, (first, x, y)
+    handle = page.browser.find_element("css selector", ".handle")
+    page.actions(page.browser).drag_and_drop_by_offset(handle, 12, 0).perform()
+    page.until(lambda: page.script(own + ".said_at[0]") > first[0] + 1, "the place it was dragged to")
+    row = [line for line in (said / "decisions.csv").read_text(encoding="utf-8").splitlines()
+           if line.startswith(f"{photo},position,")]
+    assert len(row) == 1, row
+    page.press("t", "d")
+    page.said("Oriented again.")
+    result = json.loads((block / f"out/{photo}.exterior.json").read_text(encoding="utf-8"))
+    moved = page.script(own + ".said_at")
+    assert abs(result["approximation"]["x"] - moved[0]) < 0.1, result["approximation"]
+    assert result["approximation"]["sigma"][0] == float(row[0].split(",")[2].split()[2])
+    page.press("u")
+    page.until(lambda: page.text("message").startswith("Taken back: position "), "taken back")
+    assert page.script(own + ".said_at") == first
+
+
 def filters(page):
     all_photos = len(page.browser.find_elements("css selector", "#photos button"))
     page.browser.execute_script("const s = document.getElementById('state'); s.value = 'failed';"
@@ -300,6 +332,7 @@ def main(orient, pictures=None):
                 measures_a_mark_by_keys(page, said)
                 measures_a_ground_point(page, said, pictures)
                 orients_again(page, said)
+                places_a_photo(page, said, block)
                 page.picture(pictures, "done_again")
                 assert not page.errors(), page.errors()
                 a_second_window_is_told(page, server, said)

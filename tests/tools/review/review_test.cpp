@@ -30,14 +30,8 @@ InteriorResult Interior(const std::string& photo, Status status) {
     return result;
   }
   result.photo_from_pixel = Affine2d{Eigen::Vector2d(0.1, -0.1).asDiagonal(), {-15, 10}};
-  result.marks = {{"1",
-                   MarkState::kUsed,
-                   Eigen::Vector2d(12, 20),
-                   std::nullopt,
-                   Eigen::Vector2d(50, 100),
-                   0.9,
-                   {},
-                   {}}};
+  result.marks = {{"1", MarkState::kUsed, Eigen::Vector2d(12, 20), std::nullopt,
+                   Eigen::Vector2d(50, 100), 0.9}};
   if (status == Status::kWeak)
     result.findings = {{.reason = Reason::kStated, .at_best = Status::kWeak, .where = "<i>x</i>"}};
   return result;

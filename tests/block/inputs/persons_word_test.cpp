@@ -1,0 +1,66 @@
+#include "block/inputs/persons_word.h"
+
+#include <gtest/gtest.h>
+
+#include <numbers>
+
+#include "core/geometry/rotation.h"
+
+namespace orient::block {
+namespace {
+
+Measurements Placed(const std::string& photo, const std::string& value) {
+  Measurements said;
+  said.decisions.push_back({photo, DecisionKind::kPosition, value, "", {}});
+  return said;
+}
+
+std::vector<OrientationRow> Rows() {
+  return {{"a", {{100, 200, 1500}, {0.01, 0, 2}}, {}}, {"b", {{400, 200, 1700}, {}}, {}}};
+}
+
+TEST(TakePositionsSaid, TheSaidPlaceStandsInForTheTablesAndItsAccuracyToo) {
+  std::vector<OrientationRow> rows = Rows();
+  TakePositionsSaid(Placed("a", "130.5 -20 75"), {"a", "b"}, 5, {}, &rows);
+  ASSERT_EQ(rows.size(), 2u);
+  EXPECT_EQ(rows[0].pose.position_m, Eigen::Vector3d(130.5, -20, 1500));
+  EXPECT_EQ(rows[0].pose.opk_rad, Eigen::Vector3d(0.01, 0, 2));
+  Vector6d sigma;
+  sigma << 75, 75, 5, Eigen::Vector3d::Constant(RadFromDeg(3));
+  EXPECT_LT((*rows[0].sigma - sigma).norm(), 1e-12);
+  EXPECT_FALSE(rows[1].sigma) << "nothing was said of it";
+}
+
+TEST(TakePositionsSaid, APhotoThatNoRowKnowsIsAsHighAsTheOthersAndItsKappaUnknown) {
+  std::vector<OrientationRow> rows = Rows();
+  TakePositionsSaid(Placed("c", "1 2 300"), {"c"}, {}, {}, &rows);
+  ASSERT_EQ(rows.size(), 3u);
+  EXPECT_EQ(rows[2].pose.position_m, Eigen::Vector3d(1, 2, 1600));
+  EXPECT_FALSE(rows[2].attitude_known);
+  EXPECT_EQ((*rows[2].sigma)[2], 300);
+  EXPECT_NEAR((*rows[2].sigma)[5], std::numbers::pi, 1e-12);
+}
+
+TEST(TakePositionsSaid, NothingIsMadeUpOfPhotosThatAreNoneOfTheRunsOrHaveNoHeight) {
+  std::vector<OrientationRow> rows = Rows(), none;
+  TakePositionsSaid(Placed("c", "1 2 300"), {"a"}, {}, {}, &rows);
+  EXPECT_EQ(rows.size(), 2u);
+  TakePositionsSaid(Placed("c", "1 2 300"), {"c"}, {}, {}, &none);
+  EXPECT_TRUE(none.empty());
+}
+
+TEST(SaidPosition, IsThreeNumbers) {
+  EXPECT_EQ(WhyNoDecision(DecisionKind::kPosition, "500123.5 5000321 250"), "");
+  for (const char* wrong : {"", "1 2", "1 2 0", "1 2 -3", "1 2 3 4", "1,2,3", "nan 2 3", "1 2 inf",
+                            "1e99 2 3", "x y z"})
+    EXPECT_NE(WhyNoDecision(DecisionKind::kPosition, wrong), "") << wrong;
+}
+
+TEST(SaidPosition, ConcernsTheExteriorAlone) {
+  const Measurements said = Placed("a", "1 2 3");
+  EXPECT_EQ(TextOfMarks(said, "a"), "");
+  EXPECT_NE(TextOfPoints(said, "a"), "");
+}
+
+}  // namespace
+}  // namespace orient::block

@@ -1,0 +1,28 @@
+// From where the photos' orientation started to where it ended: what a shift that all of them have
+// in common shows is an error of the approximations' system, not of the photos.
+#pragma once
+
+#include <Eigen/Core>
+#include <vector>
+
+#include "tools/report/block_record.h"
+#include "tools/report/verdict.h"
+
+namespace orient {
+
+struct ApproximationMove {
+  Eigen::Vector3d from_m, to_m;  // projection centres
+};
+
+// Of the photos that have both and did not fail, in the photos' order.
+std::vector<ApproximationMove> ApproximationMoves(const BlockRecord& block,
+                                                  const BlockVerdict& verdict);
+
+// What they have in common, and what is left without it. Of no moves: zeros.
+struct CommonMove {
+  Eigen::Vector3d mean_m = Eigen::Vector3d::Zero();
+  Eigen::Vector3d rms_about_mean_m = Eigen::Vector3d::Zero();  // of each coordinate
+};
+CommonMove CommonMoveOf(const std::vector<ApproximationMove>& moves);
+
+}  // namespace orient
