@@ -49,7 +49,7 @@ TABLE = {
     "tools/report": (CORE + INTERIOR + ["block/inputs"], {"Eigen", "GDAL", "nlohmann-json"}),
     "tools/convert": (CORE + INTERIOR + ["block/inputs"], {"Eigen", "GDAL", "TBB", "nlohmann-json"}),
     "tools/report/gis": (CORE + ["tools/report"], {"GDAL", "nlohmann-json"}),
-    "tools/review": (CORE + ["block/inputs", "tools/report"],
+    "tools/review": (CORE + ["block/inputs", "interior/marks", "tools/report"],
                      {"Eigen", "nlohmann-json", "cpp-httplib"}),
     "tools/console": (["core/base"], {"nlohmann-json"}),
     "tools/cluster": (CORE + ["tools/report"], {"nlohmann-json"}),

@@ -128,6 +128,14 @@ class PhotoView {
         .addTo(this.layers[layer]);
   }
 
+  // A mark measured at a click, until the photo is shown anew.
+  seen(pixel, text) {
+    const reach = 8;
+    const place = (dx, dy) => this.placeOf([pixel[0] + dx, pixel[1] + dy]);
+    L.polyline([[place(-reach, 0), place(reach, 0)], [place(0, -reach), place(0, reach)]],
+        {color: '#35c24a', weight: 2}).bindTooltip(element('span', text)).addTo(this.layers.Said);
+  }
+
   cross(pixel, text) {
     if (!pixel) return;
     L.circleMarker(this.placeOf(pixel), {radius: 7, color: '#ff3df2', weight: 2, fillOpacity: 0.15})

@@ -80,12 +80,13 @@ async function undo() {
   tell('Taken back: ' + about, true);
 }
 
-function enterMode(mode, hint) {
+// The keys are the view's, whatever was clicked to begin.
+function enterMode(mode, hint, inMap = false) {
   review.mode = mode;
   at('hint').textContent = hint;
-  at('crosshair').hidden = false;
   document.body.classList.add('measuring');
-  showTab(false);
+  document.activeElement.blur();
+  showTab(inMap);
 }
 
 function leaveMode() {
@@ -129,11 +130,8 @@ function measurePoint() {
 function placePhoto() {
   if (!review.photo) return;
   leaveMode();
-  review.mode = 'place';
-  at('hint').textContent = 'Click where ' + review.photo.name +
-      ' was taken, or move it under the cross and press Enter';
-  document.body.classList.add('measuring');
-  showTab(true);
+  enterMode('place', 'Click where ' + review.photo.name +
+      ' was taken, or move it under the cross and press Enter', true);
 }
 
 async function sayPosition(ground) {
@@ -161,6 +159,20 @@ async function sayMark(photo, mark, pixel) {
       photo);
   leaveMode();
   at('mark').value = '';
+  await showSeen(photo, mark, pixel);
+}
+
+// The mark measured at once, as far as one mark alone can be.
+async function showSeen(photo, mark, pixel) {
+  const seen = await server.seen(photo, mark, pixel);
+  if (!seen.pixel || review.photo.name !== photo) return;
+  const off = Math.hypot(seen.pixel[0] - pixel[0], seen.pixel[1] - pixel[1]).toFixed(1);
+  const likeness = 'correlation ' + seen.correlation.toFixed(2);
+  const isThere = seen.correlation >= 0.5;
+  at('hint').textContent = isThere ?
+    'Mark ' + mark + ' measured ' + off + ' px beside the click, ' + likeness :
+    'Nothing like mark ' + mark + ' is seen there: ' + likeness;
+  if (isThere) photoView.seen(seen.pixel, 'measured: mark ' + mark);
 }
 
 function openPointForm(pixel) {

@@ -43,6 +43,9 @@ const server = {
   list() { return this.get('api/list'); },
   photo(name) { return this.get('api/photo/' + encodeURIComponent(name)); },
   map() { return this.get('api/map'); },
+  seen(photo, mark, pixel) {
+    return this.get('api/seen?' + new URLSearchParams({photo, mark, col: pixel[0], row: pixel[1]}));
+  },
   height(x, y) { return this.get('api/height?x=' + x + '&y=' + y); },
   progress() { return this.get('api/progress'); },
   say(word) { return this.post('api/say', word); },

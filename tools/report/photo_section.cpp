@@ -235,7 +235,7 @@ Markup PhotoSection(const PhotoRecord& photo, const PhotoVerdict& verdict, const
                              {"all", place.all},
                              {"photo", photo.name},
                              {"status", Name(verdict.status)},
-                             {"thumbnail", PictureOf(photo.thumbnail, "The scan", picture)},
+                             {"thumbnail", PictureOf(photo.thumbnail, "The scan, reduced", picture)},
                              {"messages", Messages(verdict)},
                              {"exterior", ExteriorPart(photo, verdict, picture)},
                              {"interior", InteriorPart(photo, picture)}});

@@ -14,6 +14,7 @@
 #include "core/base/error.h"
 #include "core/files/orientation_table.h"
 #include "tools/review/page_words.h"
+#include "tools/review/seen_mark.h"
 
 namespace orient {
 namespace {
@@ -74,6 +75,13 @@ std::optional<Value> NumberOf(const std::string& text) {
   const auto [end, error] = std::from_chars(text.data(), last, value);
   if (error != std::errc() || end != last) return std::nullopt;
   return value;
+}
+
+using Query = std::map<std::string, std::string>;
+
+std::string TextIn(const Query& query, const char* key) {
+  const auto found = query.find(key);
+  return found == query.end() ? "" : found->second;
 }
 
 std::string TypeOf(const std::string& file) {
@@ -156,6 +164,7 @@ Reply Review::GetData(const WebPath& path, const std::map<std::string, std::stri
   if (path.size() == 3 && path[1] == "photo") return GetPhoto(path[2]);
   if (path.size() != 2) return NotThere();
   if (path[1] == "height") return GetHeight(query);
+  if (path[1] == "seen") return GetSeen(query);
   if (path[1] == "progress") return GetProgress();
   const auto state = states_.Now();
   const auto [said, version] = said_.Read();
@@ -181,12 +190,28 @@ Reply Review::GetPhoto(const std::string& name) {
       PhotoJson(*state, said_.Read().first, *photo, scan, camera_ ? &*camera_ : nullptr));
 }
 
+// The mark under a click.
+Reply Review::GetSeen(const std::map<std::string, std::string>& query) {
+  const auto col = NumberOf<double>(TextIn(query, "col")),
+             row = NumberOf<double>(TextIn(query, "row"));
+  if (!col || !row) return Error(400, "col and row must be numbers");
+  const auto state = states_.Now();
+  const PhotoRecord* photo = state->Photo(TextIn(query, "photo"));
+  const auto path = photo == nullptr ? std::nullopt : scans_.PathOf(photo->name);
+  if (!path) return Error(404, "there is no such photo, or its scan was not named");
+  const Raster scan = Raster::OpenScan(*path);
+  if (!(*col >= 0 && *col <= scan.Width() && *row >= 0 && *row <= scan.Height()))
+    return Error(400, "col and row must lie in the scan");
+  const auto seen = camera_ ? SeeMark(scan, *camera_, photo->interior ? &*photo->interior : nullptr,
+                                      TextIn(query, "mark"), {*col, *row})
+                            : std::nullopt;
+  if (!seen) return Answer(200, {{"pixel", nullptr}});
+  return Answer(
+      200, {{"pixel", {seen->pixel.x(), seen->pixel.y()}}, {"correlation", seen->correlation}});
+}
+
 Reply Review::GetHeight(const std::map<std::string, std::string>& query) {
-  const auto number = [&](const char* key) {
-    const auto found = query.find(key);
-    return found == query.end() ? std::nullopt : NumberOf<double>(found->second);
-  };
-  const auto x = number("x"), y = number("y");
+  const auto x = NumberOf<double>(TextIn(query, "x")), y = NumberOf<double>(TextIn(query, "y"));
   if (!x || !y) return Error(400, "x and y must be numbers");
   const auto state = states_.Now();
   if (options_.dem.empty() || !state->block.crs) return Answer(200, {{"z", nullptr}});

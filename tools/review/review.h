@@ -56,6 +56,7 @@ class Review {
  private:
   Reply GetData(const WebPath& path, const std::map<std::string, std::string>& query);
   Reply GetPhoto(const std::string& name);
+  Reply GetSeen(const std::map<std::string, std::string>& query);
   Reply GetHeight(const std::map<std::string, std::string>& query);
   Reply GetProgress() const;
   Reply GetTile(ScanTiles* tiles, const std::string& scan, const WebPath& place);

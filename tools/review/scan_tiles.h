@@ -35,6 +35,10 @@ class ScanTiles {
   explicit ScanTiles(std::map<std::string, std::string> scans) : paths_(std::move(scans)) {}
 
   bool Has(const std::string& scan) const { return paths_.contains(scan); }
+  std::optional<std::string> PathOf(const std::string& scan) const {
+    const auto found = paths_.find(scan);
+    return found == paths_.end() ? std::nullopt : std::optional(found->second);
+  }
   // Empty for a name that is not known. Throws InputError where the file cannot be read.
   std::optional<ScanSize> Size(const std::string& scan);
   // 8-bit grey PNG, smaller than 256 x 256 at the scan's right and lower edge. More than 8 bits are

@@ -66,6 +66,7 @@ TEST(Template, FileEndsWhereItsFirstPartBegins) {
                                                 {"all", "#photos"},
                                                 {"photo", "a<b"},
                                                 {"status", "ok"},
+                                                {"thumbnail", Markup()},
                                                 {"messages", Markup()},
                                                 {"exterior", Markup("<p>there</p>")},
                                                 {"interior", Markup()}})

@@ -9,6 +9,7 @@ taken from photo and map, a photo is placed in the map, decisions are made, take
 and carried out.
 """
 
+import csv
 import json
 import os
 import pathlib
@@ -148,6 +149,8 @@ def measures_a_mark_by_keys(page, said):
     line = [row for row in (said / "marks.csv").read_text(encoding="utf-8").splitlines()
             if row.startswith(f"{photo},{mark},")][0].split(",")
     assert abs(float(line[2]) - pixel[0]) < 2 and abs(float(line[3]) - pixel[1]) < 2, (line, pixel)
+    page.until(lambda: page.text("hint").startswith(f"Mark {mark} measured "), "the mark, measured")
+    assert float(page.text("hint").split()[3]) < 2, page.text("hint")
 
 
 def measures_a_ground_point(page, said, pictures):
@@ -193,7 +196,7 @@ def orients_again(page, said):
     assert page.text("status") == before, page.text("reasons")
 
 
-def places_a_photo(page, said, block):
+def places_a_photo(page, said, block, pictures):
     """Under the cross by keys, then by its handle; oriented again it starts from there."""
     photo = page.text("name")
     own = "review.map.photos.find((p) => p.name === review.photo.name)"
@@ -207,7 +210,9 @@ def places_a_photo(page, said, block):
     first = page.script(own + ".said_at")
     assert abs(first[0] - x - 30) < 5 and abs(first[1] - y + 20) < 5, (first, x, y)
     handle = page.browser.find_element("css selector", ".handle")
-    page.actions(page.browser).drag_and_drop_by_offset(handle, 12, 0).perform()
+    page.picture(pictures, "placed")
+    drag = page.actions(page.browser).click_and_hold(handle).pause(0.1)
+    drag.move_by_offset(6, 0).pause(0.1).move_by_offset(8, 2).pause(0.1).release().perform()
     page.until(lambda: page.script(own + ".said_at[0]") > first[0] + 1, "the place it was dragged to")
     row = [line for line in (said / "decisions.csv").read_text(encoding="utf-8").splitlines()
            if line.startswith(f"{photo},position,")]
@@ -258,14 +263,69 @@ def narrow_screens_have_all(page, pictures):
     page.browser.execute_cdp_cmd("Emulation.clearDeviceMetricsOverride", {})
 
 
+def real_film():
+    """The folder of real frames; None where it is absent."""
+    root = pathlib.Path(__file__).resolve().parents[3]
+    film = pathlib.Path(os.environ.get("ORIENT_SHARED_DATA", root / "../shared/data")) / "film"
+    if film.is_dir():
+        return film
+    print("not tried on real frames: real data absent (ORIENT_SHARED_DATA): film")
+    return None
+
+
+def click_mark(page, mark, pixel):
+    """Named and clicked to a whole pixel, as a person does who knows no camera file."""
+    page.type("mark", mark)
+    page.at("measure").click()
+    page.browser.execute_script(
+        "photoView.map.setView(photoView.placeOf(arguments[0]), 2, {animate: false})", list(pixel))
+    page.press(page.keys.ENTER)
+    page.said(f"Written: mark {mark} of photo {page.text('name')}")
+
+
+def a_camera_from_clicks(page, orient, folder, pictures):
+    """A camera that no library has, from one scan: it reads the roll's other frame alone."""
+    film = real_film()
+    if not film:
+        return
+    library, out, said = folder / "library", folder / "unknown", folder / "clicks"
+    library.mkdir()
+    shutil.copy(pathlib.Path(__file__).resolve().parents[3] / "data/cameras/wild_18cm.toml", library)
+    scan, other = film / "0c8e8831.jpg", film / "5bdd5cf4.jpg"
+    subprocess.run([orient, "interior", scan, other, "--camera", "auto", "--camera-library", library,
+                    "--out", out], check=False, capture_output=True)
+    with open(film / "marks.csv", encoding="utf-8") as file:
+        hand = [row for row in csv.DictReader(file)
+                if row["frame"] == "0c8e8831" and len(row["mark"]) == 2]
+    with running(orient, out, scan, other, "--measurements", said) as server:
+        begun = time.monotonic()
+        page.open(server.address)
+        page.browser.execute_script("return choose('0c8e8831')")
+        page.until(lambda: page.text("name") == "0c8e8831", "the frame")
+        assert page.text("status") == "failed"
+        for row in hand:
+            click_mark(page, row["mark"], (round(float(row["col_px"])), round(float(row["row_px"]))))
+        clicked = time.monotonic()
+        page.picture(pictures, "new_camera_clicks")
+        assert not page.errors() and not page.foreign_requests()
+    made = folder / "made.toml"
+    subprocess.run([orient, "cameras", "new", scan, "--measurements", said, "--pixel-size-um", "127",
+                    "--principal-distance-mm", "152.75", "--out", made], check=True,
+                   capture_output=True)
+    print(f"a new camera: {len(hand)} marks clicked in {clicked - begun:.1f} s, "
+          f"made in {time.monotonic() - clicked:.1f} s")
+    subprocess.run([orient, "interior", other, "--camera", made, "--scanner", "desktop", "--out",
+                    folder / "read"], check=True, capture_output=True)
+    result = json.loads((folder / "read/5bdd5cf4.interior.json").read_text(encoding="utf-8"))
+    assert result["status"] == "ok", result["messages"]
+
+
 def a_failed_frame_becomes_weak(page, orient, folder, pictures):
     """A curled print of a real film: three marks by eye (of four, one cannot be seen)."""
-    root = pathlib.Path(__file__).resolve().parents[3]
-    data = pathlib.Path(os.environ.get("ORIENT_SHARED_DATA", root / "../shared/data"))
-    scan = data / "film/0cec8b13.jpg"
-    if not scan.exists():
-        print("not tried on a real frame: real data absent (ORIENT_SHARED_DATA): film/0cec8b13.jpg")
+    film = real_film()
+    if not film:
         return
+    scan, root = film / "0cec8b13.jpg", pathlib.Path(__file__).resolve().parents[3]
     camera = ["--camera", root / "data/cameras/wild_rc8_23.toml"]
     subprocess.run([orient, "interior", scan, *camera, "--out", folder / "film"], check=False,
                    capture_output=True)
@@ -332,7 +392,7 @@ def main(orient, pictures=None):
                 measures_a_mark_by_keys(page, said)
                 measures_a_ground_point(page, said, pictures)
                 orients_again(page, said)
-                places_a_photo(page, said, block)
+                places_a_photo(page, said, block, pictures)
                 page.picture(pictures, "done_again")
                 assert not page.errors(), page.errors()
                 a_second_window_is_told(page, server, said)
@@ -342,6 +402,7 @@ def main(orient, pictures=None):
             browser.get_log("browser")  # the refusal above is told there, too
             markup_in_names_does_nothing(page, orient, pathlib.Path(name), pictures)
             a_failed_frame_becomes_weak(page, orient, pathlib.Path(name), pictures)
+            a_camera_from_clicks(page, orient, pathlib.Path(name), pictures)
     finally:
         browser.quit()
     print("the page does what it says")
