@@ -231,14 +231,15 @@ Markup ExteriorPart(const PhotoRecord& photo, const PhotoVerdict& verdict,
 
 Markup PhotoSection(const PhotoRecord& photo, const PhotoVerdict& verdict, const PhotoPlace& place,
                     const PictureHtml& picture) {
-  return Fill("photo.html", {{"number", place.number},
-                             {"all", place.all},
-                             {"photo", photo.name},
-                             {"status", Name(verdict.status)},
-                             {"thumbnail", PictureOf(photo.thumbnail, "The scan, reduced", picture)},
-                             {"messages", Messages(verdict)},
-                             {"exterior", ExteriorPart(photo, verdict, picture)},
-                             {"interior", InteriorPart(photo, picture)}});
+  return Fill("photo.html",
+              {{"number", place.number},
+               {"all", place.all},
+               {"photo", photo.name},
+               {"status", Name(verdict.status)},
+               {"thumbnail", PictureOf(photo.thumbnail, "The scan, reduced", picture)},
+               {"messages", Messages(verdict)},
+               {"exterior", ExteriorPart(photo, verdict, picture)},
+               {"interior", InteriorPart(photo, picture)}});
 }
 
 }  // namespace orient
