@@ -86,14 +86,14 @@ Rectifier::Place Rectifier::PlaceOf(const Vector2d& ground_m) const {
 }
 
 // Between places not farther apart than half a cell of the surface on a straight line, where the
-// one in their middle lies on it: the surface has one bend between them at most, and what that
-// moves a place by is at most twice what it moves the one in the middle.
+// one in their middle lies on it: the surface has one bend between them (near a node of a rotated
+// grid two), and what one moves a place by is at most twice what it moves the one in the middle.
 std::vector<Rectifier::Place> Rectifier::PlacesOfRow(const MapGrid& grid, const PixelWindow& window,
                                                      int row) const {
   constexpr int kMostStep = 16, kLeastStep = 4;
   constexpr double kStraight_px = 0.01;
-  const int half =
-      std::min(kMostStep, static_cast<int>(0.5 * surface_.CellSize() / grid.gsd_m)) / 2;
+  const double half_cell_px = 0.5 * surface_.CellAlongX() / grid.gsd_m;
+  const int half = static_cast<int>(std::min<double>(kMostStep, half_cell_px)) / 2;
   const int step = std::max(2 * half, 1);
   const auto place = [&](int col) {
     return PlaceOf(grid.GroundFromPixel(window.col + col + 0.5, window.row + row + 0.5));

@@ -81,10 +81,9 @@ BlockApproximations::BlockApproximations(const BlockFile& block, const Camera& c
         "sigmas, or leave observe out");
   AddGnss(gnss);
   ReadFiles();
-  std::vector<std::string> names;
-  for (const std::string& path : block.photos) names.push_back(PhotoName(path));
-  TakePositionsSaid(said, names, block.position_sigma_m, block.attitude_sigma_rad, &known_);
-  const std::set<std::string> photos(names.begin(), names.end());
+  TakeSaid(said);
+  std::set<std::string> photos;
+  for (const std::string& path : block.photos) photos.insert(PhotoName(path));
   std::vector<std::string> absent;
   for (const FlightStrip& strip : block.flight.strips)
     for (const std::string& photo : strip.photos)
@@ -173,6 +172,36 @@ void BlockApproximations::ReadFiles() {
                         .where = Listed(other_lens)});
 }
 
+// Of a photo that its strip locates it knows angles and height, too.
+void BlockApproximations::TakeSaid(const Measurements& said) {
+  std::set<std::string> in_strips, known;
+  for (const FlightStrip& strip : block_.flight.strips)
+    in_strips.insert(strip.photos.begin(), strip.photos.end());
+  for (const OrientationRow& row : known_) known.insert(row.photo);
+  const bool strips_are_located =
+      std::any_of(in_strips.begin(), in_strips.end(),
+                  [&](const std::string& photo) { return known.contains(photo); });
+  std::vector<std::string> photos;
+  for (const std::string& path : block_.photos) {
+    const std::string photo = PhotoName(path);
+    const auto position = said.PositionOf(photo);
+    if (position && strips_are_located && in_strips.contains(photo) && !known.contains(photo))
+      said_[photo] = *position;
+    else
+      photos.push_back(photo);
+  }
+  const auto height_at = [&](const Eigen::Vector2d& place) -> std::optional<double> {
+    const auto flying_height_m = block_.flight.FlyingHeight(camera_.principal_distance_mm);
+    if (!flying_height_m) return std::nullopt;
+    OrientationRow row;
+    row.pose.position_m.head<2>() = place;
+    const GroundSurface surface = SurfaceAround(block_, {row});
+    return surface.HeightAt(place.x(), place.y()).value_or(surface.MeanHeight()) + *flying_height_m;
+  };
+  TakePositionsSaid(said, photos, {block_.position_sigma_m, block_.attitude_sigma_rad, {}},
+                    height_at, &known_);
+}
+
 OrientationRow BlockApproximations::WithSigma(OrientationRow row) const {
   if (row.sigma) return row;
   row.sigma = SigmaOfApproximation(row, block_.position_sigma_m, block_.attitude_sigma_rad);
@@ -216,6 +245,10 @@ void BlockApproximations::Fill() {
   const double ground_m = GroundUnder(located);
   std::vector<OrientationRow> filled = FillStrips(block_.flight, located, camera_, ground_m);
   for (OrientationRow& row : filled) {
+    if (const auto at = said_.find(row.photo); at != said_.end()) {
+      row.pose.position_m.head<2>() = at->second.ground_m;
+      if (row.sigma) row.sigma->head<2>().setConstant(at->second.sigma_m);
+    }
     const double side_m = camera_.frame_mm.minCoeff() / camera_.principal_distance_mm *
                           (row.pose.position_m.z() - ground_m);
     if (PositionSigma(row) > kWellKnown * side_m) vague_strips_[row.photo] = strip_of.at(row.photo);

@@ -50,6 +50,7 @@ class BlockApproximations {
   void ReadTable();
   void AddGnss(const std::vector<OrientationRow>& gnss);
   void ReadFiles();
+  void TakeSaid(const Measurements& said);
   void CompleteHeights(OrientationTable* table);
   void Fill();
   OrientationRow WithSigma(OrientationRow row) const;
@@ -60,6 +61,7 @@ class BlockApproximations {
   std::vector<OrientationRow> known_;               // of the block's photos, by table or file
   std::map<std::string, OrientationRow> oriented_;  // since then
   std::set<std::string> computed_heights_;          // of known_, which the table lacks
+  std::map<std::string, SaidPosition> said_;        // of photos that their strips locate besides
   PoseObservations observations_;
   OrientationTable table_;                           // known_ and what fills the strips
   std::map<std::string, std::size_t> vague_strips_;  // photos known badly, with their strips

@@ -1,11 +1,14 @@
 #include "block/inputs/persons_word.h"
 
+#include <fmt/format.h>
+
 #include <Eigen/LU>
 #include <algorithm>
 #include <cmath>
 
 #include "block/inputs/approximations.h"
 #include "block/inputs/digest.h"
+#include "core/base/error.h"
 #include "core/base/median.h"
 
 namespace orient::block {
@@ -37,6 +40,23 @@ bool Judge(const Measurements& said, Result* result) {
   return true;
 }
 
+// How high photos are that were taken as these were.
+struct FlyingHeights {
+  std::optional<double> median_m;
+  double sigma_m = 0;
+};
+
+FlyingHeights HeightsOf(const std::vector<OrientationRow>& rows) {
+  constexpr double kLeastSigma_m = 50;  // one flight's photos differ by that
+  std::vector<double> heights, departures;
+  for (const OrientationRow& row : rows)
+    if (std::isfinite(row.pose.position_m.z())) heights.push_back(row.pose.position_m.z());
+  if (heights.empty()) return {std::nullopt, kLeastSigma_m};
+  const double median = Median(heights);
+  for (const double height : heights) departures.push_back(std::abs(height - median));
+  return {median, std::max(kLeastSigma_m, kSigmaOfMedianDeviation * Median(departures))};
+}
+
 }  // namespace
 
 interior::InteriorOptions WithMarksOf(const Measurements& said, const std::string& photo,
@@ -49,28 +69,35 @@ interior::InteriorOptions WithMarksOf(const Measurements& said, const std::strin
   return options;
 }
 
-void TakePositionsSaid(const Measurements& said, const std::vector<std::string>& photos,
-                       std::optional<double> position_sigma_m,
-                       std::optional<double> attitude_sigma_rad,
-                       std::vector<OrientationRow>* rows) {
-  std::vector<double> heights;
-  for (const OrientationRow& row : *rows)
-    if (std::isfinite(row.pose.position_m.z())) heights.push_back(row.pose.position_m.z());
+void TakePositionsSaid(
+    const Measurements& said, const std::vector<std::string>& photos,
+    const AssumedAccuracy& accuracy,
+    const std::function<std::optional<double>(const Eigen::Vector2d&)>& height_at,
+    std::vector<OrientationRow>* rows) {
+  const FlyingHeights heights = HeightsOf(*rows);
   for (const std::string& photo : photos) {
     const auto position = said.PositionOf(photo);
     if (!position) continue;
     auto row = std::find_if(rows->begin(), rows->end(),
                             [&](const OrientationRow& one) { return one.photo == photo; });
     const bool known = row != rows->end();
-    if (!known && heights.empty()) continue;
     if (!known) {
+      const auto height = height_at ? height_at(position->ground_m) : std::nullopt;
+      if (!height && !heights.median_m)
+        throw InputError(fmt::format(
+            "{}/{}: the position of photo {} needs a height, and nothing tells how high the photos "
+            "were taken; give a table of approximations with the height of one, or in a block file "
+            "flying_height_m or scale under [flight]",
+            said.folder, kDecisionsFile, photo));
       rows->push_back({.photo = photo, .pose = {}, .sigma = {}, .attitude_known = false});
       row = rows->end() - 1;
-      row->pose.position_m.z() = Median(heights);
+      row->pose.position_m.z() = height ? *height : *heights.median_m;
     }
-    Vector6d sigma = SigmaOfApproximation(*row, position_sigma_m, attitude_sigma_rad);
+    Vector6d sigma =
+        SigmaOfApproximation(*row, accuracy.position_m, accuracy.attitude_rad, accuracy.kappa_rad);
     row->pose.position_m.head<2>() = position->ground_m;
-    sigma.head(known ? 2 : 3).setConstant(position->sigma_m);
+    sigma.head<2>().setConstant(position->sigma_m);
+    if (!known) sigma[2] = std::max(position->sigma_m, heights.sigma_m);
     row->sigma = sigma;
   }
 }

@@ -1,6 +1,8 @@
 // What people measured and decided (core/measurements) as the stages take it.
 #pragma once
 
+#include <Eigen/Core>
+#include <functional>
 #include <optional>
 #include <string>
 #include <vector>
@@ -18,12 +20,20 @@ namespace orient::block {
 interior::InteriorOptions WithMarksOf(const Measurements& said, const std::string& photo,
                                       interior::InteriorOptions options);
 
-// Where a person says that photos were taken, in place of what `rows` have of them; the accuracy of
-// height and angles is the row's, or these (SigmaOfApproximation). A photo that no row knows gets
-// the rows' median height and unknown angles; none where no row has a height.
-void TakePositionsSaid(const Measurements& said, const std::vector<std::string>& photos,
-                       std::optional<double> position_sigma_m,
-                       std::optional<double> attitude_sigma_rad, std::vector<OrientationRow>* rows);
+// Accuracy of approximations that no table states (SigmaOfApproximation).
+struct AssumedAccuracy {
+  std::optional<double> position_m = {}, attitude_rad = {}, kappa_rad = {};
+};
+
+// Where a person says that photos were taken, in place of what `rows` have of them; height, angles
+// and their accuracy stay the row's. A photo that no row knows gets unknown angles and the height
+// that `height_at` tells of its place, or the rows' median one, as uncertain as they differ. Throws
+// InputError naming the photo where there is neither.
+void TakePositionsSaid(
+    const Measurements& said, const std::vector<std::string>& photos,
+    const AssumedAccuracy& accuracy,
+    const std::function<std::optional<double>(const Eigen::Vector2d&)>& height_at,
+    std::vector<OrientationRow>* rows);
 
 // The photo's measured points whose ground coordinates are known. What was measured in the photo
 // system is carried to the scan by `position`.

@@ -133,7 +133,9 @@ ExteriorResult WithoutPatches(const ExteriorSetting& setting,
 
 bool AccuracyIsStated(const ExteriorSetting& setting, const OrientationRow& row) {
   const ExteriorRunOptions& options = setting.options;
-  return options.accuracy_is_stated &&
+  // Where a person places a photo roughly, the accuracy is no statement that a pose could
+  // contradict.
+  return !options.measurements.PositionOf(row.photo) && options.accuracy_is_stated &&
          (row.sigma || options.position_sigma_m || options.attitude_sigma_rad);
 }
 
@@ -292,7 +294,12 @@ ExteriorResult OrientOne(const ExteriorSetting& setting, const std::string& path
   const PosePrior& prior = *start.prior;
   const bool vague = exterior::IsVague(setting.camera.camera, prior, setting.surface.MeanHeight());
   const auto without_heights = WithoutHeights(setting, prior.pose);
-  if (!vague && without_heights) return Failed(name, *without_heights);
+  const StartingPose began{prior.pose, prior.covariance.diagonal().cwiseSqrt()};
+  if (!vague && without_heights) {
+    ExteriorResult failed = Failed(name, *without_heights);
+    failed.approximation = began;
+    return failed;
+  }
 
   const exterior::PhotoImage image(raster, interior.negative);
   const exterior::PhotoToOrient photo{name,
@@ -304,7 +311,7 @@ ExteriorResult OrientOne(const ExteriorSetting& setting, const std::string& path
                                       &setting.surface};
   std::vector<patchdb::Patch> patches;
   ExteriorResult result = OrientByPatches(setting, photo, image, vague, start, &patches);
-  result.approximation = StartingPose{prior.pose, prior.covariance.diagonal().cwiseSqrt()};
+  result.approximation = began;
   CompareWithPoints(setting, photo, start, &result);
   const PhotoView expected{photo.camera, photo.positions.front().photo_from_pixel, prior.pose};
   CheckHeights(setting.surface, patches,

@@ -134,8 +134,10 @@ ExteriorSetting PrepareExterior(const ExteriorRunOptions& options) {
   if (!options.table) {
     std::vector<std::string> photos;
     for (const std::string& path : options.photos) photos.push_back(PhotoName(path));
-    TakePositionsSaid(options.measurements, photos, options.position_sigma_m,
-                      options.attitude_sigma_rad, &table.rows);
+    TakePositionsSaid(
+        options.measurements, photos,
+        {options.position_sigma_m, options.attitude_sigma_rad, options.kappa_sigma_rad}, {},
+        &table.rows);
   }
   const Crs crs = BlockCrs(options, table);
   GroundSurface surface =

@@ -42,6 +42,12 @@ double GridMapping::CellSizeAt(double x_m, double y_m) const {
   return 2 * h / std::sqrt(std::abs(node_by_block.determinant()));
 }
 
+double GridMapping::CellAlongXAt(double x_m, double y_m) const {
+  const double h = 1.0;
+  const Eigen::Vector2d nodes = NodeFromBlock(x_m + h, y_m) - NodeFromBlock(x_m - h, y_m);
+  return 2 * h / nodes.cwiseAbs().maxCoeff();
+}
+
 // Largest difference between the table and the exact mapping, in metres on the ground.
 double GridMapping::TableError(const Exact& exact) const {
   double worst = 0;

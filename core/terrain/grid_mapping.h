@@ -39,6 +39,9 @@ class GridMapping {
   // Ground area of a cell at a point, square root: its size in metres.
   double CellSizeAt(double x_m, double y_m) const;
 
+  // How far, metres, the nodes' next row or column is at a point for one who goes east.
+  double CellAlongXAt(double x_m, double y_m) const;
+
  private:
   GridMapping() = default;
   Eigen::Vector2d Interpolate(double x_m, double y_m) const;

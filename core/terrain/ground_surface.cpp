@@ -268,6 +268,11 @@ double GroundSurface::MinHeight() const { return impl_->grid.Min(); }
 double GroundSurface::MaxHeight() const { return impl_->grid.Max(); }
 double GroundSurface::MeanHeight() const { return impl_->grid.Mean(); }
 double GroundSurface::CellSize() const { return impl_->cell_m; }
+double GroundSurface::CellAlongX() const {
+  const Bounds& extent = impl_->extent;
+  return impl_->mapping.CellAlongXAt(0.5 * (extent.min_x + extent.max_x),
+                                     0.5 * (extent.min_y + extent.max_y));
+}
 Bounds GroundSurface::Extent() const { return impl_->extent; }
 
 }  // namespace orient

@@ -45,7 +45,10 @@ class GroundSurface {
   double MaxHeight() const;
   double MeanHeight() const;
   double CellSize() const;  // metres in the block's CRS
-  Bounds Extent() const;    // of the loaded nodes, block CRS
+  // How far a cell reaches along a line to the east, metres: less than its size where cells are not
+  // square.
+  double CellAlongX() const;
+  Bounds Extent() const;  // of the loaded nodes, block CRS
 
  private:
   struct Impl;

@@ -6,8 +6,9 @@ const STATUS_COLOURS = {ok: '#2a7d34', weak: '#b36b00', failed: '#b3261e'};
 const HANDLE = L.divIcon({className: 'handle', iconSize: [18, 18]});
 
 class MapView {
-  // `placed`: a photo's handle was dragged to a place of the ground.
-  constructor(container, clicked, chosen, placed) {
+  // `placed`: a photo's handle was dragged to a place of the ground. `busy`: whether a click means
+  // the ground; there is no handle in its way then.
+  constructor(container, clicked, chosen, placed, busy) {
     this.map = L.map(container, {
       crs: L.CRS.Simple, minZoom: -20, maxZoom: 6, attributionControl: false, preferCanvas: true,
       keyboard: false, zoomAnimation: false, fadeAnimation: false, markerZoomAnimation: false,
@@ -16,6 +17,7 @@ class MapView {
     this.map.on('click', (event) => clicked(this.groundOf(event.latlng)));
     this.chosen = chosen;
     this.placed = placed;
+    this.busy = busy;
     this.drawn = L.layerGroup().addTo(this.map);
     this.grid = null;  // from ground to map units
   }
@@ -33,6 +35,7 @@ class MapView {
   show(map, current) {
     if (!this.grid) this.begin(map);
     this.drawn.clearLayers();
+    this.handle = null;
     if (!this.grid) return;
     for (const photo of map.photos) this.drawPhoto(photo, photo.name === current);
     for (const point of map.points) {
@@ -77,15 +80,22 @@ class MapView {
           .bindTooltip(element('span', text + ', roughly')).on('click', choose).addTo(this.drawn);
     }
     if (isCurrent && at) {
-      L.marker(this.placeOf(at), {icon: HANDLE, draggable: true, keyboard: false})
+      this.handle = L.marker(this.placeOf(at), {icon: HANDLE, draggable: true, keyboard: false})
           .bindTooltip(element('span', 'drag it to where ' + photo.name + ' was taken'))
-          .on('dragend', (event) => this.placed(this.groundOf(event.target.getLatLng())))
-          .addTo(this.drawn);
+          .on('dragend', (event) =>
+            this.placed(photo.name, this.groundOf(event.target.getLatLng())));
+      this.showHandle();
     }
     if (photo.centre) {
       L.circleMarker(this.placeOf(photo.centre), {...style, radius: 6, fillOpacity: 0.6})
           .bindTooltip(element('span', text)).on('click', choose).addTo(this.drawn);
     }
+  }
+
+  showHandle() {
+    if (!this.handle) return;
+    if (this.busy()) this.handle.remove();
+    else this.handle.addTo(this.drawn);
   }
 
   // A tenth of a footprint's longer side, the median one's: as well as a photo is placed by eye.

@@ -8,7 +8,7 @@ const mapView = new MapView('map_view', (ground) => takeGround(ground), (name) =
   if (review.pixel || review.mode === 'place') return false;
   guarded(() => choose(name));
   return true;
-}, (ground) => guarded(() => sayPosition(ground)));
+}, (name, ground) => guarded(() => sayPosition(name, ground)), () => review.pixel || review.mode);
 
 // One action after another; what goes wrong is told, and the page shows what is true now.
 let latest = Promise.resolve();
@@ -86,6 +86,7 @@ function enterMode(mode, hint, inMap = false) {
   at('hint').textContent = hint;
   document.body.classList.add('measuring');
   document.activeElement.blur();
+  mapView.showHandle();
   showTab(inMap);
 }
 
@@ -95,6 +96,7 @@ function leaveMode() {
   at('crosshair').hidden = true;
   at('point_form').hidden = true;
   document.body.classList.remove('measuring');
+  mapView.showHandle();
 }
 
 // The next mark that nobody has clicked: those not found first.
@@ -134,12 +136,17 @@ function placePhoto() {
       ' was taken, or move it under the cross and press Enter', true);
 }
 
-async function sayPosition(ground) {
-  if (!at('place_sigma').value.trim()) at('place_sigma').value = mapView.roughly(review.map);
-  const sigma = numberIn('place_sigma');
-  leaveMode();
-  const value = ground[0].toFixed(1) + ' ' + ground[1].toFixed(1) + ' ' + sigma;
-  await decide('position', value, at('why').value.trim());
+async function sayPosition(photo, ground) {
+  try {
+    if (!at('place_sigma').value.trim()) at('place_sigma').value = mapView.roughly(review.map);
+    const value = ground[0].toFixed(1) + ' ' + ground[1].toFixed(1) + ' ' + numberIn('place_sigma');
+    await say({decisions: [{photo, decision: 'position', value, reason: at('why').value.trim()}]},
+        'position ' + value, photo);
+  } catch (error) {
+    mapView.show(review.map, review.photo.name);  // the handle goes back
+    throw error;
+  }
+  at('why').value = '';
 }
 
 function measureAt(pixel) {
@@ -165,7 +172,7 @@ async function sayMark(photo, mark, pixel) {
 // The mark measured at once, as far as one mark alone can be.
 async function showSeen(photo, mark, pixel) {
   const seen = await server.seen(photo, mark, pixel);
-  if (!seen.pixel || review.photo.name !== photo) return;
+  if (!seen.pixel || review.photo.name !== photo || review.mode) return;
   const off = Math.hypot(seen.pixel[0] - pixel[0], seen.pixel[1] - pixel[1]).toFixed(1);
   const likeness = 'correlation ' + seen.correlation.toFixed(2);
   const isThere = seen.correlation >= 0.5;
@@ -178,6 +185,7 @@ async function showSeen(photo, mark, pixel) {
 function openPointForm(pixel) {
   leaveMode();
   review.pixel = pixel;
+  mapView.showHandle();
   at('point_form').hidden = false;
   at('point_pixel').textContent = 'In the photo' + pixelText(pixel);
   const names = new Set(review.map.points.map((point) => point.point));
@@ -211,8 +219,16 @@ async function fillGround(ground) {
 }
 
 function takeGround(ground) {
-  if (review.pixel && ground) guarded(() => fillGround(ground));
-  if (review.mode === 'place' && ground) guarded(() => sayPosition(ground));
+  if (!ground && (review.pixel || review.mode === 'place')) {
+    tell('The map shows nothing here yet, so no place can be clicked: start with --ortho RASTER, ' +
+        'or type the coordinates.');
+    return;
+  }
+  if (review.pixel) guarded(() => fillGround(ground));
+  if (review.mode !== 'place') return;
+  const {name} = review.photo;
+  leaveMode();  // one click says it once
+  guarded(() => sayPosition(name, ground));
 }
 
 const numberIn = (id) => {

@@ -69,7 +69,8 @@ void WriteThumbnails(const BlockFile& block) {
       block::WriteThumbnail(
           (fs::path(block.output_directory) / (PhotoName(path) + block::kThumbnail)).string(),
           Raster::OpenScan(path));
-    } catch (const InputError&) {  // the photo's own result says so
+    } catch (const std::exception&) {  // of a damaged scan its photo's own result tells
+      RethrowOfEnvironment();
     }
   });
 }

@@ -76,7 +76,7 @@ class OrthoCommand : public Command {
     BoundBlockCache(kCache_MB);
     Prepare();
     const bool all = MakeOrthophotos(options_, out);
-    if (options_.plan) return ExitCode::kAllDone;
+    if (options_.plan) return all ? ExitCode::kAllDone : ExitCode::kSomeNotOriented;
     RecordRun(Invoked(), options_.out, "ortho",
               {FileInput("poses", PosesFile()), FileInput("camera", options_.source.camera),
                RasterInput("DEM", options_.source.dem), FileInput("seamlines", options_.seams)});

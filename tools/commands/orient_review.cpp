@@ -73,6 +73,8 @@ class ReviewCommand : public Command {
         throw UsageError(
             "--pixel-size-um, --polarity and --orientation are the block file's with --block");
       TakeFromBlock(out);
+    } else {
+      options_.scan = {scan_.pixel_size_um, scan_.polarity, scan_.orientation, {}};
     }
     for (const std::string& photo : ExpandPhotos(patterns_, "")) options_.scans.push_back(photo);
     if (measurements_.empty())
@@ -119,6 +121,7 @@ class ReviewCommand : public Command {
           measurements_, fs::absolute(measurements_).string(), block_path_);
     if (options_.dem.empty()) options_.dem = block.dem;
     if (options_.camera.empty()) options_.camera = block.camera;
+    options_.scan = {block.pixel_size_um, block.polarity, block.orientation, {}};
     if (patterns_.empty()) options_.scans = block.photos;
     options_.run_again = [this](ProgressListener* listener) { OrientAgain(listener); };
   }

@@ -37,7 +37,7 @@ class OrthoRun {
     const double gsd_m = options_.gsd_m ? *options_.gsd_m : NaturalGsd(found);
     if (options_.plan) {
       TellPlan(found, gsd_m, out);
-      return true;
+      return found.left_out.empty();
     }
     MakeOutputDirectory(options_.out);
     bool all = found.left_out.empty();
@@ -82,8 +82,10 @@ class OrthoRun {
           << "\n";
     }
     if (!options_.mosaic) return;
-    if (const std::string seams = GivenSeams(); !seams.empty())
-      out << block::PlanLine(true, "seams     " + seams) << "\n";
+    const std::string given = GivenSeams();
+    if (!given.empty()) ortho::Seamlines::FromFile(given, found.crs);  // or it cannot be read
+    out << block::PlanLine(!given.empty(), "seams     " + (given.empty() ? SeamsPath() : given))
+        << "\n";
     out << block::PlanLine(false, "mosaic    " + PathOf("mosaic.tif")) << "\n";
   }
 

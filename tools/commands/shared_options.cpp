@@ -1,5 +1,7 @@
 #include "tools/commands/shared_options.h"
 
+#include <fmt/format.h>
+
 #include <CLI/CLI.hpp>
 #include <algorithm>
 #include <filesystem>
@@ -47,7 +49,7 @@ void PrintPlan(const std::string& stage, const std::vector<std::string>& photos,
                const std::set<std::string>& kept, std::ostream& out) {
   for (const std::string& path : photos) {
     const std::string name = PhotoName(path);
-    out << block::PlanLine(kept.contains(name), stage + "  " + name) << "\n";
+    out << block::PlanLine(kept.contains(name), fmt::format("{}  {}", stage, name)) << "\n";
   }
 }
 

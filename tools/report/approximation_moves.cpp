@@ -1,5 +1,8 @@
 #include "tools/report/approximation_moves.h"
 
+#include <algorithm>
+#include <limits>
+
 namespace orient {
 namespace {
 
@@ -15,7 +18,12 @@ std::vector<ApproximationMove> ApproximationMoves(const BlockRecord& block,
     const PhotoVerdict& photo = verdict.photos[i];
     if (!exterior || !exterior->approximation || !photo.pose || photo.status == Status::kFailed)
       continue;
-    const ApproximationMove move{exterior->approximation->pose.position_m, photo.pose->position_m};
+    if (Has(exterior->findings, Reason::kStartedByPoints) ||
+        Has(exterior->findings, Reason::kByPointsAlone))
+      continue;
+    const StartingPose& start = *exterior->approximation;
+    const ApproximationMove move{start.pose.position_m, photo.pose->position_m,
+                                 start.sigma.head<2>().maxCoeff()};
     if ((move.to_m - move.from_m).norm() < kLargest_m) moves.push_back(move);
   }
   return moves;
@@ -23,12 +31,16 @@ std::vector<ApproximationMove> ApproximationMoves(const BlockRecord& block,
 
 CommonMove CommonMoveOf(const std::vector<ApproximationMove>& moves) {
   CommonMove common;
-  if (moves.empty()) return common;
-  const auto count = static_cast<double>(moves.size());
-  for (const ApproximationMove& move : moves) common.mean_m += (move.to_m - move.from_m) / count;
-  Eigen::Vector3d squares = Eigen::Vector3d::Zero();
+  double smallest_m = std::numeric_limits<double>::infinity();
+  for (const ApproximationMove& move : moves) smallest_m = std::min(smallest_m, move.sigma_m);
+  std::vector<Eigen::Vector3d> shifts;
   for (const ApproximationMove& move : moves)
-    squares += (move.to_m - move.from_m - common.mean_m).cwiseAbs2() / count;
+    if (move.sigma_m <= 2 * smallest_m) shifts.emplace_back(move.to_m - move.from_m);
+  common.photos = static_cast<int>(shifts.size());
+  Eigen::Vector3d squares = Eigen::Vector3d::Zero();
+  for (const Eigen::Vector3d& shift : shifts) common.mean_m += shift / common.photos;
+  for (const Eigen::Vector3d& shift : shifts)
+    squares += (shift - common.mean_m).cwiseAbs2() / common.photos;
   common.rms_about_mean_m = squares.cwiseSqrt();
   return common;
 }

@@ -12,14 +12,19 @@ namespace orient {
 
 struct ApproximationMove {
   Eigen::Vector3d from_m, to_m;  // projection centres
+  double sigma_m = 0;            // of from_m, the larger one of x and y
 };
 
-// Of the photos that have both and did not fail, in the photos' order.
+// Of the photos that have both and did not fail, in the photos' order; without those whose
+// orientation started from measured ground points, which are no approximation.
 std::vector<ApproximationMove> ApproximationMoves(const BlockRecord& block,
                                                   const BlockVerdict& verdict);
 
-// What they have in common, and what is left without it. Of no moves: zeros.
+// What those have in common whose approximations are known best (up to twice the smallest sigma:
+// not those that a strip or a person tells roughly), and what is left without it. Of no moves:
+// zeros.
 struct CommonMove {
+  int photos = 0;
   Eigen::Vector3d mean_m = Eigen::Vector3d::Zero();
   Eigen::Vector3d rms_about_mean_m = Eigen::Vector3d::Zero();  // of each coordinate
 };

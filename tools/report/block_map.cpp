@@ -248,22 +248,24 @@ std::string PhotoShapes(const BlockRecord& block, const BlockVerdict& verdict, c
   return svg + centres.Element("centre");
 }
 
-// From the approximations to the poses, enlarged until the longest can be seen well.
+// From the approximations to the poses, enlarged until all but the longest ones can be seen well.
 struct MoveArrows {
   std::string svg;
   double times = 0;  // 0: none
-  CommonMove common;
 };
 
 MoveArrows ArrowsOf(const std::vector<ApproximationMove>& moves, const Sheet& sheet) {
-  constexpr double kLongest = 60, kShortest = 1;  // SVG units
-  double longest_m = 0;
+  constexpr double kLong = 60, kShortest = 1;  // SVG units
+  constexpr double kShare = 0.9;               // of the moves
+  if (moves.empty() || moves.size() > kManyPhotos) return {};
+  std::vector<double> lengths_m;
   for (const ApproximationMove& move : moves)
-    longest_m = std::max(longest_m, (move.to_m - move.from_m).head<2>().norm());
-  if (!(longest_m > 0) || moves.size() > kManyPhotos) return {};
+    lengths_m.push_back((move.to_m - move.from_m).head<2>().norm());
+  std::sort(lengths_m.begin(), lengths_m.end());
+  const double long_m = lengths_m[static_cast<size_t>(kShare * static_cast<double>(moves.size()))];
+  if (!(long_m > 0)) return {};
   MoveArrows arrows;
-  arrows.times = std::max(1.0, RoundNumberBelow(kLongest / (longest_m * sheet.scale)));
-  arrows.common = CommonMoveOf(moves);
+  arrows.times = std::max(1.0, RoundNumberBelow(kLong / (long_m * sheet.scale)));
   SvgPath path;
   for (const ApproximationMove& move : moves) {
     const Vector2d to = move.to_m.head<2>();
@@ -275,16 +277,18 @@ MoveArrows ArrowsOf(const std::vector<ApproximationMove>& moves, const Sheet& sh
   return arrows;
 }
 
-std::string MovesNote(const MoveArrows& arrows, size_t moves) {
-  if (arrows.times == 0) return "";
+std::string MovesNote(const std::vector<ApproximationMove>& moves) {
+  if (moves.empty()) return "";
+  const CommonMove common = CommonMoveOf(moves);
   const auto metres = [](const Eigen::Vector3d& v) {
     return fmt::format("X {} m, Y {} m, Z {} m", Decimal(v.x(), 2), Decimal(v.y(), 2),
                        Decimal(v.z(), 2));
   };
   return fmt::format(
-      "From the approximations the {} projection centres moved by {} in the mean, "
+      "From the approximations the {} projection centres{} moved by {} in the mean, "
       "and by {} (RMS) about it. ",
-      moves, metres(arrows.common.mean_m), metres(arrows.common.rms_about_mean_m));
+      common.photos, common.photos < std::ssize(moves) ? " that were known best" : "",
+      metres(common.mean_m), metres(common.rms_about_mean_m));
 }
 
 std::string NamesNote(const char* before, std::vector<std::string> names) {
@@ -342,7 +346,7 @@ Markup BlockMap(const BlockRecord& block, const BlockVerdict& verdict, const Pho
                {"key_of_moves", key_of_moves},
                {"key_of_ties", block.adjusted ? Fill("map.html#key_of_ties") : Markup()},
                {"crs", block.crs ? " in " + block.crs->Name() : ""},
-               {"notes", MovesNote(arrows, moves.size()) + Notes(block, outcomes.size(), labels)}});
+               {"notes", MovesNote(moves) + Notes(block, outcomes.size(), labels)}});
 }
 
 }  // namespace orient

@@ -48,7 +48,7 @@ Json MovesJson(const std::vector<ApproximationMove>& moves) {
   if (moves.empty()) return nullptr;
   const CommonMove common = CommonMoveOf(moves);
   const auto xyz = [](const Eigen::Vector3d& v) { return Json::array({v.x(), v.y(), v.z()}); };
-  return {{"photos", moves.size()},
+  return {{"photos", common.photos},
           {"mean_m", xyz(common.mean_m)},
           {"rms_about_mean_m", xyz(common.rms_about_mean_m)}};
 }

@@ -14,7 +14,6 @@
 #include "core/base/error.h"
 #include "core/files/orientation_table.h"
 #include "tools/review/page_words.h"
-#include "tools/review/seen_mark.h"
 
 namespace orient {
 namespace {
@@ -190,6 +189,27 @@ Reply Review::GetPhoto(const std::string& name) {
       PhotoJson(*state, said_.Read().first, *photo, scan, camera_ ? &*camera_ : nullptr));
 }
 
+// What a person says, otherwise what the interior orientation found, otherwise the run's options.
+ScanKnowledge Review::KnownOf(const PhotoRecord& photo) const {
+  const Measurements said = said_.Read().first;
+  ScanKnowledge known{said.PixelSizeOf_um(photo.name),
+                      said.PolarityOf(photo.name),
+                      said.OrientationOf(photo.name),
+                      {}};
+  const bool nothing_said = !known.pixel_size_um && !known.polarity && !known.orientation;
+  if (const auto& found = photo.interior) {
+    if (nothing_said) known.photo_from_pixel = found->photo_from_pixel;
+    if (!known.pixel_size_um) known.pixel_size_um = found->pixel_size_um;
+    if (!known.polarity) known.polarity = found->polarity;
+    if (!known.orientation) known.orientation = found->orientation;
+  }
+  const ScanKnowledge& run = options_.scan;
+  if (!known.pixel_size_um) known.pixel_size_um = run.pixel_size_um;
+  if (!known.polarity) known.polarity = run.polarity;
+  if (!known.orientation) known.orientation = run.orientation;
+  return known;
+}
+
 // The mark under a click.
 Reply Review::GetSeen(const std::map<std::string, std::string>& query) {
   const auto col = NumberOf<double>(TextIn(query, "col")),
@@ -202,9 +222,9 @@ Reply Review::GetSeen(const std::map<std::string, std::string>& query) {
   const Raster scan = Raster::OpenScan(*path);
   if (!(*col >= 0 && *col <= scan.Width() && *row >= 0 && *row <= scan.Height()))
     return Error(400, "col and row must lie in the scan");
-  const auto seen = camera_ ? SeeMark(scan, *camera_, photo->interior ? &*photo->interior : nullptr,
-                                      TextIn(query, "mark"), {*col, *row})
-                            : std::nullopt;
+  const auto seen =
+      camera_ ? SeeMark(scan, *camera_, KnownOf(*photo), TextIn(query, "mark"), {*col, *row})
+              : std::nullopt;
   if (!seen) return Answer(200, {{"pixel", nullptr}});
   return Answer(
       200, {{"pixel", {seen->pixel.x(), seen->pixel.y()}}, {"correlation", seen->correlation}});

@@ -17,6 +17,7 @@
 #include "tools/review/run_again.h"
 #include "tools/review/said_folder.h"
 #include "tools/review/scan_tiles.h"
+#include "tools/review/seen_mark.h"
 
 namespace orient {
 
@@ -28,6 +29,7 @@ struct ReviewOptions {
   std::string ortho;               // under the map; empty: none
   std::string dem;                 // heights of points clicked in the map; empty: none
   std::string camera;              // whose marks and frame are expected; empty: not known
+  ScanKnowledge scan;              // as the run was told
   RunAgain::Run run_again;         // empty: not offered
 };
 
@@ -56,6 +58,7 @@ class Review {
  private:
   Reply GetData(const WebPath& path, const std::map<std::string, std::string>& query);
   Reply GetPhoto(const std::string& name);
+  ScanKnowledge KnownOf(const PhotoRecord& photo) const;
   Reply GetSeen(const std::map<std::string, std::string>& query);
   Reply GetHeight(const std::map<std::string, std::string>& query);
   Reply GetProgress() const;

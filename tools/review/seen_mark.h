@@ -16,12 +16,20 @@ struct SeenAtClick {
   double correlation = 0;                           // of the mark's drawing and the scan there
 };
 
-// Where the mark's drawing fits best within 6 px of the click; size, orientation and polarity are
-// those that `interior` knows, otherwise the resolution tag's, upright and positive. A preview: the
-// run measures the mark anew, beside all others. Empty where the camera has no such mark or draws
-// it as a picture, or nothing tells the pixel size. Throws InputError where the scan is damaged.
+// What is known of how a scan shows the film; what a person says comes first.
+struct ScanKnowledge {
+  std::optional<double> pixel_size_um;  // otherwise the resolution tag's
+  std::optional<Polarity> polarity;
+  std::optional<ScanOrientation> orientation;
+  std::optional<Affine2d> photo_from_pixel;  // stands for size and orientation
+};
+
+// Where the mark's drawing fits best within 6 px of the click, in any polarity and orientation that
+// is not known. A preview: the run measures the mark anew, beside all others. Empty where the
+// camera has no such mark or draws it as a picture, where nothing tells the pixel size, and where
+// there is nothing to compare. Throws InputError where the scan is damaged.
 std::optional<SeenAtClick> SeeMark(const Raster& scan, const CameraFile& camera,
-                                   const InteriorResult* interior, const std::string& mark,
+                                   const ScanKnowledge& known, const std::string& mark,
                                    const Eigen::Vector2d& click);
 
 }  // namespace orient

@@ -4,6 +4,7 @@
 
 #include <numbers>
 
+#include "core/base/error.h"
 #include "core/geometry/rotation.h"
 
 namespace orient::block {
@@ -21,12 +22,13 @@ std::vector<OrientationRow> Rows() {
 
 TEST(TakePositionsSaid, TheSaidPlaceStandsInForTheTablesAndItsAccuracyToo) {
   std::vector<OrientationRow> rows = Rows();
-  TakePositionsSaid(Placed("a", "130.5 -20 75"), {"a", "b"}, 5, {}, &rows);
+  TakePositionsSaid(Placed("a", "130.5 -20 75"), {"a", "b"}, {.position_m = 5, .kappa_rad = 2.5},
+                    {}, &rows);
   ASSERT_EQ(rows.size(), 2u);
   EXPECT_EQ(rows[0].pose.position_m, Eigen::Vector3d(130.5, -20, 1500));
   EXPECT_EQ(rows[0].pose.opk_rad, Eigen::Vector3d(0.01, 0, 2));
   Vector6d sigma;
-  sigma << 75, 75, 5, Eigen::Vector3d::Constant(RadFromDeg(3));
+  sigma << 75, 75, 5, RadFromDeg(3), RadFromDeg(3), 2.5;
   EXPECT_LT((*rows[0].sigma - sigma).norm(), 1e-12);
   EXPECT_FALSE(rows[1].sigma) << "nothing was said of it";
 }
@@ -38,15 +40,18 @@ TEST(TakePositionsSaid, APhotoThatNoRowKnowsIsAsHighAsTheOthersAndItsKappaUnknow
   EXPECT_EQ(rows[2].pose.position_m, Eigen::Vector3d(1, 2, 1600));
   EXPECT_FALSE(rows[2].attitude_known);
   EXPECT_EQ((*rows[2].sigma)[2], 300);
+  TakePositionsSaid(
+      Placed("d", "1 2 3"), {"d"}, {}, [](const auto&) { return 990.0; }, &rows);
+  EXPECT_EQ(rows[3].pose.position_m.z(), 990);
+  EXPECT_NEAR((*rows[3].sigma)[2], 1.4826 * 50, 1e-9) << "as the heights differ, not as the place";
   EXPECT_NEAR((*rows[2].sigma)[5], std::numbers::pi, 1e-12);
 }
 
-TEST(TakePositionsSaid, NothingIsMadeUpOfPhotosThatAreNoneOfTheRunsOrHaveNoHeight) {
+TEST(TakePositionsSaid, WithoutAnyHeightTheDecisionIsNamed) {
   std::vector<OrientationRow> rows = Rows(), none;
   TakePositionsSaid(Placed("c", "1 2 300"), {"a"}, {}, {}, &rows);
-  EXPECT_EQ(rows.size(), 2u);
-  TakePositionsSaid(Placed("c", "1 2 300"), {"c"}, {}, {}, &none);
-  EXPECT_TRUE(none.empty());
+  EXPECT_EQ(rows.size(), 2u) << "none of the run's photos";
+  EXPECT_THROW(TakePositionsSaid(Placed("c", "1 2 300"), {"c"}, {}, {}, &none), InputError);
 }
 
 TEST(SaidPosition, IsThreeNumbers) {

@@ -48,7 +48,7 @@ class ReviewTest : public testing::Test {
   }
   std::string Out() const { return folder_ / "out"; }
   ReviewOptions Options() const {
-    return {Out(), {folder_ / "a.png"}, folder_ / "said", "J", "", "", "", {}};
+    return {Out(), {folder_ / "a.png"}, folder_ / "said", "J", "", "", "", {}, {}};
   }
   static Json Read(const Reply& reply) { return Json::parse(*reply.body); }
   static Json List(Review* review) { return Read(review->Get({"api", "list"}, {})); }
