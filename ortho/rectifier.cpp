@@ -137,7 +137,7 @@ Rectifier::Places Rectifier::PlacesOf(const MapGrid& grid, const PixelWindow& wi
 // As finely as half the surface's cells: it knows no more.
 void Rectifier::MarkHidden(const MapGrid& grid, const PixelWindow& window,
                            const std::vector<double>& heights, Places* places) const {
-  const int step = std::max(1, static_cast<int>(0.5 * surface_.CellSize() / grid.gsd_m));
+  const int step = std::max(1, static_cast<int>(0.5 * surface_.CellAlongX() / grid.gsd_m));
   const auto index = [&](int col, int row) {
     return static_cast<std::size_t>(row) * window.width + col;
   };

@@ -43,7 +43,7 @@ TEST(TakePositionsSaid, APhotoThatNoRowKnowsIsAsHighAsTheOthersAndItsKappaUnknow
   TakePositionsSaid(
       Placed("d", "1 2 3"), {"d"}, {}, [](const auto&) { return 990.0; }, &rows);
   EXPECT_EQ(rows[3].pose.position_m.z(), 990);
-  EXPECT_NEAR((*rows[3].sigma)[2], 1.4826 * 50, 1e-9) << "as the heights differ, not as the place";
+  EXPECT_NEAR((*rows[3].sigma)[2], 1.4826 * 100, 1e-9) << "as the heights differ, not as the place";
   EXPECT_NEAR((*rows[2].sigma)[5], std::numbers::pi, 1e-12);
 }
 

@@ -8,7 +8,7 @@
 
 #include "core/base/error.h"
 #include "core/terrain/ground_surface.h"
-#include "tests/core/terrain/dem_files.h"
+#include "tests/support/dem_files.h"
 #include "tests/core/terrain/rough_ground.h"
 #include "tests/support/shared_data.h"
 
