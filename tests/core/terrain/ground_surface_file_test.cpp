@@ -8,8 +8,8 @@
 
 #include "core/base/error.h"
 #include "core/terrain/ground_surface.h"
-#include "tests/support/dem_files.h"
 #include "tests/core/terrain/rough_ground.h"
+#include "tests/support/dem_files.h"
 #include "tests/support/shared_data.h"
 
 namespace orient {
