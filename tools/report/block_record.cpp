@@ -5,8 +5,10 @@
 #include <map>
 #include <string_view>
 
+#include "block/inputs/block_camera.h"
 #include "block/inputs/block_files.h"
 #include "core/base/error.h"
+#include "core/files/camera_file.h"
 
 namespace orient {
 namespace {
@@ -86,6 +88,15 @@ void AddTable(const std::string& directory, Photos* photos, BlockRecord* block) 
   }
 }
 
+void AddCamera(const std::string& directory, BlockRecord* block) {
+  const std::string path = block::BlockCameraPath(directory);
+  try {
+    if (fs::exists(path)) block->camera = ReadCameraFile(path).camera;
+  } catch (const InputError& error) {
+    block->unreadable.push_back(error.what());
+  }
+}
+
 void AddQuicklook(const std::string& directory, BlockRecord* block) {
   const auto existing = [&](const char* file) {
     return fs::is_regular_file(fs::path(directory) / file) ? file : "";
@@ -136,6 +147,7 @@ BlockRecord ReadBlockRecord(const std::string& directory,
   else
     AddAdjustment(directory, &block);
   if (block.adjusted) block.notes = Sentences(block.adjusted->findings);
+  AddCamera(directory, &block);
   AddQuicklook(directory, &block);
   block.runs = ReadRunRecords(directory);
   if (photos.empty())

@@ -9,6 +9,7 @@
 #include "core/files/adjustment_result.h"
 #include "core/files/orientation_table.h"
 #include "core/files/results.h"
+#include "core/geometry/camera.h"
 #include "core/terrain/crs.h"
 #include "tools/report/run_record.h"
 
@@ -30,6 +31,7 @@ struct BlockRecord {
   std::string directory;
   std::string title;                             // from the folder's name
   std::optional<Crs> crs;                        // of orientation.prj
+  std::optional<Camera> camera;                  // of block_camera.toml
   std::vector<PhotoRecord> photos;               // by name
   std::optional<AdjustmentResult> adjusted;      // of block.json
   std::string quicklook_picture, seams_picture;  // file names in the folder, empty where absent

@@ -8,6 +8,7 @@
 #include <string>
 #include <vector>
 
+#include "core/base/median.h"
 #include "interior/orientation/film_transform.h"
 #include "tools/report/html_text.h"
 
@@ -94,7 +95,71 @@ Markup RollTable(const Roll& roll) {
                                  {"sigma0", MeanAndSpread(roll.sigma0_um, 1)}});
 }
 
+// Of a pixel of the scan in the photo.
+std::optional<double> PixelMm(const PhotoRecord& photo, const Camera& camera) {
+  if (camera.kind == CameraKind::kDigital && photo.exterior && photo.exterior->width > 0)
+    return camera.frame_mm.x() / photo.exterior->width;
+  if (!photo.interior || !photo.interior->photo_from_pixel) return std::nullopt;
+  return std::sqrt(std::abs(photo.interior->photo_from_pixel->A.determinant()));
+}
+
+Markup ScaleRow(const char* what, const char* unit, std::vector<double> values, int digits) {
+  const auto [least, most] = std::minmax_element(values.begin(), values.end());
+  const double smallest = *least, largest = *most;
+  return Fill("film.html#scale", {{"what", what},
+                                  {"median", Grouped(Median(std::move(values)), digits)},
+                                  {"smallest", Grouped(smallest, digits)},
+                                  {"largest", Grouped(largest, digits)},
+                                  {"unit", unit}});
+}
+
+Markup ScaleTable(const std::vector<SeenScale>& seen) {
+  if (seen.empty()) return {};
+  std::vector<double> height, scale, gsd;
+  for (const SeenScale& one : seen) {
+    height.push_back(one.height_m);
+    scale.push_back(one.scale);
+    gsd.push_back(one.gsd_m);
+  }
+  const int digits = DecimalsForSigma(0.1 * Median(gsd));
+  Markup rows = ScaleRow("Image scale 1 :", "", scale, 0);
+  rows += ScaleRow("Pixel on the ground", "m", gsd, digits);
+  rows += ScaleRow("Height above ground", "m", height, 0);
+  return Fill("film.html#scales", {{"rows", rows}});
+}
+
 }  // namespace
+
+std::optional<SeenScale> ScaleOf(const PhotoRecord& photo, const Camera& camera) {
+  const auto pixel_mm = PixelMm(photo, camera);
+  if (!photo.exterior || !photo.exterior->pose || photo.exterior->footprint_m.empty() || !pixel_mm)
+    return std::nullopt;
+  double ground_m = 0;
+  for (const Eigen::Vector3d& point : photo.exterior->footprint_m)
+    ground_m += point.z() / static_cast<double>(photo.exterior->footprint_m.size());
+  const auto& own = photo.exterior->principal_distance;
+  const double c_mm = own ? own->value_mm : camera.principal_distance_mm;
+  SeenScale seen;
+  seen.height_m = photo.exterior->pose->position_m.z() - ground_m;
+  seen.scale = 1000 * seen.height_m / c_mm;
+  seen.gsd_m = 1e-3 * *pixel_mm * seen.scale;
+  if (!(seen.height_m > 0) || !std::isfinite(seen.gsd_m)) return std::nullopt;
+  return seen;
+}
+
+Markup CameraSection(const BlockRecord& block) {
+  if (!block.camera) return {};
+  const Camera& camera = *block.camera;
+  std::vector<SeenScale> seen;
+  for (const PhotoRecord& photo : block.photos)
+    if (const auto scale = ScaleOf(photo, camera)) seen.push_back(*scale);
+  return Fill("film.html#camera", {{"name", camera.name},
+                                   {"kind", camera.kind == CameraKind::kFilm ? "film" : "digital"},
+                                   {"principal_distance", Decimal(camera.principal_distance_mm, 3)},
+                                   {"width", Decimal(camera.frame_mm.x(), 1)},
+                                   {"height", Decimal(camera.frame_mm.y(), 1)},
+                                   {"scales", ScaleTable(seen)}});
+}
 
 Markup FilmSection(const BlockRecord& block) {
   std::vector<Roll> rolls;

@@ -162,6 +162,7 @@ class Report {
                                 {"overlap", OverlapMap(block_, verdict_)},
                                 {"orthophotos", quicklook},
                                 {"adjustment", AdjustmentSection(block_)},
+                                {"camera", CameraSection(block_)},
                                 {"film", FilmSection(block_)},
                                 {"photos", Rows(
                                                0, [&](size_t i) { return links_.To(block_, i); },

@@ -5,6 +5,7 @@
 
 #include "core/base/atomic_write.h"
 #include "tools/report/approximation_moves.h"
+#include "tools/report/film_section.h"
 #include "tools/report/html_text.h"
 #include "tools/report/verdict.h"
 
@@ -53,7 +54,21 @@ Json MovesJson(const std::vector<ApproximationMove>& moves) {
           {"rms_about_mean_m", xyz(common.rms_about_mean_m)}};
 }
 
-Json PhotoJson(const PhotoRecord& record, const PhotoVerdict& photo) {
+Json ScaleJson(const PhotoRecord& photo, const std::optional<Camera>& camera) {
+  const auto seen = camera ? ScaleOf(photo, *camera) : std::nullopt;
+  if (!seen) return nullptr;
+  return {{"height_m", seen->height_m}, {"scale", seen->scale}, {"gsd_m", seen->gsd_m}};
+}
+
+Json CameraJson(const std::optional<Camera>& camera) {
+  if (!camera) return nullptr;
+  return {{"name", camera->name},
+          {"principal_distance_mm", camera->principal_distance_mm},
+          {"frame_mm", {camera->frame_mm.x(), camera->frame_mm.y()}}};
+}
+
+Json PhotoJson(const PhotoRecord& record, const PhotoVerdict& photo,
+               const std::optional<Camera>& camera) {
   return {{"photo", record.name},
           {"status", Name(photo.status)},
           {"reasons", photo.reasons},
@@ -67,6 +82,7 @@ Json PhotoJson(const PhotoRecord& record, const PhotoVerdict& photo) {
           {"matches_sigma0_px", Or(photo.sigma0_px)},
           {"ground_ce90_m", Ce90(photo.projection)},
           {"projection_sigma", Projection(photo.projection)},
+          {"seen_at", ScaleJson(record, camera)},
           {"pose", PoseJson(photo)}};
 }
 
@@ -76,6 +92,7 @@ std::string WriteReportJson(const BlockRecord& block) {
   const BlockVerdict verdict = Judge(block);
   Json json = {{"block", block.title},
                {"crs", block.crs ? Json(block.crs->Name()) : Json(nullptr)},
+               {"camera", CameraJson(block.camera)},
                {"ok", verdict.ok},
                {"weak", verdict.weak},
                {"failed", verdict.failed},
@@ -98,7 +115,7 @@ std::string WriteReportJson(const BlockRecord& block) {
     json["look_at_first"].push_back(
         {{"photo", block.photos[concern.photo].name}, {"text", concern.text}});
   for (size_t i = 0; i < block.photos.size(); ++i)
-    json["photos"].push_back(PhotoJson(block.photos[i], verdict.photos[i]));
+    json["photos"].push_back(PhotoJson(block.photos[i], verdict.photos[i], block.camera));
   for (const auto& [stage, run] : block.runs) json["runs"][stage] = JsonOf(run);
   const std::string path = (fs::path(block.directory) / "report.json").string();
   // Names of files are what they are; JSON is UTF-8.

@@ -11,6 +11,7 @@
 #include "block/inputs/block_files.h"
 #include "core/base/atomic_write.h"
 #include "core/base/error.h"
+#include "core/files/camera_file.h"
 #include "tests/support/shared_data.h"
 #include "tests/tools/report/example_block.h"
 #include "tools/report/report_json.h"
@@ -416,6 +417,29 @@ TEST(Report, TheSameFiguresForPrograms) {
   EXPECT_EQ(json["moved_from_approximations"], nlohmann::json::parse(R"({"photos": 2,
       "mean_m": [12.5, -4.0, -1.0], "rms_about_mean_m": [0.0, 0.0, 1.0]})"));
   EXPECT_EQ(json["look_at_first"][0]["photo"], "4713");
+}
+
+TEST(Report, SaysAtWhatScaleTheCameraSawTheGround) {
+  const TemporaryFolder folder;
+  WriteExampleBlock(folder.Path());
+  EXPECT_FALSE(Contains(ReadFile(WriteReport(folder.Path())), "Camera and flight"));
+  CameraFile camera;
+  camera.camera.name = "an <old> camera";
+  camera.camera.kind = CameraKind::kDigital;
+  camera.camera.principal_distance_mm = 100;
+  camera.camera.frame_mm = {50, 50};
+  camera.camera.image_px = Eigen::Vector2i(2000, 2000);
+  WriteCameraFile(folder / "block_camera.toml", camera);
+  const std::string html = ReadFile(WriteReport(folder.Path()));
+  EXPECT_EQ(Malformed(html), "");
+  // 1423.75 m above the ground: 1 : 14 238, 25 micrometres a pixel.
+  for (const char* part : {"Camera and flight", "an &lt;old&gt; camera", "14\u202F238", "0.356"})
+    EXPECT_TRUE(Contains(html, part)) << part;
+  const auto json =
+      nlohmann::json::parse(ReadFile(WriteReportJson(ReadBlockRecord(folder.Path()))));
+  EXPECT_NEAR(json["photos"][0]["seen_at"]["gsd_m"].get<double>(), 0.35594, 1e-5);
+  EXPECT_TRUE(json["photos"][2]["seen_at"].is_null());
+  EXPECT_EQ(json["camera"]["principal_distance_mm"], 100.0);
 }
 
 TEST(Report, EmptyFolderIsAnInputError) {

@@ -224,6 +224,9 @@ class BlockCommand : public Command {
                         .resume = !overwrite_};
     try {
       MakeOrthophotos(run, out);
+      RecordRun(Invoked(), run.out, "ortho",
+                {FileInput("poses", block::PoseTablePath(block.output_directory)),
+                 RasterInput("DEM", block.dem)});
     } catch (const InputError& error) {
       throw InputError(
           fmt::format("the block is done and written to {}, but not its orthophotos: {}",
