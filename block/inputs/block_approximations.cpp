@@ -38,6 +38,12 @@ GroundSurface SurfaceAround(const BlockFile& block, const std::vector<Orientatio
   return GroundSurface::FromFile(block.dem, block.crs, bounds);
 }
 
+// Of a photo taken at this place, so high above the ground.
+double HeightOver(const GroundSurface& surface, const Eigen::Vector3d& place,
+                  double flying_height_m) {
+  return surface.HeightAt(place.x(), place.y()).value_or(surface.MeanHeight()) + flying_height_m;
+}
+
 std::string Listed(const std::vector<std::string>& names) {
   constexpr std::size_t kMost = 5;
   std::string text;
@@ -123,7 +129,7 @@ void BlockApproximations::CompleteHeights(OrientationTable* table) {
     if (!lacks(row)) continue;
     computed_heights_.insert(row.photo);
     Eigen::Vector3d& place = row.pose.position_m;
-    place.z() = surface.HeightAt(place.x(), place.y()).value_or(surface.MeanHeight()) + height_m;
+    place.z() = HeightOver(surface, place, height_m);
   }
 }
 
@@ -195,8 +201,7 @@ void BlockApproximations::TakeSaid(const Measurements& said) {
     if (!flying_height_m) return std::nullopt;
     OrientationRow row;
     row.pose.position_m.head<2>() = place;
-    const GroundSurface surface = SurfaceAround(block_, {row});
-    return surface.HeightAt(place.x(), place.y()).value_or(surface.MeanHeight()) + *flying_height_m;
+    return HeightOver(SurfaceAround(block_, {row}), row.pose.position_m, *flying_height_m);
   };
   TakePositionsSaid(said, photos, {block_.position_sigma_m, block_.attitude_sigma_rad, {}},
                     height_at, &known_);

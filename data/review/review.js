@@ -66,11 +66,16 @@ async function say(word, about, photo = review.photo.name) {
   tell('Written: ' + whole, true);
 }
 
-async function decide(decision, value, reason) {
-  if (!review.photo) return;
-  await say({decisions: [{photo: review.photo.name, decision, value, reason}]},
-      (decision + ' ' + value).trim());
+async function decide(photo, decision, value, reason) {
+  await say({decisions: [{photo, decision, value, reason}]}, (decision + ' ' + value).trim(), photo);
   at('why').value = at('value').value = '';
+}
+
+// Of the photo that is shown at this moment, whichever is when its turn comes.
+function decideShown(decision, value = '') {
+  if (!review.photo) return;
+  const {name} = review.photo, reason = at('why').value.trim();
+  guarded(() => decide(name, decision, value, reason));
 }
 
 async function undo() {
@@ -140,13 +145,11 @@ async function sayPosition(photo, ground) {
   try {
     if (!at('place_sigma').value.trim()) at('place_sigma').value = mapView.roughly(review.map);
     const value = ground[0].toFixed(1) + ' ' + ground[1].toFixed(1) + ' ' + numberIn('place_sigma');
-    await say({decisions: [{photo, decision: 'position', value, reason: at('why').value.trim()}]},
-        'position ' + value, photo);
+    await decide(photo, 'position', value, at('why').value.trim());
   } catch (error) {
     mapView.show(review.map, review.photo.name);  // the handle goes back
     throw error;
   }
-  at('why').value = '';
 }
 
 function measureAt(pixel) {
@@ -346,11 +349,10 @@ function onKey(event) {
 }
 
 function begin() {
-  const why = () => at('why').value.trim();
   const onClick = (id, action) => at(id).addEventListener('click', action);
-  onClick('accept', () => guarded(() => decide('accept', '', why())));
-  onClick('reject', () => guarded(() => decide('reject', '', why())));
-  onClick('decide', () => guarded(() => decide(at('kind').value, at('value').value.trim(), why())));
+  onClick('accept', () => decideShown('accept'));
+  onClick('reject', () => decideShown('reject'));
+  onClick('decide', () => decideShown(at('kind').value, at('value').value.trim()));
   onClick('measure', measureMark);
   onClick('ground', measurePoint);
   onClick('place', placePhoto);

@@ -76,9 +76,7 @@ std::optional<Value> NumberOf(const std::string& text) {
   return value;
 }
 
-using Query = std::map<std::string, std::string>;
-
-std::string TextIn(const Query& query, const char* key) {
+std::string TextIn(const std::map<std::string, std::string>& query, const char* key) {
   const auto found = query.find(key);
   return found == query.end() ? "" : found->second;
 }

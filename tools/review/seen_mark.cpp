@@ -32,15 +32,19 @@ std::optional<SeenAtClick> SeeMark(const Raster& scan, const CameraFile& camera,
   if (fiducial == camera.fiducials.end()) return std::nullopt;
   const auto drawing = camera.marks.find(fiducial->mark);
   if (drawing == camera.marks.end() || drawing->second.image) return std::nullopt;
+  const std::vector<Eigen::Matrix2d> ways = PixelFromMm(scan, known);
+  if (ways.empty()) return std::nullopt;
+  interior::CutOptions cut;
+  cut.reach_px = 6;
+  ImageWindow window;
+  interior::SeenMark seen = CutMark(scan, click, ways.front(), cut, &window);
   std::optional<SeenAtClick> best;
-  for (const Eigen::Matrix2d& pixel_from_mm : PixelFromMm(scan, known))
-    for (const Polarity polarity : {Polarity::kPositive, Polarity::kNegative}) {
-      if (known.polarity.value_or(polarity) != polarity) continue;
-      interior::CutOptions cut;
-      cut.reach_px = 6;
-      cut.negative = polarity == Polarity::kNegative;
-      ImageWindow window;
-      const interior::SeenMark seen = CutMark(scan, click, pixel_from_mm, cut, &window);
+  for (const Polarity polarity : {Polarity::kPositive, Polarity::kNegative}) {
+    if (polarity == Polarity::kNegative)
+      for (float& value : seen.image.values) value = -value;
+    if (known.polarity.value_or(polarity) != polarity) continue;
+    for (const Eigen::Matrix2d& pixel_from_mm : ways) {
+      seen.pixel_from_mm = pixel_from_mm;
       const interior::FittedDrawing found =
           interior::LocateDrawing(drawing->second.elements, {seen});
       const double correlation = found.correlation.at(0);
@@ -48,6 +52,7 @@ std::optional<SeenAtClick> SeeMark(const Raster& scan, const CameraFile& camera,
       if (compared && (!best || correlation > best->correlation))
         best = SeenAtClick{window.RasterFromImage(found.centre.at(0)), correlation};
     }
+  }
   return best;
 }
 
