@@ -11,8 +11,9 @@ namespace fs = std::filesystem;
 
 std::optional<std::string> SharedData(const std::string& relative_path) {
   const char* root = std::getenv("ORIENT_SHARED_DATA");
-  const fs::path path =
-      fs::path(root != nullptr ? root : ORIENT_DEFAULT_SHARED_DATA) / relative_path;
+  const fs::path folder = root != nullptr ? root : ORIENT_DEFAULT_SHARED_DATA;
+  // Without "..", as the program prints its paths.
+  const fs::path path = (folder / relative_path).lexically_normal();
   if (!fs::exists(path)) return std::nullopt;
   return path.string();
 }
