@@ -11,12 +11,14 @@
 #include "block/block.h"
 #include "block/inputs/block_files.h"
 #include "block/inputs/camera_library.h"
+#include "block/stages/exterior_stage.h"
 #include "block/stages/interior_stage.h"
 #include "core/base/error.h"
 #include "core/files/block_file.h"
 #include "tools/commands/block_control.h"
 #include "tools/commands/block_outputs.h"
 #include "tools/commands/commands.h"
+#include "tools/commands/exterior/exterior_options.h"
 #include "tools/commands/patchdb_to_write.h"
 #include "tools/commands/shared_options.h"
 #include "tools/review/server.h"
@@ -51,12 +53,14 @@ class ReviewCommand : public Command {
         "that of the block file");
     app.add_option("--ortho", options_.ortho, "Orthophoto under the map, in the block's CRS");
     app.add_option("--dem", options_.dem,
-                   "Heights of points clicked in the map; by default the block file's");
+                   "Ground heights, for points clicked in the map and for orienting again; by "
+                   "default the block file's");
     app.add_option("--camera", options_.camera,
                    "Camera file (TOML) or a name from the camera library: shows where marks and "
-                   "frame are expected, and orients scans of orient interior again; by default the "
-                   "block file's");
+                   "frame are expected, and orients photos of orient interior and exterior again; "
+                   "by default the block file's");
     AddScanOptions(app, &scan_);
+    exterior_.Setup(app);
     app.add_option("--by", by_, "Who says it, as the files record it (default: the user's name)");
     app.add_option("--port", port_, "Port on 127.0.0.1; 0: one that is free")
         ->check(CLI::Range(0, 65535))
@@ -69,9 +73,10 @@ class ReviewCommand : public Command {
 
   ExitCode Run(std::ostream& out) override {
     if (!block_path_.empty()) {
-      if (scan_.pixel_size_um || scan_.polarity || scan_.orientation)
+      if (scan_.pixel_size_um || scan_.polarity || scan_.orientation || exterior_.AnyTold())
         throw UsageError(
-            "--pixel-size-um, --polarity and --orientation are the block file's with --block");
+            "what the runs were told of photos is the block file's with --block: "
+            "leave out --pixel-size-um, --approximations, --patchdb and the like");
       TakeFromBlock(out);
     } else {
       options_.scan = {scan_.pixel_size_um, scan_.polarity, scan_.orientation, {}};
@@ -87,8 +92,7 @@ class ReviewCommand : public Command {
                        " itself: runs write their own marks.csv there; name another folder");
     if (!options_.camera.empty())
       options_.camera = block::FindCameraFile(options_.camera, library_);
-    if (!options_.run_again && !options_.camera.empty() && !options_.scans.empty())
-      options_.run_again = [this](ProgressListener* listener) { MeasureAgain(listener); };
+    if (!options_.run_again) OfferStages();
     options_.measurements = measurements_;
     const char* user = std::getenv("USER");
     options_.by = by_ ? *by_ : user == nullptr ? "" : user;
@@ -101,6 +105,17 @@ class ReviewCommand : public Command {
   }
 
  private:
+  // Doing again in a folder of orient interior or exterior, where enough is known for it.
+  void OfferStages() {
+    if (!exterior_.PatchDatabase().empty()) {
+      if (options_.camera.empty() || options_.scans.empty() || options_.dem.empty())
+        throw UsageError("with --patchdb photos are oriented again: name scans, --camera, --dem");
+      options_.run_again = [this](ProgressListener* listener) { OrientPhotosAgain(listener); };
+    } else if (!options_.camera.empty() && !options_.scans.empty()) {
+      options_.run_again = [this](ProgressListener* listener) { MeasureAgain(listener); };
+    }
+  }
+
   void TakeFromBlock(std::ostream& out) {
     BlockFile block = ReadBlockFile(block_path_);
     if (block.ByMeasurementsAlone())
@@ -165,6 +180,28 @@ class ReviewCommand : public Command {
     block::RunInterior(options, [&] { progress.Advance(); });
   }
 
+  // As orient exterior --resume does, and before it orient interior where both have one folder.
+  void OrientPhotosAgain(ProgressListener* listener) const {
+    const Measurements said = SaidNothing() ? Measurements() : ReadMeasurements(measurements_);
+    block::ExteriorRunOptions options = exterior_.For(said);
+    options.photos = options_.scans;
+    options.camera = options_.camera;
+    options.dem = options_.dem;
+    options.out = options_.directory;
+    options.learn = learn_;
+    options.resume = true;
+    options.jobs = jobs_;
+    RefuseToReplace(options, false);
+    std::error_code ignored;
+    if (options.interior && fs::equivalent(*options.interior, options.out, ignored))
+      MeasureAgain(listener);
+    std::ostringstream unheard;
+    if (options.learn) BringUpToDateToLearn(options.patchdb, unheard);
+    ProgressTask progress(listener, "exterior orientation",
+                          static_cast<int>(options.photos.size()));
+    block::RunExterior(options, [&] { progress.Advance(); });
+  }
+
   // A folder without any of the files is an error to whoever reads it.
   bool SaidNothing() const {
     for (const char* file : {kMarksFile, kImagePointsFile, kPointsFile, kDecisionsFile})
@@ -176,6 +213,7 @@ class ReviewCommand : public Command {
   std::vector<std::string> patterns_;
   std::string block_path_, measurements_, library_;
   ScanOptions scan_;
+  ExteriorOptions exterior_;
   std::optional<std::string> by_;
   int port_ = 0;
   int jobs_ = 0;

@@ -311,8 +311,9 @@ Reply Review::Undo(const std::string& body) {
 Reply Review::Start() {
   if (!options_.run_again)
     return Error(422,
-                 "nothing can be oriented again here: start with --block BLOCK.toml, or, after "
-                 "orient interior, with its scans and --camera");
+                 "nothing can be oriented again here: start with --block BLOCK.toml; after orient "
+                 "interior with its scans and --camera, after orient exterior also with --dem, "
+                 "--patchdb and its further options");
   if (!run_again_.Start()) return Error(409, "a run is under way");
   return GetProgress();
 }

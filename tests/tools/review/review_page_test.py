@@ -228,6 +228,61 @@ def places_a_photo(page, said, block, pictures):
     assert page.script(own + ".said_at") == first
 
 
+def done_again(server):
+    """Waits for the end of a run that is asked for; what it says of its end."""
+    status, _, body = server.ask("POST", "api/again", "{}")
+    assert status == 200, body
+    until = time.monotonic() + 120
+    while time.monotonic() < until:
+        progress = server.get("api/progress")
+        if not progress["running"]:
+            return progress["error"]
+        time.sleep(0.1)
+    raise AssertionError("the run does not end")
+
+
+def single_photos_are_oriented_again(orient, block):
+    """A folder of orient interior and orient exterior: a word's photo alone, both stages of it."""
+    out, said, scans = block / "single", block / "of_single", sorted((block / "scans").glob("*.tif"))
+    camera = ["--camera", block / "camera.toml"]
+    told = [*camera, "--approximations", block / "approx.csv", "--dem", block / "dem.tif",
+            "--patchdb", block / "patches.gpkg", "--interior", out]
+    scan = ["--pixel-size-um", 100, "--polarity", "positive", "--orientation", "r0"]
+    for words in (["interior", *scans, *camera, *scan], ["exterior", *scans, *told]):
+        subprocess.run([orient, *map(str, words), "--out", str(out)], check=True,
+                       capture_output=True)
+
+    def results(stage):
+        return {path.name: path.read_bytes() for path in sorted(out.glob(f"*.{stage}.json"))}
+
+    photo, before = scans[0].stem, {stage: results(stage) for stage in ("interior", "exterior")}
+    with running(orient, out, *scans, *told, *scan, "--measurements", said) as server:
+        assert server.say({"decisions": [{"photo": photo, "decision": "reject", "value": "",
+                                          "reason": "cloud"}]}) == 200
+        assert done_again(server) == ""
+        after = results("exterior")
+        assert json.loads(after[f"{photo}.exterior.json"])["status"] == "failed"
+        assert [n for n in after if after[n] != before["exterior"][n]] == [f"{photo}.exterior.json"]
+        assert photo not in (out / "orientation.csv").read_text(encoding="utf-8")
+        mark = json.loads(before["interior"][f"{photo}.interior.json"])["marks"][0]
+        status, _, body = server.ask("POST", "api/undo", json.dumps(
+            {"version": server.get("api/list")["version"]}))
+        assert status == 200, body
+        assert server.say({"marks": [{"photo": photo, "mark": mark["id"], "pixel": mark["pixel"], "sigma": 1,
+                                      "exact": False}]}) == 200
+        assert done_again(server) == ""
+        changed = {stage: [name for name, text in results(stage).items()
+                           if text != before[stage][name]] for stage in before}
+        assert changed["interior"] == [f"{photo}.interior.json"], changed
+        assert set(changed["exterior"]) <= {f"{photo}.exterior.json"}, changed
+        assert json.loads(results("exterior")[f"{photo}.exterior.json"])["status"] == "ok"
+    with running(orient, out, *scans, *told, *scan, "--principal-distance-sigma-mm", 0.1,
+                 "--measurements", said) as server:
+        kept = results("exterior")
+        assert "made" in done_again(server)
+        assert results("exterior") == kept
+
+
 def filters(page):
     all_photos = len(page.browser.find_elements("css selector", "#photos button"))
     page.browser.execute_script("const s = document.getElementById('state'); s.value = 'failed';"
@@ -398,6 +453,7 @@ def main(orient, pictures=None):
                 a_second_window_is_told(page, server, said)
                 narrow_screens_have_all(page, pictures)
                 assert not page.foreign_requests(), page.foreign_requests()
+            single_photos_are_oriented_again(orient, block)
         with tempfile.TemporaryDirectory() as name:
             browser.get_log("browser")  # the refusal above is told there, too
             markup_in_names_does_nothing(page, orient, pathlib.Path(name), pictures)
