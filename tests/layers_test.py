@@ -67,7 +67,8 @@ for _order, _below, _libraries in (
          {"Eigen", "Ceres", "GDAL", "TBB", "nlohmann-json"})):
     for _place, _folder in enumerate(_order):
         TABLE[_folder] = (_below + _order[:_place], _libraries)
-for _folder in ("tools/commands/block", "tools/commands/cameras", "tools/commands/patchdb"):
+for _folder in ("tools/commands/block", "tools/commands/cameras", "tools/commands/patchdb",
+                "tools/commands/review"):
     TABLE[_folder] = (TABLE["tools/commands"][0] + ["tools/commands"], TABLE["tools/commands"][1])
 TABLE["tools/completion"] = (["tools/commands"], {"CLI11"})
 PRODUCT = list(TABLE)

@@ -243,7 +243,8 @@ def done_again(server):
 
 def single_photos_are_oriented_again(orient, block):
     """A folder of orient interior and orient exterior: a word's photo alone, both stages of it."""
-    out, said, scans = block / "single", block / "of_single", sorted((block / "scans").glob("*.tif"))
+    out, said = block / "single", block / "of_single"
+    scans = sorted((block / "scans").glob("*.tif"))
     camera = ["--camera", block / "camera.toml"]
     told = [*camera, "--approximations", block / "approx.csv", "--dem", block / "dem.tif",
             "--patchdb", block / "patches.gpkg", "--interior", out]
@@ -268,8 +269,9 @@ def single_photos_are_oriented_again(orient, block):
         status, _, body = server.ask("POST", "api/undo", json.dumps(
             {"version": server.get("api/list")["version"]}))
         assert status == 200, body
-        assert server.say({"marks": [{"photo": photo, "mark": mark["id"], "pixel": mark["pixel"], "sigma": 1,
-                                      "exact": False}]}) == 200
+        click = {"photo": photo, "mark": mark["id"], "pixel": mark["pixel"], "sigma": 1,
+                 "exact": False}
+        assert server.say({"marks": [click]}) == 200
         assert done_again(server) == ""
         changed = {stage: [name for name, text in results(stage).items()
                            if text != before[stage][name]] for stage in before}

@@ -14,7 +14,7 @@
 #include "core/base/output_directory.h"
 #include "core/files/adjustment_result.h"
 #include "core/terrain/earth_effects.h"
-#include "tools/commands/exterior/exterior_summary.h"
+#include "tools/commands/exterior_summary.h"
 #include "tools/commands/shared_options.h"
 #include "tools/commands/summary_table.h"
 

@@ -20,7 +20,7 @@
 #include "tools/commands/block_control.h"
 #include "tools/commands/block_outputs.h"
 #include "tools/commands/commands.h"
-#include "tools/commands/exterior/exterior_summary.h"
+#include "tools/commands/exterior_summary.h"
 #include "tools/commands/ortho_run.h"
 #include "tools/commands/patchdb_to_write.h"
 #include "tools/commands/progress.h"

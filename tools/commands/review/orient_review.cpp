@@ -18,7 +18,7 @@
 #include "tools/commands/block_control.h"
 #include "tools/commands/block_outputs.h"
 #include "tools/commands/commands.h"
-#include "tools/commands/exterior/exterior_options.h"
+#include "tools/commands/exterior_options.h"
 #include "tools/commands/patchdb_to_write.h"
 #include "tools/commands/shared_options.h"
 #include "tools/review/server.h"

@@ -1,4 +1,4 @@
-#include "tools/commands/exterior/exterior_options.h"
+#include "tools/commands/exterior_options.h"
 
 #include <CLI/CLI.hpp>
 #include <algorithm>

@@ -1,4 +1,4 @@
-#include "tools/commands/exterior/exterior_summary.h"
+#include "tools/commands/exterior_summary.h"
 
 #include <fmt/format.h>
 
