@@ -8,6 +8,7 @@
 #include <ostream>
 
 #include "block/inputs/camera_library.h"
+#include "block/stages/exterior_stage.h"
 #include "core/base/error.h"
 #include "core/files/block_file.h"
 #include "core/files/orientation_table.h"
@@ -99,10 +100,19 @@ class ConvertCommand : public Command {
     if (!images_.empty() && !IsFilm(source)) RequireDigitalImages(images_, source_.image_extension);
     if (!to_.empty()) Write(source, out);
     const bool all = images_.empty() || MakeImages(source, out);
+    RecordRun(Invoked(), out_, "convert", {Input(), FileInput("camera", source_.camera)});
     return all ? ExitCode::kAllDone : ExitCode::kSomeNotOriented;
   }
 
  private:
+  // Of a folder of Orient's own results their table; another program's folder has no one file.
+  RunInput Input() const {
+    const std::string table = block::PoseTablePath(source_.input);
+    if (fs::is_regular_file(table)) return FileInput("poses", table);
+    return fs::is_directory(source_.input) ? RunInput{"input", source_.input, ""}
+                                           : FileInput("input", source_.input);
+  }
+
   ExchangeFormat From() const { return *ExchangeFormatFromName(from_.empty() ? "opk" : from_); }
 
   void Prepare() {

@@ -364,6 +364,9 @@ TEST_F(ConvertedBlock, IsWrittenAndChecked) {
                  "--to", "colmap,micmac", "--out", folder_ / "out"});
   EXPECT_EQ(written.exit_code, 0) << written.err;
   EXPECT_TRUE(fs::exists(folder_ / "out/micmac/Ori-Orient/Orientation-4711.tif.xml"));
+  const std::string run = ReadFile(folder_ / "out/run.json");
+  for (const char* what : {"\"convert\"", "orient 0.", "orientation.csv", "camera.toml"})
+    EXPECT_NE(run.find(what), std::string::npos) << what << "\n" << run;
   const ProgramRun checked = RunOrient({"convert", folder_ / "out", "--check"});
   EXPECT_EQ(checked.exit_code, 0) << checked.out << checked.err;
   // What a block's run calls for its [output] formats.
