@@ -102,7 +102,7 @@ LIBRARIES = {
     "RapidCheck": r"rapidcheck(\.h$|/)",
 }
 # The C++ standard library has neither a folder nor an extension; of POSIX we use these.
-STANDARD = re.compile(r"^([a-z_0-9]+|(unistd|fcntl|fnmatch|glob|malloc|signal|dlfcn|execinfo|dirent)\.h|sys/[a-z]+\.h)$")
+STANDARD = re.compile(r"^([a-z_0-9]+|(unistd|fcntl|fnmatch|glob|malloc|signal|dlfcn|execinfo|dirent|pwd)\.h|sys/[a-z]+\.h)$")
 INCLUDE = re.compile(r'^\s*#\s*include\s*([<"])([^>"]+)[>"]')
 DEFINED_TYPE = re.compile(r"^(?:struct|class|enum class) (\w+)\s*(?:final\s*)?(?:[:{]|$)")
 VAGUE_NAME = re.compile(r"(^|_)(utils?|common|misc)(_|$)")

@@ -129,8 +129,10 @@ ExteriorSetting PrepareExterior(const ExteriorRunOptions& options) {
                      "with --interior");
   OrientationTable table =
       options.table ? *options.table
-                    : ReadApproximations(options.approximations,
-                                         options.crs ? *options.crs : StoredCrs(options));
+      : options.approximations.empty()
+          ? OrientationTable()
+          : ReadApproximations(options.approximations,
+                               options.crs ? *options.crs : StoredCrs(options));
   if (!options.table) {
     std::vector<std::string> photos;
     for (const std::string& path : options.photos) photos.push_back(PhotoName(path));

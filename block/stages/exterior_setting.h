@@ -23,7 +23,7 @@ namespace orient::block {
 struct ExteriorRunOptions {
   std::vector<std::string> photos;  // paths
   std::string camera;
-  std::string approximations;             // of a file; empty: `table` is not from one
+  std::string approximations;             // of a file; empty: none, or `table`
   std::optional<OrientationTable> table;  // instead of what the file says
   Measurements measurements;              // what people said of the photos
   std::string dem;

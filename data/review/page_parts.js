@@ -34,7 +34,7 @@ function showList(list, current, choose) {
     button.append(element('span', photo.status, 'state ' + photo.status), ' ',
         element('span', photo.name));
     if (photo.concern) button.append(element('small', photo.concern));
-    if (photo.pending) button.append(element('small', 'said, not done again', 'pending'));
+    if (photo.pending) button.append(element('small', 'pending', 'pending'));
     for (const one of photo.decisions) {
       button.append(element('small', 'decided: ' + (one.decision + ' ' + one.value).trim()));
     }

@@ -37,7 +37,8 @@ async function show(name) {
   review.photo = await server.photo(name);
   if (changed) leaveMode();
   if (changed) at('mark').value = at('value').value = at('why').value = '';
-  showPanel(review.photo, listed(name), (word, about) => guarded(() => say(word, 'no ' + about)));
+  if (changed) at('exact').checked = false;
+  showPanel(review.photo, listed(name), (word, about) => guarded(() => say(word, 'withdrawal of ' + about)));
   showValues(review.photo);
   showLegend(photoView.show(review.photo));
   mapView.show(review.map, name);
@@ -63,7 +64,7 @@ async function say(word, about, photo = review.photo.name) {
   const whole = about + ' of photo ' + photo;
   await server.say({...word, version: review.list.version, about: whole});
   await refresh();
-  tell('Written: ' + whole, true);
+  tell('Saved: ' + whole, true);
 }
 
 async function decide(photo, decision, value, reason) {
@@ -191,12 +192,13 @@ function openPointForm(pixel) {
   mapView.showHandle();
   at('point_form').hidden = false;
   at('point_pixel').textContent = 'In the photo' + pixelText(pixel);
-  const names = new Set(review.map.points.map((point) => point.point));
+  const names = review.map.points.map((point) => point.point);
+  const taken = new Set([...names, ...review.map.measured_points]);
   let number = 1;
-  while (names.has('p' + number)) ++number;
+  while (taken.has('p' + number)) ++number;
   at('point').value = 'p' + number;
   at('x').value = at('y').value = at('z').value = '';
-  at('points').replaceChildren(...[...names].map((name) => {
+  at('points').replaceChildren(...names.map((name) => {
     const option = element('option');
     option.value = name;
     return option;
@@ -210,6 +212,7 @@ function takeKnownPoint() {
   const known = review.map.points.find((point) => point.point === at('point').value);
   if (!known) return;
   ['x', 'y', 'z'].forEach((id, i) => { at(id).value = known.ground[i]; });
+  [at('sigma_xy').value, , at('sigma_z').value] = known.sigma;
   at('role').value = known.role;
 }
 
@@ -238,7 +241,7 @@ const numberIn = (id) => {
   const number = Number(at(id).value.trim().replace(',', '.'));
   if (at(id).value.trim() === '' || !Number.isFinite(number)) {
     at(id).focus();
-    throw new Error(id.replace('_', ' ') + ' is no number.');
+    throw new Error(id.replace('_', ' ') + ' is not a number.');
   }
   return number;
 };
@@ -248,11 +251,14 @@ async function savePoint() {
   const ground = ['x', 'y', 'z'].map(numberIn);
   const xy = numberIn('sigma_xy'), sigma = [xy, xy, numberIn('sigma_z')];
   const known = review.map.points.find((one) => one.point === point);
-  const moved = !known || known.ground.some((number, i) => number !== ground[i]) ||
+  const differs = (a, b) => a.some((number, i) => number !== b[i]);
+  // Of x and y with sigmas of their own the form has one.
+  const kept = known && known.sigma[0] === xy ? [xy, known.sigma[1], sigma[2]] : sigma;
+  const changed = !known || differs(known.ground, ground) || differs(known.sigma, kept) ||
       known.role !== at('role').value;
   await say({
     image_points: [{photo: review.photo.name, point, pixel: review.pixel, sigma: 1}],
-    points: moved ? [{point, ground, sigma, role: at('role').value}] : [],
+    points: changed ? [{point, ground, sigma: kept, role: at('role').value}] : [],
   }, 'point ' + point);
   leaveMode();
 }
@@ -302,8 +308,14 @@ function ended(error) {
   return guarded(async () => {
     await refresh();
     if (error) tell('It could not be done: ' + error);
-    else tell('Oriented again.', true);
+    else tell('Oriented again.' + stillPending(), true);
   });
+}
+
+// Photos that the run did not know, or whose scans were not named to it.
+function stillPending() {
+  const names = review.list.photos.filter((photo) => photo.pending).map((photo) => photo.name);
+  return names.length ? ' Still pending: ' + names.join(', ') : '';
 }
 
 const currentMap = () => (review.showsMap ? mapView : photoView).map;
@@ -335,7 +347,7 @@ const KEYS = {
 
 function onKey(event) {
   if (event.ctrlKey || event.altKey || event.metaKey || at('help_dialog').open) return;
-  const field = event.target.matches('input, select');
+  const field = event.target.matches('input:not([type=checkbox]), select');
   if (field && event.key === 'Escape') event.target.blur();
   if (field || (event.key === 'Enter' && event.target.matches('button'))) return;
   if (PANS[event.key]) {

@@ -28,21 +28,33 @@ MarkShape ShapeOf(const Elements& elements) {
 
 // Without the plane that fits the values best: fog and vignetting are no part of a mark.
 Image WithoutSlope(Image image) {
-  Eigen::Matrix3d normal = Eigen::Matrix3d::Zero();
+  Eigen::Matrix3d normal = Eigen::Matrix3d::Zero();  // of 1, col, row; its upper triangle
   Eigen::Vector3d right = Eigen::Vector3d::Zero();
-  const auto place = [](int col, int row) { return Eigen::Vector3d(1, col, row); };
-  for (int row = 0; row < image.height; ++row)
+  for (int row = 0; row < image.height; ++row) {
+    double n = 0, cols = 0, squares = 0, values = 0, moments = 0;
     for (int col = 0; col < image.width; ++col) {
       const auto value = static_cast<double>(image.At(col, row));
       if (!std::isfinite(value)) continue;
-      normal += place(col, row) * place(col, row).transpose();
-      right += value * place(col, row);
+      n += 1;
+      cols += col;
+      squares += col * col;
+      values += value;
+      moments += col * value;
     }
+    normal.row(0) += Eigen::RowVector3d(n, cols, row * n);
+    normal(1, 1) += squares;
+    normal(1, 2) += row * cols;
+    normal(2, 2) += row * (row * n);
+    right += Eigen::Vector3d(values, moments, row * values);
+  }
+  normal.triangularView<Eigen::StrictlyLower>() = normal.transpose();
   if (std::abs(normal.determinant()) < 1e-6) return image;
   const Eigen::Vector3d plane = normal.inverse() * right;
-  for (int row = 0; row < image.height; ++row)
+  for (int row = 0; row < image.height; ++row) {
+    const double first = plane(0) + plane(2) * row;
     for (int col = 0; col < image.width; ++col)
-      image.At(col, row) -= static_cast<float>(plane.dot(place(col, row)));
+      image.At(col, row) -= static_cast<float>(first + plane(1) * col);
+  }
   return image;
 }
 

@@ -8,6 +8,7 @@ interior` ends with exit code 4 and stores nothing; with the server well again i
 the file itself gives; a scan that is not there fails alone.
 """
 
+import concurrent.futures
 import http.server
 import os
 import pathlib
@@ -64,33 +65,43 @@ def interior(orient, folder, scan, out):
                           env={**os.environ, "GDAL_HTTP_MAX_RETRY": "0"})  # orient's own remain
 
 
+def serving(folder, left, drops):
+    """A server that fails, in one of the two ways, after so many answers."""
+    server = http.server.ThreadingHTTPServer(("127.0.0.1", 0), Handler)
+    server.folder, server.left, server.drops = folder, left, drops
+    threading.Thread(target=server.serve_forever, daemon=True).start()
+    return server, f"/vsicurl/http://127.0.0.1:{server.server_port}"
+
+
+def a_fault_is_no_result(orient, folder, left, drops):
+    server, here = serving(folder / "scans", left, drops)
+    out = folder / f"out{left}{drops}"
+    done = interior(orient, folder, f"{here}/new_1_1.tif", out)
+    assert done.returncode == MACHINE and here in done.stderr, done.stdout + done.stderr
+    assert not list(out.glob("*.json")), "a fault became a result"
+    server.left = 10**6
+    results = []
+    for place in (here, folder / "scans"):
+        done = interior(orient, folder, f"{place}/new_1_1.tif", out)
+        assert done.returncode == 0, done.stdout + done.stderr
+        results.append((out / "new_1_1.interior.json").read_bytes())
+        for path in out.iterdir():
+            path.unlink()
+    assert results[0] == results[1], "another result over the network"
+    done = interior(orient, folder, f"{here}/absent.tif", out)
+    assert done.returncode == SOME_FAILED, done.stdout + done.stderr
+    server.shutdown()
+
+
 def main(orient):
     with tempfile.TemporaryDirectory() as temporary:
-        folder = pathlib.Path(temporary)
-        subprocess.run([orient, "simulate", "--out", folder / "made", "--photos", "1", "--gsd-m", "1.5",
-                        "--pixel-size-um", "150", "--bare"], check=True, capture_output=True)
-        folder = folder / "made"
-        server = http.server.ThreadingHTTPServer(("127.0.0.1", 0), Handler)
-        server.folder = folder / "scans"
-        threading.Thread(target=server.serve_forever, daemon=True).start()
-        here = f"/vsicurl/http://127.0.0.1:{server.server_port}"
-        for number, (left, drops) in enumerate([(0, False), (2, False), (5, True), (1, True)]):
-            server.left, server.drops = left, drops
-            done = interior(orient, folder, f"{here}/new_1_1.tif", folder / f"out{number}")
-            assert done.returncode == MACHINE and here in done.stderr, done.stdout + done.stderr
-            assert not list((folder / f"out{number}").glob("*.json")), "a fault became a result"
-        server.left = 10**6
-        done = interior(orient, folder, f"{here}/absent.tif", folder / "absent")
-        assert done.returncode == SOME_FAILED, done.stdout + done.stderr
-        results = []
-        for place in (here, folder / "scans"):
-            done = interior(orient, folder, f"{place}/new_1_1.tif", folder / "out0")
-            assert done.returncode == 0, done.stdout + done.stderr
-            results.append((folder / "out0/new_1_1.interior.json").read_bytes())
-            for path in (folder / "out0").iterdir():
-                path.unlink()
-        assert results[0] == results[1], "another result over the network"
-        server.shutdown()
+        subprocess.run([orient, "simulate", "--out", temporary + "/made", "--photos", "1", "--gsd-m",
+                        "1.5", "--pixel-size-um", "150", "--bare"], check=True, capture_output=True)
+        folder = pathlib.Path(temporary) / "made"
+        faults = [(0, False), (2, False), (5, True), (1, True)]
+        # At the same time: nearly all of it is waiting before a request is repeated.
+        with concurrent.futures.ThreadPoolExecutor(len(faults)) as pool:
+            list(pool.map(lambda fault: a_fault_is_no_result(orient, folder, *fault), faults))
 
 
 if __name__ == "__main__":

@@ -66,7 +66,7 @@ def main(arguments):
         pose = next(csv.DictReader(file))
     for count in [int(word) for word in arguments[3:]] or (4, 16):
         block, scans = lay_out(folder, scan, pose, count)
-        words = [orient, "ortho", block / "poses.csv", *scans, "--camera", folder / "camera.toml",
+        words = [orient, "ortho", "--quiet", block / "poses.csv", *scans, "--camera", folder / "camera.toml",
                  "--dem", block / "dem.tif", "--mosaic"]
         for label, further in (("orthophotos, mosaic", []),
                                ("one tone, least difference",

@@ -212,6 +212,11 @@ std::unique_ptr<CLI::App> MakeParser(const CommandList& commands) {
 
 namespace {
 
+void ParseWith(CLI::App* parser, std::vector<std::string> arguments) {
+  std::reverse(arguments.begin(), arguments.end());  // as CLI11 wants it
+  parser->parse(std::move(arguments));
+}
+
 // What `work` returns, or the exit code of what it throws, which is told on the stream that `err`
 // names then.
 int Guarded(const CLI::App& parser, const std::vector<std::string>& arguments, std::ostream& out,
@@ -249,6 +254,15 @@ int Guarded(const CLI::App& parser, const std::vector<std::string>& arguments, s
 
 }  // namespace
 
+void Parse(const CommandList& commands, const std::vector<std::string>& arguments) {
+  const std::unique_ptr<CLI::App> parser = MakeParser(commands);
+  try {
+    ParseWith(parser.get(), arguments);
+  } catch (const CLI::ParseError& error) {
+    throw UsageError(error.what());
+  }
+}
+
 int RunProgram(const CommandList& commands, const std::vector<std::string>& arguments,
                std::ostream& out, std::ostream& err) {
   const std::unique_ptr<CLI::App> parser = MakeParser(commands);
@@ -256,10 +270,8 @@ int RunProgram(const CommandList& commands, const std::vector<std::string>& argu
   const int code = Guarded(
       *parser, arguments, out, [&]() -> std::ostream& { return output ? output->Err() : err; },
       [&] {
-        std::vector<std::string> reversed = WithoutHelpCommand(arguments);
-        std::reverse(reversed.begin(), reversed.end());  // as CLI11 wants it
-        parser->parse(std::move(reversed));
-        const Invocation invocation{"orient " + ProgramVersion(), CommandText(arguments),
+        ParseWith(parser.get(), WithoutHelpCommand(arguments));
+        const Invocation invocation{"orient " + ProgramVersion(), CommandText(arguments), arguments,
                                     std::time(nullptr)};
         output.emplace(OutputOf(*parser), invocation.program + ": " + invocation.command, out, err);
         SetWhatToDoAfterInterruption(HowToGoOn(*parser));

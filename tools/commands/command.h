@@ -59,6 +59,9 @@ using CommandList = std::vector<std::unique_ptr<Command>>;
 int RunProgram(const CommandList& commands, const std::vector<std::string>& arguments,
                std::ostream& out, std::ostream& err);
 
+// Parses and runs nothing: the commands then know what was asked of them. Throws UsageError.
+void Parse(const CommandList& commands, const std::vector<std::string>& arguments);
+
 // The whole command line's parser, as RunProgram builds it: for tests of help and options.
 std::unique_ptr<CLI::App> MakeParser(const CommandList& commands);
 

@@ -1,16 +1,21 @@
 // orient exterior: poses of photos from control patches.
-#include <CLI/CLI.hpp>
+#include <algorithm>
+#include <filesystem>
 #include <ostream>
 
+#include "block/inputs/block_files.h"
 #include "block/inputs/camera_library.h"
 #include "block/stages/exterior_stage.h"
+#include "core/base/error.h"
+#include "core/files/adjustment_result.h"
 #include "core/files/block_file.h"
+#include "core/files/orientation_table.h"
 #include "tools/commands/commands.h"
-#include "tools/commands/exterior_options.h"
 #include "tools/commands/exterior_summary.h"
 #include "tools/commands/patchdb_to_write.h"
 #include "tools/commands/progress.h"
 #include "tools/commands/shared_options.h"
+#include "tools/commands/stage_runs.h"
 
 namespace orient {
 namespace {
@@ -24,30 +29,67 @@ class ExteriorCommand : public Command {
 
   void Setup(CLI::App& app) override {
     AddPhotosOption(app, &patterns_);
-    app.add_option("--camera", camera_, "Camera file (TOML) or a name from the camera library")
+    app.add_option("--camera", options_.camera,
+                   "Camera file (TOML) or a name from the camera library")
         ->required();
     AddCameraLibraryOption(app, &library_);
-    app.add_option("--dem", dem_, "Ground heights: any raster GDAL reads")->required();
-    AddMeasurementsOption(app, &measurements_);
-    told_.Setup(app);
-    app.get_option("--patchdb")->required();
-    AddLearnOption(app, &learn_);
-    AddJobsOption(app, &jobs_);
+    app.add_option("--approximations", options_.approximations,
+                   "Approximate orientations (OPK CSV with its .prj beside it); required where "
+                   "no ground points are measured");
+    AddMeasurementsOption(app, &options_.measurements);
+    app.add_option("--dem", options_.dem, "Ground heights: any raster GDAL reads")->required();
+    app.add_option("--patchdb", options_.patchdb, "Patch database")->required();
+    app.add_option("--interior", options_.interior,
+                   "Folder with the results of 'orient interior'; required for film photos");
+    app.add_option("--position-sigma-m", options_.position_sigma_m,
+                   "One sigma of approximate positions without sigma columns, metres "
+                   "(default 10)");
+    app.add_option("--attitude-sigma-deg", attitude_sigma_deg_,
+                   "One sigma of approximate angles without sigma columns, degrees "
+                   "(default 3)");
+    app.add_option("--kappa-sigma-deg", kappa_sigma_deg_,
+                   "One sigma of approximate kappas without sigma columns, if it differs from that "
+                   "of omega and phi; 180: unknown");
+    AddEarthOption(app, &options_.earth);
+    app.add_option("--principal-distance-sigma-mm", options_.principal_distance_sigma_mm,
+                   "Estimate the principal distance with each photo's pose; one sigma of the "
+                   "camera file's, mm");
+    app.add_option("--target-m", options_.target_m,
+                   "Accuracy on the ground that makes a photo ok: one sigma anywhere in its frame, "
+                   "metres (default: a pixel of the photo or half a pixel of the patches, "
+                   "whichever is larger)");
+    app.add_option("--date", options_.date,
+                   "Date of exposure of photos without one in the table of approximations, "
+                   "ISO 8601 (1961, 1961-07-30)");
+    AddLearnOption(app, &options_.learn);
+    AddJobsOption(app, &options_.jobs);
     AddOutputOptions(app, &output_);
-    app.add_flag("--resume", resume_, "Keep existing results and do the others");
+    app.add_flag("--resume", options_.resume, "Keep existing results and do the others");
     AddPlanOption(app, &plan_);
   }
 
-  ExitCode Run(std::ostream& out) override {
-    block::ExteriorRunOptions options = told_.For(measurements_);
+  // What the command line asks for.
+  block::ExteriorRunOptions Options() const {
+    block::ExteriorRunOptions options = options_;
     options.photos = ExpandPhotos(patterns_, "");
-    options.camera = block::FindCameraFile(camera_, library_);
-    options.dem = dem_;
+    options.camera = block::FindCameraFile(options.camera, library_);
     options.out = output_.directory;
-    options.learn = learn_;
-    options.resume = resume_;
-    options.jobs = jobs_;
-    RefuseToReplace(options, output_.overwrite);
+    if (attitude_sigma_deg_) options.attitude_sigma_rad = RadFromDeg(*attitude_sigma_deg_);
+    if (kappa_sigma_deg_) options.kappa_sigma_rad = RadFromDeg(*kappa_sigma_deg_);
+    return options;
+  }
+
+  ExitCode Run(std::ostream& out) override {
+    const block::ExteriorRunOptions options = Options();
+    const Measurements& said = options.measurements;
+    if (options.approximations.empty() && said.image_points.empty() &&
+        std::none_of(said.decisions.begin(), said.decisions.end(), [](const Decision& decision) {
+          return decision.kind == DecisionKind::kPosition;
+        }))
+      throw UsageError(
+          "--approximations is required where neither ground points are measured nor positions "
+          "decided");
+    RefuseToReplace(options);
     if (plan_) {
       PrintPlan("exterior", options.photos, block::ExteriorsThatStay(options), out);
       return ExitCode::kAllDone;
@@ -65,18 +107,52 @@ class ExteriorCommand : public Command {
   }
 
  private:
+  // What the run writes, and what it removes since it would be true of other poses.
+  void RefuseToReplace(const block::ExteriorRunOptions& options) const {
+    const auto path = [&](const char* file) {
+      return (std::filesystem::path(options.out) / file).string();
+    };
+    std::vector<std::string> results = {path("orientation.csv")};
+    for (const std::string& photo : options.photos)
+      results.push_back(ExteriorResultPath(options.out, PhotoName(photo)));
+    RefuseToOverwrite(results, output_.overwrite || options.resume, "--resume");
+    if (options.resume && !output_.overwrite) RefuseOtherPhotos(options, results.front());
+    RefuseToOverwrite(
+        {AdjustmentResultPath(options.out), path(block::kQuicklookFile), path(block::kSeamsFile),
+         path(block::kCalibratedCameraFile), path(block::kPoseCovarianceFile)},
+        output_.overwrite);
+  }
+
+  // The table of a resumed run is of its own photos.
+  static void RefuseOtherPhotos(const block::ExteriorRunOptions& options,
+                                const std::string& table) {
+    if (!std::filesystem::exists(table)) return;
+    for (const OrientationRow& row : ReadOrientationTable(table).rows)
+      if (std::none_of(options.photos.begin(), options.photos.end(),
+                       [&](const std::string& photo) { return PhotoName(photo) == row.photo; }))
+        throw UsageError(table + " also has the photo " + row.photo +
+                         ", and would be replaced; name all of its photos, choose another folder, "
+                         "or give --overwrite");
+  }
+
   std::vector<std::string> patterns_;
-  std::string camera_, library_, dem_;
-  Measurements measurements_;
-  ExteriorOptions told_;
+  block::ExteriorRunOptions options_;
+  std::string library_;
   OutputOptions output_;
-  int jobs_ = 0;
-  bool learn_ = false;
-  bool resume_ = false;
   bool plan_ = false;
+  std::optional<double> attitude_sigma_deg_, kappa_sigma_deg_;
 };
 
 }  // namespace
+
+block::ExteriorRunOptions ExteriorRunOf(const std::vector<std::string>& arguments) {
+  CommandList commands;
+  auto command = std::make_unique<ExteriorCommand>();
+  const ExteriorCommand& exterior = *command;
+  commands.push_back(std::move(command));
+  Parse(commands, arguments);
+  return exterior.Options();
+}
 
 std::unique_ptr<Command> MakeExteriorCommand() { return std::make_unique<ExteriorCommand>(); }
 

@@ -16,6 +16,7 @@
 #include "tools/commands/estimate_camera.h"
 #include "tools/commands/progress.h"
 #include "tools/commands/shared_options.h"
+#include "tools/commands/stage_runs.h"
 #include "tools/commands/summary_table.h"
 
 namespace orient {
@@ -72,9 +73,8 @@ class InteriorCommand : public Command {
     app.add_flag("--micmac", micmac_, "Also write the marks for MicMac (DIR/Ori-InterneScan)");
   }
 
-  ExitCode Run(std::ostream& out) override {
-    if (estimate_camera_.Asked()) return estimate_camera_.Run(out);
-    if (patterns_.empty()) throw UsageError("PHOTO is required: name at least one scan or a glob");
+  // What the command line asks for.
+  block::InteriorRunOptions Options() const {
     block::InteriorRunOptions options;
     options.photos = ExpandPhotos(patterns_, "");
     options.camera =
@@ -89,6 +89,13 @@ class InteriorCommand : public Command {
     options.jobs = jobs_;
     options.micmac = micmac_;
     options.roll_lies_alike = roll_ == "alike";
+    return options;
+  }
+
+  ExitCode Run(std::ostream& out) override {
+    if (estimate_camera_.Asked()) return estimate_camera_.Run(out);
+    if (patterns_.empty()) throw UsageError("PHOTO is required: name at least one scan or a glob");
+    const block::InteriorRunOptions options = Options();
     std::vector<std::string> paths;
     for (const std::string& photo : options.photos)
       paths.push_back(InteriorResultPath(options.out, PhotoName(photo)));
@@ -170,6 +177,15 @@ class InteriorCommand : public Command {
 };
 
 }  // namespace
+
+block::InteriorRunOptions InteriorRunOf(const std::vector<std::string>& arguments) {
+  CommandList commands;
+  auto command = std::make_unique<InteriorCommand>();
+  const InteriorCommand& interior = *command;
+  commands.push_back(std::move(command));
+  Parse(commands, arguments);
+  return interior.Options();
+}
 
 std::unique_ptr<Command> MakeInteriorCommand() { return std::make_unique<InteriorCommand>(); }
 

@@ -3,11 +3,21 @@
 #include <fmt/chrono.h>
 #include <fmt/format.h>
 
+#include <filesystem>
+
 #include "block/inputs/digest.h"
 #include "core/base/error.h"
 #include "core/base/remote_files.h"
 
 namespace orient {
+namespace {
+
+std::string WorkingDirectory() {
+  std::error_code ignored;
+  return std::filesystem::current_path(ignored).string();
+}
+
+}  // namespace
 
 RunInput FileInput(const std::string& what, const std::string& path) {
   return {what, path, path.empty() ? "" : block::DigestOfFile(path)};
@@ -23,7 +33,11 @@ void RecordRun(const Invocation& invocation, const std::string& directory, const
                    WithoutSecrets(invocation.command),
                    fmt::format("{:%Y-%m-%dT%H:%M:%SZ}", fmt::gmtime(invocation.started)),
                    std::difftime(std::time(nullptr), invocation.started),
+                   {},
+                   WorkingDirectory(),
                    {}};
+  for (const std::string& argument : invocation.arguments)
+    record.arguments.push_back(WithoutSecrets(argument));
   for (const RunInput& input : inputs)
     if (!input.path.empty()) record.inputs.push_back(input);
   try {

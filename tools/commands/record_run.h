@@ -12,6 +12,7 @@ namespace orient {
 // How the program was called.
 struct Invocation {
   std::string program, command;
+  std::vector<std::string> arguments;  // after the program's name
   std::time_t started = 0;
 };
 

@@ -15,7 +15,9 @@ std::string PathIn(const std::string& directory) {
 
 RunRecord RecordOf(const Json& json) {
   RunRecord record{
-      json.at("program"), json.at("command"), json.at("started"), json.at("seconds"), {}};
+      json.at("program"), json.at("command"), json.at("started"), json.at("seconds"), {}, {}, {}};
+  record.directory = json.value("directory", std::string());  // older ones have neither
+  record.arguments = json.value("arguments", std::vector<std::string>());
   for (const Json& input : json.at("inputs"))
     record.inputs.push_back({input.at("what"), input.at("path"), input.at("digest")});
   return record;
@@ -27,11 +29,10 @@ nlohmann::ordered_json JsonOf(const RunRecord& record) {
   Json inputs = Json::array();
   for (const RunInput& input : record.inputs)
     inputs.push_back({{"what", input.what}, {"path", input.path}, {"digest", input.digest}});
-  return {{"program", record.program},
-          {"command", record.command},
-          {"started", record.started},
-          {"seconds", record.seconds},
-          {"inputs", inputs}};
+  return {
+      {"program", record.program},    {"command", record.command}, {"started", record.started},
+      {"seconds", record.seconds},    {"inputs", inputs},          {"directory", record.directory},
+      {"arguments", record.arguments}};
 }
 
 void WriteRunRecord(const std::string& directory, const std::string& stage,

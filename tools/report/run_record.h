@@ -19,6 +19,8 @@ struct RunRecord {
   std::string started;  // UTC, ISO 8601
   double seconds = 0;
   std::vector<RunInput> inputs;
+  std::string directory = {};               // in which it was typed; names may be relative to it
+  std::vector<std::string> arguments = {};  // the command's, without the program's name
 };
 
 // As run.json and report.json hold it.

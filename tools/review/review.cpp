@@ -269,12 +269,26 @@ Reply Review::Post(const WebPath& path, const std::string& body) {
   });
 }
 
+// Throws InputError where no such mark can be there.
+void Review::RequireMark(const PhotoRecord& photo, const MarkMeasurement& mark) {
+  if (!photo.interior)
+    throw InputError(fmt::format(
+        "{} holds no interior orientation of {}: open the folder where its marks were measured",
+        options_.directory, photo.name));
+  const auto size = scans_.Size(photo.name);
+  if (size && !(mark.pixel.x() >= 0 && mark.pixel.y() >= 0 && mark.pixel.x() <= size->width &&
+                mark.pixel.y() <= size->height))
+    throw InputError(fmt::format("pixel {:.1f}, {:.1f} is outside the scan of {}", mark.pixel.x(),
+                                 mark.pixel.y(), photo.name));
+}
+
 // Throws InputError where the word cannot be true of this block.
 void Review::RequireSayable(const Word& word) {
   const auto state = states_.Now();
   for (const std::string& photo : PhotosOf(word))
     if (state->Photo(photo) == nullptr)
       throw InputError(fmt::format("{} has no photo \"{}\"", options_.directory, photo));
+  for (const auto& mark : word.marks) RequireMark(*state->Photo(mark.photo), mark);
   for (const Decision& decision : word.decisions) {
     const auto index = state->Photo(decision.photo) - state->block.photos.data();
     const Status status = state->verdict.photos.at(static_cast<std::size_t>(index)).status;
@@ -291,8 +305,8 @@ Reply Review::Say(const std::string& body) {
   RequireSayable(said.word);
   if (said_.Say(said.version, said.word) == SayOutcome::kOtherVersion)
     return Error(409,
-                 "another window has said something meanwhile; this one now shows it: please "
-                 "look, and say it again");
+                 "another window or an editor has changed the files since; this window now "
+                 "shows them: please look, and repeat it");
   return Answer(200, {{"version", said_.Read().second}});
 }
 
@@ -310,10 +324,7 @@ Reply Review::Undo(const std::string& body) {
 
 Reply Review::Start() {
   if (!options_.run_again)
-    return Error(422,
-                 "nothing can be oriented again here: start with --block BLOCK.toml; after orient "
-                 "interior with its scans and --camera, after orient exterior also with --dem, "
-                 "--patchdb and its further options");
+    return Error(422, "nothing can be oriented again here: " + options_.why_not_again);
   if (!run_again_.Start()) return Error(409, "a run is under way");
   return GetProgress();
 }

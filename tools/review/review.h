@@ -30,7 +30,8 @@ struct ReviewOptions {
   std::string dem;                 // heights of points clicked in the map; empty: none
   std::string camera;              // whose marks and frame are expected; empty: not known
   ScanKnowledge scan;              // as the run was told
-  RunAgain::Run run_again;         // empty: not offered
+  RunAgain::Run run_again;         // empty: not offered,
+  std::string why_not_again = {};  // for this reason
 };
 
 struct Reply {
@@ -69,6 +70,7 @@ class Review {
   void ReadViewer();
   void ReadOrtho();
   void RequireSayable(const Word& word);
+  void RequireMark(const PhotoRecord& photo, const MarkMeasurement& mark);
 
   ReviewOptions options_;
   ReviewStates states_;

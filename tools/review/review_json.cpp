@@ -222,10 +222,14 @@ std::string MapJson(const ReviewState& state, const Measurements& said,
   for (const GroundPoint& point : said.points)
     points.push_back({{"point", point.name},
                       {"ground", Numbers(point.ground_m)},
+                      {"sigma", Numbers(point.sigma_m)},
                       {"role", point.role == PointRole::kCheck ? "check" : "control"}});
+  std::set<std::string> measured;
+  for (const ImagePointMeasurement& seen : said.image_points) measured.insert(seen.point);
   Json json = {{"crs", state.block.crs ? state.block.crs->Name() : ""},
                {"photos", photos},
-               {"points", points}};
+               {"points", points},
+               {"measured_points", measured}};
   json["ground"] = ground ? Json{{"width", ground->size.width},
                                  {"height", ground->size.height},
                                  {"levels", ground->size.levels},

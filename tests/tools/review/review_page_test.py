@@ -123,7 +123,7 @@ def measures_a_mark_by_mouse(page, said):
     mark = page.at("mark").get_attribute("value")
     assert mark
     page.click_stage("photo_view", 30, 20)
-    page.said(f"Written: mark {mark} of photo {photo}")
+    page.said(f"Saved: mark {mark} of photo {photo}")
     assert f"{photo},{mark}," in (said / "marks.csv").read_text(encoding="utf-8")
     page.press("u")
     page.said(f"Taken back: mark {mark} of photo {photo}")
@@ -137,7 +137,7 @@ def measure_by_keys(page, mark, pixel):
     page.browser.execute_script(
         "photoView.map.setView(photoView.placeOf(arguments[0]), 0, {animate: false})", list(pixel))
     page.press(page.keys.ARROW_RIGHT, page.keys.ARROW_LEFT, page.keys.ENTER)
-    page.said(f"Written: mark {mark} of photo {page.text('name')}")
+    page.said(f"Saved: mark {mark} of photo {page.text('name')}")
 
 
 def measures_a_mark_by_keys(page, said):
@@ -169,7 +169,7 @@ def measures_a_ground_point(page, said, pictures):
     page.until(lambda: page.at("z").get_attribute("value") != "", "a height")
     page.type("point", "corner <b>of</b> a field")
     page.at("save_point").click()
-    page.said(f"Written: point corner <b>of</b> a field of photo {photo}")
+    page.said(f"Saved: point corner <b>of</b> a field of photo {photo}")
     points = (said / "points.csv").read_text(encoding="utf-8")
     assert "corner <b>of</b> a field" in points and ",control,tester," in points, points
     assert f"{photo},corner" in (said / "image_points.csv").read_text(encoding="utf-8")
@@ -183,14 +183,14 @@ def orients_again(page, said):
     photo, before = page.text("name"), page.text("status")
     page.type("why", "cloud, <script>alert(1)</script>")
     page.press(page.keys.ESCAPE, "r")
-    page.said(f"Written: reject of photo {photo}")
-    page.until(lambda: page.at("pending").is_displayed(), "said, not done")
+    page.said(f"Saved: reject of photo {photo}")
+    page.until(lambda: page.at("pending").is_displayed(), "pending")
     page.press("d")
     page.said("Oriented again.")
     assert page.text("status") == "failed" and "cloud, <script>" in page.text("reasons")
     assert not page.at("pending").is_displayed()
     page.browser.find_element("css selector", "#said li:last-child button").click()  # Withdraw
-    page.said(f"Written: no reject of photo {photo}")
+    page.said(f"Saved: withdrawal of reject of photo {photo}")
     page.press("d")
     page.said("Oriented again.")
     assert page.text("status") == before, page.text("reasons")
@@ -206,7 +206,7 @@ def places_a_photo(page, said, block, pictures):
     page.browser.execute_script(
         "mapView.map.setView(mapView.placeOf(arguments[0]), -1, {animate: false})", [x + 30, y - 20])
     page.press(page.keys.ENTER)
-    page.until(lambda: page.text("message").startswith("Written: position "), "its position")
+    page.until(lambda: page.text("message").startswith("Saved: position "), "its position")
     first = page.script(own + ".said_at")
     assert abs(first[0] - x - 30) < 5 and abs(first[1] - y + 20) < 5, (first, x, y)
     handle = page.browser.find_element("css selector", ".handle")
@@ -242,47 +242,73 @@ def done_again(server):
 
 
 def single_photos_are_oriented_again(orient, block):
-    """A folder of orient interior and orient exterior: a word's photo alone, both stages of it."""
+    """A folder of orient interior and orient exterior: both stages, as its run.json says."""
     out, said = block / "single", block / "of_single"
     scans = sorted((block / "scans").glob("*.tif"))
-    camera = ["--camera", block / "camera.toml"]
-    told = [*camera, "--approximations", block / "approx.csv", "--dem", block / "dem.tif",
-            "--patchdb", block / "patches.gpkg", "--interior", out]
-    scan = ["--pixel-size-um", 100, "--polarity", "positive", "--orientation", "r0"]
-    for words in (["interior", *scans, *camera, *scan], ["exterior", *scans, *told]):
-        subprocess.run([orient, *map(str, words), "--out", str(out)], check=True,
-                       capture_output=True)
+    camera = ["--camera", block / "camera.toml", "--out", out]
+    # Options that are not the defaults: a run that forgets them does other photos again, too.
+    interior = ["--roll", "differing", "--scanner", "photogrammetric", "--pixel-size-um", 100,
+                "--orientation", "r0"]
+    exterior = ["--approximations", block / "approx.csv", "--dem", block / "dem.tif", "--patchdb",
+                block / "patches.gpkg", "--interior", out, "--position-sigma-m", 12]
+    for words in (["interior", *scans, *camera, *interior], ["exterior", *scans, *camera, *exterior]):
+        subprocess.run([orient, *map(str, words)], check=True, capture_output=True)
 
-    def results(stage):
-        return {path.name: path.read_bytes() for path in sorted(out.glob(f"*.{stage}.json"))}
+    def results():
+        return {path.name: path.read_bytes() for path in sorted(out.iterdir())
+                if path.suffix in (".json", ".csv") and path.name != "run.json"}
 
-    photo, before = scans[0].stem, {stage: results(stage) for stage in ("interior", "exterior")}
-    with running(orient, out, *scans, *told, *scan, "--measurements", said) as server:
+    def changed():
+        now = results()
+        return {name for name in now.keys() | before.keys() if now.get(name) != before.get(name)}
+
+    photo, before = scans[0].stem, results()
+    with running(orient, out, "--measurements", said) as server:
+        assert done_again(server) == "" and not changed(), "nothing was said"
         assert server.say({"decisions": [{"photo": photo, "decision": "reject", "value": "",
                                           "reason": "cloud"}]}) == 200
         assert done_again(server) == ""
-        after = results("exterior")
-        assert json.loads(after[f"{photo}.exterior.json"])["status"] == "failed"
-        assert [n for n in after if after[n] != before["exterior"][n]] == [f"{photo}.exterior.json"]
+        result = json.loads((out / f"{photo}.exterior.json").read_text(encoding="utf-8"))
+        assert result["status"] == "failed"
+        of_photo = {f"{photo}.{stage}.json" for stage in ("interior", "exterior")}
+        tables = {"orientation.csv", "interior.csv", "marks.csv"}
+        assert of_photo <= changed() <= of_photo | tables, changed()
         assert photo not in (out / "orientation.csv").read_text(encoding="utf-8")
-        mark = json.loads(before["interior"][f"{photo}.interior.json"])["marks"][0]
         status, _, body = server.ask("POST", "api/undo", json.dumps(
             {"version": server.get("api/list")["version"]}))
         assert status == 200, body
+        mark = json.loads(before[f"{photo}.interior.json"])["marks"][0]
         click = {"photo": photo, "mark": mark["id"], "pixel": mark["pixel"], "sigma": 1,
                  "exact": False}
+        assert server.say({"marks": [{**click, "pixel": [-5, 1e8]}]}) == 422
         assert server.say({"marks": [click]}) == 200
         assert done_again(server) == ""
-        changed = {stage: [name for name, text in results(stage).items()
-                           if text != before[stage][name]] for stage in before}
-        assert changed["interior"] == [f"{photo}.interior.json"], changed
-        assert set(changed["exterior"]) <= {f"{photo}.exterior.json"}, changed
-        assert json.loads(results("exterior")[f"{photo}.exterior.json"])["status"] == "ok"
-    with running(orient, out, *scans, *told, *scan, "--principal-distance-sigma-mm", 0.1,
-                 "--measurements", said) as server:
-        kept = results("exterior")
-        assert "made" in done_again(server)
-        assert results("exterior") == kept
+        assert f"{photo}.interior.json" in changed() <= of_photo | tables, changed()
+        result = json.loads((out / f"{photo}.exterior.json").read_text(encoding="utf-8"))
+        assert result["status"] == "ok"
+    what_cannot_be_repeated_is_said(orient, block, out, scans)
+
+
+def what_cannot_be_repeated_is_said(orient, block, out, scans):
+    """A folder whose making is not known, or from elsewhere, a block's: nothing is changed."""
+    def refused(folder, *more):
+        files = {path: path.read_bytes() for path in folder.iterdir() if path.is_file()}
+        with running(orient, folder, *scans, "--measurements", block / "of_other", *more) as server:
+            status, _, body = server.ask("POST", "api/again", "{}")
+            assert status == 422, body
+        assert files == {path: path.read_bytes() for path in folder.iterdir() if path.is_file()}
+        return json.loads(body)["error"]
+
+    record = json.loads((out / "run.json").read_text(encoding="utf-8"))
+    record["exterior"]["directory"] = "/elsewhere"
+    (out / "run.json").write_text(json.dumps(record), encoding="utf-8")
+    assert "start orient review there" in refused(out)
+    del record["exterior"]["arguments"]
+    (out / "run.json").write_text(json.dumps(record), encoding="utf-8")
+    assert "earlier program" in refused(out)
+    (out / "run.json").unlink()
+    assert "no run.json" in refused(out)
+    assert "--block" in refused(block / "out", "--camera", block / "camera.toml")
 
 
 def filters(page):
@@ -337,7 +363,7 @@ def click_mark(page, mark, pixel):
     page.browser.execute_script(
         "photoView.map.setView(photoView.placeOf(arguments[0]), 2, {animate: false})", list(pixel))
     page.press(page.keys.ENTER)
-    page.said(f"Written: mark {mark} of photo {page.text('name')}")
+    page.said(f"Saved: mark {mark} of photo {page.text('name')}")
 
 
 def a_camera_from_clicks(page, orient, folder, pictures):

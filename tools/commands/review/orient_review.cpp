@@ -1,5 +1,6 @@
 // orient review: a page on this machine for looking at photos and saying what they show.
 #include <fmt/format.h>
+#include <pwd.h>
 #include <unistd.h>
 
 #include <CLI/CLI.hpp>
@@ -11,15 +12,13 @@
 #include "block/block.h"
 #include "block/inputs/block_files.h"
 #include "block/inputs/camera_library.h"
-#include "block/stages/exterior_stage.h"
-#include "block/stages/interior_stage.h"
 #include "core/base/error.h"
 #include "core/files/block_file.h"
 #include "tools/commands/block_control.h"
 #include "tools/commands/block_outputs.h"
 #include "tools/commands/commands.h"
-#include "tools/commands/exterior_options.h"
 #include "tools/commands/patchdb_to_write.h"
+#include "tools/commands/review/recorded_stages.h"
 #include "tools/commands/shared_options.h"
 #include "tools/review/server.h"
 
@@ -34,6 +33,13 @@ void OpenInBrowser(const std::string& address) {
   _exit(127);
 }
 
+// The account's name, which programs without a login session have as well.
+std::string UserName() {
+  if (const char* user = std::getenv("USER"); user != nullptr && *user != '\0') return user;
+  const passwd* account = getpwuid(getuid());
+  return account == nullptr ? std::to_string(getuid()) : account->pw_name;
+}
+
 class ReviewCommand : public Command {
  public:
   std::string Name() const override { return "review"; }
@@ -44,23 +50,20 @@ class ReviewCommand : public Command {
   void Setup(CLI::App& app) override {
     app.add_option("OUT", options_.directory, "Output folder of orient interior, exterior or block")
         ->required();
-    app.add_option("PHOTO", patterns_, "Scans or globs; with --block those of the block file");
+    app.add_option("PHOTO", patterns_, "Scans or globs; by default those of the run");
     app.add_option("--block", block_path_,
-                   "Block file (TOML) that OUT was made from; needed for orienting again");
+                   "Block file (TOML) that OUT was made from; with it, photos of a block are "
+                   "oriented again");
     app.add_option(
         "--measurements", measurements_,
         "Folder for what is said (marks.csv ...), made where it is not there; by default "
-        "that of the block file");
+        "that of the run");
     app.add_option("--ortho", options_.ortho, "Orthophoto under the map, in the block's CRS");
     app.add_option("--dem", options_.dem,
-                   "Ground heights, for points clicked in the map and for orienting again; by "
-                   "default the block file's");
+                   "Heights of points clicked in the map; by default those of the run");
     app.add_option("--camera", options_.camera,
                    "Camera file (TOML) or a name from the camera library: shows where marks and "
-                   "frame are expected, and orients photos of orient interior and exterior again; "
-                   "by default the block file's");
-    AddScanOptions(app, &scan_);
-    exterior_.Setup(app);
+                   "frame are expected; by default the run's");
     app.add_option("--by", by_, "Who says it, as the files record it (default: the user's name)");
     app.add_option("--port", port_, "Port on 127.0.0.1; 0: one that is free")
         ->check(CLI::Range(0, 65535))
@@ -72,19 +75,15 @@ class ReviewCommand : public Command {
   }
 
   ExitCode Run(std::ostream& out) override {
-    if (!block_path_.empty()) {
-      if (scan_.pixel_size_um || scan_.polarity || scan_.orientation || exterior_.AnyTold())
-        throw UsageError(
-            "what the runs were told of photos is the block file's with --block: "
-            "leave out --pixel-size-um, --approximations, --patchdb and the like");
+    options_.scans = ExpandPhotos(patterns_, "");
+    if (!block_path_.empty())
       TakeFromBlock(out);
-    } else {
-      options_.scan = {scan_.pixel_size_um, scan_.polarity, scan_.orientation, {}};
-    }
-    for (const std::string& photo : ExpandPhotos(patterns_, "")) options_.scans.push_back(photo);
+    else
+      TakeFromRecord();
     if (measurements_.empty())
       throw UsageError(
-          "where shall it be written what is said? Give --measurements DIR, or a block file with "
+          "name the folder for measurements and decisions: --measurements DIR, or in the block "
+          "file "
           "measurements = \"DIR\"");
     // Runs write a table of marks to OUT that has the name of the measured ones.
     if (fs::weakly_canonical(measurements_) == fs::weakly_canonical(options_.directory))
@@ -92,10 +91,8 @@ class ReviewCommand : public Command {
                        " itself: runs write their own marks.csv there; name another folder");
     if (!options_.camera.empty())
       options_.camera = block::FindCameraFile(options_.camera, library_);
-    if (!options_.run_again) OfferStages();
     options_.measurements = measurements_;
-    const char* user = std::getenv("USER");
-    options_.by = by_ ? *by_ : user == nullptr ? "" : user;
+    options_.by = by_ ? *by_ : UserName();
     Review review(options_);
     ServeReview(&review, port_, [&](const std::string& address) {
       out << "review  " << address << std::endl;  // whoever waits for it reads it now
@@ -105,17 +102,6 @@ class ReviewCommand : public Command {
   }
 
  private:
-  // Doing again in a folder of orient interior or exterior, where enough is known for it.
-  void OfferStages() {
-    if (!exterior_.PatchDatabase().empty()) {
-      if (options_.camera.empty() || options_.scans.empty() || options_.dem.empty())
-        throw UsageError("with --patchdb photos are oriented again: name scans, --camera, --dem");
-      options_.run_again = [this](ProgressListener* listener) { OrientPhotosAgain(listener); };
-    } else if (!options_.camera.empty() && !options_.scans.empty()) {
-      options_.run_again = [this](ProgressListener* listener) { MeasureAgain(listener); };
-    }
-  }
-
   void TakeFromBlock(std::ostream& out) {
     BlockFile block = ReadBlockFile(block_path_);
     if (block.ByMeasurementsAlone())
@@ -137,8 +123,40 @@ class ReviewCommand : public Command {
     if (options_.dem.empty()) options_.dem = block.dem;
     if (options_.camera.empty()) options_.camera = block.camera;
     options_.scan = {block.pixel_size_um, block.polarity, block.orientation, {}};
-    if (patterns_.empty()) options_.scans = block.photos;
+    if (options_.scans.empty()) options_.scans = block.photos;
     options_.run_again = [this](ProgressListener* listener) { OrientAgain(listener); };
+  }
+
+  // Of a folder of orient interior or exterior: what its run.json says.
+  void TakeFromRecord() {
+    stages_ = ReadRecordedStages(options_.directory);
+    if (measurements_.empty()) measurements_ = stages_.measurements;
+    if (!stages_.measurements.empty() &&
+        fs::weakly_canonical(measurements_) != fs::weakly_canonical(stages_.measurements))
+      throw UsageError(
+          fmt::format("{} was made with the measurements of {}; leave out "
+                      "--measurements {}",
+                      options_.directory, stages_.measurements, measurements_));
+    if (stages_.interior) {
+      const interior::InteriorOptions& told = stages_.interior->scan;
+      options_.scan = {told.pixel_size_um, told.polarity, told.orientation, {}};
+      if (options_.scans.empty()) options_.scans = stages_.interior->photos;
+      if (options_.camera.empty() && stages_.interior->camera != block::kAutoCamera)
+        options_.camera = stages_.interior->camera;
+    }
+    if (stages_.exterior) {
+      if (options_.scans.empty()) options_.scans = stages_.exterior->photos;
+      if (options_.camera.empty()) options_.camera = stages_.exterior->camera;
+      if (options_.dem.empty()) options_.dem = stages_.exterior->dem;
+    }
+    options_.why_not_again = stages_.why_not;
+    if (stages_.why_not.empty())
+      options_.run_again = [this](ProgressListener* listener) {
+        const Measurements said = SaidNothing() ? Measurements() : ReadMeasurements(measurements_);
+        std::ostringstream unheard;
+        if (learn_ && stages_.exterior) BringUpToDateToLearn(stages_.exterior->patchdb, unheard);
+        DoAgain(stages_, said, learn_, jobs_, listener);
+      };
   }
 
   // As orient block --resume does: of what the word concerns, all is done again, of the rest
@@ -162,46 +180,6 @@ class ReviewCommand : public Command {
     folder.Finish();
   }
 
-  // As orient interior --resume does.
-  void MeasureAgain(ProgressListener* listener) const {
-    block::InteriorRunOptions options;
-    options.photos = options_.scans;
-    options.camera = options_.camera;
-    options.out = options_.directory;
-    options.scan.pixel_size_um = scan_.pixel_size_um;
-    options.scan.polarity = scan_.polarity;
-    options.scan.orientation = scan_.orientation;
-    if (!SaidNothing()) options.measurements = ReadMeasurements(measurements_);
-    options.resume = true;
-    options.jobs = jobs_;
-    options.roll_lies_alike = true;
-    ProgressTask progress(listener, "interior orientation",
-                          static_cast<int>(options.photos.size()));
-    block::RunInterior(options, [&] { progress.Advance(); });
-  }
-
-  // As orient exterior --resume does, and before it orient interior where both have one folder.
-  void OrientPhotosAgain(ProgressListener* listener) const {
-    const Measurements said = SaidNothing() ? Measurements() : ReadMeasurements(measurements_);
-    block::ExteriorRunOptions options = exterior_.For(said);
-    options.photos = options_.scans;
-    options.camera = options_.camera;
-    options.dem = options_.dem;
-    options.out = options_.directory;
-    options.learn = learn_;
-    options.resume = true;
-    options.jobs = jobs_;
-    RefuseToReplace(options, false);
-    std::error_code ignored;
-    if (options.interior && fs::equivalent(*options.interior, options.out, ignored))
-      MeasureAgain(listener);
-    std::ostringstream unheard;
-    if (options.learn) BringUpToDateToLearn(options.patchdb, unheard);
-    ProgressTask progress(listener, "exterior orientation",
-                          static_cast<int>(options.photos.size()));
-    block::RunExterior(options, [&] { progress.Advance(); });
-  }
-
   // A folder without any of the files is an error to whoever reads it.
   bool SaidNothing() const {
     for (const char* file : {kMarksFile, kImagePointsFile, kPointsFile, kDecisionsFile})
@@ -212,8 +190,7 @@ class ReviewCommand : public Command {
   ReviewOptions options_;
   std::vector<std::string> patterns_;
   std::string block_path_, measurements_, library_;
-  ScanOptions scan_;
-  ExteriorOptions exterior_;
+  RecordedStages stages_;
   std::optional<std::string> by_;
   int port_ = 0;
   int jobs_ = 0;
