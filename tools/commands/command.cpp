@@ -126,9 +126,33 @@ int ReportParseError(const CLI::App& parser, const CLI::ParseError& error,
                      std::ostream& err) {
   if (error.get_exit_code() == static_cast<int>(CLI::ExitCodes::Success))
     return parser.exit(error, out, err);  // --help and --version are no errors
-  err << "orient: " << error.what() << "\n"
-      << DidYouMean(parser, arguments) << "Try '" << AskedCommand(parser) << " --help'.\n";
+  // What CLI11 says of a misspelt word is what it misses because of that.
+  const std::string meant = DidYouMean(parser, arguments);
+  err << "orient: " << (meant.empty() ? std::string(error.what()) + "\n" : meant) << "Try '"
+      << AskedCommand(parser) << " --help'.\n";
   return static_cast<int>(ExitCode::kBadUsage);
+}
+
+// Throws UsageError where `orient help X` names no command: CLI11 would explain what it knows of
+// it.
+void RequireKnown(const CLI::App& parser, const std::vector<std::string>& arguments) {
+  if (arguments.empty() || arguments.front() != "help") return;
+  const CLI::App* app = &parser;
+  for (std::size_t i = 1; i < arguments.size() && !arguments[i].starts_with("-"); ++i) {
+    const auto nested = app->get_subcommands(nullptr);
+    const auto found = std::find_if(nested.begin(), nested.end(), [&](const CLI::App* one) {
+      return one->get_name() == arguments[i];
+    });
+    if (found == nested.end()) {
+      std::vector<std::string> names;
+      for (const CLI::App* one : nested) names.push_back(one->get_name());
+      const std::string nearest =
+          NearestWord(arguments[i], std::vector<std::string_view>(names.begin(), names.end()));
+      throw UsageError(fmt::format("there is no command '{}'{}", arguments[i],
+                                   nearest.empty() ? "" : ": did you mean " + nearest + "?"));
+    }
+    app = *found;
+  }
 }
 
 // `orient help patchdb create` is `orient patchdb create --help`.
@@ -270,6 +294,7 @@ int RunProgram(const CommandList& commands, const std::vector<std::string>& argu
   const int code = Guarded(
       *parser, arguments, out, [&]() -> std::ostream& { return output ? output->Err() : err; },
       [&] {
+        RequireKnown(*parser, arguments);
         ParseWith(parser.get(), WithoutHelpCommand(arguments));
         const Invocation invocation{"orient " + ProgramVersion(), CommandText(arguments), arguments,
                                     std::time(nullptr)};

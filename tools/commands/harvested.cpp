@@ -9,6 +9,7 @@
 #include "core/files/block_file.h"
 #include "core/files/camera_file.h"
 #include "core/files/orientation_table.h"
+#include "tools/commands/shared_options.h"
 #include "tools/commands/summary_table.h"
 
 namespace orient {
@@ -60,7 +61,7 @@ void ReadPhotosToHarvest(const std::string& camera, const std::vector<std::strin
   if (crs && !crs->SameAs(database.GroundCrs()))
     throw InputError(photos->orientation_path + " is in " + crs->Name() + ", " + database_path +
                      " in " + database.GroundCrs().Name() + "; both must be in one CRS");
-  photos->paths = ExpandPhotos(patterns, "");
+  photos->paths = PhotosOf(patterns);
 }
 
 }  // namespace orient

@@ -71,7 +71,7 @@ class ExteriorCommand : public Command {
   // What the command line asks for.
   block::ExteriorRunOptions Options() const {
     block::ExteriorRunOptions options = options_;
-    options.photos = ExpandPhotos(patterns_, "");
+    options.photos = PhotosOf(patterns_);
     options.camera = block::FindCameraFile(options.camera, library_);
     options.out = output_.directory;
     if (attitude_sigma_deg_) options.attitude_sigma_rad = RadFromDeg(*attitude_sigma_deg_);

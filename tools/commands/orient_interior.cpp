@@ -44,8 +44,7 @@ class InteriorCommand : public Command {
   }
 
   void Setup(CLI::App& app) override {
-    // A required positional would take the subcommand's name for a photo; Run asks for it.
-    AddPhotosOption(app, &patterns_)->required(false);
+    AddPhotosOption(app, &patterns_);
     app.add_option("--camera", camera_,
                    "Camera file (TOML), a name from the camera library, or auto: identify it")
         ->required();
@@ -76,7 +75,7 @@ class InteriorCommand : public Command {
   // What the command line asks for.
   block::InteriorRunOptions Options() const {
     block::InteriorRunOptions options;
-    options.photos = ExpandPhotos(patterns_, "");
+    options.photos = PhotosOf(patterns_);
     options.camera =
         camera_ == block::kAutoCamera ? camera_ : block::FindCameraFile(camera_, library_);
     options.camera_library = library_;
@@ -94,7 +93,6 @@ class InteriorCommand : public Command {
 
   ExitCode Run(std::ostream& out) override {
     if (estimate_camera_.Asked()) return estimate_camera_.Run(out);
-    if (patterns_.empty()) throw UsageError("PHOTO is required: name at least one scan or a glob");
     const block::InteriorRunOptions options = Options();
     std::vector<std::string> paths;
     for (const std::string& photo : options.photos)

@@ -31,8 +31,8 @@ class OrthoCommand : public Command {
            "Block file (TOML), the folder of 'orient block' or 'orient exterior', or an OPK "
            "CSV")
         ->required();
-    app.add_option("PHOTO", patterns_,
-                   "Scans (globs are expanded); for a block file, all of its photos by default");
+    AddPhotosOption(app, &patterns_)
+        ->description("Scans (globs are expanded); for a block file, all of its photos by default");
     app.add_option("--dem", options_.source.dem,
                    "Ground heights: any raster GDAL reads (default: the block file's)");
     app.add_option("--camera", options_.source.camera,
@@ -79,7 +79,9 @@ class OrthoCommand : public Command {
     if (options_.plan) return all ? ExitCode::kAllDone : ExitCode::kSomeNotOriented;
     RecordRun(Invoked(), options_.out, "ortho",
               {FileInput("poses", PosesFile()), FileInput("camera", options_.source.camera),
-               RasterInput("DEM", options_.source.dem), FileInput("seamlines", options_.seams)});
+               RasterInput("DEM", options_.source.dem),
+               RunInput{"interior orientation", options_.source.interior, ""},
+               FileInput("seamlines", options_.seams)});
     ShowInProject(out);
     return all ? ExitCode::kAllDone : ExitCode::kSomeNotOriented;
   }

@@ -82,7 +82,8 @@ ortho::OrientedPhoto FromTable(const Shared& shared, const std::string& scan,
       name,
       scan,
       {shared.camera.camera, interior.photo_from_pixel, row->pose, interior.film_correction}};
-  if (row->sigma) oriented.covariance = Matrix6d(row->sigma->cwiseAbs2().asDiagonal());
+  // Sigmas alone give no CE90: position and angles of a pose are correlated so much that without
+  // that it would come out twice as large.
   const std::string path = InteriorResultPath(shared.interior, name);
   if (shared.camera.camera.kind == CameraKind::kFilm)
     oriented.negative = ReadInteriorResult(path).polarity == Polarity::kNegative;

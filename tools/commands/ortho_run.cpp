@@ -39,6 +39,9 @@ class OrthoRun {
       TellPlan(found, gsd_m, out);
       return found.left_out.empty();
     }
+    // What is wrong with given seamlines is said before an hour's work.
+    if (options_.mosaic && !GivenSeams().empty())
+      ortho::Seamlines::FromFile(GivenSeams(), found.crs);
     MakeOutputDirectory(options_.out);
     bool all = found.left_out.empty();
     std::vector<ortho::MosaicPart> parts;
@@ -134,6 +137,7 @@ class OrthoRun {
       hidden = fmt::format("{:.2f} % hidden", 100 * shares.hidden);
     }
     seam_photos_.push_back({photo.name, nadir, plan.outline_m});
+    if (plan.accuracy) accuracies_.push_back(*plan.accuracy);
     out << fmt::format("{}: {} x {} px of {:g} m, {}", path, plan.grid.width, plan.grid.height,
                        gsd_m, hidden);
     if (plan.accuracy)
@@ -208,6 +212,26 @@ class OrthoRun {
           << " differs so much from its neighbours in contrast that its gain is bounded\n";
   }
 
+  // CE90 only where it is known of all photos.
+  std::map<std::string, std::string> MetadataOfMosaic(
+      const std::vector<ortho::MosaicPart>& parts) const {
+    std::map<std::string, std::string> metadata = Metadata();
+    std::string names;
+    for (const ortho::MosaicPart& part : parts) names += (names.empty() ? "" : ", ") + part.name;
+    metadata["ORIENT_PHOTOS"] = names;
+    metadata["ORIENT_DEM"] = fs::path(options_.source.dem).filename().string();
+    if (accuracies_.size() < parts.size()) return metadata;
+    std::vector<double> medians;
+    double worst_m = 0;
+    for (const ortho::GroundAccuracy& accuracy : accuracies_) {
+      medians.push_back(accuracy.median_m);
+      worst_m = std::max(worst_m, accuracy.worst_m);
+    }
+    metadata["ORIENT_CE90_MEDIAN_M"] = fmt::format("{:.3g}", Median(medians));
+    metadata["ORIENT_CE90_WORST_M"] = fmt::format("{:.3g}", worst_m);
+    return metadata;
+  }
+
   // A table of tones that the mosaic does not show would be false.
   void RemoveTones(std::ostream& out) const {
     if (options_.balance || !fs::remove(TonesPath())) return;
@@ -232,8 +256,8 @@ class OrthoRun {
         given.empty() ? DrawSeams(found, cells) : ReadSeams(found, given, out);
     cells.clear();
     const std::string path = PathOf("mosaic.tif");
-    const ortho::MapGrid grid =
-        ortho::MakeMosaic(parts, seamlines, found.crs, Metadata(), options_.jobs, path, &progress);
+    const ortho::MapGrid grid = ortho::MakeMosaic(
+        parts, seamlines, found.crs, MetadataOfMosaic(parts), options_.jobs, path, &progress);
     RemoveTones(out);
     out << fmt::format("{}: {} x {} px of {:g} m from {} photos\n", path, grid.width, grid.height,
                        grid.gsd_m, parts.size());
@@ -241,6 +265,7 @@ class OrthoRun {
 
   const OrthoRunOptions& options_;
   std::vector<ortho::SeamPhoto> seam_photos_;
+  std::vector<ortho::GroundAccuracy> accuracies_;  // of photos whose poses have a covariance
 };
 
 }  // namespace

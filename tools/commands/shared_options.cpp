@@ -10,13 +10,25 @@
 
 #include "block/plan.h"
 #include "core/base/error.h"
+#include "core/files/block_file.h"
 #include "core/files/orientation_table.h"
 
 namespace orient {
 namespace fs = std::filesystem;
 
 CLI::Option* AddPhotosOption(CLI::App& app, std::vector<std::string>* patterns) {
-  return app.add_option("PHOTO", *patterns, "Scans or images; globs are expanded")->required();
+  CLI::Option* photos =
+      app.add_option("PHOTO", *patterns, "Scans or images; globs are expanded; @FILE: a list");
+  app.add_option_function<std::string>(
+      "--files-from", [patterns](const std::string& file) { patterns->push_back("@" + file); },
+      "File that lists scans or globs, one per line: as @FILE");
+  return photos;
+}
+
+std::vector<std::string> PhotosOf(const std::vector<std::string>& patterns) {
+  if (patterns.empty())
+    throw UsageError("PHOTO is required: name at least one scan, a glob or a list of them");
+  return ExpandPhotos(patterns, "");
 }
 
 CLI::Option* AddJobsOption(CLI::App& app, int* jobs) {

@@ -16,8 +16,12 @@
 
 namespace orient {
 
-// PHOTO...: scans or globs; expand them in Run() with ExpandPhotos(patterns, "").
+// PHOTO... and --files-from: scans, globs or lists; expand them in Run() with
+// PhotosOf(patterns).
 CLI::Option* AddPhotosOption(CLI::App& app, std::vector<std::string>* patterns);
+
+// The photos that are named so. Throws UsageError where none is.
+std::vector<std::string> PhotosOf(const std::vector<std::string>& patterns);
 
 // --jobs N: photos worked on at the same time; 0 (the default) is one per processor.
 CLI::Option* AddJobsOption(CLI::App& app, int* jobs);

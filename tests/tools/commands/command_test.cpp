@@ -191,6 +191,9 @@ TEST(Command, HelpIsACommandToo) {
   EXPECT_EQ(RunWith({"help"}).out, RunWith({"--help"}).out);
   EXPECT_EQ(RunWith({"help", "store", "create"}).out, RunWith({"store", "create", "--help"}).out);
   EXPECT_EQ(RunWith({"help", "measure"}).code, 0);
+  const auto unknown = RunWith({"help", "store", "craete"});
+  EXPECT_EQ(unknown.code, 1);
+  EXPECT_TRUE(Contains(unknown.err, "'craete': did you mean create?")) << unknown.err;
 }
 
 TEST(Command, WhatIsWrittenNearlyRightIsNamed) {

@@ -107,6 +107,9 @@ TEST_F(OrientOrtho, MakesOrthophotosOfWhatIsOkAndNamesTheRest) {
   const BandRaster mosaic = BandRaster::Open(Path("ortho/mosaic.tif"));
   EXPECT_GT(mosaic.Width(), BandRaster::Open(Path("ortho/west.ortho.tif")).Width());
   EXPECT_EQ(mosaic.Metadata("TIFFTAG_SOFTWARE"), "orient " + ProgramVersion());
+  EXPECT_EQ(mosaic.Metadata("ORIENT_PHOTOS"), "a b 'east', west");
+  EXPECT_EQ(mosaic.Metadata("ORIENT_DEM"), "dem.tif");
+  EXPECT_GT(std::stod(mosaic.Metadata("ORIENT_CE90_WORST_M")), 0);
   const RunRecord made = ReadRunRecords(Path("ortho")).at("ortho");
   EXPECT_EQ(made.program, "orient " + ProgramVersion());
   ASSERT_EQ(made.inputs.size(), 2U);
@@ -217,6 +220,22 @@ TEST_F(OrientOrtho, SeamlinesOfLeastDifferenceAreSoughtAndCanBeEdited) {
   EXPECT_NE(again.out.find("is kept; --overwrite"), std::string::npos) << again.out;
   EXPECT_EQ(ReadFile(Path("ortho/seamlines.gpkg")), sought);
   EXPECT_EQ(Run({"--least-difference", "--seams", Path("ortho/seamlines.gpkg")}).exit_code, 1);
+}
+
+TEST_F(OrientOrtho, SeamlinesThatCannotBeReadCostNoOrthophotos) {
+  WriteFileAtomically(Path("seams.gpkg"), "no GeoPackage");
+  const ProgramRun run = Run({"--mosaic", "--seams", Path("seams.gpkg")});
+  EXPECT_EQ(run.exit_code, 2) << run.out;
+  EXPECT_NE(run.err.find("seams.gpkg"), std::string::npos) << run.err;
+  EXPECT_FALSE(Exists("ortho"));
+}
+
+TEST_F(OrientOrtho, SigmasWithoutCorrelationsGiveNoCe90) {
+  for (OrientationRow& row : table_.rows) row.sigma = Vector6d::Constant(0.001);
+  WriteOrientationTable(Path("with_sigmas.csv"), table_);
+  const ProgramRun run = Run({"--camera", Path("camera.toml"), "--mosaic"}, "with_sigmas.csv");
+  EXPECT_EQ(run.out.find("CE90"), std::string::npos) << run.out;
+  EXPECT_EQ(BandRaster::Open(Path("ortho/mosaic.tif")).Metadata("ORIENT_CE90_WORST_M"), "");
 }
 
 TEST_F(OrientOrtho, ATableOfPosesDoesAsWell) {

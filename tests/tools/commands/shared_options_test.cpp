@@ -8,6 +8,7 @@
 
 #include "core/base/atomic_write.h"
 #include "core/base/error.h"
+#include "tests/support/expect_error.h"
 #include "tests/support/shared_data.h"
 
 namespace orient {
@@ -20,6 +21,20 @@ ScanOptions Parsed(std::vector<std::string> arguments) {
   std::reverse(arguments.begin(), arguments.end());
   app.parse(arguments);
   return scan;
+}
+
+TEST(SharedOptions, PhotosAreNamedOrListedOrBoth) {
+  const TemporaryFolder folder;
+  for (const char* file : {"a.tif", "b.tif", "c.tif"}) WriteFileAtomically(folder / file, "");
+  WriteFileAtomically(folder / "list.txt", (folder / "b.tif") + "\n" + (folder / "c.tif") + "\n");
+  std::vector<std::string> patterns;
+  CLI::App app;
+  AddPhotosOption(app, &patterns);
+  ExpectError<UsageError>([&] { PhotosOf(patterns); }, {"PHOTO is required"});
+  app.parse(
+      std::vector<std::string>{folder / "list.txt", "--files-from", folder / "a.tif"});  // reversed
+  EXPECT_EQ(PhotosOf(patterns),
+            (std::vector<std::string>{folder / "a.tif", folder / "b.tif", folder / "c.tif"}));
 }
 
 TEST(SharedOptions, ScanOptionsThatAreAutoOrAbsentAreEmpty) {

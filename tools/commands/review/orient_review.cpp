@@ -17,6 +17,7 @@
 #include "tools/commands/block_control.h"
 #include "tools/commands/block_outputs.h"
 #include "tools/commands/commands.h"
+#include "tools/commands/memory.h"
 #include "tools/commands/patchdb_to_write.h"
 #include "tools/commands/review/recorded_stages.h"
 #include "tools/commands/shared_options.h"
@@ -50,7 +51,7 @@ class ReviewCommand : public Command {
   void Setup(CLI::App& app) override {
     app.add_option("OUT", options_.directory, "Output folder of orient interior, exterior or block")
         ->required();
-    app.add_option("PHOTO", patterns_, "Scans or globs; by default those of the run");
+    AddPhotosOption(app, &patterns_)->description("Scans or globs; by default those of the run");
     app.add_option("--block", block_path_,
                    "Block file (TOML) that OUT was made from; with it, photos of a block are "
                    "oriented again");
@@ -75,6 +76,8 @@ class ReviewCommand : public Command {
   }
 
   ExitCode Run(std::ostream& out) override {
+    constexpr int kCache_MB = 64;  // tiles of the scans are kept as the page shows them
+    BoundBlockCache(kCache_MB);
     options_.scans = ExpandPhotos(patterns_, "");
     if (!block_path_.empty())
       TakeFromBlock(out);
