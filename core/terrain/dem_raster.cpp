@@ -21,6 +21,9 @@ bool InFeet(const std::string& unit) {
   return false;
 }
 
+// No ground is lower or higher: -9999, -32768 or 3.4e38 mark voids whose value nobody declared.
+constexpr float kLowestGround_m = -1000, kHighestGround_m = 10000;
+
 }  // namespace
 
 struct DemRaster::Impl {
@@ -58,6 +61,8 @@ DemRaster::DemRaster(const std::string& path) : path_(path), impl_(std::make_uni
 
   if (impl_->dataset->GetRasterCount() < 1)
     throw InputError(path + ": the DEM has no band of heights");
+  if (impl_->dataset->GetRasterBand(1)->GetColorInterpretation() == GCI_RedBand)
+    throw InputError(path + ": is a picture in colours; a DEM has one band of heights in metres");
   RequireSmallBlocks(impl_->dataset.get(), path);
   impl_->band = impl_->dataset->GetRasterBand(1);
   const std::string unit = impl_->band->GetUnitType();
@@ -95,6 +100,8 @@ std::vector<float> DemRaster::Read(int column, int row, int columns, int rows) c
       height = std::numeric_limits<float>::quiet_NaN();
     else if (scale != 1 || offset != 0)
       height = static_cast<float>(scale * height + offset);
+    if (height < kLowestGround_m || height > kHighestGround_m)
+      height = std::numeric_limits<float>::quiet_NaN();
   }
   return heights;
 }

@@ -23,7 +23,8 @@ class DemRaster {
   // Node coordinates (the centre of the upper-left cell is 0, 0) from the DEM's own CRS.
   const Affine2d& NodeFromDem() const { return node_from_dem_; }
 
-  // The nodes of a window; nodata and NaN come as NaN.
+  // The nodes of a window; nodata and NaN come as NaN, as do values that no ground has
+  // (below -1000 m, above 10,000 m): voids whose value is not declared.
   std::vector<float> Read(int column, int row, int columns, int rows) const;
 
  private:

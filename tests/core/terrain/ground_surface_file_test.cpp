@@ -6,6 +6,7 @@
 #include <random>
 #include <thread>
 
+#include "core/base/atomic_write.h"
 #include "core/base/error.h"
 #include "core/terrain/ground_surface.h"
 #include "tests/core/terrain/rough_ground.h"
@@ -45,6 +46,19 @@ TEST(GroundSurfaceFile, NodesLieInTheCellsCentres) {
   EXPECT_NEAR(surface.HeightAt(500035, 4999975).value(), 203, 1e-6);
   EXPECT_FALSE(surface.HeightAt(500205, 4999795));  // nodata
   EXPECT_NEAR(surface.MaxHeight(), 3959, 1e-6);
+}
+
+TEST(GroundSurfaceFile, HeightsThatNoGroundHasAreVoids) {
+  for (const float undeclared : {-32768.F, -9998.F, 3.4e38F, 65535.F}) {
+    const TemporaryFolder folder;
+    DemFile dem = SmallDem();
+    dem.heights(20, 20) = undeclared;
+    const auto path = WriteDem(folder / "dem", dem);
+    const auto surface = GroundSurface::FromFile(path, Crs::Parse("EPSG:32635", "test"));
+    EXPECT_FALSE(surface.HeightAt(500205, 4999795)) << undeclared;
+    EXPECT_NEAR(surface.HeightAt(500235, 4999795).value(), 2023, 1e-6);
+    EXPECT_NEAR(surface.MaxHeight(), 3959, 1e-6);
+  }
 }
 
 TEST(GroundSurfaceFile, ReadsOnlyAWindowAroundTheBounds) {
@@ -211,6 +225,10 @@ TEST(GroundSurfaceFile, WhatIsWrongWithADemIsSaidWithItsName) {
   dem = SmallDem();
   dem.unit = "ft";
   expect(Refusal(WriteDem(folder / "feet", dem)), "feet.vrt", "'ft'");
+  std::string coloured = ReadFile(good);
+  coloured.replace(coloured.find("<NoDataValue>"), 0, "<ColorInterp>Red</ColorInterp>");
+  WriteFileAtomically(folder / "map.vrt", coloured);
+  expect(Refusal(folder / "map.vrt"), "map.vrt", "picture in colours");
   dem = SmallDem();
   dem.heights.setConstant(kNone);
   expect(Refusal(WriteDem(folder / "hole", dem)), "hole.vrt", "only nodata");
