@@ -168,7 +168,7 @@ OrthoTile Rectifier::Draw(const MapGrid& grid, const PixelWindow& window) const 
     return tile;
   }
   const double scale = factor > kAverage ? factor : 1;
-  std::vector<Image> parts = scan_.Read(from);
+  std::vector<Image> parts = scan_.ReadWithGaps(from);
   for (std::size_t band = 0; band < parts.size(); ++band) {
     const Image part = scale > 1 ? ReduceBy(parts[band], scale) : std::move(parts[band]);
     Image& values = tile.values[band];
@@ -179,7 +179,7 @@ OrthoTile Rectifier::Draw(const MapGrid& grid, const PixelWindow& window) const 
       if (std::isfinite(value))
         values.values[i] = Clamped(scan_.Format(), value, negative_);
       else
-        tile.shown[i] = Shown::kNothing;  // beside the scan
+        tile.shown[i] = Shown::kNothing;  // beside the scan, or in a gap
     }
   }
   return tile;

@@ -2,8 +2,10 @@
 
 #include <gdal_priv.h>
 
+#include <algorithm>
 #include <cstdlib>
 #include <mutex>
+#include <optional>
 #include <utility>
 
 #include "core/base/error.h"
@@ -19,6 +21,20 @@ int BitsOf(GDALRasterBand* band) {
   const char* bits = band->GetMetadataItem("NBITS", "IMAGE_STRUCTURE");
   if (bits != nullptr && std::atoi(bits) > 0) return std::atoi(bits);
   return GDALGetDataTypeSizeBits(band->GetRasterDataType());
+}
+
+// Bands but for alpha, which says where values are.
+int CountOfValues(GDALDataset* dataset) {
+  const int count = dataset->GetRasterCount();
+  const bool alpha =
+      count > 1 && dataset->GetRasterBand(count)->GetColorInterpretation() == GCI_AlphaBand;
+  return alpha ? count - 1 : count;
+}
+
+std::optional<float> NodataOf(GDALRasterBand* band) {
+  int declared = 0;
+  const double value = band->GetNoDataValue(&declared);
+  return declared != 0 ? std::optional(static_cast<float>(value)) : std::nullopt;
 }
 
 void RequireUsable(GDALDataset* dataset, const std::string& path) {
@@ -44,6 +60,8 @@ struct BandRaster::Impl {
   GDALDatasetUniquePtr dataset;
   BandFormat format;
   bool white_is_zero = false;
+  bool has_mask = false;                     // one for all bands, alpha too
+  std::vector<std::optional<float>> nodata;  // of each band
   std::unique_ptr<WindowReader> windows;
 
   // Closing may speak too.
@@ -74,16 +92,20 @@ BandRaster BandRaster::Open(const std::string& path) {
   GDALDataset* dataset = impl->dataset.get();
   RequireUsable(dataset, path);
   GDALRasterBand* first = dataset->GetRasterBand(1);
-  const int count = dataset->GetRasterCount();
+  const int count = CountOfValues(dataset);
   impl->format = {count, first->GetRasterDataType(), BitsOf(first), {}};
   std::vector<GDALRasterBand*> bands;
   for (int i = 1; i <= count; ++i) {
     bands.push_back(dataset->GetRasterBand(i));
     impl->format.colours.push_back(bands.back()->GetColorInterpretation());
+    impl->nodata.push_back(NodataOf(bands.back()));
   }
   const bool inverted = dataset->GetMetadataItem("MINISWHITE", "IMAGE_STRUCTURE") != nullptr ||
                         first->GetMetadataItem("MINISWHITE", "IMAGE_STRUCTURE") != nullptr;
   impl->white_is_zero = inverted && count == 1 && GDALDataTypeIsInteger(first->GetRasterDataType());
+  if (impl->white_is_zero && impl->nodata.front())
+    impl->nodata.front() = static_cast<float>((1 << impl->format.bits) - 1) - *impl->nodata.front();
+  impl->has_mask = (first->GetMaskFlags() & GMF_PER_DATASET) != 0;
   impl->windows = std::make_unique<WindowReader>(dataset, bands);
   return BandRaster(std::move(impl));
 }
@@ -107,6 +129,23 @@ std::vector<Image> BandRaster::Read(const PixelWindow& window) const {
     const float white = static_cast<float>((1 << impl_->format.bits) - 1);
     if (impl_->white_is_zero)
       for (float& value : image.values) value = white - value;
+  }
+  return bands;
+}
+
+std::vector<Image> BandRaster::ReadWithGaps(const PixelWindow& window) const {
+  std::vector<Image> bands = Read(window);
+  const std::vector<std::uint8_t> mask =
+      impl_->has_mask ? ReadMask(window) : std::vector<std::uint8_t>();
+  const bool declared = std::all_of(impl_->nodata.begin(), impl_->nodata.end(),
+                                    [](const auto& value) { return value.has_value(); });
+  if (mask.empty() && !declared) return bands;
+  for (std::size_t i = 0; i < bands.front().values.size(); ++i) {
+    bool gap = declared;  // black in one band is a colour, in all of them nothing
+    for (std::size_t band = 0; gap && band < bands.size(); ++band)
+      gap = bands[band].values[i] == *impl_->nodata[band];
+    if (!gap && (mask.empty() || mask[i] != 0)) continue;
+    for (Image& image : bands) image.values[i] = kNoData;
   }
   return bands;
 }

@@ -40,6 +40,10 @@ class BandRaster {
   // The bands of a window inside the raster; where a file says that 0 is white, its values are
   // turned so that 0 is black. Throws InputError naming the path where the file is damaged there.
   std::vector<Image> Read(const PixelWindow& window) const;
+  // The same with kNoData where an alpha band, a mask, or nodata values in all bands say that there
+  // is nothing.
+  std::vector<Image> ReadWithGaps(const PixelWindow& window) const;
+
   // 0 where the raster's mask says that there is no data, row by row.
   std::vector<std::uint8_t> ReadMask(const PixelWindow& window) const;
 

@@ -1,4 +1,5 @@
 // orient ortho as a user runs it, on photos of hills whose grey values say where they come from.
+#include <gdal_priv.h>
 #include <gtest/gtest.h>
 
 #include <cstdio>
@@ -220,6 +221,30 @@ TEST_F(OrientOrtho, SeamlinesOfLeastDifferenceAreSoughtAndCanBeEdited) {
   EXPECT_NE(again.out.find("is kept; --overwrite"), std::string::npos) << again.out;
   EXPECT_EQ(ReadFile(Path("ortho/seamlines.gpkg")), sought);
   EXPECT_EQ(Run({"--least-difference", "--seams", Path("ortho/seamlines.gpkg")}).exit_code, 1);
+}
+
+TEST_F(OrientOrtho, WhatAScanDeclaresAsNothingIsNothingAndTheMosaicShowsTheNeighbourThere) {
+  const auto shown = [&](const std::string& file) {
+    const BandRaster raster = BandRaster::Open(Path(file));
+    const auto mask = raster.ReadMask({0, 0, raster.Width(), raster.Height()});
+    return mask.size() - static_cast<std::size_t>(std::count(mask.begin(), mask.end(), 0));
+  };
+  Run({"--gsd-m", "10", "--mosaic"});
+  const std::size_t whole = shown("ortho/west.ortho.tif"), all = shown("ortho/mosaic.tif");
+  {
+    constexpr int kHole = 20;
+    const GDALDatasetUniquePtr scan(
+        GDALDataset::Open(Path("scans/west.tif").c_str(), GDAL_OF_RASTER | GDAL_OF_UPDATE));
+    std::vector<std::uint16_t> nothing(kHole * kHole, 0);
+    GDALRasterBand* band = scan->GetRasterBand(1);
+    ASSERT_EQ(band->RasterIO(GF_Write, 55, 40, kHole, kHole, nothing.data(), kHole, kHole,
+                             GDT_UInt16, 0, 0),
+              CE_None);
+    band->SetNoDataValue(0);
+  }
+  Run({"--gsd-m", "10", "--mosaic", "--overwrite"});
+  EXPECT_LT(shown("ortho/west.ortho.tif"), whole - 350);
+  EXPECT_GT(shown("ortho/mosaic.tif"), all - 50);
 }
 
 TEST_F(OrientOrtho, SeamlinesThatCannotBeReadCostNoOrthophotos) {
