@@ -182,8 +182,8 @@ constexpr double kHeightTolerancePx = 4;
 Finding WithoutApproximation(const ExteriorRunOptions& options, const std::string& name) {
   return Because(Reason::kNoApproximation,
                  options.approximations.empty()
-                     ? "its file has no position (EXIF), and no strip of the block file lists it; "
-                       "give a table of approximations, or list it in its strip"
+                     ? "its file has no position (EXIF), and neither a table of approximations nor "
+                       "a strip of a block file lists it; give it one of them"
                      : fmt::format("{} has no row '{}'; add one or leave the photo out",
                                    options.approximations, name));
 }
@@ -204,7 +204,8 @@ Start StartOf(const ExteriorSetting& setting, const std::string& name, const Ori
     start.stated = AccuracyIsStated(setting, *row);
   }
   const auto points = PointsOf(setting.options.measurements, name, interior->positions.front());
-  if (points.empty()) return start;
+  const auto is_control = [](const exterior::MeasuredPoint& point) { return point.control; };
+  if (std::none_of(points.begin(), points.end(), is_control)) return start;
   exterior::PointResection resection =
       exterior::ResectByPoints(setting.camera.camera, interior->positions, start.prior, points);
   start.findings = std::move(resection.findings);

@@ -187,7 +187,7 @@ const std::vector<Wording>& Wordings() {  // NOLINT(readability-function-size): 
       {Reason::kPointsOnNoPose, "points_on_no_pose",
        "no pose shows the measured ground points {where} where they were measured"},
       {Reason::kTooFewPoints, "too_few_points",
-       "{value:.0f} ground points were measured; {limit:.0f} are needed, or three and an "
+       "measured control points: {value:.0f}; {limit:.0f} are needed, or three and an "
        "approximation"},
       {Reason::kPointsWrong, "points_wrong",
        "measured in a wrong place, or with wrong coordinates, and not used: {where}"},
