@@ -61,10 +61,11 @@ void RequireSameInputs(const ResultStore& results, const std::vector<std::string
     std::string what = TextOfInputs(changed);
     if (std::find(changed.begin(), changed.end(), "options") != changed.end())
       what += " (" + ValueIn(*then, "options") + "; now " + ValueIn(of_run, "options") + ")";
-    throw InputError(fmt::format(
-        "the results in {}, that of {} for one, were made with another {}; repeat all of them with "
-        "--overwrite instead of --resume, or name another folder with --out",
-        results.Folder(), photo, what));
+    throw InputError(
+        fmt::format("the results in {}, that of {} for one, were made with other inputs ({}); "
+                    "repeat all of them with "
+                    "--overwrite instead of --resume, or name another folder with --out",
+                    results.Folder(), photo, what));
   }
 }
 

@@ -326,8 +326,9 @@ ExteriorResult OrientOne(const ExteriorSetting& setting, const std::string& path
 }  // namespace
 
 ExteriorResult OrientFromFiles(const ExteriorSetting& setting, const std::string& path) {
-  std::error_code ignored;  // an earlier run's picture
+  std::error_code ignored;  // an earlier run's pictures
   fs::remove(OverviewPath(setting, PhotoName(path)), ignored);
+  fs::remove(PicturesOf(setting) / (PhotoName(path) + ".patches.png"), ignored);
   try {
     return OrientOne(setting, path);
   } catch (const InputError& error) {

@@ -144,9 +144,9 @@ std::set<std::string> KeptResults(const InteriorRunOptions& options,
       kept.insert(name);
     const bool said = known.changed == std::vector<std::string>{"measurements"};
     if (known.state == ResultState::kChanged && !said && !options.redo_changed)
-      throw UsageError(store.PathOf(name) + " was made from another " +
+      throw UsageError(store.PathOf(name) + " was made from other inputs (" +
                        TextOfInputs(known.changed) +
-                       "; choose another folder, or --overwrite to do all photos again");
+                       "); choose another folder, or --overwrite to do all photos again");
   }
   return kept;
 }
@@ -160,8 +160,9 @@ void WritePictures(const InteriorRunOptions& options, const std::optional<Raster
   std::error_code ignored;
   fs::remove(path(kMarksOverview), ignored);  // of an earlier run
   try {
+    fs::remove(path(".marks.png"), ignored);
     if (marks) WritePng(path(".marks.png"), marks->width, marks->height, 3, marks->rgb);
-    if (marks && result->status != Status::kOk)
+    if (scan && result->status != Status::kOk)
       WriteScanOverview(path(kMarksOverview), *scan, OverviewOf(*result));
   } catch (const InputError& error) {
     result->findings.push_back({.reason = Reason::kPictureNotWritten, .where = error.what()});

@@ -65,7 +65,7 @@ class InteriorResumed : public InteriorCommandTest {
   }
   void ExpectRefused(const ProgramRun& run, const std::string& changed) const {
     EXPECT_EQ(run.exit_code, 1);
-    EXPECT_NE(run.err.find("4711.interior.json was made from another " + changed),
+    EXPECT_NE(run.err.find("4711.interior.json was made from other inputs (" + changed),
               std::string::npos)
         << run.err;
   }

@@ -144,9 +144,8 @@ def interiors_are_measured_again(orient, folder):
     scans = sorted((world / "scans").glob("*.tif"))
     subprocess.run([orient, "interior", *scans, *camera, "--out", folder / "films",
                     *map(str, scan)], **done)
-    words = [folder / "films", *scans, *camera, "--measurements",
-             folder / "said_of_films"]
-    with running(orient, *words, *scan) as server:
+    words = [folder / "films", "--measurements", folder / "said_of_films"]
+    with running(orient, *words) as server:
         before = status()
         assert set(before.values()) == {"ok"}, before
         photo = sorted(before)[0]
@@ -158,8 +157,11 @@ def interiors_are_measured_again(orient, folder):
         version = json.dumps({"version": server.get("api/list")["version"]})
         assert server.ask("POST", "api/undo", version)[0] == 200
         assert again() == "" and status() == before
-    with running(orient, *words) as server:  # without the scan options of the run
-        assert "made from another" in again()
+    text = (world / "camera.toml").read_text(encoding="utf-8")
+    (world / "camera.toml").write_text(text.replace("principal_distance_mm = 1",
+                                                    "principal_distance_mm = 2"), encoding="utf-8")
+    with running(orient, *words) as server:  # with another camera file than the run's
+        assert "made from other inputs" in again()
         assert status() == before
 
 
