@@ -5,6 +5,7 @@
 #include <Eigen/Geometry>
 #include <filesystem>
 #include <set>
+#include <sstream>
 
 #include "core/base/atomic_write.h"
 #include "core/base/error.h"
@@ -38,9 +39,11 @@ std::string CameraText(const ExchangeCamera& camera) {
   return fmt::format("{} {} {}{}\n", model, camera.width, camera.height, Joined(params));
 }
 
+constexpr const char* kOriginComment = "# origin, subtracted from ground coordinates:";
+
 // Where the ground system lies, for those who want it back.
 std::string OriginComment(const ExchangeBlock& block) {
-  std::string text = "# origin, subtracted from ground coordinates:";
+  std::string text = kOriginComment;
   for (const double value : block.origin) text += " " + ExactNumber(value);
   return text + "\n";
 }
@@ -217,6 +220,21 @@ ColmapModel ReadColmap(const std::string& directory) {
       HoldsBinaryColmap(directory) ? ReadBinaryColmap(directory) : ReadTextColmap(directory);
   RequireSupported(model, directory);
   return model;
+}
+
+std::optional<Eigen::Vector3d> ReadColmapOrigin(const std::string& directory) {
+  const std::string path = (fs::path(directory) / "images.txt").string();
+  if (!fs::exists(path)) return std::nullopt;
+  std::istringstream text(ReadFile(path));
+  std::string line;
+  while (std::getline(text, line) && line.starts_with('#'))
+    if (line.starts_with(kOriginComment)) {
+      const std::vector<double> origin =
+          ParseNumbers(line.substr(std::string(kOriginComment).size()), path, "the origin");
+      if (origin.size() != 3) throw InputError(path + ": the origin must be three numbers");
+      return Eigen::Vector3d(origin.data());
+    }
+  return std::nullopt;
 }
 
 std::vector<ColmapObservation> ReadColmapObservations(const std::string& directory) {

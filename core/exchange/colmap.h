@@ -6,6 +6,7 @@
 // corner of the upper-left pixel, its centre is (0.5, 0.5), as ours do.
 #pragma once
 
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -23,6 +24,8 @@ void WriteColmap(const std::string& directory, const ExchangeBlock& block);
 // byte) and value. Models: SIMPLE_PINHOLE, PINHOLE, SIMPLE_RADIAL, RADIAL, OPENCV, FULL_OPENCV
 // (with k4 k5 k6 = 0).
 ColmapModel ReadColmap(const std::string& directory);
+// As the comments of an export's images.txt say it; empty where they do not.
+std::optional<Eigen::Vector3d> ReadColmapOrigin(const std::string& directory);
 // Of images and points3D; empty without the latter.
 std::vector<ColmapObservation> ReadColmapObservations(const std::string& directory);
 ExchangeBlock ExchangeFromColmap(const ColmapModel& model);

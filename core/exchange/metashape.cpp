@@ -162,6 +162,7 @@ MetashapeSensor ReadSensor(const XmlElement& element) {
 }
 
 void ReadChunkTransform(const XmlElement& element, MetashapeChunk* chunk) {
+  chunk->placed = true;
   if (const XmlElement* rotation = element.Find("rotation"))
     chunk->rotation = Eigen::Matrix<double, 3, 3, Eigen::RowMajor>(rotation->Numbers(9).data());
   if (const XmlElement* translation = element.Find("translation"))
@@ -169,18 +170,84 @@ void ReadChunkTransform(const XmlElement& element, MetashapeChunk* chunk) {
   if (const XmlElement* scale = element.Find("scale")) chunk->scale = scale->Number();
 }
 
-void CollectCameras(const XmlElement& element, MetashapeChunk* chunk) {
+std::string AttributeOr(const XmlElement& element, const char* key, const std::string& otherwise) {
+  const auto found = element.attributes.find(key);
+  return found == element.attributes.end() ? otherwise : found->second;
+}
+
+bool IsEnabled(const XmlElement& element) {
+  const std::string enabled = AttributeOr(element, "enabled", "1");
+  return enabled != "0" && enabled != "false";
+}
+
+// Null where the chunk is of one piece.
+const XmlElement* ActiveComponent(const XmlElement& chunk) {
+  const XmlElement* components = chunk.Find("components");
+  if (components == nullptr) return nullptr;
+  const auto all = components->All("component");
+  const auto active = std::find_if(all.begin(), all.end(), [&](const XmlElement* component) {
+    return component->attributes.contains("id") &&
+           component->Attribute("id") == AttributeOr(*components, "active_id", "");
+  });
+  if (active != all.end()) return *active;
+  return all.empty() ? nullptr : all.front();
+}
+
+std::optional<Eigen::Vector3d> ReadReference(const XmlElement& camera) {
+  const XmlElement* reference = camera.Find("reference");
+  if (reference == nullptr || !IsEnabled(*reference)) return std::nullopt;
+  for (const char* key : {"x", "y", "z"})
+    if (!reference->attributes.contains(key)) return std::nullopt;
+  return Eigen::Vector3d(AttributeNumber(*reference, "x"), AttributeNumber(*reference, "y"),
+                         AttributeNumber(*reference, "z"));
+}
+
+// `component`: the active one's id.
+void CollectCameras(const XmlElement& element, const std::string& component,
+                    MetashapeChunk* chunk) {
   for (const XmlElement& child : element.children) {
-    if (child.name == "group") CollectCameras(child, chunk);
+    if (child.name == "group") CollectCameras(child, component, chunk);
     if (child.name != "camera") continue;
     const XmlElement* transform = child.Find("transform");
-    if (transform == nullptr) continue;  // not aligned
-    MetashapeCamera camera;
-    camera.label = child.Attribute("label");
-    camera.sensor = AttributeCount(child, "sensor_id");
-    camera.transform = Eigen::Matrix<double, 4, 4, Eigen::RowMajor>(transform->Numbers(16).data());
-    chunk->cameras.push_back(camera);
+    if (!IsEnabled(child)) {
+      ++chunk->disabled;
+    } else if (transform == nullptr) {
+      ++chunk->not_aligned;
+    } else if (AttributeOr(child, "component_id", component) != component) {
+      ++chunk->of_other_components;
+    } else {
+      MetashapeCamera camera;
+      camera.label = child.Attribute("label");
+      camera.sensor = AttributeCount(child, "sensor_id");
+      camera.transform =
+          Eigen::Matrix<double, 4, 4, Eigen::RowMajor>(transform->Numbers(16).data());
+      camera.reference = ReadReference(child);
+      chunk->cameras.push_back(camera);
+    }
   }
+}
+
+double ReadAccuracy(const XmlElement& chunk) {
+  const XmlElement* settings = chunk.Find("settings");
+  if (settings == nullptr) return 0;
+  for (const XmlElement* property : settings->All("property"))
+    if (AttributeOr(*property, "name", "") == "accuracy_cameras")
+      return AttributeNumber(*property, "value");
+  return 0;
+}
+
+std::size_t OtherChunks(const XmlElement& root) {
+  std::size_t chunks = root.All("chunk").size();
+  if (const XmlElement* all = root.Find("chunks")) chunks += all->All("chunk").size();
+  return chunks > 0 ? chunks - 1 : 0;
+}
+
+void ReadGround(const XmlElement& element, const XmlElement* component, MetashapeChunk* chunk) {
+  const XmlElement* transform = component == nullptr ? nullptr : component->Find("transform");
+  if (transform == nullptr) transform = element.Find("transform");
+  if (transform != nullptr) ReadChunkTransform(*transform, chunk);
+  if (const XmlElement* reference = element.Find("reference")) chunk->reference = reference->text;
+  chunk->accuracy_m = ReadAccuracy(element);
 }
 
 }  // namespace
@@ -199,11 +266,16 @@ MetashapeChunk ReadMetashape(const std::string& path) {
   MetashapeChunk chunk;
   for (const XmlElement* sensor : element->At("sensors").All("sensor"))
     if (sensor->Find("calibration") != nullptr) chunk.sensors.push_back(ReadSensor(*sensor));
-  CollectCameras(element->At("cameras"), &chunk);
-  if (chunk.cameras.empty()) throw InputError(file + " holds no camera with a <transform>");
-  if (const XmlElement* transform = element->Find("transform"))
-    ReadChunkTransform(*transform, &chunk);
-  if (const XmlElement* reference = element->Find("reference")) chunk.reference = reference->text;
+  const XmlElement* component = ActiveComponent(*element);
+  CollectCameras(element->At("cameras"),
+                 component == nullptr ? "" : AttributeOr(*component, "id", ""), &chunk);
+  if (chunk.cameras.empty())
+    throw InputError(
+        fmt::format("{} holds no camera with a <transform> that is enabled ({} are "
+                    "disabled, {} not aligned); align them in Metashape",
+                    file, chunk.disabled, chunk.not_aligned));
+  chunk.other_chunks = OtherChunks(root);
+  ReadGround(*element, component, &chunk);
   for (const MetashapeCamera& camera : chunk.cameras)
     if (std::none_of(chunk.sensors.begin(), chunk.sensors.end(),
                      [&](const MetashapeSensor& s) { return s.id == camera.sensor; }))

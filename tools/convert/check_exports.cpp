@@ -14,6 +14,7 @@
 #include "core/exchange/colmap.h"
 #include "core/exchange/opensfm.h"
 #include "tools/convert/export_record.h"
+#include "tools/convert/metashape_ground.h"
 
 namespace orient {
 namespace {
@@ -199,6 +200,7 @@ ExportCheck CheckExport(const std::string& directory, std::optional<ExchangeForm
   if (!format)
     throw InputError(directory + " does not name its format (no export.json); name it with --from");
   const std::string path = points.empty() ? VerificationPath(directory) : points;
+  if (*format == ExchangeFormat::kMetashape) NotesOnMetashape(ReadMetashape(directory), directory);
   const auto files = OpenProgramFiles(*format, directory);
   ExportCheck check;
   check.format = *format;

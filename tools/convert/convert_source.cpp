@@ -21,6 +21,7 @@
 #include "tools/convert/export_record.h"
 #include "tools/convert/foreign_block.h"
 #include "tools/convert/ground_frame.h"
+#include "tools/convert/placed_poses.h"
 
 namespace orient {
 namespace {
@@ -297,6 +298,9 @@ ConvertSource ReadForeign(ExchangeFormat format, const ConvertSourceOptions& giv
       ReadForeignBlock(format, given.input, record, {source.crs, given.opensfm_offset});
   source.messages = foreign.messages;
   if (given.origin) foreign.frame_origin = *given.origin;
+  if (!given.origin && foreign.origin_unknown)
+    source.messages.push_back(given.input + " states no origin: its coordinates are taken for " +
+                              "the block's own; if one was subtracted, give it with --origin");
   ExchangeBlock& block = foreign.block;
   RequireDistinctPhotos(block, given.input);
   NamePhotosCutOff(block, FolderOf(given.input), &source.messages);
@@ -317,6 +321,7 @@ ConvertSource ReadForeign(ExchangeFormat format, const ConvertSourceOptions& giv
   const std::vector<ExchangeCamera> in_file =
       BringIntoTheBlocksGround(given, record, &source.cameras, &block.cameras);
   const GroundFrame frame = FrameOf(foreign, given, record);
+  if (source.crs) RequirePlaced(foreign, frame, *source.crs, given.input);
   const auto height = given.ground_height_m ? given.ground_height_m : record.ground_height_m;
   if (!frame.IsShift() && !height)
     throw UsageError("the mean height of the ground is needed to bring " + Name(format) +

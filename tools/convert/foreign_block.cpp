@@ -12,6 +12,7 @@
 #include "core/exchange/metashape.h"
 #include "core/exchange/micmac_orientation.h"
 #include "core/exchange/opensfm.h"
+#include "tools/convert/metashape_ground.h"
 #include "tools/convert/opensfm_ground.h"
 
 namespace orient {
@@ -30,6 +31,12 @@ ExchangeBlock OpensfmBlock(const std::string& input, const ForeignOptions& optio
                     read.others + 1));
   return ExchangeFromOpensfm(
       TopocentricOpensfm(std::move(read), {input, options.crs, options.offset}, messages));
+}
+
+// export.json's, else the comments'.
+std::optional<Eigen::Vector3d> OriginOfColmap(const std::string& input,
+                                              const ExportRecord& record) {
+  return record.format.empty() ? ReadColmapOrigin(input) : record.origin;
 }
 
 }  // namespace
@@ -54,19 +61,31 @@ ForeignBlock ReadForeignBlock(ExchangeFormat format, const std::string& input,
       break;
     case ExchangeFormat::kMetashape: {
       const MetashapeChunk chunk = ReadMetashape(input);
+      foreign.messages = NotesOnMetashape(chunk, input);
+      foreign.if_misplaced =
+          chunk.placed ? "the chunk's transform does not lead into that CRS; name the right one "
+                         "with --crs, or georeference the chunk in Metashape and export again"
+                       : "the chunk has no transform; georeference it in Metashape and export its "
+                         "cameras again";
       foreign.block = ExchangeFromMetashape(chunk);
       foreign.geocentric = IsGeocentric(chunk);
       break;
     }
-    case ExchangeFormat::kColmap:
+    case ExchangeFormat::kColmap: {
       foreign.block = ExchangeFromColmap(ReadColmap(input));
-      foreign.frame_origin = record.origin;
+      const auto origin = OriginOfColmap(input, record);
+      foreign.frame_origin = origin.value_or(Eigen::Vector3d::Zero());
+      foreign.origin_unknown = !origin;
       break;
+    }
     case ExchangeFormat::kOpensfm:
       foreign.block = OpensfmBlock(input, options, &foreign.messages);
+      foreign.if_misplaced = "reference_lla lies elsewhere; name the right CRS with --crs";
       break;
     case ExchangeFormat::kAsp:
       foreign.block = ExchangeFromAsp(ReadAsp(input));
+      foreign.if_misplaced =
+          "the cameras' C is not geocentric; bring it there (ASP's bundle_adjust)";
       foreign.geocentric = true;
       break;
   }

@@ -16,7 +16,10 @@ struct ForeignBlock {
   bool geocentric =
       false;  // else topocentric where block.reference_lla says so, else the block's CRS
   Eigen::Vector3d frame_origin = Eigen::Vector3d::Zero();  // to be added to the file's coordinates
+  bool origin_unknown = false;        // of a format whose coordinates usually have one
   std::vector<std::string> messages;  // what was taken for granted, what was left out
+  // Why the poses may lie where they cannot be, and what to do then.
+  std::string if_misplaced = "their origin is missing; give it with --origin";
 };
 
 // What the file may not say itself.

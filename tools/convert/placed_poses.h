@@ -1,0 +1,17 @@
+// Whether poses that are given a CRS can be meant in it.
+#pragma once
+
+#include <string>
+
+#include "tools/convert/foreign_block.h"
+#include "tools/convert/ground_frame.h"
+
+namespace orient {
+
+// Throws InputError naming `input` and what to do where the mean projection centre lies far outside
+// the area of the CRS, or, of geocentric poses, far from the earth's surface: the files lack their
+// origin. The block is still in its file's system.
+void RequirePlaced(const ForeignBlock& foreign, const GroundFrame& frame, const Crs& crs,
+                   const std::string& input);
+
+}  // namespace orient
