@@ -207,11 +207,18 @@ class Decision {
   Ground Which() {
     if (options_.offset) return Said();
     if (!topocentric_) return WithoutGps();
-    const bool as_is = topocentric_->Sound(true);
-    const bool undone = projected_ && projected_->Sound(offset_.has_value());
-    if (!as_is && !undone) Refuse();
+    const bool as_is = topocentric_->Sound(false);
+    const bool undone = projected_ && projected_->Sound(false);
     if (as_is && undone) return OfBoth();
-    return as_is ? Take(Ground::kTopocentric) : Take(Ground::kProjected);
+    // Without a CRS nobody knows how the projected ones would fit.
+    if (as_is && (projected_ || topocentric_->Sound(true))) return Take(Ground::kTopocentric);
+    return undone ? TakeProjected() : Refuse();
+  }
+
+  // One whose stated offset leads elsewhere is another block's.
+  Ground TakeProjected() {
+    if (offset_ && !projected_->Sound(true)) Refuse();
+    return Take(Ground::kProjected);
   }
 
   Ground Said() {
@@ -242,10 +249,19 @@ class Decision {
     return Ground::kProjected;
   }
 
+  // The turn decides where it can: GPS that is shifted as a whole speaks for neither system.
   Ground OfBoth() {
     const double difference = std::abs(topocentric_->turn_deg) - std::abs(projected_->turn_deg);
     if (std::abs(difference) > kApart * topocentric_->sigma_deg)
-      return Take(difference < 0 ? Ground::kTopocentric : Ground::kProjected);
+      return difference < 0 ? Take(Ground::kTopocentric) : TakeProjected();
+    const bool near = topocentric_->Sound(true);
+    if (!near && !projected_->Sound(true)) Refuse();
+    if (!near) return Take(Ground::kProjected);
+    if (!projected_->Sound(offset_.has_value())) return Take(Ground::kTopocentric);
+    return OfEither();
+  }
+
+  Ground OfEither() {
     if (TopocentricBeside(options_.input)) return Beside();
     const double between = RadFromDeg(topocentric_->turn_deg - projected_->turn_deg);
     messages_->push_back(fmt::format(
@@ -273,7 +289,7 @@ class Decision {
     return ground;
   }
 
-  [[noreturn]] void Refuse() const {
+  [[noreturn]] Ground Refuse() const {
     std::string text = options_.input + ": the poses fit the shots' gps_position neither as " +
                        "topocentric" + Told(topocentric_);
     text += " nor as projected minus an offset";

@@ -93,6 +93,13 @@ class OpensfmGround : public testing::Test {
     Store(json);
   }
 
+  void ShiftGps() {
+    Json json = Read();
+    for (auto& shot : json[0]["shots"])
+      shot["gps_position"] = ToArray(ToVector(shot["gps_position"]) + Vector3d(500, 500, 0));
+    Store(json);
+  }
+
   void WithoutGps() {
     Json json = Read();
     for (auto& shot : json[0]["shots"]) shot["gps_dop"] = 999999.0;
@@ -186,6 +193,25 @@ TEST_F(OpensfmGround, WhatFitsNeitherIsRefused) {
   }
   Store(json);
   ExpectError<InputError>([&] { ReadBack(); }, {"gps_position", "neither", "90.0"});
+}
+
+// Of another datum, another reference: it turns nothing.
+TEST_F(OpensfmGround, GpsThatIsShiftedAsAWholeSpeaksForNoSystem) {
+  const ConvertSource flight = Flight(580000);
+  Write(flight);
+  ShiftGps();
+  const ConvertSource read = ReadBack();
+  ExpectSame(read, flight);
+  EXPECT_TRUE(Says(read, "the poses are topocentric"));
+  EXPECT_TRUE(Says(read, "707.") || Says(read, "706.")) << "how far away they are is said";
+  ExportGeocoords();
+  ExpectError<InputError>([&] { ReadBack(); }, {"projected system minus an offset", "--offset"});
+}
+
+TEST_F(OpensfmGround, FarFromGpsWhereTheTurnTellsNothingIsRefused) {
+  Write(Flight(500000 - 600));
+  ShiftGps();
+  ExpectError<InputError>([&] { ReadBack(); }, {"neither", "707 m away"});
 }
 
 TEST_F(OpensfmGround, OnTheCentralMeridianNothingTellsAndThatIsSaid) {
