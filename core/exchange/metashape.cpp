@@ -4,6 +4,7 @@
 
 #include <Eigen/Geometry>
 #include <algorithm>
+#include <cmath>
 #include <filesystem>
 
 #include "core/base/atomic_write.h"
@@ -120,6 +121,29 @@ int AttributeCount(const XmlElement& element, const char* key) {
   return WholeNumber(AttributeNumber(element, key), element.Where(), key);
 }
 
+// PhotoScan's older calibrations: two focal lengths, the principal point as a pixel of the image
+// (its upper-left corner is 0), and a skew.
+void ReadFocalLengths(const XmlElement& calibration, MetashapeSensor* sensor) {
+  const double fx = calibration.At("fx").Number();
+  sensor->f = calibration.At("fy").Number();
+  sensor->b1 = fx - sensor->f;
+  if (Of(calibration, "skew") != 0)
+    throw InputError(calibration.Where() + ": skew is not 0, which is not supported");
+  // Releases differ in which of them belongs to x.
+  if (sensor->p1 != 0 || sensor->p2 != 0)
+    throw InputError(calibration.Where() +
+                     ": p1 and p2 beside fx and fy, whose order PhotoScan has changed, are not " +
+                     "supported; export the cameras with a newer release");
+  sensor->cx = calibration.At("cx").Number() - 0.5 * sensor->width;
+  sensor->cy = calibration.At("cy").Number() - 0.5 * sensor->height;
+  constexpr double kMost = 0.25;  // of the image
+  if (!(std::abs(sensor->cx) <= kMost * sensor->width &&
+        std::abs(sensor->cy) <= kMost * sensor->height))
+    throw InputError(
+        calibration.Where() +
+        ": cx and cy beside fx and fy are a pixel of the image, but lie far from its " + "middle");
+}
+
 MetashapeSensor ReadSensor(const XmlElement& element) {
   MetashapeSensor sensor;
   sensor.id = AttributeCount(element, "id");
@@ -141,7 +165,6 @@ MetashapeSensor ReadSensor(const XmlElement& element) {
   if (size == nullptr) size = &element.At("resolution");
   sensor.width = AttributeCount(*size, "width");
   sensor.height = AttributeCount(*size, "height");
-  sensor.f = calibration->At("f").Number();
   sensor.cx = Of(*calibration, "cx");
   sensor.cy = Of(*calibration, "cy");
   sensor.k1 = Of(*calibration, "k1");
@@ -151,6 +174,10 @@ MetashapeSensor ReadSensor(const XmlElement& element) {
   sensor.p2 = Of(*calibration, "p2");
   sensor.b1 = Of(*calibration, "b1");
   sensor.b2 = Of(*calibration, "b2");
+  if (calibration->Find("f") == nullptr && calibration->Find("fx") != nullptr)
+    ReadFocalLengths(*calibration, &sensor);
+  else
+    sensor.f = calibration->At("f").Number();
   for (const char* other : {"k4", "p3", "p4"})
     if (Of(*calibration, other) != 0)
       throw InputError(

@@ -8,6 +8,7 @@
 //   y' = y (1 + ...)                       + p2 (r2 + 2 y^2) + 2 p1 x y,
 //   u = width / 2 + cx + x' f + x' b1 + y' b2,  v = height / 2 + cy + y' f
 // in pixels whose upper-left centre is (0.5, 0.5) (Metashape Professional manual, camera models).
+// PhotoScan wrote fx = f + b1, fy = f, skew = b2, and cx and cy as a pixel of the image.
 #pragma once
 
 #include <Eigen/Core>

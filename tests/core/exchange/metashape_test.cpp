@@ -29,12 +29,13 @@ class Metashape : public testing::Test {
                       const std::string& after = "") const {
     WriteFileAtomically(
         folder_ / "cameras.xml",
-        fmt::format("<document><chunk>{}<cameras>{}</cameras>{}</chunk>{}</document>", kSensor,
+        fmt::format("<document><chunk>{}<cameras>{}</cameras>{}</chunk>{}</document>", sensors_,
                     cameras, more, after));
     return ReadMetashape(folder_.Path());
   }
 
   const TemporaryFolder folder_;
+  std::string sensors_ = kSensor;
 };
 
 TEST_F(Metashape, TheTransformOfTheActiveComponentIsTheChunks) {
@@ -59,6 +60,31 @@ TEST_F(Metashape, DisabledAndUnalignedCamerasAreLeftOutAndCounted) {
   EXPECT_EQ(chunk.disabled, 2u);
   EXPECT_EQ(chunk.not_aligned, 1u);
   ExpectError<InputError>([&] { Read(CameraOf(R"(label="a" enabled="0")")); }, {"1 are disabled"});
+}
+
+std::string OlderSensor(const std::string& elements) {
+  return fmt::format(R"(<sensors><sensor id="0" label="s"><resolution width="1000" height="800"/>
+    <calibration class="adjusted">{}</calibration></sensor></sensors>)",
+                     elements);
+}
+
+TEST_F(Metashape, PhotoScansTwoFocalLengthsAreOneAndB1AndItsPrincipalPointIsAPixel) {
+  sensors_ = OlderSensor("<fx>903</fx><fy>900</fy><cx>505</cx><cy>398</cy><skew>0</skew>");
+  const ExchangeBlock block = ExchangeFromMetashape(Read(CameraOf("label=\"a\"")));
+  EXPECT_EQ(block.cameras[0].focal_px, Eigen::Vector2d(903, 900));
+  EXPECT_EQ(block.cameras[0].principal_px, Eigen::Vector2d(505, 398));
+}
+
+TEST_F(Metashape, PhotoScansSkewAndWhatIsNoPixelNearTheMiddleAreRefused) {
+  const std::string focal = "<fx>900</fx><fy>900</fy>";
+  for (const auto& [wrong, complaint] :
+       {std::pair("<cx>500</cx><cy>400</cy><skew>0.5</skew>", "skew"),
+        std::pair("<cx>5</cx><cy>-2</cy>", "far from its middle"),
+        std::pair("<cx>500</cx><cy>400</cy><p1>1e-4</p1>", "p1 and p2"),
+        std::pair("<cx>500</cx>", "<cy>")}) {
+    sensors_ = OlderSensor(focal + wrong);
+    ExpectError<InputError>([&] { Read(CameraOf("label=\"a\"")); }, {complaint});
+  }
 }
 
 TEST_F(Metashape, FurtherChunksAreCounted) {
