@@ -22,6 +22,7 @@
 #include "tools/convert/foreign_block.h"
 #include "tools/convert/ground_frame.h"
 #include "tools/convert/placed_poses.h"
+#include "tools/convert/program_names.h"
 
 namespace orient {
 namespace {
@@ -304,6 +305,7 @@ ConvertSource ReadForeign(ExchangeFormat format, const ConvertSourceOptions& giv
   ExchangeBlock& block = foreign.block;
   RequireDistinctPhotos(block, given.input);
   NamePhotosCutOff(block, FolderOf(given.input), &source.messages);
+  RestoreNames(record.names, &block);
   if (!given.camera.empty()) {
     const Camera camera = ReadCameraFile(given.camera).camera;
     if (camera.kind != CameraKind::kDigital)

@@ -62,6 +62,7 @@ void WriteExportRecord(const std::string& directory, const ExportRecord& record)
       {"earth", Json::array()}};
   for (const EarthRecord& earth : record.earth)
     json["earth"].push_back({{"in_lens", earth.in_lens}, {"taken_out", earth.taken_out}});
+  if (!record.names.empty()) json["names"] = record.names;
   WriteFileAtomically(RecordPath(directory), json.dump(2) + "\n");
 }
 
@@ -84,6 +85,8 @@ ExportRecord ReadExportRecord(const std::string& directory) {
       for (const Json& earth : json.at("earth"))
         record.earth.push_back(
             {earth.at("in_lens").get<double>(), earth.at("taken_out").get<double>()});
+    if (json.contains("names"))
+      record.names = json.at("names").get<std::map<std::string, std::string>>();
   } catch (const Json::exception& error) {
     throw InputError(path + " is damaged; convert again: " + error.what());
   }

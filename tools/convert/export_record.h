@@ -3,6 +3,7 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <map>
 #include <optional>
 #include <string>
 #include <vector>
@@ -26,6 +27,8 @@ struct ExportRecord {
   double geoid_m = 0;
   std::optional<double> ground_height_m;  // mean, of the block
   std::vector<EarthRecord> earth;         // of each camera, in the order of the file's
+  // Photos' true names by the files', of those that differ: see program_names.h.
+  std::map<std::string, std::string> names = {};
 };
 void WriteExportRecord(const std::string& directory, const ExportRecord& record);
 ExportRecord ReadExportRecord(const std::string& directory);

@@ -2,11 +2,13 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <filesystem>
 
 #include "core/base/error.h"
 #include "core/base/output_directory.h"
 #include "core/files/orientation_table.h"
+#include "tools/convert/program_names.h"
 
 namespace orient {
 namespace {
@@ -29,6 +31,31 @@ bool WantsFolder(ExchangeFormat format) {
 
 bool WantsImagesBeside(ExchangeFormat format) {
   return format == ExchangeFormat::kMicmac || format == ExchangeFormat::kAsp;
+}
+
+bool AreTheImages(const std::vector<std::string>& names, const ExchangeBlock& block) {
+  return std::equal(
+      names.begin(), names.end(), block.photos.begin(), block.photos.end(),
+      [](const std::string& name, const ExchangePhoto& photo) { return name == photo.image; });
+}
+
+// That an earlier run left; one with files of somebody's stays.
+void RemoveFolderOfLinks(const fs::path& folder) {
+  if (fs::is_symlink(folder) || !fs::is_directory(folder)) return;
+  const bool links = std::all_of(fs::directory_iterator(folder), fs::directory_iterator(),
+                                 [](const auto& entry) { return entry.is_symlink(); });
+  if (links) fs::remove_all(folder);
+}
+
+// `from_folder`: the images' folder as seen from the links'.
+void LinkEach(const fs::path& images, const fs::path& from_folder, const fs::path& folder,
+              const std::vector<std::string>& names, const ExchangeBlock& block) {
+  std::error_code error;
+  if (fs::is_symlink(folder, error)) fs::remove(folder, error);
+  MakeOutputDirectory(folder.string());
+  for (std::size_t i = 0; i < names.size(); ++i)
+    if (fs::exists(images / block.photos[i].image))
+      Link(from_folder / block.photos[i].image, folder / names[i]);
 }
 
 }  // namespace
@@ -58,11 +85,15 @@ void LinkImagesForPrograms(const std::string& out, const std::vector<ExchangeFor
   const fs::path images = fs::path(out) / "images";
   for (const ExchangeFormat format : formats) {
     const fs::path folder = fs::path(out) / Name(format);
-    if (WantsFolder(format)) Link("../images", folder / "images");
-    if (!WantsImagesBeside(format)) continue;
-    for (const ExchangePhoto& photo : block.photos)
-      if (fs::exists(images / photo.image))
-        Link(fs::path("../images") / photo.image, folder / photo.image);
+    const std::vector<std::string> names = NamesInFiles(block, format);
+    if (WantsFolder(format)) {
+      RemoveFolderOfLinks(folder / "images");
+      if (AreTheImages(names, block))
+        Link("../images", folder / "images");
+      else
+        LinkEach(images, "../../images", folder / "images", names, block);
+    }
+    if (WantsImagesBeside(format)) LinkEach(images, "../images", folder, names, block);
   }
 }
 

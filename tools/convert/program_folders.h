@@ -21,6 +21,7 @@ void LinkDigitalImages(const std::string& out, const std::vector<std::string>& i
 
 // Of the block's images that are in out/images: for OpenSfM and COLMAP out/FORMAT/images, for
 // MicMac and ASP a link for each beside their files; the other programs ask where the images are.
+// Links have the names of the files (NamesInFiles).
 // Throws InputError where a link cannot be made.
 void LinkImagesForPrograms(const std::string& out, const std::vector<ExchangeFormat>& formats,
                            const ExchangeBlock& block);

@@ -24,6 +24,7 @@
 #include "core/terrain/earth_effects.h"
 #include "tools/convert/export_record.h"
 #include "tools/convert/ground_frame.h"
+#include "tools/convert/program_names.h"
 
 namespace orient {
 namespace {
@@ -231,12 +232,26 @@ void WriteCamera(const std::string& directory, const Camera& camera, std::size_t
   WriteCameraFile((fs::path(directory) / name).string(), {camera, {}, {}, std::nullopt, {}});
 }
 
+// Returns the true names of those that got another.
+std::map<std::string, std::string> NameAsInFiles(ExchangeFormat format, ExchangeBlock* block) {
+  std::map<std::string, std::string> true_names;
+  const std::vector<std::string> names = NamesInFiles(*block, format);
+  for (std::size_t i = 0; i < names.size(); ++i) {
+    std::string& image = block->photos[i].image;
+    if (names[i] != image) true_names[names[i]] = image;
+    image = names[i];
+  }
+  return true_names;
+}
+
 WrittenExport WriteExport(const ConvertSource& source, const std::vector<Verified>& verified,
                           const ExportOptions& options, ExchangeFormat format) {
   RequireOwnNames(source.block, format);
   WrittenExport written{format, ExportDirectory(options, format), 0, 0};
   const GroundFrame frame = FrameOf(source, options, format);
-  const ExchangeBlock block = Framed(source, verified, frame, &written);
+  ExchangeBlock block = Framed(source, verified, frame, &written);
+  const std::map<std::string, std::string> names = NameAsInFiles(format, &block);
+  written.renamed = names.size();
   MakeOutputDirectory(written.directory);
   WriteFormat(written.directory, format, block, source);
   const bool adds_origin = format == ExchangeFormat::kMetashape;
@@ -244,6 +259,7 @@ WrittenExport WriteExport(const ConvertSource& source, const std::vector<Verifie
   WriteVerification(written.directory, Rows(source, verified, block, world));
   ExportRecord record{
       Name(format), source.crs, frame.Origin(), options.geoid_m, MeanGroundHeight(source), {}};
+  record.names = names;
   const std::vector<Camera> cameras = CamerasIn(frame, source);
   for (std::size_t i = 0; i < cameras.size(); ++i) {
     WriteCamera(written.directory, cameras[i], i, cameras.size());
@@ -287,6 +303,11 @@ std::vector<std::string> NotesOn(const WrittenExport& written, const ConvertSour
     notes.push_back(fmt::format(
         "another ground system: scale and curvature leave rms {:.2g} px, largest {:.2g} px",
         written.rms_px, written.largest_px));
+  if (written.renamed > 0)
+    notes.push_back(
+        fmt::format("{} photos' names hold blanks, at which the program would cut them: they are "
+                    "written with _ instead; the true names stand in export.json",
+                    written.renamed));
   const bool lens = std::any_of(source.cameras.begin(), source.cameras.end(), [](const auto& of) {
     return !std::holds_alternative<std::monostate>(of.lens);
   });

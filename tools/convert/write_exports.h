@@ -25,7 +25,8 @@ struct WrittenExport {
   // What the block's CRS being no Cartesian system leaves over the images, px; 0 for formats in the
   // block's own coordinates.
   double rms_px = 0, largest_px = 0;
-  ExportCheck check = {};  // of what was written, by the program's own formulas
+  ExportCheck check = {};   // of what was written, by the program's own formulas
+  std::size_t renamed = 0;  // photos whose names hold blanks, which the program takes not
 };
 
 // Where a format's files go: what would be overwritten.
