@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cctype>
 #include <charconv>
 #include <cmath>
 #include <filesystem>
@@ -34,6 +35,16 @@ std::size_t EndOfQuoted(const std::string& line) {
     ++i;
   }
   return 0;
+}
+
+// Programs in Fortran write 1.234D+02.
+std::string WithExponentE(std::string word) {
+  const std::size_t d = word.find_first_of("Dd");
+  const bool exponent =
+      d != std::string::npos && d > 0 &&
+      (std::isdigit(static_cast<unsigned char>(word[d - 1])) != 0 || word[d - 1] == '.');
+  if (exponent) word[d] = 'E';
+  return word;
 }
 
 std::string Unquoted(const std::string& quoted) {
@@ -115,8 +126,9 @@ std::vector<TextLine> ReadTextLines(const std::string& path, const std::string& 
 }
 
 double ParseNumber(const std::string& word, const std::string& where, const std::string& what) {
-  const char* first = word.data();
-  const char* last = first + word.size();
+  const std::string number_word = WithExponentE(word);
+  const char* first = number_word.data();
+  const char* last = first + number_word.size();
   if (first != last && *first == '+') ++first;
   double number = 0;
   const auto [end, error] = std::from_chars(first, last, number);

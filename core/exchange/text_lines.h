@@ -42,7 +42,8 @@ std::vector<TextLine> ReadTextLines(const std::string& path, const std::string& 
 std::vector<TextLine> ReadAllTextLines(const std::string& path, const std::string& comments,
                                        char blank = ' ');
 
-// A number as the line would read it. Throws InputError "<where>: <what> is "<word>" ...".
+// A number as the line would read it, its exponent after E or Fortran's D. Throws InputError
+// "<where>: <what> is "<word>" ...".
 double ParseNumber(const std::string& word, const std::string& where, const std::string& what);
 // A number that counts something. Throws InputError where it is no whole one, or beyond 1e9.
 int WholeNumber(double number, const std::string& where, const std::string& what);

@@ -303,6 +303,18 @@ TEST(Patb, ImageCoordinatesAreReducedAndInMicrometres) {
   EXPECT_NE(ReadFile(folder / "photo_numbers.txt").find("1 first\n"), std::string::npos);
 }
 
+TEST(Patb, ExponentsMayBeFortrans) {
+  const TemporaryFolder folder;
+  WriteFileAtomically(folder / "patb.ori",
+                      "4711 1.53D+02 5.12345D+05 5.2d6 1.16D+03\n1.D+00 0.D+00 0 0 1\n0 0 0 1\n");
+  const auto photos = ReadPatb(folder.Path());
+  ASSERT_EQ(photos.size(), 1u);
+  EXPECT_EQ(photos[0].principal_distance_mm, 153);
+  EXPECT_EQ(photos[0].centre, Eigen::Vector3d(512345, 5.2e6, 1160));
+  WriteFileAtomically(folder / "patb.ori", "4711 D+02 1 2 3\n1 0 0 0 1\n0 0 0 1\n");
+  ExpectError<InputError>([&] { ReadPatb(folder.Path()); }, {"line 1", "D+02"});
+}
+
 TEST(Ori, BlanksTabsAndCommasSeparate) {
   const TemporaryFolder folder;
   WriteFileAtomically(folder / "orientation.ori", "# a\n4711\t1 2,3 , 0.5\t-1 90\n");
