@@ -23,6 +23,7 @@
 #include "tools/convert/ground_frame.h"
 #include "tools/convert/placed_poses.h"
 #include "tools/convert/program_names.h"
+#include "tools/convert/table_cameras.h"
 
 namespace orient {
 namespace {
@@ -162,6 +163,7 @@ std::optional<double> MeanPixelSize(const std::string& interior_directory) {
 ConvertSource ReadOrientResults(const ConvertSourceOptions& options) {
   const OrientationTable table = ReadOrientationTable(TablePath(options.input));
   if (table.rows.empty()) throw InputError(TablePath(options.input) + " holds no photo");
+  RequireOneCamera(TablePath(options.input));
   ConvertSource source;
   const CameraFile file = CameraOfPoses(options, &source.messages);
   const bool film = file.camera.kind == CameraKind::kFilm;
