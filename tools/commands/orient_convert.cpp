@@ -1,8 +1,10 @@
 // orient convert: oriented blocks for other programs, from them, and whether both mean the same.
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include <algorithm>
 #include <array>
+#include <cctype>
 #include <cmath>
 #include <filesystem>
 #include <ostream>
@@ -10,13 +12,16 @@
 #include "block/inputs/camera_library.h"
 #include "block/stages/exterior_stage.h"
 #include "core/base/error.h"
+#include "core/base/trimmed.h"
 #include "core/files/block_file.h"
 #include "core/files/orientation_table.h"
+#include "core/files/toml_fields.h"
 #include "tools/commands/commands.h"
 #include "tools/commands/progress.h"
 #include "tools/commands/shared_options.h"
 #include "tools/convert/check_exports.h"
 #include "tools/convert/convert_source.h"
+#include "tools/convert/export_record.h"
 #include "tools/convert/program_folders.h"
 #include "tools/convert/resample_photos.h"
 #include "tools/convert/write_exports.h"
@@ -29,6 +34,25 @@ std::vector<std::string> FormatNames() {
   std::vector<std::string> names;
   for (const ExchangeFormat format : kAllExchangeFormats) names.push_back(Name(format));
   return names;
+}
+
+// Makes of "COLMAP" or " colmap" what the format is called; CLI11 says which option was wrong.
+CLI::Validator FormatName() {
+  const auto known = [](std::string& name) -> std::string {
+    std::string word(Trimmed(name));
+    std::transform(word.begin(), word.end(), word.begin(),
+                   [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
+    if (ExchangeFormatFromName(word)) {
+      name = word;
+      return "";
+    }
+    const std::vector<std::string> names = FormatNames();
+    const std::string nearest = NearestWord(word, {names.begin(), names.end()});
+    return fmt::format("\"{}\" is no format; {}", name,
+                       nearest.empty() ? fmt::format("formats are {}", fmt::join(names, ", "))
+                                       : "did you mean " + nearest + "?");
+  };
+  return {known, fmt::format("{{{}}}", fmt::join(FormatNames(), ",")), "format"};
 }
 
 class ConvertCommand : public Command {
@@ -44,10 +68,10 @@ class ConvertCommand : public Command {
                    "program's folder or file")
         ->required();
     app.add_option("--from", from_, "The input's format")
-        ->check(CLI::IsMember(FormatNames()))
+        ->transform(FormatName())
         ->default_str("opk");
     app.add_option("--to", to_, "Formats to write, each into its own folder")
-        ->check(CLI::IsMember(FormatNames()))
+        ->transform(FormatName())
         ->delimiter(',')
         ->allow_extra_args(false);
     app.add_option("--camera", source_.camera,
@@ -115,7 +139,19 @@ class ConvertCommand : public Command {
 
   ExchangeFormat From() const { return *ExchangeFormatFromName(from_.empty() ? "opk" : from_); }
 
+  // Of a folder that another call made for another program.
+  void RequireFrom() const {
+    if (!from_.empty() || fs::is_regular_file(block::PoseTablePath(source_.input)) ||
+        fs::path(source_.input).extension() == ".csv")
+      return;
+    const std::string format = ReadExportRecord(FolderOf(source_.input)).format;
+    if (!format.empty() && format != "opk")
+      throw UsageError(
+          fmt::format("{} holds {} files: add --from {}", source_.input, format, format));
+  }
+
   void Prepare() {
+    RequireFrom();
     if (!source_.camera.empty()) source_.camera = block::FindCameraFile(source_.camera, library_);
     if (!origin_.empty()) source_.origin = Eigen::Vector3d(origin_.data());
     if (!offset_.empty()) {
