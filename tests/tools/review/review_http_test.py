@@ -158,8 +158,8 @@ def interiors_are_measured_again(orient, folder):
         assert server.ask("POST", "api/undo", version)[0] == 200
         assert again() == "" and status() == before
     text = (world / "camera.toml").read_text(encoding="utf-8")
-    (world / "camera.toml").write_text(text.replace("principal_distance_mm = 1",
-                                                    "principal_distance_mm = 2"), encoding="utf-8")
+    changed = text.replace("principal_distance_mm = ", "principal_distance_mm = 1")
+    (world / "camera.toml").write_text(changed, encoding="utf-8")
     with running(orient, *words) as server:  # with another camera file than the run's
         assert "made from other inputs" in again()
         assert status() == before
