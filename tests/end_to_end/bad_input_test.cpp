@@ -330,9 +330,10 @@ TEST_F(BadInput, ResultsOfAnotherCameraOrEarthAreNotKeptOnResume) {
   ExpectRefused(Exterior({scan, "--resume", "--earth", "curved"}), 2,
                 {Path("out"), "options", "earth auto", "earth curved", "--overwrite"});
   Edit("camera.toml", "principal_distance_mm = ", "principal_distance_mm = 1");
-  ExpectRefused(Exterior({scan, "--resume"}), 2, {Path("out"), "another camera file"});
+  ExpectRefused(Exterior({scan, "--resume"}), 2, {Path("out"), "other inputs (camera file"});
   // Nor by a run of other photos into the same folder: one camera file there is true of all.
-  ExpectRefused(Exterior({Path("scans/new_1_2.tif"), "--resume"}), 2, {"another camera file"});
+  ExpectRefused(Exterior({Path("scans/new_1_2.tif"), "--resume"}), 2,
+                {"other inputs (camera file"});
 }
 
 // More photos would be seen over another earth: that of the first run stays.

@@ -56,7 +56,7 @@ TEST(RequireSameInputs, NamesWhatAnyResultOfTheFolderWasMadeWith) {
     FAIL() << "nothing was refused";
   } catch (const InputError& error) {
     const std::string said = error.what();
-    for (const char* word : {"that of q", "another DEM, options (earth flat; now earth auto)",
+    for (const char* word : {"that of q", "other inputs (DEM, options (earth flat; now earth auto)",
                              "--overwrite instead of --resume"})
       EXPECT_NE(said.find(word), std::string::npos) << said;
   }
