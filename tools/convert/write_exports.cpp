@@ -69,7 +69,8 @@ std::vector<Verified> VerificationPoints(const ConvertSource& source) {
     const double mean = GroundHeight(source, i);
     const double relief = 0.02 * (pose.position_m.z() - mean);
     for (int place = 0; place < 9; ++place) {
-      const Eigen::Vector2d part(0.4 * (place % 3 - 1), 0.4 * (place / 3 - 1));
+      const int across = place % 3 - 1, along = place / 3 - 1;
+      const Eigen::Vector2d part(0.4 * across, 0.4 * along);
       const auto ray = GroundRayFromPhoto(camera, pose, part.cwiseProduct(camera.frame_mm));
       if (!ray) continue;
       const auto ground = PointAtHeight(frame, FrameWay::kFileFromBlock, ray->origin_m,
