@@ -63,8 +63,8 @@ void RequireSameInputs(const ResultStore& results, const std::vector<std::string
       what += " (" + ValueIn(*then, "options") + "; now " + ValueIn(of_run, "options") + ")";
     throw InputError(
         fmt::format("the results in {}, that of {} for one, were made with other inputs ({}); "
-                    "repeat all of them with "
-                    "--overwrite instead of --resume, or name another folder with --out",
+                    "repeat all of them with --overwrite instead of --resume, or name another "
+                    "folder with --out",
                     results.Folder(), photo, what));
   }
 }

@@ -77,6 +77,10 @@ fs::path PicturesOf(const ExteriorSetting& setting) {
   return setting.options.pictures.value_or(setting.options.out);
 }
 
+std::string SheetPath(const ExteriorSetting& setting, const std::string& photo) {
+  return (PicturesOf(setting) / (photo + ".patches.png")).string();
+}
+
 std::string OverviewPath(const ExteriorSetting& setting, const std::string& photo) {
   return (PicturesOf(setting) / (photo + kPatchesOverview)).string();
 }
@@ -97,10 +101,8 @@ void Illustrate(const ExteriorSetting& setting, const ScanInterior& interior, co
   if (const auto& estimated = result->principal_distance)
     view.camera.principal_distance_mm = estimated->value_mm;
   if (result->pose) result->footprint_m = Footprint(view, setting.surface);
-  const fs::path pictures = PicturesOf(setting);
   try {
-    WritePatchSheet((pictures / (result->photo + ".patches.png")).string(), view, image, patches,
-                    *result);
+    WritePatchSheet(SheetPath(setting, result->photo), view, image, patches, *result);
     const auto items = OverviewOf(*result);
     if (result->status != Status::kOk && !items.empty())
       WriteScanOverview(OverviewPath(setting, result->photo), raster, items);
@@ -328,7 +330,7 @@ ExteriorResult OrientOne(const ExteriorSetting& setting, const std::string& path
 ExteriorResult OrientFromFiles(const ExteriorSetting& setting, const std::string& path) {
   std::error_code ignored;  // an earlier run's pictures
   fs::remove(OverviewPath(setting, PhotoName(path)), ignored);
-  fs::remove(PicturesOf(setting) / (PhotoName(path) + ".patches.png"), ignored);
+  fs::remove(SheetPath(setting, PhotoName(path)), ignored);
   try {
     return OrientOne(setting, path);
   } catch (const InputError& error) {

@@ -158,9 +158,9 @@ void WritePictures(const InteriorRunOptions& options, const std::optional<Raster
     return (fs::path(options.out) / (result->photo + ending)).string();
   };
   std::error_code ignored;
-  fs::remove(path(kMarksOverview), ignored);  // of an earlier run
+  for (const char* ending : {".marks.png", kMarksOverview})
+    fs::remove(path(ending), ignored);  // of an earlier run
   try {
-    fs::remove(path(".marks.png"), ignored);
     if (marks) WritePng(path(".marks.png"), marks->width, marks->height, 3, marks->rgb);
     if (scan && result->status != Status::kOk)
       WriteScanOverview(path(kMarksOverview), *scan, OverviewOf(*result));

@@ -17,6 +17,7 @@
 #include "core/base/date.h"
 #include "core/base/remote_files.h"
 #include "core/base/table_text.h"
+#include "core/base/trimmed.h"
 
 namespace orient {
 namespace {
@@ -141,6 +142,12 @@ std::optional<std::string> ReadDate(const TableText& text, const Columns& column
   return cell.text;
 }
 
+// Empty where the table names none of this photo.
+std::string ReadCamera(const Columns& columns, const std::vector<TableCell>& cells) {
+  const auto column = columns.index.find("camera");
+  return column == columns.index.end() ? "" : std::string(Trimmed(cells[column->second].text));
+}
+
 // A table that names files means the photos; other points are parts of a name.
 std::string WithoutImageEnding(const std::string& name) {
   static const std::set<std::string> endings = {".tif", ".tiff", ".jpg", ".jpeg", ".png",
@@ -229,6 +236,8 @@ OrientationTable ReadOrientationTable(const std::string& path, Attitudes attitud
   std::vector<TableCell> cells;
   while (text.NextLine(&cells)) {
     table.rows.push_back(ReadRow(text, columns, cells));
+    if (const std::string camera = ReadCamera(columns, cells); !camera.empty())
+      table.cameras.insert(camera);
     if (!names.insert(table.rows.back().photo).second)
       text.Fail(cells[columns.index.at("filename")],
                 fmt::format("the photo \"{}\" is named a second time", table.rows.back().photo));

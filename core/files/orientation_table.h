@@ -3,6 +3,7 @@
 #pragma once
 
 #include <optional>
+#include <set>
 #include <string>
 #include <vector>
 
@@ -21,7 +22,8 @@ struct OrientationRow {
 
 struct OrientationTable {
   std::vector<OrientationRow> rows;
-  std::optional<Crs> crs;  // from the .prj, where there is one
+  std::optional<Crs> crs;              // from the .prj, where there is one
+  std::set<std::string> cameras = {};  // that its column "camera" names, where there is one
 
   const OrientationRow* Find(const std::string& photo) const;  // null where absent
 };

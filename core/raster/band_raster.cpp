@@ -5,7 +5,6 @@
 #include <algorithm>
 #include <cstdlib>
 #include <mutex>
-#include <optional>
 #include <utility>
 
 #include "core/base/error.h"
@@ -31,10 +30,15 @@ int CountOfValues(GDALDataset* dataset) {
   return alpha ? count - 1 : count;
 }
 
-std::optional<float> NodataOf(GDALRasterBand* band) {
-  int declared = 0;
-  const double value = band->GetNoDataValue(&declared);
-  return declared != 0 ? std::optional(static_cast<float>(value)) : std::nullopt;
+// Each band's; empty where one declares none.
+std::vector<float> NodataOf(const std::vector<GDALRasterBand*>& bands) {
+  std::vector<float> values;
+  for (GDALRasterBand* band : bands) {
+    int declared = 0;
+    values.push_back(static_cast<float>(band->GetNoDataValue(&declared)));
+    if (declared == 0) return {};
+  }
+  return values;
 }
 
 void RequireUsable(GDALDataset* dataset, const std::string& path) {
@@ -60,8 +64,8 @@ struct BandRaster::Impl {
   GDALDatasetUniquePtr dataset;
   BandFormat format;
   bool white_is_zero = false;
-  bool has_mask = false;                     // one for all bands, alpha too
-  std::vector<std::optional<float>> nodata;  // of each band
+  bool has_mask = false;      // one for all bands, alpha too
+  std::vector<float> nodata;  // of each band; empty: not of all
   std::unique_ptr<WindowReader> windows;
 
   // Closing may speak too.
@@ -98,13 +102,14 @@ BandRaster BandRaster::Open(const std::string& path) {
   for (int i = 1; i <= count; ++i) {
     bands.push_back(dataset->GetRasterBand(i));
     impl->format.colours.push_back(bands.back()->GetColorInterpretation());
-    impl->nodata.push_back(NodataOf(bands.back()));
   }
   const bool inverted = dataset->GetMetadataItem("MINISWHITE", "IMAGE_STRUCTURE") != nullptr ||
                         first->GetMetadataItem("MINISWHITE", "IMAGE_STRUCTURE") != nullptr;
   impl->white_is_zero = inverted && count == 1 && GDALDataTypeIsInteger(first->GetRasterDataType());
-  if (impl->white_is_zero && impl->nodata.front())
-    impl->nodata.front() = static_cast<float>((1 << impl->format.bits) - 1) - *impl->nodata.front();
+  impl->nodata = NodataOf(bands);
+  if (impl->white_is_zero)
+    for (float& value : impl->nodata)
+      value = static_cast<float>((1 << impl->format.bits) - 1) - value;
   impl->has_mask = (first->GetMaskFlags() & GMF_PER_DATASET) != 0;
   impl->windows = std::make_unique<WindowReader>(dataset, bands);
   return BandRaster(std::move(impl));
@@ -137,13 +142,14 @@ std::vector<Image> BandRaster::ReadWithGaps(const PixelWindow& window) const {
   std::vector<Image> bands = Read(window);
   const std::vector<std::uint8_t> mask =
       impl_->has_mask ? ReadMask(window) : std::vector<std::uint8_t>();
-  const bool declared = std::all_of(impl_->nodata.begin(), impl_->nodata.end(),
-                                    [](const auto& value) { return value.has_value(); });
-  if (mask.empty() && !declared) return bands;
+  const std::vector<float>& nodata = impl_->nodata;
+  if (mask.empty() && nodata.empty()) return bands;
   for (std::size_t i = 0; i < bands.front().values.size(); ++i) {
-    bool gap = declared;  // black in one band is a colour, in all of them nothing
-    for (std::size_t band = 0; gap && band < bands.size(); ++band)
-      gap = bands[band].values[i] == *impl_->nodata[band];
+    // Black in one band is a colour, in all of them nothing.
+    const bool gap = !nodata.empty() && std::equal(bands.begin(), bands.end(), nodata.begin(),
+                                                   [i](const Image& image, float nothing) {
+                                                     return image.values[i] == nothing;
+                                                   });
     if (!gap && (mask.empty() || mask[i] != 0)) continue;
     for (Image& image : bands) image.values[i] = kNoData;
   }

@@ -21,8 +21,9 @@ bool InFeet(const std::string& unit) {
   return false;
 }
 
-// No ground is lower or higher: -9999, -32768 or 3.4e38 mark voids whose value nobody declared.
-constexpr float kLowestGround_m = -1000, kHighestGround_m = 10000;
+// Beyond what any ground has, above whatever datum: -9999, -32768 or 3.4e38 mark voids whose value
+// nobody declared.
+constexpr float kLowestHeight_m = -1000, kHighestHeight_m = 10000;
 
 }  // namespace
 
@@ -100,7 +101,7 @@ std::vector<float> DemRaster::Read(int column, int row, int columns, int rows) c
       height = std::numeric_limits<float>::quiet_NaN();
     else if (scale != 1 || offset != 0)
       height = static_cast<float>(scale * height + offset);
-    if (height < kLowestGround_m || height > kHighestGround_m)
+    if (height < kLowestHeight_m || height > kHighestHeight_m)
       height = std::numeric_limits<float>::quiet_NaN();
   }
   return heights;

@@ -101,19 +101,23 @@ const CLI::App& AskedApp(const CLI::App& app) {
   return nested.empty() ? app : AskedApp(*nested.front());
 }
 
+std::vector<std::string> CommandsOf(const CLI::App& app) {
+  std::vector<std::string> names;
+  for (const CLI::App* nested : app.get_subcommands(nullptr)) names.push_back(nested->get_name());
+  return names;
+}
+
 // What is known here and written nearly like one of these words; empty where none is.
 std::string DidYouMean(const CLI::App& parser, const std::vector<std::string>& arguments) {
   const CLI::App& app = AskedApp(parser);
-  std::vector<std::string> names;
-  for (const CLI::App* nested : app.get_subcommands(nullptr)) names.push_back(nested->get_name());
+  std::vector<std::string> names = CommandsOf(app);
   for (const CLI::Option* option : app.get_options())
     for (const std::string& name : option->get_lnames()) names.push_back("--" + name);
-  const std::vector<std::string_view> known(names.begin(), names.end());
   for (const std::string& argument : arguments) {
     const std::string word = argument.substr(0, argument.find('='));
     if (std::find(names.begin(), names.end(), word) != names.end()) continue;
     const bool is_command = !word.starts_with("--") && !app.get_subcommands(nullptr).empty();
-    const std::string nearest = NearestWord(word, known);
+    const std::string nearest = NearestWord(word, {names.begin(), names.end()});
     if (!nearest.empty() && (is_command || word.starts_with("--")) &&
         nearest.starts_with("--") == word.starts_with("--"))
       return fmt::format("'{}': did you mean {}?\n", argument, nearest);
@@ -139,19 +143,13 @@ void RequireKnown(const CLI::App& parser, const std::vector<std::string>& argume
   if (arguments.empty() || arguments.front() != "help") return;
   const CLI::App* app = &parser;
   for (std::size_t i = 1; i < arguments.size() && !arguments[i].starts_with("-"); ++i) {
-    const auto nested = app->get_subcommands(nullptr);
-    const auto found = std::find_if(nested.begin(), nested.end(), [&](const CLI::App* one) {
-      return one->get_name() == arguments[i];
-    });
-    if (found == nested.end()) {
-      std::vector<std::string> names;
-      for (const CLI::App* one : nested) names.push_back(one->get_name());
-      const std::string nearest =
-          NearestWord(arguments[i], std::vector<std::string_view>(names.begin(), names.end()));
+    const std::vector<std::string> names = CommandsOf(*app);
+    if (std::find(names.begin(), names.end(), arguments[i]) == names.end()) {
+      const std::string nearest = NearestWord(arguments[i], {names.begin(), names.end()});
       throw UsageError(fmt::format("there is no command '{}'{}", arguments[i],
                                    nearest.empty() ? "" : ": did you mean " + nearest + "?"));
     }
-    app = *found;
+    app = app->get_subcommand(arguments[i]);
   }
 }
 

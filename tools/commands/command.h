@@ -62,6 +62,17 @@ int RunProgram(const CommandList& commands, const std::vector<std::string>& argu
 // Parses and runs nothing: the commands then know what was asked of them. Throws UsageError.
 void Parse(const CommandList& commands, const std::vector<std::string>& arguments);
 
+// What these arguments ask of a command, as its Options() tells.
+template <typename OneCommand>
+auto OptionsOf(const std::vector<std::string>& arguments) {
+  auto command = std::make_unique<OneCommand>();
+  const OneCommand& asked = *command;
+  CommandList commands;
+  commands.push_back(std::move(command));
+  Parse(commands, arguments);
+  return asked.Options();
+}
+
 // The whole command line's parser, as RunProgram builds it: for tests of help and options.
 std::unique_ptr<CLI::App> MakeParser(const CommandList& commands);
 

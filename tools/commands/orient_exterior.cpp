@@ -146,12 +146,7 @@ class ExteriorCommand : public Command {
 }  // namespace
 
 block::ExteriorRunOptions ExteriorRunOf(const std::vector<std::string>& arguments) {
-  CommandList commands;
-  auto command = std::make_unique<ExteriorCommand>();
-  const ExteriorCommand& exterior = *command;
-  commands.push_back(std::move(command));
-  Parse(commands, arguments);
-  return exterior.Options();
+  return OptionsOf<ExteriorCommand>(arguments);
 }
 
 std::unique_ptr<Command> MakeExteriorCommand() { return std::make_unique<ExteriorCommand>(); }

@@ -177,12 +177,7 @@ class InteriorCommand : public Command {
 }  // namespace
 
 block::InteriorRunOptions InteriorRunOf(const std::vector<std::string>& arguments) {
-  CommandList commands;
-  auto command = std::make_unique<InteriorCommand>();
-  const InteriorCommand& interior = *command;
-  commands.push_back(std::move(command));
-  Parse(commands, arguments);
-  return interior.Options();
+  return OptionsOf<InteriorCommand>(arguments);
 }
 
 std::unique_ptr<Command> MakeInteriorCommand() { return std::make_unique<InteriorCommand>(); }

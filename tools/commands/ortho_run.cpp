@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <filesystem>
+#include <optional>
 #include <ostream>
 
 #include "block/plan.h"
@@ -40,8 +41,9 @@ class OrthoRun {
       return found.left_out.empty();
     }
     // What is wrong with given seamlines is said before an hour's work.
-    if (options_.mosaic && !GivenSeams().empty())
-      ortho::Seamlines::FromFile(GivenSeams(), found.crs);
+    const std::string given = GivenSeams();
+    if (options_.mosaic && !given.empty())
+      seamlines_ = ortho::Seamlines::FromFile(given, found.crs);
     MakeOutputDirectory(options_.out);
     bool all = found.left_out.empty();
     std::vector<ortho::MosaicPart> parts;
@@ -163,17 +165,14 @@ class OrthoRun {
     return kept ? SeamsPath() : options_.seams;
   }
 
-  ortho::Seamlines ReadSeams(const OrthoPhotos& found, const std::string& path,
-                             std::ostream& out) const {
-    auto seamlines = ortho::Seamlines::FromFile(path, found.crs);
-    const std::vector<std::string>& named = seamlines.Photos();
+  void TellGivenSeams(const std::string& path, std::ostream& out) const {
+    const std::vector<std::string>& named = seamlines_->Photos();
     out << path << ": " << named.size() << " polygons" << (options_.seams.empty() ? ", kept" : "")
         << "\n";
     for (const ortho::SeamPhoto& photo : seam_photos_)
       if (std::find(named.begin(), named.end(), photo.name) == named.end())
         out << "note      " << path << " has no polygon of " << photo.name
             << ", which only fills gaps\n";
-    return seamlines;
   }
 
   ortho::Seamlines DrawSeams(const OrthoPhotos& found,
@@ -240,7 +239,7 @@ class OrthoRun {
   }
 
   void MakeMosaic(const OrthoPhotos& found, std::vector<ortho::MosaicPart> parts,
-                  std::ostream& out) const {
+                  std::ostream& out) {
     ShownProgress progress;
     const std::string given = GivenSeams();
     std::vector<ortho::PhotoCells> cells;
@@ -252,12 +251,14 @@ class OrthoRun {
     if (options_.least_difference && !given.empty())
       out << "note      " << given
           << " is there and is kept; --overwrite, or without the file, other lines are sought\n";
-    const ortho::Seamlines seamlines =
-        given.empty() ? DrawSeams(found, cells) : ReadSeams(found, given, out);
+    if (seamlines_)
+      TellGivenSeams(given, out);
+    else
+      seamlines_ = DrawSeams(found, cells);
     cells.clear();
     const std::string path = PathOf("mosaic.tif");
     const ortho::MapGrid grid = ortho::MakeMosaic(
-        parts, seamlines, found.crs, MetadataOfMosaic(parts), options_.jobs, path, &progress);
+        parts, *seamlines_, found.crs, MetadataOfMosaic(parts), options_.jobs, path, &progress);
     RemoveTones(out);
     out << fmt::format("{}: {} x {} px of {:g} m from {} photos\n", path, grid.width, grid.height,
                        grid.gsd_m, parts.size());
@@ -265,6 +266,7 @@ class OrthoRun {
 
   const OrthoRunOptions& options_;
   std::vector<ortho::SeamPhoto> seam_photos_;
+  std::optional<ortho::Seamlines> seamlines_;      // the given ones, later those drawn
   std::vector<ortho::GroundAccuracy> accuracies_;  // of photos whose poses have a covariance
 };
 

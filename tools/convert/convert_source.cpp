@@ -1,6 +1,7 @@
 #include "tools/convert/convert_source.h"
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include <Eigen/LU>
 #include <algorithm>
@@ -23,7 +24,6 @@
 #include "tools/convert/ground_frame.h"
 #include "tools/convert/placed_poses.h"
 #include "tools/convert/program_names.h"
-#include "tools/convert/table_cameras.h"
 
 namespace orient {
 namespace {
@@ -108,6 +108,15 @@ CameraFile CameraOfPoses(const ConvertSourceOptions& options, std::vector<std::s
   return ReadCameraFile(own);
 }
 
+// Poses of different cameras do not hold with one.
+void RequireOneCamera(const OrientationTable& table, const std::string& path) {
+  if (table.cameras.size() < 2) return;
+  throw InputError(fmt::format(
+      "{} names {} cameras in its column camera ({}), but its photos are converted with "
+      "one; make a table of each camera's photos and convert them one by one",
+      path, table.cameras.size(), fmt::join(table.cameras, ", ")));
+}
+
 }  // namespace
 
 std::string FolderOf(const std::string& input) {
@@ -163,7 +172,7 @@ std::optional<double> MeanPixelSize(const std::string& interior_directory) {
 ConvertSource ReadOrientResults(const ConvertSourceOptions& options) {
   const OrientationTable table = ReadOrientationTable(TablePath(options.input));
   if (table.rows.empty()) throw InputError(TablePath(options.input) + " holds no photo");
-  RequireOneCamera(TablePath(options.input));
+  RequireOneCamera(table, TablePath(options.input));
   ConvertSource source;
   const CameraFile file = CameraOfPoses(options, &source.messages);
   const bool film = file.camera.kind == CameraKind::kFilm;

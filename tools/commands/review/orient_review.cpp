@@ -86,8 +86,7 @@ class ReviewCommand : public Command {
     if (measurements_.empty())
       throw UsageError(
           "name the folder for measurements and decisions: --measurements DIR, or in the block "
-          "file "
-          "measurements = \"DIR\"");
+          "file measurements = \"DIR\"");
     // Runs write a table of marks to OUT that has the name of the measured ones.
     if (fs::weakly_canonical(measurements_) == fs::weakly_canonical(options_.directory))
       throw UsageError("--measurements must not be " + options_.directory +
@@ -114,11 +113,7 @@ class ReviewCommand : public Command {
     if (!fs::equivalent(block.output_directory, options_.directory, ignored))
       throw UsageError(fmt::format("{} writes to {}, not to {}; name the block file of OUT",
                                    block_path_, block.output_directory, options_.directory));
-    if (measurements_.empty()) measurements_ = block.measurements;
-    if (!block.measurements.empty() &&
-        fs::weakly_canonical(measurements_) != fs::weakly_canonical(block.measurements))
-      throw UsageError(fmt::format("{} takes its measurements from {}; leave out --measurements {}",
-                                   block_path_, block.measurements, measurements_));
+    TakeMeasurementsOf(block_path_, block.measurements);
     if (block.measurements.empty() && !measurements_.empty())
       out << fmt::format(
           "note    orient block does not read {}; write measurements = \"{}\" in {}\n",
@@ -130,16 +125,18 @@ class ReviewCommand : public Command {
     options_.run_again = [this](ProgressListener* listener) { OrientAgain(listener); };
   }
 
+  // Where `run` reads any (`folder` is not empty), no others can be meant.
+  void TakeMeasurementsOf(const std::string& run, const std::string& folder) {
+    if (measurements_.empty()) measurements_ = folder;
+    if (!folder.empty() && fs::weakly_canonical(measurements_) != fs::weakly_canonical(folder))
+      throw UsageError(fmt::format("{} takes its measurements from {}; leave out --measurements {}",
+                                   run, folder, measurements_));
+  }
+
   // Of a folder of orient interior or exterior: what its run.json says.
   void TakeFromRecord() {
     stages_ = ReadRecordedStages(options_.directory);
-    if (measurements_.empty()) measurements_ = stages_.measurements;
-    if (!stages_.measurements.empty() &&
-        fs::weakly_canonical(measurements_) != fs::weakly_canonical(stages_.measurements))
-      throw UsageError(
-          fmt::format("{} was made with the measurements of {}; leave out "
-                      "--measurements {}",
-                      options_.directory, stages_.measurements, measurements_));
+    TakeMeasurementsOf(options_.directory, stages_.measurements);
     if (stages_.interior) {
       const interior::InteriorOptions& told = stages_.interior->scan;
       options_.scan = {told.pixel_size_um, told.polarity, told.orientation, {}};

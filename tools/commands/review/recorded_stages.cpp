@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <filesystem>
+#include <map>
 
 #include "block/stages/exterior_stage.h"
 #include "core/base/error.h"
@@ -44,8 +45,17 @@ void RequireRepeatable(const std::string& directory, const RunRecord& run) {
         fmt::format("{} was made in {}: start orient review there", directory, run.directory));
 }
 
+// What the folder's run of a stage was asked for, by what `read` makes of its arguments; empty
+// where there was none.
 template <typename Options>
-Options OfThisFolder(const std::string& directory, Options options) {
+std::optional<Options> AskedFor(const std::string& directory,
+                                const std::map<std::string, RunRecord>& runs, const char* stage,
+                                Options (*read)(const std::vector<std::string>&),
+                                std::string* measurements) {
+  const auto run = runs.find(stage);
+  if (run == runs.end()) return std::nullopt;
+  RequireRepeatable(directory, run->second);
+  Options options = read(WithoutMeasurements(run->second.arguments, measurements));
   std::error_code ignored;
   if (!fs::equivalent(directory, options.out, ignored))
     throw UsageError(fmt::format("run.json in {} is of {}", directory, options.out));
@@ -56,16 +66,8 @@ void ReadStages(const std::string& directory, RecordedStages* stages) {
   const auto runs = ReadRunRecords(directory);
   if (runs.contains("block") || fs::exists(AdjustmentResultPath(directory)))
     throw UsageError(fmt::format("{} is a block's folder: name its file with --block", directory));
-  if (const auto run = runs.find("interior"); run != runs.end()) {
-    RequireRepeatable(directory, run->second);
-    stages->interior = OfThisFolder(directory, InteriorRunOf(WithoutMeasurements(
-                                                   run->second.arguments, &stages->measurements)));
-  }
-  if (const auto run = runs.find("exterior"); run != runs.end()) {
-    RequireRepeatable(directory, run->second);
-    stages->exterior = OfThisFolder(directory, ExteriorRunOf(WithoutMeasurements(
-                                                   run->second.arguments, &stages->measurements)));
-  }
+  stages->interior = AskedFor(directory, runs, "interior", InteriorRunOf, &stages->measurements);
+  stages->exterior = AskedFor(directory, runs, "exterior", ExteriorRunOf, &stages->measurements);
   if (!stages->interior && !stages->exterior)
     throw UsageError(fmt::format(
         "{} has no run.json of orient interior or orient exterior, which says what was done",
@@ -94,7 +96,8 @@ void DoAgain(const RecordedStages& stages, const Measurements& said, bool learn,
     exterior->learn = learn;
     exterior->resume = true;
     exterior->jobs = jobs;
-    block::ExteriorsThatStay(*exterior);  // refuses now what would be refused after the marks
+    // Refuses now what would be refused after the marks.
+    if (stages.interior) block::ExteriorsThatStay(*exterior);
   }
   if (auto interior = stages.interior) {
     interior->measurements = said;
