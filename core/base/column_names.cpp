@@ -3,7 +3,11 @@
 #include <algorithm>
 #include <array>
 #include <cctype>
+#include <filesystem>
+#include <set>
 #include <string_view>
+
+#include "core/base/remote_files.h"
 
 namespace orient {
 namespace {
@@ -55,6 +59,13 @@ std::map<std::string, std::size_t> ColumnPlaces(const std::vector<std::string>& 
     if (const auto place = places.find(name); place != places.end())
       places.emplace("filename", place->second);
   return places;
+}
+
+std::string WithoutImageEnding(const std::string& name) {
+  static const std::set<std::string> endings = {".tif", ".tiff", ".jpg", ".jpeg", ".png",
+                                                ".jp2", ".img",  ".bmp", ".ecw",  ".sid"};
+  if (!endings.contains(Lower(std::filesystem::path(name).extension().string()))) return name;
+  return std::filesystem::path(IsRemote(name) ? WithoutEscapes(name) : name).stem().string();
 }
 
 }  // namespace orient

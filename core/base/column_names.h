@@ -1,4 +1,4 @@
-// Names of an orientation table's columns, as people and programs write them.
+// Names in tables of photos, as people and programs write them: of columns and of photos.
 #pragma once
 
 #include <map>
@@ -17,5 +17,9 @@ std::string ColumnName(const std::string& written);
 // name, where there is one.
 std::map<std::string, std::size_t> ColumnPlaces(const std::vector<std::string>& written,
                                                 std::optional<std::size_t>* twice);
+
+// "dir/4711.tif" -> "4711", "0182.v2" -> "0182.v2": a table that names files means the photos;
+// other points are parts of a name. A name without an image's ending stays as it is.
+std::string WithoutImageEnding(const std::string& name);
 
 }  // namespace orient

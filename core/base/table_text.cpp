@@ -62,8 +62,10 @@ double TableText::Number(const TableCell& cell, const std::string& name) const {
   return number;
 }
 
+std::string TableText::Where() const { return fmt::format("{}, line {}", path_, line_); }
+
 void TableText::Fail(const std::string& complaint) const {
-  throw InputError(fmt::format("{}, line {}: {}", path_, line_, complaint));
+  throw InputError(Where() + ": " + complaint);
 }
 
 void TableText::Fail(const TableCell& cell, const std::string& complaint) const {

@@ -31,6 +31,7 @@ class TableText {
   std::vector<TableCell> Split(const std::string& line) const;
   // Throws InputError where the cell holds no finite number; `name` is what it should be.
   double Number(const TableCell& cell, const std::string& name) const;
+  std::string Where() const;  // "<file>, line <n>": of the line read last
   [[noreturn]] void Fail(const std::string& complaint) const;
   [[noreturn]] void Fail(const TableCell& cell, const std::string& complaint) const;
 

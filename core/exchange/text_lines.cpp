@@ -92,15 +92,17 @@ const std::string& TextLine::Word(std::size_t i, const std::string& what) const 
 }
 
 double TextLine::Number(std::size_t i, const std::string& what) const {
-  return ParseNumber(Word(i, what), fmt::format("{}, line {}", file_, number_), what);
+  return ParseNumber(Word(i, what), Where(), what);
 }
 
 int TextLine::Count(std::size_t i, const std::string& what) const {
-  return WholeNumber(Number(i, what), fmt::format("{}, line {}", file_, number_), what);
+  return WholeNumber(Number(i, what), Where(), what);
 }
 
+std::string TextLine::Where() const { return fmt::format("{}, line {}", file_, number_); }
+
 void TextLine::Fail(const std::string& complaint) const {
-  throw InputError(fmt::format("{}, line {}: {}", file_, number_, complaint));
+  throw InputError(Where() + ": " + complaint);
 }
 
 std::vector<TextLine> ReadAllTextLines(const std::string& path, const std::string& comments,

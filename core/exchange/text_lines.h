@@ -20,6 +20,7 @@ class TextLine {
   std::string Rest(std::size_t i, const std::string& what) const;
   double Number(std::size_t i, const std::string& what) const;
   int Count(std::size_t i, const std::string& what) const;
+  std::string Where() const;  // "<file>, line <n>"
   // Throws InputError "<file>, line <n>: <complaint>".
   [[noreturn]] void Fail(const std::string& complaint) const;
 

@@ -148,16 +148,6 @@ std::string ReadCamera(const Columns& columns, const std::vector<TableCell>& cel
   return column == columns.index.end() ? "" : std::string(Trimmed(cells[column->second].text));
 }
 
-// A table that names files means the photos; other points are parts of a name.
-std::string WithoutImageEnding(const std::string& name) {
-  static const std::set<std::string> endings = {".tif", ".tiff", ".jpg", ".jpeg", ".png",
-                                                ".jp2", ".img",  ".bmp", ".ecw",  ".sid"};
-  std::string ending = fs::path(name).extension().string();
-  std::transform(ending.begin(), ending.end(), ending.begin(),
-                 [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
-  return endings.contains(ending) ? PhotoName(name) : name;
-}
-
 OrientationRow ReadRow(const TableText& text, const Columns& columns,
                        const std::vector<TableCell>& cells) {
   if (cells.size() != columns.count)

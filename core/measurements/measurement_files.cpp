@@ -1,4 +1,4 @@
-// The four files of what people measured and decided.
+// The four files of what people measured and decided, read.
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
@@ -6,13 +6,9 @@
 #include <array>
 #include <filesystem>
 #include <set>
-#include <stdexcept>
 
-#include "core/base/atomic_write.h"
-#include "core/base/csv_cell.h"
 #include "core/base/error.h"
 #include "core/base/table_text.h"
-#include "core/base/trimmed.h"
 #include "core/measurements/measurements.h"
 
 namespace orient {
@@ -143,21 +139,6 @@ std::vector<Decision> ReadDecisions(const std::string& path) {
   return decisions;
 }
 
-// Of pixels, millimetres and metres: finer than anybody measures.
-std::string Text(double value) { return fmt::format("{:.12g}", value); }
-
-// Not taken for a comment, nor trimmed.
-std::string Cell(const std::string& text) {
-  const std::string cell = CsvCell(text);
-  const bool bare = !cell.starts_with('"');
-  const bool quotes = text.starts_with('#') || Trimmed(text) != text;
-  return bare && quotes ? "\"" + cell + "\"" : cell;
-}
-
-std::string Ending(const SaidBy& said) {
-  return "," + Cell(said.by) + "," + Cell(said.when) + "\n";
-}
-
 }  // namespace
 
 Measurements ReadMeasurements(const std::string& folder) {
@@ -173,46 +154,6 @@ Measurements ReadMeasurements(const std::string& folder) {
   if (there(kPointsFile)) all.points = ReadPoints(PathIn(folder, kPointsFile));
   if (there(kDecisionsFile)) all.decisions = ReadDecisions(PathIn(folder, kDecisionsFile));
   return all;
-}
-
-void WriteMarks(const std::string& folder, const std::vector<MarkMeasurement>& marks) {
-  std::string text = "photo,mark,col,row,sigma,exact,by,when\n";
-  for (const MarkMeasurement& mark : marks)
-    text += fmt::format("{},{},{},{},{},{}{}", Cell(mark.photo), Cell(mark.mark),
-                        Text(mark.pixel.x()), Text(mark.pixel.y()), Text(mark.sigma_px),
-                        mark.exact ? "yes" : "no", Ending(mark.said));
-  WriteFileAtomically(PathIn(folder, kMarksFile), text);
-}
-
-void WriteImagePoints(const std::string& folder, const std::vector<ImagePointMeasurement>& points) {
-  const bool in_mm = !points.empty() && points.front().photo_mm;
-  std::string text =
-      in_mm ? "photo,point,x_mm,y_mm,sigma,by,when\n" : "photo,point,col,row,sigma,by,when\n";
-  for (const ImagePointMeasurement& seen : points) {
-    const auto& at = in_mm ? seen.photo_mm : seen.pixel;
-    if (!at) throw std::invalid_argument("WriteImagePoints: pixels and millimetres in one table");
-    text += fmt::format("{},{},{},{},{}{}", Cell(seen.photo), Cell(seen.point), Text(at->x()),
-                        Text(at->y()), Text(seen.sigma), Ending(seen.said));
-  }
-  WriteFileAtomically(PathIn(folder, kImagePointsFile), text);
-}
-
-void WritePoints(const std::string& folder, const std::vector<GroundPoint>& points) {
-  std::string text = "point,x,y,z,sigma_x,sigma_y,sigma_z,role,by,when\n";
-  for (const GroundPoint& point : points)
-    text += fmt::format("{},{},{},{},{},{},{},{}{}", Cell(point.name), Text(point.ground_m.x()),
-                        Text(point.ground_m.y()), Text(point.ground_m.z()), Text(point.sigma_m.x()),
-                        Text(point.sigma_m.y()), Text(point.sigma_m.z()),
-                        point.role == PointRole::kCheck ? "check" : "control", Ending(point.said));
-  WriteFileAtomically(PathIn(folder, kPointsFile), text);
-}
-
-void WriteDecisions(const std::string& folder, const std::vector<Decision>& decisions) {
-  std::string text = "photo,decision,value,reason,by,when\n";
-  for (const Decision& one : decisions)
-    text += fmt::format("{},{},{},{}{}", Cell(one.photo), Name(one.kind), Cell(one.value),
-                        Cell(one.reason), Ending(one.said));
-  WriteFileAtomically(PathIn(folder, kDecisionsFile), text);
 }
 
 }  // namespace orient

@@ -8,6 +8,7 @@
 #include "core/base/error.h"
 #include "core/base/output_directory.h"
 #include "core/exchange/measured_files.h"
+#include "core/measurements/written_measurements.h"
 #include "tools/commands/commands.h"
 #include "tools/commands/shared_options.h"
 
@@ -26,10 +27,11 @@ class MeasurementsCommand : public Command {
     app.add_option("FILE", files_, "Files of one format")->required();
     app.add_option("--from", from_, "Whose files they are")
         ->required()
-        ->check(CLI::IsMember({"metashape", "micmac", "patb", "bingo"}));
-    app.add_option("--sigma", sigma_.image,
-                   "One sigma of image coordinates: pixels, of PAT-B and BINGO mm")
-        ->required();
+        ->check(CLI::IsMember({"metashape", "micmac", "patb", "bingo", "csv"}));
+    app.add_option(
+        "--sigma", sigma_.image,
+        "One sigma of image coordinates: pixels, of PAT-B and BINGO mm; of a CSV, for lines "
+        "without an accuracy (default: 1 pixel, 0.01 mm)");
     app.add_option("--ground-sigma-m", sigma_.ground_m,
                    "One sigma of ground coordinates for which the file states none, metres")
         ->capture_default_str();
@@ -38,28 +40,33 @@ class MeasurementsCommand : public Command {
   }
 
   ExitCode Run(std::ostream& out) override {
-    if (!(sigma_.image > 0 && sigma_.ground_m > 0))
-      throw UsageError("--sigma and --ground-sigma-m must be positive");
-    Measurements all;
+    RequireSigmas();
+    GatheredMeasurements gathered;
     for (const std::string& file : files_)
-      AddMeasuredFile(file, *MeasuredFormatFromName(from_), sigma_, &all);
+      AddMeasuredFile(file, *MeasuredFormatFromName(from_), sigma_, &gathered);
+    Measurements all = gathered.All();
     if (marks_) TakeForMarks(&all);
-    const auto path = [&](const char* file) {
-      return (fs::path(output_.directory) / file).string();
-    };
-    RefuseToOverwrite({path(kMarksFile), path(kImagePointsFile), path(kPointsFile)},
-                      output_.overwrite);
+    std::vector<std::string> paths;
+    for (const std::string& file : FilesOf(all))
+      paths.push_back((fs::path(output_.directory) / file).string());
+    RefuseToOverwrite(paths, output_.overwrite);
     MakeOutputDirectory(output_.directory);
-    if (!all.marks.empty()) WriteMarks(output_.directory, all.marks);
-    if (!all.image_points.empty()) WriteImagePoints(output_.directory, all.image_points);
-    if (!all.points.empty()) WritePoints(output_.directory, all.points);
-    const Measurements read = ReadMeasurements(output_.directory);  // nothing twice
-    out << fmt::format("{} marks, {} image points, {} ground points\n", read.marks.size(),
-                       read.image_points.size(), read.points.size());
+    WriteMeasurements(output_.directory, all);
+    for (const std::string& note : gathered.Notes()) out << note << "\n";
+    out << fmt::format("{} marks, {} image points, {} ground points\n", all.marks.size(),
+                       all.image_points.size(), all.points.size());
     return ExitCode::kAllDone;
   }
 
  private:
+  void RequireSigmas() const {
+    if (!sigma_.image && from_ != "csv")
+      throw UsageError("--sigma is missing: files of " + from_ +
+                       " state no accuracy of image coordinates");
+    if (!(sigma_.image.value_or(1) > 0 && sigma_.ground_m > 0))
+      throw UsageError("--sigma and --ground-sigma-m must be positive");
+  }
+
   void TakeForMarks(Measurements* all) const {
     for (const ImagePointMeasurement& seen : all->image_points) {
       if (!seen.pixel) throw UsageError("--marks: " + from_ + " measures no marks on scans");

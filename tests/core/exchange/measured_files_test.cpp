@@ -15,9 +15,9 @@ class MeasuredFiles : public testing::Test {
  protected:
   Measurements Read(const std::string& text, MeasuredFormat format) const {
     std::ofstream(folder_ / "file") << text;
-    Measurements all;
+    GatheredMeasurements all;
     AddMeasuredFile(folder_ / "file", format, {0.25, 0.05}, &all);
-    return all;
+    return all.All();
   }
   TemporaryFolder folder_;
 };
@@ -99,7 +99,36 @@ TEST_F(MeasuredFiles, APhotoWithoutAnEndAndABrokenNumberAreNamed) {
                           {"line 2", "\"x\""});
 }
 
-TEST(MeasuredFormatFromName, KnowsTheFourPrograms) {
+TEST_F(MeasuredFiles, MicmacsMarksOfTheCameraAreNoImage) {
+  ExpectError<InputError>(
+      [&] {
+        Read(R"(<MesureAppuiFlottant1Im>
+<NameIm>Glob</NameIm><OneMesureAF1I><NamePt>P1</NamePt><PtIm>0 226</PtIm></OneMesureAF1I>
+</MesureAppuiFlottant1Im>)",
+             MeasuredFormat::kMicmac);
+      },
+      {"line 2", "\"Glob\"", "MeasuresIm"});
+}
+
+TEST_F(MeasuredFiles, AMicmacPointUsedInPartIsRefused) {
+  ExpectError<InputError>(
+      [&] {
+        Read(R"(<DicoAppuisFlottant><OneAppuisDAF><Pt>1 2 3</Pt>
+<NamePt>P1</NamePt><Incertitude>0.1 0.1 -1</Incertitude></OneAppuisDAF></DicoAppuisFlottant>)",
+             MeasuredFormat::kMicmac);
+      },
+      {"line 2", "0.1 0.1 -1"});
+}
+
+TEST_F(MeasuredFiles, AFileOfNothingIsAnErrorThatSaysWhatWasLeftOut) {
+  ExpectError<InputError>([&] { Read("<Other/>", MeasuredFormat::kMicmac); },
+                          {"holds no measured point", "micmac"});
+  ExpectError<InputError>([&] { Read("1001 5e5 5e6\n-99\n", MeasuredFormat::kPatb); },
+                          {"holds no measured point", "without a height", "1001"});
+}
+
+TEST(MeasuredFormatFromName, KnowsProgramsAndTables) {
+  EXPECT_EQ(MeasuredFormatFromName("csv"), MeasuredFormat::kCsv);
   EXPECT_EQ(MeasuredFormatFromName("bingo"), MeasuredFormat::kBingo);
   EXPECT_FALSE(MeasuredFormatFromName("excel"));
 }
