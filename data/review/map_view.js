@@ -18,6 +18,7 @@ class MapView {
     this.chosen = chosen;
     this.placed = placed;
     this.busy = busy;
+    this.patches = L.layerGroup().addTo(this.map);
     this.drawn = L.layerGroup().addTo(this.map);
     this.grid = null;  // from ground to map units
   }
@@ -89,6 +90,17 @@ class MapView {
     if (photo.centre) {
       L.circleMarker(this.placeOf(photo.centre), {...style, radius: 6, fillOpacity: 0.6})
           .bindTooltip(element('span', text)).on('click', choose).addTo(this.drawn);
+    }
+  }
+
+  // Where the patches of the photo that is shown lie on the ground, by state.
+  showPatches(photo) {
+    this.patches.clearLayers();
+    if (!this.grid || !photo.exterior) return;
+    for (const patch of photo.exterior.patches.filter((one) => one.ground)) {
+      L.circleMarker(this.placeOf(patch.ground), {
+        radius: 3, color: STATE_COLOURS[patch.state], weight: 1.5, fill: false, interactive: false,
+      }).addTo(this.patches);
     }
   }
 

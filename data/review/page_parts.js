@@ -50,7 +50,7 @@ function showList(list, current, choose) {
     toSee.filter(isDone).length + ' of ' + toSee.length + ' reviewed' : 'all ok');
   at('title').textContent = list.title;
   at('undo').disabled = !list.undo;
-  at('undo').title = list.undo ? 'take back: ' + list.undo : 'nothing was said yet';
+  at('undo').title = list.undo ? 'take back: ' + list.undo : 'there is nothing to take back';
 }
 
 function saidRow(text, said, takeBack) {
@@ -74,6 +74,10 @@ function showSaid(photo, withdraw) {
   rows.push(...points.map((one) => saidRow('point ' + one.point + pixelText(one.pixel) +
       (one.ground ? '' : ', without coordinates'), one.said,
   () => withdraw({no_image_points: [[photo.name, one.point]]}, 'point ' + one.point))));
+  rows.push(...points.filter((one) => one.ground).map((one) => saidRow(
+      'coordinates of ' + one.point + ': ' + one.ground.map((c) => c.toFixed(2)).join(', '),
+      one.ground_said,
+      () => withdraw({no_points: [one.point]}, 'coordinates of point ' + one.point))));
   rows.push(...decisions.map((one) => saidRow(
       [one.decision, one.value, one.reason].filter(Boolean).join(' '), one.said,
       () => withdraw({no_decisions: [[photo.name, one.decision]]}, one.decision))));

@@ -42,6 +42,7 @@ async function show(name) {
   showValues(review.photo);
   showLegend(photoView.show(review.photo));
   mapView.show(review.map, name);
+  mapView.showPatches(review.photo);
 }
 
 async function choose(name) {
@@ -221,6 +222,7 @@ async function fillGround(ground) {
   at('y').value = ground[1].toFixed(2);
   const {z} = await server.height(ground[0], ground[1]);
   at('z').value = z === null ? '' : z.toFixed(2);
+  at(z === null ? 'z' : 'point').focus();  // Enter saves
   tell(z === null ? 'There is no height here: type z.' : '');
 }
 

@@ -92,6 +92,10 @@ void AddDecided(const Json& page, const SaidBy& said, Word* word) {
                                TextAt(one, "value"), TextAt(one, "reason"), said});
   word->no_marks = Pairs(page, "no_marks");
   word->no_image_points = Pairs(page, "no_image_points");
+  for (const Json& name : Elements(page, "no_points")) {
+    if (!name.is_string()) throw InputError("no_points must hold names");
+    word->no_points.push_back(name.get<std::string>());
+  }
   for (const auto& [photo, kind] : Pairs(page, "no_decisions"))
     word->no_decisions.emplace_back(photo, KindNamed(kind));
 }

@@ -5,7 +5,7 @@
 //    "points": [{"point": "p1", "ground": [x, y, z], "sigma": [sx, sy, sz], "role": "control"}],
 //    "decisions": [{"photo": "4711", "decision": "accept", "value": "", "reason": "seen"}],
 //    "no_marks": [["4711", "3"]], "no_image_points": [["4711", "p1"]],
-//    "no_decisions": [["4711", "accept"]]}
+//    "no_points": ["p1"], "no_decisions": [["4711", "accept"]]}
 // All but the version may be absent.
 #pragma once
 

@@ -315,7 +315,7 @@ Reply Review::Undo(const std::string& body) {
     case SayOutcome::kSaid:
       return Answer(200, {{"version", said_.Read().second}});
     case SayOutcome::kNothing:
-      return Error(409, "nothing has been said since the review began");
+      return Error(409, "there is nothing to take back");
     case SayOutcome::kOtherVersion:
       break;
   }

@@ -122,6 +122,7 @@ Json ExteriorJson(const ExteriorResult& exterior) {
     if (patch.state != PatchState::kNotVisible)
       patches.push_back({{"id", patch.id},
                          {"state", Name(patch.state)},
+                         {"ground", Numbers(patch.ground_m)},
                          {"predicted", Numbers(patch.predicted)},
                          {"pixel", Numbers(patch.pixel)},
                          {"residual_px", Numbers(patch.residual_px)},
@@ -157,6 +158,7 @@ Json SaidOfPhoto(const Measurements& said, const std::string& photo) {
     points.push_back({{"point", seen.point},
                       {"pixel", Numbers(seen.pixel)},
                       {"ground", point ? Numbers(point->ground_m) : Json()},
+                      {"ground_said", point ? SaidJson(point->said) : Json()},
                       {"said", SaidJson(seen.said)}});
   }
   return {{"marks", marks}, {"points", points}, {"decisions", DecisionsJson(said, photo)}};

@@ -7,7 +7,6 @@
 #include <cmath>
 #include <filesystem>
 
-#include "block/inputs/digest.h"
 #include "core/base/atomic_write.h"
 #include "core/base/error.h"
 #include "core/base/output_directory.h"
@@ -18,17 +17,12 @@ namespace {
 namespace fs = std::filesystem;
 
 constexpr std::array kFiles = {kMarksFile, kImagePointsFile, kPointsFile, kDecisionsFile};
+constexpr const char* kHistoryFile = ".orient-review.undo.json";
 constexpr std::size_t kLongestName = 200, kLongestReason = 2000;
 
 std::string Made(const std::string& folder) {
   MakeOutputDirectory(folder);
   return folder;
-}
-
-std::string VersionOf(const std::map<std::string, std::string>& files) {
-  std::string all;
-  for (const auto& [name, text] : files) all += fmt::format("{} {}\n", name, text.size()) + text;
-  return block::Digest(all);
 }
 
 void RequireText(const std::string& what, const std::string& text, std::size_t longest) {
@@ -131,7 +125,9 @@ void Add(const Word& word, Measurements* all) {
   const auto point = [](const GroundPoint& p) { return std::pair(std::string(), p.name); };
   Measure(word.marks, word.no_marks, mark, &all->marks);
   Measure(word.image_points, word.no_image_points, seen, &all->image_points);
-  Measure(word.points, {}, point, &all->points);
+  std::vector<std::pair<std::string, std::string>> no_points;
+  for (const std::string& name : word.no_points) no_points.emplace_back("", name);
+  Measure(word.points, no_points, point, &all->points);
   Decide(word, &all->decisions);
   if (!word.image_points.empty() && all->image_points.front().photo_mm)
     throw InputError(fmt::format(
@@ -143,7 +139,7 @@ void Add(const Word& word, Measurements* all) {
 // Ground before image: a point that is not seen yet does no harm.
 std::vector<std::string> FilesOf(const Word& word) {
   std::vector<std::string> files;
-  if (!word.points.empty()) files.emplace_back(kPointsFile);
+  if (!word.points.empty() || !word.no_points.empty()) files.emplace_back(kPointsFile);
   if (!word.image_points.empty() || !word.no_image_points.empty())
     files.emplace_back(kImagePointsFile);
   if (!word.marks.empty() || !word.no_marks.empty()) files.emplace_back(kMarksFile);
@@ -154,12 +150,15 @@ std::vector<std::string> FilesOf(const Word& word) {
 }  // namespace
 
 SaidFolder::SaidFolder(const std::string& folder)
-    : folder_(Made(folder)), lock_(folder_, ".orient-review.lock"), at_start_(ReadFiles()) {
+    : folder_(Made(folder)),
+      lock_(folder_, ".orient-review.lock"),
+      at_start_(ReadFiles()),
+      history_((fs::path(folder_) / kHistoryFile).string(), at_start_) {
   Parsed(at_start_);
 }
 
-SaidFolder::Files SaidFolder::ReadFiles() const {
-  Files files;
+SaidFiles SaidFolder::ReadFiles() const {
+  SaidFiles files;
   for (const char* file : kFiles) {
     const fs::path path = fs::path(folder_) / file;
     if (fs::exists(path)) files[file] = ReadFile(path.string());
@@ -167,7 +166,7 @@ SaidFolder::Files SaidFolder::ReadFiles() const {
   return files;
 }
 
-Measurements SaidFolder::Parsed(const Files& files) const {
+Measurements SaidFolder::Parsed(const SaidFiles& files) const {
   if (!files.empty()) return ReadMeasurements(folder_);
   Measurements nothing;
   nothing.folder = folder_;
@@ -176,11 +175,11 @@ Measurements SaidFolder::Parsed(const Files& files) const {
 
 std::pair<Measurements, std::string> SaidFolder::Read() const {
   const std::lock_guard lock(mutex_);
-  const Files files = ReadFiles();
+  const SaidFiles files = ReadFiles();
   return {Parsed(files), VersionOf(files)};
 }
 
-void SaidFolder::CopyBeforeReview(const std::string& file, const Files& now) const {
+void SaidFolder::CopyBeforeReview(const std::string& file, const SaidFiles& now) const {
   const std::string copy = (fs::path(folder_) / (file + ".before_review")).string();
   if (at_start_.contains(file) && now.contains(file) && !fs::exists(copy))
     WriteFileAtomically(copy, now.at(file));
@@ -196,41 +195,39 @@ void SaidFolder::Write(const std::string& file, const Measurements& all) const {
 SayOutcome SaidFolder::Say(const std::string& version, const Word& word) {
   RequireRight(word);
   const std::lock_guard lock(mutex_);
-  const Files now = ReadFiles();
+  const SaidFiles now = ReadFiles();
   if (VersionOf(now) != version) return SayOutcome::kOtherVersion;
   Measurements all = Parsed(now);
   Add(word, &all);
-  Said said{word.about, {}, {}};
   for (const std::string& file : FilesOf(word)) {
     CopyBeforeReview(file, now);
     Write(file, all);
-    said.before[file] = now.contains(file) ? std::optional(now.at(file)) : std::nullopt;
   }
-  said.version_after = VersionOf(ReadFiles());
-  history_.push_back(std::move(said));
+  history_.Add(word.about, now, ReadFiles());
   return SayOutcome::kSaid;
 }
 
 SayOutcome SaidFolder::Undo(const std::string& version) {
   const std::lock_guard lock(mutex_);
-  if (history_.empty()) return SayOutcome::kNothing;
-  const std::string now = VersionOf(ReadFiles());
-  const Said& latest = history_.back();
-  if (now != version || now != latest.version_after) return SayOutcome::kOtherVersion;
-  for (const auto& [file, before] : latest.before) {
+  if (history_.IsEmpty()) return SayOutcome::kNothing;
+  const SaidFiles now = ReadFiles();
+  if (VersionOf(now) != version || !history_.LeadsTo(now)) return SayOutcome::kOtherVersion;
+  const SaidFiles before = history_.BeforeLatest(now);
+  for (const auto& [file, text] : now) {
     const std::string path = (fs::path(folder_) / file).string();
-    if (before)
-      WriteFileAtomically(path, *before);
-    else
+    const auto kept = before.find(file);
+    if (kept == before.end())
       fs::remove(path);
+    else if (kept->second != text)
+      WriteFileAtomically(path, kept->second);
   }
-  history_.pop_back();
+  history_.ForgetLatest();
   return SayOutcome::kSaid;
 }
 
 std::string SaidFolder::LatestAbout() const {
   const std::lock_guard lock(mutex_);
-  return history_.empty() ? std::string() : history_.back().about;
+  return history_.LatestAbout();
 }
 
 }  // namespace orient

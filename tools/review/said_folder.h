@@ -2,15 +2,14 @@
 // before it is confirmed, nobody's word is overwritten unseen, and each can be taken back.
 #pragma once
 
-#include <map>
 #include <mutex>
-#include <optional>
 #include <string>
 #include <utility>
 #include <vector>
 
 #include "core/base/folder_lock.h"
 #include "core/measurements/measurements.h"
+#include "tools/review/said_history.h"
 
 namespace orient {
 
@@ -20,8 +19,9 @@ struct Word {
   std::vector<ImagePointMeasurement> image_points;
   std::vector<GroundPoint> points;
   std::vector<Decision> decisions;  // accept and reject replace one another
-  // What is not said any more: photo and mark, photo and point, photo and kind.
+  // What is not said any more: photo and mark, photo and point, point, photo and kind.
   std::vector<std::pair<std::string, std::string>> no_marks, no_image_points;
+  std::vector<std::string> no_points;
   std::vector<std::pair<std::string, DecisionKind>> no_decisions;
 
   std::string about;  // for messages: "mark 3 of photo 4711"
@@ -53,29 +53,23 @@ class SaidFolder {
   // unless that is there: comments in it are not kept.
   SayOutcome Say(const std::string& version, const Word& word);
 
-  // Takes the latest word back that was said through this object and not taken back yet.
+  // Takes the latest word back that was said in a review of this folder, this one or an earlier
+  // one, and was not taken back yet: as long as nobody else has changed the files since.
   SayOutcome Undo(const std::string& version);
   // What Undo would take back; empty where there is nothing.
   std::string LatestAbout() const;
 
  private:
-  // Contents of the files by their names; those that are absent are missing.
-  using Files = std::map<std::string, std::string>;
-  struct Said {
-    std::string about, version_after;
-    std::map<std::string, std::optional<std::string>> before;  // of the files that were changed
-  };
-
-  Files ReadFiles() const;
-  Measurements Parsed(const Files& files) const;
-  void CopyBeforeReview(const std::string& file, const Files& now) const;
+  SaidFiles ReadFiles() const;
+  Measurements Parsed(const SaidFiles& files) const;
+  void CopyBeforeReview(const std::string& file, const SaidFiles& now) const;
   void Write(const std::string& file, const Measurements& all) const;
 
   std::string folder_;
   FolderLock lock_;
-  Files at_start_;
+  SaidFiles at_start_;
   mutable std::mutex mutex_;
-  std::vector<Said> history_;
+  SaidHistory history_;
 };
 
 }  // namespace orient

@@ -10,7 +10,9 @@
 namespace orient {
 namespace {
 
-constexpr int kThreads = 24;   // a browser opens connections that it does not use at once
+// A browser opens connections that it does not use at once, and who sends a request byte by byte
+// holds one for long: a waiting thread costs next to nothing.
+constexpr int kThreads = 256;
 constexpr int kWaiting = 512;  // connections that may wait for one
 
 std::optional<std::string> HeaderOf(const httplib::Request& request, const char* name) {

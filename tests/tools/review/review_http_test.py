@@ -8,6 +8,7 @@ The program runs as people start it; Python's standard library speaks HTTP to it
 
 import concurrent.futures
 import json
+import os
 import pathlib
 import socket
 import subprocess
@@ -93,6 +94,39 @@ def many_requests_are_answered(server, names, number):
         connection.close()
 
 
+def slow_connections_do_not_stop_it(server, number):
+    """Heads that come byte by byte and never end."""
+    slow = [socket.create_connection((server.host, server.port)) for _ in range(number)]
+    for sent in b"GET /ab":
+        for connection in slow:
+            connection.sendall(bytes([sent]))
+        begun = time.monotonic()
+        assert server.get("api/list")["photos"]
+        assert time.monotonic() - begun < 3
+        time.sleep(0.2)
+    for connection in slow:
+        connection.close()
+
+
+def the_page_is_opened(orient, folder, words):
+    """By the desktop's own program, with the address."""
+    opener = folder / "bin/xdg-open"
+    opener.parent.mkdir()
+    opener.write_text(f'#!/bin/sh\necho "$1" > "{folder}/opened"\n', encoding="utf-8")
+    opener.chmod(0o755)
+    path = os.environ["PATH"]
+    os.environ["PATH"] = f"{opener.parent}:{path}"
+    try:
+        with running(orient, *words, "--open") as server:
+            until = time.monotonic() + 20
+            while not (folder / "opened").exists() or not (folder / "opened").read_text():
+                assert time.monotonic() < until, "nothing was opened"
+                time.sleep(0.05)
+            assert (folder / "opened").read_text(encoding="utf-8").strip() == server.address
+    finally:
+        os.environ["PATH"] = path
+
+
 def names_are_text(server, names):
     """Markup in a name stays a string of the JSON; the page itself holds no name."""
     listed = [photo["name"] for photo in server.get("api/list")["photos"]]
@@ -121,6 +155,13 @@ def killed_programs_lose_no_word(orient, folder, words, kills):
         text = (folder / "said/marks.csv").read_text(encoding="utf-8")
         assert all(f"z,k{i},{i}," in text for i in range(number + 1)), text
     assert not list((folder / "said").glob("*.part"))
+    with running(orient, *words) as server:  # and all can be taken back
+        for i in reversed(range(kills)):
+            listed = server.get("api/list")
+            assert listed["undo"] == f"mark k{i}", listed["undo"]
+            version = json.dumps({"version": listed["version"]})
+            assert server.ask("POST", "api/undo", version)[0] == 200
+    assert "z,k" not in (folder / "said/marks.csv").read_text(encoding="utf-8")
 
 
 def interiors_are_measured_again(orient, folder):
@@ -195,10 +236,12 @@ def main(orient, more=None):
             strangers_are_refused(server, said)
             huge_bodies_are_refused(server, said)
             many_requests_are_answered(server, names, requests)
+            slow_connections_do_not_stop_it(server, 200 if more else 60)
             names_are_text(server, names)
             two_windows_do_not_lose_words(server, said)
             wrong_starts_are_refused(orient, folder, words, server)
         killed_programs_lose_no_word(orient, folder, words, kills)
+        the_page_is_opened(orient, folder, words)
         if more:
             interiors_are_measured_again(orient, folder)
     print("strangers are refused, words are kept")

@@ -9,7 +9,6 @@ taken from photo and map, a photo is placed in the map, decisions are made, take
 and carried out.
 """
 
-import csv
 import json
 import os
 import pathlib
@@ -19,12 +18,13 @@ import sys
 import tempfile
 import time
 
+from browser_page import Page, start_browser
+from review_film import a_camera_from_clicks, a_failed_frame_becomes_weak
+from review_recorded import single_photos_are_oriented_again
 from review_server import make_folder, running
 
 SKIPPED = 77
 DEBIAN_PYTHON = "/usr/bin/python3"  # whose package selenium is
-FLAGS = ["--headless", "--no-sandbox", "--disable-gpu", "--disable-quic", "--no-first-run",
-         "--disable-background-networking", "--disable-component-update", "--disable-sync"]
 
 
 def make_block(orient, folder):
@@ -46,57 +46,6 @@ def make_block(orient, folder):
     (block / "block.toml").write_text('measurements = "said"\n' + text, encoding="utf-8")
     do("block", block / "block.toml")
     return block
-
-
-class Page:
-    """What a person sees and does; every wait has an end."""
-
-    def __init__(self, browser, keys, actions):
-        self.browser, self.keys, self.actions = browser, keys, actions
-
-    def open(self, address):
-        self.browser.get(address)
-        self.until(lambda: self.text("name") != "No photo", "a photo is shown")
-
-    def until(self, true, what, seconds=60):
-        end = time.monotonic() + seconds
-        while not true():
-            assert time.monotonic() < end, f"not seen: {what}; message: {self.text('message')}"
-            time.sleep(0.1)
-
-    def at(self, name):
-        return self.browser.find_element("id", name)
-
-    def text(self, name):
-        return self.browser.execute_script(
-            f"const e = document.getElementById('{name}'); return e.hidden ? '' : e.textContent")
-
-    def press(self, *keys):
-        self.actions(self.browser).send_keys(*keys).perform()
-
-    def type(self, name, text):
-        self.at(name).clear()
-        self.at(name).send_keys(text)
-
-    def click_stage(self, name, dx=0, dy=0):
-        self.actions(self.browser).move_to_element_with_offset(self.at(name), dx, dy).click().perform()
-
-    def said(self, text):
-        self.until(lambda: self.text("message") == text, text)
-
-    def script(self, text):
-        return self.browser.execute_script("return " + text)
-
-    def errors(self):
-        return [entry for entry in self.browser.get_log("browser") if entry["level"] == "SEVERE"]
-
-    def foreign_requests(self):
-        return self.script("performance.getEntries().map((e) => e.name).filter((n) => "
-                           "n.includes('://') && !n.startsWith(location.origin + '/'))")
-
-    def picture(self, folder, name):
-        if folder:
-            self.browser.save_screenshot(str(folder / f"{name}.png"))
 
 
 def looks_and_moves(page, names, pictures):
@@ -130,22 +79,12 @@ def measures_a_mark_by_mouse(page, said):
     assert not (said / "marks.csv").exists()
 
 
-def measure_by_keys(page, mark, pixel):
-    """Moved under the cross."""
-    while page.at("mark").get_attribute("value") != mark or not page.script("review.mode"):
-        page.press("m")
-    page.browser.execute_script(
-        "photoView.map.setView(photoView.placeOf(arguments[0]), 0, {animate: false})", list(pixel))
-    page.press(page.keys.ARROW_RIGHT, page.keys.ARROW_LEFT, page.keys.ENTER)
-    page.said(f"Saved: mark {mark} of photo {page.text('name')}")
-
-
 def measures_a_mark_by_keys(page, said):
     """At the very pixel where it was found."""
     photo = page.text("name")
     mark, pixel = page.script("[review.photo.interior.marks[0].id, "
                               "review.photo.interior.marks[0].pixel]")
-    measure_by_keys(page, mark, pixel)
+    page.measure_by_keys(mark, pixel)
     line = [row for row in (said / "marks.csv").read_text(encoding="utf-8").splitlines()
             if row.startswith(f"{photo},{mark},")][0].split(",")
     assert abs(float(line[2]) - pixel[0]) < 2 and abs(float(line[3]) - pixel[1]) < 2, (line, pixel)
@@ -178,6 +117,68 @@ def measures_a_ground_point(page, said, pictures):
     page.said(f"Taken back: point corner <b>of</b> a field of photo {photo}")
 
 
+def measures_a_ground_point_by_keys(page, said):
+    """Under the cross in the photo, then in the map; its coordinates are withdrawn by themselves."""
+    photo = page.text("name")
+    page.press("g", page.keys.ENTER)
+    page.until(lambda: page.at("point_form").is_displayed(), "the point's form")
+    page.press(page.keys.ESCAPE, "t", page.keys.ARROW_RIGHT, page.keys.ENTER)
+    page.until(lambda: page.at("z").get_attribute("value") != "", "a height")
+    page.until(lambda: page.script("document.activeElement.id") == "point", "the name's field")
+    name = page.at("point").get_attribute("value")
+    page.press(page.keys.ENTER)
+    page.said(f"Saved: point {name} of photo {photo}")
+    rows = page.browser.find_elements("css selector", "#said li")
+    row = [one for one in rows if one.text.startswith(f"coordinates of {name}: ")]
+    assert len(row) == 1, [one.text for one in rows]
+    row[0].find_element("css selector", "button").click()
+    page.said(f"Saved: withdrawal of coordinates of point {name} of photo {photo}")
+    assert f"{name}," not in (said / "points.csv").read_text(encoding="utf-8")
+    assert f"{photo},{name}," in (said / "image_points.csv").read_text(encoding="utf-8")
+    page.press(page.keys.ESCAPE, "t", "u")
+    page.said(f"Taken back: withdrawal of coordinates of point {name} of photo {photo}")
+    page.press("u")
+    page.said(f"Taken back: point {name} of photo {photo}")
+    assert not (said / "points.csv").exists()
+
+
+def decides(page, said):
+    """Accepts by its key, and says what the photo is in the panel; all of it is taken back."""
+    photo, before = page.text("name"), (said / "decisions.csv").read_text(encoding="utf-8")
+    page.type("why", "seen")
+    page.press(page.keys.ESCAPE, "a")
+    page.said(f"Saved: accept of photo {photo}")
+    decided = [("orientation", "r0"), ("polarity", "positive"), ("pixel_size", "100"),
+               ("camera", "survey 150")]
+    for kind, value in decided:
+        page.browser.execute_script(
+            "const k = document.getElementById('kind'); k.value = arguments[0];"
+            "k.dispatchEvent(new Event('change'))", kind)
+        page.type("value", value)
+        page.at("decide").click()
+        page.said(f"Saved: {kind} {value} of photo {photo}")
+    text = (said / "decisions.csv").read_text(encoding="utf-8")
+    for kind, value in [("accept", ""), *decided]:
+        assert f"{photo},{kind},{value}," in text, text
+    page.type("value", "sideways")
+    page.browser.execute_script("document.getElementById('kind').value = 'orientation'")
+    page.at("decide").click()
+    page.until(lambda: "sideways" in page.text("message"), "what is wrong with the value")
+    assert "sideways" not in (said / "decisions.csv").read_text(encoding="utf-8")
+    page.type("value", "")
+    page.browser.execute_script("document.activeElement.blur()")
+    for kind, value in reversed([("accept", ""), *decided]):
+        page.press("u")
+        page.said(f"Taken back: {f'{kind} {value}'.strip()} of photo {photo}")
+    assert (said / "decisions.csv").read_text(encoding="utf-8") == before
+
+
+def patches_lie_on_the_map(page):
+    """Those of the photo that is shown."""
+    shown = page.script("mapView.patches.getLayers().length")
+    assert shown == page.script("review.photo.exterior.patches.length") > 50, shown
+
+
 def orients_again(page, said):
     """Rejected and done again it fails; taken back and done again it is what it was."""
     photo, before = page.text("name"), page.text("status")
@@ -189,6 +190,7 @@ def orients_again(page, said):
     page.said("Oriented again.")
     assert page.text("status") == "failed" and "cloud, <script>" in page.text("reasons")
     assert not page.at("pending").is_displayed()
+    filters_by_reason(page)
     page.browser.find_element("css selector", "#said li:last-child button").click()  # Withdraw
     page.said(f"Saved: withdrawal of reject of photo {photo}")
     page.press("d")
@@ -228,89 +230,6 @@ def places_a_photo(page, said, block, pictures):
     assert page.script(own + ".said_at") == first
 
 
-def done_again(server):
-    """Waits for the end of a run that is asked for; what it says of its end."""
-    status, _, body = server.ask("POST", "api/again", "{}")
-    assert status == 200, body
-    until = time.monotonic() + 120
-    while time.monotonic() < until:
-        progress = server.get("api/progress")
-        if not progress["running"]:
-            return progress["error"]
-        time.sleep(0.1)
-    raise AssertionError("the run does not end")
-
-
-def single_photos_are_oriented_again(orient, block):
-    """A folder of orient interior and orient exterior: both stages, as its run.json says."""
-    out, said = block / "single", block / "of_single"
-    scans = sorted((block / "scans").glob("*.tif"))
-    camera = ["--camera", block / "camera.toml", "--out", out]
-    # Options that are not the defaults: a run that forgets them does other photos again, too.
-    interior = ["--roll", "differing", "--scanner", "photogrammetric", "--pixel-size-um", 100,
-                "--orientation", "r0"]
-    exterior = ["--approximations", block / "approx.csv", "--dem", block / "dem.tif", "--patchdb",
-                block / "patches.gpkg", "--interior", out, "--position-sigma-m", 12]
-    for words in (["interior", *scans, *camera, *interior], ["exterior", *scans, *camera, *exterior]):
-        subprocess.run([orient, *map(str, words)], check=True, capture_output=True)
-
-    def results():
-        return {path.name: path.read_bytes() for path in sorted(out.iterdir())
-                if path.suffix in (".json", ".csv") and path.name != "run.json"}
-
-    def changed():
-        now = results()
-        return {name for name in now.keys() | before.keys() if now.get(name) != before.get(name)}
-
-    photo, before = scans[0].stem, results()
-    with running(orient, out, "--measurements", said) as server:
-        assert done_again(server) == "" and not changed(), "nothing was said"
-        assert server.say({"decisions": [{"photo": photo, "decision": "reject", "value": "",
-                                          "reason": "cloud"}]}) == 200
-        assert done_again(server) == ""
-        result = json.loads((out / f"{photo}.exterior.json").read_text(encoding="utf-8"))
-        assert result["status"] == "failed"
-        of_photo = {f"{photo}.{stage}.json" for stage in ("interior", "exterior")}
-        tables = {"orientation.csv", "interior.csv", "marks.csv"}
-        assert of_photo <= changed() <= of_photo | tables, changed()
-        assert photo not in (out / "orientation.csv").read_text(encoding="utf-8")
-        status, _, body = server.ask("POST", "api/undo", json.dumps(
-            {"version": server.get("api/list")["version"]}))
-        assert status == 200, body
-        mark = json.loads(before[f"{photo}.interior.json"])["marks"][0]
-        click = {"photo": photo, "mark": mark["id"], "pixel": mark["pixel"], "sigma": 1,
-                 "exact": False}
-        assert server.say({"marks": [{**click, "pixel": [-5, 1e8]}]}) == 422
-        assert server.say({"marks": [click]}) == 200
-        assert done_again(server) == ""
-        assert f"{photo}.interior.json" in changed() <= of_photo | tables, changed()
-        result = json.loads((out / f"{photo}.exterior.json").read_text(encoding="utf-8"))
-        assert result["status"] == "ok"
-    what_cannot_be_repeated_is_said(orient, block, out, scans)
-
-
-def what_cannot_be_repeated_is_said(orient, block, out, scans):
-    """A folder whose making is not known, or from elsewhere, a block's: nothing is changed."""
-    def refused(folder, *more):
-        files = {path: path.read_bytes() for path in folder.iterdir() if path.is_file()}
-        with running(orient, folder, *scans, "--measurements", block / "of_other", *more) as server:
-            status, _, body = server.ask("POST", "api/again", "{}")
-            assert status == 422, body
-        assert files == {path: path.read_bytes() for path in folder.iterdir() if path.is_file()}
-        return json.loads(body)["error"]
-
-    record = json.loads((out / "run.json").read_text(encoding="utf-8"))
-    record["exterior"]["directory"] = "/elsewhere"
-    (out / "run.json").write_text(json.dumps(record), encoding="utf-8")
-    assert "start orient review there" in refused(out)
-    del record["exterior"]["arguments"]
-    (out / "run.json").write_text(json.dumps(record), encoding="utf-8")
-    assert "earlier program" in refused(out)
-    (out / "run.json").unlink()
-    assert "no run.json" in refused(out)
-    assert "--block" in refused(block / "out", "--camera", block / "camera.toml")
-
-
 def filters(page):
     all_photos = len(page.browser.find_elements("css selector", "#photos button"))
     page.browser.execute_script("const s = document.getElementById('state'); s.value = 'failed';"
@@ -320,6 +239,20 @@ def filters(page):
     assert failed < all_photos
     page.browser.execute_script("const s = document.getElementById('state'); s.value = '';"
                                 "s.dispatchEvent(new Event('change'))")
+
+
+def filters_by_reason(page):
+    choose = ("const s = document.getElementById('reason'); s.value = arguments[0];"
+              "s.dispatchEvent(new Event('change'))")
+    codes = page.script("[...document.getElementById('reason').options].map((o) => o.value)")
+    assert len(codes) > 1, codes
+    for code in codes[1:]:
+        page.browser.execute_script(choose, code)
+        shown = len(page.browser.find_elements("css selector", "#photos button"))
+        wanted = page.browser.execute_script(
+            "return review.list.photos.filter((p) => p.codes.includes(arguments[0])).length", code)
+        assert shown == wanted > 0, (code, shown, wanted)
+    page.browser.execute_script(choose, "")
 
 
 def a_second_window_is_told(page, server, said):
@@ -346,84 +279,6 @@ def narrow_screens_have_all(page, pictures):
     page.browser.execute_cdp_cmd("Emulation.clearDeviceMetricsOverride", {})
 
 
-def real_film():
-    """The folder of real frames; None where it is absent."""
-    root = pathlib.Path(__file__).resolve().parents[3]
-    film = pathlib.Path(os.environ.get("ORIENT_SHARED_DATA", root / "../shared/data")) / "film"
-    if film.is_dir():
-        return film
-    print("not tried on real frames: real data absent (ORIENT_SHARED_DATA): film")
-    return None
-
-
-def click_mark(page, mark, pixel):
-    """Named and clicked to a whole pixel, as a person does who knows no camera file."""
-    page.type("mark", mark)
-    page.at("measure").click()
-    page.browser.execute_script(
-        "photoView.map.setView(photoView.placeOf(arguments[0]), 2, {animate: false})", list(pixel))
-    page.press(page.keys.ENTER)
-    page.said(f"Saved: mark {mark} of photo {page.text('name')}")
-
-
-def a_camera_from_clicks(page, orient, folder, pictures):
-    """A camera that no library has, from one scan: it reads the roll's other frame alone."""
-    film = real_film()
-    if not film:
-        return
-    library, out, said = folder / "library", folder / "unknown", folder / "clicks"
-    library.mkdir()
-    shutil.copy(pathlib.Path(__file__).resolve().parents[3] / "data/cameras/wild_18cm.toml", library)
-    scan, other = film / "0c8e8831.jpg", film / "5bdd5cf4.jpg"
-    subprocess.run([orient, "interior", scan, other, "--camera", "auto", "--camera-library", library,
-                    "--out", out], check=False, capture_output=True)
-    with open(film / "marks.csv", encoding="utf-8") as file:
-        hand = [row for row in csv.DictReader(file)
-                if row["frame"] == "0c8e8831" and len(row["mark"]) == 2]
-    with running(orient, out, scan, other, "--measurements", said) as server:
-        begun = time.monotonic()
-        page.open(server.address)
-        page.browser.execute_script("return choose('0c8e8831')")
-        page.until(lambda: page.text("name") == "0c8e8831", "the frame")
-        assert page.text("status") == "failed"
-        for row in hand:
-            click_mark(page, row["mark"], (round(float(row["col_px"])), round(float(row["row_px"]))))
-        clicked = time.monotonic()
-        page.picture(pictures, "new_camera_clicks")
-        assert not page.errors() and not page.foreign_requests()
-    made = folder / "made.toml"
-    subprocess.run([orient, "cameras", "new", scan, "--measurements", said, "--pixel-size-um", "127",
-                    "--principal-distance-mm", "152.75", "--out", made], check=True,
-                   capture_output=True)
-    print(f"a new camera: {len(hand)} marks clicked in {clicked - begun:.1f} s, "
-          f"made in {time.monotonic() - clicked:.1f} s")
-    subprocess.run([orient, "interior", other, "--camera", made, "--scanner", "desktop", "--out",
-                    folder / "read"], check=True, capture_output=True)
-    result = json.loads((folder / "read/5bdd5cf4.interior.json").read_text(encoding="utf-8"))
-    assert result["status"] == "ok", result["messages"]
-
-
-def a_failed_frame_becomes_weak(page, orient, folder, pictures):
-    """A curled print of a real film: three marks by eye (of four, one cannot be seen)."""
-    film = real_film()
-    if not film:
-        return
-    scan, root = film / "0cec8b13.jpg", pathlib.Path(__file__).resolve().parents[3]
-    camera = ["--camera", root / "data/cameras/wild_rc8_23.toml"]
-    subprocess.run([orient, "interior", scan, *camera, "--out", folder / "film"], check=False,
-                   capture_output=True)
-    with running(orient, folder / "film", scan, *camera, "--measurements", folder / "eye") as server:
-        page.open(server.address)
-        assert page.text("status") == "failed"
-        for mark, pixel in (("1", (68.5, 1780.2)), ("3", (78.8, 84.3)), ("2", (1734.8, 103.6))):
-            measure_by_keys(page, mark, pixel)
-        page.press("d")
-        page.said("Oriented again.")
-        assert page.text("status") == "weak", page.text("reasons")
-        page.picture(pictures, "film")
-        assert not page.errors() and not page.foreign_requests()
-
-
 def markup_in_names_does_nothing(page, orient, folder, pictures):
     names = make_folder(folder)
     with running(orient, folder / "out", *(folder / "scans").iterdir(), "--measurements",
@@ -436,16 +291,6 @@ def markup_in_names_does_nothing(page, orient, folder, pictures):
         filters(page)
         page.picture(pictures, "markup")
         assert not page.errors() and not page.foreign_requests()
-
-
-def start_browser():
-    from selenium import webdriver
-    from selenium.webdriver.chrome.service import Service
-    options = webdriver.ChromeOptions()
-    for flag in [*FLAGS, "--window-size=1400,900"]:
-        options.add_argument(flag)
-    options.set_capability("goog:loggingPrefs", {"browser": "ALL"})
-    return webdriver.Chrome(options=options, service=Service(shutil.which("chromedriver")))
 
 
 def main(orient, pictures=None):
@@ -474,6 +319,9 @@ def main(orient, pictures=None):
                 measures_a_mark_by_mouse(page, said)
                 measures_a_mark_by_keys(page, said)
                 measures_a_ground_point(page, said, pictures)
+                measures_a_ground_point_by_keys(page, said)
+                decides(page, said)
+                patches_lie_on_the_map(page)
                 orients_again(page, said)
                 places_a_photo(page, said, block, pictures)
                 page.picture(pictures, "done_again")

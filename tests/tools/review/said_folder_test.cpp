@@ -4,6 +4,7 @@
 
 #include <filesystem>
 #include <limits>
+#include <random>
 
 #include "core/base/atomic_write.h"
 #include "core/base/error.h"
@@ -109,6 +110,91 @@ TEST_F(SaidFolderTest, UndoTakesWordsBackOneByOne) {
   ASSERT_EQ(Undo(&said), SayOutcome::kSaid);
   EXPECT_FALSE(fs::exists(Path() + "/marks.csv"));
   EXPECT_EQ(Undo(&said), SayOutcome::kNothing);
+}
+
+TEST_F(SaidFolderTest, WordsOfAnEarlierReviewAreTakenBackAsLongAsNobodyElseChangedTheFiles) {
+  {
+    SaidFolder said(Path());
+    Say(&said, MarkWord("1", 5));
+    Say(&said, MarkWord("2", 6));
+    Say(&said, DecisionWord(DecisionKind::kReject));
+    ASSERT_EQ(Undo(&said), SayOutcome::kSaid);
+  }
+  {
+    SaidFolder said(Path());
+    EXPECT_EQ(said.LatestAbout(), "mark 2");
+    ASSERT_EQ(Undo(&said), SayOutcome::kSaid);
+    ASSERT_EQ(said.Read().first.marks.size(), 1u);
+    EXPECT_EQ(said.Read().first.marks[0].mark, "1");
+  }
+  WriteFileAtomically(Path() + "/marks.csv", "photo,mark,col,row,sigma\n4711,1,6,7,1\n");
+  SaidFolder said(Path());
+  EXPECT_EQ(said.LatestAbout(), "");
+  EXPECT_EQ(Undo(&said), SayOutcome::kNothing);
+  EXPECT_EQ(said.Read().first.marks.size(), 1u);
+}
+
+TEST_F(SaidFolderTest, AHistoryThatIsDamagedOrNoTextCostsNoWord) {
+  fs::create_directory(Path());
+  WriteFileAtomically(Path() + "/.orient-review.undo.json", "{\"words\": [{\"about\": 3");
+  WriteFileAtomically(Path() + "/marks.csv", "photo,mark,col,row,sigma\nfoto\xfc,1,6,7,1\n");
+  SaidFolder said(Path());
+  EXPECT_EQ(said.LatestAbout(), "");
+  ASSERT_EQ(Say(&said, MarkWord("1", 5)), SayOutcome::kSaid);
+  Word withdrawn;
+  withdrawn.no_marks = {{"foto\xfc", "1"}};
+  ASSERT_EQ(Say(&said, withdrawn), SayOutcome::kSaid) << "the line with no UTF-8 is in the history";
+  ASSERT_EQ(Undo(&said), SayOutcome::kSaid);
+  EXPECT_EQ(said.Read().first.marks.size(), 2u);
+}
+
+// Any sequence of words and of reviews, taken back to its beginning.
+TEST_F(SaidFolderTest, UndoneToTheEndTheFilesAreAsTheyWereInTheBeginning) {
+  fs::create_directory(Path());
+  const std::string begin = "# by hand\nphoto,mark,col,row,sigma\n4711,9,6,7,1\n4712,1,6,7,1\n";
+  WriteFileAtomically(Path() + "/marks.csv", begin);
+  std::mt19937 random(5);
+  int words = 0;
+  for (int review = 0; review < 8; ++review) {
+    SaidFolder said(Path());
+    for (int action = 0; action < 6; ++action) {
+      const int what = static_cast<int>(random() % 4);
+      if (what == 0 && words > 0) {
+        ASSERT_EQ(Undo(&said), SayOutcome::kSaid);
+        --words;
+        continue;
+      }
+      const std::string mark = std::to_string(random() % 5);
+      Word word = what == 1 ? DecisionWord(DecisionKind::kReject) : MarkWord(mark, double(action));
+      if (what == 2) word.no_marks = {{"4711", "9"}};
+      ASSERT_EQ(Say(&said, word), SayOutcome::kSaid);
+      ++words;
+    }
+  }
+  ASSERT_GT(words, 10);
+  SaidFolder said(Path());
+  for (; words > 0; --words) ASSERT_EQ(Undo(&said), SayOutcome::kSaid);
+  EXPECT_EQ(Undo(&said), SayOutcome::kNothing);
+  EXPECT_EQ(ReadFile(Path() + "/marks.csv"), begin);
+  EXPECT_FALSE(fs::exists(Path() + "/decisions.csv"));
+}
+
+TEST_F(SaidFolderTest, CoordinatesAreWithdrawnApartFromThePlaceInThePhoto) {
+  SaidFolder said(Path());
+  Word point;
+  point.points = {{"p", {1, 2, 3}, {1, 1, 1}, PointRole::kControl, {}},
+                  {"q", {1, 2, 3}, {1, 1, 1}, PointRole::kCheck, {}}};
+  point.image_points = {{"4711", "p", Eigen::Vector2d(3, 4), std::nullopt, 1, {}}};
+  Say(&said, point);
+  Word withdrawn;
+  withdrawn.no_points = {"p"};
+  ASSERT_EQ(Say(&said, withdrawn), SayOutcome::kSaid);
+  const Measurements now = said.Read().first;
+  EXPECT_EQ(now.Point("p"), nullptr);
+  EXPECT_NE(now.Point("q"), nullptr);
+  EXPECT_EQ(now.image_points.size(), 1u);
+  ASSERT_EQ(Undo(&said), SayOutcome::kSaid);
+  EXPECT_NE(said.Read().first.Point("p"), nullptr);
 }
 
 TEST_F(SaidFolderTest, WhatIsWithdrawnIsNotSaidAnyMore) {

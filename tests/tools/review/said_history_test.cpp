@@ -1,0 +1,73 @@
+#include "tools/review/said_history.h"
+
+#include <gtest/gtest.h>
+#include <rapidcheck/gtest.h>
+
+#include "tests/support/shared_data.h"
+
+namespace orient {
+namespace {
+
+// Few letters, so that beginnings and ends are alike; any of three files.
+rc::Gen<SaidFiles> AnyFiles() {
+  const auto text =
+      rc::gen::maybe(rc::gen::container<std::string>(rc::gen::element('a', 'b', '\n')));
+  return rc::gen::map(rc::gen::tuple(text, text, text), [](const auto& texts) {
+    SaidFiles files;
+    if (const auto& marks = std::get<0>(texts)) files["marks.csv"] = *marks;
+    if (const auto& points = std::get<1>(texts)) files["points.csv"] = *points;
+    if (const auto& decisions = std::get<2>(texts)) files["decisions.csv"] = *decisions;
+    return files;
+  });
+}
+
+// A word writes files and takes none away.
+SaidFiles After(SaidFiles before, const SaidFiles& written) {
+  for (const auto& [file, text] : written) before[file] = text;
+  return before;
+}
+
+RC_GTEST_PROP(SaidHistory, LeadsBackThroughAllWordsAlsoWhereItIsReadAgain, ()) {
+  const TemporaryFolder folder;
+  const std::string path = folder / "undo.json";
+  std::vector<SaidFiles> states = {*AnyFiles()};
+  const auto words = *rc::gen::container<std::vector<SaidFiles>>(AnyFiles());
+  {
+    SaidHistory history(path, states.front());
+    for (const SaidFiles& written : words) {
+      states.push_back(After(states.back(), written));
+      history.Add("word", states[states.size() - 2], states.back());
+    }
+  }
+  for (; states.size() > 1; states.pop_back()) {
+    SaidHistory history(path, states.back());
+    RC_ASSERT(history.LeadsTo(states.back()));
+    RC_ASSERT(history.BeforeLatest(states.back()) == states[states.size() - 2]);
+    history.ForgetLatest();
+  }
+  RC_ASSERT(SaidHistory(path, states.back()).IsEmpty());
+}
+
+TEST(SaidHistory, OfAReviewThatEndedBetweenUndoingAndForgettingLeadsToTheWordBefore) {
+  const TemporaryFolder folder;
+  const SaidFiles none, one = {{"marks.csv", "1"}}, two = {{"marks.csv", "2"}};
+  {
+    SaidHistory history(folder / "undo.json", none);
+    history.Add("first", none, one);
+    history.Add("second", one, two);
+  }
+  EXPECT_EQ(SaidHistory(folder / "undo.json", one).LatestAbout(), "first");
+  EXPECT_EQ(SaidHistory(folder / "undo.json", two).LatestAbout(), "second");
+  EXPECT_TRUE(SaidHistory(folder / "undo.json", {{"marks.csv", "3"}}).IsEmpty());
+}
+
+TEST(SaidHistory, ThatCannotBeWrittenLivesOn) {
+  const TemporaryFolder folder;
+  SaidHistory history(folder / "no/such/folder/undo.json", {});
+  history.Add("word", {}, {{"marks.csv", "1"}});
+  EXPECT_EQ(history.LatestAbout(), "word");
+  EXPECT_TRUE(history.BeforeLatest({{"marks.csv", "1"}}).empty());
+}
+
+}  // namespace
+}  // namespace orient

@@ -1,0 +1,114 @@
+#include "tools/review/said_history.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <exception>
+#include <filesystem>
+#include <nlohmann/json.hpp>
+
+#include "block/inputs/digest.h"
+#include "core/base/atomic_write.h"
+
+namespace orient {
+namespace {
+using Json = nlohmann::json;
+namespace fs = std::filesystem;
+}  // namespace
+
+std::string VersionOf(const SaidFiles& files) {
+  std::string all;
+  for (const auto& [name, text] : files) all += fmt::format("{} {}\n", name, text.size()) + text;
+  return block::Digest(all);
+}
+
+SaidHistory::SaidHistory(std::string path, const SaidFiles& now) : path_(std::move(path)) {
+  try {
+    if (fs::exists(path_)) Read();
+  } catch (const std::exception&) {  // it is of help only
+    words_.clear();
+  }
+  // A review may have been ended between the files and this history.
+  while (!words_.empty() && !LeadsTo(now)) words_.pop_back();
+}
+
+void SaidHistory::Read() {
+  const Json history = Json::parse(ReadFile(path_));
+  for (const Json& word : history.at("words")) {
+    Said said{word.at("about"), word.at("version_after"), {}};
+    for (const auto& [file, change] : word.at("before").items()) {
+      std::optional<Change>& before = said.changes[file];
+      if (!change.is_null()) before = {change.at("begin"), change.at("end"), change.at("middle")};
+    }
+    words_.push_back(std::move(said));
+  }
+}
+
+void SaidHistory::Write() const {
+  Json words = Json::array();
+  for (const Said& said : words_) {
+    Json before = Json::object();
+    for (const auto& [file, change] : said.changes)
+      before[file] = change ? Json{{"begin", change->same_at_begin},
+                                   {"end", change->same_at_end},
+                                   {"middle", change->middle}}
+                            : Json();
+    words.push_back(
+        {{"about", said.about}, {"version_after", said.version_after}, {"before", before}});
+  }
+  try {
+    WriteFileAtomically(path_, Json{{"words", words}}.dump());
+  } catch (const std::exception&) {  // a full disk, or a file that is no UTF-8
+    std::error_code ignored;
+    fs::remove(path_, ignored);
+  }
+}
+
+SaidHistory::Change SaidHistory::ChangeOf(const std::string& before, const std::string& after) {
+  const std::size_t shorter = std::min(before.size(), after.size());
+  const auto differs =
+      std::mismatch(before.begin(), before.begin() + std::ptrdiff_t(shorter), after.begin());
+  const auto same = static_cast<std::size_t>(differs.first - before.begin());
+  const auto differs_at_end = std::mismatch(
+      before.rbegin(), before.rbegin() + std::ptrdiff_t(shorter - same), after.rbegin());
+  const auto same_at_end = static_cast<std::size_t>(differs_at_end.first - before.rbegin());
+  return {same, same_at_end, before.substr(same, before.size() - same - same_at_end)};
+}
+
+bool SaidHistory::LeadsTo(const SaidFiles& now) const {
+  return !words_.empty() && words_.back().version_after == VersionOf(now);
+}
+
+SaidFiles SaidHistory::BeforeLatest(const SaidFiles& now) const {
+  SaidFiles files = now;
+  for (const auto& [file, change] : words_.back().changes) {
+    if (!change) {
+      files.erase(file);
+      continue;
+    }
+    const std::string& text = files[file];
+    files[file] = text.substr(0, change->same_at_begin) + change->middle +
+                  text.substr(text.size() - change->same_at_end);
+  }
+  return files;
+}
+
+void SaidHistory::Add(const std::string& about, const SaidFiles& before, const SaidFiles& after) {
+  Said said{about, VersionOf(after), {}};
+  for (const auto& [file, text] : after) {
+    const auto found = before.find(file);
+    if (found == before.end())
+      said.changes[file] = std::nullopt;
+    else if (found->second != text)
+      said.changes[file] = ChangeOf(found->second, text);
+  }
+  words_.push_back(std::move(said));
+  Write();
+}
+
+void SaidHistory::ForgetLatest() {
+  words_.pop_back();
+  Write();
+}
+
+}  // namespace orient
