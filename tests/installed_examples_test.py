@@ -17,7 +17,7 @@ import sys
 import tempfile
 
 # A small digital photo over open land: seconds.
-SIMULATE = ("--photos", "1", "--camera-preset", "digital", "--pixel-size-um", "40", "--gsd-m", "0.5",
+SIMULATE = ("--photos", "1", "--camera-preset", "digital", "--pixel-size-um", "60", "--gsd-m", "0.75",
             "--relief-m", "50", "--bare", "--earth", "flat")
 MOST_SIGMAS = 4  # of a pose's element, off the truth
 FOREIGN_HEADER = re.compile(r"#\s*include\s*<(?!Eigen/)([^>]*[./][^>]*)>")

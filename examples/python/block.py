@@ -9,8 +9,8 @@ import numpy as np
 
 import orient
 
-orient.run("simulate", out="flight", photos=3, camera_preset="digital", pixel_size_um=40,
-           gsd_m=0.5, relief_m=50, seed=3)
+orient.run("simulate", out="flight", photos=3, camera_preset="digital", pixel_size_um=60,
+           gsd_m=0.75, relief_m=50, seed=3)
 orient.run("patchdb", "create", "flight/patches.gpkg", crs="EPSG:32635")
 orient.run("patchdb", "harvest", "flight/patches.gpkg", *sorted(glob.glob("flight/old/photos/*.tif")),
            camera="flight/old/camera.toml", orientation="flight/old/orientation.csv",

@@ -24,13 +24,20 @@ struct Outcome {
 class CamerasCommandTest : public testing::Test {
  protected:
   CamerasCommandTest() {
-    FilmFrameSpec spec;
-    spec.camera = RingCamera(25, 60);
-    spec.pixel_mm = 0.08;
-    frame_ = RenderFilmFrame(spec);
     WriteScan(scan_, frame_.scan);
     for (size_t i = 0; i < frame_.mark_pixels.size(); ++i)
       clicks_.insert(clicks_.end(), {"--mark", Click(i)});
+  }
+
+  // Rendered once.
+  static const FilmFrame& Frame() {
+    static const FilmFrame frame = [] {
+      FilmFrameSpec spec;
+      spec.camera = RingCamera(25, 60);
+      spec.pixel_mm = 0.08;
+      return RenderFilmFrame(spec);
+    }();
+    return frame;
   }
 
   std::string Click(size_t i) const {
@@ -69,7 +76,7 @@ class CamerasCommandTest : public testing::Test {
 
   TemporaryFolder folder_;
   std::string scan_ = folder_ / "scan.png", camera_ = folder_ / "camera.toml";
-  FilmFrame frame_;
+  const FilmFrame& frame_ = Frame();
   std::vector<std::string> clicks_;
 };
 
