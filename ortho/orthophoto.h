@@ -8,8 +8,8 @@
 
 #include "core/base/progress.h"
 #include "core/terrain/crs.h"
+#include "core/terrain/ground_accuracy.h"
 #include "core/terrain/photo_view.h"
-#include "ortho/ground_accuracy.h"
 #include "ortho/map_grid.h"
 
 namespace orient::ortho {

@@ -11,6 +11,7 @@
 
 #include "core/base/atomic_write.h"
 #include "core/base/error.h"
+#include "core/base/geopackage/self_description.h"
 #include "core/base/open_dataset.h"
 #include "core/base/quiet_gdal.h"
 
@@ -174,7 +175,8 @@ Seamlines Seamlines::FromFile(const std::string& path, const Crs& crs) {
   return Seamlines(std::move(impl));
 }
 
-void Seamlines::Write(const std::string& path, const Crs& crs) const {
+void Seamlines::Write(const std::string& path, const Crs& crs,
+                      const std::map<std::string, std::string>& metadata) const {
   RegisterGdalDrivers();
   const QuietGdal quiet;
   const auto require = [&](bool done) {
@@ -196,6 +198,11 @@ void Seamlines::Write(const std::string& path, const Crs& crs) const {
     feature.SetGeometryDirectly(
         OGRGeometryFactory::forceToMultiPolygon(impl_->polygons[i]->clone()));
     require(layer->CreateFeature(&feature) == OGRERR_NONE);
+  }
+  for (const std::string& statement : StatementsOfMetadata(metadata)) {
+    CPLErrorReset();
+    file->ReleaseResultSet(file->ExecuteSQL(statement.c_str(), nullptr, nullptr));
+    require(CPLGetLastErrorType() < CE_Failure);
   }
   file.reset();  // writes the spatial index
   vsi_l_offset size = 0;

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <map>
 #include <memory>
 #include <string>
 #include <vector>
@@ -35,7 +36,9 @@ class Seamlines {
   Seamlines& operator=(Seamlines&&) noexcept;
   ~Seamlines();
 
-  void Write(const std::string& path, const Crs& crs) const;
+  // With these items of metadata. The same lines and items give the same bytes.
+  void Write(const std::string& path, const Crs& crs,
+             const std::map<std::string, std::string>& metadata = {}) const;
 
   // Of the polygons, in their order; a photo may have several.
   const std::vector<std::string>& Photos() const;

@@ -16,8 +16,8 @@ import re
 import sys
 import tempfile
 
-CORE = ["core/base", "core/geometry", "core/terrain", "core/raster", "core/matching", "core/files",
-        "core/measurements", "core/exchange"]
+CORE = ["core/base", "core/base/geopackage", "core/geometry", "core/terrain", "core/raster",
+        "core/matching", "core/files", "core/measurements", "core/exchange"]
 INTERIOR = ["interior/marks", "interior/locators", "interior/constellation", "interior/orientation",
             "interior"]
 EXTERIOR = ["exterior/steps", "exterior/search", "exterior"]
@@ -28,6 +28,7 @@ BLOCK = ["block/roll", "block/bundle", "block/ties", "block/inputs", "block/pict
 # folders stand in the order in which they build on one another.
 TABLE = {
     "core/base": ([], {"Boost.Math", "fmt", "GDAL", "TBB"}),
+    "core/base/geopackage": ([], set()),
     "core/geometry": (["core/base"], {"Eigen", "Ceres"}),
     "core/terrain": (["core/base", "core/geometry"], {"Eigen", "GDAL"}),
     "core/raster": (["core/base"], {"Eigen", "OpenCV", "GDAL", "libdeflate"}),
@@ -38,15 +39,18 @@ TABLE = {
     "core/exchange": (["core/base", "core/geometry", "core/terrain", "core/files",
                        "core/measurements"],
                       {"Eigen", "nlohmann-json", "pugixml"}),
-    "patchdb/store": (["core/base", "core/geometry", "core/terrain", "core/raster"],
+    "patchdb/store": (["core/base", "core/base/geopackage", "core/geometry", "core/terrain",
+                       "core/raster"],
                       {"Eigen", "SQLite"}),
-    "patchdb/store/schema": (["patchdb/store"], set()),
-    "patchdb/maintenance": (["core/base", "core/geometry", "core/terrain", "core/raster",
-                             "patchdb/store"], {"Eigen", "SQLite"}),
+    "patchdb/store/schema": (["core/base", "core/base/geopackage", "patchdb/store"], set()),
+    "patchdb/maintenance": (["core/base", "core/base/geopackage", "core/geometry", "core/terrain",
+                             "core/raster", "patchdb/store"], {"Eigen", "SQLite"}),
     "patchdb/harvest": (["core/base", "core/geometry", "core/terrain", "core/raster",
                          "core/matching", "patchdb/store"], {"Eigen"}),
     "tools/simulate": (CORE[:-1], {"Eigen", "GDAL", "TBB", "nlohmann-json"}),
-    "tools/report": (CORE + INTERIOR + ["block/inputs"], {"Eigen", "GDAL", "nlohmann-json"}),
+    "tools/report/figures": (CORE + INTERIOR + ["block/inputs"], {"Eigen"}),
+    "tools/report": (CORE + INTERIOR + ["block/inputs", "tools/report/figures"],
+                     {"Eigen", "GDAL", "nlohmann-json"}),
     "tools/convert": (CORE + INTERIOR + ["block/inputs"], {"Eigen", "GDAL", "TBB", "nlohmann-json"}),
     "tools/report/gis": (CORE + ["tools/report"], {"GDAL", "nlohmann-json"}),
     "tools/review": (CORE + ["block/inputs", "interior/marks", "tools/report"],

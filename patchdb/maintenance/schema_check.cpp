@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <string_view>
 
+#include "core/base/geopackage/self_description.h"
 #include "patchdb/store/schema.h"
 
 namespace orient::patchdb {
@@ -47,7 +48,8 @@ std::vector<SchemaObject> MissingObjects(Connection& connection, int version) {
 
 bool IsBeyondRepair(const SchemaObject& object) {
   const std::string_view name = object.name;
-  return name == "patches" || name == "orient_schema" || name.starts_with("gpkg_");
+  return name == "patches" || name == "orient_schema" ||
+         (name.starts_with("gpkg_") && !IsOfSelfDescription(object.name));
 }
 
 bool HasTable(const std::vector<SchemaObject>& objects) {
@@ -56,7 +58,10 @@ bool HasTable(const std::vector<SchemaObject>& objects) {
 }
 
 void MakeObjects(Connection& connection, const std::vector<SchemaObject>& missing) {
+  bool describe = false;
   for (const SchemaObject& object : missing) {
+    describe = describe || IsOfSelfDescription(object.name);
+    if (IsOfSelfDescription(object.name)) continue;
     if (object.type == "trigger")
       connection.Database().exec("DROP TRIGGER IF EXISTS " + object.name);
     connection.Database().exec(object.sql);
@@ -66,6 +71,8 @@ void MakeObjects(Connection& connection, const std::vector<SchemaObject>& missin
     table->exec();
   }
   if (std::any_of(missing.begin(), missing.end(), IsTokens)) RenewToken(connection);
+  if (!describe) return;
+  for (const std::string& statement : SelfDescription()) connection.Database().exec(statement);
 }
 
 bool LacksToken(Connection& connection, int version) {

@@ -20,8 +20,8 @@ bool IsBeyondRepair(const SchemaObject& object);
 // Without these nothing else can be looked for.
 bool HasTable(const std::vector<SchemaObject>& objects);
 
-// Makes them; tables are empty then. The caller holds the transaction.
-// Throws SQLite::Exception where something else has the name.
+// Makes them; tables are empty then, but for what the file says of itself (styles, metadata). The
+// caller holds the transaction. Throws SQLite::Exception where something else has the name.
 void MakeObjects(Connection& connection, const std::vector<SchemaObject>& missing);
 
 // Of a version that has none, the token is never missing.

@@ -41,6 +41,8 @@ void RunSchemaSteps(Connection& connection, int version, int last = CurrentSchem
   for (const SchemaStep& step : SchemaSteps()) {
     if (step.version <= version || step.version > last) continue;
     connection.Database().exec(step.sql);
+    if (step.further != nullptr)
+      for (const std::string& statement : step.further()) connection.Database().exec(statement);
     const Query record = connection.Prepare(sql::kAddSchemaStep);
     record->bind(1, step.version);
     record->bind(2, step.description);

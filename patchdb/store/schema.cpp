@@ -4,7 +4,7 @@ namespace orient::patchdb {
 
 const std::vector<SchemaStep>& SchemaSteps() {
   static const std::vector<SchemaStep> kSteps = {kSchemaStep1, kSchemaStep2, kSchemaStep3,
-                                                 kSchemaStep4, kSchemaStep5};
+                                                 kSchemaStep4, kSchemaStep5, kSchemaStep6};
   return kSteps;
 }
 

@@ -1,6 +1,7 @@
 // The tables of a patch database, as a list of steps that lead from an empty file to today's.
 #pragma once
 
+#include <string>
 #include <vector>
 
 namespace orient::patchdb {
@@ -13,6 +14,8 @@ struct SchemaStep {
   const char* sql;
   // Today's program reads files from before this step as they are; only who writes needs it.
   bool for_writers_only = false;
+  // Statements that follow those of `sql`, where they are not all known to the compiler.
+  std::vector<std::string> (*further)() = nullptr;
 };
 
 extern const SchemaStep kSchemaStep1;
@@ -20,9 +23,15 @@ extern const SchemaStep kSchemaStep2;
 extern const SchemaStep kSchemaStep3;
 extern const SchemaStep kSchemaStep4;
 extern const SchemaStep kSchemaStep5;
+extern const SchemaStep kSchemaStep6;
 
 const std::vector<SchemaStep>& SchemaSteps();
 int CurrentSchemaVersion();  // of this program
+
+// What makes the tables of step 6 where they are not there, and fills them: a style for the patches
+// that have none, and the program's version (core/base/geopackage).
+std::vector<std::string> SelfDescription();
+
 // The first version with orient_content, the token of what the patches are.
 inline constexpr int kFirstSchemaWithToken = 4;
 

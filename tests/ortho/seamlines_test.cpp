@@ -1,10 +1,12 @@
 #include "ortho/seamlines.h"
 
+#include <gdal_priv.h>
 #include <gtest/gtest.h>
 #include <rapidcheck.h>
 
 #include "core/base/atomic_write.h"
 #include "core/base/error.h"
+#include "core/base/open_dataset.h"
 #include "tests/support/expect_error.h"
 #include "tests/support/generators.h"
 #include "tests/support/shared_data.h"
@@ -73,6 +75,20 @@ TEST(Seamlines, ComeBackFromTheirFile) {
   const std::string once = ReadFile(folder / "seamlines.gpkg");
   written.Write(folder / "seamlines.gpkg", kCrs);
   EXPECT_EQ(ReadFile(folder / "seamlines.gpkg"), once) << "no day of writing";
+}
+
+TEST(Seamlines, FileSaysWhatItWasMadeFrom) {
+  const TemporaryFolder folder;
+  const Seamlines lines = Seamlines::ByNearestNadir({Square("4711", {50, 50}, 50)});
+  const std::string path = folder / "seamlines.gpkg";
+  lines.Write(path, kCrs, {{"orient_ortho", "{\"program\":\"orient 1\"}"}});
+  const std::string once = ReadFile(path);
+  lines.Write(path, kCrs, {{"orient_ortho", "{\"program\":\"orient 1\"}"}});
+  EXPECT_EQ(ReadFile(path), once);
+  const GDALDatasetUniquePtr file = OpenVectorDataset(path);
+  ASSERT_TRUE(file);
+  EXPECT_STREQ(file->GetMetadataItem("orient_ortho"), "{\"program\":\"orient 1\"}");
+  EXPECT_EQ(Seamlines::FromFile(path, kCrs).Photos().size(), 1u);
 }
 
 // As somebody draws them by hand: one polygon over others, other fields, in GeoJSON.

@@ -67,7 +67,8 @@ SCRIPTS = [
 def rows(raw, random_):
     """A random value in a random column of a random table."""
     tables = ["patches", "sources", "attempts", "evidence", "gpkg_contents", "gpkg_geometry_columns",
-              "gpkg_spatial_ref_sys", "orient_schema", "orient_content", "rtree_patches_geom"]
+              "gpkg_spatial_ref_sys", "orient_schema", "orient_content", "rtree_patches_geom",
+              "layer_styles", "gpkg_metadata"]
     for _ in range(random_.choice([1, 1, 1, 5])):
         table = random_.choice(tables)
         column = random_.choice([row[1] for row in raw.execute(f"PRAGMA table_info({table})")])

@@ -175,12 +175,18 @@ class OrthoRun {
             << ", which only fills gaps\n";
   }
 
+  std::map<std::string, std::string> MetadataOfSeams() const {
+    const RunRecord record{"orient " + ProgramVersion(), "", "", 0, options_.inputs};
+    return {{"orient_ortho", ProgramAndInputs(record)},
+            {"orient_seamlines", options_.least_difference ? "least difference" : "nearest nadir"}};
+  }
+
   ortho::Seamlines DrawSeams(const OrthoPhotos& found,
                              const std::vector<ortho::PhotoCells>& cells) const {
     auto seamlines = options_.least_difference
                          ? ortho::SeamlinesOfLeastDifference(seam_photos_, cells)
                          : ortho::Seamlines::ByNearestNadir(seam_photos_);
-    seamlines.Write(SeamsPath(), found.crs);
+    seamlines.Write(SeamsPath(), found.crs, MetadataOfSeams());
     return seamlines;
   }
 
@@ -222,12 +228,12 @@ class OrthoRun {
     if (accuracies_.size() < parts.size()) return metadata;
     std::vector<double> medians;
     double worst_m = 0;
-    for (const ortho::GroundAccuracy& accuracy : accuracies_) {
+    for (const GroundAccuracy& accuracy : accuracies_) {
       medians.push_back(accuracy.median_m);
       worst_m = std::max(worst_m, accuracy.worst_m);
     }
-    metadata["ORIENT_CE90_MEDIAN_M"] = fmt::format("{:.3g}", Median(medians));
-    metadata["ORIENT_CE90_WORST_M"] = fmt::format("{:.3g}", worst_m);
+    metadata["ORIENT_CE90_MEDIAN_M"] = fmt::format("{:.4g}", Median(medians));
+    metadata["ORIENT_CE90_WORST_M"] = fmt::format("{:.4g}", worst_m);
     return metadata;
   }
 
@@ -266,8 +272,8 @@ class OrthoRun {
 
   const OrthoRunOptions& options_;
   std::vector<ortho::SeamPhoto> seam_photos_;
-  std::optional<ortho::Seamlines> seamlines_;      // the given ones, later those drawn
-  std::vector<ortho::GroundAccuracy> accuracies_;  // of photos whose poses have a covariance
+  std::optional<ortho::Seamlines> seamlines_;  // the given ones, later those drawn
+  std::vector<GroundAccuracy> accuracies_;     // of photos whose poses have a covariance
 };
 
 }  // namespace

@@ -4,16 +4,19 @@
 #include <iosfwd>
 #include <optional>
 #include <string>
+#include <vector>
 
 #include "tools/commands/ortho_photos.h"
+#include "tools/report/run_record.h"
 
 namespace orient {
 
 struct OrthoRunOptions {
   OrthoSource source = {};
-  std::string out = {};              // folder
-  std::string seams = {};            // file of seamlines; empty: by nearest nadir
-  std::optional<double> gsd_m = {};  // empty: what the photos' pixels show
+  std::string out = {};               // folder
+  std::vector<RunInput> inputs = {};  // that the seamlines' metadata name
+  std::string seams = {};             // file of seamlines; empty: by nearest nadir
+  std::optional<double> gsd_m = {};   // empty: what the photos' pixels show
   std::optional<double> border_mm = {};
   double dem_sigma_m = 0;
   int jobs = 0;

@@ -35,6 +35,12 @@ nlohmann::ordered_json JsonOf(const RunRecord& record) {
       {"arguments", record.arguments}};
 }
 
+std::string ProgramAndInputs(const RunRecord& record) {
+  const Json json = JsonOf(record);
+  return Json{{"program", json.at("program")}, {"inputs", json.at("inputs")}}.dump(
+      -1, ' ', false, Json::error_handler_t::replace);
+}
+
 void WriteRunRecord(const std::string& directory, const std::string& stage,
                     const RunRecord& record) {
   Json json = Json::object();

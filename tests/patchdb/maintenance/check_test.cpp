@@ -41,6 +41,22 @@ class CheckTest : public testing::Test {
 
 TEST_F(CheckTest, WholeDatabaseHasNoFindings) { EXPECT_TRUE(Look(false).empty()); }
 
+TEST_F(CheckTest, WhatTheFileSaysOfItselfIsWrittenAgain) {
+  const auto count = [&](const std::string& table) {
+    return SQLite::Database(path_, SQLite::OPEN_READONLY)
+        .execAndGet("SELECT count(*) FROM " + table)
+        .getInt();
+  };
+  for (const std::string table : {"layer_styles", "gpkg_metadata_reference", "gpkg_metadata"}) {
+    Damage("DROP TABLE " + table);
+    ASSERT_EQ(Look(false).size(), 1u) << table;
+    EXPECT_FALSE(Look(false)[0].repair.empty()) << table;
+    Look(true);
+    EXPECT_TRUE(Look(false).empty()) << table;
+    for (const char* one : {"layer_styles", "gpkg_metadata"}) EXPECT_EQ(count(one), 1) << table;
+  }
+}
+
 TEST_F(CheckTest, AStrangersViewsAndTriggersAreNamed) {
   Damage("CREATE VIEW spare AS SELECT 1");
   Damage("CREATE TRIGGER surprise AFTER DELETE ON attempts BEGIN DELETE FROM sources; END");

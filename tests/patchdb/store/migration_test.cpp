@@ -153,6 +153,23 @@ TEST_F(MigrationTest, HasTheTablesOfANewFile) {
   EXPECT_EQ(tables(path_), tables(folder_ / "new.gpkg"));
 }
 
+// QGIS makes the table where somebody saves a style with the layer.
+TEST_F(MigrationTest, AStyleThatSomebodyGaveThePatchesStays) {
+  {
+    SQLite::Database raw(path_, SQLite::OPEN_READWRITE);
+    raw.exec(
+        "CREATE TABLE layer_styles (id INTEGER PRIMARY KEY AUTOINCREMENT NOT NULL, f_table_catalog "
+        "VARCHAR(256), f_table_schema VARCHAR(256), f_table_name VARCHAR(256), f_geometry_column "
+        "VARCHAR(256), styleName VARCHAR(30), styleQML TEXT, styleSLD TEXT, useAsDefault BOOLEAN, "
+        "description TEXT, owner VARCHAR(30), ui VARCHAR(30), update_time TIMESTAMP DEFAULT "
+        "CURRENT_TIMESTAMP)");
+    raw.exec("INSERT INTO layer_styles (f_table_name, styleQML) VALUES ('patches', 'mine')");
+  }
+  PatchDatabase::Open(path_, Mode::kWrite);
+  SQLite::Database raw(path_, SQLite::OPEN_READONLY);
+  EXPECT_EQ(raw.execAndGet("SELECT group_concat(styleQML) FROM layer_styles").getString(), "mine");
+}
+
 TEST_F(MigrationTest, RowsThatNameWhatIsNotThereAreLeftToARepair) {
   {
     SQLite::Database raw(path_, SQLite::OPEN_READWRITE);

@@ -230,6 +230,21 @@ TEST_F(PatchDatabaseFileTest, IsAValidGeoPackage) {
   ExpectValidGeoPackage(path_);
 }
 
+TEST_F(PatchDatabaseFileTest, SaysWhichProgramMadeItAndHowItIsDrawn) {
+  Filled(1);
+  SQLite::Database raw(path_, SQLite::OPEN_READONLY);
+  const std::string metadata = raw.execAndGet("SELECT metadata FROM gpkg_metadata").getString();
+  EXPECT_NE(metadata.find("orient_patchdb"), std::string::npos) << metadata;
+  EXPECT_NE(metadata.find("program&quot;:&quot;orient "), std::string::npos) << metadata;
+  EXPECT_EQ(raw.execAndGet("SELECT count(*) FROM gpkg_metadata_reference").getInt(), 1);
+  const std::string style =
+      raw.execAndGet(
+             "SELECT styleQML FROM layer_styles WHERE f_table_name = 'patches' AND "
+             "f_geometry_column = 'geom' AND useAsDefault = 1")
+          .getString();
+  EXPECT_NE(style.find("value=\"retired\""), std::string::npos) << style;
+}
+
 TEST_F(PatchDatabaseFileTest, GdalReadsThePatchesAsPoints) {
   if (!fs::exists("/usr/bin/ogrinfo")) GTEST_SKIP() << "ogrinfo is absent (Debian's gdal-bin)";
   Filled(20);

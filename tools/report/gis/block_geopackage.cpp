@@ -8,6 +8,7 @@
 #include <map>
 #include <utility>
 
+#include "core/base/geopackage/self_description.h"
 #include "core/base/quiet_gdal.h"
 #include "tools/report/gis/block_styles.h"
 #include "tools/report/gis/new_geopackage.h"
@@ -256,12 +257,10 @@ void WriteTies(const AdjustmentResult& adjusted, NewGeopackage* file) {
 // Program and inputs of run.json; without its times, and how it was called, the same block gives
 // the same file.
 void DescribeRuns(const std::string& directory, NewGeopackage* file) {
-  for (const auto& [stage, run] : ReadRunRecords(directory)) {
-    const nlohmann::ordered_json json = JsonOf(run);
-    file->Describe("orient_" + stage, nlohmann::ordered_json{{"program", json.at("program")},
-                                                             {"inputs", json.at("inputs")}}
-                                          .dump());
-  }
+  std::map<std::string, std::string> items;
+  for (const auto& [stage, run] : ReadRunRecords(directory))
+    items["orient_" + stage] = ProgramAndInputs(run);
+  file->Execute(StatementsOfMetadata(items));
 }
 
 }  // namespace

@@ -64,9 +64,12 @@ NewLayer NewGeopackage::AddLayer(const char* name, OGRwkbGeometryType type, cons
   return NewLayer(layer, path_);
 }
 
-void NewGeopackage::Describe(const std::string& name, const std::string& text) {
-  if (dataset_->SetMetadataItem(name.c_str(), ValidText(text).c_str()) != CE_None)
-    Fail(CPLGetLastErrorMsg());
+void NewGeopackage::Execute(const std::vector<std::string>& statements) {
+  for (const std::string& statement : statements) {
+    CPLErrorReset();
+    dataset_->ReleaseResultSet(dataset_->ExecuteSQL(statement.c_str(), nullptr, nullptr));
+    if (CPLGetLastErrorType() >= CE_Failure) Fail(CPLGetLastErrorMsg());
+  }
 }
 
 void NewGeopackage::Finish() {

@@ -57,8 +57,8 @@ class NewGeopackage {
   // `type` wkbNone: a table without places, and without a CRS.
   NewLayer AddLayer(const char* name, OGRwkbGeometryType type, const char* description,
                     const std::vector<LayerField>& fields);
-  // An item of the file's own metadata (gpkg_metadata).
-  void Describe(const std::string& name, const std::string& text);
+  // SQL, as it stands, after all layers.
+  void Execute(const std::vector<std::string>& statements);
   void Finish();
 
  private:

@@ -1,4 +1,4 @@
-#include "ortho/ground_accuracy.h"
+#include "core/terrain/ground_accuracy.h"
 
 #include <gtest/gtest.h>
 
@@ -7,7 +7,7 @@
 
 #include "tests/support/hilly_view.h"
 
-namespace orient::ortho {
+namespace orient {
 namespace {
 
 TEST(CircularError90, OfACircleAndOfALine) {
@@ -33,7 +33,7 @@ TEST(CircularError90, HoldsNineTenthsOfDrawnErrors) {
 TEST(AccuracyOf, IsWhatDrawnPosesShow) {
   const GroundSurface flat =
       GroundSurface::FromGrid(Eigen::MatrixXf::Constant(300, 300, 100), 3500, 4500, 10);
-  const PhotoView view = HillyView();
+  const PhotoView view = ortho::HillyView();
   Vector6d sigma;
   sigma << 0.4, 0.4, 0.3, 2e-4, 2e-4, 1e-4;
   const Matrix6d covariance = sigma.cwiseAbs2().asDiagonal();
@@ -59,8 +59,8 @@ TEST(AccuracyOf, IsWhatDrawnPosesShow) {
 }
 
 TEST(AccuracyOf, HeightsMoveWhatLiesFarFromTheNadir) {
-  const GroundSurface hills = Hills();
-  PhotoView view = HillyView();
+  const GroundSurface hills = ortho::Hills();
+  PhotoView view = ortho::HillyView();
   view.pose.opk_rad.setZero();
   const auto none = AccuracyOf(view, Matrix6d::Zero(), hills, 0);
   const auto some = AccuracyOf(view, Matrix6d::Zero(), hills, 2);
@@ -70,10 +70,10 @@ TEST(AccuracyOf, HeightsMoveWhatLiesFarFromTheNadir) {
 }
 
 TEST(AccuracyOf, NothingBesideTheSurface) {
-  PhotoView view = HillyView();
+  PhotoView view = ortho::HillyView();
   view.pose.position_m.x() += 1e5;
-  EXPECT_FALSE(AccuracyOf(view, Matrix6d::Identity(), Hills(), 0));
+  EXPECT_FALSE(AccuracyOf(view, Matrix6d::Identity(), ortho::Hills(), 0));
 }
 
 }  // namespace
-}  // namespace orient::ortho
+}  // namespace orient
