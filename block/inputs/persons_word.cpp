@@ -1,6 +1,7 @@
 #include "block/inputs/persons_word.h"
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include <Eigen/LU>
 #include <algorithm>
@@ -58,6 +59,21 @@ FlyingHeights HeightsOf(const std::vector<OrientationRow>& rows) {
 }
 
 }  // namespace
+
+void RequireKnownMarks(const Measurements& said, const std::string& photo,
+                       const CameraFile& camera) {
+  std::vector<std::string> ids;
+  for (const Fiducial& fiducial : camera.fiducials) ids.push_back(fiducial.id);
+  for (const MarkMeasurement& mark : said.MarksOf(photo)) {
+    if (std::find(ids.begin(), ids.end(), mark.mark) != ids.end()) continue;
+    throw InputError(fmt::format(
+        "{}/{}: photo {} has a mark \"{}\", and its camera{} {}; correct the id, or delete "
+        "the line",
+        said.folder, kMarksFile, photo, mark.mark,
+        camera.camera.name.empty() ? "" : " (" + camera.camera.name + ")",
+        ids.empty() ? "has no marks" : fmt::format("has the marks {}", fmt::join(ids, ", "))));
+  }
+}
 
 interior::InteriorOptions WithMarksOf(const Measurements& said, const std::string& photo,
                                       interior::InteriorOptions options) {

@@ -7,6 +7,7 @@
 #include <string>
 #include <vector>
 
+#include "core/files/camera_file.h"
 #include "core/files/inputs.h"
 #include "core/files/orientation_table.h"
 #include "core/files/results.h"
@@ -15,6 +16,11 @@
 #include "interior/constellation/interior_options.h"
 
 namespace orient::block {
+
+// Throws InputError naming the photo, a mark that was measured in it and that its camera does not
+// have, and the marks that the camera has.
+void RequireKnownMarks(const Measurements& said, const std::string& photo,
+                       const CameraFile& camera);
 
 // The run's options with what was said of this photo: its clicked marks, and how it lies.
 interior::InteriorOptions WithMarksOf(const Measurements& said, const std::string& photo,

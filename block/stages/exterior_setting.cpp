@@ -127,6 +127,8 @@ ExteriorSetting PrepareExterior(const ExteriorRunOptions& options) {
     throw UsageError(options.camera +
                      " is a film camera: name the folder with the results of 'orient interior' "
                      "with --interior");
+  for (const std::string& photo : options.photos)
+    RequireKnownMarks(options.measurements, PhotoName(photo), camera);
   OrientationTable table =
       options.table ? *options.table
       : options.approximations.empty()

@@ -244,7 +244,8 @@ void RefuseOthersTables(const InteriorRunOptions& options,
                        "folder or give --overwrite");
 }
 
-// Throws UsageError where what a person said of a photo does not go with the run's camera.
+// Throws UsageError where what a person said of a photo does not go with the run's camera,
+// InputError for marks that the camera does not have.
 void RequireKnownCameras(const InteriorRunOptions& options, const RunCameras& cameras) {
   for (const std::string& path : options.photos) {
     const std::string photo = PhotoName(path);
@@ -265,6 +266,8 @@ void RequireKnownCameras(const InteriorRunOptions& options, const RunCameras& ca
           "marks of photo {} are clicked in {}, but its camera is to be found out; name it with "
           "--camera, or decide on the photo's camera in decisions.csv",
           photo, files));
+    if (const auto named = NamedCamera(cameras, decided))
+      RequireKnownMarks(options.measurements, photo, cameras.all[*named].file);
   }
 }
 

@@ -19,6 +19,7 @@ constexpr double kPixelOfPhotoSystem_mm = 0.01;
 
 Affine2d FilmTransform(const CameraFile& camera, const Measurements& measured,
                        const std::string& photo, Matrix6d* covariance) {
+  RequireKnownMarks(measured, photo, camera);
   std::vector<PointPair2d> pairs;
   for (const MarkMeasurement& mark : measured.MarksOf(photo))
     for (const Fiducial& fiducial : camera.fiducials)

@@ -6,6 +6,7 @@
 
 #include "core/base/error.h"
 #include "core/geometry/rotation.h"
+#include "tests/support/expect_error.h"
 
 namespace orient::block {
 namespace {
@@ -18,6 +19,22 @@ Measurements Placed(const std::string& photo, const std::string& value) {
 
 std::vector<OrientationRow> Rows() {
   return {{"a", {{100, 200, 1500}, {0.01, 0, 2}}, {}}, {"b", {{400, 200, 1700}, {}}, {}}};
+}
+
+TEST(RequireKnownMarks, AMarkThatTheCameraDoesNotHaveIsNamedWithThoseItHas) {
+  CameraFile camera;
+  camera.camera.name = "Wild RC10";
+  camera.fiducials.resize(2);
+  camera.fiducials[0].id = "1";
+  camera.fiducials[1].id = "2";
+  Measurements said;
+  said.folder = "said";
+  said.marks = {{"a", "1", {1, 2}, 1, false, {}}, {"b", "12", {1, 2}, 1, false, {}}};
+  EXPECT_NO_THROW(RequireKnownMarks(said, "a", camera));
+  ExpectError<InputError>([&] { RequireKnownMarks(said, "b", camera); },
+                          {"said/marks.csv", "photo b", "\"12\"", "Wild RC10", "1, 2"});
+  camera.fiducials.clear();
+  ExpectError<InputError>([&] { RequireKnownMarks(said, "a", camera); }, {"has no marks"});
 }
 
 TEST(TakePositionsSaid, TheSaidPlaceStandsInForTheTablesAndItsAccuracyToo) {

@@ -51,6 +51,17 @@ TEST_F(InteriorCommandTest, ASecondRunNeedsOverwriteOrResume) {
   }
 }
 
+TEST_F(InteriorCommandTest, AMisspeltMarkIsBadInput) {
+  fs::create_directory(folder_ / "said");
+  std::ofstream(folder_ / "said/marks.csv") << "photo,mark,col,row,sigma\n4711,none,10,20,1\n";
+  std::vector<std::string> arguments = Arguments(scan_);
+  arguments.insert(arguments.end(), {"--measurements", folder_ / "said"});
+  const ProgramRun outcome = RunOrient(arguments);
+  EXPECT_EQ(outcome.exit_code, 2);
+  EXPECT_NE(outcome.err.find("photo 4711 has a mark \"none\""), std::string::npos) << outcome.err;
+  EXPECT_FALSE(fs::exists(out_));
+}
+
 class InteriorResumed : public InteriorCommandTest {
  protected:
   void SetUp() override {
