@@ -144,6 +144,12 @@ std::optional<Finding> SetOtherPhotosAside(const BlockFile& block) {
 
 }  // namespace
 
+void WriteBlockReport(const BlockFile& block, const block::OrientedBlock& oriented) {
+  BlockRecord record = ReadBlockRecord(block.output_directory, oriented.adjusted);
+  record.notes = Sentences(oriented.findings);
+  WriteReport(record);
+}
+
 std::optional<block::Quicklook> WriteBlockOutputs(const BlockFile& block, bool quicklook,
                                                   block::OrientedBlock* oriented) {
   block::OrientedBlock& result = *oriented;
@@ -164,9 +170,7 @@ std::optional<block::Quicklook> WriteBlockOutputs(const BlockFile& block, bool q
   }
   WriteBlockGeopackage(out, block.crs, result.results,
                        result.adjusted ? &*result.adjusted : nullptr);
-  BlockRecord record = ReadBlockRecord(out, result.adjusted);
-  record.notes = Sentences(result.findings);
-  WriteReport(record);
+  WriteBlockReport(block, result);
   WriteExportsTo(block, &result);
   return pictures;
 }

@@ -15,4 +15,7 @@ namespace orient {
 std::optional<block::Quicklook> WriteBlockOutputs(const BlockFile& block, bool quicklook,
                                                   block::OrientedBlock* oriented);
 
+// report.html alone: anew, when there are orthophotos to show.
+void WriteBlockReport(const BlockFile& block, const block::OrientedBlock& oriented);
+
 }  // namespace orient

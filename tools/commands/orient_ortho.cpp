@@ -13,6 +13,7 @@
 #include "tools/commands/shared_options.h"
 #include "tools/convert/convert_source.h"
 #include "tools/report/gis/block_project.h"
+#include "tools/report/report.h"
 
 namespace orient {
 namespace {
@@ -75,18 +76,26 @@ class OrthoCommand : public Command {
     constexpr int kCache_MB = 64;  // decoded pixels are used once
     BoundBlockCache(kCache_MB);
     Prepare();
+    if (!options_.plan) options_.inputs = Inputs();
     const bool all = MakeOrthophotos(options_, out);
     if (options_.plan) return all ? ExitCode::kAllDone : ExitCode::kSomeNotOriented;
-    RecordRun(Invoked(), options_.out, "ortho",
-              {FileInput("poses", PosesFile()), FileInput("camera", options_.source.camera),
-               RasterInput("DEM", options_.source.dem),
-               RunInput{"interior orientation", options_.source.interior, ""},
-               FileInput("seamlines", options_.seams)});
+    RecordRun(Invoked(), options_.out, "ortho", options_.inputs);
     ShowInProject(out);
+    ShowInReport(out);
     return all ? ExitCode::kAllDone : ExitCode::kSomeNotOriented;
   }
 
  private:
+  std::vector<RunInput> Inputs() const {
+    std::vector<RunInput> inputs = {FileInput("poses", PosesFile()),
+                                    FileInput("camera", options_.source.camera),
+                                    RasterInput("DEM", options_.source.dem),
+                                    RunInput{"interior orientation", options_.source.interior, ""},
+                                    FileInput("seamlines", options_.seams)};
+    std::erase_if(inputs, [](const RunInput& input) { return input.path.empty(); });
+    return inputs;
+  }
+
   std::string PosesFile() const {
     const fs::path poses(options_.source.poses);
     return (fs::is_directory(poses) ? poses / "orientation.csv" : poses).string();
@@ -98,6 +107,21 @@ class OrthoCommand : public Command {
       WriteBlockProject(FolderOf(options_.source.poses));
     } catch (const InputError& error) {
       out << "note      block.qgz does not show them: " << error.what() << "\n";
+    }
+  }
+
+  // A report that is there says what it would say if it were written now.
+  void ShowInReport(std::ostream& out) const {
+    const std::string folder = FolderOf(options_.source.poses);
+    if (!fs::exists(fs::path(folder) / "report.html")) return;
+    std::error_code ignored;  // then they lie elsewhere, as far as is known
+    const fs::path block = fs::weakly_canonical(folder, ignored);
+    const fs::path out_folder = fs::weakly_canonical(options_.out, ignored);
+    if (out_folder != block && out_folder != block / "ortho") return;
+    try {
+      WriteReport(folder);
+    } catch (const InputError& error) {
+      out << "note      report.html does not show them: " << error.what() << "\n";
     }
   }
 

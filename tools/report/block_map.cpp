@@ -46,10 +46,17 @@ Box GroundExtent(const BlockRecord& block, const BlockVerdict& verdict) {
   return box;
 }
 
+// "0.19 m"; empty where it is not known.
+std::string Ce90Text(const PhotoVerdict& verdict) {
+  if (!verdict.ce90) return "";
+  const double ce90_m = verdict.ce90->median_m;
+  return Decimal(ce90_m, DecimalsForSigma(ce90_m)) + kThinSpace + "m";
+}
+
 // `corners_only`: of a ring with as many points on each of four sides, where there are so many
 // footprints that relief along their sides cannot be seen.
-std::string Footprint(const std::vector<Eigen::Vector3d>& ring, const Sheet& sheet, Status status,
-                      const std::string& name, bool corners_only) {
+std::string Footprint(const std::vector<Eigen::Vector3d>& ring, const Sheet& sheet,
+                      const PhotoVerdict& verdict, const std::string& name, bool corners_only) {
   if (ring.size() < 3) return "";
   std::vector<std::string> points;
   const size_t step = corners_only ? std::max<size_t>(1, (ring.size() - 1) / 4) : 1;
@@ -59,8 +66,9 @@ std::string Footprint(const std::vector<Eigen::Vector3d>& ring, const Sheet& she
     points.push_back(SvgNumber(at.x()) + "," + SvgNumber(at.y()));
   }
   return fmt::format(
-      "<polygon class=\"fp fp-{0}\" points=\"{1}\"><title>{2}: {0}</title></polygon>\n",
-      Name(status), Joined(points, " "), Escape(name));
+      "<polygon class=\"fp fp-{0}\" points=\"{1}\"><title>{2}: {0}{3}</title></polygon>\n",
+      Name(verdict.status), Joined(points, " "), Escape(name),
+      verdict.ce90 ? ", CE90 " + Ce90Text(verdict) : "");
 }
 
 // What one patch was worth to the block: its best outcome in any photo.
@@ -214,9 +222,15 @@ Labels PhotoLabels(const BlockRecord& block, const BlockVerdict& verdict, const 
       labels.outside.push_back(photo.name);
       continue;
     }
-    const std::string text = (prefix > 0 ? "…" : "") + ValidText(photo.name.substr(prefix));
-    const double width = kLabelAdvance * static_cast<double>(Characters(text));
-    const auto at = layout.Place(sheet.At(*place), width);
+    const std::string name = (prefix > 0 ? "…" : "") + ValidText(photo.name.substr(prefix));
+    const std::string ce90 = Ce90Text(verdict.photos[i]);
+    const auto fits = [&](const std::string& shown) {
+      const double width = kLabelAdvance * static_cast<double>(Characters(shown));
+      return layout.Place(sheet.At(*place), width);
+    };
+    std::string text = ce90.empty() ? name : name + " · " + ce90;
+    auto at = fits(text);
+    if (!at && !ce90.empty()) at = fits(text = name);
     if (!at) {
       ++labels.left_out;
       continue;
@@ -237,7 +251,7 @@ std::string PhotoShapes(const BlockRecord& block, const BlockVerdict& verdict, c
       if (verdict.photos[i].status != status) continue;
       const PhotoRecord& photo = block.photos[i];
       if (photo.exterior)
-        svg += Footprint(photo.exterior->footprint_m, sheet, status, photo.name,
+        svg += Footprint(photo.exterior->footprint_m, sheet, verdict.photos[i], photo.name,
                          block.photos.size() > kManyPhotos);
       if (!verdict.photos[i].pose) continue;
       const Vector2d at = sheet.At(verdict.photos[i].pose->position_m.head<2>());
@@ -285,9 +299,12 @@ std::string MovesNote(const std::vector<ApproximationMove>& moves) {
                        Decimal(v.z(), 2));
   };
   return fmt::format(
-      "From the approximations the {} projection centres{} moved by {} in the mean, "
-      "and by {} (RMS) about it. ",
-      common.photos, common.photos < std::ssize(moves) ? " that were known best" : "",
+      "From the approximations the {}{} moved by {} in the mean, and by {} (RMS) about it. ",
+      common.photos == 1 ? "one projection centre"
+                         : fmt::format("{} projection centres", common.photos),
+      common.photos == std::ssize(moves) ? ""
+      : common.photos == 1               ? " that was known best"
+                                         : " that were known best",
       metres(common.mean_m), metres(common.rms_about_mean_m));
 }
 
@@ -314,7 +331,9 @@ std::string Notes(const BlockRecord& block, size_t patches, const Labels& labels
   if (DotStep(ties) > 1)
     text += fmt::format("Of {} ties every {}th is drawn. ", ties, DotStep(ties));
   if (labels.left_out > 0)
-    text += fmt::format("{} names are left out where they would overlap. ", labels.left_out);
+    text += fmt::format(
+        "{} left out where they would overlap. ",
+        labels.left_out == 1 ? "One name is" : fmt::format("{} names are", labels.left_out));
   return text + NamesNote("Not in the map, without a pose", labels.nowhere) +
          NamesNote("Outside the map", labels.outside);
 }
@@ -345,6 +364,7 @@ Markup BlockMap(const BlockRecord& block, const BlockVerdict& verdict, const Pho
                                  ScaleBar(sheet) + NorthArrow(sheet))},
                {"key_of_moves", key_of_moves},
                {"key_of_ties", block.adjusted ? Fill("map.html#key_of_ties") : Markup()},
+               {"key_of_ce90", verdict.median_ce90_m ? Fill("map.html#key_of_ce90") : Markup()},
                {"crs", block.crs ? " in " + block.crs->Name() : ""},
                {"notes", MovesNote(moves) + Notes(block, outcomes.size(), labels)}});
 }

@@ -7,6 +7,7 @@
 
 #include "block/inputs/block_camera.h"
 #include "block/inputs/block_files.h"
+#include "block/inputs/digest.h"
 #include "core/base/error.h"
 #include "core/files/camera_file.h"
 
@@ -105,6 +106,20 @@ void AddQuicklook(const std::string& directory, BlockRecord* block) {
   block->seams_picture = existing(block::kSeamsFile);
 }
 
+// With the record of the run that made them.
+void AddOrthophotos(const std::string& directory, BlockRecord* block) {
+  block->ortho = ReadOrthoFolder(directory);
+  if (!block->ortho) return;
+  const auto runs = ReadRunRecords((fs::path(directory) / block->ortho->folder).string());
+  const auto run = runs.find("ortho");
+  if (run == runs.end()) return;
+  block->runs["ortho"] = run->second;
+  const std::string poses = block::DigestOfFile((fs::path(directory) / "orientation.csv").string());
+  for (const RunInput& input : run->second.inputs)
+    if (input.what == "poses" && !poses.empty() && !input.digest.empty())
+      block->ortho->of_other_poses = input.digest != poses;
+}
+
 void AddAdjustment(const std::string& directory, BlockRecord* block) {
   const std::string path = AdjustmentResultPath(directory);
   try {
@@ -150,6 +165,7 @@ BlockRecord ReadBlockRecord(const std::string& directory,
   AddCamera(directory, &block);
   AddQuicklook(directory, &block);
   block.runs = ReadRunRecords(directory);
+  AddOrthophotos(directory, &block);
   if (photos.empty())
     throw InputError(directory +
                      ": the folder holds no results (<photo>.interior.json, "

@@ -11,6 +11,7 @@
 #include "core/files/results.h"
 #include "core/geometry/camera.h"
 #include "core/terrain/crs.h"
+#include "tools/report/figures/ortho_figures.h"
 #include "tools/report/run_record.h"
 
 namespace orient {
@@ -34,6 +35,7 @@ struct BlockRecord {
   std::optional<Camera> camera;                  // of block_camera.toml
   std::vector<PhotoRecord> photos;               // by name
   std::optional<AdjustmentResult> adjusted;      // of block.json
+  std::optional<OrthoFolder> ortho;              // of orthophotos, where there are any
   std::string quicklook_picture, seams_picture;  // file names in the folder, empty where absent
   std::map<std::string, RunRecord> runs;         // of run.json, by stage
   std::vector<std::string> notes;                // about the block as a whole

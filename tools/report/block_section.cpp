@@ -3,70 +3,35 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <cmath>
-#include <map>
+#include <cstddef>
 
-#include "core/base/median.h"
+#include "tools/report/figures/adjustment_figures.h"
 #include "tools/report/html_text.h"
 
 namespace orient {
 namespace {
 
-// Sightings of one photo: how many there are and what they are worth.
-struct PhotoSightings {
-  int ties = 0, ties_used = 0, control = 0, control_used = 0;
-  double squares_px2 = 0;  // of used ones' residuals
-  double redundancy = 0;   // of used ones, of both coordinates
-  double largest_w = 0;
-
-  int Used() const { return ties_used + control_used; }
-  std::optional<double> RmsPx() const {
-    if (Used() == 0) return std::nullopt;
-    return std::sqrt(squares_px2 / Used());
-  }
-  std::optional<double> MeanRedundancy() const {
-    if (Used() == 0) return std::nullopt;
-    return 0.5 * redundancy / Used();
-  }
-};
-
-using SightingsByPhoto = std::map<std::string, PhotoSightings>;
-
-void Count(const std::vector<PointResult>& points, bool ties, SightingsByPhoto* photos) {
-  for (const PointResult& point : points)
-    for (const SightingResult& sighting : point.seen) {
-      PhotoSightings& photo = (*photos)[sighting.photo];
-      const bool used = sighting.state == "used";
-      ++(ties ? photo.ties : photo.control);
-      if (!used) continue;
-      ++(ties ? photo.ties_used : photo.control_used);
-      if (sighting.residual_px) photo.squares_px2 += sighting.residual_px->squaredNorm();
-      photo.redundancy += sighting.redundancy.value_or(0);
-      photo.largest_w = std::max(photo.largest_w, sighting.w.value_or(0));
-    }
+// "1 photo", "3 photos".
+std::string Counted(std::size_t count, const char* one, const char* many) {
+  return fmt::format("{} {}", count, count == 1 ? one : many);
 }
 
 std::string Facts(const AdjustmentResult& adjusted) {
-  const auto n = adjusted.ties.size();
-  const auto manifold = std::count_if(adjusted.ties.begin(), adjusted.ties.end(),
-                                      [](const PointResult& tie) { return tie.rays >= 3; });
   return fmt::format(
-      "{} tie {} ({} in three photos or more) · {} control patches · residuals {} times what was "
-      "stated (standard deviation of unit weight), {} degrees of freedom",
-      n, n == 1 ? "point" : "points", manifold, adjusted.control.size(),
+      "{} ({} in three photos or more) · {} · residuals {} times what was stated (standard "
+      "deviation of unit weight), {} degrees of freedom",
+      Counted(adjusted.ties.size(), "tie point", "tie points"), TiesInThreePhotosOrMore(adjusted),
+      Counted(adjusted.control.size(), "control patch", "control patches"),
       Decimal(adjusted.sigma0, 2), Decimal(adjusted.redundancy, 0));
 }
 
 Markup Groups(const AdjustmentResult& adjusted) {
   Markup rows;
   for (const ComponentResult& component : adjusted.components) {
-    std::optional<double> factor;
-    if (component.factor) factor = std::sqrt(*component.factor);
-    const bool image = component.sigma0_px.value_or(0) > 0;
     rows += Fill("adjustment.html#group",
                  {{"group", component.group},
-                  {"sigma0", image ? Decimal(component.sigma0_px, 2) : kNoValue},
-                  {"factor", Decimal(factor, 2)},
+                  {"sigma0", Decimal(ImageSigmaPx(component), 2)},
+                  {"factor", Decimal(SigmaOverStated(component), 2)},
                   {"redundancy", Decimal(component.redundancy, 0)},
                   {"origin", component.estimated ? "estimated" : "as stated"}});
   }
@@ -74,11 +39,8 @@ Markup Groups(const AdjustmentResult& adjusted) {
 }
 
 Markup Photos(const AdjustmentResult& adjusted) {
-  SightingsByPhoto photos;
-  Count(adjusted.ties, true, &photos);
-  Count(adjusted.control, false, &photos);
   Markup rows;
-  for (const auto& [name, photo] : photos)
+  for (const auto& [name, photo] : SightingsOf(adjusted))
     rows += Fill("adjustment.html#photo",
                  {{"photo", name},
                   {"ties_used", photo.ties_used},
@@ -111,54 +73,43 @@ Markup GnssStrips(const AdjustmentResult& adjusted) {
   return Fill("adjustment.html#gnss_strips", {{"rows", rows}});
 }
 
-// Root mean square by component, where there is anything.
-class Rms {
- public:
-  void Add(const Eigen::Vector3d& residual) {
-    squares_ += residual.cwiseAbs2();
-    ++count_;
-  }
-  int Count() const { return count_; }
-  std::string Text() const { return Decimals((squares_ / count_).cwiseSqrt(), 2); }
-
- private:
-  Eigen::Vector3d squares_ = Eigen::Vector3d::Zero();
-  int count_ = 0;
-};
-
 Markup Gnss(const AdjustmentResult& adjusted) {
   if (adjusted.gnss.empty()) return {};
-  Rms rms;
-  for (const PoseObservationResult& position : adjusted.gnss)
-    if (position.state == "used" && position.residual_m) rms.Add(*position.residual_m);
-  const std::string residuals =
-      rms.Count() > 0 ? fmt::format("; residuals {} m (X / Y / Z, RMS)", rms.Text()) : "";
-  return Fill("adjustment.html#gnss", {{"used", rms.Count()},
+  const GroundResiduals residuals = ResidualsOfGnss(adjusted);
+  const std::string text = residuals.Count() > 0 ? fmt::format("; residuals {} m (X / Y / Z, RMS)",
+                                                               Decimals(residuals.Rms_m(), 2))
+                                                 : "";
+  return Fill("adjustment.html#gnss", {{"used", residuals.Count()},
                                        {"count", adjusted.gnss.size()},
-                                       {"residuals", residuals},
+                                       {"residuals", text},
                                        {"strips", GnssStrips(adjusted)}});
+}
+
+// "0.30 / 0.40 / 0.80 m (X / Y / Z, RMS of 2 ...; CE90 0.75 m, LE90 1.32 m)".
+std::string OnTheGround(const GroundResiduals& residuals, const char* which) {
+  return fmt::format("{} m (X / Y / Z, RMS of {}{}; CE90 {} m, LE90 {} m)",
+                     Decimals(residuals.Rms_m(), 2), residuals.Count(), which,
+                     Decimal(residuals.Ce90_m(), 2), Decimal(residuals.Le90_m(), 2));
 }
 
 Markup Checks(const AdjustmentResult& adjusted) {
   if (adjusted.checks.empty()) return Fill("adjustment.html#no_checks");
-  std::vector<double> lengths;
-  Rms rms;
-  for (const CheckResult& check : adjusted.checks) {
-    for (const Eigen::Vector2d& residual : check.image_residuals_px)
-      lengths.push_back(residual.norm());
-    if (check.ground_residual_m) rms.Add(*check.ground_residual_m);
-  }
+  const GroundResiduals residuals = ResidualsOfChecks(adjusted);
+  const CheckSightings sightings = SightingsOfChecks(adjusted);
   std::string on_the_ground;
-  if (rms.Count() > 0)
-    on_the_ground =
-        fmt::format("; on the ground {} m (X / Y / Z, RMS of {} seen in two photos or more)",
-                    rms.Text(), rms.Count());
-  return Fill("adjustment.html#checks",
-              {{"count", adjusted.checks.size()},
-               {"rms", Decimal(adjusted.CheckRmsPx(), 2)},
-               {"sightings", lengths.size()},
-               {"median", lengths.empty() ? kNoValue : Decimal(Median(lengths), 2)},
-               {"on_the_ground", on_the_ground}});
+  if (residuals.Count() > 0)
+    on_the_ground = "; on the ground " + OnTheGround(residuals, " seen in two photos or more");
+  return Fill("adjustment.html#checks", {{"count", adjusted.checks.size()},
+                                         {"rms", Decimal(adjusted.CheckRmsPx(), 2)},
+                                         {"sightings", sightings.count},
+                                         {"median", Decimal(sightings.median_px, 2)},
+                                         {"on_the_ground", on_the_ground}});
+}
+
+Markup Control(const AdjustmentResult& adjusted) {
+  const GroundResiduals residuals = ResidualsOfControl(adjusted);
+  if (residuals.Count() == 0) return {};
+  return Fill("adjustment.html#control", {{"residuals", OnTheGround(residuals, " used")}});
 }
 
 Markup Parts(const AdjustmentResult& adjusted) {
@@ -206,6 +157,7 @@ Markup AdjustmentSection(const BlockRecord& block) {
               {{"warning", adjusted.converged ? Markup() : Fill("adjustment.html#not_converged")},
                {"facts", Facts(adjusted)},
                {"checks", Checks(adjusted)},
+               {"control", Control(adjusted)},
                {"photos", Photos(adjusted)},
                {"groups", Groups(adjusted)},
                {"gnss", Gnss(adjusted)},

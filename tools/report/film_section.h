@@ -2,8 +2,10 @@
 #pragma once
 
 #include <optional>
+#include <vector>
 
 #include "tools/report/block_record.h"
+#include "tools/report/figures/film_figures.h"
 #include "tools/report/template.h"
 
 namespace orient {
@@ -19,6 +21,8 @@ struct SeenScale {
   double gsd_m = 0;     // of a pixel of the scan on level ground
 };
 std::optional<SeenScale> ScaleOf(const PhotoRecord& photo, const Camera& camera);
+
+std::vector<FilmRoll> FilmRollsOf(const BlockRecord& block);
 
 // How the film lies against its calibrated marks, in a table for each camera and pixel size. Empty
 // without film.

@@ -146,4 +146,14 @@ std::string PercentEncoded(std::string_view file_name) {
   return encoded;
 }
 
+std::string PercentEncodedPath(std::string_view path) {
+  std::string encoded = ".";
+  for (std::size_t begin = 0;;) {
+    const std::size_t end = path.find('/', begin);
+    encoded += PercentEncoded(path.substr(begin, end - begin)).substr(1);
+    if (end == std::string_view::npos) return encoded;
+    begin = end + 1;
+  }
+}
+
 }  // namespace orient

@@ -42,5 +42,7 @@ std::string Joined(const std::vector<std::string>& texts, std::string_view betwe
 
 // A relative link to a file in the report's own folder.
 std::string PercentEncoded(std::string_view file_name);
+// The same to a file in a folder below: its separators stay.
+std::string PercentEncodedPath(std::string_view path);
 
 }  // namespace orient

@@ -50,21 +50,19 @@ Markup ProjectionTile(const BlockRecord& block, const BlockVerdict& verdict,
                     {"photo", block.photos[worst].name}}));
 }
 
+std::string Metres(double value_m) { return Decimal(value_m, DecimalsForSigma(value_m)); }
+
 // What a map made with the poses is good for.
 Markup GroundTile(const BlockRecord& block, const BlockVerdict& verdict, const PhotoLinks& links) {
   const char* name = "CE90 on the ground, median photo";
-  if (!verdict.median_projection) return Tile(kNoValue, "", name);
-  const auto text = [](const ProjectionSigma& sigma) {
-    const double ce90_m = Ce90_m(sigma);
-    return Decimal(ce90_m, DecimalsForSigma(ce90_m));
-  };
+  if (!verdict.median_ce90_m) return Tile(kNoValue, "", name);
   const std::string metres = kThinSpace + std::string("m");
-  const size_t worst = *verdict.worst_on_ground;
-  return Tile(
-      text(*verdict.median_projection), metres, name,
-      Fill("overview.html#tile_worst", {{"value", text(*verdict.photos[worst].projection) + metres},
-                                        {"href", links.To(block, worst)},
-                                        {"photo", block.photos[worst].name}}));
+  const size_t worst = *verdict.worst_ce90;
+  return Tile(Metres(*verdict.median_ce90_m), metres, name,
+              Fill("overview.html#tile_worst",
+                   {{"value", Metres(verdict.photos[worst].ce90->worst_m) + metres},
+                    {"href", links.To(block, worst)},
+                    {"photo", block.photos[worst].name}}));
 }
 
 Markup HeightTile(double le90_m) {
@@ -104,6 +102,8 @@ Markup ExteriorCells(const PhotoVerdict& photo, bool searched) {
        {"projection_px", projection ? Decimal(projection->px, 2) : kNoValue},
        {"projection_m",
         projection ? Decimal(projection->m, DecimalsForSigma(projection->m)) : kNoValue},
+       {"ce90", photo.ce90 ? Metres(photo.ce90->median_m) : kNoValue},
+       {"ce90_worst", photo.ce90 ? Metres(photo.ce90->worst_m) : kNoValue},
        {"sigma_m", photo.sigma ? Sigmas(photo.sigma->head<3>(), 4) : kNoValue},
        {"sigma_deg", photo.sigma ? Sigmas(DegFromRad(1) * photo.sigma->tail<3>(), 6) : kNoValue}});
 }
@@ -178,8 +178,12 @@ Markup ConcernsSection(const BlockRecord& block, const BlockVerdict& verdict,
                                                      {"text", concern.text}});
   }
   if (shown < verdict.concerns.size())
-    concerns += Fill("overview.html#more_concerns",
-                     {{"count", verdict.concerns.size() - shown}, {"href", "#photos"}});
+    concerns +=
+        Fill("overview.html#more_concerns",
+             {{"photos", verdict.concerns.size() - shown == 1
+                             ? "1 more photo"
+                             : fmt::format("{} more photos", verdict.concerns.size() - shown)},
+              {"href", "#photos"}});
   if (concerns.Empty()) return Fill("overview.html#no_concerns");
   return Fill("overview.html#concerns", {{"concerns", concerns}});
 }

@@ -87,10 +87,76 @@ std::string AsJpeg(GDALDataset* picture) {
   return file.Contents();
 }
 
+// A band reduced to bytes: grey values between the second and the 98th percentile of
+// those that are there, unless they are bytes already; white where nothing is.
+std::vector<GByte> ReducedBand(GDALRasterBand* band, int width, int height) {
+  const std::size_t count = static_cast<std::size_t>(width) * static_cast<std::size_t>(height);
+  std::vector<float> values(count);
+  std::vector<GByte> mask(count), bytes(count, 255);
+  GDALRasterIOExtraArg averaged;
+  INIT_RASTERIO_EXTRA_ARG(averaged);
+  averaged.eResampleAlg = GRIORA_Average;
+  if (band->RasterIO(GF_Read, 0, 0, band->GetXSize(), band->GetYSize(), values.data(), width,
+                     height, GDT_Float32, 0, 0, &averaged) != CE_None ||
+      band->GetMaskBand()->RasterIO(GF_Read, 0, 0, band->GetXSize(), band->GetYSize(), mask.data(),
+                                    width, height, GDT_Byte, 0, 0, nullptr) != CE_None)
+    return {};
+  std::vector<float> seen;
+  for (std::size_t i = 0; i < count; ++i)
+    if (mask[i] > 0) seen.push_back(values[i]);
+  if (seen.empty()) return bytes;
+  float low = 0, high = 255;
+  if (band->GetRasterDataType() != GDT_Byte) {
+    std::sort(seen.begin(), seen.end());
+    low = seen[seen.size() / 50];
+    high = std::max(low + 1, seen[seen.size() - 1 - seen.size() / 50]);
+  }
+  for (std::size_t i = 0; i < count; ++i)
+    if (mask[i] > 0)
+      bytes[i] =
+          static_cast<GByte>(std::clamp(255 * (values[i] - low) / (high - low), 0.0f, 255.0f));
+  return bytes;
+}
+
+// A map, reduced; null where it cannot be read.
+GDALDatasetUniquePtr Reduced(GDALDataset* map) {
+  constexpr double kLargest = 1200;  // px
+  const double scale =
+      std::min(1.0, kLargest / std::max(map->GetRasterXSize(), map->GetRasterYSize()));
+  const int width = std::max(1, static_cast<int>(scale * map->GetRasterXSize()));
+  const int height = std::max(1, static_cast<int>(scale * map->GetRasterYSize()));
+  const int bands = map->GetRasterCount() >= 3 ? 3 : 1;
+  GDALDatasetUniquePtr reduced(GetGDALDriverManager()->GetDriverByName("MEM")->Create(
+      "", width, height, bands, GDT_Byte, nullptr));
+  for (int band = 1; reduced && band <= bands; ++band) {
+    std::vector<GByte> bytes = ReducedBand(map->GetRasterBand(band), width, height);
+    if (bytes.empty() ||
+        reduced->GetRasterBand(band)->RasterIO(GF_Write, 0, 0, width, height, bytes.data(), width,
+                                               height, GDT_Byte, 0, 0, nullptr) != CE_None)
+      return nullptr;
+  }
+  return reduced;
+}
+
+std::optional<InlinePicture> LoadMap(const std::string& path) {
+  const QuietGdal quiet;
+  const char* const drivers[] = {"GTiff", nullptr};
+  const GDALDatasetUniquePtr map(
+      GDALDataset::Open(path.c_str(), GDAL_OF_RASTER | GDAL_OF_READONLY, drivers));
+  quiet.ThrowFaults();
+  if (!map || map->GetRasterCount() == 0) return std::nullopt;
+  const GDALDatasetUniquePtr reduced = Reduced(map.get());
+  const std::string jpeg = reduced ? AsJpeg(reduced.get()) : "";
+  quiet.ThrowFaults();
+  if (jpeg.empty()) return std::nullopt;
+  return InlinePicture{DataUri("jpeg", jpeg), reduced->GetRasterXSize(), reduced->GetRasterYSize()};
+}
+
 }  // namespace
 
 std::optional<InlinePicture> LoadPicture(const std::string& path) {
   RegisterGdalDrivers();
+  if (path.ends_with(".tif")) return LoadMap(path);
   const QuietGdal quiet;
   const char* const drivers[] = {"PNG", nullptr};
   const GDALDatasetUniquePtr dataset(

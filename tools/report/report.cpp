@@ -16,6 +16,7 @@
 #include "tools/report/block_section.h"
 #include "tools/report/film_section.h"
 #include "tools/report/html_text.h"
+#include "tools/report/ortho_section.h"
 #include "tools/report/overlap_map.h"
 #include "tools/report/overview.h"
 #include "tools/report/photo_links.h"
@@ -42,7 +43,7 @@ class PictureAlbum {
 
   Markup Figure(const std::string& file_name, const std::string& alt) {
     std::vector<Filling> fillings = {
-        {"alt", alt}, {"href", up_ + PercentEncoded(file_name)}, {"file", file_name}};
+        {"alt", alt}, {"href", up_ + PercentEncodedPath(file_name)}, {"file", file_name}};
     if (full_) return Fill("report.html#picture_beside", fillings);
     const auto picture = LoadPicture((fs::path(directory_) / file_name).string());
     if (!picture) return Fill("report.html#no_picture", fillings);
@@ -62,21 +63,6 @@ class PictureAlbum {
   size_t used_ = 0;
   bool full_ = false;
 };
-
-Markup QuicklookSection(const BlockRecord& block, PictureAlbum* album) {
-  if (block.quicklook_picture.empty()) return {};
-  Markup pictures = album->Figure(block.quicklook_picture,
-                                  "Reduced orthophotos, each place from the photo that sees it "
-                                  "nearest to its centre; seams in yellow");
-  if (!block.seams_picture.empty())
-    pictures += album->Figure(
-        block.seams_picture,
-        "Places along the seams at full resolution, the two photos alternating like a "
-        "chequerboard, "
-        "with the shift between them. A line that breaks where squares meet is an error, or an "
-        "object above the DEM");
-  return Fill("report.html#orthophotos", {{"pictures", pictures}});
-}
 
 Markup InputsTable(const RunRecord& run) {
   if (run.inputs.empty()) return {};
@@ -106,12 +92,13 @@ class Report {
   std::string Write() {
     const fs::path pages = fs::path(block_.directory) / kPhotoPages;
     PictureAlbum album(block_.directory, "");
-    const Markup quicklook = QuicklookSection(block_, &album);
+    const Markup orthophotos = OrthophotoSection(block_, FiguresOf(&album));
     const Markup photos = block_.photos.size() <= kMostOnOnePage ? PhotoSections(&album) : Markup();
     links_.apart = block_.photos.size() > kMostOnOnePage || album.Full();
     if (links_.apart) WritePages(pages);
     const std::string path = (fs::path(block_.directory) / "report.html").string();
-    WriteFileAtomically(path, FirstPage(quicklook, links_.apart ? Markup() : photos).Text() + "\n");
+    WriteFileAtomically(path,
+                        FirstPage(orthophotos, links_.apart ? Markup() : photos).Text() + "\n");
     RemoveOthers(pages);
     return path;
   }
@@ -153,14 +140,14 @@ class Report {
     return pages / "lists" / fmt::format("{}.html", first / kMostRows);
   }
 
-  Markup FirstPage(const Markup& quicklook, const Markup& photos) const {
+  Markup FirstPage(const Markup& orthophotos, const Markup& photos) const {
     return Fill("report.html", {{"title", block_.title},
                                 {"style", Style()},
                                 {"summary", SummarySection(block_, verdict_, links_)},
                                 {"concerns", ConcernsSection(block_, verdict_, links_)},
                                 {"map", BlockMap(block_, verdict_, links_)},
                                 {"overlap", OverlapMap(block_, verdict_)},
-                                {"orthophotos", quicklook},
+                                {"orthophotos", orthophotos},
                                 {"adjustment", AdjustmentSection(block_)},
                                 {"camera", CameraSection(block_)},
                                 {"film", FilmSection(block_)},
@@ -184,11 +171,14 @@ class Report {
     return all;
   }
 
-  Markup PhotoPart(size_t i, const std::string& all, PictureAlbum* album) const {
-    const PictureHtml picture = [&](const std::string& file_name, const std::string& alt) {
-      return album->Figure(file_name, alt);
+  static PictureHtml FiguresOf(PictureAlbum* album) {
+    return [album](const std::string& file, const std::string& alt) {
+      return album->Figure(file, alt);
     };
-    return PhotoSection(block_.photos[i], verdict_.photos[i], {i + 1, all}, picture);
+  }
+
+  Markup PhotoPart(size_t i, const std::string& all, PictureAlbum* album) const {
+    return PhotoSection(block_.photos[i], verdict_.photos[i], {i + 1, all}, FiguresOf(album));
   }
 
   // The rows of one list; `lists` is where the other lists lie, from the page.

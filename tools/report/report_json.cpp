@@ -5,8 +5,10 @@
 
 #include "core/base/atomic_write.h"
 #include "tools/report/approximation_moves.h"
+#include "tools/report/figures/adjustment_figures.h"
 #include "tools/report/film_section.h"
 #include "tools/report/html_text.h"
+#include "tools/report/overlap_map.h"
 #include "tools/report/verdict.h"
 
 namespace orient {
@@ -40,8 +42,9 @@ Json PoseJson(const PhotoVerdict& photo) {
   return json;
 }
 
-Json Ce90(const std::optional<ProjectionSigma>& sigma) {
-  return sigma ? Json(Ce90_m(*sigma)) : Json(nullptr);
+Json Ce90(const std::optional<GroundAccuracy>& ce90) {
+  if (!ce90) return nullptr;
+  return {{"median", ce90->median_m}, {"worst", ce90->worst_m}};
 }
 
 // Of all photos together; null where no photo says where it started.
@@ -80,10 +83,167 @@ Json PhotoJson(const PhotoRecord& record, const PhotoVerdict& photo,
             {"rejected", photo.rejected},
             {"not_visible", photo.not_visible}}},
           {"matches_sigma0_px", Or(photo.sigma0_px)},
-          {"ground_ce90_m", Ce90(photo.projection)},
+          {"ground_ce90_m", photo.ce90 ? Json(photo.ce90->median_m) : Json(nullptr)},
+          {"ground_ce90_m_at_worst", photo.ce90 ? Json(photo.ce90->worst_m) : Json(nullptr)},
           {"projection_sigma", Projection(photo.projection)},
           {"seen_at", ScaleJson(record, camera)},
           {"pose", PoseJson(photo)}};
+}
+
+Json OverlapJson(const std::optional<OverlapCounts>& counts) {
+  if (!counts) return nullptr;
+  Json shares = Json::array();
+  for (int photos = 1; photos <= OverlapCounts::kMostCounted; ++photos)
+    shares.push_back({{"photos", photos},
+                      {"or_more", photos == OverlapCounts::kMostCounted},
+                      {"share_of_ground", counts->Share(photos)}});
+  return {{"cell_m", counts->Cell_m()}, {"seen_by", shares}};
+}
+
+Json OrthoJson(const std::optional<OrthoFolder>& ortho) {
+  if (!ortho) return nullptr;
+  Json photos = Json::array(), mosaic = nullptr;
+  for (const OrthoFigures& photo : ortho->photos)
+    photos.push_back({{"photo", photo.photo},
+                      {"file", photo.file},
+                      {"dem", photo.dem},
+                      {"gsd_m", Or(photo.gsd_m)},
+                      {"width", photo.width},
+                      {"height", photo.height},
+                      {"ce90_m", Ce90(photo.ce90)}});
+  if (ortho->mosaic)
+    mosaic = {{"file", ortho->mosaic->file},
+              {"width", ortho->mosaic->width},
+              {"height", ortho->mosaic->height},
+              {"ce90_m", Ce90(ortho->mosaic->ce90)}};
+  const auto file = [](const std::string& name) {
+    return name.empty() ? Json(nullptr) : Json(name);
+  };
+  return {{"ce90_m", Ce90(AccuracyOfAll(ortho->photos))},
+          {"mosaic", mosaic},
+          {"seamlines", file(ortho->seamlines)},
+          {"tones", file(ortho->tones)},
+          {"photos", photos},
+          {"of_other_poses", ortho->of_other_poses},
+          {"unreadable", ortho->unreadable}};
+}
+
+Json MeanJson(const std::optional<MeanAndSpread>& values) {
+  if (!values) return nullptr;
+  return {{"mean", values->mean}, {"spread", Or(values->spread)}};
+}
+
+Json FilmJson(const std::vector<FilmRoll>& rolls) {
+  Json json = Json::array();
+  for (const FilmRoll& roll : rolls)
+    json.push_back({{"cameras", roll.cameras},
+                    {"photos", roll.photos},
+                    {"first", roll.first},
+                    {"last", roll.last},
+                    {"marks", {{"used", roll.marks_used}, {"all", roll.marks}}},
+                    {"pixel_along_columns_um", MeanJson(roll.column_um)},
+                    {"pixel_along_rows_um", MeanJson(roll.row_um)},
+                    {"columns_over_rows_less_one_ppm", MeanJson(roll.difference_ppm)},
+                    {"axes_off_square_urad", MeanJson(roll.shear_urad)},
+                    {"marks_sigma0_um", MeanJson(roll.sigma0_um)}});
+  return json;
+}
+
+Json Xyz(const std::optional<Eigen::Vector3d>& v) {
+  return v ? Json::array({v->x(), v->y(), v->z()}) : Json(nullptr);
+}
+
+Json ResidualsJson(const GroundResiduals& residuals) {
+  if (residuals.Count() == 0) return nullptr;
+  return {{"points", residuals.Count()},
+          {"rmse_m", Xyz(residuals.Rms_m())},
+          {"ce90_m", residuals.Ce90_m()},
+          {"le90_m", residuals.Le90_m()}};
+}
+
+Json SightingsJson(const SightingsByPhoto& photos) {
+  Json json = Json::array();
+  for (const auto& [name, photo] : photos)
+    json.push_back({{"photo", name},
+                    {"ties", {{"used", photo.ties_used}, {"all", photo.ties}}},
+                    {"control", {{"used", photo.control_used}, {"all", photo.control}}},
+                    {"rms_px", Or(photo.RmsPx())},
+                    {"mean_redundancy", Or(photo.MeanRedundancy())},
+                    {"largest_w", photo.Used() > 0 ? Json(photo.largest_w) : Json(nullptr)}});
+  return json;
+}
+
+Json GroupsJson(const AdjustmentResult& adjusted) {
+  Json json = Json::array();
+  for (const ComponentResult& group : adjusted.components)
+    json.push_back({{"group", group.group},
+                    {"sigma_px", Or(ImageSigmaPx(group))},
+                    {"sigma_over_stated", Or(SigmaOverStated(group))},
+                    {"degrees_of_freedom", Or(group.redundancy)},
+                    {"estimated", group.estimated}});
+  return json;
+}
+
+Json PartsJson(const AdjustmentResult& adjusted) {
+  Json json = Json::array();
+  for (const PartResult& part : adjusted.parts)
+    json.push_back({{"photos", part.photos},
+                    {"control", part.control_points},
+                    {"message", part.finding ? Sentence(*part.finding) : ""}});
+  return json;
+}
+
+Json CalibrationJson(const AdjustmentResult& adjusted) {
+  Json json = Json::array();
+  for (const CalibrationResult& parameter : adjusted.calibration)
+    json.push_back({{"parameter", parameter.parameter},
+                    {"correction", Or(parameter.correction)},
+                    {"sigma", Or(parameter.sigma)},
+                    {"t", Or(parameter.t)},
+                    {"state", parameter.state}});
+  return json;
+}
+
+Json GnssJson(const AdjustmentResult& adjusted) {
+  if (adjusted.gnss.empty()) return nullptr;
+  Json strips = Json::array();
+  for (const GnssStripResult& strip : adjusted.gnss_strips)
+    strips.push_back({{"strip", strip.strip},
+                      {"shift_m", Xyz(strip.shift_m)},
+                      {"shift_sigma_m", Xyz(strip.shift_sigma_m)},
+                      {"drift_m", Xyz(strip.drift_m)},
+                      {"drift_sigma_m", Xyz(strip.drift_sigma_m)}});
+  return {{"positions", adjusted.gnss.size()},
+          {"used", ResidualsJson(ResidualsOfGnss(adjusted))},
+          {"strips", strips}};
+}
+
+Json AdjustmentJson(const AdjustmentResult& adjusted) {
+  const SightingsByPhoto photos = SightingsOf(adjusted);
+  const WorstPhotos worst = WorstOf(photos);
+  const CheckSightings checks = SightingsOfChecks(adjusted);
+  return {{"converged", adjusted.converged},
+          {"sigma0", Or(adjusted.sigma0)},
+          {"degrees_of_freedom", Or(adjusted.redundancy)},
+          {"ties",
+           {{"points", adjusted.ties.size()},
+            {"in_three_photos_or_more", TiesInThreePhotosOrMore(adjusted)}}},
+          {"groups", GroupsJson(adjusted)},
+          {"control",
+           {{"patches", adjusted.control.size()},
+            {"on_the_ground", ResidualsJson(ResidualsOfControl(adjusted))}}},
+          {"checks",
+           {{"patches", adjusted.checks.size()},
+            {"sightings", checks.count},
+            {"rms_px", Or(adjusted.CheckRmsPx())},
+            {"median_px", Or(checks.median_px)},
+            {"on_the_ground", ResidualsJson(ResidualsOfChecks(adjusted))}}},
+          {"photo_of_largest_w", worst.by_w},
+          {"photo_of_largest_rms", worst.by_rms},
+          {"photos", SightingsJson(photos)},
+          {"gnss", GnssJson(adjusted)},
+          {"parts", PartsJson(adjusted)},
+          {"calibration", CalibrationJson(adjusted)}};
 }
 
 }  // namespace
@@ -96,8 +256,8 @@ std::string WriteReportJson(const BlockRecord& block) {
                {"ok", verdict.ok},
                {"weak", verdict.weak},
                {"failed", verdict.failed},
-               {"ground_ce90_m_median", Ce90(verdict.median_projection)},
-               {"ground_ce90_m_worst_photo", Named(block, verdict.worst_on_ground)},
+               {"ground_ce90_m_median", Or(verdict.median_ce90_m)},
+               {"ground_ce90_m_worst_photo", Named(block, verdict.worst_ce90)},
                {"ties_le90_m_median", Or(verdict.median_le90_m)},
                {"projection_sigma_median", Projection(verdict.median_projection)},
                {"projection_sigma_worst_photo", Named(block, verdict.worst_projection)},
@@ -106,6 +266,10 @@ std::string WriteReportJson(const BlockRecord& block) {
                {"marks_sigma0_um_median", Or(verdict.median_sigma0_um)},
                {"matches_sigma0_px_median", Or(verdict.median_sigma0_px)},
                {"moved_from_approximations", MovesJson(ApproximationMoves(block, verdict))},
+               {"overlap", OverlapJson(CountOverlap(block, verdict))},
+               {"orthophotos", OrthoJson(block.ortho)},
+               {"adjustment", block.adjusted ? AdjustmentJson(*block.adjusted) : Json(nullptr)},
+               {"film", FilmJson(FilmRollsOf(block))},
                {"notes", block.notes},
                {"unreadable", block.unreadable},
                {"look_at_first", Json::array()},

@@ -4,6 +4,8 @@
 
 #include "core/base/chi_square.h"
 #include "core/base/median.h"
+#include "core/base/side_by_side.h"
+#include "tools/report/figures/photo_accuracy.h"
 #include "tools/report/html_text.h"
 
 namespace orient {
@@ -28,15 +30,30 @@ void SummarizeProjections(BlockVerdict* verdict) {
     if (photo.status == Status::kFailed || !photo.projection) continue;
     px.push_back(photo.projection->px);
     m.push_back(photo.projection->m);
-    const auto keep_worst = [&](double ProjectionSigma::*sigma, std::optional<size_t>* worst) {
-      if (!*worst || *photo.projection.*sigma > *verdict->photos[**worst].projection.*sigma)
-        *worst = i;
-    };
-    keep_worst(&ProjectionSigma::px, &verdict->worst_projection);
-    keep_worst(&ProjectionSigma::m, &verdict->worst_on_ground);
+    std::optional<size_t>& worst = verdict->worst_projection;
+    if (!worst || photo.projection->px > verdict->photos[*worst].projection->px) worst = i;
   }
   if (!px.empty())
     verdict->median_projection = ProjectionSigma{Median(std::move(px)), Median(std::move(m))};
+}
+
+// Photos that failed have a pose at times, and none that is good for anything.
+void JudgeOnGround(const BlockRecord& block, BlockVerdict* verdict) {
+  if (!block.camera) return;
+  SideBySide(block.photos.size(), [&](std::size_t i) {
+    PhotoVerdict& photo = verdict->photos[i];
+    if (photo.status != Status::kFailed && block.photos[i].exterior)
+      photo.ce90 = AccuracyOnLevelGround(*block.photos[i].exterior, *block.camera);
+  });
+  std::vector<double> medians_m;
+  for (size_t i = 0; i < verdict->photos.size(); ++i) {
+    const PhotoVerdict& photo = verdict->photos[i];
+    if (!photo.ce90) continue;
+    medians_m.push_back(photo.ce90->median_m);
+    std::optional<size_t>& worst = verdict->worst_ce90;
+    if (!worst || photo.ce90->worst_m > verdict->photos[*worst].ce90->worst_m) worst = i;
+  }
+  if (!medians_m.empty()) verdict->median_ce90_m = Median(std::move(medians_m));
 }
 
 void SummarizeHeights(const std::vector<PointResult>& ties, BlockVerdict* verdict) {
@@ -190,8 +207,6 @@ void ListConcerns(const BlockRecord& block, BlockVerdict* verdict) {
 
 }  // namespace
 
-double Ce90_m(const ProjectionSigma& sigma) { return kCircularError90 * sigma.m; }
-
 BlockVerdict Judge(const BlockRecord& block) {
   BlockVerdict verdict;
   const bool has_exterior = block.HasExterior();
@@ -206,6 +221,7 @@ BlockVerdict Judge(const BlockRecord& block) {
   }
   verdict.median_sigma0_px = MedianSigma0(verdict.photos, &PhotoVerdict::sigma0_px);
   SummarizeProjections(&verdict);
+  JudgeOnGround(block, &verdict);
   if (block.adjusted) SummarizeHeights(block.adjusted->ties, &verdict);
   verdict.median_sigma0_um = MedianSigma0(verdict.photos, &PhotoVerdict::sigma0_um);
   for (size_t i = 0; i < verdict.photos.size(); ++i) {

@@ -5,6 +5,7 @@
 #include <string>
 #include <vector>
 
+#include "core/terrain/ground_accuracy.h"
 #include "tools/report/block_record.h"
 
 namespace orient {
@@ -18,6 +19,8 @@ struct PhotoVerdict {
   int matched = 0, not_found = 0, rejected = 0, not_visible = 0;
   std::optional<double> sigma0_um, sigma0_px;  // of the marks, of the matches
   std::optional<ProjectionSigma> projection;
+  // On level ground of known height: tools/report/figures/photo_accuracy.h.
+  std::optional<GroundAccuracy> ce90;
   std::optional<Pose> pose;
   std::optional<Vector6d> sigma;  // x y z [m] omega phi kappa [rad]
   bool from_table = false;        // pose and sigma come from orientation.csv, no result file has it
@@ -31,11 +34,6 @@ struct Concern {
   std::string text;
 };
 
-// The radius about its place on level ground of known height in which a point of the photo lies
-// with 90 % probability, where the frame is least certain (NSSDA: 2.1460 times a coordinate's
-// sigma).
-double Ce90_m(const ProjectionSigma& sigma);
-
 struct BlockVerdict {
   std::vector<PhotoVerdict> photos;  // as BlockRecord::photos
   std::vector<Concern> concerns;     // failed, weak, then conspicuous photos
@@ -44,7 +42,8 @@ struct BlockVerdict {
   std::optional<double> median_sigma0_px, median_sigma0_um;
   std::optional<ProjectionSigma> median_projection;  // each by itself
   std::optional<size_t> worst_projection;            // the photo with the largest one, px
-  std::optional<size_t> worst_on_ground;             // the same, m
+  std::optional<double> median_ce90_m;               // of the photos' medians over their frames
+  std::optional<size_t> worst_ce90;                  // the photo with the worst place
   std::optional<double> median_le90_m;               // of tie points
   std::optional<size_t> least_precise;  // the photo with the largest sigma of a coordinate
 };

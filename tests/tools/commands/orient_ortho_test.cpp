@@ -7,6 +7,7 @@
 
 #include "block/inputs/block_camera.h"
 #include "core/base/atomic_write.h"
+#include "core/base/open_dataset.h"
 #include "core/files/orientation_table.h"
 #include "core/files/results.h"
 #include "core/raster/band_raster.h"
@@ -14,6 +15,7 @@
 #include "tests/support/hilly_view.h"
 #include "tests/support/run_orient.h"
 #include "tests/support/shared_data.h"
+#include "tools/report/report.h"
 #include "tools/report/run_record.h"
 
 namespace orient {
@@ -116,6 +118,18 @@ TEST_F(OrientOrtho, MakesOrthophotosOfWhatIsOkAndNamesTheRest) {
   ASSERT_EQ(made.inputs.size(), 2U);
   EXPECT_EQ(made.inputs[0].path, Path("orientation.csv"));
   EXPECT_EQ(made.inputs[1].path, Path("dem.tif"));
+  const GDALDatasetUniquePtr lines = OpenVectorDataset(Path("ortho/seamlines.gpkg"));
+  ASSERT_TRUE(lines);
+  EXPECT_EQ(lines->GetMetadataItem("orient_ortho"), ProgramAndInputs(made));
+  EXPECT_STREQ(lines->GetMetadataItem("orient_seamlines"), "nearest nadir");
+  EXPECT_FALSE(Exists("report.html")) << "there was none";
+}
+
+TEST_F(OrientOrtho, AReportThatIsThereShowsThem) {
+  WriteReport(folder_.Path());
+  Run({"--gsd-m", "10"});
+  EXPECT_NE(ReadFile(Path("report.html")).find("2 orthophotos of 10 m a pixel over dem.tif"),
+            std::string::npos);
 }
 
 TEST_F(OrientOrtho, WeakPhotosAreTakenWhenAsked) {

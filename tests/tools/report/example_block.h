@@ -6,6 +6,7 @@
 #include <string>
 #include <utility>
 
+#include "core/files/camera_file.h"
 #include "core/files/orientation_table.h"
 #include "core/files/results.h"
 #include "tests/support/example_adjustment.h"
@@ -96,6 +97,17 @@ inline void WriteExampleBlock(const std::string& directory) {
     if (exterior.pose) table.rows.push_back({photo, *exterior.pose, std::nullopt});
   }
   WriteOrientationTable(directory + "/orientation.csv", table);
+}
+
+// The digital camera that the block's poses hold with: 100 mm, 50 mm x 50 mm.
+inline void WriteExampleCamera(const std::string& directory) {
+  CameraFile camera;
+  camera.camera.name = "an <old> camera";
+  camera.camera.kind = CameraKind::kDigital;
+  camera.camera.principal_distance_mm = 100;
+  camera.camera.frame_mm = {50, 50};
+  camera.camera.image_px = Eigen::Vector2i(2000, 2000);
+  WriteCameraFile(directory + "/block_camera.toml", camera);
 }
 
 }  // namespace orient

@@ -60,6 +60,8 @@ TEST(HtmlText, TextsAreJoined) {
 TEST(HtmlText, LinksStayInTheFolder) {
   EXPECT_EQ(PercentEncoded("a b\"<.png"), "./a%20b%22%3C.png");
   EXPECT_EQ(PercentEncoded("javascript:x"), "./javascript%3Ax");
+  EXPECT_EQ(PercentEncoded("a/b"), "./a%2Fb");
+  EXPECT_EQ(PercentEncodedPath("ortho/a b.tif"), "./ortho/a%20b.tif");
 }
 
 }  // namespace

@@ -96,6 +96,7 @@ class BlockCommand : public Command {
     PrintExteriorSummary(result.results, out);
     PrintBlockSummary(result, quicklook, out);
     MakeOrthophotosOf(options.block, out);
+    if (options.block.ortho) WriteBlockReport(options.block, result);
     WriteBlockProject(directory);
     folder.Finish();
     out << "\nreport  " << fs::absolute(fs::path(directory) / "report.html").string() << "\n";
@@ -214,6 +215,8 @@ class BlockCommand : public Command {
                                    .dem = block.dem,
                                    .weak = block.ortho->weak},
                         .out = (fs::path(block.output_directory) / "ortho").string(),
+                        .inputs = {FileInput("poses", block::PoseTablePath(block.output_directory)),
+                                   RasterInput("DEM", block.dem)},
                         .gsd_m = block.ortho->gsd_m,
                         .dem_sigma_m = block.ortho->dem_sigma_m,
                         .jobs = jobs_,
@@ -224,9 +227,7 @@ class BlockCommand : public Command {
                         .resume = !overwrite_};
     try {
       MakeOrthophotos(run, out);
-      RecordRun(Invoked(), run.out, "ortho",
-                {FileInput("poses", block::PoseTablePath(block.output_directory)),
-                 RasterInput("DEM", block.dem)});
+      RecordRun(Invoked(), run.out, "ortho", run.inputs);
     } catch (const InputError& error) {
       throw InputError(
           fmt::format("the block is done and written to {}, but not its orthophotos: {}",

@@ -1,0 +1,113 @@
+#include "tools/report/figures/ortho_figures.h"
+
+#include <algorithm>
+#include <charconv>
+#include <filesystem>
+#include <string_view>
+#include <utility>
+
+#include "core/base/error.h"
+#include "core/base/median.h"
+#include "core/raster/band_raster.h"
+
+namespace orient {
+namespace {
+namespace fs = std::filesystem;
+
+constexpr std::string_view kOrtho = ".ortho.tif";
+
+std::optional<double> NumberOf(const BandRaster& raster, const char* name) {
+  const std::string text = raster.Metadata(name);
+  double value = 0;
+  const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
+  if (error != std::errc() || end != text.data() + text.size() || !(value >= 0 && value < 1e9))
+    return std::nullopt;
+  return value;
+}
+
+std::optional<GroundAccuracy> AccuracyIn(const BandRaster& raster) {
+  const auto median_m = NumberOf(raster, "ORIENT_CE90_MEDIAN_M");
+  const auto worst_m = NumberOf(raster, "ORIENT_CE90_WORST_M");
+  if (!median_m || !worst_m) return std::nullopt;
+  return GroundAccuracy{*median_m, *worst_m};
+}
+
+class Reader {
+ public:
+  Reader(fs::path block, fs::path folder) : block_(std::move(block)), folder_(std::move(folder)) {}
+
+  OrthoFolder Read() {
+    result_.folder = folder_.string();
+    std::vector<std::string> names;
+    std::error_code ignored;
+    for (fs::directory_iterator entry(block_ / folder_, ignored), end; !ignored && entry != end;
+         entry.increment(ignored))
+      if (const std::string name = entry->path().filename().string();
+          name.ends_with(kOrtho) && name.size() > kOrtho.size())
+        names.push_back(name);
+    std::sort(names.begin(), names.end());
+    for (const std::string& name : names) AddPhoto(name);
+    AddMosaic();
+    result_.seamlines = Existing("seamlines.gpkg");
+    result_.tones = Existing("mosaic_tones.csv");
+    return std::move(result_);
+  }
+
+ private:
+  std::string Existing(const std::string& name) const {
+    std::error_code ignored;
+    return fs::is_regular_file(block_ / folder_ / name, ignored) ? (folder_ / name).string() : "";
+  }
+
+  std::optional<BandRaster> Open(const std::string& file) {
+    try {
+      return BandRaster::Open((block_ / file).string());
+    } catch (const InputError& error) {
+      result_.unreadable.push_back(error.what());
+      return std::nullopt;
+    }
+  }
+
+  void AddPhoto(const std::string& name) {
+    const std::string file = (folder_ / name).string();
+    const auto raster = Open(file);
+    if (!raster) return;
+    result_.photos.push_back({name.substr(0, name.size() - kOrtho.size()), file, raster->Width(),
+                              raster->Height(), NumberOf(*raster, "ORIENT_GSD_M"),
+                              AccuracyIn(*raster), raster->Metadata("ORIENT_DEM")});
+  }
+
+  void AddMosaic() {
+    const std::string file = Existing("mosaic.tif");
+    if (file.empty()) return;
+    if (const auto raster = Open(file))
+      result_.mosaic = MosaicFigures{file, raster->Width(), raster->Height(), AccuracyIn(*raster)};
+  }
+
+  fs::path block_, folder_;
+  OrthoFolder result_;
+};
+
+}  // namespace
+
+std::optional<OrthoFolder> ReadOrthoFolder(const std::string& directory) {
+  for (const char* folder : {"ortho", ""}) {
+    OrthoFolder found = Reader(directory, folder).Read();
+    if (!found.photos.empty() || found.mosaic || !found.unreadable.empty()) return found;
+  }
+  return std::nullopt;
+}
+
+std::optional<GroundAccuracy> AccuracyOfAll(const std::vector<OrthoFigures>& photos) {
+  std::vector<double> medians_m;
+  double worst_m = 0;
+  for (const OrthoFigures& photo : photos) {
+    if (!photo.ce90) continue;
+    medians_m.push_back(photo.ce90->median_m);
+    worst_m = std::max(worst_m, photo.ce90->worst_m);
+  }
+  if (medians_m.empty()) return std::nullopt;
+  return GroundAccuracy{Median(std::move(medians_m)), worst_m};
+}
+
+}  // namespace orient

@@ -1,0 +1,44 @@
+// The orthophotos that lie in a block's folder, as their own metadata describe them.
+#pragma once
+
+#include <map>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "core/terrain/ground_accuracy.h"
+
+namespace orient {
+
+struct OrthoFigures {
+  std::string photo, file;    // `file` relative to the block's folder, "ortho/4711.ortho.tif"
+  int width = 0, height = 0;  // px
+  std::optional<double> gsd_m = {};         // what a pixel shows
+  std::optional<GroundAccuracy> ce90 = {};  // empty where the pose has no covariance
+  std::string dem = {};                     // file name
+};
+
+struct MosaicFigures {
+  std::string file;
+  int width = 0, height = 0;                // px
+  std::optional<GroundAccuracy> ce90 = {};  // of its photos: median, and the worst place of all
+};
+
+struct OrthoFolder {
+  std::string folder;                // within the block's, "ortho"; empty: that itself
+  std::vector<OrthoFigures> photos;  // by name
+  std::optional<MosaicFigures> mosaic = {};
+  std::string seamlines = {}, tones = {};  // files; empty where there is none
+  bool of_other_poses = false;             // orientation.csv has changed since they were made
+  std::vector<std::string> unreadable = {};
+};
+
+// Of <directory>/ortho, where `orient ortho` and a block file's [ortho] put them, or of the
+// directory itself. Empty where neither holds an orthophoto or a mosaic. What cannot be read is
+// named and left out.
+std::optional<OrthoFolder> ReadOrthoFolder(const std::string& directory);
+
+// Median of the photos' medians, and the worst place of all; empty where no photo has a CE90.
+std::optional<GroundAccuracy> AccuracyOfAll(const std::vector<OrthoFigures>& photos);
+
+}  // namespace orient
