@@ -12,6 +12,7 @@
 #include "core/raster/resample.h"
 #include "exterior/steps/align.h"
 #include "exterior/steps/error_model.h"
+#include "exterior/steps/linearised_matches.h"
 #include "exterior/steps/patch_observation.h"
 
 namespace orient::exterior {
@@ -113,6 +114,18 @@ void Resect(const PhotoTask& task, const PoseTrack& track, PreciseRound* round) 
   round->contradicts_prior = round->estimate->prior_chi2 > kPriorChi2Limit;
 }
 
+namespace {
+
+// Whether what is found close to the pose stands for what was found anywhere and contradicts it:
+// where it is as much alike and as well determined. Otherwise the patch shows another place clearly,
+// and that it has an edge or some likeness here is no reason to call it right.
+bool Replaces(const PreciseMatch& close, const PreciseMatch& before) {
+  if (!before.found) return true;
+  return close.found && close.ncc >= before.ncc && !IsOfEdge(close.covariance_px2);
+}
+
+}  // namespace
+
 PreciseRound Complete(const PhotoTask& task, const PoseTrack& track, const PreciseRound& settled) {
   PreciseRound round = settled;
   round.view = task.View(track.position, track.pose);
@@ -144,7 +157,7 @@ PreciseRound Complete(const PhotoTask& task, const PoseTrack& track, const Preci
     if (!drawn) return;
     const PreciseMatch match =
         MatchPrecisely(*drawn, task.image, WindowRadius(prediction, kCloseMargin_px), close);
-    if (match.found || !round.matches[open[k]].found) round.matches[open[k]] = match;
+    if (Replaces(match, round.matches[open[k]])) round.matches[open[k]] = match;
   });
   Resect(task, track, &round);
   if (!round.estimate) return settled;
