@@ -164,6 +164,8 @@ def decides(page, said):
     page.browser.execute_script("document.getElementById('kind').value = 'orientation'")
     page.at("decide").click()
     page.until(lambda: "sideways" in page.text("message"), "what is wrong with the value")
+    told = page.errors()  # by the browser, too
+    assert len(told) == 1 and "422" in told[0]["message"], told
     assert "sideways" not in (said / "decisions.csv").read_text(encoding="utf-8")
     page.type("value", "")
     page.browser.execute_script("document.activeElement.blur()")
@@ -325,7 +327,8 @@ def main(orient, pictures=None):
                 orients_again(page, said)
                 places_a_photo(page, said, block, pictures)
                 page.picture(pictures, "done_again")
-                assert not page.errors(), page.errors()
+                told = page.errors()
+                assert not told, told
                 a_second_window_is_told(page, server, said)
                 narrow_screens_have_all(page, pictures)
                 assert not page.foreign_requests(), page.foreign_requests()

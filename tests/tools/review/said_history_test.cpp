@@ -31,7 +31,7 @@ RC_GTEST_PROP(SaidHistory, LeadsBackThroughAllWordsAlsoWhereItIsReadAgain, ()) {
   const TemporaryFolder folder;
   const std::string path = folder / "undo.json";
   std::vector<SaidFiles> states = {*AnyFiles()};
-  const auto words = *rc::gen::container<std::vector<SaidFiles>>(AnyFiles());
+  const auto words = *rc::gen::resize(10, rc::gen::container<std::vector<SaidFiles>>(AnyFiles()));
   {
     SaidHistory history(path, states.front());
     for (const SaidFiles& written : words) {
