@@ -117,8 +117,8 @@ void Resect(const PhotoTask& task, const PoseTrack& track, PreciseRound* round) 
 namespace {
 
 // Whether what is found close to the pose stands for what was found anywhere and contradicts it:
-// where it is as much alike and as well determined. Otherwise the patch shows another place clearly,
-// and that it has an edge or some likeness here is no reason to call it right.
+// where it is as much alike and as well determined. Otherwise the patch shows another place
+// clearly, and that it has an edge or some likeness here is no reason to call it right.
 bool Replaces(const PreciseMatch& close, const PreciseMatch& before) {
   if (!before.found) return true;
   return close.found && close.ncc >= before.ncc && !IsOfEdge(close.covariance_px2);

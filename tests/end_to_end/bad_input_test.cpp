@@ -11,6 +11,7 @@
 #include "core/files/results.h"
 #include "core/terrain/earth_effects.h"
 #include "patchdb/store/patch_database.h"
+#include "patchdb/store/schema.h"
 #include "tests/end_to_end/spoilt_block.h"
 #include "tests/support/older_patchdb.h"
 #include "tests/support/ordinary_user.h"
@@ -247,7 +248,8 @@ TEST_F(BadInput, ReadOnlyOutputFolderIsNamed) {
 }
 
 TEST_F(BadInput, PatchDatabaseOfAnOlderProgramIsBroughtUpToDateWhereTheRunTellsIt) {
-  const std::string words = "upgraded from schema version 3 to 5";
+  const std::string words =
+      "upgraded from schema version 3 to " + std::to_string(patchdb::CurrentSchemaVersion());
   const std::string patches = Path("patches.gpkg"), scan = Path("scans/new_1_1.tif");
   MakeVersion3(patches);
   for (const ProgramRun& run : {Block(), Exterior({scan, "--overwrite"})}) {

@@ -4,11 +4,11 @@
     faults_test.py ORIENT INJECTOR [--every] [--only COMMAND] [--kind KIND] [--at N] [--threads N]
 
 Every command that reads or writes files runs undisturbed and then again and again with one call that
-fails (injector.cpp), or all from one on ("write+"): every one with --every, else one of writing and
-one of another kind. Then the exit code is as documented and the message names a file; nothing false
-is there and nothing that does not belong there; the same command, run again, gives the undisturbed
-result to the last byte. On one thread a case can be repeated with --only, --kind and --at.
---processes: cases tried at a time.
+fails (injector.cpp), or all from one on ("write+"): every one with --every, else one of one kind.
+Then the exit code is as documented and the message names a file; nothing false is there and nothing
+that does not belong there; the same command, run again, gives the undisturbed result to the last
+byte. On one thread a case can be repeated with --only, --kind and --at. --processes: cases tried at
+a time.
 """
 
 import argparse
@@ -51,9 +51,9 @@ class Cases:
         if every:
             return range(1, calls + 1)
         chance = zlib.crc32(f"{self.name} {kind}".encode())
-        names = zlib.crc32(self.name.encode())
-        tried = KINDS[names % 2], KINDS[2 + names // 2 % 2]
-        return [chance % calls + 1] if calls > 0 and kind in tried else []
+        known = [one for one in KINDS if self.calls[one.rstrip("+")] > 0]
+        mine = known[zlib.crc32(self.name.encode()) % len(known)]
+        return [chance % calls + 1] if kind == mine else []
 
     def try_one(self, kind, at):
         """The exit code, and what is wrong after the n-th call of this kind has failed."""

@@ -5,6 +5,7 @@
 #include <fstream>
 
 #include "core/raster/raster.h"
+#include "patchdb/store/schema.h"
 #include "tests/support/made_up_patches.h"
 #include "tests/support/older_patchdb.h"
 #include "tests/support/run_orient.h"
@@ -73,11 +74,12 @@ TEST_F(MaintenanceVerbsTest, OnlyWhatWritesBringsAnOlderFileUpToDateAndSaysSo) {
   EXPECT_EQ(Orient({"check"}).exit_code, 0);
   EXPECT_TRUE(Contains(Orient({"retire", "--id", "3"}).out, "1 patches would be retired"));
   EXPECT_TRUE(Contains(Orient({"info"}).out, "version 3"));
-  const std::string words = "patches.gpkg: upgraded from schema version 3 to 5\n";
+  const std::string now = std::to_string(patchdb::CurrentSchemaVersion());
+  const std::string words = "patches.gpkg: upgraded from schema version 3 to " + now + "\n";
   const ProgramRun first = Orient({"retire", "--id", "3", "--apply"});
   EXPECT_TRUE(Contains(first.out, words)) << first.out << first.err;
   EXPECT_TRUE(Contains(first.out, "1 patches retired")) << first.out;
-  EXPECT_TRUE(Contains(Orient({"info"}).out, "version 5"));
+  EXPECT_TRUE(Contains(Orient({"info"}).out, "version " + now));
   EXPECT_FALSE(Contains(Orient({"restore", "--id", "3", "--apply"}).out, "upgraded"));
   EXPECT_EQ(Orient({"check"}).exit_code, 0);
 }
