@@ -85,9 +85,46 @@ std::string OverviewPath(const ExteriorSetting& setting, const std::string& phot
   return (PicturesOf(setting) / (photo + kPatchesOverview)).string();
 }
 
+// What starts a photo's search: its approximation, or its measured ground points.
+struct Start {
+  std::optional<PosePrior> prior;
+  bool stated = false;  // the prior's accuracy
+  std::optional<exterior::PointPose> by_points;
+  std::vector<exterior::MeasuredPoint> points;  // control and check points measured in it
+  Findings findings;                            // of the points
+};
+
+// Control points that start the search are used, those that contradict the others or that no pose
+// explains are rejected.
+std::vector<OverviewItem> ClickedPoints(const Start& start) {
+  std::vector<OverviewItem> items;
+  for (std::size_t i = 0; i < start.points.size(); ++i) {
+    if (!start.points[i].control) continue;
+    const bool used = start.by_points && start.by_points->used[i];
+    const auto state = used ? OverviewState::kUsed : OverviewState::kRejected;
+    items.push_back(
+        {start.points[i].name, state, std::nullopt, std::nullopt, start.points[i].pixel});
+  }
+  return items;
+}
+
+// Of a photo that is not ok by itself: why, as far as its scan shows it. A picture does not cost
+// the result.
+void DrawWhyNot(const ExteriorSetting& setting, const Raster& raster, const Start& start,
+                ExteriorResult* result) {
+  if (result->status == Status::kOk) return;
+  std::vector<OverviewItem> items = OverviewOf(*result);
+  for (OverviewItem& point : ClickedPoints(start)) items.push_back(std::move(point));
+  try {
+    WriteScanOverview(OverviewPath(setting, result->photo), raster, items);
+  } catch (const InputError& error) {
+    result->findings.push_back({.reason = Reason::kPictureNotWritten, .where = error.what()});
+  }
+}
+
 // What is told about a photo beyond its orientation: for maps, reports and people. Of one that
 // failed the patches are drawn as its approximation sees them.
-void Illustrate(const ExteriorSetting& setting, const ScanInterior& interior, const Raster& raster,
+void Illustrate(const ExteriorSetting& setting, const ScanInterior& interior,
                 const exterior::PhotoImage& image, const std::vector<patchdb::Patch>& patches,
                 const Pose& approximation, ExteriorResult* result) {
   result->width = image.Width();
@@ -103,9 +140,6 @@ void Illustrate(const ExteriorSetting& setting, const ScanInterior& interior, co
   if (result->pose) result->footprint_m = Footprint(view, setting.surface);
   try {
     WritePatchSheet(SheetPath(setting, result->photo), view, image, patches, *result);
-    const auto items = OverviewOf(*result);
-    if (result->status != Status::kOk && !items.empty())
-      WriteScanOverview(OverviewPath(setting, result->photo), raster, items);
   } catch (const InputError& error) {  // a picture does not cost the pose
     result->findings.push_back({.reason = Reason::kPictureNotWritten, .where = error.what()});
   }
@@ -190,14 +224,6 @@ Finding WithoutApproximation(const ExteriorRunOptions& options, const std::strin
                                    options.approximations, name));
 }
 
-// What starts a photo's search: its approximation, or its measured ground points.
-struct Start {
-  std::optional<PosePrior> prior;
-  bool stated = false;  // the prior's accuracy
-  std::optional<exterior::PointPose> by_points;
-  Findings findings;  // of the points
-};
-
 Start StartOf(const ExteriorSetting& setting, const std::string& name, const OrientationRow* row,
               ScanInterior* interior) {
   Start start;
@@ -205,11 +231,11 @@ Start StartOf(const ExteriorSetting& setting, const std::string& name, const Ori
     start.prior = PosePrior{row->pose, PriorCovariance(*row, setting.options)};
     start.stated = AccuracyIsStated(setting, *row);
   }
-  const auto points = PointsOf(setting.options.measurements, name, interior->positions.front());
+  start.points = PointsOf(setting.options.measurements, name, interior->positions.front());
   const auto is_control = [](const exterior::MeasuredPoint& point) { return point.control; };
-  if (std::none_of(points.begin(), points.end(), is_control)) return start;
-  exterior::PointResection resection =
-      exterior::ResectByPoints(setting.camera.camera, interior->positions, start.prior, points);
+  if (std::none_of(start.points.begin(), start.points.end(), is_control)) return start;
+  exterior::PointResection resection = exterior::ResectByPoints(
+      setting.camera.camera, interior->positions, start.prior, start.points);
   start.findings = std::move(resection.findings);
   if (!resection.found) return start;
   start.by_points = std::move(resection.found);
@@ -291,9 +317,13 @@ ExteriorResult OrientOne(const ExteriorSetting& setting, const std::string& path
   if (StatusOf(interior.findings) == Status::kFailed)
     return Failed(name, interior.findings.front());
   const Start start = StartOf(setting, name, row, &interior);
-  if (!start.prior)
-    return Failed(name, start.findings.empty() ? WithoutApproximation(setting.options, name)
-                                               : start.findings.front());
+  if (!start.prior) {
+    ExteriorResult failed =
+        Failed(name, start.findings.empty() ? WithoutApproximation(setting.options, name)
+                                            : start.findings.front());
+    DrawWhyNot(setting, raster, start, &failed);
+    return failed;
+  }
   const PosePrior& prior = *start.prior;
   const bool vague = exterior::IsVague(setting.camera.camera, prior, setting.surface.MeanHeight());
   const auto without_heights = WithoutHeights(setting, prior.pose);
@@ -301,6 +331,7 @@ ExteriorResult OrientOne(const ExteriorSetting& setting, const std::string& path
   if (!vague && without_heights) {
     ExteriorResult failed = Failed(name, *without_heights);
     failed.approximation = began;
+    DrawWhyNot(setting, raster, start, &failed);
     return failed;
   }
 
@@ -321,7 +352,8 @@ ExteriorResult OrientOne(const ExteriorSetting& setting, const std::string& path
                kHeightTolerancePx * expected.GroundPixel(setting.surface.MeanHeight()), &result);
   for (const Finding& finding : interior.findings) exterior::Add(finding, &result);
   ApplyVerdict(setting.options.measurements, &result);
-  Illustrate(setting, interior, raster, image, patches, prior.pose, &result);
+  Illustrate(setting, interior, image, patches, prior.pose, &result);
+  DrawWhyNot(setting, raster, start, &result);
   return result;
 }
 

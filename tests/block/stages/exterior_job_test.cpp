@@ -218,6 +218,23 @@ TEST_F(OrientFromFilesTest, AnApproximationOutsideTheDemIsSaidToBeThere) {
   EXPECT_NE(result.findings[0].where.find("x 5000"), std::string::npos);
 }
 
+// Four points, of which one is 40 px off: too few to tell which.
+TEST_F(OrientFromFilesTest, PointsThatContradictOneAnotherAreDrawnOnTheScan) {
+  row_.photo = "another";
+  const PhotoView view = TheGround().world.View();
+  for (const Eigen::Vector2d& at : {Eigen::Vector2d(-150, -140), Eigen::Vector2d(160, -150),
+                                    Eigen::Vector2d(-140, 150), Eigen::Vector2d(150, 160)}) {
+    const std::string name = "p" + std::to_string(options_.measurements.points.size());
+    const Eigen::Vector3d ground(at.x(), at.y(), HillsAt(at.x(), at.y()));
+    Eigen::Vector2d pixel = view.PixelFromGround(ground).value();
+    if (name == "p0") pixel.x() += 40;
+    options_.measurements.points.push_back({name, ground, Eigen::Vector3d::Constant(0.5)});
+    options_.measurements.image_points.push_back({"4711", name, pixel, std::nullopt, 1, {}});
+  }
+  ExpectFailed(Orient(), {Reason::kPointsOnNoPose});
+  EXPECT_TRUE(std::filesystem::exists(folder_ / "4711.patches_overview.png"));
+}
+
 TEST_F(OrientFromFilesTest, WithoutPatchesUnderItSaysWhichDatabaseHasNone) {
   options_.patchdb = TheGround().empty;
   ExteriorResult result = Orient();
@@ -225,6 +242,7 @@ TEST_F(OrientFromFilesTest, WithoutPatchesUnderItSaysWhichDatabaseHasNone) {
   EXPECT_EQ(result.findings[0].where, options_.patchdb);
   SetSigma(20, 0.1, std::numbers::pi);
   ExpectFailed(Orient(), {Reason::kNoPatches});
+  EXPECT_TRUE(std::filesystem::exists(folder_ / "4711.patches_overview.png"));
 }
 
 TEST_F(OrientFromFilesTest, PatchesLentByNeighboursDo) {
