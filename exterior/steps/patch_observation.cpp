@@ -11,9 +11,14 @@
 namespace orient::exterior {
 namespace {
 
-// What a patch rises by for each metre that its source's heights do: about all of it in a photo,
-// next to nothing in an orthophoto.
-constexpr double kShowsHeights = 0.5;
+// An orthophoto does not show heights: its patches hardly rise with those that it was made with,
+// and have the surface's error. Those of a photo rise with the heights, or, where several photos
+// show them, by less, as they are known better than the heights (place.h).
+bool IsOfOrthophoto(const patchdb::Patch& patch) {
+  constexpr double kShare = 0.5;
+  return patch.height_effect->z() < kShare &&
+         patch.covariance_m2(2, 2) > kShare * *patch.height_sigma_m * *patch.height_sigma_m;
+}
 
 }  // namespace
 
@@ -25,7 +30,7 @@ PatchObservation ObservationOf(const patchdb::Patch& patch, const Eigen::Vector2
   if (patch.height_effect && patch.height_sigma_m) {
     observation.height_effect = *patch.height_effect;
     observation.height_sigma_m = *patch.height_sigma_m;
-    if (patch.height_effect->z() < kShowsHeights) {
+    if (IsOfOrthophoto(patch)) {
       const Eigen::Vector3d by_heights = *patch.height_effect * *patch.height_sigma_m;
       const Eigen::Matrix3d rest = patch.covariance_m2 - by_heights * by_heights.transpose();
       observation.surface_sigma_m = std::sqrt(patch.covariance_m2(2, 2));

@@ -12,7 +12,6 @@
 #include "core/raster/resample.h"
 #include "exterior/steps/align.h"
 #include "exterior/steps/error_model.h"
-#include "exterior/steps/linearised_matches.h"
 #include "exterior/steps/patch_observation.h"
 
 namespace orient::exterior {
@@ -116,17 +115,10 @@ void Resect(const PhotoTask& task, const PoseTrack& track, PreciseRound* round) 
 
 namespace {
 
-// Whether what is found close to the pose stands for what was found anywhere and contradicts it:
-// where it is as much alike and as well determined. Otherwise the patch shows another place
-// clearly, and that it has an edge or some likeness here is no reason to call it right.
-bool Replaces(const PreciseMatch& close, const PreciseMatch& before) {
-  if (!before.found) return true;
-  return close.found && close.ncc >= before.ncc && !IsOfEdge(close.covariance_px2);
-}
-
-}  // namespace
-
-PreciseRound Complete(const PhotoTask& task, const PoseTrack& track, const PreciseRound& settled) {
+// What is not matched, or rejected, is searched for once more close to the settled pose. `edges`:
+// only what was found nowhere, and edges count across their direction.
+PreciseRound Searched(const PhotoTask& task, const PoseTrack& track, const PreciseRound& settled,
+                      bool edges) {
   PreciseRound round = settled;
   round.view = task.View(track.position, track.pose);
   round.margin_px = kCloseMargin_px;
@@ -137,7 +129,7 @@ PreciseRound Complete(const PhotoTask& task, const PoseTrack& track, const Preci
     visible[prediction.patch] = prediction;
   std::vector<bool> stands(round.matches.size(), false);
   for (std::size_t k = 0; k < settled.observed.size(); ++k)
-    stands[settled.observed[k]] = !settled.estimate->rejected[k];
+    stands[settled.observed[k]] = edges || !settled.estimate->rejected[k];
   std::vector<std::size_t> open;
   for (std::size_t i = 0; i < stands.size(); ++i) {
     const auto now = visible.find(round.predictions[i].patch);
@@ -150,14 +142,14 @@ PreciseRound Complete(const PhotoTask& task, const PoseTrack& track, const Preci
   // So close, a second place nearly as good says how well the patch is determined, not which it is.
   PreciseOptions close;
   close.min_score_gap = 0;
-  close.edges = true;
+  close.edges = edges;
   SideBySide(open.size(), [&](std::size_t k) {
     const PatchPrediction& prediction = round.predictions[open[k]];
     const auto drawn = Drawn(task, round.view, prediction);
     if (!drawn) return;
     const PreciseMatch match =
         MatchPrecisely(*drawn, task.image, WindowRadius(prediction, kCloseMargin_px), close);
-    if (Replaces(match, round.matches[open[k]])) round.matches[open[k]] = match;
+    if (match.found || !round.matches[open[k]].found) round.matches[open[k]] = match;
   });
   Resect(task, track, &round);
   if (!round.estimate) return settled;
@@ -165,6 +157,20 @@ PreciseRound Complete(const PhotoTask& task, const PoseTrack& track, const Preci
   const bool stays =
       moved.dot(settled.estimate->honest_covariance.ldlt().solve(moved)) <= kMovedChi2Limit;
   return stays ? round : settled;
+}
+
+double WorstSigma(const PhotoTask& task, const PreciseRound& round) {
+  const double height_m = task.patches[round.predictions.front().patch].ground_m.z();
+  return WorstProjectionSigma(round.view, round.estimate->honest_covariance, height_m);
+}
+
+}  // namespace
+
+PreciseRound Complete(const PhotoTask& task, const PoseTrack& track, const PreciseRound& settled) {
+  const PreciseRound points = Searched(task, track, settled, false);
+  PreciseRound edges = Searched(task, track, points, true);
+  // Edges may err more than what they add to: of a DEM too coarse for its terrain.
+  return WorstSigma(task, edges) < WorstSigma(task, points) ? edges : points;
 }
 
 Square SquareOf(const PatchPrediction& prediction) {

@@ -65,6 +65,12 @@ TEST(PatchObservation, OnlyAnOrthophotosSurfaceErrsByItself) {
   patch.height_effect = Eigen::Vector3d(0.1, 0, 0);
   const PatchObservation of_orthophoto = ObservationOf(patch, {10, 20}, match, view);
   EXPECT_NEAR(of_orthophoto.surface_sigma_m, 3, 1e-12);
+  // Known by the rays of two photos, seven times as well as by heights.
+  patch.height_effect = Eigen::Vector3d(0.02, 0, 0.14);
+  patch.covariance_m2(2, 2) = 0.14 * 9;
+  const PatchObservation of_two_photos = ObservationOf(patch, {10, 20}, match, view);
+  EXPECT_EQ(of_two_photos.surface_sigma_m, 0);
+  EXPECT_EQ(of_two_photos.source_sigma_px, 0);
   // The part of two metres in either coordinate that its heights do not explain.
   const double metres = kSharedBySource * std::sqrt((4 - 0.09 + 4) / 2);
   EXPECT_NEAR(of_orthophoto.source_sigma_px, metres / view.GroundPixel(500), 1e-9);
