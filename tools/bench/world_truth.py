@@ -128,6 +128,22 @@ def rms_px(camera, pose, points, pixel_of):
     return math.sqrt(statistics.fmean(math.dist(*pair) ** 2 for pair in pairs))
 
 
+def stated_px(camera, pose, covariance, points, pixel_of):
+    """What rms_px is to be expected of a pose of this covariance (of m and radians)."""
+    steps = {"x": 0.01, "y": 0.01, "z": 0.01, "omega": 1e-4, "phi": 1e-4, "kappa": 1e-4}
+    variances = []
+    for ground, _ in points:
+        here = pixel_of(photo_of(camera, pose, ground))
+        by = []  # d pixel / d element
+        for element, step in steps.items():
+            there = pixel_of(photo_of(camera, {**pose, element: pose[element] + step}, ground))
+            unit = step if element in "xyz" else math.radians(step)
+            by.append([(b - a) / unit for a, b in zip(here, there)])
+        variances.append(sum(by[i][axis] * covariance[i][j] * by[j][axis] for axis in (0, 1)
+                             for i in range(6) for j in range(6)))
+    return math.sqrt(statistics.fmean(variances))
+
+
 class Truth:
     """Of a world's new photos: true pose, film and check points."""
 
@@ -142,6 +158,10 @@ class Truth:
     def rms_px(self, photo, pose, photo_from_pixel):
         return rms_px(self.camera, pose, self.points[photo],
                       lambda mm: affine_pixel(photo_from_pixel, mm))
+
+    def stated_px(self, photo, pose, covariance, photo_from_pixel):
+        return stated_px(self.camera, pose, covariance, self.points[photo],
+                         lambda mm: affine_pixel(photo_from_pixel, mm))
 
 
 def made_up():
@@ -175,12 +195,20 @@ def errors_of(name, camera, photo, height):
     def rms(**moved):
         return rms_px(camera, {**eo, **moved}, points, exact)
 
+    def stated(element, sigma):
+        at = list("xyz").index(element) if element in "xyz" else 5
+        covariance = [[sigma**2 if i == j == at else 0 for j in range(6)] for i in range(6)]
+        return stated_px(camera, eo, covariance, points, exact)
+
     pixel_mm = math.hypot(affine[0][0], affine[1][0])
     radius_px = math.hypot(*camera["frame_mm"]) / math.sqrt(12) / pixel_mm
     cases = [("the truth", rms(), 0, 1e-4),
              ("1 m to the east", rms(x=eo["x"] + 1), 1 / photo["gsd_m"], 0.1),
              ("0.1 degrees of kappa", rms(kappa=eo["kappa"] + 0.1),
               math.radians(0.1) * radius_px, 0.1),
+             ("a stated metre to the east", stated("x", 1), rms(x=eo["x"] + 1), 0.01),
+             ("stated 0.1 degrees of kappa", stated("kappa", math.radians(0.1)),
+              rms(kappa=eo["kappa"] + 0.1), 0.01),
              ("the best affine film",
               rms_px(camera, eo, points, lambda mm: affine_pixel(affine, mm)),
               1e-3 * photo["nonaffine_rms_um"] / pixel_mm, 0.15)]

@@ -19,8 +19,9 @@ harvests. Unknown kappa is drawn from the full circle instead and run with --kap
 
 RMS px: over the whole frame on the DEM's ground, both coordinates together, in scan pixels, between
 where film transform and pose found put ground points and where they truly are. Photos with status
-ok and more than 1 px are `wrong`. Processor seconds are those of `orient exterior`, divided by its
-photos; memory is its peak, which grows with --jobs. The finding is the most frequent one that made
+ok and more than 1 px are `wrong`. Over sigma: these errors, of photos that are ok or weak, over what
+their covariances let expect, RMS; 1 where those are honest. Processor seconds are those of `orient
+exterior`, divided by its photos; memory is its peak, which grows with --jobs. The finding is the most frequent one that made
 photos fail (or weak, if none failed). worlds.json has every photo, and its numbers of patches:
 visible are those searched for, correlating those matched or rejected, matched those used.
 """
@@ -30,6 +31,7 @@ import collections
 import hashlib
 import itertools
 import json
+import math
 import os
 import pathlib
 import random
@@ -107,13 +109,14 @@ class World:
 
     def judged(self, photo, folder):
         result = json.loads((folder / f"{photo}.exterior.json").read_text(encoding="utf-8"))
-        rms_px = None
+        rms_px = stated_px = None
         if result.get("pose") and result["status"] != "failed":
             film = self.home / "interior" / f"{photo}.interior.json"
             film = json.loads(film.read_text(encoding="utf-8"))["photo_from_pixel"]
             rms_px = self.truth.rms_px(photo, result["pose"], film)
+            stated_px = self.truth.stated_px(photo, result["pose"], result["covariance"], film)
         states = collections.Counter(patch["state"] for patch in result.get("patches", []))
-        return {"status": result["status"], "rms_px": rms_px,
+        return {"status": result["status"], "rms_px": rms_px, "stated_px": stated_px,
                 "wrong": result["status"] == "ok" and rms_px > WRONG_PX,
                 "visible": sum(states.values()) - states["not_visible"],
                 "correlating": states["matched"] + states["rejected"], "matched": states["matched"],
@@ -139,7 +142,7 @@ class World:
         code, used = measured(line, folder / CONSOLE)
         if code in (1, 2):  # usage or input: nothing that a benchmark tells
             raise JobFailed(f"orient exterior: exit code {code}, see {folder / CONSOLE}")
-        died = {"status": "failed", "rms_px": None, "wrong": False, "visible": 0, "correlating": 0,
+        died = {"status": "failed", "rms_px": None, "stated_px": None, "wrong": False, "visible": 0, "correlating": 0,
                 "matched": 0, "findings": [f"exit_code_{code}"]}
         names = self.truth.photos
         return {**run._asdict(), "jobs": jobs, "exit_code": code,
@@ -203,10 +206,16 @@ def violations(groups):
     return found
 
 
+def over_sigma(photos):
+    """RMS of errors over stated sigmas; runs of before these were kept have none."""
+    ratios = [photo["rms_px"] / photo["stated_px"] for photo in photos if photo.get("stated_px")]
+    return f"{math.sqrt(statistics.fmean(r * r for r in ratios)):.2f}" if ratios else "-"
+
+
 def report(groups):
     """groups: the runs of each (world, harvest, start, kappa)."""
     print(f"{'world':9}{'harvest':9}{'start':6}{'kappa':8}|{'photos':>7}{'ok':>5}{'weak':>5}"
-          f"{'failed':>7}{'wrong':>6}{'RMS px':>8}{'s median':>9}{'s max':>7}{'MB':>6}  finding")
+          f"{'failed':>7}{'wrong':>6}{'RMS px':>8}{'over sigma':>11}{'s median':>9}{'s max':>7}{'MB':>6}  finding")
     for key, runs in groups.items():
         photos, seconds = photos_of(runs), [run["seconds_per_photo"] for run in runs]
         count = collections.Counter(photo["status"] for photo in photos)
@@ -217,12 +226,13 @@ def report(groups):
         print("{:9}{:9}{:6}{:8}|".format(*key) + f"{len(photos):7}{count['ok']:5}{count['weak']:5}"
               f"{count['failed']:7}{sum(photo['wrong'] for photo in photos):6}"
               f"{f'{statistics.median(rms):.2f}' if rms else '-':>8}"
-              f"{statistics.median(seconds):9.1f}{max(seconds):7.1f}"
+              f"{over_sigma(photos):>11}{statistics.median(seconds):9.1f}{max(seconds):7.1f}"
               f"{max(run['memory_mb'] for run in runs):6.0f}"
               + "".join(f"  {code} ({times})" for code, times in codes))
     runs = [run for part in groups.values() for run in part]
     wrong, found = sum(photo["wrong"] for photo in photos_of(runs)), violations(groups)
-    print(f"rate of ok: {rate_of_ok(runs):.1%} of {len(photos_of(runs))} photos; wrong: {wrong}\n"
+    print(f"rate of ok: {rate_of_ok(runs):.1%} of {len(photos_of(runs))} photos; wrong: {wrong}; "
+          f"errors over sigmas: {over_sigma(photos_of(runs))}\n"
           "a better start never lowers the rate:", f"{len(found)} violations" if found else "true")
     print("".join(f"{line}\n" for line in found), end="")
 
