@@ -30,9 +30,11 @@ const std::map<std::string, std::string>& Meanings() {
         {"x", {"x", "e", "geo_x", "x_m"}},
         {"y", {"y", "n", "geo_y", "y_m"}},
         {"z", {"z", "h", "geo_z", "z_m"}},
-        {"sigma",
-         {"sigma", "accuracy", "std", "stdev", "sd", "sigma_px", "accuracy_px", "sigma_mm",
-          "accuracy_mm", "sigma_m", "accuracy_m"}},
+        {"sigma", {"sigma", "accuracy", "std", "stdev", "sd"}},
+        {"sigma_px", {"sigma_px", "accuracy_px"}},
+        {"sigma_mm", {"sigma_mm", "accuracy_mm"}},
+        {"sigma_m", {"sigma_m", "accuracy_m"}},
+        {"enabled", {"enabled"}},
         {"sigma_x", {"sigma_x", "accuracy_x", "x_accuracy"}},
         {"sigma_y", {"sigma_y", "accuracy_y", "y_accuracy"}},
         {"sigma_z", {"sigma_z", "accuracy_z", "z_accuracy", "vertical_accuracy"}},
@@ -105,12 +107,20 @@ std::string WhyHalf(const MeasuredColumns& columns) {
   return "";
 }
 
+// "x", "y" and nothing more: not eastings, not metres.
+bool AreOfImages(const std::vector<std::string>& plain, const MeasuredColumns& columns) {
+  const auto said = [&](const char* meaning) {
+    return columns.Has(meaning) && plain[columns.places.at(meaning)] == meaning;
+  };
+  return !columns.InPixels() && !columns.Has("x_mm") && !columns.Has("z") && said("x") && said("y");
+}
+
 // Of a table that has image coordinates of their own, or names photos.
 void SettleImagePoints(const std::vector<std::string>& plain, MeasuredColumns* columns) {
-  if (!columns->InPixels() && !columns->Has("x_mm") && !columns->Has("z") && columns->Has("x") &&
-      columns->Has("y")) {
+  if (AreOfImages(plain, *columns)) {
     Rename("x", "col", columns);
     Rename("y", "row", columns);
+    columns->perhaps_mm = true;
   }
   OpenNames open(plain, columns);
   open.Give("photo", {"name", "label"});
@@ -123,6 +133,27 @@ void SettleGroundPoints(const std::vector<std::string>& plain, MeasuredColumns* 
   if (!columns->image_points) OpenNames(plain, columns).Give("point", {"name", "id", "label"});
   columns->ground_points =
       columns->Has("point") && columns->Has("x") && columns->Has("y") && columns->Has("z");
+}
+
+// A unit that stands in the name is the one that is meant; "" where it fits.
+std::string SettleSigma(MeasuredColumns* columns) {
+  const bool pixels = columns->image_points && columns->InPixels();
+  const bool millimetres = columns->image_points && !columns->InPixels();
+  const std::pair<const char*, bool> units[] = {
+      {"sigma_px", pixels}, {"sigma_mm", millimetres}, {"sigma_m", columns->ground_points}};
+  for (const auto& [name, fits] : units) {
+    if (!columns->Has(name)) continue;
+    if (!fits)
+      return fmt::format(
+          "the accuracies are in {}, and the coordinates are not; give them in the "
+          "coordinates' unit",
+          std::string(name).substr(6));
+    const bool of_ground_beside = std::string(name) == "sigma_m" && columns->image_points;
+    const char* meaning = of_ground_beside ? "sigma_ground" : "sigma";
+    if (columns->Has(meaning)) return fmt::format("two columns mean {}; keep one of them", meaning);
+    Rename(name, meaning, columns);
+  }
+  return "";
 }
 
 std::string WhyNot(const MeasuredColumns& columns) {
@@ -153,6 +184,9 @@ MeasuredColumns MeasuredColumnsOf(const std::vector<std::string>& header) {
     SettleImagePoints(plain, &columns);
   SettleGroundPoints(plain, &columns);
   columns.why_not = WhyNot(columns);
+  if (columns.why_not.empty()) columns.why_not = SettleSigma(&columns);
+  if (columns.why_not.empty() && columns.Has("role") && columns.Has("enabled"))
+    columns.places.erase("enabled");
   if (!half.empty()) columns.why_not = half;
   if (!twice.empty()) columns.why_not = twice;
   const auto has = [&](const char* name) {

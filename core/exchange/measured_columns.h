@@ -12,9 +12,11 @@ namespace orient {
 // Places of the columns of each meaning in a table; a meaning that is absent has none.
 struct MeasuredColumns {
   // Of image points: photo, point, and col, row (pixels) or x_mm, y_mm (photo system); sigma.
-  // Of ground points: point, x, y, z (metres); sigma_x, sigma_y, sigma_z, sigma_xy or sigma; role.
+  // Of ground points: point, x, y, z (metres); sigma_x, sigma_y, sigma_z, sigma_xy or sigma; role,
+  // enabled. Of both: sigma_ground beside the image points' sigma.
   std::map<std::string, std::size_t> places;
   bool image_points = false, ground_points = false;  // a table of both has both
+  bool perhaps_mm = false;                           // col and row are called x and y
   std::vector<std::string> unread;                   // as they are written
   std::string why_not;                               // neither: what is missing, and what to do
 

@@ -7,6 +7,7 @@
 #include <filesystem>
 #include <stdexcept>
 
+#include "core/base/column_names.h"
 #include "core/base/error.h"
 #include "core/exchange/frame_measures.h"
 #include "core/exchange/measured_tables.h"
@@ -44,8 +45,9 @@ void AddMicmacImage(const XmlElement& image, const MeasuredSigma& sigma,
   for (const XmlElement* seen : image.All("OneMesureAF1I")) {
     const std::vector<double> at = seen->At("PtIm").Numbers(2);
     all->Add(seen->Where(),
-             ImagePointMeasurement{fs::path(name.text).stem().string(), seen->At("NamePt").text,
-                                   Vector2d(at[0] + 0.5, at[1] + 0.5), std::nullopt, *sigma.image});
+             ImagePointMeasurement{WithoutImageEnding(fs::path(name.text).filename().string()),
+                                   seen->At("NamePt").text, Vector2d(at[0] + 0.5, at[1] + 0.5),
+                                   std::nullopt, *sigma.image});
   }
 }
 

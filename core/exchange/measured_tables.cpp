@@ -151,10 +151,17 @@ class TableReader {
     ImagePointMeasurement seen;
     seen.photo = WithoutImageEnding(file.substr(file.find_last_of("/\\") + 1));
     seen.point = table_.Text("point");
-    if (table_.Columns().InPixels())
+    if (table_.Columns().InPixels()) {
       seen.pixel = Eigen::Vector2d{table_.Number("col"), table_.Number("row")};
-    else
+      constexpr double kWidest_px = 2e5;  // scan
+      if (table_.Columns().perhaps_mm &&
+          (seen.pixel->minCoeff() < 0 || seen.pixel->maxCoeff() > kWidest_px))
+        table_.Fail("col",
+                    "x, y are no pixels of a scan; name the columns x_mm, y_mm where they are "
+                    "millimetres of the photo system, and add z where they are on the ground");
+    } else {
       seen.photo_mm = Eigen::Vector2d{table_.Number("x_mm"), table_.Number("y_mm")};
+    }
     const auto given = table_.Sigma("sigma");
     image_defaults_ += given ? 0 : 1;
     seen.sigma = given.value_or(ImageSigma());
@@ -165,7 +172,7 @@ class TableReader {
     const bool of_both = table_.Columns().image_points;
     auto given = table_.Sigma(axis);
     if (!given && std::string(axis) != "sigma_z") given = table_.Sigma("sigma_xy");
-    if (!given && !of_both) given = table_.Sigma("sigma");
+    if (!given) given = table_.Sigma(of_both ? "sigma_ground" : "sigma");
     if (!given) default_of_point_ = true;
     return given.value_or(sigma_.ground_m);
   }
@@ -185,6 +192,9 @@ class TableReader {
   }
 
   PointRole Role() const {
+    // As Metashape's: a marker that is not enabled takes no part.
+    const std::string enabled = Lower(table_.Text("enabled"));
+    if (enabled == "0" || enabled == "false") return PointRole::kCheck;
     const std::string role = Lower(table_.Text("role"));
     for (const char* name : {"", "control", "control point", "gcp", "3d gcp"})
       if (role == name) return PointRole::kControl;

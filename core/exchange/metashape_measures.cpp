@@ -2,10 +2,11 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <array>
+#include <cmath>
 #include <map>
 #include <set>
-#include <string_view>
 
 #include "core/base/column_names.h"
 #include "core/base/error.h"
@@ -138,20 +139,27 @@ class Chunk {
                                    std::nullopt, *sigma_.image});
   }
 
-  // One text of an element of the chunk: "GEOGCS["WGS 84",..." and the like.
+  // WKT that names no projection, also below a compound system: "COMPD_CS[...,GEOGCS[...",...".
+  static bool IsUnprojected(const std::string& wkt) {
+    constexpr std::array<const char*, 5> kUnprojected = {"GEOGCS", "GEOGCRS", "GEODCRS", "GEOCCS",
+                                                         "GEODETICCRS"};
+    if (wkt.find("PROJ") != std::string::npos) return false;
+    return std::any_of(kUnprojected.begin(), kUnprojected.end(),
+                       [&](const char* name) { return wkt.find(name) != std::string::npos; });
+  }
+
   void RequireMetric(const XmlElement& given) const {
-    constexpr std::array<std::string_view, 6> kOthers = {"GEOGCS", "GEOGCRS",     "GEODCRS",
-                                                         "GEOCCS", "GEODETICCRS", "EPSG:4326"};
     for (const char* name : {"reference", "marker_crs", "coordinate_system"}) {
       const XmlElement* system = chunk_.Find(name);
       if (system == nullptr) continue;
-      for (const std::string_view other : kOthers)
-        if (system->text.starts_with(other))
-          throw InputError(fmt::format(
-              "{}: the markers' coordinates are geographic or geocentric ({}), not in metres of a "
-              "projected system; convert them to the block's CRS in Metashape (Reference pane > "
-              "Convert Reference) and export again",
-              given.Where(), system->text.substr(0, 40)));
+      const bool degrees = std::abs(NumberIn(given, "x")) <= 180 &&
+                           std::abs(NumberIn(given, "y")) <= 90 && system->text.starts_with("EPSG");
+      if (degrees || IsUnprojected(system->text))
+        throw InputError(fmt::format(
+            "{}: the markers' coordinates are geographic or geocentric ({}), not in metres of a "
+            "projected system; convert them to the block's CRS in Metashape (Reference pane > "
+            "Convert Reference) and export again",
+            given.Where(), system->text.substr(0, 40)));
     }
   }
 

@@ -26,6 +26,16 @@ void RequirePositive(const std::string& where, double sigma) {
         fmt::format("{}: the standard deviation is {}; it must be positive", where, sigma));
 }
 
+// No ground lies beyond; voids of height models do.
+void RequireHeight(const std::string& where, double height_m) {
+  constexpr double kLowest_m = -1000, kHighest_m = 10000;
+  if (!(height_m >= kLowest_m && height_m <= kHighest_m))
+    throw InputError(
+        fmt::format("{}: the height is {:g}, where no ground lies; heights are in "
+                    "metres",
+                    where, height_m));
+}
+
 [[noreturn]] void FailTwice(const std::string& where, const std::string& what,
                             const std::string& first) {
   throw InputError(
@@ -65,6 +75,7 @@ void GatheredMeasurements::Add(const std::string& where, const ImagePointMeasure
 void GatheredMeasurements::Add(const std::string& where, const GroundPoint& point) {
   ++found_;
   RequireName(where, "point", point.name);
+  RequireHeight(where, point.ground_m.z());
   for (const double sigma : point.sigma_m) RequirePositive(where, sigma);
   const auto [place, is_new] = points_.try_emplace(point.name, Place{all_.points.size(), where});
   if (is_new)

@@ -5,6 +5,7 @@
 
 #include "block/inputs/camera_library.h"
 #include "core/base/error.h"
+#include "core/files/adjustment_result.h"
 #include "core/files/block_file.h"
 #include "tools/commands/commands.h"
 #include "tools/commands/memory.h"
@@ -14,6 +15,7 @@
 #include "tools/convert/convert_source.h"
 #include "tools/report/gis/block_project.h"
 #include "tools/report/report.h"
+#include "tools/report/run_record.h"
 
 namespace orient {
 namespace {
@@ -118,6 +120,11 @@ class OrthoCommand : public Command {
     const fs::path block = fs::weakly_canonical(folder, ignored);
     const fs::path out_folder = fs::weakly_canonical(options_.out, ignored);
     if (out_folder != block && out_folder != block / "ortho") return;
+    // What a block said that was not adjusted stands in its report alone.
+    if (ReadRunRecords(folder).contains("block") && !fs::exists(AdjustmentResultPath(folder))) {
+      out << "note      report.html does not show them: orient block makes it, with --resume\n";
+      return;
+    }
     try {
       WriteReport(folder);
     } catch (const InputError& error) {

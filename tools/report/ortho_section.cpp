@@ -41,12 +41,20 @@ Markup Table(const OrthoFolder& ortho) {
   return Fill("ortho.html#photos", {{"rows", rows}});
 }
 
+// What all of them have, and nothing where they differ, as after partial runs.
 std::string Facts(const OrthoFolder& ortho) {
   const std::size_t n = ortho.photos.size();
+  if (n == 0) return "A mosaic alone";
+  const OrthoFigures& first = ortho.photos.front();
+  const auto all = [&](const auto& is_alike) {
+    return std::all_of(ortho.photos.begin(), ortho.photos.end(), is_alike);
+  };
   std::string text = fmt::format("{} {}", n, n == 1 ? "orthophoto" : "orthophotos");
-  if (n > 0 && ortho.photos.front().gsd_m)
-    text += fmt::format(" of {:g} m a pixel", *ortho.photos.front().gsd_m);
-  if (n > 0 && !ortho.photos.front().dem.empty()) text += " over " + ortho.photos.front().dem;
+  if (first.gsd_m && all([&](const OrthoFigures& one) { return one.gsd_m == first.gsd_m; }))
+    text += fmt::format(" of {:g} m a pixel", *first.gsd_m);
+  if (!first.dem.empty() &&
+      all([&](const OrthoFigures& one) { return one.dem.empty() || one.dem == first.dem; }))
+    text += " over " + first.dem;
   return text + Text(AccuracyOfAll(ortho.photos));
 }
 

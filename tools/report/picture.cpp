@@ -7,6 +7,7 @@
 #include <gdal_utils.h>
 
 #include <algorithm>
+#include <cmath>
 #include <memory>
 #include <vector>
 
@@ -102,8 +103,10 @@ std::vector<GByte> ReducedBand(GDALRasterBand* band, int width, int height) {
                                     width, height, GDT_Byte, 0, 0, nullptr) != CE_None)
     return {};
   std::vector<float> seen;
-  for (std::size_t i = 0; i < count; ++i)
+  for (std::size_t i = 0; i < count; ++i) {
+    if (!std::isfinite(values[i])) mask[i] = 0;
     if (mask[i] > 0) seen.push_back(values[i]);
+  }
   if (seen.empty()) return bytes;
   float low = 0, high = 255;
   if (band->GetRasterDataType() != GDT_Byte) {

@@ -64,19 +64,41 @@ void SaidHistory::Write() const {
   }
 }
 
+namespace {
+
+// The rest of a character of UTF-8 that began before.
+bool Continues(char c) { return (static_cast<unsigned char>(c) & 0xC0) == 0x80; }
+
+}  // namespace
+
 SaidHistory::Change SaidHistory::ChangeOf(const std::string& before, const std::string& after) {
   const std::size_t shorter = std::min(before.size(), after.size());
   const auto differs =
       std::mismatch(before.begin(), before.begin() + std::ptrdiff_t(shorter), after.begin());
-  const auto same = static_cast<std::size_t>(differs.first - before.begin());
+  auto same = static_cast<std::size_t>(differs.first - before.begin());
+  const auto in_character = [&](const std::string& text, std::size_t at) {
+    return at < text.size() && Continues(text[at]);
+  };
+  // No character is cut: what is kept is text again.
+  while (same > 0 && (in_character(before, same) || in_character(after, same))) --same;
   const auto differs_at_end = std::mismatch(
       before.rbegin(), before.rbegin() + std::ptrdiff_t(shorter - same), after.rbegin());
-  const auto same_at_end = static_cast<std::size_t>(differs_at_end.first - before.rbegin());
+  auto same_at_end = static_cast<std::size_t>(differs_at_end.first - before.rbegin());
+  while (same_at_end > 0 && Continues(before[before.size() - same_at_end])) --same_at_end;
   return {same, same_at_end, before.substr(same, before.size() - same - same_at_end)};
 }
 
 bool SaidHistory::LeadsTo(const SaidFiles& now) const {
-  return !words_.empty() && words_.back().version_after == VersionOf(now);
+  if (words_.empty() || words_.back().version_after != VersionOf(now)) return false;
+  for (const auto& [file, change] : words_.back().changes) {
+    const auto found = now.find(file);
+    if (found == now.end()) return false;
+    const std::size_t size = found->second.size();
+    if (change &&
+        (change->same_at_begin > size || change->same_at_end > size - change->same_at_begin))
+      return false;  // a history that is not ours
+  }
+  return true;
 }
 
 SaidFiles SaidHistory::BeforeLatest(const SaidFiles& now) const {

@@ -59,6 +59,30 @@ TEST_F(MeasuredTables, MillimetresOfThePhotoSystemAreToldFromPixels) {
   EXPECT_EQ(OnlyImagePoint(), "4711 p1 -10.5 20 mm 0.01");
 }
 
+TEST_F(MeasuredTables, WhatIsNoPixelOfAScanIsNotTakenForOne) {
+  ExpectRefused("photo,point,x,y\n4711,p1,-50.1,20.3\n", {"line 2", "x_mm, y_mm"});
+  ExpectRefused("id,name,x,y\n1,p1,500000,5000000\n", {"line 2", "add z"});
+  ExpectRefused("id,name,easting,northing\n1,p1,500000,5000000\n", {"line 2", "add z"});
+}
+
+TEST_F(MeasuredTables, AnAccuracysUnitIsTheOneInItsName) {
+  ExpectRefused("photo,point,col,row,sigma_mm\n4711,p1,10,20,0.01\n", {"are in mm"});
+  ExpectRefused("point,x,y,z,accuracy_mm\np1,500000,5000000,100,5\n", {"are in mm"});
+  Read("photo,point,x_mm,y_mm,sigma_mm\n4711,p1,-10.5,20,0.005\n");
+  EXPECT_EQ(OnlyImagePoint(), "4711 p1 -10.5 20 mm 0.005");
+  Read("photo,point,col,row,x,y,z,sigma_m\n4711,p1,10,20,500000,5000000,100,0.25\n");
+  EXPECT_EQ(OnlyImagePoint(), "4711 p1 10 20 px 1");
+  EXPECT_EQ(all_.All().points.at(0).sigma_m, Eigen::Vector3d(0.25, 0.25, 0.25));
+}
+
+TEST_F(MeasuredTables, AMarkerThatIsNotEnabledIsACheckPointAndAVoidIsNoHeight) {
+  Read("point,x,y,z,enabled\np1,500000,5000000,100,0\np2,500000,5000000,100,1\n");
+  ASSERT_EQ(all_.All().points.size(), 2u);
+  EXPECT_EQ(all_.All().points[0].role, PointRole::kCheck);
+  EXPECT_EQ(all_.All().points[1].role, PointRole::kControl);
+  ExpectRefused("point,x,y,z\np1,500000,5000000,-32767\n", {"line 2", "no ground"});
+}
+
 TEST_F(MeasuredTables, SemicolonsAndTabsAllowDecimalCommas) {
   Read("photo;point;col;row;sigma\n4711;p1;100,25;200,5;0,5\n");
   EXPECT_EQ(OnlyImagePoint(), "4711 p1 100.25 200.5 px 0.5");

@@ -103,6 +103,14 @@ TEST_F(MetashapeMarkers, OfGeographicSystemsAreRefused) {
       Chunk(kCamera, R"(<marker id="0" label="p"><reference x="15.4" y="47.1" z="3"/></marker>)",
             "", "<reference>GEOGCS[\"WGS 84\",DATUM[]]</reference>"),
       {"line 2", "GEOGCS", "Convert"});
+  ExpectRefused(
+      Chunk(kCamera, R"(<marker id="0" label="p"><reference x="15.4" y="47.1" z="3"/></marker>)",
+            "", "<reference>COMPD_CS[\"WGS 84 + EGM96\",GEOGCS[\"WGS 84\",DATUM[]]]</reference>"),
+      {"line 2", "Convert"});
+  ExpectRefused(
+      Chunk(kCamera, R"(<marker id="0" label="p"><reference x="15.4" y="47.1" z="3"/></marker>)",
+            "", "<reference>EPSG::4258</reference>"),
+      {"line 2", "Convert"});
 }
 
 TEST_F(MetashapeMarkers, StatedAccuraciesAreTaken) {

@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 #include <rapidcheck/gtest.h>
 
+#include "core/base/atomic_write.h"
 #include "tests/support/shared_data.h"
 
 namespace orient {
@@ -59,6 +60,29 @@ TEST(SaidHistory, OfAReviewThatEndedBetweenUndoingAndForgettingLeadsToTheWordBef
   EXPECT_EQ(SaidHistory(folder / "undo.json", one).LatestAbout(), "first");
   EXPECT_EQ(SaidHistory(folder / "undo.json", two).LatestAbout(), "second");
   EXPECT_TRUE(SaidHistory(folder / "undo.json", {{"marks.csv", "3"}}).IsEmpty());
+}
+
+// "Ä" and "Ö" begin with the same byte.
+TEST(SaidHistory, CutsNoCharacter) {
+  const TemporaryFolder folder;
+  const SaidFiles before = {{"points.csv", "\u00c41,5\n\u00d61,6\n"}},
+                  after = {{"points.csv", "\u00d61,6\n"}};
+  {
+    SaidHistory history(folder / "undo.json", before);
+    history.Add("withdrawal", before, after);
+  }
+  SaidHistory history(folder / "undo.json", after);
+  ASSERT_TRUE(history.LeadsTo(after));
+  EXPECT_EQ(history.BeforeLatest(after), before);
+}
+
+TEST(SaidHistory, OfAnotherMakerIsForgotten) {
+  const TemporaryFolder folder;
+  const SaidFiles now = {{"marks.csv", "1"}};
+  WriteFileAtomically(folder / "undo.json",
+                      R"({"words": [{"about": "a", "version_after": ")" + VersionOf(now) +
+                          R"(", "before": {"marks.csv": {"begin": 0, "end": 9, "middle": ""}}}]})");
+  EXPECT_TRUE(SaidHistory(folder / "undo.json", now).IsEmpty());
 }
 
 TEST(SaidHistory, ThatCannotBeWrittenLivesOn) {
