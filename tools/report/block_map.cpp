@@ -228,7 +228,8 @@ Labels PhotoLabels(const BlockRecord& block, const BlockVerdict& verdict, const 
       const double width = kLabelAdvance * static_cast<double>(Characters(shown));
       return layout.Place(sheet.At(*place), width);
     };
-    std::string text = ce90.empty() ? name : name + " · " + ce90;
+    std::string text = name;
+    if (!ce90.empty()) text.append(" · ").append(ce90);
     auto at = fits(text);
     if (!at && !ce90.empty()) at = fits(text = name);
     if (!at) {
