@@ -108,18 +108,24 @@ std::vector<OverviewItem> ClickedPoints(const Start& start) {
   return items;
 }
 
-// Of a photo that is not ok by itself: why, as far as its scan shows it. A picture does not cost
-// the result.
+// A picture that cannot be written does not cost the result.
+template <typename Draw>
+void DrawOrSayWhyNot(const Draw& draw, ExteriorResult* result) {
+  try {
+    draw();
+  } catch (const InputError& error) {
+    result->findings.push_back({.reason = Reason::kPictureNotWritten, .where = error.what()});
+  }
+}
+
+// Of a photo that is not ok by itself: why, as far as its scan shows it.
 void DrawWhyNot(const ExteriorSetting& setting, const Raster& raster, const Start& start,
                 ExteriorResult* result) {
   if (result->status == Status::kOk) return;
   std::vector<OverviewItem> items = OverviewOf(*result);
   for (OverviewItem& point : ClickedPoints(start)) items.push_back(std::move(point));
-  try {
-    WriteScanOverview(OverviewPath(setting, result->photo), raster, items);
-  } catch (const InputError& error) {
-    result->findings.push_back({.reason = Reason::kPictureNotWritten, .where = error.what()});
-  }
+  DrawOrSayWhyNot([&] { WriteScanOverview(OverviewPath(setting, result->photo), raster, items); },
+                  result);
 }
 
 // What is told about a photo beyond its orientation: for maps, reports and people. Of one that
@@ -138,11 +144,9 @@ void Illustrate(const ExteriorSetting& setting, const ScanInterior& interior,
   if (const auto& estimated = result->principal_distance)
     view.camera.principal_distance_mm = estimated->value_mm;
   if (result->pose) result->footprint_m = Footprint(view, setting.surface);
-  try {
-    WritePatchSheet(SheetPath(setting, result->photo), view, image, patches, *result);
-  } catch (const InputError& error) {  // a picture does not cost the pose
-    result->findings.push_back({.reason = Reason::kPictureNotWritten, .where = error.what()});
-  }
+  DrawOrSayWhyNot(
+      [&] { WritePatchSheet(SheetPath(setting, result->photo), view, image, patches, *result); },
+      result);
 }
 
 std::vector<patchdb::Patch> PatchesUnder(const ExteriorSetting& setting,

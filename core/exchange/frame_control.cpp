@@ -6,6 +6,8 @@
 #include <algorithm>
 #include <map>
 
+#include "core/geometry/ground_height.h"
+
 namespace orient {
 namespace {
 
@@ -25,9 +27,8 @@ void RequireCodes(const TextLine& line, std::size_t first, std::size_t most) {
 }
 
 double HeightIn(const TextLine& line, std::size_t i) {
-  constexpr double kLowest_m = -1000, kHighest_m = 10000;
   const double height_m = line.Number(i, "Z");
-  if (height_m < kLowest_m || height_m > kHighest_m)
+  if (!CanBeGround(height_m))
     line.Fail(
         fmt::format("Z is {}, where no ground lies; a control point has its number, X, Y and "
                     "Z in metres",

@@ -5,6 +5,7 @@
 #include <algorithm>
 
 #include "core/base/error.h"
+#include "core/geometry/ground_height.h"
 
 namespace orient {
 namespace {
@@ -26,10 +27,8 @@ void RequirePositive(const std::string& where, double sigma) {
         fmt::format("{}: the standard deviation is {}; it must be positive", where, sigma));
 }
 
-// No ground lies beyond; voids of height models do.
 void RequireHeight(const std::string& where, double height_m) {
-  constexpr double kLowest_m = -1000, kHighest_m = 10000;
-  if (!(height_m >= kLowest_m && height_m <= kHighest_m))
+  if (!CanBeGround(height_m))
     throw InputError(
         fmt::format("{}: the height is {:g}, where no ground lies; heights are in "
                     "metres",

@@ -11,6 +11,7 @@
 #include "core/base/error.h"
 #include "core/base/open_dataset.h"
 #include "core/base/quiet_gdal.h"
+#include "core/geometry/ground_height.h"
 
 namespace orient {
 namespace {
@@ -20,10 +21,6 @@ bool InFeet(const std::string& unit) {
     if (unit == feet) return true;
   return false;
 }
-
-// Beyond what any ground has, above whatever datum: -9999, -32768 or 3.4e38 mark voids whose value
-// nobody declared.
-constexpr float kLowestHeight_m = -1000, kHighestHeight_m = 10000;
 
 }  // namespace
 
@@ -101,8 +98,8 @@ std::vector<float> DemRaster::Read(int column, int row, int columns, int rows) c
       height = std::numeric_limits<float>::quiet_NaN();
     else if (scale != 1 || offset != 0)
       height = static_cast<float>(scale * height + offset);
-    if (height < kLowestHeight_m || height > kHighestHeight_m)
-      height = std::numeric_limits<float>::quiet_NaN();
+    // -9999, -32768 or 3.4e38 mark voids whose value nobody declared.
+    if (!CanBeGround(height)) height = std::numeric_limits<float>::quiet_NaN();
   }
   return heights;
 }

@@ -115,18 +115,16 @@ void Resect(const PhotoTask& task, const PoseTrack& track, PreciseRound* round) 
 
 namespace {
 
-// What is not matched, or rejected, is searched for once more close to the settled pose. `edges`:
-// only what was found nowhere, and edges count across their direction.
-PreciseRound Searched(const PhotoTask& task, const PoseTrack& track, const PreciseRound& settled,
-                      bool edges) {
+using VisiblePatches = std::map<std::size_t, PatchPrediction>;  // by patch
+
+// What is not matched, or rejected, is searched for once more close to the settled pose, which sees
+// `visible`. `edges`: only what was found nowhere, and edges count across their direction.
+PreciseRound Searched(const PhotoTask& task, const PoseTrack& track, const VisiblePatches& visible,
+                      const PreciseRound& settled, bool edges) {
   PreciseRound round = settled;
   round.view = task.View(track.position, track.pose);
   round.margin_px = kCloseMargin_px;
   round.window_px = 0;
-  std::map<std::size_t, PatchPrediction> visible;  // by patch
-  for (const PatchPrediction& prediction :
-       Predict(round.view, track.covariance, task.patches, task.Prediction()))
-    visible[prediction.patch] = prediction;
   std::vector<bool> stands(round.matches.size(), false);
   for (std::size_t k = 0; k < settled.observed.size(); ++k)
     stands[settled.observed[k]] = edges || !settled.estimate->rejected[k];
@@ -167,8 +165,13 @@ double WorstSigma(const PhotoTask& task, const PreciseRound& round) {
 }  // namespace
 
 PreciseRound Complete(const PhotoTask& task, const PoseTrack& track, const PreciseRound& settled) {
-  const PreciseRound points = Searched(task, track, settled, false);
-  PreciseRound edges = Searched(task, track, points, true);
+  VisiblePatches visible;
+  for (const PatchPrediction& prediction :
+       Predict(task.View(track.position, track.pose), track.covariance, task.patches,
+               task.Prediction()))
+    visible[prediction.patch] = prediction;
+  const PreciseRound points = Searched(task, track, visible, settled, false);
+  const PreciseRound edges = Searched(task, track, visible, points, true);
   // Edges may err more than what they add to: of a DEM too coarse for its terrain.
   return WorstSigma(task, edges) < WorstSigma(task, points) ? edges : points;
 }

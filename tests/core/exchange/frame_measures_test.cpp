@@ -5,6 +5,7 @@
 #include <fstream>
 
 #include "core/base/error.h"
+#include "tests/core/exchange/texts.h"
 #include "tests/support/expect_error.h"
 #include "tests/support/shared_data.h"
 
@@ -32,11 +33,7 @@ class FrameMeasures : public testing::Test {
   }
   const std::vector<ImagePointMeasurement>& Seen() const { return all_.All().image_points; }
   const std::vector<GroundPoint>& Points() const { return all_.All().points; }
-  std::string Notes() const {
-    std::string notes;
-    for (const std::string& note : all_.Notes()) notes += note + "\n";
-    return notes;
-  }
+  std::string Notes() const { return NotesOf(all_); }
 
   TemporaryFolder folder_;
   GatheredMeasurements all_;

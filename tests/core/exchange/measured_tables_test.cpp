@@ -5,6 +5,7 @@
 #include <fstream>
 
 #include "core/base/error.h"
+#include "tests/core/exchange/texts.h"
 #include "tests/support/expect_error.h"
 #include "tests/support/shared_data.h"
 
@@ -31,11 +32,7 @@ class MeasuredTables : public testing::Test {
          << (seen.pixel ? " px " : " mm ") << seen.sigma;
     return text.str();
   }
-  std::string Notes() const {
-    std::string notes;
-    for (const std::string& note : all_.Notes()) notes += note + "\n";
-    return notes;
-  }
+  std::string Notes() const { return NotesOf(all_); }
 
   TemporaryFolder folder_;
   GatheredMeasurements all_;

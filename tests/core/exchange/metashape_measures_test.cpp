@@ -5,6 +5,7 @@
 #include <fstream>
 
 #include "core/base/error.h"
+#include "tests/core/exchange/texts.h"
 #include "tests/support/expect_error.h"
 #include "tests/support/shared_data.h"
 
@@ -36,11 +37,7 @@ class MetashapeMarkers : public testing::Test {
   void ExpectRefused(const std::string& chunks, std::initializer_list<std::string> parts) {
     ExpectError<InputError>([&] { Read(chunks); }, parts);
   }
-  std::string Notes() const {
-    std::string notes;
-    for (const std::string& note : all_.Notes()) notes += note + "\n";
-    return notes;
-  }
+  std::string Notes() const { return NotesOf(all_); }
 
   TemporaryFolder folder_;
   GatheredMeasurements all_;
