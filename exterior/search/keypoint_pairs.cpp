@@ -3,7 +3,9 @@
 #include <Eigen/Dense>
 #include <algorithm>
 #include <cmath>
+#include <numbers>
 #include <numeric>
+#include <set>
 
 #include "core/base/side_by_side.h"
 #include "core/geometry/bounds.h"
@@ -23,6 +25,9 @@ constexpr double kRatio = 0.9;  // of the nearest descriptor's distance to the s
 constexpr std::size_t kNearest = 1;
 constexpr double kAgree_px = 6;
 constexpr int kTurns = 36;
+// What turns of one pose differ by, and by what share of their distance two places miss: of one
+// sigma of either keypoint's angle and size, and of what tilt does to their scale.
+constexpr double kBackingTurn_rad = 0.2, kBackingReach = 0.25;
 
 double ChipWidth(const patchdb::Patch& patch) {
   return std::min(patch.chip.width, patch.chip.height) * patch.gsd_m;
@@ -188,6 +193,32 @@ std::vector<Pair> AlikePairs(const Keypoints& photo, const ChipKeypoints& chips,
   const auto nearest = PairsOf(photo, chips, alike.nearest);
   for (const Pair& pair : Agreeing(nearest, chips, kAgree_px * reduction)) pairs.push_back(pair);
   return pairs;
+}
+
+std::vector<int> Backing(const std::vector<Pair>& pairs, const Keypoints& photo,
+                         const ChipKeypoints& chips, bool mirrored) {
+  const auto backs = [&](const Pair& a, const Pair& b) {
+    const double turned = NormalizeAngle(b.turn_rad - a.turn_rad);
+    if (std::abs(turned) > kBackingTurn_rad) return false;
+    const Eigen::Vector2d ground_m =
+        (chips.ground_m[b.match.first] - chips.ground_m[a.match.first]).head<2>();
+    const Eigen::Vector2d right_and_down(mirrored ? -ground_m.x() : ground_m.x(), -ground_m.y());
+    const Eigen::Vector2d expected_px =
+        Eigen::Rotation2Dd(a.turn_rad + turned / 2) * right_and_down / std::sqrt(a.gsd_m * b.gsd_m);
+    const Eigen::Vector2d seen_px = photo.pixels[b.match.second] - photo.pixels[a.match.second];
+    return (seen_px - expected_px).norm() <= kBackingReach * expected_px.norm();
+  };
+  std::vector<int> backing;
+  for (const Pair& a : pairs) {
+    std::set<std::size_t> by;
+    const std::size_t own = chips.chip[a.match.first];
+    for (const Pair& b : pairs) {
+      const std::size_t other = chips.chip[b.match.first];
+      if (other != own && backs(a, b)) by.insert(other);
+    }
+    backing.push_back(static_cast<int>(by.size()));
+  }
+  return backing;
 }
 
 std::vector<std::vector<Pair>> ByTurn(std::vector<Pair> pairs, int turns, std::size_t fewest) {

@@ -110,7 +110,10 @@ Found Ransac(const Search& search) {
   Found best;
   if (search.keypoints < 3) return best;
   std::mt19937 random(search.options.seed);
-  std::uniform_int_distribution<std::size_t> any(0, search.shared.size() - 1);
+  std::vector<double> weights;
+  for (const SharedKeypoint& keypoint : search.shared) weights.push_back(keypoint.weight);
+  const double total = std::accumulate(weights.begin(), weights.end(), 0.0);
+  std::discrete_distribution<std::size_t> any(weights.begin(), weights.end());
   double needed = search.options.samples;
   for (int drawn = 0; drawn < search.options.samples && drawn < needed; ++drawn) {
     const std::array<std::size_t, 3> sample = {any(random), any(random), any(random)};
@@ -122,8 +125,8 @@ Found Ransac(const Search& search) {
       std::vector<std::size_t> supporters = Supporters(search, pose);
       if (supporters.size() <= best.supporters.size()) continue;
       best = {pose, std::move(supporters)};
-      const double share =
-          static_cast<double>(best.supporters.size()) / static_cast<double>(search.shared.size());
+      double share = 0;  // of what is drawn
+      for (const std::size_t i : best.supporters) share += weights[i] / total;
       needed = std::log(kMissed) / std::log1p(-std::min(share * share * share, 0.999));
     }
   }

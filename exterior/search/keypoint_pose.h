@@ -20,6 +20,7 @@ struct SharedKeypoint {
   // of the film, is no ground but what all photos show (crosses, marks, dirt), and is left out: it
   // would give the photo the other one's pose, which patches cut from that one would confirm.
   std::optional<Eigen::Vector2d> lender_mm;
+  double weight = 1;  // how often it is drawn into samples, against others
 };
 
 struct KeypointPoseOptions {

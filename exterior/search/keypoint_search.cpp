@@ -6,6 +6,7 @@
 #include <cmath>
 #include <map>
 #include <numbers>
+#include <numeric>
 #include <set>
 #include <utility>
 
@@ -16,6 +17,7 @@
 #include "exterior/search/photo_level.h"
 #include "exterior/search/possible_pairs.h"
 #include "exterior/search/search_prior.h"
+#include "exterior/search/vote_cluster.h"
 
 namespace orient::exterior {
 namespace {
@@ -32,7 +34,8 @@ constexpr double kLeastChip_px = 24;  // of the level: half of it is border
 constexpr double kSmallest_px = 3;
 // Of the turns that pairs tell, the fullest are tried.
 constexpr int kTried = 5;
-constexpr int kFewest = 5;  // places that agree: patches will prove it or not
+constexpr std::size_t kMostBacked = 40;  // of which three are drawn that make a pose
+constexpr int kFewest = 5;               // places that agree: patches will prove it or not
 
 // Keypoints of the photo's levels and of chips, found once.
 class FoundKeypoints {
@@ -52,6 +55,12 @@ class FoundKeypoints {
   const PhotoTask& task_;
   std::map<int, Keypoints> photo_;
   std::array<KeypointsByPatch, 2> chips_;  // as they are, mirrored
+};
+
+// Pairs of one turn, and how many others back each.
+struct BackedPairs {
+  std::vector<Pair> pairs;
+  std::vector<int> backing;
 };
 
 // With an approximation that is believed, or with none.
@@ -87,10 +96,10 @@ class KeypointSearch {
                    WholePhotoSearch* search) const;
   void Try(const Keypoints& photo, const ChipKeypoints& chips, int reduction, bool mirrored,
            WholePhotoSearch* search) const;
-  std::optional<PoseTrack> Follow(const std::vector<Pair>& turned, const Keypoints& photo,
+  std::optional<PoseTrack> Follow(const BackedPairs& turned, const Keypoints& photo,
                                   const ChipKeypoints& chips,
                                   const std::vector<FilmPosition>& positions, int reduction) const;
-  std::optional<PoseTrack> FollowChips(const std::vector<Pair>& turned, const ChipKeypoints& chips,
+  std::optional<PoseTrack> FollowChips(const BackedPairs& turned, const ChipKeypoints& chips,
                                        const FilmPosition& position, int reduction) const;
   std::vector<std::size_t> PatchesAround() const;
   double ReachMm(const PhotoView& view, const Eigen::Vector2d& photo_mm) const;
@@ -198,7 +207,9 @@ void KeypointSearch::Try(const Keypoints& photo, const ChipKeypoints& chips, int
     }
   std::vector<Pair> pairs = AlikePairs(
       photo, chips, [&](std::size_t i) { return possible.Of(i); }, reduction);
-  for (const std::vector<Pair>& turned : ByTurn(std::move(pairs), kTried, kFewest)) {
+  for (std::vector<Pair>& near : ByTurn(std::move(pairs), kTried, kFewest)) {
+    BackedPairs turned{std::move(near), {}};
+    turned.backing = Backing(turned.pairs, photo, chips, mirrored);
     KeepBetter(Follow(turned, photo, chips, positions, reduction), &search->track);
     for (const FilmPosition& position : positions)
       if (!Convinces(search->track, task_.options))
@@ -207,51 +218,70 @@ void KeypointSearch::Try(const Keypoints& photo, const ChipKeypoints& chips, int
   }
 }
 
+// Those of the pairs that most others back, at most so many.
+std::vector<PlaneVote> MostBacked(std::vector<PlaneVote> votes, const std::vector<int>& backing) {
+  std::vector<std::size_t> order(votes.size());
+  std::iota(order.begin(), order.end(), std::size_t{0});
+  std::stable_sort(order.begin(), order.end(),
+                   [&](std::size_t a, std::size_t b) { return backing[a] > backing[b]; });
+  order.resize(std::min(order.size(), kMostBacked));
+  std::vector<PlaneVote> most;
+  for (const std::size_t i : order) most.push_back(votes[i]);
+  return most;
+}
+
 // The pose that the chips agree on, each with the places where its keypoints say that its middle
 // lies: less precise than keypoints, but where the prior says much, few need agree.
-std::optional<PoseTrack> KeypointSearch::FollowChips(const std::vector<Pair>& turned,
+std::optional<PoseTrack> KeypointSearch::FollowChips(const BackedPairs& turned,
                                                      const ChipKeypoints& chips,
                                                      const FilmPosition& position,
                                                      int reduction) const {
   PosePrior prior = prior_;
-  const PhotoView view = ViewTurned(position, turned.front().turn_rad);
+  const PhotoView view = ViewTurned(position, turned.pairs.front().turn_rad);
   prior.pose = view.pose;
   prior.covariance.row(5).setZero();
   prior.covariance.col(5).setZero();
   prior.covariance(5, 5) = kTurnReach_rad * kTurnReach_rad;
-  std::map<std::size_t, VotingPatch> by_chip;
-  for (const Pair& pair : turned) {
-    const std::size_t index = chips.chip[pair.match.first];
-    const auto [chip, fresh] = by_chip.try_emplace(index);
-    if (fresh) {
-      chip->second.ground_m = chips.middles_m[index];
-      chip->second.window_px2 = WindowPx2(view, chip->second.ground_m);
-    }
-    chip->second.candidates.push_back({pair.middle_px, 1});
-  }
+  std::map<std::size_t, std::size_t> voter_of;  // by chip
   std::vector<VotingPatch> voting;
-  for (auto& [index, chip] : by_chip) voting.push_back(std::move(chip));
+  std::vector<PlaneVote> votes;  // of all pairs, in their order
+  for (const Pair& pair : turned.pairs) {
+    const std::size_t index = chips.chip[pair.match.first];
+    const auto [voter, fresh] = voter_of.try_emplace(index, voting.size());
+    if (fresh) {
+      const Eigen::Vector3d& middle_m = chips.middles_m[index];
+      voting.push_back({middle_m, {}, WindowPx2(view, middle_m)});
+    }
+    std::vector<Candidate>& candidates = voting[voter->second].candidates;
+    votes.push_back({voter->second, candidates.size(), pair.middle_px});
+    candidates.push_back({pair.middle_px, 1});
+  }
   ConsensusOptions options;
   options.sigma_px = 1.0 + 2.0 * reduction;
   options.iterations = 5;
   options.trials = trials_;
-  const auto consensus = FindConsensus(view, prior, voting, options);
+  const std::vector<PlaneVote> likely = MostBacked(std::move(votes), turned.backing);
+  const auto consensus = FindConsensus(view, prior, {voting, likely, options});
   if (!consensus) return std::nullopt;
   return Confirmed(task_, TrackOf(task_, position, *consensus, voting.size(), reduction, trials_));
 }
 
 // The pose that the keypoints agree on, if patches around it agree, too.
-std::optional<PoseTrack> KeypointSearch::Follow(const std::vector<Pair>& turned,
-                                                const Keypoints& photo, const ChipKeypoints& chips,
+std::optional<PoseTrack> KeypointSearch::Follow(const BackedPairs& turned, const Keypoints& photo,
+                                                const ChipKeypoints& chips,
                                                 const std::vector<FilmPosition>& positions,
                                                 int reduction) const {
-  const PhotoView view = ViewTurned(positions.front(), turned.front().turn_rad);
+  const PhotoView view = ViewTurned(positions.front(), turned.pairs.front().turn_rad);
   std::vector<SharedKeypoint> shared;
   double area_px2 = 0;
-  for (const Pair& pair : turned) {
+  for (std::size_t i = 0; i < turned.pairs.size(); ++i) {
+    const Pair& pair = turned.pairs[i];
     const Eigen::Vector3d& ground_m = chips.ground_m[pair.match.first];
-    shared.push_back({photo.pixels[pair.match.second], ground_m, {}});
-    area_px2 += WindowPx2(view, ground_m) / static_cast<double>(turned.size());
+    shared.push_back({.pixel = photo.pixels[pair.match.second],
+                      .ground_m = ground_m,
+                      .lender_mm = {},
+                      .weight = std::pow(1.0 + turned.backing[i], 2)});
+    area_px2 += WindowPx2(view, ground_m) / static_cast<double>(turned.pairs.size());
   }
   KeypointPoseOptions options;
   options.sigma_px = 1.5 * reduction;
