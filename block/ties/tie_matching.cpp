@@ -110,14 +110,15 @@ std::optional<TieSighting> MatchPlace(const TiePhoto& owner, const TiePhoto& oth
   exterior::PreciseOptions precise;
   precise.min_score = options.min_score;
   const exterior::PreciseMatch match =
-      exterior::MatchPrecisely(there, *other.image, radius, precise);
+      exterior::PreciseSearch(there, *other.image, radius).ByGrey(precise);
   if (!match.found) return std::nullopt;
 
   const exterior::AlignedPatch back = AlignWindow(owner, other, surface, place.pixel,
                                                   match.pixel - *predicted, options.template_px);
   if (!Complete(back.image)) return std::nullopt;
-  const exterior::PreciseMatch returned = exterior::MatchPrecisely(
-      back, *owner.image, Eigen::Vector2d::Constant(kBackRadiusPx), precise);
+  const exterior::PreciseMatch returned =
+      exterior::PreciseSearch(back, *owner.image, Eigen::Vector2d::Constant(kBackRadiusPx))
+          .ByGrey(precise);
   if (!returned.found) return std::nullopt;
   const Eigen::Vector2d way_back = returned.pixel - place.pixel;
   if (way_back.norm() > kMaxWayBack_px) return std::nullopt;

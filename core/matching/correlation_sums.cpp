@@ -13,7 +13,6 @@ namespace orient {
 using Eigen::Index;
 
 Plane SpatialSums::Sum(const Plane& kernel, const Plane& image) {
-  using Sums = FloatSumsAtOnce;
   const FloatPlane weights = kernel.cast<float>();
   const double total = kernel.sum();
   const Index rows = image.rows() - kernel.rows() + 1, cols = image.cols() - kernel.cols() + 1;
@@ -25,9 +24,10 @@ Plane SpatialSums::Sum(const Plane& kernel, const Plane& image) {
       const double level = image(row + kernel.rows() / 2, col + kernel.cols() / 2);
       const Index width = std::min(part.cols(), image.cols() - col);
       part.leftCols(width) = (image.block(row, col, kernel.rows(), width) - level).cast<float>();
-      Sums sums = SumProducts(weights, part, 0, 0);
       const Index n = std::min(kFloatSumsAtOnce, cols - col);
-      result.row(row).segment(col, n) = sums.head(n).cast<double>().transpose() + level * total;
+      Eigen::Array<float, 1, kFloatSumsAtOnce> sums;
+      SumProducts(weights, part, 0, 0, n, sums.data());
+      result.row(row).segment(col, n) = sums.head(n).cast<double>() + level * total;
     }
   }
   return result;

@@ -16,7 +16,7 @@ FloatPlane FloatSums(const FloatPlane& kernel, const FloatPlane& image) {
   for (Index row = 0; row < rows; ++row) {
     for (Index col = 0; col < cols; col += kFloatSumsAtOnce) {
       const Index n = std::min(kFloatSumsAtOnce, cols - col);
-      result.row(row).segment(col, n) = SumProducts(kernel, padded, row, col).head(n).transpose();
+      SumProducts(kernel, padded, row, col, n, &result(row, col));
     }
   }
   return result;

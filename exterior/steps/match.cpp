@@ -2,9 +2,9 @@
 
 #include <algorithm>
 #include <cmath>
+#include <utility>
 
 #include "core/geometry/principal_axes.h"
-#include "core/matching/correlation.h"
 #include "core/matching/gradient_channels.h"
 #include "core/matching/least_squares_matching.h"
 
@@ -13,6 +13,7 @@ namespace {
 
 constexpr double kMaxDisagreement_px = 1.0;  // between correlation and least squares
 constexpr double kMaxSigma_px = 0.3;
+constexpr double kMinGreyPeak = 0.3;  // below, chance
 
 // Of gradients: how many times better than the second-best place the best one must be, and how
 // many times where grey values are best there, too. For patches of 61 px; the excess over 1 grows
@@ -223,18 +224,16 @@ std::vector<Candidate> FindCandidates(const AlignedPatch& patch, const PhotoImag
   return candidates;
 }
 
-PreciseMatch MatchPrecisely(const AlignedPatch& patch, const PhotoImage& photo,
-                            const Eigen::Vector2d& radius_px, const PreciseOptions& options) {
-  const ImageWindow window = WindowFor(patch, photo, radius_px);
-  const std::vector<Peak> grey =
-      PeaksOf(Correlate(patch.image, window.image), 2, options.min_score / 2);
-  PreciseMatch match = MatchGrey(patch, window, grey, options);
-  if (match.found || !options.gradients) return match;
-  PreciseMatch by_gradients = MatchGradients(patch, window, grey);
-  if (by_gradients.found) return by_gradients;
-  match.why_not.insert(match.why_not.end(), by_gradients.why_not.begin(),
-                       by_gradients.why_not.end());
-  return match;
+PreciseSearch::PreciseSearch(AlignedPatch patch, const PhotoImage& photo,
+                             const Eigen::Vector2d& radius_px)
+    : patch_(std::move(patch)),
+      window_(WindowFor(patch_, photo, radius_px)),
+      grey_(PeaksOf(Correlate(patch_.image, window_.image), 2, kMinGreyPeak)) {}
+
+PreciseMatch PreciseSearch::ByGrey(const PreciseOptions& options) const {
+  return MatchGrey(patch_, window_, grey_, options);
 }
+
+PreciseMatch PreciseSearch::ByGradients() const { return MatchGradients(patch_, window_, grey_); }
 
 }  // namespace orient::exterior

@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "core/files/finding.h"
+#include "core/matching/correlation.h"
 #include "exterior/steps/align.h"
 #include "exterior/steps/photo_image.h"
 #include "exterior/steps/predict.h"
@@ -57,17 +58,28 @@ struct PreciseOptions {
   double min_score = 0.6;
   // The second-best place must be this much worse, or the patch is ambiguous.
   double min_score_gap = 0.05;
-  bool gradients = false;  // where grey values fail
   // An edge counts, too, across its direction: along it the place is the predicted one, and the
   // covariance says so. For windows in which no other place competes.
   bool edges = false;
 };
 
-// NCC in the window, then least-squares matching from its peak; the two must agree. If asked for,
-// where grey values fail, the same with gradients; then the middle of what was found must be found
-// again where it belongs in the patch, too. (Of grey values that check finds nothing wrong that is
-// not found without it, and costs right matches.)
-PreciseMatch MatchPrecisely(const AlignedPatch& patch, const PhotoImage& photo,
-                            const Eigen::Vector2d& radius_px, const PreciseOptions& options);
+// A patch that is searched for at full resolution: correlated with its window of the photo once,
+// whatever is asked of it then. Refers to the photo.
+class PreciseSearch {
+ public:
+  PreciseSearch(AlignedPatch patch, const PhotoImage& photo, const Eigen::Vector2d& radius_px);
+
+  // NCC in the window, then least-squares matching from its peak; the two must agree.
+  PreciseMatch ByGrey(const PreciseOptions& options) const;
+  // The same with gradients, for where grey values fail; the middle of what was found must be found
+  // again where it belongs in the patch, too. (Of grey values that check finds nothing wrong that
+  // is not found without it, and costs right matches.)
+  PreciseMatch ByGradients() const;
+
+ private:
+  AlignedPatch patch_;
+  ImageWindow window_;
+  std::vector<Peak> grey_;  // at most two, the best first
+};
 
 }  // namespace orient::exterior

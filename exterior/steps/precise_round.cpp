@@ -37,28 +37,42 @@ std::optional<AlignedPatch> Drawn(const PhotoTask& task, const PhotoView& view,
 
 using Drawing = std::function<std::optional<AlignedPatch>(std::size_t)>;
 
+// What grey values did not find, by gradients; why neither did.
+void OrByGradients(const PreciseSearch& search, PreciseMatch* match) {
+  PreciseMatch by_gradients = search.ByGradients();
+  if (!by_gradients.found)
+    match->why_not.insert(match->why_not.end(), by_gradients.why_not.begin(),
+                          by_gradients.why_not.end());
+  else
+    *match = std::move(by_gradients);
+}
+
 // What is drawn, around the predictions. Another season, film or decade: where grey values find
 // few, gradients are worth their cost and their lesser precision. Says whether they were asked.
 bool MatchDrawn(const PhotoTask& task, const PreciseRound& round,
                 const std::vector<std::size_t>& which, const Drawing& drawing,
                 std::vector<PreciseMatch>* matches) {
-  PreciseOptions options;
   matches->resize(which.size());
-  const auto match = [&](std::size_t i) {
+  std::vector<std::optional<PreciseSearch>> missed(which.size());
+  SideBySide(which.size(), [&](std::size_t i) {
+    PreciseMatch& match = (*matches)[i];
+    auto drawn = drawing(which[i]);
+    if (!drawn) {
+      match.why_not = {{.reason = Reason::kPatchTooSmall}};
+      return;
+    }
     const PatchPrediction& prediction = round.predictions[which[i]];
-    if (const auto drawn = drawing(which[i]))
-      (*matches)[i] =
-          MatchPrecisely(*drawn, task.image, WindowRadius(prediction, round.margin_px), options);
-    else
-      (*matches)[i].why_not = {{.reason = Reason::kPatchTooSmall}};
-  };
-  SideBySide(which.size(), match);
-  std::vector<std::size_t> missing;
-  for (std::size_t i = 0; i < matches->size(); ++i)
-    if (!(*matches)[i].found) missing.push_back(i);
-  options.gradients = round.by_gradients || 2 * missing.size() > matches->size();
-  if (options.gradients) SideBySide(missing.size(), [&](std::size_t i) { match(missing[i]); });
-  return options.gradients;
+    PreciseSearch search(*std::move(drawn), task.image, WindowRadius(prediction, round.margin_px));
+    match = search.ByGrey({});
+    if (!match.found) missed[i] = std::move(search);
+  });
+  const auto missing = std::count_if(matches->begin(), matches->end(),
+                                     [](const PreciseMatch& match) { return !match.found; });
+  if (!round.by_gradients && 2 * missing <= std::ssize(*matches)) return false;
+  SideBySide(missed.size(), [&](std::size_t i) {
+    if (missed[i]) OrByGradients(*missed[i], &(*matches)[i]);
+  });
+  return true;
 }
 
 }  // namespace
@@ -115,39 +129,53 @@ void Resect(const PhotoTask& task, const PoseTrack& track, PreciseRound* round) 
 
 namespace {
 
-using VisiblePatches = std::map<std::size_t, PatchPrediction>;  // by patch
+// What a settled pose rejects or did not find, close to where it sees it. One per prediction.
+using CloseSearches = std::vector<std::optional<PreciseSearch>>;
 
-// What is not matched, or rejected, is searched for once more close to the settled pose, which sees
-// `visible`. `edges`: only what was found nowhere, and edges count across their direction.
-PreciseRound Searched(const PhotoTask& task, const PoseTrack& track, const VisiblePatches& visible,
-                      const PreciseRound& settled, bool edges) {
-  PreciseRound round = settled;
-  round.view = task.View(track.position, track.pose);
-  round.margin_px = kCloseMargin_px;
-  round.window_px = 0;
-  std::vector<bool> stands(round.matches.size(), false);
-  for (std::size_t k = 0; k < settled.observed.size(); ++k)
-    stands[settled.observed[k]] = edges || !settled.estimate->rejected[k];
+// `close`: the settled round; its predictions become those of the searches.
+CloseSearches SearchClose(const PhotoTask& task, const PoseTrack& track, PreciseRound* close) {
+  std::vector<bool> stands(close->matches.size(), false);
+  for (std::size_t k = 0; k < close->observed.size(); ++k)
+    stands[close->observed[k]] = !close->estimate->rejected[k];
+  close->view = task.View(track.position, track.pose);
+  close->margin_px = kCloseMargin_px;
+  close->window_px = 0;
+  std::map<std::size_t, PatchPrediction> visible;  // by patch
+  for (const PatchPrediction& prediction :
+       Predict(close->view, track.covariance, task.patches, task.Prediction()))
+    visible[prediction.patch] = prediction;
   std::vector<std::size_t> open;
   for (std::size_t i = 0; i < stands.size(); ++i) {
-    const auto now = visible.find(round.predictions[i].patch);
+    const auto now = visible.find(close->predictions[i].patch);
     if (stands[i] || now == visible.end()) continue;
-    round.predictions[i] = now->second;
+    close->predictions[i] = now->second;
     open.push_back(i);
-    round.window_px =
-        std::max(round.window_px, WindowRadius(round.predictions[i], kCloseMargin_px).maxCoeff());
+    close->window_px =
+        std::max(close->window_px, WindowRadius(now->second, kCloseMargin_px).maxCoeff());
   }
-  // So close, a second place nearly as good says how well the patch is determined, not which it is.
-  PreciseOptions close;
-  close.min_score_gap = 0;
-  close.edges = edges;
+  CloseSearches searches(stands.size());
   SideBySide(open.size(), [&](std::size_t k) {
-    const PatchPrediction& prediction = round.predictions[open[k]];
-    const auto drawn = Drawn(task, round.view, prediction);
-    if (!drawn) return;
-    const PreciseMatch match =
-        MatchPrecisely(*drawn, task.image, WindowRadius(prediction, kCloseMargin_px), close);
-    if (match.found || !round.matches[open[k]].found) round.matches[open[k]] = match;
+    const PatchPrediction& prediction = close->predictions[open[k]];
+    if (auto drawn = Drawn(task, close->view, prediction))
+      searches[open[k]].emplace(*std::move(drawn), task.image,
+                                WindowRadius(prediction, kCloseMargin_px));
+  });
+  return searches;
+}
+
+// With what is found close to the pose of the settled round; that round where the pose does not
+// stand. `edges`: of what was found nowhere, and edges count across their direction.
+PreciseRound WithClose(const PhotoTask& task, const PoseTrack& track, const PreciseRound& settled,
+                       const CloseSearches& searches, bool edges) {
+  PreciseRound round = settled;
+  // So close, a second place nearly as good says how well the patch is determined, not which it is.
+  const PreciseOptions options{.min_score_gap = 0, .edges = edges};
+  SideBySide(searches.size(), [&](std::size_t i) {
+    PreciseMatch& before = round.matches[i];
+    if (!searches[i] || (edges && before.found)) return;
+    PreciseMatch match = searches[i]->ByGrey(options);
+    if (!match.found && !edges) OrByGradients(*searches[i], &match);
+    if (match.found || !before.found) before = std::move(match);
   });
   Resect(task, track, &round);
   if (!round.estimate) return settled;
@@ -165,13 +193,10 @@ double WorstSigma(const PhotoTask& task, const PreciseRound& round) {
 }  // namespace
 
 PreciseRound Complete(const PhotoTask& task, const PoseTrack& track, const PreciseRound& settled) {
-  VisiblePatches visible;
-  for (const PatchPrediction& prediction :
-       Predict(task.View(track.position, track.pose), track.covariance, task.patches,
-               task.Prediction()))
-    visible[prediction.patch] = prediction;
-  const PreciseRound points = Searched(task, track, visible, settled, false);
-  const PreciseRound edges = Searched(task, track, visible, points, true);
+  PreciseRound close = settled;
+  const CloseSearches searches = SearchClose(task, track, &close);
+  const PreciseRound points = WithClose(task, track, close, searches, false);
+  const PreciseRound edges = WithClose(task, track, points, searches, true);
   // Edges may err more than what they add to: of a DEM too coarse for its terrain.
   return WorstSigma(task, edges) < WorstSigma(task, points) ? edges : points;
 }

@@ -129,8 +129,9 @@ std::optional<Eigen::Vector2d> MatchWithOthers(const Block& block, const block::
   }
   exterior::PreciseOptions precise;
   precise.min_score = kTies.min_score;
-  const exterior::PreciseMatch match = exterior::MatchPrecisely(
-      mean, *block.photos[here.photo].image, Eigen::Vector2d::Constant(3), precise);
+  const exterior::PreciseMatch match =
+      exterior::PreciseSearch(mean, *block.photos[here.photo].image, Eigen::Vector2d::Constant(3))
+          .ByGrey(precise);
   if (!match.found) return std::nullopt;
   return match.pixel;
 }

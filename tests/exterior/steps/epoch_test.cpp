@@ -83,9 +83,9 @@ Found BestPlace(const AlignedPatch& patch, const PhotoImage& photo, bool gradien
 }
 
 Found Precisely(const AlignedPatch& patch, const PhotoImage& photo, bool gradients) {
-  PreciseOptions options;
-  options.gradients = gradients;
-  const PreciseMatch match = MatchPrecisely(patch, photo, kRadius, options);
+  const PreciseSearch search(patch, photo, kRadius);
+  PreciseMatch match = search.ByGrey({});
+  if (!match.found && gradients) match = search.ByGradients();
   return match.found ? Found(match.pixel) : std::nullopt;
 }
 

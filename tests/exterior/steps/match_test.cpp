@@ -70,7 +70,7 @@ TEST_F(Match, ASearchAreaEndsAtThePhotosBorder) {
 
 TEST_F(Match, APatchOnTheBorderIsFoundThere) {
   const Eigen::Vector2d truth(kWidth - 10.5, 90.5);
-  const auto match = MatchPrecisely(PatchAt(truth, {225.5, 84.5}), *photo_, {12, 12}, {});
+  const auto match = PreciseSearch(PatchAt(truth, {225.5, 84.5}), *photo_, {12, 12}).ByGrey({});
   ASSERT_TRUE(match.found) << JoinedSentences(match.why_not);
   EXPECT_LT((match.pixel - truth).norm(), kTolerancePx);
 }
@@ -92,11 +92,9 @@ TEST(MatchOfAnEdge, IsWhereItIsPredictedAlongIt) {
   AlignedPatch patch;
   patch.image = photo.Around({100.5, 60.5}, Eigen::Vector2d::Constant(kSide / 2.0), 1).image;
   patch.predicted_px = {101.5, 90.5};
-  PreciseOptions options;
-  options.min_score_gap = 0;
-  EXPECT_FALSE(MatchPrecisely(patch, photo, {3, 3}, options).found);
-  options.edges = true;
-  const PreciseMatch match = MatchPrecisely(patch, photo, {3, 3}, options);
+  const PreciseSearch search(patch, photo, {3, 3});
+  EXPECT_FALSE(search.ByGrey({.min_score_gap = 0}).found);
+  const PreciseMatch match = search.ByGrey({.min_score_gap = 0, .edges = true});
   std::filesystem::remove(path);
   ASSERT_TRUE(match.found);
   EXPECT_NEAR(match.pixel.x(), 100.5, 0.1);
@@ -109,10 +107,9 @@ TEST_F(Match, AnInvertedPatchIsFoundByItsGradients) {
   const Eigen::Vector2d truth(60.5, 130.5);
   AlignedPatch patch = PatchAt(truth, {64.5, 127.5});
   for (float& value : patch.image.values) value = 255 - value;
-  PreciseOptions options;
-  EXPECT_FALSE(MatchPrecisely(patch, *photo_, {10, 10}, options).found);
-  options.gradients = true;
-  const PreciseMatch match = MatchPrecisely(patch, *photo_, {10, 10}, options);
+  const PreciseSearch search(patch, *photo_, {10, 10});
+  EXPECT_FALSE(search.ByGrey({}).found);
+  const PreciseMatch match = search.ByGradients();
   ASSERT_TRUE(match.found) << JoinedSentences(match.why_not);
   EXPECT_EQ(match.cue, MatchCue::kGradients);
   EXPECT_LT((match.pixel - truth).norm(), 0.1);
