@@ -20,6 +20,8 @@ namespace {
 constexpr int kPrecisePatches = 900;
 constexpr double kCloseMargin_px = 1.5;  // of windows around a settled pose, beyond its sigmas
 constexpr std::size_t kDecoys = 200;     // of either kind, at most
+// With so many by grey values, what gradients add is not worth their cost and lesser precision.
+constexpr int kManyMatches = 100;
 
 // Beyond, more patches do not make the same pose more precise, but make another one.
 const double kMovedChi2Limit = ChiSquareLimit(6, 1e-3);
@@ -163,18 +165,21 @@ CloseSearches SearchClose(const PhotoTask& task, const PoseTrack& track, Precise
   return searches;
 }
 
-// With what is found close to the pose of the settled round; that round where the pose does not
-// stand. `edges`: of what was found nowhere, and edges count across their direction.
+// By what is searched for close to a settled pose.
+enum class CloseCue { kGrey, kGradients, kEdges };
+
+// With what is found so close to the pose of the settled round; that round where the pose does not
+// stand. Gradients and edges: only of what was found nowhere, for what contradicts lies elsewhere.
 PreciseRound WithClose(const PhotoTask& task, const PoseTrack& track, const PreciseRound& settled,
-                       const CloseSearches& searches, bool edges) {
+                       const CloseSearches& searches, CloseCue cue) {
   PreciseRound round = settled;
   // So close, a second place nearly as good says how well the patch is determined, not which it is.
-  const PreciseOptions options{.min_score_gap = 0, .edges = edges};
+  const PreciseOptions options{.min_score_gap = 0, .edges = cue == CloseCue::kEdges};
   SideBySide(searches.size(), [&](std::size_t i) {
     PreciseMatch& before = round.matches[i];
-    if (!searches[i] || (edges && before.found)) return;
+    if (!searches[i] || (cue != CloseCue::kGrey && before.found)) return;
+    if (cue == CloseCue::kGradients) return OrByGradients(*searches[i], &before);
     PreciseMatch match = searches[i]->ByGrey(options);
-    if (!match.found && !edges) OrByGradients(*searches[i], &match);
     if (match.found || !before.found) before = std::move(match);
   });
   Resect(task, track, &round);
@@ -195,8 +200,12 @@ double WorstSigma(const PhotoTask& task, const PreciseRound& round) {
 PreciseRound Complete(const PhotoTask& task, const PoseTrack& track, const PreciseRound& settled) {
   PreciseRound close = settled;
   const CloseSearches searches = SearchClose(task, track, &close);
-  const PreciseRound points = WithClose(task, track, close, searches, false);
-  const PreciseRound edges = WithClose(task, track, points, searches, true);
+  const auto with = [&](const PreciseRound& round, CloseCue cue) {
+    return WithClose(task, track, round, searches, cue);
+  };
+  PreciseRound points = with(close, CloseCue::kGrey);
+  if (points.estimate->used < kManyMatches) points = with(points, CloseCue::kGradients);
+  const PreciseRound edges = with(points, CloseCue::kEdges);
   // Edges may err more than what they add to: of a DEM too coarse for its terrain.
   return WorstSigma(task, edges) < WorstSigma(task, points) ? edges : points;
 }

@@ -121,7 +121,8 @@ class SlowNgiHarvest : public testing::Test {
       return std::nullopt;
     const auto aligned = exterior::AlignPatch(photo.view, patch, 1, 21, 61);
     if (!aligned) return std::nullopt;
-    return exterior::PreciseSearch(*aligned, image, Eigen::Vector2d::Constant(kRadiusPx)).ByGrey({});
+    return exterior::PreciseSearch(*aligned, image, Eigen::Vector2d::Constant(kRadiusPx))
+        .ByGrey({});
   }
 
   // `own_place`: PlaceInOwnPhoto, where there is one.

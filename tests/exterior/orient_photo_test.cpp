@@ -56,6 +56,21 @@ TEST_F(OrientPhotoOfTexture, OfNinePlacesIsWeakAsTheyDoNotTellHowPreciseItIs) {
   EXPECT_TRUE(Has(result.findings, Reason::kFewPlaces));
 }
 
+// Fewer than would make it search for all of them so.
+TEST_F(OrientPhotoOfTexture, FindsThePatchesWhoseContrastHasTurnedByTheirGradients) {
+  std::vector<patchdb::Patch> patches = world_.Patches(world_.Ground(), 2, 130);
+  std::size_t inverted = 0;
+  for (std::size_t i = 0; i < patches.size(); i += 4, ++inverted)
+    for (float& value : patches[i].chip.values) value = 255 - value;
+  const ExteriorResult result = Orient(patches);
+  EXPECT_EQ(result.status, Status::kOk) << JoinedSentences(result.findings);
+  std::size_t found = 0;
+  for (const PatchResult& patch : result.patches)
+    for (std::size_t i = 0; i < patches.size(); i += 4)
+      found += patch.id == patches[i].id && patch.state == PatchState::kMatched ? 1 : 0;
+  EXPECT_GE(2 * found, inverted);
+}
+
 TEST_F(OrientPhotoOfTexture, FailsOnPatchesOfAnotherPlace) {
   const ExteriorResult result = Orient(world_.Patches(Texture(6, 6), 2, 130));
   EXPECT_EQ(result.status, Status::kFailed);

@@ -109,6 +109,30 @@ TEST_F(KeypointPoses, AreFoundAmongManyWrongOnesAndAsGoodAsTheySay) {
   EXPECT_GT(std::sqrt(chi2), 0.4);
 }
 
+// Ten of 410: a thousand samples hardly ever hold three of them.
+TEST_F(KeypointPoses, OfFewRightOnesAreFoundWhereThoseAreDrawnMoreOften) {
+  KeypointPoseOptions options;
+  options.min_supporters = 5;
+  options.max_log10_false_alarms = 1;
+  options.rival_share = 1;
+  options.samples = 1000;
+  int uniformly = 0, weighted = 0;
+  for (int trial = 0; trial < 5; ++trial) {
+    shared_.clear();
+    AddRight(10, [&] { return AnyPixel(); });
+    AddWrong(400);
+    options.seed = static_cast<std::uint32_t>(trial);
+    const auto is_right = [&](const std::optional<KeypointPose>& found) {
+      return found && (found->pose.position_m - view_.pose.position_m).norm() < 50 * gsd_m_;
+    };
+    uniformly += is_right(Find(options)) ? 1 : 0;
+    for (std::size_t i = 0; i < 10; ++i) shared_[i].weight = 30;
+    weighted += is_right(Find(options)) ? 1 : 0;
+  }
+  EXPECT_LE(uniformly, 1);
+  EXPECT_GE(weighted, 4);
+}
+
 TEST_F(KeypointPoses, AreNotMadeOfTooFewOrOfNone) {
   EXPECT_FALSE(Find());
   AddRight(2, [&] { return AnyPixel(); });
