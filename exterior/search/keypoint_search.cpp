@@ -23,12 +23,13 @@ namespace orient::exterior {
 namespace {
 
 // Levels that are searched, the coarser first: most photos are found there at a quarter of the
-// cost, and by few patches. Of a region much larger than the photo many lie beside it.
+// cost, and by few patches. Of a region much larger than the photo many lie beside it. In large
+// photos chips may be too small for all levels but the last.
 struct Level {
   double most_pixels;
   std::vector<int> batches;  // numbers of patches
 };
-const std::array kLevels = {Level{3e6, {300, 600}}, Level{12e6, {900, 900}}};
+const std::array kLevels = {Level{3e6, {300, 600}}, Level{12e6, {900, 900}}, Level{24e6, {900}}};
 constexpr double kLeastChip_px = 24;  // of the level: half of it is border
 // The smallest that SIFT finds, diameter in pixels.
 constexpr double kSmallest_px = 3;

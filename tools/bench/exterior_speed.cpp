@@ -10,6 +10,8 @@
 //     60, 120 and 240 patches;
 //   - SIFT on the photo (in tiles, or it would take 15 GB) and on the 60 patches' chips, matching
 //     (ratio test), solvePnPRansac; and the ratio of the two, of both times;
+//   - the same with 60 and 240 patches from wide starts: kappa unknown, off by 100 m and 10 degrees
+//     (one sigma), five draws;
 //   - the same 60 patches in databases that hold 1e3, 1e4 ... FAR (100000) patches elsewhere.
 #include <sys/resource.h>
 #include <sys/wait.h>
@@ -23,10 +25,12 @@
 #include <filesystem>
 #include <functional>
 #include <limits>
+#include <numbers>
 #include <opencv2/calib3d.hpp>
 #include <opencv2/core.hpp>
 #include <opencv2/features2d.hpp>
 #include <opencv2/imgcodecs.hpp>
+#include <random>
 #include <sstream>
 #include <stdexcept>
 
@@ -170,13 +174,14 @@ std::string Store(const Data& data, std::vector<patchdb::Patch> patches, int far
   return path;
 }
 
-Cost Ours(const Data& data, const std::string& database) {
+Cost Ours(const Data& data, const std::string& database,
+          const std::string& approximations = "approx.csv") {
   return Measure("orient exterior", [&] {
     KeepReleasedMemory();
     block::ExteriorRunOptions options;
     options.photos = {data.photo};
     options.camera = data.At("camera.toml");
-    options.approximations = data.At("approx.csv");
+    options.approximations = data.At(approximations);
     options.dem = data.At("dem.tif");
     options.patchdb = database;
     options.interior = data.At("truth/interior");
@@ -190,6 +195,24 @@ Cost Ours(const Data& data, const std::string& database) {
                 std::string(Name(result.status)).c_str(), matched,
                 result.pose ? (result.pose->position_m - truth.position_m).norm() : -1);
   });
+}
+
+// A table of the true pose off by a draw of such sigmas, kappa anywhere.
+std::string WideStart(const Data& data, unsigned draw) {
+  constexpr double kPosition_m = 100, kTilt_rad = 10 * std::numbers::pi / 180;
+  std::mt19937 random(draw);
+  std::normal_distribution<double> normal;
+  OrientationTable table = data.truth;
+  OrientationRow& row = table.rows.front();
+  for (int i = 0; i < 3; ++i) row.pose.position_m[i] += kPosition_m * normal(random);
+  for (int i = 0; i < 2; ++i) row.pose.opk_rad[i] += kTilt_rad * normal(random);
+  row.pose.opk_rad.z() =
+      std::uniform_real_distribution(-std::numbers::pi, std::numbers::pi)(random);
+  row.sigma.emplace();
+  *row.sigma << Eigen::Vector3d::Constant(kPosition_m), kTilt_rad, kTilt_rad, std::numbers::pi;
+  std::string name = "wide.csv";
+  WriteOrientationTable(data.At(name), table);
+  return name;
 }
 
 cv::Mat Grey(const Image& chip) {
@@ -297,6 +320,11 @@ void Run(const std::string& folder, int most_far) {
     const Cost cost = Ours(data, Store(data, Spread(data, count), 0));
     Print(cost);
     if (count == kPatches) ours = cost;
+  }
+  for (const int count : {kPatches, 240}) {
+    const std::string database = Store(data, Spread(data, count), 0);
+    std::printf("orient exterior, %d patches, wide starts\n", count);
+    for (unsigned draw = 1; draw <= 5; ++draw) Print(Ours(data, database, WideStart(data, draw)));
   }
   const std::vector<patchdb::Patch> patches = Spread(data, kPatches);
   for (int far = 1000; far <= most_far; far *= 10) {
