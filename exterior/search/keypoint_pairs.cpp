@@ -6,6 +6,7 @@
 #include <numbers>
 #include <numeric>
 #include <set>
+#include <utility>
 
 #include "core/base/side_by_side.h"
 #include "core/geometry/bounds.h"
@@ -25,9 +26,10 @@ constexpr double kRatio = 0.9;  // of the nearest descriptor's distance to the s
 constexpr std::size_t kNearest = 1;
 constexpr double kAgree_px = 6;
 constexpr int kTurns = 36;
-// What turns of one pose differ by, and by what share of their distance two places miss: of one
-// sigma of either keypoint's angle and size, and of what tilt does to their scale.
-constexpr double kBackingTurn_rad = 0.2, kBackingReach = 0.25;
+// Pairs back one another if their turns differ by no more, half of what those of one pose may
+// differ by, and if one lies no farther from where the other says than that share of their
+// distance: keypoints' angles and sizes are rough, and tilt and relief change the scale.
+constexpr double kBackingTurn_rad = kTurnReach_rad / 2, kBackingReach = 0.25;
 
 double ChipWidth(const patchdb::Patch& patch) {
   return std::min(patch.chip.width, patch.chip.height) * patch.gsd_m;
@@ -190,13 +192,16 @@ std::vector<Pair> AlikePairs(const Keypoints& photo, const ChipKeypoints& chips,
   const AlikeKeypoints alike =
       CompareKeypoints(chips.keypoints, photo, comparable, kRatio, kNearest);
   std::vector<Pair> pairs = PairsOf(photo, chips, alike.distinct);
+  std::set<std::pair<std::size_t, std::size_t>> known;
+  for (const KeypointMatch& match : alike.distinct) known.insert({match.first, match.second});
   const auto nearest = PairsOf(photo, chips, alike.nearest);
-  for (const Pair& pair : Agreeing(nearest, chips, kAgree_px * reduction)) pairs.push_back(pair);
+  for (const Pair& pair : Agreeing(nearest, chips, kAgree_px * reduction))
+    if (known.insert({pair.match.first, pair.match.second}).second) pairs.push_back(pair);
   return pairs;
 }
 
 std::vector<int> Backing(const std::vector<Pair>& pairs, const Keypoints& photo,
-                         const ChipKeypoints& chips, bool mirrored) {
+                         const ChipKeypoints& chips, bool mirrored, double apart_px) {
   const auto backs = [&](const Pair& a, const Pair& b) {
     const double turned = NormalizeAngle(b.turn_rad - a.turn_rad);
     if (std::abs(turned) > kBackingTurn_rad) return false;
@@ -206,18 +211,20 @@ std::vector<int> Backing(const std::vector<Pair>& pairs, const Keypoints& photo,
     const Eigen::Vector2d expected_px =
         Eigen::Rotation2Dd(a.turn_rad + turned / 2) * right_and_down / std::sqrt(a.gsd_m * b.gsd_m);
     const Eigen::Vector2d seen_px = photo.pixels[b.match.second] - photo.pixels[a.match.second];
-    return (seen_px - expected_px).norm() <= kBackingReach * expected_px.norm();
+    return expected_px.norm() >= apart_px &&
+           (seen_px - expected_px).norm() <= kBackingReach * expected_px.norm();
   };
-  std::vector<int> backing;
-  for (const Pair& a : pairs) {
-    std::set<std::size_t> by;
-    const std::size_t own = chips.chip[a.match.first];
-    for (const Pair& b : pairs) {
-      const std::size_t other = chips.chip[b.match.first];
-      if (other != own && backs(a, b)) by.insert(other);
+  std::vector<int> backing(pairs.size(), 0);
+  SideBySide(pairs.size(), [&](std::size_t i) {
+    std::vector<bool> counted(chips.middles_m.size(), false);
+    counted[chips.chip[pairs[i].match.first]] = true;  // its own does not
+    for (const Pair& other : pairs) {
+      const std::size_t chip = chips.chip[other.match.first];
+      if (counted[chip] || !backs(pairs[i], other)) continue;
+      counted[chip] = true;
+      ++backing[i];
     }
-    backing.push_back(static_cast<int>(by.size()));
-  }
+  });
   return backing;
 }
 

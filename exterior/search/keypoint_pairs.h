@@ -64,9 +64,10 @@ std::vector<Pair> AlikePairs(const Keypoints& photo, const ChipKeypoints& chips,
                              const Comparable& comparable, int reduction);
 
 // Of each pair, how many other chips have one that lies from it where both their turns and scales
-// say that it should: of wrong pairs few do, by chance. `mirrored`: as IsMirrored.
+// say that it should: of wrong pairs few do, by chance. Not those nearer than `apart_px` of the
+// scan, which may show the same ground and be wrong together. `mirrored`: as IsMirrored.
 std::vector<int> Backing(const std::vector<Pair>& pairs, const Keypoints& photo,
-                         const ChipKeypoints& chips, bool mirrored);
+                         const ChipKeypoints& chips, bool mirrored, double apart_px);
 
 // The pairs of the `turns` turns with most of them, the fullest first, each with `fewest` at least.
 std::vector<std::vector<Pair>> ByTurn(std::vector<Pair> pairs, int turns, std::size_t fewest);

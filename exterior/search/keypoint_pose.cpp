@@ -115,9 +115,11 @@ Found Ransac(const Search& search) {
   const double total = std::accumulate(weights.begin(), weights.end(), 0.0);
   std::discrete_distribution<std::size_t> any(weights.begin(), weights.end());
   double needed = search.options.samples;
-  for (int drawn = 0; drawn < search.options.samples && drawn < needed; ++drawn) {
+  int usable = 0;
+  for (int drawn = 0; drawn < search.options.samples && usable < needed; ++drawn) {
     const std::array<std::size_t, 3> sample = {any(random), any(random), any(random)};
     if (!FarApart(search, sample)) continue;
+    ++usable;
     for (const Pose& pose : ResectThreePoints(
              search.camera, {Observed(search, sample[0], 1), Observed(search, sample[1], 1),
                              Observed(search, sample[2], 1)})) {

@@ -35,8 +35,11 @@ constexpr double kLeastChip_px = 24;  // of the level: half of it is border
 constexpr double kSmallest_px = 3;
 // Of the turns that pairs tell, the fullest are tried.
 constexpr int kTried = 5;
-constexpr std::size_t kMostBacked = 40;  // of which three are drawn that make a pose
-constexpr int kFewest = 5;               // places that agree: patches will prove it or not
+// Chips nearer than this share of the photo's longer side may show the same ground.
+constexpr double kApart = 0.03;
+// Of that many chips the pair that most others back: three of them are drawn that make a pose.
+constexpr std::size_t kMostBacked = 40;
+constexpr int kFewest = 5;  // places that agree: patches will prove it or not
 
 // Keypoints of the photo's levels and of chips, found once.
 class FoundKeypoints {
@@ -210,7 +213,8 @@ void KeypointSearch::Try(const Keypoints& photo, const ChipKeypoints& chips, int
       photo, chips, [&](std::size_t i) { return possible.Of(i); }, reduction);
   for (std::vector<Pair>& near : ByTurn(std::move(pairs), kTried, kFewest)) {
     BackedPairs turned{std::move(near), {}};
-    turned.backing = Backing(turned.pairs, photo, chips, mirrored);
+    turned.backing = Backing(turned.pairs, photo, chips, mirrored,
+                             kApart * std::max(task_.image.Width(), task_.image.Height()));
     KeepBetter(Follow(turned, photo, chips, positions, reduction), &search->track);
     for (const FilmPosition& position : positions)
       if (!Convinces(search->track, task_.options))
@@ -219,15 +223,18 @@ void KeypointSearch::Try(const Keypoints& photo, const ChipKeypoints& chips, int
   }
 }
 
-// Those of the pairs that most others back, at most so many.
-std::vector<PlaneVote> MostBacked(std::vector<PlaneVote> votes, const std::vector<int>& backing) {
+// Of each chip the pair that most others back, of those the most backed.
+std::vector<PlaneVote> MostBacked(const std::vector<PlaneVote>& votes,
+                                  const std::vector<int>& backing) {
   std::vector<std::size_t> order(votes.size());
   std::iota(order.begin(), order.end(), std::size_t{0});
   std::stable_sort(order.begin(), order.end(),
                    [&](std::size_t a, std::size_t b) { return backing[a] > backing[b]; });
-  order.resize(std::min(order.size(), kMostBacked));
+  std::set<std::size_t> voters;
   std::vector<PlaneVote> most;
-  for (const std::size_t i : order) most.push_back(votes[i]);
+  for (const std::size_t i : order)
+    if (voters.size() < kMostBacked && voters.insert(votes[i].voter).second)
+      most.push_back(votes[i]);
   return most;
 }
 
@@ -261,7 +268,7 @@ std::optional<PoseTrack> KeypointSearch::FollowChips(const BackedPairs& turned,
   options.sigma_px = 1.0 + 2.0 * reduction;
   options.iterations = 5;
   options.trials = trials_;
-  const std::vector<PlaneVote> likely = MostBacked(std::move(votes), turned.backing);
+  const std::vector<PlaneVote> likely = MostBacked(votes, turned.backing);
   const auto consensus = FindConsensus(view, prior, {voting, likely, options});
   if (!consensus) return std::nullopt;
   return Confirmed(task_, TrackOf(task_, position, *consensus, voting.size(), reduction, trials_));

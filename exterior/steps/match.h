@@ -64,7 +64,7 @@ struct PreciseOptions {
 };
 
 // A patch that is searched for at full resolution: correlated with its window of the photo once,
-// whatever is asked of it then. Refers to the photo.
+// whatever is asked of it then.
 class PreciseSearch {
  public:
   PreciseSearch(AlignedPatch patch, const PhotoImage& photo, const Eigen::Vector2d& radius_px);

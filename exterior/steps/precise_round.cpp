@@ -42,37 +42,50 @@ using Drawing = std::function<std::optional<AlignedPatch>(std::size_t)>;
 // What grey values did not find, by gradients; why neither did.
 void OrByGradients(const PreciseSearch& search, PreciseMatch* match) {
   PreciseMatch by_gradients = search.ByGradients();
-  if (!by_gradients.found)
-    match->why_not.insert(match->why_not.end(), by_gradients.why_not.begin(),
-                          by_gradients.why_not.end());
-  else
+  if (by_gradients.found) {
     *match = std::move(by_gradients);
+    return;
+  }
+  for (const Finding& why : by_gradients.why_not)
+    if (!Has(match->why_not, why.reason)) match->why_not.push_back(why);
 }
+
+// Larger windows are read and correlated again rather than kept, all of a photo's at a time.
+constexpr double kMostKept_px = 40;
 
 // What is drawn, around the predictions. Another season, film or decade: where grey values find
 // few, gradients are worth their cost and their lesser precision. Says whether they were asked.
 bool MatchDrawn(const PhotoTask& task, const PreciseRound& round,
                 const std::vector<std::size_t>& which, const Drawing& drawing,
                 std::vector<PreciseMatch>* matches) {
+  const auto radius = [&](std::size_t i) {
+    return WindowRadius(round.predictions[which[i]], round.margin_px);
+  };
+  const auto search = [&](std::size_t i) -> std::optional<PreciseSearch> {
+    auto drawn = drawing(which[i]);
+    if (!drawn) return std::nullopt;
+    return PreciseSearch(*std::move(drawn), task.image, radius(i));
+  };
   matches->resize(which.size());
-  std::vector<std::optional<PreciseSearch>> missed(which.size());
+  std::vector<std::optional<PreciseSearch>> kept(which.size());
   SideBySide(which.size(), [&](std::size_t i) {
     PreciseMatch& match = (*matches)[i];
-    auto drawn = drawing(which[i]);
-    if (!drawn) {
+    auto by_grey = search(i);
+    if (!by_grey) {
       match.why_not = {{.reason = Reason::kPatchTooSmall}};
       return;
     }
-    const PatchPrediction& prediction = round.predictions[which[i]];
-    PreciseSearch search(*std::move(drawn), task.image, WindowRadius(prediction, round.margin_px));
-    match = search.ByGrey({});
-    if (!match.found) missed[i] = std::move(search);
+    match = by_grey->ByGrey({});
+    if (!match.found && radius(i).maxCoeff() <= kMostKept_px) kept[i] = std::move(by_grey);
   });
   const auto missing = std::count_if(matches->begin(), matches->end(),
                                      [](const PreciseMatch& match) { return !match.found; });
   if (!round.by_gradients && 2 * missing <= std::ssize(*matches)) return false;
-  SideBySide(missed.size(), [&](std::size_t i) {
-    if (missed[i]) OrByGradients(*missed[i], &(*matches)[i]);
+  SideBySide(which.size(), [&](std::size_t i) {
+    PreciseMatch& match = (*matches)[i];
+    if (match.found) return;
+    const auto missed = kept[i] ? std::move(kept[i]) : search(i);
+    if (missed) OrByGradients(*missed, &match);
   });
   return true;
 }
@@ -131,63 +144,74 @@ void Resect(const PhotoTask& task, const PoseTrack& track, PreciseRound* round) 
 
 namespace {
 
-// What a settled pose rejects or did not find, close to where it sees it. One per prediction.
-using CloseSearches = std::vector<std::optional<PreciseSearch>>;
+// A patch close to where a settled pose sees it.
+struct CloseSearch {
+  PatchPrediction prediction;
+  PreciseSearch search;
+};
 
-// `close`: the settled round; its predictions become those of the searches.
-CloseSearches SearchClose(const PhotoTask& task, const PoseTrack& track, PreciseRound* close) {
-  std::vector<bool> stands(close->matches.size(), false);
-  for (std::size_t k = 0; k < close->observed.size(); ++k)
-    stands[close->observed[k]] = !close->estimate->rejected[k];
-  close->view = task.View(track.position, track.pose);
-  close->margin_px = kCloseMargin_px;
-  close->window_px = 0;
+// What that pose rejects or did not find: one per prediction of its round, where it is sought.
+struct CloseSearches {
+  PhotoView view;
+  double window_px = 0;
+  std::vector<std::optional<CloseSearch>> of;
+};
+
+CloseSearches SearchClose(const PhotoTask& task, const PoseTrack& track,
+                          const PreciseRound& settled) {
+  std::vector<bool> stands(settled.matches.size(), false);
+  for (std::size_t k = 0; k < settled.observed.size(); ++k)
+    stands[settled.observed[k]] = !settled.estimate->rejected[k];
+  CloseSearches close{task.View(track.position, track.pose), 0, {}};
+  close.of.resize(stands.size());
   std::map<std::size_t, PatchPrediction> visible;  // by patch
   for (const PatchPrediction& prediction :
-       Predict(close->view, track.covariance, task.patches, task.Prediction()))
+       Predict(close.view, track.covariance, task.patches, task.Prediction()))
     visible[prediction.patch] = prediction;
-  std::vector<std::size_t> open;
   for (std::size_t i = 0; i < stands.size(); ++i) {
-    const auto now = visible.find(close->predictions[i].patch);
-    if (stands[i] || now == visible.end()) continue;
-    close->predictions[i] = now->second;
-    open.push_back(i);
-    close->window_px =
-        std::max(close->window_px, WindowRadius(now->second, kCloseMargin_px).maxCoeff());
+    const auto now = visible.find(settled.predictions[i].patch);
+    if (!stands[i] && now != visible.end())
+      close.window_px =
+          std::max(close.window_px, WindowRadius(now->second, kCloseMargin_px).maxCoeff());
   }
-  CloseSearches searches(stands.size());
-  SideBySide(open.size(), [&](std::size_t k) {
-    const PatchPrediction& prediction = close->predictions[open[k]];
-    if (auto drawn = Drawn(task, close->view, prediction))
-      searches[open[k]].emplace(*std::move(drawn), task.image,
-                                WindowRadius(prediction, kCloseMargin_px));
+  SideBySide(stands.size(), [&](std::size_t i) {
+    const auto now = visible.find(settled.predictions[i].patch);
+    if (stands[i] || now == visible.end()) return;
+    if (auto drawn = Drawn(task, close.view, now->second))
+      close.of[i] = {now->second, PreciseSearch(*std::move(drawn), task.image,
+                                                WindowRadius(now->second, kCloseMargin_px))};
   });
-  return searches;
+  return close;
 }
 
 // By what is searched for close to a settled pose.
 enum class CloseCue { kGrey, kGradients, kEdges };
 
-// With what is found so close to the pose of the settled round; that round where the pose does not
-// stand. Gradients and edges: only of what was found nowhere, for what contradicts lies elsewhere.
-PreciseRound WithClose(const PhotoTask& task, const PoseTrack& track, const PreciseRound& settled,
-                       const CloseSearches& searches, CloseCue cue) {
-  PreciseRound round = settled;
+// With what is found close to the round's pose; the round as it was where its pose does not stand.
+// Gradients and edges: only of what was found nowhere, for what contradicts lies elsewhere.
+PreciseRound WithClose(const PhotoTask& task, const PoseTrack& track, const PreciseRound& before,
+                       const CloseSearches& close, CloseCue cue) {
+  PreciseRound round = before;
+  round.view = close.view;
+  round.margin_px = kCloseMargin_px;
+  round.window_px = close.window_px;
   // So close, a second place nearly as good says how well the patch is determined, not which it is.
+  // Of gradients, which resemble more places, it says both.
   const PreciseOptions options{.min_score_gap = 0, .edges = cue == CloseCue::kEdges};
-  SideBySide(searches.size(), [&](std::size_t i) {
-    PreciseMatch& before = round.matches[i];
-    if (!searches[i] || (cue != CloseCue::kGrey && before.found)) return;
-    if (cue == CloseCue::kGradients) return OrByGradients(*searches[i], &before);
-    PreciseMatch match = searches[i]->ByGrey(options);
-    if (match.found || !before.found) before = std::move(match);
+  SideBySide(close.of.size(), [&](std::size_t i) {
+    PreciseMatch& match = round.matches[i];
+    if (!close.of[i] || (cue != CloseCue::kGrey && match.found)) return;
+    round.predictions[i] = close.of[i]->prediction;
+    if (cue == CloseCue::kGradients) return OrByGradients(close.of[i]->search, &match);
+    PreciseMatch now = close.of[i]->search.ByGrey(options);
+    if (now.found) match = std::move(now);
   });
   Resect(task, track, &round);
-  if (!round.estimate) return settled;
-  const Vector6d moved = PoseDifference(round.estimate->pose, settled.estimate->pose);
+  if (!round.estimate) return before;
+  const Vector6d moved = PoseDifference(round.estimate->pose, before.estimate->pose);
   const bool stays =
-      moved.dot(settled.estimate->honest_covariance.ldlt().solve(moved)) <= kMovedChi2Limit;
-  return stays ? round : settled;
+      moved.dot(before.estimate->honest_covariance.ldlt().solve(moved)) <= kMovedChi2Limit;
+  return stays ? round : before;
 }
 
 double WorstSigma(const PhotoTask& task, const PreciseRound& round) {
@@ -198,12 +222,11 @@ double WorstSigma(const PhotoTask& task, const PreciseRound& round) {
 }  // namespace
 
 PreciseRound Complete(const PhotoTask& task, const PoseTrack& track, const PreciseRound& settled) {
-  PreciseRound close = settled;
-  const CloseSearches searches = SearchClose(task, track, &close);
+  const CloseSearches close = SearchClose(task, track, settled);
   const auto with = [&](const PreciseRound& round, CloseCue cue) {
-    return WithClose(task, track, round, searches, cue);
+    return WithClose(task, track, round, close, cue);
   };
-  PreciseRound points = with(close, CloseCue::kGrey);
+  PreciseRound points = with(settled, CloseCue::kGrey);
   if (points.estimate->used < kManyMatches) points = with(points, CloseCue::kGradients);
   const PreciseRound edges = with(points, CloseCue::kEdges);
   // Edges may err more than what they add to: of a DEM too coarse for its terrain.

@@ -56,7 +56,7 @@ TEST_F(OrientPhotoOfTexture, OfNinePlacesIsWeakAsTheyDoNotTellHowPreciseItIs) {
   EXPECT_TRUE(Has(result.findings, Reason::kFewPlaces));
 }
 
-// Fewer than would make it search for all of them so.
+// Fewer than half: the usual rounds do not ask for gradients.
 TEST_F(OrientPhotoOfTexture, FindsThePatchesWhoseContrastHasTurnedByTheirGradients) {
   std::vector<patchdb::Patch> patches = world_.Patches(world_.Ground(), 2, 130);
   std::size_t inverted = 0;

@@ -8,10 +8,10 @@
 // and each in a process of its own: processor time, time on the clock and peak memory of
 //   - all of `orient exterior` for the photo from an approximation of 10 m and 3 degrees, with 30,
 //     60, 120 and 240 patches;
-//   - SIFT on the photo (in tiles, or it would take 15 GB) and on the 60 patches' chips, matching
-//     (ratio test), solvePnPRansac; and the ratio of the two, of both times;
 //   - the same with 60 and 240 patches from wide starts: kappa unknown, off by 100 m and 10 degrees
 //     (one sigma), five draws;
+//   - SIFT on the photo (in tiles, or it would take 15 GB) and on the 60 patches' chips, matching
+//     (ratio test), solvePnPRansac; and the ratio of the two, of both times;
 //   - the same 60 patches in databases that hold 1e3, 1e4 ... FAR (100000) patches elsewhere.
 #include <sys/resource.h>
 #include <sys/wait.h>

@@ -3,14 +3,17 @@
 #include <gtest/gtest.h>
 
 #include <Eigen/Dense>
+#include <cmath>
 #include <random>
+#include <vector>
 
+#include "core/geometry/collinearity.h"
 #include "tests/support/shared_data.h"
 
 namespace orient::exterior {
 namespace {
 
-constexpr double kGsd_m = 0.4;
+constexpr double kGsd_m = 0.4, kApart_px = 60;
 
 // Keypoints of chips, one each, on the ground and in the photo; pairs of both.
 class BackedPairsOfAPhoto : public testing::Test {
@@ -28,6 +31,7 @@ class BackedPairsOfAPhoto : public testing::Test {
     std::normal_distribution<double> normal;
     const std::size_t i = pairs_.size();
     chips_.chip.push_back(i);
+    chips_.middles_m.emplace_back(ground_m.x(), ground_m.y(), 100);
     chips_.ground_m.emplace_back(ground_m.x(), ground_m.y(), 100 + 10 * normal(random_));
     photo_.pixels.push_back(pixel);
     pairs_.push_back({.match = {i, i},
@@ -60,7 +64,7 @@ TEST_F(BackedPairsOfAPhoto, RightOnesBackOneAnotherAtAnyTurnAndMirrored) {
       pairs_.clear();
       AddRight(12, turn_rad, mirrored);
       AddWrong(60, turn_rad);
-      const std::vector<int> backing = Backing(pairs_, photo_, chips_, mirrored);
+      const std::vector<int> backing = Backing(pairs_, photo_, chips_, mirrored, kApart_px);
       double right = 0, wrong = 0;
       for (std::size_t i = 0; i < backing.size(); ++i) (i < 12 ? right : wrong) += backing[i];
       EXPECT_GT(right / 12, 7) << turn_rad << ' ' << mirrored;
@@ -69,18 +73,24 @@ TEST_F(BackedPairsOfAPhoto, RightOnesBackOneAnotherAtAnyTurnAndMirrored) {
 }
 
 TEST_F(BackedPairsOfAPhoto, OneChipBacksAnotherOnceAndNeverItself) {
-  AddRight(2, 0.4, false);
+  Add({-300, 0}, Seen({-300, 0}, 0.4, false), 0.4);
+  Add({300, 100}, Seen({300, 100}, 0.4, false), 0.4);
   for (int i = 0; i < 5; ++i) {  // more of the first chip's
     Add(chips_.ground_m[0].head<2>(), photo_.pixels[0], 0.4);
     chips_.chip.back() = 0;
   }
-  const std::vector<int> backing = Backing(pairs_, photo_, chips_, false);
-  EXPECT_LE(backing[0], 1);
+  const std::vector<int> backing = Backing(pairs_, photo_, chips_, false, kApart_px);
+  EXPECT_EQ(backing[0], 1);
   EXPECT_EQ(backing[1], 1);
 }
 
+TEST_F(BackedPairsOfAPhoto, ChipsOfTheSameGroundDoNotBackOneAnother) {
+  for (const double east_m : {0.0, 5.0, 10.0}) Add({east_m, 0}, Seen({east_m, 0}, 0.4, false), 0.4);
+  EXPECT_EQ(Backing(pairs_, photo_, chips_, false, kApart_px), std::vector<int>({0, 0, 0}));
+}
+
 TEST_F(BackedPairsOfAPhoto, OfNoPairsThereIsNone) {
-  EXPECT_TRUE(Backing({}, photo_, chips_, false).empty());
+  EXPECT_TRUE(Backing({}, photo_, chips_, false, kApart_px).empty());
 }
 
 }  // namespace
