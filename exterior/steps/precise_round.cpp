@@ -196,7 +196,7 @@ PreciseRound WithClose(const PhotoTask& task, const PoseTrack& track, const Prec
   round.margin_px = kCloseMargin_px;
   round.window_px = close.window_px;
   // So close, a second place nearly as good says how well the patch is determined, not which it is.
-  // Of gradients, which resemble more places, it says both.
+  // Gradients keep their ratio: more places resemble them.
   const PreciseOptions options{.min_score_gap = 0, .edges = cue == CloseCue::kEdges};
   SideBySide(close.of.size(), [&](std::size_t i) {
     PreciseMatch& match = round.matches[i];
