@@ -164,8 +164,8 @@ class SlowNgiHarvest : public testing::Test {
     for (int row = cell_of(extent.min_y) - 1; row <= cell_of(extent.max_y) + 1; ++row)
       for (int col = cell_of(extent.min_x) - 1; col <= cell_of(extent.max_x) + 1; ++col) {
         int seen = 0;
-        for (int i = 0; i < 100; ++i)
-          seen += Seen(photos, col * 1000 + 100 * (i % 10) + 50, row * 1000 + i / 10 * 100 + 50);
+        for (int y = 50; y < 1000; y += 100)
+          for (int x = 50; x < 1000; x += 100) seen += Seen(photos, col * 1000 + x, row * 1000 + y);
         if (seen < 50) continue;
         ++*covered;
         *filled += with_patch.contains({col, row}) ? 1 : 0;

@@ -1,8 +1,10 @@
 // Real epochs: patches cut from one orthophoto, sought in the orthophoto of another year and
 // season. The two are registered to a pixel or two, so the truth is the identity.
+#include <fmt/format.h>
 #include <gtest/gtest.h>
 
 #include <cstdio>
+#include <string>
 
 #include "core/matching/correlation.h"
 #include "core/matching/gradient_channels.h"
@@ -112,7 +114,7 @@ TEST(SlowEpoch, GradientsFindWhatGreyValuesDoNot) {
     for (const std::string place : {"L15_0004", "L34_0128"})
       for (const std::string from : {"a", "b"}) {
         const std::string in = from == "a" ? "b" : "a";
-        const std::string stem = data + "/" + place + "_";
+        const std::string stem = fmt::format("{}/{}_", data, place);
         const Epochs epochs(stem + from + ".jpg", stem + in + ".jpg", side);
         const auto count = [&](auto find, bool gradients) {
           return epochs.Count([&](const AlignedPatch& patch, const PhotoImage& photo) {
