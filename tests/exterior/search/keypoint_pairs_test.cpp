@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "core/geometry/collinearity.h"
+#include "exterior/steps/photo_to_orient.h"
 #include "tests/support/shared_data.h"
 
 namespace orient::exterior {
@@ -18,10 +19,20 @@ constexpr double kGsd_m = 0.4, kApart_px = 60;
 // Keypoints of chips, one each, on the ground and in the photo; pairs of both.
 class BackedPairsOfAPhoto : public testing::Test {
  protected:
-  // Where a photo turned by `turn_rad` shows what lies there.
+  // Where a vertical photo shows what lies there, its film scanned as it lies (rows downwards) or
+  // through its back; kappa as KappaOf has it for the turn.
   static Eigen::Vector2d Seen(const Eigen::Vector2d& ground_m, double turn_rad, bool mirrored) {
-    const Eigen::Vector2d right_and_down(mirrored ? -ground_m.x() : ground_m.x(), -ground_m.y());
-    return Eigen::Vector2d(1500, 1500) + Eigen::Rotation2Dd(turn_rad) * right_and_down / kGsd_m;
+    constexpr double kPixel_mm = 0.02;
+    FilmPosition position;
+    position.photo_from_pixel.A =
+        Eigen::Vector2d(mirrored ? -kPixel_mm : kPixel_mm, -kPixel_mm).asDiagonal();
+    position.photo_from_pixel.t = position.photo_from_pixel.A * Eigen::Vector2d(-1500, -1500);
+    Camera camera;
+    camera.principal_distance_mm = 100;
+    const double height_m = camera.principal_distance_mm * kGsd_m / kPixel_mm;
+    const Pose pose{{0, 0, 100 + height_m}, {0, 0, KappaOf(turn_rad, position)}};
+    const auto photo_mm = PhotoFromGround(camera, pose, {ground_m.x(), ground_m.y(), 100});
+    return position.photo_from_pixel.Inverse() * *photo_mm;
   }
   Eigen::Vector2d Anywhere(double half) {
     std::uniform_real_distribution<double> any(-half, half);
