@@ -31,6 +31,11 @@ constexpr int kTurns = 36;
 // distance: keypoints' angles and sizes are rough, and tilt and relief change the scale.
 constexpr double kBackingTurn_rad = kTurnReach_rad / 2, kBackingReach = 0.25;
 
+// From east and north to a chip's right and down, and back.
+Eigen::Vector2d Flipped(const Eigen::Vector2d& offset, bool mirrored) {
+  return {mirrored ? -offset.x() : offset.x(), -offset.y()};
+}
+
 double ChipWidth(const patchdb::Patch& patch) {
   return std::min(patch.chip.width, patch.chip.height) * patch.gsd_m;
 }
@@ -84,7 +89,7 @@ bool IsMirrored(const FilmPosition& position) {
 
 double KappaOf(double turn_rad, const FilmPosition& position) {
   // Chips have rows downwards, the ground's y upwards; a mirrored photo's chips are mirrored.
-  const Eigen::Vector2d chip_from_ground(IsMirrored(position) ? -1 : 1, -1);
+  const Eigen::Vector2d chip_from_ground = Flipped({1, 1}, IsMirrored(position));
   const Eigen::Matrix2d photo_from_ground = position.photo_from_pixel.A *
                                             Eigen::Rotation2Dd(turn_rad).toRotationMatrix() *
                                             chip_from_ground.asDiagonal();
@@ -174,11 +179,11 @@ ChipKeypoints KeypointsOf(const std::vector<patchdb::Patch>& patches,
       const Eigen::Vector2d offset_m =
           patch.gsd_m *
           (found[k].pixels[i] - Eigen::Vector2d(patch.chip.width, patch.chip.height) / 2);
-      const double east = mirrored ? -offset_m.x() : offset_m.x(), north = -offset_m.y();
+      const Eigen::Vector2d off_m = Flipped(offset_m, mirrored);  // from the patch's point
       of.chip.push_back(k);
       of.offset_m.push_back(offset_m);
-      const double height = patch.heights.At(east, north);
-      of.ground_m.emplace_back(patch.ground_m.x() + east, patch.ground_m.y() + north,
+      const double height = patch.heights.At(off_m.x(), off_m.y());
+      of.ground_m.emplace_back(patch.ground_m.x() + off_m.x(), patch.ground_m.y() + off_m.y(),
                                std::isnan(height) ? patch.ground_m.z() : height);
       found[k].sizes_px[i] *= patch.gsd_m;
     }
@@ -207,9 +212,8 @@ std::vector<int> Backing(const std::vector<Pair>& pairs, const Keypoints& photo,
     if (std::abs(turned) > kBackingTurn_rad) return false;
     const Eigen::Vector2d ground_m =
         (chips.ground_m[b.match.first] - chips.ground_m[a.match.first]).head<2>();
-    const Eigen::Vector2d right_and_down(mirrored ? -ground_m.x() : ground_m.x(), -ground_m.y());
-    const Eigen::Vector2d expected_px =
-        Eigen::Rotation2Dd(a.turn_rad + turned / 2) * right_and_down / std::sqrt(a.gsd_m * b.gsd_m);
+    const Eigen::Vector2d expected_px = Eigen::Rotation2Dd(a.turn_rad + turned / 2) *
+                                        Flipped(ground_m, mirrored) / std::sqrt(a.gsd_m * b.gsd_m);
     const Eigen::Vector2d seen_px = photo.pixels[b.match.second] - photo.pixels[a.match.second];
     return expected_px.norm() >= apart_px &&
            (seen_px - expected_px).norm() <= kBackingReach * expected_px.norm();

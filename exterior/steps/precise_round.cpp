@@ -168,18 +168,19 @@ CloseSearches SearchClose(const PhotoTask& task, const PoseTrack& track,
   for (const PatchPrediction& prediction :
        Predict(close.view, track.covariance, task.patches, task.Prediction()))
     visible[prediction.patch] = prediction;
+  std::vector<std::pair<std::size_t, PatchPrediction>> open;
   for (std::size_t i = 0; i < stands.size(); ++i) {
     const auto now = visible.find(settled.predictions[i].patch);
-    if (!stands[i] && now != visible.end())
-      close.window_px =
-          std::max(close.window_px, WindowRadius(now->second, kCloseMargin_px).maxCoeff());
+    if (!stands[i] && now != visible.end()) open.emplace_back(i, now->second);
   }
-  SideBySide(stands.size(), [&](std::size_t i) {
-    const auto now = visible.find(settled.predictions[i].patch);
-    if (stands[i] || now == visible.end()) return;
-    if (auto drawn = Drawn(task, close.view, now->second))
-      close.of[i] = {now->second, PreciseSearch(*std::move(drawn), task.image,
-                                                WindowRadius(now->second, kCloseMargin_px))};
+  for (const auto& [i, prediction] : open)
+    close.window_px =
+        std::max(close.window_px, WindowRadius(prediction, kCloseMargin_px).maxCoeff());
+  SideBySide(open.size(), [&](std::size_t k) {
+    const auto& [i, prediction] = open[k];
+    if (auto drawn = Drawn(task, close.view, prediction))
+      close.of[i] = {prediction, PreciseSearch(*std::move(drawn), task.image,
+                                               WindowRadius(prediction, kCloseMargin_px))};
   });
   return close;
 }
