@@ -200,14 +200,17 @@ double MeanHeight(const PhotoTask& task, const PreciseRound& round) {
   return sum / static_cast<double>(round.predictions.size());
 }
 
-// What is asked of the pose on the ground. No control is better than half of its own pixel, nor
-// does anybody see less than a pixel of the photo.
-double Target_m(const PhotoTask& task, const PreciseRound& round, double ground_pixel_m) {
+// What is asked of the pose on the ground. Nobody sees less than a pixel of the photo, and no pose
+// is better than its control: half of the patches' pixel, and what their heights have in common.
+double Target_m(const PhotoTask& task, const PreciseRound& round, const PhotoView& view) {
   if (task.options.target_m) return *task.options.target_m;
+  const double height_m = MeanHeight(task, round), ground_pixel_m = view.GroundPixel(height_m);
   std::vector<double> resolutions_m;
   for (const PatchPrediction& p : round.predictions)
     resolutions_m.push_back(task.patches[p.patch].gsd_m);
-  return std::max(ground_pixel_m, 0.5 * Median(std::move(resolutions_m)));
+  const double by_heights_m =
+      ground_pixel_m * WorstProjectionSigma(view, round.estimate->of_common_heights, height_m);
+  return std::hypot(std::max(ground_pixel_m, 0.5 * Median(std::move(resolutions_m))), by_heights_m);
 }
 
 // `round`: with what was found close to the pose; `places`: without, for that assumes the pose.
@@ -310,7 +313,7 @@ ExteriorResult Told(const PhotoTask& task, SettledPose pose) {
   const PhotoView view = task.View(pose.track.position, *result.pose);
   NameContradicting(view, pose.rounds, task, &result);
   const double pixel_m = view.GroundPixel(MeanHeight(task, round));
-  result.target_m = Target_m(task, round, pixel_m);
+  result.target_m = Target_m(task, round, view);
   const JudgedPose judged = ToJudge(task, round, pose.matches.places, pose.track, *result.target_m);
   result.projection_sigma = ProjectionSigmaOf(judged.worst_sigma_px, pixel_m);
   result.findings = Judge(judged);

@@ -1,9 +1,11 @@
 #include "exterior/search/whole_photo_search.h"
 
 #include <algorithm>
+#include <cmath>
 #include <set>
 
 #include "core/base/median.h"
+#include "core/geometry/rotation.h"
 
 namespace orient::exterior {
 namespace {
@@ -15,6 +17,14 @@ struct Try {
 
 bool Convinces(const WaysToTry& ways, const PoseTrack& track) {
   return track.log10_false_alarms < ways.max_log10_false_alarms;
+}
+
+// From the scan's position by one transform to that by another, where one is the other turned;
+// empty where it is mirrored.
+std::optional<double> TurnBetween(const Affine2d& from, const Affine2d& to) {
+  const Eigen::Matrix2d turn = to.A * from.A.inverse();
+  if (turn.determinant() < 0) return std::nullopt;
+  return std::atan2(turn(1, 0) - turn(0, 1), turn(0, 0) + turn(1, 1));
 }
 
 PoseTrack FollowUp(const WaysToTry& ways, Try from) {
@@ -45,6 +55,25 @@ void WholePhotoSearch::Add(WholePhotoSearch another) {
 
 void SearchBudget::Spend(const std::vector<VotingPatch>& sought, int reduction) {
   for (const VotingPatch& patch : sought) left_ -= patch.window_px2 / (reduction * reduction);
+}
+
+void LetPriorDecidePosition(const PhotoToOrient& photo, PoseTrack* track) {
+  constexpr double kClearly_chi2 = 9;
+  const PosePrior& prior = photo.prior;
+  const auto chi2 = [&](double kappa_rad) {
+    return std::pow(NormalizeAngle(kappa_rad - prior.pose.opk_rad.z()), 2) / prior.covariance(5, 5);
+  };
+  const double kappa_rad = track->pose.opk_rad.z();
+  const Affine2d found = track->position.photo_from_pixel;
+  double least_chi2 = chi2(kappa_rad) - kClearly_chi2;
+  for (const FilmPosition& position : photo.positions) {
+    // kappa is the innermost rotation: about the camera's own axis.
+    const auto turn_rad = TurnBetween(found, position.photo_from_pixel);
+    if (!turn_rad || chi2(kappa_rad - *turn_rad) >= least_chi2) continue;
+    least_chi2 = chi2(kappa_rad - *turn_rad);
+    track->position = position;
+    track->pose.opk_rad.z() = NormalizeAngle(kappa_rad - *turn_rad);
+  }
 }
 
 std::optional<PoseTrack> TryWays(const WaysToTry& ways) {

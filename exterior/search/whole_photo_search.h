@@ -68,6 +68,11 @@ inline constexpr int kFollowedRounds = 2;
 // The first that convinces, else the best; empty where no way gives a pose.
 std::optional<PoseTrack> TryWays(const WaysToTry& ways);
 
+// The same photograph with the film lying as the prior's kappa says. A search at every kappa cannot
+// tell a film that lies turned from a camera turned back, and takes the position that it tries
+// first.
+void LetPriorDecidePosition(const PhotoToOrient& photo, PoseTrack* track);
+
 // What came of a search of the whole photo; whether there was one at all, and of all that might
 // be: what was not searched was not found.
 struct WholePhotoSearch {

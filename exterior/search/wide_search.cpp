@@ -212,9 +212,7 @@ std::optional<PoseTrack> WideSearch::TryAgain(const Hypothesis& hypothesis,
                  options.trials);
 }
 
-}  // namespace
-
-WholePhotoSearch SearchWidely(const PhotoTask& task) {
+WholePhotoSearch SearchAtEveryKappa(const PhotoTask& task) {
   const double ground_m = MedianGroundHeight(task.patches);
   if (!(task.photo.prior.pose.position_m.z() > ground_m)) return {};
   WideSearch places(task, Widened(task.photo.prior, ground_m), ground_m,
@@ -228,6 +226,14 @@ WholePhotoSearch SearchWidely(const PhotoTask& task) {
   const bool known = !task.options.prior_failed && IsPositionKnown(task.photo.prior, ground_m);
   if (Convinces(search.track, task.options) || (by_patches && known)) return search;
   search.Add(places.Run());
+  return search;
+}
+
+}  // namespace
+
+WholePhotoSearch SearchWidely(const PhotoTask& task) {
+  WholePhotoSearch search = SearchAtEveryKappa(task);
+  if (search.track) LetPriorDecidePosition(task.photo, &*search.track);
   return search;
 }
 

@@ -197,7 +197,7 @@ std::optional<Step> StepFrom(const PhotoView& now, const Model& model,
 
 // The unknowns' covariance, first with what the residuals show only.
 struct Covariances {
-  Eigen::MatrixXd known, honest;
+  Eigen::MatrixXd known, honest, of_common_heights;
 };
 
 // Where the adjustment has ended.
@@ -270,7 +270,7 @@ Covariances CovariancesOf(const Adjusted& adjusted, const Model& model, const Va
   const LinearEstimator estimator{step.known * step.weighted_design.transpose(),
                                   factor * of_matches.own_px2, step.system.by_height,
                                   adjusted.components.heights};
-  Covariances covariances{step.known, {}};
+  Covariances covariances{step.known, {}, CovarianceOfCommonHeights(estimator)};
   covariances.known += (factor - factor / student) * estimator.by_observation * model.noise *
                        estimator.by_observation.transpose();
   const Eigen::VectorXd residuals = step.Residuals();
@@ -315,6 +315,7 @@ std::optional<CorrelatedPose> EstimateCorrelatedPose(
   estimate.height_factor = adjusted->components.heights[0];
   estimate.covariance = covariances.known.topLeftCorner<6, 6>();
   estimate.honest_covariance = covariances.honest.topLeftCorner<6, 6>();
+  estimate.of_common_heights = covariances.of_common_heights.topLeftCorner<6, 6>();
   estimate.principal_distance_mm = distance_mm;
   if (unknown) estimate.principal_distance_sigma_mm = std::sqrt(covariances.honest(6, 6));
   return estimate;

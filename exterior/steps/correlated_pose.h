@@ -29,6 +29,8 @@ struct CorrelatedPose {
   Pose pose;
   Matrix6d covariance;         // of the adjustment: what it knows and the residuals show
   Matrix6d honest_covariance;  // with what they do not show (unseen_errors.h)
+  // Of it, what the control's heights have in common: however many patches, it stays.
+  Matrix6d of_common_heights;
   // Variance components: what the residuals make of the observations' and of the heights'
   // variances.
   double noise_factor = 1;

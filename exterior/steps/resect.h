@@ -18,8 +18,9 @@ struct PoseEstimate {
   // With what the residuals do not show (unseen_errors.h): how precise the pose is. The search goes
   // on with the other one, which knows what the next round may find.
   Matrix6d honest_covariance;
-  double added_px2 = 0;   // to every observation's variance: what matching cannot see
-  double sigma0_px = 0;   // of one image coordinate of average weight
+  Matrix6d of_common_heights;  // of it, what the control's heights have in common
+  double added_px2 = 0;        // to every observation's variance: what matching cannot see
+  double sigma0_px = 0;        // of one image coordinate of average weight
   double prior_chi2 = 0;  // Mahalanobis distance^2 of the pose from the prior, 6 degrees of freedom
   std::vector<Eigen::Vector2d> residuals_px;  // measured - computed, of every observation
   std::vector<bool> rejected;                 // by data snooping

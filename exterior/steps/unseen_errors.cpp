@@ -61,6 +61,16 @@ Eigen::MatrixXd CovarianceOfUnseenErrors(const LinearEstimator& estimator,
   return covariance;
 }
 
+Eigen::MatrixXd CovarianceOfCommonHeights(const LinearEstimator& estimator) {
+  const Eigen::Index unknowns = estimator.by_observation.rows();
+  Eigen::MatrixXd covariance = Eigen::MatrixXd::Zero(unknowns, unknowns);
+  for (const Eigen::VectorXd& by_height : estimator.by_height_px) {
+    const Eigen::VectorXd common = estimator.by_observation * by_height;
+    covariance += kCommonHeightShare * common * common.transpose();
+  }
+  return covariance;
+}
+
 Eigen::MatrixXd CovarianceOfSources(const LinearEstimator& estimator,
                                     const std::vector<PatchObservation>& observations,
                                     double half_px) {

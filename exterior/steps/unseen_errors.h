@@ -30,6 +30,10 @@ Eigen::MatrixXd CovarianceOfUnseenErrors(const LinearEstimator& estimator,
                                          const std::vector<PatchObservation>& observations,
                                          double correlation_m);
 
+// The same of what is common to all heights, as far as their stated accuracy goes: part of the
+// above and of the adjustment's. No patch that was cut with them tells it.
+Eigen::MatrixXd CovarianceOfCommonHeights(const LinearEstimator& estimator);
+
 // The same of sources that are displaced and deformed as a whole: their source_sigma_px, over their
 // middle and over `half_px` from it.
 Eigen::MatrixXd CovarianceOfSources(const LinearEstimator& estimator,

@@ -16,7 +16,8 @@ namespace {
 // A photo off by 10 m (5 pixels) and a degree or so.
 class OrientPhotoOfTexture : public testing::Test {
  protected:
-  ExteriorResult Orient(const std::vector<patchdb::Patch>& patches) {
+  ExteriorResult Orient(const std::vector<patchdb::Patch>& patches,
+                        const OrientPhotoOptions& options = {}) {
     PhotoToOrient photo = world_.ToOrient();
     photo.prior.pose = world_.View().pose;
     photo.prior.pose.position_m += Eigen::Vector3d(8, -7, 5);
@@ -24,7 +25,7 @@ class OrientPhotoOfTexture : public testing::Test {
     Vector6d sigma;
     sigma << 10, 10, 10, 0.02, 0.02, 0.02;
     photo.prior.covariance = sigma.cwiseAbs2().asDiagonal();
-    return OrientPhoto(photo, world_.File(), patches);
+    return OrientPhoto(photo, world_.File(), patches, options);
   }
 
   static int Matched(const ExteriorResult& result) {
@@ -69,6 +70,27 @@ TEST_F(OrientPhotoOfTexture, FindsThePatchesWhoseContrastHasTurnedByTheirGradien
     for (std::size_t i = 0; i < patches.size(); i += 4)
       found += patch.id == patches[i].id && patch.state == PatchState::kMatched ? 1 : 0;
   EXPECT_GE(2 * found, inverted);
+}
+
+// They move the projection centre up and down however well the patches agree: the control is no
+// better, and the sigma tells it. Half of a variance is common.
+TEST_F(OrientPhotoOfTexture, IsOkWhereTheHeightsOfTheControlAreWhatItLacks) {
+  std::vector<patchdb::Patch> patches = world_.Patches(world_.Ground(), 2, 130);
+  for (patchdb::Patch& patch : patches) {
+    patch.height_effect = Eigen::Vector3d::UnitZ();
+    patch.height_sigma_m = 12;
+  }
+  OrientPhotoOptions options;
+  const ExteriorResult result = Orient(patches, options);
+  EXPECT_EQ(result.status, Status::kOk) << JoinedSentences(result.findings);
+  ASSERT_TRUE(result.projection_sigma && result.target_m);
+  EXPECT_GT(result.projection_sigma->m, 2 * TexturedPhoto::kGsd_m);
+  EXPECT_GT(*result.target_m, 2 * TexturedPhoto::kGsd_m);
+
+  options.target_m = TexturedPhoto::kGsd_m;
+  const ExteriorResult asked = Orient(patches, options);
+  EXPECT_EQ(asked.status, Status::kWeak);
+  EXPECT_TRUE(Has(asked.findings, Reason::kPoorlyDetermined));
 }
 
 TEST_F(OrientPhotoOfTexture, FailsOnPatchesOfAnotherPlace) {

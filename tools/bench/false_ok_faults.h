@@ -113,8 +113,9 @@ inline void DemLevel(World& world, Trial& trial) {
 // Every photo's picture becomes another one; `moved` says where its pixels are then.
 inline void ChangePhotos(World& world, Trial& trial,
                          const std::function<Image(const Image&)>& change, const PixelMap& moved) {
-  const std::string folder = trial.folder + "/photos";
-  fs::remove_all(folder);
+  // Another fault may have left its photos there, and these are made of them.
+  std::string folder = trial.folder + "/photos";
+  while (fs::exists(folder)) folder += "_again";
   fs::create_directories(folder);
   for (auto& [name, path] : trial.photos) {
     const Image image = change(Raster::Open(path).ReadGrey().image);

@@ -54,10 +54,11 @@ class ExteriorCommand : public Command {
     app.add_option("--principal-distance-sigma-mm", options_.principal_distance_sigma_mm,
                    "Estimate the principal distance with each photo's pose; one sigma of the "
                    "camera file's, mm");
-    app.add_option("--target-m", options_.target_m,
-                   "Accuracy on the ground that makes a photo ok: one sigma anywhere in its frame, "
-                   "metres (default: a pixel of the photo or half a pixel of the patches, "
-                   "whichever is larger)");
+    app.add_option(
+        "--target-m", options_.target_m,
+        "Accuracy on the ground that makes a photo ok: one sigma anywhere in its frame, "
+        "metres (default: what the control allows: a pixel of the photo, half a pixel of "
+        "the patches, and what their heights' accuracy does in the corners)");
     app.add_option("--date", options_.date,
                    "Date of exposure of photos without one in the table of approximations, "
                    "ISO 8601 (1961, 1961-07-30)");

@@ -2,11 +2,15 @@
 
 #include <gtest/gtest.h>
 
+#include <array>
 #include <cmath>
 #include <map>
+#include <numbers>
 #include <random>
 #include <set>
 
+#include "core/geometry/collinearity.h"
+#include "core/geometry/rotation.h"
 #include "tests/exterior/digital_view.h"
 
 namespace orient::exterior {
@@ -246,6 +250,70 @@ TEST_F(ClusterOfVotes, OfTwoPatchesOrNoneGivesNoPose) {
     const auto cluster = ClusterOf(voters, 0);
     EXPECT_FALSE(FindConsensus(view_, prior_, {voting_, cluster, options_}));
   }
+}
+
+// A film whose marks do not tell how it lies: r0, turned by a quarter, by a half, and mirrored.
+class FilmOfEqualMarks : public testing::Test {
+ protected:
+  FilmOfEqualMarks() {
+    for (const std::array<double, 4>& a :
+         {std::array<double, 4>{1, 0, 0, 1}, {0, -1, 1, 0}, {-1, 0, 0, -1}, {-1, 0, 0, 1}}) {
+      Affine2d turned;
+      turned.A << a[0], a[1], a[2], a[3];
+      photo_.positions.push_back({turned * view_.photo_from_pixel, std::nullopt});
+    }
+    photo_.prior = {view_.pose, Vector6d::Constant(0.01).asDiagonal()};
+    track_.position = photo_.positions.front();
+    track_.pose = view_.pose;
+  }
+
+  // Found as `first`, with kappa's approximation `off_rad` from what was found.
+  void Decide(double off_rad, double sigma_rad) {
+    photo_.prior.pose.opk_rad.z() = view_.pose.opk_rad.z() + off_rad;
+    photo_.prior.covariance(5, 5) = sigma_rad * sigma_rad;
+    LetPriorDecidePosition(photo_, &track_);
+  }
+  Eigen::Vector2d Seen(const Eigen::Vector3d& ground_m) const {
+    PhotoView view = view_;
+    view.photo_from_pixel = track_.position.photo_from_pixel;
+    view.pose = track_.pose;
+    return *view.PixelFromGround(ground_m);
+  }
+
+  const PhotoView view_ = DigitalView();
+  PhotoToOrient photo_;
+  PoseTrack track_;
+};
+
+TEST_F(FilmOfEqualMarks, LiesAsTheApproximatedKappaSays) {
+  const Ray ray = *GroundRayFromPhoto(view_.camera, view_.pose, {20, -10});
+  const Eigen::Vector3d ground_m = ray.origin_m + 5000 * ray.direction;
+  const Eigen::Vector2d seen = Seen(ground_m);
+  for (const double quarters : {-1, 2, 0}) {
+    track_.position = photo_.positions.front();
+    track_.pose = view_.pose;
+    Decide(RadFromDeg(90 * quarters + 4), 0.05);
+    EXPECT_LT(std::abs(NormalizeAngle(track_.pose.opk_rad.z() - photo_.prior.pose.opk_rad.z())),
+              RadFromDeg(5))
+        << quarters;
+    EXPECT_LT((Seen(ground_m) - seen).norm(), 1e-6) << "the same photograph, " << quarters;
+  }
+}
+
+TEST_F(FilmOfEqualMarks, LiesAsItWasFoundWhereKappaIsNotKnown) {
+  Decide(RadFromDeg(175), std::numbers::pi);
+  EXPECT_EQ(track_.pose.AsVector(), view_.pose.AsVector());
+  EXPECT_EQ(track_.position.photo_from_pixel.A, photo_.positions.front().photo_from_pixel.A);
+}
+
+TEST_F(FilmOfEqualMarks, IsNotMirroredForKappasSake) {
+  photo_.positions.erase(photo_.positions.begin() + 1, photo_.positions.begin() + 3);
+  Decide(RadFromDeg(180), 0.05);
+  EXPECT_EQ(track_.pose.AsVector(), view_.pose.AsVector());
+  EXPECT_GT(
+      (track_.position.photo_from_pixel.A * photo_.positions.front().photo_from_pixel.A.inverse())
+          .determinant(),
+      0);
 }
 
 }  // namespace

@@ -168,6 +168,27 @@ TEST(CorrelatedPoseHeights, WhatTheSurfacesOfOrthophotosHaveInCommonIsInTheHones
   EXPECT_LT(std::sqrt(squares / kRuns), 1.25);
 }
 
+// Orthophotos' places hold, so that the projection centre rises and sinks with all heights.
+TEST(CorrelatedPoseHeights, WhatTheyHaveInCommonIsAShiftOfTheHeight) {
+  std::mt19937 random(TestSeed());
+  const PhotoView view = DigitalView();
+  const PosePrior prior = PriorOf(view.pose, {1e4, 1}, random);
+  auto observations = Observe(view, 60, true, random);
+  for (PatchObservation& o : observations) o.height_sigma_m = 0;  // their surface's remain
+  const auto of_orthophotos = EstimateCorrelatedPose(view, prior, observations, Common());
+  ASSERT_TRUE(of_orthophotos);
+  const double common_m2 = kCommonHeightShare * kHeightSigma_m * kHeightSigma_m;
+  EXPECT_NEAR(of_orthophotos->of_common_heights(2, 2), common_m2, 0.02 * common_m2);
+  EXPECT_LT(of_orthophotos->of_common_heights(0, 0), 0.02 * common_m2);
+  EXPECT_LT(of_orthophotos->of_common_heights(1, 1), 0.02 * common_m2);
+  EXPECT_LT(of_orthophotos->of_common_heights(2, 2), of_orthophotos->honest_covariance(2, 2));
+
+  for (PatchObservation& o : observations) o.surface_sigma_m = 0;
+  const auto of_points = EstimateCorrelatedPose(view, prior, observations, Common());
+  ASSERT_TRUE(of_points);
+  EXPECT_EQ(of_points->of_common_heights.norm(), 0);
+}
+
 // What no residual shows, for the pose follows it.
 TEST(CorrelatedPoseHeights, DisplacedSourcesAreInTheHonestCovariance) {
   constexpr double kSource_px = 0.8;
