@@ -155,8 +155,11 @@ OrthoShares MakeOrthophoto(const OrientedPhoto& photo, const OrthoOptions& optio
   });
   if (count.seen == 0)
     throw InputError(
-        fmt::format("{}: {} shows nothing of {}", photo.scan, photo.name, options.dem));
-  const auto metadata = MetadataOf(photo, options, plan.accuracy);
+        fmt::format("{}: at a pixel of {:g} m, and without {:g} mm of the frame's border, {} shows "
+                    "nothing of {}",
+                    photo.scan, options.gsd_m, options.border_mm, photo.name, options.dem));
+  auto metadata = MetadataOf(photo, options, plan.accuracy);
+  metadata[kHasHidden] = count.hidden > 0 ? "yes" : "no";
   // The picture comes last: a run that is continued takes it for the sign that all is there.
   hidden.Finish(metadata, options.threads);
   image.Finish(metadata, options.threads);

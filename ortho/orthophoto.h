@@ -62,6 +62,9 @@ OrthoShares MakeOrthophoto(const OrientedPhoto& photo, const OrthoOptions& optio
                            const OrthoPlan& plan, const std::string& path,
                            ProgressListener* listener);
 
+// Metadata of an orthophoto: whether there is a HiddenPath, "yes" or "no".
+inline constexpr const char* kHasHidden = "ORIENT_HAS_HIDDEN";
+
 // "dir/4711.tif" -> "dir/4711.hidden.tif".
 std::string HiddenPath(const std::string& path);
 

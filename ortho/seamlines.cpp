@@ -2,6 +2,7 @@
 
 #include <cpl_conv.h>
 #include <cpl_vsi.h>
+#include <fmt/format.h>
 #include <gdal_alg.h>
 #include <gdal_priv.h>
 #include <ogrsf_frmts.h>
@@ -168,8 +169,15 @@ Seamlines Seamlines::FromFile(const std::string& path, const Crs& crs) {
   auto impl = std::make_unique<Impl>();
   for (const auto& feature : *layer) {
     const OGRGeometry* geometry = feature->GetGeometryRef();
-    if (geometry != nullptr)
-      impl->Add(feature->GetFieldAsString(column), Geometry(geometry->clone()));
+    if (geometry == nullptr || geometry->IsEmpty()) continue;
+    // Arcs as short straight sides: GDAL draws no others.
+    Geometry polygon(geometry->getLinearGeometry());
+    const OGRwkbGeometryType type = polygon ? wkbFlatten(polygon->getGeometryType()) : wkbUnknown;
+    const std::string photo = feature->GetFieldAsString(column);
+    if (type != wkbPolygon && type != wkbMultiPolygon)
+      throw InputError(fmt::format("{}: the seamline of photo {} is a {}; draw it as a polygon",
+                                   path, photo, geometry->getGeometryName()));
+    impl->Add(photo, std::move(polygon));
   }
   if (impl->photos.empty()) throw InputError(path + ": its layer \"seamlines\" has no polygon");
   return Seamlines(std::move(impl));

@@ -61,11 +61,17 @@ std::map<std::string, std::size_t> ColumnPlaces(const std::vector<std::string>& 
   return places;
 }
 
-std::string WithoutImageEnding(const std::string& name) {
+std::string WithoutImageEnding(const std::string& given) {
+  const bool of_windows = given.starts_with("\\\\") || given.find(":\\") == 1;
+  const std::string name = of_windows ? given.substr(given.rfind('\\') + 1) : given;
   static const std::set<std::string> endings = {".tif", ".tiff", ".jpg", ".jpeg", ".png",
                                                 ".jp2", ".img",  ".bmp", ".ecw",  ".sid"};
   if (!endings.contains(Lower(std::filesystem::path(name).extension().string()))) return name;
   return std::filesystem::path(IsRemote(name) ? WithoutEscapes(name) : name).stem().string();
+}
+
+std::string BareImageName(const std::string& image) {
+  return WithoutImageEnding(std::filesystem::path(image).filename().string());
 }
 
 }  // namespace orient

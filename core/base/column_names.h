@@ -19,7 +19,11 @@ std::map<std::string, std::size_t> ColumnPlaces(const std::vector<std::string>& 
                                                 std::optional<std::size_t>* twice);
 
 // "dir/4711.tif" -> "4711", "0182.v2" -> "0182.v2": a table that names files means the photos;
-// other points are parts of a name. A name without an image's ending stays as it is.
+// other points are parts of a name. A name without an image's ending stays as it is, but for the
+// folder of a Windows path.
 std::string WithoutImageEnding(const std::string& name);
+
+// The same without any folder: "flight/4711" -> "4711".
+std::string BareImageName(const std::string& image);
 
 }  // namespace orient

@@ -30,7 +30,8 @@ pid_t ProcessOf(std::string_view digits) {
 
 // The process that a file's name tells; 0: it is no partial file.
 pid_t WriterOf(std::string_view name) {
-  for (const std::string_view beside : {"-journal", "-wal", "-shm"})
+  // SQLite's, and GDAL's of a cloud optimized GeoTIFF.
+  for (const std::string_view beside : {"-journal", "-wal", "-shm", ".msk.ovr.tmp", ".ovr.tmp"})
     if (TakeEnd(&name, beside)) break;
   if (!TakeEnd(&name, ".part")) return 0;
   const std::size_t dot = name.rfind('.');

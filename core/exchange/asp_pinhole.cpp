@@ -5,6 +5,7 @@
 #include <map>
 
 #include "core/base/atomic_write.h"
+#include "core/base/column_names.h"
 #include "core/base/error.h"
 #include "core/exchange/text_lines.h"
 #include "core/terrain/geocentric.h"
@@ -140,9 +141,8 @@ void WriteAsp(const std::string& directory, const ExchangeBlock& block) {
   const bool control = std::any_of(block.points.begin(), block.points.end(),
                                    [](const ExchangePoint& point) { return point.control; });
   for (const ExchangePhoto& photo : block.photos)
-    WriteFileAtomically(
-        (fs::path(directory) / (fs::path(photo.image).stem().string() + ".tsai")).string(),
-        TsaiText(block.cameras[photo.camera], photo));
+    WriteFileAtomically((fs::path(directory) / (BareImageName(photo.image) + ".tsai")).string(),
+                        TsaiText(block.cameras[photo.camera], photo));
   if (control) WriteFileAtomically((fs::path(directory) / "control.gcp").string(), GcpText(block));
 }
 

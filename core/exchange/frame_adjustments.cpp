@@ -10,6 +10,7 @@
 #include <numbers>
 
 #include "core/base/atomic_write.h"
+#include "core/base/column_names.h"
 #include "core/base/error.h"
 #include "core/exchange/text_lines.h"
 #include "core/geometry/lens.h"
@@ -27,7 +28,7 @@ bool IsNumber(const std::string& name) {
                      [](unsigned char c) { return std::isdigit(c) != 0; });
 }
 
-std::string NameOf(const ExchangePhoto& photo) { return fs::path(photo.image).stem().string(); }
+std::string NameOf(const ExchangePhoto& photo) { return BareImageName(photo.image); }
 
 // As many decimals as sixteen columns hold, a blank before it.
 std::string Column(double value) {

@@ -8,6 +8,7 @@
 #include <filesystem>
 
 #include "core/base/atomic_write.h"
+#include "core/base/column_names.h"
 #include "core/base/error.h"
 #include "core/exchange/text_lines.h"
 #include "core/exchange/xml_elements.h"
@@ -26,7 +27,7 @@ std::string Numbers(const std::vector<double>& values) {
   return fmt::format("{}", fmt::join(texts, " "));
 }
 
-std::string Label(const std::string& image) { return fs::path(image).stem().string(); }
+std::string Label(const std::string& image) { return BareImageName(image); }
 
 std::string SensorText(const ExchangeCamera& camera, std::size_t id) {
   const std::string size =

@@ -5,6 +5,7 @@
 #include <filesystem>
 
 #include "core/base/atomic_write.h"
+#include "core/base/column_names.h"
 #include "core/exchange/xml_elements.h"
 
 namespace orient {
@@ -13,7 +14,7 @@ namespace fs = std::filesystem;
 
 std::string CameraText(const ExchangePhoto& photo, std::size_t id) {
   return fmt::format("      <camera id=\"{}\" label=\"{}\"/>\n", id,
-                     XmlEscaped(fs::path(photo.image).stem().string()));
+                     XmlEscaped(BareImageName(photo.image)));
 }
 
 std::string MarkerText(const ExchangePoint& point, std::size_t id, const Eigen::Vector3d& origin) {

@@ -17,7 +17,8 @@ std::string PixelText(const Eigen::Vector2d& pixel) {
 }
 
 std::string FolderOf(const std::string& directory, const ExchangePhoto& photo) {
-  return (fs::path(directory) / "Homol" / ("Pastis" + photo.image)).string();
+  return (fs::path(directory) / "Homol" / ("Pastis" + fs::path(photo.image).filename().string()))
+      .string();
 }
 
 // Ties of an earlier block would be read with this one's.

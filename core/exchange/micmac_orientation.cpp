@@ -222,8 +222,10 @@ void WriteMicmacOrientation(const std::string& directory, const std::string& nam
   for (std::size_t i = 0; i < block.photos.size(); ++i) {
     const std::string calibration =
         fmt::format("Ori-{}/{}.xml", name, CalibrationName(block, block.photos[i].camera));
-    WriteFileAtomically((folder / ("Orientation-" + block.photos[i].image + ".xml")).string(),
-                        OrientationText(block, i, calibration));
+    WriteFileAtomically(
+        (folder / ("Orientation-" + fs::path(block.photos[i].image).filename().string() + ".xml"))
+            .string(),
+        OrientationText(block, i, calibration));
   }
 }
 

@@ -86,7 +86,11 @@ std::vector<std::string> Matches(const std::string& pattern, const std::string& 
 std::string ExistingFile(const TomlTable& table, std::string_view key, const std::string& base) {
   const std::string path = Resolve(base, table.Text(key));
   if (!IsVirtual(path) && !Exists(path))
-    table.Fail(key, fmt::format("names {}, which does not exist", path));
+    table.Fail(key,
+               fmt::format("names {}, which does not exist{}", path,
+                           key == "patchdb" ? "; 'orient patchdb create' and 'harvest' make it, "
+                                              "or the block itself of what [control] names"
+                                            : ""));
   return path;
 }
 
@@ -295,7 +299,9 @@ std::vector<std::string> WithListed(const std::vector<std::string>& patterns,
       all.push_back(pattern);
       continue;
     }
-    std::istringstream lines(ReadFile(Resolve(base, pattern.substr(1))));
+    std::string text = ReadFile(Resolve(base, pattern.substr(1)));
+    if (text.starts_with("\xef\xbb\xbf")) text.erase(0, 3);  // a byte order mark
+    std::istringstream lines(text);
     for (std::string line; std::getline(lines, line);) {
       line.erase(line.find_last_not_of(" \t\r") + 1);
       if (!line.empty() && line.front() != '#') all.push_back(line);

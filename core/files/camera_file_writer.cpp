@@ -95,7 +95,8 @@ struct ShapeText {
       points += points.empty() ? "" : ", ";
       points += Text(point);
     }
-    return fmt::format("\"polygon\", points_mm = [{}]", points);
+    return fmt::format("\"polygon\", points_mm = [{}]{}", points,
+                       polygon.open ? ", open = true" : "");
   }
 };
 

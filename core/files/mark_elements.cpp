@@ -46,20 +46,40 @@ double PolygonDistance(const std::vector<Vector2d>& corners, const Vector2d& poi
   return inside ? -distance : distance;
 }
 
+// Between the points, in their order.
+double DistanceToSides(const std::vector<Vector2d>& points, const Vector2d& point) {
+  double distance = std::numeric_limits<double>::infinity();
+  for (size_t i = 0; i + 1 < points.size(); ++i)
+    distance = std::min(distance, SegmentDistance(points[i], points[i + 1], point));
+  return distance;
+}
+
 double FarthestOf(const std::vector<Vector2d>& corners) {
   double farthest = 0;
   for (const Vector2d& corner : corners) farthest = std::max(farthest, corner.norm());
   return farthest;
 }
 
+// Positive where the corners go round counter-clockwise.
+double TwiceArea(const std::vector<Vector2d>& corners) {
+  double twice_area = 0;
+  for (size_t i = 0; i < corners.size(); ++i)
+    twice_area += Cross(corners[i], corners[(i + 1) % corners.size()]);
+  return twice_area;
+}
+
 double PolygonThickness(const std::vector<Vector2d>& corners) {
-  double twice_area = 0, perimeter = 0;
-  for (size_t i = 0; i < corners.size(); ++i) {
-    const Vector2d& next = corners[(i + 1) % corners.size()];
-    twice_area += Cross(corners[i], next);
-    perimeter += (next - corners[i]).norm();
-  }
-  return 2 * std::abs(twice_area) / perimeter;
+  double perimeter = 0;
+  for (size_t i = 0; i < corners.size(); ++i)
+    perimeter += (corners[(i + 1) % corners.size()] - corners[i]).norm();
+  return 2 * std::abs(TwiceArea(corners)) / perimeter;
+}
+
+// Across the side from the last point to the first, of length 1.
+Vector2d OutOf(const PolygonElement& polygon) {
+  const Vector2d along = polygon.points_mm.front() - polygon.points_mm.back();
+  const double turn = TwiceArea(polygon.points_mm) > 0 ? 1 : -1;
+  return turn * Vector2d(along.y(), -along.x()).normalized();
 }
 
 struct DistanceTo {
@@ -97,7 +117,7 @@ struct DistanceTo {
                     RectangleDistance(p + quarter, quarter));
   }
   double operator()(const PolygonElement& polygon) const {
-    return PolygonDistance(polygon.points_mm, point);
+    return PolygonDistance(polygon.open ? Corners(polygon) : polygon.points_mm, point);
   }
 };
 
@@ -137,8 +157,36 @@ std::vector<Vector2d> Corners(const WedgeElement& wedge) {
   return {wedge.at_mm, wedge.at_mm + back + side, wedge.at_mm + back - side};
 }
 
+std::vector<Vector2d> Corners(const PolygonElement& polygon) {
+  std::vector<Vector2d> corners = polygon.points_mm;
+  if (!polygon.open) return corners;
+  constexpr double kBeyond_mm = 100;
+  const auto goes_on = [&](const Vector2d& end, const Vector2d& before) -> Vector2d {
+    return end + kBeyond_mm * (end - before).normalized();
+  };
+  const Vector2d first = goes_on(corners[0], corners[1]);
+  const Vector2d last = goes_on(corners.back(), corners[corners.size() - 2]);
+  const Vector2d beyond = kBeyond_mm * OutOf(polygon);
+  corners.insert(corners.end(), {last, last + beyond, first + beyond, first});
+  return corners;
+}
+
 double SignedDistance(const MarkElement& element, const Vector2d& point_mm) {
   return std::visit(DistanceTo{point_mm}, element);
+}
+
+double StrokeDistance(const MarkElement& element, const Vector2d& point_mm) {
+  const double distance = SignedDistance(element, point_mm);
+  const auto* polygon = std::get_if<PolygonElement>(&element);
+  if (polygon == nullptr || !polygon->open) return distance;
+  return std::copysign(DistanceToSides(polygon->points_mm, point_mm), distance);
+}
+
+double DistanceFromPart(const MarkElement& element, const Vector2d& point_mm) {
+  const auto* polygon = std::get_if<PolygonElement>(&element);
+  if (polygon == nullptr || !polygon->open) return SignedDistance(element, point_mm);
+  return std::min(DistanceToSides(polygon->points_mm, point_mm),
+                  PolygonDistance(polygon->points_mm, point_mm));
 }
 
 double Reach(const MarkElement& element) { return std::visit(ReachOf(), element); }

@@ -53,10 +53,13 @@ struct CheckerElement {
   Eigen::Vector2d at_mm = Eigen::Vector2d::Zero();
   double brightness = 1;
 };
-// Filled; the outline does not cross itself.
+// Filled; the outline does not cross itself. An open one (a notch in the picture's edge) has no
+// side from its last point to its first: its first and last sides go on, straight, and beyond them
+// the area does.
 struct PolygonElement {
   std::vector<Eigen::Vector2d> points_mm;
   double brightness = 1;
+  bool open = false;
 };
 using MarkElement = std::variant<CrossElement, DotElement, CircleElement, LineElement, WedgeElement,
                                  CheckerElement, PolygonElement>;
@@ -64,8 +67,18 @@ using MarkElement = std::variant<CrossElement, DotElement, CircleElement, LineEl
 // Tip first, then the base's ends counter-clockwise.
 std::vector<Eigen::Vector2d> Corners(const WedgeElement& wedge);
 
+// Of an open one with what goes on, farther than any mark reaches.
+std::vector<Eigen::Vector2d> Corners(const PolygonElement& polygon);
+
 // Signed distance (mm) from a point (mark system) to the element's outline; negative inside.
 double SignedDistance(const MarkElement& element, const Eigen::Vector2d& point_mm);
+
+// The same to what is drawn of the outline: not to where an open one goes on.
+double StrokeDistance(const MarkElement& element, const Eigen::Vector2d& point_mm);
+
+// To the nearest point of the mark: of an open polygon, of its outline as drawn and of what that
+// encloses. Not positive inside.
+double DistanceFromPart(const MarkElement& element, const Eigen::Vector2d& point_mm);
 
 // Distance of the element's farthest point from the mark's centre, mm.
 double Reach(const MarkElement& element);

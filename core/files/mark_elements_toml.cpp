@@ -95,6 +95,8 @@ PolygonElement ReadPolygon(const TomlTable& table) {
   PolygonElement polygon{table.Points2("points_mm"), ReadBrightness(table)};
   if (polygon.points_mm.size() < 3) table.Fail("points_mm", "must have at least three points");
   CheckOutline(table, polygon.points_mm);
+  polygon.open = table.FindFlag("open").value_or(false);
+  CheckOutline(table, Corners(polygon));
   return polygon;
 }
 
@@ -105,7 +107,7 @@ MarkElement ReadMarkElement(const toml::table& raw, const std::string& file,
   const TomlTable any(
       raw, file, name,
       {"shape", "length_mm", "width_mm", "gap_mm", "angle_deg", "diameter_mm", "at_mm",
-       "brightness", "from_mm", "to_mm", "base_mm", "depth_mm", "size_mm", "points_mm"});
+       "brightness", "from_mm", "to_mm", "base_mm", "depth_mm", "size_mm", "points_mm", "open"});
   const std::string shape = any.Text("shape");
   if (shape == "cross")
     return ReadCross(
@@ -126,7 +128,7 @@ MarkElement ReadMarkElement(const toml::table& raw, const std::string& file,
   if (shape == "checker")
     return ReadChecker({raw, file, name, {"shape", "size_mm", "angle_deg", "at_mm", "brightness"}});
   if (shape == "polygon")
-    return ReadPolygon({raw, file, name, {"shape", "points_mm", "brightness"}});
+    return ReadPolygon({raw, file, name, {"shape", "points_mm", "open", "brightness"}});
   any.Fail("shape", "is \"" + shape +
                         "\"; it must be cross or dot or circle or line or wedge or checker or "
                         "polygon");

@@ -1,8 +1,11 @@
 #include "core/raster/band_raster.h"
 
+#include <cpl_vsi.h>
+#include <fmt/format.h>
 #include <gdal_priv.h>
 
 #include <algorithm>
+#include <cstdint>
 #include <cstdlib>
 #include <mutex>
 #include <utility>
@@ -39,6 +42,23 @@ std::vector<float> NodataOf(const std::vector<GDALRasterBand*>& bands) {
     if (declared == 0) return {};
   }
   return values;
+}
+
+// Byte of a TIFF after the last tile of a band; 0 of other files. GDAL's documentation of GTiff,
+// "Metadata", domain TIFF.
+std::int64_t EndOfTiles(GDALRasterBand* band) {
+  int width = 1, height = 1;
+  band->GetBlockSize(&width, &height);
+  const auto number = [&](const char* what, int col, int row) -> std::int64_t {
+    const char* text =
+        band->GetMetadataItem(fmt::format("{}_{}_{}", what, col, row).c_str(), "TIFF");
+    return text == nullptr ? 0 : std::atoll(text);
+  };
+  std::int64_t end = 0;
+  for (int row = 0; row * std::int64_t{height} < band->GetYSize(); ++row)
+    for (int col = 0; col * std::int64_t{width} < band->GetXSize(); ++col)
+      end = std::max(end, number("BLOCK_OFFSET", col, row) + number("BLOCK_SIZE", col, row));
+  return end;
 }
 
 void RequireUsable(GDALDataset* dataset, const std::string& path) {
@@ -123,6 +143,15 @@ std::string BandRaster::Metadata(const std::string& name) const {
   const std::lock_guard lock(impl_->mutex);
   const char* value = impl_->dataset->GetMetadataItem(name.c_str());
   return value == nullptr ? std::string() : std::string(value);
+}
+
+bool BandRaster::IsWhole() const {
+  const std::lock_guard lock(impl_->mutex);
+  VSIStatBufL file;
+  if (VSIStatL(impl_->dataset->GetDescription(), &file) != 0) return false;
+  GDALRasterBand* band = impl_->dataset->GetRasterBand(1);
+  return std::max(EndOfTiles(band), EndOfTiles(band->GetMaskBand())) <=
+         static_cast<std::int64_t>(file.st_size);
 }
 
 std::vector<Image> BandRaster::Read(const PixelWindow& window) const {

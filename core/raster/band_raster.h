@@ -37,6 +37,9 @@ class BandRaster {
   // Of the file itself ("ORIENT_GSD_M"); empty where it has none of that name.
   std::string Metadata(const std::string& name) const;
 
+  // Whether the file is as long as its tiles say; true where it is no TIFF.
+  bool IsWhole() const;
+
   // The bands of a window inside the raster; where a file says that 0 is white, its values are
   // turned so that 0 is black. Throws InputError naming the path where the file is damaged there.
   std::vector<Image> Read(const PixelWindow& window) const;

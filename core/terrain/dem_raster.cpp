@@ -5,6 +5,7 @@
 #include <ogr_spatialref.h>
 
 #include <cmath>
+#include <cstdint>
 #include <limits>
 
 #include "core/base/environment_error.h"
@@ -74,6 +75,21 @@ DemRaster::~DemRaster() = default;
 int DemRaster::Columns() const { return impl_->dataset->GetRasterXSize(); }
 int DemRaster::Rows() const { return impl_->dataset->GetRasterYSize(); }
 
+std::vector<std::uint8_t> DemRaster::MaskOf(int column, int row, int columns, int rows) const {
+  if ((impl_->band->GetMaskFlags() & GMF_PER_DATASET) == 0) return {};
+  const QuietGdal quiet;
+  std::vector<std::uint8_t> mask(static_cast<std::size_t>(columns) *
+                                 static_cast<std::size_t>(rows));
+  const CPLErr result = Watched([&] {
+    return impl_->band->GetMaskBand()->RasterIO(GF_Read, column, row, columns, rows, mask.data(),
+                                                columns, rows, GDT_Byte, 0, 0);
+  });
+  if (result != CE_None)
+    throw InputError(fmt::format("{}: its mask cannot be read{}; the file may be damaged", path_,
+                                 quiet.Message()));
+  return mask;
+}
+
 std::vector<float> DemRaster::Read(int column, int row, int columns, int rows) const {
   const QuietGdal quiet;
   constexpr std::size_t kMostNodes = std::size_t{1} << 30;
@@ -90,6 +106,9 @@ std::vector<float> DemRaster::Read(int column, int row, int columns, int rows) c
   if (result != CE_None)
     throw InputError(fmt::format("{}: the heights cannot be read{}; the file may be damaged", path_,
                                  quiet.Message()));
+  const std::vector<std::uint8_t> shown = MaskOf(column, row, columns, rows);
+  for (std::size_t i = 0; i < shown.size(); ++i)
+    if (shown[i] == 0) heights[i] = std::numeric_limits<float>::quiet_NaN();
   int has_nodata = 0;
   const float nodata = static_cast<float>(impl_->band->GetNoDataValue(&has_nodata));
   const double scale = impl_->band->GetScale(), offset = impl_->band->GetOffset();

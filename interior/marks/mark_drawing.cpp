@@ -225,7 +225,7 @@ double ThinnestStroke(const MarkShape& shape) {
 double StrokeDistance(const MarkDrawing& drawing, const Vector2d& point_mm) {
   double distance = std::numeric_limits<double>::infinity();
   for (const MarkElement& element : drawing.elements)
-    distance = std::min(distance, SignedDistance(element, point_mm));
+    distance = std::min(distance, StrokeDistance(element, point_mm));
   return distance;
 }
 
@@ -260,6 +260,28 @@ MarkTemplate RenderMark(const MarkShape& shape, const Matrix2d& pixel_from_mm,
   return result;
 }
 
+namespace {
+
+bool IsOpen(const MarkElement& element) {
+  const auto* polygon = std::get_if<PolygonElement>(&element);
+  return polygon != nullptr && polygon->open;
+}
+
+// What lies where outlines go on that are not drawn.
+void LeaveOutBeyond(const std::vector<MarkElement>& elements, const PixelSquare& square,
+                    double margin_mm, std::vector<bool>* near) {
+  for (size_t i = 0; i < near->size(); ++i) {
+    const auto col = static_cast<double>(i % static_cast<size_t>(square.size));
+    const auto row = static_cast<double>(i / static_cast<size_t>(square.size));
+    const Vector2d middle = square.AtMm(Vector2d(col + 0.5, row + 0.5));
+    (*near)[i] = (*near)[i] && std::any_of(elements.begin(), elements.end(), [&](const auto& e) {
+                   return DistanceFromPart(e, middle) <= margin_mm;
+                 });
+  }
+}
+
+}  // namespace
+
 std::vector<bool> NearStrokes(const MarkDrawing& drawing, const Matrix2d& mm_from_pixel, int half,
                               double margin_mm) {
   const PixelSquare square{mm_from_pixel, Vector2d::Constant(half + 0.5), 2 * half + 1};
@@ -279,6 +301,8 @@ std::vector<bool> NearStrokes(const MarkDrawing& drawing, const Matrix2d& mm_fro
         });
   };
   Blocks(drawing, square, margin_mm, 0).Visit(fill, pixel);
+  if (std::any_of(drawing.elements.begin(), drawing.elements.end(), IsOpen))
+    LeaveOutBeyond(drawing.elements, square, margin_mm, &near);
   return near;
 }
 

@@ -30,7 +30,7 @@ double MarkRadius(const MarkShape& shape);
 double ThinnestStroke(const MarkShape& shape);
 
 // Signed distance in mm from a point (mm, mark system) to the nearest element, whatever its
-// brightness; negative inside. Drawings without elements have none: infinity.
+// brightness and as drawn; negative inside. Drawings without elements have none: infinity.
 double StrokeDistance(const MarkDrawing& drawing, const Eigen::Vector2d& point_mm);
 
 struct RenderOptions {

@@ -153,7 +153,12 @@ class OrthoRun {
     if (!options_.resume || !fs::exists(path)) return false;
     try {
       constexpr const char* kMadeFrom = "ORIENT_MADE_FROM";
-      return BandRaster::Open(path).Metadata(kMadeFrom) == options.metadata.at(kMadeFrom);
+      const BandRaster made = BandRaster::Open(path);
+      if (made.Metadata(kMadeFrom) != options.metadata.at(kMadeFrom) || !made.IsWhole())
+        return false;
+      const std::string hidden = ortho::HiddenPath(path);
+      return made.Metadata(ortho::kHasHidden) != "yes" ||
+             (fs::exists(hidden) && BandRaster::Open(hidden).IsWhole());
     } catch (const InputError&) {  // damaged
       return false;
     }

@@ -12,6 +12,7 @@
 #include <utility>
 
 #include "block/inputs/block_camera.h"
+#include "core/base/column_names.h"
 #include "core/base/error.h"
 #include "core/files/adjustment_result.h"
 #include "core/files/camera_file.h"
@@ -259,8 +260,9 @@ void NamePhotosCutOff(const ExchangeBlock& block, const std::string& folder,
   const std::string path = VerificationPath(folder);
   if (!fs::exists(path)) return;
   std::set<std::string> missing;
-  for (const VerificationRow& row : ReadVerification(path)) missing.insert(PhotoName(row.image));
-  for (const ExchangePhoto& photo : block.photos) missing.erase(PhotoName(photo.image));
+  for (const VerificationRow& row : ReadVerification(path))
+    missing.insert(BareImageName(row.image));
+  for (const ExchangePhoto& photo : block.photos) missing.erase(BareImageName(photo.image));
   if (missing.empty()) return;
   messages->push_back(path + " names " + std::to_string(missing.size()) +
                       " photos that the file beside it lacks, " + *missing.begin() +

@@ -6,6 +6,7 @@
 #include <filesystem>
 #include <map>
 
+#include "core/base/column_names.h"
 #include "core/base/error.h"
 #include "core/exchange/asp_pinhole.h"
 #include "core/exchange/colmap.h"
@@ -46,7 +47,7 @@ Vector2d Counted(Vector2d pixel, double centre, const Reading& reading) {
 template <typename Photo>
 const Photo& PhotoOf(const std::map<std::string, Photo>& photos, const std::string& image) {
   auto found = photos.find(image);
-  if (found == photos.end()) found = photos.find(fs::path(image).stem().string());
+  if (found == photos.end()) found = photos.find(BareImageName(image));
   if (found == photos.end()) throw InputError("the files hold no image " + image);
   return found->second;
 }

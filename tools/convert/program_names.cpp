@@ -7,6 +7,8 @@
 #include <filesystem>
 #include <set>
 
+#include "core/base/column_names.h"
+
 namespace orient {
 namespace {
 namespace fs = std::filesystem;
@@ -14,7 +16,7 @@ namespace fs = std::filesystem;
 bool IsBlank(char c) { return std::isspace(static_cast<unsigned char>(c)) != 0; }
 
 std::string WithoutEnding(const std::string& image) {
-  return fs::path(image).replace_extension().string();
+  return (fs::path(image).parent_path() / BareImageName(image)).string();
 }
 
 bool CutsNames(ExchangeFormat format) {
@@ -24,7 +26,7 @@ bool CutsNames(ExchangeFormat format) {
 // Also other than all of `taken`, which are without endings.
 std::string WithoutBlanks(std::string image, const std::set<std::string>& taken) {
   std::replace_if(image.begin(), image.end(), IsBlank, '_');
-  const std::string name = WithoutEnding(image), ending = fs::path(image).extension().string();
+  const std::string name = WithoutEnding(image), ending = image.substr(name.size());
   for (int number = 2; taken.contains(WithoutEnding(image)); ++number)
     image = fmt::format("{}_{}{}", name, number, ending);
   return image;

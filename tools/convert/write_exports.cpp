@@ -8,6 +8,7 @@
 #include <map>
 
 #include "block/inputs/block_files.h"
+#include "core/base/column_names.h"
 #include "core/base/error.h"
 #include "core/base/output_directory.h"
 #include "core/exchange/asp_pinhole.h"
@@ -162,14 +163,16 @@ ExchangeBlock Framed(const ConvertSource& source, const std::vector<Verified>& v
   return block;
 }
 
-// Most formats name images without folder and ending.
+// Most formats name images without folder and ending, MicMac without folder.
 void RequireOwnNames(const ExchangeBlock& block, ExchangeFormat format) {
-  if (format == ExchangeFormat::kColmap || format == ExchangeFormat::kOpensfm ||
-      format == ExchangeFormat::kMicmac)
-    return;
+  if (format == ExchangeFormat::kColmap || format == ExchangeFormat::kOpensfm) return;
+  const auto name_in_files = [&](const std::string& image) {
+    return format == ExchangeFormat::kMicmac ? fs::path(image).filename().string()
+                                             : BareImageName(image);
+  };
   std::map<std::string, std::string> images;
   for (const ExchangePhoto& photo : block.photos) {
-    const auto [known, is_new] = images.emplace(fs::path(photo.image).stem().string(), photo.image);
+    const auto [known, is_new] = images.emplace(name_in_files(photo.image), photo.image);
     if (!is_new)
       throw InputError(
           fmt::format("the images {} and {} would have one name in files of the format "
@@ -182,7 +185,7 @@ void WriteOpk(const std::string& directory, const ConvertSource& source) {
   OrientationTable table;
   table.crs = source.crs;
   for (const ExchangePhoto& photo : source.block.photos)
-    table.rows.push_back({PhotoName(photo.image), PoseOf(photo), std::nullopt});
+    table.rows.push_back({BareImageName(photo.image), PoseOf(photo), std::nullopt});
   WriteOrientationTable((fs::path(directory) / "orientation.csv").string(), table);
 }
 

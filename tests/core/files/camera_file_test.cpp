@@ -72,7 +72,8 @@ const std::string kEveryShape = R"(
   { shape = "line", from_mm = [0.5, 0], to_mm = [2, 0.25], width_mm = 0.125 },
   { shape = "wedge", base_mm = 1.5, depth_mm = 2.0, angle_deg = 90, at_mm = [0, 3] },
   { shape = "checker", size_mm = 3.0, angle_deg = 45.0, brightness = 0.5 },
-  { shape = "polygon", points_mm = [[0, 0], [2.5, 0], [2.5, 1.25]], brightness = -0.5 },)";
+  { shape = "polygon", points_mm = [[0, 0], [2.5, 0], [2.5, 1.25]], brightness = -0.5 },
+  { shape = "polygon", points_mm = [[-2, 0], [0, 1.5], [2, 0]], open = true },)";
 
 TEST(CameraFile, EveryShapeKeepsItsNumbersThroughARoundtrip) {
   const TemporaryFolder folder;
@@ -106,6 +107,8 @@ TEST(CameraFile, EveryShapeKeepsItsNumbersThroughARoundtrip) {
   ASSERT_EQ(polygon.points_mm.size(), 3u);
   EXPECT_EQ(polygon.points_mm[2], Eigen::Vector2d(2.5, 1.25));
   EXPECT_EQ(polygon.brightness, -0.5);
+  EXPECT_FALSE(polygon.open);
+  EXPECT_TRUE(std::get<PolygonElement>(elements[7]).open);
 }
 
 TEST(CameraFile, ImpossibleElementsAreRefusedByTheirKey) {
@@ -131,6 +134,10 @@ TEST(CameraFile, ImpossibleElementsAreRefusedByTheirKey) {
          {"elements[0].points_mm", "[[x, y]"});
   refuse("{ shape = \"polygon\", points_mm = [[0, 0], [1, 1], [1, 0], [0, 1]] }",
          {"elements[0].points_mm", "crosses itself"});
+  refuse(
+      "{ shape = \"polygon\", open = true, points_mm = [[-1, -1], [-2, 0], [0, 2], [2, 0], [1, "
+      "-1]] }",
+      {"elements[0].points_mm", "crosses itself"});
   refuse("{ shape = \"polygon\", points_mm = [[0, 0], [1, 1], [2, 2]] }",
          {"elements[0].points_mm", "no area"});
   refuse("{ shape = \"polygon\", points_mm = [[0, 0], [0, 0], [2, 2]] }",

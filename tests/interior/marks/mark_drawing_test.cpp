@@ -255,6 +255,41 @@ TEST(SignedDistance, OfAPolygonWithAHollowIsRight) {
   EXPECT_NEAR(SignedDistance(l, {-3, -4}), 5, 1e-12);
 }
 
+// A notch in the straight edge of a picture, which is below: its outline as drawn, the picture's
+// and the border's side of it.
+class NotchInThePicturesEdge : public testing::Test {
+ protected:
+  // Of a template of 10 pixels a millimetre.
+  static float At(const MarkTemplate& drawn, double x_mm, double y_mm) {
+    const Vector2d pixel = drawn.centre + 10 * Vector2d(x_mm, -y_mm);
+    return drawn.values.At(static_cast<int>(std::floor(pixel.x())),
+                           static_cast<int>(std::floor(pixel.y())));
+  }
+
+  const MarkShape notch_ =
+      Shape({PolygonElement{{{-2, 0}, {-0.7, 0}, {0, 1.4}, {0.7, 0}, {2, 0}}, 1, true}});
+};
+
+TEST_F(NotchInThePicturesEdge, HasNoOutlineWhereItIsOpen) {
+  EXPECT_NEAR(StrokeDistance(notch_.drawing, {-1, 0.3}), 0.3, 1e-12);
+  EXPECT_NEAR(StrokeDistance(notch_.drawing, {-1, -0.3}), -0.3, 1e-12);
+  EXPECT_NEAR(StrokeDistance(notch_.drawing, {0, 0}), -0.7 * 2 / std::sqrt(5), 1e-12);
+  EXPECT_NEAR(StrokeDistance(notch_.drawing, {0, -2.4}), -2.5, 1e-12);  // from both corners
+  EXPECT_NEAR(StrokeDistance(notch_.drawing, {6, 3}), 5, 1e-12);
+  EXPECT_NEAR(StrokeDistance(notch_.drawing, {6, -3}), -5, 1e-12);
+}
+
+TEST_F(NotchInThePicturesEdge, IsDrawnAsFarAsItIsKnown) {
+  const MarkTemplate drawn = RenderMark(notch_, Upright(10), {0.0, 0.4});
+  EXPECT_EQ(At(drawn, 0, 0.5), 1.0f);
+  EXPECT_EQ(At(drawn, -1.55, -0.25), 1.0f) << "the picture beside its edge";
+  EXPECT_EQ(At(drawn, -1.55, 0.25), 0.0f) << "the border beside it";
+  EXPECT_EQ(At(drawn, 2.15, -0.15), 1.0f) << "the edge goes on";
+  EXPECT_EQ(At(drawn, 2.15, 0.15), 0.0f);
+  EXPECT_TRUE(std::isnan(At(drawn, 0, -0.8))) << "the picture may show anything";
+  EXPECT_TRUE(std::isnan(At(drawn, 0.9, 1.2)));
+}
+
 TEST(LooksSame, KnowsTheOtherShapes) {
   const Matrix2d quarter = Eigen::Rotation2Dd(std::numbers::pi / 2).toRotationMatrix();
   const Matrix2d half = -Matrix2d::Identity();
