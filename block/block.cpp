@@ -180,6 +180,14 @@ void AddUnusable(const BlockInputs& inputs, OrientedBlock* block) {
   }
 }
 
+void NameUnknownMeasurements(const BlockInputs& inputs, OrientedBlock* block) {
+  std::vector<std::string> photos;
+  for (const std::string& path : inputs.Block().photos) photos.push_back(PhotoName(path));
+  for (const UnusablePhoto& photo : inputs.Block().unusable) photos.push_back(photo.name);
+  if (auto unknown = UnknownPhotos(inputs.Said(), photos))
+    block->findings.push_back(*std::move(unknown));
+}
+
 void NameNeedlessApproximations(const BlockInputs& inputs, OrientedBlock* block) {
   const std::vector<std::string>& needless = inputs.Approximations().Needless();
   const Findings& more = inputs.Approximations().Remarks();
@@ -217,6 +225,7 @@ OrientedBlock Orient(const BlockInputs& inputs, const BlockFolder& folder,
   ForgetStages(&block.results);
   AddUnusable(inputs, &block);
   NameNeedlessApproximations(inputs, &block);
+  NameUnknownMeasurements(inputs, &block);
   return block;
 }
 

@@ -317,6 +317,12 @@ ExteriorResult Told(const PhotoTask& task, SettledPose pose) {
   const JudgedPose judged = ToJudge(task, round, pose.matches.places, pose.track, *result.target_m);
   result.projection_sigma = ProjectionSigmaOf(judged.worst_sigma_px, pixel_m);
   result.findings = Judge(judged);
+  const FilmPosition& position = pose.track.position;
+  const int alike = EquallyLikelyPositions(task.photo, position, result.pose->opk_rad.z());
+  if (position.orientation && alike > 1)
+    result.findings.push_back({.reason = Reason::kKappaWithOrientation,
+                               .value = alike,
+                               .where = std::string(Name(*position.orientation))});
   result.status = StatusOf(result.findings);
   return result;
 }

@@ -121,11 +121,14 @@ std::vector<BlockJudgement::Suspect> BlockJudgement::FindSuspects(const BlockTes
   for (std::size_t point = 0; point < system_->points.size(); ++point) {
     Suspect worst{point};
     double second = 0;
+    bool seen = false;
     for (const std::size_t row : system_->image_rows_of_point[point]) {
       if (!system_->rows[row].active) continue;
       const double score = Score(tests.of_row[row]);
       second = std::max(second, std::min(score, worst.score));
-      if (score > worst.score) worst = {point, score, row, false, false};
+      // One that cannot be tested (no redundancy) is the suspect where only its control speaks.
+      if (!seen || score > worst.score) worst = {point, score, row, false, false};
+      seen = true;
     }
     const bool has_control = system_->HasControl(point);
     // Of a control patch seen once nobody can say whether image or ground is wrong.

@@ -6,11 +6,13 @@
 #include <Eigen/LU>
 #include <algorithm>
 #include <cmath>
+#include <set>
 
 #include "block/inputs/approximations.h"
 #include "block/inputs/digest.h"
 #include "core/base/error.h"
 #include "core/base/median.h"
+#include "core/files/toml_fields.h"
 
 namespace orient::block {
 namespace {
@@ -73,6 +75,30 @@ void RequireKnownMarks(const Measurements& said, const std::string& photo,
         camera.camera.name.empty() ? "" : " (" + camera.camera.name + ")",
         ids.empty() ? "has no marks" : fmt::format("has the marks {}", fmt::join(ids, ", "))));
   }
+}
+
+std::optional<Finding> UnknownPhotos(const Measurements& said,
+                                     const std::vector<std::string>& photos) {
+  constexpr std::size_t kNamed = 5;
+  std::set<std::string> unknown;
+  for (const auto& one : said.marks) unknown.insert(one.photo);
+  for (const auto& one : said.image_points) unknown.insert(one.photo);
+  for (const auto& one : said.decisions) unknown.insert(one.photo);
+  for (const std::string& photo : photos) unknown.erase(photo);
+  if (unknown.empty()) return std::nullopt;
+  const std::vector<std::string_view> known(photos.begin(), photos.end());
+  std::vector<std::string> names;
+  for (const std::string& photo : unknown) {
+    if (names.size() == kNamed) {
+      names.push_back(fmt::format("{} more", unknown.size() - kNamed));
+      break;
+    }
+    const std::string nearest = NearestWord(photo, known);
+    names.push_back(nearest.empty() ? photo : fmt::format("{} (is it {}?)", photo, nearest));
+  }
+  return Finding{.reason = Reason::kMeasuredPhotosUnknown,
+                 .value = static_cast<double>(unknown.size()),
+                 .where = fmt::format("{}", fmt::join(names, ", "))};
 }
 
 interior::InteriorOptions WithMarksOf(const Measurements& said, const std::string& photo,

@@ -22,6 +22,11 @@ namespace orient::block {
 void RequireKnownMarks(const Measurements& said, const std::string& photo,
                        const CameraFile& camera);
 
+// Measurements and decisions that no photo of the run takes (a misspelt name), with the names that
+// were perhaps meant; absent: there are none.
+std::optional<Finding> UnknownPhotos(const Measurements& said,
+                                     const std::vector<std::string>& photos);
+
 // The run's options with what was said of this photo: its clicked marks, and how it lies.
 interior::InteriorOptions WithMarksOf(const Measurements& said, const std::string& photo,
                                       interior::InteriorOptions options);

@@ -14,6 +14,7 @@
 #include "block/inputs/scan_interior.h"
 #include "block/pictures/patch_sheet.h"
 #include "block/pictures/scan_overview.h"
+#include "block/stages/point_start.h"
 #include "core/base/environment_error.h"
 #include "core/base/error.h"
 #include "core/files/orientation_table.h"
@@ -85,29 +86,6 @@ std::string OverviewPath(const ExteriorSetting& setting, const std::string& phot
   return (PicturesOf(setting) / (photo + kPatchesOverview)).string();
 }
 
-// What starts a photo's search: its approximation, or its measured ground points.
-struct Start {
-  std::optional<PosePrior> prior;
-  bool stated = false;  // the prior's accuracy
-  std::optional<exterior::PointPose> by_points;
-  std::vector<exterior::MeasuredPoint> points;  // control and check points measured in it
-  Findings findings;                            // of the points
-};
-
-// Control points that start the search are used, those that contradict the others or that no pose
-// explains are rejected.
-std::vector<OverviewItem> ClickedPoints(const Start& start) {
-  std::vector<OverviewItem> items;
-  for (std::size_t i = 0; i < start.points.size(); ++i) {
-    if (!start.points[i].control) continue;
-    const bool used = start.by_points && start.by_points->used[i];
-    const auto state = used ? OverviewState::kUsed : OverviewState::kRejected;
-    items.push_back(
-        {start.points[i].name, state, std::nullopt, std::nullopt, start.points[i].pixel});
-  }
-  return items;
-}
-
 // A picture that cannot be written does not cost the result.
 template <typename Draw>
 void DrawOrSayWhyNot(const Draw& draw, ExteriorResult* result) {
@@ -119,7 +97,7 @@ void DrawOrSayWhyNot(const Draw& draw, ExteriorResult* result) {
 }
 
 // Of a photo that is not ok by itself: why, as far as its scan shows it.
-void DrawWhyNot(const ExteriorSetting& setting, const Raster& raster, const Start& start,
+void DrawWhyNot(const ExteriorSetting& setting, const Raster& raster, const PointStart& start,
                 ExteriorResult* result) {
   if (result->status == Status::kOk) return;
   std::vector<OverviewItem> items = OverviewOf(*result);
@@ -228,79 +206,46 @@ Finding WithoutApproximation(const ExteriorRunOptions& options, const std::strin
                                    options.approximations, name));
 }
 
-Start StartOf(const ExteriorSetting& setting, const std::string& name, const OrientationRow* row,
-              ScanInterior* interior) {
-  Start start;
-  if (row != nullptr) {
-    start.prior = PosePrior{row->pose, PriorCovariance(*row, setting.options)};
-    start.stated = AccuracyIsStated(setting, *row);
-  }
-  start.points = PointsOf(setting.options.measurements, name, interior->positions.front());
-  const auto is_control = [](const exterior::MeasuredPoint& point) { return point.control; };
-  if (std::none_of(start.points.begin(), start.points.end(), is_control)) return start;
-  exterior::PointResection resection = exterior::ResectByPoints(
-      setting.camera.camera, interior->positions, start.prior, start.points);
-  start.findings = std::move(resection.findings);
-  if (!resection.found) return start;
-  start.by_points = std::move(resection.found);
-  interior->positions = {start.by_points->position};
-  start.prior = PosePrior{start.by_points->pose, start.by_points->covariance};
-  start.stated = true;
-  return start;
+// Where the points' pose shows no patches, but the approximation's does: these agree, and the
+// points are of another datum. Empty: it does not.
+std::optional<ExteriorResult> WithoutPoints(const ExteriorSetting& setting,
+                                            const exterior::PhotoToOrient& by_points,
+                                            const exterior::PhotoImage& image,
+                                            const PointStart& start,
+                                            std::vector<patchdb::Patch>* patches) {
+  if (!start.approximation) return std::nullopt;
+  exterior::PhotoToOrient photo = by_points;
+  photo.prior = *start.approximation;
+  photo.accuracy_is_stated = start.approximation_is_stated;
+  if (exterior::IsVague(photo.camera, photo.prior, setting.surface.MeanHeight()))
+    return std::nullopt;
+  ExteriorResult result = OrientAsStated(setting, photo, image, patches);
+  if (!result.pose) return std::nullopt;
+  return result;
 }
 
-// The photo's pose by its measured points, where patches gave none. `result`: what was tried.
-void OrientByPoints(const ExteriorSetting& setting, const exterior::PhotoToOrient& photo,
-                    const exterior::PointPose& by_points, ExteriorResult* result) {
-  const PhotoView view{photo.camera, by_points.position.photo_from_pixel, by_points.pose,
-                       by_points.position.film_correction};
-  const double height_m = setting.surface.MeanHeight();
-  const double pixel_m = view.GroundPixel(height_m);
-  result->pose = by_points.pose;
-  result->covariance = by_points.covariance;
-  result->orientation = by_points.position.orientation;
-  result->target_m = setting.options.target_m.value_or(pixel_m);
-  const double worst_px = exterior::WorstProjectionSigma(view, by_points.covariance, height_m);
-  result->projection_sigma = exterior::ProjectionSigmaOf(worst_px, pixel_m);
-  result->findings = {exterior::JudgePointsAlone(by_points, worst_px, *result->target_m / pixel_m)};
-  result->status = StatusOf(result->findings);
-}
-
-// What the photo's measured points say of its pose.
-void CompareWithPoints(const ExteriorSetting& setting, const exterior::PhotoToOrient& photo,
-                       const Start& start, ExteriorResult* result) {
-  if (start.by_points && result->pose && !Has(result->findings, Reason::kByPointsAlone))
-    exterior::Add(
-        {.reason = Reason::kStartedByPoints, .value = static_cast<double>(start.by_points->Used())},
-        result);
-  const exterior::FilmPosition& position = photo.positions.front();
-  auto points = PointsOf(setting.options.measurements, photo.name, position);
-  for (std::size_t i = points.size(); i-- > 0 && start.by_points;)
-    if (points[i].control && !start.by_points->used[i])
-      points.erase(points.begin() + static_cast<std::ptrdiff_t>(i));  // named already
-  for (Finding finding : start.findings) {
-    if (result->pose) finding.at_best = Status::kOk;  // by other means
-    exterior::Add(finding, result);
-  }
-  if (!result->pose || points.empty()) return;
-  const PhotoView view{photo.camera, position.photo_from_pixel, *result->pose,
-                       position.film_correction};
-  if (const auto off = exterior::JudgePointsUnder(view, *result->covariance, points))
-    exterior::Add(*off, result);
-}
-
-// By patches, within the prior's accuracy or beyond.
+// By patches, within the prior's accuracy or beyond. The points' pose is dropped where patches and
+// approximation together contradict it.
 ExteriorResult OrientByPatches(const ExteriorSetting& setting, const exterior::PhotoToOrient& photo,
-                               const exterior::PhotoImage& image, bool vague, const Start& start,
+                               const exterior::PhotoImage& image, bool vague, PointStart* start,
                                std::vector<patchdb::Patch>* patches) {
   ExteriorResult result;
   if (!vague) result = OrientAsStated(setting, photo, image, patches);
   exterior::OrientPhotoOptions as_oriented = OptionsOf(setting);
   as_oriented.wide = !result.pose;
-  if (!result.pose && start.by_points)
-    OrientByPoints(setting, photo, *start.by_points, &result);
-  else if (!result.pose)
+  if (!result.pose && start->by_points) {
+    std::vector<patchdb::Patch> around;
+    if (auto without = WithoutPoints(setting, photo, image, *start, &around)) {
+      result = *std::move(without);
+      *patches = std::move(around);
+      start->by_points.reset();
+      as_oriented.wide = false;
+    } else {
+      OrientByPoints(setting, photo, *start, &result);
+    }
+  } else if (!result.pose) {
     result = OrientWidely(setting, photo, image, result, vague, patches);
+  }
   if (setting.options.principal_distance_sigma_mm && !Has(result.findings, Reason::kByPointsAlone))
     result = exterior::OrientWithPrincipalDistance(photo, image, *patches, as_oriented, result,
                                                    *setting.options.principal_distance_sigma_mm);
@@ -320,7 +265,10 @@ ExteriorResult OrientOne(const ExteriorSetting& setting, const std::string& path
                                              InteriorResultPath(*setting.options.interior, name));
   if (StatusOf(interior.findings) == Status::kFailed)
     return Failed(name, interior.findings.front());
-  const Start start = StartOf(setting, name, row, &interior);
+  std::optional<PosePrior> approximation;
+  if (row != nullptr) approximation = PosePrior{row->pose, PriorCovariance(*row, setting.options)};
+  PointStart start = StartOf(setting, name, approximation,
+                             row != nullptr && AccuracyIsStated(setting, *row), &interior);
   if (!start.prior) {
     ExteriorResult failed =
         Failed(name, start.findings.empty() ? WithoutApproximation(setting.options, name)
@@ -348,7 +296,7 @@ ExteriorResult OrientOne(const ExteriorSetting& setting, const std::string& path
                                       CoveredAreas(setting.camera, setting.marks),
                                       &setting.surface};
   std::vector<patchdb::Patch> patches;
-  ExteriorResult result = OrientByPatches(setting, photo, image, vague, start, &patches);
+  ExteriorResult result = OrientByPatches(setting, photo, image, vague, &start, &patches);
   result.approximation = began;
   CompareWithPoints(setting, photo, start, &result);
   const PhotoView expected{photo.camera, photo.positions.front().photo_from_pixel, prior.pose};

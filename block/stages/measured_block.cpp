@@ -1,5 +1,7 @@
 #include "block/stages/measured_block.h"
 
+#include <fmt/format.h>
+
 #include <Eigen/LU>
 #include <algorithm>
 #include <cmath>
@@ -8,34 +10,63 @@
 
 #include "block/inputs/persons_word.h"
 #include "core/base/error.h"
+#include "core/base/median.h"
 #include "core/geometry/intersection.h"
+#include "exterior/judge.h"
 #include "exterior/search/point_resection.h"
+#include "exterior/steps/resect.h"
 
 namespace orient::block {
 namespace {
 
 // Photos measured in the photo system have no scan: a pixel of the results is so large.
 constexpr double kPixelOfPhotoSystem_mm = 0.01;
+// Asked of them, unless the block file says otherwise: a pixel of a usual scan.
+constexpr double kTargetInPhotoSystem_mm = 0.03;
+
+// Marks lie where the camera file has them, to what film and scanner do; confused ones do not.
+std::optional<Finding> ConfusedMarks(const std::vector<PointPair2d>& pairs,
+                                     const std::vector<std::string>& ids, const Affine2d& fit) {
+  constexpr double kMost_mm = 0.3;
+  double worst_mm = 0;
+  std::string names;
+  for (std::size_t i = 0; i < pairs.size(); ++i) {
+    const double off_mm = (fit * pairs[i].source - pairs[i].target).norm();
+    worst_mm = std::max(worst_mm, off_mm);
+    names += fmt::format("{}{} ({:.2f} mm)", names.empty() ? "" : ", ", ids[i], off_mm);
+  }
+  if (worst_mm <= kMost_mm) return std::nullopt;
+  return Finding{.reason = Reason::kMeasuredMarksContradict,
+                 .at_best = Status::kFailed,
+                 .value = worst_mm,
+                 .limit = kMost_mm,
+                 .where = names};
+}
 
 Affine2d FilmTransform(const CameraFile& camera, const Measurements& measured,
-                       const std::string& photo, Matrix6d* covariance) {
+                       const std::string& photo, Matrix6d* covariance,
+                       std::optional<Finding>* confused) {
   RequireKnownMarks(measured, photo, camera);
   std::vector<PointPair2d> pairs;
+  std::vector<std::string> ids;
   for (const MarkMeasurement& mark : measured.MarksOf(photo))
     for (const Fiducial& fiducial : camera.fiducials)
-      if (fiducial.id == mark.mark)
+      if (fiducial.id == mark.mark) {
         pairs.push_back({mark.pixel, fiducial.position_mm, mark.sigma_px});
+        ids.push_back(mark.mark);
+      }
   const auto fit = pairs.size() >= 4 ? FitAffine(pairs) : std::nullopt;
   if (!fit)
     throw InputError(measured.folder + ": photo " + photo +
                      " is measured in pixels, but fewer than four of its camera's marks are, or "
                      "they lie on one line; add them to marks.csv");
   *covariance = fit->covariance;
+  *confused = ConfusedMarks(pairs, ids, fit->transform);
   return fit->transform;
 }
 
-BlockPhoto PhotoOf(const CameraFile& camera, const Measurements& measured,
-                   const std::string& name) {
+BlockPhoto PhotoOf(const CameraFile& camera, const Measurements& measured, const std::string& name,
+                   std::optional<Finding>* confused) {
   BlockPhoto photo;
   photo.name = name;
   const bool in_pixels = measured.ImagePointsOf(name).front().pixel.has_value();
@@ -44,7 +75,7 @@ BlockPhoto PhotoOf(const CameraFile& camera, const Measurements& measured,
   else if (camera.camera.kind == CameraKind::kDigital)
     photo.photo_from_pixel = DigitalPhotoFromPixel(camera.camera);
   else
-    photo.photo_from_pixel = FilmTransform(camera, measured, name, &photo.interior);
+    photo.photo_from_pixel = FilmTransform(camera, measured, name, &photo.interior, confused);
   return photo;
 }
 
@@ -122,16 +153,43 @@ class FirstPoses {
   std::map<std::string, Findings> findings_;
 };
 
-ExteriorResult ResultOf(const AdjustedBlock& adjusted, std::size_t i) {
+// Of the points that were adjusted.
+double MedianHeight(const AdjustedBlock& adjusted) {
+  std::vector<double> heights;
+  for (const AdjustedPoint& point : adjusted.result.points)
+    if (point.adjusted) heights.push_back(point.ground_m.z());
+  return heights.empty() ? 0 : Median(std::move(heights));
+}
+
+// A pose is judged by what it makes of the ground, as everywhere.
+void JudgePrecision(const AdjustedBlock& adjusted, std::size_t i, const MeasuredBlockInputs& inputs,
+                    ExteriorResult* result) {
+  const BlockPhoto& photo = adjusted.block.photos[i];
+  const PhotoView view{adjusted.block.cameras.front(), photo.photo_from_pixel, *result->pose,
+                       photo.film_correction};
+  const double height_m = MedianHeight(adjusted), pixel_m = view.GroundPixel(height_m);
+  const double worst_px = exterior::WorstProjectionSigma(view, *result->covariance, height_m);
+  const bool scanned = inputs.measured.ImagePointsOf(photo.name).front().pixel.has_value();
+  const double target_px = scanned ? 1 : kTargetInPhotoSystem_mm / kPixelOfPhotoSystem_mm;
+  result->target_m = inputs.target_m.value_or(target_px * pixel_m);
+  result->projection_sigma = exterior::ProjectionSigmaOf(worst_px, pixel_m);
+  if (!(worst_px <= *result->target_m / pixel_m))
+    result->findings.push_back({.reason = Reason::kPoorlyDetermined,
+                                .at_best = Status::kWeak,
+                                .value = worst_px,
+                                .limit = *result->target_m / pixel_m});
+}
+
+ExteriorResult ResultOf(const AdjustedBlock& adjusted, std::size_t i,
+                        const MeasuredBlockInputs& inputs) {
   const AdjustedPhoto& photo = adjusted.result.photos[i];
   ExteriorResult result;
   result.photo = adjusted.block.photos[i].name;
   if (photo.state != PhotoState::kAdjusted || !adjusted.result.converged) {
-    result.findings = {{.reason = adjusted.result.converged ? Reason::kPhotosUndetermined
-                                                            : Reason::kBlockNotConverged,
-                        .at_best = Status::kFailed,
-                        .value = 1,
-                        .where = result.photo}};
+    result.findings = {
+        adjusted.result.converged
+            ? Finding{Reason::kPhotosUndetermined, Status::kFailed, 1, {}, result.photo}
+            : Finding{Reason::kBlockNotConverged, Status::kFailed}};
   } else {
     result.pose = photo.pose;
     result.covariance = photo.covariance;
@@ -140,6 +198,7 @@ ExteriorResult ResultOf(const AdjustedBlock& adjusted, std::size_t i) {
     if (!part.by_control)
       result.findings.push_back(
           {.reason = Reason::kTiesUncontrolled, .at_best = Status::kWeak, .value = 1});
+    JudgePrecision(adjusted, i, inputs, &result);
   }
   result.status = StatusOf(result.findings);
   return result;
@@ -162,8 +221,20 @@ MeasuredBlock AdjustMeasurements(const MeasuredBlockInputs& inputs) {
                      " holds no image points: give image_points.csv, or photos and a patch "
                      "database in the block file");
   std::vector<BlockPhoto> photos;
-  for (const std::string& name : names)
-    photos.push_back(PhotoOf(inputs.camera, inputs.measured, name));
+  std::map<std::string, ExteriorResult> results;  // by photo
+  for (const std::string& name : names) {
+    ExteriorResult& result = results[name];
+    result.photo = name;
+    if (inputs.measured.DecisionOn(name, DecisionKind::kReject)) {
+      ApplyVerdict(inputs.measured, &result);
+      continue;
+    }
+    std::optional<Finding> confused;
+    photos.push_back(PhotoOf(inputs.camera, inputs.measured, name, &confused));
+    if (!confused) continue;
+    photos.pop_back();
+    exterior::Add(*confused, &result);
+  }
   FirstPoses first(inputs, &photos);
   MeasuredBlock done;
   AdjustedBlock& adjusted = done.adjusted;
@@ -177,16 +248,15 @@ MeasuredBlock AdjustMeasurements(const MeasuredBlockInputs& inputs) {
     adjusted.result = AdjustBlock(adjusted.block, OptionsOf(inputs));
   done.findings = adjusted.result.findings;
   for (std::size_t i = 0, k = 0; i < photos.size(); ++i) {
-    ExteriorResult result;
-    result.photo = photos[i].name;
-    if (first.Oriented(i)) result = ResultOf(adjusted, k++);
+    ExteriorResult& result = results[photos[i].name];
+    if (first.Oriented(i)) result = ResultOf(adjusted, k++, inputs);
     for (Finding finding : first.Of(photos[i].name)) {
       if (first.Oriented(i)) finding.at_best = Status::kOk;  // found by other means
       result.findings.push_back(finding);
     }
     ApplyVerdict(inputs.measured, &result);
-    done.results.push_back(std::move(result));
   }
+  for (auto& [name, result] : results) done.results.push_back(std::move(result));
   return done;
 }
 

@@ -18,6 +18,7 @@ struct MeasuredBlockInputs {
   OrientationTable approximations = {};  // of some photos, or none
   bool self_calibration = false;
   bool pose_covariance = false;
+  std::optional<double> target_m = {};  // that makes a photo ok; empty: its pixel, or 30 um
 };
 
 struct MeasuredBlock {

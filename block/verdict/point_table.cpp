@@ -9,6 +9,7 @@
 #include "core/base/atomic_write.h"
 #include "core/base/chi_square.h"
 #include "core/base/csv_cell.h"
+#include "core/base/median.h"
 
 namespace orient::block {
 namespace {
@@ -100,6 +101,29 @@ void WritePointTable(const std::string& directory, const PointTable& table) {
   WriteFileAtomically(PointTablePath(directory), text);
 }
 
+namespace {
+
+// Check points seen far beyond where the others are: their clicks or coordinates are wrong.
+std::vector<std::string> FarOff(const std::vector<PointRow>& rows) {
+  constexpr std::size_t kLeast = 5;
+  constexpr double kFar = 6;  // times the median
+  std::vector<double> off_px;
+  for (const PointRow& row : rows)
+    if (row.role == "check" && row.image_rms_px) off_px.push_back(*row.image_rms_px);
+  if (off_px.size() < kLeast) return {};
+  const double limit_px = kFar * UpperMedian(std::move(off_px));
+  std::vector<std::string> lines;
+  for (const PointRow& row : rows)
+    if (row.role == "check" && row.image_rms_px && *row.image_rms_px > limit_px)
+      lines.push_back(
+          fmt::format("far off {}: clicked {:.1f} px (RMS) from where the block sees its "
+                      "coordinates, far more than other check points; look at both",
+                      row.name, *row.image_rms_px));
+  return lines;
+}
+
+}  // namespace
+
 std::vector<std::string> TextOf(const PointTable& table) {
   std::vector<std::string> lines;
   for (const PointAccuracy& one : table.accuracy)
@@ -111,6 +135,7 @@ std::vector<std::string> TextOf(const PointTable& table) {
   for (const PointRow& row : table.rows)
     if (row.state == "rejected")
       lines.push_back(fmt::format("wrong   {}: its coordinates contradict the block", row.name));
+  for (std::string& line : FarOff(table.rows)) lines.push_back(std::move(line));
   return lines;
 }
 

@@ -138,6 +138,10 @@ Camera ReadCamera(const TomlTable& root) {
   CheckPrincipalDistance(root, camera);
   camera.frame_centre_mm =
       root.FindVector2("frame_centre_mm").value_or(Eigen::Vector2d(Eigen::Vector2d::Zero()));
+  if (camera.kind == CameraKind::kDigital && !camera.frame_centre_mm.isZero(0))
+    root.Fail("frame_centre_mm",
+              "is for film; the frame of a digital camera is its image: of a part of it, shift "
+              "principal_point_mm instead");
   if (!camera.InFrame(camera.principal_point_mm))
     root.Fail("principal_point_mm", "lies outside the frame");
   ReadImageSize(root, &camera);

@@ -196,6 +196,22 @@ const std::vector<Wording>& Wordings() {  // NOLINT(readability-function-size): 
       {Reason::kByPointsAlone, "by_points_alone",
        "oriented by {value:.0f} measured ground points alone ({limit:.0f} are needed without "
        "patches): {where}"},
+      {Reason::kPatchesNotThere, "patches_not_there",
+       "patches do not confirm it, though {value:.0f} were searched for: {where}"},
+      {Reason::kPointsOffDem, "points_off_dem",
+       "the DEM lies {value:.0f} m {where} the measured ground points: their height datums differ, "
+       "or "
+       "their coordinates are wrong"},
+      {Reason::kMeasuredMarksContradict, "measured_marks_contradict",
+       "its marks are measured up to {value:.1f} mm from where the camera has them: {where}; look "
+       "for "
+       "marks that were confused"},
+      {Reason::kKappaWithOrientation, "kappa_with_scan_orientation",
+       "{value:.0f} scan orientations show the same, each with another kappa, and the "
+       "approximation "
+       "does not decide: kappa holds with {where}"},
+      {Reason::kMeasuredPhotosUnknown, "measured_photos_unknown",
+       "measured or decided, but not among this run's photos: {where}"},
       {Reason::kStartedByPoints, "started_by_points",
        "the search began with a pose by {value:.0f} measured ground points"},
       {Reason::kPrincipalDistanceNotEstimated, "principal_distance_not_estimated",

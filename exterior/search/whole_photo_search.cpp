@@ -57,23 +57,42 @@ void SearchBudget::Spend(const std::vector<VotingPatch>& sought, int reduction) 
   for (const VotingPatch& patch : sought) left_ -= patch.window_px2 / (reduction * reduction);
 }
 
+namespace {
+
+// Beyond that much more of a chi-square the prior decides between two kappas.
+constexpr double kClearly_chi2 = 9;
+
+double Chi2OfKappa(const PosePrior& prior, double kappa_rad) {
+  const double off_rad = NormalizeAngle(kappa_rad - prior.pose.opk_rad.z());
+  return off_rad * off_rad / prior.covariance(5, 5);
+}
+
+}  // namespace
+
 void LetPriorDecidePosition(const PhotoToOrient& photo, PoseTrack* track) {
-  constexpr double kClearly_chi2 = 9;
-  const PosePrior& prior = photo.prior;
-  const auto chi2 = [&](double kappa_rad) {
-    return std::pow(NormalizeAngle(kappa_rad - prior.pose.opk_rad.z()), 2) / prior.covariance(5, 5);
-  };
   const double kappa_rad = track->pose.opk_rad.z();
   const Affine2d found = track->position.photo_from_pixel;
-  double least_chi2 = chi2(kappa_rad) - kClearly_chi2;
+  double least_chi2 = Chi2OfKappa(photo.prior, kappa_rad) - kClearly_chi2;
   for (const FilmPosition& position : photo.positions) {
     // kappa is the innermost rotation: about the camera's own axis.
     const auto turn_rad = TurnBetween(found, position.photo_from_pixel);
-    if (!turn_rad || chi2(kappa_rad - *turn_rad) >= least_chi2) continue;
-    least_chi2 = chi2(kappa_rad - *turn_rad);
+    if (!turn_rad) continue;
+    const double chi2 = Chi2OfKappa(photo.prior, kappa_rad - *turn_rad);
+    if (chi2 >= least_chi2) continue;
+    least_chi2 = chi2;
     track->position = position;
     track->pose.opk_rad.z() = NormalizeAngle(kappa_rad - *turn_rad);
   }
+}
+
+int EquallyLikelyPositions(const PhotoToOrient& photo, const FilmPosition& position,
+                           double kappa_rad) {
+  const double chi2 = Chi2OfKappa(photo.prior, kappa_rad);
+  return static_cast<int>(
+      std::count_if(photo.positions.begin(), photo.positions.end(), [&](const FilmPosition& one) {
+        const auto turn_rad = TurnBetween(position.photo_from_pixel, one.photo_from_pixel);
+        return turn_rad && Chi2OfKappa(photo.prior, kappa_rad - *turn_rad) < chi2 + kClearly_chi2;
+      }));
 }
 
 std::optional<PoseTrack> TryWays(const WaysToTry& ways) {

@@ -73,6 +73,11 @@ std::optional<PoseTrack> TryWays(const WaysToTry& ways);
 // first.
 void LetPriorDecidePosition(const PhotoToOrient& photo, PoseTrack* track);
 
+// In how many of the photo's positions of the film it shows the same, each with another kappa, as
+// likely by the prior as this one: this one among them.
+int EquallyLikelyPositions(const PhotoToOrient& photo, const FilmPosition& position,
+                           double kappa_rad);
+
 // What came of a search of the whole photo; whether there was one at all, and of all that might
 // be: what was not searched was not found.
 struct WholePhotoSearch {

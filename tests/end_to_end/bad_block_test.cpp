@@ -100,7 +100,7 @@ TEST_F(ChangedBlock, HeldOutPatchesCheckItAndItsPosesAreSaidToErrTogether) {
   Write("block.toml", usual + "\n[block]\ncheck_share = 0.3\npose_covariance = true\n");
   const ProgramRun run = Block();
   ASSERT_EQ(run.exit_code, 0) << run.out << run.err;
-  EXPECT_NE(run.out.find("patches held out, RMS "), std::string::npos) << run.out;
+  EXPECT_NE(run.out.find("patches or points held out, RMS "), std::string::npos) << run.out;
   const AdjustmentResult adjusted = ReadAdjustmentResult(AdjustmentResultPath(Path("out")));
   EXPECT_GT(adjusted.checks.size(), 10u);
   EXPECT_LT(adjusted.CheckRmsPx().value(), 0.5);

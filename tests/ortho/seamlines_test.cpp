@@ -2,11 +2,13 @@
 
 #include <gdal_priv.h>
 #include <gtest/gtest.h>
+#include <ogrsf_frmts.h>
 #include <rapidcheck.h>
 
 #include "core/base/atomic_write.h"
 #include "core/base/error.h"
 #include "core/base/open_dataset.h"
+#include "core/base/quiet_gdal.h"
 #include "tests/support/expect_error.h"
 #include "tests/support/generators.h"
 #include "tests/support/shared_data.h"
@@ -120,6 +122,41 @@ TEST(Seamlines, AFileWithoutThemIsRefused) {
   WriteFileAtomically(path, R"({"type": "FeatureCollection", "name": "areas", "features": []})");
   ExpectError<InputError>([&] { Seamlines::FromFile(path, kCrs); },
                           {"other.geojson", "no layer \"seamlines\""});
+}
+
+// GeoPackage has curves; GeoJSON has none.
+std::string FileOf(const TemporaryFolder& folder, const std::string& name, const char* wkt) {
+  const std::string path = folder / name;
+  GDALDatasetUniquePtr file(GetGDALDriverManager()->GetDriverByName("GPKG")->Create(
+      path.c_str(), 0, 0, 0, GDT_Unknown, nullptr));
+  OGRSpatialReference reference;
+  reference.importFromEPSG(32635);
+  OGRLayer* layer = file->CreateLayer("seamlines", &reference, wkbUnknown, nullptr);
+  OGRFieldDefn column("photo", OFTString);
+  EXPECT_EQ(layer->CreateField(&column), OGRERR_NONE);
+  OGRFeature feature(layer->GetLayerDefn());
+  feature.SetField("photo", "4711");
+  OGRGeometry* geometry = nullptr;
+  EXPECT_EQ(OGRGeometryFactory::createFromWkt(wkt, nullptr, &geometry), OGRERR_NONE);
+  feature.SetGeometryDirectly(geometry);
+  EXPECT_EQ(layer->CreateFeature(&feature), OGRERR_NONE);
+  return path;
+}
+
+TEST(Seamlines, OfArcsAreDrawnAndOfLinesRefused) {
+  RegisterGdalDrivers();
+  const TemporaryFolder folder;
+  const std::string circle = FileOf(
+      folder, "circle.gpkg",
+      "CURVEPOLYGON(CIRCULARSTRING(500000 5000002,500002 5000004,500004 5000002,500002 5000000,"
+      "500000 5000002))");
+  const MapGrid grid = MapGrid::Around({500000, 5000000, 500004, 5000004}, 1);
+  const std::vector<int> labels = Seamlines::FromFile(circle, kCrs).PhotoAt(grid, {0, 0, 4, 4});
+  EXPECT_EQ(labels[5], 0) << "in the circle";
+  EXPECT_EQ(labels[0], -1) << "in the square's corner";
+  const std::string line = FileOf(folder, "line.gpkg", "LINESTRING(500000 5000000,500004 5000004)");
+  ExpectError<InputError>([&] { Seamlines::FromFile(line, kCrs); },
+                          {"line.gpkg", "4711", "LINESTRING", "polygon"});
 }
 
 }  // namespace

@@ -5,6 +5,7 @@
 
 #include "block/inputs/block_files.h"
 #include "block/inputs/camera_library.h"
+#include "block/inputs/persons_word.h"
 #include "block/stages/exterior_stage.h"
 #include "core/base/error.h"
 #include "core/files/adjustment_result.h"
@@ -104,6 +105,10 @@ class ExteriorCommand : public Command {
                FileInput("patch database", options.patchdb),
                FileInput("approximations", options.approximations)});
     PrintExteriorSummary(done, out);
+    std::vector<std::string> photos;
+    for (const std::string& path : options.photos) photos.push_back(PhotoName(path));
+    if (const auto unknown = block::UnknownPhotos(said, photos))
+      out << "note      " << Sentence(*unknown) << "\n";
     return AllOriented(done) ? ExitCode::kAllDone : ExitCode::kSomeNotOriented;
   }
 

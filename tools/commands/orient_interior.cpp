@@ -6,6 +6,7 @@
 #include <ostream>
 
 #include "block/inputs/camera_library.h"
+#include "block/inputs/persons_word.h"
 #include "block/roll/roll.h"
 #include "block/stages/interior_stage.h"
 #include "core/base/error.h"
@@ -111,6 +112,10 @@ class InteriorCommand : public Command {
               {FileInput("camera", camera_ == block::kAutoCamera ? "" : options.camera)});
     const ExitCode code = Summarise(results, out);
     for (const std::string& note : notes) out << note << "\n";
+    std::vector<std::string> photos;
+    for (const std::string& path : options.photos) photos.push_back(PhotoName(path));
+    if (const auto unknown = block::UnknownPhotos(options.measurements, photos))
+      out << "note      " << Sentence(*unknown) << "\n";
     return code;
   }
 

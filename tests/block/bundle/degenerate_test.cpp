@@ -4,6 +4,7 @@
 #include <algorithm>
 
 #include "block/bundle/adjustment.h"
+#include "block/bundle/data_snooping.h"
 #include "tests/block/bundle/bundle_verdict.h"
 
 namespace orient::block {
@@ -168,6 +169,39 @@ TEST(BlockDegenerate, BrokenPromisesThrow) {
   BlockOptions bad_option;
   bad_option.significance = 2;
   EXPECT_THROW(AdjustBlock(simulation.block, bad_option), std::invalid_argument);
+}
+
+// As where the image is so sharp, and the ground so vague, that nothing checks the image: the
+// control speaks for both, and what goes is gone.
+TEST(BlockDegenerate, ASightingWithoutRedundancyGoesOnceWhereItsControlIsWrong) {
+  BundleSimulation simulation = SimulateBundle(TwoStrips(false));
+  std::vector<int> rays(simulation.block.points.size(), 0);
+  for (const ImageObservation& o : simulation.block.observations) ++rays[o.point];
+  // The last of those seen twice is left one of them; the first observation is another point's.
+  std::size_t alone = 0;
+  for (std::size_t i = 0; i < rays.size(); ++i)
+    if (simulation.block.points[i].control && i != simulation.block.observations[0].point)
+      alone = i;
+  bool seen = false;
+  Thin(&simulation, [&](const ImageObservation& o) {
+    const bool again = o.point == alone && seen;
+    seen = seen || o.point == alone;
+    return !again;
+  });
+  const BlockOptions options;
+  BlockSystem system(simulation.block, options);
+  BlockJudgement judgement(&system);
+  judgement.Screen();
+  BlockTests tests;
+  tests.of_row.resize(system.rows.size());
+  tests.of_control.resize(system.points.size());
+  tests.of_control[alone] = {.t = 1000, .dof = 3};
+  EXPECT_EQ(judgement.Apply(tests, 1), 1);
+  for (std::size_t i = 0; i < simulation.block.observations.size(); ++i)
+    EXPECT_EQ(judgement.states()[i] == ObservationState::kRejected,
+              simulation.block.observations[i].point == alone)
+        << i;
+  EXPECT_EQ(judgement.Apply(tests, 1), 0) << "or the adjustment never ends";
 }
 
 }  // namespace

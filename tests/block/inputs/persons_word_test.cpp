@@ -84,5 +84,18 @@ TEST(SaidPosition, ConcernsTheExteriorAlone) {
   EXPECT_NE(TextOfPoints(said, "a"), "");
 }
 
+TEST(UnknownPhotos, AreNamedWithThoseThatWerePerhapsMeant) {
+  Measurements said;
+  said.marks = {{"4711", "1", {1, 2}, 1, false, {}}};
+  said.decisions.push_back({"4712", DecisionKind::kReject, "", "", {}});
+  EXPECT_FALSE(UnknownPhotos(said, {"4711", "4712"}));
+  said.image_points = {{"new_1_2", "p", Eigen::Vector2d(1, 2), std::nullopt, 1}};
+  const auto unknown = UnknownPhotos(said, {"4711", "4712", "New_1_2"});
+  ASSERT_TRUE(unknown);
+  EXPECT_EQ(unknown->reason, Reason::kMeasuredPhotosUnknown);
+  EXPECT_EQ(unknown->value, 1);
+  EXPECT_EQ(unknown->where, "new_1_2 (is it New_1_2?)");
+}
+
 }  // namespace
 }  // namespace orient::block

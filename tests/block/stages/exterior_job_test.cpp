@@ -235,6 +235,60 @@ TEST_F(OrientFromFilesTest, PointsThatContradictOneAnotherAreDrawnOnTheScan) {
   EXPECT_TRUE(std::filesystem::exists(folder_ / "4711.patches_overview.png"));
 }
 
+// Eight points all over the photo, whose coordinates are those of another datum.
+class PointsOfAnotherDatum : public OrientFromFilesTest {
+ protected:
+  void Measure(const Eigen::Vector3d& datum_m) {
+    const PhotoView view = TheGround().world.View();
+    for (int i = 0; i < 8; ++i) {
+      const Eigen::Vector2d at(-170 + 113 * (i % 4), -150 + 290 * (i / 4) + 17 * (i % 3));
+      const std::string name = "p" + std::to_string(i);
+      const Eigen::Vector3d ground(at.x(), at.y(), HillsAt(at.x(), at.y()));
+      options_.measurements.points.push_back(
+          {name, ground + datum_m, Eigen::Vector3d::Constant(0.1)});
+      options_.measurements.image_points.push_back(
+          {"4711", name, view.PixelFromGround(ground).value(), std::nullopt, 0.2, {}});
+    }
+  }
+};
+
+TEST_F(PointsOfAnotherDatum, AreOutweighedByPatchesWhereTheApproximationIs) {
+  Measure({30, 30, 0});
+  const ExteriorResult result = Orient();
+  EXPECT_EQ(result.status, Status::kWeak);
+  EXPECT_LT(OffPosition(result), 1);
+  EXPECT_TRUE(Has(result.findings, Reason::kPointsOffPose)) << JoinedSentences(result.findings);
+  EXPECT_FALSE(Has(result.findings, Reason::kStartedByPoints));
+}
+
+TEST_F(PointsOfAnotherDatum, WithoutPatchesContradictTheApproximation) {
+  options_.patchdb = TheGround().empty;
+  Measure({0, 0, 0});
+  options_.target_m = 3;
+  const ExteriorResult right = Orient();
+  EXPECT_EQ(right.status, Status::kOk) << JoinedSentences(right.findings);
+  options_.measurements = {};
+  Measure({300, 300, 0});
+  const ExteriorResult wrong = Orient();
+  EXPECT_EQ(wrong.status, Status::kWeak);
+  EXPECT_TRUE(Has(wrong.findings, Reason::kContradictsApproximation));
+}
+
+TEST_F(PointsOfAnotherDatum, OfHeightsContradictTheDem) {
+  options_.patchdb = TheGround().empty;
+  options_.target_m = 3;
+  row_.photo = "another";  // no approximation
+  Measure({0, 0, 40});
+  const ExteriorResult result = Orient();
+  EXPECT_EQ(result.status, Status::kWeak);
+  ASSERT_TRUE(Has(result.findings, Reason::kPointsOffDem)) << JoinedSentences(result.findings);
+  for (const Finding& finding : result.findings)
+    if (finding.reason == Reason::kPointsOffDem) {
+      EXPECT_NEAR(*finding.value, 40, 2);
+      EXPECT_EQ(finding.where, "below");
+    }
+}
+
 TEST_F(OrientFromFilesTest, WithoutPatchesUnderItSaysWhichDatabaseHasNone) {
   options_.patchdb = TheGround().empty;
   ExteriorResult result = Orient();

@@ -4,10 +4,13 @@
 
 #include <cmath>
 #include <map>
+#include <random>
+#include <tuple>
 
 #include "block/verdict/point_table.h"
 #include "core/base/error.h"
 #include "core/base/table_text.h"
+#include "core/geometry/collinearity.h"
 #include "core/geometry/rotation.h"
 #include "tests/support/expect_error.h"
 #include "tests/support/shared_data.h"
@@ -123,6 +126,106 @@ TEST_F(PublishedPair, FilmMeasuredInPixelsNeedsItsMarks) {
   ExpectError<InputError>([&] { Adjusted(); }, {"said", "photo a", "marks.csv"});
   measured_.image_points.clear();
   ExpectError<InputError>([&] { Adjusted(); }, {"image_points.csv"});
+}
+
+// A simple camera over flat ground, measured in pixels, so that marks come in.
+class FilmInPixels : public testing::Test {
+ protected:
+  FilmInPixels() {
+    camera_.camera.kind = CameraKind::kFilm;
+    camera_.camera.principal_distance_mm = 150;
+    camera_.camera.frame_mm = {200, 200};
+    for (const auto& [id, x, y] : {std::tuple("1", -90, 90), std::tuple("2", 90, 90),
+                                   std::tuple("3", 90, -90), std::tuple("4", -90, -90)})
+      camera_.fiducials.push_back({id, Eigen::Vector2d(x, y), "mark", {}});
+    for (int i = 0; i < 5; ++i)
+      for (int j = 0; j < 5; ++j)
+        measured_.points.push_back({"p" + std::to_string(5 * i + j),
+                                    {200.0 * i, 180.0 * j, 100.0 + 7 * ((3 * i + j) % 5)},
+                                    Eigen::Vector3d::Constant(0.02),
+                                    PointRole::kControl});
+    See("a", {{300, 350, 1100}, {0.01, -0.02, 0.1}}, 0.2);
+    See("b", {{500, 350, 1120}, {-0.01, 0.01, 0.05}}, 0.2);
+  }
+
+  // Pixels of 0.02 mm.
+  void See(const std::string& photo, const Pose& pose, double sigma_px) {
+    const auto pixel = [](const Eigen::Vector2d& mm) {
+      return Eigen::Vector2d(5000 + mm.x() / 0.02, 5000 - mm.y() / 0.02);
+    };
+    for (const Fiducial& mark : camera_.fiducials)
+      measured_.marks.push_back({photo, mark.id, pixel(mark.position_mm), 0.1, false, {}});
+    for (const GroundPoint& point : measured_.points)
+      if (const auto mm = PhotoFromGround(camera_.camera, pose, point.ground_m))
+        measured_.image_points.push_back(
+            {photo, point.name, pixel(*mm), std::nullopt, sigma_px, {}});
+  }
+  MeasuredBlock Adjusted() const { return AdjustMeasurements({camera_, measured_}); }
+
+  CameraFile camera_;
+  Measurements measured_;
+};
+
+TEST_F(FilmInPixels, IsOkWhereItIsPrecise) {
+  const MeasuredBlock done = Adjusted();
+  ASSERT_EQ(done.results.size(), 2u);
+  for (const ExteriorResult& result : done.results) {
+    EXPECT_EQ(result.status, Status::kOk) << JoinedSentences(result.findings);
+    EXPECT_LT(result.projection_sigma->px, 0.5);
+  }
+}
+
+TEST_F(FilmInPixels, IsWeakWhereItIsNotAndTheTargetDecides) {
+  for (ImagePointMeasurement& point : measured_.image_points) point.sigma = 30;
+  MeasuredBlockInputs inputs{camera_, measured_};
+  for (const ExteriorResult& result : AdjustMeasurements(inputs).results) {
+    EXPECT_EQ(result.status, Status::kWeak);
+    EXPECT_TRUE(Has(result.findings, Reason::kPoorlyDetermined));
+  }
+  inputs.target_m = 50;
+  for (const ExteriorResult& result : AdjustMeasurements(inputs).results)
+    EXPECT_EQ(result.status, Status::kOk);
+}
+
+TEST_F(FilmInPixels, ConfusedMarksFailTheirPhotoAlone) {
+  std::swap(measured_.marks[0].mark, measured_.marks[1].mark);
+  const MeasuredBlock done = Adjusted();
+  ASSERT_EQ(done.results.size(), 2u);
+  EXPECT_EQ(done.results[0].status, Status::kFailed);
+  ASSERT_TRUE(Has(done.results[0].findings, Reason::kMeasuredMarksContradict));
+  EXPECT_NE(done.results[0].findings[0].where.find("2 ("), std::string::npos);
+  EXPECT_EQ(done.results[1].status, Status::kOk);
+}
+
+TEST_F(FilmInPixels, ARejectedPhotoTakesNoPart) {
+  const double both = Adjusted().adjusted.result.redundancy;
+  measured_.decisions.push_back({"a", DecisionKind::kReject, "", "clouds", {}});
+  const MeasuredBlock done = Adjusted();
+  ASSERT_EQ(done.results.size(), 2u);
+  EXPECT_EQ(done.results[0].photo, "a");
+  EXPECT_EQ(done.results[0].status, Status::kFailed);
+  EXPECT_EQ(done.results[1].status, Status::kOk);
+  EXPECT_EQ(done.adjusted.block.photos.size(), 1u);
+  EXPECT_LT(done.adjusted.result.redundancy, both);
+}
+
+TEST_F(FilmInPixels, ACheckPointClickedElsewhereIsNamed) {
+  for (std::size_t i = 0; i < measured_.points.size(); i += 3)
+    measured_.points[i].role = PointRole::kCheck;
+  std::mt19937 random(1);
+  std::normal_distribution<double> normal(0, 0.2);
+  for (ImagePointMeasurement& point : measured_.image_points)
+    *point.pixel += Eigen::Vector2d(normal(random), normal(random));
+  const auto said = [&] {
+    const MeasuredBlock done = Adjusted();
+    return TextOf(TableOfPoints(done.adjusted.surveyed, done.adjusted.block, done.adjusted.result));
+  };
+  for (const std::string& line : said()) EXPECT_EQ(line.find("far off"), std::string::npos);
+  for (ImagePointMeasurement& point : measured_.image_points)
+    if (point.point == "p12" && point.photo == "a") point.pixel->x() += 80;
+  const std::vector<std::string> lines = said();
+  ASSERT_FALSE(lines.empty());
+  EXPECT_EQ(lines.back().find("far off p12"), 0u) << lines.back();
 }
 
 }  // namespace

@@ -28,7 +28,8 @@ TEST(PartialFiles, OfEndedProgramsAreRemovedAndNothingElse) {
   fs::create_directories(folder / "below");
   for (const std::string& name :
        {"block.json." + ended + "-0.part", "new.gpkg." + ended + "-0.part-wal",
-        "a.b.ties.json." + ended + "-3.part"})
+        "a.b.ties.json." + ended + "-3.part", "a.ortho.tif." + ended + "-0.part.ovr.tmp",
+        "a.ortho.tif." + ended + "-0.part.msk.ovr.tmp"})
     WriteFileAtomically(folder / name, "half");
   const std::vector<std::string> kept = {"block.json",
                                          "block.json." + here + "-0.part",

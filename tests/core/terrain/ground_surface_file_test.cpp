@@ -1,5 +1,8 @@
 // Ground surfaces from DEM files.
+#include <cpl_conv.h>
+#include <gdal_priv.h>
 #include <gtest/gtest.h>
+#include <ogr_spatialref.h>
 
 #include <cmath>
 #include <fstream>
@@ -8,6 +11,7 @@
 
 #include "core/base/atomic_write.h"
 #include "core/base/error.h"
+#include "core/base/quiet_gdal.h"
 #include "core/terrain/ground_surface.h"
 #include "tests/core/terrain/rough_ground.h"
 #include "tests/support/dem_files.h"
@@ -277,6 +281,39 @@ TEST(GroundSurface, OfALargeFileIsThatOfItsParts) {
       EXPECT_LT((*hit - *part.Intersect(ray)).norm(), 1e-6);
     }
   }
+}
+
+TEST(GroundSurfaceFile, WhereAMaskHidesTheHeightsThereIsNoGround) {
+  const TemporaryFolder folder;
+  const std::string path = folder / "masked.tif";
+  RegisterGdalDrivers();
+  {
+    const CPLConfigOptionSetter inside("GDAL_TIFF_INTERNAL_MASK", "YES", false);
+    GDALDatasetUniquePtr file(GetGDALDriverManager()->GetDriverByName("GTiff")->Create(
+        path.c_str(), 20, 10, 1, GDT_Float32, nullptr));
+    double place[6] = {500000, 10, 0, 5000000, 0, -10};
+    file->SetGeoTransform(place);
+    OGRSpatialReference reference;
+    reference.importFromEPSG(32635);
+    file->SetSpatialRef(&reference);
+    std::vector<float> heights(200, 300);
+    std::vector<std::uint8_t> mask(200, 255);
+    for (int row = 0; row < 10; ++row)
+      for (int col = 12; col < 20; ++col) {
+        heights[static_cast<std::size_t>(20 * row + col)] = 0;
+        mask[static_cast<std::size_t>(20 * row + col)] = 0;
+      }
+    ASSERT_EQ(file->GetRasterBand(1)->RasterIO(GF_Write, 0, 0, 20, 10, heights.data(), 20, 10,
+                                               GDT_Float32, 0, 0),
+              CE_None);
+    ASSERT_EQ(file->CreateMaskBand(GMF_PER_DATASET), CE_None);
+    ASSERT_EQ(file->GetRasterBand(1)->GetMaskBand()->RasterIO(GF_Write, 0, 0, 20, 10, mask.data(),
+                                                              20, 10, GDT_Byte, 0, 0),
+              CE_None);
+  }
+  const GroundSurface surface = GroundSurface::FromFile(path, Crs::Parse("EPSG:32635", "test"));
+  EXPECT_EQ(surface.HeightAt(500055, 4999945), 300);
+  EXPECT_FALSE(surface.HeightAt(500155, 4999945));
 }
 
 }  // namespace

@@ -316,5 +316,12 @@ TEST_F(FilmOfEqualMarks, IsNotMirroredForKappasSake) {
       0);
 }
 
+TEST_F(FilmOfEqualMarks, IsSaidToBeOpenWhereNothingDecides) {
+  Decide(0, std::numbers::pi);
+  EXPECT_EQ(EquallyLikelyPositions(photo_, track_.position, track_.pose.opk_rad.z()), 3);
+  Decide(0, 0.05);
+  EXPECT_EQ(EquallyLikelyPositions(photo_, track_.position, track_.pose.opk_rad.z()), 1);
+}
+
 }  // namespace
 }  // namespace orient::exterior

@@ -67,6 +67,7 @@ ExitCode AdjustMeasuredBlock(const BlockFile& block, bool overwrite, std::ostrea
     inputs.approximations = block::ReadApproximations(block.approximations, block.crs);
   inputs.self_calibration = block.adjustment.self_calibration;
   inputs.pose_covariance = block.adjustment.pose_covariance;
+  inputs.target_m = block.target_m;
   MakeOutputDirectory(directory);
   block::MeasuredBlock done = block::AdjustMeasurements(inputs);
   camera = OverTheEarth(block, camera, done);

@@ -277,7 +277,7 @@ class BlockCommand : public Command {
       if (block->by_neighbours > 0)
         out << ", " << block->by_neighbours << " of them without enough patches of their own";
       if (block->checks > 0)
-        out << "\ncheck   " << block->checks << " patches held out, RMS "
+        out << "\ncheck   " << block->checks << " patches or points held out, RMS "
             << Fixed(block->check_rms_px, 2) << " px";
       out << "\n";
     }

@@ -1,0 +1,140 @@
+#include "block/stages/point_start.h"
+
+#include <Eigen/Dense>
+#include <algorithm>
+#include <cmath>
+
+#include "block/inputs/persons_word.h"
+#include "core/base/chi_square.h"
+#include "core/base/median.h"
+#include "exterior/judge.h"
+#include "exterior/steps/resect.h"
+
+namespace orient::block {
+namespace {
+
+// Where the points' pose lies outside of what the approximation allows.
+std::optional<Finding> AgainstApproximation(const PointStart& start) {
+  static const double limit = ChiSquareLimit(6, 1e-4);
+  if (!start.approximation || !start.approximation_is_stated) return std::nullopt;
+  const Vector6d off = PoseDifference(start.by_points->pose, start.approximation->pose);
+  const Matrix6d sum = start.approximation->covariance + start.by_points->covariance;
+  const double chi2 = off.dot(sum.ldlt().solve(off));
+  if (!(chi2 > limit)) return std::nullopt;
+  return Finding{.reason = Reason::kContradictsApproximation,
+                 .at_best = Status::kWeak,
+                 .value = std::sqrt(chi2),
+                 .where = "the points' coordinates are"};
+}
+
+// Where the points' heights and the DEM's differ as a whole.
+std::optional<Finding> AgainstDem(const ExteriorSetting& setting, const PointStart& start,
+                                  double pixel_m) {
+  constexpr double kTolerance_px = 4, kSigmas = 3;
+  std::vector<double> dem_above_m, sigma_m;
+  for (std::size_t i = 0; i < start.points.size(); ++i) {
+    const exterior::MeasuredPoint& point = start.points[i];
+    const auto dem_m = setting.surface.HeightAt(point.ground_m.x(), point.ground_m.y());
+    if (!point.control || !start.by_points->used[i] || !dem_m) continue;
+    dem_above_m.push_back(*dem_m - point.ground_m.z());
+    sigma_m.push_back(point.sigma_m.z());
+  }
+  if (dem_above_m.size() < 3) return std::nullopt;
+  std::vector<double> spread_m;
+  const double median_m = UpperMedian(dem_above_m);
+  for (const double one : dem_above_m) spread_m.push_back(std::abs(one - median_m));
+  const double allowed_m =
+      std::max(kTolerance_px * pixel_m,
+               kSigmas * std::hypot(UpperMedian(sigma_m), 1.5 * UpperMedian(spread_m)));
+  if (std::abs(median_m) <= allowed_m) return std::nullopt;
+  return Finding{.reason = Reason::kPointsOffDem,
+                 .at_best = Status::kWeak,
+                 .value = std::abs(median_m),
+                 .where = median_m > 0 ? "above" : "below"};
+}
+
+// Of patches that were searched for in vain; few tell nothing.
+std::optional<Finding> WithoutPatches(const ExteriorResult& tried) {
+  constexpr std::size_t kTelling = 20;
+  if (tried.patches.size() < kTelling || tried.findings.empty()) return std::nullopt;
+  return Finding{.reason = Reason::kPatchesNotThere,
+                 .value = static_cast<double>(tried.patches.size()),
+                 .where = Sentence(tried.findings.front())};
+}
+
+}  // namespace
+
+PointStart StartOf(const ExteriorSetting& setting, const std::string& name,
+                   const std::optional<PosePrior>& approximation, bool stated,
+                   ScanInterior* interior) {
+  PointStart start{approximation, stated, approximation, stated, {}, {}, {}};
+  start.points = PointsOf(setting.options.measurements, name, interior->positions.front());
+  const auto is_control = [](const exterior::MeasuredPoint& point) { return point.control; };
+  if (std::none_of(start.points.begin(), start.points.end(), is_control)) return start;
+  exterior::PointResection resection = exterior::ResectByPoints(
+      setting.camera.camera, interior->positions, start.prior, start.points);
+  start.findings = std::move(resection.findings);
+  if (!resection.found) return start;
+  start.by_points = std::move(resection.found);
+  interior->positions = {start.by_points->position};
+  start.prior = PosePrior{start.by_points->pose, start.by_points->covariance};
+  start.stated = true;
+  return start;
+}
+
+void OrientByPoints(const ExteriorSetting& setting, const exterior::PhotoToOrient& photo,
+                    const PointStart& start, ExteriorResult* result) {
+  const exterior::PointPose& by_points = *start.by_points;
+  const PhotoView view{photo.camera, by_points.position.photo_from_pixel, by_points.pose,
+                       by_points.position.film_correction};
+  const double height_m = setting.surface.MeanHeight();
+  const double pixel_m = view.GroundPixel(height_m);
+  const auto in_vain = WithoutPatches(*result);
+  result->pose = by_points.pose;
+  result->covariance = by_points.covariance;
+  result->orientation = by_points.position.orientation;
+  result->target_m = setting.options.target_m.value_or(pixel_m);
+  const double worst_px = exterior::WorstProjectionSigma(view, by_points.covariance, height_m);
+  result->projection_sigma = exterior::ProjectionSigmaOf(worst_px, pixel_m);
+  result->findings = {exterior::JudgePointsAlone(by_points, worst_px, *result->target_m / pixel_m)};
+  for (const auto& finding :
+       {in_vain, AgainstApproximation(start), AgainstDem(setting, start, pixel_m)})
+    if (finding) result->findings.push_back(*finding);
+  result->status = StatusOf(result->findings);
+}
+
+void CompareWithPoints(const ExteriorSetting& setting, const exterior::PhotoToOrient& photo,
+                       const PointStart& start, ExteriorResult* result) {
+  if (start.by_points && result->pose && !Has(result->findings, Reason::kByPointsAlone))
+    exterior::Add(
+        {.reason = Reason::kStartedByPoints, .value = static_cast<double>(start.by_points->Used())},
+        result);
+  const exterior::FilmPosition& position = photo.positions.front();
+  auto points = PointsOf(setting.options.measurements, photo.name, position);
+  for (std::size_t i = points.size(); i-- > 0 && start.by_points;)
+    if (points[i].control && !start.by_points->used[i])
+      points.erase(points.begin() + static_cast<std::ptrdiff_t>(i));  // named already
+  for (Finding finding : start.findings) {
+    if (result->pose) finding.at_best = Status::kOk;  // by other means
+    exterior::Add(finding, result);
+  }
+  if (!result->pose || points.empty()) return;
+  const PhotoView view{photo.camera, position.photo_from_pixel, *result->pose,
+                       position.film_correction};
+  if (const auto off = exterior::JudgePointsUnder(view, *result->covariance, points))
+    exterior::Add(*off, result);
+}
+
+std::vector<OverviewItem> ClickedPoints(const PointStart& start) {
+  std::vector<OverviewItem> items;
+  for (std::size_t i = 0; i < start.points.size(); ++i) {
+    if (!start.points[i].control) continue;
+    const bool used = start.by_points && start.by_points->used[i];
+    const auto state = used ? OverviewState::kUsed : OverviewState::kRejected;
+    items.push_back(
+        {start.points[i].name, state, std::nullopt, std::nullopt, start.points[i].pixel});
+  }
+  return items;
+}
+
+}  // namespace orient::block

@@ -1,0 +1,47 @@
+// What a person's ground points are to a photo's orientation: a start for its search, its pose
+// where patches give none, and a check of that.
+#pragma once
+
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "block/inputs/scan_interior.h"
+#include "block/pictures/scan_overview.h"
+#include "block/stages/exterior_setting.h"
+#include "core/files/results.h"
+#include "exterior/search/point_resection.h"
+#include "exterior/steps/photo_to_orient.h"
+
+namespace orient::block {
+
+// What starts a photo's search: its approximation, or its measured ground points.
+struct PointStart {
+  std::optional<PosePrior> prior;
+  bool stated = false;                     // the prior's accuracy
+  std::optional<PosePrior> approximation;  // as given, whatever the points say
+  bool approximation_is_stated = false;
+  std::optional<exterior::PointPose> by_points;
+  std::vector<exterior::MeasuredPoint> points;  // control and check points measured in it
+  Findings findings;                            // of the points
+};
+
+// With a pose by points, of the positions of the film only that one is left.
+PointStart StartOf(const ExteriorSetting& setting, const std::string& name,
+                   const std::optional<PosePrior>& approximation, bool stated,
+                   ScanInterior* interior);
+
+// The photo's pose by its measured points, where patches gave none: `start` has one. `result`: what
+// was tried. Weak, too, where the approximation's stated accuracy or the DEM contradict it.
+void OrientByPoints(const ExteriorSetting& setting, const exterior::PhotoToOrient& photo,
+                    const PointStart& start, ExteriorResult* result);
+
+// Adds what the photo's measured points say of its pose.
+void CompareWithPoints(const ExteriorSetting& setting, const exterior::PhotoToOrient& photo,
+                       const PointStart& start, ExteriorResult* result);
+
+// Where they were clicked: those that start the search are used, those that contradict the others
+// or that no pose explains rejected.
+std::vector<OverviewItem> ClickedPoints(const PointStart& start);
+
+}  // namespace orient::block
