@@ -189,8 +189,10 @@ ExteriorResult OrientWidely(const ExteriorSetting& setting, const exterior::Phot
   Finding why = result.findings.front();
   if (why.reason == Reason::kNothingAlike)
     why = Because(Reason::kNothingAlikeAfterPrior, why.where);
+  const bool twice = why.reason == before.findings.front().reason;
   result = before;
-  result.findings.insert(result.findings.begin() + 1, why);  // what to do remains the end
+  if (!twice)
+    result.findings.insert(result.findings.begin() + 1, why);  // what to do remains the end
   return result;
 }
 

@@ -191,8 +191,9 @@ void ReadOrtho(const TomlTable& root, BlockFile* block) {
 
 // In the output directory, which has been read.
 void ReadControl(const TomlTable& root, const std::string& base, BlockFile* block) {
-  const auto table = root.FindTable("control", {"orthophotos", "photos", "camera", "orientation",
-                                                "interior", "dsm", "dem_sigma_m", "date"});
+  const auto table =
+      root.FindTable("control", {"orthophotos", "photos", "camera", "orientation", "interior",
+                                 "dsm", "dem_sigma_m", "date", "chip_px"});
   if (!table) return;
   if (root.Has("patchdb"))
     root.Fail("patchdb",
@@ -219,6 +220,10 @@ void ReadControl(const TomlTable& root, const std::string& base, BlockFile* bloc
   }
   if (table->Has("dsm")) control.dsm = ExistingFile(*table, "dsm", base);
   if (table->Has("dem_sigma_m")) control.dem_sigma_m = table->PositiveNumber("dem_sigma_m");
+  control.chip_px = table->FindCount("chip_px");
+  if (control.chip_px &&
+      (*control.chip_px < 15 || *control.chip_px > 501 || *control.chip_px % 2 == 0))
+    table->Fail("chip_px", "must be odd, from 15 to 501");
   control.date = table->FindText("date");
   if (control.date && !WhyNoDate(*control.date).empty())
     table->Fail("date", "is " + WhyNoDate(*control.date));

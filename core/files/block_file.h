@@ -47,6 +47,7 @@ struct ControlChoice {
   std::string dsm;                    // empty: none
   std::optional<double> dem_sigma_m;  // empty: a tenth of the DEM's cell
   std::optional<std::string> date;    // of the images, ISO 8601
+  std::optional<int> chip_px;         // side of a chip, odd
 };
 
 // A photo that the block file names and that cannot be worked on: it fails by itself.

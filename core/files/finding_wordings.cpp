@@ -166,8 +166,8 @@ const std::vector<Wording>& Wordings() {  // NOLINT(readability-function-size): 
        "only {value:.0f} patches lie under the photo: harvest more densely there "
        "(--max-per-photo), or from more photos"},
       {Reason::kHarvestLargerChips, "harvest_larger_chips",
-       "a patch is only {value:.0f} px wide in this photo: harvest larger chips (--chip-px), or "
-       "from images at its scale"},
+       "a patch is only {value:.0f} px wide in this photo: harvest larger chips (--chip-px; "
+       "in a block file chip_px under [control]), or from images at its scale"},
       {Reason::kContradictsApproximation, "contradicts_approximation",
        "the pose lies {value:.0f} sigma from its approximation: either the approximation is worse "
        "than stated, or {where} wrong"},

@@ -48,6 +48,7 @@ Inputs InputsOf(const BlockFile& block, const std::string& camera_library) {
                    {"dem_sigma_m", fmt::format("{}", control.dem_sigma_m.value_or(0))},
                    {"earth", fmt::format("{}", static_cast<int>(block.earth))},
                    {"date", control.date.value_or("")}};
+  if (control.chip_px) inputs["chip_px"] = fmt::format("{}", *control.chip_px);
   if (!control.dsm.empty()) inputs["dsm"] = block::DigestOfRaster(control.dsm);
   for (std::size_t i = 0; i < control.orthophotos.size(); ++i)
     inputs[fmt::format("orthophoto {}", i)] =
@@ -62,6 +63,7 @@ block::HarvestRun RunOf(const BlockFile& block) {
   if (!control.orthophotos.empty()) run.options = patchdb::OrthoHarvestOptions();
   run.options.max_further_views = 0;
   run.options.dem_sigma_m = control.dem_sigma_m;
+  if (control.chip_px) run.options.chip_px = *control.chip_px;
   if (control.date) run.about.date = *control.date;
   return run;
 }

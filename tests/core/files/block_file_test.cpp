@@ -74,6 +74,8 @@ TEST_F(BlockFileTest, ControlImagesThatDoNotGoTogetherAreRefused) {
   ExpectRefused(without + "[control]\northophotos = [\"none*.tif\"]\n", {"orthophotos", "none*"});
   ExpectRefused(without + "[control]\nphotos = [\"base.tif\"]\n", {"camera"});
   ExpectRefused(without + "[control]\northophotos = [\"base.tif\"]\ndate = \"May\"\n", {"date"});
+  ExpectRefused(without + "[control]\northophotos = [\"base.tif\"]\nchip_px = 60\n",
+                {"chip_px", "odd"});
   ExpectRefused(without, {"patchdb"});
 }
 

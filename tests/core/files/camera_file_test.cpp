@@ -79,7 +79,7 @@ TEST(CameraFile, EveryShapeKeepsItsNumbersThroughARoundtrip) {
   const TemporaryFolder folder;
   WriteCameraFile(folder / "again.toml", ReadText(FilmDrawnWith(kEveryShape)));
   const auto elements = ReadCameraFile(folder / "again.toml").marks.at("corner").elements;
-  ASSERT_EQ(elements.size(), 7u);
+  ASSERT_EQ(elements.size(), 8u);
   const auto& cross = std::get<CrossElement>(elements[0]);
   EXPECT_EQ(cross.at_mm, Eigen::Vector2d(0.5, -0.25));
   EXPECT_EQ(cross.brightness, 0.65);
