@@ -5,17 +5,20 @@
 
 #include <Eigen/LU>
 #include <algorithm>
+#include <cctype>
 #include <cmath>
+#include <filesystem>
+#include <map>
 #include <set>
 
 #include "block/inputs/approximations.h"
 #include "block/inputs/digest.h"
 #include "core/base/error.h"
 #include "core/base/median.h"
-#include "core/files/toml_fields.h"
 
 namespace orient::block {
 namespace {
+namespace fs = std::filesystem;
 
 Finding Said(Reason reason, const Decision& decision, Status at_best) {
   return {.reason = reason, .at_best = at_best, .where = TextOf(decision)};
@@ -77,6 +80,19 @@ void RequireKnownMarks(const Measurements& said, const std::string& photo,
   }
 }
 
+namespace {
+
+// What is left of a name that was written otherwise: "New-1.2" -> "new12".
+std::string LettersAndDigits(const std::string& name) {
+  std::string text;
+  for (const char c : name)
+    if (std::isalnum(static_cast<unsigned char>(c)) != 0)
+      text += static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
+  return text;
+}
+
+}  // namespace
+
 std::optional<Finding> UnknownPhotos(const Measurements& said,
                                      const std::vector<std::string>& photos) {
   constexpr std::size_t kNamed = 5;
@@ -86,15 +102,17 @@ std::optional<Finding> UnknownPhotos(const Measurements& said,
   for (const auto& one : said.decisions) unknown.insert(one.photo);
   for (const std::string& photo : photos) unknown.erase(photo);
   if (unknown.empty()) return std::nullopt;
-  const std::vector<std::string_view> known(photos.begin(), photos.end());
+  std::map<std::string, std::string> alike;
+  for (const std::string& photo : photos) alike[LettersAndDigits(photo)] = photo;
   std::vector<std::string> names;
   for (const std::string& photo : unknown) {
     if (names.size() == kNamed) {
       names.push_back(fmt::format("{} more", unknown.size() - kNamed));
       break;
     }
-    const std::string nearest = NearestWord(photo, known);
-    names.push_back(nearest.empty() ? photo : fmt::format("{} (is it {}?)", photo, nearest));
+    const auto meant = alike.find(LettersAndDigits(fs::path(photo).filename().string()));
+    names.push_back(meant == alike.end() ? photo
+                                         : fmt::format("{} (is it {}?)", photo, meant->second));
   }
   return Finding{.reason = Reason::kMeasuredPhotosUnknown,
                  .value = static_cast<double>(unknown.size()),

@@ -209,47 +209,45 @@ Finding WithoutApproximation(const ExteriorRunOptions& options, const std::strin
 }
 
 // Where the points' pose shows no patches, but the approximation's does: these agree, and the
-// points are of another datum. Empty: it does not.
-std::optional<ExteriorResult> WithoutPoints(const ExteriorSetting& setting,
-                                            const exterior::PhotoToOrient& by_points,
-                                            const exterior::PhotoImage& image,
-                                            const PointStart& start,
-                                            std::vector<patchdb::Patch>* patches) {
-  if (!start.approximation) return std::nullopt;
-  exterior::PhotoToOrient photo = by_points;
-  photo.prior = *start.approximation;
-  photo.accuracy_is_stated = start.approximation_is_stated;
-  if (exterior::IsVague(photo.camera, photo.prior, setting.surface.MeanHeight()))
-    return std::nullopt;
-  ExteriorResult result = OrientAsStated(setting, photo, image, patches);
-  if (!result.pose) return std::nullopt;
-  return result;
+// points are of another datum. True where `photo` and `start` now begin with the approximation.
+bool IsFoundWithoutPoints(const ExteriorSetting& setting, const exterior::PhotoImage& image,
+                          exterior::PhotoToOrient* photo, PointStart* start, ExteriorResult* result,
+                          std::vector<patchdb::Patch>* patches) {
+  if (!start->approximation) return false;
+  exterior::PhotoToOrient without = *photo;
+  without.prior = *start->approximation;
+  without.accuracy_is_stated = start->approximation_is_stated;
+  without.positions = start->positions;
+  if (exterior::IsVague(photo->camera, without.prior, setting.surface.MeanHeight())) return false;
+  std::vector<patchdb::Patch> around;
+  ExteriorResult found = OrientAsStated(setting, without, image, &around);
+  if (!found.pose) return false;
+  start->by_points.reset();
+  *photo = std::move(without);
+  *result = std::move(found);
+  *patches = std::move(around);
+  return true;
 }
 
 // By patches, within the prior's accuracy or beyond. The points' pose is dropped where patches and
 // approximation together contradict it.
-ExteriorResult OrientByPatches(const ExteriorSetting& setting, const exterior::PhotoToOrient& photo,
-                               const exterior::PhotoImage& image, bool vague, PointStart* start,
+ExteriorResult OrientByPatches(const ExteriorSetting& setting, const exterior::PhotoImage& image,
+                               bool vague, exterior::PhotoToOrient* photo, PointStart* start,
                                std::vector<patchdb::Patch>* patches) {
   ExteriorResult result;
-  if (!vague) result = OrientAsStated(setting, photo, image, patches);
+  if (!vague) result = OrientAsStated(setting, *photo, image, patches);
   exterior::OrientPhotoOptions as_oriented = OptionsOf(setting);
   as_oriented.wide = !result.pose;
   if (!result.pose && start->by_points) {
-    std::vector<patchdb::Patch> around;
-    if (auto without = WithoutPoints(setting, photo, image, *start, &around)) {
-      result = *std::move(without);
-      *patches = std::move(around);
-      start->by_points.reset();
+    if (IsFoundWithoutPoints(setting, image, photo, start, &result, patches))
       as_oriented.wide = false;
-    } else {
-      OrientByPoints(setting, photo, *start, &result);
-    }
+    else
+      OrientByPoints(setting, *photo, *start, &result);
   } else if (!result.pose) {
-    result = OrientWidely(setting, photo, image, result, vague, patches);
+    result = OrientWidely(setting, *photo, image, result, vague, patches);
   }
   if (setting.options.principal_distance_sigma_mm && !Has(result.findings, Reason::kByPointsAlone))
-    result = exterior::OrientWithPrincipalDistance(photo, image, *patches, as_oriented, result,
+    result = exterior::OrientWithPrincipalDistance(*photo, image, *patches, as_oriented, result,
                                                    *setting.options.principal_distance_sigma_mm);
   return result;
 }
@@ -278,35 +276,44 @@ ExteriorResult OrientOne(const ExteriorSetting& setting, const std::string& path
     DrawWhyNot(setting, raster, start, &failed);
     return failed;
   }
-  const PosePrior& prior = *start.prior;
+  auto without_heights = WithoutHeights(setting, start.prior->pose);
+  if (without_heights && start.by_points && start.approximation &&
+      !WithoutHeights(setting, start.approximation->pose)) {
+    DropPoints(&start, &interior);
+    without_heights.reset();
+  }
+  const PosePrior prior = *start.prior;
   const bool vague = exterior::IsVague(setting.camera.camera, prior, setting.surface.MeanHeight());
-  const auto without_heights = WithoutHeights(setting, prior.pose);
-  const StartingPose began{prior.pose, prior.covariance.diagonal().cwiseSqrt()};
+  const auto start_of = [](const PosePrior& from) {
+    return StartingPose{from.pose, from.covariance.diagonal().cwiseSqrt()};
+  };
   if (!vague && without_heights) {
     ExteriorResult failed = Failed(name, *without_heights);
-    failed.approximation = began;
+    failed.approximation = start_of(prior);
     DrawWhyNot(setting, raster, start, &failed);
     return failed;
   }
 
   const exterior::PhotoImage image(raster, interior.negative);
-  const exterior::PhotoToOrient photo{name,
-                                      setting.camera.camera,
-                                      interior.positions,
-                                      prior,
-                                      start.stated,
-                                      CoveredAreas(setting.camera, setting.marks),
-                                      &setting.surface};
+  exterior::PhotoToOrient photo{name,
+                                setting.camera.camera,
+                                interior.positions,
+                                prior,
+                                start.stated,
+                                CoveredAreas(setting.camera, setting.marks),
+                                &setting.surface};
   std::vector<patchdb::Patch> patches;
-  ExteriorResult result = OrientByPatches(setting, photo, image, vague, &start, &patches);
-  result.approximation = began;
+  ExteriorResult result = OrientByPatches(setting, image, vague, &photo, &start, &patches);
+  result.approximation = start_of(photo.prior);
   CompareWithPoints(setting, photo, start, &result);
-  const PhotoView expected{photo.camera, photo.positions.front().photo_from_pixel, prior.pose};
+  const PhotoView expected{photo.camera, photo.positions.front().photo_from_pixel,
+                           photo.prior.pose};
   CheckHeights(setting.surface, patches,
                kHeightTolerancePx * expected.GroundPixel(setting.surface.MeanHeight()), &result);
   for (const Finding& finding : interior.findings) exterior::Add(finding, &result);
   ApplyVerdict(setting.options.measurements, &result);
-  Illustrate(setting, interior, image, patches, prior.pose, &result);
+  interior.positions = photo.positions;
+  Illustrate(setting, interior, image, patches, photo.prior.pose, &result);
   DrawWhyNot(setting, raster, start, &result);
   return result;
 }

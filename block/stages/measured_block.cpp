@@ -27,15 +27,18 @@ constexpr double kTargetInPhotoSystem_mm = 0.03;
 // Marks lie where the camera file has them, to what film and scanner do; confused ones do not.
 std::optional<Finding> ConfusedMarks(const std::vector<PointPair2d>& pairs,
                                      const std::vector<std::string>& ids, const Affine2d& fit) {
-  constexpr double kMost_mm = 0.3;
+  constexpr double kMost_mm = 0.3, kSigmas = 5;
+  const double pixel_mm = std::sqrt(std::abs(fit.A.determinant()));
   double worst_mm = 0;
   std::string names;
   for (std::size_t i = 0; i < pairs.size(); ++i) {
     const double off_mm = (fit * pairs[i].source - pairs[i].target).norm();
+    if (off_mm <= std::max(kMost_mm, kSigmas * pairs[i].sigma * pixel_mm)) continue;
     worst_mm = std::max(worst_mm, off_mm);
     names += fmt::format("{}{} ({:.2f} mm)", names.empty() ? "" : ", ", ids[i], off_mm);
   }
-  if (worst_mm <= kMost_mm) return std::nullopt;
+  if (names.empty()) return std::nullopt;
+  if (pairs.size() == 4) names += ", of four marks nothing tells which is wrong";
   return Finding{.reason = Reason::kMeasuredMarksContradict,
                  .at_best = Status::kFailed,
                  .value = worst_mm,
@@ -247,6 +250,8 @@ MeasuredBlock AdjustMeasurements(const MeasuredBlockInputs& inputs) {
   if (!adjusted.block.photos.empty())
     adjusted.result = AdjustBlock(adjusted.block, OptionsOf(inputs));
   done.findings = adjusted.result.findings;
+  if (auto unknown = UnknownPhotos(inputs.measured, {names.begin(), names.end()}))
+    done.findings.push_back(*std::move(unknown));
   for (std::size_t i = 0, k = 0; i < photos.size(); ++i) {
     ExteriorResult& result = results[photos[i].name];
     if (first.Oriented(i)) result = ResultOf(adjusted, k++, inputs);

@@ -8,6 +8,7 @@
 #include "core/base/chi_square.h"
 #include "core/base/median.h"
 #include "exterior/judge.h"
+#include "exterior/search/whole_photo_search.h"
 #include "exterior/steps/resect.h"
 
 namespace orient::block {
@@ -67,7 +68,7 @@ std::optional<Finding> WithoutPatches(const ExteriorResult& tried) {
 PointStart StartOf(const ExteriorSetting& setting, const std::string& name,
                    const std::optional<PosePrior>& approximation, bool stated,
                    ScanInterior* interior) {
-  PointStart start{approximation, stated, approximation, stated, {}, {}, {}};
+  PointStart start{approximation, stated, approximation, stated, {}, interior->positions, {}, {}};
   start.points = PointsOf(setting.options.measurements, name, interior->positions.front());
   const auto is_control = [](const exterior::MeasuredPoint& point) { return point.control; };
   if (std::none_of(start.points.begin(), start.points.end(), is_control)) return start;
@@ -76,10 +77,20 @@ PointStart StartOf(const ExteriorSetting& setting, const std::string& name,
   start.findings = std::move(resection.findings);
   if (!resection.found) return start;
   start.by_points = std::move(resection.found);
+  if (approximation)
+    exterior::LetPriorDecidePosition(interior->positions, *approximation,
+                                     &start.by_points->position, &start.by_points->pose);
   interior->positions = {start.by_points->position};
   start.prior = PosePrior{start.by_points->pose, start.by_points->covariance};
   start.stated = true;
   return start;
+}
+
+void DropPoints(PointStart* start, ScanInterior* interior) {
+  start->by_points.reset();
+  start->prior = start->approximation;
+  start->stated = start->approximation_is_stated;
+  interior->positions = start->positions;
 }
 
 void OrientByPoints(const ExteriorSetting& setting, const exterior::PhotoToOrient& photo,
@@ -109,7 +120,11 @@ void CompareWithPoints(const ExteriorSetting& setting, const exterior::PhotoToOr
     exterior::Add(
         {.reason = Reason::kStartedByPoints, .value = static_cast<double>(start.by_points->Used())},
         result);
-  const exterior::FilmPosition& position = photo.positions.front();
+  const auto found = std::find_if(
+      photo.positions.begin(), photo.positions.end(),
+      [&](const exterior::FilmPosition& one) { return one.orientation == result->orientation; });
+  const exterior::FilmPosition& position =
+      found != photo.positions.end() ? *found : photo.positions.front();
   auto points = PointsOf(setting.options.measurements, photo.name, position);
   for (std::size_t i = points.size(); i-- > 0 && start.by_points;)
     if (points[i].control && !start.by_points->used[i])

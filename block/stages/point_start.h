@@ -22,14 +22,18 @@ struct PointStart {
   std::optional<PosePrior> approximation;  // as given, whatever the points say
   bool approximation_is_stated = false;
   std::optional<exterior::PointPose> by_points;
-  std::vector<exterior::MeasuredPoint> points;  // control and check points measured in it
-  Findings findings;                            // of the points
+  std::vector<exterior::FilmPosition> positions;  // all that the marks leave open
+  std::vector<exterior::MeasuredPoint> points;    // control and check points measured in it
+  Findings findings;                              // of the points
 };
 
 // With a pose by points, of the positions of the film only that one is left.
 PointStart StartOf(const ExteriorSetting& setting, const std::string& name,
                    const std::optional<PosePrior>& approximation, bool stated,
                    ScanInterior* interior);
+
+// Begins with the approximation, which there is: the points' pose is another place's.
+void DropPoints(PointStart* start, ScanInterior* interior);
 
 // The photo's pose by its measured points, where patches gave none: `start` has one. `result`: what
 // was tried. Weak, too, where the approximation's stated accuracy or the DEM contradict it.
@@ -40,8 +44,7 @@ void OrientByPoints(const ExteriorSetting& setting, const exterior::PhotoToOrien
 void CompareWithPoints(const ExteriorSetting& setting, const exterior::PhotoToOrient& photo,
                        const PointStart& start, ExteriorResult* result);
 
-// Where they were clicked: those that start the search are used, those that contradict the others
-// or that no pose explains rejected.
+// Where they were clicked: those that start the search are used, the others rejected.
 std::vector<OverviewItem> ClickedPoints(const PointStart& start);
 
 }  // namespace orient::block

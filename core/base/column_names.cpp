@@ -64,14 +64,16 @@ std::map<std::string, std::size_t> ColumnPlaces(const std::vector<std::string>& 
 std::string WithoutImageEnding(const std::string& given) {
   const bool of_windows = given.starts_with("\\\\") || given.find(":\\") == 1;
   const std::string name = of_windows ? given.substr(given.rfind('\\') + 1) : given;
-  static const std::set<std::string> endings = {".tif", ".tiff", ".jpg", ".jpeg", ".png",
-                                                ".jp2", ".img",  ".bmp", ".ecw",  ".sid"};
+  static const std::set<std::string> endings = {
+      ".tif", ".tiff", ".jpg", ".jpeg", ".png", ".jp2", ".j2k",  ".jpx",  ".jxl", ".img", ".bmp",
+      ".gif", ".ecw",  ".sid", ".vrt",  ".dng", ".ntf", ".nitf", ".webp", ".pix", ".pgm", ".ppm"};
   if (!endings.contains(Lower(std::filesystem::path(name).extension().string()))) return name;
   return std::filesystem::path(IsRemote(name) ? WithoutEscapes(name) : name).stem().string();
 }
 
 std::string BareImageName(const std::string& image) {
-  return WithoutImageEnding(std::filesystem::path(image).filename().string());
+  const std::string path = IsRemote(image) ? WithoutEscapes(image) : image;
+  return WithoutImageEnding(std::filesystem::path(path).filename().string());
 }
 
 }  // namespace orient

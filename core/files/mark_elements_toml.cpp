@@ -77,26 +77,31 @@ bool EdgesCross(const Vector2d& a, const Vector2d& b, const Vector2d& c, const V
   return Side(a, b, c) * Side(a, b, d) < 0 && Side(c, d, a) * Side(c, d, b) < 0;
 }
 
-void CheckOutline(const TomlTable& table, const std::vector<Vector2d>& points) {
-  const size_t n = points.size();
+void RequireArea(const TomlTable& table, const std::vector<Vector2d>& points) {
   double twice_area = 0;
-  for (size_t i = 0; i < n; ++i) {
-    const Vector2d &from = points[i], &to = points[(i + 1) % n];
+  for (size_t i = 0; i < points.size(); ++i) {
+    const Vector2d &from = points[i], &to = points[(i + 1) % points.size()];
     if (from == to) table.Fail("points_mm", "has the same point twice in a row");
     twice_area += Side(Vector2d::Zero(), from, to);
-    for (size_t j = i + 1; j < n; ++j)
-      if (EdgesCross(from, to, points[j], points[(j + 1) % n]))
-        table.Fail("points_mm", "is an outline that crosses itself; list its corners in order");
   }
   if (twice_area == 0) table.Fail("points_mm", "encloses no area");
+}
+
+void RequireSimple(const TomlTable& table, const std::vector<Vector2d>& corners) {
+  const size_t n = corners.size();
+  for (size_t i = 0; i < n; ++i)
+    for (size_t j = i + 1; j < n; ++j)
+      if (EdgesCross(corners[i], corners[(i + 1) % n], corners[j], corners[(j + 1) % n]))
+        table.Fail("points_mm", "is an outline that crosses itself; list its corners in order");
 }
 
 PolygonElement ReadPolygon(const TomlTable& table) {
   PolygonElement polygon{table.Points2("points_mm"), ReadBrightness(table)};
   if (polygon.points_mm.size() < 3) table.Fail("points_mm", "must have at least three points");
-  CheckOutline(table, polygon.points_mm);
   polygon.open = table.FindFlag("open").value_or(false);
-  CheckOutline(table, Corners(polygon));
+  if (!polygon.open) RequireSimple(table, polygon.points_mm);
+  RequireArea(table, polygon.points_mm);
+  if (polygon.open) RequireSimple(table, Corners(polygon));
   return polygon;
 }
 

@@ -42,7 +42,7 @@ std::vector<MarkMeasurement> ReadMarks(const std::string& path) {
   SaidOnce once;
   while (table.Next()) {
     MarkMeasurement mark;
-    mark.photo = BareImageName(table.Name("photo"));
+    mark.photo = WithoutImageEnding(table.Name("photo"));
     mark.mark = table.Name("mark");
     once.Add(table, "mark", mark.photo + "\n" + mark.mark,
              fmt::format("mark {} of photo {} is measured", mark.mark, mark.photo));
@@ -70,7 +70,7 @@ std::vector<ImagePointMeasurement> ReadImagePoints(const std::string& path) {
   SaidOnce once;
   while (table.Next()) {
     ImagePointMeasurement seen;
-    seen.photo = BareImageName(table.Name("photo"));
+    seen.photo = WithoutImageEnding(table.Name("photo"));
     seen.point = table.Name("point");
     once.Add(table, "point", seen.photo + "\n" + seen.point,
              fmt::format("point {} of photo {} is measured", seen.point, seen.photo));
@@ -121,7 +121,7 @@ std::vector<Decision> ReadDecisions(const std::string& path) {
   SaidOnce once;
   while (table.Next()) {
     Decision decision;
-    decision.photo = BareImageName(table.Name("photo"));
+    decision.photo = WithoutImageEnding(table.Name("photo"));
     decision.kind = KindIn(table);
     decision.value = table.Text("value");
     decision.reason = table.Text("reason");

@@ -69,19 +69,20 @@ double Chi2OfKappa(const PosePrior& prior, double kappa_rad) {
 
 }  // namespace
 
-void LetPriorDecidePosition(const PhotoToOrient& photo, PoseTrack* track) {
-  const double kappa_rad = track->pose.opk_rad.z();
-  const Affine2d found = track->position.photo_from_pixel;
-  double least_chi2 = Chi2OfKappa(photo.prior, kappa_rad) - kClearly_chi2;
-  for (const FilmPosition& position : photo.positions) {
+void LetPriorDecidePosition(const std::vector<FilmPosition>& positions, const PosePrior& prior,
+                            FilmPosition* position, Pose* pose) {
+  const double kappa_rad = pose->opk_rad.z();
+  const Affine2d found = position->photo_from_pixel;
+  double least_chi2 = Chi2OfKappa(prior, kappa_rad) - kClearly_chi2;
+  for (const FilmPosition& other : positions) {
     // kappa is the innermost rotation: about the camera's own axis.
-    const auto turn_rad = TurnBetween(found, position.photo_from_pixel);
+    const auto turn_rad = TurnBetween(found, other.photo_from_pixel);
     if (!turn_rad) continue;
-    const double chi2 = Chi2OfKappa(photo.prior, kappa_rad - *turn_rad);
+    const double chi2 = Chi2OfKappa(prior, kappa_rad - *turn_rad);
     if (chi2 >= least_chi2) continue;
     least_chi2 = chi2;
-    track->position = position;
-    track->pose.opk_rad.z() = NormalizeAngle(kappa_rad - *turn_rad);
+    *position = other;
+    pose->opk_rad.z() = NormalizeAngle(kappa_rad - *turn_rad);
   }
 }
 

@@ -68,10 +68,10 @@ inline constexpr int kFollowedRounds = 2;
 // The first that convinces, else the best; empty where no way gives a pose.
 std::optional<PoseTrack> TryWays(const WaysToTry& ways);
 
-// The same photograph with the film lying as the prior's kappa says. A search at every kappa cannot
-// tell a film that lies turned from a camera turned back, and takes the position that it tries
-// first.
-void LetPriorDecidePosition(const PhotoToOrient& photo, PoseTrack* track);
+// The same photograph with the film lying, of these positions, as the prior's kappa says. Where
+// marks are alike, nothing else tells a film that lies turned from a camera turned back.
+void LetPriorDecidePosition(const std::vector<FilmPosition>& positions, const PosePrior& prior,
+                            FilmPosition* position, Pose* pose);
 
 // In how many of the photo's positions of the film it shows the same, each with another kappa, as
 // likely by the prior as this one: this one among them.

@@ -233,7 +233,9 @@ WholePhotoSearch SearchAtEveryKappa(const PhotoTask& task) {
 
 WholePhotoSearch SearchWidely(const PhotoTask& task) {
   WholePhotoSearch search = SearchAtEveryKappa(task);
-  if (search.track) LetPriorDecidePosition(task.photo, &*search.track);
+  if (search.track)
+    LetPriorDecidePosition(task.photo.positions, task.photo.prior, &search.track->position,
+                           &search.track->pose);
   return search;
 }
 

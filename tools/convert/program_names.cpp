@@ -26,7 +26,9 @@ bool CutsNames(ExchangeFormat format) {
 // Also other than all of `taken`, which are without endings.
 std::string WithoutBlanks(std::string image, const std::set<std::string>& taken) {
   std::replace_if(image.begin(), image.end(), IsBlank, '_');
-  const std::string name = WithoutEnding(image), ending = image.substr(name.size());
+  const std::string name = WithoutEnding(image);
+  const bool ends = BareImageName(image) != fs::path(image).filename().string();
+  const std::string ending = ends ? fs::path(image).extension().string() : "";
   for (int number = 2; taken.contains(WithoutEnding(image)); ++number)
     image = fmt::format("{}_{}{}", name, number, ending);
   return image;

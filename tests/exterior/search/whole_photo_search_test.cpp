@@ -271,7 +271,7 @@ class FilmOfEqualMarks : public testing::Test {
   void Decide(double off_rad, double sigma_rad) {
     photo_.prior.pose.opk_rad.z() = view_.pose.opk_rad.z() + off_rad;
     photo_.prior.covariance(5, 5) = sigma_rad * sigma_rad;
-    LetPriorDecidePosition(photo_, &track_);
+    LetPriorDecidePosition(photo_.positions, photo_.prior, &track_.position, &track_.pose);
   }
   Eigen::Vector2d Seen(const Eigen::Vector3d& ground_m) const {
     PhotoView view = view_;
