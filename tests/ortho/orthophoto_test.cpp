@@ -113,6 +113,7 @@ TEST_F(OrthophotoOfHills, GroundBehindAWallHasNoDataAndIsMarked) {
                                                    0.2 * kPerMetre * photo_.view.GroundPixel(100));
   EXPECT_LT(static_cast<double>(beyond), 0.007 * static_cast<double>(off.size()));
   EXPECT_GT(shares.hidden, 0.006);
+  EXPECT_EQ(BandRaster::Open(path_).Metadata(kHasHidden), "yes");
   const BandRaster hidden = BandRaster::Open(HiddenPath(path_));
   const PixelWindow all{0, 0, hidden.Width(), hidden.Height()};
   const std::vector<float> marked = hidden.Read(all).front().values;
@@ -125,6 +126,7 @@ TEST_F(OrthophotoOfHills, GroundBehindAWallHasNoDataAndIsMarked) {
   EXPECT_NEAR(count / static_cast<double>(marked.size()), shares.hidden, 1e-9);
   Make("wall", East, false);
   EXPECT_FALSE(fs::exists(HiddenPath(path_))) << "of an earlier run";
+  EXPECT_EQ(BandRaster::Open(path_).Metadata(kHasHidden), "no");
 }
 
 TEST_F(OrthophotoOfHills, ANegativeBecomesAPositive) {

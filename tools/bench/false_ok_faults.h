@@ -201,7 +201,7 @@ inline void PhotosExchanged(World&, Trial& trial) {
 }
 inline void PhotosOfElsewhere(World& world, Trial& trial) {
   for (auto& [name, path] : trial.photos) path = world.Elsewhere() + "/scans/" + name + ".tif";
-  for (auto& [name, shown] : trial.shows) shown.folder = world.Elsewhere();
+  for (auto& [name, shown] : trial.shows) shown = {world.Elsewhere(), name};
   trial.unrelated = true;
 }
 

@@ -160,6 +160,18 @@ TEST_F(OrientOrtho, ResumeKeepsWhatWasMadeFromTheSame) {
   EXPECT_EQ(after.out.find("kept"), after.out.rfind("kept")) << "one of the two: " << after.out;
 }
 
+// As a full disk or a lost connection leaves it where nobody notices.
+TEST_F(OrientOrtho, ResumeMakesAgainWhatWasCutOff) {
+  Run({"--gsd-m", "10"});
+  const std::string west = Path("ortho/west.ortho.tif");
+  ASSERT_TRUE(BandRaster::Open(west).IsWhole());
+  fs::resize_file(west, fs::file_size(west) - 1000);
+  EXPECT_FALSE(BandRaster::Open(west).IsWhole());
+  const ProgramRun again = Run({"--gsd-m", "10", "--resume"});
+  EXPECT_TRUE(BandRaster::Open(west).IsWhole()) << again.out;
+  EXPECT_NE(again.out.find("kept"), std::string::npos) << "the other one";
+}
+
 TEST_F(OrientOrtho, SeamlinesAreReadBack) {
   Run({"--mosaic", "--gsd-m", "5"});
   const std::string nearest = ReadFile(Path("ortho/mosaic.tif"));
