@@ -68,7 +68,11 @@ std::optional<Finding> WithoutPatches(const ExteriorResult& tried) {
 PointStart StartOf(const ExteriorSetting& setting, const std::string& name,
                    const std::optional<PosePrior>& approximation, bool stated,
                    ScanInterior* interior) {
-  PointStart start{approximation, stated, approximation, stated, {}, interior->positions, {}, {}};
+  PointStart start{.prior = approximation,
+                   .approximation = approximation,
+                   .positions = interior->positions,
+                   .stated = stated,
+                   .approximation_is_stated = stated};
   start.points = PointsOf(setting.options.measurements, name, interior->positions.front());
   const auto is_control = [](const exterior::MeasuredPoint& point) { return point.control; };
   if (std::none_of(start.points.begin(), start.points.end(), is_control)) return start;

@@ -17,14 +17,14 @@ namespace orient::block {
 
 // What starts a photo's search: its approximation, or its measured ground points.
 struct PointStart {
-  std::optional<PosePrior> prior;
-  bool stated = false;                     // the prior's accuracy
-  std::optional<PosePrior> approximation;  // as given, whatever the points say
+  std::optional<PosePrior> prior = {};
+  std::optional<PosePrior> approximation = {};  // as given, whatever the points say
+  std::optional<exterior::PointPose> by_points = {};
+  std::vector<exterior::FilmPosition> positions = {};  // all that the marks leave open
+  std::vector<exterior::MeasuredPoint> points = {};    // control and check points measured in it
+  Findings findings = {};                              // of the points
+  bool stated = false;                                 // the prior's accuracy
   bool approximation_is_stated = false;
-  std::optional<exterior::PointPose> by_points;
-  std::vector<exterior::FilmPosition> positions;  // all that the marks leave open
-  std::vector<exterior::MeasuredPoint> points;    // control and check points measured in it
-  Findings findings;                              // of the points
 };
 
 // With a pose by points, of the positions of the film only that one is left.
