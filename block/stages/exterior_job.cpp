@@ -252,6 +252,18 @@ ExteriorResult OrientByPatches(const ExteriorSetting& setting, const exterior::P
   return result;
 }
 
+StartingPose StartingPoseOf(const PosePrior& prior) {
+  return {prior.pose, prior.covariance.diagonal().cwiseSqrt()};
+}
+
+ExteriorResult FailedAtStart(const ExteriorSetting& setting, const Raster& raster,
+                             const PointStart& start, const std::string& name, const Finding& why) {
+  ExteriorResult failed = Failed(name, why);
+  if (start.prior) failed.approximation = StartingPoseOf(*start.prior);
+  DrawWhyNot(setting, raster, start, &failed);
+  return failed;
+}
+
 ExteriorResult OrientOne(const ExteriorSetting& setting, const std::string& path) {
   const std::string name = PhotoName(path);
   const OrientationRow* row = setting.approximations.Find(name);
@@ -269,13 +281,10 @@ ExteriorResult OrientOne(const ExteriorSetting& setting, const std::string& path
   if (row != nullptr) approximation = PosePrior{row->pose, PriorCovariance(*row, setting.options)};
   PointStart start = StartOf(setting, name, approximation,
                              row != nullptr && AccuracyIsStated(setting, *row), &interior);
-  if (!start.prior) {
-    ExteriorResult failed =
-        Failed(name, start.findings.empty() ? WithoutApproximation(setting.options, name)
-                                            : start.findings.front());
-    DrawWhyNot(setting, raster, start, &failed);
-    return failed;
-  }
+  if (!start.prior)
+    return FailedAtStart(setting, raster, start, name,
+                         start.findings.empty() ? WithoutApproximation(setting.options, name)
+                                                : start.findings.front());
   auto without_heights = WithoutHeights(setting, start.prior->pose);
   if (without_heights && start.by_points && start.approximation &&
       !WithoutHeights(setting, start.approximation->pose)) {
@@ -284,15 +293,8 @@ ExteriorResult OrientOne(const ExteriorSetting& setting, const std::string& path
   }
   const PosePrior prior = *start.prior;
   const bool vague = exterior::IsVague(setting.camera.camera, prior, setting.surface.MeanHeight());
-  const auto start_of = [](const PosePrior& from) {
-    return StartingPose{from.pose, from.covariance.diagonal().cwiseSqrt()};
-  };
-  if (!vague && without_heights) {
-    ExteriorResult failed = Failed(name, *without_heights);
-    failed.approximation = start_of(prior);
-    DrawWhyNot(setting, raster, start, &failed);
-    return failed;
-  }
+  if (!vague && without_heights)
+    return FailedAtStart(setting, raster, start, name, *without_heights);
 
   const exterior::PhotoImage image(raster, interior.negative);
   exterior::PhotoToOrient photo{name,
@@ -304,7 +306,7 @@ ExteriorResult OrientOne(const ExteriorSetting& setting, const std::string& path
                                 &setting.surface};
   std::vector<patchdb::Patch> patches;
   ExteriorResult result = OrientByPatches(setting, image, vague, &photo, &start, &patches);
-  result.approximation = start_of(photo.prior);
+  result.approximation = StartingPoseOf(photo.prior);
   CompareWithPoints(setting, photo, start, &result);
   const PhotoView expected{photo.camera, photo.positions.front().photo_from_pixel,
                            photo.prior.pose};
