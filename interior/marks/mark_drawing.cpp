@@ -271,9 +271,9 @@ bool IsOpen(const MarkElement& element) {
 void LeaveOutBeyond(const std::vector<MarkElement>& elements, const PixelSquare& square,
                     double margin_mm, std::vector<bool>* near) {
   for (size_t i = 0; i < near->size(); ++i) {
-    const auto col = static_cast<double>(i % static_cast<size_t>(square.size));
-    const auto row = static_cast<double>(i / static_cast<size_t>(square.size));
-    const Vector2d middle = square.AtMm(Vector2d(col + 0.5, row + 0.5));
+    const size_t side = static_cast<size_t>(square.size), row = i / side, col = i % side;
+    const Vector2d middle =
+        square.AtMm(Vector2d(static_cast<double>(col) + 0.5, static_cast<double>(row) + 0.5));
     (*near)[i] = (*near)[i] && std::any_of(elements.begin(), elements.end(), [&](const auto& e) {
                    return DistanceFromPart(e, middle) <= margin_mm;
                  });
