@@ -181,8 +181,7 @@ void AddUnusable(const BlockInputs& inputs, OrientedBlock* block) {
 }
 
 void NameUnknownMeasurements(const BlockInputs& inputs, OrientedBlock* block) {
-  std::vector<std::string> photos;
-  for (const std::string& path : inputs.Block().photos) photos.push_back(PhotoName(path));
+  std::vector<std::string> photos = PhotoNames(inputs.Block().photos);
   for (const UnusablePhoto& photo : inputs.Block().unusable) photos.push_back(photo.name);
   if (auto unknown = UnknownPhotos(inputs.Said(), photos))
     block->findings.push_back(*std::move(unknown));

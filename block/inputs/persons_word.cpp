@@ -93,6 +93,12 @@ std::string LettersAndDigits(const std::string& name) {
 
 }  // namespace
 
+std::vector<std::string> PhotoNames(const std::vector<std::string>& paths) {
+  std::vector<std::string> names;
+  for (const std::string& path : paths) names.push_back(PhotoName(path));
+  return names;
+}
+
 std::optional<Finding> UnknownPhotos(const Measurements& said,
                                      const std::vector<std::string>& photos) {
   constexpr std::size_t kNamed = 5;

@@ -22,6 +22,9 @@ namespace orient::block {
 void RequireKnownMarks(const Measurements& said, const std::string& photo,
                        const CameraFile& camera);
 
+// Of scans, by their paths.
+std::vector<std::string> PhotoNames(const std::vector<std::string>& paths);
+
 // Measurements and decisions that no photo of the run takes (a misspelt name), with the names that
 // were perhaps meant; absent: there are none.
 std::optional<Finding> UnknownPhotos(const Measurements& said,

@@ -113,12 +113,9 @@ void Illustrate(const ExteriorSetting& setting, const ScanInterior& interior,
                 const Pose& approximation, ExteriorResult* result) {
   result->width = image.Width();
   result->height = image.Height();
-  auto position = std::find_if(
-      interior.positions.begin(), interior.positions.end(),
-      [&](const exterior::FilmPosition& p) { return p.orientation == result->orientation; });
-  if (position == interior.positions.end()) position = interior.positions.begin();
-  PhotoView view{setting.camera.camera, position->photo_from_pixel,
-                 result->pose.value_or(approximation), position->film_correction};
+  const exterior::FilmPosition& position = PositionAs(interior.positions, result->orientation);
+  PhotoView view{setting.camera.camera, position.photo_from_pixel,
+                 result->pose.value_or(approximation), position.film_correction};
   if (const auto& estimated = result->principal_distance)
     view.camera.principal_distance_mm = estimated->value_mm;
   if (result->pose) result->footprint_m = Footprint(view, setting.surface);

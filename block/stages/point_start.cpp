@@ -65,6 +65,14 @@ std::optional<Finding> WithoutPatches(const ExteriorResult& tried) {
 
 }  // namespace
 
+const exterior::FilmPosition& PositionAs(const std::vector<exterior::FilmPosition>& positions,
+                                         const std::optional<ScanOrientation>& orientation) {
+  const auto found = std::find_if(
+      positions.begin(), positions.end(),
+      [&](const exterior::FilmPosition& one) { return one.orientation == orientation; });
+  return found != positions.end() ? *found : positions.front();
+}
+
 PointStart StartOf(const ExteriorSetting& setting, const std::string& name,
                    const std::optional<PosePrior>& approximation, bool stated,
                    ScanInterior* interior) {
@@ -124,11 +132,7 @@ void CompareWithPoints(const ExteriorSetting& setting, const exterior::PhotoToOr
     exterior::Add(
         {.reason = Reason::kStartedByPoints, .value = static_cast<double>(start.by_points->Used())},
         result);
-  const auto found = std::find_if(
-      photo.positions.begin(), photo.positions.end(),
-      [&](const exterior::FilmPosition& one) { return one.orientation == result->orientation; });
-  const exterior::FilmPosition& position =
-      found != photo.positions.end() ? *found : photo.positions.front();
+  const exterior::FilmPosition& position = PositionAs(photo.positions, result->orientation);
   auto points = PointsOf(setting.options.measurements, photo.name, position);
   for (std::size_t i = points.size(); i-- > 0 && start.by_points;)
     if (points[i].control && !start.by_points->used[i])

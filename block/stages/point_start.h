@@ -27,6 +27,10 @@ struct PointStart {
   bool approximation_is_stated = false;
 };
 
+// The position of the film in which a photo was oriented; the first where none is that one.
+const exterior::FilmPosition& PositionAs(const std::vector<exterior::FilmPosition>& positions,
+                                         const std::optional<ScanOrientation>& orientation);
+
 // With a pose by points, of the positions of the film only that one is left.
 PointStart StartOf(const ExteriorSetting& setting, const std::string& name,
                    const std::optional<PosePrior>& approximation, bool stated,

@@ -105,9 +105,7 @@ class ExteriorCommand : public Command {
                FileInput("patch database", options.patchdb),
                FileInput("approximations", options.approximations)});
     PrintExteriorSummary(done, out);
-    std::vector<std::string> photos;
-    for (const std::string& path : options.photos) photos.push_back(PhotoName(path));
-    if (const auto unknown = block::UnknownPhotos(said, photos))
+    if (const auto unknown = block::UnknownPhotos(said, block::PhotoNames(options.photos)))
       out << "note      " << Sentence(*unknown) << "\n";
     return AllOriented(done) ? ExitCode::kAllDone : ExitCode::kSomeNotOriented;
   }

@@ -112,9 +112,8 @@ class InteriorCommand : public Command {
               {FileInput("camera", camera_ == block::kAutoCamera ? "" : options.camera)});
     const ExitCode code = Summarise(results, out);
     for (const std::string& note : notes) out << note << "\n";
-    std::vector<std::string> photos;
-    for (const std::string& path : options.photos) photos.push_back(PhotoName(path));
-    if (const auto unknown = block::UnknownPhotos(options.measurements, photos))
+    if (const auto unknown =
+            block::UnknownPhotos(options.measurements, block::PhotoNames(options.photos)))
       out << "note      " << Sentence(*unknown) << "\n";
     return code;
   }
