@@ -16,6 +16,9 @@ constexpr Index kBorder = 2;   // of the spline's support
 constexpr Index kAtATime = 4;  // pixels
 using Pixels = Eigen::Array<float, kAtATime, 1>;
 constexpr int kMaxIterations = 12;
+// Gauss-Newton's steps are taken as they are; where they have not come to an end by then, as in
+// sharpened scans, whose halo the drawing does not have, they are scaled.
+constexpr int kPlainIterations = 3;
 constexpr double kMinValid = 0.6;  // share of the drawing's pixels that must meet data
 
 // In place: samples to coefficients of the interpolating cubic spline (Unser 1999), zero beyond.
@@ -72,6 +75,14 @@ struct Products {
     sd += image * drawn, su += image * right, sv += image * below, ss += image * image;
   }
 };
+
+// Of a computed step, so that it reaches where no step would be left, if steps go on changing as
+// they did over what was moved last (secant).
+double ScaleOf(const Vector2d& step, const Vector2d& last_step, const Vector2d& moved) {
+  constexpr double kLeast = 0.5, kMost = 4;  // of what a step covers more than was needed
+  const double covers = (last_step - step).dot(moved) / moved.squaredNorm();
+  return 1 / std::clamp(covers, kLeast, kMost);
+}
 
 double Total(const Pixels& pixels) { return static_cast<double>(pixels.sum()); }
 
@@ -282,7 +293,7 @@ std::optional<DrawingMatch> MovingDrawing::Match(const SeenPlane& seen, const Ve
                                                  double max_shift_px, double converged_px) const {
   const Index inner = part_->inner_;
   const double middle = 0.5 * static_cast<double>(inner);
-  Vector2d at = start;
+  Vector2d at = start, last_step = Vector2d::Zero(), moved = Vector2d::Zero();
   Across across = Memory();
   for (int iteration = 0; iteration < kMaxIterations; ++iteration) {
     const Vector2d corner = (at.array() - middle).round();
@@ -299,10 +310,12 @@ std::optional<DrawingMatch> MovingDrawing::Match(const SeenPlane& seen, const Ve
     const Eigen::Vector4d solved = solver.solve(sums.right);
     const double gain = solved[1];
     if (solver.info() != Eigen::Success || !solved.allFinite() || !(gain > 0)) return std::nullopt;
-    Vector2d step(solved[2] / gain, solved[3] / gain);
+    const Vector2d step(solved[2] / gain, solved[3] / gain);
+    const double scale = iteration < kPlainIterations ? 1 : ScaleOf(step, last_step, moved);
     constexpr double kLongestStep = 2;
-    if (step.norm() > kLongestStep) step *= kLongestStep / step.norm();
-    at += step;
+    moved = step * std::min(scale, kLongestStep / step.norm());
+    last_step = step;
+    at += moved;
     if ((at - start).norm() > max_shift_px) return std::nullopt;
     if (step.norm() < converged_px)
       return DrawingMatch{at, gain,

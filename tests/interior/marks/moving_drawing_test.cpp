@@ -73,6 +73,47 @@ TEST(MovingDrawing, IsFoundWhereItLies) {
   }
 }
 
+// A disc's coverage of pixels of the size 1 / finer, its centre `off` beyond the middle.
+FloatPlane Disc(int finer, double radius, const Vector2d& off) {
+  constexpr int kPoints = 8;  // a side of a pixel
+  FloatPlane disc = FloatPlane::Zero(finer * kSide, finer * kSide);
+  const auto place = [&](Index pixel, int point) {
+    return (static_cast<double>(pixel) + (point + 0.5) / kPoints) / finer - 0.5 * kSide;
+  };
+  for (Index r = 0; r < disc.rows(); ++r)
+    for (Index c = 0; c < disc.cols(); ++c)
+      for (int i = 0; i < kPoints * kPoints; ++i)
+        if ((Vector2d(place(c, i % kPoints), place(r, i / kPoints)) - off).norm() < radius)
+          disc(r, c) += 1.0f / kPoints / kPoints;
+  return disc;
+}
+
+// As a scanner's software sharpens: what a blur of one pixel takes away is added `strength` times.
+FloatPlane Sharpened(const FloatPlane& plane, float strength) {
+  Eigen::ArrayXf weights(9);
+  for (Index i = 0; i < 9; ++i)
+    weights[i] = std::exp(-0.5f * static_cast<float>((i - 4) * (i - 4)));
+  const FloatPlane blurred = SeparableSums(plane, weights / weights.sum());
+  return plane + strength * (plane - blurred);
+}
+
+TEST(MovingDrawing, IsFoundWhereASharpenedDotLies) {
+  const SharpDrawing sharp(Disc(kFiner, 5.5, Vector2d::Zero()), kFiner, WholeSquare());
+  for (const float strength : {1.0f, 2.0f, 3.0f})
+    for (const double blur : {0.3, 0.45, 0.6})
+      for (const Vector2d& off : {Vector2d(0.5, 0), Vector2d(-0.24, 0.45), Vector2d(0.1, 0.3)}) {
+        const FloatPlane dot = Sharpened(Disc(1, 5.5, off), strength);
+        Image seen(kSide + 10, kSide + 10, 20);
+        for (Index r = 0; r < kSide; ++r)
+          for (Index c = 0; c < kSide; ++c)
+            seen.At(static_cast<int>(c) + 4, static_cast<int>(r) + 6) += 100 * dot(r, c);
+        const Vector2d truth = Vector2d(4, 6) + Vector2d::Constant(0.5 * kSide) + off;
+        const auto match = sharp.Blurred(blur).Match(SeenPlane(seen), truth + Vector2d(0.8, -1), 3);
+        ASSERT_TRUE(match) << strength << " " << blur << " " << off.transpose();
+        EXPECT_LT((match->centre - truth).norm(), 0.05);
+      }
+}
+
 TEST(SharpDrawing, RefusesADrawingThatIsNotAsLargeAsItsPart) {
   EXPECT_THROW(SharpDrawing(Spot(1, 1, Vector2d::Zero()), kFiner, WholeSquare()),
                std::invalid_argument);
