@@ -207,16 +207,21 @@ class GnssCost : public Cost {
 
 class ZeroCost : public Cost {
  public:
-  explicit ZeroCost(const Vector6d& sigma) : weight_(sigma.cwiseInverse()) { SetSizes(6, {6}); }
+  ZeroCost(const Vector6d& sigma, const double* weight)
+      : whitening_(sigma.cwiseInverse()), weight_(weight) {
+    SetSizes(6, {6});
+  }
   bool Evaluate(double const* const* x, double* residuals, double** jacobians) const override {
-    Eigen::Map<Vector6d>{residuals} = weight_.cwiseProduct(Eigen::Map<const Vector6d>(x[0]));
+    const Vector6d weights = *weight_ * whitening_;
+    Eigen::Map<Vector6d>{residuals} = weights.cwiseProduct(Eigen::Map<const Vector6d>(x[0]));
     if (jacobians != nullptr && jacobians[0] != nullptr)
-      Eigen::Map<RowMajor66>{jacobians[0]} = weight_.asDiagonal();
+      Eigen::Map<RowMajor66>{jacobians[0]} = weights.asDiagonal();
     return true;
   }
 
  private:
-  Vector6d weight_;
+  Vector6d whitening_;
+  const double* weight_;
 };
 
 }  // namespace
@@ -250,8 +255,8 @@ std::unique_ptr<ceres::CostFunction> MakeGnssCost(const GnssTerm& term, const do
   return std::make_unique<GnssCost>(term, weight);
 }
 
-std::unique_ptr<ceres::CostFunction> MakeZeroCost(const Vector6d& sigma) {
-  return std::make_unique<ZeroCost>(sigma);
+std::unique_ptr<ceres::CostFunction> MakeZeroCost(const Vector6d& sigma, const double* weight) {
+  return std::make_unique<ZeroCost>(sigma, weight);
 }
 
 }  // namespace orient::block

@@ -77,7 +77,7 @@ struct GnssTerm {
 std::unique_ptr<ceres::CostFunction> MakeGnssCost(const GnssTerm& term, const double* weight);
 
 // unknown / sigma, six of them.
-std::unique_ptr<ceres::CostFunction> MakeZeroCost(const Vector6d& sigma);
+std::unique_ptr<ceres::CostFunction> MakeZeroCost(const Vector6d& sigma, const double* weight);
 
 // W with W' W = covariance^-1. Throws std::invalid_argument where it is not positive definite.
 Eigen::MatrixXd WhiteningOf(const Eigen::MatrixXd& covariance, const char* what);

@@ -65,6 +65,7 @@ BlockSystem::BlockSystem(const BlockToAdjust& of_block, const BlockOptions& with
   AddControlRows();
   AddPriorRows();
   AddGnssRows();
+  AddUnknownRows();
 }
 
 void BlockSystem::Check() const {
@@ -147,6 +148,7 @@ void BlockSystem::AddImageRows() {
 void BlockSystem::AddControlRows() {
   const double cell_m = exterior::kShortHeightCorrelation * options.height_correlation_m;
   HeightPlaces common, cells;
+  first_height_group_ = groups.size();
   const auto new_group = [this] { return NewGroup(); };
   for (std::size_t i = 0; i < block.points.size(); ++i) {
     const auto& control = block.points[i].control;
@@ -177,6 +179,7 @@ void BlockSystem::AddControlRows() {
       rows.push_back(std::move(row));
     }
   }
+  past_heights_ = groups.size();
 }
 
 void BlockSystem::AddPriorRows() {
@@ -203,7 +206,8 @@ void BlockSystem::AddGnssRows() {
   std::map<std::string, std::vector<std::size_t>> strips;
   for (std::size_t i = 0; i < block.photos.size(); ++i)
     if (block.photos[i].gnss) strips[block.photos[i].strip].push_back(i);
-  std::vector<Vector6d> sigma_of_group(groups.size(), Vector6d::Ones());
+  // Film and height unknowns have a standard deviation of one by their definition.
+  sigma_of_group_.assign(groups.size(), Vector6d::Ones());
   for (const auto& [name, photos] : strips) {
     const int group = options.gnss == GnssModel::kPlain ? -1 : NewGroup();
     for (const std::size_t i : photos) {
@@ -225,20 +229,23 @@ void BlockSystem::AddGnssRows() {
       rows.push_back(std::move(row));
     }
     if (group >= 0) {
-      sigma_of_group.resize(groups.size(), Vector6d::Ones());
+      sigma_of_group_.resize(groups.size(), Vector6d::Ones());
       const double drift = options.gnss == GnssModel::kShift ? 1e-6 : kGnssDriftSigma_m;
-      sigma_of_group[static_cast<std::size_t>(group)]
+      sigma_of_group_[static_cast<std::size_t>(group)]
           << Eigen::Vector3d::Constant(options.gnss_shift_sigma_m),
           Eigen::Vector3d::Constant(drift);
     }
   }
   for (const int group : lens_group)
-    if (group >= 0) sigma_of_group[static_cast<std::size_t>(group)].setConstant(kLensSigma);
-  // Film and height unknowns have a standard deviation of one by their definition.
+    if (group >= 0) sigma_of_group_[static_cast<std::size_t>(group)].setConstant(kLensSigma);
+}
+
+void BlockSystem::AddUnknownRows() {
   for (std::size_t group = static_cast<std::size_t>(pose_groups); group < groups.size(); ++group) {
     BlockRows row;
-    row.kind = RowKind::kParameter;
-    row.cost = MakeZeroCost(sigma_of_group[group]);
+    const bool of_heights = group >= first_height_group_ && group < past_heights_;
+    row.kind = of_heights ? RowKind::kControlHeight : RowKind::kParameter;
+    row.cost = MakeZeroCost(sigma_of_group_[group], &weight.at(static_cast<std::size_t>(row.kind)));
     row.active = true;
     row.source = group;
     row.groups[0] = static_cast<int>(group);

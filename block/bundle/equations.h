@@ -23,13 +23,18 @@ enum class RowKind {
   kPosePrior,
   kMeasuredImage,
   kSurveyedGround,
+  kControlHeight,  // what the heights of a source, or of a cell of it, have in common
   kParameter
 };
-inline constexpr std::size_t kVarianceGroups = 7;  // all but the last
+inline constexpr std::size_t kVarianceGroups = 8;  // all but the last
 
 inline bool IsImage(RowKind kind) {
   return kind == RowKind::kTieImage || kind == RowKind::kControlImage ||
          kind == RowKind::kMeasuredImage;
+}
+// Unknowns with a prior: no gross errors.
+inline bool IsUnknown(RowKind kind) {
+  return kind == RowKind::kControlHeight || kind == RowKind::kParameter;
 }
 inline bool IsGround(RowKind kind) {
   return kind == RowKind::kControlGround || kind == RowKind::kSurveyedGround;
@@ -137,8 +142,11 @@ class BlockSystem {
   void AddControlRows();
   void AddPriorRows();
   void AddGnssRows();
+  void AddUnknownRows();
 
   Eigen::Vector3d origin_ = Eigen::Vector3d::Zero();
+  std::vector<Vector6d> sigma_of_group_;                   // of those unknowns that have a prior
+  std::size_t first_height_group_ = 0, past_heights_ = 0;  // groups of heights
   std::vector<ImageOfPhoto> images_;
   std::vector<Eigen::Vector3d> start_m_;  // of each point, local
   std::vector<Eigen::Vector2d> photo_mm_;

@@ -107,7 +107,7 @@ double BlockNormals::LossWeight(double square) const {
 }
 
 double BlockNormals::LossWeight(const BlockRows& row, const OtherRows& linear) const {
-  return row.kind == RowKind::kParameter ? 1 : LossWeight(linear.residual.squaredNorm());
+  return IsUnknown(row.kind) ? 1 : LossWeight(linear.residual.squaredNorm());
 }
 
 std::optional<BlockNormals::PointEquations> BlockNormals::EquationsOf(std::size_t point) const {

@@ -9,8 +9,8 @@ namespace orient::block {
 namespace {
 
 constexpr std::array<const char*, kVarianceGroups> kGroupNames = {
-    "tie image",  "control image",  "control ground", "gnss",
-    "pose prior", "measured image", "surveyed ground"};
+    "tie image",  "control image",  "control ground",  "gnss",
+    "pose prior", "measured image", "surveyed ground", "control heights"};
 
 void FillPhotos(const BlockSystem& system, const BlockJudgement& judgement,
                 const BlockNormals& normals, BlockResult* result) {

@@ -54,7 +54,7 @@ void BlockSolver::Synchronise() {
       // The unknowns are the system's, which this object was given to change.
       if (unknown != nullptr)
         unknowns.at(static_cast<std::size_t>(count++)) = const_cast<double*>(unknown);  // NOLINT
-    ceres::LossFunction* loss = row.kind != RowKind::kParameter ? &problem_->loss : nullptr;
+    ceres::LossFunction* loss = IsUnknown(row.kind) ? nullptr : &problem_->loss;
     id = problem_->problem.AddResidualBlock(row.cost.get(), loss, unknowns.data(), count);
   }
 }
