@@ -20,7 +20,7 @@ function(discover_suites executable)
     # RapidCheck draws a new seed every run; a test that others rely on repeats itself.
     set_tests_properties(${suite} PROPERTIES ENVIRONMENT "RC_PARAMS=seed=20250417")
     if(suite MATCHES "^(.*/)?Slow")
-      set_tests_properties(${suite} PROPERTIES LABELS slow)
+      set_tests_properties(${suite} PROPERTIES LABELS slow TIMEOUT 3600)
     endif()
   endforeach()
 endfunction()

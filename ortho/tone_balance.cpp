@@ -4,6 +4,7 @@
 #include <Eigen/SparseCore>
 #include <algorithm>
 #include <cmath>
+#include <numeric>
 #include <utility>
 
 #include "core/base/median.h"
@@ -254,6 +255,10 @@ std::vector<int> Indices(const std::vector<bool>& chosen) {
   return indices;
 }
 
+double Mean(const std::vector<double>& values) {
+  return std::accumulate(values.begin(), values.end(), 0.0) / static_cast<double>(values.size());
+}
+
 }  // namespace
 
 BalancedTones BalanceTones(const std::vector<PhotoCells>& photos) {
@@ -281,8 +286,16 @@ BalancedTones BalanceTones(const std::vector<PhotoCells>& photos) {
   }
   result.alone = Indices(alone);
   result.bounded = Indices(bounded);
-  if (!before.empty()) result.before = Median(std::move(before));
-  if (!after.empty()) result.after = Median(std::move(after));
+  if (!before.empty()) {
+    result.before = Mean(before);
+    result.after = Mean(after);
+  }
+  result.would_worsen = result.before && *result.after > *result.before;
+  if (result.would_worsen) {
+    for (std::vector<Tone>& of_photo : result.tones) of_photo.assign(bands, Tone());
+    result.after = result.before;
+    result.bounded.clear();
+  }
   return result;
 }
 

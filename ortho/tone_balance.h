@@ -11,11 +11,12 @@ namespace orient::ortho {
 
 struct BalancedTones {
   std::vector<std::vector<Tone>> tones;  // of each photo, of each of its bands
-  // Median difference of two photos' cells where they overlap, the median of all overlaps, grey
+  // Median difference of two photos' cells where they overlap, the mean of all overlaps, grey
   // values; empty without overlaps.
   std::optional<double> before, after;
-  std::vector<int> alone;    // photos that no other overlaps: they stay as they are
-  std::vector<int> bounded;  // photos whose gain in some band would be below 0.4 or above 2.5
+  bool would_worsen = false;  // then all photos keep their own tones, and after is before
+  std::vector<int> alone;     // photos that no other overlaps: they stay as they are
+  std::vector<int> bounded;   // photos whose gain in some band would be below 0.4 or above 2.5
 };
 
 // A gain and an offset for each photo and band, by which the same ground has the same grey value in
@@ -25,7 +26,7 @@ struct BalancedTones {
 // altogether does not count for much. From spreads, since a regression takes noise for a lack of
 // contrast; as much noise as contrast still costs 30 % of it.
 // Photos are held by their own tones a thousandth as firmly as by their overlaps. Bands are
-// independent.
+// independent. Tones that would bring overlaps no closer are not taken.
 BalancedTones BalanceTones(const std::vector<PhotoCells>& photos);
 
 // The cells as the tones show them.

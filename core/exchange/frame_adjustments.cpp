@@ -7,6 +7,7 @@
 #include <cctype>
 #include <cmath>
 #include <filesystem>
+#include <map>
 #include <numbers>
 
 #include "core/base/atomic_write.h"
@@ -277,12 +278,35 @@ std::map<std::string, std::string> ReadPhotoNumbers(const std::string& path) {
   return names;
 }
 
+namespace {
+
+// Files have mm or micrometres; nobody has a principal distance of metres.
+double PatbDistance_mm(const PatbPhoto& photo) {
+  constexpr double kLongest_mm = 5000;
+  const double c = photo.principal_distance_mm;
+  return c > kLongest_mm ? c / 1000 : c;
+}
+
+// All that is known of it: no pixels.
+ExchangeCamera CameraOfDistance(double c_mm) {
+  ExchangeCamera camera;
+  camera.pixel_mm = 1;
+  camera.focal_px.setConstant(c_mm);
+  if (c_mm > 0) camera.name = fmt::format("c = {:g} mm", c_mm);
+  return camera;
+}
+
+}  // namespace
+
 ExchangeBlock ExchangeFromPatb(const std::vector<PatbPhoto>& photos,
                                const std::map<std::string, std::string>& names) {
   ExchangeBlock block;
-  block.cameras.emplace_back();
+  std::map<double, std::size_t> camera_of;
   for (const PatbPhoto& p : photos) {
     ExchangePhoto photo;
+    const auto [camera, is_new] = camera_of.emplace(PatbDistance_mm(p), block.cameras.size());
+    photo.camera = camera->second;
+    if (is_new) block.cameras.push_back(CameraOfDistance(camera->first));
     photo.image = NamedBack(p.number, names);
     photo.centre = p.centre;
     // The nearest rotation: the file rounds to so many decimals.

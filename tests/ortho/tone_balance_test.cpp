@@ -45,6 +45,26 @@ TEST(BalancedTones, GiveTheSameGroundTheSameGreyValue) {
   }
 }
 
+TEST(BalancedTones, AreTheirOwnWhereOthersWouldBringOverlapsNoCloser) {
+  int kept = 0;
+  for (unsigned seed = 1; seed <= 10; ++seed) {
+    std::mt19937 random(seed);
+    std::normal_distribution<double> grey(120, 20);
+    const auto noise = [&](int, int) { return grey(random); };  // nothing in common
+    const BalancedTones balanced =
+        BalanceTones({Photo(0, noise, {1, 0}), Photo(30, noise, {1, 0}), Photo(60, noise, {1, 0})});
+    EXPECT_LE(*balanced.after, *balanced.before);
+    if (!balanced.would_worsen) continue;
+    ++kept;
+    for (const auto& of_photo : balanced.tones) {
+      ASSERT_EQ(of_photo.size(), 1u);
+      EXPECT_EQ(of_photo[0].gain, 1);
+      EXPECT_EQ(of_photo[0].offset, 0);
+    }
+  }
+  EXPECT_GT(kept, 0);
+}
+
 TEST(BalancedTones, KeepTheBrightnessAndTheContrastOfTheWhole) {
   const std::vector<PhotoCells> photos = {Photo(0, Hilly, {1, 0}), Photo(30, Hilly, {1.3, -20})};
   const BalancedTones balanced = BalanceTones(photos);

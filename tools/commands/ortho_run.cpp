@@ -209,9 +209,15 @@ class OrthoRun {
                              tone.offset);
     }
     WriteFileAtomically(TonesPath(), table);
-    if (balanced.before)
+    if (balanced.would_worsen)
       out << fmt::format(
-          "{}: overlapping photos differ by {:.3g} grey values in the median, {:.3g} "
+          "note      balancing would bring overlapping photos no closer than the {:.3g} grey "
+          "values "
+          "by which they differ: they keep their own tones\n",
+          *balanced.before);
+    else if (balanced.before)
+      out << fmt::format(
+          "{}: overlapping photos differ by {:.3g} grey values in the mean, {:.3g} "
           "before\n",
           TonesPath(), *balanced.after, *balanced.before);
     for (const int photo : balanced.alone)

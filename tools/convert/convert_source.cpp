@@ -19,6 +19,7 @@
 #include "core/files/orientation_table.h"
 #include "core/files/results.h"
 #include "core/terrain/earth_effects.h"
+#include "tools/convert/camera_given.h"
 #include "tools/convert/export_points.h"
 #include "tools/convert/export_record.h"
 #include "tools/convert/foreign_block.h"
@@ -190,7 +191,10 @@ ConvertSource ReadOrientResults(const ConvertSourceOptions& options) {
   source.camera_of_poses = file;
   source.block.cameras.push_back(fitted.camera);
   source.crs = BlockCrs(options, table.crs);
-  if (source.crs) source.block.crs = source.crs->Wkt();
+  if (source.crs) {
+    source.block.crs = source.crs->Wkt();
+    RequireInArea(table, *source.crs, TablePath(options.input));
+  }
   ExportPoints points;
   int without_interior = 0;
   for (const OrientationRow& row : table.rows) {
@@ -323,7 +327,10 @@ ConvertSource ReadForeign(ExchangeFormat format, const ConvertSourceOptions& giv
     const Camera camera = ReadCameraFile(given.camera).camera;
     if (camera.kind != CameraKind::kDigital)
       throw InputError(given.camera + " is a film camera; give the camera.toml of the images");
-    block.cameras = {ExchangeCameraOf(camera).camera};
+    const ExchangeCamera exchanged = ExchangeCameraOf(camera).camera;
+    const std::string replaced = CompareWithGiven(block.cameras, exchanged, given.input);
+    if (!replaced.empty()) source.messages.push_back(replaced);
+    block.cameras = {exchanged};
     source.cameras = {camera};
     for (ExchangePhoto& photo : block.photos) photo.camera = 0;
   }

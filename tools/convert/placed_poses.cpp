@@ -32,7 +32,24 @@ void RequireOnTheEarth(const Vector3d& geocentric, const ForeignBlock& foreign,
       input, geocentric.x(), geocentric.y(), geocentric.z(), radius / 1000, foreign.if_misplaced));
 }
 
+void RequireMayHold(const Crs& crs, const Vector3d& mean, const std::string& input,
+                    const std::string& remedy) {
+  if (MayHold(crs, mean.head<2>())) return;
+  throw InputError(
+      fmt::format("{}: the poses are around {:.0f} {:.0f}, far outside the area of {}: "
+                  "{}",
+                  input, mean.x(), mean.y(), Called(crs), remedy));
+}
+
 }  // namespace
+
+void RequireInArea(const OrientationTable& table, const Crs& crs, const std::string& path) {
+  Vector3d mean = Vector3d::Zero();
+  for (const OrientationRow& row : table.rows) mean += row.pose.position_m;
+  mean /= static_cast<double>(table.rows.size());
+  if (!table.rows.empty() && mean.allFinite())
+    RequireMayHold(crs, mean, path, "name the CRS that the table is in with --crs");
+}
 
 void RequirePlaced(const ForeignBlock& foreign, const GroundFrame& frame, const Crs& crs,
                    const std::string& input) {
@@ -41,10 +58,7 @@ void RequirePlaced(const ForeignBlock& foreign, const GroundFrame& frame, const 
   if (!mean.allFinite()) return;  // which is complained about by photo
   if (foreign.geocentric) RequireOnTheEarth(mean, foreign, input);
   const auto at = frame.BlockFromFile(mean);
-  if (!at || MayHold(crs, at->head<2>())) return;
-  throw InputError(
-      fmt::format("{}: the poses are around {:.0f} {:.0f}, far outside the area of {}: {}", input,
-                  at->x(), at->y(), Called(crs), foreign.if_misplaced));
+  if (at) RequireMayHold(crs, *at, input, foreign.if_misplaced);
 }
 
 }  // namespace orient

@@ -3,6 +3,7 @@
 
 #include <string>
 
+#include "core/files/orientation_table.h"
 #include "tools/convert/foreign_block.h"
 #include "tools/convert/ground_frame.h"
 
@@ -13,5 +14,8 @@ namespace orient {
 // origin. The block is still in its file's system.
 void RequirePlaced(const ForeignBlock& foreign, const GroundFrame& frame, const Crs& crs,
                    const std::string& input);
+
+// The same of a table that is in the CRS: degrees, another zone, an easting without its zone.
+void RequireInArea(const OrientationTable& table, const Crs& crs, const std::string& path);
 
 }  // namespace orient

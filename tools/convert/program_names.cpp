@@ -61,6 +61,8 @@ void RestoreNames(const std::map<std::string, std::string>& true_names, Exchange
         photo.image = name;
       else if (photo.image == WithoutEnding(in_file))
         photo.image = WithoutEnding(name);
+      else if (photo.image == BareImageName(in_file))  // the format has no folders
+        photo.image = WithoutEnding(name);
       else
         continue;
       break;

@@ -42,6 +42,12 @@ TEST(ProgramNames, AreRestoredWithAndWithoutTheirEnding) {
   EXPECT_EQ(block.photos[2].image, "a_b.tif");
 }
 
+TEST(ProgramNames, OfFormatsWithoutFoldersAreRestoredWithTheirs) {
+  ExchangeBlock block = Named({"b_c"});
+  RestoreNames({{"sub/b_c.jpg", "sub/b c.jpg"}}, &block);
+  EXPECT_EQ(block.photos[0].image, "sub/b c");
+}
+
 class NamesWithBlanks : public testing::Test {
  protected:
   NamesWithBlanks() {
