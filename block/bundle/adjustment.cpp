@@ -43,6 +43,18 @@ class Stopwatch {
   std::chrono::steady_clock::time_point begin_ = std::chrono::steady_clock::now();
 };
 
+// Of the points that the photo shows, in the block's coordinates.
+double MeanGroundHeight(const BlockSystem& system, std::size_t photo) {
+  double sum = 0;
+  int count = 0;
+  for (std::size_t i = 0; i < system.block.observations.size(); ++i) {
+    if (system.block.observations[i].photo != photo || !system.IsActive(i)) continue;
+    sum += system.GroundOf(system.block.observations[i].point).z();
+    ++count;
+  }
+  return count > 0 ? sum / count : 0;
+}
+
 class Adjustment {
  public:
   Adjustment(const BlockToAdjust& block, const BlockOptions& options, BlockResult* result);
@@ -67,6 +79,7 @@ class Adjustment {
   void Say(Reason reason, std::optional<double> value = {}, std::optional<double> limit = {});
   void SayOf(const std::vector<std::size_t>& photos, Reason reason);
   void SayWorseThanStated(RowKind kind, Reason reason);
+  void SayDistancesLeftOpen();
   void SayAll();
 
   BlockResult* result_;
@@ -272,6 +285,26 @@ void Adjustment::SayWorseThanStated(RowKind kind, Reason reason) {
   if (!(factor < kTooMuchWorse)) Say(reason, factor, kTooMuchWorse);
 }
 
+// An error of the principal distance that the block does not see goes into its flying heights.
+void Adjustment::SayDistancesLeftOpen() {
+  for (const CalibrationParameter& parameter : result_->calibration) {
+    if (parameter.name != kPrincipalDistanceName || parameter.state == CalibrationState::kEstimated)
+      continue;
+    const double share =
+        parameter.sigma / system_.block.cameras[parameter.camera].principal_distance_mm;
+    for (std::size_t i = 0; i < result_->photos.size(); ++i) {
+      const AdjustedPhoto& photo = result_->photos[i];
+      if (photo.state != PhotoState::kAdjusted ||
+          system_.block.photos[i].camera != parameter.camera)
+        continue;
+      const double height_m = photo.pose.position_m.z() - MeanGroundHeight(system_, i);
+      if (share * height_m <= std::sqrt(photo.covariance(2, 2))) continue;
+      Say(Reason::kDistanceLeftOpen, parameter.sigma);
+      break;
+    }
+  }
+}
+
 void Adjustment::SayAll() {
   for (const BlockPart& part : result_->parts)
     if (part.finding) result_->findings.push_back(*part.finding);
@@ -297,6 +330,7 @@ void Adjustment::SayAll() {
   if (prior.size() < with_prior)
     SayWorseThanStated(RowKind::kPosePrior, Reason::kApproximationsWorseThanStated);
   SayOf(undetermined, Reason::kPhotosUndetermined);
+  if (result_->converged) SayDistancesLeftOpen();
 }
 
 void Adjustment::FillResult() {

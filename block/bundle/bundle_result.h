@@ -74,7 +74,7 @@ struct BlockPart {
 
 struct VarianceComponent {
   std::string group;       // tie image, control image, control ground, gnss, pose prior, measured
-                           // image, surveyed ground
+                           // image, surveyed ground, control heights
   double factor = 1;       // of the stated variances
   double redundancy = 0;   // degrees of freedom
   double sigma0_px = 0;    // image groups: of one coordinate of average stated weight
@@ -92,6 +92,8 @@ struct CheckPatch {
 
 enum class CalibrationState { kEstimated, kInsignificant, kNotDetermined };
 const char* Name(CalibrationState state);
+
+inline constexpr const char* kPrincipalDistanceName = "principal_distance_mm";
 
 struct CalibrationParameter {
   std::size_t camera = 0;

@@ -8,7 +8,7 @@ namespace {
 
 constexpr double kSignificant_t = 3;  // |value| / sigma from which a parameter is significant
 constexpr std::array<const char*, 6> kNames = {
-    "principal_distance_mm", "principal_point_x_mm", "principal_point_y_mm", "k1", "k2", "k3"};
+    kPrincipalDistanceName, "principal_point_x_mm", "principal_point_y_mm", "k1", "k2", "k3"};
 // Of the sigma that the parameters are held with: what stays near it, the block said nothing of.
 constexpr double kNotDetermined = 0.5;
 

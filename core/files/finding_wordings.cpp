@@ -14,8 +14,10 @@ const std::vector<Wording>& Wordings() {  // NOLINT(readability-function-size): 
        "The camera's marks were not found: wrong camera file, marks outside the scan, or a "
        "wrong pixel size (--pixel-size-um; in a block file pixel_size_um under [scan])."},
       {Reason::kMarksMayBeChance, "marks_may_be_chance",
-       "The marks found may be due to chance ({value:.1f} nats, {limit:.1f} are needed): wrong "
-       "camera file, or marks too faint."},
+       "The marks found may be due to chance ({value:.1f} nats, {limit:.1f} are needed): too few "
+       "of "
+       "them, too faint, or a wrong camera file. Missing ones can be measured by hand "
+       "(--measurements)."},
       {Reason::kTooManyReadings, "too_many_readings",
        "Too many marks and candidates to rule out another interpretation: give orientation, "
        "polarity or pixel size, whichever is known (options; in a block file [scan])."},
@@ -306,6 +308,9 @@ const std::vector<Wording>& Wordings() {  // NOLINT(readability-function-size): 
        "is reduced accordingly."},
       {Reason::kPhotosUndetermined, "photos_undetermined",
        "Too few or poorly distributed observations: {where}."},
+      {Reason::kDistanceLeftOpen, "distance_left_open",
+       "The block does not determine the principal distance, whose sigma is {value:.3f} mm: the "
+       "camera file's was kept, and if it is wrong, flying heights are, by more than their sigma."},
       {Reason::kAdjustedWithoutPriors, "adjusted_without_priors",
        "with GNSS and approximations as observations the block does not converge: adjusted "
        "without them"},

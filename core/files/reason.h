@@ -131,6 +131,7 @@ enum class Reason {
   kApproximationsRejected,
   kApproximationsWorseThanStated,
   kPhotosUndetermined,
+  kDistanceLeftOpen,
   kAdjustedWithoutPriors,
   kNoPoseCovariance,
   kInputsChanged,

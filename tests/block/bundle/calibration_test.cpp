@@ -74,6 +74,7 @@ TEST(BlockCalibration, RefusesWhatIsNotSignificant) {
     EXPECT_GT(parameter.sigma, 0) << parameter.name;
   }
   EXPECT_EQ(result.cameras[0].principal_distance_mm, 153);
+  EXPECT_TRUE(result.findings.empty()) << "heights are those of GNSS";
 }
 
 TEST(BlockCalibration, SaysWhatTheBlockDoesNotDetermine) {
@@ -85,6 +86,9 @@ TEST(BlockCalibration, SaysWhatTheBlockDoesNotDetermine) {
   const BlockResult result = AdjustBlock(simulation.block, SelfCalibration());
   EXPECT_NE(Find(result, "principal_distance_mm").state, CalibrationState::kEstimated);
   EXPECT_LT(JudgeBundle(simulation, result).horizontal_gsd, 0.6);
+  ASSERT_EQ(result.findings.size(), 1u);
+  EXPECT_EQ(result.findings[0].reason, Reason::kDistanceLeftOpen);
+  EXPECT_EQ(result.findings[0].value, Find(result, "principal_distance_mm").sigma);
 }
 
 TEST(BlockCalibration, AddsToARadialTable) {
