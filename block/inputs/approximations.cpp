@@ -1,6 +1,7 @@
 #include "block/inputs/approximations.h"
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 #include <gdal_priv.h>
 #include <ogrsf_frmts.h>
 
@@ -110,8 +111,9 @@ class FlightIndex {
     if (std::isfinite(height)) return height;
     if (heights_ == Heights::kMayBeAbsent) return std::nan("");
     throw InputError(where +
-                     " has no flying height; give points a z or a column height (m), or the block "
-                     "file's [flight] a scale or flying_height_m");
+                     " has no flying height; give points a z or a column height (m), or the "
+                     "flying height above the ground: flying_height_m or scale under [flight] of a "
+                     "block file, or --flying-height-m of 'orient exterior'");
   }
 
   std::string path_;
@@ -121,6 +123,14 @@ class FlightIndex {
   OGRLayer* layer_ = nullptr;
   int name_ = -1, height_ = -1;
 };
+
+// The first few.
+std::string Listed(const std::vector<std::string>& names) {
+  constexpr std::size_t kMost = 5;
+  const auto end = names.begin() + static_cast<std::ptrdiff_t>(std::min(names.size(), kMost));
+  return fmt::format("{}{}", fmt::join(names.begin(), end, ", "),
+                     names.size() > kMost ? ", ..." : "");
+}
 
 }  // namespace
 
@@ -143,11 +153,72 @@ Vector6d SigmaOfApproximation(const OrientationRow& row, std::optional<double> p
 }
 
 OrientationTable ReadApproximations(const std::string& path, const Crs& crs, Heights heights) {
-  if (IsOrientationTable(path)) return ReadOrientationTable(path, Attitudes::kMayBeAbsent);
+  if (IsOrientationTable(path))
+    return ReadOrientationTable(
+        path, heights == Heights::kRequired ? OpenCells::kAngles : OpenCells::kAnglesAndHeights);
   const QuietGdal quiet;
   OrientationTable table = FlightIndex(path, crs, heights).Read();
   quiet.ThrowFaults();
   return table;
+}
+
+Findings RemarksOn(const OrientationTable& table, const std::string& path) {
+  Findings remarks;
+  const auto add = [&](Reason reason, const std::vector<std::string>& names) {
+    if (names.empty()) return;
+    remarks.push_back({.reason = reason,
+                       .value = static_cast<double>(names.size()),
+                       .where = path + ": " + Listed(names)});
+  };
+  add(Reason::kAngleColumnsIgnored, table.ignored_angles);
+  add(Reason::kRowsWithoutPosition, table.without_position);
+  return remarks;
+}
+
+void RequireOneCamera(const OrientationTable& table, const std::string& path,
+                      const std::set<std::string>& photos) {
+  std::set<std::string> cameras;
+  for (const OrientationRow& row : table.rows)
+    if (photos.contains(row.photo) && !row.camera.empty()) cameras.insert(row.camera);
+  if (cameras.size() < 2) return;
+  throw InputError(
+      fmt::format("{} names {} cameras of the given photos in its column camera ({}), but there is "
+                  "one camera file; orient each camera's photos by themselves",
+                  path, cameras.size(), fmt::join(cameras, ", ")));
+}
+
+GroundSurface SurfaceAround(const std::string& dem, const Crs& crs,
+                            const std::vector<OrientationRow>& rows) {
+  constexpr double kMargin_m = 50;
+  Bounds bounds = Bounds::OfNothing();
+  for (const OrientationRow& row : rows) {
+    const auto& place = row.pose.position_m;
+    bounds.Include(place.x() - kMargin_m, place.y() - kMargin_m);
+    bounds.Include(place.x() + kMargin_m, place.y() + kMargin_m);
+  }
+  return GroundSurface::FromFile(dem, crs, bounds);
+}
+
+double HeightOver(const GroundSurface& surface, const Eigen::Vector3d& place,
+                  double flying_height_m) {
+  return surface.HeightAt(place.x(), place.y()).value_or(surface.MeanHeight()) + flying_height_m;
+}
+
+std::set<std::string> CompleteHeights(const std::string& dem, const Crs& crs,
+                                      double flying_height_m, std::vector<OrientationRow>* rows) {
+  constexpr double kSpread = 0.05;  // of flying heights
+  std::set<std::string> completed;
+  const auto lacks = [](const OrientationRow& row) { return std::isnan(row.pose.position_m.z()); };
+  if (std::none_of(rows->begin(), rows->end(), lacks)) return completed;
+  const GroundSurface surface = SurfaceAround(dem, crs, *rows);
+  for (OrientationRow& row : *rows) {
+    if (!lacks(row)) continue;
+    completed.insert(row.photo);
+    Eigen::Vector3d& place = row.pose.position_m;
+    place.z() = HeightOver(surface, place, flying_height_m);
+    if (row.sigma) (*row.sigma)[2] = std::max((*row.sigma)[2], kSpread * flying_height_m);
+  }
+  return completed;
 }
 
 }  // namespace orient::block

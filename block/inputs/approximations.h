@@ -2,10 +2,14 @@
 #pragma once
 
 #include <optional>
+#include <set>
 #include <string>
+#include <vector>
 
+#include "core/files/finding.h"
 #include "core/files/orientation_table.h"
 #include "core/geometry/rotation.h"
+#include "core/terrain/ground_surface.h"
 
 namespace orient::block {
 
@@ -21,12 +25,12 @@ Vector6d SigmaOfApproximation(const OrientationRow& row, std::optional<double> p
 // Whether ReadApproximations takes this for a table of the photos (CSV), not for a flight index.
 bool IsOrientationTable(const std::string& path);
 
-// Whether points of a vector file may lack heights, which are NaN then.
+// Whether positions may lack heights, which are NaN then (see CompleteHeights).
 enum class Heights { kRequired, kMayBeAbsent };
 
 // One of
-//   an OPK CSV (see ReadOrientationTable);
-//   a CSV without the columns omega, phi and kappa: positions alone (GNSS, a flight report);
+//   an OPK CSV (see ReadOrientationTable), in which columns and cells of angles may be missing:
+//   without any, positions alone (GNSS, a flight report);
 //   points of any vector file that GDAL reads (GeoJSON, shapefile, GeoPackage: a flight index), in
 //   `crs` afterwards whatever theirs is; the photo's name is the column filename, photo, image,
 //   name or id, the first that is there, and the height the point's own, or else the column z,
@@ -35,5 +39,26 @@ enum class Heights { kRequired, kMayBeAbsent };
 // (OrientationRow::attitude_known). Throws InputError naming the file and what is missing.
 OrientationTable ReadApproximations(const std::string& path, const Crs& crs,
                                     Heights heights = Heights::kRequired);
+
+// What a person should know of a table read so: columns of angles and rows that are not used.
+Findings RemarksOn(const OrientationTable& table, const std::string& path);
+
+// Throws InputError where the table says that these photos were taken with several cameras: what
+// is done with one camera file would be wrong for some of them.
+void RequireOneCamera(const OrientationTable& table, const std::string& path,
+                      const std::set<std::string>& photos);
+
+// The ground under these and around.
+GroundSurface SurfaceAround(const std::string& dem, const Crs& crs,
+                            const std::vector<OrientationRow>& rows);
+
+// Of a photo taken at this place, so high above the ground.
+double HeightOver(const GroundSurface& surface, const Eigen::Vector3d& place,
+                  double flying_height_m);
+
+// Gives rows whose z is NaN the flying height above the DEM, with stated sigmas not below what
+// photos of one flight differ by. The photos it gave it to.
+std::set<std::string> CompleteHeights(const std::string& dem, const Crs& crs,
+                                      double flying_height_m, std::vector<OrientationRow>* rows);
 
 }  // namespace orient::block

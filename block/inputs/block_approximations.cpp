@@ -27,23 +27,6 @@ constexpr double kFocalLengthTolerance = 0.03;
 
 double PositionSigma(const OrientationRow& row) { return row.sigma->head<2>().maxCoeff(); }
 
-GroundSurface SurfaceAround(const BlockFile& block, const std::vector<OrientationRow>& rows) {
-  constexpr double kMargin_m = 50;
-  Bounds bounds = Bounds::OfNothing();
-  for (const OrientationRow& row : rows) {
-    const auto& place = row.pose.position_m;
-    bounds.Include(place.x() - kMargin_m, place.y() - kMargin_m);
-    bounds.Include(place.x() + kMargin_m, place.y() + kMargin_m);
-  }
-  return GroundSurface::FromFile(block.dem, block.crs, bounds);
-}
-
-// Of a photo taken at this place, so high above the ground.
-double HeightOver(const GroundSurface& surface, const Eigen::Vector3d& place,
-                  double flying_height_m) {
-  return surface.HeightAt(place.x(), place.y()).value_or(surface.MeanHeight()) + flying_height_m;
-}
-
 std::string Listed(const std::vector<std::string>& names) {
   constexpr std::size_t kMost = 5;
   std::string text;
@@ -102,14 +85,15 @@ BlockApproximations::BlockApproximations(const BlockFile& block, const Camera& c
 }
 
 void BlockApproximations::ReadTable() {
-  const bool height_stated = block_.flight.FlyingHeight(camera_.principal_distance_mm).has_value();
-  OrientationTable table =
-      ReadApproximations(block_.approximations, block_.crs,
-                         height_stated ? Heights::kMayBeAbsent : Heights::kRequired);
+  const auto height_m = block_.flight.FlyingHeight(camera_.principal_distance_mm);
+  OrientationTable table = ReadApproximations(
+      block_.approximations, block_.crs, height_m ? Heights::kMayBeAbsent : Heights::kRequired);
   table_.crs = table.crs;
-  CompleteHeights(&table);
   std::set<std::string> photos;
   for (const std::string& path : block_.photos) photos.insert(PhotoName(path));
+  RequireOneCamera(table, block_.approximations, photos);
+  remarks_ = RemarksOn(table, block_.approximations);
+  if (height_m) computed_heights_ = CompleteHeights(block_.dem, block_.crs, *height_m, &table.rows);
   for (const UnusablePhoto& photo : block_.unusable) photos.insert(photo.name);
   // One that is not scanned locates the others of its strip none the less.
   for (const FlightStrip& strip : block_.flight.strips)
@@ -117,19 +101,6 @@ void BlockApproximations::ReadTable() {
   for (OrientationRow& row : table.rows) {
     if (!photos.contains(row.photo)) needless_.push_back(row.photo);
     known_.push_back(std::move(row));
-  }
-}
-
-void BlockApproximations::CompleteHeights(OrientationTable* table) {
-  const auto lacks = [](const OrientationRow& row) { return std::isnan(row.pose.position_m.z()); };
-  if (std::none_of(table->rows.begin(), table->rows.end(), lacks)) return;
-  const GroundSurface surface = SurfaceAround(block_, table->rows);
-  const double height_m = *block_.flight.FlyingHeight(camera_.principal_distance_mm);
-  for (OrientationRow& row : table->rows) {
-    if (!lacks(row)) continue;
-    computed_heights_.insert(row.photo);
-    Eigen::Vector3d& place = row.pose.position_m;
-    place.z() = HeightOver(surface, place, height_m);
   }
 }
 
@@ -201,7 +172,8 @@ void BlockApproximations::TakeSaid(const Measurements& said) {
     if (!flying_height_m) return std::nullopt;
     OrientationRow row;
     row.pose.position_m.head<2>() = place;
-    return HeightOver(SurfaceAround(block_, {row}), row.pose.position_m, *flying_height_m);
+    return HeightOver(SurfaceAround(block_.dem, block_.crs, {row}), row.pose.position_m,
+                      *flying_height_m);
   };
   TakePositionsSaid(said, photos, {block_.position_sigma_m, block_.attitude_sigma_rad, {}},
                     height_at, &known_);
@@ -214,7 +186,7 @@ OrientationRow BlockApproximations::WithSigma(OrientationRow row) const {
 }
 
 double BlockApproximations::GroundUnder(const std::vector<OrientationRow>& rows) const {
-  const GroundSurface surface = SurfaceAround(block_, rows);
+  const GroundSurface surface = SurfaceAround(block_.dem, block_.crs, rows);
   std::vector<double> heights;
   for (const OrientationRow& row : rows)
     if (const auto height = surface.HeightAt(row.pose.position_m.x(), row.pose.position_m.y()))

@@ -51,7 +51,6 @@ class BlockApproximations {
   void AddGnss(const std::vector<OrientationRow>& gnss);
   void ReadFiles();
   void TakeSaid(const Measurements& said);
-  void CompleteHeights(OrientationTable* table);
   void Fill();
   OrientationRow WithSigma(OrientationRow row) const;
   double GroundUnder(const std::vector<OrientationRow>& rows) const;

@@ -1,6 +1,7 @@
 #include "block/stages/exterior_setting.h"
 
 #include <algorithm>
+#include <set>
 
 #include "block/inputs/approximations.h"
 #include "block/inputs/block_camera.h"
@@ -55,6 +56,12 @@ Bounds Region(const OrientationTable& table, const Camera& camera,
   return region;
 }
 
+std::set<std::string> NamesOf(const std::vector<std::string>& photos) {
+  std::set<std::string> names;
+  for (const std::string& path : photos) names.insert(PhotoName(path));
+  return names;
+}
+
 Crs StoredCrs(const ExteriorRunOptions& options) {
   return patchdb::PatchDatabase::Open(options.patchdb, patchdb::PatchDatabase::Mode::kRead)
       .GroundCrs();
@@ -70,6 +77,17 @@ Crs BlockCrs(const ExteriorRunOptions& options, const OrientationTable& table) {
     throw InputError(options.approximations + ": its .prj says " + table.crs->Name() +
                      ", the block's CRS is " + crs.Name() + "; convert the table to the block's");
   return crs;
+}
+
+OrientationTable TableOfFile(const ExteriorRunOptions& options) {
+  if (options.approximations.empty()) return {};
+  OrientationTable table =
+      ReadApproximations(options.approximations, options.crs ? *options.crs : StoredCrs(options),
+                         options.flying_height_m ? Heights::kMayBeAbsent : Heights::kRequired);
+  RequireOneCamera(table, options.approximations, NamesOf(options.photos));
+  if (options.flying_height_m)
+    CompleteHeights(options.dem, BlockCrs(options, table), *options.flying_height_m, &table.rows);
+  return table;
 }
 
 // No approximation is known worse than this.
@@ -129,12 +147,7 @@ ExteriorSetting PrepareExterior(const ExteriorRunOptions& options) {
                      "with --interior");
   for (const std::string& photo : options.photos)
     RequireKnownMarks(options.measurements, PhotoName(photo), camera);
-  OrientationTable table =
-      options.table ? *options.table
-      : options.approximations.empty()
-          ? OrientationTable()
-          : ReadApproximations(options.approximations,
-                               options.crs ? *options.crs : StoredCrs(options));
+  OrientationTable table = options.table ? *options.table : TableOfFile(options);
   if (!options.table) {
     std::vector<std::string> photos;
     for (const std::string& path : options.photos) photos.push_back(PhotoName(path));
@@ -171,6 +184,8 @@ std::optional<std::string> ExteriorRunOptions::Check() const {
     return "attitude-sigma-deg must lie between 0 and 180";
   if (kappa_sigma_rad && !(*kappa_sigma_rad > 0 && *kappa_sigma_rad < 3.2))
     return "kappa-sigma-deg must lie between 0 and 180";
+  if (flying_height_m && !(*flying_height_m > 0 && *flying_height_m <= kHighestFlight_m))
+    return "flying-height-m must be positive and at most 30000";
   if (target_m && !(*target_m > 0)) return "target-m must be positive";
   if (date && !WhyNoDate(*date).empty()) return WhyNoDate(*date);
   if (principal_distance_sigma_mm && !(*principal_distance_sigma_mm > 0))

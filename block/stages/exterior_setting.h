@@ -25,6 +25,7 @@ struct ExteriorRunOptions {
   std::string camera;
   std::string approximations;             // of a file; empty: none, or `table`
   std::optional<OrientationTable> table;  // instead of what the file says
+  std::optional<double> flying_height_m;  // above the ground, of positions without heights
   Measurements measurements;              // what people said of the photos
   std::string dem;
   std::string patchdb;

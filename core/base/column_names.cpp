@@ -41,12 +41,36 @@ std::string WithoutUnit(const std::string& name) {
   return name;
 }
 
+// "omega [gon]", "yaw_deg" -> "omega", "yaw".
+std::string FirstWord(const std::string& name) {
+  return name.substr(0, name.find_first_of("[(_ "));
+}
+
 }  // namespace
 
 std::string ColumnName(const std::string& written) {
   const std::string name = WithoutUnit(Lower(written));
   const auto known = Synonyms().find(name);
   return known == Synonyms().end() ? name : known->second;
+}
+
+std::string ColumnOfOtherUnit(const std::string& written) {
+  // Without brackets only these: "height_above_ground" is no height in another unit.
+  static const std::set<std::string> units = {"ft",  "feet", "usft", "km",  "m",
+                                              "gon", "grad", "rad",  "deg", "degrees"};
+  const std::string name = Lower(written);
+  const std::size_t end = name.find_first_of("[(_ ");
+  if (end == std::string::npos) return "";
+  const std::size_t unit = name.find_first_not_of(" _", end);
+  if (unit == std::string::npos) return "";
+  if (name[unit] != '[' && name[unit] != '(' && !units.contains(name.substr(unit))) return "";
+  return ColumnName(name.substr(0, end));
+}
+
+bool NamesAngle(const std::string& written) {
+  static const std::set<std::string> angles = {"omega",   "phi",  "kappa", "yaw",
+                                               "heading", "roll", "pitch", "azimuth"};
+  return angles.contains(FirstWord(Lower(written))) || angles.contains(ColumnOfOtherUnit(written));
 }
 
 std::map<std::string, std::size_t> ColumnPlaces(const std::vector<std::string>& written,

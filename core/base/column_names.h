@@ -12,6 +12,14 @@ namespace orient {
 // column. A name it does not know, or with another unit, in lower case.
 std::string ColumnName(const std::string& written);
 
+// "Z [ft]" -> "z", "omega(gon)", "Omega_rad" -> "omega": what the column would be in the unit of
+// Orient's tables. Empty where no unit is named.
+std::string ColumnOfOtherUnit(const std::string& written);
+
+// Whether the name is that of an angle ("yaw", "Heading [deg]", "kappa_rad"), Orient's or not.
+// "roll" counts, although it may be that of a film.
+bool NamesAngle(const std::string& written);
+
 // The columns' places by the above. The photo's name, "filename", is the first of filename, photo,
 // image, label, name and id that is there. `twice` becomes the place of a second column of one
 // name, where there is one.

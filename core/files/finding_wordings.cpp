@@ -332,6 +332,12 @@ const std::vector<Wording>& Wordings() {  // NOLINT(readability-function-size): 
        "distance ({limit:.4g} mm): {where}"},
       {Reason::kApproximationsOfOtherPhotos, "approximations_of_other_photos",
        "{first} lists {value:.0f} photo{s} that {are} not in the block: {rest}"},
+      {Reason::kAngleColumnsIgnored, "angle_columns_ignored",
+       "{first} has {value:.0f} column{s} that {are} ignored, since only omega, phi and kappa in "
+       "degrees are read: {rest}"},
+      {Reason::kRowsWithoutPosition, "rows_without_position",
+       "{first} leaves x or y of {value:.0f} photo{s} empty, which {are} taken to be absent from "
+       "it: {rest}"},
       {Reason::kOtherPhotosSetAside, "other_photos_set_aside",
        "an earlier run's results of {value:.0f} photo{s} that {are} not in the block ({rest}) "
        "were moved to {first}"},

@@ -31,24 +31,86 @@ constexpr int kLargestSigma = 1000000;  // metres, degrees
 constexpr const char* kDateColumn = "date";
 constexpr const char* kHeader = "filename,x,y,z,omega,phi,kappa";
 
+constexpr const char* kHeightRemedy =
+    "give the height of positions in metres (z), or the flying height above the ground: "
+    "flying_height_m or scale under [flight] of a block file, or --flying-height-m of 'orient "
+    "exterior'";
+
 // Where each known column stands in this table.
 struct Columns {
   std::map<std::string, size_t> index;
   size_t count = 0;
-  bool has_angles = true;
-  size_t sigmas = 0;  // 6, or 3: of positions alone
+  OpenCells open = OpenCells::kNone;
+  bool has_sigmas = false;
+  std::vector<std::string> ignored_angles;
+
+  bool Has(const char* name) const { return index.contains(name); }
 };
 
-// Only all three angles together may be absent.
-void RequireColumns(const TableText& text, Attitudes attitudes, Columns* columns) {
-  const auto known = [&](const char* name) { return columns->index.contains(name); };
-  const auto angles = kColumns.begin() + 4;
-  columns->has_angles =
-      attitudes == Attitudes::kRequired || std::any_of(angles, kColumns.end(), known);
-  const auto end = columns->has_angles ? kColumns.end() : angles;
-  const auto missing = std::find_if_not(kColumns.begin(), end, known);
-  if (missing != end)
-    text.Fail(std::string("the header has no column \"") + *missing + "\"; it is " + kHeader);
+// Of the columns x to kappa, by their place among kColumns.
+bool CellMayBeEmpty(OpenCells open, size_t i) {
+  return i > 0 && (i == 3 ? open == OpenCells::kAnglesAndHeights : open != OpenCells::kNone);
+}
+
+bool IsAngle(size_t i) { return i > 3; }
+
+// What the header has instead, as it is written: the same in another unit; otherwise empty.
+std::string InOtherUnit(const std::vector<TableCell>& cells, const std::string& name) {
+  const auto cell = std::find_if(cells.begin(), cells.end(), [&](const TableCell& one) {
+    return ColumnOfOtherUnit(one.text) == name;
+  });
+  return cell == cells.end() ? "" : cell->text;
+}
+
+bool HasLongitudes(const std::vector<TableCell>& cells) {
+  return std::any_of(cells.begin(), cells.end(), [](const TableCell& cell) {
+    const std::string name = ColumnName(cell.text);
+    return name.starts_with("lon") || name.starts_with("lng") || name == "x/longitude";
+  });
+}
+
+// Heights in another unit are no missing ones; angles in another unit are named (IgnoredAngles).
+void RequireColumn(const TableText& text, const std::vector<TableCell>& cells,
+                   const Columns& columns, size_t i) {
+  const std::string name = kColumns[i];
+  if (columns.index.contains(name)) return;
+  const bool of_approximations = columns.open != OpenCells::kNone;
+  if (IsAngle(i) && of_approximations) return;
+  const std::string missing = "the header has no column \"" + name + "\"";
+  if (const std::string other = InOtherUnit(cells, name); !other.empty())
+    text.Fail(fmt::format("{}, only \"{}\"; give it in {} and call it {}", missing, other,
+                          IsAngle(i) ? "degrees" : "metres", name));
+  if (i == 3 && CellMayBeEmpty(columns.open, i)) return;
+  if (i == 3 && of_approximations) text.Fail(missing + "; " + kHeightRemedy);
+  if ((i == 1 || i == 2) && of_approximations && HasLongitudes(cells))
+    text.Fail(missing +
+              "; a table's positions are metres in the block's CRS: give those in longitude and "
+              "latitude, or in any other CRS, as points of a GeoJSON or GeoPackage file");
+  text.Fail(missing + "; it is " + kHeader);
+}
+
+void RequireColumns(const TableText& text, const std::vector<TableCell>& cells,
+                    const Columns& columns) {
+  for (size_t i = 0; i < kColumns.size(); ++i) RequireColumn(text, cells, columns, i);
+  if (columns.Has("omega") != columns.Has("phi"))
+    text.Fail(fmt::format("the header has a column \"{}\" and no \"{}\"; give both or neither",
+                          columns.Has("omega") ? "omega" : "phi",
+                          columns.Has("omega") ? "phi" : "omega"));
+}
+
+// Where an angle is missed, columns that may be meant for it.
+std::vector<std::string> IgnoredAngles(const std::vector<TableCell>& cells,
+                                       const Columns& columns) {
+  std::vector<std::string> ignored;
+  if (columns.Has("omega") && columns.Has("phi") && columns.Has("kappa")) return ignored;
+  for (const TableCell& cell : cells) {
+    const std::string name = ColumnName(cell.text);
+    const bool is_read = std::find(kColumns.begin(), kColumns.end(), name) != kColumns.end();
+    if (!is_read && NamesAngle(cell.text)) ignored.push_back(cell.text);
+  }
+  // Alone it is that of the film.
+  if (ignored.size() == 1 && ColumnName(ignored.front()) == "roll") ignored.clear();
+  return ignored;
 }
 
 std::vector<std::string> TextsOf(const std::vector<TableCell>& cells) {
@@ -57,17 +119,17 @@ std::vector<std::string> TextsOf(const std::vector<TableCell>& cells) {
   return texts;
 }
 
-// Whether these are at least a photo's name and position.
-bool IsHeader(const std::vector<TableCell>& cells) {
+// Whether these are at least a photo's name and position, of approximations without its height.
+bool IsHeader(const std::vector<TableCell>& cells, OpenCells open) {
   std::optional<size_t> twice;
   const auto places = ColumnPlaces(TextsOf(cells), &twice);
-  return std::all_of(kColumns.begin(), kColumns.begin() + 4,
+  return std::all_of(kColumns.begin(), kColumns.begin() + (open == OpenCells::kNone ? 4 : 3),
                      [&](const char* name) { return places.contains(name); });
 }
 
 // The first line that is no comment, or a comment that is a header ("#Label,X/Easting,..."); sets
 // the table's delimiter: the one by which the header is one, a comma by default.
-std::vector<TableCell> HeaderCells(TableText* text) {
+std::vector<TableCell> HeaderCells(TableText* text, OpenCells open) {
   std::string line;
   while (text->NextText(&line)) {
     const bool comment = TableText::IsComment(line);
@@ -76,7 +138,7 @@ std::vector<TableCell> HeaderCells(TableText* text) {
       text->SetDelimiter(delimiter);
       // An apostrophe or a quote in a comment closes nowhere.
       if (comment && line.find('"') != std::string::npos) continue;
-      if (std::vector<TableCell> cells = text->Split(line); IsHeader(cells)) return cells;
+      if (std::vector<TableCell> cells = text->Split(line); IsHeader(cells, open)) return cells;
     }
     text->SetDelimiter(',');
     if (!comment) return text->Split(line);
@@ -84,70 +146,102 @@ std::vector<TableCell> HeaderCells(TableText* text) {
   text->Fail(fmt::format("the table is empty; it starts with the header {}", kHeader));
 }
 
-Columns ReadHeader(TableText* text, Attitudes attitudes) {
-  const std::vector<TableCell> cells = HeaderCells(text);
+// All of the values that are there have sigmas, or none.
+bool HasSigmas(const TableText& text, const Columns& columns) {
+  const auto has = [&](const char* name) { return columns.Has(name); };
+  if (std::none_of(kSigmaColumns.begin(), kSigmaColumns.end(), has)) return false;
+  for (size_t i = 0; i < kSigmaColumns.size(); ++i)
+    if (columns.Has(kColumns[i + 1]) && !columns.Has(kSigmaColumns[i]))
+      text.Fail(
+          "some sigma columns are missing; give all six (sigma_x,sigma_y,sigma_z,sigma_omega,"
+          "sigma_phi,sigma_kappa) or none, of positions alone also the first three");
+  return true;
+}
+
+Columns ReadHeader(TableText* text, OpenCells open) {
+  const std::vector<TableCell> cells = HeaderCells(text, open);
   Columns columns;
   columns.count = cells.size();
+  columns.open = open;
   std::optional<size_t> twice;
   columns.index = ColumnPlaces(TextsOf(cells), &twice);
-  RequireColumns(*text, attitudes, &columns);
+  RequireColumns(*text, cells, columns);
   if (twice)
     text->Fail(cells[*twice],
                fmt::format("the column \"{}\" appears twice", ColumnName(cells[*twice].text)));
-  const auto known = [&](const char* name) { return columns.index.contains(name); };
-  columns.sigmas = static_cast<size_t>(
-      std::find_if_not(kSigmaColumns.begin(), kSigmaColumns.end(), known) - kSigmaColumns.begin());
-  const auto given =
-      static_cast<size_t>(std::count_if(kSigmaColumns.begin(), kSigmaColumns.end(), known));
-  if (given != columns.sigmas || (given != 0 && given != 6 && (given != 3 || columns.has_angles)))
-    text->Fail(
-        "some sigma columns are missing; give all six (sigma_x,sigma_y,sigma_z,sigma_omega,"
-        "sigma_phi,sigma_kappa) or none, of positions alone also the first three");
+  columns.has_sigmas = HasSigmas(*text, columns);
+  if (open != OpenCells::kNone) columns.ignored_angles = IgnoredAngles(cells, columns);
   return columns;
 }
 
-// Of photos that look down, of which nobody knows which way they were flown.
-Vector6d OpenAttitude() {
-  Vector6d sigma = Vector6d::Zero();
-  sigma.tail<3>() << RadFromDeg(3), RadFromDeg(3), std::numbers::pi;
-  return sigma;
+// The cell of a column; null where there is no such column, or nothing in the cell.
+const TableCell* Written(const Columns& columns, const std::vector<TableCell>& cells,
+                         const char* name) {
+  const auto column = columns.index.find(name);
+  if (column == columns.index.end() || cells[column->second].text.empty()) return nullptr;
+  return &cells[column->second];
 }
 
+double ReadOneSigma(const TableText& text, const TableCell& cell, size_t i) {
+  const double value = text.Number(cell, kSigmaColumns[i]);
+  if (!(value > 0 && value <= kLargestSigma))
+    text.Fail(cell,
+              fmt::format("{} must be positive and at most {}", kSigmaColumns[i], kLargestSigma));
+  return i < 3 ? value : RadFromDeg(value);
+}
+
+// `values`: NaN where the row leaves them open. Such a photo looks down, nobody knows which way it
+// was flown, and the flying height says no more of its height than the position does.
 std::optional<Vector6d> ReadSigma(const TableText& text, const Columns& columns,
-                                  const std::vector<TableCell>& cells) {
-  if (columns.sigmas == 0) return std::nullopt;
-  const auto cell = [&](size_t i) -> const TableCell& {
-    return cells[columns.index.at(kSigmaColumns[i])];
-  };
-  size_t empty = 0;
-  for (size_t i = 0; i < columns.sigmas; ++i) empty += cell(i).text.empty() ? 1 : 0;
-  if (empty == columns.sigmas) return std::nullopt;
-  Vector6d sigma = OpenAttitude();
-  for (size_t i = 0; i < columns.sigmas; ++i) {
-    const double value = text.Number(cell(i), kSigmaColumns[i]);
-    if (!(value > 0 && value <= kLargestSigma))
-      text.Fail(cell(i),
-                fmt::format("{} must be positive and at most {}", kSigmaColumns[i], kLargestSigma));
-    sigma[static_cast<Eigen::Index>(i)] = i < 3 ? value : RadFromDeg(value);
+                                  const std::vector<TableCell>& cells, const Vector6d& values) {
+  if (!columns.has_sigmas ||
+      std::none_of(kSigmaColumns.begin(), kSigmaColumns.end(),
+                   [&](const char* name) { return Written(columns, cells, name) != nullptr; }))
+    return std::nullopt;
+  constexpr double kHeight_m = 10;
+  Vector6d sigma;
+  sigma << 0, 0, 0, RadFromDeg(3), RadFromDeg(3), std::numbers::pi;
+  for (size_t i = 0; i < kSigmaColumns.size(); ++i) {
+    const auto at = static_cast<Eigen::Index>(i);
+    const bool open = std::isnan(values[at]);
+    const TableCell* cell = Written(columns, cells, kSigmaColumns[i]);
+    if (i == 2 && open) sigma[at] = std::max(kHeight_m, sigma.head<2>().maxCoeff());
+    if (open && (cell == nullptr || i == 5)) continue;
+    sigma[at] = ReadOneSigma(text, cells[columns.index.at(kSigmaColumns[i])], i);
   }
   return sigma;
 }
 
 std::optional<std::string> ReadDate(const TableText& text, const Columns& columns,
                                     const std::vector<TableCell>& cells) {
-  const auto column = columns.index.find(kDateColumn);
-  if (column == columns.index.end() || cells[column->second].text.empty()) return std::nullopt;
-  const TableCell& cell = cells[column->second];
-  if (const std::string wrong = WhyNoDate(cell.text); !wrong.empty()) text.Fail(cell, wrong);
-  return cell.text;
+  const TableCell* cell = Written(columns, cells, kDateColumn);
+  if (cell == nullptr) return std::nullopt;
+  if (const std::string wrong = WhyNoDate(cell->text); !wrong.empty()) text.Fail(*cell, wrong);
+  return cell->text;
 }
 
 // Empty where the table names none of this photo.
 std::string ReadCamera(const Columns& columns, const std::vector<TableCell>& cells) {
-  const auto column = columns.index.find("camera");
-  return column == columns.index.end() ? "" : std::string(Trimmed(cells[column->second].text));
+  const TableCell* cell = Written(columns, cells, "camera");
+  return cell == nullptr ? "" : std::string(Trimmed(cell->text));
 }
 
+// One of x to kappa; NaN where it is left open and may be.
+double ReadValue(const TableText& text, const Columns& columns, const std::vector<TableCell>& cells,
+                 size_t i) {
+  const auto column = columns.index.find(kColumns[i]);
+  if (column == columns.index.end()) return std::nan("");
+  const TableCell& cell = cells[column->second];
+  if (cell.text.empty() && CellMayBeEmpty(columns.open, i)) return std::nan("");
+  if (cell.text.empty() && i == 3 && columns.open != OpenCells::kNone)
+    text.Fail(cell, std::string("z is empty; ") + kHeightRemedy);
+  const double value = text.Number(cell, kColumns[i]);
+  if (IsAngle(i) && std::abs(value) > 360)
+    text.Fail(cell, fmt::format("{} is {}; angles are in degrees", kColumns[i], cell.text));
+  return value;
+}
+
+// The position is NaN where the row leaves x or y open; nothing else is read then.
 OrientationRow ReadRow(const TableText& text, const Columns& columns,
                        const std::vector<TableCell>& cells) {
   if (cells.size() != columns.count)
@@ -156,20 +250,20 @@ OrientationRow ReadRow(const TableText& text, const Columns& columns,
   const TableCell& name = cells[columns.index.at("filename")];
   row.photo = WithoutImageEnding(std::string(TextOfCell(name.text)));
   if (row.photo.empty()) text.Fail(name, "the photo has no name");
-  row.attitude_known = columns.has_angles;
-  for (size_t i = 1; i < (columns.has_angles ? kColumns.size() : 4); ++i) {
-    const TableCell& cell = cells[columns.index.at(kColumns[i])];
-    const double value = text.Number(cell, kColumns[i]);
-    if (i <= 3) {
-      row.pose.position_m[static_cast<Eigen::Index>(i - 1)] = value;
-    } else if (std::abs(value) > 360) {
-      text.Fail(cell, fmt::format("{} is {}; angles are in degrees", kColumns[i], cell.text));
-    } else {
-      row.pose.opk_rad[static_cast<Eigen::Index>(i - 4)] = NormalizeAngle(RadFromDeg(value));
-    }
+  Vector6d values = Vector6d::Constant(std::nan(""));
+  for (size_t i = 1; i < kColumns.size(); ++i) {
+    values[static_cast<Eigen::Index>(i - 1)] = ReadValue(text, columns, cells, i);
+    if (i == 2 && !values.head<2>().allFinite()) break;
   }
-  row.sigma = ReadSigma(text, columns, cells);
+  row.pose.position_m = values.head<3>();
+  if (!values.head<2>().allFinite()) return row;
+  row.attitude_known = !std::isnan(values[5]);
+  for (int i = 0; i < 3; ++i)
+    if (const double angle = values[i + 3]; !std::isnan(angle))
+      row.pose.opk_rad[i] = NormalizeAngle(RadFromDeg(angle));
+  row.sigma = ReadSigma(text, columns, cells, values);
   row.date = ReadDate(text, columns, cells);
+  row.camera = ReadCamera(columns, cells);
   return row;
 }
 
@@ -218,19 +312,23 @@ const OrientationRow* OrientationTable::Find(const std::string& photo) const {
   return found == rows.end() ? nullptr : &*found;
 }
 
-OrientationTable ReadOrientationTable(const std::string& path, Attitudes attitudes) {
+OrientationTable ReadOrientationTable(const std::string& path, OpenCells open) {
   TableText text(path);
-  const Columns columns = ReadHeader(&text, attitudes);
+  const Columns columns = ReadHeader(&text, open);
   OrientationTable table;
+  table.ignored_angles = columns.ignored_angles;
   std::set<std::string> names;
   std::vector<TableCell> cells;
   while (text.NextLine(&cells)) {
-    table.rows.push_back(ReadRow(text, columns, cells));
-    if (const std::string camera = ReadCamera(columns, cells); !camera.empty())
-      table.cameras.insert(camera);
-    if (!names.insert(table.rows.back().photo).second)
+    OrientationRow row = ReadRow(text, columns, cells);
+    if (!names.insert(row.photo).second)
       text.Fail(cells[columns.index.at("filename")],
-                fmt::format("the photo \"{}\" is named a second time", table.rows.back().photo));
+                fmt::format("the photo \"{}\" is named a second time", row.photo));
+    if (!row.camera.empty()) table.cameras.insert(row.camera);
+    if (row.pose.position_m.head<2>().allFinite())
+      table.rows.push_back(std::move(row));
+    else
+      table.without_position.push_back(row.photo);
   }
   std::error_code error;
   if (fs::exists(ProjectionPath(path), error)) table.crs = Crs::FromFile(ProjectionPath(path));

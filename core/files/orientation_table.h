@@ -15,27 +15,34 @@ namespace orient {
 struct OrientationRow {
   std::string photo;  // file name without its extension
   Pose pose;
-  std::optional<Vector6d> sigma;         // x y z [m] omega phi kappa [rad]
-  bool attitude_known = true;            // false: the angles are zero and say nothing of kappa
+  std::optional<Vector6d> sigma;  // x y z [m] omega phi kappa [rad]
+  // False: kappa is unknown, and zero; omega and phi are zero where the table does not tell them.
+  bool attitude_known = true;
   std::optional<std::string> date = {};  // of the exposure, ISO 8601 (1961, 1961-07-30)
+  std::string camera = {};               // that the column "camera" names, where there is one
 };
 
 struct OrientationTable {
   std::vector<OrientationRow> rows;
   std::optional<Crs> crs;              // from the .prj, where there is one
-  std::set<std::string> cameras = {};  // that its column "camera" names, where there is one
+  std::set<std::string> cameras = {};  // that its rows name
+  // Of approximations: photos whose x or y is empty, which have no row, and columns, as they are
+  // written, that seem to hold angles but none that Orient reads.
+  std::vector<std::string> without_position = {};
+  std::vector<std::string> ignored_angles = {};
 
   const OrientationRow* Find(const std::string& photo) const;  // null where absent
 };
 
-// Whether a table may lack its three columns of angles (positions alone; with sigma_x, sigma_y and
-// sigma_z only, omega and phi are taken to be good to 3 degrees and kappa for unknown).
-enum class Attitudes { kRequired, kMayBeAbsent };
+// What a table may leave open, by a column that is absent or a cell that is empty: nothing; of
+// approximations angles (without kappa it is unknown, omega and phi are zero within 3 degrees), or
+// also z, which is NaN then. Columns of sigmas may be absent, and their cells empty, where the
+// value's are. The position of a photo may be left open, too (see without_position).
+enum class OpenCells { kNone, kAngles, kAnglesAndHeights };
 
 // A column `date` is read where there is one; its cells may be empty. Throws InputError naming
 // file, line, column and value; a photo named twice is an error.
-OrientationTable ReadOrientationTable(const std::string& path,
-                                      Attitudes attitudes = Attitudes::kRequired);
+OrientationTable ReadOrientationTable(const std::string& path, OpenCells open = OpenCells::kNone);
 
 // With sigma columns where any row has sigmas (empty cells for the others). Writes `path` and its
 // .prj beside and renames.

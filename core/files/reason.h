@@ -141,6 +141,8 @@ enum class Reason {
   kLocatedByOwnFiles,
   kFocalLengthIsNotTheCameras,
   kApproximationsOfOtherPhotos,
+  kAngleColumnsIgnored,
+  kRowsWithoutPosition,
   kOtherPhotosSetAside,
   kPhotoNotInQuicklook,
   kNoQuicklook,

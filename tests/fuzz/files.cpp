@@ -48,7 +48,7 @@ const Register kOrientationTable("orientation_table", [](Input input) {
   const auto parts = Parts(input);
   const std::string path = FileWith("table.csv", parts[0]);
   FileWith("table.prj", parts.size() > 1 ? parts[1] : BlockCrs().Wkt1());
-  const OrientationTable table = ReadOrientationTable(path, Attitudes::kMayBeAbsent);
+  const OrientationTable table = ReadOrientationTable(path, OpenCells::kAngles);
   RequireNumbers(table, true);
   const std::string written = Folder() + "/again.csv";
   WriteOrientationTable(written, table);

@@ -3,6 +3,7 @@
 #include <filesystem>
 #include <ostream>
 
+#include "block/inputs/approximations.h"
 #include "block/inputs/block_files.h"
 #include "block/inputs/camera_library.h"
 #include "block/inputs/persons_word.h"
@@ -37,6 +38,9 @@ class ExteriorCommand : public Command {
     app.add_option("--approximations", options_.approximations,
                    "Approximate orientations (OPK CSV with its .prj beside it); required where "
                    "no ground points are measured");
+    app.add_option("--flying-height-m", options_.flying_height_m,
+                   "Flying height above the ground, metres, of approximate positions without "
+                   "heights");
     AddMeasurementsOption(app, &options_.measurements);
     app.add_option("--dem", options_.dem, "Ground heights: any raster GDAL reads")->required();
     app.add_option("--patchdb", options_.patchdb, "Patch database")->required();
@@ -105,6 +109,7 @@ class ExteriorCommand : public Command {
                FileInput("patch database", options.patchdb),
                FileInput("approximations", options.approximations)});
     PrintExteriorSummary(done, out);
+    PrintRemarks(options.approximations, out);
     if (const auto unknown = block::UnknownPhotos(said, block::PhotoNames(options.photos)))
       out << "note      " << Sentence(*unknown) << "\n";
     return AllOriented(done) ? ExitCode::kAllDone : ExitCode::kSomeNotOriented;
@@ -125,6 +130,14 @@ class ExteriorCommand : public Command {
         {AdjustmentResultPath(options.out), path(block::kQuicklookFile), path(block::kSeamsFile),
          path(block::kCalibratedCameraFile), path(block::kPoseCovarianceFile)},
         output_.overwrite);
+  }
+
+  // What the table of approximations holds and the run did not use.
+  static void PrintRemarks(const std::string& table, std::ostream& out) {
+    if (table.empty() || !block::IsOrientationTable(table)) return;
+    const OrientationTable read = ReadOrientationTable(table, OpenCells::kAnglesAndHeights);
+    for (const std::string& remark : Sentences(block::RemarksOn(read, table)))
+      out << "note      " << remark << "\n";
   }
 
   // The table of a resumed run is of its own photos.

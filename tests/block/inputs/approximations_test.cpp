@@ -2,9 +2,13 @@
 
 #include <gtest/gtest.h>
 
+#include <cmath>
+#include <numbers>
+
 #include "core/base/atomic_write.h"
 #include "core/base/error.h"
 #include "core/geometry/rotation.h"
+#include "tests/support/dem_files.h"
 #include "tests/support/expect_error.h"
 #include "tests/support/shared_data.h"
 
@@ -42,11 +46,64 @@ TEST_F(Approximations, ATableWithoutAnglesHasPositionsAlone) {
   EXPECT_EQ(table.rows[0].pose.opk_rad, Eigen::Vector3d::Zero());
 }
 
-TEST_F(Approximations, OneAngleWithoutTheOthersIsAMistake) {
-  const std::string path = Write("a.csv", "filename,x,y,z,kappa\n4711,1,2,3,90\n");
-  ExpectError<InputError>([&] { Read(path); }, {path, "omega"});
+TEST_F(Approximations, WithKappaAlonePhotosLookDown) {
+  const OrientationRow row =
+      Read(Write("a.csv", "filename,x,y,z,kappa\n4711,1,2,3,90\n")).rows.at(0);
+  EXPECT_TRUE(row.attitude_known);
+  EXPECT_EQ(row.pose.opk_rad, Eigen::Vector3d(0, 0, RadFromDeg(90)));
+  const Vector6d sigma = SigmaOfApproximation(row, std::nullopt, std::nullopt);
+  EXPECT_EQ(sigma.tail<3>(), Eigen::Vector3d::Constant(kAttitudeSigma_rad));
+}
+
+TEST_F(Approximations, OneOfOmegaAndPhiIsAMistake) {
+  const std::string path = Write("a.csv", "filename,x,y,z,phi,kappa\n4711,1,2,3,0,90\n");
+  ExpectError<InputError>([&] { Read(path); }, {path, "line 1", "phi", "omega"});
   const std::string without = Write("b.csv", "filename,x,y,z\n4711,1,2,3\n");
   ExpectError<InputError>([&] { ReadOrientationTable(without); }, {without, "omega"});
+}
+
+TEST_F(Approximations, ATableMayLackHeightsWhereTheFlyingHeightIsStated) {
+  const std::string path = Write("a.csv", "filename,x,y\n1,500100,5009900\n");
+  ExpectError<InputError>([&] { Read(path); }, {path, "flying_height_m", "scale", "[flight]"});
+  auto table = ReadApproximations(path, crs_, Heights::kMayBeAbsent);
+  EXPECT_TRUE(std::isnan(table.rows.at(0).pose.position_m.z()));
+
+  DemFile dem;
+  dem.heights = Eigen::MatrixXf::Constant(20, 20, 300);
+  dem.west = 500000;
+  dem.north = 5010000;
+  dem.cell_x = dem.cell_y = 100;
+  WriteDem(folder_ / "dem", dem);
+  table.rows.push_back({.photo = "2", .pose = {}, .sigma = {}});
+  table.rows[1].pose.position_m = {500200, 5009800, 1750};
+  table.rows[0].sigma = table.rows[1].sigma = Vector6d::Ones();
+  EXPECT_EQ(CompleteHeights(folder_ / "dem.vrt", crs_, 1500, &table.rows),
+            std::set<std::string>{"1"});
+  EXPECT_NEAR(table.rows[0].pose.position_m.z(), 1800, 1e-6);
+  EXPECT_EQ(table.rows[1].pose.position_m.z(), 1750);
+  EXPECT_EQ((*table.rows[0].sigma)[2], 75) << "5 % of the flying height";
+  EXPECT_EQ((*table.rows[0].sigma)[0], 1);
+  EXPECT_EQ((*table.rows[1].sigma)[2], 1);
+}
+
+TEST_F(Approximations, WhatATableDoesNotUseIsRemarked) {
+  const std::string path = Write("a.csv", "filename,x,y,z,yaw,Kappa [gon]\n1,1,2,3,4,5\n2,,,,,\n");
+  const Findings remarks = RemarksOn(Read(path), path);
+  EXPECT_EQ(
+      remarks,
+      (Findings{{.reason = Reason::kAngleColumnsIgnored,
+                 .value = 2,
+                 .where = path + ": yaw, Kappa [gon]"},
+                {.reason = Reason::kRowsWithoutPosition, .value = 1, .where = path + ": 2"}}));
+  EXPECT_TRUE(RemarksOn(Read(Write("b.csv", "filename,x,y,z\n1,1,2,3\n")), path).empty());
+}
+
+TEST_F(Approximations, PhotosOfSeveralCamerasAreRefused) {
+  const std::string path =
+      Write("a.csv", "filename,x,y,z,camera\n1,1,2,3,c1\n2,1,2,3,c2\n3,1,2,3,\n4,1,2,3,c1\n");
+  const auto table = Read(path);
+  ExpectError<InputError>([&] { RequireOneCamera(table, path, {"1", "2"}); }, {path, "c1, c2"});
+  EXPECT_NO_THROW(RequireOneCamera(table, path, {"1", "3", "4"})) << "2 is no photo of the block";
 }
 
 // The central meridian of UTM zone 35 at the equator is 500 km east, 0 north.

@@ -3,6 +3,9 @@
 
 #include <gtest/gtest.h>
 
+#include <optional>
+#include <string>
+
 #include "core/base/atomic_write.h"
 #include "core/base/error.h"
 #include "tests/support/dem_files.h"
@@ -75,6 +78,57 @@ TEST_F(SaidInABlock, WithoutATableTheFlightTellsTheHeight) {
 TEST_F(SaidInABlock, WhereNothingTellsAHeightTheDecisionIsNamed) {
   ExpectError<InputError>([&] { Known("", false); },
                           {"decisions.csv", "photo 3", "flying_height_m"});
+}
+
+// A block of the photos 1 to 3 over ground at 300 m, with this table.
+class TableOfABlock : public SaidInABlock {
+ protected:
+  BlockApproximations Of(const std::string& table, const std::string& more) {
+    WriteFileAtomically(folder_ / "approx.csv", table);
+    WriteFileAtomically(folder_ / "block.toml",
+                        "crs = \"EPSG:32635\"\ndem = \"dem.vrt\"\npatchdb = \"patches.gpkg\"\n"
+                        "camera = \"camera.toml\"\nphotos = [\"1.tif\", \"2.tif\", \"3.tif\"]\n"
+                        "approximations = \"approx.csv\"\n" +
+                            more);
+    block_ = ReadBlockFile(folder_ / "block.toml");
+    return BlockApproximations(*block_, camera_);
+  }
+  std::optional<BlockFile> block_;
+};
+
+TEST_F(TableOfABlock, WithoutHeightsTheFlightTellsThem) {
+  const std::string text = "filename,x,y\n1,503000,5005000\n2,503500,5005000\n";
+  for (const char* flight : {"[flight]\nflying_height_m = 1530\n", "[flight]\nscale = 10000\n"}) {
+    const OrientationTable table = Of(text, flight).Table();
+    ASSERT_EQ(table.rows.size(), 2u);
+    EXPECT_NEAR(table.rows[1].pose.position_m.z(), 1830, 1e-6) << flight;
+    EXPECT_FALSE(table.rows[1].attitude_known);
+  }
+  ExpectError<InputError>([&] { Of(text, ""); }, {"approx.csv", "flying_height_m", "scale"});
+}
+
+TEST_F(TableOfABlock, ComputedHeightsAreNoObservations) {
+  const auto known = Of("filename,x,y,z\n1,503000,5005000,1800\n2,503500,5005000,\n",
+                        "[flight]\nflying_height_m = 1500\n[approximate_accuracy]\n"
+                        "observe = true\nposition_m = 5\n");
+  const auto& observed = known.Observations().approximations;
+  EXPECT_EQ(observed.at("1").covariance(2, 2), 25);
+  EXPECT_GT(observed.at("2").covariance(2, 2), 1e6);
+}
+
+TEST_F(TableOfABlock, ARowWithoutPositionIsRemarkedAndAbsent) {
+  const auto known =
+      Of("filename,x,y,z,omega,phi,kappa\n1,503000,5005000,1800,0,0,\n2,,,,,,\n", "");
+  EXPECT_EQ(known.Table().Find("2"), nullptr);
+  EXPECT_FALSE(known.Table().Find("1")->attitude_known);
+  EXPECT_TRUE(Has(known.Remarks(), Reason::kRowsWithoutPosition));
+}
+
+TEST_F(TableOfABlock, TwoCamerasOfItsPhotosAreRefused) {
+  const std::string text = "filename,x,y,z,camera\n1,503000,5005000,1800,c1\n";
+  EXPECT_NO_THROW(Of(text + "ghost,503500,5005000,1800,c2\n", ""));
+  ExpectError<InputError>([&] { Of(text + "2,503500,5005000,1800,c2\n", ""); },
+                          {"approx.csv", "c1, c2"});
 }
 
 }  // namespace

@@ -23,5 +23,24 @@ TEST(BareImageName, LosesEveryFolder) {
   EXPECT_EQ(BareImageName("4711"), "4711");
 }
 
+TEST(ColumnOfOtherUnit, IsNamedWithoutIt) {
+  EXPECT_EQ(ColumnOfOtherUnit("Z [ft]"), "z");
+  EXPECT_EQ(ColumnOfOtherUnit("height_feet"), "z");
+  EXPECT_EQ(ColumnOfOtherUnit("Omega(gon)"), "omega");
+  EXPECT_EQ(ColumnOfOtherUnit("kappa rad"), "kappa");
+  EXPECT_EQ(ColumnOfOtherUnit("height_above_ground"), "");
+  EXPECT_EQ(ColumnOfOtherUnit("z"), "");
+  EXPECT_EQ(ColumnOfOtherUnit("z_"), "");
+  EXPECT_EQ(ColumnOfOtherUnit(""), "");
+}
+
+TEST(NamesAngle, OfAnyConventionAndUnit) {
+  for (const char* name :
+       {"kappa_rad", "K [gon]", "Yaw", "heading (deg)", "ROLL", "pitch", "Azimuth"})
+    EXPECT_TRUE(NamesAngle(name)) << name;
+  for (const char* name : {"", "photographer", "sigma_kappa", "rollfilm", "z [ft]"})
+    EXPECT_FALSE(NamesAngle(name)) << name;
+}
+
 }  // namespace
 }  // namespace orient

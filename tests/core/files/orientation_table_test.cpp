@@ -3,6 +3,8 @@
 #include <gtest/gtest.h>
 #include <rapidcheck/gtest.h>
 
+#include <algorithm>
+#include <cmath>
 #include <filesystem>
 #include <limits>
 #include <numbers>
@@ -20,10 +22,10 @@ namespace {
 constexpr double kWrittenMetres = 0.5e-4 + 1e-9;
 constexpr double kWrittenRadians = 0.5e-9 * std::numbers::pi / 180 + 1e-15;
 
-OrientationTable ReadText(const std::string& text) {
+OrientationTable ReadText(const std::string& text, OpenCells open = OpenCells::kNone) {
   const TemporaryFolder folder;
   WriteFileAtomically(folder / "opk.csv", text);
-  return ReadOrientationTable(folder / "opk.csv");
+  return ReadOrientationTable(folder / "opk.csv", open);
 }
 
 void ExpectRefused(const std::string& text, std::initializer_list<std::string> parts) {
@@ -86,10 +88,90 @@ TEST(OrientationTable, HeadersOfOtherProgramsAreUnderstood) {
 
 TEST(OrientationTable, OtherUnitsAndTwoColumnsOfOneMeaningAreRefused) {
   ExpectRefused("filename,x,y,z,omega[gon],phi[gon],kappa[gon]\np,1,2,3,0,0,0\n",
-                {"no column \"omega\""});
+                {"no column \"omega\"", "omega[gon]", "degrees"});
   ExpectRefused("filename,x/longitude,y/latitude,z,omega,phi,kappa\np,1,2,3,0,0,0\n",
                 {"no column \"x\""});
   ExpectRefused("filename,x,Easting,y,z,omega,phi,kappa\np,1,1,2,3,0,0,0\n", {"\"x\"", "twice"});
+}
+
+void ExpectRefusedOfApproximations(const std::string& text, OpenCells open,
+                                   std::initializer_list<std::string> parts) {
+  ExpectError<InputError>([&] { ReadText(text, open); }, parts);
+}
+
+TEST(OrientationTable, EmptyAnglesOfAnApproximationAreUnknown) {
+  const OrientationTable table =
+      ReadText(kHeader + "a,1,2,3,1,2,\nb,1,2,3,,,\nc,1,2,3,,,90\n", OpenCells::kAngles);
+  ASSERT_EQ(table.rows.size(), 3u);
+  EXPECT_FALSE(table.rows[0].attitude_known);
+  EXPECT_EQ(table.rows[0].pose.opk_rad, Eigen::Vector3d(RadFromDeg(1), RadFromDeg(2), 0));
+  EXPECT_FALSE(table.rows[1].attitude_known);
+  EXPECT_EQ(table.rows[1].pose.opk_rad, Eigen::Vector3d::Zero());
+  EXPECT_TRUE(table.rows[2].attitude_known);
+  EXPECT_EQ(table.rows[2].pose.opk_rad, Eigen::Vector3d(0, 0, RadFromDeg(90)));
+  ExpectRefused(kHeader + "a,1,2,3,1,2,\n", {"line 2", "kappa is \"\""});
+}
+
+TEST(OrientationTable, SigmasOfEmptyCellsAreThoseOfUnknownValues) {
+  const OrientationTable table = ReadText(
+      "filename,x,y,z,omega,phi,kappa,sigma_x,sigma_y,sigma_z,sigma_omega,sigma_phi,sigma_kappa\n"
+      "a,1,2,,,,,0.1,0.2,,,,2\nb,1,2,,,,9,20,30,,1,1,2\n",
+      OpenCells::kAnglesAndHeights);
+  Vector6d sigma;
+  sigma << 0.1, 0.2, 10, RadFromDeg(3), RadFromDeg(3), std::numbers::pi;
+  EXPECT_EQ(table.rows.at(0).sigma, sigma);
+  sigma << 20, 30, 30, RadFromDeg(1), RadFromDeg(1), RadFromDeg(2);
+  EXPECT_EQ(table.rows.at(1).sigma, sigma);
+  ExpectRefusedOfApproximations("filename,x,y,z,sigma_x,sigma_y,sigma_z\na,1,2,3,0.1,0.2,\n",
+                                OpenCells::kAngles, {"line 2", "sigma_z"});
+}
+
+TEST(OrientationTable, AnEmptyHeightNeedsTheFlyingHeight) {
+  const std::string text = "filename,x,y,z\na,1,2,3\nb,1,2,\n";
+  EXPECT_TRUE(
+      std::isnan(ReadText(text, OpenCells::kAnglesAndHeights).rows.at(1).pose.position_m.z()));
+  ExpectRefusedOfApproximations(text, OpenCells::kAngles, {"line 3", "z is empty", "[flight]"});
+  ExpectRefused(kHeader + "b,1,2,,0,0,0\n", {"line 2", "z is \"\""});
+}
+
+TEST(OrientationTable, ARowWithoutPositionIsNone) {
+  const OrientationTable table =
+      ReadText("filename,x,y,z\na,1,2,3\nb,,,\nc,1,,3\n", OpenCells::kAngles);
+  EXPECT_EQ(table.rows.size(), 1u);
+  EXPECT_EQ(table.without_position, (std::vector<std::string>{"b", "c"}));
+  ExpectRefused(kHeader + "b,,2,3,0,0,0\n", {"line 2", "x is \"\""});
+}
+
+TEST(OrientationTable, ATableWithoutHeightsIsReadWithAnyDelimiter) {
+  for (const char* text : {"filename;x;y\na;1;2\n", "#Label,X,Y\na,1,2\n"})
+    EXPECT_EQ(ReadText(text, OpenCells::kAnglesAndHeights).rows.at(0).pose.position_m.y(), 2);
+}
+
+TEST(OrientationTable, HeightsInAnotherUnitAreNoMissingOnes) {
+  for (const OpenCells open : {OpenCells::kNone, OpenCells::kAngles, OpenCells::kAnglesAndHeights})
+    ExpectRefusedOfApproximations("filename,x,y,z [ft],omega,phi,kappa\na,1,2,3,0,0,0\n", open,
+                                  {"line 1", "\"z [ft]\"", "metres"});
+}
+
+TEST(OrientationTable, LongitudesAreReferredToVectorFiles) {
+  ExpectRefusedOfApproximations("filename,lon,lat,height\na,1,2,3\n", OpenCells::kAngles,
+                                {"line 1", "longitude", "GeoJSON", "GeoPackage"});
+}
+
+TEST(OrientationTable, ColumnsOfAnglesThatAreNotReadAreNamed) {
+  const auto ignored = [](const std::string& columns) {
+    const auto count = std::count(columns.begin(), columns.end(), ',');
+    std::string text = "filename,x,y,z" + columns + "\na,1,2,3";
+    for (std::ptrdiff_t i = 0; i < count; ++i) text += ",4";
+    return ReadText(text + "\n", OpenCells::kAngles).ignored_angles;
+  };
+  using Names = std::vector<std::string>;
+  EXPECT_EQ(ignored(",Omega [gon],Phi_rad,Kappa(rad)"),
+            (Names{"Omega [gon]", "Phi_rad", "Kappa(rad)"}));
+  EXPECT_EQ(ignored(",yaw,Pitch,roll,heading_deg"), (Names{"yaw", "Pitch", "roll", "heading_deg"}));
+  EXPECT_EQ(ignored(",photographer,time"), Names{});
+  EXPECT_EQ(ignored(",roll"), Names{}) << "the film's number";
+  EXPECT_EQ(ignored(",omega,phi,kappa,yaw"), Names{}) << "nothing is missed";
 }
 
 TEST(OrientationTable, OnlyAnImagesEndingIsNoPartOfItsName) {

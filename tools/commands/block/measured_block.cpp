@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <ostream>
+#include <set>
 
 #include "block/inputs/approximations.h"
 #include "block/inputs/block_camera.h"
@@ -55,6 +56,14 @@ CameraFile OverTheEarth(const BlockFile& block, const CameraFile& camera,
   return over;
 }
 
+OrientationTable Approximations(const BlockFile& block, const Measurements& measured) {
+  OrientationTable table = block::ReadApproximations(block.approximations, block.crs);
+  std::set<std::string> photos;
+  for (const ImagePointMeasurement& point : measured.image_points) photos.insert(point.photo);
+  block::RequireOneCamera(table, block.approximations, photos);
+  return table;
+}
+
 }  // namespace
 
 ExitCode AdjustMeasuredBlock(const BlockFile& block, bool overwrite, std::ostream& out) {
@@ -63,8 +72,7 @@ ExitCode AdjustMeasuredBlock(const BlockFile& block, bool overwrite, std::ostrea
   CameraFile camera = ReadCameraFile(block.camera);
   const Measurements measured = ReadMeasurements(block.measurements);
   block::MeasuredBlockInputs inputs{.camera = camera, .measured = measured};
-  if (!block.approximations.empty())
-    inputs.approximations = block::ReadApproximations(block.approximations, block.crs);
+  if (!block.approximations.empty()) inputs.approximations = Approximations(block, measured);
   inputs.self_calibration = block.adjustment.self_calibration;
   inputs.pose_covariance = block.adjustment.pose_covariance;
   inputs.target_m = block.target_m;
@@ -80,6 +88,8 @@ ExitCode AdjustMeasuredBlock(const BlockFile& block, bool overwrite, std::ostrea
                      done.adjusted.block.photos.size(), done.adjusted.ties,
                      Fixed(done.adjusted.result.sigma0, 2), done.adjusted.result.redundancy);
   for (const std::string& line : TextOf(points)) out << line << "\n";
+  const Findings remarks = block::RemarksOn(inputs.approximations, block.approximations);
+  done.findings.insert(done.findings.end(), remarks.begin(), remarks.end());
   for (const std::string& message : Sentences(done.findings)) out << "note    " << message << "\n";
   return AllOriented(done.results) ? ExitCode::kAllDone : ExitCode::kSomeNotOriented;
 }
