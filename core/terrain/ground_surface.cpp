@@ -14,6 +14,7 @@
 #include "core/terrain/dem_grid.h"
 #include "core/terrain/dem_raster.h"
 #include "core/terrain/grid_mapping.h"
+#include "core/terrain/map_scale.h"
 
 namespace orient {
 namespace {
@@ -173,6 +174,7 @@ GroundSurface GroundSurface::FromFile(const std::string& path, const Crs& block_
   const Bounds extent = BoundsOfImage(
       {corner.x(), corner.y(), corner.x() + window->columns - 1, corner.y() + window->rows - 1},
       block_from_node);
+  RefuseFalseScale(block_crs, extent);  // here, since every command that uses heights comes by
   const auto mapping = frame.MappingTo(corner, extent);
   if (!mapping)
     throw InputError(path +

@@ -20,7 +20,7 @@ class GroundSurface {
   // Reads the part of a raster that covers `bounds` (block CRS, grown by a cell or two); without
   // bounds all of it. A DEM in another CRS is used through the transform of every point, exact
   // to 0.1 mm; heights are taken as they are, in metres. Throws InputError: not readable, no
-  // georeference, no overlap with bounds.
+  // georeference, no overlap with bounds, or block_crs is nowhere true to scale in that part.
   static GroundSurface FromFile(const std::string& path, const Crs& block_crs,
                                 const std::optional<Bounds>& bounds = std::nullopt);
 

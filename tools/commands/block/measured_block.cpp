@@ -15,6 +15,7 @@
 #include "core/base/output_directory.h"
 #include "core/files/adjustment_result.h"
 #include "core/terrain/earth_effects.h"
+#include "core/terrain/map_scale.h"
 #include "tools/commands/exterior_summary.h"
 #include "tools/commands/shared_options.h"
 #include "tools/commands/summary_table.h"
@@ -64,6 +65,16 @@ OrientationTable Approximations(const BlockFile& block, const Measurements& meas
   return table;
 }
 
+// There is no DEM to say where the block lies: its known points and positions do.
+void RefuseFalseScaleOf(const BlockFile& block, const block::MeasuredBlockInputs& inputs) {
+  Bounds area = Bounds::OfNothing();
+  for (const GroundPoint& point : inputs.measured.points)
+    area.Include(point.ground_m.x(), point.ground_m.y());
+  for (const OrientationRow& row : inputs.approximations.rows)
+    area.Include(row.pose.position_m.x(), row.pose.position_m.y());
+  RefuseFalseScale(block.crs, area);
+}
+
 }  // namespace
 
 ExitCode AdjustMeasuredBlock(const BlockFile& block, bool overwrite, std::ostream& out) {
@@ -76,6 +87,7 @@ ExitCode AdjustMeasuredBlock(const BlockFile& block, bool overwrite, std::ostrea
   inputs.self_calibration = block.adjustment.self_calibration;
   inputs.pose_covariance = block.adjustment.pose_covariance;
   inputs.target_m = block.target_m;
+  RefuseFalseScaleOf(block, inputs);
   MakeOutputDirectory(directory);
   block::MeasuredBlock done = block::AdjustMeasurements(inputs);
   camera = OverTheEarth(block, camera, done);
