@@ -286,7 +286,9 @@ void Adjustment::SayWorseThanStated(RowKind kind, Reason reason) {
 }
 
 // An error of the principal distance that the block does not see goes into its flying heights.
+// Where GNSS holds these, both are known about equally well.
 void Adjustment::SayDistancesLeftOpen() {
+  constexpr double kMuchMore = 3;
   for (const CalibrationParameter& parameter : result_->calibration) {
     if (parameter.name != kPrincipalDistanceName || parameter.state == CalibrationState::kEstimated)
       continue;
@@ -298,7 +300,7 @@ void Adjustment::SayDistancesLeftOpen() {
           system_.block.photos[i].camera != parameter.camera)
         continue;
       const double height_m = photo.pose.position_m.z() - MeanGroundHeight(system_, i);
-      if (share * height_m <= std::sqrt(photo.covariance(2, 2))) continue;
+      if (share * height_m <= kMuchMore * std::sqrt(photo.covariance(2, 2))) continue;
       Say(Reason::kDistanceLeftOpen, parameter.sigma);
       break;
     }
