@@ -15,10 +15,10 @@ using Eigen::Vector2d;
 constexpr Index kBorder = 2;   // of the spline's support
 constexpr Index kAtATime = 4;  // pixels
 using Pixels = Eigen::Array<float, kAtATime, 1>;
-constexpr int kMaxIterations = 12;
+constexpr int kMaxIterations = 24;
 // Gauss-Newton's steps are taken as they are; where they have not come to an end by then, as in
 // sharpened scans, whose halo the drawing does not have, they are scaled.
-constexpr int kPlainIterations = 3;
+constexpr int kPlainIterations = 12;
 constexpr double kMinValid = 0.6;  // share of the drawing's pixels that must meet data
 
 // In place: samples to coefficients of the interpolating cubic spline (Unser 1999), zero beyond.
