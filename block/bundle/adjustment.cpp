@@ -43,16 +43,19 @@ class Stopwatch {
   std::chrono::steady_clock::time_point begin_ = std::chrono::steady_clock::now();
 };
 
-// Of the points that the photo shows, in the block's coordinates.
-double MeanGroundHeight(const BlockSystem& system, std::size_t photo) {
-  double sum = 0;
-  int count = 0;
+// Of each photo, of the points that it shows, in the block's coordinates.
+std::vector<double> MeanGroundHeights(const BlockSystem& system) {
+  std::vector<double> heights(system.block.photos.size(), 0);
+  std::vector<int> counts(heights.size(), 0);
   for (std::size_t i = 0; i < system.block.observations.size(); ++i) {
-    if (system.block.observations[i].photo != photo || !system.IsActive(i)) continue;
-    sum += system.GroundOf(system.block.observations[i].point).z();
-    ++count;
+    const ImageObservation& o = system.block.observations[i];
+    if (!system.IsActive(i)) continue;
+    heights[o.photo] += system.GroundOf(o.point).z();
+    ++counts[o.photo];
   }
-  return count > 0 ? sum / count : 0;
+  for (std::size_t i = 0; i < heights.size(); ++i)
+    if (counts[i] > 0) heights[i] /= counts[i];
+  return heights;
 }
 
 class Adjustment {
@@ -288,7 +291,9 @@ void Adjustment::SayWorseThanStated(RowKind kind, Reason reason) {
 // An error of the principal distance that the block does not see goes into its flying heights.
 // Where GNSS holds these, both are known about equally well.
 void Adjustment::SayDistancesLeftOpen() {
+  if (result_->calibration.empty()) return;
   constexpr double kMuchMore = 3;
+  const std::vector<double> ground_m = MeanGroundHeights(system_);
   for (const CalibrationParameter& parameter : result_->calibration) {
     if (parameter.name != kPrincipalDistanceName || parameter.state == CalibrationState::kEstimated)
       continue;
@@ -299,7 +304,7 @@ void Adjustment::SayDistancesLeftOpen() {
       if (photo.state != PhotoState::kAdjusted ||
           system_.block.photos[i].camera != parameter.camera)
         continue;
-      const double height_m = photo.pose.position_m.z() - MeanGroundHeight(system_, i);
+      const double height_m = photo.pose.position_m.z() - ground_m[i];
       if (share * height_m <= kMuchMore * std::sqrt(photo.covariance(2, 2))) continue;
       Say(Reason::kDistanceLeftOpen, parameter.sigma);
       break;

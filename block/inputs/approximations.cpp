@@ -124,15 +124,14 @@ class FlightIndex {
   int name_ = -1, height_ = -1;
 };
 
-// The first few.
+}  // namespace
+
 std::string Listed(const std::vector<std::string>& names) {
   constexpr std::size_t kMost = 5;
   const auto end = names.begin() + static_cast<std::ptrdiff_t>(std::min(names.size(), kMost));
   return fmt::format("{}{}", fmt::join(names.begin(), end, ", "),
                      names.size() > kMost ? ", ..." : "");
 }
-
-}  // namespace
 
 bool IsOrientationTable(const std::string& path) {
   std::string extension = std::filesystem::path(path).extension().string();

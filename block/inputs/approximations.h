@@ -40,6 +40,9 @@ enum class Heights { kRequired, kMayBeAbsent };
 OrientationTable ReadApproximations(const std::string& path, const Crs& crs,
                                     Heights heights = Heights::kRequired);
 
+// The first five, as a message names them.
+std::string Listed(const std::vector<std::string>& names);
+
 // What a person should know of a table read so: columns of angles and rows that are not used.
 Findings RemarksOn(const OrientationTable& table, const std::string& path);
 

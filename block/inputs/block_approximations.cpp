@@ -27,17 +27,6 @@ constexpr double kFocalLengthTolerance = 0.03;
 
 double PositionSigma(const OrientationRow& row) { return row.sigma->head<2>().maxCoeff(); }
 
-std::string Listed(const std::vector<std::string>& names) {
-  constexpr std::size_t kMost = 5;
-  std::string text;
-  for (std::size_t i = 0; i < std::min(names.size(), kMost); ++i) {
-    if (i > 0) text += ", ";
-    text += names[i];
-  }
-  if (names.size() > kMost) text += ", ...";
-  return text;
-}
-
 }  // namespace
 
 bool TeachesStrip(const ExteriorResult& result, const OrientationRow* before) {

@@ -1,7 +1,6 @@
 #include "block/stages/exterior_setting.h"
 
 #include <algorithm>
-#include <set>
 
 #include "block/inputs/approximations.h"
 #include "block/inputs/block_camera.h"
@@ -56,12 +55,6 @@ Bounds Region(const OrientationTable& table, const Camera& camera,
   return region;
 }
 
-std::set<std::string> NamesOf(const std::vector<std::string>& photos) {
-  std::set<std::string> names;
-  for (const std::string& path : photos) names.insert(PhotoName(path));
-  return names;
-}
-
 Crs StoredCrs(const ExteriorRunOptions& options) {
   return patchdb::PatchDatabase::Open(options.patchdb, patchdb::PatchDatabase::Mode::kRead)
       .GroundCrs();
@@ -84,7 +77,8 @@ OrientationTable TableOfFile(const ExteriorRunOptions& options) {
   OrientationTable table =
       ReadApproximations(options.approximations, options.crs ? *options.crs : StoredCrs(options),
                          options.flying_height_m ? Heights::kMayBeAbsent : Heights::kRequired);
-  RequireOneCamera(table, options.approximations, NamesOf(options.photos));
+  const std::vector<std::string> photos = PhotoNames(options.photos);
+  RequireOneCamera(table, options.approximations, {photos.begin(), photos.end()});
   if (options.flying_height_m)
     CompleteHeights(options.dem, BlockCrs(options, table), *options.flying_height_m, &table.rows);
   return table;
@@ -148,14 +142,11 @@ ExteriorSetting PrepareExterior(const ExteriorRunOptions& options) {
   for (const std::string& photo : options.photos)
     RequireKnownMarks(options.measurements, PhotoName(photo), camera);
   OrientationTable table = options.table ? *options.table : TableOfFile(options);
-  if (!options.table) {
-    std::vector<std::string> photos;
-    for (const std::string& path : options.photos) photos.push_back(PhotoName(path));
+  if (!options.table)
     TakePositionsSaid(
-        options.measurements, photos,
+        options.measurements, PhotoNames(options.photos),
         {options.position_sigma_m, options.attitude_sigma_rad, options.kappa_sigma_rad}, {},
         &table.rows);
-  }
   const Crs crs = BlockCrs(options, table);
   GroundSurface surface =
       GroundSurface::FromFile(options.dem, crs, Region(table, camera.camera, options));

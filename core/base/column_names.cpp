@@ -64,7 +64,7 @@ std::string ColumnOfOtherUnit(const std::string& written) {
   const std::size_t unit = name.find_first_not_of(" _", end);
   if (unit == std::string::npos) return "";
   if (name[unit] != '[' && name[unit] != '(' && !units.contains(name.substr(unit))) return "";
-  return ColumnName(name.substr(0, end));
+  return ColumnName(FirstWord(name));
 }
 
 bool NamesAngle(const std::string& written) {

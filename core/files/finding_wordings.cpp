@@ -15,8 +15,7 @@ const std::vector<Wording>& Wordings() {  // NOLINT(readability-function-size): 
        "wrong pixel size (--pixel-size-um; in a block file pixel_size_um under [scan])."},
       {Reason::kMarksMayBeChance, "marks_may_be_chance",
        "The marks found may be due to chance ({value:.1f} nats, {limit:.1f} are needed): too few "
-       "of "
-       "them, too faint, or a wrong camera file. Missing ones can be measured by hand "
+       "of them, too faint, or a wrong camera file. Missing ones can be measured by hand "
        "(--measurements)."},
       {Reason::kTooManyReadings, "too_many_readings",
        "Too many marks and candidates to rule out another interpretation: give orientation, "

@@ -212,8 +212,7 @@ class OrthoRun {
     if (balanced.would_worsen)
       out << fmt::format(
           "note      balancing would bring overlapping photos no closer than the {:.3g} grey "
-          "values "
-          "by which they differ: they keep their own tones\n",
+          "values by which they differ: they keep their own tones\n",
           *balanced.before);
     else if (balanced.before)
       out << fmt::format(

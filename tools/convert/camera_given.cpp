@@ -73,8 +73,7 @@ void RequireSimilar(const ExchangeCamera& file, const ExchangeCamera& given,
   if (in_file <= 0 || std::abs(in_camera / in_file - 1) <= kSameLens) return;
   throw InputError(
       fmt::format("{}: its principal distance is {:.6g} {unit}, that of --camera {:.6g} {unit}; "
-                  "give the camera "
-                  "of these images",
+                  "give the camera of these images",
                   input, in_file, in_camera, fmt::arg("unit", HasPixels(file) ? "px" : "mm")));
 }
 

@@ -36,9 +36,8 @@ void RequireMayHold(const Crs& crs, const Vector3d& mean, const std::string& inp
                     const std::string& remedy) {
   if (MayHold(crs, mean.head<2>())) return;
   throw InputError(
-      fmt::format("{}: the poses are around {:.0f} {:.0f}, far outside the area of {}: "
-                  "{}",
-                  input, mean.x(), mean.y(), Called(crs), remedy));
+      fmt::format("{}: the poses are around {:.0f} {:.0f}, far outside the area of {}: {}", input,
+                  mean.x(), mean.y(), Called(crs), remedy));
 }
 
 }  // namespace
