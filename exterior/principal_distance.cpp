@@ -1,9 +1,14 @@
 #include "exterior/principal_distance.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <cmath>
 #include <map>
+#include <set>
 
+#include "core/base/median.h"
+#include "core/geometry/collinearity.h"
 #include "exterior/judge.h"
 #include "exterior/steps/patch_observation.h"
 
@@ -13,10 +18,17 @@ namespace {
 constexpr int kMaxRounds = 4;
 constexpr double kSettledSigmas = 0.1;
 constexpr double kUndetermined = 0.7;  // of the prior's sigma is left
+constexpr double kNoPrior = 0.05;      // of the principal distance: sigma of next to no prior
+constexpr double kContradictedSigmas = 4, kMovedSigmas = 3;
 
 const FilmPosition& PositionOf(const PhotoToOrient& photo, const ExteriorResult& result) {
   return *std::find_if(photo.positions.begin(), photo.positions.end(),
                        [&](const FilmPosition& p) { return p.orientation == result.orientation; });
+}
+
+PhotoView ViewOf(const PhotoToOrient& photo, const ExteriorResult& result) {
+  const FilmPosition& position = PositionOf(photo, result);
+  return {photo.camera, position.photo_from_pixel, *result.pose, position.film_correction};
 }
 
 std::optional<CorrelatedPose> Free(const PhotoToOrient& photo,
@@ -24,8 +36,7 @@ std::optional<CorrelatedPose> Free(const PhotoToOrient& photo,
                                    const ExteriorResult& result,
                                    const PrincipalDistancePrior& prior) {
   const FilmPosition& position = PositionOf(photo, result);
-  const PhotoView view = {photo.camera, position.photo_from_pixel, *result.pose,
-                          position.film_correction};
+  const PhotoView view = ViewOf(photo, result);
   std::map<std::int64_t, const patchdb::Patch*> by_id;
   for (const patchdb::Patch& patch : patches) by_id[patch.id] = &patch;
   std::vector<PatchObservation> observations;
@@ -43,6 +54,32 @@ std::optional<CorrelatedPose> Free(const PhotoToOrient& photo,
 ExteriorResult NotEstimated(ExteriorResult first) {
   if (first.pose) Add({Reason::kPrincipalDistanceNotEstimated, Status::kWeak}, &first);
   return first;
+}
+
+double MedianHeight_m(const std::vector<patchdb::Patch>& patches, const ExteriorResult& result) {
+  std::set<std::int64_t> matched;
+  for (const PatchResult& match : result.patches)
+    if (match.state == PatchState::kMatched) matched.insert(match.id);
+  std::vector<double> heights_m;
+  for (const patchdb::Patch& patch : patches)
+    if (matched.contains(patch.id)) heights_m.push_back(patch.ground_m.z());
+  return UpperMedian(std::move(heights_m));
+}
+
+// How far apart the two project level ground, at most, over corners, edges and middle of the frame.
+double LargestDifference_px(const PhotoView& one, const PhotoView& other, double height_m) {
+  double largest_px = 0;
+  for (const double i : {-0.5, 0.0, 0.5})
+    for (const double j : {-0.5, 0.0, 0.5}) {
+      const Eigen::Vector2d photo =
+          one.camera.frame_centre_mm + one.camera.frame_mm.cwiseProduct(Eigen::Vector2d(i, j));
+      const auto ray = GroundRayFromPhoto(one.camera, one.pose, photo);
+      if (!ray || ray->direction.z() > -1e-3) continue;
+      const auto there = other.PixelFromGround(
+          ray->origin_m + ray->direction * ((height_m - ray->origin_m.z()) / ray->direction.z()));
+      if (there) largest_px = std::max(largest_px, (*there - one.PixelFromPhoto(photo)).norm());
+    }
+  return largest_px;
 }
 
 }  // namespace
@@ -79,6 +116,27 @@ ExteriorResult OrientWithPrincipalDistance(const PhotoToOrient& photo, const Pho
   if (found_sigma_mm > kUndetermined * sigma_mm)
     Add({Reason::kPrincipalDistanceUndetermined, Status::kOk, found_sigma_mm, sigma_mm}, &result);
   return result;
+}
+
+void JudgePrincipalDistance(const PhotoToOrient& photo, const std::vector<patchdb::Patch>& patches,
+                            ExteriorResult* result) {
+  if (!result->pose || !result->projection_sigma || !Has(result->findings, Reason::kResidualTrend))
+    return;
+  const double stated_mm = photo.camera.principal_distance_mm;
+  const auto free = Free(photo, patches, *result, {stated_mm, kNoPrior * stated_mm});
+  if (!free || !(std::abs(free->principal_distance_mm - stated_mm) >
+                 kContradictedSigmas * free->principal_distance_sigma_mm))
+    return;
+  const PhotoView stated = ViewOf(photo, *result);
+  PhotoView other = stated;
+  other.pose = free->pose;
+  other.camera.principal_distance_mm = free->principal_distance_mm;
+  const double moved_px = LargestDifference_px(stated, other, MedianHeight_m(patches, *result));
+  const bool beyond = moved_px > kMovedSigmas * result->projection_sigma->px;
+  Add({Reason::kPrincipalDistanceContradicted, beyond ? Status::kWeak : Status::kOk,
+       free->principal_distance_mm, stated_mm,
+       fmt::format("its pose differs by up to {:.1f} px in the frame", moved_px)},
+      result);
 }
 
 }  // namespace orient::exterior

@@ -246,6 +246,8 @@ ExteriorResult OrientByPatches(const ExteriorSetting& setting, const exterior::P
   if (setting.options.principal_distance_sigma_mm && !Has(result.findings, Reason::kByPointsAlone))
     result = exterior::OrientWithPrincipalDistance(*photo, image, *patches, as_oriented, result,
                                                    *setting.options.principal_distance_sigma_mm);
+  else
+    exterior::JudgePrincipalDistance(*photo, *patches, &result);
   return result;
 }
 

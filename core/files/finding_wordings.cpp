@@ -225,6 +225,9 @@ const std::vector<Wording>& Wordings() {  // NOLINT(readability-function-size): 
       {Reason::kPrincipalDistanceUndetermined, "principal_distance_undetermined",
        "the photo does not determine its principal distance: its sigma is still {value:.3f} mm "
        "({limit:.3f} mm a priori); over level ground the flying height absorbs it"},
+      {Reason::kPrincipalDistanceContradicted, "principal_distance_contradicted",
+       "the patches fit a principal distance of {value:.3f} mm, not the camera file's {limit:.3f} "
+       "mm: {where}"},
       {Reason::kDemHasHoles, "dem_has_holes",
        "the DEM has no height under {value:.0f} of the {limit:.0f} matched patches: it has a hole "
        "or ends there"},

@@ -94,6 +94,7 @@ enum class Reason {
   kPrincipalDistanceNotConverged,
   kPrincipalDistanceEstimated,
   kPrincipalDistanceUndetermined,
+  kPrincipalDistanceContradicted,
   kDemHasHoles,
   kDemUnlikePatches,
   kDemDatum,

@@ -36,7 +36,7 @@ void PrintExteriorSummary(const std::vector<ExteriorResult>& results, std::ostre
     table.AddRow({result.photo, std::string(Name(result.status)), Matched(result),
                   Fixed(result.sigma0_px, 2), Fixed(Sigma(result, 0, 1, 1), 2),
                   Fixed(Sigma(result, 2, 2, 1), 2), Fixed(Sigma(result, 3, 5, DegFromRad(1)), 4),
-                  result.findings.empty() ? "" : Sentence(result.findings.front())});
+                  MessageCell(result.findings)});
   table.Print(out);
 }
 

@@ -23,13 +23,6 @@
 namespace orient {
 namespace {
 
-// Of several the first, and how many more the result file has.
-std::string Messages(const Findings& findings) {
-  if (findings.empty()) return "";
-  const std::string first = Sentence(findings.front());
-  return findings.size() == 1 ? first : fmt::format("{} (+{} more)", first, findings.size() - 1);
-}
-
 // "r0", or that it is open.
 std::string Orientation(const InteriorResult& result) {
   if (result.orientation) return std::string(orient::Name(*result.orientation));
@@ -152,7 +145,7 @@ class InteriorCommand : public Command {
       table.AddRow({r.photo, std::string(orient::Name(r.status)),
                     fmt::format("{}/{}", CountUsedMarks(r), r.marks.size()), Orientation(r),
                     Fixed(r.sigma0_um, 1), Fixed(r.margin, 1), Fixed(r.pixel_size_um, 2),
-                    Messages(r.findings)});
+                    MessageCell(r.findings)});
       all = all && r.status != Status::kFailed;
     }
     table.Print(out);

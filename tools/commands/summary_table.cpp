@@ -1,5 +1,7 @@
 #include "tools/commands/summary_table.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <ostream>
 #include <stdexcept>
@@ -48,6 +50,15 @@ void SummaryTable::Print(std::ostream& out) const {
     line.erase(line.find_last_not_of(' ') + 1);
     out << line << "\n";
   }
+}
+
+std::string MessageCell(const Findings& findings) {
+  if (findings.empty()) return "";
+  const std::string told =
+      Sentence(*std::find_if(findings.begin(), findings.end(), [&](const Finding& finding) {
+        return finding.at_best == StatusOf(findings);
+      }));
+  return findings.size() == 1 ? told : fmt::format("{} (+{} more)", told, findings.size() - 1);
 }
 
 }  // namespace orient

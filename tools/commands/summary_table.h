@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "core/base/number_text.h"
+#include "core/files/finding.h"
 
 namespace orient {
 
@@ -21,5 +22,9 @@ class SummaryTable {
  private:
   std::vector<std::vector<std::string>> rows_;  // the header first
 };
+
+// Of several findings the first of those that decide the status, and how many more the result file
+// has.
+std::string MessageCell(const Findings& findings);
 
 }  // namespace orient

@@ -45,5 +45,13 @@ TEST(SummaryTable, NumbersThatAreNotKnownAreADash) {
   EXPECT_EQ(Fixed(std::numeric_limits<double>::quiet_NaN(), 2), "-");
 }
 
+TEST(MessageCell, TellsWhatDecidesTheStatusBeforeRemarks) {
+  EXPECT_EQ(MessageCell({}), "");
+  const Finding remark{.reason = Reason::kPrincipalDistanceNotConverged};
+  const Finding weak{.reason = Reason::kPrincipalDistanceNotEstimated, .at_best = Status::kWeak};
+  EXPECT_EQ(MessageCell({remark}), Sentence(remark));
+  EXPECT_EQ(MessageCell({remark, weak}), Sentence(weak) + " (+1 more)");
+}
+
 }  // namespace
 }  // namespace orient
