@@ -3,6 +3,8 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <set>
+#include <string>
 
 #include "exterior/steps/evidence.h"
 
@@ -76,9 +78,20 @@ Findings Judge(const JudgedPose& pose) {
   if (pose.spread < kSpreadForOk) weak(Reason::kPoorSpread, 100 * pose.spread, 100 * kSpreadForOk);
   if (!(pose.worst_sigma_px <= pose.target_px))
     weak(Reason::kPoorlyDetermined, pose.worst_sigma_px, pose.target_px);
+  for (const ContradictedSource& source : pose.sources.contradicted)
+    findings.push_back({.reason = Reason::kSourceContradicted,
+                        .at_best = IsUndecided(pose.sources) ? Status::kWeak : Status::kOk,
+                        .value = source.shift_px.norm(),
+                        .limit = source.found - source.used,
+                        .where = std::to_string(source.source)});
+  // The largest of all residuals, and of each source: the others are the same seen otherwise.
+  std::set<std::optional<std::int64_t>> told;
   for (const ResidualTrend& trend : pose.trends)
-    findings.push_back(
-        {.reason = Reason::kResidualTrend, .value = trend.rms_px, .where = Told(trend)});
+    if (told.insert(trend.source).second)
+      findings.push_back({.reason = Reason::kResidualTrend,
+                          .at_best = trend.rms_px > pose.target_px ? Status::kWeak : Status::kOk,
+                          .value = trend.rms_px,
+                          .where = Told(trend)});
   return findings;
 }
 

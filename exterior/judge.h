@@ -6,6 +6,7 @@
 #include <string>
 
 #include "core/files/results.h"
+#include "exterior/contradicted_sources.h"
 #include "exterior/steps/photo_to_orient.h"
 #include "exterior/steps/residual_trends.h"
 
@@ -32,9 +33,10 @@ struct JudgedPose {
   double worst_sigma_px = 0;  // of the projection, in the frame's worst corner
   double target_px = 1;       // what that may be at most
   bool contradicts_prior = false;
-  double prior_sigmas = 0;    // how far from the approximation, in its sigmas
-  bool prior_counts = false;  // its accuracy was stated
-  std::vector<ResidualTrend> trends;
+  double prior_sigmas = 0;            // how far from the approximation, in its sigmas
+  bool prior_counts = false;          // its accuracy was stated
+  std::vector<ResidualTrend> trends;  // the largest first
+  SourceVotes sources;
 };
 
 // log10 of how often chance may lead to a pose that is accepted: as the options say, or half as

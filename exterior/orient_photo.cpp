@@ -314,7 +314,8 @@ ExteriorResult Told(const PhotoTask& task, SettledPose pose) {
   NameContradicting(view, pose.rounds, task, &result);
   const double pixel_m = view.GroundPixel(MeanHeight(task, round));
   result.target_m = Target_m(task, round, view);
-  const JudgedPose judged = ToJudge(task, round, pose.matches.places, pose.track, *result.target_m);
+  JudgedPose judged = ToJudge(task, round, pose.matches.places, pose.track, *result.target_m);
+  judged.sources = VotesOf(result.patches, task.patches);
   result.projection_sigma = ProjectionSigmaOf(judged.worst_sigma_px, pixel_m);
   result.findings = Judge(judged);
   const FilmPosition& position = pose.track.position;

@@ -181,6 +181,9 @@ const std::vector<Wording>& Wordings() {  // NOLINT(readability-function-size): 
        "uncertain by {value:.2f} px, the target is {limit:.2f} px"},
       {Reason::kResidualTrend, "residual_trend",
        "the residuals show a {where} of {value:.2f} px (RMS); the covariance allows for it"},
+      {Reason::kSourceContradicted, "source_contradicted",
+       "{limit:.0f} patches of source {where} agree with one another and not with the pose: they "
+       "lie {value:.1f} px beside it; either that source is wrong or those that were used"},
       {Reason::kPointsContradictOneAnother, "points_contradict_one_another",
        "the measured ground points contradict one another, and nothing tells which is wrong: "
        "{where}; "

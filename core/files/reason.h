@@ -78,6 +78,7 @@ enum class Reason {
   kPoorSpread,
   kPoorlyDetermined,
   kResidualTrend,
+  kSourceContradicted,
   kPointsContradictOneAnother,
   kPointsOnNoPose,
   kTooFewPoints,

@@ -1,0 +1,102 @@
+// Sources that contradict a pose as a whole, and those of which single patches do.
+#include "exterior/contradicted_sources.h"
+
+#include <gtest/gtest.h>
+
+#include <random>
+
+#include "exterior/judge.h"
+
+namespace orient::exterior {
+namespace {
+
+struct Patches {
+  std::vector<patchdb::Patch> patches;
+  std::vector<PatchResult> results;
+
+  void Add(std::int64_t source, PatchState state, const Eigen::Vector2d& residual_px) {
+    patchdb::Patch patch;
+    patch.id = std::ssize(patches) + 1;
+    patch.source_id = source;
+    PatchResult result;
+    result.id = patch.id;
+    result.state = state;
+    if (state != PatchState::kNotFound) result.residual_px = residual_px;
+    patches.push_back(std::move(patch));
+    results.push_back(std::move(result));
+  }
+  // `used` ones around the pose, `displaced` ones around the shift.
+  void AddSource(std::int64_t source, int used, int displaced, const Eigen::Vector2d& shift_px) {
+    for (int i = 0; i < used; ++i) Add(source, PatchState::kMatched, Noise());
+    for (int i = 0; i < displaced; ++i) Add(source, PatchState::kRejected, shift_px + Noise());
+  }
+  SourceVotes Votes() const { return VotesOf(results, patches); }
+  Findings Judged() const {
+    return Judge({.places = 100, .spread = 0.5, .worst_sigma_px = 0.2, .sources = Votes()});
+  }
+
+ private:
+  Eigen::Vector2d Noise() { return 0.2 * Eigen::Vector2d(normal_(random_), normal_(random_)); }
+  std::mt19937 random_{3};
+  std::normal_distribution<double> normal_;
+};
+
+TEST(VotesOf, AnotherSourceThatIsDisplacedAsAWholeLeavesOpenWhichIsWrong) {
+  Patches patches;
+  patches.AddSource(1, 300, 10, {2, 2});
+  patches.AddSource(2, 0, 140, {-3, 2});
+  const SourceVotes votes = patches.Votes();
+  ASSERT_EQ(votes.contradicted.size(), 1u);
+  EXPECT_EQ(votes.contradicted.front().source, 2);
+  EXPECT_EQ(votes.contradicted.front().found, 140);
+  EXPECT_NEAR(votes.contradicted.front().shift_px.x(), -3, 0.1);
+  EXPECT_NEAR(votes.contradicted.front().shift_px.y(), 2, 0.1);
+  EXPECT_TRUE(IsUndecided(votes));
+  const Findings findings = patches.Judged();
+  ASSERT_TRUE(Has(findings, Reason::kSourceContradicted));
+  EXPECT_EQ(StatusOf(findings), Status::kWeak);
+}
+
+TEST(VotesOf, TwoSourcesOutvoteOne) {
+  Patches patches;
+  patches.AddSource(1, 200, 0, {0, 0});
+  patches.AddSource(2, 150, 0, {0, 0});
+  patches.AddSource(3, 0, 140, {-3, 2});
+  EXPECT_EQ(patches.Votes().agreeing_sources, 2);
+  EXPECT_FALSE(IsUndecided(patches.Votes()));
+  EXPECT_TRUE(Has(patches.Judged(), Reason::kSourceContradicted));
+  EXPECT_EQ(StatusOf(patches.Judged()), Status::kOk);
+}
+
+TEST(VotesOf, AFewPatchesOfAnotherSourceAreNoRivalOfHundreds) {
+  Patches patches;
+  patches.AddSource(1, 300, 0, {0, 0});
+  patches.AddSource(2, 0, 30, {-3, 2});
+  EXPECT_FALSE(IsUndecided(patches.Votes()));
+  EXPECT_EQ(StatusOf(patches.Judged()), Status::kOk);
+}
+
+TEST(VotesOf, WrongMatchesThatLieAnyhowAreNoContradiction) {
+  Patches patches;
+  patches.AddSource(1, 300, 0, {0, 0});
+  std::mt19937 random(4);
+  std::uniform_real_distribution<double> anywhere(-5, 5);
+  for (int i = 0; i < 100; ++i)
+    patches.Add(2, PatchState::kRejected, {anywhere(random), anywhere(random)});
+  EXPECT_TRUE(patches.Votes().contradicted.empty());
+  EXPECT_EQ(StatusOf(patches.Judged()), Status::kOk);
+}
+
+TEST(VotesOf, ElevenPatchesHaveNoSayAndThoseNotFoundNeither) {
+  Patches patches;
+  patches.AddSource(1, 40, 0, {0, 0});
+  patches.AddSource(2, 0, 11, {-3, 2});
+  for (int i = 0; i < 50; ++i) patches.Add(2, PatchState::kNotFound, {0, 0});
+  EXPECT_TRUE(patches.Votes().contradicted.empty());
+  EXPECT_EQ(patches.Votes().agreeing_sources, 1);
+  EXPECT_TRUE(Patches().Votes().contradicted.empty());
+  EXPECT_FALSE(IsUndecided(Patches().Votes()));
+}
+
+}  // namespace
+}  // namespace orient::exterior
