@@ -75,7 +75,8 @@ bool NamesAngle(const std::string& written) {
 
 std::map<std::string, std::size_t> ColumnPlaces(const std::vector<std::string>& written,
                                                 std::optional<std::size_t>* twice) {
-  constexpr std::array kPhoto = {"filename", "photo", "image", "label", "name", "id"};
+  constexpr std::array kPhoto = {"filename",  "photo", "photoid", "image",
+                                 "imagename", "label", "name",    "id"};
   std::map<std::string, std::size_t> places;
   for (std::size_t i = 0; i < written.size(); ++i)
     if (!places.emplace(ColumnName(written[i]), i).second && !*twice) *twice = i;

@@ -72,8 +72,25 @@ void TableText::Fail(const TableCell& cell, const std::string& complaint) const 
   throw InputError(fmt::format("{}, line {}, column {}: {}", path_, line_, cell.column, complaint));
 }
 
+namespace {
+
+std::vector<TableCell> Words(const std::string& line) {
+  constexpr const char* kBlank = " \t";
+  std::vector<TableCell> words;
+  std::size_t begin = line.find_first_not_of(kBlank);
+  while (begin != std::string::npos) {
+    const std::size_t end = std::min(line.find_first_of(kBlank, begin), line.size());
+    words.push_back({line.substr(begin, end - begin), begin + 1});
+    begin = line.find_first_not_of(kBlank, end);
+  }
+  return words;
+}
+
+}  // namespace
+
 // A quoted cell may hold commas and doubled quotes (no line breaks, they have no place in a name).
 std::vector<TableCell> TableText::Split(const std::string& line) const {
+  if (delimiter_ == ' ') return Words(line);
   std::vector<TableCell> cells;
   for (std::size_t i = 0; i <= line.size(); ++i) {  // i: first character of a cell
     const std::size_t first = FirstInk(line, i);

@@ -10,6 +10,7 @@
 #include <numbers>
 #include <set>
 #include <stdexcept>
+#include <utility>
 
 #include "core/base/atomic_write.h"
 #include "core/base/column_names.h"
@@ -29,6 +30,7 @@ constexpr std::array<const char*, 6> kSigmaColumns = {"sigma_x",     "sigma_y", 
                                                       "sigma_omega", "sigma_phi", "sigma_kappa"};
 constexpr int kLargestSigma = 1000000;  // metres, degrees
 constexpr const char* kDateColumn = "date";
+constexpr std::array kDelimiters = {',', ';', '\t', ' '};
 constexpr const char* kHeader = "filename,x,y,z,omega,phi,kappa";
 
 constexpr const char* kHeightRemedy =
@@ -42,6 +44,8 @@ struct Columns {
   size_t count = 0;
   OpenCells open = OpenCells::kNone;
   bool has_sigmas = false;
+  char delimiter = ',';  // of the header and, but for that of a comment, of the rows
+  bool in_comment = false;
   std::vector<std::string> ignored_angles;
 
   bool Has(const char* name) const { return index.contains(name); }
@@ -129,18 +133,18 @@ bool IsHeader(const std::vector<TableCell>& cells, OpenCells open) {
 
 // The first line that is no comment, or a comment that is a header ("#Label,X/Easting,..."); sets
 // the table's delimiter: the one by which the header is one, a comma by default.
-std::vector<TableCell> HeaderCells(TableText* text, OpenCells open) {
+std::vector<TableCell> HeaderCells(TableText* text, OpenCells open, Columns* columns) {
   std::string line;
   while (text->NextText(&line)) {
-    const bool comment = TableText::IsComment(line);
+    const bool comment = columns->in_comment = TableText::IsComment(line);
     if (comment) line[line.find('#')] = ' ';
-    for (const char delimiter : {',', ';', '\t'}) {
-      text->SetDelimiter(delimiter);
+    for (const char delimiter : kDelimiters) {
+      text->SetDelimiter(columns->delimiter = delimiter);
       // An apostrophe or a quote in a comment closes nowhere.
       if (comment && line.find('"') != std::string::npos) continue;
       if (std::vector<TableCell> cells = text->Split(line); IsHeader(cells, open)) return cells;
     }
-    text->SetDelimiter(',');
+    text->SetDelimiter(columns->delimiter = ',');
     if (!comment) return text->Split(line);
   }
   text->Fail(fmt::format("the table is empty; it starts with the header {}", kHeader));
@@ -159,8 +163,8 @@ bool HasSigmas(const TableText& text, const Columns& columns) {
 }
 
 Columns ReadHeader(TableText* text, OpenCells open) {
-  const std::vector<TableCell> cells = HeaderCells(text, open);
   Columns columns;
+  const std::vector<TableCell> cells = HeaderCells(text, open, &columns);
   columns.count = cells.size();
   columns.open = open;
   std::optional<size_t> twice;
@@ -172,6 +176,26 @@ Columns ReadHeader(TableText* text, OpenCells open) {
   columns.has_sigmas = HasSigmas(*text, columns);
   if (open != OpenCells::kNone) columns.ignored_angles = IgnoredAngles(cells, columns);
   return columns;
+}
+
+// The next row's cells; false at the end. A header in a comment may be separated otherwise than the
+// rows (Metashape's: commas, and tabs): theirs is the delimiter that gives as many cells.
+bool NextRow(TableText* text, Columns* columns, std::vector<TableCell>* cells) {
+  std::string line;
+  do {
+    if (!text->NextText(&line)) return false;
+  } while (TableText::IsComment(line));
+  *cells = text->Split(line);
+  if (!std::exchange(columns->in_comment, false)) return true;
+  for (const char delimiter : kDelimiters) {
+    if (cells->size() == columns->count) return true;
+    text->SetDelimiter(delimiter);
+    *cells = text->Split(line);
+  }
+  if (cells->size() == columns->count) return true;
+  text->SetDelimiter(columns->delimiter);
+  *cells = text->Split(line);
+  return true;
 }
 
 // The cell of a column; null where there is no such column, or nothing in the cell.
@@ -245,7 +269,10 @@ double ReadValue(const TableText& text, const Columns& columns, const std::vecto
 OrientationRow ReadRow(const TableText& text, const Columns& columns,
                        const std::vector<TableCell>& cells) {
   if (cells.size() != columns.count)
-    text.Fail(fmt::format("the line has {} cells and the header {}", cells.size(), columns.count));
+    text.Fail(fmt::format("the line has {} cells and the header {}{}", cells.size(), columns.count,
+                          columns.delimiter == ' '
+                              ? "; separate the cells by commas or tabs where names hold blanks"
+                              : ""));
   OrientationRow row;
   const TableCell& name = cells[columns.index.at("filename")];
   row.photo = WithoutImageEnding(std::string(TextOfCell(name.text)));
@@ -314,12 +341,12 @@ const OrientationRow* OrientationTable::Find(const std::string& photo) const {
 
 OrientationTable ReadOrientationTable(const std::string& path, OpenCells open) {
   TableText text(path);
-  const Columns columns = ReadHeader(&text, open);
+  Columns columns = ReadHeader(&text, open);
   OrientationTable table;
   table.ignored_angles = columns.ignored_angles;
   std::set<std::string> names;
   std::vector<TableCell> cells;
-  while (text.NextLine(&cells)) {
+  while (NextRow(&text, &columns, &cells)) {
     OrientationRow row = ReadRow(text, columns, cells);
     if (!names.insert(row.photo).second)
       text.Fail(cells[columns.index.at("filename")],

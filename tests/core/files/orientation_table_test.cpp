@@ -86,6 +86,45 @@ TEST(OrientationTable, HeadersOfOtherProgramsAreUnderstood) {
   }
 }
 
+// Rx(omega) Ry(phi) Rz(kappa) in degrees in both, as here; Metashape's matrix is not read.
+TEST(OrientationTable, CamerasExportedByMetashapeAreRead) {
+  const std::string header =
+      "# Cameras (2)\n# PhotoID, X, Y, Z, Omega, Phi, Kappa, r11, r12, r13, r21, r22, r23, r31, "
+      "r32, "
+      "r33\n";
+  const std::string matrix_rows = "\t1\t0\t0\t0\t1\t0\t0\t0\t1\n";
+  for (const bool commas : {false, true}) {
+    std::string text = header + "strip 2, no. 7\t500123.25\t5000321.5\t1823.75\t1\t-2\t91" +
+                       matrix_rows + "4712.tif\t500823\t5000321\t1824\t0\t0\t90" + matrix_rows;
+    if (commas) {
+      text.replace(text.find("2, no"), 2, "2");
+      std::replace(text.begin(), text.end(), '\t', ',');
+    }
+    const OrientationTable table = ReadText(text);
+    ASSERT_EQ(table.rows.size(), 2u);
+    EXPECT_EQ(table.rows[0].photo, commas ? "strip 2 no. 7" : "strip 2, no. 7");
+    EXPECT_EQ(table.rows[0].pose.position_m, Eigen::Vector3d(500123.25, 5000321.5, 1823.75));
+    EXPECT_EQ(table.rows[0].pose.opk_rad,
+              Eigen::Vector3d(RadFromDeg(1), RadFromDeg(-2), RadFromDeg(91)));
+    EXPECT_EQ(table.rows[1].photo, "4712");
+  }
+  ExpectRefused(header + "a\t1\t2\t3\t0\t0\n", {"line 3", "the header 16"});
+}
+
+TEST(OrientationTable, CameraParametersOfPix4dAreRead) {
+  const std::string header = "imageName X Y Z Omega Phi Kappa \n";
+  const OrientationTable table = ReadText(
+      header +
+      "DSC_0157.JPG 332081.126 3488911.819856  4093.688402 -2.946680 3.053212 119.804001\r\n"
+      "DSC_0158.JPG 332181.126 3488911.819856 4093.688402 0 0 0\n");
+  ASSERT_EQ(table.rows.size(), 2u);
+  EXPECT_EQ(table.rows[0].photo, "DSC_0157");
+  EXPECT_EQ(table.rows[0].pose.position_m,
+            Eigen::Vector3d(332081.126, 3488911.819856, 4093.688402));
+  EXPECT_DOUBLE_EQ(table.rows[0].pose.opk_rad.z(), RadFromDeg(119.804001));
+  ExpectRefused(header + "DSC 0157.JPG 1 2 3 0 0 0\n", {"line 2", "8 cells", "7", "tabs"});
+}
+
 TEST(OrientationTable, OtherUnitsAndTwoColumnsOfOneMeaningAreRefused) {
   ExpectRefused("filename,x,y,z,omega[gon],phi[gon],kappa[gon]\np,1,2,3,0,0,0\n",
                 {"no column \"omega\"", "omega[gon]", "degrees"});
