@@ -1,8 +1,11 @@
 #include "block/plan.h"
 
+#include <fmt/format.h>
+
 #include <set>
 
 #include "block/block_folder.h"
+#include "block/inputs/block_files.h"
 #include "block/stages/exterior_inputs.h"
 #include "core/base/error.h"
 #include "core/files/orientation_table.h"
@@ -74,6 +77,9 @@ std::vector<std::string> PlanBlock(const BlockInputs& inputs) {
     line(false, "adjust    the block");
   }
   line(false, "write     " + block.output_directory + "/orientation.csv, block.gpkg, report.html");
+  for (const std::string& format : block.formats)
+    line(false, fmt::format("write     {}/{}/{}", block.output_directory, kExportsFolder, format));
+  if (block.ortho) line(false, "ortho     " + block.output_directory + "/ortho");
   return lines;
 }
 

@@ -38,6 +38,27 @@ TEST_F(ChangedBlock, APhotoThatLeavesTheBlockIsSetAsideAndMayComeBack) {
   EXPECT_EQ(ReadFile(Path("out/new_1_2.exterior.json")), result);
 }
 
+TEST_F(ChangedBlock, ThePlanNamesExportsAndOrthophotos) {
+  Edit("block.toml", "[output]", "[ortho]\n[output]\nformats = [\"patb\", \"colmap\"]");
+  const ProgramRun plan = Block({"--plan"});
+  EXPECT_EQ(plan.exit_code, 0) << plan.err;
+  for (const std::string file : {"exports/patb", "exports/colmap"})
+    EXPECT_NE(plan.out.find("do    write     " + Path("out/" + file) + "\n"), std::string::npos)
+        << plan.out;
+  EXPECT_NE(plan.out.find("do    ortho     " + Path("out/ortho") + "\n"), std::string::npos)
+      << plan.out;
+}
+
+TEST_F(ChangedBlock, ThePlanOfAFinishedBlockIsRefusedAsItsRunIs) {
+  ASSERT_EQ(Block().exit_code, 0);
+  const ProgramRun run = Block(), plan = Block({"--plan"});
+  EXPECT_EQ(plan.exit_code, 1) << plan.out;
+  EXPECT_EQ(plan.out, "");
+  EXPECT_NE(plan.err.find("exists already"), std::string::npos) << plan.err;
+  EXPECT_EQ(plan.err, run.err);
+  EXPECT_EQ(Block({"--plan", "--resume"}).exit_code, 0);
+}
+
 TEST_F(ChangedBlock, RowsForPhotosThatAreNotThereAreNamed) {
   OrientationTable table = ReadOrientationTable(Path("approx.csv"));
   for (const char* name : {"ghost", "phantom"}) {

@@ -208,7 +208,7 @@ TEST_F(BlockCommandOnFilm, PlansWhatARunWouldDo) {
   Replace("\"positive\"", "\"negative\"");
   EXPECT_NE(Plan({"--resume"}).second.find("do    interior  new_1_1"), std::string::npos);
   Replace("EPSG:32635", "EPSG:32631");
-  const auto [code, said] = Plan();
+  const auto [code, said] = Plan({"--resume"});
   EXPECT_EQ(code, 2) << said;
   EXPECT_NE(said.find("use a patch database in the block's CRS"), std::string::npos) << said;
 }

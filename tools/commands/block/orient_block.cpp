@@ -72,6 +72,7 @@ class BlockCommand : public Command {
     if (!stage_.empty()) return RunStage(std::move(options), out);
     const std::string& directory = options.block.output_directory;
     options.resume = !overwrite_ && (resume_ || block::IsUnfinished(directory));
+    RefuseToOverwrite(Results(options.block), overwrite_ || options.resume, "--resume");
     if (plan_ && !FindBlockControl(library_, &options.block)) {
       out << "control  " << options.block.patchdb
           << " is made first; the plan for the photos depends on it\n";
@@ -81,7 +82,6 @@ class BlockCommand : public Command {
       for (const std::string& line : PlanBlock(block::BlockInputs(options))) out << line << "\n";
       return ExitCode::kAllDone;
     }
-    RefuseToOverwrite(Results(options.block), overwrite_ || options.resume, "--resume");
     if (options.resume && !resume_) out << "continues the interrupted run in " << directory << "\n";
     for (const UnusablePhoto& photo : options.block.unusable)
       out << "cannot  " << photo.name << ": " << photo.reason << "\n";
