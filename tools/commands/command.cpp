@@ -1,6 +1,7 @@
 #include "tools/commands/command.h"
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include <CLI/CLI.hpp>
 #include <algorithm>
@@ -107,20 +108,55 @@ std::vector<std::string> CommandsOf(const CLI::App& app) {
   return names;
 }
 
-// What is known here and written nearly like one of these words; empty where none is.
+// An option that is known here and written nearly like one of these; empty where none is.
 std::string DidYouMean(const CLI::App& parser, const std::vector<std::string>& arguments) {
-  const CLI::App& app = AskedApp(parser);
-  std::vector<std::string> names = CommandsOf(app);
-  for (const CLI::Option* option : app.get_options())
+  std::vector<std::string> names;
+  for (const CLI::Option* option : AskedApp(parser).get_options())
     for (const std::string& name : option->get_lnames()) names.push_back("--" + name);
   for (const std::string& argument : arguments) {
     const std::string word = argument.substr(0, argument.find('='));
-    if (std::find(names.begin(), names.end(), word) != names.end()) continue;
-    const bool is_command = !word.starts_with("--") && !app.get_subcommands(nullptr).empty();
+    if (!word.starts_with("--") || std::find(names.begin(), names.end(), word) != names.end())
+      continue;
     const std::string nearest = NearestWord(word, {names.begin(), names.end()});
-    if (!nearest.empty() && (is_command || word.starts_with("--")) &&
-        nearest.starts_with("--") == word.starts_with("--"))
-      return fmt::format("'{}': did you mean {}?\n", argument, nearest);
+    if (!nearest.empty()) return fmt::format("'{}': did you mean {}?", argument, nearest);
+  }
+  return "";
+}
+
+std::string NoCommand(const std::string& word, const CLI::App& app) {
+  const std::vector<std::string> names = CommandsOf(app);
+  const std::string nearest = NearestWord(word, {names.begin(), names.end()});
+  return fmt::format("there is no command '{}'", word) +
+         (nearest.empty() ? fmt::format("; the commands are {}", fmt::join(names, ", "))
+                          : ": did you mean " + nearest + "?");
+}
+
+bool TakesWords(const CLI::App& app) {
+  const std::vector<const CLI::Option*> options = app.get_options();
+  return std::any_of(options.begin(), options.end(),
+                     [](const CLI::Option* option) { return option->get_positional(); });
+}
+
+// What stands where the command, or a command's own one, should: a word that is none, or an option
+// that commands have. Empty where neither is wrong.
+std::string WrongCommand(const CLI::App& parser, const std::vector<std::string>& arguments) {
+  const CLI::App* app = &parser;
+  for (const std::string& argument : arguments) {
+    const std::string word = argument.substr(0, argument.find('='));
+    if (word.starts_with("-")) {
+      const auto commands = parser.get_subcommands(nullptr);
+      const bool known = std::any_of(commands.begin(), commands.end(), [&](const CLI::App* one) {
+        return one->get_option_no_throw(word) != nullptr;
+      });
+      if (app != &parser || !known || parser.get_option_no_throw(word) != nullptr) return "";
+      return fmt::format("options follow the command: orient COMMAND ... {}", word);
+    }
+    const std::vector<std::string> names = CommandsOf(*app);
+    if (std::find(names.begin(), names.end(), argument) == names.end()) {
+      const bool meant = !NearestWord(argument, {names.begin(), names.end()}).empty();
+      return !names.empty() && (meant || !TakesWords(*app)) ? NoCommand(argument, *app) : "";
+    }
+    app = app->get_subcommand(argument);
   }
   return "";
 }
@@ -131,9 +167,10 @@ int ReportParseError(const CLI::App& parser, const CLI::ParseError& error,
   if (error.get_exit_code() == static_cast<int>(CLI::ExitCodes::Success))
     return parser.exit(error, out, err);  // --help and --version are no errors
   // What CLI11 says of a misspelt word is what it misses because of that.
-  const std::string meant = DidYouMean(parser, arguments);
-  err << "orient: " << (meant.empty() ? std::string(error.what()) + "\n" : meant) << "Try '"
-      << AskedCommand(parser) << " --help'.\n";
+  std::string wrong = WrongCommand(parser, arguments);
+  if (wrong.empty()) wrong = DidYouMean(parser, arguments);
+  err << "orient: " << (wrong.empty() ? error.what() : wrong) << "\nTry '" << AskedCommand(parser)
+      << " --help'.\n";
   return static_cast<int>(ExitCode::kBadUsage);
 }
 
@@ -144,11 +181,8 @@ void RequireKnown(const CLI::App& parser, const std::vector<std::string>& argume
   const CLI::App* app = &parser;
   for (std::size_t i = 1; i < arguments.size() && !arguments[i].starts_with("-"); ++i) {
     const std::vector<std::string> names = CommandsOf(*app);
-    if (std::find(names.begin(), names.end(), arguments[i]) == names.end()) {
-      const std::string nearest = NearestWord(arguments[i], {names.begin(), names.end()});
-      throw UsageError(fmt::format("there is no command '{}'{}", arguments[i],
-                                   nearest.empty() ? "" : ": did you mean " + nearest + "?"));
-    }
+    if (std::find(names.begin(), names.end(), arguments[i]) == names.end())
+      throw UsageError(NoCommand(arguments[i], *app));
     app = app->get_subcommand(arguments[i]);
   }
 }

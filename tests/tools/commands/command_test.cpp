@@ -206,6 +206,28 @@ TEST(Command, WhatIsWrittenNearlyRightIsNamed) {
       << "a file's name is no option";
 }
 
+TEST(Command, AWordThatIsNoCommandIsNamedWithThoseThereAre) {
+  const Outcome one = RunWith({"juggle", "x"});
+  EXPECT_EQ(one.code, 1);
+  EXPECT_TRUE(Contains(one.err, "there is no command 'juggle'; the commands are ")) << one.err;
+  EXPECT_TRUE(Contains(one.err, "measure, ")) << one.err;
+  EXPECT_TRUE(Contains(RunWith({"help", "juggle"}).err, "the commands are")) << "told the same way";
+  const Outcome nested = RunWith({"store", "juggle"});
+  EXPECT_EQ(nested.code, 1);
+  EXPECT_TRUE(Contains(nested.err, "no command 'juggle'; the commands are create")) << nested.err;
+}
+
+TEST(Command, OptionsBeforeTheCommandAreRefusedWithAWord) {
+  for (const std::string option : {"--log-json=x.json", "--quiet", "--scale"}) {
+    const Outcome run = RunWith({option, "measure", "a.txt"});
+    EXPECT_EQ(run.code, 1);
+    EXPECT_TRUE(Contains(run.err, "options follow the command: orient COMMAND ... " +
+                                      option.substr(0, option.find('='))))
+        << run.err;
+  }
+  EXPECT_FALSE(Contains(RunWith({"--juggle", "measure", "a.txt"}).err, "follow the command"));
+}
+
 TEST(Command, EveryExceptionHasItsExitCodeAndOneLine) {
   const Outcome usage =
       RunWith({"measure", "a"}, []() -> ExitCode { throw UsageError("no such locator"); });
