@@ -1,5 +1,7 @@
 #include "tools/commands/patchdb/filter_options.h"
 
+#include <fmt/format.h>
+#include <fmt/ranges.h>
 #include <gdal_priv.h>
 #include <ogrsf_frmts.h>
 
@@ -48,6 +50,18 @@ void ToCrs(const std::string& definition, const Crs& crs, const std::string& pat
       if (!there) throw InputError(path + ": its polygon cannot be transformed to " + crs.Name());
       point = *there;
     }
+}
+
+// Throws InputError where no patch has one of these numbers.
+void RequireThere(const patchdb::PatchDatabase& database, const std::vector<std::int64_t>& ids) {
+  if (ids.empty()) return;
+  patchdb::PatchFilter these;
+  these.ids = ids;
+  std::vector<std::int64_t> absent = ids;
+  for (const std::int64_t id : patchdb::ChooseIds(database, these)) std::erase(absent, id);
+  if (!absent.empty())
+    throw InputError(fmt::format("{} has no patch {}; 'orient patchdb list' has their numbers",
+                                 database.Path(), fmt::join(absent, ", ")));
 }
 
 std::string WktOf(const OGRSpatialReference& crs) {
@@ -110,7 +124,8 @@ void FilterOptions::DeclareRetired(CLI::App& app) {
       ->check(WhyNoDate);
 }
 
-patchdb::PatchFilter FilterOptions::Filter(const patchdb::PatchDatabase& database) const {
+patchdb::PatchFilter FilterOptions::Filter(const patchdb::PatchDatabase& database,
+                                           AbsentIds absent) const {
   patchdb::PatchFilter filter;
   if (!box_.empty()) {
     if (!std::all_of(box_.begin(), box_.end(), [](double value) { return std::isfinite(value); }))
@@ -122,6 +137,7 @@ patchdb::PatchFilter FilterOptions::Filter(const patchdb::PatchDatabase& databas
   if (!polygon_.empty()) filter.polygon = ReadPolygon(polygon_, database.GroundCrs());
   if (state_ != "all")
     filter.life = state_ == "active" ? patchdb::PatchLife::kActive : patchdb::PatchLife::kRetired;
+  if (absent == AbsentIds::kRefuse) RequireThere(database, ids_);
   filter.ids = ids_;
   filter.source = source_;
   filter.quality_below = max_quality_;

@@ -11,6 +11,10 @@
 
 namespace orient {
 
+// Numbers that no patch has: mistakes, or nothing to do where patches are deleted, for a run that
+// was interrupted may have deleted them.
+enum class AbsentIds { kRefuse, kIgnore };
+
 class FilterOptions {
  public:
   explicit FilterOptions(std::string default_state) : state_(std::move(default_state)) {}
@@ -18,8 +22,10 @@ class FilterOptions {
   void DeclareState(CLI::App& app);
   void DeclareRules(CLI::App& app);    // --id, --source, --max-quality, ...
   void DeclareRetired(CLI::App& app);  // --retired-before
-  // Throws InputError: a polygon file that cannot be read; UsageError: an empty box.
-  patchdb::PatchFilter Filter(const patchdb::PatchDatabase& database) const;
+  // Throws InputError: a polygon file that cannot be read, a number that no patch has; UsageError:
+  // an empty box.
+  patchdb::PatchFilter Filter(const patchdb::PatchDatabase& database,
+                              AbsentIds absent = AbsentIds::kRefuse) const;
 
  private:
   std::string state_;

@@ -32,7 +32,7 @@ class LifeVerb : public PatchdbVerb {
     patchdb::PatchDatabase database =
         apply_ ? OpenToWrite(path_, out)
                : patchdb::PatchDatabase::Open(path_, patchdb::PatchDatabase::Mode::kRead);
-    patchdb::PatchFilter filter = choice_.Filter(database);
+    patchdb::PatchFilter filter = choice_.Filter(database, Absent());
     if (!filter.HasRule())
       throw UsageError(std::string(name_) + " needs --id or a rule that chooses patches");
     filter.life = before_;
@@ -47,6 +47,7 @@ class LifeVerb : public PatchdbVerb {
 
  protected:
   virtual void DeclareMore(CLI::App&) {}
+  virtual AbsentIds Absent() const { return AbsentIds::kRefuse; }
   virtual const char* Done() const = 0;
   virtual int Change(patchdb::PatchDatabase& database, const std::vector<std::int64_t>& ids) = 0;
 
@@ -104,6 +105,7 @@ class PruneVerb : public LifeVerb {
       : LifeVerb("prune", "Delete retired patches permanently", patchdb::PatchLife::kRetired) {}
 
  protected:
+  AbsentIds Absent() const override { return AbsentIds::kIgnore; }
   const char* Done() const override { return "deleted"; }
   int Change(patchdb::PatchDatabase& database, const std::vector<std::int64_t>& ids) override {
     return patchdb::DeleteRetiredPatches(database, ids);

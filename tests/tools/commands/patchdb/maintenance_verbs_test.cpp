@@ -112,6 +112,21 @@ TEST_F(MaintenanceVerbsTest, RetireRestorePrune) {
   EXPECT_EQ(Lines({"list"}), 12);
 }
 
+TEST_F(MaintenanceVerbsTest, NumbersThatNoPatchHasAreNamedAndNothingIsDone) {
+  for (const std::vector<std::string>& words :
+       {std::vector<std::string>{"retire", "--id", "3,998,999", "--apply"},
+        {"retire", "--id", "3,998,999"},
+        {"query", "--id", "3,998,999"}}) {
+    const ProgramRun run = Orient(words);
+    EXPECT_EQ(run.exit_code, 2) << run.out;
+    EXPECT_TRUE(Contains(run.err, "has no patch 998, 999")) << run.err;
+    EXPECT_EQ(run.out, "");
+  }
+  EXPECT_EQ(Lines({"list", "--state", "retired"}), 1) << "patch 3 is not retired, either";
+  EXPECT_TRUE(Contains(Orient({"prune", "--id", "998", "--apply"}).out, "0 patches deleted"))
+      << "a repeated run finds nothing left to do";
+}
+
 TEST_F(MaintenanceVerbsTest, WithoutARuleNothingIsRetiredOrDeleted) {
   for (const char* verb : {"retire", "restore", "prune"})
     EXPECT_EQ(Orient({verb, "--apply"}).exit_code, 1) << verb;
