@@ -46,9 +46,18 @@ Array FromVector(const Vector& vector) {
   return array;
 }
 
+// An array, or what makes one (lists). Throws TypeError naming `what`, without its contents.
+inline Array Numbers(const pybind11::object& given, const std::string& what) {
+  Array array = Array::ensure(given);
+  if (!array) throw pybind11::type_error(what + " must be an array of numbers");
+  return array;
+}
+
 // The rows of (n, Size), or of (Size), one row. Throws ValueError naming `what` for other shapes.
 template <int Size>
-std::vector<Eigen::Matrix<double, Size, 1>> ToRows(const Array& array, const std::string& what) {
+std::vector<Eigen::Matrix<double, Size, 1>> ToRows(const pybind11::object& given,
+                                                   const std::string& what) {
+  const Array array = Numbers(given, what);
   const bool one = array.ndim() == 1;
   if ((!one && array.ndim() != 2) || array.shape(array.ndim() - 1) != Size)
     throw pybind11::value_error(what + " must have the shape (n, " + std::to_string(Size) + ")");

@@ -2,7 +2,9 @@
 #include "core/files/results.h"
 
 #include <pybind11/stl.h>
+#include <pybind11/stl/filesystem.h>
 
+#include <filesystem>
 #include <string>
 #include <vector>
 
@@ -14,6 +16,7 @@
 namespace orient::python {
 namespace {
 namespace py = pybind11;
+using Path = std::filesystem::path;  // str, bytes or os.PathLike
 
 template <typename Value>
 std::optional<std::string> NameOf(const std::optional<Value>& value) {
@@ -136,7 +139,9 @@ void AddInterior(py::module_& m) {
       .def_property_readonly("marks", &Marks)
       .def_readonly("cameras", &R::cameras)
       .def("__repr__", [](const R& r) { return Repr("InteriorResult", r); });
-  m.def("read_interior", &ReadInteriorResult, py::arg("path"));
+  m.def(
+      "read_interior", [](const Path& path) { return ReadInteriorResult(path.string()); },
+      py::arg("path"));
 }
 
 void AddExterior(py::module_& m) {
@@ -160,12 +165,14 @@ void AddExterior(py::module_& m) {
       .def_property_readonly("footprint_m", &Footprint)
       .def_property_readonly("patches", &Patches)
       .def("__repr__", [](const R& r) { return Repr("ExteriorResult", r); });
-  m.def("read_exterior", &ReadExteriorResult, py::arg("path"));
+  m.def(
+      "read_exterior", [](const Path& path) { return ReadExteriorResult(path.string()); },
+      py::arg("path"));
 }
 
 // Names, poses (n, 6), sigmas (n, 6), and the CRS as WKT.
-py::dict ReadPoses(const std::string& path) {
-  const OrientationTable table = ReadOrientationTable(path);
+py::dict ReadPoses(const Path& path) {
+  const OrientationTable table = ReadOrientationTable(path.string());
   std::vector<std::string> photos;
   std::vector<std::optional<Vector6d>> poses, sigmas;
   for (const OrientationRow& row : table.rows) {

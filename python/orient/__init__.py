@@ -18,13 +18,15 @@ import json
 import os
 import pathlib
 from collections.abc import Iterable
-from typing import Any, Callable, Iterator, NamedTuple, Optional
+from typing import Any, Callable, Iterator, NamedTuple, Optional, Union
 
 import numpy as np
 
 from ._native import (ExteriorResult, Finding, InputError, InteriorResult, MachineError,
                       PhotoGeometry, Surface, UsageError)
 from . import _native
+
+Path = Union[str, bytes, os.PathLike]
 
 __version__: str = _native.version
 __all__ = ["Block", "ExteriorResult", "Finding", "InputError", "InteriorResult", "MachineError",
@@ -53,7 +55,7 @@ def run(command: str, *arguments: Any, progress: Optional[Callable[[str, int, in
     """
     if command == "review":
         raise UsageError("orient review serves until it is stopped: run it from a shell")
-    words = [command, *map(str, arguments)]
+    words = [command, *map(_word, arguments)]
     for name, value in options.items():
         words += _option("--" + name.rstrip("_").replace("_", "-"), value)
     code, output, messages = _native.run(words, progress)
@@ -63,25 +65,29 @@ def run(command: str, *arguments: Any, progress: Optional[Callable[[str, int, in
     return Run(code == 0, output, messages)
 
 
+def _word(value: Any) -> str:
+    return os.fsdecode(value) if isinstance(value, (bytes, os.PathLike)) else str(value)
+
+
 def _option(name: str, value: Any) -> list[str]:
     if isinstance(value, (bool, np.bool_)):
         return [name] if value else []
     if value is None:
         return []
     if isinstance(value, (str, bytes, os.PathLike)) or not isinstance(value, Iterable):
-        return [name, str(value)]
-    values = [str(one) for one in value]
+        return [name, _word(value)]
+    values = [_word(one) for one in value]
     return [name, *values] if values else []
 
 
-def read_exterior(path: Any) -> ExteriorResult:
+def read_exterior(path: Path) -> ExteriorResult:
     """Reads a photo's <photo>.exterior.json."""
-    return _native.read_exterior(str(path))
+    return _native.read_exterior(path)
 
 
-def read_interior(path: Any) -> InteriorResult:
+def read_interior(path: Path) -> InteriorResult:
     """Reads a photo's <photo>.interior.json."""
-    return _native.read_interior(str(path))
+    return _native.read_interior(path)
 
 
 class Poses(NamedTuple):
@@ -94,9 +100,9 @@ class Poses(NamedTuple):
     crs: Optional[str]  # WKT
 
 
-def read_poses(path: Any) -> Poses:
+def read_poses(path: Path) -> Poses:
     """Reads an OPK CSV with the .prj beside it."""
-    table = _native.read_poses(str(path))
+    table = _native.read_poses(path)
     return Poses(table["photos"], table["poses"][:, :3], table["poses"][:, 3:], table["sigmas"],
                  table["crs"])
 
@@ -107,9 +113,10 @@ class Block:
     `interior` is the folder of film photos' interior orientations, where it is another one.
     """
 
-    def __init__(self, folder: Any, interior: Any = None):
-        self.folder = pathlib.Path(folder)
-        self.interior_folder = pathlib.Path(interior) if interior is not None else self.folder
+    def __init__(self, folder: Path, interior: Optional[Path] = None):
+        self.folder = pathlib.Path(os.fsdecode(folder))
+        self.interior_folder = (self.folder if interior is None
+                                else pathlib.Path(os.fsdecode(interior)))
         paths = sorted(self.folder.glob("*.exterior.json"))
         if not paths:
             raise InputError(f"{self.folder} holds no *.exterior.json; is it the output folder of "
@@ -174,7 +181,7 @@ class Block:
 
     def geometry(self, name: str) -> PhotoGeometry:
         """The way between a photo's scan and the ground."""
-        return PhotoGeometry.of_result(str(self.folder), name, str(self.interior_folder))
+        return PhotoGeometry.of_result(self.folder, name, self.interior_folder)
 
     def geodataframe(self) -> Any:
         """A GeoDataFrame of the photos: footprints, with pose, status and reasons; needs geopandas."""

@@ -1,6 +1,9 @@
-from typing import Any, Callable, Optional
+import os
+from typing import Any, Callable, Optional, Union
 
 import numpy as np
+
+Path = Union[str, bytes, os.PathLike]
 
 version: str
 
@@ -85,16 +88,16 @@ class ExteriorResult:
         """id, state, ground_m (n, 3), predicted_px (n, 2), pixel, sigma_px, residual_px, ncc."""
 
 class Surface:
-    def __init__(self, path: str, crs: str) -> None: ...
+    def __init__(self, path: Path, crs: str) -> None: ...
     def heights(self, places: np.ndarray) -> np.ndarray:
         """(n,) at (n, 2)."""
 
 class PhotoGeometry:
     @staticmethod
-    def of_result(folder: str, photo: str, interior: str = "") -> PhotoGeometry: ...
+    def of_result(folder: Path, photo: str, interior: Path = "") -> PhotoGeometry: ...
     @staticmethod
-    def of_pose(camera: str, pose: np.ndarray) -> PhotoGeometry:
-        """Of a digital camera's photo."""
+    def of_pose(camera: Path, pose: np.ndarray) -> PhotoGeometry:
+        """Of a digital camera's photo: its file or a name of the camera library; (6,)."""
     @property
     def pose(self) -> np.ndarray: ...
     @property
@@ -110,6 +113,6 @@ class PhotoGeometry:
 
 def run(arguments: list[str], progress: Optional[Callable[[str, int, int], Any]] = None
         ) -> tuple[int, str, str]: ...
-def read_interior(path: str) -> InteriorResult: ...
-def read_exterior(path: str) -> ExteriorResult: ...
-def read_poses(path: str) -> dict[str, Any]: ...
+def read_interior(path: Path) -> InteriorResult: ...
+def read_exterior(path: Path) -> ExteriorResult: ...
+def read_poses(path: Path) -> dict[str, Any]: ...

@@ -62,6 +62,10 @@ class Commands(unittest.TestCase):
         self.assertEqual(orient._option("--a", (str(i) for i in range(2))), ["--a", "0", "1"])
         self.assertEqual(orient._option("--a", []), [])
         self.assertEqual(orient._option("--a", pathlib.Path("x y")), ["--a", "x y"])
+        self.assertEqual(orient._option("--a", b"x y"), ["--a", "x y"])
+        self.assertEqual(orient._option("--a", [b"x", pathlib.Path("y")]), ["--a", "x", "y"])
+        with self.assertRaisesRegex(orient.InputError, "cannot read nowhere.toml"):
+            orient.run("block", b"nowhere.toml")
 
     def test_a_command_that_serves_is_for_a_shell(self):
         with self.assertRaisesRegex(orient.UsageError, "shell"):
@@ -129,6 +133,7 @@ class Results(unittest.TestCase):
         self.assertEqual(block.covariances.shape, (1, 6, 6))
         self.assertEqual([photo.photo for photo in block], ["4711"])
         self.assertTrue("4711" in block and "4712" not in block)
+        self.assertEqual(orient.Block(str(self.folder).encode()).names, ["4711"])
         self.assertIsNone(block.crs)
 
     def test_an_empty_folder_is_no_block(self):
@@ -181,9 +186,40 @@ class Geometry(unittest.TestCase):
         with self.assertRaisesRegex(ValueError, r"\(n, 3\)"):
             self.photo.pixels(np.zeros((4, 2)))
         self.assertEqual(self.photo.pixels(np.zeros((0, 3))).shape, (0, 2))
-        for shape in ((0, 6), (2, 6)):
-            with self.assertRaisesRegex(ValueError, "one pose"):
+        for shape in ((0, 6), (2, 6), (5,), (6, 1), (2, 3), ()):
+            with self.assertRaisesRegex(ValueError, r"omega, phi, kappa") as caught:
                 orient.PhotoGeometry.of_pose(self.camera, np.zeros(shape))
+            self.assertIn(f"shape {shape};", str(caught.exception))
+
+    def test_paths_may_be_of_pathlib(self):
+        for camera in (pathlib.Path(self.camera), self.camera.encode()):
+            photo = orient.PhotoGeometry.of_pose(camera, self.pose)
+            np.testing.assert_array_equal(photo.pose, self.photo.pose)
+        nowhere = pathlib.Path("no") / "where"
+        for read in (lambda: orient.Surface(nowhere, "EPSG:32635"), lambda: orient.read_poses(nowhere),
+                     lambda: orient.read_exterior(nowhere), lambda: orient.read_interior(nowhere),
+                     lambda: orient.PhotoGeometry.of_result(nowhere, "4711", interior=nowhere)):
+            with self.assertRaisesRegex(orient.InputError, "no/where"):
+                read()
+
+    def test_cameras_of_the_library_are_found_by_name(self):
+        with self.assertRaisesRegex(orient.InputError, "wild_rc10.toml is a film camera"):
+            orient.PhotoGeometry.of_pose("wild_rc10", self.pose)
+        with self.assertRaisesRegex(orient.InputError, "nor in the library"):
+            orient.PhotoGeometry.of_pose("wild_rc1000", self.pose)
+
+    def test_calls_with_other_arguments_are_told_what_is_expected_and_print_no_array(self):
+        many = [[i + 0.125, 1.0] for i in range(900)]
+        for call, expected in ((lambda: self.photo.ground(many), r"ground\(pixels, surface\)"),
+                               (lambda: self.photo.ground(many, "dem.tif"), "orient.Surface"),
+                               (lambda: self.photo.pixels(many, many), r"\(n, 3\)"),
+                               (lambda: self.photo.pixels(ground=[["a", "b", "c"]]), "numbers"),
+                               (lambda: self.photo.rays(many, 1), r"\(n, 2\)"),
+                               (lambda: self.photo.photo_mm(), r"\(n, 2\)"),
+                               (lambda: orient.PhotoGeometry.of_pose(many, many), "six numbers")):
+            with self.assertRaisesRegex(TypeError, expected) as caught:
+                call()
+            self.assertNotIn(".125", str(caught.exception))
 
 
 class Stubs(unittest.TestCase):
