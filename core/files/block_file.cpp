@@ -239,12 +239,33 @@ EarthMode ReadEarth(const TomlTable& root) {
   return mode->second;
 }
 
+// "@FILE" becomes the file's lines but for empty ones and comments (#), unless a photo is called
+// so.
+std::vector<std::string> WithListed(const std::vector<std::string>& patterns,
+                                    const std::string& base) {
+  std::vector<std::string> all;
+  for (const std::string& pattern : patterns) {
+    if (!pattern.starts_with('@') || Exists(Resolve(base, pattern))) {
+      all.push_back(pattern);
+      continue;
+    }
+    std::string text = ReadFile(Resolve(base, pattern.substr(1)));
+    if (text.starts_with("\xef\xbb\xbf")) text.erase(0, 3);  // a byte order mark
+    std::istringstream lines(text);
+    for (std::string line; std::getline(lines, line);) {
+      line.erase(line.find_last_not_of(" \t\r") + 1);
+      if (!line.empty() && line.front() != '#') all.push_back(line);
+    }
+  }
+  return all;
+}
+
 using PathsByName = std::map<std::string, std::set<std::string>>;
 
 // Throws InputError for a pattern without a match; a plain path that is not there is one, too.
 PathsByName PhotosByName(const std::vector<std::string>& patterns, const std::string& base) {
   PathsByName paths;
-  for (const std::string& pattern : patterns) {
+  for (const std::string& pattern : WithListed(patterns, base)) {
     const std::string plain = Resolve(base, pattern);
     if (!IsPattern(pattern) && !IsVirtual(plain) && !Exists(plain)) {
       paths[PhotoName(plain)].insert(plain);
@@ -275,6 +296,8 @@ void ReadPhotos(const TomlTable& root, const std::string& base, BlockFile* block
     root.Fail("photos", std::string("cannot be used: ") + error.what());
   }
   std::sort(block->photos.begin(), block->photos.end());
+  if (block->photos.empty() && block->unusable.empty())
+    root.Fail("photos", "names no photo: the list is empty");
   if (block->photos.empty())
     root.Fail("photos", "names no photo that can be used: " + block->unusable.front().reason);
 }
@@ -292,27 +315,6 @@ void ReadOutput(const TomlTable& root, const std::string& base, BlockFile* block
   if (directory.empty()) table->Fail("directory", "is empty; name a folder for the results");
   block->output_directory = Resolve(base, directory);
   if (table) block->formats = table->FindTexts("formats").value_or(std::vector<std::string>());
-}
-
-// "@FILE" becomes the file's lines but for empty ones and comments (#), unless a photo is called
-// so.
-std::vector<std::string> WithListed(const std::vector<std::string>& patterns,
-                                    const std::string& base) {
-  std::vector<std::string> all;
-  for (const std::string& pattern : patterns) {
-    if (!pattern.starts_with('@') || Exists(Resolve(base, pattern))) {
-      all.push_back(pattern);
-      continue;
-    }
-    std::string text = ReadFile(Resolve(base, pattern.substr(1)));
-    if (text.starts_with("\xef\xbb\xbf")) text.erase(0, 3);  // a byte order mark
-    std::istringstream lines(text);
-    for (std::string line; std::getline(lines, line);) {
-      line.erase(line.find_last_not_of(" \t\r") + 1);
-      if (!line.empty() && line.front() != '#') all.push_back(line);
-    }
-  }
-  return all;
 }
 
 // A definition, or the file (.prj) that holds one.

@@ -246,6 +246,20 @@ TEST_F(BlockFileTest, AFileMayListThePhotos) {
             std::vector<std::string>{folder_ / "scans/@odd.tif"});
 }
 
+TEST_F(BlockFileTest, ListsOfPhotosInABlockFileAreRelativeToIt) {
+  const std::string listed = Replaced(kBlock, "scans/*.tif", "@lists/film 3.txt");
+  fs::create_directory(folder_ / "lists");
+  WriteFileAtomically(folder_ / "lists/film 3.txt", "scans/b.tif\n# later\nscans/lost.tif\n");
+  const BlockFile block = ReadText(listed);
+  EXPECT_EQ(block.photos, std::vector<std::string>{folder_ / "scans/b.tif"});
+  ASSERT_EQ(block.unusable.size(), 1u) << "as where the block file names it";
+  EXPECT_EQ(block.unusable[0].name, "lost");
+  WriteFileAtomically(folder_ / "lists/film 3.txt", "# none yet\n");
+  ExpectRefused(listed, {"photos", "the list is empty"});
+  fs::remove(folder_ / "lists/film 3.txt");
+  ExpectRefused(listed, {"photos", "lists/film 3.txt"});
+}
+
 TEST_F(BlockFileTest, AFolderIsNoPhoto) {
   ExpectError<InputError>([&] { ExpandPhotos({"scans"}, folder_.Path()); }, {"scans", "folder"});
 }
