@@ -8,8 +8,10 @@
 #include "tools/commands/commands.h"
 #include "tools/report/gis/block_geopackage.h"
 #include "tools/report/gis/block_project.h"
+#include "tools/report/html_text.h"
 #include "tools/report/report.h"
 #include "tools/report/report_json.h"
+#include "tools/report/verdict.h"
 
 namespace orient {
 namespace {
@@ -33,7 +35,8 @@ class ReportCommand : public Command {
     if (json_) out << WriteReportJson(block) << "\n";
     if (block.crs)
       out << WriteBlockGeopackage(directory_, *block.crs, ExteriorResults(block),
-                                  block.adjusted ? &*block.adjusted : nullptr)
+                                  block.adjusted ? &*block.adjusted : nullptr,
+                                  WithoutExterior(block))
           << "\n";
     if (const std::string project = WriteBlockProject(directory_); !project.empty())
       out << project << "\n";
@@ -42,6 +45,17 @@ class ReportCommand : public Command {
   }
 
  private:
+  // With what the report says of them.
+  static std::vector<PhotoWithoutResult> WithoutExterior(const BlockRecord& block) {
+    const BlockVerdict verdict = Judge(block);
+    std::vector<PhotoWithoutResult> photos;
+    for (std::size_t i = 0; i < block.photos.size(); ++i)
+      if (!block.photos[i].exterior)
+        photos.push_back(
+            {block.photos[i].name, verdict.photos[i].status, Joined(verdict.photos[i].reasons)});
+    return photos;
+  }
+
   // The report shows what it can; that some files could not be read must not pass unnoticed.
   static void RefuseDamaged(const BlockRecord& block) {
     std::vector<std::string> problems = block.unreadable;

@@ -1,4 +1,6 @@
+#include <gdal_priv.h>
 #include <gtest/gtest.h>
+#include <ogrsf_frmts.h>
 
 #include <filesystem>
 #include <fstream>
@@ -50,6 +52,35 @@ TEST(ReportCommand, DamagedFileIsBadInputButTheReportIsThere) {
   EXPECT_EQ(RunReport(folder.Path(), &out, &err), 2);
   EXPECT_NE(err.find("4714.exterior.json"), std::string::npos) << err;
   EXPECT_TRUE(std::filesystem::exists(folder / "report.html"));
+}
+
+TEST(ReportCommand, TheGeopackageHasPhotosWithoutAResultWithTheirReason) {
+  const TemporaryFolder folder;
+  WriteExampleBlock(folder.Path());
+  std::ofstream(folder / "4721.exterior.json") << "{";
+  InteriorResult failed;
+  failed.photo = "4722";
+  failed.findings.push_back({.reason = Reason::kStated, .where = "no marks were found"});
+  WriteInteriorResult(folder.Path(), failed);
+  std::ofstream(folder / "orientation.csv", std::ios::app) << "4723,500000,5000000,1800,0,0,0\n";
+  std::string out, err;
+  RunReport(folder.Path(), &out, &err);
+  const GDALDatasetUniquePtr file(
+      GDALDataset::Open((folder / "block.gpkg").c_str(), GDAL_OF_VECTOR));
+  OGRLayer* layer = file->GetLayerByName("photos");
+  const auto expect = [&](const std::string& photo, const char* status, const char* word) {
+    layer->SetAttributeFilter(("name = '" + photo + "'").c_str());
+    layer->ResetReading();
+    const OGRFeatureUniquePtr row(layer->GetNextFeature());
+    ASSERT_TRUE(row) << photo;
+    EXPECT_EQ(row->GetGeometryRef(), nullptr) << photo;
+    EXPECT_STREQ(row->GetFieldAsString("status"), status) << photo;
+    const std::string message = row->GetFieldAsString("message");
+    EXPECT_NE(message.find(word), std::string::npos) << message;
+  };
+  expect("4721", "failed", "4721.exterior.json");
+  expect("4722", "failed", "mark");
+  expect("4723", "weak", "only orientation.csv has this photo");
 }
 
 }  // namespace

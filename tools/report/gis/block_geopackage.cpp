@@ -41,8 +41,18 @@ void WritePose(const ExteriorResult& result, NewLayer::Row* row) {
   }
 }
 
+void WriteOthers(const std::vector<PhotoWithoutResult>& photos, NewLayer* layer) {
+  for (const PhotoWithoutResult& photo : photos) {
+    NewLayer::Row row = layer->NewRow();
+    row.Set("name", photo.name);
+    row.Set("status", std::string(Name(photo.status)));
+    row.Set("message", photo.message);
+    layer->Write(std::move(row));
+  }
+}
+
 void WritePhotos(const fs::path& directory, const std::vector<ExteriorResult>& results,
-                 NewGeopackage* file) {
+                 const std::vector<PhotoWithoutResult>& others, NewGeopackage* file) {
   NewLayer layer = file->AddLayer("photos", wkbPoint25D, "Projection centres",
                                   {{"name", OFTString},
                                    {"status", OFTString},
@@ -78,6 +88,7 @@ void WritePhotos(const fs::path& directory, const std::vector<ExteriorResult>& r
     if (fs::exists(directory / picture)) row.Set("picture", picture);
     layer.Write(std::move(row));
   }
+  WriteOthers(others, &layer);
 }
 
 void WriteFootprints(const std::vector<ExteriorResult>& results, NewGeopackage* file) {
@@ -267,11 +278,12 @@ void DescribeRuns(const std::string& directory, NewGeopackage* file) {
 
 std::string WriteBlockGeopackage(const std::string& directory, const Crs& crs,
                                  const std::vector<ExteriorResult>& results,
-                                 const AdjustmentResult* adjusted) {
+                                 const AdjustmentResult* adjusted,
+                                 const std::vector<PhotoWithoutResult>& others) {
   const std::string path = (fs::path(directory) / "block.gpkg").string();
   const QuietGdal quiet;
   NewGeopackage file(path, crs);
-  WritePhotos(directory, results, &file);
+  WritePhotos(directory, results, others, &file);
   WriteFootprints(results, &file);
   WritePatches(results, &file);
   WriteResiduals(results, adjusted, &file);

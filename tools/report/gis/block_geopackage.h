@@ -10,10 +10,17 @@
 
 namespace orient {
 
+// A photo without an exterior result: it failed before, or its file is lost or damaged.
+struct PhotoWithoutResult {
+  std::string name;
+  Status status = Status::kFailed;
+  std::string message;
+};
+
 // Writes directory/block.gpkg whole or not at all and returns its path. Layers, in `crs`, each with
 // its spatial index:
-//   photos      PointZ: projection centres; a photo without a pose has no geometry; `picture`
-//               names the file beside, if there is one
+//   photos      PointZ: projection centres; a photo without a pose, or without a result, has no
+//               geometry; `picture` names the file beside, if there is one
 //   footprints  Polygon: the frames' outlines on the ground
 //   patches     PointZ: every patch once for each photo that looked for it and could see it
 //   residuals   LineString: residuals of matched and rejected patches and of ties on the ground,
@@ -26,6 +33,7 @@ namespace orient {
 // without a value are NULL. Throws InputError naming the file where it cannot be written.
 std::string WriteBlockGeopackage(const std::string& directory, const Crs& crs,
                                  const std::vector<ExteriorResult>& results,
-                                 const AdjustmentResult* adjusted = nullptr);
+                                 const AdjustmentResult* adjusted = nullptr,
+                                 const std::vector<PhotoWithoutResult>& others = {});
 
 }  // namespace orient
