@@ -92,6 +92,17 @@ std::string OneWord(std::string name) {
   return name;
 }
 
+// Of the block's cameras, each its own: BINGO knows cameras by name.
+std::vector<std::string> BingoNames(const ExchangeBlock& block) {
+  std::vector<std::string> names;
+  for (const ExchangeCamera& camera : block.cameras) {
+    std::string name = OneWord(camera.name);
+    while (std::find(names.begin(), names.end(), name) != names.end()) name += "_2";
+    names.push_back(name);
+  }
+  return names;
+}
+
 // Photo by photo: a heading, its points scaled, -99.
 std::string ImageCoordinates(const ExchangeBlock& block, double per_mm, bool patb) {
   std::vector<std::string> of_photo(block.photos.size());
@@ -101,12 +112,14 @@ std::string ImageCoordinates(const ExchangeBlock& block, double per_mm, bool pat
                         per_mm * point.photo_mm.y(), patb ? " 1" : "");
   }
   std::string text;
+  const std::vector<std::string> names = BingoNames(block);
   for (std::size_t i = 0; i < block.photos.size(); ++i) {
-    const ExchangeCamera& camera = block.cameras[block.photos[i].camera];
-    text += fmt::format(
-        "{:>12} {}\n{}{:12}\n", PhotoNumber(block, i),
-        patb ? fmt::format("{:14.3f}", 1000 * PrincipalDistance(camera)) : OneWord(camera.name),
-        of_photo[i], -99);
+    const std::size_t camera = block.photos[i].camera;
+    text +=
+        fmt::format("{:>12} {}\n{}{:12}\n", PhotoNumber(block, i),
+                    patb ? fmt::format("{:14.3f}", 1000 * PrincipalDistance(block.cameras[camera]))
+                         : names[camera],
+                    of_photo[i], -99);
   }
   return text;
 }
@@ -229,13 +242,32 @@ std::vector<PatbPhoto> ReadPatb(const std::string& path) {
   return photos;
 }
 
+namespace {
+
+// By photo, from the headings of image.dat beside the orientation, where it is there.
+std::map<std::string, std::string> BingoCameras(const std::string& orientation) {
+  const fs::path file = fs::path(orientation).parent_path() / "image.dat";
+  std::map<std::string, std::string> cameras;
+  if (!fs::exists(file)) return cameras;
+  bool heading = true;
+  for (const TextLine& line : ReadTextLines(file.string())) {
+    if (heading && line.Size() > 1) cameras[line.Word(0, "a photo")] = line.Word(1, "its camera");
+    heading = line.Word(0, "a point") == "-99";
+  }
+  return cameras;
+}
+
+}  // namespace
+
 std::vector<BingoPhoto> ReadBingo(const std::string& path) {
   const std::string file = InFolder(path, "itera.dat");
+  std::map<std::string, std::string> cameras = BingoCameras(file);
   std::vector<BingoPhoto> photos;
   for (const TextLine& line : ReadTextLines(file)) {
     if (line.Word(0, "a key") != "ORIA") continue;  // COOR and others are not poses
     BingoPhoto photo;
     photo.number = line.Word(1, "the photo's number");
+    photo.camera = cameras[photo.number];
     for (std::size_t j = 0; j < 3; ++j) {
       photo.centre[static_cast<int>(j)] = line.Number(2 + j, "a coordinate");
       photo.opk_gon[static_cast<int>(j)] = line.Number(5 + j, "an angle");
@@ -321,13 +353,20 @@ ExchangeBlock ExchangeFromPatb(const std::vector<PatbPhoto>& photos,
 ExchangeBlock ExchangeFromBingo(const std::vector<BingoPhoto>& photos,
                                 const std::map<std::string, std::string>& names) {
   ExchangeBlock block;
-  block.cameras.emplace_back();
+  std::map<std::string, std::size_t> camera_of;
   for (const BingoPhoto& p : photos) {
     ExchangePhoto photo;
+    // A photo whose camera is not named is of the first.
+    if (!p.camera.empty()) {
+      const auto [camera, is_new] = camera_of.emplace(p.camera, block.cameras.size());
+      photo.camera = camera->second;
+      if (is_new) block.cameras.emplace_back().name = p.camera;
+    }
     photo.image = NamedBack(p.number, names);
     SetPose({p.centre, p.opk_gon / kGonPerRadian}, &photo);
     block.photos.push_back(photo);
   }
+  if (block.cameras.empty()) block.cameras.emplace_back();
   return block;
 }
 

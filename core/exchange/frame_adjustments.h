@@ -8,7 +8,8 @@
 // PAT-B orientation, three records per photo (16 columns per value): number, principal distance
 // (mm), X, Y, Z; a11 a12 a13 a21 a22; a23 a31 a32 a33, the rows of R (PCI's "Using Pat-B in
 // OrthoEngine" gives the records). Image coordinates in micrometres, photo by photo ended by -99.
-// BINGO: image coordinates in mm, the same way; orientations as ORIA lines with angles in gon.
+// BINGO: image coordinates in mm, the same way, each photo's heading with its camera's name;
+// orientations as ORIA lines with angles in gon.
 // Plain text: one line a photo, name X Y Z omega phi kappa (degrees), separated by blanks, tabs or
 // commas, a name that holds some of these in double quotes; # begins a comment.
 #pragma once
@@ -31,6 +32,7 @@ struct PatbPhoto {
 
 struct BingoPhoto {
   std::string number;
+  std::string camera;  // as image.dat beside names it, empty where it does not
   Eigen::Vector3d centre = Eigen::Vector3d::Zero();
   Eigen::Vector3d opk_gon = Eigen::Vector3d::Zero();
 };
@@ -72,7 +74,8 @@ std::vector<BingoPhoto> ReadBingo(const std::string& path);
 std::vector<OriPhoto> ReadOri(const std::string& path);
 std::map<std::string, std::string> ReadPhotoNumbers(const std::string& path);
 
-// Poses only: the block's cameras are empty (principal distance aside) and must be given otherwise.
+// Poses only: the block's cameras are empty (PAT-B's principal distance and BINGO's name aside) and
+// must be given otherwise.
 ExchangeBlock ExchangeFromPatb(const std::vector<PatbPhoto>& photos,
                                const std::map<std::string, std::string>& names);
 ExchangeBlock ExchangeFromBingo(const std::vector<BingoPhoto>& photos,

@@ -47,7 +47,8 @@ double LargestDifference_px(const ExchangeCamera& a, const ExchangeCamera& b, in
 
 bool IsSame(const ExchangeCamera& a, const ExchangeCamera& b, const ExchangeCamera& given) {
   if (HasSize(a) && HasSize(b) && (a.width != b.width || a.height != b.height)) return false;
-  if (!HasPixels(a) || !HasPixels(b)) return FocalLength_mm(a) == FocalLength_mm(b);
+  if (!HasPixels(a) || !HasPixels(b))  // of BINGO the name alone
+    return FocalLength_mm(a) == FocalLength_mm(b) && a.name == b.name;
   return LargestDifference_px(a, b, given.width, given.height) < kWorthSaying_px;
 }
 
@@ -57,8 +58,9 @@ void RequireOne(const std::vector<ExchangeCamera>& of_files, const ExchangeCamer
     if (!IsSame(of_files.front(), camera, given))
       throw InputError(fmt::format(
           "{}: its photos have different cameras ({} and {} for two), but --camera gives one for "
-          "all of them; leave --camera out, or convert each camera's photos by themselves",
-          input, of_files.front().name, camera.name));
+          "all of them; {}convert each camera's photos by themselves",
+          input, of_files.front().name, camera.name,
+          HasSize(camera) ? "leave --camera out, or " : ""));
 }
 
 void RequireSimilar(const ExchangeCamera& file, const ExchangeCamera& given,

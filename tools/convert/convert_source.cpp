@@ -337,7 +337,8 @@ ConvertSource ReadForeign(ExchangeFormat format, const ConvertSourceOptions& giv
   for (const ExchangeCamera& camera : block.cameras) {
     if (camera.width <= 0 || camera.height <= 0)
       throw InputError(given.input + ": the format " + Name(format) +
-                       " does not say the images' size; give their camera with --camera");
+                       " does not say the images' size; give their camera with --camera" +
+                       (block.cameras.size() > 1 ? ", each camera's photos by themselves" : ""));
     if (given.camera.empty()) source.cameras.push_back(CameraOf(camera));
   }
   const std::vector<ExchangeCamera> in_file =

@@ -303,6 +303,42 @@ TEST(Patb, ImageCoordinatesAreReducedAndInMicrometres) {
   EXPECT_NE(ReadFile(folder / "photo_numbers.txt").find("1 first\n"), std::string::npos);
 }
 
+TEST(Bingo, CamerasAreThoseThatTheImageCoordinatesName) {
+  const TemporaryFolder folder;
+  WriteFileAtomically(folder / "itera.dat",
+                      "ORIA 11 1 2 3 0 0 0\nORIA 12 1 2 3 0 0 0\nORIA 13 1 2 3 0 0 0\n");
+  EXPECT_EQ(ExchangeFromBingo(ReadBingo(folder.Path()), {}).cameras.size(), 1u) << "none is named";
+  WriteFileAtomically(folder / "image.dat",
+                      "11 rc10\n1001 34.2 -77.8 1\n-99\n12 rmk\n-99\n13 rc10\n1002 3 4\n-99\n");
+  const ExchangeBlock block = ExchangeFromBingo(ReadBingo(folder / "itera.dat"), {});
+  ASSERT_EQ(block.cameras.size(), 2u);
+  EXPECT_EQ(block.cameras[0].name, "rc10");
+  EXPECT_EQ(block.cameras[1].name, "rmk");
+  EXPECT_EQ(block.photos[0].camera, 0u);
+  EXPECT_EQ(block.photos[1].camera, 1u);
+  EXPECT_EQ(block.photos[2].camera, 0u);
+}
+
+TEST(Bingo, TwoCamerasOfOneNameStayTwo) {
+  const TemporaryFolder folder;
+  ExchangeBlock block;
+  block.photos.resize(2);
+  for (std::size_t i = 0; i < 2; ++i) {
+    ExchangeCamera camera;
+    camera.name = "Wild RC10";
+    camera.width = camera.height = 1000;
+    camera.focal_px.setConstant(1000 + 100.0 * static_cast<double>(i));
+    block.cameras.push_back(camera);
+    block.photos[i].camera = i;
+    block.photos[i].image = std::to_string(11 + i);
+  }
+  WriteBingo(folder.Path(), block);
+  const ExchangeBlock read = ExchangeFromBingo(ReadBingo(folder.Path()), {});
+  ASSERT_EQ(read.cameras.size(), 2u);
+  EXPECT_EQ(read.cameras[0].name, "Wild_RC10");
+  EXPECT_EQ(read.photos[1].camera, 1u);
+}
+
 TEST(Patb, ExponentsMayBeFortrans) {
   const TemporaryFolder folder;
   WriteFileAtomically(folder / "patb.ori",

@@ -68,5 +68,21 @@ TEST(CameraGiven, IsRefusedForFilesOfSeveralCameras) {
       {"model", "one and two", "leave --camera out"});
 }
 
+TEST(CameraGiven, IsRefusedForFilesThatNameSeveralCamerasAndSayNoMore) {
+  ExchangeCamera one, two;  // as in a folder of BINGO
+  one.name = "rc10";
+  two.name = "rmk";
+  EXPECT_EQ(CompareWithGiven({one, one}, Camera4000(), "bingo"), "");
+  try {
+    CompareWithGiven({one, two}, Camera4000(), "bingo");
+    ADD_FAILURE() << "not refused";
+  } catch (const InputError& error) {
+    const std::string said = error.what();
+    EXPECT_NE(said.find("rc10 and rmk"), std::string::npos) << said;
+    EXPECT_NE(said.find("convert each camera's photos by themselves"), std::string::npos) << said;
+    EXPECT_EQ(said.find("leave --camera out"), std::string::npos) << said;
+  }
+}
+
 }  // namespace
 }  // namespace orient
