@@ -99,16 +99,19 @@ TEST_F(OrthoSection, DamagedOrthophotoIsNamedAndTheOthersAreShown) {
   EXPECT_TRUE(Contains(html, "4713.ortho.tif"));
 }
 
-TEST_F(OrthoSection, PosesThatHaveChangedSinceAreSaid) {
+TEST_F(OrthoSection, ThatTheyWereMadeFromAnotherTableOfPosesIsSaid) {
   WriteOrthophotos();
   RunRecord run{"orient 1", "orient ortho --gsd-m 0.25", "2026-01-01T00:00:00Z", 1, {}};
   run.inputs = {{"poses", "orientation.csv", block::DigestOfFile(folder_ / "orientation.csv")}};
   WriteRunRecord(folder_ / "ortho", "ortho", run);
   const std::string html = Html();
   EXPECT_TRUE(Contains(html, "orient ortho --gsd-m 0.25")) << "how they were made";
-  EXPECT_FALSE(Contains(html, "The poses have changed"));
+  const char* said = "made from another table of poses";
+  EXPECT_FALSE(Contains(html, said));
   WriteFileAtomically(folder_ / "orientation.csv", ReadFile(folder_ / "orientation.csv") + "\n");
-  EXPECT_TRUE(Contains(Html(), "The poses have changed"));
+  const std::string changed = Html();
+  EXPECT_TRUE(Contains(changed, said));
+  EXPECT_FALSE(Contains(changed, "poses have changed")) << "a photo more is no changed pose";
 }
 
 }  // namespace

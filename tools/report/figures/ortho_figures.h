@@ -29,7 +29,7 @@ struct OrthoFolder {
   std::vector<OrthoFigures> photos;  // by name
   std::optional<MosaicFigures> mosaic = {};
   std::string seamlines = {}, tones = {};  // files; empty where there is none
-  bool of_other_poses = false;             // orientation.csv has changed since they were made
+  bool of_other_poses = false;  // their run had another orientation.csv than the one there
   std::vector<std::string> unreadable = {};
 };
 
