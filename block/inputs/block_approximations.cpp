@@ -45,7 +45,7 @@ BlockApproximations::BlockApproximations(const BlockFile& block, const Camera& c
                                          const Measurements& said)
     : block_(block), camera_(camera) {
   if (!block.approximations.empty()) ReadTable();
-  const std::vector<OrientationRow> gnss = ReadGnss(block);
+  const std::vector<OrientationRow> gnss = ReadGnss(block, &remarks_);
   observations_ = ObservationsOf(block, known_, computed_heights_, gnss);
   if (block.observe_approximations && block.approximations.empty())
     throw InputError(

@@ -25,13 +25,16 @@ std::optional<PosePrior> PriorOf(const BlockFile& block, const OrientationRow& r
 
 }  // namespace
 
-std::vector<OrientationRow> ReadGnss(const BlockFile& block) {
+std::vector<OrientationRow> ReadGnss(const BlockFile& block, Findings* remarks) {
   if (block.gnss.positions.empty()) return {};
   OrientationTable table = ReadApproximations(block.gnss.positions, block.crs);
   if (table.crs && !table.crs->SameAs(block.crs))
     throw InputError(
         fmt::format("{}: its .prj says {}, the block's CRS is {}; convert the table to the block's",
                     block.gnss.positions, table.crs->Name(), block.crs.Name()));
+  table.ignored_angles.clear();  // no angles are used
+  const Findings of_table = RemarksOn(table, block.gnss.positions);
+  remarks->insert(remarks->end(), of_table.begin(), of_table.end());
   for (OrientationRow& row : table.rows) {
     if (!row.sigma && !block.gnss.sigma_m)
       throw InputError(block.gnss.positions + ": the accuracy of the position of " + row.photo +

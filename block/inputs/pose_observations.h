@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "core/files/block_file.h"
+#include "core/files/finding.h"
 #include "core/files/orientation_table.h"
 #include "core/geometry/gnss.h"
 #include "core/geometry/resection.h"
@@ -23,9 +24,10 @@ struct PoseObservations {
   bool Empty() const { return approximations.empty() && gnss.empty(); }
 };
 
-// The block's GNSS positions, each with its sigmas; empty where the block has none. Throws
-// InputError where the table cannot be read, is in another CRS or has no stated accuracy.
-std::vector<OrientationRow> ReadGnss(const BlockFile& block);
+// The block's GNSS positions, each with its sigmas; empty where the block has none. Rows without a
+// position are added to `remarks`. Throws InputError where the table cannot be read, is in another
+// CRS or has no stated accuracy.
+std::vector<OrientationRow> ReadGnss(const BlockFile& block, Findings* remarks);
 
 // Observations from rows of a table of approximations, if the block file asks for them, where table
 // or block file states the accuracy. Not heights of `computed` photos, which the table lacks. What

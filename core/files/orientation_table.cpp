@@ -131,6 +131,18 @@ bool IsHeader(const std::vector<TableCell>& cells, OpenCells open) {
                      [&](const char* name) { return places.contains(name); });
 }
 
+// Of a line that is no header: by the delimiter that gives the most, a comma where none gives more,
+// so that what is missing is told of the columns that people see.
+std::vector<TableCell> MostCells(TableText* text, const std::string& line) {
+  std::vector<TableCell> most = text->Split(line);
+  for (const char delimiter : {';', '\t'}) {
+    text->SetDelimiter(delimiter);
+    if (std::vector<TableCell> cells = text->Split(line); cells.size() > most.size())
+      most = std::move(cells);
+  }
+  return most;
+}
+
 // The first line that is no comment, or a comment that is a header ("#Label,X/Easting,..."); sets
 // the table's delimiter: the one by which the header is one, a comma by default.
 std::vector<TableCell> HeaderCells(TableText* text, OpenCells open, Columns* columns) {
@@ -145,7 +157,7 @@ std::vector<TableCell> HeaderCells(TableText* text, OpenCells open, Columns* col
       if (std::vector<TableCell> cells = text->Split(line); IsHeader(cells, open)) return cells;
     }
     text->SetDelimiter(columns->delimiter = ',');
-    if (!comment) return text->Split(line);
+    if (!comment) return MostCells(text, line);
   }
   text->Fail(fmt::format("the table is empty; it starts with the header {}", kHeader));
 }

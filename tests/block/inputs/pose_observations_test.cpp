@@ -18,7 +18,8 @@ class PoseObservationsOf : public testing::Test {
   std::vector<OrientationRow> Gnss(const std::string& table) {
     WriteFileAtomically(folder_ / "gnss.csv", table);
     block_.gnss.positions = folder_ / "gnss.csv";
-    return ReadGnss(block_);
+    remarks_.clear();
+    return ReadGnss(block_, &remarks_);
   }
 
   static OrientationRow Row(const std::string& photo) {
@@ -34,6 +35,7 @@ class PoseObservationsOf : public testing::Test {
 
   const TemporaryFolder folder_;
   BlockFile block_{.crs = Crs::Parse("EPSG:32635", "test")};
+  Findings remarks_;
 };
 
 TEST_F(PoseObservationsOf, ApproximationsAreObservedAsFarAsSomebodySaysHowGoodTheyAre) {
@@ -61,6 +63,17 @@ TEST_F(PoseObservationsOf, ApproximationsAreObservedAsFarAsSomebodySaysHowGoodTh
   const PoseObservations with_attitude = ObservationsOf(block_, table, {"computed"}, {});
   EXPECT_TRUE(SigmaOf(with_attitude, "bare").tail<3>().isApproxToConstant(0.01));
   EXPECT_TRUE(SigmaOf(with_attitude, "alone").tail<3>().isApproxToConstant(std::numbers::pi));
+}
+
+TEST_F(PoseObservationsOf, GnssRowsWithoutAPositionAreRemarked) {
+  block_.gnss.sigma_m = 0.1;
+  EXPECT_EQ(Gnss("filename,x,y,z,yaw\na,1,2,3,9\nb,,2,3,9\nc,1,,3,9\n").size(), 1u);
+  EXPECT_EQ(remarks_, (Findings{{.reason = Reason::kRowsWithoutPosition,
+                                 .value = 2,
+                                 .where = folder_ / "gnss.csv" + ": b, c"}}));
+  EXPECT_EQ(Sentence(remarks_[0]), folder_ / "gnss.csv" +
+                                       " leaves x or y of 2 photos empty, which are taken to be "
+                                       "absent from it: b, c");
 }
 
 TEST_F(PoseObservationsOf, GnssKnowsItsStripAndItsPlaceAlongIt) {

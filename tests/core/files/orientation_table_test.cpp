@@ -349,5 +349,15 @@ TEST(OrientationTable, ThePublishedNgiOrientationReads) {
   ASSERT_TRUE(table.crs) << "the .prj beside it holds a PROJ string";
 }
 
+TEST(OrientationTable, LongitudesAreRefusedWithAWordWhateverSeparatesThem) {
+  for (const char separator : {',', ';', '\t'}) {
+    std::string text = "filename,lon,lat,height\np,25.1,57.2,1500\n";
+    std::replace(text.begin(), text.end(), ',', separator);
+    ExpectRefusedOfApproximations(text, OpenCells::kAngles,
+                                  {"no column \"x\"", "longitude and latitude", "GeoPackage"});
+  }
+  ExpectRefused("filename;east;north;omega;phi;kappa\np;1;2;0;0;0\n", {"no column \"z\""});
+}
+
 }  // namespace
 }  // namespace orient
