@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <array>
+#include <limits>
 #include <utility>
 
 #include "interior/interior.h"
@@ -14,8 +15,9 @@ namespace {
 
 using interior::kSureNats;
 
-constexpr int kFewestPhotos = 3;
-constexpr double kMostContradicting = 0.1;  // of the photos
+constexpr int kFewestPhotos = 3;            // that tell it
+constexpr double kTelling = 1;              // nats between two orientations
+constexpr double kMostContradicting = 0.1;  // of the photos that tell anything
 
 using Nats = std::array<double, kAllScanOrientations.size()>;
 
@@ -35,17 +37,57 @@ bool Leaves(const InteriorResult& photo, ScanOrientation orientation) {
   return VotesOf(photo)[static_cast<size_t>(orientation)] > -kSureNats;
 }
 
+// The part of a photo's votes that its marks' positions have; empty where they have none.
+std::optional<Nats> VotesOfPositions(const InteriorResult& photo) {
+  const auto by_positions =
+      std::find_if(photo.orientation_evidence.begin(), photo.orientation_evidence.end(),
+                   [](const OrientationEvidence& of) { return of.by == kByMarkPositions; });
+  if (by_positions == photo.orientation_evidence.end() || by_positions->nats.empty())
+    return std::nullopt;
+  Nats nats;
+  nats.fill(-kSureNats);
+  double best = -std::numeric_limits<double>::infinity();
+  for (const auto& [orientation, value] : by_positions->nats) best = std::max(best, value);
+  for (const auto& [orientation, value] : by_positions->nats)
+    nats[static_cast<size_t>(orientation)] = std::max(value - best, -kSureNats);
+  return nats;
+}
+
+// The photos' votes are independent, but for those of the marks' positions: what scanner, film and
+// camera file do to these is the same in every photo, so that of them the mean counts, once.
 struct Sum {
   Nats nats{};
-  int photos = 0;
+  std::vector<Nats> votes;  // of the photos that can be read
 
   explicit Sum(const std::vector<InteriorResult>& results) {
+    Nats positions{};
+    int with_positions = 0;
     for (const InteriorResult& result : results) {
       if (result.status != Status::kOk || result.possible_orientations.empty()) continue;
-      const Nats votes = VotesOf(result);
-      for (size_t i = 0; i < nats.size(); ++i) nats[i] += votes[i];
-      ++photos;
+      votes.push_back(VotesOf(result));
+      const auto of_positions = VotesOfPositions(result);
+      for (size_t i = 0; i < nats.size(); ++i)
+        nats[i] += std::min(votes.back()[i] - (of_positions ? (*of_positions)[i] : 0), 0.0);
+      if (!of_positions) continue;
+      for (size_t i = 0; i < nats.size(); ++i) positions[i] += (*of_positions)[i];
+      ++with_positions;
     }
+    for (size_t i = 0; i < nats.size() && with_positions > 0; ++i)
+      nats[i] += positions[i] / with_positions;
+  }
+
+  // Photos that tell one orientation against another.
+  std::ptrdiff_t Telling(size_t one, size_t other) const {
+    return std::count_if(votes.begin(), votes.end(),
+                         [&](const Nats& vote) { return vote[one] - vote[other] >= kTelling; });
+  }
+
+  // Photos that tell anything.
+  std::ptrdiff_t Telling() const {
+    return std::count_if(votes.begin(), votes.end(), [](const Nats& vote) {
+      const auto [least, most] = std::minmax_element(vote.begin(), vote.end());
+      return *most - *least >= kTelling;
+    });
   }
 
   // Of equal ones the first: unmirrored, unturned.
@@ -104,16 +146,18 @@ void Decide(const CameraFile& camera, const interior::MarkShapes& shapes,
 
 std::optional<ScanOrientation> OrientationOfRoll(const std::vector<InteriorResult>& results) {
   const Sum sum(results);
-  if (sum.photos < kFewestPhotos) return std::nullopt;
   const size_t best = sum.Likeliest();
   for (size_t i = 0; i < sum.nats.size(); ++i)
-    if (i != best && sum.nats[i] > sum.nats[best] - kSureNats) return std::nullopt;
+    if (i != best &&
+        (sum.nats[i] > sum.nats[best] - kSureNats || sum.Telling(best, i) < kFewestPhotos))
+      return std::nullopt;
   const ScanOrientation orientation = kAllScanOrientations[best];
   const auto contradicting =
       std::count_if(results.begin(), results.end(), [&](const InteriorResult& result) {
         return result.status == Status::kOk && !Leaves(result, orientation);
       });
-  if (static_cast<double>(contradicting) > kMostContradicting * sum.photos) return std::nullopt;
+  if (static_cast<double>(contradicting) > kMostContradicting * static_cast<double>(sum.Telling()))
+    return std::nullopt;
   return orientation;
 }
 

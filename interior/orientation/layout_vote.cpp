@@ -16,10 +16,16 @@ constexpr double kScatters_mm[] = {0.02, 0.035, 0.06, 0.12};
 struct Constellation {
   std::vector<AssignmentMark> marks;
   std::vector<int> choice;
-  double sigma_mm = 0;  // of a measured coordinate
+  double sigma_mm = 0;  // of a coordinate, measured less stated
 };
 
-Constellation Measured(const FilmReading& reading, const FilmMarks& marks) {
+// What the camera file states of a mark's coordinates, mean of both; 0: nothing.
+double StatedVariance(const Fiducial& mark) {
+  return mark.sigma_mm ? 0.5 * mark.sigma_mm->squaredNorm() : 0;
+}
+
+Constellation Measured(const CameraFile& camera, const FilmReading& reading,
+                       const FilmMarks& marks) {
   Constellation result{reading.marks, std::vector<int>(marks.size(), -1), 0};
   const double p = reading.pixel_size.pixel_mm;
   double variance = 0;
@@ -28,7 +34,8 @@ Constellation Measured(const FilmReading& reading, const FilmMarks& marks) {
     if (marks[i].state != MarkState::kUsed) continue;
     result.marks[i].candidates = {{(marks[i].position->pixel - reading.middle_px) * p, 0}};
     result.choice[i] = 0;
-    variance += 0.5 * marks[i].position->covariance.trace() * p * p;
+    variance +=
+        0.5 * marks[i].position->covariance.trace() * p * p + StatedVariance(camera.fiducials[i]);
     ++used;
   }
   if (used > 0) result.sigma_mm = std::sqrt(variance / used);
@@ -67,7 +74,7 @@ OrientationVote VoteOfLayout(const CameraFile& camera, const FilmReading& readin
   vote.layout = true;
   const LayoutDeparture departure = DepartureOf(camera.fiducials, open);
   if (departure.point_mm < kSymmetricMm && departure.affinity < kSymmetricMm) return vote;
-  Constellation seen = Measured(reading, marks);
+  Constellation seen = Measured(camera, reading, marks);
   for (size_t o = 0; o < open.size(); ++o) {
     PlaceIn(camera, open[o], RelabelAlike(camera.fiducials, open.front(), open[o]), &seen.marks);
     vote.nats[o] = Evidence(seen, reading, scanner);

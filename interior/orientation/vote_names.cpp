@@ -62,7 +62,7 @@ std::string VoteNames::MarkOf(const OrientationVote& vote) const {
 
 std::string VoteNames::NameOf(const OrientationVote& vote) const {
   if (vote.mark) return SymbolOf(MarkOf(vote));
-  if (vote.layout || !vote.feature) return "mark positions";
+  if (vote.layout || !vote.feature) return kByMarkPositions;
   // The data strip follows the camera file's own features (BorderFeatures).
   if (*vote.feature >= camera_.border.size()) return "data strip";
   return fmt::format("border {}", *vote.feature + 1);

@@ -68,6 +68,25 @@ TEST_F(RollOrientation, UnsureVotesAddUp) {
   EXPECT_FALSE(OrientationOfRoll(roll));
 }
 
+TEST_F(RollOrientation, PositionsOfMarksAreTheSameEvidenceInEveryPhoto) {
+  const Orientations two = {ScanOrientation::kM0, ScanOrientation::kR90};
+  InteriorResult photo = Photo(two, {0, -1});
+  std::vector<InteriorResult> roll(18, photo);
+  EXPECT_EQ(OrientationOfRoll(roll), ScanOrientation::kM0);  // by signs: independent
+  photo.orientation_evidence = {
+      {kByMarkPositions, {{ScanOrientation::kM0, 0}, {ScanOrientation::kR90, -1}}}};
+  roll.assign(18, photo);
+  EXPECT_FALSE(OrientationOfRoll(roll));
+}
+
+TEST_F(RollOrientation, PhotosThatTellNothingAddNothingToOneThatDoes) {
+  std::vector<InteriorResult> roll(5, Photo(kAll));
+  roll.front() = Photo({ScanOrientation::kM90});
+  EXPECT_FALSE(OrientationOfRoll(roll));
+  roll[1] = roll[2] = roll.front();
+  EXPECT_EQ(OrientationOfRoll(roll), ScanOrientation::kM90);
+}
+
 TEST_F(RollOrientation, WithoutAnyVoteAllAreNamedAlikeUnmirroredAndStayOpen) {
   Orientations other = kAll, third = kAll;
   std::rotate(other.begin(), other.begin() + 7, other.end());  // m270 first

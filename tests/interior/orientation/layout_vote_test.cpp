@@ -65,6 +65,14 @@ TEST_F(CalibratedLayout, TellsTheOrientationOfAPhotogrammetricScan) {
   ExpectRight(Orient(std::nullopt, Scanner::kPhotogrammetric));
 }
 
+TEST_F(CalibratedLayout, OfPositionsNoBetterThanItsDeparturesLeavesTheOrientationOpen) {
+  for (Fiducial& f : camera_.fiducials) f.sigma_mm = Vector2d(0.4, 0.4);
+  const InteriorResult result = Orient(std::nullopt);
+  EXPECT_EQ(result.status, Status::kOk);
+  EXPECT_FALSE(result.orientation);
+  EXPECT_EQ(result.possible_orientations.size(), kAllScanOrientations.size());
+}
+
 TEST_F(CalibratedLayout, ContradictsAWrongOrientationThatIsGiven) {
   const InteriorResult wrong = Orient(ScanOrientation::kR0);
   EXPECT_EQ(wrong.status, Status::kWeak);
