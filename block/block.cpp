@@ -9,6 +9,7 @@
 #include "block/inputs/approximations.h"
 #include "block/inputs/block_files.h"
 #include "block/inputs/persons_word.h"
+#include "block/inputs/same_images.h"
 #include "block/stages/adjustment_stage.h"
 #include "block/stages/exterior_inputs.h"
 #include "block/stages/exterior_stage.h"
@@ -213,6 +214,8 @@ OrientedBlock Orient(const BlockInputs& inputs, const BlockFolder& folder,
   if (inputs.IsFilm()) OrientInteriors(inputs, listener);
   OrientExteriors(inputs, exterior, listener, &block);
   block.photos = ReadPhotos(inputs, exterior);
+  for (Finding& finding : SameImages(inputs.Block().photos))
+    block.findings.push_back(std::move(finding));
   if (inputs.Block().adjustment.ties && block.photos.size() > 1 && CountPosed(block.photos) > 0) {
     OrientByNeighbours(inputs, folder, listener, &block);
     const GroundSurface surface = SurfaceUnder(inputs.Block(), block.photos);

@@ -214,7 +214,9 @@ int BlockJudgement::PutBackDissolved() {
     bool any_rejected = false;
     for (const std::size_t row : system_->image_rows_of_point[point]) {
       const bool rejected = states_[row] == ObservationState::kRejected;
-      if (!(rejected && !put_back_[row]) && states_[row] != ObservationState::kAlone) continue;
+      const bool left_over =
+          states_[row] == ObservationState::kAlone || states_[row] == ObservationState::kWeakAngle;
+      if (!(rejected && !put_back_[row]) && !left_over) continue;
       any_rejected = any_rejected || rejected;
       rows.push_back(row);
     }

@@ -5,6 +5,7 @@
 #include <cmath>
 #include <set>
 
+#include "block/ties/one_station.h"
 #include "core/terrain/view_over_ground.h"
 #include "exterior/steps/error_model.h"
 #include "exterior/steps/resect.h"
@@ -74,19 +75,25 @@ void AddPhotos(const AdjustmentInputs& inputs, AdjustedBlock* adjusted,
   }
 }
 
+void AddTie(const TieRecord& tie, const std::map<std::string, std::size_t>& index,
+            BlockToAdjust* block) {
+  const std::size_t point = block->points.size();
+  BlockPoint to;
+  to.id = static_cast<std::int64_t>(point) + 1;
+  to.approximate_m = tie.ground_m;
+  block->points.push_back(to);
+  for (const SightingRecord& seen : tie.seen)
+    if (const auto photo = index.find(seen.photo); photo != index.end())
+      block->observations.push_back({photo->second, point, seen.pixel, seen.covariance_px2});
+}
+
 void AddTies(const AdjustmentInputs& inputs, const std::map<std::string, std::size_t>& index,
              AdjustedBlock* adjusted) {
   BlockToAdjust& block = adjusted->block;
-  for (const TieRecord& tie : inputs.ties) {
-    const std::size_t point = block.points.size();
-    BlockPoint to;
-    to.id = static_cast<std::int64_t>(point) + 1;
-    to.approximate_m = tie.ground_m;
-    block.points.push_back(to);
-    for (const SightingRecord& seen : tie.seen)
-      if (const auto photo = index.find(seen.photo); photo != index.end())
-        block.observations.push_back({photo->second, point, seen.pixel, seen.covariance_px2});
-  }
+  std::map<std::string, Pose> poses;
+  for (const BlockPhoto& photo : block.photos) poses[photo.name] = photo.approximate;
+  for (const TieRecord& tie : inputs.ties)
+    for (const TieRecord& part : WithOneRayOfEachStation(tie, poses)) AddTie(part, index, &block);
   if (inputs.measured) AddMeasuredTies(*inputs.measured, &block);
   adjusted->ties = block.points.size();
 }

@@ -32,16 +32,24 @@ std::vector<std::vector<std::size_t>> ObservationsByPhoto(const AdjustedBlock& a
   return of_photo;
 }
 
-// Of each point, how many photos that were adjusted show it.
-std::vector<int> AdjustedRays(const AdjustedBlock& adjusted) {
+// Of each point, whether rays of adjusted photos could contradict each other: not where the only
+// ones meet under next to no angle.
+std::vector<bool> Comparable(const AdjustedBlock& adjusted) {
   std::vector<int> rays(adjusted.block.points.size(), 0);
-  for (const ImageObservation& observation : adjusted.block.observations)
-    rays[observation.point] +=
-        adjusted.result.photos[observation.photo].state == PhotoState::kAdjusted ? 1 : 0;
-  return rays;
+  std::vector<bool> met(rays.size(), false);
+  for (std::size_t i = 0; i < adjusted.block.observations.size(); ++i) {
+    const ImageObservation& observation = adjusted.block.observations[i];
+    if (adjusted.result.photos[observation.photo].state != PhotoState::kAdjusted) continue;
+    ++rays[observation.point];
+    if (adjusted.result.observations[i].state != ObservationState::kWeakAngle)
+      met[observation.point] = true;
+  }
+  for (std::size_t point = 0; point < rays.size(); ++point)
+    met[point] = met[point] && rays[point] > 1;
+  return met;
 }
 
-Sightings SightingsOf(const AdjustedBlock& adjusted, const std::vector<int>& rays,
+Sightings SightingsOf(const AdjustedBlock& adjusted, const std::vector<bool>& comparable,
                       const std::vector<std::size_t>& observations) {
   Sightings sightings;
   double tie_sum = 0, sum = 0, redundancy = 0;
@@ -50,7 +58,7 @@ Sightings SightingsOf(const AdjustedBlock& adjusted, const std::vector<int>& ray
     const bool tie = adjusted.block.observations[i].point < adjusted.ties;
     const bool used = result.state == ObservationState::kUsed;
     sightings.ties.measured += tie ? 1 : 0;
-    sightings.comparable += tie && rays[adjusted.block.observations[i].point] > 1 ? 1 : 0;
+    sightings.comparable += tie && comparable[adjusted.block.observations[i].point] ? 1 : 0;
     if (!used) continue;
     sum += result.residual_px.squaredNorm();
     redundancy += result.redundancy;
@@ -250,10 +258,10 @@ std::vector<ExteriorResult> FinalResults(const AdjustmentInputs& inputs,
                                          const AdjustedBlock& adjusted) {
   std::vector<ExteriorResult> results = OwnResults(inputs.photos);
   const auto observations = ObservationsByPhoto(adjusted);
-  const std::vector<int> rays = AdjustedRays(adjusted);
+  const std::vector<bool> comparable = Comparable(adjusted);
   std::vector<Sightings> sightings;
   for (std::size_t i = 0; i < adjusted.photo_of.size(); ++i) {
-    sightings.push_back(SightingsOf(adjusted, rays, observations[i]));
+    sightings.push_back(SightingsOf(adjusted, comparable, observations[i]));
     results[adjusted.photo_of[i]] = Final(inputs, adjusted, i, observations[i], sightings[i]);
   }
   JudgeHanging(inputs, adjusted, sightings, &results);

@@ -325,6 +325,8 @@ const std::vector<Wording>& Wordings() {  // NOLINT(readability-function-size): 
       {Reason::kInputsChanged, "inputs_changed",
        "oriented again, as their inputs changed ({first}): {rest}"},
       {Reason::kNoTiesFromPhoto, "no_ties_from_photo", "{first} gives no tie points: {rest}"},
+      {Reason::kSameImage, "same_image",
+       "{where} are the same image under {value:.0f} names: leave all but one out"},
       {Reason::kNeighboursNotTried, "neighbours_not_tried",
        "The remaining photos could not be tried with their neighbours' patches: {where}"},
       {Reason::kStripPhotosAbsent, "strip_photos_absent",

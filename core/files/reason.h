@@ -138,6 +138,7 @@ enum class Reason {
   kNoPoseCovariance,
   kInputsChanged,
   kNoTiesFromPhoto,
+  kSameImage,
   kNeighboursNotTried,
   kStripPhotosAbsent,
   kLocatedByOwnFiles,
