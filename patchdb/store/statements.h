@@ -114,9 +114,12 @@ inline constexpr const char* kForgetUnknownPhoto =
 
 inline constexpr const char* kPlaceOf = "SELECT minx, miny FROM rtree_patches_geom WHERE id = ?1";
 inline constexpr const char* kEpochOf = "SELECT epoch FROM patches WHERE id = ?1";
+// One image is one photo, whatever its names: its last attempt counts.
 inline constexpr const char* kAttemptsOf =
     "SELECT state, photo_status, photo_date, epoch, neighbours_sought, neighbours_matched "
-    "FROM attempts WHERE patch_id = ?1 ORDER BY id";
+    "FROM attempts AS a WHERE patch_id = ?1 AND (photo_digest = '' OR NOT EXISTS "
+    "(SELECT 1 FROM attempts AS b WHERE b.patch_id = a.patch_id "
+    "AND b.photo_digest = a.photo_digest AND b.id > a.id)) ORDER BY id";
 inline constexpr const char* kSetWeights =
     "UPDATE patches SET success_weight = ?2, failure_weight = ?3 WHERE id = ?1 AND "
     "(success_weight <> ?2 OR failure_weight <> ?3)";
