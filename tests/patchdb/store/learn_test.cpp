@@ -15,10 +15,13 @@ namespace {
 class LearnTest : public testing::Test {
  protected:
   // Patch 13 in the middle of 25 fails, the others match.
-  void Seek(const std::string& photo, const std::string& status = "ok", bool neighbours = true) {
+  void Seek(const std::string& photo, const std::string& status = "ok", bool neighbours = true,
+            const std::string& digest = "") {
     std::vector<MatchAttempt> attempts;
-    for (int id = 1; id <= 25; ++id)
+    for (int id = 1; id <= 25; ++id) {
       attempts.push_back(MadeUpAttempt(id, photo, neighbours && id != 13, status));
+      attempts.back().photo_digest = digest;
+    }
     database_.RecordAttempts(attempts);
   }
   Patch Middle() { return *database_.ReadPatch(13); }
@@ -61,6 +64,15 @@ TEST_F(LearnTest, ThirdPhotoRetiresAndRestoreBringsBackForGood) {
   EXPECT_EQ(Middle().life, PatchLife::kActive) << "a new epoch begins to count anew";
   Seek("f");
   EXPECT_EQ(Middle().life, PatchLife::kRetired);
+}
+
+TEST_F(LearnTest, OneImageUnderThreeNamesIsOneWitness) {
+  for (const char* photo : {"a", "b", "c"}) Seek(photo, "ok", true, "0123");
+  EXPECT_EQ(Middle().life, PatchLife::kActive);
+  EXPECT_EQ(Middle().failure_weight, 1);
+  Seek("d", "ok", true, "4567");
+  Seek("e", "ok", true, "89ab");
+  EXPECT_EQ(Middle().life, PatchLife::kRetired) << "three images";
 }
 
 TEST_F(LearnTest, FailedPhotosAndFailingNeighboursRetireNobody) {
