@@ -21,8 +21,8 @@ std::string ColumnOfOtherUnit(const std::string& written);
 bool NamesAngle(const std::string& written);
 
 // The columns' places by the above. The photo's name, "filename", is the first of filename, photo,
-// photoid, image, imagename, label, name and id that is there. `twice` becomes the place of a second column of one
-// name, where there is one.
+// photoid, image, imagename, label, name and id that is there. `twice` becomes the place of a
+// second column of one name, where there is one.
 std::map<std::string, std::size_t> ColumnPlaces(const std::vector<std::string>& written,
                                                 std::optional<std::size_t>* twice);
 

@@ -26,7 +26,8 @@ class TableText {
   bool NextLine(std::vector<TableCell>* cells);
   // Whether it starts with '#'.
   static bool IsComment(const std::string& line);
-  // ',' until another one is set; ' ' stands for any number of blanks and tabs, and knows no quotes.
+  // ',' until another one is set; ' ' stands for any number of blanks and tabs, and knows no
+  // quotes.
   void SetDelimiter(char delimiter) { delimiter_ = delimiter; }
   std::vector<TableCell> Split(const std::string& line) const;
   // Throws InputError where the cell holds no finite number; `name` is what it should be.
