@@ -32,7 +32,12 @@ struct Patches {
   }
   SourceVotes Votes() const { return VotesOf(results, patches); }
   Findings Judged() const {
-    return Judge({.places = 100, .spread = 0.5, .worst_sigma_px = 0.2, .sources = Votes()});
+    JudgedPose pose;
+    pose.places = 100;
+    pose.spread = 0.5;
+    pose.worst_sigma_px = 0.2;
+    pose.sources = Votes();
+    return Judge(pose);
   }
 
  private:
