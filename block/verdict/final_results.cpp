@@ -169,6 +169,17 @@ PhotoView WithOwnFilm(const AdjustmentInputs& inputs, const AdjustedBlock& adjus
   return own;
 }
 
+ExteriorResult NotConverged(const BlockPhotoFile& file, const Sightings& sightings) {
+  ExteriorResult result = Own(file, Failing(Reason::kBlockNotConverged));
+  result.ties = sightings.ties;
+  if (result.pose)
+    exterior::Add({.reason = Reason::kBlockNotConverged,
+                   .at_best = Status::kWeak,
+                   .where = ": this is the result of its own patches"},
+                  &result);
+  return result;
+}
+
 ExteriorResult Final(const AdjustmentInputs& inputs, const AdjustedBlock& adjusted,
                      std::size_t photo, const std::vector<std::size_t>& observations,
                      const Sightings& sightings) {
@@ -180,16 +191,7 @@ ExteriorResult Final(const AdjustmentInputs& inputs, const AdjustedBlock& adjust
   const bool adjusted_well =
       now.state == PhotoState::kAdjusted && part != nullptr && part->by_control;
   TiedPhoto tied{sightings.ties.used, sightings.comparable, sightings.tie_redundancy};
-  if (!adjusted.result.converged) {
-    ExteriorResult result = Own(file, Failing(Reason::kBlockNotConverged));
-    result.ties = sightings.ties;
-    if (result.pose)
-      exterior::Add({.reason = Reason::kBlockNotConverged,
-                     .at_best = Status::kWeak,
-                     .where = ": this is the result of its own patches"},
-                    &result);
-    return result;
-  }
+  if (!adjusted.result.converged) return NotConverged(file, sightings);
   if (!adjusted_well || sightings.ties.used == 0) {
     const bool told = part != nullptr && part->finding;
     ExteriorResult result =
