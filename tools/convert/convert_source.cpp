@@ -171,6 +171,19 @@ std::optional<double> MeanPixelSize(const std::string& interior_directory) {
   return sum / count;
 }
 
+namespace {
+
+void RequireTheCamerasPrincipalDistance(const ExteriorResult& exterior, const std::string& path) {
+  if (exterior.principal_distance)
+    throw InputError(
+        fmt::format("{}: the photo's principal distance was estimated with its pose ({:g} mm); "
+                    "put the right value into the camera file and orient without "
+                    "--principal-distance-sigma-mm before converting",
+                    path, exterior.principal_distance->value_mm));
+}
+
+}  // namespace
+
 ConvertSource ReadOrientResults(const ConvertSourceOptions& options) {
   const OrientationTable table = ReadOrientationTable(TablePath(options.input));
   if (table.rows.empty()) throw InputError(TablePath(options.input) + " holds no photo");
@@ -204,12 +217,7 @@ ConvertSource ReadOrientResults(const ConvertSourceOptions& options) {
     const std::string path = ExteriorResultPath(folder, row.photo);
     std::optional<ExteriorResult> exterior;
     if (fs::exists(path)) exterior = ReadExteriorResult(path);
-    if (exterior && exterior->principal_distance)
-      throw InputError(
-          fmt::format("{}: the photo's principal distance was estimated with its pose ({:g} mm); "
-                      "put the right value into the camera file and orient without "
-                      "--principal-distance-sigma-mm before converting",
-                      path, exterior->principal_distance->value_mm));
+    if (exterior) RequireTheCamerasPrincipalDistance(*exterior, path);
     auto height = MeanGround(exterior);
     if (!height) height = options.ground_height_m;
     const bool seen = !film || fs::exists(InteriorResultPath(interior, row.photo));
