@@ -94,8 +94,11 @@ TEST(OrientationTable, CamerasExportedByMetashapeAreRead) {
       "r33\n";
   const std::string matrix_rows = "\t1\t0\t0\t0\t1\t0\t0\t0\t1\n";
   for (const bool commas : {false, true}) {
-    std::string text = header + "strip 2, no. 7\t500123.25\t5000321.5\t1823.75\t1\t-2\t91" +
-                       matrix_rows + "4712.tif\t500823\t5000321\t1824\t0\t0\t90" + matrix_rows;
+    std::string text = header;
+    text += "strip 2, no. 7\t500123.25\t5000321.5\t1823.75\t1\t-2\t91";
+    text += matrix_rows;
+    text += "4712.tif\t500823\t5000321\t1824\t0\t0\t90";
+    text += matrix_rows;
     if (commas) {
       text.replace(text.find("2, no"), 2, "2");
       std::replace(text.begin(), text.end(), '\t', ',');
