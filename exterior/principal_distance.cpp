@@ -5,10 +5,9 @@
 #include <algorithm>
 #include <cmath>
 #include <map>
-#include <set>
 
 #include "core/base/median.h"
-#include "core/geometry/collinearity.h"
+#include "core/terrain/view_over_ground.h"
 #include "exterior/judge.h"
 #include "exterior/steps/patch_observation.h"
 
@@ -56,29 +55,19 @@ ExteriorResult NotEstimated(ExteriorResult first) {
   return first;
 }
 
-double MedianHeight_m(const std::vector<patchdb::Patch>& patches, const ExteriorResult& result) {
-  std::set<std::int64_t> matched;
-  for (const PatchResult& match : result.patches)
-    if (match.state == PatchState::kMatched) matched.insert(match.id);
+double MedianHeight_m(const ExteriorResult& result) {
   std::vector<double> heights_m;
-  for (const patchdb::Patch& patch : patches)
-    if (matched.contains(patch.id)) heights_m.push_back(patch.ground_m.z());
+  for (const PatchResult& match : result.patches)
+    if (match.state == PatchState::kMatched) heights_m.push_back(match.ground_m->z());
   return UpperMedian(std::move(heights_m));
 }
 
-// How far apart the two project level ground, at most, over corners, edges and middle of the frame.
+// How far apart the two project level ground, at most.
 double LargestDifference_px(const PhotoView& one, const PhotoView& other, double height_m) {
   double largest_px = 0;
-  for (const double i : {-0.5, 0.0, 0.5})
-    for (const double j : {-0.5, 0.0, 0.5}) {
-      const Eigen::Vector2d photo =
-          one.camera.frame_centre_mm + one.camera.frame_mm.cwiseProduct(Eigen::Vector2d(i, j));
-      const auto ray = GroundRayFromPhoto(one.camera, one.pose, photo);
-      if (!ray || ray->direction.z() > -1e-3) continue;
-      const auto there = other.PixelFromGround(
-          ray->origin_m + ray->direction * ((height_m - ray->origin_m.z()) / ray->direction.z()));
-      if (there) largest_px = std::max(largest_px, (*there - one.PixelFromPhoto(photo)).norm());
-    }
+  for (const SeenPlace& place : OutermostInFrame(one.camera, one.pose, height_m))
+    if (const auto there = other.PixelFromGround(place.ground_m))
+      largest_px = std::max(largest_px, (*there - one.PixelFromPhoto(place.photo_mm)).norm());
   return largest_px;
 }
 
@@ -131,7 +120,7 @@ void JudgePrincipalDistance(const PhotoToOrient& photo, const std::vector<patchd
   PhotoView other = stated;
   other.pose = free->pose;
   other.camera.principal_distance_mm = free->principal_distance_mm;
-  const double moved_px = LargestDifference_px(stated, other, MedianHeight_m(patches, *result));
+  const double moved_px = LargestDifference_px(stated, other, MedianHeight_m(*result));
   const bool beyond = moved_px > kMovedSigmas * result->projection_sigma->px;
   Add({Reason::kPrincipalDistanceContradicted, beyond ? Status::kWeak : Status::kOk,
        free->principal_distance_mm, stated_mm,

@@ -8,8 +8,20 @@ namespace {
 
 constexpr int kNodes = 6;            // of the frame, each way
 constexpr double kFlattest = -0.05;  // direction down of a ray, of length 1
+constexpr double kHorizon = -1e-3;
 constexpr int kSteps = 10;
 constexpr double kSettledMm = 1e-7;
+
+// Appends what the frame shows at `unit` (frame sizes from its centre), unless the ray points
+// higher than `flattest`.
+void Look(const Camera& camera, const Pose& pose, const Eigen::Vector2d& unit, double height_m,
+          double flattest, std::vector<SeenPlace>* places) {
+  const Eigen::Vector2d photo_mm = camera.frame_centre_mm + unit.cwiseProduct(camera.frame_mm);
+  const auto ray = GroundRayFromPhoto(camera, pose, photo_mm);
+  if (!ray || ray->direction.z() > flattest) return;
+  const double reach = (height_m - ray->origin_m.z()) / ray->direction.z();
+  places->push_back({photo_mm, ray->origin_m + reach * ray->direction});
+}
 
 }  // namespace
 
@@ -17,13 +29,16 @@ std::vector<SeenPlace> PlacesInFrame(const Camera& camera, const Pose& pose, dou
   std::vector<SeenPlace> places;
   for (int i = 0; i < kNodes * kNodes; ++i) {
     const int col = i % kNodes, row = i / kNodes;
-    const Eigen::Vector2d unit((col + 0.5) / kNodes - 0.5, (row + 0.5) / kNodes - 0.5);
-    const Eigen::Vector2d photo_mm = camera.frame_centre_mm + unit.cwiseProduct(camera.frame_mm);
-    const auto ray = GroundRayFromPhoto(camera, pose, photo_mm);
-    if (!ray || ray->direction.z() > kFlattest) continue;
-    const double reach = (height_m - ray->origin_m.z()) / ray->direction.z();
-    places.push_back({photo_mm, ray->origin_m + reach * ray->direction});
+    Look(camera, pose, {(col + 0.5) / kNodes - 0.5, (row + 0.5) / kNodes - 0.5}, height_m,
+         kFlattest, &places);
   }
+  return places;
+}
+
+std::vector<SeenPlace> OutermostInFrame(const Camera& camera, const Pose& pose, double height_m) {
+  std::vector<SeenPlace> places;
+  for (const double i : {-0.5, 0.0, 0.5})
+    for (const double j : {-0.5, 0.0, 0.5}) Look(camera, pose, {i, j}, height_m, kHorizon, &places);
   return places;
 }
 

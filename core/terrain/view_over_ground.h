@@ -23,6 +23,10 @@ struct SeenPlace {
 // does not point down.
 std::vector<SeenPlace> PlacesInFrame(const Camera& camera, const Pose& pose, double height_m);
 
+// The same in the frame's corners, the middles of its sides and its middle; without those at the
+// horizon or above.
+std::vector<SeenPlace> OutermostInFrame(const Camera& camera, const Pose& pose, double height_m);
+
 // The pose with which another camera and film position (`with`, whose pose is where the search
 // begins) show level ground at `height_m` where `view` does, by least squares over the frame. Empty
 // where either does not see that ground.

@@ -9,8 +9,8 @@
 
 #include "core/base/chi_square.h"
 #include "core/base/median.h"
-#include "core/geometry/collinearity.h"
 #include "core/terrain/pixel_derivatives.h"
+#include "core/terrain/view_over_ground.h"
 #include "exterior/steps/linearised_matches.h"
 
 namespace orient::exterior {
@@ -294,21 +294,14 @@ std::optional<PoseEstimate> EstimatePose(const PhotoView& view, const PosePrior&
 double WorstProjectionSigma(const PhotoView& view, const Matrix6d& covariance, double height_m) {
   constexpr double kUnknown = std::numeric_limits<double>::infinity();
   double worst = -1;  // no point of the frame shows the ground yet
-  for (int i = -1; i <= 1; ++i)
-    for (int j = -1; j <= 1; ++j) {
-      const Eigen::Vector2d photo = view.camera.frame_centre_mm +
-                                    view.camera.frame_mm.cwiseProduct(Eigen::Vector2d(i, j)) / 2;
-      const auto ray = GroundRayFromPhoto(view.camera, view.pose, photo);
-      if (!ray || ray->direction.z() > -1e-3) continue;
-      const Eigen::Vector3d ground =
-          ray->origin_m + ray->direction * ((height_m - ray->origin_m.z()) / ray->direction.z());
-      const auto d = PixelFromGroundWithDerivatives(view, ground);
-      if (!d) continue;
-      const Eigen::Matrix2d pixel_covariance = d->by_pose * covariance * d->by_pose.transpose();
-      const double variance = pixel_covariance.diagonal().maxCoeff();
-      if (!(variance >= 0)) return kUnknown;
-      worst = std::max(worst, std::sqrt(variance));
-    }
+  for (const SeenPlace& place : OutermostInFrame(view.camera, view.pose, height_m)) {
+    const auto d = PixelFromGroundWithDerivatives(view, place.ground_m);
+    if (!d) continue;
+    const Eigen::Matrix2d pixel_covariance = d->by_pose * covariance * d->by_pose.transpose();
+    const double variance = pixel_covariance.diagonal().maxCoeff();
+    if (!(variance >= 0)) return kUnknown;
+    worst = std::max(worst, std::sqrt(variance));
+  }
   return worst < 0 ? kUnknown : worst;
 }
 

@@ -31,6 +31,7 @@ void AddMatch(const PhotoView& truth, const Eigen::Vector3d& ground,
   patch.covariance_m2 = 1e-4 * Eigen::Matrix3d::Identity();
   PatchResult match;
   match.id = patch.id;
+  match.ground_m = ground;
   match.state = PatchState::kMatched;
   match.pixel = *pixel + error_px;
   match.sigma_px = Eigen::Vector2d::Constant(kNoisePx);
