@@ -214,8 +214,7 @@ OrientedBlock Orient(const BlockInputs& inputs, const BlockFolder& folder,
   if (inputs.IsFilm()) OrientInteriors(inputs, listener);
   OrientExteriors(inputs, exterior, listener, &block);
   block.photos = ReadPhotos(inputs, exterior);
-  for (Finding& finding : SameImages(inputs.Block().photos))
-    block.findings.push_back(std::move(finding));
+  for (Finding& finding : SameImages(block.photos)) block.findings.push_back(std::move(finding));
   if (inputs.Block().adjustment.ties && block.photos.size() > 1 && CountPosed(block.photos) > 0) {
     OrientByNeighbours(inputs, folder, listener, &block);
     const GroundSurface surface = SurfaceUnder(inputs.Block(), block.photos);

@@ -5,18 +5,16 @@
 
 #include <map>
 
-#include "block/inputs/digest.h"
-#include "core/files/orientation_table.h"
-
 namespace orient::block {
 
-Findings SameImages(const std::vector<std::string>& paths) {
-  std::map<std::string, std::vector<std::string>> photos;  // by content
-  for (const std::string& path : paths)
-    if (const std::string digest = DigestOfFile(path); !digest.empty())
-      photos[digest].push_back(PhotoName(path));
+Findings SameImages(const std::vector<BlockPhotoFile>& photos) {
+  std::map<std::string, std::vector<std::string>> names_of;  // by content
+  for (const BlockPhotoFile& photo : photos)
+    if (const auto scan = photo.exterior.made_from.find("scan");
+        scan != photo.exterior.made_from.end() && !scan->second.empty())
+      names_of[scan->second].push_back(photo.name);
   Findings findings;
-  for (const auto& [digest, names] : photos)
+  for (const auto& [digest, names] : names_of)
     if (names.size() > 1)
       findings.push_back({.reason = Reason::kSameImage,
                           .value = static_cast<double>(names.size()),
