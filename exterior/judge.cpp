@@ -78,9 +78,10 @@ Findings Judge(const JudgedPose& pose) {
   if (pose.spread < kSpreadForOk) weak(Reason::kPoorSpread, 100 * pose.spread, 100 * kSpreadForOk);
   if (!(pose.worst_sigma_px <= pose.target_px))
     weak(Reason::kPoorlyDetermined, pose.worst_sigma_px, pose.target_px);
+  const Status by_sources = IsUndecided(pose.sources) ? Status::kWeak : Status::kOk;
   for (const ContradictedSource& source : pose.sources.contradicted)
     findings.push_back({.reason = Reason::kSourceContradicted,
-                        .at_best = IsUndecided(pose.sources) ? Status::kWeak : Status::kOk,
+                        .at_best = by_sources,
                         .value = source.shift_px.norm(),
                         .limit = source.found - source.used,
                         .where = std::to_string(source.source)});

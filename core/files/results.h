@@ -43,10 +43,10 @@ struct MarkResult {
   std::optional<SearchedWindow> window = {};
 };
 
-// What one symbol, the data strip, a feature of the border or the marks' calibrated positions say
-// of the scan orientation.
 inline constexpr const char* kByMarkPositions = "mark positions";
 
+// What one symbol, the data strip, a feature of the border or the marks' calibrated positions say
+// of the scan orientation.
 struct OrientationEvidence {
   std::string by;  // "symbol of mark 3", "data strip", "border 1", kByMarkPositions
   std::vector<std::pair<ScanOrientation, double>> nats;  // all 0: could not be read

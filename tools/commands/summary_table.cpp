@@ -54,10 +54,11 @@ void SummaryTable::Print(std::ostream& out) const {
 
 std::string MessageCell(const Findings& findings) {
   if (findings.empty()) return "";
-  const std::string told =
-      Sentence(*std::find_if(findings.begin(), findings.end(), [&](const Finding& finding) {
-        return finding.at_best == StatusOf(findings);
-      }));
+  const Status status = StatusOf(findings);
+  const auto deciding = std::find_if(findings.begin(), findings.end(), [&](const Finding& finding) {
+    return finding.at_best == status;
+  });
+  const std::string told = Sentence(*deciding);
   return findings.size() == 1 ? told : fmt::format("{} (+{} more)", told, findings.size() - 1);
 }
 

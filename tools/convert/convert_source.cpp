@@ -119,6 +119,15 @@ void RequireOneCamera(const OrientationTable& table, const std::string& path) {
       path, table.cameras.size(), fmt::join(table.cameras, ", ")));
 }
 
+void RequireTheCamerasPrincipalDistance(const ExteriorResult& exterior, const std::string& path) {
+  if (exterior.principal_distance)
+    throw InputError(
+        fmt::format("{}: the photo's principal distance was estimated with its pose ({:g} mm); "
+                    "put the right value into the camera file and orient without "
+                    "--principal-distance-sigma-mm before converting",
+                    path, exterior.principal_distance->value_mm));
+}
+
 }  // namespace
 
 std::string FolderOf(const std::string& input) {
@@ -170,19 +179,6 @@ std::optional<double> MeanPixelSize(const std::string& interior_directory) {
   if (count == 0) return std::nullopt;
   return sum / count;
 }
-
-namespace {
-
-void RequireTheCamerasPrincipalDistance(const ExteriorResult& exterior, const std::string& path) {
-  if (exterior.principal_distance)
-    throw InputError(
-        fmt::format("{}: the photo's principal distance was estimated with its pose ({:g} mm); "
-                    "put the right value into the camera file and orient without "
-                    "--principal-distance-sigma-mm before converting",
-                    path, exterior.principal_distance->value_mm));
-}
-
-}  // namespace
 
 ConvertSource ReadOrientResults(const ConvertSourceOptions& options) {
   const OrientationTable table = ReadOrientationTable(TablePath(options.input));
