@@ -2,11 +2,13 @@
 #include <fmt/format.h>
 #include <gtest/gtest.h>
 
+#include <cmath>
 #include <filesystem>
 #include <sstream>
 
 #include "core/files/adjustment_result.h"
 #include "tests/end_to_end/spoilt_block.h"
+#include "tests/support/run_orient.h"
 #include "tools/simulate/geotiff.h"
 
 namespace orient {

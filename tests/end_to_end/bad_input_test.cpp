@@ -15,6 +15,7 @@
 #include "tests/end_to_end/spoilt_block.h"
 #include "tests/support/older_patchdb.h"
 #include "tests/support/ordinary_user.h"
+#include "tests/support/run_orient.h"
 #include "tests/support/shared_data.h"
 
 namespace orient {

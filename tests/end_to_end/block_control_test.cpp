@@ -7,6 +7,7 @@
 
 #include "core/base/atomic_write.h"
 #include "tests/end_to_end/simulated_block.h"
+#include "tests/support/run_orient.h"
 #include "tests/support/shared_data.h"
 
 namespace orient {

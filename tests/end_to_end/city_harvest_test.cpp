@@ -4,9 +4,11 @@
 
 #include <Eigen/LU>
 #include <array>
+#include <cmath>
 #include <iostream>
 #include <map>
 
+#include "core/terrain/photo_view.h"
 #include "patchdb/harvest/further_views.h"
 #include "tests/end_to_end/simulated_city.h"
 

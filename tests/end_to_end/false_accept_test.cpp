@@ -12,6 +12,7 @@
 #include "patchdb/store/patch_database.h"
 #include "tests/end_to_end/simulated_block.h"
 #include "tests/support/ngi.h"
+#include "tests/support/run_orient.h"
 #include "tests/support/shared_data.h"
 
 namespace orient {

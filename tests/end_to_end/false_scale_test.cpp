@@ -4,6 +4,7 @@
 #include "core/files/orientation_table.h"
 #include "core/terrain/crs.h"
 #include "tests/end_to_end/spoilt_block.h"
+#include "tests/support/run_orient.h"
 
 namespace orient {
 namespace {

@@ -5,7 +5,9 @@
 #include <filesystem>
 
 #include "core/files/orientation_table.h"
+#include "core/geometry/rotation.h"
 #include "tests/end_to_end/simulated_block.h"
+#include "tests/support/run_orient.h"
 #include "tests/support/shared_data.h"
 
 namespace orient {

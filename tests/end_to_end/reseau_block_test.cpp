@@ -2,6 +2,7 @@
 #include <gtest/gtest.h>
 
 #include "tests/end_to_end/simulated_block.h"
+#include "tests/support/run_orient.h"
 #include "tests/support/shared_data.h"
 
 namespace orient {

@@ -2,12 +2,15 @@
 // nobody has to say it and the true orientation comes out.
 #include <gtest/gtest.h>
 
+#include <cmath>
 #include <cstdio>
 #include <filesystem>
 
 #include "core/files/orientation_table.h"
+#include "core/geometry/rotation.h"
 #include "core/raster/raster.h"
 #include "tests/end_to_end/simulated_block.h"
+#include "tests/support/run_orient.h"
 #include "tests/support/shared_data.h"
 #include "tools/simulate/geotiff.h"
 

@@ -2,14 +2,21 @@
 #include <gtest/gtest.h>
 
 #include <Eigen/Dense>
+#include <array>
+#include <cmath>
 #include <map>
+#include <nlohmann/json.hpp>
 #include <set>
+#include <stdexcept>
 
 #include "core/base/atomic_write.h"
 #include "core/files/orientation_table.h"
 #include "core/geometry/intersection.h"
+#include "core/geometry/rotation.h"
+#include "core/terrain/photo_view.h"
 #include "patchdb/store/patch_database.h"
 #include "tests/end_to_end/simulated_block.h"
+#include "tests/support/run_orient.h"
 #include "tests/support/shared_data.h"
 
 namespace orient {

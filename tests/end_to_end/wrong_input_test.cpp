@@ -7,9 +7,11 @@
 
 #include "core/base/atomic_write.h"
 #include "core/files/orientation_table.h"
+#include "core/raster/raster.h"
 #include "core/terrain/ground_surface.h"
 #include "patchdb/store/patch_database.h"
 #include "tests/end_to_end/simulated_block.h"
+#include "tests/support/run_orient.h"
 #include "tests/support/shared_data.h"
 #include "tools/simulate/geotiff.h"
 

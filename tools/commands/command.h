@@ -7,7 +7,6 @@
 // messages to the error stream.
 #pragma once
 
-#include <CLI/App.hpp>
 #include <iosfwd>
 #include <memory>
 #include <string>
@@ -15,6 +14,10 @@
 #include <vector>
 
 #include "tools/commands/record_run.h"
+
+namespace CLI {
+class App;
+}
 
 namespace orient {
 

@@ -119,6 +119,8 @@ void Print(const CameraFile& camera, const block::CameraEstimate& estimate,
 
 }  // namespace
 
+bool EstimateCameraCommand::Asked() const { return app_ != nullptr && app_->parsed(); }
+
 void EstimateCameraCommand::Setup(CLI::App& interior) {
   app_ = interior.add_subcommand(
       "estimate-camera", "Estimate the mark positions of a camera without calibration certificate");

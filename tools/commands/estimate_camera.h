@@ -1,12 +1,15 @@
 // orient interior estimate-camera: the marks' positions from the photos themselves.
 #pragma once
 
-#include <CLI/App.hpp>
 #include <iosfwd>
 #include <string>
 #include <vector>
 
 #include "tools/commands/command.h"
+
+namespace CLI {
+class App;
+}
 
 namespace orient {
 
@@ -14,7 +17,7 @@ namespace orient {
 class EstimateCameraCommand {
  public:
   void Setup(CLI::App& interior);
-  bool Asked() const { return app_ != nullptr && app_->parsed(); }
+  bool Asked() const;
   // Throws UsageError, InputError.
   ExitCode Run(std::ostream& out) const;
 

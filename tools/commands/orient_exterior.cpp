@@ -1,4 +1,5 @@
 // orient exterior: poses of photos from control patches.
+#include <CLI/CLI.hpp>
 #include <algorithm>
 #include <filesystem>
 #include <ostream>

@@ -1,7 +1,6 @@
 // Options that several subcommands have, declared once so that they read and behave the same.
 #pragma once
 
-#include <CLI/App.hpp>
 #include <iosfwd>
 #include <optional>
 #include <set>
@@ -13,6 +12,11 @@
 #include "core/geometry/transform2d.h"
 #include "core/measurements/measurements.h"
 #include "core/terrain/earth_effects.h"
+
+namespace CLI {
+class App;
+class Option;
+}  // namespace CLI
 
 namespace orient {
 

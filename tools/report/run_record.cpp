@@ -1,6 +1,7 @@
 #include "tools/report/run_record.h"
 
 #include <filesystem>
+#include <nlohmann/json.hpp>
 
 #include "core/base/atomic_write.h"
 

@@ -60,7 +60,7 @@ TEST(ReportCommand, TheGeopackageHasPhotosWithoutAResultWithTheirReason) {
   std::ofstream(folder / "4721.exterior.json") << "{";
   InteriorResult failed;
   failed.photo = "4722";
-  failed.findings.push_back({.reason = Reason::kStated, .where = "no marks were found"});
+  failed.findings = {{.reason = Reason::kStated, .where = "no marks were found"}};
   WriteInteriorResult(folder.Path(), failed);
   std::ofstream(folder / "orientation.csv", std::ios::app) << "4723,500000,5000000,1800,0,0,0\n";
   std::string out, err;

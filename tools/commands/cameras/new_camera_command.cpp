@@ -165,6 +165,8 @@ void Print(const block::NewCamera& made, const std::vector<block::StatedDistance
 
 }  // namespace
 
+bool NewCameraCommand::Asked() const { return app_ != nullptr && app_->parsed(); }
+
 void NewCameraCommand::Setup(CLI::App& cameras) {
   app_ = cameras.add_subcommand(
       "new", "Make a camera file from scans on which the fiducial marks were clicked");

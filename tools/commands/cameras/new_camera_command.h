@@ -1,7 +1,6 @@
 // orient cameras new: a camera file from scans on which a person clicked the fiducial marks.
 #pragma once
 
-#include <CLI/App.hpp>
 #include <iosfwd>
 #include <string>
 #include <vector>
@@ -11,13 +10,17 @@
 #include "tools/commands/command.h"
 #include "tools/commands/shared_options.h"
 
+namespace CLI {
+class App;
+}
+
 namespace orient {
 
 // Nested in `orient cameras`.
 class NewCameraCommand {
  public:
   void Setup(CLI::App& cameras);
-  bool Asked() const { return app_ != nullptr && app_->parsed(); }
+  bool Asked() const;
   // Throws UsageError, InputError.
   ExitCode Run(std::ostream& out) const;
 

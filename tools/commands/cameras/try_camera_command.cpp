@@ -107,6 +107,8 @@ void Print(const InteriorResult& result, std::ostream& out) {
 
 }  // namespace
 
+bool TryCameraCommand::Asked() const { return app_ != nullptr && app_->parsed(); }
+
 void TryCameraCommand::Setup(CLI::App& cameras) {
   app_ = cameras.add_subcommand(
       "try", "Hold a camera's drawings of the fiducial marks against a scan, in a picture");

@@ -1,7 +1,6 @@
 // orient cameras try: a camera file's drawings held against a scan.
 #pragma once
 
-#include <CLI/App.hpp>
 #include <iosfwd>
 #include <string>
 
@@ -9,13 +8,17 @@
 #include "tools/commands/command.h"
 #include "tools/commands/shared_options.h"
 
+namespace CLI {
+class App;
+}
+
 namespace orient {
 
 // Nested in `orient cameras`.
 class TryCameraCommand {
  public:
   void Setup(CLI::App& cameras);
-  bool Asked() const { return app_ != nullptr && app_->parsed(); }
+  bool Asked() const;
   // `library`: of the command above, where none of its own is given. Throws UsageError, InputError.
   ExitCode Run(const std::string& library, std::ostream& out) const;
 

@@ -1,13 +1,16 @@
 // Options that choose patches, the same in every verb that has them.
 #pragma once
 
-#include <CLI/App.hpp>
 #include <cstdint>
 #include <optional>
 #include <string>
 #include <vector>
 
 #include "patchdb/store/selection.h"
+
+namespace CLI {
+class App;
+}
 
 namespace orient {
 

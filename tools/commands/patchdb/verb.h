@@ -2,10 +2,13 @@
 // tools/patchdb/ and is listed in verbs.cpp.
 #pragma once
 
-#include <CLI/App.hpp>
 #include <iosfwd>
 #include <memory>
 #include <vector>
+
+namespace CLI {
+class App;
+}
 
 namespace orient {
 

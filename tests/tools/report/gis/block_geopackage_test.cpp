@@ -6,6 +6,7 @@
 #include <ogrsf_frmts.h>
 
 #include <filesystem>
+#include <nlohmann/json.hpp>
 
 #include "core/base/error.h"
 #include "core/geometry/rotation.h"
