@@ -20,6 +20,7 @@
 #include "core/files/orientation_table.h"
 #include "core/raster/raster.h"
 #include "core/terrain/footprint.h"
+#include "core/terrain/view_over_ground.h"
 #include "exterior/judge.h"
 #include "exterior/orient_photo.h"
 #include "exterior/principal_distance.h"
@@ -54,24 +55,22 @@ Matrix6d PriorCovariance(const OrientationRow& row, const ExteriorRunOptions& op
       .asDiagonal();
 }
 
-// Empty where the photo's ground has heights, otherwise why not.
+// Empty where the photo's ground has heights, otherwise why not. The patches bring their own: a DEM
+// that has holes, even under the photo's centre, will do.
 std::optional<Finding> WithoutHeights(const ExteriorSetting& setting, const Pose& pose) {
-  const Ray nadir{pose.position_m, -Eigen::Vector3d::UnitZ()};
-  const auto axis =
-      GroundRayFromPhoto(setting.camera.camera, pose, setting.camera.camera.principal_point_mm);
-  if (axis && setting.surface.Intersect(*axis)) return std::nullopt;
-  if (setting.surface.Intersect(nadir)) return std::nullopt;
   const Eigen::Vector3d& at = pose.position_m;
-  const auto ground = setting.surface.HeightAt(at.x(), at.y());
+  if (setting.surface.Intersect({at, -Eigen::Vector3d::UnitZ()})) return std::nullopt;
+  if (!HeightsInFrame(setting.surface, setting.camera.camera, pose).empty()) return std::nullopt;
+  const double ground =
+      setting.surface.HeightAt(at.x(), at.y()).value_or(setting.surface.MinHeight());
   const std::string& table = setting.options.approximations;
-  if (ground && *ground >= at.z())
-    return Finding{Reason::kBelowGround, Status::kFailed, at.z(), *ground,
+  if (ground >= at.z())
+    return Finding{Reason::kBelowGround, Status::kFailed, at.z(), ground,
                    table.empty() ? "" : " in " + table};
-  return Because(
-      Reason::kOutsideDem,
-      fmt::format("{} does not cover the photo: it has no height at its centre, x {:.9g}, "
-                  "y {:.9g}",
-                  setting.options.dem, std::round(at.x()), std::round(at.y())));
+  return Because(Reason::kOutsideDem,
+                 fmt::format("{} does not cover the photo: it has no height anywhere in the frame, "
+                             "around x {:.9g}, y {:.9g}",
+                             setting.options.dem, std::round(at.x()), std::round(at.y())));
 }
 
 fs::path PicturesOf(const ExteriorSetting& setting) {

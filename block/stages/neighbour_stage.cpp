@@ -286,7 +286,7 @@ void TellOfThoseInVain(const std::set<std::size_t>& in_vain,
     if (const auto located = refused.find(i); located != refused.end())
       add(located->second,
           fmt::format("{} keypoints (SIFT) that it shares with oriented photos agree on where it "
-                      "is, but no patches there do",
+                      "is, but patches do not confirm it",
                       located->second));
     else if (in_vain.contains(i))
       add({}, "keypoints (SIFT) that it shares with oriented photos do not agree on where it is");

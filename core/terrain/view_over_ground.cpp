@@ -2,11 +2,15 @@
 
 #include <Eigen/Dense>
 #include <cmath>
+#include <utility>
+
+#include "core/base/median.h"
 
 namespace orient {
 namespace {
 
 constexpr int kNodes = 6;            // of the frame, each way
+constexpr int kHeights = 13;         // of the frame, each way, edges and middle among them
 constexpr double kFlattest = -0.05;  // direction down of a ray, of length 1
 constexpr double kHorizon = -1e-3;
 constexpr int kSteps = 10;
@@ -42,10 +46,26 @@ std::vector<SeenPlace> OutermostInFrame(const Camera& camera, const Pose& pose, 
   return places;
 }
 
+std::vector<double> HeightsInFrame(const GroundSurface& surface, const Camera& camera,
+                                   const Pose& pose) {
+  std::vector<double> heights;
+  for (int i = 0; i < kHeights * kHeights; ++i) {
+    const Eigen::Vector2d unit = Eigen::Vector2d(i % kHeights, i / kHeights) / (kHeights - 1) -
+                                 Eigen::Vector2d::Constant(0.5);
+    const auto ray = GroundRayFromPhoto(
+        camera, pose, camera.frame_centre_mm + unit.cwiseProduct(camera.frame_mm));
+    if (!ray) continue;
+    if (const auto ground = surface.Intersect(*ray)) heights.push_back(ground->z());
+  }
+  return heights;
+}
+
 double GroundHeightUnder(const GroundSurface& surface, const Camera& camera, const Pose& pose) {
   if (const auto axis = GroundRayFromPhoto(camera, pose, camera.principal_point_mm))
     if (const auto ground = surface.Intersect(*axis)) return ground->z();
-  return surface.HeightAt(pose.position_m.x(), pose.position_m.y()).value_or(surface.MeanHeight());
+  if (const auto below = surface.HeightAt(pose.position_m.x(), pose.position_m.y())) return *below;
+  std::vector<double> heights = HeightsInFrame(surface, camera, pose);
+  return heights.empty() ? surface.MeanHeight() : Median(std::move(heights));
 }
 
 std::optional<Pose> PoseShowingTheSame(const PhotoView& view, const PhotoView& with,

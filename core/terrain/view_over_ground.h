@@ -9,8 +9,13 @@
 
 namespace orient {
 
-// Height of the ground where the photo's axis meets it, else below the photo; the surface's mean
-// only where it has no height there. Metres.
+// Heights of the ground all over the frame, 13 by 13 rays: none where the surface has a hole.
+// Metres.
+std::vector<double> HeightsInFrame(const GroundSurface& surface, const Camera& camera,
+                                   const Pose& pose);
+
+// Height of the ground where the photo's axis meets it, else below the photo, else the median of
+// the frame's heights; the surface's mean only where the frame has none. Metres.
 double GroundHeightUnder(const GroundSurface& surface, const Camera& camera, const Pose& pose);
 
 // A point of the photo and level ground that it shows.

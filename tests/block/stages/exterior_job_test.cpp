@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include <filesystem>
+#include <limits>
 #include <numbers>
 
 #include "patchdb/store/patch_database.h"
@@ -89,6 +90,13 @@ class OrientFromFilesTest : public testing::Test {
     row_.sigma = sigma;
   }
 
+  // Of the DEM, a square about the ground's origin.
+  void MakeHole(double half_m) {
+    const int nodes = static_cast<int>(half_m / 20);
+    heights_.block(75 - nodes, 75 - nodes, 2 * nodes, 2 * nodes)
+        .setConstant(std::numeric_limits<float>::quiet_NaN());
+  }
+
   ExteriorResult Orient(const std::string& path = TheGround().photo) const {
     CameraFile camera;
     camera.camera = TheGround().world.View().camera;
@@ -101,7 +109,7 @@ class OrientFromFilesTest : public testing::Test {
                                   {},
                                   table,
                                   MadeUpCrs(),
-                                  GroundSurface::FromGrid(Heights(), -1500, 1500, 20)};
+                                  GroundSurface::FromGrid(heights_, -1500, 1500, 20)};
     ExteriorResult result = OrientFromFiles(setting, path);
     EXPECT_EQ(result.status == Status::kFailed, !result.pose);
     EXPECT_EQ(result.photo, std::filesystem::path(path).stem());
@@ -125,6 +133,7 @@ class OrientFromFilesTest : public testing::Test {
   const TemporaryFolder folder_;
   ExteriorRunOptions options_;
   OrientationRow row_;
+  Eigen::MatrixXf heights_ = Heights();
   Eigen::Vector2i image_px_ = Eigen::Vector2i(kSide, kSide);
 };
 
@@ -216,6 +225,28 @@ TEST_F(OrientFromFilesTest, AnApproximationOutsideTheDemIsSaidToBeThere) {
   ExpectFailed(result, {Reason::kOutsideDem});
   EXPECT_NE(result.findings[0].where.find("dem.tif does not cover the photo"), std::string::npos);
   EXPECT_NE(result.findings[0].where.find("x 5000"), std::string::npos);
+}
+
+TEST_F(OrientFromFilesTest, AHoleInTheDemUnderThePhotosCentreCostsItNothing) {
+  const ExteriorResult without = Orient();
+  MakeHole(160);
+  const ExteriorResult result = Orient();
+  EXPECT_EQ(result.status, Status::kOk) << JoinedSentences(result.findings);
+  ASSERT_TRUE(result.pose && without.pose);
+  EXPECT_LT((result.pose->position_m - without.pose->position_m).norm(), 0.1);
+}
+
+TEST_F(OrientFromFilesTest, ADemWithoutAnyHeightInTheFrameIsNamed) {
+  MakeHole(700);
+  const ExteriorResult result = Orient();
+  ExpectFailed(result, {Reason::kOutsideDem});
+  EXPECT_NE(result.findings[0].where.find("no height anywhere in the frame"), std::string::npos);
+}
+
+TEST_F(OrientFromFilesTest, AnApproximationBelowAHoleAndAllGroundIsBelowTheGround) {
+  row_.pose = {{0, 0, -40}, {0, 0, 0}};
+  MakeHole(160);
+  ExpectFailed(Orient(), {Reason::kBelowGround});
 }
 
 // Four points, of which one is 40 px off: too few to tell which.

@@ -6,7 +6,6 @@
 
 #include "block/bundle/adjusted_view.h"
 #include "block/stages/adjustment_stage.h"
-#include "core/terrain/view_over_ground.h"
 #include "tools/bench/bundle_simulation.h"
 
 namespace orient::block {
@@ -194,34 +193,6 @@ TEST_F(FinalResultsOf, ObservedPosesMakeNothingOk) {
   HoldAllToControl(&with);
   EXPECT_EQ(with[1].status, Status::kFailed);
   EXPECT_EQ(with[3].status, Status::kWeak);
-}
-
-TEST(ViewOverGround, HeightsAreThoseUnderThePhotoNotTheBlocksMean) {
-  Eigen::MatrixXf heights = Eigen::MatrixXf::Constant(50, 100, 100);
-  heights.rightCols(50).setConstant(2100);
-  const GroundSurface surface = GroundSurface::FromGrid(heights, 0, 5000, 100);
-  Camera camera;
-  camera.principal_distance_mm = 153;
-  camera.frame_mm = {230, 230};
-  EXPECT_NEAR(GroundHeightUnder(surface, camera, {{2000, 2500, 3000}, {0, 0, 0}}), 100, 1);
-  EXPECT_NEAR(GroundHeightUnder(surface, camera, {{8000, 2500, 4000}, {0, 0, 0}}), 2100, 1);
-}
-
-TEST(ViewOverGround, AnotherCameraShowsTheSameFromAnotherPlace) {
-  PhotoView view;
-  view.camera.principal_distance_mm = 153;
-  view.camera.frame_mm = {230, 230};
-  view.photo_from_pixel.A << 0.025, 0, 0, -0.025;
-  view.photo_from_pixel.t << -115, 115;
-  view.pose = {{500000, 5000000, 1730}, {0.01, -0.02, 1.2}};
-  PhotoView with = view;
-  with.camera.principal_distance_mm = 153.3;
-  const auto pose = PoseShowingTheSame(view, with, 200);
-  ASSERT_TRUE(pose);
-  with.pose = *pose;
-  EXPECT_NEAR(pose->position_m.z() - view.pose.position_m.z(), 1530 * 0.3 / 153, 0.05);
-  const Eigen::Vector3d ground(500300, 5000400, 200);
-  EXPECT_LT((*with.PixelFromGround(ground) - *view.PixelFromGround(ground)).norm(), 0.3);
 }
 
 }  // namespace
