@@ -36,12 +36,13 @@ std::string FlightText(const FlightPlan& flight) {
 
 }  // namespace
 
-BlockInputs::BlockInputs(BlockRunOptions options)
+BlockInputs::BlockInputs(BlockRunOptions options, Patches patches)
     : options_(std::move(options)), camera_(ReadCameraFile(options_.block.camera)) {
   if (!options_.block.measurements.empty()) said_ = ReadMeasurements(options_.block.measurements);
   if (IsFilm()) marks_ = LoadMarkShapes(camera_);
   const BlockFile& block = options_.block;
   approximations_ = std::make_unique<BlockApproximations>(block, camera_.camera, said_);
+  if (patches == Patches::kThere) RequireCrsOfPatches(block.patchdb, block.crs);
   DecideOnTheEarth();
   shared_ = {{"method", kMethod},
              {"camera", DigestOfCamera(camera_)},
@@ -49,8 +50,9 @@ BlockInputs::BlockInputs(BlockRunOptions options)
              {"crs", Digest(block.crs.Wkt())},
              {"flight", Digest(FlightText(block.flight))},
              {"earth", Name(block.earth)}};
-  patches_ = Digest(patchdb::ContentOf(
-      patchdb::PatchDatabase::Open(block.patchdb, patchdb::PatchDatabase::Mode::kRead)));
+  if (patches == Patches::kThere)
+    patches_ = Digest(patchdb::ContentOf(
+        patchdb::PatchDatabase::Open(block.patchdb, patchdb::PatchDatabase::Mode::kRead)));
 }
 
 // Every stage uses the same camera; that a photo's height changes by metres makes no other one.

@@ -25,10 +25,14 @@ struct BlockRunOptions {
   int jobs = 0;
 };
 
+// Of a block with [control] the run makes the patch database, which takes long: all else is checked
+// before, by inputs without it, from which nothing is oriented.
+enum class Patches { kThere, kToBeMade };
+
 class BlockInputs {
  public:
   // Throws InputError for what concerns all photos: tables, strips, camera, DEM, patch database.
-  explicit BlockInputs(BlockRunOptions options);
+  explicit BlockInputs(BlockRunOptions options, Patches patches = Patches::kThere);
   // Not copied: the approximations refer to the block.
   BlockInputs(const BlockInputs&) = delete;
   BlockInputs& operator=(const BlockInputs&) = delete;

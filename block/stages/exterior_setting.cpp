@@ -55,17 +55,12 @@ Bounds Region(const OrientationTable& table, const Camera& camera,
   return region;
 }
 
-Crs StoredCrs(const ExteriorRunOptions& options) {
-  return patchdb::PatchDatabase::Open(options.patchdb, patchdb::PatchDatabase::Mode::kRead)
-      .GroundCrs();
+Crs StoredCrs(const std::string& patchdb) {
+  return patchdb::PatchDatabase::Open(patchdb, patchdb::PatchDatabase::Mode::kRead).GroundCrs();
 }
 
 Crs BlockCrs(const ExteriorRunOptions& options, const OrientationTable& table) {
-  const Crs stored = StoredCrs(options);
-  const Crs crs = options.crs.value_or(table.crs.value_or(stored));
-  if (!crs.SameAs(stored))
-    throw InputError(options.patchdb + ": its CRS is " + stored.Name() + ", the block's is " +
-                     crs.Name() + "; use a patch database in the block's CRS");
+  const Crs crs = options.crs ? *options.crs : table.crs ? *table.crs : StoredCrs(options.patchdb);
   if (table.crs && !table.crs->SameAs(crs))
     throw InputError(options.approximations + ": its .prj says " + table.crs->Name() +
                      ", the block's CRS is " + crs.Name() + "; convert the table to the block's");
@@ -74,9 +69,9 @@ Crs BlockCrs(const ExteriorRunOptions& options, const OrientationTable& table) {
 
 OrientationTable TableOfFile(const ExteriorRunOptions& options) {
   if (options.approximations.empty()) return {};
-  OrientationTable table =
-      ReadApproximations(options.approximations, options.crs ? *options.crs : StoredCrs(options),
-                         options.flying_height_m ? Heights::kMayBeAbsent : Heights::kRequired);
+  OrientationTable table = ReadApproximations(
+      options.approximations, options.crs ? *options.crs : StoredCrs(options.patchdb),
+      options.flying_height_m ? Heights::kMayBeAbsent : Heights::kRequired);
   const std::vector<std::string> photos = PhotoNames(options.photos);
   RequireOneCamera(table, options.approximations, {photos.begin(), photos.end()});
   if (options.flying_height_m)
@@ -130,9 +125,7 @@ double FlyingHeight(const OrientationTable& table, const ExteriorRunOptions& opt
   return heights.empty() ? ground_m : UpperMedian(std::move(heights));
 }
 
-}  // namespace
-
-ExteriorSetting PrepareExterior(const ExteriorRunOptions& options) {
+CameraFile CameraOfRun(const ExteriorRunOptions& options) {
   if (!options.earth_k1) RefuseBlockCamera(options.camera, options.earth);
   CameraFile camera = ReadCameraFile(options.camera);
   if (camera.camera.kind == CameraKind::kFilm && !options.interior)
@@ -141,13 +134,21 @@ ExteriorSetting PrepareExterior(const ExteriorRunOptions& options) {
                      "with --interior");
   for (const std::string& photo : options.photos)
     RequireKnownMarks(options.measurements, PhotoName(photo), camera);
-  OrientationTable table = options.table ? *options.table : TableOfFile(options);
-  if (!options.table)
-    TakePositionsSaid(
-        options.measurements, PhotoNames(options.photos),
-        {options.position_sigma_m, options.attitude_sigma_rad, options.kappa_sigma_rad}, {},
-        &table.rows);
-  const Crs crs = BlockCrs(options, table);
+  return camera;
+}
+
+OrientationTable TableOfRun(const ExteriorRunOptions& options) {
+  if (options.table) return *options.table;
+  OrientationTable table = TableOfFile(options);
+  TakePositionsSaid(options.measurements, PhotoNames(options.photos),
+                    {options.position_sigma_m, options.attitude_sigma_rad, options.kappa_sigma_rad},
+                    {}, &table.rows);
+  return table;
+}
+
+// `camera` as its file says.
+ExteriorSetting SettingOf(const ExteriorRunOptions& options, CameraFile camera,
+                          OrientationTable table, const Crs& crs) {
   GroundSurface surface =
       GroundSurface::FromFile(options.dem, crs, Region(table, camera.camera, options));
   interior::MarkShapes marks;
@@ -167,6 +168,30 @@ ExteriorSetting PrepareExterior(const ExteriorRunOptions& options) {
           crs,     std::move(surface)};
 }
 
+}  // namespace
+
+void RequireCrsOfPatches(const std::string& patchdb, const Crs& crs) {
+  const Crs stored = StoredCrs(patchdb);
+  if (!crs.SameAs(stored))
+    throw InputError(patchdb + ": its CRS is " + stored.Name() + ", the block's is " + crs.Name() +
+                     "; use a patch database in the block's CRS");
+}
+
+ExteriorSetting PrepareExterior(const ExteriorRunOptions& options) {
+  CameraFile camera = CameraOfRun(options);
+  OrientationTable table = TableOfRun(options);
+  const Crs crs = BlockCrs(options, table);
+  RequireCrsOfPatches(options.patchdb, crs);
+  return SettingOf(options, std::move(camera), std::move(table), crs);
+}
+
+double EarthK1OfRun(const ExteriorRunOptions& options) {
+  CameraFile camera = CameraOfRun(options);
+  OrientationTable table = TableOfRun(options);
+  const Crs crs = BlockCrs(options, table);
+  return SettingOf(options, std::move(camera), std::move(table), crs).earth_k1;
+}
+
 std::optional<std::string> ExteriorRunOptions::Check() const {
   if (photos.empty()) return "no photo given";
   if (position_sigma_m && !(*position_sigma_m > 0 && *position_sigma_m <= kLargestSigma_m))
@@ -184,7 +209,5 @@ std::optional<std::string> ExteriorRunOptions::Check() const {
   if (jobs < 0) return "jobs must not be negative";
   return std::nullopt;
 }
-
-double EarthK1OfRun(const ExteriorRunOptions& options) { return PrepareExterior(options).earth_k1; }
 
 }  // namespace orient::block

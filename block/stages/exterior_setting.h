@@ -82,11 +82,15 @@ struct ExteriorSetting {
   GroundSurface surface;
 };
 
+// Throws InputError naming both where the database's CRS is another one, or it cannot be read.
+void RequireCrsOfPatches(const std::string& patchdb, const Crs& crs);
+
 // Throws InputError or UsageError for what concerns all photos: camera, tables, DEM, database, CRS.
 ExteriorSetting PrepareExterior(const ExteriorRunOptions& options);
 
 // Curvature and refraction as the run puts them into its camera's lens, 0 where they are not wanted
-// or do not matter. Reads camera, table and DEM; throws as PrepareExterior does.
+// or do not matter. Reads camera, table and DEM and throws as PrepareExterior does; needs no
+// database where the options or the table name the CRS.
 double EarthK1OfRun(const ExteriorRunOptions& options);
 
 }  // namespace orient::block

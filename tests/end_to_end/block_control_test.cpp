@@ -85,5 +85,27 @@ TEST_F(BlockControl, IsMadeOnceAndAnotherWhereWhatItIsOfHasChanged) {
       << missing.err;
 }
 
+// A harvest takes hours: what would stop the run after it is told before.
+TEST_F(BlockControl, IsNotMadeWhereATableWouldStopTheRunAfterIt) {
+  const auto expect_named = [&](const std::string& what) {
+    for (const std::vector<std::string>& how :
+         std::vector<std::vector<std::string>>{{"--plan"}, {}, {"--stage", "control"}}) {
+      std::vector<std::string> arguments = {"block", BlockPath()};
+      arguments.insert(arguments.end(), how.begin(), how.end());
+      const ProgramRun run = RunOrient(arguments);
+      EXPECT_EQ(run.exit_code, 2) << run.out;
+      EXPECT_NE(run.err.find(what), std::string::npos) << run.err;
+    }
+    EXPECT_TRUE(Databases().empty());
+  };
+  const std::string block = ReadFile(BlockPath()), table = Block() + "/approx.csv";
+  WriteFileAtomically(Block() + "/gnss.csv", "filename,x,z\nnew_1_1,0,0\n");
+  WriteFileAtomically(BlockPath(), block + "\n[gnss]\npositions = \"gnss.csv\"\nsigma_m = 0.1\n");
+  expect_named("gnss.csv");
+  WriteFileAtomically(BlockPath(), block);
+  WriteFileAtomically(table, "filename,x,y,z,omega,phi,kappa\nanother,500000,5000000,900,0,0,0\n");
+  expect_named("approx.csv: none of the given photos is in this table");
+}
+
 }  // namespace
 }  // namespace orient

@@ -78,15 +78,15 @@ bool FindBlockControl(const std::string& camera_library, BlockFile* block) {
   return fs::exists(block->patchdb);
 }
 
-void MakeBlockControl(const std::string& camera_library, BlockFile* block, std::ostream& out) {
-  if (FindBlockControl(camera_library, block)) return;
-  const ControlChoice& control = *block->control;
-  MakeOutputDirectory(block->output_directory);
-  const FolderLock lock(block->output_directory, ".orient-control.lock");
-  if (fs::exists(block->patchdb)) return;  // made meanwhile
-  const block::HarvestRun run = RunOf(*block);
+void MakeBlockControl(const std::string& camera_library, const BlockFile& block,
+                      std::ostream& out) {
+  const ControlChoice& control = *block.control;
+  MakeOutputDirectory(block.output_directory);
+  const FolderLock lock(block.output_directory, ".orient-control.lock");
+  if (fs::exists(block.patchdb)) return;  // made meanwhile
+  const block::HarvestRun run = RunOf(block);
   std::vector<block::HarvestedSource> sources;
-  patchdb::PatchDatabase::Create(block->patchdb, block->crs, [&](patchdb::PatchDatabase& database) {
+  patchdb::PatchDatabase::Create(block.patchdb, block.crs, [&](patchdb::PatchDatabase& database) {
     ShownProgress progress;
     if (!control.orthophotos.empty()) {
       sources = block::HarvestOrthophotos(database, run, control.orthophotos, &progress);
@@ -95,12 +95,12 @@ void MakeBlockControl(const std::string& camera_library, BlockFile* block, std::
     block::PhotosToHarvest photos;
     photos.orientation_path = control.orientation;
     photos.interior_folder = control.interior;
-    photos.earth = block->earth;
+    photos.earth = block.earth;
     ReadPhotosToHarvest(block::FindCameraFile(control.camera, camera_library), control.photos,
-                        block->patchdb, database, &photos);
+                        block.patchdb, database, &photos);
     sources = block::HarvestPhotos(database, run, photos, &progress);
   });
-  out << "control " << block->patchdb << "\n";
+  out << "control " << block.patchdb << "\n";
   PrintHarvest(sources, !run.dsm.empty(), out);
   out << "\n";
 }

@@ -13,8 +13,9 @@ namespace orient {
 // and none is ever replaced. Returns whether it is there. Nothing, and true, without [control].
 bool FindBlockControl(const std::string& camera_library, BlockFile* block);
 
-// The same, and makes it where it is not there, whole or not at all; prints what was harvested.
-// Throws InputError naming key or file, also where another program is making it.
-void MakeBlockControl(const std::string& camera_library, BlockFile* block, std::ostream& out);
+// Makes the database that FindBlockControl has named and not found, whole or not at all; prints
+// what was harvested. Throws InputError naming key or file, also where another program is making
+// it.
+void MakeBlockControl(const std::string& camera_library, const BlockFile& block, std::ostream& out);
 
 }  // namespace orient

@@ -73,7 +73,8 @@ class BlockCommand : public Command {
     const std::string& directory = options.block.output_directory;
     options.resume = !overwrite_ && (resume_ || block::IsUnfinished(directory));
     RefuseToOverwrite(Results(options.block), overwrite_ || options.resume, "--resume");
-    if (plan_ && !FindBlockControl(library_, &options.block)) {
+    const bool has_control = FindControlOrCheckTheRest(&options);
+    if (plan_ && !has_control) {
       out << "control  " << options.block.patchdb
           << " is made first; the plan for the photos depends on it\n";
       return ExitCode::kAllDone;
@@ -85,7 +86,7 @@ class BlockCommand : public Command {
     if (options.resume && !resume_) out << "continues the interrupted run in " << directory << "\n";
     for (const UnusablePhoto& photo : options.block.unusable)
       out << "cannot  " << photo.name << ": " << photo.reason << "\n";
-    MakeBlockControl(library_, &options.block, out);
+    if (!has_control) MakeBlockControl(library_, options.block, out);
     if (options.learn) BringUpToDateToLearn(options.block.patchdb, out);
     const block::BlockInputs inputs(options);
     const block::BlockFolder folder(directory, options.resume);
@@ -105,6 +106,13 @@ class BlockCommand : public Command {
   }
 
  private:
+  // As FindBlockControl; a harvest takes long, so what would stop the run after it is told before.
+  bool FindControlOrCheckTheRest(block::BlockRunOptions* options) const {
+    if (FindBlockControl(library_, &options->block)) return true;
+    const block::BlockInputs checked(*options, block::Patches::kToBeMade);
+    return false;
+  }
+
   std::vector<RunInput> RecordedInputs(const BlockFile& block) const {
     std::vector<RunInput> inputs = {
         FileInput("block file", block_path_), FileInput("camera", block.camera),
@@ -141,10 +149,10 @@ class BlockCommand : public Command {
     if (!part)
       throw UsageError(fmt::format("--part is {}; it must be K/N, with K from 1 to N", part_));
     if (stage_ == "control") {
-      if (FindBlockControl(library_, &options.block))
+      if (FindControlOrCheckTheRest(&options))
         out << options.block.patchdb << " is there\n";
       else
-        MakeBlockControl(library_, &options.block, out);
+        MakeBlockControl(library_, options.block, out);
       return ExitCode::kAllDone;
     }
     if (!FindBlockControl(library_, &options.block))
