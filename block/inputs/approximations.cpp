@@ -14,11 +14,14 @@
 #include <set>
 
 #include "core/base/error.h"
+#include "core/base/median.h"
 #include "core/base/open_dataset.h"
 #include "core/base/quiet_gdal.h"
 
 namespace orient::block {
 namespace {
+
+constexpr double kReach = 0.5;  // of a frame on the ground from its centre, in flying heights
 
 // The first of these columns that the layer has (whatever its case), or -1.
 template <std::size_t kCount>
@@ -187,20 +190,35 @@ void RequireOneCamera(const OrientationTable& table, const std::string& path,
 }
 
 GroundSurface SurfaceAround(const std::string& dem, const Crs& crs,
-                            const std::vector<OrientationRow>& rows) {
-  constexpr double kMargin_m = 50;
+                            const std::vector<OrientationRow>& rows, double reach_m) {
+  constexpr double kLeast_m = 50;
+  const double margin_m = std::max(kLeast_m, reach_m);
   Bounds bounds = Bounds::OfNothing();
   for (const OrientationRow& row : rows) {
     const auto& place = row.pose.position_m;
-    bounds.Include(place.x() - kMargin_m, place.y() - kMargin_m);
-    bounds.Include(place.x() + kMargin_m, place.y() + kMargin_m);
+    bounds.Include(place.x() - margin_m, place.y() - margin_m);
+    bounds.Include(place.x() + margin_m, place.y() + margin_m);
   }
   return GroundSurface::FromFile(dem, crs, bounds);
 }
 
+double GroundAround(const GroundSurface& surface, const Eigen::Vector3d& place, double reach_m) {
+  constexpr int kRings = 20, kDirections = 16;
+  if (const auto height = surface.HeightAt(place.x(), place.y())) return *height;
+  std::vector<double> heights;
+  for (int i = 0; i < kRings * kDirections; ++i) {
+    const double radius_m = reach_m * (i / kDirections + 1) / kRings;
+    const double angle = 2 * std::numbers::pi * i / kDirections;
+    if (const auto height = surface.HeightAt(place.x() + radius_m * std::cos(angle),
+                                             place.y() + radius_m * std::sin(angle)))
+      heights.push_back(*height);
+  }
+  return heights.empty() ? surface.MeanHeight() : Median(std::move(heights));
+}
+
 double HeightOver(const GroundSurface& surface, const Eigen::Vector3d& place,
                   double flying_height_m) {
-  return surface.HeightAt(place.x(), place.y()).value_or(surface.MeanHeight()) + flying_height_m;
+  return GroundAround(surface, place, kReach * flying_height_m) + flying_height_m;
 }
 
 std::set<std::string> CompleteHeights(const std::string& dem, const Crs& crs,
@@ -209,7 +227,7 @@ std::set<std::string> CompleteHeights(const std::string& dem, const Crs& crs,
   std::set<std::string> completed;
   const auto lacks = [](const OrientationRow& row) { return std::isnan(row.pose.position_m.z()); };
   if (std::none_of(rows->begin(), rows->end(), lacks)) return completed;
-  const GroundSurface surface = SurfaceAround(dem, crs, *rows);
+  const GroundSurface surface = SurfaceAround(dem, crs, *rows, flying_height_m);
   for (OrientationRow& row : *rows) {
     if (!lacks(row)) continue;
     completed.insert(row.photo);

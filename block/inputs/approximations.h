@@ -51,11 +51,15 @@ Findings RemarksOn(const OrientationTable& table, const std::string& path);
 void RequireOneCamera(const OrientationTable& table, const std::string& path,
                       const std::set<std::string>& photos);
 
-// The ground under these and around.
+// The ground under these, and so far around.
 GroundSurface SurfaceAround(const std::string& dem, const Crs& crs,
-                            const std::vector<OrientationRow>& rows);
+                            const std::vector<OrientationRow>& rows, double reach_m);
 
-// Of a photo taken at this place, so high above the ground.
+// Height of the ground at this place; where the DEM has a hole there, the median of those within
+// reach, and the surface's mean only where there are none.
+double GroundAround(const GroundSurface& surface, const Eigen::Vector3d& place, double reach_m);
+
+// Of a photo taken at this place, so high above the ground, which the surface shows as far around.
 double HeightOver(const GroundSurface& surface, const Eigen::Vector3d& place,
                   double flying_height_m);
 

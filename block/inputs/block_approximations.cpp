@@ -15,6 +15,7 @@
 #include "core/base/median.h"
 #include "core/geometry/rotation.h"
 #include "core/terrain/ground_surface.h"
+#include "core/terrain/photo_view.h"
 
 namespace orient::block {
 namespace {
@@ -161,8 +162,8 @@ void BlockApproximations::TakeSaid(const Measurements& said) {
     if (!flying_height_m) return std::nullopt;
     OrientationRow row;
     row.pose.position_m.head<2>() = place;
-    return HeightOver(SurfaceAround(block_.dem, block_.crs, {row}), row.pose.position_m,
-                      *flying_height_m);
+    return HeightOver(SurfaceAround(block_.dem, block_.crs, {row}, *flying_height_m),
+                      row.pose.position_m, *flying_height_m);
   };
   TakePositionsSaid(said, photos, {block_.position_sigma_m, block_.attitude_sigma_rad, {}},
                     height_at, &known_);
@@ -175,12 +176,18 @@ OrientationRow BlockApproximations::WithSigma(OrientationRow row) const {
 }
 
 double BlockApproximations::GroundUnder(const std::vector<OrientationRow>& rows) const {
-  const GroundSurface surface = SurfaceAround(block_.dem, block_.crs, rows);
+  double reach_m = 0;
+  for (const OrientationRow& row : rows)
+    reach_m = std::max(reach_m, row.pose.position_m.z() - kLowestGround_m);
+  const GroundSurface surface = SurfaceAround(block_.dem, block_.crs, rows, reach_m);
   std::vector<double> heights;
   for (const OrientationRow& row : rows)
     if (const auto height = surface.HeightAt(row.pose.position_m.x(), row.pose.position_m.y()))
       heights.push_back(*height);
-  return heights.empty() ? surface.MeanHeight() : Median(std::move(heights));
+  if (heights.empty())
+    for (const OrientationRow& row : rows)
+      heights.push_back(GroundAround(surface, row.pose.position_m, reach_m));
+  return Median(std::move(heights));
 }
 
 void BlockApproximations::Fill() {

@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <limits>
 #include <numbers>
 
 #include "core/base/atomic_write.h"
@@ -84,6 +85,23 @@ TEST_F(Approximations, ATableMayLackHeightsWhereTheFlyingHeightIsStated) {
   EXPECT_EQ((*table.rows[0].sigma)[2], 75) << "5 % of the flying height";
   EXPECT_EQ((*table.rows[0].sigma)[0], 1);
   EXPECT_EQ((*table.rows[1].sigma)[2], 1);
+}
+
+// A lake without heights in low ground beside a plateau.
+TEST_F(Approximations, OverAHoleInTheDemTheFlyingHeightIsAboveTheGroundAround) {
+  DemFile dem;
+  dem.heights = Eigen::MatrixXf::Constant(60, 60, 300);
+  dem.heights.rightCols(20).setConstant(1500);
+  dem.heights.block(20, 10, 20, 20).setConstant(std::numeric_limits<float>::quiet_NaN());
+  dem.west = 500000;
+  dem.north = 5010000;
+  dem.cell_x = dem.cell_y = 100;
+  WriteDem(folder_ / "dem", dem);
+  std::vector<OrientationRow> rows(1);
+  rows[0].photo = "1";
+  rows[0].pose.position_m = {502000, 5007000, std::nan("")};
+  EXPECT_EQ(CompleteHeights(folder_ / "dem.vrt", crs_, 1500, &rows), std::set<std::string>{"1"});
+  EXPECT_NEAR(rows[0].pose.position_m.z(), 1800, 1e-6);
 }
 
 TEST_F(Approximations, WhatATableDoesNotUseIsRemarked) {
