@@ -182,7 +182,8 @@ InteriorResult WithOrientationFound(const Raster& scan, const CameraFile& camera
   result.possible_orientations = open;
   auto votes = VotesOfFilm(scan, camera, shapes, result, open);
   votes.push_back(VoteOfLayout(camera, *reading, judged.marks, open, options.scanner));
-  const auto decision = Decide(open, votes);
+  auto decision = Decide(open, votes);
+  AddRivals(reading->rival_orientations, &decision);
   const ScanOrientation chosen = decision.possible.front();
   if (!decision.contradictory && !IsJudgedAlike(DepartureOf(camera.fiducials, open))) {
     *reading = ReadingIn(camera, *reading, chosen, options.scanner);
@@ -300,14 +301,13 @@ void SetExpected(const CameraFile& camera, InteriorResult* result) {
   }
 }
 
-// Measured marks under their new names: the fiducial each one is in the other orientation.
+// Measured marks under their new names: the fiducial each one is in the other orientation, if any.
 std::vector<MarkResult> Renamed(const std::vector<MarkResult>& marks, const CameraFile& camera,
                                 const std::vector<int>& relabel) {
   std::vector<MarkResult> renamed(marks.size());
-  for (size_t i = 0; i < marks.size(); ++i) {
-    renamed[relabel[i]] = marks[i];
-    renamed[relabel[i]].id = camera.fiducials[relabel[i]].id;
-  }
+  for (size_t i = 0; i < marks.size(); ++i)
+    if (relabel[i] >= 0) renamed[relabel[i]] = marks[i];
+  for (size_t i = 0; i < marks.size(); ++i) renamed[i].id = camera.fiducials[i].id;
   return renamed;
 }
 
@@ -351,15 +351,19 @@ std::optional<InteriorResult> InOrientation(const InteriorResult& result, const 
   turned.orientation = orientation;
   if (camera.camera.kind == CameraKind::kDigital || orientation == possible.front()) return turned;
 
-  const auto relabel = Relabel(camera.fiducials, shapes, possible.front(), orientation);
-  if (!relabel || result.marks.size() != camera.fiducials.size()) return std::nullopt;
-  turned.marks = Renamed(result.marks, camera, *relabel);
+  if (result.marks.size() != camera.fiducials.size()) return std::nullopt;
+  const auto alike = Relabel(camera.fiducials, shapes, possible.front(), orientation);
+  // A rival of a reseau has most crosses in common.
+  if (!alike && std::ssize(camera.fiducials) < kLeastReseauMarks) return std::nullopt;
+  const std::vector<int> relabel =
+      alike ? *alike : RelabelInCommon(camera.fiducials, possible.front(), orientation);
+  turned.marks = Renamed(result.marks, camera, relabel);
   const bool mirrored = IsMirrored(orientation);
   if (!FitUsedMarks(camera, mirrored, &turned)) return std::nullopt;
   CorrectFilm(camera, mirrored, &turned);
   if (result.reseau && !turned.reseau) return std::nullopt;  // no smooth film in this orientation
   SetExpected(camera, &turned);
-  RenameSymbols(camera, *relabel, &turned.orientation_evidence);
+  RenameSymbols(camera, relabel, &turned.orientation_evidence);
   return turned;
 }
 

@@ -37,8 +37,9 @@ Findings JudgeFilm(const FilmReading& reading, const FilmTransform& film) {
     weak(Reason::kPixelSizeIsNotAsStated, film.pixel_um, stated_um);
   if (reading.scanner_margin <= kMinMarginNats)
     weak(Reason::kRivalScanner, reading.scanner_margin, kMinMarginNats);
-  if (reading.orientation_margin < kSureNats)
-    weak(Reason::kRivalScanOrientation, reading.orientation_margin, kSureNats);
+  const double orientation_margin = OrientationMargin(reading);
+  if (orientation_margin < kSureNats)
+    weak(Reason::kRivalScanOrientation, orientation_margin, kSureNats);
   const double limit =
       reading.scanner == Scanner::kPhotogrammetric ? kMaxSigma0Photogrammetric : kMaxSigma0Desktop;
   if (film.sigma0_um > limit)

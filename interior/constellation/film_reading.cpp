@@ -26,6 +26,13 @@ ConstellationPrior PriorOf(Scanner scanner, const PixelSizeGuess& pixel_size,
   return prior;
 }
 
+double OrientationMargin(const FilmReading& reading) {
+  double margin = std::numeric_limits<double>::infinity();
+  for (const RivalOrientation& rival : reading.rival_orientations)
+    margin = std::min(margin, rival.nats);
+  return margin;
+}
+
 ConstellationPrior PriorIn(const FilmReading& reading, Scanner scanner,
                            const LayoutDeparture& departure) {
   ConstellationPrior prior =

@@ -27,6 +27,12 @@ ConstellationPrior PriorOf(Scanner scanner, const PixelSizeGuess& pixel_size,
 // Difference of the two scales, and shear, one sigma.
 double PriorAffinity(Scanner scanner);
 
+// A scan orientation that the marks' layout excludes, and by how many nats.
+struct RivalOrientation {
+  ScanOrientation orientation = ScanOrientation::kR0;
+  double nats = 0;
+};
+
 // One reading of the scan. `marks` are in the order of the camera's fiducials.
 struct FilmReading {
   PixelSizeGuess pixel_size;
@@ -55,9 +61,12 @@ struct FilmReading {
   // Nats to the same reading under the other scanner's prior where that one uses other marks: four
   // marks of a desktop scan, or a photogrammetric scan with one of them misplaced.
   double scanner_margin = std::numeric_limits<double>::infinity();
-  // Nats to the nearest scan orientation that the marks' layout excludes (reseau only).
-  double orientation_margin = std::numeric_limits<double>::infinity();
+  // Reseau only: all that the anchors allow.
+  std::vector<RivalOrientation> rival_orientations;
 };
+
+// Nats to the nearest of the rival orientations; infinite where there are none.
+double OrientationMargin(const FilmReading& reading);
 
 // The prior of the reading's pixel size, range and bend, widened by the departure.
 ConstellationPrior PriorIn(const FilmReading& reading, Scanner scanner,

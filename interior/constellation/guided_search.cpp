@@ -245,13 +245,20 @@ void AddWithShifts(const OrientationClass& orientations, const std::vector<Vecto
   }
 }
 
-// The most probable one. A scan orientation that the anchors allow and the crosses between them do
-// not is a rival like any other, and its distance is told besides.
+// The most probable one. The scan orientations that the anchors allow and the crosses between them
+// do not are its rivals.
 FilmReading MostProbable(const std::vector<FilmReading>& readings) {
   FilmReading best = BestOf(readings);
-  for (const FilmReading& other : readings)
-    if (other.orientations != best.orientations)
-      best.orientation_margin = std::min(best.orientation_margin, best.best.nats - other.best.nats);
+  std::map<ScanOrientation, double> most;
+  for (const FilmReading& reading : readings)
+    for (const ScanOrientation orientation : reading.orientations) {
+      const auto at = most.try_emplace(orientation, reading.best.nats).first;
+      at->second = std::max(at->second, reading.best.nats);
+    }
+  for (const auto& [orientation, nats] : most)
+    if (std::find(best.orientations.begin(), best.orientations.end(), orientation) ==
+        best.orientations.end())
+      best.rival_orientations.push_back({orientation, best.best.nats - nats});
   return best;
 }
 

@@ -13,6 +13,7 @@ using Eigen::Matrix2d;
 using Eigen::Vector2d;
 
 constexpr double kLargestAffinity = 0.025;  // difference of a desktop scanner's two scales
+constexpr double kSamePlaceMm = 1;          // as near as that no two marks lie
 constexpr double kSameLayoutMm = 0.35;      // what an affine may leave between equal layouts
 
 // Could a scanner's affinity make the layout look like its own permutation?
@@ -112,6 +113,18 @@ std::vector<int> RelabelAlike(const std::vector<Fiducial>& fiducials, ScanOrient
   std::vector<int> relabel;
   for (const Fiducial& mark : fiducials)
     relabel.push_back(NearestMark(fiducials, turn * (mark.position_mm - centre) + centre));
+  return relabel;
+}
+
+std::vector<int> RelabelInCommon(const std::vector<Fiducial>& fiducials, ScanOrientation base,
+                                 ScanOrientation other) {
+  const Vector2d centre = RectangleOfMarks(fiducials).centre_mm;
+  const Matrix2d turn = PhotoTurn(base, other);
+  std::vector<int> relabel = RelabelAlike(fiducials, base, other);
+  for (size_t i = 0; i < relabel.size(); ++i) {
+    const Vector2d turned = turn * (fiducials[i].position_mm - centre) + centre;
+    if ((turned - fiducials[relabel[i]].position_mm).norm() > kSamePlaceMm) relabel[i] = -1;
+  }
   return relabel;
 }
 

@@ -45,6 +45,11 @@ std::optional<std::vector<int>> Relabel(const std::vector<Fiducial>& fiducials,
 std::vector<int> RelabelAlike(const std::vector<Fiducial>& fiducials, ScanOrientation base,
                               ScanOrientation other);
 
+// The same for a scan orientation in which layout or drawings differ; -1 for a mark that would have
+// no place there.
+std::vector<int> RelabelInCommon(const std::vector<Fiducial>& fiducials, ScanOrientation base,
+                                 ScanOrientation other);
+
 // Scan orientations that look the same in a search, the unmirrored first; the first one stands for
 // its class. Pictures of marks count by their looks here: they are searched for as they would lie.
 using OrientationClass = std::vector<ScanOrientation>;

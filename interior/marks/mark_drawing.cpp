@@ -308,10 +308,13 @@ std::vector<bool> NearStrokes(const MarkDrawing& drawing, const Matrix2d& mm_fro
 
 namespace {
 
-// 24 px over the mark show every element; a margin beyond the radius keeps the same pixels valid.
+// 24 px over the mark show every element: smooth outlines also those that pass between the samples.
+// A margin beyond the radius keeps the same pixels valid.
 MarkTemplate SmallPicture(const MarkShape& shape, double radius_mm, const Matrix2d& turn) {
   const Matrix2d upright = Eigen::DiagonalMatrix<double, 2>(1, -1) * (12.0 / radius_mm);
-  return RenderMark(shape, upright * turn.transpose(), {0.7, 3 * radius_mm - MarkRadius(shape), 4});
+  RenderOptions options{0.7, 3 * radius_mm - MarkRadius(shape), 4};
+  options.smooth_outlines = true;
+  return RenderMark(shape, upright * turn.transpose(), options);
 }
 
 // The same of a mark whose upright picture it is; by quarters and mirrored the pixels change

@@ -269,6 +269,21 @@ OrientationDecision Decide(const OrientationClass& open,
   return decision;
 }
 
+void AddRivals(const std::vector<RivalOrientation>& rivals, OrientationDecision* decision) {
+  std::vector<double>& nats = decision->nats;
+  for (const RivalOrientation& rival : rivals) {
+    if (rival.nats >= kSureNats) continue;
+    // Contradictory votes are in no order.
+    const auto place = decision->contradictory
+                           ? nats.end()
+                           : std::find_if(nats.begin(), nats.end(),
+                                          [&](double other) { return other < -rival.nats; });
+    decision->possible.insert(decision->possible.begin() + (place - nats.begin()),
+                              rival.orientation);
+    nats.insert(place, -rival.nats);
+  }
+}
+
 std::vector<OrientationVote> VotesOfFilm(const Raster& scan, const CameraFile& camera,
                                          const MarkShapes& shapes, const InteriorResult& measured,
                                          const OrientationClass& open) {

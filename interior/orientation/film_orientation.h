@@ -9,6 +9,7 @@
 #include "core/files/camera_file.h"
 #include "core/files/results.h"
 #include "core/raster/raster.h"
+#include "interior/constellation/film_reading.h"
 #include "interior/constellation/layout.h"
 
 namespace orient::interior {
@@ -39,6 +40,10 @@ struct OrientationDecision {
 // and no to the likeliest one with 2 nats each: four to five times its noise.
 inline constexpr double kSureNats = 5.0;
 OrientationDecision Decide(const OrientationClass& open, const std::vector<OrientationVote>& votes);
+
+// Adds the rivals less than kSureNats away, where they belong: what the marks' layout excludes no
+// more surely than that is open, too.
+void AddRivals(const std::vector<RivalOrientation>& rivals, OrientationDecision* decision);
 
 // `measured`: marks and transform as found for the class's first orientation. Votes of all symbols
 // beside used marks, and of the border.

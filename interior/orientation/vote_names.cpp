@@ -72,7 +72,7 @@ void RenameSymbols(const CameraFile& camera, const std::vector<int>& relabel,
                    std::vector<OrientationEvidence>* evidence) {
   for (OrientationEvidence& said : *evidence)
     for (size_t i = 0; i < relabel.size(); ++i)
-      if (said.by == SymbolOf(camera.fiducials[i].id)) {
+      if (relabel[i] >= 0 && said.by == SymbolOf(camera.fiducials[i].id)) {
         said.by = SymbolOf(camera.fiducials[relabel[i]].id);
         break;
       }

@@ -223,9 +223,9 @@ TEST(InteriorJudge, TheOtherScannerThreeNatsBehindIsWeak) {
 
 TEST(InteriorJudge, AnotherScanOrientationLessThanFiveNatsBehindIsWeak) {
   JudgedFilm judged(4);
-  judged.reading.orientation_margin = 5;
+  judged.reading.rival_orientations = {{ScanOrientation::kR180, 9}, {ScanOrientation::kR90, 5}};
   EXPECT_TRUE(judged.Judged().empty());
-  judged.reading.orientation_margin = JustBelow(5);
+  judged.reading.rival_orientations.back().nats = JustBelow(5);
   ExpectOnly(judged.Judged(), {Reason::kRivalScanOrientation, Status::kWeak, JustBelow(5), 5});
 }
 
@@ -257,7 +257,8 @@ TEST(InteriorJudge, AllThatMakesAFilmWeakIsSaid) {
   judged.film->shape = {.scale_difference = 0.1, .shear_rad = 0.1};
   judged.film->pixel_um = 20;
   judged.film->sigma0_um = 100;
-  judged.reading.scanner_margin = judged.reading.orientation_margin = 0;
+  judged.reading.scanner_margin = 0;
+  judged.reading.rival_orientations = {{ScanOrientation::kR90, 0}};
   std::vector<Reason> reasons;
   for (const Finding& finding : judged.Judged()) {
     EXPECT_EQ(finding.at_best, Status::kWeak) << Code(finding.reason);

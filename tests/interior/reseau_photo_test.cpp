@@ -281,6 +281,43 @@ TEST(ReseauPhoto, AWrongOrientationIsNeverOkWhereNoCrossTellsItFromTheRightOne) 
   EXPECT_EQ(OrientInterior(scan, gap, ShapesOf(gap), options).status, Status::kOk);
 }
 
+// The layout fits itself in all eight ways but for the drawing of its middle mark.
+TEST(ReseauPhoto, AllWaysAreOpenWhereTheMarkThatTellsThemApartIsMissing) {
+  const TemporaryFolder folder;
+  FilmFrameSpec spec;
+  spec.camera = CrossCamera();
+  spec.camera.marks["three arms"] = spec.camera.marks.at("cross");
+  spec.camera.marks["three arms"].elements = {LineElement{{-2, 0}, {2, 0}, 0.15},
+                                              LineElement{{0, 0}, {0, 2}, 0.15}};
+  spec.camera.fiducials[12].mark = "three arms";
+  spec.orientation = ScanOrientation::kR90;
+  spec.missing = {12};
+  const FilmFrame frame = RenderFilmFrame(spec);
+  WriteScan(folder / "a.png", frame.scan);
+  InteriorOptions options;
+  options.pixel_size_um = 100;
+  const InteriorResult result =
+      OrientInterior(Raster::Open(folder / "a.png"), spec.camera, ShapesOf(spec.camera), options);
+  EXPECT_EQ(result.status, Status::kWeak);
+  EXPECT_FALSE(result.orientation);
+  EXPECT_EQ(result.possible_orientations.size(), 8u);
+  EXPECT_EQ(result.orientation_nats.size(), 8u);
+  const auto right = InOrientation(result, spec.camera, ShapesOf(spec.camera), spec.orientation);
+  ASSERT_TRUE(right);
+  EXPECT_EQ(right->marks[12].state, MarkState::kMissing);
+  for (size_t i = 0; i < frame.mark_pixels.size(); ++i) {
+    const Vector2d at = *right->photo_from_pixel * frame.mark_pixels[i];
+    EXPECT_LT((at - spec.camera.fiducials[i].position_mm).norm(), 0.01) << "mm";
+  }
+}
+
+TEST(LibraryReseau, WithThinSymmetricCrossesLeavesAllWaysOpen) {
+  const CameraFile camera = ReadCameraFile(ProjectFile("data/cameras/hasselblad_mk_reseau.toml"));
+  const auto classes = OrientationClasses(camera.fiducials, ShapesOf(camera));
+  ASSERT_EQ(classes.size(), 1u);
+  EXPECT_EQ(classes[0].size(), 8u);
+}
+
 TEST(ReseauPhoto, ACrossMissingInTheFileAndOnTheFilmTellsTheOrientation) {
   const TemporaryFolder folder;
   FilmFrameSpec spec;

@@ -321,6 +321,19 @@ TEST(LooksSame, KnowsADrawingsSymmetry) {
   EXPECT_FALSE(LooksSame(tilted, mirror));
 }
 
+TEST(LooksSame, SeesStrokesHoweverThin) {
+  const Matrix2d quarter = Eigen::Rotation2Dd(std::numbers::pi / 2).toRotationMatrix();
+  const Matrix2d eighth = Eigen::Rotation2Dd(std::numbers::pi / 4).toRotationMatrix();
+  for (const double width_mm : {0.02, 0.005}) {
+    const MarkShape cross = Shape({CrossElement{2, width_mm, 0, 0}});
+    EXPECT_TRUE(LooksSame(cross, Matrix2d::Identity())) << width_mm;
+    EXPECT_TRUE(LooksSame(cross, quarter)) << width_mm;
+    EXPECT_FALSE(LooksSame(cross, eighth)) << width_mm;
+    const MarkShape line = Shape({LineElement{{-1, 0}, {1, 0}, width_mm}});
+    EXPECT_FALSE(LooksSame(line, quarter)) << width_mm;
+  }
+}
+
 TEST(MarkRadius, ReachesTheFarthestStroke) {
   EXPECT_NEAR(MarkRadius(Shape({CircleElement{2.0, 0.2}, DotElement{0.1}})), 1.1, 1e-12);
   EXPECT_NEAR(ThinnestStroke(Shape({CircleElement{2.0, 0.2}, DotElement{0.1}})), 0.1, 1e-12);

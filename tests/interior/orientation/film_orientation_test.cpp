@@ -287,6 +287,16 @@ TEST(Decide, TwoClearVotesOfNineLeaveItOpen) {
   EXPECT_TRUE(Decide(open, votes).contradictory);
 }
 
+TEST(AddRivals, PutsWhatIsLessThanFiveNatsAwayWhereItBelongs) {
+  using enum ScanOrientation;
+  OrientationDecision decision;
+  decision.possible = {kR0, kM0};
+  decision.nats = {0, -2};
+  AddRivals({{kR90, 1}, {kR180, 5}, {kR270, 4.9}}, &decision);
+  EXPECT_EQ(decision.possible, (std::vector<ScanOrientation>{kR0, kR90, kM0, kR270}));
+  EXPECT_EQ(decision.nats, (std::vector<double>{0, -1, -2, -4.9}));
+}
+
 TEST(Decide, NeverExcludesTheWayThatEveryVoteLikesBest) {
   EXPECT_TRUE(rc::check([](const std::vector<std::array<std::uint8_t, 4>>& raw) {
     const OrientationClass open = {ScanOrientation::kR0, ScanOrientation::kR90,
