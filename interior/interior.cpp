@@ -101,6 +101,13 @@ bool IsBlackAndWhite(const Raster& scan, const std::vector<MarkResult>& marks) {
   return true;
 }
 
+std::vector<std::string> Unused(const CameraFile& camera, const FilmMarks& marks) {
+  std::vector<std::string> ids;
+  for (size_t i = 0; i < marks.size(); ++i)
+    if (marks[i].state != MarkState::kUsed) ids.push_back(camera.fiducials[i].id);
+  return ids;
+}
+
 // One reading, its marks measured and judged.
 struct JudgedFilm {
   FilmMarks marks;
@@ -118,7 +125,7 @@ JudgedFilm JudgeReading(const Raster& scan, const CameraFile& camera, const Mark
   if (!options.clicks.empty()) TakeExactClicks(camera, reading, options.clicks, &judged.marks);
   const bool mirrored = IsMirrored(reading.orientations.front());
   const auto film = FitFilm(UsedMarks(camera, judged.marks), mirrored);
-  const Findings findings = Judge(reading, judged.marks, film);
+  const Findings findings = Judge(reading, judged.marks, film, Unused(camera, judged.marks));
   result.status = Status::kOk;
   Add(findings, &result);
   if (result.status != Status::kFailed) {

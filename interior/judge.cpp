@@ -58,18 +58,29 @@ double NatsOfUsed(const FilmReading& reading, const FilmMarks& marks) {
 }
 
 // Empty where nothing speaks against the set of marks. `nats`: NatsOfUsed.
-std::optional<Finding> WhyNotThere(const FilmReading& reading, int used, double nats) {
-  const auto failed = [](Reason reason, std::optional<double> value = {},
-                         std::optional<double> limit = {}) {
-    return Finding{reason, Status::kFailed, value, limit};
+std::optional<Finding> WhyNotThere(const FilmReading& reading, int used, double nats,
+                                   const std::string& unused) {
+  const auto failed = [](Reason reason, double value, double limit, const std::string& where = {}) {
+    return Finding{reason, Status::kFailed, value, limit, where};
   };
-  if (reading.best.Matched() < 3 || used < 3) return failed(Reason::kMarksNotFound, used, 3);
+  const int matched = reading.best.Matched();
+  if (matched < 3) return failed(Reason::kMarksNotFound, matched, 3);
+  if (used < 3) return failed(Reason::kFewMarks, used, 3, unused);
   const double needed = MinSetNats(static_cast<int>(reading.marks.size()));
-  if (nats < needed) return failed(Reason::kMarksMayBeChance, nats, needed);
-  if (!reading.proven) return failed(Reason::kTooManyReadings);
+  if (nats < needed) return failed(Reason::kMarksMayBeChance, nats, needed, unused);
+  if (!reading.proven) return Finding{Reason::kTooManyReadings, Status::kFailed};
   if (reading.margin <= kMinMarginNats)
-    return failed(Reason::kRivalReading, reading.margin, kMinMarginNats);
+    return failed(Reason::kRivalReading, reading.margin, kMinMarginNats, unused);
   return std::nullopt;
+}
+
+// A few of them by name.
+std::string SomeOf(const std::vector<std::string>& ids) {
+  constexpr size_t kMost = 8;
+  const auto some = std::min(ids.size(), kMost);
+  std::string list = fmt::format("{}", fmt::join(ids.begin(), ids.begin() + some, ", "));
+  if (ids.size() > some) list += fmt::format(" and {} more", ids.size() - some);
+  return list;
 }
 
 std::string NamesOf(const std::vector<ScanOrientation>& orientations) {
@@ -81,15 +92,15 @@ std::string NamesOf(const std::vector<ScanOrientation>& orientations) {
 }  // namespace
 
 Findings Judge(const FilmReading& reading, const FilmMarks& marks,
-               const std::optional<FilmTransform>& film) {
+               const std::optional<FilmTransform>& film, const std::vector<std::string>& unused) {
   const int all = static_cast<int>(marks.size());
   const int used = Count(marks, MarkState::kUsed);
   const double nats = NatsOfUsed(reading, marks);
-  if (const auto why = WhyNotThere(reading, used, nats)) return {*why};
+  if (const auto why = WhyNotThere(reading, used, nats, SomeOf(unused))) return {*why};
   if (!film) return {{Reason::kMarksOnOneLine, Status::kFailed}};
   Findings findings;
   if (JudgeSet(all, used, nats, reading.margin) == Status::kWeak)
-    findings.push_back({Reason::kFewMarks, Status::kWeak, used, NeededMarks(all)});
+    findings.push_back({Reason::kFewMarks, Status::kWeak, used, NeededMarks(all), SomeOf(unused)});
   const Findings of_film = JudgeFilm(reading, *film);
   findings.insert(findings.end(), of_film.begin(), of_film.end());
   return findings;

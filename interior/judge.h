@@ -16,9 +16,9 @@ namespace orient::interior {
 
 // Accepted are max(4, 60 %) marks with a margin above 3 nats, clear of chance as a set, on a film
 // of plausible scale and shear. Rejected marks count neither as marks nor as evidence. Three of at
-// least four marks are at best weak.
+// least four marks are at best weak. `unused`: ids of the marks that are not used.
 Findings Judge(const FilmReading& reading, const FilmMarks& marks,
-               const std::optional<FilmTransform>& film);
+               const std::optional<FilmTransform>& film, const std::vector<std::string>& unused);
 
 // Weak where other marks, these, may be wrong in a rejected one's stead (PerhapsWrong).
 std::optional<Finding> JudgeRejected(const std::vector<std::string>& perhaps_wrong);

@@ -47,10 +47,11 @@ std::string Sentence(const Finding& finding) {
   const std::string_view where = finding.where;
   const std::size_t colon = std::min(where.find(": "), where.size());
   const bool one = finding.value == 1.0;
+  const std::string unused = where.empty() ? "" : fmt::format("; not found or rejected: {}", where);
   return fmt::format(fmt::runtime(WordingOf(finding.reason).sentence),
                      fmt::arg("value", finding.value.value_or(0)),
                      fmt::arg("limit", finding.limit.value_or(0)), fmt::arg("where", where),
-                     fmt::arg("first", where.substr(0, colon)),
+                     fmt::arg("unused", unused), fmt::arg("first", where.substr(0, colon)),
                      fmt::arg("rest", where.substr(std::min(colon + 2, where.size()))),
                      fmt::arg("s", one ? "" : "s"), fmt::arg("are", one ? "is" : "are"),
                      fmt::arg("their", one ? "its" : "their"),

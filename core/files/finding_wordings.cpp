@@ -14,18 +14,18 @@ const std::vector<Wording>& Wordings() {  // NOLINT(readability-function-size): 
        "The camera's marks were not found: wrong camera file, marks outside the scan, or a "
        "wrong pixel size (--pixel-size-um; in a block file pixel_size_um under [scan])."},
       {Reason::kMarksMayBeChance, "marks_may_be_chance",
-       "The marks found may be due to chance ({value:.1f} nats, {limit:.1f} are needed): too few "
-       "of them, too faint, or a wrong camera file. Missing ones can be measured by hand "
+       "The marks found may be due to chance ({value:.1f} nats, {limit:.1f} are needed{unused}): "
+       "too few of them, too faint, or a wrong camera file. Missing ones can be measured by hand "
        "(--measurements)."},
       {Reason::kTooManyReadings, "too_many_readings",
        "Too many marks and candidates to rule out another interpretation: give orientation, "
        "polarity or pixel size, whichever is known (options; in a block file [scan])."},
       {Reason::kRivalReading, "rival_reading",
        "Another interpretation of the marks is nearly as probable (margin {value:.1f} nats, "
-       "{limit:.0f} are needed)."},
+       "{limit:.0f} are needed{unused})."},
       {Reason::kMarksOnOneLine, "marks_on_one_line", "The marks found lie on one line."},
       {Reason::kFewMarks, "few_marks",
-       "Only {value:.0f} marks were found; {limit:.0f} are needed."},
+       "Only {value:.0f} mark{s} could be used; {limit:.0f} are needed{unused}."},
       {Reason::kWrongMarkUnclear, "wrong_mark_unclear",
        "A mark contradicts the others, which are too few to tell whether it is wrong or one of "
        "these: {where}."},

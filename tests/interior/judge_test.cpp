@@ -45,7 +45,12 @@ class JudgedFilm {
   void Reject(std::size_t count) {
     for (std::size_t i = 0; i < count; ++i) marks[i].state = MarkState::kRejected;
   }
-  Findings Judged() const { return Judge(reading, marks, film); }
+  Findings Judged() const {
+    std::vector<std::string> unused;
+    for (std::size_t i = 0; i < marks.size(); ++i)
+      if (marks[i].state != MarkState::kUsed) unused.push_back(std::to_string(i + 1));
+    return Judge(reading, marks, film, unused);
+  }
 
   FilmReading reading;
   FilmMarks marks;
@@ -65,18 +70,18 @@ TEST(InteriorJudge, AFilmAgainstWhichNothingSpeaksHasNoFindings) {
   }
 }
 
-TEST(InteriorJudge, TwoUsedMarksAreNotFoundAndThreeAre) {
+TEST(InteriorJudge, TwoUsedMarksOfThoseFoundFailTheFilmAndThreeDoNot) {
   JudgedFilm judged(4);
   judged.Reject(1);
-  EXPECT_FALSE(Has(judged.Judged(), Reason::kMarksNotFound));
+  EXPECT_EQ(StatusOf(judged.Judged()), Status::kWeak);
   judged.Reject(2);
-  ExpectOnly(judged.Judged(), {Reason::kMarksNotFound, Status::kFailed, 2, 3});
+  ExpectOnly(judged.Judged(), {Reason::kFewMarks, Status::kFailed, 2, 3, "1, 2"});
 }
 
 TEST(InteriorJudge, AReadingOfTwoMarksIsNotFoundHoweverManyAreUsed) {
   JudgedFilm judged(8);
   judged.reading.best.choice = {0, 0, -1, -1, -1, -1, -1, -1};
-  ExpectOnly(judged.Judged(), {Reason::kMarksNotFound, Status::kFailed, 8, 3});
+  ExpectOnly(judged.Judged(), {Reason::kMarksNotFound, Status::kFailed, 2, 3});
   judged.reading.best.choice[2] = 0;
   EXPECT_FALSE(Has(judged.Judged(), Reason::kMarksNotFound));
 }
@@ -111,7 +116,8 @@ TEST(InteriorJudge, RejectedMarksGiveNoNats) {
   ASSERT_GT(judged.reading.best.nats, MinSetNats(8));
   EXPECT_TRUE(judged.Judged().empty());
   judged.Reject(5);
-  ExpectOnly(judged.Judged(), {Reason::kMarksMayBeChance, Status::kFailed, of_kept, MinSetNats(8)});
+  ExpectOnly(judged.Judged(),
+             {Reason::kMarksMayBeChance, Status::kFailed, of_kept, MinSetNats(8), "1, 2, 3, 4, 5"});
 }
 
 TEST(InteriorJudge, ASearchThatWasNotThroughFails) {
@@ -127,6 +133,20 @@ TEST(InteriorJudge, ARivalReadingThreeNatsBehindFailsTheFilm) {
   EXPECT_TRUE(judged.Judged().empty());
   judged.reading.margin = 3;
   ExpectOnly(judged.Judged(), {Reason::kRivalReading, Status::kFailed, 3, 3});
+}
+
+TEST(InteriorJudge, ARivalReadingNamesTheMarksThatWereNotUsed) {
+  JudgedFilm judged(4);
+  judged.reading.margin = 1;
+  judged.marks[2].state = MarkState::kMissing;
+  ExpectOnly(judged.Judged(), {Reason::kRivalReading, Status::kFailed, 1, 3, "3"});
+}
+
+TEST(InteriorJudge, OfManyUnusedMarksEightAreNamed) {
+  JudgedFilm judged(25);
+  judged.Reject(23);
+  ExpectOnly(judged.Judged(),
+             {Reason::kFewMarks, Status::kFailed, 2, 3, "1, 2, 3, 4, 5, 6, 7, 8 and 15 more"});
 }
 
 TEST(InteriorJudge, MarksOnOneLineFail) {
@@ -149,6 +169,8 @@ TEST(InteriorJudge, OfSeveralObjectionsTheFirstFailsTheFilmAlone) {
   judged.reading.best.nats = 0;
   EXPECT_EQ(reason(), Reason::kMarksMayBeChance);
   judged.Reject(2);
+  EXPECT_EQ(reason(), Reason::kFewMarks);
+  judged.reading.best.choice = {0, 0, -1, -1};
   EXPECT_EQ(reason(), Reason::kMarksNotFound);
 }
 
@@ -156,7 +178,7 @@ TEST(InteriorJudge, ThreeOfFourMarksAreWeak) {
   JudgedFilm judged(4);
   judged.Reject(1);
   judged.film->affine = false;  // three give a similarity
-  ExpectOnly(judged.Judged(), {Reason::kFewMarks, Status::kWeak, 3, 4});
+  ExpectOnly(judged.Judged(), {Reason::kFewMarks, Status::kWeak, 3, 4, "1"});
 }
 
 TEST(InteriorJudge, AllThreeMarksOfACameraOfThreeAreWeak) {
@@ -168,7 +190,7 @@ TEST(InteriorJudge, FourOfEightMarksAreWeakAndFiveAreNot) {
   judged.Reject(3);
   EXPECT_TRUE(judged.Judged().empty());
   judged.Reject(4);
-  ExpectOnly(judged.Judged(), {Reason::kFewMarks, Status::kWeak, 4, 5});
+  ExpectOnly(judged.Judged(), {Reason::kFewMarks, Status::kWeak, 4, 5, "1, 2, 3, 4"});
 }
 
 TEST(InteriorJudge, ScalesThatDifferByMoreThanThreePercentAreWeak) {

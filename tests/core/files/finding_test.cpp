@@ -31,7 +31,9 @@ TEST(Finding, ACodeThatNoReasonHasIsNone) {
 
 TEST(Finding, TheSentenceHasItsFigures) {
   EXPECT_EQ(Sentence({Reason::kFewMarks, Status::kWeak, 3, 4}),
-            "Only 3 marks were found; 4 are needed.");
+            "Only 3 marks could be used; 4 are needed.");
+  EXPECT_EQ(Sentence({Reason::kFewMarks, Status::kFailed, 1, 3, "2, 3, 4"}),
+            "Only 1 mark could be used; 3 are needed; not found or rejected: 2, 3, 4.");
   EXPECT_EQ(Sentence({.reason = Reason::kStated, .where = "as it was {}"}), "as it was {}");
 }
 

@@ -130,7 +130,7 @@ Outcome Orient(const Scene& scene) {
     const Vector2d& place = scene.marks[i].place_mm;
     measured.push_back({reading.candidates[i][outcome.kept[i]].pixel, {place.x(), -place.y()}});
   }
-  outcome.status = StatusOf(Judge(reading, marks, FitFilm(measured, false)));
+  outcome.status = StatusOf(Judge(reading, marks, FitFilm(measured, false), {}));
   return outcome;
 }
 
@@ -247,7 +247,7 @@ TEST(Judge, RejectedMarksBearNoWitness) {
     reading.best.nats = NatsOfSet(reading.marks, reading.prior, reading.best.choice);
     std::printf("%d used: %.1f nats of %.1f, %.1f needed\n", used,
                 NatsOfSet(reading.marks, reading.prior, kept), reading.best.nats, MinSetNats(8));
-    return StatusOf(Judge(reading, marks, FitFilm(measured, false)));
+    return StatusOf(Judge(reading, marks, FitFilm(measured, false), {}));
   };
   EXPECT_EQ(verdict(8), Status::kOk);
   EXPECT_EQ(verdict(5), Status::kFailed);
