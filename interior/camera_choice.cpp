@@ -1,6 +1,7 @@
 #include "interior/camera_choice.h"
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include <algorithm>
 #include <cmath>
@@ -164,11 +165,38 @@ std::string CandidateList(const std::vector<KnownCamera>& cameras,
   return list;
 }
 
+bool IsFilm(const KnownCamera& camera) { return camera.file->camera.kind == CameraKind::kFilm; }
+
+bool HasTooManyMarks(const KnownCamera& camera) {
+  return camera.file->fiducials.size() > kMostMarksOfUnknownCamera;
+}
+
+// The film cameras without a reading, and why they have none: a sentence with a blank before it.
+std::string NotTried(const std::vector<KnownCamera>& cameras,
+                     const std::vector<CameraReading>& readings) {
+  std::vector<std::string> many, small;
+  for (size_t i = 0; i < cameras.size(); ++i) {
+    const bool tried = std::any_of(readings.begin(), readings.end(),
+                                   [&](const CameraReading& r) { return r.camera == i; });
+    if (!tried && IsFilm(cameras[i]))
+      (HasTooManyMarks(cameras[i]) ? many : small).push_back(cameras[i].name);
+  }
+  std::string said;
+  if (!many.empty())
+    said += fmt::format(" Not tried, as they have more than {} marks: {}.",
+                        kMostMarksOfUnknownCamera, fmt::join(many, ", "));
+  if (!small.empty())
+    said += fmt::format(" Not tried, as their films are much smaller than the scan: {}.",
+                        fmt::join(small, ", "));
+  return said;
+}
+
 CameraChoice Unknown(const std::vector<KnownCamera>& cameras,
                      const std::vector<CameraReading>& sorted, const std::string& why) {
   CameraChoice choice;
-  choice.result.findings = {
-      {.reason = Reason::kCameraUnknown, .at_best = Status::kFailed, .where = why}};
+  choice.result.findings = {{.reason = Reason::kCameraUnknown,
+                             .at_best = Status::kFailed,
+                             .where = why + NotTried(cameras, sorted)}};
   if (sorted.empty()) return choice;
   choice.result.width = sorted.front().result.width;
   choice.result.height = sorted.front().result.height;
@@ -178,7 +206,7 @@ CameraChoice Unknown(const std::vector<KnownCamera>& cameras,
 }
 
 void SayCameras(const std::vector<KnownCamera>& cameras, const std::vector<size_t>& fitting,
-                InteriorResult* result) {
+                const std::string& not_tried, InteriorResult* result) {
   double least = 1e9, most = 0;
   std::string names;
   for (const size_t i : fitting) {
@@ -197,7 +225,7 @@ void SayCameras(const std::vector<KnownCamera>& cameras, const std::vector<size_
                 " to " + fmt::format("{:.0f}", most) +
                 " mm): exterior orientation needs the right one."
           : " Its principal distance is nominal: exterior orientation needs the calibrated one.";
-  result->findings.push_back({.reason = Reason::kCamerasThatFit, .where = said});
+  result->findings.push_back({.reason = Reason::kCamerasThatFit, .where = said + not_tried});
 }
 
 // Cameras with the same marks at the same places read a scan alike.
@@ -217,11 +245,6 @@ bool HaveSameMarks(const KnownCamera& a, const KnownCamera& b) {
       return false;
   }
   return true;
-}
-
-bool CanBeRead(const KnownCamera& camera) {
-  return camera.file->camera.kind == CameraKind::kFilm &&
-         camera.file->fiducials.size() <= kMostMarksOfUnknownCamera;
 }
 
 // Whether the camera's frame would be a small part of the scan: a film on a large scanner bed,
@@ -260,8 +283,7 @@ CameraChoice ChooseCamera(const std::vector<KnownCamera>& cameras,
                                  [](const auto& r) { return r.result.status == Status::kOk; });
   if (best == sorted.end())
     return Unknown(cameras, sorted,
-                   "none of the library's " + std::to_string(cameras.size()) +
-                       " cameras fits with certainty.");
+                   fmt::format("no camera of the {} tried fits with certainty.", sorted.size()));
   std::vector<size_t> fitting;
   for (const CameraReading& other : sorted) {
     const bool agrees = &other == &*best || Agree(*best, other, cameras);
@@ -274,7 +296,7 @@ CameraChoice ChooseCamera(const std::vector<KnownCamera>& cameras,
   }
   CameraChoice choice{best->result, best->camera};
   JudgePixelSize(cameras, *best, pixel_size_um, &choice.result);
-  SayCameras(cameras, fitting, &choice.result);
+  SayCameras(cameras, fitting, NotTried(cameras, sorted), &choice.result);
   return choice;
 }
 
@@ -287,7 +309,8 @@ CameraChoice OrientWithUnknownCamera(const Raster& scan, const std::vector<Known
     const bool found = std::any_of(readings.begin(), readings.end(),
                                    [](const auto& r) { return r.result.status == Status::kOk; });
     for (size_t i = 0; !found && i < cameras.size(); ++i)
-      if (CanBeRead(cameras[i]) && IsLostOn(scan, cameras[i].file->camera, stated_um) == lost)
+      if (IsFilm(cameras[i]) && !HasTooManyMarks(cameras[i]) &&
+          IsLostOn(scan, cameras[i].file->camera, stated_um) == lost)
         ReadWith(scan, cameras, i, options, &readings);
   }
   return ChooseCamera(cameras, readings, stated_um);

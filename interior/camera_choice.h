@@ -28,7 +28,7 @@ struct KnownCamera {
 struct CameraReading {
   size_t camera = 0;  // index of the known camera
   InteriorResult result;
-  double nats = 0;  // log odds of the marks found against clutter
+  double nats = 0;  // log odds of the marks used against clutter
 };
 
 struct CameraChoice {

@@ -111,6 +111,7 @@ std::vector<std::string> Unused(const CameraFile& camera, const FilmMarks& marks
 // One reading, its marks measured and judged.
 struct JudgedFilm {
   FilmMarks marks;
+  double nats = 0;        // NatsOfUsed
   InteriorResult result;  // without the scan orientation
 };
 
@@ -123,6 +124,7 @@ JudgedFilm JudgeReading(const Raster& scan, const CameraFile& camera, const Mark
   result.height = scan.Height();
   judged.marks = MeasureMarks(scan, camera, shapes, reading, options.locator, known);
   if (!options.clicks.empty()) TakeExactClicks(camera, reading, options.clicks, &judged.marks);
+  judged.nats = NatsOfUsed(reading, judged.marks);
   const bool mirrored = IsMirrored(reading.orientations.front());
   const auto film = FitFilm(UsedMarks(camera, judged.marks), mirrored);
   const Findings findings = Judge(reading, judged.marks, film, Unused(camera, judged.marks));
@@ -182,19 +184,20 @@ bool IsJudgedAlike(const LayoutDeparture& departure) {
 // calibrated layout is another one there.
 InteriorResult WithOrientationFound(const Raster& scan, const CameraFile& camera,
                                     const MarkShapes& shapes, const InteriorOptions& options,
-                                    FilmReading* reading, const JudgedFilm& judged,
+                                    FilmReading* reading, JudgedFilm* judged,
                                     MeasuredPlaces* known) {
   const OrientationClass open = reading->orientations;
-  InteriorResult result = judged.result;
+  InteriorResult result = judged->result;
   result.possible_orientations = open;
   auto votes = VotesOfFilm(scan, camera, shapes, result, open);
-  votes.push_back(VoteOfLayout(camera, *reading, judged.marks, open, options.scanner));
+  votes.push_back(VoteOfLayout(camera, *reading, judged->marks, open, options.scanner));
   auto decision = Decide(open, votes);
   AddRivals(reading->rival_orientations, &decision);
   const ScanOrientation chosen = decision.possible.front();
   if (!decision.contradictory && !IsJudgedAlike(DepartureOf(camera.fiducials, open))) {
     *reading = ReadingIn(camera, *reading, chosen, options.scanner);
-    result = JudgeReading(scan, camera, shapes, options, *reading, known).result;
+    *judged = JudgeReading(scan, camera, shapes, options, *reading, known);
+    result = judged->result;
     if (!result.photo_from_pixel) return result;
   } else if (const auto likeliest = InOrientation(result, camera, shapes, chosen)) {
     result = *likeliest;
@@ -222,14 +225,15 @@ InteriorResult OrientBySearch(const Raster& scan, const CameraFile& camera,
   // What pictures of marks alone tell apart is open.
   if (!reseau) reading.orientations = reading.alike;
   MeasuredPlaces measured;
-  const JudgedFilm judged = JudgeReading(scan, camera, shapes, options, reading, &measured);
+  JudgedFilm judged = JudgeReading(scan, camera, shapes, options, reading, &measured);
   InteriorResult result = judged.result;
   if (result.photo_from_pixel)
-    result = options.orientation
-                 ? WithOrientationGiven(scan, camera, shapes, options, reading, judged)
-                 : WithOrientationFound(scan, camera, shapes, options, &reading, judged, &measured);
+    result =
+        options.orientation
+            ? WithOrientationGiven(scan, camera, shapes, options, reading, judged)
+            : WithOrientationFound(scan, camera, shapes, options, &reading, &judged, &measured);
   if (nats)
-    *nats = reading.best.nats;
+    *nats = judged.nats;
   else  // among cameras, whoever compares them judges it
     Add(JudgePixelSize(reading, result), &result);
   return result;

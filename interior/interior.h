@@ -17,7 +17,7 @@ namespace orient::interior {
 
 // `shapes` holds the drawing of every mark the camera's fiducials name (see ShapesOf). The photo's
 // name is left to the caller. Throws InputError where the scan is damaged, and for a camera of kind
-// film without fiducials. `nats`, where it is given, becomes the log odds of the marks found
+// film without fiducials. `nats`, where it is given, becomes the log odds of the marks used
 // against clutter (0 for a digital camera): what several cameras are compared by.
 InteriorResult OrientInterior(const Raster& scan, const CameraFile& camera,
                               const MarkShapes& shapes, const InteriorOptions& options = {},

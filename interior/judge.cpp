@@ -49,14 +49,6 @@ Findings JudgeFilm(const FilmReading& reading, const FilmTransform& film) {
   return findings;
 }
 
-// What the used marks alone earn: marks that were rejected bear no witness.
-double NatsOfUsed(const FilmReading& reading, const FilmMarks& marks) {
-  std::vector<int> used(marks.size(), -1);
-  for (size_t i = 0; i < marks.size(); ++i)
-    if (marks[i].state == MarkState::kUsed) used[i] = reading.best.choice[i];
-  return std::min(reading.best.nats, NatsOfSet(reading.marks, reading.prior, used));
-}
-
 // Empty where nothing speaks against the set of marks. `nats`: NatsOfUsed.
 std::optional<Finding> WhyNotThere(const FilmReading& reading, int used, double nats,
                                    const std::string& unused) {
@@ -90,6 +82,13 @@ std::string NamesOf(const std::vector<ScanOrientation>& orientations) {
 }
 
 }  // namespace
+
+double NatsOfUsed(const FilmReading& reading, const FilmMarks& marks) {
+  std::vector<int> used(marks.size(), -1);
+  for (size_t i = 0; i < marks.size(); ++i)
+    if (marks[i].state == MarkState::kUsed) used[i] = reading.best.choice[i];
+  return std::min(reading.best.nats, NatsOfSet(reading.marks, reading.prior, used));
+}
 
 Findings Judge(const FilmReading& reading, const FilmMarks& marks,
                const std::optional<FilmTransform>& film, const std::vector<std::string>& unused) {

@@ -14,6 +14,9 @@
 
 namespace orient::interior {
 
+// What the used marks alone earn: marks that were rejected bear no witness.
+double NatsOfUsed(const FilmReading& reading, const FilmMarks& marks);
+
 // Accepted are max(4, 60 %) marks with a margin above 3 nats, clear of chance as a set, on a film
 // of plausible scale and shear. Rejected marks count neither as marks nor as evidence. Three of at
 // least four marks are at best weak. `unused`: ids of the marks that are not used.

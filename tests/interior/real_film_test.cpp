@@ -109,6 +109,19 @@ INSTANTIATE_TEST_SUITE_P(Frames, WrongCamera,
                                          FrameAndCamera{"0b4cb981", "wild_rc10.toml"},
                                          FrameAndCamera{"0b4cb981", "wild_rc8_23.toml"}));
 
+// Of what the dots' camera finds on the frame, measuring rejects all but two marks.
+TEST(FailedCamera, HasNoEvidenceFromMarksThatWereRejected) {
+  ORIENT_REQUIRE_SHARED_DATA(folder, "film");
+  const Raster scan = Raster::Open(folder + "/66685fc2.jpg");
+  const auto nats_of = [&](const std::string& name) {
+    const CameraFile camera = ReadCameraFile(ProjectFile("data/cameras/" + name + ".toml"));
+    double nats = 0;
+    OrientInterior(scan, camera, ShapesOf(camera), {}, &nats);
+    return nats;
+  };
+  EXPECT_LT(nats_of("fairchild_t12_dots"), nats_of("wild_18cm") - 10);
+}
+
 // Every frame with every film camera there is, its own and its twins left out: cameras with marks
 // of the same look in the same places find what is there.
 TEST(SlowWrongCamera, IsNeverOkInAWrongPlace) {
