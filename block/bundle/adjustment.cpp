@@ -5,6 +5,7 @@
 #include <cmath>
 #include <stdexcept>
 
+#include "block/bundle/adjusted_findings.h"
 #include "block/bundle/calibration.h"
 #include "block/bundle/connected_parts.h"
 #include "block/bundle/data_snooping.h"
@@ -26,8 +27,6 @@ constexpr double kCaution = 2;
 // Photos that move this much of the most moved one in a direction that nothing fixes.
 constexpr double kMovesAlong = 0.05;
 constexpr int kMostFactorRounds = 3;
-// Of standard deviations.
-constexpr double kTooMuchWorse = 3;
 
 class Stopwatch {
  public:
@@ -42,21 +41,6 @@ class Stopwatch {
   double* seconds_;
   std::chrono::steady_clock::time_point begin_ = std::chrono::steady_clock::now();
 };
-
-// Of each photo, of the points that it shows, in the block's coordinates.
-std::vector<double> MeanGroundHeights(const BlockSystem& system) {
-  std::vector<double> heights(system.block.photos.size(), 0);
-  std::vector<int> counts(heights.size(), 0);
-  for (std::size_t i = 0; i < system.block.observations.size(); ++i) {
-    const ImageObservation& o = system.block.observations[i];
-    if (!system.IsActive(i)) continue;
-    heights[o.photo] += system.GroundOf(o.point).z();
-    ++counts[o.photo];
-  }
-  for (std::size_t i = 0; i < heights.size(); ++i)
-    if (counts[i] > 0) heights[i] /= counts[i];
-  return heights;
-}
 
 class Adjustment {
  public:
@@ -79,11 +63,6 @@ class Adjustment {
   bool CalibrationChanges();
   void FillResult();
   void Finish();
-  void Say(Reason reason, std::optional<double> value = {}, std::optional<double> limit = {});
-  void SayOf(const std::vector<std::size_t>& photos, Reason reason);
-  void SayWorseThanStated(RowKind kind, Reason reason);
-  void SayDistancesLeftOpen();
-  void SayAll();
 
   BlockResult* result_;
   BlockSystem system_;
@@ -253,7 +232,7 @@ void Adjustment::Rounds() {
     result_->converged = true;
     return;
   }
-  Say(Reason::kAdjustmentNotConverged);
+  result_->findings.push_back({.reason = Reason::kAdjustmentNotConverged});
 }
 
 // For covariances, those of the points in tests_ among them; null where they are as weighted.
@@ -268,76 +247,6 @@ std::unique_ptr<BlockNormals> Adjustment::StatedNormals() {
 bool Adjustment::CalibrationChanges() {
   const auto stated = StatedNormals();
   return TestCalibration(stated ? *stated : *normals_, &system_, &result_->calibration);
-}
-
-void Adjustment::Say(Reason reason, std::optional<double> value, std::optional<double> limit) {
-  result_->findings.push_back({.reason = reason, .value = value, .limit = limit});
-}
-
-// Of photos, if there are any.
-void Adjustment::SayOf(const std::vector<std::size_t>& photos, Reason reason) {
-  if (photos.empty()) return;
-  result_->findings.push_back({.reason = reason,
-                               .value = static_cast<double>(photos.size()),
-                               .where = NamesOf(system_.block, photos)});
-}
-
-// How much worse than stated, where that is too much to pass over in silence.
-void Adjustment::SayWorseThanStated(RowKind kind, Reason reason) {
-  const double factor = std::sqrt(system_.Factor(kind));
-  if (!(factor < kTooMuchWorse)) Say(reason, factor, kTooMuchWorse);
-}
-
-// An error of the principal distance that the block does not see goes into its flying heights.
-// Where GNSS holds these, both are known about equally well.
-void Adjustment::SayDistancesLeftOpen() {
-  if (result_->calibration.empty()) return;
-  constexpr double kMuchMore = 3;
-  const std::vector<double> ground_m = MeanGroundHeights(system_);
-  for (const CalibrationParameter& parameter : result_->calibration) {
-    if (parameter.name != kPrincipalDistanceName || parameter.state == CalibrationState::kEstimated)
-      continue;
-    const double share =
-        parameter.sigma / system_.block.cameras[parameter.camera].principal_distance_mm;
-    for (std::size_t i = 0; i < result_->photos.size(); ++i) {
-      const AdjustedPhoto& photo = result_->photos[i];
-      if (photo.state != PhotoState::kAdjusted ||
-          system_.block.photos[i].camera != parameter.camera)
-        continue;
-      const double height_m = photo.pose.position_m.z() - ground_m[i];
-      if (share * height_m <= kMuchMore * std::sqrt(photo.covariance(2, 2))) continue;
-      Say(Reason::kDistanceLeftOpen, parameter.sigma);
-      break;
-    }
-  }
-}
-
-void Adjustment::SayAll() {
-  for (const BlockPart& part : result_->parts)
-    if (part.finding) result_->findings.push_back(*part.finding);
-  std::vector<std::size_t> gnss, prior, undetermined;
-  std::size_t with_gnss = 0, with_prior = 0;
-  for (std::size_t i = 0; i < result_->photos.size(); ++i) {
-    const AdjustedPhoto& photo = result_->photos[i];
-    with_gnss += photo.gnss_residual_m ? 1 : 0;
-    with_prior += system_.prior_row[i] >= 0 ? 1 : 0;
-    if (photo.gnss_rejected) gnss.push_back(i);
-    if (photo.prior_rejected) prior.push_back(i);
-    if (photo.state == PhotoState::kUndetermined) undetermined.push_back(i);
-  }
-  const bool plain = system_.options.gnss == GnssModel::kPlain;
-  if (plain && with_gnss > 1 && gnss.size() == with_gnss)
-    Say(Reason::kGnssDisagreesEverywhere, static_cast<double>(with_gnss));
-  else
-    SayOf(gnss, Reason::kGnssRejected);
-  SayOf(prior, Reason::kApproximationsRejected);
-  if (gnss.size() < with_gnss)
-    SayWorseThanStated(RowKind::kGnss,
-                       plain ? Reason::kGnssPerhapsOfAnotherDatum : Reason::kGnssWorseThanStated);
-  if (prior.size() < with_prior)
-    SayWorseThanStated(RowKind::kPosePrior, Reason::kApproximationsWorseThanStated);
-  SayOf(undetermined, Reason::kPhotosUndetermined);
-  if (result_->converged) SayDistancesLeftOpen();
 }
 
 void Adjustment::FillResult() {
@@ -362,7 +271,8 @@ void Adjustment::Finish() {
     for (std::size_t i = 0; i < result_->observations.size(); ++i)
       result_->observations[i].state = judgement_.states()[i];
   }
-  SayAll();
+  const Findings findings = FindingsOfAdjusted(system_, *result_);
+  result_->findings.insert(result_->findings.end(), findings.begin(), findings.end());
 }
 
 void Adjustment::Run() {

@@ -47,6 +47,7 @@ BlockApproximations::BlockApproximations(const BlockFile& block, const Camera& c
     : block_(block), camera_(camera) {
   if (!block.approximations.empty()) ReadTable();
   const std::vector<OrientationRow> gnss = ReadGnss(block, &remarks_);
+  RefuseExchangedAxes(block, known_, gnss);
   observations_ = ObservationsOf(block, known_, computed_heights_, gnss);
   if (block.observe_approximations && block.approximations.empty())
     throw InputError(

@@ -23,16 +23,32 @@ std::optional<PosePrior> PriorOf(const BlockFile& block, const OrientationRow& r
   return PosePrior{row.pose, sigma.cwiseAbs2().asDiagonal()};
 }
 
+// What a flying height says of an approximation is no GNSS position.
+void LeaveOutRowsWithoutHeight(OrientationTable* table) {
+  std::vector<OrientationRow> whole;
+  for (OrientationRow& row : table->rows)
+    if (std::isnan(row.pose.position_m.z()))
+      table->without_position.push_back(row.photo);
+    else
+      whole.push_back(std::move(row));
+  table->rows = std::move(whole);
+}
+
 }  // namespace
 
 std::vector<OrientationRow> ReadGnss(const BlockFile& block, Findings* remarks) {
   if (block.gnss.positions.empty()) return {};
-  OrientationTable table = ReadApproximations(block.gnss.positions, block.crs);
+  OrientationTable table =
+      ReadApproximations(block.gnss.positions, block.crs, Heights::kMayBeAbsent);
   if (table.crs && !table.crs->SameAs(block.crs))
     throw InputError(
         fmt::format("{}: its .prj says {}, the block's CRS is {}; convert the table to the block's",
                     block.gnss.positions, table.crs->Name(), block.crs.Name()));
   table.ignored_angles.clear();  // no angles are used
+  LeaveOutRowsWithoutHeight(&table);
+  if (table.rows.empty())
+    throw InputError(block.gnss.positions +
+                     ": no row has a whole position; give x, y and z in metres of the block's CRS");
   const Findings of_table = RemarksOn(table, block.gnss.positions);
   remarks->insert(remarks->end(), of_table.begin(), of_table.end());
   for (OrientationRow& row : table.rows) {
@@ -44,6 +60,28 @@ std::vector<OrientationRow> ReadGnss(const BlockFile& block, Findings* remarks) 
     row.attitude_known = false;
   }
   return table.rows;
+}
+
+void RefuseExchangedAxes(const BlockFile& block, const std::vector<OrientationRow>& table,
+                         const std::vector<OrientationRow>& gnss) {
+  constexpr double kMuchNearer = 10;
+  std::map<std::string, Eigen::Vector2d> places;
+  for (const OrientationRow& row : table) places[row.photo] = row.pose.position_m.head<2>();
+  std::size_t in_both = 0, exchanged = 0;
+  for (const OrientationRow& row : gnss) {
+    const auto place = places.find(row.photo);
+    if (place == places.end()) continue;
+    const Eigen::Vector2d position = row.pose.position_m.head<2>();
+    ++in_both;
+    if (kMuchNearer * (position.reverse() - place->second).norm() <
+        (position - place->second).norm())
+      ++exchanged;
+  }
+  if (2 * exchanged <= in_both) return;
+  throw InputError(
+      fmt::format("{}: x and y (easting and northing) are exchanged: so {} of {} positions agree "
+                  "with {}, and as they are they do not; name the columns the other way round",
+                  block.gnss.positions, exchanged, in_both, block.approximations));
 }
 
 PoseObservations ObservationsOf(const BlockFile& block, const std::vector<OrientationRow>& table,

@@ -24,10 +24,15 @@ struct PoseObservations {
   bool Empty() const { return approximations.empty() && gnss.empty(); }
 };
 
-// The block's GNSS positions, each with its sigmas; empty where the block has none. Rows without a
-// position are added to `remarks`. Throws InputError where the table cannot be read, is in another
-// CRS or has no stated accuracy.
+// The block's GNSS positions, each with its sigmas; empty where the block has none. Rows that
+// leave a coordinate empty are named in `remarks`. Throws InputError where the table cannot be
+// read, has no whole position, is in another CRS or has no stated accuracy.
 std::vector<OrientationRow> ReadGnss(const BlockFile& block, Findings* remarks);
+
+// Throws InputError where most positions agree with those of `table`, the block's approximations,
+// only if x and y are exchanged.
+void RefuseExchangedAxes(const BlockFile& block, const std::vector<OrientationRow>& table,
+                         const std::vector<OrientationRow>& gnss);
 
 // Observations from rows of a table of approximations, if the block file asks for them, where table
 // or block file states the accuracy. Not heights of `computed` photos, which the table lacks. What

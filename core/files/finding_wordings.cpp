@@ -300,9 +300,8 @@ const std::vector<Wording>& Wordings() {  // NOLINT(readability-function-size): 
       {Reason::kGnssRejected, "gnss_rejected",
        "GNSS contradicts the block and is not used: {where}."},
       {Reason::kGnssPerhapsOfAnotherDatum, "gnss_perhaps_of_another_datum",
-       "GNSS positions fit {value:.0f} times worse than stated, and their weight is reduced "
-       "accordingly: does their datum differ from that of control (model = \"shift\" estimates "
-       "it)?"},
+       "{value:.0f} of {limit:.0f} GNSS positions differ from the block by the same {where}: "
+       "another datum, or the antenna's offset? model = \"shift\" takes it as unknown."},
       {Reason::kGnssWorseThanStated, "gnss_worse_than_stated",
        "GNSS positions fit {value:.0f} times worse than stated, and their weight is reduced "
        "accordingly."},
@@ -343,8 +342,8 @@ const std::vector<Wording>& Wordings() {  // NOLINT(readability-function-size): 
        "{first} has {value:.0f} column{s} that {are} ignored, since only omega, phi and kappa in "
        "degrees are read: {rest}"},
       {Reason::kRowsWithoutPosition, "rows_without_position",
-       "{first} leaves x or y of {value:.0f} photo{s} empty, which {are} taken to be absent from "
-       "it: {rest}"},
+       "{first} leaves a coordinate of {value:.0f} photo{s} empty, which {are} taken to be absent "
+       "from it: {rest}"},
       {Reason::kOtherPhotosSetAside, "other_photos_set_aside",
        "an earlier run's results of {value:.0f} photo{s} that {are} not in the block ({rest}) "
        "were moved to {first}"},

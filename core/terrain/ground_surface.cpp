@@ -159,12 +159,21 @@ GroundSurface GroundSurface::FromFile(const std::string& path, const Crs& block_
   const auto block_from_node = [&](const Eigen::Vector2d& uv) { return frame.BlockFromNode(uv); };
 
   const Bounds all = {0, 0, dem.Columns() - 1.0, dem.Rows() - 1.0};
-  const auto window = WindowAround(bounds ? BoundsOfImage(*bounds, node_from_block) : all, dem);
+  const auto window_of = [&](const Bounds& region) {
+    return WindowAround(BoundsOfImage(region, node_from_block), dem);
+  };
+  const auto window = bounds ? window_of(*bounds) : WindowAround(all, dem);
   const std::string region = bounds ? Text(*bounds) : "enough nodes for a surface";
-  if (!window)
+  if (!window) {
+    const bool exchanged =
+        bounds && window_of({bounds->min_y, bounds->min_x, bounds->max_y, bounds->max_x});
     throw InputError(fmt::format(
-        "{}: the DEM covers {} of the block's CRS and not {}; give a DEM of the block's region",
-        path, Text(BoundsOfImage(all, block_from_node)), region));
+        "{}: the DEM covers {} of the block's CRS and not {}; {}", path,
+        Text(BoundsOfImage(all, block_from_node)), region,
+        exchanged ? "with x and y exchanged it does: are easting and northing swapped in the "
+                    "positions that locate the photos?"
+                  : "give a DEM of the block's region"));
+  }
   DemGrid grid = GridOf(std::move(raster), *window);
   if (!std::isfinite(grid.Min()))
     throw InputError(path + ": the DEM has no heights, only nodata, in the region asked for (" +

@@ -1,6 +1,8 @@
 // GNSS positions and approximations as observations of a block.
 #include <gtest/gtest.h>
 
+#include <cstdio>
+
 #include "block/bundle/adjustment.h"
 #include "tests/block/bundle/bundle_verdict.h"
 
@@ -86,28 +88,76 @@ TEST(BlockAdjustment, NamesTheOneWrongPositionAmongThoseThatShareNoShift) {
   for (std::size_t i = 0; i < 15; ++i) EXPECT_EQ(result.photos[i].gnss_rejected, i == 7) << i;
 }
 
-TEST(BlockAdjustment, SaysThatAllGnssLiesInAnotherDatumThanControl) {
+// Positions that differ from the truth by 5 cm and by this.
+BundleSimulation WithShiftedGnss(const Eigen::Vector3d& shift_m) {
   BundleSimulationOptions options = SmallBlock();
   options.gnss_sigma_m = 0.05;
-  options.gnss_shift_m = {0, 0, 40};
-  BlockOptions plain;
-  plain.gnss = GnssModel::kPlain;
-  const BlockResult result = AdjustBlock(SimulateBundle(options).block, plain);
-  for (const AdjustedPhoto& photo : result.photos) EXPECT_TRUE(photo.gnss_rejected);
-  ASSERT_EQ(result.findings.size(), 1u);
-  EXPECT_EQ(result.findings[0], (Finding{Reason::kGnssDisagreesEverywhere, Status::kOk, 15}));
+  options.gnss_shift_m = shift_m;
+  return SimulateBundle(options);
 }
 
-TEST(BlockAdjustment, SaysWhatPositionsOfAnotherDatumFit) {
-  BundleSimulationOptions options = SmallBlock();
-  options.gnss_sigma_m = 0.05;
-  options.gnss_shift_m = {3, 0, 0};
+Findings FindingsWithPlainGnss(const BundleSimulation& simulation) {
   BlockOptions plain;
   plain.gnss = GnssModel::kPlain;
-  const BlockResult result = AdjustBlock(SimulateBundle(options).block, plain);
-  ASSERT_EQ(result.findings.size(), 1u);
-  EXPECT_EQ(result.findings[0].reason, Reason::kGnssPerhapsOfAnotherDatum);
-  EXPECT_GT(result.findings[0].value.value(), result.findings[0].limit.value());
+  return AdjustBlock(simulation.block, plain).findings;
+}
+
+// "dx 3.00 dy 0.00 dz 0.00 m"
+void ExpectShift(const std::string& text, const Eigen::Vector3d& shift_m) {
+  Eigen::Vector3d said = Eigen::Vector3d::Constant(1e9);
+  ASSERT_EQ(std::sscanf(text.c_str(), "dx %lf dy %lf dz %lf m", &said.x(), &said.y(), &said.z()),
+            3);
+  EXPECT_LT((said - shift_m).norm(), 0.3) << text;
+}
+
+TEST(BlockAdjustment, SaysThatAllGnssLiesInAnotherDatumThanControlAndByHowMuch) {
+  const Findings findings = FindingsWithPlainGnss(WithShiftedGnss({0, 0, 40}));
+  ASSERT_EQ(findings.size(), 2u);
+  EXPECT_EQ(findings[0], (Finding{Reason::kGnssDisagreesEverywhere, Status::kOk, 15}));
+  EXPECT_EQ(findings[1].reason, Reason::kGnssPerhapsOfAnotherDatum);
+  EXPECT_EQ(findings[1].value, 15);
+  EXPECT_EQ(findings[1].limit, 15);
+  ExpectShift(findings[1].where, {0, 0, 40});
+  EXPECT_EQ(Sentence({.reason = Reason::kGnssPerhapsOfAnotherDatum,
+                      .value = 14,
+                      .limit = 15,
+                      .where = "dx 0.02 dy -0.01 dz 40.00 m"}),
+            "14 of 15 GNSS positions differ from the block by the same dx 0.02 dy -0.01 dz 40.00 "
+            "m: another datum, or the antenna's offset? model = \"shift\" takes it as unknown.");
+}
+
+TEST(BlockAdjustment, SaysByHowMuchPositionsDifferThatCountForLess) {
+  const Findings findings = FindingsWithPlainGnss(WithShiftedGnss({3, -1, 0}));
+  ASSERT_EQ(findings.size(), 2u);
+  EXPECT_EQ(findings[0].reason, Reason::kGnssWorseThanStated);
+  EXPECT_GT(findings[0].value.value(), findings[0].limit.value());
+  EXPECT_EQ(findings[1].reason, Reason::kGnssPerhapsOfAnotherDatum);
+  ExpectShift(findings[1].where, {3, -1, 0});
+}
+
+TEST(BlockAdjustment, CountsOnlyPositionsThatShareTheShift) {
+  BundleSimulation simulation = WithShiftedGnss({30, -15, 40});
+  simulation.block.photos[3].gnss->position_m.x() += 60;
+  simulation.block.photos[8].gnss->position_m.z() -= 90;
+  const Findings findings = FindingsWithPlainGnss(simulation);
+  ASSERT_TRUE(Has(findings, Reason::kGnssPerhapsOfAnotherDatum));
+  EXPECT_EQ(findings.back().value, 13);
+  EXPECT_EQ(findings.back().limit, 15);
+  ExpectShift(findings.back().where, {30, -15, 40});
+}
+
+TEST(BlockAdjustment, PositionsThatAreWorseThanStatedShareNoShift) {
+  BundleSimulation simulation = WithShiftedGnss(Eigen::Vector3d::Zero());
+  double angle = 0;
+  for (BlockPhoto& photo : simulation.block.photos) {
+    photo.gnss->position_m +=
+        Eigen::Vector3d(std::sin(angle), std::cos(angle), std::sin(5 * angle));
+    angle += 2;
+  }
+  const Findings findings = FindingsWithPlainGnss(simulation);
+  EXPECT_TRUE(Has(findings, Reason::kGnssWorseThanStated));
+  EXPECT_FALSE(Has(findings, Reason::kGnssPerhapsOfAnotherDatum));
+  EXPECT_TRUE(FindingsWithPlainGnss(WithShiftedGnss(Eigen::Vector3d::Zero())).empty());
 }
 
 // The shift of the strip fits either.

@@ -124,6 +124,16 @@ TEST_F(TableOfABlock, ARowWithoutPositionIsRemarkedAndAbsent) {
   EXPECT_TRUE(Has(known.Remarks(), Reason::kRowsWithoutPosition));
 }
 
+TEST_F(TableOfABlock, GnssWithXAndYExchangedIsRefusedBeforeAnythingIsOriented) {
+  WriteFileAtomically(folder_ / "gnss.csv", "filename,x,y,z\n1,5005000,503000,1800\n");
+  ExpectError<InputError>(
+      [&] {
+        Of("filename,x,y,z\n1,503001,5005002,1800\n",
+           "[gnss]\npositions = \"gnss.csv\"\nsigma_m = 0.1\n");
+      },
+      {"gnss.csv", "exchanged", "approx.csv"});
+}
+
 TEST_F(TableOfABlock, TwoCamerasOfItsPhotosAreRefused) {
   const std::string text = "filename,x,y,z,camera\n1,503000,5005000,1800,c1\n";
   EXPECT_NO_THROW(Of(text + "ghost,503500,5005000,1800,c2\n", ""));

@@ -65,15 +65,42 @@ TEST_F(PoseObservationsOf, ApproximationsAreObservedAsFarAsSomebodySaysHowGoodTh
   EXPECT_TRUE(SigmaOf(with_attitude, "alone").tail<3>().isApproxToConstant(std::numbers::pi));
 }
 
-TEST_F(PoseObservationsOf, GnssRowsWithoutAPositionAreRemarked) {
+TEST_F(PoseObservationsOf, GnssRowsThatLeaveACoordinateEmptyAreNamedAndLeftOut) {
   block_.gnss.sigma_m = 0.1;
-  EXPECT_EQ(Gnss("filename,x,y,z,yaw\na,1,2,3,9\nb,,2,3,9\nc,1,,3,9\n").size(), 1u);
+  EXPECT_EQ(Gnss("filename,x,y,z,yaw\na,1,2,3,9\nb,,2,3,9\nc,1,,3,9\nd,1,2,,9\n").size(), 1u);
   EXPECT_EQ(remarks_, (Findings{{.reason = Reason::kRowsWithoutPosition,
-                                 .value = 2,
-                                 .where = folder_ / "gnss.csv" + ": b, c"}}));
+                                 .value = 3,
+                                 .where = folder_ / "gnss.csv" + ": b, c, d"}}));
   EXPECT_EQ(Sentence(remarks_[0]), folder_ / "gnss.csv" +
-                                       " leaves x or y of 2 photos empty, which are taken to be "
-                                       "absent from it: b, c");
+                                       " leaves a coordinate of 3 photos empty, which are taken "
+                                       "to be absent from it: b, c, d");
+  const auto with_sigmas =
+      Gnss("filename,x,y,z,sigma_x,sigma_y,sigma_z\na,1,2,,0.1,0.1,0.1\nb,1,2,3,0.1,0.1,0.1\n");
+  ASSERT_EQ(with_sigmas.size(), 1u);
+  EXPECT_EQ(with_sigmas[0].photo, "b");
+}
+
+TEST_F(PoseObservationsOf, GnssOfWhichNoRowIsWholeIsRefused) {
+  block_.gnss.sigma_m = 0.1;
+  for (const char* table : {"filename,x,y,z\na,1,2,\nb,,2,3\n", "filename,x,y\na,1,2\n"})
+    ExpectError<InputError>([&] { Gnss(table); }, {"gnss.csv", "no row", "x, y and z"});
+}
+
+TEST_F(PoseObservationsOf, GnssWhoseXAndYAreExchangedIsRefused) {
+  block_.gnss.sigma_m = 0.1;
+  block_.approximations = "approx.csv";
+  const std::vector<OrientationRow> table = {Row("a"), Row("b"), Row("c")};
+  const std::string right = "a,400100,6000000,1500\n", other = "d,6000000,400000,1500\n";
+  const auto refuse = [&](const std::string& rows) {
+    RefuseExchangedAxes(block_, table, Gnss("filename,x,y,z\n" + rows));
+  };
+  ExpectError<InputError>(
+      [&] { refuse(right + other + "b,6000000,400000,1500\nc,6000300,400000,1500\n"); },
+      {"gnss.csv", "x and y", "exchanged", "2 of 3", "approx.csv"});
+  EXPECT_NO_THROW(refuse(right + other + "b,6000000,400000,1500\n"))
+      << "one of two is that photo's own error";
+  EXPECT_NO_THROW(refuse("a,500000,5000000,1500\nb,1,2,3\n")) << "far away, but not so";
+  EXPECT_NO_THROW(refuse(other)) << "of photos that the table lacks nothing is known";
 }
 
 TEST_F(PoseObservationsOf, GnssKnowsItsStripAndItsPlaceAlongIt) {

@@ -58,8 +58,9 @@ TEST(Finding, TheSentenceSaysOfWhatAndWhat) {
   EXPECT_EQ(Sentence({.reason = Reason::kAngleColumnsIgnored, .value = 1, .where = "a.csv: yaw"}),
             "a.csv has 1 column that is ignored, since only omega, phi and kappa in degrees are "
             "read: yaw");
-  EXPECT_EQ(Sentence({.reason = Reason::kRowsWithoutPosition, .value = 2, .where = "a.csv: 1, 2"}),
-            "a.csv leaves x or y of 2 photos empty, which are taken to be absent from it: 1, 2");
+  EXPECT_EQ(
+      Sentence({.reason = Reason::kRowsWithoutPosition, .value = 2, .where = "a.csv: 1, 2"}),
+      "a.csv leaves a coordinate of 2 photos empty, which are taken to be absent from it: 1, 2");
   EXPECT_EQ(Sentence({.reason = Reason::kNoTiesFromPhoto, .where = "4711: it: is lost"}),
             "4711 gives no tie points: it: is lost");
   EXPECT_EQ(Sentence({.reason = Reason::kNoTiesFromPhoto, .where = "4711"}),

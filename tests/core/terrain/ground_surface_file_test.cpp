@@ -219,6 +219,7 @@ TEST(GroundSurfaceFile, WhatIsWrongWithADemIsSaidWithItsName) {
   DemFile dem = SmallDem();
   const auto good = WriteDem(folder / "good", dem);
   expect(Refusal(good, Bounds{100000, 100000, 100100, 100100}), "good.vrt", "100100");
+  expect(Refusal(good, Bounds{4999700, 500100, 4999900, 500300}), "good.vrt", "x and y exchanged");
   // Bounds in another place of the world, where the DEM's CRS may not even be defined.
   expect(Refusal(good, Bounds{9e9, 9e9, 1e10, 1e10}), "good.vrt", "covers");
   dem.georeferenced = false;
