@@ -9,6 +9,7 @@
 
 #include "core/base/error.h"
 #include "core/base/side_by_side.h"
+#include "core/geometry/rotation.h"
 #include "core/terrain/footprint.h"
 #include "core/terrain/view_over_ground.h"
 #include "ortho/new_cog.h"
@@ -92,8 +93,13 @@ std::map<std::string, std::string> MetadataOf(const OrientedPhoto& photo,
     metadata["ORIENT_CE90_MEDIAN_M"] = fmt::format("{:.4g}", accuracy->median_m);
     metadata["ORIENT_CE90_WORST_M"] = fmt::format("{:.4g}", accuracy->worst_m);
   }
-  metadata["ORIENT_NADIR"] =
-      fmt::format("{:.3f} {:.3f}", photo.view.pose.position_m.x(), photo.view.pose.position_m.y());
+  const Eigen::Vector3d& at_m = photo.view.pose.position_m;
+  const Eigen::Vector3d angles_deg = photo.view.pose.opk_rad.unaryExpr(
+      [](double angle_rad) { return DegFromRad(NormalizeAngle(angle_rad)); });
+  metadata["ORIENT_NADIR"] = fmt::format("{:.3f} {:.3f}", at_m.x(), at_m.y());
+  metadata["ORIENT_POSE"] =
+      fmt::format("{:.4f} {:.4f} {:.4f} {:.9f} {:.9f} {:.9f}", at_m.x(), at_m.y(), at_m.z(),
+                  angles_deg.x(), angles_deg.y(), angles_deg.z());
   return metadata;
 }
 

@@ -7,7 +7,6 @@
 
 #include "block/inputs/block_camera.h"
 #include "block/inputs/block_files.h"
-#include "block/inputs/digest.h"
 #include "core/base/error.h"
 #include "core/files/camera_file.h"
 
@@ -106,18 +105,28 @@ void AddQuicklook(const std::string& directory, BlockRecord* block) {
   block->seams_picture = existing(block::kSeamsFile);
 }
 
-// With the record of the run that made them.
-void AddOrthophotos(const std::string& directory, BlockRecord* block) {
+// Up to the decimals that both are written with.
+bool SamePose(const Pose& a, const Pose& b) {
+  constexpr double kDistance_m = 2e-4, kAngle_rad = 1e-9;
+  const Vector6d off = PoseDifference(a, b).cwiseAbs();
+  return off.head<3>().maxCoeff() < kDistance_m && off.tail<3>().maxCoeff() < kAngle_rad;
+}
+
+// With the record of the run that made them last; each says itself which pose it has.
+void AddOrthophotos(const std::string& directory, const Photos& photos, BlockRecord* block) {
   block->ortho = ReadOrthoFolder(directory);
   if (!block->ortho) return;
   const auto runs = ReadRunRecords((fs::path(directory) / block->ortho->folder).string());
-  const auto run = runs.find("ortho");
-  if (run == runs.end()) return;
-  block->runs["ortho"] = run->second;
-  const std::string poses = block::DigestOfFile((fs::path(directory) / "orientation.csv").string());
-  for (const RunInput& input : run->second.inputs)
-    if (input.what == "poses" && !poses.empty() && !input.digest.empty())
-      block->ortho->of_other_poses = input.digest != poses;
+  if (const auto run = runs.find("ortho"); run != runs.end()) block->runs["ortho"] = run->second;
+  const bool any_poses = std::any_of(photos.begin(), photos.end(),
+                                     [](const auto& photo) { return photo.second.table_row; });
+  if (!any_poses) return;
+  for (const OrthoFigures& ortho : block->ortho->photos) {
+    const auto now = photos.find(ortho.photo);
+    const bool has_pose = now != photos.end() && now->second.table_row;
+    if (ortho.pose && !(has_pose && SamePose(*ortho.pose, now->second.table_row->pose)))
+      block->ortho->of_other_poses.push_back(ortho.photo);
+  }
 }
 
 void AddAdjustment(const std::string& directory, BlockRecord* block) {
@@ -165,7 +174,7 @@ BlockRecord ReadBlockRecord(const std::string& directory,
   AddCamera(directory, &block);
   AddQuicklook(directory, &block);
   block.runs = ReadRunRecords(directory);
-  AddOrthophotos(directory, &block);
+  AddOrthophotos(directory, photos, &block);
   if (photos.empty())
     throw InputError(directory +
                      ": the folder holds no results (<photo>.interior.json, "

@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cstddef>
 
+#include "block/inputs/approximations.h"
 #include "tools/report/html_text.h"
 
 namespace orient {
@@ -94,7 +95,9 @@ Markup OrthophotoSection(const BlockRecord& block, const PictureHtml& figure) {
   Markup contents;
   if (block.ortho) {
     contents += Fill("ortho.html#facts", {{"facts", Facts(*block.ortho)}});
-    if (block.ortho->of_other_poses) contents += Fill("ortho.html#of_other_poses");
+    if (const auto& other = block.ortho->of_other_poses; !other.empty())
+      contents += Fill("ortho.html#of_other_poses",
+                       {{"count", other.size()}, {"photos", block::Listed(other)}});
     for (const std::string& problem : block.ortho->unreadable)
       contents += Fill("ortho.html#unreadable", {{"problem", problem}});
     contents += Mosaic(*block.ortho, figure);

@@ -15,6 +15,7 @@
 #include "tests/support/hilly_view.h"
 #include "tests/support/run_orient.h"
 #include "tests/support/shared_data.h"
+#include "tools/report/block_record.h"
 #include "tools/report/report.h"
 #include "tools/report/run_record.h"
 
@@ -130,6 +131,23 @@ TEST_F(OrientOrtho, AReportThatIsThereShowsThem) {
   Run({"--gsd-m", "10"});
   EXPECT_NE(ReadFile(Path("report.html")).find("2 orthophotos of 10 m a pixel over dem.tif"),
             std::string::npos);
+}
+
+TEST_F(OrientOrtho, ARunOnAPartOfThePhotosMakesTheOthersNoneOfTheNewPoses) {
+  const auto other_poses = [&] { return ReadBlockRecord(folder_.Path()).ortho->of_other_poses; };
+  Run({"--gsd-m", "10"});
+  EXPECT_TRUE(other_poses().empty());
+  for (OrientationRow& row : table_.rows) {
+    ExteriorResult moved = ReadExteriorResult(ExteriorResultPath(folder_.Path(), row.photo));
+    row.pose.position_m.x() += 5;
+    moved.pose = row.pose;
+    WriteExteriorResult(folder_.Path(), moved);
+  }
+  WriteOrientationTable(Path("orientation.csv"), table_);
+  EXPECT_EQ(other_poses(), (std::vector<std::string>{"a b 'east'", "west"}));
+  RunOrient({"ortho", folder_.Path(), Path("scans/west.tif"), "--dem", Path("dem.tif"), "--gsd-m",
+             "10", "--resume"});
+  EXPECT_EQ(other_poses(), std::vector<std::string>{"a b 'east'"});
 }
 
 TEST_F(OrientOrtho, WeakPhotosAreTakenWhenAsked) {

@@ -1,5 +1,6 @@
 #include "tools/report/ortho_section.h"
 
+#include <fmt/format.h>
 #include <gdal_priv.h>
 #include <gtest/gtest.h>
 
@@ -8,8 +9,9 @@
 #include <nlohmann/json.hpp>
 
 #include "block/inputs/block_files.h"
-#include "block/inputs/digest.h"
 #include "core/base/atomic_write.h"
+#include "core/files/orientation_table.h"
+#include "core/geometry/rotation.h"
 #include "tests/support/shared_data.h"
 #include "tests/tools/report/example_block.h"
 #include "tests/tools/report/report_page.h"
@@ -99,19 +101,32 @@ TEST_F(OrthoSection, DamagedOrthophotoIsNamedAndTheOthersAreShown) {
   EXPECT_TRUE(Contains(html, "4713.ortho.tif"));
 }
 
-TEST_F(OrthoSection, ThatTheyWereMadeFromAnotherTableOfPosesIsSaid) {
+TEST_F(OrthoSection, HowTheyWereMadeIsSaid) {
   WriteOrthophotos();
-  RunRecord run{"orient 1", "orient ortho --gsd-m 0.25", "2026-01-01T00:00:00Z", 1, {}};
-  run.inputs = {{"poses", "orientation.csv", block::DigestOfFile(folder_ / "orientation.csv")}};
-  WriteRunRecord(folder_ / "ortho", "ortho", run);
-  const std::string html = Html();
-  EXPECT_TRUE(Contains(html, "orient ortho --gsd-m 0.25")) << "how they were made";
-  const char* said = "made from another table of poses";
-  EXPECT_FALSE(Contains(html, said));
-  WriteFileAtomically(folder_ / "orientation.csv", ReadFile(folder_ / "orientation.csv") + "\n");
-  const std::string changed = Html();
-  EXPECT_TRUE(Contains(changed, said));
-  EXPECT_FALSE(Contains(changed, "poses have changed")) << "a photo more is no changed pose";
+  WriteRunRecord(folder_ / "ortho", "ortho",
+                 {"orient 1", "orient ortho --gsd-m 0.25", "2026-01-01T00:00:00Z", 1, {}});
+  EXPECT_TRUE(Contains(Html(), "orient ortho --gsd-m 0.25"));
+}
+
+TEST_F(OrthoSection, OrthophotosOfOtherPosesAreNamedOneByOne) {
+  const auto other_poses = [&] { return ReadBlockRecord(folder_.Path()).ortho->of_other_poses; };
+  const OrientationTable table = ReadOrientationTable(folder_ / "orientation.csv");
+  const OrientationRow& row = table.rows.at(0);
+  const auto& at_m = row.pose.position_m;
+  const auto write = [&](const std::string& photo, double off_m) {
+    std::string pose = fmt::format("{:.4f} {:.4f} {:.4f}", at_m.x() + off_m, at_m.y(), at_m.z());
+    for (const double angle : row.pose.opk_rad) pose += fmt::format(" {:.9f}", DegFromRad(angle));
+    WriteMap(folder_ / ("ortho/" + photo + ".ortho.tif"), GDT_Byte, {{"ORIENT_POSE", pose}});
+  };
+  WriteOrthophotos();
+  EXPECT_TRUE(other_poses().empty()) << "nothing is said of those that do not tell";
+  write(row.photo, 0);
+  EXPECT_TRUE(other_poses().empty());
+  write("gone", 0);
+  EXPECT_EQ(other_poses(), std::vector<std::string>{"gone"}) << "it has no pose";
+  write(row.photo, 0.01);
+  EXPECT_EQ(other_poses().size(), 2u);
+  EXPECT_TRUE(Contains(Html(), "Made with other poses"));
 }
 
 }  // namespace

@@ -3,11 +3,13 @@
 #include <algorithm>
 #include <charconv>
 #include <filesystem>
+#include <sstream>
 #include <string_view>
 #include <utility>
 
 #include "core/base/error.h"
 #include "core/base/median.h"
+#include "core/geometry/rotation.h"
 #include "core/raster/band_raster.h"
 
 namespace orient {
@@ -30,6 +32,19 @@ std::optional<GroundAccuracy> AccuracyIn(const BandRaster& raster) {
   const auto worst_m = NumberOf(raster, "ORIENT_CE90_WORST_M");
   if (!median_m || !worst_m) return std::nullopt;
   return GroundAccuracy{*median_m, *worst_m};
+}
+
+// As the orthophoto's metadata and the table of poses round it.
+std::optional<Pose> PoseIn(const BandRaster& raster) {
+  std::istringstream text(raster.Metadata("ORIENT_POSE"));
+  Pose pose;
+  for (double& metres : pose.position_m)
+    if (!(text >> metres)) return std::nullopt;
+  for (double& angle : pose.opk_rad) {
+    if (!(text >> angle)) return std::nullopt;
+    angle = RadFromDeg(angle);
+  }
+  return pose;
 }
 
 class Reader {
@@ -74,7 +89,8 @@ class Reader {
     if (!raster) return;
     result_.photos.push_back({name.substr(0, name.size() - kOrtho.size()), file, raster->Width(),
                               raster->Height(), NumberOf(*raster, "ORIENT_GSD_M"),
-                              AccuracyIn(*raster), raster->Metadata("ORIENT_DEM")});
+                              AccuracyIn(*raster), raster->Metadata("ORIENT_DEM"),
+                              PoseIn(*raster)});
   }
 
   void AddMosaic() {

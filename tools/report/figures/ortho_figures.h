@@ -6,6 +6,7 @@
 #include <string>
 #include <vector>
 
+#include "core/geometry/pose.h"
 #include "core/terrain/ground_accuracy.h"
 
 namespace orient {
@@ -16,6 +17,7 @@ struct OrthoFigures {
   std::optional<double> gsd_m = {};         // what a pixel shows
   std::optional<GroundAccuracy> ce90 = {};  // empty where the pose has no covariance
   std::string dem = {};                     // file name
+  std::optional<Pose> pose = {};            // that it was made with; older ones do not say
 };
 
 struct MosaicFigures {
@@ -29,7 +31,9 @@ struct OrthoFolder {
   std::vector<OrthoFigures> photos;  // by name
   std::optional<MosaicFigures> mosaic = {};
   std::string seamlines = {}, tones = {};  // files; empty where there is none
-  bool of_other_poses = false;  // their run had another orientation.csv than the one there
+  // Photos whose orthophoto was made with another pose than that of orientation.csv, or that have
+  // none there.
+  std::vector<std::string> of_other_poses = {};
   std::vector<std::string> unreadable = {};
 };
 
