@@ -123,12 +123,15 @@ std::string DidYouMean(const CLI::App& parser, const std::vector<std::string>& a
   return "";
 }
 
+std::string ListOfCommands(const CLI::App& app) {
+  return fmt::format("; the commands are {}", fmt::join(CommandsOf(app), ", "));
+}
+
 std::string NoCommand(const std::string& word, const CLI::App& app) {
   const std::vector<std::string> names = CommandsOf(app);
   const std::string nearest = NearestWord(word, {names.begin(), names.end()});
   return fmt::format("there is no command '{}'", word) +
-         (nearest.empty() ? fmt::format("; the commands are {}", fmt::join(names, ", "))
-                          : ": did you mean " + nearest + "?");
+         (nearest.empty() ? ListOfCommands(app) : ": did you mean " + nearest + "?");
 }
 
 bool TakesWords(const CLI::App& app) {
@@ -161,6 +164,13 @@ std::string WrongCommand(const CLI::App& parser, const std::vector<std::string>&
   return "";
 }
 
+// Empty where the command line has all the commands that it needs.
+std::string MissingCommand(const CLI::App& parser) {
+  const CLI::App& app = AskedApp(parser);
+  if (app.get_require_subcommand_min() == 0) return "";
+  return fmt::format("no command follows '{}'", AskedCommand(parser)) + ListOfCommands(app);
+}
+
 int ReportParseError(const CLI::App& parser, const CLI::ParseError& error,
                      const std::vector<std::string>& arguments, std::ostream& out,
                      std::ostream& err) {
@@ -169,6 +179,7 @@ int ReportParseError(const CLI::App& parser, const CLI::ParseError& error,
   // What CLI11 says of a misspelt word is what it misses because of that.
   std::string wrong = WrongCommand(parser, arguments);
   if (wrong.empty()) wrong = DidYouMean(parser, arguments);
+  if (wrong.empty()) wrong = MissingCommand(parser);
   err << "orient: " << (wrong.empty() ? error.what() : wrong) << "\nTry '" << AskedCommand(parser)
       << " --help'.\n";
   return static_cast<int>(ExitCode::kBadUsage);

@@ -217,6 +217,17 @@ TEST(Command, AWordThatIsNoCommandIsNamedWithThoseThereAre) {
   EXPECT_TRUE(Contains(nested.err, "no command 'juggle'; the commands are create")) << nested.err;
 }
 
+TEST(Command, ACommandThatIsMissingIsMissedByItsNameWithThoseThereAre) {
+  const Outcome nested = RunWith({"store"});
+  EXPECT_EQ(nested.code, 1);
+  EXPECT_TRUE(Contains(nested.err, "no command follows 'orient store'; the commands are create"))
+      << nested.err;
+  EXPECT_TRUE(Contains(nested.err, "Try 'orient store --help'")) << nested.err;
+  const Outcome none = RunWith({});
+  EXPECT_EQ(none.code, 1);
+  EXPECT_TRUE(Contains(none.err, "no command follows 'orient'; the commands are ")) << none.err;
+}
+
 TEST(Command, OptionsBeforeTheCommandAreRefusedWithAWord) {
   for (const std::string option : {"--log-json=x.json", "--quiet", "--scale"}) {
     const Outcome run = RunWith({option, "measure", "a.txt"});
