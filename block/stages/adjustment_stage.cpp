@@ -92,8 +92,11 @@ void AddTies(const AdjustmentInputs& inputs, const std::map<std::string, std::si
   BlockToAdjust& block = adjusted->block;
   std::map<std::string, Pose> poses;
   for (const BlockPhoto& photo : block.photos) poses[photo.name] = photo.approximate;
-  for (const TieRecord& tie : inputs.ties)
-    for (const TieRecord& part : WithOneRayOfEachStation(tie, poses)) AddTie(part, index, &block);
+  for (const TieRecord& tie : inputs.ties) {
+    const std::vector<TieRecord> parts = SplitByStations(tie, poses);
+    if (parts.empty()) AddTie(tie, index, &block);
+    for (const TieRecord& part : parts) AddTie(part, index, &block);
+  }
   if (inputs.measured) AddMeasuredTies(*inputs.measured, &block);
   adjusted->ties = block.points.size();
 }

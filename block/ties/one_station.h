@@ -13,9 +13,10 @@
 namespace orient::block {
 
 // The tie as ties with one ray of each station. A ray that is in several of them has as much larger
-// a covariance, so that it counts once in all. A tie without two rays of one station, or with one
-// station alone, stays. `poses`: by photo; sightings of others stay in every tie.
-std::vector<TieRecord> WithOneRayOfEachStation(const TieRecord& tie,
-                                               const std::map<std::string, Pose>& poses);
+// a covariance, so that it counts once in all. Empty where the tie is right as it is: without two
+// rays of one station, or with one station alone. `poses`: by photo; sightings of others stay in
+// every tie.
+std::vector<TieRecord> SplitByStations(const TieRecord& tie,
+                                       const std::map<std::string, Pose>& poses);
 
 }  // namespace orient::block

@@ -147,7 +147,7 @@ std::optional<Finding> SetOtherPhotosAside(const BlockFile& block) {
 void WriteBlockReport(const BlockFile& block, const block::OrientedBlock& oriented) {
   BlockRecord record = ReadBlockRecord(block.output_directory, oriented.adjusted);
   record.notes = Sentences(oriented.findings);
-  WriteReport(record);
+  WriteReport(record, Judge(record));
 }
 
 std::optional<block::Quicklook> WriteBlockOutputs(const BlockFile& block, bool quicklook,

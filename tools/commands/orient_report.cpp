@@ -31,12 +31,13 @@ class ReportCommand : public Command {
 
   ExitCode Run(std::ostream& out) override {
     const BlockRecord block = ReadBlockRecord(directory_);
-    out << WriteReport(block) << "\n";
-    if (json_) out << WriteReportJson(block) << "\n";
+    const BlockVerdict verdict = Judge(block);
+    out << WriteReport(block, verdict) << "\n";
+    if (json_) out << WriteReportJson(block, verdict) << "\n";
     if (block.crs)
       out << WriteBlockGeopackage(directory_, *block.crs, ExteriorResults(block),
                                   block.adjusted ? &*block.adjusted : nullptr,
-                                  WithoutExterior(block))
+                                  WithoutExterior(block, verdict))
           << "\n";
     if (const std::string project = WriteBlockProject(directory_); !project.empty())
       out << project << "\n";
@@ -46,8 +47,8 @@ class ReportCommand : public Command {
 
  private:
   // With what the report says of them.
-  static std::vector<PhotoWithoutResult> WithoutExterior(const BlockRecord& block) {
-    const BlockVerdict verdict = Judge(block);
+  static std::vector<PhotoWithoutResult> WithoutExterior(const BlockRecord& block,
+                                                         const BlockVerdict& verdict) {
     std::vector<PhotoWithoutResult> photos;
     for (std::size_t i = 0; i < block.photos.size(); ++i)
       if (!block.photos[i].exterior)

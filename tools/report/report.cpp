@@ -87,7 +87,8 @@ Markup MadeSection(const BlockRecord& block) {
 
 class Report {
  public:
-  explicit Report(const BlockRecord& block) : block_(block), verdict_(Judge(block)) {}
+  Report(const BlockRecord& block, const BlockVerdict& verdict)
+      : block_(block), verdict_(verdict) {}
 
   std::string Write() {
     const fs::path pages = fs::path(block_.directory) / kPhotoPages;
@@ -241,16 +242,19 @@ class Report {
   static Markup Style() { return Markup(std::string(ReportFile("report.css"))); }
 
   const BlockRecord& block_;
-  BlockVerdict verdict_;
+  const BlockVerdict& verdict_;
   PhotoLinks links_;
 };
 
 }  // namespace
 
-std::string WriteReport(const BlockRecord& block) { return Report(block).Write(); }
+std::string WriteReport(const BlockRecord& block, const BlockVerdict& verdict) {
+  return Report(block, verdict).Write();
+}
 
 std::string WriteReport(const std::string& directory) {
-  return WriteReport(ReadBlockRecord(directory));
+  const BlockRecord block = ReadBlockRecord(directory);
+  return WriteReport(block, Judge(block));
 }
 
 }  // namespace orient

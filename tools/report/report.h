@@ -3,7 +3,7 @@
 
 #include <string>
 
-#include "tools/report/block_record.h"
+#include "tools/report/verdict.h"
 
 namespace orient {
 
@@ -11,9 +11,9 @@ namespace orient {
 // where that page would become too large to be mailed, each photo has a page of its own in the
 // folder report_photos, and long lists of photos are divided. Returns the first page's path. Throws
 // InputError where it cannot be written.
-std::string WriteReport(const BlockRecord& block);
+std::string WriteReport(const BlockRecord& block, const BlockVerdict& verdict);
 
-// The same from what lies in `directory`; see ReadBlockRecord.
+// The same from what lies in `directory`; see ReadBlockRecord and Judge.
 std::string WriteReport(const std::string& directory);
 
 }  // namespace orient

@@ -248,8 +248,7 @@ Json AdjustmentJson(const AdjustmentResult& adjusted) {
 
 }  // namespace
 
-std::string WriteReportJson(const BlockRecord& block) {
-  const BlockVerdict verdict = Judge(block);
+std::string WriteReportJson(const BlockRecord& block, const BlockVerdict& verdict) {
   Json json = {{"block", block.title},
                {"crs", block.crs ? Json(block.crs->Name()) : Json(nullptr)},
                {"camera", CameraJson(block.camera)},

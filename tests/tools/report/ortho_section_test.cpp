@@ -6,7 +6,6 @@
 
 #include <filesystem>
 #include <map>
-#include <nlohmann/json.hpp>
 
 #include "block/inputs/block_files.h"
 #include "core/base/atomic_write.h"
@@ -16,7 +15,6 @@
 #include "tests/tools/report/example_block.h"
 #include "tests/tools/report/report_page.h"
 #include "tools/report/report.h"
-#include "tools/report/report_json.h"
 #include "tools/report/run_record.h"
 
 namespace orient {
@@ -82,8 +80,7 @@ TEST_F(OrthoSection, SaysWhatTheOrthophotosSayOfThemselves) {
         "width=\"100\" height=\"100\" src=\"data:image/jpeg", "CE90 0.18 m, at worst 0.41 m",
         "href=\"./ortho/seamlines.gpkg\">its seamlines<"})
     EXPECT_TRUE(Contains(html, part)) << part;
-  const auto json =
-      nlohmann::json::parse(ReadFile(WriteReportJson(ReadBlockRecord(folder_.Path()))));
+  const auto json = ReportJsonOf(folder_.Path());
   const auto& ortho = json["orthophotos"];
   EXPECT_EQ(ortho["photos"][0]["ce90_m"]["median"], 0.19);
   EXPECT_TRUE(ortho["photos"][1]["ce90_m"].is_null());

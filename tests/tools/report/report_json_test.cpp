@@ -7,18 +7,15 @@
 #include "core/base/atomic_write.h"
 #include "tests/support/shared_data.h"
 #include "tests/tools/report/example_block.h"
+#include "tests/tools/report/report_page.h"
 
 namespace orient {
 namespace {
 
-nlohmann::json JsonOf(const TemporaryFolder& folder) {
-  return nlohmann::json::parse(ReadFile(WriteReportJson(ReadBlockRecord(folder.Path()))));
-}
-
 TEST(ReportJson, TheSameFiguresForPrograms) {
   const TemporaryFolder folder;
   WriteExampleBlock(folder.Path());
-  const auto json = JsonOf(folder);
+  const auto json = ReportJsonOf(folder.Path());
   EXPECT_EQ(json["ok"], 1);
   EXPECT_EQ(json["failed"], 1);
   EXPECT_NEAR(json["projection_sigma_median"]["px"].get<double>(), 0.42, 1e-12);
@@ -40,7 +37,7 @@ TEST(ReportJson, SaysTheCe90OfEachPhotoAndOfTheBlock) {
   const TemporaryFolder folder;
   WriteExampleBlock(folder.Path());
   WriteExampleCamera(folder.Path());
-  const auto json = JsonOf(folder);
+  const auto json = ReportJsonOf(folder.Path());
   const double median_m = json["photos"][0]["ground_ce90_m"];
   EXPECT_GT(json["photos"][0]["ground_ce90_m_at_worst"].get<double>(), median_m);
   EXPECT_EQ(json["ground_ce90_m_median"].get<double>(), median_m) << "both photos are alike";
@@ -51,7 +48,7 @@ TEST(ReportJson, SaysWhatTheAdjustmentSays) {
   const TemporaryFolder folder;
   WriteExampleBlock(folder.Path());
   WriteAdjustmentResult(folder.Path(), ExampleAdjustment());
-  const auto adjustment = JsonOf(folder)["adjustment"];
+  const auto adjustment = ReportJsonOf(folder.Path())["adjustment"];
   EXPECT_EQ(adjustment["converged"], true);
   EXPECT_EQ(adjustment["degrees_of_freedom"], 41.0);
   EXPECT_NEAR(adjustment["groups"][0]["sigma_over_stated"].get<double>(), 1.2, 1e-12);
@@ -72,7 +69,7 @@ TEST(ReportJson, SaysWhatTheAdjustmentSays) {
 TEST(ReportJson, SaysHowTheFilmLiesAndHowPhotosOverlap) {
   const TemporaryFolder folder;
   WriteExampleBlock(folder.Path());
-  const auto json = JsonOf(folder);
+  const auto json = ReportJsonOf(folder.Path());
   ASSERT_EQ(json["film"].size(), 1u);
   EXPECT_EQ(json["film"][0]["photos"], 3);
   EXPECT_EQ(json["film"][0]["marks"]["used"], 3);

@@ -5,10 +5,13 @@
 #include <gtest/gtest.h>
 
 #include <cctype>
+#include <nlohmann/json.hpp>
 #include <string>
 #include <vector>
 
+#include "core/base/atomic_write.h"
 #include "tests/support/shared_data.h"
+#include "tools/report/report_json.h"
 
 namespace orient {
 
@@ -33,6 +36,12 @@ inline std::string Malformed(const std::string& html) {
     }
   }
   return open.empty() ? "" : "<" + open.back() + "> is never closed";
+}
+
+// report.json of what lies in this folder.
+inline nlohmann::json ReportJsonOf(const std::string& directory) {
+  const BlockRecord block = ReadBlockRecord(directory);
+  return nlohmann::json::parse(ReadFile(WriteReportJson(block, Judge(block))));
 }
 
 inline bool Contains(const std::string& text, const std::string& part) {

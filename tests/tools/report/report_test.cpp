@@ -4,14 +4,12 @@
 
 #include <filesystem>
 #include <fstream>
-#include <nlohmann/json.hpp>
 
 #include "core/base/atomic_write.h"
 #include "core/base/error.h"
 #include "tests/support/shared_data.h"
 #include "tests/tools/report/example_block.h"
 #include "tests/tools/report/report_page.h"
-#include "tools/report/report_json.h"
 #include "tools/report/run_record.h"
 
 namespace orient {
@@ -224,8 +222,7 @@ TEST(Report, SaysAtWhatScaleTheCameraSawTheGround) {
   // 1423.75 m above the ground: 1 : 14 238, 25 micrometres a pixel.
   for (const char* part : {"Camera and flight", "an &lt;old&gt; camera", "14\u202F238", "0.356"})
     EXPECT_TRUE(Contains(html, part)) << part;
-  const auto json =
-      nlohmann::json::parse(ReadFile(WriteReportJson(ReadBlockRecord(folder.Path()))));
+  const auto json = ReportJsonOf(folder.Path());
   EXPECT_NEAR(json["photos"][0]["seen_at"]["gsd_m"].get<double>(), 0.35594, 1e-5);
   EXPECT_TRUE(json["photos"][2]["seen_at"].is_null());
   EXPECT_EQ(json["camera"]["principal_distance_mm"], 100.0);
