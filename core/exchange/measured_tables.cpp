@@ -12,6 +12,7 @@
 #include "core/base/error.h"
 #include "core/base/table_text.h"
 #include "core/exchange/measured_columns.h"
+#include "core/measurements/sigma.h"
 
 namespace orient {
 namespace {
@@ -71,8 +72,8 @@ class MeasuredTable {
   std::optional<double> Sigma(const std::string& meaning) {
     if (Text(meaning).empty()) return std::nullopt;
     const double sigma = Number(meaning);
-    if (!(sigma > 0))
-      Fail(meaning, fmt::format("the accuracy is {}; it must be positive", Text(meaning)));
+    if (const std::string why = WhyNoSigma(sigma); !why.empty())
+      Fail(meaning, fmt::format("the accuracy is {}; {}", Text(meaning), why));
     return sigma;
   }
 
@@ -191,10 +192,20 @@ class TableReader {
     all_.Add(table_.Where(), point);
   }
 
-  PointRole Role() const {
-    // As Metashape's: a marker that is not enabled takes no part.
+  // As Metashape's: a marker that is not takes no part.
+  bool IsEnabled() const {
     const std::string enabled = Lower(table_.Text("enabled"));
-    if (enabled == "0" || enabled == "false") return PointRole::kCheck;
+    for (const char* yes : {"", "1", "true", "yes"})
+      if (enabled == yes) return true;
+    for (const char* no : {"0", "false", "no"})
+      if (enabled == no) return false;
+    table_.Fail("enabled", fmt::format("\"{}\" does not say whether the point is enabled; write "
+                                       "yes or no",
+                                       table_.Text("enabled")));
+  }
+
+  PointRole Role() const {
+    if (!IsEnabled()) return PointRole::kCheck;
     const std::string role = Lower(table_.Text("role"));
     for (const char* name : {"", "control", "control point", "gcp", "3d gcp"})
       if (role == name) return PointRole::kControl;

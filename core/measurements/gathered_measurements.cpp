@@ -6,6 +6,7 @@
 
 #include "core/base/error.h"
 #include "core/geometry/ground_height.h"
+#include "core/measurements/sigma.h"
 
 namespace orient {
 namespace {
@@ -21,10 +22,9 @@ void RequireName(const std::string& where, const std::string& what, const std::s
                     where, what));
 }
 
-void RequirePositive(const std::string& where, double sigma) {
-  if (!(sigma > 0))
-    throw InputError(
-        fmt::format("{}: the standard deviation is {}; it must be positive", where, sigma));
+void RequireSigma(const std::string& where, double sigma) {
+  if (const std::string why = WhyNoSigma(sigma); !why.empty())
+    throw InputError(fmt::format("{}: the standard deviation is {:g}; {}", where, sigma, why));
 }
 
 void RequireHeight(const std::string& where, double height_m) {
@@ -56,7 +56,7 @@ void GatheredMeasurements::Add(const std::string& where, const ImagePointMeasure
   ++found_;
   RequireName(where, "photo", seen.photo);
   RequireName(where, "point", seen.point);
-  RequirePositive(where, seen.sigma);
+  RequireSigma(where, seen.sigma);
   std::vector<ImagePointMeasurement>& points = all_.image_points;
   if (!points.empty() && points.front().pixel.has_value() != seen.pixel.has_value())
     throw InputError(fmt::format(
@@ -75,7 +75,7 @@ void GatheredMeasurements::Add(const std::string& where, const GroundPoint& poin
   ++found_;
   RequireName(where, "point", point.name);
   RequireHeight(where, point.ground_m.z());
-  for (const double sigma : point.sigma_m) RequirePositive(where, sigma);
+  for (const double sigma : point.sigma_m) RequireSigma(where, sigma);
   const auto [place, is_new] = points_.try_emplace(point.name, Place{all_.points.size(), where});
   if (is_new)
     all_.points.push_back(point);

@@ -11,6 +11,7 @@
 #include "core/base/error.h"
 #include "core/base/table_text.h"
 #include "core/measurements/measurements.h"
+#include "core/measurements/sigma.h"
 
 namespace orient {
 namespace {
@@ -21,6 +22,13 @@ std::string PathIn(const std::string& folder, const char* file) {
 }
 
 SaidBy Said(const NamedTable& table) { return {table.Text("by"), table.Text("when")}; }
+
+double SigmaIn(const NamedTable& table, const std::string& column) {
+  const double sigma = table.Number(column);
+  if (const std::string why = WhyNoSigma(sigma); !why.empty())
+    table.Fail(column, fmt::format("{} is {}; {}", column, table.Text(column), why));
+  return sigma;
+}
 
 // What was said already, so that nothing is said twice.
 class SaidOnce {
@@ -47,7 +55,7 @@ std::vector<MarkMeasurement> ReadMarks(const std::string& path) {
     once.Add(table, "mark", mark.photo + "\n" + mark.mark,
              fmt::format("mark {} of photo {} is measured", mark.mark, mark.photo));
     mark.pixel = {table.Number("col"), table.Number("row")};
-    mark.sigma_px = table.PositiveNumber("sigma");
+    mark.sigma_px = SigmaIn(table, "sigma");
     const std::string exact = table.Text("exact");
     if (!exact.empty() && exact != "yes" && exact != "no")
       table.Fail("exact", fmt::format("exact is \"{}\"; it must be yes or no", exact));
@@ -78,7 +86,7 @@ std::vector<ImagePointMeasurement> ReadImagePoints(const std::string& path) {
       seen.pixel = {table.Number("col"), table.Number("row")};
     else
       seen.photo_mm = {table.Number("x_mm"), table.Number("y_mm")};
-    seen.sigma = table.PositiveNumber("sigma");
+    seen.sigma = SigmaIn(table, "sigma");
     seen.said = Said(table);
     points.push_back(std::move(seen));
   }
@@ -95,8 +103,8 @@ std::vector<GroundPoint> ReadPoints(const std::string& path) {
     point.name = table.Name("point");
     once.Add(table, "point", point.name, fmt::format("point {} is given", point.name));
     point.ground_m = {table.Number("x"), table.Number("y"), table.Number("z")};
-    point.sigma_m = {table.PositiveNumber("sigma_x"), table.PositiveNumber("sigma_y"),
-                     table.PositiveNumber("sigma_z")};
+    point.sigma_m = {SigmaIn(table, "sigma_x"), SigmaIn(table, "sigma_y"),
+                     SigmaIn(table, "sigma_z")};
     const std::string role = table.Text("role");
     if (role != "control" && role != "check")
       table.Fail("role", fmt::format("role is \"{}\"; it must be control or check", role));

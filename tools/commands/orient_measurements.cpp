@@ -8,6 +8,7 @@
 #include "core/base/error.h"
 #include "core/base/output_directory.h"
 #include "core/exchange/measured_files.h"
+#include "core/measurements/sigma.h"
 #include "core/measurements/written_measurements.h"
 #include "tools/commands/commands.h"
 #include "tools/commands/shared_options.h"
@@ -63,8 +64,9 @@ class MeasurementsCommand : public Command {
     if (!sigma_.image && from_ != "csv")
       throw UsageError("--sigma is missing: files of " + from_ +
                        " state no accuracy of image coordinates");
-    if (!(sigma_.image.value_or(1) > 0 && sigma_.ground_m > 0))
-      throw UsageError("--sigma and --ground-sigma-m must be positive");
+    for (const double sigma : {sigma_.image.value_or(1), sigma_.ground_m})
+      if (const std::string why = WhyNoSigma(sigma); !why.empty())
+        throw UsageError(fmt::format("--sigma or --ground-sigma-m is {:g}; {}", sigma, why));
   }
 
   void TakeForMarks(Measurements* all) const {

@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
+#include <algorithm>
 #include <charconv>
 #include <chrono>
 #include <cmath>
@@ -103,10 +104,22 @@ Bounds WantedGround(const BlockRecord& block) {
           bounds.max_y + margin};
 }
 
+std::string IdsOf(const CameraFile& camera) {
+  std::vector<std::string> ids;
+  for (const Fiducial& fiducial : camera.fiducials) ids.push_back(fiducial.id);
+  return fmt::format("{}", fmt::join(ids, ", "));
+}
+
+bool HasMark(const CameraFile& camera, const std::string& id) {
+  return std::any_of(camera.fiducials.begin(), camera.fiducials.end(),
+                     [&](const Fiducial& fiducial) { return fiducial.id == id; });
+}
+
 }  // namespace
 
 Review::Review(ReviewOptions options)
     : options_(std::move(options)),
+      lock_(options_.directory, ".orient-review.lock"),
       states_(options_.directory),
       said_(options_.measurements),
       scans_(ByName(options_.scans)),
@@ -275,6 +288,9 @@ void Review::RequireMark(const PhotoRecord& photo, const MarkMeasurement& mark) 
     throw InputError(fmt::format(
         "{} holds no interior orientation of {}: open the folder where its marks were measured",
         options_.directory, photo.name));
+  if (camera_ && !HasMark(*camera_, mark.mark))
+    throw InputError(fmt::format("camera {} has no mark \"{}\"; its marks are {}",
+                                 camera_->camera.name, mark.mark, IdsOf(*camera_)));
   const auto size = scans_.Size(photo.name);
   if (size && !(mark.pixel.x() >= 0 && mark.pixel.y() >= 0 && mark.pixel.x() <= size->width &&
                 mark.pixel.y() <= size->height))

@@ -11,6 +11,7 @@
 #include <vector>
 
 #include "core/base/embedded_file.h"
+#include "core/base/folder_lock.h"
 #include "core/terrain/ground_surface.h"
 #include "tools/review/review_json.h"
 #include "tools/review/review_state.h"
@@ -47,9 +48,9 @@ using WebPath = std::vector<std::string>;
 // Safe from several threads.
 class Review {
  public:
-  // Throws InputError where the folder holds no results, the measurements are wrong, the viewer's
-  // files (Debian's libjs-leaflet) are not there, or the orthophoto does not lie in the block's
-  // CRS; UsageError where two scans have one name.
+  // Throws InputError where the folder holds no results, another review is open on it, the
+  // measurements are wrong, the viewer's files (Debian's libjs-leaflet) are not there, or the
+  // orthophoto does not lie in the block's CRS; UsageError where two scans have one name.
   explicit Review(ReviewOptions options);
 
   // What goes wrong in answering is the answer.
@@ -73,6 +74,7 @@ class Review {
   void RequireMark(const PhotoRecord& photo, const MarkMeasurement& mark);
 
   ReviewOptions options_;
+  FolderLock lock_;  // two would orient again at the same time
   ReviewStates states_;
   SaidFolder said_;
   ScanTiles scans_, ortho_;

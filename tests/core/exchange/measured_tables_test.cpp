@@ -77,6 +77,15 @@ TEST_F(MeasuredTables, AMarkerThatIsNotEnabledIsACheckPointAndAVoidIsNoHeight) {
   ASSERT_EQ(all_.All().points.size(), 2u);
   EXPECT_EQ(all_.All().points[0].role, PointRole::kCheck);
   EXPECT_EQ(all_.All().points[1].role, PointRole::kControl);
+  for (const char* no : {"no", "No", "FALSE"}) {
+    Read(std::string("point,x,y,z,enabled\np1,500000,5000000,100,") + no + "\n");
+    EXPECT_EQ(all_.All().points.at(0).role, PointRole::kCheck) << no;
+  }
+  Read("point,x,y,z,enabled\np1,500000,5000000,100,yes\np2,500000,5000000,100,\n");
+  EXPECT_EQ(all_.All().points.at(0).role, PointRole::kControl);
+  EXPECT_EQ(all_.All().points.at(1).role, PointRole::kControl);
+  ExpectRefused("point,x,y,z,enabled\np1,500000,5000000,100,off\n",
+                {"line 2", "\"off\"", "yes or no"});
   ExpectRefused("point,x,y,z\np1,500000,5000000,-32767\n", {"line 2", "no ground"});
 }
 
@@ -102,7 +111,9 @@ TEST_F(MeasuredTables, AMissingAccuracyIsTakenAsSaidAndNoted) {
   EXPECT_NE(Notes().find("one sigma of 1 px (--sigma): 1"), std::string::npos) << Notes();
   Read("photo,point,col,row,sigma\na,p,1,2,\n", {.image = 0.3});
   EXPECT_EQ(OnlyImagePoint(), "a p 1 2 px 0.3");
-  ExpectRefused("photo,point,col,row,sigma\na,p,1,2,0\n", {"line 2, column 9", "positive"});
+  for (const std::string sigma : {"0", "1e300", "1e-300"})
+    ExpectRefused("photo,point,col,row,sigma\na,p,1,2," + sigma + "\n",
+                  {"line 2, column 9", sigma, "positive, from 1e-09 to 1000000"});
   Read("point,x,y,z\np,500000,5000000,3\n", {.ground_m = 0.2});
   EXPECT_EQ(all_.All().points[0].sigma_m, Eigen::Vector3d(0.2, 0.2, 0.2));
   EXPECT_NE(Notes().find("one sigma of 0.2 m (--ground-sigma-m): 1"), std::string::npos) << Notes();

@@ -53,6 +53,8 @@ TEST(GatheredMeasurements, RefuseNamesAndSigmasThatNoTableHolds) {
   bad = kSeen;
   bad.sigma = 0;
   ExpectError<InputError>([&] { all.Add("x, line 1", bad); }, {"is 0", "positive"});
+  bad.sigma = 1e300;
+  ExpectError<InputError>([&] { all.Add("x, line 1", bad); }, {"is 1e+300", "1000000"});
 }
 
 }  // namespace

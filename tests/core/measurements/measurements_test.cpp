@@ -72,7 +72,9 @@ TEST_F(MeasurementFiles, WrongTablesAreRefusedWithFileAndLine) {
   ExpectRefused("marks.csv", "photo,mark,col,row,sigma,colour\n", {"\"colour\"", "by,when"});
   ExpectRefused("marks.csv", "photo,mark,col,row,sigma\na,1,2,x,1\n",
                 {"line 2, column 7", "row is \"x\""});
-  ExpectRefused("marks.csv", "photo,mark,col,row,sigma\na,1,2,3,0\n", {"must be positive"});
+  for (const std::string sigma : {"0", "1e300", "1e-300"})
+    ExpectRefused("marks.csv", "photo,mark,col,row,sigma\na,1,2,3," + sigma + "\n",
+                  {"marks.csv, line 2", sigma, "must be positive, from 1e-09 to 1000000"});
   ExpectRefused("marks.csv", "photo,mark,col,row,sigma\n,1,2,3,1\n", {"photo has no name"});
   ExpectRefused("marks.csv", "photo,mark,col,row,sigma\na,1,2,3,1\na,1,2,4,1\n",
                 {"line 3", "mark 1 of photo a is measured a second time"});

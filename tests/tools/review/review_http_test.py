@@ -10,6 +10,7 @@ import concurrent.futures
 import json
 import os
 import pathlib
+import shutil
 import socket
 import subprocess
 import sys
@@ -213,7 +214,10 @@ def wrong_starts_are_refused(orient, folder, words, server):
         return done.returncode, done.stderr
 
     assert said_on_stderr(*words)[0] == 2  # another review has the folder
-    code, text = said_on_stderr(folder / "out", "--measurements", folder / "other", "--port",
+    code, text = said_on_stderr(folder / "out", "--measurements", folder / "other")
+    assert code == 2 and "another program" in text, (code, text)  # and OUT, wherever it writes
+    shutil.copytree(folder / "out", folder / "copy", ignore=shutil.ignore_patterns("*.lock"))
+    code, text = said_on_stderr(folder / "copy", "--measurements", folder / "other", "--port",
                                 server.port)
     assert code == 1 and "port" in text, (code, text)
     code, text = said_on_stderr(folder / "out")

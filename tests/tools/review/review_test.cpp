@@ -50,6 +50,20 @@ class ReviewTest : public testing::Test {
   ReviewOptions Options() const {
     return {Out(), {folder_ / "a.png"}, folder_ / "said", "J", "", "", "", {}, {}};
   }
+  // With one of three marks, "1" to "3".
+  ReviewOptions OptionsWithCamera() const {
+    CameraFile camera;
+    camera.camera.name = "small";
+    camera.camera.principal_distance_mm = 20;
+    camera.camera.frame_mm = {20, 10};
+    camera.fiducials = {
+        {"1", {-10, 5}, "dot", {}}, {"2", {10, 5}, "dot", {}}, {"3", {10, -5}, "dot", {}}};
+    camera.marks["dot"].elements = {DotElement{.diameter_mm = 0.5}};
+    WriteCameraFile(folder_ / "camera.toml", camera);
+    ReviewOptions options = Options();
+    options.camera = folder_ / "camera.toml";
+    return options;
+  }
   static Json Read(const Reply& reply) { return Json::parse(*reply.body); }
   static Json List(Review* review) { return Read(review->Get({"api", "list"}, {})); }
   static Reply Say(Review* review, Json word) {
@@ -92,17 +106,7 @@ TEST_F(ReviewTest, ShowsAPhotoWithItsMarks) {
 }
 
 TEST_F(ReviewTest, TellsWhereMarksAndFrameAreExpected) {
-  CameraFile camera;
-  camera.camera.name = "small";
-  camera.camera.principal_distance_mm = 20;
-  camera.camera.frame_mm = {20, 10};
-  camera.fiducials = {
-      {"1", {-10, 5}, "dot", {}}, {"2", {10, 5}, "dot", {}}, {"3", {10, -5}, "dot", {}}};
-  camera.marks["dot"].elements = {DotElement{.diameter_mm = 0.5}};
-  WriteCameraFile(folder_ / "camera.toml", camera);
-  ReviewOptions options = Options();
-  options.camera = folder_ / "camera.toml";
-  Review review(options);
+  Review review(OptionsWithCamera());
   const Json interior = Read(review.Get({"api", "photo", "a"}, {})).at("interior");
   EXPECT_EQ(interior.at("expected").at(1).at("id"), "2");
   EXPECT_NEAR(interior.at("expected").at(1).at("pixel").at(0).get<double>(), 250, 1e-9);
@@ -111,6 +115,30 @@ TEST_F(ReviewTest, TellsWhereMarksAndFrameAreExpected) {
   EXPECT_NEAR(interior.at("frame").at(0).at(1).get<double>(), 150, 1e-9);
   EXPECT_TRUE(Read(review.Get({"api", "photo", "c"}, {})).at("interior").at("frame").empty())
       << "it has no transform";
+}
+
+TEST_F(ReviewTest, AMarkThatTheCameraDoesNotHaveIsRefused) {
+  Review review(OptionsWithCamera());
+  const auto say = [&](const char* mark) {
+    return Say(&review, {{"about", "a mark"},
+                         {"marks",
+                          {{{"photo", "a"},
+                            {"mark", mark},
+                            {"pixel", {12, 20}},
+                            {"sigma", 1},
+                            {"exact", false}}}}});
+  };
+  const Reply refused = say("9");
+  EXPECT_EQ(refused.status, 422);
+  EXPECT_NE(refused.body->find("its marks are 1, 2, 3"), std::string::npos) << *refused.body;
+  EXPECT_EQ(say("2").status, 200);
+}
+
+TEST_F(ReviewTest, TwoReviewsOfOneFolderAreRefusedWhereverTheyWrite) {
+  const Review one(Options());
+  ReviewOptions other = Options();
+  other.measurements = folder_ / "said elsewhere";
+  ExpectError<InputError>([&] { const Review two(other); }, {Out(), "another program"});
 }
 
 TEST_F(ReviewTest, ServesThePageAndNothingElse) {
@@ -173,10 +201,8 @@ TEST_F(ReviewTest, RefusesWhatCannotBe) {
 }
 
 TEST_F(ReviewTest, OrientsAgainWhereThatIsOffered) {
-  Review without(Options());
-  EXPECT_EQ(without.Post({"api", "again"}, "{}").status, 422);
+  EXPECT_EQ(Review(Options()).Post({"api", "again"}, "{}").status, 422);
   ReviewOptions options = Options();
-  options.measurements = folder_ / "said2";
   options.run_again = [&](ProgressListener*) {
     WriteInteriorResult(Out(), Interior("c", Status::kOk));
   };

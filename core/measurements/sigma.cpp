@@ -1,0 +1,13 @@
+#include "core/measurements/sigma.h"
+
+#include <fmt/format.h>
+
+namespace orient {
+
+std::string WhyNoSigma(double sigma) {
+  constexpr double kLeast = 1e-9, kMost = 1e6;
+  if (sigma >= kLeast && sigma <= kMost) return "";
+  return fmt::format("it must be positive, from {:g} to {:.0f}", kLeast, kMost);
+}
+
+}  // namespace orient
