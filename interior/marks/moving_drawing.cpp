@@ -16,8 +16,9 @@ constexpr Index kBorder = 2;   // of the spline's support
 constexpr Index kAtATime = 4;  // pixels
 using Pixels = Eigen::Array<float, kAtATime, 1>;
 constexpr int kMaxIterations = 24;
-// Gauss-Newton's steps are taken as they are; where they have not come to an end by then, as in
-// sharpened scans, whose halo the drawing does not have, they are scaled.
+// Gauss-Newton's steps are taken as they are. Where they still go to and fro by then, as in
+// sharpened scans, whose halo the drawing does not have, they are scaled; where they still go on in
+// one direction, nothing that looks like the drawing is near.
 constexpr int kPlainIterations = 12;
 constexpr double kMinValid = 0.6;  // share of the drawing's pixels that must meet data
 
@@ -311,6 +312,7 @@ std::optional<DrawingMatch> MovingDrawing::Match(const SeenPlane& seen, const Ve
     const double gain = solved[1];
     if (solver.info() != Eigen::Success || !solved.allFinite() || !(gain > 0)) return std::nullopt;
     const Vector2d step(solved[2] / gain, solved[3] / gain);
+    if (iteration == kPlainIterations && step.dot(moved) > 0) return std::nullopt;
     const double scale = iteration < kPlainIterations ? 1 : ScaleOf(step, last_step, moved);
     constexpr double kLongestStep = 2;
     moved = step * std::min(scale, kLongestStep / step.norm());
