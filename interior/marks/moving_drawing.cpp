@@ -15,11 +15,7 @@ using Eigen::Vector2d;
 constexpr Index kBorder = 2;   // of the spline's support
 constexpr Index kAtATime = 4;  // pixels
 using Pixels = Eigen::Array<float, kAtATime, 1>;
-constexpr int kMaxIterations = 24;
-// Gauss-Newton's steps are taken as they are. Where they still go to and fro by then, as in
-// sharpened scans, whose halo the drawing does not have, they are scaled; where they still go on in
-// one direction, nothing that looks like the drawing is near.
-constexpr int kPlainIterations = 12;
+constexpr int kPlainIterations = 12, kScaledIterations = 12;
 constexpr double kMinValid = 0.6;  // share of the drawing's pixels that must meet data
 
 // In place: samples to coefficients of the interpolating cubic spline (Unser 1999), zero beyond.
@@ -291,12 +287,14 @@ Image MovingDrawing::Moved(const Vector2d& fraction) const {
 }
 
 std::optional<DrawingMatch> MovingDrawing::Match(const SeenPlane& seen, const Vector2d& start,
-                                                 double max_shift_px, double converged_px) const {
+                                                 double max_shift_px, double converged_px,
+                                                 Steps steps) const {
   const Index inner = part_->inner_;
   const double middle = 0.5 * static_cast<double>(inner);
   Vector2d at = start, last_step = Vector2d::Zero(), moved = Vector2d::Zero();
   Across across = Memory();
-  for (int iteration = 0; iteration < kMaxIterations; ++iteration) {
+  const int iterations = kPlainIterations + (steps == Steps::kScaled ? kScaledIterations : 0);
+  for (int iteration = 0; iteration < iterations; ++iteration) {
     const Vector2d corner = (at.array() - middle).round();
     const auto col = static_cast<Index>(corner.x()), row = static_cast<Index>(corner.y());
     if (col < 0 || row < 0 || col + inner > seen.width || row + inner > seen.height)
@@ -312,6 +310,7 @@ std::optional<DrawingMatch> MovingDrawing::Match(const SeenPlane& seen, const Ve
     const double gain = solved[1];
     if (solver.info() != Eigen::Success || !solved.allFinite() || !(gain > 0)) return std::nullopt;
     const Vector2d step(solved[2] / gain, solved[3] / gain);
+    // Where it still goes on in one direction, nothing that looks like the drawing is near.
     if (iteration == kPlainIterations && step.dot(moved) > 0) return std::nullopt;
     const double scale = iteration < kPlainIterations ? 1 : ScaleOf(step, last_step, moved);
     constexpr double kLongestStep = 2;

@@ -59,6 +59,10 @@ class SharpDrawing {
   std::shared_ptr<const DrawingPart> part_;
 };
 
+// Gauss-Newton's, as they are; or, where they still go to and fro after as many as those, further
+// ones that are scaled: in sharpened scans, whose halo the drawing does not have.
+enum class Steps { kPlain, kScaled };
+
 // A blurred drawing. The image's pixels are means over `finer` of its pixels in each direction: in
 // pixels of half the size it is nearly band-limited, and moves without the errors that a spline
 // makes of sharp edges.
@@ -67,7 +71,8 @@ class MovingDrawing {
   // Until a step is shorter than `converged_px`. Empty where it does not converge within
   // `max_shift_px` of `start`, leaves the image, or is flat or singular there.
   std::optional<DrawingMatch> Match(const SeenPlane& seen, const Eigen::Vector2d& start,
-                                    double max_shift_px, double converged_px = 1e-3) const;
+                                    double max_shift_px, double converged_px = 1e-3,
+                                    Steps steps = Steps::kPlain) const;
 
   // As the image shows it, as large as its part, moved by half a pixel at most in each direction;
   // NaN in the border of two pixels.

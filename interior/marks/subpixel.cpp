@@ -60,13 +60,14 @@ struct Trials {
   const SeenPlane& seen;
   Vector2d first;
   double max_shift_px;
+  Steps steps;
   Vector2d from = first;
   std::optional<DrawingMatch> best = std::nullopt;
   const Level* level = nullptr;  // of the best one
   std::vector<Sharpness> tried = {};
 
   void Try(const Level& next) {
-    const auto match = next.moving.Match(seen, from, max_shift_px, kNear * next.blur_px);
+    const auto match = next.moving.Match(seen, from, max_shift_px, kNear * next.blur_px, steps);
     if (!match || match->correlation <= 0 || (match->centre - first).norm() > max_shift_px) return;
     from = match->centre;
     tried.push_back({next.blur_px, match->correlation});
@@ -92,6 +93,37 @@ void FindBlur(const MatchingDrawing& drawing, double blur_px, Trials* trials) {
   if (const auto blur = BetweenBlurs(trials->tried)) try_step(MatchingDrawing::StepOf(*blur));
 }
 
+// `plane`: `seen` without its background.
+std::optional<MarkPosition> MeasureBy(Steps steps, const MatchingDrawing& drawing,
+                                      const ImageWindow& seen, const SeenPlane& plane,
+                                      const Vector2d& start, double max_shift_px) {
+  Trials rough{plane, seen.ImageFromRaster(start), max_shift_px, steps};
+  for (const Level& level : drawing.Rough()) rough.Try(level);
+  if (!rough.best) return std::nullopt;
+
+  // Without what lies beside it: a bright picture would be seen in the background.
+  const Vector2d middle = Vector2d::Constant(drawing.HalfSide());
+  const Vector2d corner = (rough.best->centre - middle).array().round();
+  ImageWindow mark = drawing.CutOut(seen.image, corner + middle);
+  mark.image = RemoveBackground(mark.image, drawing.BackgroundPx());
+  const SeenPlane alone(PutInPlace(mark, seen.image.width, seen.image.height));
+  constexpr double kFarthest_px = 1, kConverged_px = 1e-3;
+  Trials fine{alone, rough.best->centre, kFarthest_px, steps};
+  FindBlur(drawing, rough.level->blur_px, &fine);
+  if (fine.best)
+    fine.best =
+        fine.level->moving.Match(alone, fine.best->centre, kFarthest_px, kConverged_px, steps);
+  if (!fine.best || fine.best->correlation <= 0) return std::nullopt;
+  const Vector2d centre = fine.best->centre;
+  const Vector2d whole = (centre - middle).array().round();
+  const auto covariance = ShiftCovariance(
+      mark.image, fine.level->moving.Moved(centre - middle - whole), mark.origin - whole);
+  if (!covariance) return std::nullopt;
+  const Matrix2d with_floor = *covariance + kFloor_px * kFloor_px * Matrix2d::Identity();
+  return MarkPosition{seen.RasterFromImage(centre), with_floor, fine.best->correlation,
+                      fine.level->blur_px};
+}
+
 }  // namespace
 
 MarkMeasurer::MarkMeasurer(const MarkShape& shape, const Matrix2d& pixel_from_mm)
@@ -102,34 +134,16 @@ MarkMeasurer& MarkMeasurer::operator=(MarkMeasurer&&) noexcept = default;
 
 std::optional<MarkPosition> MarkMeasurer::Measure(const Raster& scan, const Vector2d& start,
                                                   Polarity polarity, double max_shift_px) const {
-  const double half = drawn_->HalfSide(), background_px = drawn_->BackgroundPx();
-  const double reach = half + std::max(max_shift_px + 1, background_px);
+  const double background_px = drawn_->BackgroundPx();
+  const double reach = drawn_->HalfSide() + std::max(max_shift_px + 1, background_px);
   ImageWindow seen = ReadAround(scan, start, static_cast<int>(std::ceil(reach)));
   MakePositive(&seen.image, polarity);
   const SeenPlane plane(RemoveBackground(seen.image, background_px));
-  Trials rough{plane, seen.ImageFromRaster(start), max_shift_px};
-  for (const Level& level : drawn_->Rough()) rough.Try(level);
-  if (!rough.best) return std::nullopt;
-
-  // Without what lies beside it: a bright picture would be seen in the background.
-  const Vector2d middle = Vector2d::Constant(half);
-  const Vector2d corner = (rough.best->centre - middle).array().round();
-  ImageWindow mark = drawn_->CutOut(seen.image, corner + middle);
-  mark.image = RemoveBackground(mark.image, background_px);
-  const SeenPlane alone(PutInPlace(mark, seen.image.width, seen.image.height));
-  constexpr double kFarthest_px = 1;
-  Trials fine{alone, rough.best->centre, kFarthest_px};
-  FindBlur(*drawn_, rough.level->blur_px, &fine);
-  if (fine.best) fine.best = fine.level->moving.Match(alone, fine.best->centre, kFarthest_px);
-  if (!fine.best || fine.best->correlation <= 0) return std::nullopt;
-  const Vector2d centre = fine.best->centre;
-  const Vector2d whole = (centre - middle).array().round();
-  const auto covariance = ShiftCovariance(
-      mark.image, fine.level->moving.Moved(centre - middle - whole), mark.origin - whole);
-  if (!covariance) return std::nullopt;
-  const Matrix2d with_floor = *covariance + kFloor_px * kFloor_px * Matrix2d::Identity();
-  return MarkPosition{seen.RasterFromImage(centre), with_floor, fine.best->correlation,
-                      fine.level->blur_px};
+  // Scaled steps come to an end beside a mark, too: only where plain ones come to none.
+  for (const Steps steps : {Steps::kPlain, Steps::kScaled})
+    if (const auto position = MeasureBy(steps, *drawn_, seen, plane, start, max_shift_px))
+      return position;
+  return std::nullopt;
 }
 
 std::optional<MarkPosition> MeasureMark(const Raster& scan, const MarkShape& shape,

@@ -108,7 +108,8 @@ TEST(MovingDrawing, IsFoundWhereASharpenedDotLies) {
           for (Index c = 0; c < kSide; ++c)
             seen.At(static_cast<int>(c) + 4, static_cast<int>(r) + 6) += 100 * dot(r, c);
         const Vector2d truth = Vector2d(4, 6) + Vector2d::Constant(0.5 * kSide) + off;
-        const auto match = sharp.Blurred(blur).Match(SeenPlane(seen), truth + Vector2d(0.8, -1), 3);
+        const auto match = sharp.Blurred(blur).Match(SeenPlane(seen), truth + Vector2d(0.8, -1), 3,
+                                                     1e-3, Steps::kScaled);
         ASSERT_TRUE(match) << strength << " " << blur << " " << off.transpose();
         EXPECT_LT((match->centre - truth).norm(), 0.05);
       }
