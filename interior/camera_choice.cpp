@@ -282,8 +282,11 @@ CameraChoice ChooseCamera(const std::vector<KnownCamera>& cameras,
   const auto best = std::find_if(sorted.begin(), sorted.end(),
                                  [](const auto& r) { return r.result.status == Status::kOk; });
   if (best == sorted.end())
-    return Unknown(cameras, sorted,
-                   fmt::format("no camera of the {} tried fits with certainty.", sorted.size()));
+    return Unknown(
+        cameras, sorted,
+        sorted.empty()
+            ? "no camera could be tried."
+            : fmt::format("none of the cameras tried ({}) fits with certainty.", sorted.size()));
   std::vector<size_t> fitting;
   for (const CameraReading& other : sorted) {
     const bool agrees = &other == &*best || Agree(*best, other, cameras);

@@ -206,12 +206,14 @@ double GroundAround(const GroundSurface& surface, const Eigen::Vector3d& place, 
   constexpr int kRings = 20, kDirections = 16;
   if (const auto height = surface.HeightAt(place.x(), place.y())) return *height;
   std::vector<double> heights;
-  for (int i = 0; i < kRings * kDirections; ++i) {
-    const double radius_m = reach_m * (i / kDirections + 1) / kRings;
-    const double angle = 2 * std::numbers::pi * i / kDirections;
-    if (const auto height = surface.HeightAt(place.x() + radius_m * std::cos(angle),
-                                             place.y() + radius_m * std::sin(angle)))
-      heights.push_back(*height);
+  for (int ring = 1; ring <= kRings; ++ring) {
+    for (int direction = 0; direction < kDirections; ++direction) {
+      const double radius_m = reach_m * ring / kRings;
+      const double angle = 2 * std::numbers::pi * direction / kDirections;
+      if (const auto height = surface.HeightAt(place.x() + radius_m * std::cos(angle),
+                                               place.y() + radius_m * std::sin(angle)))
+        heights.push_back(*height);
+    }
   }
   return heights.empty() ? surface.MeanHeight() : Median(std::move(heights));
 }

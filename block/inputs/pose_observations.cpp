@@ -79,9 +79,10 @@ void RefuseExchangedAxes(const BlockFile& block, const std::vector<OrientationRo
   }
   if (2 * exchanged <= in_both) return;
   throw InputError(
-      fmt::format("{}: x and y (easting and northing) are exchanged: so {} of {} positions agree "
-                  "with {}, and as they are they do not; name the columns the other way round",
-                  block.gnss.positions, exchanged, in_both, block.approximations));
+      fmt::format("{}: x and y (easting and northing) are exchanged here or in {}: {} of {} "
+                  "positions agree only the other way round; exchange the names of the columns in "
+                  "the table that is wrong",
+                  block.gnss.positions, block.approximations, exchanged, in_both));
 }
 
 PoseObservations ObservationsOf(const BlockFile& block, const std::vector<OrientationRow>& table,

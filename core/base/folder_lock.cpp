@@ -39,9 +39,10 @@ FolderLock::FolderLock(const std::string& folder, const std::string& file_name, 
     close(file_);
   }
   close(file_);
-  throw InputError(folder +
-                   ": another program is writing into this folder; wait until it has finished, or "
-                   "name another one");
+  throw InputError(
+      folder +
+      ": another orient is at work in this folder (a review until it is closed); wait until it "
+      "has ended, or name another folder");
 }
 
 FolderLock::~FolderLock() {

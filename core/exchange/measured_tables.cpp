@@ -12,7 +12,7 @@
 #include "core/base/error.h"
 #include "core/base/table_text.h"
 #include "core/exchange/measured_columns.h"
-#include "core/measurements/sigma.h"
+#include "core/geometry/sigma.h"
 
 namespace orient {
 namespace {
@@ -192,7 +192,7 @@ class TableReader {
     all_.Add(table_.Where(), point);
   }
 
-  // As Metashape's: a marker that is not takes no part.
+  // As Metashape's: a marker that is not enabled takes no part.
   bool IsEnabled() const {
     const std::string enabled = Lower(table_.Text("enabled"));
     for (const char* yes : {"", "1", "true", "yes"})

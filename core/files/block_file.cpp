@@ -18,6 +18,7 @@
 #include "core/files/orientation_table.h"
 #include "core/files/toml_fields.h"
 #include "core/geometry/rotation.h"
+#include "core/geometry/sigma.h"
 
 namespace orient {
 namespace {
@@ -158,7 +159,11 @@ void ReadGnss(const TomlTable& root, const std::string& base, BlockFile* block) 
   if (!table) return;
   GnssChoice& gnss = block->gnss;
   gnss.positions = ExistingFile(*table, "positions", base);
-  if (table->Has("sigma_m")) gnss.sigma_m = table->PositiveNumber("sigma_m");
+  if (table->Has("sigma_m")) {
+    gnss.sigma_m = table->PositiveNumber("sigma_m");
+    if (const std::string why = WhyNoSigma(*gnss.sigma_m); !why.empty())
+      table->Fail("sigma_m", fmt::format("is {:g}; {}", *gnss.sigma_m, why));
+  }
   static const std::map<std::string, GnssModel> models = {
       {"plain", GnssModel::kPlain},
       {"shift", GnssModel::kShift},

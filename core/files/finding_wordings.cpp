@@ -300,8 +300,9 @@ const std::vector<Wording>& Wordings() {  // NOLINT(readability-function-size): 
       {Reason::kGnssRejected, "gnss_rejected",
        "GNSS contradicts the block and is not used: {where}."},
       {Reason::kGnssPerhapsOfAnotherDatum, "gnss_perhaps_of_another_datum",
-       "{value:.0f} of {limit:.0f} GNSS positions differ from the block by the same {where}: "
-       "another datum, or the antenna's offset? model = \"shift\" takes it as unknown."},
+       "{value:.0f} of {limit:.0f} GNSS positions differ from the block by the same shift, "
+       "{where}: "
+       "another datum, a geoid, or the antenna's offset? model = \"shift\" estimates it."},
       {Reason::kGnssWorseThanStated, "gnss_worse_than_stated",
        "GNSS positions fit {value:.0f} times worse than stated, and their weight is reduced "
        "accordingly."},

@@ -19,6 +19,7 @@
 #include "core/base/remote_files.h"
 #include "core/base/table_text.h"
 #include "core/base/trimmed.h"
+#include "core/geometry/sigma.h"
 
 namespace orient {
 namespace {
@@ -28,7 +29,6 @@ constexpr std::array<const char*, 7> kColumns = {"filename", "x",   "y",    "z",
                                                  "omega",    "phi", "kappa"};
 constexpr std::array<const char*, 6> kSigmaColumns = {"sigma_x",     "sigma_y",   "sigma_z",
                                                       "sigma_omega", "sigma_phi", "sigma_kappa"};
-constexpr int kLargestSigma = 1000000;  // metres, degrees
 constexpr const char* kDateColumn = "date";
 constexpr std::array kDelimiters = {',', ';', '\t', ' '};
 constexpr const char* kHeader = "filename,x,y,z,omega,phi,kappa";
@@ -220,9 +220,8 @@ const TableCell* Written(const Columns& columns, const std::vector<TableCell>& c
 
 double ReadOneSigma(const TableText& text, const TableCell& cell, size_t i) {
   const double value = text.Number(cell, kSigmaColumns[i]);
-  if (!(value > 0 && value <= kLargestSigma))
-    text.Fail(cell,
-              fmt::format("{} must be positive and at most {}", kSigmaColumns[i], kLargestSigma));
+  if (const std::string why = WhyNoSigma(value); !why.empty())
+    text.Fail(cell, fmt::format("{} is {:g}; {}", kSigmaColumns[i], value, why));
   return i < 3 ? value : RadFromDeg(value);
 }
 

@@ -6,7 +6,7 @@
 
 #include "core/base/error.h"
 #include "core/geometry/ground_height.h"
-#include "core/measurements/sigma.h"
+#include "core/geometry/sigma.h"
 
 namespace orient {
 namespace {

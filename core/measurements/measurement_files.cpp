@@ -10,8 +10,8 @@
 #include "core/base/column_names.h"
 #include "core/base/error.h"
 #include "core/base/table_text.h"
+#include "core/geometry/sigma.h"
 #include "core/measurements/measurements.h"
-#include "core/measurements/sigma.h"
 
 namespace orient {
 namespace {

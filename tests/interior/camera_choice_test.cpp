@@ -119,7 +119,7 @@ TEST_F(CameraChoiceTest, CamerasThatWereNotTriedAreNamed) {
       Says(found, "Not tried, as their films are much smaller than the scan: inner, eight."));
   const auto unknown = Choose({Reading(cameras_, wide_, 2, Status::kFailed)}).result;
   EXPECT_TRUE(Says(unknown, said)) << JoinedSentences(unknown.findings);
-  EXPECT_TRUE(Says(unknown, "no camera of the 1 tried"));
+  EXPECT_TRUE(Says(unknown, "none of the cameras tried (1)"));
 }
 
 TEST_F(CameraChoiceTest, CamerasWithOtherLensesAreATieAndNamed) {

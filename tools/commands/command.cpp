@@ -165,9 +165,16 @@ std::string WrongCommand(const CLI::App& parser, const std::vector<std::string>&
 }
 
 // Empty where the command line has all the commands that it needs.
-std::string MissingCommand(const CLI::App& parser) {
+std::string MissingCommand(const CLI::App& parser, const std::vector<std::string>& arguments) {
   const CLI::App& app = AskedApp(parser);
   if (app.get_require_subcommand_min() == 0) return "";
+  for (const std::string& argument : arguments) {
+    const std::string word = argument.substr(0, argument.find('='));
+    if (word.starts_with("-") && app.get_option_no_throw(word) == nullptr)
+      return fmt::format("no command follows '{}', which has no option {}", AskedCommand(parser),
+                         word) +
+             ListOfCommands(app);
+  }
   return fmt::format("no command follows '{}'", AskedCommand(parser)) + ListOfCommands(app);
 }
 
@@ -179,7 +186,7 @@ int ReportParseError(const CLI::App& parser, const CLI::ParseError& error,
   // What CLI11 says of a misspelt word is what it misses because of that.
   std::string wrong = WrongCommand(parser, arguments);
   if (wrong.empty()) wrong = DidYouMean(parser, arguments);
-  if (wrong.empty()) wrong = MissingCommand(parser);
+  if (wrong.empty()) wrong = MissingCommand(parser, arguments);
   err << "orient: " << (wrong.empty() ? error.what() : wrong) << "\nTry '" << AskedCommand(parser)
       << " --help'.\n";
   return static_cast<int>(ExitCode::kBadUsage);

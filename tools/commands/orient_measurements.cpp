@@ -8,7 +8,7 @@
 #include "core/base/error.h"
 #include "core/base/output_directory.h"
 #include "core/exchange/measured_files.h"
-#include "core/measurements/sigma.h"
+#include "core/geometry/sigma.h"
 #include "core/measurements/written_measurements.h"
 #include "tools/commands/commands.h"
 #include "tools/commands/shared_options.h"

@@ -123,8 +123,10 @@ void AddOrthophotos(const std::string& directory, const Photos& photos, BlockRec
   if (!any_poses) return;
   for (const OrthoFigures& ortho : block->ortho->photos) {
     const auto now = photos.find(ortho.photo);
-    const bool has_pose = now != photos.end() && now->second.table_row;
-    if (ortho.pose && !(has_pose && SamePose(*ortho.pose, now->second.table_row->pose)))
+    if (!ortho.pose) continue;
+    if (now == photos.end() || !now->second.table_row)
+      block->ortho->without_pose.push_back(ortho.photo);
+    else if (!SamePose(*ortho.pose, now->second.table_row->pose))
       block->ortho->of_other_poses.push_back(ortho.photo);
   }
 }

@@ -98,6 +98,9 @@ Markup OrthophotoSection(const BlockRecord& block, const PictureHtml& figure) {
     if (const auto& other = block.ortho->of_other_poses; !other.empty())
       contents += Fill("ortho.html#of_other_poses",
                        {{"count", other.size()}, {"photos", block::Listed(other)}});
+    if (const auto& without = block.ortho->without_pose; !without.empty())
+      contents += Fill("ortho.html#without_pose",
+                       {{"count", without.size()}, {"photos", block::Listed(without)}});
     for (const std::string& problem : block.ortho->unreadable)
       contents += Fill("ortho.html#unreadable", {{"problem", problem}});
     contents += Mosaic(*block.ortho, figure);

@@ -125,6 +125,7 @@ Json OrthoJson(const std::optional<OrthoFolder>& ortho) {
           {"tones", file(ortho->tones)},
           {"photos", photos},
           {"of_other_poses", ortho->of_other_poses},
+          {"without_pose", ortho->without_pose},
           {"unreadable", ortho->unreadable}};
 }
 

@@ -118,12 +118,13 @@ TEST(BlockAdjustment, SaysThatAllGnssLiesInAnotherDatumThanControlAndByHowMuch) 
   EXPECT_EQ(findings[1].value, 15);
   EXPECT_EQ(findings[1].limit, 15);
   ExpectShift(findings[1].where, {0, 0, 40});
-  EXPECT_EQ(Sentence({.reason = Reason::kGnssPerhapsOfAnotherDatum,
-                      .value = 14,
-                      .limit = 15,
-                      .where = "dx 0.02 dy -0.01 dz 40.00 m"}),
-            "14 of 15 GNSS positions differ from the block by the same dx 0.02 dy -0.01 dz 40.00 "
-            "m: another datum, or the antenna's offset? model = \"shift\" takes it as unknown.");
+  EXPECT_EQ(
+      Sentence({.reason = Reason::kGnssPerhapsOfAnotherDatum,
+                .value = 14,
+                .limit = 15,
+                .where = "dx 0.02 dy -0.01 dz 40.00 m"}),
+      "14 of 15 GNSS positions differ from the block by the same shift, dx 0.02 dy -0.01 dz 40.00 "
+      "m: another datum, a geoid, or the antenna's offset? model = \"shift\" estimates it.");
 }
 
 TEST(BlockAdjustment, SaysByHowMuchPositionsDifferThatCountForLess) {

@@ -160,6 +160,7 @@ TEST_F(BlockFileTest, GnssMayDriftAlongStripsOnly) {
   EXPECT_EQ(ReadText(gnss).gnss.positions, folder_ / "gnss.csv");
   EXPECT_EQ(ReadText(gnss).gnss.model, GnssModel::kShift);
   EXPECT_EQ(ReadText(gnss + "sigma_m = 0.2\n").gnss.sigma_m, 0.2);
+  ExpectRefused(gnss + "sigma_m = 1e300\n", {"gnss.sigma_m", "1e+300"});
   EXPECT_EQ(ReadText(gnss + "model = \"plain\"\n").gnss.model, GnssModel::kPlain);
   const std::string drifting = gnss + "model = \"shift_and_drift\"\n";
   ExpectRefused(drifting, {"gnss.model", "[[strips]]"});

@@ -164,6 +164,8 @@ TEST(OrientationTable, SigmasOfEmptyCellsAreThoseOfUnknownValues) {
   EXPECT_EQ(table.rows.at(0).sigma, sigma);
   sigma << 20, 30, 30, RadFromDeg(1), RadFromDeg(1), RadFromDeg(2);
   EXPECT_EQ(table.rows.at(1).sigma, sigma);
+  ExpectRefusedOfApproximations("filename,x,y,z,sigma_x,sigma_y,sigma_z\na,1,2,3,1e-300,0.2,1\n",
+                                OpenCells::kAngles, {"line 2", "sigma_x", "1e-300"});
   ExpectRefusedOfApproximations("filename,x,y,z,sigma_x,sigma_y,sigma_z\na,1,2,3,0.1,0.2,\n",
                                 OpenCells::kAngles, {"line 2", "sigma_z"});
 }

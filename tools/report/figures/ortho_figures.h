@@ -31,9 +31,9 @@ struct OrthoFolder {
   std::vector<OrthoFigures> photos;  // by name
   std::optional<MosaicFigures> mosaic = {};
   std::string seamlines = {}, tones = {};  // files; empty where there is none
-  // Photos whose orthophoto was made with another pose than that of orientation.csv, or that have
-  // none there.
-  std::vector<std::string> of_other_poses = {};
+  // Photos whose orthophoto was made with a pose other than that of orientation.csv, and those
+  // that have none there.
+  std::vector<std::string> of_other_poses = {}, without_pose = {};
   std::vector<std::string> unreadable = {};
 };
 

@@ -5,8 +5,8 @@
 
 namespace orient {
 
-// Why this can be none, in pixels, mm or m; empty where it can. With larger and smaller ones
-// weights are no finite numbers any more.
+// Why this can be none, in pixels, mm, m or degrees; empty where it can. With larger and smaller
+// ones weights are no finite numbers any more.
 std::string WhyNoSigma(double sigma);
 
 }  // namespace orient

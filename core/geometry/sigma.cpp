@@ -1,4 +1,4 @@
-#include "core/measurements/sigma.h"
+#include "core/geometry/sigma.h"
 
 #include <fmt/format.h>
 
@@ -7,7 +7,7 @@ namespace orient {
 std::string WhyNoSigma(double sigma) {
   constexpr double kLeast = 1e-9, kMost = 1e6;
   if (sigma >= kLeast && sigma <= kMost) return "";
-  return fmt::format("it must be positive, from {:g} to {:.0f}", kLeast, kMost);
+  return fmt::format("it must lie between {:g} and {:.0f}", kLeast, kMost);
 }
 
 }  // namespace orient
