@@ -113,7 +113,7 @@ TEST_F(MeasuredTables, AMissingAccuracyIsTakenAsSaidAndNoted) {
   EXPECT_EQ(OnlyImagePoint(), "a p 1 2 px 0.3");
   for (const std::string sigma : {"0", "1e300", "1e-300"})
     ExpectRefused("photo,point,col,row,sigma\na,p,1,2," + sigma + "\n",
-                  {"line 2, column 9", sigma, "positive, from 1e-09 to 1000000"});
+                  {"line 2, column 9", sigma, "must lie between 1e-09 and 1000000"});
   Read("point,x,y,z\np,500000,5000000,3\n", {.ground_m = 0.2});
   EXPECT_EQ(all_.All().points[0].sigma_m, Eigen::Vector3d(0.2, 0.2, 0.2));
   EXPECT_NE(Notes().find("one sigma of 0.2 m (--ground-sigma-m): 1"), std::string::npos) << Notes();

@@ -271,15 +271,15 @@ TEST(OrientationTable, AHeaderThatLacksOrRepeatsAColumnIsAnError) {
   ExpectRefused("a,1,2,3,0,0,0\n", {"line 1", "filename"});
 }
 
-TEST(OrientationTable, SigmasMustBePositive) {
+TEST(OrientationTable, SigmasMustBeFitForWeights) {
   ExpectRefused(
       "filename,x,y,z,omega,phi,kappa,sigma_x,sigma_y,sigma_z,sigma_omega,sigma_phi,sigma_kappa\n"
       "a,1,2,3,0,0,0,0.1,0,0.3,1,2,3\n",
-      {"line 2", "sigma_y", "positive"});
+      {"line 2", "sigma_y", "must lie between"});
   ExpectRefused(
       "filename,x,y,z,omega,phi,kappa,sigma_x,sigma_y,sigma_z,sigma_omega,sigma_phi,sigma_kappa\n"
       "a,1,2,3,0,0,0,0.1,1e308,0.3,1,2,3\n",
-      {"line 2", "sigma_y", "at most"});
+      {"line 2", "sigma_y", "must lie between"});
 }
 
 TEST(OrientationTable, ANameThatASpreadsheetTakesForAFormulaComesBack) {

@@ -52,7 +52,7 @@ TEST(GatheredMeasurements, RefuseNamesAndSigmasThatNoTableHolds) {
   ExpectError<InputError>([&] { all.Add("x, line 1", bad); }, {"line break"});
   bad = kSeen;
   bad.sigma = 0;
-  ExpectError<InputError>([&] { all.Add("x, line 1", bad); }, {"is 0", "positive"});
+  ExpectError<InputError>([&] { all.Add("x, line 1", bad); }, {"is 0", "must lie between"});
   bad.sigma = 1e300;
   ExpectError<InputError>([&] { all.Add("x, line 1", bad); }, {"is 1e+300", "1000000"});
 }

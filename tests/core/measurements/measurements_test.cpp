@@ -74,7 +74,7 @@ TEST_F(MeasurementFiles, WrongTablesAreRefusedWithFileAndLine) {
                 {"line 2, column 7", "row is \"x\""});
   for (const std::string sigma : {"0", "1e300", "1e-300"})
     ExpectRefused("marks.csv", "photo,mark,col,row,sigma\na,1,2,3," + sigma + "\n",
-                  {"marks.csv, line 2", sigma, "must be positive, from 1e-09 to 1000000"});
+                  {"marks.csv, line 2", sigma, "must lie between 1e-09 and 1000000"});
   ExpectRefused("marks.csv", "photo,mark,col,row,sigma\n,1,2,3,1\n", {"photo has no name"});
   ExpectRefused("marks.csv", "photo,mark,col,row,sigma\na,1,2,3,1\na,1,2,4,1\n",
                 {"line 3", "mark 1 of photo a is measured a second time"});

@@ -215,7 +215,7 @@ def wrong_starts_are_refused(orient, folder, words, server):
 
     assert said_on_stderr(*words)[0] == 2  # another review has the folder
     code, text = said_on_stderr(folder / "out", "--measurements", folder / "other")
-    assert code == 2 and "another program" in text, (code, text)  # and OUT, wherever it writes
+    assert code == 2 and "another orient" in text, (code, text)  # and OUT, wherever it writes
     shutil.copytree(folder / "out", folder / "copy", ignore=shutil.ignore_patterns("*.lock"))
     code, text = said_on_stderr(folder / "copy", "--measurements", folder / "other", "--port",
                                 server.port)

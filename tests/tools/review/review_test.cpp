@@ -138,7 +138,7 @@ TEST_F(ReviewTest, TwoReviewsOfOneFolderAreRefusedWhereverTheyWrite) {
   const Review one(Options());
   ReviewOptions other = Options();
   other.measurements = folder_ / "said elsewhere";
-  ExpectError<InputError>([&] { const Review two(other); }, {Out(), "another program"});
+  ExpectError<InputError>([&] { const Review two(other); }, {Out(), "another orient"});
 }
 
 TEST_F(ReviewTest, ServesThePageAndNothingElse) {
