@@ -111,7 +111,6 @@ std::vector<std::string> Unused(const CameraFile& camera, const FilmMarks& marks
 // One reading, its marks measured and judged.
 struct JudgedFilm {
   FilmMarks marks;
-  double nats = 0;        // NatsOfUsed
   InteriorResult result;  // without the scan orientation
 };
 
@@ -124,7 +123,6 @@ JudgedFilm JudgeReading(const Raster& scan, const CameraFile& camera, const Mark
   result.height = scan.Height();
   judged.marks = MeasureMarks(scan, camera, shapes, reading, options.locator, known);
   if (!options.clicks.empty()) TakeExactClicks(camera, reading, options.clicks, &judged.marks);
-  judged.nats = NatsOfUsed(reading, judged.marks);
   const bool mirrored = IsMirrored(reading.orientations.front());
   const auto film = FitFilm(UsedMarks(camera, judged.marks), mirrored);
   const Findings findings = Judge(reading, judged.marks, film, Unused(camera, judged.marks));
@@ -233,7 +231,7 @@ InteriorResult OrientBySearch(const Raster& scan, const CameraFile& camera,
             ? WithOrientationGiven(scan, camera, shapes, options, reading, judged)
             : WithOrientationFound(scan, camera, shapes, options, &reading, &judged, &measured);
   if (nats)
-    *nats = judged.nats;
+    *nats = NatsOfUsed(reading, judged.marks);
   else  // among cameras, whoever compares them judges it
     Add(JudgePixelSize(reading, result), &result);
   return result;

@@ -65,10 +65,15 @@ FlyingHeights HeightsOf(const std::vector<OrientationRow>& rows) {
 
 }  // namespace
 
-void RequireKnownMarks(const Measurements& said, const std::string& photo,
-                       const CameraFile& camera) {
+std::vector<std::string> MarkIds(const CameraFile& camera) {
   std::vector<std::string> ids;
   for (const Fiducial& fiducial : camera.fiducials) ids.push_back(fiducial.id);
+  return ids;
+}
+
+void RequireKnownMarks(const Measurements& said, const std::string& photo,
+                       const CameraFile& camera) {
+  const std::vector<std::string> ids = MarkIds(camera);
   for (const MarkMeasurement& mark : said.MarksOf(photo)) {
     if (std::find(ids.begin(), ids.end(), mark.mark) != ids.end()) continue;
     throw InputError(fmt::format(

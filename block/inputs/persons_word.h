@@ -17,6 +17,9 @@
 
 namespace orient::block {
 
+// As its file names them.
+std::vector<std::string> MarkIds(const CameraFile& camera);
+
 // Throws InputError naming the photo, a mark that was measured in it and that its camera does not
 // have, and the marks that the camera has.
 void RequireKnownMarks(const Measurements& said, const std::string& photo,

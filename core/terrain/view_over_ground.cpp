@@ -16,11 +16,16 @@ constexpr double kHorizon = -1e-3;
 constexpr int kSteps = 10;
 constexpr double kSettledMm = 1e-7;
 
+// `unit`: from the frame's centre, in frames.
+Eigen::Vector2d InFrame(const Camera& camera, const Eigen::Vector2d& unit) {
+  return camera.frame_centre_mm + unit.cwiseProduct(camera.frame_mm);
+}
+
 // Appends what the frame shows at `unit` (frame sizes from its centre), unless the ray points
 // higher than `flattest`.
 void Look(const Camera& camera, const Pose& pose, const Eigen::Vector2d& unit, double height_m,
           double flattest, std::vector<SeenPlace>* places) {
-  const Eigen::Vector2d photo_mm = camera.frame_centre_mm + unit.cwiseProduct(camera.frame_mm);
+  const Eigen::Vector2d photo_mm = InFrame(camera, unit);
   const auto ray = GroundRayFromPhoto(camera, pose, photo_mm);
   if (!ray || ray->direction.z() > flattest) return;
   const double reach = (height_m - ray->origin_m.z()) / ray->direction.z();
@@ -52,8 +57,7 @@ std::vector<double> HeightsInFrame(const GroundSurface& surface, const Camera& c
   for (int i = 0; i < kHeights * kHeights; ++i) {
     const Eigen::Vector2d unit = Eigen::Vector2d(i % kHeights, i / kHeights) / (kHeights - 1) -
                                  Eigen::Vector2d::Constant(0.5);
-    const auto ray = GroundRayFromPhoto(
-        camera, pose, camera.frame_centre_mm + unit.cwiseProduct(camera.frame_mm));
+    const auto ray = GroundRayFromPhoto(camera, pose, InFrame(camera, unit));
     if (!ray) continue;
     if (const auto ground = surface.Intersect(*ray)) heights.push_back(ground->z());
   }

@@ -2,6 +2,7 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <optional>
 
 #include "core/raster/raster.h"
 #include "interior/constellation/film_search.h"
@@ -137,18 +138,24 @@ TEST(ReseauPhoto, EveryReadingsSecondSetOfMarksIsAWayToReadTheFilm) {
   EXPECT_TRUE(found_at(Polarity::kNegative, 2 * film.width + 90));
 }
 
-InteriorResult OrientWithout(const std::vector<int>& missing, FilmFrame* frame) {
+// A scan of this film; `given`: the scan orientation that the run states.
+InteriorResult OrientFilm(const FilmFrameSpec& spec, FilmFrame* frame,
+                          std::optional<ScanOrientation> given = {}) {
   const TemporaryFolder folder;
-  FilmFrameSpec spec;
-  spec.camera = CrossCamera();
-  spec.missing = missing;
   *frame = RenderFilmFrame(spec);
   WriteScan(folder / "a.png", frame->scan);
   InteriorOptions options;
   options.pixel_size_um = 100;
-  options.orientation = ScanOrientation::kR0;
+  options.orientation = given;
   return OrientInterior(Raster::Open(folder / "a.png"), spec.camera, ShapesOf(spec.camera),
                         options);
+}
+
+InteriorResult OrientWithout(const std::vector<int>& missing, FilmFrame* frame) {
+  FilmFrameSpec spec;
+  spec.camera = CrossCamera();
+  spec.missing = missing;
+  return OrientFilm(spec, frame, ScanOrientation::kR0);
 }
 
 // Without a side's three anchors and one of the opposite side, five anchors fit a film that lies a
@@ -204,16 +211,11 @@ TEST(ReseauPhoto, CutOffWithARowOfCrossesTheFilmMayLieAMeshOffAndIsNotOk) {
 }
 
 TEST(ReseauPhoto, CrossesAreFoundAndGiveACorrection) {
-  TemporaryFolder folder;
   FilmFrameSpec spec;
   spec.camera = CrossCamera();
   spec.missing = {7, 13};
-  const FilmFrame frame = RenderFilmFrame(spec);
-  WriteScan(folder / "a.png", frame.scan);
-  InteriorOptions options;
-  options.pixel_size_um = 100;
-  const InteriorResult result =
-      OrientInterior(Raster::Open(folder / "a.png"), spec.camera, ShapesOf(spec.camera), options);
+  FilmFrame frame;
+  const InteriorResult result = OrientFilm(spec, &frame);
   ASSERT_TRUE(result.photo_from_pixel) << Sentence(result.findings.at(0));
   EXPECT_EQ(result.status, Status::kOk) << Sentence(result.findings.at(0));
   ASSERT_TRUE(result.reseau);
@@ -283,7 +285,6 @@ TEST(ReseauPhoto, AWrongOrientationIsNeverOkWhereNoCrossTellsItFromTheRightOne) 
 
 // The layout fits itself in all eight ways but for the drawing of its middle mark.
 TEST(ReseauPhoto, AllWaysAreOpenWhereTheMarkThatTellsThemApartIsMissing) {
-  const TemporaryFolder folder;
   FilmFrameSpec spec;
   spec.camera = CrossCamera();
   spec.camera.marks["three arms"] = spec.camera.marks.at("cross");
@@ -292,12 +293,8 @@ TEST(ReseauPhoto, AllWaysAreOpenWhereTheMarkThatTellsThemApartIsMissing) {
   spec.camera.fiducials[12].mark = "three arms";
   spec.orientation = ScanOrientation::kR90;
   spec.missing = {12};
-  const FilmFrame frame = RenderFilmFrame(spec);
-  WriteScan(folder / "a.png", frame.scan);
-  InteriorOptions options;
-  options.pixel_size_um = 100;
-  const InteriorResult result =
-      OrientInterior(Raster::Open(folder / "a.png"), spec.camera, ShapesOf(spec.camera), options);
+  FilmFrame frame;
+  const InteriorResult result = OrientFilm(spec, &frame);
   EXPECT_EQ(result.status, Status::kWeak);
   EXPECT_FALSE(result.orientation);
   EXPECT_EQ(result.possible_orientations.size(), 8u);
@@ -319,16 +316,12 @@ TEST(LibraryReseau, WithThinSymmetricCrossesLeavesAllWaysOpen) {
 }
 
 TEST(ReseauPhoto, ACrossMissingInTheFileAndOnTheFilmTellsTheOrientation) {
-  const TemporaryFolder folder;
   FilmFrameSpec spec;
   spec.camera = CrossCamera();
   spec.camera.fiducials.erase(spec.camera.fiducials.begin() + 7);
   spec.orientation = ScanOrientation::kR90;
-  WriteScan(folder / "a.png", RenderFilmFrame(spec).scan);
-  InteriorOptions options;
-  options.pixel_size_um = 100;
-  const InteriorResult result =
-      OrientInterior(Raster::Open(folder / "a.png"), spec.camera, ShapesOf(spec.camera), options);
+  FilmFrame frame;
+  const InteriorResult result = OrientFilm(spec, &frame);
   ASSERT_EQ(result.status, Status::kOk) << Sentence(result.findings.at(0));
   const auto& possible = result.possible_orientations;
   EXPECT_NE(std::find(possible.begin(), possible.end(), spec.orientation), possible.end());

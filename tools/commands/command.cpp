@@ -168,14 +168,14 @@ std::string WrongCommand(const CLI::App& parser, const std::vector<std::string>&
 std::string MissingCommand(const CLI::App& parser, const std::vector<std::string>& arguments) {
   const CLI::App& app = AskedApp(parser);
   if (app.get_require_subcommand_min() == 0) return "";
+  std::string missing = fmt::format("no command follows '{}'", AskedCommand(parser));
   for (const std::string& argument : arguments) {
     const std::string word = argument.substr(0, argument.find('='));
-    if (word.starts_with("-") && app.get_option_no_throw(word) == nullptr)
-      return fmt::format("no command follows '{}', which has no option {}", AskedCommand(parser),
-                         word) +
-             ListOfCommands(app);
+    if (!word.starts_with("-") || app.get_option_no_throw(word) != nullptr) continue;
+    missing += fmt::format(", which has no option {}", word);
+    break;
   }
-  return fmt::format("no command follows '{}'", AskedCommand(parser)) + ListOfCommands(app);
+  return missing + ListOfCommands(app);
 }
 
 int ReportParseError(const CLI::App& parser, const CLI::ParseError& error,

@@ -122,8 +122,8 @@ void AddOrthophotos(const std::string& directory, const Photos& photos, BlockRec
                                      [](const auto& photo) { return photo.second.table_row; });
   if (!any_poses) return;
   for (const OrthoFigures& ortho : block->ortho->photos) {
-    const auto now = photos.find(ortho.photo);
     if (!ortho.pose) continue;
+    const auto now = photos.find(ortho.photo);
     if (now == photos.end() || !now->second.table_row)
       block->ortho->without_pose.push_back(ortho.photo);
     else if (!SamePose(*ortho.pose, now->second.table_row->pose))

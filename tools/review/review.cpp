@@ -11,6 +11,7 @@
 #include <filesystem>
 #include <nlohmann/json.hpp>
 
+#include "block/inputs/persons_word.h"
 #include "core/base/atomic_write.h"
 #include "core/base/error.h"
 #include "core/files/orientation_table.h"
@@ -102,17 +103,6 @@ Bounds WantedGround(const BlockRecord& block) {
   const double margin = std::max(bounds.max_x - bounds.min_x, bounds.max_y - bounds.min_y);
   return {bounds.min_x - margin, bounds.min_y - margin, bounds.max_x + margin,
           bounds.max_y + margin};
-}
-
-std::string IdsOf(const CameraFile& camera) {
-  std::vector<std::string> ids;
-  for (const Fiducial& fiducial : camera.fiducials) ids.push_back(fiducial.id);
-  return fmt::format("{}", fmt::join(ids, ", "));
-}
-
-bool HasMark(const CameraFile& camera, const std::string& id) {
-  return std::any_of(camera.fiducials.begin(), camera.fiducials.end(),
-                     [&](const Fiducial& fiducial) { return fiducial.id == id; });
 }
 
 }  // namespace
@@ -288,9 +278,10 @@ void Review::RequireMark(const PhotoRecord& photo, const MarkMeasurement& mark) 
     throw InputError(fmt::format(
         "{} holds no interior orientation of {}: open the folder where its marks were measured",
         options_.directory, photo.name));
-  if (camera_ && !HasMark(*camera_, mark.mark))
-    throw InputError(fmt::format("camera {} has no mark \"{}\"; its marks are {}",
-                                 camera_->camera.name, mark.mark, IdsOf(*camera_)));
+  if (camera_)
+    if (const auto ids = block::MarkIds(*camera_); !std::count(ids.begin(), ids.end(), mark.mark))
+      throw InputError(fmt::format("camera {} has no mark \"{}\"; its marks are {}",
+                                   camera_->camera.name, mark.mark, fmt::join(ids, ", ")));
   const auto size = scans_.Size(photo.name);
   if (size && !(mark.pixel.x() >= 0 && mark.pixel.y() >= 0 && mark.pixel.x() <= size->width &&
                 mark.pixel.y() <= size->height))
