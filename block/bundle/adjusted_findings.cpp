@@ -2,13 +2,10 @@
 
 #include <fmt/format.h>
 
-#include <Eigen/Dense>
 #include <algorithm>
 #include <cmath>
 
 #include "block/bundle/connected_parts.h"
-#include "core/base/chi_square.h"
-#include "core/base/median.h"
 
 namespace orient::block {
 namespace {
@@ -31,12 +28,6 @@ std::vector<double> MeanGroundHeights(const BlockSystem& system) {
   return heights;
 }
 
-// What the photos' GNSS positions have in common: measured - computed.
-struct CommonShift {
-  Eigen::Vector3d shift_m = Eigen::Vector3d::Zero();
-  std::size_t photos = 0;  // whose positions fit with it, and do not without
-};
-
 class FindingsAbout {
  public:
   FindingsAbout(const BlockSystem& system, const BlockResult& result)
@@ -45,6 +36,7 @@ class FindingsAbout {
   Findings All() {
     for (const BlockPart& part : result_.parts)
       if (part.finding) findings_.push_back(*part.finding);
+    SayControl();
     SayGnss();
     SayApproximations();
     SayOf(PhotosThat(
@@ -67,9 +59,9 @@ class FindingsAbout {
     findings_.push_back({.reason = reason, .value = value, .limit = limit});
   }
   void SayOf(const std::vector<std::size_t>& photos, Reason reason);
-  void SayWorseThanStated(RowKind kind, Reason reason);
-  CommonShift ShiftOfGnss(const std::vector<std::size_t>& photos) const;
-  void SayShiftOfGnss(const std::vector<std::size_t>& photos);
+  void SayWorseThanStated(double variance_factor, Reason reason);
+  void SayShiftOfGnss(std::size_t used, std::size_t observed);
+  void SayControl();
   void SayGnss();
   void SayApproximations();
   void SayDistancesLeftOpen();
@@ -88,43 +80,26 @@ void FindingsAbout::SayOf(const std::vector<std::size_t>& photos, Reason reason)
 }
 
 // How much worse than stated, where that is too much to pass over in silence.
-void FindingsAbout::SayWorseThanStated(RowKind kind, Reason reason) {
-  const double factor = std::sqrt(system_.Factor(kind));
+void FindingsAbout::SayWorseThanStated(double variance_factor, Reason reason) {
+  const double factor = std::sqrt(variance_factor);
   if (!(factor < kTooMuchWorse)) Say(reason, factor, kTooMuchWorse);
 }
 
-CommonShift FindingsAbout::ShiftOfGnss(const std::vector<std::size_t>& photos) const {
-  CommonShift common;
-  for (int axis = 0; axis < 3; ++axis) {
-    std::vector<double> residuals;
-    for (const std::size_t i : photos)
-      residuals.push_back((*result_.photos[i].gnss_residual_m)[axis]);
-    common.shift_m[axis] = Median(std::move(residuals));
-  }
-  const double limit = ChiSquareLimit(3, system_.options.significance);
-  for (const std::size_t i : photos) {
-    const Eigen::Vector3d& residual_m = *result_.photos[i].gnss_residual_m;
-    const Eigen::LDLT<Eigen::Matrix3d> covariance(
-        system_.block.photos[i].gnss->covariance_m2 +
-        result_.photos[i].covariance.topLeftCorner<3, 3>());
-    const auto fits = [&](const Eigen::Vector3d& off) {
-      return off.dot(covariance.solve(off)) <= limit;
-    };
-    if (fits(residual_m - common.shift_m) && !fits(residual_m)) ++common.photos;
-  }
-  return common;
+// Where control contradicts what GNSS positions have in common.
+void FindingsAbout::SayShiftOfGnss(std::size_t used, std::size_t observed) {
+  if (!result_.converged || !system_.EstimatesCommonGnssShift()) return;
+  const Vector6d& shift_m =
+      system_.groups[static_cast<std::size_t>(system_.common_gnss_shift.group)];
+  Say(Reason::kGnssPerhapsOfAnotherDatum, static_cast<double>(used), static_cast<double>(observed));
+  findings_.back().where =
+      fmt::format("dx {:.2f} dy {:.2f} dz {:.2f} m", shift_m[0], shift_m[1], shift_m[2]);
 }
 
-// Two that agree may do so by chance.
-void FindingsAbout::SayShiftOfGnss(const std::vector<std::size_t>& photos) {
-  constexpr std::size_t kLeastThatAgree = 3;
-  if (photos.size() < kLeastThatAgree) return;
-  const auto [shift_m, agree] = ShiftOfGnss(photos);
-  if (agree < kLeastThatAgree || 2 * agree <= photos.size()) return;
-  Say(Reason::kGnssPerhapsOfAnotherDatum, static_cast<double>(agree),
-      static_cast<double>(photos.size()));
-  findings_.back().where =
-      fmt::format("dx {:.2f} dy {:.2f} dz {:.2f} m", shift_m.x(), shift_m.y(), shift_m.z());
+// Image and ground of control that one photo sees can hardly be told apart.
+void FindingsAbout::SayControl() {
+  SayWorseThanStated(
+      std::max(system_.Factor(RowKind::kControlImage), system_.Factor(RowKind::kControlGround)),
+      Reason::kControlWorseThanStated);
 }
 
 void FindingsAbout::SayGnss() {
@@ -137,8 +112,8 @@ void FindingsAbout::SayGnss() {
   else
     SayOf(rejected, Reason::kGnssRejected);
   if (rejected.size() < observed.size())
-    SayWorseThanStated(RowKind::kGnss, Reason::kGnssWorseThanStated);
-  if (plain) SayShiftOfGnss(observed);
+    SayWorseThanStated(system_.Factor(RowKind::kGnss), Reason::kGnssWorseThanStated);
+  SayShiftOfGnss(observed.size() - rejected.size(), observed.size());
 }
 
 void FindingsAbout::SayApproximations() {
@@ -147,7 +122,7 @@ void FindingsAbout::SayApproximations() {
   const auto observed = std::count_if(system_.prior_row.begin(), system_.prior_row.end(),
                                       [](int row) { return row >= 0; });
   if (std::ssize(rejected) < observed)
-    SayWorseThanStated(RowKind::kPosePrior, Reason::kApproximationsWorseThanStated);
+    SayWorseThanStated(system_.Factor(RowKind::kPosePrior), Reason::kApproximationsWorseThanStated);
 }
 
 // An error of the principal distance that the block does not see goes into its flying heights.

@@ -10,6 +10,7 @@
 #include "block/bundle/connected_parts.h"
 #include "block/bundle/data_snooping.h"
 #include "block/bundle/equations.h"
+#include "block/bundle/gnss_shift.h"
 #include "block/bundle/normal_equations.h"
 #include "block/bundle/outcome.h"
 #include "block/bundle/shared_errors.h"
@@ -228,6 +229,7 @@ void Adjustment::Rounds() {
         clean && factor_rounds < kMostFactorRounds && FactorsFromSums(tests_, &system_);
     factor_rounds += factors ? 1 : 0;
     if (!converged || changes > 0 || factors) continue;
+    if (HoldCommonGnssShiftIfInsignificant(tests_, &system_)) continue;
     if (system_.options.self_calibration && CalibrationChanges()) continue;
     result_->converged = true;
     return;

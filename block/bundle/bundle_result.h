@@ -109,6 +109,7 @@ struct StripGnss {
   Eigen::Vector3d shift_m = Eigen::Vector3d::Zero(), shift_sigma_m = Eigen::Vector3d::Zero();
   // Where the model has it.
   std::optional<Eigen::Vector3d> drift_m, drift_sigma_m;
+  bool of_all = false;  // the shift of all strips' positions against control, found significant
 };
 
 // The most photos for which a joint covariance of all poses is computed.

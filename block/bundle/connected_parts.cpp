@@ -75,7 +75,7 @@ void AddPhotoPriors(const BlockSystem& system, std::size_t photo, PartDatum* dat
   };
   if (counts(system.gnss_row[photo])) {
     Eigen::Matrix3d covariance = of.gnss->covariance_m2;
-    if (system.gnss_group[photo] >= 0)
+    if (system.options.gnss != GnssModel::kPlain)
       covariance += Eigen::Matrix3d::Identity() * std::pow(system.options.gnss_shift_sigma_m, 2);
     AddPlace(offset, datum->radius_m, covariance, &datum->all);
   }

@@ -273,6 +273,7 @@ int BlockJudgement::RejectPoses(const BlockTests& tests, double caution) {
 // What is left of a strip's GNSS where others were thrown out, if its shift and drift fit whatever
 // it says: nobody knows which were wrong.
 int BlockJudgement::RejectUntested() {
+  if (system_->options.gnss == GnssModel::kPlain && !system_->EstimatesCommonGnssShift()) return 0;
   const int least = system_->options.gnss == GnssModel::kShiftAndDrift ? 3 : 2;
   std::map<int, int> used, rejected;
   const auto strip_of = [&](std::size_t i) {

@@ -16,6 +16,7 @@ namespace orient::block {
 namespace {
 
 constexpr double kGnssDriftSigma_m = 1;  // from a strip's middle to its ends
+constexpr double kHeldSigma_m = 1e-6;    // of what is an unknown in form only
 
 // What self-calibration may find, one sigma, in units of LensUnknowns: a millimetre. It keeps what
 // a block cannot determine from running away and says nothing about what it can.
@@ -200,58 +201,87 @@ void BlockSystem::AddPriorRows() {
   }
 }
 
+void BlockSystem::AddGnssRow(std::size_t photo, int group) {
+  const BlockPhoto& of = block.photos[photo];
+  GnssTerm term;
+  term.offset_m = of.approximate.position_m - of.gnss->position_m;
+  term.whitening = WhiteningOf(of.gnss->covariance_m2, "a GNSS position");
+  term.has_shift = group >= 0;
+  term.time = of.gnss->along_strip;
+  BlockRows row;
+  row.kind = RowKind::kGnss;
+  row.cost = MakeGnssCost(term, &weight.at(static_cast<std::size_t>(row.kind)));
+  row.active = true;
+  row.source = photo;
+  row.groups = {pose_group[photo], group, -1};
+  row.group_count = group >= 0 ? 2 : 1;
+  gnss_group[photo] = group;
+  gnss_row[photo] = static_cast<int>(rows.size());
+  rows.push_back(std::move(row));
+}
+
+// Two positions that agree may do so by chance.
+bool BlockSystem::ControlTestsGnss() const {
+  constexpr std::ptrdiff_t kLeastThatAgree = 3;
+  return std::any_of(control_row_of_point.begin(), control_row_of_point.end(),
+                     [](int row) { return row >= 0; }) &&
+         std::count_if(block.photos.begin(), block.photos.end(), [](const BlockPhoto& photo) {
+           return photo.gnss.has_value();
+         }) >= kLeastThatAgree;
+}
+
 void BlockSystem::AddGnssRows() {
   gnss_group.assign(block.photos.size(), -1);
   gnss_row.assign(block.photos.size(), -1);
+  const bool plain = options.gnss == GnssModel::kPlain;
   std::map<std::string, std::vector<std::size_t>> strips;
   for (std::size_t i = 0; i < block.photos.size(); ++i)
-    if (block.photos[i].gnss) strips[block.photos[i].strip].push_back(i);
+    if (block.photos[i].gnss) strips[plain ? "" : block.photos[i].strip].push_back(i);
   // Film and height unknowns have a standard deviation of one by their definition.
   sigma_of_group_.assign(groups.size(), Vector6d::Ones());
   for (const auto& [name, photos] : strips) {
-    const int group = options.gnss == GnssModel::kPlain ? -1 : NewGroup();
-    for (const std::size_t i : photos) {
-      const BlockPhoto& photo = block.photos[i];
-      GnssTerm term;
-      term.offset_m = photo.approximate.position_m - photo.gnss->position_m;
-      term.whitening = WhiteningOf(photo.gnss->covariance_m2, "a GNSS position");
-      term.has_shift = group >= 0;
-      term.time = photo.gnss->along_strip;
-      BlockRows row;
-      row.kind = RowKind::kGnss;
-      row.cost = MakeGnssCost(term, &weight.at(static_cast<std::size_t>(row.kind)));
-      row.active = true;
-      row.source = i;
-      row.groups = {pose_group[i], group, -1};
-      row.group_count = group >= 0 ? 2 : 1;
-      gnss_group[i] = group;
-      gnss_row[i] = static_cast<int>(rows.size());
-      rows.push_back(std::move(row));
-    }
-    if (group >= 0) {
-      sigma_of_group_.resize(groups.size(), Vector6d::Ones());
-      const double drift = options.gnss == GnssModel::kShift ? 1e-6 : kGnssDriftSigma_m;
-      sigma_of_group_[static_cast<std::size_t>(group)]
-          << Eigen::Vector3d::Constant(options.gnss_shift_sigma_m),
-          Eigen::Vector3d::Constant(drift);
-    }
+    const int group = plain && !ControlTestsGnss() ? -1 : NewGroup();
+    if (plain) common_gnss_shift.group = group;
+    for (const std::size_t i : photos) AddGnssRow(i, group);
+    if (group < 0) continue;
+    sigma_of_group_.resize(groups.size(), Vector6d::Ones());
+    const double drift =
+        options.gnss == GnssModel::kShiftAndDrift ? kGnssDriftSigma_m : kHeldSigma_m;
+    sigma_of_group_[static_cast<std::size_t>(group)]
+        << Eigen::Vector3d::Constant(options.gnss_shift_sigma_m),
+        Eigen::Vector3d::Constant(drift);
   }
   for (const int group : lens_group)
     if (group >= 0) sigma_of_group_[static_cast<std::size_t>(group)].setConstant(kLensSigma);
 }
 
+std::size_t BlockSystem::AddUnknownRow(std::size_t group, const Vector6d& sigma) {
+  BlockRows row;
+  const bool of_heights = group >= first_height_group_ && group < past_heights_;
+  row.kind = of_heights ? RowKind::kControlHeight : RowKind::kParameter;
+  row.cost = MakeZeroCost(sigma, &weight.at(static_cast<std::size_t>(row.kind)));
+  row.active = true;
+  row.source = group;
+  row.groups[0] = static_cast<int>(group);
+  row.group_count = 1;
+  rows.push_back(std::move(row));
+  return rows.size() - 1;
+}
+
 void BlockSystem::AddUnknownRows() {
-  for (std::size_t group = static_cast<std::size_t>(pose_groups); group < groups.size(); ++group) {
-    BlockRows row;
-    const bool of_heights = group >= first_height_group_ && group < past_heights_;
-    row.kind = of_heights ? RowKind::kControlHeight : RowKind::kParameter;
-    row.cost = MakeZeroCost(sigma_of_group_[group], &weight.at(static_cast<std::size_t>(row.kind)));
-    row.active = true;
-    row.source = group;
-    row.groups[0] = static_cast<int>(group);
-    row.group_count = 1;
-    rows.push_back(std::move(row));
+  for (auto group = static_cast<std::size_t>(pose_groups); group < groups.size(); ++group) {
+    const std::size_t row = AddUnknownRow(group, sigma_of_group_[group]);
+    if (static_cast<int>(group) != common_gnss_shift.group) continue;
+    common_gnss_shift.unknown_row = row;
+    common_gnss_shift.zero_row = AddUnknownRow(group, Vector6d::Constant(kHeldSigma_m));
+    rows[common_gnss_shift.zero_row].active = false;
   }
+}
+
+void BlockSystem::HoldCommonGnssShift() {
+  groups[static_cast<std::size_t>(common_gnss_shift.group)].setZero();
+  rows[common_gnss_shift.unknown_row].active = false;
+  rows[common_gnss_shift.zero_row].active = true;
 }
 
 void BlockSystem::SetFactor(RowKind kind, double factor) {

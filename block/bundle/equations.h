@@ -66,6 +66,13 @@ struct OtherRows {
   std::array<Matrix6d, 3> by_group;
 };
 
+// What GNSS positions of which nothing but noise was said (GnssModel::kPlain) have in common
+// against control: an unknown until a test finds it insignificant, see gnss_shift.h.
+struct CommonGnssShift {
+  int group = -1;  // -1: nothing to test, for want of control or of positions
+  std::size_t unknown_row = 0, zero_row = 0;  // the first while it is an unknown, then the other
+};
+
 class BlockSystem {
  public:
   BlockSystem(const BlockToAdjust& block, const BlockOptions& options);
@@ -83,6 +90,7 @@ class BlockSystem {
   std::vector<int> gnss_group;              // of each photo; -1: none
   int pose_groups = 0;                      // the first ones: one per photo
   std::vector<int> prior_row, gnss_row;     // of each photo; -1: none
+  CommonGnssShift common_gnss_shift;
 
   // The image rows come first, one an observation; then the others.
   std::vector<BlockRows> rows;
@@ -110,6 +118,10 @@ class BlockSystem {
            rows[static_cast<std::size_t>(control_row_of_point[point])].active;
   }
   void SetControlActive(std::size_t point, bool active);
+  bool EstimatesCommonGnssShift() const {
+    return common_gnss_shift.group >= 0 && rows[common_gnss_shift.unknown_row].active;
+  }
+  void HoldCommonGnssShift();  // at zero
 
   PointRows LinearisePoint(const BlockRows& row) const;
   OtherRows LineariseOther(const BlockRows& row) const;
@@ -142,7 +154,10 @@ class BlockSystem {
   void AddControlRows();
   void AddPriorRows();
   void AddGnssRows();
+  void AddGnssRow(std::size_t photo, int group);
+  bool ControlTestsGnss() const;
   void AddUnknownRows();
+  std::size_t AddUnknownRow(std::size_t group, const Vector6d& sigma);
 
   Eigen::Vector3d origin_ = Eigen::Vector3d::Zero();
   std::vector<Vector6d> sigma_of_group_;                   // of those unknowns that have a prior

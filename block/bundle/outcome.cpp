@@ -101,13 +101,15 @@ void FillPriors(const BlockSystem& system, const BlockTests& tests, BlockResult*
 
 void FillGnss(const BlockSystem& system, const BlockNormals& normals, const BlockTests& tests,
               BlockResult* result) {
+  const bool plain = system.options.gnss == GnssModel::kPlain;
   std::map<std::string, int> strips;
   for (std::size_t i = 0; i < result->photos.size(); ++i) {
     AdjustedPhoto& photo = result->photos[i];
     if (system.gnss_row[i] < 0 || photo.state != PhotoState::kAdjusted) continue;
     const auto row = static_cast<std::size_t>(system.gnss_row[i]);
     const BlockPhoto& given = system.block.photos[i];
-    if (system.gnss_group[i] >= 0) strips[given.strip] = system.gnss_group[i];
+    if (plain ? system.EstimatesCommonGnssShift() : system.gnss_group[i] >= 0)
+      strips[plain ? "" : given.strip] = system.gnss_group[i];
     const Eigen::LLT<Eigen::Matrix3d> root(given.gnss->covariance_m2);
     photo.gnss_residual_m =
         -(root.matrixL() *
@@ -119,7 +121,7 @@ void FillGnss(const BlockSystem& system, const BlockNormals& normals, const Bloc
   for (const auto& [name, group] : strips) {
     const Vector6d& value = system.groups[static_cast<std::size_t>(group)];
     const Vector6d sigma = normals.Covariance(group).diagonal().cwiseMax(0).cwiseSqrt();
-    StripGnss strip{name, value.head<3>(), sigma.head<3>(), std::nullopt, std::nullopt};
+    StripGnss strip{name, value.head<3>(), sigma.head<3>(), std::nullopt, std::nullopt, plain};
     if (system.options.gnss == GnssModel::kShiftAndDrift) {
       strip.drift_m = value.tail<3>();
       strip.drift_sigma_m = sigma.tail<3>();

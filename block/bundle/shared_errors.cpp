@@ -160,8 +160,6 @@ Eigen::VectorXd Draw(const BlockSystem& system, const std::vector<ControlPoint>&
   return right;
 }
 
-// What the draws make of all unknowns, a column a draw, so that its product with its transpose is a
-// covariance.
 Eigen::MatrixXd Moved(const BlockSystem& system, const BlockNormals& normals,
                       const std::vector<ControlPoint>& control) {
   const Areas areas = AreasOf(control);
@@ -202,7 +200,8 @@ void AddToParameters(const BlockSystem& system, const Eigen::MatrixXd& moved, Bl
   }
   for (StripGnss& strip : result->strips)
     for (std::size_t i = 0; i < system.block.photos.size(); ++i) {
-      if (system.block.photos[i].strip != strip.strip || system.gnss_group[i] < 0) continue;
+      if (system.gnss_group[i] < 0) continue;
+      if (!strip.of_all && system.block.photos[i].strip != strip.strip) continue;
       const Vector6d added = variances(system.gnss_group[i]);
       strip.shift_sigma_m = (strip.shift_sigma_m.cwiseAbs2() + added.head<3>()).cwiseSqrt();
       if (strip.drift_sigma_m)
@@ -234,18 +233,23 @@ void AddToTies(const BlockSystem& system, const BlockNormals& normals, const Eig
 
 }  // namespace
 
-void AddSharedControlErrors(const BlockSystem& system, const BlockNormals& normals,
-                            const BlockTests& tests, BlockResult* result) {
+Eigen::MatrixXd UnknownsMovedByControl(const BlockSystem& system, const BlockNormals& normals,
+                                       const BlockTests& tests) {
   const BlockOptions& options = system.options;
   const bool of_sources =
       std::any_of(system.block.points.begin(), system.block.points.end(),
                   [](const BlockPoint& p) { return p.control && p.control->source_sigma_m > 0; });
   if (options.control_shared_everywhere <= 0 && options.control_shared_smoothly <= 0 && !of_sources)
-    return;
+    return {};
   const std::vector<ControlPoint> control =
       UsedControl(system, normals, ShownByResiduals(system, tests));
-  if (control.empty()) return;
-  const Eigen::MatrixXd moved = Moved(system, normals, control);
+  return control.empty() ? Eigen::MatrixXd() : Moved(system, normals, control);
+}
+
+void AddSharedControlErrors(const BlockSystem& system, const BlockNormals& normals,
+                            const BlockTests& tests, BlockResult* result) {
+  const Eigen::MatrixXd moved = UnknownsMovedByControl(system, normals, tests);
+  if (moved.size() == 0) return;
   AddToPoses(system, moved, result);
   AddToParameters(system, moved, result);
   AddToTies(system, normals, moved, result);

@@ -6,6 +6,11 @@
 
 namespace orient::block {
 
+// What such errors make of all unknowns, a column a draw, so that its product with its transpose is
+// a covariance; empty where control shares nothing.
+Eigen::MatrixXd UnknownsMovedByControl(const BlockSystem& system, const BlockNormals& normals,
+                                       const BlockTests& tests);
+
 // The adjustment's unknowns are linear in the control; random fields of such errors are propagated
 // through it as it is (BlockOptions::control_shared_*), and what they do on average to poses, to
 // poses together, to the parameters of cameras and GNSS and to tie points is added to their

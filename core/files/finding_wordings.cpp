@@ -300,11 +300,14 @@ const std::vector<Wording>& Wordings() {  // NOLINT(readability-function-size): 
       {Reason::kGnssRejected, "gnss_rejected",
        "GNSS contradicts the block and is not used: {where}."},
       {Reason::kGnssPerhapsOfAnotherDatum, "gnss_perhaps_of_another_datum",
-       "{value:.0f} of {limit:.0f} GNSS positions differ from the block by the same shift, "
-       "{where}: "
-       "another datum, a geoid, or the antenna's offset? model = \"shift\" estimates it."},
+       "{value:.0f} of {limit:.0f} GNSS positions differ from control by the same shift, {where}: "
+       "another datum, a geoid, or the antenna's offset? The block follows control, and estimates "
+       "the shift, as it does unasked with model = \"shift\"."},
       {Reason::kGnssWorseThanStated, "gnss_worse_than_stated",
        "GNSS positions fit {value:.0f} times worse than stated, and their weight is reduced "
+       "accordingly."},
+      {Reason::kControlWorseThanStated, "control_worse_than_stated",
+       "Control patches fit {value:.0f} times worse than stated, and their weight is reduced "
        "accordingly."},
       {Reason::kApproximationsRejected, "approximations_rejected",
        "The approximation is worse than stated and is not used as an observation: {where}."},

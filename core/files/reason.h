@@ -130,6 +130,7 @@ enum class Reason {
   kGnssRejected,
   kGnssPerhapsOfAnotherDatum,
   kGnssWorseThanStated,
+  kControlWorseThanStated,
   kApproximationsRejected,
   kApproximationsWorseThanStated,
   kPhotosUndetermined,
