@@ -222,12 +222,11 @@ void BlockSystem::AddGnssRow(std::size_t photo, int group) {
 
 // Two positions that agree may do so by chance.
 bool BlockSystem::ControlTestsGnss() const {
-  constexpr std::ptrdiff_t kLeastThatAgree = 3;
-  return std::any_of(control_row_of_point.begin(), control_row_of_point.end(),
-                     [](int row) { return row >= 0; }) &&
-         std::count_if(block.photos.begin(), block.photos.end(), [](const BlockPhoto& photo) {
-           return photo.gnss.has_value();
-         }) >= kLeastThatAgree;
+  constexpr int kLeastThatAgree = 3;
+  int control = 0, positions = 0;
+  for (const int row : control_row_of_point) control += row >= 0 ? 1 : 0;
+  for (const BlockPhoto& photo : block.photos) positions += photo.gnss ? 1 : 0;
+  return control > 0 && positions >= kLeastThatAgree;
 }
 
 void BlockSystem::AddGnssRows() {

@@ -13,11 +13,13 @@ SIMULATE = ["--gsd-m", 1.5, "--pixel-size-um", 150, "--bare", "--position-error-
             "--attitude-error-deg", 0.5, "--ortho"]
 LONGEST_S = 300  # of a run that takes a second: it hangs
 TIME_OF_DAY = re.compile(r"\d{4}-\d\d-\d\dT[\d:.]+Z")
+# What a broken-off run has learned is in the database that the next one reads.
+DATABASE_DIGEST = re.compile(r"(patch database&quot;,&quot;path&quot;:&quot;[^&]*&quot;,&quot;digest&quot;:&quot;)\w+")
 
 
 def tables(path):
-    """All rows of a GeoPackage but what differs from one undisturbed run to the next: times of day, the
-    drawn token, and the numbers of attempts, which what is told again replaces."""
+    """All rows of a GeoPackage but what differs from one undisturbed run to the next (times of day, the
+    drawn token, the numbers of attempts, which what is told again replaces) or after a broken one."""
     raw = sqlite3.connect(path)  # whoever may only read leaves logs
     rows = []
     for (name,) in raw.execute("SELECT name FROM sqlite_master WHERE type = 'table' ORDER BY name"):
@@ -27,7 +29,8 @@ def tables(path):
         kept = [c for c in columns if (name, c) != ("attempts", "id")]
         chosen = ", ".join(f'"{column}"' for column in kept) or "1"
         found = raw.execute(f'SELECT {chosen} FROM "{name}"').fetchall()
-        rows.append((name, kept, sorted(TIME_OF_DAY.sub("", repr(row)) for row in found)))
+        texts = (TIME_OF_DAY.sub("", repr(row)) for row in found)
+        rows.append((name, kept, sorted(DATABASE_DIGEST.sub(r"\1", text) for text in texts)))
     raw.close()
     return rows
 
