@@ -1,10 +1,11 @@
 #!/usr/bin/env python3
 """CTest `faults` (quick) and `faults_all` (slow): the machine fails at the n-th call.
 
-    faults_test.py ORIENT INJECTOR [--every] [--only COMMAND] [--kind KIND] [--at N] [--threads N]
+    faults_test.py ORIENT INJECTOR [--every [NTH]] [--only COMMAND] [--kind KIND] [--at N] [--threads N]
 
 Every command that reads or writes files runs undisturbed and then again and again with one call that
-fails (injector.cpp), or all from one on ("write+"): every one with --every, else one of one kind.
+fails (injector.cpp), or all from one on ("write+"): every one with --every (or every tenth with
+--every 10), else one of one kind.
 Then the exit code is as documented and the message names a file; nothing false is there and nothing
 that does not belong there; the same command, run again, gives the undisturbed result to the last
 byte. On one thread a case can be repeated with --only, --kind and --at. --processes: cases tried at
@@ -49,7 +50,7 @@ class Cases:
     def chosen(self, kind, every):
         calls = self.calls[kind.rstrip("+")]
         if every:
-            return range(1, calls + 1)
+            return range(1, calls + 1, every)
         chance = zlib.crc32(f"{self.name} {kind}".encode())
         known = [one for one in KINDS if self.calls[one.rstrip("+")] > 0]
         mine = known[zlib.crc32(self.name.encode()) % len(known)]
@@ -117,7 +118,7 @@ def main():
     parser = argparse.ArgumentParser()
     parser.add_argument("orient")
     parser.add_argument("injector")
-    parser.add_argument("--every", action="store_true")
+    parser.add_argument("--every", nargs="?", type=int, const=1)
     parser.add_argument("--only")
     parser.add_argument("--kind")
     parser.add_argument("--at", type=int)
