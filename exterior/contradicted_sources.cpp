@@ -34,34 +34,65 @@ bool Agree(const std::vector<Eigen::Vector2d>& residuals_px, const Eigen::Vector
   return 2 * close > std::ssize(residuals_px);
 }
 
+// How many lie around this shift. Matches scatter by some tenths of a pixel, and parts that are
+// displaced are deformed as well.
+std::ptrdiff_t Around(const std::vector<Eigen::Vector2d>& residuals_px,
+                      const Eigen::Vector2d& shift_px) {
+  const double radius_px = 0.3 + 0.2 * shift_px.norm();
+  return std::count_if(residuals_px.begin(), residuals_px.end(),
+                       [&](const Eigen::Vector2d& r) { return (r - shift_px).norm() < radius_px; });
+}
+
+// Wrong matches and objects that stand on the ground lie on all sides of the pose.
+PatchesElsewhere FindElsewhere(const std::vector<Eigen::Vector2d>& residuals_px) {
+  constexpr int kTimesOtherDirections = 3;
+  PatchesElsewhere found;
+  Eigen::Vector2d densest_px = Eigen::Vector2d::Zero();
+  for (const Eigen::Vector2d& residual : residuals_px) {
+    const auto around = static_cast<int>(Around(residuals_px, residual));
+    if (around > found.patches) {
+      found.patches = around;
+      densest_px = residual;
+    }
+  }
+  const Eigen::Vector2d across(-densest_px.y(), densest_px.x());
+  for (const Eigen::Vector2d& other :
+       {across, Eigen::Vector2d(-across), Eigen::Vector2d(-densest_px)})
+    if (found.patches <= kTimesOtherDirections * Around(residuals_px, other)) return {};
+  if (found.patches < kFewestFound) return {};
+  found.shift_px = densest_px;
+  return found;
+}
+
 }  // namespace
 
-SourceVotes VotesOf(const std::vector<PatchResult>& results,
-                    const std::vector<patchdb::Patch>& patches) {
-  std::map<std::int64_t, std::int64_t> source_of;
-  for (const patchdb::Patch& patch : patches) source_of[patch.id] = patch.source_id;
+SourceVotes VotesOf(const std::vector<PatchResult>& results) {
   std::map<std::int64_t, OfSource> sources;
   SourceVotes votes;
   for (const PatchResult& result : results) {
-    const auto source = source_of.find(result.id);
-    if (source == source_of.end()) continue;
+    if (!result.source) continue;
     if (result.state == PatchState::kMatched) {
-      ++sources[source->second].used;
+      ++sources[*result.source].used;
       ++votes.used;
     } else if (result.state == PatchState::kRejected && result.residual_px) {
-      sources[source->second].rejected_px.push_back(*result.residual_px);
+      sources[*result.source].rejected_px.push_back(*result.residual_px);
     }
   }
+  std::vector<Eigen::Vector2d> rejected_px;  // not of sources that are contradicted as a whole
   for (const auto& [id, of] : sources) {
-    if (of.Found() < kFewestFound) continue;
-    if (2 * of.used > of.Found()) {
-      ++votes.agreeing_sources;
-      continue;
+    const bool has_say = of.Found() >= kFewestFound;
+    const bool agrees = 2 * of.used > of.Found();
+    if (has_say && agrees) ++votes.agreeing_sources;
+    if (has_say && !agrees) {
+      const Eigen::Vector2d shift_px = MedianOf(of.rejected_px);
+      if (Agree(of.rejected_px, shift_px)) {
+        votes.contradicted.push_back({id, of.Found(), of.used, shift_px});
+        continue;
+      }
     }
-    const Eigen::Vector2d shift_px = MedianOf(of.rejected_px);
-    if (Agree(of.rejected_px, shift_px))
-      votes.contradicted.push_back({id, of.Found(), of.used, shift_px});
+    rejected_px.insert(rejected_px.end(), of.rejected_px.begin(), of.rejected_px.end());
   }
+  votes.elsewhere = FindElsewhere(rejected_px);
   return votes;
 }
 
@@ -71,6 +102,10 @@ bool IsUndecided(const SourceVotes& votes) {
     contradicting += source.found - source.used;
   return std::ssize(votes.contradicted) >= votes.agreeing_sources &&
          contradicting >= kShareOfRival * votes.used && !votes.contradicted.empty();
+}
+
+bool IsUndecided(const PatchesElsewhere& elsewhere, int used) {
+  return elsewhere.patches > 0 && elsewhere.patches >= kShareOfRival * used;
 }
 
 }  // namespace orient::exterior

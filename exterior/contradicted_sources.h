@@ -6,7 +6,6 @@
 #include <vector>
 
 #include "core/files/results.h"
-#include "patchdb/store/patch.h"
 
 namespace orient::exterior {
 
@@ -17,20 +16,29 @@ struct ContradictedSource {
   Eigen::Vector2d shift_px;  // median residual of those not used: measured - computed
 };
 
+// Patches of sources that do not contradict it as a whole, as where a mosaic's parts do not fit.
+struct PatchesElsewhere {
+  int patches = 0;
+  Eigen::Vector2d shift_px = Eigen::Vector2d::Zero();  // their median residual: measured - computed
+};
+
 struct SourceVotes {
   std::vector<ContradictedSource> contradicted;
-  int agreeing_sources = 0;  // of whose patches most are used
-  int used = 0;              // patches, of all sources
+  int agreeing_sources = 0;    // of whose patches most are used
+  int used = 0;                // patches, of all sources
+  PatchesElsewhere elsewhere;  // twelve or more, far more than lie as far off in other directions
 };
 
 // Of a photo's patches with their residuals. A source has a say with twelve patches that were
 // found. It is contradicted where most of them are not used, and most of those lie around their
 // median shift, closer than half of it.
-SourceVotes VotesOf(const std::vector<PatchResult>& results,
-                    const std::vector<patchdb::Patch>& patches);
+SourceVotes VotesOf(const std::vector<PatchResult>& results);
 
 // Whether nothing tells which of two sources is wrong: as many contradict the pose as agree with
 // it, with a fifth of the patches it rests on, at least.
 bool IsUndecided(const SourceVotes& votes);
+
+// The same of patches that agree elsewhere, whatever their sources.
+bool IsUndecided(const PatchesElsewhere& elsewhere, int used);
 
 }  // namespace orient::exterior

@@ -64,6 +64,35 @@ std::optional<ProjectionSigma> ProjectionSigmaOf(double worst_sigma_px, double g
   return ProjectionSigma{worst_sigma_px, worst_sigma_px * ground_pixel_m};
 }
 
+Findings JudgeSources(const SourceVotes& votes) {
+  Findings findings;
+  const Status by_sources = IsUndecided(votes) ? Status::kWeak : Status::kOk;
+  for (const ContradictedSource& source : votes.contradicted)
+    findings.push_back({.reason = Reason::kSourceContradicted,
+                        .at_best = by_sources,
+                        .value = source.shift_px.norm(),
+                        .limit = source.found - source.used,
+                        .where = std::to_string(source.source)});
+  if (votes.elsewhere.patches > 0)
+    findings.push_back(
+        {.reason = Reason::kPatchesAgreeElsewhere,
+         .at_best = IsUndecided(votes.elsewhere, votes.used) ? Status::kWeak : Status::kOk,
+         .value = votes.elsewhere.shift_px.norm(),
+         .limit = votes.elsewhere.patches,
+         .where = fmt::format("{:+.1f} columns, {:+.1f} rows", votes.elsewhere.shift_px.x(),
+                              votes.elsewhere.shift_px.y())});
+  return findings;
+}
+
+void RejudgeSources(ExteriorResult* result) {
+  const auto of_sources = [](const Finding& finding) {
+    return finding.reason == Reason::kSourceContradicted ||
+           finding.reason == Reason::kPatchesAgreeElsewhere;
+  };
+  if (std::erase_if(result->findings, of_sources) > 0) result->status = StatusOf(result->findings);
+  for (const Finding& finding : JudgeSources(VotesOf(result->patches))) Add(finding, result);
+}
+
 Findings Judge(const JudgedPose& pose) {
   Findings findings;
   const auto weak = [&](Reason reason, double value, double limit) {
@@ -78,13 +107,7 @@ Findings Judge(const JudgedPose& pose) {
   if (pose.spread < kSpreadForOk) weak(Reason::kPoorSpread, 100 * pose.spread, 100 * kSpreadForOk);
   if (!(pose.worst_sigma_px <= pose.target_px))
     weak(Reason::kPoorlyDetermined, pose.worst_sigma_px, pose.target_px);
-  const Status by_sources = IsUndecided(pose.sources) ? Status::kWeak : Status::kOk;
-  for (const ContradictedSource& source : pose.sources.contradicted)
-    findings.push_back({.reason = Reason::kSourceContradicted,
-                        .at_best = by_sources,
-                        .value = source.shift_px.norm(),
-                        .limit = source.found - source.used,
-                        .where = std::to_string(source.source)});
+  for (const Finding& finding : JudgeSources(pose.sources)) findings.push_back(finding);
   // The largest of all residuals, and of each source: the others are the same seen otherwise.
   std::set<std::optional<std::int64_t>> told;
   for (const ResidualTrend& trend : pose.trends)
@@ -108,7 +131,8 @@ Findings Remedies(const TriedPatches& tried) {
 }
 
 bool ConcernsPrecision(const Finding& finding) {
-  return finding.reason == Reason::kPoorlyDetermined || finding.reason == Reason::kFewPlaces;
+  return finding.reason == Reason::kPoorlyDetermined || finding.reason == Reason::kFewPlaces ||
+         finding.reason == Reason::kByPointsAlone;
 }
 
 Finding NoPatches(const std::string& where) {

@@ -50,6 +50,10 @@ std::optional<ProjectionSigma> ProjectionSigmaOf(double worst_sigma_px, double g
 // What must hold before a pose is given at all; empty: it holds.
 std::optional<Finding> WhyNotAccepted(const JudgedMatches& matches,
                                       const OrientPhotoOptions& options);
+// Of patches that agree with one another and not with the pose.
+Findings JudgeSources(const SourceVotes& votes);
+// The same anew, where a block has changed the pose and which patches are used.
+void RejudgeSources(ExteriorResult* result);
 // Of an accepted pose: why it is weak, and what else should be known.
 Findings Judge(const JudgedPose& pose);
 

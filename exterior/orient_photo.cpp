@@ -105,6 +105,7 @@ void FillPatches(const PhotoTask& task, const PreciseRound& round, ExteriorResul
   for (std::size_t i = 0; i < round.predictions.size(); ++i) {
     const PreciseMatch& match = round.matches[i];
     patches[i].id = task.patches[round.predictions[i].patch].id;
+    patches[i].source = task.patches[round.predictions[i].patch].source_id;
     patches[i].ground_m = task.patches[round.predictions[i].patch].ground_m;
     patches[i].predicted = round.predictions[i].pixel;
     patches[i].state = PatchState::kNotFound;
@@ -121,6 +122,7 @@ void FillPatches(const PhotoTask& task, const PreciseRound& round, ExteriorResul
   for (const UnseenPatch& unseen : round.not_visible) {
     PatchResult patch;
     patch.id = task.patches[unseen.patch].id;
+    patch.source = task.patches[unseen.patch].source_id;
     patch.ground_m = task.patches[unseen.patch].ground_m;
     patch.state = PatchState::kNotVisible;
     patch.findings = {{.reason = ReasonOf(unseen.why)}};
@@ -315,7 +317,7 @@ ExteriorResult Told(const PhotoTask& task, SettledPose pose) {
   const double pixel_m = view.GroundPixel(MeanHeight(task, round));
   result.target_m = Target_m(task, round, view);
   JudgedPose judged = ToJudge(task, round, pose.matches.places, pose.track, *result.target_m);
-  judged.sources = VotesOf(result.patches, task.patches);
+  judged.sources = VotesOf(result.patches);
   result.projection_sigma = ProjectionSigmaOf(judged.worst_sigma_px, pixel_m);
   result.findings = Judge(judged);
   const FilmPosition& position = pose.track.position;

@@ -221,14 +221,17 @@ void Adjustment::Rounds() {
     tests_ = Test();
     // As long as gross errors may remain, medians; then sums.
     if (!clean) FactorsFromMedians(&system_, &tests_);
-    const int changes = system_.options.snooping ? judgement_.Apply(tests_, 1) : 0;
-    clean = clean || changes <= static_cast<int>(tests_.of_row.size() / 1000);
+    const BlockChanges changes =
+        system_.options.snooping ? judgement_.Apply(tests_, 1) : BlockChanges{};
+    // A position wrong by metres is a few of thousands of observations, and most of its kind's sum.
+    clean = clean ||
+            (changes.poses == 0 && changes.points <= static_cast<int>(tests_.of_row.size() / 1000));
     // Image and ground of control that is seen once share what there is: their factors creep, and
     // nothing else moves with them.
-    const bool factors =
-        clean && factor_rounds < kMostFactorRounds && FactorsFromSums(tests_, &system_);
+    const bool factors = clean && changes.poses == 0 && factor_rounds < kMostFactorRounds &&
+                         FactorsFromSums(tests_, &system_);
     factor_rounds += factors ? 1 : 0;
-    if (!converged || changes > 0 || factors) continue;
+    if (!converged || changes.All() > 0 || factors) continue;
     if (HoldCommonGnssShiftIfInsignificant(tests_, &system_)) continue;
     if (system_.options.self_calibration && CalibrationChanges()) continue;
     result_->converged = true;

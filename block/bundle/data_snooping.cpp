@@ -306,16 +306,17 @@ int BlockJudgement::PutBackPoses(const BlockTests& tests) {
   return count;
 }
 
-int BlockJudgement::Apply(const BlockTests& tests, double caution) {
-  const int poses = RejectPoses(tests, caution) + RejectUntested();
-  const int rejected = Reject(tests, caution);
+BlockChanges BlockJudgement::Apply(const BlockTests& tests, double caution) {
+  BlockChanges changes;
+  changes.poses = RejectPoses(tests, caution) + RejectUntested();
+  changes.points = Reject(tests, caution);
+  const bool none = changes.All() == 0;
   // While gross errors remain the poses are not to be trusted with what is already out.
-  int put_back = 0;
-  if (rejected == 0 || rejected * 200 < static_cast<int>(states_.size()))
-    put_back = PutBack(tests) + PutBackDissolved();
-  if (poses + rejected == 0) put_back += PutBackPoses(tests);
+  if (changes.points == 0 || changes.points * 200 < static_cast<int>(states_.size()))
+    changes.points += PutBack(tests) + PutBackDissolved();
+  if (none) changes.poses += PutBackPoses(tests);
   Screen();
-  return poses + rejected + put_back;
+  return changes;
 }
 
 }  // namespace orient::block

@@ -9,6 +9,13 @@
 
 namespace orient::block {
 
+// How many observations came to count, or no longer do.
+struct BlockChanges {
+  int poses = 0;   // GNSS positions and priors
+  int points = 0;  // image points, and the ground of control
+  int All() const { return poses + points; }
+};
+
 class BlockJudgement {
  public:
   explicit BlockJudgement(BlockSystem* system);
@@ -26,9 +33,8 @@ class BlockJudgement {
   bool Screen();
 
   // Takes out what the test calls gross errors, in each neighbourhood the largest first, and puts
-  // back what only looked like one. The number of changes.
-  // The limits hold times `caution`.
-  int Apply(const BlockTests& tests, double caution);
+  // back what only looked like one. The limits hold times `caution`.
+  BlockChanges Apply(const BlockTests& tests, double caution);
 
  private:
   struct Suspect;

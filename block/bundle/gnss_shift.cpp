@@ -9,6 +9,9 @@
 namespace orient::block {
 namespace {
 
+// What is taken for an error that it is not costs some precision; what is not, as one just below
+// the limit of data snooping, is a false datum of all poses.
+constexpr double kSignificance = 0.01;
 // In variance, by which approximations as observations say next to nothing and hold what only they
 // do.
 constexpr double kNextToNothing = 1e4;
@@ -39,7 +42,7 @@ bool IsSignificant(const BlockTests& tests, BlockSystem* system) {
   const Eigen::Vector3d shift_m =
       system->groups[static_cast<std::size_t>(system->common_gnss_shift.group)].head<3>();
   const Eigen::LDLT<Eigen::Matrix3d> covariance(CovarianceByControl(tests, system));
-  return shift_m.dot(covariance.solve(shift_m)) > ChiSquareLimit(3, system->options.significance);
+  return shift_m.dot(covariance.solve(shift_m)) > ChiSquareLimit(3, kSignificance);
 }
 
 }  // namespace

@@ -231,6 +231,7 @@ ExteriorResult OrientByPatches(const ExteriorSetting& setting, const exterior::P
                                bool vague, exterior::PhotoToOrient* photo, PointStart* start,
                                std::vector<patchdb::Patch>* patches) {
   ExteriorResult result;
+  result.photo = photo->name;
   if (!vague) result = OrientAsStated(setting, *photo, image, patches);
   exterior::OrientPhotoOptions as_oriented = OptionsOf(setting);
   as_oriented.wide = !result.pose;

@@ -222,6 +222,7 @@ ExteriorResult Final(const AdjustmentInputs& inputs, const AdjustedBlock& adjust
   result.sigma0_px = sightings.sigma0_px;
   result.footprint_m = Footprint(view, inputs.surface);
   UpdatePatches(adjusted, observations, view, &result);
+  exterior::RejudgeSources(&result);
   LiftImprecision(tied, &result);
   if (file.by_neighbours) {
     const std::string located = file.located_by.empty() ? "" : "; " + file.located_by;

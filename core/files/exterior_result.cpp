@@ -45,6 +45,7 @@ Json ReasonCodes(const Findings& findings) {
 
 Json PatchJson(const PatchResult& patch) {
   return {{"id", patch.id},
+          {"source", patch.source ? Json(*patch.source) : Json(nullptr)},
           {"state", Name(patch.state)},
           {"ground", patch.ground_m ? VectorJson(*patch.ground_m) : Json(nullptr)},
           {"predicted", ToJson(patch.predicted)},
@@ -161,6 +162,7 @@ Findings ReadPatchFindings(const JsonField& patch) {
 PatchResult ReadPatch(const JsonField& field) {
   PatchResult patch;
   patch.id = field.At("id").AsInteger();
+  if (const auto source = field.Find("source")) patch.source = source->AsInteger();
   patch.state = FromName(field.At("state"), kPatchStates);
   if (const auto ground = field.Find("ground")) patch.ground_m = ground->AsVector3();
   patch.predicted = field.FindVector2("predicted");

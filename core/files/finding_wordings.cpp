@@ -184,10 +184,12 @@ const std::vector<Wording>& Wordings() {  // NOLINT(readability-function-size): 
       {Reason::kSourceContradicted, "source_contradicted",
        "{limit:.0f} patches of source {where} agree with one another and not with the pose: they "
        "lie {value:.1f} px beside it; either that source is wrong or those that were used"},
+      {Reason::kPatchesAgreeElsewhere, "patches_agree_elsewhere",
+       "{limit:.0f} patches agree with one another {value:.1f} px beside the pose ({where}): they "
+       "are displaced, or those that were used"},
       {Reason::kPointsContradictOneAnother, "points_contradict_one_another",
        "the measured ground points contradict one another, and nothing tells which is wrong: "
-       "{where}; "
-       "measure one more, or look at these"},
+       "{where}; measure one more, or look at these"},
       {Reason::kPointsOnNoPose, "points_on_no_pose",
        "no pose shows the measured ground points {where} where they were measured"},
       {Reason::kTooFewPoints, "too_few_points",
@@ -263,8 +265,8 @@ const std::vector<Wording>& Wordings() {  // NOLINT(readability-function-size): 
       {Reason::kNeighboursWeak, "neighbours_weak",
        "the photos that it depends on are weak themselves"},
       {Reason::kMovedByBlock, "moved_by_block",
-       "the block moved it by {value:.0f} sigma from the pose of its own patches: they or its ties "
-       "are wrong"},
+       "the block moved it by {value:.0f} sigma from the pose by its own patches or points: they "
+       "or its ties are wrong"},
       {Reason::kBlockNotConverged, "block_not_converged",
        "the block's adjustment did not converge{where}"},
       {Reason::kKeypointsUnconfirmed, "keypoints_unconfirmed", "{where}"},
@@ -295,7 +297,7 @@ const std::vector<Wording>& Wordings() {  // NOLINT(readability-function-size): 
       {Reason::kPartNotConnected, "part_not_connected",
        "Photo{s} {where} {are} not connected to any other photo."},
       {Reason::kGnssDisagreesEverywhere, "gnss_disagrees_everywhere",
-       "GNSS and control patches disagree everywhere: no position is used. Their datums "
+       "GNSS and control disagree everywhere: no position is used. Their datums "
        "differ, or one is worse than stated."},
       {Reason::kGnssRejected, "gnss_rejected",
        "GNSS contradicts the block and is not used: {where}."},
@@ -307,8 +309,7 @@ const std::vector<Wording>& Wordings() {  // NOLINT(readability-function-size): 
        "GNSS positions fit {value:.0f} times worse than stated, and their weight is reduced "
        "accordingly."},
       {Reason::kControlWorseThanStated, "control_worse_than_stated",
-       "Control patches fit {value:.0f} times worse than stated, and their weight is reduced "
-       "accordingly."},
+       "Control fits {value:.0f} times worse than stated, and its weight is reduced accordingly."},
       {Reason::kApproximationsRejected, "approximations_rejected",
        "The approximation is worse than stated and is not used as an observation: {where}."},
       {Reason::kApproximationsWorseThanStated, "approximations_worse_than_stated",

@@ -79,6 +79,7 @@ enum class Reason {
   kPoorlyDetermined,
   kResidualTrend,
   kSourceContradicted,
+  kPatchesAgreeElsewhere,
   kPointsContradictOneAnother,
   kPointsOnNoPose,
   kTooFewPoints,

@@ -98,6 +98,7 @@ struct LoopRound {
 
 struct PatchResult {
   std::int64_t id = 0;
+  std::optional<std::int64_t> source;  // of the patch database
   PatchState state = PatchState::kNotVisible;
   std::optional<Eigen::Vector3d> ground_m;  // of the patch
   std::optional<Eigen::Vector2d> predicted;

@@ -275,12 +275,15 @@ PointResection ResectByPoints(const Camera& camera, const std::vector<FilmPositi
 
 Finding JudgePointsAlone(const PointPose& pose, double worst_sigma_px, double target_px) {
   constexpr double kLeastRedundancy = 0.4;  // of a point's two coordinates: an error of it shows
-  const bool enough = pose.Used() >= kLeastPointsAlone &&
-                      pose.least_redundancy >= kLeastRedundancy && worst_sigma_px <= target_px;
+  const bool checked = pose.least_redundancy >= kLeastRedundancy;
+  const bool enough = pose.Used() >= kLeastPointsAlone && checked && worst_sigma_px <= target_px;
+  std::string how = fmt::format("one sigma up to {:.1f} px in the frame, {:.1f} px are wanted",
+                                worst_sigma_px, target_px);
+  if (!checked)
+    how += fmt::format("; an error of one of them would hardly show (redundancy {:.2f}, {} wanted)",
+                       pose.least_redundancy, kLeastRedundancy);
   return {Reason::kByPointsAlone, enough ? Status::kOk : Status::kWeak, pose.Used(),
-          kLeastPointsAlone,
-          fmt::format("one sigma up to {:.1f} px in the frame, {:.1f} px are wanted",
-                      worst_sigma_px, target_px)};
+          kLeastPointsAlone, std::move(how)};
 }
 
 std::optional<Finding> JudgePointsUnder(const PhotoView& view, const Matrix6d& covariance,

@@ -3,6 +3,7 @@
 
 #include <gtest/gtest.h>
 
+#include <cmath>
 #include <random>
 
 #include "exterior/judge.h"
@@ -11,18 +12,14 @@ namespace orient::exterior {
 namespace {
 
 struct Patches {
-  std::vector<patchdb::Patch> patches;
   std::vector<PatchResult> results;
 
   void Add(std::int64_t source, PatchState state, const Eigen::Vector2d& residual_px) {
-    patchdb::Patch patch;
-    patch.id = std::ssize(patches) + 1;
-    patch.source_id = source;
     PatchResult result;
-    result.id = patch.id;
+    result.id = std::ssize(results) + 1;
+    result.source = source;
     result.state = state;
     if (state != PatchState::kNotFound) result.residual_px = residual_px;
-    patches.push_back(std::move(patch));
     results.push_back(std::move(result));
   }
   // `used` ones around the pose, `displaced` ones around the shift.
@@ -30,7 +27,7 @@ struct Patches {
     for (int i = 0; i < used; ++i) Add(source, PatchState::kMatched, Noise());
     for (int i = 0; i < displaced; ++i) Add(source, PatchState::kRejected, shift_px + Noise());
   }
-  SourceVotes Votes() const { return VotesOf(results, patches); }
+  SourceVotes Votes() const { return VotesOf(results); }
   Findings Judged() const {
     JudgedPose pose;
     pose.places = 100;
@@ -101,6 +98,57 @@ TEST(VotesOf, ElevenPatchesHaveNoSayAndThoseNotFoundNeither) {
   EXPECT_EQ(patches.Votes().agreeing_sources, 1);
   EXPECT_TRUE(Patches().Votes().contradicted.empty());
   EXPECT_FALSE(IsUndecided(Patches().Votes()));
+}
+
+// A mosaic of two flights, of which one is displaced: its majority is as likely to be wrong.
+TEST(VotesOf, APartOfTheOnlySourceThatIsDisplacedLeavesOpenWhichIsWrong) {
+  Patches patches;
+  patches.AddSource(1, 343, 156, {7.8, 1.6});
+  std::mt19937 random(4);
+  std::uniform_real_distribution<double> anywhere(-10, 10);
+  for (int i = 0; i < 60; ++i)
+    patches.Add(1, PatchState::kRejected, {anywhere(random), anywhere(random)});
+  const SourceVotes votes = patches.Votes();
+  EXPECT_TRUE(votes.contradicted.empty());
+  EXPECT_GE(votes.elsewhere.patches, 156);
+  EXPECT_LT((votes.elsewhere.shift_px - Eigen::Vector2d(7.8, 1.6)).norm(), 0.8);
+  ASSERT_TRUE(Has(patches.Judged(), Reason::kPatchesAgreeElsewhere));
+  EXPECT_EQ(StatusOf(patches.Judged()), Status::kWeak);
+}
+
+TEST(VotesOf, AFewPatchesOfTheSameSourceElsewhereAreARemark) {
+  Patches patches;
+  patches.AddSource(1, 343, 30, {7.8, 1.6});
+  ASSERT_TRUE(Has(patches.Judged(), Reason::kPatchesAgreeElsewhere));
+  EXPECT_EQ(StatusOf(patches.Judged()), Status::kOk);
+}
+
+// As trees and houses in a DEM without them: away from the nadir, all around it.
+TEST(VotesOf, ReliefThatTheDemLacksIsNoDisplacedPart) {
+  Patches patches;
+  patches.AddSource(1, 200, 0, {0, 0});
+  for (int i = 0; i < 120; ++i) {
+    const double angle = 0.7 * i, length = 1 + 0.05 * (i % 60);
+    patches.Add(1, PatchState::kRejected,
+                length * Eigen::Vector2d(std::cos(angle), std::sin(angle)));
+  }
+  EXPECT_EQ(patches.Votes().elsewhere.patches, 0);
+  EXPECT_EQ(StatusOf(patches.Judged()), Status::kOk);
+}
+
+// What a block leaves of a photo's matches may tell more than the photo alone.
+TEST(RejudgeSources, FollowsThePatchesThatAreUsedNow) {
+  Patches patches;
+  patches.AddSource(1, 200, 100, {4, 0});
+  ExteriorResult result;
+  result.status = Status::kOk;
+  result.patches = patches.results;
+  RejudgeSources(&result);
+  EXPECT_EQ(result.status, Status::kWeak);
+  for (PatchResult& patch : result.patches) patch.state = PatchState::kMatched;
+  RejudgeSources(&result);
+  EXPECT_EQ(result.status, Status::kOk);
+  EXPECT_TRUE(result.findings.empty());
 }
 
 }  // namespace

@@ -88,6 +88,26 @@ TEST(BlockAdjustment, NamesTheOneWrongPositionAmongThoseThatShareNoShift) {
   for (std::size_t i = 0; i < 15; ++i) EXPECT_EQ(result.photos[i].gnss_rejected, i == 7) << i;
 }
 
+// The larger error is a few of thousands of observations, but nearly all of the positions' sum of
+// squares: by a variance component taken before it is out the smaller one would pass.
+TEST(BlockAdjustment, NamesTwoWrongPositionsOfAStripWithShifts) {
+  for (const GnssModel model : {GnssModel::kShift, GnssModel::kShiftAndDrift}) {
+    BundleSimulationOptions options = SmallBlock();
+    options.gnss_sigma_m = 0.05;
+    options.photos_in_strip = 7;
+    options.control_photos = {0, 6, 14, 20};
+    BundleSimulation simulation = SimulateBundle(options);
+    simulation.block.photos[9].gnss->position_m.x() += 2;
+    simulation.block.photos[11].gnss->position_m.y() += 60;
+    BlockOptions with_shift;
+    with_shift.gnss = model;
+    const BlockResult result = AdjustBlock(simulation.block, with_shift);
+    for (std::size_t i = 0; i < 21; ++i)
+      EXPECT_EQ(result.photos[i].gnss_rejected, i == 9 || i == 11) << i;
+    EXPECT_FALSE(Has(result.findings, Reason::kGnssWorseThanStated));
+  }
+}
+
 // Positions that differ from the truth by 5 cm and by this.
 BundleSimulation WithShiftedGnss(const Eigen::Vector3d& shift_m) {
   BundleSimulationOptions options = SmallBlock();

@@ -320,6 +320,25 @@ TEST_F(PointsOfAnotherDatum, OfHeightsContradictTheDem) {
     }
 }
 
+// Its result had no name, and a block waited for it without end.
+TEST_F(OrientFromFilesTest, PointsThatHardlyDetermineAPoseGiveOneThatSaysSo) {
+  options_.patchdb = TheGround().empty;
+  row_.photo = "another";
+  const PhotoView view = TheGround().world.View();
+  for (int i = 0; i < 4; ++i) {
+    const Eigen::Vector2d at(20 * (i % 2), 20 * (i / 2));
+    const std::string name = "p" + std::to_string(i);
+    const Eigen::Vector3d ground(at.x(), at.y(), HillsAt(at.x(), at.y()));
+    options_.measurements.points.push_back({name, ground, Eigen::Vector3d::Constant(1)});
+    options_.measurements.image_points.push_back(
+        {"4711", name, view.PixelFromGround(ground).value(), std::nullopt, 1, {}});
+  }
+  const ExteriorResult result = Orient();
+  EXPECT_EQ(result.photo, "4711");
+  EXPECT_EQ(result.status, Status::kWeak);
+  EXPECT_TRUE(Has(result.findings, Reason::kByPointsAlone)) << JoinedSentences(result.findings);
+}
+
 TEST_F(OrientFromFilesTest, WithoutPatchesUnderItSaysWhichDatabaseHasNone) {
   options_.patchdb = TheGround().empty;
   ExteriorResult result = Orient();
