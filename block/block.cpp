@@ -6,7 +6,6 @@
 #include <filesystem>
 #include <map>
 
-#include "block/inputs/approximations.h"
 #include "block/inputs/block_files.h"
 #include "block/inputs/persons_word.h"
 #include "block/inputs/same_images.h"
@@ -188,20 +187,10 @@ void NameUnknownMeasurements(const BlockInputs& inputs, OrientedBlock* block) {
     block->findings.push_back(*std::move(unknown));
 }
 
-void NameNeedlessApproximations(const BlockInputs& inputs, OrientedBlock* block) {
-  const std::vector<std::string>& needless = inputs.Approximations().Needless();
-  const Findings& more = inputs.Approximations().Remarks();
-  block->findings.insert(block->findings.end(), more.begin(), more.end());
-  if (needless.empty()) return;
-  if (IsOrientationTable(inputs.Block().approximations)) block->not_there = needless;
-  constexpr std::size_t kMostNames = 5;
-  std::string names;
-  for (std::size_t i = 0; i < std::min(needless.size(), kMostNames); ++i)
-    names += (i > 0 ? ", " : "") + needless[i];
-  if (needless.size() > kMostNames) names += ", ...";
-  block->findings.push_back({.reason = Reason::kApproximationsOfOtherPhotos,
-                             .value = static_cast<double>(needless.size()),
-                             .where = inputs.Block().approximations + ": " + names});
+void TakeRemarks(const BlockInputs& inputs, OrientedBlock* block) {
+  const Findings& remarks = inputs.Approximations().Remarks();
+  block->findings.insert(block->findings.end(), remarks.begin(), remarks.end());
+  block->not_there = inputs.Approximations().NotThere();
 }
 
 }  // namespace
@@ -225,7 +214,7 @@ OrientedBlock Orient(const BlockInputs& inputs, const BlockFolder& folder,
   for (ExteriorResult& result : block.results) ApplyVerdict(inputs.Said(), &result);
   ForgetStages(&block.results);
   AddUnusable(inputs, &block);
-  NameNeedlessApproximations(inputs, &block);
+  TakeRemarks(inputs, &block);
   NameUnknownMeasurements(inputs, &block);
   return block;
 }

@@ -25,8 +25,8 @@ struct OrientedBlock {
   std::optional<AdjustmentResult> adjusted;
   std::optional<BlockSummary> summary;
   std::vector<std::string> control_points;  // what is told of surveyed points
-  // Photos that a table of approximations names and that are not there: a scan may be missing. A
-  // flight index shows the whole flight, of which a block may be a part.
+  // Photos that a table of approximations or of GNSS positions names and that are not there: a scan
+  // may be missing.
   std::vector<std::string> not_there;
   Findings findings;  // what a person should know about the block as a whole
 };

@@ -177,6 +177,19 @@ Findings RemarksOn(const OrientationTable& table, const std::string& path) {
   return remarks;
 }
 
+void NameOtherPhotos(const std::vector<OrientationRow>& rows, const std::string& path,
+                     const std::set<std::string>& photos, Findings* remarks,
+                     std::vector<std::string>* not_there) {
+  std::vector<std::string> others;
+  for (const OrientationRow& row : rows)
+    if (!photos.contains(row.photo)) others.push_back(row.photo);
+  if (others.empty()) return;
+  remarks->push_back({.reason = Reason::kApproximationsOfOtherPhotos,
+                      .value = static_cast<double>(others.size()),
+                      .where = path + ": " + Listed(others)});
+  if (IsOrientationTable(path)) not_there->insert(not_there->end(), others.begin(), others.end());
+}
+
 void RequireOneCamera(const OrientationTable& table, const std::string& path,
                       const std::set<std::string>& photos) {
   std::set<std::string> cameras;

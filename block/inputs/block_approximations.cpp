@@ -48,6 +48,7 @@ BlockApproximations::BlockApproximations(const BlockFile& block, const Camera& c
   if (!block.approximations.empty()) ReadTable();
   const std::vector<OrientationRow> gnss = ReadGnss(block, &remarks_);
   RefuseExchangedAxes(block, known_, gnss);
+  NameOtherPhotos(gnss, block.gnss.positions, PhotosAndPlaces(), &remarks_, &not_there_);
   observations_ = ObservationsOf(block, known_, computed_heights_, gnss);
   if (block.observe_approximations && block.approximations.empty())
     throw InputError(
@@ -75,6 +76,16 @@ BlockApproximations::BlockApproximations(const BlockFile& block, const Camera& c
   Fill();
 }
 
+// One that is not scanned locates the others of its strip none the less.
+std::set<std::string> BlockApproximations::PhotosAndPlaces() const {
+  std::set<std::string> photos;
+  for (const std::string& path : block_.photos) photos.insert(PhotoName(path));
+  for (const UnusablePhoto& photo : block_.unusable) photos.insert(photo.name);
+  for (const FlightStrip& strip : block_.flight.strips)
+    photos.insert(strip.photos.begin(), strip.photos.end());
+  return photos;
+}
+
 void BlockApproximations::ReadTable() {
   const auto height_m = block_.flight.FlyingHeight(camera_.principal_distance_mm);
   OrientationTable table = ReadApproximations(
@@ -85,14 +96,8 @@ void BlockApproximations::ReadTable() {
   RequireOneCamera(table, block_.approximations, photos);
   remarks_ = RemarksOn(table, block_.approximations);
   if (height_m) computed_heights_ = CompleteHeights(block_.dem, block_.crs, *height_m, &table.rows);
-  for (const UnusablePhoto& photo : block_.unusable) photos.insert(photo.name);
-  // One that is not scanned locates the others of its strip none the less.
-  for (const FlightStrip& strip : block_.flight.strips)
-    photos.insert(strip.photos.begin(), strip.photos.end());
-  for (OrientationRow& row : table.rows) {
-    if (!photos.contains(row.photo)) needless_.push_back(row.photo);
-    known_.push_back(std::move(row));
-  }
+  NameOtherPhotos(table.rows, block_.approximations, PhotosAndPlaces(), &remarks_, &not_there_);
+  known_ = std::move(table.rows);
 }
 
 // Of photos that the table lacks. A strip's shift is unknown: the position is as good as one of a

@@ -32,8 +32,8 @@ class BlockApproximations {
   const OrientationTable& Table() const { return table_; }
   // What a person should know about them.
   const Findings& Remarks() const { return remarks_; }
-  // Names of the table that are no photo of the block.
-  const std::vector<std::string>& Needless() const { return needless_; }
+  // Names in the tables of approximations and GNSS that are no photo of the block.
+  const std::vector<std::string>& NotThere() const { return not_there_; }
 
   // What the adjustment is told of poses.
   const PoseObservations& Observations() const { return observations_; }
@@ -47,6 +47,7 @@ class BlockApproximations {
   std::vector<std::size_t> Next(const std::vector<std::string>& open) const;
 
  private:
+  std::set<std::string> PhotosAndPlaces() const;
   void ReadTable();
   void AddGnss(const std::vector<OrientationRow>& gnss);
   void ReadFiles();
@@ -65,7 +66,7 @@ class BlockApproximations {
   OrientationTable table_;                           // known_ and what fills the strips
   std::map<std::string, std::size_t> vague_strips_;  // photos known badly, with their strips
   Findings remarks_;
-  std::vector<std::string> needless_;
+  std::vector<std::string> not_there_;
 };
 
 }  // namespace orient::block

@@ -3,6 +3,7 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <optional>
 #include <string>
 
@@ -132,6 +133,20 @@ TEST_F(TableOfABlock, GnssWithXAndYExchangedIsRefusedBeforeAnythingIsOriented) {
            "[gnss]\npositions = \"gnss.csv\"\nsigma_m = 0.1\n");
       },
       {"gnss.csv", "exchanged", "approx.csv"});
+}
+
+TEST_F(TableOfABlock, GnssRowsOfOtherPhotosAreNamedAsThoseOfTheTableAre) {
+  WriteFileAtomically(folder_ / "gnss.csv",
+                      "filename,x,y,z\nIMG_1,503000,5005000,1800\n2,503500,5005000,1800\n"
+                      "not_scanned,504000,5005000,1800\n");
+  const auto known = Of("filename,x,y,z\n1,503001,5005002,1800\nghost,500000,5005000,1800\n",
+                        "[gnss]\npositions = \"gnss.csv\"\nsigma_m = 0.1\n[[strips]]\n"
+                        "photos = [\"1\", \"2\", \"not_scanned\"]\n");
+  EXPECT_EQ(known.NotThere(), (std::vector<std::string>{"ghost", "IMG_1"}));
+  const Finding expected{.reason = Reason::kApproximationsOfOtherPhotos,
+                         .value = 1,
+                         .where = folder_ / "gnss.csv" + ": IMG_1"};
+  EXPECT_EQ(std::count(known.Remarks().begin(), known.Remarks().end(), expected), 1);
 }
 
 TEST_F(TableOfABlock, TwoCamerasOfItsPhotosAreRefused) {
