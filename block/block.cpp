@@ -5,7 +5,9 @@
 #include <algorithm>
 #include <filesystem>
 #include <map>
+#include <utility>
 
+#include "block/held_to_control.h"
 #include "block/inputs/block_files.h"
 #include "block/inputs/persons_word.h"
 #include "block/inputs/same_images.h"
@@ -101,26 +103,16 @@ std::vector<TieRecord> MeasureTies(const BlockInputs& inputs, const BlockFolder&
       stage, [&] { progress.Advance(); }, &block->findings);
 }
 
-// GNSS and approximations make no photo ok, and keep no block from converging.
-AdjustedBlock AdjustAndJudge(const AdjustmentInputs& inputs, OrientedBlock* block) {
-  AdjustedBlock adjusted = AdjustPhotos(inputs);
-  block->results = FinalResults(inputs, adjusted);
-  if (inputs.known.Empty()) return adjusted;
+JudgedBlock AdjustAndJudge(const AdjustmentInputs& inputs) {
+  const auto judged = [](const AdjustmentInputs& given) {
+    AdjustedBlock adjusted = AdjustPhotos(given);
+    std::vector<ExteriorResult> results = FinalResults(given, adjusted);
+    return JudgedBlock{std::move(adjusted), std::move(results), {}};
+  };
+  if (inputs.known.Empty()) return judged(inputs);
   AdjustmentInputs without = inputs;
   without.known = {};
-  AdjustedBlock by_control = AdjustPhotos(without);
-  std::vector<ExteriorResult> results = FinalResults(without, by_control);
-  if (adjusted.result.converged && !by_control.result.converged) {
-    HoldAllToControl(&block->results);
-    return adjusted;
-  }
-  if (adjusted.result.converged || !by_control.result.converged) {
-    HoldToControl(results, &block->results);
-    return adjusted;
-  }
-  block->results = std::move(results);
-  block->findings.push_back({.reason = Reason::kAdjustedWithoutPriors});
-  return by_control;
+  return HeldToControl(judged(inputs), judged(without));
 }
 
 void Adjust(const BlockInputs& inputs, const std::vector<TieRecord>& ties,
@@ -134,7 +126,10 @@ void Adjust(const BlockInputs& inputs, const std::vector<TieRecord>& ties,
                                settings,
                                inputs.Approximations().Observations(),
                                &inputs.Said()};
-  const AdjustedBlock adjusted = AdjustAndJudge(given, block);
+  JudgedBlock judged = AdjustAndJudge(given);
+  block->results = std::move(judged.results);
+  block->findings.insert(block->findings.end(), judged.findings.begin(), judged.findings.end());
+  const AdjustedBlock& adjusted = judged.adjusted;
   const std::string& out = inputs.OutputDirectory();
   WriteCalibratedCamera(out, inputs.Camera(), adjusted.result);
   if (!WritePoseCovariance(out, settings.pose_covariance, adjusted, block->results))

@@ -190,6 +190,18 @@ void NameOtherPhotos(const std::vector<OrientationRow>& rows, const std::string&
   if (IsOrientationTable(path)) not_there->insert(not_there->end(), others.begin(), others.end());
 }
 
+void NameAbsentOfStrips(const FlightPlan& flight, const std::set<std::string>& photos,
+                        Findings* remarks) {
+  std::vector<std::string> absent;
+  for (const FlightStrip& strip : flight.strips)
+    for (const std::string& photo : strip.photos)
+      if (!photos.contains(photo)) absent.push_back(photo);
+  if (!absent.empty())
+    remarks->push_back({.reason = Reason::kStripPhotosAbsent,
+                        .value = static_cast<double>(absent.size()),
+                        .where = Listed(absent)});
+}
+
 void RequireOneCamera(const OrientationTable& table, const std::string& path,
                       const std::set<std::string>& photos) {
   std::set<std::string> cameras;

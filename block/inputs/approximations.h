@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "core/files/finding.h"
+#include "core/files/flight_plan.h"
 #include "core/files/orientation_table.h"
 #include "core/geometry/rotation.h"
 #include "core/terrain/ground_surface.h"
@@ -46,12 +47,16 @@ std::string Listed(const std::vector<std::string>& names);
 // What a person should know of a table read so: columns of angles and rows that are not used.
 Findings RemarksOn(const OrientationTable& table, const std::string& path);
 
-// Names the photos of such rows that are none of `photos`, the block's, in `remarks`; and those of a
-// table, whose scans may be missing, in `not_there`, too: a flight index shows the whole flight, of
-// which a block may be a part.
+// Names the photos of such rows that are none of `photos`, the block's, in `remarks`; and those of
+// a table, whose scans may be missing, in `not_there`, too: a flight index shows the whole flight,
+// of which a block may be a part.
 void NameOtherPhotos(const std::vector<OrientationRow>& rows, const std::string& path,
                      const std::set<std::string>& photos, Findings* remarks,
                      std::vector<std::string>* not_there);
+
+// Names the photos of strips that are none of `photos`, the block's.
+void NameAbsentOfStrips(const FlightPlan& flight, const std::set<std::string>& photos,
+                        Findings* remarks);
 
 // Throws InputError where the table says that these photos were taken with several cameras: what
 // is done with one camera file would be wrong for some of them.

@@ -50,29 +50,12 @@ BlockApproximations::BlockApproximations(const BlockFile& block, const Camera& c
   RefuseExchangedAxes(block, known_, gnss);
   NameOtherPhotos(gnss, block.gnss.positions, PhotosAndPlaces(), &remarks_, &not_there_);
   observations_ = ObservationsOf(block, known_, computed_heights_, gnss);
-  if (block.observe_approximations && block.approximations.empty())
-    throw InputError(
-        "observe = true under [approximate_accuracy], but the block has no table of approximations "
-        "to observe; give one, or leave observe out");
-  if (block.observe_approximations && observations_.approximations.empty())
-    throw InputError(
-        "observe = true under [approximate_accuracy], but the accuracy of the table of "
-        "approximations is not stated; give position_m and attitude_deg there, or the table its "
-        "columns of "
-        "sigmas, or leave observe out");
-  AddGnss(gnss);
+  AddGnssPositions(gnss, &known_);
   ReadFiles();
   TakeSaid(said);
   std::set<std::string> photos;
   for (const std::string& path : block.photos) photos.insert(PhotoName(path));
-  std::vector<std::string> absent;
-  for (const FlightStrip& strip : block.flight.strips)
-    for (const std::string& photo : strip.photos)
-      if (!photos.contains(photo)) absent.push_back(photo);
-  if (!absent.empty())
-    remarks_.push_back({.reason = Reason::kStripPhotosAbsent,
-                        .value = static_cast<double>(absent.size()),
-                        .where = Listed(absent)});
+  NameAbsentOfStrips(block.flight, photos, &remarks_);
   Fill();
 }
 
@@ -98,19 +81,6 @@ void BlockApproximations::ReadTable() {
   if (height_m) computed_heights_ = CompleteHeights(block_.dem, block_.crs, *height_m, &table.rows);
   NameOtherPhotos(table.rows, block_.approximations, PhotosAndPlaces(), &remarks_, &not_there_);
   known_ = std::move(table.rows);
-}
-
-// Of photos that the table lacks. A strip's shift is unknown: the position is as good as one of a
-// camera's own receiver.
-void BlockApproximations::AddGnss(const std::vector<OrientationRow>& gnss) {
-  std::set<std::string> have;
-  for (const OrientationRow& row : known_) have.insert(row.photo);
-  const Vector6d least = SigmaOfCameraGnss();
-  for (const OrientationRow& row : gnss) {
-    if (have.contains(row.photo)) continue;
-    known_.push_back(row);
-    known_.back().sigma = row.sigma.value_or(least).cwiseMax(least);
-  }
 }
 
 void BlockApproximations::ReadFiles() {

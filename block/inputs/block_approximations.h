@@ -49,7 +49,6 @@ class BlockApproximations {
  private:
   std::set<std::string> PhotosAndPlaces() const;
   void ReadTable();
-  void AddGnss(const std::vector<OrientationRow>& gnss);
   void ReadFiles();
   void TakeSaid(const Measurements& said);
   void Fill();

@@ -7,6 +7,7 @@
 #include <numbers>
 
 #include "block/inputs/approximations.h"
+#include "block/inputs/photo_metadata.h"
 #include "core/base/error.h"
 
 namespace orient::block {
@@ -32,6 +33,17 @@ void LeaveOutRowsWithoutHeight(OrientationTable* table) {
     else
       whole.push_back(std::move(row));
   table->rows = std::move(whole);
+}
+
+void RefuseNothingToObserve(const BlockFile& block, const PoseObservations& observations) {
+  if (!block.observe_approximations || !observations.approximations.empty()) return;
+  const std::string asked = "observe = true under [approximate_accuracy], but ";
+  throw InputError(asked + (block.approximations.empty()
+                                ? "the block has no table of approximations to observe; give one, "
+                                  "or leave observe out"
+                                : "the accuracy of the table of approximations is not stated; give "
+                                  "position_m and attitude_deg there, or the table its columns of "
+                                  "sigmas, or leave observe out"));
 }
 
 }  // namespace
@@ -85,6 +97,18 @@ void RefuseExchangedAxes(const BlockFile& block, const std::vector<OrientationRo
                   block.gnss.positions, block.approximations, exchanged, in_both));
 }
 
+void AddGnssPositions(const std::vector<OrientationRow>& gnss,
+                      std::vector<OrientationRow>* approximations) {
+  std::set<std::string> have;
+  for (const OrientationRow& row : *approximations) have.insert(row.photo);
+  const Vector6d least = SigmaOfCameraGnss();
+  for (const OrientationRow& row : gnss) {
+    if (have.contains(row.photo)) continue;
+    approximations->push_back(row);
+    approximations->back().sigma = row.sigma.value_or(least).cwiseMax(least);
+  }
+}
+
 PoseObservations ObservationsOf(const BlockFile& block, const std::vector<OrientationRow>& table,
                                 const std::set<std::string>& computed,
                                 const std::vector<OrientationRow>& gnss) {
@@ -96,6 +120,7 @@ PoseObservations ObservationsOf(const BlockFile& block, const std::vector<Orient
     if (computed.contains(row.photo)) prior->covariance(2, 2) = kOpenPosition_m * kOpenPosition_m;
     observations.approximations[row.photo] = *prior;
   }
+  RefuseNothingToObserve(block, observations);
   for (const OrientationRow& row : gnss)
     observations.gnss[row.photo] = {
         row.pose.position_m, row.sigma->head<3>().cwiseAbs2().asDiagonal().toDenseMatrix(), 0};

@@ -34,9 +34,15 @@ std::vector<OrientationRow> ReadGnss(const BlockFile& block, Findings* remarks);
 void RefuseExchangedAxes(const BlockFile& block, const std::vector<OrientationRow>& table,
                          const std::vector<OrientationRow>& gnss);
 
+// Positions of photos that the approximations lack. A strip's shift is unknown: a position is as
+// good as one of a camera's own receiver.
+void AddGnssPositions(const std::vector<OrientationRow>& gnss,
+                      std::vector<OrientationRow>* approximations);
+
 // Observations from rows of a table of approximations, if the block file asks for them, where table
 // or block file states the accuracy. Not heights of `computed` photos, which the table lacks. What
-// strips or EXIF say is for where to search.
+// strips or EXIF say is for where to search. Throws InputError where the block file asks for
+// observed approximations and there are none.
 PoseObservations ObservationsOf(const BlockFile& block, const std::vector<OrientationRow>& table,
                                 const std::set<std::string>& computed,
                                 const std::vector<OrientationRow>& gnss);

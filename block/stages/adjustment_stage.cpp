@@ -14,8 +14,6 @@
 namespace orient::block {
 namespace {
 
-// What a strip's shift may be: also the height of the geoid that nobody took off.
-constexpr double kGnssShift_m = 100;
 // Check patches are held out by squares of the ground of this share of a footprint's side: single
 // ones between others would be too easy to predict.
 constexpr double kCheckCellPerFootprint = 0.15;
@@ -68,9 +66,7 @@ void AddPhotos(const AdjustmentInputs& inputs, AdjustedBlock* adjusted,
     to.approximate = *photo.exterior.pose;
     to.interior = photo.position.covariance;
     to.film_sigma_mm = photo.position.film_sigma_mm;
-    to.prior = Known(inputs.known.approximations, photo.name);
-    to.gnss = Known(inputs.known.gnss, photo.name);
-    to.strip = Known(inputs.known.strip, photo.name).value_or("");
+    AddKnown(inputs.known, &to);
     adjusted->block.photos.push_back(std::move(to));
   }
 }
@@ -227,6 +223,12 @@ void AddFilmBends(const AdjustmentInputs& inputs, AdjustedBlock* adjusted) {
 }
 
 }  // namespace
+
+void AddKnown(const PoseObservations& known, BlockPhoto* photo) {
+  photo->prior = Known(known.approximations, photo->name);
+  photo->gnss = Known(known.gnss, photo->name);
+  photo->strip = Known(known.strip, photo->name).value_or("");
+}
 
 AdjustedBlock AdjustPhotos(const AdjustmentInputs& inputs) {
   AdjustedBlock adjusted;

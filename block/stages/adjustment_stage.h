@@ -11,10 +11,17 @@
 #include "block/inputs/pose_observations.h"
 #include "block/stages/measured_points.h"
 #include "block/ties/tie_file.h"
+#include "core/files/results.h"
 #include "core/measurements/measurements.h"
 #include "core/terrain/ground_surface.h"
 
 namespace orient::block {
+
+// What a strip's shift may be, one sigma: also the height of the geoid that nobody took off.
+inline constexpr double kGnssShift_m = 100;
+
+// What is known of the photo's pose beside what it shows.
+void AddKnown(const PoseObservations& known, BlockPhoto* photo);
 
 struct AdjustmentInputs {
   const std::vector<BlockPhotoFile>& photos;
@@ -40,6 +47,13 @@ struct AdjustedBlock {
   // Sightings of check patches that their photo's own orientation had told for gross errors, so
   // that they are not among the checks.
   int checks_rejected_alone = 0;
+};
+
+// An adjusted block with what it makes of each photo.
+struct JudgedBlock {
+  AdjustedBlock adjusted;
+  std::vector<ExteriorResult> results;
+  Findings findings;  // of the block as a whole
 };
 
 // Throws InputError where the patch database cannot be read.

@@ -9,6 +9,7 @@
 #include <set>
 
 #include "block/inputs/persons_word.h"
+#include "block/stages/kappa_start.h"
 #include "core/base/error.h"
 #include "core/base/median.h"
 #include "core/geometry/intersection.h"
@@ -82,6 +83,11 @@ BlockPhoto PhotoOf(const CameraFile& camera, const Measurements& measured, const
   return photo;
 }
 
+// In the photo system, mm.
+Eigen::Vector2d InPhoto(const BlockPhoto& photo, const ImagePointMeasurement& point) {
+  return point.pixel ? photo.photo_from_pixel * *point.pixel : *point.photo_mm;
+}
+
 // Poses and ground points that follow from one another, beginning with surveyed points.
 class FirstPoses {
  public:
@@ -94,12 +100,7 @@ class FirstPoses {
       for (std::size_t i = 0; i < photos_.size(); ++i) more = Resect(i) || more;
       if (more) Intersect();
     }
-    for (std::size_t i = 0; i < photos_.size(); ++i)
-      if (const OrientationRow* row = inputs.approximations.Find(photos_[i].name);
-          row && !oriented_[i]) {
-        photos_[i].approximate = row->pose;
-        oriented_[i] = true;
-      }
+    TakeApproximations();
   }
 
   bool Oriented(std::size_t photo) const { return oriented_[photo]; }
@@ -124,16 +125,53 @@ class FirstPoses {
     return true;
   }
 
+  // Of the others. Where an approximation does not say how the photo lies, its points do, with all
+  // places that are known.
+  void TakeApproximations() {
+    std::map<std::string, const OrientationRow*> rows;
+    for (const OrientationRow& row : inputs_.approximations) rows[row.photo] = &row;
+    std::vector<std::size_t> placed, turned;  // the latter index the former
+    for (std::size_t i = 0; i < photos_.size(); ++i) {
+      const auto row = rows.find(photos_[i].name);
+      if (!oriented_[i] && row == rows.end()) continue;
+      if (!oriented_[i]) {
+        photos_[i].approximate = row->second->pose;
+        oriented_[i] = row->second->attitude_known;
+        if (!oriented_[i]) turned.push_back(placed.size());
+      }
+      placed.push_back(i);
+    }
+    if (turned.empty()) return;
+    const auto kappas = KappasOf(placed);
+    for (const std::size_t k : turned) {
+      if (!kappas[k]) continue;
+      photos_[placed[k]].approximate.opk_rad[2] = *kappas[k];
+      oriented_[placed[k]] = true;
+    }
+  }
+
+  std::vector<std::optional<double>> KappasOf(const std::vector<std::size_t>& placed) const {
+    std::vector<LevelPhoto> level;
+    for (const std::size_t i : placed) {
+      level.push_back({photos_[i].approximate.position_m.head<2>(), {}});
+      for (const auto& point : inputs_.measured.ImagePointsOf(photos_[i].name))
+        level.back().seen_mm[point.point] =
+            InPhoto(photos_[i], point) - inputs_.camera.camera.principal_point_mm;
+    }
+    std::map<std::string, Eigen::Vector2d> ground_m;
+    for (const auto& [name, point] : known_) ground_m[name] = point.ground_m.head<2>();
+    return KappasByPlaces(level, ground_m);
+  }
+
   void Intersect() {
     std::map<std::string, std::vector<PhotoObservation>> seen;
     for (std::size_t i = 0; i < photos_.size(); ++i) {
       if (!oriented_[i]) continue;
-      const Affine2d& to_mm = photos_[i].photo_from_pixel;
-      const double pixel_mm = std::sqrt(std::abs(to_mm.A.determinant()));
+      const double pixel_mm = std::sqrt(std::abs(photos_[i].photo_from_pixel.A.determinant()));
       for (const auto& point : inputs_.measured.ImagePointsOf(photos_[i].name)) {
         const double sigma_mm = point.pixel ? point.sigma * pixel_mm : point.sigma;
         seen[point.point].push_back({&inputs_.camera.camera, photos_[i].approximate,
-                                     point.pixel ? to_mm * *point.pixel : *point.photo_mm,
+                                     InPhoto(photos_[i], point),
                                      sigma_mm * sigma_mm * Eigen::Matrix2d::Identity()});
       }
     }
@@ -211,12 +249,14 @@ BlockOptions OptionsOf(const MeasuredBlockInputs& inputs) {
   BlockOptions options;
   options.self_calibration = inputs.self_calibration;
   options.full_covariance = inputs.pose_covariance;
+  options.gnss = inputs.known.model;
+  options.gnss_shift_sigma_m = kGnssShift_m;
   return options;
 }
 
 }  // namespace
 
-MeasuredBlock AdjustMeasurements(const MeasuredBlockInputs& inputs) {
+JudgedBlock AdjustMeasurements(const MeasuredBlockInputs& inputs) {
   std::set<std::string> names;
   for (const auto& seen : inputs.measured.image_points) names.insert(seen.photo);
   if (names.empty())
@@ -234,12 +274,13 @@ MeasuredBlock AdjustMeasurements(const MeasuredBlockInputs& inputs) {
     }
     std::optional<Finding> confused;
     photos.push_back(PhotoOf(inputs.camera, inputs.measured, name, &confused));
+    AddKnown(inputs.known, &photos.back());
     if (!confused) continue;
     photos.pop_back();
     exterior::Add(*confused, &result);
   }
   FirstPoses first(inputs, &photos);
-  MeasuredBlock done;
+  JudgedBlock done;
   AdjustedBlock& adjusted = done.adjusted;
   adjusted.block.cameras = {inputs.camera.camera};
   for (std::size_t i = 0; i < photos.size(); ++i)

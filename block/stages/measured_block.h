@@ -15,22 +15,17 @@ namespace orient::block {
 struct MeasuredBlockInputs {
   const CameraFile& camera;
   const Measurements& measured;
-  OrientationTable approximations = {};  // of some photos, or none
+  std::vector<OrientationRow> approximations = {};  // of some photos, or none
+  PoseObservations known = {};                      // observed in the adjustment
   bool self_calibration = false;
   bool pose_covariance = false;
   std::optional<double> target_m = {};  // that makes a photo ok; empty: its pixel, or 30 um
 };
 
-struct MeasuredBlock {
-  AdjustedBlock adjusted;
-  std::vector<ExteriorResult> results;  // of all photos that were measured, by name
-  Findings findings;                    // of the block as a whole
-};
-
 // First poses by resection from surveyed points, and from those that photos oriented before
 // intersect; otherwise the approximation. Then the bundle adjustment. A film photo measured in
 // pixels needs its fiducial marks measured, too. Throws InputError: no image points, a photo of
-// such film without four measured marks.
-MeasuredBlock AdjustMeasurements(const MeasuredBlockInputs& inputs);
+// such film without four measured marks. The results are of all photos that were measured, by name.
+JudgedBlock AdjustMeasurements(const MeasuredBlockInputs& inputs);
 
 }  // namespace orient::block

@@ -50,8 +50,8 @@ class PublishedPair : public testing::Test {
                                                 expected.Number("precision")};
     return true;
   }
-  MeasuredBlock Adjusted() const { return AdjustMeasurements({camera_, measured_}); }
-  PointTable Table(const MeasuredBlock& done) const {
+  JudgedBlock Adjusted() const { return AdjustMeasurements({camera_, measured_}); }
+  PointTable Table(const JudgedBlock& done) const {
     return TableOfPoints(done.adjusted.surveyed, done.adjusted.block, done.adjusted.result);
   }
 
@@ -62,7 +62,7 @@ class PublishedPair : public testing::Test {
 
 TEST_F(PublishedPair, IsAdjustedFromItsImageMeasurementsAlone) {
   if (!Read()) GTEST_SKIP() << "without the shared data";
-  const MeasuredBlock done = Adjusted();
+  const JudgedBlock done = Adjusted();
   ASSERT_EQ(done.results.size(), 2u);
   for (const ExteriorResult& result : done.results) {
     ASSERT_EQ(result.status, Status::kOk) << JoinedSentences(result.findings);
@@ -96,7 +96,7 @@ TEST_F(PublishedPair, CheckPointsAreHeldOut) {
 TEST_F(PublishedPair, AWrongCoordinateIsNamedAndNotUsed) {
   if (!Read()) GTEST_SKIP() << "without the shared data";
   measured_.points[2].ground_m.x() += 5;
-  const MeasuredBlock done = Adjusted();
+  const JudgedBlock done = Adjusted();
   for (const ExteriorResult& result : done.results) {
     ASSERT_TRUE(result.pose);
     EXPECT_NEAR(result.pose->position_m.x(), published_.at(result.photo + "_15_X").first, 0.6);
@@ -112,7 +112,7 @@ TEST_F(PublishedPair, APhotoWithoutKnownPointsFailsByName) {
   if (!Read()) GTEST_SKIP() << "without the shared data";
   measured_.image_points.push_back(
       {"alone", "nowhere", std::nullopt, Eigen::Vector2d(1, 2), 0.005});
-  const MeasuredBlock done = Adjusted();
+  const JudgedBlock done = Adjusted();
   ASSERT_EQ(done.results.size(), 3u);
   EXPECT_EQ(done.results[2].photo, "alone");
   EXPECT_EQ(done.results[2].status, Status::kFailed);
@@ -160,14 +160,14 @@ class FilmInPixels : public testing::Test {
         measured_.image_points.push_back(
             {photo, point.name, pixel(*mm), std::nullopt, sigma_px, {}});
   }
-  MeasuredBlock Adjusted() const { return AdjustMeasurements({camera_, measured_}); }
+  JudgedBlock Adjusted() const { return AdjustMeasurements({camera_, measured_}); }
 
   CameraFile camera_;
   Measurements measured_;
 };
 
 TEST_F(FilmInPixels, IsOkWhereItIsPrecise) {
-  const MeasuredBlock done = Adjusted();
+  const JudgedBlock done = Adjusted();
   ASSERT_EQ(done.results.size(), 2u);
   for (const ExteriorResult& result : done.results) {
     EXPECT_EQ(result.status, Status::kOk) << JoinedSentences(result.findings);
@@ -189,7 +189,7 @@ TEST_F(FilmInPixels, IsWeakWhereItIsNotAndTheTargetDecides) {
 
 TEST_F(FilmInPixels, ConfusedMarksFailTheirPhotoAlone) {
   std::swap(measured_.marks[0].mark, measured_.marks[1].mark);
-  const MeasuredBlock done = Adjusted();
+  const JudgedBlock done = Adjusted();
   ASSERT_EQ(done.results.size(), 2u);
   EXPECT_EQ(done.results[0].status, Status::kFailed);
   ASSERT_TRUE(Has(done.results[0].findings, Reason::kMeasuredMarksContradict));
@@ -200,7 +200,7 @@ TEST_F(FilmInPixels, ConfusedMarksFailTheirPhotoAlone) {
 TEST_F(FilmInPixels, ARejectedPhotoTakesNoPart) {
   const double both = Adjusted().adjusted.result.redundancy;
   measured_.decisions.push_back({"a", DecisionKind::kReject, "", "clouds", {}});
-  const MeasuredBlock done = Adjusted();
+  const JudgedBlock done = Adjusted();
   ASSERT_EQ(done.results.size(), 2u);
   EXPECT_EQ(done.results[0].photo, "a");
   EXPECT_EQ(done.results[0].status, Status::kFailed);
@@ -217,7 +217,7 @@ TEST_F(FilmInPixels, ACheckPointClickedElsewhereIsNamed) {
   for (ImagePointMeasurement& point : measured_.image_points)
     *point.pixel += Eigen::Vector2d(normal(random), normal(random));
   const auto said = [&] {
-    const MeasuredBlock done = Adjusted();
+    const JudgedBlock done = Adjusted();
     return TextOf(TableOfPoints(done.adjusted.surveyed, done.adjusted.block, done.adjusted.result));
   };
   for (const std::string& line : said()) EXPECT_EQ(line.find("far off"), std::string::npos);

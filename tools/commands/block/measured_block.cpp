@@ -3,12 +3,10 @@
 #include <fmt/format.h>
 
 #include <ostream>
-#include <set>
 
-#include "block/inputs/approximations.h"
+#include "block/block_by_measurements.h"
 #include "block/inputs/block_camera.h"
 #include "block/stages/exterior_stage.h"
-#include "block/stages/measured_block.h"
 #include "block/verdict/adjustment_summary.h"
 #include "block/verdict/calibrated_camera.h"
 #include "block/verdict/point_table.h"
@@ -23,8 +21,8 @@
 namespace orient {
 namespace {
 
-void WriteResults(const BlockFile& block, const CameraFile& camera,
-                  const block::MeasuredBlock& done, const block::PointTable& points) {
+void WriteResults(const BlockFile& block, const CameraFile& camera, const block::JudgedBlock& done,
+                  const block::PointTable& points) {
   const std::string& out = block.output_directory;
   for (const ExteriorResult& result : done.results) WriteExteriorResult(out, result);
   block::WritePoseTable(out, done.results, block.crs);
@@ -36,7 +34,7 @@ void WriteResults(const BlockFile& block, const CameraFile& camera,
 
 // The camera with curvature and refraction, where they matter, over what the block shows.
 CameraFile OverTheEarth(const BlockFile& block, const CameraFile& camera,
-                        const block::MeasuredBlock& flat) {
+                        const block::JudgedBlock& flat) {
   constexpr double kPixel_mm = 0.01;
   double height_m = 0, ground_m = 0;
   int photos = 0, points = 0;
@@ -57,20 +55,12 @@ CameraFile OverTheEarth(const BlockFile& block, const CameraFile& camera,
   return over;
 }
 
-OrientationTable Approximations(const BlockFile& block, const Measurements& measured) {
-  OrientationTable table = block::ReadApproximations(block.approximations, block.crs);
-  std::set<std::string> photos;
-  for (const ImagePointMeasurement& point : measured.image_points) photos.insert(point.photo);
-  block::RequireOneCamera(table, block.approximations, photos);
-  return table;
-}
-
 // There is no DEM to say where the block lies: its known points and positions do.
 void RefuseFalseScaleOf(const BlockFile& block, const block::MeasuredBlockInputs& inputs) {
   Bounds area = Bounds::OfNothing();
   for (const GroundPoint& point : inputs.measured.points)
     area.Include(point.ground_m.x(), point.ground_m.y());
-  for (const OrientationRow& row : inputs.approximations.rows)
+  for (const OrientationRow& row : inputs.approximations)
     area.Include(row.pose.position_m.x(), row.pose.position_m.y());
   RefuseFalseScale(block.crs, area);
 }
@@ -82,16 +72,20 @@ ExitCode AdjustMeasuredBlock(const BlockFile& block, bool overwrite, std::ostrea
   RefuseToOverwrite({block::PoseTablePath(directory), AdjustmentResultPath(directory)}, overwrite);
   CameraFile camera = ReadCameraFile(block.camera);
   const Measurements measured = ReadMeasurements(block.measurements);
-  block::MeasuredBlockInputs inputs{.camera = camera, .measured = measured};
-  if (!block.approximations.empty()) inputs.approximations = Approximations(block, measured);
+  const block::PosesKnown known = block::ReadPosesKnown(block, measured);
+  block::MeasuredBlockInputs inputs{.camera = camera,
+                                    .measured = measured,
+                                    .approximations = known.approximations,
+                                    .known = known.observed};
   inputs.self_calibration = block.adjustment.self_calibration;
   inputs.pose_covariance = block.adjustment.pose_covariance;
   inputs.target_m = block.target_m;
   RefuseFalseScaleOf(block, inputs);
   MakeOutputDirectory(directory);
-  block::MeasuredBlock done = block::AdjustMeasurements(inputs);
+  block::JudgedBlock done = block::OrientByMeasurements(inputs);
   camera = OverTheEarth(block, camera, done);
-  if (camera.camera.earth_k1 != 0) done = block::AdjustMeasurements(inputs);
+  if (camera.camera.earth_k1 != 0) done = block::OrientByMeasurements(inputs);
+  done.findings.insert(done.findings.end(), known.remarks.begin(), known.remarks.end());
   const block::PointTable points =
       block::TableOfPoints(done.adjusted.surveyed, done.adjusted.block, done.adjusted.result);
   WriteResults(block, camera, done, points);
@@ -100,10 +94,9 @@ ExitCode AdjustMeasuredBlock(const BlockFile& block, bool overwrite, std::ostrea
                      done.adjusted.block.photos.size(), done.adjusted.ties,
                      Fixed(done.adjusted.result.sigma0, 2), done.adjusted.result.redundancy);
   for (const std::string& line : TextOf(points)) out << line << "\n";
-  const Findings remarks = block::RemarksOn(inputs.approximations, block.approximations);
-  done.findings.insert(done.findings.end(), remarks.begin(), remarks.end());
   for (const std::string& message : Sentences(done.findings)) out << "note    " << message << "\n";
-  return AllOriented(done.results) ? ExitCode::kAllDone : ExitCode::kSomeNotOriented;
+  return AllOriented(done.results) && known.not_there.empty() ? ExitCode::kAllDone
+                                                              : ExitCode::kSomeNotOriented;
 }
 
 }  // namespace orient
