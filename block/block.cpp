@@ -2,9 +2,9 @@
 
 #include <fmt/format.h>
 
-#include <algorithm>
 #include <filesystem>
 #include <map>
+#include <set>
 #include <utility>
 
 #include "block/held_to_control.h"
@@ -75,9 +75,11 @@ std::vector<BlockPhotoFile> ReadPhotos(const BlockInputs& inputs, const ResultSt
   return photos;
 }
 
-int CountPosed(const std::vector<BlockPhotoFile>& photos) {
-  return static_cast<int>(std::count_if(photos.begin(), photos.end(),
-                                        [](const BlockPhotoFile& p) { return p.HasPose(); }));
+std::set<std::string> Posed(const std::vector<BlockPhotoFile>& photos) {
+  std::set<std::string> posed;
+  for (const BlockPhotoFile& photo : photos)
+    if (photo.HasPose()) posed.insert(photo.name);
+  return posed;
 }
 
 // Photos without patches of their own hang on their neighbours.
@@ -92,7 +94,7 @@ void OrientByNeighbours(const BlockInputs& inputs, const BlockFolder& folder,
 std::vector<TieRecord> MeasureTies(const BlockInputs& inputs, const BlockFolder& folder,
                                    const GroundSurface& surface, ProgressListener* listener,
                                    OrientedBlock* block) {
-  ProgressTask progress(listener, "tie points", CountPosed(block->photos));
+  ProgressTask progress(listener, "tie points", static_cast<int>(Posed(block->photos).size()));
   const TieStage stage{block->photos,
                        inputs.Camera().camera,
                        surface,
@@ -199,11 +201,12 @@ OrientedBlock Orient(const BlockInputs& inputs, const BlockFolder& folder,
   OrientExteriors(inputs, exterior, listener, &block);
   block.photos = ReadPhotos(inputs, exterior);
   for (Finding& finding : SameImages(block.photos)) block.findings.push_back(std::move(finding));
-  if (inputs.Block().adjustment.ties && block.photos.size() > 1 && CountPosed(block.photos) > 0) {
+  if (inputs.Block().adjustment.ties && block.photos.size() > 1 && !Posed(block.photos).empty()) {
     OrientByNeighbours(inputs, folder, listener, &block);
     const GroundSurface surface = SurfaceUnder(inputs.Block(), block.photos);
     const auto ties = MeasureTies(inputs, folder, surface, listener, &block);
-    if (!ties.empty()) Adjust(inputs, ties, surface, &block);
+    if (!ties.empty() || JoinsPhotos(inputs.Said(), Posed(block.photos)))
+      Adjust(inputs, ties, surface, &block);
   }
   if (!block.adjusted) TakeOwnResults(inputs, &block);
   for (ExteriorResult& result : block.results) ApplyVerdict(inputs.Said(), &result);

@@ -1,6 +1,7 @@
 #include "block/stages/measured_points.h"
 
 #include <Eigen/LU>
+#include <algorithm>
 #include <cmath>
 #include <map>
 
@@ -44,6 +45,14 @@ void Add(BlockPoint point, std::vector<ImageObservation> seen, BlockToAdjust* bl
 void AddMeasuredTies(const Measurements& measured, BlockToAdjust* block) {
   for (auto& [name, seen] : SightingsOf(measured, *block))
     if (seen.size() > 1 && measured.Point(name) == nullptr) Add({}, std::move(seen), block);
+}
+
+bool JoinsPhotos(const Measurements& measured, const std::set<std::string>& photos) {
+  std::map<std::string, std::set<std::string>> seen_by;
+  for (const ImagePointMeasurement& seen : measured.image_points)
+    if (photos.contains(seen.photo)) seen_by[seen.point].insert(seen.photo);
+  return std::any_of(seen_by.begin(), seen_by.end(),
+                     [](const auto& point) { return point.second.size() > 1; });
 }
 
 std::vector<SurveyedPoint> AddSurveyedPoints(const Measurements& measured, BlockToAdjust* block) {

@@ -1,6 +1,7 @@
 // What people and other programs measured, as points and observations of a bundle adjustment.
 #pragma once
 
+#include <set>
 #include <string>
 #include <vector>
 
@@ -17,6 +18,9 @@ struct SurveyedPoint {
 
 // Points without ground coordinates that two of the block's photos or more show: ties.
 void AddMeasuredTies(const Measurements& measured, BlockToAdjust* block);
+
+// Whether two of these photos or more show one point, surveyed or not.
+bool JoinsPhotos(const Measurements& measured, const std::set<std::string>& photos);
 
 // Surveyed points that a photo of the block shows; check points are held out. What was measured in
 // the photo system is carried to the scan by the photo's transform.
