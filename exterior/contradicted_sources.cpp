@@ -9,7 +9,9 @@ namespace orient::exterior {
 namespace {
 
 constexpr int kFewestFound = 12;
-constexpr double kShareOfRival = 0.2;  // of the patches used
+// Of the patches used. In right poses of real and simulated photos up to 7 % lie elsewhere
+// together.
+constexpr double kShareOfRival = 0.2, kShareElsewhere = 0.125, kShareWorthAWord = 0.05;
 
 struct OfSource {
   int used = 0;
@@ -44,7 +46,7 @@ std::ptrdiff_t Around(const std::vector<Eigen::Vector2d>& residuals_px,
 }
 
 // Wrong matches and objects that stand on the ground lie on all sides of the pose.
-PatchesElsewhere FindElsewhere(const std::vector<Eigen::Vector2d>& residuals_px) {
+PatchesElsewhere FindElsewhere(const std::vector<Eigen::Vector2d>& residuals_px, int used) {
   constexpr int kTimesOtherDirections = 3;
   PatchesElsewhere found;
   Eigen::Vector2d densest_px = Eigen::Vector2d::Zero();
@@ -59,7 +61,7 @@ PatchesElsewhere FindElsewhere(const std::vector<Eigen::Vector2d>& residuals_px)
   for (const Eigen::Vector2d& other :
        {across, Eigen::Vector2d(-across), Eigen::Vector2d(-densest_px)})
     if (found.patches <= kTimesOtherDirections * Around(residuals_px, other)) return {};
-  if (found.patches < kFewestFound) return {};
+  if (found.patches < std::max<double>(kFewestFound, kShareWorthAWord * used)) return {};
   found.shift_px = densest_px;
   return found;
 }
@@ -92,7 +94,7 @@ SourceVotes VotesOf(const std::vector<PatchResult>& results) {
     }
     rejected_px.insert(rejected_px.end(), of.rejected_px.begin(), of.rejected_px.end());
   }
-  votes.elsewhere = FindElsewhere(rejected_px);
+  votes.elsewhere = FindElsewhere(rejected_px, votes.used);
   return votes;
 }
 
@@ -105,7 +107,7 @@ bool IsUndecided(const SourceVotes& votes) {
 }
 
 bool IsUndecided(const PatchesElsewhere& elsewhere, int used) {
-  return elsewhere.patches > 0 && elsewhere.patches >= kShareOfRival * used;
+  return elsewhere.patches > 0 && elsewhere.patches >= kShareElsewhere * used;
 }
 
 }  // namespace orient::exterior

@@ -24,9 +24,10 @@ struct PatchesElsewhere {
 
 struct SourceVotes {
   std::vector<ContradictedSource> contradicted;
-  int agreeing_sources = 0;    // of whose patches most are used
-  int used = 0;                // patches, of all sources
-  PatchesElsewhere elsewhere;  // twelve or more, far more than lie as far off in other directions
+  int agreeing_sources = 0;  // of whose patches most are used
+  int used = 0;              // patches, of all sources
+  // Twelve or more, a twentieth of those used, far more than lie as far off in other directions.
+  PatchesElsewhere elsewhere;
 };
 
 // Of a photo's patches with their residuals. A source has a say with twelve patches that were
@@ -38,7 +39,7 @@ SourceVotes VotesOf(const std::vector<PatchResult>& results);
 // it, with a fifth of the patches it rests on, at least.
 bool IsUndecided(const SourceVotes& votes);
 
-// The same of patches that agree elsewhere, whatever their sources.
+// The same of patches that agree elsewhere, whatever their sources: an eighth of those used.
 bool IsUndecided(const PatchesElsewhere& elsewhere, int used);
 
 }  // namespace orient::exterior
