@@ -59,8 +59,9 @@ TABLE = {
     "tools/cluster": (CORE + ["tools/report"], {"nlohmann-json"}),
     "tools/commands": (CORE + INTERIOR + EXTERIOR + BLOCK + ["ortho"]
                        + ["patchdb/store", "patchdb/harvest", "patchdb/maintenance"]
-                       + ["tools/simulate", "tools/report", "tools/report/gis", "tools/convert",
-                          "tools/review", "tools/console", "tools/cluster"],
+                       + ["tools/simulate", "tools/report", "tools/report/figures",
+                          "tools/report/gis", "tools/convert", "tools/review", "tools/console",
+                          "tools/cluster"],
                        {"Eigen", "GDAL", "CLI11", "nlohmann-json"}),
 }
 TABLE["ortho"] = (CORE[:-1], {"Eigen", "GDAL", "OpenCV"})

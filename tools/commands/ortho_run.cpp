@@ -7,6 +7,7 @@
 #include <optional>
 #include <ostream>
 
+#include "block/inputs/approximations.h"
 #include "block/plan.h"
 #include "core/base/atomic_write.h"
 #include "core/base/csv_cell.h"
@@ -21,6 +22,7 @@
 #include "tools/commands/command.h"
 #include "tools/commands/progress.h"
 #include "tools/commands/shared_options.h"
+#include "tools/report/figures/ortho_figures.h"
 
 namespace orient {
 namespace {
@@ -55,7 +57,10 @@ class OrthoRun {
         all = false;
       }
     }
-    if (options_.mosaic && !parts.empty()) MakeMosaic(found, parts, out);
+    if (options_.mosaic && !parts.empty())
+      MakeMosaic(found, parts, out);
+    else
+      TellOldMosaic(out);
     return all;
   }
 
@@ -114,7 +119,7 @@ class OrthoRun {
         options_.border_mm.value_or(film ? kFilmBorder * camera.frame_mm.minCoeff() : 0),
         options_.jobs,
         Metadata()};
-    options.metadata["ORIENT_MADE_FROM"] =
+    options.metadata[kMadeFrom] =
         fmt::format("{}, pixel {:.9g} m, border {:.9g} mm, heights {:.9g} m", found.made_from[i],
                     gsd_m, options.border_mm, options_.dem_sigma_m);
     return options;
@@ -136,8 +141,10 @@ class OrthoRun {
       ShownProgress progress;
       const ortho::OrthoShares shares =
           ortho::MakeOrthophoto(photo, options, plan, path, &progress);
+      any_made_ = true;
       hidden = fmt::format("{:.2f} % hidden", 100 * shares.hidden);
     }
+    sources_[photo.name] = options.metadata.at(kMadeFrom);
     seam_photos_.push_back({photo.name, nadir, plan.outline_m});
     if (plan.accuracy) accuracies_.push_back(*plan.accuracy);
     out << fmt::format("{}: {} x {} px of {:g} m, {}", path, plan.grid.width, plan.grid.height,
@@ -152,7 +159,6 @@ class OrthoRun {
   bool IsCurrent(const std::string& path, const ortho::OrthoOptions& options) const {
     if (!options_.resume || !fs::exists(path)) return false;
     try {
-      constexpr const char* kMadeFrom = "ORIENT_MADE_FROM";
       const BandRaster made = BandRaster::Open(path);
       if (made.Metadata(kMadeFrom) != options.metadata.at(kMadeFrom) || !made.IsWhole())
         return false;
@@ -234,6 +240,7 @@ class OrthoRun {
     std::string names;
     for (const ortho::MosaicPart& part : parts) names += (names.empty() ? "" : ", ") + part.name;
     metadata["ORIENT_PHOTOS"] = names;
+    metadata[kMadeFrom] = TextOfSources(sources_);
     metadata["ORIENT_DEM"] = fs::path(options_.source.dem).filename().string();
     if (accuracies_.size() < parts.size()) return metadata;
     std::vector<double> medians;
@@ -280,10 +287,31 @@ class OrthoRun {
                        grid.gsd_m, parts.size());
   }
 
+  // A mosaic of an earlier run that does not show what is in the folder now.
+  void TellOldMosaic(std::ostream& out) const {
+    const std::string path = PathOf("mosaic.tif");
+    if (!fs::exists(path)) return;
+    const OrthoFolder folder = ReadOrthophotosIn(options_.out);
+    if (!folder.mosaic) return;  // damaged
+    const MosaicChanges& changes = folder.mosaic->changes;
+    std::string what;
+    if (!changes.others.empty())
+      what = "was made from other orthophotos of " + block::Listed(changes.others);
+    if (!changes.lacking.empty())
+      what += (what.empty() ? "was made without the orthophotos of "
+                            : ", and was made without those of ") +
+              block::Listed(changes.lacking);
+    if (!folder.mosaic->says_sources && any_made_)
+      what = "was there before these orthophotos, and does not say what it was made from";
+    if (!what.empty()) out << "note      " << path << " " << what << "; --mosaic makes it anew\n";
+  }
+
   const OrthoRunOptions& options_;
   std::vector<ortho::SeamPhoto> seam_photos_;
   std::optional<ortho::Seamlines> seamlines_;  // the given ones, later those drawn
   std::vector<GroundAccuracy> accuracies_;     // of photos whose poses have a covariance
+  MosaicSources sources_;
+  bool any_made_ = false;  // an orthophoto: not all were kept
 };
 
 }  // namespace

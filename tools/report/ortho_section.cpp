@@ -64,6 +64,17 @@ Markup Link(const std::string& file, const char* what) {
   return Fill("ortho.html#link", {{"href", PercentEncodedPath(file)}, {"what", what}});
 }
 
+Markup Changes(const MosaicChanges& changes) {
+  Markup told;
+  if (const auto& others = changes.others; !others.empty())
+    told += Fill("ortho.html#mosaic_of_others",
+                 {{"count", others.size()}, {"photos", block::Listed(others)}});
+  if (const auto& lacking = changes.lacking; !lacking.empty())
+    told += Fill("ortho.html#mosaic_lacks",
+                 {{"count", lacking.size()}, {"photos", block::Listed(lacking)}});
+  return told;
+}
+
 Markup Mosaic(const OrthoFolder& ortho, const PictureHtml& figure) {
   if (!ortho.mosaic) return {};
   const MosaicFigures& mosaic = *ortho.mosaic;
@@ -73,6 +84,7 @@ Markup Mosaic(const OrthoFolder& ortho, const PictureHtml& figure) {
                                     {"width", mosaic.width},
                                     {"height", mosaic.height},
                                     {"ce90", Text(mosaic.ce90)},
+                                    {"changes", Changes(mosaic.changes)},
                                     {"links", links}});
 }
 

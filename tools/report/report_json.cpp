@@ -115,7 +115,9 @@ Json OrthoJson(const std::optional<OrthoFolder>& ortho) {
     mosaic = {{"file", ortho->mosaic->file},
               {"width", ortho->mosaic->width},
               {"height", ortho->mosaic->height},
-              {"ce90_m", Ce90(ortho->mosaic->ce90)}};
+              {"ce90_m", Ce90(ortho->mosaic->ce90)},
+              {"of_other_orthophotos", ortho->mosaic->changes.others},
+              {"lacks", ortho->mosaic->changes.lacking}};
   const auto file = [](const std::string& name) {
     return name.empty() ? Json(nullptr) : Json(name);
   };

@@ -150,6 +150,44 @@ TEST_F(OrientOrtho, ARunOnAPartOfThePhotosMakesTheOthersNoneOfTheNewPoses) {
   EXPECT_EQ(other_poses(), std::vector<std::string>{"a b 'east'"});
 }
 
+TEST_F(OrientOrtho, AMosaicOfOtherOrthophotosIsNamedByTheRunAndByTheReport) {
+  const auto changes = [&] { return ReadBlockRecord(folder_.Path()).ortho->mosaic->changes; };
+  Run({"--mosaic", "--gsd-m", "10"});
+  EXPECT_FALSE(changes().Any());
+  EXPECT_EQ(Run({"--gsd-m", "10", "--resume"}).out.find("note"), std::string::npos);
+  ExteriorResult moved = ReadExteriorResult(ExteriorResultPath(folder_.Path(), "west"));
+  moved.pose->position_m.x() += 5;
+  WriteExteriorResult(folder_.Path(), moved);
+  const ProgramRun run = Run({"--gsd-m", "10", "--resume"});
+  EXPECT_NE(run.out.find("mosaic.tif was made from other orthophotos of west; --mosaic makes it"),
+            std::string::npos)
+      << run.out;
+  EXPECT_EQ(changes().others, std::vector<std::string>{"west"});
+  EXPECT_NE(Run({"--gsd-m", "10", "--resume"}).out.find("other orthophotos of west"),
+            std::string::npos)
+      << "nor is it made anew where all orthophotos are kept";
+  const ProgramRun more = Run({"--gsd-m", "10", "--resume", "--weak"});
+  EXPECT_NE(more.out.find("of west, and was made without those of shaky;"), std::string::npos)
+      << more.out;
+  EXPECT_EQ(changes().lacking, std::vector<std::string>{"shaky"});
+  const ProgramRun anew = Run({"--gsd-m", "10", "--resume", "--weak", "--mosaic"});
+  EXPECT_EQ(anew.out.find("other orthophotos"), std::string::npos) << anew.out;
+  EXPECT_FALSE(changes().Any());
+}
+
+TEST_F(OrientOrtho, AMosaicThatDoesNotSayWhatItWasMadeFromIsNamedWhereOrthophotosAreMade) {
+  Run({"--mosaic", "--gsd-m", "10"});
+  {
+    const CPLErrorHandlerPusher quiet(CPLQuietErrorHandler);  // of what it costs a COG
+    const GDALDatasetUniquePtr mosaic(
+        GDALDataset::Open(Path("ortho/mosaic.tif").c_str(), GDAL_OF_RASTER | GDAL_OF_UPDATE));
+    mosaic->SetMetadataItem("ORIENT_MADE_FROM", nullptr);
+  }
+  EXPECT_EQ(Run({"--gsd-m", "10", "--resume"}).out.find("mosaic.tif"), std::string::npos);
+  EXPECT_NE(Run({"--gsd-m", "10", "--overwrite"}).out.find("does not say what it was made from"),
+            std::string::npos);
+}
+
 TEST_F(OrientOrtho, WeakPhotosAreTakenWhenAsked) {
   EXPECT_EQ(Run({"--weak", "--gsd-m", "10"}).exit_code, 0);
   EXPECT_TRUE(Exists("ortho/shaky.ortho.tif"));

@@ -89,6 +89,26 @@ TEST_F(OrthoSection, SaysWhatTheOrthophotosSayOfThemselves) {
   EXPECT_TRUE(ortho["tones"].is_null());
 }
 
+TEST_F(OrthoSection, AMosaicOfOtherOrthophotosIsNotShownAsCurrent) {
+  WriteOrthophotos();
+  EXPECT_FALSE(Contains(Html(), "The mosaic was made")) << "nothing is said of what does not tell";
+  WriteMap(folder_ / "ortho/4711 a.ortho.tif", GDT_Byte, {{"ORIENT_MADE_FROM", "now"}});
+  const auto write = [&](const std::string& made_from) {
+    WriteMap(folder_ / "ortho/mosaic.tif", GDT_Byte, {{"ORIENT_MADE_FROM", made_from}});
+  };
+  write("now: 4711 a\nany: 4712");
+  EXPECT_FALSE(Contains(Html(), "The mosaic was made"));
+  write("before: 4711 a");
+  const std::string html = Html();
+  EXPECT_EQ(Malformed(html), "");
+  EXPECT_TRUE(Contains(html, "The mosaic was made from other orthophotos"));
+  EXPECT_TRUE(Contains(html, "of 4711 a (1 in all)"));
+  EXPECT_TRUE(Contains(html, "The mosaic was made without the orthophotos of 4712"));
+  const auto mosaic = ReportJsonOf(folder_.Path())["orthophotos"]["mosaic"];
+  EXPECT_EQ(mosaic["of_other_orthophotos"], nlohmann::json({"4711 a"}));
+  EXPECT_EQ(mosaic["lacks"], nlohmann::json({"4712"}));
+}
+
 TEST_F(OrthoSection, DamagedOrthophotoIsNamedAndTheOthersAreShown) {
   WriteOrthophotos();
   WriteFileAtomically(folder_ / "ortho/4713.ortho.tif", "no picture");

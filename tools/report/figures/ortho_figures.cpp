@@ -89,15 +89,21 @@ class Reader {
     if (!raster) return;
     result_.photos.push_back({name.substr(0, name.size() - kOrtho.size()), file, raster->Width(),
                               raster->Height(), NumberOf(*raster, "ORIENT_GSD_M"),
-                              AccuracyIn(*raster), raster->Metadata("ORIENT_DEM"),
-                              PoseIn(*raster)});
+                              AccuracyIn(*raster), raster->Metadata("ORIENT_DEM"), PoseIn(*raster),
+                              raster->Metadata(kMadeFrom)});
   }
 
   void AddMosaic() {
     const std::string file = Existing("mosaic.tif");
     if (file.empty()) return;
-    if (const auto raster = Open(file))
-      result_.mosaic = MosaicFigures{file, raster->Width(), raster->Height(), AccuracyIn(*raster)};
+    const auto raster = Open(file);
+    if (!raster) return;
+    MosaicSources now;
+    for (const OrthoFigures& photo : result_.photos) now[photo.photo] = photo.made_from;
+    const MosaicSources then = SourcesOf(raster->Metadata(kMadeFrom));
+    result_.mosaic =
+        MosaicFigures{file,          raster->Width(),     raster->Height(), AccuracyIn(*raster),
+                      !then.empty(), ChangesOf(then, now)};
   }
 
   fs::path block_, folder_;
@@ -105,6 +111,8 @@ class Reader {
 };
 
 }  // namespace
+
+OrthoFolder ReadOrthophotosIn(const std::string& folder) { return Reader(folder, "").Read(); }
 
 std::optional<OrthoFolder> ReadOrthoFolder(const std::string& directory) {
   for (const char* folder : {"ortho", ""}) {

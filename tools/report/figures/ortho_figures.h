@@ -8,6 +8,7 @@
 
 #include "core/geometry/pose.h"
 #include "core/terrain/ground_accuracy.h"
+#include "tools/report/figures/mosaic_sources.h"
 
 namespace orient {
 
@@ -18,12 +19,15 @@ struct OrthoFigures {
   std::optional<GroundAccuracy> ce90 = {};  // empty where the pose has no covariance
   std::string dem = {};                     // file name
   std::optional<Pose> pose = {};            // that it was made with; older ones do not say
+  std::string made_from = {};               // kMadeFrom
 };
 
 struct MosaicFigures {
   std::string file;
   int width = 0, height = 0;                // px
   std::optional<GroundAccuracy> ce90 = {};  // of its photos: median, and the worst place of all
+  bool says_sources = false;                // older ones do not say what they were made from
+  MosaicChanges changes = {};               // of the orthophotos since
 };
 
 struct OrthoFolder {
@@ -41,6 +45,9 @@ struct OrthoFolder {
 // directory itself. Empty where neither holds an orthophoto or a mosaic. What cannot be read is
 // named and left out.
 std::optional<OrthoFolder> ReadOrthoFolder(const std::string& directory);
+
+// Of this folder itself.
+OrthoFolder ReadOrthophotosIn(const std::string& folder);
 
 // Median of the photos' medians, and the worst place of all; empty where no photo has a CE90.
 std::optional<GroundAccuracy> AccuracyOfAll(const std::vector<OrthoFigures>& photos);
