@@ -139,6 +139,7 @@ OrthoPlan PlanOrthophoto(const OrientedPhoto& photo, const OrthoOptions& options
                     "larger pixel size",
                     photo.scan, pixels, options.gsd_m));
   OrthoPlan plan{MapGrid::Around(*bounds, options.gsd_m), {}, {}};
+  plan.with_heights = ShareWithHeights(surface, shown.camera, shown.pose);
   if (photo.covariance)
     plan.accuracy = AccuracyOf(shown, *photo.covariance, surface, options.height_sigma_m);
   for (const Eigen::Vector3d& point : Footprint(shown, surface))
@@ -165,6 +166,7 @@ OrthoShares MakeOrthophoto(const OrientedPhoto& photo, const OrthoOptions& optio
                     "nothing of {}",
                     photo.scan, options.gsd_m, options.border_mm, photo.name, options.dem));
   auto metadata = MetadataOf(photo, options, plan.accuracy);
+  metadata[kWithHeights] = fmt::format("{:.4g}", plan.with_heights);
   metadata[kHasHidden] = count.hidden > 0 ? "yes" : "no";
   // The picture comes last: a run that is continued takes it for the sign that all is there.
   hidden.Finish(metadata, options.threads);

@@ -43,6 +43,7 @@ struct OrthoPlan {
   MapGrid grid;
   std::vector<Eigen::Vector2d> outline_m;  // of what the photo shows, closed
   std::optional<GroundAccuracy> accuracy;
+  double with_heights = 1;  // share of the frame under which the DEM has some
 };
 
 // Throws InputError: no ground that the photo shows, far too many pixels.
@@ -61,6 +62,9 @@ struct OrthoShares {
 OrthoShares MakeOrthophoto(const OrientedPhoto& photo, const OrthoOptions& options,
                            const OrthoPlan& plan, const std::string& path,
                            ProgressListener* listener);
+
+// Metadata of an orthophoto: OrthoPlan::with_heights.
+inline constexpr const char* kWithHeights = "ORIENT_FRAME_WITH_HEIGHTS";
 
 // Metadata of an orthophoto: whether there is a HiddenPath, "yes" or "no".
 inline constexpr const char* kHasHidden = "ORIENT_HAS_HIDDEN";

@@ -64,6 +64,20 @@ std::vector<double> HeightsInFrame(const GroundSurface& surface, const Camera& c
   return heights;
 }
 
+double ShareWithHeights(const GroundSurface& surface, const Camera& camera, const Pose& pose) {
+  constexpr int kPlaces = 40;
+  int asked = 0, met = 0;
+  for (int i = 0; i < kPlaces * kPlaces; ++i) {
+    const Eigen::Vector2d unit((i % kPlaces + 0.5) / kPlaces - 0.5,
+                               (i / kPlaces + 0.5) / kPlaces - 0.5);
+    const auto ray = GroundRayFromPhoto(camera, pose, InFrame(camera, unit));
+    if (!ray || ray->direction.z() > kHorizon) continue;
+    ++asked;
+    met += surface.Intersect(*ray) ? 1 : 0;
+  }
+  return asked == 0 ? 1 : static_cast<double>(met) / asked;
+}
+
 double GroundHeightUnder(const GroundSurface& surface, const Camera& camera, const Pose& pose) {
   if (const auto axis = GroundRayFromPhoto(camera, pose, camera.principal_point_mm))
     if (const auto ground = surface.Intersect(*axis)) return ground->z();

@@ -14,6 +14,10 @@ namespace orient {
 std::vector<double> HeightsInFrame(const GroundSurface& surface, const Camera& camera,
                                    const Pose& pose);
 
+// Share of the frame, by 40 by 40 places all over it, whose rays meet the surface; of those at the
+// horizon or above nothing is asked. The rest looks where the surface ends or has holes.
+double ShareWithHeights(const GroundSurface& surface, const Camera& camera, const Pose& pose);
+
 // Height of the ground where the photo's axis meets it, else below the photo, else the median of
 // the frame's heights; the surface's mean only where the frame has none. Metres.
 double GroundHeightUnder(const GroundSurface& surface, const Camera& camera, const Pose& pose);

@@ -99,6 +99,7 @@ TEST_F(OrthophotoOfHills, IsACloudOptimizedGeoTiffWithItsAccuracy) {
   const BandRaster bands = BandRaster::Open(path_);
   EXPECT_EQ(bands.Metadata("ORIENT_PHOTO"), "hills");
   EXPECT_EQ(bands.Metadata("ORIENT_MADE_FROM"), "x");
+  EXPECT_EQ(bands.Metadata(kWithHeights), "1");
   EXPECT_NEAR(std::stod(bands.Metadata("ORIENT_CE90_MEDIAN_M")), plan_.accuracy->median_m, 1e-3);
   EXPECT_NE(ReadFile(path_).substr(0, 400).find("LAYOUT=IFDS_BEFORE_DATA"), std::string::npos);
 }

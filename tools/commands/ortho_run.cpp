@@ -6,6 +6,7 @@
 #include <filesystem>
 #include <optional>
 #include <ostream>
+#include <utility>
 
 #include "block/inputs/approximations.h"
 #include "block/plan.h"
@@ -57,6 +58,7 @@ class OrthoRun {
         all = false;
       }
     }
+    TellDemsEnd(out);
     if (options_.mosaic && !parts.empty())
       MakeMosaic(found, parts, out);
     else
@@ -147,6 +149,7 @@ class OrthoRun {
     sources_[photo.name] = options.metadata.at(kMadeFrom);
     seam_photos_.push_back({photo.name, nadir, plan.outline_m});
     if (plan.accuracy) accuracies_.push_back(*plan.accuracy);
+    if (plan.with_heights < kWholeFrame) cut_off_.emplace_back(plan.with_heights, photo.name);
     out << fmt::format("{}: {} x {} px of {:g} m, {}", path, plan.grid.width, plan.grid.height,
                        gsd_m, hidden);
     if (plan.accuracy)
@@ -287,6 +290,21 @@ class OrthoRun {
                        grid.gsd_m, parts.size());
   }
 
+  // Orthophotos that end with the DEM, those first that show least.
+  void TellDemsEnd(std::ostream& out) const {
+    auto cut_off = cut_off_;
+    std::sort(cut_off.begin(), cut_off.end());
+    std::vector<std::string> shares;
+    for (const auto& [share, photo] : cut_off)
+      shares.push_back(fmt::format("{} ({:.0f} %)", photo, 100 * share));
+    if (!shares.empty())
+      out << fmt::format(
+          "note      {} ends or has no heights under part of the frame of {} photo{}, whose "
+          "orthophoto{} only the rest: {}\n",
+          options_.source.dem, shares.size(), shares.size() == 1 ? "" : "s",
+          shares.size() == 1 ? " shows" : "s show", block::Listed(shares));
+  }
+
   // A mosaic of an earlier run that does not show what is in the folder now.
   void TellOldMosaic(std::ostream& out) const {
     const std::string path = PathOf("mosaic.tif");
@@ -308,8 +326,9 @@ class OrthoRun {
 
   const OrthoRunOptions& options_;
   std::vector<ortho::SeamPhoto> seam_photos_;
-  std::optional<ortho::Seamlines> seamlines_;  // the given ones, later those drawn
-  std::vector<GroundAccuracy> accuracies_;     // of photos whose poses have a covariance
+  std::optional<ortho::Seamlines> seamlines_;            // the given ones, later those drawn
+  std::vector<GroundAccuracy> accuracies_;               // of photos whose poses have a covariance
+  std::vector<std::pair<double, std::string>> cut_off_;  // share of the frame with heights; photo
   MosaicSources sources_;
   bool any_made_ = false;  // an orthophoto: not all were kept
 };

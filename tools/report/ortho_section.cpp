@@ -101,6 +101,16 @@ Markup Quicklook(const BlockRecord& block, const PictureHtml& figure) {
   return pictures;
 }
 
+// Those that end with the DEM.
+Markup CutOff(const OrthoFolder& ortho) {
+  std::vector<std::string> photos;
+  for (const OrthoFigures& photo : ortho.photos)
+    if (photo.with_heights && *photo.with_heights < kWholeFrame)
+      photos.push_back(fmt::format("{} ({:.0f} %)", photo.photo, 100 * *photo.with_heights));
+  if (photos.empty()) return {};
+  return Fill("ortho.html#cut_off", {{"count", photos.size()}, {"photos", block::Listed(photos)}});
+}
+
 }  // namespace
 
 Markup OrthophotoSection(const BlockRecord& block, const PictureHtml& figure) {
@@ -113,6 +123,7 @@ Markup OrthophotoSection(const BlockRecord& block, const PictureHtml& figure) {
     if (const auto& without = block.ortho->without_pose; !without.empty())
       contents += Fill("ortho.html#without_pose",
                        {{"count", without.size()}, {"photos", block::Listed(without)}});
+    contents += CutOff(*block.ortho);
     for (const std::string& problem : block.ortho->unreadable)
       contents += Fill("ortho.html#unreadable", {{"problem", problem}});
     contents += Mosaic(*block.ortho, figure);

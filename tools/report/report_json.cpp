@@ -110,7 +110,8 @@ Json OrthoJson(const std::optional<OrthoFolder>& ortho) {
                       {"gsd_m", Or(photo.gsd_m)},
                       {"width", photo.width},
                       {"height", photo.height},
-                      {"ce90_m", Ce90(photo.ce90)}});
+                      {"ce90_m", Ce90(photo.ce90)},
+                      {"frame_with_heights", Or(photo.with_heights)}});
   if (ortho->mosaic)
     mosaic = {{"file", ortho->mosaic->file},
               {"width", ortho->mosaic->width},

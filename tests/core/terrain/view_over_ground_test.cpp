@@ -35,6 +35,21 @@ TEST(ViewOverGround, OverAHoleTheHeightIsThatOfTheFrameAround) {
   EXPECT_NEAR(GroundHeightUnder(surface, camera, low), surface.MeanHeight(), 1);
 }
 
+TEST(ViewOverGround, ShareWithHeightsIsThatOfTheFrameAndNotOfTheGround) {
+  const GroundSurface surface =
+      GroundSurface::FromGrid(Eigen::MatrixXf::Constant(51, 101, 100), -50, 5050, 100);
+  Camera camera;
+  camera.principal_distance_mm = 153;
+  camera.frame_mm = {230, 230};
+  const Pose inside{{5000, 2500, 1630}, {0, 0, 0}}, at_its_end{{0, 2500, 1630}, {0, 0, 0}};
+  EXPECT_EQ(ShareWithHeights(surface, camera, inside), 1);
+  EXPECT_NEAR(ShareWithHeights(surface, camera, at_its_end), 0.5, 0.02);
+  EXPECT_EQ(ShareWithHeights(surface, camera, {{-9000, 2500, 1630}, {0, 0, 0}}), 0);
+  const Pose to_the_horizon{{5000, 2500, 200}, {1.57, 0, 0}};
+  EXPECT_GT(ShareWithHeights(surface, camera, to_the_horizon), 0.5)
+      << "nothing is asked of the sky";
+}
+
 TEST(ViewOverGround, AnotherCameraShowsTheSameFromAnotherPlace) {
   PhotoView view;
   view.camera.principal_distance_mm = 153;

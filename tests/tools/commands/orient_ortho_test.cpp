@@ -188,6 +188,29 @@ TEST_F(OrientOrtho, AMosaicThatDoesNotSayWhatItWasMadeFromIsNamedWhereOrthophoto
             std::string::npos);
 }
 
+TEST_F(OrientOrtho, APhotoOverTheEndOfTheDemIsNamedWithWhatItsOrthophotoShows) {
+  EXPECT_EQ(Run({"--gsd-m", "10"}).out.find("ends or has no heights"), std::string::npos);
+  constexpr int kColumns = 120, kRows = 300;  // as far as x = 4700, below the western photo
+  std::vector<float> heights;
+  for (int i = 0; i < kColumns * kRows; ++i)
+    heights.push_back(static_cast<float>(
+        ortho::Hills().HeightAt(3505 + 10 * (i % kColumns), 4495 - 10 * (i / kColumns)).value()));
+  simulation::WriteFloatTiff(Path("half.tif"), kColumns, kRows, heights, {3500, 4500, 10, crs_});
+  WriteReport(folder_.Path());
+  const ProgramRun run = RunOrient({"ortho", folder_.Path(), Path("scans/west.tif"), "--dem",
+                                    Path("half.tif"), "--gsd-m", "10", "--overwrite"});
+  const std::size_t at = run.out.find("half.tif ends or has no heights under part of the frame");
+  ASSERT_NE(at, std::string::npos) << run.out << run.err;
+  EXPECT_NE(run.out.find("of 1 photo, whose orthophoto shows only the rest: west (", at),
+            std::string::npos)
+      << run.out;
+  const double share = std::stod(
+      BandRaster::Open(Path("ortho/west.ortho.tif")).Metadata("ORIENT_FRAME_WITH_HEIGHTS"));
+  EXPECT_NEAR(share, 0.5, 0.05);
+  EXPECT_NE(ReadFile(Path("report.html")).find("orthophotos end, too: those of west ("),
+            std::string::npos);
+}
+
 TEST_F(OrientOrtho, WeakPhotosAreTakenWhenAsked) {
   EXPECT_EQ(Run({"--weak", "--gsd-m", "10"}).exit_code, 0);
   EXPECT_TRUE(Exists("ortho/shaky.ortho.tif"));

@@ -90,7 +90,8 @@ class Reader {
     result_.photos.push_back({name.substr(0, name.size() - kOrtho.size()), file, raster->Width(),
                               raster->Height(), NumberOf(*raster, "ORIENT_GSD_M"),
                               AccuracyIn(*raster), raster->Metadata("ORIENT_DEM"), PoseIn(*raster),
-                              raster->Metadata(kMadeFrom)});
+                              raster->Metadata(kMadeFrom),
+                              NumberOf(*raster, "ORIENT_FRAME_WITH_HEIGHTS")});
   }
 
   void AddMosaic() {

@@ -12,6 +12,9 @@
 
 namespace orient {
 
+// Share of a frame with heights from which on it counts as whole.
+inline constexpr double kWholeFrame = 0.99;
+
 struct OrthoFigures {
   std::string photo, file;    // `file` relative to the block's folder, "ortho/4711.ortho.tif"
   int width = 0, height = 0;  // px
@@ -20,6 +23,7 @@ struct OrthoFigures {
   std::string dem = {};                     // file name
   std::optional<Pose> pose = {};            // that it was made with; older ones do not say
   std::string made_from = {};               // kMadeFrom
+  std::optional<double> with_heights = {};  // share of the frame under which the DEM has some
 };
 
 struct MosaicFigures {
