@@ -40,6 +40,22 @@ HeightGrid HeightsUnder(const PatchMaker& maker, const Patch& patch, double side
                     (0.5 * side_px + kHeightMarginPx) * patch.gsd_m, patch.gsd_m);
 }
 
+// Whether the ground whose heights the patch has lies partly beside the image: a surface may end
+// where its source does.
+bool ReachesBeyondImage(const PatchMaker& maker, const Patch& patch) {
+  const double half_m = 0.5 * (patch.heights.size - 1) * patch.heights.step_m;
+  const Raster& raster = maker.raster;
+  for (const double east : {-half_m, half_m})
+    for (const double north : {-half_m, half_m}) {
+      const auto pixel =
+          maker.source.PixelFromGround(patch.ground_m + Eigen::Vector3d(east, north, 0));
+      if (!pixel || !(pixel->minCoeff() >= 0 && pixel->x() <= raster.Width() &&
+                      pixel->y() <= raster.Height()))
+        return true;
+    }
+  return false;
+}
+
 Outcome AddGround(const PatchMaker& maker, const InterestCandidate& candidate, Patch& patch) {
   patch.ground_m = candidate.ground_m;
   const auto gsd = GsdAt(maker.source, candidate.ground_m);
@@ -47,7 +63,8 @@ Outcome AddGround(const PatchMaker& maker, const InterestCandidate& candidate, P
   patch.gsd_m = *gsd;
   patch.heights = HeightsUnder(maker, patch, maker.options.chip_px);
   const double spread = HeightSpread(patch.heights);
-  if (std::isnan(spread)) return Refusal::kNoHeight;
+  if (std::isnan(spread))
+    return ReachesBeyondImage(maker, patch) ? Refusal::kNoImage : Refusal::kNoHeight;
   patch.relief_px = spread / *gsd;
   if (*patch.relief_px > kMaxRelief_px) return Refusal::kRelief;
   return std::nullopt;

@@ -210,6 +210,17 @@ TEST_F(HarvestTest, NoPatchReachesIntoNodata) {
     EXPECT_GT(patch.ground_m.x() - 0.5 * patch.chip.width * patch.gsd_m, border);
 }
 
+// The surface is read as far as the orthophoto reaches, and chips at its border need more of it.
+TEST_F(HarvestTest, AChipAtTheImagesBorderIsNotRefusedForHeights) {
+  const GroundSurface cut = GroundSurface::FromGrid(Eigen::MatrixXf::Constant(65, 65, 300),
+                                                    NorthUp().t.x() - 10, NorthUp().t.y() + 10, 10);
+  HarvestOptions options;
+  options.chip_px = 201;
+  const HarvestResult harvest = HarvestOrtho(Ortho(NorthUp()), Utm(), cut, options);
+  EXPECT_EQ(harvest.Refused(Refusal::kNoHeight), 0);
+  EXPECT_GT(harvest.Refused(Refusal::kNoImage), 50);
+}
+
 TEST_F(HarvestTest, TilesChangeNothing) {
   const Raster ortho = Ortho(NorthUp());
   HarvestOptions small = OrthoHarvestOptions();
