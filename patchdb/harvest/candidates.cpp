@@ -4,6 +4,7 @@
 
 #include "core/base/side_by_side.h"
 #include "core/matching/interest_points.h"
+#include "patchdb/harvest/undeclared_void.h"
 
 namespace orient::patchdb {
 namespace {
@@ -30,13 +31,23 @@ void Insert(const InterestCandidate& candidate, const CandidateSearch& search,
   ++grid.count;
 }
 
+// An undeclared void as if it were declared, so that its border has no points: they would be the
+// strongest of their cells, and give no patch.
+void DeclareVoids(int bits, Image* grey) {
+  if (!(ShareNearEnds(*grey, bits) > 0)) return;
+  const std::vector<std::uint8_t> voids = UndeclaredVoids(*grey, bits);
+  for (std::size_t i = 0; i < voids.size(); ++i)
+    if (voids[i] != 0) grey->values[i] = kNoData;
+}
+
 // `core` is the tile without its border: neighbours must not find one point twice.
 std::vector<InterestCandidate> SearchTile(const Raster& raster, const SourceView& source,
                                           const PixelWindow& core, const CandidateSearch& search) {
   const int overlap = kOverlap * search.reduction;
-  const ImageWindow tile = raster.ReadGrey(
+  ImageWindow tile = raster.ReadGrey(
       {core.col - overlap, core.row - overlap, core.width + 2 * overlap, core.height + 2 * overlap},
       search.reduction);
+  DeclareVoids(raster.BitsPerSample(), &tile.image);
   std::vector<InterestCandidate> found;
   for (const InterestPoint& point : FindInterestPoints(tile.image, PointOptions())) {
     const Eigen::Vector2d pixel = tile.RasterFromImage(point.pixel);

@@ -7,6 +7,7 @@
 #include "patchdb/harvest/patch_quality.h"
 #include "patchdb/harvest/place.h"
 #include "patchdb/harvest/rectify.h"
+#include "patchdb/harvest/undeclared_void.h"
 
 namespace orient::patchdb {
 namespace {
@@ -20,6 +21,7 @@ const double kMaxSightingTest = ChiSquareLimit(2, 1.00778542904851e-3);
 constexpr int kDistinctnessTemplate = 31;               // px per side
 constexpr int kDistinctnessSearch = 24;                 // px in every direction
 constexpr double kHeightMarginPx = 2;                   // heights reach that far beyond the chip
+constexpr double kMaxVoid = 0.003;                      // of the chip, where no nodata is declared
 constexpr double kMinSearchPx = 20, kMaxSearchPx = 24;  // a roof must be found where it is
 constexpr double kSearchSigmas = 3.5;
 constexpr double kSearchMarginPx = 2;
@@ -79,6 +81,10 @@ Outcome AddChip(const PatchMaker& maker, const InterestCandidate& candidate, Pat
                           patch.gsd_m);
   if (!chip || std::any_of(chip->values.begin(), chip->values.end(),
                            [](float value) { return std::isnan(value); }))
+    return Refusal::kNoImage;
+  if (ShareNearEnds(*chip, maker.raster.BitsPerSample()) > kMaxVoid &&
+      VoidShare(maker.raster, *view, patch.heights, patch.ground_m, maker.options.chip_px,
+                patch.gsd_m) > kMaxVoid)
     return Refusal::kNoImage;
   patch.chip = std::move(*chip);
   return std::nullopt;

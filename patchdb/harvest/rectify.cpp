@@ -1,6 +1,7 @@
 #include "patchdb/harvest/rectify.h"
 
 #include "core/raster/resample.h"
+#include "patchdb/harvest/undeclared_void.h"
 
 namespace orient::patchdb {
 namespace {
@@ -154,6 +155,30 @@ std::optional<Image> RectifyChip(const Raster& raster, const SourceView& source,
   const auto area = AreaOf(raster, source, heights, ground_m, chip_px, gsd_m);
   if (!area) return std::nullopt;
   return Resample(raster.ReadGrey(area->window), area->lattice, chip_px);
+}
+
+double VoidShare(const Raster& raster, const SourceView& source, const HeightGrid& heights,
+                 const Eigen::Vector3d& ground_m, int chip_px, double gsd_m) {
+  const auto area = AreaOf(raster, source, heights, ground_m, chip_px, gsd_m);
+  if (!area) return 0;
+  constexpr int kReach = kVoidReach_px;
+  const PixelWindow& inner = area->window;
+  const ImageWindow part = raster.ReadGrey({inner.col - kReach, inner.row - kReach,
+                                            inner.width + 2 * kReach, inner.height + 2 * kReach});
+  const std::vector<std::uint8_t> voids = UndeclaredVoids(part.image, raster.BitsPerSample());
+  int count = 0;
+  for (int row = 0; row < chip_px; ++row)
+    for (int col = 0; col < chip_px; ++col) {
+      const Eigen::Vector2i at =
+          part.ImageFromRaster(area->lattice.At(col, row)).array().floor().cast<int>();
+      const bool inside =
+          at.minCoeff() >= 0 && at.x() < part.image.width && at.y() < part.image.height;
+      const auto pixel =
+          static_cast<std::size_t>(at.y()) * static_cast<std::size_t>(part.image.width) +
+          static_cast<std::size_t>(at.x());
+      count += inside && voids[pixel] != 0 ? 1 : 0;
+    }
+  return static_cast<double>(count) / (static_cast<double>(chip_px) * chip_px);
 }
 
 std::vector<Image> RectifyColour(const ColourRaster& colour, const Raster& raster,

@@ -210,6 +210,22 @@ TEST_F(HarvestTest, NoPatchReachesIntoNodata) {
     EXPECT_GT(patch.ground_m.x() - 0.5 * patch.chip.width * patch.gsd_m, border);
 }
 
+// White, where only black is declared.
+TEST_F(HarvestTest, AnUndeclaredVoidGivesNoPatchesAndCostsNoOthers) {
+  constexpr int kVoidCols = 200;
+  const HarvestResult declared = HarvestOrtho(Ortho(NorthUp(), kVoidCols), Utm(), surface_);
+  Image image = Ortho(NorthUp()).ReadGrey().image;
+  for (int row = 0; row < image.height; ++row) std::fill_n(image.Row(row), kVoidCols, 255.0f);
+  WriteOrtho(folder_ / "white.png", image, NorthUp(), "EPSG:32635");
+  const HarvestResult harvest = HarvestOrtho(Raster::Open(folder_ / "white.png"), Utm(), surface_);
+  const double border = NorthUp().t.x() + kVoidCols * 1.25;
+  for (const Patch& patch : harvest.patches)
+    EXPECT_GT(patch.ground_m.x() - 0.5 * patch.chip.width * patch.gsd_m, border - patch.gsd_m);
+  EXPECT_NEAR(static_cast<double>(harvest.patches.size()),
+              static_cast<double>(declared.patches.size()),
+              0.05 * static_cast<double>(declared.patches.size()));
+}
+
 // The surface is read as far as the orthophoto reaches, and chips at its border need more of it.
 TEST_F(HarvestTest, AChipAtTheImagesBorderIsNotRefusedForHeights) {
   const GroundSurface cut = GroundSurface::FromGrid(Eigen::MatrixXf::Constant(65, 65, 300),
