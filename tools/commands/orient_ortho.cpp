@@ -1,5 +1,6 @@
 // orient ortho: orthophotos of oriented photos, and their mosaic.
 #include <CLI/CLI.hpp>
+#include <cmath>
 #include <filesystem>
 #include <ostream>
 
@@ -20,6 +21,13 @@
 namespace orient {
 namespace {
 namespace fs = std::filesystem;
+
+// As CLI11 asks for it: empty where the text is one.
+std::string WhyNoPixelSize(const std::string& text) {
+  double size_m = 0;
+  if (CLI::detail::lexical_cast(text, size_m) && size_m > 0 && std::isfinite(size_m)) return "";
+  return text + " is no pixel size; give a positive number of metres";
+}
 
 class OrthoCommand : public Command {
  public:
@@ -45,7 +53,7 @@ class OrthoCommand : public Command {
     app.add_option("--gsd-m", options_.gsd_m,
                    "Pixel size on the ground, metres (default: what the photos' pixels show, the "
                    "median, in two digits)")
-        ->check(CLI::PositiveNumber);
+        ->check(CLI::Validator(WhyNoPixelSize, "POSITIVE"));
     app.add_option("--border-mm", options_.border_mm,
                    "Width of the frame's border that is not shown, mm (default: 1 % of film "
                    "frames, nothing of digital ones)")

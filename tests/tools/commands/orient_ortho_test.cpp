@@ -211,6 +211,17 @@ TEST_F(OrientOrtho, APhotoOverTheEndOfTheDemIsNamedWithWhatItsOrthophotoShows) {
             std::string::npos);
 }
 
+TEST_F(OrientOrtho, WhatIsNoPixelSizeIsCalledSo) {
+  for (const char* text : {"-1", "0", "nan", "inf", "wide"}) {
+    const ProgramRun run = Run({"--gsd-m", text});
+    EXPECT_EQ(run.exit_code, 1) << text;
+    EXPECT_NE(run.err.find(std::string("--gsd-m: ") + text +
+                           " is no pixel size; give a positive number of metres"),
+              std::string::npos)
+        << run.err;
+  }
+}
+
 TEST_F(OrientOrtho, WeakPhotosAreTakenWhenAsked) {
   EXPECT_EQ(Run({"--weak", "--gsd-m", "10"}).exit_code, 0);
   EXPECT_TRUE(Exists("ortho/shaky.ortho.tif"));
