@@ -156,7 +156,7 @@ void ThrowErrorOfFile(const std::string& path, const char* doing, const SQLite::
 
 Connection::Connection(const std::string& path, Mode mode, double wait_s)
     : path_(path), mode_(mode) {
-  WithFile(path, "opening the database", [&] {
+  WithFile(*this, "opening the database", [&] {
     const int wait_ms = static_cast<int>(1000 * wait_s);
     database_ = std::make_unique<SQLite::Database>(path, OpenFlags(mode), wait_ms);
     try {
@@ -233,6 +233,7 @@ Query Connection::Prepare(const char* sql) {
 }
 
 bool Connection::DeviceFailed() const {
+  if (!database_) return false;
   sqlite3* handle = database_->getHandle();
   return IsOfEnvironment(ErrorOf(handle, SQLITE_FCNTL_FILE_POINTER)) ||
          IsOfEnvironment(ErrorOf(handle, SQLITE_FCNTL_JOURNAL_POINTER));

@@ -56,6 +56,7 @@ ExteriorResult ExampleExterior() {
   result.footprint_m = {{0, 0, 5}, {1, 0, 5}, {1, 1, 6}, {0, 0, 5}};
   result.iterations = {{26, 9, 412.0, 1.9}, {26, 21, 30.5, 0.4}};
   result.patches.push_back({17,
+                            3,
                             PatchState::kMatched,
                             Eigen::Vector3d(500100.5, 5000300, 410),
                             Eigen::Vector2d(401, 512),
@@ -65,7 +66,7 @@ ExteriorResult ExampleExterior() {
                             0.87,
                             {}});
   result.patches.push_back(
-      {18, PatchState::kNotVisible, {}, {}, {}, {}, {}, {}, {{Reason::kPatchHidden}}});
+      {18, {}, PatchState::kNotVisible, {}, {}, {}, {}, {}, {}, {{Reason::kPatchHidden}}});
   return result;
 }
 
