@@ -19,6 +19,7 @@ PosesKnown ReadPosesKnown(const BlockFile& block, const Measurements& measured) 
   };
   if (!block.approximations.empty()) {
     OrientationTable table = ReadApproximations(block.approximations, block.crs);
+    RequireCrs(block.crs, table, block.approximations);
     RequireOneCamera(table, block.approximations, photos);
     known.remarks = RemarksOn(table, block.approximations);
     name_others(table.rows, block.approximations);

@@ -16,7 +16,7 @@ namespace orient::block {
 namespace {
 
 // To be raised where the method changes.
-constexpr const char* kMethod = "block 3";
+constexpr const char* kMethod = "block 4";
 
 // All that is said of the flight, as one text that changes when it does.
 std::string FlightText(const FlightPlan& flight) {

@@ -1,7 +1,10 @@
 #include "exterior/contradicted_sources.h"
 
+#include <Eigen/Geometry>
 #include <algorithm>
+#include <array>
 #include <map>
+#include <numbers>
 
 #include "core/base/median.h"
 
@@ -45,24 +48,34 @@ std::ptrdiff_t Around(const std::vector<Eigen::Vector2d>& residuals_px,
                        [&](const Eigen::Vector2d& r) { return (r - shift_px).norm() < radius_px; });
 }
 
-// Wrong matches and objects that stand on the ground lie on all sides of the pose.
+// What lies as far off in most other directions: wrong matches, and what stands on the ground.
+std::ptrdiff_t InOtherDirections(const std::vector<Eigen::Vector2d>& residuals_px,
+                                 const Eigen::Vector2d& shift_px) {
+  constexpr int kOthers = 11;
+  std::array<std::ptrdiff_t, kOthers> counts = {};
+  for (int i = 0; i < kOthers; ++i) {
+    const Eigen::Rotation2Dd turn(2 * std::numbers::pi * (i + 1) / (kOthers + 1));
+    counts.at(static_cast<std::size_t>(i)) = Around(residuals_px, turn * shift_px);
+  }
+  // Further displaced parts are the few directions above it.
+  const auto upper_quartile = counts.begin() + 3 * kOthers / 4;
+  std::nth_element(counts.begin(), upper_quartile, counts.end());
+  return *upper_quartile;
+}
+
+// The place where most lie; one near the pose is a trend of its residuals, and no place of its own.
 PatchesElsewhere FindElsewhere(const std::vector<Eigen::Vector2d>& residuals_px, int used) {
   constexpr int kTimesOtherDirections = 3;
+  constexpr double kLeastShift_px = 1.5;
   PatchesElsewhere found;
-  Eigen::Vector2d densest_px = Eigen::Vector2d::Zero();
   for (const Eigen::Vector2d& residual : residuals_px) {
+    if (residual.norm() < kLeastShift_px) continue;
     const auto around = static_cast<int>(Around(residuals_px, residual));
-    if (around > found.patches) {
-      found.patches = around;
-      densest_px = residual;
-    }
+    if (around > found.patches) found = {around, residual};
   }
-  const Eigen::Vector2d across(-densest_px.y(), densest_px.x());
-  for (const Eigen::Vector2d& other :
-       {across, Eigen::Vector2d(-across), Eigen::Vector2d(-densest_px)})
-    if (found.patches <= kTimesOtherDirections * Around(residuals_px, other)) return {};
-  if (found.patches < std::max<double>(kFewestFound, kShareWorthAWord * used)) return {};
-  found.shift_px = densest_px;
+  if (found.patches < std::max<double>(kFewestFound, kShareWorthAWord * used) ||
+      found.patches <= kTimesOtherDirections * InOtherDirections(residuals_px, found.shift_px))
+    return {};
   return found;
 }
 

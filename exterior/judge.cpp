@@ -85,6 +85,9 @@ Findings JudgeSources(const SourceVotes& votes) {
 }
 
 void RejudgeSources(ExteriorResult* result) {
+  if (std::none_of(result->patches.begin(), result->patches.end(),
+                   [](const PatchResult& patch) { return patch.source.has_value(); }))
+    return;  // by an earlier version
   const auto of_sources = [](const Finding& finding) {
     return finding.reason == Reason::kSourceContradicted ||
            finding.reason == Reason::kPatchesAgreeElsewhere;
@@ -131,8 +134,7 @@ Findings Remedies(const TriedPatches& tried) {
 }
 
 bool ConcernsPrecision(const Finding& finding) {
-  return finding.reason == Reason::kPoorlyDetermined || finding.reason == Reason::kFewPlaces ||
-         finding.reason == Reason::kByPointsAlone;
+  return finding.reason == Reason::kPoorlyDetermined || finding.reason == Reason::kFewPlaces;
 }
 
 Finding NoPatches(const std::string& where) {

@@ -232,7 +232,10 @@ void Adjustment::Rounds() {
                          FactorsFromSums(tests_, &system_);
     factor_rounds += factors ? 1 : 0;
     if (!converged || changes.All() > 0 || factors) continue;
-    if (HoldCommonGnssShiftIfInsignificant(tests_, &system_)) continue;
+    if (HoldCommonGnssShiftIfInsignificant(tests_, *normals_, judgement_.takes_part(), &system_)) {
+      factor_rounds = 0;
+      continue;
+    }
     if (system_.options.self_calibration && CalibrationChanges()) continue;
     result_->converged = true;
     return;

@@ -308,12 +308,15 @@ int BlockJudgement::PutBackPoses(const BlockTests& tests) {
 
 BlockChanges BlockJudgement::Apply(const BlockTests& tests, double caution) {
   BlockChanges changes;
-  changes.poses = RejectPoses(tests, caution) + RejectUntested();
+  changes.poses = RejectPoses(tests, caution);
+  changes.poses += RejectUntested();
   changes.points = Reject(tests, caution);
   const bool none = changes.All() == 0;
   // While gross errors remain the poses are not to be trusted with what is already out.
-  if (changes.points == 0 || changes.points * 200 < static_cast<int>(states_.size()))
-    changes.points += PutBack(tests) + PutBackDissolved();
+  if (changes.points == 0 || changes.points * 200 < static_cast<int>(states_.size())) {
+    changes.points += PutBack(tests);
+    changes.points += PutBackDissolved();
+  }
   if (none) changes.poses += PutBackPoses(tests);
   Screen();
   return changes;

@@ -108,8 +108,8 @@ void FillGnss(const BlockSystem& system, const BlockNormals& normals, const Bloc
     if (system.gnss_row[i] < 0 || photo.state != PhotoState::kAdjusted) continue;
     const auto row = static_cast<std::size_t>(system.gnss_row[i]);
     const BlockPhoto& given = system.block.photos[i];
-    if (plain ? system.EstimatesCommonGnssShift() : system.gnss_group[i] >= 0)
-      strips[plain ? "" : given.strip] = system.gnss_group[i];
+    if (plain ? result->converged && system.EstimatesCommonGnssShift() : system.gnss_group[i] >= 0)
+      strips[plain ? "all photos" : given.strip] = system.gnss_group[i];
     const Eigen::LLT<Eigen::Matrix3d> root(given.gnss->covariance_m2);
     photo.gnss_residual_m =
         -(root.matrixL() *

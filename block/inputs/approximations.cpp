@@ -202,6 +202,13 @@ void NameAbsentOfStrips(const FlightPlan& flight, const std::set<std::string>& p
                         .where = Listed(absent)});
 }
 
+void RequireCrs(const Crs& crs, const OrientationTable& table, const std::string& path) {
+  if (table.crs && !table.crs->SameAs(crs))
+    throw InputError(
+        fmt::format("{}: its .prj says {}, the block's CRS is {}; convert the table to the block's",
+                    path, table.crs->Name(), crs.Name()));
+}
+
 void RequireOneCamera(const OrientationTable& table, const std::string& path,
                       const std::set<std::string>& photos) {
   std::set<std::string> cameras;

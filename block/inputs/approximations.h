@@ -41,6 +41,9 @@ enum class Heights { kRequired, kMayBeAbsent };
 OrientationTable ReadApproximations(const std::string& path, const Crs& crs,
                                     Heights heights = Heights::kRequired);
 
+// Throws InputError naming the file where its .prj says another CRS than the block's.
+void RequireCrs(const Crs& crs, const OrientationTable& table, const std::string& path);
+
 // The first five, as a message names them.
 std::string Listed(const std::vector<std::string>& names);
 

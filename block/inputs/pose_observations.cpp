@@ -52,10 +52,7 @@ std::vector<OrientationRow> ReadGnss(const BlockFile& block, Findings* remarks) 
   if (block.gnss.positions.empty()) return {};
   OrientationTable table =
       ReadApproximations(block.gnss.positions, block.crs, Heights::kMayBeAbsent);
-  if (table.crs && !table.crs->SameAs(block.crs))
-    throw InputError(
-        fmt::format("{}: its .prj says {}, the block's CRS is {}; convert the table to the block's",
-                    block.gnss.positions, table.crs->Name(), block.crs.Name()));
+  RequireCrs(block.crs, table, block.gnss.positions);
   table.ignored_angles.clear();  // no angles are used
   LeaveOutRowsWithoutHeight(&table);
   if (table.rows.empty())

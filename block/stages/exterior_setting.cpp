@@ -61,9 +61,7 @@ Crs StoredCrs(const std::string& patchdb) {
 
 Crs BlockCrs(const ExteriorRunOptions& options, const OrientationTable& table) {
   const Crs crs = options.crs ? *options.crs : table.crs ? *table.crs : StoredCrs(options.patchdb);
-  if (table.crs && !table.crs->SameAs(crs))
-    throw InputError(options.approximations + ": its .prj says " + table.crs->Name() +
-                     ", the block's CRS is " + crs.Name() + "; convert the table to the block's");
+  RequireCrs(crs, table, options.approximations);
   return crs;
 }
 

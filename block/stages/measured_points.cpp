@@ -50,7 +50,8 @@ void AddMeasuredTies(const Measurements& measured, BlockToAdjust* block) {
 bool JoinsPhotos(const Measurements& measured, const std::set<std::string>& photos) {
   std::map<std::string, std::set<std::string>> seen_by;
   for (const ImagePointMeasurement& seen : measured.image_points)
-    if (photos.contains(seen.photo)) seen_by[seen.point].insert(seen.photo);
+    if (photos.contains(seen.photo) && measured.Point(seen.point) == nullptr)
+      seen_by[seen.point].insert(seen.photo);
   return std::any_of(seen_by.begin(), seen_by.end(),
                      [](const auto& point) { return point.second.size() > 1; });
 }

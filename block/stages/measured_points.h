@@ -19,7 +19,7 @@ struct SurveyedPoint {
 // Points without ground coordinates that two of the block's photos or more show: ties.
 void AddMeasuredTies(const Measurements& measured, BlockToAdjust* block);
 
-// Whether two of these photos or more show one point, surveyed or not.
+// Whether two of these photos or more show such a point.
 bool JoinsPhotos(const Measurements& measured, const std::set<std::string>& photos);
 
 // Surveyed points that a photo of the block shows; check points are held out. What was measured in

@@ -185,8 +185,8 @@ const std::vector<Wording>& Wordings() {  // NOLINT(readability-function-size): 
        "{limit:.0f} patches of source {where} agree with one another and not with the pose: they "
        "lie {value:.1f} px beside it; either that source is wrong or those that were used"},
       {Reason::kPatchesAgreeElsewhere, "patches_agree_elsewhere",
-       "{limit:.0f} patches agree with one another {value:.1f} px beside the pose ({where}): they "
-       "are displaced, or those that were used"},
+       "{limit:.0f} patches agree with one another {value:.1f} px beside the pose ({where}): "
+       "either they are displaced or those that were used"},
       {Reason::kPointsContradictOneAnother, "points_contradict_one_another",
        "the measured ground points contradict one another, and nothing tells which is wrong: "
        "{where}; measure one more, or look at these"},
@@ -303,8 +303,8 @@ const std::vector<Wording>& Wordings() {  // NOLINT(readability-function-size): 
        "GNSS contradicts the block and is not used: {where}."},
       {Reason::kGnssPerhapsOfAnotherDatum, "gnss_perhaps_of_another_datum",
        "{value:.0f} of {limit:.0f} GNSS positions differ from control by the same shift, {where}: "
-       "another datum, a geoid, or the antenna's offset? The block follows control, and estimates "
-       "the shift, as it does unasked with model = \"shift\"."},
+       "another datum, a geoid, the antenna's offset, or a wrong principal distance? The block "
+       "follows control."},
       {Reason::kGnssWorseThanStated, "gnss_worse_than_stated",
        "GNSS positions fit {value:.0f} times worse than stated, and their weight is reduced "
        "accordingly."},

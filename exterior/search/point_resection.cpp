@@ -280,8 +280,9 @@ Finding JudgePointsAlone(const PointPose& pose, double worst_sigma_px, double ta
   std::string how = fmt::format("one sigma up to {:.1f} px in the frame, {:.1f} px are wanted",
                                 worst_sigma_px, target_px);
   if (!checked)
-    how += fmt::format("; an error of one of them would hardly show (redundancy {:.2f}, {} wanted)",
-                       pose.least_redundancy, kLeastRedundancy);
+    how += fmt::format(
+        "; an error of one of them would hardly show (redundancy {:.2f} of 2, {} wanted)",
+        pose.least_redundancy, kLeastRedundancy);
   return {Reason::kByPointsAlone, enough ? Status::kOk : Status::kWeak, pose.Used(),
           kLeastPointsAlone, std::move(how)};
 }

@@ -11,7 +11,7 @@ namespace {
 
 constexpr int kSolid_px = 41;      // side of a square of one value that every void has
 constexpr int kSmall_px = 150;     // of one value, where declared nodata completes the square
-constexpr int kLarge_px = 6000;    // of one value, from which on edges do not matter
+constexpr int kLarge_px = 40000;   // of one value, from which on edges do not matter
 constexpr float kOfEnd = 3;        // grey values from the end of the range that the one value lies
 constexpr float kOfBorder = 12;    // and those of a compressed void's border
 constexpr int kBorder_px = 16;     // as wide as that is: two of JPEG's blocks
@@ -54,20 +54,20 @@ struct Mask {
 // Leaves the pixels in which a full square ends.
 void Erode(std::uint8_t* line, int count, std::size_t step) {
   int run = 0;
-  for (int i = 0; i < count; ++i, line += step) {
-    run = *line != 0 ? run + 1 : 0;
-    *line = run >= kSolid_px;
+  for (int i = 0; i < count; ++i) {
+    std::uint8_t& pixel = line[step * static_cast<std::size_t>(i)];
+    run = pixel != 0 ? run + 1 : 0;
+    pixel = run >= kSolid_px;
   }
 }
 
 // And sets those that such a square covers.
 void Dilate(std::uint8_t* line, int count, std::size_t step) {
   int left = 0;
-  line += step * static_cast<std::size_t>(count);
-  for (int i = 0; i < count; ++i) {
-    line -= step;
-    left = *line != 0 ? kSolid_px : left - 1;
-    *line = left > 0;
+  for (int i = count; i-- > 0;) {
+    std::uint8_t& pixel = line[step * static_cast<std::size_t>(i)];
+    left = pixel != 0 ? kSolid_px : left - 1;
+    pixel = left > 0;
   }
 }
 

@@ -123,6 +123,22 @@ TEST(VotesOf, AFewPatchesOfTheSameSourceElsewhereAreARemark) {
   EXPECT_EQ(StatusOf(patches.Judged()), Status::kOk);
 }
 
+TEST(VotesOf, TwoDisplacedPartsDoNotHideOneAnother) {
+  for (const Eigen::Vector2d& other : {Eigen::Vector2d(-8, 0), Eigen::Vector2d(0, 8)}) {
+    Patches patches;
+    patches.AddSource(1, 343, 80, {8, 0});
+    patches.AddSource(1, 0, 80, other);
+    EXPECT_GE(patches.Votes().elsewhere.patches, 80);
+    EXPECT_EQ(StatusOf(patches.Judged()), Status::kWeak);
+  }
+}
+
+TEST(VotesOf, RejectedOnesNearThePoseAreATrendAndNoOtherPlace) {
+  Patches patches;
+  patches.AddSource(1, 343, 70, {1.1, 0});
+  EXPECT_EQ(patches.Votes().elsewhere.patches, 0);
+}
+
 // As trees and houses in a DEM without them: away from the nadir, all around it.
 TEST(VotesOf, ReliefThatTheDemLacksIsNoDisplacedPart) {
   Patches patches;

@@ -26,7 +26,7 @@ namespace fs = std::filesystem;
 std::string WhyNoPixelSize(const std::string& text) {
   double size_m = 0;
   if (CLI::detail::lexical_cast(text, size_m) && size_m > 0 && std::isfinite(size_m)) return "";
-  return text + " is no pixel size; give a positive number of metres";
+  return text + " is not a pixel size; give a positive number of metres";
 }
 
 class OrthoCommand : public Command {

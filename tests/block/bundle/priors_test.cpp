@@ -145,8 +145,8 @@ TEST(BlockAdjustment, SaysThatAllGnssLiesInAnotherDatumThanControlAndByHowMuch) 
                 .limit = 15,
                 .where = "dx 0.02 dy -0.01 dz 40.00 m"}),
       "14 of 15 GNSS positions differ from control by the same shift, dx 0.02 dy -0.01 dz 40.00 m: "
-      "another datum, a geoid, or the antenna's offset? The block follows control, and estimates "
-      "the shift, as it does unasked with model = \"shift\".");
+      "another datum, a geoid, the antenna's offset, or a wrong principal distance? The block "
+      "follows control.");
 }
 
 int RejectedControl(const BlockToAdjust& block, const BlockResult& result) {
@@ -209,6 +209,34 @@ TEST(BlockAdjustment, ErrorsThatControlSharesAreNoShiftOfGnss) {
     EXPECT_FALSE(Has(result.findings, Reason::kGnssPerhapsOfAnotherDatum)) << seed;
     EXPECT_TRUE(result.strips.empty());
   }
+}
+
+TEST(BlockAdjustment, PhotosThatTakeNoPartDoNotOutvoteAShiftOfGnss) {
+  BundleSimulation simulation = WithShiftedGnss({5, 0, 0});
+  for (int i = 0; i < 20; ++i) {  // show no point
+    BlockPhoto alone = simulation.block.photos[0];
+    alone.name = "alone" + std::to_string(i);
+    simulation.block.photos.push_back(alone);
+  }
+  EXPECT_TRUE(Has(FindingsWithPlainGnss(simulation), Reason::kGnssPerhapsOfAnotherDatum));
+}
+
+// Either of two may be the wrong one.
+TEST(BlockAdjustment, OneControlPointThatIsWrongDoesNotMoveAllGnss) {
+  BundleSimulationOptions options = SmallBlock();
+  options.gnss_sigma_m = 0.05;
+  options.control_photos = {0};
+  options.control_per_photo = 1;
+  options.control_seen_by_all = true;
+  BundleSimulation simulation = SimulateBundle(options);
+  for (BlockPoint& point : simulation.block.points)
+    if (point.control) point.control->ground_m.x() += 10;
+  BlockOptions plain;
+  plain.gnss = GnssModel::kPlain;
+  const BlockResult result = AdjustBlock(simulation.block, plain);
+  EXPECT_FALSE(Has(result.findings, Reason::kGnssPerhapsOfAnotherDatum));
+  for (std::size_t i = 0; i < 15; ++i)
+    EXPECT_LT((result.photos[i].pose.position_m - simulation.true_poses[i].position_m).norm(), 1);
 }
 
 // The approximations' common error is no witness against GNSS where control says too little.

@@ -98,6 +98,29 @@ TEST_F(FinalResultsOf, WhatWasWeakForItsPrecisionOnlyIsOkByItsTies) {
   EXPECT_EQ(results[1].findings[0].reason, Reason::kContradictsApproximation);
 }
 
+// Of the block's pose, whatever the photo alone made of them.
+TEST_F(FinalResultsOf, PatchesThatAgreeBesideThePoseOfTheBlockMakeItWeak) {
+  photos_[1].exterior.findings = {
+      {.reason = Reason::kPatchesAgreeElsewhere, .value = 3, .limit = 40, .where = "alone"}};
+  const PhotoView view = {simulation_.block.cameras[0], photos_[1].position.photo_from_pixel,
+                          simulation_.true_poses[1], nullptr};
+  for (int i = 0; i < 60; ++i) {
+    PatchResult patch;
+    patch.id = i + 1;
+    patch.source = 1;
+    patch.state = i < 40 ? PatchState::kMatched : PatchState::kRejected;
+    patch.ground_m = simulation_.true_poses[1].position_m +
+                     Eigen::Vector3d(-400 + 80 * (i % 10), -300 + 120 * (i / 10), -1500);
+    patch.pixel = *view.PixelFromGround(*patch.ground_m) + Eigen::Vector2d(i < 40 ? 0 : 12, 0);
+    photos_[1].exterior.patches.push_back(patch);
+  }
+  const ExteriorResult result = Results({})[1];
+  EXPECT_EQ(result.status, Status::kWeak);
+  ASSERT_EQ(result.findings.size(), 1u) << JoinedSentences(result.findings);
+  EXPECT_EQ(result.findings[0].reason, Reason::kPatchesAgreeElsewhere);
+  EXPECT_EQ(result.findings[0].limit, 20);
+}
+
 // What is written is interior orientation's film transform and not the one that the adjustment
 // moved within its covariance: pose and transform together show what the adjusted photo shows.
 TEST_F(FinalResultsOf, PosesGoWithTheFilmTransformOfInteriorOrientation) {

@@ -294,6 +294,8 @@ TEST(ExteriorResult, Roundtrip) {
   EXPECT_EQ(read.iterations[1].window_px, 30.5);
   ASSERT_EQ(read.patches.size(), 2u);
   EXPECT_EQ(read.patches[0].id, 17);
+  EXPECT_EQ(read.patches[0].source, 3);
+  EXPECT_FALSE(read.patches[1].source);
   EXPECT_EQ(read.patches[0].ground_m, result.patches[0].ground_m);
   EXPECT_FALSE(read.patches[1].ground_m);
   EXPECT_EQ(read.patches[0].sigma_px, result.patches[0].sigma_px);

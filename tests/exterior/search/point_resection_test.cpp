@@ -197,7 +197,7 @@ TEST(JudgePointsAlone, IsOkOnlyWithEnoughPointsThatCheckOneAnother) {
   EXPECT_EQ(unchecked.at_best, Status::kWeak);
   EXPECT_EQ(unchecked.where,
             "one sigma up to 0.8 px in the frame, 1.0 px are wanted; an error of one of them would "
-            "hardly show (redundancy 0.10, 0.4 wanted)");
+            "hardly show (redundancy 0.10 of 2, 0.4 wanted)");
   pose = {};
   pose.used.assign(5, true);
   pose.least_redundancy = 1;

@@ -216,7 +216,7 @@ TEST_F(OrientOrtho, WhatIsNoPixelSizeIsCalledSo) {
     const ProgramRun run = Run({"--gsd-m", text});
     EXPECT_EQ(run.exit_code, 1) << text;
     EXPECT_NE(run.err.find(std::string("--gsd-m: ") + text +
-                           " is no pixel size; give a positive number of metres"),
+                           " is not a pixel size; give a positive number of metres"),
               std::string::npos)
         << run.err;
   }
