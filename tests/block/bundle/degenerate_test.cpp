@@ -192,12 +192,12 @@ TEST(BlockDegenerate, ASightingWithoutRedundancyGoesOnceWhereItsControlIsWrong) 
   tests.of_row.resize(system.rows.size());
   tests.of_control.resize(system.points.size());
   tests.of_control[alone] = {.t = 1000, .dof = 3};
-  EXPECT_EQ(judgement.Apply(tests, 1), 1);
+  EXPECT_EQ(judgement.Apply(tests, 1).All(), 1);
   for (std::size_t i = 0; i < simulation.block.observations.size(); ++i)
     EXPECT_EQ(judgement.states()[i] == ObservationState::kRejected,
               simulation.block.observations[i].point == alone)
         << i;
-  EXPECT_EQ(judgement.Apply(tests, 1), 0) << "or the adjustment never ends";
+  EXPECT_EQ(judgement.Apply(tests, 1).All(), 0) << "or the adjustment never ends";
 }
 
 }  // namespace
