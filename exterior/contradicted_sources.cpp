@@ -39,13 +39,23 @@ bool Agree(const std::vector<Eigen::Vector2d>& residuals_px, const Eigen::Vector
   return 2 * close > std::ssize(residuals_px);
 }
 
-// How many lie around this shift. Matches scatter by some tenths of a pixel, and parts that are
-// displaced are deformed as well.
+// Matches scatter by some tenths of a pixel, and parts that are displaced are deformed as well.
+bool IsAround(const Eigen::Vector2d& residual_px, const Eigen::Vector2d& shift_px) {
+  return (residual_px - shift_px).norm() < 0.3 + 0.2 * shift_px.norm();
+}
+
 std::ptrdiff_t Around(const std::vector<Eigen::Vector2d>& residuals_px,
                       const Eigen::Vector2d& shift_px) {
-  const double radius_px = 0.3 + 0.2 * shift_px.norm();
   return std::count_if(residuals_px.begin(), residuals_px.end(),
-                       [&](const Eigen::Vector2d& r) { return (r - shift_px).norm() < radius_px; });
+                       [&](const Eigen::Vector2d& r) { return IsAround(r, shift_px); });
+}
+
+Eigen::Vector2d MeanAround(const std::vector<Eigen::Vector2d>& residuals_px,
+                           const Eigen::Vector2d& shift_px) {
+  Eigen::Vector2d sum = Eigen::Vector2d::Zero();
+  for (const Eigen::Vector2d& residual : residuals_px)
+    if (IsAround(residual, shift_px)) sum += residual;
+  return sum / static_cast<double>(Around(residuals_px, shift_px));
 }
 
 // What lies as far off in most other directions: wrong matches, and what stands on the ground.
@@ -63,15 +73,16 @@ std::ptrdiff_t InOtherDirections(const std::vector<Eigen::Vector2d>& residuals_p
   return *upper_quartile;
 }
 
-// The place where most lie; one near the pose is a trend of its residuals, and no place of its own.
+// The place where most lie, of those that are no trend of the residuals near the pose.
 PatchesElsewhere FindElsewhere(const std::vector<Eigen::Vector2d>& residuals_px, int used) {
   constexpr int kTimesOtherDirections = 3;
   constexpr double kLeastShift_px = 1.5;
   PatchesElsewhere found;
   for (const Eigen::Vector2d& residual : residuals_px) {
-    if (residual.norm() < kLeastShift_px) continue;
     const auto around = static_cast<int>(Around(residuals_px, residual));
-    if (around > found.patches) found = {around, residual};
+    if (around <= found.patches) continue;
+    const Eigen::Vector2d mean_px = MeanAround(residuals_px, residual);
+    if (mean_px.norm() >= kLeastShift_px) found = {around, mean_px};
   }
   if (found.patches < std::max<double>(kFewestFound, kShareWorthAWord * used) ||
       found.patches <= kTimesOtherDirections * InOtherDirections(residuals_px, found.shift_px))

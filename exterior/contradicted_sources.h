@@ -19,8 +19,7 @@ struct ContradictedSource {
 // Patches of sources that do not contradict it as a whole, as where a mosaic's parts do not fit.
 struct PatchesElsewhere {
   int patches = 0;
-  // measured - computed, of the one that most others lie around
-  Eigen::Vector2d shift_px = Eigen::Vector2d::Zero();
+  Eigen::Vector2d shift_px = Eigen::Vector2d::Zero();  // their mean residual: measured - computed
 };
 
 struct SourceVotes {

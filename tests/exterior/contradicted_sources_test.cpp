@@ -137,6 +137,8 @@ TEST(VotesOf, RejectedOnesNearThePoseAreATrendAndNoOtherPlace) {
   Patches patches;
   patches.AddSource(1, 343, 70, {1.1, 0});
   EXPECT_EQ(patches.Votes().elsewhere.patches, 0);
+  patches.AddSource(1, 0, 50, {8, 0});
+  EXPECT_EQ(patches.Votes().elsewhere.patches, 50);
 }
 
 // As trees and houses in a DEM without them: away from the nadir, all around it.

@@ -257,7 +257,7 @@ TEST(ExteriorResult, FieldsAreThoseOfTheConventions) {
   EXPECT_EQ(json["projection_sigma"], nlohmann::json::parse(R"({"px": 0.42, "m": 0.21})"));
   EXPECT_EQ(json["iterations"][0], nlohmann::json::parse(R"({"searched": 26, "matched": 9,
       "window_px": 412.0, "rms_px": 1.9})"));
-  EXPECT_EQ(json["patches"][0], nlohmann::json::parse(R"({"id": 17, "state": "matched",
+  EXPECT_EQ(json["patches"][0], nlohmann::json::parse(R"({"id": 17, "source": 3, "state": "matched",
       "ground": [500100.5, 5000300.0, 410.0], "predicted": [401.0, 512.0], "pixel": [398.21, 515.66], "sigma_px": [0.08, 0.07],
       "residual_px": [0.11, -0.2], "ncc": 0.87, "reason": "", "reason_codes": []})"));
   EXPECT_EQ(json["patches"][1]["state"], "not_visible");
