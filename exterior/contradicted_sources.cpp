@@ -14,7 +14,7 @@ namespace {
 constexpr int kFewestFound = 12;
 // Of the patches used. In right poses of real and simulated photos up to 7 % lie elsewhere
 // together.
-constexpr double kShareOfRival = 0.2, kShareElsewhere = 0.125, kShareWorthAWord = 0.05;
+constexpr double kShareOfRival = 0.2, kShareElsewhere = 0.1, kShareWorthAWord = 0.05;
 
 struct OfSource {
   int used = 0;

@@ -39,7 +39,7 @@ SourceVotes VotesOf(const std::vector<PatchResult>& results);
 // it, with a fifth of the patches it rests on, at least.
 bool IsUndecided(const SourceVotes& votes);
 
-// The same of patches that agree elsewhere, whatever their sources: an eighth of those used.
+// The same of patches that agree elsewhere, whatever their sources: a tenth of those used.
 bool IsUndecided(const PatchesElsewhere& elsewhere, int used);
 
 }  // namespace orient::exterior
