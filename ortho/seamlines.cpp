@@ -153,6 +153,7 @@ Seamlines Seamlines::FromFile(const std::string& path, const Crs& crs) {
   const GDALDatasetUniquePtr file = OpenVectorDataset(path);
   if (!file) throw InputError(path + ": cannot be read" + quiet.Message());
   OGRLayer* layer = file->GetLayerByName(kLayer);
+  quiet.ThrowFaults();
   const int column = layer ? layer->GetLayerDefn()->GetFieldIndex(kPhoto) : -1;
   if (column < 0)
     throw InputError(path + ": has no layer \"seamlines\" with a column \"photo\"; take the file " +
@@ -179,6 +180,7 @@ Seamlines Seamlines::FromFile(const std::string& path, const Crs& crs) {
                                    path, photo, geometry->getGeometryName()));
     impl->Add(photo, std::move(polygon));
   }
+  quiet.ThrowFaults();  // the polygons would end there
   if (impl->photos.empty()) throw InputError(path + ": its layer \"seamlines\" has no polygon");
   return Seamlines(std::move(impl));
 }

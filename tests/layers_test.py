@@ -27,8 +27,8 @@ BLOCK = ["block/roll", "block/bundle", "block/ties", "block/inputs", "block/pict
 # folder: (folders it may include besides its own, libraries from outside). Within a module the
 # folders stand in the order in which they build on one another.
 TABLE = {
-    "core/base": ([], {"Boost.Math", "fmt", "GDAL", "TBB"}),
-    "core/base/geopackage": ([], set()),
+    "core/base/geopackage": ([], {"SQLite"}),
+    "core/base": (["core/base/geopackage"], {"Boost.Math", "fmt", "GDAL", "TBB"}),
     "core/geometry": (["core/base"], {"Eigen", "Ceres"}),
     "core/terrain": (["core/base", "core/geometry"], {"Eigen", "GDAL"}),
     "core/raster": (["core/base"], {"Eigen", "OpenCV", "GDAL", "libdeflate"}),

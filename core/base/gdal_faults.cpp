@@ -15,6 +15,7 @@
 #include <string_view>
 
 #include "core/base/environment_error.h"
+#include "core/base/geopackage/sqlite_faults.h"
 #include "core/base/remote_files.h"
 
 namespace orient {
@@ -253,6 +254,8 @@ class WatchedFiles final : public VSIFilesystemHandler {
 
 void WatchGdalFiles() {
   AskPatiently();
+  WatchSqliteFiles(
+      [](const char* doing, const char* path, int error) { Note(doing, path, error); });
   // NOLINTNEXTLINE(clang-analyzer-cplusplus.NewDeleteLeaks): handlers are GDAL's once installed
   for (const char* place : {"", "/vsicurl/", "/vsis3/", "/vsigs/", "/vsiaz/"}) {
     VSIFilesystemHandler* files = VSIFileManager::GetHandler(place);

@@ -1,7 +1,7 @@
 // What the machine refuses to GDAL: opening, reading and writing files (a device that fails, too
 // many open files, no room), and memory. GDAL tells of it as if the file were damaged, or not at
-// all: an overview that cannot be opened is none. Its files are therefore watched, its errors
-// listened to.
+// all: an overview that cannot be opened is none. Its files are therefore watched, those of its
+// databases too, its errors listened to.
 #pragma once
 
 #include <cstddef>

@@ -11,6 +11,7 @@
 #include <utility>
 
 #include "core/base/error.h"
+#include "core/base/gdal_faults.h"
 #include "core/base/open_dataset.h"
 #include "core/raster/raster.h"
 #include "core/raster/reading_errors.h"
@@ -109,6 +110,7 @@ BandRaster::~BandRaster() = default;
 BandRaster BandRaster::Open(const std::string& path) {
   static_cast<void>(Raster::OpenScan(path));  // says what is wrong with it, if anything
   const ReadingErrors errors;
+  const GdalFaults faults;  // a mask that cannot be opened is none to GDAL, which looks for it late
   auto impl = std::make_unique<Impl>();
   impl->path = path;
   impl->dataset = OpenRasterDataset(path);
@@ -132,6 +134,7 @@ BandRaster BandRaster::Open(const std::string& path) {
       value = static_cast<float>((1 << impl->format.bits) - 1) - value;
   impl->has_mask = (first->GetMaskFlags() & GMF_PER_DATASET) != 0;
   impl->windows = std::make_unique<WindowReader>(dataset, bands);
+  faults.ThrowIfAny();
   return BandRaster(std::move(impl));
 }
 
@@ -141,17 +144,20 @@ const BandFormat& BandRaster::Format() const { return impl_->format; }
 
 std::string BandRaster::Metadata(const std::string& name) const {
   const std::lock_guard lock(impl_->mutex);
-  const char* value = impl_->dataset->GetMetadataItem(name.c_str());
+  const ReadingErrors errors;
+  const char* value = Watched([&] { return impl_->dataset->GetMetadataItem(name.c_str()); });
   return value == nullptr ? std::string() : std::string(value);
 }
 
 bool BandRaster::IsWhole() const {
   const std::lock_guard lock(impl_->mutex);
+  const ReadingErrors errors;
   VSIStatBufL file;
   if (VSIStatL(impl_->dataset->GetDescription(), &file) != 0) return false;
   GDALRasterBand* band = impl_->dataset->GetRasterBand(1);
-  return std::max(EndOfTiles(band), EndOfTiles(band->GetMaskBand())) <=
-         static_cast<std::int64_t>(file.st_size);
+  const std::int64_t end =
+      Watched([&] { return std::max(EndOfTiles(band), EndOfTiles(band->GetMaskBand())); });
+  return end <= static_cast<std::int64_t>(file.st_size);
 }
 
 std::vector<Image> BandRaster::Read(const PixelWindow& window) const {
@@ -189,7 +195,8 @@ std::vector<std::uint8_t> BandRaster::ReadMask(const PixelWindow& window) const 
   const std::lock_guard lock(impl_->mutex);
   std::vector<std::uint8_t> mask(static_cast<std::size_t>(window.width) *
                                  static_cast<std::size_t>(window.height));
-  GDALRasterBand* band = impl_->dataset->GetRasterBand(1)->GetMaskBand();
+  const ReadingErrors errors;
+  GDALRasterBand* band = Watched([&] { return impl_->dataset->GetRasterBand(1)->GetMaskBand(); });
   if (const auto why = ReadWindow(band, window, mask.data(), GDT_Byte)) impl_->Fail(*why);
   return mask;
 }

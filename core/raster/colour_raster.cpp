@@ -8,6 +8,7 @@
 #include <utility>
 
 #include "core/base/error.h"
+#include "core/base/gdal_faults.h"
 #include "core/base/open_dataset.h"
 #include "core/raster/colour_bands.h"
 #include "core/raster/reading_errors.h"
@@ -77,13 +78,15 @@ ColourRaster::~ColourRaster() = default;
 std::optional<ColourRaster> ColourRaster::Open(const std::string& path) {
   static_cast<void>(Raster::Open(path));  // says what is wrong with it, if anything
   const ReadingErrors errors;
+  const GdalFaults faults;
   auto impl = std::make_unique<Impl>();
   impl->path = path;
   impl->dataset = OpenRasterDataset(path);
   if (impl->dataset == nullptr) throw InputError(path + ": cannot be opened a second time");
   const std::vector<GDALRasterBand*> bands = ColourBands(impl->dataset.get());
+  if (bands.size() < kColours) impl->palette = PaletteOf(bands[0]);
+  faults.ThrowIfAny();
   if (bands.size() < kColours) {
-    impl->palette = PaletteOf(bands[0]);
     if (impl->palette.empty()) return std::nullopt;
   }
   impl->windows = std::make_unique<WindowReader>(impl->dataset.get(), bands);

@@ -13,6 +13,7 @@ namespace orient {
 double CoarsestOverview(const std::string& path) {
   RegisterGdalDrivers();
   const ReadingErrors errors;
+  const GdalFaults faults;
   const GDALDatasetUniquePtr dataset = OpenRasterDataset(path);
   if (dataset == nullptr || dataset->GetRasterCount() == 0) return 1;
   GDALRasterBand* band = dataset->GetRasterBand(1);
@@ -21,6 +22,7 @@ double CoarsestOverview(const std::string& path) {
     if (GDALRasterBand* overview = band->GetOverview(i))
       coarsest = std::max(coarsest, std::min(double(band->GetXSize()) / overview->GetXSize(),
                                              double(band->GetYSize()) / overview->GetYSize()));
+  faults.ThrowIfAny();
   return coarsest;
 }
 

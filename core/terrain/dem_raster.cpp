@@ -65,6 +65,7 @@ DemRaster::DemRaster(const std::string& path) : path_(path), impl_(std::make_uni
   RequireSmallBlocks(impl_->dataset.get(), path);
   impl_->band = impl_->dataset->GetRasterBand(1);
   const std::string unit = impl_->band->GetUnitType();
+  quiet.ThrowFaults();
   if (InFeet(unit))
     throw InputError(path + ": the heights of the DEM are in '" + unit +
                      "', not in metres; convert them, for example with gdal_calc.py");
@@ -76,8 +77,9 @@ int DemRaster::Columns() const { return impl_->dataset->GetRasterXSize(); }
 int DemRaster::Rows() const { return impl_->dataset->GetRasterYSize(); }
 
 std::vector<std::uint8_t> DemRaster::MaskOf(int column, int row, int columns, int rows) const {
-  if ((impl_->band->GetMaskFlags() & GMF_PER_DATASET) == 0) return {};
   const QuietGdal quiet;
+  const int kind = Watched([&] { return impl_->band->GetMaskFlags(); });
+  if ((kind & GMF_PER_DATASET) == 0) return {};
   std::vector<std::uint8_t> mask(static_cast<std::size_t>(columns) *
                                  static_cast<std::size_t>(rows));
   const CPLErr result = Watched([&] {
@@ -112,6 +114,7 @@ std::vector<float> DemRaster::Read(int column, int row, int columns, int rows) c
   int has_nodata = 0;
   const float nodata = static_cast<float>(impl_->band->GetNoDataValue(&has_nodata));
   const double scale = impl_->band->GetScale(), offset = impl_->band->GetOffset();
+  quiet.ThrowFaults();  // what is written beside the DEM is read late
   for (float& height : heights) {
     if ((has_nodata != 0 && height == nodata) || !std::isfinite(height))
       height = std::numeric_limits<float>::quiet_NaN();

@@ -1,14 +1,24 @@
 #include "core/base/gdal_faults.h"
 
+#include <cpl_conv.h>
 #include <cpl_error.h>
+#include <fcntl.h>
 #include <gdal_priv.h>
 #include <gtest/gtest.h>
+#include <ogr_spatialref.h>
+#include <sqlite3.h>
+#include <unistd.h>
+
+#include <cerrno>
+#include <string>
 
 #include "core/base/atomic_write.h"
 #include "core/base/environment_error.h"
 #include "core/base/open_dataset.h"
 #include "core/base/quiet_gdal.h"
+#include "core/raster/overviews.h"
 #include "core/raster/raster.h"
+#include "core/terrain/dem_raster.h"
 #include "tests/support/expect_error.h"
 #include "tests/support/few_files.h"
 #include "tests/support/shared_data.h"
@@ -32,6 +42,22 @@ void WriteTiff(const std::string& path) {
   file->GetRasterBand(1)->Fill(9);
 }
 
+// Its mask, which shows nothing, in a file of its own.
+void WriteMaskedDem(const std::string& path) {
+  RegisterGdalDrivers();
+  GDALDriver* driver = GetGDALDriverManager()->GetDriverByName("GTiff");
+  GDALDatasetUniquePtr file(driver->Create(path.c_str(), 8, 8, 1, GDT_Float32, nullptr));
+  ASSERT_NE(file, nullptr);
+  OGRSpatialReference crs;
+  crs.importFromEPSG(32635);
+  file->SetSpatialRef(&crs);
+  double transform[6] = {500000, 1, 0, 5200000, 0, -1};
+  file->SetGeoTransform(transform);
+  const CPLConfigOptionSetter outside("GDAL_TIFF_INTERNAL_MASK", "NO", false);
+  ASSERT_EQ(file->CreateMaskBand(GMF_PER_DATASET), CE_None);
+  file->GetRasterBand(1)->GetMaskBand()->Fill(0);
+}
+
 TEST(GdalFaults, ARasterIsNotOpenedWithoutTheOverviewsThatItHas) {
   ORIENT_REQUIRE_FEW_FILES();
   const TemporaryFolder folder;
@@ -49,6 +75,55 @@ TEST(GdalFaults, ARasterIsNotOpenedWithoutTheOverviewsThatItHas) {
   }
   EXPECT_GT(refused, 1);
   EXPECT_LT(refused, 4);
+}
+
+TEST(GdalFaults, OverviewsThatCannotBeOpenedAreNotNone) {
+  ORIENT_REQUIRE_FEW_FILES();
+  const TemporaryFolder folder;
+  WriteTiff(folder / "a.tif");
+  int refused = 0;
+  for (rlim_t count = 0; count < 4; ++count) {
+    const FewFiles few(count);
+    try {
+      EXPECT_EQ(CoarsestOverview(folder / "a.tif"), 2) << count;
+    } catch (const EnvironmentError&) {
+      ++refused;
+    }
+  }
+  EXPECT_GT(refused, 1);
+  EXPECT_LT(refused, 4);
+}
+
+// GDAL looks for a mask when it is asked for.
+TEST(GdalFaults, AMaskThatCannotBeOpenedIsNotNone) {
+  ORIENT_REQUIRE_FEW_FILES();
+  const TemporaryFolder folder;
+  WriteMaskedDem(folder / "a.tif");
+  const DemRaster dem(folder / "a.tif");
+  {
+    const FewFiles none(0);
+    EXPECT_THROW(dem.Read(0, 0, 8, 8), EnvironmentError);
+  }
+}
+
+// GDAL takes tables that SQLite cannot read for absent, SQLite a failing device for a damaged file.
+TEST(GdalFaults, WhatSqliteDoesNotReadIsTold) {
+  RegisterGdalDrivers();
+  sqlite3_vfs* files = sqlite3_vfs_find(nullptr);
+  const auto read =
+      reinterpret_cast<ssize_t (*)(int, void*, size_t)>(files->xGetSystemCall(files, "read"));
+  ASSERT_NE(read, nullptr);
+  const GdalFaults faults;
+  char byte = 0;
+  EXPECT_EQ(read(-1, &byte, 1), -1);  // no file of its own: not the machine's
+  EXPECT_EQ(errno, EBADF);
+  faults.ThrowIfAny();
+  const int memory = open("/proc/self/mem", O_RDONLY);  // nothing is at its beginning
+  ASSERT_GE(memory, 0);
+  EXPECT_EQ(read(memory, &byte, 1), -1);
+  EXPECT_EQ(errno, EIO);
+  close(memory);
+  EXPECT_THROW(faults.ThrowIfAny(), EnvironmentError);
 }
 
 TEST(GdalFaults, AFileThatIsAbsentOrAFolderIsNone) {

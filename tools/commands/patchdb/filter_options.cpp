@@ -90,6 +90,7 @@ std::vector<Ring> ReadPolygon(const std::string& path, const Crs& crs) {
     if (layer->GetSpatialRef() != nullptr) ToCrs(WktOf(*layer->GetSpatialRef()), crs, path, &found);
     rings.insert(rings.end(), found.begin(), found.end());
   }
+  quiet.ThrowFaults();
   if (rings.empty()) throw InputError(path + " holds no polygon");
   return rings;
 }

@@ -7,9 +7,11 @@
 #include <algorithm>
 #include <cmath>
 #include <filesystem>
+#include <system_error>
 #include <vector>
 
 #include "core/base/atomic_write.h"
+#include "core/base/environment_error.h"
 #include "core/base/error.h"
 #include "core/base/open_dataset.h"
 #include "core/base/quiet_gdal.h"
@@ -71,23 +73,38 @@ Contents ReadGeopackage(const fs::path& directory) {
     if (layer->GetSpatialRef()->exportToWkt(&wkt, options) == OGRERR_NONE) contents.crs = wkt;
     CPLFree(wkt);
   }
+  quiet.ThrowFaults();
   return contents;
+}
+
+// A folder that the machine does not list is not one without orthophotos.
+void ThrowIfOfEnvironment(const std::error_code& error, const fs::path& path) {
+  if (IsOfEnvironment(error.value()))
+    throw EnvironmentError(fmt::format("cannot read {}: {}", path.string(), error.message()));
+}
+
+bool IsThere(const fs::path& path) {
+  std::error_code error;
+  const bool there = fs::exists(path, error);
+  ThrowIfOfEnvironment(error, path);
+  return there;
 }
 
 // The mosaic, or without one the orthophotos, are what the map lies on.
 void AddOrthophotos(const fs::path& directory, Contents* contents) {
   const fs::path folder = directory / "ortho";
-  std::error_code ignored;
-  if (fs::exists(folder / "seamlines.gpkg", ignored))
+  if (IsThere(folder / "seamlines.gpkg"))
     contents->layers.push_back(
         {"seamlines", "seamlines", "./ortho/seamlines.gpkg|layername=seamlines", false, false});
-  const bool mosaic = fs::exists(folder / "mosaic.tif", ignored);
+  const bool mosaic = IsThere(folder / "mosaic.tif");
   if (mosaic) contents->layers.push_back({"mosaic", "mosaic", "./ortho/mosaic.tif", true});
   constexpr std::string_view kEnding = ".ortho.tif";
   std::vector<std::string> files;
-  for (const auto& entry : fs::directory_iterator(folder, ignored))
+  std::error_code error;
+  for (const auto& entry : fs::directory_iterator(folder, error))
     if (const std::string name = entry.path().filename().string(); name.ends_with(kEnding))
       files.push_back(name);
+  ThrowIfOfEnvironment(error, folder);
   std::sort(files.begin(), files.end());
   for (std::size_t i = 0; i < files.size(); ++i)
     contents->layers.push_back({fmt::format("ortho_{}", i + 1),
