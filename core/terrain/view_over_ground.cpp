@@ -68,8 +68,8 @@ double ShareWithHeights(const GroundSurface& surface, const Camera& camera, cons
   constexpr int kPlaces = 40;
   int asked = 0, met = 0;
   for (int i = 0; i < kPlaces * kPlaces; ++i) {
-    const Eigen::Vector2d unit((i % kPlaces + 0.5) / kPlaces - 0.5,
-                               (i / kPlaces + 0.5) / kPlaces - 0.5);
+    const int col = i % kPlaces, row = i / kPlaces;
+    const Eigen::Vector2d unit((col + 0.5) / kPlaces - 0.5, (row + 0.5) / kPlaces - 0.5);
     const auto ray = GroundRayFromPhoto(camera, pose, InFrame(camera, unit));
     if (!ray || ray->direction.z() > kHorizon) continue;
     ++asked;

@@ -33,9 +33,10 @@ class TwoStripsMeasured : public testing::Test {
     camera_.camera.frame_mm = {60, 60};
     camera_.camera.image_px = {6000, 6000};
     for (int i = 0; i < 8; ++i) {
+      const int strip = i / 4;
       const double tilt = 0.02 * (i % 3 - 1);
       truth_["p" + std::to_string(i)] = {
-          {500000.0 + 450 * (i % 4), 5600000.0 + 800 * (i / 4), 1700.0 + 4 * (i % 3)},
+          {500000.0 + 450 * (i % 4), 5600000.0 + 800 * strip, 1700.0 + 4 * (i % 3)},
           {tilt, -tilt, (i < 4 ? 0 : M_PI) + 0.02 * (i % 2)}};
     }
     for (int col = 0; col < 12; ++col)

@@ -21,9 +21,9 @@ class TwoStrips : public testing::Test {
     camera_.principal_distance_mm = 150;
     camera_.frame_mm = {230, 230};
     for (int i = 0; i < 8; ++i) {
-      const int along = i % 4;
+      const int along = i % 4, strip = i / 4;
       const double tilt = 0.02 * (i % 3 - 1);
-      poses_.push_back({{500000.0 + 800 * along, 5600000.0 + 1600 * (i / 4), 1800},
+      poses_.push_back({{500000.0 + 800 * along, 5600000.0 + 1600 * strip, 1800},
                         {tilt, -tilt, (i < 4 ? 0.1 : 0.1 + M_PI) + 0.03 * (i % 2)}});
     }
     for (int col = 0; col < 12; ++col)
