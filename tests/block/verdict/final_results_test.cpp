@@ -105,12 +105,13 @@ TEST_F(FinalResultsOf, PatchesThatAgreeBesideThePoseOfTheBlockMakeItWeak) {
   const PhotoView view = {simulation_.block.cameras[0], photos_[1].position.photo_from_pixel,
                           simulation_.true_poses[1], nullptr};
   for (int i = 0; i < 60; ++i) {
+    const int col = i % 10, row = i / 10;
     PatchResult patch;
     patch.id = i + 1;
     patch.source = 1;
     patch.state = i < 40 ? PatchState::kMatched : PatchState::kRejected;
     patch.ground_m = simulation_.true_poses[1].position_m +
-                     Eigen::Vector3d(-400 + 80 * (i % 10), -300 + 120 * (i / 10), -1500);
+                     Eigen::Vector3d(-400 + 80 * col, -300 + 120 * row, -1500);
     patch.pixel = *view.PixelFromGround(*patch.ground_m) + Eigen::Vector2d(i < 40 ? 0 : 12, 0);
     photos_[1].exterior.patches.push_back(patch);
   }
