@@ -1,5 +1,7 @@
 #include "tools/report/figures/mosaic_sources.h"
 
+#include <fmt/format.h>
+
 #include <sstream>
 #include <string_view>
 
@@ -13,7 +15,7 @@ constexpr std::string_view kOf = ": ";  // no orthophoto's text has it
 std::string TextOfSources(const MosaicSources& sources) {
   std::string text;
   for (const auto& [photo, made_from] : sources)
-    text += (text.empty() ? "" : "\n") + made_from + std::string(kOf) + photo;
+    text += fmt::format("{}{}{}{}", text.empty() ? "" : "\n", made_from, kOf, photo);
   return text;
 }
 
