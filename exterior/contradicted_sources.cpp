@@ -53,9 +53,13 @@ std::ptrdiff_t Around(const std::vector<Eigen::Vector2d>& residuals_px,
 Eigen::Vector2d MeanAround(const std::vector<Eigen::Vector2d>& residuals_px,
                            const Eigen::Vector2d& shift_px) {
   Eigen::Vector2d sum = Eigen::Vector2d::Zero();
-  for (const Eigen::Vector2d& residual : residuals_px)
-    if (IsAround(residual, shift_px)) sum += residual;
-  return sum / static_cast<double>(Around(residuals_px, shift_px));
+  int count = 0;
+  for (const Eigen::Vector2d& residual : residuals_px) {
+    if (!IsAround(residual, shift_px)) continue;
+    sum += residual;
+    ++count;
+  }
+  return sum / count;
 }
 
 // What lies as far off in most other directions: wrong matches, and what stands on the ground.

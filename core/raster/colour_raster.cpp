@@ -86,9 +86,7 @@ std::optional<ColourRaster> ColourRaster::Open(const std::string& path) {
   const std::vector<GDALRasterBand*> bands = ColourBands(impl->dataset.get());
   if (bands.size() < kColours) impl->palette = PaletteOf(bands[0]);
   faults.ThrowIfAny();
-  if (bands.size() < kColours) {
-    if (impl->palette.empty()) return std::nullopt;
-  }
+  if (bands.size() < kColours && impl->palette.empty()) return std::nullopt;
   impl->windows = std::make_unique<WindowReader>(impl->dataset.get(), bands);
   return ColourRaster(std::move(impl));
 }

@@ -14,9 +14,9 @@ namespace orient::patchdb {
 inline constexpr int kVoidReach_px = 80;
 
 // 1 for pixels of voids, row by row. A void is connected, has a square of exactly one value at or
-// within a few grey values of an end of the range (0, or the greatest of `bits`), and is larger
-// than any roof or has edges as sharp as no lens draws them. To it belongs what compression makes
-// of its border. In declared nodata, and so beyond a raster, it may go on. None below 8 bits.
+// within a few grey values of an end of the range (0, or the greatest of `bits`), and has edges as
+// sharp as no lens draws them, or 40,000 px. To it belongs what compression makes of its border. In
+// declared nodata, and so beyond a raster, it may go on. None below 8 bits.
 std::vector<std::uint8_t> UndeclaredVoids(const Image& grey, int bits);
 
 // Share of the pixels that may belong to voids by their values: nearly all images are done with it.

@@ -27,6 +27,13 @@ struct Patches {
     for (int i = 0; i < used; ++i) Add(source, PatchState::kMatched, Noise());
     for (int i = 0; i < displaced; ++i) Add(source, PatchState::kRejected, shift_px + Noise());
   }
+  // Rejected ones, no two of which lie alike but by chance.
+  void AddAnyhow(std::int64_t source, int count, double reach_px) {
+    std::mt19937 random(4);
+    std::uniform_real_distribution<double> anywhere(-reach_px, reach_px);
+    for (int i = 0; i < count; ++i)
+      Add(source, PatchState::kRejected, {anywhere(random), anywhere(random)});
+  }
   SourceVotes Votes() const { return VotesOf(results); }
   Findings Judged() const {
     JudgedPose pose;
@@ -81,10 +88,7 @@ TEST(VotesOf, AFewPatchesOfAnotherSourceAreNoRivalOfHundreds) {
 TEST(VotesOf, WrongMatchesThatLieAnyhowAreNoContradiction) {
   Patches patches;
   patches.AddSource(1, 300, 0, {0, 0});
-  std::mt19937 random(4);
-  std::uniform_real_distribution<double> anywhere(-5, 5);
-  for (int i = 0; i < 100; ++i)
-    patches.Add(2, PatchState::kRejected, {anywhere(random), anywhere(random)});
+  patches.AddAnyhow(2, 100, 5);
   EXPECT_TRUE(patches.Votes().contradicted.empty());
   EXPECT_EQ(StatusOf(patches.Judged()), Status::kOk);
 }
@@ -104,10 +108,7 @@ TEST(VotesOf, ElevenPatchesHaveNoSayAndThoseNotFoundNeither) {
 TEST(VotesOf, APartOfTheOnlySourceThatIsDisplacedLeavesOpenWhichIsWrong) {
   Patches patches;
   patches.AddSource(1, 343, 156, {7.8, 1.6});
-  std::mt19937 random(4);
-  std::uniform_real_distribution<double> anywhere(-10, 10);
-  for (int i = 0; i < 60; ++i)
-    patches.Add(1, PatchState::kRejected, {anywhere(random), anywhere(random)});
+  patches.AddAnyhow(1, 60, 10);
   const SourceVotes votes = patches.Votes();
   EXPECT_TRUE(votes.contradicted.empty());
   EXPECT_GE(votes.elsewhere.patches, 156);

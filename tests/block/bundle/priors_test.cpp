@@ -221,6 +221,15 @@ TEST(BlockAdjustment, PhotosThatTakeNoPartDoNotOutvoteAShiftOfGnss) {
   EXPECT_TRUE(Has(FindingsWithPlainGnss(simulation), Reason::kGnssPerhapsOfAnotherDatum));
 }
 
+void ExpectPlainGnssIsFollowed(const BundleSimulation& simulation) {
+  BlockOptions plain;
+  plain.gnss = GnssModel::kPlain;
+  const BlockResult result = AdjustBlock(simulation.block, plain);
+  EXPECT_FALSE(Has(result.findings, Reason::kGnssPerhapsOfAnotherDatum));
+  for (std::size_t i = 0; i < 15; ++i)
+    EXPECT_LT((result.photos[i].pose.position_m - simulation.true_poses[i].position_m).norm(), 1);
+}
+
 // Either of two may be the wrong one.
 TEST(BlockAdjustment, OneControlPointThatIsWrongDoesNotMoveAllGnss) {
   BundleSimulationOptions options = SmallBlock();
@@ -231,12 +240,7 @@ TEST(BlockAdjustment, OneControlPointThatIsWrongDoesNotMoveAllGnss) {
   BundleSimulation simulation = SimulateBundle(options);
   for (BlockPoint& point : simulation.block.points)
     if (point.control) point.control->ground_m.x() += 10;
-  BlockOptions plain;
-  plain.gnss = GnssModel::kPlain;
-  const BlockResult result = AdjustBlock(simulation.block, plain);
-  EXPECT_FALSE(Has(result.findings, Reason::kGnssPerhapsOfAnotherDatum));
-  for (std::size_t i = 0; i < 15; ++i)
-    EXPECT_LT((result.photos[i].pose.position_m - simulation.true_poses[i].position_m).norm(), 1);
+  ExpectPlainGnssIsFollowed(simulation);
 }
 
 // The approximations' common error is no witness against GNSS where control says too little.
@@ -250,12 +254,7 @@ TEST(BlockAdjustment, ApproximationsAreNoWitnessesAgainstGnss) {
     photo.approximate.position_m.x() += 12;
     photo.prior->pose.position_m.x() += 12;
   }
-  BlockOptions plain;
-  plain.gnss = GnssModel::kPlain;
-  const BlockResult result = AdjustBlock(simulation.block, plain);
-  EXPECT_FALSE(Has(result.findings, Reason::kGnssPerhapsOfAnotherDatum));
-  for (std::size_t i = 0; i < 15; ++i)
-    EXPECT_LT((result.photos[i].pose.position_m - simulation.true_poses[i].position_m).norm(), 1);
+  ExpectPlainGnssIsFollowed(simulation);
 }
 
 TEST(BlockAdjustment, SaysThatControlIsWorseThanStated) {

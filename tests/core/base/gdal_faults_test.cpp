@@ -58,16 +58,16 @@ void WriteMaskedDem(const std::string& path) {
   file->GetRasterBand(1)->GetMaskBand()->Fill(0);
 }
 
-TEST(GdalFaults, ARasterIsNotOpenedWithoutTheOverviewsThatItHas) {
-  ORIENT_REQUIRE_FEW_FILES();
-  const TemporaryFolder folder;
-  WriteTiff(folder / "a.tif");
+// What `read` expects holds, or the machine is said to have refused a.tif, with few files that may
+// be opened.
+template <typename Read>
+void ExpectTrueOrRefused(const Read& read) {
   int refused = 0;
   for (rlim_t count = 0; count < 4; ++count) {
+    SCOPED_TRACE(count);
     const FewFiles few(count);
     try {
-      const Raster raster = Raster::Open(folder / "a.tif");
-      EXPECT_EQ(raster.ReadGrey({0, 0, 64, 64}, 2).image.At(5, 5), 9) << count;
+      read();
     } catch (const EnvironmentError& error) {
       EXPECT_NE(std::string(error.what()).find("a.tif"), std::string::npos);
       ++refused;
@@ -77,21 +77,21 @@ TEST(GdalFaults, ARasterIsNotOpenedWithoutTheOverviewsThatItHas) {
   EXPECT_LT(refused, 4);
 }
 
+TEST(GdalFaults, ARasterIsNotOpenedWithoutTheOverviewsThatItHas) {
+  ORIENT_REQUIRE_FEW_FILES();
+  const TemporaryFolder folder;
+  WriteTiff(folder / "a.tif");
+  ExpectTrueOrRefused([&] {
+    const Raster raster = Raster::Open(folder / "a.tif");
+    EXPECT_EQ(raster.ReadGrey({0, 0, 64, 64}, 2).image.At(5, 5), 9);
+  });
+}
+
 TEST(GdalFaults, OverviewsThatCannotBeOpenedAreNotNone) {
   ORIENT_REQUIRE_FEW_FILES();
   const TemporaryFolder folder;
   WriteTiff(folder / "a.tif");
-  int refused = 0;
-  for (rlim_t count = 0; count < 4; ++count) {
-    const FewFiles few(count);
-    try {
-      EXPECT_EQ(CoarsestOverview(folder / "a.tif"), 2) << count;
-    } catch (const EnvironmentError&) {
-      ++refused;
-    }
-  }
-  EXPECT_GT(refused, 1);
-  EXPECT_LT(refused, 4);
+  ExpectTrueOrRefused([&] { EXPECT_EQ(CoarsestOverview(folder / "a.tif"), 2); });
 }
 
 // GDAL looks for a mask when it is asked for.
