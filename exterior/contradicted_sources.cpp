@@ -1,10 +1,8 @@
 #include "exterior/contradicted_sources.h"
 
-#include <Eigen/Geometry>
 #include <algorithm>
-#include <array>
 #include <map>
-#include <numbers>
+#include <set>
 
 #include "core/base/median.h"
 
@@ -39,59 +37,67 @@ bool Agree(const std::vector<Eigen::Vector2d>& residuals_px, const Eigen::Vector
   return 2 * close > std::ssize(residuals_px);
 }
 
+// A patch that was found: used, or off the pose.
+struct FoundPatch {
+  Eigen::Vector2d pixel, residual_px;
+  bool used = false;
+};
+
 // Matches scatter by some tenths of a pixel, and parts that are displaced are deformed as well.
-bool IsAround(const Eigen::Vector2d& residual_px, const Eigen::Vector2d& shift_px) {
-  return (residual_px - shift_px).norm() < 0.3 + 0.2 * shift_px.norm();
+bool IsAround(const FoundPatch& patch, const Eigen::Vector2d& shift_px) {
+  return !patch.used && (patch.residual_px - shift_px).norm() < 0.3 + 0.2 * shift_px.norm();
 }
 
-std::ptrdiff_t Around(const std::vector<Eigen::Vector2d>& residuals_px,
-                      const Eigen::Vector2d& shift_px) {
-  return std::count_if(residuals_px.begin(), residuals_px.end(),
-                       [&](const Eigen::Vector2d& r) { return IsAround(r, shift_px); });
-}
-
-Eigen::Vector2d MeanAround(const std::vector<Eigen::Vector2d>& residuals_px,
-                           const Eigen::Vector2d& shift_px) {
-  Eigen::Vector2d sum = Eigen::Vector2d::Zero();
-  int count = 0;
-  for (const Eigen::Vector2d& residual : residuals_px) {
-    if (!IsAround(residual, shift_px)) continue;
-    sum += residual;
-    ++count;
+PatchesElsewhere Around(const std::vector<FoundPatch>& found, const Eigen::Vector2d& shift_px) {
+  PatchesElsewhere around;
+  for (const FoundPatch& patch : found) {
+    if (!IsAround(patch, shift_px)) continue;
+    around.shift_px += patch.residual_px;
+    ++around.patches;
   }
-  return sum / count;
+  around.shift_px /= around.patches;
+  return around;
 }
 
-// What lies as far off in most other directions: wrong matches, and what stands on the ground.
-std::ptrdiff_t InOtherDirections(const std::vector<Eigen::Vector2d>& residuals_px,
-                                 const Eigen::Vector2d& shift_px) {
-  constexpr int kOthers = 11;
-  std::array<std::ptrdiff_t, kOthers> counts = {};
-  for (int i = 0; i < kOthers; ++i) {
-    const Eigen::Rotation2Dd turn(2 * std::numbers::pi * (i + 1) / (kOthers + 1));
-    counts.at(static_cast<std::size_t>(i)) = Around(residuals_px, turn * shift_px);
+// Whether most neighbours of those that lie around the shift do so, too. Of a displaced part 78 to
+// 93 % do; of what stands on the ground, and of wrong matches, 8 to 38 %, among patches that are
+// used.
+bool LieTogether(const std::vector<FoundPatch>& found, const Eigen::Vector2d& shift_px) {
+  constexpr std::size_t kNeighbours = 4;
+  std::vector<FoundPatch> both;  // used, or around the shift
+  for (const FoundPatch& patch : found)
+    if (patch.used || IsAround(patch, shift_px)) both.push_back(patch);
+  if (both.size() <= kNeighbours) return false;
+  std::ptrdiff_t alike = 0, neighbours = 0;
+  for (const FoundPatch& patch : found) {
+    if (!IsAround(patch, shift_px)) continue;
+    const auto distance = [&](const FoundPatch& other) {
+      return (other.pixel - patch.pixel).squaredNorm();
+    };
+    // The first is the patch itself.
+    const auto last = both.begin() + kNeighbours + 1;
+    std::partial_sort(both.begin(), last, both.end(),
+                      [&](const auto& a, const auto& b) { return distance(a) < distance(b); });
+    alike += std::count_if(both.begin() + 1, last, [](const auto& other) { return !other.used; });
+    neighbours += kNeighbours;
   }
-  // Further displaced parts are the few directions above it.
-  const auto upper_quartile = counts.begin() + 3 * kOthers / 4;
-  std::nth_element(counts.begin(), upper_quartile, counts.end());
-  return *upper_quartile;
+  return 2 * alike > neighbours;
 }
 
 // The place where most lie, of those that are no trend of the residuals near the pose.
-PatchesElsewhere FindElsewhere(const std::vector<Eigen::Vector2d>& residuals_px, int used) {
-  constexpr int kTimesOtherDirections = 3;
+PatchesElsewhere FindElsewhere(const std::vector<FoundPatch>& found, int used) {
   constexpr double kLeastShift_px = 1.5;
-  PatchesElsewhere found;
-  for (const Eigen::Vector2d& residual : residuals_px) {
-    const auto around = static_cast<int>(Around(residuals_px, residual));
-    if (around <= found.patches) continue;
-    const Eigen::Vector2d mean_px = MeanAround(residuals_px, residual);
-    if (mean_px.norm() >= kLeastShift_px) found = {around, mean_px};
+  PatchesElsewhere most;
+  Eigen::Vector2d densest_px = Eigen::Vector2d::Zero();
+  for (const FoundPatch& patch : found) {
+    if (patch.used) continue;
+    const PatchesElsewhere around = Around(found, patch.residual_px);
+    if (around.patches <= most.patches || around.shift_px.norm() < kLeastShift_px) continue;
+    most = around;
+    densest_px = patch.residual_px;
   }
-  if (found.patches < std::max<double>(kFewestFound, kShareWorthAWord * used) ||
-      found.patches <= kTimesOtherDirections * InOtherDirections(residuals_px, found.shift_px))
-    return {};
-  return found;
+  if (most.patches < std::max<double>(kFewestFound, kShareWorthAWord * used)) return {};
+  return LieTogether(found, densest_px) ? most : PatchesElsewhere();
 }
 
 }  // namespace
@@ -108,7 +114,7 @@ SourceVotes VotesOf(const std::vector<PatchResult>& results) {
       sources[*result.source].rejected_px.push_back(*result.residual_px);
     }
   }
-  std::vector<Eigen::Vector2d> rejected_px;  // not of sources that are contradicted as a whole
+  std::set<std::int64_t> as_a_whole;  // sources that are contradicted
   for (const auto& [id, of] : sources) {
     const bool has_say = of.Found() >= kFewestFound;
     const bool agrees = 2 * of.used > of.Found();
@@ -117,12 +123,19 @@ SourceVotes VotesOf(const std::vector<PatchResult>& results) {
       const Eigen::Vector2d shift_px = MedianOf(of.rejected_px);
       if (Agree(of.rejected_px, shift_px)) {
         votes.contradicted.push_back({id, of.Found(), of.used, shift_px});
-        continue;
+        as_a_whole.insert(id);
       }
     }
-    rejected_px.insert(rejected_px.end(), of.rejected_px.begin(), of.rejected_px.end());
   }
-  votes.elsewhere = FindElsewhere(rejected_px, votes.used);
+  std::vector<FoundPatch> found;
+  for (const PatchResult& result : results) {
+    const bool used = result.state == PatchState::kMatched;
+    if (!result.source || as_a_whole.contains(*result.source) || !result.pixel ||
+        !result.residual_px || (!used && result.state != PatchState::kRejected))
+      continue;
+    found.push_back({*result.pixel, *result.residual_px, used});
+  }
+  votes.elsewhere = FindElsewhere(found, votes.used);
   return votes;
 }
 

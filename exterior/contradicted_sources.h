@@ -26,7 +26,7 @@ struct SourceVotes {
   std::vector<ContradictedSource> contradicted;
   int agreeing_sources = 0;  // of whose patches most are used
   int used = 0;              // patches, of all sources
-  // Twelve or more, a twentieth of those used, far more than lie as far off in other directions.
+  // Twelve or more, a twentieth of those used, that lie together in the photo.
   PatchesElsewhere elsewhere;
 };
 

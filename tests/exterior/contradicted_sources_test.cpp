@@ -14,9 +14,13 @@ namespace {
 struct Patches {
   std::vector<PatchResult> results;
 
+  // In rows of twenty: what is added together lies together.
   void Add(std::int64_t source, PatchState state, const Eigen::Vector2d& residual_px) {
+    constexpr int kInRow = 20;
+    const int place = static_cast<int>(results.size()), row = place / kInRow;
     PatchResult result;
-    result.id = std::ssize(results) + 1;
+    result.id = place + 1;
+    result.pixel = Eigen::Vector2d(50.0 * (place % kInRow), 50.0 * row);
     result.source = source;
     result.state = state;
     if (state != PatchState::kNotFound) result.residual_px = residual_px;
@@ -140,6 +144,14 @@ TEST(VotesOf, RejectedOnesNearThePoseAreATrendAndNoOtherPlace) {
   EXPECT_EQ(patches.Votes().elsewhere.patches, 0);
   patches.AddSource(1, 0, 50, {8, 0});
   EXPECT_EQ(patches.Votes().elsewhere.patches, 50);
+}
+
+// As the walls and shadows of houses on one side: among patches that agree with the pose.
+TEST(VotesOf, WhatStandsOnTheGroundIsNoDisplacedPart) {
+  Patches patches;
+  for (int i = 0; i < 50; ++i) patches.AddSource(1, 6, 1, {1.8, 0.2});
+  EXPECT_EQ(patches.Votes().elsewhere.patches, 0);
+  EXPECT_EQ(StatusOf(patches.Judged()), Status::kOk);
 }
 
 // As trees and houses in a DEM without them: away from the nadir, all around it.
