@@ -1,11 +1,13 @@
 #!/usr/bin/env python3
-"""CTest `faults` (quick) and `faults_all` (slow): the machine fails at the n-th call.
+"""CTest `faults` (quick) and `faults_everywhere` (slow): the machine fails at the n-th call.
 
-    faults_test.py ORIENT INJECTOR [--every [NTH]] [--only COMMAND] [--kind KIND] [--at N] [--threads N]
+    faults_test.py ORIENT INJECTOR [--everywhere | --every [K/N]] [--only COMMAND] [--kind KIND]
+                   [--at N] [--threads N]
 
 Every command that reads or writes files runs undisturbed and then again and again with one call that
-fails (injector.cpp), or all from one on ("write+"): every one with --every (or every tenth with
---every 10), else one of one kind.
+fails (injector.cpp), or all from one on ("write+"): one of one kind; --everywhere the first of those that
+the same functions make by the same way through the program (of every third way for "write+"); --every
+each single call, which takes hours (3/8: the third, the eleventh ...).
 Then the exit code is as documented and the message names a file; nothing false is there and nothing
 that does not belong there; the same command, run again, gives the undisturbed result to the last
 byte. On one thread a case can be repeated with --only, --kind and --at. --processes: cases tried at
@@ -36,23 +38,38 @@ class Cases:
         self.world, self.injector, self.name = world, injector, name
         self.cpus = {(first_cpu + i) % os.cpu_count() for i in range(threads)}
         self.command = world.commands(threads)[name]
-        count = world.here.with_suffix(".count")
-        done = self.run("none", 0, count)
+        told = world.here.with_suffix(".places")
+        done = self.run("none", 0, places=told)
         assert done.returncode == DONE, f"{name}: {done.stdout}{done.stderr}"
         self.expected, self.said = world.result(), without_times(done.stdout)
-        self.calls = {kind: int(n) for kind, n in map(str.split, count.read_text().splitlines())}
+        self.places = collections.defaultdict(list)  # of each kind's calls
+        for kind, place in map(str.split, told.read_text().splitlines()):
+            self.places[kind].append(place)
 
-    def run(self, kind, at, count=None):
+    def run(self, kind, at, places=None):
         self.world.renew(self.command)
         return self.world.run(self.command.words, self.injector, kind.rstrip("+"), at, kind.endswith("+"),
-                              count, self.cpus)
+                              places=places, cpus=self.cpus)
 
-    def chosen(self, kind, every):
-        calls = self.calls[kind.rstrip("+")]
-        if every:
-            return range(1, calls + 1, every)
+    def calls(self, kind):
+        return len(self.places[kind.rstrip("+")])
+
+    def everywhere(self, kind):
+        first = {}
+        for at, place in enumerate(self.places[kind.rstrip("+")], 1):
+            first.setdefault(place, at)
+        # All that fails from one call on fails alike from the next one on.
+        return list(first.values())[::3 if kind.endswith("+") else 1]
+
+    def chosen(self, kind, asked):
+        calls = self.calls(kind)
+        if asked.everywhere:
+            return self.everywhere(kind)
+        if asked.every:
+            first, step = map(int, asked.every.split("/"))
+            return range(first, calls + 1, step)
         chance = zlib.crc32(f"{self.name} {kind}".encode())
-        known = [one for one in KINDS if self.calls[one.rstrip("+")] > 0]
+        known = [one for one in KINDS if self.calls(one) > 0]
         mine = known[zlib.crc32(self.name.encode()) % len(known)]
         return [chance % calls + 1] if kind == mine else []
 
@@ -99,7 +116,7 @@ def work(asked, start, number):
                       asked.threads, number)
         for kind in [asked.kind] if asked.kind else KINDS:
             codes = collections.Counter()
-            for at in [asked.at] if asked.at else cases.chosen(kind, asked.every):
+            for at in [asked.at] if asked.at else cases.chosen(kind, asked):
                 place += 1
                 if place % asked.processes != number:
                     continue
@@ -109,7 +126,7 @@ def work(asked, start, number):
                 for line in lines:
                     print(line, flush=True)
             tried += codes.total()
-            print(f"{name}, {kind}: {codes.total()} tried of {cases.calls[kind.rstrip('+')]}; exit codes "
+            print(f"{name}, {kind}: {codes.total()} tried of {cases.calls(kind)}; exit codes "
                   f"{dict(codes)}", flush=True)
     return tried, wrong
 
@@ -118,7 +135,8 @@ def main():
     parser = argparse.ArgumentParser()
     parser.add_argument("orient")
     parser.add_argument("injector")
-    parser.add_argument("--every", nargs="?", type=int, const=1)
+    parser.add_argument("--everywhere", action="store_true")
+    parser.add_argument("--every", nargs="?", const="1/1")
     parser.add_argument("--only")
     parser.add_argument("--kind")
     parser.add_argument("--at", type=int)

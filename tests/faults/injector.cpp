@@ -10,6 +10,9 @@
 //   ORIENT_FAULT_ON      1: every later one fails, too
 //   ORIENT_FAULT_TRACE   set: who made the call that fails is told on standard error
 //   ORIENT_FAULT_COUNT   file that is given the number of calls of each kind at the end
+//   ORIENT_FAULT_PLACES  file that is given a line per call, "kind place": calls that functions
+//   made
+//                        by the same way through the program have the same place
 //   ORIENT_FAULT_NO_LOCKS  set: the file system knows no locks, as NFS without its lock daemon
 //
 // Nothing is flushed to the disk indeed, which would only take time: the machine does not fail.
@@ -22,6 +25,7 @@
 #include <sys/types.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <array>
 #include <atomic>
 #include <cerrno>
@@ -44,6 +48,7 @@ void* __libc_memalign(size_t alignment, size_t size);
 namespace {
 
 constexpr int kMostFiles = 4096;
+constexpr size_t kMostPlaces = 1 << 16;  // per kind; later calls are not told
 constexpr size_t kLarge = size_t{1} << 20;
 enum Kind : char { kWrite, kRead, kMemory, kKill, kNone };
 constexpr std::array kNames = {"write", "read", "memory", "kill"};
@@ -53,12 +58,14 @@ struct Plan {
   Kind kind = kNone;
   long at = 0;
   bool on = false;
+  bool tells_places = false;
   const char* folder = nullptr;
 };
 
 Plan plan;
 std::array<std::atomic<long>, kNames.size()> calls{};
 std::array<std::atomic<Watch>, kMostFiles> watched{};
+std::array<std::array<size_t, kMostPlaces>, kNames.size()> places{};
 
 template <class Function>
 Function Real(Function, const char* name) {
@@ -80,8 +87,20 @@ void SetWatch(int file, bool below, bool writes) {
     watched[static_cast<size_t>(file)] = !below ? kNot : writes ? kForWriting : kForReading;
 }
 
+// Of the stack's return addresses; FNV-1a.
+size_t Place() {
+  std::array<void*, 64> frames{};
+  const int depth = backtrace(frames.data(), frames.size());
+  size_t place = 14695981039346656037U;
+  for (int i = 0; i < depth; ++i)
+    place = (place ^ reinterpret_cast<size_t>(frames[static_cast<size_t>(i)])) * 1099511628211U;
+  return place;
+}
+
 bool IsTurn(Kind kind) {
   const long call = ++calls[kind];
+  if (plan.tells_places && static_cast<size_t>(call) <= kMostPlaces)
+    places[kind][static_cast<size_t>(call) - 1] = Place();
   if (plan.kind != kind || plan.at <= 0 || (plan.on ? call < plan.at : call != plan.at))
     return false;
   if (std::getenv("ORIENT_FAULT_TRACE") != nullptr) {
@@ -155,20 +174,36 @@ __attribute__((constructor)) void Read() {
   plan.folder = std::getenv("ORIENT_FAULT_FOLDER");
   plan.at = at == nullptr ? 0 : std::atol(at);
   plan.on = on != nullptr && on[0] == '1';
+  plan.tells_places = std::getenv("ORIENT_FAULT_PLACES") != nullptr;
   if (kind == nullptr) return;
   for (size_t i = 0; i < kNames.size(); ++i)
     if (std::strcmp(kind, kNames[i]) == 0) plan.kind = static_cast<Kind>(i);
 }
 
-__attribute__((destructor)) void Tell() {
-  plan.kind = kNone;
-  const char* path = std::getenv("ORIENT_FAULT_COUNT");
+void TellCounts(FILE* file) {
+  for (size_t i = 0; i < kNames.size(); ++i)
+    std::fprintf(file, "%s %ld\n", kNames[i], calls[i].load());
+}
+
+void TellPlaces(FILE* file) {
+  for (size_t i = 0; i < kNames.size(); ++i)
+    for (size_t call = 0; call < std::min(kMostPlaces, static_cast<size_t>(calls[i])); ++call)
+      std::fprintf(file, "%s %zx\n", kNames[i], places[i][call]);
+}
+
+void TellTo(const char* name, void (*tell)(FILE*)) {
+  const char* path = std::getenv(name);
   if (path == nullptr) return;
   if (FILE* file = std::fopen(path, "w")) {
-    for (size_t i = 0; i < kNames.size(); ++i)
-      std::fprintf(file, "%s %ld\n", kNames[i], calls[i].load());
+    tell(file);
     std::fclose(file);
   }
+}
+
+__attribute__((destructor)) void Tell() {
+  plan.kind = kNone;
+  TellTo("ORIENT_FAULT_COUNT", TellCounts);
+  TellTo("ORIENT_FAULT_PLACES", TellPlaces);
 }
 
 }  // namespace

@@ -189,7 +189,8 @@ class World:
             copy = shutil.copytree if (self.start / name).is_dir() else shutil.copy2
             copy(self.start / name, self.here / name)
 
-    def run(self, words, injector=None, kind="none", at=0, on=False, count=None, cpus=(0,)):
+    def run(self, words, injector=None, kind="none", at=0, on=False, count=None, places=None,
+            cpus=(0,)):
         environment = dict(os.environ)
         if injector:
             environment |= {"LD_PRELOAD": str(injector), "ORIENT_FAULT_FOLDER": str(self.here),
@@ -197,6 +198,8 @@ class World:
                             "ORIENT_FAULT_ON": "1" if on else "0"}
         if count:
             environment["ORIENT_FAULT_COUNT"] = str(count)
+        if places:
+            environment["ORIENT_FAULT_PLACES"] = str(places)
         return subprocess.run([self.orient, *words], capture_output=True, text=True, check=False,
                               env=environment, preexec_fn=lambda: os.sched_setaffinity(0, cpus),
                               timeout=LONGEST_S)
