@@ -18,6 +18,7 @@
 #include "block/stages/neighbour_stage.h"
 #include "block/stages/tie_stage.h"
 #include "block/verdict/adjustment_summary.h"
+#include "block/verdict/approximations_apart.h"
 #include "block/verdict/calibrated_camera.h"
 #include "block/verdict/final_results.h"
 #include "block/verdict/point_table.h"
@@ -117,6 +118,11 @@ JudgedBlock AdjustAndJudge(const AdjustmentInputs& inputs) {
   return HeldToControl(judged(inputs), judged(without));
 }
 
+void NameApproximationsApart(OrientedBlock* block) {
+  if (auto apart = ApproximationsApart(block->results))
+    block->findings.push_back(*std::move(apart));
+}
+
 void Adjust(const BlockInputs& inputs, const std::vector<TieRecord>& ties,
             const GroundSurface& surface, OrientedBlock* block) {
   const BlockAdjustmentChoice& settings = inputs.Block().adjustment;
@@ -143,6 +149,7 @@ void Adjust(const BlockInputs& inputs, const std::vector<TieRecord>& ties,
   const PointTable points = TableOfPoints(adjusted.surveyed, adjusted.block, adjusted.result);
   WritePointTable(out, points);
   block->control_points = TextOf(points);
+  NameApproximationsApart(block);
   block->adjusted = SummaryOf(adjusted, block->findings);
   block->summary = Summarize(*block->adjusted, block->photos);
 }
@@ -156,6 +163,7 @@ void TakeOwnResults(const BlockInputs& inputs, OrientedBlock* block) {
   fs::remove(PoseCovariancePath(out));
   fs::remove(PointTablePath(out));
   if (inputs.Block().adjustment.pose_covariance) block->findings.push_back(NoPoseCovariance());
+  NameApproximationsApart(block);
 }
 
 // A final result is made from the whole block, and never kept.

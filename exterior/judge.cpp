@@ -15,6 +15,9 @@ constexpr int kPlacesForOk = 10;       // fewer places do not determine its prec
 constexpr int kUsualPatches = 100;     // with fewer a search depends on each of them
 constexpr double kUsualSide_px = 25;   // narrower ones are easily taken for one another
 constexpr double kSpreadForOk = 0.03;  // share of the photo over which the matched patches spread
+// Of the target. Where one source's patches lie so far beside the pose the others' lie on its other
+// side, and nothing tells which of them it should follow.
+constexpr double kMostOfOneSource = 0.5;
 
 std::string Told(const ResidualTrend& trend) {
   const auto of_kind = [&] {
@@ -113,12 +116,14 @@ Findings Judge(const JudgedPose& pose) {
   for (const Finding& finding : JudgeSources(pose.sources)) findings.push_back(finding);
   // The largest of all residuals, and of each source: the others are the same seen otherwise.
   std::set<std::optional<std::int64_t>> told;
-  for (const ResidualTrend& trend : pose.trends)
-    if (told.insert(trend.source).second)
-      findings.push_back({.reason = Reason::kResidualTrend,
-                          .at_best = trend.rms_px > pose.target_px ? Status::kWeak : Status::kOk,
-                          .value = trend.rms_px,
-                          .where = Told(trend)});
+  for (const ResidualTrend& trend : pose.trends) {
+    if (!told.insert(trend.source).second) continue;
+    const double most_px = (trend.source ? kMostOfOneSource : 1) * pose.target_px;
+    findings.push_back({.reason = Reason::kResidualTrend,
+                        .at_best = trend.rms_px > most_px ? Status::kWeak : Status::kOk,
+                        .value = trend.rms_px,
+                        .where = Told(trend)});
+  }
   return findings;
 }
 

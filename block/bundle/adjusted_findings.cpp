@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <utility>
 
 #include "block/bundle/connected_parts.h"
 
@@ -59,7 +60,7 @@ class FindingsAbout {
     findings_.push_back({.reason = reason, .value = value, .limit = limit});
   }
   void SayOf(const std::vector<std::size_t>& photos, Reason reason);
-  void SayWorseThanStated(double variance_factor, Reason reason);
+  void SayWorseThanStated(double variance_factor, Reason reason, std::string where = {});
   void SayShiftOfGnss(std::size_t used, std::size_t observed);
   void SayControl();
   void SayGnss();
@@ -80,9 +81,11 @@ void FindingsAbout::SayOf(const std::vector<std::size_t>& photos, Reason reason)
 }
 
 // How much worse than stated, where that is too much to pass over in silence.
-void FindingsAbout::SayWorseThanStated(double variance_factor, Reason reason) {
+void FindingsAbout::SayWorseThanStated(double variance_factor, Reason reason, std::string where) {
   const double factor = std::sqrt(variance_factor);
-  if (!(factor < kTooMuchWorse)) Say(reason, factor, kTooMuchWorse);
+  if (factor < kTooMuchWorse) return;
+  Say(reason, factor, kTooMuchWorse);
+  findings_.back().where = std::move(where);
 }
 
 // Where control contradicts what GNSS positions have in common.
@@ -122,7 +125,8 @@ void FindingsAbout::SayApproximations() {
   const auto observed = std::count_if(system_.prior_row.begin(), system_.prior_row.end(),
                                       [](int row) { return row >= 0; });
   if (std::ssize(rejected) < observed)
-    SayWorseThanStated(system_.Factor(RowKind::kPosePrior), Reason::kApproximationsWorseThanStated);
+    SayWorseThanStated(system_.Factor(RowKind::kPosePrior), Reason::kApproximationsWorseThanStated,
+                       ", and their weight as observations is reduced accordingly");
 }
 
 // An error of the principal distance that the block does not see goes into its flying heights.

@@ -127,14 +127,29 @@ void UpdatePatches(const AdjustedBlock& adjusted, const std::vector<std::size_t>
 // By how much the block moved a photo from where its own patches put it. A calibrated lens moves
 // poses, and is no contradiction: compared is what the photo's own camera makes of the adjusted
 // view.
-double MovedChi2(const AdjustmentInputs& inputs, const BlockPhotoFile& photo,
-                 const PhotoView& adjusted, const ExteriorResult& result) {
-  const ExteriorResult& alone = photo.exterior;
+Vector6d MovedFromAlone(const AdjustmentInputs& inputs, const BlockPhotoFile& photo,
+                        const PhotoView& adjusted, const ExteriorResult& result) {
   const auto as_alone =
       PoseShowingTheSame(adjusted, photo.View(inputs.camera),
                          GroundHeightUnder(inputs.surface, adjusted.camera, adjusted.pose));
-  const Vector6d moved = PoseDifference(as_alone.value_or(*result.pose), *alone.pose);
-  return moved.dot((*alone.covariance + *result.covariance).ldlt().solve(moved));
+  return PoseDifference(as_alone.value_or(*result.pose), *photo.exterior.pose);
+}
+
+// Of a photo with a pose by its own patches; after UpdatePatches. Where it is held off the place
+// that they give it, nothing tells which of the two is right, and the covariance has both.
+void CompareWithAlone(const AdjustmentInputs& inputs, const BlockPhotoFile& photo,
+                      const PhotoView& view, double height_m, TiedPhoto* tied,
+                      ExteriorResult* result) {
+  const Vector6d moved = MovedFromAlone(inputs, photo, view, *result);
+  tied->moved_chi2 =
+      moved.dot((*photo.exterior.covariance + *result->covariance).ldlt().solve(moved));
+  tied->own = OwnPatchesOf(result->patches);
+  tied->held_off = photo.exterior.sigma0_px && IsHeldOff(tied->own, *photo.exterior.sigma0_px);
+  if (!tied->held_off) return;
+  *result->covariance += moved * moved.transpose();
+  tied->worst_sigma_px = exterior::WorstProjectionSigma(view, *result->covariance, height_m);
+  result->projection_sigma =
+      exterior::ProjectionSigmaOf(tied->worst_sigma_px, view.GroundPixel(height_m));
 }
 
 // A pose that was not adjusted, for the camera that the block found: it shows the same ground.
@@ -223,6 +238,7 @@ ExteriorResult Final(const AdjustmentInputs& inputs, const AdjustedBlock& adjust
   result.footprint_m = Footprint(view, inputs.surface);
   UpdatePatches(adjusted, observations, view, &result);
   exterior::RejudgeSources(&result);
+  if (!file.by_neighbours) CompareWithAlone(inputs, file, view, height_m, &tied, &result);
   LiftImprecision(tied, &result);
   if (file.by_neighbours) {
     const std::string located = file.located_by.empty() ? "" : "; " + file.located_by;
@@ -231,7 +247,6 @@ ExteriorResult Final(const AdjustmentInputs& inputs, const AdjustedBlock& adjust
         {.reason = Reason::kOrientedByNeighbours, .value = sightings.ties.used, .where = located});
     for (const Finding& finding : left_open) exterior::Add(finding, &result);
   } else {
-    tied.moved_chi2 = MovedChi2(inputs, file, view, result);
     for (const Finding& finding : JudgeAgainstOwnPatches(tied)) exterior::Add(finding, &result);
   }
   return result;

@@ -1,5 +1,7 @@
 #include "block/verdict/judge.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <cmath>
 
@@ -15,6 +17,20 @@ constexpr double kMinRedundancy = 6;  // of its ties together: below, none could
 // Of the target: a pose from ties less precise than that is none.
 constexpr double kMostTargets = 3;
 const double kMaxAloneChi2 = ChiSquareLimit(6, 1e-4);
+// Of a photo's own patches, those that contradict the block: up to 8 % where nothing is wrong, 13 %
+// and more where heights or the scan are.
+constexpr double kMostContradicting = 0.2;
+constexpr int kFewestContradicting = 12;
+
+bool OwnPatchesContradict(const OwnPatches& own) {
+  return own.contradicting >= kFewestContradicting &&
+         own.contradicting >= kMostContradicting * (own.used + own.contradicting);
+}
+
+Finding HeldOff(const OwnPatches& own) {
+  const std::string misfit = "misfit between its patches and the block";
+  return {Reason::kResidualTrend, Status::kOk, own.rms_px, std::nullopt, misfit};
+}
 
 }  // namespace
 
@@ -45,6 +61,16 @@ Findings JudgeAgainstOwnPatches(const TiedPhoto& photo) {
   if (photo.moved_chi2 > kMaxAloneChi2)
     findings.push_back({Reason::kMovedByBlock, Status::kWeak, std::sqrt(photo.moved_chi2),
                         std::sqrt(kMaxAloneChi2)});
+  const int all = photo.own.used + photo.own.contradicting;
+  if (OwnPatchesContradict(photo.own))
+    findings.push_back(
+        {.reason = Reason::kPatchContradictsBlock,
+         .at_best = Status::kWeak,
+         .value = photo.own.contradicting,
+         .limit = all,
+         .where = fmt::format(": {} of the {} patches that it was oriented by contradict it",
+                              photo.own.contradicting, all)});
+  if (photo.held_off) findings.push_back(HeldOff(photo.own));
   return findings;
 }
 

@@ -5,6 +5,7 @@
 #include <optional>
 #include <string>
 
+#include "block/verdict/own_patches.h"
 #include "core/files/results.h"
 
 namespace orient::block {
@@ -17,6 +18,8 @@ struct TiedPhoto {
   double worst_sigma_px = 0;  // of the adjusted pose's projection, in the frame's worst corner
   double target_px = 1;       // what that may be at most in a photo that is ok
   double moved_chi2 = 0;      // from where its own patches put it; six degrees of freedom
+  OwnPatches own = {};
+  bool held_off = false;  // from where its own patches put it; that is in worst_sigma_px
 };
 
 // Ties enough, more than half of them contradicting the pose.

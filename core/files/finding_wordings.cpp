@@ -180,7 +180,8 @@ const std::vector<Wording>& Wordings() {  // NOLINT(readability-function-size): 
        "the pose is poorly determined: in the worst corner of the frame its projection is "
        "uncertain by {value:.2f} px, the target is {limit:.2f} px"},
       {Reason::kResidualTrend, "residual_trend",
-       "the residuals show a {where} of {value:.2f} px (RMS); the covariance allows for it"},
+       "the residuals show a {where} of {value:.2f} px (RMS); the covariance allows for that much, "
+       "though the pose may have taken up more"},
       {Reason::kSourceContradicted, "source_contradicted",
        "{limit:.0f} patches of source {where} agree with one another and not with the pose: they "
        "lie {value:.1f} px beside it; either that source is wrong or those that were used"},
@@ -313,8 +314,7 @@ const std::vector<Wording>& Wordings() {  // NOLINT(readability-function-size): 
       {Reason::kApproximationsRejected, "approximations_rejected",
        "The approximation is worse than stated and is not used as an observation: {where}."},
       {Reason::kApproximationsWorseThanStated, "approximations_worse_than_stated",
-       "Approximations fit {value:.0f} times worse than stated, and their weight as observations "
-       "is reduced accordingly."},
+       "Approximations fit {value:.0f} times worse than stated{where}."},
       {Reason::kPhotosUndetermined, "photos_undetermined",
        "Too few or poorly distributed observations: {where}."},
       {Reason::kDistanceLeftOpen, "distance_left_open",
@@ -390,7 +390,8 @@ const std::vector<Wording>& Wordings() {  // NOLINT(readability-function-size): 
        "found nowhere that agrees with the other patches"},
       {Reason::kPatchContradictsOthers, "patch_contradicts_others",
        "does not agree with the other patches"},
-      {Reason::kPatchContradictsBlock, "patch_contradicts_block", "does not agree with the block"},
+      {Reason::kPatchContradictsBlock, "patch_contradicts_block",
+       "does not agree with the block{where}"},
   };
   return kWordings;
 }

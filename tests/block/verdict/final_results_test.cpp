@@ -62,6 +62,33 @@ class FinalResultsOf : public testing::Test {
       GroundSurface::FromGrid(Eigen::MatrixXf::Constant(100, 100, 200), 497000, 5003000, 100);
 };
 
+// Patches that alone fit to a tenth of a pixel lie a pixel beside the pose in the block: one of the
+// two is wrong, and the stated precision says so.
+TEST_F(FinalResultsOf, APhotoHeldOffItsOwnPatchesIsAsUncertainAsItWasMoved) {
+  const std::vector<ExteriorResult> before = Results({});
+  PhotoView view = photos_[1].View(simulation_.block.cameras[0]);
+  view.pose = *before[1].pose;
+  ExteriorResult& exterior = photos_[1].exterior;
+  exterior.sigma0_px = 0.1;
+  for (int i = 0; i < 40; ++i) {
+    PatchResult patch;
+    patch.id = 1000 + i;
+    patch.state = PatchState::kMatched;
+    patch.ground_m = view.pose.position_m + Eigen::Vector3d(10.0 * i - 200, 7.0 * (i % 9), 0);
+    patch.ground_m->z() = 200;
+    patch.pixel = *view.PixelFromGround(*patch.ground_m) + Eigen::Vector2d(1, 1);
+    exterior.patches.push_back(patch);
+  }
+  const ExteriorResult held = Results({})[1];
+  const Vector6d moved = PoseDifference(*held.pose, *exterior.pose);
+  EXPECT_TRUE(held.covariance->isApprox(*before[1].covariance + moved * moved.transpose(), 1e-3));
+  EXPECT_GT(held.projection_sigma->px, before[1].projection_sigma->px);
+  ASSERT_FALSE(held.findings.empty());
+  EXPECT_EQ(held.findings.back().reason, Reason::kResidualTrend);
+  exterior.sigma0_px = 0.5;
+  EXPECT_TRUE(Results({})[1].covariance->isApprox(*before[1].covariance));
+}
+
 TEST_F(FinalResultsOf, ABlockAtRestAreTheAdjustedPoses) {
   const std::vector<ExteriorResult> results = Results({});
   ASSERT_TRUE(adjusted_.result.converged);

@@ -165,6 +165,32 @@ TEST(JudgeAgainstOwnPatches, MovedFartherThanOneInTenThousandIsWeak) {
   EXPECT_NEAR(*findings[0].limit, std::sqrt(kMovedChi2), kTable);
 }
 
+TEST(JudgeAgainstOwnPatches, AFifthOfThemThatContradictTheBlockIsWeak) {
+  TiedPhoto photo = WellTied();
+  photo.own = {81, 20};
+  EXPECT_TRUE(JudgeAgainstOwnPatches(photo).empty());
+  photo.own = {80, 20};
+  ExpectOnly(JudgeAgainstOwnPatches(photo),
+             {Reason::kPatchContradictsBlock, Status::kWeak, 20, 100,
+              ": 20 of the 100 patches that it was oriented by contradict it"});
+}
+
+TEST(JudgeAgainstOwnPatches, ElevenThatContradictTheBlockAreTooFewToSaySo) {
+  TiedPhoto photo = WellTied();
+  photo.own = {10, 11};
+  EXPECT_TRUE(JudgeAgainstOwnPatches(photo).empty());
+  photo.own = {10, 12};
+  EXPECT_EQ(JudgeAgainstOwnPatches(photo).size(), 1u);
+}
+
+TEST(JudgeAgainstOwnPatches, ThatTheBlockHoldsItOffThemIsARemark) {
+  TiedPhoto photo = WellTied();
+  photo.own = {100, 0, 0.7};
+  photo.held_off = true;
+  ExpectOnly(JudgeAgainstOwnPatches(photo), {Reason::kResidualTrend, Status::kOk, 0.7, std::nullopt,
+                                             "misfit between its patches and the block"});
+}
+
 TEST(JudgeAgainstOwnPatches, AllThatSpeaksAgainstItIsSaid) {
   TiedPhoto photo = WellTied();
   photo.worst_sigma_px = 2;
