@@ -24,6 +24,7 @@
 #include "block/verdict/point_table.h"
 #include "block/verdict/pose_covariance.h"
 #include "core/files/orientation_table.h"
+#include "exterior/judge.h"
 
 namespace orient::block {
 namespace {
@@ -118,9 +119,14 @@ JudgedBlock AdjustAndJudge(const AdjustmentInputs& inputs) {
   return HeldToControl(judged(inputs), judged(without));
 }
 
-void NameApproximationsApart(OrientedBlock* block) {
-  if (auto apart = ApproximationsApart(block->results))
-    block->findings.push_back(*std::move(apart));
+// As a photo's pose that its own approximation contradicts.
+void JudgeApproximationsApart(OrientedBlock* block) {
+  auto apart = ApproximationsApart(block->results);
+  if (!apart) return;
+  block->findings.push_back(*apart);
+  apart->at_best = Status::kWeak;
+  for (ExteriorResult& result : block->results)
+    if (result.pose && result.approximation) exterior::Add(*apart, &result);
 }
 
 void Adjust(const BlockInputs& inputs, const std::vector<TieRecord>& ties,
@@ -149,7 +155,7 @@ void Adjust(const BlockInputs& inputs, const std::vector<TieRecord>& ties,
   const PointTable points = TableOfPoints(adjusted.surveyed, adjusted.block, adjusted.result);
   WritePointTable(out, points);
   block->control_points = TextOf(points);
-  NameApproximationsApart(block);
+  JudgeApproximationsApart(block);
   block->adjusted = SummaryOf(adjusted, block->findings);
   block->summary = Summarize(*block->adjusted, block->photos);
 }
@@ -163,7 +169,7 @@ void TakeOwnResults(const BlockInputs& inputs, OrientedBlock* block) {
   fs::remove(PoseCovariancePath(out));
   fs::remove(PointTablePath(out));
   if (inputs.Block().adjustment.pose_covariance) block->findings.push_back(NoPoseCovariance());
-  NameApproximationsApart(block);
+  JudgeApproximationsApart(block);
 }
 
 // A final result is made from the whole block, and never kept.

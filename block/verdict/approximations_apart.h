@@ -1,4 +1,4 @@
-// What the approximations of a block have in common against its poses. Private to block.
+// What the approximations of a run's photos have in common against their poses.
 #pragma once
 
 #include <optional>

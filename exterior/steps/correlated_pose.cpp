@@ -287,6 +287,17 @@ Covariances CovariancesOf(const Adjusted& adjusted, const Model& model, const Va
   return covariances;
 }
 
+// The estimate errs by no more than the prior does and it lies off the prior. What the residuals do
+// not show is propagated without that: they, not the prior, weighted the observations.
+void BoundDistance(double off_mm, const PrincipalDistancePrior& prior,
+                   Eigen::MatrixXd* covariance) {
+  const double variance = (*covariance)(6, 6);
+  const double most = off_mm * off_mm + prior.sigma_mm * prior.sigma_mm;
+  if (variance <= most) return;
+  const Eigen::VectorXd with_distance = covariance->col(6);
+  *covariance -= (1 - most / variance) / variance * with_distance * with_distance.transpose();
+}
+
 }  // namespace
 
 std::optional<CorrelatedPose> EstimateCorrelatedPose(
@@ -307,8 +318,9 @@ std::optional<CorrelatedPose> EstimateCorrelatedPose(
   const auto adjusted = AdjustAsResidualsSay(view, &model, of_matches.stated);
   if (!adjusted) return std::nullopt;
   CorrelatedPose estimate;
-  const Covariances covariances = CovariancesOf(*adjusted, model, of_matches, &estimate);
+  Covariances covariances = CovariancesOf(*adjusted, model, of_matches, &estimate);
   const double distance_mm = adjusted->view.camera.principal_distance_mm;
+  if (unknown) BoundDistance(distance_mm - unknown->value_mm, *unknown, &covariances.honest);
   if (!covariances.honest.allFinite() || !(distance_mm > 0)) return std::nullopt;
   estimate.pose = adjusted->view.pose;
   estimate.noise_factor = adjusted->components.noise;

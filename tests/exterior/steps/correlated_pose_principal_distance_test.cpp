@@ -81,6 +81,23 @@ TEST(PrincipalDistance, ReliefTellsItAndLevelGroundDoesNot) {
   EXPECT_GT(open->covariance(2, 2), 9 * told->covariance(2, 2));
 }
 
+// A source that may be displaced and deformed as a whole moves the estimate more than the prior's
+// sigma: that is how far it can be off, and the flying height with it.
+TEST(PrincipalDistance, IsNoLessCertainThanThePriorAndWhereItLiesFromIt) {
+  std::mt19937 random(8);
+  Made made = Make(300, random);
+  for (PatchObservation& o : made.observations) o.source_sigma_px = 3;
+  const PosePrior prior = PriorOf(made.view.pose, {20, 0.01}, random);
+  const auto estimated = Estimate(made, prior, 0.1);
+  ASSERT_TRUE(estimated);
+  const double off_mm =
+      estimated->principal_distance_mm - (made.view.camera.principal_distance_mm + 0.1);
+  const double most_mm = std::hypot(off_mm, kPrior_mm);
+  EXPECT_NEAR(estimated->principal_distance_sigma_mm, most_mm, 1e-9);
+  const Matrix6d& covariance = estimated->honest_covariance;
+  EXPECT_GT(covariance.selfadjointView<Eigen::Lower>().eigenvalues().minCoeff(), 0);
+}
+
 TEST(PrincipalDistance, NeedsFourObservations) {
   std::mt19937 random(7);
   Made made = Make(300, random);
