@@ -24,7 +24,6 @@
 #include "block/verdict/point_table.h"
 #include "block/verdict/pose_covariance.h"
 #include "core/files/orientation_table.h"
-#include "exterior/judge.h"
 
 namespace orient::block {
 namespace {
@@ -107,26 +106,27 @@ std::vector<TieRecord> MeasureTies(const BlockInputs& inputs, const BlockFolder&
       stage, [&] { progress.Advance(); }, &block->findings);
 }
 
-JudgedBlock AdjustAndJudge(const AdjustmentInputs& inputs) {
+void JudgeApart(const std::optional<Finding>& apart, const PosePriors& stated,
+                std::vector<ExteriorResult>* results, Findings* findings) {
+  if (!apart) return;
+  findings->push_back(*apart);
+  AddToPhotos(*apart, stated, results);
+}
+
+JudgedBlock AdjustAndJudge(const AdjustmentInputs& inputs, const PosePriors& stated) {
   const auto judged = [](const AdjustmentInputs& given) {
     AdjustedBlock adjusted = AdjustPhotos(given);
     std::vector<ExteriorResult> results = FinalResults(given, adjusted);
     return JudgedBlock{std::move(adjusted), std::move(results), {}};
   };
-  if (inputs.known.Empty()) return judged(inputs);
-  AdjustmentInputs without = inputs;
-  without.known = {};
-  return HeldToControl(judged(inputs), judged(without));
-}
-
-// As a photo's pose that its own approximation contradicts.
-void JudgeApproximationsApart(OrientedBlock* block) {
-  auto apart = ApproximationsApart(block->results);
-  if (!apart) return;
-  block->findings.push_back(*apart);
-  apart->at_best = Status::kWeak;
-  for (ExteriorResult& result : block->results)
-    if (result.pose && result.approximation) exterior::Add(*apart, &result);
+  AdjustmentInputs by_control = inputs;
+  by_control.known = {};
+  JudgedBlock without = judged(by_control);
+  const auto apart = ApproximationsApart(without.results, stated);
+  JudgedBlock done =
+      inputs.known.Empty() ? std::move(without) : HeldToControl(judged(inputs), std::move(without));
+  JudgeApart(apart, stated, &done.results, &done.findings);
+  return done;
 }
 
 void Adjust(const BlockInputs& inputs, const std::vector<TieRecord>& ties,
@@ -140,7 +140,7 @@ void Adjust(const BlockInputs& inputs, const std::vector<TieRecord>& ties,
                                settings,
                                inputs.Approximations().Observations(),
                                &inputs.Said()};
-  JudgedBlock judged = AdjustAndJudge(given);
+  JudgedBlock judged = AdjustAndJudge(given, inputs.Approximations().Stated());
   block->results = std::move(judged.results);
   block->findings.insert(block->findings.end(), judged.findings.begin(), judged.findings.end());
   const AdjustedBlock& adjusted = judged.adjusted;
@@ -155,7 +155,6 @@ void Adjust(const BlockInputs& inputs, const std::vector<TieRecord>& ties,
   const PointTable points = TableOfPoints(adjusted.surveyed, adjusted.block, adjusted.result);
   WritePointTable(out, points);
   block->control_points = TextOf(points);
-  JudgeApproximationsApart(block);
   block->adjusted = SummaryOf(adjusted, block->findings);
   block->summary = Summarize(*block->adjusted, block->photos);
 }
@@ -169,7 +168,9 @@ void TakeOwnResults(const BlockInputs& inputs, OrientedBlock* block) {
   fs::remove(PoseCovariancePath(out));
   fs::remove(PointTablePath(out));
   if (inputs.Block().adjustment.pose_covariance) block->findings.push_back(NoPoseCovariance());
-  JudgeApproximationsApart(block);
+  const PosePriors& stated = inputs.Approximations().Stated();
+  JudgeApart(ApproximationsApart(block->results, stated), stated, &block->results,
+             &block->findings);
 }
 
 // A final result is made from the whole block, and never kept.

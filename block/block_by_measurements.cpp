@@ -29,7 +29,8 @@ PosesKnown ReadPosesKnown(const BlockFile& block, const Measurements& measured) 
   RefuseExchangedAxes(block, known.approximations, gnss);
   name_others(gnss, block.gnss.positions);
   NameAbsentOfStrips(block.flight, photos, &known.remarks);
-  known.observed = ObservationsOf(block, known.approximations, {}, gnss);
+  known.observed =
+      ObservationsOf(block, StatedApproximations(block, known.approximations, {}), gnss);
   AddGnssPositions(gnss, &known.approximations);
   return known;
 }

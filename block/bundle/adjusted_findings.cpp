@@ -126,7 +126,7 @@ void FindingsAbout::SayApproximations() {
                                       [](int row) { return row >= 0; });
   if (std::ssize(rejected) < observed)
     SayWorseThanStated(system_.Factor(RowKind::kPosePrior), Reason::kApproximationsWorseThanStated,
-                       ", and their weight as observations is reduced accordingly");
+                       ", and their weight as observations is reduced accordingly.");
 }
 
 // An error of the principal distance that the block does not see goes into its flying heights.

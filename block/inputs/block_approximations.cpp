@@ -49,7 +49,8 @@ BlockApproximations::BlockApproximations(const BlockFile& block, const Camera& c
   const std::vector<OrientationRow> gnss = ReadGnss(block, &remarks_);
   RefuseExchangedAxes(block, known_, gnss);
   NameOtherPhotos(gnss, block.gnss.positions, PhotosAndPlaces(), &remarks_, &not_there_);
-  observations_ = ObservationsOf(block, known_, computed_heights_, gnss);
+  stated_ = StatedApproximations(block, known_, computed_heights_);
+  observations_ = ObservationsOf(block, stated_, gnss);
   AddGnssPositions(gnss, &known_);
   ReadFiles();
   TakeSaid(said);

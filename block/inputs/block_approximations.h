@@ -35,6 +35,8 @@ class BlockApproximations {
   // Names in the tables of approximations and GNSS that are no photo of the block.
   const std::vector<std::string>& NotThere() const { return not_there_; }
 
+  // Of the table, where its accuracy is stated.
+  const PosePriors& Stated() const { return stated_; }
   // What the adjustment is told of poses.
   const PoseObservations& Observations() const { return observations_; }
 
@@ -61,6 +63,7 @@ class BlockApproximations {
   std::map<std::string, OrientationRow> oriented_;  // since then
   std::set<std::string> computed_heights_;          // of known_, which the table lacks
   std::map<std::string, SaidPosition> said_;        // of photos that their strips locate besides
+  PosePriors stated_;
   PoseObservations observations_;
   OrientationTable table_;                           // known_ and what fills the strips
   std::map<std::string, std::size_t> vague_strips_;  // photos known badly, with their strips

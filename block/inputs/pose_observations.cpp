@@ -106,17 +106,23 @@ void AddGnssPositions(const std::vector<OrientationRow>& gnss,
   }
 }
 
-PoseObservations ObservationsOf(const BlockFile& block, const std::vector<OrientationRow>& table,
-                                const std::set<std::string>& computed,
+PosePriors StatedApproximations(const BlockFile& block, const std::vector<OrientationRow>& table,
+                                const std::set<std::string>& computed) {
+  PosePriors stated;
+  for (const OrientationRow& row : table) {
+    auto prior = PriorOf(block, row);
+    if (!prior) continue;
+    if (computed.contains(row.photo)) prior->covariance(2, 2) = kOpenPosition_m * kOpenPosition_m;
+    stated[row.photo] = *prior;
+  }
+  return stated;
+}
+
+PoseObservations ObservationsOf(const BlockFile& block, const PosePriors& stated,
                                 const std::vector<OrientationRow>& gnss) {
   PoseObservations observations;
   observations.model = block.gnss.model;
-  for (const OrientationRow& row : table) {
-    auto prior = block.observe_approximations ? PriorOf(block, row) : std::nullopt;
-    if (!prior) continue;
-    if (computed.contains(row.photo)) prior->covariance(2, 2) = kOpenPosition_m * kOpenPosition_m;
-    observations.approximations[row.photo] = *prior;
-  }
+  if (block.observe_approximations) observations.approximations = stated;
   RefuseNothingToObserve(block, observations);
   for (const OrientationRow& row : gnss)
     observations.gnss[row.photo] = {

@@ -15,8 +15,11 @@
 
 namespace orient::block {
 
+using PosePriors = std::map<std::string, PosePrior>;  // by photo
+
 struct PoseObservations {
-  std::map<std::string, PosePrior> approximations;  // by photo, as the next two
+  PosePriors approximations;
+  // By photo, too.
   std::map<std::string, GnssPosition> gnss;
   std::map<std::string, std::string> strip;  // of GNSS
   GnssModel model = GnssModel::kShift;
@@ -39,12 +42,15 @@ void RefuseExchangedAxes(const BlockFile& block, const std::vector<OrientationRo
 void AddGnssPositions(const std::vector<OrientationRow>& gnss,
                       std::vector<OrientationRow>* approximations);
 
-// Observations from rows of a table of approximations, if the block file asks for them, where table
-// or block file states the accuracy. Not heights of `computed` photos, which the table lacks. What
-// strips or EXIF say is for where to search. Throws InputError where the block file asks for
-// observed approximations and there are none.
-PoseObservations ObservationsOf(const BlockFile& block, const std::vector<OrientationRow>& table,
-                                const std::set<std::string>& computed,
+// Of rows of a table of approximations, where table or block file states the accuracy; their open
+// elements, and heights of `computed` photos, which the table lacks, are as good as unknown.
+PosePriors StatedApproximations(const BlockFile& block, const std::vector<OrientationRow>& table,
+                                const std::set<std::string>& computed);
+
+// `stated` approximations, if the block file asks for them, and GNSS. What strips or EXIF say is
+// for where to search. Throws InputError where the block file asks for observed approximations and
+// there are none.
+PoseObservations ObservationsOf(const BlockFile& block, const PosePriors& stated,
                                 const std::vector<OrientationRow>& gnss);
 
 }  // namespace orient::block

@@ -143,9 +143,8 @@ void CompareWithAlone(const AdjustmentInputs& inputs, const BlockPhotoFile& phot
   const Vector6d moved = MovedFromAlone(inputs, photo, view, *result);
   tied->moved_chi2 =
       moved.dot((*photo.exterior.covariance + *result->covariance).ldlt().solve(moved));
-  tied->own = OwnPatchesOf(result->patches);
-  tied->held_off = photo.exterior.sigma0_px && IsHeldOff(tied->own, *photo.exterior.sigma0_px);
-  if (!tied->held_off) return;
+  tied->own = OwnPatchesOf(photo.exterior.patches, result->patches);
+  if (!IsHeldOff(tied->own)) return;
   *result->covariance += moved * moved.transpose();
   tied->worst_sigma_px = exterior::WorstProjectionSigma(view, *result->covariance, height_m);
   result->projection_sigma =

@@ -17,19 +17,14 @@ constexpr double kMinRedundancy = 6;  // of its ties together: below, none could
 // Of the target: a pose from ties less precise than that is none.
 constexpr double kMostTargets = 3;
 const double kMaxAloneChi2 = ChiSquareLimit(6, 1e-4);
-// Of a photo's own patches, those that contradict the block: up to 8 % where nothing is wrong, 13 %
-// and more where heights or the scan are.
+// Of a photo's own patches, those that contradict the block: up to 8 % in blocks in which nothing
+// is wrong, 22 to 43 % in photos that a step in the DEM or a cropped scan spoils.
 constexpr double kMostContradicting = 0.2;
 constexpr int kFewestContradicting = 12;
 
 bool OwnPatchesContradict(const OwnPatches& own) {
   return own.contradicting >= kFewestContradicting &&
          own.contradicting >= kMostContradicting * (own.used + own.contradicting);
-}
-
-Finding HeldOff(const OwnPatches& own) {
-  const std::string misfit = "misfit between its patches and the block";
-  return {Reason::kResidualTrend, Status::kOk, own.rms_px, std::nullopt, misfit};
 }
 
 }  // namespace
@@ -58,9 +53,12 @@ Findings JudgeAgainstOwnPatches(const TiedPhoto& photo) {
     findings.push_back(
         {Reason::kPoorlyDetermined, Status::kWeak, photo.worst_sigma_px, photo.target_px});
   if (TiesContradict(photo)) findings.push_back(TiesContradictFinding(Status::kWeak));
-  if (photo.moved_chi2 > kMaxAloneChi2)
-    findings.push_back({Reason::kMovedByBlock, Status::kWeak, std::sqrt(photo.moved_chi2),
-                        std::sqrt(kMaxAloneChi2)});
+  // Held off its own patches it is as uncertain as it was moved, unless they fit no better there.
+  const bool moved = photo.moved_chi2 > kMaxAloneChi2, held_off = IsHeldOff(photo.own);
+  if (moved || held_off)
+    findings.push_back({Reason::kMovedByBlock,
+                        moved || photo.own.rms_px > photo.target_px ? Status::kWeak : Status::kOk,
+                        std::sqrt(photo.moved_chi2), std::sqrt(kMaxAloneChi2)});
   const int all = photo.own.used + photo.own.contradicting;
   if (OwnPatchesContradict(photo.own))
     findings.push_back(
@@ -68,9 +66,8 @@ Findings JudgeAgainstOwnPatches(const TiedPhoto& photo) {
          .at_best = Status::kWeak,
          .value = photo.own.contradicting,
          .limit = all,
-         .where = fmt::format(": {} of the {} patches that it was oriented by contradict it",
+         .where = fmt::format(": {} of the {} patches that the photo was oriented by do not fit it",
                               photo.own.contradicting, all)});
-  if (photo.held_off) findings.push_back(HeldOff(photo.own));
   return findings;
 }
 

@@ -18,8 +18,7 @@ struct TiedPhoto {
   double worst_sigma_px = 0;  // of the adjusted pose's projection, in the frame's worst corner
   double target_px = 1;       // what that may be at most in a photo that is ok
   double moved_chi2 = 0;      // from where its own patches put it; six degrees of freedom
-  OwnPatches own = {};
-  bool held_off = false;  // from where its own patches put it; that is in worst_sigma_px
+  OwnPatches own = {};        // where they are held off the pose that is in worst_sigma_px
 };
 
 // Ties enough, more than half of them contradicting the pose.

@@ -28,7 +28,22 @@ std::vector<Eigen::Index> OfTheBlock(const AdjustedBlock& adjusted,
   return places;
 }
 
-std::string Table(const AdjustedBlock& adjusted, const std::vector<Eigen::Index>& places) {
+// Of the adjustment, with what the verdict adds to single photos' own.
+Eigen::MatrixXd CovarianceOf(const AdjustedBlock& adjusted,
+                             const std::vector<ExteriorResult>& results) {
+  Eigen::MatrixXd covariance = adjusted.result.pose_covariance;
+  Eigen::Index place = 0;
+  for (const std::size_t photo : adjusted.result.covariance_photos) {
+    if (const auto& own = results[adjusted.photo_of[photo]].covariance)
+      covariance.block<6, 6>(6 * place, 6 * place) = *own;
+    ++place;
+  }
+  return covariance;
+}
+
+std::string Table(const AdjustedBlock& adjusted, const std::vector<ExteriorResult>& results,
+                  const std::vector<Eigen::Index>& places) {
+  const Eigen::MatrixXd covariance = CovarianceOf(adjusted, results);
   const auto name = [&](Eigen::Index place) {
     return adjusted.block.photos[adjusted.result.covariance_photos[static_cast<std::size_t>(place)]]
         .name;
@@ -42,8 +57,7 @@ std::string Table(const AdjustedBlock& adjusted, const std::vector<Eigen::Index>
       text += CsvCell(name(row)) + "," + kElements.at(static_cast<std::size_t>(i));
       for (const Eigen::Index column : places)
         for (Eigen::Index j = 0; j < 6; ++j)
-          text +=
-              fmt::format(",{:.9g}", adjusted.result.pose_covariance(6 * row + i, 6 * column + j));
+          text += fmt::format(",{:.9g}", covariance(6 * row + i, 6 * column + j));
       text += '\n';
     }
   return text;
@@ -65,7 +79,7 @@ bool WritePoseCovariance(const std::string& directory, bool wanted, const Adjust
     fs::remove(path, ignored);
     return !wanted;
   }
-  WriteFileAtomically(path, Table(adjusted, places));
+  WriteFileAtomically(path, Table(adjusted, results, places));
   return true;
 }
 

@@ -314,7 +314,7 @@ const std::vector<Wording>& Wordings() {  // NOLINT(readability-function-size): 
       {Reason::kApproximationsRejected, "approximations_rejected",
        "The approximation is worse than stated and is not used as an observation: {where}."},
       {Reason::kApproximationsWorseThanStated, "approximations_worse_than_stated",
-       "Approximations fit {value:.0f} times worse than stated{where}."},
+       "Approximations fit {value:.1f} times worse than stated{where}"},
       {Reason::kPhotosUndetermined, "photos_undetermined",
        "Too few or poorly distributed observations: {where}."},
       {Reason::kDistanceLeftOpen, "distance_left_open",

@@ -38,18 +38,20 @@ class Cases:
         self.world, self.injector, self.name = world, injector, name
         self.cpus = {(first_cpu + i) % os.cpu_count() for i in range(threads)}
         self.command = world.commands(threads)[name]
-        told = world.here.with_suffix(".places")
-        done = self.run("none", 0, places=told)
+        told, count = world.here.with_suffix(".places"), world.here.with_suffix(".count")
+        done = self.run("none", 0, count, told)
         assert done.returncode == DONE, f"{name}: {done.stdout}{done.stderr}"
         self.expected, self.said = world.result(), without_times(done.stdout)
         self.places = collections.defaultdict(list)  # of each kind's calls
         for kind, place in map(str.split, told.read_text().splitlines()):
             self.places[kind].append(place)
+        for kind, calls in map(str.split, count.read_text().splitlines()):
+            assert len(self.places[kind]) == int(calls), f"{name}: {calls} are too many to be told apart"
 
-    def run(self, kind, at, places=None):
+    def run(self, kind, at, count=None, places=None):
         self.world.renew(self.command)
         return self.world.run(self.command.words, self.injector, kind.rstrip("+"), at, kind.endswith("+"),
-                              places=places, cpus=self.cpus)
+                              count, places, self.cpus)
 
     def calls(self, kind):
         return len(self.places[kind.rstrip("+")])
@@ -135,8 +137,9 @@ def main():
     parser = argparse.ArgumentParser()
     parser.add_argument("orient")
     parser.add_argument("injector")
-    parser.add_argument("--everywhere", action="store_true")
-    parser.add_argument("--every", nargs="?", const="1/1")
+    which = parser.add_mutually_exclusive_group()
+    which.add_argument("--everywhere", action="store_true")
+    which.add_argument("--every", nargs="?", const="1/1")
     parser.add_argument("--only")
     parser.add_argument("--kind")
     parser.add_argument("--at", type=int)

@@ -10,9 +10,8 @@
 //   ORIENT_FAULT_ON      1: every later one fails, too
 //   ORIENT_FAULT_TRACE   set: who made the call that fails is told on standard error
 //   ORIENT_FAULT_COUNT   file that is given the number of calls of each kind at the end
-//   ORIENT_FAULT_PLACES  file that is given a line per call, "kind place": calls that functions
-//   made
-//                        by the same way through the program have the same place
+//   ORIENT_FAULT_PLACES  file that is given a line per call, "kind place"; one place is the same
+//                        functions by the same way through the program
 //   ORIENT_FAULT_NO_LOCKS  set: the file system knows no locks, as NFS without its lock daemon
 //
 // Nothing is flushed to the disk indeed, which would only take time: the machine does not fail.

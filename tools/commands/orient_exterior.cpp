@@ -9,7 +9,6 @@
 #include "block/inputs/camera_library.h"
 #include "block/inputs/persons_word.h"
 #include "block/stages/exterior_stage.h"
-#include "block/verdict/approximations_apart.h"
 #include "core/base/error.h"
 #include "core/files/adjustment_result.h"
 #include "core/files/block_file.h"
@@ -112,8 +111,6 @@ class ExteriorCommand : public Command {
                FileInput("approximations", options.approximations)});
     PrintExteriorSummary(done, out);
     PrintRemarks(options.approximations, out);
-    if (const auto apart = block::ApproximationsApart(done))
-      out << "note      " << Sentence(*apart) << "\n";
     if (const auto unknown = block::UnknownPhotos(said, block::PhotoNames(options.photos)))
       out << "note      " << Sentence(*unknown) << "\n";
     return AllOriented(done) ? ExitCode::kAllDone : ExitCode::kSomeNotOriented;

@@ -43,14 +43,17 @@ TEST_F(PoseObservationsOf, ApproximationsAreObservedAsFarAsSomebodySaysHowGoodTh
   stated.sigma = Vector6d::Constant(0.25);
   alone.attitude_known = false;
   const std::vector<OrientationRow> table = {Row("bare"), stated, alone, Row("computed")};
-  EXPECT_TRUE(ObservationsOf(block_, table, {}, {}).Empty()) << "unless they are wanted";
+  EXPECT_TRUE(ObservationsOf(block_, StatedApproximations(block_, table, {}), {}).Empty())
+      << "unless they are wanted";
   block_.observe_approximations = true;
-  const PoseObservations by_table = ObservationsOf(block_, table, {"computed"}, {});
+  const PoseObservations by_table =
+      ObservationsOf(block_, StatedApproximations(block_, table, {"computed"}), {});
   EXPECT_EQ(by_table.approximations.size(), 1u);
   EXPECT_TRUE(SigmaOf(by_table, "stated").isApproxToConstant(0.25));
 
   block_.position_sigma_m = 2;
-  const PoseObservations by_block = ObservationsOf(block_, table, {"computed"}, {});
+  const PoseObservations by_block =
+      ObservationsOf(block_, StatedApproximations(block_, table, {"computed"}), {});
   EXPECT_EQ(by_block.approximations.size(), 4u);
   EXPECT_EQ(SigmaOf(by_block, "computed")[1], 2);
   EXPECT_GT(SigmaOf(by_block, "computed")[2], 1e4) << "a height that nobody gave";
@@ -60,7 +63,8 @@ TEST_F(PoseObservationsOf, ApproximationsAreObservedAsFarAsSomebodySaysHowGoodTh
   EXPECT_TRUE(SigmaOf(by_block, "stated").isApproxToConstant(0.25));
 
   block_.attitude_sigma_rad = 0.01;
-  const PoseObservations with_attitude = ObservationsOf(block_, table, {"computed"}, {});
+  const PoseObservations with_attitude =
+      ObservationsOf(block_, StatedApproximations(block_, table, {"computed"}), {});
   EXPECT_TRUE(SigmaOf(with_attitude, "bare").tail<3>().isApproxToConstant(0.01));
   EXPECT_TRUE(SigmaOf(with_attitude, "alone").tail<3>().isApproxToConstant(std::numbers::pi));
 }
@@ -108,7 +112,7 @@ TEST_F(PoseObservationsOf, GnssKnowsItsStripAndItsPlaceAlongIt) {
       "filename,x,y,z,sigma_x,sigma_y,sigma_z\n"
       "a,1,2,3,0.1,0.2,0.3\nb,4,5,6,0.1,0.2,0.3\nother,7,8,9,0.1,0.2,0.3\n");
   block_.flight.strips = {{"05", {"a", "not_scanned", "b"}, std::nullopt}};
-  const PoseObservations observations = ObservationsOf(block_, {}, {}, gnss);
+  const PoseObservations observations = ObservationsOf(block_, {}, gnss);
   EXPECT_EQ(observations.gnss.at("a").along_strip, -1);
   EXPECT_EQ(observations.gnss.at("b").along_strip, 1);
   EXPECT_EQ(observations.gnss.at("b").position_m, Eigen::Vector3d(4, 5, 6));

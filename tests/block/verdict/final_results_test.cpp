@@ -69,7 +69,6 @@ TEST_F(FinalResultsOf, APhotoHeldOffItsOwnPatchesIsAsUncertainAsItWasMoved) {
   PhotoView view = photos_[1].View(simulation_.block.cameras[0]);
   view.pose = *before[1].pose;
   ExteriorResult& exterior = photos_[1].exterior;
-  exterior.sigma0_px = 0.1;
   for (int i = 0; i < 40; ++i) {
     PatchResult patch;
     patch.id = 1000 + i;
@@ -77,6 +76,7 @@ TEST_F(FinalResultsOf, APhotoHeldOffItsOwnPatchesIsAsUncertainAsItWasMoved) {
     patch.ground_m = view.pose.position_m + Eigen::Vector3d(10.0 * i - 200, 7.0 * (i % 9), 0);
     patch.ground_m->z() = 200;
     patch.pixel = *view.PixelFromGround(*patch.ground_m) + Eigen::Vector2d(1, 1);
+    patch.residual_px = Eigen::Vector2d(0.1, 0.1);
     exterior.patches.push_back(patch);
   }
   const ExteriorResult held = Results({})[1];
@@ -84,8 +84,8 @@ TEST_F(FinalResultsOf, APhotoHeldOffItsOwnPatchesIsAsUncertainAsItWasMoved) {
   EXPECT_TRUE(held.covariance->isApprox(*before[1].covariance + moved * moved.transpose(), 1e-3));
   EXPECT_GT(held.projection_sigma->px, before[1].projection_sigma->px);
   ASSERT_FALSE(held.findings.empty());
-  EXPECT_EQ(held.findings.back().reason, Reason::kResidualTrend);
-  exterior.sigma0_px = 0.5;
+  EXPECT_EQ(held.findings.back().reason, Reason::kMovedByBlock);
+  for (PatchResult& patch : exterior.patches) patch.residual_px = Eigen::Vector2d(0.5, 0.5);
   EXPECT_TRUE(Results({})[1].covariance->isApprox(*before[1].covariance));
 }
 

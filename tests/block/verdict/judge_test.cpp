@@ -172,7 +172,7 @@ TEST(JudgeAgainstOwnPatches, AFifthOfThemThatContradictTheBlockIsWeak) {
   photo.own = {80, 20};
   ExpectOnly(JudgeAgainstOwnPatches(photo),
              {Reason::kPatchContradictsBlock, Status::kWeak, 20, 100,
-              ": 20 of the 100 patches that it was oriented by contradict it"});
+              ": 20 of the 100 patches that the photo was oriented by do not fit it"});
 }
 
 TEST(JudgeAgainstOwnPatches, ElevenThatContradictTheBlockAreTooFewToSaySo) {
@@ -183,12 +183,19 @@ TEST(JudgeAgainstOwnPatches, ElevenThatContradictTheBlockAreTooFewToSaySo) {
   EXPECT_EQ(JudgeAgainstOwnPatches(photo).size(), 1u);
 }
 
-TEST(JudgeAgainstOwnPatches, ThatTheBlockHoldsItOffThemIsARemark) {
+TEST(JudgeAgainstOwnPatches, HeldOffThemByMoreThanTheTargetIsWeakAndByLessARemark) {
   TiedPhoto photo = WellTied();
-  photo.own = {100, 0, 0.7};
-  photo.held_off = true;
-  ExpectOnly(JudgeAgainstOwnPatches(photo), {Reason::kResidualTrend, Status::kOk, 0.7, std::nullopt,
-                                             "misfit between its patches and the block"});
+  photo.moved_chi2 = 9;
+  photo.own = {100, 0, 0.1, 0.9};
+  Findings findings = JudgeAgainstOwnPatches(photo);
+  ASSERT_EQ(findings.size(), 1u);
+  EXPECT_EQ(findings[0].reason, Reason::kMovedByBlock);
+  EXPECT_EQ(findings[0].at_best, Status::kOk);
+  EXPECT_EQ(findings[0].value, 3);
+  photo.own.rms_px = 1.1;
+  findings = JudgeAgainstOwnPatches(photo);
+  ASSERT_EQ(findings.size(), 1u);
+  EXPECT_EQ(findings[0].at_best, Status::kWeak);
 }
 
 TEST(JudgeAgainstOwnPatches, AllThatSpeaksAgainstItIsSaid) {
