@@ -16,8 +16,8 @@ constexpr int kUsualPatches = 100;     // with fewer a search depends on each of
 constexpr double kUsualSide_px = 25;   // narrower ones are easily taken for one another
 constexpr double kSpreadForOk = 0.03;  // share of the photo over which the matched patches spread
 // Of the target. Where one source's patches lie so far beside the pose the others' lie on its other
-// side, and nothing tells which of them it should follow.
-constexpr double kMostOfOneSource = 0.5;
+// side, and nothing tells which of them it should follow. Right photos reach 0.52.
+constexpr double kMostOfOneSource = 0.6;
 
 std::string Told(const ResidualTrend& trend) {
   const auto of_kind = [&] {

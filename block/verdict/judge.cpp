@@ -17,9 +17,9 @@ constexpr double kMinRedundancy = 6;  // of its ties together: below, none could
 // Of the target: a pose from ties less precise than that is none.
 constexpr double kMostTargets = 3;
 const double kMaxAloneChi2 = ChiSquareLimit(6, 1e-4);
-// Of a photo's own patches, those that contradict the block: up to 8 % in blocks in which nothing
-// is wrong, 22 to 43 % in photos that a step in the DEM or a cropped scan spoils.
-constexpr double kMostContradicting = 0.2;
+// Of a photo's own patches, those that contradict the block: up to 28 % in right photos of which
+// one source is wrong, 33 % where a scan is cropped and 36 to 43 % over a step in the DEM.
+constexpr double kMostContradicting = 0.3;
 constexpr int kFewestContradicting = 12;
 
 bool OwnPatchesContradict(const OwnPatches& own) {

@@ -137,16 +137,16 @@ TEST_F(ExteriorJudge, AProjectionUncertainByMoreThanAPixelIsWeak) {
   ExpectOnly(Judged(), {Reason::kPoorlyDetermined, Status::kWeak, JustAbove(1), 1});
 }
 
-TEST_F(ExteriorJudge, ATrendOfAllResidualsMayReachTheTargetAndOneOfASourceHalfOfIt) {
-  pose_.target_px = 1.2;
-  pose_.trends = {{TrendKind::kShift, 3, 0.6}, {TrendKind::kQuadrants, std::nullopt, 1.2}};
+TEST_F(ExteriorJudge, ATrendOfAllResidualsMayReachTheTargetAndOneOfASourceSixTenthsOfIt) {
+  pose_.target_px = 1.21;
+  pose_.trends = {{TrendKind::kShift, 3, 0.72}, {TrendKind::kQuadrants, std::nullopt, 1.21}};
   for (const Finding& finding : Judged()) EXPECT_EQ(finding.at_best, Status::kOk);
   EXPECT_EQ(Judged().size(), 2u);
-  pose_.trends = {{TrendKind::kShift, 3, 0.61}};
-  ExpectOnly(Judged(), {Reason::kResidualTrend, Status::kWeak, 0.61, std::nullopt,
+  pose_.trends = {{TrendKind::kShift, 3, 0.73}};
+  ExpectOnly(Judged(), {Reason::kResidualTrend, Status::kWeak, 0.73, std::nullopt,
                         "shift of the patches from source 3"});
-  pose_.trends = {{TrendKind::kQuadrants, std::nullopt, 1.21}};
-  ExpectOnly(Judged(), {Reason::kResidualTrend, Status::kWeak, 1.21, std::nullopt,
+  pose_.trends = {{TrendKind::kQuadrants, std::nullopt, 1.22}};
+  ExpectOnly(Judged(), {Reason::kResidualTrend, Status::kWeak, 1.22, std::nullopt,
                         "shift that differs by quadrant"});
 }
 

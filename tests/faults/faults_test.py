@@ -38,7 +38,7 @@ class Cases:
         self.world, self.injector, self.name = world, injector, name
         self.cpus = {(first_cpu + i) % os.cpu_count() for i in range(threads)}
         self.command = world.commands(threads)[name]
-        told, count = world.here.with_suffix(".places"), world.here.with_suffix(".count")
+        told, count = (world.here.parent / f"{of}_of_{world.here.name}" for of in ("places", "calls"))
         done = self.run("none", 0, count, told)
         assert done.returncode == DONE, f"{name}: {done.stdout}{done.stderr}"
         self.expected, self.said = world.result(), without_times(done.stdout)

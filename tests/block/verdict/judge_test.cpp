@@ -165,14 +165,14 @@ TEST(JudgeAgainstOwnPatches, MovedFartherThanOneInTenThousandIsWeak) {
   EXPECT_NEAR(*findings[0].limit, std::sqrt(kMovedChi2), kTable);
 }
 
-TEST(JudgeAgainstOwnPatches, AFifthOfThemThatContradictTheBlockIsWeak) {
+TEST(JudgeAgainstOwnPatches, ThreeTenthsOfThemThatContradictTheBlockIsWeak) {
   TiedPhoto photo = WellTied();
-  photo.own = {81, 20};
+  photo.own = {71, 30};
   EXPECT_TRUE(JudgeAgainstOwnPatches(photo).empty());
-  photo.own = {80, 20};
+  photo.own = {70, 30};
   ExpectOnly(JudgeAgainstOwnPatches(photo),
-             {Reason::kPatchContradictsBlock, Status::kWeak, 20, 100,
-              ": 20 of the 100 patches that the photo was oriented by do not fit it"});
+             {Reason::kPatchContradictsBlock, Status::kWeak, 30, 100,
+              ": 30 of the 100 patches that the photo was oriented by do not fit it"});
 }
 
 TEST(JudgeAgainstOwnPatches, ElevenThatContradictTheBlockAreTooFewToSaySo) {
