@@ -17,14 +17,14 @@ constexpr double kMinRedundancy = 6;  // of its ties together: below, none could
 // Of the target: a pose from ties less precise than that is none.
 constexpr double kMostTargets = 3;
 const double kMaxAloneChi2 = ChiSquareLimit(6, 1e-4);
-// Of a photo's own patches, those that contradict the block: up to 28 % in right photos of which
-// one source is wrong, 33 % where a scan is cropped and 36 to 43 % over a step in the DEM.
-constexpr double kMostContradicting = 0.3;
-constexpr int kFewestContradicting = 12;
+// Of a photo's own patches, those that misfit the block: up to 11 % in right photos, 22 to 43 %
+// where a scan is cropped or the DEM has a step.
+constexpr double kMostMisfitting = 0.2;
+constexpr int kFewestMisfitting = 12;
 
 bool OwnPatchesContradict(const OwnPatches& own) {
-  return own.contradicting >= kFewestContradicting &&
-         own.contradicting >= kMostContradicting * (own.used + own.contradicting);
+  return own.misfitting >= kFewestMisfitting &&
+         own.misfitting >= kMostMisfitting * (own.used + own.rejected);
 }
 
 }  // namespace
@@ -59,15 +59,15 @@ Findings JudgeAgainstOwnPatches(const TiedPhoto& photo) {
     findings.push_back({Reason::kMovedByBlock,
                         moved || photo.own.rms_px > photo.target_px ? Status::kWeak : Status::kOk,
                         std::sqrt(photo.moved_chi2), std::sqrt(kMaxAloneChi2)});
-  const int all = photo.own.used + photo.own.contradicting;
+  const int all = photo.own.used + photo.own.rejected;
   if (OwnPatchesContradict(photo.own))
     findings.push_back(
         {.reason = Reason::kPatchContradictsBlock,
          .at_best = Status::kWeak,
-         .value = photo.own.contradicting,
+         .value = photo.own.misfitting,
          .limit = all,
          .where = fmt::format(": {} of the {} patches that the photo was oriented by do not fit it",
-                              photo.own.contradicting, all)});
+                              photo.own.misfitting, all)});
   return findings;
 }
 

@@ -4,6 +4,7 @@
 #include <cmath>
 #include <cstdint>
 #include <map>
+#include <numbers>
 
 #include "exterior/steps/error_model.h"
 
@@ -13,12 +14,18 @@ namespace {
 constexpr int kFewest = 30;
 constexpr double kMuchWorse = 2.5;
 constexpr double kLeast_px = 0.2;
+constexpr double kTail = 3;
 
 bool HasResidual(const PatchResult& patch) {
   const bool of_edge =
       patch.sigma_px && patch.sigma_px->maxCoeff() > exterior::kLeastSigmaOfEdge_px;
   return patch.state == PatchState::kMatched && patch.residual_px &&
          patch.residual_px->allFinite() && !of_edge;
+}
+
+bool ContradictsBlock(const PatchResult& patch) {
+  return std::any_of(patch.findings.begin(), patch.findings.end(),
+                     [](const Finding& f) { return f.reason == Reason::kPatchContradictsBlock; });
 }
 
 }  // namespace
@@ -30,19 +37,23 @@ OwnPatches OwnPatchesOf(const std::vector<PatchResult>& alone,
     if (HasResidual(patch)) before_px[patch.id] = *patch.residual_px;
   OwnPatches own;
   double alone_px2 = 0, block_px2 = 0;
+  std::vector<double> rejected_px;
   for (const PatchResult& patch : block) {
-    own.contradicting +=
-        std::any_of(patch.findings.begin(), patch.findings.end(),
-                    [](const Finding& f) { return f.reason == Reason::kPatchContradictsBlock; });
+    if (ContradictsBlock(patch) && patch.residual_px)
+      rejected_px.push_back(patch.residual_px->norm());
     const auto before = before_px.find(patch.id);
     if (before == before_px.end() || !HasResidual(patch)) continue;
     ++own.used;
     alone_px2 += before->second.squaredNorm() / 2;
     block_px2 += patch.residual_px->squaredNorm() / 2;
   }
+  own.rejected = static_cast<int>(rejected_px.size());
   if (own.used == 0) return own;
   own.alone_rms_px = std::sqrt(alone_px2 / own.used);
   own.rms_px = std::sqrt(block_px2 / own.used);
+  const double most_px = kTail * std::numbers::sqrt2 * own.rms_px;
+  own.misfitting = static_cast<int>(std::count_if(rejected_px.begin(), rejected_px.end(),
+                                                  [&](double px) { return px <= most_px; }));
   return own;
 }
 

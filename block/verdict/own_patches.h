@@ -8,8 +8,11 @@
 namespace orient::block {
 
 struct OwnPatches {
-  int used = 0;           // alone and in the block
-  int contradicting = 0;  // the block: it rejects them, the photo alone did not
+  int used = 0;  // alone and in the block
+  // The photo alone used them, the block rejects them; and of these those that lie beside the pose
+  // by no more than three times the RMS distance of those used: the tail of a common misfit, where
+  // the others may be gross errors by themselves.
+  int rejected = 0, misfitting = 0;
   // Residuals of those used, one coordinate. Edges, which are matched across only, are not in them.
   double alone_rms_px = 0, rms_px = 0;
 };

@@ -165,28 +165,34 @@ TEST(JudgeAgainstOwnPatches, MovedFartherThanOneInTenThousandIsWeak) {
   EXPECT_NEAR(*findings[0].limit, std::sqrt(kMovedChi2), kTable);
 }
 
-TEST(JudgeAgainstOwnPatches, ThreeTenthsOfThemThatContradictTheBlockIsWeak) {
+TEST(JudgeAgainstOwnPatches, AFifthOfThemThatMisfitTheBlockIsWeak) {
   TiedPhoto photo = WellTied();
-  photo.own = {71, 30};
+  photo.own = {81, 20, 20};
   EXPECT_TRUE(JudgeAgainstOwnPatches(photo).empty());
-  photo.own = {70, 30};
+  photo.own = {80, 20, 20};
   ExpectOnly(JudgeAgainstOwnPatches(photo),
-             {Reason::kPatchContradictsBlock, Status::kWeak, 30, 100,
-              ": 30 of the 100 patches that the photo was oriented by do not fit it"});
+             {Reason::kPatchContradictsBlock, Status::kWeak, 20, 100,
+              ": 20 of the 100 patches that the photo was oriented by do not fit it"});
 }
 
-TEST(JudgeAgainstOwnPatches, ElevenThatContradictTheBlockAreTooFewToSaySo) {
+TEST(JudgeAgainstOwnPatches, GrossErrorsAmongThemSayNothingOfThePose) {
   TiedPhoto photo = WellTied();
-  photo.own = {10, 11};
+  photo.own = {60, 40, 10};
   EXPECT_TRUE(JudgeAgainstOwnPatches(photo).empty());
-  photo.own = {10, 12};
+}
+
+TEST(JudgeAgainstOwnPatches, ElevenThatMisfitTheBlockAreTooFewToSaySo) {
+  TiedPhoto photo = WellTied();
+  photo.own = {10, 30, 11};
+  EXPECT_TRUE(JudgeAgainstOwnPatches(photo).empty());
+  photo.own = {10, 30, 12};
   EXPECT_EQ(JudgeAgainstOwnPatches(photo).size(), 1u);
 }
 
 TEST(JudgeAgainstOwnPatches, HeldOffThemByMoreThanTheTargetIsWeakAndByLessARemark) {
   TiedPhoto photo = WellTied();
   photo.moved_chi2 = 9;
-  photo.own = {100, 0, 0.1, 0.9};
+  photo.own = {100, 0, 0, 0.1, 0.9};
   Findings findings = JudgeAgainstOwnPatches(photo);
   ASSERT_EQ(findings.size(), 1u);
   EXPECT_EQ(findings[0].reason, Reason::kMovedByBlock);
