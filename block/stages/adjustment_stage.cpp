@@ -144,7 +144,7 @@ void AddPatches(const AdjustmentInputs& inputs, AdjustedBlock* adjusted) {
       }
       if (match.state != PatchState::kMatched) continue;
       // An edge would need the covariance of both axes, which the result does not hold.
-      if (match.sigma_px->maxCoeff() > exterior::kLeastSigmaOfEdge_px) continue;
+      if (exterior::IsOfEdge(*match.sigma_px)) continue;
       auto point = adjusted->patch.find(match.id);
       if (point == adjusted->patch.end()) {
         const auto patch = database.ReadPatch(match.id);

@@ -53,7 +53,8 @@ Findings JudgeAgainstOwnPatches(const TiedPhoto& photo) {
     findings.push_back(
         {Reason::kPoorlyDetermined, Status::kWeak, photo.worst_sigma_px, photo.target_px});
   if (TiesContradict(photo)) findings.push_back(TiesContradictFinding(Status::kWeak));
-  // Held off its own patches it is as uncertain as it was moved, unless they fit no better there.
+  // What it was moved by is in worst_sigma_px where it is held off its own patches: a remark then,
+  // unless they lie farther beside it than the target.
   const bool moved = photo.moved_chi2 > kMaxAloneChi2, held_off = IsHeldOff(photo.own);
   if (moved || held_off)
     findings.push_back({Reason::kMovedByBlock,

@@ -17,15 +17,8 @@ constexpr double kLeast_px = 0.2;
 constexpr double kTail = 3;
 
 bool HasResidual(const PatchResult& patch) {
-  const bool of_edge =
-      patch.sigma_px && patch.sigma_px->maxCoeff() > exterior::kLeastSigmaOfEdge_px;
   return patch.state == PatchState::kMatched && patch.residual_px &&
-         patch.residual_px->allFinite() && !of_edge;
-}
-
-bool ContradictsBlock(const PatchResult& patch) {
-  return std::any_of(patch.findings.begin(), patch.findings.end(),
-                     [](const Finding& f) { return f.reason == Reason::kPatchContradictsBlock; });
+         patch.residual_px->allFinite() && !(patch.sigma_px && exterior::IsOfEdge(*patch.sigma_px));
 }
 
 }  // namespace
@@ -39,7 +32,7 @@ OwnPatches OwnPatchesOf(const std::vector<PatchResult>& alone,
   double alone_px2 = 0, block_px2 = 0;
   std::vector<double> rejected_px;
   for (const PatchResult& patch : block) {
-    if (ContradictsBlock(patch) && patch.residual_px)
+    if (patch.residual_px && Has(patch.findings, Reason::kPatchContradictsBlock))
       rejected_px.push_back(patch.residual_px->norm());
     const auto before = before_px.find(patch.id);
     if (before == before_px.end() || !HasResidual(patch)) continue;

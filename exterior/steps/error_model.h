@@ -1,6 +1,8 @@
 // What is assumed of errors that no single match shows, by single photos and blocks alike.
 #pragma once
 
+#include <Eigen/Core>
+
 namespace orient::exterior {
 
 // Matching's covariance knows the grey values' noise only. Relief between the heights' nodes and
@@ -10,6 +12,10 @@ inline constexpr double kModelSigmaPx = 0.1;
 // An edge is known across its direction only (LsmResult::along): one of its axes has a larger sigma
 // than this, no other match has.
 inline constexpr double kLeastSigmaOfEdge_px = 10;
+// Of a result's match, which has the sigmas of both axes only.
+inline bool IsOfEdge(const Eigen::Vector2d& sigma_px) {
+  return sigma_px.maxCoeff() > kLeastSigmaOfEdge_px;
+}
 
 // Terrain and its errors resemble themselves over about this share of the flying height.
 inline constexpr double kHeightCorrelationPerHeight = 0.3;

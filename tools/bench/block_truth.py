@@ -68,14 +68,18 @@ def judge(found, truth, ground, distance_px):
     return sum(squares) / len(squares), chi2 / 6
 
 
+def principal_distance_mm(block):
+    camera = (block / "camera.toml").read_text()
+    return float(re.search(r"principal_distance_mm\s*=\s*([\d.]+)", camera).group(1))
+
+
 def main():
     if len(sys.argv) not in (2, 3):
         sys.exit(__doc__)
     block = pathlib.Path(sys.argv[1])
     out = pathlib.Path(sys.argv[2]) if len(sys.argv) == 3 else block / "out"
     truth = json.loads((block / "truth.json").read_text())
-    camera = (block / "camera.toml").read_text()
-    distance_mm = float(re.search(r"principal_distance_mm\s*=\s*([\d.]+)", camera).group(1))
+    distance_mm = principal_distance_mm(block)
     sums = {"block": [], "alone": []}
     for photo in truth["photos"]:
         distance_px = distance_mm / (1e-3 * photo["scan"]["pixel_size_um"])
