@@ -191,11 +191,12 @@ TEST_F(OrientOrtho, AMosaicThatDoesNotSayWhatItWasMadeFromIsNamedWhereOrthophoto
 TEST_F(OrientOrtho, APhotoOverTheEndOfTheDemIsNamedWithWhatItsOrthophotoShows) {
   EXPECT_EQ(Run({"--gsd-m", "10"}).out.find("ends or has no heights"), std::string::npos);
   constexpr int kColumns = 120, kRows = 300;  // as far as x = 4700, below the western photo
+  const auto hills = ortho::Hills();
   std::vector<float> heights;
   for (int row = 0; row < kRows; ++row)
     for (int col = 0; col < kColumns; ++col)
       heights.push_back(
-          static_cast<float>(ortho::Hills().HeightAt(3505 + 10 * col, 4495 - 10 * row).value()));
+          static_cast<float>(hills.HeightAt(3505 + 10 * col, 4495 - 10 * row).value()));
   simulation::WriteFloatTiff(Path("half.tif"), kColumns, kRows, heights, {3500, 4500, 10, crs_});
   WriteReport(folder_.Path());
   const ProgramRun run = RunOrient({"ortho", folder_.Path(), Path("scans/west.tif"), "--dem",
