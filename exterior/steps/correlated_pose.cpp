@@ -114,8 +114,8 @@ Variances VariancesOf(const std::vector<PatchObservation>& matches) {
 }
 
 // A residual along an edge is none.
-TrendInput TrendInputOf(const std::vector<PatchObservation>& observations,
-                        const Eigen::VectorXd& residuals, std::vector<Eigen::Index>* rows) {
+std::vector<ResidualTrend> TrendsOf(const std::vector<PatchObservation>& observations,
+                                    const Eigen::VectorXd& residuals) {
   TrendInput input;
   for (Eigen::Index i = 0; i < std::ssize(observations); ++i) {
     const PatchObservation& observation = observations[static_cast<std::size_t>(i)];
@@ -123,9 +123,8 @@ TrendInput TrendInputOf(const std::vector<PatchObservation>& observations,
     input.pixels.push_back(observation.pixel);
     input.residuals_px.emplace_back(residuals.segment<2>(2 * i));
     input.sources.push_back(observation.source);
-    rows->insert(rows->end(), {2 * i, 2 * i + 1});
   }
-  return input;
+  return FindTrends(input);
 }
 
 double LogDeterminant(const Eigen::LLT<Eigen::MatrixXd>& matrix) {
@@ -260,31 +259,6 @@ std::optional<Adjusted> AdjustAsResidualsSay(const PhotoView& view, Model* model
   return as_long;
 }
 
-// The covariance holds trends that heights and film explain, not those of what remains as noise.
-Eigen::MatrixXd CovarianceOfLargestTrend(const Adjusted& adjusted, const Model& model,
-                                         const LinearEstimator& estimator) {
-  const Step& step = adjusted.last;
-  const std::vector<PatchObservation>& observations = model.matches.means;
-  const Eigen::MatrixXd noise = adjusted.components.noise * model.noise;
-  const Eigen::VectorXd shown = noise * step.covariance.solve(step.Residuals());
-  std::vector<Eigen::Index> rows;
-  const TrendInput input = TrendInputOf(observations, shown, &rows);
-  const auto trends = FindTrends(input);
-  const Eigen::Index unknowns = estimator.by_observation.rows();
-  if (trends.empty()) return Eigen::MatrixXd::Zero(unknowns, unknowns);
-  const Eigen::MatrixXd basis = BasisOf(trends.front(), input);
-  // As functions of the observations: the residuals are these less what the unknowns follow.
-  Eigen::MatrixXd weighted = Eigen::MatrixXd::Zero(noise.rows(), basis.cols());
-  weighted(rows, Eigen::all) = basis;
-  weighted = step.covariance.solve(noise * weighted).eval();
-  const Eigen::MatrixXd seen = weighted.transpose() - weighted.transpose() *
-                                                          step.system.by_unknowns *
-                                                          estimator.by_observation;
-  return CovarianceOfTrend(estimator, observations, seen,
-                           (basis.transpose() * shown(rows)).squaredNorm(),
-                           model.common.height_correlation_m);
-}
-
 // Trends are noted.
 Covariances CovariancesOf(const Adjusted& adjusted, const Model& model, const Variances& of_matches,
                           CorrelatedPose* estimate) {
@@ -300,12 +274,16 @@ Covariances CovariancesOf(const Adjusted& adjusted, const Model& model, const Va
   covariances.known += (factor - factor / student) * estimator.by_observation * model.noise *
                        estimator.by_observation.transpose();
   const Eigen::VectorXd residuals = step.Residuals();
-  std::vector<Eigen::Index> rows;
-  estimate->trends = FindTrends(TrendInputOf(observations, residuals, &rows));
+  estimate->trends = TrendsOf(observations, residuals);
+  // The covariance holds those that heights and film explain, not those of what remains as noise.
+  const auto unexplained = TrendsOf(
+      observations, adjusted.components.noise * model.noise * step.covariance.solve(residuals));
   covariances.honest = covariances.known +
                        CovarianceOfUnseenErrors(estimator, observations, fade_m) +
-                       CovarianceOfSources(estimator, observations, model.common.half_frame_px) +
-                       CovarianceOfLargestTrend(adjusted, model, estimator);
+                       CovarianceOfSources(estimator, observations, model.common.half_frame_px);
+  if (!unexplained.empty())
+    covariances.honest += CovarianceOfTrends(estimator, observations,
+                                             std::pow(unexplained.front().rms_px, 2), fade_m);
   return covariances;
 }
 

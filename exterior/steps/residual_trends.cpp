@@ -120,18 +120,4 @@ std::vector<ResidualTrend> FindTrends(const TrendInput& input) {
   return trends;
 }
 
-Eigen::MatrixXd BasisOf(const ResidualTrend& trend, const TrendInput& input) {
-  std::vector<std::size_t> which;
-  for (std::size_t i = 0; i < input.pixels.size(); ++i)
-    if (!trend.source || input.sources[i] == *trend.source) which.push_back(i);
-  const Eigen::MatrixXd design = Design(trend.kind, ResidualsOf(input, which).places);
-  const Eigen::LLT<Eigen::MatrixXd> normal(design.transpose() * design);
-  const Eigen::MatrixXd own = normal.matrixU().solve<Eigen::OnTheRight>(design);
-  Eigen::MatrixXd basis = Eigen::MatrixXd::Zero(2 * std::ssize(input.pixels), own.cols());
-  for (Eigen::Index i = 0; i < std::ssize(which); ++i)
-    basis.middleRows<2>(2 * static_cast<Eigen::Index>(which[static_cast<std::size_t>(i)])) =
-        own.middleRows<2>(2 * i);
-  return basis;
-}
-
 }  // namespace orient::exterior

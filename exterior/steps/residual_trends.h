@@ -30,8 +30,4 @@ struct TrendInput {
 // residuals, of all or of a source, are not tested.
 std::vector<ResidualTrend> FindTrends(const TrendInput& input);
 
-// Orthonormal columns that span the trend of these residuals: the sum of squares of their products
-// with the residuals (col, row, col, ...) is the trend's own. Rows of other sources are zero.
-Eigen::MatrixXd BasisOf(const ResidualTrend& trend, const TrendInput& input);
-
 }  // namespace orient::exterior

@@ -97,15 +97,11 @@ Eigen::MatrixXd CovarianceOfSources(const LinearEstimator& estimator,
   return covariance;
 }
 
-Eigen::MatrixXd CovarianceOfTrend(const LinearEstimator& estimator,
-                                  const std::vector<PatchObservation>& observations,
-                                  const Eigen::MatrixXd& seen, double squares_px2,
-                                  double correlation_m) {
-  const Eigen::MatrixXd correlation = SmoothCorrelation(observations, correlation_m, false);
-  const double by_one_px2 = Propagated(seen, correlation).trace();
-  if (!(by_one_px2 > 0))
-    return Eigen::MatrixXd::Zero(estimator.by_observation.rows(), estimator.by_observation.rows());
-  return squares_px2 / by_one_px2 * Propagated(estimator.by_observation, correlation);
+Eigen::MatrixXd CovarianceOfTrends(const LinearEstimator& estimator,
+                                   const std::vector<PatchObservation>& observations,
+                                   double variance_px2, double correlation_m) {
+  return variance_px2 * Propagated(estimator.by_observation,
+                                   SmoothCorrelation(observations, correlation_m, false));
 }
 
 }  // namespace orient::exterior

@@ -40,13 +40,10 @@ Eigen::MatrixXd CovarianceOfSources(const LinearEstimator& estimator,
                                     const std::vector<PatchObservation>& observations,
                                     double half_px);
 
-// The same of errors that the residuals do show, as a trend (residual_trends.h): most of an error
-// that is smooth over the photo is taken up by the pose, and what remains of it is seen. `seen`:
-// the trend's own components as functions of the observations, a row for each; their sum of squares
-// as found tells the variance of the errors that leave so much, on average.
-Eigen::MatrixXd CovarianceOfTrend(const LinearEstimator& estimator,
-                                  const std::vector<PatchObservation>& observations,
-                                  const Eigen::MatrixXd& seen, double squares_px2,
-                                  double correlation_m);
+// The same of errors that the residuals do show, as trends (residual_trends.h) of this variance in
+// one coordinate: what fades like them over the ground, and the pose has followed unseen.
+Eigen::MatrixXd CovarianceOfTrends(const LinearEstimator& estimator,
+                                   const std::vector<PatchObservation>& observations,
+                                   double variance_px2, double correlation_m);
 
 }  // namespace orient::exterior
