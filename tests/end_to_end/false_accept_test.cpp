@@ -119,7 +119,7 @@ TEST(FalseAccept, PatchesShiftedTogetherContradictAStatedPosition) {
 }
 
 // The same coordinates and heights, but another scene.
-TEST(FalseAccept, ASimulatedPhotoFindsNothingInThePatchesOfAnotherPlace) {
+TEST(SlowFalseAccept, ASimulatedPhotoFindsNothingInThePatchesOfAnotherPlace) {
   const TemporaryFolder folder;
   SimulationOptions options;
   options.camera = CameraPreset::kDigital;
