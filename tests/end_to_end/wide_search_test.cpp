@@ -183,7 +183,7 @@ TEST_F(WideSearch, OfApproximationsOfAnotherPlaceSaysThatThereAreNoPatches) {
 }
 
 // The patches are right and the photo is found; the DEM that came with it is not.
-TEST_F(WideSearch, NamesADemOfAnotherHeightDatumOrWithAHole) {
+TEST_F(SlowWideSearch, NamesADemOfAnotherHeightDatumOrWithAHole) {
   Harvest({"0182", "0184"});
   WriteStart({150, 2, 2}, 3);
   const Bounds extent = ngi_->surface.Extent();

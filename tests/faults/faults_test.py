@@ -1,13 +1,13 @@
 #!/usr/bin/env python3
 """CTest `faults` (quick) and `faults_everywhere` (slow): the machine fails at the n-th call.
 
-    faults_test.py ORIENT INJECTOR [--everywhere | --every [K/N]] [--only COMMAND] [--kind KIND]
-                   [--at N] [--threads N]
+    faults_test.py ORIENT INJECTOR [--everywhere [K/N] | --every [K/N]] [--only COMMAND]
+                   [--kind KIND] [--at N] [--threads N]
 
 Every command that reads or writes files runs undisturbed and then again and again with one call that
 fails (injector.cpp), or all from one on ("write+"): one of one kind; --everywhere the first of those that
 the same functions make by the same way through the program (of every third way for "write+"); --every
-each single call, which takes hours (3/8: the third, the eleventh ...).
+each single call. Both take hours; 3/8: of these the third, the eleventh ...
 Then the exit code is as documented and the message names a file; nothing false is there and nothing
 that does not belong there; the same command, run again, gives the undisturbed result to the last
 byte. On one thread a case can be repeated with --only, --kind and --at. --processes: cases tried at
@@ -56,7 +56,7 @@ class Cases:
     def calls(self, kind):
         return len(self.places[kind.rstrip("+")])
 
-    def everywhere(self, kind):
+    def first_of_each_way(self, kind):
         first = {}
         for at, place in enumerate(self.places[kind.rstrip("+")], 1):
             first.setdefault(place, at)
@@ -65,11 +65,10 @@ class Cases:
 
     def chosen(self, kind, asked):
         calls = self.calls(kind)
-        if asked.everywhere:
-            return self.everywhere(kind)
-        if asked.every:
-            first, step = map(int, asked.every.split("/"))
-            return range(first, calls + 1, step)
+        if share := asked.everywhere or asked.every:
+            of = self.first_of_each_way(kind) if asked.everywhere else range(1, calls + 1)
+            first, step = map(int, share.split("/"))
+            return of[first - 1::step]
         chance = zlib.crc32(f"{self.name} {kind}".encode())
         known = [one for one in KINDS if self.calls(one) > 0]
         mine = known[zlib.crc32(self.name.encode()) % len(known)]
@@ -138,7 +137,7 @@ def main():
     parser.add_argument("orient")
     parser.add_argument("injector")
     which = parser.add_mutually_exclusive_group()
-    which.add_argument("--everywhere", action="store_true")
+    which.add_argument("--everywhere", nargs="?", const="1/1")
     which.add_argument("--every", nargs="?", const="1/1")
     parser.add_argument("--only")
     parser.add_argument("--kind")

@@ -5,7 +5,7 @@
 
 ORIENT: the program; LEARNER: tests/patchdb/learner/main.cpp, which reports attempts as `orient exterior`
 does; INJECTOR: tests/faults/injector.cpp, which kills them at the n-th call that writes, with half of it
-in the file; KILLS: 9 unless told (runs that ended before that call are not counted); SEED: another one
+in the file; KILLS: 6 unless told (runs that ended before that call are not counted); SEED: another one
 kills at other calls. A database is harvested into, merged into, updated, pruned and learns. After every
 kill `orient patchdb check` must pass and everything reported done before must be there.
 """
@@ -152,5 +152,5 @@ def main(orient, learner, injector, kills, seed):
 
 
 if __name__ == "__main__":
-    main(*sys.argv[1:4], int(sys.argv[4]) if len(sys.argv) > 4 else 9,
+    main(*sys.argv[1:4], int(sys.argv[4]) if len(sys.argv) > 4 else 6,
          int(sys.argv[5]) if len(sys.argv) > 5 else 20250417)
