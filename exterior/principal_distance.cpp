@@ -124,7 +124,7 @@ void JudgePrincipalDistance(const PhotoToOrient& photo, const std::vector<patchd
   const bool beyond = moved_px > kMovedSigmas * result->projection_sigma->px;
   Add({Reason::kPrincipalDistanceContradicted, beyond ? Status::kWeak : Status::kOk,
        free->principal_distance_mm, stated_mm,
-       fmt::format("its pose differs by up to {:.1f} px in the frame", moved_px)},
+       fmt::format("the pose with it differs by up to {:.1f} px in the frame", moved_px)},
       result);
 }
 

@@ -224,7 +224,7 @@ void SayCameras(const std::vector<KnownCamera>& cameras, const std::vector<size_
           ? " The marks do not determine the principal distance (" + fmt::format("{:.0f}", least) +
                 " to " + fmt::format("{:.0f}", most) +
                 " mm): exterior orientation needs the right one."
-          : " Its principal distance is nominal: exterior orientation needs the calibrated one.";
+          : " Check that its principal distance is calibrated: exterior orientation needs that.";
   result->findings.push_back({.reason = Reason::kCamerasThatFit, .where = said + not_tried});
 }
 

@@ -188,8 +188,8 @@ void BlockApproximations::Fill() {
     return;
   if (located.empty())
     throw InputError(fmt::format(
-        "no photo of the strips is located (strip {}: {}): neither {} nor the photos' files (EXIF) "
-        "give a position; give that of one",
+        "no photo of the strips is located (strip {}: {}): neither {} nor the photos' files (EXIF; "
+        "digital images only) give a position; give the position of one photo",
         block_.flight.strips.front().name, Listed(block_.flight.strips.front().photos),
         block_.approximations.empty() ? "a table of approximations" : block_.approximations));
   const double ground_m = GroundUnder(located);

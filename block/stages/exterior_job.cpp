@@ -198,8 +198,9 @@ constexpr double kHeightTolerancePx = 4;
 Finding WithoutApproximation(const ExteriorRunOptions& options, const std::string& name) {
   return Because(Reason::kNoApproximation,
                  options.approximations.empty()
-                     ? "its file has no position (EXIF), and neither a table of approximations nor "
-                       "a strip of a block file lists it; give it one of them"
+                     ? "neither a table of approximations nor a strip of a block file lists it, "
+                       "and no position was read from its file (EXIF; digital images only); give "
+                       "one of these"
                      : fmt::format("{} has no row '{}'; add one or leave the photo out",
                                    options.approximations, name));
 }

@@ -46,8 +46,8 @@ Bounds Region(const OrientationTable& table, const Camera& camera,
   IncludePoints(options, camera, &region);
   if (region.Empty() && options.approximations.empty())
     throw InputError(
-        "no photo has an approximate position: their files have none (EXIF); give a table of "
-        "approximations");
+        "no photo has an approximate position: there is no table of approximations, and none was "
+        "read from the photos' files (EXIF; digital images only); give a table of approximations");
   if (region.Empty())
     throw InputError(options.approximations +
                      ": none of the given photos is in this table; its "

@@ -240,8 +240,8 @@ void RefuseOthersTables(const InteriorRunOptions& options,
   for (const char* file : {kInteriorTable, kMarkTable, "contact_sheet.png"})
     if (const fs::path path = fs::path(options.out) / file; exists(path))
       throw UsageError(path.string() +
-                       " exists already and is of other photos, not of this camera; choose another "
-                       "folder or give --overwrite");
+                       " exists already, without results of these photos or this camera beside it; "
+                       "choose another folder or give --overwrite");
 }
 
 // Throws UsageError where what a person said of a photo does not go with the run's camera,
@@ -288,9 +288,10 @@ std::vector<std::string> NotesOn(const InteriorRunOptions& options, bool one_cam
                                  const std::vector<InteriorResult>& results) {
   std::vector<std::string> notes;
   if (!one_camera) {
-    notes.emplace_back("The photos are not from one camera: no marks.csv" +
+    notes.emplace_back("No one camera was found to fit all photos: no marks.csv" +
                        std::string(options.micmac ? ", no MicMac files" : "") +
-                       ", no comparison with one another. Orient each camera's photos separately.");
+                       ", no comparison with one another. Orient each camera's photos separately, "
+                       "or name the camera with --camera.");
     return notes;
   }
   const auto open = std::count_if(results.begin(), results.end(), IsOpen);

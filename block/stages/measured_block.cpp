@@ -237,8 +237,9 @@ ExteriorResult ResultOf(const AdjustedBlock& adjusted, std::size_t i,
     result.ties = TieCount{photo.observations, photo.observations, std::nullopt};
     const BlockPart& part = adjusted.result.parts[static_cast<std::size_t>(photo.part)];
     if (!part.by_control)
-      result.findings.push_back(
-          {.reason = Reason::kTiesUncontrolled, .at_best = Status::kWeak, .value = 1});
+      result.findings.push_back({.reason = Reason::kNotConnected,
+                                 .at_best = Status::kWeak,
+                                 .where = part.finding ? ": " + Sentence(*part.finding) : ""});
     JudgePrecision(adjusted, i, inputs, &result);
   }
   result.status = StatusOf(result.findings);

@@ -189,7 +189,7 @@ ExteriorResult NotConverged(const BlockPhotoFile& file, const Sightings& sightin
   if (result.pose)
     exterior::Add({.reason = Reason::kBlockNotConverged,
                    .at_best = Status::kWeak,
-                   .where = ": this is the result of its own patches"},
+                   .where = ": this is the pose of its own patches or points"},
                   &result);
   return result;
 }

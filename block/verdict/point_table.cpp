@@ -116,8 +116,8 @@ std::vector<std::string> FarOff(const std::vector<PointRow>& rows) {
   for (const PointRow& row : rows)
     if (row.role == "check" && row.image_rms_px && *row.image_rms_px > limit_px)
       lines.push_back(
-          fmt::format("far off {}: clicked {:.1f} px (RMS) from where the block sees its "
-                      "coordinates, far more than other check points; look at both",
+          fmt::format("far off {}: measured {:.1f} px (RMS) from where its coordinates project "
+                      "into the photos, far more than other check points; check both",
                       row.name, *row.image_rms_px));
   return lines;
 }
@@ -134,7 +134,10 @@ std::vector<std::string> TextOf(const PointTable& table) {
                     one.ce90_m, one.le90_m));
   for (const PointRow& row : table.rows)
     if (row.state == "rejected")
-      lines.push_back(fmt::format("wrong   {}: its coordinates contradict the block", row.name));
+      lines.push_back(
+          fmt::format("wrong   {}: its coordinates or image measurements contradict the block; "
+                      "check both",
+                      row.name));
   for (std::string& line : FarOff(table.rows)) lines.push_back(std::move(line));
   return lines;
 }

@@ -8,11 +8,10 @@ const std::vector<Wording>& Wordings() {  // NOLINT(readability-function-size): 
       {Reason::kStated, "stated", "{where}"},
       {Reason::kScanUnusable, "scan_unusable", "{where}"},
       {Reason::kImageSizeIsNotTheCameras, "image_size_is_not_the_cameras",
-       "The image has {where}: use the camera file that belongs to it, or the uncropped "
-       "image."},
+       "The image has {where}: use the camera file that belongs to it, or the uncropped image."},
       {Reason::kMarksNotFound, "marks_not_found",
-       "The camera's marks were not found: wrong camera file, marks outside the scan, or a "
-       "wrong pixel size (--pixel-size-um; in a block file pixel_size_um under [scan])."},
+       "The camera's marks were not found: wrong camera file, marks outside the scan, or a wrong "
+       "pixel size (--pixel-size-um; in a block file pixel_size_um under [scan])."},
       {Reason::kMarksMayBeChance, "marks_may_be_chance",
        "The marks found may be due to chance ({value:.1f} nats, {limit:.1f} are needed{unused}): "
        "too few of them, too faint, or a wrong camera file. Missing ones can be measured by hand "
@@ -23,7 +22,9 @@ const std::vector<Wording>& Wordings() {  // NOLINT(readability-function-size): 
       {Reason::kRivalReading, "rival_reading",
        "Another interpretation of the marks is nearly as probable (margin {value:.1f} nats, "
        "{limit:.0f} are needed{unused})."},
-      {Reason::kMarksOnOneLine, "marks_on_one_line", "The marks found lie on one line."},
+      {Reason::kMarksOnOneLine, "marks_on_one_line",
+       "The marks found lie on one line and determine no transform: measure others by hand "
+       "(--measurements), or scan the whole film."},
       {Reason::kFewMarks, "few_marks",
        "Only {value:.0f} mark{s} could be used; {limit:.0f} are needed{unused}."},
       {Reason::kWrongMarkUnclear, "wrong_mark_unclear",
@@ -37,27 +38,29 @@ const std::vector<Wording>& Wordings() {  // NOLINT(readability-function-size): 
        "The pixel size is {value:.2f} um from the marks, but {limit:.2f} um from the resolution "
        "tag or as stated: another camera's marks, or a wrong resolution."},
       {Reason::kPixelSizeUnsure, "pixel_size_unsure",
-       "The pixel size ({value:.2f} um) follows from the camera alone: a smaller or larger "
-       "camera with similar marks would fit as well; state it (--pixel-size-um; in a block "
-       "file pixel_size_um under [scan])."},
+       "The pixel size ({value:.2f} um) follows from the camera alone: a smaller or larger camera "
+       "with similar marks would fit as well; state it (--pixel-size-um; in a block file "
+       "pixel_size_um under [scan])."},
       {Reason::kRivalScanner, "rival_scanner",
-       "A desktop scan of all these marks and a photogrammetric one with one mark "
-       "misplaced are almost equally probable ({value:.1f} nats apart): state which with "
-       "--scanner."},
+       "A desktop scan of all these marks and a photogrammetric one with one mark misplaced are "
+       "almost equally probable ({value:.1f} nats apart): state which with 'orient interior "
+       "--scanner', or measure the marks by hand (--measurements)."},
       {Reason::kRivalScanOrientation, "rival_scan_orientation",
-       "Another scan orientation is nearly as probable ({value:.1f} nats apart, {limit:.0f} "
-       "are needed): give --orientation."},
+       "Another scan orientation is nearly as probable ({value:.1f} nats apart, {limit:.0f} are "
+       "needed): give --orientation."},
       {Reason::kLargeSigma0, "large_sigma0",
-       "sigma0 of {value:.0f} um exceeds what film deformation explains."},
+       "sigma0 of {value:.0f} um exceeds what film and scanner explain ({limit:.0f} um): look for "
+       "a "
+       "wrongly located mark."},
       {Reason::kFilmDistorted, "film_distorted",
-       "The scanner or print distorts the film: an affine transform leaves sigma0 = "
-       "{value:.0f} um."},
+       "Scanner, print or film deform the image, or the camera file's mark positions are inexact: "
+       "an affine transform leaves sigma0 = {value:.0f} um."},
       {Reason::kBlackAndWhite, "black_and_white",
-       "The scan is black and white without grey values: marks may be off by a pixel, and "
+       "The scan is bilevel (black and white, no grey values): marks may be off by a pixel, and "
        "their precision is unknown. Scan the film in greyscale."},
       {Reason::kReseauContradictory, "reseau_contradictory",
-       "The crosses contradict one another: no smooth film deformation explains their "
-       "positions."},
+       "The reseau crosses contradict one another: no smooth film deformation explains their "
+       "positions. Check the crosses in the camera file."},
       {Reason::kReseauCorrection, "reseau_correction",
        "Corrected by a reseau of {value:.0f} crosses: {where}."},
       {Reason::kFewReseauCrosses, "few_reseau_crosses",
@@ -66,14 +69,12 @@ const std::vector<Wording>& Wordings() {  // NOLINT(readability-function-size): 
        "The marks' calibrated positions fit scan orientation {where} as given ({value:.1f} nats): "
        "check --orientation."},
       {Reason::kOrientationUnlikeSigns, "orientation_unlike_signs",
-       "The film's symbols or border show scan orientation {where} as given: check "
-       "--orientation."},
+       "The film's symbols or border show scan orientation {where} as given: check --orientation."},
       {Reason::kSignsContradictory, "signs_contradictory",
-       "Identification symbols, border and mark positions contradict one another ({where} "
-       "against the others): check the camera file's symbols, data_strip, border and fiducials."},
+       "Identification symbols, border and mark positions contradict one another ({where} against "
+       "the others): check the camera file's symbols, data_strip, border and fiducials."},
       {Reason::kSignNotClear, "sign_not_clear",
-       "Not clearly read: {where} alone contradicts the scan orientation that all the others "
-       "indicate."},
+       "{where} alone contradicts the scan orientation that all others indicate: misread?"},
       {Reason::kOrientationOpen, "orientation_open",
        "The marks leave the scan orientation open ({where}); the transform given is that of the "
        "first."},
@@ -92,18 +93,16 @@ const std::vector<Wording>& Wordings() {  // NOLINT(readability-function-size): 
        "With this camera a pixel is {value:.1f} % {where} than stated: perhaps another camera, "
        "with other mark positions."},
       {Reason::kClickOffMark, "click_off_mark",
-       "Clicked beside the mark that was measured there: {where}. The measurement counts; look at "
-       "these clicks."},
+       "Clicks off the mark that was measured there, which is used; check them: {where}."},
       {Reason::kClickContradicted, "click_contradicted",
        "The other marks, or what is seen there, contradict the clicks on {where}: not used; marks "
        "confused?"},
       {Reason::kClickNotSeen, "click_not_seen",
        "Nothing that agrees with the other marks is seen where {where} was clicked: not used. "
-       "Where "
-       "only the eye sees the mark, call the click exact."},
+       "Where only the eye sees the mark, call the click exact."},
       {Reason::kExactClicks, "exact_clicks",
-       "{value:.0f} marks are as a person clicked them, exactly; {limit:.0f} measured marks are "
-       "needed."},
+       "Marks taken from exact clicks without measurement: {value:.0f}; for ok {limit:.0f} others "
+       "must be measured in the scan."},
       {Reason::kAcceptedByPerson, "accepted_by_person", "Accepted by {where}."},
       {Reason::kRejectedByPerson, "rejected_by_person", "Rejected by {where}."},
       {Reason::kRollPixelColumns, "roll_pixel_columns",
@@ -113,8 +112,8 @@ const std::vector<Wording>& Wordings() {  // NOLINT(readability-function-size): 
        "Unlike the other photos of the roll: its pixel size along rows is {value:.3f} um on the "
        "film, theirs {limit:.3f} um."},
       {Reason::kRollScaleDifference, "roll_scale_difference",
-       "Unlike the other photos of the roll: the scales of its two axes differ by "
-       "{value:.2f} %, theirs by {limit:.2f} %."},
+       "Unlike the other photos of the roll: the scales of its two axes differ by {value:.2f} %, "
+       "theirs by {limit:.2f} %."},
       {Reason::kRollShear, "roll_shear",
        "Unlike the other photos of the roll: its axes are sheared by {value:.2f} mrad, theirs by "
        "{limit:.2f} mrad."},
@@ -131,7 +130,8 @@ const std::vector<Wording>& Wordings() {  // NOLINT(readability-function-size): 
       {Reason::kInteriorWeak, "interior_weak", "its interior orientation is weak"},
       {Reason::kInteriorOfAnotherScan, "interior_of_another_scan", "{where}"},
       {Reason::kScanOrientationExcluded, "scan_orientation_excluded",
-       "its interior orientation excludes scan orientation {where}"},
+       "the pose was found in scan orientation {where}, for which the interior orientation has no "
+       "transform now; run again with --overwrite"},
       {Reason::kNoPatches, "no_patches",
        "{where} has no control patch under the photo's footprint; harvest patches there, or "
        "correct the approximation"},
@@ -141,13 +141,12 @@ const std::vector<Wording>& Wordings() {  // NOLINT(readability-function-size): 
       {Reason::kNothingAlikeAfterPrior, "nothing_alike_after_prior",
        "the search of the whole photo found nothing like the patches at any kappa either{where}"},
       {Reason::kNotSearchedAsAWhole, "not_searched_as_a_whole",
-       "the photo could not be searched as a whole: too few patches can be drawn large enough at a "
-       "level that can be searched, and they make no mosaic; give a better approximation, or "
-       "harvest more densely"},
+       "the whole photo could not be searched: at the resolution for that too few patches are "
+       "large, and they make no mosaic; give a better approximation, or harvest more densely"},
       {Reason::kNoConsensus, "no_consensus",
-       "only {value:.0f} of {limit:.0f} patches agree on a pose within {where} of the "
-       "prediction: chance could produce that. Either the approximation is worse than its "
-       "stated accuracy, or the patches do not show this place, or the scene has changed"},
+       "only {value:.0f} of {limit:.0f} patches agree on a pose within {where} of the prediction: "
+       "chance could produce that. Either the approximation is worse than its stated accuracy, or "
+       "the patches do not show this place, or the scene has changed"},
       {Reason::kTooFewPreciseMatches, "too_few_precise_matches",
        "at full resolution only {value:.0f} patches could be matched, at least {limit:.0f} are "
        "needed"},
@@ -156,32 +155,32 @@ const std::vector<Wording>& Wordings() {  // NOLINT(readability-function-size): 
       {Reason::kTooFewAgree, "too_few_agree",
        "only {value:.0f} patches agree, at least {limit:.0f} are needed"},
       {Reason::kPatchesOverlap, "patches_overlap",
-       "the patches that agree overlap one another: only {value:.0f} places, at least "
-       "{limit:.0f} are needed"},
+       "the patches that agree overlap one another: only {value:.0f} places, at least {limit:.0f} "
+       "are needed"},
       {Reason::kAgreementMayBeChance, "agreement_may_be_chance",
-       "at full resolution only {value:.0f} of {limit:.0f} patches agree: chance could "
-       "produce that"},
+       "at full resolution only {value:.0f} of {limit:.0f} patches agree: chance could produce "
+       "that"},
       {Reason::kMostContradict, "most_contradict",
        "more than half of the matched patches contradict the pose"},
       {Reason::kHarvestMoreDensely, "harvest_more_densely",
        "only {value:.0f} patches lie under the photo: harvest more densely there "
        "(--max-per-photo), or from more photos"},
       {Reason::kHarvestLargerChips, "harvest_larger_chips",
-       "a patch is only {value:.0f} px wide in this photo: harvest larger chips (--chip-px; "
-       "in a block file chip_px under [control]), or from images at its scale"},
+       "a patch is only {value:.0f} px wide in this photo: harvest larger chips (--chip-px; in a "
+       "block file chip_px under [control]), or from images at its scale"},
       {Reason::kContradictsApproximation, "contradicts_approximation",
-       "the pose lies {value:.0f} sigma from its approximation: either the approximation is worse "
-       "than stated, or {where} wrong"},
+       "the pose lies {value:.0f} sigma from its approximation: check the approximation (accuracy "
+       "as stated or by default, datum, heights) and the principal distance; or {where} wrong"},
       {Reason::kFewPlaces, "few_places",
-       "too few places to judge the precision of the pose: patches agree at only {value:.0f}"},
+       "patches agree at {value:.0f} places; to judge the precision {limit:.0f} are needed"},
       {Reason::kPoorSpread, "poor_spread",
        "the patches that agree cover {value:.1f} % of the photo: the rest is uncontrolled"},
       {Reason::kPoorlyDetermined, "poorly_determined",
        "the pose is poorly determined: in the worst corner of the frame its projection is "
        "uncertain by {value:.2f} px, the target is {limit:.2f} px"},
       {Reason::kResidualTrend, "residual_trend",
-       "the residuals show a {where} of {value:.2f} px (RMS); the covariance allows for that much, "
-       "though the pose may have taken up more"},
+       "the residuals show a {where} of {value:.2f} px (RMS); the covariance of the photo alone "
+       "allows for that much, but the pose may have absorbed more"},
       {Reason::kSourceContradicted, "source_contradicted",
        "{limit:.0f} patches of source {where} agree with one another and not with the pose: they "
        "lie {value:.1f} px beside it; either that source is wrong or those that were used"},
@@ -197,28 +196,25 @@ const std::vector<Wording>& Wordings() {  // NOLINT(readability-function-size): 
        "measured control points: {value:.0f}; {limit:.0f} are needed, or three and an "
        "approximation"},
       {Reason::kPointsWrong, "points_wrong",
-       "measured in a wrong place, or with wrong coordinates, and not used: {where}"},
+       "ground points that contradict the others and are not used; check them: {where}"},
       {Reason::kPointsOffPose, "points_off_pose",
        "measured ground points that lie elsewhere under the pose: {where}"},
       {Reason::kByPointsAlone, "by_points_alone",
        "oriented by {value:.0f} measured ground points alone ({limit:.0f} are needed without "
        "patches): {where}"},
       {Reason::kPatchesNotThere, "patches_not_there",
-       "patches do not confirm it, though {value:.0f} were searched for: {where}"},
+       "the {value:.0f} patches of its area do not confirm it: {where}"},
       {Reason::kPointsOffDem, "points_off_dem",
        "the DEM lies {value:.0f} m {where} the measured ground points: their height datums differ, "
-       "or "
-       "their coordinates are wrong"},
+       "or their coordinates are wrong"},
       {Reason::kMeasuredMarksContradict, "measured_marks_contradict",
        "its marks are measured up to {value:.1f} mm from where the camera has them: {where}; look "
-       "for "
-       "marks that were confused"},
+       "for marks that were confused"},
       {Reason::kKappaWithOrientation, "kappa_with_scan_orientation",
-       "{value:.0f} scan orientations show the same, each with another kappa, and the "
-       "approximation "
-       "does not decide: kappa holds with {where}"},
+       "{value:.0f} scan orientations are equally possible, each with a kappa of its own, and the "
+       "approximation does not decide between them: this kappa belongs to {where}"},
       {Reason::kMeasuredPhotosUnknown, "measured_photos_unknown",
-       "measured or decided, but not among this run's photos: {where}"},
+       "measurements or decisions of photos that this run does not have: {where}"},
       {Reason::kStartedByPoints, "started_by_points",
        "the search began with a pose by {value:.0f} measured ground points"},
       {Reason::kPrincipalDistanceNotEstimated, "principal_distance_not_estimated",
@@ -226,7 +222,7 @@ const std::vector<Wording>& Wordings() {  // NOLINT(readability-function-size): 
       {Reason::kPrincipalDistanceNotConverged, "principal_distance_not_converged",
        "pose and principal distance did not converge"},
       {Reason::kPrincipalDistanceEstimated, "principal_distance_estimated",
-       "the pose holds with a principal distance of {value:.3f} mm, not with the camera "
+       "the pose was computed with a principal distance of {value:.3f} mm, not with the camera "
        "file's {limit:.3f} mm"},
       {Reason::kPrincipalDistanceUndetermined, "principal_distance_undetermined",
        "the photo does not determine its principal distance: its sigma is still {value:.3f} mm "
@@ -238,36 +234,36 @@ const std::vector<Wording>& Wordings() {  // NOLINT(readability-function-size): 
        "the DEM has no height under {value:.0f} of the {limit:.0f} matched patches: it has a hole "
        "or ends there"},
       {Reason::kDemUnlikePatches, "dem_unlike_patches",
-       "the DEM's heights differ from the matched patches' by {value:.0f} m (one sigma; "
-       "at most {limit:.0f} m is expected): the patches or the DEM belong to another place"},
+       "the DEM's heights differ from the matched patches' by {value:.0f} m (one sigma; at most "
+       "{limit:.0f} m is expected): is the DEM a surface model, of another date, or are the "
+       "patches or the DEM of another place?"},
       {Reason::kDemDatum, "dem_datum",
-       "the DEM lies {value:.0f} m {where} the matched patches (spread {limit:.0f} m): their "
-       "height datums differ; the pose has the patches'"},
+       "the DEM lies {value:.0f} m {where} the matched patches (spread {limit:.0f} m): check both "
+       "height datums; the pose refers to the datum of the patches"},
       {Reason::kNotLearnt, "not_learnt",
        "its matches were not recorded in the patch database: {where}"},
       {Reason::kPictureNotWritten, "picture_not_written", "its picture is missing: {where}"},
       {Reason::kUnusableInBlock, "unusable_in_block", "{where}"},
       {Reason::kNoTies, "no_ties", "it has no tie points with its neighbours"},
-      {Reason::kNotConnected, "not_connected",
-       "its ties do not connect it to control patches{where}"},
+      {Reason::kNotConnected, "not_connected", "its ties do not hold it to control{where}"},
       {Reason::kFewTies, "few_ties",
-       "only {value:.0f} tie points connect it to its neighbours; at least {limit:.0f} are "
-       "needed"},
+       "tie points with its neighbours that could be used: {value:.0f}; {limit:.0f} are needed"},
       {Reason::kTiesContradict, "ties_contradict",
        "more than half of its tie points contradict its pose"},
       {Reason::kTiesUncontrolled, "ties_uncontrolled",
-       "its tie points do not check one another: most connect it to one other photo only"},
+       "its tie points do not check one another: too few, or most connect it to one other photo "
+       "only"},
       {Reason::kTiesImprecise, "ties_imprecise",
-       "its tie points determine its pose poorly: in the worst corner of the frame its "
-       "projection is uncertain by {value:.2f} px, the target is {limit:.2f} px"},
+       "its tie points determine its pose poorly: in the worst corner of the frame its projection "
+       "is uncertain by {value:.2f} px, the target is {limit:.2f} px"},
       {Reason::kOrientedByNeighbours, "oriented_by_neighbours",
-       "oriented by {value:.0f} tie points with its neighbours; its own patches were not "
-       "enough{where}"},
+       "oriented by {value:.0f} tie points with its neighbours, not by control patches "
+       "alone{where}"},
       {Reason::kNeighboursWeak, "neighbours_weak",
        "the photos that it depends on are weak themselves"},
       {Reason::kMovedByBlock, "moved_by_block",
-       "the block moved it by {value:.0f} sigma from the pose by its own patches or points: they "
-       "or its ties are wrong"},
+       "the block moved it by {value:.1f} sigma from the pose by its own patches or points, or "
+       "they fit much worse there: check them, its ties, and whether all sources agree"},
       {Reason::kBlockNotConverged, "block_not_converged",
        "the block's adjustment did not converge{where}"},
       {Reason::kKeypointsUnconfirmed, "keypoints_unconfirmed", "{where}"},
@@ -287,19 +283,19 @@ const std::vector<Wording>& Wordings() {  // NOLINT(readability-function-size): 
        "The block has control on one line or at one place only: approximations or GNSS determine "
        "the rest."},
       {Reason::kPartWithoutDatum, "part_without_datum",
-       "Photo{s} {where} {are} not connected to any other photo. {They_have} too little control "
-       "for position, attitude and scale."},
+       "Photo{s} {where} {are} not connected to the rest of the block. {They_have} too little "
+       "control for position, attitude and scale."},
       {Reason::kPartWithoutControl, "part_without_control",
-       "Photo{s} {where} {are} not connected to any other photo. {They_have} no control: {their} "
-       "position follows from approximations or GNSS alone."},
+       "Photo{s} {where} {are} not connected to the rest of the block. {They_have} no control: "
+       "{their} position follows from approximations or GNSS alone."},
       {Reason::kPartPoorlyControlled, "part_poorly_controlled",
-       "Photo{s} {where} {are} not connected to any other photo. {They_have} control on one line "
-       "or at one place only: approximations or GNSS determine the rest."},
+       "Photo{s} {where} {are} not connected to the rest of the block. {They_have} control on one "
+       "line or at one place only: approximations or GNSS determine the rest."},
       {Reason::kPartNotConnected, "part_not_connected",
-       "Photo{s} {where} {are} not connected to any other photo."},
+       "Photo{s} {where} {are} not connected to the rest of the block."},
       {Reason::kGnssDisagreesEverywhere, "gnss_disagrees_everywhere",
-       "GNSS and control disagree everywhere: no position is used. Their datums "
-       "differ, or one is worse than stated."},
+       "GNSS contradicts the block everywhere; no position is used: check datum, height system, "
+       "accuracies and names."},
       {Reason::kGnssRejected, "gnss_rejected",
        "GNSS contradicts the block and is not used: {where}."},
       {Reason::kGnssPerhapsOfAnotherDatum, "gnss_perhaps_of_another_datum",
@@ -312,20 +308,21 @@ const std::vector<Wording>& Wordings() {  // NOLINT(readability-function-size): 
       {Reason::kControlWorseThanStated, "control_worse_than_stated",
        "Control fits {value:.0f} times worse than stated, and its weight is reduced accordingly."},
       {Reason::kApproximationsRejected, "approximations_rejected",
-       "The approximation is worse than stated and is not used as an observation: {where}."},
+       "Approximations that contradict the block are not used as observations: {where}."},
       {Reason::kApproximationsWorseThanStated, "approximations_worse_than_stated",
        "Approximations fit {value:.1f} times worse than stated{where}"},
       {Reason::kPhotosUndetermined, "photos_undetermined",
        "Too few or poorly distributed observations: {where}."},
       {Reason::kDistanceLeftOpen, "distance_left_open",
-       "The block does not determine the principal distance, whose sigma is {value:.3f} mm: the "
-       "camera file's was kept, and if it is wrong, flying heights are, by more than their sigma."},
+       "The block does not determine the principal distance (sigma {value:.3f} mm); that of the "
+       "camera file is used. If it is wrong, the projection centres' heights err by more than "
+       "their sigmas."},
       {Reason::kAdjustedWithoutPriors, "adjusted_without_priors",
-       "with GNSS and approximations as observations the block does not converge: adjusted "
-       "without them"},
+       "with GNSS and approximations as observations the block does not converge: adjusted without "
+       "them"},
       {Reason::kNoPoseCovariance, "no_pose_covariance",
-       "pose_covariance.csv is not written: it needs a converged adjustment of at most "
-       "{limit:.0f} photos"},
+       "pose_covariance.csv is not written: it needs a converged adjustment with at least one "
+       "accepted pose and at most {limit:.0f} photos"},
       {Reason::kInputsChanged, "inputs_changed",
        "oriented again, as their inputs changed ({first}): {rest}"},
       {Reason::kNoTiesFromPhoto, "no_ties_from_photo", "{first} gives no tie points: {rest}"},
@@ -334,24 +331,24 @@ const std::vector<Wording>& Wordings() {  // NOLINT(readability-function-size): 
       {Reason::kNeighboursNotTried, "neighbours_not_tried",
        "The remaining photos could not be tried with their neighbours' patches: {where}"},
       {Reason::kStripPhotosAbsent, "strip_photos_absent",
-       "the strips list {value:.0f} photo{s} that {are} not in the block, whose places stay free: "
-       "{where}"},
+       "the strips list {value:.0f} photo{s} that {are} not in the block or cannot be used; their "
+       "places are kept free: {where}"},
       {Reason::kLocatedByOwnFiles, "located_by_own_files",
        "{value:.0f} photo{s} {are} located by the GNSS position in {their} own file{s}"},
       {Reason::kFocalLengthIsNotTheCameras, "focal_length_is_not_the_cameras",
-       "the focal length in the photos' files ({value:.4g} mm) is not the camera file's principal "
-       "distance ({limit:.4g} mm): {where}"},
+       "the focal length in these photos' files ({value:.4g} mm in the last of them) is not the "
+       "camera file's principal distance ({limit:.4g} mm): {where}; is it their camera file?"},
       {Reason::kApproximationsOfOtherPhotos, "approximations_of_other_photos",
        "{first} lists {value:.0f} photo{s} that {are} not in the block: {rest}"},
       {Reason::kAngleColumnsIgnored, "angle_columns_ignored",
        "{first} has {value:.0f} column{s} that {are} ignored, since only omega, phi and kappa in "
        "degrees are read: {rest}"},
       {Reason::kRowsWithoutPosition, "rows_without_position",
-       "{first} leaves a coordinate of {value:.0f} photo{s} empty, which {are} taken to be absent "
-       "from it: {rest}"},
+       "{first} has no complete position of {value:.0f} photo{s}, which {are} treated as if not "
+       "listed: {rest}"},
       {Reason::kOtherPhotosSetAside, "other_photos_set_aside",
-       "an earlier run's results of {value:.0f} photo{s} that {are} not in the block ({rest}) "
-       "were moved to {first}"},
+       "an earlier run's results of {value:.0f} photo{s} that {are} not in the block ({rest}) were "
+       "moved to {first}"},
       {Reason::kPhotoNotInQuicklook, "photo_not_in_quicklook",
        "photo {where} could not be read for the quicklook"},
       {Reason::kNoQuicklook, "no_quicklook", "no quicklook: {where}"},
@@ -385,9 +382,9 @@ const std::vector<Wording>& Wordings() {  // NOLINT(readability-function-size): 
       {Reason::kGradientsTooWeak, "gradients_too_weak",
        "gradients too weak for a precise position"},
       {Reason::kFoundElsewhereInPatch, "found_elsewhere_in_patch",
-       "matching back ends elsewhere in the patch"},
+       "matching back from the photo ends at another place in the patch"},
       {Reason::kPatchFoundWithNoOthers, "patch_found_with_no_others",
-       "found nowhere that agrees with the other patches"},
+       "not found at a place that agrees with other patches before the search ended"},
       {Reason::kPatchContradictsOthers, "patch_contradicts_others",
        "does not agree with the other patches"},
       {Reason::kPatchContradictsBlock, "patch_contradicts_block",

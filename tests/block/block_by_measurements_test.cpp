@@ -158,7 +158,7 @@ TEST_F(TwoStripsMeasured, PositionsMakeNoPhotoBetterThanItIsWithoutThem) {
   EXPECT_LT(WorstOff_m(block), kWithGnss_m) << "without any control";
   for (const ExteriorResult& result : block.results) {
     EXPECT_EQ(result.status, Status::kWeak);
-    EXPECT_TRUE(Has(result.findings, Reason::kTiesUncontrolled));
+    EXPECT_TRUE(Has(result.findings, Reason::kNotConnected));
   }
 }
 

@@ -203,7 +203,7 @@ TEST_F(SlowBadBlock, OfTwoPartsTheOneWithoutControlFailsAndIsNamed) {
     fs::remove(Path("scans/" + std::string(photo) + ".tif"));
   const ProgramRun whole = Block();
   EXPECT_EQ(whole.exit_code, 3) << whole.out << whole.err;  // two scans are missing
-  EXPECT_NE(whole.out.find("Photos new_1_1 and new_1_2 are not connected to any other photo"),
+  EXPECT_NE(whole.out.find("Photos new_1_1 and new_1_2 are not connected to the rest of the block"),
             std::string::npos)
       << whole.out;
   RetireEastOf("new_1_3", "new_1_4");

@@ -198,7 +198,7 @@ TEST_F(WrongInput, APrincipalDistanceThatIsDoubtedDoesNotMakeThePoseWrong) {
   const Vector6d off = PoseDifference(*result.pose, truth);
   const Vector6d sigma = result.covariance->diagonal().cwiseSqrt();
   for (int i = 0; i < 6; ++i) EXPECT_LT(std::abs(off[i]), 3.5 * sigma[i]) << i;
-  ExpectSaid(result, "the pose holds with a principal distance of");
+  ExpectSaid(result, "the pose was computed with a principal distance of");
 }
 
 }  // namespace

@@ -57,8 +57,8 @@ class InteriorCommand : public Command {
         ->check(CLI::IsMember({"auto", "hough", "ncc", "lines"}))
         ->capture_default_str();
     app.add_option("--roll", roll_,
-                   "Do the photos lie alike on the scanner, so that together they decide the "
-                   "orientation that single ones leave open?")
+                   "Whether all photos lay on the scanner the same way: then they decide together "
+                   "a scan orientation that single photos leave open")
         ->check(CLI::IsMember({"alike", "differing"}))
         ->capture_default_str();
     AddJobsOption(app, &jobs_);

@@ -76,8 +76,8 @@ TEST_F(PoseObservationsOf, GnssRowsThatLeaveACoordinateEmptyAreNamedAndLeftOut) 
                                  .value = 3,
                                  .where = folder_ / "gnss.csv" + ": b, c, d"}}));
   EXPECT_EQ(Sentence(remarks_[0]), folder_ / "gnss.csv" +
-                                       " leaves a coordinate of 3 photos empty, which are taken "
-                                       "to be absent from it: b, c, d");
+                                       " has no complete position of 3 photos, which are treated "
+                                       "as if not listed: b, c, d");
   const auto with_sigmas =
       Gnss("filename,x,y,z,sigma_x,sigma_y,sigma_z\na,1,2,,0.1,0.1,0.1\nb,1,2,3,0.1,0.1,0.1\n");
   ASSERT_EQ(with_sigmas.size(), 1u);

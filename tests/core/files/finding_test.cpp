@@ -43,11 +43,12 @@ TEST(Finding, TheSentenceSpeaksOfOneOrMany) {
   };
   EXPECT_EQ(said(1), "1 photo is located by the GNSS position in its own file");
   EXPECT_EQ(said(2), "2 photos are located by the GNSS position in their own files");
-  EXPECT_EQ(Sentence({.reason = Reason::kPartWithoutDatum, .value = 2, .where = "a and b"}),
-            "Photos a and b are not connected to any other photo. They have too little control for "
-            "position, attitude and scale.");
+  EXPECT_EQ(
+      Sentence({.reason = Reason::kPartWithoutDatum, .value = 2, .where = "a and b"}),
+      "Photos a and b are not connected to the rest of the block. They have too little control for "
+      "position, attitude and scale.");
   EXPECT_EQ(Sentence({.reason = Reason::kPartNotConnected, .value = 1, .where = "a"}),
-            "Photo a is not connected to any other photo.");
+            "Photo a is not connected to the rest of the block.");
 }
 
 TEST(Finding, TheSentenceSaysOfWhatAndWhat) {
@@ -58,9 +59,8 @@ TEST(Finding, TheSentenceSaysOfWhatAndWhat) {
   EXPECT_EQ(Sentence({.reason = Reason::kAngleColumnsIgnored, .value = 1, .where = "a.csv: yaw"}),
             "a.csv has 1 column that is ignored, since only omega, phi and kappa in degrees are "
             "read: yaw");
-  EXPECT_EQ(
-      Sentence({.reason = Reason::kRowsWithoutPosition, .value = 2, .where = "a.csv: 1, 2"}),
-      "a.csv leaves a coordinate of 2 photos empty, which are taken to be absent from it: 1, 2");
+  EXPECT_EQ(Sentence({.reason = Reason::kRowsWithoutPosition, .value = 2, .where = "a.csv: 1, 2"}),
+            "a.csv has no complete position of 2 photos, which are treated as if not listed: 1, 2");
   EXPECT_EQ(Sentence({.reason = Reason::kNoTiesFromPhoto, .where = "4711: it: is lost"}),
             "4711 gives no tie points: it: is lost");
   EXPECT_EQ(Sentence({.reason = Reason::kNoTiesFromPhoto, .where = "4711"}),

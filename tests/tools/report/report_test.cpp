@@ -23,7 +23,7 @@ TEST(Report, SaysWhatAPersonAsks) {
   for (const char* part :
        {"Look at this first", "only 3 patches agree on a pose", "the matches leave the tilt open",
         "EPSG:32635", "UTM zone 35N", "does not agree with the other patches", "312.41",
-        "1\u202F823.75", "Rounds of the loop", "at 200 times the frame’s scale",
+        "1\u202F823.75", "Iterations", "at 200 times the frame’s scale",
         ">200\xE2\x80\xAFm<", "scan orientation r0", "from its approximation, enlarged",
         "the 2 projection centres moved by X 12.50 m, Y −4.00 m, Z −1.00 m in the mean"})
     EXPECT_TRUE(Contains(html, part)) << part;
@@ -37,7 +37,7 @@ TEST(Report, SaysWhatTheBlockAdjustmentSays) {
   EXPECT_EQ(Malformed(html), "");
   for (const char* part : {"Block adjustment", "2 tie points", "1 held out", "0.50 px (RMS of 2",
                            "0.30 / 0.40 / 0.80 m", "tie image", ">1.20<",
-                           "Photo 4713 is not connected to any other photo.", "1.5e-08",
+                           "Photo 4713 is not connected to the rest of the block.", "1.5e-08",
                            "is not used: &lt;4713&gt;.", "tie point</span>", "p-tie"})
     EXPECT_TRUE(Contains(html, part)) << part;
 }

@@ -78,7 +78,8 @@ class SlurmCommand : public Command {
       throw UsageError(block_path_ + " names no photos that jobs could share");
     for (const std::string* word : {&jobs_.partition, &jobs_.account})
       if (word->find_first_of(" \t\r\n") != std::string::npos)
-        throw UsageError("'" + *word + "' is not a name of Slurm's");
+        throw UsageError("'" + *word +
+                         "' has blanks in it; give the name of a Slurm partition or account");
     block.camera = block::FindCameraFile(block.camera, library_);
     jobs_.program = OwnProgram();
     jobs_.block = fs::absolute(block_path_).lexically_normal().string();

@@ -272,7 +272,8 @@ ExitCode NewCameraCommand::Run(std::ostream& out) const {
     out << "The frame is taken to end at the marks (" << Fixed(frame.x(), 1) << " x "
         << Fixed(frame.y(), 1) << " mm); give --frame-mm if not.\n";
   if (frame.maxCoeff() > kLargestFrame_mm)
-    out << "No film of aerial cameras is that large: check the scale and the positions' origin.\n";
+    out << "Hardly any aerial camera has a frame that large: check the scale and the positions' "
+           "origin.\n";
   if (!made.origin_known)
     out << "No two pairs of marks lie opposite each other: the origin is the marks' mean, not the "
            "principal point. Give --positions, or correct principal_point_mm in the file.\n";
