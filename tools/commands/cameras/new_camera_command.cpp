@@ -182,6 +182,10 @@ void NewCameraCommand::Setup(CLI::App& cameras) {
                    "Where a mark is on the only SCAN, ID=COL,ROW in pixels; once for every mark");
   AddTableOptions();
   AddScanOptions(*app_, &scan_);
+  // Before there is a camera, nothing in a scan determines them.
+  app_->get_option("--polarity")->description("Polarity of the scans; auto: positive");
+  app_->get_option("--orientation")
+      ->description("Scan orientation where no positions determine it; auto: r0");
   app_->add_option("--scanner", scanner_, "How much the scanner or print deforms the film")
       ->check(CLI::IsMember({"desktop", "photogrammetric"}))
       ->capture_default_str();
