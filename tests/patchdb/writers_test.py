@@ -2,7 +2,7 @@
 """CTest `patchdb_writers` (quick) and `patchdb_writers_all` (slow): two writers and four readers at
 once, no error, nothing lost; four that create one database, one of which does.
 
-    writers_test.py ORIENT [TURNS]   TURNS: of each writer, 2 unless told
+    writers_test.py ORIENT [TURNS]   TURNS: of each writer, 3 (all of its commands) unless told
 """
 
 import pathlib
@@ -71,4 +71,4 @@ def main(orient, turns):
 
 
 if __name__ == "__main__":
-    main(sys.argv[1], int(sys.argv[2]) if len(sys.argv) > 2 else 2)
+    main(sys.argv[1], int(sys.argv[2]) if len(sys.argv) > 2 else 3)
