@@ -101,7 +101,7 @@ TEST_F(CameraChoiceTest, TheOnlyCameraThatFitsIsChosen) {
   EXPECT_EQ(*choice.camera, wide_);
   EXPECT_EQ(choice.result.status, Status::kOk);
   EXPECT_EQ(choice.result.cameras, std::vector<std::string>{"wide"});
-  EXPECT_TRUE(Says(choice.result, "nominal"));
+  EXPECT_TRUE(Says(choice.result, "Check that its principal distance is calibrated"));
 }
 
 TEST_F(CameraChoiceTest, CamerasThatWereNotTriedAreNamed) {
