@@ -73,6 +73,10 @@ Findings JudgeAgainstOwnPatches(const TiedPhoto& photo) {
 }
 
 void LiftImprecision(const TiedPhoto& photo, ExteriorResult* result) {
+  if (!(photo.worst_sigma_px <= photo.target_px))
+    std::erase_if(result->findings, [](const Finding& finding) {
+      return finding.reason == Reason::kPoorlyDetermined;
+    });
   if (result->status != Status::kWeak || photo.ties_used < kMinTies ||
       photo.tie_redundancy < kMinRedundancy)
     return;

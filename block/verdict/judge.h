@@ -33,7 +33,7 @@ Findings JudgeTied(const TiedPhoto& photo);
 Findings JudgeAgainstOwnPatches(const TiedPhoto& photo);
 
 // A photo that was weak only for its precision is judged by that of the block, if it comes from
-// ties and not only from the same few patches.
+// ties and not only from the same few patches. Where that is poor, too, it is the only one told.
 void LiftImprecision(const TiedPhoto& photo, ExteriorResult* result);
 
 // `adjusted` by GNSS and approximations as observations, too; `held` without them. These make no

@@ -253,6 +253,15 @@ TEST_F(LiftImprecisionOf, ARemarkKeepsNoPhotoWeak) {
   ExpectOnly(result_.findings, holes);
 }
 
+// The block tells its own figure (JudgeAgainstOwnPatches), ties or not.
+TEST_F(LiftImprecisionOf, WhatThePhotoAloneSaidOfAPoorProjectionIsNotToldTwice) {
+  TiedPhoto photo;
+  photo.worst_sigma_px = JustAbove(photo.target_px);
+  Lift(photo);
+  EXPECT_EQ(result_.status, Status::kWeak);
+  ExpectOnly(result_.findings, few_);
+}
+
 TEST_F(LiftImprecisionOf, APhotoThatSaysNothingOfItsPrecisionStaysAsItIs) {
   for (const Findings& findings : {Findings{spread_}, Findings{}}) {
     result_ = Weak(findings);
