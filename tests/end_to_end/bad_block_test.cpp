@@ -159,7 +159,8 @@ TEST_F(BadInput, WithoutAnythingThatLocatesAPhotoThereIsNothingToDo) {
   Edit("block.toml", "approximations = \"approx.csv\"\n", "");
   ExpectRefused(Block(), 2, {"EXIF", "give a table of approximations"});
   Write("block.toml", ReadFile(Path("block.toml")) + "[[strips]]\nphotos = [\"new_*\"]\n");
-  ExpectRefused(Block(), 2, {"strip 1", "new_1_1, new_1_2", "located", "give the position of one photo"});
+  ExpectRefused(Block(), 2,
+                {"strip 1", "new_1_1, new_1_2", "located", "give the position of one photo"});
 }
 
 // Digital photos in a row, each 890 x 667 px.

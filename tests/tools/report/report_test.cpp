@@ -23,8 +23,8 @@ TEST(Report, SaysWhatAPersonAsks) {
   for (const char* part :
        {"Look at this first", "only 3 patches agree on a pose", "the matches leave the tilt open",
         "EPSG:32635", "UTM zone 35N", "does not agree with the other patches", "312.41",
-        "1\u202F823.75", "Iterations", "at 200 times the frame’s scale",
-        ">200\xE2\x80\xAFm<", "scan orientation r0", "from its approximation, enlarged",
+        "1\u202F823.75", "Iterations", "at 200 times the frame’s scale", ">200\xE2\x80\xAFm<",
+        "scan orientation r0", "from its approximation, enlarged",
         "the 2 projection centres moved by X 12.50 m, Y −4.00 m, Z −1.00 m in the mean"})
     EXPECT_TRUE(Contains(html, part)) << part;
 }
