@@ -291,7 +291,7 @@ std::vector<std::string> NotesOn(const InteriorRunOptions& options, bool one_cam
     notes.emplace_back("No one camera was found to fit all photos: no marks.csv" +
                        std::string(options.micmac ? ", no MicMac files" : "") +
                        ", no comparison with one another. Orient each camera's photos separately, "
-                       "or name the camera with --camera.");
+                       "or name the camera (--camera; in a block file camera).");
     return notes;
   }
   const auto open = std::count_if(results.begin(), results.end(), IsOpen);
