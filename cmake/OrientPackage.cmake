@@ -5,6 +5,7 @@ set(ORIENT_PACKAGE_MAINTAINER "Orient maintainers <maintainers@orient.invalid>" 
 
 # A header-only or static library that the installed libraries need to be built with.
 set(orient_dev_packages libeigen3-dev libceres-dev libgdal-dev libopencv-dev libdeflate-dev
+    libspng-dev
     libfmt-dev libpugixml-dev libsqlite3-dev libsqlitecpp-dev libtbb-dev libtomlplusplus-dev
     nlohmann-json3-dev libboost-math-dev)
 list(JOIN orient_dev_packages ", " orient_dev_depends)

@@ -7,6 +7,7 @@
 #include <cmath>
 
 #include "core/files/used_marks.h"
+#include "interior/constellation/film_search.h"
 #include "interior/constellation/layout.h"
 #include "interior/constellation/set_evidence.h"
 #include "interior/judge.h"
@@ -174,20 +175,22 @@ bool HasTooManyMarks(const KnownCamera& camera) {
 // The film cameras without a reading, and why they have none: a sentence with a blank before it.
 std::string NotTried(const std::vector<KnownCamera>& cameras,
                      const std::vector<CameraReading>& readings) {
-  std::vector<std::string> many, small;
+  std::vector<std::string> many, unlike;
   for (size_t i = 0; i < cameras.size(); ++i) {
     const bool tried = std::any_of(readings.begin(), readings.end(),
                                    [&](const CameraReading& r) { return r.camera == i; });
     if (!tried && IsFilm(cameras[i]))
-      (HasTooManyMarks(cameras[i]) ? many : small).push_back(cameras[i].name);
+      (HasTooManyMarks(cameras[i]) ? many : unlike).push_back(cameras[i].name);
   }
   std::string said;
   if (!many.empty())
     said += fmt::format(" Not tried, as they have more than {} marks: {}.",
                         kMostMarksOfUnknownCamera, fmt::join(many, ", "));
-  if (!small.empty())
-    said += fmt::format(" Not tried, as their films are much smaller than the scan: {}.",
-                        fmt::join(small, ", "));
+  if (!unlike.empty())
+    said += fmt::format(
+        " Not tried, as at the stated pixel size their films are much smaller or larger than the "
+        "scan: {}.",
+        fmt::join(unlike, ", "));
   return said;
 }
 
@@ -247,14 +250,19 @@ bool HaveSameMarks(const KnownCamera& a, const KnownCamera& b) {
   return true;
 }
 
-// Whether the camera's frame would be a small part of the scan: a film on a large scanner bed,
-// which is sought everywhere. That takes as long as all other cameras together, and is worth it
-// only where none of those fits.
-bool IsLostOn(const Raster& scan, const Camera& camera, std::optional<double> pixel_um) {
+// Whether at the stated pixel size the camera's film would be a small part of the scan, a film on a
+// large scanner bed, or does not fit on it, so that the tag must be wrong: it is sought everywhere,
+// or at many sizes. That takes as long as all other cameras together, and is worth it only where
+// none of those fits.
+bool IsTriedLast(const Raster& scan, const CameraFile& camera, const InteriorOptions& options,
+                 std::optional<double> stated_um) {
   constexpr double kMostScanSides = 1.6;  // of the frame's side
-  if (!pixel_um) return false;
-  const double scan_mm = 1e-3 * *pixel_um * std::max(scan.Width(), scan.Height());
-  return scan_mm > kMostScanSides * camera.frame_mm.maxCoeff();
+  if (!stated_um) return false;
+  const double scan_mm = 1e-3 * *stated_um * std::max(scan.Width(), scan.Height());
+  if (scan_mm > kMostScanSides * camera.camera.frame_mm.maxCoeff()) return true;
+  const auto sizes = GuessPixelSize({scan.Width(), scan.Height()}, scan.DpiTag(),
+                                    RectangleOfMarks(camera.fiducials), options.pixel_size_um);
+  return sizes.size() > 1;
 }
 
 // Adds the camera's reading; that of a camera with the same marks is taken over.
@@ -289,9 +297,8 @@ CameraChoice ChooseCamera(const std::vector<KnownCamera>& cameras,
             : fmt::format("none of the cameras tried ({}) fits with certainty.", sorted.size()));
   std::vector<size_t> fitting;
   for (const CameraReading& other : sorted) {
-    const bool agrees = &other == &*best || Agree(*best, other, cameras);
     if (other.nats <= best->nats - kMinAheadNats) continue;
-    if (!agrees)
+    if (&other != &*best && !Agree(*best, other, cameras))
       return Unknown(cameras, sorted,
                      cameras[best->camera].name + " fits, and " + cameras[other.camera].name +
                          ", with other mark positions, nearly as well or better.");
@@ -308,12 +315,12 @@ CameraChoice OrientWithUnknownCamera(const Raster& scan, const std::vector<Known
   std::optional<double> stated_um = options.pixel_size_um;
   if (!stated_um && scan.DpiTag() && *scan.DpiTag() > 0) stated_um = 25400 / *scan.DpiTag();
   std::vector<CameraReading> readings;
-  for (const bool lost : {false, true}) {
+  for (const bool last : {false, true}) {
     const bool found = std::any_of(readings.begin(), readings.end(),
                                    [](const auto& r) { return r.result.status == Status::kOk; });
     for (size_t i = 0; !found && i < cameras.size(); ++i)
       if (IsFilm(cameras[i]) && !HasTooManyMarks(cameras[i]) &&
-          IsLostOn(scan, cameras[i].file->camera, stated_um) == lost)
+          IsTriedLast(scan, *cameras[i].file, options, stated_um) == last)
         ReadWith(scan, cameras, i, options, &readings);
   }
   return ChooseCamera(cameras, readings, stated_um);

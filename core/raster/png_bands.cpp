@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 #include <libdeflate.h>
+#include <spng.h>
 
 #include <algorithm>
 #include <array>
@@ -12,8 +13,6 @@
 #include <limits>
 #include <memory>
 #include <new>
-#include <opencv2/core.hpp>
-#include <opencv2/imgcodecs.hpp>
 #include <span>
 #include <stdexcept>
 #include <string>
@@ -29,18 +28,54 @@ constexpr std::string_view kSignature("\x89PNG\r\n\x1a\n", 8);
 constexpr std::size_t kAroundData = 12;          // of a chunk: length, type and checksum
 constexpr unsigned char kGrey = 0, kColour = 2;  // colour types of the header
 
-// OpenCV's order is blue, green, red.
-int MatChannel(int band, int bands) { return bands == 1 ? 0 : 2 - band; }
+// Samples of all bands, pixel after pixel, as the machine orders their bytes.
+template <typename T>
+std::vector<T> Samples(const std::vector<Image>& bands) {
+  constexpr auto kLargest = static_cast<float>(std::numeric_limits<T>::max());
+  std::vector<T> samples(bands.size() * bands[0].values.size());
+  for (std::size_t band = 0; band < bands.size(); ++band) {
+    T* sample = samples.data() + band;
+    for (const float value : bands[band].values) {
+      if (!std::isnan(value))
+        *sample = static_cast<T>(std::lround(std::clamp(value, 0.0f, kLargest)));
+      sample += bands.size();
+    }
+  }
+  return samples;
+}
+
+// Throws std::bad_alloc for want of memory.
+void CheckEncoder(int error) {
+  if (error == SPNG_EMEM) throw std::bad_alloc();
+  if (error != SPNG_OK)
+    throw std::runtime_error(fmt::format("the PNG encoder refuses: {}", spng_strerror(error)));
+}
 
 template <typename T>
-void Fill(const Image& band, int channel, cv::Mat& mat) {
-  constexpr auto kLargest = static_cast<float>(std::numeric_limits<T>::max());
-  for (int row = 0; row < band.height; ++row)
-    for (int col = 0; col < band.width; ++col) {
-      const float value = band.At(col, row);
-      mat.ptr<T>(row)[col * mat.channels() + channel] =
-          std::isnan(value) ? T{0} : static_cast<T>(std::lround(std::clamp(value, 0.0f, kLargest)));
-    }
+std::vector<unsigned char> Encode(const std::vector<Image>& bands) {
+  const std::vector<T> samples = Samples<T>(bands);
+  const std::unique_ptr<spng_ctx, decltype(&spng_ctx_free)> encoder(spng_ctx_new(SPNG_CTX_ENCODER),
+                                                                    &spng_ctx_free);
+  if (!encoder) throw std::bad_alloc();
+  CheckEncoder(spng_set_option(encoder.get(), SPNG_ENCODE_TO_BUFFER, 1));
+  // The level is fixed so that the same picture gives the same bytes.
+  constexpr int kLevel = 6;
+  CheckEncoder(spng_set_option(encoder.get(), SPNG_IMG_COMPRESSION_LEVEL, kLevel));
+  spng_ihdr header{};
+  header.width = static_cast<std::uint32_t>(bands[0].width);
+  header.height = static_cast<std::uint32_t>(bands[0].height);
+  header.bit_depth = 8 * sizeof(T);
+  header.color_type = bands.size() == 1 ? kGrey : kColour;
+  CheckEncoder(spng_set_ihdr(encoder.get(), &header));
+  CheckEncoder(spng_encode_image(encoder.get(), samples.data(), samples.size() * sizeof(T),
+                                 SPNG_FMT_PNG, SPNG_ENCODE_FINALIZE));
+  std::size_t size = 0;
+  int error = SPNG_OK;
+  const std::unique_ptr<void, decltype(&std::free)> png(
+      spng_get_png_buffer(encoder.get(), &size, &error), &std::free);
+  CheckEncoder(error);
+  const auto* bytes = static_cast<const unsigned char*>(png.get());
+  return {bytes, bytes + size};
 }
 
 InputError Damaged(std::size_t bytes, const std::string& how) {
@@ -230,21 +265,7 @@ std::vector<unsigned char> EncodePngBands(const std::vector<Image>& bands, int b
         return band.width != bands[0].width || band.height != bands[0].height;
       }))
     throw std::invalid_argument("a PNG has one or three bands of one size, of 8 or 16 bits");
-  cv::Mat mat(bands[0].height, bands[0].width, CV_MAKETYPE(bits == 8 ? CV_8U : CV_16U, count));
-  for (int band = 0; band < count; ++band) {
-    const Image& values = bands[static_cast<std::size_t>(band)];
-    if (bits == 8)
-      Fill<unsigned char>(values, MatChannel(band, count), mat);
-    else
-      Fill<unsigned short>(values, MatChannel(band, count), mat);
-  }
-  std::vector<unsigned char> png;
-  // Level and strategy are fixed so that the same picture gives the same bytes.
-  const std::vector<int> settings = {cv::IMWRITE_PNG_COMPRESSION, 6, cv::IMWRITE_PNG_STRATEGY,
-                                     cv::IMWRITE_PNG_STRATEGY_DEFAULT};
-  if (!cv::imencode(".png", mat, png, settings))
-    throw std::runtime_error("the PNG encoder refuses the image");
-  return png;
+  return bits == 8 ? Encode<std::uint8_t>(bands) : Encode<std::uint16_t>(bands);
 }
 
 std::vector<Image> DecodePngBands(const std::vector<unsigned char>& png) {

@@ -58,12 +58,14 @@ std::optional<std::vector<int>> RelabelWhere(const std::vector<Fiducial>& fiduci
   for (const Fiducial& mark : fiducials) {
     const Vector2d turned = turn * (mark.position_mm - centre) + centre;
     const int i = NearestMark(fiducials, turned);
-    if (taken[i] || !same(mark.mark, fiducials[i].mark, turn)) return std::nullopt;
+    if (taken[i]) return std::nullopt;
     taken[i] = true;
     relabel.push_back(i);
     pairs.push_back({turned, fiducials[i].position_mm});
   }
   if (!IsSameLayout(pairs)) return std::nullopt;
+  for (size_t i = 0; i < fiducials.size(); ++i)  // last: drawings take longer than positions
+    if (!same(fiducials[i].mark, fiducials[relabel[i]].mark, turn)) return std::nullopt;
   return relabel;
 }
 

@@ -115,8 +115,9 @@ TEST_F(CameraChoiceTest, CamerasThatWereNotTriedAreNamed) {
   const std::string said = "Not tried, as they have more than 12 marks: crosses.";
   const auto found = Choose({Reading(cameras_, wide_, 12), Reading(cameras_, tele_, 12)}).result;
   EXPECT_TRUE(Says(found, said)) << JoinedSentences(found.findings);
-  EXPECT_TRUE(
-      Says(found, "Not tried, as their films are much smaller than the scan: inner, eight."));
+  EXPECT_TRUE(Says(found,
+                   "Not tried, as at the stated pixel size their films are much smaller or "
+                   "larger than the scan: inner, eight."));
   const auto unknown = Choose({Reading(cameras_, wide_, 2, Status::kFailed)}).result;
   EXPECT_TRUE(Says(unknown, said)) << JoinedSentences(unknown.findings);
   EXPECT_TRUE(Says(unknown, "none of the cameras tried (1)"));
