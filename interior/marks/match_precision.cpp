@@ -1,6 +1,8 @@
 #include "interior/marks/match_precision.h"
 
 #include <Eigen/Dense>
+#include <algorithm>
+#include <array>
 #include <cmath>
 
 namespace orient::interior {
@@ -19,6 +21,7 @@ constexpr Index kBehind = kFarthestLag + kAtATime;  // zeros behind every row
 struct Pixels {
   Plane mask, seen, model, residual, gradient_x, gradient_y;
   double count = 0;
+  double explained = 0;  // the variance of gain * model
 };
 
 // Catmull-Rom's weights for a place at `t` between the second and the third of four pixels, for the
@@ -91,6 +94,7 @@ bool Regress(Pixels* p) {
   p->residual = seen - gain * model;
   p->gradient_x *= gain;
   p->gradient_y *= gain;
+  p->explained = static_cast<double>(gain) * static_cast<double>(gain) * variance / n;
   return true;
 }
 
@@ -133,35 +137,58 @@ LagSums SumsAtLag(const Pixels& p, Index dc, Index dr) {
   return sums;
 }
 
-// The part of the right-hand side's covariance that pixels at one distance from another make, and
-// at the opposite one.
-Matrix2d AtLag(const Pixels& p, Index dc, Index dr) {
-  const LagSums sums = SumsAtLag(p, dc, dr);
-  if (sums.pairs < 1) return Matrix2d::Zero();
-  Matrix2d gradients;
-  gradients << 2 * sums.xx, sums.xy, sums.xy, 2 * sums.yy;
-  const double share = dc == 0 && dr == 0 ? 0.5 : 1.0;  // its own opposite
-  return share * sums.residual / sums.pairs * gradients;
-}
+// The residuals' autocovariance beyond the reach of grain, of either sign, in four directions.
+class Structure {
+ public:
+  void Add(Index dc, Index dr, double autocovariance) {
+    const Index far = std::max(std::abs(dc), dr);
+    if (far < kBeyondGrain || (dc != 0 && dr != 0 && std::abs(dc) != dr)) return;
+    const size_t direction = dr == 0 ? 0 : dc == 0 ? 1 : dc > 0 ? 2 : 3;
+    means_[direction] += std::abs(autocovariance) / (kFarthestLag - kBeyondGrain + 1);
+  }
+  double Most() const { return *std::max_element(means_.begin(), means_.end()); }
+
+ private:
+  static constexpr Index kBeyondGrain = 2;
+  std::array<double, 4> means_{};
+};
 
 }  // namespace
 
-std::optional<Matrix2d> ShiftCovariance(const Image& image, const Image& model,
-                                        const Vector2d& model_from_image) {
+std::optional<MatchPrecision> PrecisionOfMatch(const Image& image, const Image& model,
+                                               const Vector2d& model_from_image) {
   constexpr int kParameters = 4;
   Pixels pixels = Sample(image, model, model_from_image);
   if (pixels.count <= kParameters || !Regress(&pixels)) return std::nullopt;
   Matrix2d normal, spread = Matrix2d::Zero();
   const double xy = Sum(pixels.gradient_x * pixels.gradient_y);
   normal << Sum(pixels.gradient_x.square()), xy, xy, Sum(pixels.gradient_y.square());
+  Structure structure;
+  double correlated = 0;  // sum of the autocovariance over all lags
   for (Index dr = 0; dr <= kFarthestLag; ++dr)
-    for (Index dc = dr == 0 ? 0 : -kFarthestLag; dc <= kFarthestLag; ++dc)
-      spread += AtLag(pixels, dc, dr);
+    for (Index dc = dr == 0 ? 0 : -kFarthestLag; dc <= kFarthestLag; ++dc) {
+      const LagSums sums = SumsAtLag(pixels, dc, dr);
+      if (sums.pairs < 1) continue;
+      const double autocovariance = sums.residual / sums.pairs;
+      structure.Add(dc, dr, autocovariance);
+      const double with_opposite = dc == 0 && dr == 0 ? 1 : 2;
+      correlated += with_opposite * autocovariance;
+      Matrix2d gradients;
+      gradients << 2 * sums.xx, sums.xy, sums.xy, 2 * sums.yy;
+      spread += 0.5 * with_opposite * autocovariance * gradients;
+    }
   spread *= pixels.count / (pixels.count - kParameters);
   const Eigen::LLT<Matrix2d> solver(normal), positive(spread);
   if (solver.info() != Eigen::Success || positive.info() != Eigen::Success) return std::nullopt;
   const Matrix2d inverse = solver.solve(Matrix2d::Identity());
-  return Matrix2d(inverse * spread * inverse);
+  MatchPrecision precision;
+  precision.covariance = inverse * spread * inverse;
+  precision.correlation_without_grain =
+      std::sqrt(pixels.explained / (pixels.explained + structure.Most()));
+  const double variance = Sum(pixels.residual.square()) / pixels.count;
+  precision.gain_over_sigma =
+      std::sqrt(pixels.explained * pixels.count / std::max(correlated, variance));
+  return precision;
 }
 
 }  // namespace orient::interior

@@ -8,13 +8,22 @@
 
 namespace orient::interior {
 
-// Covariance (px^2) of the shift between an image and a model of it, matched by least squares with
-// offset and gain. `model` is sampled at model_from_image + pixel. Grain that went through the
-// scanner's blur is correlated over a few pixels, and so is what the drawing does not explain; the
-// residuals' autocovariance c(k) up to three pixels enters as
+struct MatchPrecision {
+  Eigen::Matrix2d covariance = Eigen::Matrix2d::Zero();  // of the shift, px^2
+  // Of image and model if the image had no grain: what of the residuals is grain is told by
+  // residuals two and three pixels apart, which grain leaves uncorrelated and another drawing's
+  // strokes do not (of four directions the one with the most counts).
+  double correlation_without_grain = 0;
+  double gain_over_sigma = 0;  // of the gain, its sigma with correlated residuals
+};
+
+// Of an image and a model of it, matched by least squares with offset and gain. `model` is sampled
+// at model_from_image + pixel. Grain that went through the scanner's blur is correlated over a few
+// pixels, and so is what the drawing does not explain; the residuals' autocovariance c(k) up to
+// three pixels enters the shift's covariance as
 //   N^-1 (sum over k of c(k) sum over p of g(p) g(p + k)') N^-1,  N = sum of g g'.
 // NaN pixels of `image` take no part. Empty where the estimate is not positive definite.
-std::optional<Eigen::Matrix2d> ShiftCovariance(const Image& image, const Image& model,
+std::optional<MatchPrecision> PrecisionOfMatch(const Image& image, const Image& model,
                                                const Eigen::Vector2d& model_from_image);
 
 }  // namespace orient::interior

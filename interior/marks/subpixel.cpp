@@ -116,12 +116,13 @@ std::optional<MarkPosition> MeasureBy(Steps steps, const MatchingDrawing& drawin
   if (!fine.best || fine.best->correlation <= 0) return std::nullopt;
   const Vector2d centre = fine.best->centre;
   const Vector2d whole = (centre - middle).array().round();
-  const auto covariance = ShiftCovariance(
+  const auto precision = PrecisionOfMatch(
       mark.image, fine.level->moving.Moved(centre - middle - whole), mark.origin - whole);
-  if (!covariance) return std::nullopt;
-  const Matrix2d with_floor = *covariance + kFloor_px * kFloor_px * Matrix2d::Identity();
-  return MarkPosition{seen.RasterFromImage(centre), with_floor, fine.best->correlation,
-                      fine.level->blur_px};
+  if (!precision) return std::nullopt;
+  const Matrix2d with_floor = precision->covariance + kFloor_px * kFloor_px * Matrix2d::Identity();
+  return MarkPosition{seen.RasterFromImage(centre), with_floor,
+                      fine.best->correlation,       precision->correlation_without_grain,
+                      precision->gain_over_sigma,   fine.level->blur_px};
 }
 
 }  // namespace

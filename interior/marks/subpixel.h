@@ -16,8 +16,9 @@ class MatchingDrawing;
 struct MarkPosition {
   Eigen::Vector2d pixel = Eigen::Vector2d::Zero();
   Eigen::Matrix2d covariance = Eigen::Matrix2d::Zero();  // px^2
-  double correlation = 0;    // of the drawing and the scan, positive for either polarity
-  double blur_sigma_px = 0;  // of the scan, as it fits best
+  double correlation = 0;  // of the drawing and the scan, positive for either polarity
+  double correlation_without_grain = 0, gain_over_sigma = 0;  // MatchPrecision's
+  double blur_sigma_px = 0;                                   // of the scan, as it fits best
 };
 
 // Matches one mark's drawing at one size and rotation with the scan at full resolution. The drawing

@@ -9,6 +9,7 @@
 #include "core/base/median.h"
 #include "core/base/side_by_side.h"
 #include "interior/constellation/clicked_film.h"
+#include "interior/constellation/set_evidence.h"
 #include "interior/locators/lines_locator.h"
 #include "interior/locators/locator.h"
 #include "interior/orientation/reseau.h"
@@ -90,17 +91,39 @@ FilmMark MeasureAt(const Raster& scan, const MeasuringPlace& place, const MarkMe
   return mark;
 }
 
-// `by_strokes`: marks with clear strokes are taken whatever their correlation.
-void RejectUnlike(bool by_strokes, FilmMarks* marks) {
+// The drawing explains all but grain, and far more than grain would by chance: a faint mark,
+// however little it correlates. Measured: faint right marks 0.75 to 1 without grain and within 0.25
+// px; clutter mostly below 0.6, otherwise by chance and with 0.4 px and more.
+bool IsFaint(const MarkPosition& mark) {
+  constexpr double kLeastWithoutGrain = 0.75, kMostSigma_px = 0.3;
+  // The highest of 10^5 places and blurs in grain alone is 4.5 sigma.
+  constexpr double kLeastGain = 7;
+  return mark.correlation_without_grain >= kLeastWithoutGrain &&
+         mark.gain_over_sigma >= kLeastGain &&
+         std::sqrt(mark.covariance.diagonal().maxCoeff()) <= kMostSigma_px;
+}
+
+// Whether the reading leaves no doubt that marks are where it has them, whatever they look like.
+bool IsBeyondDoubt(const FilmReading& reading) {
+  constexpr double kFurtherNats = 3;
+  return reading.best.nats >= MinSetNats(static_cast<int>(reading.marks.size())) + kFurtherNats &&
+         reading.margin >= kMinMarginNats + kFurtherNats;
+}
+
+// `by_strokes`: marks with clear strokes are taken whatever their correlation. `faint`: those that
+// only grain keeps from correlating are taken, too.
+void RejectUnlike(bool by_strokes, bool faint, FilmMarks* marks) {
   std::vector<double> correlations;
   for (const FilmMark& mark : *marks)
     if (mark.state == MarkState::kUsed) correlations.push_back(mark.position->correlation);
   if (correlations.empty()) return;
   const double median = UpperMedian(std::move(correlations));
-  for (FilmMark& mark : *marks)
-    if (mark.state == MarkState::kUsed && !(by_strokes && mark.clear) &&
-        mark.position->correlation < std::max(kMinCorrelation, kMinOfMedianCorrelation * median))
+  for (FilmMark& mark : *marks) {
+    if (mark.state != MarkState::kUsed || (by_strokes && mark.clear)) continue;
+    const double least = faint && IsFaint(*mark.position) ? 0 : kMinCorrelation;
+    if (mark.position->correlation < std::max(least, kMinOfMedianCorrelation * median))
       mark.state = MarkState::kRejected;
+  }
 }
 
 // The measured positions in place of the candidates: one candidate a mark, the clutter's density
@@ -201,7 +224,7 @@ MarkPosition PositionByLines(const MarkPosition& matched, const MeasuredCross& c
 FilmMarks WithoutWrongMarks(const FilmReading& reading, const FilmMarks& measured) {
   const auto judged = [&](bool by_strokes) {
     FilmMarks marks = measured;
-    RejectUnlike(by_strokes, &marks);
+    RejectUnlike(by_strokes, IsBeyondDoubt(reading), &marks);
     RejectContradicted(reading, &marks);
     return marks;
   };
@@ -225,8 +248,8 @@ void TakeExactClicks(const CameraFile& camera, const FilmReading& reading,
     const bool chosen = choice >= 0 && reading.candidates[i][choice].pixel == click->pixel;
     FilmMark& mark = (*marks)[i];
     mark.state = chosen ? MarkState::kUsed : MarkState::kRejected;
-    mark.position =
-        MarkPosition{click->pixel, click->sigma_px * click->sigma_px * Matrix2d::Identity(), 0, 0};
+    mark.position = MarkPosition{
+        click->pixel, click->sigma_px * click->sigma_px * Matrix2d::Identity(), 0, 0, 0, 0};
   }
   RejectContradicted(reading, marks);
 }

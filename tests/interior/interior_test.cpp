@@ -96,6 +96,20 @@ class InteriorOfSimulatedFrame : public testing::Test {
 // Labelled slow by its name.
 class SlowInteriorOfSimulatedFrame : public InteriorOfSimulatedFrame {};
 
+// Strokes of a pixel, 12 grey values above the dark corners, whose grain has a sigma of 4: the
+// marks correlate with less than 0.45.
+TEST_F(InteriorOfSimulatedFrame, ThinCrossesOfThreeSigmaOfTheGrainAreUsed) {
+  CameraFile camera = SmallCamera();
+  camera.marks["corner"].elements = {CrossElement{4.0, kPixelMm, 0.4, std::numbers::pi / 4}};
+  FilmFrameSpec spec = Spec(camera, 3);
+  spec.mark_brightness = 30;
+  const FilmFrame frame = RenderFilmFrame(spec);
+  const InteriorResult result = Orient(frame.scan, camera, SizeGiven(ScanOrientation::kR0));
+  ASSERT_EQ(result.status, Status::kOk);
+  for (const MarkResult& mark : result.marks) EXPECT_EQ(mark.state, MarkState::kUsed) << mark.id;
+  EXPECT_LT(Error(*result.photo_from_pixel, frame, camera), 0.6);  // of sigmas of 0.15
+}
+
 TEST_F(InteriorOfSimulatedFrame, EveryOrientationIsAmongThePossibleOnes) {
   for (size_t i = 0; i < kAllScanOrientations.size(); ++i)
     ExpectOneOfThePossible(kAllScanOrientations[i],

@@ -1,9 +1,9 @@
 // How long the block adjustment takes beside what Ceres itself spends solving, and how both grow:
-//   block_speed [PHOTOS...]        default: 100 300 1000
-// Simulated blocks of film photos, 60/30 % overlap, 100 ties a photo that are its own, control
-// under every tenth photo, 1 % gross errors; precisions as `orient block` states them. Times are
-// wall clock with one thread, Ceres as it reports itself; the ratio is that of all rounds together,
-// tests of the observations included, to Ceres.
+//   block_speed [--ties N] [PHOTOS...]        default: 100 300 1000
+// Simulated blocks of film photos, 60/30 % overlap, 100 (or N) ties a photo that are its own,
+// control under every tenth photo, 1 % gross errors; precisions as `orient block` states them.
+// Times are wall clock with one thread, Ceres as it reports itself; the ratio is that of all rounds
+// together, tests of the observations included, to Ceres.
 #include <malloc.h>
 #include <sys/resource.h>
 
@@ -11,16 +11,18 @@
 #include <cmath>
 #include <cstdio>
 #include <cstdlib>
+#include <string_view>
 #include <vector>
 
 #include "tools/bench/bundle_simulation.h"
 
 namespace {
 
-orient::BundleSimulationOptions BlockOf(int photos) {
+orient::BundleSimulationOptions BlockOf(int photos, int ties_per_photo) {
   orient::BundleSimulationOptions options;
   options.strips = std::max(1, static_cast<int>(std::sqrt(photos / 2.5)));
   options.photos_in_strip = photos / options.strips;
+  options.ties_per_photo = ties_per_photo;
   options.control_photos.clear();
   for (int i = 0; i < options.strips * options.photos_in_strip; i += 10)
     options.control_photos.push_back(i);
@@ -34,8 +36,8 @@ double PeakMegabytes() {
   return static_cast<double>(usage.ru_maxrss) / 1024;
 }
 
-void Measure(int photos) {
-  const auto simulation = orient::SimulateBundle(BlockOf(photos));
+void Measure(int photos, int ties_per_photo) {
+  const auto simulation = orient::SimulateBundle(BlockOf(photos, ties_per_photo));
   malloc_trim(0);
   const double before_mb = PeakMegabytes();
   orient::block::BlockOptions options;
@@ -66,11 +68,16 @@ void Measure(int photos) {
 
 int main(int argc, char** argv) {
   std::vector<int> sizes;
-  for (int i = 1; i < argc; ++i) sizes.push_back(std::atoi(argv[i]));
+  int ties_per_photo = 100;
+  for (int i = 1; i < argc; ++i)
+    if (std::string_view(argv[i]) == "--ties" && i + 1 < argc)
+      ties_per_photo = std::atoi(argv[++i]);
+    else
+      sizes.push_back(std::atoi(argv[i]));
   if (sizes.empty()) sizes = {100, 300, 1000};
   std::printf(
       "photos     ties      rays   setup_s  ceres_s snooping_s covar_s  ratio solves iterat. "
       "memory_MB worst_mm rejected/gross\n");
-  for (const int photos : sizes) Measure(photos);
+  for (const int photos : sizes) Measure(photos, ties_per_photo);
   return 0;
 }

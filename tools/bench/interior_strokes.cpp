@@ -1,7 +1,7 @@
 // Are marks found and measured as well where their strokes are about one pixel wide, sharpened or
 // faint?
 //
-//   interior_strokes SCANS [CAMERA...]
+//   interior_strokes SCANS [--read-as CAMERA] [CAMERA...]
 //
 // Simulates SCANS scans a case (the same ones every time) of cameras of the library, all by default
 // but those with alike marks in other places: strokes of 0.6 to 4 pixels; scanners that blur by 0.3
@@ -9,6 +9,7 @@
 // many were `ok`, how many of these were wrong (a corner of the marks by more than a pixel and a
 // half, or another polarity), the share of the marks that were used, their root mean square error,
 // their errors over their sigmas, and the share of coordinates more than three sigmas off.
+// --read-as: the scans are read with another camera's file, of other marks or places.
 #include <gdal_priv.h>
 
 #include <Eigen/Geometry>
@@ -51,6 +52,7 @@ constexpr Scanning kScannings[] = {
 
 struct Case {
   const block::LibraryCamera* camera;
+  const block::LibraryCamera* read_as;
   double stroke_px;
   Scanning scanning;
   double reach_mm = 0;  // of the largest mark
@@ -211,7 +213,8 @@ std::string WriteInMemory(const Image& scan, unsigned number) {
 double TransformError(const Film& film, const InteriorResult& found, const Case& what) {
   double least = 1e9;
   for (const ScanOrientation way : found.possible_orientations) {
-    const auto turned = interior::InOrientation(found, what.camera->file, what.camera->shapes, way);
+    const auto turned =
+        interior::InOrientation(found, what.read_as->file, what.read_as->shapes, way);
     if (!turned) continue;
     const Affine2d pixel_from_photo = turned->photo_from_pixel->Inverse();
     double most = 0;
@@ -243,8 +246,8 @@ Tally Orient(const Case& what, unsigned seed) {
   const std::string path = WriteInMemory(film.scan, seed);
   interior::InteriorOptions options;
   options.pixel_size_um = 1e3 / std::sqrt(std::abs(film.pixel_from_photo.A.determinant()));
-  const InteriorResult found =
-      interior::OrientInterior(Raster::Open(path), what.camera->file, what.camera->shapes, options);
+  const InteriorResult found = interior::OrientInterior(Raster::Open(path), what.read_as->file,
+                                                        what.read_as->shapes, options);
   VSIUnlink(path.c_str());
   Tally tally;
   tally.scans = 1;
@@ -277,11 +280,15 @@ Tally OrientAll(const Case& what, int scans) {
   return all;
 }
 
-int Run(int scans, const std::set<std::string>& names) {
+int Run(int scans, const std::string& read_as, const std::set<std::string>& names) {
   GDALAllRegister();
   std::printf("%-22s %-10s %6s %7s %6s %8s %8s %10s %9s\n", "camera", "scanner", "stroke", "ok, %",
               "wrong", "marks, %", "rms, px", "normalised", "> 3 s, %");
   const auto library = block::ReadCameraLibrary(block::CameraLibraryFolder(""));
+  const auto reader = std::find_if(library.begin(), library.end(),
+                                   [&](const auto& camera) { return camera.name == read_as; });
+  if (!read_as.empty() && reader == library.end())
+    throw InputError("no camera " + read_as + " in the library");
   std::map<std::pair<std::string, double>, Tally> total;
   for (const block::LibraryCamera& camera : library) {
     if (names.empty() ? camera.format_only || camera.file.fiducials.size() > 12
@@ -292,7 +299,8 @@ int Run(int scans, const std::set<std::string>& names) {
       reach_mm = std::max(reach_mm, interior::MarkRadius(shape));
     for (const Scanning& scanning : kScannings)
       for (const double stroke_px : kStrokes_px) {
-        const Tally tally = OrientAll({&camera, stroke_px, scanning, reach_mm}, scans);
+        const Tally tally = OrientAll(
+            {&camera, read_as.empty() ? &camera : &*reader, stroke_px, scanning, reach_mm}, scans);
         Print(camera.name, scanning.name, stroke_px, tally);
         total[{scanning.name, stroke_px}].Add(tally);
       }
@@ -306,11 +314,13 @@ int Run(int scans, const std::set<std::string>& names) {
 
 int main(int argc, char** argv) {
   if (argc < 2) {
-    std::cerr << "usage: interior_strokes SCANS [CAMERA...]\n";
+    std::cerr << "usage: interior_strokes SCANS [--read-as CAMERA] [CAMERA...]\n";
     return 1;
   }
   try {
-    return orient::Run(std::stoi(argv[1]), {argv + 2, argv + argc});
+    const bool as_another = argc > 3 && std::string(argv[2]) == "--read-as";
+    return orient::Run(std::stoi(argv[1]), as_another ? argv[3] : "",
+                       {argv + (as_another ? 4 : 2), argv + argc});
   } catch (const std::exception& error) {
     std::cerr << "interior_strokes: " << error.what() << "\n";
     return 2;

@@ -38,7 +38,7 @@ double PredictedVariance(double blur_px, double* noise_sigma) {
     Image seen = Spot(200);
     for (size_t i = 0; i < seen.values.size(); ++i) seen.values[i] += noise.values[i];
     for (const float v : noise.values) squares += static_cast<double>(v * v);
-    sum += (*ShiftCovariance(seen, spot, Vector2d::Zero()))(0, 0);
+    sum += PrecisionOfMatch(seen, spot, Vector2d::Zero())->covariance(0, 0);
   }
   *noise_sigma = std::sqrt(squares / (kTrials * 41.0 * 41.0));
   return sum / kTrials;
@@ -47,13 +47,13 @@ double PredictedVariance(double blur_px, double* noise_sigma) {
 // Sum of the squared gradient of a Gaussian spot in one direction: pi A^2 / 2.
 const double kInformation = std::acos(-1.0) / 2 * 200 * 200;
 
-TEST(ShiftCovariance, IsTheTextbooksForIndependentNoise) {
+TEST(PrecisionOfMatch, IsTheTextbooksForIndependentNoise) {
   double sigma = 0;
   const double variance = PredictedVariance(0, &sigma);
   EXPECT_NEAR(variance / (sigma * sigma / kInformation), 1.0, 0.15);  // few spots, finite lags
 }
 
-TEST(ShiftCovariance, GrowsWhereNeighboursErrTogether) {
+TEST(PrecisionOfMatch, GrowsWhereNeighboursErrTogether) {
   double sigma = 0;
   const double variance = PredictedVariance(0.8, &sigma);
   // Against a wide spot, correlated noise counts with its sum over all lags: 4 pi blur^2.
@@ -63,9 +63,42 @@ TEST(ShiftCovariance, GrowsWhereNeighboursErrTogether) {
   EXPECT_LT(ratio, 1.1 * factor);
 }
 
-TEST(ShiftCovariance, AFlatModelHasNone) {
-  EXPECT_FALSE(ShiftCovariance(Spot(1), Image(41, 41, 3.0f), Vector2d::Zero()));
-  EXPECT_FALSE(ShiftCovariance(Image(41, 41, kNoData), Spot(1), Vector2d::Zero()));
+// Grain half as strong as the spot's top: the correlation is 0.25, and the drawing explains the
+// rest.
+TEST(PrecisionOfMatch, WithoutItsGrainAFaintSpotIsWhatIsDrawn) {
+  std::mt19937 random(TestSeed());
+  std::normal_distribution<float> grain(0, 20);
+  Image seen = Spot(40);
+  for (float& value : seen.values) value += grain(random);
+  const auto match = PrecisionOfMatch(seen, Spot(1), Vector2d::Zero());
+  EXPECT_GT(match->correlation_without_grain, 0.75);
+  EXPECT_GT(match->gain_over_sigma, 7);  // 40 sqrt(9 pi) / 20 = 10.6 and its scatter
+}
+
+TEST(PrecisionOfMatch, AnotherDrawingIsNoGrain) {
+  std::mt19937 random(TestSeed());
+  std::normal_distribution<float> grain(0, 2);
+  Image seen(41, 41);
+  for (int r = 0; r < 41; ++r)
+    for (int c = 0; c < 41; ++c)  // an upright cross with arms of three pixels
+      seen.At(c, r) =
+          (std::abs(c - 20) <= 1 || std::abs(r - 20) <= 1 ? 40.0f : 0.0f) + grain(random);
+  EXPECT_LT(PrecisionOfMatch(seen, Spot(1), Vector2d::Zero())->correlation_without_grain, 0.65);
+}
+
+TEST(PrecisionOfMatch, GrainAloneHasNoGain) {
+  std::mt19937 random(TestSeed());
+  std::normal_distribution<float> grain(0, 5);
+  for (int trial = 0; trial < 20; ++trial) {
+    Image seen(41, 41);
+    for (float& value : seen.values) value = grain(random);
+    EXPECT_LT(PrecisionOfMatch(seen, Spot(1), Vector2d::Zero())->gain_over_sigma, 4.5);
+  }
+}
+
+TEST(PrecisionOfMatch, AFlatModelHasNone) {
+  EXPECT_FALSE(PrecisionOfMatch(Spot(1), Image(41, 41, 3.0f), Vector2d::Zero()));
+  EXPECT_FALSE(PrecisionOfMatch(Image(41, 41, kNoData), Spot(1), Vector2d::Zero()));
 }
 
 }  // namespace

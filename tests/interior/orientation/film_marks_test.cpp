@@ -95,6 +95,33 @@ TEST(WrongMarks, AMarkThatLooksUnlikeStaysRejectedUnlessTheOthersConfirmIt) {
   EXPECT_EQ(state({{0.02, 0}, 0.35, false}, 2.0), MarkState::kRejected);  // may be anywhere there
 }
 
+// Four marks of which only grain hides most.
+struct Faint {
+  double without_grain = 0.9, gain_over_sigma = 12, nats = 20, margin = 10;
+};
+
+int UsedOf(const Faint& faint) {
+  auto [reading, marks] = Reseau(std::vector<Cross>(4, {Vector2d::Zero(), 0.35, false}));
+  reading.best.nats = faint.nats;
+  reading.margin = faint.margin;
+  for (FilmMark& mark : marks) {
+    mark.position->correlation_without_grain = faint.without_grain;
+    mark.position->gain_over_sigma = faint.gain_over_sigma;
+  }
+  return Used(WithoutWrongMarks(reading, marks));
+}
+
+TEST(WrongMarks, FaintMarksAreUsedWhereOnlyGrainKeepsThemFromCorrelating) {
+  EXPECT_EQ(UsedOf({}), 4);
+  EXPECT_EQ(UsedOf({.without_grain = 0.6}), 0);
+  EXPECT_EQ(UsedOf({.gain_over_sigma = 5}), 0);
+}
+
+TEST(WrongMarks, FaintMarksAreUsedOnlyInAReadingBeyondDoubt) {
+  EXPECT_EQ(UsedOf({.nats = 10}), 0);
+  EXPECT_EQ(UsedOf({.margin = 4}), 0);
+}
+
 TEST(WrongMarks, TwoMarksConfirmNoThird) {
   std::vector<Cross> crosses(3);
   crosses[1] = {Vector2d::Zero(), 0.35, false};
