@@ -17,7 +17,7 @@ using Eigen::Vector2d;
 
 // Pixels over the mark's diameter at which its drawing is still clear; more cost time only.
 constexpr double kPixelsOverMark = 32;
-// At half of them strokes run together for small marks only: those are searched at once.
+// At half of them strokes run together for small marks: those are searched at once.
 constexpr double kFewestPixelsOverMark = 13;
 constexpr double kMinValid = 0.7;
 
@@ -28,6 +28,14 @@ double FineReduction(const MarkShape& shape, double pixel_mm) {
 
 double MmOfPixel(const Matrix2d& pixel_from_mm) {
   return 1 / std::sqrt(std::abs(pixel_from_mm.determinant()));
+}
+
+// Strokes thinner than a pixel of the scan vanish at half its resolution where the scanner
+// sharpened them: the dark edges that it gave them are as wide. Larger reductions average those,
+// too.
+bool VanishesAtHalf(const MarkShape& shape, const Matrix2d& pixel_from_mm, double reduction) {
+  constexpr double kLargestReduction = 1.5;
+  return reduction < kLargestReduction && ThinnestStroke(shape) < MmOfPixel(pixel_from_mm);
 }
 
 std::vector<MarkTemplate> MakeTurns(const TemplateMaker& make, const Matrix2d& pixel_from_mm,
@@ -191,7 +199,7 @@ const TemplateSearch::Templates& TemplateSearch::TemplatesFor(const MarkShape& s
   templates.turns = MakeTurns(make, m / templates.reduction, search.turns_rad);
   for (const MarkTemplate& turned : templates.turns) templates.spots.emplace_back(turned.values);
   const double half_over_mark = MarkRadius(shape) / (templates.reduction * MmOfPixel(m));
-  if (half_over_mark >= kFewestPixelsOverMark)
+  if (half_over_mark >= kFewestPixelsOverMark && !VanishesAtHalf(shape, m, templates.reduction))
     templates.half = {make(m / (2 * templates.reduction))};
   return made_.emplace(std::move(key), std::move(templates)).first->second;
 }

@@ -8,6 +8,7 @@
 #include <numbers>
 
 #include "core/base/error.h"
+#include "core/raster/resample.h"
 #include "interior/constellation/film_search.h"
 #include "tests/support/film_frame.h"
 #include "tests/support/shared_data.h"
@@ -108,6 +109,28 @@ TEST_F(InteriorOfSimulatedFrame, ThinCrossesOfThreeSigmaOfTheGrainAreUsed) {
   ASSERT_EQ(result.status, Status::kOk);
   for (const MarkResult& mark : result.marks) EXPECT_EQ(mark.state, MarkState::kUsed) << mark.id;
   EXPECT_LT(Error(*result.photo_from_pixel, frame, camera), 0.6);  // of sigmas of 0.15
+}
+
+// At half the resolution strokes of 0.8 px and the dark edges that sharpening gives them cancel.
+TEST_F(InteriorOfSimulatedFrame, ThinCrossesThatTheScannerSharpenedAreFoundWhereverTheyLie) {
+  CameraFile camera = SmallCamera();
+  camera.marks["corner"].elements = {CrossElement{4.6, 0.13, 0.76, std::numbers::pi / 4}};
+  FilmFrameSpec spec = Spec(camera, 3);
+  spec.pixel_mm = 0.13 / 0.8;
+  spec.blur_sigma_px = 0.4;
+  InteriorOptions options;
+  options.pixel_size_um = 1e3 * spec.pixel_mm;
+  for (const double shift : {0.0, 0.25, 0.5, 0.75}) {
+    spec.shift_px = {shift, -shift};
+    FilmFrame frame = RenderFilmFrame(spec);
+    const Image mean = GaussianBlur(frame.scan, 1);
+    for (size_t i = 0; i < mean.values.size(); ++i)
+      frame.scan.values[i] = std::clamp(2 * frame.scan.values[i] - mean.values[i], 0.0f, 255.0f);
+    const InteriorResult result = Orient(frame.scan, camera, options);
+    EXPECT_EQ(result.status, Status::kOk) << shift;
+    for (const MarkResult& mark : result.marks)
+      EXPECT_EQ(mark.state, MarkState::kUsed) << mark.id << " at " << shift;
+  }
 }
 
 TEST_F(InteriorOfSimulatedFrame, EveryOrientationIsAmongThePossibleOnes) {
