@@ -188,8 +188,8 @@ std::string NotTried(const std::vector<KnownCamera>& cameras,
                         kMostMarksOfUnknownCamera, fmt::join(many, ", "));
   if (!unlike.empty())
     said += fmt::format(
-        " Not tried, as at the stated pixel size their films are much smaller or larger than the "
-        "scan: {}.",
+        " Not tried, because at the stated pixel size their films are much smaller or larger than "
+        "the scan: {}.",
         fmt::join(unlike, ", "));
   return said;
 }
@@ -250,19 +250,27 @@ bool HaveSameMarks(const KnownCamera& a, const KnownCamera& b) {
   return true;
 }
 
-// Whether at the stated pixel size the camera's film would be a small part of the scan, a film on a
-// large scanner bed, or does not fit on it, so that the tag must be wrong: it is sought everywhere,
-// or at many sizes. That takes as long as all other cameras together, and is worth it only where
-// none of those fits.
-bool IsTriedLast(const Raster& scan, const CameraFile& camera, const InteriorOptions& options,
-                 std::optional<double> stated_um) {
+// Whether the camera's marks cannot all lie on the scan at the stated pixel size, or its film is a
+// small part of the scan, on a scanner bed. Such a film is searched for everywhere, or at many
+// pixel sizes, which takes as long as all other cameras together: worth it only where none of those
+// fits.
+bool IsTriedLast(const Raster& scan, const CameraFile& camera, std::optional<double> stated_um) {
   constexpr double kMostScanSides = 1.6;  // of the frame's side
   if (!stated_um) return false;
-  const double scan_mm = 1e-3 * *stated_um * std::max(scan.Width(), scan.Height());
-  if (scan_mm > kMostScanSides * camera.camera.frame_mm.maxCoeff()) return true;
-  const auto sizes = GuessPixelSize({scan.Width(), scan.Height()}, scan.DpiTag(),
-                                    RectangleOfMarks(camera.fiducials), options.pixel_size_um);
-  return sizes.size() > 1;
+  const Eigen::Vector2i scan_px(scan.Width(), scan.Height());
+  return 1e-3 * *stated_um * scan_px.maxCoeff() >
+             kMostScanSides * camera.camera.frame_mm.maxCoeff() ||
+         !MarksFitScan(scan_px, RectangleOfMarks(camera.fiducials), 1e-3 * *stated_um);
+}
+
+// Whether an `ok` reading may be this camera's film: the stated pixel size may be wrong, and marks
+// in the same shape do not tell.
+bool MayBeMistakenFor(const std::vector<KnownCamera>& cameras, size_t camera,
+                      const std::vector<CameraReading>& readings) {
+  return std::any_of(readings.begin(), readings.end(), [&](const CameraReading& r) {
+    return r.result.status == Status::kOk &&
+           SameShapeOfAnotherSize(*cameras[r.camera].file, *cameras[camera].file);
+  });
 }
 
 // Adds the camera's reading; that of a camera with the same marks is taken over.
@@ -318,9 +326,10 @@ CameraChoice OrientWithUnknownCamera(const Raster& scan, const std::vector<Known
   for (const bool last : {false, true}) {
     const bool found = std::any_of(readings.begin(), readings.end(),
                                    [](const auto& r) { return r.result.status == Status::kOk; });
-    for (size_t i = 0; !found && i < cameras.size(); ++i)
+    for (size_t i = 0; i < cameras.size(); ++i)
       if (IsFilm(cameras[i]) && !HasTooManyMarks(cameras[i]) &&
-          IsTriedLast(scan, *cameras[i].file, options, stated_um) == last)
+          IsTriedLast(scan, *cameras[i].file, stated_um) == last &&
+          (!found || MayBeMistakenFor(cameras, i, readings)))
         ReadWith(scan, cameras, i, options, &readings);
   }
   return ChooseCamera(cameras, readings, stated_um);

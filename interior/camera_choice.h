@@ -44,9 +44,9 @@ CameraChoice ChooseCamera(const std::vector<KnownCamera>& cameras,
                           std::optional<double> pixel_size_um);
 
 // Reads the scan with every known film camera of at most twelve marks (cameras of like marks only
-// once) and chooses. Cameras whose film would be a small part of the scan, or does not fit on it,
-// by the stated pixel size are tried only where none of the others fits. Throws InputError as
-// OrientInterior.
+// once) and chooses. Cameras whose marks do not fit on the scan at the stated pixel size, or whose
+// film would be a small part of it, are tried only where none of the others fits, or where what fits
+// has marks of the same shape in another size. Throws InputError as OrientInterior.
 CameraChoice OrientWithUnknownCamera(const Raster& scan, const std::vector<KnownCamera>& cameras,
                                      const InteriorOptions& options = {});
 

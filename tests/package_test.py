@@ -30,7 +30,8 @@ WANTED = {
 }
 # What the program is linked with is found; what the headers need is named.
 DEPENDS = {"orient": ("libgdal", "libopencv-core", "libc6"),
-           "liborient-dev": ("libeigen3-dev", "libceres-dev", "libtomlplusplus-dev"),
+           "liborient-dev": ("libeigen3-dev", "libceres-dev", "libtomlplusplus-dev", "libdeflate-dev",
+                             "libspng-dev"),
            "python3-orient": ("python3-numpy", "libgdal", "orient (=")}
 
 

@@ -28,7 +28,7 @@ constexpr std::string_view kSignature("\x89PNG\r\n\x1a\n", 8);
 constexpr std::size_t kAroundData = 12;          // of a chunk: length, type and checksum
 constexpr unsigned char kGrey = 0, kColour = 2;  // colour types of the header
 
-// Samples of all bands, pixel after pixel, as the machine orders their bytes.
+// Samples of all bands, pixel after pixel, in host byte order.
 template <typename T>
 std::vector<T> Samples(const std::vector<Image>& bands) {
   constexpr auto kLargest = static_cast<float>(std::numeric_limits<T>::max());
@@ -44,11 +44,11 @@ std::vector<T> Samples(const std::vector<Image>& bands) {
   return samples;
 }
 
-// Throws std::bad_alloc for want of memory.
+// Throws std::bad_alloc for want of memory: zlib cannot be initialised for any other reason.
 void CheckEncoder(int error) {
-  if (error == SPNG_EMEM) throw std::bad_alloc();
+  if (error == SPNG_EMEM || error == SPNG_EZLIB_INIT) throw std::bad_alloc();
   if (error != SPNG_OK)
-    throw std::runtime_error(fmt::format("the PNG encoder refuses: {}", spng_strerror(error)));
+    throw std::runtime_error(fmt::format("cannot encode the PNG: {}", spng_strerror(error)));
 }
 
 template <typename T>
@@ -58,9 +58,11 @@ std::vector<unsigned char> Encode(const std::vector<Image>& bands) {
                                                                     &spng_ctx_free);
   if (!encoder) throw std::bad_alloc();
   CheckEncoder(spng_set_option(encoder.get(), SPNG_ENCODE_TO_BUFFER, 1));
-  // The level is fixed so that the same picture gives the same bytes.
-  constexpr int kLevel = 6;
+  // Fixed, so that the same picture gives the same bytes.
+  constexpr int kLevel = 6, kFiltered = 1;  // zlib's Z_FILTERED
   CheckEncoder(spng_set_option(encoder.get(), SPNG_IMG_COMPRESSION_LEVEL, kLevel));
+  CheckEncoder(spng_set_option(encoder.get(), SPNG_IMG_COMPRESSION_STRATEGY, kFiltered));
+  CheckEncoder(spng_set_option(encoder.get(), SPNG_FILTER_CHOICE, SPNG_FILTER_CHOICE_ALL));
   spng_ihdr header{};
   header.width = static_cast<std::uint32_t>(bands[0].width);
   header.height = static_cast<std::uint32_t>(bands[0].height);

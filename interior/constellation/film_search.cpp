@@ -192,26 +192,35 @@ class Reader {
 
 }  // namespace
 
+namespace {
+
+// Pixel size, mm, at which the marks fill the scan. Whichever way the film lies, its longer side
+// fits on the scan's longer side.
+double FillingPixel(const Eigen::Vector2i& scan_px, const MarkRectangle& rectangle) {
+  const Vector2d scan(scan_px.minCoeff(), scan_px.maxCoeff());
+  const Vector2d marks(rectangle.size_mm.minCoeff(), rectangle.size_mm.maxCoeff());
+  return (marks.array() / scan.array()).maxCoeff();
+}
+
+}  // namespace
+
+bool MarksFitScan(const Eigen::Vector2i& scan_px, const MarkRectangle& rectangle, double pixel_mm) {
+  constexpr double kCutOff = 0.8, kMostBed = 2.0;
+  const double filling = FillingPixel(scan_px, rectangle);
+  return pixel_mm > kCutOff * filling && pixel_mm < kMostBed * filling;
+}
+
 std::vector<PixelSizeGuess> GuessPixelSize(const Eigen::Vector2i& scan_px,
                                            std::optional<double> dpi_tag,
                                            const MarkRectangle& rectangle,
                                            std::optional<double> pixel_size_um) {
   if (pixel_size_um) return {{*pixel_size_um * 1e-3, kUserSigma}};
-  // Whichever way the film lies, its longer side fits on the scan's longer side.
-  const Vector2d scan(scan_px.minCoeff(), scan_px.maxCoeff());
-  const Vector2d marks(rectangle.size_mm.minCoeff(), rectangle.size_mm.maxCoeff());
-  const double fitting =
-      (marks.array() / scan.array()).maxCoeff();  // mm per px, marks fill the scan
-  if (dpi_tag && *dpi_tag > 0) {
-    const double tag = 25.4 / *dpi_tag;
-    // A side may be cut off a little; film much smaller than its scan is a tag to be distrusted.
-    constexpr double kCutOff = 0.8, kMostBed = 2.0;
-    if (tag > kCutOff * fitting && tag < kMostBed * fitting) return {{tag, kTagSigma}};
-  }
+  if (dpi_tag && *dpi_tag > 0 && MarksFitScan(scan_px, rectangle, 25.4 / *dpi_tag))
+    return {{25.4 / *dpi_tag, kTagSigma}};
   std::vector<PixelSizeGuess> ladder;
   constexpr double kFullest = 0.99, kEmptiest = 0.70;
   for (double filled = kFullest; filled > kEmptiest; filled *= 1 - kLadderStep)
-    ladder.push_back({fitting / filled, kLadderSigma});
+    ladder.push_back({FillingPixel(scan_px, rectangle) / filled, kLadderSigma});
   return ladder;
 }
 

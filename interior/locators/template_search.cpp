@@ -31,11 +31,12 @@ double MmOfPixel(const Matrix2d& pixel_from_mm) {
 }
 
 // Strokes thinner than a pixel of the scan vanish at half its resolution where the scanner
-// sharpened them: the dark edges that it gave them are as wide. Larger reductions average those,
-// too.
+// sharpened them: the dark edges that it gave them are as wide. A search that reduces the scan
+// averages them anyway.
 bool VanishesAtHalf(const MarkShape& shape, const Matrix2d& pixel_from_mm, double reduction) {
-  constexpr double kLargestReduction = 1.5;
-  return reduction < kLargestReduction && ThinnestStroke(shape) < MmOfPixel(pixel_from_mm);
+  constexpr double kHardlyReduced = 1.5;
+  return !shape.picture && reduction < kHardlyReduced &&
+         ThinnestStroke(shape) < MmOfPixel(pixel_from_mm);
 }
 
 std::vector<MarkTemplate> MakeTurns(const TemplateMaker& make, const Matrix2d& pixel_from_mm,

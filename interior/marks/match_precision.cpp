@@ -2,7 +2,6 @@
 
 #include <Eigen/Dense>
 #include <algorithm>
-#include <array>
 #include <cmath>
 
 namespace orient::interior {
@@ -21,7 +20,7 @@ constexpr Index kBehind = kFarthestLag + kAtATime;  // zeros behind every row
 struct Pixels {
   Plane mask, seen, model, residual, gradient_x, gradient_y;
   double count = 0;
-  double explained = 0;  // the variance of gain * model
+  double gain = 0, explained = 0;  // of the model; variance of gain * model
 };
 
 // Catmull-Rom's weights for a place at `t` between the second and the third of four pixels, for the
@@ -82,7 +81,8 @@ Pixels Sample(const Image& image, const Image& model, const Vector2d& model_from
 
 double Sum(const Plane& a) { return static_cast<double>(a.sum()); }
 
-// seen = offset + gain * model + residual; gradients become those of gain * model.
+// seen = offset + gain * model + residual; the model becomes its difference from its mean,
+// gradients those of gain * model.
 bool Regress(Pixels* p) {
   const double n = p->count, m = Sum(p->model) / n, s = Sum(p->seen) / n;
   // Around the means, as squares of large grey values lose the digits that count.
@@ -94,13 +94,15 @@ bool Regress(Pixels* p) {
   p->residual = seen - gain * model;
   p->gradient_x *= gain;
   p->gradient_y *= gain;
-  p->explained = static_cast<double>(gain) * static_cast<double>(gain) * variance / n;
+  p->model = model;
+  p->gain = static_cast<double>(gain);
+  p->explained = p->gain * p->gain * variance / n;
   return true;
 }
 
 // Sums of products of pixels with those `dc`, `dr` pixels on; dr >= 0.
 struct LagSums {
-  double pairs = 0, residual = 0, xx = 0, xy = 0, yy = 0;
+  double pairs = 0, residual = 0, model = 0, xx = 0, xy = 0, yy = 0;
 };
 
 LagSums SumsAtLag(const Pixels& p, Index dc, Index dr) {
@@ -117,12 +119,13 @@ LagSums SumsAtLag(const Pixels& p, Index dc, Index dr) {
       const float *values, *on_values;
     };
     const Index at = r * p.mask.cols() + here, on = (r + dr) * p.mask.cols() + there;
-    const Line mask(p.mask, at, on), left(p.residual, at, on);
+    const Line mask(p.mask, at, on), left(p.residual, at, on), drawn(p.model, at, on);
     const Line x(p.gradient_x, at, on), y(p.gradient_y, at, on);
-    Few pairs = Few::Zero(), residual = pairs, xx = pairs, xy = pairs, yy = pairs;
+    Few pairs = Few::Zero(), residual = pairs, model = pairs, xx = pairs, xy = pairs, yy = pairs;
     for (Index c = 0; c < p.mask.cols() - kBehind; c += kAtATime) {
       pairs += mask.At(c) * mask.On(c);
       residual += left.At(c) * left.On(c);
+      model += drawn.At(c) * drawn.On(c);
       xx += x.At(c) * x.On(c);
       xy += x.At(c) * y.On(c) + y.At(c) * x.On(c);
       yy += y.At(c) * y.On(c);
@@ -130,6 +133,7 @@ LagSums SumsAtLag(const Pixels& p, Index dc, Index dr) {
     const auto add = [](const Few& row, double* sum) { *sum += static_cast<double>(row.sum()); };
     add(pairs, &sums.pairs);
     add(residual, &sums.residual);
+    add(model, &sums.model);
     add(xx, &sums.xx);
     add(xy, &sums.xy);
     add(yy, &sums.yy);
@@ -137,20 +141,22 @@ LagSums SumsAtLag(const Pixels& p, Index dc, Index dr) {
   return sums;
 }
 
-// The residuals' autocovariance beyond the reach of grain, of either sign, in four directions.
+// The residuals' autocovariance some three pixels apart, of either sign: the largest of four
+// directions, less what independent residuals show by chance.
 class Structure {
  public:
-  void Add(Index dc, Index dr, double autocovariance) {
-    const Index far = std::max(std::abs(dc), dr);
-    if (far < kBeyondGrain || (dc != 0 && dr != 0 && std::abs(dc) != dr)) return;
-    const size_t direction = dr == 0 ? 0 : dc == 0 ? 1 : dc > 0 ? 2 : 3;
-    means_[direction] += std::abs(autocovariance) / (kFarthestLag - kBeyondGrain + 1);
+  void Add(Index dc, Index dr, const LagSums& sums, double variance) {
+    const bool along = (dc == 3 && dr == 0) || (dc == 0 && dr == 3);
+    const bool diagonal = std::abs(dc) == 2 && dr == 2;
+    if (!along && !diagonal) return;
+    const double by_chance = variance / std::sqrt(std::max(sums.pairs, 1.0));
+    const double seen = sums.pairs < 1 ? variance : std::abs(sums.residual / sums.pairs);
+    most_ = std::max(most_, seen - by_chance);
   }
-  double Most() const { return *std::max_element(means_.begin(), means_.end()); }
+  double Most() const { return most_; }
 
  private:
-  static constexpr Index kBeyondGrain = 2;
-  std::array<double, 4> means_{};
+  double most_ = 0;
 };
 
 }  // namespace
@@ -164,20 +170,22 @@ std::optional<MatchPrecision> PrecisionOfMatch(const Image& image, const Image& 
   const double xy = Sum(pixels.gradient_x * pixels.gradient_y);
   normal << Sum(pixels.gradient_x.square()), xy, xy, Sum(pixels.gradient_y.square());
   Structure structure;
-  double correlated = 0;  // sum of the autocovariance over all lags
+  const double variance = Sum(pixels.residual.square()) / pixels.count;
+  double gain_spread = 0;
   for (Index dr = 0; dr <= kFarthestLag; ++dr)
     for (Index dc = dr == 0 ? 0 : -kFarthestLag; dc <= kFarthestLag; ++dc) {
       const LagSums sums = SumsAtLag(pixels, dc, dr);
+      structure.Add(dc, dr, sums, variance);
       if (sums.pairs < 1) continue;
       const double autocovariance = sums.residual / sums.pairs;
-      structure.Add(dc, dr, autocovariance);
       const double with_opposite = dc == 0 && dr == 0 ? 1 : 2;
-      correlated += with_opposite * autocovariance;
+      gain_spread += with_opposite * autocovariance * sums.model;
       Matrix2d gradients;
       gradients << 2 * sums.xx, sums.xy, sums.xy, 2 * sums.yy;
       spread += 0.5 * with_opposite * autocovariance * gradients;
     }
-  spread *= pixels.count / (pixels.count - kParameters);
+  const double degrees = pixels.count / (pixels.count - kParameters);
+  spread *= degrees;
   const Eigen::LLT<Matrix2d> solver(normal), positive(spread);
   if (solver.info() != Eigen::Success || positive.info() != Eigen::Success) return std::nullopt;
   const Matrix2d inverse = solver.solve(Matrix2d::Identity());
@@ -185,9 +193,10 @@ std::optional<MatchPrecision> PrecisionOfMatch(const Image& image, const Image& 
   precision.covariance = inverse * spread * inverse;
   precision.correlation_without_grain =
       std::sqrt(pixels.explained / (pixels.explained + structure.Most()));
-  const double variance = Sum(pixels.residual.square()) / pixels.count;
-  precision.gain_over_sigma =
-      std::sqrt(pixels.explained * pixels.count / std::max(correlated, variance));
+  // The sum over few lags may come out too small; independent residuals are the least.
+  const double model_squares = Sum(pixels.model.square());
+  gain_spread = degrees * std::max(gain_spread, variance * model_squares);
+  precision.gain_over_sigma = pixels.gain * model_squares / std::sqrt(gain_spread);
   return precision;
 }
 

@@ -10,11 +10,12 @@ namespace orient::interior {
 
 struct MatchPrecision {
   Eigen::Matrix2d covariance = Eigen::Matrix2d::Zero();  // of the shift, px^2
-  // Of image and model if the image had no grain: what of the residuals is grain is told by
-  // residuals two and three pixels apart, which grain leaves uncorrelated and another drawing's
-  // strokes do not (of four directions the one with the most counts).
+  // What the correlation would be without the image's grain. Residuals three pixels apart (in four
+  // directions, the largest counts) tell grain from structure: grain is nearly uncorrelated there
+  // if the scanner blurred it by a pixel or less; more strongly blurred grain counts as structure.
+  // Meant for pixels near the drawing's strokes: beside them a scratch would count for little.
   double correlation_without_grain = 0;
-  double gain_over_sigma = 0;  // of the gain, its sigma with correlated residuals
+  double gain_over_sigma = 0;  // its sigma from the residuals' autocovariance, as below
 };
 
 // Of an image and a model of it, matched by least squares with offset and gain. `model` is sampled

@@ -120,9 +120,12 @@ std::optional<MarkPosition> MeasureBy(Steps steps, const MatchingDrawing& drawin
       mark.image, fine.level->moving.Moved(centre - middle - whole), mark.origin - whole);
   if (!precision) return std::nullopt;
   const Matrix2d with_floor = precision->covariance + kFloor_px * kFloor_px * Matrix2d::Identity();
-  return MarkPosition{seen.RasterFromImage(centre), with_floor,
-                      fine.best->correlation,       precision->correlation_without_grain,
-                      precision->gain_over_sigma,   fine.level->blur_px};
+  return MarkPosition{.pixel = seen.RasterFromImage(centre),
+                      .covariance = with_floor,
+                      .correlation = fine.best->correlation,
+                      .correlation_without_grain = precision->correlation_without_grain,
+                      .gain_over_sigma = precision->gain_over_sigma,
+                      .blur_sigma_px = fine.level->blur_px};
 }
 
 }  // namespace

@@ -91,9 +91,10 @@ FilmMark MeasureAt(const Raster& scan, const MeasuringPlace& place, const MarkMe
   return mark;
 }
 
-// The drawing explains all but grain, and far more than grain would by chance: a faint mark,
-// however little it correlates. Measured: faint right marks 0.75 to 1 without grain and within 0.25
-// px; clutter mostly below 0.6, otherwise by chance and with 0.4 px and more.
+// The drawing explains all but grain, and far more than grain would by chance: a faint mark, even
+// at a low correlation. On simulated scans right marks have 0.75 to 1 without grain and sigmas up
+// to 0.25 px; clutter, on bad real and simulated scans, mostly less than 0.6, or sigmas above 0.4
+// px (tools/bench/interior_strokes; tests/interior/bad_scans.cpp).
 bool IsFaint(const MarkPosition& mark) {
   constexpr double kLeastWithoutGrain = 0.75, kMostSigma_px = 0.3;
   // The highest of 10^5 places and blurs in grain alone is 4.5 sigma.
@@ -103,15 +104,15 @@ bool IsFaint(const MarkPosition& mark) {
          std::sqrt(mark.covariance.diagonal().maxCoeff()) <= kMostSigma_px;
 }
 
-// Whether the reading leaves no doubt that marks are where it has them, whatever they look like.
+// Whether the places of the candidates alone leave no doubt that they are the marks.
 bool IsBeyondDoubt(const FilmReading& reading) {
   constexpr double kFurtherNats = 3;
   return reading.best.nats >= MinSetNats(static_cast<int>(reading.marks.size())) + kFurtherNats &&
-         reading.margin >= kMinMarginNats + kFurtherNats;
+         std::min(reading.margin, reading.scanner_margin) >= kMinMarginNats + kFurtherNats;
 }
 
-// `by_strokes`: marks with clear strokes are taken whatever their correlation. `faint`: those that
-// only grain keeps from correlating are taken, too.
+// `by_strokes`: marks with clear strokes are taken whatever their correlation. `faint`: for marks
+// that only grain keeps from correlating, the others' correlation alone is the measure.
 void RejectUnlike(bool by_strokes, bool faint, FilmMarks* marks) {
   std::vector<double> correlations;
   for (const FilmMark& mark : *marks)
@@ -216,6 +217,7 @@ MarkPosition PositionByLines(const MarkPosition& matched, const MeasuredCross& c
   MarkPosition position = matched;
   position.pixel = crossing.pixel;
   position.covariance = crossing.covariance;
+  position.correlation_without_grain = 0;  // of another place: clear strokes count instead
   if (difference.dot(both.inverse() * difference) > kLeaveOneOutChiSquare)
     position.covariance += difference * difference.transpose();
   return position;
@@ -248,8 +250,9 @@ void TakeExactClicks(const CameraFile& camera, const FilmReading& reading,
     const bool chosen = choice >= 0 && reading.candidates[i][choice].pixel == click->pixel;
     FilmMark& mark = (*marks)[i];
     mark.state = chosen ? MarkState::kUsed : MarkState::kRejected;
-    mark.position = MarkPosition{
-        click->pixel, click->sigma_px * click->sigma_px * Matrix2d::Identity(), 0, 0, 0, 0};
+    mark.position =
+        MarkPosition{.pixel = click->pixel,
+                     .covariance = click->sigma_px * click->sigma_px * Matrix2d::Identity()};
   }
   RejectContradicted(reading, marks);
 }

@@ -116,7 +116,7 @@ TEST_F(CameraChoiceTest, CamerasThatWereNotTriedAreNamed) {
   const auto found = Choose({Reading(cameras_, wide_, 12), Reading(cameras_, tele_, 12)}).result;
   EXPECT_TRUE(Says(found, said)) << JoinedSentences(found.findings);
   EXPECT_TRUE(Says(found,
-                   "Not tried, as at the stated pixel size their films are much smaller or "
+                   "Not tried, because at the stated pixel size their films are much smaller or "
                    "larger than the scan: inner, eight."));
   const auto unknown = Choose({Reading(cameras_, wide_, 2, Status::kFailed)}).result;
   EXPECT_TRUE(Says(unknown, said)) << JoinedSentences(unknown.findings);
@@ -232,6 +232,19 @@ class SlowUnknownCameraOfSimulatedFrame : public testing::Test {
   const size_t inner_ = cameras_.Add("inner", RingCamera(27, 70));
   const size_t eight_ = cameras_.Add("eight", WithSides(RingCamera(30, 70), 32));
 };
+
+using UnknownCameraTooLargeForTheScan = SlowUnknownCameraOfSimulatedFrame;
+
+// The stated pixel size may be wrong: marks of the same shape do not tell, others do.
+TEST_F(UnknownCameraTooLargeForTheScan, IsTriedIfItsMarksHaveTheShapeOfThoseFound) {
+  cameras_.Add("large", RingCamera(60, 130));
+  cameras_.Add("large eight", WithSides(RingCamera(60, 130), 64));
+  const CameraChoice choice = Orient(Scan(RingCamera(30, 70), 7), kPixelUm);
+  ASSERT_TRUE(choice.camera);
+  EXPECT_EQ(choice.result.status, Status::kOk);
+  EXPECT_TRUE(Says(choice.result, "larger than the scan: large eight."))
+      << JoinedSentences(choice.result.findings);
+}
 
 TEST_F(SlowUnknownCameraOfSimulatedFrame, IsFound) {
   for (const size_t camera : {ring_, inner_, eight_}) {

@@ -107,8 +107,11 @@ TEST_F(InteriorOfSimulatedFrame, ThinCrossesOfThreeSigmaOfTheGrainAreUsed) {
   const FilmFrame frame = RenderFilmFrame(spec);
   const InteriorResult result = Orient(frame.scan, camera, SizeGiven(ScanOrientation::kR0));
   ASSERT_EQ(result.status, Status::kOk);
-  for (const MarkResult& mark : result.marks) EXPECT_EQ(mark.state, MarkState::kUsed) << mark.id;
-  EXPECT_LT(Error(*result.photo_from_pixel, frame, camera), 0.6);  // of sigmas of 0.15
+  for (const MarkResult& mark : result.marks) {
+    EXPECT_EQ(mark.state, MarkState::kUsed) << mark.id;
+    EXPECT_LT(mark.score.value(), 0.45) << mark.id;
+  }
+  EXPECT_LT(Error(*result.photo_from_pixel, frame, camera), 0.6);  // four sigma
 }
 
 // At half the resolution strokes of 0.8 px and the dark edges that sharpening gives them cancel.

@@ -74,6 +74,10 @@ int main(int argc, char** argv) {
       ties_per_photo = std::atoi(argv[++i]);
     else
       sizes.push_back(std::atoi(argv[i]));
+  if (ties_per_photo < 1 || std::any_of(sizes.begin(), sizes.end(), [](int n) { return n < 1; })) {
+    std::fprintf(stderr, "usage: block_speed [--ties N] [PHOTOS...]\n");
+    return 1;
+  }
   if (sizes.empty()) sizes = {100, 300, 1000};
   std::printf(
       "photos     ties      rays   setup_s  ceres_s snooping_s covar_s  ratio solves iterat. "

@@ -9,7 +9,8 @@
 // many were `ok`, how many of these were wrong (a corner of the marks by more than a pixel and a
 // half, or another polarity), the share of the marks that were used, their root mean square error,
 // their errors over their sigmas, and the share of coordinates more than three sigmas off.
-// --read-as: the scans are read with another camera's file, of other marks or places.
+// --read-as: the scans are read with the file of another camera, whose marks look or lie
+// differently.
 #include <gdal_priv.h>
 
 #include <Eigen/Geometry>
@@ -291,6 +292,7 @@ int Run(int scans, const std::string& read_as, const std::set<std::string>& name
     throw InputError("no camera " + read_as + " in the library");
   std::map<std::pair<std::string, double>, Tally> total;
   for (const block::LibraryCamera& camera : library) {
+    if (camera.name == read_as) continue;
     if (names.empty() ? camera.format_only || camera.file.fiducials.size() > 12
                       : !names.contains(camera.name))
       continue;
@@ -318,7 +320,8 @@ int main(int argc, char** argv) {
     return 1;
   }
   try {
-    const bool as_another = argc > 3 && std::string(argv[2]) == "--read-as";
+    const bool as_another = argc > 2 && std::string(argv[2]) == "--read-as";
+    if (as_another && argc < 4) throw orient::InputError("--read-as needs a camera");
     return orient::Run(std::stoi(argv[1]), as_another ? argv[3] : "",
                        {argv + (as_another ? 4 : 2), argv + argc});
   } catch (const std::exception& error) {

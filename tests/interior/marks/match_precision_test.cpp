@@ -86,13 +86,20 @@ TEST(PrecisionOfMatch, AnotherDrawingIsNoGrain) {
   EXPECT_LT(PrecisionOfMatch(seen, Spot(1), Vector2d::Zero())->correlation_without_grain, 0.65);
 }
 
-TEST(PrecisionOfMatch, GrainAloneHasNoGain) {
+TEST(PrecisionOfMatch, GainOfGrainAloneIsAsLargeAsItsSigma) {
   std::mt19937 random(TestSeed());
   std::normal_distribution<float> grain(0, 5);
-  for (int trial = 0; trial < 20; ++trial) {
-    Image seen(41, 41);
-    for (float& value : seen.values) value = grain(random);
-    EXPECT_LT(PrecisionOfMatch(seen, Spot(1), Vector2d::Zero())->gain_over_sigma, 4.5);
+  for (const double blur_px : {0.0, 0.7}) {
+    double squares = 0;
+    constexpr int kTrials = 200;
+    for (int trial = 0; trial < kTrials; ++trial) {
+      Image seen(41, 41);
+      for (float& value : seen.values) value = grain(random);
+      if (blur_px > 0) seen = GaussianBlur(seen, blur_px);
+      const auto match = PrecisionOfMatch(seen, Spot(1), Vector2d::Zero());
+      squares += std::pow(match->gain_over_sigma, 2);
+    }
+    EXPECT_NEAR(std::sqrt(squares / kTrials), 1.0, 0.15) << blur_px;
   }
 }
 

@@ -97,16 +97,19 @@ TEST(WrongMarks, AMarkThatLooksUnlikeStaysRejectedUnlessTheOthersConfirmIt) {
 
 // Four marks of which only grain hides most.
 struct Faint {
-  double without_grain = 0.9, gain_over_sigma = 12, nats = 20, margin = 10;
+  double without_grain = 0.9, gain_over_sigma = 12, nats = 20, margin = 10, sigma_px = 0.15;
+  double scanner_margin = 10;
 };
 
 int UsedOf(const Faint& faint) {
   auto [reading, marks] = Reseau(std::vector<Cross>(4, {Vector2d::Zero(), 0.35, false}));
   reading.best.nats = faint.nats;
   reading.margin = faint.margin;
+  reading.scanner_margin = faint.scanner_margin;
   for (FilmMark& mark : marks) {
     mark.position->correlation_without_grain = faint.without_grain;
     mark.position->gain_over_sigma = faint.gain_over_sigma;
+    mark.position->covariance = faint.sigma_px * faint.sigma_px * Eigen::Matrix2d::Identity();
   }
   return Used(WithoutWrongMarks(reading, marks));
 }
@@ -115,11 +118,24 @@ TEST(WrongMarks, FaintMarksAreUsedWhereOnlyGrainKeepsThemFromCorrelating) {
   EXPECT_EQ(UsedOf({}), 4);
   EXPECT_EQ(UsedOf({.without_grain = 0.6}), 0);
   EXPECT_EQ(UsedOf({.gain_over_sigma = 5}), 0);
+  EXPECT_EQ(UsedOf({.sigma_px = 0.5}), 0);
 }
 
 TEST(WrongMarks, FaintMarksAreUsedOnlyInAReadingBeyondDoubt) {
   EXPECT_EQ(UsedOf({.nats = 10}), 0);
   EXPECT_EQ(UsedOf({.margin = 4}), 0);
+  EXPECT_EQ(UsedOf({.scanner_margin = 4}), 0);
+}
+
+// Clear marks are the measure of a faint one: it may be a wrong place in clutter.
+TEST(WrongMarks, AFaintMarkAmongClearOnesIsRejectedUnlessTheyConfirmIt) {
+  auto [reading, marks] = Reseau(std::vector<Cross>(4));
+  reading.best.nats = 20;
+  reading.margin = 10;
+  marks[3].position->correlation = 0.24;
+  marks[3].position->correlation_without_grain = 0.9;
+  marks[3].position->gain_over_sigma = 12;
+  EXPECT_EQ(WithoutWrongMarks(reading, marks)[3].state, MarkState::kRejected);
 }
 
 TEST(WrongMarks, TwoMarksConfirmNoThird) {
