@@ -30,13 +30,13 @@ double MmOfPixel(const Matrix2d& pixel_from_mm) {
   return 1 / std::sqrt(std::abs(pixel_from_mm.determinant()));
 }
 
-// Strokes thinner than a pixel of the scan vanish at half its resolution where the scanner
+// Strokes all thinner than a pixel of the scan vanish at half its resolution where the scanner
 // sharpened them: the dark edges that it gave them are as wide. A search that reduces the scan
 // averages them anyway.
 bool VanishesAtHalf(const MarkShape& shape, const Matrix2d& pixel_from_mm, double reduction) {
   constexpr double kHardlyReduced = 1.5;
   return !shape.picture && reduction < kHardlyReduced &&
-         ThinnestStroke(shape) < MmOfPixel(pixel_from_mm);
+         WidestStroke(shape) < MmOfPixel(pixel_from_mm);
 }
 
 std::vector<MarkTemplate> MakeTurns(const TemplateMaker& make, const Matrix2d& pixel_from_mm,

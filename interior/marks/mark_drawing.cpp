@@ -222,6 +222,13 @@ double ThinnestStroke(const MarkShape& shape) {
   return stroke;
 }
 
+double WidestStroke(const MarkShape& shape) {
+  if (shape.picture || shape.drawing.elements.empty()) return 0.1;
+  double stroke = 0;
+  for (const MarkElement& e : shape.drawing.elements) stroke = std::max(stroke, Thickness(e));
+  return stroke;
+}
+
 double StrokeDistance(const MarkDrawing& drawing, const Vector2d& point_mm) {
   double distance = std::numeric_limits<double>::infinity();
   for (const MarkElement& element : drawing.elements)

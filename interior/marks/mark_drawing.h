@@ -26,8 +26,9 @@ using MarkShapes = std::map<std::string, MarkShape>;
 // Half the largest extent, mm: no part of the mark lies farther from its centre.
 double MarkRadius(const MarkShape& shape);
 
-// The thinnest stroke, mm (0.1 for a picture, whose strokes are unknown).
+// The thinnest and the widest stroke, mm (0.1 for a picture, whose strokes are unknown).
 double ThinnestStroke(const MarkShape& shape);
+double WidestStroke(const MarkShape& shape);
 
 // Signed distance in mm from a point (mm, mark system) to the nearest element, whatever its
 // brightness and as drawn; negative inside. Drawings without elements have none: infinity.

@@ -337,6 +337,7 @@ TEST(LooksSame, SeesStrokesHoweverThin) {
 TEST(MarkRadius, ReachesTheFarthestStroke) {
   EXPECT_NEAR(MarkRadius(Shape({CircleElement{2.0, 0.2}, DotElement{0.1}})), 1.1, 1e-12);
   EXPECT_NEAR(ThinnestStroke(Shape({CircleElement{2.0, 0.2}, DotElement{0.1}})), 0.1, 1e-12);
+  EXPECT_NEAR(WidestStroke(Shape({CircleElement{2.0, 0.2}, DotElement{0.1}})), 0.2, 1e-12);
 }
 
 }  // namespace
