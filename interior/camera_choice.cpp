@@ -263,13 +263,16 @@ bool IsTriedLast(const Raster& scan, const CameraFile& camera, std::optional<dou
          !MarksFitScan(scan_px, RectangleOfMarks(camera.fiducials), 1e-3 * *stated_um);
 }
 
-// Whether an `ok` reading may be this camera's film: the stated pixel size may be wrong, and marks
-// in the same shape do not tell.
+// Whether an `ok` reading may be this larger camera's film: the stated pixel size may be too small,
+// and marks in the same shape do not tell.
 bool MayBeMistakenFor(const std::vector<KnownCamera>& cameras, size_t camera,
                       const std::vector<CameraReading>& readings) {
+  const CameraFile& larger = *cameras[camera].file;
   return std::any_of(readings.begin(), readings.end(), [&](const CameraReading& r) {
+    const CameraFile& found = *cameras[r.camera].file;
     return r.result.status == Status::kOk &&
-           SameShapeOfAnotherSize(*cameras[r.camera].file, *cameras[camera].file);
+           found.camera.frame_mm.maxCoeff() < larger.camera.frame_mm.maxCoeff() &&
+           SameShapeOfAnotherSize(found, larger);
   });
 }
 

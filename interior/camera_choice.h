@@ -45,8 +45,8 @@ CameraChoice ChooseCamera(const std::vector<KnownCamera>& cameras,
 
 // Reads the scan with every known film camera of at most twelve marks (cameras of like marks only
 // once) and chooses. Cameras whose marks do not fit on the scan at the stated pixel size, or whose
-// film would be a small part of it, are tried only where none of the others fits, or where what fits
-// has marks of the same shape in another size. Throws InputError as OrientInterior.
+// film would be a small part of it, are tried only where none of the others fits; larger ones also
+// where what fits has marks of the same shape. Throws InputError as OrientInterior.
 CameraChoice OrientWithUnknownCamera(const Raster& scan, const std::vector<KnownCamera>& cameras,
                                      const InteriorOptions& options = {});
 
