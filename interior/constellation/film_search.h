@@ -10,8 +10,8 @@
 
 namespace orient::interior {
 
-// Whether all marks lie on a scan of such pixels (a side may be cut off a little), and not on a small
-// part of it: otherwise a resolution tag is to be distrusted.
+// Whether all marks lie on a scan of such pixels (a side may be cut off a little), and not on a
+// small part of it: otherwise a resolution tag is to be distrusted.
 bool MarksFitScan(const Eigen::Vector2i& scan_px, const MarkRectangle& rectangle, double pixel_mm);
 
 // From the user, else the resolution tag where it lets the marks fit on the scan, else a ladder of

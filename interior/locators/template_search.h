@@ -28,8 +28,7 @@ class TemplateSearch {
     double reduction = 1;             // scan pixels per pixel of `turns`
     std::vector<MarkTemplate> turns;  // as the search names them
     std::vector<SpotTemplate> spots;  // the same
-    std::vector<MarkTemplate>
-        half;  // upright, at half the resolution; empty: no such step
+    std::vector<MarkTemplate> half;   // upright, at half the resolution; empty: no such step
   };
   // Drawing, size and turns.
   using Key = std::pair<const MarkShape*, std::vector<double>>;
