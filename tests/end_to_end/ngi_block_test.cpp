@@ -1,4 +1,4 @@
-// The four NGI frames as one block, with patches of the orthophotos of strip 05 only.
+// The four NGI frames as one block, with patches of the orthophotos of one strip only.
 #include <gtest/gtest.h>
 
 #include <Eigen/Dense>
@@ -113,11 +113,22 @@ CheckRms CheckPatches(const Ngi& ngi, const TemporaryFolder& folder, const std::
           std::sqrt(sum.published_px / std::max(count, 1))};
 }
 
-TEST(SlowNgiBlock, PatchesOfStrip05OrientBothStrips) {
+struct Strip {
+  std::string name;
+  std::vector<std::string> numbers, others;
+  double most_px = 0;          // RMS over a frame
+  double most_normalised = 0;  // errors over their sigmas
+  double most_checks = 0;      // check patches' RMS over that of the published orientation
+};
+void PrintTo(const Strip& strip, std::ostream* out) { *out << strip.name; }
+
+class SlowNgiBlock : public testing::TestWithParam<Strip> {};
+
+TEST_P(SlowNgiBlock, IsOrientedByOneStripsOrthophotos) {
   ORIENT_REQUIRE_SHARED_DATA(data, "ngi");
   const Ngi ngi(data);
   const TemporaryFolder folder;
-  Harvest(ngi, folder / "patches.gpkg", {"0182", "0184"});
+  Harvest(ngi, folder / "patches.gpkg", GetParam().numbers);
   WriteBlock(ngi, folder, "");
   const ProgramRun run = RunOrient({"block", folder / "block.toml", "--no-feedback"});
   ASSERT_EQ(run.exit_code, 0) << run.out << run.err;
@@ -133,19 +144,27 @@ TEST(SlowNgiBlock, PatchesOfStrip05OrientBothStrips) {
     std::printf("%s: frame rms %.3f px (alone %.3f), position %.1f m, %d ties used, rms %.2f px\n",
                 result.photo.c_str(), ngi.FrameRms(result), ngi.FrameRms(alone),
                 ngi.PositionError(result), result.ties->used, result.ties->rms_px.value_or(0));
-    EXPECT_LE(ngi.FrameRms(result), 0.3) << result.photo;
+    EXPECT_LE(ngi.FrameRms(result), GetParam().most_px) << result.photo;
   }
   const double normalised = std::sqrt(chi2 / 24);
   std::printf("normalised errors of the poses: RMS %.2f\n", normalised);
-  EXPECT_LT(normalised, 1.5);
-  Harvest(ngi, folder / "check.gpkg", {"0251", "0253"});
+  EXPECT_LT(normalised, GetParam().most_normalised);
+  Harvest(ngi, folder / "check.gpkg", GetParam().others);
   const CheckRms check = CheckPatches(ngi, folder, folder / "check.gpkg");
   std::printf("check patches: RMS %.3f px, under the published orientation %.3f px\n",
               check.block_px, check.published_px);
   // Not the 0.5 px that was hoped for: these orthophotos differ from the published orientation by
   // as much themselves (NgiOrthophotos.DifferFromTheirOwnPhotos...).
-  EXPECT_LE(check.block_px, 1.1 * check.published_px);
+  EXPECT_LE(check.block_px, GetParam().most_checks * check.published_px);
 }
+
+// The scale of strip 06's orthophotos is wrong by 0.1 %, which is more than they state and nothing
+// within the block shows: the other strip is tilted about their common edge.
+INSTANTIATE_TEST_SUITE_P(
+    Strips, SlowNgiBlock,
+    testing::Values(Strip{"Strip05", {"0182", "0184"}, {"0251", "0253"}, 0.3, 1.5, 1.1},
+                    Strip{"Strip06", {"0251", "0253"}, {"0182", "0184"}, 0.75, 2.1, 1.5}),
+    [](const auto& strip) { return strip.param.name; });
 
 }  // namespace
 }  // namespace orient
