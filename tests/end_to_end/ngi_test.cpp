@@ -1,12 +1,20 @@
 // Real photos: the four NGI frames oriented from each other's orthophotos and photos.
 #include "tests/support/ngi.h"
 
+#include <gdal_priv.h>
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <filesystem>
+#include <functional>
+#include <memory>
 
+#include "core/base/atomic_write.h"
+#include "core/raster/raster.h"
+#include "core/raster/resample.h"
 #include "core/terrain/photo_view.h"
 #include "tests/support/run_orient.h"
+#include "tests/support/scan_making.h"
 #include "tests/support/shared_data.h"
 
 namespace orient {
@@ -55,12 +63,13 @@ void HarvestPhotos(const Ngi& ngi, const std::string& path,
 }
 
 // Approximations wrong by 150 m in each coordinate and 2 degrees in each angle.
-ProgramRun Orient(const Ngi& ngi, const TemporaryFolder& folder, const std::string& database,
-                  const std::vector<std::string>& numbers, unsigned signs) {
+ProgramRun OrientPhotos(const Ngi& ngi, const TemporaryFolder& folder, const std::string& database,
+                        const std::string& camera, const std::vector<std::string>& photos,
+                        unsigned signs) {
   ngi.WriteApproximations(folder / "approx.csv", 150, 2, signs);
   std::vector<std::string> arguments = {"exterior",
                                         "--camera",
-                                        ngi.folder + "/camera.toml",
+                                        camera,
                                         "--approximations",
                                         folder / "approx.csv",
                                         "--dem",
@@ -74,8 +83,15 @@ ProgramRun Orient(const Ngi& ngi, const TemporaryFolder& folder, const std::stri
                                         "150",
                                         "--attitude-sigma-deg",
                                         "2"};
-  for (const std::string& number : numbers) arguments.push_back(ngi.Photo(number));
+  arguments.insert(arguments.end(), photos.begin(), photos.end());
   return RunOrient(arguments);
+}
+
+ProgramRun Orient(const Ngi& ngi, const TemporaryFolder& folder, const std::string& database,
+                  const std::vector<std::string>& numbers, unsigned signs) {
+  std::vector<std::string> photos;
+  for (const std::string& number : numbers) photos.push_back(ngi.Photo(number));
+  return OrientPhotos(ngi, folder, database, ngi.folder + "/camera.toml", photos, signs);
 }
 
 void ExpectAsPublished(const Ngi& ngi, const TemporaryFolder& folder,
@@ -174,6 +190,80 @@ TEST(NgiPhotos, OfStrip05OrientStrip06) {
     EXPECT_LT(rounds[1].window_px, rounds[0].window_px / 4);
   }
 }
+
+// A copy of a photo, worse mostly. Its camera file differs from the photo's by `pixels` only.
+struct Worse {
+  std::string name, pixels;
+  std::function<void(const std::string& photo, const std::string& path)> make;
+};
+void PrintTo(const Worse& worse, std::ostream* out) { *out << worse.name; }
+
+void MakeCopy(const std::string& photo, const std::string& path) {
+  std::filesystem::copy_file(photo, path);
+}
+
+void MakeHalfSize(const std::string& photo, const std::string& path) {
+  const Raster raster = Raster::Open(photo);
+  WriteTiffScan(path, raster.ReadGrey({0, 0, raster.Width(), raster.Height()}, 2).image, {});
+}
+
+void MakeBlurred(const std::string& photo, const std::string& path) {
+  WriteTiffScan(path, GaussianBlur(Raster::Open(photo).ReadGrey().image, 2), {});
+}
+
+void MakeJpeg(const std::string& photo, const std::string& path) {
+  GDALAllRegister();
+  const std::unique_ptr<GDALDataset> from(GDALDataset::Open(photo.c_str(), GDAL_OF_RASTER));
+  const char* const options[] = {"COMPRESS=JPEG", "JPEG_QUALITY=20", "PHOTOMETRIC=YCBCR", nullptr};
+  const std::unique_ptr<GDALDataset> made(
+      GetGDALDriverManager()->GetDriverByName("GTiff")->CreateCopy(
+          path.c_str(), from.get(), 0, const_cast<char**>(options), nullptr, nullptr));
+  ASSERT_TRUE(made) << path;
+}
+
+class SlowNgiWorsePhotos : public testing::TestWithParam<Worse> {};
+
+// `ok`, or weak where the far corner is too uncertain; as right as their covariances say.
+TEST_P(SlowNgiWorsePhotos, AreOrientedByTheOtherStripsPhotos) {
+  ORIENT_REQUIRE_SHARED_DATA(data, "ngi");
+  const Ngi ngi(data);
+  const TemporaryFolder folder;
+  const std::string camera = folder / "camera.toml";
+  std::string text = ReadFile(ngi.folder + "/camera.toml");
+  const std::string pixels = "[640, 1152]";
+  WriteFileAtomically(camera, text.replace(text.find(pixels), pixels.size(), GetParam().pixels));
+  const std::vector<std::vector<std::string>> strips = {{"0182", "0184"}, {"0251", "0253"}};
+  for (std::size_t strip = 0; strip < 2; ++strip) {
+    const std::string database = folder / ("patches" + std::to_string(strip) + ".gpkg");
+    HarvestPhotos(ngi, database, strips[1 - strip]);
+    std::vector<std::string> photos;
+    for (const std::string& number : strips[strip]) {
+      const std::string photo = ngi.Photo(number);
+      photos.push_back(folder / std::filesystem::path(photo).filename().string());
+      GetParam().make(photo, photos.back());
+    }
+    const ProgramRun run = OrientPhotos(ngi, folder, database, camera, photos, kSigns);
+    ASSERT_EQ(run.exit_code, 0) << run.out << run.err;
+    for (const std::string& photo : photos) {
+      const ExteriorResult result =
+          ReadExteriorResult(ExteriorResultPath(folder / "out", PhotoName(photo)));
+      ASSERT_TRUE(result.pose) << photo;
+      ExpectOkOrPoorlyDetermined(result);
+      std::printf("%s: %s, frame rms %.3f px of the photo as it was, normalised %.2f\n",
+                  result.photo.c_str(), std::string(Name(result.status)).c_str(),
+                  ngi.FrameRms(result), ngi.NormalisedError(result));
+      EXPECT_LT(ngi.FrameRms(result), 1) << photo;
+      EXPECT_LT(ngi.NormalisedError(result), 1.5) << photo;
+    }
+  }
+}
+
+INSTANTIATE_TEST_SUITE_P(Ways, SlowNgiWorsePhotos,
+                         testing::Values(Worse{"AsItWas", "[640, 1152]", MakeCopy},
+                                         Worse{"HalfSize", "[320, 576]", MakeHalfSize},
+                                         Worse{"Blurred", "[640, 1152]", MakeBlurred},
+                                         Worse{"Jpeg", "[640, 1152]", MakeJpeg}),
+                         [](const auto& worse) { return worse.param.name; });
 
 }  // namespace
 }  // namespace orient

@@ -3,8 +3,9 @@
 //
 //   interior_strokes SCANS [--read-as CAMERA] [CAMERA...]
 //
-// Simulates SCANS scans a case (the same ones every time) of cameras of the library, all by default
-// but those with alike marks in other places: strokes of 0.6 to 4 pixels; scanners that blur by 0.3
+// Simulates SCANS scans a case (the same ones every time) of cameras of the library, by default all
+// whose marks have strokes (no mere dots, squares or notches) but those with alike marks in other
+// places: strokes of 0.6 to 4 pixels; scanners that blur by 0.3
 // to 1 pixel, sharpen, or show the marks by no more than three sigma of the grain. Printed are how
 // many were `ok`, how many of these were wrong (a corner of the marks by more than a pixel and a
 // half, or another polarity), the share of the marks that were used, their root mean square error,
@@ -281,6 +282,28 @@ Tally OrientAll(const Case& what, int scans) {
   return all;
 }
 
+bool HasStrokes(const MarkElement& element) {
+  return std::holds_alternative<CrossElement>(element) ||
+         std::holds_alternative<CircleElement>(element) ||
+         std::holds_alternative<LineElement>(element);
+}
+
+bool AllMarksHaveStrokes(const CameraFile& camera) {
+  return std::all_of(camera.marks.begin(), camera.marks.end(), [](const auto& mark) {
+    const auto& elements = mark.second.elements;
+    return std::any_of(elements.begin(), elements.end(), HasStrokes);
+  });
+}
+
+// Of the library, those named; without names, the usual ones.
+bool IsAsked(const block::LibraryCamera& camera, const std::set<std::string>& names) {
+  const bool strokes = AllMarksHaveStrokes(camera.file);
+  if (names.empty()) return !camera.format_only && camera.file.fiducials.size() <= 12 && strokes;
+  if (!names.contains(camera.name)) return false;
+  if (!strokes) throw InputError(camera.name + " has marks without strokes");
+  return true;
+}
+
 int Run(int scans, const std::string& read_as, const std::set<std::string>& names) {
   GDALAllRegister();
   std::printf("%-22s %-10s %6s %7s %6s %8s %8s %10s %9s\n", "camera", "scanner", "stroke", "ok, %",
@@ -292,10 +315,7 @@ int Run(int scans, const std::string& read_as, const std::set<std::string>& name
     throw InputError("no camera " + read_as + " in the library");
   std::map<std::pair<std::string, double>, Tally> total;
   for (const block::LibraryCamera& camera : library) {
-    if (camera.name == read_as) continue;
-    if (names.empty() ? camera.format_only || camera.file.fiducials.size() > 12
-                      : !names.contains(camera.name))
-      continue;
+    if (camera.name == read_as || !IsAsked(camera, names)) continue;
     double reach_mm = 0;
     for (const auto& [name, shape] : camera.shapes)
       reach_mm = std::max(reach_mm, interior::MarkRadius(shape));
