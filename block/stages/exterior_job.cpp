@@ -205,19 +205,24 @@ Finding WithoutApproximation(const ExteriorRunOptions& options, const std::strin
                                    options.approximations, name));
 }
 
-// Where the points' pose shows no patches, but the approximation's does: these agree, and the
-// points are of another datum. True where `photo` and `start` now begin with the approximation.
+// Where the points' pose shows no patches, but the approximation's does, or the whole photo: these
+// agree, as they would without points, and what these say of it is told. True where `photo` and
+// `start` now begin with the approximation.
 bool IsFoundWithoutPoints(const ExteriorSetting& setting, const exterior::PhotoImage& image,
                           exterior::PhotoToOrient* photo, PointStart* start, ExteriorResult* result,
-                          std::vector<patchdb::Patch>* patches) {
+                          std::vector<patchdb::Patch>* patches, bool* widely) {
   if (!start->approximation) return false;
   exterior::PhotoToOrient without = *photo;
   without.prior = *start->approximation;
   without.accuracy_is_stated = start->approximation_is_stated;
   without.positions = start->positions;
-  if (exterior::IsVague(photo->camera, without.prior, setting.surface.MeanHeight())) return false;
+  const bool vague = exterior::IsVague(photo->camera, without.prior, setting.surface.MeanHeight());
   std::vector<patchdb::Patch> around;
-  ExteriorResult found = OrientAsStated(setting, without, image, &around);
+  ExteriorResult found;
+  found.photo = photo->name;
+  if (!vague) found = OrientAsStated(setting, without, image, &around);
+  *widely = !found.pose;
+  if (*widely) found = OrientWidely(setting, without, image, found, vague, &around);
   if (!found.pose) return false;
   start->by_points.reset();
   *photo = std::move(without);
@@ -237,9 +242,7 @@ ExteriorResult OrientByPatches(const ExteriorSetting& setting, const exterior::P
   exterior::OrientPhotoOptions as_oriented = OptionsOf(setting);
   as_oriented.wide = !result.pose;
   if (!result.pose && start->by_points) {
-    if (IsFoundWithoutPoints(setting, image, photo, start, &result, patches))
-      as_oriented.wide = false;
-    else
+    if (!IsFoundWithoutPoints(setting, image, photo, start, &result, patches, &as_oriented.wide))
       OrientByPoints(setting, *photo, *start, &result);
   } else if (!result.pose) {
     result = OrientWidely(setting, *photo, image, result, vague, patches);

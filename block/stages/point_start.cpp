@@ -28,6 +28,24 @@ std::optional<Finding> AgainstApproximation(const PointStart& start) {
                  .where = "the points' coordinates are"};
 }
 
+// What both say together, where they do not contradict one another; otherwise the points alone.
+PosePrior WithApproximation(const PosePrior& points, const PosePrior& approximation) {
+  static const double limit = ChiSquareLimit(6, 1e-4);
+  const auto stated = StatedElements(approximation);
+  const Vector6d off = PoseDifference(points.pose, approximation.pose);
+  const Matrix6d sum = points.covariance + approximation.covariance;
+  if (stated.empty() || !(off.dot(sum.ldlt().solve(off)) <= limit)) return points;
+  Matrix6d information = Matrix6d::Zero();
+  const Eigen::MatrixXd known = approximation.covariance(stated, stated);
+  const Eigen::MatrixXd inverse = known.inverse();
+  information(stated, stated) = inverse;
+  const Matrix6d covariance = (points.covariance.inverse() + information).inverse();
+  const Vector6d move = -covariance * (information * off);
+  Pose pose{points.pose.position_m + move.head<3>(), points.pose.opk_rad + move.tail<3>()};
+  for (double& angle : pose.opk_rad) angle = NormalizeAngle(angle);
+  return {pose, 0.5 * (covariance + covariance.transpose())};
+}
+
 // Where the points' heights and the DEM's differ as a whole.
 std::optional<Finding> AgainstDem(const ExteriorSetting& setting, const PointStart& start,
                                   double pixel_m) {
@@ -88,12 +106,14 @@ PointStart StartOf(const ExteriorSetting& setting, const std::string& name,
       setting.camera.camera, interior->positions, start.prior, start.points);
   start.findings = std::move(resection.findings);
   if (!resection.found) return start;
+  const bool alone = !resection.with_prior;
   start.by_points = std::move(resection.found);
   if (approximation)
     exterior::LetPriorDecidePosition(interior->positions, *approximation,
                                      &start.by_points->position, &start.by_points->pose);
   interior->positions = {start.by_points->position};
   start.prior = PosePrior{start.by_points->pose, start.by_points->covariance};
+  if (alone && approximation) start.prior = WithApproximation(*start.prior, *approximation);
   start.stated = true;
   return start;
 }

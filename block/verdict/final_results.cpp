@@ -219,6 +219,7 @@ ExteriorResult Final(const AdjustmentInputs& inputs, const AdjustedBlock& adjust
   const PhotoView view = WithOwnFilm(inputs, adjusted, photo);
   const double height_m = GroundHeightUnder(inputs.surface, view.camera, view.pose);
   const double pixel_m = view.GroundPixel(height_m);
+  tied.control_points = part->control_points;
   tied.worst_sigma_px = exterior::WorstProjectionSigma(view, now.covariance, height_m);
   if (file.exterior.target_m) tied.target_px = *file.exterior.target_m / pixel_m;
   const Findings left_open = file.by_neighbours ? JudgeTied(tied) : Findings();

@@ -7,11 +7,14 @@
 
 #include "core/base/chi_square.h"
 #include "exterior/judge.h"
+#include "exterior/search/point_resection.h"
 
 namespace orient::block {
 
 namespace {
 
+// Of a block, so that a wrong measured point shows.
+constexpr int kLeastControl = 2 * exterior::kLeastPointsAlone;
 constexpr int kMinTies = 6;           // of a photo whose own patches are not enough
 constexpr double kMinRedundancy = 6;  // of its ties together: below, none could be told wrong
 // Of the target: a pose from ties less precise than that is none.
@@ -73,6 +76,10 @@ Findings JudgeAgainstOwnPatches(const TiedPhoto& photo) {
 }
 
 void LiftImprecision(const TiedPhoto& photo, ExteriorResult* result) {
+  const auto lifted = [&](const Finding& finding) {
+    return exterior::ConcernsPrecision(finding) ||
+           (finding.reason == Reason::kByPointsAlone && photo.control_points >= kLeastControl);
+  };
   if (!(photo.worst_sigma_px <= photo.target_px))
     std::erase_if(result->findings, [](const Finding& finding) {
       return finding.reason == Reason::kPoorlyDetermined;
@@ -81,8 +88,7 @@ void LiftImprecision(const TiedPhoto& photo, ExteriorResult* result) {
       photo.tie_redundancy < kMinRedundancy)
     return;
   // Ties say nothing about the other findings.
-  if (std::erase_if(result->findings, exterior::ConcernsPrecision) > 0)
-    result->status = StatusOf(result->findings);
+  if (std::erase_if(result->findings, lifted) > 0) result->status = StatusOf(result->findings);
 }
 
 void HoldTo(const ExteriorResult& held, ExteriorResult* adjusted) {

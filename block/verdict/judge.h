@@ -19,6 +19,7 @@ struct TiedPhoto {
   double target_px = 1;       // what that may be at most in a photo that is ok
   double moved_chi2 = 0;      // from where its own patches put it; six degrees of freedom
   OwnPatches own = {};        // where they are held off the pose that is in worst_sigma_px
+  int control_points = 0;     // used, of all photos that it is connected with
 };
 
 // Ties enough, more than half of them contradicting the pose.
@@ -33,7 +34,8 @@ Findings JudgeTied(const TiedPhoto& photo);
 Findings JudgeAgainstOwnPatches(const TiedPhoto& photo);
 
 // A photo that was weak only for its precision is judged by that of the block, if it comes from
-// ties and not only from the same few patches. Where that is poor, too, it is the only one told.
+// ties and not only from the same few patches; so is one that was oriented by few measured points,
+// if the block has more control than those. Where that is poor, too, it is the only one told.
 void LiftImprecision(const TiedPhoto& photo, ExteriorResult* result);
 
 // `adjusted` by GNSS and approximations as observations, too; `held` without them. These make no

@@ -34,6 +34,7 @@ struct PointPose {
 
 struct PointResection {
   std::optional<PointPose> found;  // empty: why, is the only finding
+  bool with_prior = false;         // the prior is in its pose
   Findings findings;               // wrong points by name
 };
 

@@ -4,11 +4,14 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <fstream>
 #include <iostream>
 #include <random>
 
 #include "core/terrain/photo_view.h"
+#include "tests/end_to_end/simulated_block.h"
+#include "tests/end_to_end/spoilt_block.h"
 #include "tests/support/film_frame.h"
 #include "tests/support/ngi.h"
 #include "tests/support/run_orient.h"
@@ -245,6 +248,66 @@ TEST_F(ClickedScans, ADecisionOnAnotherCameraThanTheRunsIsRefused) {
   const ProgramRun run = Interior({"--measurements", folder_.Path()});
   EXPECT_EQ(run.exit_code, 1);
   EXPECT_NE(run.err.find("photo a is of camera wild_rc10"), std::string::npos) << run.err;
+}
+
+// Five right points in one corner, beside an approximation that is worse than stated: the photo is
+// found by its patches as it is without them, where no point says otherwise.
+TEST(RightPoints, ThatSayLittleTakeNoPhotoFromItsPatches) {
+  const TemporaryFolder folder;
+  const std::string block = SoundBlock(true);
+  const TruePhoto photo = ReadTruth(block).front();
+  OrientationTable table = ReadOrientationTable(block + "/approx.csv");
+  for (OrientationRow& row : table.rows) {
+    row.sigma.reset();
+    row.pose.position_m.x() += 100;
+    row.pose.opk_rad.z() += 0.7;
+  }
+  WriteOrientationTable(folder / "approx.csv", table);
+  std::vector<SeenPoint> corner = photo.seen;
+  std::sort(corner.begin(), corner.end(), [](const SeenPoint& a, const SeenPoint& b) {
+    return a.pixel.squaredNorm() < b.pixel.squaredNorm();
+  });
+  ASSERT_GE(corner.size(), 5u);
+  Measurements points;
+  for (std::size_t i = 0; i < 5; ++i) {
+    const std::string name = "p" + std::to_string(i);
+    points.points.push_back(
+        {name, corner[i].ground_m, Eigen::Vector3d::Constant(20), PointRole::kControl});
+    points.image_points.push_back({photo.name, name, corner[i].pixel, std::nullopt, 20.0});
+  }
+  WriteImagePoints(folder.Path(), points.image_points);
+  WritePoints(folder.Path(), points.points);
+  const auto orient = [&](const std::string& out, std::vector<std::string> more) {
+    std::vector<std::string> words = {"exterior",
+                                      block + "/scans/" + photo.name + ".tif",
+                                      "--camera",
+                                      block + "/camera.toml",
+                                      "--approximations",
+                                      folder / "approx.csv",
+                                      "--dem",
+                                      block + "/dem.tif",
+                                      "--patchdb",
+                                      block + "/patches.gpkg",
+                                      "--position-sigma-m",
+                                      "5",
+                                      "--attitude-sigma-deg",
+                                      "1",
+                                      "--no-feedback",
+                                      "--out",
+                                      folder / out};
+    words.insert(words.end(), more.begin(), more.end());
+    const ProgramRun run = RunOrient(words);
+    EXPECT_LE(run.exit_code, 3) << run.err;
+    return ReadExteriorResult(ExteriorResultPath(folder / out, photo.name));
+  };
+  const ExteriorResult without = orient("without", {});
+  const ExteriorResult with = orient("with", {"--measurements", folder.Path()});
+  ASSERT_TRUE(without.pose);
+  ASSERT_TRUE(with.pose);
+  EXPECT_LT((without.pose->position_m - photo.pose.position_m).norm(), 2);
+  EXPECT_LT((with.pose->position_m - photo.pose.position_m).norm(), 2);
+  EXPECT_LE(with.status, without.status);  // ok comes first
+  EXPECT_FALSE(Has(with.findings, Reason::kByPointsAlone));
 }
 
 }  // namespace

@@ -38,8 +38,9 @@ using Eigen::Vector2d;
 
 constexpr double kStrokes_px[] = {0.6, 0.8, 1.0, 1.3, 2, 4};
 constexpr double kGrain = 4, kDark = 18, kBright = 200;  // grey values
-constexpr double kInPicture = 50;                        // at most, of marks in the picture itself
-constexpr int kFine = 5;                                 // samples of a pixel per axis
+// Marks in the picture itself hide it; they are brighter than its mean by at most so much.
+constexpr double kPictureMean = 88, kInPicture = 50;
+constexpr int kFine = 5;           // samples of a pixel per axis
 constexpr double kSeenMm = 11;     // around a mark; the rest of the film is even
 constexpr double kDarkMm = 6;      // around a mark beside the picture
 constexpr double kWrong_px = 1.5;  // at a mark
@@ -160,8 +161,12 @@ Image Window(const Case& what, const MarkDrawing& drawing, const Vector2d& mark_
       window.At(col, row) = static_cast<float>(dark ? kDark : Picture(mm, seed));
     }
   for (int row = 0; row < strokes.height; ++row)
-    for (int col = 0; col < strokes.width; ++col)
-      window.At(col + left, row + top) += strokes.At(col, row) * contrast;
+    for (int col = 0; col < strokes.width; ++col) {
+      float& value = window.At(col + left, row + top);
+      const float full =
+          in_picture ? static_cast<float>(kPictureMean) + contrast - value : contrast;
+      value += strokes.At(col, row) * full;
+    }
   return window;
 }
 

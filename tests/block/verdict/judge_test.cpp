@@ -271,6 +271,21 @@ TEST_F(LiftImprecisionOf, APhotoThatSaysNothingOfItsPrecisionStaysAsItIs) {
   }
 }
 
+// With the points of one or two photos as a block's only control a wrong one would hardly show.
+TEST_F(LiftImprecisionOf, FewMeasuredPointsAreEnoughWhereTheBlockHasMoreControl) {
+  const Finding by_points{Reason::kByPointsAlone, Status::kWeak, 4, 6};
+  TiedPhoto photo = WellTied();
+  photo.control_points = 11;
+  result_ = Weak({by_points});
+  Lift(photo);
+  EXPECT_EQ(result_.status, Status::kWeak);
+  ExpectOnly(result_.findings, by_points);
+  photo.control_points = 12;
+  Lift(photo);
+  EXPECT_EQ(result_.status, Status::kOk);
+  EXPECT_TRUE(result_.findings.empty());
+}
+
 TEST_F(LiftImprecisionOf, FiveTiesLiftNothing) {
   TiedPhoto photo = WellTied();
   photo.ties_used = 5;
