@@ -205,9 +205,18 @@ Finding WithoutApproximation(const ExteriorRunOptions& options, const std::strin
                                    options.approximations, name));
 }
 
-// Where the points' pose shows no patches, but the approximation's does, or the whole photo: these
-// agree, as they would without points, and what these say of it is told. True where `photo` and
-// `start` now begin with the approximation.
+bool PointsContradict(const exterior::PhotoToOrient& photo, const PointStart& start,
+                      const ExteriorResult& found) {
+  const exterior::FilmPosition& position = PositionAs(photo.positions, found.orientation);
+  const auto off = exterior::JudgePointsUnder(
+      {photo.camera, position.photo_from_pixel, *found.pose, position.film_correction},
+      *found.covariance, start.points);
+  return off && off->at_best != Status::kOk;
+}
+
+// Where the points' pose shows no patches, but the approximation's does: these agree, and the
+// points are of another datum. Or the whole photo does, as it would without points, and these
+// agree. True where `photo` and `start` now begin with the approximation.
 bool IsFoundWithoutPoints(const ExteriorSetting& setting, const exterior::PhotoImage& image,
                           exterior::PhotoToOrient* photo, PointStart* start, ExteriorResult* result,
                           std::vector<patchdb::Patch>* patches, bool* widely) {
@@ -223,7 +232,7 @@ bool IsFoundWithoutPoints(const ExteriorSetting& setting, const exterior::PhotoI
   if (!vague) found = OrientAsStated(setting, without, image, &around);
   *widely = !found.pose;
   if (*widely) found = OrientWidely(setting, without, image, found, vague, &around);
-  if (!found.pose) return false;
+  if (!found.pose || (*widely && PointsContradict(without, *start, found))) return false;
   start->by_points.reset();
   *photo = std::move(without);
   *result = std::move(found);
