@@ -84,7 +84,7 @@ void LiftImprecision(const TiedPhoto& photo, ExteriorResult* result) {
     std::erase_if(result->findings, [](const Finding& finding) {
       return finding.reason == Reason::kPoorlyDetermined;
     });
-  if (result->status != Status::kWeak || photo.ties_used < kMinTies ||
+  if (result->status == Status::kFailed || photo.ties_used < kMinTies ||
       photo.tie_redundancy < kMinRedundancy)
     return;
   // Ties say nothing about the other findings.

@@ -35,7 +35,8 @@ Findings JudgeAgainstOwnPatches(const TiedPhoto& photo);
 
 // A photo that was weak only for its precision is judged by that of the block, if it comes from
 // ties and not only from the same few patches; so is one that was oriented by few measured points,
-// if the block has more control than those. Where that is poor, too, it is the only one told.
+// if the block has more control than those, and what they alone say of the precision is no longer
+// told. Where that of the block is poor, too, it is the only one told.
 void LiftImprecision(const TiedPhoto& photo, ExteriorResult* result);
 
 // `adjusted` by GNSS and approximations as observations, too; `held` without them. These make no

@@ -286,6 +286,16 @@ TEST_F(LiftImprecisionOf, FewMeasuredPointsAreEnoughWhereTheBlockHasMoreControl)
   EXPECT_TRUE(result_.findings.empty());
 }
 
+TEST_F(LiftImprecisionOf, WhatEnoughPointsAloneSaidIsNotToldOfTheBlocksPose) {
+  TiedPhoto photo = WellTied();
+  photo.control_points = 12;
+  result_.status = Status::kOk;
+  result_.findings = {{Reason::kByPointsAlone, Status::kOk, 7, 6}};
+  Lift(photo);
+  EXPECT_EQ(result_.status, Status::kOk);
+  EXPECT_TRUE(result_.findings.empty());
+}
+
 TEST_F(LiftImprecisionOf, FiveTiesLiftNothing) {
   TiedPhoto photo = WellTied();
   photo.ties_used = 5;
