@@ -159,6 +159,10 @@ exterior::OrientPhotoOptions OptionsOf(const ExteriorSetting& setting) {
   return options;
 }
 
+bool IsVague(const ExteriorSetting& setting, const PosePrior& prior) {
+  return exterior::IsVague(setting.camera.camera, prior, setting.surface.MeanHeight());
+}
+
 ExteriorResult OrientAsStated(const ExteriorSetting& setting, const exterior::PhotoToOrient& photo,
                               const exterior::PhotoImage& image,
                               std::vector<patchdb::Patch>* patches) {
@@ -192,6 +196,18 @@ ExteriorResult OrientWidely(const ExteriorSetting& setting, const exterior::Phot
   return result;
 }
 
+// Within the prior's accuracy, unless that is vague, and where nothing is found there, widely.
+ExteriorResult OrientFromPrior(const ExteriorSetting& setting, const exterior::PhotoToOrient& photo,
+                               const exterior::PhotoImage& image,
+                               std::vector<patchdb::Patch>* patches, bool* widely) {
+  const bool vague = IsVague(setting, photo.prior);
+  ExteriorResult result;
+  result.photo = photo.name;
+  if (!vague) result = OrientAsStated(setting, photo, image, patches);
+  *widely = !result.pose;
+  return *widely ? OrientWidely(setting, photo, image, result, vague, patches) : result;
+}
+
 // A DEM's heights that are wrong by less than this many pixels on the ground are not worth a word.
 constexpr double kHeightTolerancePx = 4;
 
@@ -205,15 +221,6 @@ Finding WithoutApproximation(const ExteriorRunOptions& options, const std::strin
                                    options.approximations, name));
 }
 
-bool PointsContradict(const exterior::PhotoToOrient& photo, const PointStart& start,
-                      const ExteriorResult& found) {
-  const exterior::FilmPosition& position = PositionAs(photo.positions, found.orientation);
-  const auto off = exterior::JudgePointsUnder(
-      {photo.camera, position.photo_from_pixel, *found.pose, position.film_correction},
-      *found.covariance, start.points);
-  return off && off->at_best != Status::kOk;
-}
-
 // Where the points' pose shows no patches, but the approximation's does: these agree, and the
 // points are of another datum. Or the whole photo does, as it would without points, and these
 // agree. True where `photo` and `start` now begin with the approximation.
@@ -225,14 +232,9 @@ bool IsFoundWithoutPoints(const ExteriorSetting& setting, const exterior::PhotoI
   without.prior = *start->approximation;
   without.accuracy_is_stated = start->approximation_is_stated;
   without.positions = start->positions;
-  const bool vague = exterior::IsVague(photo->camera, without.prior, setting.surface.MeanHeight());
   std::vector<patchdb::Patch> around;
-  ExteriorResult found;
-  found.photo = photo->name;
-  if (!vague) found = OrientAsStated(setting, without, image, &around);
-  *widely = !found.pose;
-  if (*widely) found = OrientWidely(setting, without, image, found, vague, &around);
-  if (!found.pose || (*widely && PointsContradict(without, *start, found))) return false;
+  ExteriorResult found = OrientFromPrior(setting, without, image, &around, widely);
+  if (!found.pose || (*widely && PointsContradict(setting, without, *start, found))) return false;
   start->by_points.reset();
   *photo = std::move(without);
   *result = std::move(found);
@@ -243,18 +245,18 @@ bool IsFoundWithoutPoints(const ExteriorSetting& setting, const exterior::PhotoI
 // By patches, within the prior's accuracy or beyond. The points' pose is dropped where patches and
 // approximation together contradict it.
 ExteriorResult OrientByPatches(const ExteriorSetting& setting, const exterior::PhotoImage& image,
-                               bool vague, exterior::PhotoToOrient* photo, PointStart* start,
+                               exterior::PhotoToOrient* photo, PointStart* start,
                                std::vector<patchdb::Patch>* patches) {
   ExteriorResult result;
   result.photo = photo->name;
-  if (!vague) result = OrientAsStated(setting, *photo, image, patches);
   exterior::OrientPhotoOptions as_oriented = OptionsOf(setting);
-  as_oriented.wide = !result.pose;
-  if (!result.pose && start->by_points) {
-    if (!IsFoundWithoutPoints(setting, image, photo, start, &result, patches, &as_oriented.wide))
+  if (!start->by_points) {
+    result = OrientFromPrior(setting, *photo, image, patches, &as_oriented.wide);
+  } else {
+    if (!IsVague(setting, photo->prior)) result = OrientAsStated(setting, *photo, image, patches);
+    if (!result.pose &&
+        !IsFoundWithoutPoints(setting, image, photo, start, &result, patches, &as_oriented.wide))
       OrientByPoints(setting, *photo, *start, &result);
-  } else if (!result.pose) {
-    result = OrientWidely(setting, *photo, image, result, vague, patches);
   }
   if (setting.options.principal_distance_sigma_mm && !Has(result.findings, Reason::kByPointsAlone))
     result = exterior::OrientWithPrincipalDistance(*photo, image, *patches, as_oriented, result,
@@ -304,8 +306,7 @@ ExteriorResult OrientOne(const ExteriorSetting& setting, const std::string& path
     without_heights.reset();
   }
   const PosePrior prior = *start.prior;
-  const bool vague = exterior::IsVague(setting.camera.camera, prior, setting.surface.MeanHeight());
-  if (!vague && without_heights)
+  if (!IsVague(setting, prior) && without_heights)
     return FailedAtStart(setting, raster, start, name, *without_heights);
 
   const exterior::PhotoImage image(raster, interior.negative);
@@ -317,7 +318,7 @@ ExteriorResult OrientOne(const ExteriorSetting& setting, const std::string& path
                                 CoveredAreas(setting.camera, setting.marks),
                                 &setting.surface};
   std::vector<patchdb::Patch> patches;
-  ExteriorResult result = OrientByPatches(setting, image, vague, &photo, &start, &patches);
+  ExteriorResult result = OrientByPatches(setting, image, &photo, &start, &patches);
   result.approximation = StartingPoseOf(photo.prior);
   CompareWithPoints(setting, photo, start, &result);
   const PhotoView expected{photo.camera, photo.positions.front().photo_from_pixel,

@@ -14,14 +14,21 @@
 namespace orient::block {
 namespace {
 
+// Of the difference between the points' pose and the approximation.
+const double kMostApart = ChiSquareLimit(6, 1e-4);
+double Apart(const PosePrior& points, const PosePrior& approximation) {
+  const Vector6d off = PoseDifference(points.pose, approximation.pose);
+  const Matrix6d sum = approximation.covariance + points.covariance;
+  return off.dot(sum.ldlt().solve(off));
+}
+
+PosePrior PriorOf(const exterior::PointPose& points) { return {points.pose, points.covariance}; }
+
 // Where the points' pose lies outside of what the approximation allows.
 std::optional<Finding> AgainstApproximation(const PointStart& start) {
-  static const double limit = ChiSquareLimit(6, 1e-4);
   if (!start.approximation || !start.approximation_is_stated) return std::nullopt;
-  const Vector6d off = PoseDifference(start.by_points->pose, start.approximation->pose);
-  const Matrix6d sum = start.approximation->covariance + start.by_points->covariance;
-  const double chi2 = off.dot(sum.ldlt().solve(off));
-  if (!(chi2 > limit)) return std::nullopt;
+  const double chi2 = Apart(PriorOf(*start.by_points), *start.approximation);
+  if (!(chi2 > kMostApart)) return std::nullopt;
   return Finding{.reason = Reason::kContradictsApproximation,
                  .at_best = Status::kWeak,
                  .value = std::sqrt(chi2),
@@ -30,11 +37,9 @@ std::optional<Finding> AgainstApproximation(const PointStart& start) {
 
 // What both say together, where they do not contradict one another; otherwise the points alone.
 PosePrior WithApproximation(const PosePrior& points, const PosePrior& approximation) {
-  static const double limit = ChiSquareLimit(6, 1e-4);
   const auto stated = StatedElements(approximation);
+  if (stated.empty() || !(Apart(points, approximation) <= kMostApart)) return points;
   const Vector6d off = PoseDifference(points.pose, approximation.pose);
-  const Matrix6d sum = points.covariance + approximation.covariance;
-  if (stated.empty() || !(off.dot(sum.ldlt().solve(off)) <= limit)) return points;
   Matrix6d information = Matrix6d::Zero();
   const Eigen::MatrixXd known = approximation.covariance(stated, stated);
   const Eigen::MatrixXd inverse = known.inverse();
@@ -72,6 +77,21 @@ std::optional<Finding> AgainstDem(const ExteriorSetting& setting, const PointSta
                  .where = median_m > 0 ? "above" : "below"};
 }
 
+// What the measured points say of the pose that was found, without those that are named as wrong.
+std::optional<Finding> PointsUnder(const ExteriorSetting& setting,
+                                   const exterior::PhotoToOrient& photo, const PointStart& start,
+                                   const ExteriorResult& found) {
+  const exterior::FilmPosition& position = PositionAs(photo.positions, found.orientation);
+  auto points = PointsOf(setting.options.measurements, photo.name, position);
+  for (std::size_t i = points.size(); i-- > 0 && start.by_points;)
+    if (points[i].control && !start.by_points->used[i])
+      points.erase(points.begin() + static_cast<std::ptrdiff_t>(i));
+  if (points.empty()) return std::nullopt;
+  const PhotoView view{photo.camera, position.photo_from_pixel, *found.pose,
+                       position.film_correction};
+  return exterior::JudgePointsUnder(view, *found.covariance, points);
+}
+
 // Of patches that were searched for in vain; few tell nothing.
 std::optional<Finding> WithoutPatches(const ExteriorResult& tried) {
   constexpr std::size_t kTelling = 20;
@@ -106,14 +126,14 @@ PointStart StartOf(const ExteriorSetting& setting, const std::string& name,
       setting.camera.camera, interior->positions, start.prior, start.points);
   start.findings = std::move(resection.findings);
   if (!resection.found) return start;
-  const bool alone = !resection.with_prior;
   start.by_points = std::move(resection.found);
   if (approximation)
     exterior::LetPriorDecidePosition(interior->positions, *approximation,
                                      &start.by_points->position, &start.by_points->pose);
   interior->positions = {start.by_points->position};
-  start.prior = PosePrior{start.by_points->pose, start.by_points->covariance};
-  if (alone && approximation) start.prior = WithApproximation(*start.prior, *approximation);
+  start.prior = PriorOf(*start.by_points);
+  if (approximation && !resection.with_prior)
+    start.prior = WithApproximation(*start.prior, *approximation);
   start.stated = true;
   return start;
 }
@@ -152,20 +172,18 @@ void CompareWithPoints(const ExteriorSetting& setting, const exterior::PhotoToOr
     exterior::Add(
         {.reason = Reason::kStartedByPoints, .value = static_cast<double>(start.by_points->Used())},
         result);
-  const exterior::FilmPosition& position = PositionAs(photo.positions, result->orientation);
-  auto points = PointsOf(setting.options.measurements, photo.name, position);
-  for (std::size_t i = points.size(); i-- > 0 && start.by_points;)
-    if (points[i].control && !start.by_points->used[i])
-      points.erase(points.begin() + static_cast<std::ptrdiff_t>(i));  // named already
   for (Finding finding : start.findings) {
     if (result->pose) finding.at_best = Status::kOk;  // by other means
     exterior::Add(finding, result);
   }
-  if (!result->pose || points.empty()) return;
-  const PhotoView view{photo.camera, position.photo_from_pixel, *result->pose,
-                       position.film_correction};
-  if (const auto off = exterior::JudgePointsUnder(view, *result->covariance, points))
-    exterior::Add(*off, result);
+  if (!result->pose) return;
+  if (const auto off = PointsUnder(setting, photo, start, *result)) exterior::Add(*off, result);
+}
+
+bool PointsContradict(const ExteriorSetting& setting, const exterior::PhotoToOrient& photo,
+                      const PointStart& start, const ExteriorResult& found) {
+  const auto off = PointsUnder(setting, photo, start, found);
+  return off && off->at_best != Status::kOk;
 }
 
 std::vector<OverviewItem> ClickedPoints(const PointStart& start) {

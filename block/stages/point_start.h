@@ -48,6 +48,10 @@ void OrientByPoints(const ExteriorSetting& setting, const exterior::PhotoToOrien
 void CompareWithPoints(const ExteriorSetting& setting, const exterior::PhotoToOrient& photo,
                        const PointStart& start, ExteriorResult* result);
 
+// Whether most of the photo's points lie beside the pose that was found.
+bool PointsContradict(const ExteriorSetting& setting, const exterior::PhotoToOrient& photo,
+                      const PointStart& start, const ExteriorResult& found);
+
 // Where they were clicked: those that start the search are used, the others rejected.
 std::vector<OverviewItem> ClickedPoints(const PointStart& start);
 

@@ -206,7 +206,7 @@ PointPose PoseOf(const FilmPosition& position, const PointAdjuster& adjuster, co
 }
 
 PointResection Failed(Reason reason, std::string where, double value = 0, double limit = 0) {
-  return {std::nullopt, false, {{reason, Status::kFailed, value, limit, std::move(where)}}};
+  return {std::nullopt, {{reason, Status::kFailed, value, limit, std::move(where)}}};
 }
 
 // By the points alone, or with the prior, in all ways that the film may lie.
@@ -245,7 +245,7 @@ PointResection Decide(const Camera& camera, const std::vector<FilmPosition>& pos
     doubtful.erase(std::unique(doubtful.begin(), doubtful.end()), doubtful.end());
     return Failed(Reason::kPointsContradictOneAnother, NamesOf(given, doubtful));
   }
-  PointResection answer{ways[0].pose, false, {}};
+  PointResection answer{ways[0].pose, {}};
   if (!wrong.empty())
     answer.findings.push_back({.reason = Reason::kPointsWrong,
                                .value = static_cast<double>(wrong.size()),

@@ -34,8 +34,8 @@ struct PointPose {
 
 struct PointResection {
   std::optional<PointPose> found;  // empty: why, is the only finding
-  bool with_prior = false;         // the prior is in its pose
   Findings findings;               // wrong points by name
+  bool with_prior = false;         // the prior is in the pose
 };
 
 // Without `prior` four points at least; five, to find a wrong one. With it three, and four. It is

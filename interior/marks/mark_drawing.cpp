@@ -204,6 +204,14 @@ void CheckShape(const MarkShape& shape, const Matrix2d& pixel_from_mm) {
     throw std::invalid_argument("RenderMark: the drawing has no elements");
 }
 
+// Of each element, mm; those of a picture are unknown.
+std::vector<double> StrokesOf(const MarkShape& shape) {
+  if (shape.picture || shape.drawing.elements.empty()) return {0.1};
+  std::vector<double> strokes;
+  for (const MarkElement& e : shape.drawing.elements) strokes.push_back(Thickness(e));
+  return strokes;
+}
+
 }  // namespace
 
 double MarkRadius(const MarkShape& shape) {
@@ -215,19 +223,9 @@ double MarkRadius(const MarkShape& shape) {
   return radius;
 }
 
-double ThinnestStroke(const MarkShape& shape) {
-  if (shape.picture || shape.drawing.elements.empty()) return 0.1;
-  double stroke = std::numeric_limits<double>::infinity();
-  for (const MarkElement& e : shape.drawing.elements) stroke = std::min(stroke, Thickness(e));
-  return stroke;
-}
+double ThinnestStroke(const MarkShape& shape) { return std::ranges::min(StrokesOf(shape)); }
 
-double WidestStroke(const MarkShape& shape) {
-  if (shape.picture || shape.drawing.elements.empty()) return 0.1;
-  double stroke = 0;
-  for (const MarkElement& e : shape.drawing.elements) stroke = std::max(stroke, Thickness(e));
-  return stroke;
-}
+double WidestStroke(const MarkShape& shape) { return std::ranges::max(StrokesOf(shape)); }
 
 double StrokeDistance(const MarkDrawing& drawing, const Vector2d& point_mm) {
   double distance = std::numeric_limits<double>::infinity();

@@ -3,13 +3,13 @@
 //
 //   interior_strokes SCANS [--read-as CAMERA] [CAMERA...]
 //
-// Simulates SCANS scans a case (the same ones every time) of cameras of the library, by default all
-// whose marks have strokes (no mere dots, squares or notches) but those with alike marks in other
-// places: strokes of 0.6 to 4 pixels; scanners that blur by 0.3
-// to 1 pixel, sharpen, or show the marks by no more than three sigma of the grain. Printed are how
-// many were `ok`, how many of these were wrong (a corner of the marks by more than a pixel and a
-// half, or another polarity), the share of the marks that were used, their root mean square error,
-// their errors over their sigmas, and the share of coordinates more than three sigmas off.
+// Simulates SCANS scans a case (the same ones every time) of cameras of the library, by default
+// all whose marks have strokes (no mere dots, squares or notches) but those with alike marks in
+// other places: strokes of 0.6 to 4 pixels; scanners that blur by 0.3 to 1 pixel, sharpen, or show
+// the marks by no more than three sigma of the grain. Printed are how many were `ok`, how many of
+// these were wrong (a corner of the marks by more than a pixel and a half, or another polarity),
+// the share of the marks that were used, their root mean square error, their errors over their
+// sigmas, and the share of coordinates more than three sigmas off.
 // --read-as: the scans are read with the file of another camera, whose marks look or lie
 // differently.
 #include <gdal_priv.h>
