@@ -44,6 +44,30 @@ if(ORIENT_FUZZ)
                       -fno-sanitize-recover=float-cast-overflow -D_GLIBCXX_ASSERTIONS)
 endif()
 
+# What a sanitizer looks at is the libraries that read, compute and store; what calls them need not be
+# compiled once more.
+set(ORIENT_OBJECTS_OF "" CACHE PATH
+    "Another build of the same sources whose tests and commands are linked instead of compiled anew")
+
+# orient_other_objects(target binary_folder sources_variable): the sources become the objects that
+# the other build has made of them for this target.
+function(orient_other_objects target folder variable)
+  set(sources ${${variable}})
+  list(TRANSFORM sources REPLACE "^${CMAKE_CURRENT_SOURCE_DIR}/(.*)$"
+       "${ORIENT_OBJECTS_OF}/${folder}CMakeFiles/${target}.dir/\\1.o")
+  set_source_files_properties(${sources} PROPERTIES EXTERNAL_OBJECT TRUE GENERATED TRUE)
+  set(${variable} ${sources} PARENT_SCOPE)
+endfunction()
+
+# Inline functions are in the other build's objects and in this build's libraries, and the linker
+# takes the first: so all of the libraries stand before the objects.
+function(orient_libraries_first target)
+  get_property(libraries GLOBAL PROPERTY ORIENT_LIBRARIES)
+  list(TRANSFORM libraries REPLACE "(.+)" "$<TARGET_FILE:\\1>" OUTPUT_VARIABLE files)
+  target_link_options(${target} PRIVATE LINKER:--whole-archive ${files} LINKER:--no-whole-archive)
+  target_link_libraries(${target} PRIVATE ${libraries})
+endfunction()
+
 # Warnings are errors where CMAKE_COMPILE_WARNING_AS_ERROR says so (preset `ci`).
 function(orient_compile_options target)
   target_compile_options(${target} PRIVATE -Wall -Wextra -Wpedantic -Wshadow -Wconversion
@@ -66,6 +90,13 @@ endfunction()
 function(orient_library name folder)
   file(GLOB_RECURSE sources CONFIGURE_DEPENDS ${PROJECT_SOURCE_DIR}/${folder}/*.cpp)
   list(FILTER sources EXCLUDE REGEX "/main\\.cpp$|/bench/")
+  if(ORIENT_OBJECTS_OF)  # commands read options and print, the simulator reads no stranger's files
+    set(callers ${sources})
+    list(FILTER callers INCLUDE REGEX "/tools/(commands|simulate)/")
+    list(FILTER sources EXCLUDE REGEX "/tools/(commands|simulate)/")
+    orient_other_objects(${name} "" callers)
+    list(APPEND sources ${callers})
+  endif()
   add_library(${name} STATIC ${sources})
   string(REPLACE "orient_" "" room ${name})
   add_library(orient::${room} ALIAS ${name})

@@ -188,8 +188,8 @@ std::string NotTried(const std::vector<KnownCamera>& cameras,
                         kMostMarksOfUnknownCamera, fmt::join(many, ", "));
   if (!unlike.empty())
     said += fmt::format(
-        " Not tried, because at the stated pixel size their films are much smaller or larger than "
-        "the scan: {}.",
+        " Not tried, because at the stated pixel size their marks do not fit on the scan or "
+        "their films are a small part of it: {}.",
         fmt::join(unlike, ", "));
   return said;
 }
@@ -250,10 +250,10 @@ bool HaveSameMarks(const KnownCamera& a, const KnownCamera& b) {
   return true;
 }
 
-// Whether the camera's marks cannot all lie on the scan at the stated pixel size, or its film is a
-// small part of the scan, on a scanner bed. Such a film is searched for everywhere, or at many
-// pixel sizes, which takes as long as all other cameras together: worth it only where none of those
-// fits.
+// Whether the camera's marks do not fit on the scan at the stated pixel size (MarksFitScan), or its
+// film is a small part of the scan, on a scanner bed. Such a film is searched for everywhere, or at
+// many pixel sizes, which takes as long as all other cameras together: worth it only where none of
+// those fits.
 bool IsTriedLast(const Raster& scan, const CameraFile& camera, std::optional<double> stated_um) {
   constexpr double kMostScanSides = 1.6;  // of the frame's side
   if (!stated_um) return false;

@@ -234,8 +234,12 @@ bool IsFoundWithoutPoints(const ExteriorSetting& setting, const exterior::PhotoI
   without.positions = start->positions;
   std::vector<patchdb::Patch> around;
   ExteriorResult found = OrientFromPrior(setting, without, image, &around, widely);
-  if (!found.pose || (*widely && PointsContradict(setting, without, *start, found))) return false;
-  start->by_points.reset();
+  if (!found.pose) return false;
+  if (PointsContradict(setting, without, *start, found)) {
+    if (*widely) return false;
+    start->by_points.reset();
+  }
+  start->by_points_began = false;
   *photo = std::move(without);
   *result = std::move(found);
   *patches = std::move(around);

@@ -35,10 +35,10 @@ std::optional<Finding> AgainstApproximation(const PointStart& start) {
                  .where = "the points' coordinates are"};
 }
 
-// What both say together, where they do not contradict one another; otherwise the points alone.
-PosePrior WithApproximation(const PosePrior& points, const PosePrior& approximation) {
+// What both say together; empty where they contradict one another.
+std::optional<PosePrior> Together(const PosePrior& points, const PosePrior& approximation) {
   const auto stated = StatedElements(approximation);
-  if (stated.empty() || !(Apart(points, approximation) <= kMostApart)) return points;
+  if (stated.empty() || !(Apart(points, approximation) <= kMostApart)) return std::nullopt;
   const Vector6d off = PoseDifference(points.pose, approximation.pose);
   Matrix6d information = Matrix6d::Zero();
   const Eigen::MatrixXd known = approximation.covariance(stated, stated);
@@ -48,7 +48,7 @@ PosePrior WithApproximation(const PosePrior& points, const PosePrior& approximat
   const Vector6d move = -covariance * (information * off);
   Pose pose{points.pose.position_m + move.head<3>(), points.pose.opk_rad + move.tail<3>()};
   for (double& angle : pose.opk_rad) angle = NormalizeAngle(angle);
-  return {pose, 0.5 * (covariance + covariance.transpose())};
+  return PosePrior{pose, 0.5 * (covariance + covariance.transpose())};
 }
 
 // Where the points' heights and the DEM's differ as a whole.
@@ -77,14 +77,15 @@ std::optional<Finding> AgainstDem(const ExteriorSetting& setting, const PointSta
                  .where = median_m > 0 ? "above" : "below"};
 }
 
-// What the measured points say of the pose that was found, without those that are named as wrong.
+// What the measured points, with check points or without, say of the pose that was found; not those
+// that are named as wrong.
 std::optional<Finding> PointsUnder(const ExteriorSetting& setting,
                                    const exterior::PhotoToOrient& photo, const PointStart& start,
-                                   const ExteriorResult& found) {
+                                   const ExteriorResult& found, bool checks) {
   const exterior::FilmPosition& position = PositionAs(photo.positions, found.orientation);
   auto points = PointsOf(setting.options.measurements, photo.name, position);
-  for (std::size_t i = points.size(); i-- > 0 && start.by_points;)
-    if (points[i].control && !start.by_points->used[i])
+  for (std::size_t i = points.size(); i-- > 0;)
+    if (points[i].control ? start.by_points && !start.by_points->used[i] : !checks)
       points.erase(points.begin() + static_cast<std::ptrdiff_t>(i));
   if (points.empty()) return std::nullopt;
   const PhotoView view{photo.camera, position.photo_from_pixel, *found.pose,
@@ -131,15 +132,20 @@ PointStart StartOf(const ExteriorSetting& setting, const std::string& name,
     exterior::LetPriorDecidePosition(interior->positions, *approximation,
                                      &start.by_points->position, &start.by_points->pose);
   interior->positions = {start.by_points->position};
+  start.by_points_began = true;
   start.prior = PriorOf(*start.by_points);
-  if (approximation && !resection.with_prior)
-    start.prior = WithApproximation(*start.prior, *approximation);
-  start.stated = true;
+  const auto together = approximation && !resection.with_prior
+                            ? Together(*start.prior, *approximation)
+                            : std::nullopt;
+  if (together) start.prior = together;
+  // An accuracy that nobody stated does not become one by what points add to it.
+  if (!together && !resection.with_prior) start.stated = true;
   return start;
 }
 
 void DropPoints(PointStart* start, ScanInterior* interior) {
   start->by_points.reset();
+  start->by_points_began = false;
   start->prior = start->approximation;
   start->stated = start->approximation_is_stated;
   interior->positions = start->positions;
@@ -168,7 +174,7 @@ void OrientByPoints(const ExteriorSetting& setting, const exterior::PhotoToOrien
 
 void CompareWithPoints(const ExteriorSetting& setting, const exterior::PhotoToOrient& photo,
                        const PointStart& start, ExteriorResult* result) {
-  if (start.by_points && result->pose && !Has(result->findings, Reason::kByPointsAlone))
+  if (start.by_points_began && result->pose && !Has(result->findings, Reason::kByPointsAlone))
     exterior::Add(
         {.reason = Reason::kStartedByPoints, .value = static_cast<double>(start.by_points->Used())},
         result);
@@ -177,12 +183,13 @@ void CompareWithPoints(const ExteriorSetting& setting, const exterior::PhotoToOr
     exterior::Add(finding, result);
   }
   if (!result->pose) return;
-  if (const auto off = PointsUnder(setting, photo, start, *result)) exterior::Add(*off, result);
+  if (const auto off = PointsUnder(setting, photo, start, *result, true))
+    exterior::Add(*off, result);
 }
 
 bool PointsContradict(const ExteriorSetting& setting, const exterior::PhotoToOrient& photo,
                       const PointStart& start, const ExteriorResult& found) {
-  const auto off = PointsUnder(setting, photo, start, found);
+  const auto off = PointsUnder(setting, photo, start, found, false);
   return off && off->at_best != Status::kOk;
 }
 

@@ -18,8 +18,9 @@ namespace orient::block {
 // What starts a photo's search: its approximation, or its measured ground points.
 struct PointStart {
   std::optional<PosePrior> prior = {};
-  std::optional<PosePrior> approximation = {};  // as given, whatever the points say
-  std::optional<exterior::PointPose> by_points = {};
+  std::optional<PosePrior> approximation = {};         // as given, whatever the points say
+  std::optional<exterior::PointPose> by_points = {};   // unless what was found contradicts it
+  bool by_points_began = false;                        // the search for patches
   std::vector<exterior::FilmPosition> positions = {};  // all that the marks leave open
   std::vector<exterior::MeasuredPoint> points = {};    // control and check points measured in it
   Findings findings = {};                              // of the points
@@ -36,7 +37,7 @@ PointStart StartOf(const ExteriorSetting& setting, const std::string& name,
                    const std::optional<PosePrior>& approximation, bool stated,
                    ScanInterior* interior);
 
-// Begins with the approximation, which there is: the points' pose is another place's.
+// Begins with the approximation, which there is, and believes none of the points.
 void DropPoints(PointStart* start, ScanInterior* interior);
 
 // The photo's pose by its measured points, where patches gave none: `start` has one. `result`: what
@@ -48,7 +49,7 @@ void OrientByPoints(const ExteriorSetting& setting, const exterior::PhotoToOrien
 void CompareWithPoints(const ExteriorSetting& setting, const exterior::PhotoToOrient& photo,
                        const PointStart& start, ExteriorResult* result);
 
-// Whether most of the photo's points lie beside the pose that was found.
+// Whether most of the photo's control points lie beside the pose that was found.
 bool PointsContradict(const ExteriorSetting& setting, const exterior::PhotoToOrient& photo,
                       const PointStart& start, const ExteriorResult& found);
 

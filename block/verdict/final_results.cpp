@@ -219,7 +219,7 @@ ExteriorResult Final(const AdjustmentInputs& inputs, const AdjustedBlock& adjust
   const PhotoView view = WithOwnFilm(inputs, adjusted, photo);
   const double height_m = GroundHeightUnder(inputs.surface, view.camera, view.pose);
   const double pixel_m = view.GroundPixel(height_m);
-  tied.control_points = part->control_points;
+  tied.control_elsewhere = part->control_points - sightings.control;
   tied.worst_sigma_px = exterior::WorstProjectionSigma(view, now.covariance, height_m);
   if (file.exterior.target_m) tied.target_px = *file.exterior.target_m / pixel_m;
   const Findings left_open = file.by_neighbours ? JudgeTied(tied) : Findings();
@@ -252,14 +252,21 @@ ExteriorResult Final(const AdjustmentInputs& inputs, const AdjustedBlock& adjust
   return result;
 }
 
+// Whether a photo's pose rests on control of its own and not on its neighbours'.
+bool HoldsOthers(const BlockPhotoFile& photo, const ExteriorResult& result, int control) {
+  const Findings& alone = photo.exterior.findings;
+  return !photo.by_neighbours && result.status == Status::kOk && control > 0 &&
+         std::none_of(alone.begin(), alone.end(), IsByFewPoints);
+}
+
 // A photo that depends on others is no better than they: where none of those it is connected with
-// is ok by patches of its own, it is weak.
+// is ok by control of its own, it is weak.
 void JudgeHanging(const AdjustmentInputs& inputs, const AdjustedBlock& adjusted,
                   const std::vector<Sightings>& sightings, std::vector<ExteriorResult>* results) {
   std::set<int> held;
   for (std::size_t i = 0; i < adjusted.photo_of.size(); ++i)
-    if (!inputs.photos[adjusted.photo_of[i]].by_neighbours &&
-        (*results)[adjusted.photo_of[i]].status == Status::kOk && sightings[i].control > 0)
+    if (HoldsOthers(inputs.photos[adjusted.photo_of[i]], (*results)[adjusted.photo_of[i]],
+                    sightings[i].control))
       held.insert(adjusted.result.photos[i].part);
   for (std::size_t i = 0; i < adjusted.photo_of.size(); ++i) {
     ExteriorResult& result = (*results)[adjusted.photo_of[i]];

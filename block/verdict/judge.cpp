@@ -13,7 +13,7 @@ namespace orient::block {
 
 namespace {
 
-// Of a block, so that a wrong measured point shows.
+// Besides a photo's own measured points, so that its ties tell whether these are wrong.
 constexpr int kLeastControl = 2 * exterior::kLeastPointsAlone;
 constexpr int kMinTies = 6;           // of a photo whose own patches are not enough
 constexpr double kMinRedundancy = 6;  // of its ties together: below, none could be told wrong
@@ -31,6 +31,10 @@ bool OwnPatchesContradict(const OwnPatches& own) {
 }
 
 }  // namespace
+
+bool IsByFewPoints(const Finding& finding) {
+  return finding.reason == Reason::kByPointsAlone && finding.at_best != Status::kOk;
+}
 
 bool TiesContradict(const TiedPhoto& photo) {
   return photo.comparable >= kMinTies && 2 * photo.ties_used < photo.comparable;
@@ -76,10 +80,6 @@ Findings JudgeAgainstOwnPatches(const TiedPhoto& photo) {
 }
 
 void LiftImprecision(const TiedPhoto& photo, ExteriorResult* result) {
-  const auto lifted = [&](const Finding& finding) {
-    return exterior::ConcernsPrecision(finding) ||
-           (finding.reason == Reason::kByPointsAlone && photo.control_points >= kLeastControl);
-  };
   if (!(photo.worst_sigma_px <= photo.target_px))
     std::erase_if(result->findings, [](const Finding& finding) {
       return finding.reason == Reason::kPoorlyDetermined;
@@ -87,8 +87,15 @@ void LiftImprecision(const TiedPhoto& photo, ExteriorResult* result) {
   if (result->status == Status::kFailed || photo.ties_used < kMinTies ||
       photo.tie_redundancy < kMinRedundancy)
     return;
+  for (Finding& finding : result->findings)
+    if (IsByFewPoints(finding) && photo.control_elsewhere < kLeastControl)
+      finding = {Reason::kLittleOtherControl, Status::kWeak,
+                 static_cast<double>(photo.control_elsewhere), kLeastControl};
   // Ties say nothing about the other findings.
-  if (std::erase_if(result->findings, lifted) > 0) result->status = StatusOf(result->findings);
+  if (std::erase_if(result->findings, [](const Finding& finding) {
+        return exterior::ConcernsPrecision(finding) || finding.reason == Reason::kByPointsAlone;
+      }) > 0)
+    result->status = StatusOf(result->findings);
 }
 
 void HoldTo(const ExteriorResult& held, ExteriorResult* adjusted) {

@@ -19,8 +19,11 @@ struct TiedPhoto {
   double target_px = 1;       // what that may be at most in a photo that is ok
   double moved_chi2 = 0;      // from where its own patches put it; six degrees of freedom
   OwnPatches own = {};        // where they are held off the pose that is in worst_sigma_px
-  int control_points = 0;     // used, of all photos that it is connected with
+  int control_elsewhere = 0;  // points and patches used in its part that it does not show itself
 };
+
+// Oriented by measured points that are too few, too imprecise or unchecked to be believed alone.
+bool IsByFewPoints(const Finding& finding);
 
 // Ties enough, more than half of them contradicting the pose.
 bool TiesContradict(const TiedPhoto& photo);
@@ -34,9 +37,9 @@ Findings JudgeTied(const TiedPhoto& photo);
 Findings JudgeAgainstOwnPatches(const TiedPhoto& photo);
 
 // A photo that was weak only for its precision is judged by that of the block, if it comes from
-// ties and not only from the same few patches; so is one that was oriented by few measured points,
-// if the block has more control than those, and what they alone say of the precision is no longer
-// told. Where that of the block is poor, too, it is the only one told.
+// ties and not only from the same few patches. Where that of the block is poor, too, it is the only
+// one told. So is one that was oriented by few measured points, if there is control enough besides:
+// otherwise that there is not is told, instead of what the points alone say of another pose.
 void LiftImprecision(const TiedPhoto& photo, ExteriorResult* result);
 
 // `adjusted` by GNSS and approximations as observations, too; `held` without them. These make no

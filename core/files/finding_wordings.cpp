@@ -202,6 +202,9 @@ const std::vector<Wording>& Wordings() {  // NOLINT(readability-function-size): 
       {Reason::kByPointsAlone, "by_points_alone",
        "oriented by {value:.0f} measured ground points alone ({limit:.0f} are needed without "
        "patches): {where}"},
+      {Reason::kLittleOtherControl, "little_other_control",
+       "oriented by measured ground points and ties: the block has {value:.0f} control points and "
+       "patches besides its own, {limit:.0f} would show whether these are right"},
       {Reason::kPatchesNotThere, "patches_not_there",
        "the {value:.0f} patches of its area do not confirm it: {where}"},
       {Reason::kPointsOffDem, "points_off_dem",

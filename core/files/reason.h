@@ -86,6 +86,7 @@ enum class Reason {
   kPointsWrong,
   kPointsOffPose,
   kByPointsAlone,
+  kLittleOtherControl,
   kPatchesNotThere,
   kPointsOffDem,
   kMeasuredMarksContradict,

@@ -19,7 +19,10 @@ constexpr double kSignificance = 1e-4;
 constexpr int kLeastPoints = 4, kLeastWithPrior = 3;
 // Sets without the same number of points: the best by so much in chi-square is beyond doubt.
 constexpr double kBeyondDoubt = 20;
-constexpr std::size_t kBeam = 12;          // sets that lose a further point
+// Sets that lose a further point, and of how many points each: any, where all are few; of many
+// points those with the largest residuals, or a dozen wrong ones would take an hour.
+constexpr std::size_t kBeam = 12, kMany = 12;
+constexpr std::size_t kBeamOfMany = 3, kLosersOfMany = 6;
 constexpr std::size_t kMostTriples = 200;  // that first poses are made from
 constexpr std::size_t kStarts = 8;
 
@@ -145,6 +148,21 @@ class PointAdjuster {
   std::vector<Pose> starts_;
 };
 
+// In the order in which they are suspected, by residuals in units of what the observations'
+// redundancy leaves of their errors; all of few, the first of many.
+std::vector<std::size_t> Suspects(const Fit& fit) {
+  std::vector<std::pair<double, std::size_t>> order;
+  for (std::size_t k = 0; k < fit.points.size(); ++k) {
+    const double share = std::max(0.05, 0.5 * fit.result.redundancy[k]);
+    order.emplace_back(-fit.result.residuals_mm[k].norm() / std::sqrt(share), k);
+  }
+  std::sort(order.begin(), order.end());
+  if (order.size() > kMany) order.resize(kLosersOfMany);
+  std::vector<std::size_t> suspects;
+  for (const auto& [by, k] : order) suspects.push_back(k);
+  return suspects;
+}
+
 // The largest sets that pass, the best first.
 std::vector<Fit> LargestSets(const PointAdjuster& adjuster, const Set& all) {
   std::vector<Set> sets = {all};
@@ -158,16 +176,16 @@ std::vector<Fit> LargestSets(const PointAdjuster& adjuster, const Set& all) {
                  [](const Fit& fit) { return fit.passes; });
     if (!passing.empty()) return passing;
     std::set<Set> fewer;
-    const auto lose_one = [&](const Set& set) {
-      for (std::size_t k = 0; k < set.size(); ++k) {
-        Set less = set;
-        less.erase(less.begin() + static_cast<std::ptrdiff_t>(k));
-        fewer.insert(std::move(less));
-      }
+    const auto lose = [&](const Set& set, std::size_t k) {
+      Set less = set;
+      less.erase(less.begin() + static_cast<std::ptrdiff_t>(k));
+      fewer.insert(std::move(less));
     };
-    for (std::size_t f = 0; f < std::min(kBeam, fits.size()); ++f) lose_one(fits[f].points);
-    if (fits.empty())
-      for (const Set& set : sets) lose_one(set);
+    const std::size_t beam = sets.front().size() > kMany ? kBeamOfMany : kBeam;
+    for (std::size_t f = 0; f < std::min(beam, fits.size()); ++f)
+      for (const std::size_t k : Suspects(fits[f])) lose(fits[f].points, k);
+    for (std::size_t s = 0; s < sets.size() && fits.empty(); ++s)
+      for (std::size_t k = 0; k < sets[s].size(); ++k) lose(sets[s], k);
     const bool any = !fewer.empty() && fewer.begin()->size() >= kLeastWithPrior;
     sets = any ? std::vector<Set>(fewer.begin(), fewer.end()) : std::vector<Set>();
   }

@@ -231,8 +231,6 @@ constexpr double kRebateMm = 60;
 // What is found on the bed may be the film or the exposed frame.
 constexpr double kLeastOfRectangle = 0.85;
 constexpr size_t kMostRegions = 4;
-// Below these a reading is not accepted (set_evidence.h).
-constexpr double kAcceptedNats = 9, kSureMargin = 3;
 
 Vector2d Sorted(const Vector2d& size) { return {size.minCoeff(), size.maxCoeff()}; }
 
@@ -260,7 +258,7 @@ class FilmReadings {
     }
     if (readings_.empty()) Add(whole_);
     FilmReading best = ChooseAlsoBeyondWindows();
-    const bool sure = best.best.nats >= kAcceptedNats && best.margin > kSureMargin;
+    const bool sure = best.best.nats >= MinSetNats(4) && best.margin > kMinMarginNats;
     if (on_bed || sure) return best;
     AddFilmOnBed();
     return ChooseAlsoBeyondWindows();
@@ -317,8 +315,8 @@ class FilmReadings {
     constexpr double kInsideMm = 2.5;
     const auto all = static_cast<int>(reading.marks.size());
     if (reading.best.Matched() < std::max(4, all) || reading.best.nats < kBeyondRivals ||
-        reading.best.nats < MinSetNats(all) || reading.margin <= kSureMargin ||
-        reading.scanner_margin <= kSureMargin)
+        reading.best.nats < MinSetNats(all) || reading.margin <= kMinMarginNats ||
+        reading.scanner_margin <= kMinMarginNats)
       return false;
     for (size_t i = 0; i < reading.marks.size(); ++i) {
       const AssignmentMark& mark = reading.marks[i];

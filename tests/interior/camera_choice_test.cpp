@@ -116,8 +116,8 @@ TEST_F(CameraChoiceTest, CamerasThatWereNotTriedAreNamed) {
   const auto found = Choose({Reading(cameras_, wide_, 12), Reading(cameras_, tele_, 12)}).result;
   EXPECT_TRUE(Says(found, said)) << JoinedSentences(found.findings);
   EXPECT_TRUE(Says(found,
-                   "Not tried, because at the stated pixel size their films are much smaller or "
-                   "larger than the scan: inner, eight."));
+                   "Not tried, because at the stated pixel size their marks do not fit on the scan "
+                   "or their films are a small part of it: inner, eight."));
   const auto unknown = Choose({Reading(cameras_, wide_, 2, Status::kFailed)}).result;
   EXPECT_TRUE(Says(unknown, said)) << JoinedSentences(unknown.findings);
   EXPECT_TRUE(Says(unknown, "none of the cameras tried (1)"));

@@ -125,6 +125,41 @@ TEST_F(FinalResultsOf, WhatWasWeakForItsPrecisionOnlyIsOkByItsTies) {
   EXPECT_EQ(results[1].findings[0].reason, Reason::kContradictsApproximation);
 }
 
+// Photos that only the block makes ok hold no others: each would be the other's reason.
+TEST_F(FinalResultsOf, AByNeighboursPhotoIsNotOkByPhotosThatOnlyTheBlockMakesOk) {
+  const auto depend = [&](const Finding& alone) {
+    for (BlockPhotoFile& photo : photos_) {
+      photo.exterior.status = StatusOf({alone});
+      photo.exterior.findings = {alone};
+    }
+    photos_[1].by_neighbours = true;
+    photos_[1].exterior.status = Status::kOk;
+    photos_[1].exterior.findings.clear();
+    const std::vector<ExteriorResult> results = Results({});
+    EXPECT_EQ(results[0].status, Status::kOk) << JoinedSentences(results[0].findings);
+    return results[1];
+  };
+  EXPECT_EQ(depend({Reason::kByPointsAlone, Status::kOk, 8, 6}).status, Status::kOk);
+  const ExteriorResult hanging = depend({Reason::kByPointsAlone, Status::kWeak, 4, 6});
+  EXPECT_EQ(hanging.status, Status::kWeak);
+  EXPECT_TRUE(Has(hanging.findings, Reason::kNeighboursWeak));
+}
+
+// Of a control in one photo only, that photo has no witness.
+TEST_F(FinalResultsOf, APhotosOwnPointsAreNoControlElsewhere) {
+  photos_[0].exterior.status = Status::kWeak;
+  photos_[0].exterior.findings = {{Reason::kByPointsAlone, Status::kWeak, 4, 6}};
+  EXPECT_EQ(Results({})[0].status, Status::kOk);
+  std::erase_if(adjusted_.block.observations, [&](const ImageObservation& o) {
+    return o.photo != 0 && adjusted_.block.points[o.point].control;
+  });
+  const ExteriorResult alone = Results({})[0];
+  EXPECT_EQ(alone.status, Status::kWeak);
+  ASSERT_FALSE(alone.findings.empty());
+  EXPECT_EQ(alone.findings[0].reason, Reason::kLittleOtherControl);
+  EXPECT_EQ(alone.findings[0].value, 0);
+}
+
 // Of the block's pose, whatever the photo alone made of them.
 TEST_F(FinalResultsOf, PatchesThatAgreeBesideThePoseOfTheBlockMakeItWeak) {
   photos_[1].exterior.findings = {

@@ -275,12 +275,13 @@ TEST_F(LiftImprecisionOf, APhotoThatSaysNothingOfItsPrecisionStaysAsItIs) {
 TEST_F(LiftImprecisionOf, FewMeasuredPointsAreEnoughWhereTheBlockHasMoreControl) {
   const Finding by_points{Reason::kByPointsAlone, Status::kWeak, 4, 6};
   TiedPhoto photo = WellTied();
-  photo.control_points = 11;
+  photo.control_elsewhere = 11;
   result_ = Weak({by_points});
   Lift(photo);
   EXPECT_EQ(result_.status, Status::kWeak);
-  ExpectOnly(result_.findings, by_points);
-  photo.control_points = 12;
+  ExpectOnly(result_.findings, {Reason::kLittleOtherControl, Status::kWeak, 11, 12});
+  photo.control_elsewhere = 12;
+  result_ = Weak({by_points});
   Lift(photo);
   EXPECT_EQ(result_.status, Status::kOk);
   EXPECT_TRUE(result_.findings.empty());
@@ -288,7 +289,6 @@ TEST_F(LiftImprecisionOf, FewMeasuredPointsAreEnoughWhereTheBlockHasMoreControl)
 
 TEST_F(LiftImprecisionOf, WhatEnoughPointsAloneSaidIsNotToldOfTheBlocksPose) {
   TiedPhoto photo = WellTied();
-  photo.control_points = 12;
   result_.status = Status::kOk;
   result_.findings = {{Reason::kByPointsAlone, Status::kOk, 7, 6}};
   Lift(photo);

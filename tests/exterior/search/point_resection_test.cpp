@@ -30,7 +30,7 @@ FilmPosition Scan() {
 Pose Truth() { return {{612345.6, 5123456.7, 1843.2}, {0.021, -0.034, 2.2}}; }
 
 // Clicks with the stated errors on points spread over the frame, with 100 m of relief.
-std::vector<MeasuredPoint> Clicks(int count, unsigned seed) {
+std::vector<MeasuredPoint> Clicks(int count, unsigned seed, double apart_mm = 50) {
   std::mt19937 random(seed);
   std::uniform_real_distribution<double> place(-105, 105), height(100, 200);
   std::normal_distribution<double> noise(0, kClick_px), ground_noise(0, 0.2);
@@ -40,7 +40,7 @@ std::vector<MeasuredPoint> Clicks(int count, unsigned seed) {
   while (std::ssize(clicks) < count) {
     const Eigen::Vector2d at(place(random), place(random));
     const bool close = std::any_of(clicks.begin(), clicks.end(), [&](const MeasuredPoint& other) {
-      return (view.PhotoFromPixel(other.pixel) - at).norm() < 50;
+      return (view.PhotoFromPixel(other.pixel) - at).norm() < apart_mm;
     });
     if (close) continue;
     const Ray ray = GroundRayFromPhoto(camera, Truth(), at).value();
@@ -180,6 +180,22 @@ std::string ConfuseTwo(std::vector<MeasuredPoint>* clicks, std::mt19937* random)
 TEST(ResectByPoints, AClickThreeMillimetresOffIsNamed) { ExpectNamed(20, 6, MoveOne); }
 
 TEST(ResectByPoints, TwoConfusedPointsAreNamed) { ExpectNamed(20, 7, ConfuseTwo); }
+
+// Not every set of sixty points can be tried.
+TEST(ResectByPoints, SixOfSixtyPointsAreNamed) {
+  auto clicks = Clicks(60, 11, 10);
+  std::string wrong;
+  for (std::size_t i = 3; i < clicks.size(); i += 10) {
+    const double angle = static_cast<double>(i);
+    clicks[i].pixel += 1.5 / kPixel_mm * Eigen::Vector2d(std::cos(angle), std::sin(angle));
+    wrong += (wrong.empty() ? "" : ", ") + clicks[i].name;
+  }
+  const PointResection answer = Resected(clicks);
+  ASSERT_TRUE(answer.found);
+  ASSERT_EQ(answer.findings.size(), 1u);
+  EXPECT_EQ(answer.findings[0].where, wrong);
+  EXPECT_LT(SigmasOff(*answer.found), kMostSigmas);
+}
 
 TEST(SlowResectByPoints, WrongClicksAreNamedInTwoHundredOfTwoHundred) {
   ExpectNamed(200, 6, MoveOne);
