@@ -165,7 +165,9 @@ void OrientByPoints(const ExteriorSetting& setting, const exterior::PhotoToOrien
   result->target_m = setting.options.target_m.value_or(pixel_m);
   const double worst_px = exterior::WorstProjectionSigma(view, by_points.covariance, height_m);
   result->projection_sigma = exterior::ProjectionSigmaOf(worst_px, pixel_m);
-  result->findings = {exterior::JudgePointsAlone(by_points, worst_px, *result->target_m / pixel_m)};
+  const double hidden_px = exterior::HiddenDisplacement(by_points, view, height_m);
+  result->findings = {exterior::JudgePointsAlone(by_points.Used(), worst_px, hidden_px,
+                                                 *result->target_m / pixel_m)};
   for (const auto& finding :
        {in_vain, AgainstApproximation(start), AgainstDem(setting, start, pixel_m)})
     if (finding) result->findings.push_back(*finding);

@@ -11,6 +11,7 @@
 
 #include "core/base/chi_square.h"
 #include "core/terrain/pixel_derivatives.h"
+#include "exterior/steps/resect.h"
 
 namespace orient::exterior {
 namespace {
@@ -23,6 +24,7 @@ constexpr double kBeyondDoubt = 20;
 // points those with the largest residuals, or a dozen wrong ones would take an hour.
 constexpr std::size_t kBeam = 12, kMany = 12;
 constexpr std::size_t kBeamOfMany = 3, kLosersOfMany = 6;
+constexpr double kTestable = 1e-4;  // what is left of an observation's variance to test it by
 constexpr std::size_t kMostTriples = 200;  // that first poses are made from
 constexpr std::size_t kStarts = 8;
 
@@ -33,8 +35,20 @@ struct Fit {
   ResectionResult result;
   double chi2 = 0;
   int freedom = 0;
+  std::vector<double> of_point = {};  // chi-square of each point's residual, two degrees of freedom
   bool passes = false;
 };
+
+// Pixels: of the click and of the ground point's coordinates.
+Eigen::Matrix2d ObservedCovariance(const MeasuredPoint& point, const PixelDerivatives& d) {
+  return point.sigma_px * point.sigma_px * Eigen::Matrix2d::Identity() +
+         d.by_ground * point.sigma_m.cwiseAbs2().asDiagonal() * d.by_ground.transpose();
+}
+
+// Of each of so many points' residuals, chi-square.
+double MostOfPoint(std::size_t points) {
+  return ChiSquareLimit(2, kSignificance / static_cast<double>(points));
+}
 
 // Poses by one way the film may lie.
 class PointAdjuster {
@@ -64,6 +78,25 @@ class PointAdjuster {
     return again ? again : best;
   }
 
+  // What the point's largest errors that its test leaves undetected (in four of five cases) move
+  // the pose by, along the axes of its redundancy.
+  std::vector<Vector6d> Hidden(std::size_t i, const Fit& fit) const {
+    constexpr double kPower = 0.84;
+    const auto d = PixelFromGroundWithDerivatives(View(fit.result.pose), points_[i].ground_m);
+    if (!d) return {};
+    const Eigen::LLT<Eigen::Matrix2d> observed(ObservedCovariance(points_[i], *d));
+    const Eigen::Matrix<double, 2, 6> design = observed.matrixL().solve(d->by_pose);
+    const Eigen::Matrix<double, 6, 2> moved = fit.result.covariance * design.transpose();
+    const Eigen::SelfAdjointEigenSolver<Eigen::Matrix2d> redundancy(Eigen::Matrix2d::Identity() -
+                                                                    design * moved);
+    const double shows = std::sqrt(MostOfPoint(fit.points.size())) + kPower;
+    std::vector<Vector6d> hidden;
+    for (int k = 0; k < 2; ++k)
+      hidden.emplace_back(moved * redundancy.eigenvectors().col(k) * shows /
+                          std::sqrt(std::max(redundancy.eigenvalues()[k], kTestable)));
+    return hidden;
+  }
+
   PhotoView View(const Pose& pose) const {
     PhotoView view = view_;
     view.pose = pose;
@@ -75,12 +108,26 @@ class PointAdjuster {
   std::optional<Eigen::Matrix2d> Covariance(std::size_t i, const Pose& pose) const {
     const auto d = PixelFromGroundWithDerivatives(View(pose), points_[i].ground_m);
     if (!d) return std::nullopt;
-    const MeasuredPoint& point = points_[i];
-    const Eigen::Matrix2d pixel =
-        point.sigma_px * point.sigma_px * Eigen::Matrix2d::Identity() +
-        d->by_ground * point.sigma_m.cwiseAbs2().asDiagonal() * d->by_ground.transpose();
     const Eigen::Matrix2d& A = view_.photo_from_pixel.A;
-    return Eigen::Matrix2d(A * pixel * A.transpose());
+    return Eigen::Matrix2d(A * ObservedCovariance(points_[i], *d) * A.transpose());
+  }
+
+  // A residual's covariance is its observation's without the part that the pose has of it; where
+  // that leaves next to nothing, the point cannot be tested.
+  double TestOf(std::size_t i, const ResectionResult& result) const {
+    const PhotoView view = View(result.pose);
+    const auto seen = view.PixelFromGround(points_[i].ground_m);
+    const auto d = PixelFromGroundWithDerivatives(view, points_[i].ground_m);
+    if (!seen || !d) return std::numeric_limits<double>::infinity();
+    const Eigen::Matrix2d observed = ObservedCovariance(points_[i], *d);
+    const Eigen::SelfAdjointEigenSolver<Eigen::Matrix2d> left(
+        observed - d->by_pose * result.covariance * d->by_pose.transpose());
+    const Eigen::Vector2d off = left.eigenvectors().transpose() * (points_[i].pixel - *seen);
+    double chi2 = 0;
+    for (int k = 0; k < 2; ++k)
+      if (left.eigenvalues()[k] > kTestable * observed.trace())
+        chi2 += off[k] * off[k] / left.eigenvalues()[k];
+    return chi2;
   }
 
   void FindStarts() {
@@ -137,7 +184,10 @@ class PointAdjuster {
     Fit fit{set, std::move(*result)};
     fit.freedom = fit.result.degrees_of_freedom;
     fit.chi2 = fit.result.sigma0 * fit.result.sigma0 * fit.freedom;
-    fit.passes = fit.freedom > 0 && fit.chi2 <= ChiSquareLimit(fit.freedom, kSignificance);
+    for (const std::size_t i : set) fit.of_point.push_back(TestOf(i, fit.result));
+    const double most = *std::max_element(fit.of_point.begin(), fit.of_point.end());
+    fit.passes = fit.freedom > 0 && fit.chi2 <= ChiSquareLimit(fit.freedom, kSignificance) &&
+                 most <= MostOfPoint(set.size());
     return fit;
   }
 
@@ -148,14 +198,10 @@ class PointAdjuster {
   std::vector<Pose> starts_;
 };
 
-// In the order in which they are suspected, by residuals in units of what the observations'
-// redundancy leaves of their errors; all of few, the first of many.
+// In the order in which they are suspected; all of few, the first of many.
 std::vector<std::size_t> Suspects(const Fit& fit) {
   std::vector<std::pair<double, std::size_t>> order;
-  for (std::size_t k = 0; k < fit.points.size(); ++k) {
-    const double share = std::max(0.05, 0.5 * fit.result.redundancy[k]);
-    order.emplace_back(-fit.result.residuals_mm[k].norm() / std::sqrt(share), k);
-  }
+  for (std::size_t k = 0; k < fit.points.size(); ++k) order.emplace_back(-fit.of_point[k], k);
   std::sort(order.begin(), order.end());
   if (order.size() > kMany) order.resize(kLosersOfMany);
   std::vector<std::size_t> suspects;
@@ -218,8 +264,8 @@ PointPose PoseOf(const FilmPosition& position, const PointAdjuster& adjuster, co
         seen ? Eigen::Vector2d(point.pixel - *seen)
              : Eigen::Vector2d::Constant(std::numeric_limits<double>::quiet_NaN()));
   }
-  found.least_redundancy =
-      *std::min_element(fit.result.redundancy.begin(), fit.result.redundancy.end());
+  for (const std::size_t i : fit.points)
+    for (const Vector6d& by : adjuster.Hidden(i, fit)) found.hidden.push_back(by);
   return found;
 }
 
@@ -293,17 +339,24 @@ PointResection ResectByPoints(const Camera& camera, const std::vector<FilmPositi
   return with_prior;
 }
 
-Finding JudgePointsAlone(const PointPose& pose, double worst_sigma_px, double target_px) {
-  constexpr double kLeastRedundancy = 0.4;  // of a point's two coordinates: an error of it shows
-  const bool checked = pose.least_redundancy >= kLeastRedundancy;
-  const bool enough = pose.Used() >= kLeastPointsAlone && checked && worst_sigma_px <= target_px;
+double HiddenDisplacement(const PointPose& pose, const PhotoView& view, double height_m) {
+  double worst_px = 0;
+  for (const Vector6d& by : pose.hidden)
+    worst_px = std::max(worst_px, WorstProjectionSigma(view, by * by.transpose(), height_m));
+  return worst_px;
+}
+
+Finding JudgePointsAlone(int points, double worst_sigma_px, double hidden_px, double target_px) {
+  constexpr double kMostHidden = 3;  // targets
+  const bool checked = hidden_px <= kMostHidden * target_px;
+  const bool enough = points >= kLeastPointsAlone && checked && worst_sigma_px <= target_px;
   std::string how = fmt::format("one sigma up to {:.1f} px in the frame, {:.1f} px are wanted",
                                 worst_sigma_px, target_px);
   if (!checked)
     how += fmt::format(
-        "; an error of one of them would hardly show (redundancy {:.2f} of 2, {} wanted)",
-        pose.least_redundancy, kLeastRedundancy);
-  return {Reason::kByPointsAlone, enough ? Status::kOk : Status::kWeak, pose.Used(),
+        "; one wrong point may displace it by {:.1f} px before it shows ({:.1f} px are allowed)",
+        hidden_px, kMostHidden * target_px);
+  return {Reason::kByPointsAlone, enough ? Status::kOk : Status::kWeak, static_cast<double>(points),
           kLeastPointsAlone, std::move(how)};
 }
 
@@ -317,9 +370,7 @@ std::optional<Finding> JudgePointsUnder(const PhotoView& view, const Matrix6d& c
     double chi2 = std::numeric_limits<double>::infinity(), off_px = chi2;
     if (seen && d) {
       const Eigen::Matrix2d sum =
-          point.sigma_px * point.sigma_px * Eigen::Matrix2d::Identity() +
-          d->by_ground * point.sigma_m.cwiseAbs2().asDiagonal() * d->by_ground.transpose() +
-          d->by_pose * covariance * d->by_pose.transpose();
+          ObservedCovariance(point, *d) + d->by_pose * covariance * d->by_pose.transpose();
       const Eigen::Vector2d residual = point.pixel - *seen;
       chi2 = residual.dot(sum.inverse() * residual);
       off_px = residual.norm();

@@ -3,10 +3,13 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <iostream>
 #include <random>
+#include <stdexcept>
 
 #include "core/geometry/collinearity.h"
 #include "core/geometry/rotation.h"
+#include "exterior/steps/resect.h"
 
 namespace orient::exterior {
 namespace {
@@ -197,27 +200,85 @@ TEST(ResectByPoints, SixOfSixtyPointsAreNamed) {
   EXPECT_LT(SigmasOff(*answer.found), kMostSigmas);
 }
 
+// Many in one strip of the frame and two beside it, of which one is sixteen sigma wrong: in the sum
+// over all, that is next to nothing.
+TEST(ResectByPoints, AWrongPointDoesNotHideAmongMany) {
+  for (unsigned seed = 1; seed <= 12; ++seed) {
+    std::vector<MeasuredPoint> clicks, right;
+    const PhotoView view{FilmCamera(), Scan().photo_from_pixel, Truth()};
+    for (const MeasuredPoint& click : Clicks(60, seed, 12)) {
+      const double x_mm = view.PhotoFromPixel(click.pixel).x();
+      if (x_mm < -50) clicks.push_back(click);
+      if (x_mm > 70) right.push_back(click);
+    }
+    ASSERT_GE(right.size(), 2u);
+    right[0].pixel += 16 * kClick_px * Eigen::Vector2d(std::cos(seed), std::sin(seed));
+    clicks.push_back(right[0]);
+    clicks.push_back(right[1]);
+    const PointResection answer = Resected(clicks);
+    EXPECT_FALSE(answer.found && answer.found->used[clicks.size() - 2]) << seed;
+  }
+}
+
 TEST(SlowResectByPoints, WrongClicksAreNamedInTwoHundredOfTwoHundred) {
   ExpectNamed(200, 6, MoveOne);
   ExpectNamed(200, 7, ConfuseTwo);
 }
 
 TEST(JudgePointsAlone, IsOkOnlyWithEnoughPointsThatCheckOneAnother) {
-  PointPose pose;
-  pose.used.assign(6, true);
-  pose.least_redundancy = 1;
-  EXPECT_EQ(JudgePointsAlone(pose, 0.8, 1).at_best, Status::kOk);
-  EXPECT_EQ(JudgePointsAlone(pose, 1.2, 1).at_best, Status::kWeak);
-  pose.least_redundancy = 0.1;
-  const Finding unchecked = JudgePointsAlone(pose, 0.8, 1);
+  EXPECT_EQ(JudgePointsAlone(6, 0.8, 2.9, 1).at_best, Status::kOk);
+  EXPECT_EQ(JudgePointsAlone(6, 1.2, 2.9, 1).at_best, Status::kWeak);
+  EXPECT_EQ(JudgePointsAlone(5, 0.8, 2.9, 1).at_best, Status::kWeak);
+  const Finding unchecked = JudgePointsAlone(6, 0.8, 3.1, 1);
   EXPECT_EQ(unchecked.at_best, Status::kWeak);
   EXPECT_EQ(unchecked.where,
-            "one sigma up to 0.8 px in the frame, 1.0 px are wanted; an error of one of them would "
-            "hardly show (redundancy 0.10 of 2, 0.4 wanted)");
-  pose = {};
-  pose.used.assign(5, true);
-  pose.least_redundancy = 1;
-  EXPECT_EQ(JudgePointsAlone(pose, 0.8, 1).at_best, Status::kWeak);
+            "one sigma up to 0.8 px in the frame, 1.0 px are wanted; one wrong point may displace "
+            "it by 3.1 px before it shows (3.0 px are allowed)");
+}
+
+double Hidden(const std::vector<MeasuredPoint>& clicks) {
+  const PointResection answer = Resected(clicks);
+  if (!answer.found) throw std::runtime_error("no pose");
+  const PhotoView view{FilmCamera(), Scan().photo_from_pixel, answer.found->pose};
+  return HiddenDisplacement(*answer.found, view, 150);
+}
+
+// All of them twice as precise: half of it. Of few, one checks another less.
+TEST(HiddenDisplacement, GrowsWithTheSigmasAndWithFewerPoints) {
+  std::vector<MeasuredPoint> clicks = Clicks(40, 3, 20);
+  const double of_many = Hidden(clicks);
+  for (MeasuredPoint& click : clicks) {
+    click.sigma_px *= 2;
+    click.sigma_m *= 2;
+  }
+  EXPECT_NEAR(Hidden(clicks), 2 * of_many, 0.01 * of_many);
+  const double of_few = Hidden(Clicks(8, 3));
+  EXPECT_GT(of_few, 2 * of_many);
+  std::cout << "one wrong of 40: " << of_many << " px, of 8: " << of_few << " px\n";
+}
+
+// What an error of a point that just does not show moves the pose by is no more than is said.
+TEST(HiddenDisplacement, IsTheMostThatAnErrorThatDoesNotShowMovesThePose) {
+  const std::vector<MeasuredPoint> clicks = Clicks(12, 5, 30);
+  const PointResection without = Resected(clicks);
+  ASSERT_TRUE(without.found);
+  const PhotoView view{FilmCamera(), Scan().photo_from_pixel, without.found->pose};
+  const double said_px = HiddenDisplacement(*without.found, view, 150);
+  double worst_px = 0;
+  for (std::size_t i = 0; i < clicks.size(); ++i)
+    for (int direction = 0; direction < 4; ++direction)
+      for (double error_px = 3; error_px < 30; error_px += 1) {
+        auto wrong = clicks;
+        const double angle = 0.25 * 3.14159265 * direction;
+        wrong[i].pixel += error_px * Eigen::Vector2d(std::cos(angle), std::sin(angle));
+        const PointResection answer = Resected(wrong);
+        if (!answer.found || !answer.findings.empty()) break;
+        const Vector6d by = PoseDifference(answer.found->pose, without.found->pose);
+        worst_px = std::max(worst_px, WorstProjectionSigma(view, by * by.transpose(), 150));
+      }
+  EXPECT_LT(worst_px, said_px);
+  EXPECT_GT(worst_px, 0.4 * said_px);
+  std::cout << "moved by up to " << worst_px << " px, said " << said_px << " px\n";
 }
 
 TEST(JudgePointsUnder, NamesThoseThatLieElsewhere) {
