@@ -20,6 +20,7 @@ struct Sightings {
   TieCount ties;
   int comparable = 0;  // of the measured ones: another photo's ray could contradict
   int control = 0;
+  int points_rejected = 0;  // of the control points that a person measured in it
   double tie_redundancy = 0;
   double sigma0_px = 0;  // of one coordinate, from all used sightings and their redundancy
 };
@@ -49,6 +50,15 @@ std::vector<bool> Comparable(const AdjustedBlock& adjusted) {
   return met;
 }
 
+// Whether it is of a control point measured by a person that the block takes for wrong.
+bool IsRejectedPoint(const AdjustedBlock& adjusted, std::size_t observation) {
+  const std::size_t i = adjusted.block.observations[observation].point;
+  const BlockPoint& point = adjusted.block.points[i];
+  return point.by_hand && point.control && !point.held_out &&
+         (adjusted.result.points[i].control_rejected ||
+          adjusted.result.observations[observation].state == ObservationState::kRejected);
+}
+
 Sightings SightingsOf(const AdjustedBlock& adjusted, const std::vector<bool>& comparable,
                       const std::vector<std::size_t>& observations) {
   Sightings sightings;
@@ -58,6 +68,7 @@ Sightings SightingsOf(const AdjustedBlock& adjusted, const std::vector<bool>& co
     const bool tie = adjusted.block.observations[i].point < adjusted.ties;
     const bool used = result.state == ObservationState::kUsed;
     sightings.ties.measured += tie ? 1 : 0;
+    sightings.points_rejected += IsRejectedPoint(adjusted, i) ? 1 : 0;
     sightings.comparable += tie && comparable[adjusted.block.observations[i].point] ? 1 : 0;
     if (!used) continue;
     sum += result.residual_px.squaredNorm();
@@ -73,6 +84,13 @@ Sightings SightingsOf(const AdjustedBlock& adjusted, const std::vector<bool>& co
   if (sightings.ties.used > 0) sightings.ties.rms_px = std::sqrt(tie_sum / sightings.ties.used);
   if (redundancy > 0) sightings.sigma0_px = std::sqrt(sum / redundancy);
   return sightings;
+}
+
+// Measured points that the others contradicted before the block did: no part of the photo's pose.
+int NamedWrong(const ExteriorResult& result) {
+  for (const Finding& finding : result.findings)
+    if (finding.reason == Reason::kPointsWrong) return static_cast<int>(finding.value.value_or(0));
+  return 0;
 }
 
 AloneResult AloneOf(const ExteriorResult& result) {
@@ -239,6 +257,12 @@ ExteriorResult Final(const AdjustmentInputs& inputs, const AdjustedBlock& adjust
   UpdatePatches(adjusted, observations, view, &result);
   exterior::RejudgeSources(&result);
   if (!file.by_neighbours) CompareWithAlone(inputs, file, view, height_m, &tied, &result);
+  if (sightings.points_rejected > NamedWrong(result) &&
+      Has(result.findings, Reason::kByPointsAlone))
+    exterior::Add({.reason = Reason::kPointsContradictOneAnother,
+                   .at_best = Status::kWeak,
+                   .where = "those that control_points.csv does not list as used"},
+                  &result);
   LiftImprecision(tied, &result);
   if (file.by_neighbours) {
     const std::string located = file.located_by.empty() ? "" : "; " + file.located_by;

@@ -347,7 +347,9 @@ double HiddenDisplacement(const PointPose& pose, const PhotoView& view, double h
 }
 
 Finding JudgePointsAlone(int points, double worst_sigma_px, double hidden_px, double target_px) {
-  constexpr double kMostHidden = 3;  // targets
+  // Targets. At 3 a third of the photos by 15 right points of half a pixel were ok instead of nine
+  // in ten, and those by points of which one is wrong no less wrong (SlowPointsAlone).
+  constexpr double kMostHidden = 5;
   const bool checked = hidden_px <= kMostHidden * target_px;
   const bool enough = points >= kLeastPointsAlone && checked && worst_sigma_px <= target_px;
   std::string how = fmt::format("one sigma up to {:.1f} px in the frame, {:.1f} px are wanted",

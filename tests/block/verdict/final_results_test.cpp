@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include <Eigen/Dense>
+#include <algorithm>
 
 #include "block/bundle/adjusted_view.h"
 #include "block/stages/adjustment_stage.h"
@@ -143,6 +144,24 @@ TEST_F(FinalResultsOf, AByNeighboursPhotoIsNotOkByPhotosThatOnlyTheBlockMakesOk)
   const ExteriorResult hanging = depend({Reason::kByPointsAlone, Status::kWeak, 4, 6});
   EXPECT_EQ(hanging.status, Status::kWeak);
   EXPECT_TRUE(Has(hanging.findings, Reason::kNeighboursWeak));
+}
+
+// The photo's pose was made with it, the block's without: one of the two is wrong.
+TEST_F(FinalResultsOf, APhotoByPointsOfWhichTheBlockRejectsOneIsWeak) {
+  for (BlockPoint& point : adjusted_.block.points) point.by_hand = point.control.has_value();
+  const auto of_control = std::find_if(
+      adjusted_.block.observations.begin(), adjusted_.block.observations.end(),
+      [&](const ImageObservation& o) { return o.photo == 0 && o.point >= adjusted_.ties; });
+  ASSERT_NE(of_control, adjusted_.block.observations.end());
+  photos_[0].exterior.findings = {{Reason::kByPointsAlone, Status::kOk, 12, 6}};
+  EXPECT_EQ(Results({})[0].status, Status::kOk);
+  of_control->pixel.x() += 60;
+  const ExteriorResult rejected = Results({})[0];
+  EXPECT_EQ(rejected.status, Status::kWeak);
+  EXPECT_TRUE(Has(rejected.findings, Reason::kPointsContradictOneAnother));
+  photos_[0].exterior.findings.push_back(
+      {.reason = Reason::kPointsWrong, .value = 1, .where = "p1"});
+  EXPECT_EQ(Results({})[0].status, Status::kOk) << "no part of its pose either";
 }
 
 // Of a control in one photo only, that photo has no witness.
