@@ -242,7 +242,7 @@ TEST_F(UnknownCameraTooLargeForTheScan, IsTriedIfItsMarksHaveTheShapeOfThoseFoun
   const CameraChoice choice = Orient(Scan(RingCamera(30, 70), 7), kPixelUm);
   ASSERT_TRUE(choice.camera);
   EXPECT_EQ(choice.result.status, Status::kOk);
-  EXPECT_TRUE(Says(choice.result, "larger than the scan: large eight."))
+  EXPECT_TRUE(Says(choice.result, "a small part of it: large eight."))
       << JoinedSentences(choice.result.findings);
 }
 
