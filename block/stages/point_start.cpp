@@ -93,6 +93,13 @@ std::optional<Finding> PointsUnder(const ExteriorSetting& setting,
   return exterior::JudgePointsUnder(view, *found.covariance, points);
 }
 
+// Control points that are no part of their pose.
+int Wrong(const PointStart& start) {
+  int control = 0;
+  for (const exterior::MeasuredPoint& point : start.points) control += point.control ? 1 : 0;
+  return control - start.by_points->Used();
+}
+
 // Of patches that were searched for in vain; few tell nothing.
 std::optional<Finding> WithoutPatches(const ExteriorResult& tried) {
   constexpr std::size_t kTelling = 20;
@@ -166,8 +173,8 @@ void OrientByPoints(const ExteriorSetting& setting, const exterior::PhotoToOrien
   const double worst_px = exterior::WorstProjectionSigma(view, by_points.covariance, height_m);
   result->projection_sigma = exterior::ProjectionSigmaOf(worst_px, pixel_m);
   const double hidden_px = exterior::HiddenDisplacement(by_points, view, height_m);
-  result->findings = {exterior::JudgePointsAlone(by_points.Used(), worst_px, hidden_px,
-                                                 *result->target_m / pixel_m)};
+  result->findings = {exterior::JudgePointsAlone(by_points.Used(), Wrong(start), worst_px,
+                                                 hidden_px, *result->target_m / pixel_m)};
   for (const auto& finding :
        {in_vain, AgainstApproximation(start), AgainstDem(setting, start, pixel_m)})
     if (finding) result->findings.push_back(*finding);

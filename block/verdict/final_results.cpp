@@ -1,5 +1,7 @@
 #include "block/verdict/final_results.h"
 
+#include <fmt/ranges.h>
+
 #include <Eigen/Cholesky>
 #include <algorithm>
 #include <cmath>
@@ -20,7 +22,7 @@ struct Sightings {
   TieCount ties;
   int comparable = 0;  // of the measured ones: another photo's ray could contradict
   int control = 0;
-  int points_rejected = 0;  // of the control points that a person measured in it
+  std::vector<std::string> points_rejected;  // control points that a person measured in it
   double tie_redundancy = 0;
   double sigma0_px = 0;  // of one coordinate, from all used sightings and their redundancy
 };
@@ -59,6 +61,12 @@ bool IsRejectedPoint(const AdjustedBlock& adjusted, std::size_t observation) {
           adjusted.result.observations[observation].state == ObservationState::kRejected);
 }
 
+std::string NameOf(const AdjustedBlock& adjusted, std::size_t point) {
+  for (const SurveyedPoint& one : adjusted.surveyed)
+    if (one.point == point) return one.name;
+  return std::to_string(adjusted.block.points[point].id);
+}
+
 Sightings SightingsOf(const AdjustedBlock& adjusted, const std::vector<bool>& comparable,
                       const std::vector<std::size_t>& observations) {
   Sightings sightings;
@@ -68,7 +76,8 @@ Sightings SightingsOf(const AdjustedBlock& adjusted, const std::vector<bool>& co
     const bool tie = adjusted.block.observations[i].point < adjusted.ties;
     const bool used = result.state == ObservationState::kUsed;
     sightings.ties.measured += tie ? 1 : 0;
-    sightings.points_rejected += IsRejectedPoint(adjusted, i) ? 1 : 0;
+    if (IsRejectedPoint(adjusted, i))
+      sightings.points_rejected.push_back(NameOf(adjusted, adjusted.block.observations[i].point));
     sightings.comparable += tie && comparable[adjusted.block.observations[i].point] ? 1 : 0;
     if (!used) continue;
     sum += result.residual_px.squaredNorm();
@@ -86,11 +95,16 @@ Sightings SightingsOf(const AdjustedBlock& adjusted, const std::vector<bool>& co
   return sightings;
 }
 
-// Measured points that the others contradicted before the block did: no part of the photo's pose.
-int NamedWrong(const ExteriorResult& result) {
-  for (const Finding& finding : result.findings)
-    if (finding.reason == Reason::kPointsWrong) return static_cast<int>(finding.value.value_or(0));
-  return 0;
+// Measured points that the block rejects, without those that the photo's others had contradicted
+// before: these are no part of its own pose either.
+std::vector<std::string> NewlyRejected(const Sightings& sightings, const ExteriorResult& alone) {
+  std::vector<std::string> rejected = sightings.points_rejected;
+  for (const Finding& finding : alone.findings)
+    if (finding.reason == Reason::kPointsWrong)
+      std::erase_if(rejected, [&](const std::string& name) {
+        return (", " + finding.where + ",").find(", " + name + ",") != std::string::npos;
+      });
+  return rejected;
 }
 
 AloneResult AloneOf(const ExteriorResult& result) {
@@ -257,11 +271,12 @@ ExteriorResult Final(const AdjustmentInputs& inputs, const AdjustedBlock& adjust
   UpdatePatches(adjusted, observations, view, &result);
   exterior::RejudgeSources(&result);
   if (!file.by_neighbours) CompareWithAlone(inputs, file, view, height_m, &tied, &result);
-  if (sightings.points_rejected > NamedWrong(result) &&
-      Has(result.findings, Reason::kByPointsAlone))
-    exterior::Add({.reason = Reason::kPointsContradictOneAnother,
+  if (const auto rejected = NewlyRejected(sightings, result);
+      !rejected.empty() && Has(result.findings, Reason::kByPointsAlone))
+    exterior::Add({.reason = Reason::kPointsOffPose,
                    .at_best = Status::kWeak,
-                   .where = "those that control_points.csv does not list as used"},
+                   .value = static_cast<double>(rejected.size()),
+                   .where = fmt::format("{}", fmt::join(rejected, ", "))},
                   &result);
   LiftImprecision(tied, &result);
   if (file.by_neighbours) {

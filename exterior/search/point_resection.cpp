@@ -11,7 +11,7 @@
 
 #include "core/base/chi_square.h"
 #include "core/terrain/pixel_derivatives.h"
-#include "exterior/steps/resect.h"
+#include "exterior/search/point_checks.h"
 
 namespace orient::exterior {
 namespace {
@@ -24,7 +24,6 @@ constexpr double kBeyondDoubt = 20;
 // points those with the largest residuals, or a dozen wrong ones would take an hour.
 constexpr std::size_t kBeam = 12, kMany = 12;
 constexpr std::size_t kBeamOfMany = 3, kLosersOfMany = 6;
-constexpr double kTestable = 1e-4;  // what is left of an observation's variance to test it by
 constexpr std::size_t kMostTriples = 200;  // that first poses are made from
 constexpr std::size_t kStarts = 8;
 
@@ -35,19 +34,17 @@ struct Fit {
   ResectionResult result;
   double chi2 = 0;
   int freedom = 0;
-  std::vector<double> of_point = {};  // chi-square of each point's residual, two degrees of freedom
+  std::vector<PointCheck> checks = {};  // of each point
   bool passes = false;
 };
 
-// Pixels: of the click and of the ground point's coordinates.
-Eigen::Matrix2d ObservedCovariance(const MeasuredPoint& point, const PixelDerivatives& d) {
-  return point.sigma_px * point.sigma_px * Eigen::Matrix2d::Identity() +
-         d.by_ground * point.sigma_m.cwiseAbs2().asDiagonal() * d.by_ground.transpose();
-}
-
-// Of each of so many points' residuals, chi-square.
-double MostOfPoint(std::size_t points) {
-  return ChiSquareLimit(2, kSignificance / static_cast<double>(points));
+// In the order in which points are suspected; all of few, the first of many.
+std::vector<std::size_t> WorstOf(std::vector<std::pair<double, std::size_t>> order) {
+  std::sort(order.begin(), order.end());
+  if (order.size() > kMany) order.resize(kLosersOfMany);
+  std::vector<std::size_t> suspects;
+  for (const auto& [by, k] : order) suspects.push_back(k);
+  return suspects;
 }
 
 // Poses by one way the film may lie.
@@ -78,23 +75,14 @@ class PointAdjuster {
     return again ? again : best;
   }
 
-  // What the point's largest errors that its test leaves undetected (in four of five cases) move
-  // the pose by, along the axes of its redundancy.
-  std::vector<Vector6d> Hidden(std::size_t i, const Fit& fit) const {
-    constexpr double kPower = 0.84;
-    const auto d = PixelFromGroundWithDerivatives(View(fit.result.pose), points_[i].ground_m);
-    if (!d) return {};
-    const Eigen::LLT<Eigen::Matrix2d> observed(ObservedCovariance(points_[i], *d));
-    const Eigen::Matrix<double, 2, 6> design = observed.matrixL().solve(d->by_pose);
-    const Eigen::Matrix<double, 6, 2> moved = fit.result.covariance * design.transpose();
-    const Eigen::SelfAdjointEigenSolver<Eigen::Matrix2d> redundancy(Eigen::Matrix2d::Identity() -
-                                                                    design * moved);
-    const double shows = std::sqrt(MostOfPoint(fit.points.size())) + kPower;
-    std::vector<Vector6d> hidden;
-    for (int k = 0; k < 2; ++k)
-      hidden.emplace_back(moved * redundancy.eigenvectors().col(k) * shows /
-                          std::sqrt(std::max(redundancy.eigenvalues()[k], kTestable)));
-    return hidden;
+  // Of a set that does not converge: what lies before the camera under the best start.
+  Set Visible(const Set& set) const {
+    Set visible;
+    const std::vector<Pose> starts = StartsOf(set);
+    for (const std::size_t i : set)
+      if (!starts.empty() && PhotoFromGround(view_.camera, starts[0], points_[i].ground_m))
+        visible.push_back(i);
+    return visible;
   }
 
   PhotoView View(const Pose& pose) const {
@@ -110,24 +98,6 @@ class PointAdjuster {
     if (!d) return std::nullopt;
     const Eigen::Matrix2d& A = view_.photo_from_pixel.A;
     return Eigen::Matrix2d(A * ObservedCovariance(points_[i], *d) * A.transpose());
-  }
-
-  // A residual's covariance is its observation's without the part that the pose has of it; where
-  // that leaves next to nothing, the point cannot be tested.
-  double TestOf(std::size_t i, const ResectionResult& result) const {
-    const PhotoView view = View(result.pose);
-    const auto seen = view.PixelFromGround(points_[i].ground_m);
-    const auto d = PixelFromGroundWithDerivatives(view, points_[i].ground_m);
-    if (!seen || !d) return std::numeric_limits<double>::infinity();
-    const Eigen::Matrix2d observed = ObservedCovariance(points_[i], *d);
-    const Eigen::SelfAdjointEigenSolver<Eigen::Matrix2d> left(
-        observed - d->by_pose * result.covariance * d->by_pose.transpose());
-    const Eigen::Vector2d off = left.eigenvectors().transpose() * (points_[i].pixel - *seen);
-    double chi2 = 0;
-    for (int k = 0; k < 2; ++k)
-      if (left.eigenvalues()[k] > kTestable * observed.trace())
-        chi2 += off[k] * off[k] / left.eigenvalues()[k];
-    return chi2;
   }
 
   void FindStarts() {
@@ -184,8 +154,11 @@ class PointAdjuster {
     Fit fit{set, std::move(*result)};
     fit.freedom = fit.result.degrees_of_freedom;
     fit.chi2 = fit.result.sigma0 * fit.result.sigma0 * fit.freedom;
-    for (const std::size_t i : set) fit.of_point.push_back(TestOf(i, fit.result));
-    const double most = *std::max_element(fit.of_point.begin(), fit.of_point.end());
+    for (const std::size_t i : set)
+      fit.checks.push_back(
+          CheckPoint(View(fit.result.pose), fit.result.covariance, points_[i], set.size()));
+    double most = 0;
+    for (const PointCheck& check : fit.checks) most = std::max(most, check.chi2);
     fit.passes = fit.freedom > 0 && fit.chi2 <= ChiSquareLimit(fit.freedom, kSignificance) &&
                  most <= MostOfPoint(set.size());
     return fit;
@@ -198,15 +171,16 @@ class PointAdjuster {
   std::vector<Pose> starts_;
 };
 
-// In the order in which they are suspected; all of few, the first of many.
-std::vector<std::size_t> Suspects(const Fit& fit) {
+std::vector<std::size_t> SuspectsOf(const Fit& fit) {
   std::vector<std::pair<double, std::size_t>> order;
-  for (std::size_t k = 0; k < fit.points.size(); ++k) order.emplace_back(-fit.of_point[k], k);
-  std::sort(order.begin(), order.end());
-  if (order.size() > kMany) order.resize(kLosersOfMany);
-  std::vector<std::size_t> suspects;
-  for (const auto& [by, k] : order) suspects.push_back(k);
-  return suspects;
+  for (std::size_t k = 0; k < fit.points.size(); ++k) order.emplace_back(-fit.checks[k].chi2, k);
+  return WorstOf(std::move(order));
+}
+
+// What is visible of a set; the set without its last point where that is all of it.
+Set Shortened(Set visible, const Set& set) {
+  if (visible.size() == set.size()) visible.pop_back();
+  return visible;
 }
 
 // The largest sets that pass, the best first.
@@ -229,9 +203,12 @@ std::vector<Fit> LargestSets(const PointAdjuster& adjuster, const Set& all) {
     };
     const std::size_t beam = sets.front().size() > kMany ? kBeamOfMany : kBeam;
     for (std::size_t f = 0; f < std::min(beam, fits.size()); ++f)
-      for (const std::size_t k : Suspects(fits[f])) lose(fits[f].points, k);
+      for (const std::size_t k : SuspectsOf(fits[f])) lose(fits[f].points, k);
     for (std::size_t s = 0; s < sets.size() && fits.empty(); ++s)
-      for (std::size_t k = 0; k < sets[s].size(); ++k) lose(sets[s], k);
+      if (sets[s].size() > kMany)
+        fewer.insert(Shortened(adjuster.Visible(sets[s]), sets[s]));
+      else
+        for (std::size_t k = 0; k < sets[s].size(); ++k) lose(sets[s], k);
     const bool any = !fewer.empty() && fewer.begin()->size() >= kLeastWithPrior;
     sets = any ? std::vector<Set>(fewer.begin(), fewer.end()) : std::vector<Set>();
   }
@@ -264,8 +241,7 @@ PointPose PoseOf(const FilmPosition& position, const PointAdjuster& adjuster, co
         seen ? Eigen::Vector2d(point.pixel - *seen)
              : Eigen::Vector2d::Constant(std::numeric_limits<double>::quiet_NaN()));
   }
-  for (const std::size_t i : fit.points)
-    for (const Vector6d& by : adjuster.Hidden(i, fit)) found.hidden.push_back(by);
+  for (const PointCheck& check : fit.checks) found.hidden.push_back(check.hidden);
   return found;
 }
 
@@ -339,25 +315,22 @@ PointResection ResectByPoints(const Camera& camera, const std::vector<FilmPositi
   return with_prior;
 }
 
-double HiddenDisplacement(const PointPose& pose, const PhotoView& view, double height_m) {
-  double worst_px = 0;
-  for (const Vector6d& by : pose.hidden)
-    worst_px = std::max(worst_px, WorstProjectionSigma(view, by * by.transpose(), height_m));
-  return worst_px;
-}
-
-Finding JudgePointsAlone(int points, double worst_sigma_px, double hidden_px, double target_px) {
+Finding JudgePointsAlone(int points, int wrong, double worst_sigma_px, double hidden_px,
+                         double target_px) {
   // Targets. At 3 a third of the photos by 15 right points of half a pixel were ok instead of nine
   // in ten, and those by points of which one is wrong no less wrong (SlowPointsAlone).
   constexpr double kMostHidden = 5;
   const bool checked = hidden_px <= kMostHidden * target_px;
-  const bool enough = points >= kLeastPointsAlone && checked && worst_sigma_px <= target_px;
+  const bool few_wrong = 4 * wrong <= points + wrong;
+  const bool enough =
+      points >= kLeastPointsAlone && few_wrong && checked && worst_sigma_px <= target_px;
   std::string how = fmt::format("one sigma up to {:.1f} px in the frame, {:.1f} px are wanted",
                                 worst_sigma_px, target_px);
   if (!checked)
     how += fmt::format(
         "; one wrong point may displace it by {:.1f} px before it shows ({:.1f} px are allowed)",
         hidden_px, kMostHidden * target_px);
+  if (!few_wrong) how += fmt::format("; {} of {} contradict the others", wrong, points + wrong);
   return {Reason::kByPointsAlone, enough ? Status::kOk : Status::kWeak, static_cast<double>(points),
           kLeastPointsAlone, std::move(how)};
 }

@@ -28,9 +28,7 @@ struct PointPose {
   std::vector<bool> used = {};             // of every point
   // Measured - computed, of every point; NaN behind the camera.
   std::vector<Eigen::Vector2d> residuals_px = {};
-  // What the largest errors of one point of which nothing shows move the pose by, two for each used
-  // point (Baarda's external reliability): shifts in metres, rotations in radians.
-  std::vector<Vector6d> hidden = {};
+  std::vector<Matrix6d> hidden = {};  // of each used point, PointCheck::hidden
   int Used() const;
 };
 
@@ -42,9 +40,9 @@ struct PointResection {
 
 // Without `prior` four points at least; five, to find a wrong one. With it three, and four. It is
 // asked only where the points alone do not tell which of them are wrong. Sets of points are
-// tested as a whole and point by point (chi-square, one set in ten thousand each): among many, one
-// wrong point hardly shows in the whole. Of several that pass without so many points, the best is
-// taken if it is beyond doubt, and none otherwise.
+// tested as a whole and point by point (chi-square, one right set in ten thousand by either): among
+// many, one wrong point hardly shows in the whole. Of several that pass without so many points, the
+// best is taken if it is beyond doubt, and none otherwise.
 PointResection ResectByPoints(const Camera& camera, const std::vector<FilmPosition>& positions,
                               const std::optional<PosePrior>& prior,
                               const std::vector<MeasuredPoint>& points);
@@ -52,14 +50,16 @@ PointResection ResectByPoints(const Camera& camera, const std::vector<FilmPositi
 // How many points make a photo ok without patches.
 inline constexpr int kLeastPointsAlone = 6;
 
-// By how much one wrong point of which nothing shows may displace the projection in the frame's
-// worst corner, pixels.
+// By how much an error of one point, the smallest that its test detects in four of five cases, may
+// displace the projection in the frame's worst corner, pixels.
 double HiddenDisplacement(const PointPose& pose, const PhotoView& view, double height_m);
 
 // By points alone, where no patch tells more: ok with enough of them that check one another
-// (`hidden_px`: HiddenDisplacement), and a pose precise to `target_px` all over the frame
+// (`hidden_px`: HiddenDisplacement), at most a quarter of all named as `wrong`, and a pose precise
+// to `target_px` all over the frame
 // (`worst_sigma_px`); otherwise weak.
-Finding JudgePointsAlone(int points, double worst_sigma_px, double hidden_px, double target_px);
+Finding JudgePointsAlone(int points, int wrong, double worst_sigma_px, double hidden_px,
+                         double target_px);
 
 // Which points lie elsewhere under a pose found by other means; absent: none does.
 std::optional<Finding> JudgePointsUnder(const PhotoView& view, const Matrix6d& covariance,

@@ -153,14 +153,18 @@ TEST_F(FinalResultsOf, APhotoByPointsOfWhichTheBlockRejectsOneIsWeak) {
       adjusted_.block.observations.begin(), adjusted_.block.observations.end(),
       [&](const ImageObservation& o) { return o.photo == 0 && o.point >= adjusted_.ties; });
   ASSERT_NE(of_control, adjusted_.block.observations.end());
+  adjusted_.surveyed.push_back({"p7", of_control->point});
   photos_[0].exterior.findings = {{Reason::kByPointsAlone, Status::kOk, 12, 6}};
   EXPECT_EQ(Results({})[0].status, Status::kOk);
   of_control->pixel.x() += 60;
   const ExteriorResult rejected = Results({})[0];
   EXPECT_EQ(rejected.status, Status::kWeak);
-  EXPECT_TRUE(Has(rejected.findings, Reason::kPointsContradictOneAnother));
+  ASSERT_TRUE(Has(rejected.findings, Reason::kPointsOffPose));
+  EXPECT_EQ(rejected.findings.back().where, "p7");
   photos_[0].exterior.findings.push_back(
-      {.reason = Reason::kPointsWrong, .value = 1, .where = "p1"});
+      {.reason = Reason::kPointsWrong, .value = 1, .where = "p71, p9"});
+  EXPECT_EQ(Results({})[0].status, Status::kWeak) << "others";
+  photos_[0].exterior.findings.back().where = "p1, p7";
   EXPECT_EQ(Results({})[0].status, Status::kOk) << "no part of its pose either";
 }
 

@@ -185,6 +185,41 @@ TEST(ResectByPoints, AClickThreeMillimetresOffIsNamed) { ExpectNamed(20, 6, Move
 
 TEST(ResectByPoints, TwoConfusedPointsAreNamed) { ExpectNamed(20, 7, ConfuseTwo); }
 
+// Of a height known to 50 m it says nothing along one direction, and as much as ever across.
+TEST(ResectByPoints, AWrongPointOfPoorHeightIsNamedAndNoRightOnes) {
+  const PhotoView view{FilmCamera(), Scan().photo_from_pixel, Truth()};
+  std::vector<MeasuredPoint> clicks;
+  MeasuredPoint lone;
+  for (const MeasuredPoint& click : Clicks(120, 5, 8, 0.2, 0.02)) {
+    const Eigen::Vector2d at_mm = view.PhotoFromPixel(click.pixel);
+    if (at_mm.x() < 20) clicks.push_back(click);
+    if (at_mm.x() > 80 && std::abs(at_mm.y()) < 40) lone = click;
+  }
+  ASSERT_GE(clicks.size(), 40u);
+  lone.sigma_m.z() = 50;
+  lone.pixel.y() += 6;  // the scan's axes are the photo's: across the height's displacement
+  lone.pixel.x() += 2;
+  clicks.push_back(lone);
+  const PointResection answer = Resected(clicks);
+  ASSERT_TRUE(answer.found);
+  EXPECT_EQ(answer.found->Used(), static_cast<int>(clicks.size()) - 1);
+  EXPECT_FALSE(answer.found->used.back());
+}
+
+// Heights with a digit too many: no pose shows these points at all.
+TEST(ResectByPoints, PointsAboveTheCameraAreNamedWithoutTryingAllSets) {
+  auto clicks = Clicks(40, 3, 12);
+  std::string wrong;
+  for (std::size_t i = 2; i < clicks.size(); i += 7) {
+    clicks[i].ground_m.z() += 10000;
+    wrong += (wrong.empty() ? "" : ", ") + clicks[i].name;
+  }
+  const PointResection answer = Resected(clicks);
+  ASSERT_TRUE(answer.found);
+  ASSERT_EQ(answer.findings.size(), 1u);
+  EXPECT_EQ(answer.findings[0].where, wrong);
+}
+
 // Not every set of sixty points can be tried.
 TEST(ResectByPoints, SixOfSixtyPointsAreNamed) {
   auto clicks = Clicks(60, 11, 10);
@@ -227,10 +262,11 @@ TEST(SlowResectByPoints, WrongClicksAreNamedInTwoHundredOfTwoHundred) {
 }
 
 TEST(JudgePointsAlone, IsOkOnlyWithEnoughPointsThatCheckOneAnother) {
-  EXPECT_EQ(JudgePointsAlone(6, 0.8, 4.9, 1).at_best, Status::kOk);
-  EXPECT_EQ(JudgePointsAlone(6, 1.2, 4.9, 1).at_best, Status::kWeak);
-  EXPECT_EQ(JudgePointsAlone(5, 0.8, 4.9, 1).at_best, Status::kWeak);
-  const Finding unchecked = JudgePointsAlone(6, 0.8, 5.1, 1);
+  EXPECT_EQ(JudgePointsAlone(6, 2, 0.8, 4.9, 1).at_best, Status::kOk);
+  EXPECT_EQ(JudgePointsAlone(6, 2, 1.2, 4.9, 1).at_best, Status::kWeak);
+  EXPECT_EQ(JudgePointsAlone(5, 1, 0.8, 4.9, 1).at_best, Status::kWeak);
+  EXPECT_EQ(JudgePointsAlone(8, 3, 0.8, 4.9, 1).at_best, Status::kWeak) << "too many are wrong";
+  const Finding unchecked = JudgePointsAlone(6, 2, 0.8, 5.1, 1);
   EXPECT_EQ(unchecked.at_best, Status::kWeak);
   EXPECT_EQ(unchecked.where,
             "one sigma up to 0.8 px in the frame, 1.0 px are wanted; one wrong point may displace "
@@ -256,6 +292,28 @@ TEST(HiddenDisplacement, GrowsWithTheSigmasAndWithFewerPoints) {
   const double of_few = Hidden(Clicks(8, 3));
   EXPECT_GT(of_few, 2 * of_many);
   std::cout << "one wrong of 40: " << of_many << " px, of 8: " << of_few << " px\n";
+}
+
+// However precise it is said to be: the more, the less do others check it.
+TEST(HiddenDisplacement, IsNotMadeSmallerByASmallSigmaOfTheOnlyPointOfItsSide) {
+  const PhotoView view{FilmCamera(), Scan().photo_from_pixel, Truth()};
+  std::vector<MeasuredPoint> clicks;
+  MeasuredPoint lone;
+  for (const MeasuredPoint& click : Clicks(60, 5, 12, 0.4, 0.001)) {
+    const double x_mm = view.PhotoFromPixel(click.pixel).x();
+    if (x_mm < -50) clicks.push_back(click);
+    if (x_mm > 80) lone = click;
+  }
+  lone.pixel = *view.PixelFromGround(lone.ground_m);
+  const auto with = [&](double sigma_px) {
+    auto all = clicks;
+    lone.sigma_px = sigma_px;
+    lone.sigma_m.setConstant(sigma_px * 0.001);
+    all.push_back(lone);
+    return Hidden(all);
+  };
+  const double usual = with(0.4);
+  for (const double sigma_px : {0.05, 0.01, 0.001}) EXPECT_GT(with(sigma_px), usual) << sigma_px;
 }
 
 // What an error of a point that just does not show moves the pose by is no more than is said.
@@ -316,7 +374,8 @@ Accepted AcceptedByPointsAlone(int points, double sigma_px, bool wrong, bool str
     PhotoView view{FilmCamera(), Scan().photo_from_pixel, answer.found->pose};
     const double worst_px = WorstProjectionSigma(view, answer.found->covariance, 150);
     const double hidden_px = HiddenDisplacement(*answer.found, view, 150);
-    const Finding judged = JudgePointsAlone(answer.found->Used(), worst_px, hidden_px, 1);
+    const Finding judged = JudgePointsAlone(answer.found->Used(), points - answer.found->Used(),
+                                            worst_px, hidden_px, 1);
     if (judged.at_best != Status::kOk) continue;
     ++accepted.ok;
     const Vector6d by = PoseDifference(answer.found->pose, Truth());

@@ -1,0 +1,33 @@
+// How far the others check one of the ground points that were measured in a photo.
+#pragma once
+
+#include <Eigen/Core>
+#include <vector>
+
+#include "core/terrain/pixel_derivatives.h"
+#include "exterior/search/point_resection.h"
+
+namespace orient::exterior {
+
+// Of the measurement and of the ground coordinates, pixels.
+Eigen::Matrix2d ObservedCovariance(const MeasuredPoint& point, const PixelDerivatives& derivatives);
+
+// What a point's chi-square may be, so that of so many right points one in ten thousand sets has
+// one above it.
+double MostOfPoint(std::size_t points);
+
+struct PointCheck {
+  // Of the residual with its own covariance: the observation's without what the pose takes of it.
+  // Directions that nothing else checks are not in it; infinite behind the camera.
+  double chi2 = 0;
+  // The pose moved by the point's smallest errors that this test detects in four of five cases
+  // (Baarda's external reliability), as a sum of dyads over two directions.
+  Matrix6d hidden = Matrix6d::Zero();
+};
+
+// `view` has the pose of an adjustment of `points` such points, `covariance` is the adjustment's of
+// stated sigmas.
+PointCheck CheckPoint(const PhotoView& view, const Matrix6d& covariance, const MeasuredPoint& point,
+                      std::size_t points);
+
+}  // namespace orient::exterior
