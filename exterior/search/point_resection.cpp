@@ -317,8 +317,7 @@ PointResection ResectByPoints(const Camera& camera, const std::vector<FilmPositi
 
 Finding JudgePointsAlone(int points, int wrong, double worst_sigma_px, double hidden_px,
                          double target_px) {
-  // Targets. At 3 a third of the photos by 15 right points of half a pixel were ok instead of nine
-  // in ten, and those by points of which one is wrong no less wrong (SlowPointsAlone).
+  // Targets. What 3 and 7 cost and prevent: docs/evidence/measurements.md.
   constexpr double kMostHidden = 5;
   const bool checked = hidden_px <= kMostHidden * target_px;
   const bool few_wrong = 4 * wrong <= points + wrong;
