@@ -8,6 +8,7 @@
 #include "core/base/chi_square.h"
 #include "core/base/median.h"
 #include "exterior/judge.h"
+#include "exterior/search/point_checks.h"
 #include "exterior/search/whole_photo_search.h"
 #include "exterior/steps/resect.h"
 

@@ -5,7 +5,7 @@
 #include <vector>
 
 #include "core/terrain/pixel_derivatives.h"
-#include "exterior/search/point_resection.h"
+#include "exterior/search/measured_point.h"
 
 namespace orient::exterior {
 
@@ -29,5 +29,9 @@ struct PointCheck {
 // stated sigmas.
 PointCheck CheckPoint(const PhotoView& view, const Matrix6d& covariance, const MeasuredPoint& point,
                       std::size_t points);
+
+// By how much an error of one point, the smallest that its test detects in four of five cases, may
+// displace the projection in the frame's worst corner, pixels.
+double HiddenDisplacement(const PointPose& pose, const PhotoView& view, double height_m);
 
 }  // namespace orient::exterior

@@ -295,8 +295,6 @@ PointResection Decide(const Camera& camera, const std::vector<FilmPosition>& pos
 
 }  // namespace
 
-int PointPose::Used() const { return static_cast<int>(std::count(used.begin(), used.end(), true)); }
-
 PointResection ResectByPoints(const Camera& camera, const std::vector<FilmPosition>& positions,
                               const std::optional<PosePrior>& prior,
                               const std::vector<MeasuredPoint>& points) {

@@ -8,29 +8,10 @@
 #include <vector>
 
 #include "core/files/finding.h"
+#include "exterior/search/measured_point.h"
 #include "exterior/steps/photo_to_orient.h"
 
 namespace orient::exterior {
-
-struct MeasuredPoint {
-  std::string name;
-  Eigen::Vector3d ground_m = Eigen::Vector3d::Zero();
-  Eigen::Vector3d sigma_m = Eigen::Vector3d::Zero();
-  Eigen::Vector2d pixel = Eigen::Vector2d::Zero();
-  double sigma_px = 1;  // of each coordinate
-  bool control = true;  // false: compared with the pose, and no part of it
-};
-
-struct PointPose {
-  FilmPosition position;  // the one of the photo's that explains the points best
-  Pose pose;
-  Matrix6d covariance = Matrix6d::Zero();  // of the stated sigmas, larger where residuals are
-  std::vector<bool> used = {};             // of every point
-  // Measured - computed, of every point; NaN behind the camera.
-  std::vector<Eigen::Vector2d> residuals_px = {};
-  std::vector<Matrix6d> hidden = {};  // of each used point, PointCheck::hidden
-  int Used() const;
-};
 
 struct PointResection {
   std::optional<PointPose> found;  // empty: why, is the only finding
@@ -49,10 +30,6 @@ PointResection ResectByPoints(const Camera& camera, const std::vector<FilmPositi
 
 // How many points make a photo ok without patches.
 inline constexpr int kLeastPointsAlone = 6;
-
-// By how much an error of one point, the smallest that its test detects in four of five cases, may
-// displace the projection in the frame's worst corner, pixels.
-double HiddenDisplacement(const PointPose& pose, const PhotoView& view, double height_m);
 
 // By points alone, where no patch tells more: ok with enough of them that check one another
 // (`hidden_px`: HiddenDisplacement), at most a quarter of all named as `wrong`, and a pose precise

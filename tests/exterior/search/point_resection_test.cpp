@@ -9,6 +9,7 @@
 
 #include "core/geometry/collinearity.h"
 #include "core/geometry/rotation.h"
+#include "exterior/search/point_checks.h"
 #include "exterior/steps/resect.h"
 
 namespace orient::exterior {
