@@ -95,16 +95,22 @@ Sightings SightingsOf(const AdjustedBlock& adjusted, const std::vector<bool>& co
   return sightings;
 }
 
-// Measured points that the block rejects, without those that the photo's others had contradicted
-// before: these are no part of its own pose either.
-std::vector<std::string> NewlyRejected(const Sightings& sightings, const ExteriorResult& alone) {
+// Where the photo's pose came from measured points alone, and the block rejects others than those
+// that are no part of it, as the photo's own contradict them.
+void NameRejectedPoints(const Sightings& sightings, ExteriorResult* result) {
+  if (!Has(result->findings, Reason::kByPointsAlone)) return;
   std::vector<std::string> rejected = sightings.points_rejected;
-  for (const Finding& finding : alone.findings)
+  for (const Finding& finding : result->findings)
     if (finding.reason == Reason::kPointsWrong)
       std::erase_if(rejected, [&](const std::string& name) {
         return (", " + finding.where + ",").find(", " + name + ",") != std::string::npos;
       });
-  return rejected;
+  if (rejected.empty()) return;
+  exterior::Add({.reason = Reason::kPointsOffPose,
+                 .at_best = Status::kWeak,
+                 .value = static_cast<double>(rejected.size()),
+                 .where = fmt::format("{}", fmt::join(rejected, ", "))},
+                result);
 }
 
 AloneResult AloneOf(const ExteriorResult& result) {
@@ -271,13 +277,7 @@ ExteriorResult Final(const AdjustmentInputs& inputs, const AdjustedBlock& adjust
   UpdatePatches(adjusted, observations, view, &result);
   exterior::RejudgeSources(&result);
   if (!file.by_neighbours) CompareWithAlone(inputs, file, view, height_m, &tied, &result);
-  if (const auto rejected = NewlyRejected(sightings, result);
-      !rejected.empty() && Has(result.findings, Reason::kByPointsAlone))
-    exterior::Add({.reason = Reason::kPointsOffPose,
-                   .at_best = Status::kWeak,
-                   .value = static_cast<double>(rejected.size()),
-                   .where = fmt::format("{}", fmt::join(rejected, ", "))},
-                  &result);
+  NameRejectedPoints(sightings, &result);
   LiftImprecision(tied, &result);
   if (file.by_neighbours) {
     const std::string located = file.located_by.empty() ? "" : "; " + file.located_by;
