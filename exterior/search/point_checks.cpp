@@ -11,7 +11,6 @@
 namespace orient::exterior {
 namespace {
 
-constexpr double kSignificance = 1e-4;
 constexpr double kPower = 0.84;  // sigmas beyond the bound: detected in four of five cases
 // Redundancy of a direction, 0..1, below which a residual tells nothing.
 constexpr double kTestable = 1e-4;
@@ -25,7 +24,7 @@ Eigen::Matrix2d ObservedCovariance(const MeasuredPoint& point, const PixelDeriva
 }
 
 double MostOfPoint(std::size_t points) {
-  return ChiSquareLimit(2, kSignificance / static_cast<double>(points));
+  return ChiSquareLimit(2, kPointSignificance / static_cast<double>(points));
 }
 
 PointCheck CheckPoint(const PhotoView& view, const Matrix6d& covariance, const MeasuredPoint& point,

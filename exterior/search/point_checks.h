@@ -12,6 +12,9 @@ namespace orient::exterior {
 // Of the measurement and of the ground coordinates, pixels.
 Eigen::Matrix2d ObservedCovariance(const MeasuredPoint& point, const PixelDerivatives& derivatives);
 
+// Of the tests of a set of points.
+inline constexpr double kPointSignificance = 1e-4;
+
 // What a point's chi-square may be, so that of so many right points one in ten thousand sets has
 // one above it.
 double MostOfPoint(std::size_t points);

@@ -16,7 +16,6 @@
 namespace orient::exterior {
 namespace {
 
-constexpr double kSignificance = 1e-4;
 constexpr int kLeastPoints = 4, kLeastWithPrior = 3;
 // Sets without the same number of points: the best by so much in chi-square is beyond doubt.
 constexpr double kBeyondDoubt = 20;
@@ -37,15 +36,6 @@ struct Fit {
   std::vector<PointCheck> checks = {};  // of each point
   bool passes = false;
 };
-
-// In the order in which points are suspected; all of few, the first of many.
-std::vector<std::size_t> WorstOf(std::vector<std::pair<double, std::size_t>> order) {
-  std::sort(order.begin(), order.end());
-  if (order.size() > kMany) order.resize(kLosersOfMany);
-  std::vector<std::size_t> suspects;
-  for (const auto& [by, k] : order) suspects.push_back(k);
-  return suspects;
-}
 
 // Poses by one way the film may lie.
 class PointAdjuster {
@@ -71,8 +61,9 @@ class PointAdjuster {
     }
     // Once more with the weights of the pose that was found, not of where it was sought from.
     if (!best) return best;
-    auto again = AdjustFrom(set, best->result.pose);
-    return again ? again : best;
+    if (auto again = AdjustFrom(set, best->result.pose)) best = std::move(again);
+    Check(&*best);
+    return best;
   }
 
   // Of a set that does not converge: what lies before the camera under the best start.
@@ -154,14 +145,19 @@ class PointAdjuster {
     Fit fit{set, std::move(*result)};
     fit.freedom = fit.result.degrees_of_freedom;
     fit.chi2 = fit.result.sigma0 * fit.result.sigma0 * fit.freedom;
-    for (const std::size_t i : set)
-      fit.checks.push_back(
-          CheckPoint(View(fit.result.pose), fit.result.covariance, points_[i], set.size()));
-    double most = 0;
-    for (const PointCheck& check : fit.checks) most = std::max(most, check.chi2);
-    fit.passes = fit.freedom > 0 && fit.chi2 <= ChiSquareLimit(fit.freedom, kSignificance) &&
-                 most <= MostOfPoint(set.size());
     return fit;
+  }
+
+  void Check(Fit* fit) const {
+    double most = 0;
+    for (const std::size_t i : fit->points) {
+      fit->checks.push_back(CheckPoint(View(fit->result.pose), fit->result.covariance, points_[i],
+                                       fit->points.size()));
+      most = std::max(most, fit->checks.back().chi2);
+    }
+    fit->passes = fit->freedom > 0 &&
+                  fit->chi2 <= ChiSquareLimit(fit->freedom, kPointSignificance) &&
+                  most <= MostOfPoint(fit->points.size());
   }
 
   PhotoView view_;  // without a pose
@@ -171,10 +167,15 @@ class PointAdjuster {
   std::vector<Pose> starts_;
 };
 
+// In the order in which points are suspected; all of few, the first of many.
 std::vector<std::size_t> SuspectsOf(const Fit& fit) {
   std::vector<std::pair<double, std::size_t>> order;
   for (std::size_t k = 0; k < fit.points.size(); ++k) order.emplace_back(-fit.checks[k].chi2, k);
-  return WorstOf(std::move(order));
+  std::sort(order.begin(), order.end());
+  if (order.size() > kMany) order.resize(kLosersOfMany);
+  std::vector<std::size_t> suspects;
+  for (const auto& [by, k] : order) suspects.push_back(k);
+  return suspects;
 }
 
 // What is visible of a set; the set without its last point where that is all of it.
@@ -347,7 +348,7 @@ std::optional<Finding> JudgePointsUnder(const PhotoView& view, const Matrix6d& c
       chi2 = residual.dot(sum.inverse() * residual);
       off_px = residual.norm();
     }
-    if (chi2 <= ChiSquareLimit(2, kSignificance)) continue;
+    if (chi2 <= MostOfPoint(1)) continue;
     names += fmt::format("{}{} ({:.1f} px)", names.empty() ? "" : ", ", point.name, off_px);
     ++off;
   }

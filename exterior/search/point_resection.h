@@ -33,8 +33,7 @@ inline constexpr int kLeastPointsAlone = 6;
 
 // By points alone, where no patch tells more: ok with enough of them that check one another
 // (`hidden_px`: HiddenDisplacement), at most a quarter of all named as `wrong`, and a pose precise
-// to `target_px` all over the frame
-// (`worst_sigma_px`); otherwise weak.
+// to `target_px` all over the frame (`worst_sigma_px`); otherwise weak.
 Finding JudgePointsAlone(int points, int wrong, double worst_sigma_px, double hidden_px,
                          double target_px);
 
