@@ -56,7 +56,7 @@ TABLE = {
     "tools/review": (CORE + ["block/inputs", "interior/marks", "tools/report"],
                      {"Eigen", "nlohmann-json", "cpp-httplib"}),
     "tools/console": (["core/base"], {"nlohmann-json"}),
-    "tools/cluster": (CORE + ["tools/report"], {"nlohmann-json"}),
+    "tools/cluster": (CORE + ["block/inputs", "tools/report"], {"GDAL", "nlohmann-json"}),
     "tools/commands": (CORE + INTERIOR + EXTERIOR + BLOCK + ["ortho"]
                        + ["patchdb/store", "patchdb/harvest", "patchdb/maintenance"]
                        + ["tools/simulate", "tools/report", "tools/report/figures",

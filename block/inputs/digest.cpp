@@ -5,11 +5,9 @@
 #include <fmt/format.h>
 #include <gdal_priv.h>
 
-#include <cstdint>
 #include <filesystem>
 #include <memory>
 #include <set>
-#include <sstream>
 
 #include "core/base/atomic_write.h"
 #include "core/base/open_dataset.h"
@@ -43,14 +41,16 @@ std::string OrNone(const std::optional<T>& value) {
 
 }  // namespace
 
+void DigestOfPieces::Add(std::string_view piece) {
+  for (const char c : piece) hash_ = (hash_ ^ static_cast<unsigned char>(c)) * 0x100000001b3u;
+}
+
+std::string DigestOfPieces::Digits() const { return fmt::format("{:016x}", hash_); }
+
 std::string Digest(const std::string& text) {
-  std::uint64_t hash = 0xcbf29ce484222325u;
-  for (const char c : text) hash = (hash ^ static_cast<unsigned char>(c)) * 0x100000001b3u;
-  std::ostringstream digits;
-  digits.width(16);
-  digits.fill('0');
-  digits << std::hex << hash;
-  return digits.str();
+  DigestOfPieces digest;
+  digest.Add(text);
+  return digest.Digits();
 }
 
 std::string DigestOf(const Inputs& inputs) {

@@ -2,7 +2,9 @@
 // resumed run takes over only what it would have made itself.
 #pragma once
 
+#include <cstdint>
 #include <string>
+#include <string_view>
 
 #include "core/files/camera_file.h"
 #include "core/files/inputs.h"
@@ -14,6 +16,16 @@ namespace orient::block {
 // Sixteen hexadecimal digits (FNV-1a, 64 bit): tells inputs apart, and is no protection against
 // forgery.
 std::string Digest(const std::string& text);
+
+// The same of a text that comes in pieces.
+class DigestOfPieces {
+ public:
+  void Add(std::string_view piece);
+  std::string Digits() const;
+
+ private:
+  std::uint64_t hash_ = 0xcbf29ce484222325u;
+};
 
 // Of several inputs, as one of another result.
 std::string DigestOf(const Inputs& inputs);

@@ -46,6 +46,8 @@ pid_t WriterOf(std::string_view name) {
 
 }  // namespace
 
+bool IsPartialFile(std::string_view name) { return WriterOf(name) > 0; }
+
 void RemovePartialFiles(const std::string& folder) {
   std::vector<fs::path> left;
   std::error_code error;

@@ -3,8 +3,12 @@
 #pragma once
 
 #include <string>
+#include <string_view>
 
 namespace orient {
+
+// By its name in its folder, whether or not the process runs.
+bool IsPartialFile(std::string_view name);
 
 // Removes those in a folder, not below it, whose process is not running on this machine any more.
 // What cannot be removed stays.

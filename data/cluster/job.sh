@@ -8,7 +8,7 @@
 #SBATCH --open-mode=append{{{more}}}
 # {{{what}}}
 set -u
-{{{orient}}} block {{{block}}} {{{options}}} --jobs {{{cpus}}}
+{{{orient}}} {{{words}}} --jobs {{{cpus}}}
 code=$?
 # 3: done, but some photos were not oriented (the report says why), or wait for those of other parts.
 if [ $code -eq 3 ]; then exit 0; fi

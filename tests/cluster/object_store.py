@@ -90,13 +90,13 @@ class Handler(http.server.BaseHTTPRequestHandler):
 
 
 class ObjectStore:
-    def __init__(self, folder, busy=0.0, cut=0.0, delay_s=0.0, seed=1):
+    def __init__(self, folder, busy=0.0, cut=0.0, delay_s=0.0, seed=1, handler=Handler):
         self.folder = pathlib.Path(folder).resolve()
         self.busy, self.cut, self.delay_s, self.seed = busy, cut, delay_s, seed
         self.code = 503
         self.requests = self.bytes_sent = self.faults = self.cuts = 0
-        self._lock = threading.Lock()
-        self._server = http.server.ThreadingHTTPServer(("127.0.0.1", 0), Handler)
+        self.lock = threading.Lock()
+        self._server = http.server.ThreadingHTTPServer(("127.0.0.1", 0), handler)
         self._server.store = self
         self.url = f"http://127.0.0.1:{self._server.server_port}"
 
@@ -109,7 +109,7 @@ class ObjectStore:
         self._server.server_close()
 
     def next_fault(self):
-        with self._lock:
+        with self.lock:
             self.requests += 1
             draw = random.Random(f"{self.seed} {self.requests}").random()
             fault = "busy" if draw < self.busy else "cut" if draw < self.busy + self.cut else None
@@ -117,7 +117,7 @@ class ObjectStore:
             return fault
 
     def sent(self, count):
-        with self._lock:
+        with self.lock:
             self.bytes_sent += count
 
 

@@ -59,17 +59,17 @@ std::string LogFolder(const BlockJobs& jobs) {
   return escaped;
 }
 
-std::string BlockWords(const BlockJobs& jobs) {
+std::string BlockWords(const BlockJobs& jobs, const std::string& options) {
   const std::string library =
       jobs.camera_library.empty() ? "" : " --camera-library " + ShellWord(jobs.camera_library);
-  return ShellWord(jobs.block) + library;
+  return "block " + ShellWord(jobs.block) + library + " " + options;
 }
 
 // What one job does; an array's where there are tasks.
 struct Work {
   std::string name;
   int tasks = 0;
-  std::string what, options;
+  std::string what, words;  // for a person; for the program
   int cpus = 1;
   JobNeeds needs;
 };
@@ -87,8 +87,7 @@ JobScript ScriptOf(const BlockJobs& jobs, const Work& work) {
                             {"more", MoreLines(jobs) + tasks},
                             {"what", work.what},
                             {"orient", ShellWord(jobs.program)},
-                            {"block", BlockWords(jobs)},
-                            {"options", work.options}})};
+                            {"words", work.words}})};
 }
 
 JobScript Part(const BlockJobs& jobs, const std::string& stage, const JobNeeds& needs) {
@@ -99,12 +98,12 @@ JobScript Part(const BlockJobs& jobs, const std::string& stage, const JobNeeds& 
       jobs.parts);
   const std::string options =
       fmt::format("--stage {} --part \"$SLURM_ARRAY_TASK_ID/{}\"", stage, jobs.parts);
-  return ScriptOf(jobs, {stage, jobs.parts, what, options, 1, needs});
+  return ScriptOf(jobs, {stage, jobs.parts, what, BlockWords(jobs, options), 1, needs});
 }
 
 JobScript Whole(const BlockJobs& jobs, const std::string& name, const std::string& what,
                 const std::string& options, const JobNeeds& needs) {
-  return ScriptOf(jobs, {name, 0, what, options, jobs.cpus, needs});
+  return ScriptOf(jobs, {name, 0, what, BlockWords(jobs, options), jobs.cpus, needs});
 }
 
 std::string SubmitScript(const std::vector<JobScript>& chain) {
@@ -156,6 +155,12 @@ std::vector<JobScript> JobChain(const BlockJobs& jobs) {
   for (int i = 0; i < jobs.rounds; ++i) chain.push_back(Part(jobs, "exterior", jobs.exterior));
   chain.push_back(Whole(jobs, "whole", "What is left: neighbours, ties, adjustment, report.",
                         "--resume", jobs.whole));
+  if (!jobs.place.empty()) {
+    const std::string out = fs::path(jobs.folder).parent_path().string();
+    chain.push_back(ScriptOf(
+        jobs, {"upload", 0, "The output folder, once the block has been oriented.",
+               "upload " + ShellWord(out) + " " + ShellWord(jobs.place), jobs.cpus, jobs.upload}));
+  }
   return chain;
 }
 

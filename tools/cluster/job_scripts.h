@@ -22,7 +22,8 @@ struct BlockJobs {
   int rounds = 1;  // of exterior orientation, where photos wait for those of other parts
   int cpus = 1;    // of the run of the whole block
   JobNeeds interior, exterior;     // of one part
-  JobNeeds roll, whole;            // of all photos
+  JobNeeds roll, whole, upload;    // of all photos
+  std::string place;               // object storage that takes the output folder; empty: none
   std::string partition, account;  // empty: Slurm's own choice
 };
 
@@ -33,9 +34,9 @@ struct JobScript {
   std::string text;
 };
 
-// control, interior and roll of film, exterior as often as there are rounds, whole. Scripts that
-// occur several times have the same text. Throws InputError where the folder's name is none for
-// Slurm.
+// control, interior and roll of film, exterior as often as there are rounds, whole, upload. Scripts
+// that occur several times have the same text. Throws InputError where the folder's name is none
+// for Slurm.
 std::vector<JobScript> JobChain(const BlockJobs& jobs);
 
 // Writes the chain's scripts, submit.sh and local.sh into `jobs.folder`, all executable; returns

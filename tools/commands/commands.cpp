@@ -17,6 +17,7 @@ CommandList MakeCommands() {
   commands.push_back(MakeReviewCommand());
   commands.push_back(MakeCamerasCommand());
   commands.push_back(MakeMeasurementsCommand());
+  commands.push_back(MakeUploadCommand());
   return commands;
 }
 

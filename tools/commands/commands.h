@@ -21,5 +21,6 @@ std::unique_ptr<Command> MakeSimulateCommand();
 std::unique_ptr<Command> MakeReportCommand();
 std::unique_ptr<Command> MakeReviewCommand();
 std::unique_ptr<Command> MakeSlurmCommand();
+std::unique_ptr<Command> MakeUploadCommand();
 
 }  // namespace orient

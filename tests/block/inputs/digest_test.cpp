@@ -19,6 +19,14 @@ void WriteHeights(const std::string& path, float changed) {
                              {500000, 5000000, 10, Crs::Parse("EPSG:32635", "test")});
 }
 
+TEST(Digest, IsTheSameInPiecesAndThatOfItsDefinition) {
+  EXPECT_EQ(Digest(""), "cbf29ce484222325");  // FNV-1a's test vectors
+  EXPECT_EQ(Digest("foobar"), "85944171f73967e8");
+  DigestOfPieces pieces;
+  for (const char* piece : {"foo", "", "bar"}) pieces.Add(piece);
+  EXPECT_EQ(pieces.Digits(), Digest("foobar"));
+}
+
 TEST(DigestOf, TellsWhichInputHasWhichContent) {
   const std::string digest = DigestOf({{"camera", "a"}, {"scan", "b"}});
   EXPECT_EQ(digest.size(), 16u);

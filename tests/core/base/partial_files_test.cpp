@@ -48,5 +48,12 @@ TEST(PartialFiles, OfEndedProgramsAreRemovedAndNothingElse) {
   RemovePartialFiles(folder / "absent");
 }
 
+TEST(PartialFiles, AreKnownByTheirNames) {
+  for (const char* name : {"block.json.12-0.part", "new.gpkg.12-3.part-wal"})
+    EXPECT_TRUE(IsPartialFile(name)) << name;
+  for (const char* name : {"block.json", "spare.part", "archive.12-01.part", ".part", ""})
+    EXPECT_FALSE(IsPartialFile(name)) << name;
+}
+
 }  // namespace
 }  // namespace orient

@@ -101,6 +101,18 @@ TEST(JobScripts, KeepNamesWithBlanksAndQuotesWhole) {
       << words;
 }
 
+TEST(JobScripts, UploadTheOutputFolderInTheEnd) {
+  const TemporaryFolder folder;
+  BlockJobs jobs = ExampleJobs(folder / "my out/slurm");
+  jobs.cpus = 3;
+  jobs.place = "s3://archive/roll 7";
+  EXPECT_EQ(Files(JobChain(jobs)).back(), "upload.sh");
+  const std::string words = WordsOfLocalRun(jobs, folder.Path());
+  EXPECT_TRUE(words.ends_with("<--resume><--jobs><3>\n<upload><" + (folder / "my out") +
+                              "><s3://archive/roll 7><--jobs><3>\n"))
+      << words;
+}
+
 TEST(JobScripts, AFolderThatSlurmCannotNameIsRefused) {
   BlockJobs jobs = ExampleJobs("/data/50 % # of us/slurm");
   EXPECT_NE(

@@ -10,11 +10,13 @@
 #include "block/inputs/camera_library.h"
 #include "block/part.h"
 #include "core/base/error.h"
+#include "core/base/remote_files.h"
 #include "core/files/block_file.h"
 #include "core/files/camera_file.h"
 #include "core/files/orientation_table.h"
 #include "tools/cluster/job_scripts.h"
 #include "tools/cluster/measured_job.h"
+#include "tools/cluster/upload.h"
 #include "tools/commands/block_control.h"
 #include "tools/commands/commands.h"
 #include "tools/commands/shared_options.h"
@@ -68,6 +70,8 @@ class SlurmCommand : public Command {
                  "Do not orient the first photos here to measure time and memory");
     app.add_option("--partition", jobs_.partition, "Slurm's partition");
     app.add_option("--account", jobs_.account, "Slurm's account");
+    app.add_option("--upload", jobs_.place,
+                   "Object storage that takes the output folder in the end (orient upload)");
     AddCameraLibraryOption(app, &library_);
     AddOverwriteOption(app, &overwrite_);
   }
@@ -80,6 +84,7 @@ class SlurmCommand : public Command {
       if (word->find_first_of(" \t\r\n") != std::string::npos)
         throw UsageError("'" + *word +
                          "' has blanks in it; give the name of a Slurm partition or account");
+    if (!jobs_.place.empty() && !IsStore(GdalName(jobs_.place))) throw NoStore(jobs_.place);
     block.camera = block::FindCameraFile(block.camera, library_);
     jobs_.program = OwnProgram();
     jobs_.block = fs::absolute(block_path_).lexically_normal().string();
@@ -168,6 +173,7 @@ class SlurmCommand : public Command {
     jobs_.interior = asked(interior);
     jobs_.exterior = asked(exterior);
     constexpr double kWhole_min = 60, kWhole_MB = 2000, kPhoto_MB = 0.4;
+    constexpr double kUpload_MB = 100;  // a file is sent in pieces of 50 MB
     const double most_MB = std::max(exterior.megabytes, interior.megabytes);
     const auto of_all = [&](double minutes) {
       return JobNeeds{whole_minutes_.value_or(static_cast<int>(kWhole_min + minutes)),
@@ -177,6 +183,8 @@ class SlurmCommand : public Command {
     // Ties take a photo about as long as its exterior orientation; the adjustment holds all of
     // them.
     jobs_.whole = of_all(kMargin * photos * exterior.seconds / 60 / jobs_.cpus);
+    jobs_.upload = of_all(0);
+    jobs_.upload.megabytes = static_cast<int>(kUpload_MB * (jobs_.cpus + 1));
     jobs_.roll = of_all(kMargin * each * interior.seconds / 60);  // and a part that was lost
   }
 

@@ -1,0 +1,196 @@
+#!/usr/bin/env python3
+"""CTest `upload`: `orient upload` puts a folder into a bucket whole, whatever the store does.
+
+    upload_test.py ORIENT
+"""
+
+import json
+import pathlib
+import subprocess
+import sys
+import tempfile
+import time
+
+from bucket_store import BucketStore
+
+LIST = "orient-upload.json"
+PLACE = "s3://archive/block 7"
+
+
+def make_output(folder):
+    """As a run leaves it, one file larger than what is sent at once (below)."""
+    files = {"block.json": b"{}\n", "empty.txt": b"", "Überblick (1).csv": b"photo,x\n",
+             "stages/exterior/a b.json": b"1", "mosaic.tif": bytes(range(256)) * 50_000}
+    files |= {f"photos/{i}.json": str(i).encode() for i in range(20)}
+    for name, contents in files.items():
+        path = folder / name
+        path.parent.mkdir(parents=True, exist_ok=True)
+        path.write_bytes(contents)
+    (folder / "block.json.123-1.part").write_bytes(b"half")
+    return files
+
+
+class Trial:
+    def __init__(self, orient, folder, store):
+        self.orient, self.out, self.store = orient, folder / "out", store
+        self.bucket = folder / "store/archive"
+        self.complaints = []
+
+    def words(self, *options, out=None, place=PLACE):
+        return [str(self.orient), "upload", str(out or self.out), place, "--jobs", "2", *options]
+
+    def environment(self):
+        return self.store.environment() | {"VSIS3_CHUNK_SIZE": "5"}
+
+    def upload(self, *options, code=0, says="", **where):
+        run = subprocess.run(self.words(*options, **where), env=self.environment(), check=False,
+                             capture_output=True, text=True)
+        said = run.stdout + run.stderr
+        if run.returncode != code or says not in said:
+            self.complain(f"{options} {where}: {run.returncode}, expected {code} and '{says}': {said}")
+        return said
+
+    def complain(self, what):
+        self.complaints.append(what)
+
+    def expect(self, what, is_so):
+        if not is_so:
+            self.complain(what)
+
+    def list(self):
+        path = self.bucket / "block 7" / LIST
+        return json.loads(path.read_text()) if path.exists() else None
+
+    def objects(self):
+        root = self.bucket / "block 7"
+        return {str(path.relative_to(root)): path.read_bytes() for path in root.rglob("*")
+                if path.is_file() and path.name != LIST}
+
+    def wait_for_objects(self, process, count):
+        while len(self.store.written) < count and process.poll() is None:
+            time.sleep(0.01)
+        self.expect(f"ended before {count} objects were there", process.poll() is None)
+
+    def clear(self):
+        subprocess.run(["rm", "-rf", str(self.bucket / "block 7")], check=True)
+        self.store.written.clear()
+
+
+def goes_whole(trial, files):
+    trial.upload(says="25 files sent")
+    trial.expect("other objects than files", trial.objects() == files)
+    listed = trial.list()
+    trial.expect("the list is not complete", listed["complete"] and set(listed["files"]) == set(files))
+    trial.expect("sizes in the list", all(listed["files"][name]["bytes"] == len(contents)
+                                          for name, contents in files.items()))
+    trial.expect("the list is not the last", trial.store.written[-1].endswith(LIST))
+    trial.store.written.clear()
+    trial.upload(says="0 files sent, 0.0 MB; 25 were there already")
+    trial.expect("something was written again", not trial.store.written)
+
+
+def replaces_only_when_told(trial, files):
+    (trial.out / "block.json").write_bytes(b"{ }")
+    trial.upload(code=1, says="s3://archive/block 7/block.json would be replaced")
+    trial.expect("replaced without being told", trial.objects() == files)
+    trial.upload("--overwrite", says="1 files sent")
+    trial.expect("not replaced", trial.objects() == files | {"block.json": b"{ }"})
+    (trial.out / "block.json").write_bytes(files["block.json"])
+    trial.clear()
+    trial.store.keep(trial.bucket / "block 7/block.json", b"somebody's")
+    trial.upload(code=1, says="would be replaced")
+    trial.expect("somebody's object", trial.objects() == {"block.json": b"somebody's"})
+
+
+def survives_faults(trial, files):
+    trial.clear()
+    trial.store.busy, trial.store.cut = 0.15, 0.04
+    trial.upload(says="25 files sent")
+    trial.expect("faults: other objects than files", trial.objects() == files)
+    print(f"{trial.store.faults} faults, {trial.store.cuts} without an answer")
+    trial.expect("no fault has occurred", trial.store.faults > 3 and trial.store.cuts > 0)
+    trial.store.busy = trial.store.cut = 0
+
+
+def goes_on_after_a_kill(trial, files):
+    trial.clear()
+    trial.store.delay_s = 0.2
+    process = subprocess.Popen(trial.words(), env=trial.environment())
+    trial.wait_for_objects(process, 6)
+    process.kill()
+    process.wait()
+    trial.store.delay_s = 0
+    trial.expect("killed, and complete", trial.list() is not None and not trial.list()["complete"])
+    trial.upload(says="files sent")
+    trial.expect("after a kill: other objects than files", trial.objects() == files)
+    trial.expect("after a kill: not complete", trial.list()["complete"])
+
+
+def ends_where_the_store_does(trial, files):
+    trial.clear()
+    trial.store.delay_s = 0.1
+    process = subprocess.Popen(trial.words(), env=trial.environment(), stderr=subprocess.PIPE,
+                               stdout=subprocess.DEVNULL, text=True)
+    trial.wait_for_objects(process, 8)
+    trial.store.delay_s, trial.store.busy = 0, 1
+    error = process.communicate()[1]
+    trial.expect(f"{process.returncode}: {error}", process.returncode == 4
+                 and "the same command goes on" in error)
+    trial.expect("half of an object", all(files[name] == contents
+                                          for name, contents in trial.objects().items()))
+    trial.store.busy = 0
+    trial.upload()
+    trial.expect("after a refusal: other objects than files", trial.objects() == files)
+
+
+def goes_on_where_it_ended(trial, files):
+    trial.clear()
+    trial.store.forbidden = "/19.json"
+    said = trial.upload(code=4, says="photos/19.json")
+    trial.expect(f"no remedy: {said}", "right to write" in said)
+    there = len(trial.list()["files"])
+    trial.expect(f"{there} files in the list", 0 < there < len(files)
+                 and not trial.list()["complete"])
+    trial.store.forbidden = None
+    trial.upload(says=f"{there} were there already")
+    trial.expect("refused once: other objects than files", trial.objects() == files)
+
+
+def refuses(trial):
+    trial.upload(code=1, says="no object storage", place="http://user:secret@host/out")
+    trial.upload(code=2, says="is no folder", out=trial.out / "nothing")
+    (trial.out / "nothing").mkdir()
+    trial.upload(code=2, says="holds no files", out=trial.out / "nothing")
+    (trial.out / "stages/unfinished").write_text("")
+    trial.upload(code=2, says="has not ended")
+    (trial.out / "stages/unfinished").unlink()
+    trial.store.keep(trial.bucket / "block 7" / LIST, b"[]")
+    trial.upload(code=2, says="is no list of an upload")
+    nobody = {key: value for key, value in trial.environment().items() if not key.startswith("AWS_")}
+    nobody |= {"AWS_CONFIG_FILE": "/nowhere", "CPL_AWS_AUTODETECT_EC2": "NO", "HOME": "/nowhere"}
+    run = subprocess.run(trial.words(), env=nobody, capture_output=True, text=True, check=False)
+    trial.expect(f"without credentials: {run.returncode} {run.stderr}",
+                 run.returncode in (2, 4) and "credentials" in run.stderr)
+
+
+def main(orient):
+    with tempfile.TemporaryDirectory() as temporary:
+        folder = pathlib.Path(temporary)
+        (folder / "store/archive").mkdir(parents=True)
+        files = make_output(folder / "out")
+        with BucketStore(folder / "store") as store:
+            trial = Trial(pathlib.Path(orient).resolve(), folder, store)
+            goes_whole(trial, files)
+            replaces_only_when_told(trial, files)
+            survives_faults(trial, files)
+            goes_on_after_a_kill(trial, files)
+            ends_where_the_store_does(trial, files)
+            goes_on_where_it_ended(trial, files)
+            refuses(trial)
+            print(f"{store.requests} requests, {store.faults} faults")
+    print("\n".join(trial.complaints) or "a folder is uploaded whole")
+    return 1 if trial.complaints else 0
+
+
+if __name__ == "__main__":
+    sys.exit(main(*sys.argv[1:]))
