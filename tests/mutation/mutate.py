@@ -37,7 +37,7 @@ TESTS = {"core": ["test_core", "fuzz_corpus", "test_patchdb", "test_interior", "
                      "test_end_to_end"],
          "exterior": ["test_exterior", "test_block", "test_end_to_end"],
          "block": ["test_block", "test_tools", "test_end_to_end"],
-         "tools": ["test_tools", "test_block", "test_end_to_end"]}
+         "tools": ["test_tools", "upload", "test_block", "test_end_to_end"]}
 MOST_SECONDS = 600
 QUICK = "-Slow*:*/Slow*"
 
