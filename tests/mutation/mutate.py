@@ -29,7 +29,9 @@ TABLES = ROOT / "tests/mutation"
 PLACE = ROOT / "build/mutation"
 SOURCES, BUILD, RECORD = PLACE / "sources", PLACE / "build", PLACE / "killed.json"
 LEAST = 120
-# The tests of a room, its own first; what is not a test_... is a CTest of that name.
+# Tests that run the program from outside.
+SCRIPTS = {"upload": "tests/cluster/upload_test.py"}
+# The tests of a room, its own first.
 TESTS = {"core": ["test_core", "fuzz_corpus", "test_patchdb", "test_interior", "test_exterior",
                   "test_tools", "test_block", "test_end_to_end"],
          "interior": ["test_interior", "test_block", "test_tools", "test_end_to_end"],
@@ -119,6 +121,9 @@ def own_suites(mutant):
 def failing_test(test, only=""):
     """Its name; empty where all pass."""
     log = PLACE / "test.log"
+    if test in SCRIPTS:
+        code = run([sys.executable, SOURCES / SCRIPTS[test], BUILD / "orient"], log, MOST_SECONDS)
+        return "" if code == 0 else test
     if not test.startswith("test_"):
         code = run([BUILD / f"tests/fuzz/{test}", SOURCES / "tests/fuzz/corpus"], log, MOST_SECONDS)
         return "" if code == 0 else test
@@ -135,7 +140,8 @@ def killer(mutant):
     """What kills a mutant; None: nothing."""
     tests = TESTS[mutant["room"]]
     for place, test in enumerate(tests):
-        if not build([test] + (["orient"] if test == "test_end_to_end" else [])):
+        program = ["orient"] if test == "test_end_to_end" or test in SCRIPTS else []
+        if not build(program + ([] if test in SCRIPTS else [test])):
             return "the compiler"
         suites = own_suites(mutant) if place == 0 else ""
         found = (failing_test(test, suites) if suites else "") or failing_test(test)
