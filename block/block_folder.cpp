@@ -12,8 +12,6 @@ namespace orient::block {
 namespace {
 namespace fs = std::filesystem;
 
-constexpr const char* kLock = ".orient-block.lock";
-
 std::string UnfinishedPath(const std::string& out) { return StageDirectory(out, "unfinished"); }
 
 // In the folders that are a run's own.
@@ -43,14 +41,15 @@ std::string StageDirectory(const std::string& block_directory, const std::string
 }
 
 BlockFolder::BlockFolder(std::string directory, bool resume)
-    : directory_(Made(std::move(directory))), lock_(directory_, kLock) {
+    : directory_(Made(std::move(directory))), lock_(directory_, kBlockLock) {
   RemovePartialFilesOfKilledRuns(directory_);
   if (!resume) fs::remove_all(fs::path(directory_) / "stages");
   MarkUnfinished();
 }
 
 BlockFolder::BlockFolder(std::string directory)
-    : directory_(Made(std::move(directory))), lock_(directory_, kLock, FolderLock::Mode::kShared) {
+    : directory_(Made(std::move(directory))),
+      lock_(directory_, kBlockLock, FolderLock::Mode::kShared) {
   MarkUnfinished();
 }
 

@@ -207,7 +207,9 @@ class WatchedFiles final : public VSIFilesystemHandler {
     int result = -1;
     const auto ask = [&] {
       VSIErrorReset();
-      result = files_->Stat(path, status, flags | VSI_STAT_SET_ERROR_FLAG);
+      // Asked for the size first, GDAL says of no answer that there is no such file.
+      result = files_->Stat(path, status, (flags & ~VSI_STAT_SIZE_FLAG) | VSI_STAT_SET_ERROR_FLAG);
+      if (result == 0) result = files_->Stat(path, status, flags | VSI_STAT_SET_ERROR_FLAG);
       return result == 0 || !Unanswered();
     };
     if (!ask() && !Patiently([&] { return Forget(files_.get(), path), ask(); })) {

@@ -48,6 +48,10 @@ pid_t WriterOf(std::string_view name) {
 
 bool IsPartialFile(std::string_view name) { return WriterOf(name) > 0; }
 
+bool IsBeingWritten(std::string_view name) {
+  return IsPartialFile(name) && IsRunning(WriterOf(name));
+}
+
 void RemovePartialFiles(const std::string& folder) {
   std::vector<fs::path> left;
   std::error_code error;

@@ -7,8 +7,9 @@
 
 namespace orient {
 
-// By its name in its folder, whether or not the process runs.
+// By its name in its folder, whether or not the process runs; whether it runs on this machine.
 bool IsPartialFile(std::string_view name);
+bool IsBeingWritten(std::string_view name);
 
 // Removes those in a folder, not below it, whose process is not running on this machine any more.
 // What cannot be removed stays.

@@ -231,8 +231,8 @@ const std::vector<Wording>& Wordings() {  // NOLINT(readability-function-size): 
        "the photo does not determine its principal distance: its sigma is still {value:.3f} mm "
        "({limit:.3f} mm a priori); over level ground the flying height absorbs it"},
       {Reason::kPrincipalDistanceContradicted, "principal_distance_contradicted",
-       "the patches fit a principal distance of {value:.3f} mm, not the camera file's {limit:.3f} "
-       "mm: {where}"},
+       "the patches fit a principal distance of {value:.3f} mm better than the camera file's "
+       "{limit:.3f} mm, which one deformed source of patches may cause, too: {where}"},
       {Reason::kDemHasHoles, "dem_has_holes",
        "the DEM has no height under {value:.0f} of the {limit:.0f} matched patches: it has a hole "
        "or ends there"},

@@ -4,11 +4,12 @@
 #SBATCH --mem={{{megabytes}}}M
 #SBATCH --time={{{minutes}}}
 #SBATCH --requeue
+#SBATCH --kill-on-invalid-dep=yes
 #SBATCH --output="{{{logs}}}/{{{log}}}.log"
 #SBATCH --open-mode=append{{{more}}}
 # {{{what}}}
 set -u
-{{{orient}}} {{{words}}} --jobs {{{cpus}}}
+{{{orient}}} {{{words}}}
 code=$?
 # 3: done, but some photos were not oriented (the report says why), or wait for those of other parts.
 if [ $code -eq 3 ]; then exit 0; fi

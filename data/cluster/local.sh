@@ -12,10 +12,11 @@ array() {  # script, number of tasks
     "SLURM_ARRAY_TASK_ID={} bash $1 >>${log}_{}.log 2>&1"
   code=$?
 }
-submit() {
+submit() {  # its script, and after what end of the one before it
+  if [ "${2:-}" = afterok ] && [ $code -ne 0 ]; then return; fi
   bash "$1" >>"logs/$(basename "$1" .sh).log" 2>&1
   code=$?
 }
 {{{jobs}}}
-[ $code -eq 0 ] || echo "$0: the last job has failed; the logs lie in $PWD/logs" >&2
+[ $code -eq 0 ] || echo "$0: a job has failed; the logs lie in $PWD/logs" >&2
 exit $code

@@ -8,9 +8,9 @@ after=""
 submitted=()
 # Half a chain is of no use.
 trap '[ ${#submitted[@]} -eq 0 ] || scancel "${submitted[@]}"' ERR
-submit() {  # its script
+submit() {  # its script, and after what end of those before it
   local id
-  id=$(sbatch --parsable ${after:+--dependency=afterany:$after} "$1")
+  id=$(sbatch --parsable ${after:+--dependency=${2:-afterany}:$after} "$1")
   after=${id%%;*}
   submitted+=("$after")
   echo "$after  $1"

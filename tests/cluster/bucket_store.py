@@ -14,7 +14,13 @@ from object_store import Handler, ObjectStore
 
 
 class BucketHandler(Handler):
+    def do_HEAD(self):
+        if not self.unanswered():
+            super().do_HEAD()
+
     def do_GET(self):
+        if self.unanswered():
+            return None
         query = urllib.parse.parse_qs(urllib.parse.urlsplit(self.path).query, keep_blank_values=True)
         if "prefix" in query or "delimiter" in query:
             return self.list_objects(query)
@@ -37,6 +43,8 @@ class BucketHandler(Handler):
                 number = len(store.pieces) - 1
             return self.send_xml("<InitiateMultipartUploadResult>"
                                  f"<UploadId>{number}</UploadId></InitiateMultipartUploadResult>")
+        if store.half_said:
+            return self.send_xml("<Error><Code>InternalError</Code></Error>")
         pieces = store.pieces[query["uploadId"][0]]
         order = [int(n) for n in re.findall(rb"<PartNumber>(\d+)</PartNumber>", body)]
         store.keep(self.object_path(), b"".join(pieces[n] for n in order))
@@ -44,6 +52,17 @@ class BucketHandler(Handler):
 
     def do_DELETE(self):
         self.end(204)
+
+    def unanswered(self):
+        """Whether this request is for the object of which the store says nothing."""
+        name, code = self.server.store.unanswered or (None, None)
+        if not name or not urllib.parse.urlsplit(self.path).path.endswith("/" + name):
+            return False
+        if code:
+            self.end(code)
+        else:
+            self.close_connection = True
+        return True
 
     def object_path(self):
         name = urllib.parse.unquote(urllib.parse.urlsplit(self.path).path).lstrip("/")
@@ -99,6 +118,8 @@ class BucketStore(ObjectStore):
     def __init__(self, folder, **faults):
         super().__init__(folder, handler=BucketHandler, **faults)
         self.forbidden = None  # part of the names that nobody may write
+        self.unanswered = None  # end of a name and the code that a question for it is answered by
+        self.half_said = False  # objects of several parts are not put together; the code says 200
         self.pieces = {}  # of uploads that come in parts
         self.written = []  # the objects, in their order
 

@@ -59,10 +59,10 @@ std::string LogFolder(const BlockJobs& jobs) {
   return escaped;
 }
 
-std::string BlockWords(const BlockJobs& jobs, const std::string& options) {
+std::string BlockWords(const BlockJobs& jobs, const std::string& options, int cpus) {
   const std::string library =
       jobs.camera_library.empty() ? "" : " --camera-library " + ShellWord(jobs.camera_library);
-  return "block " + ShellWord(jobs.block) + library + " " + options;
+  return fmt::format("block {}{} {} --jobs {}", ShellWord(jobs.block), library, options, cpus);
 }
 
 // What one job does; an array's where there are tasks.
@@ -72,12 +72,13 @@ struct Work {
   std::string what, words;  // for a person; for the program
   int cpus = 1;
   JobNeeds needs;
+  bool after_success = false;
 };
 
 JobScript ScriptOf(const BlockJobs& jobs, const Work& work) {
   const bool array = work.tasks > 0;
   const std::string tasks = array ? fmt::format("\n#SBATCH --array=1-{}", work.tasks) : "";
-  return {work.name + ".sh", work.tasks,
+  return {work.name + ".sh", work.tasks, work.after_success,
           Filled("job.sh", {{"name", work.name},
                             {"cpus", std::to_string(work.cpus)},
                             {"megabytes", std::to_string(work.needs.megabytes)},
@@ -98,18 +99,21 @@ JobScript Part(const BlockJobs& jobs, const std::string& stage, const JobNeeds& 
       jobs.parts);
   const std::string options =
       fmt::format("--stage {} --part \"$SLURM_ARRAY_TASK_ID/{}\"", stage, jobs.parts);
-  return ScriptOf(jobs, {stage, jobs.parts, what, BlockWords(jobs, options), 1, needs});
+  return ScriptOf(jobs, {stage, jobs.parts, what, BlockWords(jobs, options, 1), 1, needs});
 }
 
 JobScript Whole(const BlockJobs& jobs, const std::string& name, const std::string& what,
                 const std::string& options, const JobNeeds& needs) {
-  return ScriptOf(jobs, {name, 0, what, BlockWords(jobs, options), jobs.cpus, needs});
+  return ScriptOf(jobs, {name, 0, what, BlockWords(jobs, options, jobs.cpus), jobs.cpus, needs});
+}
+
+std::string Submitted(const JobScript& script) {
+  return "submit " + script.file + (script.after_success ? " afterok" : "");
 }
 
 std::string SubmitScript(const std::vector<JobScript>& chain) {
   std::string jobs;
-  for (const JobScript& script : chain)
-    jobs += (jobs.empty() ? "submit " : "\nsubmit ") + script.file;
+  for (const JobScript& script : chain) jobs += (jobs.empty() ? "" : "\n") + Submitted(script);
   return Filled("submit.sh", {{"jobs", jobs}});
 }
 
@@ -118,7 +122,7 @@ std::string LocalScript(const BlockJobs& plan, const std::vector<JobScript>& cha
   for (const JobScript& script : chain) {
     if (!jobs.empty()) jobs += "\n";
     jobs += script.tasks > 0 ? fmt::format("array {} {}", script.file, script.tasks)
-                             : "submit " + script.file;
+                             : Submitted(script);
   }
   return Filled("local.sh", {{"jobs", jobs}, {"at_once", std::to_string(plan.cpus)}});
 }
@@ -157,9 +161,10 @@ std::vector<JobScript> JobChain(const BlockJobs& jobs) {
                         "--resume", jobs.whole));
   if (!jobs.place.empty()) {
     const std::string out = fs::path(jobs.folder).parent_path().string();
-    chain.push_back(ScriptOf(
-        jobs, {"upload", 0, "The output folder, once the block has been oriented.",
-               "upload " + ShellWord(out) + " " + ShellWord(jobs.place), jobs.cpus, jobs.upload}));
+    chain.push_back(
+        ScriptOf(jobs, {"upload", 0, "The output folder, once the block has been oriented.",
+                        "upload " + ShellWord(out) + " " + ShellWord(jobs.place), 1, jobs.upload,
+                        /*after_success=*/true}));
   }
   return chain;
 }

@@ -29,8 +29,9 @@ struct BlockJobs {
 
 // One job of the chain, in its order; each waits for the one before it.
 struct JobScript {
-  std::string file;  // "exterior.sh"
-  int tasks = 0;     // of an array; 0: one job
+  std::string file;            // "exterior.sh"
+  int tasks = 0;               // of an array; 0: one job
+  bool after_success = false;  // of the one before it, not after any end of it
   std::string text;
 };
 

@@ -1,26 +1,23 @@
 #include "tools/cluster/upload.h"
 
-#include <cpl_vsi.h>
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <array>
 #include <atomic>
 #include <chrono>
+#include <cstdlib>
 #include <filesystem>
-#include <fstream>
-#include <memory>
 #include <mutex>
 #include <optional>
-#include <set>
+#include <random>
+#include <thread>
 #include <vector>
 
-#include "block/inputs/digest.h"
-#include "core/base/environment_error.h"
+#include "core/base/error.h"
 #include "core/base/partial_files.h"
 #include "core/base/quiet_gdal.h"
-#include "core/base/remote_files.h"
 #include "core/base/side_by_side.h"
+#include "tools/cluster/store_object.h"
 #include "tools/cluster/uploaded_files.h"
 #include "tools/report/html_text.h"
 
@@ -28,151 +25,110 @@ namespace orient {
 namespace {
 namespace fs = std::filesystem;
 
-struct CloseFile {
-  void operator()(VSILFILE* file) const { VSIFCloseL(file); }
-};
+constexpr const char* kChanges = "; upload when nothing writes into the folder any more";
 
-std::string TypedPlace(const std::string& object) { return WithoutSecrets(TypedName(object)); }
+// Whether a file is one of the results; `name`: in the folder.
+bool IsUploaded(const fs::path& name) {
+  const std::string file = name.filename().string();
+  return *name.begin() != "slurm" && name != kUploadList && !file.starts_with(".orient-") &&
+         !IsPartialFile(file);
+}
 
-// Relative to the folder, in their order.
+// Throws InputError for what an upload would have to leave out.
+void RefuseUnlessFile(const fs::directory_entry& entry, const fs::path& name) {
+  const std::string path = entry.path().string();
+  std::error_code error;
+  if (entry.status(error).type() == fs::file_type::directory)
+    throw InputError(path + " is a link to a folder, which is not followed; replace it by a copy");
+  if (entry.status(error).type() != fs::file_type::regular)
+    throw InputError(fmt::format("{} cannot be uploaded: {}", path,
+                                 error ? error.message() : "it is no file, or leads to none"));
+  if (ValidText(name.string()) != name.string())
+    throw InputError(path +
+                     " cannot be an object's name: it is not UTF-8, or has control "
+                     "characters; rename it");
+}
+
+// Paths in the folder, in their order.
 std::vector<std::string> FilesOf(const fs::path& folder) {
   std::vector<std::string> files;
   std::error_code error;
   fs::recursive_directory_iterator entry(folder, error);
   for (; !error && entry != fs::recursive_directory_iterator(); entry.increment(error)) {
-    std::error_code broken_link;
-    const std::string name = entry->path().filename().string();
-    if (entry->is_regular_file(broken_link) && !IsPartialFile(name) && name != kUploadList)
-      files.push_back(fs::relative(entry->path(), folder).string());
+    const fs::path name = entry->path().lexically_relative(folder);
+    if (IsPartialFile(name.filename().string()) && IsBeingWritten(name.filename().string()))
+      throw InputError(entry->path().string() + " is being written" + kChanges);
+    if (!IsUploaded(name) || entry->symlink_status().type() == fs::file_type::directory) continue;
+    RefuseUnlessFile(*entry, name);
+    files.push_back(name.generic_string());
   }
   if (error) throw InputError(fmt::format("cannot read {}: {}", folder.string(), error.message()));
-  for (const std::string& file : files)
-    if (ValidText(file) != file)
-      throw InputError((folder / file).string() +
-                       " has a name that is not UTF-8, as an object's must be; rename it");
   if (files.empty())
-    throw InputError(folder.string() + " holds no files; name the output folder of a run");
+    throw InputError(folder.string() + " holds no results; name the output folder of a run");
   std::sort(files.begin(), files.end());
   return files;
 }
 
-// Calls use(piece) for all of a local file; returns what the list says of it.
-template <typename Use>
-UploadedFile ReadInPieces(const fs::path& path, const Use& use) {
-  std::ifstream file(path, std::ios::binary);
-  std::string piece(std::size_t{1} << 20, '\0');
-  block::DigestOfPieces digest;
-  UploadedFile read;
-  while (file.read(piece.data(), std::ssize(piece)) || file.gcount() > 0) {
-    const std::string_view part(piece.data(), static_cast<std::size_t>(file.gcount()));
-    digest.Add(part);
-    read.bytes += part.size();
-    if (!use(part)) break;
-  }
-  if (!file.is_open() || file.bad()) throw InputError("cannot read " + path.string());
-  read.digest = digest.Digits();
-  return read;
+// GDAL would see no other objects, and take all of ours for absent.
+void RefuseBlindGdal() {
+  for (const char* setting : {"CPL_VSIL_CURL_ALLOWED_EXTENSIONS", "CPL_VSIL_CURL_ALLOWED_FILENAME"})
+    if (std::getenv(setting) != nullptr)
+      throw UsageError(fmt::format("{} is set, which hides objects; unset it", setting));
 }
 
-// The error of a store that does not take a file.
-EnvironmentError Refused(const std::string& object, const QuietGdal& gdal) {
-  return EnvironmentError(
-      fmt::format("cannot write {}{}; what has arrived stays, and the same "
-                  "command goes on. Where it never succeeds, check the name of "
-                  "the bucket, the credentials and their right to write",
-                  TypedPlace(object), WithoutSecrets(gdal.Message())));
-}
-
-// One attempt. Nothing is there before it is closed without an error.
-template <typename Write>
-bool Put(const std::string& object, const Write& write) {
-  std::unique_ptr<VSILFILE, CloseFile> file(VSIFOpenL(object.c_str(), "wb"));
-  if (!file) return false;
-  const bool written = write(file.get());
-  return VSIFCloseL(file.release()) == 0 && written;
-}
-
-void PutText(const std::string& object, const std::string& text) {
-  const QuietGdal gdal;
-  const bool done = Patiently([&] {
-    return Put(object, [&](VSILFILE* file) {
-      return VSIFWriteL(text.data(), 1, text.size(), file) == text.size();
-    });
-  });
-  if (!done) throw Refused(object, gdal);
-}
-
-// Returns what was sent.
-UploadedFile PutFile(const fs::path& path, const std::string& object) {
-  const QuietGdal gdal;
-  UploadedFile sent;
-  const bool done = Patiently([&] {
-    return Put(object, [&](VSILFILE* file) {
-      bool written = true;
-      sent = ReadInPieces(path, [&](std::string_view piece) {
-        return written = VSIFWriteL(piece.data(), 1, piece.size(), file) == piece.size();
+// Not on TBB's threads, of which there are as many as cores: these wait for the network.
+template <typename Work>
+void OnThreadsOfTheirOwn(std::size_t count, int threads, const Work& work) {
+  FirstFailure failure;
+  std::atomic<std::size_t> next = 0;
+  {
+    std::vector<std::jthread> workers;
+    for (int k = 0; k < threads; ++k)
+      workers.emplace_back([&] {
+        for (std::size_t i = next++; i < count && !failure.IsBefore(i); i = next++) try {
+            work(i);
+          } catch (...) {
+            failure.Keep(i);
+          }
       });
-      return written;
-    });
-  });
-  if (!done) throw Refused(object, gdal);
-  return sent;
+  }
+  failure.Rethrow();
 }
 
-// Of an object; empty where there is none.
-std::optional<std::uint64_t> SizeOf(const std::string& object) {
-  return Watched([&]() -> std::optional<std::uint64_t> {
-    const QuietGdal quiet;
-    VSIStatBufL status{};
-    if (VSIStatL(object.c_str(), &status) != 0 || VSI_ISDIR(status.st_mode)) return std::nullopt;
-    return static_cast<std::uint64_t>(status.st_size);
-  });
+std::string NewId() {
+  std::random_device random;
+  return fmt::format("{:08x}{:08x}", random(), random());
 }
-
-std::optional<UploadedFiles> ReadListAt(const std::string& object) {
-  if (!SizeOf(object)) return std::nullopt;
-  const auto text = Watched([&]() -> std::optional<std::string> {
-    const QuietGdal quiet;
-    GByte* bytes = nullptr;
-    vsi_l_offset size = 0;
-    constexpr GIntBig kMost = 1 << 30;
-    if (VSIIngestFile(nullptr, object.c_str(), &bytes, &size, kMost) == 0) return std::nullopt;
-    const std::unique_ptr<GByte, decltype(&VSIFree)> owned(bytes, &VSIFree);
-    return std::string(reinterpret_cast<const char*>(bytes), static_cast<std::size_t>(size));
-  });
-  if (!text) throw InputError("cannot read " + TypedPlace(object));
-  return ReadUploadedFiles(*text, TypedPlace(object));
-}
-
-// A local file and what is to become of it.
-struct File {
-  std::string name;
-  UploadedFile contents;
-  bool there = false;     // the same lies in the store
-  bool replaces = false;  // something else does, which no interrupted upload has left
-};
 
 class UploadRun {
  public:
-  UploadRun(const std::string& folder, const std::string& place, ProgressListener* progress)
-      : folder_(folder), place_(place), progress_(progress) {
-    for (std::string& name : FilesOf(folder_)) files_.emplace_back().name = std::move(name);
-  }
+  UploadRun(const fs::path& folder, const std::string& place, const UploadOptions& options,
+            ProgressListener* progress)
+      : folder_(folder),
+        place_(place),
+        options_(options),
+        progress_(progress),
+        names_(FilesOf(folder)),
+        there_(names_.size()),
+        changed_(names_.size()) {}
 
-  UploadSummary Run(bool overwrite) {
-    const auto before = ReadListAt(Object(kUploadList));
+  UploadSummary Run() {
+    const auto before = ReadList();
     Compare(before);
-    if (!overwrite) RefuseToReplace();
     UploadSummary summary;
-    for (const File& file : files_) {
-      ++(file.there ? summary.kept : summary.sent);
-      summary.bytes_sent += file.there ? 0 : file.contents.bytes;
-      if (file.there) list_.files[file.name] = file.contents;
-    }
-    const bool same = before && before->complete && before->files == list_.files;
-    if (summary.sent == 0 && same) return summary;
+    summary.kept = static_cast<std::size_t>(std::count(there_.begin(), there_.end(), true));
+    summary.sent = names_.size() - summary.kept;
+    if (summary.sent == 0 && before->complete && before->files == list_.files) return summary;
     WriteList();
-    SendAll(summary.sent);
+    SendAll(&summary);
+    if (FilesOf(folder_) != names_)
+      throw InputError(folder_.string() + " has got, or lost, files meanwhile" + kChanges);
+    const auto now = ReadList();
+    if (!now || now->id != list_.id)
+      throw InputError(
+          fmt::format("another upload writes to {}; wait until it has ended, and "
+                      "upload again with --overwrite",
+                      TypedObject(place_)));
     list_.complete = true;
     WriteList();
     return summary;
@@ -180,48 +136,61 @@ class UploadRun {
 
  private:
   std::string Object(const std::string& name) const { return place_ + "/" + name; }
+  std::string Path(const std::string& name) const { return (folder_ / name).string(); }
 
-  // Tells what is there, and what is in the way.
+  std::optional<UploadedFiles> ReadList() const {
+    const std::string object = Object(kUploadList);
+    const auto text = ReadObject(object);
+    if (!text) return std::nullopt;
+    return ReadUploadedFiles(*text, TypedObject(object));
+  }
+
+  // Tells what is there, plans what is to come, and refuses to replace what else lies in the way.
   void Compare(const std::optional<UploadedFiles>& before) {
     const UploadedFiles listed = before.value_or(UploadedFiles{});
-    const bool left_by_us = before && !before->complete;  // by an upload that was interrupted
-    ProgressTask task(progress_, "compared with the store", static_cast<int>(files_.size()));
-    SideBySide(files_.size(), [&](std::size_t i) {
-      File& file = files_[i];
-      file.contents = ReadInPieces(folder_ / file.name, [](std::string_view) { return true; });
-      const auto size = SizeOf(Object(file.name));
-      const auto known = listed.files.find(file.name);
-      file.there = known != listed.files.end() && known->second == file.contents &&
-                   size == file.contents.bytes;
-      file.replaces = !file.there && size && !left_by_us;
+    std::vector<UploadedFile> planned(names_.size());
+    std::vector<char> replaces(names_.size()), there(names_.size());
+    ProgressTask task(progress_, "comparing with the store", static_cast<int>(names_.size()));
+    OnThreadsOfTheirOwn(names_.size(), options_.jobs, [&](std::size_t i) {
+      const auto known = listed.files.find(names_[i]);
+      const bool is_listed = known != listed.files.end();
+      const auto size = SizeOfObject(Object(names_[i]));
+      planned[i].bytes = StateOf(names_[i], &changed_[i]);
+      if (is_listed && size == known->second.bytes && size == planned[i].bytes &&
+          ReadLocal(Path(names_[i])) == known->second) {
+        planned[i] = known->second;
+        there[i] = 1;
+      }
+      replaces[i] = there[i] == 0 && size && (!is_listed || listed.complete);
       task.Advance();
     });
+    std::vector<std::string> in_the_way;
+    for (std::size_t i = 0; i < names_.size(); ++i) {
+      there_[i] = there[i] != 0;
+      list_.files[names_[i]] = planned[i];
+      if (replaces[i] != 0) in_the_way.push_back(names_[i]);
+    }
+    const auto unknown = [&](const auto& file) { return !list_.files.contains(file.first); };
+    if (std::any_of(listed.files.begin(), listed.files.end(), unknown))
+      in_the_way.emplace_back(kUploadList);  // would name them no more
+    if (!in_the_way.empty() && !options_.overwrite) RefuseToReplace(in_the_way);
   }
 
-  void RefuseToReplace() const {
-    const auto replaces = [](const File& file) { return file.replaces; };
-    const auto first = std::find_if(files_.begin(), files_.end(), replaces);
-    if (first == files_.end()) return;
-    const auto more = std::count_if(std::next(first), files_.end(), replaces);
-    throw UsageError(fmt::format("{}{} would be replaced; use --overwrite, or name another place",
-                                 TypedPlace(Object(first->name)),
-                                 more > 0 ? fmt::format(" and {} more", more) : ""));
+  [[noreturn]] void RefuseToReplace(const std::vector<std::string>& names) const {
+    throw UsageError(
+        fmt::format("{}{} would be replaced; use --overwrite, or name another place",
+                    TypedObject(Object(names.front())),
+                    names.size() > 1 ? fmt::format(" and {} more", names.size() - 1) : ""));
   }
 
-  void SendAll(std::size_t count) {
-    ProgressTask task(progress_, "upload", static_cast<int>(count));
-    const auto send = [&](const File& file) {
-      if (PutFile(folder_ / file.name, Object(file.name)) != file.contents)
-        throw InputError(
-            fmt::format("{} has changed while it was sent; upload when nothing writes "
-                        "into the folder any more",
-                        (folder_ / file.name).string()));
-      Note(file);
-      task.Advance();
-    };
+  void SendAll(UploadSummary* summary) {
+    ProgressTask task(progress_, "upload", static_cast<int>(summary->sent));
     try {
-      SideBySide(files_.size(), [&](std::size_t i) {
-        if (!files_[i].there) send(files_[i]);
+      OnThreadsOfTheirOwn(names_.size(), options_.jobs, [&](std::size_t i) {
+        if (there_[i]) return;
+        const UploadedFile sent = Send(i);
+        Note(names_[i], sent, summary);
+        task.Advance();
       });
     } catch (...) {
       NoteWhatArrived();
@@ -229,11 +198,33 @@ class UploadRun {
     }
   }
 
+  // The file as it was when the run began, or an error.
+  UploadedFile Send(std::size_t i) const {
+    const std::string &name = names_[i], path = Path(name);
+    UploadedFile sent = PutFile(path, Object(name));
+    fs::file_time_type changed;
+    if (StateOf(name, &changed) == sent.bytes && changed == changed_[i] &&
+        sent.bytes == list_.files.at(name).bytes)
+      return sent;
+    RemoveObject(Object(name));
+    throw InputError(path + " has changed while it was sent" + kChanges);
+  }
+
+  // Bytes, and when they were last changed.
+  std::uint64_t StateOf(const std::string& name, fs::file_time_type* changed) const {
+    std::error_code error;
+    *changed = fs::last_write_time(folder_ / name, error);
+    const std::uintmax_t bytes = error ? 0 : fs::file_size(folder_ / name, error);
+    if (error) throw InputError(fmt::format("cannot read {}: {}", Path(name), error.message()));
+    return bytes;
+  }
+
   // Now and then the list in the store is brought up to date.
-  void Note(const File& file) {
+  void Note(const std::string& name, const UploadedFile& sent, UploadSummary* summary) {
     constexpr std::chrono::seconds kSeldom(30);
     const std::lock_guard lock(mutex_);
-    list_.files[file.name] = file.contents;
+    arrived_.emplace_back(name, sent);
+    summary->bytes_sent += sent.bytes;
     if (std::chrono::steady_clock::now() - written_ > kSeldom) WriteList();
   }
 
@@ -245,46 +236,34 @@ class UploadRun {
   }
 
   void WriteList() {
-    PutText(Object(kUploadList), TextOf(list_));
+    UploadedFiles now = list_;
+    for (const auto& [name, sent] : arrived_) now.files[name] = sent;
+    PutText(Object(kUploadList), TextOf(now));
     written_ = std::chrono::steady_clock::now();
   }
 
   fs::path folder_;
   std::string place_;
+  UploadOptions options_;
   ProgressListener* progress_;
-  std::vector<File> files_;
+  std::vector<std::string> names_;
+  std::vector<bool> there_;  // whether the store has the same
+  std::vector<fs::file_time_type> changed_;
+  UploadedFiles list_{NewId(), false, {}};  // as planned
   std::mutex mutex_;
-  UploadedFiles list_;  // as far as it has come
+  std::vector<std::pair<std::string, UploadedFile>> arrived_;
   std::chrono::steady_clock::time_point written_;
 };
 
 }  // namespace
 
-bool IsStore(const std::string& gdal_name) {
-  constexpr std::array<std::string_view, 3> kStores = {"/vsis3/", "/vsigs/", "/vsiaz/"};
-  return std::any_of(kStores.begin(), kStores.end(), [&](std::string_view store) {
-    return gdal_name.starts_with(store) && gdal_name.size() > store.size();
-  });
-}
-
-UsageError NoStore(const std::string& place) {
-  return UsageError(WithoutSecrets(place) +
-                    " is no object storage; name a place such as s3://bucket/folder, "
-                    "gs://bucket/folder or az://container/folder");
-}
-
 UploadSummary Upload(const std::string& folder, const std::string& place,
                      const UploadOptions& options, ProgressListener* progress) {
   RegisterGdalDrivers();
-  std::error_code ignored;
-  if (!fs::is_directory(folder, ignored))
-    throw InputError(folder + " is no folder; name the output folder of a run");
+  RefuseBlindGdal();
   std::string bare = place;
-  while (bare.ends_with('/')) bare.pop_back();
-  UploadSummary summary;
-  OnThreads(options.jobs,
-            [&] { summary = UploadRun(folder, bare, progress).Run(options.overwrite); });
-  return summary;
+  if (bare.ends_with('/')) bare.pop_back();
+  return UploadRun(folder, bare, options, progress).Run();
 }
 
 }  // namespace orient

@@ -1,4 +1,4 @@
-// What an upload (upload.h) has put into a store: a list that lies there with the objects.
+// What an upload (upload.h) puts into a store: a list that lies there with the objects.
 #pragma once
 
 #include <cstdint>
@@ -12,14 +12,14 @@ inline constexpr const char* kUploadList = "orient-upload.json";
 
 struct UploadedFile {
   std::uint64_t bytes = 0;
-  std::string digest;  // block::Digest() of the contents
+  std::string digest;  // block::Digest() of the contents; empty until the object is there
 
   bool operator==(const UploadedFile&) const = default;
 };
 
 struct UploadedFiles {
-  // All of a folder's files are there. Until then the list grows with what has arrived.
-  bool complete = false;
+  std::string id;                             // of the upload that wrote it
+  bool complete = false;                      // every object is there
   std::map<std::string, UploadedFile> files;  // by their paths in the folder
 };
 

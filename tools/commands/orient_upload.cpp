@@ -2,11 +2,14 @@
 #include <fmt/format.h>
 
 #include <CLI/CLI.hpp>
+#include <filesystem>
 #include <ostream>
 
 #include "block/block_folder.h"
 #include "core/base/error.h"
+#include "core/base/folder_lock.h"
 #include "core/base/remote_files.h"
+#include "tools/cluster/store_object.h"
 #include "tools/cluster/upload.h"
 #include "tools/commands/commands.h"
 #include "tools/commands/progress.h"
@@ -33,13 +36,17 @@ class UploadCommand : public Command {
   ExitCode Run(std::ostream& out) override {
     const std::string place = GdalName(place_);
     if (!IsStore(place)) throw NoStore(place_);
+    std::error_code ignored;
+    if (!std::filesystem::is_directory(folder_, ignored))
+      throw InputError(folder_ + " is no folder; name the output folder of a run");
+    const FolderLock lock(folder_, block::kBlockLock);
     if (block::IsUnfinished(folder_))
       throw InputError("the run into " + folder_ +
                        " has not ended; continue it with --resume, and upload then");
     ShownProgress progress;
     const UploadSummary summary = Upload(folder_, place, options_, &progress);
-    out << fmt::format("{} files sent, {:.1f} MB; {} were there already\n", summary.sent,
-                       static_cast<double>(summary.bytes_sent) / 1e6, summary.kept);
+    out << fmt::format("sent {} of {} files, {:.1f} MB\n", summary.sent,
+                       summary.sent + summary.kept, static_cast<double>(summary.bytes_sent) / 1e6);
     return ExitCode::kAllDone;
   }
 

@@ -53,6 +53,9 @@ TEST(PartialFiles, AreKnownByTheirNames) {
     EXPECT_TRUE(IsPartialFile(name)) << name;
   for (const char* name : {"block.json", "spare.part", "archive.12-01.part", ".part", ""})
     EXPECT_FALSE(IsPartialFile(name)) << name;
+  EXPECT_TRUE(IsBeingWritten("block.json." + std::to_string(getpid()) + "-0.part"));
+  EXPECT_FALSE(IsBeingWritten("block.json." + std::to_string(EndedProcess()) + "-0.part"));
+  EXPECT_FALSE(IsBeingWritten("block.json"));
 }
 
 }  // namespace

@@ -101,16 +101,33 @@ TEST(JobScripts, KeepNamesWithBlanksAndQuotesWhole) {
       << words;
 }
 
-TEST(JobScripts, UploadTheOutputFolderInTheEnd) {
+TEST(JobScripts, UploadTheOutputFolderOfABlockThatIsDone) {
   const TemporaryFolder folder;
   BlockJobs jobs = ExampleJobs(folder / "my out/slurm");
-  jobs.cpus = 3;
+  jobs.cpus = 128;
   jobs.place = "s3://archive/roll 7";
   EXPECT_EQ(Files(JobChain(jobs)).back(), "upload.sh");
   const std::string words = WordsOfLocalRun(jobs, folder.Path());
-  EXPECT_TRUE(words.ends_with("<--resume><--jobs><3>\n<upload><" + (folder / "my out") +
-                              "><s3://archive/roll 7><--jobs><3>\n"))
+  EXPECT_TRUE(words.ends_with("<--resume><--jobs><128>\n<upload><" + (folder / "my out") +
+                              "><s3://archive/roll 7>\n"))
       << words;
+  EXPECT_NE(ReadFile(folder / "my out/slurm/submit.sh").find("submit upload.sh afterok\n"),
+            std::string::npos);
+}
+
+TEST(JobScripts, UploadNothingOfABlockThatIsNotDone) {
+  const TemporaryFolder folder;
+  std::ofstream(folder / "orient") << "#!/bin/bash\n"
+                                   << "[ $1 != upload ] || touch '" << folder.Path()
+                                   << "/uploaded'\n[[ $* != *--resume* ]] || exit 2\n";
+  fs::permissions(folder / "orient", fs::perms::owner_all);
+  BlockJobs jobs = ExampleJobs(folder / "slurm");
+  jobs.program = folder / "orient";
+  jobs.place = "s3://archive/roll 7";
+  WriteJobScripts(jobs);
+  EXPECT_NE(std::system(("bash " + ShellWord(folder / "slurm/local.sh") + " 2>/dev/null").c_str()),
+            0);
+  EXPECT_FALSE(fs::exists(folder / "uploaded"));
 }
 
 TEST(JobScripts, AFolderThatSlurmCannotNameIsRefused) {

@@ -16,7 +16,7 @@
 #include "core/files/orientation_table.h"
 #include "tools/cluster/job_scripts.h"
 #include "tools/cluster/measured_job.h"
-#include "tools/cluster/upload.h"
+#include "tools/cluster/store_object.h"
 #include "tools/commands/block_control.h"
 #include "tools/commands/commands.h"
 #include "tools/commands/shared_options.h"
@@ -173,7 +173,7 @@ class SlurmCommand : public Command {
     jobs_.interior = asked(interior);
     jobs_.exterior = asked(exterior);
     constexpr double kWhole_min = 60, kWhole_MB = 2000, kPhoto_MB = 0.4;
-    constexpr double kUpload_MB = 100;  // a file is sent in pieces of 50 MB
+    constexpr int kUpload_MB = 1000;  // each of the files sent at a time takes 50 MB
     const double most_MB = std::max(exterior.megabytes, interior.megabytes);
     const auto of_all = [&](double minutes) {
       return JobNeeds{whole_minutes_.value_or(static_cast<int>(kWhole_min + minutes)),
@@ -183,8 +183,9 @@ class SlurmCommand : public Command {
     // Ties take a photo about as long as its exterior orientation; the adjustment holds all of
     // them.
     jobs_.whole = of_all(kMargin * photos * exterior.seconds / 60 / jobs_.cpus);
-    jobs_.upload = of_all(0);
-    jobs_.upload.megabytes = static_cast<int>(kUpload_MB * (jobs_.cpus + 1));
+    constexpr double kUploaded_min = 0.2;  // a photo's results, and its orthophoto's
+    jobs_.upload = {whole_minutes_.value_or(static_cast<int>(kWhole_min + kUploaded_min * photos)),
+                    kUpload_MB};
     jobs_.roll = of_all(kMargin * each * interior.seconds / 60);  // and a part that was lost
   }
 
