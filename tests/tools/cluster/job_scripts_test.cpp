@@ -176,7 +176,7 @@ TEST(JobScripts, ALostTaskDoesNotEndTheChain) {
   BlockJobs jobs = ExampleJobs(folder / "slurm");
   WriteJobScripts(jobs);
   const std::string submit = ReadFile(folder / "slurm/submit.sh");
-  EXPECT_NE(submit.find("--dependency=afterany:$after"), std::string::npos);
+  EXPECT_NE(submit.find("--dependency=${2:-afterany}:$after"), std::string::npos);
   EXPECT_EQ(submit.find("afterok"), std::string::npos);
 }
 
