@@ -48,7 +48,7 @@ class Trial:
         self.complaints = []
 
     def words(self, *options, out=None, place=PLACE):
-        return [str(self.orient), "upload", str(out or self.out), place, "--jobs", "2", *options]
+        return [str(self.orient), "upload", f"{out or self.out}/", place, "--jobs", "2", *options]
 
     def environment(self):
         return self.store.environment() | {"VSIS3_CHUNK_SIZE": "5"}

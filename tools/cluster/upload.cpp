@@ -56,7 +56,7 @@ std::vector<std::string> FilesOf(const fs::path& folder) {
   fs::recursive_directory_iterator entry(folder, error);
   for (; !error && entry != fs::recursive_directory_iterator(); entry.increment(error)) {
     const fs::path name = entry->path().lexically_relative(folder);
-    if (IsPartialFile(name.filename().string()) && IsBeingWritten(name.filename().string()))
+    if (IsBeingWritten(name.filename().string()))
       throw InputError(entry->path().string() + " is being written" + kChanges);
     if (!IsUploaded(name) || entry->symlink_status().type() == fs::file_type::directory) continue;
     RefuseUnlessFile(*entry, name);
