@@ -1,12 +1,13 @@
 #!/usr/bin/env python3
 """CTest `slurm`: a block by `orient slurm --submit`, whose nodes and jobs are killed, is the block that
-one machine makes, byte for byte.
+one machine makes, byte for byte; and so it arrives in object storage.
 
     slurm_test.py ORIENT [PHOTOS [SEED]]
 
 Skipped (77) without Debian's slurm-wlm and munge, or without root.
 """
 
+import json
 import os
 import pathlib
 import random
@@ -16,6 +17,7 @@ import sys
 import tempfile
 import time
 
+from bucket_store import BucketStore
 from simulated_block import SMALL_DIGITAL, complaints_about_difference, make_block, run
 from slurm_on_one_machine import SlurmOnOneMachine, why_not_here
 
@@ -62,6 +64,13 @@ def disturb(slurm, orient, block, draw):
         sys.exit("the jobs ended before one of them and a node were killed: give more photos")
 
 
+def complaints_about_upload(out, place):
+    listed = json.loads((place / "orient-upload.json").read_text())["files"]
+    other = [name for name in listed if (place / name).read_bytes() != (out / name).read_bytes()]
+    missing = [name for name in ("block.json", "report.html") if name not in listed]
+    return [f"uploaded otherwise: {name}" for name in other + missing]
+
+
 def main(orient, photos="60", seed="1"):
     reason = why_not_here()
     if reason:
@@ -74,12 +83,17 @@ def main(orient, photos="60", seed="1"):
         shutil.copytree(one, many)
         run(orient, "block", one / "block.toml", codes=(0, 3))
         block = many / "block.toml"
-        with SlurmOnOneMachine(pathlib.Path(temporary) / "slurm") as slurm:
-            os.environ["SLURM_CONF"] = slurm.environment["SLURM_CONF"]
-            print(run(orient, "slurm", block, "--parts", 12, "--submit").stdout)
+        stored = pathlib.Path(temporary) / "store"
+        (stored / "archive").mkdir(parents=True)
+        with SlurmOnOneMachine(pathlib.Path(temporary) / "slurm") as slurm, \
+                BucketStore(stored, busy=0.05) as store:
+            os.environ |= store.environment() | {"SLURM_CONF": slurm.environment["SLURM_CONF"]}
+            print(run(orient, "slurm", block, "--parts", 12, "--submit", "--upload",
+                      "s3://archive/block").stdout)
             disturb(slurm, orient, block, random.Random(int(seed)))
         print(run(orient, "block", block, "--status").stdout)
         other = complaints_about_difference(one / "out", many / "out")
+        other += complaints_about_upload(many / "out", stored / "archive/block")
         for log in sorted((many / "out/slurm/logs").glob("*.log")) if other else []:
             print(f"== {log.name}\n{log.read_text()}")
         print(*other[:20], sep="\n")
