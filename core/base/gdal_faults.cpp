@@ -209,7 +209,8 @@ class WatchedFiles final : public VSIFilesystemHandler {
       VSIErrorReset();
       // Asked for the size first, GDAL says of no answer that there is no such file.
       result = files_->Stat(path, status, (flags & ~VSI_STAT_SIZE_FLAG) | VSI_STAT_SET_ERROR_FLAG);
-      if (result == 0) result = files_->Stat(path, status, flags | VSI_STAT_SET_ERROR_FLAG);
+      if (result == 0 && (flags & VSI_STAT_SIZE_FLAG) != 0)
+        result = files_->Stat(path, status, flags | VSI_STAT_SET_ERROR_FLAG);
       return result == 0 || !Unanswered();
     };
     if (!ask() && !Patiently([&] { return Forget(files_.get(), path), ask(); })) {
@@ -237,22 +238,35 @@ class WatchedFiles final : public VSIFilesystemHandler {
   const char* GetOptions() override { return files_->GetOptions(); }
 
  private:
-  // The server has said neither that here is the file, nor that there is none (404, 410) or none
-  // for us (401, 403): it is busy (429, 503), slow (408), or says nothing.
-  static bool Unanswered() {
-    const std::string_view said = VSIGetLastErrorMsg();
-    constexpr std::string_view kCode = "response code: ";
-    const std::size_t at = said.find(kCode);
-    if (said.empty() || at == std::string_view::npos) return !said.empty();
-    const std::string_view code = said.substr(at + kCode.size(), 3);
-    return code != "401" && code != "403" && code != "404" && code != "410";
-  }
+  static bool Unanswered() { return LastRemoteAnswer() == RemoteAnswer::kUnanswered; }
 
   std::unique_ptr<VSIFilesystemHandler> files_;
   bool remote_;
 };
 
 }  // namespace
+
+RemoteAnswer LastRemoteAnswer() {
+  switch (VSIGetLastErrorNo()) {  // of a store that explains itself
+    case VSIE_AWSObjectNotFound:
+    case VSIE_AWSBucketNotFound:
+      return RemoteAnswer::kNotThere;
+    case VSIE_AWSAccessDenied:
+    case VSIE_AWSInvalidCredentials:
+    case VSIE_AWSSignatureDoesNotMatch:
+      return RemoteAnswer::kForbidden;
+    default:
+      break;
+  }
+  const std::string_view said = VSIGetLastErrorMsg();
+  if (said.empty()) return RemoteAnswer::kNothingSaid;
+  constexpr std::string_view kCode = "response code: ";
+  const std::size_t at = said.find(kCode);
+  const std::string_view code =
+      at == std::string_view::npos ? std::string_view() : said.substr(at + kCode.size(), 3);
+  if (code == "404" || code == "410") return RemoteAnswer::kNotThere;
+  return code == "401" || code == "403" ? RemoteAnswer::kForbidden : RemoteAnswer::kUnanswered;
+}
 
 void WatchGdalFiles() {
   AskPatiently();

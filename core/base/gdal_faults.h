@@ -15,6 +15,11 @@ void WatchGdalFiles();
 // For handlers of GDAL's errors: CPLErrorNum and what was said.
 void NoteGdalError(int number, const char* text);
 
+// What a server has said to this thread's last question of GDAL for a remote file that failed.
+// kUnanswered: neither that there is none, nor that it is none for us: it is busy, slow, or silent.
+enum class RemoteAnswer { kNothingSaid, kNotThere, kForbidden, kUnanswered };
+RemoteAnswer LastRemoteAnswer();
+
 // On this thread, while an object of this class lives.
 class GdalFaults {
  public:

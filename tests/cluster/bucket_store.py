@@ -51,7 +51,16 @@ class BucketHandler(Handler):
         return self.send_xml("<CompleteMultipartUploadResult/>")
 
     def do_DELETE(self):
+        self.object_path().unlink(missing_ok=True)
         self.end(204)
+
+    def end(self, code):
+        """With the body in which S3 explains an error; `plain` stores have none."""
+        if code < 400 or self.server.store.plain or self.command == "HEAD":
+            return super().end(code)
+        word = {403: "AccessDenied", 404: "NoSuchKey", 503: "SlowDown"}.get(code, "InternalError")
+        return self.send_xml(f"<Error><Code>{word}</Code><Message>The words of {word}.</Message>"
+                             "</Error>", code)
 
     def unanswered(self):
         """Whether this request is for the object of which the store says nothing."""
@@ -105,9 +114,9 @@ class BucketHandler(Handler):
         self.send_xml(f"<ListBucketResult><Prefix>{escape(prefix)}</Prefix>"
                       f"<IsTruncated>false</IsTruncated>{entries}</ListBucketResult>")
 
-    def send_xml(self, text):
-        body = text.encode()
-        self.send_response(200)
+    def send_xml(self, text, code=200):
+        body = ('<?xml version="1.0" encoding="UTF-8"?>\n' + text).encode()
+        self.send_response(code)
         self.send_header("Content-Type", "application/xml")
         self.send_header("Content-Length", str(len(body)))
         self.end_headers()
@@ -117,6 +126,7 @@ class BucketHandler(Handler):
 class BucketStore(ObjectStore):
     def __init__(self, folder, **faults):
         super().__init__(folder, handler=BucketHandler, **faults)
+        self.plain = False  # errors without an explanation
         self.forbidden = None  # part of the names that nobody may write
         self.unanswered = None  # end of a name and the code that a question for it is answered by
         self.half_said = False  # objects of several parts are not put together; the code says 200

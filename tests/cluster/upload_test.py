@@ -174,7 +174,8 @@ def goes_on_where_it_ended(trial, files):
 def takes_no_answer_for_no_object(trial, files):
     """Of somebody's object, where the store is busy, forbids to look, or does not answer."""
     name = trial.bucket / "block 7/block.json"
-    for code in (503, 500, 403, None):
+    for code, trial.store.plain in ((503, False), (503, True), (403, False), (403, True),
+                                    (500, False), (None, False)):
         trial.clear()
         trial.store.keep(name, b"somebody's")
         trial.store.unanswered = ("block.json", code)
@@ -182,6 +183,10 @@ def takes_no_answer_for_no_object(trial, files):
         trial.store.unanswered = None
         trial.expect(f"{code}: replaced", name.read_bytes() == b"somebody's")
     trial.upload(code=1, says="block.json would be replaced")
+    trial.clear()
+    trial.store.plain = True
+    trial.upload(says="sent 27 of 27 files")
+    trial.store.plain = False
 
 
 def replaces_only_what_it_planned(trial, files):
@@ -207,6 +212,13 @@ def sees_that_an_object_was_not_put_together(trial, files):
     trial.store.half_said = False
     trial.upload()
     trial.expect("put together: other objects than files", trial.objects() == files)
+    # Nor where an older one lies there.
+    (trial.out / "mosaic.tif").write_bytes(files["mosaic.tif"][:-1] + b"!")
+    trial.store.half_said = True
+    trial.upload("--overwrite", code=4, says="mosaic.tif")
+    trial.expect("complete with an old object", not trial.list()["complete"])
+    trial.store.half_said = False
+    (trial.out / "mosaic.tif").write_bytes(files["mosaic.tif"])
 
 
 def notices_another_upload(trial, _):
@@ -221,7 +233,24 @@ def notices_another_upload(trial, _):
     error = process.communicate()[1]
     trial.expect(f"{process.returncode}: {error}",
                  process.returncode == 2 and "another upload" in error)
-    trial.expect("complete", not trial.list()["complete"])
+    trial.expect("complete, or something is", not trial.list()["complete"]
+                 and not any("digest" in entry for entry in trial.list()["files"].values()))
+
+
+def notices_that_a_file_has_changed(trial, files):
+    trial.clear()
+    trial.store.delay_s = 0.1
+    process = subprocess.Popen(trial.words(), env=trial.environment(), stderr=subprocess.PIPE,
+                               stdout=subprocess.DEVNULL, text=True)
+    trial.wait_for_objects(process, 6)
+    (trial.out / "block.json").write_bytes(b"[]\n")
+    trial.store.delay_s = 0
+    error = process.communicate()[1]
+    trial.expect(f"{process.returncode}: {error}",
+                 process.returncode == 2 and "block.json has changed" in error)
+    (trial.out / "block.json").write_bytes(files["block.json"])
+    trial.upload(says="sent 1 of 27 files")
+    trial.expect("changed: other objects than files", trial.objects() == files)
 
 
 def refuses_what_it_cannot_send_whole(trial, _):
@@ -236,7 +265,9 @@ def refuses_what_it_cannot_send_whole(trial, _):
         trial.upload(code=2, says=says)
         path.unlink()
     trial.expect("something was sent", not trial.store.written)
-    environment = trial.environment() | {"CPL_VSIL_CURL_ALLOWED_EXTENSIONS": ".tif"}
+    pathlib.Path(trial.out.parent / "gdalrc").write_text(
+        "[configoptions]\nCPL_VSIL_CURL_ALLOWED_EXTENSIONS=.tif\n")
+    environment = trial.environment() | {"GDAL_CONFIG_FILE": str(trial.out.parent / "gdalrc")}
     blind = subprocess.run(trial.words(), env=environment, capture_output=True, text=True,
                            check=False)
     trial.expect(f"blind: {blind.returncode} {blind.stderr}",
@@ -260,14 +291,14 @@ def refuses(trial, _):
     nobody |= {"AWS_CONFIG_FILE": "/nowhere", "CPL_AWS_AUTODETECT_EC2": "NO", "HOME": "/nowhere"}
     run = subprocess.run(trial.words(), env=nobody, capture_output=True, text=True, check=False)
     trial.expect(f"without credentials: {run.returncode} {run.stderr}",
-                 run.returncode == 4 and "credentials" in run.stderr)
+                 run.returncode == 2 and "credentials" in run.stderr)
 
 
 QUICK = (goes_whole, replaces_only_when_told, survives_faults, goes_on_after_a_kill,
          refuses_what_it_cannot_send_whole)
 SLOW = (ends_where_the_store_does, goes_on_where_it_ended, takes_no_answer_for_no_object,
         replaces_only_what_it_planned, sees_that_an_object_was_not_put_together,
-        notices_another_upload, refuses)
+        notices_another_upload, notices_that_a_file_has_changed, refuses)
 
 
 def main(orient, *everything):

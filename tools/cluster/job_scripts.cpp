@@ -163,7 +163,9 @@ std::vector<JobScript> JobChain(const BlockJobs& jobs) {
     const std::string out = fs::path(jobs.folder).parent_path().string();
     chain.push_back(
         ScriptOf(jobs, {"upload", 0, "The output folder, once the block has been oriented.",
-                        "upload " + ShellWord(out) + " " + ShellWord(jobs.place), 1, jobs.upload,
+                        "upload " + ShellWord(out) + " " + ShellWord(jobs.place) +
+                            (jobs.overwrite ? " --overwrite" : ""),
+                        1, jobs.upload,
                         /*after_success=*/true}));
   }
   return chain;

@@ -24,6 +24,7 @@ struct BlockJobs {
   JobNeeds interior, exterior;     // of one part
   JobNeeds roll, whole, upload;    // of all photos
   std::string place;               // object storage that takes the output folder; empty: none
+  bool overwrite = false;          // what lies there
   std::string partition, account;  // empty: Slurm's own choice
 };
 

@@ -4,6 +4,7 @@
 #include <cpl_vsi.h>
 #include <cpl_vsi_error.h>
 #include <fmt/format.h>
+#include <sys/stat.h>
 
 #include <algorithm>
 #include <array>
@@ -22,6 +23,7 @@ namespace orient {
 namespace {
 
 constexpr std::size_t kPiece = std::size_t{1} << 20;
+constexpr std::uint64_t kLeastPart = 5 << 20;  // of an object in several parts
 
 struct CloseObject {
   void operator()(VSILFILE* file) const { VSIFCloseL(file); }
@@ -36,6 +38,11 @@ class LocalFile {
  public:
   explicit LocalFile(const std::string& path) : path_(path), file_(std::fopen(path.c_str(), "rb")) {
     if (!file_) Fail();
+  }
+
+  std::uint64_t Bytes() const {
+    struct stat state {};
+    return fstat(fileno(file_.get()), &state) == 0 ? static_cast<std::uint64_t>(state.st_size) : 0;
   }
 
   // Calls use(piece) for all of it, as long as it says true.
@@ -81,13 +88,12 @@ EnvironmentError Refused(const std::string& object, const QuietGdal& gdal) {
 // Whether the last byte can be read back. A store may say that it has an object of several parts
 // and, in the same answer, that it could not put them together.
 bool IsWhole(const std::string& object, std::uint64_t bytes) {
-  constexpr std::uint64_t kLeastPart = 5 << 20;
   if (bytes <= kLeastPart) return true;
   const CPLConfigOptionSetter no_listing("GDAL_DISABLE_READDIR_ON_OPEN", "TRUE", false);
   const Object file(VSIFOpenL(object.c_str(), "rb"));
   char last = 0;
-  return file && VSIFSeekL(file.get(), bytes - 1, SEEK_SET) == 0 &&
-         VSIFReadL(&last, 1, 1, file.get()) == 1;
+  return file && VSIFSeekL(file.get(), 0, SEEK_END) == 0 && VSIFTellL(file.get()) == bytes &&
+         VSIFSeekL(file.get(), bytes - 1, SEEK_SET) == 0 && VSIFReadL(&last, 1, 1, file.get()) == 1;
 }
 
 // One attempt. The object is not there before it is closed without an error.
@@ -109,13 +115,10 @@ void Forget(const std::string& object) {
 
 // That the server refuses to say what is there.
 void ThrowIfForbidden(const std::string& object) {
-  const std::string_view said = VSIGetLastErrorMsg();
-  for (const char* code : {"code: 401", "code: 403"})
-    if (said.find(code) != std::string_view::npos)
-      throw InputError(
-          fmt::format("{} may not be read ({}); check the credentials, and their right "
-                      "to read and list",
-                      TypedObject(object), said));
+  if (LastRemoteAnswer() == RemoteAnswer::kForbidden)
+    throw InputError(fmt::format(
+        "{} cannot be read ({}); check the credentials, and their right to read and list",
+        TypedObject(object), VSIGetLastErrorMsg()));
 }
 
 }  // namespace
@@ -192,6 +195,8 @@ void PutText(const std::string& object, const std::string& text) {
 UploadedFile PutFile(const std::string& path, const std::string& object) {
   const QuietGdal gdal;
   LocalFile local(path);  // before the object: one that is not there must not empty it
+  // One that is there must not be taken for what could not be put together.
+  if (local.Bytes() > kLeastPart) RemoveObject(object);
   UploadedFile sent;
   const auto write = [&](VSILFILE* file) {
     bool written = true;

@@ -34,6 +34,7 @@ void PutText(const std::string& object, const std::string& text);
 // end (InputError, EnvironmentError) no half of it stays.
 UploadedFile PutFile(const std::string& path, const std::string& object);
 
+// Nothing is said where it cannot be removed.
 void RemoveObject(const std::string& object);
 
 // Bytes and digest of a local file. Throws InputError, EnvironmentError.

@@ -1,11 +1,14 @@
 #include "tools/cluster/upload.h"
 
+#include <cpl_conv.h>
 #include <fmt/format.h>
+#include <unistd.h>
 
 #include <algorithm>
 #include <atomic>
+#include <cerrno>
 #include <chrono>
-#include <cstdlib>
+#include <cstring>
 #include <filesystem>
 #include <mutex>
 #include <optional>
@@ -43,6 +46,8 @@ void RefuseUnlessFile(const fs::directory_entry& entry, const fs::path& name) {
   if (entry.status(error).type() != fs::file_type::regular)
     throw InputError(fmt::format("{} cannot be uploaded: {}", path,
                                  error ? error.message() : "it is no file, or leads to none"));
+  if (access(path.c_str(), R_OK) != 0)
+    throw InputError(fmt::format("cannot read {}: {}", path, std::strerror(errno)));
   if (ValidText(name.string()) != name.string())
     throw InputError(path +
                      " cannot be an object's name: it is not UTF-8, or has control "
@@ -56,8 +61,9 @@ std::vector<std::string> FilesOf(const fs::path& folder) {
   fs::recursive_directory_iterator entry(folder, error);
   for (; !error && entry != fs::recursive_directory_iterator(); entry.increment(error)) {
     const fs::path name = entry->path().lexically_relative(folder);
-    if (IsBeingWritten(name.filename().string()))
-      throw InputError(entry->path().string() + " is being written" + kChanges);
+    if (*name.begin() != "slurm" && IsBeingWritten(name.filename().string()))
+      throw InputError(entry->path().string() + " is being written" + kChanges +
+                       ", or remove it where a program on another machine has left it");
     if (!IsUploaded(name) || entry->symlink_status().type() == fs::file_type::directory) continue;
     RefuseUnlessFile(*entry, name);
     files.push_back(name.generic_string());
@@ -72,7 +78,7 @@ std::vector<std::string> FilesOf(const fs::path& folder) {
 // GDAL would see no other objects, and take all of ours for absent.
 void RefuseBlindGdal() {
   for (const char* setting : {"CPL_VSIL_CURL_ALLOWED_EXTENSIONS", "CPL_VSIL_CURL_ALLOWED_FILENAME"})
-    if (std::getenv(setting) != nullptr)
+    if (CPLGetConfigOption(setting, nullptr) != nullptr)
       throw UsageError(fmt::format("{} is set, which hides objects; unset it", setting));
 }
 
@@ -100,35 +106,36 @@ std::string NewId() {
   return fmt::format("{:08x}{:08x}", random(), random());
 }
 
+// A local file and what is to become of it.
+struct Planned {
+  std::string name;
+  UploadedFile contents = {};  // the digest only where the store has the same
+  fs::file_time_type changed = {};
+  bool in_the_way =
+      false;  // an object is, which neither this nor an interrupted upload has planned
+
+  bool IsThere() const { return !contents.digest.empty(); }
+};
+
 class UploadRun {
  public:
   UploadRun(const fs::path& folder, const std::string& place, const UploadOptions& options,
             ProgressListener* progress)
-      : folder_(folder),
-        place_(place),
-        options_(options),
-        progress_(progress),
-        names_(FilesOf(folder)),
-        there_(names_.size()),
-        changed_(names_.size()) {}
+      : folder_(folder), place_(place), options_(options), progress_(progress) {
+    for (std::string& name : FilesOf(folder)) files_.emplace_back().name = std::move(name);
+  }
 
   UploadSummary Run() {
     const auto before = ReadList();
-    Compare(before);
+    Compare(before.value_or(UploadedFiles{}));
     UploadSummary summary;
-    summary.kept = static_cast<std::size_t>(std::count(there_.begin(), there_.end(), true));
-    summary.sent = names_.size() - summary.kept;
-    if (summary.sent == 0 && before->complete && before->files == list_.files) return summary;
-    WriteList();
+    for (const Planned& file : files_) ++(file.IsThere() ? summary.kept : summary.sent);
+    if (summary.sent == 0 && before && before->complete && before->files == list_.files)
+      return summary;
+    if (ReadList() != before) ThrowAnother();
+    PutList();
     SendAll(&summary);
-    if (FilesOf(folder_) != names_)
-      throw InputError(folder_.string() + " has got, or lost, files meanwhile" + kChanges);
-    const auto now = ReadList();
-    if (!now || now->id != list_.id)
-      throw InputError(
-          fmt::format("another upload writes to {}; wait until it has ended, and "
-                      "upload again with --overwrite",
-                      TypedObject(place_)));
+    RefuseChanges();
     list_.complete = true;
     WriteList();
     return summary;
@@ -146,34 +153,34 @@ class UploadRun {
   }
 
   // Tells what is there, plans what is to come, and refuses to replace what else lies in the way.
-  void Compare(const std::optional<UploadedFiles>& before) {
-    const UploadedFiles listed = before.value_or(UploadedFiles{});
-    std::vector<UploadedFile> planned(names_.size());
-    std::vector<char> replaces(names_.size()), there(names_.size());
-    ProgressTask task(progress_, "comparing with the store", static_cast<int>(names_.size()));
-    OnThreadsOfTheirOwn(names_.size(), options_.jobs, [&](std::size_t i) {
-      const auto known = listed.files.find(names_[i]);
-      const bool is_listed = known != listed.files.end();
-      const auto size = SizeOfObject(Object(names_[i]));
-      planned[i].bytes = StateOf(names_[i], &changed_[i]);
-      if (is_listed && size == known->second.bytes && size == planned[i].bytes &&
-          ReadLocal(Path(names_[i])) == known->second) {
-        planned[i] = known->second;
-        there[i] = 1;
-      }
-      replaces[i] = there[i] == 0 && size && (!is_listed || listed.complete);
+  void Compare(const UploadedFiles& listed) {
+    ProgressTask task(progress_, "comparing with the store", static_cast<int>(files_.size()));
+    OnThreadsOfTheirOwn(files_.size(), options_.jobs, [&](std::size_t i) {
+      Compare(listed, &files_[i]);
       task.Advance();
     });
+    for (const Planned& file : files_) list_.files[file.name] = file.contents;
     std::vector<std::string> in_the_way;
-    for (std::size_t i = 0; i < names_.size(); ++i) {
-      there_[i] = there[i] != 0;
-      list_.files[names_[i]] = planned[i];
-      if (replaces[i] != 0) in_the_way.push_back(names_[i]);
-    }
+    for (const Planned& file : files_)
+      if (file.in_the_way) in_the_way.push_back(file.name);
     const auto unknown = [&](const auto& file) { return !list_.files.contains(file.first); };
     if (std::any_of(listed.files.begin(), listed.files.end(), unknown))
       in_the_way.emplace_back(kUploadList);  // would name them no more
     if (!in_the_way.empty() && !options_.overwrite) RefuseToReplace(in_the_way);
+  }
+
+  void Compare(const UploadedFiles& listed, Planned* file) const {
+    file->contents.bytes = StateOf(file->name, &file->changed);
+    const auto size = SizeOfObject(Object(file->name));
+    const auto known = listed.files.find(file->name);
+    const bool is_listed = known != listed.files.end();
+    const bool as_listed = is_listed && size == known->second.bytes;
+    if (as_listed && size == file->contents.bytes && !known->second.digest.empty() &&
+        ReadLocal(Path(file->name)) == known->second)
+      file->contents = known->second;
+    const bool planned =
+        is_listed && !listed.complete && (as_listed || known->second.digest.empty());
+    file->in_the_way = size && !file->IsThere() && !planned;
   }
 
   [[noreturn]] void RefuseToReplace(const std::vector<std::string>& names) const {
@@ -186,10 +193,9 @@ class UploadRun {
   void SendAll(UploadSummary* summary) {
     ProgressTask task(progress_, "upload", static_cast<int>(summary->sent));
     try {
-      OnThreadsOfTheirOwn(names_.size(), options_.jobs, [&](std::size_t i) {
-        if (there_[i]) return;
-        const UploadedFile sent = Send(i);
-        Note(names_[i], sent, summary);
+      OnThreadsOfTheirOwn(files_.size(), options_.jobs, [&](std::size_t i) {
+        if (files_[i].IsThere()) return;
+        Note(files_[i].name, Send(files_[i]), summary);
         task.Advance();
       });
     } catch (...) {
@@ -198,16 +204,11 @@ class UploadRun {
     }
   }
 
-  // The file as it was when the run began, or an error.
-  UploadedFile Send(std::size_t i) const {
-    const std::string &name = names_[i], path = Path(name);
-    UploadedFile sent = PutFile(path, Object(name));
-    fs::file_time_type changed;
-    if (StateOf(name, &changed) == sent.bytes && changed == changed_[i] &&
-        sent.bytes == list_.files.at(name).bytes)
-      return sent;
-    RemoveObject(Object(name));
-    throw InputError(path + " has changed while it was sent" + kChanges);
+  UploadedFile Send(const Planned& file) const {
+    UploadedFile sent = PutFile(Path(file.name), Object(file.name));
+    if (sent.bytes == file.contents.bytes && !HasChanged(file)) return sent;
+    RemoveObject(Object(file.name));
+    ThrowChanged(file.name);
   }
 
   // Bytes, and when they were last changed.
@@ -219,11 +220,36 @@ class UploadRun {
     return bytes;
   }
 
+  bool HasChanged(const Planned& file) const {
+    fs::file_time_type changed;
+    return StateOf(file.name, &changed) != file.contents.bytes || changed != file.changed;
+  }
+
+  [[noreturn]] void ThrowChanged(const std::string& name) const {
+    throw InputError(Path(name) + " has changed during the upload" + kChanges);
+  }
+
+  // After all was sent: what was sent first may be another file by now.
+  void RefuseChanges() {
+    const std::vector<std::string> now = FilesOf(folder_);
+    const bool same =
+        std::equal(now.begin(), now.end(), files_.begin(), files_.end(),
+                   [](const std::string& name, const Planned& file) { return name == file.name; });
+    if (!same)
+      throw InputError(folder_.string() + " has gained or lost files during the upload" + kChanges);
+    for (const Planned& file : files_) {
+      if (!HasChanged(file)) continue;
+      list_.files[file.name].digest.clear();
+      NoteWhatArrived();
+      ThrowChanged(file.name);
+    }
+  }
+
   // Now and then the list in the store is brought up to date.
   void Note(const std::string& name, const UploadedFile& sent, UploadSummary* summary) {
     constexpr std::chrono::seconds kSeldom(30);
     const std::lock_guard lock(mutex_);
-    arrived_.emplace_back(name, sent);
+    list_.files[name] = sent;
     summary->bytes_sent += sent.bytes;
     if (std::chrono::steady_clock::now() - written_ > kSeldom) WriteList();
   }
@@ -235,23 +261,35 @@ class UploadRun {
     }
   }
 
-  void WriteList() {
-    UploadedFiles now = list_;
-    for (const auto& [name, sent] : arrived_) now.files[name] = sent;
-    PutText(Object(kUploadList), TextOf(now));
+  void PutList() {
+    PutText(Object(kUploadList), TextOf(list_));
     written_ = std::chrono::steady_clock::now();
+  }
+
+  // Where another upload has put its list there meanwhile, neither is complete.
+  void WriteList() {
+    const auto now = ReadList();
+    if (now && now->id == list_.id) return PutList();
+    list_.complete = false;
+    for (auto& [name, file] : list_.files) file.digest.clear();
+    PutList();
+    ThrowAnother();
+  }
+
+  [[noreturn]] void ThrowAnother() const {
+    throw InputError(
+        fmt::format("another upload writes to {}; wait until it has ended, and upload "
+                    "again",
+                    TypedObject(place_)));
   }
 
   fs::path folder_;
   std::string place_;
   UploadOptions options_;
   ProgressListener* progress_;
-  std::vector<std::string> names_;
-  std::vector<bool> there_;  // whether the store has the same
-  std::vector<fs::file_time_type> changed_;
-  UploadedFiles list_{NewId(), false, {}};  // as planned
-  std::mutex mutex_;
-  std::vector<std::pair<std::string, UploadedFile>> arrived_;
+  std::vector<Planned> files_;
+  std::mutex mutex_;                        // of what follows, while files are sent
+  UploadedFiles list_{NewId(), false, {}};  // as far as it has come
   std::chrono::steady_clock::time_point written_;
 };
 

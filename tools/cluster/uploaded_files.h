@@ -21,6 +21,8 @@ struct UploadedFiles {
   std::string id;                             // of the upload that wrote it
   bool complete = false;                      // every object is there
   std::map<std::string, UploadedFile> files;  // by their paths in the folder
+
+  bool operator==(const UploadedFiles&) const = default;
 };
 
 std::string TextOf(const UploadedFiles& list);

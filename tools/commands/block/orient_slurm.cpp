@@ -93,6 +93,7 @@ class SlurmCommand : public Command {
     jobs_.control = block.control.has_value();
     jobs_.film = ReadCameraFile(block.camera).camera.kind == CameraKind::kFilm;
     constexpr int kRoundsOfStrips = 3;
+    jobs_.overwrite = overwrite_;
     jobs_.rounds = rounds_.value_or(block.flight.Empty() ? 1 : kRoundsOfStrips);
     RefuseToOverwrite(JobScriptPaths(jobs_), overwrite_);
     AskFor(&block, out);
@@ -197,7 +198,7 @@ class SlurmCommand : public Command {
     if (job.exit_code != 0)
       throw InputError(
           engine_ == "local"
-              ? fmt::format("{} has not oriented the block (see above)", script)
+              ? fmt::format("a job of {} has failed (see above)", script)
               : fmt::format("{} could not submit all jobs (see above); none is left in "
                             "the queue",
                             script));
