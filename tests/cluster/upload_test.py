@@ -200,6 +200,13 @@ def replaces_only_what_it_planned(trial, files):
         trial.upload(code=1, says="would be replaced")
         (trial.bucket / "block 7/block.json").unlink()
         trial.upload(code=1, says=f"{LIST} would be replaced")
+    # Arrived with that upload, and is another one by now.
+    listed = {"kind": "orient upload", "id": "1", "complete": False,
+              "files": {"block.json": {"bytes": 3, "digest": "c735ad1983dc7ddd"}}}
+    trial.clear()
+    trial.store.keep(trial.bucket / "block 7/block.json", b"somebody's")
+    trial.store.keep(trial.bucket / "block 7" / LIST, json.dumps(listed).encode())
+    trial.upload(code=1, says="block.json would be replaced")
     trial.upload("--overwrite")
     trial.expect("overwritten: other objects than files", trial.objects() == files)
 

@@ -175,7 +175,7 @@ class UploadRun {
     const auto known = listed.files.find(file->name);
     const bool is_listed = known != listed.files.end();
     const bool as_listed = is_listed && size == known->second.bytes;
-    if (as_listed && size == file->contents.bytes && !known->second.digest.empty() &&
+    if (as_listed && file->contents.bytes == known->second.bytes && !known->second.digest.empty() &&
         ReadLocal(Path(file->name)) == known->second)
       file->contents = known->second;
     const bool planned =
