@@ -24,6 +24,7 @@ class PointStartOf : public testing::Test {
                                   {-115, 115}};
     approximation_.pose = Truth();
     approximation_.pose.position_m += Eigen::Vector3d(8, -6, 4);
+    approximation_.covariance.setZero();
     approximation_.covariance.diagonal() << 100, 100, 100, 1e-3, 1e-3, 1e-3;
   }
 
