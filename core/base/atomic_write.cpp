@@ -2,12 +2,10 @@
 
 #include <fmt/format.h>
 
-#include <array>
 #include <cerrno>
-#include <cstdio>
 #include <cstring>
-#include <memory>
 #include <stdexcept>
+#include <utility>
 
 #include "core/base/environment_error.h"
 #include "core/base/error.h"
@@ -22,20 +20,32 @@ void WriteFileAtomically(const std::string& path, std::string_view contents) {
   file.Keep();
 }
 
+namespace {
+
+[[noreturn]] void CannotRead(const std::string& path, int error) {
+  const std::string what = fmt::format("cannot read {}: {}", path, std::strerror(error));
+  if (IsOfEnvironment(error)) throw EnvironmentError(what);
+  throw InputError(what);
+}
+
+}  // namespace
+
+FilePieces::FilePieces(std::string path)
+    : path_(std::move(path)), file_(std::fopen(path_.c_str(), "rb"), &std::fclose) {
+  if (!file_) CannotRead(path_, errno);
+}
+
+std::string_view FilePieces::Next() {
+  const std::size_t count = std::fread(piece_.data(), 1, piece_.size(), file_.get());
+  if (count == 0 && std::ferror(file_.get()) != 0) CannotRead(path_, errno);
+  return {piece_.data(), count};
+}
+
 std::string ReadFile(const std::string& path) {
-  const auto fail = [&path](int error) {
-    const std::string what = fmt::format("cannot read {}: {}", path, std::strerror(error));
-    if (IsOfEnvironment(error)) throw EnvironmentError(what);
-    throw InputError(what);
-  };
-  const std::unique_ptr<std::FILE, int (*)(std::FILE*)> file(std::fopen(path.c_str(), "rb"),
-                                                             &std::fclose);
-  if (!file) fail(errno);
+  FilePieces pieces(path);
   std::string contents;
-  std::array<char, 65536> buffer;
-  while (const size_t count = std::fread(buffer.data(), 1, buffer.size(), file.get()))
-    contents.append(buffer.data(), count);
-  if (std::ferror(file.get()) != 0) fail(errno);
+  for (std::string_view piece = pieces.Next(); !piece.empty(); piece = pieces.Next())
+    contents += piece;
   return contents;
 }
 

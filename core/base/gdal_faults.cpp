@@ -268,6 +268,10 @@ RemoteAnswer LastRemoteAnswer() {
   return code == "401" || code == "403" ? RemoteAnswer::kForbidden : RemoteAnswer::kUnanswered;
 }
 
+void ForgetRemoteFile(const std::string& path) {
+  Forget(VSIFileManager::GetHandler(path.c_str()), path.c_str());
+}
+
 void WatchGdalFiles() {
   AskPatiently();
   WatchSqliteFiles(

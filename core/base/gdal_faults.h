@@ -20,6 +20,9 @@ void NoteGdalError(int number, const char* text);
 enum class RemoteAnswer { kNothingSaid, kNotThere, kForbidden, kUnanswered };
 RemoteAnswer LastRemoteAnswer();
 
+// What GDAL keeps of a remote file, which another program may have written since it asked.
+void ForgetRemoteFile(const std::string& path);
+
 // On this thread, while an object of this class lives.
 class GdalFaults {
  public:

@@ -21,20 +21,16 @@ class BucketHandler(Handler):
     def do_GET(self):
         if self.unanswered():
             return None
-        query = urllib.parse.parse_qs(urllib.parse.urlsplit(self.path).query, keep_blank_values=True)
+        query = self.query()
         if "prefix" in query or "delimiter" in query:
             return self.list_objects(query)
         return super().do_GET()
 
     def do_PUT(self):
-        body = self.rfile.read(int(self.headers.get("Content-Length", 0)))
-        query = urllib.parse.parse_qs(urllib.parse.urlsplit(self.path).query)
-        return self.take(body, query)
+        return self.take(self.body(), self.query())
 
     def do_POST(self):
-        body = self.rfile.read(int(self.headers.get("Content-Length", 0)))
-        query = urllib.parse.parse_qs(urllib.parse.urlsplit(self.path).query, keep_blank_values=True)
-        store = self.server.store
+        body, query, store = self.body(), self.query(), self.server.store
         if self.refused():
             return None
         if "uploads" in query:
@@ -61,6 +57,12 @@ class BucketHandler(Handler):
         word = {403: "AccessDenied", 404: "NoSuchKey", 503: "SlowDown"}.get(code, "InternalError")
         return self.send_xml(f"<Error><Code>{word}</Code><Message>The words of {word}.</Message>"
                              "</Error>", code)
+
+    def body(self):
+        return self.rfile.read(int(self.headers.get("Content-Length", 0)))
+
+    def query(self):
+        return urllib.parse.parse_qs(urllib.parse.urlsplit(self.path).query, keep_blank_values=True)
 
     def unanswered(self):
         """Whether this request is for the object of which the store says nothing."""

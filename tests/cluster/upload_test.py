@@ -9,6 +9,7 @@ Stores that refuse or say nothing make the program wait; that is in --all (CTest
 import json
 import os
 import pathlib
+import signal
 import subprocess
 import sys
 import tempfile
@@ -77,10 +78,20 @@ class Trial:
         return {str(path.relative_to(root)): path.read_bytes() for path in root.rglob("*")
                 if path.is_file() and path != root / LIST}
 
-    def wait_for_objects(self, process, count):
+    def begin(self, count, delay_s=0.1):
+        """An upload to a slow store that has so many of the objects and goes on."""
+        self.store.delay_s = delay_s
+        process = subprocess.Popen(self.words(), env=self.environment(), stderr=subprocess.PIPE,
+                                   stdout=subprocess.DEVNULL, text=True)
         while len(self.store.written) < count and process.poll() is None:
             time.sleep(0.01)
         self.expect(f"ended before {count} objects were there", process.poll() is None)
+        return process
+
+    def expect_end(self, process, code, says):
+        self.store.delay_s = 0
+        error = process.communicate()[1]
+        self.expect(f"{process.returncode}: {error}", process.returncode == code and says in error)
 
     def clear(self):
         subprocess.run(["rm", "-rf", str(self.bucket / "block 7")], check=True)
@@ -129,12 +140,9 @@ def survives_faults(trial, files):
 
 def goes_on_after_a_kill(trial, files):
     trial.clear()
-    trial.store.delay_s = 0.05
-    process = subprocess.Popen(trial.words(), env=trial.environment())
-    trial.wait_for_objects(process, 6)
+    process = trial.begin(6, delay_s=0.05)
     process.kill()
-    process.wait()
-    trial.store.delay_s = 0
+    trial.expect_end(process, -signal.SIGKILL, "")
     trial.expect("killed, and complete", trial.list() is not None and not trial.list()["complete"])
     trial.upload(says="of 27 files")
     trial.expect("after a kill: other objects than files", trial.objects() == files)
@@ -143,14 +151,9 @@ def goes_on_after_a_kill(trial, files):
 
 def ends_where_the_store_does(trial, files):
     trial.clear()
-    trial.store.delay_s = 0.1
-    process = subprocess.Popen(trial.words(), env=trial.environment(), stderr=subprocess.PIPE,
-                               stdout=subprocess.DEVNULL, text=True)
-    trial.wait_for_objects(process, 8)
-    trial.store.delay_s, trial.store.busy = 0, 1
-    error = process.communicate()[1]
-    trial.expect(f"{process.returncode}: {error}", process.returncode == 4
-                 and "the same command goes on" in error)
+    process = trial.begin(8)
+    trial.store.busy = 1
+    trial.expect_end(process, 4, "the same command goes on")
     trial.expect("half of an object", all(files[name] == contents
                                           for name, contents in trial.objects().items()))
     trial.store.busy = 0
@@ -230,31 +233,19 @@ def sees_that_an_object_was_not_put_together(trial, files):
 
 def notices_another_upload(trial, _):
     trial.clear()
-    trial.store.delay_s = 0.1
-    process = subprocess.Popen(trial.words(), env=trial.environment(), stderr=subprocess.PIPE,
-                               stdout=subprocess.DEVNULL, text=True)
-    trial.wait_for_objects(process, 4)
+    process = trial.begin(4)
     listed = trial.list() | {"id": "another"}
     trial.store.keep(trial.bucket / "block 7" / LIST, json.dumps(listed).encode())
-    trial.store.delay_s = 0
-    error = process.communicate()[1]
-    trial.expect(f"{process.returncode}: {error}",
-                 process.returncode == 2 and "another upload" in error)
+    trial.expect_end(process, 2, "another upload")
     trial.expect("complete, or something is", not trial.list()["complete"]
                  and not any("digest" in entry for entry in trial.list()["files"].values()))
 
 
 def notices_that_a_file_has_changed(trial, files):
     trial.clear()
-    trial.store.delay_s = 0.1
-    process = subprocess.Popen(trial.words(), env=trial.environment(), stderr=subprocess.PIPE,
-                               stdout=subprocess.DEVNULL, text=True)
-    trial.wait_for_objects(process, 6)
+    process = trial.begin(6)
     (trial.out / "block.json").write_bytes(b"[]\n")
-    trial.store.delay_s = 0
-    error = process.communicate()[1]
-    trial.expect(f"{process.returncode}: {error}",
-                 process.returncode == 2 and "block.json has changed" in error)
+    trial.expect_end(process, 2, "block.json has changed")
     (trial.out / "block.json").write_bytes(files["block.json"])
     trial.upload(says="sent 1 of 27 files")
     trial.expect("changed: other objects than files", trial.objects() == files)

@@ -6,6 +6,9 @@
 
 namespace orient {
 
+// Of the scripts and their logs, in the block's output folder.
+inline constexpr const char* kJobsFolder = "slurm";
+
 // What a job asks for.
 struct JobNeeds {
   int minutes = 60;
@@ -15,7 +18,7 @@ struct JobNeeds {
 struct BlockJobs {
   std::string program, block;  // absolute paths
   std::string camera_library;  // the same; empty: the program's own
-  std::string folder;          // absolute: <output folder of the block>/slurm
+  std::string folder;          // absolute: kJobsFolder of the output folder
   bool control = false;        // the block file makes its own control
   bool film = false;           // there is interior orientation to do
   int parts = 1;               // of a stage, at most Slurm's largest array

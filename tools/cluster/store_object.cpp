@@ -4,17 +4,16 @@
 #include <cpl_vsi.h>
 #include <cpl_vsi_error.h>
 #include <fmt/format.h>
-#include <sys/stat.h>
 
 #include <algorithm>
 #include <array>
-#include <cerrno>
-#include <cstdio>
-#include <cstring>
+#include <filesystem>
 #include <memory>
 #include <string_view>
+#include <system_error>
 
 #include "block/inputs/digest.h"
+#include "core/base/atomic_write.h"
 #include "core/base/environment_error.h"
 #include "core/base/quiet_gdal.h"
 #include "core/base/remote_files.h"
@@ -22,7 +21,6 @@
 namespace orient {
 namespace {
 
-constexpr std::size_t kPiece = std::size_t{1} << 20;
 constexpr std::uint64_t kLeastPart = 5 << 20;  // of an object in several parts
 
 struct CloseObject {
@@ -30,52 +28,26 @@ struct CloseObject {
 };
 using Object = std::unique_ptr<VSILFILE, CloseObject>;
 
-struct CloseLocal {
-  void operator()(std::FILE* file) const { std::fclose(file); }
-};
+// Without a list of what lies beside it, which GDAL would copy at every question after that.
+Object OpenToRead(const std::string& object) {
+  const CPLConfigOptionSetter no_listing("GDAL_DISABLE_READDIR_ON_OPEN", "TRUE", false);
+  return Object(VSIFOpenL(object.c_str(), "rb"));
+}
 
-class LocalFile {
- public:
-  explicit LocalFile(const std::string& path) : path_(path), file_(std::fopen(path.c_str(), "rb")) {
-    if (!file_) Fail();
+// Calls use(piece) for all of a local file, as long as it says true.
+template <typename Use>
+UploadedFile ReadPieces(FilePieces* pieces, const Use& use) {
+  block::DigestOfPieces digest;
+  UploadedFile read;
+  pieces->Rewind();
+  for (auto piece = pieces->Next(); !piece.empty(); piece = pieces->Next()) {
+    digest.Add(piece);
+    read.bytes += piece.size();
+    if (!use(piece)) break;
   }
-
-  std::uint64_t Bytes() const {
-    struct stat state {};
-    return fstat(fileno(file_.get()), &state) == 0 ? static_cast<std::uint64_t>(state.st_size) : 0;
-  }
-
-  // Calls use(piece) for all of it, as long as it says true.
-  template <typename Use>
-  UploadedFile Read(const Use& use) {
-    std::rewind(file_.get());
-    std::string piece(kPiece, '\0');
-    block::DigestOfPieces digest;
-    UploadedFile read;
-    for (bool go_on = true; go_on;) {
-      errno = 0;
-      const std::size_t count = std::fread(piece.data(), 1, kPiece, file_.get());
-      if (std::ferror(file_.get()) != 0) Fail();
-      const std::string_view part(piece.data(), count);
-      digest.Add(part);
-      read.bytes += count;
-      go_on = count > 0 && use(part);
-    }
-    read.digest = digest.Digits();
-    return read;
-  }
-
- private:
-  [[noreturn]] void Fail() const {
-    const int error = errno;
-    const std::string what = fmt::format("cannot read {}: {}", path_, std::strerror(error));
-    if (IsOfEnvironment(error)) throw EnvironmentError(what);
-    throw InputError(what);
-  }
-
-  std::string path_;
-  std::unique_ptr<std::FILE, CloseLocal> file_;
-};
+  read.digest = digest.Digits();
+  return read;
+}
 
 EnvironmentError Refused(const std::string& object, const QuietGdal& gdal) {
   return EnvironmentError(
@@ -89,8 +61,7 @@ EnvironmentError Refused(const std::string& object, const QuietGdal& gdal) {
 // and, in the same answer, that it could not put them together.
 bool IsWhole(const std::string& object, std::uint64_t bytes) {
   if (bytes <= kLeastPart) return true;
-  const CPLConfigOptionSetter no_listing("GDAL_DISABLE_READDIR_ON_OPEN", "TRUE", false);
-  const Object file(VSIFOpenL(object.c_str(), "rb"));
+  const Object file = OpenToRead(object);
   char last = 0;
   return file && VSIFSeekL(file.get(), 0, SEEK_END) == 0 && VSIFTellL(file.get()) == bytes &&
          VSIFSeekL(file.get(), bytes - 1, SEEK_SET) == 0 && VSIFReadL(&last, 1, 1, file.get()) == 1;
@@ -103,14 +74,6 @@ bool Put(const std::string& object, const Write& write) {
   if (!file) return false;
   const bool written = write(file.get());
   return VSIFCloseL(file.release()) == 0 && written;
-}
-
-// Another program may have written it since GDAL has asked. Objects that are opened "not cached"
-// are forgotten when they are closed.
-void Forget(const std::string& object) {
-  const CPLConfigOptionSetter not_cached("CPL_VSIL_CURL_NON_CACHED", "/vsis3/:/vsigs/:/vsiaz/",
-                                         false);
-  const Object file(VSIFOpenL(object.c_str(), "rb"));
 }
 
 // That the server refuses to say what is there.
@@ -163,7 +126,7 @@ std::optional<std::uint64_t> SizeOfObject(const std::string& object) {
 std::optional<std::string> ReadObject(const std::string& object) {
   Watched([&] {
     const QuietGdal quiet;
-    Forget(object);
+    ForgetRemoteFile(object);
     return true;
   });
   const auto size = SizeOfObject(object);
@@ -171,8 +134,7 @@ std::optional<std::string> ReadObject(const std::string& object) {
   constexpr std::uint64_t kMost = 256 << 20;
   auto text = Watched([&]() -> std::optional<std::string> {
     const QuietGdal quiet;
-    const CPLConfigOptionSetter no_listing("GDAL_DISABLE_READDIR_ON_OPEN", "TRUE", false);
-    const Object file(VSIFOpenL(object.c_str(), "rb"));
+    const Object file = OpenToRead(object);
     std::string read(std::min(*size, kMost), '\0');
     if (!file || VSIFReadL(read.data(), 1, read.size(), file.get()) != read.size())
       return std::nullopt;
@@ -194,13 +156,15 @@ void PutText(const std::string& object, const std::string& text) {
 
 UploadedFile PutFile(const std::string& path, const std::string& object) {
   const QuietGdal gdal;
-  LocalFile local(path);  // before the object: one that is not there must not empty it
+  FilePieces local(path);  // before the object: one that is not there must not empty it
+  std::error_code vanished;
+  const std::uintmax_t bytes = std::filesystem::file_size(path, vanished);
   // One that is there must not be taken for what could not be put together.
-  if (local.Bytes() > kLeastPart) RemoveObject(object);
+  if (!vanished && bytes > kLeastPart) RemoveObject(object);
   UploadedFile sent;
   const auto write = [&](VSILFILE* file) {
     bool written = true;
-    sent = local.Read([&](std::string_view piece) {
+    sent = ReadPieces(&local, [&](std::string_view piece) {
       return written = VSIFWriteL(piece.data(), 1, piece.size(), file) == piece.size();
     });
     return written;
@@ -222,7 +186,8 @@ void RemoveObject(const std::string& object) {
 }
 
 UploadedFile ReadLocal(const std::string& path) {
-  return LocalFile(path).Read([](std::string_view) { return true; });
+  FilePieces pieces(path);
+  return ReadPieces(&pieces, [](std::string_view) { return true; });
 }
 
 }  // namespace orient

@@ -20,6 +20,7 @@
 #include "core/base/partial_files.h"
 #include "core/base/quiet_gdal.h"
 #include "core/base/side_by_side.h"
+#include "tools/cluster/job_scripts.h"
 #include "tools/cluster/store_object.h"
 #include "tools/cluster/uploaded_files.h"
 #include "tools/report/html_text.h"
@@ -33,8 +34,7 @@ constexpr const char* kChanges = "; upload when nothing writes into the folder a
 // Whether a file is one of the results; `name`: in the folder.
 bool IsUploaded(const fs::path& name) {
   const std::string file = name.filename().string();
-  return *name.begin() != "slurm" && name != kUploadList && !file.starts_with(".orient-") &&
-         !IsPartialFile(file);
+  return name != kUploadList && !file.starts_with(".orient-") && !IsPartialFile(file);
 }
 
 // Throws InputError for what an upload would have to leave out.
@@ -61,7 +61,11 @@ std::vector<std::string> FilesOf(const fs::path& folder) {
   fs::recursive_directory_iterator entry(folder, error);
   for (; !error && entry != fs::recursive_directory_iterator(); entry.increment(error)) {
     const fs::path name = entry->path().lexically_relative(folder);
-    if (*name.begin() != "slurm" && IsBeingWritten(name.filename().string()))
+    if (name == kJobsFolder) {  // its logs go on while this one is a job
+      entry.disable_recursion_pending();
+      continue;
+    }
+    if (IsBeingWritten(name.filename().string()))
       throw InputError(entry->path().string() + " is being written" + kChanges +
                        ", or remove it where a program on another machine has left it");
     if (!IsUploaded(name) || entry->symlink_status().type() == fs::file_type::directory) continue;

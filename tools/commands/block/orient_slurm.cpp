@@ -88,12 +88,12 @@ class SlurmCommand : public Command {
     block.camera = block::FindCameraFile(block.camera, library_);
     jobs_.program = OwnProgram();
     jobs_.block = fs::absolute(block_path_).lexically_normal().string();
-    jobs_.folder = (fs::absolute(block.output_directory) / "slurm").lexically_normal().string();
+    jobs_.folder = (fs::absolute(block.output_directory) / kJobsFolder).lexically_normal().string();
     if (!library_.empty()) jobs_.camera_library = fs::absolute(library_).string();
     jobs_.control = block.control.has_value();
     jobs_.film = ReadCameraFile(block.camera).camera.kind == CameraKind::kFilm;
-    constexpr int kRoundsOfStrips = 3;
     jobs_.overwrite = overwrite_;
+    constexpr int kRoundsOfStrips = 3;
     jobs_.rounds = rounds_.value_or(block.flight.Empty() ? 1 : kRoundsOfStrips);
     RefuseToOverwrite(JobScriptPaths(jobs_), overwrite_);
     AskFor(&block, out);
@@ -174,7 +174,6 @@ class SlurmCommand : public Command {
     jobs_.interior = asked(interior);
     jobs_.exterior = asked(exterior);
     constexpr double kWhole_min = 60, kWhole_MB = 2000, kPhoto_MB = 0.4;
-    constexpr int kUpload_MB = 1000;  // each of the files sent at a time takes 50 MB
     const double most_MB = std::max(exterior.megabytes, interior.megabytes);
     const auto of_all = [&](double minutes) {
       return JobNeeds{whole_minutes_.value_or(static_cast<int>(kWhole_min + minutes)),
@@ -184,10 +183,11 @@ class SlurmCommand : public Command {
     // Ties take a photo about as long as its exterior orientation; the adjustment holds all of
     // them.
     jobs_.whole = of_all(kMargin * photos * exterior.seconds / 60 / jobs_.cpus);
+    jobs_.roll = of_all(kMargin * each * interior.seconds / 60);  // and a part that was lost
     constexpr double kUploaded_min = 0.2;  // a photo's results, and its orthophoto's
+    constexpr int kUpload_MB = 1000;       // each of the files sent at a time takes 50 MB
     jobs_.upload = {whole_minutes_.value_or(static_cast<int>(kWhole_min + kUploaded_min * photos)),
                     kUpload_MB};
-    jobs_.roll = of_all(kMargin * each * interior.seconds / 60);  // and a part that was lost
   }
 
   ExitCode Submit(std::ostream& out) const {
