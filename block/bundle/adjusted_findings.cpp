@@ -14,14 +14,14 @@ namespace {
 // Of standard deviations.
 constexpr double kTooMuchWorse = 3;
 
-// Of each photo, of the points that it shows, in the block's coordinates.
-std::vector<double> MeanGroundHeights(const BlockSystem& system) {
-  std::vector<double> heights(system.block.photos.size(), 0);
+// Of each photo, of the points that it shows.
+std::vector<double> MeanGroundHeights(const BlockToAdjust& block, const BlockResult& result) {
+  std::vector<double> heights(block.photos.size(), 0);
   std::vector<int> counts(heights.size(), 0);
-  for (std::size_t i = 0; i < system.block.observations.size(); ++i) {
-    const ImageObservation& o = system.block.observations[i];
-    if (!system.IsActive(i)) continue;
-    heights[o.photo] += system.GroundOf(o.point).z();
+  for (std::size_t i = 0; i < block.observations.size(); ++i) {
+    const ImageObservation& o = block.observations[i];
+    if (result.observations[i].state != ObservationState::kUsed) continue;
+    heights[o.photo] += result.points[o.point].ground_m.z();
     ++counts[o.photo];
   }
   for (std::size_t i = 0; i < heights.size(); ++i)
@@ -31,8 +31,8 @@ std::vector<double> MeanGroundHeights(const BlockSystem& system) {
 
 class FindingsAbout {
  public:
-  FindingsAbout(const BlockSystem& system, const BlockResult& result)
-      : system_(system), result_(result) {}
+  FindingsAbout(const BlockToAdjust& block, GnssModel gnss, const BlockResult& result)
+      : block_(block), gnss_(gnss), result_(result) {}
 
   Findings All() {
     for (const BlockPart& part : result_.parts)
@@ -60,6 +60,7 @@ class FindingsAbout {
     findings_.push_back({.reason = reason, .value = value, .limit = limit});
   }
   void SayOf(const std::vector<std::size_t>& photos, Reason reason);
+  double VarianceFactorOf(const std::string& group) const;
   void SayWorseThanStated(double variance_factor, Reason reason, std::string where = {});
   void SayShiftOfGnss(std::size_t used, std::size_t observed);
   void SayControl();
@@ -67,7 +68,8 @@ class FindingsAbout {
   void SayApproximations();
   void SayDistancesLeftOpen();
 
-  const BlockSystem& system_;
+  const BlockToAdjust& block_;
+  GnssModel gnss_;
   const BlockResult& result_;
   Findings findings_;
 };
@@ -77,7 +79,13 @@ void FindingsAbout::SayOf(const std::vector<std::size_t>& photos, Reason reason)
   if (photos.empty()) return;
   findings_.push_back({.reason = reason,
                        .value = static_cast<double>(photos.size()),
-                       .where = NamesOf(system_.block, photos)});
+                       .where = NamesOf(block_, photos)});
+}
+
+double FindingsAbout::VarianceFactorOf(const std::string& group) const {
+  for (const VarianceComponent& component : result_.components)
+    if (component.group == group) return component.factor;
+  return 1;
 }
 
 // How much worse than stated, where that is too much to pass over in silence.
@@ -90,23 +98,24 @@ void FindingsAbout::SayWorseThanStated(double variance_factor, Reason reason, st
 
 // Where control contradicts what GNSS positions have in common.
 void FindingsAbout::SayShiftOfGnss(std::size_t used, std::size_t observed) {
-  if (!result_.converged || !system_.EstimatesCommonGnssShift()) return;
-  const Vector6d& shift_m =
-      system_.groups[static_cast<std::size_t>(system_.common_gnss_shift.group)];
-  Say(Reason::kGnssPerhapsOfAnotherDatum, static_cast<double>(used), static_cast<double>(observed));
-  findings_.back().where =
-      fmt::format("dx {:.2f} dy {:.2f} dz {:.2f} m", shift_m[0], shift_m[1], shift_m[2]);
+  for (const StripGnss& strip : result_.strips) {
+    if (!strip.of_all) continue;
+    Say(Reason::kGnssPerhapsOfAnotherDatum, static_cast<double>(used),
+        static_cast<double>(observed));
+    findings_.back().where = fmt::format("dx {:.2f} dy {:.2f} dz {:.2f} m", strip.shift_m[0],
+                                         strip.shift_m[1], strip.shift_m[2]);
+  }
 }
 
 // Image and ground of control that one photo sees can hardly be told apart.
 void FindingsAbout::SayControl() {
   SayWorseThanStated(
-      std::max(system_.Factor(RowKind::kControlImage), system_.Factor(RowKind::kControlGround)),
+      std::max(VarianceFactorOf("control image"), VarianceFactorOf("control ground")),
       Reason::kControlWorseThanStated);
 }
 
 void FindingsAbout::SayGnss() {
-  const bool plain = system_.options.gnss == GnssModel::kPlain;
+  const bool plain = gnss_ == GnssModel::kPlain;
   const auto observed =
       PhotosThat([](const AdjustedPhoto& photo) { return photo.gnss_residual_m.has_value(); });
   const auto rejected = PhotosThat([](const AdjustedPhoto& photo) { return photo.gnss_rejected; });
@@ -115,17 +124,18 @@ void FindingsAbout::SayGnss() {
   else
     SayOf(rejected, Reason::kGnssRejected);
   if (rejected.size() < observed.size())
-    SayWorseThanStated(system_.Factor(RowKind::kGnss), Reason::kGnssWorseThanStated);
+    SayWorseThanStated(VarianceFactorOf("gnss"), Reason::kGnssWorseThanStated);
   SayShiftOfGnss(observed.size() - rejected.size(), observed.size());
 }
 
 void FindingsAbout::SayApproximations() {
   const auto rejected = PhotosThat([](const AdjustedPhoto& photo) { return photo.prior_rejected; });
   SayOf(rejected, Reason::kApproximationsRejected);
-  const auto observed = std::count_if(system_.prior_row.begin(), system_.prior_row.end(),
-                                      [](int row) { return row >= 0; });
+  const auto observed = std::count_if(
+      block_.photos.begin(), block_.photos.end(),
+      [](const BlockPhoto& photo) { return photo.prior && !StatedElements(*photo.prior).empty(); });
   if (std::ssize(rejected) < observed)
-    SayWorseThanStated(system_.Factor(RowKind::kPosePrior), Reason::kApproximationsWorseThanStated,
+    SayWorseThanStated(VarianceFactorOf("pose prior"), Reason::kApproximationsWorseThanStated,
                        ", and their weight as observations is reduced accordingly.");
 }
 
@@ -134,16 +144,14 @@ void FindingsAbout::SayApproximations() {
 void FindingsAbout::SayDistancesLeftOpen() {
   if (result_.calibration.empty()) return;
   constexpr double kMuchMore = 3;
-  const std::vector<double> ground_m = MeanGroundHeights(system_);
+  const std::vector<double> ground_m = MeanGroundHeights(block_, result_);
   for (const CalibrationParameter& parameter : result_.calibration) {
     if (parameter.name != kPrincipalDistanceName || parameter.state == CalibrationState::kEstimated)
       continue;
-    const double share =
-        parameter.sigma / system_.block.cameras[parameter.camera].principal_distance_mm;
+    const double share = parameter.sigma / block_.cameras[parameter.camera].principal_distance_mm;
     for (std::size_t i = 0; i < result_.photos.size(); ++i) {
       const AdjustedPhoto& photo = result_.photos[i];
-      if (photo.state != PhotoState::kAdjusted ||
-          system_.block.photos[i].camera != parameter.camera)
+      if (photo.state != PhotoState::kAdjusted || block_.photos[i].camera != parameter.camera)
         continue;
       const double height_m = photo.pose.position_m.z() - ground_m[i];
       if (share * height_m <= kMuchMore * std::sqrt(photo.covariance(2, 2))) continue;
@@ -155,8 +163,9 @@ void FindingsAbout::SayDistancesLeftOpen() {
 
 }  // namespace
 
-Findings FindingsOfAdjusted(const BlockSystem& system, const BlockResult& result) {
-  return FindingsAbout(system, result).All();
+Findings FindingsOfAdjusted(const BlockToAdjust& block, const BlockOptions& options,
+                            const BlockResult& result) {
+  return FindingsAbout(block, options.gnss, result).All();
 }
 
 }  // namespace orient::block

@@ -279,7 +279,7 @@ void Adjustment::Finish() {
     for (std::size_t i = 0; i < result_->observations.size(); ++i)
       result_->observations[i].state = judgement_.states()[i];
   }
-  const Findings findings = FindingsOfAdjusted(system_, *result_);
+  const Findings findings = FindingsOfAdjusted(system_.block, system_.options, *result_);
   result_->findings.insert(result_->findings.end(), findings.begin(), findings.end());
 }
 

@@ -69,6 +69,9 @@ struct BlockToAdjust {
   std::vector<BlockPhoto> photos;
   std::vector<BlockPoint> points;
   std::vector<ImageObservation> observations;
+
+  // Throws std::invalid_argument for indices out of range.
+  void CheckIndices() const;
 };
 
 struct BlockOptions {
@@ -97,6 +100,8 @@ struct BlockOptions {
   int max_rounds = 30;          // of test and adjustment
   int max_iterations = 50;      // of one adjustment
   int threads = 1;
+  // Larger blocks are adjusted in sub-blocks: see sub_blocks.h, and not AdjustBlock.
+  std::size_t most_photos = 10'000;
   std::optional<std::string> Check() const;  // what is wrong with the options, if anything
 };
 

@@ -121,6 +121,15 @@ struct BlockTimings {  // wall clock, seconds
   int solves = 0, iterations = 0;
 };
 
+// Of a block adjusted in sub-blocks (sub_blocks.h).
+struct SubBlockSummary {
+  int count = 0;
+  int compared = 0;  // photos beside a core that have a pose of two sub-blocks
+  // Differences of these poses over the standard deviations of the one that counts, RMS over all
+  // six elements: more than what sub-blocks cost, since the other one has less around such a photo.
+  double differences = 0;
+};
+
 struct BlockResult {
   // Poses, tests and what is used converged together; otherwise nothing here may be trusted.
   bool converged = false;
@@ -139,6 +148,7 @@ struct BlockResult {
   // empty where it was not asked for or would be too large.
   Eigen::MatrixXd pose_covariance;
   std::vector<std::size_t> covariance_photos;
+  std::optional<SubBlockSummary> sub_blocks;
   BlockTimings timings;
   Findings findings;  // what a person should know about the block as a whole
 };

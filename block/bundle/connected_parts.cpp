@@ -15,24 +15,6 @@ namespace {
 // A block moves freely in seven ways: three shifts, three rotations, one scale.
 using Matrix7d = Eigen::Matrix<double, 7, 7>;
 
-// Photos as a forest: each tree is a part.
-class Forest {
- public:
-  explicit Forest(std::size_t count) : parent_(count) {
-    std::iota(parent_.begin(), parent_.end(), std::size_t{0});
-  }
-  std::size_t Root(std::size_t i) {
-    while (parent_[i] != i) i = parent_[i] = parent_[parent_[i]];
-    return i;
-  }
-  void Join(std::size_t a, std::size_t b) {
-    parent_[std::max(Root(a), Root(b))] = std::min(Root(a), Root(b));
-  }
-
- private:
-  std::vector<std::size_t> parent_;
-};
-
 // How a place moves with the seven: shift, rotation and scale about the part's middle, the latter
 // two in metres at the part's rim.
 Eigen::Matrix<double, 3, 7> ByDatum(const Eigen::Vector3d& offset_m, double radius_m) {
@@ -98,14 +80,6 @@ std::optional<Reason> WhatOf(const BlockPart& part, bool only) {
   return only ? std::nullopt : std::optional(Reason::kPartNotConnected);
 }
 
-std::optional<Finding> FindingOf(const BlockSystem& system, const BlockPart& part, bool only) {
-  const auto reason = WhatOf(part, only);
-  if (!reason) return std::nullopt;
-  return Finding{.reason = *reason,
-                 .value = static_cast<double>(part.photos.size()),
-                 .where = only ? "" : NamesOf(system.block, part.photos)};
-}
-
 void FindDatum(const BlockSystem& system, const std::vector<std::size_t>& control, double reach_m,
                BlockPart* part) {
   PartDatum datum;
@@ -138,6 +112,14 @@ std::string NamesOf(const BlockToAdjust& block, const std::vector<std::size_t>& 
   }
   if (photos.size() > kNamed) names += fmt::format(" and {} more", photos.size() - kNamed);
   return names;
+}
+
+std::optional<Finding> FindingOf(const BlockToAdjust& block, const BlockPart& part, bool only) {
+  const auto reason = WhatOf(part, only);
+  if (!reason) return std::nullopt;
+  return Finding{.reason = *reason,
+                 .value = static_cast<double>(part.photos.size()),
+                 .where = only ? "" : NamesOf(block, part.photos)};
 }
 
 std::vector<BlockPart> FindParts(const BlockSystem& system, const std::vector<bool>& connects,
@@ -178,7 +160,7 @@ std::vector<BlockPart> FindParts(const BlockSystem& system, const std::vector<bo
     const bool any = std::any_of(parts[i].photos.begin(), parts[i].photos.end(),
                                  [&](std::size_t photo) { return takes_part[photo]; });
     parts[i].has_datum = parts[i].has_datum && any;
-    parts[i].finding = FindingOf(system, parts[i], parts.size() == 1);
+    parts[i].finding = FindingOf(system.block, parts[i], parts.size() == 1);
   }
   return parts;
 }

@@ -58,7 +58,7 @@ std::string CellKey(const GroundControl& control, double side_m) {
 
 BlockSystem::BlockSystem(const BlockToAdjust& of_block, const BlockOptions& with_options)
     : block(of_block), options(with_options) {
-  Check();
+  block.CheckIndices();
   weight.fill(1);
   FindOrigin();
   AddPhotos();
@@ -67,15 +67,6 @@ BlockSystem::BlockSystem(const BlockToAdjust& of_block, const BlockOptions& with
   AddPriorRows();
   AddGnssRows();
   AddUnknownRows();
-}
-
-void BlockSystem::Check() const {
-  for (const BlockPhoto& photo : block.photos)
-    if (photo.camera >= block.cameras.size())
-      throw std::invalid_argument("photo '" + photo.name + "' has a camera that is not there");
-  for (const ImageObservation& o : block.observations)
-    if (o.photo >= block.photos.size() || o.point >= block.points.size())
-      throw std::invalid_argument("an image observation has a photo or point that is not there");
 }
 
 void BlockSystem::FindOrigin() {

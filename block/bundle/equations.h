@@ -147,7 +147,6 @@ class BlockSystem {
 
  private:
   int NewGroup();
-  void Check() const;
   void FindOrigin();
   void AddPhotos();
   void AddImageRows();

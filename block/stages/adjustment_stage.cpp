@@ -5,6 +5,7 @@
 #include <cmath>
 #include <set>
 
+#include "block/bundle/sub_blocks.h"
 #include "block/ties/one_station.h"
 #include "core/terrain/view_over_ground.h"
 #include "exterior/steps/error_model.h"
@@ -248,7 +249,8 @@ AdjustedBlock AdjustPhotos(const AdjustmentInputs& inputs) {
   options.least_precision_factor = 1;
   options.control_shared_everywhere = exterior::kSharedEverywhere;
   options.control_shared_smoothly = exterior::kSharedSmoothly;
-  adjusted.result = AdjustBlock(adjusted.block, options);
+  options.most_photos = static_cast<std::size_t>(inputs.choice.sub_block_photos);
+  adjusted.result = AdjustWholeOrInSubBlocks(adjusted.block, options);
   AddFilmBends(inputs, &adjusted);
   return adjusted;
 }

@@ -139,8 +139,8 @@ void ReadScan(const TomlTable& root, BlockFile* block) {
 }
 
 void ReadAdjustment(const TomlTable& root, BlockFile* block) {
-  const auto table =
-      root.FindTable("block", {"ties", "check_share", "self_calibration", "pose_covariance"});
+  const auto table = root.FindTable(
+      "block", {"ties", "check_share", "self_calibration", "pose_covariance", "sub_block_photos"});
   if (!table) return;
   BlockAdjustmentChoice& choice = block->adjustment;
   choice.ties = table->FindFlag("ties").value_or(choice.ties);
@@ -152,6 +152,16 @@ void ReadAdjustment(const TomlTable& root, BlockFile* block) {
     table->Fail("self_calibration", "is \"" + calibration + "\"; it must be none or camera");
   choice.self_calibration = calibration == "camera";
   choice.pose_covariance = table->FindFlag("pose_covariance").value_or(choice.pose_covariance);
+  choice.sub_block_photos = table->FindCount("sub_block_photos").value_or(choice.sub_block_photos);
+  constexpr int kLeast = 10;
+  if (choice.sub_block_photos < kLeast)
+    table->Fail("sub_block_photos", fmt::format("must be at least {}", kLeast));
+  if (choice.self_calibration && std::ssize(block->photos) > choice.sub_block_photos)
+    table->Fail("self_calibration",
+                fmt::format("would give each sub-block a camera of its own: the block has {} "
+                            "photos, more than sub_block_photos = {}. Calibrate with a part of "
+                            "the photos, and adjust all with its calibrated_camera.toml",
+                            block->photos.size(), choice.sub_block_photos));
 }
 
 void ReadGnss(const TomlTable& root, const std::string& base, BlockFile* block) {

@@ -20,6 +20,7 @@ struct BlockAdjustmentChoice {
   double check_share = 0;         // of the control patches, held out to check the result
   bool self_calibration = false;  // of principal distance, principal point and lens
   bool pose_covariance = false;   // written for all poses together
+  int sub_block_photos = 10'000;  // a larger block is adjusted in sub-blocks of so many at most
 };
 
 // Observed projection centres.

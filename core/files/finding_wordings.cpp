@@ -323,6 +323,8 @@ const std::vector<Wording>& Wordings() {  // NOLINT(readability-function-size): 
       {Reason::kAdjustedWithoutPriors, "adjusted_without_priors",
        "with GNSS and approximations as observations the block does not converge: adjusted without "
        "them"},
+      {Reason::kAdjustedInSubBlocks, "adjusted_in_sub_blocks",
+       "Adjusted in {value:.0f} overlapping sub-blocks{where}."},
       {Reason::kNoPoseCovariance, "no_pose_covariance",
        "pose_covariance.csv is not written: it needs a converged adjustment with at least one "
        "accepted pose and at most {limit:.0f} photos"},
@@ -361,8 +363,7 @@ const std::vector<Wording>& Wordings() {  // NOLINT(readability-function-size): 
       {Reason::kPatchOutsidePhoto, "patch_outside_photo", "outside the photo in the final pose"},
       {Reason::kPatchCovered, "patch_covered", "under a fiducial mark or writing"},
       {Reason::kPatchHidden, "patch_hidden", "hidden by terrain"},
-      {Reason::kPatchTooSmall, "patch_too_small",
-       "the patch is too small at the photo's resolution"},
+      {Reason::kPatchTooSmall, "patch_too_small", "too small at the photo's resolution"},
       {Reason::kNoCorrelationPeak, "no_correlation_peak",
        "no correlation peak in the search window"},
       {Reason::kLowCorrelation, "low_correlation", "best correlation below the threshold"},

@@ -138,6 +138,7 @@ enum class Reason {
   kPhotosUndetermined,
   kDistanceLeftOpen,
   kAdjustedWithoutPriors,
+  kAdjustedInSubBlocks,
   kNoPoseCovariance,
   kInputsChanged,
   kNoTiesFromPhoto,

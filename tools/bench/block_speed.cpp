@@ -1,5 +1,7 @@
 // How long the block adjustment takes beside what Ceres itself spends solving, and how both grow:
-//   block_speed [--ties N] [PHOTOS...]        default: 100 300 1000
+//   block_speed [--ties N] [--sub-blocks N] [PHOTOS...]        default: 100 300 1000
+// With --sub-blocks also how much worse than the whole's the poses are of sub-blocks of N photos at
+// most: errors (RMS) and stated standard deviations (mean and largest ratio), memory, and time.
 // Simulated blocks of film photos, 60/30 % overlap, 100 (or N) ties a photo that are its own,
 // control under every tenth photo, 1 % gross errors; precisions as `orient block` states them.
 // Times are wall clock with one thread, Ceres as it reports itself; the ratio is that of all rounds
@@ -11,9 +13,11 @@
 #include <cmath>
 #include <cstdio>
 #include <cstdlib>
+#include <optional>
 #include <string_view>
 #include <vector>
 
+#include "block/bundle/sub_blocks.h"
 #include "tools/bench/bundle_simulation.h"
 
 namespace {
@@ -36,12 +40,60 @@ double PeakMegabytes() {
   return static_cast<double>(usage.ru_maxrss) / 1024;
 }
 
-void Measure(int photos, int ties_per_photo) {
+struct InSubBlocks {
+  orient::block::BlockResult result;
+  double memory_mb = 0;
+};
+
+InSubBlocks AdjustInSubBlocks(const orient::block::BlockToAdjust& block,
+                              orient::block::BlockOptions options, int most_photos,
+                              double before_mb) {
+  options.most_photos = static_cast<std::size_t>(most_photos);
+  InSubBlocks divided{orient::block::AdjustWholeOrInSubBlocks(block, options)};
+  divided.memory_mb = PeakMegabytes() - before_mb;
+  return divided;
+}
+
+// RMS of the positions' errors, m.
+double PositionError(const orient::BundleSimulation& simulation,
+                     const orient::block::BlockResult& result) {
+  double sum = 0;
+  for (std::size_t i = 0; i < result.photos.size(); ++i)
+    sum += (result.photos[i].pose.position_m - simulation.true_poses[i].position_m).squaredNorm();
+  return std::sqrt(sum / static_cast<double>(result.photos.size()));
+}
+
+void Compare(const orient::BundleSimulation& simulation, const orient::block::BlockResult& whole,
+             const InSubBlocks& divided) {
+  const orient::block::BlockResult& joined = divided.result;
+  if (!joined.sub_blocks) return;
+  double mean = 0, worst = 0, seconds = 0;
+  for (std::size_t i = 0; i < joined.photos.size(); ++i) {
+    const orient::Vector6d ratio = joined.photos[i]
+                                       .covariance.diagonal()
+                                       .cwiseQuotient(whole.photos[i].covariance.diagonal())
+                                       .cwiseSqrt();
+    mean += ratio.mean() / static_cast<double>(joined.photos.size());
+    worst = std::max(worst, ratio.maxCoeff());
+  }
+  const auto& t = joined.timings;
+  seconds = t.setup + t.solve + t.snooping + t.covariance;
+  std::printf(
+      "  in %d sub-blocks: positions %.4f m (whole %.4f), sigmas %.4f (mean), %.3f (largest) "
+      "of the whole's, %d poses beside borders differ by %.3f sigma; %.0f MB, %.0f s\n",
+      joined.sub_blocks->count, PositionError(simulation, joined), PositionError(simulation, whole),
+      mean, worst, joined.sub_blocks->compared, joined.sub_blocks->differences, divided.memory_mb,
+      seconds);
+}
+
+void Measure(int photos, int ties_per_photo, int sub_blocks) {
   const auto simulation = orient::SimulateBundle(BlockOf(photos, ties_per_photo));
   malloc_trim(0);
   const double before_mb = PeakMegabytes();
   orient::block::BlockOptions options;
   options.least_precision_factor = 1;
+  std::optional<InSubBlocks> divided;  // first: peaks of memory never fall
+  if (sub_blocks > 0) divided = AdjustInSubBlocks(simulation.block, options, sub_blocks, before_mb);
   const orient::block::BlockResult result = orient::block::AdjustBlock(simulation.block, options);
   const auto& t = result.timings;
   const double total = t.solve + t.snooping;
@@ -61,6 +113,7 @@ void Measure(int photos, int ties_per_photo) {
               simulation.block.photos.size(), ties, simulation.gross.size(), t.setup, t.ceres,
               t.snooping, t.covariance, total / t.ceres, t.solves, t.iterations,
               PeakMegabytes() - before_mb, worst_mm, rejected, gross);
+  if (divided) Compare(simulation, result, *divided);
   std::fflush(stdout);
 }
 
@@ -68,20 +121,22 @@ void Measure(int photos, int ties_per_photo) {
 
 int main(int argc, char** argv) {
   std::vector<int> sizes;
-  int ties_per_photo = 100;
+  int ties_per_photo = 100, sub_blocks = 0;
   for (int i = 1; i < argc; ++i)
     if (std::string_view(argv[i]) == "--ties" && i + 1 < argc)
       ties_per_photo = std::atoi(argv[++i]);
+    else if (std::string_view(argv[i]) == "--sub-blocks" && i + 1 < argc)
+      sub_blocks = std::atoi(argv[++i]);
     else
       sizes.push_back(std::atoi(argv[i]));
   if (ties_per_photo < 1 || std::any_of(sizes.begin(), sizes.end(), [](int n) { return n < 1; })) {
-    std::fprintf(stderr, "usage: block_speed [--ties N] [PHOTOS...]\n");
+    std::fprintf(stderr, "usage: block_speed [--ties N] [--sub-blocks N] [PHOTOS...]\n");
     return 1;
   }
   if (sizes.empty()) sizes = {100, 300, 1000};
   std::printf(
       "photos     ties      rays   setup_s  ceres_s snooping_s covar_s  ratio solves iterat. "
       "memory_MB worst_mm rejected/gross\n");
-  for (const int photos : sizes) Measure(photos, ties_per_photo);
+  for (const int photos : sizes) Measure(photos, ties_per_photo, sub_blocks);
   return 0;
 }

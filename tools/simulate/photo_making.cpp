@@ -52,6 +52,7 @@ PhotoPlan PlanPhoto(const SimulationOptions& options, const SimulatedCamera& cam
     return {photo, ScanGeometry(setup), Polarity::kPositive, marks, seed};
 
   setup.orientation = ChooseOrientation(options, old, &random);
+  if (LiesAcross(setup.orientation)) std::swap(setup.width, setup.height);
   setup.rotation_rad = RadFromDeg(options.scan_rotation_deg * random.Gaussian());
   setup.shift_mm = {random.Uniform(-0.25, 0.25), random.Uniform(-0.25, 0.25)};
   setup.stretch = Stretch(options.film_shrink_ppm, &random);
@@ -94,8 +95,8 @@ InteriorResult TrueInterior(const SimulatedCamera& camera, const PhotoPlan& plan
   InteriorResult result;
   result.photo = plan.photo.name;
   result.status = Status::kOk;
-  result.width = camera.width_px;
-  result.height = camera.height_px;
+  result.width = plan.scan.Setup().width;
+  result.height = plan.scan.Setup().height;
   result.pixel_size_um = camera.pixel_size_mm * 1e3;
   result.polarity = plan.polarity;
   result.orientation = plan.scan.Setup().orientation;

@@ -69,6 +69,11 @@ double Rms(const std::vector<Vector2d>& residuals) {
 
 }  // namespace
 
+bool LiesAcross(ScanOrientation orientation) {
+  const double turn_deg = HandlingOf(orientation).turn_deg;
+  return turn_deg == 90 || turn_deg == 270;
+}
+
 ScanGeometry::ScanGeometry(const ScanSetup& setup) : setup_(setup) {
   const Handling handling = HandlingOf(setup.orientation);
   const double turn = handling.turn_deg * std::numbers::pi / 180 + setup.rotation_rad;

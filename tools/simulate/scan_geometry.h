@@ -22,6 +22,9 @@ struct ScanSetup {
   double half_frame_mm = 1;
 };
 
+// Whether the film's columns run along the scan's rows.
+bool LiesAcross(ScanOrientation orientation);
+
 class ScanGeometry {
  public:
   explicit ScanGeometry(const ScanSetup& setup);

@@ -164,7 +164,7 @@ void WritePhotos(const Block& block, bool old, const std::function<void()>& step
   for (const PhotoPlan& plan : old ? block.old : block.fresh) {
     const std::string path =
         block.directory + (old ? "/old/photos/" : "/scans/") + plan.photo.name + ".tif";
-    WriteGreyTiff(path, camera.width_px, camera.height_px,
+    WriteGreyTiff(path, plan.scan.Setup().width, plan.scan.Setup().height,
                   MakePhoto(block.options, camera, plan, ground, block.terrain), block.options.bits,
                   camera.pixel_size_mm, std::nullopt);
     WriteInteriorResult(block.directory + (old ? "/old/interior" : "/truth/interior"),

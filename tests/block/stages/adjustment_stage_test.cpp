@@ -94,6 +94,14 @@ TEST_F(AdjustmentOf, PhotosWithoutAPoseTakeNoPart) {
   EXPECT_EQ(adjusted.block.observations[1].point, 0u);
 }
 
+TEST_F(AdjustmentOf, LargerBlocksAreAdjustedInSubBlocks) {
+  Match(0, 5);
+  ties_ = {Tie({"a", "b", "c"})};
+  EXPECT_FALSE(Adjust().result.sub_blocks);
+  choice_.sub_block_photos = 2;
+  EXPECT_TRUE(Adjust().result.sub_blocks);
+}
+
 TEST_F(AdjustmentOf, TiesComeBeforeControl) {
   Match(0, 5);
   ties_ = {Tie({"a", "b"}), Tie({"b", "c"})};

@@ -47,6 +47,19 @@ std::string Replaced(std::string text, const std::string& from, const std::strin
   return text.replace(text.find(from), from.size(), to);
 }
 
+TEST_F(BlockFileTest, SubBlocksAreOfTenPhotosOrMoreAndHaveNoCameraOfTheirOwn) {
+  EXPECT_EQ(ReadText(kBlock).adjustment.sub_block_photos, 10000);
+  EXPECT_EQ(ReadText(kBlock + "[block]\nsub_block_photos = 300\n").adjustment.sub_block_photos,
+            300);
+  ExpectRefused(kBlock + "[block]\nsub_block_photos = 9\n", {"sub_block_photos", "at least 10"});
+  const std::string text =
+      kBlock + "[block]\nself_calibration = \"camera\"\nsub_block_photos = 10\n";
+  EXPECT_TRUE(ReadText(text).adjustment.self_calibration);
+  for (int i = 0; i < 9; ++i)
+    WriteFileAtomically(folder_ / "scans/more" + std::to_string(i) + ".tif", "");
+  ExpectRefused(text, {"self_calibration", "11 photos", "sub_block_photos = 10"});
+}
+
 TEST_F(BlockFileTest, ControlImagesTakeTheDatabasesPlace) {
   for (const char* file : {"base_1.tif", "base_2.tif", "old.csv"})
     WriteFileAtomically(folder_ / file, "");

@@ -257,6 +257,21 @@ TEST(ResectByPoints, AWrongPointDoesNotHideAmongMany) {
   }
 }
 
+// None of them is far off by itself; together they are: the stated accuracy is not theirs.
+TEST(ResectByPoints, ManyPointsWorseThanStatedGiveNoPose) {
+  for (unsigned seed = 1; seed <= 3; ++seed) {
+    constexpr double kWorse = 1.6;
+    std::vector<MeasuredPoint> clicks = Clicks(40, seed, 15, kWorse * kClick_px, kWorse * 0.2);
+    for (MeasuredPoint& click : clicks) {
+      click.sigma_px = kClick_px;
+      click.sigma_m /= kWorse;
+    }
+    const PointResection answer = Resected(clicks);
+    EXPECT_FALSE(answer.found) << seed;
+    EXPECT_EQ(StatusOf(answer.findings), Status::kFailed) << seed;
+  }
+}
+
 TEST(SlowResectByPoints, WrongClicksAreNamedInTwoHundredOfTwoHundred) {
   ExpectNamed(200, 6, MoveOne);
   ExpectNamed(200, 7, ConfuseTwo);

@@ -109,8 +109,9 @@ void WriteFilmScan(const std::string& path, const SimulationOptions& options,
   FilmFrame film = FilmOf(camera, plan);
   film.mark_tone = look.mark_tone;
   const std::vector<Part> parts = PartsToDraw(camera, plan.scan);
-  SparseTiff tiff(path, {camera.width_px, camera.height_px, look.rgb ? 3 : 1, options.bits},
-                  camera.pixel_size_mm);
+  const ScanSetup& setup = plan.scan.Setup();
+  SparseTiff tiff(path, {setup.width, setup.height, look.rgb ? 3 : 1, options.bits},
+                  setup.pixel_size_mm);
   ScannerOptions scanner = ScannerOf(options, plan);
   for (const Part& part : parts) {
     if (part.size.minCoeff() <= 0) continue;

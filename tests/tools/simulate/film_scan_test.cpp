@@ -44,11 +44,6 @@ struct Scanned {
   InteriorResult truth, found;
 };
 
-// The film's columns run along the scan's rows.
-bool LiesAcross(ScanOrientation orientation) {
-  return std::abs(PhotoFromPixelAxes(orientation)(0, 1)) > 0.5;
-}
-
 constexpr double kMesh_mm = 5;  // of the simulated reseau
 
 // The setting's camera, a reseau's with its inner crosses only and the frame as much smaller.
@@ -71,9 +66,7 @@ SimulatedCamera CameraOf(const Setting& setting) {
 Scanned ScanAndOrient(const Setting& setting, int number) {
   const TemporaryFolder folder;
   const std::string path = folder / "scan.tif";
-  SimulatedCamera camera = CameraOf(setting);
-  if (LiesAcross(setting.options.orientation.value_or(ScanOrientation::kR0)))
-    std::swap(camera.width_px, camera.height_px);
+  const SimulatedCamera camera = CameraOf(setting);
   PhotoPlan plan = PlanPhoto(setting.options, camera, {}, false, number);
   for (size_t i = 0; i < setting.damage.size(); ++i)
     plan.marks[(i + static_cast<size_t>(number)) % plan.marks.size()] = setting.damage[i];

@@ -114,6 +114,26 @@ TEST(Simulate, TruthExplainsEveryCheckPoint) {
   EXPECT_GT(checked, 100);
 }
 
+TEST(Simulate, TheScanOfAFilmThatLiesAcrossShowsAllOfItsMarks) {
+  const TemporaryFolder folder;
+  SimulationOptions options = Small();
+  options.camera = CameraPreset::kUmk;  // 166 x 120 mm
+  options.orientation = ScanOrientation::kM90;
+  options.photos = 1;
+  options.pixel_size_um = 200;
+  const SimulationSummary summary = Simulate(options, folder / "block");
+  const Raster scan = Raster::Open(summary.photos.at(0));
+  EXPECT_LT(scan.Width(), scan.Height());
+  const InteriorResult truth =
+      ReadInteriorResult(InteriorResultPath(folder / "block/truth/interior", "new_1_1"));
+  EXPECT_EQ(truth.width, scan.Width());
+  for (const MarkResult& mark : truth.marks) {
+    EXPECT_GT(mark.pixel->minCoeff(), 0) << mark.id;
+    EXPECT_LT(mark.pixel->x(), scan.Width()) << mark.id;
+    EXPECT_LT(mark.pixel->y(), scan.Height()) << mark.id;
+  }
+}
+
 TEST(Simulate, TheSameSeedMakesTheSameFiles) {
   const TemporaryFolder folder;
   SimulationOptions options = Small();
