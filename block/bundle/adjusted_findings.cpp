@@ -60,9 +60,8 @@ class FindingsAbout {
     findings_.push_back({.reason = reason, .value = value, .limit = limit});
   }
   void SayOf(const std::vector<std::size_t>& photos, Reason reason);
-  double VarianceFactorOf(const std::string& group) const;
   void SayWorseThanStated(double variance_factor, Reason reason, std::string where = {});
-  void SayShiftOfGnss(std::size_t used, std::size_t observed);
+  void SayShiftOfGnss();
   void SayControl();
   void SayGnss();
   void SayApproximations();
@@ -82,12 +81,6 @@ void FindingsAbout::SayOf(const std::vector<std::size_t>& photos, Reason reason)
                        .where = NamesOf(block_, photos)});
 }
 
-double FindingsAbout::VarianceFactorOf(const std::string& group) const {
-  for (const VarianceComponent& component : result_.components)
-    if (component.group == group) return component.factor;
-  return 1;
-}
-
 // How much worse than stated, where that is too much to pass over in silence.
 void FindingsAbout::SayWorseThanStated(double variance_factor, Reason reason, std::string where) {
   const double factor = std::sqrt(variance_factor);
@@ -97,21 +90,17 @@ void FindingsAbout::SayWorseThanStated(double variance_factor, Reason reason, st
 }
 
 // Where control contradicts what GNSS positions have in common.
-void FindingsAbout::SayShiftOfGnss(std::size_t used, std::size_t observed) {
+void FindingsAbout::SayShiftOfGnss() {
   for (const StripGnss& strip : result_.strips) {
-    if (!strip.of_all) continue;
-    Say(Reason::kGnssPerhapsOfAnotherDatum, static_cast<double>(used),
-        static_cast<double>(observed));
+    if (!strip.of_all || !result_.converged) continue;
+    Say(Reason::kGnssPerhapsOfAnotherDatum, strip.used, strip.observed);
     findings_.back().where = fmt::format("dx {:.2f} dy {:.2f} dz {:.2f} m", strip.shift_m[0],
                                          strip.shift_m[1], strip.shift_m[2]);
   }
 }
 
-// Image and ground of control that one photo sees can hardly be told apart.
 void FindingsAbout::SayControl() {
-  SayWorseThanStated(
-      std::max(VarianceFactorOf("control image"), VarianceFactorOf("control ground")),
-      Reason::kControlWorseThanStated);
+  SayWorseThanStated(result_.factors.control, Reason::kControlWorseThanStated);
 }
 
 void FindingsAbout::SayGnss() {
@@ -124,8 +113,8 @@ void FindingsAbout::SayGnss() {
   else
     SayOf(rejected, Reason::kGnssRejected);
   if (rejected.size() < observed.size())
-    SayWorseThanStated(VarianceFactorOf("gnss"), Reason::kGnssWorseThanStated);
-  SayShiftOfGnss(observed.size() - rejected.size(), observed.size());
+    SayWorseThanStated(result_.factors.gnss, Reason::kGnssWorseThanStated);
+  SayShiftOfGnss();
 }
 
 void FindingsAbout::SayApproximations() {
@@ -135,7 +124,7 @@ void FindingsAbout::SayApproximations() {
       block_.photos.begin(), block_.photos.end(),
       [](const BlockPhoto& photo) { return photo.prior && !StatedElements(*photo.prior).empty(); });
   if (std::ssize(rejected) < observed)
-    SayWorseThanStated(VarianceFactorOf("pose prior"), Reason::kApproximationsWorseThanStated,
+    SayWorseThanStated(result_.factors.approximations, Reason::kApproximationsWorseThanStated,
                        ", and their weight as observations is reduced accordingly.");
 }
 

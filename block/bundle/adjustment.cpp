@@ -270,7 +270,13 @@ void Adjustment::FillResult() {
 void Adjustment::Finish() {
   const Stopwatch watch(&result_->timings.covariance);
   result_->parts = FindParts(system_, Connecting(true), judgement_.takes_part());
+  for (std::size_t part = 0; part < result_->parts.size(); ++part)
+    for (const std::size_t i : result_->parts[part].photos)
+      result_->photos[i].part = static_cast<int>(part);
   result_->cameras = CalibratedCameras(system_);
+  result_->factors = {
+      std::max(system_.Factor(RowKind::kControlImage), system_.Factor(RowKind::kControlGround)),
+      system_.Factor(RowKind::kGnss), system_.Factor(RowKind::kPosePrior)};
   if (normals_ && !tests_.of_row.empty()) {
     FillResult();
   } else {

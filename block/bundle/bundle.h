@@ -3,11 +3,13 @@
 
 #include <Eigen/Core>
 #include <cstdint>
+#include <map>
 #include <memory>
 #include <optional>
 #include <string>
 #include <vector>
 
+#include "core/geometry/bounds.h"
 #include "core/geometry/camera.h"
 #include "core/geometry/film_correction.h"
 #include "core/geometry/gnss.h"
@@ -96,6 +98,8 @@ struct BlockOptions {
   // cameras, GNSS parameters and ties (not of control's own ground and of checks) and do not affect
   // weights.
   double control_shared_everywhere = 0, control_shared_smoothly = 0;
+  // The ground that each source's control covers, where that is more than this block shows.
+  std::map<std::string, Bounds> source_areas;
   bool full_covariance = true;  // of all poses, where there are at most 300 photos
   int max_rounds = 30;          // of test and adjustment
   int max_iterations = 50;      // of one adjustment

@@ -81,6 +81,14 @@ struct VarianceComponent {
   bool estimated = false;  // false: too little redundancy, the stated variances stand
 };
 
+// How much larger variances are taken than stated, for all groups of a kind, those that have lost
+// all of their observations among them.
+struct VarianceFactors {
+  double control = 1;  // the larger one of image and ground: of control that one photo sees they
+                       // can hardly be told apart
+  double gnss = 1, approximations = 1;
+};
+
 // A check patch: its ground point intersected from the photos, its image predicted.
 struct CheckPatch {
   std::size_t point = 0;
@@ -110,6 +118,7 @@ struct StripGnss {
   // Where the model has it.
   std::optional<Eigen::Vector3d> drift_m, drift_sigma_m;
   bool of_all = false;  // the shift of all strips' positions against control, found significant
+  int used = 0, observed = 0;  // positions
 };
 
 // The most photos for which a joint covariance of all poses is computed.
@@ -124,9 +133,10 @@ struct BlockTimings {  // wall clock, seconds
 // Of a block adjusted in sub-blocks (sub_blocks.h).
 struct SubBlockSummary {
   int count = 0;
-  int compared = 0;  // photos beside a core that have a pose of two sub-blocks
-  // Differences of these poses over the standard deviations of the one that counts, RMS over all
-  // six elements: more than what sub-blocks cost, since the other one has less around such a photo.
+  int largest = 0;   // photos
+  int compared = 0;  // poses of photos beside a core, each with that of the photo's own sub-block
+  // Their differences over the standard deviations of the one that counts, RMS over all six
+  // elements: more than what sub-blocks cost, since the other one has less around such a photo.
   double differences = 0;
 };
 
@@ -140,6 +150,7 @@ struct BlockResult {
   double sigma0 = 0;      // sqrt(v'Pv / redundancy) with the stated weights
   double redundancy = 0;  // degrees of freedom
   std::vector<VarianceComponent> components;
+  VarianceFactors factors;
   std::vector<CheckPatch> checks;
   std::vector<Camera> cameras;  // with the calibration applied
   std::vector<CalibrationParameter> calibration;

@@ -2,276 +2,307 @@
 
 #include <fmt/format.h>
 
-#include <algorithm>
 #include <cmath>
-#include <map>
 #include <numbers>
-#include <utility>
 
 #include "block/bundle/adjusted_findings.h"
-#include "block/bundle/connected_parts.h"
 
 namespace orient::block {
 namespace {
 
-constexpr std::size_t kNone = static_cast<std::size_t>(-1);
+// The groups of variance components that an observation, or control, belongs to.
+std::vector<std::string> GroupsOf(const BlockPoint& point) {
+  if (point.by_hand && !point.control) return {"measured image"};
+  if (point.by_hand) return {"measured image", "surveyed ground"};
+  if (!point.control) return {"tie image"};
+  return {"control image", "control ground", "control heights"};
+}
 
-// Sums over sub-blocks, each counted by the share of its observations that are the whole's.
-class JoinedComponents {
- public:
-  void Add(const BlockResult& of, double share) {
-    redundancy_ += share * of.redundancy;
-    square_ += share * of.redundancy * of.sigma0 * of.sigma0;
-    for (const VarianceComponent& component : of.components) AddGroup(component, share);
-  }
-  void Fill(BlockResult* result) {
-    result->redundancy = redundancy_;
-    if (redundancy_ > 0.5) result->sigma0 = std::sqrt(square_ / redundancy_);
-    for (Group& group : groups_) {
-      group.sum.factor /= group.weight;
-      group.sum.sigma0_px = std::sqrt(group.sum.sigma0_px / group.weight);
-      result->components.push_back(group.sum);
-    }
-  }
+// Angles modulo a full turn.
+Vector6d Difference(const Pose& a, const Pose& b) {
+  Vector6d difference = a.AsVector() - b.AsVector();
+  for (Eigen::Index i = 3; i < 6; ++i)
+    difference[i] = std::remainder(difference[i], 2 * std::numbers::pi);
+  return difference;
+}
 
- private:
-  struct Group {
-    VarianceComponent sum;
-    double weight = 0;
-  };
+bool IsSound(const BlockPart& part) {
+  return part.has_datum && part.by_control && part.control_points > 0;
+}
 
-  void AddGroup(const VarianceComponent& component, double share) {
-    auto group = std::find_if(groups_.begin(), groups_.end(), [&](const Group& other) {
-      return other.sum.group == component.group;
-    });
-    if (group == groups_.end()) {
-      groups_.push_back({{component.group, 0}, 0});
-      group = std::prev(groups_.end());
-    }
-    const double weight = share * std::max(component.redundancy, 1e-6);
-    group->weight += weight;
-    group->sum.factor += weight * component.factor;
-    group->sum.redundancy += share * component.redundancy;
-    group->sum.sigma0_px += weight * component.sigma0_px * component.sigma0_px;
-    group->sum.estimated = group->sum.estimated || component.estimated;
-  }
+// Of a part of a sub-block that other parts of the block are connected with.
+std::optional<Finding> FindingInSubBlock(const BlockToAdjust& block, const BlockPart& part,
+                                         int count) {
+  if (IsSound(part)) return std::nullopt;
+  const char* lacks = !part.has_datum ? "has too little control for position, attitude and scale"
+                      : part.control_points == 0
+                          ? "has no control: approximations or GNSS determine its position"
+                          : "has control on one line or at one place only";
+  return Finding{.reason = Reason::kAdjustedInSubBlocks,
+                 .value = count,
+                 .where = fmt::format(": that of {} {}", NamesOf(block, part.photos), lacks)};
+}
 
-  double redundancy_ = 0, square_ = 0;
-  std::vector<Group> groups_;
-};
-
-// The sub-blocks' connected parts are parts of the whole's: those with a photo in common are one,
-// unless one of them has a datum and the other has not.
-class JoinedParts {
- public:
-  explicit JoinedParts(std::size_t photos) : in_core_(photos, kNone), in_any_(photos) {}
-
-  void Add(const AdjustedSubBlock& adjusted) {
-    for (std::size_t k = 0; k < adjusted.sub.photos.size(); ++k) {
-      const std::size_t photo = adjusted.sub.photos[k];
-      const auto part = static_cast<std::size_t>(adjusted.result.photos[k].part);
-      in_any_[photo].push_back(parts_.size() + part);
-      if (adjusted.sub.IsInCore(photo)) in_core_[photo] = parts_.size() + part;
-    }
-    parts_.insert(parts_.end(), adjusted.result.parts.begin(), adjusted.result.parts.end());
-  }
-
-  void Fill(const BlockToAdjust& block, BlockResult* result) {
-    Forest forest(parts_.size());
-    for (const auto& common : in_any_)
-      for (const std::size_t a : common)
-        for (const std::size_t b : common)
-          if (parts_[a].has_datum == parts_[b].has_datum) forest.Join(a, b);
-    std::map<std::size_t, std::size_t> of_root;
-    for (std::size_t i = 0; i < in_core_.size(); ++i) {
-      const std::size_t root = forest.Root(in_core_[i]);
-      const auto [place, is_new] = of_root.emplace(root, result->parts.size());
-      if (is_new) result->parts.emplace_back().has_datum = parts_[root].has_datum;
-      result->parts[place->second].photos.push_back(i);
-      result->photos[i].part = static_cast<int>(place->second);
-    }
-    for (std::size_t part = 0; part < parts_.size(); ++part)
-      if (const auto place = of_root.find(forest.Root(part)); place != of_root.end())
-        result->parts[place->second].by_control |= parts_[part].by_control;
-    CountControl(block, result);
-    for (BlockPart& part : result->parts)
-      part.finding = FindingOf(block, part, result->parts.size() == 1);
-  }
-
- private:
-  static void CountControl(const BlockToAdjust& block, BlockResult* result) {
-    std::vector<bool> counted(block.points.size(), false);
-    for (std::size_t i = 0; i < block.observations.size(); ++i) {
-      const ImageObservation& o = block.observations[i];
-      if (counted[o.point] || result->observations[i].state != ObservationState::kUsed ||
-          !block.points[o.point].control || result->points[o.point].control_rejected)
-        continue;
-      counted[o.point] = true;
-      const auto part = static_cast<std::size_t>(result->photos[o.photo].part);
-      ++result->parts[part].control_points;
-    }
-  }
-
-  std::vector<BlockPart> parts_;                  // of all sub-blocks, one after the other
-  std::vector<std::size_t> in_core_;              // of each photo
-  std::vector<std::vector<std::size_t>> in_any_;  // of each photo
-};
-
-Finding FindingOf(const SubBlockSummary& summary) {
+Finding RemarkOn(const SubBlockSummary& summary) {
   Finding finding{.reason = Reason::kAdjustedInSubBlocks, .value = summary.count};
+  finding.where = fmt::format(" of up to {} photos", summary.largest);
   if (summary.compared > 0)
-    finding.where = fmt::format(
-        ": the poses of {} photos beside their borders differ by {:.2f} standard deviations (RMS) "
-        "from one to the next",
-        summary.compared, summary.differences);
+    finding.where += fmt::format(
+        ": beside their borders, poses of the same photo differ by {:.2f} standard "
+        "deviations from one to the next (RMS of {})",
+        summary.differences, summary.compared);
   return finding;
 }
 
-class Joining {
- public:
-  Joining(const BlockToAdjust& block, const std::vector<AdjustedSubBlock>& adjusted)
-      : block_(block),
-        core_of_photo_(block.photos.size()),
-        owner_of_point_(block.points.size(), kNone),
-        parts_(block.photos.size()) {
-    for (std::size_t s = 0; s < adjusted.size(); ++s)
-      for (const std::size_t photo : adjusted[s].sub.core) core_of_photo_[photo] = s;
-    // A sub-block has all photos that show a point which one of its core's shows.
-    for (const ImageObservation& o : block.observations)
-      if (owner_of_point_[o.point] == kNone) owner_of_point_[o.point] = core_of_photo_[o.photo];
-    result_.converged = true;
-    result_.photos.resize(block.photos.size());
-    result_.points.resize(block.points.size());
-    result_.observations.resize(block.observations.size());
-    for (std::size_t i = 0; i < block.points.size(); ++i)
-      if (const BlockPoint& point = block.points[i]; owner_of_point_[i] == kNone)
-        result_.points[i].ground_m = point.control
-                                         ? point.control->ground_m
-                                         : point.approximate_m.value_or(Eigen::Vector3d::Zero());
-  }
-
-  void Add(std::size_t number, const AdjustedSubBlock& adjusted) {
-    const BlockResult& of = adjusted.result;
-    parts_.Add(adjusted);
-    const auto owned =
-        std::count_if(adjusted.observations.begin(), adjusted.observations.end(),
-                      [&](std::size_t observation) { return Owns(number, observation); });
-    components_.Add(of, static_cast<double>(owned) / static_cast<double>(std::max<std::size_t>(
-                                                         adjusted.observations.size(), 1)));
-    AddPhotos(number, adjusted.sub, of);
-    for (std::size_t k = 0; k < adjusted.points.size(); ++k)
-      if (owner_of_point_[adjusted.points[k]] == number)
-        result_.points[adjusted.points[k]] = of.points[k];
-    for (std::size_t k = 0; k < adjusted.observations.size(); ++k)
-      if (Owns(number, adjusted.observations[k]))
-        result_.observations[adjusted.observations[k]] = of.observations[k];
-    AddChecks(number, adjusted);
-    AddStrips(adjusted.sub, of);
-    result_.converged = result_.converged && of.converged;
-    result_.cameras = of.cameras;
-    AddTimings(of.timings);
-  }
-
-  BlockResult Joined(const BlockOptions& options, std::size_t sub_blocks) {
-    parts_.Fill(block_, &result_);
-    components_.Fill(&result_);
-    std::sort(result_.checks.begin(), result_.checks.end(),
-              [](const CheckPatch& a, const CheckPatch& b) { return a.point < b.point; });
-    for (const auto& [name, strip] : strips_) result_.strips.push_back(strip.second);
-    if (!result_.converged) result_.findings.push_back({.reason = Reason::kAdjustmentNotConverged});
-    const Findings findings = FindingsOfAdjusted(block_, options, result_);
-    result_.findings.insert(result_.findings.end(), findings.begin(), findings.end());
-    result_.sub_blocks = Compared(static_cast<int>(sub_blocks));
-    result_.findings.push_back(FindingOf(*result_.sub_blocks));
-    return std::move(result_);
-  }
-
- private:
-  bool Owns(std::size_t sub_block, std::size_t observation) const {
-    return owner_of_point_[block_.observations[observation].point] == sub_block;
-  }
-
-  void AddPhotos(std::size_t number, const SubBlock& sub, const BlockResult& of) {
-    for (std::size_t k = 0; k < sub.photos.size(); ++k) {
-      const std::size_t photo = sub.photos[k];
-      if (core_of_photo_[photo] == number)
-        result_.photos[photo] = of.photos[k];
-      else if (of.photos[k].state == PhotoState::kAdjusted &&
-               std::binary_search(sub.beside.begin(), sub.beside.end(), photo))
-        beside_.emplace_back(photo, of.photos[k].pose);
-    }
-  }
-
-  void AddChecks(std::size_t number, const AdjustedSubBlock& adjusted) {
-    for (CheckPatch check : adjusted.result.checks) {
-      check.point = adjusted.points[check.point];
-      if (owner_of_point_[check.point] != number) continue;
-      for (std::size_t& i : check.observations) i = adjusted.observations[i];
-      result_.checks.push_back(std::move(check));
-    }
-  }
-
-  // Of the sub-block with most of the strip's photos in its core.
-  void AddStrips(const SubBlock& sub, const BlockResult& of) {
-    for (const StripGnss& strip : of.strips) {
-      const auto photos = std::count_if(sub.core.begin(), sub.core.end(), [&](std::size_t i) {
-        return strip.of_all || block_.photos[i].strip == strip.strip;
-      });
-      const auto [known, is_new] = strips_.emplace(strip.strip, std::pair(photos, strip));
-      if (!is_new && photos > known->second.first) known->second = {photos, strip};
-    }
-  }
-
-  void AddTimings(const BlockTimings& of) {
-    BlockTimings& sum = result_.timings;
-    sum.setup += of.setup;
-    sum.solve += of.solve;
-    sum.snooping += of.snooping;
-    sum.covariance += of.covariance;
-    sum.ceres += of.ceres;
-    sum.solves += of.solves;
-    sum.iterations += of.iterations;
-  }
-
-  SubBlockSummary Compared(int count) const {
-    SubBlockSummary summary{count};
-    double sum = 0;
-    for (const auto& [photo, pose] : beside_) {
-      const AdjustedPhoto& counts = result_.photos[photo];
-      if (counts.state != PhotoState::kAdjusted) continue;
-      const Vector6d variance = counts.covariance.diagonal();
-      if (variance.minCoeff() <= 0) continue;
-      sum += (Difference(pose, counts.pose).cwiseAbs2().array() / variance.array()).mean();
-      ++summary.compared;
-    }
-    if (summary.compared > 0) summary.differences = std::sqrt(sum / summary.compared);
-    return summary;
-  }
-
-  // Angles modulo a full turn.
-  static Vector6d Difference(const Pose& a, const Pose& b) {
-    Vector6d difference = a.AsVector() - b.AsVector();
-    for (Eigen::Index i = 3; i < 6; ++i)
-      difference[i] = std::remainder(difference[i], 2 * std::numbers::pi);
-    return difference;
-  }
-
-  const BlockToAdjust& block_;
-  std::vector<std::size_t> core_of_photo_, owner_of_point_;
-  JoinedParts parts_;
-  JoinedComponents components_;
-  std::map<std::string, std::pair<std::ptrdiff_t, StripGnss>> strips_;
-  std::vector<std::pair<std::size_t, Pose>> beside_;  // poses that do not count
-  BlockResult result_;
-};
-
 }  // namespace
 
-BlockResult JoinSubBlocks(const BlockToAdjust& block, const BlockOptions& options,
-                          const std::vector<AdjustedSubBlock>& adjusted) {
-  Joining joining(block, adjusted);
-  for (std::size_t s = 0; s < adjusted.size(); ++s) joining.Add(s, adjusted[s]);
-  return joining.Joined(options, adjusted.size());
+JoinedSubBlocks::JoinedSubBlocks(const BlockToAdjust& block)
+    : block_(block),
+      owner_of_point_(block.points.size(), -1),
+      parts_of_photo_(block.photos.size()) {
+  result_.photos.resize(block.photos.size());
+  result_.points.resize(block.points.size());
+  result_.observations.resize(block.observations.size());
+  for (std::size_t i = 0; i < block.points.size(); ++i)
+    if (block.points[i].control)
+      result_.points[i].ground_m = block.points[i].control->ground_m;
+    else if (block.points[i].approximate_m)
+      result_.points[i].ground_m = *block.points[i].approximate_m;
+}
+
+void JoinedSubBlocks::Add(const AdjustedSubBlock& adjusted) {
+  const BlockResult& of = adjusted.result;
+  AddPhotos(adjusted);
+  AddPoints(adjusted);
+  AddChecks(adjusted);
+  AddParts(adjusted);
+  AddComponents(adjusted);
+  AddStrips(adjusted);
+  AddTimings(of.timings);
+  // One in which nothing can be adjusted has not failed to converge.
+  any_converged_ = any_converged_ || of.converged;
+  any_failed_ =
+      any_failed_ || std::any_of(of.findings.begin(), of.findings.end(), [](const auto& f) {
+        return f.reason == Reason::kAdjustmentNotConverged;
+      });
+  result_.cameras = of.cameras;
+  VarianceFactors& factors = result_.factors;
+  factors.control = std::max(factors.control, of.factors.control);
+  factors.gnss = std::max(factors.gnss, of.factors.gnss);
+  factors.approximations = std::max(factors.approximations, of.factors.approximations);
+  largest_ = std::max(largest_, static_cast<int>(adjusted.sub.photos.size()));
+  ++count_;
+}
+
+void JoinedSubBlocks::AddPhotos(const AdjustedSubBlock& adjusted) {
+  const auto& beside = adjusted.sub.beside;
+  for (std::size_t k = 0; k < adjusted.sub.photos.size(); ++k) {
+    const std::size_t photo = adjusted.sub.photos[k];
+    const AdjustedPhoto& of = adjusted.result.photos[k];
+    if (adjusted.sub.IsInCore(photo))
+      result_.photos[photo] = of;
+    else if (of.state == PhotoState::kAdjusted &&
+             std::binary_search(beside.begin(), beside.end(), photo))
+      beside_.emplace_back(photo, of.pose);
+  }
+}
+
+// Of those that a photo of the core shows. A sub-block has all photos that show these.
+void JoinedSubBlocks::AddPoints(const AdjustedSubBlock& adjusted) {
+  std::vector<bool> of_core(block_.points.size(), false);
+  for (const std::size_t i : adjusted.observations)
+    if (const ImageObservation& o = block_.observations[i]; adjusted.sub.IsInCore(o.photo))
+      of_core[o.point] = true;
+  for (std::size_t k = 0; k < adjusted.points.size(); ++k) {
+    const std::size_t point = adjusted.points[k];
+    const AdjustedPoint& of = adjusted.result.points[k];
+    int& owner = owner_of_point_[point];
+    if (!of_core[point] || (owner >= 0 && (result_.points[point].adjusted || !of.adjusted)))
+      continue;
+    owner = count_;
+    result_.points[point] = of;
+  }
+  for (std::size_t k = 0; k < adjusted.observations.size(); ++k)
+    if (owner_of_point_[block_.observations[adjusted.observations[k]].point] == count_)
+      result_.observations[adjusted.observations[k]] = adjusted.result.observations[k];
+}
+
+void JoinedSubBlocks::AddChecks(const AdjustedSubBlock& adjusted) {
+  for (CheckPatch check : adjusted.result.checks) {
+    check.point = adjusted.points[check.point];
+    bool of_core = false;
+    for (std::size_t& i : check.observations) {
+      i = adjusted.observations[i];
+      of_core = of_core || adjusted.sub.IsInCore(block_.observations[i].photo);
+    }
+    if (of_core) checks_.emplace(check.point, std::move(check));
+  }
+}
+
+void JoinedSubBlocks::AddParts(const AdjustedSubBlock& adjusted) {
+  for (const BlockPart& part : adjusted.result.parts) {
+    core_of_part_.emplace_back();
+    for (const std::size_t k : part.photos) {
+      const std::size_t photo = adjusted.sub.photos[k];
+      parts_of_photo_[photo].push_back(parts_.size());
+      if (adjusted.sub.IsInCore(photo)) core_of_part_.back().push_back(photo);
+    }
+    parts_.push_back(part);
+  }
+}
+
+// How much of each group of observations is taken from the sub-block.
+std::map<std::string, JoinedSubBlocks::Share> JoinedSubBlocks::SharesOf(
+    const AdjustedSubBlock& adjusted) const {
+  std::map<std::string, Share> shares;
+  for (const std::size_t i : adjusted.observations) {
+    const std::size_t point = block_.observations[i].point;
+    for (const std::string& group : GroupsOf(block_.points[point])) {
+      shares[group].all += 1;
+      shares[group].taken += owner_of_point_[point] == count_ ? 1 : 0;
+    }
+  }
+  for (const char* group : {"gnss", "pose prior"})
+    shares[group] = {static_cast<double>(adjusted.sub.core.size()),
+                     static_cast<double>(adjusted.sub.photos.size())};
+  return shares;
+}
+
+void JoinedSubBlocks::AddComponents(const AdjustedSubBlock& adjusted) {
+  auto shares = SharesOf(adjusted);
+  double redundancy = 0;
+  for (const VarianceComponent& component : adjusted.result.components) {
+    const double share = shares[component.group].Value();
+    const double weight = share * std::max(component.redundancy, 1e-6);
+    if (!(weight > 0)) continue;
+    redundancy += share * component.redundancy;
+    auto known = std::find_if(components_.begin(), components_.end(), [&](const Component& other) {
+      return other.sum.group == component.group;
+    });
+    if (known == components_.end()) known = components_.insert(known, {{component.group, 0}, 0});
+    known->weight += weight;
+    known->sum.factor += weight * component.factor;
+    known->sum.redundancy += share * component.redundancy;
+    known->sum.sigma0_px += weight * component.sigma0_px * component.sigma0_px;
+    known->sum.estimated = known->sum.estimated || component.estimated;
+  }
+  redundancy_ += redundancy;
+  squares_ += redundancy * adjusted.result.sigma0 * adjusted.result.sigma0;
+}
+
+void JoinedSubBlocks::FillComponents() {
+  result_.redundancy = redundancy_;
+  if (redundancy_ > 0.5) result_.sigma0 = std::sqrt(squares_ / redundancy_);
+  for (Component& component : components_) {
+    component.sum.factor /= component.weight;
+    component.sum.sigma0_px = std::sqrt(component.sum.sigma0_px / component.weight);
+    result_.components.push_back(component.sum);
+  }
+}
+
+// Of the sub-block with most of the strip's positions in its core.
+void JoinedSubBlocks::AddStrips(const AdjustedSubBlock& adjusted) {
+  const auto& core = adjusted.sub.core;
+  for (const StripGnss& strip : adjusted.result.strips) {
+    const auto photos = std::count_if(core.begin(), core.end(), [&](std::size_t i) {
+      const BlockPhoto& photo = block_.photos[i];
+      return photo.gnss && (strip.of_all || photo.strip == strip.strip);
+    });
+    const auto [known, is_new] = strips_.emplace(strip.strip, std::pair(photos, strip));
+    if (!is_new && photos > known->second.first) known->second = {photos, strip};
+  }
+}
+
+void JoinedSubBlocks::AddTimings(const BlockTimings& of) {
+  BlockTimings& sum = result_.timings;
+  sum.setup += of.setup;
+  sum.solve += of.solve;
+  sum.snooping += of.snooping;
+  sum.covariance += of.covariance;
+  sum.ceres += of.ceres;
+  sum.solves += of.solves;
+  sum.iterations += of.iterations;
+}
+
+// A point's sub-block may have adjusted a photo that the photo's own could not.
+void JoinedSubBlocks::DropSightingsOfUnadjusted() {
+  for (AdjustedPhoto& photo : result_.photos) photo.observations = 0;
+  for (AdjustedPoint& point : result_.points) point.rays = 0;
+  for (std::size_t i = 0; i < block_.observations.size(); ++i) {
+    const ImageObservation& o = block_.observations[i];
+    ObservationResult& result = result_.observations[i];
+    if (result.state == ObservationState::kHeldOut) continue;
+    if (result_.photos[o.photo].state != PhotoState::kAdjusted) {
+      result.state = ObservationState::kUnusable;
+      result.redundancy = 0;
+    }
+    if (result.state != ObservationState::kUsed) continue;
+    ++result_.photos[o.photo].observations;
+    ++result_.points[o.point].rays;
+  }
+  for (AdjustedPoint& point : result_.points) point.adjusted = point.rays > 0;
+}
+
+void JoinedSubBlocks::FillParts() {
+  Forest forest(parts_.size());
+  for (const auto& common : parts_of_photo_)
+    for (const std::size_t part : common) forest.Join(common[0], part);
+  std::map<std::size_t, std::vector<std::size_t>> connected;  // parts of the result, by root
+  for (std::size_t part = 0; part < parts_.size(); ++part) {
+    if (core_of_part_[part].empty()) continue;
+    for (const std::size_t photo : core_of_part_[part])
+      result_.photos[photo].part = static_cast<int>(result_.parts.size());
+    connected[forest.Root(part)].push_back(result_.parts.size());
+    result_.parts.push_back(std::move(parts_[part]));
+    result_.parts.back().photos = std::move(core_of_part_[part]);
+  }
+  for (const auto& [root, together] : connected) {
+    BlockPart& first = result_.parts[together[0]];
+    if (together.size() == 1) {
+      first.finding = FindingOf(block_, first, connected.size() == 1);
+      continue;
+    }
+    for (const std::size_t part : together)
+      result_.parts[part].finding = FindingInSubBlock(block_, result_.parts[part], count_);
+    if (connected.size() == 1 || first.finding) continue;
+    BlockPart all = first;
+    all.photos.clear();
+    for (const std::size_t part : together) {
+      const auto& photos = result_.parts[part].photos;
+      all.photos.insert(all.photos.end(), photos.begin(), photos.end());
+    }
+    first.finding = FindingOf(block_, all, false);
+  }
+}
+
+SubBlockSummary JoinedSubBlocks::Compared() const {
+  SubBlockSummary summary{count_, largest_};
+  double sum = 0;
+  for (const auto& [photo, pose] : beside_) {
+    const AdjustedPhoto& counts = result_.photos[photo];
+    if (counts.state != PhotoState::kAdjusted) continue;
+    const Vector6d variance = counts.covariance.diagonal();
+    if (variance.minCoeff() <= 0) continue;
+    sum += (Difference(pose, counts.pose).cwiseAbs2().array() / variance.array()).mean();
+    ++summary.compared;
+  }
+  if (summary.compared > 0) summary.differences = std::sqrt(sum / summary.compared);
+  return summary;
+}
+
+BlockResult JoinedSubBlocks::Result(const BlockOptions& options) {
+  result_.converged = any_converged_ && !any_failed_;
+  DropSightingsOfUnadjusted();
+  FillParts();
+  FillComponents();
+  for (auto& [point, check] : checks_) result_.checks.push_back(std::move(check));
+  for (auto& [name, strip] : strips_) result_.strips.push_back(std::move(strip.second));
+  if (any_failed_) result_.findings.push_back({.reason = Reason::kAdjustmentNotConverged});
+  const Findings findings = FindingsOfAdjusted(block_, options, result_);
+  result_.findings.insert(result_.findings.end(), findings.begin(), findings.end());
+  result_.sub_blocks = Compared();
+  result_.findings.push_back(RemarkOn(*result_.sub_blocks));
+  return std::move(result_);
 }
 
 }  // namespace orient::block

@@ -2,10 +2,14 @@
 #pragma once
 
 #include <algorithm>
+#include <map>
+#include <string>
+#include <utility>
 #include <vector>
 
 #include "block/bundle/bundle.h"
 #include "block/bundle/bundle_result.h"
+#include "block/bundle/connected_parts.h"
 
 namespace orient::block {
 
@@ -20,16 +24,61 @@ struct SubBlock {
 };
 
 struct AdjustedSubBlock {
-  SubBlock sub;
+  const SubBlock& sub;
   std::vector<std::size_t> points, observations;  // of the result: indices into the whole's
   BlockResult result;                             // its photos are sub.photos
 };
 
 // Poses are those of the sub-block in whose core the photo is; a point and all of its observations
-// those of one sub-block in whose core a photo is that shows it. What is about the block as a whole
-// (variance components, redundancy) is the mean or sum, each sub-block counted by the share of its
-// observations that are taken from it.
-BlockResult JoinSubBlocks(const BlockToAdjust& block, const BlockOptions& options,
-                          const std::vector<AdjustedSubBlock>& adjusted);
+// those of one sub-block in whose core a photo is that shows it, where possible of one that
+// determines it; observations in photos that are not adjusted are unusable. A part is what one
+// sub-block adjusted together. What is about the block as a whole (variance components, redundancy)
+// is the mean or sum, each sub-block counted by the share of it that is taken.
+class JoinedSubBlocks {
+ public:
+  // Of the whole block.
+  explicit JoinedSubBlocks(const BlockToAdjust& block);
+
+  void Add(const AdjustedSubBlock& adjusted);
+  // Once, when all are added.
+  BlockResult Result(const BlockOptions& options);
+
+ private:
+  struct Component {
+    VarianceComponent sum;
+    double weight = 0;
+  };
+  struct Share {
+    double taken = 0, all = 0;
+    double Value() const { return all > 0 ? taken / all : 0; }
+  };
+
+  void AddPhotos(const AdjustedSubBlock& adjusted);
+  void AddPoints(const AdjustedSubBlock& adjusted);
+  void AddChecks(const AdjustedSubBlock& adjusted);
+  void AddParts(const AdjustedSubBlock& adjusted);
+  void AddComponents(const AdjustedSubBlock& adjusted);
+  void AddStrips(const AdjustedSubBlock& adjusted);
+  void AddTimings(const BlockTimings& of);
+  std::map<std::string, Share> SharesOf(const AdjustedSubBlock& adjusted) const;
+  void DropSightingsOfUnadjusted();
+  void FillParts();
+  void FillComponents();
+  SubBlockSummary Compared() const;
+
+  const BlockToAdjust& block_;
+  BlockResult result_;
+  int count_ = 0, largest_ = 0;
+  bool any_converged_ = false, any_failed_ = false;
+  std::vector<int> owner_of_point_;  // number of the sub-block; -1: none
+  std::vector<BlockPart> parts_;     // of all sub-blocks, one after the other
+  std::vector<std::vector<std::size_t>> parts_of_photo_;
+  std::vector<std::vector<std::size_t>> core_of_part_;
+  std::vector<Component> components_;
+  double redundancy_ = 0, squares_ = 0;
+  std::map<std::string, std::pair<std::ptrdiff_t, StripGnss>> strips_;  // photos in the core
+  std::map<std::size_t, CheckPatch> checks_;                            // by point
+  std::vector<std::pair<std::size_t, Pose>> beside_;                    // poses that do not count
+};
 
 }  // namespace orient::block

@@ -23,9 +23,6 @@ void FillPhotos(const BlockSystem& system, const BlockJudgement& judgement,
     photo.covariance = normals.Covariance(system.pose_group[i]);
     photo.interior_correction = system.InteriorCorrection(i);
   }
-  for (std::size_t part = 0; part < result->parts.size(); ++part)
-    for (const std::size_t i : result->parts[part].photos)
-      result->photos[i].part = static_cast<int>(part);
 }
 
 void FillObservations(const BlockSystem& system, const BlockJudgement& judgement,
@@ -102,14 +99,22 @@ void FillPriors(const BlockSystem& system, const BlockTests& tests, BlockResult*
 void FillGnss(const BlockSystem& system, const BlockNormals& normals, const BlockTests& tests,
               BlockResult* result) {
   const bool plain = system.options.gnss == GnssModel::kPlain;
-  std::map<std::string, int> strips;
+  struct Strip {
+    int group = 0, used = 0, observed = 0;
+  };
+  std::map<std::string, Strip> strips;
   for (std::size_t i = 0; i < result->photos.size(); ++i) {
     AdjustedPhoto& photo = result->photos[i];
     if (system.gnss_row[i] < 0 || photo.state != PhotoState::kAdjusted) continue;
     const auto row = static_cast<std::size_t>(system.gnss_row[i]);
     const BlockPhoto& given = system.block.photos[i];
-    if (plain ? result->converged && system.EstimatesCommonGnssShift() : system.gnss_group[i] >= 0)
-      strips[plain ? "all photos" : given.strip] = system.gnss_group[i];
+    if (plain ? result->converged && system.EstimatesCommonGnssShift()
+              : system.gnss_group[i] >= 0) {
+      Strip& strip = strips[plain ? "all photos" : given.strip];
+      strip.group = system.gnss_group[i];
+      strip.used += system.IsActive(row) ? 1 : 0;
+      ++strip.observed;
+    }
     const Eigen::LLT<Eigen::Matrix3d> root(given.gnss->covariance_m2);
     photo.gnss_residual_m =
         -(root.matrixL() *
@@ -118,10 +123,11 @@ void FillGnss(const BlockSystem& system, const BlockNormals& normals, const Bloc
     photo.gnss_w = std::sqrt(tests.of_row[row].t);
     photo.gnss_rejected = !system.IsActive(row);
   }
-  for (const auto& [name, group] : strips) {
-    const Vector6d& value = system.groups[static_cast<std::size_t>(group)];
-    const Vector6d sigma = normals.Covariance(group).diagonal().cwiseMax(0).cwiseSqrt();
-    StripGnss strip{name, value.head<3>(), sigma.head<3>(), std::nullopt, std::nullopt, plain};
+  for (const auto& [name, of] : strips) {
+    const Vector6d& value = system.groups[static_cast<std::size_t>(of.group)];
+    const Vector6d sigma = normals.Covariance(of.group).diagonal().cwiseMax(0).cwiseSqrt();
+    StripGnss strip{name,         value.head<3>(), sigma.head<3>(), std::nullopt,
+                    std::nullopt, plain,           of.used,         of.observed};
     if (system.options.gnss == GnssModel::kShiftAndDrift) {
       strip.drift_m = value.tail<3>();
       strip.drift_sigma_m = sigma.tail<3>();

@@ -99,8 +99,7 @@ class Field {
 // The ground that a source's control covers.
 using Areas = std::map<std::string, Bounds>;
 
-Areas AreasOf(const std::vector<ControlPoint>& control) {
-  Areas areas;
+Areas AreasOf(const std::vector<ControlPoint>& control, Areas areas) {
   for (const ControlPoint& point : control)
     areas.try_emplace(*point.source, Bounds::OfNothing())
         .first->second.Include(point.place_m.x(), point.place_m.y());
@@ -162,7 +161,7 @@ Eigen::VectorXd Draw(const BlockSystem& system, const std::vector<ControlPoint>&
 
 Eigen::MatrixXd Moved(const BlockSystem& system, const BlockNormals& normals,
                       const std::vector<ControlPoint>& control) {
-  const Areas areas = AreasOf(control);
+  const Areas areas = AreasOf(control, system.options.source_areas);
   std::mt19937 random(1);
   Eigen::MatrixXd moved(6 * static_cast<Eigen::Index>(system.groups.size()), kDraws);
   for (int draw = 0; draw < kDraws; ++draw)

@@ -2,7 +2,9 @@
 
 #include <algorithm>
 #include <array>
+#include <map>
 #include <stdexcept>
+#include <string>
 #include <utility>
 
 #include "block/bundle/adjustment.h"
@@ -13,8 +15,9 @@ namespace {
 
 // So many times photos that share points with those there are added to a core. With 60 % and 30 %
 // overlap once is two photos along a strip and one strip across.
-constexpr int kRings = 3;
-constexpr std::size_t kLeastCoreShare = 8;
+constexpr int kRings = 4;
+// A half with more than this of the whole's photos saves little memory, and takes as long again.
+constexpr double kMostOfWhole = 0.85;
 constexpr std::size_t kNone = static_cast<std::size_t>(-1);
 
 // Which photos share points.
@@ -30,11 +33,14 @@ class Neighbourhood {
 
   // These and those that share a point with one of them, ascending.
   std::vector<std::size_t> WithNeighbours(const std::vector<std::size_t>& photos) const {
-    std::vector<bool> is_in(points_of_photo_.size(), false);
+    std::vector<bool> is_in(points_of_photo_.size(), false), seen(photos_of_point_.size(), false);
     for (const std::size_t photo : photos) {
       is_in[photo] = true;
-      for (const std::size_t point : points_of_photo_[photo])
+      for (const std::size_t point : points_of_photo_[photo]) {
+        if (seen[point]) continue;
+        seen[point] = true;
         for (const std::size_t other : photos_of_point_[point]) is_in[other] = true;
+      }
     }
     std::vector<std::size_t> all;
     for (std::size_t i = 0; i < is_in.size(); ++i)
@@ -60,8 +66,10 @@ SubBlock Around(const Neighbourhood& neighbourhood, std::vector<std::size_t> cor
 // Across the longer side of where the photos were taken.
 std::array<std::vector<std::size_t>, 2> Halves(const BlockToAdjust& block,
                                                std::vector<std::size_t> photos) {
-  const auto position = [&](std::size_t i) -> const Eigen::Vector3d& {
-    return block.photos[i].approximate.position_m;
+  // What is no number lies at the origin: it would have no place in an order.
+  const auto position = [&](std::size_t i) -> Eigen::Vector3d {
+    const Eigen::Vector3d& position_m = block.photos[i].approximate.position_m;
+    return position_m.allFinite() ? position_m : Eigen::Vector3d::Zero();
   };
   Eigen::Vector3d low = position(photos[0]), high = low;
   for (const std::size_t i : photos) {
@@ -79,17 +87,38 @@ std::array<std::vector<std::size_t>, 2> Halves(const BlockToAdjust& block,
   return halves;
 }
 
-void Divide(const BlockToAdjust& block, const Neighbourhood& neighbourhood, std::size_t most_photos,
-            std::vector<std::size_t> core, std::vector<SubBlock>* subs) {
-  SubBlock sub = Around(neighbourhood, std::move(core));
-  if (sub.photos.size() <= most_photos || kLeastCoreShare * sub.core.size() <= most_photos ||
-      sub.core.size() < 2) {
-    subs->push_back(std::move(sub));
-    return;
+class Division {
+ public:
+  Division(const BlockToAdjust& block, std::size_t most_photos)
+      : block_(block), neighbourhood_(block), most_photos_(most_photos) {}
+
+  // `sub` or, if it is too large and its halves are smaller, these.
+  void Divide(SubBlock sub) {
+    if (sub.photos.size() > most_photos_ && sub.core.size() > 1) {
+      auto [one, other] = Halves(block_, sub.core);
+      SubBlock first = Around(neighbourhood_, std::move(one)),
+               second = Around(neighbourhood_, std::move(other));
+      const auto larger = static_cast<double>(std::max(first.photos.size(), second.photos.size()));
+      if (larger <= kMostOfWhole * static_cast<double>(sub.photos.size())) {
+        sub = {};
+        Divide(std::move(first));
+        Divide(std::move(second));
+        return;
+      }
+    }
+    subs_.push_back(std::move(sub));
   }
-  for (auto& half : Halves(block, std::move(sub.core)))
-    Divide(block, neighbourhood, most_photos, std::move(half), subs);
-}
+  std::vector<SubBlock> Of(std::vector<std::size_t> photos) {
+    Divide(Around(neighbourhood_, std::move(photos)));
+    return std::move(subs_);
+  }
+
+ private:
+  const BlockToAdjust& block_;
+  Neighbourhood neighbourhood_;
+  std::size_t most_photos_;
+  std::vector<SubBlock> subs_;
+};
 
 // The photos of a sub-block with what they show. Points and observations are in the whole's order.
 struct Extract {
@@ -125,15 +154,23 @@ Extract ExtractOf(const BlockToAdjust& whole, const SubBlock& sub) {
   return extract;
 }
 
+// The ground that each source's control covers.
+std::map<std::string, Bounds> SourceAreas(const BlockToAdjust& block) {
+  std::map<std::string, Bounds> areas;
+  for (const BlockPoint& point : block.points)
+    if (point.control && !point.held_out && !point.by_hand)
+      areas.try_emplace(point.control->source, Bounds::OfNothing())
+          .first->second.Include(point.control->ground_m.x(), point.control->ground_m.y());
+  return areas;
+}
+
 }  // namespace
 
 std::vector<SubBlock> DivideBlock(const BlockToAdjust& block, std::size_t most_photos) {
   block.CheckIndices();
   std::vector<std::size_t> all(block.photos.size());
   for (std::size_t i = 0; i < all.size(); ++i) all[i] = i;
-  std::vector<SubBlock> subs;
-  if (!all.empty()) Divide(block, Neighbourhood(block), most_photos, std::move(all), &subs);
-  return subs;
+  return Division(block, most_photos).Of(std::move(all));
 }
 
 BlockResult AdjustWholeOrInSubBlocks(const BlockToAdjust& block, const BlockOptions& options) {
@@ -142,15 +179,17 @@ BlockResult AdjustWholeOrInSubBlocks(const BlockToAdjust& block, const BlockOpti
   if (options.self_calibration)
     throw std::invalid_argument("sub-blocks cannot be adjusted with self-calibration");
   const std::vector<SubBlock> subs = DivideBlock(block, options.most_photos);
+  if (subs.size() == 1) return AdjustBlock(block, options);
   BlockOptions of_each = options;
   of_each.full_covariance = false;
-  std::vector<AdjustedSubBlock> adjusted;
+  of_each.source_areas = SourceAreas(block);
+  JoinedSubBlocks joined(block);
   for (const SubBlock& sub : subs) {
     Extract extract = ExtractOf(block, sub);
-    adjusted.push_back({sub, std::move(extract.points), std::move(extract.observations),
-                        AdjustBlock(extract.block, of_each)});
+    joined.Add({sub, std::move(extract.points), std::move(extract.observations),
+                AdjustBlock(extract.block, of_each)});
   }
-  return JoinSubBlocks(block, options, adjusted);
+  return joined.Result(options);
 }
 
 }  // namespace orient::block

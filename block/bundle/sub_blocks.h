@@ -14,7 +14,8 @@
 namespace orient::block {
 
 // Halves the block across its longer side until no sub-block has more than `most_photos`, or its
-// core no more than an eighth of that (photos of which nearly all see the same ground).
+// halves would hardly be smaller (with few photos, most are around the core). Throws
+// std::invalid_argument for indices out of range.
 std::vector<SubBlock> DivideBlock(const BlockToAdjust& block, std::size_t most_photos);
 
 // AdjustBlock, in sub-blocks where the block has more photos than BlockOptions::most_photos. Then

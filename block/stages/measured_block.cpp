@@ -8,6 +8,7 @@
 #include <map>
 #include <set>
 
+#include "block/bundle/sub_blocks.h"
 #include "block/inputs/persons_word.h"
 #include "block/stages/kappa_start.h"
 #include "core/base/error.h"
@@ -250,6 +251,7 @@ BlockOptions OptionsOf(const MeasuredBlockInputs& inputs) {
   BlockOptions options;
   options.self_calibration = inputs.self_calibration;
   options.full_covariance = inputs.pose_covariance;
+  options.most_photos = static_cast<std::size_t>(inputs.sub_block_photos);
   options.gnss = inputs.known.model;
   options.gnss_shift_sigma_m = kGnssShift_m;
   return options;
@@ -289,8 +291,13 @@ JudgedBlock AdjustMeasurements(const MeasuredBlockInputs& inputs) {
   AddMeasuredTies(inputs.measured, &adjusted.block);
   adjusted.ties = adjusted.block.points.size();
   adjusted.surveyed = AddSurveyedPoints(inputs.measured, &adjusted.block);
+  if (inputs.self_calibration && std::ssize(adjusted.block.photos) > inputs.sub_block_photos)
+    throw InputError(fmt::format(
+        "self_calibration would give each sub-block a camera of its own: {} photos are measured, "
+        "more than sub_block_photos = {}",
+        adjusted.block.photos.size(), inputs.sub_block_photos));
   if (!adjusted.block.photos.empty())
-    adjusted.result = AdjustBlock(adjusted.block, OptionsOf(inputs));
+    adjusted.result = AdjustWholeOrInSubBlocks(adjusted.block, OptionsOf(inputs));
   done.findings = adjusted.result.findings;
   if (auto unknown = UnknownPhotos(inputs.measured, {names.begin(), names.end()}))
     done.findings.push_back(*std::move(unknown));

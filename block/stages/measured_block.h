@@ -18,6 +18,7 @@ struct MeasuredBlockInputs {
   std::vector<OrientationRow> approximations = {};  // of some photos, or none
   PoseObservations known = {};                      // observed in the adjustment
   bool self_calibration = false;
+  int sub_block_photos = 10'000;  // as BlockAdjustmentChoice's
   bool pose_covariance = false;
   std::optional<double> target_m = {};  // that makes a photo ok; empty: its pixel, or 30 um
 };

@@ -153,12 +153,12 @@ void ReadAdjustment(const TomlTable& root, BlockFile* block) {
   choice.self_calibration = calibration == "camera";
   choice.pose_covariance = table->FindFlag("pose_covariance").value_or(choice.pose_covariance);
   choice.sub_block_photos = table->FindCount("sub_block_photos").value_or(choice.sub_block_photos);
-  constexpr int kLeast = 10;
+  constexpr int kLeast = 300;  // of fewer, most are around a sub-block's core
   if (choice.sub_block_photos < kLeast)
     table->Fail("sub_block_photos", fmt::format("must be at least {}", kLeast));
   if (choice.self_calibration && std::ssize(block->photos) > choice.sub_block_photos)
     table->Fail("self_calibration",
-                fmt::format("would give each sub-block a camera of its own: the block has {} "
+                fmt::format("would give each sub-block a camera of its own: the block lists {} "
                             "photos, more than sub_block_photos = {}. Calibrate with a part of "
                             "the photos, and adjust all with its calibrated_camera.toml",
                             block->photos.size(), choice.sub_block_photos));

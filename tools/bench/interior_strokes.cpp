@@ -40,7 +40,7 @@ constexpr double kStrokes_px[] = {0.6, 0.8, 1.0, 1.3, 2, 4};
 constexpr double kGrain = 4, kDark = 18, kBright = 200;  // grey values
 // Marks in the picture itself hide it; they are brighter than its mean by at most so much.
 constexpr double kPictureMean = 88, kInPicture = 50;
-constexpr int kFine = 5;           // samples of a pixel per axis
+constexpr int kFine = 15;          // samples of a pixel per axis: fewer are noise at strokes' edges
 constexpr double kSeenMm = 11;     // around a mark; the rest of the film is even
 constexpr double kDarkMm = 6;      // around a mark beside the picture
 constexpr double kWrong_px = 1.5;  // at a mark

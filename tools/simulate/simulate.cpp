@@ -264,8 +264,8 @@ SimulationSummary Simulate(const SimulationOptions& options, const std::string& 
   WriteBlockFile(block);
   summary.block_file = out_dir + "/block.toml";
   summary.truth_file = out_dir + "/truth.json";
-  summary.width = block.fresh_camera.width_px;
-  summary.height = block.fresh_camera.height_px;
+  summary.width = block.fresh.front().scan.Setup().width;
+  summary.height = block.fresh.front().scan.Setup().height;
   summary.flying_height_m = FlyingHeight(block.fresh_camera, options.gsd_m);
   summary.parcels = static_cast<int>(block.scene.land.Parcels().size());
   summary.buildings = static_cast<int>(block.scene.buildings.size());

@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
 #include "block/bundle/adjustment.h"
 #include "tests/block/bundle/bundle_verdict.h"
@@ -12,14 +13,17 @@
 namespace orient::block {
 namespace {
 
-// Six strips of 20 photos, control under every seventh.
+constexpr int kStrips = 3, kInStrip = 60;
+constexpr std::size_t kMost = 100;
+
+// Control under every seventh photo.
 BundleSimulationOptions LongBlock() {
   BundleSimulationOptions options;
-  options.strips = 6;
-  options.photos_in_strip = 20;
+  options.strips = kStrips;
+  options.photos_in_strip = kInStrip;
   options.ties_per_photo = 12;
   options.control_photos.clear();
-  for (int i = 0; i < 120; i += 7) options.control_photos.push_back(i);
+  for (int i = 0; i < kStrips * kInStrip; i += 7) options.control_photos.push_back(i);
   return options;
 }
 
@@ -29,13 +33,40 @@ BlockOptions AtMost(std::size_t photos) {
   return options;
 }
 
+int Column(std::size_t photo) { return static_cast<int>(photo) % kInStrip; }
+
+// Photos, points, observations and parts say the same of one another.
+void ExpectConsistent(const BlockToAdjust& block, const BlockResult& result) {
+  std::vector<int> of_photo(block.photos.size(), 0), of_point(block.points.size(), 0);
+  for (std::size_t i = 0; i < block.observations.size(); ++i) {
+    if (result.observations[i].state != ObservationState::kUsed) continue;
+    const ImageObservation& o = block.observations[i];
+    EXPECT_EQ(result.photos[o.photo].state, PhotoState::kAdjusted) << i;
+    ++of_photo[o.photo];
+    ++of_point[o.point];
+  }
+  for (std::size_t i = 0; i < of_photo.size(); ++i)
+    EXPECT_EQ(result.photos[i].observations, of_photo[i]) << i;
+  for (std::size_t i = 0; i < of_point.size(); ++i) {
+    EXPECT_EQ(result.points[i].rays, of_point[i]) << i;
+    EXPECT_EQ(result.points[i].adjusted, of_point[i] > 0) << i;
+  }
+  std::vector<int> parts(block.photos.size(), 0);
+  for (std::size_t part = 0; part < result.parts.size(); ++part)
+    for (const std::size_t photo : result.parts[part].photos) {
+      ++parts[photo];
+      EXPECT_EQ(result.photos[photo].part, static_cast<int>(part));
+    }
+  EXPECT_EQ(std::count(parts.begin(), parts.end(), 1), std::ssize(parts));
+}
+
 TEST(SubBlocks, EveryPhotoIsInOneCoreWithAllThatShowsItsPoints) {
   const BlockToAdjust block = SimulateBundle(LongBlock()).block;
-  const std::vector<SubBlock> subs = DivideBlock(block, 90);
-  EXPECT_GT(subs.size(), 1u);
+  const std::vector<SubBlock> subs = DivideBlock(block, kMost);
+  EXPECT_EQ(subs.size(), 4u);
   std::vector<int> cores(block.photos.size(), 0);
   for (const SubBlock& sub : subs) {
-    EXPECT_LE(sub.photos.size(), 90u);
+    EXPECT_LE(sub.photos.size(), kMost);
     EXPECT_TRUE(std::is_sorted(sub.photos.begin(), sub.photos.end()));
     for (const std::size_t photo : sub.core) ++cores[photo];
     std::vector<bool> shown(block.points.size(), false);
@@ -51,12 +82,23 @@ TEST(SubBlocks, EveryPhotoIsInOneCoreWithAllThatShowsItsPoints) {
   EXPECT_EQ(std::count(cores.begin(), cores.end(), 1), std::ssize(cores));
 }
 
-TEST(SubBlocks, PhotosThatAllShowTheSamePointsAreNotDividedForEver) {
+TEST(SubBlocks, PhotosThatAllShowTheSamePointsAreNotDivided) {
   BundleSimulationOptions options;
   options.forward_overlap = 0.95;
   options.side_overlap = 0.9;
-  const std::vector<SubBlock> subs = DivideBlock(SimulateBundle(options).block, 4);
-  EXPECT_EQ(subs.size(), 15u);
+  const BlockToAdjust block = SimulateBundle(options).block;
+  EXPECT_EQ(DivideBlock(block, 4).size(), 1u);
+  EXPECT_FALSE(AdjustWholeOrInSubBlocks(block, AtMost(4)).sub_blocks);
+}
+
+TEST(SubBlocks, PhotosWithoutPointsOrPlacesAreDividedToo) {
+  BlockToAdjust block;
+  block.cameras.emplace_back();
+  block.photos.resize(12);
+  EXPECT_EQ(DivideBlock(block, 1).size(), 12u);
+  block.photos[3].approximate.position_m.x() = std::numeric_limits<double>::quiet_NaN();
+  EXPECT_EQ(DivideBlock(block, 1).size(), 12u);
+  EXPECT_EQ(DivideBlock(BlockToAdjust(), 1).size(), 1u);
 }
 
 TEST(SubBlocks, ABlockThatIsNotTooLargeIsAdjustedAsAWhole) {
@@ -74,29 +116,40 @@ TEST(SubBlocks, JoinedTheyAreHardlyWorseThanTheWhole) {
   options.gross_ties = options.gross_control = 0.01;
   const BundleSimulation simulation = SimulateBundle(options);
   const BlockResult whole = AdjustBlock(simulation.block);
-  const BlockResult joined = AdjustWholeOrInSubBlocks(simulation.block, AtMost(90));
+  const BlockResult joined = AdjustWholeOrInSubBlocks(simulation.block, AtMost(kMost));
   ASSERT_TRUE(joined.sub_blocks);
-  EXPECT_GT(joined.sub_blocks->count, 1);
-  EXPECT_GT(joined.sub_blocks->compared, 10);
-  EXPECT_LT(joined.sub_blocks->differences, 0.5);
+  EXPECT_EQ(joined.sub_blocks->count, 4);
+  EXPECT_EQ(joined.sub_blocks->compared, 36) << "two columns on both sides of three borders";
+  EXPECT_GT(joined.sub_blocks->differences, 0.01);
+  EXPECT_LT(joined.sub_blocks->differences, 0.4);
   EXPECT_TRUE(joined.converged);
+  ASSERT_EQ(joined.findings.size(), whole.findings.size() + 1);
+  EXPECT_EQ(joined.findings.back().reason, Reason::kAdjustedInSubBlocks);
+  EXPECT_NE(Sentence(joined.findings.back()).find("in 4 overlapping sub-blocks of up to "),
+            std::string::npos)
+      << Sentence(joined.findings.back());
+  ExpectConsistent(simulation.block, joined);
   EXPECT_NEAR(joined.sigma0, whole.sigma0, 0.02);
-  EXPECT_NEAR(joined.redundancy, whole.redundancy, 0.05 * whole.redundancy);
-  ASSERT_EQ(joined.parts.size(), 1u);
-  EXPECT_TRUE(joined.parts[0].has_datum && joined.parts[0].by_control);
-  EXPECT_NEAR(joined.parts[0].control_points, whole.parts[0].control_points, 3);
+  ASSERT_EQ(joined.components.size(), whole.components.size());
+  for (std::size_t i = 0; i < whole.components.size(); ++i) {
+    const VarianceComponent &of = joined.components[i], &in_whole = whole.components[i];
+    EXPECT_EQ(of.group, in_whole.group);
+    EXPECT_NEAR(of.factor, in_whole.factor, 0.2 * in_whole.factor) << of.group;
+    EXPECT_NEAR(of.redundancy, in_whole.redundancy, 0.05 * in_whole.redundancy) << of.group;
+    EXPECT_NEAR(of.sigma0_px, in_whole.sigma0_px, 0.05 * in_whole.sigma0_px + 1e-9) << of.group;
+    EXPECT_EQ(of.estimated, in_whole.estimated);
+  }
   const BundleVerdict of_whole = JudgeBundle(simulation, whole),
                       of_joined = JudgeBundle(simulation, joined);
   EXPECT_LT(of_joined.horizontal_gsd, 1.05 * of_whole.horizontal_gsd);
   EXPECT_LT(of_joined.height_gsd, 1.05 * of_whole.height_gsd);
   EXPECT_NEAR(of_joined.PoseChi(), of_whole.PoseChi(), 0.1);
   double worst = 0;
-  for (std::size_t i = 0; i < whole.photos.size(); ++i) {
-    ASSERT_EQ(joined.photos[i].state, PhotoState::kAdjusted);
-    const Vector6d ratio =
-        joined.photos[i].covariance.diagonal().cwiseQuotient(whole.photos[i].covariance.diagonal());
-    worst = std::max(worst, std::sqrt(ratio.maxCoeff()));
-  }
+  for (std::size_t i = 0; i < whole.photos.size(); ++i)
+    worst = std::max(worst, std::sqrt(joined.photos[i]
+                                          .covariance.diagonal()
+                                          .cwiseQuotient(whole.photos[i].covariance.diagonal())
+                                          .maxCoeff()));
   EXPECT_LT(worst, 1.1);
   int alike = 0;
   for (std::size_t i = 0; i < whole.observations.size(); ++i)
@@ -105,63 +158,168 @@ TEST(SubBlocks, JoinedTheyAreHardlyWorseThanTheWhole) {
 }
 
 TEST(SubBlocks, ChecksAreOfTheSamePointsAsTheWholes) {
-  BundleSimulation simulation = SimulateBundle(LongBlock());
+  BundleSimulationOptions options = LongBlock();
+  options.control_seen_by_all = true;
+  BundleSimulation simulation = SimulateBundle(options);
   for (std::size_t i = 0; i < simulation.block.points.size(); ++i)
     if (simulation.block.points[i].control && i % 5 == 0)
       simulation.block.points[i].held_out = true;
   const BlockResult whole = AdjustBlock(simulation.block);
-  const BlockResult joined = AdjustWholeOrInSubBlocks(simulation.block, AtMost(90));
+  const BlockResult joined = AdjustWholeOrInSubBlocks(simulation.block, AtMost(kMost));
   ASSERT_EQ(joined.checks.size(), whole.checks.size());
   ASSERT_GT(whole.checks.size(), 10u);
   for (std::size_t i = 0; i < whole.checks.size(); ++i) {
-    EXPECT_EQ(joined.checks[i].point, whole.checks[i].point);
-    EXPECT_EQ(joined.checks[i].observations, whole.checks[i].observations);
-    EXPECT_LT(
-        (joined.checks[i].image_residuals_px[0] - whole.checks[i].image_residuals_px[0]).norm(),
-        0.5);
+    const CheckPatch &check = joined.checks[i], &of_whole = whole.checks[i];
+    EXPECT_EQ(check.point, of_whole.point);
+    EXPECT_EQ(check.observations, of_whole.observations);
+    EXPECT_LT((check.image_residuals_px[0] - of_whole.image_residuals_px[0]).norm(), 0.5);
+    ASSERT_EQ(check.ground_residual_m.has_value(), of_whole.ground_residual_m.has_value());
+    if (check.ground_residual_m) {
+      EXPECT_LT((*check.ground_residual_m - *of_whole.ground_residual_m).norm(), 0.2);
+    }
   }
 }
 
-// Control in one corner and nothing else: the sub-blocks without it have no datum, and say so.
+// Control in the west and nothing else: the sub-blocks without it have no datum, and say so.
 TEST(SubBlocks, ASubBlockWithoutControlIsNotAdjusted) {
   BundleSimulationOptions options = LongBlock();
   options.prior = false;
-  options.control_photos = {0, 1, 2, 20, 21, 22};
+  options.control_photos = {0, 1, 2, 60, 61, 62};
   const BundleSimulation simulation = SimulateBundle(options);
-  const BlockResult joined = AdjustWholeOrInSubBlocks(simulation.block, AtMost(90));
-  EXPECT_EQ(joined.photos.front().state, PhotoState::kAdjusted);
-  EXPECT_EQ(joined.photos.back().state, PhotoState::kNoDatum);
-  ASSERT_EQ(joined.parts.size(), 2u);
-  EXPECT_TRUE(joined.parts[0].has_datum);
-  EXPECT_FALSE(joined.parts[1].has_datum);
-  EXPECT_EQ(joined.parts[1].control_points, 0);
-  EXPECT_EQ(joined.parts[1].finding->reason, Reason::kPartWithoutDatum);
-  for (const AdjustedPhoto& photo : joined.photos)
-    EXPECT_EQ(photo.state == PhotoState::kAdjusted,
-              joined.parts[static_cast<std::size_t>(photo.part)].has_datum);
+  const BlockResult joined = AdjustWholeOrInSubBlocks(simulation.block, AtMost(kMost));
+  EXPECT_TRUE(joined.converged) << "the others have";
+  EXPECT_FALSE(Has(joined.findings, Reason::kAdjustmentNotConverged));
+  ExpectConsistent(simulation.block, joined);
+  ASSERT_EQ(joined.parts.size(), 4u);
+  for (std::size_t i = 0; i < joined.photos.size(); ++i) {
+    const bool in_west = Column(i) < 15;
+    EXPECT_EQ(joined.photos[i].state, in_west ? PhotoState::kAdjusted : PhotoState::kNoDatum);
+    const BlockPart& part = joined.parts[static_cast<std::size_t>(joined.photos[i].part)];
+    EXPECT_EQ(part.has_datum, in_west);
+    EXPECT_EQ(part.by_control, in_west);
+    ASSERT_NE(part.finding.has_value(), in_west);
+    if (!in_west) {
+      EXPECT_NE(Sentence(*part.finding).find("too little control"), std::string::npos);
+    }
+  }
 }
 
-TEST(SubBlocks, ShiftsOfStripsCutByABorderAreThoseOfTheLargerPart) {
+// Whether ties could show an error of a photo's control is asked of its own sub-block.
+TEST(SubBlocks, ControlOfOtherSubBlocksIsNotCounted) {
+  BundleSimulationOptions options = LongBlock();  // with approximations as observations
+  options.control_photos = {0, 1, 2, 60, 61, 62};
+  const BundleSimulation simulation = SimulateBundle(options);
+  const BlockResult joined = AdjustWholeOrInSubBlocks(simulation.block, AtMost(kMost));
+  const auto part_of = [&](std::size_t photo) {
+    return joined.parts[static_cast<std::size_t>(joined.photos[photo].part)];
+  };
+  EXPECT_TRUE(part_of(0).by_control);
+  EXPECT_EQ(joined.photos[kInStrip - 1].state, PhotoState::kAdjusted);
+  EXPECT_FALSE(part_of(kInStrip - 1).by_control);
+  EXPECT_EQ(part_of(kInStrip - 1).control_points, 0);
+  EXPECT_NE(Sentence(*part_of(kInStrip - 1).finding).find("has no control"), std::string::npos);
+}
+
+TEST(SubBlocks, UnconnectedPartsStayApart) {
+  BundleSimulation simulation = SimulateBundle(LongBlock());
+  BlockToAdjust& block = simulation.block;
+  // Nothing connects columns 25 and 26.
+  for (std::size_t i = 0; i < block.points.size(); ++i) {
+    std::vector<std::size_t> east;
+    bool west = false;
+    for (std::size_t k = 0; k < block.observations.size(); ++k) {
+      if (block.observations[k].point != i) continue;
+      if (Column(block.observations[k].photo) > 25)
+        east.push_back(k);
+      else
+        west = true;
+    }
+    if (!west) continue;
+    for (auto k = east.rbegin(); k != east.rend(); ++k)
+      block.observations.erase(block.observations.begin() + static_cast<std::ptrdiff_t>(*k));
+  }
+  BlockPhoto lost = block.photos[0];
+  lost.name = "lost";
+  lost.prior.reset();
+  block.photos.push_back(lost);
+  const BlockResult joined = AdjustWholeOrInSubBlocks(block, AtMost(kMost));
+  ExpectConsistent(block, joined);
+  EXPECT_TRUE(joined.converged);
+  EXPECT_EQ(joined.photos.back().state, PhotoState::kUndetermined);
+  EXPECT_TRUE(Has(joined.findings, Reason::kPartNotConnected));
+  for (std::size_t i = 0; i + 1 < block.photos.size(); ++i) {
+    EXPECT_EQ(joined.photos[i].state, PhotoState::kAdjusted);
+    for (const std::size_t other :
+         joined.parts[static_cast<std::size_t>(joined.photos[i].part)].photos)
+      EXPECT_EQ(Column(other) > 25, Column(i) > 25) << i << " and " << other;
+  }
+}
+
+// A strip that borders cut has a shift in every sub-block.
+TEST(SubBlocks, AStripsShiftIsThatOfTheSubBlockWithMostOfItsPositions) {
   BundleSimulationOptions options = LongBlock();
   options.gnss_sigma_m = 0.05;
-  options.gnss_shift_m = {0.3, -0.2, 0.5};
-  const BundleSimulation simulation = SimulateBundle(options);
-  BlockOptions how = AtMost(90);
+  BundleSimulation simulation = SimulateBundle(options);
+  const Eigen::Vector3d east_m(4, 0, 0);
+  for (std::size_t i = 0; i < simulation.block.photos.size(); ++i) {
+    if (Column(i) < 48) continue;  // fewer than other sub-blocks have
+    simulation.block.photos[i].gnss->position_m += east_m;
+    if (Column(i) < 50) simulation.block.photos[i].gnss.reset();
+  }
+  BlockOptions how = AtMost(kMost);
   how.gnss = GnssModel::kShift;
   const BlockResult joined = AdjustWholeOrInSubBlocks(simulation.block, how);
-  ASSERT_EQ(joined.strips.size(), 6u);
-  for (const StripGnss& strip : joined.strips)
-    EXPECT_LT((strip.shift_m - options.gnss_shift_m).cwiseQuotient(strip.shift_sigma_m).norm(), 5);
+  ASSERT_EQ(joined.strips.size(), 3u);
+  for (const StripGnss& strip : joined.strips) EXPECT_LT(strip.shift_m.norm(), 0.5);
+}
+
+TEST(SubBlocks, ACommonShiftOfGnssIsToldOfThePositionsThatShowIt) {
+  BundleSimulationOptions options = LongBlock();
+  options.gnss_sigma_m = 0.05;
+  options.gnss_shift_m = {0.6, -0.4, 0.5};
+  const BundleSimulation simulation = SimulateBundle(options);
+  const BlockResult joined = AdjustWholeOrInSubBlocks(simulation.block, AtMost(kMost));
+  ASSERT_EQ(joined.strips.size(), 1u);
+  EXPECT_TRUE(joined.strips[0].of_all);
+  EXPECT_LE(joined.strips[0].observed, static_cast<int>(kMost));
+  const auto finding =
+      std::find_if(joined.findings.begin(), joined.findings.end(),
+                   [](const Finding& f) { return f.reason == Reason::kGnssPerhapsOfAnotherDatum; });
+  ASSERT_NE(finding, joined.findings.end());
+  EXPECT_EQ(finding->limit, joined.strips[0].observed);
+}
+
+TEST(SubBlocks, OneThatDoesNotConvergeIsNotPassedOver) {
+  const BundleSimulation simulation = SimulateBundle(LongBlock());
+  BlockOptions how = AtMost(kMost);
+  how.max_rounds = 1;
+  const BlockResult joined = AdjustWholeOrInSubBlocks(simulation.block, how);
+  EXPECT_FALSE(joined.converged);
+  EXPECT_EQ(joined.findings.front().reason, Reason::kAdjustmentNotConverged);
+}
+
+// The deformation of a source is that of all of its control, whichever part a sub-block has.
+TEST(SubBlocks, ASourcesErrorIsNotTakenForSmaller) {
+  BundleSimulationOptions options = LongBlock();
+  options.source_sigma_m = 0.3;
+  options.prior = false;
+  const BundleSimulation simulation = SimulateBundle(options);
+  const BlockResult whole = AdjustBlock(simulation.block);
+  const BlockResult joined = AdjustWholeOrInSubBlocks(simulation.block, AtMost(kMost));
+  double sum = 0;
+  for (std::size_t i = 0; i < whole.photos.size(); ++i)
+    sum += std::sqrt(joined.photos[i].covariance(0, 0) / whole.photos[i].covariance(0, 0));
+  EXPECT_NEAR(sum / static_cast<double>(whole.photos.size()), 1, 0.1);
 }
 
 TEST(SubBlocks, BadInputIsRefused) {
-  BundleSimulation simulation = SimulateBundle({});
-  BlockOptions how = AtMost(10);
+  BundleSimulation simulation = SimulateBundle(LongBlock());
+  BlockOptions how = AtMost(kMost);
   how.self_calibration = true;
   EXPECT_THROW(AdjustWholeOrInSubBlocks(simulation.block, how), std::invalid_argument);
-  simulation.block.observations[0].photo = 99;
-  EXPECT_THROW(AdjustWholeOrInSubBlocks(simulation.block, AtMost(10)), std::invalid_argument);
   EXPECT_THROW(AdjustWholeOrInSubBlocks(simulation.block, AtMost(0)), std::invalid_argument);
+  simulation.block.observations[0].photo = 999;
+  EXPECT_THROW(AdjustWholeOrInSubBlocks(simulation.block, AtMost(kMost)), std::invalid_argument);
 }
 
 }  // namespace

@@ -95,11 +95,13 @@ TEST_F(AdjustmentOf, PhotosWithoutAPoseTakeNoPart) {
 }
 
 TEST_F(AdjustmentOf, LargerBlocksAreAdjustedInSubBlocks) {
-  Match(0, 5);
-  ties_ = {Tie({"a", "b", "c"})};
+  for (std::int64_t id = 1; id <= 6; ++id) Match(static_cast<std::size_t>(id) / 3, id);
   EXPECT_FALSE(Adjust().result.sub_blocks);
   choice_.sub_block_photos = 2;
-  EXPECT_TRUE(Adjust().result.sub_blocks);
+  const BlockResult result = Adjust().result;
+  ASSERT_TRUE(result.sub_blocks);
+  EXPECT_EQ(result.sub_blocks->count, 2);
+  EXPECT_EQ(result.sub_blocks->largest, 2);
 }
 
 TEST_F(AdjustmentOf, TiesComeBeforeControl) {

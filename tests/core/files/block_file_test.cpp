@@ -47,17 +47,16 @@ std::string Replaced(std::string text, const std::string& from, const std::strin
   return text.replace(text.find(from), from.size(), to);
 }
 
-TEST_F(BlockFileTest, SubBlocksAreOfTenPhotosOrMoreAndHaveNoCameraOfTheirOwn) {
+TEST_F(BlockFileTest, SubBlocksAreOfHundredsOfPhotosAndHaveNoCameraOfTheirOwn) {
+  const auto of = [&](const std::string& keys) { return kBlock + "[block]\n" + keys + "\n"; };
   EXPECT_EQ(ReadText(kBlock).adjustment.sub_block_photos, 10000);
-  EXPECT_EQ(ReadText(kBlock + "[block]\nsub_block_photos = 300\n").adjustment.sub_block_photos,
-            300);
-  ExpectRefused(kBlock + "[block]\nsub_block_photos = 9\n", {"sub_block_photos", "at least 10"});
-  const std::string text =
-      kBlock + "[block]\nself_calibration = \"camera\"\nsub_block_photos = 10\n";
+  EXPECT_EQ(ReadText(of("sub_block_photos = 301")).adjustment.sub_block_photos, 301);
+  ExpectRefused(of("sub_block_photos = 299"), {"sub_block_photos", "at least 300"});
+  const std::string text = of("self_calibration = \"camera\"\nsub_block_photos = 300");
   EXPECT_TRUE(ReadText(text).adjustment.self_calibration);
-  for (int i = 0; i < 9; ++i)
+  for (int i = 0; i < 299; ++i)
     WriteFileAtomically(folder_ / "scans/more" + std::to_string(i) + ".tif", "");
-  ExpectRefused(text, {"self_calibration", "11 photos", "sub_block_photos = 10"});
+  ExpectRefused(text, {"self_calibration", "301 photos", "sub_block_photos = 300"});
 }
 
 TEST_F(BlockFileTest, ControlImagesTakeTheDatabasesPlace) {

@@ -78,6 +78,7 @@ ExitCode AdjustMeasuredBlock(const BlockFile& block, bool overwrite, std::ostrea
                                     .approximations = known.approximations,
                                     .known = known.observed};
   inputs.self_calibration = block.adjustment.self_calibration;
+  inputs.sub_block_photos = block.adjustment.sub_block_photos;
   inputs.pose_covariance = block.adjustment.pose_covariance;
   inputs.target_m = block.target_m;
   RefuseFalseScaleOf(block, inputs);
