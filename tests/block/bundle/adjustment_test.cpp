@@ -2,7 +2,9 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cstdio>
+#include <random>
 
 #include "tests/block/bundle/bundle_verdict.h"
 
@@ -36,6 +38,37 @@ TEST(BlockAdjustment, SaysHowPreciseItIs) {
   EXPECT_LT(all.PoseChi(), 1.25);
   EXPECT_GT(all.PointChi(), 0.8);
   EXPECT_LT(all.PointChi(), 1.25);
+}
+
+// Approximations and GNSS that are all far off, against a little control: it loses, and that is
+// said although no observation of its group is left.
+TEST(BlockAdjustment, ControlOfWhichNothingIsLeftIsToldOf) {
+  BundleSimulationOptions options;
+  options.seed = 1;
+  options.ties_per_photo = 15;
+  options.control_per_photo = 8;
+  options.gnss_sigma_m = 0.05;
+  BundleSimulation simulation = SimulateBundle(options);
+  std::mt19937 random(1);
+  std::normal_distribution<double> normal;
+  const auto off = [&](double sigma_m) -> Eigen::Vector3d {
+    const double x = normal(random), y = normal(random), z = normal(random);
+    return sigma_m * Eigen::Vector3d(x, y, z);
+  };
+  for (BlockPhoto& photo : simulation.block.photos) {
+    photo.approximate.position_m += off(60);
+    photo.prior->pose = photo.approximate;
+    photo.gnss->position_m += off(20);
+  }
+  BlockOptions how;
+  how.gnss = GnssModel::kShift;
+  const BlockResult result = AdjustBlock(simulation.block, how);
+  EXPECT_TRUE(std::none_of(
+      result.components.begin(), result.components.end(),
+      [](const VarianceComponent& component) { return component.group == "control ground"; }));
+  EXPECT_TRUE(std::any_of(
+      result.findings.begin(), result.findings.end(),
+      [](const Finding& finding) { return finding.reason == Reason::kControlWorseThanStated; }));
 }
 
 // Fifteen blocks, clean and with gross errors: as precise as they say, and hardly worse.
