@@ -25,20 +25,25 @@ def moved(point, by):
     return [point[0] + by[0], point[1] + by[1], *point[2:]]
 
 
+def move_poses(node, by):
+    """All that are found in a result: the block's, the photo's alone, the approximation."""
+    if isinstance(node, dict):
+        if {"x", "y", "kappa"} <= node.keys():
+            node["x"] += by[0]
+            node["y"] += by[1]
+        for value in node.values():
+            move_poses(value, by)
+
+
 def copy_of_photo(photo, number, by):
     new = copy.deepcopy(photo)
     new["photo"] = name_of(photo["photo"], number)
-    new["pose"]["x"] += by[0]
-    new["pose"]["y"] += by[1]
+    move_poses(new, by)
     new["footprint"] = [moved(p, by) for p in photo["footprint"]]
     for patch in new["patches"]:
         for key in ("ground", "ground_m"):
             if patch.get(key):
                 patch[key] = moved(patch[key], by)
-    alone = new.get("alone")
-    if alone and alone.get("pose"):
-        alone["pose"]["x"] += by[0]
-        alone["pose"]["y"] += by[1]
     return new
 
 

@@ -54,17 +54,23 @@ std::string Ce90Text(const PhotoVerdict& verdict) {
 }
 
 // `corners_only`: of a ring with as many points on each of four sides, where there are so many
-// footprints that relief along their sides cannot be seen.
-std::string Footprint(const std::vector<Eigen::Vector3d>& ring, const Sheet& sheet,
-                      const PhotoVerdict& verdict, const std::string& name, bool corners_only) {
-  if (ring.size() < 3) return "";
-  std::vector<std::string> points;
+// footprints that relief along their sides cannot be seen. Without the last point, the first again.
+std::vector<Vector2d> RingOf(const std::vector<Eigen::Vector3d>& ring, const Sheet& sheet,
+                             bool corners_only) {
+  std::vector<Vector2d> corners;
+  if (ring.size() < 3) return corners;
   const size_t step = corners_only ? std::max<size_t>(1, (ring.size() - 1) / 4) : 1;
-  // A polygon closes itself.
-  for (size_t i = 0; i + 1 < ring.size(); i += step) {
-    const Vector2d at = sheet.At(ring[i].head<2>());
-    points.push_back(SvgNumber(at.x()) + "," + SvgNumber(at.y()));
-  }
+  for (size_t i = 0; i + 1 < ring.size(); i += step)
+    corners.emplace_back(sheet.At(ring[i].head<2>()));
+  return corners;
+}
+
+std::string Footprint(const std::vector<Vector2d>& ring, const PhotoVerdict& verdict,
+                      const std::string& name) {
+  if (ring.empty()) return "";
+  std::vector<std::string> points;
+  points.reserve(ring.size());
+  for (const Vector2d& at : ring) points.push_back(SvgNumber(at.x()) + "," + SvgNumber(at.y()));
   return fmt::format(
       "<polygon class=\"fp fp-{0}\" points=\"{1}\"><title>{2}: {0}{3}</title></polygon>\n",
       Name(verdict.status), Joined(points, " "), Escape(name),
@@ -245,21 +251,28 @@ Labels PhotoLabels(const BlockRecord& block, const BlockVerdict& verdict, const 
 
 // What deserves a look lies on top.
 std::string PhotoShapes(const BlockRecord& block, const BlockVerdict& verdict, const Sheet& sheet) {
+  const bool many = block.photos.size() > kManyPhotos;
   std::string svg;
   SvgPath centres;
-  for (const Status status : {Status::kOk, Status::kWeak, Status::kFailed})
+  for (const Status status : {Status::kOk, Status::kWeak, Status::kFailed}) {
+    SvgPath together;  // of many photos: without a word to each
     for (size_t i = 0; i < block.photos.size(); ++i) {
       if (verdict.photos[i].status != status) continue;
       const PhotoRecord& photo = block.photos[i];
-      if (photo.exterior)
-        svg += Footprint(photo.exterior->footprint_m, sheet, verdict.photos[i], photo.name,
-                         block.photos.size() > kManyPhotos);
-      if (!verdict.photos[i].pose) continue;
+      if (photo.exterior) {
+        const auto ring = RingOf(photo.exterior->footprint_m, sheet, many);
+        if (many)
+          together.AddRing(ring);
+        else
+          svg += Footprint(ring, verdict.photos[i], photo.name);
+      }
+      if (many || !verdict.photos[i].pose) continue;
       const Vector2d at = sheet.At(verdict.photos[i].pose->position_m.head<2>());
-      if (block.photos.size() > kManyPhotos) continue;  // the footprints' middles
       centres.AddLine(at - Vector2d(5, 0), at + Vector2d(5, 0));
       centres.AddLine(at - Vector2d(0, 5), at + Vector2d(0, 5));
     }
+    svg += together.Element(fmt::format("fp fp-{}", Name(status)));
+  }
   return svg + centres.Element("centre");
 }
 

@@ -38,18 +38,35 @@ Markup Groups(const AdjustmentResult& adjusted) {
   return Fill("adjustment.html#groups", {{"rows", rows}});
 }
 
+// More rows than anybody reads; report.json has them all.
+constexpr std::size_t kMostRows = 1000;
+
+Markup PhotoRow(const std::string& name, const PhotoSightings& photo) {
+  return Fill("adjustment.html#photo",
+              {{"photo", name},
+               {"ties_used", photo.ties_used},
+               {"ties", photo.ties},
+               {"control_used", photo.control_used},
+               {"control", photo.control},
+               {"rms", Decimal(photo.RmsPx(), 2)},
+               {"redundancy", Decimal(photo.MeanRedundancy(), 2)},
+               {"largest_w", photo.Used() > 0 ? Decimal(photo.largest_w, 1) : kNoValue}});
+}
+
+// By name; of too many those with the largest residuals.
 Markup Photos(const AdjustmentResult& adjusted) {
+  const auto sightings = SightingsOf(adjusted);
+  std::vector<std::pair<std::string, PhotoSightings>> photos(sightings.begin(), sightings.end());
+  const std::size_t more = photos.size() - std::min(photos.size(), kMostRows);
+  if (more > 0) {
+    std::stable_sort(photos.begin(), photos.end(), [](const auto& a, const auto& b) {
+      return a.second.RmsPx().value_or(0) > b.second.RmsPx().value_or(0);
+    });
+    photos.resize(kMostRows);
+  }
   Markup rows;
-  for (const auto& [name, photo] : SightingsOf(adjusted))
-    rows += Fill("adjustment.html#photo",
-                 {{"photo", name},
-                  {"ties_used", photo.ties_used},
-                  {"ties", photo.ties},
-                  {"control_used", photo.control_used},
-                  {"control", photo.control},
-                  {"rms", Decimal(photo.RmsPx(), 2)},
-                  {"redundancy", Decimal(photo.MeanRedundancy(), 2)},
-                  {"largest_w", photo.Used() > 0 ? Decimal(photo.largest_w, 1) : kNoValue}});
+  for (const auto& [name, photo] : photos) rows += PhotoRow(name, photo);
+  if (more > 0) rows += Fill("adjustment.html#more_photos", {{"count", more}});
   return Fill("adjustment.html#photos", {{"rows", rows}});
 }
 

@@ -30,6 +30,11 @@ void SvgPath::AddLine(const Eigen::Vector2d& from, const Eigen::Vector2d& to) {
   data_ += "M" + Pair(from) + "L" + Pair(to);
 }
 
+void SvgPath::AddRing(const std::vector<Eigen::Vector2d>& corners) {
+  for (std::size_t i = 0; i < corners.size(); ++i) data_ += (i == 0 ? "M" : "L") + Pair(corners[i]);
+  if (!corners.empty()) data_ += "z";
+}
+
 void SvgPath::AddArrow(const Eigen::Vector2d& from, const Eigen::Vector2d& to) {
   constexpr double kLongestHead = 5.0;
   constexpr double kHeadPart = 0.35;

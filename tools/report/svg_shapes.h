@@ -4,6 +4,7 @@
 
 #include <Eigen/Core>
 #include <string>
+#include <vector>
 
 namespace orient {
 
@@ -14,6 +15,7 @@ class SvgPath {
   void AddDot(const Eigen::Vector2d& at);
   void AddCross(const Eigen::Vector2d& at, double radius);
   void AddLine(const Eigen::Vector2d& from, const Eigen::Vector2d& to);
+  void AddRing(const std::vector<Eigen::Vector2d>& corners);  // closed
   // A line with an open head; short arrows have small heads.
   void AddArrow(const Eigen::Vector2d& from, const Eigen::Vector2d& to);
 

@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <random>
 
 #include "block/bundle/adjustment.h"
 #include "tests/block/bundle/bundle_verdict.h"
@@ -204,6 +205,26 @@ TEST(SubBlocks, ASubBlockWithoutControlIsNotAdjusted) {
   }
 }
 
+// Points at the border to it are those of the sub-block that can be adjusted.
+TEST(SubBlocks, WhatASubBlockWithoutControlCannotDetermineItsNeighbourDoes) {
+  BundleSimulationOptions options = LongBlock();
+  options.prior = false;
+  options.control_photos = {57, 58, 59, 117, 118, 119};
+  const BlockToAdjust block = SimulateBundle(options).block;
+  const BlockResult joined = AdjustWholeOrInSubBlocks(block, AtMost(kMost));
+  ExpectConsistent(block, joined);
+  std::vector<int> seen(block.points.size(), 0);
+  for (const ImageObservation& o : block.observations)
+    if (joined.photos[o.photo].state == PhotoState::kAdjusted) ++seen[o.point];
+  int with_rays = 0, adjusted = 0;
+  for (std::size_t i = 0; i < seen.size(); ++i) {
+    with_rays += seen[i] > 1 ? 1 : 0;
+    adjusted += seen[i] > 1 && joined.points[i].adjusted ? 1 : 0;
+  }
+  EXPECT_GT(with_rays, 100);
+  EXPECT_GT(adjusted, 0.99 * with_rays);
+}
+
 // Whether ties could show an error of a photo's control is asked of its own sub-block.
 TEST(SubBlocks, ControlOfOtherSubBlocksIsNotCounted) {
   BundleSimulationOptions options = LongBlock();  // with approximations as observations
@@ -262,9 +283,11 @@ TEST(SubBlocks, AStripsShiftIsThatOfTheSubBlockWithMostOfItsPositions) {
   BundleSimulation simulation = SimulateBundle(options);
   const Eigen::Vector3d east_m(4, 0, 0);
   for (std::size_t i = 0; i < simulation.block.photos.size(); ++i) {
-    if (Column(i) < 48) continue;  // fewer than other sub-blocks have
-    simulation.block.photos[i].gnss->position_m += east_m;
-    if (Column(i) < 50) simulation.block.photos[i].gnss.reset();
+    // The easternmost sub-block has ten positions of each strip in its core, others fifteen.
+    if (Column(i) >= 50)
+      simulation.block.photos[i].gnss->position_m += east_m;
+    else if (Column(i) >= 37)
+      simulation.block.photos[i].gnss.reset();
   }
   BlockOptions how = AtMost(kMost);
   how.gnss = GnssModel::kShift;
@@ -290,9 +313,19 @@ TEST(SubBlocks, ACommonShiftOfGnssIsToldOfThePositionsThatShowIt) {
 }
 
 TEST(SubBlocks, OneThatDoesNotConvergeIsNotPassedOver) {
-  const BundleSimulation simulation = SimulateBundle(LongBlock());
+  BundleSimulation simulation = SimulateBundle(LongBlock());
   BlockOptions how = AtMost(kMost);
   how.max_rounds = 1;
+  while (!AdjustWholeOrInSubBlocks(simulation.block, how).converged) {
+    ASSERT_LT(how.max_rounds, 10);
+    ++how.max_rounds;
+  }
+  // In the east it needs more rounds than that.
+  std::mt19937 random(1);
+  std::normal_distribution<double> off(0, 20);
+  for (ImageObservation& o : simulation.block.observations)
+    if (Column(o.photo) > 50 && random() % 4 == 0)
+      o.pixel += Eigen::Vector2d(off(random), off(random));
   const BlockResult joined = AdjustWholeOrInSubBlocks(simulation.block, how);
   EXPECT_FALSE(joined.converged);
   EXPECT_EQ(joined.findings.front().reason, Reason::kAdjustmentNotConverged);
@@ -306,10 +339,11 @@ TEST(SubBlocks, ASourcesErrorIsNotTakenForSmaller) {
   const BundleSimulation simulation = SimulateBundle(options);
   const BlockResult whole = AdjustBlock(simulation.block);
   const BlockResult joined = AdjustWholeOrInSubBlocks(simulation.block, AtMost(kMost));
-  double sum = 0;
+  double least = 2;
   for (std::size_t i = 0; i < whole.photos.size(); ++i)
-    sum += std::sqrt(joined.photos[i].covariance(0, 0) / whole.photos[i].covariance(0, 0));
-  EXPECT_NEAR(sum / static_cast<double>(whole.photos.size()), 1, 0.1);
+    least = std::min(
+        least, std::sqrt(joined.photos[i].covariance(0, 0) / whole.photos[i].covariance(0, 0)));
+  EXPECT_GT(least, 0.95);
 }
 
 TEST(SubBlocks, BadInputIsRefused) {

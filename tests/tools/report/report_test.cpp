@@ -1,5 +1,6 @@
 #include "tools/report/report.h"
 
+#include <fmt/format.h>
 #include <gtest/gtest.h>
 
 #include <filesystem>
@@ -40,6 +41,35 @@ TEST(Report, SaysWhatTheBlockAdjustmentSays) {
                            "Photo 4713 is not connected to the rest of the block.", "1.5e-08",
                            "is not used: &lt;4713&gt;.", "tie point</span>", "p-tie"})
     EXPECT_TRUE(Contains(html, part)) << part;
+}
+
+// What a reader opens does not grow with every photo.
+TEST(Report, OfAThousandPhotosThePageIsSmall) {
+  constexpr int kPhotos = 1002;
+  const TemporaryFolder folder;
+  AdjustmentResult adjusted = ExampleAdjustment();
+  ASSERT_FALSE(adjusted.ties.empty());
+  PointResult tie = adjusted.ties[0];
+  tie.seen.resize(1);
+  adjusted.ties.clear();
+  adjusted.control.clear();
+  for (int i = 0; i < kPhotos; ++i) {
+    ExteriorResult photo = ExampleExterior(fmt::format("p{:04}", i), Status::kOk);
+    photo.patches.clear();
+    WriteExteriorResult(folder.Path(), photo);
+    tie.seen[0].photo = photo.photo;
+    tie.seen[0].residual_px = Eigen::Vector2d(0, 0.001 * i);
+    adjusted.ties.push_back(tie);
+  }
+  WriteAdjustmentResult(folder.Path(), adjusted);
+  const std::string html = ReadFile(WriteReport(folder.Path()));
+  EXPECT_EQ(Malformed(html), "");
+  EXPECT_LT(html.size(), 700 * kPhotos);
+  EXPECT_TRUE(Contains(html, "and 2 more with smaller residuals"));
+  EXPECT_TRUE(Contains(html, "<td>p1001</td>"));
+  EXPECT_FALSE(Contains(html, "<td>p0001</td>")) << "the second smallest";
+  EXPECT_FALSE(Contains(html, "<polygon class=\"fp"));
+  EXPECT_TRUE(Contains(html, "<path class=\"fp fp-ok\""));
 }
 
 TEST(Report, SaysHowTheFilmLies) {
