@@ -87,6 +87,7 @@ TEST(SubBlocks, PhotosThatAllShowTheSamePointsAreNotDivided) {
   BundleSimulationOptions options;
   options.forward_overlap = 0.95;
   options.side_overlap = 0.9;
+  options.ties_per_photo = 2;
   const BlockToAdjust block = SimulateBundle(options).block;
   EXPECT_EQ(DivideBlock(block, 4).size(), 1u);
   EXPECT_FALSE(AdjustWholeOrInSubBlocks(block, AtMost(4)).sub_blocks);
