@@ -36,7 +36,7 @@ class FindingsAbout {
 
   Findings All() {
     for (const BlockPart& part : result_.parts)
-      if (part.finding) findings_.push_back(*part.finding);
+      if (part.finding && !IsSaid(*part.finding)) findings_.push_back(*part.finding);
     SayControl();
     SayGnss();
     SayApproximations();
@@ -48,6 +48,12 @@ class FindingsAbout {
   }
 
  private:
+  // Parts of a block in sub-blocks may share one.
+  bool IsSaid(const Finding& finding) const {
+    return std::any_of(findings_.begin(), findings_.end(), [&](const Finding& said) {
+      return said.reason == finding.reason && said.where == finding.where;
+    });
+  }
   template <typename Condition>
   std::vector<std::size_t> PhotosThat(const Condition& condition) const {
     std::vector<std::size_t> photos;

@@ -262,7 +262,7 @@ void Adjustment::FillResult() {
   const auto stated = result_->converged ? StatedNormals() : nullptr;
   const BlockNormals& normals = stated ? *stated : *normals_;
   FillOutcome(system_, judgement_, normals, tests_, result_);
-  FillChecks(system_, result_);
+  FillChecks(system_.block, result_);
   // These go through the adjustment as it was weighted.
   AddSharedControlErrors(system_, *normals_, tests_, result_);
 }

@@ -13,6 +13,14 @@ void BlockToAdjust::CheckIndices() const {
       throw std::invalid_argument("an image observation has a photo or point that is not there");
 }
 
+Eigen::Matrix2d BlockToAdjust::ImageCovariance(std::size_t observation) const {
+  const ImageObservation& o = observations[observation];
+  const BlockPhoto& photo = photos[o.photo];
+  const Eigen::Matrix2d& A = photo.photo_from_pixel.A;
+  return A * o.covariance_px2 * A.transpose() +
+         Eigen::Matrix2d::Identity() * (photo.film_sigma_mm * photo.film_sigma_mm);
+}
+
 std::optional<std::string> BlockOptions::Check() const {
   if (!(significance > 0 && significance < 0.5)) return "significance must lie between 0 and 0.5";
   if (!(least_precision_factor > 0 && least_precision_factor <= 1))

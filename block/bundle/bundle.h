@@ -74,6 +74,8 @@ struct BlockToAdjust {
 
   // Throws std::invalid_argument for indices out of range.
   void CheckIndices() const;
+  // Of an observation as stated, the film's bending included; photo system, mm^2.
+  Eigen::Matrix2d ImageCovariance(std::size_t observation) const;
 };
 
 struct BlockOptions {

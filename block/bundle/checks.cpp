@@ -7,32 +7,28 @@
 namespace orient::block {
 namespace {
 
-void Intersect(const BlockSystem& system, const BlockResult& result, CheckPatch* check) {
+void Intersect(const BlockToAdjust& block, const BlockResult& result, CheckPatch* check) {
   std::vector<PhotoObservation> seen;
   for (const std::size_t i : check->observations) {
-    const std::size_t photo = system.block.observations[i].photo;
-    const PhotoView view = AdjustedView(system.block, result, photo);
-    seen.push_back({&result.cameras[system.block.photos[photo].camera], view.pose,
-                    view.PhotoFromPixel(system.block.observations[i].pixel),
-                    system.ImageCovariance(i) *
-                        system.PrecisionFactor(system.block.points[check->point].by_hand
-                                                   ? RowKind::kMeasuredImage
-                                                   : RowKind::kControlImage)});
+    const std::size_t photo = block.observations[i].photo;
+    const PhotoView view = AdjustedView(block, result, photo);
+    seen.push_back({&result.cameras[block.photos[photo].camera], view.pose,
+                    view.PhotoFromPixel(block.observations[i].pixel), block.ImageCovariance(i)});
   }
   if (const auto met = IntersectPhotos(seen))
-    check->ground_residual_m = system.block.points[check->point].control->ground_m - met->ground_m;
+    check->ground_residual_m = block.points[check->point].control->ground_m - met->ground_m;
 }
 
 }  // namespace
 
-void FillChecks(const BlockSystem& system, BlockResult* result) {
-  std::vector<CheckPatch> checks(system.points.size());
-  for (std::size_t i = 0; i < system.block.observations.size(); ++i) {
-    const ImageObservation& o = system.block.observations[i];
-    const BlockPoint& point = system.block.points[o.point];
+void FillChecks(const BlockToAdjust& block, BlockResult* result) {
+  std::vector<CheckPatch> checks(block.points.size());
+  for (std::size_t i = 0; i < block.observations.size(); ++i) {
+    const ImageObservation& o = block.observations[i];
+    const BlockPoint& point = block.points[o.point];
     if (!point.held_out || !point.control) continue;
     if (result->photos[o.photo].state != PhotoState::kAdjusted) continue;
-    const PhotoView view = AdjustedView(system.block, *result, o.photo);
+    const PhotoView view = AdjustedView(block, *result, o.photo);
     const auto pixel = view.PixelFromGround(point.control->ground_m);
     if (!pixel) continue;
     checks[o.point].observations.push_back(i);
@@ -43,7 +39,7 @@ void FillChecks(const BlockSystem& system, BlockResult* result) {
     if (checks[i].observations.empty()) continue;
     checks[i].point = i;
     checks[i].rays = static_cast<int>(checks[i].observations.size());
-    if (checks[i].rays > 1) Intersect(system, *result, &checks[i]);
+    if (checks[i].rays > 1) Intersect(block, *result, &checks[i]);
     result->checks.push_back(std::move(checks[i]));
   }
 }

@@ -350,14 +350,6 @@ Eigen::Vector3d BlockSystem::GroundOf(std::size_t point) const {
   return origin_ + LocalGroundOf(point);
 }
 
-Eigen::Matrix2d BlockSystem::ImageCovariance(std::size_t observation) const {
-  const ImageObservation& o = block.observations[observation];
-  const BlockPhoto& photo = block.photos[o.photo];
-  const Eigen::Matrix2d& A = photo.photo_from_pixel.A;
-  return A * o.covariance_px2 * A.transpose() +
-         Eigen::Matrix2d::Identity() * (photo.film_sigma_mm * photo.film_sigma_mm);
-}
-
 Eigen::Vector2d BlockSystem::ResidualMm(std::size_t observation) const {
   const BlockRows& row = rows[observation];
   const Eigen::Vector2d whitened = LinearisePoint(row).residual;

@@ -136,8 +136,9 @@ class BlockSystem {
   // Where an observation lies in the photo system.
   const Eigen::Vector2d& PhotoMm(std::size_t observation) const { return photo_mm_[observation]; }
   Ray LocalRay(std::size_t observation, bool* valid) const;
-  // Of an observation as stated, the film's bending included; photo system.
-  Eigen::Matrix2d ImageCovariance(std::size_t observation) const;
+  Eigen::Matrix2d ImageCovariance(std::size_t observation) const {
+    return block.ImageCovariance(observation);
+  }
   // measured - computed, corrections of film and lens included.
   Eigen::Vector2d ResidualMm(std::size_t observation) const;
   // What the film's transform has to be given.

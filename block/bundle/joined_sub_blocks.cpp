@@ -4,8 +4,11 @@
 
 #include <cmath>
 #include <numbers>
+#include <optional>
+#include <set>
 
 #include "block/bundle/adjusted_findings.h"
+#include "block/bundle/outcome.h"
 
 namespace orient::block {
 namespace {
@@ -26,23 +29,6 @@ Vector6d Difference(const Pose& a, const Pose& b) {
   return difference;
 }
 
-bool IsSound(const BlockPart& part) {
-  return part.has_datum && part.by_control && part.control_points > 0;
-}
-
-// Of a part of a sub-block that other parts of the block are connected with.
-std::optional<Finding> FindingInSubBlock(const BlockToAdjust& block, const BlockPart& part,
-                                         int count) {
-  if (IsSound(part)) return std::nullopt;
-  const char* lacks = !part.has_datum ? "has too little control for position, attitude and scale"
-                      : part.control_points == 0
-                          ? "has no control: approximations or GNSS determine its position"
-                          : "has control on one line or at one place only";
-  return Finding{.reason = Reason::kAdjustedInSubBlocks,
-                 .value = count,
-                 .where = fmt::format(": that of {} {}", NamesOf(block, part.photos), lacks)};
-}
-
 Finding RemarkOn(const SubBlockSummary& summary) {
   Finding finding{.reason = Reason::kAdjustedInSubBlocks, .value = summary.count};
   finding.where = fmt::format(" of up to {} photos", summary.largest);
@@ -59,7 +45,9 @@ Finding RemarkOn(const SubBlockSummary& summary) {
 JoinedSubBlocks::JoinedSubBlocks(const BlockToAdjust& block)
     : block_(block),
       owner_of_point_(block.points.size(), -1),
-      parts_of_photo_(block.photos.size()) {
+      held_by_control_(block.points.size(), false),
+      parts_of_photo_(block.photos.size()),
+      photo_in_(block.photos.size(), 0) {
   result_.photos.resize(block.photos.size());
   result_.points.resize(block.points.size());
   result_.observations.resize(block.observations.size());
@@ -74,7 +62,6 @@ void JoinedSubBlocks::Add(const AdjustedSubBlock& adjusted) {
   const BlockResult& of = adjusted.result;
   AddPhotos(adjusted);
   AddPoints(adjusted);
-  AddChecks(adjusted);
   AddParts(adjusted);
   AddComponents(adjusted);
   AddStrips(adjusted);
@@ -107,36 +94,33 @@ void JoinedSubBlocks::AddPhotos(const AdjustedSubBlock& adjusted) {
   }
 }
 
-// Of those that a photo of the core shows. A sub-block has all photos that show these.
+// Of those that a photo of the core shows; a sub-block has all photos that show these. Where
+// several do, of one that determines the point, by control if there is any.
 void JoinedSubBlocks::AddPoints(const AdjustedSubBlock& adjusted) {
-  std::vector<bool> of_core(block_.points.size(), false);
-  for (const std::size_t i : adjusted.observations)
-    if (const ImageObservation& o = block_.observations[i]; adjusted.sub.IsInCore(o.photo))
-      of_core[o.point] = true;
+  std::vector<bool> of_core(block_.points.size(), false), by_control(block_.points.size(), false);
+  for (std::size_t k = 0; k < adjusted.sub.photos.size(); ++k)
+    photo_in_[adjusted.sub.photos[k]] = k;
+  for (const std::size_t i : adjusted.observations) {
+    const ImageObservation& o = block_.observations[i];
+    if (!adjusted.sub.IsInCore(o.photo)) continue;
+    of_core[o.point] = true;
+    const auto part = static_cast<std::size_t>(adjusted.result.photos[photo_in_.at(o.photo)].part);
+    by_control[o.point] = adjusted.result.parts.at(part).by_control;
+  }
   for (std::size_t k = 0; k < adjusted.points.size(); ++k) {
     const std::size_t point = adjusted.points[k];
-    const AdjustedPoint& of = adjusted.result.points[k];
-    int& owner = owner_of_point_[point];
-    if (!of_core[point] || (owner >= 0 && (result_.points[point].adjusted || !of.adjusted)))
-      continue;
-    owner = count_;
+    const AdjustedPoint &of = adjusted.result.points[k], &known = result_.points[point];
+    if (!of_core[point]) continue;
+    const bool better =
+        of.adjusted && (!known.adjusted || (by_control[point] && !held_by_control_[point]));
+    if (owner_of_point_[point] >= 0 && !better) continue;
+    owner_of_point_[point] = count_;
+    held_by_control_[point] = by_control[point];
     result_.points[point] = of;
   }
   for (std::size_t k = 0; k < adjusted.observations.size(); ++k)
     if (owner_of_point_[block_.observations[adjusted.observations[k]].point] == count_)
       result_.observations[adjusted.observations[k]] = adjusted.result.observations[k];
-}
-
-void JoinedSubBlocks::AddChecks(const AdjustedSubBlock& adjusted) {
-  for (CheckPatch check : adjusted.result.checks) {
-    check.point = adjusted.points[check.point];
-    bool of_core = false;
-    for (std::size_t& i : check.observations) {
-      i = adjusted.observations[i];
-      of_core = of_core || adjusted.sub.IsInCore(block_.observations[i].photo);
-    }
-    if (of_core) checks_.emplace(check.point, std::move(check));
-  }
 }
 
 void JoinedSubBlocks::AddParts(const AdjustedSubBlock& adjusted) {
@@ -224,23 +208,49 @@ void JoinedSubBlocks::AddTimings(const BlockTimings& of) {
   sum.iterations += of.iterations;
 }
 
-// A point's sub-block may have adjusted a photo that the photo's own could not.
+// A point's sub-block may have adjusted a photo that the photo's own could not. What is left of the
+// point may be too little.
 void JoinedSubBlocks::DropSightingsOfUnadjusted() {
-  for (AdjustedPhoto& photo : result_.photos) photo.observations = 0;
-  for (AdjustedPoint& point : result_.points) point.rays = 0;
+  const auto drop = [&](std::size_t i, ObservationState state) {
+    result_.observations[i] = {};
+    result_.observations[i].state = state;
+  };
+  std::vector<int> rays(block_.points.size(), 0);
   for (std::size_t i = 0; i < block_.observations.size(); ++i) {
     const ImageObservation& o = block_.observations[i];
-    ObservationResult& result = result_.observations[i];
-    if (result.state == ObservationState::kHeldOut) continue;
-    if (result_.photos[o.photo].state != PhotoState::kAdjusted) {
-      result.state = ObservationState::kUnusable;
-      result.redundancy = 0;
-    }
-    if (result.state != ObservationState::kUsed) continue;
-    ++result_.photos[o.photo].observations;
-    ++result_.points[o.point].rays;
+    const ObservationState state = result_.observations[i].state;
+    if (state == ObservationState::kHeldOut)
+      drop(i, state);  // checks have their own
+    else if (result_.photos[o.photo].state != PhotoState::kAdjusted)
+      drop(i, ObservationState::kUnusable);
+    else if (state == ObservationState::kUsed)
+      ++rays[o.point];
   }
-  for (AdjustedPoint& point : result_.points) point.adjusted = point.rays > 0;
+  for (AdjustedPhoto& photo : result_.photos) photo.observations = 0;
+  for (std::size_t i = 0; i < block_.observations.size(); ++i) {
+    const ImageObservation& o = block_.observations[i];
+    if (result_.observations[i].state != ObservationState::kUsed) continue;
+    if (IsTie(o.point) && rays[o.point] < 2)
+      drop(i, ObservationState::kAlone);
+    else
+      ++result_.photos[o.photo].observations;
+  }
+  for (std::size_t i = 0; i < rays.size(); ++i) {
+    AdjustedPoint& point = result_.points[i];
+    if (rays[i] < (IsTie(i) ? 2 : 1)) {
+      const Eigen::Vector3d ground_m = point.ground_m;
+      point = {};
+      point.ground_m = ground_m;
+      rays[i] = 0;
+    }
+    point.rays = rays[i];
+    point.adjusted = rays[i] > 0;
+  }
+}
+
+// Whether its rays alone determine it.
+bool JoinedSubBlocks::IsTie(std::size_t point) const {
+  return !block_.points[point].control || result_.points[point].control_rejected;
 }
 
 void JoinedSubBlocks::FillParts() {
@@ -256,22 +266,31 @@ void JoinedSubBlocks::FillParts() {
     result_.parts.push_back(std::move(parts_[part]));
     result_.parts.back().photos = std::move(core_of_part_[part]);
   }
-  for (const auto& [root, together] : connected) {
-    BlockPart& first = result_.parts[together[0]];
-    if (together.size() == 1) {
-      first.finding = FindingOf(block_, first, connected.size() == 1);
-      continue;
-    }
-    for (const std::size_t part : together)
-      result_.parts[part].finding = FindingInSubBlock(block_, result_.parts[part], count_);
-    if (connected.size() == 1 || first.finding) continue;
-    BlockPart all = first;
-    all.photos.clear();
-    for (const std::size_t part : together) {
-      const auto& photos = result_.parts[part].photos;
-      all.photos.insert(all.photos.end(), photos.begin(), photos.end());
-    }
-    first.finding = FindingOf(block_, all, false);
+  for (const auto& [root, together] : connected) TellOfConnected(together, connected.size() == 1);
+}
+
+// Parts of sub-blocks that are connected with one another.
+void JoinedSubBlocks::TellOfConnected(const std::vector<std::size_t>& together, bool only) {
+  BlockPart all;
+  std::set<std::optional<Reason>> lacking;
+  for (const std::size_t part : together) {
+    const BlockPart& of = result_.parts[part];
+    const auto finding = FindingOf(block_, of, false);
+    const bool sound = !finding || finding->reason == Reason::kPartNotConnected;
+    lacking.insert(sound ? std::nullopt : std::optional(finding->reason));
+    if (!sound) result_.parts[part].finding = finding;
+    all.photos.insert(all.photos.end(), of.photos.begin(), of.photos.end());
+    all.has_datum = of.has_datum;
+    all.by_control = of.by_control;
+    all.control_points = of.control_points;
+  }
+  const auto of_all = FindingOf(block_, all, only);
+  if (lacking.size() == 1) {  // the same of all
+    for (const std::size_t part : together) result_.parts[part].finding = of_all;
+  } else if (!only) {
+    result_.findings.push_back({.reason = Reason::kPartNotConnected,
+                                .value = static_cast<double>(all.photos.size()),
+                                .where = NamesOf(block_, all.photos)});
   }
 }
 
@@ -295,7 +314,7 @@ BlockResult JoinedSubBlocks::Result(const BlockOptions& options) {
   DropSightingsOfUnadjusted();
   FillParts();
   FillComponents();
-  for (auto& [point, check] : checks_) result_.checks.push_back(std::move(check));
+  FillChecks(block_, &result_);
   for (auto& [name, strip] : strips_) result_.strips.push_back(std::move(strip.second));
   if (any_failed_) result_.findings.push_back({.reason = Reason::kAdjustmentNotConverged});
   const Findings findings = FindingsOfAdjusted(block_, options, result_);

@@ -31,7 +31,8 @@ struct AdjustedSubBlock {
 
 // Poses are those of the sub-block in whose core the photo is; a point and all of its observations
 // those of one sub-block in whose core a photo is that shows it, where possible of one that
-// determines it; observations in photos that are not adjusted are unusable. A part is what one
+// determines it by control; observations in photos that are not adjusted are unusable, and checks
+// are made of the joined poses. A part is what one
 // sub-block adjusted together. What is about the block as a whole (variance components, redundancy)
 // is the mean or sum, each sub-block counted by the share of it that is taken.
 class JoinedSubBlocks {
@@ -55,14 +56,15 @@ class JoinedSubBlocks {
 
   void AddPhotos(const AdjustedSubBlock& adjusted);
   void AddPoints(const AdjustedSubBlock& adjusted);
-  void AddChecks(const AdjustedSubBlock& adjusted);
   void AddParts(const AdjustedSubBlock& adjusted);
   void AddComponents(const AdjustedSubBlock& adjusted);
   void AddStrips(const AdjustedSubBlock& adjusted);
   void AddTimings(const BlockTimings& of);
   std::map<std::string, Share> SharesOf(const AdjustedSubBlock& adjusted) const;
   void DropSightingsOfUnadjusted();
+  bool IsTie(std::size_t point) const;
   void FillParts();
+  void TellOfConnected(const std::vector<std::size_t>& together, bool only);
   void FillComponents();
   SubBlockSummary Compared() const;
 
@@ -70,14 +72,15 @@ class JoinedSubBlocks {
   BlockResult result_;
   int count_ = 0, largest_ = 0;
   bool any_converged_ = false, any_failed_ = false;
-  std::vector<int> owner_of_point_;  // number of the sub-block; -1: none
-  std::vector<BlockPart> parts_;     // of all sub-blocks, one after the other
+  std::vector<int> owner_of_point_;    // number of the sub-block; -1: none
+  std::vector<bool> held_by_control_;  // of each point: the owner's part of it is
+  std::vector<BlockPart> parts_;       // of all sub-blocks, one after the other
   std::vector<std::vector<std::size_t>> parts_of_photo_;
   std::vector<std::vector<std::size_t>> core_of_part_;
+  std::vector<std::size_t> photo_in_;  // where in the sub-block that is being added
   std::vector<Component> components_;
   double redundancy_ = 0, squares_ = 0;
   std::map<std::string, std::pair<std::ptrdiff_t, StripGnss>> strips_;  // photos in the core
-  std::map<std::size_t, CheckPatch> checks_;                            // by point
   std::vector<std::pair<std::size_t, Pose>> beside_;                    // poses that do not count
 };
 

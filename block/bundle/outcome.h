@@ -21,7 +21,7 @@ std::array<KindSums, kVarianceGroups> SumsOf(const BlockSystem& system, const Bl
 // Groups with less redundancy than this keep their stated variances.
 inline constexpr double kLeastGroupRedundancy = 10;
 
-// Held-out control: intersected, projected, compared. Needs FillOutcome's result.
-void FillChecks(const BlockSystem& system, BlockResult* result);
+// Held-out control: intersected, projected, compared. Needs the result's photos and cameras.
+void FillChecks(const BlockToAdjust& block, BlockResult* result);
 
 }  // namespace orient::block

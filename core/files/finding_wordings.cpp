@@ -286,14 +286,14 @@ const std::vector<Wording>& Wordings() {  // NOLINT(readability-function-size): 
        "The block has control on one line or at one place only: approximations or GNSS determine "
        "the rest."},
       {Reason::kPartWithoutDatum, "part_without_datum",
-       "Photo{s} {where} {are} not connected to the rest of the block. {They_have} too little "
+       "Photo{s} {where} {are} adjusted apart from the rest of the block. {They_have} too little "
        "control for position, attitude and scale."},
       {Reason::kPartWithoutControl, "part_without_control",
-       "Photo{s} {where} {are} not connected to the rest of the block. {They_have} no control: "
+       "Photo{s} {where} {are} adjusted apart from the rest of the block. {They_have} no control: "
        "{their} position follows from approximations or GNSS alone."},
       {Reason::kPartPoorlyControlled, "part_poorly_controlled",
-       "Photo{s} {where} {are} not connected to the rest of the block. {They_have} control on one "
-       "line or at one place only: approximations or GNSS determine the rest."},
+       "Photo{s} {where} {are} adjusted apart from the rest of the block. {They_have} control on "
+       "one line or at one place only: approximations or GNSS determine the rest."},
       {Reason::kPartNotConnected, "part_not_connected",
        "Photo{s} {where} {are} not connected to the rest of the block."},
       {Reason::kGnssDisagreesEverywhere, "gnss_disagrees_everywhere",

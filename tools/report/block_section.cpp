@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cmath>
 #include <cstddef>
 
 #include "tools/report/figures/adjustment_figures.h"
@@ -53,14 +54,14 @@ Markup PhotoRow(const std::string& name, const PhotoSightings& photo) {
                {"largest_w", photo.Used() > 0 ? Decimal(photo.largest_w, 1) : kNoValue}});
 }
 
-// By name; of too many those with the largest residuals.
+// By name; of too many those of which nothing is used, and those with the largest residuals.
 Markup Photos(const AdjustmentResult& adjusted) {
   const auto sightings = SightingsOf(adjusted);
   std::vector<std::pair<std::string, PhotoSightings>> photos(sightings.begin(), sightings.end());
   const std::size_t more = photos.size() - std::min(photos.size(), kMostRows);
   if (more > 0) {
     std::stable_sort(photos.begin(), photos.end(), [](const auto& a, const auto& b) {
-      return a.second.RmsPx().value_or(0) > b.second.RmsPx().value_or(0);
+      return a.second.RmsPx().value_or(INFINITY) > b.second.RmsPx().value_or(INFINITY);
     });
     photos.resize(kMostRows);
   }

@@ -45,8 +45,8 @@ TEST(Finding, TheSentenceSpeaksOfOneOrMany) {
   EXPECT_EQ(said(2), "2 photos are located by the GNSS position in their own files");
   EXPECT_EQ(
       Sentence({.reason = Reason::kPartWithoutDatum, .value = 2, .where = "a and b"}),
-      "Photos a and b are not connected to the rest of the block. They have too little control for "
-      "position, attitude and scale.");
+      "Photos a and b are adjusted apart from the rest of the block. They have too little control "
+      "for position, attitude and scale.");
   EXPECT_EQ(Sentence({.reason = Reason::kPartNotConnected, .value = 1, .where = "a"}),
             "Photo a is not connected to the rest of the block.");
 }
