@@ -38,7 +38,7 @@ TEST(Report, SaysWhatTheBlockAdjustmentSays) {
   EXPECT_EQ(Malformed(html), "");
   for (const char* part : {"Block adjustment", "2 tie points", "1 held out", "0.50 px (RMS of 2",
                            "0.30 / 0.40 / 0.80 m", "tie image", ">1.20<",
-                           "Photo 4713 is not connected to the rest of the block.", "1.5e-08",
+                           "Photo 4713 is adjusted apart from the rest of the block.", "1.5e-08",
                            "is not used: &lt;4713&gt;.", "tie point</span>", "p-tie"})
     EXPECT_TRUE(Contains(html, part)) << part;
 }
