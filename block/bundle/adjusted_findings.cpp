@@ -97,8 +97,9 @@ void FindingsAbout::SayWorseThanStated(double variance_factor, Reason reason, st
 
 // Where control contradicts what GNSS positions have in common.
 void FindingsAbout::SayShiftOfGnss() {
+  if (!result_.converged) return;
   for (const StripGnss& strip : result_.strips) {
-    if (!strip.of_all || !result_.converged) continue;
+    if (!strip.of_all) continue;
     Say(Reason::kGnssPerhapsOfAnotherDatum, strip.used, strip.observed);
     findings_.back().where = fmt::format("dx {:.2f} dy {:.2f} dz {:.2f} m", strip.shift_m[0],
                                          strip.shift_m[1], strip.shift_m[2]);

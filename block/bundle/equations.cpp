@@ -121,8 +121,7 @@ void BlockSystem::AddImageRows() {
     photo_mm_[i] = PhotoFromPixel(photo.photo_from_pixel, photo.film_correction.get(), o.pixel);
     if (block.points[o.point].held_out) continue;
     BlockRows& row = rows[i];
-    row.kind = block.points[o.point].control ? RowKind::kControlImage : RowKind::kTieImage;
-    if (block.points[o.point].by_hand) row.kind = RowKind::kMeasuredImage;
+    row.kind = ImageKindOf(block.points[o.point]);
     row.cost = MakeImageCost(images_[o.photo], start_m_[o.point],
                              {o.pixel, photo_mm_[i], ImageCovariance(i)},
                              &weight.at(static_cast<std::size_t>(row.kind)));
@@ -159,7 +158,7 @@ void BlockSystem::AddControlRows() {
     control_row_of_point[i] = static_cast<int>(rows.size());
     for (const bool third : {false, true}) {
       BlockRows row;
-      row.kind = block.points[i].by_hand ? RowKind::kSurveyedGround : RowKind::kControlGround;
+      row.kind = GroundKindOf(block.points[i]);
       row.cost = MakeControlCost(term, third, &weight.at(static_cast<std::size_t>(row.kind)));
       row.active = true;
       row.point = static_cast<int>(i);

@@ -40,6 +40,15 @@ inline bool IsGround(RowKind kind) {
   return kind == RowKind::kControlGround || kind == RowKind::kSurveyedGround;
 }
 
+// Of a point's image observations, and of its ground where it is control.
+inline RowKind ImageKindOf(const BlockPoint& point) {
+  if (point.by_hand) return RowKind::kMeasuredImage;
+  return point.control ? RowKind::kControlImage : RowKind::kTieImage;
+}
+inline RowKind GroundKindOf(const BlockPoint& point) {
+  return point.by_hand ? RowKind::kSurveyedGround : RowKind::kControlGround;
+}
+
 struct BlockRows {
   std::unique_ptr<ceres::CostFunction> cost;  // null: an observation that takes no part
   RowKind kind = RowKind::kTieImage;

@@ -3,7 +3,6 @@
 #include <fmt/format.h>
 
 #include <cmath>
-#include <numbers>
 #include <optional>
 #include <set>
 
@@ -13,20 +12,12 @@
 namespace orient::block {
 namespace {
 
-// The groups of variance components that an observation, or control, belongs to.
-std::vector<std::string> GroupsOf(const BlockPoint& point) {
-  if (point.by_hand && !point.control) return {"measured image"};
-  if (point.by_hand) return {"measured image", "surveyed ground"};
-  if (!point.control) return {"tie image"};
-  return {"control image", "control ground", "control heights"};
-}
-
-// Angles modulo a full turn.
-Vector6d Difference(const Pose& a, const Pose& b) {
-  Vector6d difference = a.AsVector() - b.AsVector();
-  for (Eigen::Index i = 3; i < 6; ++i)
-    difference[i] = std::remainder(difference[i], 2 * std::numbers::pi);
-  return difference;
+// The groups of variance components that a point's observations, and its control, belong to.
+std::vector<RowKind> GroupsOf(const BlockPoint& point) {
+  std::vector<RowKind> kinds = {ImageKindOf(point)};
+  if (point.control) kinds.push_back(GroundKindOf(point));
+  if (point.control && !point.by_hand) kinds.push_back(RowKind::kControlHeight);
+  return kinds;
 }
 
 Finding RemarkOn(const SubBlockSummary& summary) {
@@ -46,8 +37,7 @@ JoinedSubBlocks::JoinedSubBlocks(const BlockToAdjust& block)
     : block_(block),
       owner_of_point_(block.points.size(), -1),
       held_by_control_(block.points.size(), false),
-      parts_of_photo_(block.photos.size()),
-      photo_in_(block.photos.size(), 0) {
+      parts_of_photo_(block.photos.size()) {
   result_.photos.resize(block.photos.size());
   result_.points.resize(block.points.size());
   result_.observations.resize(block.observations.size());
@@ -98,14 +88,15 @@ void JoinedSubBlocks::AddPhotos(const AdjustedSubBlock& adjusted) {
 // several do, of one that determines the point, by control if there is any.
 void JoinedSubBlocks::AddPoints(const AdjustedSubBlock& adjusted) {
   std::vector<bool> of_core(block_.points.size(), false), by_control(block_.points.size(), false);
-  for (std::size_t k = 0; k < adjusted.sub.photos.size(); ++k)
-    photo_in_[adjusted.sub.photos[k]] = k;
+  std::vector<bool> photo_by_control(block_.photos.size(), false);
+  for (const BlockPart& part : adjusted.result.parts)
+    for (const std::size_t k : part.photos)
+      photo_by_control[adjusted.sub.photos[k]] = part.by_control;
   for (const std::size_t i : adjusted.observations) {
     const ImageObservation& o = block_.observations[i];
     if (!adjusted.sub.IsInCore(o.photo)) continue;
     of_core[o.point] = true;
-    const auto part = static_cast<std::size_t>(adjusted.result.photos[photo_in_.at(o.photo)].part);
-    by_control[o.point] = adjusted.result.parts.at(part).by_control;
+    by_control[o.point] = photo_by_control[o.photo];
   }
   for (std::size_t k = 0; k < adjusted.points.size(); ++k) {
     const std::size_t point = adjusted.points[k];
@@ -141,14 +132,15 @@ std::map<std::string, JoinedSubBlocks::Share> JoinedSubBlocks::SharesOf(
   std::map<std::string, Share> shares;
   for (const std::size_t i : adjusted.observations) {
     const std::size_t point = block_.observations[i].point;
-    for (const std::string& group : GroupsOf(block_.points[point])) {
-      shares[group].all += 1;
-      shares[group].taken += owner_of_point_[point] == count_ ? 1 : 0;
+    for (const RowKind kind : GroupsOf(block_.points[point])) {
+      Share& share = shares[GroupName(kind)];
+      share.all += 1;
+      share.taken += owner_of_point_[point] == count_ ? 1 : 0;
     }
   }
-  for (const char* group : {"gnss", "pose prior"})
-    shares[group] = {static_cast<double>(adjusted.sub.core.size()),
-                     static_cast<double>(adjusted.sub.photos.size())};
+  for (const RowKind kind : {RowKind::kGnss, RowKind::kPosePrior})
+    shares[GroupName(kind)] = {static_cast<double>(adjusted.sub.core.size()),
+                               static_cast<double>(adjusted.sub.photos.size())};
   return shares;
 }
 
@@ -302,7 +294,7 @@ SubBlockSummary JoinedSubBlocks::Compared() const {
     if (counts.state != PhotoState::kAdjusted) continue;
     const Vector6d variance = counts.covariance.diagonal();
     if (variance.minCoeff() <= 0) continue;
-    sum += (Difference(pose, counts.pose).cwiseAbs2().array() / variance.array()).mean();
+    sum += (PoseDifference(pose, counts.pose).cwiseAbs2().array() / variance.array()).mean();
     ++summary.compared;
   }
   if (summary.compared > 0) summary.differences = std::sqrt(sum / summary.compared);

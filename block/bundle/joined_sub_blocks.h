@@ -32,9 +32,9 @@ struct AdjustedSubBlock {
 // Poses are those of the sub-block in whose core the photo is; a point and all of its observations
 // those of one sub-block in whose core a photo is that shows it, where possible of one that
 // determines it by control; observations in photos that are not adjusted are unusable, and checks
-// are made of the joined poses. A part is what one
-// sub-block adjusted together. What is about the block as a whole (variance components, redundancy)
-// is the mean or sum, each sub-block counted by the share of it that is taken.
+// are made of the joined poses. A part is what one sub-block adjusted together. What is about the
+// block as a whole (variance components, redundancy) is the mean or sum, each sub-block counted by
+// the share of it that is taken.
 class JoinedSubBlocks {
  public:
   // Of the whole block.
@@ -77,7 +77,6 @@ class JoinedSubBlocks {
   std::vector<BlockPart> parts_;       // of all sub-blocks, one after the other
   std::vector<std::vector<std::size_t>> parts_of_photo_;
   std::vector<std::vector<std::size_t>> core_of_part_;
-  std::vector<std::size_t> photo_in_;  // where in the sub-block that is being added
   std::vector<Component> components_;
   double redundancy_ = 0, squares_ = 0;
   std::map<std::string, std::pair<std::ptrdiff_t, StripGnss>> strips_;  // photos in the core

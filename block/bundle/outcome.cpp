@@ -76,7 +76,7 @@ void FillComponents(const BlockSystem& system, const BlockTests& tests, BlockRes
     square += sums.at(k).square * system.Factor(kind);
     result->redundancy += sums.at(k).redundancy;
     if (sums.at(k).rows == 0) continue;
-    VarianceComponent component{kGroupNames.at(k), system.Factor(kind), sums.at(k).redundancy};
+    VarianceComponent component{GroupName(kind), system.Factor(kind), sums.at(k).redundancy};
     component.estimated =
         system.options.variance_components && sums.at(k).redundancy >= kLeastGroupRedundancy;
     if (IsImage(kind))
@@ -162,6 +162,8 @@ void FillFullCovariance(const BlockSystem& system, const BlockNormals& normals,
 
 }  // namespace
 
+const char* GroupName(RowKind kind) { return kGroupNames.at(static_cast<std::size_t>(kind)); }
+
 std::array<KindSums, kVarianceGroups> SumsOf(const BlockSystem& system, const BlockTests& tests) {
   std::array<KindSums, kVarianceGroups> sums;
   const auto add = [&](RowKind kind, const RowTest& test) {
@@ -176,9 +178,7 @@ std::array<KindSums, kVarianceGroups> SumsOf(const BlockSystem& system, const Bl
       add(row.kind, tests.of_row[i]);
   }
   for (std::size_t i = 0; i < system.points.size(); ++i)
-    if (system.HasControl(i))
-      add(system.block.points[i].by_hand ? RowKind::kSurveyedGround : RowKind::kControlGround,
-          tests.of_control[i]);
+    if (system.HasControl(i)) add(GroundKindOf(system.block.points[i]), tests.of_control[i]);
   return sums;
 }
 

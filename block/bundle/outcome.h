@@ -18,6 +18,9 @@ struct KindSums {
 };
 std::array<KindSums, kVarianceGroups> SumsOf(const BlockSystem& system, const BlockTests& tests);
 
+// VarianceComponent::group.
+const char* GroupName(RowKind kind);
+
 // Groups with less redundancy than this keep their stated variances.
 inline constexpr double kLeastGroupRedundancy = 10;
 

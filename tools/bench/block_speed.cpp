@@ -67,7 +67,7 @@ void Compare(const orient::BundleSimulation& simulation, const orient::block::Bl
              const InSubBlocks& divided) {
   const orient::block::BlockResult& joined = divided.result;
   if (!joined.sub_blocks) return;
-  double mean = 0, worst = 0, seconds = 0;
+  double mean = 0, worst = 0;
   for (std::size_t i = 0; i < joined.photos.size(); ++i) {
     const orient::Vector6d ratio = joined.photos[i]
                                        .covariance.diagonal()
@@ -77,7 +77,7 @@ void Compare(const orient::BundleSimulation& simulation, const orient::block::Bl
     worst = std::max(worst, ratio.maxCoeff());
   }
   const auto& t = joined.timings;
-  seconds = t.setup + t.solve + t.snooping + t.covariance;
+  const double seconds = t.setup + t.solve + t.snooping + t.covariance;
   std::printf(
       "  in %d sub-blocks: positions %.4f m (whole %.4f), sigmas %.4f (mean), %.3f (largest) "
       "of the whole's, %d poses beside borders differ by %.3f sigma; %.0f MB, %.0f s\n",

@@ -41,9 +41,8 @@ def copy_of_photo(photo, number, by):
     move_poses(new, by)
     new["footprint"] = [moved(p, by) for p in photo["footprint"]]
     for patch in new["patches"]:
-        for key in ("ground", "ground_m"):
-            if patch.get(key):
-                patch[key] = moved(patch[key], by)
+        if patch.get("ground"):
+            patch["ground"] = moved(patch["ground"], by)
     return new
 
 
