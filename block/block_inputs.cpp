@@ -10,7 +10,6 @@
 #include "block/inputs/digest.h"
 #include "block/inputs/mark_shapes.h"
 #include "core/terrain/earth_effects.h"
-#include "patchdb/store/content_digest.h"
 
 namespace orient::block {
 namespace {
@@ -50,9 +49,7 @@ BlockInputs::BlockInputs(BlockRunOptions options, Patches patches)
              {"crs", Digest(block.crs.Wkt())},
              {"flight", Digest(FlightText(block.flight))},
              {"earth", Name(block.earth)}};
-  if (patches == Patches::kThere)
-    patches_ = Digest(patchdb::ContentOf(
-        patchdb::PatchDatabase::Open(block.patchdb, patchdb::PatchDatabase::Mode::kRead)));
+  if (patches == Patches::kThere) patches_ = Digest(PatchContentOfRun(Exterior("")));
 }
 
 // Every stage uses the same camera; that a photo's height changes by metres makes no other one.

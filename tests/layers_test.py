@@ -45,6 +45,8 @@ TABLE = {
     "patchdb/store/schema": (["core/base", "core/base/geopackage", "patchdb/store"], set()),
     "patchdb/maintenance": (["core/base", "core/base/geopackage", "core/geometry", "core/terrain",
                              "core/raster", "patchdb/store"], {"Eigen", "SQLite"}),
+    "patchdb/regions": (["core/base", "core/geometry", "core/terrain", "patchdb/store",
+                         "patchdb/maintenance"], {"Eigen", "nlohmann-json"}),
     "patchdb/harvest": (["core/base", "core/geometry", "core/terrain", "core/raster",
                          "core/matching", "patchdb/store"], {"Eigen"}),
     "tools/simulate": (CORE[:-1], {"Eigen", "GDAL", "TBB", "nlohmann-json"}),
@@ -58,7 +60,7 @@ TABLE = {
     "tools/console": (["core/base"], {"nlohmann-json"}),
     "tools/cluster": (CORE + ["block/inputs", "tools/report"], {"GDAL", "nlohmann-json"}),
     "tools/commands": (CORE + INTERIOR + EXTERIOR + BLOCK + ["ortho"]
-                       + ["patchdb/store", "patchdb/harvest", "patchdb/maintenance"]
+                       + ["patchdb/store", "patchdb/harvest", "patchdb/maintenance", "patchdb/regions"]
                        + ["tools/simulate", "tools/report", "tools/report/figures",
                           "tools/report/gis", "tools/convert", "tools/review", "tools/console",
                           "tools/cluster"],
@@ -68,7 +70,8 @@ TABLE["ortho"] = (CORE[:-1], {"Eigen", "GDAL", "OpenCV"})
 for _order, _below, _libraries in (
         (INTERIOR, CORE[:-1], {"Eigen"}),
         (EXTERIOR, CORE[:-1] + ["patchdb/store"], {"Eigen"}),
-        (BLOCK, CORE + INTERIOR + EXTERIOR + ["patchdb/store", "patchdb/harvest"],
+        (BLOCK, CORE + INTERIOR + EXTERIOR + ["patchdb/store", "patchdb/maintenance",
+                                               "patchdb/regions", "patchdb/harvest"],
          {"Eigen", "Ceres", "GDAL", "TBB", "nlohmann-json"})):
     for _place, _folder in enumerate(_order):
         TABLE[_folder] = (_below + _order[:_place], _libraries)

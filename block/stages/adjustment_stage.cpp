@@ -10,7 +10,7 @@
 #include "core/terrain/view_over_ground.h"
 #include "exterior/steps/error_model.h"
 #include "exterior/steps/resect.h"
-#include "patchdb/store/patch_database.h"
+#include "patchdb/regions/control_patches.h"
 
 namespace orient::block {
 namespace {
@@ -129,8 +129,7 @@ void LeaveOutHeights(GroundControl* control) {
 // Patches that photos' own orientations matched; not those lent by neighbours (numbers below 0).
 void AddPatches(const AdjustmentInputs& inputs, AdjustedBlock* adjusted) {
   BlockToAdjust& block = adjusted->block;
-  const patchdb::PatchDatabase database =
-      patchdb::PatchDatabase::Open(inputs.patchdb, patchdb::PatchDatabase::Mode::kRead);
+  const patchdb::ControlPatches database = patchdb::ControlPatches::Open(inputs.patchdb);
   const double cell_m = CheckCell(MeanFootprintSide(inputs.photos));
   std::set<std::int64_t> surveyed;
   for (const patchdb::PatchSource& source : database.Sources())

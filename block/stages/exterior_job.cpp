@@ -28,7 +28,7 @@
 #include "exterior/search/search_prior.h"
 #include "exterior/steps/predict.h"
 #include "exterior/steps/resect.h"
-#include "patchdb/store/patch_database.h"
+#include "patchdb/regions/control_patches.h"
 
 namespace orient::block {
 namespace {
@@ -130,8 +130,7 @@ std::vector<patchdb::Patch> PatchesUnder(const ExteriorSetting& setting,
       exterior::UncertainFootprint(setting.camera.camera, prior, setting.surface.MinHeight(),
                                    setting.surface.MaxHeight(), sigmas);
   std::vector<patchdb::Patch> patches =
-      patchdb::PatchDatabase::Open(setting.options.patchdb, patchdb::PatchDatabase::Mode::kRead)
-          .FindPatchesIn(footprint);
+      patchdb::ControlPatches::Open(setting.options.patchdb).FindPatchesIn(footprint);
   if (setting.options.further_patches) {
     const std::vector<patchdb::Patch> further =
         setting.options.further_patches(photo.name, footprint);

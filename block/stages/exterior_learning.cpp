@@ -10,9 +10,13 @@ namespace orient::block {
 namespace {
 namespace fs = std::filesystem;
 
-patchdb::PatchDatabase OpenToLearn(const std::string& path) {
+std::string NotePath(const std::string& directory) {
+  return (fs::path(directory) / "not_yet_learnt").string();
+}
+
+patchdb::ControlPatches OpenToLearn(const std::string& path) {
   try {
-    return patchdb::PatchDatabase::Open(path, patchdb::PatchDatabase::Mode::kWrite);
+    return patchdb::ControlPatches::Open(path, patchdb::ControlPatches::Mode::kWrite);
   } catch (const InputError& error) {
     throw InputError(
         std::string(error.what()) +
@@ -21,7 +25,7 @@ patchdb::PatchDatabase OpenToLearn(const std::string& path) {
 }
 
 // Returns why the database could not be told; empty: it was, or there was nothing to tell.
-std::string Feedback(patchdb::PatchDatabase& database, const std::string& path,
+std::string Feedback(patchdb::ControlPatches& database, const std::string& path,
                      const std::optional<std::string>& date, const ExteriorResult& result) {
   std::vector<patchdb::MatchAttempt> attempts;
   for (const PatchResult& patch : result.patches)
@@ -45,12 +49,17 @@ std::string Feedback(patchdb::PatchDatabase& database, const std::string& path,
 
 }  // namespace
 
+void LeaveToLearn(const std::string& directory) {
+  WriteFileAtomically(NotePath(directory),
+                      "the patch database has not learnt from these results yet\n");
+}
+
 Learning::Learning(const std::string& patchdb, const std::string& directory, bool resume)
     : directory_(directory),
       database_(OpenToLearn(patchdb)),
-      note_((fs::path(directory) / "not_yet_learnt").string()),
+      note_(NotePath(directory)),
       interrupted_(resume && fs::exists(note_)) {
-  WriteFileAtomically(note_, "the patch database has not learnt from these results yet\n");
+  LeaveToLearn(directory);
 }
 
 void Learning::Tell(const std::vector<std::string>& photos,

@@ -6,13 +6,17 @@
 #include <vector>
 
 #include "core/files/results.h"
-#include "patchdb/store/patch_database.h"
+#include "patchdb/regions/control_patches.h"
 
 namespace orient::block {
 
+// Parts of a block (block/part.h) tell nothing; by this note in the folder of their results the run
+// of the whole tells what they found.
+void LeaveToLearn(const std::string& directory);
+
 // The patch database learns when all photos are done: what one photo teaches must not change how
-// the next one is searched for, or results would depend on their order and on interruptions. A note
-// in the folder outlives a killed run; the next one tells what that one found, too.
+// the next one is searched for, or results would depend on their order and on interruptions. The
+// same note outlives a killed run; the next one tells what that one found, too.
 class Learning {
  public:
   // `directory`: of the results; `resume`: what an interrupted run found there is told, too. Throws
@@ -29,7 +33,7 @@ class Learning {
 
  private:
   std::string directory_;
-  patchdb::PatchDatabase database_;
+  patchdb::ControlPatches database_;
   std::string note_;
   bool interrupted_ = false;  // an earlier run, before it told anything
 };

@@ -11,7 +11,7 @@
 #include "core/base/error.h"
 #include "core/base/median.h"
 #include "exterior/steps/predict.h"
-#include "patchdb/store/patch_database.h"
+#include "patchdb/regions/control_patches.h"
 
 namespace orient::block {
 namespace {
@@ -30,8 +30,9 @@ void IncludePoints(const ExteriorRunOptions& options, const Camera& camera, Boun
 }
 
 // Where the photos' footprints may lie, so that only that part of the DEM is read.
+// `further`: by so many flying heights than that.
 Bounds Region(const OrientationTable& table, const Camera& camera,
-              const ExteriorRunOptions& options) {
+              const ExteriorRunOptions& options, double further = 0) {
   Bounds region = Bounds::OfNothing();
   for (const std::string& path : options.photos) {
     const OrientationRow* row = table.Find(PhotoName(path));
@@ -39,7 +40,7 @@ Bounds Region(const OrientationTable& table, const Camera& camera,
     const double height = std::max(100.0, row->pose.position_m.z() - kLowestGround_m);
     const Vector6d sigma = SigmaOfApproximation(*row, options.position_sigma_m, std::nullopt);
     const double reach = 1.5 * height * camera.FrameRadius() / camera.principal_distance_mm +
-                         3 * sigma.head<2>().maxCoeff();
+                         3 * sigma.head<2>().maxCoeff() + further * height;
     region.Include(row->pose.position_m.x() - reach, row->pose.position_m.y() - reach);
     region.Include(row->pose.position_m.x() + reach, row->pose.position_m.y() + reach);
   }
@@ -56,7 +57,7 @@ Bounds Region(const OrientationTable& table, const Camera& camera,
 }
 
 Crs StoredCrs(const std::string& patchdb) {
-  return patchdb::PatchDatabase::Open(patchdb, patchdb::PatchDatabase::Mode::kRead).GroundCrs();
+  return patchdb::ControlPatches::Open(patchdb).GroundCrs();
 }
 
 Crs BlockCrs(const ExteriorRunOptions& options, const OrientationTable& table) {
@@ -169,7 +170,9 @@ ExteriorSetting SettingOf(const ExteriorRunOptions& options, CameraFile camera,
 }  // namespace
 
 void RequireCrsOfPatches(const std::string& patchdb, const Crs& crs) {
-  const Crs stored = StoredCrs(patchdb);
+  const patchdb::ControlPatches patches = patchdb::ControlPatches::Open(patchdb);
+  patches.RequireCurrentIndex();
+  const Crs& stored = patches.GroundCrs();
   if (!crs.SameAs(stored))
     throw InputError(patchdb + ": its CRS is " + stored.Name() + ", the block's is " + crs.Name() +
                      "; use a patch database in the block's CRS");
@@ -181,6 +184,13 @@ ExteriorSetting PrepareExterior(const ExteriorRunOptions& options) {
   const Crs crs = BlockCrs(options, table);
   RequireCrsOfPatches(options.patchdb, crs);
   return SettingOf(options, std::move(camera), std::move(table), crs);
+}
+
+std::string PatchContentOfRun(const ExteriorRunOptions& options) {
+  constexpr double kWideSearch = 1;  // flying heights by which it leaves the footprint at most
+  const CameraFile camera = CameraOfRun(options);
+  return patchdb::ControlPatches::Open(options.patchdb)
+      .ContentWithin(Region(TableOfRun(options), camera.camera, options, kWideSearch));
 }
 
 double EarthK1OfRun(const ExteriorRunOptions& options) {

@@ -28,7 +28,7 @@ struct ExteriorRunOptions {
   std::optional<double> flying_height_m;  // above the ground, of positions without heights
   Measurements measurements;              // what people said of the photos
   std::string dem;
-  std::string patchdb;
+  std::string patchdb;  // or a folder of them (patchdb/regions/region_index.h)
   std::string out;
   std::optional<std::string> pictures;  // folder of <photo>.patches.png; otherwise `out`
   std::optional<std::string> interior;  // folder of <photo>.interior.json; film cameras need it
@@ -92,5 +92,9 @@ ExteriorSetting PrepareExterior(const ExteriorRunOptions& options);
 // or do not matter. Reads camera, table and DEM and throws as PrepareExterior does; needs no
 // database where the options or the table name the CRS.
 double EarthK1OfRun(const ExteriorRunOptions& options);
+
+// Changes with what the patch database offers to the run's photos (patchdb::ContentOf); of a folder
+// of regions with what those do that the photos, searched for widely, may lie in.
+std::string PatchContentOfRun(const ExteriorRunOptions& options);
 
 }  // namespace orient::block

@@ -59,7 +59,7 @@ struct UnusablePhoto {
 struct BlockFile {
   Crs crs;
   std::string dem = {};      // paths are resolved against the block file's folder
-  std::string patchdb = {};  // with `control`: made by the run, which names it
+  std::string patchdb = {};  // or a folder of them; with `control` the run makes and names it
   std::optional<ControlChoice> control = {};
   std::string camera = {};                   // or a name of the camera library
   std::vector<std::string> photos = {};      // globs expanded, sorted, without duplicates

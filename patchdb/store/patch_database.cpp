@@ -110,7 +110,14 @@ struct PatchDatabase::Impl {
   std::int64_t InsertPatch(const Patch& patch, std::int64_t source_id);
   void InsertEvidence(std::int64_t patch_id, const std::vector<PatchEvidence>& evidence);
   void GrowExtent(const Bounds& bounds);
+  double Count(const char* sql, const Bounds& bounds) const;
 };
+
+double PatchDatabase::Impl::Count(const char* sql, const Bounds& bounds) const {
+  const Query row = connection.Prepare(sql);
+  BindBounds(bounds, *row);
+  return row->executeStep() ? row->getColumn(0).getDouble() : 0;
+}
 
 std::int64_t PatchDatabase::Impl::InsertPatch(const Patch& patch, std::int64_t source_id) {
   const Query insert = connection.Prepare(sql::kAddPatch);
@@ -181,6 +188,8 @@ PatchDatabase PatchDatabase::Open(const std::string& path, Mode mode, double wai
   std::error_code error;
   if (!fs::exists(path, error))
     throw InputError(path + " does not exist; create it with 'orient patchdb create'");
+  if (fs::is_directory(path, error))
+    throw InputError(path + " is a folder; name one of the patch databases in it");
   if (!fs::is_regular_file(path, error)) throw InputError(path + " is not a file");
   return PatchDatabase(std::make_unique<Impl>(path, mode, wait_s));
 }
@@ -269,14 +278,9 @@ PatchSource PatchDatabase::StoreSource(const PatchSource& source, bool harvested
 std::vector<Patch> PatchDatabase::FindPatchesIn(const Bounds& bounds, int max_count) const {
   constexpr double kEveryPatch = 65536;
   return WithFile(impl_->connection, "finding patches", [&] {
-    const auto count = [&](const char* sql) {
-      const Query row = impl_->connection.Prepare(sql);
-      BindBounds(bounds, *row);
-      return row->executeStep() ? row->getColumn(0).getDouble() : 0;
-    };
     // Retired ones are counted only where it matters: the index alone does not know them.
-    double found = count(sql::kCountPatchesIn);
-    if (found > max_count) found = count(sql::kCountActivePatchesIn);
+    double found = impl_->Count(sql::kCountPatchesIn, bounds);
+    if (found > max_count) found = impl_->Count(sql::kCountActivePatchesIn, bounds);
     const Query rows = impl_->connection.Prepare(sql::kPatchesIn);
     BindBounds(bounds, *rows);
     rows->bind(5, std::ceil(kEveryPatch * std::min(1.0, max_count / std::max(found, 1.0))));
@@ -286,6 +290,12 @@ std::vector<Patch> PatchDatabase::FindPatchesIn(const Bounds& bounds, int max_co
       return !bounds.Contains(patch.ground_m.x(), patch.ground_m.y());
     });
     return patches;
+  });
+}
+
+std::int64_t PatchDatabase::CountPatchesIn(const Bounds& bounds) const {
+  return WithFile(impl_->connection, "counting patches", [&] {
+    return static_cast<std::int64_t>(impl_->Count(sql::kCountActivePatchesIn, bounds));
   });
 }
 

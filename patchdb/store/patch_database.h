@@ -67,6 +67,8 @@ class PatchDatabase {
   // Active ones, ordered by id. Of more than `max_count` about so many, spread evenly over their
   // sources, so that an absurd region does not fill the memory; the same ones every time.
   std::vector<Patch> FindPatchesIn(const Bounds& bounds, int max_count = 10000) const;
+  // How many there are of them; near the border of the region a few more.
+  std::int64_t CountPatchesIn(const Bounds& bounds) const;
   // Active and retired.
   std::vector<Patch> ListPatches(std::int64_t after_id, int count) const;
   // With colour and evidence; empty where there is none of this id.

@@ -9,7 +9,7 @@ import sys
 SMALL_DIGITAL = ("--camera-preset", "digital", "--pixel-size-um", 60, "--gsd-m", 0.8,
                  "--relief-m", 50)
 # Of the run, not of the block.
-OF_THE_RUN = {"run.json", "report.html", "block.gpkg", "block.qgz"}
+OF_THE_RUN = {"run.json", "report.html", "block.gpkg", "block.qgz", "not_yet_learnt"}
 FOLDERS_OF_THE_RUN = {"slurm", "report_photos"}
 
 

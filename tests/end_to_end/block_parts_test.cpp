@@ -44,8 +44,8 @@ std::map<std::string, std::string> Contents(const std::string& out) {
   std::map<std::string, std::string> contents;
   for (const auto& entry : fs::recursive_directory_iterator(out)) {
     const std::string name = fs::relative(entry.path(), out).string();
-    const bool of_the_run =
-        name == "run.json" || name == "report.html" || name == "block.gpkg" || name == "block.qgz";
+    const bool of_the_run = name == "run.json" || name == "report.html" || name == "block.gpkg" ||
+                            name == "block.qgz" || entry.path().filename() == "not_yet_learnt";
     if (entry.is_regular_file() && !of_the_run) contents[name] = ReadFile(entry.path().string());
   }
   return contents;

@@ -158,7 +158,7 @@ std::vector<JobScript> JobChain(const BlockJobs& jobs) {
   }
   for (int i = 0; i < jobs.rounds; ++i) chain.push_back(Part(jobs, "exterior", jobs.exterior));
   chain.push_back(Whole(jobs, "whole", "What is left: neighbours, ties, adjustment, report.",
-                        "--resume", jobs.whole));
+                        jobs.learn ? "--resume --learn" : "--resume", jobs.whole));
   if (!jobs.place.empty()) {
     const std::string out = fs::path(jobs.folder).parent_path().string();
     chain.push_back(

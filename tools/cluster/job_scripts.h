@@ -28,6 +28,7 @@ struct BlockJobs {
   JobNeeds roll, whole, upload;    // of all photos
   std::string place;               // object storage that takes the output folder; empty: none
   bool overwrite = false;          // what lies there
+  bool learn = false;              // the run of the whole block tells the patch database
   std::string partition, account;  // empty: Slurm's own choice
 };
 

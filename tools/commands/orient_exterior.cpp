@@ -44,7 +44,8 @@ class ExteriorCommand : public Command {
                    "heights");
     AddMeasurementsOption(app, &options_.measurements);
     app.add_option("--dem", options_.dem, "Ground heights: any raster GDAL reads")->required();
-    app.add_option("--patchdb", options_.patchdb, "Patch database")->required();
+    app.add_option("--patchdb", options_.patchdb, "Patch database, or a folder of them")
+        ->required();
     app.add_option("--interior", options_.interior,
                    "Folder with the results of 'orient interior'; required for film photos");
     app.add_option("--position-sigma-m", options_.position_sigma_m,
@@ -107,8 +108,7 @@ class ExteriorCommand : public Command {
     progress.Finish();
     RecordRun(Invoked(), options.out, "exterior",
               {FileInput("camera", options.camera), RasterInput("DEM", options.dem),
-               FileInput("patch database", options.patchdb),
-               FileInput("approximations", options.approximations)});
+               PatchesInput(options.patchdb), FileInput("approximations", options.approximations)});
     PrintExteriorSummary(done, out);
     PrintRemarks(options.approximations, out);
     if (const auto unknown = block::UnknownPhotos(said, block::PhotoNames(options.photos)))

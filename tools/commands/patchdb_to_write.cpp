@@ -3,6 +3,7 @@
 #include <ostream>
 
 #include "core/base/error.h"
+#include "patchdb/regions/region_index.h"
 #include "patchdb/store/older_file.h"
 
 namespace orient {
@@ -18,9 +19,12 @@ patchdb::PatchDatabase OpenToWrite(const std::string& path, std::ostream& out) {
 }
 
 void BringUpToDateToLearn(const std::string& path, std::ostream& out) {
-  if (!patchdb::OlderVersion(path)) return;
+  std::vector<std::string> files = {path};
+  if (patchdb::IsRegionFolder(path))
+    files = patchdb::RegionFiles(path, patchdb::ReadRegionIndex(path));
   try {
-    OpenToWrite(path, out);
+    for (const std::string& file : files)
+      if (patchdb::OlderVersion(file)) OpenToWrite(file, out);
   } catch (const InputError& error) {
     throw InputError(
         std::string(error.what()) +

@@ -8,6 +8,7 @@
 #include "block/inputs/digest.h"
 #include "core/base/error.h"
 #include "core/base/remote_files.h"
+#include "patchdb/regions/region_index.h"
 
 namespace orient {
 namespace {
@@ -21,6 +22,11 @@ std::string WorkingDirectory() {
 
 RunInput FileInput(const std::string& what, const std::string& path) {
   return {what, path, path.empty() ? "" : block::DigestOfFile(path)};
+}
+
+RunInput PatchesInput(const std::string& patchdb) {
+  return FileInput("patch database",
+                   patchdb::IsRegionFolder(patchdb) ? patchdb::RegionIndexPath(patchdb) : patchdb);
 }
 
 RunInput RasterInput(const std::string& what, const std::string& path) {

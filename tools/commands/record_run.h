@@ -18,6 +18,8 @@ struct Invocation {
 
 // A file among the inputs; no path: none was given.
 RunInput FileInput(const std::string& what, const std::string& path);
+// Of a folder of patch databases its index.
+RunInput PatchesInput(const std::string& patchdb);
 RunInput RasterInput(const std::string& what, const std::string& path);
 
 // Inputs without a path are left out. Where the file cannot be written there is none: no result

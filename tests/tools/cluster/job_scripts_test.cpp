@@ -54,6 +54,16 @@ TEST(JobScripts, FilmGoesFromMarksToTheWholeBlock) {
                                       "exterior.sh", "whole.sh"}));
 }
 
+TEST(JobScripts, TheRunOfTheWholeBlockAloneLearns) {
+  BlockJobs jobs = ExampleJobs("/data/out/slurm");
+  jobs.learn = true;
+  for (const JobScript& script : JobChain(jobs))
+    EXPECT_EQ(script.text.find("--learn") != std::string::npos, script.file == "whole.sh")
+        << script.text;
+  jobs.learn = false;
+  EXPECT_EQ(JobChain(jobs).back().text.find("--learn"), std::string::npos);
+}
+
 TEST(JobScripts, DigitalPhotosHaveNoInteriorStage) {
   BlockJobs jobs = ExampleJobs("/data/out/slurm");
   jobs.film = false;

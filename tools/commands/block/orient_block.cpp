@@ -114,10 +114,10 @@ class BlockCommand : public Command {
   }
 
   std::vector<RunInput> RecordedInputs(const BlockFile& block) const {
-    std::vector<RunInput> inputs = {
-        FileInput("block file", block_path_), FileInput("camera", block.camera),
-        RasterInput("DEM", block.dem), FileInput("patch database", block.patchdb),
-        FileInput("approximations", block.approximations)};
+    std::vector<RunInput> inputs = {FileInput("block file", block_path_),
+                                    FileInput("camera", block.camera),
+                                    RasterInput("DEM", block.dem), PatchesInput(block.patchdb),
+                                    FileInput("approximations", block.approximations)};
     if (!block.control) return inputs;
     for (const std::string& path : block.control->orthophotos)
       inputs.push_back(RasterInput("control orthophoto", path));

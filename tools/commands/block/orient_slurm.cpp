@@ -72,6 +72,7 @@ class SlurmCommand : public Command {
     app.add_option("--account", jobs_.account, "Slurm's account");
     app.add_option("--upload", jobs_.place,
                    "Object storage that takes the output folder in the end (orient upload)");
+    AddLearnOption(app, &jobs_.learn);
     AddCameraLibraryOption(app, &library_);
     AddOverwriteOption(app, &overwrite_);
   }

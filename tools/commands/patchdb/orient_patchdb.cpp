@@ -7,6 +7,7 @@
 
 #include "patchdb/store/patch_database.h"
 #include "tools/commands/commands.h"
+#include "tools/commands/patchdb/region_table.h"
 #include "tools/commands/patchdb/verb.h"
 #include "tools/commands/summary_table.h"
 
@@ -38,10 +39,15 @@ class InfoVerb : public PatchdbVerb {
  public:
   CLI::App* Declare(CLI::App& app) override {
     CLI::App* verb = app.add_subcommand("info", "Summarise a patch database");
-    verb->add_option("DB", path_, "Patch database")->required();
+    verb->add_option("DB", path_, "Patch database, or a folder of them")->required();
     return verb;
   }
   void Run(std::ostream& out) override {
+    if (patchdb::IsRegionFolder(path_)) {
+      const patchdb::RegionIndex index = patchdb::ReadRegionIndex(path_);
+      patchdb::RequireCurrent(path_, index);
+      return PrintRegions(index, out);
+    }
     const patchdb::PatchDatabase database =
         patchdb::PatchDatabase::Open(path_, patchdb::PatchDatabase::Mode::kRead);
     const patchdb::PatchDatabaseInfo info = database.Info();

@@ -31,6 +31,8 @@ std::unique_ptr<PatchdbVerb> MakeRestoreVerb();
 std::unique_ptr<PatchdbVerb> MakePruneVerb();
 std::unique_ptr<PatchdbVerb> MakeMergeVerb();
 std::unique_ptr<PatchdbVerb> MakeUpdateVerb();
+std::unique_ptr<PatchdbVerb> MakeDivideVerb();
+std::unique_ptr<PatchdbVerb> MakeIndexVerb();
 std::unique_ptr<PatchdbVerb> MakeExportVerb();
 std::unique_ptr<PatchdbVerb> MakeCheckVerb();
 std::unique_ptr<PatchdbVerb> MakeCompactVerb();

@@ -1,0 +1,154 @@
+#include "patchdb/regions/control_patches.h"
+
+#include <fmt/format.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <array>
+#include <filesystem>
+#include <set>
+#include <utility>
+
+#include "core/base/error.h"
+#include "patchdb/store/content_digest.h"
+
+namespace orient::patchdb {
+namespace {
+namespace fs = std::filesystem;
+
+constexpr std::int64_t kIdsOfRegion = 1'000'000'000;
+constexpr std::size_t kMostOpened = 100;  // each takes two of a process' 1024 files
+
+}  // namespace
+
+ControlPatches ControlPatches::Open(const std::string& path, Mode mode) {
+  ControlPatches patches(path, mode);
+  if (!IsRegionFolder(path)) {
+    patches.opened_.emplace(0, PatchDatabase::Open(path, mode));
+    return patches;
+  }
+  patches.index_ = ReadRegionIndex(path);
+  if (mode == Mode::kWrite)
+    for (const std::string& file : RegionFiles(path, *patches.index_))
+      if (access(file.c_str(), W_OK) != 0 || access(path.c_str(), W_OK) != 0)
+        throw InputError(file + " may not be written");
+  return patches;
+}
+
+std::string ControlPatches::PathOf(const Region& region) const {
+  return (fs::path(path_) / region.file).string();
+}
+
+void ControlPatches::RequireCurrentIndex() const {
+  if (IsFolder()) RequireCurrent(path_, *index_);
+}
+
+const Crs& ControlPatches::GroundCrs() const {
+  return IsFolder() ? index_->crs : opened_.at(0).GroundCrs();
+}
+
+PatchDatabase& ControlPatches::OpenedRegion(const Region& region) const {
+  const auto found = opened_.find(region.number);
+  if (found != opened_.end()) return found->second;
+  if (opened_.size() >= kMostOpened) opened_.clear();
+  return opened_.emplace(region.number, PatchDatabase::Open(PathOf(region), mode_)).first->second;
+}
+
+const Region* ControlPatches::RegionOf(std::int64_t id) const {
+  for (const Region& region : index_->regions)
+    if (region.number == id / kIdsOfRegion) return &region;
+  return nullptr;
+}
+
+std::vector<const Region*> ControlPatches::RegionsTouching(const Bounds& bounds) const {
+  std::vector<const Region*> touching;
+  for (const Region& region : index_->regions)
+    if (region.patches > 0 && region.extent.min_x <= bounds.max_x &&
+        region.extent.max_x >= bounds.min_x && region.extent.min_y <= bounds.max_y &&
+        region.extent.max_y >= bounds.min_y)
+      touching.push_back(&region);
+  return touching;
+}
+
+Patch ControlPatches::AsOfSet(Patch patch, const Region& region) const {
+  const auto source = [&](std::int64_t id) {
+    const auto known = region.sources.find(id);
+    if (known != region.sources.end()) return known->second;
+    throw InputError(fmt::format(
+        "{} has a source that {} does not list; 'orient patchdb index {}' brings it up to date",
+        PathOf(region), RegionIndexPath(path_), path_));
+  };
+  const auto of_set = [&](std::int64_t id) {
+    if (id >= kIdsOfRegion)
+      throw InputError(fmt::format("{}: patch {}: a region's numbers must be below {}",
+                                   PathOf(region), id, kIdsOfRegion));
+    return region.number * kIdsOfRegion + id;
+  };
+  patch.id = of_set(patch.id);
+  patch.source_id = source(patch.source_id);
+  if (patch.superseded_by != 0) patch.superseded_by = of_set(patch.superseded_by);
+  for (PatchEvidence& evidence : patch.evidence) evidence.source_id = source(evidence.source_id);
+  return patch;
+}
+
+std::vector<Patch> ControlPatches::FindPatchesIn(const Bounds& bounds, int max_count) const {
+  if (!IsFolder()) return opened_.at(0).FindPatchesIn(bounds, max_count);
+  const std::vector<const Region*> regions = RegionsTouching(bounds);
+  std::vector<std::int64_t> counts;
+  std::int64_t total = 0;
+  for (const Region* region : regions) {
+    counts.push_back(OpenedRegion(*region).CountPatchesIn(bounds));
+    total += counts.back();
+  }
+  std::vector<Patch> patches;
+  std::set<std::array<double, 4>> places;  // with their sources
+  for (std::size_t i = 0; i < regions.size(); ++i) {
+    // Each region's share of those that are wanted.
+    const std::int64_t share =
+        total <= max_count ? counts[i] : (counts[i] * max_count + total - 1) / total;
+    if (share == 0) continue;
+    for (Patch& found : OpenedRegion(*regions[i]).FindPatchesIn(bounds, static_cast<int>(share))) {
+      Patch patch = AsOfSet(std::move(found), *regions[i]);
+      const Eigen::Vector3d& at = patch.ground_m;
+      if (places.insert({static_cast<double>(patch.source_id), at.x(), at.y(), at.z()}).second)
+        patches.push_back(std::move(patch));
+    }
+  }
+  return patches;
+}
+
+std::optional<Patch> ControlPatches::ReadPatch(std::int64_t id) const {
+  if (!IsFolder()) return opened_.at(0).ReadPatch(id);
+  const Region* region = RegionOf(id);
+  if (region == nullptr) return std::nullopt;
+  auto patch = OpenedRegion(*region).ReadPatch(id % kIdsOfRegion);
+  if (!patch) return std::nullopt;
+  return AsOfSet(*std::move(patch), *region);
+}
+
+std::vector<PatchSource> ControlPatches::Sources() const {
+  return IsFolder() ? index_->sources : opened_.at(0).Sources();
+}
+
+std::string ControlPatches::ContentWithin(const Bounds& bounds) const {
+  if (!IsFolder()) return ContentOf(opened_.at(0));
+  std::string content = index_->crs.Wkt();
+  for (const Region* region : RegionsTouching(bounds))
+    content += fmt::format("\n{} {}", region->number, ContentOf(OpenedRegion(*region)));
+  return content;
+}
+
+void ControlPatches::RecordAttempts(const std::vector<MatchAttempt>& attempts) {
+  if (!IsFolder()) return opened_.at(0).RecordAttempts(attempts);
+  std::map<int, std::vector<MatchAttempt>> by_region;
+  for (const MatchAttempt& attempt : attempts)
+    if (const Region* region = RegionOf(attempt.patch_id)) {
+      by_region[region->number].push_back(attempt);
+      by_region[region->number].back().patch_id = attempt.patch_id % kIdsOfRegion;
+    }
+  for (const Region& region : index_->regions)
+    if (const auto own = by_region.find(region.number); own != by_region.end())
+      OpenedRegion(region).RecordAttempts(own->second);
+}
+
+}  // namespace orient::patchdb

@@ -1,0 +1,56 @@
+// What a run uses of patches: those of one database, or of a folder of regions
+// (patchdb/regions/region_index.h), of which only those are opened that a photo needs.
+#pragma once
+
+#include <cstdint>
+#include <map>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "patchdb/regions/region_index.h"
+#include "patchdb/store/patch_database.h"
+
+namespace orient::patchdb {
+
+// Use it from one thread at a time. Of a folder, ids are the set's: a patch's is its region's
+// number times 10^9 and its id there, a source's that of the index. The members throw InputError as
+// those of PatchDatabase.
+class ControlPatches {
+ public:
+  using Mode = PatchDatabase::Mode;
+  // Throws InputError as PatchDatabase::Open and ReadRegionIndex; with kWrite of a folder, too,
+  // where a database in it may not be written.
+  static ControlPatches Open(const std::string& path, Mode mode = Mode::kRead);
+
+  // Throws InputError where the index of a folder is out of date. Looks at every file: for the
+  // beginning of a run, not for every photo.
+  void RequireCurrentIndex() const;
+
+  const Crs& GroundCrs() const;
+  // As PatchDatabase::FindPatchesIn. What several regions hold of the same source at the same
+  // place comes once.
+  std::vector<Patch> FindPatchesIn(const Bounds& bounds, int max_count = 10000) const;
+  std::optional<Patch> ReadPatch(std::int64_t id) const;
+  std::vector<PatchSource> Sources() const;
+  // As ContentOf, of the regions that lie within or touch `bounds`; of all of a single database.
+  std::string ContentWithin(const Bounds& bounds) const;
+  // One transaction for each region.
+  void RecordAttempts(const std::vector<MatchAttempt>& attempts);
+
+ private:
+  ControlPatches(std::string path, Mode mode) : path_(std::move(path)), mode_(mode) {}
+  bool IsFolder() const { return index_.has_value(); }
+  std::string PathOf(const Region& region) const;
+  const Region* RegionOf(std::int64_t id) const;
+  PatchDatabase& OpenedRegion(const Region& region) const;
+  Patch AsOfSet(Patch patch, const Region& region) const;
+  std::vector<const Region*> RegionsTouching(const Bounds& bounds) const;
+
+  std::string path_;
+  Mode mode_;
+  std::optional<RegionIndex> index_;             // of a folder
+  mutable std::map<int, PatchDatabase> opened_;  // by the region's number; 0: the one database
+};
+
+}  // namespace orient::patchdb
