@@ -7,6 +7,7 @@
 #include <filesystem>
 #include <nlohmann/json.hpp>
 #include <optional>
+#include <set>
 #include <utility>
 
 #include "core/base/atomic_write.h"
@@ -179,8 +180,20 @@ RegionIndex IndexFrom(const Json& document, const std::string& path) {
   RegionIndex index{
       Crs::Parse(document.at("crs").get<std::string>(), path), document.at("next_number"), {}, {}};
   for (const Json& source : document.at("sources")) index.sources.push_back(SourceFrom(source));
-  for (const Json& region : document.at("regions"))
-    index.regions.push_back(RegionFrom(region, path));
+  std::set<int> numbers;
+  std::set<std::int64_t> sources;
+  for (const PatchSource& source : index.sources) sources.insert(source.id);
+  for (const Json& field : document.at("regions")) {
+    index.regions.push_back(RegionFrom(field, path));
+    const Region& region = index.regions.back();
+    const bool known = std::all_of(region.sources.begin(), region.sources.end(),
+                                   [&](const auto& one) { return sources.contains(one.second); });
+    if (!known || !numbers.insert(region.number).second || region.number >= index.next_number)
+      throw InputError(
+          fmt::format("{} is damaged: numbers of regions or sources are not those of "
+                      "one list",
+                      path));
+  }
   return index;
 }
 

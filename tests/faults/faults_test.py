@@ -28,7 +28,7 @@ from world import World, holds_changes, is_log, without_times
 KINDS = ["write", "write+", "read", "memory"]
 DONE, BAD_INPUT, MACHINE = 0, 2, 4
 # Say that a run is to be continued.
-IN_PROGRESS = {"unfinished", "unfinished_simulation", "not_yet_learnt"}
+IN_PROGRESS = {"unfinished", "unfinished_simulation", "not_yet_learnt", "not_yet_divided"}
 
 
 class Cases:

@@ -39,6 +39,8 @@ def digest(path):
     if path.name == "run.json":  # when, and by which command
         return ""
     content = repr(tables(path)).encode() if path.suffix == ".gpkg" else path.read_bytes()
+    if path.name == "regions.json":  # when its databases were changed
+        content = re.sub(rb'"modified_ns": \d+', b"", content)
     if path.suffix == ".html":  # the same, in the report
         content = re.sub(rb'<section id="made">.*?</section>', b"", content, flags=re.DOTALL)
     return hashlib.sha256(content).hexdigest()
@@ -80,6 +82,7 @@ class World:
             database = start / f"{name}.gpkg"
             self.do("patchdb", "create", database, "--crs", "EPSG:32635")
             self.do("patchdb", harvest[0], database, *harvest[1:], *dem, "--date", date)
+        self.do("patchdb", "divide", start / "others.gpkg", start / "regions", "--cell-m", 200)
         self.do("patchdb", "retire", start / "others.gpkg", "--id", 1, 2, 3, "--apply")
         block = start / "block.toml"
         block.write_text(block.read_text().replace("[output]\n", '[output]\nformats = ["patb"]\n'))
@@ -150,6 +153,8 @@ class World:
             "chips": patchdb("export", others, "--chips", here / "chips", needs=["others.gpkg"],
                              again=overwrite),
             "subset": patchdb("export", patches, "--subset", here / "part.gpkg"),
+            "divide": patchdb("divide", patches, here / "divided", "--cell-m", 250),
+            "index": patchdb("index", here / "regions", needs=["regions"]),
             "exterior": Command(["scans", "camera.toml", "approx.csv", "approx.prj", "dem.tif",
                                  "patches.gpkg", "done"],
                                 ["exterior", *scans, *camera, "--approximations", here / "approx.csv",

@@ -9,6 +9,7 @@
 #include "patchdb/maintenance/life.h"
 #include "patchdb/maintenance/merge.h"
 #include "patchdb/maintenance/statistics.h"
+#include "patchdb/regions/control_patches.h"
 #include "patchdb/store/connection.h"
 #include "patchdb/store/content_digest.h"
 #include "patchdb/store/geopackage_geometry.h"
@@ -52,6 +53,20 @@ const Register kPatchValue("patch_value", [](Input input) {
       if (const auto point = DecodePointZ(bytes.data(), bytes.size()))
         DecodePointZ(EncodePointZ(*point, 4326).data(), 8);
   }
+});
+
+// The databases that it lists are not there.
+const Register kRegionIndex("region_index", [](Input input) {
+  FileWith("regions/regions.json", Text(input));
+  const std::string folder = Folder() + "/regions";
+  const RegionIndex index = ReadRegionIndex(folder);
+  for (const std::string& file : RegionFiles(folder, index))
+    Require(std::filesystem::path(file).parent_path() == folder, "a file of the folder");
+  if (!index.regions.empty())
+    Require(!Accepted([&] { return (RequireCurrent(folder, index), true); }), "no such files");
+  const ControlPatches patches = ControlPatches::Open(folder);
+  patches.ReadPatch(3'000'000'000);
+  patches.Sources();
 });
 
 void Fill(PatchDatabase& database) {

@@ -35,6 +35,7 @@ WORDS = {"camera_file": ["core/files/camera_file*.cpp", "core/files/mark_element
          "control_table": ["tools/commands/patchdb/control_table.cpp"],
          "interior_result": ["core/files/interior_result.cpp", "core/files/result*.cpp"],
          "exterior_result": ["core/files/exterior_result.cpp", "core/files/result*.cpp"],
+         "region_index": ["patchdb/regions/region_index.cpp"],
          "block_result": ["core/files/adjustment_result.cpp", "core/files/result*.cpp"],
          "stage_file": ["block/ties/tie_file.cpp", "block/stages/keypoint_file.cpp"],
          "export_record": ["tools/convert/export_record.cpp"],

@@ -13,7 +13,7 @@
 #include "patchdb/maintenance/life.h"
 #include "patchdb/regions/divide.h"
 #include "patchdb/store/content_digest.h"
-#include "tests/patchdb/store/patch_database_fixture.h"
+#include "tests/support/patch_database_fixture.h"
 
 namespace orient::patchdb {
 namespace {

@@ -6,7 +6,7 @@
 #include "patchdb/maintenance/check.h"
 #include "patchdb/maintenance/life.h"
 #include "patchdb/store/geopackage_geometry.h"
-#include "tests/patchdb/store/patch_database_fixture.h"
+#include "tests/support/patch_database_fixture.h"
 
 namespace orient::patchdb {
 namespace {

@@ -18,9 +18,9 @@
 #include "patchdb/maintenance/life.h"
 #include "patchdb/store/patch_database.h"
 #include "patchdb/store/schema.h"
-#include "tests/patchdb/store/patch_database_fixture.h"
 #include "tests/patchdb/store/valid_geopackage.h"
 #include "tests/support/ordinary_user.h"
+#include "tests/support/patch_database_fixture.h"
 
 namespace orient::patchdb {
 namespace {

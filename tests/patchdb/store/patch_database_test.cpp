@@ -13,7 +13,7 @@
 
 #include "core/base/error.h"
 #include "patchdb/store/schema.h"
-#include "tests/patchdb/store/patch_database_fixture.h"
+#include "tests/support/patch_database_fixture.h"
 
 namespace orient::patchdb {
 namespace {
