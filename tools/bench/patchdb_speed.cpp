@@ -3,8 +3,9 @@
 //   patchdb_speed DB [SIDE_M] [QUERIES]    SIDE_M: of a footprint, 2300; QUERIES: 300
 //
 // Make DB with tools/bench/patchdb_generate.py. Prints medians: of what `orient patchdb query` asks
-// (without chips) and of what `orient exterior` asks (with chips decoded, on all cores); by the
-// clock, and of processor time, which other programs do not change.
+// (without chips) and of what `orient exterior` asks (with chips decoded, on all cores), then with
+// opening, as each photo does; by the clock, and of processor time, which other programs do not
+// change. Of a folder of regions (orient patchdb divide) the last.
 #include <algorithm>
 #include <chrono>
 #include <cstdlib>
@@ -13,6 +14,7 @@
 #include <random>
 
 #include "core/base/median.h"
+#include "patchdb/regions/control_patches.h"
 #include "patchdb/store/selection.h"
 
 namespace orient {
@@ -41,19 +43,51 @@ struct Times {
   }
 };
 
+// One of this side, anywhere.
+Bounds Footprint(const Bounds& extent, double side_m, std::mt19937* random) {
+  std::uniform_real_distribution<double> unit(0, 1);
+  const double x = extent.min_x + unit(*random) * (extent.max_x - extent.min_x);
+  const double y = extent.min_y + unit(*random) * (extent.max_y - extent.min_y);
+  return {x, y, x + side_m, y + side_m};
+}
+
+void MeasureOpening(const std::string& path, const Bounds& extent, double side_m, int queries) {
+  std::mt19937 random(1);
+  Times opening;
+  std::vector<double> found;
+  for (int i = 0; i < queries; ++i) {
+    const Bounds bounds = Footprint(extent, side_m, &random);
+    opening.Add([&] {
+      const auto patches = patchdb::ControlPatches::Open(path).FindPatchesIn(bounds);
+      found.push_back(static_cast<double>(patches.size()));
+    });
+  }
+  std::cout << "a footprint of " << side_m << " m has " << UpperMedian(found) << "\n";
+  opening.Print("with opening   ");
+}
+
+void MeasureFolder(const std::string& path, double side_m, int queries) {
+  const patchdb::RegionIndex index = patchdb::ReadRegionIndex(path);
+  Bounds extent = Bounds::OfNothing();
+  for (const patchdb::Region& region : index.regions) {
+    extent.Include(region.extent.min_x, region.extent.min_y);
+    extent.Include(region.extent.max_x, region.extent.max_y);
+  }
+  std::cout << index.regions.size() << " regions\n";
+  MeasureOpening(path, extent, side_m, queries);
+}
+
 void Measure(const std::string& path, double side_m, int queries) {
+  if (patchdb::IsRegionFolder(path)) return MeasureFolder(path, side_m, queries);
   const patchdb::PatchDatabase database =
       patchdb::PatchDatabase::Open(path, patchdb::PatchDatabase::Mode::kRead);
   const patchdb::PatchDatabaseInfo info = database.Info();
   std::mt19937 random(1);
-  std::uniform_real_distribution<double> unit(0, 1);
   Times listing, reading;
   std::vector<double> found;
   for (int i = 0; i < queries; ++i) {
-    const double x = info.extent.min_x + unit(random) * (info.extent.max_x - info.extent.min_x);
-    const double y = info.extent.min_y + unit(random) * (info.extent.max_y - info.extent.min_y);
     patchdb::PatchFilter filter;
-    filter.bounds = Bounds{x, y, x + side_m, y + side_m};
+    filter.bounds = Footprint(info.extent, side_m, &random);
     int count = 0;
     listing.Add([&] {
       patchdb::VisitPatches(database, filter, [&](const patchdb::PatchSummary&) { ++count; });
@@ -65,6 +99,7 @@ void Measure(const std::string& path, double side_m, int queries) {
             << UpperMedian(found) << "\n";
   listing.Print("without chips  ");
   reading.Print("with chips     ");
+  MeasureOpening(path, info.extent, side_m, queries);
 }
 
 }  // namespace
