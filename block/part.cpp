@@ -6,11 +6,9 @@
 #include <filesystem>
 
 #include "block/stages/exterior_inputs.h"
-#include "block/stages/exterior_learning.h"
 #include "block/stages/exterior_stage.h"
 #include "block/stages/interior_stage.h"
 #include "core/base/error.h"
-#include "core/base/output_directory.h"
 #include "core/files/orientation_table.h"
 #include "core/files/results.h"
 
@@ -86,8 +84,7 @@ PartOutcome RunExteriorPart(const BlockInputs& inputs, const BlockFolder& folder
   ExteriorRunOptions options = inputs.Exterior(store.Folder());
   options.resume = true;
   options.learn = false;
-  MakeOutputDirectory(options.out);
-  LeaveToLearn(options.out);
+  options.leave_to_learn = true;
   options.next_photos = [&](const std::vector<ExteriorResult>& so_far, OrientationTable* table) {
     std::vector<ExteriorResult> known = so_far;
     ReadOthers(inputs, store, part, &known);

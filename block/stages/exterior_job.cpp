@@ -129,8 +129,7 @@ std::vector<patchdb::Patch> PatchesUnder(const ExteriorSetting& setting,
   const Bounds footprint =
       exterior::UncertainFootprint(setting.camera.camera, prior, setting.surface.MinHeight(),
                                    setting.surface.MaxHeight(), sigmas);
-  std::vector<patchdb::Patch> patches =
-      patchdb::ControlPatches::Open(setting.options.patchdb).FindPatchesIn(footprint);
+  std::vector<patchdb::Patch> patches = setting.patches.value().Another().FindPatchesIn(footprint);
   if (setting.options.further_patches) {
     const std::vector<patchdb::Patch> further =
         setting.options.further_patches(photo.name, footprint);

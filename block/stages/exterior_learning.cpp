@@ -50,6 +50,7 @@ std::string Feedback(patchdb::ControlPatches& database, const std::string& path,
 }  // namespace
 
 void LeaveToLearn(const std::string& directory) {
+  if (fs::exists(NotePath(directory))) return;
   WriteFileAtomically(NotePath(directory),
                       "the patch database has not learnt from these results yet\n");
 }
@@ -65,14 +66,21 @@ Learning::Learning(const std::string& patchdb, const std::string& directory, boo
 void Learning::Tell(const std::vector<std::string>& photos,
                     const std::vector<std::optional<std::string>>& dates,
                     const std::vector<char>& fresh, std::vector<ExteriorResult>* results) {
+  bool all_told = true;
   for (std::size_t i = 0; i < results->size(); ++i) {
     if (!fresh[i] && !interrupted_) continue;
-    const std::string why_not = Feedback(database_, photos[i], dates[i], (*results)[i]);
-    if (why_not.empty()) continue;
-    (*results)[i].findings.push_back({.reason = Reason::kNotLearnt, .where = why_not});
-    WriteExteriorResult(directory_, (*results)[i]);
+    ExteriorResult& result = (*results)[i];
+    const bool was_not_learnt = std::erase_if(result.findings, [](const Finding& finding) {
+                                  return finding.reason == Reason::kNotLearnt;
+                                }) > 0;
+    const std::string why_not = Feedback(database_, photos[i], dates[i], result);
+    if (!why_not.empty()) {
+      result.findings.push_back({.reason = Reason::kNotLearnt, .where = why_not});
+      all_told = false;
+    }
+    if (!why_not.empty() || was_not_learnt) WriteExteriorResult(directory_, result);
   }
-  fs::remove(note_);
+  if (all_told) fs::remove(note_);
 }
 
 }  // namespace orient::block

@@ -26,7 +26,7 @@ class Learning {
 
   // `photos`: their scans' paths, in the order of the results, `dates` of their exposures where
   // these are known. `fresh`: results of this run. What cannot be told does not take a photo's
-  // orientation away.
+  // orientation away; then the note stays, and the next run tells all again.
   void Tell(const std::vector<std::string>& photos,
             const std::vector<std::optional<std::string>>& dates, const std::vector<char>& fresh,
             std::vector<ExteriorResult>* results);

@@ -10,8 +10,8 @@
 #include "core/base/date.h"
 #include "core/base/error.h"
 #include "core/base/median.h"
+#include "exterior/search/search_prior.h"
 #include "exterior/steps/predict.h"
-#include "patchdb/regions/control_patches.h"
 
 namespace orient::block {
 namespace {
@@ -30,9 +30,8 @@ void IncludePoints(const ExteriorRunOptions& options, const Camera& camera, Boun
 }
 
 // Where the photos' footprints may lie, so that only that part of the DEM is read.
-// `further`: by so many flying heights than that.
 Bounds Region(const OrientationTable& table, const Camera& camera,
-              const ExteriorRunOptions& options, double further = 0) {
+              const ExteriorRunOptions& options) {
   Bounds region = Bounds::OfNothing();
   for (const std::string& path : options.photos) {
     const OrientationRow* row = table.Find(PhotoName(path));
@@ -40,7 +39,7 @@ Bounds Region(const OrientationTable& table, const Camera& camera,
     const double height = std::max(100.0, row->pose.position_m.z() - kLowestGround_m);
     const Vector6d sigma = SigmaOfApproximation(*row, options.position_sigma_m, std::nullopt);
     const double reach = 1.5 * height * camera.FrameRadius() / camera.principal_distance_mm +
-                         3 * sigma.head<2>().maxCoeff() + further * height;
+                         3 * sigma.head<2>().maxCoeff();
     region.Include(row->pose.position_m.x() - reach, row->pose.position_m.y() - reach);
     region.Include(row->pose.position_m.x() + reach, row->pose.position_m.y() + reach);
   }
@@ -163,8 +162,13 @@ ExteriorSetting SettingOf(const ExteriorRunOptions& options, CameraFile camera,
                                   FlyingHeight(table, options, camera.camera, pixel_mm, ground_m),
                                   ground_m, pixel_mm);
   const double added_k1 = options.earth_k1.value_or(camera.camera.earth_k1 - own_k1);
-  return {options, std::move(camera), added_k1, std::move(marks), std::move(table),
-          crs,     std::move(surface)};
+  return {options, std::move(camera),  added_k1,    std::move(marks), std::move(table),
+          crs,     std::move(surface), std::nullopt};
+}
+
+Bounds AreaOf(const ExteriorSetting& setting, const PosePrior& prior, double sigmas) {
+  return exterior::UncertainFootprint(setting.camera.camera, prior, setting.surface.MinHeight(),
+                                      setting.surface.MaxHeight(), sigmas);
 }
 
 }  // namespace
@@ -183,14 +187,27 @@ ExteriorSetting PrepareExterior(const ExteriorRunOptions& options) {
   OrientationTable table = TableOfRun(options);
   const Crs crs = BlockCrs(options, table);
   RequireCrsOfPatches(options.patchdb, crs);
-  return SettingOf(options, std::move(camera), std::move(table), crs);
+  ExteriorSetting setting = SettingOf(options, std::move(camera), std::move(table), crs);
+  setting.patches = patchdb::ControlPatches::Open(options.patchdb);
+  return setting;
 }
 
 std::string PatchContentOfRun(const ExteriorRunOptions& options) {
-  constexpr double kWideSearch = 1;  // flying heights by which it leaves the footprint at most
-  const CameraFile camera = CameraOfRun(options);
-  return patchdb::ControlPatches::Open(options.patchdb)
-      .ContentWithin(Region(TableOfRun(options), camera.camera, options, kWideSearch));
+  if (!patchdb::IsRegionFolder(options.patchdb))
+    return patchdb::ControlPatches::Open(options.patchdb).ContentWithin({});
+  const ExteriorSetting setting = PrepareExterior(options);
+  std::vector<Bounds> areas = {Bounds::OfNothing()};
+  IncludePoints(options, setting.camera.camera, &areas.front());
+  for (const std::string& path : options.photos)
+    if (const OrientationRow* row = setting.approximations.Find(PhotoName(path))) {
+      const Vector6d sigma = SigmaOfApproximation(
+          *row, options.position_sigma_m, options.attitude_sigma_rad, options.kappa_sigma_rad);
+      const PosePrior prior{row->pose, sigma.cwiseAbs2().asDiagonal().toDenseMatrix()};
+      // As the photo's own run asks for patches, at most.
+      areas.push_back(AreaOf(setting, prior, 3));
+      areas.push_back(AreaOf(setting, exterior::Widened(prior, setting.surface.MeanHeight()), 2));
+    }
+  return setting.patches->ContentWithin(areas);
 }
 
 double EarthK1OfRun(const ExteriorRunOptions& options) {

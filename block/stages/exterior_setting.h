@@ -16,7 +16,7 @@
 #include "core/terrain/earth_effects.h"
 #include "core/terrain/ground_surface.h"
 #include "interior/marks/mark_drawing.h"
-#include "patchdb/store/patch.h"
+#include "patchdb/regions/control_patches.h"
 
 namespace orient::block {
 
@@ -62,7 +62,8 @@ struct ExteriorRunOptions {
   // One sigma of the camera file's principal distance, which each photo then estimates for itself;
   // otherwise it is taken as true.
   std::optional<double> principal_distance_sigma_mm;
-  bool learn = false;  // tell the patch database what matched
+  bool learn = false;           // tell the patch database what matched
+  bool leave_to_learn = false;  // leave it to a later run to tell
   // With `resume`, those that do not say what they were made from, too (set by a run alone).
   bool keep_unstated = false;
   bool resume = false;  // keep results that are there
@@ -80,6 +81,7 @@ struct ExteriorSetting {
   OrientationTable approximations;
   Crs crs;
   GroundSurface surface;
+  std::optional<patchdb::ControlPatches> patches;  // to be opened anew by each thread: Another()
 };
 
 // Throws InputError naming both where the database's CRS is another one, or it cannot be read.

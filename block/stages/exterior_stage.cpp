@@ -87,6 +87,7 @@ Job JobOf(const ExteriorSetting& setting, const std::string& path, AskedAreas* a
           ExteriorResult* result) {
   const Inputs inputs = InputsOfPhoto(setting.options, setting.approximations, path);
   const auto run = [=, &setting] {
+    if (setting.options.leave_to_learn) LeaveToLearn(setting.options.out);
     *result = OrientFromFiles(setting, path);
     result->made_from = inputs;
     result->earth_k1 = setting.earth_k1;

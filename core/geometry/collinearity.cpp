@@ -4,13 +4,22 @@
 
 namespace orient {
 
+PosedCamera::PosedCamera(const Camera& camera, const Pose& pose)
+    : camera_(camera),
+      photo_from_ground_(pose.GroundFromPhoto().transpose()),
+      position_m_(pose.position_m) {}
+
+std::optional<Eigen::Vector2d> PosedCamera::PhotoFromGround(const Eigen::Vector3d& ground_m) const {
+  const Eigen::Vector3d d = photo_from_ground_ * (ground_m - position_m_);
+  if (!(d.z() < 0)) return std::nullopt;
+  const Eigen::Vector2d ideal = d.head<2>() * (-camera_.principal_distance_mm / d.z());
+  if (!InsideFold(camera_.lens, ideal)) return std::nullopt;
+  return camera_.principal_point_mm + DistortPoint(camera_.lens, ideal);
+}
+
 std::optional<Eigen::Vector2d> PhotoFromGround(const Camera& camera, const Pose& pose,
                                                const Eigen::Vector3d& ground_m) {
-  const Eigen::Vector3d d = pose.GroundFromPhoto().transpose() * (ground_m - pose.position_m);
-  if (!(d.z() < 0)) return std::nullopt;
-  const Eigen::Vector2d ideal = d.head<2>() * (-camera.principal_distance_mm / d.z());
-  if (!InsideFold(camera.lens, ideal)) return std::nullopt;
-  return camera.principal_point_mm + DistortPoint(camera.lens, ideal);
+  return PosedCamera(camera, pose).PhotoFromGround(ground_m);
 }
 
 std::optional<ProjectionDerivatives> PhotoFromGroundWithDerivatives(

@@ -66,9 +66,10 @@ Search MakeSearch(const Camera& camera, const FilmPosition& position,
 // The indices of those that the pose shows where they are, of each keypoint the best.
 std::vector<std::size_t> Supporters(const Search& search, const Pose& pose) {
   std::vector<std::size_t> supporters;
+  const PosedCamera camera(search.camera, pose);
   double best = 0;
   for (std::size_t i = 0; i < search.shared.size(); ++i) {
-    const auto seen = PhotoFromGround(search.camera, pose, search.shared[i].ground_m);
+    const auto seen = camera.PhotoFromGround(search.shared[i].ground_m);
     if (!seen) continue;
     const double off = (*seen - search.photo_mm[i]).norm();
     if (!(off <= search.Reach())) continue;
@@ -210,9 +211,10 @@ bool HasRival(const Search& search, const Found& found) {
       search.options.rival_share * static_cast<double>(found.supporters.size()))
     return false;
   // The same pose, but for what stands on the surface?
+  const PosedCamera camera(search.camera, rival.pose);
   double off = 0;
   for (const std::size_t i : found.supporters) {
-    const auto seen = PhotoFromGround(search.camera, rival.pose, search.shared[i].ground_m);
+    const auto seen = camera.PhotoFromGround(search.shared[i].ground_m);
     if (!seen) return true;
     off += (*seen - search.photo_mm[i]).norm() / static_cast<double>(found.supporters.size());
   }
@@ -221,9 +223,10 @@ bool HasRival(const Search& search, const Found& found) {
 
 // Of the supporters' residuals.
 double SquaresMm2(const Search& search, const Found& found) {
+  const PosedCamera camera(search.camera, found.pose);
   double sum_mm2 = 0;
   for (const std::size_t i : found.supporters)
-    if (const auto seen = PhotoFromGround(search.camera, found.pose, search.shared[i].ground_m))
+    if (const auto seen = camera.PhotoFromGround(search.shared[i].ground_m))
       sum_mm2 += (*seen - search.photo_mm[i]).squaredNorm();
   return sum_mm2;
 }

@@ -48,9 +48,10 @@ void PossiblePairs::LetPassNear(const PhotoView& view, const FilmPosition& posit
   const auto count = static_cast<Eigen::Index>(chips_.keypoints.Size());
   places.of_chips = places.turns_of_chips = Eigen::Matrix2Xf::Zero(2, count);
   places.reach_mm.assign(chips_.keypoints.Size(), -1);
+  const PosedCamera camera(view.camera, unturned);
   for (Eigen::Index k = 0; k < count; ++k) {
     const auto i = static_cast<std::size_t>(k);
-    const auto photo_mm = PhotoFromGround(view.camera, unturned, chips_.ground_m[i]);
+    const auto photo_mm = camera.PhotoFromGround(chips_.ground_m[i]);
     if (!photo_mm) continue;
     const double turn = sense * chips_.keypoints.angles_rad[i];
     const Eigen::Rotation2Dd back(turn);

@@ -46,8 +46,9 @@ class Voter {
 
  private:
   bool Accumulate(const Observation& observation, const Pose& pose, Normals* normals) const;
-  std::optional<Eigen::Vector2d> Project(const Pose& pose, const Eigen::Vector3d& ground) const {
-    const auto photo = PhotoFromGround(view_.camera, pose, ground);
+  std::optional<Eigen::Vector2d> Project(const PosedCamera& camera,
+                                         const Eigen::Vector3d& ground_m) const {
+    const auto photo = camera.PhotoFromGround(ground_m);
     if (!photo) return std::nullopt;
     return view_.PixelFromPhoto(*photo);
   }
@@ -93,10 +94,11 @@ std::optional<Consensus> Voter::Estimate(const std::vector<Observation>& observa
 
 double Voter::Score(const Pose& pose, std::vector<Supporter>* supporters) const {
   const double reach = kInlierSigmas * options_.sigma_px;
+  const PosedCamera camera(view_.camera, pose);
   double score = 0;
   if (supporters != nullptr) supporters->clear();
   for (std::size_t i = 0; i < patches_.size(); ++i) {
-    const auto pixel = Project(pose, patches_[i].ground_m);
+    const auto pixel = Project(camera, patches_[i].ground_m);
     if (!pixel) continue;
     double best = 0;
     std::size_t best_candidate = 0;
@@ -125,9 +127,10 @@ std::vector<Observation> Voter::Observations(const std::vector<Supporter>& suppo
 }
 
 double Voter::RmsPx(const Pose& pose, const std::vector<Supporter>& supporters) const {
+  const PosedCamera camera(view_.camera, pose);
   double sum = 0;
   for (const Observation& o : Observations(supporters)) {
-    const auto pixel = Project(pose, o.ground_m);
+    const auto pixel = Project(camera, o.ground_m);
     if (pixel) sum += (o.pixel - *pixel).squaredNorm();
   }
   return supporters.empty() ? 0 : std::sqrt(sum / static_cast<double>(supporters.size()));

@@ -158,7 +158,7 @@ void RejectContradicted(const FilmReading& reading, FilmMarks* marks) {
 // gross error.
 void TakeBackConfirmed(const FilmReading& reading, const FilmMarks& measured, FilmMarks* marks) {
   constexpr int kLeastOthers = 3;
-  constexpr double kLeastCorrelation = 0.25;
+  constexpr double kLeastCorrelation = 0.25, kMostSigma_px = 0.4;
   static const double kConfirmed = ChiSquareLimit(2, 0.1);
   if (Count(*marks, MarkState::kUsed) < kLeastOthers) return;
   const Measured kept = AsAssignment(reading, *marks), all = AsAssignment(reading, measured);
@@ -168,7 +168,8 @@ void TakeBackConfirmed(const FilmReading& reading, const FilmMarks& measured, Fi
     if (kept.choice[i] >= 0 || all.choice[i] < 0) continue;
     const double sigma_mm =
         reading.pixel_size.pixel_mm * std::sqrt(mark.position->covariance.diagonal().maxCoeff());
-    if (mark.position->correlation < kLeastCorrelation || sigma_mm > reading.prior.point_mm)
+    if (mark.position->correlation < kLeastCorrelation || sigma_mm > reading.prior.point_mm ||
+        sigma_mm > kMostSigma_px * reading.pixel_size.pixel_mm)
       continue;
     std::vector<int> with = choice;
     with[i] = all.choice[i];

@@ -5,10 +5,11 @@
 
 #include <algorithm>
 #include <array>
+#include <exception>
 #include <filesystem>
-#include <set>
 #include <utility>
 
+#include "core/base/environment_error.h"
 #include "core/base/error.h"
 #include "patchdb/store/content_digest.h"
 
@@ -17,7 +18,11 @@ namespace {
 namespace fs = std::filesystem;
 
 constexpr std::int64_t kIdsOfRegion = 1'000'000'000;
-constexpr std::size_t kMostOpened = 100;  // each takes two of a process' 1024 files
+constexpr std::size_t kMostOpened = 8;  // by each thread: two files of a process' 1024 each
+
+bool Touch(const Bounds& a, const Bounds& b) {
+  return a.min_x <= b.max_x && a.max_x >= b.min_x && a.min_y <= b.max_y && a.max_y >= b.min_y;
+}
 
 }  // namespace
 
@@ -27,12 +32,19 @@ ControlPatches ControlPatches::Open(const std::string& path, Mode mode) {
     patches.opened_.emplace(0, PatchDatabase::Open(path, mode));
     return patches;
   }
-  patches.index_ = ReadRegionIndex(path);
+  patches.index_ = std::make_shared<const RegionIndex>(ReadRegionIndex(path));
   if (mode == Mode::kWrite)
     for (const std::string& file : RegionFiles(path, *patches.index_))
       if (access(file.c_str(), W_OK) != 0 || access(path.c_str(), W_OK) != 0)
         throw InputError(file + " may not be written");
   return patches;
+}
+
+ControlPatches ControlPatches::Another() const {
+  if (!IsFolder()) return Open(path_, mode_);
+  ControlPatches another(path_, mode_);
+  another.index_ = index_;
+  return another;
 }
 
 std::string ControlPatches::PathOf(const Region& region) const {
@@ -60,12 +72,12 @@ const Region* ControlPatches::RegionOf(std::int64_t id) const {
   return nullptr;
 }
 
-std::vector<const Region*> ControlPatches::RegionsTouching(const Bounds& bounds) const {
+std::vector<const Region*> ControlPatches::RegionsTouching(const std::vector<Bounds>& areas) const {
   std::vector<const Region*> touching;
   for (const Region& region : index_->regions)
-    if (region.patches > 0 && region.extent.min_x <= bounds.max_x &&
-        region.extent.max_x >= bounds.min_x && region.extent.min_y <= bounds.max_y &&
-        region.extent.max_y >= bounds.min_y)
+    if (region.patches > 0 && std::any_of(areas.begin(), areas.end(), [&](const Bounds& area) {
+          return Touch(region.extent, area);
+        }))
       touching.push_back(&region);
   return touching;
 }
@@ -74,14 +86,16 @@ Patch ControlPatches::AsOfSet(Patch patch, const Region& region) const {
   const auto source = [&](std::int64_t id) {
     const auto known = region.sources.find(id);
     if (known != region.sources.end()) return known->second;
-    throw InputError(fmt::format(
-        "{} has a source that {} does not list; 'orient patchdb index {}' brings it up to date",
+    // It was in order when the run began: no verdict on a photo.
+    throw EnvironmentError(fmt::format(
+        "{} was changed since the run began: {} does not list all of its sources; 'orient patchdb "
+        "index {}' brings it up to date, then the same command goes on",
         PathOf(region), RegionIndexPath(path_), path_));
   };
   const auto of_set = [&](std::int64_t id) {
-    if (id >= kIdsOfRegion)
-      throw InputError(fmt::format("{}: patch {}: a region's numbers must be below {}",
-                                   PathOf(region), id, kIdsOfRegion));
+    if (id <= 0 || id >= kIdsOfRegion)
+      throw InputError(fmt::format("{}: patch {}: a region's numbers must be from 1 to {}",
+                                   PathOf(region), id, kIdsOfRegion - 1));
     return region.number * kIdsOfRegion + id;
   };
   patch.id = of_set(patch.id);
@@ -93,7 +107,7 @@ Patch ControlPatches::AsOfSet(Patch patch, const Region& region) const {
 
 std::vector<Patch> ControlPatches::FindPatchesIn(const Bounds& bounds, int max_count) const {
   if (!IsFolder()) return opened_.at(0).FindPatchesIn(bounds, max_count);
-  const std::vector<const Region*> regions = RegionsTouching(bounds);
+  const std::vector<const Region*> regions = RegionsTouching({bounds});
   std::vector<std::int64_t> counts;
   std::int64_t total = 0;
   for (const Region* region : regions) {
@@ -101,7 +115,7 @@ std::vector<Patch> ControlPatches::FindPatchesIn(const Bounds& bounds, int max_c
     total += counts.back();
   }
   std::vector<Patch> patches;
-  std::set<std::array<double, 4>> places;  // with their sources
+  std::map<std::array<double, 4>, int> region_of_place;  // with its source
   for (std::size_t i = 0; i < regions.size(); ++i) {
     // Each region's share of those that are wanted.
     const std::int64_t share =
@@ -110,8 +124,10 @@ std::vector<Patch> ControlPatches::FindPatchesIn(const Bounds& bounds, int max_c
     for (Patch& found : OpenedRegion(*regions[i]).FindPatchesIn(bounds, static_cast<int>(share))) {
       Patch patch = AsOfSet(std::move(found), *regions[i]);
       const Eigen::Vector3d& at = patch.ground_m;
-      if (places.insert({static_cast<double>(patch.source_id), at.x(), at.y(), at.z()}).second)
-        patches.push_back(std::move(patch));
+      const int number = regions[i]->number;
+      const auto [known, is_new] = region_of_place.emplace(
+          std::array{static_cast<double>(patch.source_id), at.x(), at.y(), at.z()}, number);
+      if (is_new || known->second == number) patches.push_back(std::move(patch));
     }
   }
   return patches;
@@ -130,25 +146,61 @@ std::vector<PatchSource> ControlPatches::Sources() const {
   return IsFolder() ? index_->sources : opened_.at(0).Sources();
 }
 
-std::string ControlPatches::ContentWithin(const Bounds& bounds) const {
+std::string ControlPatches::ContentWithin(const std::vector<Bounds>& areas) const {
   if (!IsFolder()) return ContentOf(opened_.at(0));
   std::string content = index_->crs.Wkt();
-  for (const Region* region : RegionsTouching(bounds))
+  for (const Region* region : RegionsTouching(areas))
     content += fmt::format("\n{} {}", region->number, ContentOf(OpenedRegion(*region)));
   return content;
 }
 
-void ControlPatches::RecordAttempts(const std::vector<MatchAttempt>& attempts) {
-  if (!IsFolder()) return opened_.at(0).RecordAttempts(attempts);
-  std::map<int, std::vector<MatchAttempt>> by_region;
+// Of each region its own attempts, with its ids.
+ControlPatches::AttemptsByRegion ControlPatches::Divided(
+    const std::vector<MatchAttempt>& attempts) const {
+  AttemptsByRegion by_region;
   for (const MatchAttempt& attempt : attempts)
     if (const Region* region = RegionOf(attempt.patch_id)) {
       by_region[region->number].push_back(attempt);
       by_region[region->number].back().patch_id = attempt.patch_id % kIdsOfRegion;
     }
-  for (const Region& region : index_->regions)
-    if (const auto own = by_region.find(region.number); own != by_region.end())
-      OpenedRegion(region).RecordAttempts(own->second);
+  return by_region;
+}
+
+// With the places that their patches have.
+std::vector<SoughtElsewhere> ControlPatches::Sought(const Region& region,
+                                                    const std::vector<MatchAttempt>& own) const {
+  std::vector<SoughtElsewhere> sought;
+  const PatchDatabase& database = OpenedRegion(region);
+  for (const MatchAttempt& attempt : own)
+    if (attempt.state != "not_visible")
+      if (const auto place_m = database.PlaceOf(attempt.patch_id))
+        sought.push_back({attempt.photo, *place_m, attempt.state == "matched"});
+  return sought;
+}
+
+void ControlPatches::RecordAttempts(const std::vector<MatchAttempt>& attempts) {
+  if (!IsFolder()) return opened_.at(0).RecordAttempts(attempts);
+  const AttemptsByRegion by_region = Divided(attempts);
+  std::map<int, std::vector<SoughtElsewhere>> sought;
+  std::exception_ptr first;
+  const auto of_each = [&](const auto& work) {
+    for (const Region& region : index_->regions)
+      if (const auto own = by_region.find(region.number); own != by_region.end()) try {
+          work(region, own->second);
+        } catch (const InputError&) {
+          if (!first) first = std::current_exception();
+        }
+  };
+  of_each(
+      [&](const Region& region, const auto& own) { sought[region.number] = Sought(region, own); });
+  of_each([&](const Region& region, const auto& own) {
+    std::vector<SoughtElsewhere> elsewhere;
+    for (const auto& [number, patches] : sought)
+      if (number != region.number)
+        elsewhere.insert(elsewhere.end(), patches.begin(), patches.end());
+    OpenedRegion(region).RecordAttempts(own, elsewhere);
+  });
+  if (first) std::rethrow_exception(first);
 }
 
 }  // namespace orient::patchdb

@@ -4,6 +4,7 @@
 
 #include <cstdint>
 #include <map>
+#include <memory>
 #include <optional>
 #include <string>
 #include <vector>
@@ -22,6 +23,8 @@ class ControlPatches {
   // Throws InputError as PatchDatabase::Open and ReadRegionIndex; with kWrite of a folder, too,
   // where a database in it may not be written.
   static ControlPatches Open(const std::string& path, Mode mode = Mode::kRead);
+  // The same for another thread: the list of regions is read once.
+  ControlPatches Another() const;
 
   // Throws InputError where the index of a folder is out of date. Looks at every file: for the
   // beginning of a run, not for every photo.
@@ -33,23 +36,28 @@ class ControlPatches {
   std::vector<Patch> FindPatchesIn(const Bounds& bounds, int max_count = 10000) const;
   std::optional<Patch> ReadPatch(std::int64_t id) const;
   std::vector<PatchSource> Sources() const;
-  // As ContentOf, of the regions that lie within or touch `bounds`; of all of a single database.
-  std::string ContentWithin(const Bounds& bounds) const;
-  // One transaction for each region.
+  // As ContentOf, of the regions that touch one of `areas`; of all of a single database.
+  std::string ContentWithin(const std::vector<Bounds>& areas) const;
+  // One transaction for each region. Where one of them fails the others are told nevertheless, and
+  // the first error is thrown then.
   void RecordAttempts(const std::vector<MatchAttempt>& attempts);
 
  private:
   ControlPatches(std::string path, Mode mode) : path_(std::move(path)), mode_(mode) {}
-  bool IsFolder() const { return index_.has_value(); }
+  bool IsFolder() const { return index_ != nullptr; }
   std::string PathOf(const Region& region) const;
   const Region* RegionOf(std::int64_t id) const;
   PatchDatabase& OpenedRegion(const Region& region) const;
   Patch AsOfSet(Patch patch, const Region& region) const;
-  std::vector<const Region*> RegionsTouching(const Bounds& bounds) const;
+  std::vector<const Region*> RegionsTouching(const std::vector<Bounds>& areas) const;
+  using AttemptsByRegion = std::map<int, std::vector<MatchAttempt>>;
+  AttemptsByRegion Divided(const std::vector<MatchAttempt>& attempts) const;
+  std::vector<SoughtElsewhere> Sought(const Region& region,
+                                      const std::vector<MatchAttempt>& own) const;
 
   std::string path_;
   Mode mode_;
-  std::optional<RegionIndex> index_;             // of a folder
+  std::shared_ptr<const RegionIndex> index_;     // of a folder
   mutable std::map<int, PatchDatabase> opened_;  // by the region's number; 0: the one database
 };
 

@@ -14,13 +14,17 @@
 namespace orient::patchdb {
 
 inline constexpr const char* kRegionIndexFile = "regions.json";
+// In a folder that a database is being divided into (patchdb/regions/divide.h): of what.
+inline constexpr const char* kDivisionNote = "not_yet_divided";
+// The largest number of a region. Ids of patches stay exact in every program's numbers.
+inline constexpr int kMostRegions = 9'000'000;
 
 struct Region {
   int number = 0;    // from 1; a database keeps it as long as it lies in the folder
   std::string file;  // name in the folder
   Bounds extent = Bounds::OfNothing();  // of its patches, if there are any
   std::int64_t patches = 0;
-  // To see whether the file was changed since.
+  // To see whether the file was changed since it was listed.
   std::int64_t bytes = 0, modified_ns = 0;
   std::map<std::int64_t, std::int64_t> sources;  // ids there -> ids of RegionIndex::sources
 };
@@ -45,8 +49,9 @@ RegionIndex ReadRegionIndex(const std::string& folder);
 
 // Makes it, or brings it up to date, reading only databases that are new or changed; numbers and
 // the sources' ids stay. Throws InputError: no databases in the folder, several CRSs, a database
-// that cannot be read, another program at it.
-RegionIndex IndexRegions(const std::string& folder);
+// that cannot be read, an interrupted division, another program at it.
+enum class Division { kNone, kUnderWay };
+RegionIndex IndexRegions(const std::string& folder, Division division = Division::kNone);
 
 // Throws InputError where a database came, went, grew beyond the extent that is listed, or has
 // sources that are not.

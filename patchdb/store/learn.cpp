@@ -13,7 +13,7 @@ namespace {
 constexpr std::size_t kNeighbours = 8;  // the nearest that were searched for in the same photo
 
 struct SoughtPatch {
-  std::size_t attempt = 0;
+  std::optional<std::size_t> attempt;  // empty: of another database
   Eigen::Vector2d place_m = Eigen::Vector2d::Zero();
   bool matched = false;
 };
@@ -21,13 +21,6 @@ struct SoughtPatch {
 struct NeighbourCount {
   int sought = 0, matched = 0;
 };
-
-std::optional<Eigen::Vector2d> PlaceOf(Connection& connection, std::int64_t patch_id) {
-  const Query row = connection.Prepare(sql::kPlaceOf);
-  row->bind(1, patch_id);
-  if (!row->executeStep()) return std::nullopt;
-  return Eigen::Vector2d(row->getColumn(0).getDouble(), row->getColumn(1).getDouble());
-}
 
 NeighbourCount CountNeighbours(const std::vector<SoughtPatch>& sought, const SoughtPatch& centre) {
   std::vector<std::pair<double, bool>> others;  // squared distance, matched
@@ -44,17 +37,21 @@ NeighbourCount CountNeighbours(const std::vector<SoughtPatch>& sought, const Sou
 }
 
 // Per attempt; empty where the patch was not searched for or has no place.
-std::vector<std::optional<NeighbourCount>> Neighbours(Connection& connection,
-                                                      const std::vector<MatchAttempt>& attempts) {
+std::vector<std::optional<NeighbourCount>> Neighbours(
+    Connection& connection, const std::vector<MatchAttempt>& attempts,
+    const std::vector<SoughtElsewhere>& elsewhere) {
   std::map<std::string, std::vector<SoughtPatch>> photos;
   for (std::size_t i = 0; i < attempts.size(); ++i) {
     if (attempts[i].state == "not_visible") continue;
     if (const auto place = PlaceOf(connection, attempts[i].patch_id))
       photos[attempts[i].photo].push_back({i, *place, attempts[i].state == "matched"});
   }
+  for (const SoughtElsewhere& patch : elsewhere)
+    photos[patch.photo].push_back({std::nullopt, patch.place_m, patch.matched});
   std::vector<std::optional<NeighbourCount>> counts(attempts.size());
   for (const auto& [photo, sought] : photos)
-    for (const SoughtPatch& patch : sought) counts[patch.attempt] = CountNeighbours(sought, patch);
+    for (const SoughtPatch& patch : sought)
+      if (patch.attempt) counts[*patch.attempt] = CountNeighbours(sought, patch);
   return counts;
 }
 
@@ -120,8 +117,16 @@ void LearnAnew(Connection& connection, std::int64_t patch_id, bool may_retire) {
   RetireQuietly(connection, patch_id, *reason);
 }
 
-void Learn(Connection& connection, const std::vector<MatchAttempt>& attempts) {
-  const auto neighbours = Neighbours(connection, attempts);
+std::optional<Eigen::Vector2d> PlaceOf(Connection& connection, std::int64_t patch_id) {
+  const Query row = connection.Prepare(sql::kPlaceOf);
+  row->bind(1, patch_id);
+  if (!row->executeStep()) return std::nullopt;
+  return Eigen::Vector2d(row->getColumn(0).getDouble(), row->getColumn(1).getDouble());
+}
+
+void Learn(Connection& connection, const std::vector<MatchAttempt>& attempts,
+           const std::vector<SoughtElsewhere>& elsewhere) {
+  const auto neighbours = Neighbours(connection, attempts, elsewhere);
   std::set<std::int64_t> patches;
   for (std::size_t i = 0; i < attempts.size(); ++i) {
     const MatchAttempt& attempt = attempts[i];

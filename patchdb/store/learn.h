@@ -1,7 +1,9 @@
 // Attempts taken into the database, with what follows from them. Private to patchdb.
 #pragma once
 
+#include <Eigen/Core>
 #include <cstdint>
+#include <optional>
 #include <vector>
 
 #include "patchdb/store/connection.h"
@@ -11,8 +13,13 @@
 namespace orient::patchdb {
 
 // Stores the attempts with how their neighbours fared, and learns from all patches that they name.
-// Patches that are not there are left out. The caller holds the transaction.
-void Learn(Connection& connection, const std::vector<MatchAttempt>& attempts);
+// Patches that are not there are left out. `elsewhere`: further neighbours. The caller holds the
+// transaction.
+void Learn(Connection& connection, const std::vector<MatchAttempt>& attempts,
+           const std::vector<SoughtElsewhere>& elsewhere = {});
+
+// Empty where there is no such patch, or it has no place.
+std::optional<Eigen::Vector2d> PlaceOf(Connection& connection, std::int64_t patch_id);
 
 // Weighs a patch's attempts anew; with `may_retire` it is retired where they say so.
 void LearnAnew(Connection& connection, std::int64_t patch_id, bool may_retire);

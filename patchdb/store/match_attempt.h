@@ -22,4 +22,11 @@ struct MatchAttempt {
   std::string photo_digest = {};  // of its content: two flights may have photos of one name
 };
 
+// A patch of another database that was searched for in the same photo: a neighbour.
+struct SoughtElsewhere {
+  std::string photo;
+  Eigen::Vector2d place_m = Eigen::Vector2d::Zero();
+  bool matched = false;
+};
+
 }  // namespace orient::patchdb

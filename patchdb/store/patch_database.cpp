@@ -326,6 +326,11 @@ std::optional<Patch> PatchDatabase::ReadPatch(std::int64_t id) const {
   });
 }
 
+std::optional<Eigen::Vector2d> PatchDatabase::PlaceOf(std::int64_t id) const {
+  return WithFile(impl_->connection, "reading a patch's place",
+                  [&] { return patchdb::PlaceOf(impl_->connection, id); });
+}
+
 std::vector<PatchSource> PatchDatabase::Sources() const {
   return WithFile(impl_->connection, "listing sources", [&] {
     const Query rows = impl_->connection.Prepare(sql::kSources);
@@ -369,9 +374,10 @@ int PatchDatabase::Write(const char* doing, const std::function<int(Connection&)
   });
 }
 
-void PatchDatabase::RecordAttempts(const std::vector<MatchAttempt>& attempts) {
+void PatchDatabase::RecordAttempts(const std::vector<MatchAttempt>& attempts,
+                                   const std::vector<SoughtElsewhere>& elsewhere) {
   Write("recording attempts", [&](Connection& connection) {
-    Learn(connection, attempts);
+    Learn(connection, attempts, elsewhere);
     return 0;
   });
 }

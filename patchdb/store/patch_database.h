@@ -73,13 +73,17 @@ class PatchDatabase {
   std::vector<Patch> ListPatches(std::int64_t after_id, int count) const;
   // With colour and evidence; empty where there is none of this id.
   std::optional<Patch> ReadPatch(std::int64_t id) const;
+  // Empty where there is no such patch.
+  std::optional<Eigen::Vector2d> PlaceOf(std::int64_t id) const;
   std::vector<PatchSource> Sources() const;
   KnownSource FindSource(const PatchSource& source) const;
   // One transaction. A later attempt of the same patch in the same photo replaces the earlier one;
   // patches that were deleted meanwhile are left out.
   // What the patches' histories say then is noted with them, and those that keep failing where
   // their neighbours succeed are retired: patchdb/store/learning.h.
-  void RecordAttempts(const std::vector<MatchAttempt>& attempts);
+  // `elsewhere`: neighbours that other databases hold.
+  void RecordAttempts(const std::vector<MatchAttempt>& attempts,
+                      const std::vector<SoughtElsewhere>& elsewhere = {});
 
   // For the other files of patchdb: the file, its SQL, and one transaction around `work`, which
   // answers how many rows it changed.

@@ -84,6 +84,9 @@ TEST_F(DividedPatches, OrientPhotosAsTheWholeDatabaseDoesAndLearnFromParts) {
   EXPECT_EQ(Attempts(), sought);
   const std::string kept = ExteriorResultPath(Block() + "/divided/stages/exterior", "new_1_1");
   EXPECT_LT(fs::last_write_time(kept), made);
+  // A part that finds all done leaves nothing to learn.
+  Succeeds({"block", DividedBlock(), "--stage", "exterior", "--part", "1/2", "--resume"});
+  EXPECT_FALSE(fs::exists(Block() + "/divided/stages/exterior/not_yet_learnt"));
 }
 
 TEST_F(DividedPatches, AreNotUsedByAnIndexOutOfDate) {

@@ -129,6 +129,24 @@ TEST_F(LearningOfARun, WhatCannotBeToldIsSaidAndThePhotoStaysOk) {
   EXPECT_FALSE(std::filesystem::exists(ExteriorResultPath(folder_.Path(), "b")));
 }
 
+TEST_F(LearningOfARun, WhatCouldNotBeToldIsToldByALaterRun) {
+  {
+    Learning learning(patchdb_, folder_.Path(), false);
+    SQLite::Database raw(patchdb_, SQLite::OPEN_READWRITE);
+    raw.exec("ALTER TABLE attempts RENAME TO hidden");
+    learning.Tell(photos_, dates_, {1, 1}, &results_);
+    raw.exec("ALTER TABLE hidden RENAME TO attempts");
+  }
+  EXPECT_TRUE(NoteIsThere());
+  ASSERT_EQ(results_[0].findings.size(), 1u);
+  Run({0, 0}, true);
+  EXPECT_FALSE(NoteIsThere());
+  EXPECT_EQ(Attempts(), 8);
+  EXPECT_TRUE(results_[0].findings.empty());
+  EXPECT_TRUE(
+      ReadExteriorResult(ExteriorResultPath(folder_.Path(), results_[0].photo)).findings.empty());
+}
+
 TEST_F(LearningOfARun, APhotoThatSoughtNothingTeachesNothing) {
   results_[0].patches.clear();
   Run({1, 1}, false);

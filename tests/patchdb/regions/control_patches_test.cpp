@@ -32,7 +32,7 @@ class RegionsTest : public PatchDatabaseTest {
  protected:
   std::string regions_ = folder_ / "regions";
 
-  RegionIndex Divide(int patches = 300, double cell_m = 4000) {
+  RegionIndex Divide(int patches = 100, double cell_m = 5000) {
     return DivideDatabase(Filled(patches), regions_, cell_m);
   }
   std::string InRegions(const std::string& file) { return (fs::path(regions_) / file).string(); }
@@ -68,7 +68,7 @@ TEST_F(RegionsTest, TheDividedDatabaseOffersThePatchesOfTheWhole) {
 }
 
 TEST_F(RegionsTest, OfTooManyEachRegionGivesItsShare) {
-  Divide(300);
+  Divide(300, 4000);
   const std::vector<Patch> few = ControlPatches::Open(regions_).FindPatchesIn(kAll, 90);
   EXPECT_NEAR(static_cast<double>(few.size()), 90, 40);
   std::set<std::int64_t> regions;
@@ -184,14 +184,70 @@ TEST_F(RegionsTest, AttemptsReachThePatchesOfTheirRegions) {
     return sum;
   };
   ControlPatches::Open(regions_, ControlPatches::Mode::kWrite).RecordAttempts(attempts);
-  EXPECT_EQ(count(), 300);
+  EXPECT_EQ(count(), 100);
   ControlPatches again = ControlPatches::Open(regions_, ControlPatches::Mode::kWrite);
   again.RecordAttempts(attempts);
   again.RequireCurrentIndex();
-  EXPECT_EQ(count(), 300);
+  EXPECT_EQ(count(), 100);
   const auto taught = again.ReadPatch(attempts.back().patch_id);
   ASSERT_TRUE(taught);
   EXPECT_GT(taught->success_weight, 0);
+}
+
+// What the single database would have learnt: neighbours beyond a region's border count.
+TEST_F(RegionsTest, LearnAsTheWholeDatabaseDoes) {
+  PatchDatabase whole = Filled(120);
+  DivideDatabase(whole, regions_, 3400);
+  const auto attempts_in = [](const std::vector<Patch>& patches) {
+    std::vector<MatchAttempt> attempts;
+    for (const Patch& patch : patches)
+      for (const char* photo : {"a", "b", "c"}) {
+        const bool matched = std::fmod(patch.ground_m.x() + patch.ground_m.y(), 7) > 1;
+        attempts.push_back({patch.id, photo, matched ? "matched" : "not_found", {}, {}, ""});
+        attempts.back().photo_status = "ok";
+        attempts.back().photo_digest = photo;
+      }
+    return attempts;
+  };
+  const auto learnt = [](const std::string& path) {
+    std::multiset<std::string> rows;
+    SQLite::Database raw(path, SQLite::OPEN_READONLY);
+    SQLite::Statement row(raw,
+                          "SELECT hex(p.geom), p.state, p.success_weight, p.failure_weight, "
+                          "a.photo, a.neighbours_sought, a.neighbours_matched FROM attempts AS a "
+                          "JOIN patches AS p ON p.id = a.patch_id");
+    while (row.executeStep()) {
+      std::string text;
+      for (int i = 0; i < row.getColumnCount(); ++i) text += row.getColumn(i).getString() + " ";
+      rows.insert(text);
+    }
+    return rows;
+  };
+  whole.RecordAttempts(attempts_in(whole.FindPatchesIn(kAll)));
+  ControlPatches divided = ControlPatches::Open(regions_, ControlPatches::Mode::kWrite);
+  divided.RecordAttempts(attempts_in(divided.FindPatchesIn(kAll)));
+  std::multiset<std::string> of_regions;
+  for (const std::string& file : RegionFiles(regions_, ReadRegionIndex(regions_)))
+    of_regions.merge(learnt(file));
+  EXPECT_EQ(of_regions.size(), 360);
+  EXPECT_EQ(of_regions, learnt(path_));
+  EXPECT_GT(whole.Info().retired, 0);
+}
+
+TEST_F(RegionsTest, AreToldOfAttemptsThoughOneOfThemCannotBe) {
+  Divide(90);
+  std::vector<MatchAttempt> attempts;
+  for (const Patch& patch : ControlPatches::Open(regions_).FindPatchesIn(kAll))
+    attempts.push_back({patch.id, "0815", "matched", 0.9, {}, ""});
+  const std::vector<std::string> files = RegionFiles(regions_, ReadRegionIndex(regions_));
+  SQLite::Database(files[3], SQLite::OPEN_READWRITE).exec("DROP TABLE attempts");
+  ControlPatches patches = ControlPatches::Open(regions_, ControlPatches::Mode::kWrite);
+  EXPECT_THAT(WhatIsWrong([&] { patches.RecordAttempts(attempts); }), HasSubstr(files[3]));
+  for (std::size_t i = 0; i < files.size(); ++i)
+    if (i != 3) {
+      const auto info = PatchDatabase::Open(files[i], PatchDatabase::Mode::kRead).Info();
+      EXPECT_EQ(info.attempts, info.patches) << files[i];
+    }
 }
 
 TEST_F(RegionsTest, ContentChangesWithTheRegionsOfThePhotosAlone) {
@@ -199,12 +255,12 @@ TEST_F(RegionsTest, ContentChangesWithTheRegionsOfThePhotosAlone) {
   const Bounds here{500500, 5000500, 501000, 5001000}, there{509000, 5009000, 509500, 5009500};
   const auto contents = [&] {
     const ControlPatches patches = ControlPatches::Open(regions_);
-    return std::pair(patches.ContentWithin(here), patches.ContentWithin(there));
+    return std::pair(patches.ContentWithin({here}), patches.ContentWithin({there}));
   };
   const auto before = contents();
   {
     PatchDatabase one =
-        PatchDatabase::Open(InRegions("x508000_y5008000.gpkg"), PatchDatabase::Mode::kWrite);
+        PatchDatabase::Open(InRegions("x505000_y5005000.gpkg"), PatchDatabase::Mode::kWrite);
     PatchSource source = Photo("4713.tif");
     std::vector<Patch> patches = {SomePatch(509000, 5009000)};
     one.AddSource(source, patches);
@@ -236,13 +292,91 @@ TEST_F(RegionsTest, ADamagedIndexIsAnError) {
     WriteFileAtomically(path, text);
     return WhatIsWrong([&] { ControlPatches::Open(regions_); });
   };
+  // `field` of the first region, or of the whole.
+  const auto with = [&](const std::string& field, const std::string& value) {
+    const auto at = whole.find("\"" + field + "\": ");
+    const auto begin = at + field.size() + 4;
+    const char last = whole[begin] == '[' ? ']' : ',';
+    const auto end = whole.find(last, begin) + (last == ']' ? 1 : 0);
+    return whole.substr(0, begin) + value + whole.substr(end);
+  };
   EXPECT_EQ(complaint(whole), "");
   EXPECT_THAT(complaint(whole.substr(0, whole.size() / 2)), HasSubstr("is damaged"));
   EXPECT_THAT(complaint("[]"), HasSubstr("is damaged"));
   EXPECT_THAT(complaint("{\"version\": 2}"), HasSubstr("version 2"));
-  std::string leads_out = whole;
-  leads_out.replace(leads_out.find("x500000"), 7, "../x500");
-  EXPECT_THAT(complaint(leads_out), HasSubstr("no database of its folder"));
+  for (const auto& [field, value] :
+       std::vector<std::pair<std::string, std::string>>{{"file", "\"../a.gpkg\""},
+                                                        {"file", "\"..\""},
+                                                        {"number", "0"},
+                                                        {"number", "4294967297"},
+                                                        {"number", "1.5"},
+                                                        {"number", "2"},
+                                                        {"next_number", "3"},
+                                                        {"next_number", "-1"},
+                                                        {"next_number", "4294967299"},
+                                                        {"extent", "null"},
+                                                        {"extent", "[1, 2, 0, 3]"},
+                                                        {"extent", "[1, 2, 3]"},
+                                                        {"patches", "-3"},
+                                                        {"patches", "1e30"},
+                                                        {"kind", "\"satellite\""},
+                                                        {"id", "2"},
+                                                        {"version", "1.5"},
+                                                        {"crs", "\"nonsense\""}})
+    EXPECT_NE(complaint(with(field, value)), "") << field << " " << value;
+}
+
+TEST_F(RegionsTest, AnInterruptedDivisionIsNotTakenForAFolderOfRegions) {
+  const PatchDatabase whole = Filled(100);
+  EXPECT_THROW(
+      DivideDatabase(whole, regions_, 4000, [](int, int) { throw std::runtime_error("killed"); }),
+      std::runtime_error);
+  EXPECT_THAT(WhatIsWrong([&] { IndexRegions(regions_); }), HasSubstr("repeat"));
+  EXPECT_THAT(WhatIsWrong([&] { ControlPatches::Open(regions_); }), HasSubstr("repeat"));
+}
+
+// Edges of such cells are no exact numbers.
+TEST_F(RegionsTest, EveryPatchIsInACellOfAnySize) {
+  PatchDatabase database = PatchDatabase::Create(path_, Utm());
+  PatchSource source = Photo("4711.tif");
+  std::vector<Patch> patches;
+  for (int i = 0; i < 12; ++i) patches.push_back(SomePatch(333.3 * i, -333.3 * i));
+  database.AddSource(source, patches);
+  std::int64_t count = 0;
+  for (const orient::patchdb::Region& region : DivideDatabase(database, regions_, 333.3).regions)
+    count += region.patches;
+  EXPECT_EQ(count, 12);
+}
+
+// A program that writes may be running, or was killed: the database's file is as it was.
+TEST_F(RegionsTest, WhatIsInALogIsNoticed) {
+  Divide();
+  const std::string path = InRegions("x500000_y5000000.gpkg");
+  PatchDatabase open = PatchDatabase::Open(path, PatchDatabase::Mode::kWrite);
+  PatchSource source = Photo("4713.tif");
+  std::vector<Patch> patches = {SomePatch(501000, 5001000)};
+  const auto before = fs::last_write_time(path);
+  open.AddSource(source, patches);
+  fs::last_write_time(path, before);
+  EXPECT_THAT(WhatIsWrong([&] { ControlPatches::Open(regions_).RequireCurrentIndex(); }),
+              HasSubstr("was changed"));
+  EXPECT_EQ(IndexRegions(regions_).sources.size(), 2);
+  EXPECT_EQ(WhatIsWrong([&] { ControlPatches::Open(regions_).RequireCurrentIndex(); }), "");
+}
+
+TEST_F(RegionsTest, ASourceIsKnownByItsContentWhateverNumberItsNameHas) {
+  PatchSource first = Photo("4711.tif"), second = first;
+  first.digest = "a";
+  second.digest = "b";
+  Region("a.gpkg", first, {SomePatch(501000, 5001000)});
+  {
+    PatchDatabase a = PatchDatabase::Open(InRegions("a.gpkg"), PatchDatabase::Mode::kWrite);
+    PatchSource source = second;
+    std::vector<Patch> patches = {SomePatch(502000, 5001000)};
+    a.AddSource(source, patches);  // "4711.tif (2)"
+  }
+  Region("b.gpkg", second, {SomePatch(503000, 5001000)});
+  EXPECT_EQ(IndexRegions(regions_).sources.size(), 2);
 }
 
 TEST_F(RegionsTest, AnInterruptedDivisionGoesOn) {
@@ -254,7 +388,7 @@ TEST_F(RegionsTest, AnInterruptedDivisionGoesOn) {
                                 if (done == 4) throw std::runtime_error("killed");
                               }),
                std::runtime_error);
-  EXPECT_THAT(WhatIsWrong([&] { ControlPatches::Open(regions_); }), HasSubstr("regions.json"));
+  EXPECT_THAT(WhatIsWrong([&] { ControlPatches::Open(regions_); }), HasSubstr("interrupted"));
   EXPECT_THAT(WhatIsWrong([&] { DivideDatabase(whole, regions_, 5000); }),
               HasSubstr("interrupted"));
   const auto first = fs::last_write_time(InRegions("x500000_y5000000.gpkg"));
@@ -299,7 +433,7 @@ TEST_F(RegionsTest, AFolderThatMayNotBeWrittenDoesNotLearn) {
   fs::permissions(regions_, fs::perms::owner_read | fs::perms::owner_exec);
   EXPECT_THAT(WhatIsWrong([&] { ControlPatches::Open(regions_, ControlPatches::Mode::kWrite); }),
               HasSubstr("may not be written"));
-  EXPECT_EQ(ControlPatches::Open(regions_).FindPatchesIn(kAll).size(), 300);
+  EXPECT_EQ(ControlPatches::Open(regions_).FindPatchesIn(kAll).size(), 100);
   fs::permissions(regions_, fs::perms::owner_all);
 }
 

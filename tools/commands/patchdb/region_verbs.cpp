@@ -20,7 +20,7 @@ class DivideVerb : public PatchdbVerb {
     verb->add_option("DB", path_, "Patch database")->required();
     verb->add_option("FOLDER", folder_, "Folder to make")->required();
     verb->add_option("--cell-m", cell_m_, "Side of a region in metres (default 10000)")
-        ->check(CLI::Range(1.0, 1e7));
+        ->check(CLI::Range(1, 10'000'000));
     return verb;
   }
   void Run(std::ostream& out) override {
@@ -38,7 +38,7 @@ class DivideVerb : public PatchdbVerb {
 
  private:
   std::string path_, folder_;
-  double cell_m_ = 10'000;
+  int cell_m_ = 10'000;
 };
 
 class IndexVerb : public PatchdbVerb {
