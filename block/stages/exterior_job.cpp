@@ -129,7 +129,10 @@ std::vector<patchdb::Patch> PatchesUnder(const ExteriorSetting& setting,
   const Bounds footprint =
       exterior::UncertainFootprint(setting.camera.camera, prior, setting.surface.MinHeight(),
                                    setting.surface.MaxHeight(), sigmas);
-  std::vector<patchdb::Patch> patches = setting.patches.value().Another().FindPatchesIn(footprint);
+  const patchdb::ControlPatches database =
+      setting.regions ? setting.regions->Another()
+                      : patchdb::ControlPatches::Open(setting.options.patchdb);
+  std::vector<patchdb::Patch> patches = database.FindPatchesIn(footprint);
   if (setting.options.further_patches) {
     const std::vector<patchdb::Patch> further =
         setting.options.further_patches(photo.name, footprint);

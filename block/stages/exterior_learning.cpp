@@ -24,22 +24,25 @@ patchdb::ControlPatches OpenToLearn(const std::string& path) {
   }
 }
 
-// Returns why the database could not be told; empty: it was, or there was nothing to tell.
-std::string Feedback(patchdb::ControlPatches& database, const std::string& path,
-                     const std::optional<std::string>& date, const ExteriorResult& result) {
+std::vector<patchdb::MatchAttempt> AttemptsOf(const std::string& path,
+                                              const std::optional<std::string>& date,
+                                              const ExteriorResult& result) {
   std::vector<patchdb::MatchAttempt> attempts;
   for (const PatchResult& patch : result.patches)
     if (patch.state != PatchState::kNotVisible)
       attempts.push_back({patch.id, result.photo, std::string(Name(patch.state)), patch.ncc,
-                          patch.residual_px, JoinedSentences(patch.findings), std::nullopt,
+                          patch.residual_px, JoinedSentences(patch.findings), date,
                           std::string(Name(result.status)), patch.predicted, patch.pixel, ""});
-  if (attempts.empty()) return "";
+  if (attempts.empty()) return attempts;
+  const std::string digest = DigestOfFile(path);
+  for (patchdb::MatchAttempt& attempt : attempts) attempt.photo_digest = digest;
+  return attempts;
+}
+
+// Returns why the database could not be told; empty: it was.
+std::string WhyNotTold(const std::vector<patchdb::MatchAttempt>& attempts,
+                       patchdb::ControlPatches& database) {
   try {
-    const std::string digest = DigestOfFile(path);
-    for (patchdb::MatchAttempt& attempt : attempts) {
-      attempt.photo_digest = digest;
-      attempt.photo_date = date;
-    }
     database.RecordAttempts(attempts);
   } catch (const InputError& error) {
     return error.what();
@@ -66,21 +69,21 @@ Learning::Learning(const std::string& patchdb, const std::string& directory, boo
 void Learning::Tell(const std::vector<std::string>& photos,
                     const std::vector<std::optional<std::string>>& dates,
                     const std::vector<char>& fresh, std::vector<ExteriorResult>* results) {
-  bool all_told = true;
+  // A database that is held by another program keeps each question waiting: one is enough.
+  std::string why_not;
   for (std::size_t i = 0; i < results->size(); ++i) {
     if (!fresh[i] && !interrupted_) continue;
     ExteriorResult& result = (*results)[i];
-    const bool was_not_learnt = std::erase_if(result.findings, [](const Finding& finding) {
-                                  return finding.reason == Reason::kNotLearnt;
-                                }) > 0;
-    const std::string why_not = Feedback(database_, photos[i], dates[i], result);
-    if (!why_not.empty()) {
+    const auto attempts = AttemptsOf(photos[i], dates[i], result);
+    if (attempts.empty()) continue;
+    if (why_not.empty()) why_not = WhyNotTold(attempts, database_);
+    const auto before = std::erase_if(
+        result.findings, [](const Finding& f) { return f.reason == Reason::kNotLearnt; });
+    if (!why_not.empty())
       result.findings.push_back({.reason = Reason::kNotLearnt, .where = why_not});
-      all_told = false;
-    }
-    if (!why_not.empty() || was_not_learnt) WriteExteriorResult(directory_, result);
+    if (!why_not.empty() || before > 0) WriteExteriorResult(directory_, result);
   }
-  if (all_told) fs::remove(note_);
+  if (why_not.empty()) fs::remove(note_);
 }
 
 }  // namespace orient::block

@@ -188,7 +188,8 @@ ExteriorSetting PrepareExterior(const ExteriorRunOptions& options) {
   const Crs crs = BlockCrs(options, table);
   RequireCrsOfPatches(options.patchdb, crs);
   ExteriorSetting setting = SettingOf(options, std::move(camera), std::move(table), crs);
-  setting.patches = patchdb::ControlPatches::Open(options.patchdb);
+  if (patchdb::IsRegionFolder(options.patchdb))
+    setting.regions = patchdb::ControlPatches::Open(options.patchdb);
   return setting;
 }
 
@@ -207,7 +208,7 @@ std::string PatchContentOfRun(const ExteriorRunOptions& options) {
       areas.push_back(AreaOf(setting, prior, 3));
       areas.push_back(AreaOf(setting, exterior::Widened(prior, setting.surface.MeanHeight()), 2));
     }
-  return setting.patches->ContentWithin(areas);
+  return setting.regions->ContentWithin(areas);
 }
 
 double EarthK1OfRun(const ExteriorRunOptions& options) {

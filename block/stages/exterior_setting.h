@@ -81,7 +81,8 @@ struct ExteriorSetting {
   OrientationTable approximations;
   Crs crs;
   GroundSurface surface;
-  std::optional<patchdb::ControlPatches> patches;  // to be opened anew by each thread: Another()
+  // Of a folder of databases: its list, read once.
+  std::optional<patchdb::ControlPatches> regions = {};
 };
 
 // Throws InputError naming both where the database's CRS is another one, or it cannot be read.
