@@ -2,40 +2,16 @@
 // regions.json. By it a program knows which of them to open for a photo.
 #pragma once
 
-#include <cstdint>
-#include <map>
 #include <string>
 #include <vector>
 
-#include "core/terrain/crs.h"
-#include "core/terrain/ground_surface.h"
-#include "patchdb/store/patch.h"
+#include "patchdb/regions/region_list.h"
 
 namespace orient::patchdb {
 
 inline constexpr const char* kRegionIndexFile = "regions.json";
 // In a folder that a database is being divided into (patchdb/regions/divide.h): of what.
 inline constexpr const char* kDivisionNote = "not_yet_divided";
-// The largest number of a region. Ids of patches stay exact in every program's numbers.
-inline constexpr int kMostRegions = 9'000'000;
-
-struct Region {
-  int number = 0;    // from 1; a database keeps it as long as it lies in the folder
-  std::string file;  // name in the folder
-  Bounds extent = Bounds::OfNothing();  // of its patches, if there are any
-  std::int64_t patches = 0;
-  // To see whether the file was changed since it was listed.
-  std::int64_t bytes = 0, modified_ns = 0;
-  std::map<std::int64_t, std::int64_t> sources;  // ids there -> ids of RegionIndex::sources
-};
-
-struct RegionIndex {
-  Crs crs;
-  int next_number = 1;               // of a database that comes; none is given twice
-  std::vector<PatchSource> sources;  // the same one in several databases is one
-  std::vector<Region> regions;       // by number
-};
-
 // A folder, not a single database.
 bool IsRegionFolder(const std::string& path);
 

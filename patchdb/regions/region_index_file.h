@@ -3,7 +3,7 @@
 
 #include <string>
 
-#include "patchdb/regions/region_index.h"
+#include "patchdb/regions/region_list.h"
 
 namespace orient::patchdb {
 
