@@ -176,7 +176,7 @@ Bounds AreaOf(const ExteriorSetting& setting, const PosePrior& prior, double sig
 void RequireCrsOfPatches(const std::string& patchdb, const Crs& crs) {
   const patchdb::ControlPatches patches = patchdb::ControlPatches::Open(patchdb);
   patches.RequireCurrentIndex();
-  const Crs& stored = patches.GroundCrs();
+  const Crs stored = patches.GroundCrs();
   if (!crs.SameAs(stored))
     throw InputError(patchdb + ": its CRS is " + stored.Name() + ", the block's is " + crs.Name() +
                      "; use a patch database in the block's CRS");

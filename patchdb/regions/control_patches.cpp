@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <array>
+#include <cmath>
 #include <exception>
 #include <filesystem>
 #include <utility>
@@ -55,7 +56,7 @@ void ControlPatches::RequireCurrentIndex() const {
   if (IsFolder()) RequireCurrent(path_, *index_);
 }
 
-const Crs& ControlPatches::GroundCrs() const {
+Crs ControlPatches::GroundCrs() const {
   return IsFolder() ? index_->crs : opened_.at(0).GroundCrs();
 }
 
@@ -118,10 +119,10 @@ std::vector<Patch> ControlPatches::FindPatchesIn(const Bounds& bounds, int max_c
   std::map<std::array<double, 4>, int> region_of_place;  // with its source
   for (std::size_t i = 0; i < regions.size(); ++i) {
     // Each region's share of those that are wanted.
-    const std::int64_t share =
-        total <= max_count ? counts[i] : (counts[i] * max_count + total - 1) / total;
+    const double part = std::min(1.0, max_count / std::max(1.0, static_cast<double>(total)));
+    const int share = static_cast<int>(std::ceil(part * static_cast<double>(counts[i])));
     if (share == 0) continue;
-    for (Patch& found : OpenedRegion(*regions[i]).FindPatchesIn(bounds, static_cast<int>(share))) {
+    for (Patch& found : OpenedRegion(*regions[i]).FindPatchesIn(bounds, share)) {
       Patch patch = AsOfSet(std::move(found), *regions[i]);
       const Eigen::Vector3d& at = patch.ground_m;
       const int number = regions[i]->number;

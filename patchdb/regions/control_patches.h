@@ -30,7 +30,7 @@ class ControlPatches {
   // beginning of a run, not for every photo.
   void RequireCurrentIndex() const;
 
-  const Crs& GroundCrs() const;
+  Crs GroundCrs() const;
   // As PatchDatabase::FindPatchesIn. What several regions hold of the same source at the same
   // place comes once.
   std::vector<Patch> FindPatchesIn(const Bounds& bounds, int max_count = 10000) const;
@@ -44,7 +44,7 @@ class ControlPatches {
 
  private:
   ControlPatches(std::string path, Mode mode) : path_(std::move(path)), mode_(mode) {}
-  bool IsFolder() const { return index_ != nullptr; }
+  bool IsFolder() const { return static_cast<bool>(index_); }
   std::string PathOf(const Region& region) const;
   const Region* RegionOf(std::int64_t id) const;
   PatchDatabase& OpenedRegion(const Region& region) const;
