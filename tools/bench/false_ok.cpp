@@ -291,9 +291,13 @@ int Main(const std::string& folder, std::uint32_t worlds, std::uint32_t first,
   for (std::string line; std::getline(file, line);) done.insert(line.substr(0, line.find(',')));
   for (std::uint32_t number = first; number < first + worlds; ++number) {
     if (done.contains(std::to_string(number))) continue;
-    const std::string rows = RowsOf(folder, number, only);
-    std::ofstream(table, std::ios::app) << rows << std::flush;
-    std::printf("\rworld %u ", number);
+    try {
+      const std::string rows = RowsOf(folder, number, only);
+      std::ofstream(table, std::ios::app) << rows << std::flush;
+      std::printf("\rworld %u ", number);
+    } catch (const UsageError& error) {  // a ground that the simulator refuses: no photo of it
+      std::printf("\rworld %u is none: %s\n", number, error.what());
+    }
     std::fflush(stdout);
   }
   std::printf("\n");
