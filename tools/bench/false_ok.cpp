@@ -73,8 +73,9 @@ double FilmError(const InteriorResult& found, const Shown& shown) {
   constexpr int kGrid = 6;
   double sum = 0;
   for (int i = 0; i < kGrid * kGrid; ++i) {
-    const Eigen::Vector2d pixel((i % kGrid + 0.5) / kGrid * truth.width,
-                                (i / kGrid + 0.5) / kGrid * truth.height);
+    const int row = i / kGrid, col = i % kGrid;
+    const Eigen::Vector2d pixel((col + 0.5) / kGrid * truth.width,
+                                (row + 0.5) / kGrid * truth.height);
     const Eigen::Vector2d photo_mm =
         PhotoFromPixel(*found.photo_from_pixel, correction.get(), shown.moved(pixel));
     sum += (photo_mm - *truth.photo_from_pixel * pixel).squaredNorm();
@@ -314,6 +315,11 @@ int main(int argc, char** argv) {
     std::fprintf(stderr, "usage: false_ok FOLDER WORLDS [FIRST] [ONLY]\n");
     return 1;
   }
-  return orient::false_ok::Main(argv[1], static_cast<std::uint32_t>(std::atoi(argv[2])),
-                                static_cast<std::uint32_t>(std::atoi(word(3, "1"))), word(4, ""));
+  try {
+    return orient::false_ok::Main(argv[1], static_cast<std::uint32_t>(std::atoi(argv[2])),
+                                  static_cast<std::uint32_t>(std::atoi(word(3, "1"))), word(4, ""));
+  } catch (const std::exception& error) {
+    std::fprintf(stderr, "false_ok: %s\n", error.what());
+    return 2;
+  }
 }

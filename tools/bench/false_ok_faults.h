@@ -1,6 +1,8 @@
 // What is wrong with the inputs of false_ok: each fault falsifies one of a trial's inputs.
 #pragma once
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <utility>
 
@@ -122,7 +124,7 @@ inline void ChangePhotos(World& world, Trial& trial,
     std::vector<std::uint16_t> values;
     for (const float value : image.values)
       values.push_back(static_cast<std::uint16_t>(std::clamp(value, 0.0f, 255.0f)));
-    path = folder + "/" + name + ".tif";
+    path = fmt::format("{}/{}.tif", folder, name);
     simulation::WriteGreyTiff(path, image.width, image.height, values, 8,
                               *world.Options().pixel_size_um / 1000, std::nullopt);
     if (!moved) continue;
