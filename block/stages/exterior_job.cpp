@@ -126,9 +126,7 @@ void Illustrate(const ExteriorSetting& setting, const ScanInterior& interior,
 std::vector<patchdb::Patch> PatchesUnder(const ExteriorSetting& setting,
                                          const exterior::PhotoToOrient& photo,
                                          const PosePrior& prior, double sigmas) {
-  const Bounds footprint =
-      exterior::UncertainFootprint(setting.camera.camera, prior, setting.surface.MinHeight(),
-                                   setting.surface.MaxHeight(), sigmas);
+  const Bounds footprint = AreaOf(setting, prior, sigmas);
   const patchdb::ControlPatches database =
       setting.regions ? setting.regions->Another()
                       : patchdb::ControlPatches::Open(setting.options.patchdb);
@@ -167,7 +165,7 @@ bool IsVague(const ExteriorSetting& setting, const PosePrior& prior) {
 ExteriorResult OrientAsStated(const ExteriorSetting& setting, const exterior::PhotoToOrient& photo,
                               const exterior::PhotoImage& image,
                               std::vector<patchdb::Patch>* patches) {
-  *patches = PatchesUnder(setting, photo, photo.prior, 3);
+  *patches = PatchesUnder(setting, photo, photo.prior, kStatedSigmas);
   if (patches->empty()) return WithoutPatches(setting, photo);
   return exterior::OrientPhoto(photo, image, *patches, OptionsOf(setting));
 }
@@ -177,9 +175,8 @@ ExteriorResult OrientAsStated(const ExteriorSetting& setting, const exterior::Ph
 ExteriorResult OrientWidely(const ExteriorSetting& setting, const exterior::PhotoToOrient& photo,
                             const exterior::PhotoImage& image, const ExteriorResult& before,
                             bool vague, std::vector<patchdb::Patch>* patches) {
-  constexpr double kSigmas = 2;
-  *patches = PatchesUnder(setting, photo,
-                          exterior::Widened(photo.prior, setting.surface.MeanHeight()), kSigmas);
+  *patches = PatchesUnder(
+      setting, photo, exterior::Widened(photo.prior, setting.surface.MeanHeight()), kWideSigmas);
   if (patches->empty()) return vague ? WithoutPatches(setting, photo) : before;
   exterior::OrientPhotoOptions options = OptionsOf(setting);
   options.wide = true;

@@ -166,11 +166,6 @@ ExteriorSetting SettingOf(const ExteriorRunOptions& options, CameraFile camera,
           crs,     std::move(surface), std::nullopt};
 }
 
-Bounds AreaOf(const ExteriorSetting& setting, const PosePrior& prior, double sigmas) {
-  return exterior::UncertainFootprint(setting.camera.camera, prior, setting.surface.MinHeight(),
-                                      setting.surface.MaxHeight(), sigmas);
-}
-
 }  // namespace
 
 void RequireCrsOfPatches(const std::string& patchdb, const Crs& crs) {
@@ -193,6 +188,11 @@ ExteriorSetting PrepareExterior(const ExteriorRunOptions& options) {
   return setting;
 }
 
+Bounds AreaOf(const ExteriorSetting& setting, const PosePrior& prior, double sigmas) {
+  return exterior::UncertainFootprint(setting.camera.camera, prior, setting.surface.MinHeight(),
+                                      setting.surface.MaxHeight(), sigmas);
+}
+
 std::string PatchContentOfRun(const ExteriorRunOptions& options) {
   if (!patchdb::IsRegionFolder(options.patchdb))
     return patchdb::ControlPatches::Open(options.patchdb).ContentWithin({});
@@ -204,9 +204,9 @@ std::string PatchContentOfRun(const ExteriorRunOptions& options) {
       const Vector6d sigma = SigmaOfApproximation(
           *row, options.position_sigma_m, options.attitude_sigma_rad, options.kappa_sigma_rad);
       const PosePrior prior{row->pose, sigma.cwiseAbs2().asDiagonal().toDenseMatrix()};
-      // As the photo's own run asks for patches, at most.
-      areas.push_back(AreaOf(setting, prior, 3));
-      areas.push_back(AreaOf(setting, exterior::Widened(prior, setting.surface.MeanHeight()), 2));
+      areas.push_back(AreaOf(setting, prior, kStatedSigmas));
+      areas.push_back(
+          AreaOf(setting, exterior::Widened(prior, setting.surface.MeanHeight()), kWideSigmas));
     }
   return setting.regions->ContentWithin(areas);
 }

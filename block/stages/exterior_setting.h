@@ -11,6 +11,7 @@
 #include "core/files/orientation_table.h"
 #include "core/files/results.h"
 #include "core/geometry/bounds.h"
+#include "core/geometry/resection.h"
 #include "core/measurements/measurements.h"
 #include "core/terrain/crs.h"
 #include "core/terrain/earth_effects.h"
@@ -95,6 +96,11 @@ ExteriorSetting PrepareExterior(const ExteriorRunOptions& options);
 // or do not matter. Reads camera, table and DEM and throws as PrepareExterior does; needs no
 // database where the options or the table name the CRS.
 double EarthK1OfRun(const ExteriorRunOptions& options);
+
+// Where a photo with this prior may lie: of what its patches are asked for, at kStatedSigmas, or
+// widely (exterior::Widened) at kWideSigmas.
+inline constexpr double kStatedSigmas = 3, kWideSigmas = 2;
+Bounds AreaOf(const ExteriorSetting& setting, const PosePrior& prior, double sigmas);
 
 // Changes with what the patch database offers to the run's photos (patchdb::ContentOf); of a folder
 // of regions with what those do that the photos, searched for widely, may lie in.

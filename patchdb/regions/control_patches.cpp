@@ -7,7 +7,6 @@
 #include <array>
 #include <cmath>
 #include <exception>
-#include <filesystem>
 #include <utility>
 
 #include "core/base/environment_error.h"
@@ -16,7 +15,6 @@
 
 namespace orient::patchdb {
 namespace {
-namespace fs = std::filesystem;
 
 constexpr std::int64_t kIdsOfRegion = 1'000'000'000;
 constexpr std::size_t kMostOpened = 8;  // by each thread: two files of a process' 1024 each
@@ -34,10 +32,11 @@ ControlPatches ControlPatches::Open(const std::string& path, Mode mode) {
     return patches;
   }
   patches.index_ = std::make_shared<const RegionIndex>(ReadRegionIndex(path));
-  if (mode == Mode::kWrite)
-    for (const std::string& file : RegionFiles(path, *patches.index_))
-      if (access(file.c_str(), W_OK) != 0 || access(path.c_str(), W_OK) != 0)
-        throw InputError(file + " may not be written");
+  if (mode == Mode::kRead) return patches;
+  std::vector<std::string> written = RegionFiles(path, *patches.index_);
+  written.push_back(path);  // SQLite writes its logs there
+  for (const std::string& name : written)
+    if (access(name.c_str(), W_OK) != 0) throw InputError(name + " may not be written");
   return patches;
 }
 
@@ -46,10 +45,6 @@ ControlPatches ControlPatches::Another() const {
   ControlPatches another(path_, mode_);
   another.index_ = index_;
   return another;
-}
-
-std::string ControlPatches::PathOf(const Region& region) const {
-  return (fs::path(path_) / region.file).string();
 }
 
 void ControlPatches::RequireCurrentIndex() const {
@@ -64,7 +59,8 @@ PatchDatabase& ControlPatches::OpenedRegion(const Region& region) const {
   const auto found = opened_.find(region.number);
   if (found != opened_.end()) return found->second;
   if (opened_.size() >= kMostOpened) opened_.clear();
-  return opened_.emplace(region.number, PatchDatabase::Open(PathOf(region), mode_)).first->second;
+  return opened_.emplace(region.number, PatchDatabase::Open(RegionPath(path_, region), mode_))
+      .first->second;
 }
 
 const Region* ControlPatches::RegionOf(std::int64_t id) const {
@@ -91,12 +87,12 @@ Patch ControlPatches::AsOfSet(Patch patch, const Region& region) const {
     throw EnvironmentError(fmt::format(
         "{} was changed since the run began: {} does not list all of its sources; 'orient patchdb "
         "index {}' brings it up to date, then the same command goes on",
-        PathOf(region), RegionIndexPath(path_), path_));
+        RegionPath(path_, region), RegionIndexPath(path_), path_));
   };
   const auto of_set = [&](std::int64_t id) {
     if (id <= 0 || id >= kIdsOfRegion)
       throw InputError(fmt::format("{}: patch {}: a region's numbers must be from 1 to {}",
-                                   PathOf(region), id, kIdsOfRegion - 1));
+                                   RegionPath(path_, region), id, kIdsOfRegion - 1));
     return region.number * kIdsOfRegion + id;
   };
   patch.id = of_set(patch.id);

@@ -45,7 +45,6 @@ class ControlPatches {
  private:
   ControlPatches(std::string path, Mode mode) : path_(std::move(path)), mode_(mode) {}
   bool IsFolder() const { return static_cast<bool>(index_); }
-  std::string PathOf(const Region& region) const;
   const Region* RegionOf(std::int64_t id) const;
   PatchDatabase& OpenedRegion(const Region& region) const;
   Patch AsOfSet(Patch patch, const Region& region) const;

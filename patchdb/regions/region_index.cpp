@@ -25,10 +25,6 @@ std::string Remedy(const std::string& folder) {
   return "'orient patchdb index " + folder + "' brings it up to date";
 }
 
-std::string PathOf(const std::string& folder, const Region& region) {
-  return (fs::path(folder) / region.file).string();
-}
-
 // Names of the databases, sorted.
 std::vector<std::string> DatabasesIn(const std::string& folder) {
   std::vector<std::string> files;
@@ -45,7 +41,7 @@ std::vector<std::string> DatabasesIn(const std::string& folder) {
 // Length and time of change, into `region`. Throws where the file is gone.
 void TakeState(const std::string& folder, Region* region) {
   struct stat state {};
-  const std::string path = PathOf(folder, *region);
+  const std::string path = RegionPath(folder, *region);
   if (stat(path.c_str(), &state) != 0)
     throw InputError(fmt::format("{} is not there, but {} lists it; {}", path,
                                  RegionIndexPath(folder), Remedy(folder)));
@@ -56,7 +52,7 @@ void TakeState(const std::string& folder, Region* region) {
 // What SQLite's log holds is of the database, and does not show in its file.
 bool HasLog(const std::string& folder, const Region& region) {
   std::error_code none;
-  const std::uintmax_t bytes = fs::file_size(PathOf(folder, region) + "-wal", none);
+  const std::uintmax_t bytes = fs::file_size(RegionPath(folder, region) + "-wal", none);
   return !none && bytes > 0;
 }
 
@@ -122,11 +118,11 @@ Held Read(const std::string& path) {
 void Describe(const std::string& folder, Region* region, RegionIndex* index,
               KnownSources* sources) {
   TakeState(folder, region);  // before it is read: what changes meanwhile is seen the next time
-  const Held held = Read(PathOf(folder, *region));
+  const Held held = Read(RegionPath(folder, *region));
   if (!held.crs.SameAs(index->crs))
     throw InputError(fmt::format(
         "{}: its CRS is {}, that of the folder {}; keep databases of another CRS in another folder",
-        PathOf(folder, *region), held.crs.Name(), index->crs.Name()));
+        RegionPath(folder, *region), held.crs.Name(), index->crs.Name()));
   region->extent = held.info.patches > 0 ? held.info.extent : Bounds::OfNothing();
   region->patches = held.info.patches;
   region->sources.clear();
@@ -141,7 +137,7 @@ bool LiesWithin(const PatchDatabaseInfo& info, const Bounds& extent) {
 
 bool IsStillDescribed(const std::string& folder, const Region& region, const RegionIndex& index,
                       const KnownSources& sources) {
-  const Held held = Read(PathOf(folder, region));
+  const Held held = Read(RegionPath(folder, region));
   return held.crs.SameAs(index.crs) && LiesWithin(held.info, region.extent) &&
          std::all_of(held.sources.begin(), held.sources.end(), [&](const PatchSource& source) {
            const auto listed = region.sources.find(source.id);
@@ -176,9 +172,13 @@ std::string RegionIndexPath(const std::string& folder) {
   return (fs::path(folder) / kRegionIndexFile).string();
 }
 
+std::string RegionPath(const std::string& folder, const Region& region) {
+  return (fs::path(folder) / region.file).string();
+}
+
 std::vector<std::string> RegionFiles(const std::string& folder, const RegionIndex& index) {
   std::vector<std::string> files;
-  for (const Region& region : index.regions) files.push_back(PathOf(folder, region));
+  for (const Region& region : index.regions) files.push_back(RegionPath(folder, region));
   return files;
 }
 
@@ -232,7 +232,7 @@ void RequireCurrent(const std::string& folder, const RegionIndex& index) {
     const bool unchanged = IsUnchanged(folder, region);  // throws where it is gone
     std::erase(files, region.file);
     if (unchanged || IsStillDescribed(folder, region, index, sources)) continue;
-    throw InputError(fmt::format("{} was changed since {} was made; {}", PathOf(folder, region),
+    throw InputError(fmt::format("{} was changed since {} was made; {}", RegionPath(folder, region),
                                  RegionIndexPath(folder), Remedy(folder)));
   }
   if (files.empty()) return;

@@ -12,12 +12,14 @@ namespace orient::patchdb {
 inline constexpr const char* kRegionIndexFile = "regions.json";
 // In a folder that a database is being divided into (patchdb/regions/divide.h): of what.
 inline constexpr const char* kDivisionNote = "not_yet_divided";
+
 // A folder, not a single database.
 bool IsRegionFolder(const std::string& path);
 
 std::string RegionIndexPath(const std::string& folder);
 
-// Paths of the databases, in the order of the index.
+std::string RegionPath(const std::string& folder, const Region& region);
+// Of all, in the order of the index.
 std::vector<std::string> RegionFiles(const std::string& folder, const RegionIndex& index);
 
 // Throws InputError: there is none, it is damaged, a newer program's.
