@@ -26,7 +26,6 @@
 #include "exterior/principal_distance.h"
 #include "exterior/search/point_resection.h"
 #include "exterior/search/search_prior.h"
-#include "exterior/steps/predict.h"
 #include "exterior/steps/resect.h"
 #include "patchdb/regions/control_patches.h"
 
