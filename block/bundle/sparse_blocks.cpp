@@ -12,6 +12,8 @@ namespace {
 
 // Of a unit diagonal: what remains of an unknown that follows from the others is rounding.
 constexpr double kOpen = 1e-11;
+// More columns at once than this gain nothing, and within a supernode work goes block by block.
+constexpr int kMostColumns = 32;
 
 std::uint64_t Key(int row, int col) {
   return (static_cast<std::uint64_t>(row) << 32U) | static_cast<std::uint64_t>(col);
@@ -42,10 +44,8 @@ BlockCholesky::BlockCholesky(const SparseBlocks& matrix) {
   Order(matrix);
   Fill(matrix);
   FindStructure();
-  for (int column = 0; column < matrix.Count(); ++column) {
-    FactorDiagonal(column);
-    FactorColumn(column);
-  }
+  FindSupernodes();
+  for (const Supernode& supernode : supernodes_) Factor(supernode);
 }
 
 void BlockCholesky::Order(const SparseBlocks& matrix) {
@@ -116,6 +116,58 @@ void BlockCholesky::FindStructure() {
   }
 }
 
+// A column that differs from the one before it by that one's parent only, which it is, joins it.
+void BlockCholesky::FindSupernodes() {
+  for (int j = 0; j < static_cast<int>(columns_.size()); ++j) {
+    const bool joins = j > 0 && j - supernodes_.back().begin < kMostColumns &&
+                       !columns_[Index(j - 1)].rows.empty() &&
+                       columns_[Index(j - 1)].rows.front() == j &&
+                       columns_[Index(j - 1)].rows.size() == columns_[Index(j)].rows.size() + 1;
+    if (joins)
+      ++supernodes_.back().end;
+    else
+      supernodes_.push_back({j, j + 1});
+  }
+}
+
+const std::vector<int>& BlockCholesky::RowsBelow(const Supernode& supernode) const {
+  return columns_[Index(supernode.end - 1)].rows;
+}
+
+template <class See>
+void BlockCholesky::ForEachPair(const std::vector<int>& rows, const See& see) const {
+  for (std::size_t a = 0; a < rows.size(); ++a) {
+    const std::vector<int>& there = columns_[Index(rows[a])].rows;
+    std::size_t place = 0;
+    for (std::size_t b = a + 1; b < rows.size(); ++b) {
+      while (there[place] != rows[b]) ++place;
+      see(a, b, place);
+    }
+  }
+}
+
+Eigen::MatrixXd BlockCholesky::Triangle(const Supernode& supernode) const {
+  Eigen::MatrixXd triangle = Eigen::MatrixXd::Zero(At(supernode.Size()), At(supernode.Size()));
+  for (int k = 0; k < supernode.Size(); ++k) {
+    triangle.block<6, 6>(At(k), At(k)) = diagonal_[Index(supernode.begin + k)];
+    const Column& column = columns_[Index(supernode.begin + k)];
+    for (int i = k + 1; i < supernode.Size(); ++i)
+      triangle.block<6, 6>(At(i), At(k)) = column.values[Index(i - k - 1)];
+  }
+  return triangle;
+}
+
+Eigen::MatrixXd BlockCholesky::Below(const Supernode& supernode) const {
+  const int rows = static_cast<int>(RowsBelow(supernode).size());
+  Eigen::MatrixXd below(At(rows), At(supernode.Size()));
+  for (int k = 0; k < supernode.Size(); ++k) {
+    const Column& column = columns_[Index(supernode.begin + k)];
+    for (int i = 0; i < rows; ++i)
+      below.block<6, 6>(At(i), At(k)) = column.values[Index(supernode.Size() - 1 - k + i)];
+  }
+  return below;
+}
+
 // Cholesky's decomposition of the diagonal block in place, row by row.
 void BlockCholesky::FactorDiagonal(int column) {
   Matrix6d& block = diagonal_[Index(column)];
@@ -133,21 +185,40 @@ void BlockCholesky::FactorDiagonal(int column) {
   block.triangularView<Eigen::StrictlyUpper>().setZero();
 }
 
-void BlockCholesky::FactorColumn(int column) {
+// And what it takes from the columns after it up to end.
+void BlockCholesky::FactorColumn(int column, int end) {
   const Matrix6d lower = diagonal_[Index(column)];
   Column& of = columns_[Index(column)];
   for (Matrix6d& value : of.values)
     lower.triangularView<Eigen::Lower>().transpose().solveInPlace<Eigen::OnTheRight>(value);
-  for (std::size_t a = 0; a < of.rows.size(); ++a) {
-    const Matrix6d& left = of.values[a];
-    diagonal_[Index(of.rows[a])].noalias() -= left * left.transpose();
-    Column& to = columns_[Index(of.rows[a])];
-    std::size_t place = 0;
-    for (std::size_t b = a + 1; b < of.rows.size(); ++b) {
-      while (to.rows[place] != of.rows[b]) ++place;
-      to.values[place].noalias() -= of.values[b] * left.transpose();
-    }
+  for (int j = column + 1; j < end; ++j) {
+    const std::size_t place = Index(j - column - 1);
+    const Matrix6d& left = of.values[place];
+    diagonal_[Index(j)].noalias() -= left * left.transpose();
+    std::vector<Matrix6d>& to = columns_[Index(j)].values;
+    for (std::size_t i = 0; i < to.size(); ++i)
+      to[i].noalias() -= of.values[place + 1 + i] * left.transpose();
   }
+}
+
+void BlockCholesky::Factor(const Supernode& supernode) {
+  for (int column = supernode.begin; column < supernode.end; ++column) {
+    FactorDiagonal(column);
+    FactorColumn(column, supernode.end);
+  }
+  const std::vector<int>& rows = RowsBelow(supernode);
+  if (rows.empty()) return;
+  const Eigen::MatrixXd below = Below(supernode);
+  Eigen::MatrixXd taken(below.rows(), below.rows());
+  taken.triangularView<Eigen::Lower>() = below * below.transpose();
+  const auto block = [&](std::size_t row, std::size_t col) {
+    return taken.block<6, 6>(At(static_cast<int>(row)), At(static_cast<int>(col)));
+  };
+  for (std::size_t a = 0; a < rows.size(); ++a)
+    diagonal_[Index(rows[a])].triangularView<Eigen::Lower>() -= block(a, a);
+  ForEachPair(rows, [&](std::size_t a, std::size_t b, std::size_t place) {
+    columns_[Index(rows[a])].values[place] -= block(b, a);
+  });
 }
 
 // L y = x, then L' x = y; in the order of elimination and with the scaled unknowns.
@@ -199,35 +270,44 @@ Eigen::VectorXd BlockCholesky::OpenDirection(std::size_t i) const {
 
 void BlockCholesky::Invert() {
   inverse_diagonal_.resize(diagonal_.size());
-  for (int j = static_cast<int>(columns_.size()) - 1; j >= 0; --j) InvertColumn(j);
+  for (Column& column : columns_) column.inverse.resize(column.rows.size());
+  for (std::size_t i = supernodes_.size(); i-- > 0;) Invert(supernodes_[i]);
 }
 
-// Takahashi's equations: with N = L(below) L(diagonal)^-1, Z(below) = -Z(rows, rows) N and
-// Z(diagonal) = (L L')^-1 - N' Z(below).
-void BlockCholesky::InvertColumn(int j) {
-  Column& column = columns_[Index(j)];
-  const Matrix6d inverse_lower =
-      diagonal_[Index(j)].triangularView<Eigen::Lower>().solve(Matrix6d::Identity());
-  const auto rows = static_cast<Eigen::Index>(column.rows.size());
-  Eigen::MatrixXd all(6 * rows, 6 * rows), below(6 * rows, 6);
-  for (Eigen::Index a = 0; a < rows; ++a) {
-    below.middleRows<6>(6 * a) = column.values[static_cast<std::size_t>(a)] * inverse_lower;
-    const int row_a = column.rows[static_cast<std::size_t>(a)];
-    all.block<6, 6>(6 * a, 6 * a) = inverse_diagonal_[Index(row_a)];
-    const Column& known = columns_[Index(row_a)];
+// Of the inverse: the lower triangle of the blocks of these rows with one another.
+Eigen::MatrixXd BlockCholesky::InverseOf(const std::vector<int>& rows) const {
+  const int count = static_cast<int>(rows.size());
+  Eigen::MatrixXd inverse(At(count), At(count));
+  for (int a = 0; a < count; ++a)
+    inverse.block<6, 6>(At(a), At(a)) = inverse_diagonal_[Index(rows[Index(a)])];
+  ForEachPair(rows, [&](std::size_t a, std::size_t b, std::size_t place) {
+    inverse.block<6, 6>(At(static_cast<int>(b)), At(static_cast<int>(a))) =
+        columns_[Index(rows[a])].inverse[place];
+  });
+  return inverse;
+}
+
+// Takahashi's equations: with N = L(below) L(triangle)^-1, Z(below) = -Z(rows, rows) N and
+// Z(triangle) = (L L')^-1 - N' Z(below).
+void BlockCholesky::Invert(const Supernode& supernode) {
+  const int size = supernode.Size();
+  const Eigen::MatrixXd inverse_triangle = Triangle(supernode).triangularView<Eigen::Lower>().solve(
+      Eigen::MatrixXd::Identity(At(size), At(size)));
+  const std::vector<int>& rows = RowsBelow(supernode);
+  const Eigen::MatrixXd below = Below(supernode) * inverse_triangle;
+  Eigen::MatrixXd inverse_below(below.rows(), below.cols());
+  if (!rows.empty())
+    inverse_below.noalias() = -(InverseOf(rows).selfadjointView<Eigen::Lower>() * below);
+  const Eigen::MatrixXd inverse =
+      inverse_triangle.transpose() * inverse_triangle - below.transpose() * inverse_below;
+  for (int k = 0; k < size; ++k) {
+    inverse_diagonal_[Index(supernode.begin + k)] = inverse.block<6, 6>(At(k), At(k));
+    std::vector<Matrix6d>& to = columns_[Index(supernode.begin + k)].inverse;
     std::size_t place = 0;
-    for (Eigen::Index b = a + 1; b < rows; ++b) {
-      while (known.rows[place] != column.rows[static_cast<std::size_t>(b)]) ++place;
-      all.block<6, 6>(6 * b, 6 * a) = known.inverse[place];
-      all.block<6, 6>(6 * a, 6 * b) = known.inverse[place].transpose();
-    }
+    for (int i = k + 1; i < size; ++i) to[place++] = inverse.block<6, 6>(At(i), At(k));
+    for (int i = 0; i < static_cast<int>(rows.size()); ++i)
+      to[place++] = inverse_below.block<6, 6>(At(i), At(k));
   }
-  const Eigen::MatrixXd inverse = -all * below;
-  column.inverse.resize(column.rows.size());
-  for (Eigen::Index a = 0; a < rows; ++a)
-    column.inverse[static_cast<std::size_t>(a)] = inverse.middleRows<6>(6 * a);
-  inverse_diagonal_[Index(j)] =
-      inverse_lower.transpose() * inverse_lower - below.transpose() * inverse;
 }
 
 std::optional<Matrix6d> BlockCholesky::InverseIfThere(int row, int col) const {

@@ -1,7 +1,8 @@
 // Symmetric positive definite matrices of 6 x 6 blocks, most of them zero: the reduced normal
 // equations of a block of photos. Cholesky's factor in an order that keeps it sparse (AMD), and the
-// inverse at the factor's places without computing the rest (Takahashi, Fagan & Chin 1973): the
-// covariances of every photo and of every two photos that share a point.
+// inverse at the factor's places without computing the rest (Takahashi, Fagan & Chin 1973), many
+// columns at a time (supernodes: Ng & Peyton 1993): the covariances of every photo and of every two
+// photos that share a point.
 #pragma once
 
 #include <Eigen/Core>
@@ -64,13 +65,29 @@ class BlockCholesky {
     std::vector<Matrix6d> values;  // of the factor
     std::vector<Matrix6d> inverse;
   };
+  // Columns [begin, end) that have the same rows below the last of them, and each the others of
+  // them that follow it: dense, so that they are worked on together.
+  struct Supernode {
+    int begin = 0, end = 0;
+    int Size() const { return end - begin; }
+  };
 
   void Order(const SparseBlocks& matrix);
   void Fill(const SparseBlocks& matrix);
   void FindStructure();
+  void FindSupernodes();
+  const std::vector<int>& RowsBelow(const Supernode& supernode) const;
+  Eigen::MatrixXd Triangle(const Supernode& supernode) const;  // of the factor
+  Eigen::MatrixXd Below(const Supernode& supernode) const;     // of the factor
+  // see(a, b, place) for every two rows below a supernode, a < b: block (rows[b], rows[a]) has that
+  // place in column rows[a].
+  template <class See>
+  void ForEachPair(const std::vector<int>& rows, const See& see) const;
   void FactorDiagonal(int column);
-  void FactorColumn(int column);
-  void InvertColumn(int column);
+  void FactorColumn(int column, int end);
+  void Factor(const Supernode& supernode);
+  Eigen::MatrixXd InverseOf(const std::vector<int>& rows) const;
+  void Invert(const Supernode& supernode);
   void Forward(Eigen::VectorXd* x) const;
   void Backward(Eigen::VectorXd* x) const;
 
@@ -80,6 +97,7 @@ class BlockCholesky {
   std::vector<Matrix6d> diagonal_;  // of the factor
   std::vector<Matrix6d> inverse_diagonal_;
   std::vector<Column> columns_;
+  std::vector<Supernode> supernodes_;
   std::vector<std::pair<int, int>> open_;
 };
 

@@ -1,13 +1,18 @@
 #include "core/files/adjustment_result.h"
 
+#include <fmt/format.h>
+
 #include <cmath>
 #include <filesystem>
+#include <string_view>
 
-#include "core/base/atomic_write.h"
+#include "core/base/new_file.h"
 #include "core/files/result_fields.h"
 
 namespace orient {
 namespace {
+
+constexpr int kIndent = 1;
 
 Json SightingJson(const SightingResult& sighting) {
   return {{"photo", sighting.photo}, {"pixel", {sighting.pixel.x(), sighting.pixel.y()}},
@@ -88,6 +93,23 @@ Json ListJson(const std::vector<Record>& records, Json (*make)(const Record&)) {
   Json list = Json::array();
   for (const Record& record : records) list.push_back(make(record));
   return list;
+}
+
+// As a further member of the document, point by point: a large block's are millions.
+void WritePoints(const char* key, const std::vector<PointResult>& points, NewFile* file) {
+  constexpr std::size_t kPiece = 1 << 20;
+  std::string text = fmt::format(",\n \"{}\": [", key);
+  for (const PointResult& point : points) {
+    text += &point == &points.front() ? "\n  " : ",\n  ";
+    for (const char c : PointJson(point).dump(kIndent)) {
+      text += c;
+      if (c == '\n') text += "  ";
+    }
+    if (text.size() < kPiece) continue;
+    file->Write(text);
+    text.clear();
+  }
+  file->Write(text + (points.empty() ? "]" : "\n ]"));
 }
 
 SightingResult Sighting(const JsonField& field) {
@@ -192,15 +214,22 @@ void WriteAdjustmentResult(const std::string& directory, const AdjustmentResult&
   json["approximations"] = ListJson(result.approximations, &PoseObservationJson);
   json["gnss"] = {{"positions", ListJson(result.gnss, &PoseObservationJson)},
                   {"strips", ListJson(result.gnss_strips, &GnssStripJson)}};
-  json["ties"] = ListJson(result.ties, &PointJson);
-  json["control"] = ListJson(result.control, &PointJson);
-  WriteFileAtomically(AdjustmentResultPath(directory), json.dump(1) + "\n");
+  std::string text = json.dump(kIndent);
+  text.resize(text.size() - std::string_view("\n}").size());
+  NewFile file(AdjustmentResultPath(directory));
+  file.Write(text);
+  WritePoints("ties", result.ties, &file);
+  WritePoints("control", result.control, &file);
+  file.Write("\n}\n");
+  file.Keep();
 }
 
 AdjustmentResult ReadAdjustmentResult(const std::string& path) {
-  const Json document = ParseJsonFile(path);
-  const JsonField field(document, path);
   AdjustmentResult result;
+  const Json document = ParseJsonFile(
+      path, {{"ties", [&](const JsonField& tie) { result.ties.push_back(Point(tie)); }},
+             {"control", [&](const JsonField& point) { result.control.push_back(Point(point)); }}});
+  const JsonField field(document, path);
   result.converged = field.At("converged").AsFlag();
   result.sigma0 = field.FindNumber("sigma0");
   result.redundancy = field.FindNumber("redundancy");
@@ -217,8 +246,7 @@ AdjustmentResult ReadAdjustmentResult(const std::string& path) {
     result.gnss = List(gnss->At("positions"), &PoseObservation);
     result.gnss_strips = List(gnss->At("strips"), &GnssStrip);
   }
-  result.ties = List(field.At("ties"), &Point);
-  result.control = List(field.At("control"), &Point);
+  for (const char* list : {"ties", "control"}) field.At(list).Elements();  // they must be there
   return result;
 }
 

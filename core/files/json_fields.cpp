@@ -3,7 +3,9 @@
 #include <fmt/format.h>
 
 #include <cmath>
+#include <cstddef>
 #include <cstdint>
+#include <iterator>
 #include <limits>
 
 #include "core/base/atomic_write.h"
@@ -21,6 +23,61 @@ std::string Shown(const Json& value) {
   const std::string text = value.dump();
   return text.size() <= kLongest ? text : text.substr(0, kLongest) + "...";
 }
+
+// An input iterator over a file's characters.
+class FileCharacters {
+ public:
+  using iterator_category = std::input_iterator_tag;
+  using value_type = char;
+  using difference_type = std::ptrdiff_t;
+  using pointer = const char*;
+  using reference = char;
+
+  FileCharacters() = default;  // the end of any file
+  explicit FileCharacters(FilePieces* pieces) : pieces_(pieces), rest_(pieces->Next()) {}
+
+  char operator*() const { return rest_.front(); }
+  FileCharacters& operator++() {
+    rest_.remove_prefix(1);
+    if (rest_.empty()) rest_ = pieces_->Next();
+    return *this;
+  }
+  bool operator==(const FileCharacters& other) const {
+    return rest_.empty() == other.rest_.empty();
+  }
+  bool operator!=(const FileCharacters& other) const { return !(*this == other); }
+
+ private:
+  FilePieces* pieces_ = nullptr;
+  std::string_view rest_;
+};
+
+// What the parser tells of each value it has read: keeps it, or hands it to its list's reader.
+class ElementsToReaders {
+ public:
+  ElementsToReaders(const std::string& file, const JsonElementReaders& readers)
+      : file_(file), readers_(readers) {}
+
+  bool operator()(int depth, Json::parse_event_t event, const Json& value) {
+    using Event = Json::parse_event_t;
+    if (depth == 1 && event == Event::key) {
+      list_ = value.get<std::string>();
+      count_ = 0;
+    }
+    const bool is_element = depth == 2 && (event == Event::object_end ||
+                                           event == Event::array_end || event == Event::value);
+    const auto reader = is_element ? readers_.find(list_) : readers_.end();
+    if (reader == readers_.end()) return true;
+    reader->second(JsonField(value, file_, fmt::format("{}[{}]", list_, count_++)));
+    return false;
+  }
+
+ private:
+  const std::string& file_;
+  const JsonElementReaders& readers_;
+  std::string list_;
+  std::size_t count_ = 0;
+};
 
 }  // namespace
 
@@ -143,6 +200,19 @@ Json ParseJsonFile(const std::string& path) {
   const std::string text = ReadFile(path);
   try {
     return Json::parse(text);
+  } catch (const Json::exception& error) {
+    throw InputError(path + " is not valid JSON: " + error.what());
+  }
+}
+
+Json ParseJsonFile(const std::string& path, const JsonElementReaders& readers) {
+  FilePieces pieces(path);
+  ElementsToReaders to_readers(path, readers);
+  try {
+    return Json::parse(FileCharacters(&pieces), FileCharacters(),
+                       [&](int depth, Json::parse_event_t event, Json& value) {
+                         return to_readers(depth, event, value);
+                       });
   } catch (const Json::exception& error) {
     throw InputError(path + " is not valid JSON: " + error.what());
   }

@@ -3,6 +3,7 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <functional>
 #include <map>
 #include <nlohmann/json.hpp>
 #include <optional>
@@ -53,6 +54,11 @@ class JsonField {
 
 // Parses a whole file. Throws InputError naming file, line and column.
 Json ParseJsonFile(const std::string& path);
+
+// The same of a file that is too large to be held whole: elements of the lists that `readers` names
+// (members of the document) go to their reader one by one, and are not in what is returned.
+using JsonElementReaders = std::map<std::string, std::function<void(const JsonField&)>>;
+Json ParseJsonFile(const std::string& path, const JsonElementReaders& readers);
 
 Json MatrixJson(const Eigen::Ref<const Eigen::MatrixXd>& matrix);
 // null for an empty optional and for a number that JSON cannot hold (NaN, infinity).

@@ -3,8 +3,8 @@
 
     remote_reading.py ORIENT [FOLDER]
 
-Simulates a 9,244 px scan of a 23 cm film (minutes; kept in FOLDER), harvests 800 and 150 patches a
-photo, writes the scan in three layouts, serves it, and counts the bytes that the server sends.
+Simulates a 9,244 px scan of a 23 cm film (minutes; kept in FOLDER), harvests 800, 150 and 60 patches
+a photo, writes the scan in three layouts, serves it, and counts the bytes that the server sends.
 Prints a table for docs/evidence/many_machines.md.
 """
 
@@ -58,7 +58,7 @@ def measure(orient, folder):
     simulate(orient, folder)
     print("| layout | patches a photo | interior: requests, share | exterior: requests, share |")
     print("|---|---|---|---|")
-    for patches in (800, 150):
+    for patches in (800, 150, 60):
         harvest(orient, folder, "--max-per-photo", patches)
         for name, block_size in LAYOUTS.items():
             (a, interior), (b, exterior) = shares(orient, folder, write_layout(folder, block_size))

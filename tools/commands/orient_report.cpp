@@ -30,15 +30,16 @@ class ReportCommand : public Command {
   }
 
   ExitCode Run(std::ostream& out) override {
-    const BlockRecord block = ReadBlockRecord(directory_);
+    BlockRecord block = ReadBlockRecord(directory_);
     const BlockVerdict verdict = Judge(block);
     out << WriteReport(block, verdict) << "\n";
     if (json_) out << WriteReportJson(block, verdict) << "\n";
-    if (block.crs)
-      out << WriteBlockGeopackage(directory_, *block.crs, ExteriorResults(block),
-                                  block.adjusted ? &*block.adjusted : nullptr,
-                                  WithoutExterior(block, verdict))
+    if (block.crs) {
+      const std::vector<PhotoWithoutResult> others = WithoutExterior(block, verdict);
+      out << WriteBlockGeopackage(directory_, *block.crs, TakeExteriorResults(&block),
+                                  block.adjusted ? &*block.adjusted : nullptr, others)
           << "\n";
+    }
     if (const std::string project = WriteBlockProject(directory_); !project.empty())
       out << project << "\n";
     RefuseDamaged(block);

@@ -4,6 +4,7 @@
 #include <filesystem>
 #include <map>
 #include <string_view>
+#include <utility>
 
 #include "block/inputs/block_camera.h"
 #include "block/inputs/block_files.h"
@@ -188,10 +189,12 @@ BlockRecord ReadBlockRecord(const std::string& directory,
   return block;
 }
 
-std::vector<ExteriorResult> ExteriorResults(const BlockRecord& block) {
+std::vector<ExteriorResult> TakeExteriorResults(BlockRecord* block) {
   std::vector<ExteriorResult> results;
-  for (const PhotoRecord& photo : block.photos)
-    if (photo.exterior) results.push_back(*photo.exterior);
+  for (PhotoRecord& photo : block->photos) {
+    if (photo.exterior) results.push_back(std::move(*photo.exterior));
+    photo.exterior.reset();
+  }
   return results;
 }
 

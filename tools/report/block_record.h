@@ -50,7 +50,8 @@ struct BlockRecord {
 BlockRecord ReadBlockRecord(const std::string& directory,
                             std::optional<AdjustmentResult> adjusted = std::nullopt);
 
-// The exterior results alone, for block.gpkg.
-std::vector<ExteriorResult> ExteriorResults(const BlockRecord& block);
+// The exterior results alone, for block.gpkg; taken from the photos, since they are most of what is
+// in memory.
+std::vector<ExteriorResult> TakeExteriorResults(BlockRecord* block);
 
 }  // namespace orient

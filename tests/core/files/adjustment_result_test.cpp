@@ -104,14 +104,46 @@ TEST(AdjustmentResult, WhatIsNoNumberIsNull) {
   EXPECT_FALSE(ReadAdjustmentResult(AdjustmentResultPath(folder.Path())).sigma0);
 }
 
+// Points are written one by one, and read so.
+TEST(AdjustmentResult, IsTheDocumentThatItWouldBeAsAWhole) {
+  const TemporaryFolder folder;
+  for (const AdjustmentResult& result : {ExampleAdjustment(), AdjustmentResult()}) {
+    WriteAdjustmentResult(folder.Path(), result);
+    const std::string text = ReadFile(folder / "block.json");
+    EXPECT_EQ(text, nlohmann::ordered_json::parse(text).dump(1) + "\n");
+    EXPECT_EQ(ReadAdjustmentResult(folder / "block.json").ties.size(), result.ties.size());
+  }
+}
+
+TEST(AdjustmentResult, WhatIsNoListOfPointsIsNamed) {
+  const TemporaryFolder folder;
+  WriteAdjustmentResult(folder.Path(), ExampleAdjustment());
+  const auto expect = [&](const nlohmann::json& ties, const std::string& complaint) {
+    auto json = nlohmann::json::parse(ReadFile(folder / "block.json"));
+    json["ties"] = ties;
+    WriteFileAtomically(folder / "other.json", json.dump());
+    ExpectError<InputError>([&] { ReadAdjustmentResult(folder / "other.json"); },
+                            {"other.json", "ties", complaint});
+  };
+  expect(5, "must be a list");
+  expect(nlohmann::json::object(), "must be a list");
+  expect({1, 2}, "ties[0] must be an object");
+  expect(nlohmann::json::array({nlohmann::json::array()}), "ties[0] must be an object");
+  auto json = nlohmann::json::parse(ReadFile(folder / "block.json"));
+  json.erase("control");
+  WriteFileAtomically(folder / "other.json", json.dump());
+  ExpectError<InputError>([&] { ReadAdjustmentResult(folder / "other.json"); },
+                          {"other.json", "lacks \"control\""});
+}
+
 TEST(AdjustmentResult, AFieldOfTheWrongTypeIsNamed) {
   const TemporaryFolder folder;
   WriteAdjustmentResult(folder.Path(), ExampleAdjustment());
   std::string text = ReadFile(folder / "block.json");
-  text.replace(text.find("\"rays\": 2"), 9, "\"rays\": []");
+  text.replace(text.rfind("\"rays\": "), 9, "\"rays\": []");
   WriteFileAtomically(folder / "block.json", text);
   ExpectError<InputError>([&] { ReadAdjustmentResult(folder / "block.json"); },
-                          {"block.json", "rays"});
+                          {"block.json", "control[0].rays"});
 }
 
 }  // namespace

@@ -151,6 +151,24 @@ class SlurmCommand : public Command {
     return undone;
   }
 
+  // What a photo's result takes, of those that are there: many patches make it large.
+  static double MegabytesOfResult(const BlockFile& file) {
+    constexpr double kUsual_MB = 0.3;
+    constexpr int kEnough = 100;
+    double sum = 0;
+    int count = 0;
+    for (const std::string& photo : file.photos) {
+      std::error_code absent;
+      const auto bytes = fs::file_size(block::ResultPathOf(block::BlockStage::kExterior,
+                                                           file.output_directory, PhotoName(photo)),
+                                       absent);
+      if (absent) continue;
+      sum += static_cast<double>(bytes) / 1e6;
+      if (++count == kEnough) break;
+    }
+    return count > 0 ? sum / count : kUsual_MB;
+  }
+
   // Parts, times and memory.
   void AskFor(BlockFile* file, std::ostream& out) {
     const bool there = FindBlockControl(library_, file);
@@ -174,12 +192,15 @@ class SlurmCommand : public Command {
     };
     jobs_.interior = asked(interior);
     jobs_.exterior = asked(exterior);
-    constexpr double kWhole_min = 60, kWhole_MB = 2000, kPhoto_MB = 0.4;
+    // Of a photo: its points in the adjustment; its result, that of the run, of the report, and in
+    // block.gpkg (docs/evidence/many_machines.md).
+    constexpr double kWhole_min = 60, kWhole_MB = 2000, kPoints_MB = 0.4, kResults = 3;
+    const double photo_MB = kPoints_MB + kResults * MegabytesOfResult(*file);
     const double most_MB = std::max(exterior.megabytes, interior.megabytes);
     const auto of_all = [&](double minutes) {
       return JobNeeds{whole_minutes_.value_or(static_cast<int>(kWhole_min + minutes)),
                       whole_megabytes_.value_or(
-                          static_cast<int>(kWhole_MB + kPhoto_MB * photos + jobs_.cpus * most_MB))};
+                          static_cast<int>(kWhole_MB + photo_MB * photos + jobs_.cpus * most_MB))};
     };
     // Ties take a photo about as long as its exterior orientation; the adjustment holds all of
     // them.
