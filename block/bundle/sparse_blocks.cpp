@@ -116,7 +116,7 @@ void BlockCholesky::FindStructure() {
   }
 }
 
-// A column that differs from the one before it by that one's parent only, which it is, joins it.
+// A column joins the one before it if it is that column's parent and has the same rows otherwise.
 void BlockCholesky::FindSupernodes() {
   for (int j = 0; j < static_cast<int>(columns_.size()); ++j) {
     const bool joins = j > 0 && j - supernodes_.back().begin < kMostColumns &&
@@ -185,7 +185,7 @@ void BlockCholesky::FactorDiagonal(int column) {
   block.triangularView<Eigen::StrictlyUpper>().setZero();
 }
 
-// And what it takes from the columns after it up to end.
+// Solves for the column's blocks and subtracts their products from the later ones before `end`.
 void BlockCholesky::FactorColumn(int column, int end) {
   const Matrix6d lower = diagonal_[Index(column)];
   Column& of = columns_[Index(column)];

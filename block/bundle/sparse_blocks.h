@@ -65,8 +65,8 @@ class BlockCholesky {
     std::vector<Matrix6d> values;  // of the factor
     std::vector<Matrix6d> inverse;
   };
-  // Columns [begin, end) that have the same rows below the last of them, and each the others of
-  // them that follow it: dense, so that they are worked on together.
+  // Consecutive columns [begin, end): each has a block in every later one of them, and all have the
+  // same rows below the last. Worked on together, as dense matrices.
   struct Supernode {
     int begin = 0, end = 0;
     int Size() const { return end - begin; }

@@ -12,8 +12,6 @@
 namespace orient {
 namespace {
 
-constexpr int kIndent = 1;
-
 Json SightingJson(const SightingResult& sighting) {
   return {{"photo", sighting.photo}, {"pixel", {sighting.pixel.x(), sighting.pixel.y()}},
           {"state", sighting.state}, {"residual_px", ToJson(sighting.residual_px)},
@@ -95,13 +93,14 @@ Json ListJson(const std::vector<Record>& records, Json (*make)(const Record&)) {
   return list;
 }
 
-// As a further member of the document, point by point: a large block's are millions.
+// As a further member of the document that dump(1) writes, point by point: a large block's are
+// millions.
 void WritePoints(const char* key, const std::vector<PointResult>& points, NewFile* file) {
   constexpr std::size_t kPiece = 1 << 20;
   std::string text = fmt::format(",\n \"{}\": [", key);
   for (const PointResult& point : points) {
     text += &point == &points.front() ? "\n  " : ",\n  ";
-    for (const char c : PointJson(point).dump(kIndent)) {
+    for (const char c : PointJson(point).dump(1)) {
       text += c;
       if (c == '\n') text += "  ";
     }
@@ -214,7 +213,7 @@ void WriteAdjustmentResult(const std::string& directory, const AdjustmentResult&
   json["approximations"] = ListJson(result.approximations, &PoseObservationJson);
   json["gnss"] = {{"positions", ListJson(result.gnss, &PoseObservationJson)},
                   {"strips", ListJson(result.gnss_strips, &GnssStripJson)}};
-  std::string text = json.dump(kIndent);
+  std::string text = json.dump(1);
   text.resize(text.size() - std::string_view("\n}").size());
   NewFile file(AdjustmentResultPath(directory));
   file.Write(text);

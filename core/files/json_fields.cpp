@@ -5,6 +5,7 @@
 #include <cmath>
 #include <cstddef>
 #include <cstdint>
+#include <exception>
 #include <iterator>
 #include <limits>
 
@@ -24,12 +25,12 @@ std::string Shown(const Json& value) {
   return text.size() <= kLongest ? text : text.substr(0, kLongest) + "...";
 }
 
-// An input iterator over a file's characters.
+// A file's characters, read once: a copy is of no use after another has gone on.
 class FileCharacters {
  public:
-  using iterator_category = std::input_iterator_tag;
   using value_type = char;
   using difference_type = std::ptrdiff_t;
+  using iterator_category = std::input_iterator_tag;
   using pointer = const char*;
   using reference = char;
 
@@ -42,40 +43,97 @@ class FileCharacters {
     if (rest_.empty()) rest_ = pieces_->Next();
     return *this;
   }
+  void operator++(int) { ++*this; }
   bool operator==(const FileCharacters& other) const {
     return rest_.empty() == other.rest_.empty();
   }
-  bool operator!=(const FileCharacters& other) const { return !(*this == other); }
 
  private:
   FilePieces* pieces_ = nullptr;
   std::string_view rest_;
 };
+static_assert(std::input_iterator<FileCharacters>);
 
-// What the parser tells of each value it has read: keeps it, or hands it to its list's reader.
-class ElementsToReaders {
+[[noreturn]] void RefuseAsNoJson(const std::string& path, const std::exception& error) {
+  throw InputError(path + " is not valid JSON: " + error.what());
+}
+
+// Builds a document as it is parsed, without the elements of the lists that have readers. (The
+// library's parser with a callback walks a list anew after each of its objects.)
+class DocumentWithoutElements : public nlohmann::json_sax<Json> {
  public:
-  ElementsToReaders(const std::string& file, const JsonElementReaders& readers)
-      : file_(file), readers_(readers) {}
+  DocumentWithoutElements(std::string file, const JsonElementReaders& readers)
+      : file_(std::move(file)), readers_(readers) {}
 
-  bool operator()(int depth, Json::parse_event_t event, const Json& value) {
-    using Event = Json::parse_event_t;
-    if (depth == 1 && event == Event::key) {
-      list_ = value.get<std::string>();
-      count_ = 0;
-    }
-    const bool is_element = depth == 2 && (event == Event::object_end ||
-                                           event == Event::array_end || event == Event::value);
-    const auto reader = is_element ? readers_.find(list_) : readers_.end();
-    if (reader == readers_.end()) return true;
-    reader->second(JsonField(value, file_, fmt::format("{}[{}]", list_, count_++)));
-    return false;
+  Json Take() { return std::move(document_); }
+
+  bool null() override { return Value(nullptr); }
+  bool boolean(bool value) override { return Value(value); }
+  bool number_integer(number_integer_t value) override { return Value(value); }
+  bool number_unsigned(number_unsigned_t value) override { return Value(value); }
+  bool number_float(number_float_t value, const string_t&) override { return Value(value); }
+  bool string(string_t& value) override { return Value(std::move(value)); }
+  bool binary(binary_t& value) override { return Value(std::move(value)); }
+  bool start_object(std::size_t) override { return Open(Json::object()); }
+  bool start_array(std::size_t) override { return Open(Json::array()); }
+  bool end_object() override { return Close(); }
+  bool end_array() override { return Close(); }
+
+  bool key(string_t& name) override {
+    key_ = std::move(name);
+    if (open_.size() != 1) return true;
+    reader_ = readers_.find(key_);
+    count_ = 0;
+    if (reader_ != readers_.end() && document_.contains(key_))
+      throw InputError(fmt::format("{}: the document has \"{}\" twice", file_, key_));
+    return true;
+  }
+
+  bool parse_error(std::size_t, const std::string&, const Json::exception& error) override {
+    RefuseAsNoJson(file_, error);
   }
 
  private:
-  const std::string& file_;
+  Json* Add(Json value) {
+    if (open_.empty()) {
+      document_ = std::move(value);
+      return &document_;
+    }
+    Json& parent = *open_.back();
+    if (parent.is_object()) return &(parent[key_] = std::move(value));
+    parent.push_back(std::move(value));
+    return &parent.back();
+  }
+  bool Value(Json value) {
+    Add(std::move(value));
+    HandOver();
+    return true;
+  }
+  // Those that are open are not added to until it is closed again, and stay where they are.
+  bool Open(Json value) {
+    open_.push_back(Add(std::move(value)));
+    return true;
+  }
+  bool Close() {
+    open_.pop_back();
+    HandOver();
+    return true;
+  }
+  // An element that is complete.
+  void HandOver() {
+    constexpr std::size_t kInList = 2;
+    if (open_.size() != kInList || !open_.back()->is_array() || reader_ == readers_.end()) return;
+    auto& list = open_.back()->get_ref<Json::array_t&>();
+    reader_->second(JsonField(list.back(), file_, fmt::format("{}[{}]", reader_->first, count_++)));
+    list.pop_back();
+  }
+
+  std::string file_;
   const JsonElementReaders& readers_;
-  std::string list_;
+  JsonElementReaders::const_iterator reader_ = readers_.end();  // of the list that is being read
+  Json document_;
+  std::vector<Json*> open_;  // lists and objects, the document first
+  std::string key_;
   std::size_t count_ = 0;
 };
 
@@ -201,21 +259,15 @@ Json ParseJsonFile(const std::string& path) {
   try {
     return Json::parse(text);
   } catch (const Json::exception& error) {
-    throw InputError(path + " is not valid JSON: " + error.what());
+    RefuseAsNoJson(path, error);
   }
 }
 
 Json ParseJsonFile(const std::string& path, const JsonElementReaders& readers) {
   FilePieces pieces(path);
-  ElementsToReaders to_readers(path, readers);
-  try {
-    return Json::parse(FileCharacters(&pieces), FileCharacters(),
-                       [&](int depth, Json::parse_event_t event, Json& value) {
-                         return to_readers(depth, event, value);
-                       });
-  } catch (const Json::exception& error) {
-    throw InputError(path + " is not valid JSON: " + error.what());
-  }
+  DocumentWithoutElements document(path, readers);
+  Json::sax_parse(FileCharacters(&pieces), FileCharacters(), &document);
+  return document.Take();
 }
 
 Json MatrixJson(const Eigen::Ref<const Eigen::MatrixXd>& matrix) {

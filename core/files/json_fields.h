@@ -56,7 +56,8 @@ class JsonField {
 Json ParseJsonFile(const std::string& path);
 
 // The same of a file that is too large to be held whole: elements of the lists that `readers` names
-// (members of the document) go to their reader one by one, and are not in what is returned.
+// (members of the document, each there once) go to their reader one by one, and are not in what is
+// returned.
 using JsonElementReaders = std::map<std::string, std::function<void(const JsonField&)>>;
 Json ParseJsonFile(const std::string& path, const JsonElementReaders& readers);
 

@@ -1,11 +1,12 @@
 #!/usr/bin/env python3
 """How much of a scan is read over the network, for interior and for exterior orientation?
 
-    remote_reading.py ORIENT [FOLDER]
+    remote_reading.py ORIENT [FOLDER [POSITION_M ATTITUDE_DEG]]
 
 Simulates a 9,244 px scan of a 23 cm film (minutes; kept in FOLDER), harvests 800, 150 and 60 patches
-a photo, writes the scan in three layouts, serves it, and counts the bytes that the server sends.
-Prints a table for docs/evidence/many_machines.md.
+a photo, writes the scan in four layouts, serves it, and counts the bytes that the server sends.
+Prints a table for docs/evidence/many_machines.md. Approximations are good to 10 m and 3 degrees, or
+to POSITION_M and ATTITUDE_DEG.
 """
 
 import pathlib
@@ -19,14 +20,16 @@ from object_store import ObjectStore  # noqa: E402
 from object_store_test import with_scans  # noqa: E402
 from simulated_block import harvest, run  # noqa: E402
 
-LAYOUTS = {"tiles of 256, no overviews": None, "COG, tiles of 512": "512", "COG, tiles of 256": "256"}
+LAYOUTS = {"tiles of 256, no overviews": None, "COG, tiles of 512": "512", "COG, tiles of 256": "256",
+           "COG, tiles of 128": "128"}
 SCAN = "scans/new_1_1.tif"
 
 
-def simulate(orient, folder):
+def simulate(orient, folder, position_m, attitude_deg):
     if not (folder / SCAN).exists():
         run(orient, "simulate", "--out", folder, "--photos", 1, "--camera-preset", "rc30",
-            "--pixel-size-um", 25)
+            "--pixel-size-um", 25, "--position-error-m", position_m, "--attitude-error-deg",
+            attitude_deg)
 
 
 def write_layout(folder, block_size):
@@ -54,8 +57,8 @@ def shares(orient, folder, size):
     return found
 
 
-def measure(orient, folder):
-    simulate(orient, folder)
+def measure(orient, folder, position_m=10, attitude_deg=3):
+    simulate(orient, folder, position_m, attitude_deg)
     print("| layout | patches a photo | interior: requests, share | exterior: requests, share |")
     print("|---|---|---|---|")
     for patches in (800, 150, 60):
@@ -67,8 +70,8 @@ def measure(orient, folder):
 
 
 if __name__ == "__main__":
-    if len(sys.argv) == 3:
-        measure(pathlib.Path(sys.argv[1]).resolve(), pathlib.Path(sys.argv[2]))
+    if len(sys.argv) in (3, 5):
+        measure(pathlib.Path(sys.argv[1]).resolve(), pathlib.Path(sys.argv[2]), *sys.argv[3:])
     elif len(sys.argv) == 2:
         with tempfile.TemporaryDirectory() as temporary:
             measure(pathlib.Path(sys.argv[1]).resolve(), pathlib.Path(temporary) / "block")

@@ -66,8 +66,8 @@ TEST(SparseBlocks, TheInverseAtItsPlacesIsTheInverse) {
   ExpectInverse(Chain(14, &random));
 }
 
-// A strip's photos with all of the last forty: more columns than are worked on together, and
-// columns below which others are many.
+// A strip whose last forty photos are all tied to one another: more columns than one supernode
+// takes.
 TEST(SparseBlocks, TheInverseOfADensePartIsTheInverse) {
   std::mt19937 random(2);
   SparseBlocks matrix = Chain(90, &random);
@@ -108,6 +108,42 @@ TEST(SparseBlocks, ADirectionThatNothingFixesIsFound) {
   EXPECT_NEAR(direction[0], direction[6], 1e-12);
   EXPECT_NEAR(std::abs(direction[0]), 1, 1e-12);
   EXPECT_NEAR(direction.norm(), std::sqrt(2.0), 1e-12);
+}
+
+// All photos are tied to one another: two supernodes, of 32 columns and of 8. What two photos know
+// of their first elements only as a difference is open, wherever in them these photos come.
+TEST(SparseBlocks, ADirectionThatNothingFixesIsFoundAmongManyColumns) {
+  std::mt19937 random(3);
+  constexpr int kCount = 40;
+  const auto noise = [&] { return std::uniform_real_distribution<double>(-0.05, 0.05)(random); };
+  for (const int second : {1, 20, 31, 32, 39}) {
+    SparseBlocks matrix(kCount);
+    for (int i = 0; i < kCount; ++i) {
+      const bool loose = i == 0 || i == second;
+      Matrix6d own = 4 * Matrix6d::Identity();
+      if (loose) own(0, 0) = 9;
+      matrix.Add(i, i, own);
+      for (int j = 0; j < i; ++j) {
+        Matrix6d between = Matrix6d::NullaryExpr(noise);
+        if (loose) between.row(0).setZero();
+        if (j == 0 || j == second) between.col(0).setZero();
+        if (i == second && j == 0) between(0, 0) = -9;
+        matrix.Add(i, j, between);
+      }
+    }
+    BlockCholesky cholesky(matrix);
+    ASSERT_EQ(cholesky.Open().size(), 1u) << second;
+    const auto [block, element] = cholesky.Open()[0];
+    EXPECT_TRUE(block == 0 || block == second);
+    EXPECT_EQ(element, 0);
+    const Eigen::VectorXd direction = cholesky.OpenDirection(0);
+    EXPECT_NEAR(direction[0], direction[6 * second], 1e-9);
+    EXPECT_NEAR(direction.norm(), std::sqrt(2.0), 1e-9);
+    cholesky.Invert();
+    const int free = block == 0 ? second : 0;  // of the two the other is known, 1 / 9
+    EXPECT_NEAR(cholesky.Inverse(free, free)(0, 0), 1.0 / 9, 1e-9);
+    EXPECT_LT(cholesky.Inverse(block, block)(0, 0), 1e-9);
+  }
 }
 
 }  // namespace

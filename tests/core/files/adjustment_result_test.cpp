@@ -2,8 +2,12 @@
 
 #include <gtest/gtest.h>
 
+#include <filesystem>
+#include <iterator>
 #include <limits>
 #include <nlohmann/json.hpp>
+#include <string>
+#include <vector>
 
 #include "core/base/atomic_write.h"
 #include "core/base/error.h"
@@ -105,35 +109,116 @@ TEST(AdjustmentResult, WhatIsNoNumberIsNull) {
 }
 
 // Points are written one by one, and read so.
+AdjustmentResult WithManyPoints() {
+  constexpr int kMany = 5000;  // more than is written, or read, at a time
+  AdjustmentResult result = ExampleAdjustment();
+  for (int i = 0; i < kMany; ++i) {
+    result.ties.push_back(result.ties[0]);
+    result.ties.back().id = 1000 + i;
+  }
+  return result;
+}
+
 TEST(AdjustmentResult, IsTheDocumentThatItWouldBeAsAWhole) {
   const TemporaryFolder folder;
-  for (const AdjustmentResult& result : {ExampleAdjustment(), AdjustmentResult()}) {
+  for (const AdjustmentResult& result :
+       {ExampleAdjustment(), AdjustmentResult(), WithManyPoints()}) {
     WriteAdjustmentResult(folder.Path(), result);
     const std::string text = ReadFile(folder / "block.json");
-    EXPECT_EQ(text, nlohmann::ordered_json::parse(text).dump(1) + "\n");
-    EXPECT_EQ(ReadAdjustmentResult(folder / "block.json").ties.size(), result.ties.size());
+    const auto json = nlohmann::ordered_json::parse(text);
+    EXPECT_EQ(text, json.dump(1) + "\n");
+    std::vector<std::string> members;
+    for (const auto& [name, value] : json.items()) members.push_back(name);
+    EXPECT_EQ(members,
+              (std::vector<std::string>{"converged", "sigma0", "redundancy", "variance_components",
+                                        "parts", "calibration", "checks", "findings", "messages",
+                                        "approximations", "gnss", "ties", "control"}));
+    EXPECT_EQ(json["ties"].size(), result.ties.size());
+    EXPECT_EQ(json["control"].size(), result.control.size());
   }
+}
+
+TEST(AdjustmentResult, OfManyPointsNoneIsLostOrChanged) {
+  const TemporaryFolder folder;
+  const AdjustmentResult written = WithManyPoints();
+  WriteAdjustmentResult(folder.Path(), written);
+  const AdjustmentResult read = ReadAdjustmentResult(folder / "block.json");
+  ASSERT_EQ(read.ties.size(), written.ties.size());
+  for (std::size_t i = 0; i < read.ties.size(); ++i) {
+    EXPECT_EQ(read.ties[i].id, written.ties[i].id);
+    EXPECT_EQ(read.ties[i].ground_m, written.ties[i].ground_m);
+    ASSERT_EQ(read.ties[i].seen.size(), written.ties[i].seen.size());
+    EXPECT_EQ(read.ties[i].seen[0].pixel, written.ties[i].seen[0].pixel);
+  }
+  const std::string text = ReadFile(folder / "block.json");
+  WriteFileAtomically(folder / "again.json", text.substr(0, text.size() / 2));
+  ExpectError<InputError>([&] { ReadAdjustmentResult(folder / "again.json"); },
+                          {"again.json", "not valid JSON"});
+  WriteAdjustmentResult(folder.Path(), read);
+  EXPECT_EQ(ReadFile(folder / "block.json"), text);
+}
+
+TEST(AdjustmentResult, PointsMayStandBeforeTheRest) {
+  const TemporaryFolder folder;
+  WriteAdjustmentResult(folder.Path(), ExampleAdjustment());
+  const auto json = nlohmann::ordered_json::parse(ReadFile(folder / "block.json"));
+  nlohmann::ordered_json turned;
+  for (const char* first : {"control", "ties"}) turned[first] = json[first];
+  for (const auto& [name, value] : json.items()) turned[name] = value;
+  WriteFileAtomically(folder / "turned.json", turned.dump());
+  WriteAdjustmentResult(folder.Path(), ReadAdjustmentResult(folder / "turned.json"));
+  EXPECT_EQ(nlohmann::ordered_json::parse(ReadFile(folder / "block.json")), json);
 }
 
 TEST(AdjustmentResult, WhatIsNoListOfPointsIsNamed) {
   const TemporaryFolder folder;
   WriteAdjustmentResult(folder.Path(), ExampleAdjustment());
-  const auto expect = [&](const nlohmann::json& ties, const std::string& complaint) {
-    auto json = nlohmann::json::parse(ReadFile(folder / "block.json"));
-    json["ties"] = ties;
-    WriteFileAtomically(folder / "other.json", json.dump());
+  const auto json = nlohmann::json::parse(ReadFile(folder / "block.json"));
+  const auto expect = [&](const std::string& ties, const std::string& complaint) {
+    auto other = json;
+    other["ties"] = nlohmann::json::parse(ties);
+    WriteFileAtomically(folder / "other.json", other.dump());
     ExpectError<InputError>([&] { ReadAdjustmentResult(folder / "other.json"); },
-                            {"other.json", "ties", complaint});
+                            {"other.json", complaint});
   };
-  expect(5, "must be a list");
-  expect(nlohmann::json::object(), "must be a list");
-  expect({1, 2}, "ties[0] must be an object");
-  expect(nlohmann::json::array({nlohmann::json::array()}), "ties[0] must be an object");
-  auto json = nlohmann::json::parse(ReadFile(folder / "block.json"));
-  json.erase("control");
-  WriteFileAtomically(folder / "other.json", json.dump());
+  expect("5", "field ties must be a list");
+  expect("{}", "field ties must be a list");
+  expect(R"({"a": 5})", "field ties must be a list");
+  expect(R"({"a": {"id": 1}})", "field ties must be a list");
+  expect("[1, 2]", "ties[0] must be an object");
+  expect("[[]]", "ties[0] must be an object");
+  expect(R"([{"id": 1, "rays": 0, "seen": []}, {"id": 2}])", "ties[1] lacks");
+  auto without = json;
+  without.erase("control");
+  WriteFileAtomically(folder / "other.json", without.dump());
   ExpectError<InputError>([&] { ReadAdjustmentResult(folder / "other.json"); },
                           {"other.json", "lacks \"control\""});
+  std::string twice = json.dump();
+  twice.insert(1, R"("ties": [],)");
+  WriteFileAtomically(folder / "other.json", twice);
+  ExpectError<InputError>([&] { ReadAdjustmentResult(folder / "other.json"); },
+                          {"other.json", "\"ties\" twice"});
+}
+
+// A parser that looked through a list after each of its objects would take minutes.
+TEST(AdjustmentResult, LongListsThatNobodyAsksForAreReadInPassing) {
+  const TemporaryFolder folder;
+  WriteAdjustmentResult(folder.Path(), ExampleAdjustment());
+  auto json = nlohmann::json::parse(ReadFile(folder / "block.json"));
+  json["other"] = std::vector<nlohmann::json>(1'000'000, nlohmann::json::object());
+  WriteFileAtomically(folder / "other.json", json.dump());
+  EXPECT_EQ(ReadAdjustmentResult(folder / "other.json").ties.size(), 2u);
+}
+
+TEST(AdjustmentResult, ANameThatIsNoTextLeavesTheFileThatWasThere) {
+  const TemporaryFolder folder;
+  WriteAdjustmentResult(folder.Path(), ExampleAdjustment());
+  const std::string before = ReadFile(folder / "block.json");
+  AdjustmentResult result = ExampleAdjustment();
+  result.ties[0].seen[0].photo = "\xff";
+  EXPECT_ANY_THROW(WriteAdjustmentResult(folder.Path(), result));
+  EXPECT_EQ(ReadFile(folder / "block.json"), before);
+  EXPECT_EQ(std::distance(std::filesystem::directory_iterator(folder.Path()), {}), 1);
 }
 
 TEST(AdjustmentResult, AFieldOfTheWrongTypeIsNamed) {

@@ -6,10 +6,13 @@
 #include <cmath>
 #include <filesystem>
 #include <ostream>
+#include <utility>
+#include <vector>
 
 #include "block/inputs/camera_library.h"
 #include "block/part.h"
 #include "core/base/error.h"
+#include "core/base/median.h"
 #include "core/base/remote_files.h"
 #include "core/files/block_file.h"
 #include "core/files/camera_file.h"
@@ -25,6 +28,7 @@ namespace orient {
 namespace {
 namespace fs = std::filesystem;
 
+constexpr int kMostWhole_MB = 10'000'000;
 constexpr int kMostTasks = 1000;      // of an array, as Slurm is set up by default
 constexpr double kPart_s = 20 * 60;   // of work that a part is to hold
 constexpr double kMargin = 3;         // asked for over what was measured
@@ -63,9 +67,11 @@ class SlurmCommand : public Command {
     app.add_option("--whole-time", whole_minutes_,
                    "Minutes of the jobs that concern all photos (default: by their number)")
         ->check(CLI::Range(1, 60 * 24 * 30));
-    app.add_option("--whole-memory", whole_megabytes_,
-                   "Megabytes of these jobs (default: by the number of photos)")
-        ->check(CLI::Range(100, 10000000));
+    app.add_option(
+           "--whole-memory", whole_megabytes_,
+           "Megabytes of these jobs (default: by the number of photos and the size of their "
+           "results)")
+        ->check(CLI::Range(100, kMostWhole_MB));
     app.add_flag("--no-measure", no_measure_,
                  "Do not orient the first photos here to measure time and memory");
     app.add_option("--partition", jobs_.partition, "Slurm's partition");
@@ -151,22 +157,20 @@ class SlurmCommand : public Command {
     return undone;
   }
 
-  // What a photo's result takes, of those that are there: many patches make it large.
-  static double MegabytesOfResult(const BlockFile& file) {
+  // Of the results of exterior orientation that exist.
+  static double MedianMegabytesOfResult(const BlockFile& file) {
     constexpr double kUsual_MB = 0.3;
-    constexpr int kEnough = 100;
-    double sum = 0;
-    int count = 0;
+    constexpr std::size_t kEnough = 100;
+    std::vector<double> megabytes;
     for (const std::string& photo : file.photos) {
       std::error_code absent;
       const auto bytes = fs::file_size(block::ResultPathOf(block::BlockStage::kExterior,
                                                            file.output_directory, PhotoName(photo)),
                                        absent);
-      if (absent) continue;
-      sum += static_cast<double>(bytes) / 1e6;
-      if (++count == kEnough) break;
+      if (!absent) megabytes.push_back(static_cast<double>(bytes) / 1e6);
+      if (megabytes.size() == kEnough) break;
     }
-    return count > 0 ? sum / count : kUsual_MB;
+    return megabytes.empty() ? kUsual_MB : Median(std::move(megabytes));
   }
 
   // Parts, times and memory.
@@ -192,15 +196,16 @@ class SlurmCommand : public Command {
     };
     jobs_.interior = asked(interior);
     jobs_.exterior = asked(exterior);
-    // Of a photo: its points in the adjustment; its result, that of the run, of the report, and in
-    // block.gpkg (docs/evidence/many_machines.md).
+    // Of a photo: its points in the adjustment; its result, held by the run, the report and
+    // block.gpkg.
     constexpr double kWhole_min = 60, kWhole_MB = 2000, kPoints_MB = 0.4, kResults = 3;
-    const double photo_MB = kPoints_MB + kResults * MegabytesOfResult(*file);
+    const double photo_MB = kPoints_MB + kResults * MedianMegabytesOfResult(*file);
     const double most_MB = std::max(exterior.megabytes, interior.megabytes);
     const auto of_all = [&](double minutes) {
-      return JobNeeds{whole_minutes_.value_or(static_cast<int>(kWhole_min + minutes)),
-                      whole_megabytes_.value_or(
-                          static_cast<int>(kWhole_MB + photo_MB * photos + jobs_.cpus * most_MB))};
+      const double megabytes = kWhole_MB + photo_MB * photos + jobs_.cpus * most_MB;
+      return JobNeeds{
+          whole_minutes_.value_or(static_cast<int>(kWhole_min + minutes)),
+          whole_megabytes_.value_or(static_cast<int>(std::min<double>(megabytes, kMostWhole_MB)))};
     };
     // Ties take a photo about as long as its exterior orientation; the adjustment holds all of
     // them.
