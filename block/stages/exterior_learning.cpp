@@ -29,10 +29,12 @@ std::vector<patchdb::MatchAttempt> AttemptsOf(const std::string& path,
                                               const ExteriorResult& result) {
   std::vector<patchdb::MatchAttempt> attempts;
   for (const PatchResult& patch : result.patches)
-    if (patch.state != PatchState::kNotVisible)
+    if (patch.state != PatchState::kNotVisible) {
       attempts.push_back({patch.id, result.photo, std::string(Name(patch.state)), patch.ncc,
                           patch.residual_px, JoinedSentences(patch.findings), date,
                           std::string(Name(result.status)), patch.predicted, patch.pixel, ""});
+      if (patch.ground_m) attempts.back().place_m = patch.ground_m->head<2>();
+    }
   if (attempts.empty()) return attempts;
   const std::string digest = DigestOfFile(path);
   for (patchdb::MatchAttempt& attempt : attempts) attempt.photo_digest = digest;

@@ -1,6 +1,7 @@
 #include "patchdb/store/learn.h"
 
 #include <algorithm>
+#include <iterator>
 #include <set>
 
 #include "patchdb/store/learning.h"
@@ -95,6 +96,16 @@ void RetireQuietly(Connection& connection, std::int64_t patch_id, const std::str
   keep->exec();
 }
 
+// A photo takes hours: meanwhile the patch may have been pruned, or the database made anew, where
+// its number is another's. The index of places holds single-precision numbers.
+bool IsThere(Connection& connection, const MatchAttempt& attempt) {
+  constexpr double kSame_m = 1, kRounding = 2.5e-7;
+  const auto place_m = PlaceOf(connection, attempt.patch_id);
+  if (!place_m) return false;
+  return !attempt.place_m || (*place_m - *attempt.place_m).cwiseAbs().maxCoeff() <=
+                                 kSame_m + kRounding * place_m->cwiseAbs().maxCoeff();
+}
+
 }  // namespace
 
 SuccessWeights WeightsOf(Connection& connection, std::int64_t patch_id) {
@@ -124,14 +135,15 @@ std::optional<Eigen::Vector2d> PlaceOf(Connection& connection, std::int64_t patc
   return Eigen::Vector2d(row->getColumn(0).getDouble(), row->getColumn(1).getDouble());
 }
 
-void Learn(Connection& connection, const std::vector<MatchAttempt>& attempts,
+void Learn(Connection& connection, const std::vector<MatchAttempt>& told,
            const std::vector<SoughtElsewhere>& elsewhere) {
+  std::vector<MatchAttempt> attempts;
+  std::copy_if(told.begin(), told.end(), std::back_inserter(attempts),
+               [&](const MatchAttempt& attempt) { return IsThere(connection, attempt); });
   const auto neighbours = Neighbours(connection, attempts, elsewhere);
   std::set<std::int64_t> patches;
   for (std::size_t i = 0; i < attempts.size(); ++i) {
     const MatchAttempt& attempt = attempts[i];
-    // A photo takes hours: the patch may have been pruned meanwhile.
-    if (!EpochOf(connection, attempt.patch_id)) continue;
     const Query forget = connection.Prepare(sql::kForgetUnknownPhoto);
     forget->bind(1, attempt.patch_id);
     forget->bind(2, attempt.photo);

@@ -20,6 +20,7 @@ struct MatchAttempt {
   std::optional<std::string> photo_status = {};  // ok, weak, failed: of the whole photo
   std::optional<Eigen::Vector2d> predicted_px = {}, found_px = {};
   std::string photo_digest = {};  // of its content: two flights may have photos of one name
+  std::optional<Eigen::Vector2d> place_m = {};  // of the patch; absent: not said
 };
 
 // A patch of another database that was searched for in the same photo: a neighbour.
