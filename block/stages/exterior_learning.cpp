@@ -1,5 +1,7 @@
 #include "block/stages/exterior_learning.h"
 
+#include <fmt/format.h>
+
 #include <filesystem>
 
 #include "block/inputs/digest.h"
@@ -41,15 +43,22 @@ std::vector<patchdb::MatchAttempt> AttemptsOf(const std::string& path,
   return attempts;
 }
 
-// Returns why the database could not be told; empty: it was.
-std::string WhyNotTold(const std::vector<patchdb::MatchAttempt>& attempts,
-                       patchdb::ControlPatches& database) {
+// What of a photo's attempts was not recorded.
+struct NotTold {
+  std::string why;      // none of them; empty: they were
+  std::string but_for;  // these; empty: all were
+};
+
+NotTold TellDatabase(const std::vector<patchdb::MatchAttempt>& attempts,
+                     patchdb::ControlPatches& database) {
   try {
-    database.RecordAttempts(attempts);
+    const int of_others = database.RecordAttempts(attempts);
+    if (of_others == 0) return {};
+    return {"", fmt::format("{} of {}: it has other patches of these numbers by now", of_others,
+                            attempts.size())};
   } catch (const InputError& error) {
-    return error.what();
+    return {error.what(), ""};
   }
-  return "";
 }
 
 }  // namespace
@@ -78,12 +87,14 @@ void Learning::Tell(const std::vector<std::string>& photos,
     ExteriorResult& result = (*results)[i];
     const auto attempts = AttemptsOf(photos[i], dates[i], result);
     if (attempts.empty()) continue;
-    if (why_not.empty()) why_not = WhyNotTold(attempts, database_);
+    NotTold not_told{why_not, ""};
+    if (why_not.empty()) not_told = TellDatabase(attempts, database_);
+    why_not = not_told.why;
+    const std::string& left = why_not.empty() ? not_told.but_for : why_not;
     const auto before = std::erase_if(
         result.findings, [](const Finding& f) { return f.reason == Reason::kNotLearnt; });
-    if (!why_not.empty())
-      result.findings.push_back({.reason = Reason::kNotLearnt, .where = why_not});
-    if (!why_not.empty() || before > 0) WriteExteriorResult(directory_, result);
+    if (!left.empty()) result.findings.push_back({.reason = Reason::kNotLearnt, .where = left});
+    if (!left.empty() || before > 0) WriteExteriorResult(directory_, result);
   }
   if (why_not.empty()) fs::remove(note_);
 }

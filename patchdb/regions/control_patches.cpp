@@ -170,16 +170,18 @@ std::vector<SoughtElsewhere> ControlPatches::Sought(const Region& region,
   const PatchDatabase& database = OpenedRegion(region);
   for (const MatchAttempt& attempt : own)
     if (attempt.state != "not_visible")
-      if (const auto place_m = database.PlaceOf(attempt.patch_id))
+      if (const auto place_m =
+              attempt.place_m ? attempt.place_m : database.PlaceOf(attempt.patch_id))
         sought.push_back({attempt.photo, *place_m, attempt.state == "matched"});
   return sought;
 }
 
-void ControlPatches::RecordAttempts(const std::vector<MatchAttempt>& attempts) {
+int ControlPatches::RecordAttempts(const std::vector<MatchAttempt>& attempts) {
   if (!IsFolder()) return opened_.at(0).RecordAttempts(attempts);
   const AttemptsByRegion by_region = Divided(attempts);
   std::map<int, std::vector<SoughtElsewhere>> sought;
   std::exception_ptr first;
+  int of_others = 0;
   const auto of_each = [&](const auto& work) {
     for (const Region& region : index_->regions)
       if (const auto own = by_region.find(region.number); own != by_region.end()) try {
@@ -195,9 +197,10 @@ void ControlPatches::RecordAttempts(const std::vector<MatchAttempt>& attempts) {
     for (const auto& [number, patches] : sought)
       if (number != region.number)
         elsewhere.insert(elsewhere.end(), patches.begin(), patches.end());
-    OpenedRegion(region).RecordAttempts(own, elsewhere);
+    of_others += OpenedRegion(region).RecordAttempts(own, elsewhere);
   });
   if (first) std::rethrow_exception(first);
+  return of_others;
 }
 
 }  // namespace orient::patchdb

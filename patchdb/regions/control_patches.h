@@ -39,8 +39,8 @@ class ControlPatches {
   // As ContentOf, of the regions that touch one of `areas`; of all of a single database.
   std::string ContentWithin(const std::vector<Bounds>& areas) const;
   // One transaction for each region. Where one of them fails the others are told nevertheless, and
-  // the first error is thrown then.
-  void RecordAttempts(const std::vector<MatchAttempt>& attempts);
+  // the first error is thrown then. Returns what PatchDatabase::RecordAttempts does, of all.
+  int RecordAttempts(const std::vector<MatchAttempt>& attempts);
 
  private:
   ControlPatches(std::string path, Mode mode) : path_(std::move(path)), mode_(mode) {}

@@ -1,7 +1,6 @@
 #include "patchdb/store/learn.h"
 
 #include <algorithm>
-#include <iterator>
 #include <set>
 
 #include "patchdb/store/learning.h"
@@ -37,6 +36,11 @@ NeighbourCount CountNeighbours(const std::vector<SoughtPatch>& sought, const Sou
   return neighbours;
 }
 
+// Where the patch lies that was sought: as it is said, else as the database has it.
+std::optional<Eigen::Vector2d> PlaceSought(Connection& connection, const MatchAttempt& attempt) {
+  return attempt.place_m ? attempt.place_m : PlaceOf(connection, attempt.patch_id);
+}
+
 // Per attempt; empty where the patch was not searched for or has no place.
 std::vector<std::optional<NeighbourCount>> Neighbours(
     Connection& connection, const std::vector<MatchAttempt>& attempts,
@@ -44,7 +48,7 @@ std::vector<std::optional<NeighbourCount>> Neighbours(
   std::map<std::string, std::vector<SoughtPatch>> photos;
   for (std::size_t i = 0; i < attempts.size(); ++i) {
     if (attempts[i].state == "not_visible") continue;
-    if (const auto place = PlaceOf(connection, attempts[i].patch_id))
+    if (const auto place = PlaceSought(connection, attempts[i]))
       photos[attempts[i].photo].push_back({i, *place, attempts[i].state == "matched"});
   }
   for (const SoughtElsewhere& patch : elsewhere)
@@ -96,14 +100,14 @@ void RetireQuietly(Connection& connection, std::int64_t patch_id, const std::str
   keep->exec();
 }
 
-// A photo takes hours: meanwhile the patch may have been pruned, or the database made anew, where
-// its number is another's. The index of places holds single-precision numbers.
-bool IsThere(Connection& connection, const MatchAttempt& attempt) {
+// Whether the database was made anew meanwhile and its patch of that number is another one. The
+// index of places holds single-precision numbers.
+bool IsOfAnother(Connection& connection, const MatchAttempt& attempt) {
   constexpr double kSame_m = 1, kRounding = 2.5e-7;
+  if (!attempt.place_m) return false;
   const auto place_m = PlaceOf(connection, attempt.patch_id);
-  if (!place_m) return false;
-  return !attempt.place_m || (*place_m - *attempt.place_m).cwiseAbs().maxCoeff() <=
-                                 kSame_m + kRounding * place_m->cwiseAbs().maxCoeff();
+  return place_m && (*place_m - *attempt.place_m).cwiseAbs().maxCoeff() >
+                        kSame_m + kRounding * place_m->cwiseAbs().maxCoeff();
 }
 
 }  // namespace
@@ -135,15 +139,19 @@ std::optional<Eigen::Vector2d> PlaceOf(Connection& connection, std::int64_t patc
   return Eigen::Vector2d(row->getColumn(0).getDouble(), row->getColumn(1).getDouble());
 }
 
-void Learn(Connection& connection, const std::vector<MatchAttempt>& told,
-           const std::vector<SoughtElsewhere>& elsewhere) {
-  std::vector<MatchAttempt> attempts;
-  std::copy_if(told.begin(), told.end(), std::back_inserter(attempts),
-               [&](const MatchAttempt& attempt) { return IsThere(connection, attempt); });
+int Learn(Connection& connection, const std::vector<MatchAttempt>& attempts,
+          const std::vector<SoughtElsewhere>& elsewhere) {
+  int of_others = 0;
   const auto neighbours = Neighbours(connection, attempts, elsewhere);
   std::set<std::int64_t> patches;
   for (std::size_t i = 0; i < attempts.size(); ++i) {
     const MatchAttempt& attempt = attempts[i];
+    // A photo takes hours: the patch may have been pruned meanwhile.
+    if (!EpochOf(connection, attempt.patch_id)) continue;
+    if (IsOfAnother(connection, attempt)) {
+      ++of_others;
+      continue;
+    }
     const Query forget = connection.Prepare(sql::kForgetUnknownPhoto);
     forget->bind(1, attempt.patch_id);
     forget->bind(2, attempt.photo);
@@ -158,6 +166,7 @@ void Learn(Connection& connection, const std::vector<MatchAttempt>& told,
     patches.insert(attempt.patch_id);
   }
   for (const std::int64_t patch : patches) LearnAnew(connection, patch, true);
+  return of_others;
 }
 
 }  // namespace orient::patchdb

@@ -13,10 +13,11 @@
 namespace orient::patchdb {
 
 // Stores the attempts with how their neighbours fared, and learns from all patches that they name.
-// Patches that are not there are left out. `elsewhere`: further neighbours. The caller holds the
-// transaction.
-void Learn(Connection& connection, const std::vector<MatchAttempt>& attempts,
-           const std::vector<SoughtElsewhere>& elsewhere = {});
+// Patches that are not there are left out, and attempts of which the database has another patch of
+// that number by now; returns how many of these. `elsewhere`: further neighbours. The caller holds
+// the transaction.
+int Learn(Connection& connection, const std::vector<MatchAttempt>& attempts,
+          const std::vector<SoughtElsewhere>& elsewhere = {});
 
 // Empty where there is no such patch, or it has no place.
 std::optional<Eigen::Vector2d> PlaceOf(Connection& connection, std::int64_t patch_id);

@@ -374,12 +374,10 @@ int PatchDatabase::Write(const char* doing, const std::function<int(Connection&)
   });
 }
 
-void PatchDatabase::RecordAttempts(const std::vector<MatchAttempt>& attempts,
-                                   const std::vector<SoughtElsewhere>& elsewhere) {
-  Write("recording attempts", [&](Connection& connection) {
-    Learn(connection, attempts, elsewhere);
-    return 0;
-  });
+int PatchDatabase::RecordAttempts(const std::vector<MatchAttempt>& attempts,
+                                  const std::vector<SoughtElsewhere>& elsewhere) {
+  return Write("recording attempts",
+               [&](Connection& connection) { return Learn(connection, attempts, elsewhere); });
 }
 
 }  // namespace orient::patchdb

@@ -78,12 +78,13 @@ class PatchDatabase {
   std::vector<PatchSource> Sources() const;
   KnownSource FindSource(const PatchSource& source) const;
   // One transaction. A later attempt of the same patch in the same photo replaces the earlier one;
-  // patches that were deleted meanwhile are left out.
-  // What the patches' histories say then is noted with them, and those that keep failing where
-  // their neighbours succeed are retired: patchdb/store/learning.h.
-  // `elsewhere`: neighbours that other databases hold.
-  void RecordAttempts(const std::vector<MatchAttempt>& attempts,
-                      const std::vector<SoughtElsewhere>& elsewhere = {});
+  // patches that were deleted meanwhile are left out, and attempts of which the database has
+  // another patch of that number by now (it was made anew); returns how many of these. What the
+  // patches' histories say then is noted with them, and those that keep failing where their
+  // neighbours succeed are retired: patchdb/store/learning.h. `elsewhere`: neighbours that other
+  // databases hold.
+  int RecordAttempts(const std::vector<MatchAttempt>& attempts,
+                     const std::vector<SoughtElsewhere>& elsewhere = {});
 
   // For the other files of patchdb: the file, its SQL, and one transaction around `work`, which
   // answers how many rows it changed.

@@ -206,6 +206,7 @@ TEST_F(RegionsTest, LearnAsTheWholeDatabaseDoes) {
         attempts.push_back({patch.id, photo, matched ? "matched" : "not_found", {}, {}, ""});
         attempts.back().photo_status = "ok";
         attempts.back().photo_digest = photo;
+        attempts.back().place_m = patch.ground_m.head<2>();
       }
     return attempts;
   };
@@ -232,6 +233,36 @@ TEST_F(RegionsTest, LearnAsTheWholeDatabaseDoes) {
   EXPECT_EQ(of_regions.size(), 360);
   EXPECT_EQ(of_regions, learnt(path_));
   EXPECT_GT(whole.Info().retired, 0);
+}
+
+// Regions whose numbers became others' learn nothing, and what was sought elsewhere is no
+// neighbour.
+TEST_F(RegionsTest, LearnNothingFromPatchesThatHadTheirNumbers) {
+  Divide(120, 6000);
+  ControlPatches divided = ControlPatches::Open(regions_, ControlPatches::Mode::kWrite);
+  const std::vector<Patch> patches = divided.FindPatchesIn(kAll);
+  const auto region_of = [](std::int64_t id) { return id / 1'000'000'000; };
+  const std::int64_t first = region_of(patches.front().id);
+  std::vector<MatchAttempt> attempts;
+  int of_others = 0;
+  for (const Patch& patch : patches) {
+    const bool other = region_of(patch.id) != first;
+    of_others += other ? 1 : 0;
+    attempts.push_back({patch.id, "a", other ? "matched" : "not_found", {}, {}, ""});
+    attempts.back().place_m = patch.ground_m.head<2>() + Eigen::Vector2d(other ? 5e5 : 0, 0);
+  }
+  ASSERT_GT(of_others, 0);
+  EXPECT_EQ(divided.RecordAttempts(attempts), of_others);
+  int learnt = 0;
+  for (const std::string& file : RegionFiles(regions_, ReadRegionIndex(regions_))) {
+    SQLite::Database raw(file, SQLite::OPEN_READONLY);
+    SQLite::Statement row(raw, "SELECT neighbours_sought, neighbours_matched FROM attempts");
+    for (; row.executeStep(); ++learnt) {
+      EXPECT_EQ(row.getColumn(0).getInt(), 8);
+      EXPECT_EQ(row.getColumn(1).getInt(), 0);
+    }
+  }
+  EXPECT_EQ(learnt, static_cast<int>(patches.size()) - of_others);
 }
 
 TEST_F(RegionsTest, AreToldOfAttemptsThoughOneOfThemCannotBe) {

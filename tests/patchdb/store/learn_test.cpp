@@ -82,12 +82,13 @@ TEST_F(LearnTest, FailedPhotosAndFailingNeighboursRetireNobody) {
   EXPECT_EQ(Middle().failure_weight, 4);
 }
 
-TEST_F(LearnTest, PatchesOfADatabaseThatHadTheseNumbersBeforeAreLeftOut) {
+TEST_F(LearnTest, AttemptsOfPatchesThatHadTheseNumbersBeforeAreLeftOut) {
   const Eigen::Vector2d place_m = database_.ReadPatch(1)->ground_m.head<2>();
   MatchAttempt here = MadeUpAttempt(1, "a", true), elsewhere = MadeUpAttempt(1, "b", true);
   here.place_m = place_m + Eigen::Vector2d(0.5, -0.5);  // the index of places rounds
   elsewhere.place_m = place_m + Eigen::Vector2d(0, 100);
-  database_.RecordAttempts({here, elsewhere});
+  EXPECT_EQ(database_.RecordAttempts({here, elsewhere, MadeUpAttempt(999, "a", true)}), 1);
+  EXPECT_EQ(database_.Info().attempts, 1);
   EXPECT_EQ(database_.ReadPatch(1)->success_weight, 1);
 }
 
