@@ -112,15 +112,19 @@ inline void DemLevel(World& world, Trial& trial) {
 
 // --- The photos
 
+// Where a pixel of a picture of that width is in the one that it became.
+using PixelIn = std::function<Eigen::Vector2d(const Eigen::Vector2d&, int width)>;
+
 // Every photo's picture becomes another one; `moved` says where its pixels are then.
 inline void ChangePhotos(World& world, Trial& trial,
-                         const std::function<Image(const Image&)>& change, const PixelMap& moved) {
+                         const std::function<Image(const Image&)>& change, const PixelIn& moved) {
   // Another fault may have left its photos there, and these are made of them.
   std::string folder = trial.folder + "/photos";
   while (fs::exists(folder)) folder += "_again";
   fs::create_directories(folder);
   for (auto& [name, path] : trial.photos) {
-    const Image image = change(Raster::Open(path).ReadGrey().image);
+    const Image before = Raster::Open(path).ReadGrey().image;
+    const Image image = change(before);
     std::vector<std::uint16_t> values;
     for (const float value : image.values)
       values.push_back(static_cast<std::uint16_t>(std::clamp(value, 0.0f, 255.0f)));
@@ -128,16 +132,17 @@ inline void ChangePhotos(World& world, Trial& trial,
     simulation::WriteGreyTiff(path, image.width, image.height, values, 8,
                               *world.Options().pixel_size_um / 1000, std::nullopt);
     if (!moved) continue;
-    trial.shows[name].moved = [before = trial.shows[name].moved, moved](
-                                  const Eigen::Vector2d& pixel) { return moved(before(pixel)); };
+    trial.shows[name].moved = [first = trial.shows[name].moved, moved,
+                               width = before.width](const Eigen::Vector2d& pixel) {
+      return moved(first(pixel), width);
+    };
   }
 }
 inline int SideOf(const Trial& trial) { return Raster::Open(trial.photos.begin()->second).Width(); }
 inline void PhotosMirrored(World& world, Trial& trial) {
-  const double width = SideOf(trial);
   ChangePhotos(
       world, trial, [](const Image& image) { return Mirrored(image); },
-      [width](const Eigen::Vector2d& pixel) {
+      [](const Eigen::Vector2d& pixel, int width) {
         return Eigen::Vector2d(width - pixel.x(), pixel.y());
       });
 }
@@ -155,7 +160,7 @@ inline void PhotosShifted(World& world, Trial& trial) {
             shifted.At(col, row) = image.At(col - right, row - down);
         return shifted;
       },
-      [=](const Eigen::Vector2d& pixel) {
+      [=](const Eigen::Vector2d& pixel, int) {
         return Eigen::Vector2d(pixel + Eigen::Vector2d(right, down));
       });
 }
@@ -172,7 +177,7 @@ inline void PhotosScaled(World& world, Trial& trial) {
           std::copy_n(reduced.Row(row), reduced.width, framed.Row(row));
         return framed;
       },
-      [=](const Eigen::Vector2d& pixel) { return Eigen::Vector2d(pixel / factor); });
+      [=](const Eigen::Vector2d& pixel, int) { return Eigen::Vector2d(pixel / factor); });
 }
 inline void PhotosInverted(World& world, Trial& trial) {
   ChangePhotos(world, trial,
