@@ -163,15 +163,14 @@ ControlPatches::AttemptsByRegion ControlPatches::Divided(
   return by_region;
 }
 
-// With the places that their patches have.
+// With the places where their patches were sought.
 std::vector<SoughtElsewhere> ControlPatches::Sought(const Region& region,
                                                     const std::vector<MatchAttempt>& own) const {
   std::vector<SoughtElsewhere> sought;
   const PatchDatabase& database = OpenedRegion(region);
   for (const MatchAttempt& attempt : own)
     if (attempt.state != "not_visible")
-      if (const auto place_m =
-              attempt.place_m ? attempt.place_m : database.PlaceOf(attempt.patch_id))
+      if (const auto place_m = database.PlaceSought(attempt))
         sought.push_back({attempt.photo, *place_m, attempt.state == "matched"});
   return sought;
 }

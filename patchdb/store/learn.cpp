@@ -36,9 +36,12 @@ NeighbourCount CountNeighbours(const std::vector<SoughtPatch>& sought, const Sou
   return neighbours;
 }
 
-// Where the patch lies that was sought: as it is said, else as the database has it.
-std::optional<Eigen::Vector2d> PlaceSought(Connection& connection, const MatchAttempt& attempt) {
-  return attempt.place_m ? attempt.place_m : PlaceOf(connection, attempt.patch_id);
+// Empty where there is no such patch, or it has no place.
+std::optional<Eigen::Vector2d> PlaceOf(Connection& connection, std::int64_t patch_id) {
+  const Query row = connection.Prepare(sql::kPlaceOf);
+  row->bind(1, patch_id);
+  if (!row->executeStep()) return std::nullopt;
+  return Eigen::Vector2d(row->getColumn(0).getDouble(), row->getColumn(1).getDouble());
 }
 
 // Per attempt; empty where the patch was not searched for or has no place.
@@ -132,11 +135,8 @@ void LearnAnew(Connection& connection, std::int64_t patch_id, bool may_retire) {
   RetireQuietly(connection, patch_id, *reason);
 }
 
-std::optional<Eigen::Vector2d> PlaceOf(Connection& connection, std::int64_t patch_id) {
-  const Query row = connection.Prepare(sql::kPlaceOf);
-  row->bind(1, patch_id);
-  if (!row->executeStep()) return std::nullopt;
-  return Eigen::Vector2d(row->getColumn(0).getDouble(), row->getColumn(1).getDouble());
+std::optional<Eigen::Vector2d> PlaceSought(Connection& connection, const MatchAttempt& attempt) {
+  return attempt.place_m ? attempt.place_m : PlaceOf(connection, attempt.patch_id);
 }
 
 int Learn(Connection& connection, const std::vector<MatchAttempt>& attempts,

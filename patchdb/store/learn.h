@@ -19,8 +19,9 @@ namespace orient::patchdb {
 int Learn(Connection& connection, const std::vector<MatchAttempt>& attempts,
           const std::vector<SoughtElsewhere>& elsewhere = {});
 
-// Empty where there is no such patch, or it has no place.
-std::optional<Eigen::Vector2d> PlaceOf(Connection& connection, std::int64_t patch_id);
+// Where the patch lies that was sought: as it is said, else as the database has it. Empty where
+// that has no such patch, or the patch no place.
+std::optional<Eigen::Vector2d> PlaceSought(Connection& connection, const MatchAttempt& attempt);
 
 // Weighs a patch's attempts anew; with `may_retire` it is retired where they say so.
 void LearnAnew(Connection& connection, std::int64_t patch_id, bool may_retire);

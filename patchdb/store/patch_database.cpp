@@ -326,9 +326,9 @@ std::optional<Patch> PatchDatabase::ReadPatch(std::int64_t id) const {
   });
 }
 
-std::optional<Eigen::Vector2d> PatchDatabase::PlaceOf(std::int64_t id) const {
+std::optional<Eigen::Vector2d> PatchDatabase::PlaceSought(const MatchAttempt& attempt) const {
   return WithFile(impl_->connection, "reading a patch's place",
-                  [&] { return patchdb::PlaceOf(impl_->connection, id); });
+                  [&] { return patchdb::PlaceSought(impl_->connection, attempt); });
 }
 
 std::vector<PatchSource> PatchDatabase::Sources() const {

@@ -73,8 +73,8 @@ class PatchDatabase {
   std::vector<Patch> ListPatches(std::int64_t after_id, int count) const;
   // With colour and evidence; empty where there is none of this id.
   std::optional<Patch> ReadPatch(std::int64_t id) const;
-  // Empty where there is no such patch.
-  std::optional<Eigen::Vector2d> PlaceOf(std::int64_t id) const;
+  // Where an attempt's patch was sought; empty where neither the attempt nor the database says.
+  std::optional<Eigen::Vector2d> PlaceSought(const MatchAttempt& attempt) const;
   std::vector<PatchSource> Sources() const;
   KnownSource FindSource(const PatchSource& source) const;
   // One transaction. A later attempt of the same patch in the same photo replaces the earlier one;
