@@ -49,6 +49,15 @@ Findings JudgeFilm(const FilmReading& reading, const FilmTransform& film) {
   return findings;
 }
 
+// A polarity stated wrongly finds no marks, or clutter of that polarity at places that agree.
+std::optional<Finding> WhyOtherPolarity(const FilmReading& reading) {
+  if (reading.polarity_margin > -kSureNats) return std::nullopt;
+  const Polarity seen =
+      reading.polarity == Polarity::kPositive ? Polarity::kNegative : Polarity::kPositive;
+  return Finding{Reason::kPolarityUnlikeMarks, Status::kWeak, -reading.polarity_margin, kSureNats,
+                 std::string(Name(seen))};
+}
+
 // Empty where nothing speaks against the set of marks. `nats`: NatsOfUsed.
 std::optional<Finding> WhyNotThere(const FilmReading& reading, int used, double nats,
                                    const std::string& unused) {
@@ -95,9 +104,16 @@ Findings Judge(const FilmReading& reading, const FilmMarks& marks,
   const int all = static_cast<int>(marks.size());
   const int used = Count(marks, MarkState::kUsed);
   const double nats = NatsOfUsed(reading, marks);
-  if (const auto why = WhyNotThere(reading, used, nats, SomeOf(unused))) return {*why};
-  if (!film) return {{Reason::kMarksOnOneLine, Status::kFailed}};
   Findings findings;
+  if (const auto other = WhyOtherPolarity(reading)) findings.push_back(*other);
+  if (const auto why = WhyNotThere(reading, used, nats, SomeOf(unused))) {
+    findings.push_back(*why);
+    return findings;
+  }
+  if (!film) {
+    findings.push_back({Reason::kMarksOnOneLine, Status::kFailed});
+    return findings;
+  }
   if (JudgeSet(all, used, nats, reading.margin) == Status::kWeak)
     findings.push_back({Reason::kFewMarks, Status::kWeak, used, NeededMarks(all), SomeOf(unused)});
   const Findings of_film = JudgeFilm(reading, *film);

@@ -28,6 +28,7 @@ enum class Reason {
   kReseauContradictory,
   kReseauCorrection,
   kFewReseauCrosses,
+  kPolarityUnlikeMarks,
   kOrientationUnlikeLayout,
   kOrientationUnlikeSigns,
   kSignsContradictory,

@@ -152,15 +152,17 @@ class ClickedFilm {
       locators_[kind] = MakeLocator(kind);
   }
 
-  void AddReadings(const Hypothesis& hypothesis, std::vector<FilmReading>* readings) {
+  // `excluded`: those in the polarity that the user excluded.
+  void AddReadings(const Hypothesis& hypothesis, std::vector<FilmReading>* readings,
+                   std::vector<FilmReading>* excluded) {
     std::vector<MarkCandidates> found(camera_.fiducials.size());
     SideBySide(found.size(),
                [&](std::size_t i) { found[i] = Find(hypothesis, camera_.fiducials[i]); });
     for (const Polarity polarity : {Polarity::kPositive, Polarity::kNegative}) {
-      if (options_.polarity.value_or(polarity) != polarity) continue;
+      const bool wanted = options_.polarity.value_or(polarity) == polarity;
       for (const Scanner scanner : {Scanner::kPhotogrammetric, Scanner::kDesktop})
         if (options_.scanner.value_or(scanner) == scanner)
-          readings->push_back(ReadAs(hypothesis, found, polarity, scanner));
+          (wanted ? readings : excluded)->push_back(ReadAs(hypothesis, found, polarity, scanner));
     }
   }
 
@@ -287,15 +289,15 @@ std::optional<FilmReading> ReadFilmByClicks(const Raster& scan, const CameraFile
                      RectangleOfMarks(camera.fiducials), options.pixel_size_um);
   const Hypotheses hypotheses(PlacesOf(camera, options.clicks), guesses);
   ClickedFilm film(scan, camera, shapes, options, guesses);
-  std::vector<FilmReading> readings;
+  std::vector<FilmReading> readings, excluded;
   for (const ScanOrientation orientation : kAllScanOrientations) {
     const bool stated = options.orientation == orientation;
     if (!stated && (options.orientation || IsMirrored(orientation))) continue;
     if (const auto hypothesis = hypotheses.BestIn(orientation))
-      film.AddReadings(*hypothesis, &readings);
+      film.AddReadings(*hypothesis, &readings, &excluded);
   }
   if (readings.empty()) return std::nullopt;
-  return BestOf(readings);
+  return BestOf(readings, excluded);
 }
 
 }  // namespace orient::interior

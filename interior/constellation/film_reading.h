@@ -61,6 +61,9 @@ struct FilmReading {
   // Nats to the same reading under the other scanner's prior where that one uses other marks: four
   // marks of a desktop scan, or a photogrammetric scan with one of them misplaced.
   double scanner_margin = std::numeric_limits<double>::infinity();
+  // Nats to the most probable set of marks in the polarity that the user excluded; negative where
+  // that one is more probable, infinite where there is none.
+  double polarity_margin = std::numeric_limits<double>::infinity();
   // Reseau only: all that the anchors allow.
   std::vector<RivalOrientation> rival_orientations;
 };

@@ -71,6 +71,7 @@ class Reader {
   }
 
   // Readings of one setting: both polarities, both kinds of scanner, unless the user named one.
+  // The polarity that the user excluded is read all the same: it may show that the word is wrong.
   std::vector<FilmReading> Read(const Setting& setting, const InteriorOptions& options) {
     const std::vector<Place> places = Places(setting);
     const auto found = Candidates(places);
@@ -78,7 +79,6 @@ class Reader {
     for (const Place& place : places) windows.push_back(place.search.window);
     std::vector<FilmReading> readings;
     for (const Polarity polarity : {Polarity::kPositive, Polarity::kNegative}) {
-      if (options.polarity && *options.polarity != polarity) continue;
       for (const Scanner scanner : {Scanner::kPhotogrammetric, Scanner::kDesktop})
         if (options.scanner.value_or(scanner) == scanner)
           readings.push_back(ReadAs(setting, found, polarity, scanner, options.assignment));
@@ -336,13 +336,15 @@ class FilmReadings {
       if (!whole && (size.array() < kLeastOfRectangle * marks.array()).any()) continue;
       for (size_t k = 0; k < classes_.size(); ++k)
         for (FilmReading& reading :
-             reader_.Read({region, pixel_size, classes_[k], alike_[k], range}, options_))
-          readings_.push_back(std::move(reading));
+             reader_.Read({region, pixel_size, classes_[k], alike_[k], range}, options_)) {
+          const bool wanted = options_.polarity.value_or(reading.polarity) == reading.polarity;
+          (wanted ? readings_ : excluded_).push_back(std::move(reading));
+        }
     }
     return readings_.size() > before;
   }
 
-  FilmReading Choose() const { return BestOf(readings_); }
+  FilmReading Choose() const { return BestOf(readings_, excluded_); }
 
   FilmReading ChooseAlsoBeyondWindows() {
     std::vector<FilmReading> more = reader_.BeyondWindows(readings_);
@@ -357,6 +359,7 @@ class FilmReadings {
   std::vector<OrientationClass> classes_, alike_;
   Reader reader_;
   std::vector<FilmReading> readings_;
+  std::vector<FilmReading> excluded_;  // in the polarity that the user excluded
 };
 
 }  // namespace

@@ -53,6 +53,8 @@ class GuidedSearch {
     FilmReading full = reading_;
     full.orientations = orientations;
     full.margin = kMostMargin;
+    // The anchors' word on the polarity is little beside that of all crosses.
+    full.polarity_margin = std::numeric_limits<double>::infinity();
     full.second = {};
     full.bend_mm = kBend_mm;
     // Where the film lies on the scan must not tell one mesh from the next: a cut scan's film does

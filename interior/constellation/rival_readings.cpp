@@ -106,7 +106,8 @@ bool ShowsAnotherFilm(const FilmReading& best, const FilmReading& other, const A
   });
 }
 
-FilmReading BestOf(const std::vector<FilmReading>& readings) {
+FilmReading BestOf(const std::vector<FilmReading>& readings,
+                   const std::vector<FilmReading>& excluded) {
   const auto best =
       std::max_element(readings.begin(), readings.end(),
                        [](const auto& a, const auto& b) { return a.best.nats < b.best.nats; });
@@ -123,6 +124,9 @@ FilmReading BestOf(const std::vector<FilmReading>& readings) {
         ShowsAnotherFilm(result, other, other.second))
       result.margin = 0;
   result.margin = std::min(result.margin, kMaxMargin);
+  for (const FilmReading& other : excluded)
+    if (other.best.nats >= MinSetNats(static_cast<int>(other.marks.size())))
+      result.polarity_margin = std::min(result.polarity_margin, result.best.nats - other.best.nats);
   return result;
 }
 

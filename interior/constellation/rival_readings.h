@@ -20,7 +20,9 @@ bool SaysTheSame(const FilmReading& a, const FilmReading& b);
 bool ShowsAnotherFilm(const FilmReading& best, const FilmReading& other, const Assignment& marks);
 
 // The most probable reading; its margins are those to all the others, and none where the scan shows
-// another film. `readings` is not empty.
-FilmReading BestOf(const std::vector<FilmReading>& readings);
+// another film. `readings` is not empty. `excluded`: those in the polarity that the user excluded;
+// they are no rivals, but those of enough marks set the polarity margin.
+FilmReading BestOf(const std::vector<FilmReading>& readings,
+                   const std::vector<FilmReading>& excluded = {});
 
 }  // namespace orient::interior

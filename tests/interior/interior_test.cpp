@@ -204,6 +204,26 @@ TEST_F(InteriorOfSimulatedFrame, TheUsersOrientationIsTaken) {
   EXPECT_LT(Error(*result.photo_from_pixel, frame, camera), kTransformTolerancePx);
 }
 
+TEST_F(InteriorOfSimulatedFrame, AWronglyStatedPolarityIsToldAndNeverOk) {
+  const CameraFile camera = SmallCamera();
+  for (const Polarity polarity : {Polarity::kPositive, Polarity::kNegative}) {
+    FilmFrameSpec spec = Spec(camera, 5);
+    spec.polarity = polarity;
+    const FilmFrame frame = RenderFilmFrame(spec);
+    InteriorOptions options = SizeGiven();
+    options.polarity = polarity;
+    const InteriorResult right = Orient(frame.scan, camera, options);
+    EXPECT_EQ(right.status, Status::kOk);
+    EXPECT_FALSE(Has(right.findings, Reason::kPolarityUnlikeMarks));
+    options.polarity = polarity == Polarity::kPositive ? Polarity::kNegative : Polarity::kPositive;
+    const InteriorResult wrong = Orient(frame.scan, camera, options);
+    EXPECT_NE(wrong.status, Status::kOk);
+    ASSERT_FALSE(wrong.findings.empty());
+    EXPECT_EQ(wrong.findings.front().reason, Reason::kPolarityUnlikeMarks);
+    EXPECT_EQ(wrong.findings.front().where, Name(polarity));
+  }
+}
+
 TEST_F(InteriorOfSimulatedFrame, AFilmFarFromTheScansMiddleIsFoundInTheWholeRange) {
   const CameraFile camera = AsymmetricCamera();
   for (const double shift_px : {60.0, 90.0}) {  // at the edge of the nearby windows, and beyond

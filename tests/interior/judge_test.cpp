@@ -86,6 +86,26 @@ TEST(InteriorJudge, AReadingOfTwoMarksIsNotFoundHoweverManyAreUsed) {
   EXPECT_FALSE(Has(judged.Judged(), Reason::kMarksNotFound));
 }
 
+TEST(InteriorJudge, MarksOfThePolarityThatTheUserExcludedMakeTheFilmWeakFromFiveNatsOn) {
+  JudgedFilm judged(4);
+  judged.reading.polarity = Polarity::kNegative;
+  judged.reading.polarity_margin = JustAbove(-5);
+  EXPECT_TRUE(judged.Judged().empty());
+  judged.reading.polarity_margin = -5;
+  ExpectOnly(judged.Judged(), {Reason::kPolarityUnlikeMarks, Status::kWeak, 5, 5, "positive"});
+}
+
+TEST(InteriorJudge, MarksOfThePolarityThatTheUserExcludedAreToldBeforeThoseNotFound) {
+  JudgedFilm judged(4);
+  judged.reading.best.choice = {0, -1, -1, -1};
+  judged.reading.polarity_margin = -20;
+  const Findings findings = judged.Judged();
+  ASSERT_EQ(findings.size(), 2u);
+  EXPECT_EQ(findings[0].reason, Reason::kPolarityUnlikeMarks);
+  EXPECT_EQ(findings[0].where, "negative");
+  EXPECT_EQ(findings[1].reason, Reason::kMarksNotFound);
+}
+
 TEST(InteriorJudge, ACameraWithoutMarksIsNotFound) {
   JudgedFilm judged(0);
   ExpectOnly(judged.Judged(), {Reason::kMarksNotFound, Status::kFailed, 0, 3});

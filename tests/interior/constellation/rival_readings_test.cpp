@@ -64,6 +64,19 @@ TEST(RivalReadings, OfASecondFilmOnTheScanLeaveNoMargin) {
   EXPECT_EQ(BestOf({both}).margin, 0);
 }
 
+TEST(RivalReadings, InThePolarityThatTheUserExcludedAreNoRivalsButTold) {
+  const FilmReading clutter = Reading(12, {true, true, true, false});
+  FilmReading film = Reading(40, {true, true, true, true});
+  film.polarity = Polarity::kNegative;
+  const FilmReading best = BestOf({clutter}, {film});
+  EXPECT_EQ(best.polarity, Polarity::kPositive);
+  EXPECT_EQ(best.margin, 12);
+  EXPECT_EQ(best.polarity_margin, -28);
+  FilmReading chance = film;
+  chance.best.nats = 8;  // no set of marks by itself
+  EXPECT_GT(BestOf({Reading(2, {true, true, false, false})}, {chance}).polarity_margin, 1e9);
+}
+
 TEST(RivalReadings, OfTheSameMarksOrBesideThemOrOfMuchFewerNatsAreNoSecondFilm) {
   const FilmReading one = Reading(40, {true, true, true, true});
   const FilmReading a_mesh_on =
