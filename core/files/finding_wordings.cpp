@@ -50,8 +50,7 @@ const std::vector<Wording>& Wordings() {  // NOLINT(readability-function-size): 
        "needed): give --orientation."},
       {Reason::kLargeSigma0, "large_sigma0",
        "sigma0 of {value:.0f} um exceeds what film and scanner explain ({limit:.0f} um): look for "
-       "a "
-       "wrongly located mark."},
+       "a wrongly located mark."},
       {Reason::kFilmDistorted, "film_distorted",
        "Scanner, print or film deform the image, or the camera file's mark positions are inexact: "
        "an affine transform leaves sigma0 = {value:.0f} um."},
@@ -66,8 +65,8 @@ const std::vector<Wording>& Wordings() {  // NOLINT(readability-function-size): 
       {Reason::kFewReseauCrosses, "few_reseau_crosses",
        "Only {value:.0f} crosses agree with their neighbours; {limit:.0f} are needed ({where})."},
       {Reason::kPolarityUnlikeMarks, "polarity_unlike_marks",
-       "The marks are those of a {where}, not of a scan in the polarity given ({value:.1f} nats): "
-       "check --polarity (in a block file polarity under [scan])."},
+       "The marks are those of a {where}, not of the polarity given ({value:.1f} nats): check "
+       "--polarity."},
       {Reason::kOrientationUnlikeLayout, "orientation_unlike_layout",
        "The marks' calibrated positions fit scan orientation {where} as given ({value:.1f} nats): "
        "check --orientation."},
@@ -158,8 +157,7 @@ const std::vector<Wording>& Wordings() {  // NOLINT(readability-function-size): 
       {Reason::kTooFewAgree, "too_few_agree",
        "only {value:.0f} patches agree, at least {limit:.0f} are needed"},
       {Reason::kPatchesOverlap, "patches_overlap",
-       "the patches that agree overlap one another: only {value:.0f} places, at least {limit:.0f} "
-       "are needed"},
+       "the patches that agree overlap: only {value:.0f} places, at least {limit:.0f} are needed"},
       {Reason::kAgreementMayBeChance, "agreement_may_be_chance",
        "at full resolution only {value:.0f} of {limit:.0f} patches agree: chance could produce "
        "that"},
