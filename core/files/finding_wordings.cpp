@@ -150,8 +150,7 @@ const std::vector<Wording>& Wordings() {  // NOLINT(readability-function-size): 
        "chance could produce that. Either the approximation is worse than its stated accuracy, or "
        "the patches do not show this place, or the scene has changed"},
       {Reason::kTooFewPreciseMatches, "too_few_precise_matches",
-       "at full resolution only {value:.0f} patches could be matched, at least {limit:.0f} are "
-       "needed"},
+       "at full resolution only {value:.0f} patches could be matched, {limit:.0f} are needed"},
       {Reason::kMatchesAgreeOnNoPose, "matches_agree_on_no_pose",
        "at full resolution {value:.0f} of {limit:.0f} patches were matched, but no pose fits them"},
       {Reason::kTooFewAgree, "too_few_agree",
