@@ -194,6 +194,20 @@ std::string NotTried(const std::vector<KnownCamera>& cameras,
   return said;
 }
 
+// What the film's marks say against the stated polarity where it is far beyond `nats`, whichever
+// camera's they are.
+std::optional<Finding> AgainstPolarity(const std::vector<CameraReading>& readings, double nats) {
+  std::optional<Finding> strongest;
+  for (const CameraReading& reading : readings)
+    for (const Finding& finding : reading.result.findings)
+      if (finding.reason == Reason::kPolarityUnlikeMarks &&
+          reading.nats + *finding.value >= nats + *finding.limit &&
+          (!strongest || *finding.value > *strongest->value))
+        strongest = finding;
+  if (strongest) strongest->at_best = Status::kWeak;
+  return strongest;
+}
+
 CameraChoice Unknown(const std::vector<KnownCamera>& cameras,
                      const std::vector<CameraReading>& sorted, const std::string& why) {
   CameraChoice choice;
@@ -201,6 +215,8 @@ CameraChoice Unknown(const std::vector<KnownCamera>& cameras,
                              .at_best = Status::kFailed,
                              .where = why + NotTried(cameras, sorted)}};
   if (sorted.empty()) return choice;
+  if (const auto polarity = AgainstPolarity(sorted, sorted.front().nats))
+    choice.result.findings.push_back(*polarity);
   choice.result.width = sorted.front().result.width;
   choice.result.height = sorted.front().result.height;
   choice.result.findings.push_back(
@@ -316,6 +332,7 @@ CameraChoice ChooseCamera(const std::vector<KnownCamera>& cameras,
     if (other.result.status == Status::kOk) fitting.push_back(other.camera);
   }
   CameraChoice choice{best->result, best->camera};
+  Add(AgainstPolarity(sorted, best->nats), &choice.result);
   JudgePixelSize(cameras, *best, pixel_size_um, &choice.result);
   SayCameras(cameras, fitting, NotTried(cameras, sorted), &choice.result);
   return choice;

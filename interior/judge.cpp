@@ -107,6 +107,7 @@ Findings Judge(const FilmReading& reading, const FilmMarks& marks,
   Findings findings;
   if (const auto other = WhyOtherPolarity(reading)) findings.push_back(*other);
   if (const auto why = WhyNotThere(reading, used, nats, SomeOf(unused))) {
+    for (Finding& cause : findings) cause.at_best = Status::kFailed;
     findings.push_back(*why);
     return findings;
   }

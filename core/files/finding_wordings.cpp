@@ -65,8 +65,8 @@ const std::vector<Wording>& Wordings() {  // NOLINT(readability-function-size): 
       {Reason::kFewReseauCrosses, "few_reseau_crosses",
        "Only {value:.0f} crosses agree with their neighbours; {limit:.0f} are needed ({where})."},
       {Reason::kPolarityUnlikeMarks, "polarity_unlike_marks",
-       "The marks are those of a {where}, not of the polarity given ({value:.1f} nats): check "
-       "--polarity."},
+       "Read as a {where} the marks are {value:.1f} nats more probable than in the polarity given: "
+       "check --polarity (in a block file polarity under [scan])."},
       {Reason::kOrientationUnlikeLayout, "orientation_unlike_layout",
        "The marks' calibrated positions fit scan orientation {where} as given ({value:.1f} nats): "
        "check --orientation."},

@@ -70,8 +70,8 @@ class Reader {
     return ReadingsBeyondWindows(readings, camera_, shapes_, locator_, &windows_);
   }
 
-  // Readings of one setting: both polarities, both kinds of scanner, unless the user named one.
-  // The polarity that the user excluded is read all the same: it may show that the word is wrong.
+  // Readings of one setting: both polarities, for the one that the user excluded may show that the
+  // other was stated wrongly, and both kinds of scanner, unless the user named one.
   std::vector<FilmReading> Read(const Setting& setting, const InteriorOptions& options) {
     const std::vector<Place> places = Places(setting);
     const auto found = Candidates(places);
@@ -255,6 +255,7 @@ class FilmReadings {
       FilmReading nearby = Choose();
       if (IsBeyondRivals(nearby)) return nearby;
       readings_.clear();
+      excluded_.clear();
     }
     if (readings_.empty()) Add(whole_);
     FilmReading best = ChooseAlsoBeyondWindows();
@@ -347,8 +348,10 @@ class FilmReadings {
   FilmReading Choose() const { return BestOf(readings_, excluded_); }
 
   FilmReading ChooseAlsoBeyondWindows() {
-    std::vector<FilmReading> more = reader_.BeyondWindows(readings_);
-    std::move(more.begin(), more.end(), std::back_inserter(readings_));
+    for (std::vector<FilmReading>* readings : {&readings_, &excluded_}) {
+      std::vector<FilmReading> more = reader_.BeyondWindows(*readings);
+      std::move(more.begin(), more.end(), std::back_inserter(*readings));
+    }
     return Choose();
   }
 

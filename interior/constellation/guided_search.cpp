@@ -14,6 +14,7 @@
 #include "core/base/side_by_side.h"
 #include "interior/constellation/film_search.h"
 #include "interior/constellation/rival_readings.h"
+#include "interior/constellation/set_evidence.h"
 #include "interior/locators/locator.h"
 
 namespace orient::interior {
@@ -53,8 +54,7 @@ class GuidedSearch {
     FilmReading full = reading_;
     full.orientations = orientations;
     full.margin = kMostMargin;
-    // The anchors' word on the polarity is little beside that of all crosses.
-    full.polarity_margin = std::numeric_limits<double>::infinity();
+    full.polarity_margin = std::numeric_limits<double>::infinity();  // all crosses decide it
     full.second = {};
     full.bend_mm = kBend_mm;
     // Where the film lies on the scan must not tell one mesh from the next: a cut scan's film does
@@ -249,8 +249,9 @@ void AddWithShifts(const OrientationClass& orientations, const std::vector<Vecto
 
 // The most probable one. The scan orientations that the anchors allow and the crosses between them
 // do not are its rivals.
-FilmReading MostProbable(const std::vector<FilmReading>& readings) {
-  FilmReading best = BestOf(readings);
+FilmReading MostProbable(const std::vector<FilmReading>& readings,
+                         const std::vector<FilmReading>& excluded) {
+  FilmReading best = BestOf(readings, excluded);
   std::map<ScanOrientation, double> most;
   for (const FilmReading& reading : readings)
     for (const ScanOrientation orientation : reading.orientations) {
@@ -324,8 +325,12 @@ std::vector<Vector2d> MeshShifts(const std::vector<Fiducial>& fiducials) {
   return shifts;
 }
 
-FilmReading ReadFilmByAnchors(const Raster& scan, const CameraFile& camera,
-                              const MarkShapes& shapes, const InteriorOptions& options) {
+namespace {
+
+// What the scan shows in the polarity of the options, or in either one.
+std::vector<FilmReading> ReadingsByAnchors(const Raster& scan, const CameraFile& camera,
+                                           const MarkShapes& shapes,
+                                           const InteriorOptions& options) {
   // Another reading of the anchors so much less probable than the best one is none, but for a
   // second film on the scan.
   constexpr double kNearlyAsProbable = 10;
@@ -347,7 +352,22 @@ FilmReading ReadFilmByAnchors(const Raster& scan, const CameraFile& camera,
       AddWithShifts(orientations, shifts, &search, &readings);
     if (readings.empty()) readings.push_back(search.Expand(way.orientations, Vector2d::Zero()));
   }
-  return MostProbable(readings);
+  return readings;
+}
+
+}  // namespace
+
+FilmReading ReadFilmByAnchors(const Raster& scan, const CameraFile& camera,
+                              const MarkShapes& shapes, const InteriorOptions& options) {
+  const std::vector<FilmReading> readings = ReadingsByAnchors(scan, camera, shapes, options);
+  const FilmReading best = MostProbable(readings, {});
+  const auto needed = MinSetNats(static_cast<int>(camera.fiducials.size()));
+  if (!options.polarity || best.best.nats >= needed) return best;
+  // No crosses: those of the polarity that the user excluded?
+  InteriorOptions other = options;
+  other.polarity =
+      *options.polarity == Polarity::kPositive ? Polarity::kNegative : Polarity::kPositive;
+  return MostProbable(readings, ReadingsByAnchors(scan, camera, shapes, other));
 }
 
 }  // namespace orient::interior

@@ -125,7 +125,8 @@ FilmReading BestOf(const std::vector<FilmReading>& readings,
       result.margin = 0;
   result.margin = std::min(result.margin, kMaxMargin);
   for (const FilmReading& other : excluded)
-    if (other.best.nats >= MinSetNats(static_cast<int>(other.marks.size())))
+    if (other.best.nats >= MinSetNats(static_cast<int>(other.marks.size())) &&
+        !ShowsAnotherFilm(result, other, other.best))
       result.polarity_margin = std::min(result.polarity_margin, result.best.nats - other.best.nats);
   return result;
 }

@@ -21,7 +21,8 @@ bool ShowsAnotherFilm(const FilmReading& best, const FilmReading& other, const A
 
 // The most probable reading; its margins are those to all the others, and none where the scan shows
 // another film. `readings` is not empty. `excluded`: those in the polarity that the user excluded;
-// they are no rivals, but those of enough marks set the polarity margin.
+// they are no rivals, but those of enough marks set the polarity margin, unless they are another
+// film.
 FilmReading BestOf(const std::vector<FilmReading>& readings,
                    const std::vector<FilmReading>& excluded = {});
 

@@ -104,6 +104,20 @@ TEST_F(CameraChoiceTest, TheOnlyCameraThatFitsIsChosen) {
   EXPECT_TRUE(Says(choice.result, "Check that its principal distance is calibrated"));
 }
 
+TEST_F(CameraChoiceTest, MarksOfThePolarityThatTheUserExcludedAreToldWhicheverCamerasTheyAre) {
+  CameraReading unlike = Reading(cameras_, inner_, 2, Status::kFailed);
+  unlike.result.findings = {{Reason::kPolarityUnlikeMarks, Status::kFailed, 30, 5, "negative"}};
+  const InteriorResult unknown =
+      Choose({unlike, Reading(cameras_, wide_, 3, Status::kFailed)}).result;
+  EXPECT_EQ(unknown.status, Status::kFailed);
+  EXPECT_TRUE(Has(unknown.findings, Reason::kPolarityUnlikeMarks));
+  const CameraChoice clutter = Choose({unlike, Reading(cameras_, wide_, 27)});
+  EXPECT_EQ(clutter.camera, wide_);
+  EXPECT_EQ(clutter.result.status, Status::kWeak);
+  EXPECT_TRUE(Has(clutter.result.findings, Reason::kPolarityUnlikeMarks));
+  EXPECT_EQ(Choose({unlike, Reading(cameras_, wide_, 28)}).result.status, Status::kOk);
+}
+
 TEST_F(CameraChoiceTest, CamerasThatWereNotTriedAreNamed) {
   CameraFile crosses = RingCamera(20, 60);
   while (crosses.fiducials.size() <= kMostMarksOfUnknownCamera)

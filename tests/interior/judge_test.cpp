@@ -101,8 +101,8 @@ TEST(InteriorJudge, MarksOfThePolarityThatTheUserExcludedAreToldBeforeThoseNotFo
   judged.reading.polarity_margin = -20;
   const Findings findings = judged.Judged();
   ASSERT_EQ(findings.size(), 2u);
-  EXPECT_EQ(findings[0].reason, Reason::kPolarityUnlikeMarks);
-  EXPECT_EQ(findings[0].where, "negative");
+  EXPECT_EQ(findings[0],
+            (Finding{Reason::kPolarityUnlikeMarks, Status::kFailed, 20, 5, "negative"}));
   EXPECT_EQ(findings[1].reason, Reason::kMarksNotFound);
 }
 

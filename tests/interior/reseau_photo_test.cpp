@@ -138,17 +138,33 @@ TEST(ReseauPhoto, EveryReadingsSecondSetOfMarksIsAWayToReadTheFilm) {
   EXPECT_TRUE(found_at(Polarity::kNegative, 2 * film.width + 90));
 }
 
-// A scan of this film; `given`: the scan orientation that the run states.
+// A scan of this film; `given`, `polarity`: what the run states.
 InteriorResult OrientFilm(const FilmFrameSpec& spec, FilmFrame* frame,
-                          std::optional<ScanOrientation> given = {}) {
+                          std::optional<ScanOrientation> given = {},
+                          std::optional<Polarity> polarity = {}) {
   const TemporaryFolder folder;
   *frame = RenderFilmFrame(spec);
   WriteScan(folder / "a.png", frame->scan);
   InteriorOptions options;
   options.pixel_size_um = 100;
   options.orientation = given;
+  options.polarity = polarity;
   return OrientInterior(Raster::Open(folder / "a.png"), spec.camera, ShapesOf(spec.camera),
                         options);
+}
+
+TEST(ReseauPhoto, AWronglyStatedPolarityIsToldAndNeverOk) {
+  FilmFrameSpec spec;
+  spec.camera = CrossCamera();
+  FilmFrame frame;
+  const auto as = [&](Polarity polarity) {
+    return OrientFilm(spec, &frame, ScanOrientation::kR0, polarity);
+  };
+  const InteriorResult right = as(Polarity::kPositive), wrong = as(Polarity::kNegative);
+  EXPECT_EQ(right.status, Status::kOk) << JoinedSentences(right.findings);
+  EXPECT_NE(wrong.status, Status::kOk);
+  ASSERT_TRUE(Has(wrong.findings, Reason::kPolarityUnlikeMarks));
+  EXPECT_EQ(wrong.findings.front().where, "positive");
 }
 
 InteriorResult OrientWithout(const std::vector<int>& missing, FilmFrame* frame) {

@@ -37,9 +37,11 @@ class ClickedFilm : public testing::Test {
   MarkClick Click(std::size_t mark, const Vector2d& off_px = Vector2d::Zero()) const {
     return {camera_.fiducials[mark].id, frame_.mark_pixels[mark] + off_px, 1};
   }
-  InteriorResult Orient(const std::vector<MarkClick>& clicks) const {
+  InteriorResult Orient(const std::vector<MarkClick>& clicks,
+                        std::optional<Polarity> polarity = {}) const {
     InteriorOptions options;
     options.clicks = clicks;
+    options.polarity = polarity;
     return OrientInterior(Raster::Open(folder_ / "scan.tif"), camera_, ShapesOf(camera_), options);
   }
   // Largest error of the transform at the marks, pixels, in the best of the possible scan
@@ -88,6 +90,16 @@ TEST_F(ClickedFilm, OneClickDoesWhereThePixelSizeIsKnown) {
   const InteriorResult result = Orient({Click(2)});
   EXPECT_EQ(result.status, Status::kOk);
   EXPECT_LT(Error(result), kRight_px);
+}
+
+TEST_F(ClickedFilm, AWronglyStatedPolarityIsToldAndNeverOk) {
+  Make();
+  const std::vector<MarkClick> clicks = {Click(0, {1, -1}), Click(1, {-1, 1})};
+  const InteriorResult right = Orient(clicks, Polarity::kPositive);
+  EXPECT_EQ(right.status, Status::kOk) << JoinedSentences(right.findings);
+  const InteriorResult wrong = Orient(clicks, Polarity::kNegative);
+  EXPECT_NE(wrong.status, Status::kOk);
+  EXPECT_EQ(Named(wrong, Reason::kPolarityUnlikeMarks), "positive");
 }
 
 TEST_F(ClickedFilm, ThreeMarksWithAClickOnTheFourthAreWeak) {

@@ -72,6 +72,10 @@ TEST(RivalReadings, InThePolarityThatTheUserExcludedAreNoRivalsButTold) {
   EXPECT_EQ(best.polarity, Polarity::kPositive);
   EXPECT_EQ(best.margin, 12);
   EXPECT_EQ(best.polarity_margin, -28);
+  FilmReading beside = Reading(40, {true, true, true, true}, {4, Vector2d::Zero()}, {120, 0});
+  beside.polarity = Polarity::kNegative;
+  EXPECT_GT(BestOf({Reading(30, {true, true, true, true})}, {beside}).polarity_margin, 1e9)
+      << "another film on the scan";
   FilmReading chance = film;
   chance.best.nats = 8;  // no set of marks by itself
   EXPECT_GT(BestOf({Reading(2, {true, true, false, false})}, {chance}).polarity_margin, 1e9);
