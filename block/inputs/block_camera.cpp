@@ -19,7 +19,7 @@ void RefuseBlockCamera(const std::string& camera, EarthMode earth) {
   if (earth == EarthMode::kFlat || ReadCameraFile(camera).camera.earth_k1 == 0) return;
   throw UsageError(
       camera +
-      " belongs to poses: curvature and refraction are in its lens already and would "
+      " was written with poses: curvature and refraction are in its lens already and would "
       "be added again; give the camera's own file (or calibrated_camera.toml), or this "
       "one with --earth flat (earth = \"flat\" in a block file)");
 }
@@ -36,7 +36,7 @@ std::optional<std::string> OtherBlockCamera(const std::string& directory,
 
 void RequireCameraOfPoses(const std::string& camera, const std::string& table) {
   if (const auto own = OtherBlockCamera(fs::path(table).parent_path().string(), camera))
-    throw UsageError("the poses of " + table + " hold with " + *own +
+    throw UsageError("the poses of " + table + " are valid with " + *own +
                      " (calibration, curvature and refraction are in its lens), not with " +
                      camera + "; give --camera " + *own + " --earth flat");
 }

@@ -77,7 +77,7 @@ void RequireKnownMarks(const Measurements& said, const std::string& photo,
   for (const MarkMeasurement& mark : said.MarksOf(photo)) {
     if (std::find(ids.begin(), ids.end(), mark.mark) != ids.end()) continue;
     throw InputError(fmt::format(
-        "{}/{}: photo {} has a mark \"{}\", and its camera{} {}; correct the id, or delete "
+        "{}/{}: photo {} has a mark \"{}\", but its camera{} {}; correct the id, or delete "
         "the line",
         said.folder, kMarksFile, photo, mark.mark,
         camera.camera.name.empty() ? "" : " (" + camera.camera.name + ")",
@@ -156,8 +156,8 @@ void TakePositionsSaid(
       const auto height = height_at ? height_at(position->ground_m) : std::nullopt;
       if (!height && !heights.median_m)
         throw InputError(fmt::format(
-            "{}/{}: the position of photo {} needs a height, and nothing tells how high the photos "
-            "were taken; give a table of approximations with the height of one, or in a block file "
+            "{}/{}: the position of photo {} needs a height, and no flying height is known; "
+            "give a table of approximations with the height of one photo, or in a block file "
             "flying_height_m or scale under [flight]",
             said.folder, kDecisionsFile, photo));
       rows->push_back({.photo = photo, .pose = {}, .sigma = {}, .attitude_known = false});

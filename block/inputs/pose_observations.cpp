@@ -42,8 +42,8 @@ void RefuseNothingToObserve(const BlockFile& block, const PoseObservations& obse
                                 ? "the block has no table of approximations to observe; give one, "
                                   "or leave observe out"
                                 : "the accuracy of the table of approximations is not stated; give "
-                                  "position_m and attitude_deg there, or the table its columns of "
-                                  "sigmas, or leave observe out"));
+                                  "position_m and attitude_deg there, or sigma columns in the "
+                                  "table, or leave observe out"));
 }
 
 }  // namespace
@@ -57,7 +57,7 @@ std::vector<OrientationRow> ReadGnss(const BlockFile& block, Findings* remarks) 
   LeaveOutRowsWithoutHeight(&table);
   if (table.rows.empty())
     throw InputError(block.gnss.positions +
-                     ": no row has a whole position; give x, y and z in metres of the block's CRS");
+                     ": no row has a full position; give x, y and z in metres of the block's CRS");
   const Findings of_table = RemarksOn(table, block.gnss.positions);
   remarks->insert(remarks->end(), of_table.begin(), of_table.end());
   for (OrientationRow& row : table.rows) {

@@ -38,8 +38,8 @@ Matrix2d ByPositions(const ClickedScan& scan, const NewCameraOptions& options) {
   const bool fits_mirrored = mirrored->sigma0 < 0.2 * upright->sigma0;
   if (fits_mirrored && !IsMirrored(options.orientation))
     throw InputError(
-        fmt::format("photo {}: the clicks fit the stated positions mirrored only. Are two marks "
-                    "confused? For a scan that is mirrored give --orientation m0",
+        fmt::format("photo {}: the clicks fit the stated positions only if mirrored. Are two marks "
+                    "confused? If the scan is mirrored, give --orientation m0",
                     scan.photo));
   const TransformFit& fit = fits_mirrored ? *mirrored : *upright;
   size_t worst = 0;
@@ -99,7 +99,7 @@ ClickedScale ScaleOf(const ClickedScan& scan, const NewCameraOptions& options) {
   }
   if (!pixel_mm)
     throw InputError(scan.photo +
-                     ": nothing tells the scale; give --positions, --distances or "
+                     ": nothing fixes the scale; give --positions, --distances or "
                      "--pixel-size-um");
   scale.mm_from_pixel = *pixel_mm * PhotoFromPixelAxes(options.orientation);
   return scale;

@@ -48,8 +48,8 @@ double ReachOf(const interior::MarkClick& click, const std::string& photo) {
   constexpr double kLeast_px = 4, kMostSigma_px = 4;
   if (click.sigma_px > kMostSigma_px)
     throw InputError(
-        fmt::format("mark {} of photo {} is clicked with a sigma of {:g} px; {:g} px at "
-                    "most, so that no neighbour is taken for it",
+        fmt::format("mark {} of photo {} is clicked with a sigma of {:g} px; at most {:g} px "
+                    "is allowed, so that no neighbour is mistaken for it",
                     click.mark, photo, click.sigma_px, kMostSigma_px));
   return click.exact ? 0.0 : std::max(kLeast_px, 3 * click.sigma_px);
 }
@@ -126,7 +126,7 @@ std::vector<ScanOfMarks> MeasuredPlaces(std::vector<ScanOfMarks> places,
         d.from, d.to, d.distance_mm, found.off_mm));
   }
   throw InputError(fmt::format(
-      "mark {} of photo {} lies {:.1f} mm from where the other marks, scans and distances have it: "
+      "mark {} of photo {} lies {:.1f} mm from where the other marks, scans and distances put it: "
       "are two marks confused, or a distance mistyped?",
       ids[found.mark.value()], places[found.scan.value()].name, found.off_mm));
 }
@@ -146,7 +146,7 @@ MarkLayout LayoutOf(const std::vector<ScanOfMarks>& places, const std::vector<st
   if (!layout)
     throw InputError(
         "the clicked marks do not give a layout: every scan needs two marks that are "
-        "clicked on another one, too");
+        "also clicked on another one");
   if (layout->contradiction) ThrowContradiction(*layout->contradiction, places, ids, options);
   return *layout;
 }

@@ -62,7 +62,7 @@ void RequireSameInputs(const ResultStore& results, const std::vector<std::string
     if (std::find(changed.begin(), changed.end(), "options") != changed.end())
       what += " (" + ValueIn(*then, "options") + "; now " + ValueIn(of_run, "options") + ")";
     throw InputError(
-        fmt::format("the results in {}, that of {} for one, were made with other inputs ({}); "
+        fmt::format("the results in {}, for example that of {}, were made with other inputs ({}); "
                     "repeat all of them with --overwrite instead of --resume, or name another "
                     "folder with --out",
                     results.Folder(), photo, what));

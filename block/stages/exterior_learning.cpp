@@ -54,7 +54,7 @@ NotTold TellDatabase(const std::vector<patchdb::MatchAttempt>& attempts,
   try {
     const int of_others = database.RecordAttempts(attempts);
     if (of_others == 0) return {};
-    return {"", fmt::format("{} of {}: it has other patches of these numbers by now", of_others,
+    return {"", fmt::format("{} of {}: these numbers now denote other patches", of_others,
                             attempts.size())};
   } catch (const InputError& error) {
     return {error.what(), ""};
@@ -66,7 +66,7 @@ NotTold TellDatabase(const std::vector<patchdb::MatchAttempt>& attempts,
 void LeaveToLearn(const std::string& directory) {
   if (fs::exists(NotePath(directory))) return;
   WriteFileAtomically(NotePath(directory),
-                      "the patch database has not learnt from these results yet\n");
+                      "these results are not yet recorded in the patch database\n");
 }
 
 Learning::Learning(const std::string& patchdb, const std::string& directory, bool resume)

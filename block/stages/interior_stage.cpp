@@ -253,18 +253,18 @@ void RequireKnownCameras(const InteriorRunOptions& options, const RunCameras& ca
     const std::string files = options.measurements.folder;
     if (decided && cameras.named && !NamesCamera(decided->value, options.camera))
       throw UsageError(fmt::format(
-          "{} says that photo {} is of camera {}, and this run's is {}; orient it in a run of its "
+          "{} assigns photo {} to camera {}, but this run is for {}; orient it in a run of its "
           "own",
           files, photo, decided->value, options.camera));
     if (decided && !cameras.named && NamedCamera(cameras, decided) == cameras.all.size())
       throw UsageError(fmt::format(
-          "{} says that photo {} is of camera {}, which the camera library does not have; take a "
-          "name that 'orient cameras' prints",
+          "{} assigns photo {} to camera {}, which is not in the camera library; use one of the "
+          "names that 'orient cameras' lists",
           files, photo, decided->value));
     if (!decided && !cameras.named && !options.measurements.MarksOf(photo).empty())
       throw UsageError(fmt::format(
-          "marks of photo {} are clicked in {}, but its camera is to be found out; name it with "
-          "--camera, or decide on the photo's camera in decisions.csv",
+          "marks of photo {} are clicked in {}, but its camera is to be identified; name it with "
+          "--camera, or state the photo's camera in decisions.csv",
           photo, files));
     if (const auto named = NamedCamera(cameras, decided))
       RequireKnownMarks(options.measurements, photo, cameras.all[*named].file);
@@ -301,8 +301,8 @@ std::vector<std::string> NotesOn(const InteriorRunOptions& options, bool one_cam
                   "possible one. Exterior orientation tries them all; --orientation settles it.");
   if (options.micmac)
     notes.emplace_back(MixesOrientations(results)
-                           ? "No MicMac files: photos whose scan orientation is open may lie "
-                             "otherwise than the others, and their marks' names would be mixed; "
+                           ? "No MicMac files: photos whose scan orientation is open may be "
+                             "turned differently from the others, and marks would be misnamed; "
                              "give --orientation."
                            : "MicMac files: where the scan orientation is open, marks carry the "
                              "names of the first possible one, the same for all photos.");

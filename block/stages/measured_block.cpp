@@ -40,7 +40,7 @@ std::optional<Finding> ConfusedMarks(const std::vector<PointPair2d>& pairs,
     names += fmt::format("{}{} ({:.2f} mm)", names.empty() ? "" : ", ", ids[i], off_mm);
   }
   if (names.empty()) return std::nullopt;
-  if (pairs.size() == 4) names += ", of four marks nothing tells which is wrong";
+  if (pairs.size() == 4) names += "; with four marks it is unclear which is wrong";
   return Finding{.reason = Reason::kMeasuredMarksContradict,
                  .at_best = Status::kFailed,
                  .value = worst_mm,

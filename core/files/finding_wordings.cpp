@@ -18,7 +18,7 @@ const std::vector<Wording>& Wordings() {  // NOLINT(readability-function-size): 
        "(--measurements)."},
       {Reason::kTooManyReadings, "too_many_readings",
        "Too many marks and candidates to rule out another interpretation: give orientation, "
-       "polarity or pixel size, whichever is known (options; in a block file [scan])."},
+       "polarity or pixel size, whichever is known (by option, or under [scan] in a block file)."},
       {Reason::kRivalReading, "rival_reading",
        "Another interpretation of the marks is nearly as probable (margin {value:.1f} nats, "
        "{limit:.0f} are needed{unused})."},
@@ -28,8 +28,8 @@ const std::vector<Wording>& Wordings() {  // NOLINT(readability-function-size): 
       {Reason::kFewMarks, "few_marks",
        "Only {value:.0f} mark{s} could be used; {limit:.0f} are needed{unused}."},
       {Reason::kWrongMarkUnclear, "wrong_mark_unclear",
-       "A mark contradicts the others, which are too few to tell whether it is wrong or one of "
-       "these: {where}."},
+       "A mark contradicts the others, which are too few to tell whether it or one of these "
+       "is wrong: {where}."},
       {Reason::kScaleDifference, "scale_difference",
        "The scales of the two axes differ by {value:.1f} %: implausible for film or scanner."},
       {Reason::kShear, "shear",
@@ -76,35 +76,35 @@ const std::vector<Wording>& Wordings() {  // NOLINT(readability-function-size): 
        "Identification symbols, border and mark positions contradict one another ({where} against "
        "the others): check the camera file's symbols, data_strip, border and fiducials."},
       {Reason::kSignNotClear, "sign_not_clear",
-       "{where} alone contradicts the scan orientation that all others indicate: misread?"},
+       "{where} alone contradicts the scan orientation that all others indicate; perhaps misread."},
       {Reason::kOrientationOpen, "orientation_open",
-       "The marks leave the scan orientation open ({where}); the transform given is that of the "
-       "first."},
+       "The marks leave the scan orientation open ({where}); the transform given is for the "
+       "first of these."},
       {Reason::kBorderOffScan, "border_off_scan",
        "Outside the scan, and so without effect on the scan orientation: {where}. Scan the film "
        "with its border, or correct data_strip and border in the camera file."},
       {Reason::kOrientationOfRoll, "orientation_of_roll",
-       "The scan orientation is that of the other photos of the roll; alone the photo leaves it "
-       "open ({where}). Should they lie differently, give --roll differing."},
+       "The scan orientation is that of the other photos of the roll; this photo alone leaves it "
+       "open ({where}). If their orientations differ, give --roll differing."},
       {Reason::kCameraUnknown, "camera_unknown",
-       "The camera is unknown: {where} Name the camera with --camera, or draw its marks "
-       "(cameras)."},
+       "The camera is unknown: {where} Name the camera with --camera, or draw its marks (see "
+       "the documentation, page cameras)."},
       {Reason::kNearestCameras, "nearest_cameras", "Nearest: {where}."},
       {Reason::kCamerasThatFit, "cameras_that_fit", "{where}"},
       {Reason::kCameraPixelSizeOff, "camera_pixel_size_off",
        "With this camera a pixel is {value:.1f} % {where} than stated: perhaps another camera, "
        "with other mark positions."},
       {Reason::kClickOffMark, "click_off_mark",
-       "Clicks off the mark that was measured there, which is used; check them: {where}."},
+       "Clicks that lie off the measured mark (the measurement is used); check them: {where}."},
       {Reason::kClickContradicted, "click_contradicted",
-       "The other marks, or what is seen there, contradict the clicks on {where}: not used; marks "
+       "The other marks, or the image there, contradict the clicks on {where}: not used. Marks "
        "confused?"},
       {Reason::kClickNotSeen, "click_not_seen",
-       "Nothing that agrees with the other marks is seen where {where} was clicked: not used. "
-       "Where only the eye sees the mark, call the click exact."},
+       "No mark that agrees with the others was found where {where} was clicked: not used. "
+       "If the mark is visible to the eye only, declare the click exact."},
       {Reason::kExactClicks, "exact_clicks",
-       "Marks taken from exact clicks without measurement: {value:.0f}; for ok {limit:.0f} others "
-       "must be measured in the scan."},
+       "Marks taken from exact clicks without measurement: {value:.0f}; for status ok, {limit:.0f} "
+       "others must be measured in the scan."},
       {Reason::kAcceptedByPerson, "accepted_by_person", "Accepted by {where}."},
       {Reason::kRejectedByPerson, "rejected_by_person", "Rejected by {where}."},
       {Reason::kRollPixelColumns, "roll_pixel_columns",
@@ -132,8 +132,8 @@ const std::vector<Wording>& Wordings() {  // NOLINT(readability-function-size): 
       {Reason::kInteriorWeak, "interior_weak", "its interior orientation is weak"},
       {Reason::kInteriorOfAnotherScan, "interior_of_another_scan", "{where}"},
       {Reason::kScanOrientationExcluded, "scan_orientation_excluded",
-       "the pose was found in scan orientation {where}, for which the interior orientation has no "
-       "transform now; run again with --overwrite"},
+       "the pose was found in scan orientation {where}, for which the interior orientation no "
+       "longer has a transform; run again with --overwrite"},
       {Reason::kNoPatches, "no_patches",
        "{where} has no control patch under the photo's footprint; harvest patches there, or "
        "correct the approximation"},
@@ -143,8 +143,8 @@ const std::vector<Wording>& Wordings() {  // NOLINT(readability-function-size): 
       {Reason::kNothingAlikeAfterPrior, "nothing_alike_after_prior",
        "the search of the whole photo found nothing like the patches at any kappa either{where}"},
       {Reason::kNotSearchedAsAWhole, "not_searched_as_a_whole",
-       "the whole photo could not be searched: at the resolution for that too few patches are "
-       "large, and they make no mosaic; give a better approximation, or harvest more densely"},
+       "the whole photo could not be searched: at the reduced resolution too few patches are "
+       "large enough and they form no mosaic; give a better approximation or harvest more densely"},
       {Reason::kNoConsensus, "no_consensus",
        "only {value:.0f} of {limit:.0f} patches agree on a pose within {where} of the prediction: "
        "chance could produce that. Either the approximation is worse than its stated accuracy, or "
@@ -172,7 +172,7 @@ const std::vector<Wording>& Wordings() {  // NOLINT(readability-function-size): 
        "the pose lies {value:.0f} sigma from its approximation: check the approximation (accuracy "
        "as stated or by default, datum, heights) and the principal distance; or {where} wrong"},
       {Reason::kFewPlaces, "few_places",
-       "patches agree at {value:.0f} places; to judge the precision {limit:.0f} are needed"},
+       "patches agree at {value:.0f} places; {limit:.0f} are needed to judge the precision"},
       {Reason::kPoorSpread, "poor_spread",
        "the patches that agree cover {value:.1f} % of the photo: the rest is uncontrolled"},
       {Reason::kPoorlyDetermined, "poorly_determined",
@@ -182,46 +182,46 @@ const std::vector<Wording>& Wordings() {  // NOLINT(readability-function-size): 
        "the residuals show a {where} of {value:.2f} px (RMS); the covariance of the photo alone "
        "allows for that much, but the pose may have absorbed more"},
       {Reason::kSourceContradicted, "source_contradicted",
-       "{limit:.0f} patches of source {where} agree with one another and not with the pose: they "
-       "lie {value:.1f} px beside it; either that source is wrong or those that were used"},
+       "{limit:.0f} patches of source {where} agree with one another but not with the pose: they "
+       "lie {value:.1f} px from its prediction; either that source or those used are wrong"},
       {Reason::kPatchesAgreeElsewhere, "patches_agree_elsewhere",
-       "{limit:.0f} patches agree with one another {value:.1f} px beside the pose ({where}): "
-       "either they are displaced or those that were used"},
+       "{limit:.0f} patches agree with one another, {value:.1f} px off the pose ({where}): "
+       "either they or those that were used are displaced"},
       {Reason::kPointsContradictOneAnother, "points_contradict_one_another",
-       "the measured ground points contradict one another, and nothing tells which is wrong: "
+       "the measured ground points contradict one another, and it is unclear which is wrong: "
        "{where}; measure one more, or look at these"},
       {Reason::kPointsOnNoPose, "points_on_no_pose",
-       "no pose shows the measured ground points {where} where they were measured"},
+       "no pose fits the image measurements of ground points {where}"},
       {Reason::kTooFewPoints, "too_few_points",
        "measured control points: {value:.0f}; {limit:.0f} are needed, or three and an "
        "approximation"},
       {Reason::kPointsWrong, "points_wrong",
        "ground points that contradict the others and are not used; check them: {where}"},
       {Reason::kPointsOffPose, "points_off_pose",
-       "measured ground points that lie elsewhere under the pose: {where}"},
+       "measured ground points that the pose projects elsewhere: {where}"},
       {Reason::kByPointsAlone, "by_points_alone",
        "oriented by {value:.0f} measured ground points alone ({limit:.0f} are needed without "
        "patches): {where}"},
       {Reason::kLittleOtherControl, "little_other_control",
-       "oriented by measured ground points and ties: the block has {value:.0f} control points and "
-       "patches besides its own, {limit:.0f} would show whether these are right"},
+       "oriented by measured ground points and ties: besides its own, the block has {value:.0f} "
+       "control points and patches; {limit:.0f} are needed to show whether its own are right"},
       {Reason::kPatchesNotThere, "patches_not_there",
        "the {value:.0f} patches of its area do not confirm it: {where}"},
       {Reason::kPointsOffDem, "points_off_dem",
        "the DEM lies {value:.0f} m {where} the measured ground points: their height datums differ, "
        "or their coordinates are wrong"},
       {Reason::kMeasuredMarksContradict, "measured_marks_contradict",
-       "its marks are measured up to {value:.1f} mm from where the camera has them: {where}; look "
+       "its measured marks lie up to {value:.1f} mm off the camera file's positions: {where}; look "
        "for marks that were confused"},
       {Reason::kKappaWithOrientation, "kappa_with_scan_orientation",
        "{value:.0f} scan orientations are equally possible, each with a kappa of its own, and the "
        "approximation does not decide between them: this kappa belongs to {where}"},
       {Reason::kMeasuredPhotosUnknown, "measured_photos_unknown",
-       "measurements or decisions of photos that this run does not have: {where}"},
+       "measurements or decisions for photos that are not in this run: {where}"},
       {Reason::kStartedByPoints, "started_by_points",
-       "the search began with a pose by {value:.0f} measured ground points"},
+       "the search began from a pose computed from {value:.0f} measured ground points"},
       {Reason::kPrincipalDistanceNotEstimated, "principal_distance_not_estimated",
-       "the principal distance could not be estimated: the pose holds with the camera file's"},
+       "the principal distance could not be estimated: the pose is valid with the camera file's"},
       {Reason::kPrincipalDistanceNotConverged, "principal_distance_not_converged",
        "pose and principal distance did not converge"},
       {Reason::kPrincipalDistanceEstimated, "principal_distance_estimated",
@@ -232,7 +232,7 @@ const std::vector<Wording>& Wordings() {  // NOLINT(readability-function-size): 
        "({limit:.3f} mm a priori); over level ground the flying height absorbs it"},
       {Reason::kPrincipalDistanceContradicted, "principal_distance_contradicted",
        "the patches fit a principal distance of {value:.3f} mm better than the camera file's "
-       "{limit:.3f} mm, which one deformed source of patches may cause, too: {where}"},
+       "{limit:.3f} mm, which one deformed source of patches may also cause: {where}"},
       {Reason::kDemHasHoles, "dem_has_holes",
        "the DEM has no height under {value:.0f} of the {limit:.0f} matched patches: it has a hole "
        "or ends there"},
@@ -248,7 +248,7 @@ const std::vector<Wording>& Wordings() {  // NOLINT(readability-function-size): 
       {Reason::kPictureNotWritten, "picture_not_written", "its picture is missing: {where}"},
       {Reason::kUnusableInBlock, "unusable_in_block", "{where}"},
       {Reason::kNoTies, "no_ties", "it has no tie points with its neighbours"},
-      {Reason::kNotConnected, "not_connected", "its ties do not hold it to control{where}"},
+      {Reason::kNotConnected, "not_connected", "its ties do not connect it to control{where}"},
       {Reason::kFewTies, "few_ties",
        "tie points with its neighbours that could be used: {value:.0f}; {limit:.0f} are needed"},
       {Reason::kTiesContradict, "ties_contradict",
@@ -265,8 +265,8 @@ const std::vector<Wording>& Wordings() {  // NOLINT(readability-function-size): 
       {Reason::kNeighboursWeak, "neighbours_weak",
        "the photos that it depends on are weak themselves"},
       {Reason::kMovedByBlock, "moved_by_block",
-       "the block moved it by {value:.1f} sigma from the pose by its own patches or points, or "
-       "they fit much worse there: check them, its ties, and whether all sources agree"},
+       "the block moved it by {value:.1f} sigma from the pose given by its own patches or points, "
+       "or these fit the block much worse: check them, its ties, and whether all sources agree"},
       {Reason::kBlockNotConverged, "block_not_converged",
        "the block's adjustment did not converge{where}"},
       {Reason::kKeypointsUnconfirmed, "keypoints_unconfirmed", "{where}"},
@@ -337,12 +337,12 @@ const std::vector<Wording>& Wordings() {  // NOLINT(readability-function-size): 
        "The remaining photos could not be tried with their neighbours' patches: {where}"},
       {Reason::kStripPhotosAbsent, "strip_photos_absent",
        "the strips list {value:.0f} photo{s} that {are} not in the block or cannot be used; their "
-       "places are kept free: {where}"},
+       "places in the strips stay vacant: {where}"},
       {Reason::kLocatedByOwnFiles, "located_by_own_files",
        "{value:.0f} photo{s} {are} located by the GNSS position in {their} own file{s}"},
       {Reason::kFocalLengthIsNotTheCameras, "focal_length_is_not_the_cameras",
        "the focal length in these photos' files ({value:.4g} mm in the last of them) is not the "
-       "camera file's principal distance ({limit:.4g} mm): {where}; is it their camera file?"},
+       "camera file's principal distance ({limit:.4g} mm): {where}; is this their camera file?"},
       {Reason::kApproximationsOfOtherPhotos, "approximations_of_other_photos",
        "{first} lists {value:.0f} photo{s} that {are} not in the block: {rest}"},
       {Reason::kAngleColumnsIgnored, "angle_columns_ignored",

@@ -14,7 +14,6 @@
 #include "core/base/side_by_side.h"
 #include "interior/constellation/film_search.h"
 #include "interior/constellation/rival_readings.h"
-#include "interior/constellation/set_evidence.h"
 #include "interior/locators/locator.h"
 
 namespace orient::interior {
@@ -54,7 +53,6 @@ class GuidedSearch {
     FilmReading full = reading_;
     full.orientations = orientations;
     full.margin = kMostMargin;
-    full.polarity_margin = std::numeric_limits<double>::infinity();  // all crosses decide it
     full.second = {};
     full.bend_mm = kBend_mm;
     // Where the film lies on the scan must not tell one mesh from the next: a cut scan's film does
@@ -359,14 +357,15 @@ std::vector<FilmReading> ReadingsByAnchors(const Raster& scan, const CameraFile&
 
 FilmReading ReadFilmByAnchors(const Raster& scan, const CameraFile& camera,
                               const MarkShapes& shapes, const InteriorOptions& options) {
-  const std::vector<FilmReading> readings = ReadingsByAnchors(scan, camera, shapes, options);
-  const FilmReading best = MostProbable(readings, {});
-  const auto needed = MinSetNats(static_cast<int>(camera.fiducials.size()));
-  if (!options.polarity || best.best.nats >= needed) return best;
-  // No crosses: those of the polarity that the user excluded?
+  std::vector<FilmReading> readings = ReadingsByAnchors(scan, camera, shapes, options);
+  const double by_anchors = readings.front().polarity_margin;
+  // All crosses decide on the polarity, once the anchors make it doubtful.
+  for (FilmReading& reading : readings)
+    reading.polarity_margin = std::numeric_limits<double>::infinity();
+  if (by_anchors >= 0) return MostProbable(readings, {});
   InteriorOptions other = options;
   other.polarity =
-      *options.polarity == Polarity::kPositive ? Polarity::kNegative : Polarity::kPositive;
+      options.polarity == Polarity::kPositive ? Polarity::kNegative : Polarity::kPositive;
   return MostProbable(readings, ReadingsByAnchors(scan, camera, shapes, other));
 }
 

@@ -86,7 +86,7 @@ Patch ControlPatches::AsOfSet(Patch patch, const Region& region) const {
     // It was in order when the run began: no verdict on a photo.
     throw EnvironmentError(fmt::format(
         "{} was changed since the run began: {} does not list all of its sources; 'orient patchdb "
-        "index {}' brings it up to date, then the same command goes on",
+        "index {}' updates it; then repeat the command",
         RegionPath(path_, region), RegionIndexPath(path_), path_));
   };
   const auto of_set = [&](std::int64_t id) {

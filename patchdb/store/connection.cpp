@@ -133,7 +133,7 @@ void ThrowErrorOfFile(const std::string& path, const char* doing, const SQLite::
           path, doing, error.what()));
     case SQLITE_AUTH:
       throw InputError(fmt::format(
-          "{}: {} fails: a trigger in it does what none of a patch database's does; copy the "
+          "{}: {} fails: it holds a trigger that does not belong to a patch database; copy the "
           "patches without it: 'orient patchdb export FILE --subset NEW'",
           path, doing));
     case SQLITE_NOMEM:

@@ -133,7 +133,7 @@ void RefuseForeignTriggers(Connection& connection, int version, const std::strin
   for (const SchemaObject& object : ForeignObjects(connection, version))
     if (object.type == "trigger")
       throw InputError(fmt::format(
-          "{} holds the trigger {}, which is none of a patch database's and would run with every "
+          "{} holds the trigger {}, which is not part of a patch database and would run with every "
           "change; copy the patches without it: 'orient patchdb export FILE --subset NEW'",
           path, object.name));
 }

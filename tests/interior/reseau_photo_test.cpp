@@ -163,7 +163,7 @@ TEST(ReseauPhoto, AWronglyStatedPolarityIsToldAndNeverOk) {
   const InteriorResult right = as(Polarity::kPositive), wrong = as(Polarity::kNegative);
   EXPECT_EQ(right.status, Status::kOk) << JoinedSentences(right.findings);
   EXPECT_NE(wrong.status, Status::kOk);
-  ASSERT_TRUE(Has(wrong.findings, Reason::kPolarityUnlikeMarks));
+  ASSERT_TRUE(Has(wrong.findings, Reason::kPolarityUnlikeMarks)) << JoinedSentences(wrong.findings);
   EXPECT_EQ(wrong.findings.front().where, "positive");
 }
 

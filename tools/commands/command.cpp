@@ -268,7 +268,7 @@ std::unique_ptr<CLI::App> MakeParser(const CommandList& commands) {
   parser->require_subcommand(1);
   parser->footer(
       "Exit codes: 0 all done, 1 bad usage, 2 bad input, 3 done but some photos not\n"
-      "oriented, 4 disk or memory full: the same command goes on when there is room.\n"
+      "oriented, 4 disk or memory full: the same command continues when there is room.\n"
       "'orient help COMMAND' explains a command.");
   for (const auto& command : commands) {
     CLI::App* app = parser->add_subcommand(command->Name(), command->Summary());
@@ -276,9 +276,9 @@ std::unique_ptr<CLI::App> MakeParser(const CommandList& commands) {
     app->add_flag(kVerbose)->description("Print every option's effective value first");
     app->add_flag(kQuiet)->description("Print errors only");
     app->add_option(kLog)->type_name("FILE")->description(
-        "Append what is said, with times, to this file");
+        "Append all messages, with times, to this file");
     app->add_option(kLogJson)->type_name("FILE")->description(
-        "The same for programs: a JSON object a line");
+        "The same for programs: one JSON object per line");
     PrepareSubcommands(*app);
   }
   return parser;

@@ -40,7 +40,7 @@ class ExteriorCommand : public Command {
                    "Approximate orientations (OPK CSV with its .prj beside it); required where "
                    "no ground points are measured");
     app.add_option("--flying-height-m", options_.flying_height_m,
-                   "Flying height above the ground, metres, of approximate positions without "
+                   "Flying height above the ground, metres, for approximate positions without "
                    "heights");
     AddMeasurementsOption(app, &options_.measurements);
     app.add_option("--dem", options_.dem, "Ground heights: any raster GDAL reads")->required();
@@ -65,7 +65,7 @@ class ExteriorCommand : public Command {
         "--target-m", options_.target_m,
         "Accuracy on the ground that makes a photo ok: one sigma anywhere in its frame, "
         "metres (default: what the control allows: a pixel of the photo, half a pixel of "
-        "the patches, and what their heights' accuracy does in the corners)");
+        "the patches, and the effect of their heights' accuracy in the corners)");
     app.add_option("--date", options_.date,
                    "Date of exposure of photos without one in the table of approximations, "
                    "ISO 8601 (1961, 1961-07-30)");
@@ -95,8 +95,8 @@ class ExteriorCommand : public Command {
           return decision.kind == DecisionKind::kPosition;
         }))
       throw UsageError(
-          "--approximations is required where neither ground points are measured nor positions "
-          "decided");
+          "--approximations is required unless ground points are measured or positions "
+          "are decided");
     RefuseToReplace(options);
     if (plan_) {
       PrintPlan("exterior", options.photos, block::ExteriorsThatStay(options), out);

@@ -57,7 +57,7 @@ class InteriorCommand : public Command {
         ->check(CLI::IsMember({"auto", "hough", "ncc", "lines"}))
         ->capture_default_str();
     app.add_option("--roll", roll_,
-                   "Whether all photos lay on the scanner the same way: then they decide together "
+                   "Whether all photos lay on the scanner the same way: if so they decide together "
                    "a scan orientation that single photos leave open")
         ->check(CLI::IsMember({"alike", "differing"}))
         ->capture_default_str();

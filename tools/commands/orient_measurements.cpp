@@ -26,12 +26,12 @@ class MeasurementsCommand : public Command {
 
   void Setup(CLI::App& app) override {
     app.add_option("FILE", files_, "Files of one format")->required();
-    app.add_option("--from", from_, "Whose files they are")
+    app.add_option("--from", from_, "Program that wrote the files")
         ->required()
         ->check(CLI::IsMember({"metashape", "micmac", "patb", "bingo", "csv"}));
     app.add_option(
         "--sigma", sigma_.image,
-        "One sigma of image coordinates: pixels, of PAT-B and BINGO mm; of a CSV, for lines "
+        "One sigma of image coordinates: pixels, for PAT-B and BINGO mm; in a CSV, for lines "
         "without an accuracy (default: 1 pixel, 0.01 mm)");
     app.add_option("--ground-sigma-m", sigma_.ground_m,
                    "One sigma of ground coordinates for which the file states none, metres")

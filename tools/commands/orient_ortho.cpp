@@ -51,22 +51,22 @@ class OrthoCommand : public Command {
     app.add_option("--interior", options_.source.interior,
                    "Folder with the results of 'orient interior' (default: the poses' folder)");
     app.add_option("--gsd-m", options_.gsd_m,
-                   "Pixel size on the ground, metres (default: what the photos' pixels show, the "
-                   "median, in two digits)")
+                   "Pixel size on the ground, metres (default: the photos' median ground sample "
+                   "distance, to two digits)")
         ->check(CLI::Validator(WhyNoPixelSize, "POSITIVE"));
     app.add_option("--border-mm", options_.border_mm,
-                   "Width of the frame's border that is not shown, mm (default: 1 % of film "
+                   "Width of the frame's border that is left out, mm (default: 1 % of film "
                    "frames, nothing of digital ones)")
         ->check(CLI::Range(0.0, 50.0));
     app.add_option("--dem-sigma-m", options_.dem_sigma_m,
-                   "Accuracy of the heights, one sigma, metres: a part of the stated CE90")
+                   "Accuracy of the heights, one sigma, metres: included in the stated CE90")
         ->check(CLI::Range(0.0, 1000.0));
     app.add_flag("--weak", options_.source.weak, "Also photos whose orientation is weak");
     app.add_flag("--mosaic", options_.mosaic,
                  "Also make a mosaic, mosaic.tif, and its seamlines.gpkg");
     app.add_option("--seams", options_.seams,
-                   "Seamlines of the mosaic: a seamlines.gpkg, perhaps edited (default: to the "
-                   "photo of the nearest nadir)");
+                   "Seamlines of the mosaic: a seamlines.gpkg, perhaps edited (default: by the "
+                   "nearest nadir)");
     app.add_flag("--least-difference", options_.least_difference,
                  "Let the mosaic's seamlines run where the photos differ least, near those of the "
                  "nearest nadir");
@@ -157,7 +157,7 @@ class OrthoCommand : public Command {
     if (options_.out.empty()) options_.out = (fs::path(FolderOf(source.poses)) / "ortho").string();
     if (!options_.seams.empty() && options_.least_difference)
       throw UsageError(
-          "--seams says where the seamlines run, --least-difference looks for it; name one of "
+          "--seams gives the seamlines, --least-difference computes them; give only one of "
           "them");
     if (!options_.seams.empty() || options_.least_difference || options_.balance)
       options_.mosaic = true;

@@ -30,7 +30,7 @@ class UploadCommand : public Command {
         ->check(CLI::Range(1, 64))
         ->capture_default_str();
     app.add_flag("--overwrite", options_.overwrite,
-                 "Replace objects that lie there, also those of an earlier upload");
+                 "Replace existing objects, also those of an earlier upload");
   }
 
   ExitCode Run(std::ostream& out) override {
@@ -42,7 +42,7 @@ class UploadCommand : public Command {
     const FolderLock lock(folder_, block::kBlockLock);
     if (block::IsUnfinished(folder_))
       throw InputError("the run into " + folder_ +
-                       " has not ended; continue it with --resume, and upload then");
+                       " has not ended; continue it with --resume, then upload");
     ShownProgress progress;
     const UploadSummary summary = Upload(folder_, place, options_, &progress);
     out << fmt::format("sent {} of {} files, {:.1f} MB\n", summary.sent,

@@ -24,10 +24,10 @@ CameraFile CameraOf(const OrthoSource& source) {
   const std::string folder = FolderOf(source.poses), own = block::BlockCameraPath(folder);
   if (source.camera.empty() && !fs::exists(own))
     throw UsageError("name the photos' camera file with --camera: " + folder +
-                     " does not hold the one that its poses are true with");
+                     " does not hold the one with which its poses are valid");
   if (source.camera.empty()) return ReadCameraFile(own);
   if (const auto other = block::OtherBlockCamera(folder, source.camera))
-    throw UsageError("the poses in " + folder + " hold with " + *other + ", not with " +
+    throw UsageError("the poses in " + folder + " are valid with " + *other + ", not with " +
                      source.camera + "; leave --camera out");
   return ReadCameraFile(source.camera);
 }
@@ -68,7 +68,7 @@ ortho::OrientedPhoto FromResult(const Shared& shared, const std::string& scan) {
   if (!photo.HasPose() || status == Status::kFailed)
     throw InputError("is not oriented: " + (why.empty() ? result + " has no pose" : why));
   if (status == Status::kWeak && !shared.source.weak)
-    throw InputError("is weak (--weak takes it nevertheless): " + why);
+    throw InputError("is weak (--weak includes it): " + why);
   return {name, scan,          photo.ViewOfResult(shared.camera.camera), photo.exterior.covariance,
           {},   photo.negative};
 }

@@ -276,7 +276,7 @@ class OrthoRun {
       out << fmt::format("{}: sought in cells of {:g} m\n", SeamsPath(), cells.front().grid.gsd_m);
     if (options_.least_difference && !given.empty())
       out << "note      " << given
-          << " is there and is kept; --overwrite, or without the file, other lines are sought\n";
+          << " exists and is kept; --overwrite, or removing the file, gives new seamlines\n";
     if (seamlines_)
       TellGivenSeams(given, out);
     else

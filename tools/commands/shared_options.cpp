@@ -69,7 +69,7 @@ void AddMeasurementsOption(CLI::App& app, Measurements* measurements) {
   app.add_option_function<std::string>(
       "--measurements",
       [measurements](const std::string& folder) { *measurements = ReadMeasurements(folder); },
-      "Folder with what people measured and decided: marks.csv, image_points.csv, points.csv, "
+      "Folder with manual measurements and decisions: marks.csv, image_points.csv, points.csv, "
       "decisions.csv");
 }
 

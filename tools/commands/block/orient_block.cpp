@@ -48,7 +48,7 @@ class BlockCommand : public Command {
     app.add_option("--stage", stage_,
                    "Only this stage, for runs that share the work: control, interior, exterior")
         ->check(CLI::IsMember({"control", "interior", "exterior"}));
-    app.add_option("--part", part_, "Of the stage's photos the K-th part of N, as K/N");
+    app.add_option("--part", part_, "The K-th of N parts of the stage's photos, as K/N");
     app.add_flag("--status", status_, "Print what is done, and what is left, and stop");
     app.add_option("--metrics", metrics_,
                    "With --status: also write it for a monitor (Prometheus text format)");

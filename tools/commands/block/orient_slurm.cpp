@@ -46,16 +46,16 @@ class SlurmCommand : public Command {
 
   void Setup(CLI::App& app) override {
     app.add_option("BLOCK", block_path_, "Block file (TOML)")->required();
-    app.add_flag("--submit", submit_, "Also submit them; with --engine local run them");
-    app.add_option("--engine", engine_, "What --submit gives them to")
+    app.add_flag("--submit", submit_, "Also submit the jobs; with --engine local run them");
+    app.add_option("--engine", engine_, "Where --submit runs the jobs")
         ->check(CLI::IsMember({"slurm", "local"}))
         ->capture_default_str();
     app.add_option("--parts", parts_,
                    "Tasks of a stage (default: so that each works for some twenty minutes)")
         ->check(CLI::Range(1, kMostTasks));
     app.add_option("--rounds", rounds_,
-                   "How often exterior orientation goes over the photos before the whole block's "
-                   "run (default: 1, of photos located by strips 3)")
+                   "Passes of exterior orientation over the photos before the whole block's "
+                   "run (default: 1, or 3 for photos located by strips)")
         ->check(CLI::Range(1, 20));
     app.add_option("--cpus", jobs_.cpus, "Cores of the whole block's run")
         ->check(CLI::Range(1, 1024))
@@ -77,7 +77,7 @@ class SlurmCommand : public Command {
     app.add_option("--partition", jobs_.partition, "Slurm's partition");
     app.add_option("--account", jobs_.account, "Slurm's account");
     app.add_option("--upload", jobs_.place,
-                   "Object storage that takes the output folder in the end (orient upload)");
+                   "Object storage for the output folder, uploaded at the end (orient upload)");
     AddLearnOption(app, &jobs_.learn);
     AddCameraLibraryOption(app, &library_);
     AddOverwriteOption(app, &overwrite_);

@@ -80,11 +80,11 @@ void PrintBetterDrawings(const CameraFile& camera, const InteriorResult& result,
     const double present = interior::LocateDrawing(elements, seen, radius).MeanCorrelation();
     const double better = interior::LocateDrawing(fitted->elements, seen, radius).MeanCorrelation();
     if (better < present + kClearlyBetter) {
-      out << fmt::format("{}: correlates by {:.3f}; no other drawing is clearly better\n", name,
+      out << fmt::format("{}: correlation {:.3f}; no other drawing is clearly better\n", name,
                          present);
       continue;
     }
-    out << fmt::format("{}: correlates by {:.3f}; by {:.3f} would\n  elements = [\n", name, present,
+    out << fmt::format("{}: correlation {:.3f}; {:.3f} with\n  elements = [\n", name, present,
                        better);
     for (const MarkElement& element : fitted->elements)
       out << "    " << ElementText(element) << ",\n";
@@ -111,7 +111,7 @@ bool TryCameraCommand::Asked() const { return app_ != nullptr && app_->parsed();
 
 void TryCameraCommand::Setup(CLI::App& cameras) {
   app_ = cameras.add_subcommand(
-      "try", "Hold a camera's drawings of the fiducial marks against a scan, in a picture");
+      "try", "Compare a camera's drawings of the fiducial marks with a scan, in a picture");
   app_->add_option("CAMERA", camera_, "Camera file, or a name from the library")->required();
   app_->add_option("SCAN", scan_path_, "Scan that shows the marks")->required();
   app_->add_option("--out", out_, "Picture to write (.png)")->required();

@@ -41,7 +41,7 @@ struct HarvestArguments {
         ->required();
     app.add_option(
         "--dsm", run.dsm,
-        "Surface model with buildings and trees, to refuse patches of them: any raster likewise");
+        "Surface model with buildings and trees, to refuse patches on them: formats as for --dem");
     app.add_option("--date", date, "Date of the images, ISO 8601 (1961, 1961-07-30)")
         ->check(WhyNoDate);
     app.add_option("--provenance", provenance, "Who made the images, from what");
@@ -62,7 +62,7 @@ struct HarvestArguments {
         "Refuse patches that fit nearly as well at a second place: 0 nothing, 1 everything");
     app.add_option(
         "--max-lean-px", options.max_lean_px,
-        "Refuse patches that the DSM has this far above or below the ground, in chip pixels");
+        "Refuse patches where the DSM is this far above or below the ground, in chip pixels");
     app.add_option(
         "--further-views", options.max_further_views,
         "Also measure each place in up to this many other sources; 0: every source by itself");

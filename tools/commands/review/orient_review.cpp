@@ -57,7 +57,7 @@ class ReviewCommand : public Command {
                    "oriented again");
     app.add_option(
         "--measurements", measurements_,
-        "Folder for what is said (marks.csv ...), made where it is not there; by default "
+        "Folder for measurements and decisions (marks.csv ...), created if missing; by default "
         "that of the run");
     app.add_option("--ortho", options_.ortho, "Orthophoto under the map, in the block's CRS");
     app.add_option("--dem", options_.dem,
@@ -65,7 +65,7 @@ class ReviewCommand : public Command {
     app.add_option("--camera", options_.camera,
                    "Camera file (TOML) or a name from the camera library: shows where marks and "
                    "frame are expected; by default the run's");
-    app.add_option("--by", by_, "Who says it, as the files record it (default: the user's name)");
+    app.add_option("--by", by_, "Name recorded with each entry (default: the user's name)");
     app.add_option("--port", port_, "Port on 127.0.0.1; 0: one that is free")
         ->check(CLI::Range(0, 65535))
         ->capture_default_str();

@@ -58,7 +58,7 @@ std::optional<Options> AskedFor(const std::string& directory,
   Options options = read(WithoutMeasurements(run->second.arguments, measurements));
   std::error_code ignored;
   if (!fs::equivalent(directory, options.out, ignored))
-    throw UsageError(fmt::format("run.json in {} is of {}", directory, options.out));
+    throw UsageError(fmt::format("run.json in {} belongs to {}", directory, options.out));
   return options;
 }
 
