@@ -20,11 +20,11 @@ namespace orient::block {
 struct OrientedBlock {
   std::vector<ExteriorResult> results;  // final: of the block's photos, then of unusable ones
   std::vector<BlockPhotoFile> photos;   // as the stages left them, in the block's order
-  CameraFile camera;                    // that the final poses are true with
+  CameraFile camera;                    // with which the final poses are valid
   // Absent where there was nothing to adjust:
   std::optional<AdjustmentResult> adjusted;
   std::optional<BlockSummary> summary;
-  std::vector<std::string> control_points;  // what is told of surveyed points
+  std::vector<std::string> control_points;  // lines of text about surveyed points
   // Photos that a table of approximations or of GNSS positions names and that are not there: a scan
   // may be missing.
   std::vector<std::string> not_there;

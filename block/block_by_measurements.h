@@ -23,7 +23,7 @@ struct PosesKnown {
 // Throws InputError for tables that cannot be read or used, as BlockApproximations does.
 PosesKnown ReadPosesKnown(const BlockFile& block, const Measurements& measured);
 
-// As AdjustMeasurements; where poses are observed, no photo is better than it is without.
+// As AdjustMeasurements; with observed poses no photo gets a better status than without them.
 JudgedBlock OrientByMeasurements(const MeasuredBlockInputs& inputs);
 
 }  // namespace orient::block

@@ -21,12 +21,12 @@ namespace orient::block {
 struct BlockRunOptions {
   BlockFile block;  // its camera is the path of a file
   bool resume = false;
-  bool learn = false;  // tell the patch database what matched
+  bool learn = false;  // record in the patch database what matched
   int jobs = 0;
 };
 
-// Of a block with [control] the run makes the patch database, which takes long: all else is checked
-// before, by inputs without it, from which nothing is oriented.
+// For a block with [control] the run makes the patch database, which takes long: all is checked
+// before, by inputs that lack the database and from which nothing is oriented.
 enum class Patches { kThere, kToBeMade };
 
 class BlockInputs {
@@ -45,7 +45,7 @@ class BlockInputs {
   const interior::MarkShapes& Marks() const { return marks_; }  // empty for a digital camera
   bool IsFilm() const { return camera_.camera.kind == CameraKind::kFilm; }
   const Measurements& Said() const { return said_; }  // what people measured and decided
-  // They learn as photos are oriented.
+  // Updated as photos are oriented.
   BlockApproximations& Approximations() const { return *approximations_; }
   // What all photos' results are made from: camera with the earth in its lens, DEM, CRS, flight ...
   const Inputs& Shared() const { return shared_; }

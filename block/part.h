@@ -30,7 +30,7 @@ struct PhotosOfPart {
   bool IsAll() const { return of == 1; }
 };
 
-// "17/200". Empty where the text is none, or the number is not within.
+// From "17/200". Empty if the text has another form, or the number is out of range.
 std::optional<PhotosOfPart> PhotosOfPartFromText(const std::string& text);
 
 struct PartOutcome {
@@ -46,7 +46,7 @@ struct PartOutcome {
 PartOutcome RunPart(const BlockInputs& inputs, const BlockFolder& folder, BlockStage stage,
                     const PhotosOfPart& part, ProgressListener* listener);
 
-// What is there of one stage, whoever made it.
+// The results of one stage that exist, whichever run made them.
 struct StageStatus {
   BlockStage stage = BlockStage::kInterior;
   std::size_t photos = 0, ok = 0, weak = 0, failed = 0, unreadable = 0;

@@ -9,14 +9,14 @@
 
 namespace orient::exterior {
 
-// Its patches agree with one another and lie elsewhere than the pose shows them.
+// A source whose patches agree with one another but lie elsewhere than the pose projects them.
 struct ContradictedSource {
   std::int64_t source = 0;
   int found = 0, used = 0;   // patches
   Eigen::Vector2d shift_px;  // median residual of those not used: measured - computed
 };
 
-// Patches of sources that do not contradict it as a whole, as where a mosaic's parts do not fit.
+// Patches displaced alike, of sources not contradicted as a whole, e.g. a mosaic's shifted part.
 struct PatchesElsewhere {
   int patches = 0;
   Eigen::Vector2d shift_px = Eigen::Vector2d::Zero();  // their mean residual: measured - computed
@@ -24,15 +24,15 @@ struct PatchesElsewhere {
 
 struct SourceVotes {
   std::vector<ContradictedSource> contradicted;
-  int agreeing_sources = 0;  // of whose patches most are used
+  int agreeing_sources = 0;  // sources most of whose patches are used
   int used = 0;              // patches, of all sources
   // Twelve or more, a twentieth of those used, that lie together in the photo.
   PatchesElsewhere elsewhere;
 };
 
-// Of a photo's patches with their residuals. A source has a say with twelve patches that were
-// found. It is contradicted where most of them are not used, and most of those lie around their
-// median shift, closer than half of it.
+// From a photo's patch results with residuals. A source counts if at least twelve of its patches
+// were found. It is contradicted if at most half of them are used and most of the others lie
+// within half the length of their median shift from that shift.
 SourceVotes VotesOf(const std::vector<PatchResult>& results);
 
 // Whether nothing tells which of two sources is wrong: as many contradict the pose as agree with

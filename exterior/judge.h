@@ -20,10 +20,10 @@ struct JudgedMatches {
   bool proven_before = false;                 // by the search that led to the pose, at its level
 };
 
-// What a photo that failed had to go by.
+// The patches that a failed photo could be searched for with.
 struct TriedPatches {
   int visible = 0;                     // patches that it may show
-  std::optional<double> side_px = {};  // of a typical one in the photo
+  std::optional<double> side_px = {};  // side of a typical patch in the photo
 };
 
 // How well an accepted pose is determined.
@@ -39,20 +39,20 @@ struct JudgedPose {
   SourceVotes sources;
 };
 
-// log10 of how often chance may lead to a pose that is accepted: as the options say, or half as
-// many decimals where the search has proven the pose at its level already.
+// log10 of the largest expected number of chance poses at which a pose is accepted: the options'
+// limit, or half of that log10 if the search has already proven the pose at its level.
 double FalseAlarmLimit(bool proven_before, const OrientPhotoOptions& options);
 
-// What the result says of a pose's projection; empty where it is unbounded. `ground_pixel_m`: what
-// a pixel shows of level ground.
+// The projection sigma stated in the result; empty if unbounded. `ground_pixel_m`: size of a pixel
+// on level ground.
 std::optional<ProjectionSigma> ProjectionSigmaOf(double worst_sigma_px, double ground_pixel_m);
 
 // What must hold before a pose is given at all; empty: it holds.
 std::optional<Finding> WhyNotAccepted(const JudgedMatches& matches,
                                       const OrientPhotoOptions& options);
-// Of patches that agree with one another and not with the pose.
+// Findings about patches that agree with one another but not with the pose.
 Findings JudgeSources(const SourceVotes& votes);
-// The same anew, where a block has changed the pose and which patches are used.
+// Replaces these findings after a block has changed the pose and which patches are used.
 void RejudgeSources(ExteriorResult* result);
 // Of an accepted pose: why it is weak, and what else should be known.
 Findings Judge(const JudgedPose& pose);
@@ -68,15 +68,15 @@ bool ConcernsPrecision(const Finding& finding);
 Finding NoPatches(const std::string& where);
 // `complete`: all kappas, heights and places were searched, not as many as are affordable.
 Finding NothingAlike(bool complete);
-// `round`: the first one, which found too few that agree; `complete`: as above, of a search of the
-// whole photo.
+// `round`: the first round, with too few agreeing patches; `wide`: a search of the whole photo, to
+// which `complete` (as above) refers.
 Finding NoConsensus(const LoopRound& round, bool wide, bool complete);
-// At full resolution, of so many patches matched among those that were searched for.
+// No pose at full resolution: of the `sought` patches, `matched` were matched.
 Finding NoPreciseResection(int matched, int sought);
 // A search of the whole photo that could not be made.
 Finding NotSearchedAsAWhole();
 
-// Adds a finding; the status becomes the worst that is allowed then.
+// Adds a finding; the status becomes at best what the finding allows.
 void Add(const Finding& finding, ExteriorResult* result);
 
 }  // namespace orient::exterior

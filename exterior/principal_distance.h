@@ -17,10 +17,10 @@ ExteriorResult OrientWithPrincipalDistance(const PhotoToOrient& photo, const Pho
                                            const OrientPhotoOptions& options,
                                            const ExteriorResult& first, double sigma_mm);
 
-// Residuals with a trend may be a wrong principal distance's, with a pose that has followed it
-// where the patches are and nowhere else. Estimated with next to no prior: where it differs from
-// the camera's by more than four of its sigmas, a finding says so, `weak` where the pose it belongs
-// to projects ground in the frame farther from there than three of the stated sigmas.
+// A trend in the residuals may be due to a wrong principal distance that the pose compensates for
+// only where there are patches. It is estimated almost without prior. If it differs from the
+// camera's by more than four of its sigmas, a finding says so: `weak` if the pose estimated with it
+// displaces projected ground points in the frame by more than three stated projection sigmas.
 void JudgePrincipalDistance(const PhotoToOrient& photo, const std::vector<patchdb::Patch>& patches,
                             ExteriorResult* result);
 

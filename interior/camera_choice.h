@@ -14,8 +14,8 @@
 
 namespace orient::interior {
 
-// A reseau's crosses are no camera's mark: a scan that has them is named (and would cost as much as
-// all other cameras together).
+// Cameras with more marks (a reseau) are not tried; they must be named (one would cost as much as
+// all the other cameras together).
 inline constexpr size_t kMostMarksOfUnknownCamera = 12;
 
 struct KnownCamera {

@@ -14,7 +14,7 @@
 
 namespace orient::interior {
 
-// What the used marks alone earn: marks that were rejected bear no witness.
+// Log odds of the used marks alone, in nats: rejected marks contribute no evidence.
 double NatsOfUsed(const FilmReading& reading, const FilmMarks& marks);
 
 // Accepted are max(4, 60 %) marks with a margin above 3 nats, clear of chance as a set, on a film
@@ -23,23 +23,23 @@ double NatsOfUsed(const FilmReading& reading, const FilmMarks& marks);
 Findings Judge(const FilmReading& reading, const FilmMarks& marks,
                const std::optional<FilmTransform>& film, const std::vector<std::string>& unused);
 
-// Weak where other marks, these, may be wrong in a rejected one's stead (PerhapsWrong).
+// Weak if one of these used marks may be wrong instead of a rejected one (PerhapsWrong).
 std::optional<Finding> JudgeRejected(const std::vector<std::string>& perhaps_wrong);
 
 // Weak: the marks may be those of a smaller or larger camera than the one named (squares of four
 // and rings of eight come in many sizes).
 Finding PixelSizeIsUnsure(const InteriorResult& result);
-// That, where nothing but the marks says what the pixel size is.
+// PixelSizeIsUnsure, if the pixel size is known from nothing but the marks.
 std::optional<Finding> JudgePixelSize(const FilmReading& reading, const InteriorResult& result);
 
-// Of a réseau's correction: crosses enough for a réseau that give none contradict one another.
+// On a réseau's correction: enough crosses but no correction means they contradict one another.
 std::optional<Finding> JudgeReseau(const InteriorResult& result);
 
 // A digital image that is not as large as its camera's.
 std::optional<Finding> JudgeImageSize(const Eigen::Vector2i& image_px,
                                       const Eigen::Vector2i& camera_px);
 
-// A threshold moves strokes by up to a pixel, all of a mark together, and nothing shows it.
+// Thresholding may shift all strokes of a mark together by up to a pixel, which nothing reveals.
 Finding BlackAndWhite();
 
 // The marks' calibrated positions against the scan orientation that the user gave: `nats` by which
@@ -59,8 +59,8 @@ Findings JudgeFound(bool contradictory, const std::string& dissenting,
 std::optional<Finding> JudgeOffScan(const std::string& features,
                                     const std::vector<ScanOrientation>& possible);
 
-// What a person clicked against what the scan shows: `result` has the marks under the camera's
-// names. Marks that rest on exact clicks alone make no scan ok.
+// Compares a person's clicks with what the scan shows: `result` has the marks under the camera's
+// names. Marks that rest on an exact click alone do not count towards ok.
 Findings JudgeClicks(const std::vector<MarkClick>& clicks, const InteriorResult& result);
 
 // Of clicks that fit the scan in several ways, a part of them each.

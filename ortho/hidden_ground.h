@@ -15,7 +15,7 @@ class HiddenGround {
   HiddenGround(const GroundSurface& surface, const Eigen::Vector3d& centre_m);
 
   // Whether anything within these bounds may be hidden: whether the surface anywhere before it is
-  // steeper than the rays. False is certain. Most photos of open country are done with this.
+  // steeper than the rays. False is certain, and settles most photos of open country.
   bool MayHide(const Bounds& bounds) const;
 
   // Whether the ray to a point of the surface meets the surface before, or comes from where the

@@ -14,8 +14,8 @@
 namespace orient::ortho {
 
 // Writes `path`: at each pixel the orthophoto whose seamline polygon it lies in, and where that
-// shows nothing (hidden ground, the end of the photo) or no polygon lies, of those that do the one
-// of the nearest nadir. Pixels are taken as they are, but for their parts' tones (rounded, and as
+// shows nothing (hidden ground, the end of the photo) or there is no polygon, the one with the
+// nearest nadir that shows it. Pixels are copied, except for their parts' tones (rounded, and as
 // far as the format's values go). Works in tiles on all cores: memory does not grow with the
 // mosaic. `listener` may be null. Throws InputError: no part, parts of different bands, bits or
 // pixel sizes, a damaged one, a seamline of a photo that is no part.

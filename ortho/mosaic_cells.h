@@ -17,8 +17,8 @@ struct PhotoCells {
   bool Has(int col, int row) const { return !std::isnan(bands.front().At(col, row)); }
 };
 
-// Side of a cell of one or more parts, pixels: as small as lets a photo have 1000 in a row, all
-// photos' values take a quarter of a gigabyte, and 16 million cells hold the whole mosaic.
+// Side of a cell, pixels, for one or more parts: the smallest with at most 1000 cells in a row of a
+// photo, a quarter of a gigabyte for all photos' values, and 16 million cells for the whole mosaic.
 int CellSide(const std::vector<MosaicPart>& parts, int bands);
 
 // Of each part; a pixel that is not finite in some band is no data. Reads in tiles, photos side by

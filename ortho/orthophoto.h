@@ -32,10 +32,10 @@ struct OrthoOptions {
   std::map<std::string, std::string> metadata = {};  // further entries
 };
 
-// What of the DEM the photo may show. Throws InputError where it has no heights there.
+// The part of the DEM that the photo may show. Throws InputError if it has no heights there.
 GroundSurface SurfaceUnderPhoto(const PhotoView& view, const std::string& dem, const Crs& crs);
 
-// Ground metres of a pixel of the photo in the middle of its frame.
+// Ground size, m, of a pixel of the photo at the centre of its frame.
 double NaturalGsd(const PhotoView& view, const GroundSurface& surface);
 
 // What an orthophoto will be.

@@ -25,7 +25,7 @@ struct OrthoTile {
 struct RectifierOptions {
   double border_mm = 0;            // along the frame's edge that is not shown
   std::vector<Bounds> marks = {};  // of the photo system, mm: nor are these
-  bool negative = false;           // values of 8 and 16 bits without sign are turned
+  bool negative = false;           // unsigned values of 8 and 16 bits are inverted
 };
 
 class Rectifier {
@@ -67,7 +67,7 @@ class Rectifier {
   HiddenGround hidden_;
 };
 
-// What of the ground the photo's frame shows: bounds of its outline on the surface, or where the
+// Bounds of the ground that the photo's frame shows: of its outline on the surface, or where the
 // surface ends. Empty where it shows none.
 std::optional<Bounds> ShownGround(const PhotoView& view, const GroundSurface& surface);
 

@@ -1,4 +1,4 @@
-// Seamlines that nobody sees.
+// Inconspicuous seamlines.
 #pragma once
 
 #include <vector>

@@ -57,7 +57,7 @@ struct AdjustedPoint {
   Eigen::Matrix3d covariance_m2 = Eigen::Matrix3d::Zero();
   int rays = 0;  // used
   // Control: measured - computed, over its standard deviation (chi of three d.o.f.). The ground of
-  // a control patch whose rays are good and whose residual is not is rejected and the point a tie.
+  // a control patch with good rays but a bad residual is rejected, and the point becomes a tie.
   Eigen::Vector3d control_residual_m = Eigen::Vector3d::Zero();
   double control_w = 0;
   bool control_rejected = false;
@@ -81,8 +81,8 @@ struct VarianceComponent {
   bool estimated = false;  // false: too little redundancy, the stated variances stand
 };
 
-// How much larger variances are taken than stated, for all groups of a kind, those that have lost
-// all of their observations among them.
+// Factors by which variances exceed the stated ones, for all groups of a kind, including those that
+// have lost all of their observations.
 struct VarianceFactors {
   double control = 1;  // the larger one of image and ground: of control that one photo sees they
                        // can hardly be told apart
@@ -135,8 +135,8 @@ struct SubBlockSummary {
   int count = 0;
   int largest = 0;   // photos
   int compared = 0;  // poses of photos beside a core, each with that of the photo's own sub-block
-  // Their differences over the standard deviations of the one that counts, RMS over all six
-  // elements: more than what sub-blocks cost, since the other one has less around such a photo.
+  // Their differences, in standard deviations of the pose that counts, RMS over all six
+  // elements: an overestimate of the effect of sub-blocks, as the other pose has less around it.
   double differences = 0;
 };
 

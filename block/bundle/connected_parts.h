@@ -28,8 +28,8 @@ class Forest {
   std::vector<std::size_t> parent_;
 };
 
-// By the observations that connect (all of them are as many as the block's); `takes_part` of each
-// photo. Every photo is in one part. Fills photos, control_points,
+// By the observations that connect: `connects` has one per observation, `takes_part` one per
+// photo. Every photo is in exactly one part. Fills photos, control_points,
 // has_datum, by_control and finding.
 std::vector<BlockPart> FindParts(const BlockSystem& system, const std::vector<bool>& connects,
                                  const std::vector<bool>& takes_part);

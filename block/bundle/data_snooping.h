@@ -9,7 +9,7 @@
 
 namespace orient::block {
 
-// How many observations came to count, or no longer do.
+// How many observations were taken out or put back.
 struct BlockChanges {
   int poses = 0;   // GNSS positions and priors
   int points = 0;  // image points, and the ground of control
@@ -33,7 +33,7 @@ class BlockJudgement {
   bool Screen();
 
   // Takes out what the test calls gross errors, in each neighbourhood the largest first, and puts
-  // back what only looked like one. The limits hold times `caution`.
+  // back what only looked like one. The limits are multiplied by `caution`.
   BlockChanges Apply(const BlockTests& tests, double caution);
 
  private:

@@ -75,7 +75,7 @@ struct OtherRows {
   std::array<Matrix6d, 3> by_group;
 };
 
-// What GNSS positions of which nothing but noise was said (GnssModel::kPlain) have in common
+// Shift, common to all, of GNSS positions stated to have nothing but noise (GnssModel::kPlain),
 // against control: an unknown until a test finds it insignificant, see gnss_shift.h.
 struct CommonGnssShift {
   int group = -1;  // -1: nothing to test, for want of control or of positions
@@ -114,7 +114,7 @@ class BlockSystem {
     return 1 / (w * w);
   }
   void SetFactor(RowKind kind, double factor);
-  // The factor that covariances go by: see BlockOptions::least_precision_factor.
+  // The variance factor used for covariances: see BlockOptions::least_precision_factor.
   double PrecisionFactor(RowKind kind) const {
     return std::max(Factor(kind), options.least_precision_factor);
   }
@@ -150,7 +150,7 @@ class BlockSystem {
   }
   // measured - computed, corrections of film and lens included.
   Eigen::Vector2d ResidualMm(std::size_t observation) const;
-  // What the film's transform has to be given.
+  // Correction to be added to the film's transform, d(a11 a12 a21 a22 t1 t2), mm.
   Vector6d InteriorCorrection(std::size_t photo) const;
   // A new first value; the unknowns of the point become zero.
   void SetStart(std::size_t point, const Eigen::Vector3d& local_m);

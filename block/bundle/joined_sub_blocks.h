@@ -29,8 +29,8 @@ struct AdjustedSubBlock {
   BlockResult result;                             // its photos are sub.photos
 };
 
-// Poses are those of the sub-block in whose core the photo is; a point and all of its observations
-// those of one sub-block in whose core a photo is that shows it, where possible of one that
+// Poses come from the sub-block in whose core the photo is; a point and all its observations come
+// from one sub-block with a photo in its core that shows the point, if possible from one that
 // determines it by control; observations in photos that are not adjusted are unusable, and checks
 // are made of the joined poses. A part is what one sub-block adjusted together. What is about the
 // block as a whole (variance components, redundancy) is the mean or sum, each sub-block counted by
@@ -73,7 +73,7 @@ class JoinedSubBlocks {
   int count_ = 0, largest_ = 0;
   bool any_converged_ = false, any_failed_ = false;
   std::vector<int> owner_of_point_;    // number of the sub-block; -1: none
-  std::vector<bool> held_by_control_;  // of each point: the owner's part of it is
+  std::vector<bool> held_by_control_;  // of each point: in its owner, by a part with control
   std::vector<BlockPart> parts_;       // of all sub-blocks, one after the other
   std::vector<std::vector<std::size_t>> parts_of_photo_;
   std::vector<std::vector<std::size_t>> core_of_part_;

@@ -39,8 +39,8 @@ class BlockNormals {
 
   // Needs equations without open unknowns.
   BlockTests Test();
-  // The right side of the reduced equations for each metre (X, Y, Z) by which a control point's
-  // ground is given elsewhere: six rows per group of `groups`. False where the point is left out.
+  // Change of the right side of the reduced equations for each metre (X, Y, Z) by which the given
+  // ground of a control point moves: six rows per group in `groups`. False: the point is left out.
   bool RightSideOfControl(std::size_t point, std::vector<int>* groups,
                           Eigen::MatrixX3d* by_ground) const;
   // By how much a point moves for each unit of its groups' unknowns: six columns per group. False

@@ -6,8 +6,8 @@
 
 namespace orient::block {
 
-// What such errors make of all unknowns, a column a draw, so that its product with its transpose is
-// a covariance; empty where control shares nothing.
+// Effect of such errors on all unknowns, a column per draw, so that its product with its transpose
+// is a covariance; empty if control shares no errors.
 Eigen::MatrixXd UnknownsMovedByControl(const BlockSystem& system, const BlockNormals& normals,
                                        const BlockTests& tests);
 

@@ -1,5 +1,5 @@
-// Variance components: what the residuals make of the groups' stated variances. Each does nothing
-// where BlockOptions wants the stated ones. Private to block.
+// Variance components: factors of the groups' stated variances, from residuals. Each function does
+// nothing if BlockOptions asks for the stated variances. Private to block.
 #pragma once
 
 #include "block/bundle/equations.h"

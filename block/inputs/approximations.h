@@ -18,7 +18,7 @@ namespace orient::block {
 inline constexpr double kPositionSigma_m = 10;
 inline const double kAttitudeSigma_rad = RadFromDeg(3);
 
-// The row's own, otherwise these, otherwise the above; kappa is unknown where the row says so.
+// The row's sigmas, else the arguments, else the defaults above; kappa unknown if the row says so.
 Vector6d SigmaOfApproximation(const OrientationRow& row, std::optional<double> position_m,
                               std::optional<double> attitude_rad,
                               std::optional<double> kappa_rad = std::nullopt);
@@ -66,7 +66,7 @@ void NameAbsentOfStrips(const FlightPlan& flight, const std::set<std::string>& p
 void RequireOneCamera(const OrientationTable& table, const std::string& path,
                       const std::set<std::string>& photos);
 
-// The ground under these, and so far around.
+// The ground under these positions and within `reach_m` of them.
 GroundSurface SurfaceAround(const std::string& dem, const Crs& crs,
                             const std::vector<OrientationRow>& rows, double reach_m);
 
@@ -74,12 +74,12 @@ GroundSurface SurfaceAround(const std::string& dem, const Crs& crs,
 // reach, and the surface's mean only where there are none.
 double GroundAround(const GroundSurface& surface, const Eigen::Vector3d& place, double reach_m);
 
-// Of a photo taken at this place, so high above the ground, which the surface shows as far around.
+// Z of a photo at `place`, `flying_height_m` above ground; the surface must reach as far around it.
 double HeightOver(const GroundSurface& surface, const Eigen::Vector3d& place,
                   double flying_height_m);
 
-// Gives rows whose z is NaN the flying height above the DEM, with stated sigmas not below what
-// photos of one flight differ by. The photos it gave it to.
+// Sets z of rows where it is NaN to the flying height above the DEM, with stated sigmas not below
+// the spread of heights within a flight. Returns the photos of these rows.
 std::set<std::string> CompleteHeights(const std::string& dem, const Crs& crs,
                                       double flying_height_m, std::vector<OrientationRow>* rows);
 

@@ -23,12 +23,12 @@ bool TeachesStrip(const ExteriorResult& result, const OrientationRow* before);
 
 class BlockApproximations {
  public:
-  // Reads the table, and GNSS and files of photos that it does not have; where a person says that a
-  // photo was taken counts before these. Throws InputError for a table that cannot be read, and for
+  // Reads the table and, for photos it lacks, GNSS and the photos' files; a position given by a
+  // person takes precedence. Throws InputError for a table that cannot be read, and for
   // strips of which no photo is located.
   BlockApproximations(const BlockFile& block, const Camera& camera, const Measurements& said = {});
 
-  // Of all photos that anything is known of.
+  // Has a row for every photo of which anything is known.
   const OrientationTable& Table() const { return table_; }
   // What a person should know about them.
   const Findings& Remarks() const { return remarks_; }
@@ -37,7 +37,7 @@ class BlockApproximations {
 
   // Of the table, where its accuracy is stated.
   const PosePriors& Stated() const { return stated_; }
-  // What the adjustment is told of poses.
+  // Observations of poses for the adjustment.
   const PoseObservations& Observations() const { return observations_; }
 
   // Photos that are oriented locate the others of their strips; those that may not (TeachesStrip)
@@ -62,7 +62,7 @@ class BlockApproximations {
   std::vector<OrientationRow> known_;               // of the block's photos, by table or file
   std::map<std::string, OrientationRow> oriented_;  // since then
   std::set<std::string> computed_heights_;          // of known_, which the table lacks
-  std::map<std::string, SaidPosition> said_;        // of photos that their strips locate besides
+  std::map<std::string, SaidPosition> said_;        // of photos that their strips locate, too
   PosePriors stated_;
   PoseObservations observations_;
   OrientationTable table_;                           // known_ and what fills the strips

@@ -1,4 +1,4 @@
-// The camera that belongs to poses: they show the ground where the photos do with it only.
+// The camera that belongs to poses: only with it do they project ground to where photos show it.
 #pragma once
 
 #include <optional>
@@ -12,7 +12,7 @@ namespace orient::block {
 // <directory>/block_camera.toml
 std::string BlockCameraPath(const std::string& directory);
 
-// The camera with which a folder's poses are true by nothing but the collinearity equations;
+// The camera with which a folder's poses satisfy the plain collinearity equations;
 // calibration, earth curvature and refraction are in its lens. Throws InputError: cannot write.
 void WriteBlockCamera(const std::string& directory, const CameraFile& camera);
 

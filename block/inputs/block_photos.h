@@ -22,8 +22,8 @@ struct BlockPhotoFile {
   std::string result_path;  // of the exterior result
   ExteriorResult exterior;  // of this photo alone, or of its neighbours' patches
   bool by_neighbours = false;
-  ExteriorResult alone;    // what it was before, where it is by neighbours
-  std::string located_by;  // how it was found, where its approximation did not do
+  ExteriorResult alone;    // the photo's own result, if oriented by neighbours
+  std::string located_by;  // how it was located, if its approximation was not enough
   // Where it has a pose:
   exterior::FilmPosition position;
   bool negative = false;
@@ -49,7 +49,7 @@ BlockPhotoFile ReadBlockPhoto(const std::string& path, const std::string& result
                               const CameraFile& camera, const interior::MarkShapes& marks,
                               const std::string& interior_directory);
 
-// Of all that its neighbours' results depend on: its scan, and its exterior result with what that
+// Digest of all that its neighbours' results depend on: its scan, its exterior result and what that
 // was made from. Throws InputError where the result cannot be read.
 std::string DigestOfPhoto(const BlockPhotoFile& photo);
 

@@ -8,8 +8,8 @@
 
 namespace orient::block {
 
-// ISO 8601 date of EXIF's DateTimeOriginal, without it of TIFF's DateTime. Empty of film: a scan's
-// dates are those of scanning. Empty where the file names none, or one that cannot be.
+// ISO 8601 date from EXIF's DateTimeOriginal, else TIFF's DateTime. Empty for film: a scan's
+// dates are those of scanning. Empty if the file has no date, or an impossible one.
 std::optional<std::string> ExposureDate(const std::string& path, CameraKind kind);
 
 // "1998:07:30 11:02:45" as EXIF and TIFF write it; empty where it is no date.

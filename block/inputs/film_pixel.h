@@ -9,9 +9,9 @@
 
 namespace orient::block {
 
-// Side of a scan's pixel on the film, mm: the frame's sides spread over the scan's, so at most the
-// true one, by as much as the scan has margins; of a scan that does not hold the whole frame more.
-// The middle one of some of the scans. Empty: the camera is digital, or none of the scans can be
+// Side of a scan's pixel on the film, mm: frame size over scan size, so too small by the margins of
+// the scan, and too large for a scan that does not hold the whole frame.
+// The median over some of the scans. Empty: the camera is digital, or none of the scans can be
 // opened.
 std::optional<double> FilmPixel_mm(const Camera& camera, const std::vector<std::string>& scans);
 

@@ -16,8 +16,8 @@ struct PhotosToHarvest {
   std::vector<std::string> paths;
   CameraFile camera;
   OrientationTable orientation;
-  // Results of an exterior orientation beside it say in which scan orientation a photo was
-  // oriented whose marks leave that open.
+  // If the marks leave a photo's scan orientation open, exterior orientation results beside this
+  // file give it.
   std::string orientation_path;
   std::string interior_folder;         // empty: a digital camera
   EarthMode earth = EarthMode::kAuto;  // what the orientation was made with

@@ -1,4 +1,4 @@
-// Whether the DEM and the patches mean the same heights of the same place.
+// Whether the heights of DEM and patches refer to the same place and datum.
 #pragma once
 
 #include <vector>

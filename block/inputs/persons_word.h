@@ -17,7 +17,7 @@
 
 namespace orient::block {
 
-// As its file names them.
+// Ids of the camera's marks, as its file names them.
 std::vector<std::string> MarkIds(const CameraFile& camera);
 
 // Throws InputError naming the photo, a mark that was measured in it and that its camera does not
@@ -25,7 +25,7 @@ std::vector<std::string> MarkIds(const CameraFile& camera);
 void RequireKnownMarks(const Measurements& said, const std::string& photo,
                        const CameraFile& camera);
 
-// Of scans, by their paths.
+// Photo names of scans, from their paths.
 std::vector<std::string> PhotoNames(const std::vector<std::string>& paths);
 
 // Measurements and decisions that no photo of the run takes (a misspelt name), with the names that
@@ -42,9 +42,9 @@ struct AssumedAccuracy {
   std::optional<double> position_m = {}, attitude_rad = {}, kappa_rad = {};
 };
 
-// Where a person says that photos were taken, in place of what `rows` have of them; height, angles
-// and their accuracy stay the row's. A photo that no row knows gets unknown angles and the height
-// that `height_at` tells of its place, or the rows' median one, as uncertain as they differ. Throws
+// Replaces positions in `rows` by those that a person decided for the photos; height, angles
+// and their accuracy stay the row's. A photo without a row gets unknown angles and the height
+// from `height_at` at its position, or the rows' median height with their spread as sigma. Throws
 // InputError naming the photo where there is neither.
 void TakePositionsSaid(
     const Measurements& said, const std::vector<std::string>& photos,

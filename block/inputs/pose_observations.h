@@ -42,8 +42,8 @@ void RefuseExchangedAxes(const BlockFile& block, const std::vector<OrientationRo
 void AddGnssPositions(const std::vector<OrientationRow>& gnss,
                       std::vector<OrientationRow>* approximations);
 
-// Of rows of a table of approximations, where table or block file states the accuracy; their open
-// elements, and heights of `computed` photos, which the table lacks, are as good as unknown.
+// Priors for rows of a table of approximations if table or block file states the accuracy; unknown
+// elements, and heights of `computed` photos, which the table lacks, get practically no weight.
 PosePriors StatedApproximations(const BlockFile& block, const std::vector<OrientationRow>& table,
                                 const std::set<std::string>& computed);
 

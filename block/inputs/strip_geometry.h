@@ -28,8 +28,8 @@ std::vector<OrientationRow> FillStrips(const FlightPlan& plan,
                                        const std::vector<OrientationRow>& located,
                                        const Camera& camera, double ground_m);
 
-// Photo base along a strip and distance of strips, m; `uncertain`: the share of both that is open
-// as nobody knows which side of the frame lies along the flight.
+// Base along a strip and distance between strips, m; `uncertain`: relative uncertainty of both
+// if it is not known which side of the frame lies along the flight.
 struct StripDistances {
   double base_m = 0, apart_m = 0, uncertain = 0;
 };

@@ -1,4 +1,4 @@
-// Orthophotos of the oriented photos, and how well they meet: the picture that convinces.
+// Orthophotos of the oriented photos, and how well they meet: a visual check.
 #pragma once
 
 #include <optional>

@@ -29,8 +29,8 @@ struct MarkLayout {
   // diagonals; the origin is where the lines between opposite marks meet (the indicated principal
   // point), of three corners of a rectangle its middle, or the marks' mean where neither is there.
   std::vector<Eigen::Vector2d> position_mm;
-  // Of the marks to one another: the origin, the axes and, without distances, the scale are taken
-  // for true.
+  // Of the marks relative to one another: origin, axes and, without distances, scale are taken
+  // as error-free.
   std::vector<Eigen::Vector2d> sigma_mm;
   std::vector<double> distance_residual_mm;  // stated - adjusted
   bool origin_known = true;                  // false: it is the marks' mean

@@ -1,4 +1,4 @@
-// What a person says of a camera that the library does not have.
+// What a person states about a camera that the library does not have.
 #pragma once
 
 #include <Eigen/Core>

@@ -17,7 +17,7 @@
 
 namespace orient::block {
 
-// What all photos of the roll leave at one mark. With an affine transform of few marks an error of
+// Mean residual of the roll's photos at one mark. With an affine transform of few marks an error of
 // one mark's calibrated position is shared by all of them.
 struct RollMark {
   std::string id;

@@ -17,7 +17,7 @@
 
 namespace orient::block {
 
-// What a strip's shift may be, one sigma: also the height of the geoid that nobody took off.
+// Prior sigma of a strip's shift, large enough for a geoid height that was not subtracted.
 inline constexpr double kGnssShift_m = 100;
 
 // What is known of the photo's pose beside what it shows.
@@ -44,12 +44,12 @@ struct AdjustedBlock {
   std::size_t ties = 0;                       // the first so many points are ties
   std::vector<SurveyedPoint> surveyed;        // of those that people measured
   std::map<std::int64_t, std::size_t> patch;  // point of a control patch
-  // Sightings of check patches that their photo's own orientation had told for gross errors, so
+  // Sightings of check patches that their photo's own orientation had rejected as gross errors, so
   // that they are not among the checks.
   int checks_rejected_alone = 0;
 };
 
-// An adjusted block with what it makes of each photo.
+// An adjusted block with the result of each photo.
 struct JudgedBlock {
   AdjustedBlock adjusted;
   std::vector<ExteriorResult> results;

@@ -9,7 +9,7 @@
 namespace orient::block {
 
 // Oriented within its approximation's accuracy, else by a search of the whole photo; draws
-// <photo>.patches.png. Whatever the photo's files do to the program fails this photo only.
+// <photo>.patches.png. An error caused by the photo's files fails this photo only.
 ExteriorResult OrientFromFiles(const ExteriorSetting& setting, const std::string& path);
 
 }  // namespace orient::block

@@ -1,4 +1,4 @@
-// What a run of exterior orientation tells the patch database.
+// What a run of exterior orientation records in the patch database.
 #pragma once
 
 #include <optional>
@@ -10,23 +10,23 @@
 
 namespace orient::block {
 
-// Parts of a block (block/part.h) tell nothing; by this note in the folder of their results the run
-// of the whole tells what they found.
+// Parts of a block (block/part.h) record nothing; from this note in their results' folder the run
+// of the whole block knows that it is to record what they found.
 void LeaveToLearn(const std::string& directory);
 
-// The patch database learns when all photos are done: what one photo teaches must not change how
+// Attempts are recorded when all photos are done: those of one photo must not change how
 // the next one is searched for, or results would depend on their order and on interruptions. The
-// same note outlives a killed run; the next one tells what that one found, too.
+// same note outlives a killed run; the next run then records what that run found, too.
 class Learning {
  public:
-  // `directory`: of the results; `resume`: what an interrupted run found there is told, too. Throws
+  // `directory`: of the results; `resume`: also record what an interrupted run found there. Throws
   // InputError where the database cannot be written: before hours of work, not after the first
   // photo.
   Learning(const std::string& patchdb, const std::string& directory, bool resume);
 
   // `photos`: their scans' paths, in the order of the results, `dates` of their exposures where
-  // these are known. `fresh`: results of this run. What cannot be told does not take a photo's
-  // orientation away; then the note stays, and the next run tells all again.
+  // these are known. `fresh`: results of this run. If recording fails, the photos keep their
+  // orientation; the note then stays, and the next run records everything again.
   void Tell(const std::vector<std::string>& photos,
             const std::vector<std::optional<std::string>>& dates, const std::vector<char>& fresh,
             std::vector<ExteriorResult>* results);

@@ -63,8 +63,8 @@ struct ExteriorRunOptions {
   // One sigma of the camera file's principal distance, which each photo then estimates for itself;
   // otherwise it is taken as true.
   std::optional<double> principal_distance_sigma_mm;
-  bool learn = false;           // tell the patch database what matched
-  bool leave_to_learn = false;  // leave it to a later run to tell
+  bool learn = false;           // record in the patch database what matched
+  bool leave_to_learn = false;  // leave it to a later run to record
   // With `resume`, those that do not say what they were made from, too (set by a run alone).
   bool keep_unstated = false;
   bool resume = false;  // keep results that are there
@@ -97,13 +97,13 @@ ExteriorSetting PrepareExterior(const ExteriorRunOptions& options);
 // database where the options or the table name the CRS.
 double EarthK1OfRun(const ExteriorRunOptions& options);
 
-// Where a photo with this prior may lie: of what its patches are asked for, at kStatedSigmas, or
+// Where a photo with this prior may lie: the area whose patches are used, at kStatedSigmas, or
 // widely (exterior::Widened) at kWideSigmas.
 inline constexpr double kStatedSigmas = 3, kWideSigmas = 2;
 Bounds AreaOf(const ExteriorSetting& setting, const PosePrior& prior, double sigmas);
 
-// Changes with what the patch database offers to the run's photos (patchdb::ContentOf); of a folder
-// of regions with what those do that the photos, searched for widely, may lie in.
+// Changes with what the patch database offers the run's photos (patchdb::ContentOf); for a folder
+// of regions, only with the regions in which the photos, searched for widely, may lie.
 std::string PatchContentOfRun(const ExteriorRunOptions& options);
 
 }  // namespace orient::block

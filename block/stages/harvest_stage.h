@@ -21,7 +21,7 @@ struct HarvestRun {
   patchdb::HarvestOptions options;
 };
 
-// What came of one source.
+// The outcome for one source.
 struct HarvestedSource {
   std::string name;
   bool known = false;  // in the database already: left alone
@@ -30,7 +30,7 @@ struct HarvestedSource {
   double gsd_m = 0;
 };
 
-// What the database tells this file from others by: kind, name and content.
+// How the database distinguishes this file from others: by kind, name and content.
 patchdb::PatchSource SourceOfFile(patchdb::SourceKind kind, const std::string& path,
                                   const patchdb::PatchSource& about);
 

@@ -32,7 +32,7 @@ struct JobRun {
 void RequireOwnNames(const std::vector<std::string>& photos);
 
 // Keeps the results that are current; drops the others, runs their jobs side by side and ends when
-// all have ended. What one throws does not keep its neighbours from their results; of several that
+// all have ended. An exception in one job does not affect the results of others; of several that
 // throw, the first in the order of `jobs` is rethrown at the end. A killed run leaves nothing but
 // results that are whole: another run goes on from there.
 // Returns what was known of each job's result before: of what is kCurrent the result is the old

@@ -1,4 +1,4 @@
-// Kappas to start from, of photos of which only the places are known.
+// Approximate kappas for photos of which only the positions are known.
 #pragma once
 
 #include <Eigen/Core>

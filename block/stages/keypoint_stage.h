@@ -1,5 +1,5 @@
-// Where photos lie of which too little is known for their neighbours' patches: keypoints (SIFT)
-// that they share with photos that are oriented.
+// Locates photos of which too little is known to use their neighbours' patches: by keypoints (SIFT)
+// that they share with oriented photos.
 #pragma once
 
 #include <list>
@@ -36,11 +36,11 @@ class KeypointStage {
   explicit KeypointStage(const KeypointSetting& setting)
       : setting_(setting), store_(setting.directory, ".keypoints.json") {}
 
-  // Of a photo without a pose. Oriented photos are asked in the order of their distance from the
-  // approximation (null: of their places in the block), every other one from all over the block,
+  // For a photo without a pose. It is compared with oriented photos in order of distance from the
+  // approximation (null: from its place in the block), every other one from all over the block,
   // until what they share agrees on a pose.
-  // Empty where it does not, the scan cannot be read, or no photo was oriented since the last time
-  // that is not farther than those asked then. What was found from the same photos before is kept.
+  // Empty if it does not, the scan cannot be read, or all photos that it would be compared with
+  // were compared in earlier calls. A result found from the same photos before is kept.
   std::optional<KeypointApproximation> Locate(std::size_t photo,
                                               const std::vector<BlockPhotoFile>& photos,
                                               const OrientationRow* approximation);

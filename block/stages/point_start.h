@@ -1,5 +1,5 @@
-// What a person's ground points are to a photo's orientation: a start for its search, its pose
-// where patches give none, and a check of that.
+// How ground points measured by a person are used in a photo's orientation: as a start for its
+// search, as its pose if patches give none, and to check the pose found.
 #pragma once
 
 #include <optional>
@@ -20,7 +20,7 @@ struct PointStart {
   std::optional<PosePrior> prior = {};
   std::optional<PosePrior> approximation = {};         // as given, whatever the points say
   std::optional<exterior::PointPose> by_points = {};   // unless what was found contradicts it
-  bool by_points_began = false;                        // the search for patches
+  bool by_points_began = false;                        // the search for patches started from them
   std::vector<exterior::FilmPosition> positions = {};  // all that the marks leave open
   std::vector<exterior::MeasuredPoint> points = {};    // control and check points measured in it
   Findings findings = {};                              // of the points
@@ -37,7 +37,7 @@ PointStart StartOf(const ExteriorSetting& setting, const std::string& name,
                    const std::optional<PosePrior>& approximation, bool stated,
                    ScanInterior* interior);
 
-// Begins with the approximation, which there is, and believes none of the points.
+// Starts from the approximation, which must be there, and uses none of the points.
 void DropPoints(PointStart* start, ScanInterior* interior);
 
 // The photo's pose by its measured points, where patches gave none: `start` has one. `result`: what
@@ -45,11 +45,11 @@ void DropPoints(PointStart* start, ScanInterior* interior);
 void OrientByPoints(const ExteriorSetting& setting, const exterior::PhotoToOrient& photo,
                     const PointStart& start, ExteriorResult* result);
 
-// Adds what the photo's measured points say of its pose.
+// Adds findings on how the photo's measured points fit its pose.
 void CompareWithPoints(const ExteriorSetting& setting, const exterior::PhotoToOrient& photo,
                        const PointStart& start, ExteriorResult* result);
 
-// Whether most of the photo's control points lie beside the pose that was found.
+// Whether most of the photo's control points do not fit the pose that was found.
 bool PointsContradict(const ExteriorSetting& setting, const exterior::PhotoToOrient& photo,
                       const PointStart& start, const ExteriorResult& found);
 

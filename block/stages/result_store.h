@@ -12,7 +12,7 @@ namespace orient::block {
 
 enum class ResultState {
   kAbsent,
-  kCurrent,     // made from the inputs of now
+  kCurrent,     // made from the current inputs
   kChanged,     // made from others
   kUnstated,    // does not state what it was made from: another program's, or a block's final one
   kUnreadable,  // damaged
@@ -23,8 +23,8 @@ struct KnownResult {
   std::vector<std::string> changed;  // names of inputs, of kChanged alone
 };
 
-// The only one who says whether a result is there, what it was made from and what has changed
-// since. It writes none: the jobs do (jobs.h). A result that is not current does not count.
+// The single place that decides whether a result exists, what it was made from and what has changed
+// since. It writes no results: the jobs do (jobs.h). A result that is not current does not count.
 class ResultStore {
  public:
   // `suffix` of the files' names: ".exterior.json", ".ties.json". The folder need not be there.
@@ -42,7 +42,7 @@ class ResultStore {
   bool IsCurrent(const std::string& job, const Inputs& now) const {
     return Check(job, now).state == ResultState::kCurrent;
   }
-  // No error where nothing is there. What cannot be removed cannot be replaced either: told then.
+  // Never an error: what cannot be removed cannot be replaced either, and that is reported then.
   void Drop(const std::string& job) const;
 
  private:

@@ -1,4 +1,4 @@
-// What the approximations of a block have in common against its poses. Private to block.
+// Common shift of a block's approximations against its poses. Private to block.
 #pragma once
 
 #include <optional>
@@ -9,7 +9,7 @@
 
 namespace orient::block {
 
-// Where they lie beside the poses all by the same: each of them may be within its accuracy, all of
+// If they all differ from the poses by the same shift: each may be within its accuracy, but all of
 // them together are not. Then approximations and control are of different datums, ellipsoidal and
 // orthometric heights, say, and nothing here tells which of them is wrong. Of at least three photos
 // with a pose whose approximation's accuracy is `stated`; their mean difference in x, y or z must

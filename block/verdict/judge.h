@@ -13,12 +13,12 @@ namespace orient::block {
 // What the adjustment says of one photo.
 struct TiedPhoto {
   int ties_used = 0;
-  int comparable = 0;         // of the measured ties: another photo's ray could contradict
+  int comparable = 0;         // measured ties that another photo's ray could contradict
   double tie_redundancy = 0;  // of the used ones together
   double worst_sigma_px = 0;  // of the adjusted pose's projection, in the frame's worst corner
   double target_px = 1;       // what that may be at most in a photo that is ok
   double moved_chi2 = 0;      // from where its own patches put it; six degrees of freedom
-  OwnPatches own = {};        // where they are held off the pose that is in worst_sigma_px
+  OwnPatches own = {};        // if the pose is held off them, worst_sigma_px includes that
   int control_elsewhere = 0;  // points and patches used in its part that it does not show itself
 };
 
@@ -36,10 +36,10 @@ Findings JudgeTied(const TiedPhoto& photo);
 // Of a photo that has a pose by its own patches: objections to its pose in the block.
 Findings JudgeAgainstOwnPatches(const TiedPhoto& photo);
 
-// A photo that was weak only for its precision is judged by that of the block, if it comes from
-// ties and not only from the same few patches. Where that of the block is poor, too, it is the only
-// one told. So is one that was oriented by few measured points, if there is control enough besides:
-// otherwise that there is not is told, instead of what the points alone say of another pose.
+// A photo that was weak only for its precision is judged by its precision in the block, if that is
+// due to ties and not only to the same few patches. If the block's is poor, too, only that is
+// reported. Likewise a photo oriented by few measured points, if there is enough other control: if
+// not, that lack is reported instead of what the points alone say about another pose.
 void LiftImprecision(const TiedPhoto& photo, ExteriorResult* result);
 
 // `adjusted` by GNSS and approximations as observations, too; `held` without them. These make no

@@ -5,8 +5,8 @@
 
 namespace orient {
 
-// The rate under which `found` or fewer of `tried` would be seen with this probability only: exact
-// upper confidence bound (Clopper & Pearson 1934). 1 where nothing was tried.
+// The rate at which `found` or fewer out of `tried` would occur with only this probability: exact
+// upper confidence bound (Clopper & Pearson 1934). 1 if nothing was tried.
 double UpperBoundOfRate(int found, int tried, double probability);
 
 // Upper bound (Chernoff 1952) of the natural logarithm of the probability that `count` or more of

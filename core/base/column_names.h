@@ -26,9 +26,9 @@ bool NamesAngle(const std::string& written);
 std::map<std::string, std::size_t> ColumnPlaces(const std::vector<std::string>& written,
                                                 std::optional<std::size_t>* twice);
 
-// "dir/4711.tif" -> "4711", "0182.v2" -> "0182.v2": a table that names files means the photos;
-// other points are parts of a name. A name without an image's ending stays as it is, but for the
-// folder of a Windows path.
+// "dir/4711.tif" -> "4711", "0182.v2" -> "0182.v2": file names in a table stand for the photos;
+// any other dot belongs to the name. A name without an image extension is kept as it is, except
+// that the folder of a Windows path is removed.
 std::string WithoutImageEnding(const std::string& name);
 
 // The same without any folder: "flight/4711" -> "4711".

@@ -1,4 +1,4 @@
-// Dates as people write them who need not know the day.
+// Dates as people write them, possibly without the month or the day.
 #pragma once
 
 #include <string>
@@ -6,7 +6,7 @@
 namespace orient {
 
 // Empty for a year, a month or a day in ISO 8601 (1961, 1961-07, 1961-07-30), otherwise what is
-// wrong, for people. Dates are compared as text, so others would compare as anything.
+// wrong, in words. Dates are compared as text, so any other format would compare wrongly.
 std::string WhyNoDate(const std::string& date);
 
 }  // namespace orient

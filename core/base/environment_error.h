@@ -1,6 +1,6 @@
-// What the machine refused, not the input: a full disk, no memory, too many open files, a device
-// that fails. It is no photo's verdict: it ends the run, what is done is kept, and the same command
-// goes on when there is room again. Exit code 4.
+// A failure of the machine, not of the input: a full disk, no memory, too many open files, a device
+// fault. It says nothing about any photo: it ends the run, finished results are kept, and the same
+// command continues from them once the cause is removed. Exit code 4.
 #pragma once
 
 #include <stdexcept>
@@ -16,12 +16,12 @@ class EnvironmentError : public std::runtime_error {
 // Whether the error of a system call (errno) is the machine's.
 bool IsOfEnvironment(int error);
 
-// To be called in a handler that makes a verdict of exceptions: throws on what the machine refused,
-// memory included, and returns for all others.
+// For handlers that turn exceptions into a result: throws EnvironmentError for machine failures,
+// including lack of memory, and returns for all other exceptions.
 void RethrowOfEnvironment();
 
 // After a library failed without saying why: throws EnvironmentError where there is no moderate
-// amount of memory to be had, or no file can be opened any more. Then it says nothing of its input.
+// amount of memory left, or no more files can be opened. Then the input is not to blame.
 void ThrowIfMachineIsShort();
 
 }  // namespace orient

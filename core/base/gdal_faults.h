@@ -1,7 +1,7 @@
 // What the machine refuses to GDAL: opening, reading and writing files (a device that fails, too
-// many open files, no room), and memory. GDAL tells of it as if the file were damaged, or not at
-// all: an overview that cannot be opened is none. Its files are therefore watched, those of its
-// databases too, its errors listened to.
+// many open files, no space), and memory. GDAL reports this as a damaged file, or not at
+// all: an overview that cannot be opened counts as absent. Its file access, including that of its
+// databases, is therefore watched, and its error messages are examined.
 #pragma once
 
 #include <cstddef>
@@ -15,12 +15,12 @@ void WatchGdalFiles();
 // For handlers of GDAL's errors: CPLErrorNum and what was said.
 void NoteGdalError(int number, const char* text);
 
-// What a server has said to this thread's last question of GDAL for a remote file that failed.
-// kUnanswered: neither that there is none, nor that it is none for us: it is busy, slow, or silent.
+// The server's answer to GDAL's last failed request for a remote file on this thread.
+// kUnanswered: neither "not found" nor "forbidden": the server is busy, slow or silent.
 enum class RemoteAnswer { kNothingSaid, kNotThere, kForbidden, kUnanswered };
 RemoteAnswer LastRemoteAnswer();
 
-// What GDAL keeps of a remote file, which another program may have written since it asked.
+// Drops what GDAL has cached of a remote file, as another program may have rewritten it since.
 void ForgetRemoteFile(const std::string& path);
 
 // On this thread, while an object of this class lives.

@@ -9,10 +9,10 @@
 
 namespace orient {
 
-// Read-only, by the formats that hold their own pixels or features, VRT and WMS by a name that ends
-// so. A name that is no file's but tells GDAL what to do ("WMS:...", "GPKG:a.gpkg:b") is opened by
-// any format. Null where it cannot be opened; GDAL's last error says why. Throws EnvironmentError
-// where the machine is at fault.
+// Read-only, by drivers whose files hold their own pixels or features; VRT and WMS by the file's
+// extension. A GDAL connection string that is not a file ("WMS:...", "GPKG:a.gpkg:b") is opened by
+// any driver. Null if it cannot be opened; GDAL's last error says why. Throws EnvironmentError
+// if the machine is at fault.
 GDALDatasetUniquePtr OpenRasterDataset(const std::string& path);
 GDALDatasetUniquePtr OpenVectorDataset(const std::string& path);
 

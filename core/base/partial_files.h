@@ -7,7 +7,7 @@
 
 namespace orient {
 
-// By its name in its folder, whether or not the process runs; whether it runs on this machine.
+// By the file name alone: whether it is partial; whether its process still runs on this machine.
 bool IsPartialFile(std::string_view name);
 bool IsBeingWritten(std::string_view name);
 

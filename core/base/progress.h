@@ -1,5 +1,5 @@
-// How far a long run is, told to whoever wants to know. Libraries tell; what is shown, and where,
-// is the program's affair.
+// Progress of a long run, reported to a listener. Libraries report it; what is shown, and where,
+// is up to the program.
 #pragma once
 
 #include <string>
@@ -15,10 +15,10 @@ class ProgressListener {
   virtual void End() = 0;
 };
 
-// One task, told from its construction to the end of its life.
+// One task: Begin is reported on construction, End on destruction.
 class ProgressTask {
  public:
-  // `listener` may be null: nobody wants to know.
+  // `listener` may be null: then nothing is reported.
   ProgressTask(ProgressListener* listener, const std::string& task, int total)
       : listener_(listener) {
     if (listener_) listener_->Begin(task, total);

@@ -17,8 +17,8 @@ std::string TypedName(const std::string& gdal_name);
 bool IsVirtual(const std::string& gdal_name);
 bool IsRemote(const std::string& gdal_name);
 
-// What the name of a remote file is apart from the address: without the question behind a ?, with
-// the characters that %20 and the like stand for. "roll 7/1.tif" of ".../roll%207/1.tif?sig=a/b".
+// The plain name of a remote file: the address without its query string (after the ?) and with
+// percent-encoding (%20 ...) decoded: ".../roll%207/1.tif?sig=a/b" gives ".../roll 7/1.tif".
 std::string WithoutEscapes(const std::string& gdal_name);
 
 // An address as it may be written down: without user, password and question (signatures).
@@ -29,9 +29,9 @@ std::string WithoutSecrets(const std::string& text);
 // listed: a web server may not let one.
 std::vector<std::string> RemoteMatches(const std::string& pattern);
 
-// How GDAL asks: again where a server is busy, not for ever where it says nothing, and nothing
-// twice (128 MB are kept). What the environment says (GDAL_HTTP_..., CPL_VSIL_CURL_...) comes
-// first.
+// Configures GDAL's requests: retry if a server is busy, time out if it does not answer, and fetch
+// nothing twice (128 MB cache). Settings in the environment (GDAL_HTTP_..., CPL_VSIL_CURL_...) take
+// precedence.
 void AskPatiently();
 
 void PauseBefore(int attempt);

@@ -61,7 +61,7 @@ void SideBySide(std::size_t count, const Work& work) {
   failure.Rethrow();
 }
 
-// work() with so many threads for what it does side by side, or with all cores' where that is 0.
+// Runs work() with this many threads for its parallel parts; 0: one per core.
 template <typename Work>
 void OnThreads(int threads, const Work& work) {
   tbb::task_arena arena(threads > 0 ? threads : tbb::task_arena::automatic);

@@ -14,11 +14,11 @@
 
 namespace orient {
 
-// An image (col, row) of the corner convention. With a point (X, Y, Z) of the camera system, x
+// Pixels (col, row) in the corner convention. For a point (X, Y, Z) in the camera system, x
 // right, y DOWN, z FORWARD as the image shows them: u = X/Z, v = Y/Z, r2 = u^2 + v^2,
 //   u' = u (1 + k1 r2 + k2 r2^2 + k3 r2^3) + p1 (r2 + 2 u^2) + 2 p2 u v, v' likewise with p1 and p2
 //   exchanged; col = principal_px.x + focal_px.x u', row = principal_px.y + focal_px.y v'.
-// (OpenCV, COLMAP and OpenSfM call our p1 p2, and our p2 p1.)
+// (OpenCV, COLMAP and OpenSfM swap the two names: their p1 is our p2, and their p2 our p1.)
 struct ExchangeCamera {
   std::string name;
   int width = 0, height = 0;  // px
@@ -77,7 +77,7 @@ struct ExchangeBlock {
 // is no rotation (to 1e-3: files round), a camera that is not finite or sees backwards.
 void RequireSound(const ExchangeBlock& block, const std::string& origin);
 
-// A photo's own pose, and the other way.
+// A photo's pose in Orient's convention, and back.
 Pose PoseOf(const ExchangePhoto& photo);
 void SetPose(const Pose& pose, ExchangePhoto* photo);
 // Camera system (y down, z forward) to ground.

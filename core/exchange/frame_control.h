@@ -11,7 +11,7 @@ namespace orient {
 
 // A line -99: a photo's points, or a block of control, end.
 bool IsEnd(const TextLine& line);
-// Of standard deviations, additional parameters and the like: a whole number from 0 to 999.
+// Whether it is a code (standard deviation, additional parameter ...): an integer from 0 to 999.
 bool IsCode(const std::string& word);
 
 // All lines of a file of control. Points of one block only are left out and noted.

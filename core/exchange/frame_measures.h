@@ -1,9 +1,9 @@
 // Image coordinates and control of PAT-B and BINGO, read. Private to core/exchange.
 //
 // Image coordinates: photo by photo a heading, points, a line -99; relative to the principal point
-// and without distortion (frame_adjustments.h). A heading is the photo's number and as one likes
-// its principal distance (BINGO: its camera) and two codes; a point its number, x, y and as one
-// likes a code. PAT-B's are micrometres, BINGO's millimetres.
+// and without distortion (frame_adjustments.h). A heading is the photo's number and, optionally,
+// its principal distance (BINGO: its camera) and two codes; a point its number, x, y and,
+// optionally, a code. Units: PAT-B micrometres, BINGO millimetres.
 //
 // Control of PAT-B: one block "point X Y Z code", or two, horizontal "point X Y code" and vertical
 // "point Z code", each ended by -99; the codes of standard deviations are not used. Of BINGO: lines

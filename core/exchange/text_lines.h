@@ -52,8 +52,8 @@ int WholeNumber(double number, const std::string& where, const std::string& what
 std::vector<double> ParseNumbers(const std::string& text, const std::string& where,
                                  const std::string& what);
 
-// "orient.tif" of a folder, for files that are looked for by their ending: sorted paths below
-// `directory` whose names begin and end so. Throws InputError where the folder cannot be listed.
+// Sorted paths of the files in `directory` (not in its subfolders) whose names begin with `begins`
+// and end with `ends`. Throws InputError if the folder cannot be listed.
 std::vector<std::string> FilesNamed(const std::string& directory, const std::string& begins,
                                     const std::string& ends);
 

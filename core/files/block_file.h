@@ -14,7 +14,7 @@
 
 namespace orient {
 
-// What a block does after every photo was oriented by itself.
+// Block adjustment, after every photo has been oriented on its own.
 struct BlockAdjustmentChoice {
   bool ties = true;               // measure tie points and adjust all photos together
   double check_share = 0;         // of the control patches, held out to check the result
@@ -51,7 +51,7 @@ struct ControlChoice {
   std::optional<int> chip_px;         // side of a chip, odd
 };
 
-// A photo that the block file names and that cannot be worked on: it fails by itself.
+// A photo named in the block file that cannot be used: only that photo fails, not the run.
 struct UnusablePhoto {
   std::string name, reason;
 };
@@ -64,7 +64,7 @@ struct BlockFile {
   std::string camera = {};                   // or a name of the camera library
   std::vector<std::string> photos = {};      // globs expanded, sorted, without duplicates
   std::vector<UnusablePhoto> unusable = {};  // not there, or several files of one name
-  std::string approximations = {};           // empty: what the photos' files say, and the strips
+  std::string approximations = {};           // empty: from the photos' files and the strips
   FlightPlan flight = {};                    // empty: nothing is said of strips
   // One sigma of approximations without sigma columns; empty where it is not stated.
   std::optional<double> position_sigma_m = {};

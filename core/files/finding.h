@@ -29,7 +29,7 @@ using Findings = std::vector<Finding>;
 // "marks_not_found": what result files and programs call it.
 std::string_view Code(Reason reason);
 std::optional<Reason> ReasonFromCode(std::string_view code);
-// All of them, in the order above.
+// All reasons, in the order of the enum.
 const std::vector<Reason>& AllReasons();
 
 // In plain words, with the figures.
@@ -38,7 +38,7 @@ std::vector<std::string> Sentences(const Findings& findings);
 // "; " between them.
 std::string JoinedSentences(const Findings& findings);
 
-// The worst that a finding allows; ok without any.
+// The worst `at_best` of the findings; ok if there are none.
 Status StatusOf(const Findings& findings);
 bool Has(const Findings& findings, Reason reason);
 

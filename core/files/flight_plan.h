@@ -11,13 +11,13 @@ namespace orient {
 struct FlightStrip {
   std::string name;                   // for messages
   std::vector<std::string> photos;    // names in the order of exposure
-  std::optional<double> azimuth_rad;  // flown towards, clockwise from grid north
+  std::optional<double> azimuth_rad;  // flight direction, clockwise from grid north
 };
 
 struct FlightPlan {
   std::vector<FlightStrip> strips;  // as they lie side by side
-  double overlap = 0.6;             // along a strip, share of a photo
-  double side_lap = 0.3;            // between strips
+  double overlap = 0.6;             // forward overlap, as a fraction
+  double side_lap = 0.3;            // sidelap, as a fraction
   std::optional<double> azimuth_rad;
   std::optional<Eigen::Vector2d> next_strip;  // unit vector (east, north) towards the next strip
   bool back_and_forth = true;                 // every other strip flown the other way

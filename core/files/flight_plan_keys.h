@@ -9,7 +9,7 @@
 
 namespace orient {
 
-// `photos`: names of all photos of the block, which patterns ("05_*") stand for. A plain name that
+// `photos`: names of all photos of the block, which patterns ("05_*") must match. A plain name that
 // is none of them keeps its place in the strip. Throws InputError naming strip and photo.
 FlightPlan ReadFlightPlan(const TomlTable& root, const std::vector<std::string>& photos);
 

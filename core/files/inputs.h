@@ -9,7 +9,7 @@
 
 namespace orient {
 
-// Name of an input ("camera", "scan", "options") -> what tells its content from another's: a digest
+// Name of an input ("camera", "scan", "options") -> what identifies its content: a digest
 // (block/inputs/digest.h), or a short content itself.
 using Inputs = std::map<std::string, std::string>;
 
@@ -19,8 +19,8 @@ std::vector<std::string> WhatChanged(const Inputs& then, const Inputs& now);
 // For messages: "camera file, DEM, scan". Empty for no names.
 std::string TextOfInputs(const std::vector<std::string>& names);
 
-// Of a result file of whatever stage. Empty where the file is absent or damaged: no error, for such
-// a result is made again. No inputs where it does not say.
+// From a result file of any stage. Empty if the file is absent or damaged: not an error, as such
+// a result is simply recomputed. An empty map if the file does not state its inputs.
 std::optional<Inputs> ReadMadeFrom(const std::string& path);
 
 }  // namespace orient

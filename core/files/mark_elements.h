@@ -54,8 +54,8 @@ struct CheckerElement {
   double brightness = 1;
 };
 // Filled; the outline does not cross itself. An open one (a notch in the picture's edge) has no
-// side from its last point to its first: its first and last sides go on, straight, and beyond them
-// the area does.
+// side from its last point to its first: its first and last sides continue straight outwards, and
+// so does the filled area.
 struct PolygonElement {
   std::vector<Eigen::Vector2d> points_mm;
   double brightness = 1;
@@ -67,7 +67,7 @@ using MarkElement = std::variant<CrossElement, DotElement, CircleElement, LineEl
 // Tip first, then the base's ends counter-clockwise.
 std::vector<Eigen::Vector2d> Corners(const WedgeElement& wedge);
 
-// Of an open one with what goes on, farther than any mark reaches.
+// An open polygon includes its extension, which reaches beyond any mark.
 std::vector<Eigen::Vector2d> Corners(const PolygonElement& polygon);
 
 // Signed distance (mm) from a point (mark system) to the element's outline; negative inside.

@@ -16,7 +16,7 @@ struct OrientationRow {
   std::string photo;  // file name without its extension
   Pose pose;
   std::optional<Vector6d> sigma;  // x y z [m] omega phi kappa [rad]
-  // False: kappa is unknown, and zero; omega and phi are zero where the table does not tell them.
+  // False: kappa is unknown and set to zero; omega and phi are zero where the table omits them.
   bool attitude_known = true;
   std::optional<std::string> date = {};  // of the exposure, ISO 8601 (1961, 1961-07-30)
   std::string camera = {};               // that the column "camera" names, where there is one
@@ -34,10 +34,10 @@ struct OrientationTable {
   const OrientationRow* Find(const std::string& photo) const;  // null where absent
 };
 
-// What a table may leave open, by a column that is absent or a cell that is empty: nothing; of
-// approximations angles (without kappa it is unknown, omega and phi are zero within 3 degrees), or
-// also z, which is NaN then. Columns of sigmas may be absent, and their cells empty, where the
-// value's are. The position of a photo may be left open, too (see without_position).
+// What a table may omit, by a missing column or an empty cell. kNone: nothing. For approximations,
+// kAngles: the angles (kappa is then unknown, omega and phi zero to 3 degrees); kAnglesAndHeights:
+// also z, which is NaN then. Columns of sigmas may be missing, and their cells empty, where the
+// value's are. A photo's position may be omitted, too (see without_position).
 enum class OpenCells { kNone, kAngles, kAnglesAndHeights };
 
 // A column `date` is read where there is one; its cells may be empty. Throws InputError naming

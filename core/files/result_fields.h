@@ -23,8 +23,8 @@ Enum FromName(const JsonField& field, const std::array<Enum, n>& values) {
   field.Fail("is \"" + text + "\"; it must be one of " + known);
 }
 
-// The photo that a result is of. It becomes a file's name: one that leads into another folder is
-// none.
+// Name of the photo that a result belongs to. It becomes a file name, so a name that leads into
+// another folder is refused.
 inline std::string ReadPhotoName(const JsonField& root) {
   const JsonField field = root.At("photo");
   const std::string name = field.AsString();

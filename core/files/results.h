@@ -73,8 +73,8 @@ struct InteriorResult {
   // What the marks leave open, the likeliest first; photo_from_pixel and the marks' ids are those
   // of the first. One element where the orientation is known, none when failed.
   std::vector<ScanOrientation> possible_orientations;
-  // By how many nats each of them (or of orientations_alone, where the roll decided) is less
-  // probable than the likeliest, negative; empty where nothing was looked for.
+  // Log odds in nats of each of them (or of orientations_alone, if the roll decided) against the
+  // likeliest one, hence 0 or negative; empty if nothing was looked for.
   std::vector<double> orientation_nats;
   std::vector<OrientationEvidence> orientation_evidence;  // empty where nothing was looked for
   // What the photo alone leaves open; empty where the other photos of the roll changed nothing.
@@ -163,7 +163,7 @@ struct ExteriorResult {
   // In a stage's folder; a block's final results, made anew by every run, say none of it.
   Inputs made_from;                // camera, dem, scan, approximation ...; empty: not said
   std::optional<double> earth_k1;  // curvature and refraction that the run added to the lens
-  std::optional<Bounds> asked_of_neighbours;  // the ground of which their patches were asked for
+  std::optional<Bounds> asked_of_neighbours;  // ground area for which their patches were requested
 };
 
 // <directory>/<photo>.interior.json and .exterior.json, written beside and renamed. Reading throws

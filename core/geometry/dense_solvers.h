@@ -24,7 +24,7 @@ Eigen::MatrixXd InverseOf(const Eigen::MatrixXd& matrix);
 // full rank (Householder QR).
 Eigen::MatrixXd LeastSquares(const Eigen::MatrixXd& matrix, const Eigen::MatrixXd& right);
 
-// An orthogonal basis (columns) of what is orthogonal to the columns of `matrix`, of full rank.
+// An orthonormal basis (columns) of the orthogonal complement of `matrix`'s columns (full rank).
 Eigen::MatrixXd NullSpace(const Eigen::MatrixXd& matrix);
 
 }  // namespace orient

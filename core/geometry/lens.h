@@ -36,9 +36,9 @@ Eigen::Vector2d DistortPoint(const LensDistortion& lens, const Eigen::Vector2d& 
 // Beyond, the model has folded over: it would show the point inside the photo, where it never was.
 bool InsideFold(const LensDistortion& lens, const Eigen::Vector2d& ideal_mm);
 
-// The lens that displaces by k0 r^3 + k1 r^5 + k2 r^7 more (mm; r from the principal point). A
-// table becomes so fine that its straight pieces stand for the curve, and reaches to `reach_mm` at
-// least.
+// The lens with k[0] r^3 + k[1] r^5 + k[2] r^7 added to its radial distortion (mm; r from the
+// principal point). A radial table is made dense enough to follow the curve, and extends to
+// `reach_mm` at least.
 LensDistortion WithRadial(const LensDistortion& lens, const std::array<double, 3>& k,
                           double reach_mm);
 

@@ -5,8 +5,8 @@
 
 namespace orient {
 
-// Why this can be none, in pixels, mm, m or degrees; empty where it can. With larger and smaller
-// ones weights are no finite numbers any more.
+// Why `sigma` (pixels, mm, m or degrees) is not a valid standard deviation; empty if it is. With
+// values outside the valid range, weights would no longer be finite numbers.
 std::string WhyNoSigma(double sigma);
 
 }  // namespace orient

@@ -1,5 +1,5 @@
-// Keypoints with descriptors that turn and scale with the image (SIFT, Lowe 2004): what pictures of
-// one scene have in common where nothing is known of how they lie to one another.
+// Keypoints with rotation- and scale-invariant descriptors (SIFT, Lowe 2004), for matching images
+// of one scene whose relative position and rotation are unknown.
 #pragma once
 
 #include <Eigen/Core>

@@ -17,7 +17,7 @@ namespace orient {
 
 enum class LsmGeometry { kShift, kSimilarity, kAffine };
 
-// One sigma of what an edge leaves open: as good as nothing.
+// One sigma along an edge, where the match is undetermined: practically no information.
 inline constexpr double kOpenAlongEdge_px = 50;
 
 struct LsmOptions {
@@ -26,8 +26,8 @@ struct LsmOptions {
   int max_iterations = 30;
   double max_shift_px = 5;       // of the reference point from its start; beyond: no match
   double max_deformation = 0.3;  // Frobenius norm of A - start.A; beyond: no match
-  // Of a shift: a template with texture in one direction only, an edge, is a match, too, across it;
-  // so is any other that does not match in both directions, across its weaker one.
+  // kShift only: a template with texture in one direction only (an edge) matches, too, across it;
+  // so does any template that cannot be matched in both directions, across its weaker one.
   bool edges = false;
 };
 

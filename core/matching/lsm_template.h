@@ -15,7 +15,7 @@ namespace orient {
 struct LsmTemplate {
   int cols = 0, rows = 0;
   Eigen::Vector2d first;          // centre of the first of these pixels, from the reference point
-  Eigen::ArrayXd u, v;            // all of them from there, in units of the template's half size
+  Eigen::ArrayXd u, v;            // their offsets from the reference point, in half sizes
   Eigen::ArrayXd value;           // normalised: mean 0, deviation 1
   Eigen::ArrayXd by_col, by_row;  // gradient of that value, per template pixel
   Eigen::ArrayXd known;           // 1 or 0; the others are zero where this is
@@ -27,8 +27,8 @@ struct LsmTemplate {
 // Empty where the image is flat. `reference` is the point of interest.
 std::optional<LsmTemplate> PrepareTemplate(const Image& image, const Eigen::Vector2d& reference);
 
-// Of the smoothed template's gradients, squares summed. A sharp edge's pixel stairs look like
-// information along it: the smoothed template has none.
+// Principal axes of the smoothed template's structure tensor. The pixel staircase of a sharp edge
+// looks like information along the edge; smoothing removes it.
 PrincipalAxes GradientAxes(const Image& templ);
 
 }  // namespace orient

@@ -1,5 +1,5 @@
-// What the files of an import hold, gathered: nothing is said twice, and nothing gets lost without
-// a word. Private to core/exchange, but for what `orient measurements` writes of it.
+// The measurements in the files of an import, gathered: no duplicates, and nothing is dropped
+// silently. Private to core/exchange, except for what `orient measurements` writes of it.
 #pragma once
 
 #include <map>
@@ -11,7 +11,7 @@
 
 namespace orient {
 
-// One sigma of what a file states none for.
+// Standard deviations for measurements whose file states none.
 struct MeasuredSigma {
   // Pixels; mm for PAT-B, BINGO and tables in mm. Only tables can do without: 1 pixel, 0.01 mm.
   std::optional<double> image = {};

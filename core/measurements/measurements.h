@@ -12,7 +12,7 @@
 
 namespace orient {
 
-// Who said it and when, as they wrote it; both may be empty.
+// Who measured or decided it and when, as they wrote it; both may be empty.
 struct SaidBy {
   std::string by, when;
 };
@@ -115,7 +115,7 @@ std::string TextOfMarks(const Measurements& measurements, const std::string& pho
 // The same of its ground points with their coordinates.
 std::string TextOfPoints(const Measurements& measurements, const std::string& photo);
 
-// Why another value than this one was to be decided; empty for a right one.
+// What is wrong with `value` for a decision of this kind; empty if it is valid.
 std::string WhyNoDecision(DecisionKind kind, const std::string& value);
 
 // "J. Smith, 2024-05-01: reason": what findings name.

@@ -37,7 +37,7 @@ class Raster {
 
   // Grey values (for RGB and palette: 0.299 R + 0.587 G + 0.114 B) of a window, `reduction` >= 1
   // raster pixels per image pixel in both directions, area-averaged; overviews are used where they
-  // are at least as fine as asked (averaged ones, or the decoder's own: overviews of picked pixels
+  // are at least as fine as asked (averaged ones, or the decoder's own: nearest-neighbour overviews
   // lie up to half a raster pixel a level off). Outside the raster, and where all bands hold nodata
   // or the mask says so: NaN; a reduced pixel needs half of its area to be valid. The image covers
   // the window from its outer corner; a linear ramp stays exactly that ramp at every reduction.

@@ -37,7 +37,7 @@ Image ReduceByTwo(const Image& image);
 // levels[0] is the image itself.
 std::vector<Image> BuildPyramid(const Image& image, int levels);
 
-// So many pixels for each, per axis, on a cubic through their values (corner convention: fine =
+// `factor` pixels for each, per axis, on a cubic through their values (corner convention: fine =
 // factor * image), which departs from a straight slope by up to 0.04 of a step between pixels. NaN
 // where a contributing pixel is NaN.
 Image EnlargeBy(const Image& image, int factor);

@@ -1,12 +1,12 @@
 // Earth curvature and atmospheric refraction, for photos whose ground coordinates are those of a
 // map: east and north on a plane, heights above a curved surface.
 //
-// In a nearly vertical photo of the height H above the ground (principal distance c, radius r from
+// In a near-vertical photo taken at height H above the ground (principal distance c, radius r from
 // the nadir) curvature moves an image point towards the nadir by H r^3 / (2 R c^2), refraction away
-// from it by K (r + r^3 / c^2) (Manual of Photogrammetry; Kraus, Photogrammetry). What is linear in
-// r no photo tells from its flying height; what is cubic has the form of a radial distortion k1. So
-// the camera that looks through air at a curved earth is a camera with another lens, and whoever
-// projects with it does so consistently.
+// from it by K (r + r^3 / c^2) (Manual of Photogrammetry; Kraus, Photogrammetry). The linear term
+// is inseparable from the flying height; the cubic term has the form of a radial distortion k1. So
+// a camera looking through air at a curved earth is a camera with another lens, and everything that
+// projects with it is consistent.
 #pragma once
 
 #include <map>
@@ -41,8 +41,8 @@ double LargestUnabsorbed(const Camera& camera, double k1);
 Camera OverEarth(const Camera& camera, EarthMode mode, double flying_m, double ground_m,
                  double film_pixel_mm = kFilmPixel_mm);
 
-// The camera whose lens moves image points by k1 r^3 more (r from the principal point, mm), which
-// its earth_k1 says.
+// The camera with k1 r^3 added to its lens distortion (r from the principal point, mm) and
+// recorded in its earth_k1.
 Camera WithEarth(const Camera& camera, double k1);
 
 // What of the camera's earth_k1 is curvature: in a Cartesian ground system it must not be there.

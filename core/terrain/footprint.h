@@ -9,8 +9,8 @@
 
 namespace orient {
 
-// The frame's outline as a closed ring; where the DEM ends its mean height serves. Empty where part
-// of the frame looks at the horizon.
+// The frame's outline as a closed ring; rays that miss the DEM end at its mean height. Empty if
+// part of the frame looks at the horizon.
 std::vector<Eigen::Vector3d> Footprint(const PhotoView& view, const GroundSurface& surface);
 
 }  // namespace orient

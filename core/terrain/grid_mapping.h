@@ -39,7 +39,7 @@ class GridMapping {
   // Ground area of a cell at a point, square root: its size in metres.
   double CellSizeAt(double x_m, double y_m) const;
 
-  // How far, metres, the nodes' next row or column is at a point for one who goes east.
+  // Distance in metres, due east from a point, to the next row or column of nodes.
   double CellAlongXAt(double x_m, double y_m) const;
 
  private:

@@ -40,7 +40,7 @@ struct PhotoView {
                                                  const GroundSurface& surface) const;
   // Mean pixel size in the photo system, mm.
   double PixelSize() const;
-  // What a pixel of a vertical photo shows of level ground at this height, metres.
+  // Ground sample distance of a vertical photo on level ground at this height, metres.
   double GroundPixel(double height_m) const;
 };
 

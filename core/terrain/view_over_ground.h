@@ -14,8 +14,8 @@ namespace orient {
 std::vector<double> HeightsInFrame(const GroundSurface& surface, const Camera& camera,
                                    const Pose& pose);
 
-// Share of the frame, by 40 by 40 places all over it, whose rays meet the surface; of those at the
-// horizon or above nothing is asked. The rest looks where the surface ends or has holes.
+// Share of 40 by 40 places all over the frame whose rays meet the surface; rays at the
+// horizon or above are not counted. The remaining rays miss the surface or meet a hole in it.
 double ShareWithHeights(const GroundSurface& surface, const Camera& camera, const Pose& pose);
 
 // Height of the ground where the photo's axis meets it, else below the photo, else the median of

@@ -1,5 +1,5 @@
 // The first round where it is not known which way the camera looked, nor perhaps where it was. From
-// near its position every patch looks as it is drawn with its own heights, but for its turn in the
+// near its position every patch looks as drawn with its own heights, except for its rotation in the
 // photo. Single patches are drawn at every kappa, and at several flying heights unless the position
 // is known, and searched for by their gradients wherever in the photo the prior allows them; they
 // vote for tilt. Private to exterior.
@@ -9,13 +9,13 @@
 
 namespace orient::exterior {
 
-// All: `ground_height_m` is MedianGroundHeight of the patches.
+// In all functions, `ground_height_m` is the patches' MedianGroundHeight.
 
-// Whether the prior's position is good enough: patches look nearly as they do from there, and no
-// other flying height need be tried.
+// Whether the prior's position is good enough for patches to look nearly as seen from there, so
+// that no other flying height need be tried.
 bool IsPositionKnown(const PosePrior& prior, double ground_height_m);
 
-// Most attitudes and heights tried, first poses followed up included.
+// The largest number of attitudes and heights tried, including first poses followed up.
 double AttitudeTrials(const PhotoTask& task, double ground_height_m);
 
 // Not searched where fewer than four patches can be sought at a level that can be searched whole.

@@ -10,8 +10,8 @@
 namespace orient::exterior {
 
 // From the prior to a first pose; the caller asks whether chance explains it. Empty: see
-// WhyNoFirstPose. Ends by itself: in so many pixels, not seconds, so that it ends the same
-// everywhere.
+// WhyNoFirstPose. The effort is limited by pixels searched, not by time, so that it ends the same
+// way on every machine.
 std::optional<PoseTrack> FirstPose(const PhotoTask& task);
 
 // The same from the prior as it stands, where a few patches at the coarsest resolution and in

@@ -1,7 +1,7 @@
-// A rough pose of a photo of which nothing need be known, from keypoints that it shares with
-// photos that are oriented: what they show of the ground is where those photos' rays meet the
+// A rough pose of a photo, without any prior knowledge, from keypoints that it shares with
+// oriented photos: their ground points are where the rays of the oriented photos meet the
 // surface. An approximation for the loop (orient_photo.h), never a result: keypoints are rough,
-// what repeats itself deceives them, and trees and houses do not lie on the surface.
+// repetitive texture deceives them, and trees and houses do not lie on the surface.
 #pragma once
 
 #include <Eigen/Core>
@@ -17,7 +17,7 @@ struct SharedKeypoint {
   Eigen::Vector2d pixel;     // of the photo's scan
   Eigen::Vector3d ground_m;  // as one oriented photo shows it; several may show the same keypoint
   // Where in that photo's frame. A keypoint at the same place of both frames, in whichever position
-  // of the film, is no ground but what all photos show (crosses, marks, dirt), and is left out: it
+  // of the film, is not ground but something in all photos (crosses, marks, dirt) and left out: it
   // would give the photo the other one's pose, which patches cut from that one would confirm.
   std::optional<Eigen::Vector2d> lender_mm;
   double weight = 1;  // how often it is drawn into samples, against others
@@ -32,9 +32,9 @@ struct KeypointPoseOptions {
   double rival_share = 0.5;
   double max_tilt_rad = 0.35;
   int samples = 4000;
-  // Of the scan, in which a keypoint that is shared may lie for all that is known; all of it if 0.
+  // Area of the scan in which a shared keypoint may lie, as far as is known; 0: the whole scan.
   double area_px2 = 0;
-  int searches = 1;  // whose first pose not made by chance is believed
+  int searches = 1;  // number made; the first pose not due to chance is accepted
   std::uint32_t seed = 1;
 };
 

@@ -9,7 +9,7 @@
 
 namespace orient::exterior {
 
-// Most poses that are followed up.
+// The largest number of poses that are followed up.
 double KeypointTrials(const PhotoTask& task);
 
 // Not searched where no chip is large enough. `trials`: in how many ways a first pose is searched

@@ -15,8 +15,8 @@ namespace orient::exterior {
 class MosaicTiles {
  public:
   // At the coarsest level of the photo, no larger than can be searched whole, at which the patches
-  // are dense enough to make tiles. `gsd_m`: of a scan pixel. Of more tiles than can be searched
-  // for those nearest to `middle_m`. Empty: there is no such level.
+  // are dense enough to make tiles. `gsd_m`: of a scan pixel. If there are more tiles than can be
+  // searched for, those nearest to `middle_m` are kept. Empty: there is no such level.
   static std::optional<MosaicTiles> Of(const std::vector<patchdb::Patch>& patches,
                                        const PhotoImage& photo, double gsd_m,
                                        const Eigen::Vector2d& middle_m);
@@ -27,7 +27,7 @@ class MosaicTiles {
   // The offset on the ground, in metres, of one scan pixel to the right and one down, about a
   // point.
   using Shape = std::function<Eigen::Matrix2d(const Eigen::Vector3d& ground_m)>;
-  // One a tile, its candidates anywhere in the photo.
+  // One voting patch per tile, with candidates anywhere in the photo.
   std::vector<VotingPatch> Seek(const Shape& ground_from_scan) const;
 
  private:

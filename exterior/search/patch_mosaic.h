@@ -1,5 +1,5 @@
-// All patches of a region as one coarse orthophoto: what many small patches cannot tell of their
-// surroundings alone, they tell together. Private to exterior.
+// All patches of a region as one coarse orthophoto: many small patches together show surroundings
+// that a single one does not. Private to exterior.
 #pragma once
 
 #include <Eigen/Core>
@@ -14,8 +14,8 @@ namespace orient::exterior {
 class PatchMosaic {
  public:
   // Every cell of `gsd_m` is the mean of the chips' pixels in it, NaN where there are none. Chips
-  // whose pixels are larger than a cell are interpolated. Of patches so far apart that the mosaic
-  // would have more than `max_cells`, empty.
+  // whose pixels are larger than a cell are interpolated. Empty if patches are so far apart that
+  // the mosaic would have more than `max_cells`.
   static std::optional<PatchMosaic> Of(const std::vector<patchdb::Patch>& patches, double gsd_m,
                                        double max_cells = 16e6);
 

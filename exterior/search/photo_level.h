@@ -1,5 +1,5 @@
 // A whole photo at one level, searched for small images by the orientation of their gradients: in
-// tiles, so that only some need be searched. What they know takes some 20 bytes per pixel of the
+// tiles, so that only some need be searched. The tiles take some 20 bytes per pixel of the
 // level. Private to exterior.
 #pragma once
 
@@ -11,7 +11,7 @@
 
 namespace orient::exterior {
 
-// Of the finest level that has no more pixels than that.
+// Reduction of the finest level with at most `most_pixels` pixels.
 int FinestReduction(const PhotoImage& photo, double most_pixels);
 
 class PhotoLevel {

@@ -9,19 +9,19 @@
 
 namespace orient::exterior {
 
-// Of the measurement and of the ground coordinates, pixels.
+// Covariance of the measurement plus that of the projected ground coordinates, px^2.
 Eigen::Matrix2d ObservedCovariance(const MeasuredPoint& point, const PixelDerivatives& derivatives);
 
-// Of the tests of a set of points.
+// Significance level of the tests of a set of points.
 inline constexpr double kPointSignificance = 1e-4;
 
-// What a point's chi-square may be, so that of so many right points one in ten thousand sets has
-// one above it.
+// Limit of a point's chi-square that is exceeded by a point in one of ten thousand sets of `points`
+// correct points.
 double MostOfPoint(std::size_t points);
 
 struct PointCheck {
-  // Of the residual with its own covariance: the observation's without what the pose takes of it.
-  // Directions that nothing else checks are not in it; infinite behind the camera.
+  // Chi-square of the residual with its own covariance: the observation's minus the pose's share.
+  // Directions without redundancy are left out; infinite behind the camera.
   double chi2 = 0;
   // The pose moved by the point's smallest errors that this test detects in four of five cases
   // (Baarda's external reliability), as a sum of dyads over two directions.

@@ -14,16 +14,16 @@
 namespace orient::exterior {
 
 struct PointResection {
-  std::optional<PointPose> found;  // empty: why, is the only finding
+  std::optional<PointPose> found;  // empty: the only finding says why
   Findings findings;               // wrong points by name
   bool with_prior = false;         // the prior is in the pose
 };
 
-// Without `prior` four points at least; five, to find a wrong one. With it three, and four. It is
-// asked only where the points alone do not tell which of them are wrong. Sets of points are
-// tested as a whole and point by point (chi-square, one right set in ten thousand by either): among
-// many, one wrong point hardly shows in the whole. Of several that pass without so many points, the
-// best is taken if it is beyond doubt, and none otherwise.
+// At least four points, five to find a wrong one; with `prior` three and four. The prior is used
+// only if the points alone do not determine which of them are wrong. Sets of points are
+// tested as a whole and point by point (chi-square, each rejects one correct set in 10 000): among
+// many, one wrong point hardly shows in the whole. If several pass with equally many left out, the
+// best is taken if it is beyond doubt, otherwise none.
 PointResection ResectByPoints(const Camera& camera, const std::vector<FilmPosition>& positions,
                               const std::optional<PosePrior>& prior,
                               const std::vector<MeasuredPoint>& points);
@@ -31,13 +31,13 @@ PointResection ResectByPoints(const Camera& camera, const std::vector<FilmPositi
 // How many points make a photo ok without patches.
 inline constexpr int kLeastPointsAlone = 6;
 
-// By points alone, where no patch tells more: ok with enough of them that check one another
+// For a pose from points alone, without patches: ok with enough points that check one another
 // (`hidden_px`: HiddenDisplacement), at most a quarter of all named as `wrong`, and a pose precise
 // to `target_px` all over the frame (`worst_sigma_px`); otherwise weak.
 Finding JudgePointsAlone(int points, int wrong, double worst_sigma_px, double hidden_px,
                          double target_px);
 
-// Which points lie elsewhere under a pose found by other means; absent: none does.
+// Which points do not fit a pose found by other means; absent: all of them fit.
 std::optional<Finding> JudgePointsUnder(const PhotoView& view, const Matrix6d& covariance,
                                         const std::vector<MeasuredPoint>& points);
 

@@ -1,6 +1,6 @@
 // Which of a photo's keypoints may show which of the chips', by what is known before any descriptor
-// is compared: sizes say the scale, directions the kappa, and with it the stated accuracy says
-// where a chip's keypoint lies. Private to exterior.
+// is compared: sizes give the scale, directions give kappa, and with it the stated accuracy gives
+// where a chip's keypoint may lie. Private to exterior.
 #pragma once
 
 #include <Eigen/Core>
@@ -20,13 +20,13 @@ class PossiblePairs {
   PossiblePairs(const Keypoints& photo, const ChipKeypoints& chips, double gsd_m,
                 double scale_reach);
 
-  // Lets only those pass whose directions say a kappa within `kappa_reach_rad` of the view's, and
+  // Admits only pairs whose directions imply a kappa within `kappa_reach_rad` of the view's, and
   // which lie, under that kappa, within `reach_mm` of where the view's position, omega and phi show
-  // them. After several such calls any of them suffices. `reach_mm`: of a point, photo coordinates.
+  // them. After several calls, passing one suffices. `reach_mm`: of a point, photo coordinates.
   void LetPassNear(const PhotoView& view, const FilmPosition& position, double kappa_reach_rad,
                    const std::function<double(const Eigen::Vector2d&)>& reach_mm);
 
-  // Indices of the photo's keypoints that this one of the chips' may be, ascending.
+  // Indices, ascending, of the photo's keypoints that may show this keypoint of a chip.
   std::vector<std::size_t> Of(std::size_t chip_keypoint) const;
 
  private:

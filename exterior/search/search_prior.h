@@ -9,23 +9,23 @@
 
 namespace orient::exterior {
 
-// Of aerial photos, one sigma.
+// Usual tilt of aerial photos, one sigma.
 inline constexpr double kUsualTilt_rad = 5 * std::numbers::pi / 180;
 
 // Whether the prior is too poor for search windows around the patches: kappa is open, or the
 // patches may lie anywhere in the frame. Such a photo needs OrientPhotoOptions::wide.
 bool IsVague(const Camera& camera, const PosePrior& prior, double ground_height_m);
 
-// Approximations are often worse than they are said to be: twice, and in position a few per cent of
-// the flying height, which is what a map or a forgotten datum shift makes of it.
+// Approximations are often worse than stated: sigmas are doubled, and the position's increased by a
+// few per cent of the flying height, the size of errors from a map or a forgotten datum shift.
 PosePrior Doubtful(const PosePrior& prior, double ground_height_m);
 
 // What a wide search allows for, whatever the prior claims: any kappa, a position wrong by a third
 // of the flying height, and no more tilt than aerial photos have.
 PosePrior Widened(const PosePrior& prior, double ground_height_m);
 
-// Flying heights to try where the stated one is uncertain, as parts of it, outwards from 1; one
-// step to each side even if it is said to be known.
+// Flying heights to try if the stated one is uncertain, as factors of it, outwards from 1; at least
+// one step to each side even if it is stated as known.
 inline constexpr double kHeightStep = 1.2;
 std::vector<double> HeightFactors(const PosePrior& prior, double ground_height_m);
 

@@ -23,8 +23,8 @@ class SoughtPatches {
                                          std::shared_ptr<const PhotoLevel>* level);
 
   int Reduction() const { return level_->Reduction(); }
-  // One per patch, its candidates where a camera may see it whose pose is the prior's but for what
-  // the steps of kappa and height leave; drawn as seen under a view, but without its lens.
+  // One per patch, with candidates where it may appear given the prior's sigmas and what is left by
+  // the steps of kappa and height; drawn as seen under a view, but without its lens.
   std::vector<VotingPatch> Seek(const PhotoView& drawn_under, const PosePrior& prior) const;
 
  private:

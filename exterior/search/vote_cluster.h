@@ -12,10 +12,10 @@ struct PlaneVote {
   Eigen::Vector2d at;
 };
 
-// The votes around that one which most voters agree with. A voter's votes stand together.
+// The votes around the one with most voters near it. A voter's votes must be consecutive.
 std::vector<PlaneVote> LargestCluster(const std::vector<PlaneVote>& votes, double radius);
 
-// Of votes there are: their mean.
+// Mean of the votes, of which there must be at least one.
 Eigen::Vector2d MeanOf(const std::vector<PlaneVote>& votes);
 
 }  // namespace orient::exterior

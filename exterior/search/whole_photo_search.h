@@ -23,21 +23,21 @@ inline int Outwards(int i) { return i % 2 == 0 ? -i / 2 : (i + 1) / 2; }
 
 double MedianGroundHeight(const std::vector<patchdb::Patch>& patches);
 
-// How what is searched for lies in the scan, rounded: film turned by a quarter and kappa turned
-// back look the same.
+// How the image sought lies in the scan, rounded: film rotated by 90 degrees with kappa rotated
+// back looks the same.
 using Look = std::array<long, 4>;
 
-// Chance explains `a` less.
+// Whether `a` is less likely to be due to chance.
 inline bool IsBetter(const PoseTrack& a, const PoseTrack& b) {
   return a.log10_false_alarms < b.log10_false_alarms;
 }
 
-// Chance hardly explains it.
+// Whether it is unlikely enough to be due to chance.
 inline bool Convinces(const std::optional<PoseTrack>& track, const OrientPhotoOptions& options) {
   return track && track->log10_false_alarms < options.max_log10_false_alarms;
 }
 
-// `track`, where there is one and it is better than what was there.
+// Moves `track` to `*best` if there is one and it is better than what was there.
 void KeepBetter(std::optional<PoseTrack> track, std::optional<PoseTrack>* best);
 
 // What a search of the whole photo may cost: in correlated pixels of its level, not in seconds, so
@@ -68,18 +68,18 @@ inline constexpr int kFollowedRounds = 2;
 // The first that convinces, else the best; empty where no way gives a pose.
 std::optional<PoseTrack> TryWays(const WaysToTry& ways);
 
-// The same photograph with the film lying, of these positions, as the prior's kappa says. Where
-// marks are alike, nothing else tells a film that lies turned from a camera turned back.
+// Changes to the equivalent film position that the prior's kappa clearly prefers, if any. If the
+// marks are alike, nothing else distinguishes rotated film from a camera rotated the other way.
 void LetPriorDecidePosition(const std::vector<FilmPosition>& positions, const PosePrior& prior,
                             FilmPosition* position, Pose* pose);
 
-// In how many of the photo's positions of the film it shows the same, each with another kappa, as
-// likely by the prior as this one: this one among them.
+// Number of the photo's film positions, this one included, that give the same image with another
+// kappa and are not clearly less likely by the prior.
 int EquallyLikelyPositions(const PhotoToOrient& photo, const FilmPosition& position,
                            double kappa_rad);
 
-// What came of a search of the whole photo; whether there was one at all, and of all that might
-// be: what was not searched was not found.
+// Result of a search of the whole photo; whether there was one at all, and whether it covered all
+// hypotheses: what was not searched cannot have been found.
 struct WholePhotoSearch {
   std::optional<PoseTrack> track = {};
   bool searched = false;
@@ -95,7 +95,7 @@ struct ClusterConsensus {
   const ConsensusOptions& options;
 };
 
-// The consensus among the cluster's candidates; chance is asked about all that might have agreed.
+// The consensus among the cluster's candidates; its false alarms count all that might have agreed.
 std::optional<Consensus> FindConsensus(const PhotoView& view, const PosePrior& prior,
                                        const ClusterConsensus& of);
 

@@ -52,8 +52,8 @@ std::optional<Consensus> FindConsensus(const PhotoView& view, const PosePrior& p
                                        const std::vector<VotingPatch>& patches,
                                        const ConsensusOptions& options);
 
-// The same bound as a consensus carries, of supporters among other candidates than it was searched
-// for in.
+// The bound that a consensus carries, for supporters among candidates other than those it was found
+// in.
 double Log10FalseAlarms(const std::vector<VotingPatch>& patches,
                         const std::vector<Supporter>& supporters, const ConsensusOptions& options);
 

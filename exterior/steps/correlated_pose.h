@@ -3,7 +3,7 @@
 // Some errors are common to many patches, and no residual of one patch shows them: heights that are
 // wrong over a whole region move every patch cut with them along its source's line of sight, an
 // error of the interior orientation moves the whole photo, and film bends between its marks. A
-// covariance without them promises more than it can hold, and an adjustment without them spreads
+// covariance without them is too optimistic, and an adjustment without them spreads
 // them over the frame where the patches end. Here they are part of the observations' covariance
 // (generalised least squares; the height errors as a random field, as in least-squares collocation,
 // Moritz 1980).
@@ -29,7 +29,7 @@ struct CorrelatedPose {
   Pose pose;
   Matrix6d covariance;         // of the adjustment: what it knows and the residuals show
   Matrix6d honest_covariance;  // with what they do not show (unseen_errors.h)
-  // Of it, what the control's heights have in common: however many patches, it stays.
+  // The part of it common to the control's heights: more patches do not reduce it.
   Matrix6d of_common_heights;
   // Variance components: what the residuals make of the observations' and of the heights'
   // variances.

@@ -8,15 +8,15 @@
 
 namespace orient::exterior {
 
-inline constexpr int kFewestAgreeing = 6;  // of fewer no pose is accepted
+inline constexpr int kFewestAgreeing = 6;  // with fewer no pose is accepted
 
-// Patches that overlap show the same ground and are one piece of evidence: counted are the squares
-// of a patch's size in which there are some.
+// Patches that overlap show the same ground and are one piece of evidence: counted is the number of
+// squares of a patch's size that contain any.
 struct Evidence {
   int sought = 0, agreeing = 0;
 };
 
-// Agrees: in this round, and still in the last one.
+// A patch agrees if it does so in this round and still in the last one.
 Evidence CountEvidence(const PreciseRound& round, const PreciseRound& last);
 
 // log10 of how many such agreements chance is expected to make, in the round that proves most. As

@@ -45,7 +45,7 @@ GroupedMatches Group(const std::vector<PatchObservation>& all);
 
 // Of one coordinate; what an edge leaves open does not count.
 double OwnVariance(const PatchObservation& match);
-// Whether that is of a match that was found across one direction only, in whatever unit.
+// Whether this covariance, in any unit, is that of an edge: a match fixed in one direction only.
 bool IsOfEdge(const Eigen::Matrix2d& covariance);
 // Block-diagonal, two rows an observation: of what was measured, and of what edges leave open along
 // their direction, of which no residual tells.

@@ -71,9 +71,9 @@ class PreciseSearch {
 
   // NCC in the window, then least-squares matching from its peak; the two must agree.
   PreciseMatch ByGrey(const PreciseOptions& options) const;
-  // The same with gradients, for where grey values fail; the middle of what was found must be found
-  // again where it belongs in the patch, too. (Of grey values that check finds nothing wrong that
-  // is not found without it, and costs right matches.)
+  // The same with gradients, for when grey values fail; also, the middle of what was found must
+  // be found again at its place in the patch. (With grey values, this check detects no wrong match
+  // that is not detected without it, and it costs right matches.)
   PreciseMatch ByGradients() const;
 
  private:

@@ -16,15 +16,15 @@ struct PatchObservation {
   // how wrong they may be (one sigma); zero where nothing is known.
   Eigen::Vector3d height_effect = Eigen::Vector3d::Zero();
   double height_sigma_m = 0;
-  // One sigma of the ground point's own height where that effect does not hold it: an orthophoto
-  // does not show heights, and the surface's error is another than that of the heights with which
+  // One sigma of the ground point's own height where that effect does not apply: an orthophoto
+  // does not show heights, and the surface's error differs from that of the heights with which
   // it was made.
   double surface_sigma_m = 0;
   // One sigma in the photo of how far its source may be displaced as a whole, and as much again
   // towards its border; orthophotos'. What photos have in common is in what all matches share.
   double source_sigma_px = 0;
-  // Of that covariance's OwnVariance (linearised_matches.h), what the ground point's own
-  // coordinates bring in: unlike matches, surveyed points have nothing in common that residuals
+  // The part of that covariance's OwnVariance (linearised_matches.h) due to the ground point's own
+  // coordinates: unlike matches, surveyed points share no errors that residuals
   // would not show.
   double ground_px2 = 0;
   // What it was cut from: observations of one source share smooth errors.

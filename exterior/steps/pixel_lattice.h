@@ -13,8 +13,8 @@ namespace orient::exterior {
 
 class PixelLattice {
  public:
-  // `place` says where a point lies whose offset from the drawing's corner, in its pixels, it is
-  // given; nothing where that is unknown. Nodes every `step` pixels over a square of `side`.
+  // `place` maps an offset from the drawing's corner, in the drawing's pixels, to a position in the
+  // other image; empty if unknown. Nodes every `step` pixels over a square of `side`.
   PixelLattice(int side, double step,
                const std::function<std::optional<Eigen::Vector2d>(const Eigen::Vector2d&)>& place);
 

@@ -18,7 +18,7 @@ struct PreciseRound {
   std::vector<PatchPrediction> predictions;
   std::vector<UnseenPatch> not_visible;
   std::vector<PreciseMatch> matches;     // one per prediction
-  bool by_gradients = false;             // what grey values did not find was searched for so
+  bool by_gradients = false;             // used for patches that grey values did not find
   std::vector<std::size_t> observed;     // the predictions that were found
   std::optional<PoseEstimate> estimate;  // over the observed
   bool contradicts_prior = false;        // the estimate then does without it
@@ -33,9 +33,9 @@ PreciseRound MatchAll(const PhotoTask& task, const PhotoView& view, const Matrix
 // The pose from the round's matches; none where too few agree.
 void Resect(const PhotoTask& task, const PoseTrack& track, PreciseRound* round);
 
-// What the round's pose rejects or did not find, searched for once more close to where that pose
-// sees it: in a window that small another place no longer competes. Nothing of it is evidence for
-// the pose. The round as it was where the pose does not stand.
+// Searches once more for patches that the round's pose rejects or that were not found, close to
+// where it projects them: in so small a window no other place competes. None of this is evidence
+// for the pose. Returns the round unchanged if the pose does not hold.
 PreciseRound Complete(const PhotoTask& task, const PoseTrack& track, const PreciseRound& settled);
 
 // Patches in one square of a patch's size overlap and are one piece of evidence.
@@ -47,10 +47,10 @@ struct DecoyMatches {
   int sought = 0, found = 0;
 };
 
-// How often this photo's texture shows by chance what a patch of this kind looks like: in the
-// windows of the round, one per square, a patch mirrored, and one with the image of another patch
-// from outside the window; with gradients where grey values find few. The more frequent of the two,
-// of those that could be drawn.
+// How often this photo's texture resembles a patch of this kind by chance. Decoys, in the round's
+// windows, one per square: the patch mirrored, and in its place the image of another patch
+// from outside the window; with gradients if grey values find few. Returns the more frequent kind,
+// counting decoys that could be drawn.
 DecoyMatches MatchDecoys(const PhotoTask& task, const PreciseRound& round);
 
 }  // namespace orient::exterior

@@ -24,7 +24,7 @@ struct PatchPrediction {
 
 struct PredictionOptions {
   int width_px = 0, height_px = 0;  // of the scan
-  double border_px = 8;  // a patch's centre stays this far inside scan and frame, off what covers
+  double border_px = 8;  // least distance of patch centres from scan and frame edge, covered areas
   std::vector<CoveredArea> covered = {};   // of the frame
   const GroundSurface* surface = nullptr;  // what may hide patches; null: nothing does
 };
@@ -41,7 +41,7 @@ std::vector<PatchPrediction> Predict(const PhotoView& view, const Matrix6d& pose
                                      const PredictionOptions& options,
                                      std::vector<UnseenPatch>* not_visible = nullptr);
 
-// At most `count` of the predictions, spread evenly over the photo, of each cell first those that
+// At most `count` of the predictions, spread evenly over the photo; in each cell, first those that
 // did better than expected in earlier attempts (patchdb/store/learning.h), then the most distinct.
 // Deterministic.
 std::vector<PatchPrediction> SelectSpread(const std::vector<PatchPrediction>& predictions,

@@ -15,8 +15,8 @@ namespace orient::exterior {
 struct PoseEstimate {
   Pose pose;
   Matrix6d covariance;  // scaled with the observations' variance component
-  // With what the residuals do not show (unseen_errors.h): how precise the pose is. The search goes
-  // on with the other one, which knows what the next round may find.
+  // Including errors that residuals do not show (unseen_errors.h): the pose's precision. The search
+  // continues with `covariance`, which describes what the next round may find.
   Matrix6d honest_covariance;
   Matrix6d of_common_heights;  // of it, what the control's heights have in common
   double added_px2 = 0;        // to every observation's variance: what matching cannot see
@@ -26,12 +26,12 @@ struct PoseEstimate {
   std::vector<bool> rejected;                 // by data snooping
   int used = 0;
   std::vector<ResidualTrend> trends;
-  // Around its computed place, within which an observation passes as no gross error.
+  // Area around an observation's computed position within which it passes as no gross error, px^2.
   std::vector<double> passing_px2;
 };
 
 // Robust start (Cauchy), then Baarda's data snooping: while the largest squared normalised residual
-// of two dimensions exceeds 11.8 (99.7 %), that observation goes. Empty when fewer than four
+// of two dimensions exceeds 11.8 (99.7 %), that observation is removed. Empty when fewer than four
 // remain or the adjustment is singular.
 std::optional<PoseEstimate> EstimatePose(const PhotoView& view, const PosePrior& prior,
                                          const std::vector<PatchObservation>& observations,

@@ -8,14 +8,14 @@
 
 namespace orient::exterior {
 
-// Shift, scale and rotation of all residuals are a pose's own parameters, nearly: what remains of
-// them is seen per source. Radial: with the cube of the distance from the centre, as a lens or
-// heights have it. Quadrants: each shifted by itself.
+// Shift, scale and rotation of all residuals are nearly parameters of the pose: what remains of
+// them shows per source. Radial: with the cube of the distance from the centre, as errors of a lens
+// or heights act. Quadrants: each shifted by itself.
 enum class TrendKind { kShift, kScale, kRotation, kRadial, kQuadrants };
 
 struct ResidualTrend {
   TrendKind kind = TrendKind::kShift;
-  std::optional<std::int64_t> source = {};  // of whose residuals alone; absent: of all
+  std::optional<std::int64_t> source = {};  // whose residuals alone have it; absent: all have
   double rms_px = 0;                        // of the trend in one coordinate, over its places
 };
 

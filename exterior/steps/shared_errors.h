@@ -13,8 +13,8 @@ namespace orient::exterior {
 // would share their errors and take time with the cube of their number.
 std::vector<std::vector<std::size_t>> Grouped(const std::vector<PatchObservation>& all);
 
-// How what is not common to all height errors fades with distance: over `length_m`, as survey and
-// datum errors do, or over a fifth of it, as those of a DEM too coarse for its terrain.
+// How the part of height errors not common to all decorrelates with distance: over `length_m`, as
+// survey and datum errors do, or over a fifth of it, as errors of a DEM too coarse for its terrain.
 enum class HeightFading { kLong, kShort };
 
 // Correlation of the height errors under any two observations, each twice for col and row.

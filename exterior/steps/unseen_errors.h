@@ -31,7 +31,7 @@ Eigen::MatrixXd CovarianceOfUnseenErrors(const LinearEstimator& estimator,
                                          double correlation_m);
 
 // The same of what is common to all heights, as far as their stated accuracy goes: part of the
-// above and of the adjustment's. No patch that was cut with them tells it.
+// above and of the adjustment's. No patch that was cut with them reveals it.
 Eigen::MatrixXd CovarianceOfCommonHeights(const LinearEstimator& estimator);
 
 // The same of sources that are displaced and deformed as a whole: their source_sigma_px, over their
@@ -41,7 +41,7 @@ Eigen::MatrixXd CovarianceOfSources(const LinearEstimator& estimator,
                                     double half_px);
 
 // The same of errors that the residuals do show, as trends (residual_trends.h) of this variance in
-// one coordinate: what fades like them over the ground, and the pose has followed unseen.
+// one coordinate: errors with the same decorrelation over the ground that the pose has absorbed.
 Eigen::MatrixXd CovarianceOfTrends(const LinearEstimator& estimator,
                                    const std::vector<PatchObservation>& observations,
                                    double variance_px2, double correlation_m);

@@ -1,4 +1,4 @@
-// What of the ground a photo does not show: what lies behind the camera, outside the frame, under a
+// The ground that a photo does not show: behind the camera, outside the frame, under a
 // mark or writing, or behind a mountain. Patches there are not searched for.
 #pragma once
 
@@ -12,7 +12,7 @@
 
 namespace orient::exterior {
 
-// A rectangle of the photo system, mm, that shows something else than ground: a fiducial mark, or
+// A rectangle of the photo system, mm, that shows something other than ground: a fiducial mark, or
 // a clock, a counter and other writing within the frame.
 struct CoveredArea {
   Eigen::Vector2d from_mm, to_mm;  // least x and y, largest x and y

@@ -81,7 +81,7 @@ inline constexpr double kMinGainNats = 3.0;
 std::vector<int> WithoutContradicted(const std::vector<AssignmentMark>& marks,
                                      const ConstellationPrior& prior, std::vector<int> choice);
 
-// For hundreds of marks, of which a few have told the transform. Beginning with `trusted`, every
+// For hundreds of marks, of which a few have fixed the transform. Beginning with `trusted`, every
 // other mark gets the candidate that adds most to those chosen before it, if any adds something;
 // then all marks are chosen anew, each as all others together predict it.
 std::vector<int> ChooseAround(const std::vector<AssignmentMark>& marks,

@@ -39,7 +39,7 @@ struct FilmReading {
   // Centre of the film on the scan: origin of the assignment's positions.
   Eigen::Vector2d middle_px = Eigen::Vector2d::Zero();
   OrientationClass orientations;
-  // These, and those that nothing but pictures of marks tells from them (layout.h, WaysAlike).
+  // These, and those that only pictures of marks distinguish from them (layout.h, WaysAlike).
   OrientationClass alike;
   Polarity polarity = Polarity::kPositive;
   // As the class's scan orientations are not distinguished yet, with what their calibrated layouts
@@ -52,7 +52,7 @@ struct FilmReading {
   AssignmentMethod assignment = AssignmentMethod::kExact;
   std::vector<AssignmentMark> marks;
   std::vector<std::vector<MarkCandidate>> candidates;
-  // Where each mark was looked for; of no width: it was not. None at all: not by windows.
+  // Each mark's search window; zero width: not searched for. Empty: windows were not used.
   std::vector<PixelWindow> windows;
   Assignment best;
   Assignment second;   // AssignmentAnswer's

@@ -21,9 +21,9 @@ std::vector<PixelSizeGuess> GuessPixelSize(const Eigen::Vector2i& scan_px,
                                            const MarkRectangle& rectangle,
                                            std::optional<double> pixel_size_um);
 
-// How far from where a film in the scan's middle would have it a mark is looked for.
+// Search range for a mark, around its place on a film centred on the scan.
 enum class SearchRange {
-  kNearby,  // in 15 mm, as Kersten & Haering
+  kNearby,  // in windows 15 mm wide, as Kersten & Haering
   kWhole,   // wherever it can lie on the scan (Jiang)
 };
 
@@ -37,9 +37,9 @@ enum class SearchRange {
 FilmReading ReadFilm(const Raster& scan, const CameraFile& camera, const MarkShapes& shapes,
                      const InteriorOptions& options, SearchRange first = SearchRange::kWhole);
 
-// The same over the whole range, followed by what else the scan may say, the most probable first:
-// readings of other settings, and every reading with its second assignment, as far as they say
-// something else than those before them.
+// The same over the whole range, followed by the alternative readings, the most probable first:
+// readings of other settings, and every reading with its second assignment, as far as they differ
+// from those before them.
 std::vector<FilmReading> ReadFilmAllWays(const Raster& scan, const CameraFile& camera,
                                          const MarkShapes& shapes, const InteriorOptions& options);
 

@@ -60,9 +60,9 @@ std::vector<OrientationClass> OrientationClasses(const std::vector<Fiducial>& fi
 OrientationClass WaysAlike(const std::vector<Fiducial>& fiducials, const MarkShapes& shapes,
                            ScanOrientation orientation);
 
-// How far the layout is from looking the same in all ways of a class, at most of its members and
-// seen from the first one: the coordinates' root mean square that an affine leaves, and the
-// difference of the scales or shear that it takes.
+// How far the layout departs from looking the same in all orientations of a class, relative to the
+// first one (maximum over its members): RMS coordinate residual after an affine fit, and the
+// difference of scales, or the shear, of that affine.
 struct LayoutDeparture {
   double point_mm = 0;
   double affinity = 0;

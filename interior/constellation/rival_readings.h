@@ -7,9 +7,9 @@
 
 namespace orient::interior {
 
-// Two readings say the same when every mark that both found lies in one place; where these marks do
+// Two readings agree if every mark that both found lies in the same place; where these marks do
 // not span an area, so that they leave open the scan orientation, their transforms must agree over
-// the whole frame as well. One that found nothing says nothing else. Of two scan orientations that
+// the whole frame as well. One that found nothing contradicts none. Of two scan orientations that
 // only pictures of the marks tell apart, the marks' places alone count, not their names.
 bool SaysTheSame(const FilmReading& a, const FilmReading& b);
 

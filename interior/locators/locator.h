@@ -22,9 +22,9 @@ LocatorKind UsualLocator(const MarkShape& shape);
 // There `ncc` takes their place.
 LocatorKind LocatorFor(const MarkShape& shape, std::optional<LocatorKind> wanted);
 
-// Log-likelihood ratios of a mark against clutter for the candidates of one window, nats. What is
-// clutter's usual coefficient is seen from the candidates themselves: a dot resembles much, a ring
-// with a cross nothing.
+// Log-likelihood ratios of a mark against clutter for the candidates of one window, nats. The usual
+// coefficient of clutter is estimated from the candidates themselves: much clutter resembles a dot,
+// none a ring with a cross.
 std::vector<double> ScoreNats(const std::vector<MarkCandidate>& candidates);
 
 }  // namespace orient::interior

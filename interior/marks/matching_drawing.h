@@ -29,12 +29,12 @@ class MatchingDrawing {
   double HalfSide() const { return 0.5 * static_cast<double>(part_.rows()); }
   double BackgroundPx() const { return background_px_; }
 
-  // From the widest to the sharpest, for a scan whose slow brightness was taken off everywhere: the
-  // wide one pulls in from afar. In whole pixels: good for half a pixel's hundredth.
+  // From the widest blur to the sharpest, for a scan with its background removed everywhere: the
+  // widest has the largest pull-in range. Rendered in whole pixels: accurate to 0.005 px.
   const std::vector<Level>& Rough() const { return rough_; }
 
-  // For the mark's own pixels alone (CutOut), their slow brightness taken off: good for some ten
-  // thousandths of a pixel. Blurs grow with the step by 2 % each; 0 is the sharpest. Drawn when
+  // For the mark's own pixels alone (CutOut) with their background removed: accurate to a few
+  // 0.0001 px. Blurs grow with the step by 2 % each; 0 is the sharpest. Drawn when
   // first asked for, and then kept; several threads may ask.
   const Level& Fine(int step) const;
   static int StepOf(double blur_px);  // the nearest one; negative for a blur sharper than step 0

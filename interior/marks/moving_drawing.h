@@ -59,8 +59,8 @@ class SharpDrawing {
   std::shared_ptr<const DrawingPart> part_;
 };
 
-// Gauss-Newton's, as they are; or, where they still go to and fro after as many as those, further
-// ones that are scaled: in sharpened scans, whose halo the drawing does not have.
+// Plain Gauss-Newton steps; or, if these still oscillate after their maximum number, further steps
+// that are scaled: for sharpened scans, whose halos the drawing does not have.
 enum class Steps { kPlain, kScaled };
 
 // A blurred drawing. The image's pixels are means over `finer` of its pixels in each direction: in

@@ -1,4 +1,4 @@
-// Marks measured where a reading has them, and those rejected that are none.
+// Measures the marks where a reading places them, and rejects those that are wrong.
 #pragma once
 
 #include <optional>
@@ -45,7 +45,7 @@ FilmMarks WithoutWrongMarks(const FilmReading& reading, const FilmMarks& measure
 void TakeExactClicks(const CameraFile& camera, const FilmReading& reading,
                      const std::vector<MarkClick>& clicks, FilmMarks* marks);
 
-// Marks in use any of which may be wrong in a rejected one's stead: without it, and with that one,
+// Used marks, any of which may be wrong instead of a rejected one: without it, and with that one,
 // none contradicts the others. With few marks snooping cannot tell them apart (separability).
 std::vector<size_t> PerhapsWrong(const FilmReading& reading, const FilmMarks& marks);
 

@@ -34,7 +34,7 @@ struct FilmTransform {
   FilmShape shape;
 };
 
-// Affine for four marks or more; similarity (mirrored as told) for three, but the affine through
+// Affine for four marks or more; similarity (`mirrored` or not) for three, but the affine through
 // them where a similarity leaves more than 0.3 mm. Empty below three, and
 // where the marks lie on one line: their spread (root mean square, photo system) across it is less
 // than a twentieth of that along it, and measuring noise would decide the transform.

@@ -33,7 +33,7 @@ class MeasuredPlaces {
     MeasuringPlace place;
     FilmMark mark;
   };
-  // Is the drawing by one transform what it is by the other?
+  // Whether the drawing looks the same under both transforms.
   bool SameDrawing(const MarkShape& shape, const Eigen::Matrix2d& a,
                    const Eigen::Matrix2d& b) const;
 

@@ -1,4 +1,4 @@
-// A réseau: dense crosses of which the camera's calibration knows the place. They show how the film
+// A réseau: a dense grid of crosses with calibrated positions. They show how the film
 // has deformed since the exposure, beyond the affine part, and give a smooth local correction.
 //
 // Least-squares collocation (Moritz 1972; universal kriging): what the affine leaves at the crosses

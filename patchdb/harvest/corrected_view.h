@@ -1,5 +1,5 @@
-// A source whose orientation is corrected by what one point says: it shows that point where it was
-// measured, and what lies around it in the same place of the picture relative to it.
+// A source shifted by the residual of one point: it shows that point where it was
+// measured, and its surroundings shifted by the same amount in the image.
 #pragma once
 
 #include "patchdb/harvest/source_view.h"

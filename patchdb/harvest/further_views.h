@@ -34,8 +34,8 @@ struct FurtherSource {
   int number = 0;                      // the caller's, to tell sources apart
 };
 
-// How well a source shows a ground point, m: its pixel there, longer by the distance from its nadir
-// over its height. Smaller is better. Empty where it does not show the square of `chip_px` pixels
+// How well a source shows a ground point, m: its GSD there, times 1 + nadir distance / height.
+// Smaller is better. Empty if it does not show the square of `chip_px` pixels
 // around the point.
 std::optional<double> ViewingPenalty(const FurtherSource& source, const Eigen::Vector3d& ground_m,
                                      int chip_px);

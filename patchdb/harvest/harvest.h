@@ -27,7 +27,7 @@ struct HarvestResult {
   int Refused(Refusal refusal) const { return refused[static_cast<std::size_t>(refusal)]; }
 };
 
-// Told of every step: the stage ("searching tiles", then "cutting patches"), steps done and in all.
+// Called at every step: the stage ("searching tiles", then "cutting patches"), steps done, in all.
 using HarvestProgress = std::function<void(std::string_view stage, int done, int total)>;
 
 // `photo` is the raster that `view` orients; ground coordinates are those of view.pose and surface.

@@ -41,7 +41,7 @@ int Persistence(const Image& chip);
 // pixels and their neighbours take no part.
 Eigen::Vector3d TextureEnergy(const Image& chip);
 
-// 0 .. 1, the worst of the marks that the patch gets for what is known about it; 0.5 is the least
+// 0 .. 1, the lowest of the scores for all that is known about the patch; 0.5 is the least
 // that is good. docs/patchdb.md has the table. Empty where nothing was measured.
 std::optional<double> QualityOf(const Patch& patch);
 inline constexpr double kGoodQuality = 0.5;

@@ -19,7 +19,7 @@ inline constexpr int kVoidReach_px = 80;
 // declared nodata, and so beyond a raster, it may go on. None below 8 bits.
 std::vector<std::uint8_t> UndeclaredVoids(const Image& grey, int bits);
 
-// Share of the pixels that may belong to voids by their values: nearly all images are done with it.
+// Share of the pixels whose values allow them to be void: this alone settles nearly all images.
 double ShareNearEnds(const Image& grey, int bits);
 
 }  // namespace orient::patchdb

@@ -34,7 +34,7 @@ class MergeRows {
   void ChangePatch(const Patch& patch, std::int64_t id, std::int64_t source_id);
   // State, reason, dates and epoch of `patch`.
   void SetLife(const Patch& patch, std::int64_t id);
-  // What was measured stays: of two rows of one source the one that is here, if it has a pixel,
+  // Measured evidence is kept: of two rows of one source the target's, if it has a pixel,
   // unless it is to be replaced.
   void AddEvidence(std::int64_t patch_id, const PatchEvidence& evidence, bool replace);
   // The patch has another ground point now, to which its residuals do not refer.
@@ -48,7 +48,7 @@ class MergeRows {
   // Within radius_m, nearest first; active, retired and superseded ones.
   std::vector<NearPatch> PatchesNear(const Eigen::Vector3d& ground_m, double radius_m) const;
 
-  // That a patch of the other database is this one here.
+  // Records which patch of the target corresponds to a patch of the other database.
   void Remember(const Patch& patch, std::int64_t id);
   // superseded_by of all that were remembered.
   void LinkSuccessors();

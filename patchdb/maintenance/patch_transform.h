@@ -1,4 +1,4 @@
-// A patch told in another CRS: its place, precision, chip and heights.
+// Transforms a patch to another CRS: its position, covariance, chip and heights.
 #pragma once
 
 #include <optional>

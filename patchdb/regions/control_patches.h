@@ -38,7 +38,7 @@ class ControlPatches {
   std::vector<PatchSource> Sources() const;
   // As ContentOf, of the regions that touch one of `areas`; of all of a single database.
   std::string ContentWithin(const std::vector<Bounds>& areas) const;
-  // One transaction for each region. Where one of them fails the others are told nevertheless, and
+  // One transaction per region. If one of them fails, the others are recorded nevertheless, and
   // the first error is thrown then. Returns what PatchDatabase::RecordAttempts does, of all.
   int RecordAttempts(const std::vector<MatchAttempt>& attempts);
 

@@ -8,9 +8,9 @@
 namespace orient::patchdb {
 
 // Changes with every patch that comes, goes, is retired or restored, or is changed in place by
-// whatever program, and with the CRS; takes one look, however large the database. Not with what
-// attempts have taught: photos that are oriented teach the database, and are not to be oriented
-// again for that. Two databases never have the same one, but copies that nobody has changed since.
+// any program, and with the CRS; one quick query, however large the database. Not with what
+// is learned from attempts: oriented photos update the database, and need not be oriented
+// again for that. Only unchanged copies of one database have the same text.
 std::string ContentOf(const PatchDatabase& database);
 
 }  // namespace orient::patchdb

@@ -19,8 +19,8 @@ namespace orient::patchdb {
 int Learn(Connection& connection, const std::vector<MatchAttempt>& attempts,
           const std::vector<SoughtElsewhere>& elsewhere = {});
 
-// Where the patch lies that was sought: as it is said, else as the database has it. Empty where
-// that has no such patch, or the patch no place.
+// Ground position of the patch searched for: from the attempt, else from the database. Empty if
+// neither has one.
 std::optional<Eigen::Vector2d> PlaceSought(Connection& connection, const MatchAttempt& attempt);
 
 // Weighs a patch's attempts anew; with `may_retire` it is retired where they say so.

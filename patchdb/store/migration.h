@@ -27,7 +27,7 @@ struct SchemaObject {
   std::string type, name, sql;
 };
 
-// Views, and triggers that neither the schema nor a GIS makes: a stranger's code. Views are never
+// Views, and triggers that neither the schema nor a GIS creates: foreign code. Views are never
 // run (Connection), triggers by writers only, which refuse the file.
 std::vector<SchemaObject> ForeignObjects(Connection& connection, int version);
 // Throws InputError naming file and trigger.

@@ -1,4 +1,4 @@
-// The patch database: one SQLite file that is a valid GeoPackage. Verbs on records, no SQL outside.
+// The patch database: one SQLite file that is a valid GeoPackage. Callers use records, not SQL.
 #pragma once
 
 #include <cstdint>

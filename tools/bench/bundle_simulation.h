@@ -24,7 +24,7 @@ struct BundleSimulationOptions {
   double noise_px = 0.3, stated_px = 0.3;
   double control_ground_m = 0.075, control_height_m = 0.125;  // one sigma, GSD is 0.25 m
   double height_sigma_m = 0;  // of what control patches share, see GroundControl
-  // What control patches of one source err together, in shares of what each errs by itself.
+  // Common errors of control patches of one source, as fractions of each patch's own error.
   double control_shared_everywhere = 0, control_shared_smoothly = 0;
   double source_sigma_m = 0;  // of their source as a whole, see GroundControl
   double position_sigma_m = 3, attitude_sigma_rad = 0.01;  // of the approximations

@@ -112,10 +112,10 @@ inline void DemLevel(World& world, Trial& trial) {
 
 // --- The photos
 
-// Where a pixel of a picture of that width is in the one that it became.
+// Position, in the changed picture, of a pixel of the original, which is `width` wide.
 using PixelIn = std::function<Eigen::Vector2d(const Eigen::Vector2d&, int width)>;
 
-// Every photo's picture becomes another one; `moved` says where its pixels are then.
+// Changes every photo's picture; `moved` gives the new positions of its pixels.
 inline void ChangePhotos(World& world, Trial& trial,
                          const std::function<Image(const Image&)>& change, const PixelIn& moved) {
   // Another fault may have left its photos there, and these are made of them.

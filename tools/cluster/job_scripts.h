@@ -28,7 +28,7 @@ struct BlockJobs {
   JobNeeds roll, whole, upload;    // of all photos
   std::string place;               // object storage that takes the output folder; empty: none
   bool overwrite = false;          // what lies there
-  bool learn = false;              // the run of the whole block tells the patch database
+  bool learn = false;              // the run of the whole block records in the patch database
   std::string partition, account;  // empty: Slurm's own choice
 };
 
@@ -41,8 +41,8 @@ struct JobScript {
 };
 
 // control, interior and roll of film, exterior as often as there are rounds, whole, upload. Scripts
-// that occur several times have the same text. Throws InputError where the folder's name is none
-// for Slurm.
+// that occur several times have the same text. Throws InputError if Slurm does not accept the
+// folder's name.
 std::vector<JobScript> JobChain(const BlockJobs& jobs);
 
 // Writes the chain's scripts, submit.sh and local.sh into `jobs.folder`, all executable; returns

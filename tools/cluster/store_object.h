@@ -11,15 +11,15 @@
 namespace orient {
 
 // Whether objects can be put under this name: a bucket of S3, Google or Azure, folders without
-// empty names, "." and "..", and no question.
+// empty names, "." and "..", and no question mark.
 bool IsStore(const std::string& gdal_name);
-// The error of a place that is none.
+// The error for a place that is not an object store.
 UsageError NoStore(const std::string& place);
 
 // For messages: "s3://bucket/folder/file".
 std::string TypedObject(const std::string& object);
 
-// Of an object; empty where there is none. Throws InputError where the store does not let one read,
+// Size in bytes; empty if there is no such object. Throws InputError if the store forbids reading,
 // EnvironmentError where it does not answer.
 std::optional<std::uint64_t> SizeOfObject(const std::string& object);
 
@@ -34,7 +34,7 @@ void PutText(const std::string& object, const std::string& text);
 // end (InputError, EnvironmentError) no half of it stays.
 UploadedFile PutFile(const std::string& path, const std::string& object);
 
-// Nothing is said where it cannot be removed.
+// Failure to remove it is not reported.
 void RemoveObject(const std::string& object);
 
 // Bytes and digest of a local file. Throws InputError, EnvironmentError.

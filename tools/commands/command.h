@@ -65,7 +65,7 @@ int RunProgram(const CommandList& commands, const std::vector<std::string>& argu
 // Parses and runs nothing: the commands then know what was asked of them. Throws UsageError.
 void Parse(const CommandList& commands, const std::vector<std::string>& arguments);
 
-// What these arguments ask of a command, as its Options() tells.
+// The options that these arguments give a command, as its Options() returns them.
 template <typename OneCommand>
 auto OptionsOf(const std::vector<std::string>& arguments) {
   auto command = std::make_unique<OneCommand>();

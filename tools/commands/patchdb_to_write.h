@@ -8,11 +8,11 @@
 
 namespace orient {
 
-// Opened for writing. A file of an older program is brought up to date, and `out` hears of it.
+// Opened for writing. A file of an older program is upgraded, and `out` gets a line about it.
 patchdb::PatchDatabase OpenToWrite(const std::string& path, std::ostream& out);
 
-// Of the run of an exterior orientation that will tell the database, or those of a folder: before
-// anything is read of a file of an older program. Throws InputError, with the remedy, where it
+// For a run of exterior orientation that will record in one database or a folder of them: upgrades
+// files of an older program before anything is read. Throws InputError, with the remedy, if one
 // cannot be written.
 void BringUpToDateToLearn(const std::string& path, std::ostream& out);
 

@@ -1,5 +1,5 @@
-// Who hears how far a run's tasks are in place of the terminal: a program that has Orient within
-// it.
+// Receives the progress of a run's tasks in place of the terminal: for a program that embeds
+// Orient.
 #pragma once
 
 #include <exception>

@@ -1,4 +1,4 @@
-// Where the words of a run go: to standard output and the error stream as they come, and with their
+// Where a run's messages go: to standard output and the error stream as they come, and with their
 // times into a log (--log), or nowhere else (--quiet).
 #pragma once
 
@@ -28,7 +28,7 @@ class RunOutput {
 
   std::ostream& Out();
   std::ostream& Err();
-  // The log's last line; `err` hears of a log that could not be written.
+  // Writes the log's last line; reports on `err` if the log could not be written.
   void End(int exit_code);
 
  private:
@@ -36,13 +36,13 @@ class RunOutput {
   std::unique_ptr<Streams> streams_;
 };
 
-// Takes what stands in a terminal's line away.
+// Erases the terminal's current line.
 inline constexpr const char* kEraseLine = "\r\033[K";
 
 // "1 h 3 min", "2 min 5 s", "12 s".
 std::string DurationText(double seconds);
 
-// Of the run that lives now (a process has one at a time): a line for the logs alone, nothing where
+// For the current run (a process has one at a time): a line for the logs alone, nothing if
 // there is none; from any thread.
 void LogLine(std::string_view text);
 // How far a task is; `text` says it in words.

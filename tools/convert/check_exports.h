@@ -1,5 +1,5 @@
 // Whether another program's files say what Orient meant: their verification points, projected by
-// the program's own formulas. Files that Orient did not write are held against their own points.
+// the program's own formulas. Files that Orient did not write are compared with their own points.
 #pragma once
 
 #include <optional>

@@ -32,7 +32,7 @@ struct ConvertSourceOptions {
   std::optional<double> pixel_size_um;  // of resampled film images
   bool remove_distortion = false;       // of resampled film images
   std::string image_extension = ".tif";
-  std::string crs;                // where the input says none
+  std::string crs;                // if the input states none
   std::optional<double> geoid_m;  // of the file's heights, see GroundFrame
   std::optional<double> ground_height_m;
   // What was subtracted from the ground coordinates of formats that cannot say it (COLMAP).
@@ -46,7 +46,7 @@ struct ConvertSourceOptions {
 // lens's, are gone. A digital camera keeps its pixels.
 Camera ImageCamera(const Camera& camera, double pixel_mm, bool remove_distortion);
 
-// That an input (folder or file) is or lies in.
+// The folder that an input (folder or file) is or lies in.
 std::string FolderOf(const std::string& input);
 
 // From the folder of `orient block` or `orient exterior` (orientation.csv, the photos' results) or

@@ -1,4 +1,4 @@
-// Whether poses that are given a CRS can be meant in it.
+// Whether poses can really be in the CRS that is given for them.
 #pragma once
 
 #include <string>

@@ -19,7 +19,7 @@ void RequireDigitalImages(const std::vector<std::string>& images, const std::str
 void LinkDigitalImages(const std::string& out, const std::vector<std::string>& images,
                        const std::string& extension);
 
-// Of the block's images that are in out/images: for OpenSfM and COLMAP out/FORMAT/images, for
+// Links to the block's images in out/images: for OpenSfM and COLMAP out/FORMAT/images, for
 // MicMac and ASP a link for each beside their files; the other programs ask where the images are.
 // Links have the names of the files (NamesInFiles).
 // Throws InputError where a link cannot be made.

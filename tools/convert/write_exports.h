@@ -22,23 +22,23 @@ struct ExportOptions {
 struct WrittenExport {
   ExchangeFormat format;
   std::string directory;
-  // What the block's CRS being no Cartesian system leaves over the images, px; 0 for formats in the
+  // What remains over the images because the block's CRS is not Cartesian, px; 0 for formats in the
   // block's own coordinates.
   double rms_px = 0, largest_px = 0;
   ExportCheck check = {};   // of what was written, by the program's own formulas
-  std::size_t renamed = 0;  // photos whose names hold blanks, which the program takes not
+  std::size_t renamed = 0;  // photos with blanks in their names, which the program does not accept
 };
 
 // Where a format's files go: what would be overwritten.
 std::string ExportDirectory(const ExportOptions& options, ExchangeFormat format);
 
 // Writes <out>/<format>/ with the format's files, verification.csv and export.json for each format,
-// and checks them. Throws InputError: a format that needs a CRS or a ground height which the block
-// has not; files that do not project as they should. What concerns one format is thrown when all
+// and checks them. Throws InputError: a format that needs a CRS or a ground height that the block
+// lacks; files that do not project as they should. What concerns one format is thrown when all
 // the others are written, and names them.
 std::vector<WrittenExport> WriteExports(const ConvertSource& source, const ExportOptions& options);
 
-// What whoever uses an export must know of it, in plain words; may be empty.
+// What a user of an export must know about it, in plain words; may be empty.
 std::vector<std::string> NotesOn(const WrittenExport& written, const ConvertSource& source);
 
 struct ExportsOfFolder {

@@ -1,5 +1,5 @@
-// From where the photos' orientation started to where it ended: what a shift that all of them have
-// in common shows is an error of the approximations' system, not of the photos.
+// From the photos' approximate positions to their final ones: a shift that all of them have
+// in common indicates an error of the approximations' system, not of the photos.
 #pragma once
 
 #include <Eigen/Core>
@@ -20,8 +20,8 @@ struct ApproximationMove {
 std::vector<ApproximationMove> ApproximationMoves(const BlockRecord& block,
                                                   const BlockVerdict& verdict);
 
-// What those have in common whose approximations are known best (up to twice the smallest sigma:
-// not those that a strip or a person tells roughly), and what is left without it. Of no moves:
+// Common move of the photos with the best approximations (up to twice the smallest sigma:
+// not rough ones from a strip or a person), and what remains without it. If there are no moves:
 // zeros.
 struct CommonMove {
   int photos = 0;

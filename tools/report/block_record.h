@@ -44,7 +44,7 @@ struct BlockRecord {
   bool HasExterior() const;  // whether any photo went through exterior orientation
 };
 
-// A damaged file is told in `unreadable` and the rest goes on. `adjusted`: what block.json says,
+// A damaged file is noted in `unreadable`; the others are read. `adjusted`: what block.json says,
 // where the caller has it (and it is not read then). Throws InputError where `directory`
 // is no folder or holds no result of any photo.
 BlockRecord ReadBlockRecord(const std::string& directory,

@@ -12,7 +12,7 @@ namespace orient {
 
 Markup SummarySection(const BlockRecord& block, const BlockVerdict& verdict,
                       const PhotoLinks& links);
-// At most 200 photos; how many more there are is said.
+// At most 200 photos, and a note of how many more there are.
 Markup ConcernsSection(const BlockRecord& block, const BlockVerdict& verdict,
                        const PhotoLinks& links);
 

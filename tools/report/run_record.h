@@ -26,7 +26,7 @@ struct RunRecord {
 // As run.json and report.json hold it.
 nlohmann::ordered_json JsonOf(const RunRecord& record);
 // As the metadata of GeoPackages hold it: JSON without times and without how the command was typed,
-// so that the same inputs give the same file. Not valid UTF-8 is replaced.
+// so that the same inputs give the same file. Invalid UTF-8 is replaced.
 std::string ProgramAndInputs(const RunRecord& record);
 
 // Replaces the record of an earlier run of the same stage ("interior", "exterior", "block",

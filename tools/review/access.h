@@ -1,4 +1,4 @@
-// Who may ask the review's server for anything: the page that it gave out itself, and nobody else.
+// Which requests the review's server accepts: those of the page that it served itself, no others.
 #pragma once
 
 #include <cstddef>
@@ -30,7 +30,7 @@ class Access {
 
   // Looks at the head alone, before any of the body is read: Host (a foreign name that leads here),
   // Origin and Sec-Fetch-Site (another page), the token, `..` in the path, methods other than GET
-  // and POST, and bodies that are too large, of no stated length, or no JSON. Empty: come in.
+  // and POST, and bodies that are too large, of no stated length, or not JSON. Empty: accepted.
   std::optional<Refusal> WhyRefused(const RequestHead& head) const;
 
   // "http://127.0.0.1:PORT/TOKEN/".
@@ -43,7 +43,7 @@ class Access {
   int port_;
 };
 
-// The longest body: a person's word has some hundred bytes.
+// The longest body: a person's entry has some hundred bytes.
 inline constexpr std::size_t kLongestBody = 64 * 1024;
 
 // 32 hexadecimal digits of the system's random numbers. Throws EnvironmentError where it has none.

@@ -15,8 +15,8 @@ namespace orient {
 struct ReviewState {
   BlockRecord block;
   BlockVerdict verdict;
-  // By photo: what its results were made from of what people said (a digest, empty: nothing);
-  // missing where there is no result that tells.
+  // By photo: digest of the measurements and decisions its results were made from (empty: none);
+  // missing if there is no result that states it.
   std::map<std::string, std::string> interior_said, exterior_said;
 
   const PhotoRecord* Photo(const std::string& name) const;

@@ -1,5 +1,5 @@
-// A folder of measurements (docs/measurements.md) while a person adds to it: every word is on disk
-// before it is confirmed, nobody's word is overwritten unseen, and each can be taken back.
+// A folder of measurements (docs/measurements.md) while a person adds to it: every entry is on disk
+// before it is confirmed, no other person's entry is overwritten unseen, and each can be undone.
 #pragma once
 
 #include <mutex>
@@ -13,13 +13,13 @@
 
 namespace orient {
 
-// What a person says with one action. What was said of the same thing before is replaced.
+// What a person enters in one action. It replaces what was entered before for the same thing.
 struct Word {
   std::vector<MarkMeasurement> marks;
   std::vector<ImagePointMeasurement> image_points;
   std::vector<GroundPoint> points;
   std::vector<Decision> decisions;  // accept and reject replace one another
-  // What is not said any more: photo and mark, photo and point, point, photo and kind.
+  // What is withdrawn: photo and mark, photo and point, point, photo and kind.
   std::vector<std::pair<std::string, std::string>> no_marks, no_image_points;
   std::vector<std::string> no_points;
   std::vector<std::pair<std::string, DecisionKind>> no_decisions;
@@ -29,7 +29,7 @@ struct Word {
 
 enum class SayOutcome {
   kSaid,
-  kOtherVersion,  // somebody said something since the version was read; nothing was written
+  kOtherVersion,  // the files changed after the version was read; nothing was written
   kNothing        // there is nothing to take back
 };
 
@@ -43,7 +43,7 @@ class SaidFolder {
 
   const std::string& Folder() const { return folder_; }
 
-  // All that is said now, and its version: a text that is another one when any of the files is.
+  // The current contents, and their version: a text that changes when any of the files does.
   // Throws InputError where a file is wrong.
   std::pair<Measurements, std::string> Read() const;
 

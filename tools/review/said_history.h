@@ -13,7 +13,7 @@ namespace orient {
 // Contents of a folder's files by their names; those that are absent are missing.
 using SaidFiles = std::map<std::string, std::string>;
 
-// A text that is another one when any of the files is.
+// A text that changes when any of the files does.
 std::string VersionOf(const SaidFiles& files);
 
 class SaidHistory {
@@ -31,7 +31,7 @@ class SaidHistory {
   SaidFiles BeforeLatest(const SaidFiles& now) const;
 
   // Keeps a word that changed the files from `before` to `after`; on disk when this returns. A
-  // history that cannot be written does not cost the word: it lives as long as this object then.
+  // history that cannot be written does not lose the entry: it then lives as long as this object.
   void Add(const std::string& about, const SaidFiles& before, const SaidFiles& after);
   void ForgetLatest();
 

@@ -30,7 +30,7 @@ struct PhotoPlan {
 PhotoPlan PlanPhoto(const SimulationOptions& options, const SimulatedCamera& camera,
                     const PlannedPhoto& photo, bool old, int number);
 
-// What of a plan is drawn on its film, and what the scanner does to it.
+// The film to be drawn for a plan, and the scanner settings for it.
 FilmFrame FilmOf(const SimulatedCamera& camera, const PhotoPlan& plan);
 ScannerOptions ScannerOf(const SimulationOptions& options, const PhotoPlan& plan);
 

@@ -1,4 +1,4 @@
-// What a simulated block is asked to be.
+// Options of a simulated block.
 #pragma once
 
 #include <cstdint>
@@ -20,7 +20,7 @@ struct SimulationOptions {
 
   // The block.
   int photos = 3;                // new photos, to be oriented
-  int strips = 1;                // they lie in
+  int strips = 1;                // in which they lie
   double gsd_m = 0.25;           // of the new photos at the ground's mean height
   double forward_overlap = 0.6;  // share of a photo
   double side_overlap = 0.3;

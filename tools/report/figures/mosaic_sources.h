@@ -18,8 +18,8 @@ using MosaicSources = std::map<std::string, std::string>;
 std::string TextOfSources(const MosaicSources& sources);
 MosaicSources SourcesOf(const std::string& text);
 
-// By name. What the mosaic shows of `others` are not the orthophotos that are there now, or there
-// is none now; what is there of `lacking` it does not show.
+// Names of photos. `others`: their orthophotos in the mosaic differ from those there now, or there
+// are none now; `lacking`: they have orthophotos that the mosaic does not show.
 struct MosaicChanges {
   std::vector<std::string> others = {}, lacking = {};
   bool Any() const { return !others.empty() || !lacking.empty(); }

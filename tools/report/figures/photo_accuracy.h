@@ -1,4 +1,4 @@
-// What a photo's pose is good for on the ground.
+// Accuracy of a photo's pose on the ground.
 #pragma once
 
 #include <optional>
