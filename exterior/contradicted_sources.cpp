@@ -10,8 +10,8 @@ namespace orient::exterior {
 namespace {
 
 constexpr int kFewestFound = 12;
-// Of the patches used. In right poses of real and simulated photos up to 7 % lie elsewhere
-// together.
+// Shares of the number of patches used. In correct poses of real and simulated photos, the patches
+// that agree elsewhere amount to up to 7 % of it.
 constexpr double kShareOfRival = 0.2, kShareElsewhere = 0.1, kShareWorthAWord = 0.05;
 
 struct OfSource {
@@ -37,13 +37,13 @@ bool Agree(const std::vector<Eigen::Vector2d>& residuals_px, const Eigen::Vector
   return 2 * close > std::ssize(residuals_px);
 }
 
-// A patch that was found: used, or off the pose.
+// A patch that was found: used in the pose, or rejected.
 struct FoundPatch {
   Eigen::Vector2d pixel, residual_px;
   bool used = false;
 };
 
-// Matches scatter by some tenths of a pixel, and parts that are displaced are deformed as well.
+// Tolerance: matches scatter by some tenths of a pixel, and displaced parts are also deformed.
 bool IsAround(const FoundPatch& patch, const Eigen::Vector2d& shift_px) {
   return !patch.used && (patch.residual_px - shift_px).norm() < 0.3 + 0.2 * shift_px.norm();
 }
@@ -59,12 +59,12 @@ PatchesElsewhere Around(const std::vector<FoundPatch>& found, const Eigen::Vecto
   return around;
 }
 
-// Whether most neighbours of those that lie around the shift do so, too. Of a displaced part 78 to
-// 93 % do; of what stands on the ground, and of wrong matches, 8 to 38 %, among patches that are
-// used.
+// Whether most neighbours of patches displaced by about the shift are so displaced, too: 78 to 93 %
+// in a displaced part; 8 to 38 % for objects that stand on the ground and for wrong matches, among
+// patches that are used.
 bool LieTogether(const std::vector<FoundPatch>& found, const Eigen::Vector2d& shift_px) {
   constexpr std::size_t kNeighbours = 4;
-  std::vector<FoundPatch> both;  // used, or around the shift
+  std::vector<FoundPatch> both;  // used, or displaced by about the shift
   for (const FoundPatch& patch : found)
     if (patch.used || IsAround(patch, shift_px)) both.push_back(patch);
   if (both.size() <= kNeighbours) return false;
@@ -84,7 +84,7 @@ bool LieTogether(const std::vector<FoundPatch>& found, const Eigen::Vector2d& sh
   return 2 * alike > neighbours;
 }
 
-// The place where most lie, of those that are no trend of the residuals near the pose.
+// The shift on which most patches agree, if it is too large to be a trend of residuals at the pose.
 PatchesElsewhere FindElsewhere(const std::vector<FoundPatch>& found, int used) {
   constexpr double kLeastShift_px = 1.5;
   PatchesElsewhere most;

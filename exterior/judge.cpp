@@ -11,12 +11,12 @@
 namespace orient::exterior {
 namespace {
 
-constexpr int kPlacesForOk = 10;       // fewer places do not determine its precision: weak
+constexpr int kPlacesForOk = 10;       // with fewer, the pose's precision is not determined: weak
 constexpr int kUsualPatches = 100;     // with fewer a search depends on each of them
-constexpr double kUsualSide_px = 25;   // narrower ones are easily taken for one another
+constexpr double kUsualSide_px = 25;   // narrower patches are easily mistaken for one another
 constexpr double kSpreadForOk = 0.03;  // share of the photo over which the matched patches spread
-// Of the target. Where one source's patches lie so far beside the pose the others' lie on its other
-// side, and nothing tells which of them it should follow. Right photos reach 0.52.
+// Share of the target. If one source's patches lie this far to one side of the pose, the others'
+// lie on the other, and it is open which the pose should follow. Correct poses reach 0.52.
 constexpr double kMostOfOneSource = 0.6;
 
 std::string Told(const ResidualTrend& trend) {
@@ -90,7 +90,7 @@ Findings JudgeSources(const SourceVotes& votes) {
 void RejudgeSources(ExteriorResult* result) {
   if (std::none_of(result->patches.begin(), result->patches.end(),
                    [](const PatchResult& patch) { return patch.source.has_value(); }))
-    return;  // by an earlier version
+    return;  // a result of an earlier version
   const auto of_sources = [](const Finding& finding) {
     return finding.reason == Reason::kSourceContradicted ||
            finding.reason == Reason::kPatchesAgreeElsewhere;
@@ -114,7 +114,7 @@ Findings Judge(const JudgedPose& pose) {
   if (!(pose.worst_sigma_px <= pose.target_px))
     weak(Reason::kPoorlyDetermined, pose.worst_sigma_px, pose.target_px);
   for (const Finding& finding : JudgeSources(pose.sources)) findings.push_back(finding);
-  // The largest of all residuals, and of each source: the others are the same seen otherwise.
+  // Only the largest trend of all residuals and of each source's: others reflect the same errors.
   std::set<std::optional<std::int64_t>> told;
   for (const ResidualTrend& trend : pose.trends) {
     if (!told.insert(trend.source).second) continue;

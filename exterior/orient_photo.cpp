@@ -18,17 +18,17 @@ namespace orient::exterior {
 namespace {
 
 constexpr int kMaxPreciseRounds = 5;
-// The best pose of a search of the whole photo is judged at full resolution if chance explains it
-// less often than this; the ways tried then count against it.
+// Largest log10 of false alarms at which the best pose of a search of the whole photo is judged at
+// full resolution; there, the number of trials counts against it.
 constexpr double kWorthAJudgement = 2;
-// Ground that repeats itself shows much of what is sought beside its true place, and shows it
-// worse. A pose of which no more agree, and no better, is compared with what is easily found beyond
-// the window, for its true place shows nearly all; at the edge of what the approximation allows,
-// with whatever is found there.
-constexpr double kShareBeyondDoubt = 0.67;  // agreeing of those sought
+// On repetitive ground many patches also match beside their true place, but less well. If no larger
+// a share agrees, and no better, the pose is compared with one easily found beyond the search
+// windows, for at the true pose nearly all patches match; at the edge of what the approximation
+// allows, with any pose found there.
+constexpr double kShareBeyondDoubt = 0.67;  // share of the patches sought that agree
 constexpr double kRmsBeyondDoubt_px = 0.5;
-constexpr double kChi2AtEdge = 10.6;  // of six coordinates: one right approximation in ten
-constexpr double kTimesStated = 4;    // how far beyond
+constexpr double kChi2AtEdge = 10.6;  // 6 degrees of freedom: one correct approximation in ten
+constexpr double kTimesStated = 4;    // factor on the stated sigmas
 
 double RmsPx(const PoseEstimate& estimate) {
   double sum = 0;
@@ -42,8 +42,8 @@ LoopRound Told(const PreciseRound& round) {
           RmsPx(*round.estimate)};
 }
 
-// How far a round's pose moves a patch's edges against its middle, from how it was drawn: shifted
-// alone it looks as it did. Scan pixels, the largest.
+// Largest distortion of a patch, scan pixels, between the view it was drawn under and the round's
+// pose: displacement of its edges against its middle, as a mere shift does not distort it.
 double LargestDistortion(const PhotoTask& task, const PreciseRound& round) {
   constexpr double kEdge_px = kMaxSide_px / 2.0;
   PhotoView after = round.view;
@@ -62,11 +62,11 @@ double LargestDistortion(const PhotoTask& task, const PreciseRound& round) {
   return largest;
 }
 
-// Drawn from a pose that distorts them by no more, every patch would match where it did.
+// With no more distortion than this, patches drawn anew would match where they did before.
 constexpr double kSettledPx = 0.1;
 
-// Rounds at full resolution until nothing more is won; the last one is the result. The first one
-// without an estimate: no pose.
+// Rounds at full resolution until another would gain nothing; the last one is the result. If the
+// first one has no estimate, there is no pose.
 std::vector<PreciseRound> Refine(const PhotoTask& task, PoseTrack* track) {
   std::vector<PreciseRound> rounds;
   double margin = 2.0 * track->reduction + 4;
@@ -133,11 +133,11 @@ void FillPatches(const PhotoTask& task, const PreciseRound& round, ExteriorResul
   result->patches = std::move(patches);
 }
 
-// A patch that was found in a larger window and contradicts the pose is not searched for so far
-// away again: it is told all the same.
+// A patch that was found in a larger window and contradicts the pose is not searched for that far
+// away again, but is reported all the same.
 void NameContradicting(const PhotoView& view, const std::vector<PreciseRound>& rounds,
                        const PhotoTask& task, ExteriorResult* result) {
-  std::map<std::int64_t, const PreciseMatch*> found;  // by patch, where it was found last
+  std::map<std::int64_t, const PreciseMatch*> found;  // by patch: its last match
   for (const PreciseRound& round : rounds)
     for (std::size_t i = 0; i < round.matches.size(); ++i)
       if (round.matches[i].found)
@@ -153,7 +153,7 @@ void NameContradicting(const PhotoView& view, const std::vector<PreciseRound>& r
   }
 }
 
-// 1: as patches all over the photo do; 0: they lie on a line.
+// Spread of the agreeing patches: 1 if all over the photo, 0 if on a line.
 double SpreadOf(const PhotoTask& task, const PreciseRound& round) {
   Eigen::Vector2d sum = Eigen::Vector2d::Zero();
   Eigen::Matrix2d squares = Eigen::Matrix2d::Zero();
@@ -202,8 +202,8 @@ double MeanHeight(const PhotoTask& task, const PreciseRound& round) {
   return sum / static_cast<double>(round.predictions.size());
 }
 
-// What is asked of the pose on the ground. Nobody sees less than a pixel of the photo, and no pose
-// is better than its control: half of the patches' pixel, and what their heights have in common.
+// Accuracy required of the pose on the ground: no finer than a pixel of the photo, nor than the
+// control allows, i.e. half of the patches' pixel and the errors common to their heights.
 double Target_m(const PhotoTask& task, const PreciseRound& round, const PhotoView& view) {
   if (task.options.target_m) return *task.options.target_m;
   const double height_m = MeanHeight(task, round), ground_pixel_m = view.GroundPixel(height_m);
@@ -215,7 +215,7 @@ double Target_m(const PhotoTask& task, const PreciseRound& round, const PhotoVie
   return std::hypot(std::max(ground_pixel_m, 0.5 * Median(std::move(resolutions_m))), by_heights_m);
 }
 
-// `round`: with what was found close to the pose; `places`: without, for that assumes the pose.
+// `round`: with the matches found close to the pose; `places`: without them, as they assume it.
 JudgedPose ToJudge(const PhotoTask& task, const PreciseRound& round, int places,
                    const PoseTrack& track, double target_m) {
   const PoseEstimate& estimate = *round.estimate;
@@ -251,8 +251,8 @@ ExteriorResult Failed(const PhotoTask& task, const Finding& why, const PreciseRo
   return result;
 }
 
-// Before anything was matched at full resolution. `track`: how far it came; null: nowhere. The
-// patches are those that it shows, none of which was found where others were, too.
+// Failed before any match at full resolution. `track`: the pose reached so far, null if none. The
+// patches are those visible under it, none of which was found in agreement with others.
 ExteriorResult FailedEarly(const PhotoTask& task, const Finding& why, const PoseTrack* track) {
   const PosePrior& prior = task.photo.prior;
   PreciseRound tried;
@@ -266,7 +266,7 @@ ExteriorResult FailedEarly(const PhotoTask& task, const Finding& why, const Pose
   return Failed(task, why, tried, track != nullptr ? track->rounds : std::vector<LoopRound>());
 }
 
-// A pose and what the patches show of it.
+// A refined pose, its rounds, and the evidence for it.
 struct SettledPose {
   PoseTrack track;
   std::vector<PreciseRound> rounds;
@@ -280,8 +280,8 @@ bool MayBeARepetition(const SettledPose& pose) {
          RmsPx(*pose.Last().estimate) > kRmsBeyondDoubt_px;
 }
 
-// The pose that is found where the approximation may be some times worse than it states, judged
-// against that approximation; empty where it would not be accepted.
+// The pose found if the approximation's sigmas are taken to be several times the stated ones, but
+// judged against the approximation as stated; empty if it would not be accepted.
 std::optional<SettledPose> FoundBeyond(const PhotoTask& task, bool at_edge) {
   PhotoToOrient photo = task.photo;
   photo.prior.covariance *= kTimesStated * kTimesStated;
@@ -353,7 +353,7 @@ ExteriorResult OrientPhoto(const PhotoToOrient& photo, const PhotoImage& image,
     return FailedEarly(task, NoConsensus(track->rounds.front(), options.wide, search.complete),
                        &*track);
   };
-  // What a wide search leaves open at its level, patches may show at a finer one.
+  // What a wide search leaves open at its level, the patches may still decide at a finer one.
   if (!options.wide && chance()) return no_consensus();
   Descend(task, &*track);
   if (chance() && !(options.wide && track->log10_false_alarms < kWorthAJudgement))

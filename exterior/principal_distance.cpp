@@ -16,8 +16,8 @@ namespace {
 
 constexpr int kMaxRounds = 4;
 constexpr double kSettledSigmas = 0.1;
-constexpr double kUndetermined = 0.7;  // of the prior's sigma is left
-constexpr double kNoPrior = 0.05;      // of the principal distance: sigma of next to no prior
+constexpr double kUndetermined = 0.7;  // share of the prior's sigma that remains
+constexpr double kNoPrior = 0.05;      // sigma of a negligible prior, as a share of the distance
 constexpr double kContradictedSigmas = 4, kMovedSigmas = 3;
 
 const FilmPosition& PositionOf(const PhotoToOrient& photo, const ExteriorResult& result) {
@@ -49,7 +49,7 @@ std::optional<CorrelatedPose> Free(const PhotoToOrient& photo,
                                 prior);
 }
 
-// `first` was oriented with a principal distance that its user doubts.
+// Returns `first`, oriented with a principal distance that the user doubts, with a finding.
 ExteriorResult NotEstimated(ExteriorResult first) {
   if (first.pose) Add({Reason::kPrincipalDistanceNotEstimated, Status::kWeak}, &first);
   return first;
@@ -62,7 +62,7 @@ double MedianHeight_m(const ExteriorResult& result) {
   return UpperMedian(std::move(heights_m));
 }
 
-// How far apart the two project level ground, at most.
+// The largest distance in the frame between the two views' projections of level ground.
 double LargestDifference_px(const PhotoView& one, const PhotoView& other, double height_m) {
   double largest_px = 0;
   for (const SeenPlace& place : OutermostInFrame(one.camera, one.pose, height_m))
@@ -88,8 +88,8 @@ ExteriorResult OrientWithPrincipalDistance(const PhotoToOrient& photo, const Pho
     const double moved_mm = estimated->principal_distance_mm - now.camera.principal_distance_mm;
     result.pose = estimated->pose;
     result.covariance = estimated->honest_covariance;
-    // The principal distance compensates for much of the height's error, which this covariance
-    // alone does not say.
+    // The principal distance compensates for much of the height's error; this covariance alone does
+    // not contain that correlation.
     result.projection_sigma.reset();
     result.principal_distance = EstimatedPrincipalDistance{estimated->principal_distance_mm,
                                                            estimated->principal_distance_sigma_mm,

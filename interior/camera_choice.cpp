@@ -19,9 +19,9 @@ using Eigen::Matrix2d;
 using Eigen::Vector2d;
 
 constexpr double kMinAheadNats = 3.0;
-// One resolution tag in fifty is nonsense.
+// About one resolution tag in fifty is wrong.
 constexpr double kWrongTagNats = 4.0;
-// Pixel sizes farther than this from the stated one do not follow from it.
+// Pixel sizes that differ from the stated one by more than this contradict it.
 constexpr double kTagTolerance = 0.05;
 // Tags and desktop scanners are right within a per cent (real frames: 0.8 %); what is farther off
 // may be the marks of an unknown camera in a similar place.
@@ -44,7 +44,7 @@ std::vector<InteriorResult> InEveryOrientation(const InteriorResult& result,
   return all;
 }
 
-// Largest distance, mm, between what two transforms say of the scan's corners.
+// Largest distance, mm, between the scan's corners as transformed by each of the two.
 double Difference(const Affine2d& a, const Affine2d& b, int width, int height) {
   double most = 0;
   for (const double x : {0.0, 1.0})
@@ -73,8 +73,8 @@ bool MarksFit(const Affine2d& transform, const CameraReading& reading,
   return fitting >= kFewest;
 }
 
-// Whether two cameras give one transform (`a` has one), in some scan orientation that both leave
-// open. A bent print moves the transform with the marks that it rests on.
+// Whether two cameras give the same transform (`a` has one) in a scan orientation that both leave
+// open. With a distorted print the transform depends on the marks that determine it.
 bool Agree(const CameraReading& a, const CameraReading& b,
            const std::vector<KnownCamera>& cameras) {
   if (!a.result.photo_from_pixel) return false;
@@ -107,7 +107,7 @@ std::vector<Vector2d> Shape(const CameraFile& camera, double* radius_mm) {
   return shape;
 }
 
-// One layout is the other, larger or smaller.
+// Whether one layout is the other one, larger or smaller.
 bool SameShapeOfAnotherSize(const CameraFile& a, const CameraFile& b) {
   double radius_a = 0, radius_b = 0;
   const auto shape_a = Shape(a, &radius_a), shape_b = Shape(b, &radius_b);
@@ -119,7 +119,7 @@ bool SameShapeOfAnotherSize(const CameraFile& a, const CameraFile& b) {
   });
 }
 
-// Without a pixel size only the shape of the layout tells its size.
+// Whether no other camera has this layout at another size, so that it determines the pixel size.
 bool ShapeTellsSize(const std::vector<KnownCamera>& cameras, const CameraReading& best) {
   if (CountUsedMarks(best.result) < kMarksOfShape) return false;
   return std::none_of(cameras.begin(), cameras.end(), [&](const KnownCamera& other) {
@@ -140,7 +140,7 @@ void JudgePixelSize(const std::vector<KnownCamera>& cameras, const CameraReading
     Add(Findings{PixelSizeIsUnsure(*result)}, result);
 }
 
-// Readings by evidence, the strongest first; one that contradicts the stated pixel size pays.
+// Readings by evidence, the strongest first; contradicting the stated pixel size is penalised.
 std::vector<CameraReading> ByEvidence(std::vector<CameraReading> readings,
                                       std::optional<double> stated_um) {
   for (CameraReading& r : readings)
@@ -172,7 +172,7 @@ bool HasTooManyMarks(const KnownCamera& camera) {
   return camera.file->fiducials.size() > kMostMarksOfUnknownCamera;
 }
 
-// The film cameras without a reading, and why they have none: a sentence with a blank before it.
+// The film cameras without a reading, and why they have none: sentences, each after a blank.
 std::string NotTried(const std::vector<KnownCamera>& cameras,
                      const std::vector<CameraReading>& readings) {
   std::vector<std::string> many, unlike;
@@ -194,8 +194,8 @@ std::string NotTried(const std::vector<KnownCamera>& cameras,
   return said;
 }
 
-// What the film's marks say against the stated polarity where it is far beyond `nats`, whichever
-// camera's they are.
+// The strongest evidence of the film's marks against the stated polarity if far beyond `nats`,
+// whichever camera's marks they are.
 std::optional<Finding> AgainstPolarity(const std::vector<CameraReading>& readings, double nats) {
   std::optional<Finding> strongest;
   for (const CameraReading& reading : readings)
@@ -247,7 +247,7 @@ void SayCameras(const std::vector<KnownCamera>& cameras, const std::vector<size_
   result->findings.push_back({.reason = Reason::kCamerasThatFit, .where = said + not_tried});
 }
 
-// Cameras with the same marks at the same places read a scan alike.
+// Cameras with the same marks at the same places have the same reading of a scan.
 bool HaveSameMarks(const KnownCamera& a, const KnownCamera& b) {
   if (a.file->fiducials.size() != b.file->fiducials.size()) return false;
   constexpr double kPixelPerMm = 20;
@@ -280,7 +280,7 @@ bool IsTriedLast(const Raster& scan, const CameraFile& camera, std::optional<dou
 }
 
 // Whether an `ok` reading may be this larger camera's film: the stated pixel size may be too small,
-// and marks in the same shape do not tell.
+// and marks of the same shape do not show which of the two it is.
 bool MayBeMistakenFor(const std::vector<KnownCamera>& cameras, size_t camera,
                       const std::vector<CameraReading>& readings) {
   const CameraFile& larger = *cameras[camera].file;

@@ -82,7 +82,7 @@ std::vector<MarkResult> MarkResults(const CameraFile& camera, const FilmReading&
   return results;
 }
 
-// Whether the scan has but two grey values around all used marks.
+// Whether the scan has only two grey values around all used marks.
 bool IsBlackAndWhite(const Raster& scan, const std::vector<MarkResult>& marks) {
   constexpr int kHalf = 24;
   for (const MarkResult& mark : marks) {
@@ -145,15 +145,15 @@ JudgedFilm JudgeReading(const Raster& scan, const CameraFile& camera, const Mark
   return judged;
 }
 
-// What the marks' calibrated positions say, in all scan orientations that look alike, against the
-// one that the user gave: the first of them.
+// Evidence of the marks' calibrated positions, in all scan orientations that look alike, against
+// the one that the user gave, which is the first of them.
 std::optional<Finding> CheckByLayout(const OrientationClass& alike, const OrientationVote& vote) {
   const auto best = std::max_element(vote.nats.begin(), vote.nats.end());
   return JudgeGivenByLayout(alike.front(), alike[best - vote.nats.begin()],
                             *best - vote.nats.front());
 }
 
-// The user's word stands; what the film says against it is told.
+// The user's scan orientation is kept; evidence on the film against it is reported.
 InteriorResult WithOrientationGiven(const Raster& scan, const CameraFile& camera,
                                     const MarkShapes& shapes, const InteriorOptions& options,
                                     const FilmReading& reading, const JudgedFilm& judged) {
@@ -177,9 +177,9 @@ bool IsJudgedAlike(const LayoutDeparture& departure) {
   return departure.point_mm < 0.002 && departure.affinity < 2e-5;
 }
 
-// Of the ways that the marks' layout leaves open, those that symbols, border and the marks'
-// calibrated positions leave. Marks are measured and judged again in the likeliest one, where the
-// calibrated layout is another one there.
+// Out of the scan orientations that the layout leaves open, those left by symbols, border and the
+// marks' calibrated positions. Marks are measured and judged again in the likeliest one, if the
+// calibrated layout differs there.
 InteriorResult WithOrientationFound(const Raster& scan, const CameraFile& camera,
                                     const MarkShapes& shapes, const InteriorOptions& options,
                                     FilmReading* reading, JudgedFilm* judged,
@@ -212,7 +212,7 @@ InteriorResult WithOrientationFound(const Raster& scan, const CameraFile& camera
   return result;
 }
 
-// By the marks that the program finds.
+// Orientation by the marks that the program finds.
 InteriorResult OrientBySearch(const Raster& scan, const CameraFile& camera,
                               const MarkShapes& shapes, const InteriorOptions& options,
                               double* nats) {
@@ -220,7 +220,7 @@ InteriorResult OrientBySearch(const Raster& scan, const CameraFile& camera,
   FilmReading reading = reseau ? ReadFilmByAnchors(scan, camera, shapes, options)
                                : ReadFilm(scan, camera, shapes, options,
                                           nats ? SearchRange::kWhole : SearchRange::kNearby);
-  // What pictures of marks alone tell apart is open.
+  // Orientations that only pictures of marks distinguish are left open.
   if (!reseau) reading.orientations = reading.alike;
   MeasuredPlaces measured;
   JudgedFilm judged = JudgeReading(scan, camera, shapes, options, reading, &measured);
@@ -232,12 +232,12 @@ InteriorResult OrientBySearch(const Raster& scan, const CameraFile& camera,
             : WithOrientationFound(scan, camera, shapes, options, &reading, &judged, &measured);
   if (nats)
     *nats = NatsOfUsed(reading, judged.marks);
-  else  // among cameras, whoever compares them judges it
+  else  // with several cameras, the function that compares them judges it
     Add(JudgePixelSize(reading, result), &result);
   return result;
 }
 
-// By the marks that a person clicked and those that are found from there; empty where that fails.
+// Orientation by the marks that a person clicked and those found from them; empty if that fails.
 std::optional<InteriorResult> OrientByClicks(const Raster& scan, const CameraFile& camera,
                                              const MarkShapes& shapes,
                                              const InteriorOptions& options) {
@@ -253,8 +253,8 @@ std::optional<InteriorResult> OrientByClicks(const Raster& scan, const CameraFil
   return result;
 }
 
-// In the possible scan orientation in which most clicks name the marks that are there, with what is
-// wrong of them; unchanged where none does, or several do alike.
+// The result in the possible scan orientation in which most clicks name the right marks, with the
+// wrong clicks reported; unchanged if no click does, or several orientations are equally good.
 InteriorResult AsClicked(const InteriorResult& found, const CameraFile& camera,
                          const MarkShapes& shapes, const std::vector<MarkClick>& clicks) {
   InteriorResult best = found;
@@ -263,7 +263,7 @@ InteriorResult AsClicked(const InteriorResult& found, const CameraFile& camera,
   const auto& possible = found.possible_orientations;
   const bool all_mirrored = std::all_of(possible.begin(), possible.end(), IsMirrored);
   for (const ScanOrientation orientation : possible) {
-    if (IsMirrored(orientation) && !all_mirrored) continue;  // confused marks look like that
+    if (IsMirrored(orientation) && !all_mirrored) continue;  // confused marks look mirrored
     const auto turned = InOrientation(found, camera, shapes, orientation);
     if (!turned) continue;
     const auto agreeing =
@@ -282,8 +282,8 @@ InteriorResult AsClicked(const InteriorResult& found, const CameraFile& camera,
   return best;
 }
 
-// What a person clicked comes first. Where it explains no film, and the program finds one, the
-// clicks are told for wrong.
+// Clicks take precedence. If they explain no film, and the program finds one, the
+// clicks are reported as wrong.
 InteriorResult OrientFilm(const Raster& scan, const CameraFile& camera, const MarkShapes& shapes,
                           const InteriorOptions& options, double* nats) {
   if (options.clicks.empty()) return OrientBySearch(scan, camera, shapes, options, nats);
@@ -298,7 +298,7 @@ InteriorResult OrientFilm(const Raster& scan, const CameraFile& camera, const Ma
   return result;
 }
 
-// Where the transform has the marks that are not used.
+// Where the transform predicts the marks that are not used.
 void SetExpected(const CameraFile& camera, InteriorResult* result) {
   if (!result->photo_from_pixel) return;
   const Affine2d pixel_from_photo = result->photo_from_pixel->Inverse();
@@ -362,7 +362,7 @@ std::optional<InteriorResult> InOrientation(const InteriorResult& result, const 
 
   if (result.marks.size() != camera.fiducials.size()) return std::nullopt;
   const auto alike = Relabel(camera.fiducials, shapes, possible.front(), orientation);
-  // A rival of a reseau has most crosses in common.
+  // In a rival orientation of a reseau most crosses are in common, not all.
   if (!alike && std::ssize(camera.fiducials) < kLeastReseauMarks) return std::nullopt;
   const std::vector<int> relabel =
       alike ? *alike : RelabelInCommon(camera.fiducials, possible.front(), orientation);

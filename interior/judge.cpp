@@ -14,13 +14,13 @@ namespace {
 
 constexpr double kMaxScaleDifference = 0.03;
 constexpr double kMaxShear = 0.015;
-// Resolution tags and users are right within a percent, film and prints keep their size as well;
-// like marks of another camera lie 2 % farther out or in.
+// Resolution tags and users' values are right within 1 %, film and prints are as stable in size;
+// similar marks of another camera lie 2 % farther out or in.
 constexpr double kMaxOffStatedSize = 0.015;
 constexpr double kStatedSigma = 0.01;             // a larger one: the pixel size was not stated
 constexpr double kMaxSigma0Photogrammetric = 60;  // um
 constexpr double kMaxSigma0Desktop = 350;         // um
-constexpr double kNotableSigma0 = 30;             // um: said, though accepted
+constexpr double kNotableSigma0 = 30;             // um: reported, though accepted
 
 Findings JudgeFilm(const FilmReading& reading, const FilmTransform& film) {
   Findings findings;
@@ -49,7 +49,7 @@ Findings JudgeFilm(const FilmReading& reading, const FilmTransform& film) {
   return findings;
 }
 
-// A polarity stated wrongly finds no marks, or clutter of that polarity at places that agree.
+// With a wrongly stated polarity no marks are found, or clutter of that polarity that fits.
 std::optional<Finding> WhyOtherPolarity(const FilmReading& reading) {
   if (reading.polarity_margin > -kSureNats) return std::nullopt;
   const Polarity seen =
@@ -58,7 +58,7 @@ std::optional<Finding> WhyOtherPolarity(const FilmReading& reading) {
                  std::string(Name(seen))};
 }
 
-// Empty where nothing speaks against the set of marks. `nats`: NatsOfUsed.
+// Empty if nothing contradicts the set of marks. `nats`: NatsOfUsed.
 std::optional<Finding> WhyNotThere(const FilmReading& reading, int used, double nats,
                                    const std::string& unused) {
   const auto failed = [](Reason reason, double value, double limit, const std::string& where = {}) {

@@ -10,8 +10,8 @@ namespace {
 
 constexpr int kCells = 32;  // of the surface along a block's side
 
-// The largest rise over run between samples a cell apart. What lies between two nodes of the
-// surface is seen by one of two neighbouring pairs of samples to at least a half: hence doubled.
+// Twice the largest rise over run between samples a cell apart: of a rise between two nodes of the
+// surface, one of two neighbouring pairs of samples shows at least half.
 float SteepestAround(const GroundSurface& surface, const Eigen::Vector2d& corner, double cell_m) {
   double largest = 0;
   std::vector<double> below;
@@ -47,7 +47,7 @@ HiddenGround::HiddenGround(const GroundSurface& surface, const Eigen::Vector3d& 
     const std::size_t row_of = i / static_cast<std::size_t>(columns_);
     const auto col = static_cast<double>(col_of), row = static_cast<double>(row_of);
     const double cell_m = surface_.CellSize();
-    // The first samples lie in the block before, so that no pair is missed between the two.
+    // The first samples lie in the preceding block, so that no pair across the border is missed.
     steepest_[i] = SteepestAround(
         surface_,
         {extent_.min_x + col * block_m_ - cell_m, extent_.min_y + row * block_m_ - cell_m},
@@ -74,8 +74,8 @@ bool HiddenGround::MayHide(const Bounds& bounds) const {
   const double away =
       std::hypot(std::max(centre_m_.x() - bounds.min_x, bounds.max_x - centre_m_.x()),
                  std::max(centre_m_.y() - bounds.min_y, bounds.max_y - centre_m_.y()));
-  // What stands before the ground lies no farther towards the nadir than the flattest ray needs to
-  // rise from the lowest to the highest place.
+  // What hides the ground lies no farther towards the nadir than the flattest ray needs to rise
+  // from the lowest to the highest place.
   const double reach = (surface_.MaxHeight() - surface_.MinHeight()) * away / above;
   Bounds before = bounds;
   before.min_x = std::min(before.min_x, std::max(centre_m_.x(), before.min_x - reach));
@@ -88,7 +88,7 @@ bool HiddenGround::MayHide(const Bounds& bounds) const {
 bool HiddenGround::Hides(const Eigen::Vector3d& ground_m) const {
   const Eigen::Vector3d along = ground_m - centre_m_;
   const auto met = surface_.Intersect({centre_m_, along.normalized()});
-  // Seen from above a point of the surface is met as well as the intersection is exact.
+  // A ray from above meets a visible point to within the accuracy of the intersection.
   const double same_m = 1e-3 + 0.02 * surface_.CellSize();
   return !met || (*met - ground_m).norm() > same_m;
 }

@@ -80,12 +80,12 @@ class MosaicTile {
         mask_(Size(), 0),
         rank_(Size(), std::numeric_limits<double>::infinity()) {}
 
-  // As the seamlines say everywhere.
+  // Whether every pixel shows the photo that the seamlines choose.
   bool Complete() const {
     return std::all_of(rank_.begin(), rank_.end(), [](double rank) { return rank < 0; });
   }
 
-  // Takes of the part, number `index`, what has been seen from nowhere nearer by.
+  // Takes the part's pixels where it ranks before all taken so far; `index` is its number.
   void Add(const OpenPart& open, int index, const std::vector<int>& chosen) {
     const MapGrid& grid = open.part.grid;
     const PixelWindow from = all_.WindowIn(grid, window_);
@@ -116,7 +116,7 @@ class MosaicTile {
   }
 
  private:
-  // Their values in the part's tones.
+  // Converts the values to the part's tones.
   static void Show(const OpenPart& open, std::vector<Image>* bands) {
     const ValueRange range = ValueRange::Of(open.raster.Format());
     for (std::size_t band = 0; band < open.part.tones.size(); ++band)
@@ -131,7 +131,7 @@ class MosaicTile {
   PixelWindow window_;
   std::vector<Image> values_;
   std::vector<std::uint8_t> mask_;
-  std::vector<double> rank_;  // of what is shown: -1 as the seamlines say, else by its nadir
+  std::vector<double> rank_;  // -1: chosen by the seamlines; else squared distance from nadir
 };
 
 void DrawTile(const std::vector<OpenPart>& open, const std::vector<int>& chosen, MosaicTile* tile) {

@@ -51,14 +51,14 @@ GDALDatasetUniquePtr MakeStage(const std::string& path, const BandFormat& format
 struct NewCog::Impl {
   NewFile target, stage;
   GDALDatasetUniquePtr made;
-  std::mutex mutex;  // of `made`: GDAL datasets are not for two threads at a time
+  std::mutex mutex;  // guards `made`: a GDAL dataset is for one thread at a time
 
   explicit Impl(const std::string& path) : target(path), stage(path) {}
   ~Impl() {
     const QuietGdal quiet;
     made.reset();
   }
-  // What the machine refuses GDAL may keep to itself.
+  // GDAL may not report a fault of the machine by its return value.
   void Require(bool done, const QuietGdal& quiet) const {
     quiet.ThrowFaults();
     if (!done) target.Fail("GDAL failed" + quiet.Message());

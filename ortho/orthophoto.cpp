@@ -29,7 +29,7 @@ std::vector<std::uint8_t> MaskOf(const std::vector<Shown>& shown, Shown which, s
   return mask;
 }
 
-// The map of what is hidden; made when the first tile has something.
+// The map of hidden ground; made when the first tile has some.
 class HiddenMap {
  public:
   HiddenMap(std::string path, const MapGrid& grid, const Crs& crs)
@@ -47,7 +47,7 @@ class HiddenMap {
     }
     file_->Write(tile.window, {values}, std::vector<std::uint8_t>(tile.shown.size(), 255));
   }
-  // Without anything hidden an earlier run's file is removed.
+  // If nothing is hidden, the file of an earlier run is removed.
   void Finish(const std::map<std::string, std::string>& metadata, int threads) {
     std::error_code ignored;
     if (file_)
@@ -168,7 +168,7 @@ OrthoShares MakeOrthophoto(const OrientedPhoto& photo, const OrthoOptions& optio
   auto metadata = MetadataOf(photo, options, plan.accuracy);
   metadata[kWithHeights] = fmt::format("{:.4g}", plan.with_heights);
   metadata[kHasHidden] = count.hidden > 0 ? "yes" : "no";
-  // The picture comes last: a run that is continued takes it for the sign that all is there.
+  // The image comes last: a continued run takes it as the sign that everything is there.
   hidden.Finish(metadata, options.threads);
   image.Finish(metadata, options.threads);
   const double all = static_cast<double>(plan.grid.width) * plan.grid.height;

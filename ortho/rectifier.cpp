@@ -18,7 +18,7 @@ std::size_t SizeOf(const PixelWindow& window) {
   return static_cast<std::size_t>(window.width) * static_cast<std::size_t>(window.height);
 }
 
-// The part of the scan that interpolation at the places seen needs; of no width where there is
+// The part of the scan needed for interpolation at the places seen; of zero width if there are
 // none.
 PixelWindow ScanWindow(const Rectifier::Places& places, double factor, const BandRaster& scan) {
   Bounds bounds = Bounds::OfNothing();
@@ -53,7 +53,7 @@ double Reduction(const Rectifier::Places& places, const PixelWindow& window) {
   return count == 0 ? 1 : sum / count;
 }
 
-// Interpolation overshoots.
+// Limits values to the format's range, since interpolation overshoots; inverts a negative.
 float Clamped(const BandFormat& format, float value, bool negative) {
   constexpr int kFirstSigned = 3;  // GDT_Int16 and what follows
   if (format.type >= kFirstSigned) return value;
@@ -85,9 +85,9 @@ Rectifier::Place Rectifier::PlaceOf(const Vector2d& ground_m) const {
   return {*pixel, *height, true};
 }
 
-// Between places not farther apart than half a cell of the surface on a straight line, where the
-// one in their middle lies on it: the surface has one bend between them (near a node of a rotated
-// grid two), and what one moves a place by is at most twice what it moves the one in the middle.
+// Interpolates linearly between places at most half a cell of the surface apart if the one midway
+// lies on their line: the surface has one bend between them (two near a node of a rotated grid),
+// which moves a place by at most twice as much as the one midway.
 std::vector<Rectifier::Place> Rectifier::PlacesOfRow(const MapGrid& grid, const PixelWindow& window,
                                                      int row) const {
   constexpr int kMostStep = 16, kLeastStep = 4;
@@ -134,7 +134,7 @@ Rectifier::Places Rectifier::PlacesOf(const MapGrid& grid, const PixelWindow& wi
   return places;
 }
 
-// As finely as half the surface's cells: it knows no more.
+// In steps of half the surface's cells: it has no finer detail.
 void Rectifier::MarkHidden(const MapGrid& grid, const PixelWindow& window,
                            const std::vector<double>& heights, Places* places) const {
   const int step = std::max(1, static_cast<int>(0.5 * surface_.CellAlongX() / grid.gsd_m));
@@ -194,7 +194,7 @@ std::optional<Bounds> ShownGround(const PhotoView& view, const GroundSurface& su
   if (!outline.empty()) {
     Bounds seen = Bounds::OfNothing();
     for (const Vector3d& point : outline) seen.Include(point.x(), point.y());
-    // Between the outline's points relief may reach out.
+    // Between the outline's points, relief may extend beyond it.
     const double margin = 0.05 * std::max(seen.max_x - seen.min_x, seen.max_y - seen.min_y);
     shown = {std::max(shown.min_x, seen.min_x - margin), std::max(shown.min_y, seen.min_y - margin),
              std::min(shown.max_x, seen.max_x + margin),

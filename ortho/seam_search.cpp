@@ -12,10 +12,10 @@
 namespace orient::ortho {
 namespace {
 
-constexpr double kStrip = 0.25;  // of the distance of two nadirs, on either side of their line
-// What it costs to run through a cell without any difference, and to give a cell at the strip's
-// border to the photo that is farther away (less towards the middle), in parts of the usual
-// difference: without a reason lines stay short, and near the middle.
+constexpr double kStrip = 0.25;  // of the distance of two nadirs, on either side of their bisector
+// Costs of a seam through a cell without any difference, and of giving a cell at the strip's border
+// to the photo that is farther away (less towards the middle), as shares of the usual difference:
+// without a reason, lines stay short and near the middle.
 constexpr double kLength = 0.2, kFarther = 0.2;
 
 MapGrid Around(const std::vector<PhotoCells>& cells) {
@@ -41,8 +41,8 @@ class Shares {
   void Take(std::size_t photo, int col, int row) {
     may_[photo][Index(cells_[photo].grid, col, row)] = false;
   }
-  // How far a place lies beyond the line in the middle of two nadirs, seen from the first one, in
-  // widths of the strip; negative on its own side. 0 where they are one.
+  // Distance of a place beyond the perpendicular bisector of two nadirs, seen from the first, in
+  // half widths of the strip; negative on its own side. 0 if the nadirs coincide.
   double Beyond(std::size_t first, std::size_t second, const Eigen::Vector2d& at) const {
     const Eigen::Vector2d &own = photos_[first].nadir_m, &other = photos_[second].nadir_m;
     const double base = (own - other).squaredNorm();
@@ -51,7 +51,7 @@ class Shares {
   }
   const MapGrid& Grid() const { return grid_; }
 
-  // The photo of each of the grid's cells, -1 where nobody shows it.
+  // The photo of each of the grid's cells, -1 if none shows it.
   std::vector<int> Photos() const {
     std::vector<int> shown(nearest_.size(), -1);
     ForEachCell([&](std::size_t photo, int col, int row, std::size_t place) {
@@ -91,7 +91,7 @@ class Shares {
     });
   }
 
-  // The nearest photo, and those whose line with it is near.
+  // The cells where the photo is the nearest, or in the strip between it and the nearest one.
   std::vector<bool> MayShow(std::size_t photo) const {
     const MapGrid& grid = cells_[photo].grid;
     std::vector<bool> may(Index(grid, 0, grid.height), false);
@@ -114,7 +114,7 @@ class Shares {
   std::vector<std::vector<bool>> may_;
 };
 
-// The line between two photos over the cells that both may show.
+// The seam between two photos across the cells that both may show.
 class PairCut {
  public:
   PairCut(const std::vector<PhotoCells>& cells, std::size_t first, std::size_t second,
@@ -197,7 +197,7 @@ class PairCut {
     usual_ = std::max(Median(all), kLeast);
   }
 
-  // A cell with the two that follow it, and with what only one of the photos may show.
+  // Connects a cell to the next ones to the right and below, and to what only one photo may show.
   void Connect(int number, Graph* graph) const {
     const Node& node = nodes_[static_cast<std::size_t>(number)];
     for (const auto& [right, down] : {std::pair{1, 0}, std::pair{0, 1}}) {
@@ -212,7 +212,7 @@ class PairCut {
          {std::pair{1, 0}, std::pair{-1, 0}, std::pair{0, 1}, std::pair{0, -1}}) {
       const int col = node.col + right, row = node.row + down;
       if (NumberAt(col, row) >= 0) continue;
-      // To part from what is one photo's own is a seam, too, and must be worth it.
+      // Separating a cell from what is one photo's own is a seam, too, and must be worth its cost.
       const double cost = 2 * node.difference + kLength * usual_;
       if (HasFirst(col, row)) to_first += kOwn * cost;
       if (HasSecond(col, row)) to_second += kOwn * cost;
@@ -231,7 +231,7 @@ class PairCut {
   std::array<std::size_t, 2> photo_;
   CommonCells common_;
   Shares* shares_;
-  std::vector<int> numbers_;  // of the common window's cells; -1: not of both
+  std::vector<int> numbers_;  // by cell of the common window; -1: not in both
   std::vector<Node> nodes_;
   double usual_ = 0;
 };

@@ -35,7 +35,7 @@ Geometry PolygonOf(const std::vector<Vector2d>& outline) {
   return valid ? std::move(valid) : Geometry(polygon.release());
 }
 
-// What lies nearer to `from` than to `to`, as far as the photos' ground reaches.
+// The area nearer to `from` than to `to`, as far as the photos' ground reaches.
 Geometry NearerTo(const Vector2d& from, const Vector2d& to, double reach) {
   const Vector2d away = (from - to).normalized() * reach, middle = 0.5 * (from + to);
   const Vector2d along(-away.y(), away.x());
@@ -52,12 +52,12 @@ double ReachOf(const std::vector<SeamPhoto>& photos) {
   return 4 * std::max(all.max_x - all.min_x, all.max_y - all.min_y) + 1;
 }
 
-// Nearer; of photos from one place the first.
+// Whether `a` takes precedence over `b`: of photos with the same nadir, the first does.
 bool Precedes(const std::vector<SeamPhoto>& photos, std::size_t a, std::size_t b) {
   return photos[a].nadir_m == photos[b].nadir_m && a < b;
 }
 
-// The photo's ground without what another photo shows from nearer by.
+// The photo's ground without what another photo shows from a nearer nadir.
 Geometry PartOf(const std::vector<SeamPhoto>& photos, const std::vector<Geometry>& shown,
                 std::size_t i, double reach) {
   Geometry part(shown[i]->clone());
@@ -73,7 +73,7 @@ Geometry PartOf(const std::vector<SeamPhoto>& photos, const std::vector<Geometry
   return part;
 }
 
-// Integers in memory.
+// A raster of integers in memory.
 GDALDatasetUniquePtr LabelRaster(const MapGrid& grid, const PixelWindow& window) {
   RegisterGdalDrivers();
   GDALDatasetUniquePtr memory(GetGDALDriverManager()->GetDriverByName("MEM")->Create(
@@ -171,7 +171,7 @@ Seamlines Seamlines::FromFile(const std::string& path, const Crs& crs) {
   for (const auto& feature : *layer) {
     const OGRGeometry* geometry = feature->GetGeometryRef();
     if (geometry == nullptr || geometry->IsEmpty()) continue;
-    // Arcs as short straight sides: GDAL draws no others.
+    // Arcs are replaced by short straight segments: GDAL can draw only these.
     Geometry polygon(geometry->getLinearGeometry());
     const OGRwkbGeometryType type = polygon ? wkbFlatten(polygon->getGeometryType()) : wkbUnknown;
     const std::string photo = feature->GetFieldAsString(column);
@@ -180,7 +180,7 @@ Seamlines Seamlines::FromFile(const std::string& path, const Crs& crs) {
                                    path, photo, geometry->getGeometryName()));
     impl->Add(photo, std::move(polygon));
   }
-  quiet.ThrowFaults();  // the polygons would end there
+  quiet.ThrowFaults();  // a fault would pass for the end of the polygons
   if (impl->photos.empty()) throw InputError(path + ": its layer \"seamlines\" has no polygon");
   return Seamlines(std::move(impl));
 }
@@ -193,7 +193,7 @@ void Seamlines::Write(const std::string& path, const Crs& crs,
     if (!done) throw InputError("cannot write " + path + quiet.Message());
   };
   const std::string in_memory = "/vsimem/" + std::to_string(std::uintptr_t(this)) + ".gpkg";
-  // The day of writing would be the only thing in which two runs differ.
+  // Otherwise the date of writing would be the only difference between two runs.
   const CPLConfigOptionSetter no_date("OGR_CURRENT_DATE", "1970-01-01T00:00:00.000Z", false);
   GDALDatasetUniquePtr file(GetGDALDriverManager()->GetDriverByName("GPKG")->Create(
       in_memory.c_str(), 0, 0, 0, GDT_Unknown, nullptr));
@@ -234,7 +234,7 @@ std::vector<int> Seamlines::PhotoAt(const MapGrid& grid, const PixelWindow& wind
   memory->GetRasterBand(1)->Fill(-1);
   std::vector<OGRGeometryH> shapes;
   std::vector<double> values;
-  // The last one drawn stays.
+  // In reverse order, since the last one drawn prevails.
   for (std::size_t i = impl_->polygons.size(); i-- > 0;) {
     OGREnvelope box;
     impl_->polygons[i]->getEnvelope(&box);

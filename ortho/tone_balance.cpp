@@ -32,7 +32,7 @@ std::vector<Overlap> OverlapsOf(const std::vector<PhotoCells>& photos) {
   return overlaps;
 }
 
-// At most so many, evenly over the overlap: tones need no more.
+// At most `most` cells, evenly over the overlap: tones need no more.
 Cells CellsOf(const std::vector<PhotoCells>& photos, const Overlap& overlap, std::size_t band,
               double most) {
   const auto& [a, b] = overlap.cells;
@@ -55,7 +55,7 @@ struct Moments {
   Eigen::Vector2d mean = Eigen::Vector2d::Zero(), spread = Eigen::Vector2d::Zero();
   double correlation = 0;
 
-  // What the second value is in the first photo's terms.
+  // Factor from the second photo's contrast to the first's.
   double Ratio() const { return HasContrast() ? spread[0] / spread[1] : 1; }
   bool HasContrast() const {
     constexpr double kLeast = 1e-4;  // of the values
@@ -94,7 +94,7 @@ Moments MomentsOf(const Cells& cells) {
   return moments;
 }
 
-// Of the cells that have not changed between the two photos.
+// Moments of the cells that have not changed between the two photos.
 Moments MomentsOfTheUnchanged(const Cells& cells) {
   constexpr int kRounds = 8;
   constexpr double kLimit = 3;
@@ -111,7 +111,7 @@ Moments MomentsOfTheUnchanged(const Cells& cells) {
   return moments;
 }
 
-// What an overlap says of its two photos in one band.
+// What an overlap shows about its two photos in one band.
 struct Agreement {
   int first, second;
   Moments moments;
@@ -125,13 +125,13 @@ double MedianDifference(const Cells& cells, const Tone& first, const Tone& secon
   return Median(std::move(off));
 }
 
-// `first` - `second` = `difference`, of one unknown a photo.
+// `first` - `second` = `difference`, with one unknown per photo.
 struct Equation {
   int first, second;
   double difference, weight;
 };
 
-// The unknowns by least squares with Huber's weights, held near 0.
+// The unknowns by least squares with Huber's weights, weakly constrained to 0.
 Eigen::VectorXd Adjust(const std::vector<Equation>& equations, std::size_t photos,
                        double least_sigma) {
   constexpr int kRounds = 30;
@@ -166,9 +166,9 @@ Eigen::VectorXd Adjust(const std::vector<Equation>& equations, std::size_t photo
   return x;
 }
 
-// Their logarithms: a gain is positive.
+// Logarithms of the gains, since a gain is positive.
 Eigen::VectorXd LogGains(const std::vector<Agreement>& agreements, std::size_t photos) {
-  constexpr double kLeastCorrelation = 0.3;  // below, spreads are not of the same ground
+  constexpr double kLeastCorrelation = 0.3;  // below, spreads are not due to the same ground
   constexpr double kLeastSigma = 0.01;
   std::vector<Equation> equations;
   for (const Agreement& one : agreements)
@@ -179,7 +179,7 @@ Eigen::VectorXd LogGains(const std::vector<Agreement>& agreements, std::size_t p
   return Adjust(equations, photos, kLeastSigma);
 }
 
-// Of a photo's values in its overlaps; the gain turns about it, so that the offset is a shift of
+// Mean of a photo's values in its overlaps; the gain leaves it unchanged, so that the offset shifts
 // the photo's brightness.
 std::vector<double> MeansOf(const std::vector<Agreement>& agreements, std::size_t photos) {
   std::vector<double> sums(photos), weights(photos);
@@ -194,7 +194,7 @@ std::vector<double> MeansOf(const std::vector<Agreement>& agreements, std::size_
   return sums;
 }
 
-// `bounded` learns of photos whose gain is limited.
+// Sets `bounded` for photos whose gain is limited.
 std::vector<Tone> TonesOfBand(const std::vector<Agreement>& agreements, std::size_t photos,
                               std::vector<bool>* bounded) {
   const Eigen::VectorXd log_gains = LogGains(agreements, photos);
@@ -223,7 +223,7 @@ std::vector<Tone> TonesOfBand(const std::vector<Agreement>& agreements, std::siz
   return tones;
 }
 
-// The overlaps of all photos, and how many cells of each are looked at.
+// The overlaps of all photos, and the largest number of cells used in each.
 struct Overlaps {
   std::vector<Overlap> all;
   double most_cells;
@@ -237,7 +237,7 @@ Overlaps OverlapsToLookAt(const std::vector<PhotoCells>& photos) {
   return overlaps;
 }
 
-// Calls visit(overlap, cells) where there are enough of them.
+// Calls visit(overlap, cells) for overlaps with enough cells.
 template <typename Visit>
 void ForEachOverlap(const std::vector<PhotoCells>& photos, const Overlaps& overlaps,
                     std::size_t band, const Visit& visit) {

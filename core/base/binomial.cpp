@@ -11,7 +11,7 @@ double UpperBoundOfRate(int found, int tried, double probability) {
 }
 
 double LogTailBound(const std::vector<double>& probabilities, double count) {
-  // Of the bound exp(-t count) prod(1 + p (exp(t) - 1)): its logarithm, and whether it still falls.
+  // `bound`: log of exp(-t count) prod(1 + p (exp(t) - 1)); `falls`: it still decreases with t.
   const auto bound = [&](double t) {
     double sum = -t * count;
     for (const double p : probabilities) sum += std::log1p(p * std::expm1(t));
@@ -22,7 +22,7 @@ double LogTailBound(const std::vector<double>& probabilities, double count) {
     for (const double p : probabilities) expected += p * std::exp(t) / (1 + p * std::expm1(t));
     return expected < count;
   };
-  constexpr double kMost = 60;  // beyond, all events happen that can
+  constexpr double kMost = 60;  // beyond this t every possible event is practically certain
   if (!falls(0)) return 0;
   double low = 0, high = kMost;
   for (int i = 0; i < 60; ++i) {

@@ -29,7 +29,7 @@ std::string Lower(std::string text) {
   return text;
 }
 
-// "x [m]", "omega(deg)" without the unit, where it is the one of Orient's tables.
+// "x [m]", "omega(deg)" without the unit, if it is the unit of Orient's tables.
 std::string WithoutUnit(const std::string& name) {
   static constexpr std::array<std::string_view, 6> kUnits = {"[m]",   "(m)",      "[deg]",
                                                              "(deg)", "[degree]", "(degree)"};

@@ -5,7 +5,7 @@
 namespace orient {
 namespace {
 
-// Also behind apostrophes: so that TextOfCell can tell which one was added.
+// Also true after leading apostrophes, so that TextOfCell recognises an added one.
 bool IsFormula(std::string_view text) {
   const std::size_t first = text.find_first_not_of('\'');
   if (first == std::string_view::npos ||

@@ -27,11 +27,11 @@ void RethrowOfEnvironment() {
     throw EnvironmentError("out of memory; use fewer --jobs");
   } catch (const EnvironmentError&) {
     throw;
-  } catch (const std::system_error& error) {  // of files and folders, or no further thread
+  } catch (const std::system_error& error) {  // from files, folders, or starting a thread
     if (IsOfEnvironment(error.code().value()) || error.code().value() == EAGAIN)
       throw EnvironmentError(error.what());
   } catch (const std::exception& error) {
-    // OpenCV has an exception of its own for it.
+    // OpenCV throws an exception of its own when memory is short.
     if (std::string_view(error.what()).find("(-4:Insufficient memory)") == std::string_view::npos)
       return;
     throw EnvironmentError("out of memory; use fewer --jobs");

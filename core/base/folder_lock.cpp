@@ -14,8 +14,8 @@ namespace orient {
 
 namespace {
 
-// Whether `file` still has the name under which it was opened: one that held it alone takes the
-// name away at its end, perhaps between opening and locking.
+// Whether `file` is still the one of this name: a process that held the lock alone unlinks the file
+// when it ends, perhaps after we opened it and before we locked it.
 bool HasName(int file, const std::string& path) {
   struct stat own {
   }, named{};
@@ -47,7 +47,7 @@ FolderLock::FolderLock(const std::string& folder, const std::string& file_name, 
 
 FolderLock::~FolderLock() {
   if (file_ < 0) return;
-  // Others that share it would hold a file without a name, and one that wants it alone another.
+  // If shared, other holders would be left with an unlinked file, and newcomers lock another one.
   if (mode_ == Mode::kAlone) unlink(path_.c_str());
   close(file_);
 }

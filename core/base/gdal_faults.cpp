@@ -21,7 +21,7 @@
 namespace orient {
 namespace {
 
-// As errno: the last fault of this thread, and how many there were.
+// Like errno: the last fault of this thread, and the number of faults so far.
 struct Faults {
   std::size_t files = 0, memory = 0;
   std::string what;
@@ -42,9 +42,9 @@ void Note(const char* doing, const std::string& path, int error) {
   if (IsOfEnvironment(error)) Note(doing, path, std::strerror(error));
 }
 
-// Of an answer that broke off GDAL keeps the half, and of a refused one that there is no such file.
-// What it keeps of a remote file is forgotten when one that is opened "not cached" is closed
-// (VSICurlPartialClearCache() knows GDAL's own handlers alone, not those that watch them).
+// GDAL caches the first part of an interrupted reply, and "no such file" after a refused request.
+// What it has cached of a remote file is dropped when a handle opened as "not cached" is closed
+// (VSICurlPartialClearCache() knows only GDAL's own handlers, not those that watch them).
 void Forget(VSIFilesystemHandler* files, const char* path) {
   const CPLConfigOptionSetter not_cached(
       "CPL_VSIL_CURL_NON_CACHED", "/vsicurl/http:/vsicurl/https:/vsis3/:/vsigs/:/vsiaz/", false);
@@ -53,7 +53,7 @@ void Forget(VSIFilesystemHandler* files, const char* path) {
 
 class WatchedFile final : public VSIVirtualHandle {
  public:
-  // `files` is what opened it; it can be asked for a remote one again.
+  // `files`: the handler that opened `file`; with it a remote file can be opened again.
   WatchedFile(VSIVirtualHandle* file, VSIFilesystemHandler* files, const char* path, bool writes,
               bool remote)
       : file_(file), files_(files), path_(path), writes_(writes), remote_(remote) {
@@ -64,7 +64,7 @@ class WatchedFile final : public VSIVirtualHandle {
     if (broken_) return 0;
     const vsi_l_offset at = file_->Tell();
     size_t done = file_->Read(bytes, size, count);
-    // libtiff crashes where it cannot read back what it has just written.
+    // libtiff crashes if it cannot read back what it has just written.
     if (done < count && writes_ && file_->Eof() == 0 && file_->Seek(at, SEEK_SET) == 0)
       done = file_->Read(bytes, size, count);
     if (done < count && remote_ && !IsAtEnd())
@@ -80,9 +80,9 @@ class WatchedFile final : public VSIVirtualHandle {
     return done;
   }
   int ReadMultiRange(int count, void** data, const vsi_l_offset* at, const size_t* sizes) override {
-    // In one piece only where that is quicker: the others come through Read.
+    // Ranges are read together only if that is faster (remote files); local ones go through Read.
     if (!remote_) return VSIVirtualHandle::ReadMultiRange(count, data, at, sizes);
-    // All at once nothing is asked for again: one of many is soon refused. Then one by one.
+    // GDAL does not retry ranges read together, and one of many is easily refused: then one by one.
     int result = file_->ReadMultiRange(count, data, at, sizes);
     if (result != 0) result = VSIVirtualHandle::ReadMultiRange(count, data, at, sizes);
     if (result != 0) Note("read", path_, EIO);
@@ -132,7 +132,7 @@ class WatchedFile final : public VSIVirtualHandle {
   }
 
  private:
-  // Null where the server does not answer, or now has a file of another size.
+  // Null if the server does not answer, or its file now has another size.
   std::unique_ptr<VSIVirtualHandle> OpenAgain() const {
     Forget(files_, path_.c_str());
     std::unique_ptr<VSIVirtualHandle> again(files_->Open(path_.c_str(), "rb", true, nullptr));
@@ -155,14 +155,14 @@ class WatchedFile final : public VSIVirtualHandle {
     return result;
   }
 
-  // Folders cannot be read either.
+  // Excludes folders, which cannot be read either.
   bool IsRegular() {
     struct stat info {};
     const auto descriptor = reinterpret_cast<std::intptr_t>(file_->GetNativeFileDescriptor());
     return fstat(static_cast<int>(descriptor), &info) == 0 && S_ISREG(info.st_mode);
   }
 
-  // A server that does not answer is an end of the file to GDAL.
+  // By the size, as GDAL reports the end of the file also if the server does not answer.
   bool IsAtEnd() { return file_->Tell() >= remote_size_; }
 
   std::unique_ptr<VSIVirtualHandle> file_;
@@ -170,11 +170,11 @@ class WatchedFile final : public VSIVirtualHandle {
   std::string path_;
   bool writes_, remote_;
   vsi_l_offset remote_size_ = 0;  // as it was when the file was opened
-  // Could not be written: libtiff would look for ever for what it believes to be in it.
+  // A write has failed: libtiff would search for ever for what it believes it has written.
   bool broken_ = false;
 };
 
-// A handler of GDAL's, and all it does but what it opens.
+// Wraps one of GDAL's file handlers: forwards all calls, and watches the files that it opens.
 class WatchedFiles final : public VSIFilesystemHandler {
  public:
   WatchedFiles(VSIFilesystemHandler* files, bool remote) : files_(files), remote_(remote) {}
@@ -207,7 +207,7 @@ class WatchedFiles final : public VSIFilesystemHandler {
     int result = -1;
     const auto ask = [&] {
       VSIErrorReset();
-      // Asked for the size first, GDAL says of no answer that there is no such file.
+      // If asked for the size at once, GDAL reports a request without an answer as a missing file.
       result = files_->Stat(path, status, (flags & ~VSI_STAT_SIZE_FLAG) | VSI_STAT_SET_ERROR_FLAG);
       if (result == 0 && (flags & VSI_STAT_SIZE_FLAG) != 0)
         result = files_->Stat(path, status, flags | VSI_STAT_SET_ERROR_FLAG);
@@ -247,7 +247,7 @@ class WatchedFiles final : public VSIFilesystemHandler {
 }  // namespace
 
 RemoteAnswer LastRemoteAnswer() {
-  switch (VSIGetLastErrorNo()) {  // of a store that explains itself
+  switch (VSIGetLastErrorNo()) {  // set by object stores that give a reason
     case VSIE_AWSObjectNotFound:
     case VSIE_AWSBucketNotFound:
       return RemoteAnswer::kNotThere;
@@ -280,7 +280,7 @@ void WatchGdalFiles() {
   for (const char* place : {"", "/vsicurl/", "/vsis3/", "/vsigs/", "/vsiaz/"}) {
     VSIFilesystemHandler* files = VSIFileManager::GetHandler(place);
     const bool remote = *place != '\0';
-    // A GDAL without a network gives the file system's own, which is watched already.
+    // GDAL built without network support returns the local handler, which is watched already.
     if (remote && files == VSIFileManager::GetHandler("")) continue;
     auto owned = std::make_unique<WatchedFiles>(files, remote);
     WatchedFiles* watched = owned.release();  // GDAL's, as `files` was

@@ -42,8 +42,8 @@ std::string Remedy(int error) {
   throw InputError(what);
 }
 
-// The rename itself reaches the disk with its folder. File systems that cannot do this lose nothing
-// but the promise about a power cut, so a failure is no reason to refuse the result.
+// A rename is on disk only after its folder is flushed. If the file system cannot do this, only the
+// safety in a power cut is lost, so a failure is no reason to refuse the result.
 void FlushFolder(const std::string& path) {
   const std::string folder = std::filesystem::path(path).parent_path().string();
   const int descriptor =
@@ -82,7 +82,7 @@ void NewFile::Write(std::string_view contents) {
 void NewFile::Flush() {
   faults_.ThrowIfAny();
   if (close(std::exchange(descriptor_, -1)) != 0) FailToWrite(target_, errno);
-  // By its name: a library may have put another file there than was opened.
+  // Opened by name: a library may have replaced the file that was opened.
   descriptor_ = open(partial_.c_str(), O_RDONLY | O_NOFOLLOW | O_CLOEXEC);
   if (descriptor_ < 0) FailToWrite(target_, errno);
   if (fsync(descriptor_) != 0 && errno != EINVAL) FailToWrite(target_, errno);
@@ -102,7 +102,7 @@ void NewFile::KeepAsNew() {
       renameat2(AT_FDCWD, partial_.c_str(), AT_FDCWD, target_.c_str(), RENAME_NOREPLACE) == 0
           ? 0
           : errno;
-  if (error == EINVAL || error == ENOSYS)  // a file system that cannot say so
+  if (error == EINVAL || error == ENOSYS)  // not supported by the file system
     error = access(target_.c_str(), F_OK) == 0               ? EEXIST
             : rename(partial_.c_str(), target_.c_str()) == 0 ? 0
                                                              : errno;

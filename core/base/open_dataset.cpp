@@ -40,7 +40,7 @@ bool IsFile(const std::string& path) {
   return VSIStatExL(path.c_str(), &info, VSI_STAT_EXISTS_FLAG) == 0;
 }
 
-// What GDAL is told to do, typed by the user.
+// Whether the user gave XML or a GDAL connection string ("<...>", "PREFIX:...") and not a file.
 bool IsInstruction(const std::string& path) {
   return !IsFile(path) && (path.starts_with('<') || path.find(':') != std::string::npos);
 }
@@ -52,7 +52,7 @@ std::string Extension(const std::string& path) {
   return extension;
 }
 
-// A pipe that nobody writes to would be read for ever.
+// Reading a pipe without a writer would never end.
 void RequireNoPipe(const std::string& path) {
   std::error_code error;
   const auto status = std::filesystem::status(path, error);
@@ -77,7 +77,7 @@ GDALDatasetUniquePtr Open(const std::string& name, unsigned kind,
   const std::string extension = Extension(path);
   if (extension == ".vrt") drivers.AddString(virtual_format);
   if (extension == ".wms") drivers.AddString("WMS");
-  // GML would fetch its schema.
+  // The GML driver would otherwise download the schema.
   const CPLConfigOptionSetter no_download("GML_DOWNLOAD_SCHEMA", "NO", false);
   return open(drivers.List());
 }

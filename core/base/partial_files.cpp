@@ -21,16 +21,16 @@ bool TakeEnd(std::string_view* text, std::string_view end) {
   return true;
 }
 
-// 0: it is none, or no process has it.
+// The process id given by these digits; 0: they are not a possible one.
 pid_t ProcessOf(std::string_view digits) {
   pid_t process = 0;
   const auto [end, error] = std::from_chars(digits.data(), digits.data() + digits.size(), process);
   return error == std::errc() && end == digits.data() + digits.size() && process > 0 ? process : 0;
 }
 
-// The process that a file's name tells; 0: it is no partial file.
+// The id of the writing process, from the name of a partial file; 0: not a partial file.
 pid_t WriterOf(std::string_view name) {
-  // SQLite's, and GDAL's of a cloud optimized GeoTIFF.
+  // Side files of SQLite, and GDAL's temporary files for a cloud optimized GeoTIFF.
   for (const std::string_view beside : {"-journal", "-wal", "-shm", ".msk.ovr.tmp", ".ovr.tmp"})
     if (TakeEnd(&name, beside)) break;
   if (!TakeEnd(&name, ".part")) return 0;

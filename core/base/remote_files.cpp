@@ -77,7 +77,7 @@ std::string WithoutSecrets(const std::string& text) {
 std::vector<std::string> RemoteMatches(const std::string& pattern) {
   const std::size_t slash = pattern.rfind('/');
   const std::string folder = pattern.substr(0, slash), name = pattern.substr(slash + 1);
-  if (folder.find('*') != std::string::npos)  // [ stands in addresses, [::1]
+  if (folder.find('*') != std::string::npos)  // [ is allowed: it occurs in addresses, [::1]
     throw InputError(fmt::format("{}: only the last part of an address may hold a pattern",
                                  WithoutSecrets(TypedName(pattern))));
   AskPatiently();
@@ -103,7 +103,7 @@ void AskPatiently() {
                                               // Less than a kilobyte a second for half a minute.
                                               {"GDAL_HTTP_LOW_SPEED_LIMIT", "1000"},
                                               {"GDAL_HTTP_LOW_SPEED_TIME", "30"},
-                                              // Of what was sent nothing is asked for twice, also
+                                              // What was received is not requested again, not even
                                               // by another thread: a scan's windows overlap.
                                               {"CPL_VSIL_CURL_CACHE_SIZE", "134217728"}};
   for (const auto& [key, value] : kSettings)

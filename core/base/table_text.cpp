@@ -108,7 +108,7 @@ std::vector<TableCell> TableText::Split(const std::string& line) const {
   return cells;
 }
 
-// Returns where the cell's comma (or the line's end) stands.
+// Returns the position of the delimiter after the cell (or of the line's end).
 std::size_t TableText::ReadQuoted(const std::string& line, std::size_t quote,
                                   TableCell* cell) const {
   std::size_t i = quote + 1;

@@ -70,7 +70,7 @@ std::string GcpText(const ExchangeBlock& block) {
   return text;
 }
 
-// "key = numbers" lines, and the words that stand alone.
+// The lines "key = numbers", and the words of lines that hold one word only.
 struct TsaiLines {
   std::string file;
   std::map<std::string, TextLine> values;

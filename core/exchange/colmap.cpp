@@ -41,7 +41,7 @@ std::string CameraText(const ExchangeCamera& camera) {
 
 constexpr const char* kOriginComment = "# origin, subtracted from ground coordinates:";
 
-// Where the ground system lies, for those who want it back.
+// The origin subtracted from ground coordinates, as a comment, so that it can be restored.
 std::string OriginComment(const ExchangeBlock& block) {
   std::string text = kOriginComment;
   for (const double value : block.origin) text += " " + ExactNumber(value);
@@ -65,8 +65,8 @@ std::size_t PhotosOf(const ExchangePoint& point) {
   return photos.size();
 }
 
-// Mean distance between a point's pixels and where its photos show it; -1, COLMAP's word for
-// unknown, where one does not.
+// Mean distance between a point's measured and projected pixels; -1, which in COLMAP means unknown,
+// if a photo does not show the point.
 double ReprojectionError(const ExchangeBlock& block, const ExchangePoint& point) {
   double sum = 0;
   for (const ExchangeObservation& seen : point.observations) {
@@ -77,7 +77,7 @@ double ReprojectionError(const ExchangeBlock& block, const ExchangePoint& point)
   return sum / static_cast<double>(point.observations.size());
 }
 
-// images.txt's second lines and points3D.txt name one another: an observation's index in its image.
+// The second lines of images.txt and points3D.txt refer to each other by an observation's index.
 struct Tracks {
   std::vector<std::string> points2d;  // a photo's line
   std::string points3d;
@@ -130,7 +130,7 @@ ColmapCamera ReadCamera(const TextLine& line) {
   return camera;
 }
 
-// What text and binary models have to meet alike.
+// Requirements of text and binary models alike.
 void RequireSupported(const ColmapModel& model, const std::string& directory) {
   for (const auto& [id, camera] : model.cameras)
     if (camera.model == "FULL_OPENCV" &&
@@ -163,8 +163,8 @@ ExchangeCamera ExchangeCameraFrom(int id, const ColmapCamera& colmap) {
   return camera;
 }
 
-// Every image has two lines, the second of which (its points) may be empty, and the file's last one
-// missing: none may be skipped but comments.
+// Every image has two lines. The second (its points) may be empty, and missing at the end of the
+// file, so that only comments may be skipped.
 template <typename Visit>  // void(const TextLine& image, const TextLine* points)
 void ForEachImage(const std::string& directory, const Visit& visit) {
   const auto lines = ReadAllTextLines((fs::path(directory) / "images.txt").string(), "#");
@@ -205,7 +205,7 @@ void WriteColmap(const std::string& directory, const ExchangeBlock& block) {
                        OriginComment(block) + VerificationComments(block);
   for (std::size_t i = 0; i < block.photos.size(); ++i)
     images += ImageText(block, i) + tracks.points2d[i] + "\n";
-  // What COLMAP made of an earlier export would be read before the text.
+  // Binary files that COLMAP made from an earlier export would take precedence over the text.
   for (const char* file : {"cameras.bin", "images.bin", "points3D.bin", "rigs.bin", "frames.bin"})
     fs::remove(fs::path(directory) / file);
   WriteFileAtomically((fs::path(directory) / "cameras.txt").string(), cameras);

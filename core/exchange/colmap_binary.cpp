@@ -17,11 +17,11 @@ namespace fs = std::filesystem;
 
 static_assert(std::endian::native == std::endian::little);
 
-// src/colmap/sensor/models.h: a model's number is its place.
+// src/colmap/sensor/models.h: a model's number is its index here.
 constexpr std::array<const char*, 7> kModelOfNumber = {
     "SIMPLE_PINHOLE", "PINHOLE",        "SIMPLE_RADIAL", "RADIAL",
     "OPENCV",         "OPENCV_FISHEYE", "FULL_OPENCV"};
-// Images and cameras that we count with.
+// Largest plausible side of an image or a camera, px.
 constexpr std::uint64_t kLargestSide = 1000000;
 
 class Bytes {
@@ -111,14 +111,14 @@ std::map<int, ColmapCamera> ReadCameras(const std::string& directory) {
   return cameras;
 }
 
-// What images.bin says of an image's points.
+// A point of an image in images.bin.
 struct Seen {
   std::uint64_t point = 0;
   Eigen::Vector2d pixel = Eigen::Vector2d::Zero();
 };
 constexpr std::uint64_t kNoPoint = ~std::uint64_t{0};
 
-// `seen` empty: points are passed over.
+// `seen` null: points are skipped.
 std::vector<ColmapImage> ReadImages(const std::string& directory,
                                     std::vector<std::vector<Seen>>* seen) {
   Bytes bytes(PathOf(directory, "images.bin"));

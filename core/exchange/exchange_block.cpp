@@ -13,9 +13,9 @@
 namespace orient {
 namespace {
 
-const Eigen::Vector3d kFlip(1, -1, -1);  // photo axes against camera axes
+const Eigen::Vector3d kFlip(1, -1, -1);  // between photo axes and camera axes
 
-// k1 k2 k3 that come nearest to the table's displacement (mm) over the image's radii, by least
+// k1 k2 k3 that best fit the table's displacement (mm) over the image's radii, by least
 // squares over equally spaced radii.
 std::array<double, 3> FittedRadial(const RadialTable& table, double largest_radius_mm) {
   constexpr int kSamples = 200;
@@ -148,7 +148,7 @@ FittedExchangeCamera ExchangeCameraOf(const Camera& digital) {
   camera.focal_px = c * pixel_mm.cwiseInverse();
   camera.principal_px = photo_from_pixel.Inverse() * digital.principal_point_mm;
   camera.k = {lens.k[0] * c * c, lens.k[1] * std::pow(c, 4), lens.k[2] * std::pow(c, 6)};
-  // y points the other way, and with it everything that is odd in y.
+  // y has the opposite direction, so terms odd in y change sign.
   camera.p = {lens.p[0] * c, -lens.p[1] * c};
   fitted.largest_difference_px = LargestDifference(digital, lens, pixel_mm.minCoeff());
   return fitted;

@@ -31,7 +31,7 @@ bool IsNumber(const std::string& name) {
 
 std::string NameOf(const ExchangePhoto& photo) { return BareImageName(photo.image); }
 
-// As many decimals as sixteen columns hold, a blank before it.
+// With as many decimals as fit into sixteen columns that begin with a blank.
 std::string Column(double value) {
   for (int decimals = 13; decimals > 5; --decimals) {
     const std::string text = fmt::format("{:{}.{}f}", value, kColumns, decimals);
@@ -86,13 +86,13 @@ std::string BingoOrientation(const ExchangeBlock& block) {
   return text;
 }
 
-// The columns of a heading are distinguished by blanks.
+// Blanks separate the columns of a heading.
 std::string OneWord(std::string name) {
   std::replace(name.begin(), name.end(), ' ', '_');
   return name;
 }
 
-// Of the block's cameras, each its own: BINGO knows cameras by name.
+// Unique names for the block's cameras: BINGO identifies cameras by name.
 std::vector<std::string> BingoNames(const ExchangeBlock& block) {
   std::vector<std::string> names;
   for (const ExchangeCamera& camera : block.cameras) {
@@ -172,7 +172,7 @@ std::vector<ReducedPoint> ReducedPoints(const ExchangeBlock& block) {
 }
 
 std::string PhotoNumber(const ExchangeBlock& block, std::size_t photo) {
-  // Numbers only where all photos have one: a place could be another photo's name.
+  // Names serve as numbers only if all are numeric: an index could be another photo's name.
   const bool numbered = std::all_of(block.photos.begin(), block.photos.end(),
                                     [](const ExchangePhoto& p) { return IsNumber(NameOf(p)); });
   return numbered ? NameOf(block.photos[photo]) : std::to_string(photo + 1);
@@ -244,7 +244,7 @@ std::vector<PatbPhoto> ReadPatb(const std::string& path) {
 
 namespace {
 
-// By photo, from the headings of image.dat beside the orientation, where it is there.
+// The camera of each photo, from the headings of image.dat beside the orientation, if it exists.
 std::map<std::string, std::string> BingoCameras(const std::string& orientation) {
   const fs::path file = fs::path(orientation).parent_path() / "image.dat";
   std::map<std::string, std::string> cameras;
@@ -312,14 +312,14 @@ std::map<std::string, std::string> ReadPhotoNumbers(const std::string& path) {
 
 namespace {
 
-// Files have mm or micrometres; nobody has a principal distance of metres.
+// Files give millimetres or micrometres; no principal distance is several metres.
 double PatbDistance_mm(const PatbPhoto& photo) {
   constexpr double kLongest_mm = 5000;
   const double c = photo.principal_distance_mm;
   return c > kLongest_mm ? c / 1000 : c;
 }
 
-// All that is known of it: no pixels.
+// A camera of which only the principal distance is known, not the pixels.
 ExchangeCamera CameraOfDistance(double c_mm) {
   ExchangeCamera camera;
   camera.pixel_mm = 1;
@@ -341,7 +341,7 @@ ExchangeBlock ExchangeFromPatb(const std::vector<PatbPhoto>& photos,
     if (is_new) block.cameras.push_back(CameraOfDistance(camera->first));
     photo.image = NamedBack(p.number, names);
     photo.centre = p.centre;
-    // The nearest rotation: the file rounds to so many decimals.
+    // The nearest rotation, as the file's values are rounded.
     const Eigen::JacobiSVD<Eigen::Matrix3d> svd(p.matrix,
                                                 Eigen::ComputeFullU | Eigen::ComputeFullV);
     photo.ground_from_photo = svd.matrixU() * svd.matrixV().transpose();
@@ -356,7 +356,7 @@ ExchangeBlock ExchangeFromBingo(const std::vector<BingoPhoto>& photos,
   std::map<std::string, std::size_t> camera_of;
   for (const BingoPhoto& p : photos) {
     ExchangePhoto photo;
-    // A photo whose camera is not named is of the first.
+    // A photo without a camera name belongs to the first camera.
     if (!p.camera.empty()) {
       const auto [camera, is_new] = camera_of.emplace(p.camera, block.cameras.size());
       photo.camera = camera->second;

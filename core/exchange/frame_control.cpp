@@ -13,7 +13,7 @@ namespace {
 
 using Block = std::vector<TextLine>;
 
-// What may follow the coordinates of a control point.
+// Codes of standard deviations may follow the coordinates of a control point, nothing else.
 void RequireCodes(const TextLine& line, std::size_t first, std::size_t most) {
   if (line.Size() > first + most)
     line.Fail(
@@ -57,7 +57,7 @@ void AddFull(const TextLine& line, double sigma_m, GatheredMeasurements* all) {
            {line.Number(1, "X"), line.Number(2, "Y"), HeightIn(line, 3)}, sigma_m, all);
 }
 
-// Ended by -99 each.
+// The blocks of the file, each ended by -99.
 std::vector<Block> BlocksOf(const std::vector<TextLine>& lines) {
   std::vector<Block> blocks(1);
   for (const TextLine& line : lines) {
@@ -89,7 +89,7 @@ struct Horizontal {
   Eigen::Vector2d ground_m;
 };
 
-// The horizontal and the vertical block, point by point.
+// Joins the blocks of horizontal and of vertical control by their points.
 class TwoBlocks {
  public:
   void AddHorizontal(const TextLine& line) {

@@ -19,7 +19,7 @@ namespace {
 struct Writing {
   double mm;  // of its unit
   const char* unit;
-  const char* remedy;  // where the unit is another one
+  const char* remedy;  // if the file has another unit
 };
 constexpr Writing kPatb = {1e-3, "micrometres",
                            "where the file has millimetres, import it with --from bingo"};
@@ -117,7 +117,7 @@ class ImageCoordinates {
   int points_ = 0, named_ = 0;
 };
 
-// A heading of more than two words that a point of control could be, too.
+// Whether the line could be a heading; with more than two words it could be a control point, too.
 bool CouldBeHeading(const TextLine& line) {
   for (std::size_t i = 2; i < line.Size(); ++i)
     if (!IsCode(line.Word(i, "a code"))) return false;

@@ -13,7 +13,7 @@
 namespace orient {
 namespace {
 
-// What the names mean that say it by themselves.
+// Meanings of the column names that are unambiguous.
 const std::map<std::string, std::string>& Meanings() {
   static const std::map<std::string, std::string> meanings = [] {
     const std::vector<std::pair<std::string, std::vector<std::string>>> names = {
@@ -63,7 +63,7 @@ std::string Plain(const std::string& written) {
   return plain;
 }
 
-// Gives what says it not by itself to what is still missing.
+// Assigns ambiguous names (name, label, id) to meanings that still have no column.
 class OpenNames {
  public:
   OpenNames(const std::vector<std::string>& plain, MeasuredColumns* columns) : columns_(*columns) {
@@ -72,7 +72,7 @@ class OpenNames {
         open_.emplace_back(name, static_cast<std::size_t>(at - plain.begin()));
   }
 
-  // The first of these names, where `meaning` has no column yet.
+  // Assigns the first of these names that is still free, if `meaning` has no column yet.
   void Give(const std::string& meaning, const std::vector<std::string>& names) {
     if (columns_.Has(meaning)) return;
     for (const std::string& name : names)
@@ -94,7 +94,7 @@ void Rename(const std::string& from, const std::string& to, MeasuredColumns* col
   columns->places.erase(from);
 }
 
-// "" where both halves of a pair are there or neither is.
+// Why a pair of columns cannot be used; "" if both of its halves are present or neither is.
 std::string WhyHalf(const MeasuredColumns& columns) {
   constexpr std::array<std::pair<const char*, const char*>, 2> kPairs = {
       {{"col", "row"}, {"x_mm", "y_mm"}}};
@@ -107,7 +107,7 @@ std::string WhyHalf(const MeasuredColumns& columns) {
   return "";
 }
 
-// "x", "y" and nothing more: not eastings, not metres.
+// Whether the columns are named exactly "x" and "y", without z: not eastings, not metres.
 bool AreOfImages(const std::vector<std::string>& plain, const MeasuredColumns& columns) {
   const auto said = [&](const char* meaning) {
     return columns.Has(meaning) && plain[columns.places.at(meaning)] == meaning;
@@ -115,7 +115,7 @@ bool AreOfImages(const std::vector<std::string>& plain, const MeasuredColumns& c
   return !columns.InPixels() && !columns.Has("x_mm") && !columns.Has("z") && said("x") && said("y");
 }
 
-// Of a table that has image coordinates of their own, or names photos.
+// For a table with columns of image coordinates or photos, or with x and no z.
 void SettleImagePoints(const std::vector<std::string>& plain, MeasuredColumns* columns) {
   if (AreOfImages(plain, *columns)) {
     Rename("x", "col", columns);
@@ -135,7 +135,7 @@ void SettleGroundPoints(const std::vector<std::string>& plain, MeasuredColumns* 
       columns->Has("point") && columns->Has("x") && columns->Has("y") && columns->Has("z");
 }
 
-// A unit that stands in the name is the one that is meant; "" where it fits.
+// Why a unit in the name of a sigma column does not fit the coordinates; "" if it does.
 std::string SettleSigma(MeasuredColumns* columns) {
   const bool pixels = columns->image_points && columns->InPixels();
   const bool millimetres = columns->image_points && !columns->InPixels();

@@ -51,7 +51,7 @@ void AddMicmacImage(const XmlElement& image, const MeasuredSigma& sigma,
   }
 }
 
-// MicMac's control weighs nothing, where its uncertainty is negative: a check point.
+// MicMac gives a point with negative uncertainty no weight: it becomes a check point.
 void AddMicmacPoint(const XmlElement& given, const MeasuredSigma& sigma,
                     GatheredMeasurements* all) {
   const std::vector<double> at = given.At("Pt").Numbers(3);

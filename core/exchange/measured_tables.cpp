@@ -32,7 +32,7 @@ std::string Lower(std::string text) {
   return text;
 }
 
-// A table's lines, cell by meaning.
+// The lines of a table; cells are accessed by the meaning of their column.
 class MeasuredTable {
  public:
   explicit MeasuredTable(const std::string& path) : text_(path) { ReadHeader(); }
@@ -47,7 +47,7 @@ class MeasuredTable {
     return true;
   }
 
-  // Empty where the table has none of this meaning.
+  // Empty if the table has no column of this meaning.
   std::string Text(const std::string& meaning) const {
     return columns_.Has(meaning) ? std::string(TextOfCell(Cell(meaning).text)) : std::string();
   }
@@ -68,7 +68,7 @@ class MeasuredTable {
     return text_.Number(cell, meaning);
   }
 
-  // Nothing where there is no column or the cell is empty.
+  // Empty if there is no such column or the cell is empty.
   std::optional<double> Sigma(const std::string& meaning) {
     if (Text(meaning).empty()) return std::nullopt;
     const double sigma = Number(meaning);
@@ -146,7 +146,7 @@ class TableReader {
     return sigma_.image.value_or(table_.Columns().InPixels() ? kPixelSigma : kPhotoSigma_mm);
   }
 
-  // Of a table of both, the column `sigma` is of the image point.
+  // In a table of image and ground points, the column `sigma` is that of the image point.
   void AddImagePoint() {
     const std::string file = table_.Text("photo");
     ImagePointMeasurement seen;
@@ -192,7 +192,7 @@ class TableReader {
     all_.Add(table_.Where(), point);
   }
 
-  // As Metashape's: a marker that is not enabled takes no part.
+  // As in Metashape: a marker that is not enabled is not used as control.
   bool IsEnabled() const {
     const std::string enabled = Lower(table_.Text("enabled"));
     for (const char* yes : {"", "1", "true", "yes"})

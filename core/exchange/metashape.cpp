@@ -130,7 +130,7 @@ void ReadFocalLengths(const XmlElement& calibration, MetashapeSensor* sensor) {
   sensor->b1 = fx - sensor->f;
   if (Of(calibration, "skew") != 0)
     throw InputError(calibration.Where() + ": skew is not 0, which is not supported");
-  // Releases differ in which of them belongs to x.
+  // PhotoScan's releases differ in the order of p1 and p2.
   if (sensor->p1 != 0 || sensor->p2 != 0)
     throw InputError(calibration.Where() +
                      ": p1 and p2 beside fx and fy, whose order PhotoScan has changed, are not " +
@@ -152,7 +152,7 @@ MetashapeSensor ReadSensor(const XmlElement& element) {
   if (label != element.attributes.end()) sensor.label = label->second;
   const auto calibrations = element.All("calibration");
   if (calibrations.empty()) throw InputError(element.Where() + " has no <calibration>");
-  // The adjusted one counts, where there is an initial one too.
+  // The adjusted calibration is used, even if there is an initial one, too.
   const XmlElement* calibration = calibrations.front();
   for (const XmlElement* c : calibrations) {
     const auto of = c->attributes.find("class");
@@ -208,7 +208,7 @@ bool IsEnabled(const XmlElement& element) {
   return enabled != "0" && enabled != "false";
 }
 
-// Null where the chunk is of one piece.
+// Null if the chunk is not divided into components.
 const XmlElement* ActiveComponent(const XmlElement& chunk) {
   const XmlElement* components = chunk.Find("components");
   if (components == nullptr) return nullptr;

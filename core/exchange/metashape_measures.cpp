@@ -20,7 +20,7 @@ double NumberIn(const XmlElement& element, const std::string& key) {
   return ParseNumber(element.Attribute(key), element.Where(), key);
 }
 
-// "1" or "true", "0" or "false", by version; `absent` where nothing is said.
+// "1" or "true", "0" or "false", depending on the version; `absent` if the attribute is missing.
 bool Flag(const XmlElement& element, const std::string& key, bool absent) {
   const auto said = element.attributes.find(key);
   if (said == element.attributes.end()) return absent;
@@ -30,7 +30,7 @@ bool Flag(const XmlElement& element, const std::string& key, bool absent) {
                                key, said->second));
 }
 
-// All elements of this name below, in document order; not those within others of that name.
+// All descendants of this name, in document order, but none within another one of that name.
 std::vector<const XmlElement*> AllBelow(const XmlElement& element, const std::string& name) {
   std::vector<const XmlElement*> found;
   for (const XmlElement& child : element.children) {
@@ -44,12 +44,12 @@ std::vector<const XmlElement*> AllBelow(const XmlElement& element, const std::st
   return found;
 }
 
-// A camera's label is its file's name as a rule, perhaps with folders.
+// A camera's label is usually its file name, perhaps with folders.
 std::string PhotoOfLabel(const std::string& label) {
   return WithoutImageEnding(label.substr(label.find_last_of("/\\") + 1));
 }
 
-// Below the chunk's frames lie further elements `camera` and `marker`.
+// Those with an id: frames hold further elements called `camera` and `marker`.
 std::vector<const XmlElement*> Listed(const XmlElement& chunk, const std::string& name) {
   std::vector<const XmlElement*> listed;
   for (const XmlElement* element : AllBelow(chunk, name))
@@ -57,7 +57,7 @@ std::vector<const XmlElement*> Listed(const XmlElement& chunk, const std::string
   return listed;
 }
 
-// One chunk of a document: what its ids mean.
+// One chunk of a document; resolves the ids of its cameras and markers.
 class Chunk {
  public:
   Chunk(const XmlElement& chunk, const MeasuredSigma& sigma, GatheredMeasurements* all)
@@ -75,7 +75,7 @@ class Chunk {
         AddPoint(marker->Attribute("label"), *given);
   }
 
-  // How many locations were no measurements: not valid, not pinned.
+  // Returns how many locations were left out as not measured: those not valid, those not pinned.
   std::array<int, 2> AddLocations() {
     std::array<int, 2> left_out = {0, 0};
     const XmlElement* frame_of_first = nullptr;
@@ -115,7 +115,7 @@ class Chunk {
                                  key, element.Attribute(key)));
   }
 
-  // A chunk of several frames holds several photos by one camera's label.
+  // In a chunk of several frames one camera label stands for several photos.
   void RequireOneFrame(const XmlElement& seen, const XmlElement* frame,
                        const XmlElement** first) const {
     if (*first == nullptr) *first = frame;

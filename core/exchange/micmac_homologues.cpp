@@ -21,7 +21,7 @@ std::string FolderOf(const std::string& directory, const ExchangePhoto& photo) {
       .string();
 }
 
-// Ties of an earlier block would be read with this one's.
+// Tie points of an earlier block would be read together with this block's.
 void RemoveOld(const std::string& folder) {
   std::vector<fs::path> old;
   std::error_code ignored;

@@ -82,7 +82,7 @@ std::string VerifText(const ExchangeBlock& block, std::size_t photo) {
                Tag(3, "Tol", ExactNumber(kTolerance_px)) + Tag(3, "ShowMes", "true") + points);
 }
 
-// MicMac wants a mean ground height and a depth; of the photo's own verification points.
+// Mean ground height and depth, which MicMac needs, from the photo's own verification points.
 std::string GroundText(const ExchangeBlock& block, std::size_t photo) {
   double height = 0, depth = 0;
   int count = 0;

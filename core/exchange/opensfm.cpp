@@ -51,7 +51,7 @@ Json ShotJson(const ExchangePhoto& photo, const std::string& camera) {
           {"gps_position", Array(photo.centre)}};
 }
 
-// OpenSfM knows cameras by name: two of one name are distinguished.
+// OpenSfM identifies cameras by name: several are numbered, as two may have one name.
 std::string CameraName(const ExchangeBlock& block, std::size_t i) {
   return block.cameras[i].name + (block.cameras.size() > 1 ? " #" + std::to_string(i + 1) : "");
 }
@@ -91,8 +91,8 @@ std::string GcpList(const ExchangeBlock& block) {
   return text;
 }
 
-// Their second version: image, track, feature, x, y, size, colour, two classes that we have none
-// of. Sizes are what their bundle adjustment takes for standard deviations: a pixel each.
+// OpenSfM's version 2: image, track, feature, x, y, size, colour, and two class labels, which we
+// lack. Its bundle adjustment uses the sizes as standard deviations: one pixel each.
 std::string TracksText(const ExchangeBlock& block) {
   std::vector<std::string> of_photo(block.photos.size());
   std::vector<int> features(block.photos.size(), 0);
@@ -143,7 +143,7 @@ OpensfmCamera ReadCamera(const JsonField& field) {
   return camera;
 }
 
-// OpenSfM gives a photo without GPS the position 0 0 0 and a dilution of 999999, and ours is 1.
+// OpenSfM gives a photo without GPS the position 0 0 0 and a gps_dop of 999999; ours is 1.
 std::optional<Eigen::Vector3d> GpsOf(const JsonField& shot) {
   constexpr double kNoGps = 1e5;
   if (shot.FindNumber("gps_dop").value_or(0) > kNoGps) return std::nullopt;
@@ -229,7 +229,7 @@ void WriteOpensfm(const std::string& directory, const ExchangeBlock& block) {
                       reference.dump(2) + "\n");
   const bool control = std::any_of(block.points.begin(), block.points.end(),
                                    [](const ExchangePoint& point) { return point.control; });
-  // Those of an earlier block would be read with this one.
+  // Files of an earlier block would be read together with this one.
   for (const char* file : {"gcp_list.txt", "tracks.csv"}) fs::remove(fs::path(directory) / file);
   if (control) WriteFileAtomically((fs::path(directory) / "gcp_list.txt").string(), GcpList(block));
   if (!block.points.empty())

@@ -24,7 +24,7 @@ std::vector<std::string> Words(const std::string& line) {
   return words;
 }
 
-// Where a first word in quotes ends: behind its closing quote. 0 where there is none.
+// Position after the closing quote of a quoted first word; 0 if there is no such word.
 std::size_t EndOfQuoted(const std::string& line) {
   const std::size_t first = line.find_first_not_of(" \t");
   if (first == std::string::npos || line[first] != '"') return 0;

@@ -15,12 +15,12 @@
 namespace orient {
 namespace {
 
-// One file's elements, each with its line. A document type is skipped and nothing that it declares
-// is believed: only the five named entities and numbers of characters mean something.
+// The elements of a file, each with its line. A document type declaration is skipped and everything
+// in it ignored: only the five predefined entities and character references are resolved.
 class XmlFile {
  public:
   explicit XmlFile(const std::string& path) : file_(path), text_(ReadFile(path)) {
-    // As UTF-8 whatever the file claims: so that offsets are those of the file.
+    // Parsed as UTF-8 whatever encoding the file declares, so that offsets are those of the file.
     const pugi::xml_parse_result parsed =
         document_.load_buffer(text_.data(), text_.size(), pugi::parse_default, pugi::encoding_utf8);
     if (!parsed) Fail(static_cast<std::size_t>(parsed.offset), Complaint(parsed));
@@ -68,7 +68,7 @@ class XmlFile {
     return element;
   }
 
-  // Counted on from the last time: elements begin one after another.
+  // Counts on from the previous call: elements come in the order of the file.
   int Line(std::size_t at) {
     const auto place = [&](std::size_t i) {
       return text_.begin() + static_cast<std::ptrdiff_t>(i);

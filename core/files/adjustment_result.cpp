@@ -93,8 +93,8 @@ Json ListJson(const std::vector<Record>& records, Json (*make)(const Record&)) {
   return list;
 }
 
-// As a further member of the document that dump(1) writes, point by point: a large block's are
-// millions.
+// Appends a member to the document written by dump(1), point by point: large blocks have millions
+// of them.
 void WritePoints(const char* key, const std::vector<PointResult>& points, NewFile* file) {
   constexpr std::size_t kPiece = 1 << 20;
   std::string text = fmt::format(",\n \"{}\": [", key);
@@ -236,10 +236,10 @@ AdjustmentResult ReadAdjustmentResult(const std::string& path) {
   result.parts = List(field.At("parts"), &Part);
   result.calibration = List(field.At("calibration"), &Calibration);
   result.checks_rejected_alone = static_cast<int>(
-      field.At("checks").FindNumber("rejected_alone").value_or(0));  // younger than the others
+      field.At("checks").FindNumber("rejected_alone").value_or(0));  // added in a later version
   result.checks = List(field.At("checks").At("patches"), &Check);
   result.findings = ReadFindings(field);
-  if (const auto known = field.Find("approximations"))  // younger than the others, as GNSS is
+  if (const auto known = field.Find("approximations"))  // added in a later version, like GNSS
     result.approximations = List(*known, &PoseObservation);
   if (const auto gnss = field.Find("gnss")) {
     result.gnss = List(gnss->At("positions"), &PoseObservation);

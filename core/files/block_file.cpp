@@ -24,7 +24,7 @@ namespace orient {
 namespace {
 namespace fs = std::filesystem;
 
-// Stands for the patch database that a run makes in its output directory, until it is named.
+// Placeholder for the patch database that a run makes in its output directory, until it is named.
 constexpr const char* kControlDatabase = "control.gpkg";
 
 std::string Resolve(const std::string& base, const std::string& path) {
@@ -32,7 +32,7 @@ std::string Resolve(const std::string& base, const std::string& path) {
   return (fs::path(base) / path).lexically_normal().string();
 }
 
-// A folder that may not be entered is, to us, a file that is not there; so is a name too long.
+// A file in a folder without access counts as missing; so does a name that is too long.
 bool Exists(const std::string& path) {
   std::error_code ignored;
   return fs::exists(path, ignored);
@@ -50,7 +50,7 @@ std::string Escaped(const std::string& text) {
 
 bool IsPattern(const std::string& text) { return text.find_first_of("*?[") != std::string::npos; }
 
-// No part of a question to the server is one. [ stands in addresses, too.
+// An address with a query (?) is no pattern. [ counts in the last part only: addresses have [::1].
 bool IsRemotePattern(const std::string& name) {
   return IsRemote(name) && name.find('?') == std::string::npos &&
          (name.find('*') != std::string::npos ||
@@ -95,7 +95,7 @@ std::string ExistingFile(const TomlTable& table, std::string_view key, const std
   return path;
 }
 
-// A file, or a name like wild_rc10 as it stands, where no file beside the block file is called so.
+// A file; or a name like wild_rc10, unchanged, if no file beside the block file has that name.
 std::string CameraFileOrName(const TomlTable& table, const std::string& base) {
   const std::string named = table.Text("camera");
   const fs::path asked(named);
@@ -153,7 +153,7 @@ void ReadAdjustment(const TomlTable& root, BlockFile* block) {
   choice.self_calibration = calibration == "camera";
   choice.pose_covariance = table->FindFlag("pose_covariance").value_or(choice.pose_covariance);
   choice.sub_block_photos = table->FindCount("sub_block_photos").value_or(choice.sub_block_photos);
-  constexpr int kLeast = 300;  // of fewer, most are around a sub-block's core
+  constexpr int kLeast = 300;  // of fewer, most lie around a sub-block's core, not in it
   if (choice.sub_block_photos < kLeast)
     table->Fail("sub_block_photos", fmt::format("must be at least {}", kLeast));
   if (choice.self_calibration && std::ssize(block->photos) > choice.sub_block_photos)
@@ -204,7 +204,7 @@ void ReadOrtho(const TomlTable& root, BlockFile* block) {
   block->ortho = ortho;
 }
 
-// In the output directory, which has been read.
+// The database lies in the output directory, which must have been read before.
 void ReadControl(const TomlTable& root, const std::string& base, BlockFile* block) {
   const auto table =
       root.FindTable("control", {"orthophotos", "photos", "camera", "orientation", "interior",
@@ -254,8 +254,8 @@ EarthMode ReadEarth(const TomlTable& root) {
   return mode->second;
 }
 
-// "@FILE" becomes the file's lines but for empty ones and comments (#), unless a photo is called
-// so.
+// Replaces "@FILE" by the file's lines, except empty ones and comments (#), unless a photo has
+// this name.
 std::vector<std::string> WithListed(const std::vector<std::string>& patterns,
                                     const std::string& base) {
   std::vector<std::string> all;
@@ -277,7 +277,7 @@ std::vector<std::string> WithListed(const std::vector<std::string>& patterns,
 
 using PathsByName = std::map<std::string, std::set<std::string>>;
 
-// Throws InputError for a pattern without a match; a plain path that is not there is one, too.
+// Throws InputError for a pattern without a match; a plain path is kept even if it does not exist.
 PathsByName PhotosByName(const std::vector<std::string>& patterns, const std::string& base) {
   PathsByName paths;
   for (const std::string& pattern : WithListed(patterns, base)) {

@@ -230,7 +230,7 @@ std::vector<BorderFeature> ReadBorder(const TomlTable& root, const Camera& camer
   return border;
 }
 
-// Three marks on one line fix no transform: what lies beside the line is anybody's guess.
+// Marks on one line do not determine a transform: it is undetermined away from the line.
 void CheckConstellation(const TomlTable& root, const std::vector<Fiducial>& fiducials) {
   if (fiducials.empty()) return;
   if (std::ssize(fiducials) < kMinFiducials)

@@ -35,7 +35,7 @@ Json RoundJson(const LoopRound& round) {
           {"rms_px", ToJson(std::optional(round.rms_px))}};
 }
 
-// Without stated reasons: these consist of a sentence only.
+// Without Reason::kStated, which consists of a sentence only.
 Json ReasonCodes(const Findings& findings) {
   Json codes = Json::array();
   for (const Finding& finding : findings)
@@ -147,7 +147,7 @@ LoopRound ReadRound(const JsonField& field) {
   return round;
 }
 
-// Why a patch was not matched, or is not used: by its codes; without them as stated.
+// Why a patch was not matched, or is not used: from the codes; without codes from the sentence.
 Findings ReadPatchFindings(const JsonField& patch) {
   Findings findings;
   if (const auto codes = patch.Find("reason_codes"))

@@ -2,7 +2,7 @@
 
 namespace orient {
 
-// The order is that of Reason; a test holds both together.
+// In the order of Reason; a test checks that both agree.
 const std::vector<Wording>& Wordings() {  // NOLINT(readability-function-size): a table
   static const std::vector<Wording> kWordings = {
       {Reason::kStated, "stated", "{where}"},

@@ -20,7 +20,7 @@ std::optional<double> Azimuth(const TomlTable& table) {
   return RadFromDeg(*degrees);
 }
 
-// An overlap of all of a photo would be no flight.
+// A photo that overlaps the next one completely would have no base.
 double Share(const TomlTable& table, std::string_view key, double fallback) {
   const double share = table.FindNumber(key).value_or(fallback);
   if (share < 0 || share > 0.95) table.Fail(key, "must lie between 0 and 0.95");
@@ -57,7 +57,7 @@ void ReadFlight(const TomlTable& root, FlightPlan* plan) {
 // The photos that one entry of a strip stands for, in their natural order.
 std::vector<std::string> Expanded(const std::string& entry,
                                   const std::vector<std::string>& photos) {
-  // As it is where there is such a photo: names may have dots ("1961.0182").
+  // Unchanged if there is such a photo: names may have dots ("1961.0182").
   if (std::find(photos.begin(), photos.end(), entry) != photos.end()) return {entry};
   if (entry.find_first_of("*?[") == std::string::npos) return {PhotoName(entry)};
   std::vector<std::string> found;

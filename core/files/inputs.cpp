@@ -6,7 +6,7 @@
 namespace orient {
 namespace {
 
-// As users know them.
+// The name that users know.
 std::string Called(const std::string& name) {
   if (name == "camera") return "camera file";
   if (name == "dem") return "DEM";
@@ -39,7 +39,7 @@ std::optional<Inputs> ReadMadeFrom(const std::string& path) {
     const Json json = ParseJsonFile(path);
     const JsonField root(json, path);
     Inputs inputs = root.FindTexts("made_from");
-    // Said in another way than this version's: nothing to compare with.
+    // Recorded in another form than this version's: nothing to compare with.
     if (inputs.empty() && root.Find("made_from")) return std::nullopt;
     return inputs;
   } catch (const InputError&) {

@@ -43,7 +43,7 @@ Json ReseauJson(const std::optional<ReseauResult>& reseau) {
   const FilmCorrection& grid = reseau->correction;
   Json corrections = Json::array();
   for (const Eigen::Vector2d& mm : grid.correction_mm) {
-    // A hundredth of a micrometre is more than any film holds.
+    // Rounded to 0.01 um: no film is stable to that.
     const Eigen::Vector2d um = (1e5 * mm).array().round() / 100;
     corrections.push_back(Vector2Json(um));
   }

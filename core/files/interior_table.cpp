@@ -54,7 +54,7 @@ Cells PhotoCells(const InteriorResult& r) {
   for (const ScanOrientation orientation : r.possible_orientations)
     possible.push_back(Name(orientation));
   cells.push_back(fmt::format("{}", fmt::join(possible, " ")));
-  // That of the first of several possible orientations is no result.
+  // If several orientations are possible, the transform in the first of them is not a result.
   const bool known = r.photo_from_pixel && r.possible_orientations.size() <= 1;
   for (const int row : {0, 1})
     for (const int col : {0, 1})

@@ -15,8 +15,8 @@
 namespace orient {
 namespace {
 
-// For a message. Of a list or an object only that: writing it out would follow its depth, which a
-// stranger's file may make as large as it likes.
+// For a message. Lists and objects are not written out: that would recurse to their depth, which an
+// untrusted file can make arbitrarily large.
 std::string Shown(const Json& value) {
   if (value.is_array()) return "a list";
   if (value.is_object()) return "an object";
@@ -25,7 +25,7 @@ std::string Shown(const Json& value) {
   return text.size() <= kLongest ? text : text.substr(0, kLongest) + "...";
 }
 
-// A file's characters, read once: a copy is of no use after another has gone on.
+// Single-pass iterator over a file's characters: incrementing one copy invalidates the others.
 class FileCharacters {
  public:
   using value_type = char;
@@ -109,7 +109,7 @@ class DocumentWithoutElements : public nlohmann::json_sax<Json> {
     HandOver();
     return true;
   }
-  // Those that are open are not added to until it is closed again, and stay where they are.
+  // Until it is closed, nothing is added to the open ones, so that pointers to them stay valid.
   bool Open(Json value) {
     open_.push_back(Add(std::move(value)));
     return true;
@@ -119,7 +119,7 @@ class DocumentWithoutElements : public nlohmann::json_sax<Json> {
     HandOver();
     return true;
   }
-  // An element that is complete.
+  // Passes a complete element of a list to the list's reader.
   void HandOver() {
     constexpr std::size_t kInList = 2;
     if (open_.size() != kInList || !open_.back()->is_array() || reader_ == readers_.end()) return;

@@ -27,7 +27,7 @@ double SegmentDistance(const Vector2d& from, const Vector2d& to, const Vector2d&
   return (point - from - t * along).norm();
 }
 
-// Whether the ray from `point` to +x crosses the segment: an odd number of them is inside.
+// Whether the ray from `point` to +x crosses the segment; an odd number of crossings means inside.
 bool CrossesRay(const Vector2d& from, const Vector2d& to, const Vector2d& point) {
   if ((from.y() > point.y()) == (to.y() > point.y())) return false;
   const double t = (point.y() - from.y()) / (to.y() - from.y());
@@ -46,7 +46,7 @@ double PolygonDistance(const std::vector<Vector2d>& corners, const Vector2d& poi
   return inside ? -distance : distance;
 }
 
-// Between the points, in their order.
+// To the sides between successive points; none from the last one back to the first.
 double DistanceToSides(const std::vector<Vector2d>& points, const Vector2d& point) {
   double distance = std::numeric_limits<double>::infinity();
   for (size_t i = 0; i + 1 < points.size(); ++i)
@@ -75,7 +75,7 @@ double PolygonThickness(const std::vector<Vector2d>& corners) {
   return 2 * std::abs(TwiceArea(corners)) / perimeter;
 }
 
-// Across the side from the last point to the first, of length 1.
+// Outward unit normal of the side from the last point to the first.
 Vector2d OutOf(const PolygonElement& polygon) {
   const Vector2d along = polygon.points_mm.front() - polygon.points_mm.back();
   const double turn = TwiceArea(polygon.points_mm) > 0 ? 1 : -1;
@@ -88,7 +88,7 @@ struct DistanceTo {
   double operator()(const CrossElement& cross) const {
     const double arm = 0.5 * (cross.length_mm - cross.gap_mm);
     const double middle = 0.25 * (cross.length_mm + cross.gap_mm);
-    const Vector2d p = Turned(point - cross.at_mm, -cross.angle_rad).cwiseAbs();  // arms are alike
+    const Vector2d p = Turned(point - cross.at_mm, -cross.angle_rad).cwiseAbs();  // arms are equal
     const Vector2d half(0.5 * arm, 0.5 * cross.width_mm);
     return std::min(RectangleDistance(p - Vector2d(middle, 0), half),
                     RectangleDistance(p - Vector2d(0, middle), {half.y(), half.x()}));

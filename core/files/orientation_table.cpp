@@ -38,27 +38,27 @@ constexpr const char* kHeightRemedy =
     "flying_height_m or scale under [flight] of a block file, or --flying-height-m of 'orient "
     "exterior'";
 
-// Where each known column stands in this table.
+// The index of each known column in this table.
 struct Columns {
   std::map<std::string, size_t> index;
   size_t count = 0;
   OpenCells open = OpenCells::kNone;
   bool has_sigmas = false;
-  char delimiter = ',';  // of the header and, but for that of a comment, of the rows
+  char delimiter = ',';  // of the header, and of the rows unless it is a comment
   bool in_comment = false;
   std::vector<std::string> ignored_angles;
 
   bool Has(const char* name) const { return index.contains(name); }
 };
 
-// Of the columns x to kappa, by their place among kColumns.
+// For the columns x to kappa; `i` is the index in kColumns.
 bool CellMayBeEmpty(OpenCells open, size_t i) {
   return i > 0 && (i == 3 ? open == OpenCells::kAnglesAndHeights : open != OpenCells::kNone);
 }
 
 bool IsAngle(size_t i) { return i > 3; }
 
-// What the header has instead, as it is written: the same in another unit; otherwise empty.
+// The header's column of the same quantity in another unit, as written; empty if there is none.
 std::string InOtherUnit(const std::vector<TableCell>& cells, const std::string& name) {
   const auto cell = std::find_if(cells.begin(), cells.end(), [&](const TableCell& one) {
     return ColumnOfOtherUnit(one.text) == name;
@@ -73,7 +73,7 @@ bool HasLongitudes(const std::vector<TableCell>& cells) {
   });
 }
 
-// Heights in another unit are no missing ones; angles in another unit are named (IgnoredAngles).
+// Heights in another unit are an error, not missing; such angles are reported (IgnoredAngles).
 void RequireColumn(const TableText& text, const std::vector<TableCell>& cells,
                    const Columns& columns, size_t i) {
   const std::string name = kColumns[i];
@@ -102,7 +102,7 @@ void RequireColumns(const TableText& text, const std::vector<TableCell>& cells,
                           columns.Has("omega") ? "phi" : "omega"));
 }
 
-// Where an angle is missed, columns that may be meant for it.
+// If an angle is missing, the columns that may be meant for it.
 std::vector<std::string> IgnoredAngles(const std::vector<TableCell>& cells,
                                        const Columns& columns) {
   std::vector<std::string> ignored;
@@ -112,7 +112,7 @@ std::vector<std::string> IgnoredAngles(const std::vector<TableCell>& cells,
     const bool is_read = std::find(kColumns.begin(), kColumns.end(), name) != kColumns.end();
     if (!is_read && NamesAngle(cell.text)) ignored.push_back(cell.text);
   }
-  // Alone it is that of the film.
+  // "roll" alone is the roll of film, not the angle.
   if (ignored.size() == 1 && ColumnName(ignored.front()) == "roll") ignored.clear();
   return ignored;
 }
@@ -123,7 +123,7 @@ std::vector<std::string> TextsOf(const std::vector<TableCell>& cells) {
   return texts;
 }
 
-// Whether these are at least a photo's name and position, of approximations without its height.
+// Whether these are at least a photo's name and position (for approximations, x and y suffice).
 bool IsHeader(const std::vector<TableCell>& cells, OpenCells open) {
   std::optional<size_t> twice;
   const auto places = ColumnPlaces(TextsOf(cells), &twice);
@@ -131,8 +131,8 @@ bool IsHeader(const std::vector<TableCell>& cells, OpenCells open) {
                      [&](const char* name) { return places.contains(name); });
 }
 
-// Of a line that is no header: by the delimiter that gives the most, a comma where none gives more,
-// so that what is missing is told of the columns that people see.
+// Cells of a line that is no header, by the delimiter that gives the most (a comma if none gives
+// more), so that messages about missing columns refer to the columns that people see.
 std::vector<TableCell> MostCells(TableText* text, const std::string& line) {
   std::vector<TableCell> most = text->Split(line);
   for (const char delimiter : {';', '\t'}) {
@@ -144,7 +144,7 @@ std::vector<TableCell> MostCells(TableText* text, const std::string& line) {
 }
 
 // The first line that is no comment, or a comment that is a header ("#Label,X/Easting,..."); sets
-// the table's delimiter: the one by which the header is one, a comma by default.
+// the table's delimiter: the one with which the line is a header, a comma by default.
 std::vector<TableCell> HeaderCells(TableText* text, OpenCells open, Columns* columns) {
   std::string line;
   while (text->NextText(&line)) {
@@ -152,7 +152,7 @@ std::vector<TableCell> HeaderCells(TableText* text, OpenCells open, Columns* col
     if (comment) line[line.find('#')] = ' ';
     for (const char delimiter : kDelimiters) {
       text->SetDelimiter(columns->delimiter = delimiter);
-      // An apostrophe or a quote in a comment closes nowhere.
+      // A quote in a comment may never be closed.
       if (comment && line.find('"') != std::string::npos) continue;
       if (std::vector<TableCell> cells = text->Split(line); IsHeader(cells, open)) return cells;
     }
@@ -190,8 +190,8 @@ Columns ReadHeader(TableText* text, OpenCells open) {
   return columns;
 }
 
-// The next row's cells; false at the end. A header in a comment may be separated otherwise than the
-// rows (Metashape's: commas, and tabs): theirs is the delimiter that gives as many cells.
+// The next row's cells; false at the end. A header in a comment may have another delimiter than the
+// rows (Metashape: commas, then tabs): theirs is the one that gives as many cells as the header.
 bool NextRow(TableText* text, Columns* columns, std::vector<TableCell>* cells) {
   std::string line;
   do {
@@ -210,7 +210,7 @@ bool NextRow(TableText* text, Columns* columns, std::vector<TableCell>* cells) {
   return true;
 }
 
-// The cell of a column; null where there is no such column, or nothing in the cell.
+// The cell of a column; null if there is no such column or the cell is empty.
 const TableCell* Written(const Columns& columns, const std::vector<TableCell>& cells,
                          const char* name) {
   const auto column = columns.index.find(name);
@@ -225,8 +225,8 @@ double ReadOneSigma(const TableText& text, const TableCell& cell, size_t i) {
   return i < 3 ? value : RadFromDeg(value);
 }
 
-// `values`: NaN where the row leaves them open. Such a photo looks down, nobody knows which way it
-// was flown, and the flying height says no more of its height than the position does.
+// `values`: NaN if the row leaves them open. Such a photo is taken as near vertical, with unknown
+// kappa and a height (from the flying height) that is no more accurate than the position.
 std::optional<Vector6d> ReadSigma(const TableText& text, const Columns& columns,
                                   const std::vector<TableCell>& cells, const Vector6d& values) {
   if (!columns.has_sigmas ||
@@ -255,13 +255,13 @@ std::optional<std::string> ReadDate(const TableText& text, const Columns& column
   return cell->text;
 }
 
-// Empty where the table names none of this photo.
+// Empty if the table names no camera for this photo.
 std::string ReadCamera(const Columns& columns, const std::vector<TableCell>& cells) {
   const TableCell* cell = Written(columns, cells, "camera");
   return cell == nullptr ? "" : std::string(Trimmed(cell->text));
 }
 
-// One of x to kappa; NaN where it is left open and may be.
+// One of x to kappa; NaN if it is left open and that is allowed.
 double ReadValue(const TableText& text, const Columns& columns, const std::vector<TableCell>& cells,
                  size_t i) {
   const auto column = columns.index.find(kColumns[i]);
@@ -309,7 +309,7 @@ std::string ProjectionPath(const std::string& path) {
   return fs::path(path).replace_extension(".prj").string();
 }
 
-// 0.1 mm and 1e-9 degrees: a tenth of what the eye or any adjustment can tell apart.
+// 0.1 mm and 1e-9 degrees: a tenth of what the eye or any adjustment can distinguish.
 constexpr int kMetreDecimals = 4;
 constexpr int kDegreeDecimals = 9;
 

@@ -6,7 +6,7 @@
 namespace orient {
 namespace {
 
-// JSON knows no infinity, which a precision is where nothing determines a pose.
+// JSON has no infinity, which is the precision of a pose that nothing determines.
 double Finite(double value) {
   constexpr double kMost = 1e9;
   return std::isnan(value) ? kMost : std::clamp(value, -kMost, kMost);

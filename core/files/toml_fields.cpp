@@ -56,7 +56,7 @@ std::string NearestWord(std::string_view word, const std::vector<std::string_vie
   const auto nearest = std::min_element(
       known.begin(), known.end(),
       [&](std::string_view a, std::string_view b) { return distance(a) < distance(b); });
-  // More than half of the word changed is another word.
+  // If more than half of the word has to change, it is another word.
   if (nearest == known.end() || 2 * distance(*nearest) > std::max(word.size(), nearest->size()))
     return "";
   return std::string(*nearest);
@@ -64,7 +64,7 @@ std::string NearestWord(std::string_view word, const std::vector<std::string_vie
 
 namespace {
 
-// The parser follows a dotted key by recursion: one of thousands of parts would end the program.
+// The parser recurses along a dotted key: one with thousands of parts would end the program.
 void RefuseDeepKeys(const std::string& path, const std::string& text) {
   constexpr int kMostParts = 64;
   int line = 1, dots = 0;

@@ -34,7 +34,7 @@ Eigen::Vector2d PixelFromPhoto(const Affine2d& photo_from_pixel, const FilmCorre
   const Affine2d pixel_from_photo = photo_from_pixel.Inverse();
   Eigen::Vector2d pixel = pixel_from_photo * photo_mm;
   if (correction == nullptr) return pixel;
-  // The correction's slope is of the order of 1e-3, so each round wins three digits.
+  // The correction's slope is of the order of 1e-3, so each round gains three digits.
   constexpr int kRounds = 4;
   for (int i = 0; i < kRounds; ++i) pixel = pixel_from_photo * (photo_mm - correction->At(pixel));
   return pixel;

@@ -37,7 +37,7 @@ double BrownSlope(const BrownDistortion& lens, double t) {
   return 1 + t * (3 * lens.k[0] + t * (5 * lens.k[1] + t * 7 * lens.k[2]));
 }
 
-// True where the radial part grows all the way from the centre to the radius sqrt(t).
+// True if the radial part increases all the way from the centre to the radius sqrt(t).
 bool BrownGrowsTo(const BrownDistortion& lens, double t) {
   if (!(BrownSlope(lens, t) > 0)) return false;
   // The extremes of the slope: 3 k1 + 10 k2 t + 21 k3 t^2 = 0.
@@ -50,7 +50,7 @@ bool BrownGrowsTo(const BrownDistortion& lens, double t) {
   return true;
 }
 
-// Newton's iteration for q + delta(q) = measured; empty unless it comes to an unfolded solution.
+// Newton's iteration for q + delta(q) = measured; empty unless it finds an unfolded solution.
 std::optional<Eigen::Vector2d> BrownNewton(const BrownDistortion& lens, Eigen::Vector2d q,
                                            const Eigen::Vector2d& measured) {
   const double limit =
@@ -60,7 +60,7 @@ std::optional<Eigen::Vector2d> BrownNewton(const BrownDistortion& lens, Eigen::V
     const Eigen::Vector2d error = q + BrownAt(lens, q) - measured;
     const Eigen::Matrix2d slope = Eigen::Matrix2d::Identity() + BrownJacobian(lens, q);
     const double size = error.norm();
-    // Converged, and another step would only stir the last digit.
+    // Converged: another step would only change the last digit.
     if (size <= limit && size >= 0.5 * best) {
       const bool unfolded =
           slope.determinant() > 0 && slope.trace() > 0 && BrownGrowsTo(lens, q.squaredNorm());
@@ -75,7 +75,7 @@ std::optional<Eigen::Vector2d> BrownNewton(const BrownDistortion& lens, Eigen::V
 }
 
 // The radius at which the radial part reaches `measured_r` before it folds, by bisection; the fold
-// itself where it does not.
+// itself if it does not reach it.
 double BrownStartRadius(const BrownDistortion& lens, double measured_r) {
   double low = 0, high = measured_r;
   const auto beyond = [&](double r) {
@@ -141,7 +141,7 @@ bool TableGrowsTo(const RadialTable& lens, double r) {
   return true;
 }
 
-// Linear pieces have a closed inverse: the first piece from the centre that reaches the radius.
+// Linear pieces can be inverted directly: the first piece from the centre that reaches the radius.
 std::optional<Eigen::Vector2d> UndistortTable(const RadialTable& lens,
                                               const Eigen::Vector2d& measured) {
   const double target = measured.norm();

@@ -18,13 +18,13 @@ constexpr double kSingular = 1e-13;
 // An adjustment has converged when the next step would move the pose by less than this part of its
 // own standard deviation.
 constexpr double kConverged = 1e-4;
-// With many gross errors a robust loss may stall; begun anew from where it stalled it converges.
+// With many gross errors the robust minimisation may stall; restarted from there it converges.
 constexpr int kAttempts = 4;
 
 using RowMajor26 = Eigen::Matrix<double, 2, 6, Eigen::RowMajor>;
 
-// The unknowns are numbers near one: (position - start) / distance to the ground, and the angles'
-// differences from the start. Ground coordinates of a million metres never meet each other.
+// The unknowns are of the order of 1: (position - start) / distance to the ground, and the angles'
+// differences from the start. Large ground coordinates do not enter the adjustment.
 struct Unknowns {
   Pose start;
   double scale_m = 1;

@@ -7,7 +7,7 @@ namespace orient {
 namespace {
 
 constexpr double kPi = std::numbers::pi;
-// Below this cosine of phi omega and kappa turn about one axis, to the accuracy of a double.
+// If cos(phi) is below this, omega and kappa rotate about the same axis, within double precision.
 constexpr double kGimbalLockCosine = 1e-13;
 
 }  // namespace
@@ -53,7 +53,7 @@ Eigen::Vector3d OpkFromRotation(const Eigen::Matrix3d& r) {
   const double cos_phi = std::hypot(r(1, 2), r(2, 2));
   const double phi = std::atan2(r(0, 2), cos_phi);
   const double omega = cos_phi < kGimbalLockCosine ? 0 : std::atan2(-r(1, 2), r(2, 2));
-  // kappa from what is left after turning omega back: the three angles then give the same rotation
+  // kappa from the rotation left without omega: the three angles then give the same rotation
   // even where omega itself is uncertain, close to the gimbal lock.
   const double so = std::sin(omega), co = std::cos(omega);
   const double kappa = std::atan2(co * r(1, 0) + so * r(2, 0), co * r(1, 1) + so * r(2, 1));

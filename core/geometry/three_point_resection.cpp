@@ -15,11 +15,11 @@ namespace {
 
 // Triangles thinner than this (height / longest side) have no pose.
 constexpr double kThinTriangle = 1e-9;
-// Two solutions whose distances agree to this part are one (a double root, on the danger cylinder).
+// Solutions whose distances agree to this fraction are one (double root, on the danger cylinder).
 constexpr double kSameSolution = 1e-6;
 constexpr double kReproduced_mm = 1e-9;
-// A projection centre this close to one of the points (part of the farthest distance) is on it: the
-// equations have that solution, a camera has not.
+// A projection centre this close to a point (share of the farthest distance) coincides with it:
+// this solves the equations, but is no pose of a camera.
 constexpr double kOnPoint = 1e-4;
 
 struct Triangle {
@@ -95,7 +95,7 @@ bool PolishDistances(const Triangle& t, Eigen::Vector3d* s) {
         2 * (s1 - s3 * t.cos_beta), 0, 2 * (s3 - s1 * t.cos_beta),         //
         2 * (s1 - s2 * t.cos_gamma), 2 * (s2 - s1 * t.cos_gamma), 0;
     const Eigen::Vector3d step = slope.fullPivLu().solve(error);
-    if (!(step.norm() <= 0.5 * s->norm())) break;  // singular, or on its way to elsewhere
+    if (!(step.norm() <= 0.5 * s->norm())) break;  // singular, or diverging
     *s -= step;
   }
   return converged && s->minCoeff() > kOnPoint * s->maxCoeff();
@@ -115,7 +115,7 @@ std::vector<Eigen::Vector3d> Distances(const Triangle& t) {
     if (!(v > 0) || !(denominator > 0)) continue;
     const double s1 = std::sqrt(t.b2 / denominator);
     // u from the cosine law of P1 P2. Grunert's own formula for u divides by zero in symmetrical
-    // cases; of the two roots here, the wrong one does not survive Newton or finds a known
+    // cases; of the two roots here, the wrong one fails in Newton's iteration or leads to a known
     // solution.
     const double under = t.cos_gamma * t.cos_gamma - 1 + t.c2 / t.b2 * denominator;
     const double root = std::sqrt(std::max(under, 0.0));
@@ -155,14 +155,14 @@ std::optional<Misfit> MisfitOf(const Camera& camera, const Pose& pose,
   return misfit;
 }
 
-// What the last digit of the ground coordinates makes in the photo.
+// Effect of rounding of the ground coordinates on the photo coordinates, mm.
 double Rounding(const Camera& camera, const Pose& pose, const Eigen::Vector3d& ground_m) {
   return 16 * std::numeric_limits<double>::epsilon() * ground_m.norm() *
          camera.principal_distance_mm / (ground_m - pose.position_m).norm();
 }
 
-// Newton's iteration on the pose: takes out what thin triangles made of the distances' last digits.
-// False where the pose does not show the three points at their places.
+// Newton's iteration on the pose: removes rounding errors of the distances (thin triangles).
+// False if the pose does not reproduce the three image points.
 bool PolishPose(const Camera& camera, const std::array<ControlObservation, 3>& observations,
                 Pose* pose) {
   auto misfit = MisfitOf(camera, *pose, observations);

@@ -49,7 +49,7 @@ Centred CentreOf(const std::vector<PointPair2d>& pairs) {
     const Eigen::Vector2d offset = pair.source - c.centre;
     across = std::max(across, std::abs(axis.x() * offset.y() - axis.y() * offset.x()));
   }
-  // Sources far from the origin carry its rounding; what lies below it is no spread.
+  // Sources far from the origin are rounded accordingly; a spread below this is only rounding.
   const double rounding = 1e-14 * c.centre.norm();
   c.thinness = along > rounding ? across / along : -1;
   return c;

@@ -14,18 +14,18 @@ namespace {
 constexpr int kMaxIterations = 20;
 constexpr double kConverged_px = 2e-3;
 constexpr double kMaxStep_px = 1;
-// Side of the blocks over which the covariance is summed: several times as far as the channels'
-// residuals are related.
+// Side of the blocks over which the covariance is summed: several times the correlation length of
+// the channels' residuals.
 constexpr int kBlock_px = 6;
 constexpr double kMinDirectionRatio = 0.01;  // of information along to across an edge
 
 // One channel of the template, at the centres of its pixels.
 struct TemplateChannel {
   SplineSamples samples;
-  const SplineImage image;  // the other side's
+  const SplineImage image;  // the same channel of the image
 };
 
-// Sums over the pixels that meet data with the template's corner at one place.
+// Sums over the pixels with data in both, for one position of the template's corner.
 struct ChannelSums {
   Eigen::Matrix2d normals = Eigen::Matrix2d::Zero();
   Eigen::Vector2d right = Eigen::Vector2d::Zero();
@@ -71,7 +71,7 @@ class ChannelMatcher {
       s.count += known.sum();
     }
     if (2 * s.count < count_ || !(s.ti > 0)) return std::nullopt;
-    // With the gain that fits best the template is subtracted from the image.
+    // Residuals: the image minus the template times its best-fitting gain.
     s.right = with_value - s.Gain() * with_templ;
     return s;
   }

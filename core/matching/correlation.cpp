@@ -12,13 +12,13 @@ namespace {
 using Eigen::Index;
 
 // A window whose variance is below this part of the whole image's sum of squares is flat: below it
-// the rounding of the sums decides.
+// the rounding of the sums dominates.
 constexpr double kFlat = 1e-10;
 
 // An image less its mean, zero where there is no data, with all that is summed over.
 struct Side {
   Plane value, square, mask;  // the mask is empty where all is data
-  std::vector<MaskRun> runs;  // of what is data; likewise
+  std::vector<MaskRun> runs;  // of the pixels with data; empty likewise
   bool full = true;
   double count = 0;  // valid pixels
   double sum = 0;    // of the values, nearly zero
@@ -72,13 +72,13 @@ class SumsEverywhere {
     for (const MaskRun& run : i.runs) rows_of_image_[static_cast<size_t>(run.row)].push_back(run);
   }
 
-  // How many pixels meet data.
+  // Number of template pixels that fall on data.
   double Count(Index row, Index col) const { return i_.full ? t_.count : count_(row, col); }
 
   Sums At(Index row, Index col) const {
     Sums s{Count(row, col), t_.sum, t_.energy, value_(row, col), square_(row, col), ti_(row, col)};
     if (s.n == t_.count) return s;
-    // Of the template only what meets data.
+    // Only the template's pixels that fall on data.
     s.t = s.tt = 0;
     for (Index r = 0; r < t_.value.rows(); ++r) {
       for (const MaskRun& run : rows_of_image_[static_cast<size_t>(row + r)]) {
@@ -95,7 +95,7 @@ class SumsEverywhere {
   const Side& t_;
   const Side& i_;
   Plane count_, value_, square_, ti_;
-  // Where the image has gaps: sums along the template's rows, and where the image's rows have data.
+  // If the image has gaps: running sums along the template's rows, and runs of data by image row.
   Plane before_, squares_before_;
   std::vector<std::vector<MaskRun>> rows_of_image_;
 };

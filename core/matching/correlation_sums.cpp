@@ -20,7 +20,7 @@ Plane SpatialSums::Sum(const Plane& kernel, const Plane& image) {
   Plane result(rows, cols);
   for (Index row = 0; row < rows; ++row) {
     for (Index col = 0; col < cols; col += kFloatSumsAtOnce) {
-      // Counted from a value nearby, so that a dark part's small contrast has all digits.
+      // Relative to a value nearby, so that small contrasts keep all digits.
       const double level = image(row + kernel.rows() / 2, col + kernel.cols() / 2);
       const Index width = std::min(part.cols(), image.cols() - col);
       part.leftCols(width) = (image.block(row, col, kernel.rows(), width) - level).cast<float>();
@@ -35,7 +35,7 @@ Plane SpatialSums::Sum(const Plane& kernel, const Plane& image) {
 
 namespace {
 
-// Sides of the blocks, not longer than the image: enough larger than the kernel to yield something.
+// Side of a block, not longer than the image: enough larger than the kernel to be efficient.
 int BlockSide(int kernel, int image) {
   constexpr int kLeast = 150;
   const int wanted = std::max(kLeast, 5 * kernel / 2);
@@ -51,7 +51,7 @@ struct FftSums::Spectra {
   cv::Size block;
   std::map<Place, cv::Mat> of;
 
-  // Of the part of the plane that begins there, with zeros beyond its end.
+  // Spectrum of the block of the plane that begins there, with zeros beyond the plane's end.
   const cv::Mat& Of(const Plane& plane, Index row, Index col) {
     cv::Mat& spectrum = of[{&plane, row, col}];
     if (!spectrum.empty()) return spectrum;
@@ -139,7 +139,7 @@ double SpatialCost(const Eigen::Vector2i& templ_size, const Eigen::Vector2i& ima
 }
 
 double FftCost(const Eigen::Vector2i& templ_size, const Eigen::Vector2i& image_size) {
-  // Measured against multiplying pixel by pixel; one sum needs about two transforms.
+  // Measured cost relative to multiplying pixel by pixel; one sum needs about two transforms.
   constexpr double kPerButterfly = 28;
   double pixels = 1, blocks = 1;
   for (int axis = 0; axis < 2; ++axis) {

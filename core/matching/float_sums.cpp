@@ -9,7 +9,7 @@ using Eigen::Index;
 
 FloatPlane FloatSums(const FloatPlane& kernel, const FloatPlane& image) {
   const Index rows = image.rows() - kernel.rows() + 1, cols = image.cols() - kernel.cols() + 1;
-  // The last ones of a row reach beyond it.
+  // The last sums of a row read beyond its end.
   FloatPlane padded = FloatPlane::Zero(image.rows(), image.cols() + kFloatSumsAtOnce);
   padded.leftCols(image.cols()) = image;
   FloatPlane result(rows, cols);
@@ -39,7 +39,7 @@ void SumOfLines(const Eigen::ArrayXf& weights, const std::vector<const float*>& 
     return;
   }
   for (Index i = 0; i < count; i += kAtOnce) {
-    const Index at = std::min(i, count - kAtOnce);  // the last ones, some of them once more
+    const Index at = std::min(i, count - kAtOnce);  // the last group overlaps the one before
     Few a = Few::Zero(), b = a, c = a, d = a;
     for (Index k = 0; k < terms; ++k) {
       const float* line = lines[static_cast<size_t>(k)] + at;

@@ -13,7 +13,7 @@ using Eigen::Index;
 
 constexpr double kDerivativeSigma_px = 0.8;  // of the Gaussian before the gradient
 constexpr double kSmoothingSigma_px = 0.6;   // of the channels
-// Of the surroundings whose strength a pixel is compared with.
+// Of the Gaussian that averages the strength around a pixel, by which its channels are divided.
 constexpr double kStrengthSigma_px = 2.0;
 constexpr double kFloor = 0.2;  // added to that strength, in units of its mean over the image
 
@@ -108,7 +108,7 @@ Image CorrelateChannels(const GradientChannels& templ, const GradientChannels& i
   const Plane count = over_template(MaskOf(image.channels[0]));
   const double of_templ = tc.square().sum() + ts.square().sum();
   const double needed = std::max(2.0, min_valid * templ_mask.sum()) - 0.5;
-  // Of a window that holds next to nothing rounding decides.
+  // In windows with less energy than this, rounding dominates.
   const double least = 1e-9 * squares.sum();
   Image result(image_size.x() - templ_size.x() + 1, image_size.y() - templ_size.y() + 1, kNoData);
   for (Index row = 0; row < product.rows(); ++row)

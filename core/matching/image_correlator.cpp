@@ -13,8 +13,8 @@ namespace orient {
 namespace {
 
 constexpr double kLeastData = 0.5;
-// Less than this part of the whole image's variance is flat; of the strength that gradients have in
-// a window on average it is rounding.
+// A window is flat below this share of the whole image's variance; for gradients, below this share
+// of the mean sum of squares of a window, which is rounding.
 constexpr double kFlat = 1e-4, kFlatGradients = 1e-6;
 constexpr int kBorder = 1;  // of an image, on which the channels have no data
 
@@ -46,7 +46,7 @@ struct Places {
     const int inner = Inner();
     return corner(inner, inner) - corner(inner, 0) - corner(0, inner) + corner(0, 0);
   }
-  // Products of a template and the windows over what both would give if they were alike: `scale` of
+  // Products of a template and the windows, divided by the norms of both: `scale` of
   // the template, `strength` of each window (0: none).
   Image Ratios(const cv::Mat& products, double scale, const cv::Mat& strength) const {
     Image scores(width, height, kNoData);
@@ -93,8 +93,8 @@ float MeanOf(const Image& image, int count) {
   return count > 0 ? static_cast<float>(sum / count) : 0.0F;
 }
 
-// The circular correlation of an image and a template no larger than it wraps only where the
-// template does not lie inside.
+// With a spectrum of the image's size, circular correlation with the template wraps only where the
+// template does not lie wholly inside the image.
 cv::Size SizeOfSpectrum(const Image& image) {
   return {cv::getOptimalDFTSize(image.width), cv::getOptimalDFTSize(image.height)};
 }

@@ -16,7 +16,7 @@ constexpr double kDerivativeSigma_px = 0.7;
 constexpr double kWindowSigma_px = 2.0;
 constexpr double kMinRoundness = 0.5;
 
-// A point farther than this from its maximum is something else.
+// A point located farther than this from its maximum belongs to another feature.
 constexpr int kMaxMovePx = 2;
 
 // Gradients and their products, weighted with the window around every pixel.
@@ -140,7 +140,7 @@ Models SumLines(const Tensors& t, int col, int row, const Eigen::Vector2d& centr
   return models;
 }
 
-// The window follows the point, so that its first place leaves no trace. Empty where it runs away.
+// The window follows the point, so that the start has no influence. Empty if it moves too far.
 std::optional<InterestPoint> Locate(const Tensors& t, int col, int row, double sigma) {
   const Eigen::Vector2d start(col + 0.5, row + 0.5);
   constexpr int kRounds = 10;
@@ -175,7 +175,7 @@ std::vector<Maximum> Maxima(const Tensors& t, const InterestOptions& options) {
       all.push_back(weights.at<double>(r, c) = MeasureAt(t, c, r).weight);
     }
   }
-  // A maximum needs all its neighbours, or the border of the data would make some.
+  // A maximum needs all its neighbours, or the border of the data would create false ones.
   cv::Mat inside, highest;
   cv::erode(t.valid, inside, cv::Mat::ones(3, 3, CV_8U), cv::Point(-1, -1), 1, cv::BORDER_CONSTANT,
             cv::Scalar(0));
@@ -208,7 +208,7 @@ class Neighbours {
                   static_cast<size_t>(static_cast<int>(image.height / cell_) + 1));
   }
 
-  // False where a point is nearer than the distance; otherwise the place is taken.
+  // False if a point is nearer than the distance; otherwise the place is recorded.
   bool Take(const Eigen::Vector2d& place) {
     const int col = static_cast<int>(place.x() / cell_), row = static_cast<int>(place.y() / cell_);
     const int rows = static_cast<int>(cells_.size()) / cols_;

@@ -12,14 +12,14 @@
 namespace orient {
 namespace {
 
-// Keypoints nearer to no data than this show its border.
+// Keypoints closer to missing data than this show only its border.
 constexpr int kBorder_px = 8;
-// OpenCV counts from the middle of the first pixel; and it looks at the image twice as large, each
-// of whose pixels it takes to lie a quarter of a pixel farther than it does.
+// OpenCV's origin is the centre of the first pixel; and it searches the image at twice the size, in
+// which its coordinates are too large by a quarter of an original pixel.
 constexpr double kOffset_px = 0.5 - 0.25;
-// Of descriptors of one thing under noise, squared: what differs by less is alike.
+// Squared distance between descriptors of one object due to noise: smaller differences are ignored.
 constexpr double kAlike = 0.02;
-// Of the grey values, taken for black and for white.
+// Quantiles of the grey values that are stretched to black and to white.
 constexpr double kDark = 0.005, kBright = 0.995;
 
 using Unit = Eigen::Matrix<float, Eigen::Dynamic, kDescriptorSize, Eigen::RowMajor>;
@@ -91,7 +91,7 @@ struct Nearest {
   }
 };
 
-// Nearest to one another, and clearly nearer than to others.
+// Pairs that are mutually nearest, and clearly nearer than to all others.
 class Distinct {
  public:
   Distinct(std::size_t first, std::size_t second) : of_first_(first), of_second_(second) {}
@@ -196,8 +196,8 @@ std::vector<KeypointMatch> MatchKeypoints(const Keypoints& first, const Keypoint
 
 AlikeKeypoints CompareKeypoints(const Keypoints& first, const Keypoints& second,
                                 const Comparable& comparable, double ratio, std::size_t count) {
-  // So many descriptors of the second stay in the processor's cache while a block of the first is
-  // compared with them.
+  // This many descriptors of the second set stay in the processor's cache while a block of the
+  // first is compared with them.
   constexpr std::size_t kBlock = 256, kTile = 512;
   AlikeKeypoints alike;
   const Unit a = Rooted(first), b = Rooted(second);

@@ -22,17 +22,17 @@ using Parameters = Eigen::Matrix<double, Eigen::Dynamic, 1, 0, kMaxParameters, 1
 using Normals =
     Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, 0, kMaxParameters, kMaxParameters>;
 
-// No step moves a corner of the template farther than this: beyond, the linearisation is a guess.
+// No step moves a corner of the template farther than this: beyond, the linearisation is not valid.
 constexpr double kMaxStepPx = 2;
-// Least share of the position's information that both images agree upon. Noise gives gradients too,
-// in every direction, but not the same ones on both sides: along an edge and in flat ground little
+// Least share of the position's information common to both images. Noise produces gradients, too,
+// in every direction, but different ones in the two images: along an edge and in flat areas little
 // is common.
 constexpr double kMinCommonInformation = 0.2;
-// Of the weaker to the stronger direction, of the position's information and of the template's
-// smoothed gradients: below, it is an edge, ten times worse known along than across.
+// Ratio of weaker to stronger direction, of the position's information and of the template's
+// smoothed gradients: below, it is an edge, with a sigma along it ten times the one across.
 constexpr double kMinDirectionRatio = 0.01;
 // Correlation times the square root of the number of pixels. Chance gives 1; with eight parameters
-// to play with, 4 is not rare.
+// to adjust, 4 is not rare.
 constexpr double kMinSignificance = 6;
 struct State {
   Eigen::Vector2d position;
@@ -57,7 +57,7 @@ using Direction = std::optional<Eigen::Vector2d>;
 
 class Matcher {
  public:
-  // `along`: of an edge; what lies in that direction is left open.
+  // `along`: direction of an edge, in which the position remains undetermined.
   Matcher(const LsmTemplate& templ, const SplineImage& image, const LsmOptions& options,
           const Direction& along)
       : templ_(templ), image_(image), options_(options), along_(along) {
@@ -95,7 +95,7 @@ class Matcher {
   }
 
  private:
-  // A row a pixel, a column a parameter.
+  // One row per pixel, one column per parameter.
   using Design =
       Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, 0, Eigen::Dynamic, kMaxParameters>;
   SplineSamples ImageAt(const State& state) const;
@@ -110,7 +110,7 @@ class Matcher {
   int geometric_ = 0, parameters_ = 0;
 };
 
-// Where the template's pixels lie under the state; shifts alone keep them on a grid.
+// The image at the template's transformed pixels; a mere shift keeps them on a grid.
 SplineSamples Matcher::ImageAt(const State& state) const {
   if (state.A.isIdentity(0))
     return image_.SampleGrid(state.position + templ_.first, templ_.cols, templ_.rows);
@@ -181,7 +181,7 @@ System Matcher::SumUp(const State& state) const {
   return s;
 }
 
-// Nothing moves along the edge, and next to nothing is known there.
+// Suppresses motion along the edge and leaves next to no information in that direction.
 void Matcher::LeaveOpen(System* s) const {
   const Eigen::Matrix2d along = *along_ * along_->transpose();
   const Eigen::Matrix2d across = Eigen::Matrix2d::Identity() - along;
@@ -219,7 +219,7 @@ std::optional<double> Matcher::Step(const System& s, State* state) const {
   return movement;
 }
 
-// What the parameters other than the position leave over for it (Schur complement).
+// Information on the position after elimination of the other parameters (Schur complement).
 std::optional<Eigen::Matrix2d> PositionInformation(const Normals& normals) {
   const Eigen::LLT<Normals> solver(normals);
   if (solver.info() != Eigen::Success) return std::nullopt;
@@ -248,12 +248,12 @@ std::optional<Eigen::Matrix2d> Matcher::PositionCovariance(const System& s) cons
   return Eigen::Matrix2d(sigma0 * sigma0 * covariance.topLeftCorner<2, 2>());
 }
 
-// The part of the image that the template may come to see.
+// The part of the image that the template may cover.
 PixelWindow Neighbourhood(const LsmTemplate& templ, const State& state, const LsmOptions& options) {
   double reach = 0;
   for (const Eigen::Vector2d& corner : templ.corners)
     reach = std::max(reach, (state.A * corner).norm() + options.max_deformation * corner.norm());
-  constexpr double kMargin = 10;       // the spline's memory
+  constexpr double kMargin = 10;       // reach of the spline filter
   constexpr double kWholeImage = 1e6;  // farther than any image reaches
   reach = std::min(reach + options.max_shift_px + kMargin, kWholeImage);
   const Eigen::Vector2d first = state.position.array() - reach;

@@ -17,7 +17,7 @@ constexpr double kFlat = 1e-6;
 
 PrincipalAxes GradientAxes(const Image& templ) {
   constexpr double kSigma = 1;
-  // The blur is one-sided at the border; a small template has to live with that.
+  // The blur is one-sided at the border; for a small template this is accepted.
   const int margin = std::min(templ.width, templ.height) > 12 ? 3 : 1;
   const Image smooth = GaussianBlur(templ, kSigma);
   Eigen::Matrix2d sum = Eigen::Matrix2d::Zero();

@@ -1,4 +1,4 @@
-// The four files of what people measured and decided, read.
+// Reads the four files of manual measurements and decisions.
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
@@ -30,10 +30,10 @@ double SigmaIn(const NamedTable& table, const std::string& column) {
   return sigma;
 }
 
-// What was said already, so that nothing is said twice.
+// The keys read so far, so that none occurs twice.
 class SaidOnce {
  public:
-  // Throws InputError at this cell, where the key was there before.
+  // Throws InputError at this cell if the key has occurred before.
   void Add(const NamedTable& table, const std::string& column, const std::string& key,
            const std::string& what) {
     if (!keys_.insert(key).second)

@@ -22,10 +22,10 @@ std::string PathIn(const std::string& folder, const char* file) {
   return (fs::path(folder) / file).string();
 }
 
-// Of pixels, millimetres and metres: finer than anybody measures.
+// For pixels, millimetres and metres: finer than any measurement.
 std::string Text(double value) { return fmt::format("{:.12g}", value); }
 
-// Not taken for a comment, nor trimmed.
+// Quoted if it would otherwise be read as a comment, or trimmed.
 std::string Cell(const std::string& text) {
   const std::string cell = CsvCell(text);
   const bool bare = !cell.starts_with('"');
@@ -77,14 +77,14 @@ std::string DecisionsTable(const std::vector<Decision>& decisions) {
   return text;
 }
 
-// What stood in a file before; nothing where there was none.
+// The previous contents of a file; empty if there was none.
 std::optional<std::string> ContentsBefore(const std::string& path) {
   std::error_code error;
   if (!fs::is_regular_file(path, error)) return std::nullopt;
   return ReadFile(path);
 }
 
-// Files that were replaced are put back, unless all of them were.
+// Restores the files replaced so far, unless all of them have been replaced.
 class PutBack {
  public:
   void Add(const std::string& path, std::optional<std::string> contents) {
@@ -103,14 +103,14 @@ class PutBack {
         WriteFileAtomically(path, *contents);
       else
         fs::remove(path, ignored);
-    } catch (const std::exception&) {  // the error that led here is the one to be told
+    } catch (const std::exception&) {  // the error that led here is the one to report
     }
   }
 
   std::vector<std::pair<std::string, std::optional<std::string>>> before_;
 };
 
-// All are on the disk before the first gets its name.
+// All are written before the first one gets its final name.
 void WriteTogether(const std::vector<std::pair<std::string, std::string>>& files) {
   std::vector<std::unique_ptr<NewFile>> made;
   for (const auto& [path, text] : files) {

@@ -11,7 +11,7 @@ namespace {
 // Rounding of origin + k * size must not cut a sliver off a pixel.
 constexpr double kSliver = 1e-9;
 
-// Weights of a cell.
+// Weights of a cell that are summed at a time.
 constexpr size_t kAtATime = 4;
 using Few = Eigen::Array<float, kAtATime, 1>;
 

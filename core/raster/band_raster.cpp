@@ -26,7 +26,7 @@ int BitsOf(GDALRasterBand* band) {
   return GDALGetDataTypeSizeBits(band->GetRasterDataType());
 }
 
-// Bands but for alpha, which says where values are.
+// Number of bands without alpha, which only marks valid pixels.
 int CountOfValues(GDALDataset* dataset) {
   const int count = dataset->GetRasterCount();
   const bool alpha =
@@ -34,7 +34,7 @@ int CountOfValues(GDALDataset* dataset) {
   return alpha ? count - 1 : count;
 }
 
-// Each band's; empty where one declares none.
+// The nodata value of each band; empty if a band declares none.
 std::vector<float> NodataOf(const std::vector<GDALRasterBand*>& bands) {
   std::vector<float> values;
   for (GDALRasterBand* band : bands) {
@@ -45,7 +45,7 @@ std::vector<float> NodataOf(const std::vector<GDALRasterBand*>& bands) {
   return values;
 }
 
-// Byte of a TIFF after the last tile of a band; 0 of other files. GDAL's documentation of GTiff,
+// Offset of the byte after a band's last tile in a TIFF; 0 for other files. GDAL's GTiff manual,
 // "Metadata", domain TIFF.
 std::int64_t EndOfTiles(GDALRasterBand* band) {
   int width = 1, height = 1;
@@ -86,10 +86,10 @@ struct BandRaster::Impl {
   BandFormat format;
   bool white_is_zero = false;
   bool has_mask = false;      // one for all bands, alpha too
-  std::vector<float> nodata;  // of each band; empty: not of all
+  std::vector<float> nodata;  // of each band; empty unless all have one
   std::unique_ptr<WindowReader> windows;
 
-  // Closing may speak too.
+  // Closing may report errors, too.
   ~Impl() {
     const ReadingErrors errors;
     windows.reset();
@@ -108,9 +108,9 @@ BandRaster& BandRaster::operator=(BandRaster&&) noexcept = default;
 BandRaster::~BandRaster() = default;
 
 BandRaster BandRaster::Open(const std::string& path) {
-  static_cast<void>(Raster::OpenScan(path));  // says what is wrong with it, if anything
+  static_cast<void>(Raster::OpenScan(path));  // throws with the reason if it cannot be used
   const ReadingErrors errors;
-  const GdalFaults faults;  // a mask that cannot be opened is none to GDAL, which looks for it late
+  const GdalFaults faults;  // GDAL opens masks late and takes one that cannot be opened as absent
   auto impl = std::make_unique<Impl>();
   impl->path = path;
   impl->dataset = OpenRasterDataset(path);
@@ -180,7 +180,7 @@ std::vector<Image> BandRaster::ReadWithGaps(const PixelWindow& window) const {
   const std::vector<float>& nodata = impl_->nodata;
   if (mask.empty() && nodata.empty()) return bands;
   for (std::size_t i = 0; i < bands.front().values.size(); ++i) {
-    // Black in one band is a colour, in all of them nothing.
+    // The nodata value in one band is a colour; only in all bands it is no data.
     const bool gap = !nodata.empty() && std::equal(bands.begin(), bands.end(), nodata.begin(),
                                                    [i](const Image& image, float nothing) {
                                                      return image.values[i] == nothing;

@@ -76,7 +76,7 @@ ColourRaster& ColourRaster::operator=(ColourRaster&&) noexcept = default;
 ColourRaster::~ColourRaster() = default;
 
 std::optional<ColourRaster> ColourRaster::Open(const std::string& path) {
-  static_cast<void>(Raster::Open(path));  // says what is wrong with it, if anything
+  static_cast<void>(Raster::Open(path));  // throws with the reason if it cannot be used
   const ReadingErrors errors;
   const GdalFaults faults;
   auto impl = std::make_unique<Impl>();

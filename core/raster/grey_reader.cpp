@@ -49,7 +49,7 @@ int BitsPerSample(GDALRasterBand* band) {
   return GDALGetDataTypeSizeBits(band->GetRasterDataType());
 }
 
-// How a format's overviews lie on the raster.
+// How a format's overviews are aligned with the raster.
 enum class OverviewKind {
   kStretched,   // to the raster's extent, as GDAL builds them
   kPowerOfTwo,  // cells of 2^n pixels, the last one hangs over the edge: decoders that shrink
@@ -205,7 +205,7 @@ void GreyReader::ToGrey(const std::vector<Image>& colours, Image* grey) const {
              kBlue * Values(colours[2].values.data(), size);
   else
     result = first;
-  if (!palette_.empty()) {  // its colours know about black and white themselves
+  if (!palette_.empty()) {  // the palette already accounts for an inverted scale
     for (float& value : grey->values) {
       const bool known = value >= 0 && value < static_cast<float>(palette_.size());
       value = known ? palette_[static_cast<size_t>(value)] : kNoData;

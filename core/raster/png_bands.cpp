@@ -95,7 +95,7 @@ struct Header {
   std::size_t RowBytes() const { return 1 + width * PixelBytes(); }  // with the filter's number
 };
 
-// Of 13 bytes: width, height, bits, colour type, three methods.
+// From 13 bytes: width, height, bits, colour type, three methods.
 Header ReadHeader(const unsigned char* header, std::size_t bytes) {
   const std::uint32_t width = BigEndian(header), height = BigEndian(header + 4);
   if (width == 0 || height == 0 || width > kLargestSide || height > kLargestSide)
@@ -125,7 +125,7 @@ struct Contents {
   }
 };
 
-// Chunk by chunk, before anything believes what they claim. What is read points into `png`.
+// Checks every chunk before its contents are trusted. The result points into `png`.
 Contents ReadChunks(const std::vector<unsigned char>& png) {
   const auto starts_with = [&](std::size_t at, std::string_view text) {
     return png.size() >= at + text.size() && std::memcmp(&png[at], text.data(), text.size()) == 0;
@@ -154,7 +154,7 @@ Contents ReadChunks(const std::vector<unsigned char>& png) {
   }
 }
 
-// Rows, each behind its filter's number.
+// The rows, each preceded by its filter's number.
 std::vector<unsigned char> Unpack(const Contents& contents, std::size_t bytes) {
   using Unpacker = std::unique_ptr<libdeflate_decompressor, void (*)(libdeflate_decompressor*)>;
   thread_local const Unpacker unpacker(libdeflate_alloc_decompressor(),
@@ -169,8 +169,8 @@ std::vector<unsigned char> Unpack(const Contents& contents, std::size_t bytes) {
 
 // Which of its neighbours to the left, above and above to the left a value is nearest (PNG 1.2,
 // 6.6): with p = left + above - corner the smaller one where p <= it, hence 3 corner - left - above
-// >= the larger one, and likewise the larger one; else the corner. Without a jump, since no
-// processor guesses noise; short after `left`, on which every next value waits.
+// >= the larger one, and likewise the larger one; else the corner. Branch-free, as no
+// processor predicts noise; few operations after `left`, on which every next value depends.
 int Paeth(int left, int above, int corner) {
   const int threshold = 3 * corner - above - left;
   const int low = std::min(left, above), high = std::max(left, above);
@@ -228,7 +228,7 @@ bool UnfilterRow(unsigned char filter, const unsigned char* above, const Header&
   }
 }
 
-// Samples of kBytes bytes, kPixel bytes apart: of so many that the compiler knows, it takes several
+// Samples of kBytes bytes, kPixel bytes apart: with sizes known when compiling, several are taken
 // at a time.
 template <std::size_t kPixel, std::size_t kBytes>
 void Take(const unsigned char* sample, std::size_t count, float* values) {

@@ -26,7 +26,7 @@ namespace orient {
 struct Raster::Impl {
   Impl(std::string name, GDALDatasetUniquePtr opened)
       : path(std::move(name)), dataset(std::move(opened)), grey(dataset.get(), path) {}
-  // Closing may speak too.
+  // Closing may report errors, too.
   ~Impl() {
     const ReadingErrors errors;
     dataset.reset();
@@ -46,7 +46,7 @@ Raster::~Raster() = default;
 Raster Raster::Open(const std::string& path) {
   RegisterGdalDrivers();
   const ReadingErrors errors;
-  // Of uncompressed rows only the window's part is read; by default it would be all of every row.
+  // Reads only the window's part of uncompressed rows; by default GDAL reads whole rows.
   const CPLConfigOptionSetter direct("GTIFF_DIRECT_IO", "YES", true);
   GDALDatasetUniquePtr dataset = OpenRasterDataset(path);
   if (dataset == nullptr) {
@@ -71,8 +71,8 @@ Raster Raster::Open(const std::string& path) {
 Raster Raster::OpenScan(const std::string& path) {
   constexpr int kLongestSide = 300000;  // 1.5 m of film at 5 um
   constexpr double kMostPixels = 1e10;
-  constexpr double kManyPixels = 1e8;          // fewer are soon read
-  constexpr double kMostPixelsPerByte = 4000;  // what packs nothing but one grey value
+  constexpr double kManyPixels = 1e8;          // fewer are read quickly
+  constexpr double kMostPixelsPerByte = 4000;  // compression of an image of one grey value
   Raster scan = Open(path);
   const double pixels = double(scan.Width()) * scan.Height();
   if (std::max(scan.Width(), scan.Height()) > kLongestSide || pixels > kMostPixels)

@@ -13,7 +13,7 @@ namespace {
 
 constexpr const char* kJpegSetting = "GDAL_ERROR_ON_LIBJPEG_WARNING";
 
-// JPEG inside of TIFF only warns.
+// For JPEG within TIFF, GDAL only warns.
 bool TellsOfLostPixels(const std::string& text) {
   return text.find("Premature end of JPEG") != std::string::npos ||
          text.find("Corrupt JPEG data") != std::string::npos;
@@ -64,7 +64,7 @@ std::optional<std::string> ReadWindow(GDALRasterBand* band, const PixelWindow& w
         band->RasterIO(GF_Read, window.col, window.row, window.width, window.height, values,
                        window.width, window.height, type, 0, 0, nullptr);
     if (result == CE_None && !errors.Failed()) return std::nullopt;
-    // What was made up must not come back from the cache next time. An overview is its own dataset.
+    // Pixels filled in after an error must not stay in the cache. An overview is its own dataset.
     if (band->GetDataset() != nullptr) band->GetDataset()->FlushCache(false);
     return errors.Message();
   });

@@ -222,7 +222,7 @@ Image ReduceBy(const Image& image, double factor) {
   };
   AreaAverager averager(cells(image.width), cells(image.height), 0);
   for (int r = 0; r < image.height; ++r) averager.AddRow(r, image.Row(r));
-  // Like ReduceByTwo: NaN where at least half of what lies inside is.
+  // Like ReduceByTwo: NaN if at least half of the area inside is.
   constexpr double kMoreThanHalf = 0.5 + 1e-6;
   return averager.Result(kMoreThanHalf, true);
 }

@@ -9,11 +9,11 @@ namespace orient {
 namespace {
 
 constexpr double kPole = -0.26794919243112270647;  // sqrt(3) - 2
-// The pole's powers die below double precision.
+// Higher powers of the pole are below double precision.
 constexpr int kHorizon = 28;
 constexpr double kFar = 1e8;  // pixels: no image reaches so far
 
-// Of the four coefficients around a place between the second and the third.
+// Weights of the four coefficients around a place between the second and the third.
 struct Weights {
   std::array<double, 4> value, slope;
 
@@ -97,7 +97,7 @@ void SplineImage::MarkSupport(const Grid& samples) {
 }
 
 // NaN would spoil its whole row and column of coefficients. Any smooth continuation does: cells
-// that see it are not valid.
+// that depend on it are not valid.
 void SplineImage::FillGaps(Grid* samples) {
   const auto fill = [](auto&& line) {
     for (Eigen::Index i = 1; i < line.size(); ++i)

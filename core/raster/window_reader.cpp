@@ -16,7 +16,7 @@ namespace {
 
 constexpr double kSmall = 4e6;  // bytes, decoded
 
-// Whether any window of a band takes decoding all of it, or a large piece.
+// Whether reading any window of a band requires decoding all of it, or a large piece.
 bool DecodesAll(GDALDataset* dataset, GDALRasterBand* band) {
   const std::string driver = dataset->GetDriverName();
   if (driver == "JPEG" || driver == "PNG") return true;
@@ -94,7 +94,7 @@ bool WindowReader::DecodeRows(int row, int count, std::vector<unsigned char>* ro
       const ssize_t written =
           pwrite(fileno(decoded_.get()), rows->data() + done, rows->size() - done,
                  static_cast<off_t>(Place(band, row, 0) + done));
-      if (written <= 0) {  // what others have to write needs the room
+      if (written <= 0) {  // leaves the space to other files
         decoded_rows_ = 0;
         decoded_.reset();
         return false;

@@ -36,7 +36,7 @@ std::optional<Degrees> AreaOfUse(const Crs& crs) {
   return code ? AreaOfUse(fmt::format("EPSG:{}", *code)) : std::nullopt;
 }
 
-// Of the area's outline in the CRS's own coordinates; empty where PROJ places none of it.
+// Bounds of the area's outline in the CRS's own coordinates; empty if PROJ transforms none of it.
 Eigen::AlignedBox2d BoxOf(const Degrees& area, const Crs& crs) {
   constexpr int kPieces = 20;
   const auto transform = CoordinateTransform::Between(crs.Wkt(), "EPSG:4326");

@@ -37,7 +37,7 @@ std::optional<double> FirstRoot(double f0, double f1, double f2, double length) 
   return std::nullopt;
 }
 
-// Of the heights that are known.
+// Extremes and mean of the known heights.
 class Extremes {
  public:
   void Add(const std::vector<float>& heights) {
@@ -100,7 +100,7 @@ std::optional<double> DemGrid::HeightAt(double u, double v) const {
   return height;
 }
 
-// Where the walk from cell to cell stands.
+// The current position of the walk from cell to cell.
 struct DemGrid::Walk {
   int column, row;
   double t;

@@ -114,13 +114,13 @@ std::vector<float> DemRaster::Read(int column, int row, int columns, int rows) c
   int has_nodata = 0;
   const float nodata = static_cast<float>(impl_->band->GetNoDataValue(&has_nodata));
   const double scale = impl_->band->GetScale(), offset = impl_->band->GetOffset();
-  quiet.ThrowFaults();  // what is written beside the DEM is read late
+  quiet.ThrowFaults();  // GDAL reads the DEM's side files late
   for (float& height : heights) {
     if ((has_nodata != 0 && height == nodata) || !std::isfinite(height))
       height = std::numeric_limits<float>::quiet_NaN();
     else if (scale != 1 || offset != 0)
       height = static_cast<float>(scale * height + offset);
-    // -9999, -32768 or 3.4e38 mark voids whose value nobody declared.
+    // -9999, -32768 or 3.4e38 mark voids even if no nodata value is declared.
     if (!CanBeGround(height)) height = std::numeric_limits<float>::quiet_NaN();
   }
   return heights;

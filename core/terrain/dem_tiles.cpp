@@ -10,7 +10,7 @@ namespace {
 constexpr int kTileCells = 512;         // a side; 1 MB
 constexpr std::size_t kMostTiles = 64;  // kept at a time
 
-// Objects are distinguished by a number of their own: an address may be used again.
+// Objects are identified by a unique number, as an address may be reused.
 std::uint64_t NextId() {
   static std::atomic<std::uint64_t> last = 0;
   return ++last;

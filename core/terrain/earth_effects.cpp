@@ -71,7 +71,7 @@ Camera WithEarth(const Camera& camera, double k1) {
 
 double CurvatureOf(const Camera& camera, double ground_m) {
   if (camera.earth_k1 == 0) return 0;
-  // The flying height that both effects together belong to; curvature grows faster.
+  // The flying height at which both effects together give earth_k1; curvature grows faster.
   double low = 0, high = 1e5;
   for (int i = 0; i < 60; ++i) {
     const double middle = (low + high) / 2;

@@ -15,7 +15,7 @@
 namespace orient {
 namespace {
 
-constexpr int kAngles = 500;  // of a quarter turn: the other three are alike
+constexpr int kAngles = 500;  // of a quadrant: the other three are alike
 
 // cos^2 and sin^2 of the middles of the angles.
 struct Squares {
@@ -60,11 +60,11 @@ double CircularError90(const Eigen::Matrix2d& covariance) {
   const Eigen::Vector2d variances =
       Eigen::SelfAdjointEigenSolver<Eigen::Matrix2d>(covariance, Eigen::EigenvaluesOnly)
           .eigenvalues();
-  constexpr double kFlattest = 0.01;  // flatter ellipses differ from it by nothing
+  constexpr double kFlattest = 0.01;  // flatter ellipses make no difference
   const double a = std::sqrt(std::max(variances.y(), 0.0));
   if (!(a > 0)) return 0;
   const double b = std::max(kFlattest * a, std::sqrt(std::max(variances.x(), 0.0)));
-  // From below, where the probability's slope falls, Newton's steps never go too far. The radius is
+  // From below, where the probability's slope falls, Newton's steps do not overshoot. The radius is
   // 1.645 sigma on a line, 2.146 sigma on a circle.
   double radius = 1.6 * a;
   for (int i = 0; i < 6; ++i) {
@@ -87,8 +87,8 @@ std::optional<GroundAccuracy> AccuracyOf(const PhotoView& view, const Matrix6d& 
       const auto ground = ray ? surface.Intersect(*ray) : std::nullopt;
       const auto by = ground ? PixelFromGroundWithDerivatives(view, *ground) : std::nullopt;
       if (!by) continue;
-      // What an error of the pose or of the height moves in the photo, the place on the map makes
-      // good.
+      // A displacement in the photo by errors of pose or height is equivalent to one of the ground
+      // position.
       const Eigen::Matrix2d ground_by_pixel = by->by_ground.leftCols<2>().inverse();
       const Eigen::Matrix<double, 2, 6> by_pose = ground_by_pixel * by->by_pose;
       const Eigen::Vector2d by_height = height_sigma_m * (ground_by_pixel * by->by_ground.col(2));

@@ -74,7 +74,7 @@ std::optional<Window> WindowAround(const Bounds& nodes, const DemRaster& dem) {
   return window;
 }
 
-// In memory where it is small, otherwise tile by tile: of neighbouring points hardly any needs
+// In memory if it is small, otherwise tile by tile: neighbouring points hardly ever need
 // another tile.
 DemGrid GridOf(std::shared_ptr<const DemRaster> dem, const Window& window) {
   constexpr std::int64_t kMostInMemory = std::int64_t{1} << 24;  // nodes; 64 MB
@@ -87,7 +87,7 @@ DemGrid GridOf(std::shared_ptr<const DemRaster> dem, const Window& window) {
   return {read, window.columns, window.rows};
 }
 
-// A DEM's nodes against ground coordinates of the block, exactly, with PROJ where the CRSs differ.
+// Exact transformation between DEM nodes and the block's ground, by PROJ if the CRSs differ.
 class DemFrame {
  public:
   DemFrame(const std::string& path, const DemRaster& dem, const Crs& block_crs)
@@ -183,7 +183,7 @@ GroundSurface GroundSurface::FromFile(const std::string& path, const Crs& block_
   const Bounds extent = BoundsOfImage(
       {corner.x(), corner.y(), corner.x() + window->columns - 1, corner.y() + window->rows - 1},
       block_from_node);
-  RefuseFalseScale(block_crs, extent);  // here, since every command that uses heights comes by
+  RefuseFalseScale(block_crs, extent);  // here, as every command that uses heights calls this
   const auto mapping = frame.MappingTo(corner, extent);
   if (!mapping)
     throw InputError(path +

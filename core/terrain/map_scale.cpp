@@ -15,7 +15,7 @@ namespace orient {
 namespace {
 
 // UPS has 0.994 at the pole and UTM 1.001 at its zones' borders: no CRS made for surveying comes
-// near. What is left: a height difference dh moves an image point as if it were 1 % more.
+// near. What remains: a height difference dh displaces an image point as if it were 1 % larger.
 constexpr double kMostScale = 0.01;
 // A pose absorbs the mean of the directions only: half of this is an error of the image, 40 um in
 // the corners of 23 cm film. Cassini's grids reach it 200 km from their meridian.

@@ -16,7 +16,7 @@ constexpr double kHorizon = -1e-3;
 constexpr int kSteps = 10;
 constexpr double kSettledMm = 1e-7;
 
-// `unit`: from the frame's centre, in frames.
+// `unit`: offset from the frame's centre in units of the frame's size.
 Eigen::Vector2d InFrame(const Camera& camera, const Eigen::Vector2d& unit) {
   return camera.frame_centre_mm + unit.cwiseProduct(camera.frame_mm);
 }
@@ -91,7 +91,7 @@ std::optional<Pose> PoseShowingTheSame(const PhotoView& view, const PhotoView& w
   const std::vector<SeenPlace> places = PlacesInFrame(view.camera, view.pose, height_m);
   if (places.size() < 4) return std::nullopt;
   Pose pose = view.pose;
-  // Metres and radians made alike, so that the normal equations are well conditioned.
+  // Metres and radians scaled alike, so that the normal equations are well conditioned.
   const double distance = std::max(1.0, std::abs(pose.position_m.z() - height_m));
   Vector6d unit = Vector6d::Ones();
   unit.head<3>().setConstant(distance);

@@ -15,17 +15,17 @@
 namespace orient::exterior {
 namespace {
 
-constexpr double kKnownPerHeight = 0.08;  // one sigma of the position
-// Approximations are often worse than they are said to be.
+constexpr double kKnownPerHeight = 0.08;  // largest sigma of a known position, over the height
+// Approximations are often worse than stated.
 constexpr double kDoubtPerHeight = 0.03;
-// Tilt, and what the step of kappa and the position leave, move what the patches say of the tilt
-// against one another by up to this, as a tangent.
+// Tilt, and what the steps of kappa and position leave open, make the patches' votes for the tilt
+// differ by up to this, as a tangent.
 constexpr double kCluster = 0.15;
-// The best are drawn again under the pose that they led to.
+// Number of the best ways whose patches are drawn again under the pose that they led to.
 constexpr std::size_t kFollowed = 3;
-constexpr double kMostCorrelated = 2e8;  // pixels: some 7 s of a processor
+constexpr double kMostCorrelated = 2e8;  // pixels: some 7 s of processor time
 
-// What each candidate says of the tilt, as a shift in a level photo of principal distance one.
+// Each candidate's vote for the tilt, as a shift in a level photo of principal distance one.
 std::vector<PlaneVote> TiltVotes(const PhotoView& view, const std::vector<VotingPatch>& voting) {
   constexpr double kNearHorizon = -0.2;
   const auto level = [](const Eigen::Vector3d& direction) -> Eigen::Vector2d {
@@ -52,7 +52,7 @@ Pose Tilted(const Pose& pose, const Eigen::Vector2d& shift) {
   return {pose.position_m, OpkFromRotation(tilt.toRotationMatrix() * pose.GroundFromPhoto())};
 }
 
-// The position is known, or its height is not either.
+// Factors on the height: 1 alone if the position is known, otherwise others as well.
 std::vector<double> HeightsToTry(const PhotoTask& task, double ground_m) {
   if (IsPositionKnown(task.photo.prior, ground_m)) return {1};
   return HeightFactors(task.photo.prior, ground_m);
@@ -99,7 +99,7 @@ class AttitudeSearch {
   std::map<Look, std::vector<VotingPatch>> found_;
 };
 
-// Any tilt that aerial photos have, at the position as far as it is known.
+// A prior with any tilt that aerial photos have, and the position as far as it is known.
 PosePrior AttitudeSearch::WideOf(const PhotoTask& task, double ground_m, const Pose& approximate) {
   const double height = approximate.position_m.z() - ground_m;
   PosePrior wide = Widened({approximate, task.photo.prior.covariance}, ground_m);
@@ -112,7 +112,7 @@ PosePrior AttitudeSearch::WideOf(const PhotoTask& task, double ground_m, const P
   return wide;
 }
 
-// The likely ones first.
+// All ways, the most likely first.
 std::vector<AttitudeSearch::Way> AttitudeSearch::Ways() const {
   std::vector<Way> ways;
   for (const double factor : HeightsToTry(task_, ground_m_))
@@ -140,7 +140,7 @@ PhotoView AttitudeSearch::ViewOf(const Way& way) const {
   return view;
 }
 
-// In hundredths; larger where the camera is lower.
+// Matrix elements in hundredths; larger if the camera is lower.
 Look AttitudeSearch::LookOf(const Way& way) const {
   const PhotoView view = ViewOf(way);
   const double size = (wide_.pose.position_m.z() - ground_m_) / way.height_m;
@@ -199,8 +199,8 @@ std::optional<PoseTrack> AttitudeSearch::Run() {
   return TryWays(to_try);
 }
 
-// Where the patches are drawn. Aerial photos look down but for some degrees: an approximation that
-// is less certain says less of the tilt than this does. As it stands it comes second, for obliques.
+// Poses to draw the patches under. Aerial photos look down to within some degrees, which says more
+// about the tilt than a less certain approximation; as it stands, this comes second, for obliques.
 std::vector<Pose> ApproximatePoses(const PosePrior& prior) {
   const double usual = kUsualTilt_rad * kUsualTilt_rad;
   const double stated = prior.covariance.diagonal().segment<2>(3).maxCoeff();

@@ -38,10 +38,10 @@ int CoarsestReduction(const PhotoTask& task, const PhotoView& view,
   return reduction;
 }
 
-// Of an aligned patch in pixels; below, any two textures correlate.
+// Least side of an aligned patch in pixels; below, any two textures correlate.
 constexpr int kLeastSide_px = 11;
 
-// Several places for every patch at a coarse level.
+// Several candidate places for each patch at a coarse level.
 std::vector<VotingPatch> Seek(const PhotoTask& task, const PhotoView& view,
                               const std::vector<PatchPrediction>& predictions, int reduction,
                               double margin_px) {
@@ -60,7 +60,7 @@ std::vector<VotingPatch> Seek(const PhotoTask& task, const PhotoView& view,
   return voting;
 }
 
-// Of one patch in seven, a right sample of three is drawn a few times in so many.
+// If one patch in seven is right, this many samples contain three right ones a few times.
 constexpr int kSamplesOfAll = 20000;
 
 // The pose that most of the patches searched for at a level agree on.
@@ -74,8 +74,8 @@ std::optional<Consensus> Vote(const PhotoView& view, const PosePrior& prior,
   return FindConsensus(view, prior, voting, options);
 }
 
-// Patches around where the track's pose sees them, at a level; the track as it was where too few
-// agree.
+// Votes with patches sought where the track's pose projects them, at a level; leaves the track
+// unchanged if too few agree.
 void VoteAround(const PhotoTask& task, int reduction, double margin_px, PoseTrack* track,
                 int most_patches = kVotingPatches) {
   const PosePrior weak = Weakened({track->pose, task.photo.prior.covariance});
@@ -85,7 +85,7 @@ void VoteAround(const PhotoTask& task, int reduction, double margin_px, PoseTrac
                    most_patches, task.Prediction());
   const auto consensus = Vote(view, weak, Seek(task, view, predictions, reduction, margin_px),
                               reduction, track->trials);
-  // A patch may be too small for this level: a finer one shows it.
+  // The patches may be too small at this level: a finer one shows them.
   if (!consensus || consensus->supporters.size() < 4) return;
   track->pose = consensus->pose;
   track->covariance = consensus->covariance;
@@ -96,10 +96,10 @@ void VoteAround(const PhotoTask& task, int reduction, double margin_px, PoseTrac
        LargestRadius(predictions, kWindowSigmas) + margin_px, consensus->rms_px});
 }
 
-// Pixels of one search window at its resolution: more would take minutes a patch and all memory.
+// Most pixels of one search window at its resolution: more takes minutes per patch and all memory.
 constexpr double kMaxWindowPixels = 3e6;
 
-// Of all windows that a first pose is searched in, at their resolution: minutes of a processor.
+// Most pixels of all windows searched for a first pose, at their resolution: minutes of CPU time.
 constexpr double kMaxSearchedPixels = 1e10;
 
 // Which patches are searched for, how far around, and at which resolution.
@@ -108,7 +108,7 @@ struct SearchPlan {
   double radius_px = 0;
   int coarsest = 1;
 
-  // Of the largest window, as far as it lies in the photo.
+  // Pixels of the largest window, as far as it lies in the photo.
   double WindowPixels(const PhotoTask& task, int reduction) const {
     const double width = std::min<double>(2 * radius_px, task.image.Width()) / reduction;
     return width * std::min<double>(2 * radius_px, task.image.Height()) / reduction;
@@ -125,12 +125,12 @@ SearchPlan Plan(const PhotoTask& task, const FilmPosition& position, const PoseP
   return plan;
 }
 
-// In a window as large as the approximation is poor a patch costs much, in one around a pose hardly
+// In a window sized for a poor approximation a patch costs much, in one around a known pose hardly
 // anything. So a few patches all over the photo are searched for first, and more only until they
 // agree on a pose that chance does not explain; it then shows where the others are.
 constexpr int kFirstPatches = 12;
 
-// The predictions in batches: those of the first few together are spread over the photo.
+// The predictions in batches; the first batches, taken together, are spread over the photo.
 std::vector<std::vector<PatchPrediction>> Batches(const PhotoTask& task,
                                                   const std::vector<PatchPrediction>& predictions) {
   std::vector<std::vector<PatchPrediction>> batches;
@@ -138,20 +138,20 @@ std::vector<std::vector<PatchPrediction>> Batches(const PhotoTask& task,
   const int all = static_cast<int>(predictions.size());
   int wanted = 0;
   for (int count = kFirstPatches; wanted < all; count *= 2) {
-    wanted = 3 * count > 2 * all ? all : count;  // no small batch at last
+    wanted = 3 * count > 2 * all ? all : count;  // no small last batch
     batches.emplace_back();
     for (const PatchPrediction& p :
          SelectSpread(predictions, task.patches, wanted, task.Prediction())) {
       if (!taken[p.patch]) batches.back().push_back(p);
       taken[p.patch] = true;
     }
-    // Those of fewer need not be among those of more: all may be there already.
+    // A larger selection need not contain the smaller ones: all of it may be taken already.
     if (batches.back().empty()) batches.pop_back();
   }
   return batches;
 }
 
-// The search for a first pose from one prior at one resolution, with one way the film may lie.
+// The search for a first pose from one prior at one resolution, in one film position.
 class FirstSearch {
  public:
   FirstSearch(const PhotoTask& task, const FilmPosition& position, const PosePrior& prior,
@@ -167,13 +167,13 @@ class FirstSearch {
   std::size_t BatchCount() const { return batches_.size(); }
   bool Done() const { return done_ == batches_.size(); }
 
-  // Looks for the next batch of patches; the pose that they and those before agree on, if any.
+  // Seeks the next batch of patches; returns the pose that they and those before agree on, if any.
   std::optional<PoseTrack> Next(double trials, SearchBudget* budget) {
     std::vector<VotingPatch> sought = Seek(task_, view_, batches_[done_++], reduction_, reduction_);
     budget->Spend(sought, reduction_);
     voting_.insert(voting_.end(), std::make_move_iterator(sought.begin()),
                    std::make_move_iterator(sought.end()));
-    // The last batch is the last chance, shared by the ways that the film may lie.
+    // The last batch is the last chance: it has more samples, shared among the film positions.
     const int least = ConsensusOptions().samples;
     const int of_all = kSamplesOfAll / static_cast<int>(task_.photo.positions.size());
     const int samples = Done() && batches_.size() > 1 ? std::max(of_all, least) : least;
@@ -203,9 +203,9 @@ class FirstSearch {
   std::vector<VotingPatch> voting_;
 };
 
-// From one prior at one resolution. Every way the film may lie is tried in the same manner before
-// any is tried harder: the wrong ones never succeed. `ways`: how many such searches there are.
-// `best`: of the poses that chance explains. Nothing is tried any more once the budget is spent.
+// Searches from one prior at one resolution. Each batch is tried in all film positions before the
+// next one: the wrong ones never succeed. `ways`: number of such searches. `best`: the best of the
+// poses that chance explains. Nothing more is tried once the budget is spent.
 std::optional<PoseTrack> SearchFrom(const PhotoTask& task, const PosePrior& prior, int finer,
                                     std::size_t ways, std::size_t most_batches,
                                     SearchBudget* budget, std::optional<PoseTrack>* best) {
@@ -238,7 +238,7 @@ std::optional<PoseTrack> SearchFrom(const PhotoTask& task, const PosePrior& prio
 std::optional<PoseTrack> FirstPose(const PhotoTask& task) {
   const PosePrior& prior = task.photo.prior;
   const PosePrior doubtful = Doubtful(prior, task.patches.front().ground_m.z());
-  // Finer or farther a patch costs four times as much; keypoints follow where some do not tell.
+  // Finer or wider, a patch costs four times as much; if a few batches fail, keypoints are next.
   constexpr std::size_t kAll = std::numeric_limits<std::size_t>::max(), kFew = 3;
   const std::array ways = {std::tuple(&prior, 1, kAll), std::tuple(&prior, 2, kFew),
                            std::tuple(&doubtful, 1, kFew)};
@@ -262,10 +262,10 @@ std::optional<PoseTrack> EasyFirstPose(const PhotoTask& task) {
   return SearchFrom(task, task.photo.prior, 1, 1, kBatches, &budget, &unproven);
 }
 
-// Most rough poses are wrong: some of the patches tell. Of these so many agree around a right one,
-// three or four around any.
+// Most rough poses are wrong, as a probe of some patches shows: at least this many of them agree
+// around a right pose, three or four around any.
 constexpr int kProbingPatches = 40, kWorthAllPatches = 6;
-// Of the resolution: a pose that says less of where patches lie says nothing.
+// Largest search radius, pixels of the level: a pose less certain than this predicts nothing.
 constexpr double kFarthest_px = 200;
 
 std::optional<PoseTrack> Confirmed(const PhotoTask& task, const PoseTrack& rough) {

@@ -21,17 +21,17 @@ constexpr int kPhotoKeypoints = 20000;
 constexpr int kChipKeypoints = 40, kKeptOfChip = 20;
 // Keypoints are looked for in tiles of the level: OpenCV's scale space takes 180 bytes a pixel.
 constexpr int kTile_px = 640, kOverlap_px = 32;
-constexpr double kRatio = 0.9;  // of the nearest descriptor's distance to the second's
-// Or so many of the nearest, where two of a chip agree on its middle: pixels of the level.
+constexpr double kRatio = 0.9;  // largest ratio of the nearest descriptor's distance to the next
+// Or this many nearest ones, if two of a chip agree on its middle to within kAgree_px of the level.
 constexpr std::size_t kNearest = 1;
 constexpr double kAgree_px = 6;
 constexpr int kTurns = 36;
-// Pairs back one another if their turns differ by no more, half of what those of one pose may
-// differ by, and if one lies no farther from where the other says than that share of their
+// Pairs back one another if their rotations differ by at most half of what pairs of one pose may
+// differ by, and if one lies off the place that the other implies by at most this share of their
 // distance: keypoints' angles and sizes are rough, and tilt and relief change the scale.
 constexpr double kBackingTurn_rad = kTurnReach_rad / 2, kBackingReach = 0.25;
 
-// From east and north to a chip's right and down, and back.
+// Converts an offset (east, north) to a chip's (right, down), and back.
 Eigen::Vector2d Flipped(const Eigen::Vector2d& offset, bool mirrored) {
   return {mirrored ? -offset.x() : offset.x(), -offset.y()};
 }
@@ -55,7 +55,7 @@ std::vector<Pair> PairsOf(const Keypoints& photo, const ChipKeypoints& chips,
   return pairs;
 }
 
-// Whether two keypoints of a chip say the same of where it lies, and how.
+// Whether two pairs of one chip imply nearly the same position, rotation and scale of it.
 bool Agree(const Pair& a, const Pair& b, double reach_px) {
   return a.match.first != b.match.first && a.match.second != b.match.second &&
          (a.middle_px - b.middle_px).norm() <= reach_px &&
@@ -63,7 +63,7 @@ bool Agree(const Pair& a, const Pair& b, double reach_px) {
          std::abs(std::log(a.gsd_m / b.gsd_m)) <= std::log(kScaleReach);
 }
 
-// Those with which another one of their chip agrees.
+// The pairs with which another pair of the same chip agrees.
 std::vector<Pair> Agreeing(const std::vector<Pair>& pairs, const ChipKeypoints& chips,
                            double reach_px) {
   std::vector<Pair> agreeing;
@@ -221,7 +221,7 @@ std::vector<int> Backing(const std::vector<Pair>& pairs, const Keypoints& photo,
   std::vector<int> backing(pairs.size(), 0);
   SideBySide(pairs.size(), [&](std::size_t i) {
     std::vector<bool> counted(chips.middles_m.size(), false);
-    counted[chips.chip[pairs[i].match.first]] = true;  // its own does not
+    counted[chips.chip[pairs[i].match.first]] = true;  // its own chip does not count
     for (const Pair& other : pairs) {
       const std::size_t chip = chips.chip[other.match.first];
       if (counted[chip] || !backs(pairs[i], other)) continue;

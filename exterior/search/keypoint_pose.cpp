@@ -16,30 +16,30 @@
 namespace orient::exterior {
 namespace {
 
-// Of the frame's shorter side: how far supporters spread at least, one sigma across their line.
+// Least spread of supporters, one sigma across their line, as a share of the frame's shorter side.
 constexpr double kMinSpread = 0.04;
 constexpr double kInlierSigmas = 4;
-// Of the frame's shorter side: a sample's points lie farther apart.
+// Least distance between a sample's points, as a share of the frame's shorter side.
 constexpr double kLeastSide = 0.1;
-// Keypoints at places of two frames not farther apart than that many reaches are of the frames.
+// Keypoints within this many reaches of the same place in both frames belong to the frames.
 constexpr double kFixedReaches = 3;
-// Of keypoints that count one by one against chance: a descriptor's texture is some 20 px wide.
+// Least distance of keypoints that count separately against chance: a descriptor covers some 20 px.
 constexpr double kApartSigmas = 24;
 constexpr int kPosesOfASample = 4;
-// That no sample of supporters only was drawn.
+// Probability that no sample of supporters only was drawn.
 constexpr double kMissed = 1e-4;
 constexpr int kRefinements = 3;
 // Cells of the scan, each way: supporters in one cell have correlated errors.
 constexpr int kCells = 8;
 
-// One position of the film, and what its photo shares with others.
+// One film position, and the keypoints that its photo shares with others.
 struct Search {
   const Camera& camera;
   const FilmPosition& position;
   const KeypointPoseOptions& options;
   std::vector<SharedKeypoint> shared;
-  std::vector<Eigen::Vector2d> photo_mm;  // of each
-  std::vector<std::size_t> keypoint;      // of each: those of one pixel are one
+  std::vector<Eigen::Vector2d> photo_mm;  // of each shared keypoint
+  std::vector<std::size_t> keypoint;      // number of each; those at one pixel are the same
   std::size_t keypoints = 0;
   double pixel_mm = 1;
   std::size_t positions = 1;  // of the film that are tried
@@ -63,7 +63,7 @@ Search MakeSearch(const Camera& camera, const FilmPosition& position,
   return search;
 }
 
-// The indices of those that the pose shows where they are, of each keypoint the best.
+// Indices of the shared keypoints that the pose projects within reach; per keypoint the best one.
 std::vector<std::size_t> Supporters(const Search& search, const Pose& pose) {
   std::vector<std::size_t> supporters;
   const PosedCamera camera(search.camera, pose);
@@ -128,7 +128,7 @@ Found Ransac(const Search& search) {
       std::vector<std::size_t> supporters = Supporters(search, pose);
       if (supporters.size() <= best.supporters.size()) continue;
       best = {pose, std::move(supporters)};
-      double share = 0;  // of what is drawn
+      double share = 0;  // probability of drawing a supporter
       for (const std::size_t i : best.supporters) share += weights[i] / total;
       needed = std::log(kMissed) / std::log1p(-std::min(share * share * share, 0.999));
     }
@@ -136,7 +136,7 @@ Found Ransac(const Search& search) {
   return best;
 }
 
-// Least squares on the supporters, and again on those of its pose.
+// Least squares with the supporters, repeated with the supporters of the adjusted pose.
 void Refine(const Search& search, Found* found) {
   const double variance = std::pow(search.options.sigma_px * search.pixel_mm, 2);
   for (int i = 0; i < kRefinements; ++i) {
@@ -152,7 +152,7 @@ void Refine(const Search& search, Found* found) {
   }
 }
 
-// Across the line that fits them best, over the frame's shorter side.
+// Spread across the line that fits them best, as a share of the frame's shorter side.
 double Spread(const Search& search, const std::vector<std::size_t>& supporters) {
   Eigen::Vector2d sum = Eigen::Vector2d::Zero();
   Eigen::Matrix2d squares = Eigen::Matrix2d::Zero();
@@ -166,8 +166,8 @@ double Spread(const Search& search, const std::vector<std::size_t>& supporters) 
   return std::sqrt(std::max(0.0, least)) / search.camera.frame_mm.minCoeff();
 }
 
-// How many of these, sorted by column, lie apart from one another: those of one texture are right
-// or wrong together.
+// Number of these, sorted by column, that lie apart from one another: keypoints on one texture are
+// right or wrong together.
 int Places(const Search& search, const std::vector<std::size_t>& which) {
   const double apart_px = kApartSigmas * search.options.sigma_px;
   std::vector<Eigen::Vector2d> places;
@@ -198,8 +198,8 @@ double FalseAlarms(const Search& search, const Found& found, const Eigen::Vector
   return Log10FalseAlarms(places, agreeing, grounds, p) + std::log10(trials);
 }
 
-// Whether what does not support the pose supports another one nearly as well: a place that repeats
-// itself, or photos that contradict one another.
+// Whether the keypoints that do not support the pose support another one nearly as well: repetitive
+// ground, or photos that contradict one another.
 bool HasRival(const Search& search, const Found& found) {
   std::set<std::size_t> taken;
   for (const std::size_t i : found.supporters) taken.insert(search.keypoint[i]);
@@ -210,7 +210,7 @@ bool HasRival(const Search& search, const Found& found) {
   if (static_cast<double>(rival.supporters.size()) <
       search.options.rival_share * static_cast<double>(found.supporters.size()))
     return false;
-  // The same pose, but for what stands on the surface?
+  // Is it the same pose, apart from the effect of objects standing on the surface?
   const PosedCamera camera(search.camera, rival.pose);
   double off = 0;
   for (const std::size_t i : found.supporters) {
@@ -221,7 +221,7 @@ bool HasRival(const Search& search, const Found& found) {
   return off > 3 * search.Reach();
 }
 
-// Of the supporters' residuals.
+// Sum of the supporters' squared residuals.
 double SquaresMm2(const Search& search, const Found& found) {
   const PosedCamera camera(search.camera, found.pose);
   double sum_mm2 = 0;
@@ -231,7 +231,7 @@ double SquaresMm2(const Search& search, const Found& found) {
   return sum_mm2;
 }
 
-// Supporters in one cell of the scan see the same error of surface and neighbour: they count once.
+// Supporters in one cell share errors of the surface and the neighbouring photo: they count once.
 std::optional<Matrix6d> HonestCovariance(const Search& search, const Eigen::Vector2i& scan_px,
                                          Found* found) {
   std::set<std::pair<int, int>> cells;
@@ -252,7 +252,7 @@ std::optional<Matrix6d> HonestCovariance(const Search& search, const Eigen::Vect
   return adjusted->covariance;
 }
 
-// Those that are at the same place of both frames in no position of the film.
+// The keypoints that lie at the same place in both frames in none of the film positions.
 std::vector<SharedKeypoint> OfTheGround(const Camera& camera,
                                         const std::vector<FilmPosition>& positions,
                                         const std::vector<SharedKeypoint>& shared,

@@ -22,8 +22,8 @@
 namespace orient::exterior {
 namespace {
 
-// Levels that are searched, the coarser first: most photos are found there at a quarter of the
-// cost, and by few patches. Of a region much larger than the photo many lie beside it. In large
+// Levels to search, the coarser first: most photos are found there at a quarter of the cost, and by
+// few patches. In a region much larger than the photo, many patches lie outside it. In large
 // photos chips may be too small for all levels but the last.
 struct Level {
   double most_pixels;
@@ -31,15 +31,15 @@ struct Level {
 };
 const std::array kLevels = {Level{3e6, {300, 600}}, Level{12e6, {900, 900}}, Level{24e6, {900}}};
 constexpr double kLeastChip_px = 24;  // of the level: half of it is border
-// The smallest that SIFT finds, diameter in pixels.
+// Diameter in pixels of the smallest keypoints that SIFT finds.
 constexpr double kSmallest_px = 3;
-// Of the turns that pairs tell, the fullest are tried.
+// Number of rotations tried: those that most pairs imply.
 constexpr int kTried = 5;
 // Chips nearer than this share of the photo's longer side may show the same ground.
 constexpr double kApart = 0.03;
-// Of that many chips the pair that most others back: three of them are drawn that make a pose.
+// Chips, each with its most-backed pair, from which samples of three are drawn for a pose.
 constexpr std::size_t kMostBacked = 40;
-constexpr int kFewest = 5;  // places that agree: patches will prove it or not
+constexpr int kFewest = 5;  // agreeing places; patches then prove the pose or not
 
 // Keypoints of the photo's levels and of chips, found once.
 class FoundKeypoints {
@@ -58,19 +58,19 @@ class FoundKeypoints {
  private:
   const PhotoTask& task_;
   std::map<int, Keypoints> photo_;
-  std::array<KeypointsByPatch, 2> chips_;  // as they are, mirrored
+  std::array<KeypointsByPatch, 2> chips_;  // index 0: as they are, 1: mirrored
 };
 
-// Pairs of one turn, and how many others back each.
+// Pairs of one rotation, and how many others back each.
 struct BackedPairs {
   std::vector<Pair> pairs;
   std::vector<int> backing;
 };
 
-// With an approximation that is believed, or with none.
+// A search that trusts the approximation, or does without one.
 class KeypointSearch {
  public:
-  // `prior`: of the pose; `believed`: its accuracy says which pairs may be.
+  // `prior`: of the pose; `believed`: whether its accuracy limits which pairs are possible.
   KeypointSearch(const PhotoTask& task, FoundKeypoints* found, PosePrior prior, bool believed,
                  double ground_m, double trials)
       : task_(task),
@@ -82,7 +82,7 @@ class KeypointSearch {
 
   void Run(WholePhotoSearch* search) const {
     int before = 0;
-    // Where any pair may be, fine levels have too many.
+    // If any pair is possible, fine levels have too many of them.
     const auto end = believed_ ? kLevels.end() : kLevels.begin() + 1;
     for (auto level = kLevels.begin(); level != end; ++level) {
       const auto& [most_pixels, batches] = *level;
@@ -123,7 +123,7 @@ class KeypointSearch {
   double ground_m_;
 };
 
-// Those that the photo may show, whichever way it is turned.
+// Patches that the photo may show, whatever its kappa.
 std::vector<std::size_t> KeypointSearch::PatchesAround() const {
   const PhotoView view = task_.View(task_.photo.positions.front(), prior_.pose);
   std::vector<std::size_t> around;
@@ -166,8 +166,8 @@ void KeypointSearch::SearchBatch(const std::vector<std::size_t>& which, int redu
   }
 }
 
-// How far from where the prior's position and tilt put it, kappa being known to some degrees, a
-// point may lie.
+// How far a point may lie from where the prior's position and tilt project it, with kappa known to
+// within kTurnReach_rad.
 double KeypointSearch::ReachMm(const PhotoView& view, const Eigen::Vector2d& photo_mm) const {
   const Vector6d sigma = prior_.covariance.diagonal().cwiseSqrt();
   const double tilt = std::min(sigma.segment<2>(3).maxCoeff(), kUsualTilt_rad);
@@ -177,15 +177,15 @@ double KeypointSearch::ReachMm(const PhotoView& view, const Eigen::Vector2d& pho
          (kTurnReach_rad + kWindowSigmas * sigma[2] / Height()) * off_axis_mm;
 }
 
-// As approximated, but for kappa.
+// The approximate view, but with the kappa that follows from the rotation.
 PhotoView KeypointSearch::ViewTurned(const FilmPosition& position, double turn_rad) const {
   PhotoView view = task_.View(position, prior_.pose);
   view.pose.opk_rad.z() = KappaOf(turn_rad, position);
   return view;
 }
 
-// The area of the scan in which the stated accuracy lets a point lie, kappa being known to some
-// degrees.
+// Area of the scan in which a point may lie given the stated accuracy, with kappa known to within
+// kTurnReach_rad.
 double KeypointSearch::WindowPx2(const PhotoView& view, const Eigen::Vector3d& ground_m) const {
   const double whole_px2 = static_cast<double>(task_.image.Width()) * task_.image.Height();
   const auto photo_mm = PhotoFromGround(view.camera, view.pose, ground_m);
@@ -223,7 +223,7 @@ void KeypointSearch::Try(const Keypoints& photo, const ChipKeypoints& chips, int
   }
 }
 
-// Of each chip the pair that most others back, of those the most backed.
+// Per chip the pair that most others back; of these pairs, the kMostBacked most-backed.
 std::vector<PlaneVote> MostBacked(const std::vector<PlaneVote>& votes,
                                   const std::vector<int>& backing) {
   std::vector<std::size_t> order(votes.size());
@@ -238,8 +238,8 @@ std::vector<PlaneVote> MostBacked(const std::vector<PlaneVote>& votes,
   return most;
 }
 
-// The pose that the chips agree on, each with the places where its keypoints say that its middle
-// lies: less precise than keypoints, but where the prior says much, few need agree.
+// The pose that the chips agree on, whose candidates are the places of their middles that keypoints
+// imply: less precise than keypoints, but with an informative prior few need agree.
 std::optional<PoseTrack> KeypointSearch::FollowChips(const BackedPairs& turned,
                                                      const ChipKeypoints& chips,
                                                      const FilmPosition& position,

@@ -26,7 +26,7 @@ bool IsCovered(const Image& tile) {
   return static_cast<double>(valid) >= kCovered * static_cast<double>(tile.values.size());
 }
 
-// Side by side on the ground, the nearest to a point first.
+// Middles of tiles side by side on the ground, those nearest to a point first.
 std::vector<Eigen::Vector3d> Middles(const std::vector<patchdb::Patch>& patches,
                                      const PatchMosaic& mosaic, double cell_m,
                                      const Eigen::Vector2d& nearest_to_m) {

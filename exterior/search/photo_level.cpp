@@ -10,7 +10,7 @@
 namespace orient::exterior {
 namespace {
 
-constexpr int kTile_px = 288;          // of the level; its spectrum is quickly computed
+constexpr int kTile_px = 288;          // pixels of the level; its spectrum is fast to compute
 constexpr double kPeakDistance = 2.5;  // pixels of the level
 
 }  // namespace
@@ -24,8 +24,8 @@ int FinestReduction(const PhotoImage& photo, double most_pixels) {
 
 PhotoLevel::PhotoLevel(const PhotoImage& photo, int reduction, int side)
     : reduction_(reduction), side_(side) {
-  // Every place lies in one tile only: what neighbours share is a template less one pixel. The last
-  // ones reach beyond the photo, so that all are of one size.
+  // Each template position lies in one tile only: neighbours overlap by a template less one pixel.
+  // The last tiles reach beyond the photo, so that all are of one size.
   const int step = kTile_px - (side - 1);
   std::vector<Eigen::Vector2d> corners;
   for (int row = 0; (row + side) * reduction <= photo.Height(); row += step)
@@ -54,7 +54,7 @@ PhotoLevel::Places PhotoLevel::Find(const Image& image, const Eigen::Vector2d& a
     const Eigen::Vector2d nearest = around_px.cwiseMax(tile.first_px).cwiseMin(tile.last_px);
     if ((nearest - around_px).norm() > radius_px) continue;
     const Image scores = tile.search.Scores(templ);
-    // Without what lies beyond the photo and what is flat.
+    // Positions beyond the photo and those without texture do not count.
     const auto searched = std::count_if(scores.values.begin(), scores.values.end(),
                                         [](float score) { return !std::isnan(score); });
     places.area_px2 += static_cast<double>(searched) * reduction_ * reduction_;

@@ -12,7 +12,7 @@ namespace orient::exterior {
 namespace {
 
 constexpr double kPower = 0.84;  // sigmas beyond the bound: detected in four of five cases
-// Redundancy of a direction, 0..1, below which a residual tells nothing.
+// Redundancy of a direction, 0..1, below which its residual is not tested.
 constexpr double kTestable = 1e-4;
 constexpr double kLeastRedundancy = 1e-12;
 
@@ -36,7 +36,7 @@ PointCheck CheckPoint(const PhotoView& view, const Matrix6d& covariance, const M
     check.chi2 = std::numeric_limits<double>::infinity();
     return check;
   }
-  // In units of the observation's sigmas, so that one direction's do not hide the other's.
+  // Whitened with the observation's covariance, so that a poor direction does not mask a good one.
   const Eigen::LLT<Eigen::Matrix2d> observed(ObservedCovariance(point, *d));
   const Eigen::Vector2d off = observed.matrixL().solve(point.pixel - *seen);
   const Eigen::Matrix<double, 2, 6> design = observed.matrixL().solve(d->by_pose);

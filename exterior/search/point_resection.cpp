@@ -17,10 +17,10 @@ namespace orient::exterior {
 namespace {
 
 constexpr int kLeastPoints = 4, kLeastWithPrior = 3;
-// Sets without the same number of points: the best by so much in chi-square is beyond doubt.
+// Of sets with equally many points, the best by this much in chi-square is beyond doubt.
 constexpr double kBeyondDoubt = 20;
-// Sets that lose a further point, and of how many points each: any, where all are few; of many
-// points those with the largest residuals, or a dozen wrong ones would take an hour.
+// Sets that lose a further point, and which points each may lose: any if there are few; if many,
+// those with the largest residuals, or a dozen wrong ones would take an hour.
 constexpr std::size_t kBeam = 12, kMany = 12;
 constexpr std::size_t kBeamOfMany = 3, kLosersOfMany = 6;
 constexpr std::size_t kMostTriples = 200;  // that first poses are made from
@@ -37,7 +37,7 @@ struct Fit {
   bool passes = false;
 };
 
-// Poses by one way the film may lie.
+// Adjusts poses for one film position.
 class PointAdjuster {
  public:
   PointAdjuster(const Camera& camera, const FilmPosition& position,
@@ -50,7 +50,7 @@ class PointAdjuster {
     FindStarts();
   }
 
-  // Empty where nothing converges, or too few points are left.
+  // Empty if no start converges, or too few points are left.
   std::optional<Fit> Adjust(const Set& set) const {
     const int least = prior_ ? kLeastWithPrior : kLeastPoints;
     if (std::ssize(set) < least) return std::nullopt;
@@ -59,14 +59,14 @@ class PointAdjuster {
       const auto fit = AdjustFrom(set, start);
       if (fit && (!best || fit->chi2 < best->chi2)) best = fit;
     }
-    // Once more with the weights of the pose that was found, not of where it was sought from.
+    // Once more with the weights of the pose found, instead of the start's.
     if (!best) return best;
     if (auto again = AdjustFrom(set, best->result.pose)) best = std::move(again);
     Check(&*best);
     return best;
   }
 
-  // Of a set that does not converge: what lies before the camera under the best start.
+  // For a set that does not converge: its points in front of the camera under the best start.
   Set Visible(const Set& set) const {
     Set visible;
     const std::vector<Pose> starts = StartsOf(set);
@@ -83,7 +83,7 @@ class PointAdjuster {
   }
 
  private:
-  // Of what is measured and of the ground point, in the photo system; empty behind the camera.
+  // Covariance of measurement and ground point together, photo system; empty behind the camera.
   std::optional<Eigen::Matrix2d> Covariance(std::size_t i, const Pose& pose) const {
     const auto d = PixelFromGroundWithDerivatives(View(pose), points_[i].ground_m);
     if (!d) return std::nullopt;
@@ -107,8 +107,8 @@ class PointAdjuster {
     }
   }
 
-  // Sum over the set of residuals in the photo system, none of them counted for more than a large
-  // one.
+  // Sum of the lengths of the set's residuals in the photo system, each counted as at most
+  // kLarge_mm.
   double Misfit(const Set& set, const Pose& pose) const {
     constexpr double kLarge_mm = 5;
     double sum = 0;
@@ -167,7 +167,7 @@ class PointAdjuster {
   std::vector<Pose> starts_;
 };
 
-// In the order in which points are suspected; all of few, the first of many.
+// The points in the order of suspicion: all if there are few, the first ones if there are many.
 std::vector<std::size_t> SuspectsOf(const Fit& fit) {
   std::vector<std::pair<double, std::size_t>> order;
   for (std::size_t k = 0; k < fit.points.size(); ++k) order.emplace_back(-fit.checks[k].chi2, k);
@@ -178,7 +178,7 @@ std::vector<std::size_t> SuspectsOf(const Fit& fit) {
   return suspects;
 }
 
-// What is visible of a set; the set without its last point where that is all of it.
+// The visible part of a set; if that is all of it, the set without its last point.
 Set Shortened(Set visible, const Set& set) {
   if (visible.size() == set.size()) visible.pop_back();
   return visible;
@@ -250,7 +250,7 @@ PointResection Failed(Reason reason, std::string where, double value = 0, double
   return {std::nullopt, {{reason, Status::kFailed, value, limit, std::move(where)}}};
 }
 
-// By the points alone, or with the prior, in all ways that the film may lie.
+// Resection by the points alone, or with the prior, in all possible film positions.
 PointResection Decide(const Camera& camera, const std::vector<FilmPosition>& positions,
                       const std::optional<PosePrior>& prior,
                       const std::vector<MeasuredPoint>& points, const Set& control) {
@@ -316,7 +316,7 @@ PointResection ResectByPoints(const Camera& camera, const std::vector<FilmPositi
 
 Finding JudgePointsAlone(int points, int wrong, double worst_sigma_px, double hidden_px,
                          double target_px) {
-  // Targets. What 3 and 7 cost and prevent: docs/evidence/measurements.md.
+  // In targets. The cost and benefit of 3 and 7: docs/evidence/measurements.md.
   constexpr double kMostHidden = 5;
   const bool checked = hidden_px <= kMostHidden * target_px;
   const bool few_wrong = 4 * wrong <= points + wrong;

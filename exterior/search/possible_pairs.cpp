@@ -43,7 +43,7 @@ void PossiblePairs::LetPassNear(const PhotoView& view, const FilmPosition& posit
     places.of_photo.col(k) =
         (back * (view.PhotoFromPixel(photo_.pixels[i]) - centre_mm)).cast<float>();
   }
-  // A mirrored photo's kappa grows as its chips' keypoints turn.
+  // In a mirrored photo, kappa increases with the angles of the chips' keypoints.
   const double sense = IsMirrored(position) ? -1 : 1;
   const auto count = static_cast<Eigen::Index>(chips_.keypoints.Size());
   places.of_chips = places.turns_of_chips = Eigen::Matrix2Xf::Zero(2, count);

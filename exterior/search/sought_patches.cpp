@@ -13,10 +13,10 @@ namespace orient::exterior {
 namespace {
 
 constexpr std::size_t kPatches = 60;
-constexpr double kCells = 8;        // along the photo's longer side, with about one of them each
-constexpr std::size_t kFewest = 4;  // of them
-constexpr double kMostTurned_rad = 1.2;  // beyond, anywhere in the photo
-// Of a drawn patch, pixels of the level: with fewer it resembles too much.
+constexpr double kCells = 8;        // along the photo's longer side, with about one patch in each
+constexpr std::size_t kFewest = 4;  // least number of patches
+constexpr double kMostTurned_rad = 1.2;  // beyond, patches may lie anywhere in the photo
+// Least side of a drawn patch, pixels of the level: a smaller one resembles too much.
 constexpr int kLeastSide = 13;
 constexpr int kMostSide = 19;
 constexpr double kMaxPixels = 6e6;  // of a level that is searched whole
@@ -36,7 +36,7 @@ struct AroundPhoto {
   double width_px = 0;
 };
 
-// What the photo may show, whichever way it is turned.
+// Patches that the photo may show, whatever its kappa.
 std::vector<AroundPhoto> PatchesAround(const PhotoTask& task, const PhotoView& view) {
   std::vector<AroundPhoto> around;
   const Camera& camera = view.camera;
@@ -61,8 +61,8 @@ double Structure(const Image& image) {
   return sum.trace() > 0 ? sum.determinant() / sum.trace() : 0;
 }
 
-// Of those at least so wide the ones with most structure at that level, evenly distributed: what
-// makes a good patch at full resolution may be gone there.
+// Of the patches wide enough, those with most structure at that level, evenly distributed: what
+// makes a good patch at full resolution may be lost there.
 std::vector<std::size_t> Conspicuous(const PhotoTask& task, const PhotoView& view,
                                      const std::vector<AroundPhoto>& around, int reduction,
                                      int side) {
@@ -103,7 +103,7 @@ std::optional<SoughtPatches> SoughtPatches::Of(const PhotoTask& task, double gro
   if (around.empty()) return std::nullopt;
   std::vector<double> widths;
   for (const AroundPhoto& patch : around) widths.push_back(patch.width_px);
-  // Most of them, for the smallest are too small.
+  // The first quartile, so that most patches fit; the smallest are too small.
   const auto small = widths.begin() + static_cast<std::ptrdiff_t>(widths.size() / 4);
   std::nth_element(widths.begin(), small, widths.end());
   const int reduction =
@@ -137,7 +137,7 @@ std::vector<VotingPatch> SoughtPatches::Seek(const PhotoView& drawn_under,
     const auto drawn = AlignWholePatch(view, patch, level_->Reduction(), level_->Side());
     if (!drawn) return;
     const double off_px = (drawn->predicted_px - middle_px).norm();
-    // The same tilt moves more what lies farther out.
+    // The same tilt displaces points farther out by more.
     const double oblique = 1 + std::pow(off_px / distance_px, 2);
     auto places = level_->Find(
         drawn->image, drawn->predicted_px,

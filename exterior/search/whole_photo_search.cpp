@@ -19,8 +19,8 @@ bool Convinces(const WaysToTry& ways, const PoseTrack& track) {
   return track.log10_false_alarms < ways.max_log10_false_alarms;
 }
 
-// From the scan's position by one transform to that by another, where one is the other turned;
-// empty where it is mirrored.
+// Rotation between the film positions of two transforms of the scan; empty if one is mirrored
+// relative to the other.
 std::optional<double> TurnBetween(const Affine2d& from, const Affine2d& to) {
   const Eigen::Matrix2d turn = to.A * from.A.inverse();
   if (turn.determinant() < 0) return std::nullopt;
@@ -59,7 +59,7 @@ void SearchBudget::Spend(const std::vector<VotingPatch>& sought, int reduction) 
 
 namespace {
 
-// Beyond that much more of a chi-square the prior decides between two kappas.
+// Difference in chi-square above which the prior decides between two kappas.
 constexpr double kClearly_chi2 = 9;
 
 double Chi2OfKappa(const PosePrior& prior, double kappa_rad) {

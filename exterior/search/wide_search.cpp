@@ -14,14 +14,14 @@
 namespace orient::exterior {
 namespace {
 
-// Tilt, and what the steps of kappa and scale leave, move a photo's tiles against one another by
-// up to this share of the flying height.
+// Tilt and the remainders of the steps in kappa and scale displace a photo's tiles relative to one
+// another by up to this share of the flying height.
 constexpr double kClusterPerHeight = 0.15;
 
-// Of each scale the best hypotheses are followed: under the pose that a few tiles agree on the
-// others look more like the photo, and that pose may have another scale.
+// Best hypotheses followed up per scale: drawn under the pose that a few tiles agree on, the others
+// look more like the photo, and that pose may have another scale.
 constexpr std::size_t kFollowed = 2;
-constexpr double kMostCorrelated = 1e8;  // pixels: some 3 s of a processor
+constexpr double kMostCorrelated = 1e8;  // pixels: some 3 s of processor time
 
 // One way the photo may have been taken.
 struct Hypothesis {
@@ -30,7 +30,7 @@ struct Hypothesis {
   double height_m = 0;  // above the ground
 };
 
-// From an offset in the scan, pixels, to one on level ground, metres.
+// Transforms an offset in the scan, pixels, to one on level ground, metres.
 Eigen::Matrix2d GroundFromScan(const PhotoTask& task, const Hypothesis& hypothesis) {
   const double scale = hypothesis.height_m / task.photo.camera.principal_distance_mm;
   return scale * Eigen::Rotation2Dd(hypothesis.pose.opk_rad.z()).toRotationMatrix() *
@@ -41,7 +41,7 @@ double GsdOf(const PhotoTask& task, const Hypothesis& hypothesis) {
   return std::sqrt(std::abs(GroundFromScan(task, hypothesis).determinant()));
 }
 
-// Kappas outwards from the approximate one, before that at another scale.
+// All kappas, outwards from the approximate one, at each scale before those at the next.
 std::vector<Hypothesis> Hypotheses(const PhotoTask& task, const PosePrior& wide, double ground_m) {
   const double height = wide.pose.position_m.z() - ground_m;
   std::vector<Hypothesis> hypotheses;
@@ -56,7 +56,7 @@ std::vector<Hypothesis> Hypotheses(const PhotoTask& task, const PosePrior& wide,
   return hypotheses;
 }
 
-// Where the camera was, if a candidate is right and the attitude is the hypothesis'; metres.
+// Positions of the camera, m, each if its candidate is right and the attitude is the hypothesis'.
 std::vector<PlaneVote> Votes(const PhotoView& view, const std::vector<VotingPatch>& voting) {
   std::vector<PlaneVote> votes;
   for (std::size_t i = 0; i < voting.size(); ++i)
@@ -70,7 +70,7 @@ std::vector<PlaneVote> Votes(const PhotoView& view, const std::vector<VotingPatc
   return votes;
 }
 
-// How the ground lies in the scan about a point, under a pose; nothing where it is not seen.
+// d ground / d scan, metres per pixel, at a ground point under a pose; empty if it is not seen.
 std::optional<Eigen::Matrix2d> GroundFromScanAt(const PhotoView& view,
                                                 const Eigen::Vector3d& ground_m) {
   const auto projection = PhotoFromGroundWithDerivatives(view.camera, view.pose, ground_m);
@@ -83,7 +83,7 @@ std::optional<Eigen::Matrix2d> GroundFromScanAt(const PhotoView& view,
 
 class WideSearch {
  public:
-  // `other_trials`: ways in which a first pose was searched for before.
+  // `other_trials`: number of ways in which a first pose was searched for before.
   WideSearch(const PhotoTask& task, PosePrior wide, double ground_m, double other_trials)
       : task_(task),
         other_trials_(other_trials),
@@ -156,7 +156,7 @@ ConsensusOptions WideSearch::Options() const {
   return options;
 }
 
-// In hundredths, and from what height.
+// Matrix elements in hundredths of the GSD, and the flying height in whole metres.
 Look WideSearch::LookOf(const Hypothesis& hypothesis) const {
   const Eigen::Matrix2d shape = GroundFromScan(task_, hypothesis);
   const double unit = 0.01 * GsdOf(task_, hypothesis);
@@ -174,7 +174,7 @@ const std::vector<VotingPatch>& WideSearch::Sought(const Hypothesis& hypothesis)
   return sought_.emplace(look, std::move(voting)).first->second;
 }
 
-// The hypothesis stands for what lies within its steps of kappa and scale.
+// The hypothesis represents all poses within its steps of kappa and scale.
 PosePrior WideSearch::PriorOf(const Hypothesis& hypothesis) const {
   PosePrior prior{hypothesis.pose, wide_.covariance};
   prior.covariance(2, 2) = std::pow((kHeightStep - 1) * hypothesis.height_m, 2);
@@ -222,7 +222,7 @@ WholePhotoSearch SearchAtEveryKappa(const PhotoTask& task) {
   WholePhotoSearch turned = SearchAttitudes(task, ground_m, places.Trials());
   const bool by_patches = turned.searched;
   search.Add(std::move(turned));
-  // From a position that is truly known single patches show more than tiles of them all.
+  // If the position is truly known, single patches show more than tiles of their mosaic.
   const bool known = !task.options.prior_failed && IsPositionKnown(task.photo.prior, ground_m);
   if (Convinces(search.track, task.options) || (by_patches && known)) return search;
   search.Add(places.Run());

@@ -9,8 +9,8 @@
 namespace orient::exterior {
 namespace {
 
-// Chip positions are computed exactly on a lattice and linearly between its nodes. Heights come at
-// several pixels' spacing, so nothing is lost, and the lens inverse is not called for every sample.
+// Chip positions are exact on a lattice and interpolated linearly between its nodes. Heights are
+// several pixels apart, so nothing is lost, and the lens inverse is not called for every sample.
 constexpr double kLatticeStep = 2.0;
 constexpr int kMaxRayIterations = 12;
 constexpr int kMaxSupersampling = 32;
@@ -62,7 +62,7 @@ std::optional<PatchInScan> InScan(const PhotoView& view, const patchdb::Patch& p
   return in_scan;
 }
 
-// Less a chip pixel of its rim, which is left to interpolation.
+// Without the outermost pixel on each side, which is left to interpolation.
 double ChipSide(const patchdb::Patch& patch) {
   return std::min(patch.chip.width, patch.chip.height) - 2.0;
 }

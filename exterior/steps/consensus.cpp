@@ -171,7 +171,7 @@ void Polish(const Voter& voter, Consensus* consensus) {
 
 double Log10FalseAlarms(int patches, int supporters, double candidates, double p) {
   if (supporters <= kSampleSize || patches <= kSampleSize) return 0;
-  // The sample that made the pose supports it for nothing.
+  // The sample that defines the pose supports it in any case, and does not count.
   const double n = patches - kSampleSize;
   const double k = supporters - kSampleSize;
   const double q = k / n;

@@ -17,25 +17,25 @@ namespace {
 
 constexpr std::size_t kMinObservations = 4;
 constexpr int kIterations = 4, kIterationsWithDistance = 6;
-// Residuals of next to nothing (hardly any redundancy, and what did not fit taken out) are no
-// reason to believe that nothing is uncertain.
+// Tiny residuals (with hardly any redundancy, and what did not fit removed) do not prove that the
+// uncertainty is tiny.
 constexpr double kLeastNoiseFactor = 0.1;
-// Heights that the residuals hardly show keep their stated variance.
+// Height errors that hardly show in the residuals keep their stated variance.
 constexpr double kLeastHeightRedundancy = 0.5;
 // Log likelihood by which residuals must prefer a long correlation of height errors.
 constexpr double kClearlyBetter = 3;
-// Spacing of matches, in short correlation lengths, at which they show such a correlation.
+// Largest spacing of matches, in short correlation lengths, at which they show a short correlation.
 constexpr double kCloseEnough = 0.5;
 
-// A variance that so many degrees of freedom tell is uncertain itself: errors follow Student's
-// distribution, whose variance is larger by this.
+// A variance estimated with this many degrees of freedom is itself uncertain: errors follow
+// Student's t-distribution, whose variance is larger by this factor.
 double Student(double redundancy) {
   constexpr double kLeast = 3;
   return std::max(redundancy, kLeast) / (std::max(redundancy, kLeast) - 2);
 }
 
 // One component's estimate: v' W C W v / tr(P C), with W the inverse of the whole covariance and P
-// what is left of it once the pose has followed the observations (restricted maximum likelihood,
+// what remains of W once the pose has followed the observations (restricted maximum likelihood,
 // Patterson & Thompson 1971).
 double Component(const Eigen::VectorXd& weighted, const Eigen::MatrixXd& left,
                  const Eigen::MatrixXd& component) {
@@ -45,7 +45,7 @@ double Component(const Eigen::VectorXd& weighted, const Eigen::MatrixXd& left,
 
 using UnknownDistance = std::optional<PrincipalDistancePrior>;
 
-// Of the pose's six unknowns, and of the principal distance where it is an unknown.
+// The prior's information on the pose's six unknowns, and on the principal distance if unknown.
 Eigen::MatrixXd PriorInformation(const PosePrior& prior, const UnknownDistance& unknown) {
   const Eigen::Index unknowns = unknown ? 7 : 6;
   Eigen::MatrixXd information = Eigen::MatrixXd::Zero(unknowns, unknowns);
@@ -67,18 +67,18 @@ void Move(const Eigen::VectorXd& step, PhotoView* now) {
   if (step.size() > 6) now->camera.principal_distance_mm += step[6];
 }
 
-// How many observations the stated precision of surveyed points is worth, where all of an
-// observation's variance is theirs: unlike matching's it is known, and twelve points tell it to a
-// fifth only.
+// How many observations the stated precision of surveyed points is worth if all of an observation's
+// variance comes from them: unlike that of matching it is known, whereas twelve points determine it
+// only to a fifth.
 constexpr double kTrustInSurvey = 30;
 
-// Of the variances stated.
+// Factors on the stated variances.
 struct Components {
   double noise = 1;
   OfHeights<double> heights = {1, 1};
 };
 
-// After a step. `left`: what of the residuals' weights is left once the unknowns have followed.
+// After a step. `left`: what remains of the residuals' weights once the unknowns have been fitted.
 // `stated`: redundancy that the stated variances are worth. Returns the noise's redundancy.
 double UpdateComponents(const Eigen::VectorXd& weighted, const Eigen::MatrixXd& left,
                         const Eigen::MatrixXd& noise, const OfHeights<Eigen::MatrixXd>& heights,
@@ -97,7 +97,7 @@ double UpdateComponents(const Eigen::VectorXd& weighted, const Eigen::MatrixXd& 
   return redundancy + stated;
 }
 
-// What the matches' variances consist of.
+// Parts of the matches' variances.
 struct Variances {
   double own_px2 = 0;  // of matching, mean
   double stated = 0;   // redundancy that the stated precision of ground points is worth
@@ -113,7 +113,7 @@ Variances VariancesOf(const std::vector<PatchObservation>& matches) {
   return variances;
 }
 
-// A residual along an edge is none.
+// Edges are left out: along an edge there is no residual.
 std::vector<ResidualTrend> TrendsOf(const std::vector<PatchObservation>& observations,
                                     const Eigen::VectorXd& residuals) {
   TrendInput input;
@@ -137,8 +137,8 @@ struct Model {
   const CommonErrors& common;
   const PosePrior& prior;
   const UnknownDistance& unknown;
-  Eigen::MatrixXd noise;  // what was measured, with a variance component
-  Eigen::MatrixXd fixed;  // the film's deformation and what edges leave open: without
+  Eigen::MatrixXd noise;  // covariance of the measurements, with a variance component
+  Eigen::MatrixXd fixed;  // the same of film deformation and what edges leave open: without one
   Eigen::MatrixXd prior_information;
   OfHeights<Eigen::MatrixXd> correlation;
 };
@@ -153,13 +153,13 @@ struct Step {
   Eigen::VectorXd step, prior_minus_now;
 
   Eigen::VectorXd Residuals() const { return system.residuals - system.by_unknowns * step; }
-  // What of the residuals' weights is left once the unknowns have followed.
+  // What remains of the residuals' weights once the unknowns have been fitted.
   Eigen::MatrixXd Left() const {
     const Eigen::Index rows = system.residuals.size();
     return covariance.solve(Eigen::MatrixXd::Identity(rows, rows)) -
            weighted_design * known * weighted_design.transpose();
   }
-  // Restricted, but for a constant.
+  // Restricted log likelihood, up to a constant.
   double LogLikelihood(const Eigen::MatrixXd& prior_information) const {
     const Eigen::VectorXd residuals = Residuals(), off = prior_minus_now - step;
     return -(residuals.dot(covariance.solve(residuals)) + off.dot(prior_information * off) +
@@ -195,12 +195,12 @@ std::optional<Step> StepFrom(const PhotoView& now, const Model& model,
   return step;
 }
 
-// The unknowns' covariance, first with what the residuals show only.
+// The unknowns' covariances; `known`: only with what the residuals show.
 struct Covariances {
   Eigen::MatrixXd known, honest, of_common_heights;
 };
 
-// Where the adjustment has ended.
+// Result of the adjustment.
 struct Adjusted {
   PhotoView view;
   Components components;
@@ -225,7 +225,7 @@ std::optional<Adjusted> Adjust(const PhotoView& view, const Model& model, double
   return adjusted;
 }
 
-// From each to its nearest.
+// The median distance from each match to its nearest neighbour.
 double MedianSpacing_m(const std::vector<PatchObservation>& observations) {
   std::vector<double> nearest_m(observations.size(), std::numeric_limits<double>::infinity());
   for (std::size_t i = 0; i < observations.size(); ++i)
@@ -238,10 +238,10 @@ double MedianSpacing_m(const std::vector<PatchObservation>& observations) {
   return UpperMedian(std::move(nearest_m));
 }
 
-// Where matches lie close enough to show it, errors of heights fade over a short distance, as those
-// of a DEM too coarse for its terrain, unless the residuals clearly speak for a long one; elsewhere
-// over the long one, which promises less. The surface's, where an orthophoto does not show heights,
-// are such a DEM's.
+// If matches lie close enough to show it, height errors are taken to decorrelate over a short
+// distance, like those of a DEM too coarse for its terrain, unless the residuals clearly favour a
+// long one; otherwise over the long one, which is less optimistic. Errors of the surface under an
+// orthophoto, which does not show heights, always decorrelate over the short one.
 std::optional<Adjusted> AdjustAsResidualsSay(const PhotoView& view, Model* model, double stated) {
   const double length_m = model->common.height_correlation_m;
   const auto correlation = [&](HeightFading fading) {
@@ -259,7 +259,7 @@ std::optional<Adjusted> AdjustAsResidualsSay(const PhotoView& view, Model* model
   return as_long;
 }
 
-// Trends are noted.
+// Stores the trends in `estimate`.
 Covariances CovariancesOf(const Adjusted& adjusted, const Model& model, const Variances& of_matches,
                           CorrelatedPose* estimate) {
   const Step& step = adjusted.last;
@@ -275,7 +275,7 @@ Covariances CovariancesOf(const Adjusted& adjusted, const Model& model, const Va
                        estimator.by_observation.transpose();
   const Eigen::VectorXd residuals = step.Residuals();
   estimate->trends = TrendsOf(observations, residuals);
-  // The covariance holds those that heights and film explain, not those of what remains as noise.
+  // The covariance includes trends that heights and film explain, not those that remain as noise.
   const auto unexplained = TrendsOf(
       observations, adjusted.components.noise * model.noise * step.covariance.solve(residuals));
   covariances.honest = covariances.known +
@@ -287,8 +287,8 @@ Covariances CovariancesOf(const Adjusted& adjusted, const Model& model, const Va
   return covariances;
 }
 
-// The estimate errs by no more than the prior does and it lies off the prior. What the residuals do
-// not show is propagated without that: they, not the prior, weighted the observations.
+// The estimate errs by at most the prior's error plus its offset from the prior. What residuals do
+// not show is propagated without this limit: they, not the prior, weighted the observations.
 void BoundDistance(double off_mm, const PrincipalDistancePrior& prior,
                    Eigen::MatrixXd* covariance) {
   const double variance = (*covariance)(6, 6);

@@ -14,10 +14,10 @@ namespace orient::exterior {
 namespace {
 
 constexpr int kOfAPose = 3;   // places make a pose
-constexpr double kTests = 3;  // by as many bounds a round may prove a pose
+constexpr double kTests = 3;  // number of bounds by which a round may prove a pose
 
-// Within which a gross error would agree: as data snooping has it, or three sigma where residuals
-// say that it ought to be more. Of the k-th observation.
+// Area within which the k-th observation would agree even if it were a gross error: that of data
+// snooping, or that of three sigma0 if it is larger.
 double AgreeingArea(const PreciseRound& round, std::size_t k) {
   const double reach = 3 * std::max(round.estimate->sigma0_px, 0.2);
   return std::max(std::numbers::pi * reach * reach, round.estimate->passing_px2[k]);
@@ -28,8 +28,8 @@ double Mean(const std::vector<double>& values) {
          static_cast<double>(std::max<std::size_t>(values.size(), 1));
 }
 
-// Each supporter had the mean of the areas. `found_by_chance`: how often a patch is found where it
-// cannot be.
+// As if each supporter had the mean of the areas. `found_by_chance`: how often a patch is found
+// where it cannot be.
 double FalseAlarms(const PreciseRound& round, const Evidence& evidence, double found_by_chance) {
   std::vector<double> areas_px2;
   for (std::size_t k = 0; k < round.observed.size(); ++k)
@@ -40,9 +40,9 @@ double FalseAlarms(const PreciseRound& round, const Evidence& evidence, double f
   return Log10FalseAlarms(evidence.sought, evidence.agreeing, in_a_square, p);
 }
 
-// Of what was found, wherever: each place at random in its window would agree as often as its own
-// area has it, much of the window for a poor texture and little for a good one. The three that make
-// a pose agree for nothing; they are taken to be those that prove most.
+// For all that was found, right or wrong: a random place in its window agrees with the probability
+// given by its own area, large for a poor texture and small for a good one. The three that define
+// a pose agree in any case; they are taken to be those that prove most.
 double FalseAlarmsOfFound(const PreciseRound& round, const Evidence& evidence) {
   std::map<Square, double> squares;
   for (std::size_t k = 0; k < round.observed.size(); ++k) {
@@ -81,8 +81,8 @@ Evidence CountEvidence(const PreciseRound& round, const PreciseRound& last) {
 double LeastFalseAlarms(const PhotoTask& task, const std::vector<PreciseRound>& rounds,
                         double enough) {
   const double tried = std::log10(kTests * static_cast<double>(rounds.size()));
-  // Usually the first, whose windows are the largest: where patches were found there the others
-  // only look again.
+  // Usually the first, whose windows are the largest; the others only search again where patches
+  // were found in it.
   const PreciseRound* proves_most = &rounds.front();
   double least = 0;
   for (const PreciseRound& round : rounds) {
@@ -95,7 +95,7 @@ double LeastFalseAlarms(const PhotoTask& task, const std::vector<PreciseRound>& 
   }
   const Evidence evidence = CountEvidence(*proves_most, rounds.back());
   if (least + tried <= enough || evidence.agreeing < kFewestAgreeing) return least + tried;
-  // So high that it is exceeded once in a thousand.
+  // The rate's upper confidence bound, exceeded once in a thousand.
   const DecoyMatches decoys = MatchDecoys(task, *proves_most);
   const double rate = UpperBoundOfRate(decoys.found, decoys.sought, 0.001);
   return std::min(least, FalseAlarms(*proves_most, evidence, rate)) + tried;

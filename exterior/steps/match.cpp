@@ -13,11 +13,11 @@ namespace {
 
 constexpr double kMaxDisagreement_px = 1.0;  // between correlation and least squares
 constexpr double kMaxSigma_px = 0.3;
-constexpr double kMinGreyPeak = 0.3;  // below, chance
+constexpr double kMinGreyPeak = 0.3;  // below, peaks are due to chance
 
-// Of gradients: how many times better than the second-best place the best one must be, and how
-// many times where grey values are best there, too. For patches of 61 px; the excess over 1 grows
-// with fewer pixels as chance does. Measured on orthophotos of different years: with these, about
+// With gradients: least ratio of the best place's score to the second-best's, and the ratio if grey
+// values are best there, too. For patches of 61 px; the excess over 1 grows with fewer pixels as
+// chance does. Measured on orthophotos of different years: with these, about
 // 1 % of the patches are found at a wrong place.
 constexpr double kMinGradientRatio = 1.4;
 constexpr double kMinGradientRatioWithGrey = 1.1;
@@ -65,12 +65,12 @@ Image Crop(const Image& image, const Eigen::Vector2i& corner, int side) {
   return crop;
 }
 
-// Of the middle of what was found in the photo, searched for in the patch.
+// Side of the middle part that is searched for in the patch, as a share of the place found.
 constexpr double kMiddleShare = 0.6;
 constexpr double kMaxReturn_px = 1.5;
 
-// Forward and backward agree in the gradients: the middle of the place in the photo is found again
-// in the middle of the patch. `corner` is the patch's in the window.
+// Whether forward and backward matching by gradients agree: the middle of the place in the photo is
+// found again in the middle of the patch. `corner`: the patch's corner in the window.
 bool ComesBack(const AlignedPatch& patch, const ImageWindow& window,
                const Eigen::Vector2d& corner) {
   const int side = patch.image.width;
@@ -85,8 +85,8 @@ bool ComesBack(const AlignedPatch& patch, const ImageWindow& window,
   return !peaks.empty() && (peaks.front().position - expected).norm() <= kMaxReturn_px;
 }
 
-// Where the correlation's peak and least squares differ along the weaker axis only, the stronger
-// one is a match as an edge's is.
+// If the correlation's peak and least squares differ along the weaker axis only, the match counts
+// as that of an edge: determined along the stronger axis, open along the weaker one.
 void LeaveWeakestOpen(LsmResult* fit) {
   if (fit->along) return;
   const Eigen::Vector2d along = AxesOf(fit->covariance).vectors.col(1);
@@ -94,7 +94,7 @@ void LeaveWeakestOpen(LsmResult* fit) {
   fit->along = along;
 }
 
-// Of an offset, what the match knows.
+// The part of an offset that the match determines: for an edge, across it only.
 Eigen::Vector2d Across(const LsmResult& fit, const Eigen::Vector2d& offset) {
   return fit.along ? offset - *fit.along * fit.along->dot(offset) : offset;
 }
@@ -133,14 +133,14 @@ PreciseMatch MatchGrey(const AlignedPatch& patch, const ImageWindow& window,
   return match;
 }
 
-// What a patch of 61 px must have by chance's measure, for one of another side: with fewer
-// pixels the second-best place comes nearer by chance.
+// The ratio required of a patch of 61 px, converted to another side: with fewer pixels, chance
+// brings the second-best place closer.
 double RatioFor(int side_px, double of_61_px) {
   constexpr double kSide = 61;
   return 1 + (of_61_px - 1) * std::sqrt(std::max(1.0, kSide / side_px));
 }
 
-// `grey` may be no peak at all.
+// `grey` may be empty.
 PreciseMatch MatchGradients(const AlignedPatch& patch, const ImageWindow& window,
                             const std::vector<Peak>& grey) {
   const GradientChannels templ = ChannelsOf(patch.image), image = ChannelsOf(window.image);
@@ -171,7 +171,7 @@ PreciseMatch MatchGradients(const AlignedPatch& patch, const ImageWindow& window
   return match;
 }
 
-// Whether grey values alone will do: a place that is nearly the same and far better than any other.
+// Whether grey values suffice: a place that is nearly the same, and far better than any other.
 bool StandsOut(const std::vector<Peak>& peaks) {
   constexpr double kNearlyTheSame = 0.8;
   constexpr double kFarBetter = 0.15;
@@ -179,7 +179,7 @@ bool StandsOut(const std::vector<Peak>& peaks) {
          (peaks.size() < 2 || peaks[0].score - peaks[1].score > kFarBetter);
 }
 
-// Best of the one, best of the other, second of the one ...; a place that both name counts once.
+// Best of the one, best of the other, second of the one ...; a place in both counts once.
 std::vector<Peak> Interleaved(const std::vector<Peak>& one, const std::vector<Peak>& other,
                               std::size_t count) {
   std::vector<Peak> merged;

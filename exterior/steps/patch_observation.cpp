@@ -11,9 +11,9 @@
 namespace orient::exterior {
 namespace {
 
-// An orthophoto does not show heights: its patches hardly rise with those that it was made with,
-// and have the surface's error. Those of a photo rise with the heights, or, where several photos
-// show them, by less, as they are known better than the heights (place.h).
+// An orthophoto does not show heights: its patches' Z hardly depends on those it was made with, and
+// has the surface's error. The Z of a photo's patches follows the heights, but less so if several
+// photos show them, as they are then known better than the heights (place.h).
 bool IsOfOrthophoto(const patchdb::Patch& patch) {
   constexpr double kShare = 0.5;
   return patch.height_effect->z() < kShare &&

@@ -20,10 +20,10 @@ namespace {
 constexpr int kPrecisePatches = 900;
 constexpr double kCloseMargin_px = 1.5;  // of windows around a settled pose, beyond its sigmas
 constexpr std::size_t kDecoys = 200;     // of either kind, at most
-// With so many by grey values, what gradients add is not worth their cost and lesser precision.
+// With so many matches by grey values, gradients are not worth their cost and lesser precision.
 constexpr int kManyMatches = 100;
 
-// Beyond, more patches do not make the same pose more precise, but make another one.
+// Beyond it, further patches do not make the same pose more precise but give a different one.
 const double kMovedChi2Limit = ChiSquareLimit(6, 1e-3);
 const double kPriorChi2Limit = ChiSquareLimit(6, 1e-4);
 
@@ -31,7 +31,7 @@ Eigen::Vector2d WindowRadius(const PatchPrediction& prediction, double margin_px
   return prediction.Radius(kWindowSigmas) + Eigen::Vector2d::Constant(margin_px);
 }
 
-// How a patch looks under the view; empty where it is too small there.
+// A patch as it looks under the view; empty if it is too small there.
 std::optional<AlignedPatch> Drawn(const PhotoTask& task, const PhotoView& view,
                                   const PatchPrediction& prediction) {
   return AlignPatch(view, task.patches[prediction.patch], 1, kMinSide_px, kMaxSide_px);
@@ -39,7 +39,7 @@ std::optional<AlignedPatch> Drawn(const PhotoTask& task, const PhotoView& view,
 
 using Drawing = std::function<std::optional<AlignedPatch>(std::size_t)>;
 
-// What grey values did not find, by gradients; why neither did.
+// Searches by gradients for what grey values did not find; if they fail, too, adds the reasons.
 void OrByGradients(const PreciseSearch& search, PreciseMatch* match) {
   PreciseMatch by_gradients = search.ByGradients();
   if (by_gradients.found) {
@@ -50,11 +50,11 @@ void OrByGradients(const PreciseSearch& search, PreciseMatch* match) {
     if (!Has(match->why_not, why.reason)) match->why_not.push_back(why);
 }
 
-// Larger windows are read and correlated again rather than kept, all of a photo's at a time.
+// Larger windows are not kept for all of a photo's patches but read and correlated again.
 constexpr double kMostKept_px = 40;
 
-// What is drawn, around the predictions. Another season, film or decade: where grey values find
-// few, gradients are worth their cost and their lesser precision. Says whether they were asked.
+// Matches what is drawn, around the predictions. If grey values find few (another season, film or
+// decade), gradients are worth their cost and lesser precision. Returns whether they were used.
 bool MatchDrawn(const PhotoTask& task, const PreciseRound& round,
                 const std::vector<std::size_t>& which, const Drawing& drawing,
                 std::vector<PreciseMatch>* matches) {
@@ -133,7 +133,7 @@ void Resect(const PhotoTask& task, const PoseTrack& track, PreciseRound* round) 
       CommonErrorsOf(track.position, round->view, observations.front().ground_m.z());
   round->estimate = EstimatePose(round->view, task.photo.prior, observations, common);
   if (round->estimate && round->estimate->prior_chi2 <= kPriorChi2Limit) return;
-  // Against a prior that is far off there may be no solution at all.
+  // With a prior that is far off there may be no solution at all.
   round->estimate = EstimatePose(round->view, Weakened(task.photo.prior), observations, common);
   if (!round->estimate) return;
   const PosePrior& prior = task.photo.prior;
@@ -144,13 +144,13 @@ void Resect(const PhotoTask& task, const PoseTrack& track, PreciseRound* round) 
 
 namespace {
 
-// A patch close to where a settled pose sees it.
+// The search for a patch close to where a settled pose projects it.
 struct CloseSearch {
   PatchPrediction prediction;
   PreciseSearch search;
 };
 
-// What that pose rejects or did not find: one per prediction of its round, where it is sought.
+// One per prediction of the pose's round, set only for patches that it rejects or did not find.
 struct CloseSearches {
   PhotoView view;
   double window_px = 0;
@@ -185,19 +185,19 @@ CloseSearches SearchClose(const PhotoTask& task, const PoseTrack& track,
   return close;
 }
 
-// By what is searched for close to a settled pose.
+// The cue by which patches are searched for close to a settled pose.
 enum class CloseCue { kGrey, kGradients, kEdges };
 
-// With what is found close to the round's pose; the round as it was where its pose does not stand.
-// Gradients and edges: only of what was found nowhere, for what contradicts lies elsewhere.
+// The round with what is found close to its pose; unchanged if its pose does not hold. Gradients
+// and edges are used only for patches found nowhere, as contradicting ones lie elsewhere.
 PreciseRound WithClose(const PhotoTask& task, const PoseTrack& track, const PreciseRound& before,
                        const CloseSearches& close, CloseCue cue) {
   PreciseRound round = before;
   round.view = close.view;
   round.margin_px = kCloseMargin_px;
   round.window_px = close.window_px;
-  // So close, a second place nearly as good says how well the patch is determined, not which it is.
-  // Gradients keep their ratio: more places resemble them.
+  // So close, a second place nearly as good indicates an imprecise match, not an ambiguous one.
+  // Gradients keep their ratio test: more places resemble them.
   const PreciseOptions options{.min_score_gap = 0, .edges = cue == CloseCue::kEdges};
   SideBySide(close.of.size(), [&](std::size_t i) {
     PreciseMatch& match = round.matches[i];
@@ -230,7 +230,7 @@ PreciseRound Complete(const PhotoTask& task, const PoseTrack& track, const Preci
   PreciseRound points = with(settled, CloseCue::kGrey);
   if (points.estimate->used < kManyMatches) points = with(points, CloseCue::kGradients);
   const PreciseRound edges = with(points, CloseCue::kEdges);
-  // Edges may err more than what they add to: of a DEM too coarse for its terrain.
+  // Edges may err more than the points they add to, e.g. with a DEM too coarse for its terrain.
   return WorstSigma(task, edges) < WorstSigma(task, points) ? edges : points;
 }
 
@@ -254,7 +254,7 @@ DecoyMatches MatchDecoys(const PhotoTask& task, const PreciseRound& round) {
     if (drawn) drawn->image = Mirrored(std::move(drawn->image));
     return drawn;
   };
-  // Few windows: several images in each.
+  // If there are few windows, several images are searched for in each.
   const std::size_t images =
       std::clamp<std::size_t>(kDecoys / std::max<std::size_t>(count, 1), 1, 4);
   const auto exchanged = [&](std::size_t i, std::size_t image) -> std::optional<AlignedPatch> {

@@ -18,8 +18,8 @@ bool Inside(const Eigen::Vector2d& pixel, const PredictionOptions& options) {
          pixel.y() <= options.height_px - options.border_px;
 }
 
-// What attempts have taught comes first, then distinctness; where that is unknown it ranks in the
-// middle, neither preferred nor shunned. A new patch is ranked among those that did as expected.
+// Ranks by what earlier attempts have shown, then by distinctness, or a medium value if that is
+// unknown. A new patch ranks with those that did as expected.
 std::pair<double, double> Rank(const patchdb::Patch& patch) {
   const double taught =
       patchdb::BeliefOf(patch).Mean() - patchdb::BeliefOf(patch.quality, {}).Mean();
@@ -33,14 +33,14 @@ bool Covered(const Eigen::Vector2d& photo_mm, double border_mm, const Prediction
   });
 }
 
-// Why a patch's ground point, projected under the pose, is not to be seen, if it is not.
+// Why a patch's ground point, projected under the pose, is not visible; empty if it is.
 std::optional<Unseen> WhyNotSeen(const PhotoView& view, const Matrix6d& pose_covariance,
                                  const Eigen::Vector3d& ground_m,
                                  const std::optional<PixelDerivatives>& projection,
                                  const PredictionOptions& options) {
   const double border_mm = options.border_px * view.PixelSize();
   if (!projection) {
-    // Or so far outside that the lens model has folded over.
+    // Behind the camera, or so far outside the frame that the lens model has folded over.
     const Eigen::Vector3d axis = -view.pose.GroundFromPhoto().col(2);
     const bool behind = axis.dot(ground_m - view.pose.position_m) <= 0;
     return behind ? Unseen::kBehindCamera : Unseen::kOutsidePhoto;
@@ -96,8 +96,8 @@ std::vector<PatchPrediction> SelectSpread(const std::vector<PatchPrediction>& pr
     std::stable_sort(members.begin(), members.end(), [&](const auto& a, const auto& b) {
       return Rank(patches[a.patch]) > Rank(patches[b.patch]);
     });
-  // The best of every cell, then the second best, until there are enough; of more than are wanted
-  // at last, some all over the photo.
+  // The best of every cell, then the second best, until there are enough; of the last rank only as
+  // many as are wanted, spread over the photo.
   std::vector<PatchPrediction> selected;
   const auto wanted = static_cast<std::size_t>(count);
   for (std::size_t turn = 0; selected.size() < wanted; ++turn) {
@@ -112,8 +112,8 @@ std::vector<PatchPrediction> SelectSpread(const std::vector<PatchPrediction>& pr
 
 Bounds UncertainFootprint(const Camera& camera, const PosePrior& prior, double min_height_m,
                           double max_height_m, double k) {
-  // The frame is grown by what the attitude's uncertainty moves its edge; the position's is added
-  // on the ground. Rays near or above the horizon contribute nothing.
+  // The frame is enlarged by how far the attitude's uncertainty moves its edge; the position's is
+  // added on the ground. Rays near or above the horizon contribute nothing.
   const double attitude = k * std::sqrt(prior.covariance.diagonal().segment<2>(3).maxCoeff());
   const double turn = k * std::sqrt(prior.covariance(5, 5));
   const double grow =

@@ -19,14 +19,14 @@ namespace {
 const double kChi2Limit = ChiSquareLimit(2, 2.73944481876837e-3);  // 11.8
 constexpr std::size_t kMinObservations = 4;
 constexpr double kCauchyScale = 2.0;
-constexpr double kNearlyAsBad = 0.7;  // of the worst
+constexpr double kNearlyAsBad = 0.7;  // share of the worst value
 constexpr int kMaxPasses = 4;
-// Of the heights' stated variance: beyond, houses and trees would pass for terrain.
+// Largest factor on the heights' stated variance: beyond, houses and trees would pass for terrain.
 constexpr double kMaxDoubt = 9;
 constexpr double kWorseHeights = 1.2;  // variance component beyond which heights are doubted
 
-// Of one observation, its height error included: for gross errors that is what counts. Residuals
-// smaller than expected say that the heights are better than stated, not that a match is: its own
+// Covariance of one observation including its height error, as needed to test for gross errors.
+// Residuals smaller than expected mean that heights are better than stated, not the match: its own
 // variance grows with the factor, but does not shrink with it.
 Eigen::Matrix2d Covariance(const PhotoView& view, const PatchObservation& o,
                            double variance_factor) {
@@ -57,7 +57,7 @@ double Chi2(const ControlObservation& control, const Eigen::Vector2d& residual_m
 }
 
 // Robust: half of the residuals may be gross errors. The median of chi-square with two degrees of
-// freedom is 2 ln 2; edges have one and take no part.
+// freedom is 2 ln 2; edges have only one and are left out.
 double MedianVarianceFactor(const std::vector<ControlObservation>& control,
                             const std::vector<Eigen::Vector2d>& residuals) {
   std::vector<double> chi2;
@@ -76,8 +76,8 @@ std::vector<double> NormalisedChi2(const std::vector<ControlObservation>& contro
   return chi2;
 }
 
-// Takes the worst out of `used`, and those that are nearly as bad: one at a time would be the
-// textbook's way, at the cost of as many adjustments as there are gross errors. False: none is bad.
+// Removes the worst from `used`, and those nearly as bad: one at a time, as in textbooks, would
+// take as many adjustments as there are gross errors. False: none is bad.
 bool RemoveWorst(const std::vector<double>& chi2, std::vector<std::size_t>* used) {
   const double worst = *std::max_element(chi2.begin(), chi2.end());
   if (worst <= kChi2Limit) return false;
@@ -96,7 +96,7 @@ double MeanSigmaPx(const std::vector<PatchObservation>& observations,
   return std::sqrt(sum / static_cast<double>(used.size()));
 }
 
-// Of the ellipses in which observations' squared residuals stay below the limit.
+// Areas of the ellipses in which the observations' squared residuals stay below the limit.
 std::vector<double> PassingAreas(const PhotoView& view,
                                  const std::vector<PatchObservation>& observations,
                                  double variance_factor) {
@@ -120,11 +120,11 @@ void FillResiduals(const PhotoView& view, const std::vector<PatchObservation>& o
 
 constexpr int kAddedNoisePasses = 3;
 constexpr double kMostAdded_px = 2;
-// Log likelihood by which a factor must explain the residuals better than a sum: few of them hardly
-// tell, and of the two only the sum keeps gross errors from hiding among poor textures.
+// Log likelihood by which a common factor must explain the residuals better than an added variance:
+// few residuals hardly decide, and only the latter keeps gross errors from hiding in poor textures.
 constexpr double kClearlyBetter = 5;
 
-// The variance which, added to all, makes the median residual what it should be; px^2.
+// Variance, px^2, that must be added to all for the median residual to be as expected.
 double AddedVariance(const PhotoView& view, const std::vector<ControlObservation>& control,
                      const std::vector<Eigen::Vector2d>& residuals_mm, double already_px2) {
   const Eigen::Matrix2d pixel_mm2 = view.photo_from_pixel.A * view.photo_from_pixel.A.transpose();
@@ -142,8 +142,8 @@ double AddedVariance(const PhotoView& view, const std::vector<ControlObservation
   return high;
 }
 
-// Log likelihood of the residuals, gross errors counting alike, where covariances are the control's
-// times a factor.
+// Log likelihood of the residuals if covariances are the control's times a factor; all gross errors
+// count the same.
 double LogLikelihood(const std::vector<ControlObservation>& control,
                      const std::vector<Eigen::Vector2d>& residuals_mm, double factor) {
   double sum = 0;
@@ -157,16 +157,16 @@ std::vector<PatchObservation> Added(std::vector<PatchObservation> observations,
                                     double variance_px2) {
   for (PatchObservation& o : observations) {
     o.covariance_px2 += variance_px2 * Eigen::Matrix2d::Identity();
-    // Each surveyed point was measured in its image by itself.
+    // Each surveyed point was measured independently in its image.
     if (o.height_sigma_m == 0) o.ground_px2 += variance_px2;
   }
   return observations;
 }
 
-// Least-squares matching knows its images' noise, not what has changed on the ground nor relief too
-// small for the chip's heights. Unless residuals clearly speak for a factor, a variance common to
-// all is added: the best textures, whose noise moves them least, would be believed most
-// otherwise, and gross errors pass beside their residuals. Px^2.
+// Variance to add, px^2. Least-squares matching knows its images' noise, but neither changes on the
+// ground nor relief too small for the chip's heights. Unless residuals clearly favour a factor, a
+// variance common to all is added: otherwise the best textures, displaced least by noise, would get
+// most weight, and gross errors would go unnoticed beside their residuals.
 double VarianceToAdd(const PhotoView& view, const PosePrior& prior,
                      const std::vector<PatchObservation>& matched) {
   std::vector<std::size_t> all(matched.size());
@@ -227,7 +227,7 @@ std::optional<Snooped> Snoop(const PhotoView& view, const PosePrior& prior,
   return std::nullopt;
 }
 
-// Gross errors removed, then what the observations share taken into account.
+// The fit without gross errors, then the one that accounts for errors shared by the observations.
 struct Fit {
   Snooped snooped;
   CorrelatedPose correlated;
@@ -257,8 +257,8 @@ std::optional<PoseEstimate> EstimatePose(const PhotoView& view, const PosePrior&
   const std::vector<PatchObservation> observations = Added(matched, added_px2);
   auto fit = SnoopAndFit(view, prior, observations, common);
   if (!fit) return std::nullopt;
-  // Heights worse than stated made good observations look like gross errors: again with what the
-  // residuals say of them.
+  // Heights worse than stated made good observations look like gross errors: repeat with the
+  // variance that the residuals imply for them.
   std::vector<PatchObservation> doubted = observations;
   double doubt = 1;
   for (int i = 1; i < kMaxPasses && fit->correlated.height_factor > kWorseHeights; ++i) {

@@ -20,7 +20,7 @@ constexpr std::array kOfAll = {TrendKind::kShift, TrendKind::kScale, TrendKind::
 constexpr std::array kOfSource = {TrendKind::kShift, TrendKind::kScale, TrendKind::kRotation};
 
 struct Residuals {
-  std::vector<Eigen::Vector2d> places;  // from the middle of all, in their RMS distance
+  std::vector<Eigen::Vector2d> places;  // from their centroid, in units of their RMS distance
   Eigen::VectorXd values;               // col, row, col, ...
 };
 
@@ -40,7 +40,7 @@ Residuals ResidualsOf(const TrendInput& input, const std::vector<std::size_t>& w
   return residuals;
 }
 
-// What a trend does at the places, a column for each of its parameters.
+// Design matrix of a trend at the places, one column per parameter.
 Eigen::MatrixXd Design(TrendKind kind, const std::vector<Eigen::Vector2d>& places) {
   const auto parameters = [&]() -> Eigen::Index {
     if (kind == TrendKind::kShift) return 2;
@@ -72,7 +72,7 @@ Eigen::MatrixXd Design(TrendKind kind, const std::vector<Eigen::Vector2d>& place
   return design;
 }
 
-// The trend's own RMS where it is one. `alarms`: how often chance may make it one.
+// The fitted trend's RMS if it is significant, else empty. `alarms`: the significance level.
 std::optional<double> RmsOf(TrendKind kind, const Residuals& residuals, double alarms) {
   const Eigen::MatrixXd design = Design(kind, residuals.places);
   const Eigen::MatrixXd normal = design.transpose() * design;
@@ -99,7 +99,7 @@ std::vector<ResidualTrend> FindTrends(const TrendInput& input) {
     all.push_back(i);
     of_source[input.sources[i]].push_back(i);
   }
-  if (of_source.size() < 2) of_source.clear();  // its residuals are all
+  if (of_source.size() < 2) of_source.clear();  // its residuals are all there are
   std::erase_if(of_source, [](const auto& source) { return source.second.size() < kFewest; });
   if (all.size() < kFewest) return {};
   const auto tests = static_cast<double>(kOfAll.size() + kOfSource.size() * of_source.size());

@@ -10,8 +10,8 @@
 namespace orient::exterior {
 namespace {
 
-// For an error of one pixel that fades over the ground, the same correlation in col and row; none
-// between sources where each has its own.
+// Correlation, the same in col and row, of an error that decorrelates over the ground; `by_source`:
+// each source has its own, so that there is none between sources.
 Eigen::MatrixXd SmoothCorrelation(const std::vector<PatchObservation>& observations,
                                   double length_m, bool by_source) {
   const Eigen::Index n = std::ssize(observations);
@@ -27,7 +27,7 @@ Eigen::MatrixXd SmoothCorrelation(const std::vector<PatchObservation>& observati
   return correlation;
 }
 
-// What an error of one pixel in either coordinate, so correlated, does to the unknowns.
+// Covariance of the unknowns due to an error of one pixel in each coordinate, so correlated.
 Eigen::MatrixXd Propagated(const Eigen::MatrixXd& by_observation,
                            const Eigen::MatrixXd& correlation) {
   const auto by_col = by_observation(Eigen::all, Eigen::seq(0, Eigen::last, 2)).eval();
@@ -52,7 +52,7 @@ Eigen::MatrixXd CovarianceOfUnseenErrors(const LinearEstimator& estimator,
   Eigen::MatrixXd covariance =
       estimator.own_px2 * (kSharedEverywhere * kSharedEverywhere * everywhere +
                            kSharedSmoothly * kSharedSmoothly * smooth);
-  // Good residuals are no sign that what all heights have in common is small.
+  // Small residuals do not mean that the error common to all heights is small.
   for (std::size_t kind = 0; kind < kHeightKinds; ++kind) {
     const Eigen::VectorXd common = gain * estimator.by_height_px[kind];
     const double missing = std::max(1 - estimator.height_factors[kind], 0.0);

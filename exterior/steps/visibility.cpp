@@ -39,7 +39,7 @@ bool HiddenByTerrain(const GroundSurface& surface, const Eigen::Vector3d& projec
   const double slope = rise_m / length_m;
   const double reach_m = std::min(length_m, (surface.MaxHeight() - *start_m) / slope);
   const double step_m = std::max(surface.CellSize(), reach_m / kMaxSteps);
-  // By how much the ray's height is uncertain at its upper end.
+  // Standard deviation of the ray's height at its upper end.
   const double end_sigma_m =
       std::sqrt(centre_covariance_m2(2, 2) +
                 slope * slope * centre_covariance_m2.topLeftCorner<2, 2>().trace());

@@ -16,9 +16,9 @@ using Matrix6 = Eigen::Matrix<double, 6, 6>;
 using Matrix26 = Eigen::Matrix<double, 2, 6>;
 
 constexpr double kScoreLimit = 1.5;       // nats: grey values never outvote geometry
-constexpr double kFarthestSecond = 30.0;  // nats: beyond it nobody asks
+constexpr double kFarthestSecond = 30.0;  // nats: larger margins make no difference
 
-// Shift x, y, turn, scale, difference of the scales, shear.
+// Shift x, y, rotation, scale, difference of the two scales, shear.
 struct State {
   Vector6 mean = Vector6::Zero();
   Matrix6 covariance = Matrix6::Zero();
@@ -37,7 +37,7 @@ Matrix26 Design(const Vector2d& place) {
   return h;
 }
 
-// What a mark's candidates are compared with.
+// The predicted position of a mark, with which its candidates are compared.
 struct Prediction {
   Matrix26 h;
   Matrix2d inverse;        // of the innovation's covariance
@@ -76,7 +76,7 @@ double FixedGain(const AssignmentMark& mark, const AssignmentCandidate& candidat
          std::clamp(candidate.score_nats, -kScoreLimit, kScoreLimit) + candidate.click_nats;
 }
 
-// What is known once every mark but one is matched: no candidate is ever predicted better.
+// The state once every mark but one is matched: no prediction is ever more precise.
 State NarrowestState(const std::vector<AssignmentMark>& marks, const ConstellationPrior& prior,
                      size_t without) {
   State state = PriorState(prior);
@@ -87,8 +87,8 @@ State NarrowestState(const std::vector<AssignmentMark>& marks, const Constellati
 }
 
 // Branch and bound. A candidate stays open below a node as long as a set with it may still beat the
-// best one known: what is reached, its own gain here, and the most that all other open marks could
-// add, were each predicted as well as all marks together allow. By the chain rule the order of
+// best one known: the nats so far, its own gain here, and the most that all other open marks could
+// add, if each were predicted as well as all marks together allow. By the chain rule the order of
 // marks does not matter, so the mark with the fewest open candidates comes next.
 class Search {
  public:
@@ -150,8 +150,8 @@ class Search {
                0.5 * ChiSquare(predicted, marks_[mark->index].candidates[c.index].position_mm);
   }
 
-  // Closes what cannot lead to a better set. True when something was closed: then less can be added
-  // to the others, and they may be closed too.
+  // Closes candidates that cannot lead to a better set. True if any was closed: the bound for the
+  // others is then lower, and they may be closed, too.
   bool Close(double nats, std::vector<OpenMark>* open) const {
     double rest = 0;
     for (const OpenMark& mark : *open) rest += mark.most;
@@ -223,7 +223,7 @@ class Search {
   int nodes_ = 0;
 };
 
-// Index of the candidate that adds most where a mark is predicted; -1 where none adds anything.
+// Index of the candidate with the largest gain for a predicted mark; -1 if no gain is positive.
 int Likeliest(const AssignmentMark& mark, const ConstellationPrior& prior,
               const Prediction& predicted) {
   int best = -1;
@@ -239,7 +239,7 @@ int Likeliest(const AssignmentMark& mark, const ConstellationPrior& prior,
   return best;
 }
 
-// What is known after all matched marks but one.
+// The state after all matched marks but one.
 State StateWithout(const std::vector<AssignmentMark>& marks, const ConstellationPrior& prior,
                    const std::vector<int>& choice, int without) {
   State state = PriorState(prior);
@@ -251,8 +251,8 @@ State StateWithout(const std::vector<AssignmentMark>& marks, const Constellation
   return state;
 }
 
-// The same for every mark in turn at the cost of one: in information form a mark's part of what is
-// known is a sum's term, which can be taken off again.
+// The same for every mark in turn at the cost of one: in information form a mark's contribution is
+// a term of a sum, which can be subtracted again.
 class StatesWithoutOne {
  public:
   StatesWithoutOne(const std::vector<AssignmentMark>& marks, const ConstellationPrior& prior,

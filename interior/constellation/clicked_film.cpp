@@ -18,15 +18,15 @@ namespace {
 
 using Eigen::Vector2d;
 
-// Of a click where no locator sees a mark, as its drawing's likeness; exact clicks do without.
+// Score, nats, of a click where no locator finds a mark; exact clicks are not penalised.
 constexpr double kUnlikeNats = -1.5;
-// Windows around predicted places, and by how much they grow with the distance from a click: film
-// and scanner alone, and with nothing known of the film's turn.
+// Windows around predicted places, and their growth with the distance from a click: for film and
+// scanner alone, and with an unknown rotation of the film.
 constexpr double kWindowHalf_mm = 1.5;
 constexpr double kBySeveral = 0.025, kByOne = 0.06;
-// Clicks closer together tell little of scale and turn.
+// Clicks closer together hardly determine scale and rotation.
 constexpr double kLeastBase_mm = 20;
-// What the pixel size may be beside what is stated, and beside a ladder of guesses.
+// Tolerances of the pixel size against a stated one, and against a ladder of guesses.
 constexpr double kOffStated = 0.05, kOffLadder = 0.2;
 
 struct Clicked {
@@ -76,7 +76,7 @@ class Hypotheses {
   Hypotheses(std::vector<Clicked> clicked, std::vector<PixelSizeGuess> guesses)
       : clicked_(std::move(clicked)), guesses_(std::move(guesses)) {}
 
-  // The one that explains most clicks, and these best; none where none is plausible.
+  // The hypothesis that explains the most clicks, and these best; empty if none is plausible.
   std::optional<Hypothesis> BestIn(ScanOrientation orientation) const {
     std::optional<Hypothesis> best;
     const auto keep = [&](const Affine2d& pixel_from_photo, const Clicked& a, const Clicked& b) {
@@ -142,7 +142,7 @@ class Hypotheses {
   std::vector<PixelSizeGuess> guesses_;
 };
 
-// Looks for all marks where a hypothesis has them.
+// Looks for all marks where a hypothesis predicts them.
 class ClickedFilm {
  public:
   ClickedFilm(const Raster& scan, const CameraFile& camera, const MarkShapes& shapes,
@@ -180,9 +180,9 @@ class ClickedFilm {
     return locators_.at(LocatorFor(shape, options_.locator))->Find(windows_, shape, search);
   }
 
-  // What the locator found, with the click: close to it the person's word makes a candidate
-  // likelier, elsewhere it is one more. Candidates are weighed against clutter, which has a
-  // window's density; a click that is none could lie anywhere on the scan.
+  // Adds the click to the locator's candidates: it makes a candidate close to it more probable,
+  // otherwise it is a further candidate. Candidates are weighed against clutter, whose density is
+  // that of the window; a wrong click could lie anywhere on the scan.
   void AddClick(const MarkClick& click, const FilmReading& reading, double scan_mm2,
                 std::vector<MarkCandidate>* candidates, AssignmentMark* mark) const {
     std::size_t nearest = candidates->size();

@@ -39,7 +39,7 @@ std::vector<OrientationClass> ClassesToTry(const CameraFile& camera, const MarkS
   return OrientationClasses(camera.fiducials, shapes);
 }
 
-// For each class all ways that the marks cannot tell from it.
+// For each class, all scan orientations that the marks cannot distinguish from it.
 std::vector<OrientationClass> AlikeToEach(const CameraFile& camera, const MarkShapes& shapes,
                                           const InteriorOptions& options,
                                           const std::vector<OrientationClass>& classes) {
@@ -65,12 +65,12 @@ class Reader {
       locators_[kind] = MakeLocator(kind);
   }
 
-  // These again, with marks that lie outside their windows.
+  // The same readings, with marks that lie outside their windows added.
   std::vector<FilmReading> BeyondWindows(const std::vector<FilmReading>& readings) {
     return ReadingsBeyondWindows(readings, camera_, shapes_, locator_, &windows_);
   }
 
-  // Readings of one setting: both polarities, for the one that the user excluded may show that the
+  // Readings of one setting: both polarities, as the one that the user excluded may show that the
   // other was stated wrongly, and both kinds of scanner, unless the user named one.
   std::vector<FilmReading> Read(const Setting& setting, const InteriorOptions& options) {
     const std::vector<Place> places = Places(setting);
@@ -95,7 +95,7 @@ class Reader {
     return (PhotoFromPixelAxes(orientation).transpose() * rectangle_.size_mm).cwiseAbs();
   }
 
-  // Where each mark is searched, and what makes the search another one.
+  // Where a mark is searched for, and the key that distinguishes this search from others.
   struct Place {
     SearchKey key;
     const MarkShape* shape;
@@ -121,14 +121,14 @@ class Reader {
       const int look = alike ? -1 : static_cast<int>(orientation);
       places.push_back(
           {{mark.mark, w.col, w.row, w.width, w.height, p, look}, &shape, {w, axes / p}});
-      // A size that is only tried is not worth it.
+      // Not worth the effort for a pixel size that is only a guess.
       places.back().search.interpolate = setting.pixel_size.sigma < kLadderSigma;
     }
     return places;
   }
 
-  // A layout distinguished by one mark has the other windows in common in every scan orientation:
-  // what was searched once is known.
+  // If one mark distinguishes a layout's scan orientations, these have the other windows in common:
+  // each window is searched only once.
   std::vector<MarkCandidates> Candidates(const std::vector<Place>& places) {
     std::vector<const Place*> fresh;
     for (const Place& place : places)
@@ -226,9 +226,9 @@ std::vector<PixelSizeGuess> GuessPixelSize(const Eigen::Vector2i& scan_px,
 
 namespace {
 
-// A film this much larger than its marks' rectangle lies on a bed.
+// A scan this much larger than the marks' rectangle shows the film on a scanner bed.
 constexpr double kRebateMm = 60;
-// What is found on the bed may be the film or the exposed frame.
+// The region found on the bed may be the film or only the exposed frame.
 constexpr double kLeastOfRectangle = 0.85;
 constexpr size_t kMostRegions = 4;
 
@@ -265,7 +265,7 @@ class FilmReadings {
     return ChooseAlsoBeyondWindows();
   }
 
-  // The best one, and all that say something else; every reading's second set of marks is another
+  // The best reading, and all that differ from it; every reading's second set of marks is another
   // reading.
   std::vector<FilmReading> AllWays() {
     std::vector<FilmReading> ways = {Best(SearchRange::kWhole)};
@@ -309,8 +309,8 @@ class FilmReadings {
   }
 
   // Every mark was found, well within its window, and so surely that nothing in the rest of the
-  // range can come near: the odds of a set against clutter exceed x in clutter with a probability
-  // below 1/x (Markov), so a rival within 3 nats is there with e^-(nats - 3) at most.
+  // range can compete: in clutter, the odds of a set against clutter exceed x with a probability
+  // below 1/x (Markov), so there is a rival within 3 nats with probability e^-(nats - 3) at most.
   bool IsBeyondRivals(const FilmReading& reading) const {
     constexpr double kBeyondRivals = 30;
     constexpr double kInsideMm = 2.5;

@@ -26,12 +26,12 @@ constexpr double kWindowHalf_mm = 1.5;
 constexpr int kLeastAnchors = 4;
 // Film between the anchors bends by some hundredths of a millimetre.
 constexpr double kBend_mm = 0.05;
-// An anchor in its own small window is where it was in the large one.
+// Positions of an anchor found in its small and in its large window agree within this.
 constexpr double kSameCross_mm = 0.3;
-// Places of the layout that are one place.
+// Positions in the layout that agree within this are the same.
 constexpr double kSamePlace_mm = 0.5;
 
-// All marks of the camera where one reading of the anchors puts them.
+// Searches for all marks of the camera where one reading of the anchors predicts them.
 class GuidedSearch {
  public:
   GuidedSearch(const Raster& scan, const CameraFile& camera, const MarkShapes& shapes,
@@ -47,16 +47,16 @@ class GuidedSearch {
       locators_[kind] = MakeLocator(kind);
   }
 
-  // Were the film lying in the first of these orientations, and were the crosses that the reading
-  // took for the anchors those `shift_mm` farther on in the layout.
+  // The reading if the film lay in the first of these orientations, and if the crosses that were
+  // taken for the anchors were those `shift_mm` farther on in the layout.
   FilmReading Expand(const OrientationClass& orientations, const Vector2d& shift_mm) {
     FilmReading full = reading_;
     full.orientations = orientations;
     full.margin = kMostMargin;
     full.second = {};
     full.bend_mm = kBend_mm;
-    // Where the film lies on the scan must not tell one mesh from the next: a cut scan's film does
-    // not lie in its middle.
+    // The film's position on the scan must not decide between one mesh and the next: in a cut scan
+    // the film does not lie in the middle.
     full.free_mm = 0.5 * reading_.pixel_size.pixel_mm *
                    Vector2d(windows_.Scan().Width(), windows_.Scan().Height());
     full.prior = PriorIn(full, full.scanner, DepartureOf(camera_.fiducials, orientations));
@@ -81,8 +81,8 @@ class GuidedSearch {
     }
     full.best.choice = ChooseAround(full.marks, full.prior, trusted);
     full.best.nats = NatsOfSet(full.marks, full.prior, full.best.choice);
-    // What one misplaced mark of four would make of the scanner, the neighbours of a reseau's cross
-    // tell of the cross.
+    // One misplaced mark of four can mislead about the scanner; in a reseau the neighbours reveal a
+    // misplaced cross.
     if (full.best.Matched() >= kLeastReseauMarks)
       full.scanner_margin = std::numeric_limits<double>::infinity();
     return full;
@@ -93,8 +93,8 @@ class GuidedSearch {
   // Drawing, place in the layout (0.01 mm) and scan orientation.
   using Key = std::tuple<std::string, std::int64_t, std::int64_t, ScanOrientation>;
 
-  // Where the layout has the anchors that were found, and where the scan has them. None where too
-  // few were found, or the anchors show that the film does not lie so.
+  // Positions in the layout and in the scan of the anchors that were found. None if too
+  // few were found, or if the anchors contradict this scan orientation.
   std::vector<PointPair2d> AnchorsIn(ScanOrientation orientation) const {
     std::vector<Fiducial> anchors;
     for (const size_t i : anchors_) anchors.push_back(camera_.fiducials[i]);
@@ -113,8 +113,8 @@ class GuidedSearch {
     return {name, std::llround(100 * place.x()), std::llround(100 * place.y()), orientation};
   }
 
-  // Looks around the places of the layout that were not looked at; where the film would lie shifted
-  // by a mesh most places are the same ones.
+  // Searches around positions of the layout that were not searched before; with the film shifted
+  // by a mesh, most positions are the same.
   void SearchAround(const Vector2d& shift_mm, const Affine2d& pixel_from_photo,
                     ScanOrientation orientation) {
     struct Place {
@@ -144,11 +144,11 @@ class GuidedSearch {
     MarkSearch search;
     search.window = WindowAround(pixel_from_photo * place);
     search.pixel_from_mm = pixel_from_photo.A;
-    search.turns_rad = {0};  // the anchors have told the turn
+    search.turns_rad = {0};  // the rotation is known from the anchors
     return locators_.at(LocatorFor(shape, locator_))->Find(windows_, shape, search);
   }
 
-  // Those of the reading's polarity; the mark gets them, too.
+  // Candidates of the reading's polarity; they are added to the mark, too.
   std::vector<MarkCandidate> Candidates(const MarkCandidates& found, AssignmentMark* mark) const {
     const auto& candidates = reading_.polarity == Polarity::kPositive ? found.bright : found.dark;
     const std::vector<double> nats = ScoreNats(candidates);
@@ -197,7 +197,7 @@ int InCommon(const std::vector<Vector2d>& places, const Vector2d& shift_mm) {
   return common;
 }
 
-// By how much these marks may be moved so that at least half of them lie where others lay.
+// Adds the shifts of these marks that move at least half of them to positions of others.
 void AddShifts(const std::vector<Vector2d>& places, std::vector<Vector2d>* shifts) {
   constexpr size_t kLeast = 9;  // fewer are fiducial marks
   if (places.size() < kLeast) return;
@@ -218,9 +218,9 @@ void AddShifts(const std::vector<Vector2d>& places, std::vector<Vector2d>* shift
   }
 }
 
-// The reading of one scan orientation, and the readings next to it: the film moved by a mesh or so,
-// while one of them is more probable. Anchors on a border of crosses that hides some of them may
-// be found a mesh off; all crosses together tell, as a whole row then has none.
+// The reading of one scan orientation, and those with the film moved by about a mesh,
+// as long as one of them is more probable. Anchors on a border that hides some crosses may
+// be found a mesh off; all crosses together show it, as a whole row then has none.
 void AddWithShifts(const OrientationClass& orientations, const std::vector<Vector2d>& shifts,
                    GuidedSearch* search, std::vector<FilmReading>* readings) {
   constexpr int kMostMoves = 4;
@@ -245,8 +245,8 @@ void AddWithShifts(const OrientationClass& orientations, const std::vector<Vecto
   }
 }
 
-// The most probable one. The scan orientations that the anchors allow and the crosses between them
-// do not are its rivals.
+// The most probable reading. Scan orientations that the anchors allow but the crosses between them
+// contradict are its rivals.
 FilmReading MostProbable(const std::vector<FilmReading>& readings,
                          const std::vector<FilmReading>& excluded) {
   FilmReading best = BestOf(readings, excluded);
@@ -263,7 +263,7 @@ FilmReading MostProbable(const std::vector<FilmReading>& readings,
   return best;
 }
 
-// The whole camera's classes, as far as the anchors allow them; one that they allow comes first in
+// The orientation classes of all marks that the anchors allow; an allowed one comes first in
 // each.
 std::vector<OrientationClass> Classes(const CameraFile& camera, const MarkShapes& shapes,
                                       const FilmReading& anchors, const InteriorOptions& options) {
@@ -293,7 +293,7 @@ std::vector<size_t> AnchorMarks(const std::vector<Fiducial>& fiducials) {
     double most = -std::numeric_limits<double>::infinity();
     for (size_t i = 0; i < fiducials.size(); ++i) {
       const Vector2d at = fiducials[i].position_mm - centre;
-      // Of a side's marks the one in its middle.
+      // Of the marks along a side, prefers the one in its middle.
       const double reach = at.dot(along) - 0.01 * std::abs(at.dot(across));
       if (reach <= most) continue;
       most = reach;
@@ -325,11 +325,11 @@ std::vector<Vector2d> MeshShifts(const std::vector<Fiducial>& fiducials) {
 
 namespace {
 
-// What the scan shows in the polarity of the options, or in either one.
+// Readings of the scan in the polarity of the options, or in both polarities.
 std::vector<FilmReading> ReadingsByAnchors(const Raster& scan, const CameraFile& camera,
                                            const MarkShapes& shapes,
                                            const InteriorOptions& options) {
-  // Another reading of the anchors so much less probable than the best one is none, but for a
+  // Readings of the anchors this much less probable than the best one are dropped, except for a
   // second film on the scan.
   constexpr double kNearlyAsProbable = 10;
   const std::vector<size_t> anchors = AnchorMarks(camera.fiducials);

@@ -13,7 +13,7 @@ using Eigen::Matrix2d;
 using Eigen::Vector2d;
 
 constexpr double kLargestAffinity = 0.025;  // difference of a desktop scanner's two scales
-constexpr double kSamePlaceMm = 1;          // as near as that no two marks lie
+constexpr double kSamePlaceMm = 1;          // no two marks are this close together
 constexpr double kSameLayoutMm = 0.35;      // what an affine may leave between equal layouts
 
 // Could a scanner's affinity make the layout look like its own permutation?

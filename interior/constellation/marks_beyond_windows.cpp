@@ -15,13 +15,13 @@ using Eigen::Vector2d;
 
 constexpr int kLeastFound = 2;
 constexpr std::size_t kMostReadings = 6;
-// Around predicted places, and by how much it grows with the distance from the nearest mark: what
-// film, scanner and the places of coarse candidates leave open.
+// Half window around predicted places, and its growth with the distance from the nearest mark: the
+// uncertainty due to film, scanner and the positions of coarse candidates.
 constexpr double kWindowHalf_mm = 1.5, kGrow = 0.025;
 // Closer than this, px, two candidates are one.
 constexpr double kSameCandidate_px = 1.5;
 
-// Where the reading's other marks put those that it lacks.
+// Predicts the marks that a reading lacks from its other marks.
 class MarksBeyond {
  public:
   MarksBeyond(const FilmReading& reading, const Vector2d& scan_px)
@@ -29,7 +29,7 @@ class MarksBeyond {
         scan_px_(scan_px),
         film_(TransformOf(reading.marks, reading.prior, reading.best.choice)) {}
 
-  // Lacking, on the scan, and not well within its own window.
+  // Whether the mark is lacking, on the scan, and not well within its own window.
   bool IsWorthALook(std::size_t i) const {
     if (reading_.best.choice[i] >= 0) return false;
     const Vector2d off = film_ * reading_.marks[i].place_mm - reading_.marks[i].place_mm;
@@ -71,7 +71,7 @@ class MarksBeyond {
   Affine2d film_;  // scan axes, mm, from the layout's places
 };
 
-// Adds those that were not known. Scores are weighed anew, as clutter is told by all of them.
+// Adds the new candidates. All are scored again, as the level of clutter follows from all of them.
 void AddCandidates(const MarkCandidates& found, std::size_t i, FilmReading* reading) {
   std::vector<MarkCandidate>& known = reading->candidates[i];
   for (const MarkCandidate& one :

@@ -38,7 +38,7 @@ bool UsesTheSameMarks(const FilmReading& a, const FilmReading& b) {
   return true;
 }
 
-// Where the reading has these marks, px.
+// Positions of these marks in the reading, px.
 std::vector<Vector2d> Places(const FilmReading& reading, const Assignment& marks) {
   std::vector<Vector2d> places;
   for (size_t i = 0; i < marks.choice.size(); ++i)
@@ -46,7 +46,7 @@ std::vector<Vector2d> Places(const FilmReading& reading, const Assignment& marks
   return places;
 }
 
-// Of the rectangles around two sets of places, as a share of the smaller one.
+// Overlap of the rectangles around two sets of places, as a share of the smaller one.
 double Overlap(const std::vector<Vector2d>& a, const std::vector<Vector2d>& b) {
   Eigen::AlignedBox2d box_a, box_b;
   for (const Vector2d& place : a) box_a.extend(place);
@@ -56,7 +56,7 @@ double Overlap(const std::vector<Vector2d>& a, const std::vector<Vector2d>& b) {
   return both.volume() / std::max(std::min(box_a.volume(), box_b.volume()), 1e-9);
 }
 
-// Every place of the fewer is one of the others.
+// Whether every place of the smaller set is also one of the larger set.
 bool LieTogether(const std::vector<Vector2d>& a, const std::vector<Vector2d>& b,
                  double tolerance_px) {
   if (b.size() < a.size()) return LieTogether(b, a, tolerance_px);

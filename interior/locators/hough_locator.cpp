@@ -24,7 +24,7 @@ bool OnMiddleLine(const MarkDrawing& drawing, const Vector2d& at_mm, double pixe
     return StrokeDistance(drawing, at_mm + step) - StrokeDistance(drawing, at_mm - step);
   };
   const Vector2d outwards(slope({h, 0}), slope({0, h}));
-  constexpr double kRidge = 0.5;  // on it both edges are equally near: no way leads outwards
+  constexpr double kRidge = 0.5;  // on it both edges are equally near: no direction is outwards
   if (outwards.norm() < kRidge * 2 * h) return true;
   return StrokeDistance(drawing, at_mm - pixel_mm * outwards.normalized()) >= distance;
 }

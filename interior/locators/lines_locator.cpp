@@ -17,10 +17,10 @@ using Eigen::Matrix2d;
 using Eigen::Vector2d;
 
 constexpr double kPixelsOverStroke = 2.5;
-// Strokes of this many pixels are enlarged so many times; still thinner ones show no profile.
+// Images of strokes this wide are enlarged by this factor; still thinner strokes show no profile.
 constexpr double kLeastStroke_px = 0.6, kMostStroke_px = 1.67, kEnlarged = 2;
-constexpr double kPerpendicular = 0.05;   // what the arms' angle may differ from 90 degrees
-constexpr double kStraightEnough = 0.05;  // rad from the scan's axes: no turning needed
+constexpr double kPerpendicular = 0.05;   // tolerance of the arms' angle of 90 degrees, rad
+constexpr double kStraightEnough = 0.05;  // rad from the scan's axes: no rotation needed
 
 // The window with the cross's arms along its rows and columns.
 struct Turned {
@@ -72,10 +72,10 @@ struct Crossing {
   int points = 0;
 };
 
-// Of a nearly horizontal and a nearly vertical line (the latter in transposed coordinates).
+// Crossing of a nearly horizontal and a nearly vertical line (the latter transposed).
 std::optional<Crossing> Cross(const LineSegment& across, const LineSegment& down) {
   if (std::abs(across.slope + down.slope) > kPerpendicular) return std::nullopt;
-  // Most are far apart.
+  // Quick test, as most pairs are far apart.
   if (std::abs(across.offset - down.middle) > down.reach + std::abs(across.slope) * across.reach)
     return std::nullopt;
   double x = down.offset, y = across.offset;
@@ -120,7 +120,7 @@ class LinesByOffset {
 
  private:
   std::vector<std::pair<double, size_t>> sorted_;
-  double most_ = 0;  // that a line departs from its offset
+  double most_ = 0;  // largest deviation of a line from its offset
 };
 
 // Crossings of one polarity, those with the most points first, none twice.
@@ -158,7 +158,7 @@ const CrossElement* CrossOf(const MarkShape& shape) {
   return longest;
 }
 
-// The mark as drawn, turned with the film.
+// The mark as drawn, rotated with the film.
 struct LinesLocator::TurnedMark {
   SpotTemplate spot;
   Vector2d centre = Vector2d::Zero();  // the mark's, in the template
@@ -167,7 +167,7 @@ struct LinesLocator::TurnedMark {
 
 namespace {
 
-// The mark whose cross lies at `cross_at`: that turn of the drawing which looks most like the image
+// The mark whose cross lies at `cross_at`, in the rotation of the drawing that best fits the image
 // within a pixel.
 template <typename Turns>
 MarkCandidate MarkAt(const SpotImage& image, const Turns& turns, const Vector2d& cross_at,
@@ -245,9 +245,9 @@ MarkCandidates LinesLocator::Find(ScanWindows& scan, const MarkShape& shape,
               RenderOptions().blur_sigma_px / std::min(reduction, 1.0));
   const SpotImage spots(flat);
   const auto found = [&](bool bright) {
-    // A cross drawn darker than what is around it is so on a positive.
+    // A cross drawn darker than its surroundings is dark on a positive.
     const bool bright_lines = bright == (cross->brightness > 0);
-    // More than asked for: their order is the one of the score.
+    // More than requested, as the final order is that of the correlation.
     const size_t looked_at = 3 * static_cast<size_t>(search.max_count);
     std::vector<MarkCandidate> candidates;
     for (const Crossing& crossing :

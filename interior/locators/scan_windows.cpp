@@ -14,7 +14,7 @@ const ImageWindow& ScanWindows::Read(const PixelWindow& w, double reduction) {
     const auto known = read_.find(key);
     if (known != read_.end()) return known->second;
   }
-  // The raster has its own lock: others may work on what they have meanwhile.
+  // The raster has its own lock: meanwhile other threads may use windows that were read before.
   ImageWindow window = scan_.ReadGrey(w, std::max(reduction, 1.0));
   if (reduction < 1) {
     window.image = EnlargeBy(window.image, static_cast<int>(std::lround(1 / reduction)));

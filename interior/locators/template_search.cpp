@@ -17,7 +17,7 @@ using Eigen::Vector2d;
 
 // Pixels over the mark's diameter at which its drawing is still clear; more cost time only.
 constexpr double kPixelsOverMark = 32;
-// At half of them strokes run together for small marks: those are searched at once.
+// With fewer than this at half resolution, strokes merge: such marks are searched at full at once.
 constexpr double kFewestPixelsOverMark = 13;
 constexpr double kMinValid = 0.7;
 
@@ -48,7 +48,7 @@ std::vector<MarkTemplate> MakeTurns(const TemplateMaker& make, const Matrix2d& p
   return templates;
 }
 
-// Highest and lowest coefficient over all turns of the template.
+// Highest and lowest coefficient over all rotations of the template.
 struct Scores {
   Image bright, dark;
 };
@@ -72,14 +72,14 @@ Scores CorrelateTurns(const Image& image, const std::vector<MarkTemplate>& templ
   return scores;
 }
 
-// Top of the parabola through three values, from the middle one; at most half a step.
+// Maximum of the parabola through three values, from the middle one; at most half a step.
 double ParabolaTop(double before, double middle, double after) {
   const double curvature = before - 2 * middle + after;
   if (!(curvature < 0)) return 0;
   return std::clamp(0.5 * (before - after) / curvature, -0.5, 0.5);
 }
 
-// Places looked at again at the finer resolution.
+// Refines places at the finer resolution.
 class Refiner {
  public:
   // `spots` are the templates of `turns`.
@@ -113,14 +113,14 @@ class Refiner {
     double score = 0;
   };
 
-  // Neighbours ask for the same places.
+  // Remembered, as neighbours need the same places.
   double At(size_t turn, int col, int row, double sign) {
     const auto [known, fresh] = known_.try_emplace({turn, col, row}, 0);
     if (fresh) known->second = image_.Correlate(spots_[turn], col, row, kMinValid);
     return std::isfinite(known->second) ? sign * known->second : -2;
   }
 
-  // To the highest coefficient nearby.
+  // Moves to the highest coefficient nearby.
   Place Climb(size_t turn, Place place, double sign) {
     constexpr int kMostSteps = 4;
     place.score = At(turn, place.col, place.row, sign);
@@ -195,7 +195,7 @@ const TemplateSearch::Templates& TemplateSearch::TemplatesFor(const MarkShape& s
   const std::lock_guard lock(mutex_);
   const auto known = made_.find(key);
   if (known != made_.end()) return known->second;
-  Templates templates;  // kept only when whole: a drawing may be refused
+  Templates templates;  // stored only if complete: rendering may throw
   templates.reduction = FineReduction(shape, MmOfPixel(m));
   templates.turns = MakeTurns(make, m / templates.reduction, search.turns_rad);
   for (const MarkTemplate& turned : templates.turns) templates.spots.emplace_back(turned.values);
@@ -220,7 +220,7 @@ MarkCandidates TemplateSearch::Find(ScanWindows& scan, const MarkShape& shape,
   const ImageWindow& seen = scan.Read(Grow(search.window, reach), templates.reduction);
   const Image flat = RemoveBackground(seen.image, kBackgroundSigmaMm / result.coarse_pixel_mm);
 
-  // A clear mark answers again where ring and arms overlap themselves: no place of its own.
+  // A clear mark has side maxima where ring and arms overlap themselves: no separate marks.
   const double distance = 1.2 * MarkRadius(shape) / result.coarse_pixel_mm;
   if (templates.half.empty()) {
     const Scores scores = CorrelateTurns(flat, turns);

@@ -101,8 +101,8 @@ Image RemoveBackground(const Image& image, double sigma_px) {
     const Between& v = rows[static_cast<size_t>(row)];
     blended = (1 - v.part) * wide.row(v.low) + v.part * wide.row(v.high);
     Eigen::Map<Line> values(result.Row(row), image.width);
-    // Rounding is no texture: flat film stays flat. What exceeds it shrinks by as much, so that
-    // nothing jumps where the texture is as small as that.
+    // Rounding is not texture: flat film stays flat. Larger values shrink by as much, so that
+    // the result is continuous.
     rounding = kRounding * blended.abs();
     rest = values - blended;
     values = rest - rest.max(-rounding).min(rounding);

@@ -14,12 +14,12 @@ namespace {
 using Eigen::Matrix2d;
 using Eigen::Vector2d;
 
-// Of the profiles, besides the stroke's own width; and another one: what that changes is what the
-// picture around the stroke does to the result.
+// Smoothing of the profiles, besides the stroke's own width; and a second one: the change that it
+// makes shows the influence of the picture around the stroke.
 constexpr double kSmoothingPx = 1.2, kOtherSmoothingPx = 1.6;
 constexpr double kShareOfDifference = 0.3;  // of its square, in the variance
 
-// `dark`: the strokes are, and the window is turned into its negative.
+// `dark`: the strokes are dark, and the window is inverted.
 ImageWindow ReadFlat(const Raster& scan, const Vector2d& centre, double reach_px,
                      double background_px, bool dark) {
   const int half = static_cast<int>(std::ceil(reach_px));

@@ -26,7 +26,7 @@ MarkShape ShapeOf(const Elements& elements) {
   return shape;
 }
 
-// Without the plane that fits the values best: fog and vignetting are no part of a mark.
+// Minus the best-fitting plane: fog and vignetting are not part of a mark.
 Image WithoutSlope(Image image) {
   Eigen::Matrix3d normal = Eigen::Matrix3d::Zero();  // of 1, col, row; its upper triangle
   Eigen::Vector3d right = Eigen::Vector3d::Zero();
@@ -66,7 +66,7 @@ class Window {
     for (const SeenMark& mark : marks) views_.push_back(ViewOf(mark, most_px));
   }
 
-  // Every mark's correlation and centre; scores of kNoScore for what does not fit in.
+  // Every mark's correlation and centre; kNoScore for a drawing that does not fit in.
   FittedDrawing Locate(const Elements& elements) const {
     FittedDrawing located{elements, {}, {}};
     const bool drawable = IsDrawable(elements);
@@ -111,11 +111,11 @@ class Window {
     double reduced = 1;
     Eigen::Matrix2d pixel_from_mm;
     double pixels_per_mm = 1;
-    double independent = 0;  // pixels whose errors are their own
+    double independent = 0;  // number of pixels with independent errors
   };
 
   View ViewOf(const SeenMark& mark, int most_px) const {
-    constexpr double kPixelsPerError = 6;  // blur and grain make neighbours err together
+    constexpr double kPixelsPerError = 6;  // blur and grain correlate the errors of neighbours
     View view;
     view.near = mark.near;
     const double full = std::sqrt(std::abs(mark.pixel_from_mm.determinant()));
@@ -181,7 +181,7 @@ struct Candidate {
   double criterion = 0;
 };
 
-// With one more element of this shape and brightness, as good as its starts are.
+// With one more element of this shape and brightness: the best of its starting values.
 Candidate BestStart(const Window& window, const Parts& parts, size_t shape, double brightness) {
   Candidate best;
   for (const std::vector<double>& start : StartsOf(shape, window.half_mm())) {
@@ -196,7 +196,7 @@ Candidate BestStart(const Window& window, const Parts& parts, size_t shape, doub
 // With one more element; the best starts are improved.
 Candidate WithOneMore(const Window& window, const Parts& parts) {
   constexpr size_t kImproved = 3;
-  // A cross on a bright disc leaves the surroundings' brightness, or goes beyond it.
+  // A cross on a bright disc is as bright as the surroundings, or darker than these.
   const std::vector<double> brightnesses =
       parts.empty() ? std::vector<double>{1, -1}
                     : std::vector<double>{parts[0].brightness, 0, -parts[0].brightness};
@@ -239,12 +239,12 @@ void Prune(const Window& window, Parts* parts) {
 
 constexpr int kPixelsSearched = 24, kPixelsMeasured = 60;
 
-// From the strokes to a little beyond them.
+// The window of the strokes with a small margin.
 Window WindowOf(const Elements& elements, const std::vector<SeenMark>& marks, int most_px) {
   return {marks, MarkRadius(ShapeOf(elements)) + kMargin_mm, most_px};
 }
 
-// In the largest window that a drawing explains about as well as any other is explained.
+// Fits in the largest window that is explained about as well as the best one.
 Parts FitInLargestWindow(const std::vector<SeenMark>& marks) {
   constexpr std::array<double, 5> kWindows_mm = {0.6, 0.95, 1.5, 2.4, kLargestFittedRadius_mm};
   constexpr double kAboutAsWell = 0.03;
@@ -264,7 +264,7 @@ Parts FitInLargestWindow(const std::vector<SeenMark>& marks) {
       ->first;
 }
 
-// The same or another drawing in the window that the first one asks for.
+// The same or another drawing, fitted in the window that the first one needs.
 Parts FittedAnew(const Parts& parts, const std::vector<SeenMark>& marks) {
   const Window window = WindowOf(Drawn(parts), marks, kPixelsSearched);
   Parts improved = parts, anew = FitIn(window);

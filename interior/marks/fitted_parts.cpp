@@ -20,7 +20,7 @@ struct Shape {
   double turns_into_itself_rad = 0;  // 0: has no angle
   // Lengths in mm, then the angle.
   MarkElement (*draw)(const std::vector<double>& values, double brightness);
-  // Shares of the window's half side for each length, to begin with.
+  // Starting values of the lengths, as shares of the window's half side.
   std::vector<std::vector<double>> starts;
 };
 
@@ -55,7 +55,7 @@ const std::array<Shape, kFittedShapes>& Shapes() {
   return shapes;
 }
 
-// Strokes that are no strokes: a cross as wide as it is long, a circle without a hole, an opening
+// False for degenerate strokes: a cross as wide as it is long, a circle without a hole, an opening
 // that leaves no arms.
 bool IsStroke(const MarkElement& element) {
   if (const auto* cross = std::get_if<CrossElement>(&element))
@@ -66,7 +66,7 @@ bool IsStroke(const MarkElement& element) {
   return true;
 }
 
-// What has the brightness of the surroundings is seen on other elements only.
+// An element as bright as the surroundings is visible only on other elements.
 bool ReachesBeyondTheOthers(const Elements& elements) {
   double shown = 0, hidden = 0;
   for (const MarkElement& element : elements) {

@@ -18,8 +18,8 @@ namespace {
 using Eigen::Matrix2d;
 using Eigen::Vector2d;
 
-// The share of an element in what is seen around a point whose signed distance from its outline,
-// over the sample's side, is `distance`: a straight outline under a triangle two sides wide.
+// The share of an element in a sample around a point whose signed distance from its outline,
+// in sample sides, is `distance`: a straight outline, filtered with a triangle two sides wide.
 double SmoothShare(double distance) {
   if (distance >= 1) return 0;
   if (distance <= -1) return 1;
@@ -34,7 +34,7 @@ struct PixelSquare {
   int size = 0;
 
   Vector2d AtMm(const Vector2d& pixel) const { return mm_from_pixel * (pixel - centre); }
-  // No point of a pixel is farther from its middle.
+  // Largest distance of a point of a pixel from the pixel's middle.
   double HalfDiagonal() const {
     const Vector2d along = mm_from_pixel.col(0), down = mm_from_pixel.col(1);
     return 0.5 * std::max((along + down).norm(), (along - down).norm());
@@ -71,7 +71,7 @@ class Blocks {
  private:
   struct Block {
     int col, row, side;
-    size_t first;  // of the elements near it, which end the list
+    size_t first;  // index of the first element near it; these end the list
     const MarkElement* covering;
   };
 
@@ -204,7 +204,7 @@ void CheckShape(const MarkShape& shape, const Matrix2d& pixel_from_mm) {
     throw std::invalid_argument("RenderMark: the drawing has no elements");
 }
 
-// Of each element, mm; those of a picture are unknown.
+// Stroke width of each element, mm; those of a picture are unknown.
 std::vector<double> StrokesOf(const MarkShape& shape) {
   if (shape.picture || shape.drawing.elements.empty()) return {0.1};
   std::vector<double> strokes;
@@ -272,7 +272,7 @@ bool IsOpen(const MarkElement& element) {
   return polygon != nullptr && polygon->open;
 }
 
-// What lies where outlines go on that are not drawn.
+// Leaves out pixels near continuations of outlines that are not drawn.
 void LeaveOutBeyond(const std::vector<MarkElement>& elements, const PixelSquare& square,
                     double margin_mm, std::vector<bool>* near) {
   for (size_t i = 0; i < near->size(); ++i) {
@@ -313,7 +313,7 @@ std::vector<bool> NearStrokes(const MarkDrawing& drawing, const Matrix2d& mm_fro
 
 namespace {
 
-// 24 px over the mark show every element: smooth outlines also those that pass between the samples.
+// 24 px across the mark show every element; smooth outlines, also those that miss the samples.
 // A margin beyond the radius keeps the same pixels valid.
 MarkTemplate SmallPicture(const MarkShape& shape, double radius_mm, const Matrix2d& turn) {
   const Matrix2d upright = Eigen::DiagonalMatrix<double, 2>(1, -1) * (12.0 / radius_mm);
@@ -322,7 +322,7 @@ MarkTemplate SmallPicture(const MarkShape& shape, double radius_mm, const Matrix
   return RenderMark(shape, upright * turn.transpose(), options);
 }
 
-// The same of a mark whose upright picture it is; by quarters and mirrored the pixels change
+// The same, from the mark's upright picture; for quarter turns and mirroring the pixels only change
 // places.
 MarkTemplate TurnedPicture(const MarkShape& shape, const MarkTemplate& upright, double radius_mm,
                            const Matrix2d& turn) {

@@ -58,7 +58,7 @@ void DrawCross(const Vector2d& at, int left, Colour colour, Picture* picture) {
   }
 }
 
-// Where the outline of an element passes through a tile's pixel. `mm_from_tile`: of the offset from
+// Colours the pixels of a tile that an element's outline crosses. `mm_from_tile`: for offsets from
 // the mark's centre.
 void DrawOutline(const MarkDrawing& drawing, const Eigen::Matrix2d& mm_from_tile,
                  const Vector2d& centre, int left, int top, Colour colour, Picture* picture) {
@@ -71,7 +71,7 @@ void DrawOutline(const MarkDrawing& drawing, const Eigen::Matrix2d& mm_from_tile
     }
 }
 
-// Brighter or darker than what surrounds it as on the scan; the rest of the tile is even.
+// The drawing, brighter or darker than its surroundings as on the scan; elsewhere even.
 Image AsScanned(const DrawnMark& mark, const Eigen::Matrix2d& pixel_from_mm, int size,
                 const Vector2d& centre, bool negative) {
   RenderOptions options;

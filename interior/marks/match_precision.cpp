@@ -85,7 +85,7 @@ double Sum(const Plane& a) { return static_cast<double>(a.sum()); }
 // gradients those of gain * model.
 bool Regress(Pixels* p) {
   const double n = p->count, m = Sum(p->model) / n, s = Sum(p->seen) / n;
-  // Around the means, as squares of large grey values lose the digits that count.
+  // Relative to the means, as squares of large grey values lose significant digits.
   const Plane model = (p->model - static_cast<float>(m)) * p->mask;
   const Plane seen = (p->seen - static_cast<float>(s)) * p->mask;
   const double variance = Sum(model.square());
@@ -193,7 +193,7 @@ std::optional<MatchPrecision> PrecisionOfMatch(const Image& image, const Image& 
   precision.covariance = inverse * spread * inverse;
   precision.correlation_without_grain =
       std::sqrt(pixels.explained / (pixels.explained + structure.Most()));
-  // The sum over few lags may come out too small; independent residuals are the least.
+  // The sum over few lags may be too small; the value for independent residuals is the lower limit.
   const double model_squares = Sum(pixels.model.square());
   gain_spread = degrees * std::max(gain_spread, variance * model_squares);
   precision.gain_over_sigma = pixels.gain * model_squares / std::sqrt(gain_spread);

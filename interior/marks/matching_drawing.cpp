@@ -15,8 +15,8 @@ using Eigen::Vector2d;
 constexpr double kRoughBlurs[] = {2.6, 1.5, 0.95, 0.6};
 constexpr double kSharpest = 0.3, kStep = 1.02;
 
-// Optics blur before a scanner's pixels average; the other way round strokes of two pixels are
-// aliased (by 0.005 px). So many finer pixels per axis are blurred, each of so many samples.
+// A scanner's optics blur before its pixels average; in the other order strokes of two pixels are
+// aliased (by 0.005 px). kFiner finer pixels per axis are blurred, each of kSamples samples.
 constexpr int kFiner = 2, kSamples = 2;
 
 // Pixels beyond the drawing's margin that take part, and those that blur and spline need besides.
@@ -37,7 +37,7 @@ Image AsImage(const FloatPlane& plane) {
   return image;
 }
 
-// With `fill` around it, as a drawing is beyond its strokes; a picture just ends.
+// With `fill` around it, the value of a drawing beyond its strokes; a picture has none there.
 FloatPlane Padded(const FloatPlane& plane, Index by, float fill) {
   FloatPlane padded = FloatPlane::Constant(plane.rows() + 2 * by, plane.cols() + 2 * by, fill);
   padded.block(by, by, plane.rows(), plane.cols()) = plane.isFinite().select(plane, fill);
@@ -81,7 +81,7 @@ FloatPlane InFinePixels(const FloatPlane& plane) {
   return between_rows(between_rows(plane).transpose()).transpose();
 }
 
-// Mean of the pixel's neighbours that have a value; it has some.
+// Mean of the pixel's neighbours that have a value; there must be some.
 float MeanAround(const FloatPlane& plane, Index row, Index col) {
   float sum = 0, count = 0;
   for (Index r = std::max<Index>(row - 1, 0); r <= std::min(row + 1, plane.rows() - 1); ++r)
@@ -93,7 +93,7 @@ float MeanAround(const FloatPlane& plane, Index row, Index col) {
   return sum / count;
 }
 
-// Values for the pixels without one, from those beside them, `steps` pixels far and zero beyond.
+// Fills pixels without a value from their neighbours, up to `steps` pixels far, and zero beyond.
 FloatPlane Extended(FloatPlane plane, int steps) {
   using Places = std::vector<std::pair<Index, Index>>;
   const Index rows = plane.rows(), cols = plane.cols();
@@ -153,7 +153,7 @@ MatchingDrawing::MatchingDrawing(const MarkShape& shape, const Matrix2d& pixel_f
   part_ = PartOf(shape, pixel_from_mm, margin_mm, drawn);
   border_ = EmptyBorder(part_);
   const auto part = std::make_shared<const DrawingPart>(part_);
-  // A picture goes on as its mean.
+  // A picture is continued by its mean.
   float fill = 0;
   if (shape.picture) fill = (part_ > 0).select(drawn, 0.0f).sum() / std::max(part_.sum(), 1.0f);
   DrawRough(drawn, fill, part);
@@ -189,7 +189,7 @@ void MatchingDrawing::DrawRough(const FloatPlane& drawn, float fill,
   for (const double blur : kRoughBlurs) rough_.push_back({blur, sharp.Blurred(blur)});
 }
 
-// Slow brightness of the mark's own pixels alone, and some pixels on.
+// Background of the mark's own pixels alone, extended by some pixels.
 FloatPlane MatchingDrawing::BackgroundOf(const FloatPlane& drawn) const {
   const auto side = static_cast<int>(drawn.rows());
   ImageWindow alone = CutOut(AsImage(drawn), Vector2d::Constant(HalfSide()));

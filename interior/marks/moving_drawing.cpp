@@ -33,8 +33,8 @@ inline Eigen::Map<const Pixels> PixelsAt(const float* first) {
   return Eigen::Map<const Pixels>(first);
 }
 
-// Taps, each once for every pixel at a time: in registers, where a reference to the taps would be
-// read anew after every store.
+// Taps, each repeated for all pixels processed at a time: in registers, as a reference would be
+// read again after every store.
 template <int kTaps>
 struct WideTaps {
   explicit WideTaps(const std::array<float, 5>& taps) {
@@ -73,10 +73,10 @@ struct Products {
   }
 };
 
-// Of a computed step, so that it reaches where no step would be left, if steps go on changing as
-// they did over what was moved last (secant).
+// Factor of a computed step that leads to where no step remains, if steps keep changing as
+// they did over the last movement (secant).
 double ScaleOf(const Vector2d& step, const Vector2d& last_step, const Vector2d& moved) {
-  constexpr double kLeast = 0.5, kMost = 4;  // of what a step covers more than was needed
+  constexpr double kLeast = 0.5, kMost = 4;  // of the step's decrease per unit of movement
   const double covers = (last_step - step).dot(moved) / moved.squaredNorm();
   return 1 / std::clamp(covers, kLeast, kMost);
 }
@@ -182,7 +182,7 @@ struct MovingDrawing::Taps {
   std::array<float, 5> value{}, slope{};
 };
 
-// Of the spline at -fraction from a pixel; fraction in [-0.5, 0.5].
+// Taps of the spline at -fraction from a pixel; fraction in [-0.5, 0.5].
 MovingDrawing::Taps MovingDrawing::TapsAt(double fraction) const {
   const double shift = finer_ * fraction, whole = std::round(shift), rest = shift - whole;
   const auto t = static_cast<float>(rest > 0 ? 1 - rest : -rest);
@@ -225,7 +225,7 @@ Index MovingDrawing::MoveAcross(const Taps& x, const Taps& y, Index row,
     float* values = &across->value(across->ready, 0);
     float* slopes = &across->slope(across->ready, 0);
     for (Index c = left; c < stop; c += kAtATime) {
-      const Index at = std::min(c, stop - kAtATime);  // the last ones, some of them once more
+      const Index at = std::min(c, stop - kAtATime);  // the last group overlaps the one before
       Eigen::Map<Pixels>(values + at) = value.Sum(from, at);
       Eigen::Map<Pixels>(slopes + at) = slope.Sum(from, at);
     }
@@ -310,7 +310,7 @@ std::optional<DrawingMatch> MovingDrawing::Match(const SeenPlane& seen, const Ve
     const double gain = solved[1];
     if (solver.info() != Eigen::Success || !solved.allFinite() || !(gain > 0)) return std::nullopt;
     const Vector2d step(solved[2] / gain, solved[3] / gain);
-    // Where it still goes on in one direction, nothing that looks like the drawing is near.
+    // If it still moves in one direction, nothing similar to the drawing is near.
     if (iteration == kPlainIterations && step.dot(moved) > 0) return std::nullopt;
     const double scale = iteration < kPlainIterations ? 1 : ScaleOf(step, last_step, moved);
     constexpr double kLongestStep = 2;

@@ -15,18 +15,18 @@ namespace {
 using Eigen::Matrix2d;
 using Eigen::Vector2d;
 
-// How far what was taken off for a stroke's unlike sides may be wrong.
+// Relative error of the correction for a stroke's unlike sides.
 constexpr double kSideUnsure = 0.1;
 constexpr double kOutlierSigmas = 3.0;
 // A profile whose top lies farther from the line, in units of its smoothing, does not fit it,
-// however much all scatter: the outliers' limit grows with the scatter.
+// however large the scatter: the outliers' limit grows with the scatter.
 constexpr double kFarthestTop = 0.5;
 constexpr double kLeastSeen = 0.5;  // of a stroke's profiles
 constexpr int kPasses = 12;
 constexpr double kConverged = 1e-3;  // px
 constexpr int kFarthestLag = 6;
 
-// Of the sum of a series about zero to the one of independent values of the same variance.
+// Variance of the sum of a zero-mean series over that of independent values of the same variance.
 double VarianceInflation(const std::vector<double>& series) {
   double squares = 0;
   for (const double value : series) squares += value * value;
@@ -64,9 +64,9 @@ double StrokeFit::VarianceAt(double x) const {
   Matrix2d spread = SpreadAtLag(0);
   const double independent = weights.dot(spread * weights);
   for (int lag = 1; lag <= kFarthestLag; ++lag) spread += SpreadAtLag(lag);
-  // Neighbours are alike or independent; that they contradict one another is chance.
+  // Neighbours are positively correlated or independent; a negative correlation is chance.
   double variance = std::max(independent, weights.dot(spread * weights));
-  // The sides' effect is known to a part only, and the same part everywhere.
+  // The sides' effect is known only up to a share of it, which is the same everywhere.
   Vector2d sides = Vector2d::Zero();
   for (size_t i = 0; i < profiles_.size(); ++i)
     if (use_[i]) sides += RowOf(i) * profiles_[i].weight * kSideUnsure * profiles_[i].side_effect;
@@ -106,8 +106,8 @@ double StrokeFit::ArmNats(bool right) const {
   return 0.5 * effective * std::log1p(mean * mean * count / std::max(squares, 1e-12));
 }
 
-// What the right-hand side of the normal equations changes by where the line is moved or turned.
-// Their matrix alone would be a third too large: what is taken off for the sides moves along.
+// Change of the normal equations' right-hand side when the line is shifted or rotated.
+// Their matrix alone would be a third too large: the correction for the sides moves along.
 Matrix2d StrokeFit::Response() const {
   constexpr double kBy_px = 0.2;
   const Vector2d by(kBy_px, kBy_px / line_.to_px);
@@ -142,7 +142,7 @@ void StrokeFit::TakeProfiles() {
   }
 }
 
-// Grey value noise, robustly, decides how much less the profiles between unlike sides count.
+// Reduces the weights of profiles between unlike sides, depending on the (robust) grey value noise.
 void StrokeFit::Weigh(double noise) {
   for (Profile& profile : profiles_) {
     const double unsure = kSideUnsure * profile.side_effect / std::max(noise, 1e-9);
@@ -154,12 +154,12 @@ Vector2d StrokeFit::RowOf(size_t i) const {
   return 2 * profiles_[i].g2 * profiles_[i].weight * Vector2d(1, FromCentre(i));
 }
 
-// What a profile leaves at a line that is shifted and turned by `move`, grey values per pixel.
+// Residual of a profile if the line is shifted and rotated by `move`, grey values per pixel.
 double StrokeFit::Left(size_t i, const Vector2d& move) const {
   return profiles_[i].weight * profiles_[i].g1 + RowOf(i).dot(move);
 }
 
-// How far a profile's top lies from the line, px.
+// Distance of a profile's maximum from the line, px.
 double StrokeFit::OffLine(size_t i) const {
   return Left(i, move_) / (2 * profiles_[i].g2 * profiles_[i].weight);
 }
@@ -222,7 +222,7 @@ bool StrokeFit::Improve(double max_shift_px) {
   return std::abs(line_.offset) <= max_shift_px && std::abs(line_.slope) < 1.5;
 }
 
-// What undersampling does to the line: it averages out where the stroke crosses rows of pixels.
+// Effect of undersampling on the line: it averages out if the stroke crosses rows of pixels.
 Vector2d StrokeFit::Aliasing() const {
   const double amplitude = AliasingOf(line_);
   Vector2d sum = Vector2d::Zero();

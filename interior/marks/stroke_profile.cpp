@@ -11,8 +11,8 @@ using Eigen::Vector2d;
 
 constexpr double kScannerBlurPx = 0.7;  // typical, a pixel's own area included
 constexpr double kSharpOpticsPx = 0.5;  // before a pixel's area averages; sharper ones alias
-// Where the sides of a stroke are seen, from its edge; how much of their effect is corrected, since
-// edges of the picture lie a little off as well.
+// Where a stroke's sides are sampled, from its edge; share of their effect that is corrected, as
+// edges of the picture also lie a little off the stroke.
 constexpr double kSideFromPx = 0.8, kSideWidthPx = 1.5, kSideShare = 0.85;
 constexpr double kClearOfCrossing = 2.0;  // sigmas of the smoothing
 
@@ -33,7 +33,7 @@ double SideResponse(const Stroke& stroke) {
   return product / squares / stroke.smoothing_px;
 }
 
-// By how much the two sides of a stroke differ in column x, the lower one less the upper one. NaN
+// Difference of the two sides of a stroke in column x, the lower one minus the upper one. NaN
 // where a side is not seen.
 double SideDifference(const Plane& plane, int x, double y, const Stroke& stroke) {
   const double near = stroke.half_width_px + kSideFromPx, far = near + kSideWidthPx;

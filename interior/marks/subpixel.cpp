@@ -13,10 +13,10 @@ using Eigen::Matrix2d;
 using Eigen::Vector2d;
 using Level = MatchingDrawing::Level;
 
-// What is left without any grain (outlines, spline; simulated scans: 0.0004 to 0.0009 px).
+// Error that remains without any grain (outlines, spline; simulated scans: 0.0004 to 0.0009 px).
 constexpr double kFloor_px = 0.0005;
 
-// Near enough to tell which blur fits best, in parts of the blur: the correlation hardly changes.
+// Convergence, as a share of the blur, that suffices to compare blurs by their correlation.
 constexpr double kNear = 0.04;
 
 ImageWindow ReadAround(const Raster& scan, const Vector2d& centre, int half) {
@@ -49,7 +49,7 @@ std::optional<double> BetweenBlurs(const std::vector<Sharpness>& tried) {
   return std::sqrt(x + std::clamp(top, std::min(a, b), std::max(a, b)));
 }
 
-// Bright strokes are what the drawing shows.
+// Makes strokes bright, as in the drawing.
 void MakePositive(Image* image, Polarity polarity) {
   if (polarity == Polarity::kPositive) return;
   for (float& value : image->values) value = -value;
@@ -77,8 +77,8 @@ struct Trials {
   }
 };
 
-// At blurs a quarter apart, from `blur_px` on, until the best one lies between others; then at the
-// best one of all, as what a wrong blur leaves at the strokes' edges would count as noise.
+// Tries blurs a quarter apart, from `blur_px` on, until the best one lies between others; then the
+// interpolated best one, as residuals of a wrong blur at the strokes' edges would count as noise.
 void FindBlur(const MatchingDrawing& drawing, double blur_px, Trials* trials) {
   constexpr int kApart = 11;  // steps
   const int start = MatchingDrawing::StepOf(blur_px);
@@ -101,7 +101,7 @@ std::optional<MarkPosition> MeasureBy(Steps steps, const MatchingDrawing& drawin
   for (const Level& level : drawing.Rough()) rough.Try(level);
   if (!rough.best) return std::nullopt;
 
-  // Without what lies beside it: a bright picture would be seen in the background.
+  // Without its surroundings: a bright picture there would affect the background.
   const Vector2d middle = Vector2d::Constant(drawing.HalfSide());
   const Vector2d corner = (rough.best->centre - middle).array().round();
   ImageWindow mark = drawing.CutOut(seen.image, corner + middle);
@@ -143,7 +143,7 @@ std::optional<MarkPosition> MarkMeasurer::Measure(const Raster& scan, const Vect
   ImageWindow seen = ReadAround(scan, start, static_cast<int>(std::ceil(reach)));
   MakePositive(&seen.image, polarity);
   const SeenPlane plane(RemoveBackground(seen.image, background_px));
-  // Scaled steps come to an end beside a mark, too: only where plain ones come to none.
+  // Scaled steps can converge even beside a mark: used only if plain ones do not converge.
   for (const Steps steps : {Steps::kPlain, Steps::kScaled})
     if (const auto position = MeasureBy(steps, *drawn_, seen, plane, start, max_shift_px))
       return position;

@@ -45,7 +45,7 @@ double MeanTone(const RowFrame& row, double element, double along_mm, double acr
 
 double Clip(double nats) { return std::clamp(nats, -kMostSymbolNats, kMostSymbolNats); }
 
-// Nats for something standing at an element's place; 0 where its sides are bright.
+// Nats for the presence of something at an element's place; 0 if its sides are bright.
 double NatsOfElement(const RowFrame& row, double element, double along, double across,
                      SymbolKind kind) {
   const double before = MeanTone(row, element - 0.5, along, across, kind);
@@ -56,7 +56,7 @@ double NatsOfElement(const RowFrame& row, double element, double along, double a
   return Clip(kNatsPerTone * (here - 0.5 * (before + after) - kFaintest));
 }
 
-// The weakest element speaks for the row: one line more or less is another mark's symbol.
+// The weakest element decides for the row: one line more or less is another mark's symbol.
 double NatsOfRow(const RowFrame& row, const MarkSymbol& symbol, double along, double across) {
   double nats = -NatsOfElement(row, symbol.count, along, across, symbol.kind);
   for (int i = 0; i < symbol.count; ++i)
@@ -151,7 +151,7 @@ class PatchFinder {
     return patch;
   }
 
-  // Most of what is close around the patch is dark: not so for a light spot of the picture.
+  // Whether most pixels close to the patch are dark, unlike around a light spot of the picture.
   bool IsAlone(const std::vector<Vector2d>& places) const {
     constexpr double kAroundMm = 0.16;
     constexpr float kDark = 0.25f;
@@ -246,12 +246,12 @@ std::vector<Row> RowsOf(const std::vector<Patch>& patches) {
   for (size_t a = 0; a < patches.size(); ++a) {
     for (size_t b = 0; b < patches.size(); ++b) {
       if (a == b || !MayFollow(patches[a], patches[b])) continue;
-      // Not its beginning, or the same row backwards.
+      // Skips a pair that does not begin a row, and the same row backwards.
       const Vector2d step = patches[b].centre - patches[a].centre;
       if (Next(patches, a, -step)) continue;
       const Row row = RowFrom(patches, a, b);
       if (row.back() < row.front()) continue;
-      // Steps over elements in between: the row of smaller steps holds them all.
+      // May skip elements in between: the row with smaller steps then has them all.
       rows.push_back(row);
     }
   }
@@ -283,7 +283,7 @@ double NatsOfSymbol(const MarkSurroundings& around, const MarkSymbol& symbol,
   const Vector2d step = symbol.step_mm.value();
   const Vector2d along = step.normalized();
   const RowFrame row{around, turn, symbol.at_mm.value(), step, Vector2d(-along.y(), along.x())};
-  // What the camera file says is measured with a ruler.
+  // The camera file's positions of symbols were measured with a ruler.
   constexpr double kMostAcross = 0.2, kMostAlong = 0.2;  // mm, steps
   double best = -kMostSymbolNats, best_a = 0, best_c = 0;
   for (int i = -2; i <= 2; ++i) {

@@ -18,7 +18,7 @@ constexpr double kEdgeReachMm = 0.3;
 constexpr double kMinOnScan = 0.3;  // of a cell
 constexpr double kMinCells = 0.5;   // of a place
 
-// What each answer says: probabilities given that the feature is there, and that it is not.
+// Probabilities of each answer, given that the feature is there, and that it is not.
 struct Odds {
   double yes_there, no_there, yes_elsewhere, no_elsewhere;
 };
@@ -35,7 +35,7 @@ Odds OddsOf(BorderSign sign) {
   return {0.80, 0.15, 0.02, 0.95};
 }
 
-// A piece of a place, across all of it.
+// A piece of a border place, across its whole width.
 struct Cell {
   int pixels = 0, on_scan = 0, dark = 0, edges = 0, pairs = 0;
 
@@ -151,8 +151,8 @@ std::vector<BorderFeature> BorderFeatures(const CameraFile& camera) {
 std::vector<double> NatsOfFeature(BorderSign sign, const std::vector<SignSeen>& seen,
                                   const std::vector<size_t>& places) {
   const Odds odds = OddsOf(sign);
-  // What is seen at a place counts against its not being the feature's, as the same product of
-  // "elsewhere" stands in every scan orientation.
+  // An answer is rated against the case that the feature is not at this place, as the product of
+  // all "elsewhere" terms is the same in every scan orientation.
   const auto ratio = [&](SignSeen answer) {
     if (answer == SignSeen::kUnclear) return 0.0;
     return answer == SignSeen::kYes ? std::log(odds.yes_there / odds.yes_elsewhere)

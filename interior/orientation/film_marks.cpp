@@ -39,8 +39,8 @@ Matrix2d PixelFromMm(const CameraFile& camera, const FilmReading& reading) {
   return fit ? fit->transform.A : nominal;
 }
 
-// A cross and nothing else, in the picture itself: there the two sides of a stroke are mostly
-// unlike, and least-squares matching, which knows of no sides, is pulled to the brighter one: on
+// A plain cross within the picture: there the two sides of a stroke mostly
+// differ, and least-squares matching, which does not model this, is pulled to the brighter one: on
 // simulated P31 scans its errors are half as large again as those of the lines (docs/interior.md
 // has the figures). On a dark corner it sees more of the mark than its lines do.
 bool MeasuredByLines(const MarkShape& shape, std::optional<LocatorKind> wanted) {
@@ -112,7 +112,7 @@ bool IsBeyondDoubt(const FilmReading& reading) {
 }
 
 // `by_strokes`: marks with clear strokes are taken whatever their correlation. `faint`: for marks
-// that only grain keeps from correlating, the others' correlation alone is the measure.
+// that only grain keeps from correlating, only the others' correlation sets the limit.
 void RejectUnlike(bool by_strokes, bool faint, FilmMarks* marks) {
   std::vector<double> correlations;
   for (const FilmMark& mark : *marks)
@@ -127,8 +127,8 @@ void RejectUnlike(bool by_strokes, bool faint, FilmMarks* marks) {
   }
 }
 
-// The measured positions in place of the candidates: one candidate a mark, the clutter's density
-// as it was.
+// The measured positions in place of the candidates: one per mark, with the density of clutter
+// unchanged.
 struct Measured {
   std::vector<AssignmentMark> marks;
   std::vector<int> choice;
@@ -154,7 +154,7 @@ void RejectContradicted(const FilmReading& reading, FilmMarks* marks) {
 
 // The marks that RejectUnlike rejected and that the others confirm. A cross in the picture's
 // texture, or with a stroke of about a pixel, correlates little with its drawing wherever it is; a
-// wrong place as close as this to where at least three others put it is rare by chance, and no
+// wrong place this close to where at least three others predict it is rare by chance, and not a
 // gross error.
 void TakeBackConfirmed(const FilmReading& reading, const FilmMarks& measured, FilmMarks* marks) {
   constexpr int kLeastOthers = 3;
@@ -231,8 +231,8 @@ FilmMarks WithoutWrongMarks(const FilmReading& reading, const FilmMarks& measure
     RejectContradicted(reading, &marks);
     return marks;
   };
-  // Without neighbours enough there is no reseau, and nothing that tells so sharply; whom clear
-  // strokes in the picture contradicted is judged anew then.
+  // Without enough neighbours there is no reseau, and no check as sharp; marks that clear
+  // strokes in the picture contradicted are then judged again.
   if (Count(measured, MarkState::kUsed) >= kLeastReseauMarks) {
     FilmMarks marks = judged(true);
     if (Count(marks, MarkState::kUsed) >= kLeastReseauMarks) return marks;

@@ -16,7 +16,7 @@ using Eigen::Vector2d;
 
 constexpr double kDissentNats = 3.0;
 constexpr double kClearNats = 2.0;
-// Votes that outvote one clearly read to the contrary. Of eight clean symbols one is misread on one
+// Votes needed to outvote a clear one to the contrary. Of eight clean symbols one is misread on one
 // photo in 24.
 constexpr size_t kOutvoting = 7;
 constexpr double kReadNats = 1.5;  // what a symbol must reach in some scan orientation to be read
@@ -40,11 +40,11 @@ bool ClearlyDissents(const OrientationVote& vote, size_t from) {
   return vote.fits_none || (Best(vote) >= kClearNats && vote.nats[from] <= -kClearNats);
 }
 
-// The symbols that a mark would have beside it, were the film lying in each of the open ways.
+// The symbol that a mark would have beside it if the film lay in one of the open scan orientations.
 struct Hypothesis {
   const MarkSymbol* symbol = nullptr;  // none: the mark it would be has no symbol
   Matrix2d turn =
-      Matrix2d::Identity();  // of photo axes: as assumed when measuring, from this way's
+      Matrix2d::Identity();  // to the photo axes assumed when measuring, from this orientation's
 };
 
 bool HasPlace(const MarkSymbol& symbol) { return symbol.at_mm && symbol.step_mm; }
@@ -63,7 +63,7 @@ std::vector<double> NatsOfPlaces(const MarkSurroundings& around,
   return vote;
 }
 
-// A row of the hypothesis' kind, where its place is told.
+// Whether the row is of the hypothesis' kind, and in its place if that is known.
 bool MayBe(const SymbolRow& row, const Hypothesis& hypothesis) {
   constexpr double kNearMm = 0.6;
   if (hypothesis.symbol == nullptr || row.kind != hypothesis.symbol->kind) return false;
@@ -102,7 +102,7 @@ OrientationVote VoteOfSymbol(const MarkSurroundings& around,
                       : VoteOfRow(around, hypotheses);
 }
 
-// What is known of the film once its marks are measured.
+// Votes of the film on its scan orientation, once its marks are measured.
 class FilmVotes {
  public:
   FilmVotes(const Raster& scan, const CameraFile& camera, const MarkShapes& shapes,
@@ -186,7 +186,7 @@ class FilmVotes {
     return vote;
   }
 
-  // At least half of it.
+  // Whether at least half of the place is on the scan.
   bool IsOnScan(const BorderPlace& place) const {
     constexpr int kSamples = 10;  // per axis
     int inside = 0;
@@ -210,7 +210,7 @@ class FilmVotes {
     return {a.cwiseMin(b), a.cwiseMax(b)};
   }
 
-  // The mark of middling contrast stands for the film.
+  // The tone at the mark of median contrast, which represents the film.
   std::optional<FilmTone> MiddleTone() const {
     std::vector<FilmTone> read;
     for (const auto& tone : tones_)
@@ -273,7 +273,7 @@ void AddRivals(const std::vector<RivalOrientation>& rivals, OrientationDecision*
   std::vector<double>& nats = decision->nats;
   for (const RivalOrientation& rival : rivals) {
     if (rival.nats >= kSureNats) continue;
-    // Contradictory votes are in no order.
+    // Contradictory votes give no order.
     const auto place = decision->contradictory
                            ? nats.end()
                            : std::find_if(nats.begin(), nats.end(),

@@ -11,8 +11,8 @@ namespace {
 
 using Eigen::Vector2d;
 
-// Three marks from which a similarity departs by more are from a scanner whose scales differ, or a
-// print: what it leaves would be wrong all over the frame.
+// If a similarity misfits three marks by more, the scanner's two scales differ, or it is a
+// print: the misfit would be an error all over the frame.
 constexpr double kMostOfSimilarity_um = 300;
 
 double Rms(const std::vector<Vector2d>& residuals) {
@@ -21,7 +21,7 @@ double Rms(const std::vector<Vector2d>& residuals) {
   return std::sqrt(sum / static_cast<double>(residuals.size()));
 }
 
-// Measured marks are never exactly collinear: their calibrated positions tell.
+// By the calibrated positions, as measured marks are never exactly collinear.
 bool OnOneLine(const std::vector<MeasuredMark>& marks) {
   constexpr double kThinnest = 0.05;
   std::vector<Vector2d> places;

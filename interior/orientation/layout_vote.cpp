@@ -9,17 +9,17 @@
 namespace orient::interior {
 namespace {
 
-constexpr double kSymmetricMm = 1e-6;  // departures that are none
+constexpr double kSymmetricMm = 1e-6;  // smaller departures from symmetry are none
 constexpr double kScatters_mm[] = {0.02, 0.035, 0.06, 0.12};
 
-// The used marks' measured positions in place of the candidates: one candidate a mark.
+// The used marks' measured positions in place of the candidates: one candidate per mark.
 struct Constellation {
   std::vector<AssignmentMark> marks;
   std::vector<int> choice;
   double sigma_mm = 0;  // of a coordinate, measured less stated
 };
 
-// What the camera file states of a mark's coordinates, mean of both; 0: nothing.
+// The camera file's variance of a mark's coordinates, mean of both, mm^2; 0: not stated.
 double StatedVariance(const Fiducial& mark) {
   return mark.sigma_mm ? 0.5 * mark.sigma_mm->squaredNorm() : 0;
 }
@@ -42,7 +42,7 @@ Constellation Measured(const CameraFile& camera, const FilmReading& reading,
   return result;
 }
 
-// Places as calibrated, were the film lying in `orientation`; the marks keep their order.
+// Places as calibrated if the film lay in `orientation`; the marks keep their order.
 void PlaceIn(const CameraFile& camera, ScanOrientation orientation, const std::vector<int>& relabel,
              std::vector<AssignmentMark>* marks) {
   const MarkRectangle rectangle = RectangleOfMarks(camera.fiducials);
@@ -55,7 +55,7 @@ double Evidence(const Constellation& seen, const FilmReading& reading,
                 std::optional<Scanner> scanner) {
   const bool photogrammetric = scanner == Scanner::kPhotogrammetric;
   ConstellationPrior prior = reading.prior;
-  // A film's own two scales are not the prior's 1.5e-4: nothing is to hang on them.
+  // A film's own two scales differ by more than the prior's 1.5e-4: they must not decide.
   prior.affinity = photogrammetric ? 0.001 : PriorAffinity(Scanner::kDesktop);
   double best = -std::numeric_limits<double>::infinity();
   for (const double scatter_mm : kScatters_mm) {

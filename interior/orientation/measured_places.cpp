@@ -8,7 +8,7 @@ namespace {
 
 using Eigen::Matrix2d;
 
-// Of the drawing's size and rotation: this moves a mark's outermost stroke by some hundredths of a
+// Tolerance of the drawing's size and rotation: moves a mark's outermost stroke by hundredths of a
 // pixel, on both sides alike.
 constexpr double kSameLinear = 5e-4;
 

@@ -19,20 +19,20 @@ using Eigen::Vector2d;
 using Eigen::VectorXd;
 
 const double kContradicted = ChiSquareLimit(2, 4.53999297624849e-5);  // 20: one good cross in 22026
-constexpr double kTakenBack = 12;  // a cross thrown out too early
+constexpr double kTakenBack = 12;  // chi-square of a cross rejected too early
 constexpr double kLeastUsed = 0.6;
 constexpr double kThinnest = 0.1;
-// More than this is no cross's noise but a collocation that explains nothing.
+// A larger noise is not that of crosses: the collocation then explains nothing.
 constexpr double kMostNoise_um = 40;
 constexpr int kTrend = 3;  // 1, x, y
 
-// One cross: where the affine puts it and what is left there. In mm, photo system.
+// One cross: its place by the affine transform, and the residual there. In mm, photo system.
 struct Cross {
   Vector2d place;
   Vector2d left;
 };
 
-// How smooth the signal is: the two cases of the Matern family that film shows.
+// How smooth the signal is: the two cases of the Matern family that occur on film.
 enum class Smoothness { kTwice, kEndless };
 
 // Covariance of unit variance: Matern's of smoothness 5/2, or Gauss's.
@@ -154,7 +154,7 @@ Vector2d Predict(const Collocation& c, const std::vector<Cross>& crosses, const 
 }
 
 // Gross errors must go before variances are estimated from the crosses, or they hide one another.
-// A polynomial fitted by least absolute deviations (iteratively reweighted) feels them little.
+// A polynomial fitted by least absolute deviations (iteratively reweighted) is robust to them.
 std::vector<bool> WithoutGrossErrors(const std::vector<Cross>& crosses) {
   constexpr int kRounds = 30;
   constexpr double kGross = 7, kSmallest_mm = 0.002;
@@ -211,7 +211,7 @@ struct State {
   double LeftOutVariance(size_t k) const {
     return fit.variance / fit.precision[static_cast<Eigen::Index>(k)];
   }
-  // The most contradicted cross; empty where none is.
+  // The most contradicted cross; empty if none is contradicted.
   std::optional<size_t> Worst() const {
     std::optional<size_t> worst;
     double most = kContradicted;
@@ -225,8 +225,8 @@ struct State {
   }
 };
 
-// Crosses that are not in use but agree with those that are. Their own prediction's uncertainty is
-// about that of a neighbour left out.
+// Takes back unused crosses that agree with those in use. The uncertainty of their prediction is
+// about that of a neighbour that is left out.
 bool TakeBack(const std::vector<Cross>& crosses, State* state) {
   double variance = 0;
   for (size_t k = 0; k < state->in_use.size(); ++k)

@@ -49,7 +49,7 @@ void CorrectFilm(const CameraFile& camera, bool mirrored, InteriorResult* result
       if (!fit->used[k]) result->marks[index[k]].state = MarkState::kRejected;
     if (!FitUsedMarks(camera, mirrored, result)) break;
   }
-  // Contradictory to the end: then nothing says which crosses are wrong.
+  // Contradictory in every round: then it cannot be decided which crosses are wrong.
   *result = uncorrected;
 }
 

@@ -31,8 +31,8 @@ void Insert(const InterestCandidate& candidate, const CandidateSearch& search,
   ++grid.count;
 }
 
-// An undeclared void as if it were declared, so that its border has no points: they would be the
-// strongest of their cells, and give no patch.
+// Treats undeclared voids as declared, so that there are no points on their borders: these would be
+// the strongest of their cells but give no patch.
 void DeclareVoids(int bits, Image* grey) {
   if (!(ShareNearEnds(*grey, bits) > 0)) return;
   const std::vector<std::uint8_t> voids = UndeclaredVoids(*grey, bits);

@@ -12,12 +12,12 @@
 namespace orient::patchdb {
 namespace {
 
-constexpr double kPointingPx = 0.5;  // of a measurement by hand
+constexpr double kPointingPx = 0.5;  // sigma of a measurement by hand
 const double kMaxContradiction = ChiSquareLimit(2, 1.00778542904851e-3);  // 13.8, as for patches
 constexpr double kHeightMarginPx = 2;
 constexpr int kSurroundings = 79, kTemplate = 31;  // px per side, of the autocorrelation
 
-// A sighting with what the orientation says of it.
+// A sighting with its residual and penalty under the orientation.
 struct Judged {
   const ControlSighting* sighting;
   Eigen::Vector2d residual_px;  // measured - computed

@@ -8,8 +8,8 @@
 namespace orient::patchdb {
 namespace {
 
-constexpr int kCore_px = 21;               // odd; alone, these must match at the same place
-constexpr double kMaxDisagreement_px = 1;  // of correlation and least squares
+constexpr int kCore_px = 21;               // odd; this core alone must match at the same place
+constexpr double kMaxDisagreement_px = 1;  // between correlation and least squares
 constexpr double kMaxSigma_px = 0.3;
 constexpr double kModelSigma_px = 0.1;  // of a match, beyond grey-value noise
 constexpr int kCoverageCells = 256;     // along the longer side
@@ -40,7 +40,7 @@ std::optional<ChipMatch> MatchChips(const Image& templ, const Image& window,
   return ChipMatch{fit->position - Eigen::Vector2d::Constant(0.5 * window.width), fit->covariance};
 }
 
-// The best place of the template's middle alone is where the whole template lies.
+// Whether the template's middle alone matches best where the whole template does.
 bool CoreAgrees(const Image& templ, const Image& window, const ChipMatch& match,
                 const MatchOptions& options) {
   const int side = std::min(kCore_px, templ.width);
@@ -74,7 +74,7 @@ std::optional<double> ViewingPenalty(const FurtherSource& source, const Eigen::V
   const auto pixel = source.view->PixelFromGround(ground_m);
   if (!pixel || (source.coverage != nullptr && !source.coverage->Covers(*pixel)))
     return std::nullopt;
-  const double reach = 0.75 * chip_px;  // a turned square's corners
+  const double reach = 0.75 * chip_px;  // corners of a rotated square
   if (!(pixel->minCoeff() > reach) || !(pixel->x() < source.raster->Width() - reach) ||
       !(pixel->y() < source.raster->Height() - reach))
     return std::nullopt;

@@ -19,7 +19,7 @@ constexpr double kMinSpacing_px = 30;      // where spacing_px is empty: half a 
 constexpr int kTriesPerCell = 4;           // candidates looked at, strongest first
 constexpr double kDefaultDemSigma = 0.1;   // of the DEM's cell
 constexpr int kGsdSamples = 7;             // a side, over the source
-constexpr std::size_t kCellsAtOnce = 256;  // made in parallel before their order decides
+constexpr std::size_t kCellsAtOnce = 256;  // cut in parallel, then accepted in order
 
 // Places that have a patch, by cell.
 class TakenPlaces {
@@ -27,7 +27,7 @@ class TakenPlaces {
   TakenPlaces(double cell_m, double min_distance_m)
       : cell_m_(cell_m), min_distance_m_(min_distance_m) {}
   void Add(const Eigen::Vector2d& place_m) { places_[CellOf(place_m, cell_m_)].push_back(place_m); }
-  // Patches of neighbouring cells may not meet at their common border.
+  // Patches of neighbouring cells must not meet at their common border.
   bool TooClose(const Eigen::Vector2d& place_m) const {
     const CellIndex index = CellOf(place_m, cell_m_);
     for (std::int64_t row = index.first - 1; row <= index.first + 1; ++row)
@@ -58,8 +58,8 @@ class PatchCutter {
     for (const Eigen::Vector2d& place : maker.context.taken_m) taken_.Add(place);
   }
 
-  // The cells' candidates in rounds: all that are next are made in parallel, then taken in the
-  // cells' order. So the number of threads changes nothing.
+  // Tries the cells' candidates in rounds: all next ones are made in parallel, then accepted in the
+  // cells' order, so that the result does not depend on the number of threads.
   void Cut(std::vector<OpenCell>& cells) {
     for (std::size_t round = 0; static_cast<int>(round) < kTriesPerCell; ++round) {
       std::vector<OpenCell*> open;
@@ -139,8 +139,8 @@ double CellSpacing(const Raster& raster, const HarvestOptions& options) {
   return std::max(kMinSpacing_px, std::sqrt(area / options.max_count));
 }
 
-// So coarse that a cell still has dozens of pixels per side: few patches of a large photo need not
-// see all of its pixels.
+// So coarse that a cell still has dozens of pixels per side: for few patches, not all pixels of a
+// large photo need be searched.
 int ReductionFor(double cell_px) {
   constexpr double kPixelsACell = 60;
   constexpr int kCoarsest = 4;

@@ -16,13 +16,13 @@ constexpr double kMinContrast = 2;    // standard deviation, in levels of 8 bit 
 constexpr double kMaxRelief_px = 60;  // height spread in chip pixels: about 45 degrees of slope
 constexpr double kPointingSigma_px = 0.1;  // of an interest point
 constexpr double kMaxHeightTest = 3.3;     // normal deviate: 1 in 1000 by chance
-// 13.8: one good patch in 992
+// 13.8: rejects one good patch in 992
 const double kMaxSightingTest = ChiSquareLimit(2, 1.00778542904851e-3);
 constexpr int kDistinctnessTemplate = 31;               // px per side
 constexpr int kDistinctnessSearch = 24;                 // px in every direction
 constexpr double kHeightMarginPx = 2;                   // heights reach that far beyond the chip
-constexpr double kMaxVoid = 0.003;                      // of the chip, where no nodata is declared
-constexpr double kMinSearchPx = 20, kMaxSearchPx = 24;  // a roof must be found where it is
+constexpr double kMaxVoid = 0.003;                      // share of the chip, not declared as nodata
+constexpr double kMinSearchPx = 20, kMaxSearchPx = 24;  // enough to find a displaced roof
 constexpr double kSearchSigmas = 3.5;
 constexpr double kSearchMarginPx = 2;
 
@@ -42,7 +42,7 @@ HeightGrid HeightsUnder(const PatchMaker& maker, const Patch& patch, double side
                     (0.5 * side_px + kHeightMarginPx) * patch.gsd_m, patch.gsd_m);
 }
 
-// Whether the ground whose heights the patch has lies partly beside the image: a surface may end
+// Whether part of the ground under the patch's heights lies outside the image: a surface may end
 // where its source does.
 bool ReachesBeyondImage(const PatchMaker& maker, const Patch& patch) {
   const double half_m = 0.5 * (patch.heights.size - 1) * patch.heights.step_m;
@@ -72,8 +72,8 @@ Outcome AddGround(const PatchMaker& maker, const InterestCandidate& candidate, P
   return std::nullopt;
 }
 
-// The chip's middle shows the candidate, wherever the source's orientation would have ground_m:
-// where several sources say together where the candidate lies, their point is not on its own ray.
+// The chip's middle shows the candidate, wherever the source's orientation projects ground_m: a
+// point that several sources determine together does not lie on the candidate's own ray.
 Outcome AddChip(const PatchMaker& maker, const InterestCandidate& candidate, Patch& patch) {
   const auto view = CorrectedView::ThatShows(maker.source, patch.ground_m, candidate.pixel);
   if (!view) return Refusal::kNoImage;
@@ -97,7 +97,7 @@ void AddColour(const PatchMaker& maker, const InterestCandidate& candidate, Patc
                                maker.options.chip_px, patch.gsd_m);
 }
 
-// What is measured on grey values.
+// Adds the measures of texture, taken from grey values.
 Outcome AddTexture(const PatchMaker& maker, const InterestCandidate& candidate, Patch& patch) {
   const HarvestOptions& options = maker.options;
   if (Contrast(patch.chip) < LevelsOf8Bit(kMinContrast, maker.bits)) return Refusal::kFlat;
@@ -114,7 +114,7 @@ Outcome AddTexture(const PatchMaker& maker, const InterestCandidate& candidate, 
   return std::nullopt;
 }
 
-// The further sources that show the chip whole, the best ones first.
+// The further sources that show the whole chip, the best ones first.
 std::vector<const FurtherSource*> WhoElseSees(const PatchMaker& maker, const Patch& patch) {
   std::vector<std::pair<double, const FurtherSource*>> seeing;
   for (const FurtherSource& source : maker.context.further)
@@ -130,7 +130,7 @@ std::vector<const FurtherSource*> WhoElseSees(const PatchMaker& maker, const Pat
   return sources;
 }
 
-// How far from where it is expected another source may show the point: orientations and height.
+// How far from the expected place another source may show the point, by orientation and height.
 double SearchRadius(const PatchMaker& maker, const FurtherSource& other, const Patch& patch) {
   const Eigen::Vector3d& ground = patch.ground_m;
   const double lean =
@@ -169,7 +169,7 @@ Outcome Search(const PatchMaker& maker, const InterestCandidate& candidate, cons
   return std::nullopt;
 }
 
-// The ground point that all sightings and the surface give together.
+// The ground point determined by all sightings and the surface together.
 Outcome Locate(const PatchMaker& maker, const InterestCandidate& candidate,
                const Sightings& sightings, Patch& patch) {
   const auto place = EstimatePlace(sightings.all, patch.heights, patch.ground_m, maker.dem_sigma_m);
@@ -184,7 +184,7 @@ Outcome Locate(const PatchMaker& maker, const InterestCandidate& candidate,
     patch.evidence.push_back(
         {sightings.further[i]->number, sightings.all[i + 1].pixel, place->residuals_px[i + 1]});
   if (sightings.further.empty()) return std::nullopt;
-  // What the chip's middle shows lies there; the heights around it move along.
+  // The chip's middle shows this point; the heights around it are shifted with it.
   patch.ground_m = place->ground_m;
   patch.heights = HeightsUnder(maker, patch, maker.options.chip_px);
   const auto rise = static_cast<float>(patch.ground_m.z() - patch.heights.At(0, 0));

@@ -19,15 +19,15 @@ constexpr double kMinScore = 0.7;
 constexpr double kMaxError = 0.5;  // px
 constexpr double kNoiseShare = 0.1;
 
-// Where the measures reach a mark of 1 (or 0, of those that are better small).
+// Values at which the measures score 1 (or 0, for those that are better small).
 constexpr double kDistinctnessScale = 0.5;
 constexpr double kPersistenceScale = 3;
-constexpr double kDirectionScale = 0.5;  // amplitude across to along the weakest direction
-constexpr double kReliefScale = 120;     // px: 45 degrees of slope in 61 px get 0.5
+constexpr double kDirectionScale = 0.5;  // weakest direction's gradient over the strongest's
+constexpr double kReliefScale = 120;     // px: a slope of 45 degrees over 61 px scores 0.5
 constexpr double kLeanScale = 8;         // px
 constexpr double kResidualScale = 2;     // px
 
-// Of the weakest direction's gradient to the strongest's.
+// Ratio of the weakest direction's gradient to the strongest's.
 double DirectionRatio(const Eigen::Vector3d& energy) {
   Eigen::Matrix2d matrix;
   matrix << energy[0], energy[1], energy[1], energy[2];
@@ -35,8 +35,8 @@ double DirectionRatio(const Eigen::Vector3d& energy) {
   return axes.values[1] > 0 ? std::sqrt(std::max(axes.values[0], 0.0) / axes.values[1]) : 0;
 }
 
-// What a texture with this noise scores against itself with noise of its own; fine texture, which
-// passes for noise, is not believed to be more than half of it.
+// Score of a texture with this noise against itself with independent noise; since fine texture
+// passes for noise, at most half of the variance is taken for noise.
 double SelfScore(const Image& image) {
   const double contrast = Contrast(image), noise = NoiseOf(image);
   return contrast > 0 ? std::max(0.5, 1 - noise * noise / (contrast * contrast)) : 1;

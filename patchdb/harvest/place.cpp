@@ -14,7 +14,7 @@ using PixelRow = Eigen::Matrix<double, 2, 4>;
 constexpr int kMaxIterations = 20;
 constexpr double kConverged = 1e-4;    // m
 constexpr double kDifferenceStep = 1;  // m; every source's mapping is smooth beyond that
-// Shares of an observation's variance below which nothing checks it.
+// Redundancy, as a share of an observation's variance, below which nothing checks it.
 constexpr double kLeastRedundancy = 0.02;
 
 struct Linearised {
@@ -51,8 +51,8 @@ bool AddSighting(const Sighting& sighting, const Unknowns& at, Linearised* syste
   return true;
 }
 
-// By east (axis 0) or north (1). The grid is as wide as the chip, and of a coarse DEM it has few
-// nodes: the difference is taken within it.
+// Slope towards east (axis 0) or north (1). The grid is as wide as the chip, with few nodes if the
+// DEM is coarse: the difference is taken within it.
 double Slope(const HeightGrid& heights, const Eigen::Vector2d& at, int axis) {
   const double reach = (heights.size - 1) / 2.0 * heights.step_m;
   Eigen::Vector2d before = at, after = at;
@@ -62,7 +62,7 @@ double Slope(const HeightGrid& heights, const Eigen::Vector2d& at, int axis) {
          (after[axis] - before[axis]);
 }
 
-// Of the surface: Z - h(X, Y) is 0.
+// Observation equation of the surface: Z - h(X, Y) = 0.
 bool AddHeight(const HeightGrid& heights, const Eigen::Vector3d& start_m, double sigma_m,
                const Unknowns& at, Linearised* system) {
   const Eigen::Vector2d off = (at.head<3>() - start_m).head<2>();
@@ -88,7 +88,7 @@ std::optional<Linearised> Linearise(const std::vector<Sighting>& sightings,
   return system;
 }
 
-// Directions in which nothing checks the sighting take no part.
+// Directions in which nothing checks the sighting are left out.
 double SightingTest(const Eigen::Matrix2d& covariance, const PixelRow& row,
                     const Eigen::Matrix4d& inverse, const Eigen::Vector2d& residual) {
   const PrincipalAxes of_residual = AxesOf(covariance - row * inverse * row.transpose());

@@ -7,7 +7,7 @@ namespace orient::patchdb {
 namespace {
 
 constexpr int kMargin = 4;          // source pixels around a chip's area, for interpolation
-constexpr double kMaxStretch = 4;   // of the source's window against the chip, a side
+constexpr double kMaxStretch = 4;   // largest ratio of the source window's side to the chip's
 constexpr int kMaxLatticeStep = 4;  // chip pixels
 // As many as the DEM's own: between nodes a chip's heights depart from the DEM's by as much as the
 // DEM's do from the ground, and in the middle, where its point lies, not at all.
@@ -18,8 +18,8 @@ Eigen::Vector3d GroundAt(const HeightGrid& heights, const Eigen::Vector3d& centr
   return {centre.x() + east, centre.y() + north, heights.At(east, north)};
 }
 
-// Source pixels of the places of a chip, exact on a lattice and linear between its nodes: a DEM's
-// nodes are several chip pixels apart, and so the lens need not be asked for every one of them.
+// Source pixels for the places of a chip, exact on a lattice and linear between its nodes: a DEM's
+// nodes are several chip pixels apart, so the lens need not be evaluated for every chip pixel.
 class ChipLattice {
  public:
   // Empty where part of the chip is not seen.
@@ -102,11 +102,11 @@ Image Resample(const ImageWindow& part, const ChipLattice& lattice, int chip_px)
   return chip;
 }
 
-// How high above the chip's ground the line of sight to a chip pixel (from the middle) meets the
-// other surface, chip pixels; 0 where it comes down freely. Orthophotos have no known sight.
+// Height above the chip's ground, chip pixels, at which the line of sight to a pixel (relative to
+// the middle) meets the other surface; 0 if unobstructed or, for orthophotos, unknown.
 double MetOnTheWay(const GroundSurface& surface, const SourceView& source, const Patch& patch,
                    double col, double row) {
-  constexpr double kHighest = 150;  // m; above that nothing is looked for
+  constexpr double kHighest = 150;  // m; nothing above that is considered
   if (source.IsOrthophoto()) return 0;
   Eigen::Vector3d ground = patch.ground_m + patch.gsd_m * Eigen::Vector3d(col, -row, 0);
   ground.z() = patch.heights.At(ground.x() - patch.ground_m.x(), ground.y() - patch.ground_m.y());

@@ -54,7 +54,7 @@ class PhotoSource : public SourceView {
   const GroundSurface& surface_;
 };
 
-// Of the line of sight to the corners of a frame, between a normal-angle and a wide-angle camera.
+// Tangent of the angle to a frame's corners, between a normal-angle and a wide-angle camera.
 constexpr double kTangentAtCorner = 0.8;
 
 // Where an orthophoto's pixels lie, and in which CRS.
@@ -116,9 +116,9 @@ class OrthoSource : public SourceView {
 
   bool IsOrthophoto() const override { return true; }
 
-  // The photo behind an orthophoto is not known. Most show one photo's frame, taken from above its
-  // middle. The ray through (X, h + 1) meets the true ground h farther out by (X - centre) /
-  // height: with heights too high, content lies nearer to the middle than it is.
+  // The photo behind an orthophoto is not known. Most orthophotos show one photo's frame, seen from
+  // above its middle. The ray through (X, h + 1) meets the true ground h farther out by
+  // (X - centre) / height: with heights too high, content lies nearer to the middle than it is.
   Eigen::Vector3d HeightEffect(const Eigen::Vector3d& ground_m) const override {
     const Eigen::Vector2d inwards = (centre_ - ground_m.head<2>()) / height_;
     return {inwards.x(), inwards.y(), 0};
@@ -130,7 +130,7 @@ class OrthoSource : public SourceView {
 
  private:
   Eigen::Vector2d centre_;  // of its extent, ground
-  double height_;           // from which it may have been taken, m
+  double height_;           // assumed flying height, m
   Affine2d map_from_pixel_, pixel_from_map_;
   double orientation_sigma_px_;
   const GroundSurface& surface_;
@@ -154,7 +154,7 @@ std::unique_ptr<SourceView> MakeOrthoSource(const Raster& ortho, const Crs& grou
 }
 
 Bounds OrthoFootprint(const Raster& ortho, const Crs& ground_crs) {
-  constexpr int kSteps = 8;  // the border of a transformed rectangle is bent
+  constexpr int kSteps = 8;  // the border of a transformed rectangle is curved
   const OrthoGeoreference georeference = GeoreferenceOf(ortho);
   const CoordinateTransform ground_from_map(ground_crs, georeference.crs);
   Bounds bounds = Bounds::OfNothing();

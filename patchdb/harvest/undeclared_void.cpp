@@ -9,16 +9,16 @@
 namespace orient::patchdb {
 namespace {
 
-constexpr int kSolid_px = 41;      // side of a square of one value that every void has
-constexpr int kSmall_px = 150;     // of one value, where declared nodata completes the square
-constexpr int kLarge_px = 40000;   // of one value, from which on edges do not matter
-constexpr float kOfEnd = 3;        // grey values from the end of the range that the one value lies
-constexpr float kOfBorder = 12;    // and those of a compressed void's border
-constexpr int kBorder_px = 16;     // as wide as that is: two of JPEG's blocks
-constexpr int kBeyondEdge_px = 4;  // where nothing is left of an edge's blur
-constexpr double kSharp = 0.65;    // of the step over an edge, the part that its first pixel has
+constexpr int kSolid_px = 41;      // side of the square of one value that every void contains
+constexpr int kSmall_px = 150;     // pixels of one value needed if declared nodata fills the square
+constexpr int kLarge_px = 40000;   // pixels of one value from which on edges do not matter
+constexpr float kOfEnd = 3;        // most grey values between that value and the end of the range
+constexpr float kOfBorder = 12;    // the same for the border of a compressed void
+constexpr int kBorder_px = 16;     // width of that border: two JPEG blocks
+constexpr int kBeyondEdge_px = 4;  // distance beyond which nothing is left of an edge's blur
+constexpr double kSharp = 0.65;    // least share of the step at an edge that its first pixel has
 
-// Ends of the range; of 16 bits with sign, too: a raster does not say which it has.
+// Ends of the range; for 16 bits those of signed values, too: a raster does not say which it has.
 std::vector<float> EndsOf(int bits) {
   if (bits < 8 || bits > 16) return {};
   if (bits == 16) return {0, 65535, 32767, -32768};
@@ -29,7 +29,7 @@ bool IsNear(float value, float other, float tolerance) {
   return std::abs(value - other) <= tolerance;
 }
 
-// What is set, as Image of bytes.
+// The pixels that are set, as an image of bytes.
 struct Mask {
   int width, height;
   std::vector<std::uint8_t> set;
@@ -42,7 +42,7 @@ struct Mask {
     return static_cast<std::size_t>(row) * static_cast<std::size_t>(width) +
            static_cast<std::size_t>(col);
   }
-  // `work` on each row, then on each column: its first pixel, their number, the step to the next.
+  // Calls `work` for each row, then each column: its first pixel, its length, the step to the next.
   template <typename Work>
   void OnLines(const Work& work) {
     for (int row = 0; row < height; ++row) work(&set[Index(0, row)], width, std::size_t{1});
@@ -51,7 +51,7 @@ struct Mask {
   }
 };
 
-// Leaves the pixels in which a full square ends.
+// Keeps only the pixels in which a full square ends.
 void Erode(std::uint8_t* line, int count, std::size_t step) {
   int run = 0;
   for (int i = 0; i < count; ++i) {
@@ -61,7 +61,7 @@ void Erode(std::uint8_t* line, int count, std::size_t step) {
   }
 }
 
-// And sets those that such a square covers.
+// Sets the pixels that such a square covers.
 void Dilate(std::uint8_t* line, int count, std::size_t step) {
   int left = 0;
   for (int i = count; i-- > 0;) {
@@ -82,7 +82,7 @@ std::optional<float> ValueNear(const Image& grey, float end) {
       ->first;
 }
 
-// The voids at one end of the range, whose value they have.
+// Finds the voids whose value lies at one end of the range.
 class VoidSearch {
  public:
   VoidSearch(const Image& grey, float end, float value)
@@ -104,7 +104,7 @@ class VoidSearch {
   std::size_t Width() const { return static_cast<std::size_t>(grey_.width); }
   bool IsValue(std::size_t pixel) const { return IsNear(grey_.values[pixel], value_, 0.5f); }
 
-  // Covered by squares of nothing but the value and no data.
+  // Pixels covered by squares that contain only the value or nodata.
   Mask Solid() const {
     Mask mask(grey_.width, grey_.height);
     for (std::size_t i = 0; i < mask.set.size(); ++i)
@@ -114,7 +114,7 @@ class VoidSearch {
     return mask;
   }
 
-  // Neighbours of these that are free and wanted; they are free no longer.
+  // Neighbours of these pixels that are wanted and not yet taken; marks them as taken.
   template <typename Wanted>
   Pixels Around(const Pixels& pixels, const Wanted& wanted) {
     Pixels around;
@@ -132,7 +132,7 @@ class VoidSearch {
     return around;
   }
 
-  // What is connected, and what compression made of its border.
+  // The connected area of the value, with the border that compression has altered.
   Pixels AreaFrom(std::size_t start) {
     Pixels area = {start};
     taken_[start] = 1;

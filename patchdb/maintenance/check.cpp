@@ -14,8 +14,8 @@
 namespace orient::patchdb {
 namespace {
 
-// What can be asked and mended in SQL. The order matters: references before what is counted of
-// them.
+// What can be checked and repaired in SQL. The order matters: references before counts that depend
+// on them.
 struct Rule {
   const char* what;
   const char* count;
@@ -93,8 +93,8 @@ constexpr const char* kRetireDamaged =
 
 constexpr const char* kDamaged = "damaged: ";
 
-// Those in a circle, not those that lead into one. Every chain is followed once: to its end, or to
-// where an earlier walk came by; where the same walk did is a circle.
+// The patches in a circle, not those leading into one. Every chain is followed once: to its end, or
+// to a patch visited before; if that was in the same walk, it lies in a circle.
 std::vector<std::int64_t> InCircles(
     const std::unordered_map<std::int64_t, std::int64_t>& successors) {
   std::unordered_map<std::int64_t, std::int64_t> walk_of;  // the patch it began with
@@ -135,7 +135,7 @@ class Check {
     if (count > 0) findings_.push_back({what, count, repair});
   }
 
-  // False where what lacks keeps the rest from being looked at.
+  // False if missing objects prevent the remaining checks.
   bool Schema() {
     const int version = static_cast<int>(connection_.Number(sql::kSchemaVersion));
     const std::vector<SchemaObject> missing = MissingObjects(connection_, version);
@@ -209,7 +209,7 @@ class Check {
     }
   }
 
-  // Retired as damaged is how a repair leaves them: known, and out of use.
+  // Skips patches that an earlier repair retired as damaged: they are known, and out of use.
   void Chips(const std::function<void(std::int64_t, std::int64_t)>& progress) {
     struct Row {
       std::int64_t id;
@@ -284,7 +284,7 @@ std::vector<CheckFinding> CheckDatabase(
     return WithFile(database.Sql(), "checking",
                     [&] { return Check(database, options).Run(progress); });
   database.Write("repairing", [&](Connection& connection) {
-    // A repair touches rows whose references are broken until it is through.
+    // During a repair, rows have broken references until it is complete.
     connection.Database().exec("PRAGMA defer_foreign_keys = ON");
     findings = Check(database, options).Run(progress);
     return 0;

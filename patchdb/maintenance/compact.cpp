@@ -11,8 +11,8 @@ bool HasOldPages(Connection& connection) {
   return connection.Number("PRAGMA page_size") != kPageSize;
 }
 
-// Pages change their size outside of the write-ahead log only: for the time of this object the file
-// has a rollback journal instead, which undoes what a killed program left half done just as well.
+// SQLite changes the page size only without a write-ahead log: while this object exists, the file
+// has a rollback journal instead, which also undoes what a killed program left half done.
 class WithoutLog {
  public:
   explicit WithoutLog(SQLite::Database& file) : file_(file) {
@@ -22,7 +22,7 @@ class WithoutLog {
     try {
       file_.exec("PRAGMA journal_mode = WAL");
     } catch (const std::exception&) {
-      // Somebody reads: the next program that opens the file for writing does it.
+      // Another program is reading: the next one that opens the file for writing switches back.
     }
   }
   WithoutLog(const WithoutLog&) = delete;

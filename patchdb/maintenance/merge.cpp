@@ -16,10 +16,10 @@ namespace {
 
 constexpr double kSamePlace_px = 3;   // of the coarser chip: duplicates lie that near ...
 constexpr double kSameLookNcc = 0.7;  // ... and correlate at least so well
-// kReplace, kAdd: how near the older one lies, as a share of the coarser chip's half side.
+// kReplace, kAdd: how near an older patch must lie, as a share of the coarser chip's half side.
 constexpr double kSameAreaShare = 0.5;
 constexpr int kLookSearch_px = 3;
-constexpr double kCoarsest = 8;  // pixels and chips of a place differ by less
+constexpr double kCoarsest = 8;  // pixel and chip sizes at one place differ by less
 constexpr double kSameView_px = 0.25;
 
 class Merge {
@@ -45,13 +45,13 @@ class Merge {
   }
 
  private:
-  // The patch here that a patch of the other database is joined to.
+  // The target's patch that a patch of the other database is joined to.
   struct Twin {
     Patch patch;
-    bool same_view = false;  // cut at this very place from the same source: both have one history
+    bool same_view = false;  // cut at the same place from the same source: both have one history
   };
 
-  // Counts only what was committed. Successors are linked as soon as both are here.
+  // Counts only what was committed. Successors are linked once both patches are in the target.
   void TakeSource(const PatchSource& source, const std::vector<std::int64_t>& ids) {
     MergeResult before = result_;
     try {
@@ -91,7 +91,7 @@ class Merge {
       for (const std::int64_t old : older) result_.superseded += rows_.Supersede(old, id);
   }
 
-  // What this program would not store it does not take over either.
+  // A patch that this program would not store is not taken over either.
   void Require(const Patch& patch) const {
     try {
       CheckPatch(patch);
@@ -107,7 +107,7 @@ class Merge {
     return id;
   }
 
-  // Evidence, with its sources' ids here. Only now are they made: what is left out leaves nothing.
+  // Maps evidence to the target's sources, made only now: a patch left out leaves no trace.
   void TranslateEvidence(Patch& patch) {
     for (PatchEvidence& evidence : patch.evidence)
       evidence.source_id = rows_.SourceIdFor(evidence.source_id);
@@ -122,9 +122,9 @@ class Merge {
     return id;
   }
 
-  // The patch here that shows the same thing at the same place. Active and retired ones are not
-  // joined, so that no place loses what is searched for there; unless it is known that the one here
-  // shows this source's view: then it was retired here, and does not come again.
+  // The target's patch that shows the same thing at the same place. Active and retired ones are not
+  // joined, so that no place loses its active patch, unless the target's is known to show this
+  // source's view: then it was retired there, and does not come again.
   std::optional<Twin> FindTwin(const Patch& patch, const PatchSource& source) const {
     const auto source_id = target_.FindSource(source).id;
     std::optional<Twin> twin;
@@ -153,13 +153,13 @@ class Merge {
                         [&](const PatchEvidence& e) { return e.source_id == *source_id; }));
   }
 
-  // A restore begins an epoch and a retirement ends it: the later of two states of one history.
+  // Which of two states of one history is later: a restore begins an epoch, a retirement ends it.
   static bool IsLater(const Patch& patch, const Patch& than) {
     if (patch.epoch != than.epoch) return patch.epoch > than.epoch;
     return patch.life == PatchLife::kRetired && than.life == PatchLife::kActive;
   }
 
-  // One patch, its better view, both histories.
+  // Joins the two into one patch with the better view and both histories.
   void Join(Patch& patch, const Twin& twin, const PatchSource& source) {
     ++result_.duplicates;
     const std::int64_t id = twin.patch.id, source_id = SourceHere(source);
@@ -175,7 +175,7 @@ class Merge {
       ++result_.improved;
     }
     JoinEvidence(patch, twin, source_id, better);
-    // Epochs of one history are the same ones; those of two are counted from the present one.
+    // Epochs of one history are the same; in two histories they are counted from the present one.
     const std::int64_t epochs =
         twin.same_view ? 0 : std::int64_t{twin.patch.epoch} - std::int64_t{patch.epoch};
     result_.attempts += rows_.TakeAttempts(patch.id, id, epochs);
@@ -190,14 +190,14 @@ class Merge {
     all.push_back({better ? twin.patch.source_id : source_id, {}, {}});
     for (PatchEvidence& evidence : all) {
       if (evidence.source_id == own) continue;
-      if (!better && !twin.same_view) evidence.residual_px.reset();  // of another ground point
+      if (!better && !twin.same_view) evidence.residual_px.reset();  // for another ground point
       rows_.AddEvidence(id, evidence, better && evidence.pixel);
     }
     rows_.CountViews(id);
   }
 
-  // The patches here that this one is newer than; empty where one of its place is as new, or nobody
-  // knows.
+  // The target's patches that this one is newer than; empty if one at its place is as new, or if a
+  // date is unknown.
   std::optional<std::vector<std::int64_t>> OlderNear(const Patch& patch,
                                                      const PatchSource& source) const {
     const double share = 0.5 * kSameAreaShare, side_m = patch.chip.width * patch.gsd_m;

@@ -17,7 +17,7 @@ constexpr const char* kSetSource = "UPDATE patches SET source_id = ?2 WHERE id =
 constexpr const char* kSupersede =
     "UPDATE patches SET state = 'retired', retired_reason = 'superseded by a newer view', "
     "retired_on = date('now'), superseded_by = ?2 WHERE id = ?1 AND id <> ?2 AND state = 'active'";
-// Never in a circle.
+// Links a successor, but never in a circle.
 constexpr const char* kLink =
     "UPDATE patches SET superseded_by = ?2 WHERE id = ?1 AND id <> ?2 AND state = 'retired' AND "
     "superseded_by IS NULL AND id NOT IN (WITH RECURSIVE chain(id) AS (SELECT ?2 UNION SELECT "
@@ -41,7 +41,7 @@ constexpr const char* kForgetResiduals =
 constexpr int kAttemptColumns = 17, kAttemptEpoch = 9;
 constexpr const char* kAttemptsThere =
     "SELECT " ORIENT_ATTEMPT_COLUMNS " FROM attempts WHERE patch_id = ?18";
-// The newer stays; of two without a date the one that is here.
+// The newer attempt is kept; of two without a date, the target's.
 constexpr const char* kTakeAttempt =
     "INSERT INTO attempts (" ORIENT_ATTEMPT_COLUMNS
     ", patch_id) VALUES (?1, ?2, ?3, ?4, ?5, ?6, ?7, ?8, ?9, ?10, ?11, ?12, ?13, ?14, ?15, ?16, "

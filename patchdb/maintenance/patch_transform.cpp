@@ -6,7 +6,7 @@
 namespace orient::patchdb {
 namespace {
 
-constexpr double kStep_m = 100;  // of the differences; a CRS is smooth far beyond that
+constexpr double kStep_m = 100;  // step of the differences; a CRS is smooth far beyond that
 constexpr double kNegligible_px = 0.1;
 
 // d target / d source, both horizontal.
@@ -39,7 +39,7 @@ int OddAtMost(double size) {
   return whole % 2 == 1 ? whole : whole - 1;
 }
 
-// Turned grids: `source_from_target` takes offsets east, north of the centre.
+// Rotation of grids: `source_from_target` applies to offsets (east, north) from the centre.
 struct Turn {
   Eigen::Matrix2d source_from_target;
   double scale = 1;  // target metres per source metre

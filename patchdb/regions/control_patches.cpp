@@ -17,7 +17,7 @@ namespace orient::patchdb {
 namespace {
 
 constexpr std::int64_t kIdsOfRegion = 1'000'000'000;
-constexpr std::size_t kMostOpened = 8;  // by each thread: two files of a process' 1024 each
+constexpr std::size_t kMostOpened = 8;  // per thread: each takes two of a process's 1024 files
 
 bool Touch(const Bounds& a, const Bounds& b) {
   return a.min_x <= b.max_x && a.max_x >= b.min_x && a.min_y <= b.max_y && a.max_y >= b.min_y;
@@ -83,7 +83,7 @@ Patch ControlPatches::AsOfSet(Patch patch, const Region& region) const {
   const auto source = [&](std::int64_t id) {
     const auto known = region.sources.find(id);
     if (known != region.sources.end()) return known->second;
-    // It was in order when the run began: no verdict on a photo.
+    // The file was in order when the run began: no verdict on a photo.
     throw EnvironmentError(fmt::format(
         "{} was changed since the run began: {} does not list all of its sources; 'orient patchdb "
         "index {}' updates it; then repeat the command",
@@ -112,9 +112,9 @@ std::vector<Patch> ControlPatches::FindPatchesIn(const Bounds& bounds, int max_c
     total += counts.back();
   }
   std::vector<Patch> patches;
-  std::map<std::array<double, 4>, int> region_of_place;  // with its source
+  std::map<std::array<double, 4>, int> region_of_place;  // by source and place
   for (std::size_t i = 0; i < regions.size(); ++i) {
-    // Each region's share of those that are wanted.
+    // The region's share of the patches wanted.
     const double part = std::min(1.0, max_count / std::max(1.0, static_cast<double>(total)));
     const int share = static_cast<int>(std::ceil(part * static_cast<double>(counts[i])));
     if (share == 0) continue;
@@ -151,7 +151,7 @@ std::string ControlPatches::ContentWithin(const std::vector<Bounds>& areas) cons
   return content;
 }
 
-// Of each region its own attempts, with its ids.
+// Each region's own attempts, with its own patch ids.
 ControlPatches::AttemptsByRegion ControlPatches::Divided(
     const std::vector<MatchAttempt>& attempts) const {
   AttemptsByRegion by_region;
@@ -163,7 +163,7 @@ ControlPatches::AttemptsByRegion ControlPatches::Divided(
   return by_region;
 }
 
-// With the places where their patches were sought.
+// The patches searched for in a region's attempts, with their ground positions.
 std::vector<SoughtElsewhere> ControlPatches::Sought(const Region& region,
                                                     const std::vector<MatchAttempt>& own) const {
   std::vector<SoughtElsewhere> sought;

@@ -30,7 +30,7 @@ Cell CellOf(const Eigen::Vector3d& ground_m, double cell_m) {
           static_cast<std::int64_t>(std::floor(ground_m.y() / cell_m))};
 }
 
-// Numbers of the patches of each cell.
+// Ids of each cell's patches.
 using Cells = std::map<Cell, std::vector<std::int64_t>>;
 
 Cells CellsOf(const PatchDatabase& database, double cell_m) {
@@ -56,7 +56,7 @@ std::string FileOf(const Cell& cell, double cell_m) {
                      static_cast<double>(cell.second) * cell_m);
 }
 
-// The folder is new, or empty, or one where this very division was interrupted.
+// Accepts a folder that is new, or empty, or in which this very division was interrupted.
 void Begin(const std::string& folder, const std::string& what) {
   RemovePartialFiles(folder);
   const std::string note = (fs::path(folder) / kDivisionNote).string();
@@ -75,7 +75,7 @@ void Begin(const std::string& folder, const std::string& what) {
   WriteFileAtomically(note, what);
 }
 
-// One that is there already is whole.
+// A file that is there already is complete.
 void Copy(const PatchDatabase& database, const std::vector<std::int64_t>& ids,
           const std::string& path) {
   std::error_code ignored;

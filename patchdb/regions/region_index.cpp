@@ -38,7 +38,7 @@ std::vector<std::string> DatabasesIn(const std::string& folder) {
   return files;
 }
 
-// Length and time of change, into `region`. Throws where the file is gone.
+// Stores size and modification time in `region`. Throws if the file is gone.
 void TakeState(const std::string& folder, Region* region) {
   struct stat state {};
   const std::string path = RegionPath(folder, *region);
@@ -49,7 +49,7 @@ void TakeState(const std::string& folder, Region* region) {
   region->modified_ns = state.st_mtim.tv_sec * 1'000'000'000LL + state.st_mtim.tv_nsec;
 }
 
-// What SQLite's log holds is of the database, and does not show in its file.
+// Whether SQLite's log holds changes, which belong to the database but do not show in its file.
 bool HasLog(const std::string& folder, const Region& region) {
   std::error_code none;
   const std::uintmax_t bytes = fs::file_size(RegionPath(folder, region) + "-wal", none);
@@ -85,7 +85,7 @@ class KnownSources {
         return known.id;
     return std::nullopt;
   }
-  // Its id; a new one where it is not known, which it is then.
+  // Its id; an unknown source gets a new one and is known from then on.
   std::int64_t IdOrNewId(PatchSource source, std::vector<PatchSource>* sources) {
     if (const auto id = IdOf(source)) return *id;
     source.id = largest_ + 1;
@@ -117,7 +117,7 @@ Held Read(const std::string& path) {
 
 void Describe(const std::string& folder, Region* region, RegionIndex* index,
               KnownSources* sources) {
-  TakeState(folder, region);  // before it is read: what changes meanwhile is seen the next time
+  TakeState(folder, region);  // before it is read: changes made meanwhile are noticed next time
   const Held held = Read(RegionPath(folder, *region));
   if (!held.crs.SameAs(index->crs))
     throw InputError(fmt::format(
@@ -153,7 +153,7 @@ void RefuseUndivided(const std::string& folder) {
                      "'orient patchdb divide', or delete the folder");
 }
 
-// The index that is there, or one of no regions, in the CRS of this database.
+// The existing index, or one without regions, in the CRS of this database.
 RegionIndex IndexBefore(const std::string& folder, const std::string& file) {
   std::error_code ignored;
   if (fs::exists(RegionIndexPath(folder), ignored)) return ReadRegionIndex(folder);

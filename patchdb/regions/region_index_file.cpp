@@ -84,7 +84,7 @@ Region RegionFrom(const Json& field, const std::set<std::int64_t>& sources) {
   Region region;
   region.number = static_cast<int>(IntegerFrom(field.at("number"), 1, kMostRegions));
   region.file = field.at("file");
-  // It is joined to the folder's name: none leads out of it.
+  // It is appended to the folder's path, and must not lead out of it.
   if (fs::path(region.file).filename() != region.file || region.file == "..")
     FailAs(field.at("file"), "file of the folder");
   region.patches = IntegerFrom(field.at("patches"), 0);

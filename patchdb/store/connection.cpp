@@ -29,7 +29,7 @@ int OpenFlags(Connection::Mode mode) {
   return SQLite::OPEN_READONLY;
 }
 
-// What was written is not all in the file itself.
+// Whether part of what was written is not in the file itself.
 bool HasLog(const std::string& path) {
   for (const char* suffix : {"-wal", "-journal"}) {
     std::error_code error;
@@ -39,7 +39,7 @@ bool HasLog(const std::string& path) {
   return false;
 }
 
-// SQLite's URI of a file that nobody can be writing.
+// SQLite's URI for a file that no program can be writing.
 std::string ImmutableUri(const std::string& path) {
   std::ostringstream uri;
   uri << "file:" << std::hex << std::uppercase << std::setfill('0');
@@ -52,27 +52,27 @@ std::string ImmutableUri(const std::string& path) {
   return uri.str();
 }
 
-// A reader may not remove the log that it had SQLite make, or that a killed writer left.
+// A reader cannot remove the log that SQLite made for it, or that a killed writer left.
 void RemoveLog(const std::string& path) {
   std::error_code error;
   if (!std::filesystem::exists(path + "-wal", error)) return;
   try {
     SQLite::Database(path, SQLite::OPEN_READWRITE).exec("PRAGMA schema_version");
   } catch (const std::exception&) {
-    // Not ours to write; whoever writes next removes it.
+    // We may not write the file; the next program that does removes the log.
   }
 }
 
-// What a writer that was killed left half done outside of the write-ahead log (patchdb/maintenance/
-// compact.cpp): a read-only connection may not undo it.
+// Undoes what a killed writer left half done outside of the write-ahead log (patchdb/maintenance/
+// compact.cpp): a read-only connection cannot.
 void RollBack(const std::string& path, int wait_ms) {
   SQLite::Database(path, SQLite::OPEN_READWRITE, wait_ms).exec("BEGIN IMMEDIATE; ROLLBACK");
 }
 
-// What triggers do here: keep the spatial index, the token of the content, the count of features.
-// One that does anything else is a stranger's, whatever its name; also one that would ask on and
-// on. `within`: the trigger, or a part of a statement that has a name. Triggers of other names than
-// these are not let in (migration.h).
+// Triggers here maintain the spatial index, the content token and the feature count. One that does
+// anything else is foreign, whatever its name, as is one that queries endlessly.
+// `within`: the trigger, or a named part of a statement. Triggers with other names than
+// these are not admitted (migration.h).
 int AuthorizeTrigger(void*, int action, const char* table, const char*, const char*,
                      const char* within) {
   const std::string_view trigger = within == nullptr ? "" : within;
@@ -87,7 +87,7 @@ int AuthorizeTrigger(void*, int action, const char* table, const char*, const ch
   return changes && kept ? SQLITE_OK : SQLITE_DENY;
 }
 
-// With its log, so that only the machine can be in the way.
+// Whether the file and its log may be opened, so that only the machine can be the cause.
 bool MayBeOpened(const std::string& path) {
   const std::string folder = std::filesystem::path(path).parent_path().string();
   const auto may = [](const std::string& what, int how) {
@@ -96,7 +96,7 @@ bool MayBeOpened(const std::string& path) {
   return may(path, R_OK | W_OK) && may(folder.empty() ? "." : folder, W_OK | X_OK);
 }
 
-// Of the last call to the system that failed; 0: none did.
+// Error number of the last failed system call; 0: none.
 int ErrorOf(sqlite3* database, int which_file) {
   sqlite3_file* file = nullptr;
   int error = 0;
@@ -162,8 +162,8 @@ Connection::Connection(const std::string& path, Mode mode, double wait_s)
     try {
       Set();
     } catch (const SQLite::Exception& error) {
-      // Even a reader needs a place for the log's index, unless nobody can be writing.
-      const int code = error.getErrorCode();  // the last: of a disk that is full
+      // Even a reader needs space for the log's index, unless no program can be writing.
+      const int code = error.getErrorCode();  // SQLITE_IOERR, below: if the disk is full
       const bool no_place =
           code == SQLITE_CANTOPEN || code == SQLITE_READONLY || code == SQLITE_IOERR;
       if (mode != Mode::kRead || !no_place) throw;
@@ -178,9 +178,9 @@ Connection::Connection(const std::string& path, Mode mode, double wait_s)
   });
 }
 
-// A file from elsewhere may hold any view, trigger or table. No view is ever run, triggers by
-// writers only (migration.h says which) and only as far as they do what ours do, and no value is
-// larger than any of a patch database.
+// A file from elsewhere may hold any view, trigger or table. Views are never run, triggers only by
+// writers (migration.h says which) and only as far as they do what ours do, and values larger than
+// any in a patch database are refused.
 void Connection::Harden() {
   constexpr int kMostBytes = 64 << 20;
   sqlite3* handle = database_->getHandle();
@@ -197,13 +197,13 @@ void Connection::Set() {
   // Writing needs its triggers to reach the R-tree, which SQLite does not count as innocuous.
   if (mode_ == Mode::kRead) database_->exec("PRAGMA trusted_schema = OFF");
   database_->exec("PRAGMA cell_size_check = ON");
-  // Of effect in a file that is still empty only.
+  // Takes effect only in a file that is still empty.
   if (mode_ == Mode::kCreate) database_->exec("PRAGMA page_size = " + std::to_string(kPageSize));
-  // For good: to change it a writer would have to wait for every reader.
+  // Permanently: to change it, a writer would have to wait for every reader.
   if (mode_ != Mode::kRead) database_->exec("PRAGMA journal_mode = WAL");
   database_->exec("PRAGMA foreign_keys = ON");
-  database_->exec("PRAGMA schema_version");  // the first look into the file
-  // SQLite opens what it may not write for reading, and says so at the first row to be written.
+  database_->exec("PRAGMA schema_version");  // the first access to the file
+  // SQLite opens a write-protected file for reading, and reports that only at the first write.
   if (mode_ != Mode::kRead && sqlite3_db_readonly(database_->getHandle(), "main") == 1)
     throw SQLite::Exception("it may only be read", SQLITE_READONLY);
 }
@@ -218,7 +218,7 @@ Connection::~Connection() {
     }
     database_.reset();
   } catch (const std::exception&) {
-    // A reader holds an older state: the one that closes last does it.
+    // A reader holds an older state: the last one to close moves the log into the file.
   }
   if (mode_ == Mode::kRead && !immutable_) RemoveLog(path_);
 }

@@ -8,7 +8,7 @@
 namespace orient::patchdb {
 namespace {
 
-// Kept by triggers (patchdb/store/schema/step_4.cpp), whoever changes the patches.
+// Maintained by triggers (patchdb/store/schema/step_4.cpp), whichever program changes the patches.
 constexpr const char* kToken = "SELECT hex(token) FROM orient_content";
 constexpr const char* kKeepers =
     "SELECT count(*) FROM sqlite_master WHERE name IN ('orient_content', 'orient_content_insert', "

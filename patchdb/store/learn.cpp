@@ -88,8 +88,8 @@ std::optional<int> EpochOf(Connection& connection, std::int64_t patch_id) {
   return row->getColumn(0).getInt();
 }
 
-// Photos that are oriented teach, and are not to be oriented again for that: the token of what the
-// patches are (content_digest.h) stays.
+// Retires a patch but keeps the content token (content_digest.h): photos need not be oriented again
+// because of what was learnt from them.
 void RetireQuietly(Connection& connection, std::int64_t patch_id, const std::string& reason) {
   const Query known = connection.Prepare(sql::kContentToken);
   const std::string token = known->executeStep() ? known->getColumn(0).getString() : "";
@@ -103,8 +103,8 @@ void RetireQuietly(Connection& connection, std::int64_t patch_id, const std::str
   keep->exec();
 }
 
-// Whether the database was made anew meanwhile and its patch of that number is another one. The
-// index of places holds single-precision numbers.
+// Whether the database was recreated meanwhile and its patch with that id is another one. The
+// spatial index holds single-precision numbers.
 bool IsOfAnother(Connection& connection, const MatchAttempt& attempt) {
   constexpr double kSame_m = 1, kRounding = 2.5e-7;
   if (!attempt.place_m) return false;
@@ -146,7 +146,7 @@ int Learn(Connection& connection, const std::vector<MatchAttempt>& attempts,
   std::set<std::int64_t> patches;
   for (std::size_t i = 0; i < attempts.size(); ++i) {
     const MatchAttempt& attempt = attempts[i];
-    // A photo takes hours: the patch may have been pruned meanwhile.
+    // Orienting a photo may take hours: the patch may have been pruned meanwhile.
     if (!EpochOf(connection, attempt.patch_id)) continue;
     if (IsOfAnother(connection, attempt)) {
       ++of_others;

@@ -19,7 +19,7 @@ bool Failed(const AttemptOutcome& attempt) {
   return attempt.state == "not_found" || attempt.state == "rejected";
 }
 
-// 1961 of 1961-07-30; empty where the text is no date.
+// The year, e.g. 1961 from 1961-07-30; empty if the text is not a date.
 std::optional<double> YearOf(const std::optional<std::string>& date) {
   if (!date || date->size() < 4 ||
       !std::all_of(date->begin(), date->begin() + 4, [](char c) { return c >= '0' && c <= '9'; }))

@@ -16,7 +16,7 @@ namespace {
 constexpr const char* kObjects =
     "SELECT type, name, sql FROM sqlite_master WHERE sql IS NOT NULL AND name NOT GLOB 'sqlite_*' "
     "AND NOT (type = 'table' AND name GLOB 'rtree_patches_geom_*')";
-// What GeoPackage 1.4 and programs that write GeoPackages add.
+// Prefixes of triggers that GeoPackage 1.4 and programs writing GeoPackages add.
 constexpr const char* kTriggersOfGis[] = {"rtree_patches_geom_", "trigger_insert_feature_count_",
                                           "trigger_delete_feature_count_"};
 constexpr int kFirstPrivateSrsId = 100000;  // for a CRS without an EPSG code
@@ -36,7 +36,7 @@ int AddCrs(Connection& connection, const Crs& crs) {
 }
 
 // Runs the steps after `version` up to `last`; the caller holds the transaction, and keeps foreign
-// keys off: a step may write a table anew.
+// keys off: a step may rebuild a table.
 void RunSchemaSteps(Connection& connection, int version, int last = CurrentSchemaVersion()) {
   for (const SchemaStep& step : SchemaSteps()) {
     if (step.version <= version || step.version > last) continue;
@@ -101,11 +101,11 @@ void BringUpToDate(Connection& connection, int version, const std::string& path)
   SQLite::Database& database = connection.Database();
   database.exec("PRAGMA foreign_keys = OFF");  // has no effect within a transaction
   SQLite::Transaction transaction(database, SQLite::TransactionBehavior::IMMEDIATE);
-  // Rows that name what is not there stay as they are: 'orient patchdb check --repair' needs
-  // today's tables to mend them.
+  // Rows with dangling references stay as they are: 'orient patchdb check --repair' needs
+  // today's tables to repair them.
   constexpr const char* kBroken = "SELECT count(*) FROM pragma_foreign_key_check";
   const std::int64_t broken = connection.Number(kBroken);
-  // Another program may have been quicker.
+  // Another program may have upgraded it meanwhile.
   RunSchemaSteps(connection, CheckedSchemaVersion(connection, path));
   if (connection.Number(kBroken) > broken)
     throw InputError(path + " is damaged: it cannot be upgraded without losing rows");

@@ -16,10 +16,10 @@ static_assert(std::endian::native == std::endian::little,
 
 constexpr int kMaxHeightsSize = 4096;  // a hostile file must not make us allocate without limit
 
-// Of 8 and of 16 bits: the largest value is the unknown one.
+// The value of an unknown height: the largest one of 8 or 16 bits.
 constexpr float UnknownHeight(int bits) { return bits == 8 ? 255 : 65535; }
 
-constexpr std::size_t kPngBits = 24;  // where the header of a PNG has them
+constexpr std::size_t kPngBits = 24;  // offset of the bit depth in a PNG's header
 
 void CheckGrid(int size, double step_m) {
   if (size < 1 || size > kMaxHeightsSize || size % 2 == 0 || !(step_m > 0) ||

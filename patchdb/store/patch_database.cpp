@@ -41,7 +41,7 @@ Bounds BoundsOf(const std::vector<Patch>& patches) {
   return bounds;
 }
 
-// The first four parameters of the statements that ask for a rectangle.
+// Binds the first four parameters of statements that query a rectangle.
 void BindBounds(const Bounds& bounds, SQLite::Statement& statement) {
   statement.bind(1, bounds.min_x);
   statement.bind(2, bounds.max_x);
@@ -64,7 +64,7 @@ std::vector<Patch> ReadPatches(SQLite::Statement& rows, const std::string& path)
   }
 }
 
-// SQLite's own files beside a database that did not come to be.
+// Removes SQLite's own files beside a database that was not completed.
 struct RemoverOfLogs {
   std::string path;
   ~RemoverOfLogs() {
@@ -171,14 +171,14 @@ PatchDatabase PatchDatabase::Create(const std::string& path, const Crs& crs,
   {
     PatchDatabase database = Open(file.PartialPath(), Mode::kWrite);
     fill(database);
-    // All in the one file, or an error: it is given its name next.
+    // Everything must be in the one file, or it is an error: it is given its name next.
     WithFile(database.Sql(), "creating the database",
              [&] { database.Sql().Database().exec("PRAGMA journal_mode = DELETE"); });
   }
   file.KeepAsNew();
   try {
     return Open(path, Mode::kWrite);
-  } catch (const std::runtime_error&) {  // the same command is to succeed when it is run again
+  } catch (const std::runtime_error&) {  // so that repeating the same command can succeed
     fs::remove(path, error);
     throw;
   }
@@ -278,7 +278,7 @@ PatchSource PatchDatabase::StoreSource(const PatchSource& source, bool harvested
 std::vector<Patch> PatchDatabase::FindPatchesIn(const Bounds& bounds, int max_count) const {
   constexpr double kEveryPatch = 65536;
   return WithFile(impl_->connection, "finding patches", [&] {
-    // Retired ones are counted only where it matters: the index alone does not know them.
+    // Retired ones are told apart only if it matters, as the index alone does not know them.
     double found = impl_->Count(sql::kCountPatchesIn, bounds);
     if (found > max_count) found = impl_->Count(sql::kCountActivePatchesIn, bounds);
     const Query rows = impl_->connection.Prepare(sql::kPatchesIn);

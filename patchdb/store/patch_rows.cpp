@@ -13,9 +13,9 @@
 namespace orient::patchdb {
 namespace {
 
-// Heights need not be kept finer than they are known, nor than what can be seen of them: rounding
-// to half their sigma makes that 1 % larger. It is each node's own, so that a chip's position
-// hardly feels it.
+// Heights need not be stored more finely than they are known, nor than they can be seen: rounding
+// to half their sigma makes that 1 % larger. Rounding errors of nodes are independent, so that they
+// hardly affect a chip's position.
 double HeightQuantum(const Patch& patch) {
   const double finest_m = patch.gsd_m / 64, coarsest_m = patch.gsd_m / 4;
   if (!patch.height_sigma_m || !std::isfinite(*patch.height_sigma_m)) return finest_m;

@@ -42,7 +42,7 @@ void BindRules(const PatchFilter& filter, SQLite::Statement& rows) {
   BindIf(rows, 6, filter.retired_before);
 }
 
-// A damaged place is unknown here, so that whatever else is known can be listed; 'check' names it.
+// A damaged position counts as unknown, so that the rest can be listed; 'check' reports it.
 void ReadPlace(const SQLite::Statement& row, PatchSummary& patch) {
   const double unknown = std::numeric_limits<double>::quiet_NaN();
   const Bytes geometry = BytesOf(row.getColumn(2));
@@ -90,14 +90,14 @@ Bounds BoundsOf(const std::vector<std::vector<Eigen::Vector2d>>& rings) {
   return bounds;
 }
 
-// What the statements do not ask.
+// The conditions that the SQL statements do not test.
 bool Holds(const PatchFilter& filter, const PatchSummary& patch) {
   const Eigen::Vector2d place = patch.ground_m.head<2>();
   if (filter.bounds && !filter.bounds->Contains(place.x(), place.y())) return false;
   if (!filter.polygon.empty() && !InsideRings(filter.polygon, place)) return false;
   if (!filter.success_below) return true;
-  // The belief in a patch that was never searched for is its quality's, which has a rule of its
-  // own.
+  // The belief in a patch never searched for follows from its quality, for which there is a rule of
+  // its own.
   return patch.weights.success + patch.weights.failure > 0 &&
          patch.Belief().Mean() < *filter.success_below;
 }
@@ -145,7 +145,7 @@ void VisitPatches(const PatchDatabase& database, const PatchFilter& filter,
     }
     std::optional<Bounds> bounds = filter.bounds;
     if (!bounds && !filter.polygon.empty()) bounds = BoundsOf(filter.polygon);
-    // A statement of its own, not a prepared one of the connection: `visit` may ask further.
+    // Not one of the connection's prepared statements: `visit` may run further queries.
     SQLite::Statement rows(connection.Database(), bounds ? kInside : kAll);
     BindRules(filter, rows);
     if (bounds) {

@@ -10,7 +10,7 @@ namespace {
 constexpr std::array<std::string_view, 3> kTables = {"layer_styles", "gpkg_metadata",
                                                      "gpkg_metadata_reference"};
 
-// The columns of QGIS, which takes no style where one is absent.
+// QGIS's columns; it ignores the styles if one of them is missing.
 constexpr const char* kMakeStyles =
     "CREATE TABLE IF NOT EXISTS layer_styles (id INTEGER PRIMARY KEY AUTOINCREMENT NOT NULL, "
     "f_table_catalog TEXT, f_table_schema TEXT, f_table_name TEXT, f_geometry_column TEXT, "
@@ -48,12 +48,12 @@ std::string Replaced(std::string_view text, std::string_view what, std::string_v
   }
 }
 
-// A literal of SQL, which ends at a null character.
+// An SQL string literal; `text` ends at its first null character.
 std::string Quoted(std::string_view text) {
   return "'" + Replaced(text.substr(0, text.find('\0')), "'", "''") + "'";
 }
 
-// As content and attribute of XML; control characters have no place in it.
+// For XML content and attributes; control characters, invalid in XML, become blanks.
 std::string EscapedForXml(std::string_view text) {
   std::string escaped = Replaced(text, "&", "&amp;");
   escaped = Replaced(escaped, "<", "&lt;");

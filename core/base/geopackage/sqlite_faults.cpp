@@ -14,7 +14,7 @@ namespace {
 
 void (*told)(const char*, const char*, int) = nullptr;
 
-// SQLite looks at errno afterwards.
+// Preserves errno, which SQLite reads afterwards.
 void Tell(const char* doing, const char* path) {
   const int error = errno;
   told(doing, path, error);
@@ -53,7 +53,7 @@ ssize_t WatchedPread64(int file, void* bytes, size_t size, off64_t at) {
 
 template <class Function>
 void Replace(sqlite3_vfs* files, const char* name, Function function) {
-  // Some are there in other builds of SQLite alone.
+  // Some exist only in other builds of SQLite.
   if (files->xGetSystemCall(files, name) != nullptr)
     files->xSetSystemCall(files, name, reinterpret_cast<sqlite3_syscall_ptr>(function));
 }

@@ -1,5 +1,5 @@
 // Schema version 1: the GeoPackage's own tables, patches with their R-tree, sources, attempts.
-// The BLOBs' layouts stand beside their columns; docs/patchdb.md says the same for SQL users.
+// The BLOBs' layouts stand beside their columns, and in docs/patchdb.md for SQL users.
 
 #include "patchdb/store/schema.h"
 

@@ -1,5 +1,5 @@
-// Schema version 2: patches have a state, a quality and what was learnt; further views; sources say
-// where they come from; attempts say where the patch was searched for. The tables `patches` and
+// Schema version 2: adds state, quality and learnt weights of patches, further views, provenance of
+// sources, and where attempts searched for the patch. The tables `patches` and
 // `sources` are written anew: short columns first and the BLOBs last, so that reading the former
 // does not touch the pages of the latter. Run with foreign keys off (SQLite, "Making Other Kinds Of
 // Table Schema Changes").

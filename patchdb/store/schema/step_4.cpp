@@ -1,7 +1,7 @@
-// Schema version 4: a token that changes with whatever new photos are oriented from, so that one
-// look tells whether what was oriented before is still of now. Triggers keep it: other programs
-// change patches, too. What attempts have taught (weights, retirement by learning) does not change
-// it: every photo that is oriented teaches, and would make all the others old.
+// Schema version 4: a token that changes with everything new photos are oriented from, so that one
+// query tells whether earlier results are still current. Triggers maintain it, since other programs
+// change patches, too. What is learnt from attempts (weights, retirement by learning) does not
+// change it: every oriented photo adds attempts, and would make all other results out of date.
 // Packed heights may have 8 bits since this version (255 unknown): a program that knows only those
 // of 16 must not read them.
 

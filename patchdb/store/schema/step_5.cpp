@@ -1,6 +1,6 @@
-// Schema version 5: every change of a patch's state changes the token. What attempts teach does not
-// (they make no photo's orientation old): who learns puts the token back that was there before
-// (patchdb/store/learn.cpp), where version 4 told a retirement by learning from its reason's words.
+// Schema version 5: every change of a patch's state changes the token. Learning from attempts does
+// not (it makes no photo's orientation out of date): it restores the previous token
+// (patchdb/store/learn.cpp), whereas version 4 recognised its retirements by their reason's words.
 
 #include "patchdb/store/schema.h"
 

@@ -1,5 +1,5 @@
-// Schema version 6: the file says of itself how a GIS is to draw its patches, and which program
-// made it or brought it to this version. A style that somebody has given the patches stays.
+// Schema version 6: the file itself states how a GIS is to draw its patches, and which program made
+// it or upgraded it to this version. A style that a user has given the patches is kept.
 
 #include <span>
 #include <utility>
